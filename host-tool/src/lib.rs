@@ -1,0 +1,1 @@
+//! The flexor library on the PC.

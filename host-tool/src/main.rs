@@ -1,0 +1,2 @@
+//! The flexor program.
+fn main() {}
