@@ -7,4 +7,8 @@
 #![no_std]
 #![deny(unsafe_code)]
 
+pub mod pulse;
 pub mod units;
+
+#[cfg(test)]
+extern crate std;

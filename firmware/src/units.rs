@@ -51,7 +51,11 @@ impl Micros {
     #[must_use]
     pub const fn elapsed_since(self, earlier: Self) -> u32 {
         let signed = self.since(earlier);
-        if signed < 0 { 0 } else { signed.cast_unsigned() }
+        if signed < 0 {
+            0
+        } else {
+            signed.cast_unsigned()
+        }
     }
 }
 
@@ -102,6 +106,30 @@ pub struct AngularRate(pub I16F16);
 /// A force in newtons. Q15.16: ±32768 N, 1.5e-5 N.
 #[derive(Clone, Copy, PartialEq, PartialOrd, Debug, Default)]
 pub struct Force(pub I16F16);
+
+/// A value outside its allowed range, by the field's name on the link.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct OutOfRange {
+    /// The field as docs/protocol.md names it, unit included.
+    pub field: &'static str,
+    /// Smallest allowed value, in the field's unit.
+    pub min: i32,
+    /// Largest allowed value, in the field's unit.
+    pub max: i32,
+}
+
+impl OutOfRange {
+    /// Checks `min <= value <= max`.
+    ///
+    /// # Errors
+    /// The field and its range when the value lies outside.
+    pub const fn check(field: &'static str, value: i64, min: i32, max: i32) -> Result<(), Self> {
+        if value < min as i64 || value > max as i64 {
+            return Err(Self { field, min, max });
+        }
+        Ok(())
+    }
+}
 
 #[cfg(test)]
 mod tests {

@@ -1,0 +1,352 @@
+//! Channels that share a muscle, and what one does while another pulses
+//! (Hamana 2022, section II-D and figure 6).
+
+use super::{CHANNELS, Train};
+use crate::units::OutOfRange;
+use heapless::Vec;
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
+
+/// Groups a device can hold: every one needs at least two of ten channels.
+pub const MAX_GROUPS: usize = CHANNELS / 2;
+
+/// State of a member that does not pulse while another member does.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+pub enum Partner {
+    /// Grounded, so that current may return through it.
+    Conducted,
+    /// Isolated from the stimulator.
+    Isolated,
+}
+
+/// A group as a host asks for it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+pub struct GroupSpec {
+    /// Bit i is channel i. At least two, each in one group only.
+    pub members: u16,
+    /// What a silent member does.
+    pub partner: Partner,
+}
+
+/// A group whose members exist and whose trains obey its rule.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Group {
+    members: u16,
+    partner: Partner,
+}
+
+impl Group {
+    /// Bit i is channel i.
+    #[must_use]
+    pub const fn members(&self) -> u16 {
+        self.members
+    }
+
+    /// What a silent member does.
+    #[must_use]
+    pub const fn partner(&self) -> Partner {
+        self.partner
+    }
+}
+
+/// Why a set of groups cannot be kept.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum GroupError {
+    /// A group needs two or more of the ten channels.
+    Members(OutOfRange),
+    /// `channel` has no train.
+    NoTrain {
+        /// The member without a train.
+        channel: u8,
+    },
+    /// `channel` is already in another group.
+    TwoGroups {
+        /// The shared member.
+        channel: u8,
+    },
+    /// Pulses of the two channels overlap at some time, so neither can be
+    /// isolated while the other pulses.
+    IsolationOverlaps {
+        /// One channel.
+        channel: u8,
+        /// The other.
+        other: u8,
+    },
+    /// Isolating `channel` interrupts its grounding, and no uninterrupted
+    /// stretch of the asked length remains before its next burst.
+    NoTimeToGround {
+        /// The monophasic channel.
+        channel: u8,
+    },
+}
+
+/// Checks all groups against the trains they join.
+///
+/// # Errors
+/// The first rule that some group breaks.
+pub fn check_groups(
+    specs: &[GroupSpec],
+    trains: &[Option<Train>; CHANNELS],
+) -> Result<Vec<Group, MAX_GROUPS>, GroupError> {
+    let mut taken = 0u16;
+    let mut groups = Vec::new();
+    let range =
+        |field, value, max| OutOfRange::check(field, value, 0, max).map_err(GroupError::Members);
+    range("groups", specs.len() as i64, MAX_GROUPS as i32)?;
+    for spec in specs {
+        range("members", spec.members.into(), (1 << CHANNELS) - 1)?;
+        if spec.members.count_ones() < 2 {
+            return Err(GroupError::Members(OutOfRange {
+                field: "members",
+                min: 2,
+                max: 10,
+            }));
+        }
+        for channel in members(spec.members) {
+            if taken & 1 << channel != 0 {
+                return Err(GroupError::TwoGroups { channel });
+            }
+            if train(trains, channel).is_none() {
+                return Err(GroupError::NoTrain { channel });
+            }
+        }
+        taken |= spec.members;
+        if spec.partner == Partner::Isolated {
+            check_isolation(spec.members, trains)?;
+        }
+        // Cannot fail: at most MAX_GROUPS specs, checked above.
+        let _ = groups.push(Group {
+            members: spec.members,
+            partner: spec.partner,
+        });
+    }
+    Ok(groups)
+}
+
+fn members(mask: u16) -> impl Iterator<Item = u8> {
+    (0..CHANNELS as u8).filter(move |c| mask & 1 << c != 0)
+}
+
+fn train(trains: &[Option<Train>; CHANNELS], channel: u8) -> Option<&Train> {
+    trains.get(usize::from(channel)).and_then(Option::as_ref)
+}
+
+fn check_isolation(mask: u16, trains: &[Option<Train>; CHANNELS]) -> Result<(), GroupError> {
+    for channel in members(mask) {
+        let Some(a) = train(trains, channel) else {
+            continue;
+        };
+        for other in members(mask).filter(|&o| o > channel) {
+            let Some(b) = train(trains, other) else {
+                continue;
+            };
+            if can_overlap(a, b) {
+                return Err(GroupError::IsolationOverlaps { channel, other });
+            }
+        }
+        if !a.spec().shape.is_biphasic() && !can_ground(channel, mask, trains) {
+            return Err(GroupError::NoTimeToGround { channel });
+        }
+    }
+    Ok(())
+}
+
+/// Whether driven parts of two endless trains ever coincide. Start times
+/// differ by a fixed amount modulo the greatest common divisor of the
+/// periods, and every residue occurs, so one residue check is exact.
+fn can_overlap(a: &Train, b: &Train) -> bool {
+    if a.spec().triggered != b.spec().triggered {
+        return true; // two epochs: any distance occurs
+    }
+    let g = i64::from(gcd(a.spec().period_us, b.spec().period_us));
+    let (da, db) = (i64::from(a.driven_us()), i64::from(b.driven_us()));
+    (0..a.spec().burst_count).any(|i| {
+        (0..b.spec().burst_count).any(|j| {
+            let distance = start(a, i) - start(b, j);
+            let after_b = distance.rem_euclid(g);
+            after_b < db || g - after_b < da
+        })
+    })
+}
+
+fn start(train: &Train, pulse: u8) -> i64 {
+    i64::from(train.spec().offset_us) + i64::from(train.pulse_offset_us(pulse))
+}
+
+const fn gcd(mut a: u32, mut b: u32) -> u32 {
+    while b != 0 {
+        (a, b) = (b, a % b); // b != 0 here
+    }
+    a
+}
+
+/// Whether each pulse of a monophasic member finds `ground_us` of
+/// uninterrupted grounding, restarted after every interruption, before the
+/// member's next pulse and, after a burst, two windows before its next burst.
+/// Needs a period common to the group; otherwise the answer is no.
+fn can_ground(channel: u8, mask: u16, trains: &[Option<Train>; CHANNELS]) -> bool {
+    let Some(own) = train(trains, channel) else {
+        return false;
+    };
+    let period = i64::from(own.spec().period_us);
+    if members(mask)
+        .any(|m| train(trains, m).is_none_or(|t| i64::from(t.spec().period_us) != period))
+    {
+        return false;
+    }
+    let ground = i64::from(own.spec().ground_us);
+    (0..own.spec().burst_count).all(|i| {
+        let begin = start(own, i);
+        let last = i + 1 == own.spec().burst_count;
+        let deadline = if last {
+            start(own, 0) + period - 500
+        } else {
+            begin + i64::from(own.spec().burst_interval_us) - i64::from(super::DEAD_TIME_US)
+        };
+        let mut free = begin + i64::from(own.driven_us());
+        // Every interruption moves `free` forward, so this ends.
+        while let Some(end) = first_interruption(free, free + ground, channel, mask, trains) {
+            free = end;
+            if free > deadline {
+                return false;
+            }
+        }
+        free + ground <= deadline
+    })
+}
+
+/// End of a pulse of another member that touches `from..to`, if any.
+fn first_interruption(
+    from: i64,
+    to: i64,
+    channel: u8,
+    mask: u16,
+    trains: &[Option<Train>; CHANNELS],
+) -> Option<i64> {
+    members(mask)
+        .filter(|&m| m != channel)
+        .filter_map(|m| train(trains, m))
+        .find_map(|t| {
+            let (period, driven) = (i64::from(t.spec().period_us), i64::from(t.driven_us()));
+            (0..t.spec().burst_count).find_map(|j| {
+                // The pulse of this index that ends after `from`, earliest first.
+                let first = from + (start(t, j) - from).rem_euclid(period);
+                let begin = if first - period + driven > from {
+                    first - period
+                } else {
+                    first
+                };
+                (begin < to).then_some(begin + driven)
+            })
+        })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Shape, TrainSpec, train::tests::PLAIN};
+    use super::*;
+
+    const MONO: TrainSpec = TrainSpec {
+        shape: Shape::MonophasicCathodic,
+        gap_us: 0,
+        ground_us: 1000,
+        ..PLAIN
+    };
+
+    fn two(a: TrainSpec, b: TrainSpec, partner: Partner) -> Result<(), GroupError> {
+        let mut trains = [None; CHANNELS];
+        trains[0] = Some(a.validate().unwrap());
+        trains[1] = Some(b.validate().unwrap());
+        check_groups(
+            &[GroupSpec {
+                members: 0b11,
+                partner,
+            }],
+            &trains,
+        )
+        .map(|_| ())
+    }
+
+    #[test]
+    fn isolation_needs_pulses_apart() {
+        for (offset_us, ok) in [
+            (0, false),
+            (50, false),
+            (199, false),
+            (200, true),
+            (2000, true),
+            (19_801, false),
+        ] {
+            let shifted = TrainSpec { offset_us, ..MONO };
+            assert!(two(MONO, shifted, Partner::Conducted).is_ok());
+            let isolated = two(MONO, shifted, Partner::Isolated);
+            if ok {
+                assert_eq!(isolated, Ok(()), "{offset_us}");
+            } else {
+                assert_eq!(
+                    isolated,
+                    Err(GroupError::IsolationOverlaps {
+                        channel: 0,
+                        other: 1
+                    })
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn different_rates_meet_sooner_or_later() {
+        let faster = TrainSpec {
+            period_us: 19_999,
+            offset_us: 10_000,
+            ..PLAIN
+        };
+        assert!(two(PLAIN, faster, Partner::Isolated).is_err());
+        let double = TrainSpec {
+            period_us: 10_000,
+            offset_us: 5_000,
+            ..PLAIN
+        };
+        assert!(two(PLAIN, double, Partner::Isolated).is_ok());
+    }
+
+    #[test]
+    fn grounding_needs_an_uninterrupted_stretch() {
+        let long = TrainSpec {
+            ground_us: 15_000,
+            ..MONO
+        };
+        let middle = TrainSpec {
+            offset_us: 10_000,
+            ..MONO
+        };
+        assert_eq!(
+            two(long, middle, Partner::Isolated),
+            Err(GroupError::NoTimeToGround { channel: 0 })
+        );
+    }
+
+    #[test]
+    fn members_must_exist_and_be_in_one_group() {
+        let mut trains = [None; CHANNELS];
+        trains[0] = Some(PLAIN.validate().unwrap());
+        let one = |members| GroupSpec {
+            members,
+            partner: Partner::Conducted,
+        };
+        assert!(matches!(
+            check_groups(&[one(1)], &trains),
+            Err(GroupError::Members(_))
+        ));
+        assert_eq!(
+            check_groups(&[one(3)], &trains),
+            Err(GroupError::NoTrain { channel: 1 })
+        );
+        trains[1] = trains[0];
+        trains[2] = trains[0];
+        assert_eq!(
+            check_groups(&[one(3), one(6)], &trains),
+            Err(GroupError::TwoGroups { channel: 1 })
+        );
+    }
+}

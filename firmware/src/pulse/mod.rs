@@ -1,0 +1,32 @@
+//! Pulse trains as states played back one word per microsecond.
+//!
+//! Lives here: the validated [`Train`], groups, the [`Scheduler`] that renders
+//! the next window, and the tape's port words. Not here: amplitudes and
+//! permission to pulse — `safety` supplies both through [`Supply`].
+//! In: trains, an epoch, triggers. Out: a [`WindowPlan`] per 250 µs.
+
+mod group;
+mod plan;
+mod scheduler;
+pub mod tape;
+mod train;
+
+pub use group::{Group, GroupError, GroupSpec, MAX_GROUPS, Partner, check_groups};
+pub use plan::{Change, Levels, PulseStart, State, WindowPlan};
+pub use scheduler::{RenderError, Scheduler, Supply};
+pub use train::{Shape, Train, TrainError, TrainSpec};
+
+/// Stimulation channels of the board.
+pub const CHANNELS: usize = 10;
+
+/// One window of the tape: what a refill renders, in µs and in slots.
+pub const WINDOW_US: u32 = 250;
+
+/// Isolation between anodic and cathodic drive of one channel, in µs. A board
+/// constant: it covers the turn-off of the reference output stage's switches
+/// (docs/hardware.md).
+pub const DEAD_TIME_US: u16 = 5;
+
+/// From a captured trigger edge to the epoch of triggered trains, in µs. Two
+/// windows are rendered ahead, so anything above 500 µs can be kept exactly.
+pub const TRIGGER_DELAY_US: u32 = 1000;

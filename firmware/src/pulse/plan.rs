@@ -1,0 +1,137 @@
+//! What a refill produces: the output states of one window and its DAC writes.
+
+use super::CHANNELS;
+use crate::units::{DacCode, Micros};
+use heapless::Vec;
+
+/// State of one channel's two output lines.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[repr(u8)]
+pub enum State {
+    /// Lines `00`: both electrodes float.
+    Isolated = 0b00,
+    /// Lines `01`: cathodic drive.
+    Cathodic = 0b01,
+    /// Lines `10`: anodic drive.
+    Anodic = 0b10,
+    /// Lines `11`: electrodes tied to the common ground.
+    Grounded = 0b11,
+}
+
+/// The state of all outputs: bits 2i and 2i+1 are channel i, bit 20 is sync out.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Levels(pub u32);
+
+impl Levels {
+    /// Every channel isolated, sync low.
+    pub const ISOLATED: Self = Self(0);
+    /// Every channel grounded, sync low.
+    pub const GROUNDED: Self = Self((1 << (2 * CHANNELS)) - 1);
+    /// The sync output's bit.
+    pub const SYNC: u32 = 1 << (2 * CHANNELS);
+
+    /// The same levels with `channel` (below [`CHANNELS`]) in `state`.
+    #[must_use]
+    pub const fn with(self, channel: usize, state: State) -> Self {
+        let shift = 2 * (channel % CHANNELS);
+        Self(self.0 & !(0b11 << shift) | (state as u32) << shift)
+    }
+
+    /// State of `channel` (below [`CHANNELS`]).
+    #[must_use]
+    pub const fn state(self, channel: usize) -> State {
+        match self.0 >> (2 * (channel % CHANNELS)) & 0b11 {
+            0b00 => State::Isolated,
+            0b01 => State::Cathodic,
+            0b10 => State::Anodic,
+            _ => State::Grounded,
+        }
+    }
+}
+
+/// From `slot` on, the outputs are at `levels`.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Change {
+    /// Microsecond inside the window, 0–249.
+    pub slot: u8,
+    /// The outputs from there on.
+    pub levels: Levels,
+}
+
+/// A pulse that this window starts.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct PulseStart {
+    /// Channel, below [`CHANNELS`].
+    pub channel: u8,
+    /// Leading edge of the first phase.
+    pub at: Micros,
+    /// Amplitude in force.
+    pub code: DacCode,
+}
+
+/// Distinct edge times one window can hold. With burst intervals of at least
+/// 200 µs a channel starts at most two pulses in 250 µs; each has at most four
+/// edges, and an earlier pulse has at most three left: 11 × 10 channels.
+pub const MAX_CHANGES: usize = 112;
+
+/// Pulses one window can start: two for each channel, see [`MAX_CHANGES`].
+pub const MAX_PULSES: usize = 2 * CHANNELS;
+
+/// The next window, ready to be painted on the tape or recorded.
+#[derive(Clone, Debug)]
+pub struct WindowPlan {
+    /// Time of slot 0.
+    pub start: Micros,
+    /// Levels before the first change.
+    pub initial: Levels,
+    /// Level changes, by increasing slot.
+    pub changes: Vec<Change, MAX_CHANGES>,
+    /// Amplitudes to write now, before the window plays: at most one burst
+    /// start per channel and window, because periods exceed two windows.
+    pub dac: Vec<(u8, DacCode), CHANNELS>,
+    /// Pulses started in this window, for the muscle model.
+    pub pulses: Vec<PulseStart, MAX_PULSES>,
+    /// Ask the current sense to sample this channel at this instant.
+    pub sample: Option<(u8, Micros)>,
+    /// Whether the pump bit toggles, which keeps the output supply up.
+    pub pump: bool,
+}
+
+impl WindowPlan {
+    /// An isolated window without a pump.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            start: Micros(0),
+            initial: Levels::ISOLATED,
+            changes: Vec::new(),
+            dac: Vec::new(),
+            pulses: Vec::new(),
+            sample: None,
+            pump: false,
+        }
+    }
+
+    /// Empties the plan for the window at `start` with `initial` levels.
+    pub fn reset(&mut self, start: Micros, initial: Levels) {
+        self.start = start;
+        self.initial = initial;
+        self.changes.clear();
+        self.dac.clear();
+        self.pulses.clear();
+        self.sample = None;
+        self.pump = false;
+    }
+
+    /// Levels at the end of the window.
+    #[must_use]
+    pub fn last_levels(&self) -> Levels {
+        self.changes.last().map_or(self.initial, |c| c.levels)
+    }
+}
+
+impl Default for WindowPlan {
+    fn default() -> Self {
+        Self::new()
+    }
+}

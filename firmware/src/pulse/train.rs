@@ -1,0 +1,269 @@
+//! One channel's pulse train: what a host asks for and its validated form.
+
+use super::{DEAD_TIME_US, WINDOW_US};
+use crate::units::OutOfRange;
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
+
+/// Waveform of a single pulse.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+pub enum Shape {
+    /// Symmetric biphasic, cathodic phase first.
+    BiphasicCathodicFirst,
+    /// Symmetric biphasic, anodic phase first.
+    BiphasicAnodicFirst,
+    /// One cathodic phase, then grounding (Hamana 2022, figure 4).
+    MonophasicCathodic,
+    /// One anodic phase, then grounding.
+    MonophasicAnodic,
+}
+
+impl Shape {
+    /// Whether a second, opposite phase balances the first.
+    #[must_use]
+    pub const fn is_biphasic(self) -> bool {
+        matches!(
+            self,
+            Self::BiphasicCathodicFirst | Self::BiphasicAnodicFirst
+        )
+    }
+
+    /// Whether the first phase is cathodic.
+    #[must_use]
+    pub const fn cathodic_first(self) -> bool {
+        matches!(self, Self::BiphasicCathodicFirst | Self::MonophasicCathodic)
+    }
+}
+
+/// A train as a host asks for it; nothing in it is trusted.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+pub struct TrainSpec {
+    /// Waveform of each pulse.
+    pub shape: Shape,
+    /// Width of one phase, 10–500 µs.
+    pub width_us: u16,
+    /// Interphase gap, 0–200 µs. The phases of a biphasic pulse are isolated
+    /// for this long, and never shorter than [`DEAD_TIME_US`]. 0 for monophasic.
+    pub gap_us: u16,
+    /// Grounding after a monophasic phase, 1000–20 000 µs; 0 for biphasic.
+    pub ground_us: u16,
+    /// Burst start to burst start, 5000–2 000 000 µs (0.5–200 Hz).
+    pub period_us: u32,
+    /// Phase offset of the first burst against the common epoch, 0–period, µs.
+    pub offset_us: u32,
+    /// Pulses per burst: 1 (single) to 8 (octuplet).
+    pub burst_count: u8,
+    /// Pulse start to pulse start inside a burst, 200–50 000 µs; 0 for singles.
+    pub burst_interval_us: u16,
+    /// Bursts to play, 0 for until stopped.
+    pub repeats: u16,
+    /// Waits for the trigger input instead of the common epoch.
+    pub triggered: bool,
+}
+
+/// Why a train cannot be played.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum TrainError {
+    /// A field outside its range.
+    Range(OutOfRange),
+    /// Pulses of a burst would overlap: the interval must be at least
+    /// `min_interval_us`.
+    BurstOverlaps {
+        /// Shortest allowed interval for this waveform, µs.
+        min_interval_us: u32,
+    },
+    /// The last edge of a burst plus two windows passes the next burst:
+    /// the period must be at least `min_period_us`.
+    BurstTooLong {
+        /// Shortest allowed period for this burst, µs.
+        min_period_us: u32,
+    },
+}
+
+impl From<OutOfRange> for TrainError {
+    fn from(e: OutOfRange) -> Self {
+        Self::Range(e)
+    }
+}
+
+/// A train that can be played as it is. Only [`TrainSpec::validate`] makes one.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Train {
+    spec: TrainSpec,
+    gap_us: u16,
+}
+
+impl TrainSpec {
+    /// Checks every field and the relations between them.
+    ///
+    /// # Errors
+    /// The first violated rule, with the values that would be allowed.
+    pub fn validate(&self) -> Result<Train, TrainError> {
+        let biphasic = self.shape.is_biphasic();
+        let burst = self.burst_count > 1;
+        let check = OutOfRange::check;
+        check("width_us", self.width_us.into(), 10, 500)?;
+        check(
+            "gap_us",
+            self.gap_us.into(),
+            0,
+            if biphasic { 200 } else { 0 },
+        )?;
+        let (g0, g1) = if biphasic { (0, 0) } else { (1000, 20_000) };
+        check("ground_us", self.ground_us.into(), g0, g1)?;
+        check("period_us", self.period_us.into(), 5_000, 2_000_000)?;
+        // The period was just checked, so it fits i32.
+        check(
+            "offset_us",
+            self.offset_us.into(),
+            0,
+            self.period_us.cast_signed(),
+        )?;
+        check("burst_count", self.burst_count.into(), 1, 8)?;
+        let (i0, i1) = if burst { (200, 50_000) } else { (0, 0) };
+        check("burst_interval_us", self.burst_interval_us.into(), i0, i1)?;
+        let train = Train {
+            spec: *self,
+            gap_us: if biphasic {
+                self.gap_us.max(DEAD_TIME_US)
+            } else {
+                0
+            },
+        };
+        // Largest: 500 + 20 000 µs; all sums below stay under 2^20.
+        let min_interval_us = train.occupied_us() + u32::from(DEAD_TIME_US);
+        if burst && u32::from(self.burst_interval_us) < min_interval_us {
+            return Err(TrainError::BurstOverlaps { min_interval_us });
+        }
+        let min_period_us = train.burst_us() + 2 * WINDOW_US;
+        if self.period_us < min_period_us {
+            return Err(TrainError::BurstTooLong { min_period_us });
+        }
+        Ok(train)
+    }
+}
+
+impl Train {
+    /// What was asked for.
+    #[must_use]
+    pub const fn spec(&self) -> &TrainSpec {
+        &self.spec
+    }
+
+    /// Isolated time between the two phases, dead time included, in µs; 0 for
+    /// monophasic pulses.
+    #[must_use]
+    pub const fn gap_us(&self) -> u16 {
+        self.gap_us
+    }
+
+    /// First edge to the end of the last driven phase of one pulse, in µs.
+    #[must_use]
+    pub const fn driven_us(&self) -> u32 {
+        let w = self.spec.width_us as u32;
+        if self.spec.shape.is_biphasic() {
+            2 * w + self.gap_us as u32
+        } else {
+            w
+        }
+    }
+
+    /// First to last edge of one pulse, grounding included, in µs.
+    #[must_use]
+    pub const fn occupied_us(&self) -> u32 {
+        self.driven_us() + self.spec.ground_us as u32
+    }
+
+    /// First to last edge of one burst, in µs.
+    #[must_use]
+    pub const fn burst_us(&self) -> u32 {
+        self.pulse_offset_us(self.spec.burst_count.saturating_sub(1)) + self.occupied_us()
+    }
+
+    /// Burst start to the start of its pulse `index`, in µs.
+    #[must_use]
+    pub const fn pulse_offset_us(&self, index: u8) -> u32 {
+        // At most 255 × 65 535 < 2^24.
+        index as u32 * self.spec.burst_interval_us as u32
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// 200 µs biphasic at 50 Hz.
+    pub(crate) const PLAIN: TrainSpec = TrainSpec {
+        shape: Shape::BiphasicCathodicFirst,
+        width_us: 200,
+        gap_us: 100,
+        ground_us: 0,
+        period_us: 20_000,
+        offset_us: 0,
+        burst_count: 1,
+        burst_interval_us: 0,
+        repeats: 0,
+        triggered: false,
+    };
+
+    #[test]
+    fn ranges_are_named() {
+        type Change = fn(&mut TrainSpec);
+        let cases: [(&str, Change); 9] = [
+            ("width_us", |t| t.width_us = 9),
+            ("width_us", |t| t.width_us = 501),
+            ("gap_us", |t| t.gap_us = 201),
+            ("ground_us", |t| t.ground_us = 1),
+            ("period_us", |t| t.period_us = 4_999),
+            ("period_us", |t| t.period_us = 2_000_001),
+            ("offset_us", |t| t.offset_us = 20_001),
+            ("burst_count", |t| t.burst_count = 9),
+            ("burst_interval_us", |t| t.burst_interval_us = 1),
+        ];
+        for (field, change) in cases {
+            let mut spec = PLAIN;
+            change(&mut spec);
+            match spec.validate() {
+                Err(TrainError::Range(e)) => assert_eq!(e.field, field),
+                other => panic!("{field}: {other:?}"),
+            }
+        }
+    }
+
+    #[test]
+    fn gap_is_never_shorter_than_the_dead_time() {
+        let train = TrainSpec { gap_us: 0, ..PLAIN }.validate().unwrap();
+        assert_eq!(train.gap_us(), DEAD_TIME_US);
+        assert_eq!(train.driven_us(), 405);
+    }
+
+    #[test]
+    fn bursts_must_fit() {
+        let octuplet = TrainSpec {
+            burst_count: 8,
+            burst_interval_us: 505,
+            ..PLAIN
+        };
+        assert_eq!(octuplet.validate().unwrap().burst_us(), 7 * 505 + 500);
+        let tight = TrainSpec {
+            burst_interval_us: 504,
+            ..octuplet
+        };
+        assert_eq!(
+            tight.validate(),
+            Err(TrainError::BurstOverlaps {
+                min_interval_us: 505
+            })
+        );
+        let long = TrainSpec {
+            burst_interval_us: 3000,
+            ..octuplet
+        };
+        assert_eq!(
+            long.validate(),
+            Err(TrainError::BurstTooLong {
+                min_period_us: 22_000
+            })
+        );
+    }
+}
