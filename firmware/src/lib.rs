@@ -8,6 +8,7 @@
 #![deny(unsafe_code)]
 
 pub mod pulse;
+pub mod safety;
 pub mod units;
 
 #[cfg(test)]

@@ -24,6 +24,15 @@ pub enum RenderError {
     Full,
 }
 
+/// How far the trains of a [`Scheduler`] are.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Progress {
+    /// Every train has played; never with a train that waits for triggers.
+    pub finished: bool,
+    /// No channel is inside a pulse or its grounding.
+    pub resting: bool,
+}
+
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Phase {
     /// Waiting for the next pulse of `due`.
@@ -49,6 +58,12 @@ struct Lane {
     /// Amplitude of the burst; `None` if it is left out.
     code: Option<DacCode>,
     bursts_left: u16,
+    /// Grounding that a partner's pulse can leave behind in an isolated group:
+    /// counts as part of this lane's pulse when it must end in time.
+    tail_us: u16,
+    /// The latest pulses, newest first: all that a rendered but unplayed
+    /// horizon of two windows can hold.
+    recent: [Option<PulseStart>; 3],
 }
 
 /// All channels' trains under way. Small state, no time of its own.
@@ -116,7 +131,31 @@ impl Scheduler {
                 lane
             });
         }
+        for group in groups.iter().filter(|g| g.partner() == Partner::Isolated) {
+            let members = || (0..CHANNELS).filter(|c| group.members() & 1 << c != 0);
+            let ground = |c: usize| {
+                trains
+                    .get(c)
+                    .copied()
+                    .flatten()
+                    .map_or(0, |t| t.spec().ground_us)
+            };
+            let tail_us = members().map(ground).max().unwrap_or(0);
+            for channel in members() {
+                if let Some(Some(lane)) = self.lanes.get_mut(channel) {
+                    lane.tail_us = tail_us;
+                }
+            }
+        }
         self.refresh_next();
+    }
+
+    /// Charge left on each channel if everything is isolated at `at`, which
+    /// lies in a rendered window: DAC-code·µs, anodic positive.
+    #[must_use]
+    pub fn residual(&self, at: Micros) -> [i32; CHANNELS] {
+        self.lanes
+            .map(|lane| lane.map_or(0, |lane| lane.residual(at)))
     }
 
     /// A trigger edge captured at `at`: prepared trains start
@@ -134,22 +173,14 @@ impl Scheduler {
         started
     }
 
-    /// Whether no channel has an edge to come.
+    /// How far the trains are.
     #[must_use]
-    pub const fn is_done(&self) -> bool {
-        self.next.is_none()
-    }
-
-    /// Lets pulses under way finish and starts no further ones.
-    pub fn finish(&mut self) {
-        for lane in self.lanes.iter_mut().flatten() {
-            if lane.phase == Phase::Rest {
-                lane.due = None;
-            }
-            lane.bursts_left = 1;
-            lane.pulse = lane.train.spec().burst_count;
+    pub fn progress(&self) -> Progress {
+        let lanes = || self.lanes.iter().flatten();
+        Progress {
+            finished: self.next.is_none() && !lanes().any(|lane| lane.train.spec().triggered),
+            resting: lanes().all(|lane| lane.phase == Phase::Rest),
         }
-        self.refresh_next();
     }
 
     /// Renders the window at `start` into `plan`.
@@ -285,6 +316,35 @@ impl Lane {
             pulse: 0,
             code: None,
             bursts_left: 0,
+            tail_us: 0,
+            recent: [None; 3],
+        }
+    }
+
+    /// Charge that a truncation at `at` leaves, in DAC-code·µs, anodic positive.
+    fn residual(&self, at: Micros) -> i32 {
+        let width = i32::from(self.train.spec().width_us);
+        let second = width + i32::from(self.train.gap_us());
+        let biphasic = self.train.spec().shape.is_biphasic();
+        let under_way = self.recent.iter().flatten().find_map(|pulse| {
+            let t = at.since(pulse.at);
+            let end = self.train.driven_us().cast_signed(); // at most 1200 µs
+            (0..end)
+                .contains(&t)
+                .then_some((t, i32::from(pulse.code.0)))
+        });
+        let Some((t, code)) = under_way else { return 0 };
+        let balance = if biphasic {
+            (t - second).clamp(0, width)
+        } else {
+            0
+        };
+        // At most 500 µs · 65 535.
+        let net = (t.min(width) - balance) * code;
+        if self.train.spec().shape.cathodic_first() {
+            -net
+        } else {
+            net
         }
     }
 
@@ -359,7 +419,7 @@ impl Lane {
                     .map_err(|_| RenderError::Full)?;
             }
         }
-        let end = now.plus(self.train.occupied_us());
+        let end = now.plus(self.train.occupied_us() + u32::from(self.tail_us));
         match self.code {
             Some(code) if supply.may_pulse(channel, end) => {
                 let pulse = PulseStart {
@@ -368,6 +428,7 @@ impl Lane {
                     code,
                 };
                 plan.pulses.push(pulse).map_err(|_| RenderError::Full)?;
+                self.recent = [Some(pulse), self.recent[0], self.recent[1]];
                 self.go(Phase::First, now, self.train.spec().width_us);
             }
             _ => self.rest(),
@@ -523,7 +584,7 @@ mod tests {
         scheduler.start(&trains, &[], None, Micros(0));
         let mut plan = WindowPlan::new();
         scheduler.render(Micros(0), &mut Always, &mut plan).unwrap();
-        assert!(scheduler.is_done());
+        assert!(plan.changes.is_empty() && !scheduler.progress().finished);
         assert_eq!(scheduler.trigger(Micros(77)), 1);
         assert_eq!(scheduler.trigger(Micros(99)), 0);
         let mut starts = std::vec::Vec::new();

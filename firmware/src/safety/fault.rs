@@ -1,0 +1,87 @@
+//! Numbered faults. A fault truncates, isolates and latches until it is
+//! acknowledged; *limiting* is not a fault and is reported apart.
+
+use super::super::pulse::CHANNELS;
+use crate::units::Micros;
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
+
+/// Why the outputs were isolated. The number is stable on the link.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+pub enum Fault {
+    /// 1: a refill came too late for its window.
+    MissedDeadline,
+    /// 2: the tape's DMA streams disagree about the slot being played.
+    TapeSlip,
+    /// 3: the stack guard was touched.
+    StackGuard,
+    /// 4: a joint sensor reads outside its range.
+    SensorRange,
+    /// 5: a joint sensor went stale.
+    SensorStale,
+    /// 6: an over-current comparator or the current sense tripped.
+    OverCurrent,
+    /// 7: an electrode came off.
+    ElectrodeOff,
+    /// 8: the supply fell.
+    BrownOut,
+    /// 9: the clock failed.
+    ClockFailure,
+    /// 10: an owner stopped checking in and the watchdog bit.
+    Watchdog,
+    /// 11: the program panicked.
+    Panic,
+}
+
+impl Fault {
+    /// The stable number.
+    #[must_use]
+    pub const fn number(self) -> u16 {
+        self as u16 + 1
+    }
+
+    /// The fault with this number, as kept in backup registers.
+    #[must_use]
+    pub const fn from_number(number: u16) -> Option<Self> {
+        Some(match number {
+            1 => Self::MissedDeadline,
+            2 => Self::TapeSlip,
+            3 => Self::StackGuard,
+            4 => Self::SensorRange,
+            5 => Self::SensorStale,
+            6 => Self::OverCurrent,
+            7 => Self::ElectrodeOff,
+            8 => Self::BrownOut,
+            9 => Self::ClockFailure,
+            10 => Self::Watchdog,
+            11 => Self::Panic,
+            _ => return None,
+        })
+    }
+}
+
+/// A fault as it is kept and reported.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+pub struct FaultRecord {
+    /// What happened.
+    pub fault: Fault,
+    /// When, device time.
+    pub at: Micros,
+    /// Charge left on each channel by the truncated pulse, in DAC-code·µs,
+    /// anodic positive.
+    pub residual: [i32; CHANNELS],
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_round_trip() {
+        for number in 1..=11 {
+            assert_eq!(Fault::from_number(number).unwrap().number(), number);
+        }
+        assert_eq!(Fault::from_number(0), None);
+        assert_eq!(Fault::from_number(12), None);
+    }
+}

@@ -1,0 +1,20 @@
+//! The last word: nothing below this room takes orders.
+//!
+//! Lives here: hard and wearer limits, the validated [`Setup`], the state
+//! machine ([`Guard`]), electrode checks, ramps, host silence, fault codes.
+//! In: requests, inputs of the board, wanted amplitudes. Out: DAC codes to the
+//! scheduler (it implements `pulse::Supply`) and notices for `device`.
+
+mod check;
+mod fault;
+mod guard;
+pub mod limits;
+mod ramp;
+mod setup;
+mod stage;
+
+pub use check::{ElectrodeCheck, Reading};
+pub use fault::{Fault, FaultRecord};
+pub use guard::{Denied, Guard, Inputs, Notice, State, StopCause};
+pub use setup::{Channel, ChannelSpec, Setup, SetupError, Wearer, WearerSpec};
+pub use stage::{Stage, StageSpec};

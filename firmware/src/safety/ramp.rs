@@ -1,0 +1,92 @@
+//! Amplitude envelopes: a rise from zero and one common fall.
+
+use crate::units::{Amplitude, Micros};
+
+/// Rise of one channel. Restarts whenever its wanted amplitude was zero.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Rise {
+    since: Option<Micros>,
+}
+
+impl Rise {
+    /// Amplitude at `now` of a channel that wants `wanted` and rises linearly
+    /// from zero over `rise_us`.
+    pub fn apply(&mut self, wanted: Amplitude, now: Micros, rise_us: u32) -> Amplitude {
+        if wanted == Amplitude::ZERO {
+            self.since = None;
+            return wanted;
+        }
+        let elapsed = now.elapsed_since(*self.since.get_or_insert(now));
+        if elapsed >= rise_us {
+            // Keep the origin near, so that the 32-bit clock never laps it.
+            self.since = Some(now.minus(rise_us));
+            return wanted;
+        }
+        scale(wanted, elapsed, rise_us)
+    }
+}
+
+/// The fall of all channels when stimulation stops.
+#[derive(Clone, Copy, Debug)]
+pub struct Fall {
+    from: Micros,
+    length_us: u32,
+}
+
+impl Fall {
+    /// Starts at `from` and reaches zero `length_us` later.
+    #[must_use]
+    pub const fn new(from: Micros, length_us: u32) -> Self {
+        Self { from, length_us }
+    }
+
+    /// When every output is isolated at the latest.
+    #[must_use]
+    pub const fn end(&self) -> Micros {
+        self.from.plus(self.length_us)
+    }
+
+    /// What is left of `amplitude` at `now`.
+    #[must_use]
+    pub fn apply(&self, amplitude: Amplitude, now: Micros) -> Amplitude {
+        let left = self.end().elapsed_since(now).min(self.length_us);
+        scale(amplitude, left, self.length_us)
+    }
+}
+
+/// `amplitude · part / whole`, rounded down; zero for `whole` = 0.
+fn scale(amplitude: Amplitude, part: u32, whole: u32) -> Amplitude {
+    let scaled = (u64::from(amplitude.0) * u64::from(part)).checked_div(u64::from(whole));
+    // part <= whole, so the quotient is at most `amplitude`.
+    Amplitude(scaled.unwrap_or(0) as u32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rises_linearly_and_restarts_from_zero() {
+        let mut rise = Rise::default();
+        let full = Amplitude(10_000);
+        let t0 = Micros(u32::MAX - 50_000);
+        assert_eq!(rise.apply(full, t0, 100_000), Amplitude(0));
+        assert_eq!(rise.apply(full, t0.plus(25_000), 100_000), Amplitude(2_500));
+        assert_eq!(rise.apply(full, t0.plus(100_000), 100_000), full);
+        assert_eq!(
+            rise.apply(Amplitude::ZERO, t0.plus(120_000), 100_000),
+            Amplitude::ZERO
+        );
+        assert_eq!(rise.apply(full, t0.plus(140_000), 100_000), Amplitude(0));
+    }
+
+    #[test]
+    fn falls_to_zero_at_its_end() {
+        let fall = Fall::new(Micros(1000), 50_000);
+        let full = Amplitude(1000);
+        assert_eq!(fall.apply(full, Micros(0)), full);
+        assert_eq!(fall.apply(full, Micros(26_000)), Amplitude(500));
+        assert_eq!(fall.apply(full, fall.end()), Amplitude::ZERO);
+        assert_eq!(fall.apply(full, fall.end().plus(9)), Amplitude::ZERO);
+    }
+}

@@ -1,0 +1,357 @@
+//! Everything a session configures, checked as a whole before arming.
+
+use super::limits;
+use super::{Stage, StageSpec};
+use crate::pulse::{
+    CHANNELS, Group, GroupError, GroupSpec, MAX_GROUPS, Train, TrainError, TrainSpec, check_groups,
+};
+use crate::units::{Amplitude, OutOfRange};
+use heapless::Vec;
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
+
+/// The wearer's limits; each can only tighten a hard one.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+pub struct WearerSpec {
+    /// Largest current on any channel, 100–100 000 µA.
+    pub max_current_ua: u32,
+    /// Largest charge of one phase, 1–40 000 nC.
+    pub max_charge_nc: u32,
+    /// Largest rms current of a channel, 10–50 000 µA.
+    pub max_rms_ua: u32,
+    /// Shortest rise of an amplitude from zero, 1–5000 ms.
+    pub rise_ms: u16,
+    /// Fall to zero when stimulation ends, 5–100 ms.
+    pub fall_ms: u16,
+    /// Host silence that ends stimulation, 20–1000 ms.
+    pub host_timeout_ms: u16,
+}
+
+impl Default for WearerSpec {
+    fn default() -> Self {
+        Self {
+            max_current_ua: limits::MAX_CURRENT_UA,
+            max_charge_nc: limits::MAX_PHASE_CHARGE_NC,
+            max_rms_ua: limits::MAX_RMS_UA,
+            rise_ms: 500,
+            fall_ms: 50,
+            host_timeout_ms: 100,
+        }
+    }
+}
+
+/// Checked wearer's limits.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Wearer(WearerSpec);
+
+impl WearerSpec {
+    /// Checks the ranges.
+    ///
+    /// # Errors
+    /// The field and what it may be.
+    pub fn validate(&self) -> Result<Wearer, OutOfRange> {
+        let check = OutOfRange::check;
+        // The constants fit i32.
+        let max = |limit: u32| limit.cast_signed();
+        check(
+            "max_current_ua",
+            self.max_current_ua.into(),
+            100,
+            max(limits::MAX_CURRENT_UA),
+        )?;
+        check(
+            "max_charge_nc",
+            self.max_charge_nc.into(),
+            1,
+            max(limits::MAX_PHASE_CHARGE_NC),
+        )?;
+        check(
+            "max_rms_ua",
+            self.max_rms_ua.into(),
+            10,
+            max(limits::MAX_RMS_UA),
+        )?;
+        check("rise_ms", self.rise_ms.into(), 1, 5000)?;
+        check(
+            "fall_ms",
+            self.fall_ms.into(),
+            5,
+            limits::MAX_FALL_MS.into(),
+        )?;
+        let (low, high) = limits::HOST_TIMEOUT_MS;
+        check(
+            "host_timeout_ms",
+            self.host_timeout_ms.into(),
+            low.into(),
+            high.into(),
+        )?;
+        Ok(Wearer(*self))
+    }
+}
+
+impl Wearer {
+    /// The checked values.
+    #[must_use]
+    pub const fn spec(&self) -> &WearerSpec {
+        &self.0
+    }
+
+    /// Rise time in µs.
+    #[must_use]
+    pub const fn rise_us(&self) -> u32 {
+        self.0.rise_ms as u32 * 1000
+    }
+
+    /// Fall time in µs.
+    #[must_use]
+    pub const fn fall_us(&self) -> u32 {
+        self.0.fall_ms as u32 * 1000
+    }
+
+    /// Host silence in µs.
+    #[must_use]
+    pub const fn host_timeout_us(&self) -> u32 {
+        self.0.host_timeout_ms as u32 * 1000
+    }
+}
+
+/// A channel as a host configures it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+pub struct ChannelSpec {
+    /// Its pulses.
+    pub train: TrainSpec,
+    /// Its output stage.
+    pub stage: StageSpec,
+    /// The wearer's largest amplitude here, in the stage's thousandths.
+    pub limit: Amplitude,
+}
+
+/// A channel whose largest amplitude keeps every limit.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Channel {
+    /// Its pulses.
+    pub train: Train,
+    /// Its output stage.
+    pub stage: Stage,
+    /// No amplitude above this is ever put out.
+    pub limit: Amplitude,
+}
+
+/// Why a setup cannot be armed. `channel` is counted from 0.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum SetupError {
+    /// A field outside its range.
+    Range(OutOfRange),
+    /// The train cannot be played.
+    Train(TrainError),
+    /// The groups cannot be kept.
+    Group(GroupError),
+    /// At its limit the channel would exceed a current limit; the largest
+    /// allowed current is `max_ua`.
+    Current {
+        /// µA.
+        max_ua: u32,
+    },
+    /// At its limit one phase would exceed the charge limit.
+    Charge {
+        /// nC.
+        max_nc: u32,
+    },
+    /// At its limit the channel would exceed the rms limit; every pulse of a
+    /// burst counts.
+    Rms {
+        /// µA.
+        max_ua: u32,
+    },
+}
+
+impl From<OutOfRange> for SetupError {
+    fn from(e: OutOfRange) -> Self {
+        Self::Range(e)
+    }
+}
+
+impl ChannelSpec {
+    /// Checks the train, the stage and what the limit amounts to in current,
+    /// charge per phase and rms current.
+    ///
+    /// # Errors
+    /// The first limit exceeded, by name.
+    pub fn validate(&self, wearer: &Wearer) -> Result<Channel, SetupError> {
+        let train = self.train.validate().map_err(SetupError::Train)?;
+        let stage = self.stage.validate()?;
+        let full_scale = stage.full_scale().0.cast_signed(); // at most 150 000
+        OutOfRange::check("limit", self.limit.0.into(), 1, full_scale)?;
+        let spec = train.spec();
+        let ua = stage.current_ua(self.limit);
+        let max_ua = wearer.0.max_current_ua.min(stage.max_current_ua());
+        if ua > max_ua {
+            return Err(SetupError::Current { max_ua });
+        }
+        // ua <= 100 000 from here on. pC = µA·µs, at most 5e7.
+        if u64::from(ua) * u64::from(spec.width_us) > u64::from(wearer.0.max_charge_nc) * 1000 {
+            return Err(SetupError::Charge {
+                max_nc: wearer.0.max_charge_nc,
+            });
+        }
+        let phases = if spec.shape.is_biphasic() { 2 } else { 1 };
+        let on_us = phases * u64::from(spec.width_us) * u64::from(spec.burst_count);
+        let max = u64::from(wearer.0.max_rms_ua);
+        // At most 1e10 · 8000 and 2.5e9 · 2e6: both fit u64.
+        if u64::from(ua) * u64::from(ua) * on_us > max * max * u64::from(spec.period_us) {
+            return Err(SetupError::Rms {
+                max_ua: wearer.0.max_rms_ua,
+            });
+        }
+        Ok(Channel {
+            train,
+            stage,
+            limit: self.limit,
+        })
+    }
+}
+
+/// A complete setup that keeps every limit and rule.
+#[derive(Clone, Debug)]
+pub struct Setup {
+    /// The wearer's limits.
+    pub wearer: Wearer,
+    /// Configured channels.
+    pub channels: [Option<Channel>; CHANNELS],
+    /// Groups of channels.
+    pub groups: Vec<Group, MAX_GROUPS>,
+    /// The channel that drives sync out.
+    pub sync: Option<u8>,
+    /// Channels that the control law drives; a host may not.
+    pub controlled: u16,
+}
+
+impl Setup {
+    /// Joins checked channels to a setup.
+    ///
+    /// # Errors
+    /// A group rule broken, or sync or control on a channel without a train.
+    pub fn new(
+        wearer: Wearer,
+        channels: [Option<Channel>; CHANNELS],
+        groups: &[GroupSpec],
+        sync: Option<u8>,
+        controlled: u16,
+    ) -> Result<Self, SetupError> {
+        let groups = check_groups(groups, &channels.map(|c| c.map(|c| c.train)))
+            .map_err(SetupError::Group)?;
+        let used = (0..CHANNELS as u8)
+            .filter(|c| controlled & 1 << c != 0)
+            .chain(sync);
+        for channel in used {
+            if channels
+                .get(usize::from(channel))
+                .is_none_or(Option::is_none)
+            {
+                return Err(SetupError::Group(GroupError::NoTrain { channel }));
+            }
+        }
+        Ok(Self {
+            wearer,
+            channels,
+            groups,
+            sync,
+            controlled,
+        })
+    }
+
+    /// The trains, by channel.
+    #[must_use]
+    pub fn trains(&self) -> [Option<Train>; CHANNELS] {
+        self.channels.map(|c| c.map(|c| c.train))
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use crate::pulse::Shape;
+
+    pub(crate) const CHANNEL: ChannelSpec = ChannelSpec {
+        train: TrainSpec {
+            shape: Shape::BiphasicCathodicFirst,
+            width_us: 200,
+            gap_us: 100,
+            ground_us: 0,
+            period_us: 20_000,
+            offset_us: 0,
+            burst_count: 1,
+            burst_interval_us: 0,
+            repeats: 0,
+            triggered: false,
+        },
+        stage: StageSpec::Current {
+            full_scale_ua: 100_000,
+        },
+        limit: Amplitude(20_000),
+    };
+
+    fn try_channel(change: impl FnOnce(&mut ChannelSpec)) -> Result<Channel, SetupError> {
+        let mut spec = CHANNEL;
+        change(&mut spec);
+        spec.validate(&WearerSpec::default().validate().unwrap())
+    }
+
+    #[test]
+    fn each_limit_is_named() {
+        assert!(try_channel(|_| ()).is_ok());
+        assert_eq!(
+            try_channel(|c| (c.limit, c.train.width_us) = (Amplitude(80_001), 500)),
+            Err(SetupError::Charge { max_nc: 40_000 })
+        );
+        assert!(try_channel(|c| (c.limit, c.train.width_us) = (Amplitude(80_000), 500)).is_ok());
+        // 80 mA, 2 · 500 µs, 8 pulses in 20 ms: 80 · sqrt(8/20) = 50.6 mA rms.
+        let octuplet = |c: &mut ChannelSpec| {
+            (c.limit, c.train.width_us) = (Amplitude(80_000), 500);
+            (c.train.burst_count, c.train.burst_interval_us) = (8, 1_200);
+        };
+        assert_eq!(
+            try_channel(octuplet),
+            Err(SetupError::Rms { max_ua: 50_000 })
+        );
+        let volts = StageSpec::Voltage {
+            full_scale_mv: 60_000,
+            load_ohm: 2_000,
+        };
+        assert!(try_channel(|c| (c.stage, c.limit) = (volts, Amplitude(40_000))).is_ok());
+        assert_eq!(
+            try_channel(|c| (c.stage, c.limit) = (volts, Amplitude(40_001))),
+            Err(SetupError::Current { max_ua: 20_000 })
+        );
+    }
+
+    #[test]
+    fn wearer_limits_can_only_be_tighter() {
+        let loose = WearerSpec {
+            max_current_ua: 100_001,
+            ..WearerSpec::default()
+        };
+        assert_eq!(loose.validate().unwrap_err().field, "max_current_ua");
+        let tight = WearerSpec {
+            max_current_ua: 10_000,
+            ..WearerSpec::default()
+        };
+        assert_eq!(
+            CHANNEL.validate(&tight.validate().unwrap()),
+            Err(SetupError::Current { max_ua: 10_000 })
+        );
+    }
+
+    #[test]
+    fn codes_never_exceed_what_was_asked() {
+        let stage = CHANNEL.stage.validate().unwrap();
+        for ua in (0..=100_000).step_by(37) {
+            let code = stage.code(Amplitude(ua));
+            assert!(u64::from(code.0) * 100_000 <= u64::from(ua) * 65_535);
+            assert!(stage.amplitude(code) <= Amplitude(ua));
+        }
+        assert_eq!(stage.code(Amplitude(100_000)), DacCode(65_535));
+    }
+
+    use crate::units::DacCode;
+}
