@@ -7,6 +7,10 @@
 #![no_std]
 #![deny(unsafe_code)]
 
+pub mod control;
+pub mod device;
+pub mod link;
+pub mod muscle;
 pub mod pulse;
 pub mod safety;
 pub mod units;

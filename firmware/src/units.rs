@@ -107,6 +107,15 @@ pub struct AngularRate(pub I16F16);
 #[derive(Clone, Copy, PartialEq, PartialOrd, Debug, Default)]
 pub struct Force(pub I16F16);
 
+impl Force {
+    /// To millinewtons, rounded down; 0 for negative forces.
+    #[must_use]
+    pub fn to_millinewton(self) -> u32 {
+        // At most 2^31 · 1000 / 2^16.
+        (u64::from(self.0.to_bits().max(0).cast_unsigned()) * 1000 >> 16) as u32
+    }
+}
+
 /// A value outside its allowed range, by the field's name on the link.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct OutOfRange {

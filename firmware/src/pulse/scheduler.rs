@@ -173,6 +173,13 @@ impl Scheduler {
         started
     }
 
+    /// Width of one phase on `channel`, µs; 0 without a train.
+    #[must_use]
+    pub fn phase_width_us(&self, channel: u8) -> u16 {
+        let lane = self.lanes.get(usize::from(channel)).copied().flatten();
+        lane.map_or(0, |lane| lane.train.spec().width_us)
+    }
+
     /// How far the trains are.
     #[must_use]
     pub fn progress(&self) -> Progress {

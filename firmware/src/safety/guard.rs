@@ -305,23 +305,29 @@ impl Guard {
         Ok(())
     }
 
-    /// An amplitude that the control law computed, clamped to the wearer's
-    /// limit. Returns whether it was clamped (reported as *limiting*).
-    pub fn order(&mut self, channel: u8, amplitude: Amplitude) -> bool {
-        if !matches!(self.mode, Mode::Armed { .. } | Mode::Stimulating) {
-            return false;
-        }
+    /// An amplitude that the control law computed. A joint's points stay
+    /// within the limits of their channels, so the clamp here only matters if
+    /// that promise were broken; the law reports its own as *limiting*.
+    pub fn order(&mut self, channel: u8, amplitude: Amplitude) {
+        let index = usize::from(channel);
         let config = self
             .setup
             .as_ref()
-            .and_then(|s| s.channels.get(usize::from(channel)).copied().flatten());
-        match (config, self.wanted.get_mut(usize::from(channel))) {
-            (Some(config), Some(wanted)) => {
-                *wanted = amplitude.min(config.limit);
-                amplitude > config.limit
-            }
-            _ => false,
+            .and_then(|s| s.channels.get(index).copied().flatten());
+        if let Mode::Armed { .. } | Mode::Stimulating = self.mode
+            && let (Some(config), Some(wanted)) = (config, self.wanted.get_mut(index))
+        {
+            *wanted = amplitude.min(config.limit);
         }
+    }
+
+    /// Amplitude of the channel's latest burst.
+    #[must_use]
+    pub fn in_force(&self, channel: u8) -> Amplitude {
+        self.in_force
+            .get(usize::from(channel))
+            .copied()
+            .unwrap_or_default()
     }
 
     /// The session owner's valid setpoint or keep-alive arrived at `at`.

@@ -96,6 +96,23 @@ impl Stage {
         Amplitude((u64::from(code.0) * u64::from(self.full_scale().0) / 65_535) as u32)
     }
 
+    /// Current that the reference stage drives through `ohm` at `code`, µA:
+    /// up to 120 V from a current stage, up to the limiter from a voltage
+    /// stage. For simulated boards.
+    #[must_use]
+    pub fn current_through_ua(&self, code: DacCode, ohm: u32) -> u32 {
+        let set = u64::from(self.amplitude(code).0);
+        let ohm = u64::from(ohm.max(1));
+        let ua = match self.0 {
+            StageSpec::Current { .. } => set.min(120_000_000 / ohm),
+            // mV · 1000 / Ω = µA.
+            StageSpec::Voltage { .. } => {
+                (set * 1000 / ohm).min(limits::VOLTAGE_STAGE_LIMITER_UA.into())
+            }
+        };
+        ua as u32 // at most 150 000
+    }
+
     /// Smallest and largest plausible current at `amplitude`, µA: below, the
     /// electrode is off; above, it is shorted. A current stage must reach half
     /// of what it is set to; a voltage stage must see 100 Ω to 20 kΩ.

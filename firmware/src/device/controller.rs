@@ -1,0 +1,247 @@
+//! The 1 kHz owner: joint control, muscle models, telemetry samples.
+
+use super::mail::{ControlEvent, ControlOrder, ControlReport, ControlRequest, ControllerMail};
+use crate::control::{Effort, Joint, JointState, Orders, SensorFault};
+use crate::link::{Code, Refusal, Telemetry};
+use crate::muscle::{CalciumForce, CalciumForceState, Recruitment};
+use crate::pulse::CHANNELS;
+use crate::safety::Fault;
+use crate::units::{Amplitude, Micros};
+use heapless::Vec;
+
+/// A channel's muscle: how it is recruited and how its force develops.
+#[derive(Clone, Debug)]
+pub struct Muscle {
+    /// From 0.
+    pub channel: u8,
+    /// Amplitude → gain.
+    pub recruitment: Recruitment,
+    /// Gain and pulses → force.
+    pub force: CalciumForce,
+}
+
+/// What the controller works with from arming on.
+#[derive(Clone, Debug, Default)]
+pub struct ControlSetup {
+    /// Bit i: channel i is part of the setup.
+    pub channels: u16,
+    /// Muscles whose force is predicted, by rising channel.
+    pub muscles: Vec<Muscle, CHANNELS>,
+    /// The controlled joint.
+    pub joint: Option<Joint>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Phase {
+    Off,
+    Armed,
+    Running,
+}
+
+/// Owns the control law and the muscle models.
+#[derive(Debug)]
+pub struct Controller {
+    phase: Phase,
+    setup: ControlSetup,
+    joint: JointState,
+    muscles: Vec<CalciumForceState, CHANNELS>,
+    amplitudes: [Amplitude; CHANNELS],
+    limiting: bool,
+    period: u16,
+    until_sample: u16,
+}
+
+impl Default for Controller {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Controller {
+    /// A controller without a setup.
+    #[must_use]
+    pub fn new() -> Self {
+        Self {
+            phase: Phase::Off,
+            setup: ControlSetup::default(),
+            joint: JointState::default(),
+            muscles: Vec::new(),
+            amplitudes: [Amplitude::ZERO; CHANNELS],
+            limiting: false,
+            period: 0,
+            until_sample: 0,
+        }
+    }
+
+    /// One tick at `now`. `adc` is the joint sensor's conversion of this
+    /// instant, if the board has one.
+    pub fn tick(&mut self, now: Micros, adc: Option<u16>, mail: &mut ControllerMail<'_>) {
+        while let Some(event) = mail.events.dequeue() {
+            self.follow(event, now, mail);
+        }
+        while let Some(request) = mail.requests.dequeue() {
+            self.take(request, now, mail);
+        }
+        let orders = self.control(now, adc, mail);
+        for (muscle, state) in self.setup.muscles.iter().zip(&mut self.muscles) {
+            muscle.force.advance(state, now);
+        }
+        self.sample(now, orders.as_ref(), mail);
+    }
+
+    fn follow(&mut self, event: ControlEvent, now: Micros, mail: &mut ControllerMail<'_>) {
+        match event {
+            ControlEvent::Armed => {
+                // The latest setup is the armed one: the session puts one in
+                // before each arm order.
+                while let Some(setup) = mail.setup.dequeue() {
+                    self.setup = setup;
+                }
+                self.muscles.clear();
+                for _ in &self.setup.muscles {
+                    // As many slots as muscles.
+                    let _ = self.muscles.push(CalciumForceState::at_rest(now));
+                }
+                self.joint = JointState::default();
+                self.amplitudes = [Amplitude::ZERO; CHANNELS];
+                self.phase = Phase::Armed;
+            }
+            ControlEvent::Started => self.phase = Phase::Running,
+            ControlEvent::Ended => self.phase = Phase::Off,
+            ControlEvent::Pulse {
+                channel,
+                at,
+                amplitude,
+            } => {
+                if let Some(slot) = self.amplitudes.get_mut(usize::from(channel)) {
+                    *slot = amplitude;
+                }
+                for (muscle, state) in self.setup.muscles.iter().zip(&mut self.muscles) {
+                    if muscle.channel == channel {
+                        muscle
+                            .force
+                            .pulse(state, at, muscle.recruitment.gain(amplitude));
+                    }
+                }
+            }
+        }
+    }
+
+    fn take(&mut self, request: ControlRequest, now: Micros, mail: &mut ControllerMail<'_>) {
+        let (seq, result, setpoint) = match request {
+            ControlRequest::Subscribe(period) => {
+                (self.period, self.until_sample) = (period, period);
+                return;
+            }
+            ControlRequest::Angle {
+                seq,
+                arrived,
+                at,
+                angle,
+                rate,
+            } => {
+                let result = match &self.setup.joint {
+                    _ if self.phase == Phase::Off => Err(Refusal::new(Code::NotArmed, "state")),
+                    None => Err(Refusal::new(Code::NoJoint, "joint")),
+                    Some(joint) => joint
+                        .setpoint(&mut self.joint, now, at, angle, rate)
+                        .map_err(Refusal::from),
+                };
+                if result.is_ok() {
+                    order(ControlOrder::Heard(arrived), mail);
+                }
+                (seq, result, true)
+            }
+            ControlRequest::Measurement { seq, at, angle } => {
+                let result = match &self.setup.joint {
+                    _ if self.phase == Phase::Off => Err(Refusal::new(Code::NotArmed, "state")),
+                    None => Err(Refusal::new(Code::NoJoint, "joint")),
+                    Some(joint) => joint
+                        .measurement(&mut self.joint, now, at, angle)
+                        .map_err(Refusal::from),
+                };
+                (seq, result, false)
+            }
+        };
+        let report = ControlReport::Verdict {
+            seq,
+            at: now,
+            result,
+            setpoint,
+        };
+        let _ = mail.reports.enqueue(report); // a host that gets no answer asks again
+    }
+
+    /// Runs the joint while stimulating; a sensor that cannot be believed is
+    /// a fault for the pulser to latch.
+    fn control(
+        &mut self,
+        now: Micros,
+        adc: Option<u16>,
+        mail: &mut ControllerMail<'_>,
+    ) -> Option<Orders> {
+        let joint = self
+            .setup
+            .joint
+            .as_ref()
+            .filter(|_| self.phase == Phase::Running)?;
+        let reading = adc.and_then(|code| joint.angle_from_code(code));
+        match joint.tick(&mut self.joint, now, reading) {
+            Ok(orders) => {
+                self.limiting |= orders.limiting;
+                order(ControlOrder::Amplitudes(orders.amplitudes.clone()), mail);
+                Some(orders)
+            }
+            // A host that measures may need until its first setpoint.
+            Err(SensorFault::Absent) => None,
+            Err(SensorFault::Stale { .. }) => {
+                order(ControlOrder::Fault(Fault::SensorStale), mail);
+                None
+            }
+            Err(SensorFault::OutOfRange { .. }) => {
+                order(ControlOrder::Fault(Fault::SensorRange), mail);
+                None
+            }
+        }
+    }
+
+    fn sample(&mut self, now: Micros, orders: Option<&Orders>, mail: &mut ControllerMail<'_>) {
+        if self.period == 0 {
+            return;
+        }
+        self.until_sample = self.until_sample.saturating_sub(1);
+        if self.until_sample != 0 {
+            return;
+        }
+        self.until_sample = self.period;
+        let mut sample = Telemetry {
+            at: now,
+            limiting: core::mem::take(&mut self.limiting),
+            ..Telemetry::default()
+        };
+        if let Some(orders) = orders {
+            sample.target_centideg = orders.target.to_centideg();
+            sample.measured_centideg = orders.measured.to_centideg();
+            sample.effort_milli = Effort::to_milli(orders.effort);
+        }
+        for (channel, &amplitude) in self.amplitudes.iter().enumerate() {
+            if self.setup.channels & 1 << channel != 0 {
+                let _ = sample.amplitudes.push(amplitude); // as many slots as channels
+            }
+        }
+        for (muscle, state) in self.setup.muscles.iter().zip(&self.muscles) {
+            let _ = sample
+                .forces_mn
+                .push(muscle.force.force(state).to_millinewton()); // same
+        }
+        let _ = mail.reports.enqueue(ControlReport::Telemetry(sample)); // late readers lose samples
+    }
+}
+
+/// The pulser empties its mailbox four times per tick, and a tick writes at
+/// most one order more than it took requests: 16 slots are enough for ten
+/// setpoints in a millisecond. What does not fit would be overwritten by the
+/// next tick's order anyway.
+fn order(order: ControlOrder, mail: &mut ControllerMail<'_>) {
+    let _ = mail.orders.enqueue(order);
+}

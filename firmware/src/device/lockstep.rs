@@ -1,0 +1,270 @@
+//! The three owners in virtual time: the sequencer behind the native
+//! simulator and the QEMU image. It owns no clock; [`Lockstep::advance`] says
+//! how far time goes, and everything happens at its exact microsecond.
+
+use super::{Controller, Identity, Mailboxes, Pulser, REFILL_OFFSET_US, Session, WINDOWS_PER_TICK};
+use crate::link::MAX_FRAME;
+use crate::pulse::{CHANNELS, Levels, WINDOW_US, WindowPlan};
+use crate::safety::{Fault, Inputs, Reading, State};
+use crate::units::{DacCode, Micros};
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
+
+/// What each owner's call costs on the device, µs: when its effects are seen.
+/// Estimates until the chip simulator measures them (docs/architecture.md).
+pub mod cost {
+    /// A refill, from its compare to its DAC writes.
+    pub const REFILL_US: u32 = 20;
+    /// A control tick.
+    pub const CONTROL_US: u32 = 30;
+    /// One frame's way through the session.
+    pub const SESSION_US: u32 = 40;
+}
+
+/// The outside world during one [`Lockstep::advance`].
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+pub struct Sensors {
+    /// The joint sensor's conversion, if one is connected.
+    pub joint: Option<u16>,
+    /// Load on each channel, Ω; `u32::MAX` is an electrode off.
+    pub load_ohm: [u32; CHANNELS],
+    /// Arm input closed.
+    pub arm: bool,
+    /// Hand-held stop closed.
+    pub hand_stop: bool,
+    /// Over-current comparator tripped.
+    pub over_current: bool,
+    /// A trigger edge in the time being advanced over.
+    pub trigger: Option<Micros>,
+}
+
+impl Default for Sensors {
+    fn default() -> Self {
+        Self {
+            joint: None,
+            load_ohm: [2_000; CHANNELS],
+            arm: true,
+            hand_stop: true,
+            over_current: false,
+            trigger: None,
+        }
+    }
+}
+
+/// Where a simulated board's outputs go, in time order per kind.
+pub trait Sink {
+    /// The outputs change.
+    fn levels(&mut self, at: Micros, levels: Levels);
+    /// A DAC is written.
+    fn dac(&mut self, at: Micros, channel: u8, code: DacCode);
+    /// Bytes leave for the host.
+    fn bytes(&mut self, at: Micros, bytes: &[u8]);
+}
+
+/// A simulated board: owners, mailboxes, and the window being played.
+#[derive(Debug)]
+pub struct Lockstep {
+    pulser: Pulser,
+    controller: Controller,
+    session: Session,
+    mail: Mailboxes,
+    /// Time up to which everything has happened.
+    now: Micros,
+    /// Windows since boot, for the control tick.
+    count: u32,
+    /// The window that plays.
+    playing: WindowPlan,
+    /// Changes of `playing` that have reached the pins.
+    played: usize,
+    /// The window after it.
+    next: WindowPlan,
+    levels: Levels,
+    dac: [DacCode; CHANNELS],
+    reading: Option<Reading>,
+    trigger: Option<Micros>,
+    tripped: bool,
+}
+
+impl Lockstep {
+    /// A board that boots at `boot`.
+    #[must_use]
+    pub fn new(identity: Identity, boot: Micros) -> Self {
+        let (mut playing, mut next) = (WindowPlan::new(), WindowPlan::new());
+        playing.reset(boot, Levels::ISOLATED);
+        next.reset(boot.plus(WINDOW_US), Levels::ISOLATED);
+        Self {
+            pulser: Pulser::new(identity.last_fault),
+            controller: Controller::new(),
+            session: Session::new(identity),
+            mail: Mailboxes::new(),
+            now: boot,
+            count: 0,
+            playing,
+            played: 0,
+            next,
+            levels: Levels::ISOLATED,
+            dac: [DacCode(0); CHANNELS],
+            reading: None,
+            trigger: None,
+            tripped: false,
+        }
+    }
+
+    /// Device time.
+    #[must_use]
+    pub const fn now(&self) -> Micros {
+        self.now
+    }
+
+    /// The device's state.
+    #[must_use]
+    pub const fn state(&self) -> State {
+        self.pulser.state()
+    }
+
+    /// Takes bytes whose last one arrives at `at`; time first goes on to where
+    /// a frame that they complete is served.
+    pub fn receive(&mut self, at: Micros, bytes: &[u8], sensors: &Sensors, sink: &mut impl Sink) {
+        let served = if bytes.contains(&0) {
+            at.plus(cost::SESSION_US)
+        } else {
+            at
+        };
+        self.advance(served, sensors, sink);
+        let (_, _, mut mail) = self.mail.split();
+        self.session.receive(at, bytes, &mut mail);
+        self.session.poll(&mut mail);
+        self.transmit(served, sink);
+    }
+
+    /// Lets time go on to `to`; does nothing if it is there already.
+    pub fn advance(&mut self, to: Micros, sensors: &Sensors, sink: &mut impl Sink) {
+        if sensors.trigger.is_some() {
+            self.trigger = sensors.trigger;
+        }
+        if sensors.over_current && !self.tripped {
+            self.fault(Fault::OverCurrent, sink);
+        }
+        self.tripped = sensors.over_current;
+        loop {
+            let refill = self.playing.start.plus(REFILL_OFFSET_US);
+            let turn = self.playing.start.plus(WINDOW_US);
+            let is_rendered = refill.is_before(self.now);
+            let event = if is_rendered { turn } else { refill };
+            if !event.is_before(to) {
+                break;
+            }
+            if is_rendered {
+                self.turn(turn, sensors, sink);
+            } else {
+                self.refill(refill, sensors, sink);
+            }
+        }
+        if self.now.is_before(to) {
+            self.now = to;
+        }
+        self.play_until(to, sink);
+    }
+
+    /// Puts the changes of the playing window that lie before `to` on the pins.
+    fn play_until(&mut self, to: Micros, sink: &mut impl Sink) {
+        while let Some(change) = self.playing.changes.get(self.played).copied() {
+            let at = self.playing.start.plus(change.slot.into());
+            if !at.is_before(to) {
+                break;
+            }
+            self.played += 1; // below the number of changes
+            self.set_levels(at, change.levels, sink);
+        }
+    }
+
+    /// The next window begins to play.
+    fn turn(&mut self, start: Micros, sensors: &Sensors, sink: &mut impl Sink) {
+        self.play_until(start, sink);
+        self.measure(sensors);
+        core::mem::swap(&mut self.playing, &mut self.next);
+        self.played = 0;
+        self.now = start;
+        self.count = self.count.wrapping_add(1);
+        self.set_levels(start, self.playing.initial, sink);
+    }
+
+    /// The front end has converted the played window's mid-phase current.
+    fn measure(&mut self, sensors: &Sensors) {
+        let Some((channel, _)) = self.playing.sample.take() else {
+            return;
+        };
+        let index = usize::from(channel);
+        let (code, ohm) = (self.dac.get(index), sensors.load_ohm.get(index));
+        if let (Some(stage), Some(&code), Some(&ohm)) = (self.pulser.stage(channel), code, ohm) {
+            let ua = stage.current_through_ua(code, ohm);
+            self.reading = Some(Reading::from_ua(channel, ua));
+        }
+    }
+
+    fn refill(&mut self, now: Micros, sensors: &Sensors, sink: &mut impl Sink) {
+        // Past the compare by one, so that the window counts as rendered.
+        self.now = now.plus(1);
+        let inputs = Inputs {
+            arm: sensors.arm,
+            hand_stop: sensors.hand_stop,
+            over_current: sensors.over_current,
+            trigger: self.trigger.take_if(|at| now.has_reached(*at)),
+            reading: self.reading.take(),
+        };
+        let start = self.playing.start.plus(WINDOW_US);
+        let (mut mail, _, _) = self.mail.split();
+        let result = self
+            .pulser
+            .refill(now, start, &inputs, &mut mail, &mut self.next);
+        let done = now.plus(cost::REFILL_US);
+        for &(channel, code) in &self.next.dac {
+            if let Some(slot) = self.dac.get_mut(usize::from(channel)) {
+                *slot = code;
+            }
+            sink.dac(done, channel, code);
+        }
+        if result.is_err() {
+            self.isolate(now, sink);
+        }
+        let mut ready = done;
+        let (_, mut control_mail, mut session_mail) = self.mail.split();
+        if self.count.is_multiple_of(WINDOWS_PER_TICK) {
+            self.controller.tick(done, sensors.joint, &mut control_mail);
+            ready = done.plus(cost::CONTROL_US);
+        }
+        self.session.poll(&mut session_mail);
+        self.transmit(ready, sink);
+    }
+
+    /// A fault from outside the refill: outputs isolate here and now.
+    fn fault(&mut self, fault: Fault, sink: &mut impl Sink) {
+        let (mut mail, _, _) = self.mail.split();
+        self.pulser.fault(fault, self.now, &mut mail);
+        self.isolate(self.now, sink);
+    }
+
+    /// The hardware's fault stop: nothing rendered is played any more.
+    fn isolate(&mut self, at: Micros, sink: &mut impl Sink) {
+        self.play_until(at, sink);
+        self.played = self.playing.changes.len();
+        self.playing.sample = None;
+        self.next.reset(self.next.start, Levels::ISOLATED);
+        self.set_levels(at, Levels::ISOLATED, sink);
+    }
+
+    fn set_levels(&mut self, at: Micros, levels: Levels, sink: &mut impl Sink) {
+        if levels != self.levels {
+            self.levels = levels;
+            sink.levels(at, levels);
+        }
+    }
+
+    fn transmit(&mut self, at: Micros, sink: &mut impl Sink) {
+        let mut buffer = [0; MAX_FRAME];
+        while self.session.has_output() {
+            let count = self.session.transmit(&mut buffer);
+            sink.bytes(at, buffer.get(..count).unwrap_or_default());
+        }
+    }
+}

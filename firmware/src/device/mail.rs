@@ -1,0 +1,250 @@
+//! What the owners say to each other: single-producer, single-consumer.
+
+use super::ControlSetup;
+use crate::control::Amplitudes;
+use crate::link::{Refusal, Telemetry};
+use crate::pulse::CHANNELS;
+use crate::safety::{Denied, FaultRecord, Notice, Setup, State};
+use crate::units::{Amplitude, Angle, AngularRate, Micros};
+use heapless::spsc::{Consumer, Producer, Queue};
+
+/// Session → pulser.
+#[derive(Clone, Copy, Debug)]
+pub struct Order {
+    /// The request's number, for the verdict.
+    pub seq: u16,
+    /// When its last byte arrived.
+    pub at: Micros,
+    /// What to do.
+    pub kind: OrderKind,
+}
+
+/// What a session orders.
+#[derive(Clone, Copy, Debug)]
+#[expect(missing_docs, reason = "named as the requests they carry")]
+pub enum OrderKind {
+    /// Arm the setup that lies in the setup mailbox.
+    Arm,
+    Start,
+    Stop,
+    Acknowledge,
+    Status,
+    KeepAlive,
+    Amplitudes {
+        mask: u16,
+        values: [Amplitude; CHANNELS],
+    },
+}
+
+/// Pulser → session.
+#[derive(Clone, Copy, Debug)]
+pub enum Report {
+    /// Answer to an [`Order`].
+    Verdict {
+        /// The order's number.
+        seq: u16,
+        /// When it was decided.
+        at: Micros,
+        /// The decision.
+        result: Result<(), Denied>,
+        /// Whether it was a setpoint.
+        setpoint: bool,
+    },
+    /// Answer to [`OrderKind::Status`].
+    Status {
+        /// The order's number.
+        seq: u16,
+        /// Device time.
+        at: Micros,
+        /// State then.
+        state: State,
+        /// Pulses started since boot.
+        pulses: u32,
+        /// Trigger edges without a prepared train.
+        idle_triggers: u32,
+        /// The latched or last fault.
+        fault: Option<FaultRecord>,
+    },
+    /// Something changed.
+    Changed {
+        /// When.
+        at: Micros,
+        /// The state from then on.
+        state: State,
+        /// What happened.
+        notice: Notice,
+    },
+}
+
+/// Session → controller.
+#[derive(Clone, Copy, Debug)]
+pub enum ControlRequest {
+    /// A wanted angle.
+    Angle {
+        /// The request's number.
+        seq: u16,
+        /// When its last byte arrived.
+        arrived: Micros,
+        /// From when it is valid.
+        at: Micros,
+        /// The angle.
+        angle: Angle,
+        /// Its rate, if the host gave one.
+        rate: Option<AngularRate>,
+    },
+    /// A joint angle measured by the host.
+    Measurement {
+        /// The request's number.
+        seq: u16,
+        /// When it was measured.
+        at: Micros,
+        /// The angle.
+        angle: Angle,
+    },
+    /// Telemetry period in ticks, 0 for none.
+    Subscribe(u16),
+}
+
+/// Controller → session.
+#[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "eight slots in a static mailbox")]
+pub enum ControlReport {
+    /// Answer to an angle or a measurement.
+    Verdict {
+        /// The request's number.
+        seq: u16,
+        /// When it was decided.
+        at: Micros,
+        /// The decision.
+        result: Result<(), Refusal<'static>>,
+        /// Whether it was a setpoint.
+        setpoint: bool,
+    },
+    /// A subscribed sample.
+    Telemetry(Telemetry),
+}
+
+/// Controller → pulser.
+#[derive(Clone, Debug)]
+pub enum ControlOrder {
+    /// Amplitudes from the control law.
+    Amplitudes(Amplitudes),
+    /// A valid setpoint of the session's owner arrived then.
+    Heard(Micros),
+    /// The joint's sensor cannot be believed.
+    Fault(crate::safety::Fault),
+}
+
+/// Pulser → controller.
+#[derive(Clone, Copy, Debug)]
+pub enum ControlEvent {
+    /// The setup in the mailbox is armed.
+    Armed,
+    /// Stimulation started.
+    Started,
+    /// Stimulation or arming ended.
+    Ended,
+    /// A pulse was rendered.
+    Pulse {
+        /// From 0.
+        channel: u8,
+        /// Its leading edge.
+        at: Micros,
+        /// Its amplitude.
+        amplitude: Amplitude,
+    },
+}
+
+/// All mailboxes. A setup lies in a mailbox of its own because of its size.
+#[derive(Debug, Default)]
+pub struct Mailboxes {
+    setup: Queue<Setup, 2>,
+    orders: Queue<Order, 32>,
+    reports: Queue<Report, 32>,
+    control_setup: Queue<ControlSetup, 2>,
+    control_requests: Queue<ControlRequest, 32>,
+    control_reports: Queue<ControlReport, 16>,
+    control_orders: Queue<ControlOrder, 16>,
+    // 4 windows of at most 20 pulses between two control ticks.
+    control_events: Queue<ControlEvent, 128>,
+}
+
+/// The pulser's ends.
+pub struct PulserMail<'a> {
+    pub(super) setup: Consumer<'a, Setup>,
+    pub(super) orders: Consumer<'a, Order>,
+    pub(super) reports: Producer<'a, Report>,
+    pub(super) control_orders: Consumer<'a, ControlOrder>,
+    pub(super) control_events: Producer<'a, ControlEvent>,
+}
+
+/// The controller's ends.
+pub struct ControllerMail<'a> {
+    pub(super) setup: Consumer<'a, ControlSetup>,
+    pub(super) requests: Consumer<'a, ControlRequest>,
+    pub(super) reports: Producer<'a, ControlReport>,
+    pub(super) orders: Producer<'a, ControlOrder>,
+    pub(super) events: Consumer<'a, ControlEvent>,
+}
+
+/// The session's ends.
+pub struct SessionMail<'a> {
+    pub(super) setup: Producer<'a, Setup>,
+    pub(super) orders: Producer<'a, Order>,
+    pub(super) reports: Consumer<'a, Report>,
+    pub(super) control_setup: Producer<'a, ControlSetup>,
+    pub(super) control_requests: Producer<'a, ControlRequest>,
+    pub(super) control_reports: Consumer<'a, ControlReport>,
+}
+
+impl Mailboxes {
+    /// Empty mailboxes.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            setup: Queue::new(),
+            orders: Queue::new(),
+            reports: Queue::new(),
+            control_setup: Queue::new(),
+            control_requests: Queue::new(),
+            control_reports: Queue::new(),
+            control_orders: Queue::new(),
+            control_events: Queue::new(),
+        }
+    }
+
+    /// The three owners' ends.
+    pub fn split(&mut self) -> (PulserMail<'_>, ControllerMail<'_>, SessionMail<'_>) {
+        let (setup_tx, setup_rx) = self.setup.split();
+        let (orders_tx, orders_rx) = self.orders.split();
+        let (reports_tx, reports_rx) = self.reports.split();
+        let (control_setup_tx, control_setup_rx) = self.control_setup.split();
+        let (requests_tx, requests_rx) = self.control_requests.split();
+        let (control_reports_tx, control_reports_rx) = self.control_reports.split();
+        let (control_orders_tx, control_orders_rx) = self.control_orders.split();
+        let (events_tx, events_rx) = self.control_events.split();
+        let pulser = PulserMail {
+            setup: setup_rx,
+            orders: orders_rx,
+            reports: reports_tx,
+            control_orders: control_orders_rx,
+            control_events: events_tx,
+        };
+        let controller = ControllerMail {
+            setup: control_setup_rx,
+            requests: requests_rx,
+            reports: control_reports_tx,
+            orders: control_orders_tx,
+            events: events_rx,
+        };
+        let session = SessionMail {
+            setup: setup_tx,
+            orders: orders_tx,
+            reports: reports_rx,
+            control_setup: control_setup_tx,
+            control_requests: requests_tx,
+            control_reports: control_reports_rx,
+        };
+        (pulser, controller, session)
+    }
+}

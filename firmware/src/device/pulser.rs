@@ -1,0 +1,278 @@
+//! The owner of time on the pins: renders each window, has the guard's word.
+
+use super::mail::{ControlEvent, ControlOrder, Order, OrderKind, PulserMail, Report};
+use crate::pulse::{Scheduler, WindowPlan};
+use crate::safety::{Denied, Fault, FaultRecord, Guard, Inputs, Notice, Stage, State};
+use crate::units::{Amplitude, Micros};
+
+/// Owns the guard and the scheduler. On a board it is one interrupt.
+#[derive(Debug)]
+pub struct Pulser {
+    guard: Guard,
+    scheduler: Scheduler,
+    /// Number of the arm order whose electrode check is under way.
+    arming: Option<u16>,
+    last_fault: Option<FaultRecord>,
+    pulses: u32,
+    idle_triggers: u32,
+    /// The channel sampled last, so that all take turns.
+    sampled: u8,
+}
+
+impl Pulser {
+    /// A pulser at reset; `latched` is the fault that the reset found.
+    #[must_use]
+    pub fn new(latched: Option<FaultRecord>) -> Self {
+        Self {
+            guard: Guard::new(latched),
+            scheduler: Scheduler::new(),
+            arming: None,
+            last_fault: latched,
+            pulses: 0,
+            idle_triggers: 0,
+            sampled: 0,
+        }
+    }
+
+    /// The device's state.
+    #[must_use]
+    pub const fn state(&self) -> State {
+        self.guard.state()
+    }
+
+    /// The output stage of a channel of the armed or last armed setup.
+    #[must_use]
+    pub fn stage(&self, channel: u8) -> Option<Stage> {
+        let channels = &self.guard.setup()?.channels;
+        Some(channels.get(usize::from(channel)).copied().flatten()?.stage)
+    }
+
+    /// Renders the window at `start`; called once per window, 248 µs before it
+    /// plays. After `Err` the plan is isolated, the fault is latched, and the
+    /// caller must isolate the outputs at once.
+    ///
+    /// # Errors
+    /// The fault that was latched.
+    pub fn refill(
+        &mut self,
+        now: Micros,
+        start: Micros,
+        inputs: &Inputs,
+        mail: &mut PulserMail<'_>,
+        plan: &mut WindowPlan,
+    ) -> Result<(), Fault> {
+        let result = self.try_refill(start, inputs, mail, plan);
+        if let Err(fault) = result {
+            plan.reset(start, crate::pulse::Levels::ISOLATED);
+            self.fault(fault, now, mail);
+        }
+        result
+    }
+
+    /// Latches a fault found elsewhere at `now`; the caller isolates.
+    pub fn fault(&mut self, fault: Fault, now: Micros, mail: &mut PulserMail<'_>) {
+        if self.guard.state() == State::Fault {
+            return; // the first fault is the one to keep
+        }
+        let notice = self.guard.fault(fault, now, self.scheduler.residual(now));
+        self.announce(notice, now, mail);
+    }
+
+    fn try_refill(
+        &mut self,
+        start: Micros,
+        inputs: &Inputs,
+        mail: &mut PulserMail<'_>,
+        plan: &mut WindowPlan,
+    ) -> Result<(), Fault> {
+        while let Some(order) = mail.orders.dequeue() {
+            self.take(order, start, inputs, mail);
+        }
+        while let Some(order) = mail.control_orders.dequeue() {
+            match order {
+                ControlOrder::Amplitudes(list) => {
+                    for (channel, amplitude) in list {
+                        self.guard.order(channel, amplitude);
+                    }
+                }
+                ControlOrder::Heard(at) => self.guard.heard(at),
+                ControlOrder::Fault(fault) => return Err(fault),
+            }
+        }
+        if let Some(at) = inputs.trigger
+            && (self.guard.state() != State::Stimulating || self.scheduler.trigger(at) == 0)
+        {
+            self.idle_triggers = self.idle_triggers.saturating_add(1);
+        }
+        if let Some(notice) = self.guard.tick(start, inputs, self.scheduler.progress())? {
+            self.announce(notice, start, mail);
+        }
+        self.scheduler
+            .render(start, &mut self.guard, plan)
+            .map_err(|_| Fault::MissedDeadline)?;
+        plan.pump = self.guard.pump();
+        self.report_pulses(plan, mail);
+        Ok(())
+    }
+
+    fn take(&mut self, order: Order, start: Micros, inputs: &Inputs, mail: &mut PulserMail<'_>) {
+        let mut setpoint = false;
+        let result = match order.kind {
+            OrderKind::Arm => match self.arm(order.seq, start, inputs, mail) {
+                Ok(()) => return, // the verdict comes with the electrode check's
+                denied => denied,
+            },
+            OrderKind::Start => self.start(start, mail),
+            OrderKind::Stop => {
+                if let Some(notice) = self.guard.stop(start) {
+                    self.announce(notice, start, mail);
+                }
+                Ok(())
+            }
+            OrderKind::Acknowledge => self
+                .guard
+                .acknowledge(start)
+                .map(|()| self.scheduler.ground_all()),
+            OrderKind::KeepAlive => {
+                self.guard.heard(order.at);
+                Ok(())
+            }
+            OrderKind::Amplitudes { mask, values } => {
+                setpoint = true;
+                self.set_amplitudes(mask, &values)
+                    .map(|()| self.guard.heard(order.at))
+            }
+            OrderKind::Status => {
+                let report = Report::Status {
+                    seq: order.seq,
+                    at: start,
+                    state: self.guard.state(),
+                    pulses: self.pulses,
+                    idle_triggers: self.idle_triggers,
+                    fault: self.last_fault,
+                };
+                let _ = mail.reports.enqueue(report); // see `verdict`
+                return;
+            }
+        };
+        verdict(order.seq, start, result, setpoint, mail);
+    }
+
+    fn arm(
+        &mut self,
+        seq: u16,
+        start: Micros,
+        inputs: &Inputs,
+        mail: &mut PulserMail<'_>,
+    ) -> Result<(), Denied> {
+        // The session put a setup into the mailbox before it ordered.
+        let setup = mail
+            .setup
+            .dequeue()
+            .ok_or(Denied::WrongState(self.guard.state()))?;
+        let check = self.guard.arm(setup, inputs, start)?;
+        self.scheduler.start(&check.trains(), &[], None, start);
+        self.arming = Some(seq);
+        Ok(())
+    }
+
+    fn start(&mut self, start: Micros, mail: &mut PulserMail<'_>) -> Result<(), Denied> {
+        self.guard.start(start)?;
+        if let Some(setup) = self.guard.setup() {
+            self.scheduler
+                .start(&setup.trains(), &setup.groups, setup.sync, start);
+        }
+        let _ = mail.control_events.enqueue(ControlEvent::Started); // see `report_pulses`
+        Ok(())
+    }
+
+    /// All or none: nothing is set before everything was checked.
+    fn set_amplitudes(&mut self, mask: u16, values: &[Amplitude]) -> Result<(), Denied> {
+        let pairs = || {
+            (0u8..16)
+                .filter(|c| mask & 1 << c != 0)
+                .zip(values.iter().copied())
+        };
+        for (channel, amplitude) in pairs() {
+            self.guard.check_amplitude(channel, amplitude)?;
+        }
+        for (channel, amplitude) in pairs() {
+            self.guard.set_amplitude(channel, amplitude)?;
+        }
+        Ok(())
+    }
+
+    /// Carries a notice of the guard to whom it concerns.
+    fn announce(&mut self, notice: Notice, at: Micros, mail: &mut PulserMail<'_>) {
+        let event = match notice {
+            Notice::Checked(Ok(())) => Some(ControlEvent::Armed),
+            Notice::Stopping(_) => None,
+            Notice::Checked(Err(_)) | Notice::Idle(_) | Notice::Faulted(_) | Notice::Recovered => {
+                self.scheduler.clear();
+                Some(ControlEvent::Ended)
+            }
+        };
+        if let Notice::Faulted(record) = notice {
+            self.last_fault = Some(record);
+        }
+        if let Some(event) = event {
+            let _ = mail.control_events.enqueue(event); // see `report_pulses`
+        }
+        let result = match notice {
+            Notice::Checked(result) => Some(result),
+            Notice::Faulted(record) => Some(Err(Denied::FaultLatched(record.fault))),
+            _ => None,
+        };
+        if let Some(result) = result
+            && let Some(seq) = self.arming.take()
+        {
+            verdict(seq, at, result, false, mail);
+        }
+        let state = self.guard.state();
+        let _ = mail.reports.enqueue(Report::Changed { at, state, notice }); // see `verdict`
+    }
+
+    /// Tells the controller of this window's pulses and picks one to sample.
+    fn report_pulses(&mut self, plan: &mut WindowPlan, mail: &mut PulserMail<'_>) {
+        let mut next: Option<(u8, Micros)> = None;
+        for pulse in &plan.pulses {
+            self.pulses = self.pulses.wrapping_add(1);
+            let amplitude = self.guard.in_force(pulse.channel);
+            let event = ControlEvent::Pulse {
+                channel: pulse.channel,
+                at: pulse.at,
+                amplitude,
+            };
+            // 128 slots hold four windows of 20 pulses and every state change;
+            // a controller that misses its tick is caught by the watchdog.
+            let _ = mail.control_events.enqueue(event);
+            let turn = |channel: u8| channel.wrapping_sub(self.sampled).wrapping_sub(1) % 16;
+            if next.is_none_or(|(channel, _)| turn(pulse.channel) < turn(channel)) {
+                next = Some((pulse.channel, pulse.at));
+            }
+        }
+        if let Some((channel, at)) = next {
+            self.sampled = channel;
+            let half = self.scheduler.phase_width_us(channel) / 2;
+            plan.sample = Some((channel, at.plus(half.into())));
+        }
+    }
+}
+
+/// Answers an order. The mailbox holds as many reports as orders fit in, and
+/// the session empties it more often than windows pass; a host that gets no
+/// answer asks again.
+fn verdict(
+    seq: u16,
+    at: Micros,
+    result: Result<(), Denied>,
+    setpoint: bool,
+    mail: &mut PulserMail<'_>,
+) {
+    let _ = mail.reports.enqueue(Report::Verdict {
+        seq,
+        at,
+        result,
+        setpoint,
+    });
+}

@@ -1,0 +1,523 @@
+//! The owner of bytes: frames in, requests checked, answers out.
+//!
+//! What can be judged without knowing the state (ranges, limits, groups) is
+//! judged here against a *draft* setup, which a host may edit at any time and
+//! which arming takes as a whole. What depends on the state is judged by the
+//! owner of the state, whose verdict becomes the answer.
+
+use super::mail::{ControlReport, ControlRequest, Order, OrderKind, Report, SessionMail};
+use super::{ControlSetup, Muscle};
+use crate::control::{Joint, JointSpec};
+use crate::link::message::ResetCause;
+use crate::link::{
+    Code, Counters, Decoder, Event, HelloInfo, Kind, Refusal, Request, Response, SCHEMA, Status,
+    ToDevice, encode,
+};
+use crate::muscle::{CalciumForce, CalciumForceSpec, Recruitment, RecruitmentSpec};
+use crate::pulse::{CHANNELS, DEAD_TIME_US, GroupSpec, MAX_GROUPS};
+use crate::safety::{Channel, ChannelSpec, FaultRecord, Notice, Setup, State, WearerSpec};
+use crate::units::{Amplitude, Angle, AngularRate, Micros, OutOfRange};
+use fixed::types::I16F16;
+use heapless::{Deque, Vec};
+
+/// Bytes kept for a host that is slow to read.
+const OUTBOX: usize = 2048;
+
+/// Room that telemetry leaves for answers.
+const RESERVED: usize = 768;
+
+/// What a device says of itself.
+#[derive(Clone, Copy, Debug)]
+pub struct Identity {
+    /// What it is.
+    pub kind: Kind,
+    /// 96-bit unique number of the chip; zero in simulators.
+    pub unique_id: [u32; 3],
+    /// Why it last reset.
+    pub reset: ResetCause,
+    /// Fault that the reset found recorded.
+    pub last_fault: Option<FaultRecord>,
+}
+
+/// What a host has configured so far.
+#[derive(Debug, Default)]
+struct Draft {
+    wearer: WearerSpec,
+    channels: [Option<ChannelSpec>; CHANNELS],
+    muscles: [Option<(CalciumForceSpec, RecruitmentSpec)>; CHANNELS],
+    groups: Vec<GroupSpec, MAX_GROUPS>,
+    sync: Option<u8>,
+    joint: Option<JointSpec>,
+}
+
+/// Owns the link and the draft.
+#[derive(Debug)]
+pub struct Session {
+    identity: Identity,
+    decoder: Decoder,
+    outbox: Deque<u8, OUTBOX>,
+    owner: Option<u16>,
+    last_session: u16,
+    expected: Option<u16>,
+    state: State,
+    draft: Draft,
+    counters: Counters,
+}
+
+type Answer = Result<Reply, Refusal<'static>>;
+
+enum Reply {
+    /// Carried out.
+    Done,
+    /// Another owner answers.
+    Later,
+}
+
+impl Session {
+    /// A session owner without a session.
+    #[must_use]
+    pub fn new(identity: Identity) -> Self {
+        Self {
+            identity,
+            decoder: Decoder::default(),
+            outbox: Deque::new(),
+            owner: None,
+            last_session: 0,
+            expected: None,
+            state: if identity.last_fault.is_some() {
+                State::Fault
+            } else {
+                State::Idle
+            },
+            draft: Draft::default(),
+            counters: Counters::default(),
+        }
+    }
+
+    /// Takes bytes that arrived at `now`.
+    pub fn receive(&mut self, now: Micros, bytes: &[u8], mail: &mut SessionMail<'_>) {
+        for &byte in bytes {
+            let message = match self.decoder.push(byte) {
+                None => continue,
+                Some(Ok(message)) => postcard::take_from_bytes::<ToDevice>(message)
+                    .ok()
+                    .filter(|(_, rest)| rest.is_empty())
+                    .map(|(message, _)| message)
+                    .ok_or(Refusal::new(Code::UnknownMessage, "request")),
+                Some(Err(e)) => Err(Refusal::from(e)),
+            };
+            self.decoder.clear();
+            match message {
+                Ok(message) => self.serve(now, message, mail),
+                Err(refusal) => {
+                    self.counters.bad_frames = self.counters.bad_frames.saturating_add(1);
+                    self.refuse(None, refusal);
+                }
+            }
+        }
+    }
+
+    /// Carries the other owners' reports to the host.
+    pub fn poll(&mut self, mail: &mut SessionMail<'_>) {
+        while let Some(report) = mail.reports.dequeue() {
+            self.pass_on(report);
+        }
+        while let Some(report) = mail.control_reports.dequeue() {
+            match report {
+                ControlReport::Verdict {
+                    seq,
+                    at,
+                    result,
+                    setpoint,
+                } => self.verdict(seq, at, result, setpoint),
+                ControlReport::Telemetry(sample) => {
+                    if self.outbox.len() + RESERVED < OUTBOX {
+                        self.say(&Response::Telemetry(sample));
+                    } else {
+                        self.counters.dropped = self.counters.dropped.saturating_add(1);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Moves up to `buffer.len()` bytes for the host into `buffer`.
+    pub fn transmit(&mut self, buffer: &mut [u8]) -> usize {
+        let mut count = 0;
+        for slot in buffer {
+            let Some(byte) = self.outbox.pop_front() else {
+                break;
+            };
+            *slot = byte;
+            count += 1;
+        }
+        count
+    }
+
+    /// Whether bytes for the host wait.
+    #[must_use]
+    pub fn has_output(&self) -> bool {
+        !self.outbox.is_empty()
+    }
+
+    fn serve(&mut self, now: Micros, message: ToDevice, mail: &mut SessionMail<'_>) {
+        self.counters.frames = self.counters.frames.saturating_add(1);
+        let seq = message.seq;
+        if let Request::Hello { schema } = message.request {
+            match self.hello(now, seq, message.session, schema) {
+                Ok(info) => self.say(&Response::Hello(info)),
+                Err(refusal) => self.refuse(Some(seq), refusal),
+            }
+            return;
+        }
+        let answer = self
+            .admit(message.session, seq)
+            .and_then(|()| self.answer(now, seq, message.request, mail));
+        match answer {
+            Ok(Reply::Done) => self.say(&Response::Ack { seq, at: now }),
+            Ok(Reply::Later) => {}
+            Err(refusal) => self.refuse(Some(seq), refusal),
+        }
+    }
+
+    fn hello(
+        &mut self,
+        now: Micros,
+        seq: u16,
+        session: u16,
+        schema: u64,
+    ) -> Result<HelloInfo, Refusal<'static>> {
+        if schema != SCHEMA {
+            return Err(Refusal::new(Code::SchemaMismatch, "schema"));
+        }
+        let busy = matches!(
+            self.state,
+            State::Armed | State::Stimulating | State::Stopping
+        );
+        if busy && self.owner.is_some_and(|owner| owner != session) {
+            return Err(Refusal::new(Code::SessionTaken, "session"));
+        }
+        self.last_session = self.last_session.checked_add(1).unwrap_or(1);
+        self.owner = Some(self.last_session);
+        self.expected = Some(seq.wrapping_add(1));
+        self.draft = Draft::default();
+        Ok(HelloInfo {
+            seq,
+            session: self.last_session,
+            schema: SCHEMA,
+            version: [0, 1, 0],
+            kind: self.identity.kind,
+            unique_id: self.identity.unique_id,
+            at: now,
+            state: self.state,
+            reset: self.identity.reset,
+            last_fault: self.identity.last_fault,
+            dead_time_us: DEAD_TIME_US,
+        })
+    }
+
+    /// Only the session's owner is heard; gaps in its numbers are losses.
+    fn admit(&mut self, session: u16, seq: u16) -> Result<(), Refusal<'static>> {
+        match self.owner {
+            None => return Err(Refusal::new(Code::NoSession, "session")),
+            Some(owner) if owner != session => {
+                return Err(Refusal::new(Code::SessionTaken, "session"));
+            }
+            Some(_) => {}
+        }
+        let gap = seq.wrapping_sub(self.expected.unwrap_or(seq));
+        if gap < 1 << 15 {
+            self.counters.lost = self.counters.lost.saturating_add(gap.into());
+        }
+        self.expected = Some(seq.wrapping_add(1));
+        Ok(())
+    }
+
+    fn answer(
+        &mut self,
+        now: Micros,
+        seq: u16,
+        request: Request,
+        mail: &mut SessionMail<'_>,
+    ) -> Answer {
+        let order = |kind| Order { seq, at: now, kind };
+        match request {
+            Request::Clear => self.draft = Draft::default(),
+            Request::Wearer(spec) => {
+                spec.validate()?;
+                self.draft.wearer = spec;
+            }
+            Request::Channel { channel, spec } => {
+                spec.validate(&self.draft.wearer.validate()?)
+                    .map_err(|e| Refusal::from(e).on(channel))?;
+                *slot(&mut self.draft.channels, channel)? = Some(spec);
+            }
+            Request::Groups(groups) => self.draft.groups = groups,
+            Request::Sync { channel } => {
+                if let Some(channel) = channel {
+                    slot(&mut self.draft.channels, channel)?;
+                }
+                self.draft.sync = channel;
+            }
+            Request::Muscle {
+                channel,
+                force,
+                recruitment,
+            } => {
+                CalciumForce::new(force).map_err(|e| Refusal::from(e).on(channel))?;
+                Recruitment::new(recruitment).map_err(|e| Refusal::from(e).on(channel))?;
+                *slot(&mut self.draft.muscles, channel)? = Some((force, recruitment));
+            }
+            Request::Joint(spec) => {
+                Joint::new(&spec)?;
+                self.draft.joint = Some(spec);
+            }
+            Request::Subscribe { period_ms } => {
+                OutOfRange::check("period_ms", period_ms.into(), 0, 1000)?;
+                send(
+                    &mut mail.control_requests,
+                    ControlRequest::Subscribe(period_ms),
+                )?;
+            }
+            Request::Arm => return self.arm(order(OrderKind::Arm), mail),
+            Request::Start => return later(order(OrderKind::Start), mail),
+            Request::Stop => return later(order(OrderKind::Stop), mail),
+            Request::Acknowledge => return later(order(OrderKind::Acknowledge), mail),
+            Request::Status => return later(order(OrderKind::Status), mail),
+            Request::KeepAlive => return later(order(OrderKind::KeepAlive), mail),
+            Request::Amplitudes { mask, values } => {
+                return later(
+                    order(OrderKind::Amplitudes {
+                        mask,
+                        values: spread(mask, &values)?,
+                    }),
+                    mail,
+                );
+            }
+            Request::Angle {
+                at,
+                centideg,
+                centideg_per_s,
+            } => {
+                let request = ControlRequest::Angle {
+                    seq,
+                    arrived: now,
+                    at: at.unwrap_or(now),
+                    angle: Angle::from_centideg(centideg),
+                    rate: centideg_per_s.map(rate).transpose()?,
+                };
+                send(&mut mail.control_requests, request)?;
+                return Ok(Reply::Later);
+            }
+            Request::Measurement {
+                joint,
+                centideg,
+                at,
+            } => {
+                OutOfRange::check("joint", joint.into(), 0, 0)?;
+                let angle = Angle::from_centideg(centideg);
+                send(
+                    &mut mail.control_requests,
+                    ControlRequest::Measurement { seq, at, angle },
+                )?;
+                return Ok(Reply::Later);
+            }
+            // Handled before admission.
+            Request::Hello { .. } => return Err(Refusal::new(Code::UnknownMessage, "request")),
+        }
+        Ok(Reply::Done)
+    }
+
+    /// Checks the whole draft and hands it to its two users.
+    fn arm(&mut self, order: Order, mail: &mut SessionMail<'_>) -> Answer {
+        let (setup, control) = self.draft.build()?;
+        // A setup that an earlier refused order left behind would block the
+        // mailbox: one slot is free unless two orders are under way.
+        send(&mut mail.setup, setup)?;
+        send(&mut mail.control_setup, control)?;
+        later(order, mail)
+    }
+
+    fn pass_on(&mut self, report: Report) {
+        match report {
+            Report::Verdict {
+                seq,
+                at,
+                result,
+                setpoint,
+            } => {
+                self.verdict(seq, at, result.map_err(Refusal::from), setpoint);
+            }
+            Report::Status {
+                seq,
+                at,
+                state,
+                pulses,
+                idle_triggers,
+                fault,
+            } => {
+                self.state = state;
+                let counters = Counters {
+                    pulses,
+                    idle_triggers,
+                    ..self.counters
+                };
+                self.say(&Response::Status {
+                    seq,
+                    status: Status {
+                        at,
+                        state,
+                        fault,
+                        counters,
+                    },
+                });
+            }
+            Report::Changed { at, state, notice } => {
+                self.state = state;
+                let event = match notice {
+                    Notice::Checked(_) => return, // answered as a verdict
+                    Notice::Stopping(cause) => Event::Stopping(cause),
+                    Notice::Idle(cause) => Event::Stopped(cause),
+                    Notice::Faulted(record) => {
+                        self.identity.last_fault = Some(record);
+                        Event::Faulted(record)
+                    }
+                    Notice::Recovered => Event::Recovered,
+                };
+                self.say(&Response::Event { at, event });
+            }
+        }
+    }
+
+    fn verdict(
+        &mut self,
+        seq: u16,
+        at: Micros,
+        result: Result<(), Refusal<'static>>,
+        setpoint: bool,
+    ) {
+        match result {
+            Ok(()) => {
+                self.counters.setpoints = self.counters.setpoints.saturating_add(setpoint.into());
+                self.say(&Response::Ack { seq, at });
+            }
+            Err(refusal) => self.refuse(Some(seq), refusal),
+        }
+    }
+
+    fn refuse(&mut self, seq: Option<u16>, refusal: Refusal<'static>) {
+        self.counters.refused = self.counters.refused.saturating_add(1);
+        self.say(&Response::Refused { seq, refusal });
+    }
+
+    /// Queues a whole message or, if the host does not read, none of it.
+    fn say(&mut self, response: &Response<'_>) {
+        match encode(response) {
+            Some(frame) if self.outbox.len() + frame.len() <= OUTBOX => {
+                for byte in frame {
+                    let _ = self.outbox.push_back(byte); // room was just checked
+                }
+            }
+            _ => self.counters.dropped = self.counters.dropped.saturating_add(1),
+        }
+    }
+}
+
+impl Draft {
+    fn build(&self) -> Result<(Setup, ControlSetup), Refusal<'static>> {
+        let wearer = self.wearer.validate()?;
+        let mut channels: [Option<Channel>; CHANNELS] = [None; CHANNELS];
+        let mut control = ControlSetup::default();
+        for (index, (slot, spec)) in (0u8..).zip(channels.iter_mut().zip(&self.channels)) {
+            let Some(spec) = spec else { continue };
+            *slot = Some(
+                spec.validate(&wearer)
+                    .map_err(|e| Refusal::from(e).on(index))?,
+            );
+            control.channels |= 1 << index; // index < 10
+        }
+        if control.channels == 0 {
+            return Err(Refusal::new(Code::NothingToArm, "channels"));
+        }
+        for (channel, muscle) in (0u8..).zip(&self.muscles) {
+            let Some((force, recruitment)) = *muscle else {
+                continue;
+            };
+            let muscle = Muscle {
+                channel,
+                force: CalciumForce::new(force).map_err(|e| Refusal::from(e).on(channel))?,
+                recruitment: Recruitment::new(recruitment)
+                    .map_err(|e| Refusal::from(e).on(channel))?,
+            };
+            let _ = control.muscles.push(muscle); // as many slots as channels
+        }
+        let mut controlled = 0;
+        if let Some(spec) = &self.joint {
+            for point in spec.flexors.iter().chain([&spec.extensor]) {
+                let channel = channels.get(usize::from(point.channel)).copied().flatten();
+                let limit = channel
+                    .ok_or(Refusal::new(Code::NoTrain, "joint").on(point.channel))?
+                    .limit;
+                if point.max > limit {
+                    let max = i32::try_from(limit.0).unwrap_or(i32::MAX);
+                    return Err(Refusal::new(Code::AboveWearerLimit, "max")
+                        .on(point.channel)
+                        .allowed(0, max));
+                }
+                controlled |= 1 << point.channel; // a channel that exists
+            }
+            control.joint = Some(Joint::new(spec)?);
+        }
+        let setup = Setup::new(wearer, channels, &self.groups, self.sync, controlled)?;
+        Ok((setup, control))
+    }
+}
+
+/// The draft's slot of a channel that a host named.
+fn slot<T>(
+    slots: &mut [Option<T>; CHANNELS],
+    channel: u8,
+) -> Result<&mut Option<T>, Refusal<'static>> {
+    slots
+        .get_mut(usize::from(channel))
+        .ok_or(Refusal::new(Code::OutOfRange, "channel").allowed(0, CHANNELS as i32 - 1))
+}
+
+/// One value per bit of `mask`, as an array with the values in front.
+fn spread(mask: u16, values: &[Amplitude]) -> Result<[Amplitude; CHANNELS], Refusal<'static>> {
+    OutOfRange::check("mask", mask.into(), 0, (1 << CHANNELS) - 1)?;
+    if mask.count_ones() as usize != values.len() {
+        let count = mask.count_ones().cast_signed();
+        return Err(Refusal::new(Code::AmplitudeCount, "values").allowed(count, count));
+    }
+    let mut all = [Amplitude::ZERO; CHANNELS];
+    for (slot, value) in all.iter_mut().zip(values) {
+        *slot = *value;
+    }
+    Ok(all)
+}
+
+/// Rates beyond ±20 000 °/s are no finger's.
+fn rate(centideg_per_s: i32) -> Result<AngularRate, Refusal<'static>> {
+    OutOfRange::check(
+        "centideg_per_s",
+        centideg_per_s.into(),
+        -2_000_000,
+        2_000_000,
+    )?;
+    // 2e6 · 65 536 / 100 < 2^31.
+    Ok(AngularRate(I16F16::from_bits(
+        (i64::from(centideg_per_s) * 65_536 / 100) as i32,
+    )))
+}
+
+fn later(order: Order, mail: &mut SessionMail<'_>) -> Answer {
+    send(&mut mail.orders, order)?;
+    Ok(Reply::Later)
+}
+
+fn send<T>(mailbox: &mut heapless::spsc::Producer<'_, T>, item: T) -> Result<(), Refusal<'static>> {
+    mailbox
+        .enqueue(item)
+        .map_err(|_| Refusal::new(Code::DeviceBusy, "device"))
+}

@@ -1,0 +1,156 @@
+//! Frame = COBS(postcard(message) ++ CRC-32) ++ 0x00. The CRC is
+//! CRC-32/ISO-HDLC over the message, least significant byte first.
+
+use crc::{CRC_32_ISO_HDLC, Crc};
+use heapless::Vec;
+use serde::Serialize;
+
+/// Longest encoded message, bytes.
+pub const MAX_MESSAGE: usize = 300;
+
+const MAX_BODY: usize = MAX_MESSAGE + 4;
+
+/// Longest frame on the wire: COBS adds one byte per 254 and one more, and
+/// the delimiter.
+pub const MAX_FRAME: usize = MAX_BODY + MAX_BODY / 254 + 2;
+
+const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+
+/// Why bytes between two delimiters are not a message.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum FrameError {
+    /// Longer than [`MAX_FRAME`]; skipped up to the next delimiter.
+    TooLong,
+    /// Not COBS, or too short to hold a CRC.
+    Malformed,
+    /// The CRC does not match.
+    Crc,
+}
+
+/// Encodes `message` as one frame with its delimiter. `None` if it does not
+/// fit, which for the messages of this protocol is excluded by a test.
+#[must_use]
+pub fn encode<T: Serialize>(message: &T) -> Option<Vec<u8, MAX_FRAME>> {
+    let mut body = [0u8; MAX_BODY];
+    let length = postcard::to_slice(message, body.get_mut(..MAX_MESSAGE)?)
+        .ok()?
+        .len();
+    let crc = CRC.checksum(body.get(..length)?).to_le_bytes();
+    body.get_mut(length..length + 4)?.copy_from_slice(&crc);
+    let mut frame = Vec::new();
+    frame.resize(MAX_FRAME, 0).ok()?;
+    let used = cobs::try_encode(body.get(..length + 4)?, &mut frame).ok()?;
+    frame.truncate(used);
+    frame.push(0).ok()?;
+    Some(frame)
+}
+
+/// Collects bytes into frames. Cannot panic on any input.
+#[derive(Debug, Default)]
+pub struct Decoder {
+    bytes: Vec<u8, MAX_FRAME>,
+    too_long: bool,
+}
+
+impl Decoder {
+    /// Takes one byte. At a delimiter, returns the message's bytes (without
+    /// CRC) or why there is none; empty frames are silence.
+    pub fn push(&mut self, byte: u8) -> Option<Result<&[u8], FrameError>> {
+        if byte != 0 {
+            self.too_long |= self.bytes.push(byte).is_err();
+            return None;
+        }
+        let too_long = core::mem::take(&mut self.too_long);
+        if self.bytes.is_empty() {
+            return None;
+        }
+        if too_long {
+            self.bytes.clear();
+            return Some(Err(FrameError::TooLong));
+        }
+        let message = open(&mut self.bytes);
+        // The slice is copied out by the caller before the next byte arrives:
+        // the buffer is only marked empty, `bytes` keeps its contents.
+        match message {
+            Ok(length) => {
+                self.bytes.truncate(length);
+                Some(Ok(&self.bytes))
+            }
+            Err(e) => {
+                self.bytes.clear();
+                Some(Err(e))
+            }
+        }
+    }
+
+    /// Forgets the frame that [`Decoder::push`] returned.
+    pub fn clear(&mut self) {
+        self.bytes.clear();
+    }
+}
+
+/// Decodes in place; the length of the message at the front.
+fn open(bytes: &mut [u8]) -> Result<usize, FrameError> {
+    let length = cobs::decode_in_place(bytes).map_err(|_| FrameError::Malformed)?;
+    let body = bytes.get(..length).ok_or(FrameError::Malformed)?;
+    let (message, crc) = body.split_last_chunk::<4>().ok_or(FrameError::Malformed)?;
+    if CRC.checksum(message) != u32::from_le_bytes(*crc) {
+        return Err(FrameError::Crc);
+    }
+    Ok(message.len())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::vec::Vec;
+
+    fn decode(bytes: &[u8]) -> Vec<Result<Vec<u8>, FrameError>> {
+        let mut decoder = Decoder::default();
+        let mut out = Vec::new();
+        for &byte in bytes {
+            if let Some(result) = decoder.push(byte) {
+                out.push(result.map(<[u8]>::to_vec));
+                decoder.clear();
+            }
+        }
+        out
+    }
+
+    #[test]
+    fn check_value_of_the_crc() {
+        assert_eq!(CRC.checksum(b"123456789"), 0xCBF4_3926);
+    }
+
+    #[test]
+    fn frames_round_trip_between_noise() {
+        let frame = encode(&(7u16, [1u8, 0, 0, 255])).unwrap();
+        let mut wire = std::vec![0, 0];
+        wire.extend_from_slice(&frame);
+        wire.extend_from_slice(&[9, 9, 0]);
+        wire.extend_from_slice(&frame);
+        let got = decode(&wire);
+        assert_eq!(got.len(), 3);
+        assert_eq!(got[0], Ok(std::vec![7, 1, 0, 0, 255]));
+        assert!(got[1].is_err());
+        assert_eq!(got[2], got[0]);
+    }
+
+    #[test]
+    fn every_single_bit_error_is_caught() {
+        let frame = encode(&(7u16, 0xDEAD_BEEFu32)).unwrap();
+        for bit in 0..8 * (frame.len() - 1) {
+            let mut bad = frame.to_vec();
+            bad[bit / 8] ^= 1 << (bit % 8);
+            assert!(decode(&bad).iter().all(Result::is_err), "bit {bit}");
+        }
+    }
+
+    #[test]
+    fn an_endless_frame_is_skipped_whole() {
+        let mut wire = std::vec![1u8; 5 * MAX_FRAME];
+        wire.push(0);
+        wire.extend_from_slice(&encode(&1u8).unwrap());
+        assert_eq!(decode(&wire), [Err(FrameError::TooLong), Ok(std::vec![1])]);
+    }
+}

@@ -1,0 +1,277 @@
+//! Everything that is said on the link. Variant order is the wire format:
+//! append, never insert; the schema hash changes with any edit.
+
+use super::Refusal;
+use crate::control::JointSpec;
+use crate::muscle::{CalciumForceSpec, RecruitmentSpec};
+use crate::pulse::{CHANNELS, GroupSpec, MAX_GROUPS};
+use crate::safety::{ChannelSpec, FaultRecord, State, StopCause, WearerSpec};
+use crate::units::{Amplitude, Micros};
+use heapless::Vec;
+use postcard_schema::{Schema, key::hash::fnv1a64::hash_ty_path};
+use serde::{Deserialize, Serialize};
+
+/// A request on its way to the device.
+#[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+pub struct ToDevice {
+    /// The session that `Hello` granted; anything for `Hello` itself.
+    pub session: u16,
+    /// Counts up by one per frame and wraps; every answer names it, and a gap
+    /// counts as lost frames.
+    pub seq: u16,
+    /// What is asked.
+    pub request: Request,
+}
+
+/// What a host can ask. Each gets one acknowledgement or one refusal.
+#[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+pub enum Request {
+    /// Opens a session. Answered by [`Response::Hello`].
+    Hello {
+        /// The host's [`SCHEMA`].
+        schema: u64,
+    },
+    /// The host is alive. Counts against host silence.
+    KeepAlive,
+    /// Asks for [`Response::Status`].
+    Status,
+    /// Empties the draft setup.
+    Clear,
+    /// Puts the wearer's limits into the draft.
+    Wearer(WearerSpec),
+    /// Puts a channel into the draft.
+    Channel {
+        /// From 0.
+        channel: u8,
+        /// Its configuration.
+        spec: ChannelSpec,
+    },
+    /// Puts the groups into the draft.
+    Groups(Vec<GroupSpec, MAX_GROUPS>),
+    /// Names the channel that drives sync out, in the draft.
+    Sync {
+        /// From 0; `None` for no sync.
+        channel: Option<u8>,
+    },
+    /// Gives a channel of the draft a muscle whose force is predicted.
+    Muscle {
+        /// From 0.
+        channel: u8,
+        /// Its force model.
+        force: CalciumForceSpec,
+        /// How its amplitude recruits it.
+        recruitment: RecruitmentSpec,
+    },
+    /// Puts a controlled joint into the draft.
+    Joint(JointSpec),
+    /// Checks the whole draft, then the electrodes, then arms.
+    Arm,
+    /// Starts the armed setup's trains.
+    Start,
+    /// Ends stimulation by the wearer's fall, or disarms.
+    Stop,
+    /// Acknowledges a fault.
+    Acknowledge,
+    /// Direct amplitudes, all or none of them. A setpoint.
+    Amplitudes {
+        /// Bit i is channel i.
+        mask: u16,
+        /// One per bit set, lowest channel first.
+        values: Vec<Amplitude, CHANNELS>,
+    },
+    /// The wanted angle of the joint. A setpoint.
+    Angle {
+        /// Device time from which it is valid; `None` is on arrival.
+        at: Option<Micros>,
+        /// 0.01°.
+        centideg: i16,
+        /// 0.01 °/s; `None` lets the device estimate it.
+        centideg_per_s: Option<i32>,
+    },
+    /// A joint angle measured by the host.
+    Measurement {
+        /// The joint; 0 is the only one.
+        joint: u8,
+        /// 0.01°.
+        centideg: i16,
+        /// Device time of the measurement.
+        at: Micros,
+    },
+    /// Telemetry every `period_ms`, 1–1000 ms; 0 ends it.
+    Subscribe {
+        /// ms.
+        period_ms: u16,
+    },
+}
+
+/// What the device says.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize, Schema)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "lives on the stack for one encode or decode"
+)]
+pub enum Response<'a> {
+    /// A session is open.
+    Hello(HelloInfo),
+    /// The request with this number was carried out, at this device time.
+    Ack {
+        /// The request's number.
+        seq: u16,
+        /// When.
+        at: Micros,
+    },
+    /// A request or a frame was refused; nothing changed.
+    Refused {
+        /// The request's number, if it could be read.
+        seq: Option<u16>,
+        /// Why.
+        #[serde(borrow)]
+        refusal: Refusal<'a>,
+    },
+    /// Answer to [`Request::Status`].
+    Status {
+        /// The request's number.
+        seq: u16,
+        /// The status.
+        status: Status,
+    },
+    /// Something happened without being asked for.
+    Event {
+        /// When.
+        at: Micros,
+        /// What.
+        event: Event,
+    },
+    /// A subscribed sample.
+    Telemetry(Telemetry),
+}
+
+/// What a device is.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+pub enum Kind {
+    /// A board: wearers may be connected.
+    Board,
+    /// The native simulator.
+    Native,
+    /// The device code in QEMU.
+    Qemu,
+}
+
+/// Why the device last reset.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+pub enum ResetCause {
+    /// Power came up.
+    PowerOn,
+    /// The reset pin.
+    Pin,
+    /// The supply fell.
+    BrownOut,
+    /// The independent watchdog bit.
+    Watchdog,
+    /// Software asked, after a panic or a debugger.
+    Software,
+}
+
+/// What a device tells at the start of a session.
+#[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+pub struct HelloInfo {
+    /// The `Hello`'s number.
+    pub seq: u16,
+    /// To be named in every request.
+    pub session: u16,
+    /// The device's [`SCHEMA`].
+    pub schema: u64,
+    /// Firmware version.
+    pub version: [u8; 3],
+    /// What it is.
+    pub kind: Kind,
+    /// 96-bit unique number of the chip; zero in simulators.
+    pub unique_id: [u32; 3],
+    /// Device time.
+    pub at: Micros,
+    /// State at this moment.
+    pub state: State,
+    /// Why it last reset.
+    pub reset: ResetCause,
+    /// Its last fault, kept through resets.
+    pub last_fault: Option<FaultRecord>,
+    /// Isolation between opposite drive, µs.
+    pub dead_time_us: u16,
+}
+
+/// What has been counted since boot.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize, Schema)]
+pub struct Counters {
+    /// Frames understood.
+    pub frames: u32,
+    /// Frames with a wrong CRC, no COBS, too long or of no known message.
+    pub bad_frames: u32,
+    /// Gaps in the request numbers: frames lost or bad.
+    pub lost: u32,
+    /// Setpoints carried out.
+    pub setpoints: u32,
+    /// Requests refused.
+    pub refused: u32,
+    /// Pulses started since boot.
+    pub pulses: u32,
+    /// Trigger edges that found no prepared train.
+    pub idle_triggers: u32,
+    /// Messages to the host dropped because it did not read.
+    pub dropped: u32,
+}
+
+/// The state of the device.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+pub struct Status {
+    /// Device time.
+    pub at: Micros,
+    /// State at that time.
+    pub state: State,
+    /// The latched or last fault.
+    pub fault: Option<FaultRecord>,
+    /// Counters since boot.
+    pub counters: Counters,
+}
+
+/// What the device reports of its own accord.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+pub enum Event {
+    /// Amplitudes begin to fall.
+    Stopping(StopCause),
+    /// Outputs isolated; the device is idle.
+    Stopped(StopCause),
+    /// A fault latched and the outputs are isolated.
+    Faulted(FaultRecord),
+    /// An acknowledged fault is cleared.
+    Recovered,
+}
+
+/// One telemetry sample.
+#[derive(Clone, PartialEq, Eq, Debug, Default, Serialize, Deserialize, Schema)]
+pub struct Telemetry {
+    /// Device time of the control tick.
+    pub at: Micros,
+    /// Wanted joint angle, 0.01°.
+    pub target_centideg: i16,
+    /// Measured joint angle, 0.01°.
+    pub measured_centideg: i16,
+    /// What the law asked for, in thousandths of its own unit.
+    pub effort_milli: i32,
+    /// An amplitude was clamped to the wearer's limit since the last sample.
+    pub limiting: bool,
+    /// Amplitudes of the latest bursts, one per channel of the setup, lowest
+    /// channel first.
+    pub amplitudes: Vec<Amplitude, CHANNELS>,
+    /// Predicted forces in mN, one per channel with a muscle.
+    pub forces_mn: Vec<u32, CHANNELS>,
+}
+
+/// A session number no session has.
+pub const BROADCAST: u16 = 0;
+
+/// Hash of the types of both directions (FNV-1a over their postcard schema).
+pub const SCHEMA: u64 = {
+    let to = u64::from_le_bytes(hash_ty_path::<ToDevice>("flexor/to-device"));
+    let from = u64::from_le_bytes(hash_ty_path::<Response<'static>>("flexor/to-host"));
+    to ^ from.rotate_left(1)
+};

@@ -1,0 +1,16 @@
+//! The bytes between host and device: frames, messages, refusals.
+//!
+//! Lives here: COBS frames with a CRC-32, the message types and their schema
+//! hash, and the one table that numbers every refusal. Not here: who may ask
+//! what and when (`device::session`). docs/protocol.md says it byte by byte.
+
+pub mod frame;
+pub mod message;
+mod refusal;
+
+pub use frame::{Decoder, FrameError, MAX_FRAME, MAX_MESSAGE, encode};
+pub use message::{
+    BROADCAST, Counters, Event, HelloInfo, Kind, Request, Response, SCHEMA, Status, Telemetry,
+    ToDevice,
+};
+pub use refusal::{Code, Refusal};

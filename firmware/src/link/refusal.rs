@@ -1,0 +1,322 @@
+//! Every refusal has a number, a name, and says which field and what would be
+//! allowed. Numbers are stable; this file is the only list of them.
+
+use super::frame::FrameError;
+use crate::control::{MeasurementError, SetpointError, SpecError};
+use crate::pulse::{GroupError, TrainError};
+use crate::safety::{Denied, SetupError};
+use crate::units::OutOfRange;
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
+
+/// Why something was refused. See docs/protocol.md for what to do about each.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+#[repr(u16)]
+#[expect(missing_docs, reason = "docs/protocol.md explains each by its number")]
+pub enum Code {
+    BadCrc = 101,
+    MalformedFrame = 102,
+    FrameTooLong = 103,
+    UnknownMessage = 104,
+    SchemaMismatch = 110,
+    NoSession = 111,
+    SessionTaken = 112,
+    DeviceBusy = 113,
+    OutOfRange = 200,
+    BurstOverlaps = 201,
+    BurstTooLong = 202,
+    CurrentLimit = 203,
+    ChargeLimit = 204,
+    RmsLimit = 205,
+    AboveWearerLimit = 206,
+    NoTrain = 210,
+    TwoGroups = 211,
+    IsolationOverlaps = 212,
+    NoTimeToGround = 213,
+    ChannelTwice = 214,
+    Controlled = 215,
+    AmplitudeCount = 216,
+    NothingToArm = 217,
+    WrongState = 300,
+    NotArmed = 301,
+    ArmInputOpen = 302,
+    ElectrodeOff = 303,
+    ElectrodeShort = 304,
+    Cancelled = 305,
+    FaultLatched = 306,
+    NoJoint = 310,
+    SetpointTime = 311,
+    MeasurementTime = 312,
+    SensorNotHost = 313,
+}
+
+impl Code {
+    /// All codes, for documentation and tests.
+    pub const ALL: [Self; 34] = [
+        Self::BadCrc,
+        Self::MalformedFrame,
+        Self::FrameTooLong,
+        Self::UnknownMessage,
+        Self::SchemaMismatch,
+        Self::NoSession,
+        Self::SessionTaken,
+        Self::DeviceBusy,
+        Self::OutOfRange,
+        Self::BurstOverlaps,
+        Self::BurstTooLong,
+        Self::CurrentLimit,
+        Self::ChargeLimit,
+        Self::RmsLimit,
+        Self::AboveWearerLimit,
+        Self::NoTrain,
+        Self::TwoGroups,
+        Self::IsolationOverlaps,
+        Self::NoTimeToGround,
+        Self::ChannelTwice,
+        Self::Controlled,
+        Self::AmplitudeCount,
+        Self::NothingToArm,
+        Self::WrongState,
+        Self::NotArmed,
+        Self::ArmInputOpen,
+        Self::ElectrodeOff,
+        Self::ElectrodeShort,
+        Self::Cancelled,
+        Self::FaultLatched,
+        Self::NoJoint,
+        Self::SetpointTime,
+        Self::MeasurementTime,
+        Self::SensorNotHost,
+    ];
+
+    /// The code with this number.
+    #[must_use]
+    pub fn from_number(number: u16) -> Option<Self> {
+        Self::ALL.into_iter().find(|&code| code as u16 == number)
+    }
+}
+
+/// A refusal on the link: number, field and allowed range.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+pub struct Refusal<'a> {
+    /// A [`Code`].
+    pub code: u16,
+    /// The offending field or thing, by its name on the link.
+    pub field: &'a str,
+    /// The channel concerned, from 0.
+    pub channel: Option<u8>,
+    /// Smallest allowed value, 0 where there is no range.
+    pub min: i32,
+    /// Largest allowed value, 0 where there is no range.
+    pub max: i32,
+}
+
+impl Refusal<'static> {
+    /// A refusal without channel or range.
+    #[must_use]
+    pub const fn new(code: Code, field: &'static str) -> Self {
+        Self {
+            code: code as u16,
+            field,
+            channel: None,
+            min: 0,
+            max: 0,
+        }
+    }
+
+    /// The same for a channel.
+    #[must_use]
+    pub const fn on(mut self, channel: u8) -> Self {
+        self.channel = Some(channel);
+        self
+    }
+
+    /// The same with what would be allowed.
+    #[must_use]
+    pub const fn allowed(mut self, min: i32, max: i32) -> Self {
+        (self.min, self.max) = (min, max);
+        self
+    }
+}
+
+/// Saturates: a bound on the link is informative, not computed with.
+fn bound(value: u32) -> i32 {
+    i32::try_from(value).unwrap_or(i32::MAX)
+}
+
+impl From<FrameError> for Refusal<'static> {
+    fn from(e: FrameError) -> Self {
+        Self::new(
+            match e {
+                FrameError::Crc => Code::BadCrc,
+                FrameError::Malformed => Code::MalformedFrame,
+                FrameError::TooLong => Code::FrameTooLong,
+            },
+            "frame",
+        )
+    }
+}
+
+impl From<OutOfRange> for Refusal<'static> {
+    fn from(e: OutOfRange) -> Self {
+        Self::new(Code::OutOfRange, e.field).allowed(e.min, e.max)
+    }
+}
+
+impl From<TrainError> for Refusal<'static> {
+    fn from(e: TrainError) -> Self {
+        match e {
+            TrainError::Range(e) => e.into(),
+            TrainError::BurstOverlaps { min_interval_us } => {
+                Self::new(Code::BurstOverlaps, "burst_interval_us")
+                    .allowed(bound(min_interval_us), 50_000)
+            }
+            TrainError::BurstTooLong { min_period_us } => {
+                Self::new(Code::BurstTooLong, "period_us").allowed(bound(min_period_us), 2_000_000)
+            }
+        }
+    }
+}
+
+impl From<GroupError> for Refusal<'static> {
+    fn from(e: GroupError) -> Self {
+        let groups = |code, channel| Self::new(code, "groups").on(channel);
+        match e {
+            GroupError::Members(e) => e.into(),
+            GroupError::NoTrain { channel } => groups(Code::NoTrain, channel),
+            GroupError::TwoGroups { channel } => groups(Code::TwoGroups, channel),
+            GroupError::IsolationOverlaps { channel, .. } => {
+                groups(Code::IsolationOverlaps, channel)
+            }
+            GroupError::NoTimeToGround { channel } => groups(Code::NoTimeToGround, channel),
+        }
+    }
+}
+
+impl From<SetupError> for Refusal<'static> {
+    fn from(e: SetupError) -> Self {
+        match e {
+            SetupError::Range(e) => e.into(),
+            SetupError::Train(e) => e.into(),
+            SetupError::Group(e) => e.into(),
+            SetupError::Current { max_ua } => {
+                Self::new(Code::CurrentLimit, "limit").allowed(0, bound(max_ua))
+            }
+            SetupError::Charge { max_nc } => {
+                Self::new(Code::ChargeLimit, "limit").allowed(0, bound(max_nc))
+            }
+            SetupError::Rms { max_ua } => {
+                Self::new(Code::RmsLimit, "limit").allowed(0, bound(max_ua))
+            }
+        }
+    }
+}
+
+impl From<Denied> for Refusal<'static> {
+    fn from(e: Denied) -> Self {
+        match e {
+            Denied::WrongState(_) => Self::new(Code::WrongState, "state"),
+            Denied::FaultLatched(fault) => {
+                let number = i32::from(fault.number());
+                Self::new(Code::FaultLatched, "fault").allowed(number, number)
+            }
+            Denied::ArmInputOpen => Self::new(Code::ArmInputOpen, "arm input"),
+            Denied::ElectrodeOff { channel } => {
+                Self::new(Code::ElectrodeOff, "electrode").on(channel)
+            }
+            Denied::ElectrodeShort { channel } => {
+                Self::new(Code::ElectrodeShort, "electrode").on(channel)
+            }
+            Denied::Cancelled => Self::new(Code::Cancelled, "arm"),
+            Denied::NotArmed => Self::new(Code::NotArmed, "state"),
+            Denied::NoChannel { channel } => Self::new(Code::NoTrain, "channel").on(channel),
+            Denied::Controlled { channel } => Self::new(Code::Controlled, "channel").on(channel),
+            Denied::AboveLimit { channel, limit } => Self::new(Code::AboveWearerLimit, "values")
+                .on(channel)
+                .allowed(0, bound(limit.0)),
+        }
+    }
+}
+
+impl From<crate::muscle::OutOfRange> for Refusal<'static> {
+    fn from(e: crate::muscle::OutOfRange) -> Self {
+        use crate::muscle::Parameter::*;
+        let field = match e.parameter {
+            A => "a_mn_per_s",
+            K => "k_micro",
+            TauC => "tau_c_us",
+            Tau1 => "tau1_us",
+            Tau2 => "tau2_us",
+            MotorThreshold => "motor_threshold",
+            Limit => "limit",
+            Reference => "reference",
+            Slope => "slope_micro",
+        };
+        Self::new(Code::OutOfRange, field).allowed(bound(e.min), bound(e.max))
+    }
+}
+
+impl From<SpecError> for Refusal<'static> {
+    fn from(e: SpecError) -> Self {
+        match e {
+            SpecError::OutOfRange { field, min, max } => {
+                Self::new(Code::OutOfRange, spec_field(field)).allowed(min, max)
+            }
+            SpecError::ChannelTwice { channel } => {
+                Self::new(Code::ChannelTwice, "joint").on(channel)
+            }
+        }
+    }
+}
+
+impl From<SetpointError> for Refusal<'static> {
+    fn from(e: SetpointError) -> Self {
+        match e {
+            SetpointError::OutOfRange { min_mdeg, max_mdeg } => {
+                Self::new(Code::OutOfRange, "centideg").allowed(min_mdeg / 10, max_mdeg / 10)
+            }
+            SetpointError::TooFarAhead
+            | SetpointError::TooOld
+            | SetpointError::OutOfOrder
+            | SetpointError::TooManyWaiting => Self::new(Code::SetpointTime, "at"),
+        }
+    }
+}
+
+impl From<MeasurementError> for Refusal<'static> {
+    fn from(e: MeasurementError) -> Self {
+        match e {
+            MeasurementError::NotFromHost => Self::new(Code::SensorNotHost, "sensor"),
+            MeasurementError::InTheFuture | MeasurementError::OutOfOrder => {
+                Self::new(Code::MeasurementTime, "at")
+            }
+        }
+    }
+}
+
+const fn spec_field(field: crate::control::SpecField) -> &'static str {
+    use crate::control::SpecField::*;
+    match field {
+        Lambda => "lambda_milli",
+        W => "w_milli",
+        K1 => "k1_milli",
+        K2 => "k2_milli",
+        B => "b_milli",
+        Kp => "kp_milli",
+        Ki => "ki_milli",
+        Kd => "kd_milli",
+        LawPeriod => "law_period_ms",
+        Cutoff => "cutoff_mhz",
+        FlexorCount => "flexors",
+        Channel => "channel",
+        Threshold => "threshold",
+        Maximum => "max",
+        Extrapolation => "max_ms",
+        AngleMin => "angle_min_mdeg",
+        AngleMax => "angle_max_mdeg",
+        CodeAt0 => "code_at_0",
+        CodeAt100 => "code_at_100",
+        CodeSpan => "code_at_100 - code_at_0",
+        StaleAfter => "stale_after_ms",
+    }
+}
