@@ -1,0 +1,162 @@
+//! How much of a muscle an amplitude puts to work: exponential between motor
+//! threshold and the wearer's limit (Lee, Kim & Jung 2020, eqs. 5–6), nothing
+//! below.
+
+use fixed::types::{I16F16, U1F31};
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
+
+use super::exponential::{exp2_neg, log2_neg};
+use super::{Gain, OutOfRange, Parameter, within};
+use crate::units::Amplitude;
+
+/// log2 e in 2^-60 per 10^9: turns millionths per thousandth into octaves.
+const OCTAVES_PER_NANO: u64 = 1_663_314_137;
+/// 10^9·ln 2 in 2^-16.
+const NANO_PER_OCTAVE: u64 = 45_426_093_625_177;
+
+/// No amplitude above one ampere or one kilovolt: far beyond what `safety`
+/// lets pass, low enough for the arithmetic here.
+const AMPLITUDE_MAX: u32 = 1_000_000;
+
+/// The deepest threshold below the reference, octaves: force at threshold is
+/// at least 1/65,536 of the reference's, where a gain still has four digits.
+const OCTAVES_MAX: u64 = 16;
+
+/// How one muscle under one electrode pair answers to amplitude.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+pub struct RecruitmentSpec {
+    /// I_MT, the smallest amplitude that moves the joint: 1 µA (mV) or more.
+    pub motor_threshold: Amplitude,
+    /// The most this wearer agreed to: above `motor_threshold`.
+    pub limit: Amplitude,
+    /// I_0 of eq. 6, the amplitude where A was measured: `limit` or above,
+    /// at most 1 A (1 kV). The exponential is the foot of a sigmoid (figure
+    /// 3) and is not extrapolated; an A measured lower down is first carried
+    /// to the limit by eq. 6.
+    pub reference: Amplitude,
+    /// b of eq. 5, millionths per mA (per V): 10,000…5,000,000, and at most
+    /// 16 octaves (factor 65,536) from threshold to reference. Lee's
+    /// subjects: 180,000…510,000.
+    pub slope_micro: u32,
+}
+
+/// A validated recruitment curve: gain(I) = e^(b·(I − I_0)) for threshold ≤ I
+/// ≤ limit, 0 below.
+#[derive(Clone, Copy, Debug)]
+pub struct Recruitment {
+    spec: RecruitmentSpec,
+    /// b in octaves per thousandth, 2^-48; below 2^41.
+    octaves_per_step: u64,
+    /// 1/b in thousandths per octave, 2^-16; below 2^33.
+    steps_per_octave: u64,
+    gain_at_threshold: Gain,
+    gain_at_limit: Gain,
+}
+
+impl Recruitment {
+    /// Derives the constants of a curve.
+    ///
+    /// # Errors
+    /// [`OutOfRange`] naming the first of motor threshold, limit, reference
+    /// and slope that breaks its rule, with what the others leave it.
+    pub fn new(spec: RecruitmentSpec) -> Result<Self, OutOfRange> {
+        let RecruitmentSpec {
+            motor_threshold: Amplitude(threshold),
+            limit: Amplitude(limit),
+            reference: Amplitude(reference),
+            slope_micro,
+        } = spec;
+        within(Parameter::MotorThreshold, threshold, 1, AMPLITUDE_MAX - 1)?;
+        // threshold < AMPLITUDE_MAX
+        within(Parameter::Limit, limit, threshold + 1, AMPLITUDE_MAX)?;
+        within(Parameter::Reference, reference, limit, AMPLITUDE_MAX)?;
+        // reference > threshold; 2^4 · 4.6e13 fits 64 bits, and so does the
+        // quotient 32 once compared with 5,000,000.
+        let span = u64::from(reference - threshold);
+        let steepest = ((OCTAVES_MAX * NANO_PER_OCTAVE) >> 16) / span;
+        within(
+            Parameter::Slope,
+            slope_micro,
+            10_000,
+            steepest.min(5_000_000) as u32,
+        )?;
+        let mut curve = Self {
+            spec,
+            // 5·10^6 · 1.7·10^9 = 8.3·10^15.
+            octaves_per_step: (u64::from(slope_micro) * OCTAVES_PER_NANO) >> 12,
+            steps_per_octave: NANO_PER_OCTAVE / u64::from(slope_micro),
+            gain_at_threshold: Gain::ZERO,
+            gain_at_limit: Gain::ZERO,
+        };
+        curve.gain_at_threshold = curve.exponential(threshold);
+        curve.gain_at_limit = curve.exponential(limit);
+        Ok(curve)
+    }
+
+    /// The curve's parameters.
+    #[must_use]
+    pub const fn spec(&self) -> &RecruitmentSpec {
+        &self.spec
+    }
+
+    /// The gain a pulse of `amplitude` drives the muscle with, for
+    /// [`super::CalciumForce::pulse`]: zero below motor threshold, never more
+    /// than the limit's. Relative error below 1e-8 plus 2^-31 of 1.
+    #[must_use]
+    pub fn gain(&self, amplitude: Amplitude) -> Gain {
+        if amplitude < self.spec.motor_threshold {
+            Gain::ZERO
+        } else if amplitude >= self.spec.limit {
+            self.gain_at_limit
+        } else {
+            self.exponential(amplitude.0)
+        }
+    }
+
+    /// The amplitude that gives `gain`: zero if motor threshold is already
+    /// too strong, the wearer's limit if even that is too weak, and else
+    /// within 0.6 µA (mV) of the exact inverse.
+    #[must_use]
+    pub fn amplitude_for_gain(&self, gain: Gain) -> Amplitude {
+        if gain < self.gain_at_threshold {
+            return Amplitude::ZERO;
+        }
+        if gain >= self.gain_at_limit {
+            return self.spec.limit;
+        }
+        // Octaves Q24, at most 16 · 2^24 as the gain is above threshold's;
+        // times 2^33 fits, and so does the rounding half.
+        let octaves = log2_neg(gain.get().to_bits()) >> 8;
+        let below = (octaves * self.steps_per_octave + (1 << 39)) >> 40;
+        // At most 2^21; saturating for the sake of a reference near zero.
+        let amplitude = self.spec.reference.0.saturating_sub(below as u32);
+        Amplitude(amplitude).clamp(self.spec.motor_threshold, self.spec.limit)
+    }
+
+    /// The amplitude for an effort between 0 (no stimulation at all) and 1
+    /// (the wearer's limit): above 0, force rises from that at motor
+    /// threshold in proportion to effort. Beyond 0…1 saturates.
+    #[must_use]
+    pub fn amplitude_for_effort(&self, effort: I16F16) -> Amplitude {
+        if effort <= I16F16::ZERO {
+            return Amplitude::ZERO;
+        }
+        let bits = u64::from(effort.min(I16F16::ONE).to_bits().cast_unsigned());
+        let (low, high) = (self.gain_at_threshold.get(), self.gain_at_limit.get());
+        // high > low: limit > threshold and the least slope moves the gain
+        // by 1e-5 a step. 2^31 · 2^16 fits; the sum is at most high.
+        let range = u64::from(high.to_bits().saturating_sub(low.to_bits()));
+        let above = ((range * bits) >> 16) as u32;
+        let gain = U1F31::from_bits(low.to_bits().saturating_add(above));
+        self.amplitude_for_gain(Gain::new(gain))
+    }
+
+    /// e^(b·(I − I_0)) for threshold ≤ I ≤ reference.
+    fn exponential(&self, amplitude: u32) -> Gain {
+        let below = u64::from(self.spec.reference.0.saturating_sub(amplitude));
+        // 10^6 · 2^41 < 2^61.
+        let octaves = (below * self.octaves_per_step) >> 16;
+        Gain::new(U1F31::from_bits(exp2_neg(octaves)))
+    }
+}
