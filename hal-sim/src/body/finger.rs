@@ -210,6 +210,9 @@ impl Body for Finger {
             return;
         };
         let effective_v = effective_voltage(load.current_ma(pulse.drive), pulse.width_us);
+        if effective_v <= 0.0 {
+            return;
+        }
         for muscle in [A, B, EXTENSOR] {
             if self.sites[muscle].channel == pulse.channel {
                 self.excite(muscle, pulse.t_us, effective_v, pulse.conducted);

@@ -136,13 +136,12 @@ impl Muscle {
     }
 
     /// A pulse now. `recruitment` in 0..=1 scales A until the next pulse
-    /// (equation (6) with the peak force normalised). A pulse that recruits
-    /// nothing releases no calcium and leaves the muscle alone.
+    /// (equation (6) with the peak force normalised). As in the paper, amplitude
+    /// acts through A alone: C jumps by one however little is recruited, so a
+    /// muscle kept at its threshold relaxes with τ1 + τ2 x, not with τ1.
     pub fn pulse(&mut self, recruitment: f64) {
-        if recruitment > 0.0 {
-            self.recruitment = recruitment;
-            self.c += 1.0;
-        }
+        self.recruitment = recruitment;
+        self.c += 1.0;
     }
 
     /// Lets one step of time pass.
