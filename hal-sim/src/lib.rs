@@ -1,1 +1,3 @@
 //! What stands in for the board and the wearer.
+
+pub mod body;

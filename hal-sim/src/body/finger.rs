@@ -1,0 +1,250 @@
+//! An index finger's PIP joint, moved by two flexor points and one extensor point.
+
+mod joint;
+mod spec;
+
+use std::collections::VecDeque;
+
+use super::muscle::{Muscle, Step};
+use super::noise::standard_normal;
+use super::wearer::{Site, effective_voltage, recruitment};
+use super::{Body, CHANNELS, Load, Pulse};
+use joint::Joint;
+pub use spec::{
+    FingerSpec, ISOLATED_TWO_POINT_FACTOR, InvalidSpec, TORQUE_FREQUENCY_HZ, TWO_POINT_FACTOR,
+};
+
+/// Time step of joint and sensor, µs. Muscles are also split at every pulse.
+const TICK_US: u64 = 1000;
+const TICK_S: f64 = 1e-3;
+
+/// Two flexor points act as a pair while the other one was pulsed within this
+/// time, µs: one period of the slowest usual stimulation, 20 Hz.
+const PAIR_WINDOW_US: u64 = 50_000;
+
+const A: usize = 0;
+const B: usize = 1;
+const EXTENSOR: usize = 2;
+
+/// A pulse on its way to its muscle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Excitation {
+    due_us: u64,
+    muscle: usize,
+    recruitment: f64,
+    /// Torque of a full pair over that of one point; `None` when alone.
+    pair_factor: Option<f64>,
+}
+
+/// The finger in motion. Deterministic: pulses and seed decide everything.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Finger {
+    spec: FingerSpec,
+    sites: [Site; 3],
+    seed: u64,
+    loads: [Load; CHANNELS],
+    /// Whole milliseconds passed.
+    tick: u64,
+    muscles: [Muscle; 3],
+    muscle_step: Step,
+    under_way: VecDeque<Excitation>,
+    /// When each point was last pulsed strongly enough to be half of a pair, µs.
+    last_paired_us: [Option<u64>; 3],
+    pair_factor: f64,
+    /// What fatigue leaves of each muscle, 0 to 1.
+    capacity: [f64; 3],
+    torque_nm: f64,
+    joint: Joint,
+    sensor_deg: f64,
+    sensor_keeps: f64,
+}
+
+impl Finger {
+    /// A relaxed finger. `seed` decides the sensor's noise.
+    ///
+    /// # Errors
+    /// [`InvalidSpec`] names a field that no finger can have.
+    pub fn new(spec: FingerSpec, seed: u64) -> Result<Self, InvalidSpec> {
+        spec.validate()?;
+        Ok(Self {
+            sites: spec.sites(),
+            seed,
+            loads: [Load::NOMINAL; CHANNELS],
+            tick: 0,
+            muscles: [Muscle::new(spec.muscle); 3],
+            muscle_step: Step::new(&spec.muscle, TICK_S),
+            under_way: VecDeque::with_capacity(64),
+            last_paired_us: [None; 3],
+            pair_factor: 1.0,
+            capacity: [1.0; 3],
+            torque_nm: 0.0,
+            joint: Joint::new(&spec, TICK_S),
+            sensor_deg: spec.rest_deg,
+            sensor_keeps: if spec.sensor_lag_s > 0.0 {
+                (-TICK_S / spec.sensor_lag_s).exp()
+            } else {
+                0.0
+            },
+            spec,
+        })
+    }
+
+    /// The numbers this finger was made from.
+    pub fn spec(&self) -> &FingerSpec {
+        &self.spec
+    }
+
+    /// Net muscle torque over the last millisecond, N·m, flexion positive.
+    pub fn torque_nm(&self) -> f64 {
+        self.torque_nm
+    }
+
+    /// Joint rate, degrees per second, flexion positive.
+    pub fn rate_deg_per_s(&self) -> f64 {
+        self.joint.rate_rad_per_s.to_degrees()
+    }
+
+    /// Normalised force of flexor A, flexor B and extensor, before fatigue.
+    pub fn muscle_forces(&self) -> [f64; 3] {
+        self.muscles.map(|m| m.force())
+    }
+
+    /// What a pulse of `effective_v` volts does at point `muscle`.
+    fn excite(&mut self, muscle: usize, t_us: u64, effective_v: f64, conducted: bool) {
+        let Site {
+            threshold_v, max_v, ..
+        } = self.sites[muscle];
+        let mut threshold_v = threshold_v;
+        let mut pair_factor = None;
+        if muscle != EXTENSOR {
+            let paired_v = self.spec.two_point_threshold_ratio * max_v;
+            if effective_v >= paired_v {
+                self.last_paired_us[muscle] = Some(t_us);
+            }
+            let other = self.last_paired_us[A + B - muscle];
+            if other.is_some_and(|at| t_us.saturating_sub(at) <= PAIR_WINDOW_US) {
+                threshold_v = threshold_v.min(paired_v);
+                pair_factor = Some(if conducted {
+                    self.spec.two_point_factor
+                } else {
+                    self.spec.isolated_two_point_factor
+                });
+            }
+        }
+        let curvature = self.spec.recruitment_curvature;
+        self.under_way.push_back(Excitation {
+            due_us: t_us + u64::from(self.spec.electromechanical_delay_us),
+            muscle,
+            recruitment: recruitment(effective_v, threshold_v, max_v, curvature),
+            pair_factor,
+        });
+    }
+
+    /// Lets one millisecond pass for the muscles; a muscle with pulses in it is
+    /// split at each.
+    fn step_muscles(&mut self) {
+        let start_us = self.tick * TICK_US;
+        let mut passed_us = [0u64; 3];
+        while let Some(e) = self.under_way.front().copied() {
+            if e.due_us >= start_us + TICK_US {
+                break;
+            }
+            self.under_way.pop_front();
+            let at_us = e.due_us.saturating_sub(start_us);
+            let muscle = &mut self.muscles[e.muscle];
+            let span_us = at_us.saturating_sub(passed_us[e.muscle]);
+            if span_us > 0 {
+                muscle.step(&Step::new(&self.spec.muscle, span_us as f64 * 1e-6));
+                passed_us[e.muscle] = at_us;
+            }
+            muscle.pulse(e.recruitment);
+            self.pair_factor = e.pair_factor.unwrap_or(self.pair_factor);
+        }
+        for (muscle, passed_us) in self.muscles.iter_mut().zip(passed_us) {
+            if passed_us == 0 {
+                muscle.step(&self.muscle_step);
+            } else {
+                let rest_s = (TICK_US - passed_us) as f64 * 1e-6;
+                muscle.step(&Step::new(&self.spec.muscle, rest_s));
+            }
+        }
+    }
+
+    /// Torque of the muscles at these normalised forces and the present angle.
+    fn torque(&self, forces: [f64; 3]) -> f64 {
+        let force = |i: usize| forces[i] * self.capacity[i];
+        let (a, b) = (force(A), force(B));
+        // One point alone is itself; a full pair is `pair_factor`.
+        let flexor = a.max(b) + (self.pair_factor - 1.0) * a.min(b);
+        let progress = self.joint.progress();
+        let loss = self.spec.torque_loss;
+        self.spec.flexor_torque_nm * flexor * (1.0 - loss * progress)
+            - self.spec.extensor_torque_nm * force(EXTENSOR) * (1.0 - loss * (1.0 - progress))
+    }
+
+    fn tire(&mut self, forces: [f64; 3]) {
+        let gain = TICK_S / self.spec.fatigue_time_s;
+        for (capacity, force) in self.capacity.iter_mut().zip(forces) {
+            let target = 1.0 - (1.0 - self.spec.fatigue_floor) * force.min(1.0);
+            *capacity += gain * (target - *capacity);
+        }
+    }
+
+    fn step(&mut self) {
+        let before = self.muscle_forces();
+        self.step_muscles();
+        let after = self.muscle_forces();
+        let mean = std::array::from_fn(|i| 0.5 * (before[i] + after[i]));
+        self.torque_nm = self.torque(mean);
+        self.tire(mean);
+        self.joint.step(self.torque_nm);
+        let angle = self.joint.angle_rad.to_degrees();
+        self.sensor_deg = angle + (self.sensor_deg - angle) * self.sensor_keeps;
+        self.tick += 1;
+    }
+}
+
+impl Body for Finger {
+    fn pulse(&mut self, pulse: &Pulse) {
+        let Some(load) = self.loads.get(pulse.channel) else {
+            return;
+        };
+        let effective_v = effective_voltage(load.current_ma(pulse.drive), pulse.width_us);
+        if effective_v <= 0.0 {
+            return;
+        }
+        for muscle in [A, B, EXTENSOR] {
+            if self.sites[muscle].channel == pulse.channel {
+                self.excite(muscle, pulse.t_us, effective_v, pulse.conducted);
+            }
+        }
+    }
+
+    /// Joint and sensor move in whole milliseconds: between them the values of
+    /// the last one hold.
+    fn advance(&mut self, to_us: u64) {
+        while (self.tick + 1) * TICK_US <= to_us {
+            self.step();
+        }
+    }
+
+    fn angle_deg(&self) -> f64 {
+        self.joint.angle_rad.to_degrees()
+    }
+
+    fn sensed_deg(&self) -> f64 {
+        let [low, high] = self.spec.stops_deg;
+        let noise = self.spec.sensor_noise_deg * standard_normal(self.seed, self.tick);
+        let step = self.spec.sensor_resolution_deg;
+        let reading = ((self.sensor_deg + noise) / step).round() * step;
+        reading.clamp(low, high)
+    }
+
+    fn loads(&self) -> &[Load; CHANNELS] {
+        &self.loads
+    }
+
+    fn loads_mut(&mut self) -> &mut [Load; CHANNELS] {
+        &mut self.loads
+    }
+}

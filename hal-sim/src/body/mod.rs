@@ -1,0 +1,58 @@
+//! The simulated wearer: electrodes on skin, muscles, and the joint they move.
+//!
+//! Lives here: `electrode` (load and what a pulse delivers into it), `muscle`
+//! (calcium-force model in f64, with a high-accuracy reference), `wearer`
+//! (recruitment, participants), `finger` (index-finger PIP joint), `still`.
+//! Not here: anything of the firmware. A body shares no code with the device it
+//! tests, so it cannot agree with the device's mistakes.
+//! In: pulses as the electrodes saw them, and time in microseconds.
+//! Out: the joint angle (true and sensed) and the electrode loads.
+
+pub mod electrode;
+pub mod finger;
+pub mod muscle;
+mod noise;
+mod still;
+pub mod wearer;
+
+pub use electrode::{Drive, Load};
+pub use finger::{Finger, FingerSpec, InvalidSpec};
+pub use still::Still;
+
+/// Channels a body has electrodes for; the board has ten.
+pub const CHANNELS: usize = 10;
+
+/// One stimulation pulse as it left the output stage.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pulse {
+    /// Start of the first phase, µs of simulated time that never wraps. Pulses
+    /// come in order of time and not before the body's last `advance`.
+    pub t_us: u64,
+    /// Channel, 0 to 9.
+    pub channel: usize,
+    /// What the stage drove, volts or milliamperes.
+    pub drive: Drive,
+    /// Width of one phase, µs. A biphasic and a monophasic pulse act alike
+    /// (Lee 2020 §2.2.2), so the second phase is not described.
+    pub width_us: u32,
+    /// Whether the other channels of the muscle's group were grounded during
+    /// this pulse (the papers' *conducted*); `false` when isolated or alone.
+    pub conducted: bool,
+}
+
+/// What every simulator needs from a wearer.
+pub trait Body: Send {
+    /// Lets a pulse act. Out-of-range channels act on nothing.
+    fn pulse(&mut self, pulse: &Pulse);
+    /// Moves simulated time forward to `to_us`. Going backwards does nothing.
+    /// The result depends on the pulses only, not on how often this is called.
+    fn advance(&mut self, to_us: u64);
+    /// True joint angle, degrees, flexion positive.
+    fn angle_deg(&self) -> f64;
+    /// Joint angle as the sensor reports it, degrees.
+    fn sensed_deg(&self) -> f64;
+    /// What each channel's electrodes present to the output stage.
+    fn loads(&self) -> &[Load; CHANNELS];
+    /// The same, to change: an electrode falls off, gel dries.
+    fn loads_mut(&mut self) -> &mut [Load; CHANNELS];
+}

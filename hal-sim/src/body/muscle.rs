@@ -1,0 +1,175 @@
+//! Calcium-force muscle of Lee 2020, equations (2)-(4), in f64:
+//!
+//! ```text
+//! dC/dt = Σ δ(t - t_i) - C/τc          x = C/(C + K)
+//! dF/dt = A x - F/(τ1 + τ2 x)
+//! ```
+//!
+//! Seconds and newtons (A in N/s); C jumps by one at each pulse.
+
+pub mod reference;
+
+/// The five constants of one muscle, SI units, all above zero.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Parameters {
+    /// Force scaling factor A, N/s (or 1/s for a normalised force).
+    pub a_n_per_s: f64,
+    /// Sensitivity of strongly bound cross-bridges to C, dimensionless.
+    pub k: f64,
+    /// Time constant of the rise and decay of C, s.
+    pub tau_c_s: f64,
+    /// Time constant of force decline without bound cross-bridges, s.
+    pub tau1_s: f64,
+    /// Additional time constant of decline with bound cross-bridges, s.
+    pub tau2_s: f64,
+}
+
+const fn row(a: f64, k: f64, tau_c_ms: f64, tau1_ms: f64, tau2_ms: f64) -> Parameters {
+    Parameters {
+        a_n_per_s: a,
+        k,
+        tau_c_s: tau_c_ms / 1e3,
+        tau1_s: tau1_ms / 1e3,
+        tau2_s: tau2_ms / 1e3,
+    }
+}
+
+/// Lee 2020, table 4 (A at the highest amplitude), subjects K01 to K10. K06's τ2
+/// is printed as 17.6 ms; only 176 ms reproduces tables 2 and 7, so it is that.
+pub const SUBJECTS: [Parameters; 10] = [
+    row(121.9, 0.300, 20.8, 33.1, 194.4),
+    row(75.9, 0.128, 15.6, 76.2, 52.0),
+    row(438.9, 0.326, 31.1, 40.5, 51.8),
+    row(183.1, 0.094, 15.9, 50.2, 117.9),
+    row(130.8, 0.012, 11.5, 5.0, 124.1),
+    row(148.7, 0.162, 22.5, 14.4, 176.0),
+    row(85.0, 0.113, 17.0, 11.8, 189.8),
+    row(218.0, 0.190, 26.3, 10.0, 98.4),
+    row(122.2, 0.215, 21.9, 24.1, 137.4),
+    row(68.5, 0.293, 29.3, 20.7, 163.6),
+];
+
+impl Parameters {
+    /// Arithmetic mean of [`SUBJECTS`], constant by constant.
+    pub fn mean_subject() -> Self {
+        let mean = |f: fn(&Self) -> f64| SUBJECTS.iter().map(f).sum::<f64>() / 10.0;
+        Self {
+            a_n_per_s: mean(|p| p.a_n_per_s),
+            k: mean(|p| p.k),
+            tau_c_s: mean(|p| p.tau_c_s),
+            tau1_s: mean(|p| p.tau1_s),
+            tau2_s: mean(|p| p.tau2_s),
+        }
+    }
+
+    /// The same dynamics with A chosen so that a long train at `frequency_hz`
+    /// (above zero) has a mean force of 1.
+    pub fn normalised_at(self, frequency_hz: f64) -> Self {
+        let unit = Self {
+            a_n_per_s: 1.0,
+            ..self
+        };
+        let steps = 64;
+        let step = Step::new(&unit, 1.0 / frequency_hz / f64::from(steps));
+        let mut muscle = Muscle::new(unit);
+        // Twenty of the slowest time constants leave 2e-9 of the rise.
+        let slowest = (self.tau1_s + self.tau2_s).max(self.tau_c_s);
+        let mut mean = 0.0;
+        for _ in 0..=(20.0 * slowest * frequency_hz) as u32 {
+            muscle.pulse(1.0);
+            mean = 0.0;
+            for _ in 0..steps {
+                let before = muscle.force();
+                muscle.step(&step);
+                mean += 0.5 * (before + muscle.force()) / f64::from(steps);
+            }
+        }
+        Self {
+            a_n_per_s: 1.0 / mean,
+            ..self
+        }
+    }
+}
+
+/// Nodes of the two-point Gauss rule on [0, 1].
+const NODES: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
+
+/// One time step's constants for a muscle: everything that depends on its length.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Step {
+    h: f64,
+    /// What is left of C at the two nodes and at the end.
+    left: [f64; 3],
+}
+
+impl Step {
+    /// A step of `h_s` seconds for a muscle with these constants.
+    pub fn new(parameters: &Parameters, h_s: f64) -> Self {
+        let z = h_s / parameters.tau_c_s;
+        Self {
+            h: h_s,
+            left: [NODES[0], NODES[1], 1.0].map(|u| (-z * u).exp()),
+        }
+    }
+}
+
+/// A muscle in motion: the fast path. C is exact; F comes from the variation of
+/// constants with both integrals at the two Gauss nodes, error of order h⁴.
+/// Against the reference, ten subjects at 1 ms: below 1e-6 of peak (tested).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Muscle {
+    parameters: Parameters,
+    recruitment: f64,
+    c: f64,
+    force: f64,
+}
+
+impl Muscle {
+    /// A rested muscle.
+    pub fn new(parameters: Parameters) -> Self {
+        Self {
+            parameters,
+            recruitment: 0.0,
+            c: 0.0,
+            force: 0.0,
+        }
+    }
+
+    /// A pulse now. `recruitment` in 0..=1 scales A until the next pulse
+    /// (equation (6) with the peak force normalised). As in the paper, amplitude
+    /// acts through A alone: C jumps by one however little is recruited, so a
+    /// muscle kept at its threshold relaxes with τ1 + τ2 x, not with τ1.
+    pub fn pulse(&mut self, recruitment: f64) {
+        self.recruitment = recruitment;
+        self.c += 1.0;
+    }
+
+    /// Lets one step of time pass.
+    pub fn step(&mut self, step: &Step) {
+        let p = &self.parameters;
+        let [c1, c2] = [self.c * step.left[0], self.c * step.left[1]];
+        let [bound1, bound2] = [c1 / (c1 + p.k), c2 / (c2 + p.k)];
+        let rate1 = 1.0 / (p.tau1_s + p.tau2_s * bound1);
+        let rate2 = 1.0 / (p.tau1_s + p.tau2_s * bound2);
+        // The rate between the nodes is taken as linear; from node i to the end
+        // of the step it averages to rate1 + (rate2 - rate1) * RISE[i].
+        const RISE: [f64; 2] = [0.683_012_701_892_219_3, 1.183_012_701_892_219_3];
+        let slope = rate2 - rate1;
+        let kept1 = (-step.h * (1.0 - NODES[0]) * (rate1 + slope * RISE[0])).exp();
+        let kept2 = (-step.h * (1.0 - NODES[1]) * (rate1 + slope * RISE[1])).exp();
+        let kept = (-step.h * 0.5 * (rate1 + rate2)).exp();
+        let source = self.recruitment * p.a_n_per_s * 0.5 * step.h;
+        self.force = self.force * kept + source * (bound1 * kept1 + bound2 * kept2);
+        self.c *= step.left[2];
+    }
+
+    /// Ca²⁺-troponin state C, in units of one pulse.
+    pub fn c(&self) -> f64 {
+        self.c
+    }
+
+    /// Force F, in the unit of A times seconds.
+    pub fn force(&self) -> f64 {
+        self.force
+    }
+}

@@ -1,0 +1,42 @@
+//! A wearer who does not move.
+
+use super::{Body, CHANNELS, Load, Pulse};
+
+/// A dummy load at a fixed joint angle: for tests of the electronics alone.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Still {
+    angle_deg: f64,
+    loads: [Load; CHANNELS],
+}
+
+impl Still {
+    /// A joint held at `angle_deg` degrees, with nominal loads.
+    pub fn new(angle_deg: f64) -> Self {
+        Self {
+            angle_deg,
+            loads: [Load::NOMINAL; CHANNELS],
+        }
+    }
+}
+
+impl Body for Still {
+    fn pulse(&mut self, _pulse: &Pulse) {}
+
+    fn advance(&mut self, _to_us: u64) {}
+
+    fn angle_deg(&self) -> f64 {
+        self.angle_deg
+    }
+
+    fn sensed_deg(&self) -> f64 {
+        self.angle_deg
+    }
+
+    fn loads(&self) -> &[Load; CHANNELS] {
+        &self.loads
+    }
+
+    fn loads_mut(&mut self) -> &mut [Load; CHANNELS] {
+        &mut self.loads
+    }
+}

@@ -1,0 +1,93 @@
+//! Who wears the electrodes: thresholds, maxima, and how many fibres a pulse gets.
+
+use super::electrode::NOMINAL_LOAD_OHM;
+
+/// One stimulation point and the voltages found for it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Site {
+    /// Channel whose electrodes are on this point, 0 to 9.
+    pub channel: usize,
+    /// Lowest voltage that moves the finger, V into the nominal load at 200 µs.
+    pub threshold_v: f64,
+    /// Voltage of full recruitment, V; the highest that stays selective.
+    pub max_v: f64,
+}
+
+/// Participants of Hamana 2022's control experiment.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Participant {
+    /// Participant P.
+    P,
+    /// Participant Q.
+    Q,
+    /// Participant S.
+    S,
+}
+
+impl Participant {
+    /// Threshold and maximum voltage of A, B and the extensor, V (Hamana 2022,
+    /// table 7).
+    pub const fn voltages(self) -> [(f64, f64); 3] {
+        match self {
+            Self::P => [(24.0, 28.0), (28.0, 36.0), (14.0, 26.0)],
+            Self::Q => [(24.0, 32.0), (24.0, 32.0), (16.0, 24.0)],
+            Self::S => [(26.0, 32.0), (18.0, 24.0), (18.0, 26.0)],
+        }
+    }
+}
+
+/// Threshold of two-point stimulation as a part of the maximum, r_th (Hamana
+/// 2022, table 7: 0.7 for all participants).
+pub const TWO_POINT_THRESHOLD_RATIO: f64 = 0.7;
+
+/// How strongly force curves upwards between threshold and maximum: b·(Imax -
+/// Imin) of F = a·exp(bI). Mean over subjects of ln(Fmax/Fmin) at 40 Hz in Lee
+/// 2020, table 2, where the range is likewise motor threshold to tolerable
+/// maximum.
+pub const RECRUITMENT_CURVATURE: f64 = 1.2;
+
+/// Pulse width at which the voltages of table 7 were found, µs (Hamana §II-D).
+const REFERENCE_WIDTH_US: f64 = 200.0;
+
+/// Chronaxie with which other widths are compared, µs. Assumed: the order of
+/// magnitude of motor nerve under surface electrodes, not from the papers.
+const CHRONAXIE_US: f64 = 200.0;
+
+/// Share of full torque, 0 at `threshold_v` and below, 1 at `max_v` and above,
+/// exponential in between with `curvature` (not zero).
+pub fn recruitment(effective_v: f64, threshold_v: f64, max_v: f64, curvature: f64) -> f64 {
+    let x = ((effective_v - threshold_v) / (max_v - threshold_v)).clamp(0.0, 1.0);
+    (curvature * x).exp_m1() / curvature.exp_m1()
+}
+
+/// Voltage into the nominal load at 200 µs that excites as `current_ma` for
+/// `width_us` does: nerve answers to current, and its threshold to width as
+/// 1 + chronaxie/width (Weiss).
+pub fn effective_voltage(current_ma: f64, width_us: u32) -> f64 {
+    let strength = (1.0 + CHRONAXIE_US / REFERENCE_WIDTH_US)
+        / (1.0 + CHRONAXIE_US / f64::from(width_us.max(1)));
+    1e-3 * current_ma * NOMINAL_LOAD_OHM * strength
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn recruitment_runs_from_threshold_to_maximum() {
+        let at = |v| recruitment(v, 24.0, 28.0, RECRUITMENT_CURVATURE);
+        assert_eq!(at(10.0), 0.0);
+        assert_eq!(at(24.0), 0.0);
+        assert!((at(28.0) - 1.0).abs() < 1e-15);
+        assert_eq!(at(40.0), at(28.0));
+        assert!(at(26.0) > 0.3 && at(26.0) < 0.4, "{}", at(26.0));
+    }
+
+    #[test]
+    fn effective_voltage_is_the_voltage_at_the_reference() {
+        assert!((effective_voltage(14.0, 200) - 28.0).abs() < 1e-12);
+        assert!(effective_voltage(14.0, 100) < 28.0);
+        assert!(effective_voltage(14.0, 400) > 28.0);
+        assert_eq!(effective_voltage(0.0, 0), 0.0);
+    }
+}
