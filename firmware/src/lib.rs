@@ -7,4 +7,5 @@
 #![no_std]
 #![deny(unsafe_code)]
 
+pub mod control;
 pub mod units;

@@ -51,7 +51,11 @@ impl Micros {
     #[must_use]
     pub const fn elapsed_since(self, earlier: Self) -> u32 {
         let signed = self.since(earlier);
-        if signed < 0 { 0 } else { signed.cast_unsigned() }
+        if signed < 0 {
+            0
+        } else {
+            signed.cast_unsigned()
+        }
     }
 }
 
