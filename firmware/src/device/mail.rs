@@ -21,7 +21,6 @@ pub struct Order {
 
 /// What a session orders.
 #[derive(Clone, Copy, Debug)]
-#[expect(missing_docs, reason = "named as the requests they carry")]
 pub enum OrderKind {
     /// Arm the setup that lies in the setup mailbox.
     Arm,

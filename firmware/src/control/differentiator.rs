@@ -1,0 +1,104 @@
+//! Pseudo-differentiation: a derivative behind a first-order low-pass,
+//! g·s / (s + g) with g = 2π·cutoff (Hamana 2022 §III-D: cutoff 3 Hz).
+
+use crate::units::{Angle, AngularRate};
+use fixed::types::I16F16;
+
+/// Fraction bits of the pole.
+const POLE_BITS: u32 = 30;
+/// Fraction bits of the input gain.
+const GAIN_BITS: u32 = 20;
+/// round(2π · 2^32).
+const TWO_PI_Q32: u64 = 26_986_075_409;
+
+/// Lowest cutoff accepted, mHz.
+pub const CUTOFF_MIN_MHZ: u32 = 500;
+/// Highest cutoff accepted, mHz: twice the 8 Hz that ever helped, and below
+/// half the rate of a 50 Hz law.
+pub const CUTOFF_MAX_MHZ: u32 = 20_000;
+/// Shortest step, ms.
+pub const STEP_MIN_MS: u8 = 1;
+/// Longest step, ms.
+pub const STEP_MAX_MS: u8 = 20;
+
+/// A pseudo-differentiator for one cutoff and one step length.
+///
+/// Discretised exactly for an input that is linear between two samples:
+/// y ← E·y + (1 − E)/h · Δx with E = e^(−g·h). A ramp is therefore
+/// differentiated without error in the steady state, which the usual form
+/// (exact for a staircase) overestimates by 11 % at 3 Hz and 11 ms.
+///
+/// Output Q15.16 °/s, saturating; rounding to nearest leaves at most
+/// 2^-17 / (1 − E) °/s of residue (4e-4 °/s at 3 Hz and 1 ms).
+#[derive(Clone, Copy, Debug)]
+pub struct Differentiator {
+    /// E, 0…1 in Q30.
+    pole: i64,
+    /// (1 − E)/h in 1/s, Q20: at most g, 2π·20 Hz = 126/s, so below 2^27.
+    gain: i64,
+}
+
+/// What a [`Differentiator`] remembers.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct DifferentiatorState {
+    previous: Option<Angle>,
+    rate: AngularRate,
+}
+
+impl Differentiator {
+    /// For a cutoff in mHz ([`CUTOFF_MIN_MHZ`]…[`CUTOFF_MAX_MHZ`]) and a step
+    /// in ms ([`STEP_MIN_MS`]…[`STEP_MAX_MS`]); `None` outside these.
+    #[must_use]
+    pub fn new(cutoff_mhz: u32, step_ms: u8) -> Option<Self> {
+        let valid = (CUTOFF_MIN_MHZ..=CUTOFF_MAX_MHZ).contains(&cutoff_mhz)
+            && (STEP_MIN_MS..=STEP_MAX_MS).contains(&step_ms);
+        if !valid {
+            return None;
+        }
+        // 20_000 · 20 · 2.7e10 = 1.1e16 < 2^63.
+        let exponent = u64::from(cutoff_mhz) * u64::from(step_ms) * TWO_PI_Q32 / 1_000_000;
+        let pole = exp_of_minus(exponent);
+        // pole <= 2^30; (2^30 · 1000) < 2^40.
+        let gain =
+            (((1 << POLE_BITS) - pole) * 1000 / i64::from(step_ms)) >> (POLE_BITS - GAIN_BITS);
+        Some(Self { pole, gain })
+    }
+
+    /// The rate of change after one more sample. The first sample gives 0.
+    pub fn step(&self, state: &mut DifferentiatorState, x: Angle) -> AngularRate {
+        let bits = i64::from(x.0.to_bits());
+        let before = state
+            .previous
+            .replace(x)
+            .map_or(bits, |p| i64::from(p.0.to_bits()));
+        // |Δ| < 2^32, gain < 2^27; |rate| <= 2^31, pole <= 2^30: both products
+        // stay below 2^61, and so does their sum once shifted.
+        let driven = (self.gain * (bits - before)) >> GAIN_BITS;
+        let decayed =
+            (self.pole * i64::from(state.rate.0.to_bits()) + (1 << (POLE_BITS - 1))) >> POLE_BITS;
+        let rate = (driven + decayed).clamp(i64::from(i32::MIN), i64::from(i32::MAX));
+        state.rate = AngularRate(I16F16::from_bits(rate as i32));
+        state.rate
+    }
+}
+
+/// e^(−z) in Q30 for z in Q32, 0 <= z <= 3, within 1e-7.
+///
+/// `fixed` 1.x has no exponential. z/64 is below 0.05, where six terms of the
+/// series suffice; six squarings undo the division.
+fn exp_of_minus(z: u64) -> i64 {
+    const ONE: i64 = 1 << 31;
+    // Q31 of z/64: < 2^27, so every product below stays under 2^59.
+    let small = (z >> 7) as i64;
+    let mut term = ONE;
+    let mut sum = ONE;
+    for n in 1..=6 {
+        term = -((term * small) >> 31) / n;
+        sum += term;
+    }
+    for _ in 0..6 {
+        // sum is in (0, 2^31]: its square is at most 2^62.
+        sum = (sum * sum + (1 << 30)) >> 31;
+    }
+    sum >> 1
+}

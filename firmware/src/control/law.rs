@@ -1,0 +1,168 @@
+//! Which control law, with which gains; and what any law answers.
+
+use super::differentiator::{Differentiator, DifferentiatorState};
+use super::pid::{Pid, PidState};
+use super::super_twisting::{Paper, Recommended, TwistState};
+use crate::units::Angle;
+use fixed::types::I40F24;
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
+
+/// The number format inside the laws: Q39.24, resolution 6e-8, range ±5.5e11.
+///
+/// 24 fraction bits hold the smallest coefficient that matters (h²·b·k2, about
+/// 6e-4 at 1 ms) to 1e-4 of itself; products saturate and round towards −∞.
+pub type Q = I40F24;
+
+/// A law and its gains as they travel on the wire; every gain in thousandths.
+///
+/// Angles enter the laws in radians, except [`LawSpec::Paper`]'s.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+pub enum LawSpec {
+    /// Super-twisting as in Hamana 2022 (4), (5) with the sign corrected, no
+    /// anti-windup; answers in volts above threshold.
+    Paper {
+        /// λ, both of the surface (1/s) and of the square root; 0.001…100.
+        lambda_milli: u32,
+        /// W, V/s; 0…100.
+        w_milli: u32,
+    },
+    /// Implicit super-twisting with anti-windup; answers between −1 and 1.
+    Recommended {
+        /// λ of the surface, 1/s; 0.1…100.
+        lambda_milli: u32,
+        /// k1, (rad/s)^-½; 0.001…100.
+        k1_milli: u32,
+        /// k2, 1/rad; 0.1…100.
+        k2_milli: u32,
+        /// b, the plant's gain from effort to s, rad/s²; 1…1000.
+        b_milli: u32,
+    },
+    /// PID on the angle with the same derivative and anti-windup: the baseline.
+    Pid {
+        /// Proportional gain, 1/rad; 0…100.
+        kp_milli: u32,
+        /// Integral gain, 1/(rad·s); 0…100.
+        ki_milli: u32,
+        /// Derivative gain, s/rad; 0…100.
+        kd_milli: u32,
+    },
+}
+
+impl LawSpec {
+    /// λ = 10, ρ = 0.5, W = 1 (Hamana 2022 §III-D), at 11 ms and 3 Hz.
+    pub const PAPER: Self = Self::Paper {
+        lambda_milli: 10_000,
+        w_milli: 1_000,
+    };
+    /// See [`Recommended`] for how these were found, at 2 ms and 17 Hz.
+    pub const RECOMMENDED: Self = Self::Recommended {
+        lambda_milli: 10_000,
+        k1_milli: 80,
+        k2_milli: 1_080,
+        b_milli: 150_000,
+    };
+    /// Found by the same search as [`LawSpec::RECOMMENDED`], at 2 ms and 6 Hz.
+    pub const PID: Self = Self::Pid {
+        kp_milli: 1_060,
+        ki_milli: 17_000,
+        kd_milli: 117,
+    };
+
+    /// The period that this law's default gains were chosen for, ms. The paper
+    /// names none; its glove's 90 Hz is the natural one.
+    #[must_use]
+    pub const fn default_period_ms(&self) -> u8 {
+        match self {
+            Self::Paper { .. } => 11,
+            Self::Recommended { .. } | Self::Pid { .. } => 2,
+        }
+    }
+
+    /// The cutoff of the pseudo-differentiation that this law's default gains
+    /// were chosen for, mHz. The paper's: 3 Hz.
+    #[must_use]
+    pub const fn default_cutoff_mhz(&self) -> u32 {
+        match self {
+            Self::Paper { .. } => 3_000,
+            Self::Recommended { .. } => 17_000,
+            Self::Pid { .. } => 6_000,
+        }
+    }
+}
+
+/// What a law asks for: positive flexes, negative extends, before any clamp.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Effort {
+    /// Volts (milliamperes on a current-controlled stage) above threshold.
+    AboveThreshold(Q),
+    /// Fraction of the way from threshold (0) to the wearer's maximum (±1).
+    Fraction(Q),
+}
+
+impl Effort {
+    /// In thousandths of its unit, for telemetry; saturating.
+    #[must_use]
+    pub fn to_milli(self) -> i32 {
+        let (Self::AboveThreshold(q) | Self::Fraction(q)) = self;
+        let milli = (i128::from(q.to_bits()) * 1000) >> Q::FRAC_NBITS;
+        milli.clamp(i128::from(i32::MIN), i128::from(i32::MAX)) as i32
+    }
+}
+
+/// A validated law with its differentiator, for one period.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Law {
+    pub(super) kind: LawKind,
+    pub(super) differentiator: Differentiator,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(super) enum LawKind {
+    Paper(Paper),
+    Recommended(Recommended),
+    Pid(Pid),
+}
+
+/// What a law remembers between steps.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct LawState {
+    differentiator: DifferentiatorState,
+    twist: TwistState,
+    pid: PidState,
+}
+
+impl Law {
+    /// No effort, in this law's unit.
+    pub(super) fn rest(&self) -> Effort {
+        match self.kind {
+            LawKind::Paper(_) => Effort::AboveThreshold(Q::ZERO),
+            LawKind::Recommended(_) | LawKind::Pid(_) => Effort::Fraction(Q::ZERO),
+        }
+    }
+
+    /// One period further. `error` is target − measured, degrees. Since the
+    /// differentiator is linear, one of them on the error does what the paper's
+    /// two do on command and response.
+    pub(super) fn step(&self, state: &mut LawState, error: Angle) -> Effort {
+        let rate = self.differentiator.step(&mut state.differentiator, error);
+        match &self.kind {
+            LawKind::Paper(law) => law.step(&mut state.twist, error, rate),
+            LawKind::Recommended(law) => law.step(&mut state.twist, error, rate),
+            LawKind::Pid(law) => law.step(&mut state.pid, error, rate),
+        }
+    }
+}
+
+/// `numerator` / `denominator` in [`Q`], rounded to nearest. For gains, at
+/// construction only. The caller keeps numerator below 2^63 and the quotient
+/// below 2^38.
+pub(super) fn ratio(numerator: u64, denominator: u64) -> Q {
+    let n = u128::from(numerator) << Q::FRAC_NBITS;
+    let d = u128::from(denominator.max(1));
+    // 2^87 / d fits i64 by the caller's bound; clamp instead of trusting it.
+    Q::from_bits(((n + d / 2) / d).min(i64::MAX as u128) as i64)
+}
+
+/// π/180 in [`Q`]: 0.017453292 within 1.4e-6 of itself.
+pub(super) const RAD_PER_DEG: Q = Q::from_bits(292_819);

@@ -1,0 +1,24 @@
+//! Joint angle control: from a wanted angle and a measured one to amplitudes.
+//!
+//! Lives here: setpoint tracks, the pseudo-differentiator, the control laws,
+//! the mapping of effort onto flexor and extensor, and one joint of all these.
+//! Not here: pulses, limits of the board or ramps (`safety` has the last word),
+//! bytes, the sensor itself.
+//! In: timed setpoints and measurements, and the time. Out: one amplitude per
+//! channel and tick, whether a limit was met, or a named sensor fault.
+//! Integers only; the same inputs give the same bits on every machine.
+
+pub mod differentiator;
+pub mod joint;
+pub mod law;
+pub mod mapping;
+pub mod pid;
+pub mod setpoint;
+pub mod spec;
+pub mod super_twisting;
+
+pub use joint::{Joint, JointState, MeasurementError, Orders, SensorFault};
+pub use law::{Effort, LawSpec};
+pub use mapping::{Amplitudes, PointSpec};
+pub use setpoint::{HoldPolicy, SetpointError};
+pub use spec::{JointSpec, SensorSource, SpecError, SpecField};

@@ -1,0 +1,159 @@
+//! A track of timed angle setpoints: what is wanted now, from what was said.
+
+use crate::units::{Angle, AngularRate, Micros};
+use fixed::types::I16F16;
+use heapless::Deque;
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
+
+/// Setpoints that may wait for their time: 90 ms of a 90 Hz stream.
+const WAITING: usize = 8;
+/// A setpoint may lie at most this far ahead or back, µs. Far inside the
+/// 35.8 min within which wrapped times compare.
+pub const HORIZON_US: u32 = 1_000_000;
+/// Fastest motion taken for one, °/s, when the rate is only estimated from two
+/// setpoints. Anything faster is a step of the target and is not extrapolated.
+/// Assumed: 50 °/s is the peak of 40° at 0.2 Hz, no finger task asks for 1000.
+pub const ESTIMATED_RATE_MAX: i16 = 1000;
+
+/// What to do between and after setpoints.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+pub enum HoldPolicy {
+    /// Keep the last angle.
+    Hold,
+    /// Go on at the last rate for this long, then keep the angle reached.
+    Extrapolate {
+        /// Longest extrapolation, ms; 1…1000.
+        max_ms: u16,
+    },
+}
+
+/// Why a setpoint was not taken.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum SetpointError {
+    /// Its time is more than [`HORIZON_US`] ahead.
+    TooFarAhead,
+    /// Its time is more than [`HORIZON_US`] past.
+    TooOld,
+    /// A setpoint for the same or a later time was already taken.
+    OutOfOrder,
+    /// More setpoints wait for their time than the track holds.
+    TooManyWaiting,
+    /// The angle lies outside the joint's range.
+    OutOfRange {
+        /// Lowest angle allowed, m°.
+        min_mdeg: i32,
+        /// Highest angle allowed, m°.
+        max_mdeg: i32,
+    },
+}
+
+/// One setpoint with the rate to go on with.
+#[derive(Clone, Copy, Debug)]
+struct Timed {
+    at: Micros,
+    angle: Angle,
+    rate: AngularRate,
+}
+
+/// The last setpoint that is due, and those that wait.
+#[derive(Clone, Debug, Default)]
+pub struct SetpointTrack {
+    /// Where the track stands; `None` until the first setpoint is due.
+    due: Option<Standing>,
+    waiting: Deque<Timed, WAITING>,
+}
+
+/// A due setpoint is in motion until its extrapolation ends; afterwards it has
+/// no time any more, so that it can be held for hours of a wrapping clock.
+#[derive(Clone, Copy, Debug)]
+enum Standing {
+    Moving(Timed),
+    Resting(Angle),
+}
+
+impl SetpointTrack {
+    /// Takes a setpoint valid from `at`. Without a rate, the difference to the
+    /// setpoint before gives one, unless that would be a step
+    /// ([`ESTIMATED_RATE_MAX`]) or the setpoint before is no longer in motion.
+    ///
+    /// # Errors
+    /// See [`SetpointError`]; the track is unchanged then.
+    pub fn accept(
+        &mut self,
+        now: Micros,
+        at: Micros,
+        angle: Angle,
+        rate: Option<AngularRate>,
+    ) -> Result<(), SetpointError> {
+        let lead = at.since(now);
+        if lead > HORIZON_US.cast_signed() {
+            return Err(SetpointError::TooFarAhead);
+        }
+        if lead < -HORIZON_US.cast_signed() {
+            return Err(SetpointError::TooOld);
+        }
+        let newest = self.waiting.back().copied().or(match self.due {
+            Some(Standing::Moving(timed)) => Some(timed),
+            _ => None,
+        });
+        if newest.is_some_and(|n| !n.at.is_before(at)) {
+            return Err(SetpointError::OutOfOrder);
+        }
+        let rate = rate.unwrap_or_else(|| newest.map_or_else(zero_rate, |n| slope(n, at, angle)));
+        self.waiting
+            .push_back(Timed { at, angle, rate })
+            .map_err(|_| SetpointError::TooManyWaiting)
+    }
+
+    /// The wanted angle at `now`; `None` until the first setpoint is due.
+    /// Call it at least every 30 minutes; a joint's tick does, every millisecond.
+    pub fn value_at(&mut self, now: Micros, policy: HoldPolicy) -> Option<Angle> {
+        while self.waiting.front().is_some_and(|t| now.has_reached(t.at)) {
+            self.due = self.waiting.pop_front().map(Standing::Moving);
+        }
+        match self.due? {
+            Standing::Resting(angle) => Some(angle),
+            Standing::Moving(timed) => {
+                let max_us = match policy {
+                    HoldPolicy::Hold => 0,
+                    HoldPolicy::Extrapolate { max_ms } => u32::from(max_ms) * 1000,
+                };
+                let age = now.elapsed_since(timed.at);
+                let angle = go_on(timed, age.min(max_us));
+                // Out of order can only be judged against a setpoint whose time
+                // is known: forget the time once it is too old to matter.
+                if age > max_us.max(HORIZON_US) {
+                    self.due = Some(Standing::Resting(angle));
+                }
+                Some(angle)
+            }
+        }
+    }
+}
+
+fn zero_rate() -> AngularRate {
+    AngularRate::default()
+}
+
+/// The rate from `before` to `angle` at `at`, 0 if it looks like a step.
+fn slope(before: Timed, at: Micros, angle: Angle) -> AngularRate {
+    let us = i64::from(at.elapsed_since(before.at)).max(1);
+    // |Δ| < 2^33, times 1e6 < 2^53.
+    let rate =
+        (i64::from(angle.0.to_bits()) - i64::from(before.angle.0.to_bits())) * 1_000_000 / us;
+    if rate.abs() > i64::from(ESTIMATED_RATE_MAX) << 16 {
+        return zero_rate();
+    }
+    AngularRate(I16F16::from_bits(rate as i32))
+}
+
+/// `timed.angle` plus its rate for `us` microseconds, saturating.
+fn go_on(timed: Timed, us: u32) -> Angle {
+    // |rate| <= 2^31, us <= 2^20: 2^51.
+    let gone = i64::from(timed.rate.0.to_bits()) * i64::from(us) / 1_000_000;
+    let bits = i64::from(timed.angle.0.to_bits()) + gone;
+    Angle(I16F16::from_bits(
+        bits.clamp(i32::MIN.into(), i32::MAX.into()) as i32,
+    ))
+}
