@@ -1,1 +1,3 @@
 //! The flexor library on the PC.
+
+pub mod link;

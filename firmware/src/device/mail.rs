@@ -106,7 +106,6 @@ pub enum ControlRequest {
 
 /// Controller → session.
 #[derive(Clone, Debug)]
-#[expect(clippy::large_enum_variant, reason = "eight slots in a static mailbox")]
 pub enum ControlReport {
     /// Answer to an angle or a measurement.
     Verdict {

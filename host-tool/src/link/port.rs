@@ -1,0 +1,62 @@
+//! Where frames go: a device in real time or a simulated world.
+
+use hal_sim::world::World;
+use std::io;
+
+/// A byte path to a device, with the time that goes with it.
+pub trait Port {
+    /// Host time in µs, monotonic. Virtual for simulators.
+    fn now_us(&mut self) -> u64;
+    /// Sends one frame.
+    ///
+    /// # Errors
+    /// The device is gone.
+    fn send(&mut self, frame: &[u8]) -> io::Result<()>;
+    /// Bytes as soon as some arrive, none when `until_us` is reached.
+    ///
+    /// # Errors
+    /// The device is gone.
+    fn receive(&mut self, until_us: u64) -> io::Result<Vec<u8>>;
+}
+
+impl<P: Port + ?Sized> Port for Box<P> {
+    fn now_us(&mut self) -> u64 {
+        (**self).now_us()
+    }
+
+    fn send(&mut self, frame: &[u8]) -> io::Result<()> {
+        (**self).send(frame)
+    }
+
+    fn receive(&mut self, until_us: u64) -> io::Result<Vec<u8>> {
+        (**self).receive(until_us)
+    }
+}
+
+/// A simulated world, driven by whoever waits for it.
+pub struct SimulatedPort {
+    /// The world behind the wire.
+    pub world: World,
+}
+
+impl Port for SimulatedPort {
+    fn now_us(&mut self) -> u64 {
+        self.world.now_us()
+    }
+
+    fn send(&mut self, frame: &[u8]) -> io::Result<()> {
+        self.world.send(frame);
+        Ok(())
+    }
+
+    fn receive(&mut self, until_us: u64) -> io::Result<Vec<u8>> {
+        loop {
+            let bytes: Vec<u8> = self.world.received().flatten().collect();
+            let now = self.world.now_us();
+            if !bytes.is_empty() || now >= until_us {
+                return Ok(bytes);
+            }
+            self.world.run_until(until_us.min(now + 1000))?;
+        }
+    }
+}
