@@ -290,7 +290,6 @@ fn scale(shifted: u32, inverse: u32) -> u32 {
 
 #[cfg(test)]
 mod tests {
-    extern crate std;
     use super::*;
 
     #[test]

@@ -88,7 +88,6 @@ pub(super) fn log2_neg(y: u32) -> u64 {
 
 #[cfg(test)]
 mod tests {
-    extern crate std;
     use super::*;
 
     const Q32: f64 = 4_294_967_296.0;
