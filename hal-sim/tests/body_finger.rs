@@ -94,6 +94,22 @@ fn below_threshold_nothing_moves() {
 }
 
 #[test]
+fn a_rounding_error_at_the_threshold_changes_nothing() {
+    // Controllers rest the antagonist exactly on its threshold, and a DAC rounds:
+    // one side of it must not relax differently from the other.
+    let relaxing = |volts: f64| {
+        let mut finger = Finger::new(spec(), 0).unwrap();
+        hold(&mut finger, &[(0, 28.0)], 1, true);
+        for period in 50..60 {
+            finger.pulse(&pulse(20_000 * period, 0, volts, true));
+            finger.advance(20_000 * (period + 1));
+        }
+        finger.angle_deg()
+    };
+    assert!((relaxing(24.0 - 1e-9) - relaxing(24.0 + 1e-9)).abs() < 1e-6);
+}
+
+#[test]
 fn two_points_have_the_factor_that_was_typed_in() {
     let one = torque(&[(0, 28.0)], true);
     let pair = torque(&[(0, 28.0), (1, 36.0)], true);

@@ -7,9 +7,9 @@ use crate::body::wearer::{Participant, RECRUITMENT_CURVATURE, Site, TWO_POINT_TH
 /// Torque of both flexor points pulsed conducted, over that of one point.
 ///
 /// **Typed in, not an outcome.** Hamana 2022's experiment 2 measured one point at
-/// 0.28 of the strongest two-point torque; 2.2 was chosen so that this plant
-/// comes near the paper's table 8. Any advantage of two points that a simulation
-/// shows rests on it; reports say so.
+/// 0.28 of the strongest two-point torque; 2.2 is the more cautious figure of an
+/// earlier plant that was calibrated to the paper's table 8. Whatever two points
+/// do better, or worse, than one in a simulation rests on it; reports say so.
 pub const TWO_POINT_FACTOR: f64 = 2.2;
 
 /// The same for two points that isolate each other. **Typed in**: the paper found
@@ -24,8 +24,8 @@ pub const TORQUE_FREQUENCY_HZ: f64 = 50.0;
 /// An index finger's PIP joint, its muscles and its angle sensor. All fields are
 /// free, so that wearers can be drawn at random; [`super::Finger::new`] checks them.
 ///
-/// The default numbers of the plant were calibrated once to Hamana 2022's table 8,
-/// so agreement with that table is not evidence for them.
+/// The default numbers come from an earlier plant that was calibrated once to
+/// Hamana 2022's table 8: agreement with that table would be no evidence for them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FingerSpec {
     /// Flexor point A.

@@ -1,0 +1,222 @@
+//! What a trace is compared with.
+
+use std::ops::Range;
+
+use super::super::levels::CHANNELS;
+use super::super::pulses::{MAX_GAP_US, Polarity};
+use super::violation::{Rule, Violation};
+
+/// Form of the pulses of a train.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shape {
+    /// Two phases of equal width and opposite polarity; names the first.
+    Biphasic(Polarity),
+    /// One phase, then grounding.
+    Monophasic(Polarity),
+}
+
+/// The pulses one channel may put out. All times in µs.
+///
+/// Pulse j of burst b starts at
+/// `epoch + offset + b·period + j·burst_interval`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TrainSpec {
+    /// Channel, 0…9.
+    pub channel: u8,
+    /// Form of each pulse.
+    pub shape: Shape,
+    /// Width of each phase.
+    pub width_us: u64,
+    /// Interphase gap asked for; the one put out is at least the dead time.
+    pub gap_us: u64,
+    /// From burst to burst.
+    pub period_us: u64,
+    /// Of the first burst against the epoch, 0…period.
+    pub offset_us: u64,
+    /// Pulses in a burst.
+    pub burst_count: u64,
+    /// From pulse to pulse in a burst; of no meaning for a burst of one.
+    pub burst_interval_us: u64,
+    /// Grounding after each monophasic pulse; of no meaning for biphasic ones.
+    pub ground_us: u64,
+    /// The instant all offsets count from, unwrapped.
+    pub epoch_us: u64,
+    /// Bursts of this train start in this stretch of unwrapped time only.
+    pub active_us: Range<u64>,
+}
+
+/// What a member of a group does while another member pulses (from the start
+/// of its first phase to the end of its last) and it does not pulse itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GroupKind {
+    /// It is grounded. Pulses may overlap.
+    Conducted,
+    /// It is isolated. Pulses may not overlap; grounding after a monophasic
+    /// pulse is interrupted and then starts again in full.
+    Isolated,
+}
+
+/// Channels that belong to one muscle.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Group {
+    /// Rule for members that do not pulse.
+    pub kind: GroupKind,
+    /// Channels, 0…9.
+    pub members: Vec<u8>,
+}
+
+/// Bounds that hold whatever the trains are. All times in µs.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// Phase width, both ends allowed.
+    pub width_us: std::ops::RangeInclusive<u64>,
+    /// From burst to burst, both ends allowed.
+    pub period_us: std::ops::RangeInclusive<u64>,
+    /// Most pulses in a burst.
+    pub burst_count: u64,
+    /// Least contiguous grounding after a monophasic pulse.
+    pub ground_us: u64,
+    /// Least time from a DAC write to the burst it is for.
+    pub dac_lead_us: u64,
+}
+
+impl Default for Limits {
+    /// The device's own: width 10–500 µs, 0.5–200 Hz, bursts of 1–8, 1 ms of
+    /// grounding, 20 µs from DAC write to burst.
+    fn default() -> Limits {
+        Limits {
+            width_us: 10..=500,
+            period_us: 5_000..=2_000_000,
+            burst_count: 8,
+            ground_us: 1_000,
+            dac_lead_us: 20,
+        }
+    }
+}
+
+/// What a trace must agree with.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Expectation {
+    /// Pulses that may appear. Trains of one channel follow each other: their
+    /// `active_us` do not overlap. A channel without a train is silent.
+    pub trains: Vec<TrainSpec>,
+    /// Groups; a channel is in one at most.
+    pub groups: Vec<Group>,
+    /// Least undriven time between opposite polarities.
+    pub dead_time_us: u64,
+    /// Greatest DAC code of each channel.
+    pub max_code: [u16; CHANNELS],
+    /// Bounds that hold whatever the trains are.
+    pub limits: Limits,
+    /// True if every pulse of every train must be there.
+    pub complete: bool,
+    /// When the recording ended, unwrapped; later pulses are not missed.
+    pub end_us: u64,
+}
+
+impl TrainSpec {
+    /// Length of one pulse, first edge to last.
+    pub fn pulse_us(&self, dead_time_us: u64) -> u64 {
+        match self.shape {
+            Shape::Biphasic(_) => 2 * self.width_us + self.gap_us.max(dead_time_us),
+            Shape::Monophasic(_) => self.width_us,
+        }
+    }
+
+    /// Start of a pulse of the train.
+    pub fn start_us(&self, burst: u64, pulse: u64) -> u64 {
+        self.first_us() + burst * self.period_us + pulse * self.burst_interval_us
+    }
+
+    /// Start of the first burst if the train is active from its epoch.
+    pub(super) fn first_us(&self) -> u64 {
+        self.epoch_us + self.offset_us
+    }
+
+    /// Numbers of the bursts in the active stretch.
+    pub(super) fn bursts(&self) -> Range<u64> {
+        let count_before = |t_us: u64| {
+            t_us.saturating_sub(self.first_us())
+                .div_ceil(self.period_us)
+        };
+        count_before(self.active_us.start)..count_before(self.active_us.end)
+    }
+
+    /// The first field that contradicts the others or the limits.
+    fn contradiction(&self, expected: &Expectation) -> Option<&'static str> {
+        let limits = &expected.limits;
+        let monophasic = matches!(self.shape, Shape::Monophasic(_));
+        let rest_us = match self.shape {
+            Shape::Biphasic(_) => expected.dead_time_us,
+            Shape::Monophasic(_) => self.ground_us,
+        };
+        let room_us = self.pulse_us(expected.dead_time_us) + rest_us;
+        let train_us = self.burst_count.saturating_sub(1) * self.burst_interval_us + room_us;
+        [
+            (usize::from(self.channel) >= CHANNELS, "channel"),
+            (!limits.width_us.contains(&self.width_us), "width"),
+            (self.gap_us > MAX_GAP_US, "gap"),
+            (!limits.period_us.contains(&self.period_us), "period"),
+            (self.offset_us > self.period_us, "offset"),
+            (
+                !(1..=limits.burst_count).contains(&self.burst_count),
+                "burst count",
+            ),
+            (
+                self.burst_count > 1 && self.burst_interval_us < room_us,
+                "burst interval",
+            ),
+            (train_us > self.period_us, "burst longer than the period"),
+            (monophasic && self.ground_us < limits.ground_us, "grounding"),
+        ]
+        .into_iter()
+        .find_map(|(wrong, field)| wrong.then_some(field))
+    }
+}
+
+impl Expectation {
+    /// Trains of one channel in order of time.
+    pub(super) fn trains_of(&self, channel: u8) -> Vec<&TrainSpec> {
+        let mut trains: Vec<&TrainSpec> = self
+            .trains
+            .iter()
+            .filter(|train| train.channel == channel)
+            .collect();
+        trains.sort_by_key(|train| train.active_us.start);
+        trains
+    }
+
+    /// Contradictions within the expectation.
+    pub(super) fn contradictions(&self) -> Vec<Violation> {
+        let wrong = |channel, t_us, field| Violation {
+            t_us,
+            channel,
+            rule: Rule::Specification(field),
+        };
+        let mut found: Vec<Violation> = self
+            .trains
+            .iter()
+            .filter_map(|train| {
+                let field = train.contradiction(self)?;
+                Some(wrong(train.channel, train.active_us.start, field))
+            })
+            .collect();
+        for channel in 0..CHANNELS as u8 {
+            for pair in self.trains_of(channel).windows(2) {
+                let start_us = pair[1].active_us.start;
+                if pair[0].active_us.end > start_us {
+                    found.push(wrong(channel, start_us, "trains overlap"));
+                }
+            }
+        }
+        let mut members: Vec<u8> = self.groups.iter().flat_map(|g| g.members.clone()).collect();
+        members.sort_unstable();
+        for pair in members.windows(2).filter(|pair| pair[0] == pair[1]) {
+            found.push(wrong(pair[0], 0, "channel in two groups"));
+        }
+        for &channel in members.iter().filter(|&&c| usize::from(c) >= CHANNELS) {
+            found.push(wrong(channel, 0, "channel"));
+        }
+        found
+    }
+}

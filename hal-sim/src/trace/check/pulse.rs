@@ -1,0 +1,93 @@
+//! Rules that need one channel only: limits, charge, dead time, DAC writes.
+
+use super::super::pulses::ChannelRecord;
+use super::expectation::Expectation;
+use super::timing::Timed;
+use super::violation::{Rule, Violation};
+
+/// Width, amplitude, charge and dead time of every pulse.
+pub(super) fn judge(
+    channel: u8,
+    record: &ChannelRecord,
+    expected: &Expectation,
+    found: &mut Vec<Violation>,
+) {
+    let mut report = |t_us, rule| {
+        found.push(Violation {
+            t_us,
+            channel,
+            rule,
+        });
+    };
+    let (width, max) = (
+        &expected.limits.width_us,
+        expected.max_code[usize::from(channel)],
+    );
+    for pulse in &record.pulses {
+        for &width_us in &pulse.width_us[..usize::from(pulse.phases)] {
+            let too_short = pulse.complete && width_us < *width.start();
+            if too_short || width_us > *width.end() {
+                report(pulse.start_us, Rule::Width { width_us });
+            }
+        }
+        if pulse.code > max {
+            let code = pulse.code;
+            report(pulse.start_us, Rule::Code { code, max });
+        }
+        if pulse.complete && pulse.phases == 2 && pulse.charge != 0 {
+            report(pulse.start_us, Rule::Charge { net: pulse.charge });
+        }
+    }
+    for &(t_us, gap_us) in &record.reversals {
+        if gap_us < expected.dead_time_us {
+            report(t_us, Rule::DeadTime { gap_us });
+        }
+    }
+}
+
+/// One amplitude per burst, written in good time before it.
+pub(super) fn judge_writes(
+    timed: &[Timed<'_>],
+    writes: &[u64],
+    expected: &Expectation,
+    found: &mut Vec<Violation>,
+) {
+    let mut writes = writes.iter().peekable();
+    for Timed {
+        pulse, burst_us, ..
+    } in timed
+    {
+        let quiet_from_us = burst_us.saturating_sub(expected.limits.dac_lead_us);
+        while writes.next_if(|&&t_us| t_us <= quiet_from_us).is_some() {}
+        while let Some(&t_us) = writes.next_if(|&&t_us| t_us < pulse.end_us()) {
+            let rule = match burst_us.checked_sub(t_us) {
+                Some(lead_us) if lead_us > 0 => Rule::DacLate { lead_us },
+                _ => Rule::DacDuringBurst,
+            };
+            found.push(Violation {
+                t_us,
+                channel: pulse.channel,
+                rule,
+            });
+        }
+    }
+}
+
+/// Bursts of a channel follow each other no faster than the limit, also from
+/// one train to the next.
+pub(super) fn judge_repetition(
+    timed: &[Timed<'_>],
+    expected: &Expectation,
+    found: &mut Vec<Violation>,
+) {
+    for pair in timed.windows(2) {
+        let since_us = pair[1].burst_us.saturating_sub(pair[0].burst_us);
+        if since_us > 0 && since_us < *expected.limits.period_us.start() {
+            found.push(Violation {
+                t_us: pair[1].pulse.start_us,
+                channel: pair[1].pulse.channel,
+                rule: Rule::Repetition { since_us },
+            });
+        }
+    }
+}

@@ -1,0 +1,104 @@
+//! A trace as rows: one per change of a channel's state.
+
+use super::levels::{CHANNELS, Levels, State};
+use super::record::{DacWrite, Trace};
+
+/// One channel entered a state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Edge {
+    /// Unwrapped microseconds.
+    pub t_us: u64,
+    /// Channel, 0…9 (edge files count from 1).
+    pub channel: u8,
+    /// The state from now on.
+    pub state: State,
+    /// Amplitude code in force; a write in this very microsecond is not yet.
+    pub dac_code: u16,
+}
+
+/// All edges of a trace, ordered by time, then channel.
+pub struct Edges<'a> {
+    levels: std::slice::Iter<'a, (u64, Levels)>,
+    writes: std::iter::Peekable<std::slice::Iter<'a, DacWrite>>,
+    codes: [u16; CHANNELS],
+    t_us: u64,
+    now: Levels,
+    /// Bits of the channels whose change at `t_us` is not yet given out.
+    pending: u32,
+}
+
+impl Trace {
+    /// All edges, ordered by time, then channel.
+    pub fn edges(&self) -> Edges<'_> {
+        Edges {
+            levels: self.levels.iter(),
+            writes: self.dac.iter().peekable(),
+            codes: [0; CHANNELS],
+            t_us: 0,
+            now: Levels::ISOLATED,
+            pending: 0,
+        }
+    }
+
+    /// The edges of one channel (0…9), in order of time.
+    pub fn channel_edges(&self, channel: u8) -> impl Iterator<Item = Edge> {
+        self.edges().filter(move |edge| edge.channel == channel)
+    }
+}
+
+impl Iterator for Edges<'_> {
+    type Item = Edge;
+
+    fn next(&mut self) -> Option<Edge> {
+        while self.pending == 0 {
+            let &(t_us, levels) = self.levels.next()?;
+            while let Some(write) = self.writes.next_if(|write| write.t_us < t_us) {
+                self.codes[usize::from(write.channel)] = write.code;
+            }
+            self.pending = levels.changed(self.now).fold(0, |set, ch| set | 1 << ch);
+            (self.t_us, self.now) = (t_us, levels);
+        }
+        let channel = self.pending.trailing_zeros() as u8;
+        self.pending &= self.pending - 1;
+        Some(Edge {
+            t_us: self.t_us,
+            channel,
+            state: self.now.state(channel),
+            dac_code: self.codes[usize::from(channel)],
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn edges_carry_state_and_code_in_force() {
+        let mut trace = Trace::default();
+        trace.record_dac(10, 2, 700);
+        let driven = Levels::ISOLATED
+            .with(2, State::Cathodic)
+            .with(5, State::Anodic);
+        trace.record_levels(100, driven);
+        trace.record_levels(150, driven.with_sync(true));
+        trace.record_levels(300, Levels::ISOLATED.with(5, State::Anodic));
+        trace.record_dac(300, 2, 900);
+        let edge = |t_us, channel, state, dac_code| Edge {
+            t_us,
+            channel,
+            state,
+            dac_code,
+        };
+        let all: Vec<Edge> = trace.edges().collect();
+        assert_eq!(
+            all,
+            [
+                edge(100, 2, State::Cathodic, 700),
+                edge(100, 5, State::Anodic, 0),
+                edge(300, 2, State::Isolated, 700),
+            ]
+        );
+        assert_eq!(trace.channel_edges(5).collect::<Vec<_>>(), all[1..2]);
+    }
+}

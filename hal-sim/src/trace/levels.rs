@@ -1,0 +1,158 @@
+//! The state of all output lines at one instant, in one word.
+
+use std::fmt;
+use std::str::FromStr;
+
+/// Number of stimulation channels.
+pub const CHANNELS: usize = 10;
+
+const SYNC: u32 = 1 << 20;
+
+/// What the output stage of one channel does with its electrode.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[repr(u8)]
+pub enum State {
+    /// Both switches open: no current path to the other channels.
+    #[default]
+    Isolated = 0b00,
+    /// Drives the cathodic direction.
+    Cathodic = 0b01,
+    /// Drives the anodic direction.
+    Anodic = 0b10,
+    /// Electrode tied to the return: discharges, and conducts for other channels.
+    Grounded = 0b11,
+}
+
+impl State {
+    /// True in the two states that drive current.
+    pub const fn is_driven(self) -> bool {
+        matches!(self, State::Cathodic | State::Anodic)
+    }
+
+    /// +1 anodic, −1 cathodic, 0 otherwise: sign of the charge delivered.
+    pub const fn sign(self) -> i64 {
+        match self {
+            State::Anodic => 1,
+            State::Cathodic => -1,
+            State::Isolated | State::Grounded => 0,
+        }
+    }
+
+    /// The word used in edge files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            State::Isolated => "isolated",
+            State::Cathodic => "cathodic",
+            State::Anodic => "anodic",
+            State::Grounded => "grounded",
+        }
+    }
+
+    const fn from_bits(bits: u32) -> State {
+        match bits & 0b11 {
+            0b00 => State::Isolated,
+            0b01 => State::Cathodic,
+            0b10 => State::Anodic,
+            _ => State::Grounded,
+        }
+    }
+}
+
+impl fmt::Display for State {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for State {
+    type Err = ();
+
+    fn from_str(text: &str) -> Result<State, ()> {
+        [
+            State::Isolated,
+            State::Cathodic,
+            State::Anodic,
+            State::Grounded,
+        ]
+        .into_iter()
+        .find(|state| state.name() == text)
+        .ok_or(())
+    }
+}
+
+/// All output lines: bits 2i and 2i+1 hold the [`State`] of channel i (from 0),
+/// bit 20 the sync output. The remaining bits are zero.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[repr(transparent)]
+pub struct Levels(pub u32);
+
+impl Levels {
+    /// All channels isolated, sync low: the state before the first record.
+    pub const ISOLATED: Levels = Levels(0);
+
+    /// State of a channel, 0…9.
+    pub const fn state(self, channel: u8) -> State {
+        State::from_bits(self.0 >> (2 * channel))
+    }
+
+    /// The same lines with one channel, 0…9, in another state.
+    #[must_use]
+    pub const fn with(self, channel: u8, state: State) -> Levels {
+        Levels(self.0 & !(0b11 << (2 * channel)) | (state as u32) << (2 * channel))
+    }
+
+    /// Level of the sync output.
+    pub const fn sync(self) -> bool {
+        self.0 & SYNC != 0
+    }
+
+    /// The same lines with the sync output high or low.
+    #[must_use]
+    pub const fn with_sync(self, high: bool) -> Levels {
+        Levels(if high { self.0 | SYNC } else { self.0 & !SYNC })
+    }
+
+    /// Channels whose state differs from `before`, ascending.
+    pub fn changed(self, before: Levels) -> impl Iterator<Item = u8> {
+        let mut rest = (self.0 ^ before.0) & (SYNC - 1);
+        std::iter::from_fn(move || {
+            if rest == 0 {
+                return None;
+            }
+            let channel = rest.trailing_zeros() / 2;
+            rest &= !(0b11 << (2 * channel));
+            Some(channel as u8)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bits_are_as_the_simulators_write_them() {
+        assert_eq!(
+            Levels(0b10_01_11).state(0),
+            State::Grounded,
+            "channel 0 in bits 0 and 1"
+        );
+        assert_eq!(Levels(0b10_01_11).state(1), State::Cathodic);
+        assert_eq!(Levels(0b10_01_11).state(2), State::Anodic);
+        let levels = Levels::ISOLATED.with(9, State::Anodic).with_sync(true);
+        assert_eq!(levels, Levels(0b10 << 18 | 1 << 20));
+        assert_eq!(levels.with(9, State::Isolated), Levels(1 << 20));
+    }
+
+    #[test]
+    fn changed_names_each_channel_once_and_ignores_sync() {
+        let before = Levels::ISOLATED.with(3, State::Anodic);
+        let after = Levels::ISOLATED
+            .with(0, State::Grounded)
+            .with(3, State::Cathodic)
+            .with(9, State::Cathodic)
+            .with_sync(true);
+        assert_eq!(after.changed(before).collect::<Vec<_>>(), [0, 3, 9]);
+        assert_eq!(after.changed(after).count(), 0);
+    }
+}

@@ -1,0 +1,26 @@
+//! What came out of a device: one edge and DAC record that every simulator
+//! writes and every test reads.
+//!
+//! Lives here: the record, its edges and pulses, the CSV and VCD files, and an
+//! independent checker ([`check()`]) of timing, charge, dead time, grounding and
+//! group rules. Not here: anything of the `firmware` crate, so that a checker
+//! cannot share a mistake with the scheduler it checks.
+//! In: port states and DAC writes at unwrapped microseconds.
+//! Out: edges, pulses, files, violations.
+
+pub mod check;
+mod edges;
+mod file;
+mod intervals;
+mod levels;
+mod pulses;
+mod record;
+mod vcd;
+
+pub use check::{Expectation, Group, GroupKind, Limits, Rule, Shape, TrainSpec, Violation, check};
+pub use edges::{Edge, Edges};
+pub use file::{EdgeFileError, read_csv, write_csv};
+pub use levels::{CHANNELS, Levels, State};
+pub use pulses::{MAX_GAP_US, Polarity, Pulse};
+pub use record::{DacWrite, Trace, Unwrap};
+pub use vcd::write_vcd;

@@ -1,0 +1,169 @@
+//! The recorder, and 32-bit device time made monotonic.
+
+use super::levels::{CHANNELS, Levels};
+
+/// One write to a channel's amplitude DAC.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DacWrite {
+    /// When the output changes, unwrapped microseconds.
+    pub t_us: u64,
+    /// Channel, 0…9.
+    pub channel: u8,
+    /// Amplitude code, 0…65535.
+    pub code: u16,
+}
+
+/// Everything a device put out: every change of a line and every DAC write.
+///
+/// Both lists are in order of time. Before the first entry all channels are
+/// isolated and all codes are zero. A line change and a DAC write in the same
+/// microsecond count in that order.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Trace {
+    /// Time in unwrapped microseconds, and the lines from then on.
+    pub levels: Vec<(u64, Levels)>,
+    /// Every write, also one that repeats the code in force.
+    pub dac: Vec<DacWrite>,
+}
+
+impl Trace {
+    /// Notes the lines at `t_us`; costs one comparison if nothing changed.
+    ///
+    /// Two notes of the same microsecond become one, the later: the two ports
+    /// of a board may be reported one after the other. Times must not decrease;
+    /// [`super::check()`] reports a trace whose times do.
+    #[inline]
+    pub fn record_levels(&mut self, t_us: u64, levels: Levels) {
+        match self.levels.last_mut() {
+            Some((_, last)) if *last == levels => {}
+            Some((last_t, _)) if *last_t == t_us => self.replace_last(levels),
+            None if levels == Levels::ISOLATED => {}
+            _ => self.levels.push((t_us, levels)),
+        }
+    }
+
+    /// Replaces the last entry, or removes it if it no longer is a change.
+    fn replace_last(&mut self, levels: Levels) {
+        let Some((t_us, _)) = self.levels.pop() else {
+            return;
+        };
+        if levels != self.last_levels() {
+            self.levels.push((t_us, levels));
+        }
+    }
+
+    /// Notes a write of `code` to the DAC of `channel` (0…9).
+    ///
+    /// # Panics
+    /// If there is no such channel.
+    #[inline]
+    pub fn record_dac(&mut self, t_us: u64, channel: u8, code: u16) {
+        assert!(usize::from(channel) < CHANNELS, "no channel {channel}");
+        self.dac.push(DacWrite {
+            t_us,
+            channel,
+            code,
+        });
+    }
+
+    /// The lines after the last change.
+    pub fn last_levels(&self) -> Levels {
+        self.levels.last().map_or(Levels::ISOLATED, |entry| entry.1)
+    }
+
+    /// What was recorded up to and including `end_us`: with the same `end_us`
+    /// in the expectation, a good trace is good wherever it is cut.
+    #[must_use]
+    pub fn until(&self, end_us: u64) -> Trace {
+        let levels = self.levels.partition_point(|entry| entry.0 <= end_us);
+        let dac = self.dac.partition_point(|write| write.t_us <= end_us);
+        Trace {
+            levels: self.levels[..levels].to_vec(),
+            dac: self.dac[..dac].to_vec(),
+        }
+    }
+
+    /// Line changes and DAC writes in order of time; at the same microsecond
+    /// the lines come first.
+    pub(super) fn events(&self) -> impl Iterator<Item = Event> {
+        let mut levels = self.levels.iter().peekable();
+        let mut writes = self.dac.iter().peekable();
+        std::iter::from_fn(move || {
+            let change_at = levels.peek().map_or(u64::MAX, |entry| entry.0);
+            if let Some(write) = writes.next_if(|write| write.t_us < change_at) {
+                return Some(Event::Dac(*write));
+            }
+            levels.next().map(|&(t_us, now)| Event::Levels(t_us, now))
+        })
+    }
+}
+
+/// One thing that happened, for [`Trace::events`].
+pub(super) enum Event {
+    Levels(u64, Levels),
+    Dac(DacWrite),
+}
+
+/// Turns the device's wrapping 32-bit microseconds into 64-bit ones.
+///
+/// The first time is taken as it is. Two successive times may be at most
+/// 2³¹ µs (35.8 min) apart; a small step back gives a smaller time.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Unwrap {
+    last: Option<u64>,
+}
+
+impl Unwrap {
+    /// The unwrapped time of `t_us`.
+    pub fn at(&mut self, t_us: u32) -> u64 {
+        let unwrapped = match self.last {
+            None => u64::from(t_us),
+            Some(last) => {
+                let step = t_us.wrapping_sub(last as u32) as i32;
+                last.saturating_add_signed(i64::from(step))
+            }
+        };
+        self.last = Some(unwrapped);
+        unwrapped
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::levels::State;
+    use super::*;
+
+    #[test]
+    fn only_changes_are_kept() {
+        let mut trace = Trace::default();
+        let anodic = Levels::ISOLATED.with(1, State::Anodic);
+        trace.record_levels(0, Levels::ISOLATED);
+        trace.record_levels(5, anodic);
+        trace.record_levels(6, anodic);
+        trace.record_levels(9, Levels::ISOLATED);
+        assert_eq!(trace.levels, [(5, anodic), (9, Levels::ISOLATED)]);
+    }
+
+    #[test]
+    fn two_ports_in_one_microsecond_are_one_change() {
+        let mut trace = Trace::default();
+        let one = Levels::ISOLATED.with(0, State::Anodic);
+        let both = one.with(7, State::Cathodic);
+        trace.record_levels(5, one);
+        trace.record_levels(5, both);
+        assert_eq!(trace.levels, [(5, both)]);
+        trace.record_levels(5, Levels::ISOLATED);
+        assert_eq!(trace.levels, []);
+    }
+
+    #[test]
+    fn time_goes_on_through_the_wrap() {
+        let mut time = Unwrap::default();
+        assert_eq!(time.at(u32::MAX - 1), u64::from(u32::MAX) - 1);
+        assert_eq!(time.at(3), (1 << 32) + 3);
+        assert_eq!(time.at(1), (1 << 32) + 1);
+        assert_eq!(time.at(1 << 31), (1 << 32) + (1 << 31));
+        assert_eq!(time.at(3 << 30), (1 << 32) + (3 << 30));
+        assert_eq!(time.at(7), (2 << 32) + 7);
+    }
+}

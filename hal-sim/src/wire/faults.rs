@@ -1,0 +1,272 @@
+//! A serial line in virtual time that loses, corrupts and delays frames.
+//!
+//! The same seed and the same pushes give the same faults, byte for byte. The
+//! line keeps the order of frames, as a serial line does.
+
+use std::collections::VecDeque;
+
+/// End-of-frame byte of the link; a corruption that makes or destroys one
+/// changes how many frames the receiver sees, so these are counted apart.
+pub const DELIMITER: u8 = 0;
+
+/// What happens to a frame on its way.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Faults {
+    /// Probability that a frame vanishes, 0…1.
+    pub loss: f64,
+    /// Probability that a frame that is not lost has one bit or one byte
+    /// changed, 0…1.
+    pub corruption: f64,
+    /// Delay of every frame, µs.
+    pub delay_us: u64,
+    /// Greatest additional delay as a fraction of `interval_us`; the delay of
+    /// each frame is uniform from zero to this.
+    pub jitter: f64,
+    /// Nominal time between frames, µs; 11,111 for a 90 Hz stream.
+    pub interval_us: u64,
+}
+
+/// What the line did so far, in frames unless said otherwise.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Pushed.
+    pub pushed: u64,
+    /// Lost.
+    pub lost: u64,
+    /// Corrupted: one bit flipped.
+    pub bit_flips: u64,
+    /// Corrupted: one byte replaced by another.
+    pub byte_flips: u64,
+    /// Corrupted by turning a [`DELIMITER`] into something else (the receiver
+    /// sees this frame and the next as one).
+    pub delimiters_destroyed: u64,
+    /// Corrupted by turning another byte into a [`DELIMITER`] (the receiver
+    /// sees two frames).
+    pub delimiters_made: u64,
+    /// Delayed by jitter.
+    pub jittered: u64,
+    /// Held back behind an earlier frame, to keep the order.
+    pub held_back: u64,
+    /// Handed to the receiver.
+    pub delivered: u64,
+    /// Greatest time from push to arrival, µs.
+    pub longest_us: u64,
+}
+
+impl Counts {
+    /// Frames that were changed in any way.
+    pub fn corrupted(&self) -> u64 {
+        self.bit_flips + self.byte_flips
+    }
+}
+
+/// One direction of a faulty line.
+#[derive(Clone, Debug)]
+pub struct FaultyLine {
+    faults: Faults,
+    random: SplitMix64,
+    queue: VecDeque<(u64, Vec<u8>)>,
+    last_arrival_us: u64,
+    counts: Counts,
+}
+
+impl FaultyLine {
+    /// A line with these faults; equal seeds give equal faults.
+    pub fn new(faults: Faults, seed: u64) -> FaultyLine {
+        FaultyLine {
+            faults,
+            random: SplitMix64(seed),
+            queue: VecDeque::new(),
+            last_arrival_us: 0,
+            counts: Counts::default(),
+        }
+    }
+
+    /// Sends one frame at `t_us`. Times must not decrease.
+    pub fn push(&mut self, t_us: u64, frame: &[u8]) {
+        self.counts.pushed += 1;
+        // All draws are made for every frame, so that changing one fault's
+        // probability leaves the other faults where they were.
+        let [loss, corruption, jitter] = std::array::from_fn(|_| self.random.unit());
+        let [which, place, change] = std::array::from_fn(|_| self.random.next());
+        if loss < self.faults.loss {
+            self.counts.lost += 1;
+            return;
+        }
+        let mut bytes = frame.to_vec();
+        if corruption < self.faults.corruption && !bytes.is_empty() {
+            self.corrupt(&mut bytes, which, place, change);
+        }
+        let jitter_us = (jitter * self.faults.jitter * self.faults.interval_us as f64) as u64;
+        self.counts.jittered += u64::from(jitter_us > 0);
+        let own_us = t_us + self.faults.delay_us + jitter_us;
+        let arrival_us = own_us.max(self.last_arrival_us);
+        self.counts.held_back += u64::from(arrival_us > own_us);
+        self.counts.longest_us = self.counts.longest_us.max(arrival_us - t_us);
+        self.last_arrival_us = arrival_us;
+        self.queue.push_back((arrival_us, bytes));
+    }
+
+    /// Takes the frames that have arrived by `t_us`, with their arrival times,
+    /// in order. Frames the caller does not take stay on the line.
+    pub fn pop_until(&mut self, t_us: u64) -> impl Iterator<Item = (u64, Vec<u8>)> {
+        std::iter::from_fn(move || {
+            let arrived = self.queue.front().is_some_and(|frame| frame.0 <= t_us);
+            let frame = self.queue.pop_front_if(|_| arrived)?;
+            self.counts.delivered += 1;
+            Some(frame)
+        })
+    }
+
+    /// When the next frame arrives, if one is on its way.
+    pub fn next_arrival_us(&self) -> Option<u64> {
+        self.queue.front().map(|frame| frame.0)
+    }
+
+    /// What the line did so far.
+    pub fn counts(&self) -> Counts {
+        self.counts
+    }
+
+    fn corrupt(&mut self, bytes: &mut [u8], which: u64, place: u64, change: u64) {
+        let index = (place % bytes.len() as u64) as usize;
+        let byte = &mut bytes[index];
+        let before = *byte;
+        if which & 1 == 0 {
+            self.counts.bit_flips += 1;
+            *byte ^= 1 << (change % 8);
+        } else {
+            self.counts.byte_flips += 1;
+            *byte ^= 1 + (change % 255) as u8;
+        }
+        self.counts.delimiters_destroyed += u64::from(before == DELIMITER);
+        self.counts.delimiters_made += u64::from(*byte == DELIMITER);
+    }
+}
+
+/// Random numbers by Steele, Lea and Flood, "Fast splittable pseudorandom number
+/// generators", OOPSLA 2014, figure 17: eight lines that never change, so that a
+/// seed means the same faults in every version.
+#[derive(Clone, Debug)]
+struct SplitMix64(u64);
+
+impl SplitMix64 {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^ (z >> 31)
+    }
+
+    /// Uniform in [0, 1).
+    fn unit(&mut self) -> f64 {
+        (self.next() >> 11) as f64 / (1u64 << 53) as f64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const INTERVAL_US: u64 = 11_111;
+
+    fn run(faults: Faults, seed: u64, frames: u64) -> (FaultyLine, Vec<(u64, Vec<u8>)>) {
+        let mut line = FaultyLine::new(faults, seed);
+        let mut out = Vec::new();
+        for i in 0..frames {
+            let t_us = i * INTERVAL_US;
+            out.extend(line.pop_until(t_us));
+            line.push(t_us, &frame(i));
+        }
+        out.extend(line.pop_until(u64::MAX));
+        (line, out)
+    }
+
+    fn frame(i: u64) -> Vec<u8> {
+        let mut bytes: Vec<u8> = i.to_le_bytes().iter().map(|b| b | 1).collect();
+        bytes.push(DELIMITER);
+        bytes
+    }
+
+    #[test]
+    fn a_perfect_line_changes_nothing() {
+        let (line, out) = run(Faults::default(), 1, 100);
+        for (i, (t_us, bytes)) in out.iter().enumerate() {
+            assert_eq!((*t_us, bytes), (i as u64 * INTERVAL_US, &frame(i as u64)));
+        }
+        let expected = Counts {
+            pushed: 100,
+            delivered: 100,
+            ..Counts::default()
+        };
+        assert_eq!(line.counts(), expected);
+    }
+
+    #[test]
+    fn every_fault_is_counted_exactly() {
+        let faults = Faults {
+            loss: 0.1,
+            corruption: 0.1,
+            delay_us: 2_000,
+            jitter: 0.3,
+            interval_us: INTERVAL_US,
+        };
+        let (line, out) = run(faults, 7, 10_000);
+        let counts = line.counts();
+        assert_eq!(counts.pushed, counts.lost + counts.delivered);
+        assert_eq!(counts.delivered, out.len() as u64);
+        // Frames differ in their low bytes; find each one's original by time.
+        let original = |t_us: u64| frame((t_us - 2_000) / INTERVAL_US);
+        let changed = out.iter().filter(|(t, b)| *b != original(*t)).count();
+        assert_eq!(changed as u64, counts.corrupted());
+        let delimiters = |bytes: &[u8]| bytes.iter().filter(|&&b| b == DELIMITER).count() as u64;
+        let seen: u64 = out.iter().map(|(_, bytes)| delimiters(bytes)).sum();
+        let expected = counts.delivered + counts.delimiters_made - counts.delimiters_destroyed;
+        assert_eq!(seen, expected);
+        // Binomial, 10,000 draws at 0.1: standard deviation 30 (28.5 corrupted).
+        assert!(counts.lost.abs_diff(1_000) < 120, "{counts:?}");
+        assert!(counts.corrupted().abs_diff(900) < 120, "{counts:?}");
+        assert!(counts.bit_flips > 0 && counts.byte_flips > 0);
+        assert!(counts.longest_us <= 2_000 + 3_333 && counts.longest_us > 2_000 + 3_200);
+    }
+
+    #[test]
+    fn a_seed_repeats_and_another_differs() {
+        let faults = Faults {
+            loss: 0.01,
+            corruption: 0.01,
+            jitter: 0.3,
+            interval_us: INTERVAL_US,
+            ..Faults::default()
+        };
+        assert_eq!(run(faults, 3, 1_000).1, run(faults, 3, 1_000).1);
+        assert_ne!(run(faults, 3, 1_000).1, run(faults, 4, 1_000).1);
+    }
+
+    #[test]
+    fn order_is_kept_when_jitter_exceeds_the_interval() {
+        let faults = Faults {
+            jitter: 5.0,
+            interval_us: INTERVAL_US,
+            ..Faults::default()
+        };
+        let (line, out) = run(faults, 5, 1_000);
+        assert!(line.counts().held_back > 100);
+        assert!(out.is_sorted_by_key(|frame| frame.0));
+        let numbers: Vec<Vec<u8>> = (0..1_000).map(frame).collect();
+        assert!(out.into_iter().map(|frame| frame.1).eq(numbers));
+    }
+
+    #[test]
+    fn frames_not_taken_stay() {
+        let mut line = FaultyLine::new(Faults::default(), 0);
+        line.push(5, b"a");
+        line.push(6, b"b");
+        assert_eq!(line.next_arrival_us(), Some(5));
+        assert_eq!(line.pop_until(4).count(), 0);
+        assert_eq!(line.pop_until(9).next(), Some((5, b"a".to_vec())));
+        assert_eq!(line.pop_until(9).next(), Some((6, b"b".to_vec())));
+        assert_eq!(line.next_arrival_us(), None);
+    }
+}

@@ -1,0 +1,162 @@
+//! A pseudo-terminal: to any program on this machine, a serial port.
+
+use std::fs::File;
+use std::io::{self, Read, Write};
+use std::os::fd::AsFd;
+use std::os::unix::fs::{OpenOptionsExt, symlink};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use nix::errno::Errno;
+use nix::fcntl::{FcntlArg, FdFlag, OFlag, fcntl};
+use nix::poll::{PollFd, PollFlags, PollTimeout, poll};
+use nix::pty::openpty;
+use nix::sys::termios::{FlushArg, SetArg, cfmakeraw, tcflush, tcgetattr, tcsetattr};
+
+use super::{ByteStream, WRITE_PATIENCE, write_patiently};
+
+/// The board's end of a pseudo-terminal whose other end hosts open by a path.
+///
+/// Hosts may close and open it again. Unlike TCP it cannot refuse a second
+/// host; serial programs lock the port among themselves.
+#[derive(Debug)]
+pub struct PtyWire {
+    master: File,
+    device: PathBuf,
+    link: PathBuf,
+    connected: bool,
+    /// The host did not read for too long: writes no longer wait for it.
+    stalled: bool,
+}
+
+impl PtyWire {
+    /// Opens a raw pseudo-terminal and makes `path` a symbolic link to it,
+    /// which is removed on drop. A link left behind by an earlier run is
+    /// replaced.
+    ///
+    /// # Errors
+    /// `AlreadyExists` if something other than a link to a device is at `path`;
+    /// otherwise what the system says.
+    pub fn open(path: impl AsRef<Path>) -> io::Result<PtyWire> {
+        let pty = openpty(None, None)?;
+        make_ready(&pty.slave)?;
+        fcntl(&pty.master, FcntlArg::F_SETFL(OFlag::O_NONBLOCK))?;
+        fcntl(&pty.master, FcntlArg::F_SETFD(FdFlag::FD_CLOEXEC))?;
+        let device = nix::unistd::ttyname(&pty.slave)?;
+        // The slave end closes here: while it is open nowhere, the master
+        // reports a hang-up, and that is how we know whether a host is there.
+        drop(pty.slave);
+        let link = path.as_ref().to_path_buf();
+        remove_stale_link(&link)?;
+        symlink(&device, &link)?;
+        Ok(PtyWire {
+            master: File::from(pty.master),
+            device,
+            link,
+            connected: false,
+            stalled: false,
+        })
+    }
+
+    /// The device the link points to.
+    pub fn device(&self) -> &Path {
+        &self.device
+    }
+
+    fn look_for_host(&mut self) -> io::Result<()> {
+        let mut fds = [PollFd::new(self.master.as_fd(), PollFlags::POLLIN)];
+        match poll(&mut fds, PollTimeout::ZERO) {
+            Err(Errno::EINTR) => return Ok(()),
+            result => result?,
+        };
+        let events = fds[0].revents().unwrap_or(PollFlags::empty());
+        let was_connected = self.connected;
+        self.connected = !events.contains(PollFlags::POLLHUP);
+        if was_connected && !self.connected {
+            self.clear_for_next_host()?;
+        }
+        Ok(())
+    }
+
+    /// Forgets what the last host did not read, and how it set the terminal.
+    fn clear_for_next_host(&mut self) -> io::Result<()> {
+        self.stalled = false;
+        let slave = File::options()
+            .read(true)
+            .write(true)
+            .custom_flags((OFlag::O_NOCTTY | OFlag::O_NONBLOCK).bits())
+            .open(&self.device)?;
+        Ok(make_ready(&slave)?)
+    }
+}
+
+impl ByteStream for PtyWire {
+    fn read(&mut self, buf: &mut [u8]) -> io::Result<usize> {
+        self.look_for_host()?;
+        match self.master.read(buf) {
+            Ok(count) => Ok(count),
+            Err(error) if is_absence(&error) => Ok(0),
+            Err(error) => Err(error),
+        }
+    }
+
+    fn write_all(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.look_for_host()?;
+        if !self.connected {
+            return Ok(());
+        }
+        let patience = if self.stalled {
+            Duration::ZERO
+        } else {
+            WRITE_PATIENCE
+        };
+        let result = write_patiently(bytes, patience, |bytes| self.master.write(bytes));
+        self.stalled = matches!(&result, Err(error) if error.kind() == io::ErrorKind::TimedOut);
+        match result {
+            Err(error) if self.stalled || is_absence(&error) => Ok(()),
+            result => result,
+        }
+    }
+
+    fn connected(&self) -> bool {
+        self.connected
+    }
+}
+
+impl Drop for PtyWire {
+    fn drop(&mut self) {
+        // Someone may have put another link there meanwhile: leave it alone.
+        if std::fs::read_link(&self.link).is_ok_and(|target| target == self.device) {
+            let _ = std::fs::remove_file(&self.link);
+        }
+    }
+}
+
+/// Makes a terminal raw, with nothing waiting for its reader.
+fn make_ready(slave: &impl AsFd) -> nix::Result<()> {
+    let mut settings = tcgetattr(slave)?;
+    cfmakeraw(&mut settings);
+    tcsetattr(slave, SetArg::TCSANOW, &settings)?;
+    tcflush(slave, FlushArg::TCIFLUSH)
+}
+
+/// True if the error means no bytes now, or no host.
+fn is_absence(error: &io::Error) -> bool {
+    let hung_up = error.raw_os_error() == Some(Errno::EIO as i32);
+    hung_up
+        || matches!(
+            error.kind(),
+            io::ErrorKind::WouldBlock | io::ErrorKind::Interrupted
+        )
+}
+
+fn remove_stale_link(path: &Path) -> io::Result<()> {
+    match std::fs::read_link(path) {
+        Ok(target) if target.starts_with("/dev") => std::fs::remove_file(path),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
+        _ => Err(io::Error::new(
+            io::ErrorKind::AlreadyExists,
+            format!("{} exists and is no link to a terminal", path.display()),
+        )),
+    }
+}

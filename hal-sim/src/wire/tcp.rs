@@ -1,0 +1,137 @@
+//! A TCP socket that serves one host at a time.
+
+use std::io::{self, Read, Write};
+use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream, ToSocketAddrs};
+use std::time::{Duration, Instant};
+
+use super::{ByteStream, WRITE_PATIENCE, write_patiently};
+
+/// How long a refused host may take to hang up after it was told.
+const FAREWELL: Duration = Duration::from_secs(1);
+/// Refused hosts attended to at once; more are simply closed.
+const MOST_REFUSED: usize = 8;
+
+/// Listens; the first host is served, others are refused until it leaves.
+#[derive(Debug)]
+pub struct TcpWire {
+    listener: TcpListener,
+    refusal: Vec<u8>,
+    host: Option<TcpStream>,
+    /// Told and closed for writing, but not dropped yet: closing a socket with
+    /// unread bytes would reset it, and the refusal might never be seen.
+    refused: Vec<(TcpStream, Instant)>,
+    refusals: u64,
+}
+
+impl TcpWire {
+    /// Listens at `address` (port 0: any free one). A second host is sent the
+    /// bytes `refusal` and disconnected.
+    ///
+    /// # Errors
+    /// If the address cannot be resolved or is in use.
+    pub fn bind(address: impl ToSocketAddrs, refusal: Vec<u8>) -> io::Result<TcpWire> {
+        let listener = TcpListener::bind(address)?;
+        listener.set_nonblocking(true)?;
+        Ok(TcpWire {
+            listener,
+            refusal,
+            host: None,
+            refused: Vec::new(),
+            refusals: 0,
+        })
+    }
+
+    /// Where it listens.
+    ///
+    /// # Errors
+    /// If the system cannot tell.
+    pub fn local_addr(&self) -> io::Result<SocketAddr> {
+        self.listener.local_addr()
+    }
+
+    /// How many hosts were refused so far.
+    pub fn refusals(&self) -> u64 {
+        self.refusals
+    }
+
+    /// Lets waiting hosts in or turns them away. Call only when the present
+    /// host is known to be there still.
+    fn answer_door(&mut self) -> io::Result<()> {
+        self.refused.retain_mut(still_leaving);
+        loop {
+            match self.listener.accept() {
+                Ok((stream, _)) if self.host.is_none() => {
+                    stream.set_nonblocking(true)?;
+                    stream.set_nodelay(true)?;
+                    self.host = Some(stream);
+                }
+                Ok((stream, _)) => self.refuse(stream),
+                Err(error) if is_transient(&error) => return Ok(()),
+                // It broke off before it was let in.
+                Err(error) if error.kind() == io::ErrorKind::ConnectionAborted => {}
+                Err(error) => return Err(error),
+            }
+        }
+    }
+
+    /// Tells a host that it is not served. It may be gone already: its loss.
+    fn refuse(&mut self, mut stream: TcpStream) {
+        self.refusals += 1;
+        let told = stream
+            .set_nonblocking(true)
+            .and_then(|()| stream.write_all(&self.refusal))
+            .and_then(|()| stream.shutdown(Shutdown::Write));
+        if told.is_ok() && self.refused.len() < MOST_REFUSED {
+            self.refused.push((stream, Instant::now()));
+        }
+    }
+}
+
+impl ByteStream for TcpWire {
+    fn read(&mut self, buf: &mut [u8]) -> io::Result<usize> {
+        if let Some(host) = &mut self.host {
+            match host.read(buf) {
+                Ok(count) if count > 0 => return Ok(count),
+                Err(error) if is_transient(&error) => {}
+                _ => {
+                    // Report the absence before anyone else is let in.
+                    self.host = None;
+                    return Ok(0);
+                }
+            }
+        }
+        self.answer_door()?;
+        Ok(0)
+    }
+
+    fn write_all(&mut self, bytes: &[u8]) -> io::Result<()> {
+        if let Some(host) = &mut self.host
+            && write_patiently(bytes, WRITE_PATIENCE, |bytes| host.write(bytes)).is_err()
+        {
+            self.host = None;
+        }
+        Ok(())
+    }
+
+    fn connected(&self) -> bool {
+        self.host.is_some()
+    }
+}
+
+/// Reads and forgets what a refused host says; false once it may be dropped.
+fn still_leaving((stream, since): &mut (TcpStream, Instant)) -> bool {
+    let mut ignored = [0; 256];
+    match stream.read(&mut ignored) {
+        Ok(0) => false,
+        Ok(_) => since.elapsed() < FAREWELL,
+        Err(error) => is_transient(&error) && since.elapsed() < FAREWELL,
+    }
+}
+
+/// Errors that say "nothing now".
+fn is_transient(error: &io::Error) -> bool {
+    matches!(
+        error.kind(),
+        io::ErrorKind::WouldBlock | io::ErrorKind::Interrupted
+    )
+}

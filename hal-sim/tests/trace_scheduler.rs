@@ -1,0 +1,240 @@
+//! The firmware's scheduler before the independent checker: more than a million
+//! pulses of random valid configurations of ten channels with different
+//! frequencies, bursts and groups, through the wrap of the 32-bit clock.
+
+use firmware::pulse::{
+    CHANNELS, Group as FirmwareGroup, GroupSpec, Partner, Scheduler, Shape as FirmwareShape,
+    Supply, Train, TrainError, TrainSpec as FirmwareSpec, WINDOW_US, WindowPlan, check_groups,
+};
+use firmware::units::{DacCode, Micros};
+use hal_sim::trace::{
+    Expectation, Group, GroupKind, Levels, Limits, Polarity, Shape, Trace, TrainSpec, check,
+};
+use proptest::prelude::*;
+use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
+
+const WINDOWS: u64 = 12_000;
+const CASES: u32 = 500;
+/// A refill renders the next window this long after the present one began.
+const REFILL_US: u64 = 2;
+
+/// Amplitudes that differ from burst to burst.
+struct Changing;
+
+impl Supply for Changing {
+    fn burst(&mut self, channel: u8, at: Micros) -> Option<DacCode> {
+        Some(DacCode((at.0 / 13 + u32::from(channel) * 977) as u16))
+    }
+    fn may_pulse(&mut self, _: u8, _: Micros) -> bool {
+        true
+    }
+}
+
+fn spec() -> impl Strategy<Value = FirmwareSpec> {
+    let shape = prop_oneof![
+        Just(FirmwareShape::BiphasicCathodicFirst),
+        Just(FirmwareShape::BiphasicAnodicFirst),
+        Just(FirmwareShape::MonophasicCathodic),
+        Just(FirmwareShape::MonophasicAnodic),
+    ];
+    let times = (10u16..=500, 0u16..=200, 1_000u16..3_000, 5_000u32..60_000);
+    let burst = (
+        1u8..=8,
+        200u16..4_000,
+        prop_oneof![3 => Just(0u16), 1 => 1u16..20],
+    );
+    (shape, times, burst, 0.0..=1.0).prop_map(|(shape, times, burst, phase)| {
+        let (width_us, gap_us, ground_us, period_us) = times;
+        let (burst_count, burst_interval_us, repeats) = burst;
+        let mut spec = FirmwareSpec {
+            shape,
+            width_us,
+            gap_us: if shape.is_biphasic() { gap_us } else { 0 },
+            ground_us: if shape.is_biphasic() { 0 } else { ground_us },
+            period_us,
+            offset_us: 0,
+            burst_count,
+            burst_interval_us: if burst_count > 1 {
+                burst_interval_us
+            } else {
+                0
+            },
+            repeats,
+            triggered: false,
+        };
+        // As fast as the device allows what is too fast.
+        if let Err(TrainError::BurstOverlaps { min_interval_us }) = spec.validate() {
+            spec.burst_interval_us = min_interval_us as u16;
+        }
+        if let Err(TrainError::BurstTooLong { min_period_us }) = spec.validate() {
+            spec.period_us = min_period_us;
+        }
+        spec.offset_us = (phase * f64::from(spec.period_us)) as u32;
+        spec
+    })
+}
+
+/// Trains and groups the device accepts.
+#[derive(Debug)]
+struct Scene {
+    specs: Vec<FirmwareSpec>,
+    groups: Vec<GroupSpec>,
+    /// Time of the first window, and of the trains' epoch after it.
+    start: u32,
+    lead_us: u32,
+}
+
+fn scene() -> impl Strategy<Value = Scene> {
+    let specs = prop::collection::vec(spec(), CHANNELS);
+    let kinds = prop::collection::vec(any::<Option<bool>>(), 3);
+    let spread = prop::collection::vec(0u32..1_500, CHANNELS);
+    (specs, kinds, spread, 0u32..2_000_000, 250u32..1_000).prop_map(
+        |(mut specs, kinds, spread, before_wrap, lead_us)| {
+            let mut groups = Vec::new();
+            for (members, kind) in [[0, 1, 2], [3, 4, 5], [6, 7, 8]].into_iter().zip(kinds) {
+                let Some(isolated) = kind else { continue };
+                if isolated {
+                    let period_us = specs[members[0]].period_us.max(12_000);
+                    for (turn, &member) in members.iter().enumerate() {
+                        let spec = &mut specs[member];
+                        (spec.burst_count, spec.burst_interval_us) = (1, 0);
+                        spec.period_us = period_us;
+                        spec.offset_us = 1_300 * turn as u32 + spread[member] / 3;
+                    }
+                }
+                groups.push(GroupSpec {
+                    members: members.iter().fold(0, |set, member| set | 1 << member),
+                    partner: if isolated {
+                        Partner::Isolated
+                    } else {
+                        Partner::Conducted
+                    },
+                });
+            }
+            let start = u32::MAX - before_wrap;
+            Scene {
+                specs,
+                groups,
+                start,
+                lead_us,
+            }
+        },
+    )
+}
+
+impl Scene {
+    fn render(&self, trains: &[Option<Train>; CHANNELS], groups: &[FirmwareGroup]) -> Trace {
+        let mut scheduler = Scheduler::new();
+        let epoch = Micros(self.start).plus(self.lead_us);
+        scheduler.start(trains, groups, Some(0), epoch);
+        let (mut trace, mut plan) = (Trace::default(), WindowPlan::new());
+        for window in 0..WINDOWS {
+            let t_us = u64::from(self.start) + window * u64::from(WINDOW_US);
+            scheduler
+                .render(Micros(t_us as u32), &mut Changing, &mut plan)
+                .expect("no window is late or full");
+            for &(channel, code) in &plan.dac {
+                let written_us = t_us - u64::from(WINDOW_US) + REFILL_US;
+                trace.record_dac(written_us, channel, code.0);
+            }
+            for change in &plan.changes {
+                let levels = Levels(change.levels.0);
+                trace.record_levels(t_us + u64::from(change.slot), levels);
+            }
+        }
+        trace
+    }
+
+    fn expectation(&self) -> Expectation {
+        let start_us = u64::from(self.start);
+        let epoch_us = start_us + u64::from(self.lead_us);
+        let groups = self.groups.iter().map(|group| Group {
+            kind: match group.partner {
+                Partner::Conducted => GroupKind::Conducted,
+                Partner::Isolated => GroupKind::Isolated,
+            },
+            members: (0..10).filter(|c| group.members >> c & 1 == 1).collect(),
+        });
+        let specs = self.specs.iter().enumerate();
+        Expectation {
+            trains: specs
+                .map(|(c, spec)| expected(c as u8, spec, epoch_us))
+                .collect(),
+            groups: groups.collect(),
+            dead_time_us: 5,
+            max_code: [u16::MAX; CHANNELS],
+            limits: Limits::default(),
+            complete: true,
+            end_us: start_us + WINDOWS * u64::from(WINDOW_US),
+        }
+    }
+}
+
+fn expected(channel: u8, spec: &FirmwareSpec, epoch_us: u64) -> TrainSpec {
+    let first_us = epoch_us + u64::from(spec.offset_us);
+    let end_us = match spec.repeats {
+        0 => 1 << 40,
+        bursts => first_us + u64::from(bursts) * u64::from(spec.period_us),
+    };
+    TrainSpec {
+        channel,
+        shape: match spec.shape {
+            FirmwareShape::BiphasicCathodicFirst => Shape::Biphasic(Polarity::Cathodic),
+            FirmwareShape::BiphasicAnodicFirst => Shape::Biphasic(Polarity::Anodic),
+            FirmwareShape::MonophasicCathodic => Shape::Monophasic(Polarity::Cathodic),
+            FirmwareShape::MonophasicAnodic => Shape::Monophasic(Polarity::Anodic),
+        },
+        width_us: spec.width_us.into(),
+        gap_us: spec.gap_us.into(),
+        period_us: spec.period_us.into(),
+        offset_us: spec.offset_us.into(),
+        burst_count: spec.burst_count.into(),
+        burst_interval_us: spec.burst_interval_us.into(),
+        ground_us: spec.ground_us.into(),
+        epoch_us,
+        active_us: epoch_us..end_us,
+    }
+}
+
+#[test]
+fn a_million_random_pulses_are_exact() {
+    let config = Config {
+        cases: CASES,
+        failure_persistence: None,
+        ..Config::default()
+    };
+    let seed = TestRng::from_seed(RngAlgorithm::ChaCha, &[42; 32]);
+    let mut runner = TestRunner::new_with_rng(config, seed);
+    let tally = std::cell::Cell::new((0usize, 0usize, 0usize, 0usize));
+    let result = runner.run(&scene(), |scene| {
+        let trains = std::array::from_fn(|c| scene.specs[c].validate().ok());
+        prop_assert!(trains.iter().all(Option::is_some), "{:?}", scene.specs);
+        let (pulses, conducted, isolated, refused) = tally.get();
+        let Ok(groups) = check_groups(&scene.groups, &trains) else {
+            tally.set((pulses, conducted, isolated, refused + 1));
+            return Ok(());
+        };
+        let trace = scene.render(&trains, &groups);
+        let expectation = scene.expectation();
+        prop_assert_eq!(check(&trace, &expectation), []);
+        let seen: usize = trace.pulses(expectation.end_us).iter().map(Vec::len).sum();
+        let of = |kind| expectation.groups.iter().filter(|g| g.kind == kind).count();
+        tally.set((
+            pulses + seen,
+            conducted + of(GroupKind::Conducted),
+            isolated + of(GroupKind::Isolated),
+            refused,
+        ));
+        Ok(())
+    });
+    let (pulses, conducted, isolated, refused) = tally.get();
+    println!(
+        "{pulses} pulses in {} configurations, {conducted} conducted and {isolated} isolated \
+         groups; {refused} configurations refused",
+        CASES as usize - refused,
+    );
+    if let Err(error) = result {
+        panic!("{error}");
+    }
+    assert!(pulses > 1_000_000 && conducted > 50 && isolated > 50);
+}
