@@ -74,7 +74,7 @@ fn millivolts(orders: &Orders) -> Vec<u32> {
 #[test]
 fn the_papers_mapping_at_participant_ps_voltages() {
     // Error °, one-point [A, E], two-point [A, B, E], limiting for each.
-    let table: [(f64, [u32; 2], [u32; 3], [bool; 2]); 6] = [
+    let table = [
         (
             0.0,
             [24_000, 14_000],
