@@ -1,9 +1,8 @@
 //! Super-twisting control of a joint angle: the paper's law and ours.
 //!
 //! The square root is `u64::isqrt` on the fixed-point bits: exact (floor) and
-//! the same on every machine, about 1 µs on the chip at most every millisecond.
-//! `micromath`'s, up to 6 % high, would make host and chip differ and gain
-//! nothing here.
+//! the same on every machine, once per law period. `micromath`'s, up to 6 %
+//! high, would make host and chip differ and gain nothing here.
 
 use super::law::{Effort, Q, RAD_PER_DEG, ratio};
 use crate::units::{Angle, AngularRate};
@@ -34,9 +33,11 @@ impl TwistState {
 /// There is no anti-windup, as in the paper: u_a grows by W·h a step, without
 /// bound but that of [`Q`].
 ///
-/// The paper does not say in which unit angles enter. Degrees are assumed:
-/// every figure and table of it is in degrees, and the oscillation it reports
-/// comes out with them. Effort in volts above threshold, as in (7)–(12).
+/// The paper does not say in which unit angles enter. Degrees are assumed
+/// because all its figures and tables are in degrees; results do not decide it:
+/// with radians the simulated finger oscillates as well, a quarter less
+/// (one-point) or a tenth less (two-point). Effort in volts above threshold, as
+/// in (7)–(12).
 #[derive(Clone, Copy, Debug)]
 pub struct Paper {
     lambda: Q,
