@@ -1,3 +1,4 @@
 //! The flexor library on the PC.
 
+pub mod cli;
 pub mod link;
