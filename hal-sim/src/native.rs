@@ -1,10 +1,12 @@
 //! The native simulator: the device code itself, in this process, in virtual
 //! time. Any number can run side by side.
 
-use crate::world::Recorder;
+use crate::body::Drive;
+use crate::world::{Output, Recorder};
 use firmware::device::Identity;
 use firmware::device::lockstep::{Lockstep, Sensors};
 use firmware::link::{Kind, message::ResetCause};
+use firmware::pulse::{Group, Partner};
 use firmware::units::Micros;
 
 /// A device that lives in virtual time.
@@ -20,6 +22,9 @@ pub trait Device: Send {
         sensors: &Sensors,
         sink: &mut Recorder,
     ) -> std::io::Result<()>;
+    /// How `channel` drives what it is set to; `None` if it is not set up or
+    /// the device cannot be looked into.
+    fn output(&self, channel: usize) -> Option<Output>;
     /// Time goes on to `to`.
     ///
     /// # Errors
@@ -50,6 +55,22 @@ pub fn native(boot: Micros) -> Lockstep {
 }
 
 impl Device for Lockstep {
+    fn output(&self, channel: usize) -> Option<Output> {
+        let setup = self.setup()?;
+        let stage = setup.channels.get(channel).copied().flatten()?.stage;
+        let full_scale = f64::from(stage.full_scale().0) * 1e-3;
+        let partner = |group: &&Group| group.members() & 1 << channel != 0;
+        let group = setup.groups.iter().find(partner);
+        Some(Output {
+            full_scale: if stage.is_current() {
+                Drive::Milliamps(full_scale)
+            } else {
+                Drive::Volts(full_scale)
+            },
+            conducted: group.is_some_and(|g| g.partner() == Partner::Conducted),
+        })
+    }
+
     fn receive(
         &mut self,
         at: Micros,

@@ -95,7 +95,7 @@ pub struct World {
     pub sensors: Sensors,
     /// The wire from host to device.
     pub wire: FaultyLine,
-    /// By channel; `None` stimulates nothing.
+    /// By channel, where the device cannot be asked for it.
     pub outputs: [Option<Output>; CHANNELS],
     /// Angle sensor: conversion per degree and at 0°; `None` if not connected.
     pub joint_adc: Option<(f64, f64)>,
@@ -184,7 +184,7 @@ impl World {
 
     fn excite(&mut self) {
         for (t_us, channel, code, width_us) in self.recorder.pulses.drain(..) {
-            let Some(output) = self.outputs[channel] else {
+            let Some(output) = self.device.output(channel).or(self.outputs[channel]) else {
                 continue;
             };
             let part = f64::from(code) / 65_535.0;

@@ -4,10 +4,10 @@ use firmware::link::Code;
 use firmware::pulse::{Shape, TrainSpec};
 use firmware::safety::{ChannelSpec, StageSpec, State, WearerSpec};
 use firmware::units::{Amplitude, Micros};
-use hal_sim::body::{Drive, Still};
+use hal_sim::body::Still;
 use hal_sim::native::native;
 use hal_sim::wire::faults::Faults;
-use hal_sim::world::{Output, World};
+use hal_sim::world::World;
 use host_tool::link::{Client, Error, Port, SimulatedPort};
 
 const BOOT: Micros = Micros(u32::MAX - 2_000_000);
@@ -35,11 +35,7 @@ fn channel(offset_us: u32) -> ChannelSpec {
 
 fn open() -> Client<SimulatedPort> {
     let body = Box::new(Still::new(0.0));
-    let mut world = World::new(Box::new(native(BOOT)), body, BOOT, Faults::default(), 1);
-    world.outputs = [Some(Output {
-        full_scale: Drive::Milliamps(100.0),
-        conducted: false,
-    }); 10];
+    let world = World::new(Box::new(native(BOOT)), body, BOOT, Faults::default(), 1);
     Client::open(SimulatedPort { world }).unwrap().0
 }
 

@@ -5,7 +5,7 @@
 use super::{Controller, Identity, Mailboxes, Pulser, REFILL_OFFSET_US, Session, WINDOWS_PER_TICK};
 use crate::link::MAX_FRAME;
 use crate::pulse::{CHANNELS, Levels, WINDOW_US, WindowPlan};
-use crate::safety::{Fault, Inputs, Reading, State};
+use crate::safety::{Fault, Inputs, Reading, Setup, Stage, State};
 use crate::units::{DacCode, Micros};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -122,6 +122,12 @@ impl Lockstep {
         self.pulser.state()
     }
 
+    /// The armed or last armed setup.
+    #[must_use]
+    pub const fn setup(&self) -> Option<&Setup> {
+        self.pulser.setup()
+    }
+
     /// Takes bytes whose last one arrives at `at`; time first goes on to where
     /// a frame that they complete is served.
     pub fn receive(&mut self, at: Micros, bytes: &[u8], sensors: &Sensors, sink: &mut impl Sink) {
@@ -196,10 +202,15 @@ impl Lockstep {
         };
         let index = usize::from(channel);
         let (code, ohm) = (self.dac.get(index), sensors.load_ohm.get(index));
-        if let (Some(stage), Some(&code), Some(&ohm)) = (self.pulser.stage(channel), code, ohm) {
+        if let (Some(stage), Some(&code), Some(&ohm)) = (self.stage(channel), code, ohm) {
             let ua = stage.current_through_ua(code, ohm);
             self.reading = Some(Reading::from_ua(channel, ua));
         }
+    }
+
+    fn stage(&self, channel: u8) -> Option<Stage> {
+        let channels = &self.pulser.setup()?.channels;
+        Some(channels.get(usize::from(channel)).copied().flatten()?.stage)
     }
 
     fn refill(&mut self, now: Micros, sensors: &Sensors, sink: &mut impl Sink) {

@@ -2,7 +2,7 @@
 
 use super::mail::{ControlEvent, ControlOrder, Order, OrderKind, PulserMail, Report};
 use crate::pulse::{Scheduler, WindowPlan};
-use crate::safety::{Denied, Fault, FaultRecord, Guard, Inputs, Notice, Stage, State};
+use crate::safety::{Denied, Fault, FaultRecord, Guard, Inputs, Notice, Setup, State};
 use crate::units::{Amplitude, Micros};
 
 /// Owns the guard and the scheduler. On a board it is one interrupt.
@@ -40,11 +40,10 @@ impl Pulser {
         self.guard.state()
     }
 
-    /// The output stage of a channel of the armed or last armed setup.
+    /// The armed or last armed setup.
     #[must_use]
-    pub fn stage(&self, channel: u8) -> Option<Stage> {
-        let channels = &self.guard.setup()?.channels;
-        Some(channels.get(usize::from(channel)).copied().flatten()?.stage)
+    pub const fn setup(&self) -> Option<&Setup> {
+        self.guard.setup()
     }
 
     /// Renders the window at `start`; called once per window, 248 µs before it

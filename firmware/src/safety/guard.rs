@@ -521,13 +521,18 @@ impl Supply for Guard {
         let rise = self.rises.get_mut(index)?;
         let amplitude = match self.mode {
             Mode::Checking { .. } => check_amplitude(&config),
+            // A ramp passes through code 0 without a gap in the schedule; a
+            // channel that nobody asked for anything stays out of it.
+            _ if wanted == Amplitude::ZERO => {
+                *rise = Rise::default();
+                return None;
+            }
             Mode::Stimulating => rise.apply(wanted, at, rise_us),
             Mode::Stopping { fall, .. } => fall.apply(rise.apply(wanted, at, rise_us), at),
             _ => return None,
         };
         *self.in_force.get_mut(index)? = amplitude;
-        let code = config.stage.code(amplitude);
-        (code.0 != 0).then_some(code)
+        Some(config.stage.code(amplitude))
     }
 
     fn may_pulse(&mut self, _: u8, end: Micros) -> bool {
