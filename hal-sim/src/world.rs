@@ -53,6 +53,16 @@ impl Recorder {
     }
 }
 
+impl Recorder {
+    /// Drops what was recorded of levels and DACs, for runs without an end.
+    pub fn forget(&mut self) {
+        self.trace.dac.clear();
+        // The last levels stay: only changes against them are recorded.
+        let last = self.trace.levels.len().saturating_sub(1);
+        self.trace.levels.drain(..last);
+    }
+}
+
 impl Sink for Recorder {
     fn levels(&mut self, at: Micros, levels: firmware::pulse::Levels) {
         let t = self.level_time.at(at.0);

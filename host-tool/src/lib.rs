@@ -1,4 +1,9 @@
 //! The flexor library on the PC.
 
+pub mod analysis;
 pub mod cli;
 pub mod link;
+pub mod record;
+pub mod report;
+pub mod run;
+pub mod session;

@@ -65,7 +65,7 @@ struct Row {
 ///
 /// # Errors
 /// A parameter outside its range, by name; files that cannot be read or written.
-pub fn run(args: &Muscle, output: Output) -> anyhow::Result<()> {
+pub fn main(args: &Muscle, output: Output) -> anyhow::Result<()> {
     within("--duration-s", args.duration_s, 0.0, 3600.0)?;
     let pulses = args.pulses()?;
     let rows = match args.model {

@@ -17,6 +17,18 @@ pub trait Port {
     /// # Errors
     /// The device is gone.
     fn receive(&mut self, until_us: u64) -> io::Result<Vec<u8>>;
+    /// The simulated world behind this port, if there is one.
+    fn world(&mut self) -> Option<&mut World> {
+        None
+    }
+    /// True joint angle of a simulated wearer, degrees.
+    fn true_deg(&mut self) -> Option<f64> {
+        self.world().map(|world| world.body.angle_deg())
+    }
+    /// What a simulated wearer's data glove reads, degrees.
+    fn glove_deg(&mut self) -> Option<f64> {
+        self.world().map(|world| world.body.sensed_deg())
+    }
 }
 
 impl<P: Port + ?Sized> Port for Box<P> {
@@ -31,6 +43,10 @@ impl<P: Port + ?Sized> Port for Box<P> {
     fn receive(&mut self, until_us: u64) -> io::Result<Vec<u8>> {
         (**self).receive(until_us)
     }
+
+    fn world(&mut self) -> Option<&mut World> {
+        (**self).world()
+    }
 }
 
 /// A simulated world, driven by whoever waits for it.
@@ -40,6 +56,10 @@ pub struct SimulatedPort {
 }
 
 impl Port for SimulatedPort {
+    fn world(&mut self) -> Option<&mut World> {
+        Some(&mut self.world)
+    }
+
     fn now_us(&mut self) -> u64 {
         self.world.now_us()
     }
