@@ -348,16 +348,21 @@ fn read_muscle(
 }
 
 fn muscle_error(t: &Table<'_>, channel: &Table<'_>, e: MuscleOutOfRange) -> SessionError {
-    let (table, name, places) = match e.parameter {
-        Parameter::A => (t, "a_n_per_s", 3),
-        Parameter::K => (t, "k", 6),
-        Parameter::TauC => (t, "tau_c_ms", 3),
-        Parameter::Tau1 => (t, "tau1_ms", 3),
-        Parameter::Tau2 => (t, "tau2_ms", 3),
-        Parameter::MotorThreshold => (t, "motor_threshold", 3),
-        Parameter::Limit => (channel, "limit", 3),
-        Parameter::Reference => (t, "reference", 3),
-        Parameter::Slope => (t, "slope_per_unit", 6),
+    let (name, places) = match e.parameter {
+        Parameter::A => ("a_n_per_s", 3),
+        Parameter::K => ("k", 6),
+        Parameter::TauC => ("tau_c_ms", 3),
+        Parameter::Tau1 => ("tau1_ms", 3),
+        Parameter::Tau2 => ("tau2_ms", 3),
+        Parameter::MotorThreshold => ("motor_threshold", 3),
+        // Full scales stay far below the recruitment curve's own bound, so a
+        // limit can only be too low for the threshold.
+        Parameter::Limit => {
+            let allowed = format!("below the channel's limit of {}", channel.given("limit"));
+            return t.out_of_range("motor_threshold", allowed);
+        }
+        Parameter::Reference => ("reference", 3),
+        Parameter::Slope => ("slope_per_unit", 6),
     };
-    table.not_within(name, e.min.into(), e.max.into(), places)
+    t.not_within(name, e.min.into(), e.max.into(), places)
 }

@@ -20,6 +20,23 @@ const ADC_CODES: (u16, u16) = (800, 3300);
 /// of the board's converter, or four and a half of a 90 Hz glove.
 const STALE_AFTER_MS: (u16, u16) = (10, 50);
 
+const FIELDS: [&str; 14] = [
+    "law",
+    "gains",
+    "law_period_ms",
+    "cutoff_hz",
+    "flexors",
+    "extensor",
+    "hold",
+    "max_extrapolation_ms",
+    "angle_min_deg",
+    "angle_max_deg",
+    "sensor",
+    "code_at_0_deg",
+    "code_at_100_deg",
+    "stale_after_ms",
+];
+
 /// The control laws by name.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, clap::ValueEnum)]
 pub enum LawName {
@@ -62,22 +79,7 @@ pub(super) fn read_joint(
     let Some(t) = root.table("joint")?.optional() else {
         return Ok(None);
     };
-    t.only(&[
-        "law",
-        "gains",
-        "law_period_ms",
-        "cutoff_hz",
-        "flexors",
-        "extensor",
-        "hold",
-        "max_extrapolation_ms",
-        "angle_min_deg",
-        "angle_max_deg",
-        "sensor",
-        "code_at_0_deg",
-        "code_at_100_deg",
-        "stale_after_ms",
-    ])?;
+    t.only(&FIELDS)?;
     let law = read_law(&t)?;
     let mut points = t.tables("flexors")?.required()?;
     if points.len() > 2 {
@@ -237,6 +239,34 @@ pub(super) fn read_amplitude(
         .map_err(|_| t.not_within(name, 0, limit.0.into(), 3))
 }
 
+/// Where the file says a joint's field, and the power of ten between them.
+const fn file_field(field: SpecField) -> (&'static str, i32) {
+    use SpecField as F;
+    match field {
+        F::Lambda => ("lambda", 3),
+        F::W => ("w", 3),
+        F::K1 => ("k1", 3),
+        F::K2 => ("k2", 3),
+        F::B => ("b", 3),
+        F::Kp => ("kp", 3),
+        F::Ki => ("ki", 3),
+        F::Kd => ("kd", 3),
+        F::LawPeriod => ("law_period_ms", 0),
+        F::Cutoff => ("cutoff_hz", 3),
+        F::FlexorCount => ("flexors", 0),
+        F::Channel => ("channel", 0),
+        F::Threshold => ("threshold", 3),
+        F::Maximum => ("max", 3),
+        F::Extrapolation => ("max_extrapolation_ms", 0),
+        F::AngleMin => ("angle_min_deg", 3),
+        F::AngleMax => ("angle_max_deg", 3),
+        F::CodeAt0 => ("code_at_0_deg", 0),
+        F::CodeAt100 | F::CodeSpan => ("code_at_100_deg", 0),
+        F::StaleAfter => ("stale_after_ms", 0),
+    }
+}
+
+/// Puts the firmware's verdict on the field concerned.
 fn joint_error(
     t: &Table<'_>,
     points: &[Table<'_>],
@@ -244,54 +274,34 @@ fn joint_error(
     e: SpecError,
 ) -> SessionError {
     use SpecField as F;
-    let specs = || spec.flexors.iter().chain([&spec.extensor]);
+    let specs = || spec.flexors.iter().chain([&spec.extensor]).zip(points);
+    // The first point that breaks a rule is the one the firmware met.
+    let point = |breaks: &dyn Fn(&PointSpec) -> bool| {
+        let found = specs().find(|(p, _)| breaks(p));
+        found.map_or(t, |(_, table)| table)
+    };
     let (field, min, max) = match e {
-        SpecError::ChannelTwice { channel } => {
-            let second = specs()
-                .zip(points)
-                .filter(|(p, _)| p.channel == channel)
-                .nth(1);
-            let point = second.map_or(t, |(_, table)| table);
-            let problem = Problem::ChannelTwice {
-                field: "joint".into(),
-                channel: channel + 1, // at most 10
-            };
-            return point.error("channel", problem);
+        SpecError::ChannelTwice { channel: c } => {
+            let second = specs().filter(|(p, _)| p.channel == c).nth(1);
+            let (field, channel) = ("joint".into(), c + 1); // at most 10
+            let problem = Problem::ChannelTwice { field, channel };
+            return second.map_or(t, |(_, p)| p).error("channel", problem);
         }
         SpecError::OutOfRange { field, min, max } => (field, i64::from(min), i64::from(max)),
     };
-    let gains = t.table("gains").ok().and_then(|g| g.optional());
-    let gains = gains.as_ref().unwrap_or(t);
-    // The first point that breaks the rule is the one the firmware met.
-    let point = |breaks: &dyn Fn(&PointSpec) -> bool| {
-        let found = specs().zip(points).find(|(p, _)| breaks(p));
-        found.map_or(t, |(_, table)| table)
-    };
-    let (table, name, places) = match field {
-        F::Lambda => (gains, "lambda", 3),
-        F::W => (gains, "w", 3),
-        F::K1 => (gains, "k1", 3),
-        F::K2 => (gains, "k2", 3),
-        F::B => (gains, "b", 3),
-        F::Kp => (gains, "kp", 3),
-        F::Ki => (gains, "ki", 3),
-        F::Kd => (gains, "kd", 3),
-        F::LawPeriod => (t, "law_period_ms", 0),
-        F::Cutoff => (t, "cutoff_hz", 3),
-        F::FlexorCount => return t.out_of_range("flexors", format!("{min} to {max} points")),
-        F::Channel => (t, "flexors", 0), // channels exist: see `find`
-        F::Threshold => (point(&|p| p.threshold > p.max), "threshold", 3),
-        F::Maximum => (point(&|p| i64::from(p.max.0) > max), "max", 3),
-        F::Extrapolation => (t, "max_extrapolation_ms", 0),
-        F::AngleMin => (t, "angle_min_deg", 3),
-        F::AngleMax => (t, "angle_max_deg", 3),
-        F::CodeAt0 => (t, "code_at_0_deg", 0),
-        F::CodeAt100 => (t, "code_at_100_deg", 0),
-        F::CodeSpan => {
-            let allowed = format!("at least {min} from `code_at_0_deg`");
-            return t.out_of_range("code_at_100_deg", allowed);
+    let (name, places) = file_field(field);
+    match field {
+        F::FlexorCount => t.out_of_range(name, format!("{min} to {max} points")),
+        F::CodeSpan => t.out_of_range(name, format!("at least {min} from `code_at_0_deg`")),
+        F::Threshold => point(&|p| p.threshold > p.max).not_within(name, min, max, places),
+        F::Maximum => point(&|p| i64::from(p.max.0) > max).not_within(name, min, max, places),
+        F::Lambda | F::W | F::K1 | F::K2 | F::B | F::Kp | F::Ki | F::Kd => {
+            let gains = t.table("gains").ok().and_then(|gains| gains.optional());
+            gains
+                .as_ref()
+                .unwrap_or(t)
+                .not_within(name, min, max, places)
         }
-        F::StaleAfter => (t, "stale_after_ms", 0),
-    };
-    table.not_within(name, min, max, places)
+        _ => t.not_within(name, min, max, places),
+    }
 }
