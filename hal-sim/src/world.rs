@@ -57,6 +57,10 @@ impl Recorder {
     /// Drops what was recorded of levels and DACs, for runs without an end.
     pub fn forget(&mut self) {
         self.trace.dac.clear();
+        for (channel, code) in (0u8..).zip(self.codes) {
+            self.trace
+                .record_dac(self.trace.levels.last().map_or(0, |l| l.0), channel, code);
+        }
         // The last levels stay: only changes against them are recorded.
         let last = self.trace.levels.len().saturating_sub(1);
         self.trace.levels.drain(..last);

@@ -6,4 +6,5 @@ pub mod link;
 pub mod record;
 pub mod report;
 pub mod run;
+pub mod selftest;
 pub mod session;

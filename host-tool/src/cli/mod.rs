@@ -4,6 +4,7 @@ mod demo;
 mod edges;
 mod muscle;
 mod run;
+mod selftest;
 mod serve;
 
 use clap::{Parser, Subcommand};
@@ -29,6 +30,7 @@ enum Command {
     Serve(serve::Serve),
     Edges(edges::Edges),
     Muscle(muscle::Muscle),
+    Selftest(selftest::Selftest),
 }
 
 /// How results and progress are told.
@@ -90,6 +92,7 @@ pub fn main() -> ExitCode {
         Command::Serve(args) => serve::main(args, output),
         Command::Edges(args) => edges::main(args, output),
         Command::Muscle(args) => muscle::main(args, output),
+        Command::Selftest(args) => selftest::main(args, output),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -25,8 +25,8 @@ pub enum Incoming {
     Telemetry(Telemetry),
     /// An event with its device time.
     Event(Micros, Event),
-    /// A posted request was carried out.
-    Acknowledged(u16),
+    /// A posted request was carried out, at this device time.
+    Acknowledged(u16, Micros),
     /// A posted request, or a frame (`None`), was refused.
     Refused(Option<u16>, Refused),
 }
@@ -298,7 +298,8 @@ impl<P: Port> Client<P> {
             if let Some(incoming) = self.incoming.pop_front() {
                 return Ok(Some(incoming));
             }
-            if self.receive(until_us, None)?.is_none() && self.incoming.is_empty() {
+            self.receive(until_us, None)?;
+            if self.incoming.is_empty() && self.port.now_us() >= until_us {
                 return Ok(None);
             }
         }
@@ -422,7 +423,7 @@ fn take(
         return Some(answer);
     }
     match answer {
-        Answer::Ack(_) => incoming.extend(seq.map(Incoming::Acknowledged)),
+        Answer::Ack(at) => incoming.extend(seq.map(|seq| Incoming::Acknowledged(seq, at))),
         Answer::Refused(refused) => incoming.push_back(Incoming::Refused(seq, refused)),
         Answer::Hello(_) | Answer::Status(_) => {}
     }

@@ -235,7 +235,7 @@ impl<P: Port> Run<'_, P> {
                 let at = self.client.device_time(now).unwrap_or(self.epoch);
                 self.note(at, refused.to_string())?;
             }
-            Incoming::Acknowledged(_) => {}
+            Incoming::Acknowledged(..) => {}
         }
         Ok(())
     }
