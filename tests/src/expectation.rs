@@ -1,8 +1,8 @@
 //! What a session's trace must look like, written down from its file for the
 //! independent checker. Nothing of the device's scheduling is used.
 
-use hal_sim::trace::check::{Expectation, Group, GroupKind, Limits, Shape, TrainSpec};
 use hal_sim::trace::Polarity;
+use hal_sim::trace::check::{Expectation, Group, GroupKind, Limits, Shape, TrainSpec};
 use host_tool::session::{Course, Session};
 use std::ops::Range;
 
@@ -26,7 +26,9 @@ pub fn expectation(session: &Session, epoch_us: u64, end_us: u64) -> Expectation
         members: (0..10).filter(|c| group.members & 1 << c != 0).collect(),
     });
     Expectation {
-        trains: driven.map(|c| train(c.index(), &c.spec.train, epoch_us..end_us + 1)).collect(),
+        trains: driven
+            .map(|c| train(c.index(), &c.spec.train, epoch_us..end_us + 1))
+            .collect(),
         groups: groups.collect(),
         dead_time_us: 5,
         max_code: [u16::MAX; 10],
