@@ -171,11 +171,19 @@ impl World {
         Ok(())
     }
 
-    /// Bytes that the host has received by now.
+    /// Whether bytes have arrived at the host that it has not taken.
+    #[must_use]
+    pub fn has_received(&self) -> bool {
+        self.recorder
+            .bytes
+            .front()
+            .is_some_and(|(t, _)| *t <= self.now_us)
+    }
+
+    /// Takes the bytes that have arrived at the host.
     pub fn received(&mut self) -> impl Iterator<Item = Vec<u8>> {
-        let now = self.now_us;
-        std::iter::from_fn(move || {
-            let ready = self.recorder.bytes.front().is_some_and(|(t, _)| *t <= now);
+        std::iter::from_fn(|| {
+            let ready = self.has_received();
             self.recorder
                 .bytes
                 .pop_front_if(|_| ready)

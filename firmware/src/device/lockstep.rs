@@ -193,7 +193,10 @@ impl Lockstep {
     fn turn(&mut self, start: Micros, sensors: &Sensors, sink: &mut impl Sink) {
         self.play_until(start, sink);
         self.measure(sensors);
-        core::mem::swap(&mut self.playing, &mut self.next);
+        // Copies what there is; the two plans are mostly empty and large.
+        self.playing.reset(start, self.next.initial);
+        let _ = self.playing.changes.extend_from_slice(&self.next.changes); // same capacity
+        self.playing.sample = self.next.sample;
         self.played = 0;
         self.now = start;
         self.count = self.count.wrapping_add(1);

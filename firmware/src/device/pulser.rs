@@ -40,6 +40,12 @@ impl Pulser {
         self.guard.state()
     }
 
+    /// The latched or last fault, for the board to keep through a reset.
+    #[must_use]
+    pub const fn last_fault(&self) -> Option<FaultRecord> {
+        self.last_fault
+    }
+
     /// The armed or last armed setup.
     #[must_use]
     pub const fn setup(&self) -> Option<&Setup> {

@@ -148,8 +148,8 @@ fn one_trial(
 /// Virtual over wall time of ten channels at 50 Hz with ten muscle models and
 /// the finger.
 fn ten_channel_speed(seed: u64) -> anyhow::Result<f64> {
-    let text = include_str!("../../sessions/ten_channels.toml");
-    let session = SessionFile::parse("ten_channels.toml", text)?;
+    let text = include_str!("../../sessions/ten_channels_and_finger.toml");
+    let session = SessionFile::parse("ten_channels_and_finger.toml", text)?;
     let port = DeviceName::Native.open(&session.session, seed)?;
     let begin = Instant::now();
     let (outcome, _) = run(&session, port, None, |_| ());

@@ -70,13 +70,10 @@ impl Port for SimulatedPort {
     }
 
     fn receive(&mut self, until_us: u64) -> io::Result<Vec<u8>> {
-        loop {
-            let bytes: Vec<u8> = self.world.received().flatten().collect();
-            let now = self.world.now_us();
-            if !bytes.is_empty() || now >= until_us {
-                return Ok(bytes);
-            }
-            self.world.run_until(until_us.min(now + 1000))?;
+        while !self.world.has_received() && self.world.now_us() < until_us {
+            self.world
+                .run_until(until_us.min(self.world.now_us() + 1000))?;
         }
+        Ok(self.world.received().flatten().collect())
     }
 }

@@ -185,7 +185,16 @@ impl<P: Port> Run<'_, P> {
             Setpoint::Amplitudes(_) => None,
         };
         self.client.post(setpoint.request(at))?;
+        if let Some(beside) = self.beside() {
+            self.client.post(beside)?;
+        }
         Ok(())
+    }
+
+    /// Constant amplitudes of the channels beside a joint, if there are any.
+    fn beside(&self) -> Option<Request> {
+        let values = &self.session.setpoints.beside;
+        (!values.is_empty()).then(|| Setpoint::Amplitudes(values.clone()).request(None))
     }
 
     fn measures(&self) -> bool {

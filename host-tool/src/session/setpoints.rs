@@ -19,6 +19,9 @@ pub struct Setpoints {
     pub rate_hz: f64,
     /// Their values over time.
     pub course: Course,
+    /// Constant amplitudes sent with every angle, for channels that no joint
+    /// drives, by rising channel on the link (0–9).
+    pub beside: Vec<(u8, Amplitude)>,
 }
 
 /// The course of setpoints over a session.
@@ -148,11 +151,13 @@ pub(super) fn read_setpoints(
             "offset_deg",
             "amplitude_deg",
             "frequency_hz",
+            "values",
         ],
-        Kind::AngleSteps => &["kind", "rate_hz", "steps"],
+        Kind::AngleSteps => &["kind", "rate_hz", "steps", "values"],
     })?;
+    let spec = joint.map(|(spec, _)| spec);
     let course = match (kind, joint) {
-        (Kind::Amplitudes, _) => read_amplitudes(&t, channels, joint.map(|(spec, _)| spec))?,
+        (Kind::Amplitudes, _) => Course::Amplitudes(read_amplitudes(&t, channels, spec)?),
         (Kind::AngleSine, Some((_, joint))) => read_sine(&t, joint)?,
         (Kind::AngleSteps, Some((_, joint))) => read_steps(&t, joint)?,
         (_, None) => {
@@ -172,14 +177,23 @@ pub(super) fn read_setpoints(
         };
         return Err(t.error("rate_hz", problem));
     }
-    Ok(Setpoints { rate_hz, course })
+    let beside = match course {
+        Course::Amplitudes(_) => Vec::new(),
+        _ if t.has("values") => read_amplitudes(&t, channels, spec)?,
+        _ => Vec::new(),
+    };
+    Ok(Setpoints {
+        rate_hz,
+        course,
+        beside,
+    })
 }
 
 fn read_amplitudes(
     t: &Table<'_>,
     channels: &[Channel],
     joint: Option<&JointSpec>,
-) -> Result<Course, SessionError> {
+) -> Result<Vec<(u8, Amplitude)>, SessionError> {
     let mut values: Vec<(u8, Amplitude)> = Vec::new();
     for item in t.tables("values")?.required()? {
         item.only(&["channel", "value"])?;
@@ -200,7 +214,7 @@ fn read_amplitudes(
         return Err(t.out_of_range("values", "at least one channel's".into()));
     }
     values.sort_unstable_by_key(|&(index, _)| index);
-    Ok(Course::Amplitudes(values))
+    Ok(values)
 }
 
 fn read_sine(t: &Table<'_>, joint: &Joint) -> Result<Course, SessionError> {
@@ -286,6 +300,7 @@ mod tests {
                 amplitude_deg: 40.0,
                 frequency_hz: 0.2,
             },
+            beside: Vec::new(),
         };
         // 2π · 0.2 Hz · 40° = 50.27 °/s.
         assert_eq!(angle(&sine, 0), (4500, 5027));
@@ -302,6 +317,7 @@ mod tests {
         let steps = Setpoints {
             rate_hz: 90.0,
             course: Course::AngleSteps(vec![(0, 1000), (500_000, 6000)]),
+            beside: Vec::new(),
         };
         assert_eq!(angle(&steps, 0), (1000, 0));
         assert_eq!(angle(&steps, 499_999), (1000, 0));
