@@ -166,10 +166,11 @@ impl Scheduler {
     /// them; trains whose last period is not over are left alone, and so is an
     /// isolated group with such a train, whose distances hold from one trigger.
     pub fn trigger(&mut self, at: Micros) -> usize {
+        let epoch = at.plus(TRIGGER_DELAY_US);
         let mut busy = 0u16;
         for (channel, lane) in self.lanes.iter().enumerate() {
-            let playing = |lane: &Lane| lane.due.is_some() || lane.phase != Phase::Rest;
-            busy |= u16::from(lane.as_ref().is_some_and(playing)) << channel; // below 16
+            let is_busy = lane.as_ref().is_some_and(|lane| !lane.is_free(epoch));
+            busy |= u16::from(is_busy) << channel; // below 16
         }
         for group in &self.groups {
             if group.partner() == Partner::Isolated && group.members() & busy != 0 {
@@ -182,7 +183,7 @@ impl Scheduler {
                 && lane.train.spec().triggered
                 && busy & 1 << channel == 0
             {
-                lane.begin(at.plus(TRIGGER_DELAY_US));
+                lane.begin(epoch);
                 started += 1;
             }
         }
@@ -374,10 +375,20 @@ impl Lane {
     }
 
     fn begin(&mut self, epoch: Micros) {
+        self.phase = Phase::Rest;
         self.burst_start = epoch.plus(self.train.spec().offset_us);
         self.due = Some(self.burst_start);
         self.pulse = 0;
         self.bursts_left = self.train.spec().repeats;
+    }
+
+    /// Whether a train that begins at `epoch` follows this one's end.
+    fn is_free(&self, epoch: Micros) -> bool {
+        match (self.phase, self.due) {
+            (Phase::Rest, None) => true,
+            (Phase::Recovering, Some(over)) => epoch.has_reached(over),
+            _ => false,
+        }
     }
 
     const fn is_pulsing(&self) -> bool {
@@ -478,12 +489,9 @@ impl Lane {
         }
         self.pulse = 0;
         if self.bursts_left == 1 {
-            // A trigger is rendered up to two windows after its capture and at
-            // least two windows before its trains start: not before the period
-            // is over. The last edge lies before this instant by validation.
             self.due = spec.triggered.then(|| {
                 self.phase = Phase::Recovering;
-                self.burst_start.plus(spec.period_us - 2 * WINDOW_US) // period >= 5000
+                self.burst_start.plus(spec.period_us)
             });
             return;
         }

@@ -171,6 +171,11 @@ impl Desk {
         seq
     }
 
+    /// After `record.bytes` was emptied.
+    pub fn restart_reading(&mut self) {
+        self.read = 0;
+    }
+
     /// What was said since the last call.
     pub fn heard(&mut self) -> Vec<Heard> {
         let new = decode(&self.record.bytes[self.read..]);
