@@ -20,6 +20,8 @@ use std::fmt::Write;
 const PROTOCOL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/protocol.md");
 const VECTORS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/protocol_vectors.json");
 
+const CLIENT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/examples/client.py");
+
 fn hex(bytes: &[u8], between: &str) -> String {
     let each: Vec<String> = bytes.iter().map(|b| format!("{b:02x}")).collect();
     each.join(between)
@@ -32,7 +34,10 @@ fn read(path: &str) -> String {
 /// `text` must be what the file holds, or becomes it.
 fn hold(path: &str, text: &str) {
     if std::env::var_os("FLEXOR_OVERWRITE").is_some() {
-        std::fs::write(path, text).expect("docs/ is writable");
+        // In one step: another test may be reading.
+        let new = format!("{path}.new");
+        std::fs::write(&new, text).expect("docs/ is writable");
+        std::fs::rename(&new, path).expect("docs/ is writable");
     }
     let message = "is out of date: run this test with FLEXOR_OVERWRITE=1 and review the diff";
     assert!(read(path) == text, "{path} {message}");
@@ -230,4 +235,14 @@ fn protocol_md_s_blocks_are_what_the_code_makes() {
         text.replace_range(from..to, &format!("\n{block}\n"));
     }
     hold(PROTOCOL, &text);
+}
+
+#[test]
+fn the_example_client_names_this_schema() {
+    let text = read(CLIENT);
+    let begin = "\nSCHEMA = 0x";
+    let from = text.find(begin).expect("a schema") + begin.len();
+    let mut new = text.clone();
+    new.replace_range(from..from + 16, &format!("{SCHEMA:016X}"));
+    hold(CLIENT, &new);
 }

@@ -33,7 +33,7 @@ pub fn tables(t: &NamedType, all: &mut BTreeMap<String, Rows>) {
     match t.ty {
         Ty::Option(inner) | Ty::Seq(inner) => return tables(inner, all),
         Ty::Tuple(items) => return items.iter().for_each(|i| tables(i, all)),
-        Ty::NewtypeStruct(inner) => rows.push(("0".into(), name(inner))),
+        Ty::NewtypeStruct(inner) => rows.push(("newtype".into(), name(inner))),
         Ty::Struct(fields) => {
             for field in *fields {
                 tables(field.ty, all);

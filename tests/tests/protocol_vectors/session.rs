@@ -64,9 +64,16 @@ pub fn decode(frame: &[u8]) -> Vec<u8> {
 fn write_frame(out: &mut String, who: &str, at_us: u64, json: &str, frame: &[u8]) {
     let ms = at_us as f64 / 1e3;
     writeln!(out, "{who} at {ms} ms").expect("a string");
-    let json: Vec<char> = json.chars().collect();
-    for line in json.chunks(76) {
-        writeln!(out, "    {}", line.iter().collect::<String>()).expect("a string");
+    let mut rest = json;
+    while !rest.is_empty() {
+        // Break behind the last comma that fits.
+        let cut = match rest.get(..76).and_then(|line| line.rfind(',')) {
+            Some(comma) if rest.len() > 76 => comma + 1,
+            _ => rest.len(),
+        };
+        let (line, after) = rest.split_at(cut);
+        writeln!(out, "    {line}").expect("a string");
+        rest = after;
     }
     for line in frame.chunks(24) {
         writeln!(out, "  {}", hex(line, " ")).expect("a string");
