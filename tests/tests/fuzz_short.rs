@@ -18,21 +18,22 @@ use std::path::{Path, PathBuf};
 
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/fuzz");
 
-/// Every input of a corpus, by name.
-fn corpus(target: &str) -> Vec<(PathBuf, Vec<u8>)> {
-    let folder = Path::new(FOLDER).join("corpus").join(target);
-    let mut inputs: Vec<_> = std::fs::read_dir(folder)
-        .expect("the corpus is committed")
-        .map(|entry| entry.unwrap().path())
-        .map(|path| (path.clone(), std::fs::read(path).unwrap()))
-        .collect();
-    inputs.sort();
-    inputs
+/// Every file in `folder`, by name.
+fn files(folder: &Path) -> Vec<Vec<u8>> {
+    let entries = std::fs::read_dir(folder).expect("the corpus is committed");
+    let mut paths: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
+    paths.sort();
+    let files = paths.iter().filter(|path| path.is_file());
+    files.map(|path| std::fs::read(path).unwrap()).collect()
 }
 
 /// Runs the corpus, then `count` mutations of it.
 fn run(target: &str, function: fn(&[u8]), seed: u64, count: u32) {
-    let inputs: Vec<_> = corpus(target).into_iter().map(|(_, data)| data).collect();
+    let folder = Path::new(FOLDER).join("corpus").join(target);
+    run_on(files(&folder), target, function, seed, count);
+}
+
+fn run_on(inputs: Vec<Vec<u8>>, target: &str, function: fn(&[u8]), seed: u64, count: u32) {
     for input in &inputs {
         check(target, function, input);
     }
@@ -55,17 +56,25 @@ fn check(target: &str, function: fn(&[u8]), input: &[u8]) {
 
 #[test]
 fn frame() {
-    run("frame", fuzz::frame, 1, 10_000);
+    run("frame", fuzz::frame, 1, 50_000);
 }
 
 #[test]
 fn lockstep() {
-    run("lockstep", fuzz::lockstep, 2, 10_000);
+    run("lockstep", fuzz::lockstep, 2, 50_000);
 }
 
 #[test]
 fn edge_file() {
     run("edge_file", fuzz::edge_file, 3, 20_000);
+}
+
+/// Its corpus are the session files that the program comes with.
+#[test]
+fn session_toml() {
+    let sessions = concat!(env!("CARGO_MANIFEST_DIR"), "/../host-tool/sessions");
+    let inputs = files(Path::new(sessions));
+    run_on(inputs, "session_toml", fuzz::session_toml, 4, 20_000);
 }
 
 /// A seed that the device refuses at its door would fuzz nothing behind it.

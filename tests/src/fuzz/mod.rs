@@ -8,8 +8,10 @@
 mod session;
 mod watch;
 
+use firmware::link::Request;
 use hal_sim::trace::{read_csv, write_csv};
-pub use session::{Session, sealed};
+use host_tool::session::Session as SessionFile;
+pub use session::{Session, payload, sealed};
 
 /// Whatever bytes arrive on a session's line: the device never panics, drives
 /// no output before it was asked to arm, and says only well-formed answers.
@@ -64,6 +66,33 @@ pub fn edge_file(data: &[u8]) {
     write_csv(&mut written, edges.iter().copied()).expect("a Vec takes all bytes");
     let again = read_csv(written.as_slice()).expect("own output is readable");
     assert_eq!(edges, again, "an edge file changes when it is written back");
+}
+
+/// A session file: refused with a report that can be shown, or taken, and then
+/// a device takes every request that it leads to.
+pub fn session_toml(data: &[u8]) {
+    let Ok(text) = std::str::from_utf8(data) else {
+        return;
+    };
+    let file = match SessionFile::parse("session.toml", text) {
+        Ok(file) => file,
+        Err(error) => {
+            let shown = format!("{:?}", miette::Report::new(error));
+            assert!(!shown.is_empty(), "an error without a report");
+            return;
+        }
+    };
+    let mut session = Session::open();
+    for request in file.requests().into_iter().chain([Request::Arm]) {
+        session.request(&payload(&request));
+        session.advance(250); // one window: an electrode check is still under way
+        let (_, refused) = session.answers();
+        assert_eq!(refused, 0, "a device refuses {request:?}");
+    }
+    for t_us in [0, file.duration_us / 2, file.duration_us] {
+        let setpoint = file.setpoints.at(t_us).request(None);
+        assert!(!payload(&setpoint).is_empty());
+    }
 }
 
 /// Steps of one input, so that long inputs end.

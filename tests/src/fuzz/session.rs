@@ -144,6 +144,13 @@ pub fn sealed(request: &Request, seq: u16) -> Vec<u8> {
     encode(&message).expect("every request fits").to_vec()
 }
 
+/// A request as it stands in a message.
+pub fn payload(request: &Request) -> Vec<u8> {
+    let mut buffer = [0; MAX_MESSAGE];
+    let used = postcard::to_slice(request, &mut buffer).expect("every request fits");
+    used.to_vec()
+}
+
 /// The requests that end in `bytes`, as the device would understand them.
 fn requests(decoder: &mut Decoder, bytes: &[u8]) -> Vec<ToDevice> {
     let mut found = Vec::new();

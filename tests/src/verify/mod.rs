@@ -26,9 +26,8 @@ use std::time::{Duration, Instant};
 /// What a clean checkout may take on two cores.
 const WHOLE_RUN: Duration = Duration::from_secs(25 * 60);
 
-/// Commands that the README promises, run as a user would. `demo` belongs here
-/// as soon as `flexor demo` exists.
-const README_COMMANDS: &[&str] = &[];
+/// Commands that the README promises, run as a user would.
+const README_COMMANDS: &[&str] = &["demo"];
 
 type Run = fn(&Workspace, &mut Console) -> anyhow::Result<Report>;
 

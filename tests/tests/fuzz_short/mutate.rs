@@ -1,7 +1,7 @@
 //! Inputs like those of a corpus, but wrong: seeded, so that a run repeats.
 
 /// Longest input, bytes.
-const LONGEST: usize = 2048;
+const LONGEST: usize = 4096;
 
 /// Bytes at the edges of ranges and encodings.
 const TELLING: [u8; 8] = [0, 1, 2, 0x7F, 0x80, 0xFE, 0xFF, b','];
@@ -39,14 +39,14 @@ impl Mutator {
         self.corpus[index].clone()
     }
 
-    /// One to eight changes to an input of the corpus; one in 16 is noise.
+    /// One, two, four or eight changes to an input of the corpus; one in 16 is noise.
     pub fn next(&mut self) -> Vec<u8> {
         if self.below(16) == 0 {
             let length = self.below(64);
             return (0..length).map(|_| self.random() as u8).collect();
         }
         let mut data = self.pick();
-        for _ in 0..=self.below(8) {
+        for _ in 0..1 << self.below(4) {
             self.change(&mut data);
         }
         data.truncate(LONGEST);

@@ -1,7 +1,7 @@
 //! Whole conversations in which a device does everything it can: what the
 //! fuzzers begin from.
 
-use super::super::fuzz::{Session, sealed};
+use super::super::fuzz::{Session, payload, sealed};
 use firmware::control::{HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
 use firmware::link::Request;
 use firmware::muscle::{CalciumForceSpec, RecruitmentSpec};
@@ -51,12 +51,6 @@ impl Step {
             Joint(code) => [[7, 0], code.to_le_bytes()].concat(),
         }
     }
-}
-
-fn payload(request: &Request) -> Vec<u8> {
-    let mut buffer = [0; firmware::link::MAX_MESSAGE];
-    let used = postcard::to_slice(request, &mut buffer).expect("every request fits");
-    used.to_vec()
 }
 
 /// Target, file name and contents of every generated seed.
