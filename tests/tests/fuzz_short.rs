@@ -4,8 +4,6 @@
 //! `RENEW_CORPUS=1 cargo test --release -p tests --test fuzz_short` writes the
 //! seeds again after a change of the messages.
 
-#[path = "../src/fuzz/mod.rs"]
-mod fuzz;
 mod fuzz_short {
     pub mod mutate;
     pub mod seeds;
@@ -15,6 +13,7 @@ use fuzz_short::mutate::Mutator;
 use fuzz_short::seeds;
 use std::panic::catch_unwind;
 use std::path::{Path, PathBuf};
+use tests::fuzz;
 
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/fuzz");
 

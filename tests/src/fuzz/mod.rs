@@ -1,8 +1,8 @@
 //! What is fuzzed: one function for each thing that parses bytes.
 //!
 //! Each takes any bytes and panics if the code behind it breaks a promise.
-//! The libFuzzer targets in tests/fuzz and the test `fuzz_short` both build
-//! this file and run the same functions.
+//! The libFuzzer targets in tests/fuzz and the test `fuzz_short` run the same
+//! functions.
 //! In: bytes. Out: nothing, or a panic that says which promise was broken.
 
 mod session;

@@ -1,13 +1,13 @@
 //! Whole conversations in which a device does everything it can: what the
 //! fuzzers begin from.
 
-use super::super::fuzz::{Session, payload, sealed};
 use firmware::control::{HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
 use firmware::link::Request;
 use firmware::muscle::{CalciumForceSpec, RecruitmentSpec};
 use firmware::pulse::{GroupSpec, Partner, Shape, TrainSpec};
 use firmware::safety::{ChannelSpec, StageSpec, WearerSpec};
 use firmware::units::Amplitude;
+use tests::fuzz::{Session, payload, sealed};
 
 /// One step of a conversation.
 pub enum Step {
