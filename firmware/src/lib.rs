@@ -7,6 +7,8 @@
 #![no_std]
 #![deny(unsafe_code)]
 
+#[cfg(target_os = "none")]
+pub mod board;
 pub mod control;
 pub mod device;
 pub mod link;

@@ -1,0 +1,9 @@
+//! Registers, and nothing else: one room per board or emulator.
+//!
+//! Exists on a target only. Here the three owners of `device` are given their
+//! execution contexts, pins, timers and bytes. No rule about stimulation
+//! lives here. In: interrupts and registers. Out: calls to the owners.
+#![allow(unsafe_code)]
+
+#[cfg(feature = "qemu")]
+pub mod qemu;
