@@ -112,7 +112,7 @@ impl Force {
     #[must_use]
     pub fn to_millinewton(self) -> u32 {
         // At most 2^31 · 1000 / 2^16.
-        (u64::from(self.0.to_bits().max(0).cast_unsigned()) * 1000 >> 16) as u32
+        ((u64::from(self.0.to_bits().max(0).cast_unsigned()) * 1000) >> 16) as u32
     }
 }
 

@@ -153,12 +153,12 @@ fn golden_solution_is_met_by_reference_and_device() {
         let of_device = error_pct(&golden, &thin(fixed(subject, &pulses, 1500)));
         println!("{case}: device {of_device:.4} %, reference {of_reference:.1e} %");
         assert!(of_reference < 1e-6, "{case}: {of_reference:e} %");
-        assert!(of_device <= 0.02, "{case}: {of_device:.4} %");
+        assert!(of_device <= 0.012, "{case}: {of_device:.4} %");
     }
 }
 
 #[test]
-fn every_subject_rate_and_timing_is_within_two_hundredths_of_a_percent() {
+fn every_subject_rate_and_timing_is_within_its_bound() {
     const RATES: [u32; 7] = [10, 20, 30, 40, 50, 70, 100];
     let mut worst = 0f64;
     println!("worst error, % of peak (regular / scattered / scattered with gains)");
@@ -179,11 +179,8 @@ fn every_subject_rate_and_timing_is_within_two_hundredths_of_a_percent() {
         println!();
     }
     println!("worst of all: {worst:.4} %");
-    assert!(worst <= 0.02, "{worst} %");
-    assert!(
-        worst >= 0.01,
-        "{worst} %: better than known, tighten the bound"
-    );
+    assert!(worst <= 0.012, "{worst} %");
+    assert!(worst >= 0.006, "{worst} %: half of what is stated");
 }
 
 /// A measurement, not a check: what one active muscle costs on this computer.

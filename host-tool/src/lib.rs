@@ -1,1 +1,14 @@
-//! The flexor library on the PC.
+//! The flexor library on the PC: everything that `flexor` does.
+//!
+//! `session` reads what to do, `run` does it through `link`, `record` and
+//! `analysis` keep and judge it, `report` draws it; `selftest` measures the
+//! device itself, `cli` is the command line.
+
+pub mod analysis;
+pub mod cli;
+pub mod link;
+pub mod record;
+pub mod report;
+pub mod run;
+pub mod selftest;
+pub mod session;

@@ -1,2 +1,7 @@
-//! The flexor program.
-fn main() {}
+//! The `flexor` program.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    host_tool::cli::main()
+}

@@ -1,1 +1,3 @@
 //! What tests across packages share.
+
+pub mod expectation;

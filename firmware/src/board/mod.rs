@@ -7,3 +7,5 @@
 
 #[cfg(feature = "qemu")]
 pub mod qemu;
+#[cfg(feature = "stm32f405")]
+pub mod stm32f405;

@@ -102,3 +102,21 @@ fn exp_of_minus(z: u64) -> i64 {
     }
     sum >> 1
 }
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+
+    #[test]
+    fn the_exponential_is_within_its_bound() {
+        let worst = (0..=3000_u64)
+            .map(|i| {
+                let z = (i << 32) / 1000;
+                let exact = (-(z as f64) / (1_u64 << 32) as f64).exp();
+                (exp_of_minus(z) as f64 / (1_u64 << POLE_BITS) as f64 - exact).abs()
+            })
+            .fold(0.0, f64::max);
+        assert!(worst < 1e-7 && worst > 1e-8, "{worst:e}");
+    }
+}

@@ -7,7 +7,7 @@ pub mod port;
 use super::{Controller, Identity, Mailboxes, Pulser, REFILL_OFFSET_US, Session, WINDOWS_PER_TICK};
 use crate::link::MAX_FRAME;
 use crate::pulse::{CHANNELS, Levels, WINDOW_US, WindowPlan};
-use crate::safety::{Fault, Inputs, Reading, State};
+use crate::safety::{Fault, Inputs, Reading, Setup, Stage, State};
 use crate::units::{DacCode, Micros};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -36,7 +36,8 @@ pub struct Sensors {
     pub hand_stop: bool,
     /// Over-current comparator tripped.
     pub over_current: bool,
-    /// A trigger edge in the time being advanced over.
+    /// A trigger edge in the time being advanced over; one from before it was
+    /// seen already.
     pub trigger: Option<Micros>,
 }
 
@@ -97,6 +98,8 @@ pub struct Lockstep {
     reading: Option<Reading>,
     trigger: Option<Micros>,
     tripped: bool,
+    /// When bytes left last.
+    sent: Micros,
 }
 
 impl Lockstep {
@@ -121,6 +124,7 @@ impl Lockstep {
             reading: None,
             trigger: None,
             tripped: false,
+            sent: boot,
         }
     }
 
@@ -136,6 +140,12 @@ impl Lockstep {
         self.pulser.state()
     }
 
+    /// The armed or last armed setup.
+    #[must_use]
+    pub const fn setup(&self) -> Option<&Setup> {
+        self.pulser.setup()
+    }
+
     /// Takes bytes whose last one arrives at `at`; time first goes on to where
     /// a frame that they complete is served.
     pub fn receive(&mut self, at: Micros, bytes: &[u8], sensors: &Sensors, sink: &mut impl Sink) {
@@ -146,14 +156,15 @@ impl Lockstep {
         };
         self.advance(served, sensors, sink);
         let (_, _, mut mail) = self.mail.split();
-        self.session.receive(at, bytes, &mut mail);
-        self.session.poll(&mut mail);
-        self.transmit(served, sink);
+        for frame in bytes.split_inclusive(|&byte| byte == 0) {
+            self.session.receive(at, frame, &mut mail);
+            transmit(&mut self.session, self.now, &mut self.sent, sink);
+        }
     }
 
     /// Lets time go on to `to`; does nothing if it is there already.
     pub fn advance(&mut self, to: Micros, sensors: &Sensors, sink: &mut impl Sink) {
-        if sensors.trigger.is_some() {
+        if sensors.trigger.is_some_and(|at| at.has_reached(self.now)) {
             self.trigger = sensors.trigger;
         }
         if sensors.over_current && !self.tripped {
@@ -196,7 +207,10 @@ impl Lockstep {
     fn turn(&mut self, start: Micros, sensors: &Sensors, sink: &mut impl Sink) {
         self.play_until(start, sink);
         self.measure(sensors);
-        core::mem::swap(&mut self.playing, &mut self.next);
+        // Copies what there is; the two plans are mostly empty and large.
+        self.playing.reset(start, self.next.initial);
+        let _ = self.playing.changes.extend_from_slice(&self.next.changes); // same capacity
+        self.playing.sample = self.next.sample;
         self.played = 0;
         self.now = start;
         self.count = self.count.wrapping_add(1);
@@ -210,10 +224,15 @@ impl Lockstep {
         };
         let index = usize::from(channel);
         let (code, ohm) = (self.dac.get(index), sensors.load_ohm.get(index));
-        if let (Some(stage), Some(&code), Some(&ohm)) = (self.pulser.stage(channel), code, ohm) {
+        if let (Some(stage), Some(&code), Some(&ohm)) = (self.stage(channel), code, ohm) {
             let ua = stage.current_through_ua(code, ohm);
             self.reading = Some(Reading::from_ua(channel, ua));
         }
+    }
+
+    fn stage(&self, channel: u8) -> Option<Stage> {
+        let channels = &self.pulser.setup()?.channels;
+        Some(channels.get(usize::from(channel)).copied().flatten()?.stage)
     }
 
     fn refill(&mut self, now: Micros, sensors: &Sensors, sink: &mut impl Sink) {
@@ -248,7 +267,7 @@ impl Lockstep {
             ready = done.plus(cost::CONTROL_US);
         }
         self.session.poll(&mut session_mail);
-        self.transmit(ready, sink);
+        transmit(&mut self.session, ready, &mut self.sent, sink);
     }
 
     /// A fault from outside the refill: outputs isolate here and now.
@@ -273,12 +292,18 @@ impl Lockstep {
             sink.levels(at, levels);
         }
     }
+}
 
-    fn transmit(&mut self, at: Micros, sink: &mut impl Sink) {
-        let mut buffer = [0; MAX_FRAME];
-        while self.session.has_output() {
-            let count = self.session.transmit(&mut buffer);
-            sink.bytes(at, buffer.get(..count).unwrap_or_default());
-        }
+/// Empties the outbox at `at`, but not before what was sent last: an owner's
+/// answer may be ready later than the next one's.
+fn transmit(session: &mut Session, at: Micros, sent: &mut Micros, sink: &mut impl Sink) {
+    let mut buffer = [0; MAX_FRAME];
+    while session.has_output() {
+        let ahead = sent.since(at);
+        // Further ahead than any owner's cost is a wrapped clock.
+        let is_ahead = (0..1000).contains(&ahead);
+        *sent = if is_ahead { *sent } else { at };
+        let count = session.transmit(&mut buffer);
+        sink.bytes(*sent, buffer.get(..count).unwrap_or_default());
     }
 }

@@ -106,10 +106,6 @@ pub enum Request {
 
 /// What the device says.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize, Schema)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "lives on the stack for one encode or decode"
-)]
 pub enum Response<'a> {
     /// A session is open.
     Hello(HelloInfo),

@@ -50,6 +50,12 @@ impl StageSpec {
 }
 
 impl Stage {
+    /// Whether amplitudes are currents.
+    #[must_use]
+    pub const fn is_current(&self) -> bool {
+        matches!(self.0, StageSpec::Current { .. })
+    }
+
     /// Full scale in the stage's own thousandths.
     #[must_use]
     pub const fn full_scale(&self) -> Amplitude {

@@ -1,0 +1,90 @@
+//! Clocks, flash acceleration, supply watch, and what a debugger may not stop.
+
+use super::pac::{DBGMCU, EXTI, FLASH, PWR, RCC};
+use embassy_stm32::rcc::{
+    AHBPrescaler, APBPrescaler, Hse, HseMode, LsConfig, Pll, PllMul, PllPDiv, PllPreDiv, PllQDiv,
+    PllSource, Sysclk,
+};
+use embassy_stm32::time::Hertz;
+
+/// EXTI line of the supply watch (RM0090 section 12.2.5).
+pub const SUPPLY_LINE: usize = 16;
+/// PVD threshold 6: 2.76 V typical, falling (DS8626, reset and power control).
+/// At 168 MHz the flash needs 5 wait states and at least 2.7 V (RM0090
+/// section 3.5.1).
+const SUPPLY_THRESHOLD: u8 = 6;
+/// REV_ID of silicon whose prefetch disturbs the ADC (ES0182, revision A).
+const REVISION_A: u16 = 0x1000;
+
+/// HSE 8 MHz / 4 × 168 = 336 MHz; / 2 = 168 MHz core, / 7 = 48 MHz USB. APB1
+/// 42 MHz (timers 84), APB2 84 MHz (timers 168). No RTC clock: choosing one
+/// could reset the backup domain, which keeps the last fault.
+#[must_use]
+pub fn config() -> embassy_stm32::Config {
+    let mut config = embassy_stm32::Config::default();
+    config.rcc.hse = Some(Hse {
+        freq: Hertz(8_000_000),
+        mode: HseMode::Oscillator,
+    });
+    config.rcc.pll_src = PllSource::HSE;
+    config.rcc.pll = Some(Pll {
+        prediv: PllPreDiv::DIV4,
+        mul: PllMul::MUL168,
+        divp: Some(PllPDiv::DIV2),
+        divq: Some(PllQDiv::DIV7),
+        divr: None,
+    });
+    config.rcc.sys = Sysclk::PLL1_P;
+    config.rcc.ahb_pre = AHBPrescaler::DIV1;
+    config.rcc.apb1_pre = APBPrescaler::DIV4;
+    config.rcc.apb2_pre = APBPrescaler::DIV2;
+    config.rcc.ls = LsConfig::off();
+    config
+}
+
+/// After the HAL has set clocks and wait states: caches, prefetch, clock
+/// security, supply watch, and timers that go on under a debugger's halt.
+pub fn harden() {
+    accelerate_flash();
+    RCC.cr().modify(|w| w.set_csson(true));
+    keep_running_under_halt();
+    PWR.cr1().modify(|w| {
+        w.set_pls(SUPPLY_THRESHOLD);
+        w.set_pvde(true);
+    });
+    // PVDO rises when the supply falls below the threshold.
+    EXTI.rtsr(0).modify(|w| w.set_line(SUPPLY_LINE, true));
+    EXTI.imr(0).modify(|w| w.set_line(SUPPLY_LINE, true));
+}
+
+/// RM0090 section 3.5.2: caches are reset while off, then switched on.
+fn accelerate_flash() {
+    FLASH.acr().modify(|w| {
+        w.set_icen(false);
+        w.set_dcen(false);
+    });
+    FLASH.acr().modify(|w| {
+        w.set_icrst(true);
+        w.set_dcrst(true);
+    });
+    FLASH.acr().modify(|w| {
+        w.set_icrst(false);
+        w.set_dcrst(false);
+    });
+    let prefetch = DBGMCU.idcode().read().rev_id() != REVISION_A;
+    FLASH.acr().modify(|w| {
+        w.set_icen(true);
+        w.set_dcen(true);
+        w.set_prften(prefetch);
+    });
+}
+
+/// A halted core must not freeze a pulse or starve the watchdog of its bite.
+/// These bits survive a system reset, so a debugger may have left them set.
+fn keep_running_under_halt() {
+    DBGMCU.apb1fzr().modify(|w| {
+        w.set_tim2(false);
+        w.set_iwdg(false);
+    });
+    DBGMCU.apb2fzr().modify(|w| w.set_tim1(false));
+}

@@ -1,0 +1,108 @@
+//! The stimulator board: an STM32F405RG at 168 MHz, registers only.
+//!
+//! `refill`, `control` and `session` are the contexts of the three owners;
+//! `tape` and `timebase` play pulses; `pins`, `dac`, `adc`, `clock` and
+//! `watchdog` are what they are called; `record` and `emergency` are for
+//! faults. In: interrupts, bytes. Out: port words, DAC codes, bytes. RM0090 is
+//! the reference manual, DS8626 the data sheet, ES0182 the errata sheet.
+
+mod adc;
+mod clock;
+mod control;
+mod dac;
+mod emergency;
+mod pins;
+mod record;
+mod refill;
+mod session;
+mod tape;
+mod timebase;
+mod watchdog;
+
+use crate::device::{Controller, Identity, Mailboxes, Pulser, Session};
+use crate::link::Kind;
+use crate::link::message::ResetCause;
+use crate::safety::{Fault, FaultRecord};
+use crate::units::Micros;
+use embassy_executor::Spawner;
+use embassy_stm32::pac::{self, Interrupt};
+use session::Port;
+use static_cell::ConstStaticCell;
+
+/// NVIC priorities; the upper four bits count (RM0090 section 12.1.1).
+#[derive(Clone, Copy)]
+#[repr(u8)]
+enum Urgency {
+    /// Refill, over-current, supply: one level, so they exclude each other.
+    Refill = 0,
+    /// The control tick.
+    Control = 4 << 4,
+    /// USB and the async timer.
+    Bytes = 8 << 4,
+}
+
+/// Brings the board up and runs the three owners for ever. If the tape does not
+/// start as it must, the fault is recorded and the board resets.
+///
+/// # Panics
+/// When called twice: every `expect` and static here is taken once.
+pub async fn run(_: Spawner) -> ! {
+    pins::init();
+    let cause = record::take_reset_cause();
+    let latched = latched_fault(cause);
+    let peripherals = embassy_stm32::init(clock::config());
+    clock::harden();
+    let mut core = cortex_m::Peripherals::take().expect("taken here only");
+    emergency::guard_stack(&mut core.MPU);
+    for line in [Interrupt::OTG_FS, Interrupt::TIM5] {
+        // SAFETY: no critical section relies on a priority.
+        unsafe { core.NVIC.set_priority(line, Urgency::Bytes as u8) };
+    }
+    dac::init();
+    adc::init();
+    defmt::info!(
+        "reset cause {=u8}, fault latched {=u16}",
+        cause as u8,
+        latched.map_or(0, |record| record.fault.number())
+    );
+
+    static MAILBOXES: ConstStaticCell<Mailboxes> = ConstStaticCell::new(Mailboxes::new());
+    let (pulser_mail, controller_mail, session_mail) = MAILBOXES.take().split();
+    control::start(Controller::new(), controller_mail, &mut core.NVIC).expect("spawned here only");
+    // SAFETY: once, and no other context touches tape or pins.
+    if let Err(fault) = unsafe { refill::start(Pulser::new(latched), pulser_mail, &mut core.NVIC) }
+    {
+        emergency::reset_with(fault, 0);
+    }
+    let port = Port {
+        usb: peripherals.USB_OTG_FS,
+        dp: peripherals.PA12,
+        dm: peripherals.PA11,
+    };
+    let identity = Identity {
+        kind: Kind::Board,
+        unique_id: record::unique_id(),
+        reset: cause,
+        last_fault: latched,
+    };
+    match session::serve(Session::new(identity), session_mail, port).await {}
+}
+
+/// What the last run left in the backup registers; or a watchdog's bite, which
+/// nobody was left to record.
+fn latched_fault(cause: ResetCause) -> Option<FaultRecord> {
+    record::unlock();
+    if let Some((fault, detail)) = record::load() {
+        defmt::warn!("recorded detail {=u32:#x}", detail);
+        return Some(fault);
+    }
+    (cause == ResetCause::Watchdog).then(|| {
+        let bite = FaultRecord {
+            fault: Fault::Watchdog,
+            at: Micros(0),
+            residual: [0; crate::pulse::CHANNELS],
+        };
+        record::store(&bite, 0);
+        bite
+    })
+}

@@ -1,0 +1,266 @@
+//! The Pulser's context: the interrupt 2 µs into each 250 µs window renders
+//! the next one. The over-current and supply interrupts share its priority,
+//! the highest, so none of the three can interrupt another.
+
+use super::adc::{self, Samples};
+use super::control::{TICK, Tick};
+use super::pac::{EXTI, Interrupt, SYSCFG};
+use super::tape::{self, Half, Tape};
+use super::watchdog::{self, Owner};
+use super::{Urgency, dac, emergency, pins, record, timebase};
+use crate::device::{Pulser, PulserMail, REFILL_OFFSET_US, WINDOWS_PER_TICK};
+use crate::pulse::tape::paint;
+use crate::pulse::{Levels, WINDOW_US, WindowPlan};
+use crate::safety::{Fault, Inputs, Reading, State};
+use crate::units::Micros;
+use core::ptr::null_mut;
+use core::sync::atomic::{AtomicPtr, Ordering};
+use cortex_m::peripheral::NVIC;
+use embassy_stm32::interrupt;
+use static_cell::StaticCell;
+
+/// When nothing asks for a mid-phase sample, the joint angle is still sampled
+/// once a window, here.
+const DEFAULT_SAMPLE_US: u32 = 125;
+
+struct Refill {
+    pulser: Pulser,
+    mail: PulserMail<'static>,
+    /// `None` after a fault stop, until a plan wants outputs again.
+    tape: Option<Tape>,
+    plan: WindowPlan,
+    /// Start and half of the window that is playing.
+    playing: (Micros, Half),
+    /// Channel and instant of the mid-phase that the armed conversion samples.
+    sampling: Option<(u8, Micros)>,
+    angle: Option<u16>,
+    windows: u32,
+    recorded: bool,
+}
+
+static MEMORY: StaticCell<Refill> = StaticCell::new();
+/// Null until `start`; then reached from interrupts of one priority only.
+static REFILL: AtomicPtr<Refill> = AtomicPtr::new(null_mut());
+
+/// Runs `act` on the refill, from one of its three interrupts.
+fn with_refill(act: impl FnOnce(&mut Refill)) {
+    // SAFETY: points into `MEMORY`, exclusively: `start` gave its reference
+    // away, and interrupts of one priority do not interrupt one another.
+    if let Some(refill) = unsafe { REFILL.load(Ordering::Acquire).as_mut() } {
+        act(refill);
+    }
+}
+
+/// Starts the tape at device time 0 and hands `pulser` to the interrupt.
+///
+/// # Errors
+/// As [`Tape::start`].
+///
+/// # Safety
+/// Once, from the thread, while no other context uses the tape or the pins.
+pub unsafe fn start(
+    pulser: Pulser,
+    mail: PulserMail<'static>,
+    nvic: &mut NVIC,
+) -> Result<(), Fault> {
+    let plan = WindowPlan::new();
+    // SAFETY: the caller's promise: there is no other tape or user of one.
+    let tape = unsafe { Tape::start(&plan)? };
+    let refill = Refill {
+        recorded: pulser.last_fault().is_some(),
+        pulser,
+        mail,
+        tape: Some(tape),
+        plan,
+        playing: (Micros(0), Half::First),
+        sampling: None,
+        angle: None,
+        windows: 0,
+    };
+    REFILL.store(MEMORY.init(refill), Ordering::Release);
+    watch_over_current();
+    for line in [Interrupt::TIM2, Interrupt::EXTI9_5, Interrupt::PVD] {
+        // SAFETY: no critical section relies on a priority; the state these
+        // interrupts use is in place.
+        unsafe {
+            nvic.set_priority(line, Urgency::Refill as u8);
+            NVIC::unmask(line);
+        }
+    }
+    Ok(())
+}
+
+/// Falling edge of PA7; EXTICR 0 is port A.
+fn watch_over_current() {
+    let line = pins::OVER_CURRENT_LINE;
+    SYSCFG.exticr(line / 4).modify(|w| w.set_exti(line % 4, 0));
+    EXTI.ftsr(0).modify(|w| w.set_line(line, true));
+    EXTI.pr(0).write(|w| w.set_line(line, true));
+    EXTI.imr(0).modify(|w| w.set_line(line, true));
+}
+
+#[interrupt]
+fn TIM2() {
+    with_refill(Refill::run);
+}
+
+#[interrupt]
+fn EXTI9_5() {
+    tape::stop();
+    EXTI.pr(0)
+        .write(|w| w.set_line(pins::OVER_CURRENT_LINE, true));
+    with_refill(|refill| {
+        refill.fault(Fault::OverCurrent);
+        refill.isolate();
+    });
+}
+
+#[interrupt]
+fn PVD() {
+    emergency::supply_fell()
+}
+
+impl Refill {
+    fn run(&mut self) {
+        let synchronised = self.synchronise();
+        let (start, half) = self.playing;
+        let next = start.plus(WINDOW_US);
+        timebase::refill_at(next.plus(REFILL_OFFSET_US));
+        let inputs = self.inputs();
+        self.arm_conversion(start);
+        let checked = synchronised.and_then(|()| self.check(start, half));
+
+        let now = timebase::now();
+        let rendered = self
+            .pulser
+            .refill(now, next, &inputs, &mut self.mail, &mut self.plan);
+        let put_out = checked
+            .and(rendered)
+            .and_then(|()| self.put_out(start, half));
+        let half = put_out.unwrap_or_else(|fault| {
+            self.fault(fault); // keeps an earlier one, the pulser's own included
+            self.isolate();
+            half.other()
+        });
+        self.playing = (next, half);
+        self.forget_acknowledged();
+        self.tick();
+        watchdog::check_in(Owner::Pulser);
+    }
+
+    fn fault(&mut self, fault: Fault) {
+        self.pulser.fault(fault, timebase::now(), &mut self.mail);
+    }
+
+    /// Catches up with the clock if a window passed without its refill, which
+    /// is a fault if anything plays.
+    fn synchronise(&mut self) -> Result<(), Fault> {
+        let mut late = false;
+        while timebase::now().has_reached(self.playing.0.plus(WINDOW_US)) {
+            self.playing = (self.playing.0.plus(WINDOW_US), self.playing.1.other());
+            late = true;
+        }
+        if late && self.tape.is_some() {
+            Err(Fault::MissedDeadline)
+        } else {
+            Ok(())
+        }
+    }
+
+    /// Whether the playing window is where it should be, if anything plays.
+    fn check(&self, start: Micros, half: Half) -> Result<(), Fault> {
+        let tape = self.tape.as_ref();
+        tape.map_or(Ok(()), |t| t.check(start, half).map(|_| ()))
+    }
+
+    fn inputs(&mut self) -> Inputs {
+        let samples: Option<Samples> = adc::take();
+        self.angle = samples.map(|s| s.angle).or(self.angle);
+        let reading = samples.and_then(|s| {
+            let (channel, _) = self.sampling.take()?;
+            Some(Reading {
+                channel,
+                raw: s.current,
+            })
+        });
+        Inputs {
+            arm: pins::arm(),
+            hand_stop: pins::hand_stop(),
+            over_current: pins::over_current(),
+            trigger: timebase::captured(),
+            reading,
+        }
+    }
+
+    /// The plan still is that of the window now playing: it was rendered one
+    /// refill ago. A sample of the window before that is still to come goes
+    /// first; one in this window's first microseconds comes too soon and is
+    /// left out.
+    fn arm_conversion(&mut self, start: Micros) {
+        let now = timebase::now();
+        if let Some((_, at)) = self.sampling
+            && now.since(at) < adc::SEQUENCE_US
+        {
+            return;
+        }
+        let asked = self.plan.sample;
+        let at = asked.map_or(start.plus(DEFAULT_SAMPLE_US), |(_, at)| at);
+        let armed = timebase::sample_at(at);
+        self.sampling = asked.filter(|_| armed);
+    }
+
+    /// Writes the plan's amplitudes and paints it. Returns the half it is on.
+    fn put_out(&mut self, start: Micros, playing: Half) -> Result<Half, Fault> {
+        for &(channel, code) in &self.plan.dac {
+            dac::write(channel, code);
+        }
+        if let Some(tape) = &mut self.tape {
+            // SAFETY: `run` has checked that `playing` plays, and it is
+            // checked again below.
+            paint(&self.plan, &mut unsafe { tape.window(playing.other()) });
+            tape::publish();
+            tape.check(start, playing)?;
+        } else if drives(&self.plan) {
+            // SAFETY: there is no tape, and nothing preempts this interrupt.
+            self.tape = Some(unsafe { Tape::start(&self.plan)? });
+            return Ok(Half::First);
+        }
+        Ok(playing.other())
+    }
+
+    /// Outputs first, then the record, then the amplitudes.
+    fn isolate(&mut self) {
+        tape::stop();
+        self.tape = None;
+        (self.plan.sample, self.sampling) = (None, None);
+        if let Some(fault) = self.pulser.last_fault() {
+            record::store(&fault, 0);
+            self.recorded = true;
+        }
+        dac::clear();
+    }
+
+    /// An acknowledged fault need not outlive the next reset.
+    fn forget_acknowledged(&mut self) {
+        if self.recorded && self.pulser.state() != State::Fault {
+            record::clear();
+            self.recorded = false;
+        }
+    }
+
+    /// Every fourth window starts the control tick.
+    fn tick(&mut self) {
+        if self.windows.is_multiple_of(WINDOWS_PER_TICK) {
+            TICK.signal(Tick {
+                now: timebase::now(),
+                angle: self.angle.take(),
+            });
+        }
+        self.windows = self.windows.wrapping_add(1);
+    }
+}
+
+/// Whether `plan` wants anything but isolated outputs without supply.
+fn drives(plan: &WindowPlan) -> bool {
+    plan.pump || plan.initial != Levels::ISOLATED || !plan.changes.is_empty()
+}

@@ -1,0 +1,173 @@
+//! The Session's context: the thread, between the USB serial port and the
+//! mailboxes.
+
+use super::timebase;
+use super::watchdog::{self, Owner};
+use crate::device::{Session, SessionMail};
+use core::convert::Infallible;
+use embassy_futures::join::join3;
+use embassy_futures::select::{Either, select};
+use embassy_stm32::peripherals::{PA11, PA12, USB_OTG_FS};
+use embassy_stm32::usb::{self, Driver};
+use embassy_stm32::{Peri, bind_interrupts};
+use embassy_sync::blocking_mutex::raw::NoopRawMutex;
+use embassy_sync::pipe::Pipe;
+use embassy_time::{Duration, Ticker};
+use embassy_usb::class::cdc_acm::{CdcAcmClass, Receiver, Sender, State};
+use embassy_usb::{Builder, UsbDevice};
+use static_cell::StaticCell;
+
+bind_interrupts!(struct Irqs {
+    OTG_FS => usb::InterruptHandler<USB_OTG_FS>;
+});
+
+/// Full-speed bulk packets.
+const PACKET: usize = 64;
+/// Bytes on their way to the host: the longest frame and a little telemetry.
+const PIPE: usize = 1024;
+/// pid.codes' identity for tests. A product needs its own: until then hosts
+/// look for the product's name.
+const VID_PID: (u16, u16) = (0x1209, 0x0001);
+
+type Usb = Driver<'static, USB_OTG_FS>;
+type Bytes = Pipe<NoopRawMutex, PIPE>;
+
+/// Pins and peripheral of the port.
+pub struct Port {
+    /// The peripheral.
+    pub usb: Peri<'static, USB_OTG_FS>,
+    /// D+.
+    pub dp: Peri<'static, PA12>,
+    /// D−.
+    pub dm: Peri<'static, PA11>,
+}
+
+struct Memory {
+    config: [u8; 128],
+    bos: [u8; 16],
+    control: [u8; 64],
+    endpoints: [u8; 256],
+    state: State<'static>,
+}
+
+/// Serves the link for ever.
+pub async fn serve(session: Session, mail: SessionMail<'static>, port: Port) -> Infallible {
+    let (mut usb, class) = build(port);
+    let (tx, rx) = class.split();
+    let outgoing = Bytes::new();
+    join3(
+        usb.run(),
+        send(tx, &outgoing),
+        converse(session, mail, rx, &outgoing),
+    )
+    .await
+    .0
+}
+
+fn build(port: Port) -> (UsbDevice<'static, Usb>, CdcAcmClass<'static, Usb>) {
+    static MEMORY: StaticCell<Memory> = StaticCell::new();
+    let memory = MEMORY.init_with(|| Memory {
+        config: [0; 128],
+        bos: [0; 16],
+        control: [0; 64],
+        endpoints: [0; 256],
+        state: State::new(),
+    });
+    let mut hardware = usb::Config::default();
+    // PA9 sees VBUS: a device with its own supply may not pull D+ up without
+    // it (USB 2.0 section 7.1.5).
+    hardware.vbus_detection = true;
+    let driver = Driver::new_fs(
+        port.usb,
+        Irqs,
+        port.dp,
+        port.dm,
+        &mut memory.endpoints,
+        hardware,
+    );
+    let mut config = embassy_usb::Config::new(VID_PID.0, VID_PID.1);
+    config.manufacturer = Some("Flexor");
+    config.product = Some("Flexor stimulator");
+    config.serial_number = Some(embassy_stm32::uid::uid_hex());
+    config.max_power = 100;
+    let mut builder = Builder::new(
+        driver,
+        config,
+        &mut memory.config,
+        &mut memory.bos,
+        &mut [],
+        &mut memory.control,
+    );
+    let class = CdcAcmClass::new(&mut builder, &mut memory.state, PACKET as u16);
+    (builder.build(), class)
+}
+
+/// Bytes from the host to the session as they come, and what the session has
+/// to say at least every millisecond. Never waits for the host to read.
+async fn converse(
+    mut session: Session,
+    mut mail: SessionMail<'static>,
+    mut rx: Receiver<'static, Usb>,
+    outgoing: &Bytes,
+) -> Infallible {
+    // From here on: the USB core, polled before, waits up to 25 ms as it starts
+    // (RM0090 section 34.17.3), and without a session nothing can be armed.
+    watchdog::start();
+    let mut every_ms = Ticker::every(Duration::from_millis(1));
+    let mut packet = [0; PACKET];
+    loop {
+        if let Either::First(count) = select(receive(&mut rx, &mut packet), every_ms.next()).await {
+            // `receive` counts bytes of `packet`.
+            let bytes = packet.get(..count).unwrap_or(&packet);
+            session.receive(timebase::now(), bytes, &mut mail);
+        }
+        session.poll(&mut mail);
+        speak(&mut session, outgoing);
+        watchdog::check_in(Owner::Session);
+    }
+}
+
+/// The next packet, however long the port is closed before it. Dropping this
+/// future loses nothing: a packet stays in the endpoint until it is read.
+async fn receive(rx: &mut Receiver<'static, Usb>, packet: &mut [u8; PACKET]) -> usize {
+    loop {
+        rx.wait_connection().await;
+        if let Ok(count) = rx.read_packet(packet).await {
+            return count;
+        }
+    }
+}
+
+fn speak(session: &mut Session, outgoing: &Bytes) {
+    let mut chunk = [0; PACKET];
+    while outgoing.free_capacity() >= PACKET {
+        let count = session.transmit(&mut chunk);
+        let Some(bytes) = chunk.get(..count).filter(|b| !b.is_empty()) else {
+            return;
+        };
+        // Fits: the free capacity was asked first, and no one else writes.
+        let _ = outgoing.try_write(bytes);
+    }
+}
+
+/// From the pipe to the host. Bytes for a port that closes are dropped: the
+/// next session begins with a frame of its own.
+async fn send(mut tx: Sender<'static, Usb>, outgoing: &Bytes) -> Infallible {
+    let mut packet = [0; PACKET];
+    loop {
+        tx.wait_connection().await;
+        outgoing.clear();
+        loop {
+            let count = outgoing.read(&mut packet).await;
+            let bytes = packet.get(..count).unwrap_or(&packet);
+            if tx.write_packet(bytes).await.is_err() {
+                break;
+            }
+            // A full packet promises more; an empty one says there is none
+            // (USB 2.0 section 5.8.3).
+            if count == PACKET && outgoing.is_empty() && tx.write_packet(&[]).await.is_err() {
+                break;
+            }
+        }
+    }
+}

@@ -1,0 +1,377 @@
+//! The self-erasing tape in SRAM2 and the hardware that plays it.
+//!
+//! TIM1 overflows every microsecond. In that microsecond, in this order:
+//!
+//! | TIM1 count | event | DMA2 stream | moves |
+//! |---|---|---|---|
+//! | 0 | update | 5 | tape B → GPIOB_BSRR |
+//! | 8 | CH1 | 1 | tape C → GPIOC_BSRR, 48 ns after port B |
+//! | 20 | CH2 | 2 | isolated word → tape B, the slot just played |
+//! | 32 | CH3 | 6 | isolated word → tape C |
+//!
+//! All on channel 6 (RM0090 table 43), 32 bits, direct mode, circular over two
+//! windows. A play stream fetches its next word as soon as the last is out, so
+//! a slot must be painted before the slot ahead of it begins.
+
+use super::pac::dma::{St, vals};
+use super::pac::timer::vals as timer;
+use super::pac::{DMA2, GPIOB, GPIOC, RCC, TIM1};
+use super::{pins, timebase};
+use crate::pulse::WindowPlan;
+use crate::pulse::tape::{ISOLATED_B, ISOLATED_C, SLOTS, Window, paint};
+use crate::safety::Fault;
+use crate::units::Micros;
+use core::cell::UnsafeCell;
+use core::sync::atomic::{Ordering, compiler_fence};
+
+/// Slots of the tape: two windows.
+const LENGTH: usize = 2 * SLOTS;
+const LENGTH_16: u16 = LENGTH as u16; // 500
+
+const PLAY_B: usize = 5;
+const PLAY_C: usize = 1;
+const ERASE_B: usize = 2;
+const ERASE_C: usize = 6;
+const STREAMS: [usize; 4] = [PLAY_B, PLAY_C, ERASE_B, ERASE_C];
+/// DMA2's request channel of TIM1_UP, CH1, CH2 and CH3 on those streams.
+const CHANNEL: u8 = 6;
+
+/// 168 MHz / 168 = 1 MHz.
+const TICKS: u16 = 168;
+/// Counts at which CH1, CH2, CH3 match.
+const MATCHES: [u16; 3] = [8, 20, 32];
+/// All four transfers of a microsecond are over from here on: the last request
+/// comes at 32, and four transfers of two bus accesses each take less than 40
+/// cycles. Reading the positions takes about 60.
+const QUIET: core::ops::Range<u16> = 72..100;
+/// Time to wait for a stream to finish its transfer or for the quiet part of
+/// a microsecond, in polls of at least 5 cycles: at least 20 µs.
+const PATIENCE: usize = 700;
+
+/// Last slot in which a paint may end: the next window's first word is
+/// fetched when slot 249 plays.
+const LAST_SLOT: u32 = SLOTS as u32 - 3;
+
+#[repr(C)]
+struct Memory {
+    b: [u32; LENGTH],
+    c: [u32; LENGTH],
+    isolated_b: u32,
+    isolated_c: u32,
+}
+
+struct Shared(UnsafeCell<Memory>);
+
+// SAFETY: reached through raw pointers by the one `Tape` and by DMA2 only;
+// `Tape::window` says why they never meet in one window.
+unsafe impl Sync for Shared {}
+
+/// Alone in SRAM2, a bus slave of its own, away from every stack. The section
+/// is not loaded: `Tape::start` writes every word before a stream reads one.
+#[unsafe(link_section = ".tape")]
+static MEMORY: Shared = Shared(UnsafeCell::new(Memory {
+    b: [0; LENGTH],
+    c: [0; LENGTH],
+    isolated_b: 0,
+    isolated_c: 0,
+}));
+
+/// The half of the tape that a window occupies.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Half {
+    /// Slots 0–249.
+    First,
+    /// Slots 250–499.
+    Second,
+}
+
+impl Half {
+    /// The other half.
+    #[must_use]
+    pub const fn other(self) -> Self {
+        match self {
+            Self::First => Self::Second,
+            Self::Second => Self::First,
+        }
+    }
+
+    const fn first_slot(self) -> usize {
+        match self {
+            Self::First => 0,
+            Self::Second => SLOTS,
+        }
+    }
+}
+
+/// The running tape. One exists, owned by the refill interrupt.
+pub struct Tape {
+    /// NDTR of each stream before its first request: 500, or 499 should the
+    /// fetched-ahead word be counted. RM0090 10.3.8 counts transfers on the
+    /// peripheral port, which gives 500; measured, so that it need not be known.
+    origins: [u16; 4],
+}
+
+impl Tape {
+    /// Erases the whole tape, paints `plan` on its first half and starts it:
+    /// slot 0 plays at `plan.start`, which becomes the time now.
+    ///
+    /// # Errors
+    /// [`Fault::TapeSlip`] if DMA2 carries another stream, a stream does not
+    /// stop, or one starts from an impossible position.
+    ///
+    /// # Safety
+    /// Any earlier `Tape` must be gone, and the caller must not be preempted
+    /// by a user of the tape.
+    pub unsafe fn start(plan: &WindowPlan) -> Result<Self, Fault> {
+        RCC.ahb1enr().modify(|w| w.set_dma2en(true));
+        RCC.apb2enr().modify(|w| w.set_tim1en(true));
+        // The reset also drops requests that stopped play streams left unserved.
+        RCC.apb2rstr().modify(|w| w.set_tim1rst(true));
+        RCC.apb2rstr().modify(|w| w.set_tim1rst(false));
+        for stream in STREAMS {
+            if !switch_off(stream) {
+                return Err(Fault::TapeSlip);
+            }
+        }
+        pins::isolate();
+        assert_alone()?;
+        erase_all();
+        let mut tape = Self { origins: [0; 4] };
+        // SAFETY: all four streams are off: nothing plays.
+        paint(plan, &mut unsafe { tape.window(Half::First) });
+        publish();
+        let memory = MEMORY.0.get();
+        // SAFETY: `memory` points to a static; only addresses are taken.
+        let (b, c, isolated_b, isolated_c) = unsafe {
+            (
+                &raw mut (*memory).b,
+                &raw mut (*memory).c,
+                &raw mut (*memory).isolated_b,
+                &raw mut (*memory).isolated_c,
+            )
+        };
+        play(PLAY_B, GPIOB.bsrr().as_ptr() as u32, b as u32);
+        play(PLAY_C, GPIOC.bsrr().as_ptr() as u32, c as u32);
+        erase(ERASE_B, isolated_b as u32, b as u32);
+        erase(ERASE_C, isolated_c as u32, c as u32);
+        cortex_m::asm::delay(64); // the play streams fetch slot 0
+        tape.origins = STREAMS.map(|s| DMA2.st(s).ndtr().read().ndt());
+        let [play_b, play_c, erase_b, erase_c] = tape.origins;
+        let fetched = [play_b, play_c].map(|o| LENGTH_16.wrapping_sub(o));
+        if fetched.iter().any(|&n| n > 1) || erase_b != LENGTH_16 || erase_c != LENGTH_16 {
+            return Err(Fault::TapeSlip);
+        }
+        // Enabling a stream may leave its FIFO flag set; from here on, none may.
+        STREAMS.into_iter().for_each(clear_flags);
+        prepare_tim1();
+        timebase::start(plan.start);
+        TIM1.cr1().modify(|w| w.set_cen(true));
+        Ok(tape)
+    }
+
+    /// Slot of the window `(start, half)` that is playing, once all streams
+    /// agree on it and with the clock, and no error flag is up.
+    ///
+    /// # Errors
+    /// [`Fault::MissedDeadline`] if the window is over or so nearly over that
+    /// the next one is being fetched; [`Fault::TapeSlip`] for the rest.
+    pub fn check(&self, start: Micros, half: Half) -> Result<u32, Fault> {
+        let (now, positions) = observe().ok_or(Fault::TapeSlip)?;
+        let slot = now.elapsed_since(start);
+        if slot > LAST_SLOT {
+            return Err(Fault::MissedDeadline);
+        }
+        // At most 250 + 247 + 1 = 498, below every origin: no reload between.
+        let played = (half.first_slot() as u32 + slot + 1) as u16;
+        let agree = positions
+            .iter()
+            .zip(self.origins)
+            .all(|(&ndtr, origin)| ndtr == origin - played);
+        let clean = STREAMS.into_iter().all(|s| !has_failed(s));
+        if agree && clean && isolated_words_intact() {
+            Ok(slot)
+        } else {
+            Err(Fault::TapeSlip)
+        }
+    }
+
+    /// The window `half`, to paint on.
+    ///
+    /// # Safety
+    /// `check` must just have said that the other half is playing, and must
+    /// be asked again after painting; or no stream may run.
+    pub unsafe fn window(&mut self, half: Half) -> Window<'_> {
+        publish();
+        let memory = MEMORY.0.get();
+        // SAFETY: the streams are in the other half, by the caller's check,
+        // and stay there for the rest of its 250 µs; all of this half has been
+        // erased and none of it fetched. `&mut self` keeps it to one window.
+        unsafe {
+            let b = (&raw mut (*memory).b).cast::<u32>().add(half.first_slot());
+            let c = (&raw mut (*memory).c).cast::<u32>().add(half.first_slot());
+            Window {
+                b: &mut *b.cast(),
+                c: &mut *c.cast(),
+            }
+        }
+    }
+}
+
+/// Orders the CPU's accesses to the tape with DMA2's, both ways.
+pub fn publish() {
+    compiler_fence(Ordering::SeqCst);
+    cortex_m::asm::dmb();
+}
+
+/// Fault stop: disables the play streams, waits until they are off (bounded),
+/// isolates by the CPU and stops the pump. Callable from anywhere, at any
+/// time, more than once. The erase streams and the clock go on.
+pub fn stop() {
+    let off_b = switch_off(PLAY_B);
+    let off_c = switch_off(PLAY_C);
+    if !(off_b && off_c) {
+        TIM1.dier().modify(|w| {
+            w.set_ude(false);
+            w.set_ccde(0, false);
+        });
+    }
+    pins::isolate();
+}
+
+/// Disables `stream` and says whether it is off (RM0090 10.3.17: EN reads 1
+/// until the transfer under way is over).
+fn switch_off(stream: usize) -> bool {
+    let cr = DMA2.st(stream).cr();
+    cr.modify(|w| w.set_en(false));
+    (0..PATIENCE).any(|_| !cr.read().en())
+}
+
+/// DMA2 must carry the four streams only, none with an APB address: serving
+/// AHB and APB at once corrupts data (ES0182, DMA2 concurrent AHB and APB).
+/// That all four have AHB addresses is visible in `start`.
+fn assert_alone() -> Result<(), Fault> {
+    let others = (0..8).filter(|s| !STREAMS.contains(s));
+    if others.into_iter().any(|s| DMA2.st(s).cr().read().en()) {
+        Err(Fault::TapeSlip)
+    } else {
+        Ok(())
+    }
+}
+
+fn erase_all() {
+    let memory = MEMORY.0.get();
+    // SAFETY: all four streams are off and no `Tape` exists, so nothing else
+    // touches the memory. Every word is written: none is read before.
+    unsafe {
+        (*memory).b.fill(ISOLATED_B);
+        (*memory).c.fill(ISOLATED_C);
+        (&raw mut (*memory).isolated_b).write_volatile(ISOLATED_B);
+        (&raw mut (*memory).isolated_c).write_volatile(ISOLATED_C);
+    }
+    publish();
+}
+
+fn isolated_words_intact() -> bool {
+    let memory = MEMORY.0.get();
+    // SAFETY: two words that only `erase_all` writes, and DMA2 reads.
+    unsafe {
+        (&raw const (*memory).isolated_b).read_volatile() == ISOLATED_B
+            && (&raw const (*memory).isolated_c).read_volatile() == ISOLATED_C
+    }
+}
+
+fn play(stream: usize, bsrr: u32, tape: u32) {
+    configure(stream, vals::Dir::MEMORY_TO_PERIPHERAL, bsrr, tape);
+}
+
+fn erase(stream: usize, isolated: u32, tape: u32) {
+    configure(stream, vals::Dir::PERIPHERAL_TO_MEMORY, isolated, tape);
+}
+
+/// RM0090 10.3.17 and 10.5.5. The tape is the memory side and increments; the
+/// other side, BSRR or the isolated word, does not.
+fn configure(stream: usize, direction: vals::Dir, peripheral: u32, tape: u32) {
+    let st: St = DMA2.st(stream);
+    clear_flags(stream);
+    st.par().write_value(peripheral);
+    st.m0ar().write_value(tape);
+    st.ndtr().write(|w| w.set_ndt(LENGTH_16));
+    st.fcr().write(|w| w.set_dmdis(vals::Dmdis::ENABLED)); // direct mode
+    st.cr().write(|w| {
+        w.set_chsel(CHANNEL);
+        w.set_pl(vals::Pl::VERY_HIGH);
+        w.set_msize(vals::Size::BITS32);
+        w.set_psize(vals::Size::BITS32);
+        w.set_minc(true);
+        w.set_pinc(false);
+        w.set_circ(true);
+        w.set_dir(direction);
+    });
+    st.cr().modify(|w| w.set_en(true));
+}
+
+/// LISR holds streams 0–3, HISR 4–7.
+fn clear_flags(stream: usize) {
+    DMA2.ifcr(stream / 4).write(|w| {
+        w.set_feif(stream % 4, true);
+        w.set_dmeif(stream % 4, true);
+        w.set_teif(stream % 4, true);
+        w.set_htif(stream % 4, true);
+        w.set_tcif(stream % 4, true);
+    });
+}
+
+/// Transfer error, direct mode error, or FIFO error: in direct mode the last
+/// two mean a request that came before the word was there (RM0090 10.3.18).
+fn has_failed(stream: usize) -> bool {
+    let flags = DMA2.isr(stream / 4).read();
+    let n = stream % 4;
+    flags.teif(n) || flags.dmeif(n) || flags.feif(n) || !DMA2.st(stream).cr().read().en()
+}
+
+/// Stopped, requests enabled, 8 ticks before an overflow: the first event is
+/// an update, so both ports begin in the same microsecond.
+fn prepare_tim1() {
+    TIM1.cr1().write(|w| w.set_urs(timer::Urs::COUNTER_ONLY));
+    TIM1.psc().write_value(0);
+    TIM1.arr().write(|w| w.set_arr(TICKS - 1));
+    TIM1.rcr().write(|w| w.0 = 0);
+    // CH1–3 frozen: a match asks for DMA and moves no pin (RM0090 17.4.7).
+    // OC4REF, PWM mode 1, is high for the first half of each microsecond: it
+    // rises with the update and is long enough for TIM2, which runs at half
+    // of TIM1's clock, never to miss it. It is TIM1's TRGO.
+    for (n, at) in MATCHES.into_iter().enumerate() {
+        TIM1.ccr(n).write(|w| w.set_ccr(at));
+    }
+    TIM1.ccr(3).write(|w| w.set_ccr(TICKS / 2));
+    TIM1.ccmr_output(0).write(|w| w.0 = 0);
+    TIM1.ccmr_output(1)
+        .write(|w| w.set_ocm(1, timer::Ocm::PWM_MODE1));
+    TIM1.cr2().write(|w| w.set_mms(timer::Mms::COMPARE_OC4));
+    TIM1.egr().write(|w| w.set_ug(true));
+    TIM1.cnt().write(|w| w.set_cnt(TICKS - 8));
+    TIM1.sr().write(|w| w.0 = 0);
+    TIM1.dier().write(|w| {
+        w.set_ude(true);
+        w.set_ccde(0, true);
+        w.set_ccde(1, true);
+        w.set_ccde(2, true);
+    });
+}
+
+/// Device time and the four NDTRs, read within the quiet part of one
+/// microsecond; `None` if TIM1 stands still.
+fn observe() -> Option<(Micros, [u16; 4])> {
+    let count = || TIM1.cnt().read().cnt();
+    (0..PATIENCE).find_map(|_| {
+        let before = count();
+        if !QUIET.contains(&before) {
+            return None;
+        }
+        let now = timebase::now();
+        let positions = STREAMS.map(|s| DMA2.st(s).ndtr().read().ndt());
+        // A later count in the same microsecond; an interruption in between
+        // could hide one whole microsecond only by lasting one: try again.
+        (count() > before && timebase::now() == now).then_some((now, positions))
+    })
+}

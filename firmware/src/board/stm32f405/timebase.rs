@@ -1,0 +1,84 @@
+//! TIM2: device time, clocked by TIM1's updates (ITR0, RM0090 TIM2_SMCR), so
+//! that time and tape cannot drift apart. 32 bits of microseconds.
+//!
+//! CH1 captures the trigger input, CH2 starts refills, CH3 starts the injected
+//! conversion of ADC1 at an exact microsecond.
+
+use super::pac::timer::vals;
+use super::pac::{RCC, TIM2};
+use crate::device::REFILL_OFFSET_US;
+use crate::units::Micros;
+
+const CAPTURE: usize = 0;
+const REFILL: usize = 1;
+const SAMPLE: usize = 2;
+
+/// Configures TIM2 and holds it at one microsecond before `first`: the next
+/// update of TIM1 makes it `first`. Arms the first refill.
+pub fn start(first: Micros) {
+    RCC.apb1enr().modify(|w| w.set_tim2en(true));
+    let _ = RCC.apb1enr().read(); // ES0182: delay after clock enabling
+    TIM2.cr1().write(|w| w.set_urs(vals::Urs::COUNTER_ONLY));
+    TIM2.dier().write(|w| w.0 = 0);
+    TIM2.smcr().write(|w| {
+        w.set_ts(vals::Ts::ITR0);
+        w.set_sms(vals::Sms::EXT_CLOCK_MODE);
+    });
+    TIM2.psc().write_value(0);
+    TIM2.arr().write_value(u32::MAX);
+    // CC1S = 01: IC1 on TI1, eight equal samples at 84 MHz (95 ns). CH2 stays
+    // an output that is frozen: its match only raises the flag.
+    TIM2.ccmr_input(0).write(|w| {
+        w.set_ccs(CAPTURE, vals::CcmrInputCcs::from_bits(0b01));
+        w.set_icf(CAPTURE, vals::FilterValue::FCK_INT_N8);
+    });
+    TIM2.ccmr_output(1)
+        .write(|w| w.set_ocm(SAMPLE - 2, vals::Ocm::FORCE_INACTIVE));
+    TIM2.ccer().write(|w| w.set_cce(CAPTURE, true)); // rising edge
+    TIM2.cr2().write(|w| w.set_mms(vals::Mms::COMPARE_OC3));
+    TIM2.egr().write(|w| w.set_ug(true));
+    TIM2.cnt().write_value(first.minus(1).0);
+    TIM2.sr().write(|w| w.0 = 0);
+    // By then the window before has been erased to its last slot.
+    refill_at(first.plus(REFILL_OFFSET_US));
+    TIM2.dier().write(|w| w.set_ccie(REFILL, true));
+    TIM2.cr1().modify(|w| w.set_cen(true));
+}
+
+/// Device time.
+#[must_use]
+pub fn now() -> Micros {
+    Micros(TIM2.cnt().read())
+}
+
+/// Sets the next refill and clears the request of the last.
+pub fn refill_at(at: Micros) {
+    TIM2.ccr(REFILL).write_value(at.0);
+    // Flags clear by writing 0 and ignore 1 (RM0090 18.4.5).
+    TIM2.sr().write(|w| {
+        w.0 = u32::MAX;
+        w.set_ccif(REFILL, false);
+    });
+}
+
+/// The trigger edge captured since the last call. Reading CCR1 clears it.
+#[must_use]
+pub fn captured() -> Option<Micros> {
+    TIM2.sr()
+        .read()
+        .ccif(CAPTURE)
+        .then(|| Micros(TIM2.ccr(CAPTURE).read()))
+}
+
+/// Starts the injected conversion at `at`, by a rising edge of OC3REF. `false`
+/// if that is too soon (less than 2 µs ahead): no conversion then.
+pub fn sample_at(at: Micros) -> bool {
+    let mode = |m| TIM2.ccmr_output(1).write(|w| w.set_ocm(SAMPLE - 2, m));
+    mode(vals::Ocm::FORCE_INACTIVE);
+    if at.since(now()) < 2 {
+        return false;
+    }
+    TIM2.ccr(SAMPLE).write_value(at.0);
+    mode(vals::Ocm::ACTIVE_ON_MATCH);
+    true
+}

@@ -1,0 +1,214 @@
+//! A finger in f64 for closing the loop: muscle delay, calcium–force dynamics,
+//! joint and glove. Its torques were calibrated to table 8 of Hamana 2022, so
+//! agreement with that table is no evidence; the factor 2.2 of two-point
+//! stimulation is put in, not found.
+
+use std::collections::VecDeque;
+use std::f64::consts::TAU;
+
+/// Integration step, s.
+pub const STEP_S: f64 = 0.0005;
+/// Pulses per second (Hamana 2022 §II-D).
+const PULSE_HZ: f64 = 50.0;
+
+/// One wearer's finger.
+#[derive(Clone, Copy, Debug)]
+pub struct Finger {
+    pub inertia: f64,
+    pub stiffness: f64,
+    pub damping: f64,
+    pub rest_deg: f64,
+    pub flexor_nm: f64,
+    pub extensor_nm: f64,
+    pub two_point_factor: f64,
+    /// Recruitment between threshold and maximum is (e^(c·x) − 1)/(e^c − 1).
+    pub curvature: f64,
+    pub delay_s: f64,
+    /// Scales both contraction time constants.
+    pub slowness: f64,
+    pub sensor_lag_s: f64,
+    pub noise_deg: f64,
+}
+
+impl Finger {
+    pub const NOMINAL: Self = Self {
+        inertia: 4e-5,
+        stiffness: 0.12,
+        damping: 0.018,
+        rest_deg: 5.0,
+        flexor_nm: 0.22,
+        extensor_nm: 0.15,
+        two_point_factor: 2.2,
+        curvature: 1.2,
+        delay_s: 0.025,
+        slowness: 1.0,
+        sensor_lag_s: 0.010,
+        noise_deg: 0.3,
+    };
+
+    /// A random wearer: gains, stiffness, damping and slowness ±30 %, delay
+    /// 20…35 ms, curvature 0.2…2.2, drawn evenly.
+    pub fn drawn(random: &mut Random) -> Self {
+        let mut around = |x: f64| x * (0.7 + 0.6 * random.even());
+        let n = Self::NOMINAL;
+        let mut f = Self {
+            stiffness: around(n.stiffness),
+            damping: around(n.damping),
+            flexor_nm: around(n.flexor_nm),
+            extensor_nm: around(n.extensor_nm),
+            slowness: around(n.slowness),
+            ..n
+        };
+        f.delay_s = 0.020 + 0.015 * random.even();
+        f.curvature = 0.2 + 2.0 * random.even();
+        f
+    }
+
+    fn recruitment(&self, amplitude: f64) -> f64 {
+        (self.curvature * amplitude.clamp(0.0, 1.0)).exp_m1() / self.curvature.exp_m1()
+    }
+
+    /// The largest angle the flexor can hold, degrees: k(θ − rest) = T(θ).
+    pub fn reach_deg(&self, two_point: bool) -> f64 {
+        let full = self.flexor_nm
+            * if two_point {
+                self.two_point_factor
+            } else {
+                1.0
+            };
+        let k = self.stiffness.to_radians();
+        ((full + k * self.rest_deg) / (k + full * 0.0025)).min(100.0)
+    }
+}
+
+/// Calcium–force dynamics, mean of Lee 2020 table 4 with K06's τ2 = 176 ms,
+/// scaled so that steady stimulation at 50 Hz and full recruitment gives 1.
+struct Muscle {
+    calcium: f64,
+    force: f64,
+    recruited: f64,
+    slowness: f64,
+}
+
+impl Muscle {
+    const K: f64 = 0.1833;
+    const TAU_C: f64 = 0.02119;
+    const TAU_1: f64 = 0.0286;
+    const TAU_2: f64 = 0.13054;
+
+    fn new(slowness: f64) -> Self {
+        Self {
+            calcium: 0.0,
+            force: 0.0,
+            recruited: 0.0,
+            slowness,
+        }
+    }
+
+    fn pulse(&mut self, recruited: f64) {
+        self.recruited = recruited;
+        self.calcium += 1.0;
+    }
+
+    fn step(&mut self) {
+        self.calcium *= (-STEP_S / Self::TAU_C).exp();
+        let x = self.calcium / (Self::K + self.calcium);
+        let tau = (Self::TAU_1 + Self::TAU_2 * x) * self.slowness;
+        // 0.8309: mean of x over a period at 50 Hz; the steady force is near
+        // x·(τ1 + τ2·x), both taken at that mean.
+        let mean = 0.8309;
+        let full = mean * (Self::TAU_1 + Self::TAU_2 * mean) * self.slowness;
+        self.force += STEP_S * (x * self.recruited / full - self.force / tau);
+    }
+}
+
+/// A finger in motion.
+pub struct Body {
+    finger: Finger,
+    flexor: Muscle,
+    extensor: Muscle,
+    torque: VecDeque<f64>,
+    angle: f64,
+    velocity: f64,
+    seen: f64,
+    to_pulse: f64,
+    random: Random,
+}
+
+impl Body {
+    pub fn new(finger: Finger, seed: u64) -> Self {
+        Self {
+            finger,
+            flexor: Muscle::new(finger.slowness),
+            extensor: Muscle::new(finger.slowness),
+            torque: vec![0.0; (finger.delay_s / STEP_S) as usize].into(),
+            angle: finger.rest_deg.to_radians(),
+            velocity: 0.0,
+            seen: finger.rest_deg,
+            to_pulse: 0.0,
+            random: Random(seed),
+        }
+    }
+
+    pub fn angle_deg(&self) -> f64 {
+        self.angle.to_degrees()
+    }
+
+    /// What the glove reports now: lagging, noisy, in tenths of a degree.
+    pub fn glove_deg(&mut self) -> f64 {
+        ((self.seen + self.finger.noise_deg * self.random.normal()) * 10.0).round() / 10.0
+    }
+
+    /// One [`STEP_S`] with these amplitudes at hand for the next pulse, each 0 at
+    /// threshold and 1 at maximum.
+    pub fn step(&mut self, flexor: f64, extensor: f64, two_point: bool) {
+        self.to_pulse -= STEP_S;
+        if self.to_pulse <= 0.0 {
+            self.to_pulse += 1.0 / PULSE_HZ;
+            self.flexor.pulse(self.finger.recruitment(flexor));
+            self.extensor.pulse(self.finger.recruitment(extensor));
+        }
+        self.flexor.step();
+        self.extensor.step();
+        let f = &self.finger;
+        let factor = if two_point { f.two_point_factor } else { 1.0 };
+        // Each muscle loses 25 % as it shortens over the range of motion.
+        let bent = 0.25 * self.angle.to_degrees() / 100.0;
+        let active = f.flexor_nm * factor * (1.0 - bent) * self.flexor.force
+            - f.extensor_nm * (0.75 + bent) * self.extensor.force;
+        self.torque.push_back(active);
+        let active = self.torque.pop_front().unwrap_or(0.0);
+        let spring = f.stiffness * (self.angle - f.rest_deg.to_radians());
+        // Implicit in the damping, which is stiff: I/B = 2 ms.
+        self.velocity = (self.velocity + STEP_S / f.inertia * (active - spring))
+            / (1.0 + STEP_S * f.damping / f.inertia);
+        self.angle += STEP_S * self.velocity;
+        let stop = 100_f64.to_radians();
+        if self.angle < 0.0 || self.angle > stop {
+            self.angle = self.angle.clamp(0.0, stop);
+            self.velocity = 0.0;
+        }
+        self.seen += STEP_S / f.sensor_lag_s * (self.angle_deg() - self.seen);
+    }
+}
+
+/// SplitMix64.
+pub struct Random(pub u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^ (z >> 31)
+    }
+
+    /// Evenly in 0…1.
+    pub fn even(&mut self) -> f64 {
+        (self.next() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    fn normal(&mut self) -> f64 {
+        (-2.0 * (1.0 - self.even()).ln()).sqrt() * (TAU * self.even()).cos()
+    }
+}

@@ -1,0 +1,151 @@
+//! One 30 s trial of Hamana 2022 experiment 4 with the device's own joint code.
+
+use crate::plant::{Body, Finger, Random, STEP_S};
+use firmware::control::{
+    HoldPolicy, Joint, JointSpec, JointState, LawSpec, PointSpec, SensorSource,
+};
+use firmware::units::{Amplitude, Angle, Micros};
+use std::f64::consts::TAU;
+
+/// How participant P's flexor is stimulated (table 7).
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Points {
+    A,
+    B,
+    Both,
+}
+
+fn point(channel: u8, threshold: u32, max: u32) -> PointSpec {
+    PointSpec {
+        channel,
+        threshold: Amplitude(threshold),
+        max: Amplitude(max),
+    }
+}
+
+/// Participant P's joint.
+pub fn spec(law: LawSpec, law_period_ms: u8, cutoff_mhz: u32, points: Points) -> JointSpec {
+    let pair = [
+        PointSpec::of_pair(0, Amplitude(28_000), 700),
+        PointSpec::of_pair(1, Amplitude(36_000), 700),
+    ];
+    let flexors = match points {
+        Points::A => [point(0, 24_000, 28_000)].into_iter().collect(),
+        Points::B => [point(1, 28_000, 36_000)].into_iter().collect(),
+        Points::Both => pair.into_iter().collect(),
+    };
+    JointSpec {
+        law,
+        law_period_ms,
+        cutoff_mhz,
+        flexors,
+        extensor: point(2, 14_000, 26_000),
+        hold: HoldPolicy::Extrapolate { max_ms: 100 },
+        angle_min_mdeg: 0,
+        angle_max_mdeg: 100_000,
+        sensor: SensorSource::Host,
+        stale_after_ms: 100,
+    }
+}
+
+fn angle(deg: f64) -> Angle {
+    Angle::from_centideg((deg * 100.0).round() as i16)
+}
+
+fn wanted(t: f64) -> f64 {
+    45.0 + 40.0 * (TAU * 0.2 * t).sin()
+}
+
+/// What a trial gave.
+#[derive(Clone, Copy, Debug)]
+pub struct Outcome {
+    /// RMSE of 10…30 s against the target, degrees.
+    pub rmse: f64,
+    /// The same against the part of the target that the finger can reach.
+    pub rmse_reachable: f64,
+    /// Share of ticks that were limiting.
+    pub limiting: f64,
+}
+
+/// What is done to a trial.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Wire {
+    Sound,
+    /// 54 of 100 setpoints are lost.
+    LosesSetpoints,
+    /// The law's answer is mirrored, as (4) prints it.
+    PrintedSign,
+}
+
+/// Runs a trial.
+pub fn run(spec: &JointSpec, finger: Finger, seed: u64, wire: Wire) -> Outcome {
+    let joint = Joint::new(spec).expect("a valid spec");
+    let mut state = JointState::default();
+    let mut body = Body::new(finger, seed);
+    let two_point = spec.flexors.len() == 2;
+    let reach = finger.reach_deg(two_point);
+    let start = Micros(u32::MAX - 15_000_000);
+    let per_tick = (0.001 / STEP_S).round() as usize;
+    let (mut flex, mut extend) = (0.0, 0.0);
+    let (mut sum, mut sum_reachable, mut limiting, mut samples) = (0.0, 0.0, 0u32, 0u32);
+    let mut glove: Option<(Micros, f64)> = None;
+    let mut frames = 0;
+    let mut luck = Random(seed ^ 0x5E7);
+    for ms in 0..30_000_u32 {
+        let t = f64::from(ms) / 1000.0;
+        let now = start.plus(ms * 1000);
+        // The host's frame at 90 Hz: a sample taken now, on the wire 2 ms long.
+        if t * 90.0 >= f64::from(frames) {
+            frames += 1;
+            glove = Some((now, body.glove_deg()));
+            if frames == 1 || wire != Wire::LosesSetpoints || luck.even() >= 0.54 {
+                joint
+                    .setpoint(&mut state, now, now, angle(wanted(t)), None)
+                    .expect("a setpoint");
+            }
+        }
+        if let Some((at, deg)) = glove.filter(|(at, _)| ms == 0 || now.since(*at) >= 2000) {
+            glove = None;
+            // Mirroring the joint about the target turns the law's sign.
+            let deg = if wire == Wire::PrintedSign {
+                2.0 * wanted(t) - deg
+            } else {
+                deg
+            };
+            joint
+                .measurement(&mut state, now, at, angle(deg))
+                .expect("a measurement");
+        }
+        let orders = joint.tick(&mut state, now, None).expect("a sound sensor");
+        flex = amplitude(spec, &orders.amplitudes[..spec.flexors.len()]).unwrap_or(flex);
+        extend = amplitude(spec, &orders.amplitudes[spec.flexors.len()..]).unwrap_or(extend);
+        for _ in 0..per_tick {
+            body.step(flex, extend, two_point);
+        }
+        if ms >= 10_000 {
+            let t = t + 0.001;
+            samples += 1;
+            sum += (wanted(t) - body.angle_deg()).powi(2);
+            sum_reachable += (wanted(t).min(reach) - body.angle_deg()).powi(2);
+            limiting += u32::from(orders.limiting);
+        }
+    }
+    let n = f64::from(samples);
+    Outcome {
+        rmse: (sum / n).sqrt(),
+        rmse_reachable: (sum_reachable / n).sqrt(),
+        limiting: f64::from(limiting) / n,
+    }
+}
+
+/// Mean amplitude of some points: 0 at threshold, 1 at maximum.
+fn amplitude(spec: &JointSpec, orders: &[(u8, Amplitude)]) -> Option<f64> {
+    let all = || spec.flexors.iter().chain([&spec.extensor]);
+    let each = orders.iter().map(|(channel, a)| {
+        let p = all()
+            .find(|p| p.channel == *channel)
+            .expect("a known channel");
+        (f64::from(a.0) - f64::from(p.threshold.0)) / f64::from(p.max.0 - p.threshold.0)
+    });
+    (!orders.is_empty()).then(|| each.sum::<f64>() / orders.len() as f64)
+}

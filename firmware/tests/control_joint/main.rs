@@ -1,0 +1,281 @@
+//! A joint from the outside: amplitudes at participant P's voltages, sensors and
+//! times here; setpoints, refusals and properties over every input in the modules.
+
+mod property;
+mod refusal;
+mod track;
+
+use firmware::control::{
+    Effort, HoldPolicy, Joint, JointSpec, JointState, LawSpec, MeasurementError, Orders, PointSpec,
+    SensorFault, SensorSource,
+};
+use firmware::units::{Amplitude, Angle, Micros};
+use fixed::types::I16F16;
+
+fn point(channel: u8, threshold: u32, max: u32) -> PointSpec {
+    PointSpec {
+        channel,
+        threshold: Amplitude(threshold),
+        max: Amplitude(max),
+    }
+}
+
+/// Participant P (Hamana 2022 table 7), two-point.
+fn two_point(law: LawSpec) -> JointSpec {
+    let pair = [
+        PointSpec::of_pair(0, Amplitude(28_000), 700),
+        PointSpec::of_pair(1, Amplitude(36_000), 700),
+    ];
+    JointSpec {
+        law,
+        law_period_ms: 11,
+        cutoff_mhz: 3000,
+        flexors: pair.into_iter().collect(),
+        extensor: point(2, 14_000, 26_000),
+        hold: HoldPolicy::Extrapolate { max_ms: 100 },
+        angle_min_mdeg: 0,
+        angle_max_mdeg: 100_000,
+        sensor: SensorSource::Host,
+        stale_after_ms: 100,
+    }
+}
+
+fn one_point(law: LawSpec) -> JointSpec {
+    let flexors = [point(0, 24_000, 28_000)].into_iter().collect();
+    JointSpec {
+        flexors,
+        ..two_point(law)
+    }
+}
+
+fn degrees(deg: f64) -> Angle {
+    Angle(I16F16::from_num(deg))
+}
+
+/// The orders of the first tick at this error, so without derivative.
+fn at_error(spec: &JointSpec, error: f64) -> Orders {
+    let joint = Joint::new(spec).unwrap();
+    let mut state = JointState::default();
+    let now = Micros(u32::MAX);
+    joint
+        .measurement(&mut state, now, now, degrees(50.0))
+        .unwrap();
+    joint
+        .setpoint(&mut state, now, now, degrees(50.0 + error), None)
+        .unwrap();
+    joint.tick(&mut state, now, None).unwrap()
+}
+
+fn millivolts(orders: &Orders) -> Vec<u32> {
+    orders.amplitudes.iter().map(|(_, a)| a.0).collect()
+}
+
+/// u = 10·√(10·|e|) + 0.011 V against hand-computed volts: (7)–(12).
+#[test]
+fn the_papers_mapping_at_participant_ps_voltages() {
+    // Error °, one-point [A, E], two-point [A, B, E], limiting for each.
+    let table = [
+        (
+            0.0,
+            [24_000, 14_000],
+            [19_600, 25_200, 14_000],
+            [false, false],
+        ),
+        (
+            0.009,
+            [27_011, 14_000],
+            [22_611, 28_211, 14_000],
+            [false, false],
+        ),
+        (
+            0.064,
+            [28_000, 14_000],
+            [27_611, 33_211, 14_000],
+            [true, false],
+        ),
+        (
+            0.1,
+            [28_000, 14_000],
+            [28_000, 35_211, 14_000],
+            [true, true],
+        ),
+        (
+            10.0,
+            [28_000, 14_000],
+            [28_000, 36_000, 14_000],
+            [true, true],
+        ),
+        (
+            -0.064,
+            [24_000, 22_011],
+            [19_600, 25_200, 22_011],
+            [false, false],
+        ),
+    ];
+    for (error, one, two, limiting) in table {
+        for (spec, expected, limits) in [
+            (one_point(LawSpec::PAPER), one.to_vec(), limiting[0]),
+            (two_point(LawSpec::PAPER), two.to_vec(), limiting[1]),
+        ] {
+            let orders = at_error(&spec, error);
+            let got = millivolts(&orders);
+            for (g, e) in got.iter().zip(&expected) {
+                // One bit of the angle is 1.5e-5°, which the root makes 3 mV.
+                assert!(
+                    g.abs_diff(*e) <= 3,
+                    "at {error}°: {got:?}, not {expected:?}"
+                );
+            }
+            assert_eq!(orders.limiting, limits, "at {error}°");
+        }
+    }
+}
+
+#[test]
+fn a_fraction_spans_threshold_to_maximum_of_each_point() {
+    // A pure proportional law: the fraction is the error in radians.
+    let law = LawSpec::Pid {
+        kp_milli: 1000,
+        ki_milli: 0,
+        kd_milli: 0,
+    };
+    let half = at_error(&two_point(law), 0.5_f64.to_degrees());
+    for (got, exact) in millivolts(&half).iter().zip([23_800, 30_600, 14_000]) {
+        assert!(got.abs_diff(exact) <= 1 && *got <= exact, "{half:?}");
+    }
+    assert!(!half.limiting);
+    let back = at_error(&two_point(law), (-0.5_f64).to_degrees());
+    for (got, exact) in millivolts(&back).iter().zip([19_600, 25_200, 20_000]) {
+        assert!(got.abs_diff(exact) <= 1 && *got <= exact, "{back:?}");
+    }
+    let steep = LawSpec::Pid {
+        kp_milli: 10_000,
+        ki_milli: 0,
+        kd_milli: 0,
+    };
+    let full = at_error(&two_point(steep), 40.0);
+    assert_eq!(millivolts(&full), [28_000, 36_000, 14_000]);
+    assert!(full.limiting);
+}
+
+#[test]
+fn nothing_flows_before_the_first_setpoint_is_due() {
+    let joint = Joint::new(&two_point(LawSpec::PAPER)).unwrap();
+    let mut state = JointState::default();
+    let now = Micros(u32::MAX - 3000);
+    joint
+        .measurement(&mut state, now, now, degrees(30.0))
+        .unwrap();
+    joint
+        .setpoint(&mut state, now, now.plus(5000), degrees(80.0), None)
+        .unwrap();
+    for ms in 0..10 {
+        let orders = joint.tick(&mut state, now.plus(ms * 1000), None).unwrap();
+        if ms < 5 {
+            assert_eq!(millivolts(&orders), [0, 0, 0]);
+            assert_eq!((orders.target, orders.limiting), (orders.measured, false));
+        } else {
+            assert_eq!(millivolts(&orders), [28_000, 36_000, 14_000]);
+            assert_eq!(orders.target, degrees(80.0));
+        }
+    }
+}
+
+#[test]
+fn the_law_runs_once_a_period_across_the_wrap() {
+    let joint = Joint::new(&two_point(LawSpec::RECOMMENDED)).unwrap();
+    let mut state = JointState::default();
+    let start = Micros(u32::MAX - 50_000);
+    joint
+        .setpoint(&mut state, start, start, degrees(60.0), None)
+        .unwrap();
+    let mut changes = Vec::new();
+    let mut before: Option<Effort> = None;
+    for ms in 0..100 {
+        let now = start.plus(ms * 1000);
+        joint
+            .measurement(&mut state, now, now, degrees(f64::from(ms) * 0.1))
+            .unwrap();
+        let effort = joint.tick(&mut state, now, None).unwrap().effort;
+        if before.replace(effort) != Some(effort) {
+            changes.push(ms);
+        }
+    }
+    assert_eq!(changes, (0..100).step_by(11).collect::<Vec<_>>());
+}
+
+#[test]
+fn a_bad_sensor_gives_a_named_fault_and_no_orders() {
+    let joint = Joint::new(&two_point(LawSpec::RECOMMENDED)).unwrap();
+    let mut state = JointState::default();
+    let t0 = Micros(u32::MAX - 50_000);
+    assert_eq!(joint.tick(&mut state, t0, None), Err(SensorFault::Absent));
+    joint
+        .measurement(&mut state, t0, t0, degrees(10.0))
+        .unwrap();
+    let stale = Err(SensorFault::Stale { limit_ms: 100 });
+    assert!(joint.tick(&mut state, t0.plus(100_000), None).is_ok());
+    assert_eq!(joint.tick(&mut state, t0.plus(100_001), None), stale);
+    // A whole turn of the clock later it is still stale.
+    assert_eq!(joint.tick(&mut state, t0.plus(1), None), stale);
+    let t1 = t0.plus(200_000);
+    joint
+        .measurement(&mut state, t1, t1, degrees(120.5))
+        .unwrap();
+    let wild = Err(SensorFault::OutOfRange { centideg: 12_050 });
+    assert_eq!(joint.tick(&mut state, t1, None), wild);
+    joint
+        .measurement(&mut state, t1, t1.plus(1), degrees(-20.0))
+        .unwrap_err();
+    let t2 = t1.plus(1000);
+    joint
+        .measurement(&mut state, t2, t2, degrees(-20.0))
+        .unwrap();
+    assert!(joint.tick(&mut state, t2, None).is_ok());
+}
+
+#[test]
+fn measurements_have_one_order_and_one_source() {
+    let spec = two_point(LawSpec::PAPER);
+    let joint = Joint::new(&spec).unwrap();
+    let mut state = JointState::default();
+    let now = Micros(3);
+    let at = |state: &mut JointState, at: Micros| joint.measurement(state, now, at, degrees(1.0));
+    assert_eq!(at(&mut state, now.minus(10)), Ok(()));
+    assert_eq!(
+        at(&mut state, now.minus(10)),
+        Err(MeasurementError::OutOfOrder)
+    );
+    assert_eq!(
+        at(&mut state, now.minus(11)),
+        Err(MeasurementError::OutOfOrder)
+    );
+    assert_eq!(
+        at(&mut state, now.plus(5001)),
+        Err(MeasurementError::InTheFuture)
+    );
+    assert_eq!(at(&mut state, now.plus(5000)), Ok(()));
+
+    let sensor = SensorSource::Adc {
+        code_at_0: 3000,
+        code_at_100: 1000,
+    };
+    let board = Joint::new(&JointSpec { sensor, ..spec }).unwrap();
+    let mut state = JointState::default();
+    let refused = board.measurement(&mut state, now, now, degrees(1.0));
+    assert_eq!(refused, Err(MeasurementError::NotFromHost));
+    for (code, deg) in [
+        (3000, 0.0),
+        (1000, 100.0),
+        (2000, 50.0),
+        (0, 150.0),
+        (4095, -54.75),
+    ] {
+        assert_eq!(board.angle_from_code(code), Some(degrees(deg)));
+    }
+    assert!(joint.angle_from_code(0).is_none());
+    let orders = board
+        .tick(&mut state, now, board.angle_from_code(2000))
+        .unwrap();
+    assert_eq!(orders.measured, degrees(50.0));
+}

@@ -1,0 +1,85 @@
+//! Setpoints: hold, extrapolation, order and wrapping time.
+
+use crate::{degrees, two_point};
+use firmware::control::setpoint::{HORIZON_US, SetpointTrack};
+use firmware::control::{HoldPolicy, Joint, JointState, LawSpec, SetpointError};
+use firmware::units::{AngularRate, Micros};
+use fixed::types::I16F16;
+
+#[test]
+fn a_track_holds_or_goes_on_for_a_while() {
+    let go_on = HoldPolicy::Extrapolate { max_ms: 50 };
+    let t = Micros(u32::MAX - 20_000);
+    let rate = |deg| Some(AngularRate(I16F16::from_num(deg)));
+    // Rate given, wait in ms, policy, angle expected.
+    let table = [
+        (rate(100), 0, go_on, 10.0),
+        (rate(100), 25, go_on, 12.5),
+        (rate(100), 50, go_on, 15.0),
+        (rate(100), 900, go_on, 15.0),
+        (rate(100), 900, HoldPolicy::Hold, 10.0),
+        (rate(-100), 30, go_on, 7.0),
+        (None, 25, go_on, 10.0),
+    ];
+    for (rate, wait, policy, expected) in table {
+        let mut track = SetpointTrack::default();
+        track.accept(t, t, degrees(10.0), rate).unwrap();
+        assert_eq!(track.value_at(t.minus(1), policy), None);
+        assert_eq!(
+            track.value_at(t.plus(wait * 1000), policy),
+            Some(degrees(expected))
+        );
+    }
+    // Two setpoints 10 ms apart: 2° is motion (200 °/s), 20° is a step.
+    for (second, expected) in [(12.0, 16.0), (30.0, 30.0)] {
+        let mut track = SetpointTrack::default();
+        track.accept(t, t, degrees(10.0), None).unwrap();
+        track
+            .accept(t, t.plus(10_000), degrees(second), None)
+            .unwrap();
+        assert_eq!(
+            track.value_at(t.plus(30_000), go_on),
+            Some(degrees(expected))
+        );
+    }
+}
+
+#[test]
+fn a_track_keeps_its_angle_for_hours_and_then_listens() {
+    let mut track = SetpointTrack::default();
+    let mut now = Micros(7);
+    track.accept(now, now, degrees(10.0), None).unwrap();
+    for _ in 0..400 {
+        now = now.plus(30_000_000);
+        assert_eq!(track.value_at(now, HoldPolicy::Hold), Some(degrees(10.0)));
+    }
+    track.accept(now, now, degrees(20.0), None).unwrap();
+    assert_eq!(track.value_at(now, HoldPolicy::Hold), Some(degrees(20.0)));
+}
+
+#[test]
+fn setpoints_out_of_place_are_refused_by_name() {
+    let joint = Joint::new(&two_point(LawSpec::PAPER)).unwrap();
+    let mut state = JointState::default();
+    let now = Micros(100);
+    let mut set = |at: Micros, deg: f64| joint.setpoint(&mut state, now, at, degrees(deg), None);
+    let range = SetpointError::OutOfRange {
+        min_mdeg: 0,
+        max_mdeg: 100_000,
+    };
+    assert_eq!(set(now, -0.1), Err(range));
+    assert_eq!(set(now, 100.1), Err(range));
+    assert_eq!(
+        set(now.plus(HORIZON_US + 1), 1.0),
+        Err(SetpointError::TooFarAhead)
+    );
+    assert_eq!(
+        set(now.minus(HORIZON_US + 1), 1.0),
+        Err(SetpointError::TooOld)
+    );
+    for i in 0..8 {
+        assert_eq!(set(now.plus(i * 1000), 1.0), Ok(()));
+    }
+    assert_eq!(set(now.plus(7000), 1.0), Err(SetpointError::OutOfOrder));
+    assert_eq!(set(now.plus(8000), 1.0), Err(SetpointError::TooManyWaiting));
+}

@@ -1,0 +1,226 @@
+//! A device, a wearer and a wire in one virtual time.
+//!
+//! In: bytes from a host and how far time goes. Out: bytes for the host, the
+//! trace of everything the device put out, the wearer's motion.
+
+use crate::body::{Body, CHANNELS, Drive, Load, Pulse};
+use crate::native::Device;
+use crate::trace::{Levels, State, Trace, Unwrap};
+use crate::wire::faults::{Faults, FaultyLine};
+use firmware::device::lockstep::{Sensors, Sink};
+use firmware::units::{DacCode, Micros};
+use std::collections::VecDeque;
+
+/// The world moves in steps of one control tick, µs.
+const STEP_US: u64 = 1000;
+
+/// How each channel's code becomes volts or milliamperes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Output {
+    /// Full scale at code 65 535.
+    pub full_scale: Drive,
+    /// Whether the rest of its group is grounded while it pulses.
+    pub conducted: bool,
+}
+
+/// Everything a device put out, in time that does not wrap.
+#[derive(Debug, Default)]
+pub struct Recorder {
+    /// Levels and DAC writes.
+    pub trace: Trace,
+    /// Bytes for the host with their times.
+    pub bytes: VecDeque<(u64, Vec<u8>)>,
+    level_time: Unwrap,
+    dac_time: Unwrap,
+    byte_time: Unwrap,
+    levels: Levels,
+    codes: [u16; CHANNELS],
+    cathodic_since: [u64; CHANNELS],
+    pulses: Vec<(u64, usize, u16, u32)>,
+}
+
+impl Recorder {
+    fn new(boot: Micros) -> Self {
+        let mut recorder = Self::default();
+        for time in [
+            &mut recorder.level_time,
+            &mut recorder.dac_time,
+            &mut recorder.byte_time,
+        ] {
+            time.at(boot.0);
+        }
+        recorder
+    }
+}
+
+impl Recorder {
+    /// Drops what was recorded of levels and DACs, for runs without an end.
+    pub fn forget(&mut self) {
+        self.trace.dac.clear();
+        for (channel, code) in (0u8..).zip(self.codes) {
+            self.trace
+                .record_dac(self.trace.levels.last().map_or(0, |l| l.0), channel, code);
+        }
+        // The last levels stay: only changes against them are recorded.
+        let last = self.trace.levels.len().saturating_sub(1);
+        self.trace.levels.drain(..last);
+    }
+}
+
+impl Sink for Recorder {
+    fn levels(&mut self, at: Micros, levels: firmware::pulse::Levels) {
+        let t = self.level_time.at(at.0);
+        let (before, now) = (self.levels, Levels(levels.0));
+        self.levels = now;
+        self.trace.record_levels(t, now);
+        for channel in now.changed(before) {
+            let index = usize::from(channel);
+            // The cathodic phase is the one that excites.
+            if now.state(channel) == State::Cathodic {
+                self.cathodic_since[index] = t;
+            } else if before.state(channel) == State::Cathodic {
+                let start = self.cathodic_since[index];
+                self.pulses
+                    .push((start, index, self.codes[index], (t - start) as u32));
+            }
+        }
+    }
+
+    fn dac(&mut self, at: Micros, channel: u8, code: DacCode) {
+        let t = self.dac_time.at(at.0);
+        self.codes[usize::from(channel)] = code.0;
+        self.trace.record_dac(t, channel, code.0);
+    }
+
+    fn bytes(&mut self, at: Micros, bytes: &[u8]) {
+        let t = self.byte_time.at(at.0);
+        self.bytes.push_back((t, bytes.to_vec()));
+    }
+}
+
+/// The simulated world.
+pub struct World {
+    device: Box<dyn Device>,
+    /// The wearer.
+    pub body: Box<dyn Body>,
+    /// What the device put out.
+    pub recorder: Recorder,
+    /// The board's inputs, apart from joint and loads, which the body gives.
+    pub sensors: Sensors,
+    /// The wire from host to device.
+    pub wire: FaultyLine,
+    /// By channel, where the device cannot be asked for it.
+    pub outputs: [Option<Output>; CHANNELS],
+    /// Angle sensor: conversion per degree and at 0°; `None` if not connected.
+    pub joint_adc: Option<(f64, f64)>,
+    now_us: u64,
+}
+
+impl World {
+    /// A world that begins when `device` boots, at `boot`.
+    pub fn new(
+        device: Box<dyn Device>,
+        body: Box<dyn Body>,
+        boot: Micros,
+        faults: Faults,
+        seed: u64,
+    ) -> Self {
+        Self {
+            device,
+            body,
+            recorder: Recorder::new(boot),
+            sensors: Sensors::default(),
+            wire: FaultyLine::new(faults, seed),
+            outputs: [None; CHANNELS],
+            joint_adc: None,
+            now_us: boot.0.into(),
+        }
+    }
+
+    /// Virtual time, µs; device time is its lower 32 bits.
+    #[must_use]
+    pub const fn now_us(&self) -> u64 {
+        self.now_us
+    }
+
+    /// The host sends one frame now.
+    pub fn send(&mut self, frame: &[u8]) {
+        self.wire.push(self.now_us, frame);
+    }
+
+    /// Lets time go on to `to_us`.
+    ///
+    /// # Errors
+    /// The device cannot be reached any more.
+    pub fn run_until(&mut self, to_us: u64) -> std::io::Result<()> {
+        while self.now_us < to_us {
+            let step = to_us.min((self.now_us / STEP_US + 1) * STEP_US);
+            self.sense();
+            while let Some((at, bytes)) = self.wire.pop_until(step - 1).next() {
+                let at = Micros(at.max(self.now_us) as u32);
+                self.device
+                    .receive(at, &bytes, &self.sensors, &mut self.recorder)?;
+            }
+            self.device
+                .advance(Micros(step as u32), &self.sensors, &mut self.recorder)?;
+            self.sensors.trigger = None;
+            self.now_us = step;
+            self.excite();
+            self.body.advance(step);
+        }
+        Ok(())
+    }
+
+    /// Whether bytes have arrived at the host that it has not taken.
+    #[must_use]
+    pub fn has_received(&self) -> bool {
+        self.recorder
+            .bytes
+            .front()
+            .is_some_and(|(t, _)| *t <= self.now_us)
+    }
+
+    /// Takes the bytes that have arrived at the host.
+    pub fn received(&mut self) -> impl Iterator<Item = Vec<u8>> {
+        std::iter::from_fn(|| {
+            let ready = self.has_received();
+            self.recorder
+                .bytes
+                .pop_front_if(|_| ready)
+                .map(|(_, bytes)| bytes)
+        })
+    }
+
+    fn sense(&mut self) {
+        if let Some((per_degree, zero)) = self.joint_adc {
+            let code = (zero + per_degree * self.body.sensed_deg()).round();
+            self.sensors.joint = Some(code.clamp(0.0, 4095.0) as u16);
+        }
+        for (ohm, load) in self.sensors.load_ohm.iter_mut().zip(self.body.loads()) {
+            *ohm = match load {
+                Load::Ohms(ohm) => *ohm as u32,
+                Load::Open => u32::MAX,
+            };
+        }
+    }
+
+    fn excite(&mut self) {
+        for (t_us, channel, code, width_us) in self.recorder.pulses.drain(..) {
+            let Some(output) = self.device.output(channel).or(self.outputs[channel]) else {
+                continue;
+            };
+            let part = f64::from(code) / 65_535.0;
+            let drive = match output.full_scale {
+                Drive::Volts(v) => Drive::Volts(v * part),
+                Drive::Milliamps(ma) => Drive::Milliamps(ma * part),
+            };
+            self.body.pulse(&Pulse {
+                t_us,
+                channel,
+                drive,
+                width_us,
+                conducted: output.conducted,
+            });
+        }
+    }
+}

@@ -1,0 +1,73 @@
+//! `flexor edges`: every edge of a session's pulses.
+
+use super::Output;
+use crate::run::{DeviceName, SessionFile, edges_between, run};
+use anyhow::{Context, bail};
+use clap::Args;
+use std::path::PathBuf;
+
+/// Write every edge of a session: t_us,channel,state,dac_code.
+#[derive(Args, Debug)]
+pub struct Edges {
+    /// Session file
+    session: PathBuf,
+    /// How long to stimulate, s
+    #[arg(long)]
+    seconds: f64,
+    /// Device: native or qemu (a board's edges need an oscilloscope)
+    #[arg(long, default_value = "native")]
+    device: DeviceName,
+    /// Seed of the simulated wearer
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Where to write the edges; times count from the trains' epoch
+    #[arg(long)]
+    csv: PathBuf,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// The session, the device or the file.
+pub fn main(args: &Edges, output: Output) -> anyhow::Result<()> {
+    let mut session = SessionFile::load(&args.session)?;
+    if !(0.001..=3600.0).contains(&args.seconds) {
+        bail!(
+            "E402 --seconds is {}: allowed is 0.001 to 3600",
+            args.seconds
+        );
+    }
+    let length_us = (args.seconds * 1e6).round() as u64;
+    session.session.duration_us = length_us;
+    let port = args.device.open(&session.session, args.seed)?;
+    let bar = output.bar("stimulating");
+    let (outcome, port) = run(&session, port, None, |part| bar.set(part));
+    bar.finish();
+    if let Some(error) = outcome.error {
+        return Err(error.into());
+    }
+    let mut port = port.context("the device is gone")?;
+    let Some(world) = port.world() else {
+        bail!(
+            "E514 {} cannot be looked into; use --device native or qemu",
+            args.device
+        );
+    };
+    let epoch = outcome.epoch_us.context("the session did not start")?;
+    let edges = edges_between(&world.recorder.trace, epoch, epoch + length_us);
+    let file = std::fs::File::create(&args.csv)
+        .with_context(|| format!("cannot write {}", args.csv.display()))?;
+    crate::record::write_edges(&mut std::io::BufWriter::new(file), &edges)?;
+    output.say(
+        || {
+            format!(
+                "{} edges of {:.3} s in {}",
+                edges.len(),
+                args.seconds,
+                args.csv.display()
+            )
+        },
+        || serde_json::json!({ "edges": edges.len(), "seconds": args.seconds, "csv": args.csv }),
+    );
+    Ok(())
+}

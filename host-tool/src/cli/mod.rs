@@ -1,0 +1,116 @@
+//! The command line: arguments in, one file per command, exit codes out.
+
+mod demo;
+mod edges;
+mod muscle;
+mod run;
+mod selftest;
+mod serve;
+
+use clap::{Parser, Subcommand};
+use indicatif::{ProgressBar, ProgressStyle};
+use std::process::ExitCode;
+
+/// An open ten-channel wearable muscle stimulator: run sessions on a simulated
+/// or a real board.
+#[derive(Parser, Debug)]
+#[command(name = "flexor", version)]
+struct Cli {
+    /// Print results as JSON, for machines
+    #[arg(long, global = true)]
+    json: bool,
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand, Debug)]
+enum Command {
+    Demo(demo::Demo),
+    Run(run::RunArgs),
+    Serve(serve::Serve),
+    Edges(edges::Edges),
+    Muscle(muscle::Muscle),
+    Selftest(selftest::Selftest),
+}
+
+/// How results and progress are told.
+#[derive(Clone, Copy, Debug)]
+pub struct Output {
+    json: bool,
+}
+
+/// Progress of long work: a bar on a terminal, nothing in a pipe.
+pub struct Bar(ProgressBar);
+
+impl Output {
+    /// Prints a result for people or for machines.
+    pub fn say(
+        self,
+        people: impl FnOnce() -> String,
+        machines: impl FnOnce() -> serde_json::Value,
+    ) {
+        if self.json {
+            println!("{}", machines());
+        } else {
+            println!("{}", people());
+        }
+    }
+
+    /// Begins a progress bar.
+    #[must_use]
+    pub fn bar(self, what: &str) -> Bar {
+        let bar = ProgressBar::new(1000).with_message(what.to_owned());
+        if let Ok(style) = ProgressStyle::with_template("{msg} [{bar:40}] {percent:>3} % {elapsed}")
+        {
+            bar.set_style(style);
+        }
+        Bar(bar)
+    }
+}
+
+impl Bar {
+    /// Shows the part done, 0 to 1.
+    pub fn set(&self, part: f64) {
+        self.0.set_position((part * 1000.0) as u64);
+    }
+
+    /// Takes the bar away.
+    pub fn finish(&self) {
+        self.0.finish_and_clear();
+    }
+}
+
+/// Parses the command line and runs it. Exit code 0: done, 1: failed, 2: wrong
+/// use.
+#[must_use]
+pub fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let output = Output { json: cli.json };
+    let result = match &cli.command {
+        Command::Demo(args) => demo::main(args, output),
+        Command::Run(args) => run::main(args, output),
+        Command::Serve(args) => serve::main(args, output),
+        Command::Edges(args) => edges::main(args, output),
+        Command::Muscle(args) => muscle::main(args, output),
+        Command::Selftest(args) => selftest::main(args, output),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            if output.json {
+                println!("{}", serde_json::json!({ "error": format!("{error:#}") }));
+            }
+            complain(&error);
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// A session file's error shows the line; everything else is one sentence.
+fn complain(error: &anyhow::Error) {
+    use crate::session::SessionError;
+    match error.downcast_ref::<SessionError>() {
+        Some(file) => eprintln!("{:?}", miette::Report::new(file.clone())),
+        None => eprintln!("error: {error:#}"),
+    }
+}

@@ -1,0 +1,216 @@
+//! `flexor muscle`: the force model on its own.
+
+use super::Output;
+use anyhow::{Context, bail};
+use clap::{Args, ValueEnum};
+use firmware::muscle::{CalciumForce, CalciumForceSpec, CalciumForceState, Gain};
+use firmware::units::Micros;
+use hal_sim::body::muscle::{Parameters, reference};
+use std::path::PathBuf;
+
+/// Rows are written this often, µs.
+const ROW_US: u64 = 10_000;
+
+/// Predict the force of a pulse train (Lee 2020, equations 2 and 3).
+#[derive(Args, Debug)]
+pub struct Muscle {
+    /// Force scaling factor A, N/s
+    #[arg(long)]
+    a_n_per_s: f64,
+    /// Sensitivity K to calcium
+    #[arg(long)]
+    k: f64,
+    /// Time constant of calcium, ms
+    #[arg(long)]
+    tau_c_ms: f64,
+    /// Time constant of force without calcium, ms
+    #[arg(long)]
+    tau1_ms: f64,
+    /// What full activation adds to it, ms
+    #[arg(long)]
+    tau2_ms: f64,
+    /// Rate of a regular train, Hz
+    #[arg(long, requires = "train_s", required_unless_present = "pulses_us")]
+    frequency_hz: Option<f64>,
+    /// Length of the regular train, s
+    #[arg(long, requires = "frequency_hz")]
+    train_s: Option<f64>,
+    /// File with pulse times in µs, one per line, rising
+    #[arg(long, conflicts_with = "frequency_hz")]
+    pulses_us: Option<PathBuf>,
+    /// Length of the prediction, s
+    #[arg(long)]
+    duration_s: f64,
+    /// The device's fixed point, or the f64 reference
+    #[arg(long, value_enum, default_value_t = Model::Fixed)]
+    model: Model,
+    /// Where to write t_s,c,force_n every 10 ms
+    #[arg(long)]
+    csv: PathBuf,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Model {
+    Fixed,
+    Reference,
+}
+
+struct Row {
+    t_s: f64,
+    c: f64,
+    force_n: f64,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// A parameter outside its range, by name; files that cannot be read or written.
+pub fn main(args: &Muscle, output: Output) -> anyhow::Result<()> {
+    within("--duration-s", args.duration_s, 0.0, 3600.0)?;
+    let pulses = args.pulses()?;
+    let rows = match args.model {
+        Model::Fixed => args.fixed(&pulses)?,
+        Model::Reference => args.reference(&pulses)?,
+    };
+    let mut csv = csv::Writer::from_path(&args.csv)
+        .with_context(|| format!("cannot write {}", args.csv.display()))?;
+    csv.write_record(["t_s", "c", "force_n"])?;
+    for row in &rows {
+        csv.write_record([
+            format!("{:.2}", row.t_s),
+            row.c.to_string(),
+            row.force_n.to_string(),
+        ])?;
+    }
+    csv.flush()?;
+    let peak = rows.iter().max_by(|a, b| a.force_n.total_cmp(&b.force_n));
+    let (peak_n, at_s) = peak.map_or((0.0, 0.0), |row| (row.force_n, row.t_s));
+    output.say(
+        || format!("{} rows in {}; largest force {peak_n:.4} N at {at_s:.2} s", rows.len(), args.csv.display()),
+        || serde_json::json!({ "csv": args.csv, "rows": rows.len(), "peak_n": peak_n, "peak_s": at_s }),
+    );
+    Ok(())
+}
+
+impl Muscle {
+    /// Pulse times in exact µs: given ones, or i / f rounded to the nearest.
+    fn pulses(&self) -> anyhow::Result<Vec<u64>> {
+        if let Some(path) = &self.pulses_us {
+            return read_pulses(path);
+        }
+        let (frequency, train) = (
+            self.frequency_hz.unwrap_or(0.0),
+            self.train_s.unwrap_or(0.0),
+        );
+        within("--frequency-hz", frequency, 0.5, 200.0)?;
+        within("--train-s", train, 0.0, 3600.0)?;
+        let count = (frequency * train - 1e-9).ceil().max(0.0) as u64;
+        Ok((0..count)
+            .map(|i| (i as f64 * 1e6 / frequency).round() as u64)
+            .collect())
+    }
+
+    fn fixed(&self, pulses: &[u64]) -> anyhow::Result<Vec<Row>> {
+        let spec = CalciumForceSpec {
+            a_mn_per_s: scaled("--a-n-per-s", self.a_n_per_s, 1e3)?,
+            k_micro: scaled("--k", self.k, 1e6)?,
+            tau_c_us: scaled("--tau-c-ms", self.tau_c_ms, 1e3)?,
+            tau1_us: scaled("--tau1-ms", self.tau1_ms, 1e3)?,
+            tau2_us: scaled("--tau2-ms", self.tau2_ms, 1e3)?,
+        };
+        let muscle = CalciumForce::new(spec)?;
+        let mut state = CalciumForceState::at_rest(Micros(0));
+        let mut pulses = pulses.iter().copied().peekable();
+        let mut rows = Vec::new();
+        // The device ticks at 1 kHz and is told each pulse's own microsecond.
+        for tick_us in (0..=self.duration_us()).step_by(1000) {
+            while let Some(at) = pulses.next_if(|&at| at <= tick_us) {
+                muscle.pulse(&mut state, Micros(at as u32), Gain::FULL);
+            }
+            muscle.advance(&mut state, Micros(tick_us as u32));
+            if tick_us % ROW_US == 0 {
+                let t_s = tick_us as f64 * 1e-6;
+                let force_n = muscle.force(&state).0.to_num();
+                rows.push(Row {
+                    t_s,
+                    c: state.calcium().to_num(),
+                    force_n,
+                });
+            }
+        }
+        Ok(rows)
+    }
+
+    fn reference(&self, pulses: &[u64]) -> anyhow::Result<Vec<Row>> {
+        let positive = |name, value| within(name, value, f64::MIN_POSITIVE, 1e6);
+        positive("--a-n-per-s", self.a_n_per_s)?;
+        positive("--k", self.k)?;
+        positive("--tau-c-ms", self.tau_c_ms)?;
+        positive("--tau1-ms", self.tau1_ms)?;
+        positive("--tau2-ms", self.tau2_ms)?;
+        let parameters = Parameters {
+            a_n_per_s: self.a_n_per_s,
+            k: self.k,
+            tau_c_s: self.tau_c_ms * 1e-3,
+            tau1_s: self.tau1_ms * 1e-3,
+            tau2_s: self.tau2_ms * 1e-3,
+        };
+        // Exact i / f where a rate is given: the reference knows no microsecond.
+        let times: Vec<f64> = match (self.frequency_hz, &self.pulses_us) {
+            (Some(f), None) => (0..pulses.len()).map(|i| i as f64 / f).collect(),
+            _ => pulses.iter().map(|&us| us as f64 * 1e-6).collect(),
+        };
+        let duration_s = self.duration_us() as f64 * 1e-6;
+        let samples = reference::integrate(&parameters, &times, duration_s, ROW_US as f64 * 1e-6);
+        Ok(samples
+            .iter()
+            .map(|s| Row {
+                t_s: s.t_s,
+                c: s.c,
+                force_n: s.force_n,
+            })
+            .collect())
+    }
+
+    fn duration_us(&self) -> u64 {
+        (self.duration_s * 1e6).round() as u64
+    }
+}
+
+fn read_pulses(path: &PathBuf) -> anyhow::Result<Vec<u64>> {
+    let text =
+        std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+    let mut pulses: Vec<u64> = Vec::new();
+    for (number, line) in (1..).zip(text.lines()) {
+        let at: u64 = match line.trim() {
+            "" => continue,
+            text => text.parse().with_context(|| {
+                format!(
+                    "{}, line {number}: {text:?} is not a time in whole µs",
+                    path.display()
+                )
+            })?,
+        };
+        if at > 3_600_000_000 || pulses.last().is_some_and(|&last| at < last) {
+            bail!(
+                "{}, line {number}: {at} µs; times must rise and stay below 1 h",
+                path.display()
+            );
+        }
+        pulses.push(at);
+    }
+    Ok(pulses)
+}
+
+fn within(name: &str, value: f64, min: f64, max: f64) -> anyhow::Result<()> {
+    if !(min..=max).contains(&value) {
+        bail!("E401 {name} is {value}: allowed is {min} to {max}");
+    }
+    Ok(())
+}
+
+/// An integer number of the link's units, range-checked by the device's rule.
+fn scaled(name: &str, value: f64, factor: f64) -> anyhow::Result<u32> {
+    within(name, value, 0.0, f64::from(u32::MAX) / factor)?;
+    Ok((value * factor).round() as u32)
+}

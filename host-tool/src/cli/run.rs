@@ -1,0 +1,106 @@
+//! `flexor run`: a session on any device, recorded and reported.
+
+use super::Output;
+use crate::analysis::metrics;
+use crate::record::{Recorder, Run, write_run};
+use crate::report::{self, Report};
+use crate::run::{DeviceName, SessionFile, begin_trial, edges_of_one_period, run};
+use crate::session::LawName;
+use anyhow::Context;
+use clap::Args;
+use std::path::PathBuf;
+
+/// Run a session on a device; record it and write a report.
+#[derive(Args, Debug)]
+pub struct RunArgs {
+    /// Session file (TOML)
+    session: PathBuf,
+    /// native, qemu, a serial port, or tcp:HOST:PORT
+    #[arg(long, default_value = "native")]
+    device: DeviceName,
+    /// Folder for the record and the report
+    #[arg(long, default_value = "out/run")]
+    out: PathBuf,
+    /// Seed of a simulated wearer
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Another control law than the file's
+    #[arg(long)]
+    law: Option<LawName>,
+    /// Also write what a simulated device put out, as VCD
+    #[arg(long)]
+    vcd: Option<PathBuf>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// The session, the device or the record; what was recorded is kept.
+pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
+    let mut session = SessionFile::load(&args.session)?;
+    if let Some(law) = args.law {
+        session.session = session.session.with_law(law)?;
+    }
+    for note in &session.session.notes {
+        eprintln!("note: {note}");
+    }
+    let mut record = Run {
+        title: session.session.title.clone(),
+        device: args.device.to_string(),
+        seed: args.seed,
+        trials: Vec::new(),
+        speed_factor: None,
+    };
+    let port = args.device.open(&session.session, args.seed)?;
+    write_run(&args.out, &record)?;
+    let mut recorder = Recorder::create(&args.out, 0, &begin_trial(&session))?;
+    let bar = output.bar(&session.session.title);
+    let (mut outcome, port) = run(&session, port, Some(&mut recorder), |part| bar.set(part));
+    bar.finish();
+    if let (Some(mut port), Some(epoch)) = (port, outcome.epoch_us)
+        && let Some(world) = port.world()
+    {
+        let after = session.session.duration_us / 2;
+        outcome.trial.edges =
+            edges_of_one_period(&session.session, &world.recorder.trace, epoch, after);
+        recorder.edges(&outcome.trial.edges)?;
+        if let Some(path) = &args.vcd {
+            let file = std::fs::File::create(path)
+                .with_context(|| format!("cannot write {}", path.display()))?;
+            hal_sim::trace::write_vcd(std::io::BufWriter::new(file), &world.recorder.trace)?;
+        }
+    }
+    recorder.finish(&outcome.trial.counters, outcome.trial.duration_s)?;
+    let metrics = metrics(&outcome.trial);
+    let refused = outcome.refused;
+    record.trials.push(outcome.trial);
+    let command = format!("flexor run {} --seed {}", args.session.display(), args.seed);
+    let report = Report {
+        run: &record,
+        paper: &[],
+        assumptions: &[],
+        command: &command,
+    };
+    let report = report::write(&args.out, &report)
+        .with_context(|| format!("cannot write to {}", args.out.display()))?;
+    let rmse = metrics.as_ref().map(|m| m.rmse_deg);
+    output.say(
+        || {
+            let tracked = rmse.map(|r| format!("RMSE {r:.2}° "));
+            format!(
+                "{}: {}{refused} refused; report: {}",
+                record.title,
+                tracked.unwrap_or_default(),
+                report.display()
+            )
+        },
+        || {
+            serde_json::json!({
+                "title": record.title, "device": record.device, "seed": args.seed,
+                "rmse_deg": rmse, "refused": refused, "report": report,
+                "error": outcome.error.as_ref().map(ToString::to_string),
+            })
+        },
+    );
+    outcome.error.map_or(Ok(()), |error| Err(error.into()))
+}

@@ -1,0 +1,452 @@
+//! A host's view of one device.
+
+use super::clock::Clock;
+use super::{Error, Port, Refused};
+use firmware::control::JointSpec;
+use firmware::link::{
+    Decoder, Event, HelloInfo, Request, Response, SCHEMA, Status, Telemetry, ToDevice, encode,
+};
+use firmware::muscle::{CalciumForceSpec, RecruitmentSpec};
+use firmware::pulse::GroupSpec;
+use firmware::safety::{ChannelSpec, WearerSpec};
+use firmware::units::{Amplitude, Micros};
+use std::collections::VecDeque;
+
+/// How long an ordinary answer may take, µs.
+const ANSWER_US: u64 = 500_000;
+
+/// Posted requests whose answers are still awaited, at most.
+const MAX_AWAITED: usize = 256;
+
+/// What arrived without being waited for.
+#[derive(Clone, Debug)]
+pub enum Incoming {
+    /// A telemetry sample.
+    Telemetry(Telemetry),
+    /// An event with its device time.
+    Event(Micros, Event),
+    /// A posted request was carried out, at this device time.
+    Acknowledged(u16, Micros),
+    /// A posted request, or a frame (`None`), was refused.
+    Refused(Option<u16>, Refused),
+}
+
+enum Answer {
+    Ack(Micros),
+    Hello(Box<HelloInfo>),
+    Status(Box<Status>),
+    Refused(Refused),
+}
+
+/// A session with a device.
+pub struct Client<P> {
+    port: P,
+    decoder: Decoder,
+    session: u16,
+    seq: u16,
+    clock: Clock,
+    awaited: VecDeque<(u16, u64)>,
+    incoming: VecDeque<Incoming>,
+}
+
+impl<P: Port> Client<P> {
+    /// Opens a session through `port`.
+    ///
+    /// # Errors
+    /// The device refuses (another schema, another host) or does not answer.
+    pub fn open(port: P) -> Result<(Self, HelloInfo), Error> {
+        let mut client = Self {
+            port,
+            decoder: Decoder::default(),
+            session: 0,
+            seq: 0,
+            clock: Clock::default(),
+            awaited: VecDeque::new(),
+            incoming: VecDeque::new(),
+        };
+        let info = client.hello()?;
+        Ok((client, info))
+    }
+
+    /// Opens the session again, for instance after a reset.
+    ///
+    /// # Errors
+    /// As [`Client::open`].
+    pub fn hello(&mut self) -> Result<HelloInfo, Error> {
+        match self.call("Hello", Request::Hello { schema: SCHEMA }, ANSWER_US)? {
+            Answer::Hello(info) => {
+                self.session = info.session;
+                Ok(*info)
+            }
+            _ => Err(no_answer("Hello", ANSWER_US)),
+        }
+    }
+
+    /// The port.
+    pub fn port(&mut self) -> &mut P {
+        &mut self.port
+    }
+
+    /// Gives the port back; the device notices silence.
+    pub fn into_port(self) -> P {
+        self.port
+    }
+
+    /// Device time at host time `host_us`, as far as answers tell.
+    pub fn device_time(&self, host_us: u64) -> Option<Micros> {
+        self.clock.device_at(host_us)
+    }
+
+    /// Tells the device that the host is alive.
+    ///
+    /// # Errors
+    /// [`Error`].
+    pub fn keep_alive(&mut self) -> Result<Micros, Error> {
+        self.ack("KeepAlive", Request::KeepAlive)
+    }
+
+    /// Asks for state, faults and counters.
+    ///
+    /// # Errors
+    /// [`Error`].
+    pub fn status(&mut self) -> Result<Status, Error> {
+        match self.call("Status", Request::Status, ANSWER_US)? {
+            Answer::Status(status) => Ok(*status),
+            _ => Err(no_answer("Status", ANSWER_US)),
+        }
+    }
+
+    /// Empties the draft setup.
+    ///
+    /// # Errors
+    /// [`Error`].
+    pub fn clear(&mut self) -> Result<Micros, Error> {
+        self.ack("Clear", Request::Clear)
+    }
+
+    /// Sets the wearer's limits in the draft.
+    ///
+    /// # Errors
+    /// [`Error`].
+    pub fn wearer(&mut self, spec: WearerSpec) -> Result<Micros, Error> {
+        self.ack("Wearer", Request::Wearer(spec))
+    }
+
+    /// Configures a channel (from 0) in the draft.
+    ///
+    /// # Errors
+    /// [`Error`].
+    pub fn channel(&mut self, channel: u8, spec: ChannelSpec) -> Result<Micros, Error> {
+        self.ack("Channel", Request::Channel { channel, spec })
+    }
+
+    /// Groups channels in the draft. More than five do not fit a request.
+    ///
+    /// # Errors
+    /// [`Error`].
+    pub fn groups(&mut self, groups: &[GroupSpec]) -> Result<Micros, Error> {
+        let groups = groups.iter().copied().collect();
+        self.ack("Groups", Request::Groups(groups))
+    }
+
+    /// Chooses the channel that drives sync out.
+    ///
+    /// # Errors
+    /// [`Error`].
+    pub fn sync(&mut self, channel: Option<u8>) -> Result<Micros, Error> {
+        self.ack("Sync", Request::Sync { channel })
+    }
+
+    /// Gives a channel a muscle whose force is predicted.
+    ///
+    /// # Errors
+    /// [`Error`].
+    pub fn muscle(
+        &mut self,
+        channel: u8,
+        force: CalciumForceSpec,
+        recruitment: RecruitmentSpec,
+    ) -> Result<Micros, Error> {
+        self.ack(
+            "Muscle",
+            Request::Muscle {
+                channel,
+                force,
+                recruitment,
+            },
+        )
+    }
+
+    /// Configures the controlled joint in the draft.
+    ///
+    /// # Errors
+    /// [`Error`].
+    pub fn joint(&mut self, spec: JointSpec) -> Result<Micros, Error> {
+        self.ack("Joint", Request::Joint(spec))
+    }
+
+    /// Checks the draft and the electrodes, and arms.
+    ///
+    /// # Errors
+    /// [`Error`].
+    pub fn arm(&mut self) -> Result<Micros, Error> {
+        self.ack("Arm", Request::Arm)
+    }
+
+    /// Starts the armed trains.
+    ///
+    /// # Errors
+    /// [`Error`].
+    pub fn start(&mut self) -> Result<Micros, Error> {
+        self.ack("Start", Request::Start)
+    }
+
+    /// Ends stimulation or disarms.
+    ///
+    /// # Errors
+    /// [`Error`].
+    pub fn stop(&mut self) -> Result<Micros, Error> {
+        self.ack("Stop", Request::Stop)
+    }
+
+    /// Acknowledges a fault.
+    ///
+    /// # Errors
+    /// [`Error`].
+    pub fn acknowledge(&mut self) -> Result<Micros, Error> {
+        self.ack("Acknowledge", Request::Acknowledge)
+    }
+
+    /// Sets amplitudes by (channel from 0, amplitude), all or none of them.
+    ///
+    /// # Errors
+    /// [`Error`].
+    pub fn amplitudes(&mut self, list: &[(u8, Amplitude)]) -> Result<Micros, Error> {
+        self.ack("Amplitudes", amplitudes_request(list))
+    }
+
+    /// Sets the wanted angle, 0.01° and 0.01 °/s.
+    ///
+    /// # Errors
+    /// [`Error`].
+    pub fn angle(
+        &mut self,
+        at: Option<Micros>,
+        centideg: i16,
+        rate: Option<i32>,
+    ) -> Result<Micros, Error> {
+        self.ack(
+            "Angle",
+            Request::Angle {
+                at,
+                centideg,
+                centideg_per_s: rate,
+            },
+        )
+    }
+
+    /// Sends an angle that the host measured, 0.01°.
+    ///
+    /// # Errors
+    /// [`Error`].
+    pub fn measurement(&mut self, centideg: i16, at: Micros) -> Result<Micros, Error> {
+        self.ack(
+            "Measurement",
+            Request::Measurement {
+                joint: 0,
+                centideg,
+                at,
+            },
+        )
+    }
+
+    /// Subscribes to telemetry every `period_ms`; 0 ends it.
+    ///
+    /// # Errors
+    /// [`Error`].
+    pub fn subscribe(&mut self, period_ms: u16) -> Result<Micros, Error> {
+        self.ack("Subscribe", Request::Subscribe { period_ms })
+    }
+
+    /// Sends any request and waits for its acknowledgement.
+    ///
+    /// # Errors
+    /// [`Error`].
+    pub fn request(&mut self, request: Request) -> Result<Micros, Error> {
+        self.ack("request", request)
+    }
+
+    /// Sends a request without waiting; its answer comes as [`Incoming`].
+    ///
+    /// # Errors
+    /// [`Error::Lost`], [`Error::TooLarge`].
+    pub fn post(&mut self, request: Request) -> Result<u16, Error> {
+        let seq = self.send("request", request)?;
+        self.awaited.push_back((seq, self.port.now_us()));
+        if self.awaited.len() > MAX_AWAITED {
+            self.awaited.pop_front();
+        }
+        Ok(seq)
+    }
+
+    /// The next message that nobody waits for, by `until_us` at the latest.
+    ///
+    /// # Errors
+    /// [`Error::Lost`].
+    pub fn next(&mut self, until_us: u64) -> Result<Option<Incoming>, Error> {
+        loop {
+            if let Some(incoming) = self.incoming.pop_front() {
+                return Ok(Some(incoming));
+            }
+            self.receive(until_us, None)?;
+            if self.incoming.is_empty() && self.port.now_us() >= until_us {
+                return Ok(None);
+            }
+        }
+    }
+
+    fn ack(&mut self, name: &'static str, request: Request) -> Result<Micros, Error> {
+        match self.call(name, request, ANSWER_US)? {
+            Answer::Ack(at) => Ok(at),
+            _ => Err(no_answer(name, ANSWER_US)),
+        }
+    }
+
+    fn call(
+        &mut self,
+        name: &'static str,
+        request: Request,
+        wait_us: u64,
+    ) -> Result<Answer, Error> {
+        let sent_us = self.port.now_us();
+        let seq = self.send(name, request)?;
+        let until = sent_us + wait_us;
+        while self.port.now_us() < until {
+            match self.receive(until, Some((seq, sent_us)))? {
+                Some(Answer::Refused(refused)) => return Err(Error::Refused(refused)),
+                Some(answer) => return Ok(answer),
+                None => {}
+            }
+        }
+        Err(no_answer(name, wait_us))
+    }
+
+    fn send(&mut self, name: &'static str, request: Request) -> Result<u16, Error> {
+        let seq = self.seq;
+        self.seq = self.seq.wrapping_add(1);
+        let message = ToDevice {
+            session: self.session,
+            seq,
+            request,
+        };
+        let frame = encode(&message).ok_or(Error::TooLarge(name))?;
+        self.port.send(&frame)?;
+        Ok(seq)
+    }
+
+    /// Takes what arrives by `until_us`; returns the answer to `wanted`.
+    fn receive(
+        &mut self,
+        until_us: u64,
+        wanted: Option<(u16, u64)>,
+    ) -> Result<Option<Answer>, Error> {
+        let bytes = self.port.receive(until_us)?;
+        let now_us = self.port.now_us();
+        let mut answer = None;
+        for byte in bytes {
+            let Some(Ok(message)) = self.decoder.push(byte) else {
+                continue;
+            };
+            if let Ok(response) = postcard::from_bytes::<Response<'_>>(message) {
+                let sorted = sort(response);
+                if let Some(found) = take(
+                    sorted,
+                    wanted,
+                    now_us,
+                    &mut self.clock,
+                    &mut self.awaited,
+                    &mut self.incoming,
+                ) {
+                    answer = Some(found);
+                }
+            }
+            self.decoder.clear();
+        }
+        Ok(answer)
+    }
+}
+
+enum Sorted {
+    Answer(Option<u16>, Answer),
+    Other(Incoming),
+}
+
+fn sort(response: Response<'_>) -> Sorted {
+    match response {
+        Response::Ack { seq, at } => Sorted::Answer(Some(seq), Answer::Ack(at)),
+        Response::Hello(info) => Sorted::Answer(Some(info.seq), Answer::Hello(Box::new(info))),
+        Response::Status { seq, status } => {
+            Sorted::Answer(Some(seq), Answer::Status(Box::new(status)))
+        }
+        Response::Refused { seq, refusal } => Sorted::Answer(seq, Answer::Refused(refusal.into())),
+        Response::Event { at, event } => Sorted::Other(Incoming::Event(at, event)),
+        Response::Telemetry(sample) => Sorted::Other(Incoming::Telemetry(sample)),
+    }
+}
+
+/// Files one message: the answer waited for, or something incoming.
+fn take(
+    sorted: Sorted,
+    wanted: Option<(u16, u64)>,
+    now_us: u64,
+    clock: &mut Clock,
+    awaited: &mut VecDeque<(u16, u64)>,
+    incoming: &mut VecDeque<Incoming>,
+) -> Option<Answer> {
+    let (seq, answer) = match sorted {
+        Sorted::Answer(seq, answer) => (seq, answer),
+        Sorted::Other(other) => {
+            incoming.push_back(other);
+            return None;
+        }
+    };
+    let posted = awaited.iter().position(|(s, _)| Some(*s) == seq);
+    let sent_us = match (posted, wanted) {
+        (Some(index), _) => awaited.remove(index).map(|(_, sent)| sent),
+        (None, Some((s, sent))) if Some(s) == seq => Some(sent),
+        _ => None,
+    };
+    if let (Answer::Ack(at), Some(sent_us)) = (&answer, sent_us) {
+        clock.observe(sent_us, now_us, *at);
+    }
+    if posted.is_none() && wanted.is_some_and(|(s, _)| Some(s) == seq) {
+        return Some(answer);
+    }
+    match answer {
+        Answer::Ack(at) => incoming.extend(seq.map(|seq| Incoming::Acknowledged(seq, at))),
+        Answer::Refused(refused) => incoming.push_back(Incoming::Refused(seq, refused)),
+        Answer::Hello(_) | Answer::Status(_) => {}
+    }
+    None
+}
+
+fn no_answer(request: &'static str, waited_us: u64) -> Error {
+    Error::NoAnswer {
+        request,
+        waited_ms: waited_us / 1000,
+    }
+}
+
+/// The request for a list of (channel from 0, amplitude) in any order.
+#[must_use]
+pub fn amplitudes_request(list: &[(u8, Amplitude)]) -> Request {
+    let mut sorted = list.to_vec();
+    sorted.sort_by_key(|(channel, _)| *channel);
+    let mask = sorted.iter().fold(0, |mask, (channel, _)| {
+        mask | 1u16.checked_shl((*channel).into()).unwrap_or(0)
+    });
+    Request::Amplitudes {
+        mask,
+        values: sorted.iter().map(|(_, amplitude)| *amplitude).collect(),
+    }
+}

@@ -1,0 +1,177 @@
+//! What can go wrong on the link, and what to do about it.
+
+use firmware::link::{Code, Refusal};
+use std::fmt;
+use std::io;
+
+/// A failed request.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The device refused, by number and name.
+    #[error("{0}")]
+    Refused(Refused),
+    /// E501: no answer.
+    #[error(
+        "E501 no answer to {request} within {waited_ms} ms; is the device powered and is this its port?"
+    )]
+    NoAnswer {
+        /// The request.
+        request: &'static str,
+        /// How long was waited.
+        waited_ms: u64,
+    },
+    /// E502: the path to the device broke.
+    #[error(
+        "E502 lost the device: {0}; outputs isolate by themselves after the host timeout; reconnect and run again"
+    )]
+    Lost(#[from] io::Error),
+    /// E503: a request that does not fit a frame.
+    #[error("E503 {0} does not fit a frame")]
+    TooLarge(&'static str),
+    /// E504: the port cannot be opened.
+    #[error("E504 cannot open {port}: {reason}; {advice}")]
+    Open {
+        /// Port or address.
+        port: String,
+        /// What the system says.
+        reason: String,
+        /// What to do.
+        advice: &'static str,
+    },
+}
+
+/// A refusal in words: number, name, field, what is allowed, what to do.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Refused {
+    /// The number on the link.
+    pub number: u16,
+    /// The offending field.
+    pub field: String,
+    /// The channel concerned, counted from 1.
+    pub channel: Option<u8>,
+    /// What would be allowed, if that is a range.
+    pub allowed: Option<(i32, i32)>,
+}
+
+impl From<Refusal<'_>> for Refused {
+    fn from(refusal: Refusal<'_>) -> Self {
+        Self {
+            number: refusal.code,
+            field: refusal.field.to_owned(),
+            channel: refusal.channel.map(|c| c.saturating_add(1)),
+            allowed: (refusal.min != 0 || refusal.max != 0).then_some((refusal.min, refusal.max)),
+        }
+    }
+}
+
+impl Refused {
+    /// The code, if this version knows the number.
+    #[must_use]
+    pub fn code(&self) -> Option<Code> {
+        Code::from_number(self.number)
+    }
+}
+
+impl fmt::Display for Refused {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "E{} ", self.number)?;
+        if let Some(channel) = self.channel {
+            write!(f, "channel {channel}, ")?;
+        }
+        write!(f, "{}: {}", self.field, self.code().map_or("refused", what))?;
+        if let Some((min, max)) = self.allowed {
+            if min == max {
+                write!(f, " ({min})")?;
+            } else {
+                write!(f, " (allowed {min} to {max})")?;
+            }
+        }
+        if let Some(code) = self.code() {
+            write!(f, "; {}", advice(code))?;
+        }
+        Ok(())
+    }
+}
+
+/// What a refusal means.
+#[must_use]
+pub fn what(code: Code) -> &'static str {
+    match code {
+        Code::BadCrc => "a frame arrived with a wrong CRC",
+        Code::MalformedFrame => "bytes between delimiters are no frame",
+        Code::FrameTooLong => "a frame is longer than any message",
+        Code::UnknownMessage => "a frame holds no message of this protocol",
+        Code::SchemaMismatch => "host and device speak different versions",
+        Code::NoSession => "no session is open",
+        Code::SessionTaken => "another host holds the session",
+        Code::DeviceBusy => "the device cannot take more requests now",
+        Code::OutOfRange => "outside the allowed range",
+        Code::BurstOverlaps => "pulses of a burst would overlap",
+        Code::BurstTooLong => "the burst does not end two windows before the next",
+        Code::CurrentLimit => "the limit exceeds the current limit in µA",
+        Code::ChargeLimit => "the limit exceeds the charge limit per phase in nC",
+        Code::RmsLimit => "the limit exceeds the rms current limit in µA",
+        Code::AboveWearerLimit => "above the wearer's limit for this channel",
+        Code::NoTrain => "this channel has no train in the setup",
+        Code::TwoGroups => "the channel is in two groups",
+        Code::IsolationOverlaps => {
+            "isolated pulses would overlap, which isolation makes impossible"
+        }
+        Code::NoTimeToGround => {
+            "isolation leaves too little time to ground after a monophasic pulse"
+        }
+        Code::ChannelTwice => "the channel is named twice",
+        Code::Controlled => "the control law drives this channel",
+        Code::AmplitudeCount => "there must be one amplitude per channel in the mask",
+        Code::NothingToArm => "no channel is configured",
+        Code::WrongState => "not possible in the device's present state",
+        Code::NotArmed => "a setpoint before arming",
+        Code::ArmInputOpen => "neither the arm input nor the hand-held stop is closed",
+        Code::ElectrodeOff => "the electrode check saw too little current",
+        Code::ElectrodeShort => "the electrode check saw too much current",
+        Code::Cancelled => "arming was cancelled by a stop",
+        Code::FaultLatched => "a fault is latched",
+        Code::NoJoint => "no joint is configured",
+        Code::SetpointTime => "the setpoint's time is too far off or out of order",
+        Code::MeasurementTime => "the measurement's time is ahead or out of order",
+        Code::SensorNotHost => "this joint is measured by the board",
+    }
+}
+
+/// What to do about a refusal.
+#[must_use]
+pub fn advice(code: Code) -> &'static str {
+    match code {
+        Code::BadCrc | Code::MalformedFrame | Code::FrameTooLong => {
+            "check the cable and send it again"
+        }
+        Code::UnknownMessage | Code::SchemaMismatch => "use the flexor and firmware of one version",
+        Code::NoSession => "send Hello first",
+        Code::SessionTaken => "close the other program, or wait for the host timeout",
+        Code::DeviceBusy => "send setpoints at most once per millisecond",
+        Code::OutOfRange => "choose a value in the range",
+        Code::BurstOverlaps => "lengthen burst_interval_us or shorten the pulse",
+        Code::BurstTooLong => "lower the frequency or shorten the burst",
+        Code::CurrentLimit | Code::ChargeLimit | Code::RmsLimit => {
+            "lower the channel's limit, its width or its rate"
+        }
+        Code::AboveWearerLimit => "ask for less, or agree on a new limit with the wearer",
+        Code::NoTrain => "configure the channel before arming",
+        Code::TwoGroups | Code::ChannelTwice => "name each channel once",
+        Code::IsolationOverlaps => "separate the pulses by their offsets, or use a conducted group",
+        Code::NoTimeToGround => "lower the rate, shorten ground_us or move the offsets",
+        Code::Controlled => "set the joint's angle instead",
+        Code::AmplitudeCount => "send as many values as the mask has bits",
+        Code::NothingToArm => "configure at least one channel",
+        Code::WrongState => "ask for Status and stop, acknowledge or arm first",
+        Code::NotArmed => "arm and start first",
+        Code::ArmInputOpen => "close the arm switch or press the hand-held stop",
+        Code::ElectrodeOff => "check electrode, gel and lead of this channel",
+        Code::ElectrodeShort => "check this channel's electrodes for contact with each other",
+        Code::Cancelled => "arm again",
+        Code::FaultLatched => "find the fault's cause, then acknowledge it",
+        Code::NoJoint => "configure a joint before arming",
+        Code::SetpointTime | Code::MeasurementTime => "refresh the clock offset and send in order",
+        Code::SensorNotHost => "configure the joint's sensor as host",
+    }
+}

@@ -1,0 +1,16 @@
+//! The client side of the link: one typed method per request.
+//!
+//! Lives here: [`Client`], the [`Port`] it talks through (real or virtual
+//! time), refusals with what to do about them, the device-clock estimate.
+//! Not here: what a session asks for (`session`, `run`).
+
+mod client;
+mod clock;
+mod error;
+mod port;
+mod serial;
+
+pub use client::{Client, Incoming};
+pub use error::{Error, Refused};
+pub use port::{Port, SimulatedPort};
+pub use serial::{SerialPort, TcpPort};

@@ -1,0 +1,79 @@
+//! Where frames go: a device in real time or a simulated world.
+
+use hal_sim::world::World;
+use std::io;
+
+/// A byte path to a device, with the time that goes with it.
+pub trait Port {
+    /// Host time in µs, monotonic. Virtual for simulators.
+    fn now_us(&mut self) -> u64;
+    /// Sends one frame.
+    ///
+    /// # Errors
+    /// The device is gone.
+    fn send(&mut self, frame: &[u8]) -> io::Result<()>;
+    /// Bytes as soon as some arrive, none when `until_us` is reached.
+    ///
+    /// # Errors
+    /// The device is gone.
+    fn receive(&mut self, until_us: u64) -> io::Result<Vec<u8>>;
+    /// The simulated world behind this port, if there is one.
+    fn world(&mut self) -> Option<&mut World> {
+        None
+    }
+    /// True joint angle of a simulated wearer, degrees.
+    fn true_deg(&mut self) -> Option<f64> {
+        self.world().map(|world| world.body.angle_deg())
+    }
+    /// What a simulated wearer's data glove reads, degrees.
+    fn glove_deg(&mut self) -> Option<f64> {
+        self.world().map(|world| world.body.sensed_deg())
+    }
+}
+
+impl<P: Port + ?Sized> Port for Box<P> {
+    fn now_us(&mut self) -> u64 {
+        (**self).now_us()
+    }
+
+    fn send(&mut self, frame: &[u8]) -> io::Result<()> {
+        (**self).send(frame)
+    }
+
+    fn receive(&mut self, until_us: u64) -> io::Result<Vec<u8>> {
+        (**self).receive(until_us)
+    }
+
+    fn world(&mut self) -> Option<&mut World> {
+        (**self).world()
+    }
+}
+
+/// A simulated world, driven by whoever waits for it.
+pub struct SimulatedPort {
+    /// The world behind the wire.
+    pub world: World,
+}
+
+impl Port for SimulatedPort {
+    fn world(&mut self) -> Option<&mut World> {
+        Some(&mut self.world)
+    }
+
+    fn now_us(&mut self) -> u64 {
+        self.world.now_us()
+    }
+
+    fn send(&mut self, frame: &[u8]) -> io::Result<()> {
+        self.world.send(frame);
+        Ok(())
+    }
+
+    fn receive(&mut self, until_us: u64) -> io::Result<Vec<u8>> {
+        while !self.world.has_received() && self.world.now_us() < until_us {
+            self.world
+                .run_until(until_us.min(self.world.now_us() + 1000))?;
+        }
+        Ok(self.world.received().flatten().collect())
+    }
+}

@@ -1,0 +1,139 @@
+//! Real-time ports: a serial port and a TCP socket.
+
+use super::{Error, Port};
+use std::io::{self, Read, Write};
+use std::net::TcpStream;
+use std::time::{Duration, Instant};
+
+/// Longest wait of one read, so that `until_us` is kept.
+const POLL: Duration = Duration::from_millis(2);
+
+/// A board on a serial port.
+pub struct SerialPort(Stream<Box<dyn serialport::SerialPort>>);
+
+/// A simulated board behind a TCP socket.
+pub struct TcpPort(Stream<TcpStream>);
+
+struct Stream<S> {
+    stream: S,
+    start: Instant,
+}
+
+impl SerialPort {
+    /// Opens `path`. The speed means nothing over USB.
+    ///
+    /// # Errors
+    /// [`Error::Open`]: absent, busy, or not permitted.
+    pub fn open(path: &str) -> Result<Self, Error> {
+        let opened = serialport::new(path, 115_200).timeout(POLL).open();
+        let stream = opened.map_err(|e| Error::Open {
+            port: path.to_owned(),
+            reason: e.to_string(),
+            advice: match e.kind() {
+                serialport::ErrorKind::NoDevice => {
+                    "plug the board in; `flexor run` without --device uses the native simulator"
+                }
+                serialport::ErrorKind::Io(io::ErrorKind::NotFound) => {
+                    "plug the board in and look for its port; on Linux it is /dev/ttyACM0 or similar"
+                }
+                serialport::ErrorKind::Io(io::ErrorKind::PermissionDenied) => {
+                    "on Linux add yourself to the group `dialout` and log in again"
+                }
+                _ => "close the program that uses it",
+            },
+        })?;
+        Ok(Self(Stream {
+            stream,
+            start: Instant::now(),
+        }))
+    }
+}
+
+impl TcpPort {
+    /// Connects to `address` (HOST:PORT).
+    ///
+    /// # Errors
+    /// [`Error::Open`]: nobody listens there.
+    pub fn connect(address: &str) -> Result<Self, Error> {
+        let connect = || -> io::Result<TcpStream> {
+            let stream = TcpStream::connect(address)?;
+            stream.set_nodelay(true)?;
+            stream.set_read_timeout(Some(POLL))?;
+            Ok(stream)
+        };
+        let stream = connect().map_err(|e| Error::Open {
+            port: format!("tcp:{address}"),
+            reason: e.to_string(),
+            advice: "start a simulated board there with `flexor serve --tcp ADDR`",
+        })?;
+        Ok(Self(Stream {
+            stream,
+            start: Instant::now(),
+        }))
+    }
+}
+
+impl<S: Read + Write> Stream<S> {
+    fn now_us(&self) -> u64 {
+        u64::try_from(self.start.elapsed().as_micros()).unwrap_or(u64::MAX)
+    }
+
+    fn send(&mut self, frame: &[u8]) -> io::Result<()> {
+        self.stream.write_all(frame)
+    }
+
+    fn receive(&mut self, until_us: u64) -> io::Result<Vec<u8>> {
+        let mut buffer = [0; 1024];
+        loop {
+            match self.stream.read(&mut buffer) {
+                Ok(0) => {
+                    return Err(io::Error::new(
+                        io::ErrorKind::UnexpectedEof,
+                        "the device closed the connection",
+                    ));
+                }
+                Ok(count) => return Ok(buffer[..count].to_vec()),
+                Err(e)
+                    if matches!(
+                        e.kind(),
+                        io::ErrorKind::TimedOut | io::ErrorKind::WouldBlock
+                    ) =>
+                {
+                    if self.now_us() >= until_us {
+                        return Ok(Vec::new());
+                    }
+                }
+                Err(e) if e.kind() == io::ErrorKind::Interrupted => {}
+                Err(e) => return Err(e),
+            }
+        }
+    }
+}
+
+impl Port for SerialPort {
+    fn now_us(&mut self) -> u64 {
+        self.0.now_us()
+    }
+
+    fn send(&mut self, frame: &[u8]) -> io::Result<()> {
+        self.0.send(frame)
+    }
+
+    fn receive(&mut self, until_us: u64) -> io::Result<Vec<u8>> {
+        self.0.receive(until_us)
+    }
+}
+
+impl Port for TcpPort {
+    fn now_us(&mut self) -> u64 {
+        self.0.now_us()
+    }
+
+    fn send(&mut self, frame: &[u8]) -> io::Result<()> {
+        self.0.send(frame)
+    }
+
+    fn receive(&mut self, until_us: u64) -> io::Result<Vec<u8>> {
+        self.0.receive(until_us)
+    }
+}

@@ -1,0 +1,77 @@
+//! A run as a folder: `run.json`, and per trial `NN-name/` with `trial.json`,
+//! `samples.csv` and `edges.csv`.
+
+use super::{RecordError, Recorder, Run, Trial, read_edges, read_samples};
+use serde::{Serialize, de::DeserializeOwned};
+use std::path::{Path, PathBuf};
+
+/// The folder of trial `position` (from 0) within the run's folder:
+/// `01-two-point` for the first if that is its name.
+pub fn trial_folder(dir: &Path, position: usize, name: &str) -> PathBuf {
+    let words = name.split(|c: char| !c.is_alphanumeric());
+    let words: Vec<_> = words.filter(|word| !word.is_empty()).collect();
+    let slug = words.join("-").to_lowercase();
+    dir.join(format!("{:02}-{slug}", position + 1))
+}
+
+/// Writes `run.json`: everything of the run but its trials. Call it before the
+/// first [`Recorder`], so that an interrupted run can be loaded.
+pub fn write_run(dir: &Path, run: &Run) -> Result<(), RecordError> {
+    std::fs::create_dir_all(dir).map_err(RecordError::io(dir))?;
+    let header = Run {
+        title: run.title.clone(),
+        device: run.device.clone(),
+        trials: Vec::new(),
+        ..*run
+    };
+    write_json(&dir.join("run.json"), &header)
+}
+
+/// Writes a whole run that is in memory.
+pub fn save(dir: &Path, run: &Run) -> Result<(), RecordError> {
+    write_run(dir, run)?;
+    for (position, trial) in run.trials.iter().enumerate() {
+        let recorder = Recorder::create(dir, position, trial)?;
+        recorder.finish(&trial.counters, trial.duration_s)?;
+    }
+    Ok(())
+}
+
+/// Reads a run back, also one that was interrupted. Trials are the folders
+/// with a `trial.json`, by name.
+pub fn load(dir: &Path) -> Result<Run, RecordError> {
+    let mut run: Run = read_json(&dir.join("run.json"))?;
+    let entries = std::fs::read_dir(dir).map_err(RecordError::io(dir))?;
+    let mut folders: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
+    folders.retain(|folder| folder.join("trial.json").is_file());
+    folders.sort();
+    for folder in folders {
+        let mut trial: Trial = read_json(&folder.join("trial.json"))?;
+        let samples = folder.join("samples.csv");
+        // A trial stopped before its first flush has an empty file.
+        if std::fs::metadata(&samples).is_ok_and(|file| file.len() > 0) {
+            trial.samples = read_samples(&samples)?;
+        }
+        trial.edges = read_edges(&folder.join("edges.csv"))?;
+        run.trials.push(trial);
+    }
+    Ok(run)
+}
+
+/// Replaces a file as a whole, so that a reader or a crash never sees half of it.
+pub(super) fn write_json(path: &Path, value: &impl Serialize) -> Result<(), RecordError> {
+    let partial = path.with_extension("json.partial");
+    let text = serde_json::to_string_pretty(value).map_err(std::io::Error::from);
+    let written = text.and_then(|text| std::fs::write(&partial, text + "\n"));
+    let replaced = written.and_then(|()| std::fs::rename(&partial, path));
+    replaced.map_err(RecordError::io(path))
+}
+
+fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T, RecordError> {
+    let text = std::fs::read_to_string(path).map_err(RecordError::io(path))?;
+    serde_json::from_str(&text).map_err(|error| RecordError::Format {
+        path: path.to_owned(),
+        line: error.line(),
+        what: error.to_string(),
+    })
+}

@@ -1,0 +1,205 @@
+//! The data of a run: what was asked, what the device answered, what its pins did.
+//!
+//! Here: [`Run`] and its parts, CSV in and out, and the [`Recorder`] that keeps
+//! every row on disk while a trial is still running. Not here: numbers computed
+//! from the data (`analysis`), pictures (`report`).
+//! In: telemetry, edges, counters, events. Out: a folder that [`load`] reads back.
+
+mod folder;
+mod recorder;
+mod table;
+
+pub use folder::{load, save, trial_folder, write_run};
+pub use recorder::Recorder;
+pub use table::{read_edges, read_samples, write_edges, write_samples};
+
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+
+/// Several trials of one purpose on one device.
+#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
+pub struct Run {
+    /// What the run is about; the heading of its report.
+    pub title: String,
+    /// What stimulated: "native simulator", a port's name, ….
+    pub device: String,
+    /// Seed of all that was random.
+    pub seed: u64,
+    /// In the order they were run.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub trials: Vec<Trial>,
+    /// Simulated seconds per second of the PC, where that was measured.
+    #[serde(default)]
+    pub speed_factor: Option<f64>,
+}
+
+impl Run {
+    /// Whether a simulator stood in for the wearer: the device says so, or a
+    /// true angle is known, which only a simulated body can tell.
+    pub fn is_simulated(&self) -> bool {
+        let device = self.device.to_lowercase();
+        device.contains("simulat")
+            || device.contains("qemu")
+            || self
+                .trials
+                .iter()
+                .any(|trial| trial.samples.iter().any(|s| s.true_deg.is_some()))
+    }
+}
+
+/// One uninterrupted stimulation.
+#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
+pub struct Trial {
+    /// For people: "two-point".
+    pub name: String,
+    /// The session file that described it.
+    pub session_file: String,
+    /// Length, s.
+    pub duration_s: f64,
+    /// The channels in use; `Sample::amplitudes` has this order.
+    pub channels: Vec<ChannelInfo>,
+    /// Telemetry, oldest first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub samples: Vec<Sample>,
+    /// Switch states of one period, oldest first. A channel is isolated until
+    /// its first edge.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub edges: Vec<Edge>,
+    /// The part that metrics judge, from–to in s; all of it when `None`.
+    pub measure: Option<(f64, f64)>,
+    /// Named counts: frames sent, lost, faults, ….
+    pub counters: Vec<(String, u64)>,
+    /// What happened when, s.
+    pub events: Vec<(f64, String)>,
+}
+
+/// A channel of a trial.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+pub struct ChannelInfo {
+    /// 1-based.
+    pub number: u8,
+    /// For people: "flexor A".
+    pub name: String,
+    /// Of its amplitude: "V" or "mA".
+    pub unit: String,
+    /// The wearer's limit, in that unit.
+    pub limit: f64,
+}
+
+/// One telemetry sample.
+#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
+pub struct Sample {
+    /// Since the trial's start, s.
+    pub t_s: f64,
+    /// Wanted joint angle, degrees.
+    pub target_deg: f64,
+    /// Joint angle the sensor gave, degrees.
+    pub measured_deg: f64,
+    /// Joint angle of a simulated body, degrees; nobody knows a person's.
+    pub true_deg: Option<f64>,
+    /// What the control law asked for, in its own unit.
+    pub effort: f64,
+    /// A computed amplitude was clamped to the wearer's limit.
+    pub limiting: bool,
+    /// Amplitude of each channel, in the channel's unit.
+    pub amplitudes: Vec<f64>,
+    /// Predicted force of each channel that has a muscle, N.
+    pub forces_n: Vec<f64>,
+}
+
+/// A change of one channel's switch state.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+pub struct Edge {
+    /// Device time, µs.
+    pub t_us: u64,
+    /// 1-based.
+    pub channel: u8,
+    /// From this moment on.
+    pub state: State,
+    /// Amplitude code of the channel's DAC, 0–65535.
+    pub dac_code: u16,
+}
+
+/// How a channel's output switches stand.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum State {
+    /// Both electrodes open.
+    Isolated,
+    /// Current out of the active electrode.
+    Anodic,
+    /// Current into the active electrode.
+    Cathodic,
+    /// Both electrodes shorted to the return.
+    Grounded,
+}
+
+/// What a paper printed for a trial of this kind. A trial may have several.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+pub struct PaperRow {
+    /// [`Trial::name`] it is compared with.
+    pub trial: String,
+    /// RMSE of the paper's own trials, degrees, in print order.
+    pub values: Vec<f64>,
+    /// Where it is printed: "table 8, participant P".
+    pub source: String,
+}
+
+impl PaperRow {
+    /// Arithmetic mean of the values, degrees; `None` without values.
+    pub fn mean(&self) -> Option<f64> {
+        (!self.values.is_empty())
+            .then(|| self.values.iter().sum::<f64>() / self.values.len() as f64)
+    }
+}
+
+/// One thing a reader must know to judge a simulated result.
+#[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
+pub struct Assumption {
+    /// Put in by us, or an outcome.
+    pub role: Role,
+    /// One sentence.
+    pub text: String,
+}
+
+/// Which side of a simulation a statement describes.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Role {
+    /// Typed into the simulated body or the experiment.
+    PutIn,
+    /// Computed by the run.
+    CameOut,
+}
+
+/// Why a run could not be written or read.
+#[derive(Debug, thiserror::Error)]
+pub enum RecordError {
+    /// The file system refused.
+    #[error("{path}: {source}")]
+    Io {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A file is not what this program writes.
+    #[error("{path}, line {line}: {what}")]
+    Format {
+        /// The file.
+        path: PathBuf,
+        /// 1-based; the header is line 1.
+        line: usize,
+        /// The column and the reason.
+        what: String,
+    },
+}
+
+impl RecordError {
+    fn io(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
+        move |source| RecordError::Io {
+            path: path.to_owned(),
+            source,
+        }
+    }
+}

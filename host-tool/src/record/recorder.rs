@@ -1,0 +1,109 @@
+//! Keeps a trial on disk while it runs.
+
+use super::folder::write_json;
+use super::{Edge, RecordError, Sample, Trial, table, trial_folder};
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// Rows wait in memory no longer than this, so that a killed program loses at most so much.
+const FLUSH_EVERY: Duration = Duration::from_secs(1);
+
+/// Appends the rows of one trial to its folder and hands them to the operating
+/// system at least once a second of arriving rows. What was recorded survives
+/// an unplugged device, an error and a killed program; not a power cut, since
+/// the disk is not forced. Dropping it keeps all rows.
+pub struct Recorder {
+    folder: PathBuf,
+    trial: Trial,
+    forces: Option<usize>,
+    samples: BufWriter<File>,
+    flushed: Instant,
+}
+
+impl Recorder {
+    /// Begins trial `position` (from 0) of the run in `dir`. Name, channels and
+    /// window of `trial` are written at once, rows that it already holds as well.
+    pub fn create(dir: &Path, position: usize, trial: &Trial) -> Result<Self, RecordError> {
+        let folder = trial_folder(dir, position, &trial.name);
+        std::fs::create_dir_all(&folder).map_err(RecordError::io(&folder))?;
+        let path = folder.join("samples.csv");
+        let file = File::create(&path).map_err(RecordError::io(&path))?;
+        let mut recorder = Recorder {
+            folder,
+            trial: Trial {
+                samples: Vec::new(),
+                edges: Vec::new(),
+                ..trial.clone()
+            },
+            forces: None,
+            samples: BufWriter::new(file),
+            flushed: Instant::now(),
+        };
+        recorder.describe()?;
+        recorder.edges(&trial.edges)?;
+        trial.samples.iter().try_for_each(|s| recorder.sample(s))?;
+        Ok(recorder)
+    }
+
+    /// Appends a sample. The first one decides how many force columns there are.
+    pub fn sample(&mut self, sample: &Sample) -> Result<(), RecordError> {
+        let written = self.append(sample);
+        written.map_err(RecordError::io(&self.folder.join("samples.csv")))
+    }
+
+    fn append(&mut self, sample: &Sample) -> std::io::Result<()> {
+        let channels = &self.trial.channels;
+        let forces = match self.forces {
+            Some(forces) => forces,
+            None => {
+                let forces = sample.forces_n.len();
+                table::write_sample_header(&mut self.samples, channels, forces)?;
+                *self.forces.insert(forces)
+            }
+        };
+        table::write_sample(&mut self.samples, sample, channels.len(), forces)?;
+        if self.flushed.elapsed() >= FLUSH_EVERY {
+            self.samples.flush()?;
+            self.flushed = Instant::now();
+        }
+        Ok(())
+    }
+
+    /// Replaces `edges.csv` by these edges of one period.
+    pub fn edges(&mut self, edges: &[Edge]) -> Result<(), RecordError> {
+        let path = self.folder.join("edges.csv");
+        let file = File::create(&path).map_err(RecordError::io(&path))?;
+        let mut out = BufWriter::new(file);
+        let written = table::write_edges(&mut out, edges).and_then(|()| out.flush());
+        written.map_err(RecordError::io(&path))
+    }
+
+    /// Notes that something happened `t_s` seconds into the trial.
+    pub fn event(&mut self, t_s: f64, text: &str) -> Result<(), RecordError> {
+        self.trial.events.push((t_s, text.to_owned()));
+        self.describe()
+    }
+
+    /// Ends the trial with its counters and its actual length, s.
+    pub fn finish(
+        mut self,
+        counters: &[(String, u64)],
+        duration_s: f64,
+    ) -> Result<(), RecordError> {
+        if self.forces.is_none() {
+            let written = table::write_sample_header(&mut self.samples, &self.trial.channels, 0);
+            written.map_err(RecordError::io(&self.folder.join("samples.csv")))?;
+        }
+        let flushed = self.samples.flush();
+        flushed.map_err(RecordError::io(&self.folder.join("samples.csv")))?;
+        self.trial.counters = counters.to_vec();
+        self.trial.duration_s = duration_s;
+        self.describe()
+    }
+
+    fn describe(&self) -> Result<(), RecordError> {
+        write_json(&self.folder.join("trial.json"), &self.trial)
+    }
+}

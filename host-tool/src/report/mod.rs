@@ -1,0 +1,41 @@
+//! What people look at: figures, tables and one self-contained HTML page.
+//!
+//! Here: SVG figures (plotters), [`page`] and [`picture`]. Not here: the
+//! numbers (`analysis`) and the data (`record`). The page needs no network,
+//! script or font file. Nothing in it is typed in: every number comes from the
+//! run, from a [`PaperRow`] with its source, or from an [`Assumption`].
+//! In: a [`Report`]. Out: `report.html` and `summary.json`.
+
+mod bars;
+mod canvas;
+mod edges;
+mod lanes;
+mod page;
+mod series;
+mod summary;
+mod tables;
+mod trajectory;
+
+pub use page::page;
+pub use summary::write;
+
+use crate::record::{Assumption, PaperRow, Run};
+
+/// Everything a page shows.
+#[derive(Clone, Copy, Debug)]
+pub struct Report<'a> {
+    /// The data.
+    pub run: &'a Run,
+    /// What a paper printed for the same trials; may be empty.
+    pub paper: &'a [PaperRow],
+    /// What was put into a simulation and what came out; may be empty.
+    pub assumptions: &'a [Assumption],
+    /// The command line that repeats the run.
+    pub command: &'a str,
+}
+
+/// The README's picture: target and measured angle of every trial with its
+/// RMSE, as one SVG file that follows a viewer's light or dark scheme.
+pub fn picture(run: &Run) -> String {
+    canvas::standalone(&trajectory::figure(&run.trials))
+}

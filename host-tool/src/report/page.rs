@@ -1,0 +1,194 @@
+//! The HTML page: result first, then the pictures, then what to know about them.
+
+use super::tables::{
+    counter_table, degrees, escape, event_table, metrics_table, paper_table, seconds,
+};
+use super::{Report, bars, canvas, edges, lanes, trajectory};
+use crate::analysis::{Metrics, metrics};
+use crate::record::{Assumption, Role, Run};
+use std::fmt::Write;
+
+/// A self-contained HTML document, about 50 kB a trial. No script, no request.
+pub fn page(report: &Report) -> String {
+    let run = report.run;
+    let title = escape(&run.title);
+    let style = include_str!("page.css");
+    let mut out = format!(
+        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\
+         <meta name=\"color-scheme\" content=\"light dark\">\
+         <title>{title}</title><style>{style}{}</style></head><body><main>\n<h1>{title}</h1>\n",
+        canvas::STYLE
+    );
+    let _ = writeln!(out, "<p class=\"result\">{}</p>", escape(&result(run)));
+    out.push_str(&figure(&trajectory::figure(&run.trials), ""));
+    let _ = writeln!(out, "<p class=\"facts\">{}</p>", facts(run));
+
+    section(&mut out, "Result", &metrics_table(&run.trials));
+    section(&mut out, "Stimulation", &stimulation(run));
+    section(&mut out, "Edges of one period", &periods(run));
+    section(&mut out, "Comparison with the paper", &comparison(report));
+    section(
+        &mut out,
+        "What was put in and what came out",
+        &assumptions(report.assumptions),
+    );
+    let log = counter_table(&run.trials) + &event_table(&run.trials);
+    section(&mut out, "Counters and events", &log);
+    section(&mut out, "How to reproduce", &reproduce(report));
+    out.push_str("</main></body></html>\n");
+    out
+}
+
+/// The run in one sentence.
+fn result(run: &Run) -> String {
+    let judged = run.trials.iter();
+    let judged = judged.filter_map(|trial| Some((trial.name.as_str(), metrics(trial)?)));
+    let mut judged: Vec<(&str, Metrics)> = judged.collect();
+    judged.sort_by(|a, b| a.1.rmse_deg.total_cmp(&b.1.rmse_deg));
+    let Some(((name, best), others)) = judged.split_first() else {
+        return "No samples were recorded.".to_owned();
+    };
+    let mut sentence = format!(
+        "{} followed the target {}with an RMSE of {} over {}–{} s",
+        capitalised(name),
+        if others.is_empty() { "" } else { "best, " },
+        degrees(best.rmse_deg),
+        seconds(best.from_s),
+        seconds(best.to_s)
+    );
+    let list: Vec<String> = others
+        .iter()
+        .map(|(name, m)| format!("{name} {}", degrees(m.rmse_deg)))
+        .collect();
+    match list.as_slice() {
+        [] => {}
+        [.., last] if list.len() > 4 => {
+            let _ = write!(sentence, "; the worst of {} was {last}", judged.len());
+        }
+        _ => {
+            let _ = write!(sentence, "; {}", list.join(", "));
+        }
+    }
+    sentence + "."
+}
+
+fn capitalised(name: &str) -> String {
+    let mut letters = name.chars();
+    let first = letters
+        .next()
+        .map(|letter| letter.to_uppercase().to_string());
+    first.unwrap_or_default() + letters.as_str()
+}
+
+/// Where the numbers come from, in one line under the main figure.
+fn facts(run: &Run) -> String {
+    let mut facts = format!("Device: {} · seed {}", escape(&run.device), run.seed);
+    if let Some(factor) = run.speed_factor {
+        let _ = write!(facts, " · {factor:.0} × real time");
+    }
+    if run.is_simulated() {
+        facts.push_str(" · <b>Simulated wearer: no evidence about people.</b>");
+    }
+    facts
+}
+
+fn section(out: &mut String, title: &str, body: &str) {
+    if !body.is_empty() {
+        let _ = writeln!(out, "<section><h2>{title}</h2>\n{body}</section>");
+    }
+}
+
+/// A figure with a caption; nothing for an empty one.
+fn figure(svg: &str, caption: &str) -> String {
+    match (svg, caption) {
+        ("", _) => String::new(),
+        (_, "") => format!("<figure>{svg}</figure>\n"),
+        _ => format!("<figure>{svg}<figcaption>{caption}</figcaption></figure>\n"),
+    }
+}
+
+fn stimulation(run: &Run) -> String {
+    figure(
+        &lanes::amplitudes(&run.trials),
+        "Amplitude of the latest burst of every channel. The upper line is the wearer's limit.",
+    ) + &figure(
+        &lanes::forces(&run.trials),
+        "Force that the device's muscle model predicts from the pulses emitted.",
+    )
+}
+
+fn periods(run: &Run) -> String {
+    let drawn = run.trials.iter().map(|trial| {
+        let svg = edges::figure(trial);
+        let heading = format!("<h3>{}</h3>", escape(&trial.name));
+        let body = figure(&svg, "");
+        if body.is_empty() {
+            body
+        } else {
+            heading + &body
+        }
+    });
+    drawn.collect()
+}
+
+fn comparison(report: &Report) -> String {
+    let trials = &report.run.trials;
+    let table = paper_table(trials, report.paper);
+    if table.is_empty() {
+        return table;
+    }
+    let mut text = figure(&bars::figure(trials, report.paper), "") + &table;
+    if report.run.is_simulated() {
+        text.push_str(
+            "<p class=\"note\">The paper's numbers come from people, these from a simulated \
+             body. Agreement shows that the simulation is plausible; it is no evidence about \
+             people and does not confirm the paper.</p>\n",
+        );
+    }
+    text
+}
+
+fn assumptions(all: &[Assumption]) -> String {
+    let list = |role: Role, title: &str| {
+        let own = all.iter().filter(|assumption| assumption.role == role);
+        let items: String = own
+            .map(|assumption| format!("<li>{}</li>\n", escape(&assumption.text)))
+            .collect();
+        if items.is_empty() {
+            return items;
+        }
+        format!("<div><h3>{title}</h3><ul>\n{items}</ul></div>\n")
+    };
+    let both = list(Role::PutIn, "Put in") + &list(Role::CameOut, "Came out");
+    if both.is_empty() {
+        return both;
+    }
+    format!("<div class=\"columns\">\n{both}</div>\n")
+}
+
+fn reproduce(report: &Report) -> String {
+    let run = report.run;
+    let mut text = format!(
+        "<pre>{}</pre>\n<p>Seed {}, Flexor {}. The data are beside this page: a folder per \
+         trial with <code>samples.csv</code> and <code>edges.csv</code>, and \
+         <code>summary.json</code>.</p>\n",
+        escape(report.command),
+        run.seed,
+        env!("CARGO_PKG_VERSION"),
+    );
+    let files = run
+        .trials
+        .iter()
+        .filter(|trial| !trial.session_file.is_empty());
+    let items: String = files
+        .map(|trial| {
+            let (name, file) = (escape(&trial.name), escape(&trial.session_file));
+            format!("<li>{name}: <code>{file}</code></li>\n")
+        })
+        .collect();
+    if !items.is_empty() {
+        let _ = write!(text, "<ul>\n{items}</ul>\n");
+    }
+    text
+}

@@ -1,0 +1,147 @@
+//! Target and measured angle over time, one panel a trial.
+
+use super::canvas::{
+    Area, Drawn, GRID, INK, Key, MUTED, PALETTE, SHADE, WIDTH, anchored, bold, legend, line, px,
+    svg, text,
+};
+use super::series::{range, round_step, shorten};
+use super::tables::{degrees, seconds};
+use crate::analysis::metrics;
+use crate::record::{Sample, Trial};
+use plotters::prelude::*;
+use plotters::style::text_anchor::HPos;
+
+const LEGEND: i32 = 30;
+const TITLE: i32 = 24;
+const PANEL: i32 = 132;
+const AXIS: i32 = 42;
+const LEFT: i32 = 58;
+
+/// Ranges shared by all panels, so that they compare at a glance.
+struct Axes {
+    end_s: f64,
+    low_deg: f64,
+    high_deg: f64,
+}
+
+impl Axes {
+    fn of(trials: &[Trial]) -> Self {
+        let samples = || trials.iter().flat_map(|trial| &trial.samples);
+        let angles = samples().flat_map(|s| [s.target_deg, s.measured_deg]);
+        let (low, high) = range(angles).unwrap_or((0.0, 90.0));
+        let step = round_step((high - low).max(1.0), 4.0);
+        Axes {
+            end_s: end_s(trials),
+            low_deg: (low / step).floor() * step,
+            high_deg: ((high / step).floor() + 1.0) * step,
+        }
+    }
+}
+
+/// The last recorded or planned moment of any trial, s; never zero.
+pub(super) fn end_s(trials: &[Trial]) -> f64 {
+    let last = |trial: &Trial| trial.samples.last().map_or(0.0, |sample| sample.t_s);
+    let ends = trials.iter().map(|trial| last(trial).max(trial.duration_s));
+    ends.filter(|end| end.is_finite())
+        .fold(0.0, f64::max)
+        .max(0.01)
+}
+
+/// The main figure.
+pub(super) fn figure(trials: &[Trial]) -> String {
+    let panels = trials.len() as i32 * (TITLE + PANEL);
+    let axes = Axes::of(trials);
+    svg(
+        LEGEND + panels + AXIS,
+        "Target and measured angle over time",
+        |root| {
+            let excluded = trials.iter().any(|trial| trial.measure.is_some());
+            let mut keys = vec![
+                (Key::Line(line(INK, 14)), "target"),
+                (Key::Line(line(PALETTE[0], 20)), "measured"),
+            ];
+            if excluded {
+                keys.push((Key::Box(SHADE.filled()), "not counted in the RMSE"));
+            }
+            legend(root, LEFT, 12, &keys)?;
+            for (row, trial) in trials.iter().enumerate() {
+                let top = LEGEND + row as i32 * (TITLE + PANEL);
+                let is_last = row + 1 == trials.len();
+                let height = TITLE + PANEL + if is_last { AXIS } else { 0 };
+                let area = root.clone().shrink((0, px(top)), (px(WIDTH), px(height)));
+                panel(&area, trial, &axes, is_last)?;
+            }
+            Ok(())
+        },
+    )
+}
+
+fn panel(area: &Area<'_>, trial: &Trial, axes: &Axes, is_last: bool) -> Drawn {
+    let middle = px(TITLE / 2 + 1);
+    area.draw(&Text::new(
+        trial.name.as_str(),
+        (px(LEFT), middle),
+        bold(text(14, INK)),
+    ))?;
+    let judged = metrics(trial).map_or("no samples".to_owned(), |m| {
+        format!(
+            "RMSE {} over {}–{} s",
+            degrees(m.rmse_deg),
+            seconds(m.from_s),
+            seconds(m.to_s)
+        )
+    });
+    let right = anchored(bold(text(14, PALETTE[0])), HPos::Right);
+    area.draw(&Text::new(judged, (px(WIDTH - 12), middle), right))?;
+
+    let mut chart = ChartBuilder::on(area)
+        .margin_top(px(TITLE))
+        .margin_right(px(12))
+        .set_label_area_size(LabelAreaPosition::Left, px(LEFT))
+        .set_label_area_size(
+            LabelAreaPosition::Bottom,
+            px(if is_last { AXIS } else { 0 }),
+        )
+        .build_cartesian_2d(0.0..axes.end_s, axes.low_deg..axes.high_deg)?;
+    for (from, to) in uncounted(trial, axes.end_s) {
+        let corners = [(from, axes.low_deg), (to, axes.high_deg)];
+        chart.draw_series([Rectangle::new(corners, SHADE.filled())])?;
+    }
+    let label = text(12, MUTED);
+    let mut mesh = chart.configure_mesh();
+    mesh.disable_x_mesh()
+        .light_line_style(TRANSPARENT)
+        .bold_line_style(line(GRID, 8))
+        .axis_style(line(GRID, 10))
+        .x_labels(10)
+        .y_labels(5)
+        .x_label_formatter(&|t| seconds(*t))
+        .y_label_formatter(&|angle| format!("{angle:.0}"))
+        .label_style(label)
+        .axis_desc_style(text(12, INK))
+        .y_desc("angle (°)");
+    if is_last {
+        mesh.x_desc("time (s)");
+    }
+    mesh.draw()?;
+    let buckets = 600;
+    let angle = |of: fn(&Sample) -> f64| {
+        shorten(trial.samples.iter().map(move |s| (s.t_s, of(s))), buckets)
+    };
+    for part in angle(|s| s.target_deg) {
+        chart.draw_series([PathElement::new(part, line(INK, 14))])?;
+    }
+    for part in angle(|s| s.measured_deg) {
+        chart.draw_series([PathElement::new(part, line(PALETTE[0], 20))])?;
+    }
+    Ok(())
+}
+
+/// The parts of a trial outside its measured window.
+fn uncounted(trial: &Trial, end_s: f64) -> Vec<(f64, f64)> {
+    let Some((from, to)) = trial.measure else {
+        return Vec::new();
+    };
+    let parts = [(0.0, from.min(end_s)), (to.max(0.0), end_s)];
+    parts.into_iter().filter(|(from, to)| to > from).collect()
+}

@@ -1,0 +1,130 @@
+//! Devices by name: simulators in this process, boards behind ports.
+
+use crate::link::{Error, Port, SerialPort, SimulatedPort, TcpPort};
+use crate::session::{BodySpec, Session};
+use firmware::control::SensorSource;
+use firmware::units::Micros;
+use hal_sim::body::{Body, Finger, Load, Still};
+use hal_sim::native::{Device, native};
+use hal_sim::wire::faults::Faults;
+use hal_sim::world::World;
+use std::convert::Infallible;
+use std::fmt;
+use std::str::FromStr;
+
+/// A device as `--device` names it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum DeviceName {
+    /// The native simulator.
+    Native,
+    /// The device code under QEMU.
+    Qemu,
+    /// A simulated board behind a socket.
+    Tcp(String),
+    /// A board on a serial port.
+    Serial(String),
+}
+
+impl FromStr for DeviceName {
+    type Err = Infallible;
+
+    fn from_str(name: &str) -> Result<Self, Infallible> {
+        Ok(match name {
+            "native" => Self::Native,
+            "qemu" => Self::Qemu,
+            _ => match name.strip_prefix("tcp:") {
+                Some(address) => Self::Tcp(address.to_owned()),
+                None => Self::Serial(name.to_owned()),
+            },
+        })
+    }
+}
+
+impl fmt::Display for DeviceName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Native => f.write_str("native simulator"),
+            Self::Qemu => f.write_str("QEMU"),
+            Self::Tcp(address) => write!(f, "board at tcp:{address}"),
+            Self::Serial(path) => write!(f, "board at {path}"),
+        }
+    }
+}
+
+/// Why a device could not be opened.
+#[derive(Debug, thiserror::Error)]
+pub enum OpenError {
+    /// The port.
+    #[error(transparent)]
+    Port(#[from] Error),
+    /// The simulated wearer.
+    #[error("E511 the session's body cannot be: {0}")]
+    Body(#[from] hal_sim::body::InvalidSpec),
+}
+
+impl DeviceName {
+    /// Opens the device for `session`; `seed` decides a simulated wearer's noise.
+    ///
+    /// # Errors
+    /// [`OpenError`].
+    pub fn open(&self, session: &Session, seed: u64) -> Result<Box<dyn Port>, OpenError> {
+        Ok(match self {
+            Self::Native => Box::new(simulated(
+                session,
+                seed,
+                Box::new(native(Micros(0))),
+                Micros(0),
+            )?),
+            Self::Qemu => {
+                return Err(Error::Open {
+                    port: "qemu".to_owned(),
+                    reason: "not built in".to_owned(),
+                    advice: "use native",
+                }
+                .into());
+            }
+            Self::Tcp(address) => Box::new(TcpPort::connect(address)?),
+            Self::Serial(path) => Box::new(SerialPort::open(path)?),
+        })
+    }
+}
+
+/// A simulated world around `device`, which boots at `boot`, with the
+/// session's wearer and angle sensor.
+///
+/// # Errors
+/// The session names a wearer that cannot be.
+pub fn simulated(
+    session: &Session,
+    seed: u64,
+    device: Box<dyn Device>,
+    boot: Micros,
+) -> Result<SimulatedPort, OpenError> {
+    let body: Box<dyn Body> = match &session.body {
+        Some(BodySpec::Finger(spec)) => Box::new(Finger::new((**spec).clone(), seed)?),
+        Some(BodySpec::Still { load_ohm }) => {
+            let mut body = Still::new(0.0);
+            *body.loads_mut() = [Load::Ohms((*load_ohm).into()); hal_sim::body::CHANNELS];
+            Box::new(body)
+        }
+        None => Box::new(Still::new(0.0)),
+    };
+    let mut world = World::new(device, body, boot, Faults::default(), seed);
+    if let Some(SensorSource::Adc {
+        code_at_0,
+        code_at_100,
+    }) = session.joint.as_ref().map(|j| j.sensor)
+    {
+        let zero = f64::from(code_at_0);
+        world.joint_adc = Some(((f64::from(code_at_100) - zero) / 100.0, zero));
+    }
+    Ok(SimulatedPort { world })
+}
+
+/// The world of [`simulated`] around a native board, for `flexor serve`.
+///
+/// # Errors
+/// As there.
+pub fn simulated_for_serving(session: &Session, seed: u64) -> Result<World, OpenError> {
+    Ok(simulated(session, seed, Box::new(native(Micros(0))), Micros(0))?.world)
+}

@@ -1,0 +1,15 @@
+//! Runs a session on a device, whatever the device is.
+//!
+//! Lives here: opening a device by name ([`DeviceName`]), configuring, arming,
+//! streaming setpoints, collecting telemetry into a `record::Trial`. Not here:
+//! session files (`session`), pictures (`report`), the bytes (`link`).
+
+mod device;
+mod file;
+mod runner;
+mod trial;
+
+pub use device::{DeviceName, OpenError, simulated, simulated_for_serving};
+pub use file::SessionFile;
+pub use runner::{Outcome, RunError, run};
+pub use trial::{begin_trial, edges_between, edges_of_one_period};

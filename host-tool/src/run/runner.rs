@@ -1,0 +1,280 @@
+//! The course of a session: configure, arm, start, stream, stop.
+
+use super::{SessionFile, trial};
+use crate::link::{Client, Error, Incoming, Port};
+use crate::record::{RecordError, Recorder, Trial};
+use crate::session::{Session, Setpoint};
+use firmware::control::SensorSource;
+use firmware::link::{Event, HelloInfo, Request};
+use firmware::units::Micros;
+
+/// Telemetry period, ms.
+const TELEMETRY_MS: u16 = 10;
+
+/// Longest wait for the outputs to be reported isolated after a stop, µs.
+const STOP_US: u64 = 300_000;
+
+/// Why a session did not run to its end. What was recorded is kept.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// The link or a refusal.
+    #[error(transparent)]
+    Link(#[from] Error),
+    /// The record on disk.
+    #[error(transparent)]
+    Record(#[from] RecordError),
+    /// The device stopped by itself.
+    #[error("E512 the device ended the session at {t_s:.2} s: {why}; what was recorded is kept")]
+    Ended {
+        /// From the start, s.
+        t_s: f64,
+        /// The event.
+        why: String,
+    },
+    /// Only a simulated wearer has the glove that this session measures with.
+    #[error(
+        "E513 the session's joint is measured by the host, and {0} has no simulated glove; use sensor = \"adc\""
+    )]
+    NoGlove(String),
+}
+
+/// What came of a session, complete or not.
+pub struct Outcome {
+    /// Everything recorded.
+    pub trial: Trial,
+    /// Who ran it.
+    pub device: Option<HelloInfo>,
+    /// Epoch of the trains in the port's own time, µs.
+    pub epoch_us: Option<u64>,
+    /// Requests refused while it ran.
+    pub refused: usize,
+    /// Why it ended early, if it did.
+    pub error: Option<RunError>,
+}
+
+struct Run<'a, P> {
+    session: &'a Session,
+    client: Client<P>,
+    trial: Trial,
+    recorder: Option<&'a mut Recorder>,
+    epoch: Micros,
+    /// The same in the port's time.
+    epoch_us: u64,
+    refused: usize,
+    ended: Option<String>,
+}
+
+/// Runs `session` through `port` and gives the port back with the outcome.
+/// `progress` hears the part done, 0 to 1.
+pub fn run<P: Port>(
+    file: &SessionFile,
+    port: P,
+    recorder: Option<&mut Recorder>,
+    mut progress: impl FnMut(f64),
+) -> (Outcome, Option<P>) {
+    let session = &file.session;
+    let trial = trial::begin_trial(file);
+    let (client, info) = match Client::open(port) {
+        Ok(opened) => opened,
+        Err(error) => {
+            let error = Some(error.into());
+            return (
+                Outcome {
+                    trial,
+                    device: None,
+                    epoch_us: None,
+                    refused: 0,
+                    error,
+                },
+                None,
+            );
+        }
+    };
+    let mut run = Run {
+        session,
+        client,
+        trial,
+        recorder,
+        epoch: info.at,
+        epoch_us: 0,
+        refused: 0,
+        ended: None,
+    };
+    let started = run.prepare();
+    let is_started = started.is_ok();
+    let mut result = started.and_then(|()| run.stream(&mut progress));
+    if is_started {
+        // Whatever happened, ask for a stop; a lost device stops by itself.
+        let stopped = run.finish();
+        result = result.and(stopped);
+    }
+    let outcome = Outcome {
+        trial: run.trial,
+        device: Some(info),
+        epoch_us: is_started.then_some(run.epoch_us),
+        refused: run.refused,
+        error: result.err(),
+    };
+    (outcome, Some(run.client.into_port()))
+}
+
+impl<P: Port> Run<'_, P> {
+    fn prepare(&mut self) -> Result<(), RunError> {
+        for request in self.session.requests() {
+            self.client.request(request)?;
+        }
+        if self.measures() && self.client.port().glove_deg().is_none() {
+            return Err(RunError::NoGlove("this device".to_owned()));
+        }
+        self.client.subscribe(TELEMETRY_MS)?;
+        self.client.arm()?;
+        // The first setpoint is there before the first pulse.
+        self.client
+            .request(self.session.setpoints.at(0).request(None))?;
+        self.epoch = self.client.start()?;
+        let now_us = self.client.port().now_us();
+        let is_simulated = self.client.port().world().is_some();
+        // In a simulated world, host time and device time are one.
+        let device_now = if is_simulated {
+            Some(Micros(now_us as u32))
+        } else {
+            self.client.device_time(now_us)
+        };
+        let now = device_now.unwrap_or(self.epoch);
+        // The epoch is at most a few milliseconds from now.
+        self.epoch_us = now_us.saturating_add_signed(self.epoch.since(now).into());
+        Ok(())
+    }
+
+    fn stream(&mut self, progress: &mut impl FnMut(f64)) -> Result<(), RunError> {
+        let begin = self.epoch_us;
+        let end = begin + self.session.duration_us;
+        for index in 1.. {
+            let due = self.session.setpoints.due_us(index);
+            self.listen((begin + due).min(end))?;
+            if begin + due >= end {
+                break;
+            }
+            self.post(due)?;
+            if index % 90 == 0 {
+                progress(due as f64 / self.session.duration_us as f64);
+            }
+        }
+        progress(1.0);
+        Ok(())
+    }
+
+    /// Sends what is due `due` µs after the start.
+    fn post(&mut self, due: u64) -> Result<(), RunError> {
+        if self.measures()
+            && let Some(deg) = self.client.port().glove_deg()
+        {
+            let now = self.client.port().now_us();
+            let at = self.client.device_time(now).unwrap_or(self.epoch);
+            let centideg = (deg * 100.0).round() as i16; // saturates
+            self.client.post(Request::Measurement {
+                joint: 0,
+                centideg,
+                at,
+            })?;
+        }
+        let setpoint = self.session.setpoints.at(due);
+        let at = match setpoint {
+            // Wrapping: device time is modulo 2^32.
+            Setpoint::Angle { .. } => Some(self.epoch.plus(due as u32)),
+            Setpoint::Amplitudes(_) => None,
+        };
+        self.client.post(setpoint.request(at))?;
+        if let Some(beside) = self.beside() {
+            self.client.post(beside)?;
+        }
+        Ok(())
+    }
+
+    /// Constant amplitudes of the channels beside a joint, if there are any.
+    fn beside(&self) -> Option<Request> {
+        let values = &self.session.setpoints.beside;
+        (!values.is_empty()).then(|| Setpoint::Amplitudes(values.clone()).request(None))
+    }
+
+    fn measures(&self) -> bool {
+        self.session
+            .joint
+            .as_ref()
+            .is_some_and(|joint| joint.sensor == SensorSource::Host)
+    }
+
+    /// Files what arrives by `until_us`.
+    fn listen(&mut self, until_us: u64) -> Result<(), RunError> {
+        while let Some(incoming) = self.client.next(until_us)? {
+            self.file(incoming)?;
+            if let Some(why) = self.ended.take() {
+                let t_s = self.trial.events.last().map_or(0.0, |(t, _)| *t);
+                return Err(RunError::Ended { t_s, why });
+            }
+        }
+        Ok(())
+    }
+
+    fn file(&mut self, incoming: Incoming) -> Result<(), RunError> {
+        match incoming {
+            Incoming::Telemetry(telemetry) => {
+                if telemetry.at.has_reached(self.epoch) {
+                    let true_deg = self.client.port().true_deg();
+                    let sample = trial::sample(&telemetry, self.epoch, true_deg);
+                    if let Some(recorder) = &mut self.recorder {
+                        recorder.sample(&sample)?;
+                    }
+                    self.trial.samples.push(sample);
+                }
+            }
+            Incoming::Event(at, event) => {
+                let text = trial::event(&event);
+                self.note(at, text.clone())?;
+                if matches!(
+                    event,
+                    Event::Faulted(_) | Event::Stopping(_) | Event::Stopped(_)
+                ) {
+                    self.ended = Some(text);
+                }
+            }
+            Incoming::Refused(_, refused) => {
+                self.refused += 1;
+                let now = self.client.port().now_us();
+                let at = self.client.device_time(now).unwrap_or(self.epoch);
+                self.note(at, refused.to_string())?;
+            }
+            Incoming::Acknowledged(..) => {}
+        }
+        Ok(())
+    }
+
+    fn note(&mut self, at: Micros, text: String) -> Result<(), RunError> {
+        let t_s = f64::from(at.since(self.epoch)) * 1e-6;
+        if let Some(recorder) = &mut self.recorder {
+            recorder.event(t_s, &text)?;
+        }
+        self.trial.events.push((t_s, text));
+        Ok(())
+    }
+
+    /// Stops, waits until the outputs are reported isolated, asks for counters.
+    fn finish(&mut self) -> Result<(), RunError> {
+        self.client.stop()?;
+        let until = self.client.port().now_us() + STOP_US;
+        while let Some(incoming) = self.client.next(until)? {
+            let is_end = matches!(
+                incoming,
+                Incoming::Event(_, Event::Stopped(_) | Event::Faulted(_))
+            );
+            self.file(incoming)?;
+            if is_end {
+                break;
+            }
+        }
+        let status = self.client.status()?;
+        self.trial.counters = trial::counters(&status.counters);
+        self.client.subscribe(0)?;
+        Ok(())
+    }
+}

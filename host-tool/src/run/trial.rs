@@ -1,0 +1,118 @@
+//! From what a device says to what is recorded.
+
+use super::SessionFile;
+use crate::record::{ChannelInfo, Edge, Sample, State, Trial};
+use crate::session::Session;
+use firmware::link::{Counters, Event, Telemetry};
+use firmware::units::Micros;
+use hal_sim::trace::{State as TraceState, Trace};
+
+/// An empty trial of `file`'s session.
+#[must_use]
+pub fn begin_trial(file: &SessionFile) -> Trial {
+    let session = &file.session;
+    Trial {
+        name: session.title.clone(),
+        session_file: file.name.clone(),
+        duration_s: session.duration_us as f64 * 1e-6,
+        channels: session
+            .channels
+            .iter()
+            .map(|channel| ChannelInfo {
+                number: channel.number,
+                name: channel.name.clone(),
+                unit: channel.unit().symbol().to_owned(),
+                limit: f64::from(channel.spec.limit.0) * 1e-3,
+            })
+            .collect(),
+        samples: Vec::new(),
+        edges: Vec::new(),
+        measure: session
+            .measure
+            .map(|(from, to)| (from as f64 * 1e-6, to as f64 * 1e-6)),
+        counters: Vec::new(),
+        events: Vec::new(),
+    }
+}
+
+/// A telemetry sample; times count from `epoch`.
+pub fn sample(telemetry: &Telemetry, epoch: Micros, true_deg: Option<f64>) -> Sample {
+    let milli = |list: &[u32]| list.iter().map(|&v| f64::from(v) * 1e-3).collect();
+    let amplitudes: Vec<u32> = telemetry.amplitudes.iter().map(|a| a.0).collect();
+    Sample {
+        t_s: f64::from(telemetry.at.since(epoch)) * 1e-6,
+        target_deg: f64::from(telemetry.target_centideg) * 1e-2,
+        measured_deg: f64::from(telemetry.measured_centideg) * 1e-2,
+        true_deg,
+        effort: f64::from(telemetry.effort_milli) * 1e-3,
+        limiting: telemetry.limiting,
+        amplitudes: milli(&amplitudes),
+        forces_n: milli(&telemetry.forces_mn),
+    }
+}
+
+/// An event in words.
+pub fn event(event: &Event) -> String {
+    match event {
+        Event::Stopping(cause) => format!("stopping: {cause:?}"),
+        Event::Stopped(cause) => format!("stopped: {cause:?}"),
+        Event::Faulted(record) => format!("fault {}: {:?}", record.fault.number(), record.fault),
+        Event::Recovered => "fault acknowledged".to_owned(),
+    }
+}
+
+/// The device's counters, by name.
+pub fn counters(counters: &Counters) -> Vec<(String, u64)> {
+    [
+        ("frames understood", counters.frames),
+        ("bad frames", counters.bad_frames),
+        ("frames lost", counters.lost),
+        ("setpoints carried out", counters.setpoints),
+        ("requests refused", counters.refused),
+        ("pulses started", counters.pulses),
+        ("triggers without a train", counters.idle_triggers),
+        ("messages dropped", counters.dropped),
+    ]
+    .map(|(name, count)| (name.to_owned(), u64::from(count)))
+    .to_vec()
+}
+
+/// The edges of the longest period of `session` that starts `after_us` after
+/// `epoch_us`, with times counted from that period's start.
+#[must_use]
+pub fn edges_of_one_period(
+    session: &Session,
+    trace: &Trace,
+    epoch_us: u64,
+    after_us: u64,
+) -> Vec<Edge> {
+    let period = session
+        .channels
+        .iter()
+        .map(|c| u64::from(c.spec.train.period_us))
+        .max()
+        .unwrap_or(0);
+    let begin = epoch_us + after_us.checked_div(period).unwrap_or(0) * period;
+    edges_between(trace, begin, begin + period)
+}
+
+/// Edges in `from_us..to_us`, with times counted from `from_us`.
+#[must_use]
+pub fn edges_between(trace: &Trace, from_us: u64, to_us: u64) -> Vec<Edge> {
+    trace
+        .edges()
+        .skip_while(|edge| edge.t_us < from_us)
+        .take_while(|edge| edge.t_us < to_us)
+        .map(|edge| Edge {
+            t_us: edge.t_us - from_us,
+            channel: edge.channel + 1,
+            state: match edge.state {
+                TraceState::Isolated => State::Isolated,
+                TraceState::Cathodic => State::Cathodic,
+                TraceState::Anodic => State::Anodic,
+                TraceState::Grounded => State::Grounded,
+            },
+            dac_code: edge.dac_code,
+        })
+        .collect()
+}

@@ -1,0 +1,160 @@
+//! A long session over a bad wire: nothing unasked for, nothing uncounted.
+
+use super::{Random, channel, open};
+use crate::link::{Error, Incoming};
+use firmware::link::Request;
+use firmware::safety::WearerSpec;
+use firmware::units::{Amplitude, Micros};
+use hal_sim::trace::{State, Trace};
+use hal_sim::wire::faults::{Counts, Faults, FaultyLine};
+use std::collections::HashMap;
+
+/// Setpoints come at 90 Hz.
+const INTERVAL_US: u64 = 11_111;
+
+/// Ramps are over this long after the start, µs.
+const RISEN_US: u64 = 100_000;
+
+/// Frames before the stream: wearer, ten channels, arm, start.
+const CONFIGURED: u64 = 13;
+
+/// What a soak found.
+#[derive(Clone, Debug, Default)]
+pub struct Soak {
+    /// Simulated time, s.
+    pub seconds: u64,
+    /// Pulses put out after the ramps.
+    pub pulses: u64,
+    /// Pulses whose amplitude no accepted setpoint asked for. Must be 0.
+    pub unasked: u64,
+    /// Frames that the host sent in its session.
+    pub sent: u64,
+    /// Frames that the device understood.
+    pub understood: u64,
+    /// Frames that the device counted as lost.
+    pub counted_lost: u64,
+    /// What the wire did.
+    pub wire: Counts,
+    /// Setpoints acknowledged.
+    pub accepted: u64,
+    /// Times the device stopped for silence.
+    pub stops: u64,
+}
+
+impl Soak {
+    /// Whether every frame sent was understood or counted as lost.
+    #[must_use]
+    pub const fn is_accounted(&self) -> bool {
+        self.understood + self.counted_lost == self.sent
+    }
+}
+
+/// Streams random amplitudes to ten channels for `seconds` over a wire that
+/// loses 1 % of the frames, corrupts 1 % and delays by up to 30 %, beginning
+/// 60 s before the clock wraps. `progress` hears the part done.
+///
+/// # Errors
+/// The simulated device refused something that did not get lost.
+pub fn soak(seconds: u64, seed: u64, mut progress: impl FnMut(f64)) -> Result<Soak, Error> {
+    let mut random = Random(seed);
+    let mut client = open(Faults::default(), seed)?;
+    client.wearer(WearerSpec {
+        rise_ms: 10,
+        ..WearerSpec::default()
+    })?;
+    for index in 0..10u8 {
+        client.channel(
+            index,
+            channel(20_000 - 511 * u32::from(index), 700 * u32::from(index)),
+        )?;
+    }
+    client.arm()?;
+    client.start()?;
+    // Only the stream crosses the bad wire: it is what goes on for hours.
+    let faults = Faults {
+        loss: 0.01,
+        corruption: 0.01,
+        delay_us: 500,
+        jitter: 0.3,
+        interval_us: INTERVAL_US,
+    };
+    client.port().world.wire = FaultyLine::new(faults, seed);
+    let mut soak = Soak {
+        seconds,
+        sent: CONFIGURED,
+        ..Soak::default()
+    };
+    let mut asked: HashMap<u16, Vec<Amplitude>> = HashMap::new();
+    let mut accepted: Vec<(u64, Vec<Amplitude>)> = Vec::new();
+    let begin = client.port().world.now_us();
+    let end = begin + seconds * 1_000_000;
+    let mut now = begin;
+    while now < end {
+        let values: Vec<_> = (0..10)
+            .map(|_| Amplitude(5_000 + random.below(10_000) as u32))
+            .collect();
+        let request = Request::Amplitudes {
+            mask: 0x3FF,
+            values: values.iter().copied().collect(),
+        };
+        asked.insert(client.post(request)?, values);
+        soak.sent += 1;
+        now += INTERVAL_US;
+        while let Some(incoming) = client.next(now)? {
+            match incoming {
+                Incoming::Acknowledged(seq, at) => {
+                    let at = unwrap(at, client.port().world.now_us());
+                    accepted.extend(asked.remove(&seq).map(|values| (at, values)));
+                }
+                Incoming::Event(..) => soak.stops += 1,
+                Incoming::Telemetry(_) | Incoming::Refused(..) => {}
+            }
+        }
+        progress((now - begin) as f64 / (end - begin) as f64);
+    }
+    soak.wire = client.port().world.wire.counts();
+    // A frame over a good wire ends the last gap.
+    client.port().world.wire = FaultyLine::new(Faults::default(), seed);
+    let counters = client.status()?.counters;
+    soak.sent += 1;
+    soak.understood = u64::from(counters.frames).saturating_sub(1); // Hello opened the session
+    soak.counted_lost = counters.lost.into();
+    soak.accepted = accepted.len() as u64;
+    judge(
+        &client.port().world.recorder.trace,
+        &accepted,
+        begin + RISEN_US,
+        end,
+        &mut soak,
+    );
+    Ok(soak)
+}
+
+/// Device time in the world's time, which is less than 35 min ahead.
+fn unwrap(at: Micros, now_us: u64) -> u64 {
+    now_us.saturating_add_signed(at.since(Micros(now_us as u32)).into())
+}
+
+/// Compares every pulse in `from_us..to_us` with the latest setpoint accepted
+/// before it.
+fn judge(
+    trace: &Trace,
+    accepted: &[(u64, Vec<Amplitude>)],
+    from_us: u64,
+    to_us: u64,
+    soak: &mut Soak,
+) {
+    for edge in trace
+        .edges()
+        .filter(|e| e.state == State::Cathodic && (from_us..to_us).contains(&e.t_us))
+    {
+        soak.pulses += 1;
+        let count = accepted.partition_point(|(at, _)| *at <= edge.t_us);
+        let wanted = count
+            .checked_sub(1)
+            .and_then(|last| accepted[last].1.get(usize::from(edge.channel)));
+        // 100 mA at code 65 535, rounded down.
+        let code = wanted.map(|amplitude| u64::from(amplitude.0) * 65_535 / 100_000);
+        soak.unasked += u64::from(code != Some(edge.dac_code.into()));
+    }
+}

@@ -1,0 +1,368 @@
+//! `[wearer]` and `[[channel]]`: limits, output stages, trains, muscles.
+
+use firmware::muscle::{
+    CalciumForce, CalciumForceSpec, OutOfRange as MuscleOutOfRange, Parameter, Recruitment,
+    RecruitmentSpec,
+};
+use firmware::pulse::{Shape, TrainError, TrainSpec};
+use firmware::safety::{
+    Channel as Checked, ChannelSpec, SetupError, Stage, StageSpec, Wearer, WearerSpec,
+};
+use firmware::units::{Amplitude, OutOfRange};
+
+use super::decimal::in_units;
+use super::error::{Problem, SessionError};
+use super::table::Table;
+
+/// What a channel's amplitudes are.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Unit {
+    /// Milliamperes, on a current-controlled stage.
+    Milliampere,
+    /// Volts, on a voltage-controlled stage.
+    Volt,
+}
+
+impl Unit {
+    /// "mA" or "V".
+    #[must_use]
+    pub const fn symbol(self) -> &'static str {
+        match self {
+            Self::Milliampere => "mA",
+            Self::Volt => "V",
+        }
+    }
+}
+
+/// One channel of a session.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Channel {
+    /// Its number in files and on the board, 1–10; the link counts from 0.
+    pub number: u8,
+    /// What the wearer calls it.
+    pub name: String,
+    /// Its train, stage and limit, as the device gets them.
+    pub spec: ChannelSpec,
+    /// The muscle under it, if its force is to be predicted.
+    pub muscle: Option<(CalciumForceSpec, RecruitmentSpec)>,
+}
+
+impl Channel {
+    /// Its number on the link, 0–9.
+    #[must_use]
+    pub const fn index(&self) -> u8 {
+        self.number - 1 // 1–10
+    }
+
+    /// What its amplitudes are.
+    #[must_use]
+    pub const fn unit(&self) -> Unit {
+        match self.spec.stage {
+            StageSpec::Current { .. } => Unit::Milliampere,
+            StageSpec::Voltage { .. } => Unit::Volt,
+        }
+    }
+
+    /// An amplitude of this channel for people: "28 V".
+    #[must_use]
+    pub fn display(&self, amplitude: Amplitude) -> String {
+        let value = in_units(amplitude.0.into(), 3);
+        format!("{value} {}", self.unit().symbol())
+    }
+}
+
+/// A link field's name in the file, and the power of ten between them.
+fn file_field(link: &'static str) -> (&'static str, i32) {
+    match link {
+        "max_current_ua" => ("max_current_ma", 3),
+        "max_charge_nc" => ("max_charge_uc", 3),
+        "max_rms_ua" => ("max_rms_ma", 3),
+        "full_scale_ua" => ("full_scale_ma", 3),
+        "full_scale_mv" => ("full_scale_v", 3),
+        "limit" => ("limit", 3),
+        same => (same, 0),
+    }
+}
+
+fn refused(table: &Table<'_>, e: OutOfRange) -> SessionError {
+    let (name, places) = file_field(e.field);
+    table.not_within(name, e.min.into(), e.max.into(), places)
+}
+
+/// Reads `[wearer]`; a field left out keeps [`WearerSpec::default`].
+pub(super) fn read_wearer(root: &Table<'_>) -> Result<(WearerSpec, Wearer), SessionError> {
+    let default = WearerSpec::default();
+    let table = root.table("wearer")?.optional();
+    let spec = match &table {
+        None => default,
+        Some(t) => {
+            t.only(&[
+                "max_current_ma",
+                "max_charge_uc",
+                "max_rms_ma",
+                "rise_ms",
+                "fall_ms",
+                "host_timeout_ms",
+            ])?;
+            WearerSpec {
+                max_current_ua: t.whole("max_current_ma", 3)?.or(default.max_current_ua),
+                max_charge_nc: t.whole("max_charge_uc", 3)?.or(default.max_charge_nc),
+                max_rms_ua: t.whole("max_rms_ma", 3)?.or(default.max_rms_ua),
+                rise_ms: t.whole("rise_ms", 0)?.or(default.rise_ms),
+                fall_ms: t.whole("fall_ms", 0)?.or(default.fall_ms),
+                host_timeout_ms: t.whole("host_timeout_ms", 0)?.or(default.host_timeout_ms),
+            }
+        }
+    };
+    let checked = spec.validate();
+    Ok((
+        spec,
+        checked.map_err(|e| refused(table.as_ref().unwrap_or(root), e))?,
+    ))
+}
+
+/// Reads one `[[channel]]`. What had to be rounded goes to `notes`.
+pub(super) fn read_channel(
+    t: &Table<'_>,
+    wearer: &Wearer,
+    notes: &mut Vec<String>,
+) -> Result<(Channel, Checked), SessionError> {
+    t.only(&["number", "name", "stage", "limit", "train", "muscle"])?;
+    let number = t.channel("number")?.required()?;
+    let name = t.text("name")?.required()?.to_owned();
+    let (stage, checked_stage) = read_stage(&t.table("stage")?.required()?)?;
+    let train = t.table("train")?.required()?;
+    let spec = ChannelSpec {
+        train: read_train(&train, number, notes)?,
+        stage,
+        limit: Amplitude(t.whole("limit", 3)?.required()?),
+    };
+    let mut channel = Channel {
+        number,
+        name,
+        spec,
+        muscle: None,
+    };
+    let checked = spec
+        .validate(wearer)
+        .map_err(|e| channel_error(t, &train, &checked_stage, &channel, e))?;
+    if let Some(muscle) = t.table("muscle")?.optional() {
+        channel.muscle = Some(read_muscle(&muscle, t, spec.limit)?);
+    }
+    Ok((channel, checked))
+}
+
+fn read_stage(t: &Table<'_>) -> Result<(StageSpec, Stage), SessionError> {
+    let kinds = [("voltage", Unit::Volt), ("current", Unit::Milliampere)];
+    let spec = match t.choice("kind", &kinds)?.required()? {
+        Unit::Volt => {
+            t.only(&["kind", "full_scale_v", "load_ohm"])?;
+            StageSpec::Voltage {
+                full_scale_mv: t.whole("full_scale_v", 3)?.required()?,
+                load_ohm: t.whole("load_ohm", 0)?.required()?,
+            }
+        }
+        Unit::Milliampere => {
+            t.only(&["kind", "full_scale_ma"])?;
+            StageSpec::Current {
+                full_scale_ua: t.whole("full_scale_ma", 3)?.required()?,
+            }
+        }
+    };
+    let checked = spec.validate().map_err(|e| refused(t, e))?;
+    Ok((spec, checked))
+}
+
+fn read_train(
+    t: &Table<'_>,
+    number: u8,
+    notes: &mut Vec<String>,
+) -> Result<TrainSpec, SessionError> {
+    t.only(&[
+        "shape",
+        "width_us",
+        "gap_us",
+        "ground_us",
+        "frequency_hz",
+        "period_us",
+        "offset_us",
+        "burst_count",
+        "burst_interval_us",
+        "repeats",
+        "triggered",
+    ])?;
+    let shapes = [
+        ("biphasic-cathodic-first", Shape::BiphasicCathodicFirst),
+        ("biphasic-anodic-first", Shape::BiphasicAnodicFirst),
+        ("monophasic-cathodic", Shape::MonophasicCathodic),
+        ("monophasic-anodic", Shape::MonophasicAnodic),
+    ];
+    Ok(TrainSpec {
+        shape: t.choice("shape", &shapes)?.required()?,
+        width_us: t.whole("width_us", 0)?.required()?,
+        gap_us: t.whole("gap_us", 0)?.or(0),
+        ground_us: t.whole("ground_us", 0)?.or(0),
+        period_us: read_period(t, number, notes)?,
+        offset_us: t.whole("offset_us", 0)?.or(0),
+        burst_count: t.whole("burst_count", 0)?.or(1),
+        burst_interval_us: t.whole("burst_interval_us", 0)?.or(0),
+        repeats: t.whole("repeats", 0)?.or(0),
+        triggered: t.flag("triggered")?.or(false),
+    })
+}
+
+/// The period in µs, from `period_us` or, to the nearest µs, `frequency_hz`.
+fn read_period(t: &Table<'_>, number: u8, notes: &mut Vec<String>) -> Result<u32, SessionError> {
+    if t.has("period_us") && t.has("frequency_hz") {
+        let (field, other) = (t.path_of("period_us"), t.path_of("frequency_hz"));
+        return Err(t.error("period_us", Problem::SaidTwice { field, other }));
+    }
+    if t.has("period_us") {
+        return t.whole("period_us", 0)?.required();
+    }
+    let hz = t.real("frequency_hz")?.required()?;
+    let exact_us = 1e6 / hz;
+    if hz <= 0.0 {
+        return Ok(u32::MAX); // refused by the firmware's validator, with its range
+    }
+    let period_us = exact_us.round() as u32; // saturates
+    // A frequency given to seven digits or more counts as exact.
+    if (exact_us - f64::from(period_us)).abs() > 1e-7 * exact_us && period_us > 0 {
+        notes.push(format!(
+            "channel {number}: {hz} Hz is played with a period of {period_us} µs, {:.4} Hz",
+            1e6 / f64::from(period_us)
+        ));
+    }
+    Ok(period_us)
+}
+
+fn channel_error(
+    t: &Table<'_>,
+    train: &Table<'_>,
+    stage: &Stage,
+    channel: &Channel,
+    e: SetupError,
+) -> SessionError {
+    let field = t.path_of("limit");
+    let given = channel.display(channel.spec.limit);
+    let current_ma = f64::from(stage.current_ua(channel.spec.limit)) / 1e3;
+    let milli = |value: u32| in_units(value.into(), 3);
+    match e {
+        SetupError::Train(e) => train_error(train, e),
+        SetupError::Range(e) => refused(t, e),
+        SetupError::Current { max_ua } => {
+            let max_ma = milli(max_ua);
+            let problem = Problem::CurrentLimit {
+                field,
+                given,
+                current_ma,
+                max_ma,
+            };
+            t.error("limit", problem)
+        }
+        SetupError::Charge { max_nc } => {
+            let max_uc = milli(max_nc);
+            let problem = Problem::ChargeLimit {
+                field,
+                given,
+                current_ma,
+                max_uc,
+            };
+            t.error("limit", problem)
+        }
+        SetupError::Rms { max_ua } => {
+            let max_ma = milli(max_ua);
+            let problem = Problem::RmsLimit {
+                field,
+                given,
+                current_ma,
+                max_ma,
+            };
+            t.error("limit", problem)
+        }
+        // A single channel has no groups.
+        SetupError::Group(_) => t.out_of_range("train", "a train without a group".into()),
+    }
+}
+
+fn train_error(t: &Table<'_>, e: TrainError) -> SessionError {
+    let period = if t.has("period_us") {
+        "period_us"
+    } else {
+        "frequency_hz"
+    };
+    match e {
+        TrainError::Range(e) if e.field == "period_us" && period == "frequency_hz" => {
+            let hz = |us: i32| 1e6 / f64::from(us);
+            t.out_of_range(period, format!("{} to {}", hz(e.max), hz(e.min)))
+        }
+        TrainError::Range(e) => refused(t, e),
+        TrainError::BurstOverlaps { min_interval_us } => {
+            let field = t.path_of("burst_interval_us");
+            let min_us = min_interval_us;
+            t.error(
+                "burst_interval_us",
+                Problem::BurstOverlaps { field, min_us },
+            )
+        }
+        TrainError::BurstTooLong { min_period_us } => {
+            let field = t.path_of(period);
+            let min_us = min_period_us;
+            t.error(period, Problem::BurstTooLong { field, min_us })
+        }
+    }
+}
+
+/// Reads a `muscle` table; the recruitment curve ends at the channel's limit.
+fn read_muscle(
+    t: &Table<'_>,
+    channel: &Table<'_>,
+    limit: Amplitude,
+) -> Result<(CalciumForceSpec, RecruitmentSpec), SessionError> {
+    t.only(&[
+        "a_n_per_s",
+        "k",
+        "tau_c_ms",
+        "tau1_ms",
+        "tau2_ms",
+        "motor_threshold",
+        "reference",
+        "slope_per_unit",
+    ])?;
+    let force = CalciumForceSpec {
+        a_mn_per_s: t.whole("a_n_per_s", 3)?.required()?,
+        k_micro: t.whole("k", 6)?.required()?,
+        tau_c_us: t.whole("tau_c_ms", 3)?.required()?,
+        tau1_us: t.whole("tau1_ms", 3)?.required()?,
+        tau2_us: t.whole("tau2_ms", 3)?.required()?,
+    };
+    let recruitment = RecruitmentSpec {
+        motor_threshold: Amplitude(t.whole("motor_threshold", 3)?.required()?),
+        limit,
+        reference: Amplitude(t.whole("reference", 3)?.required()?),
+        slope_micro: t.whole("slope_per_unit", 6)?.required()?,
+    };
+    CalciumForce::new(force).map_err(|e| muscle_error(t, channel, e))?;
+    Recruitment::new(recruitment).map_err(|e| muscle_error(t, channel, e))?;
+    Ok((force, recruitment))
+}
+
+fn muscle_error(t: &Table<'_>, channel: &Table<'_>, e: MuscleOutOfRange) -> SessionError {
+    let (name, places) = match e.parameter {
+        Parameter::A => ("a_n_per_s", 3),
+        Parameter::K => ("k", 6),
+        Parameter::TauC => ("tau_c_ms", 3),
+        Parameter::Tau1 => ("tau1_ms", 3),
+        Parameter::Tau2 => ("tau2_ms", 3),
+        Parameter::MotorThreshold => ("motor_threshold", 3),
+        // Full scales stay far below the recruitment curve's own bound, so a
+        // limit can only be too low for the threshold.
+        Parameter::Limit => {
+            let allowed = format!("below the channel's limit of {}", channel.given("limit"));
+            return t.out_of_range("motor_threshold", allowed);
+        }
+        Parameter::Reference => ("reference", 3),
+        Parameter::Slope => ("slope_per_unit", 6),
+    };
+    t.not_within(name, e.min.into(), e.max.into(), places)
+}

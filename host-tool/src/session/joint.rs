@@ -1,0 +1,307 @@
+//! `[joint]`: a closed loop on the device.
+
+use firmware::control::{
+    HoldPolicy, Joint, JointSpec, LawSpec, PointSpec, SensorSource, SpecError, SpecField,
+};
+use firmware::units::Amplitude;
+
+use super::channel::Channel;
+use super::error::{Problem, SessionError};
+use super::table::Table;
+
+/// Longest extrapolation of a lost setpoint unless the file says otherwise, ms:
+/// nine setpoints of a 90 Hz stream.
+const MAX_EXTRAPOLATION_MS: u16 = 100;
+/// Calibration of the board's angle sensor unless the file says otherwise: 25
+/// codes a degree, and a broken or shorted wire reads −32° or +132°, outside
+/// what the device believes of a joint of 0–100°.
+const ADC_CODES: (u16, u16) = (800, 3300);
+/// Age of a stale measurement unless the file says otherwise, ms: ten readings
+/// of the board's converter, or four and a half of a 90 Hz glove.
+const STALE_AFTER_MS: (u16, u16) = (10, 50);
+
+const FIELDS: [&str; 14] = [
+    "law",
+    "gains",
+    "law_period_ms",
+    "cutoff_hz",
+    "flexors",
+    "extensor",
+    "hold",
+    "max_extrapolation_ms",
+    "angle_min_deg",
+    "angle_max_deg",
+    "sensor",
+    "code_at_0_deg",
+    "code_at_100_deg",
+    "stale_after_ms",
+];
+
+/// The control laws by name.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, clap::ValueEnum)]
+pub enum LawName {
+    /// [`LawSpec::RECOMMENDED`].
+    Recommended,
+    /// [`LawSpec::PAPER`].
+    Paper,
+    /// [`LawSpec::PID`].
+    Pid,
+}
+
+impl LawName {
+    /// The law with its default gains.
+    #[must_use]
+    pub const fn spec(self) -> LawSpec {
+        match self {
+            Self::Recommended => LawSpec::RECOMMENDED,
+            Self::Paper => LawSpec::PAPER,
+            Self::Pid => LawSpec::PID,
+        }
+    }
+}
+
+/// `spec` under another law, with that law's default gains, period and cutoff.
+pub(super) fn with_law(spec: JointSpec, law: LawName) -> JointSpec {
+    let law = law.spec();
+    JointSpec {
+        law_period_ms: law.default_period_ms(),
+        cutoff_mhz: law.default_cutoff_mhz(),
+        law,
+        ..spec
+    }
+}
+
+/// Reads `[joint]`, and checks it and its points against the channels.
+pub(super) fn read_joint(
+    root: &Table<'_>,
+    channels: &[Channel],
+) -> Result<Option<(JointSpec, Joint)>, SessionError> {
+    let Some(t) = root.table("joint")?.optional() else {
+        return Ok(None);
+    };
+    t.only(&FIELDS)?;
+    let law = read_law(&t)?;
+    let mut points = t.tables("flexors")?.required()?;
+    if points.len() > 2 {
+        // More than the link's list holds; the firmware refuses none.
+        return Err(t.out_of_range("flexors", "1 to 2 points".into()));
+    }
+    points.push(t.table("extensor")?.required()?);
+    let specs: Vec<PointSpec> = points
+        .iter()
+        .map(|point| read_point(point, channels))
+        .collect::<Result<_, _>>()?;
+    let (flexors, extensor) = specs.split_at(specs.len() - 1); // the last was just pushed
+    let sensor = read_sensor(&t)?;
+    let stale_after_ms = match sensor {
+        SensorSource::Adc { .. } => STALE_AFTER_MS.0,
+        SensorSource::Host => STALE_AFTER_MS.1,
+    };
+    let spec = JointSpec {
+        law,
+        law_period_ms: t.whole("law_period_ms", 0)?.or(law.default_period_ms()),
+        cutoff_mhz: t.whole("cutoff_hz", 3)?.or(law.default_cutoff_mhz()),
+        flexors: flexors.iter().copied().collect(),
+        extensor: extensor[0],
+        hold: read_hold(&t)?,
+        angle_min_mdeg: t.whole("angle_min_deg", 3)?.or(0),
+        angle_max_mdeg: t.whole("angle_max_deg", 3)?.or(100_000),
+        sensor,
+        stale_after_ms: t.whole("stale_after_ms", 0)?.or(stale_after_ms),
+    };
+    let joint = Joint::new(&spec).map_err(|e| joint_error(&t, &points, &spec, e))?;
+    Ok(Some((spec, joint)))
+}
+
+fn read_law(t: &Table<'_>) -> Result<LawSpec, SessionError> {
+    let names = [
+        ("recommended", LawName::Recommended),
+        ("paper", LawName::Paper),
+        ("pid", LawName::Pid),
+    ];
+    let law = t.choice("law", &names)?.or(LawName::Recommended).spec();
+    let Some(g) = t.table("gains")?.optional() else {
+        return Ok(law);
+    };
+    Ok(match law {
+        LawSpec::Paper {
+            lambda_milli,
+            w_milli,
+        } => {
+            g.only(&["lambda", "w"])?;
+            LawSpec::Paper {
+                lambda_milli: g.whole("lambda", 3)?.or(lambda_milli),
+                w_milli: g.whole("w", 3)?.or(w_milli),
+            }
+        }
+        LawSpec::Recommended {
+            lambda_milli,
+            k1_milli,
+            k2_milli,
+            b_milli,
+        } => {
+            g.only(&["lambda", "k1", "k2", "b"])?;
+            LawSpec::Recommended {
+                lambda_milli: g.whole("lambda", 3)?.or(lambda_milli),
+                k1_milli: g.whole("k1", 3)?.or(k1_milli),
+                k2_milli: g.whole("k2", 3)?.or(k2_milli),
+                b_milli: g.whole("b", 3)?.or(b_milli),
+            }
+        }
+        LawSpec::Pid {
+            kp_milli,
+            ki_milli,
+            kd_milli,
+        } => {
+            g.only(&["kp", "ki", "kd"])?;
+            LawSpec::Pid {
+                kp_milli: g.whole("kp", 3)?.or(kp_milli),
+                ki_milli: g.whole("ki", 3)?.or(ki_milli),
+                kd_milli: g.whole("kd", 3)?.or(kd_milli),
+            }
+        }
+    })
+}
+
+fn read_hold(t: &Table<'_>) -> Result<HoldPolicy, SessionError> {
+    let max_ms = t.whole("max_extrapolation_ms", 0)?;
+    let extrapolate = HoldPolicy::Extrapolate {
+        max_ms: max_ms.or(MAX_EXTRAPOLATION_MS),
+    };
+    let policies = [("extrapolate", extrapolate), ("hold", HoldPolicy::Hold)];
+    let hold = t.choice("hold", &policies)?.or(extrapolate);
+    if hold == HoldPolicy::Hold && t.has("max_extrapolation_ms") {
+        return Err(t.out_of_range("max_extrapolation_ms", "none with hold = \"hold\"".into()));
+    }
+    Ok(hold)
+}
+
+fn read_sensor(t: &Table<'_>) -> Result<SensorSource, SessionError> {
+    let adc = SensorSource::Adc {
+        code_at_0: t.whole("code_at_0_deg", 0)?.or(ADC_CODES.0),
+        code_at_100: t.whole("code_at_100_deg", 0)?.or(ADC_CODES.1),
+    };
+    let sources = [("adc", adc), ("host", SensorSource::Host)];
+    let sensor = t.choice("sensor", &sources)?.required()?;
+    for code in ["code_at_0_deg", "code_at_100_deg"] {
+        if sensor == SensorSource::Host && t.has(code) {
+            return Err(t.out_of_range(code, "none with sensor = \"host\"".into()));
+        }
+    }
+    Ok(sensor)
+}
+
+/// Reads a point and holds it to its channel's limit, as arming will.
+fn read_point(t: &Table<'_>, channels: &[Channel]) -> Result<PointSpec, SessionError> {
+    t.only(&["channel", "threshold", "max"])?;
+    let channel = find(t, "channel", channels)?;
+    Ok(PointSpec {
+        channel: channel.index(),
+        threshold: Amplitude(t.whole("threshold", 3)?.required()?),
+        max: read_amplitude(t, "max", channel)?,
+    })
+}
+
+/// The channel that a field names.
+pub(super) fn find<'c>(
+    t: &Table<'_>,
+    name: &str,
+    channels: &'c [Channel],
+) -> Result<&'c Channel, SessionError> {
+    let channel = t.channel(name)?.required()?;
+    let found = channels.iter().find(|c| c.number == channel);
+    found.ok_or_else(|| {
+        let field = t.path_of(name);
+        t.error(name, Problem::NoSuchChannel { field, channel })
+    })
+}
+
+/// Reads an amplitude that its channel's limit allows.
+pub(super) fn read_amplitude(
+    t: &Table<'_>,
+    name: &str,
+    channel: &Channel,
+) -> Result<Amplitude, SessionError> {
+    let limit = channel.spec.limit;
+    let value = t.whole::<i64>(name, 3)?.required()?;
+    if value > i64::from(limit.0) {
+        let problem = Problem::AboveChannelLimit {
+            field: t.path_of(name),
+            given: format!("{} {}", t.given(name), channel.unit().symbol()),
+            channel: channel.number,
+            limit: channel.display(limit),
+        };
+        return Err(t.error(name, problem));
+    }
+    let value = u32::try_from(value);
+    value
+        .map(Amplitude)
+        .map_err(|_| t.not_within(name, 0, limit.0.into(), 3))
+}
+
+/// Where the file says a joint's field, and the power of ten between them.
+const fn file_field(field: SpecField) -> (&'static str, i32) {
+    use SpecField as F;
+    match field {
+        F::Lambda => ("lambda", 3),
+        F::W => ("w", 3),
+        F::K1 => ("k1", 3),
+        F::K2 => ("k2", 3),
+        F::B => ("b", 3),
+        F::Kp => ("kp", 3),
+        F::Ki => ("ki", 3),
+        F::Kd => ("kd", 3),
+        F::LawPeriod => ("law_period_ms", 0),
+        F::Cutoff => ("cutoff_hz", 3),
+        F::FlexorCount => ("flexors", 0),
+        F::Channel => ("channel", 0),
+        F::Threshold => ("threshold", 3),
+        F::Maximum => ("max", 3),
+        F::Extrapolation => ("max_extrapolation_ms", 0),
+        F::AngleMin => ("angle_min_deg", 3),
+        F::AngleMax => ("angle_max_deg", 3),
+        F::CodeAt0 => ("code_at_0_deg", 0),
+        F::CodeAt100 | F::CodeSpan => ("code_at_100_deg", 0),
+        F::StaleAfter => ("stale_after_ms", 0),
+    }
+}
+
+/// Puts the firmware's verdict on the field concerned.
+fn joint_error(
+    t: &Table<'_>,
+    points: &[Table<'_>],
+    spec: &JointSpec,
+    e: SpecError,
+) -> SessionError {
+    use SpecField as F;
+    let specs = || spec.flexors.iter().chain([&spec.extensor]).zip(points);
+    // The first point that breaks a rule is the one the firmware met.
+    let point = |breaks: &dyn Fn(&PointSpec) -> bool| {
+        let found = specs().find(|(p, _)| breaks(p));
+        found.map_or(t, |(_, table)| table)
+    };
+    let (field, min, max) = match e {
+        SpecError::ChannelTwice { channel: c } => {
+            let second = specs().filter(|(p, _)| p.channel == c).nth(1);
+            let (field, channel) = ("joint".into(), c + 1); // at most 10
+            let problem = Problem::ChannelTwice { field, channel };
+            return second.map_or(t, |(_, p)| p).error("channel", problem);
+        }
+        SpecError::OutOfRange { field, min, max } => (field, i64::from(min), i64::from(max)),
+    };
+    let (name, places) = file_field(field);
+    match field {
+        F::FlexorCount => t.out_of_range(name, format!("{min} to {max} points")),
+        F::CodeSpan => t.out_of_range(name, format!("at least {min} from `code_at_0_deg`")),
+        F::Threshold => point(&|p| p.threshold > p.max).not_within(name, min, max, places),
+        F::Maximum => point(&|p| i64::from(p.max.0) > max).not_within(name, min, max, places),
+        F::Lambda | F::W | F::K1 | F::K2 | F::B | F::Kp | F::Ki | F::Kd => {
+            let gains = t.table("gains").ok().and_then(|gains| gains.optional());
+            gains
+                .as_ref()
+                .unwrap_or(t)
+                .not_within(name, min, max, places)
+        }
+        _ => t.not_within(name, min, max, places),
+    }
+}
