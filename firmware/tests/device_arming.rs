@@ -44,7 +44,11 @@ fn arming_through_a_flood_works_afterwards() {
     desk.prepare(wearer(), &[channel(PLAIN)]);
     let mut bytes = Vec::new();
     for i in 0..60 {
-        let request = if i == 45 { Request::Arm } else { Request::KeepAlive };
+        let request = if i == 45 {
+            Request::Arm
+        } else {
+            Request::KeepAlive
+        };
         bytes.extend(frame(desk.session, desk.seq, request));
         desk.seq += 1;
     }
@@ -78,8 +82,16 @@ fn a_second_arm_order_during_the_check_is_refused_and_harms_nothing() {
     let second = desk.send(Request::Arm);
     desk.wait(40_000);
     let heard = desk.heard();
-    assert!(heard.iter().any(|h| matches!(h, Heard::Ack(s, _) if *s == first)));
-    assert!(heard.iter().any(|h| matches!(h, Heard::Refused(Some(s), ..) if *s == second)));
+    assert!(
+        heard
+            .iter()
+            .any(|h| matches!(h, Heard::Ack(s, _) if *s == first))
+    );
+    assert!(
+        heard
+            .iter()
+            .any(|h| matches!(h, Heard::Refused(Some(s), ..) if *s == second))
+    );
     // The armed setup is the first one: it has no second channel.
     assert_eq!(code(desk.answer(all(2, 1_000))), Some(Code::NoTrain));
     desk.must(Request::Stop);

@@ -2,6 +2,8 @@
 //! simulator and the QEMU image. It owns no clock; [`Lockstep::advance`] says
 //! how far time goes, and everything happens at its exact microsecond.
 
+pub mod port;
+
 use super::{Controller, Identity, Mailboxes, Pulser, REFILL_OFFSET_US, Session, WINDOWS_PER_TICK};
 use crate::link::MAX_FRAME;
 use crate::pulse::{CHANNELS, Levels, WINDOW_US, WindowPlan};
@@ -60,6 +62,18 @@ pub trait Sink {
     fn dac(&mut self, at: Micros, channel: u8, code: DacCode);
     /// Bytes leave for the host.
     fn bytes(&mut self, at: Micros, bytes: &[u8]);
+}
+
+impl<S: Sink + ?Sized> Sink for &mut S {
+    fn levels(&mut self, at: Micros, levels: Levels) {
+        (**self).levels(at, levels);
+    }
+    fn dac(&mut self, at: Micros, channel: u8, code: DacCode) {
+        (**self).dac(at, channel, code);
+    }
+    fn bytes(&mut self, at: Micros, bytes: &[u8]) {
+        (**self).bytes(at, bytes);
+    }
 }
 
 /// A simulated board: owners, mailboxes, and the window being played.

@@ -134,10 +134,7 @@ impl Desk {
 
     pub fn hello(&mut self) -> HelloInfo {
         let heard = self.ask(Request::Hello { schema: SCHEMA });
-        let Some(Heard::Hello(info)) = heard
-            .iter()
-            .find(|h| matches!(h, Heard::Hello(_)))
-            .cloned()
+        let Some(Heard::Hello(info)) = heard.iter().find(|h| matches!(h, Heard::Hello(_))).cloned()
         else {
             panic!("{heard:?}");
         };
