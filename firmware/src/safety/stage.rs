@@ -49,6 +49,17 @@ impl StageSpec {
     }
 }
 
+impl StageSpec {
+    /// Full scale in the stage's own thousandths.
+    #[must_use]
+    pub const fn full_scale(&self) -> Amplitude {
+        match *self {
+            Self::Current { full_scale_ua } => Amplitude(full_scale_ua),
+            Self::Voltage { full_scale_mv, .. } => Amplitude(full_scale_mv),
+        }
+    }
+}
+
 impl Stage {
     /// Whether amplitudes are currents.
     #[must_use]
@@ -59,10 +70,7 @@ impl Stage {
     /// Full scale in the stage's own thousandths.
     #[must_use]
     pub const fn full_scale(&self) -> Amplitude {
-        match self.0 {
-            StageSpec::Current { full_scale_ua } => Amplitude(full_scale_ua),
-            StageSpec::Voltage { full_scale_mv, .. } => Amplitude(full_scale_mv),
-        }
+        self.0.full_scale()
     }
 
     /// The current limit of this kind of stage, µA.
