@@ -411,7 +411,7 @@ fn apply(desk: &mut Desk, step: &Step, asked: &mut Vec<(u64, u16, Request)>) {
             // Any past; the future only a little, or time would run there.
             let at = now.plus_signed((*by).min(5_000));
             let bytes = frame(desk.session, desk.seq, request.clone());
-            let t = desk.time() + u64::from(by.cast_unsigned().min(5_000));
+            let t = desk.time() + u64::from((*by).clamp(0, 5_000).cast_unsigned());
             asked.push((t, desk.seq, request.clone()));
             desk.seq = desk.seq.wrapping_add(1);
             desk.board
@@ -508,6 +508,7 @@ fn judge_phases(
 fn judge_permission(
     desk: &mut Desk,
     asked: &[(u64, u16, Request)],
+    longest_us: u64,
 ) -> Result<(), TestCaseError> {
     let Some(first) = desk
         .record
@@ -519,8 +520,9 @@ fn judge_permission(
     };
     let arm = asked.iter().find(|a| matches!(a.2, Request::Arm));
     prop_assert!(arm.is_some_and(|a| a.0 <= first.0), "driven before any Arm");
-    // Nothing that counts as life may be older than the longest timeout and
-    // fall, 500 ms here, while outputs are driven: 1 ms for an arm's check.
+    // While outputs are driven, what counts as life is not older than the
+    // longest timeout and fall armed in this run; an arm order starts a check
+    // of 22 ms.
     let lives: Vec<u64> = asked
         .iter()
         .filter(|a| {
@@ -541,7 +543,7 @@ fn judge_permission(
         if is_driven(levels) && !is_driven(before) {
             let heard = lives.iter().rev().find(|&&life| life <= t);
             prop_assert!(
-                heard.is_some_and(|&life| t - life <= 1_101_000),
+                heard.is_some_and(|&life| t - life <= longest_us),
                 "driven at {t} without a host"
             );
         }
@@ -591,6 +593,7 @@ fn config() -> ProptestConfig {
 struct Allowed {
     code: [u16; CHANNELS],
     monophasic: [bool; CHANNELS],
+    longest_us: u64,
 }
 
 impl Allowed {
@@ -598,6 +601,9 @@ impl Allowed {
         let Some(setup) = desk.board.setup() else {
             return;
         };
+        let wearer = &setup.wearer;
+        let silence = u64::from(wearer.host_timeout_us() + wearer.fall_us());
+        self.longest_us = self.longest_us.max(silence);
         for (c, channel) in setup.channels.iter().enumerate() {
             let Some(channel) = channel else { continue };
             self.code[c] = self.code[c].max(channel.stage.code(channel.limit).0);
@@ -667,7 +673,7 @@ fn one_run(boot: u32, steps: &[Step], tally: &Tally) -> Result<(), TestCaseError
     desk.wait(1_500_000);
     allowed.note(&desk);
     judge_pins(&mut desk)?;
-    judge_permission(&mut desk, &asked)?;
+    judge_permission(&mut desk, &asked, allowed.longest_us)?;
     allowed.judge(&mut desk)?;
     // A raw tail without a delimiter would swallow the next request.
     if !steps
