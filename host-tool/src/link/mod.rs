@@ -11,6 +11,6 @@ mod port;
 mod serial;
 
 pub use client::{Client, Incoming};
-pub use error::{Error, Refused};
+pub use error::{Error, Refused, advice, what};
 pub use port::{Port, SimulatedPort};
 pub use serial::{SerialPort, TcpPort};
