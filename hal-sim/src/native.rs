@@ -2,40 +2,14 @@
 //! time. Any number can run side by side.
 
 use crate::body::Drive;
-use crate::world::{Output, Recorder};
+pub use crate::lockstep::Device;
+use crate::world::Output;
 use firmware::device::Identity;
-use firmware::device::lockstep::{Lockstep, Sensors};
+use firmware::device::lockstep::{Lockstep, Sensors, Sink};
 use firmware::link::{Kind, message::ResetCause};
 use firmware::pulse::{Group, Partner};
 use firmware::units::Micros;
-
-/// A device that lives in virtual time.
-pub trait Device: Send {
-    /// Bytes arrive at `at`.
-    ///
-    /// # Errors
-    /// The device cannot be reached any more.
-    fn receive(
-        &mut self,
-        at: Micros,
-        bytes: &[u8],
-        sensors: &Sensors,
-        sink: &mut Recorder,
-    ) -> std::io::Result<()>;
-    /// How `channel` drives what it is set to; `None` if it is not set up or
-    /// the device cannot be looked into.
-    fn output(&self, channel: usize) -> Option<Output>;
-    /// Time goes on to `to`.
-    ///
-    /// # Errors
-    /// The device cannot be reached any more.
-    fn advance(
-        &mut self,
-        to: Micros,
-        sensors: &Sensors,
-        sink: &mut Recorder,
-    ) -> std::io::Result<()>;
-}
+use std::io;
 
 /// What simulators say of themselves.
 #[must_use]
@@ -76,9 +50,9 @@ impl Device for Lockstep {
         at: Micros,
         bytes: &[u8],
         sensors: &Sensors,
-        sink: &mut Recorder,
-    ) -> std::io::Result<()> {
-        Lockstep::receive(self, at, bytes, sensors, sink);
+        mut sink: &mut dyn Sink,
+    ) -> io::Result<()> {
+        Lockstep::receive(self, at, bytes, sensors, &mut sink);
         Ok(())
     }
 
@@ -86,9 +60,9 @@ impl Device for Lockstep {
         &mut self,
         to: Micros,
         sensors: &Sensors,
-        sink: &mut Recorder,
-    ) -> std::io::Result<()> {
-        Lockstep::advance(self, to, sensors, sink);
+        mut sink: &mut dyn Sink,
+    ) -> io::Result<()> {
+        Lockstep::advance(self, to, sensors, &mut sink);
         Ok(())
     }
 }

@@ -1,8 +1,9 @@
 //! What a session's trace must look like, written down from its file for the
 //! independent checker. Nothing of the device's scheduling is used.
 
-use hal_sim::trace::Polarity;
+use firmware::pulse::{GroupSpec, Partner, Shape as WireShape, TrainSpec as Wire};
 use hal_sim::trace::check::{Expectation, Group, GroupKind, Limits, Shape, TrainSpec};
+use hal_sim::trace::{Polarity, Trace};
 use host_tool::session::{Course, Session};
 use std::ops::Range;
 
@@ -12,23 +13,55 @@ use std::ops::Range;
 /// # Panics
 /// If the session streams angles, whose amplitudes nobody knows beforehand.
 #[must_use]
-pub fn expectation(session: &Session, epoch_us: u64, end_us: u64) -> Expectation {
+pub fn of_session(session: &Session, epoch_us: u64, end_us: u64) -> Expectation {
     let Course::Amplitudes(values) = &session.setpoints.course else {
         panic!("constant amplitudes only");
     };
     let is_driven = |index: u8| values.iter().any(|(c, a)| *c == index && a.0 > 0);
     let driven = session.channels.iter().filter(|c| is_driven(c.index()));
-    let groups = session.groups.iter().map(|group| Group {
+    let trains = driven.map(|c| train(c.index(), &c.spec.train, epoch_us..end_us + 1));
+    expectation(trains.collect(), &session.groups, end_us)
+}
+
+/// The same for trains of channels 0, 1, …, all of them driven.
+#[must_use]
+pub fn of_setup(trains: &[Wire], groups: &[GroupSpec], epoch_us: u64, end_us: u64) -> Expectation {
+    let trains = (0u8..)
+        .zip(trains)
+        .map(|(c, spec)| train(c, spec, epoch_us..end_us + 1));
+    expectation(trains.collect(), groups, end_us)
+}
+
+/// A trace from `epoch_us` on, with the DAC writes for its first pulses, but
+/// without the electrode check before.
+#[must_use]
+pub fn since(trace: &Trace, epoch_us: u64) -> Trace {
+    Trace {
+        levels: trace
+            .levels
+            .iter()
+            .copied()
+            .filter(|(t, _)| *t >= epoch_us)
+            .collect(),
+        dac: trace
+            .dac
+            .iter()
+            .copied()
+            .filter(|write| write.t_us + 500 >= epoch_us)
+            .collect(),
+    }
+}
+
+fn expectation(trains: Vec<TrainSpec>, groups: &[GroupSpec], end_us: u64) -> Expectation {
+    let groups = groups.iter().map(|group| Group {
         kind: match group.partner {
-            firmware::pulse::Partner::Conducted => GroupKind::Conducted,
-            firmware::pulse::Partner::Isolated => GroupKind::Isolated,
+            Partner::Conducted => GroupKind::Conducted,
+            Partner::Isolated => GroupKind::Isolated,
         },
         members: (0..10).filter(|c| group.members & 1 << c != 0).collect(),
     });
     Expectation {
-        trains: driven
-            .map(|c| train(c.index(), &c.spec.train, epoch_us..end_us + 1))
-            .collect(),
+        trains,
         groups: groups.collect(),
         dead_time_us: 5,
         max_code: [u16::MAX; 10],
@@ -38,15 +71,14 @@ pub fn expectation(session: &Session, epoch_us: u64, end_us: u64) -> Expectation
     }
 }
 
-fn train(channel: u8, spec: &firmware::pulse::TrainSpec, active_us: Range<u64>) -> TrainSpec {
-    use firmware::pulse::Shape as Wire;
+fn train(channel: u8, spec: &Wire, active_us: Range<u64>) -> TrainSpec {
     TrainSpec {
         channel,
         shape: match spec.shape {
-            Wire::BiphasicCathodicFirst => Shape::Biphasic(Polarity::Cathodic),
-            Wire::BiphasicAnodicFirst => Shape::Biphasic(Polarity::Anodic),
-            Wire::MonophasicCathodic => Shape::Monophasic(Polarity::Cathodic),
-            Wire::MonophasicAnodic => Shape::Monophasic(Polarity::Anodic),
+            WireShape::BiphasicCathodicFirst => Shape::Biphasic(Polarity::Cathodic),
+            WireShape::BiphasicAnodicFirst => Shape::Biphasic(Polarity::Anodic),
+            WireShape::MonophasicCathodic => Shape::Monophasic(Polarity::Cathodic),
+            WireShape::MonophasicAnodic => Shape::Monophasic(Polarity::Anodic),
         },
         width_us: spec.width_us.into(),
         gap_us: spec.gap_us.into(),

@@ -1,3 +1,11 @@
-//! What tests across packages share.
+//! What tests across packages share, and the `cargo verify` runner.
+//!
+//! The runner is built without the feature `devices`: it depends on no package
+//! that it checks, starts in seconds on a fresh machine, and can report that
+//! one of them does not compile.
 
+#[cfg(feature = "devices")]
 pub mod expectation;
+#[cfg(feature = "devices")]
+pub mod fuzz;
+pub mod verify;

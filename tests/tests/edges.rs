@@ -5,7 +5,7 @@ use host_tool::link::Port;
 use host_tool::run::{DeviceName, SessionFile, edges_between, run};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
-use tests::expectation::expectation;
+use tests::expectation::{of_session, since};
 
 fn sessions(folder: &str) -> Vec<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -34,26 +34,8 @@ fn stimulate(path: &Path, length_us: u64) -> (SessionFile, Trace, u64) {
         outcome.error.unwrap()
     );
     let epoch = outcome.epoch_us.unwrap();
-    let trace = from(&port.unwrap().world().unwrap().recorder.trace, epoch);
+    let trace = since(&port.unwrap().world().unwrap().recorder.trace, epoch);
     (file, trace.until(epoch + length_us), epoch)
-}
-
-/// Without the electrode check before the epoch.
-fn from(trace: &Trace, epoch: u64) -> Trace {
-    Trace {
-        levels: trace
-            .levels
-            .iter()
-            .copied()
-            .filter(|(t, _)| *t >= epoch)
-            .collect(),
-        dac: trace
-            .dac
-            .iter()
-            .copied()
-            .filter(|write| write.t_us + 500 >= epoch)
-            .collect(),
-    }
 }
 
 #[test]
@@ -67,7 +49,7 @@ fn all_29_patterns_are_exact() {
     let mut text = String::new();
     for path in files {
         let (file, trace, epoch) = stimulate(&path, 500_000);
-        let expected = expectation(&file.session, epoch, epoch + 500_000);
+        let expected = of_session(&file.session, epoch, epoch + 500_000);
         let violations = hal_sim::trace::check(&trace, &expected);
         assert!(
             violations.is_empty(),
@@ -100,7 +82,7 @@ fn ten_channels_are_exact() {
             continue;
         }
         let (file, trace, epoch) = stimulate(&path, 2_000_000);
-        let expected = expectation(&file.session, epoch, epoch + 2_000_000);
+        let expected = of_session(&file.session, epoch, epoch + 2_000_000);
         let violations = hal_sim::trace::check(&trace, &expected);
         assert!(
             violations.is_empty(),

@@ -5,5 +5,7 @@
 //! lives here. In: interrupts and registers. Out: calls to the owners.
 #![allow(unsafe_code)]
 
+#[cfg(feature = "qemu")]
+pub mod qemu;
 #[cfg(feature = "stm32f405")]
 pub mod stm32f405;

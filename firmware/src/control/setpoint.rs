@@ -93,6 +93,7 @@ impl SetpointTrack {
         if lead < -HORIZON_US.cast_signed() {
             return Err(SetpointError::TooOld);
         }
+        self.settle(now);
         let newest = self.waiting.back().copied().or(match self.due {
             Some(Standing::Moving(timed)) => Some(timed),
             _ => None,
@@ -106,12 +107,17 @@ impl SetpointTrack {
             .map_err(|_| SetpointError::TooManyWaiting)
     }
 
-    /// The wanted angle at `now`; `None` until the first setpoint is due.
-    /// Call it at least every 30 minutes; a joint's tick does, every millisecond.
-    pub fn value_at(&mut self, now: Micros, policy: HoldPolicy) -> Option<Angle> {
+    /// Takes over the setpoints whose time has come.
+    fn settle(&mut self, now: Micros) {
         while self.waiting.front().is_some_and(|t| now.has_reached(t.at)) {
             self.due = self.waiting.pop_front().map(Standing::Moving);
         }
+    }
+
+    /// The wanted angle at `now`; `None` until the first setpoint is due.
+    /// Call it at least every 30 minutes; a joint's tick does, every millisecond.
+    pub fn value_at(&mut self, now: Micros, policy: HoldPolicy) -> Option<Angle> {
+        self.settle(now);
         match self.due? {
             Standing::Resting(angle) => Some(angle),
             Standing::Moving(timed) => {

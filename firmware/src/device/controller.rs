@@ -79,8 +79,12 @@ impl Controller {
         while let Some(event) = mail.events.dequeue() {
             self.follow(event, now, mail);
         }
+        let mut heard = None;
         while let Some(request) = mail.requests.dequeue() {
-            self.take(request, now, mail);
+            heard = self.take(request, now, mail).or(heard);
+        }
+        if let Some(at) = heard {
+            order(ControlOrder::Heard(at), mail);
         }
         let orders = self.control(now, adc, mail);
         for (muscle, state) in self.setup.muscles.iter().zip(&mut self.muscles) {
@@ -92,9 +96,9 @@ impl Controller {
     fn follow(&mut self, event: ControlEvent, now: Micros, mail: &mut ControllerMail<'_>) {
         match event {
             ControlEvent::Armed => {
-                // The latest setup is the armed one: the session puts one in
-                // before each arm order.
-                while let Some(setup) = mail.setup.dequeue() {
+                // The session puts one in with each arm order, and no second
+                // one before this one is taken or refused.
+                if let Some(setup) = mail.setup.dequeue() {
                     self.setup = setup;
                 }
                 self.muscles.clear();
@@ -106,6 +110,7 @@ impl Controller {
                 self.amplitudes = [Amplitude::ZERO; CHANNELS];
                 self.phase = Phase::Armed;
             }
+            ControlEvent::Refused => drop(mail.setup.dequeue()),
             ControlEvent::Started => self.phase = Phase::Running,
             ControlEvent::Ended => self.phase = Phase::Off,
             ControlEvent::Pulse {
@@ -127,11 +132,17 @@ impl Controller {
         }
     }
 
-    fn take(&mut self, request: ControlRequest, now: Micros, mail: &mut ControllerMail<'_>) {
+    /// Carries out a request. When its last byte arrived if it was a setpoint.
+    fn take(
+        &mut self,
+        request: ControlRequest,
+        now: Micros,
+        mail: &mut ControllerMail<'_>,
+    ) -> Option<Micros> {
         let (seq, result, setpoint) = match request {
             ControlRequest::Subscribe(period) => {
                 (self.period, self.until_sample) = (period, period);
-                return;
+                return None;
             }
             ControlRequest::Angle {
                 seq,
@@ -147,10 +158,7 @@ impl Controller {
                         .setpoint(&mut self.joint, now, at, angle, rate)
                         .map_err(Refusal::from),
                 };
-                if result.is_ok() {
-                    order(ControlOrder::Heard(arrived), mail);
-                }
-                (seq, result, true)
+                (seq, result, Some(arrived))
             }
             ControlRequest::Measurement { seq, at, angle } => {
                 let result = match &self.setup.joint {
@@ -160,16 +168,18 @@ impl Controller {
                         .measurement(&mut self.joint, now, at, angle)
                         .map_err(Refusal::from),
                 };
-                (seq, result, false)
+                (seq, result, None)
             }
         };
+        let heard = setpoint.filter(|_| result.is_ok());
         let report = ControlReport::Verdict {
             seq,
             at: now,
             result,
-            setpoint,
+            setpoint: setpoint.is_some(),
         };
-        let _ = mail.reports.enqueue(report); // a host that gets no answer asks again
+        let _ = mail.reports.enqueue(report); // see `Mailboxes`
+        heard
     }
 
     /// Runs the joint while stimulating; a sensor that cannot be believed is
@@ -238,10 +248,8 @@ impl Controller {
     }
 }
 
-/// The pulser empties its mailbox four times per tick, and a tick writes at
-/// most one order more than it took requests: 16 slots are enough for ten
-/// setpoints in a millisecond. What does not fit would be overwritten by the
-/// next tick's order anyway.
+/// The pulser empties its mailbox four times per tick, and a tick writes two
+/// orders: there is room.
 fn order(order: ControlOrder, mail: &mut ControllerMail<'_>) {
     let _ = mail.orders.enqueue(order);
 }

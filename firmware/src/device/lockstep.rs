@@ -2,6 +2,8 @@
 //! simulator and the QEMU image. It owns no clock; [`Lockstep::advance`] says
 //! how far time goes, and everything happens at its exact microsecond.
 
+pub mod port;
+
 use super::{Controller, Identity, Mailboxes, Pulser, REFILL_OFFSET_US, Session, WINDOWS_PER_TICK};
 use crate::link::MAX_FRAME;
 use crate::pulse::{CHANNELS, Levels, WINDOW_US, WindowPlan};
@@ -34,7 +36,8 @@ pub struct Sensors {
     pub hand_stop: bool,
     /// Over-current comparator tripped.
     pub over_current: bool,
-    /// A trigger edge in the time being advanced over.
+    /// A trigger edge in the time being advanced over; one from before it was
+    /// seen already.
     pub trigger: Option<Micros>,
 }
 
@@ -61,6 +64,18 @@ pub trait Sink {
     fn bytes(&mut self, at: Micros, bytes: &[u8]);
 }
 
+impl<S: Sink + ?Sized> Sink for &mut S {
+    fn levels(&mut self, at: Micros, levels: Levels) {
+        (**self).levels(at, levels);
+    }
+    fn dac(&mut self, at: Micros, channel: u8, code: DacCode) {
+        (**self).dac(at, channel, code);
+    }
+    fn bytes(&mut self, at: Micros, bytes: &[u8]) {
+        (**self).bytes(at, bytes);
+    }
+}
+
 /// A simulated board: owners, mailboxes, and the window being played.
 #[derive(Debug)]
 pub struct Lockstep {
@@ -83,6 +98,8 @@ pub struct Lockstep {
     reading: Option<Reading>,
     trigger: Option<Micros>,
     tripped: bool,
+    /// When bytes left last.
+    sent: Micros,
 }
 
 impl Lockstep {
@@ -107,6 +124,7 @@ impl Lockstep {
             reading: None,
             trigger: None,
             tripped: false,
+            sent: boot,
         }
     }
 
@@ -138,14 +156,15 @@ impl Lockstep {
         };
         self.advance(served, sensors, sink);
         let (_, _, mut mail) = self.mail.split();
-        self.session.receive(at, bytes, &mut mail);
-        self.session.poll(&mut mail);
-        self.transmit(served, sink);
+        for frame in bytes.split_inclusive(|&byte| byte == 0) {
+            self.session.receive(at, frame, &mut mail);
+            transmit(&mut self.session, self.now, &mut self.sent, sink);
+        }
     }
 
     /// Lets time go on to `to`; does nothing if it is there already.
     pub fn advance(&mut self, to: Micros, sensors: &Sensors, sink: &mut impl Sink) {
-        if sensors.trigger.is_some() {
+        if sensors.trigger.is_some_and(|at| at.has_reached(self.now)) {
             self.trigger = sensors.trigger;
         }
         if sensors.over_current && !self.tripped {
@@ -248,7 +267,7 @@ impl Lockstep {
             ready = done.plus(cost::CONTROL_US);
         }
         self.session.poll(&mut session_mail);
-        self.transmit(ready, sink);
+        transmit(&mut self.session, ready, &mut self.sent, sink);
     }
 
     /// A fault from outside the refill: outputs isolate here and now.
@@ -273,12 +292,18 @@ impl Lockstep {
             sink.levels(at, levels);
         }
     }
+}
 
-    fn transmit(&mut self, at: Micros, sink: &mut impl Sink) {
-        let mut buffer = [0; MAX_FRAME];
-        while self.session.has_output() {
-            let count = self.session.transmit(&mut buffer);
-            sink.bytes(at, buffer.get(..count).unwrap_or_default());
-        }
+/// Empties the outbox at `at`, but not before what was sent last: an owner's
+/// answer may be ready later than the next one's.
+fn transmit(session: &mut Session, at: Micros, sent: &mut Micros, sink: &mut impl Sink) {
+    let mut buffer = [0; MAX_FRAME];
+    while session.has_output() {
+        let ahead = sent.since(at);
+        // Further ahead than any owner's cost is a wrapped clock.
+        let is_ahead = (0..1000).contains(&ahead);
+        *sent = if is_ahead { *sent } else { at };
+        let count = session.transmit(&mut buffer);
+        sink.bytes(*sent, buffer.get(..count).unwrap_or_default());
     }
 }

@@ -48,6 +48,8 @@ pub enum Report {
         result: Result<(), Denied>,
         /// Whether it was a setpoint.
         setpoint: bool,
+        /// The state from then on.
+        state: State,
     },
     /// Answer to [`OrderKind::Status`].
     Status {
@@ -138,6 +140,8 @@ pub enum ControlOrder {
 pub enum ControlEvent {
     /// The setup in the mailbox is armed.
     Armed,
+    /// The setup in the mailbox was refused.
+    Refused,
     /// Stimulation started.
     Started,
     /// Stimulation or arming ended.
@@ -153,15 +157,20 @@ pub enum ControlEvent {
     },
 }
 
-/// All mailboxes. A setup lies in a mailbox of its own because of its size.
+/// All mailboxes; each holds one item less than its number. A setup lies in a
+/// mailbox of its own because of its size. The controller's is full from an arm
+/// order to its verdict: one is under way at a time.
 #[derive(Debug, Default)]
 pub struct Mailboxes {
     setup: Queue<Setup, 2>,
     orders: Queue<Order, 32>,
-    reports: Queue<Report, 32>,
+    // A verdict for every order of one window, and what changes in it.
+    reports: Queue<Report, 40>,
     control_setup: Queue<ControlSetup, 2>,
-    control_requests: Queue<ControlRequest, 32>,
-    control_reports: Queue<ControlReport, 16>,
+    control_requests: Queue<ControlRequest, 16>,
+    // A verdict for every request of one tick, and a sample.
+    control_reports: Queue<ControlReport, 24>,
+    // Two a tick, taken four times a tick.
     control_orders: Queue<ControlOrder, 16>,
     // 4 windows of at most 20 pulses between two control ticks.
     control_events: Queue<ControlEvent, 128>,

@@ -76,7 +76,7 @@ impl Pulser {
 
     /// Latches a fault found elsewhere at `now`; the caller isolates.
     pub fn fault(&mut self, fault: Fault, now: Micros, mail: &mut PulserMail<'_>) {
-        if self.guard.state() == State::Fault {
+        if self.guard.is_latched() {
             return; // the first fault is the one to keep
         }
         let notice = self.guard.fault(fault, now, self.scheduler.residual(now));
@@ -101,7 +101,11 @@ impl Pulser {
                     }
                 }
                 ControlOrder::Heard(at) => self.guard.heard(at),
-                ControlOrder::Fault(fault) => return Err(fault),
+                ControlOrder::Fault(fault) if self.guard.state() == State::Stimulating => {
+                    return Err(fault);
+                }
+                // Nobody controls any more: a host that stopped may fall silent.
+                ControlOrder::Fault(_) => {}
             }
         }
         if let Some(at) = inputs.trigger
@@ -125,9 +129,12 @@ impl Pulser {
         let result = match order.kind {
             OrderKind::Arm => match self.arm(order.seq, start, inputs, mail) {
                 Ok(()) => return, // the verdict comes with the electrode check's
-                denied => denied,
+                denied => {
+                    let _ = mail.control_events.enqueue(ControlEvent::Refused); // see `report_pulses`
+                    denied
+                }
             },
-            OrderKind::Start => self.start(start, mail),
+            OrderKind::Start => self.start(start, order.at, mail),
             OrderKind::Stop => {
                 if let Some(notice) = self.guard.stop(start) {
                     self.announce(notice, start, mail);
@@ -160,7 +167,7 @@ impl Pulser {
                 return;
             }
         };
-        verdict(order.seq, start, result, setpoint, mail);
+        self.verdict(order.seq, start, result, setpoint, mail);
     }
 
     fn arm(
@@ -181,8 +188,13 @@ impl Pulser {
         Ok(())
     }
 
-    fn start(&mut self, start: Micros, mail: &mut PulserMail<'_>) -> Result<(), Denied> {
-        self.guard.start(start)?;
+    fn start(
+        &mut self,
+        start: Micros,
+        heard: Micros,
+        mail: &mut PulserMail<'_>,
+    ) -> Result<(), Denied> {
+        self.guard.start(heard)?;
         if let Some(setup) = self.guard.setup() {
             self.scheduler
                 .start(&setup.trains(), &setup.groups, setup.sync, start);
@@ -214,7 +226,12 @@ impl Pulser {
             Notice::Stopping(_) => None,
             Notice::Checked(Err(_)) | Notice::Idle(_) | Notice::Faulted(_) | Notice::Recovered => {
                 self.scheduler.clear();
-                Some(ControlEvent::Ended)
+                // Nothing else can end while an electrode check is under way.
+                Some(if self.arming.is_some() {
+                    ControlEvent::Refused
+                } else {
+                    ControlEvent::Ended
+                })
             }
         };
         if let Notice::Faulted(record) = notice {
@@ -231,7 +248,7 @@ impl Pulser {
         if let Some(result) = result
             && let Some(seq) = self.arming.take()
         {
-            verdict(seq, at, result, false, mail);
+            self.verdict(seq, at, result, false, mail);
         }
         let state = self.guard.state();
         let _ = mail.reports.enqueue(Report::Changed { at, state, notice }); // see `verdict`
@@ -262,22 +279,23 @@ impl Pulser {
             plan.sample = Some((channel, at.plus(half.into())));
         }
     }
-}
 
-/// Answers an order. The mailbox holds as many reports as orders fit in, and
-/// the session empties it more often than windows pass; a host that gets no
-/// answer asks again.
-fn verdict(
-    seq: u16,
-    at: Micros,
-    result: Result<(), Denied>,
-    setpoint: bool,
-    mail: &mut PulserMail<'_>,
-) {
-    let _ = mail.reports.enqueue(Report::Verdict {
-        seq,
-        at,
-        result,
-        setpoint,
-    });
+    /// Answers an order. The mailbox holds an answer for every order that fits
+    /// into one window; the session empties it after each.
+    fn verdict(
+        &self,
+        seq: u16,
+        at: Micros,
+        result: Result<(), Denied>,
+        setpoint: bool,
+        mail: &mut PulserMail<'_>,
+    ) {
+        let _ = mail.reports.enqueue(Report::Verdict {
+            seq,
+            at,
+            result,
+            setpoint,
+            state: self.guard.state(),
+        });
+    }
 }

@@ -164,7 +164,9 @@ impl Session {
         self.counters.frames = self.counters.frames.saturating_add(1);
         let seq = message.seq;
         if let Request::Hello { schema } = message.request {
-            match self.hello(now, seq, message.session, schema) {
+            // An arm order under way is as good as armed.
+            let is_arming = !mail.control_setup.ready();
+            match self.hello(now, seq, message.session, schema, is_arming) {
                 Ok(info) => self.say(&Response::Hello(info)),
                 Err(refusal) => self.refuse(Some(seq), refusal),
             }
@@ -186,6 +188,7 @@ impl Session {
         seq: u16,
         session: u16,
         schema: u64,
+        is_arming: bool,
     ) -> Result<HelloInfo, Refusal<'static>> {
         if schema != SCHEMA {
             return Err(Refusal::new(Code::SchemaMismatch, "schema"));
@@ -194,7 +197,7 @@ impl Session {
             self.state,
             State::Armed | State::Stimulating | State::Stopping
         );
-        if busy && self.owner.is_some_and(|owner| owner != session) {
+        if (busy || is_arming) && self.owner.is_some_and(|owner| owner != session) {
             return Err(Refusal::new(Code::SessionTaken, "session"));
         }
         self.last_session = self.last_session.checked_add(1).unwrap_or(1);
@@ -226,10 +229,11 @@ impl Session {
             Some(_) => {}
         }
         let gap = seq.wrapping_sub(self.expected.unwrap_or(seq));
+        // A number from before is late or doubled; no gap follows it.
         if gap < 1 << 15 {
             self.counters.lost = self.counters.lost.saturating_add(gap.into());
+            self.expected = Some(seq.wrapping_add(1));
         }
-        self.expected = Some(seq.wrapping_add(1));
         Ok(())
     }
 
@@ -331,8 +335,10 @@ impl Session {
     /// Checks the whole draft and hands it to its two users.
     fn arm(&mut self, order: Order, mail: &mut SessionMail<'_>) -> Answer {
         let (setup, control) = self.draft.build()?;
-        // A setup that an earlier refused order left behind would block the
-        // mailbox: one slot is free unless two orders are under way.
+        // All or nothing: a part left behind would block the next order.
+        if !mail.setup.ready() || !mail.control_setup.ready() || !mail.orders.ready() {
+            return Err(Refusal::new(Code::DeviceBusy, "device"));
+        }
         send(&mut mail.setup, setup)?;
         send(&mut mail.control_setup, control)?;
         later(order, mail)
@@ -345,7 +351,9 @@ impl Session {
                 at,
                 result,
                 setpoint,
+                state,
             } => {
+                self.state = state;
                 self.verdict(seq, at, result.map_err(Refusal::from), setpoint);
             }
             Report::Status {

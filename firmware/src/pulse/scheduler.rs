@@ -43,6 +43,9 @@ enum Phase {
     Grounding,
     /// Grounding that another member's pulse interrupts (isolated group).
     Interrupted,
+    /// A triggered train has played; until its period is over, the next
+    /// trigger would pulse faster than the limits were checked for.
+    Recovering,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -61,9 +64,9 @@ struct Lane {
     /// Grounding that a partner's pulse can leave behind in an isolated group:
     /// counts as part of this lane's pulse when it must end in time.
     tail_us: u16,
-    /// The latest pulses, newest first: all that a rendered but unplayed
-    /// horizon of two windows can hold.
-    recent: [Option<PulseStart>; 3],
+    /// The latest pulses, newest first: three can lie in a rendered but unplayed
+    /// horizon of two windows, the fourth is under way.
+    recent: [Option<PulseStart>; 4],
 }
 
 /// All channels' trains under way. Small state, no time of its own.
@@ -160,12 +163,27 @@ impl Scheduler {
 
     /// A trigger edge captured at `at`: prepared trains start
     /// [`TRIGGER_DELAY_US`] later, plus their offset. Returns how many of
-    /// them; trains still playing are left alone.
+    /// them; trains whose last period is not over are left alone, and so is an
+    /// isolated group with such a train, whose distances hold from one trigger.
     pub fn trigger(&mut self, at: Micros) -> usize {
+        let epoch = at.plus(TRIGGER_DELAY_US);
+        let mut busy = 0u16;
+        for (channel, lane) in self.lanes.iter().enumerate() {
+            let is_busy = lane.as_ref().is_some_and(|lane| !lane.is_free(epoch));
+            busy |= u16::from(is_busy) << channel; // below 16
+        }
+        for group in &self.groups {
+            if group.partner() == Partner::Isolated && group.members() & busy != 0 {
+                busy |= group.members();
+            }
+        }
         let mut started = 0;
-        for lane in self.lanes.iter_mut().flatten() {
-            if lane.train.spec().triggered && lane.due.is_none() && lane.phase == Phase::Rest {
-                lane.begin(at.plus(TRIGGER_DELAY_US));
+        for (channel, lane) in self.lanes.iter_mut().enumerate() {
+            if let Some(lane) = lane
+                && lane.train.spec().triggered
+                && busy & 1 << channel == 0
+            {
+                lane.begin(epoch);
                 started += 1;
             }
         }
@@ -186,7 +204,7 @@ impl Scheduler {
         let lanes = || self.lanes.iter().flatten();
         Progress {
             finished: self.next.is_none() && !lanes().any(|lane| lane.train.spec().triggered),
-            resting: lanes().all(|lane| lane.phase == Phase::Rest),
+            resting: lanes().all(|lane| matches!(lane.phase, Phase::Rest | Phase::Recovering)),
         }
     }
 
@@ -324,18 +342,19 @@ impl Lane {
             code: None,
             bursts_left: 0,
             tail_us: 0,
-            recent: [None; 3],
+            recent: [None; 4],
         }
     }
 
     /// Charge that a truncation at `at` leaves, in DAC-code·µs, anodic positive.
+    /// A monophasic pulse counts in full until its grounding is over.
     fn residual(&self, at: Micros) -> i32 {
         let width = i32::from(self.train.spec().width_us);
         let second = width + i32::from(self.train.gap_us());
         let biphasic = self.train.spec().shape.is_biphasic();
         let under_way = self.recent.iter().flatten().find_map(|pulse| {
             let t = at.since(pulse.at);
-            let end = self.train.driven_us().cast_signed(); // at most 1200 µs
+            let end = self.train.occupied_us().cast_signed(); // at most 20 500 µs
             (0..end)
                 .contains(&t)
                 .then_some((t, i32::from(pulse.code.0)))
@@ -356,10 +375,20 @@ impl Lane {
     }
 
     fn begin(&mut self, epoch: Micros) {
+        self.phase = Phase::Rest;
         self.burst_start = epoch.plus(self.train.spec().offset_us);
         self.due = Some(self.burst_start);
         self.pulse = 0;
         self.bursts_left = self.train.spec().repeats;
+    }
+
+    /// Whether a train that begins at `epoch` follows this one's end.
+    fn is_free(&self, epoch: Micros) -> bool {
+        match (self.phase, self.due) {
+            (Phase::Rest, None) => true,
+            (Phase::Recovering, Some(over)) => epoch.has_reached(over),
+            _ => false,
+        }
     }
 
     const fn is_pulsing(&self) -> bool {
@@ -370,7 +399,7 @@ impl Lane {
     const fn state(&self) -> Option<State> {
         let cathodic = self.train.spec().shape.cathodic_first();
         match self.phase {
-            Phase::Rest => None,
+            Phase::Rest | Phase::Recovering => None,
             Phase::First => Some(if cathodic {
                 State::Cathodic
             } else {
@@ -402,6 +431,7 @@ impl Lane {
             Phase::First => self.go(Phase::Grounding, now, spec.ground_us),
             Phase::Gap => self.go(Phase::Second, now, spec.width_us),
             Phase::Second | Phase::Grounding | Phase::Interrupted => self.rest(),
+            Phase::Recovering => (self.phase, self.due) = (Phase::Rest, None),
         }
         Ok(())
     }
@@ -435,7 +465,8 @@ impl Lane {
                     code,
                 };
                 plan.pulses.push(pulse).map_err(|_| RenderError::Full)?;
-                self.recent = [Some(pulse), self.recent[0], self.recent[1]];
+                let [first, second, third, _] = self.recent;
+                self.recent = [Some(pulse), first, second, third];
                 self.go(Phase::First, now, self.train.spec().width_us);
             }
             _ => self.rest(),
@@ -458,7 +489,10 @@ impl Lane {
         }
         self.pulse = 0;
         if self.bursts_left == 1 {
-            self.due = None;
+            self.due = spec.triggered.then(|| {
+                self.phase = Phase::Recovering;
+                self.burst_start.plus(spec.period_us)
+            });
             return;
         }
         self.bursts_left = self.bursts_left.saturating_sub(1); // 0 stays: endless

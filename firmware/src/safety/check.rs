@@ -2,7 +2,7 @@
 //! mid-phase current against what the amplitude lets expect.
 
 use super::Setup;
-use crate::pulse::{CHANNELS, Shape, Train, TrainSpec};
+use crate::pulse::{CHANNELS, Shape, Train, TrainSpec, WINDOW_US};
 
 /// Current sense at 4095 counts, µA (docs/hardware.md, current sense).
 const SENSE_FULL_SCALE_UA: u32 = 120_000;
@@ -10,11 +10,18 @@ const SENSE_FULL_SCALE_UA: u32 = 120_000;
 /// Distance between the check pulses of two channels, µs.
 const SPACING_US: u32 = 2_000;
 
+// A check pulse begins with a window and ends inside it, so that a check can be
+// broken off between any two windows without truncating a pulse.
+const _: () = assert!(
+    SPACING_US.is_multiple_of(WINDOW_US)
+        && 2 * PROBE.width_us as u32 + PROBE.gap_us as u32 <= WINDOW_US
+);
+
 /// A sub-threshold pulse: 100 µs per phase, once.
 const PROBE: TrainSpec = TrainSpec {
     shape: Shape::BiphasicCathodicFirst,
     width_us: 100,
-    gap_us: 100,
+    gap_us: 25,
     ground_us: 0,
     period_us: 100_000,
     offset_us: 0,

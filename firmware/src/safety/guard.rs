@@ -189,6 +189,12 @@ impl Guard {
         self.setup.as_ref()
     }
 
+    /// Whether a fault waits to be acknowledged.
+    #[must_use]
+    pub const fn is_latched(&self) -> bool {
+        matches!(self.mode, Mode::Fault(_))
+    }
+
     /// Whether the output supply is wanted.
     #[must_use]
     pub const fn pump(&self) -> bool {
@@ -228,15 +234,15 @@ impl Guard {
         Ok(check)
     }
 
-    /// From armed to stimulating; the trains' epoch is the caller's `now`.
+    /// From armed to stimulating, because of an order that arrived at `heard`.
     ///
     /// # Errors
     /// Not armed.
-    pub fn start(&mut self, now: Micros) -> Result<(), Denied> {
+    pub fn start(&mut self, heard: Micros) -> Result<(), Denied> {
         match self.mode {
             Mode::Armed { .. } => {
                 self.mode = Mode::Stimulating;
-                self.heard = now;
+                self.heard = heard;
                 Ok(())
             }
             Mode::Fault(record) => Err(Denied::FaultLatched(record.fault)),
@@ -330,9 +336,12 @@ impl Guard {
             .unwrap_or_default()
     }
 
-    /// The session owner's valid setpoint or keep-alive arrived at `at`.
+    /// The session owner's valid setpoint or keep-alive arrived at `at`. The
+    /// latest counts: what went through the control law comes here later.
     pub const fn heard(&mut self, at: Micros) {
-        self.heard = at;
+        if self.heard.is_before(at) {
+            self.heard = at;
+        }
     }
 
     /// Latches `fault`; the caller isolates the outputs at `at`.
@@ -362,11 +371,13 @@ impl Guard {
             return Err(Fault::OverCurrent);
         }
         if let Some(reading) = inputs.reading {
-            if let Some(notice) = self.check_reading(reading) {
+            if let Some(notice) = self.check_reading(reading, now) {
                 return Ok(Some(notice));
             }
             self.watch_reading(reading)?;
         }
+        // Once closed, it is in somebody's hand.
+        self.held_by_stop |= inputs.hand_stop;
         let released = self.held_by_stop && !inputs.hand_stop;
         Ok(match self.mode {
             Mode::Boot => {
@@ -388,6 +399,9 @@ impl Guard {
             }
             Mode::Armed { .. } => None,
             Mode::Stimulating => self.tick_stimulating(now, released, progress.finished),
+            Mode::Stopping { cause, .. } if released && cause != StopCause::HandStop => {
+                Some(self.cut(now))
+            }
             Mode::Stopping { fall, cause } => {
                 (now.has_reached(fall.end()) && progress.resting).then(|| self.idle(cause))
             }
@@ -404,11 +418,7 @@ impl Guard {
             .as_ref()
             .map_or(0, |s| s.wearer.host_timeout_us());
         if released {
-            self.mode = Mode::Stopping {
-                fall: Fall::new(now, 0),
-                cause: StopCause::HandStop,
-            };
-            return Some(Notice::Stopping(StopCause::HandStop));
+            return Some(self.cut(now));
         }
         if finished {
             return Some(self.idle(StopCause::Finished));
@@ -444,6 +454,15 @@ impl Guard {
         Notice::Stopping(cause)
     }
 
+    /// The hand-held stop opened: no further pulse begins.
+    fn cut(&mut self, now: Micros) -> Notice {
+        self.mode = Mode::Stopping {
+            fall: Fall::new(now, 0),
+            cause: StopCause::HandStop,
+        };
+        Notice::Stopping(StopCause::HandStop)
+    }
+
     fn end_check(&mut self, check: ElectrodeCheck, now: Micros) -> Notice {
         if let Some(channel) = check.missing() {
             self.idle(StopCause::Request);
@@ -454,10 +473,15 @@ impl Guard {
     }
 
     /// A reading during the check: ticks the channel off, or ends the check.
-    fn check_reading(&mut self, reading: Reading) -> Option<Notice> {
-        let Mode::Checking { check, .. } = &mut self.mode else {
+    /// What was read before the check's first window has played is of an
+    /// earlier stimulation.
+    fn check_reading(&mut self, reading: Reading, now: Micros) -> Option<Notice> {
+        let Mode::Checking { check, until } = &mut self.mode else {
             return None;
         };
+        if until.elapsed_since(now) > ElectrodeCheck::length_us() - 2 * WINDOW_US {
+            return None; // the length is far above two windows
+        }
         let channel = reading.channel;
         let config = self
             .setup
@@ -526,6 +550,11 @@ impl Supply for Guard {
             _ if wanted == Amplitude::ZERO => {
                 *rise = Rise::default();
                 return None;
+            }
+            // Too little for the DAC is nothing to rise from.
+            Mode::Stimulating if config.stage.code(wanted) == DacCode(0) => {
+                *rise = Rise::default();
+                wanted
             }
             Mode::Stimulating => rise.apply(wanted, at, rise_us),
             Mode::Stopping { fall, .. } => fall.apply(rise.apply(wanted, at, rise_us), at),

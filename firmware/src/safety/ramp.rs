@@ -4,8 +4,14 @@ use crate::units::{Amplitude, Micros};
 
 /// Rise of one channel. Restarts whenever its wanted amplitude was zero.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Rise {
-    since: Option<Micros>,
+pub enum Rise {
+    /// Nothing is wanted.
+    #[default]
+    Zero,
+    /// Rising.
+    Since(Micros),
+    /// Risen: without a time, so that a triggered train may wait for hours.
+    Done,
 }
 
 impl Rise {
@@ -13,13 +19,19 @@ impl Rise {
     /// from zero over `rise_us`.
     pub fn apply(&mut self, wanted: Amplitude, now: Micros, rise_us: u32) -> Amplitude {
         if wanted == Amplitude::ZERO {
-            self.since = None;
+            *self = Self::Zero;
             return wanted;
         }
-        let elapsed = now.elapsed_since(*self.since.get_or_insert(now));
+        if let Self::Zero = self {
+            *self = Self::Since(now);
+        }
+        let Self::Since(since) = *self else {
+            return wanted;
+        };
+        // Time goes forward: a negative distance is one beyond half the clock.
+        let elapsed = now.since(since).cast_unsigned();
         if elapsed >= rise_us {
-            // Keep the origin near, so that the 32-bit clock never laps it.
-            self.since = Some(now.minus(rise_us));
+            *self = Self::Done;
             return wanted;
         }
         scale(wanted, elapsed, rise_us)

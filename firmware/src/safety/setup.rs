@@ -10,6 +10,10 @@ use heapless::Vec;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
+/// Longest driven part of any pulse, µs: what a group's partner can put off the
+/// start of a grounding by.
+const LONGEST_PULSE_US: u32 = 1_200;
+
 /// The wearer's limits; each can only tighten a hard one.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub struct WearerSpec {
@@ -21,7 +25,8 @@ pub struct WearerSpec {
     pub max_rms_ua: u32,
     /// Shortest rise of an amplitude from zero, 1–5000 ms.
     pub rise_ms: u16,
-    /// Fall to zero when stimulation ends, 5–100 ms.
+    /// Fall to zero when stimulation ends, 5–100 ms. A grounding after a
+    /// monophasic pulse must be at least 1.2 ms shorter.
     pub fall_ms: u16,
     /// Host silence that ends stimulation, 20–1000 ms.
     pub host_timeout_ms: u16,
@@ -187,6 +192,11 @@ impl ChannelSpec {
         let max_ua = wearer.0.max_current_ua.min(stage.max_current_ua());
         if ua > max_ua {
             return Err(SetupError::Current { max_ua });
+        }
+        // The grounding after a pulse that began before the fall ends in it.
+        if !spec.shape.is_biphasic() {
+            let max = wearer.fall_us() - LONGEST_PULSE_US; // the fall takes 5 ms or more
+            OutOfRange::check("ground_us", spec.ground_us.into(), 1_000, max.cast_signed())?;
         }
         // ua <= 100 000 from here on. pC = µA·µs, at most 5e7.
         if u64::from(ua) * u64::from(spec.width_us) > u64::from(wearer.0.max_charge_nc) * 1000 {

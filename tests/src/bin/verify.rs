@@ -1,2 +1,8 @@
-//! The runner behind `cargo verify`.
-fn main() {}
+//! `cargo verify`: everything is checked. See [`tests::verify`].
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let wanted: Vec<String> = std::env::args().skip(1).collect();
+    tests::verify::main(&wanted)
+}

@@ -1,0 +1,330 @@
+#!/usr/bin/env python3
+"""A Flexor client in the standard library: one channel, 2 s at 50 Hz.
+
+    flexor serve --tcp 127.0.0.1:4242 &
+    python3 docs/examples/client.py tcp:127.0.0.1:4242
+    python3 docs/examples/client.py /dev/ttyACM0       # Linux, macOS
+    python3 docs/examples/client.py --selftest         # against the vectors
+
+docs/protocol.md explains every byte. A research instrument, not a medical
+device: no electrodes on anyone while you try a client.
+"""
+
+import json
+import os
+import pathlib
+import select
+import socket
+import sys
+import time
+import zlib
+
+SCHEMA = 0xDA48C2BBD574F796  # docs/protocol.md, "Schema hash"
+
+# --- postcard: types are functions (encode) and methods of Reader (decode) ---
+
+
+def varint(n):
+    out = bytearray()
+    while n > 0x7F:
+        out.append(n & 0x7F | 0x80)
+        n >>= 7
+    out.append(n)
+    return bytes(out)
+
+
+def zigzag(n):
+    return varint(2 * n if n >= 0 else -2 * n - 1)
+
+
+def option(encode, value):
+    return b"\0" if value is None else b"\1" + encode(value)
+
+
+def vec(encode, items):
+    return varint(len(items)) + b"".join(map(encode, items))
+
+
+class Reader:
+    def __init__(self, data):
+        self.data, self.at = data, 0
+
+    def u8(self):
+        self.at += 1
+        return self.data[self.at - 1]
+
+    def varint(self):
+        value = shift = 0
+        while True:
+            byte = self.u8()
+            value |= (byte & 0x7F) << shift
+            shift += 7
+            if byte < 0x80:
+                return value
+
+    def zigzag(self):
+        n = self.varint()
+        return n >> 1 if n % 2 == 0 else -(n >> 1) - 1
+
+    def bool(self):
+        return self.u8() == 1
+
+    def str(self):
+        length = self.varint()
+        self.at += length
+        return self.data[self.at - length : self.at].decode()
+
+    def option(self, decode):
+        return decode() if self.u8() else None
+
+    def vec(self, decode):
+        return [decode() for _ in range(self.varint())]
+
+
+# --- frames: COBS(message ++ CRC-32) ++ 00 ---
+
+
+def cobs(data):
+    out, run = bytearray(), bytearray()
+    for byte in data + b"\0":  # the added zero ends the last run
+        if byte:
+            run.append(byte)
+            if len(run) == 254:
+                out += b"\xff" + run
+                run.clear()
+        else:
+            out += bytes([len(run) + 1]) + run
+            run.clear()
+    return bytes(out)
+
+
+def uncobs(data):
+    out, at = bytearray(), 0
+    while at < len(data):
+        code = data[at]
+        if code == 0 or at + code > len(data):
+            raise ValueError("not COBS")
+        out += data[at + 1 : at + code]
+        at += code
+        if code < 0xFF and at < len(data):
+            out.append(0)
+    return bytes(out)
+
+
+def frame(message):
+    return cobs(message + zlib.crc32(message).to_bytes(4, "little")) + b"\0"
+
+
+def unframe(data):
+    body = uncobs(data)
+    message, crc = body[:-4], body[-4:]
+    if len(body) < 4 or zlib.crc32(message).to_bytes(4, "little") != crc:
+        raise ValueError("wrong CRC")
+    return message
+
+
+# --- messages: the same shape as in protocol_vectors.json ---
+
+REQUESTS = (
+    "Hello KeepAlive Status Clear Wearer Channel Groups Sync Muscle Joint Arm "
+    "Start Stop Acknowledge Amplitudes Angle Measurement Subscribe"
+).split()
+SHAPES = (
+    "BiphasicCathodicFirst BiphasicAnodicFirst MonophasicCathodic "
+    "MonophasicAnodic"
+).split()
+
+
+def channel(c):
+    train, stage = c["spec"]["train"], c["spec"]["stage"]
+    (kind, of) = next(iter(stage.items()))
+    numbers = "width_us gap_us ground_us period_us offset_us".split()
+    return (
+        bytes([c["channel"]])
+        + varint(SHAPES.index(train["shape"]))
+        + b"".join(varint(train[name]) for name in numbers)
+        + bytes([train["burst_count"]])
+        + varint(train["burst_interval_us"])
+        + varint(train["repeats"])
+        + bytes([train["triggered"]])
+        + varint(["Current", "Voltage"].index(kind))
+        + b"".join(map(varint, of.values()))  # in the order of the table
+        + varint(c["spec"]["limit"])
+    )
+
+
+# What this client can say; the rest is in the tables of protocol.md.
+CONTENT = {
+    "Hello": lambda c: varint(c["schema"]),
+    "Channel": channel,
+    "Sync": lambda c: option(lambda n: bytes([n]), c["channel"]),
+    "Amplitudes": lambda c: varint(c["mask"]) + vec(varint, c["values"]),
+    "Angle": lambda c: option(varint, c["at"])
+    + zigzag(c["centideg"])
+    + option(zigzag, c["centideg_per_s"]),
+    "Measurement": lambda c: bytes([c["joint"]])
+    + zigzag(c["centideg"])
+    + varint(c["at"]),
+    "Subscribe": lambda c: varint(c["period_ms"]),
+}
+
+
+def to_device(session, seq, request):
+    name, content = request, b""
+    if not isinstance(request, str):
+        ((name, of),) = request.items()
+        content = CONTENT[name](of)
+    return varint(session) + varint(seq) + varint(REQUESTS.index(name)) + content
+
+
+CAUSES = "Request HostSilent HandStop ArmExpired Finished".split()
+
+
+def from_device(message):
+    """(variant, content); answers this client does not need keep no content."""
+    r = Reader(message)
+    kind = r.varint()
+    if kind == 0:
+        return "Hello", {"seq": r.varint(), "session": r.varint()}
+    if kind == 1:
+        return "Ack", {"seq": r.varint(), "at": r.varint()}
+    if kind == 2:
+        seq = r.option(r.varint)
+        refusal = {
+            "code": r.varint(),
+            "field": r.str(),
+            "channel": r.option(r.u8),
+            "min": r.zigzag(),
+            "max": r.zigzag(),
+        }
+        return "Refused", {"seq": seq, "refusal": refusal}
+    if kind == 4:
+        at, event = r.varint(), r.varint()
+        if event < 2:
+            name = ["Stopping", "Stopped"][event]
+            return "Event", {"at": at, "event": {name: CAUSES[r.varint()]}}
+        return "Event", {"at": at, "event": ["Faulted", "Recovered"][event - 2]}
+    return ["Status", "Telemetry"][kind == 5], {}
+
+
+# --- a device ---
+
+
+class Device:
+    def __init__(self, place):
+        if place.startswith("tcp:"):
+            host, port = place[4:].rsplit(":", 1)
+            self.socket = socket.create_connection((host, int(port)))
+            self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            self.fd = self.socket.fileno()
+        else:
+            import tty
+
+            self.fd = os.open(place, os.O_RDWR | os.O_NOCTTY)
+            tty.setraw(self.fd)
+        self.session = self.seq = 0
+        self.bytes = b""
+
+    def send(self, request):
+        seq, self.seq = self.seq, (self.seq + 1) % 65536
+        data = frame(to_device(self.session, seq, request))
+        while data:
+            data = data[os.write(self.fd, data) :]
+        return seq
+
+    def receive(self, timeout_s):
+        """The next message, or None."""
+        until = time.monotonic() + timeout_s
+        while b"\0" not in self.bytes:
+            left = max(0.0, until - time.monotonic())
+            if not select.select([self.fd], [], [], left)[0]:
+                return None
+            data = os.read(self.fd, 4096)
+            if not data:
+                raise ConnectionError("the device closed the connection")
+            self.bytes += data
+        data, self.bytes = self.bytes.split(b"\0", 1)
+        try:
+            return from_device(unframe(data)) if data else self.receive(timeout_s)
+        except ValueError:
+            return self.receive(timeout_s)  # a spoilt frame: skip it
+
+    def ask(self, request, timeout_s=0.5):
+        """Sends a request and waits for its answer."""
+        seq = self.send(request)
+        while message := self.receive(timeout_s):
+            kind, content = message
+            if kind == "Refused" and content["seq"] in (seq, None):
+                raise RuntimeError(f"refused: {content['refusal']}")
+            if kind != "Event" and content.get("seq") == seq:
+                return kind, content
+            print(kind, content)
+        raise TimeoutError(f"no answer to {request}")
+
+
+def stimulate(place):
+    device = Device(place)
+    _, hello = device.ask({"Hello": {"schema": SCHEMA}})
+    device.session = hello["session"]
+    train = {
+        "shape": "BiphasicCathodicFirst",
+        "width_us": 200,
+        "gap_us": 50,
+        "ground_us": 0,
+        "period_us": 20_000,
+        "offset_us": 0,
+        "burst_count": 1,
+        "burst_interval_us": 0,
+        "repeats": 0,
+        "triggered": False,
+    }
+    stage = {"Current": {"full_scale_ua": 100_000}}
+    spec = {"train": train, "stage": stage, "limit": 20_000}
+    device.ask({"Channel": {"channel": 0, "spec": spec}})
+    device.ask("Arm")
+    device.ask("Start")
+    print("stimulating")
+    begin = time.monotonic()
+    for step in range(100):  # 2 s at 50 Hz: 0 to 10 mA
+        value = 100 * (step + 1)
+        device.ask({"Amplitudes": {"mask": 1, "values": [value]}})
+        time.sleep(max(0.0, begin + 0.02 * (step + 1) - time.monotonic()))
+    device.ask("Stop")
+    while message := device.receive(0.5):
+        print(*message)
+
+
+def selftest():
+    """Encodes and decodes the committed vectors."""
+    path = pathlib.Path(__file__).parent.parent / "protocol_vectors.json"
+    vectors = json.loads(path.read_text())
+    assert int(vectors["schema"], 16) == SCHEMA, "another version"
+    encoded = decoded = 0
+    for vector in vectors["vectors"]:
+        wire, message = bytes.fromhex(vector["frame"]), vector["message"]
+        postcard = unframe(wire[:-1])
+        assert postcard.hex() == vector["postcard"], vector["name"]
+        assert frame(postcard) == wire, vector["name"]
+        if vector["direction"] == "to device":
+            request = message["request"]
+            if isinstance(request, str) or next(iter(request)) in CONTENT:
+                told = to_device(message["session"], message["seq"], request)
+                assert told == postcard, vector["name"]
+                encoded += 1
+        else:
+            ((kind, content),) = message.items()
+            got_kind, got = from_device(postcard)
+            assert got_kind == kind, vector["name"]
+            if kind in ("Ack", "Refused"):
+                assert got == content, vector["name"]
+            decoded += 1
+    print(f"{encoded} requests encoded, {decoded} responses recognized")
+
+
+if __name__ == "__main__":
+    if sys.argv[1:] == ["--selftest"]:
+        selftest()
+    elif len(sys.argv) == 2:
+        stimulate(sys.argv[1])
+    else:
+        sys.exit(__doc__)

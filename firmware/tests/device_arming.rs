@@ -1,0 +1,304 @@
+//! Arming, sessions and mailboxes: what a refusal leaves behind must never
+//! decide what happens next.
+
+mod device_desk;
+
+use device_desk::*;
+use firmware::link::{Code, Event, Request, SCHEMA};
+use firmware::safety::{Fault, FaultRecord, State, StopCause};
+use firmware::units::Micros;
+
+const BOOT: Micros = Micros(u32::MAX - 100_000);
+
+fn code(result: Result<(), (u16, String)>) -> Option<Code> {
+    result.err().and_then(|(code, _)| Code::from_number(code))
+}
+
+#[test]
+fn refused_arming_leaves_nothing_behind() {
+    let mut desk = Desk::open(BOOT);
+    desk.prepare(wearer(), &[channel(PLAIN)]);
+    for _ in 0..5 {
+        (desk.sensors.arm, desk.sensors.hand_stop) = (false, false);
+        assert_eq!(code(desk.answer(Request::Arm)), Some(Code::ArmInputOpen));
+        (desk.sensors.arm, desk.sensors.hand_stop) = (true, true);
+        desk.sensors.load_ohm[0] = u32::MAX;
+        assert_eq!(code(desk.answer(Request::Arm)), Some(Code::ElectrodeOff));
+        desk.sensors.load_ohm[0] = 2_000;
+        desk.wait(1_000);
+    }
+    desk.must(Request::Arm);
+    assert_eq!(code(desk.answer(Request::Arm)), Some(Code::WrongState));
+    desk.wait(1_000);
+    assert_eq!(code(desk.answer(Request::Arm)), Some(Code::WrongState));
+    desk.must(Request::Start);
+    desk.must(all(1, 1_000));
+    assert_eq!(code(desk.answer(Request::Arm)), Some(Code::WrongState));
+    assert_eq!(desk.state(), State::Stimulating);
+}
+
+/// An arm order sent into a full mailbox must not leave half of itself.
+#[test]
+fn arming_through_a_flood_works_afterwards() {
+    let mut desk = Desk::open(BOOT);
+    desk.prepare(wearer(), &[channel(PLAIN)]);
+    let mut bytes = Vec::new();
+    for i in 0..60 {
+        let request = if i == 45 {
+            Request::Arm
+        } else {
+            Request::KeepAlive
+        };
+        bytes.extend(frame(desk.session, desk.seq, request));
+        desk.seq += 1;
+    }
+    let now = desk.now();
+    desk.board
+        .receive(now, &bytes, &desk.sensors, &mut desk.record);
+    desk.wait(60_000);
+    let heard = desk.heard();
+    let answers = heard
+        .iter()
+        .filter(|h| matches!(h, Heard::Ack(..) | Heard::Refused(..)))
+        .count();
+    assert!(answers >= 60, "every request is answered: {answers}");
+    if desk.state() == State::Armed {
+        desk.must(Request::Stop);
+        desk.wait(2_000);
+    }
+    desk.must(Request::Arm);
+}
+
+#[test]
+fn a_second_arm_order_during_the_check_is_refused_and_harms_nothing() {
+    let mut desk = Desk::open(BOOT);
+    desk.prepare(wearer(), &[channel(PLAIN)]);
+    let first = desk.send(Request::Arm);
+    desk.wait(5_000);
+    desk.must(Request::Channel {
+        channel: 1,
+        spec: channel(PLAIN),
+    });
+    let second = desk.send(Request::Arm);
+    desk.wait(40_000);
+    let heard = desk.heard();
+    assert!(
+        heard
+            .iter()
+            .any(|h| matches!(h, Heard::Ack(s, _) if *s == first))
+    );
+    assert!(
+        heard
+            .iter()
+            .any(|h| matches!(h, Heard::Refused(Some(s), ..) if *s == second))
+    );
+    // The armed setup is the first one: it has no second channel.
+    assert_eq!(code(desk.answer(all(2, 1_000))), Some(Code::NoTrain));
+    desk.must(Request::Stop);
+    desk.wait(2_000);
+    desk.must(Request::Arm);
+    desk.must(all(2, 1_000));
+}
+
+#[test]
+fn a_stop_during_the_check_finishes_its_pulse_and_allows_arming_again() {
+    for delay in (0..24_000u32).step_by(70) {
+        let mut desk = Desk::open(BOOT);
+        desk.prepare(wearer(), &[channel(PLAIN), channel(PLAIN), channel(PLAIN)]);
+        desk.send(Request::Arm);
+        desk.wait(delay);
+        if delay % 140 == 0 {
+            desk.send(Request::Stop);
+        } else {
+            desk.sensors.hand_stop = false;
+        }
+        desk.wait(30_000);
+        assert_eq!(desk.state(), State::Idle, "{delay}");
+        for c in 0..3 {
+            assert_balanced(&desk.record.levels, c, delay);
+        }
+        desk.sensors.hand_stop = true;
+        desk.must(Request::Arm);
+    }
+}
+
+/// Anodic and cathodic time of a channel are equal: nothing was truncated.
+fn assert_balanced(levels: &[(u64, firmware::pulse::Levels)], channel: usize, case: u32) {
+    use firmware::pulse::State::{Anodic, Cathodic};
+    let sum = |state| -> u64 {
+        stretches(levels, channel, 0)
+            .iter()
+            .filter(|s| s.1 == state)
+            .map(|s| s.2 - s.0)
+            .sum()
+    };
+    assert_eq!(sum(Anodic), sum(Cathodic), "case {case}, channel {channel}");
+}
+
+#[test]
+fn a_reading_from_before_arming_does_not_judge_its_electrodes() {
+    // Hand stop at any phase of a 20 mA train, then arm at once.
+    for delay in (0..1_500u32).step_by(50) {
+        let mut desk = Desk::open(BOOT);
+        let train = firmware::pulse::TrainSpec {
+            period_us: 5_000,
+            ..PLAIN
+        };
+        desk.run(wearer(), &[channel(train)], 20_000);
+        desk.wait(20_000);
+        let t0 = *driven(&desk.record.levels, 0).last().unwrap();
+        let next = t0 + 5_000 - 600 + u64::from(delay);
+        let until = next - desk.time();
+        desk.wait(until as u32);
+        desk.sensors.hand_stop = false;
+        while desk.state() != State::Idle {
+            desk.wait(10);
+        }
+        desk.sensors.hand_stop = true;
+        desk.sensors.load_ohm[0] = u32::MAX;
+        assert_eq!(
+            code(desk.answer(Request::Arm)),
+            Some(Code::ElectrodeOff),
+            "delay {delay}"
+        );
+        desk.sensors.load_ohm[0] = 2_000;
+        desk.wait(1_000);
+        desk.must(Request::Arm);
+    }
+}
+
+#[test]
+fn arming_expires_after_ten_seconds_also_after_an_hour_of_idleness() {
+    for idle_s in [0, 2_150, 4_300] {
+        let mut desk = Desk::open(BOOT);
+        for _ in 0..idle_s {
+            desk.wait(1_000_000);
+        }
+        desk.prepare(wearer(), &[channel(PLAIN)]);
+        desk.must(Request::Arm);
+        desk.wait(9_990_000);
+        assert_eq!(desk.state(), State::Armed, "{idle_s}");
+        desk.heard();
+        desk.wait(20_000);
+        assert_eq!(desk.state(), State::Idle, "{idle_s}");
+        assert!(
+            desk.heard()
+                .iter()
+                .any(|h| matches!(h, Heard::Event(_, Event::Stopped(StopCause::ArmExpired))))
+        );
+        desk.run(wearer(), &[channel(PLAIN)], 1_000);
+        let before = desk.record.levels.len();
+        for _ in 0..20 {
+            desk.wait(50_000);
+            desk.must(Request::KeepAlive);
+        }
+        assert_eq!(desk.state(), State::Stimulating, "{idle_s}");
+        assert!(desk.record.levels.len() > before + 150, "{idle_s}");
+    }
+}
+
+#[test]
+fn a_fault_found_at_boot_is_latched_shown_and_cleared() {
+    let record = FaultRecord {
+        fault: Fault::Watchdog,
+        at: Micros(5),
+        residual: [7; 10],
+    };
+    let mut desk = Desk::boot(BOOT, Some(record));
+    let info = desk.hello();
+    assert_eq!((info.state, info.last_fault), (State::Fault, Some(record)));
+    desk.prepare(wearer(), &[channel(PLAIN)]);
+    for request in [Request::Arm, Request::Start, all(1, 1)] {
+        assert_eq!(code(desk.answer(request)), Some(Code::FaultLatched));
+    }
+    desk.must(Request::Acknowledge);
+    desk.wait(110_000);
+    let (first, last) = (desk.record.levels[0], desk.record.levels[1]);
+    assert_eq!(desk.record.levels.len(), 2);
+    assert_eq!(first.1, firmware::pulse::Levels::GROUNDED);
+    assert_eq!(last.0 - first.0, 100_000);
+    assert_eq!(desk.status().state, State::Idle);
+    assert_eq!(desk.status().fault, Some(record));
+    desk.must(Request::Arm);
+}
+
+#[test]
+fn hello_tells_the_state_of_this_moment() {
+    let mut desk = Desk::open(BOOT);
+    desk.prepare(wearer(), &[channel(PLAIN)]);
+    desk.must(Request::Arm);
+    assert_eq!(desk.hello().state, State::Armed);
+    desk.must(Request::Start);
+    assert_eq!(desk.hello().state, State::Stimulating);
+}
+
+#[test]
+fn a_second_client_is_refused_from_the_arm_order_on() {
+    for gap in [0, 100, 1_000, 10_000, 21_000, 30_000] {
+        let mut desk = Desk::open(BOOT);
+        desk.prepare(wearer(), &[channel(PLAIN)]);
+        desk.send(Request::Arm);
+        desk.wait(gap);
+        let owner = std::mem::replace(&mut desk.session, 77);
+        let hello = Request::Hello { schema: SCHEMA };
+        assert_eq!(
+            code(desk.answer_to_hello(hello)),
+            Some(Code::SessionTaken),
+            "{gap}"
+        );
+        assert_eq!(code(desk.answer(Request::Stop)), Some(Code::SessionTaken));
+        desk.session = owner;
+        desk.wait(30_000);
+        desk.must(Request::Start);
+    }
+}
+
+#[test]
+fn a_number_out_of_order_is_not_counted_as_lost_twice() {
+    let mut desk = Desk::open(BOOT);
+    let before = desk.status().counters.lost;
+    let base = desk.seq;
+    for step in [0, 2, 1, 3, 3, 4] {
+        desk.seq = base.wrapping_add(step);
+        desk.must(Request::KeepAlive);
+    }
+    assert_eq!(desk.status().counters.lost - before, 1);
+}
+
+/// Amplitudes below one DAC step are nothing: raising them is a rise from zero.
+#[test]
+fn the_rise_cannot_be_dodged_by_an_amplitude_of_nothing() {
+    let mut desk = Desk::open(BOOT);
+    let slow = firmware::safety::WearerSpec {
+        rise_ms: 500,
+        ..firmware::safety::WearerSpec::default()
+    };
+    desk.run(slow, &[channel(PLAIN)], 1);
+    for _ in 0..20 {
+        desk.wait(50_000);
+        desk.must(Request::KeepAlive);
+    }
+    assert!(desk.record.dac.iter().all(|d| d.0 < 30_000 || d.2 == 0));
+    desk.must(all(1, 20_000));
+    desk.wait(45_000);
+    let first = desk.record.dac.last().unwrap().2;
+    // 20 mA of 100 mA over 500 ms: two periods of 20 ms are 8 %.
+    assert!(u32::from(first) <= 65_535 / 5 * 8 / 100, "{first}");
+}
+
+trait HelloAnswer {
+    fn answer_to_hello(&mut self, request: Request) -> Result<(), (u16, String)>;
+}
+
+impl HelloAnswer for Desk {
+    fn answer_to_hello(&mut self, request: Request) -> Result<(), (u16, String)> {
+        for heard in self.ask(request) {
+            match heard {
+                Heard::Hello(_) => return Ok(()),
+                Heard::Refused(_, code, field) => return Err((code, field)),
+                _ => {}
+            }
+        }
+        panic!("no answer")
+    }
+}

@@ -1,0 +1,325 @@
+//! A board on a desk: sends requests, keeps everything that comes out.
+#![allow(dead_code)] // every test file uses its own part
+
+use firmware::device::Identity;
+use firmware::device::lockstep::{Lockstep, Sensors, Sink};
+use firmware::link::message::ResetCause;
+use firmware::link::{
+    BROADCAST, Decoder, Event, HelloInfo, Kind, Refusal, Request, Response, SCHEMA, Status,
+    Telemetry, ToDevice, encode,
+};
+use firmware::pulse::{CHANNELS, Levels, Shape, State as Line, TrainSpec};
+use firmware::safety::{ChannelSpec, FaultRecord, StageSpec, State, WearerSpec};
+use firmware::units::{Amplitude, DacCode, Micros};
+
+/// Everything that came out, in µs since boot, which never wraps.
+#[derive(Default)]
+pub struct Record {
+    boot: Micros,
+    last: u64,
+    pub levels: Vec<(u64, Levels)>,
+    pub dac: Vec<(u64, u8, u16)>,
+    pub bytes: Vec<u8>,
+    pub sent: Vec<u64>,
+}
+
+impl Record {
+    pub fn time(&mut self, at: Micros) -> u64 {
+        // Relative to the latest known time, either way.
+        let now = self.boot.plus(self.last as u32);
+        let t = self.last.wrapping_add_signed(at.since(now).into());
+        self.last = self.last.max(t);
+        t
+    }
+}
+
+impl Sink for Record {
+    fn levels(&mut self, at: Micros, levels: Levels) {
+        let t = self.time(at);
+        self.levels.push((t, levels));
+    }
+    fn dac(&mut self, at: Micros, channel: u8, code: DacCode) {
+        let t = self.time(at);
+        self.dac.push((t, channel, code.0));
+    }
+    fn bytes(&mut self, at: Micros, bytes: &[u8]) {
+        let t = self.time(at);
+        self.sent.push(t);
+        self.bytes.extend_from_slice(bytes);
+    }
+}
+
+/// A response that owns what it says.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Heard {
+    Hello(HelloInfo),
+    Ack(u16, Micros),
+    Refused(Option<u16>, u16, String),
+    Status(u16, Status),
+    Event(Micros, Event),
+    Telemetry(Telemetry),
+}
+
+/// What the bytes say. Panics on any frame that is not a response.
+pub fn decode(bytes: &[u8]) -> Vec<Heard> {
+    let mut decoder = Decoder::default();
+    let mut all = Vec::new();
+    for &byte in bytes {
+        if let Some(frame) = decoder.push(byte) {
+            let response: Response<'_> = postcard::from_bytes(frame.unwrap()).unwrap();
+            all.push(match response {
+                Response::Hello(info) => Heard::Hello(info),
+                Response::Ack { seq, at } => Heard::Ack(seq, at),
+                Response::Refused { seq, refusal } => {
+                    let Refusal { code, field, .. } = refusal;
+                    Heard::Refused(seq, code, field.to_string())
+                }
+                Response::Status { seq, status } => Heard::Status(seq, status),
+                Response::Event { at, event } => Heard::Event(at, event),
+                Response::Telemetry(sample) => Heard::Telemetry(sample),
+            });
+            decoder.clear();
+        }
+    }
+    all
+}
+
+pub fn frame(session: u16, seq: u16, request: Request) -> Vec<u8> {
+    let message = ToDevice {
+        session,
+        seq,
+        request,
+    };
+    encode(&message).unwrap().to_vec()
+}
+
+pub struct Desk {
+    pub board: Lockstep,
+    pub record: Record,
+    pub sensors: Sensors,
+    pub session: u16,
+    pub seq: u16,
+    read: usize,
+}
+
+impl Desk {
+    pub fn boot(at: Micros, last_fault: Option<FaultRecord>) -> Self {
+        let identity = Identity {
+            kind: Kind::Native,
+            unique_id: [0; 3],
+            reset: ResetCause::PowerOn,
+            last_fault,
+        };
+        let mut desk = Self {
+            board: Lockstep::new(identity, at),
+            record: Record {
+                boot: at,
+                ..Record::default()
+            },
+            sensors: Sensors::default(),
+            session: BROADCAST,
+            seq: 0,
+            read: 0,
+        };
+        desk.wait(1_000);
+        desk
+    }
+
+    /// Booted, with a session.
+    pub fn open(at: Micros) -> Self {
+        let mut desk = Self::boot(at, None);
+        desk.hello();
+        desk
+    }
+
+    pub fn hello(&mut self) -> HelloInfo {
+        let heard = self.ask(Request::Hello { schema: SCHEMA });
+        let Some(Heard::Hello(info)) = heard.iter().find(|h| matches!(h, Heard::Hello(_))).cloned()
+        else {
+            panic!("{heard:?}");
+        };
+        self.session = info.session;
+        info
+    }
+
+    pub fn now(&self) -> Micros {
+        self.board.now()
+    }
+
+    /// Now, µs since boot.
+    pub fn time(&mut self) -> u64 {
+        let now = self.now();
+        self.record.time(now)
+    }
+
+    pub fn wait(&mut self, us: u32) {
+        let to = self.now().plus(us);
+        self.board.advance(to, &self.sensors, &mut self.record);
+    }
+
+    /// Sends a request that arrives now and does not wait. Its number.
+    pub fn send(&mut self, request: Request) -> u16 {
+        let bytes = frame(self.session, self.seq, request);
+        let seq = self.seq;
+        self.seq = self.seq.wrapping_add(1);
+        let now = self.now();
+        self.board
+            .receive(now, &bytes, &self.sensors, &mut self.record);
+        seq
+    }
+
+    /// After `record.bytes` was emptied.
+    pub fn restart_reading(&mut self) {
+        self.read = 0;
+    }
+
+    /// What was said since the last call.
+    pub fn heard(&mut self) -> Vec<Heard> {
+        let new = decode(&self.record.bytes[self.read..]);
+        self.read = self.record.bytes.len();
+        new
+    }
+
+    /// Sends a request and gives the device 2 ms. Everything it said since.
+    pub fn ask(&mut self, request: Request) -> Vec<Heard> {
+        self.heard();
+        self.send(request);
+        self.wait(2_000);
+        self.heard()
+    }
+
+    /// Sends a request and waits for its own answer, at most 50 ms.
+    /// `Err` is the code and field of the refusal.
+    pub fn answer(&mut self, request: Request) -> Result<(), (u16, String)> {
+        self.heard();
+        let seq = self.send(request);
+        for _ in 0..50 {
+            for heard in self.heard() {
+                match heard {
+                    Heard::Ack(s, _) | Heard::Status(s, _) if s == seq => return Ok(()),
+                    Heard::Refused(Some(s), code, field) if s == seq => return Err((code, field)),
+                    _ => {}
+                }
+            }
+            self.wait(1_000);
+        }
+        panic!("no answer to {seq}");
+    }
+
+    pub fn must(&mut self, request: Request) {
+        let shown = format!("{request:?}");
+        if let Err(e) = self.answer(request) {
+            panic!("{shown}: {e:?}");
+        }
+    }
+
+    pub fn status(&mut self) -> Status {
+        match self.ask(Request::Status).last() {
+            Some(Heard::Status(_, status)) => *status,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    /// Puts a wearer and channels into the draft, arms, starts, asks for
+    /// `amplitude` everywhere.
+    pub fn run(&mut self, wearer: WearerSpec, specs: &[ChannelSpec], amplitude: u32) {
+        self.prepare(wearer, specs);
+        self.must(Request::Arm);
+        self.must(Request::Start);
+        self.must(all(specs.len(), amplitude));
+    }
+
+    pub fn prepare(&mut self, wearer: WearerSpec, specs: &[ChannelSpec]) {
+        self.must(Request::Wearer(wearer));
+        for (channel, &spec) in (0u8..).zip(specs) {
+            self.must(Request::Channel { channel, spec });
+        }
+    }
+
+    /// The last time any channel was driven or grounded, µs since boot: the
+    /// time of the change that isolated all.
+    pub fn isolated_since(&mut self) -> Option<u64> {
+        let &(t, levels) = self.record.levels.last()?;
+        (levels.0 & Levels::GROUNDED.0 == 0).then_some(t)
+    }
+
+    pub fn state(&self) -> State {
+        self.board.state()
+    }
+}
+
+/// The same amplitude on the first `count` channels.
+pub fn all(count: usize, amplitude: u32) -> Request {
+    let mut values = heapless::Vec::new();
+    for _ in 0..count {
+        values.push(Amplitude(amplitude)).unwrap();
+    }
+    Request::Amplitudes {
+        mask: (1 << count) - 1,
+        values,
+    }
+}
+
+pub const PLAIN: TrainSpec = TrainSpec {
+    shape: Shape::BiphasicCathodicFirst,
+    width_us: 200,
+    gap_us: 100,
+    ground_us: 0,
+    period_us: 20_000,
+    offset_us: 0,
+    burst_count: 1,
+    burst_interval_us: 0,
+    repeats: 0,
+    triggered: false,
+};
+
+pub const MONO: TrainSpec = TrainSpec {
+    shape: Shape::MonophasicCathodic,
+    gap_us: 0,
+    ground_us: 1_000,
+    ..PLAIN
+};
+
+/// 100 mA full scale, 20 mA limit.
+pub fn channel(train: TrainSpec) -> ChannelSpec {
+    ChannelSpec {
+        train,
+        stage: StageSpec::Current {
+            full_scale_ua: 100_000,
+        },
+        limit: Amplitude(20_000),
+    }
+}
+
+/// Shortest rise, so that amplitudes are there at once.
+pub fn wearer() -> WearerSpec {
+    WearerSpec {
+        rise_ms: 1,
+        ..WearerSpec::default()
+    }
+}
+
+/// (start of the stretch, state, end of the stretch) of one channel.
+pub fn stretches(levels: &[(u64, Levels)], channel: usize, end: u64) -> Vec<(u64, Line, u64)> {
+    let mut out: Vec<(u64, Line, u64)> = Vec::new();
+    let mut now = (0, Line::Isolated);
+    for &(t, l) in levels {
+        let state = l.state(channel);
+        if state != now.1 {
+            out.push((now.0, now.1, t));
+            now = (t, state);
+        }
+    }
+    out.push((now.0, now.1, end));
+    out
+}
+
+/// Starts of driven stretches of a channel.
+pub fn driven(levels: &[(u64, Levels)], channel: usize) -> Vec<u64> {
+    assert!(channel < CHANNELS);
+    stretches(levels, channel, u64::MAX)
+        .into_iter()
+        .filter(|s| matches!(s.1, Line::Anodic | Line::Cathodic))
+        .map(|s| s.0)
+        .collect()
+}

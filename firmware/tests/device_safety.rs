@@ -1,0 +1,559 @@
+//! What the pins may do, judged from what came out and from nothing else.
+
+mod device_desk;
+
+use device_desk::*;
+use firmware::link::{Code, Event, Request};
+use firmware::pulse::{GroupSpec, Levels, Partner, Shape, State as Line, TrainSpec};
+use firmware::safety::{ChannelSpec, Fault, State, StopCause, WearerSpec};
+use firmware::units::Micros;
+
+const BOOT: Micros = Micros(u32::MAX - 3_000_000);
+
+/// Trains that make isolation hard: bursts, long groundings, isolated partners.
+fn scene(kind: usize) -> (Vec<ChannelSpec>, Option<GroupSpec>) {
+    let group = |partner| {
+        Some(GroupSpec {
+            members: 0b11,
+            partner,
+        })
+    };
+    let biphasic = TrainSpec {
+        width_us: 500,
+        gap_us: 200,
+        period_us: 5_000,
+        ..PLAIN
+    };
+    let burst = TrainSpec {
+        width_us: 60,
+        gap_us: 50,
+        period_us: 5_003,
+        burst_count: 8,
+        burst_interval_us: 200,
+        ..PLAIN
+    };
+    let long_ground = TrainSpec {
+        width_us: 500,
+        ground_us: 3_800,
+        period_us: 5_000,
+        ..MONO
+    };
+    let later = TrainSpec {
+        offset_us: 900,
+        period_us: 10_000,
+        ..MONO
+    };
+    let both = TrainSpec {
+        period_us: 10_000,
+        ..MONO
+    };
+    match kind {
+        0 => (vec![channel(biphasic); 2], None),
+        1 => (vec![channel(burst), channel(biphasic)], group(Partner::Conducted)),
+        2 => (vec![channel(long_ground), channel(biphasic)], None),
+        _ => (vec![channel(both), channel(later)], group(Partner::Isolated)),
+    }
+}
+
+fn running(kind: usize, wearer: WearerSpec, boot: Micros) -> Desk {
+    let (mut specs, group) = scene(kind);
+    for spec in &mut specs {
+        // rms of the densest: 20 mA is fine everywhere.
+        spec.limit.0 = 20_000;
+    }
+    let mut desk = Desk::open(boot);
+    desk.prepare(wearer, &specs);
+    if let Some(group) = group {
+        desk.must(Request::Groups(heapless::Vec::from_slice(&[group]).unwrap()));
+    }
+    desk.must(Request::Arm);
+    desk.must(Request::Start);
+    desk.must(all(specs.len(), 20_000));
+    desk
+}
+
+#[test]
+fn silence_isolates_within_timeout_and_fall_for_every_timeout() {
+    let mut cases = 0;
+    let mut latest = 0;
+    for host_timeout_ms in 20..=1000u16 {
+        let kind = usize::from(host_timeout_ms) % 4;
+        for fall_ms in [5, 7 + host_timeout_ms % 90, 100] {
+            let wearer = WearerSpec {
+                rise_ms: 1,
+                fall_ms,
+                host_timeout_ms,
+                ..WearerSpec::default()
+            };
+            // Any phase against the windows, across the wrap.
+            let boot = Micros(u32::MAX - 200_000 - 37 * u32::from(host_timeout_ms));
+            let mut desk = running(kind, wearer, boot);
+            desk.wait(7_000 + u32::from(host_timeout_ms) * 13 % 5_000);
+            desk.send(Request::KeepAlive);
+            // `send` returns once the frame is served: 40 µs after its arrival.
+            let heard = desk.time() - 40;
+            let bound = u64::from(host_timeout_ms + fall_ms) * 1000;
+            desk.wait(u32::from(host_timeout_ms + fall_ms) * 1000 + 60_000);
+            let isolated = desk.isolated_since().expect("isolated");
+            assert!(
+                isolated <= heard + bound,
+                "scene {kind}, timeout {host_timeout_ms}, fall {fall_ms}: {} µs late",
+                isolated - heard - bound
+            );
+            latest = latest.max(isolated + 1_000_000 - heard - bound);
+            assert_eq!(desk.state(), State::Idle);
+            cases += 1;
+        }
+    }
+    println!(
+        "{cases} cases; latest edge {} µs before the bound",
+        1_000_000 - latest
+    );
+}
+
+#[test]
+fn starting_and_falling_silent_isolates_as_soon() {
+    for delay in (0..1_000).step_by(37) {
+        let wearer = WearerSpec {
+            fall_ms: 5,
+            host_timeout_ms: 20,
+            ..wearer()
+        };
+        let mut desk = Desk::open(BOOT);
+        desk.prepare(wearer, &scene(0).0);
+        desk.must(Request::Arm);
+        desk.must(all(2, 20_000));
+        desk.wait(delay);
+        desk.send(Request::Start);
+        let heard = desk.time() - 40;
+        desk.wait(100_000);
+        let isolated = desk.isolated_since().unwrap();
+        assert!(isolated <= heard + 25_000, "{}", isolated - heard);
+    }
+}
+
+#[test]
+fn a_grounding_that_would_outlast_the_fall_is_refused() {
+    let mut desk = Desk::open(BOOT);
+    let wearer = WearerSpec {
+        fall_ms: 5,
+        ..wearer()
+    };
+    desk.must(Request::Wearer(wearer));
+    let spec = channel(TrainSpec {
+        ground_us: 3_801,
+        ..MONO
+    });
+    let refused = desk.answer(Request::Channel { channel: 0, spec });
+    assert_eq!(
+        refused,
+        Err((Code::OutOfRange as u16, "ground_us".to_string()))
+    );
+}
+
+/// After the stop's last pulse nothing is driven, at any phase.
+#[test]
+fn the_hand_stop_ends_pulses_at_once_even_during_a_fall() {
+    for delay in (0..6_000u32).step_by(90) {
+        for falling in [false, true] {
+            let wearer = WearerSpec {
+                fall_ms: 100,
+                ..wearer()
+            };
+            let mut desk = running(1, wearer, BOOT);
+            desk.wait(12_000 + delay);
+            if falling {
+                desk.must(Request::Stop);
+            }
+            desk.wait(1_000);
+            desk.sensors.hand_stop = false;
+            let opened = desk.time();
+            desk.wait(150_000);
+            // Two windows are rendered; what they began ends within 2 ms.
+            let isolated = desk.isolated_since().unwrap();
+            assert!(
+                isolated <= opened + 500 + 1_200,
+                "{delay} {falling}: {}",
+                isolated - opened
+            );
+            assert_eq!(desk.state(), State::Idle);
+            for c in 0..2 {
+                let net: i64 = stretches(&desk.record.levels, c, 0)
+                    .iter()
+                    .map(|s| match s.1 {
+                        Line::Anodic => (s.2 - s.0).cast_signed(),
+                        Line::Cathodic => -(s.2 - s.0).cast_signed(),
+                        _ => 0,
+                    })
+                    .sum();
+                assert_eq!(net, 0);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_hand_stop_taken_up_later_works_too() {
+    let mut desk = Desk::open(BOOT);
+    desk.sensors.hand_stop = false;
+    desk.run(wearer(), &[channel(PLAIN)], 10_000);
+    desk.sensors.hand_stop = true;
+    desk.wait(5_000);
+    desk.sensors.hand_stop = false;
+    desk.wait(10_000);
+    assert_eq!(desk.state(), State::Idle);
+}
+
+/// Over-current at every microsecond of a pulse: isolated at that microsecond,
+/// and the recorded residual is what the pins say.
+#[test]
+fn over_current_truncates_and_records_the_charge_left() {
+    let burst = TrainSpec {
+        width_us: 95,
+        gap_us: 0,
+        period_us: 6_000,
+        burst_count: 8,
+        burst_interval_us: 200,
+        ..PLAIN
+    };
+    let mono = TrainSpec {
+        period_us: 6_000,
+        shape: Shape::MonophasicAnodic,
+        ..MONO
+    };
+    let slow = TrainSpec {
+        width_us: 300,
+        gap_us: 137,
+        period_us: 6_000,
+        shape: Shape::BiphasicAnodicFirst,
+        ..PLAIN
+    };
+    let mut seen = 0;
+    for step in 0..1_700u32 {
+        let mut desk = Desk::open(BOOT.plus(step * 991));
+        desk.run(
+            wearer(),
+            &[channel(burst), channel(mono), channel(slow)],
+            17_000,
+        );
+        desk.wait(13_000);
+        let start = *driven(&desk.record.levels, 1).last().unwrap() + 6_000;
+        let until = start + u64::from(step) - desk.time();
+        desk.wait(until as u32);
+        desk.sensors.over_current = true;
+        let at = desk.time();
+        desk.wait(1);
+        assert_eq!(desk.record.levels.last().map(|l| l.1), Some(Levels::ISOLATED));
+        desk.wait(30_000);
+        assert!(desk.record.levels.last().unwrap().0 <= at, "replayed");
+        let record = desk
+            .heard()
+            .into_iter()
+            .find_map(|h| match h {
+                Heard::Event(_, Event::Faulted(record)) => Some(record),
+                _ => None,
+            })
+            .unwrap();
+        assert_eq!(record.fault, Fault::OverCurrent);
+        let trains = [(burst, 195), (mono, 1_200), (slow, 737)];
+        for (c, (train, occupied)) in trains.iter().enumerate() {
+            let code = i64::from(desk.record.dac.iter().rfind(|d| d.1 == c as u8).unwrap().2);
+            // The pulse that `at` lies in: where its first edge was.
+            let all = stretches(&desk.record.levels, c, at);
+            let first = all
+                .iter()
+                .enumerate()
+                .filter(|(i, s)| {
+                    let driven = matches!(s.1, Line::Anodic | Line::Cathodic);
+                    let first_phase = (s.1 == Line::Cathodic) == train.shape.cathodic_first();
+                    driven && first_phase && *i > 0
+                })
+                .map(|(_, s)| s.0)
+                .next_back()
+                .unwrap();
+            let expected: i64 = if at - first >= *occupied {
+                0
+            } else {
+                all.iter()
+                    .filter(|s| s.0 >= first)
+                    .map(|s| {
+                        let length = (s.2.min(at) - s.0.min(at)).cast_signed();
+                        match s.1 {
+                            Line::Anodic => length,
+                            Line::Cathodic => -length,
+                            _ => 0,
+                        }
+                    })
+                    .sum()
+            };
+            assert_eq!(
+                i64::from(record.residual[c]),
+                expected * code,
+                "step {step} channel {c}, {} µs into the pulse",
+                at - first
+            );
+            seen += u32::from(expected != 0);
+        }
+        assert_eq!(desk.status().state, State::Fault);
+        assert!(desk.answer(Request::Arm).is_err());
+    }
+    println!("1700 instants, {seen} pulses truncated with charge left");
+}
+
+#[test]
+fn a_fault_while_grounding_is_latched_again() {
+    let mut desk = running(0, wearer(), BOOT);
+    desk.wait(10_000);
+    desk.sensors.over_current = true;
+    desk.wait(10);
+    desk.sensors.over_current = false;
+    desk.wait(1_000);
+    desk.must(Request::Acknowledge);
+    desk.wait(20_000);
+    desk.sensors.over_current = true;
+    desk.wait(200_000);
+    assert_eq!(desk.state(), State::Fault);
+    assert_eq!(desk.record.levels.last().unwrap().1, Levels::ISOLATED);
+    desk.sensors.over_current = false;
+    desk.must(Request::Acknowledge);
+    desk.wait(110_000);
+    assert_eq!(desk.state(), State::Idle);
+    desk.must(Request::Arm);
+}
+
+#[test]
+fn an_electrode_that_comes_off_while_stimulating_is_a_fault() {
+    let mut desk = running(0, wearer(), BOOT);
+    desk.wait(20_000);
+    desk.sensors.load_ohm[1] = u32::MAX;
+    desk.wait(45_000);
+    assert_eq!(desk.status().fault.map(|f| f.fault), Some(Fault::ElectrodeOff));
+    assert_eq!(desk.state(), State::Fault);
+}
+
+fn triggered(period_us: u32, offset_us: u32) -> ChannelSpec {
+    channel(TrainSpec {
+        triggered: true,
+        repeats: 1,
+        period_us,
+        offset_us,
+        ..PLAIN
+    })
+}
+
+/// Advances by `us` with a trigger edge at its very end.
+fn trigger_after(desk: &mut Desk, us: u32) {
+    desk.wait(us - 1);
+    desk.sensors.trigger = Some(desk.now());
+    desk.wait(1);
+    desk.sensors.trigger = None;
+}
+
+#[test]
+fn no_trigger_rate_passes_the_period() {
+    for every in [700, 1_300, 2_501, 4_999, 5_000, 5_001, 9_000] {
+        let mut desk = Desk::open(BOOT);
+        desk.run(wearer(), &[triggered(5_000, 0)], 10_000);
+        for i in 0..100 {
+            trigger_after(&mut desk, every);
+            if i % 10 == 0 {
+                desk.send(Request::KeepAlive);
+            }
+        }
+        desk.wait(2_000);
+        let starts: Vec<u64> = driven(&desk.record.levels, 0)
+            .into_iter()
+            .skip(2)
+            .step_by(2)
+            .collect();
+        assert!(starts.len() > 10, "{every}: {}", starts.len());
+        let fastest = starts.windows(2).map(|p| p[1] - p[0]).min().unwrap();
+        assert!(fastest >= 5_000, "triggers every {every}: {fastest} µs");
+        if every >= 5_000 {
+            assert_eq!(starts.len(), 100, "{every}");
+        }
+    }
+}
+
+#[test]
+fn a_kept_trigger_is_seen_once_and_starts_after_exactly_a_millisecond() {
+    for phase in 0..250 {
+        let mut desk = Desk::open(BOOT);
+        desk.run(wearer(), &[triggered(5_000, 0)], 10_000);
+        desk.wait(5_000 + phase);
+        let at = desk.now();
+        let t = desk.time();
+        desk.sensors.trigger = Some(at);
+        for _ in 0..20 {
+            desk.wait(1_000);
+        }
+        assert_eq!(desk.state(), State::Stimulating);
+        let starts = driven(&desk.record.levels, 0);
+        assert_eq!(starts[2..].to_vec(), [t + 1_000, t + 1_300]);
+    }
+}
+
+#[test]
+fn isolated_partners_stay_apart_whatever_the_triggers() {
+    for every in (900..14_000).step_by(410) {
+        let mut desk = Desk::open(BOOT);
+        let specs = [triggered(20_000, 0), triggered(20_000, 10_000)];
+        desk.prepare(wearer(), &specs);
+        let group = GroupSpec {
+            members: 3,
+            partner: Partner::Isolated,
+        };
+        desk.must(Request::Groups(heapless::Vec::from_slice(&[group]).unwrap()));
+        desk.must(Request::Arm);
+        desk.must(Request::Start);
+        desk.must(all(2, 10_000));
+        for i in 0..60 {
+            trigger_after(&mut desk, every);
+            if i % 4 == 0 {
+                desk.send(Request::KeepAlive);
+            }
+        }
+        let both = desk.record.levels.iter().find(|(_, l)| {
+            let is_driven = |c| matches!(l.state(c), Line::Anodic | Line::Cathodic);
+            is_driven(0) && is_driven(1)
+        });
+        assert_eq!(both, None, "triggers every {every}");
+        assert!(driven(&desk.record.levels, 1).len() > 4);
+    }
+}
+
+/// A triggered train that waited for longer than half the clock's range.
+#[test]
+fn a_risen_triggered_train_is_ready_after_forty_minutes() {
+    let mut desk = Desk::open(BOOT);
+    let slow = WearerSpec {
+        host_timeout_ms: 1_000,
+        ..wearer()
+    };
+    desk.run(slow, &[triggered(5_000, 0)], 10_000);
+    for _ in 0..2 {
+        trigger_after(&mut desk, 20_000);
+        desk.wait(20_000);
+    }
+    for _ in 0..2_400 {
+        desk.wait(900_000);
+        desk.send(Request::KeepAlive);
+        desk.wait(100_000);
+    }
+    let risen = desk.record.dac.last().unwrap().2;
+    assert!(risen > 6_000);
+    trigger_after(&mut desk, 20_000);
+    desk.wait(20_000);
+    assert_eq!(desk.record.dac.last().unwrap().2, risen);
+}
+
+#[test]
+fn a_normal_stop_stays_one_when_the_host_stops_measuring_with_it() {
+    use firmware::control::{HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
+    use firmware::units::Amplitude;
+    let point = |channel| PointSpec {
+        channel,
+        threshold: Amplitude(2_000),
+        max: Amplitude(10_000),
+    };
+    let joint = JointSpec {
+        law: LawSpec::RECOMMENDED,
+        law_period_ms: 2,
+        cutoff_mhz: 17_000,
+        flexors: heapless::Vec::from_slice(&[point(0)]).unwrap(),
+        extensor: point(1),
+        hold: HoldPolicy::Hold,
+        angle_min_mdeg: 0,
+        angle_max_mdeg: 90_000,
+        sensor: SensorSource::Host,
+        stale_after_ms: 40,
+    };
+    let mut desk = Desk::open(BOOT);
+    desk.prepare(
+        WearerSpec {
+            fall_ms: 100,
+            ..wearer()
+        },
+        &[channel(PLAIN); 2],
+    );
+    desk.must(Request::Joint(joint));
+    desk.must(Request::Arm);
+    let angle = Request::Angle {
+        at: None,
+        centideg: 4_000,
+        centideg_per_s: None,
+    };
+    let measure = |desk: &mut Desk| {
+        let at = desk.now();
+        desk.must(Request::Measurement {
+            joint: 0,
+            centideg: 3_000,
+            at,
+        });
+    };
+    // Streaming may begin before the start, for as long as arming lasts.
+    for _ in 0..30 {
+        desk.must(angle.clone());
+        measure(&mut desk);
+        desk.wait(10_000);
+    }
+    desk.must(Request::Start);
+    for _ in 0..30 {
+        desk.must(angle.clone());
+        measure(&mut desk);
+        desk.wait(10_000);
+    }
+    assert!(driven(&desk.record.levels, 0).len() > 10);
+    desk.must(Request::Stop);
+    desk.wait(200_000);
+    let heard = desk.heard();
+    assert!(
+        heard
+            .iter()
+            .any(|h| matches!(h, Heard::Event(_, Event::Stopped(StopCause::Request)))),
+        "{heard:?}"
+    );
+    // While stimulating, the same silence of the sensor is a fault.
+    desk.must(Request::Arm);
+    measure(&mut desk);
+    desk.must(Request::Start);
+    for _ in 0..10 {
+        desk.must(Request::KeepAlive);
+        desk.wait(10_000);
+    }
+    assert_eq!(
+        desk.status().fault.map(|f| f.fault),
+        Some(Fault::SensorStale)
+    );
+}
+
+/// A flood of setpoints that are all accepted must not crowd out a fault.
+#[test]
+fn every_request_of_a_flood_is_answered() {
+    let mut desk = running(0, wearer(), BOOT);
+    desk.heard();
+    let mut bytes = Vec::new();
+    let now = desk.now();
+    for i in 0..100u32 {
+        let request = match i % 3 {
+            0 => all(2, 100),
+            1 => Request::Measurement {
+                joint: 0,
+                centideg: 0,
+                at: now,
+            },
+            _ => Request::Status,
+        };
+        bytes.extend(frame(desk.session, desk.seq, request));
+        desk.seq += 1;
+    }
+    desk.board
+        .receive(now, &bytes, &desk.sensors, &mut desk.record);
+    desk.wait(5_000);
+    let answers = desk
+        .heard()
+        .iter()
+        .filter(|h| matches!(h, Heard::Ack(..) | Heard::Refused(..) | Heard::Status(..)))
+        .count();
+    assert_eq!(answers, 100);
+}

@@ -1,0 +1,42 @@
+//! Devices that live in virtual time, driven in lock-step.
+//!
+//! Lives here: [`Device`], what every simulated device can do, and [`Remote`],
+//! one at the other end of a line. Not here: the device code in this process
+//! (`native`) and in an emulator (`qemu`).
+//! In: bytes, sensors and how far time goes. Out: levels, DAC codes, bytes.
+
+mod remote;
+
+pub use remote::Remote;
+
+use crate::world::Output;
+use firmware::device::lockstep::{Sensors, Sink};
+use firmware::units::Micros;
+use std::io;
+
+/// A device that lives in virtual time.
+pub trait Device: Send {
+    /// Bytes arrive, the last one at `at`; see `Lockstep::receive`.
+    ///
+    /// # Errors
+    /// The device cannot be reached any more.
+    fn receive(
+        &mut self,
+        at: Micros,
+        bytes: &[u8],
+        sensors: &Sensors,
+        sink: &mut dyn Sink,
+    ) -> io::Result<()>;
+
+    /// Time goes on to `to`; see `Lockstep::advance`.
+    ///
+    /// # Errors
+    /// The device cannot be reached any more.
+    fn advance(&mut self, to: Micros, sensors: &Sensors, sink: &mut dyn Sink) -> io::Result<()>;
+
+    /// How `channel` drives what it is set to; `None` if it is not set up or
+    /// the device cannot be looked into.
+    fn output(&self, _channel: usize) -> Option<Output> {
+        None
+    }
+}

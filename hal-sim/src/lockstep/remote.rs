@@ -1,0 +1,157 @@
+//! A lock-step device behind a line of bytes: commands go out as frames,
+//! outputs come back as frames.
+
+use super::Device;
+use firmware::device::lockstep::port::{Command, MAX_PIECE, Output};
+use firmware::device::lockstep::{Sensors, Sink};
+use firmware::link::message::ResetCause;
+use firmware::link::{Decoder, encode};
+use firmware::pulse::Levels;
+use firmware::safety::FaultRecord;
+use firmware::units::{DacCode, Micros};
+use std::io::{self, BufReader, Read, Write};
+
+/// A device that speaks the lock-step port over `R` and `W`.
+pub struct Remote<R, W> {
+    reader: BufReader<R>,
+    writer: W,
+    decoder: Decoder,
+    /// What the device senses but the joint, as it was last told.
+    sensors: Option<Sensors>,
+    /// Commands carried out since the start.
+    commands: u64,
+}
+
+impl<R: Read, W: Write> Remote<R, W> {
+    /// Takes over a fresh line, when the device has said that it is ready.
+    ///
+    /// # Errors
+    /// It did not say so.
+    pub fn open(reader: R, writer: W) -> io::Result<Self> {
+        let mut remote = Self {
+            reader: BufReader::new(reader),
+            writer,
+            decoder: Decoder::default(),
+            sensors: None,
+            commands: 0,
+        };
+        remote.take_until_done(&mut Nothing)?;
+        Ok(remote)
+    }
+
+    /// Commands carried out so far.
+    #[must_use]
+    pub const fn commands(&self) -> u64 {
+        self.commands
+    }
+
+    /// The device resets and boots at `at`.
+    ///
+    /// # Errors
+    /// The device cannot be reached any more.
+    pub fn boot(
+        &mut self,
+        at: Micros,
+        reset: ResetCause,
+        last_fault: Option<FaultRecord>,
+    ) -> io::Result<()> {
+        self.sensors = None;
+        let command = Command::Boot {
+            at,
+            reset,
+            last_fault,
+        };
+        self.execute(&command, &mut Nothing)
+    }
+
+    /// Sends a command and takes its outputs until it is done.
+    fn execute(&mut self, command: &Command<'_>, sink: &mut dyn Sink) -> io::Result<()> {
+        let frame = encode(command).ok_or(io::ErrorKind::InvalidInput)?;
+        self.writer.write_all(&frame)?;
+        self.writer.flush()?;
+        self.take_until_done(sink)?;
+        self.commands += 1;
+        Ok(())
+    }
+
+    fn take_until_done(&mut self, sink: &mut dyn Sink) -> io::Result<()> {
+        loop {
+            let mut byte = [0];
+            self.reader.read_exact(&mut byte)?;
+            let Some(message) = self.decoder.push(byte[0]) else {
+                continue;
+            };
+            let message =
+                message.map_err(|e| corrupt(&format!("a frame of the device is bad: {e:?}")))?;
+            let output = postcard::from_bytes(message)
+                .map_err(|e| corrupt(&format!("a frame of the device is no output: {e}")))?;
+            let is_done = pass_on(&output, sink)?;
+            self.decoder.clear();
+            if is_done {
+                return Ok(());
+            }
+        }
+    }
+
+    /// Tells the device about the world, if there is news but the joint's.
+    fn sense(&mut self, sensors: &Sensors) -> io::Result<()> {
+        let joint = None; // goes with each command
+        let news = Sensors { joint, ..*sensors };
+        if self.sensors == Some(news) {
+            return Ok(());
+        }
+        // A trigger edge is seen once: what the device keeps has none.
+        let trigger = None;
+        self.sensors = Some(Sensors { trigger, ..news });
+        self.execute(&Command::Sense(news), &mut Nothing)
+    }
+}
+
+impl<R: Read + Send, W: Write + Send> Device for Remote<R, W> {
+    /// Bytes go in pieces of [`MAX_PIECE`], each received at `at`.
+    fn receive(
+        &mut self,
+        at: Micros,
+        bytes: &[u8],
+        sensors: &Sensors,
+        sink: &mut dyn Sink,
+    ) -> io::Result<()> {
+        self.sense(sensors)?;
+        let joint = sensors.joint;
+        for bytes in bytes.chunks(MAX_PIECE) {
+            self.execute(&Command::Receive { at, joint, bytes }, sink)?;
+        }
+        Ok(())
+    }
+
+    fn advance(&mut self, to: Micros, sensors: &Sensors, sink: &mut dyn Sink) -> io::Result<()> {
+        self.sense(sensors)?;
+        let joint = sensors.joint;
+        self.execute(&Command::Advance { to, joint }, sink)
+    }
+}
+
+/// Whether it ends a command.
+fn pass_on(output: &Output<'_>, sink: &mut dyn Sink) -> io::Result<bool> {
+    match *output {
+        Output::Levels { at, levels } => sink.levels(at, Levels(levels)),
+        Output::Dac { at, channel, code } => sink.dac(at, channel, code),
+        Output::Bytes { at, bytes } => sink.bytes(at, bytes),
+        Output::Done => return Ok(true),
+        Output::NoCommand => return Err(corrupt("the device did not understand a command")),
+    }
+    Ok(false)
+}
+
+fn corrupt(what: &str) -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidData, what)
+}
+
+/// Booting and sensing put nothing out.
+struct Nothing;
+
+impl Sink for Nothing {
+    fn levels(&mut self, _: Micros, _: Levels) {}
+    fn dac(&mut self, _: Micros, _: u8, _: DacCode) {}
+    fn bytes(&mut self, _: Micros, _: &[u8]) {}
+}

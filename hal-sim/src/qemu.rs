@@ -1,0 +1,205 @@
+//! The Thumb build of the device code, run by QEMU's STM32F405.
+//!
+//! Proves arithmetic and logic, not timing: the image has no clock, and takes
+//! its time from the lock-step port, which is the machine's USART2.
+
+use crate::lockstep::{Device, Remote};
+use firmware::device::lockstep::{Sensors, Sink};
+use firmware::link::message::ResetCause;
+use firmware::safety::FaultRecord;
+use firmware::units::Micros;
+use std::io::{self, Read};
+use std::net::{Ipv4Addr, TcpListener, TcpStream};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+use thiserror::Error;
+
+const PROGRAM: &str = "qemu-system-arm";
+
+/// How long QEMU may take to start, and then to answer.
+const PATIENCE: Duration = Duration::from_secs(20);
+
+/// Why there is no device in QEMU.
+#[derive(Debug, Error)]
+pub enum StartError {
+    /// QEMU is not on the PATH.
+    #[error(
+        "{PROGRAM} is not installed: install the package qemu-system-arm (Debian, Ubuntu: \
+         `apt-get install qemu-system-arm`; macOS: `brew install qemu`)"
+    )]
+    NotInstalled,
+    /// There is no image to run.
+    #[error("there is no image at {0}: build it with `{BUILD}`")]
+    NoImage(PathBuf),
+    /// The image could not be built.
+    #[error("the image for QEMU was not built:\n{0}")]
+    NotBuilt(String),
+    /// QEMU did not start, or ended before it connected.
+    #[error("{PROGRAM} did not start: {0}")]
+    Failed(String),
+    /// Something else of the system's failed.
+    #[error(transparent)]
+    Io(#[from] io::Error),
+}
+
+/// What builds the image, in the workspace.
+const BUILD: &str = "cargo build --release --package firmware \
+                     --target thumbv7em-none-eabihf --features qemu --bin qemu";
+
+/// The image, built if it is not newer than its sources.
+///
+/// # Errors
+/// [`StartError::NotBuilt`] with the compiler's words.
+pub fn build_image(workspace: &Path) -> Result<PathBuf, StartError> {
+    let mut words = BUILD.split_whitespace();
+    let output = Command::new(words.next().unwrap_or_default())
+        .args(words)
+        .args(["--quiet", "--target-dir"])
+        .arg(workspace.join("target"))
+        .current_dir(workspace)
+        .output()?;
+    if !output.status.success() {
+        let words = String::from_utf8_lossy(&output.stderr).into_owned();
+        return Err(StartError::NotBuilt(words));
+    }
+    Ok(workspace.join("target/thumbv7em-none-eabihf/release/qemu"))
+}
+
+/// A device in QEMU. Ends with its owner.
+pub struct Qemu {
+    remote: Remote<TcpStream, TcpStream>,
+    process: Process,
+}
+
+impl Qemu {
+    /// Starts QEMU with the image at `elf`; the device has booted at 0.
+    ///
+    /// # Errors
+    /// See [`StartError`].
+    pub fn start(elf: &Path) -> Result<Self, StartError> {
+        if !elf.is_file() {
+            return Err(StartError::NoImage(elf.to_owned()));
+        }
+        // QEMU connects to a port that is held, instead of listening on one
+        // that was free a moment ago.
+        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0))?;
+        listener.set_nonblocking(true)?;
+        let mut process = Process::start(elf, listener.local_addr()?.port())?;
+        let stream = process.accept(&listener)?;
+        stream.set_nonblocking(false)?;
+        stream.set_nodelay(true)?;
+        stream.set_read_timeout(Some(PATIENCE))?;
+        let remote = Remote::open(stream.try_clone()?, stream)
+            .map_err(|e| StartError::Failed(process.explain(e).to_string()))?;
+        Ok(Self { remote, process })
+    }
+
+    /// The device resets and boots at `at`, finding `last_fault` recorded.
+    ///
+    /// # Errors
+    /// QEMU has ended or hangs.
+    pub fn boot(
+        &mut self,
+        at: Micros,
+        reset: ResetCause,
+        last_fault: Option<FaultRecord>,
+    ) -> io::Result<()> {
+        let result = self.remote.boot(at, reset, last_fault);
+        result.map_err(|e| self.process.explain(e))
+    }
+
+    /// Commands sent on the lock-step port so far.
+    #[must_use]
+    pub const fn commands(&self) -> u64 {
+        self.remote.commands()
+    }
+}
+
+impl Device for Qemu {
+    fn receive(
+        &mut self,
+        at: Micros,
+        bytes: &[u8],
+        sensors: &Sensors,
+        sink: &mut dyn Sink,
+    ) -> io::Result<()> {
+        let result = self.remote.receive(at, bytes, sensors, sink);
+        result.map_err(|e| self.process.explain(e))
+    }
+
+    fn advance(&mut self, to: Micros, sensors: &Sensors, sink: &mut dyn Sink) -> io::Result<()> {
+        let result = self.remote.advance(to, sensors, sink);
+        result.map_err(|e| self.process.explain(e))
+    }
+}
+
+/// QEMU's process, killed when it is dropped.
+struct Process(Child);
+
+impl Process {
+    fn start(elf: &Path, port: u16) -> Result<Self, StartError> {
+        let child = Command::new(PROGRAM)
+            .args([
+                "-M",
+                "netduinoplus2",
+                "-display",
+                "none",
+                "-monitor",
+                "none",
+            ])
+            .args(["-semihosting-config", "enable=on,target=native"])
+            // USART1 is not used: QEMU faults on its clock's registers.
+            .args(["-serial", "null", "-serial"])
+            .arg(format!("tcp:127.0.0.1:{port},nodelay=on"))
+            .arg("-kernel")
+            .arg(elf)
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn();
+        match child {
+            Ok(child) => Ok(Self(child)),
+            Err(e) if e.kind() == io::ErrorKind::NotFound => Err(StartError::NotInstalled),
+            Err(e) => Err(e.into()),
+        }
+    }
+
+    fn accept(&mut self, listener: &TcpListener) -> Result<TcpStream, StartError> {
+        let start = Instant::now();
+        loop {
+            match listener.accept() {
+                Ok((stream, _)) => return Ok(stream),
+                Err(e) if e.kind() == io::ErrorKind::WouldBlock => {}
+                Err(e) => return Err(e.into()),
+            }
+            if self.0.try_wait()?.is_some() || start.elapsed() > PATIENCE {
+                return Err(StartError::Failed(self.last_words()));
+            }
+            sleep(Duration::from_millis(2));
+        }
+    }
+
+    /// What QEMU, or the image's panic, said before the line broke.
+    fn explain(&mut self, error: io::Error) -> io::Error {
+        let words = self.last_words();
+        io::Error::new(error.kind(), format!("QEMU: {error}. {words}"))
+    }
+
+    fn last_words(&mut self) -> String {
+        let _ = self.0.kill(); // it may have ended by itself
+        let mut words = Vec::new();
+        if let Some(mut stderr) = self.0.stderr.take() {
+            let _ = stderr.read_to_end(&mut words); // what could be read is enough
+        }
+        String::from_utf8_lossy(&words).trim().to_owned()
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        let _ = self.0.kill(); // it may have ended by itself
+        let _ = self.0.wait();
+    }
+}

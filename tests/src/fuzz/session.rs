@@ -1,0 +1,179 @@
+//! A board whose host sends anything.
+
+use super::watch::Watch;
+use firmware::device::Identity;
+use firmware::device::lockstep::{Lockstep, Sensors};
+use firmware::link::message::ResetCause;
+use firmware::link::{Decoder, Kind, MAX_MESSAGE, Request, Response, SCHEMA, ToDevice, encode};
+use firmware::units::Micros;
+
+/// The board boots shortly before its clock wraps.
+const BOOT: Micros = Micros(u32::MAX - 20_000);
+
+/// The longest step between two looks at the device's state, µs.
+const LOOK_US: u32 = 250;
+
+/// The only session number that a fresh board grants.
+const SESSION: u16 = 1;
+
+/// A native board with an open session, and a watch on its outputs.
+pub struct Session {
+    board: Lockstep,
+    sensors: Sensors,
+    watch: Watch,
+    heard: Decoder,
+    seq: u16,
+}
+
+impl Session {
+    /// A freshly booted board that has answered `Hello`.
+    pub fn open() -> Self {
+        let identity = Identity {
+            kind: Kind::Native,
+            unique_id: [0; 3],
+            reset: ResetCause::PowerOn,
+            last_fault: None,
+        };
+        let mut session = Self {
+            board: Lockstep::new(identity, BOOT),
+            sensors: Sensors::default(),
+            watch: Watch::default(),
+            heard: Decoder::default(),
+            seq: 0,
+        };
+        session.advance(1_000);
+        let hello = Request::Hello { schema: SCHEMA };
+        session.receive(&sealed(&hello, session.seq));
+        session.advance(1_000);
+        session
+    }
+
+    /// Bytes arrive now.
+    pub fn receive(&mut self, bytes: &[u8]) {
+        for request in requests(&mut self.heard, bytes) {
+            if request.request == Request::Arm {
+                self.watch.asked_to_arm(self.board.now());
+            }
+        }
+        let now = self.board.now();
+        self.watch.look(now, self.board.state());
+        self.board
+            .receive(now, bytes, &self.sensors, &mut self.watch);
+        self.watch.look(self.board.now(), self.board.state());
+    }
+
+    /// A well-formed frame arrives whose request is `payload`, whatever it says.
+    pub fn request(&mut self, payload: &[u8]) {
+        self.seq = self.seq.wrapping_add(1);
+        let room = payload.len().min(MAX_MESSAGE - 6); // two numbers of at most 3 bytes
+        let message = (SESSION, self.seq, Raw(&payload[..room]));
+        let frame = encode(&message).expect("fits the longest message");
+        self.receive(&frame);
+    }
+
+    /// Time goes on by `us`.
+    pub fn advance(&mut self, us: u32) {
+        let end = self.board.now().plus(us);
+        while self.board.now().is_before(end) {
+            let next = self.board.now().plus(LOOK_US);
+            let to = if next.is_before(end) { next } else { end };
+            self.watch.look(self.board.now(), self.board.state());
+            self.board.advance(to, &self.sensors, &mut self.watch);
+            self.watch.look(self.board.now(), self.board.state());
+            self.sensors.trigger = None;
+        }
+    }
+
+    /// Arm input, hand-held stop, over-current and one electrode: a bit each,
+    /// the electrode's channel in the upper half.
+    pub fn inputs(&mut self, bits: u8) {
+        self.sensors.arm = bits & 1 == 0;
+        self.sensors.hand_stop = bits & 2 == 0;
+        self.sensors.over_current = bits & 4 != 0;
+        self.sensors.load_ohm = Sensors::default().load_ohm;
+        if bits & 8 != 0
+            && let Some(load) = self.sensors.load_ohm.get_mut(usize::from(bits >> 4))
+        {
+            *load = u32::MAX;
+        }
+    }
+
+    /// A trigger edge, now.
+    pub fn trigger(&mut self) {
+        self.sensors.trigger = Some(self.board.now());
+    }
+
+    /// The joint sensor converts to these two bytes; without them it is off.
+    pub fn joint(&mut self, bytes: &[u8]) {
+        let code = <[u8; 2]>::try_from(bytes).ok();
+        self.sensors.joint = code.map(u16::from_le_bytes);
+    }
+
+    /// Whether any output has been driven.
+    pub fn has_driven(&self) -> bool {
+        self.watch.has_driven
+    }
+
+    /// Requests that the board carried out, and those that it refused.
+    pub fn answers(&self) -> (u32, u32) {
+        (self.watch.acknowledged, self.watch.refused)
+    }
+}
+
+/// Bytes that stand in a message as they are.
+struct Raw<'a>(&'a [u8]);
+
+impl serde::Serialize for Raw<'_> {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        use serde::ser::SerializeTuple;
+        let mut tuple = serializer.serialize_tuple(self.0.len())?;
+        for byte in self.0 {
+            tuple.serialize_element(byte)?;
+        }
+        tuple.end()
+    }
+}
+
+/// The frame of a request in the session that [`Session::open`] opens.
+pub fn sealed(request: &Request, seq: u16) -> Vec<u8> {
+    let message = ToDevice {
+        session: SESSION,
+        seq,
+        request: request.clone(),
+    };
+    encode(&message).expect("every request fits").to_vec()
+}
+
+/// A request as it stands in a message.
+pub fn payload(request: &Request) -> Vec<u8> {
+    let mut buffer = [0; MAX_MESSAGE];
+    let used = postcard::to_slice(request, &mut buffer).expect("every request fits");
+    used.to_vec()
+}
+
+/// The requests that end in `bytes`, as the device would understand them.
+fn requests(decoder: &mut Decoder, bytes: &[u8]) -> Vec<ToDevice> {
+    let mut found = Vec::new();
+    for &byte in bytes {
+        if let Some(Ok(message)) = decoder.push(byte) {
+            found.extend(postcard::from_bytes(message));
+            decoder.clear();
+        }
+    }
+    found
+}
+
+/// A host reads `bytes` as answers, which they may not be.
+pub fn hear(bytes: &[u8]) {
+    let mut decoder = Decoder::default();
+    for &byte in bytes {
+        let Some(result) = decoder.push(byte) else {
+            continue;
+        };
+        if let Ok(message) = result {
+            assert!(message.len() <= MAX_MESSAGE, "a message beyond its bound");
+            let _ = postcard::from_bytes::<Response<'_>>(message);
+        }
+        decoder.clear();
+    }
+}

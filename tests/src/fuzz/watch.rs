@@ -1,0 +1,170 @@
+//! The promises about a board's outputs and answers that hold for any input.
+//! It decides by what comes out, not by how the scheduler works.
+
+use firmware::device::lockstep::Sink;
+use firmware::link::{Decoder, Response};
+use firmware::pulse::{CHANNELS, Levels, State as Line};
+use firmware::safety::State;
+use firmware::units::{DacCode, Micros};
+
+/// From a request to arm to the last pulse of the electrode check: an order
+/// waits for at most two windows, ten pulses come 2 ms apart.
+const CHECK_US: u32 = 25_000;
+
+/// What is rendered plays on for two windows after the state has changed.
+const RENDERED_US: u32 = 500;
+
+/// No phase is longer (design, "Pulses").
+const MAX_PHASE_US: u32 = 500;
+
+/// Isolation between opposite drive (design, "Pulses": a board constant).
+const DEAD_TIME_US: u32 = firmware::pulse::DEAD_TIME_US as u32;
+
+/// What one channel's output does.
+#[derive(Clone, Copy)]
+struct Channel {
+    line: Line,
+    since: Micros,
+    /// The latest drive and when it ended.
+    drive: Option<(Line, Micros)>,
+}
+
+/// Judges everything that a board puts out.
+pub struct Watch {
+    /// Until when driven outputs are in order.
+    may_drive: Option<Micros>,
+    channels: [Channel; CHANNELS],
+    answers: Decoder,
+    /// Whether any output has been driven.
+    pub has_driven: bool,
+    /// Requests that the board carried out.
+    pub acknowledged: u32,
+    /// Requests or frames that the board refused.
+    pub refused: u32,
+}
+
+impl Default for Watch {
+    fn default() -> Self {
+        let quiet = Channel {
+            line: Line::Isolated,
+            since: Micros(0),
+            drive: None,
+        };
+        Self {
+            may_drive: None,
+            channels: [quiet; CHANNELS],
+            answers: Decoder::default(),
+            has_driven: false,
+            acknowledged: 0,
+            refused: 0,
+        }
+    }
+}
+
+impl Watch {
+    /// The host has asked the board to arm.
+    pub fn asked_to_arm(&mut self, now: Micros) {
+        self.allow(now.plus(CHECK_US));
+    }
+
+    /// The board is in `state` at `now`. Must be told at least every window.
+    pub fn look(&mut self, now: Micros, state: State) {
+        if matches!(state, State::Armed | State::Stimulating | State::Stopping) {
+            self.allow(now.plus(RENDERED_US));
+        }
+    }
+
+    fn allow(&mut self, until: Micros) {
+        if self.may_drive.is_none_or(|before| before.is_before(until)) {
+            self.may_drive = Some(until);
+        }
+    }
+
+    fn change(&mut self, index: usize, line: Line, at: Micros) {
+        let channel = &mut self.channels[index];
+        if is_driven(channel.line) {
+            let length = at.0.wrapping_sub(channel.since.0);
+            assert!(length <= MAX_PHASE_US, "channel {index}: {length} µs phase");
+            channel.drive = Some((channel.line, at));
+        }
+        if is_driven(line) {
+            if let Some((before, end)) = channel.drive {
+                let apart = at.0.wrapping_sub(end.0);
+                let is_safe = before == line || apart >= DEAD_TIME_US;
+                assert!(is_safe, "channel {index}: reversed within {apart} µs");
+            }
+            let may_drive = self.may_drive.is_some_and(|until| at.is_before(until));
+            assert!(may_drive, "channel {index} driven at {at:?} unarmed");
+            self.has_driven = true;
+        }
+        (channel.line, channel.since) = (line, at);
+    }
+}
+
+const fn is_driven(line: Line) -> bool {
+    matches!(line, Line::Anodic | Line::Cathodic)
+}
+
+impl Sink for Watch {
+    fn levels(&mut self, at: Micros, levels: Levels) {
+        for index in 0..CHANNELS {
+            let line = levels.state(index);
+            if line != self.channels[index].line {
+                self.change(index, line, at);
+            }
+        }
+    }
+
+    fn dac(&mut self, _: Micros, channel: u8, _: DacCode) {
+        assert!(usize::from(channel) < CHANNELS, "DAC of channel {channel}");
+    }
+
+    fn bytes(&mut self, _: Micros, bytes: &[u8]) {
+        for &byte in bytes {
+            let Some(result) = self.answers.push(byte) else {
+                continue;
+            };
+            let message = result.expect("the board frames what it says");
+            match postcard::from_bytes(message).expect("the board says what it means") {
+                Response::Ack { .. } | Response::Hello(_) => self.acknowledged += 1,
+                Response::Refused { .. } => self.refused += 1,
+                Response::Status { .. } | Response::Event { .. } | Response::Telemetry(_) => {}
+            }
+            self.answers.clear();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::panic::{AssertUnwindSafe, catch_unwind};
+
+    /// Whether the watch objects to these states of channel 3 at these times.
+    fn objects(armed: bool, lines: &[(u32, Line)]) -> bool {
+        let mut watch = Watch::default();
+        if armed {
+            watch.look(Micros(0), State::Armed);
+        }
+        let play = || {
+            for (at, line) in lines {
+                watch.levels(Micros(*at), Levels::ISOLATED.with(3, *line));
+            }
+        };
+        catch_unwind(AssertUnwindSafe(play)).is_err()
+    }
+
+    #[test]
+    fn the_watch_sees_what_it_is_there_to_see() {
+        use Line::{Anodic, Cathodic, Grounded, Isolated};
+        let pulse = [(10, Cathodic), (210, Isolated), (215, Anodic)];
+        assert!(!objects(true, &pulse));
+        assert!(objects(false, &pulse));
+        assert!(!objects(false, &[(10, Grounded), (900, Isolated)]));
+        assert!(objects(true, &[(499, Isolated), (500, Cathodic)]));
+        assert!(objects(true, &[(10, Cathodic), (210, Anodic)]));
+        let short = [(10, Cathodic), (210, Grounded), (214, Anodic)];
+        assert!(objects(true, &short));
+        assert!(objects(true, &[(0, Cathodic), (501, Isolated)]));
+    }
+}

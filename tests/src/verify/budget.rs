@@ -1,0 +1,184 @@
+//! What the linked images use of the chip's memories, held to tests/budgets.toml.
+
+use super::Workspace;
+use super::image::Image;
+use super::report::Report;
+use anyhow::Context;
+use object::{Object, ObjectSection, SectionFlags, SectionKind, elf::SHF_ALLOC};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+
+/// CCM, SRAM1 and SRAM2 (RM0090, section 2.3); what is elsewhere is in flash.
+const RAM: [std::ops::Range<u64>; 2] = [0x1000_0000..0x1001_0000, 0x2000_0000..0x4000_0000];
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Budgets {
+    /// A value further below its budget than this gets a note, %.
+    margin_percent: u64,
+    images: BTreeMap<String, Memory>,
+}
+
+/// Bytes of both memories, allowed or used.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Memory {
+    flash: u64,
+    ram: u64,
+}
+
+/// A part of an image that occupies memory on the chip.
+struct Section {
+    address: u64,
+    size: u64,
+    /// Its contents are stored in flash, wherever they are used.
+    is_loaded: bool,
+}
+
+/// Two checks for each image: flash and RAM.
+pub(super) fn run(at: &Workspace) -> anyhow::Result<Report> {
+    let path = at.root.join("tests/budgets.toml");
+    let text = std::fs::read_to_string(&path)
+        .with_context(|| format!("{} cannot be read", path.display()))?;
+    let mut budgets: Budgets = toml::from_str(&text).context("tests/budgets.toml")?;
+    let mut report = Report::default();
+    report.lines.push(HEADING.into());
+    for image in Image::all(at)? {
+        let Some(budget) = budgets.images.remove(&image.name) else {
+            let problem = format!("{}: no budget in tests/budgets.toml", image.name);
+            report.add(Report::fail(vec![problem]));
+            continue;
+        };
+        match measure(&image, at) {
+            Ok(used) => report.add(compare(&image.name, budget, used, budgets.margin_percent)),
+            Err(error) => report.add(Report::from_error(error)),
+        }
+    }
+    for name in budgets.images.keys() {
+        let note = format!("note: {name} has a budget, but is no image in firmware/Cargo.toml");
+        report.lines.push(note);
+    }
+    Ok(report)
+}
+
+fn measure(image: &Image, at: &Workspace) -> anyhow::Result<Memory> {
+    let path = image.path(at);
+    let bytes = std::fs::read(&path).with_context(|| format!("{} is not built", image.name))?;
+    let file = object::File::parse(&*bytes).context(image.name.clone())?;
+    Ok(usage(file.sections().filter_map(|section| {
+        let SectionFlags::Elf { sh_flags } = section.flags() else {
+            return None;
+        };
+        (sh_flags & u64::from(SHF_ALLOC) != 0).then(|| Section {
+            address: section.address(),
+            size: section.size(),
+            is_loaded: section.kind() != SectionKind::UninitializedData,
+        })
+    })))
+}
+
+fn usage(sections: impl Iterator<Item = Section>) -> Memory {
+    let mut used = Memory::default();
+    for section in sections {
+        let is_ram = RAM.iter().any(|ram| ram.contains(&section.address));
+        used.ram += if is_ram { section.size } else { 0 };
+        used.flash += if section.is_loaded { section.size } else { 0 };
+    }
+    used
+}
+
+const HEADING: &str = "image         memory         used       budget       free";
+
+fn compare(name: &str, budget: Memory, used: Memory, margin_percent: u64) -> Report {
+    let mut report = Report::default();
+    let rows = [
+        ("flash", used.flash, budget.flash),
+        ("ram", used.ram, budget.ram),
+    ];
+    for (memory, used, budget) in rows {
+        let free = 100 - 100 * used.cast_signed() / budget.max(1).cast_signed();
+        let row = format!("{name:<13} {memory:<6} {used:>9} B {budget:>10} B {free:>8} %");
+        if used > budget {
+            report.add(Report::fail(vec![row, "^ above its budget".into()]));
+            continue;
+        }
+        report.add(Report::pass());
+        report.lines.push(row);
+        if used * 100 < budget * (100 - margin_percent.min(100)) {
+            let note = format!("  note: more than {margin_percent} % below its budget: lower it?");
+            report.lines.push(note);
+        }
+    }
+    report
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const fn section(address: u64, size: u64, is_loaded: bool) -> Section {
+        Section {
+            address,
+            size,
+            is_loaded,
+        }
+    }
+
+    #[test]
+    fn initial_values_count_in_both_memories() {
+        let sections = [
+            section(0x0800_0000, 0x188, true),
+            section(0x0800_0188, 1000, true),
+            section(0x2000_0000, 64, true),
+            section(0x2000_0040, 500, false),
+            section(0x2001_C000, 4008, false),
+            section(0x1000_0000, 8, false),
+        ];
+        let used = usage(sections.into_iter());
+        let expected = Memory {
+            flash: 0x188 + 1000 + 64,
+            ram: 64 + 500 + 4008 + 8,
+        };
+        assert_eq!(used, expected);
+    }
+
+    #[test]
+    fn a_budget_holds_up_to_its_last_byte() {
+        let budget = Memory {
+            flash: 1000,
+            ram: 1000,
+        };
+        let report = |flash, ram| compare("x", budget, Memory { flash, ram }, 25);
+        let fits = report(1000, 750);
+        assert_eq!((fits.passed, fits.failed, fits.lines.len()), (2, 0, 2));
+        let loose = report(1000, 749);
+        assert_eq!((loose.passed, loose.failed, loose.lines.len()), (2, 0, 3));
+        let big = report(1001, 800);
+        assert_eq!((big.passed, big.failed), (1, 1));
+        assert!(big.lines.iter().all(|line| line.len() <= 76));
+    }
+
+    #[test]
+    fn an_elf_file_is_measured_by_its_allocated_sections() {
+        let program = std::env::current_exe().unwrap();
+        let folder = program.parent().unwrap();
+        let name = program.file_name().unwrap().to_str().unwrap();
+        let bytes = std::fs::read(folder.join(name)).unwrap();
+        let file = object::File::parse(&*bytes).unwrap();
+        if file.format() == object::BinaryFormat::Elf {
+            let text = file.section_by_name(".text").unwrap();
+            let SectionFlags::Elf { sh_flags } = text.flags() else {
+                panic!("no ELF flags");
+            };
+            assert_ne!(sh_flags & u64::from(SHF_ALLOC), 0);
+            assert!(text.size() > 0);
+        }
+    }
+
+    #[test]
+    fn the_committed_budgets_can_be_read() {
+        let budgets: Budgets = toml::from_str(include_str!("../../budgets.toml")).unwrap();
+        assert!(budgets.images.values().all(|b| b.flash > 0 && b.ram > 0));
+        assert!(budgets.margin_percent < 100);
+    }
+}

@@ -1,0 +1,141 @@
+//! Other programs: run, watched while they run, and read.
+
+use super::Workspace;
+use super::console::Console;
+use super::report::Report;
+use anyhow::Context;
+use std::io::{BufRead, BufReader, pipe};
+use std::process::{Command, Stdio};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::Duration;
+
+/// How often a silent program's line is refreshed.
+const REFRESH: Duration = Duration::from_millis(200);
+
+/// Words with which cargo and rustup say that all goes well.
+const CHATTER: [&str; 14] = [
+    "Adding",
+    "Blocking",
+    "Checking",
+    "Compiling",
+    "Downloaded",
+    "Downloading",
+    "Finished",
+    "Fresh",
+    "Installing",
+    "Locking",
+    "Running",
+    "Unpacking",
+    "Updating",
+    "info:",
+];
+
+/// A program that has ended.
+#[derive(Debug)]
+pub(super) struct Finished {
+    /// It ended with exit code 0.
+    pub success: bool,
+    /// Both its outputs, in the order in which they were written.
+    pub lines: Vec<String>,
+}
+
+impl Finished {
+    /// One check: passed if the program says so, else its output as the reason.
+    pub fn report(self, what: &str) -> Report {
+        if self.success {
+            return Report::pass();
+        }
+        let mut lines = vec![format!("`{what}` failed:")];
+        lines.extend(self.lines.into_iter().filter(|line| !is_chatter(line)));
+        Report::fail(lines)
+    }
+}
+
+/// Runs `program` in the workspace to its end.
+pub(super) fn execute(
+    at: &Workspace,
+    console: &mut Console,
+    program: &str,
+    arguments: &[&str],
+) -> anyhow::Result<Finished> {
+    let (output, input) = pipe()?;
+    let mut command = Command::new(program);
+    command
+        .args(arguments)
+        .current_dir(&at.root)
+        .env("CARGO_TERM_COLOR", "never")
+        .env("DEBIAN_FRONTEND", "noninteractive")
+        .stdin(Stdio::null())
+        .stdout(input.try_clone()?)
+        .stderr(input);
+    let mut child = command
+        .spawn()
+        .with_context(|| format!("`{program}` cannot be started"))?;
+    drop(command); // holds ends of the pipe, which would never close
+    let (sender, receiver) = channel();
+    let reader = std::thread::spawn(move || {
+        for line in BufReader::new(output).split(b'\n').map_while(Result::ok) {
+            let text = String::from_utf8_lossy(&line).trim_end().to_owned();
+            if sender.send(text).is_err() {
+                break;
+            }
+        }
+    });
+    let mut lines: Vec<String> = Vec::new();
+    loop {
+        match receiver.recv_timeout(REFRESH) {
+            Ok(line) => lines.push(line),
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => break,
+        }
+        console.now(lines.last().map_or("", String::as_str));
+    }
+    let _ = reader.join(); // it has closed its channel: it has ended
+    let success = child.wait()?.success();
+    Ok(Finished { success, lines })
+}
+
+/// A cargo command as one check.
+pub(super) fn cargo(
+    at: &Workspace,
+    console: &mut Console,
+    arguments: &[&str],
+) -> anyhow::Result<Report> {
+    let what = format!("cargo {}", arguments.join(" "));
+    Ok(execute(at, console, "cargo", arguments)?.report(&what))
+}
+
+fn is_chatter(line: &str) -> bool {
+    let first = line.split_whitespace().next().unwrap_or_default();
+    CHATTER.contains(&first)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_failure_shows_reasons_without_chatter() {
+        let lines = ["   Compiling x v1", "error: no", "", "    Checking y"];
+        let finished = Finished {
+            success: false,
+            lines: lines.map(str::to_owned).to_vec(),
+        };
+        let report = finished.report("cargo x");
+        assert_eq!((report.passed, report.failed), (0, 1));
+        assert_eq!(report.lines, ["`cargo x` failed:", "error: no", ""]);
+    }
+
+    #[test]
+    fn both_outputs_arrive_in_order_with_the_verdict() {
+        let at = Workspace {
+            root: std::env::temp_dir(),
+            target: std::env::temp_dir(),
+        };
+        let script = "echo one; echo two >&2; echo three; exit 3";
+        let finished = execute(&at, &mut Console::new(), "sh", &["-c", script]).unwrap();
+        assert!(!finished.success);
+        assert_eq!(finished.lines, ["one", "two", "three"]);
+        assert!(execute(&at, &mut Console::new(), "no-such-program", &[]).is_err());
+    }
+}

@@ -1,0 +1,113 @@
+//! The device images: which there are, linted and built for the chip.
+
+use super::Workspace;
+use super::command::cargo;
+use super::console::Console;
+use super::report::Report;
+use anyhow::Context;
+use serde::Deserialize;
+use std::path::PathBuf;
+
+/// The chip's target.
+pub(super) const TARGET: &str = "thumbv7em-none-eabihf";
+
+/// A binary of the firmware package. All of them are images.
+#[derive(Clone, PartialEq, Eq, Debug, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) struct Image {
+    /// The binary's name.
+    pub name: String,
+    /// What it is built with.
+    #[serde(default)]
+    required_features: Vec<String>,
+}
+
+#[derive(Deserialize)]
+struct Manifest {
+    #[serde(default)]
+    bin: Vec<Image>,
+}
+
+impl Image {
+    /// Every image, as the firmware's manifest lists them.
+    pub fn all(at: &Workspace) -> anyhow::Result<Vec<Self>> {
+        let path = at.root.join("firmware/Cargo.toml");
+        let text = std::fs::read_to_string(&path)
+            .with_context(|| format!("{} cannot be read", path.display()))?;
+        parse(&text)
+    }
+
+    /// Where the linked image is.
+    pub fn path(&self, at: &Workspace) -> PathBuf {
+        at.target.join(TARGET).join("release").join(&self.name)
+    }
+
+    fn cargo(
+        &self,
+        at: &Workspace,
+        console: &mut Console,
+        command: &str,
+        rest: &[&str],
+    ) -> anyhow::Result<Report> {
+        let features = self.required_features.join(",");
+        let mut arguments = vec![command, "--release", "--package", "firmware"];
+        arguments.extend(["--target", TARGET, "--bin", &self.name]);
+        if !features.is_empty() {
+            arguments.extend(["--features", &features]);
+        }
+        arguments.extend(rest);
+        cargo(at, console, &arguments)
+    }
+}
+
+fn parse(manifest: &str) -> anyhow::Result<Vec<Image>> {
+    Ok(toml::from_str::<Manifest>(manifest)?.bin)
+}
+
+/// Each image without a warning, each `unsafe` block with its reason.
+pub(super) fn lint(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
+    let denied = ["-D", "warnings", "-D", "clippy::undocumented_unsafe_blocks"];
+    let rest: Vec<_> = ["--"].into_iter().chain(denied).collect();
+    each(at, console, "clippy", &rest)
+}
+
+/// Each image linked.
+pub(super) fn build(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
+    each(at, console, "build", &[])
+}
+
+fn each(
+    at: &Workspace,
+    console: &mut Console,
+    command: &str,
+    rest: &[&str],
+) -> anyhow::Result<Report> {
+    let mut report = Report::default();
+    for image in Image::all(at)? {
+        report.add(image.cargo(at, console, command, rest)?);
+    }
+    if report == Report::default() {
+        report
+            .lines
+            .push("note: firmware/Cargo.toml lists no image".into());
+    }
+    Ok(report)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn images_are_what_the_manifest_lists() {
+        let manifest = "[package]\nname = 'x'\n[[bin]]\nname = 'a'\nrequired-features = ['p', 'q']\n[[bin]]\nname = 'b'\n";
+        let images = parse(manifest).unwrap();
+        let found: Vec<_> = images
+            .iter()
+            .map(|i| (i.name.as_str(), i.required_features.join(",")))
+            .collect();
+        assert_eq!(found, [("a", "p,q".to_owned()), ("b", String::new())]);
+        assert_eq!(parse("[package]\nname = 'x'\n").unwrap(), []);
+        assert!(parse("[[bin]]\n").is_err());
+    }
+}

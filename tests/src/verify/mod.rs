@@ -1,0 +1,146 @@
+//! The runner behind `cargo verify`.
+//!
+//! Lives here: the list of steps, and the report at the end. Each step counts
+//! what passed and what failed and never stops the next one, so that every
+//! problem shows at once. Not here: any test of the product.
+//! In: the working tree, and names of steps to run only those.
+//! Out: lines for people; exit code 0 (all passed), 1 (something failed) or
+//! 2 (no such step); as the last line `N passed, N failed`.
+
+mod budget;
+mod command;
+mod console;
+mod image;
+mod report;
+mod rules;
+mod setup;
+mod suite;
+
+use command::cargo;
+use console::{Console, seconds};
+use report::Report;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+/// What a clean checkout may take on two cores.
+const WHOLE_RUN: Duration = Duration::from_secs(25 * 60);
+
+/// Commands that the README promises, run as a user would.
+const README_COMMANDS: &[&str] = &["demo"];
+
+type Run = fn(&Workspace, &mut Console) -> anyhow::Result<Report>;
+
+/// In this order: what a later step needs comes first.
+const STEPS: &[(&str, Run)] = &[
+    ("set-up", setup::run),
+    ("rules", |at, _| rules::run(&at.root)),
+    ("format", format),
+    ("lints", lints),
+    ("image-lints", image::lint),
+    ("images", image::build),
+    ("budgets", |at, _| budget::run(at)),
+    ("tests", suite::run),
+    ("readme", readme),
+];
+
+/// Where things are.
+#[derive(Debug)]
+struct Workspace {
+    /// The folder with the workspace's `Cargo.toml`.
+    root: PathBuf,
+    /// Cargo's target folder.
+    target: PathBuf,
+}
+
+impl Workspace {
+    fn find() -> anyhow::Result<Self> {
+        let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+        let program = std::env::current_exe()?;
+        Ok(Self {
+            root: package.parent().unwrap_or(package).to_owned(),
+            // The program is <target>/release/verify.
+            target: program.ancestors().nth(2).unwrap_or(package).to_owned(),
+        })
+    }
+}
+
+/// Runs the steps named in `wanted`, or all if it is empty.
+#[must_use]
+pub fn main(wanted: &[String]) -> ExitCode {
+    let known = |name: &String| STEPS.iter().any(|(step, _)| step == name);
+    if let Some(unknown) = wanted.iter().find(|name| !known(name)) {
+        let names: Vec<_> = STEPS.iter().map(|(name, _)| *name).collect();
+        eprintln!("error: no step `{unknown}`; steps: {}", names.join(" "));
+        return ExitCode::from(2);
+    }
+    let workspace = match Workspace::find() {
+        Ok(workspace) => workspace,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            return ExitCode::FAILURE;
+        }
+    };
+    let begin = Instant::now();
+    let mut console = Console::new();
+    let mut done = Vec::new();
+    let steps: Vec<_> = STEPS
+        .iter()
+        .filter(|(name, _)| wanted.is_empty() || wanted.iter().any(|w| w == name))
+        .collect();
+    for (index, (name, run)) in steps.iter().enumerate() {
+        console.begin(&format!("[{}/{}] {name}", index + 1, steps.len()));
+        let since = Instant::now();
+        let report = run(&workspace, &mut console).unwrap_or_else(Report::from_error);
+        console.end(&report);
+        done.push((*name, since.elapsed(), report));
+    }
+    close(&mut done, begin.elapsed())
+}
+
+/// Prints what took long, what failed, and the closing line.
+fn close(done: &mut [(&str, Duration, Report)], total: Duration) -> ExitCode {
+    println!();
+    for (name, _, report) in done.iter().filter(|(_, _, report)| report.failed > 0) {
+        println!("failed: {name} ({} of them, see above)", report.failed);
+    }
+    done.sort_by_key(|(_, time, _)| std::cmp::Reverse(*time));
+    let slowest: Vec<_> = done
+        .iter()
+        .take(3)
+        .map(|(name, time, _)| format!("{name} {}", seconds(*time)))
+        .collect();
+    println!("{} in all; slowest: {}", seconds(total), slowest.join(", "));
+    if total > WHOLE_RUN {
+        println!("note: longer than the {} it may take", seconds(WHOLE_RUN));
+    }
+    let passed: u32 = done.iter().map(|(_, _, report)| report.passed).sum();
+    let failed: u32 = done.iter().map(|(_, _, report)| report.failed).sum();
+    println!("{passed} passed, {failed} failed");
+    ExitCode::from(u8::from(failed > 0))
+}
+
+/// The whole workspace, and the fuzz targets, which are a workspace of their
+/// own. Only names the files: `cargo fmt` shows and does the rest.
+fn format(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
+    let workspace = ["fmt", "--all", "--", "--check", "-l"];
+    let mut report = cargo(at, console, &workspace)?;
+    let manifest = "tests/fuzz/Cargo.toml";
+    let fuzz = ["fmt", "--manifest-path", manifest, "--", "--check", "-l"];
+    report.add(cargo(at, console, &fuzz)?);
+    Ok(report)
+}
+
+fn lints(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
+    let what = ["--release", "--workspace", "--all-targets", "--keep-going"];
+    let denied = ["--", "-D", "warnings"];
+    cargo(at, console, &[&["clippy"][..], &what, &denied].concat())
+}
+
+fn readme(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
+    let mut report = Report::default();
+    for command in README_COMMANDS {
+        report.add(cargo(at, console, &[command])?);
+    }
+    Ok(report)
+}

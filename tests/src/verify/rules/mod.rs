@@ -1,0 +1,240 @@
+//! House rules that no compiler checks: one check each, on plain source text.
+//!
+//! In: the working tree. Out: where a rule is broken, as `file:line`.
+
+mod source;
+
+use super::report::Report;
+use source::{Source, words};
+use std::path::Path;
+
+/// Longer files are reported, and above the second number fail.
+const LONG_LINES: usize = 500;
+const TOO_LONG_LINES: usize = 600;
+
+/// Files and folders that hold nothing of ours.
+const FOREIGN: [&str; 4] = [".git", "target", "out", "artifacts"];
+
+const BOARD: &str = "firmware/src/board/";
+const IMAGES: &str = "firmware/src/bin/";
+
+/// What can end a program.
+const PANICS: [&str; 6] = [
+    ".unwrap()",
+    ".expect(",
+    "panic!",
+    "todo!",
+    "unimplemented!",
+    "unreachable!",
+];
+
+/// Where a file breaks a rule.
+type Findings = Vec<String>;
+
+/// What a rule says, and how it is judged.
+type Rule = (&'static str, fn(&Source) -> Findings);
+
+const RULES: [Rule; 6] = [
+    ("`unsafe` is in firmware/src/board only", unsafe_elsewhere),
+    ("device code cannot panic without a proof", panics),
+    ("the pulse path has no float", floats),
+    ("bodies and traces know no firmware", dependent_simulator),
+    ("no file has more than 600 lines", too_long),
+    ("no path of one machine is committed", machine_paths),
+];
+
+/// Every rule on every file under `root`.
+pub(super) fn run(root: &Path) -> anyhow::Result<Report> {
+    let mut sources = Vec::new();
+    read(root, root, &mut sources)?;
+    Ok(judge(&sources))
+}
+
+fn judge(sources: &[Source]) -> Report {
+    let mut report = Report::default();
+    for (statement, broken) in RULES {
+        let findings: Vec<_> = sources.iter().flat_map(broken).collect();
+        if findings.is_empty() {
+            report.add(Report::pass());
+        } else {
+            let lines = findings.iter().map(|finding| format!("  {finding}"));
+            report.add(Report::fail(
+                [format!("broken: {statement}")]
+                    .into_iter()
+                    .chain(lines)
+                    .collect(),
+            ));
+        }
+    }
+    for source in sources.iter().filter(|s| s.is_rust()) {
+        let count = source.text.lines().count();
+        if (LONG_LINES + 1..=TOO_LONG_LINES).contains(&count) {
+            let note = format!("note: {} has {count} lines: split it?", source.path);
+            report.lines.push(note);
+        }
+    }
+    report
+}
+
+/// Reads every text file below `folder`, in the order of names.
+fn read(root: &Path, folder: &Path, sources: &mut Vec<Source>) -> anyhow::Result<()> {
+    let mut entries: Vec<_> = std::fs::read_dir(folder)?.collect::<Result<_, _>>()?;
+    entries.sort_by_key(std::fs::DirEntry::file_name);
+    for entry in entries {
+        let path = entry.path();
+        let kind = entry.file_type()?;
+        if FOREIGN.iter().any(|name| entry.file_name() == *name) {
+            continue;
+        }
+        if kind.is_dir() {
+            read(root, &path, sources)?;
+        } else if kind.is_file()
+            && let Ok(text) = String::from_utf8(std::fs::read(&path)?)
+        {
+            let path = path.strip_prefix(root)?.to_string_lossy();
+            sources.push(Source::new(&path.replace('\\', "/"), text));
+        }
+    }
+    Ok(())
+}
+
+fn unsafe_elsewhere(source: &Source) -> Findings {
+    if !source.is_rust() || source.path.starts_with(BOARD) {
+        return Vec::new();
+    }
+    source.places(words(&source.code, "unsafe"))
+}
+
+/// In images and boards a comment on the line or the one above is the proof.
+fn panics(source: &Source) -> Findings {
+    if !source.is_rust() || !source.path.starts_with("firmware/src/") {
+        return Vec::new();
+    }
+    let may_prove = source.path.starts_with(BOARD) || source.path.starts_with(IMAGES);
+    let found = PANICS
+        .iter()
+        .flat_map(|panic| source.shipped.match_indices(panic))
+        .map(|(at, _)| at)
+        .filter(|&at| !(may_prove && source.has_comment(at)))
+        .collect();
+    source.places(found)
+}
+
+fn floats(source: &Source) -> Findings {
+    let rooms = ["firmware/src/pulse/", "firmware/src/safety/"];
+    if !rooms.iter().any(|room| source.path.starts_with(room)) {
+        return Vec::new();
+    }
+    let found = ["f32", "f64"].map(|float| words(&source.shipped, float));
+    source.places(found.concat())
+}
+
+fn dependent_simulator(source: &Source) -> Findings {
+    let rooms = ["hal-sim/src/body", "hal-sim/src/trace"];
+    if !source.is_rust() || !rooms.iter().any(|room| source.path.starts_with(room)) {
+        return Vec::new();
+    }
+    source.places(words(&source.shipped, "firmware"))
+}
+
+fn too_long(source: &Source) -> Findings {
+    let count = source.text.lines().count();
+    if source.is_rust() && count > TOO_LONG_LINES {
+        vec![format!("{}: {count} lines", source.path)]
+    } else {
+        Vec::new()
+    }
+}
+
+/// A folder of users or of work at the root of the file system.
+fn machine_paths(source: &Source) -> Findings {
+    let mut found = Vec::new();
+    for folder in ["work", "home", "root", "Users"] {
+        let path = format!("/{folder}/");
+        let is_absolute = |at: &usize| {
+            let before = source.text[..*at].chars().next_back();
+            before.is_none_or(|c| !(c.is_alphanumeric() || "._-~*}".contains(c)))
+        };
+        let hits = source.text.match_indices(&path).map(|(at, _)| at);
+        found.extend(hits.filter(is_absolute));
+    }
+    source.places(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn broken(path: &str, text: &str) -> Vec<&'static str> {
+        let source = Source::new(path, text.to_owned());
+        let broken = RULES.iter().filter(|(_, rule)| !rule(&source).is_empty());
+        broken.map(|(statement, _)| *statement).collect()
+    }
+
+    #[test]
+    fn unsafe_belongs_to_the_board() {
+        let block = "fn f() { unsafe { g() } }";
+        assert_eq!(broken("hal-sim/src/x.rs", block), [RULES[0].0]);
+        assert_eq!(broken("firmware/src/bin/qemu.rs", block), [RULES[0].0]);
+        assert!(broken("firmware/src/board/x.rs", block).is_empty());
+        assert!(broken("firmware/src/x.rs", "#![deny(unsafe_code)] // unsafe").is_empty());
+    }
+
+    #[test]
+    fn device_code_panics_only_with_a_proof_on_the_board() {
+        for panic in ["a.unwrap();", "b.expect(\"x\");", "panic!();", "todo!()"] {
+            assert_eq!(broken("firmware/src/x.rs", panic), [RULES[1].0]);
+            assert_eq!(broken("firmware/src/board/x.rs", panic), [RULES[1].0]);
+            let proof = format!("// Taken once.\n{panic}");
+            assert_eq!(broken("firmware/src/x.rs", &proof), [RULES[1].0]);
+            assert!(broken("firmware/src/board/x.rs", &proof).is_empty());
+            assert!(broken("host-tool/src/x.rs", panic).is_empty());
+            let test = format!("#[cfg(test)]\nmod tests {{ fn f() {{ {panic} }} }}");
+            assert!(broken("firmware/src/x.rs", &test).is_empty());
+        }
+        assert!(broken("firmware/src/x.rs", "a.unwrap_or(1); b.expect_none()").is_empty());
+    }
+
+    #[test]
+    fn the_pulse_path_counts_in_integers() {
+        assert_eq!(
+            broken("firmware/src/pulse/x.rs", "let a: f32;"),
+            [RULES[2].0]
+        );
+        assert!(broken("firmware/src/muscle/x.rs", "let a: f32;").is_empty());
+    }
+
+    #[test]
+    fn simulators_stay_independent() {
+        let import = "use firmware::pulse::Train;";
+        for path in ["hal-sim/src/body/finger.rs", "hal-sim/src/trace/mod.rs"] {
+            assert_eq!(broken(path, import), [RULES[3].0]);
+            assert!(broken(path, "// use firmware").is_empty());
+        }
+        assert!(broken("hal-sim/src/world.rs", import).is_empty());
+        assert!(broken("hal-sim/src/trace/check/tests/x.rs", import).is_empty());
+    }
+
+    #[test]
+    fn long_files_are_noted_then_refused() {
+        let report = |lines: usize| judge(&[Source::new("a.rs", "\n".repeat(lines))]);
+        assert!(report(500).lines.is_empty());
+        assert_eq!((report(600).failed, report(600).lines.len()), (0, 1));
+        assert_eq!(report(601).failed, 1);
+    }
+
+    #[test]
+    fn paths_of_a_machine_are_found_anywhere() {
+        let path = ["", "home", "someone", "x"].join("/");
+        for text in [
+            path.clone(),
+            format!("see `{path}`"),
+            format!("file://{path}"),
+        ] {
+            assert_eq!(broken("docs/a.md", &text), [RULES[5].0], "{text}");
+        }
+        for text in ["https://a.org{}", "..{}", "out{}", "$HOME}{}"] {
+            assert!(broken("a.md", &text.replace("{}", &path)).is_empty());
+        }
+    }
+}

@@ -1,0 +1,65 @@
+//! What a fresh machine lacks: the chip's target, two components, QEMU.
+
+use super::Workspace;
+use super::command::execute;
+use super::console::Console;
+use super::image::TARGET;
+use super::report::Report;
+use std::path::Path;
+
+const QEMU: &str = "qemu-system-arm";
+
+/// Three checks: present, or installed now.
+pub(super) fn run(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
+    let mut report = target(at, console).unwrap_or_else(Report::from_error);
+    report.add(components(at, console).unwrap_or_else(Report::from_error));
+    report.add(qemu(at, console).unwrap_or_else(Report::from_error));
+    Ok(report)
+}
+
+fn works(at: &Workspace, console: &mut Console, program: &str, arguments: &[&str]) -> bool {
+    execute(at, console, program, arguments).is_ok_and(|finished| finished.success)
+}
+
+/// Asks the compiler, which also works without rustup.
+fn target(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
+    let question = ["--print", "target-libdir", "--target", TARGET];
+    let answer = execute(at, console, "rustc", &question)?;
+    let folder = answer.lines.last().map(Path::new);
+    if answer.success && folder.is_some_and(Path::is_dir) {
+        return Ok(Report::pass());
+    }
+    let done = execute(at, console, "rustup", &["target", "add", TARGET])?;
+    Ok(done.report(&format!("rustup target add {TARGET}")))
+}
+
+fn components(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
+    let present = works(at, console, "cargo", &["fmt", "--version"])
+        && works(at, console, "cargo", &["clippy", "--version"]);
+    if present {
+        return Ok(Report::pass());
+    }
+    let done = execute(
+        at,
+        console,
+        "rustup",
+        &["component", "add", "rustfmt", "clippy"],
+    )?;
+    Ok(done.report("rustup component add rustfmt clippy"))
+}
+
+fn qemu(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
+    if works(at, console, QEMU, &["--version"]) {
+        return Ok(Report::pass());
+    }
+    let user = execute(at, console, "id", &["-u"]);
+    let is_root = user.is_ok_and(|user| user.lines == ["0"]);
+    if !is_root || !works(at, console, "apt-get", &["--version"]) {
+        let advice = format!("install {QEMU} (QEMU for Arm systems) with your package manager");
+        return Ok(Report::fail(vec![advice]));
+    }
+    execute(at, console, "apt-get", &["update"])?; // if it fails, the next line says so
+    let install = ["install", "-y", "--no-install-recommends", QEMU];
+    let done = execute(at, console, "apt-get", &install)?;
+    Ok(done.report(&format!("apt-get install {QEMU}")))
+}

@@ -1,0 +1,256 @@
+//! Whole conversations in which a device does everything it can: what the
+//! fuzzers begin from.
+
+use firmware::control::{HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
+use firmware::link::Request;
+use firmware::muscle::{CalciumForceSpec, RecruitmentSpec};
+use firmware::pulse::{GroupSpec, Partner, Shape, TrainSpec};
+use firmware::safety::{ChannelSpec, StageSpec, WearerSpec};
+use firmware::units::Amplitude;
+use tests::fuzz::{Session, payload, sealed};
+
+/// One step of a conversation.
+pub enum Step {
+    /// The host asks.
+    Ask(Request),
+    /// Time goes on by a hundred times this and one microseconds.
+    Wait(u8),
+    /// The board's inputs, as `fuzz::Session::inputs` takes them.
+    Inputs(u8),
+    /// A trigger edge.
+    Trigger,
+    /// The joint sensor converts to this.
+    Joint(u16),
+}
+
+use Step::{Ask, Inputs, Joint, Trigger, Wait};
+
+impl Step {
+    /// Carries the step out.
+    pub fn run(&self, session: &mut Session) {
+        match self {
+            Ask(request) => session.request(&payload(request)),
+            Wait(n) => session.advance(u32::from(*n) * 100 + 1),
+            Inputs(bits) => session.inputs(*bits),
+            Trigger => session.trigger(),
+            Joint(code) => session.joint(&code.to_le_bytes()),
+        }
+    }
+
+    /// The step as `fuzz::lockstep` reads it.
+    fn bytes(&self) -> Vec<u8> {
+        match self {
+            Ask(request) => {
+                let payload = payload(request);
+                let length = u8::try_from(payload.len()).expect("seeds have short requests");
+                [&[0, length][..], &payload].concat()
+            }
+            Wait(n) => vec![4, *n],
+            Inputs(bits) => vec![5, *bits],
+            Trigger => vec![6, 0],
+            Joint(code) => [[7, 0], code.to_le_bytes()].concat(),
+        }
+    }
+}
+
+/// Target, file name and contents of every generated seed.
+pub fn all() -> Vec<(&'static str, String, Vec<u8>)> {
+    let mut seeds = Vec::new();
+    for (name, steps) in conversations() {
+        let bytes = steps.iter().flat_map(Step::bytes).collect();
+        seeds.push(("lockstep", name.to_owned(), bytes));
+        let requests = steps.iter().filter_map(|step| match step {
+            Ask(request) => Some(request),
+            _ => None,
+        });
+        let frames = (1..).zip(requests).flat_map(|(seq, r)| sealed(r, seq));
+        seeds.push(("frame", name.to_owned(), frames.collect()));
+    }
+    let edges = "t_us,channel,state,dac_code\n0,1,cathodic,100\n200,1,isolated,100\n\
+                 200,10,anodic,65535\n300,1,anodic,100\n500,1,grounded,0\n";
+    seeds.push(("edge_file", "one_period".to_owned(), edges.into()));
+    seeds
+}
+
+/// Conversations that a device carries out from beginning to end.
+pub fn conversations() -> [(&'static str, Vec<Step>); 4] {
+    [
+        ("two_channels", two_channels()),
+        ("group_and_trigger", group_and_trigger()),
+        ("joint", joint()),
+        ("fault", fault()),
+    ]
+}
+
+const LIMIT: Amplitude = Amplitude(20_000);
+
+fn channel(channel: u8, train: TrainSpec) -> Step {
+    let stage = StageSpec::Current {
+        full_scale_ua: 100_000,
+    };
+    let limit = LIMIT;
+    let spec = ChannelSpec {
+        train,
+        stage,
+        limit,
+    };
+    Ask(Request::Channel { channel, spec })
+}
+
+const TRAIN: TrainSpec = TrainSpec {
+    shape: Shape::BiphasicCathodicFirst,
+    width_us: 200,
+    gap_us: 100,
+    ground_us: 0,
+    period_us: 5_000,
+    offset_us: 0,
+    burst_count: 1,
+    burst_interval_us: 0,
+    repeats: 0,
+    triggered: false,
+};
+
+fn wearer() -> Step {
+    Ask(Request::Wearer(WearerSpec {
+        rise_ms: 1,
+        fall_ms: 5,
+        host_timeout_ms: 20,
+        ..WearerSpec::default()
+    }))
+}
+
+/// Arming takes the electrode check of 22 ms.
+fn arm_and_start() -> [Step; 4] {
+    [Ask(Request::Arm), Wait(250), Ask(Request::Start), Wait(20)]
+}
+
+fn amplitudes(mask: u16, ua: u32) -> Step {
+    let values = (0..mask.count_ones()).map(|_| Amplitude(ua)).collect();
+    Ask(Request::Amplitudes { mask, values })
+}
+
+fn two_channels() -> Vec<Step> {
+    let octuplet = TrainSpec {
+        shape: Shape::BiphasicAnodicFirst,
+        burst_count: 8,
+        burst_interval_us: 600,
+        period_us: 20_000,
+        offset_us: 700,
+        ..TRAIN
+    };
+    let muscle = Request::Muscle {
+        channel: 0,
+        force: CalciumForceSpec {
+            a_mn_per_s: 1_473_000,
+            k_micro: 200_000,
+            tau_c_us: 20_000,
+            tau1_us: 30_000,
+            tau2_us: 120_000,
+        },
+        recruitment: RecruitmentSpec {
+            motor_threshold: Amplitude(5_000),
+            limit: LIMIT,
+            reference: LIMIT,
+            slope_micro: 300_000,
+        },
+    };
+    let mut steps = vec![wearer(), channel(0, TRAIN), channel(9, octuplet)];
+    let sync = Request::Sync { channel: Some(0) };
+    steps.extend([Ask(sync), Ask(muscle)]);
+    steps.push(Ask(Request::Subscribe { period_ms: 5 }));
+    steps.extend(arm_and_start());
+    steps.extend([
+        amplitudes(0x201, 10_000),
+        Wait(150),
+        Ask(Request::KeepAlive),
+    ]);
+    steps.extend([
+        Wait(150),
+        Ask(Request::Status),
+        Ask(Request::Stop),
+        Wait(100),
+    ]);
+    steps.push(Ask(Request::Clear));
+    steps
+}
+
+fn group_and_trigger() -> Vec<Step> {
+    let single = TrainSpec {
+        shape: Shape::MonophasicCathodic,
+        gap_us: 0,
+        ground_us: 1_000,
+        period_us: 10_000,
+        ..TRAIN
+    };
+    let once = TrainSpec {
+        repeats: 2,
+        triggered: true,
+        ..TRAIN
+    };
+    let other = TrainSpec {
+        offset_us: 3_000,
+        ..single
+    };
+    let pair = GroupSpec {
+        members: 0b11,
+        partner: Partner::Conducted,
+    };
+    let groups = [pair].into_iter().collect();
+    let mut steps = vec![wearer(), channel(0, single), channel(1, other)];
+    steps.extend([channel(5, once), Ask(Request::Groups(groups))]);
+    steps.extend(arm_and_start());
+    steps.extend([amplitudes(0x23, 5_000), Wait(50), Trigger, Wait(100)]);
+    steps.extend([Inputs(2), Wait(100)]); // the hand-held stop opens
+    steps
+}
+
+fn joint() -> Vec<Step> {
+    let point = |channel| PointSpec {
+        channel,
+        threshold: Amplitude(4_000),
+        max: LIMIT,
+    };
+    let spec = JointSpec {
+        law: LawSpec::Recommended {
+            lambda_milli: 12_700,
+            k1_milli: 605,
+            k2_milli: 6_620,
+            b_milli: 91_600,
+        },
+        law_period_ms: 11,
+        cutoff_mhz: 6_000,
+        flexors: [point(0)].into_iter().collect(),
+        extensor: point(1),
+        hold: HoldPolicy::Extrapolate { max_ms: 100 },
+        angle_min_mdeg: 0,
+        angle_max_mdeg: 100_000,
+        sensor: SensorSource::Adc {
+            code_at_0: 500,
+            code_at_100: 3_500,
+        },
+        stale_after_ms: 100,
+    };
+    let angle = |centideg| Request::Angle {
+        at: None,
+        centideg,
+        centideg_per_s: None,
+    };
+    let mut steps = vec![wearer(), channel(0, TRAIN), channel(1, TRAIN)];
+    steps.extend([Ask(Request::Joint(spec)), Joint(900)]);
+    steps.push(Ask(Request::Subscribe { period_ms: 1 }));
+    steps.extend(arm_and_start());
+    for (code, centideg) in [(900, 4_500), (1_000, 4_600), (1_200, 4_700)] {
+        steps.extend([Joint(code), Ask(angle(centideg)), Wait(111)]);
+    }
+    steps.push(Ask(Request::Stop));
+    steps
+}
+
+fn fault() -> Vec<Step> {
+    let mut steps = vec![wearer(), channel(3, TRAIN)];
+    steps.extend(arm_and_start());
+    steps.extend([amplitudes(0x08, 20_000), Wait(60)]);
+    steps.extend([Inputs(4), Wait(10), Inputs(0)]); // over-current comes and goes
+    steps.extend([Ask(Request::Acknowledge), Wait(200), Ask(Request::Status)]);
+    steps
+}

@@ -1,0 +1,211 @@
+//! More than a million pulses of the whole device, from random setups of ten
+//! channels, each edge compared with its analytic time by the independent
+//! checker: timing, charge balance, dead time, grounding, group rules, DAC
+//! writes. Half of the setups cross the wrap of the 32-bit clock.
+
+use firmware::link::Code;
+use firmware::pulse::{GroupSpec, Partner, Shape, TrainSpec};
+use firmware::safety::{ChannelSpec, StageSpec, WearerSpec};
+use firmware::units::{Amplitude, Micros};
+use hal_sim::body::Still;
+use hal_sim::native::native;
+use hal_sim::trace::{Trace, check};
+use hal_sim::wire::faults::Faults;
+use hal_sim::world::World;
+use host_tool::link::{Client, Error, SimulatedPort};
+use proptest::prelude::*;
+use proptest::strategy::ValueTree;
+use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
+use tests::expectation::of_setup;
+
+const PULSES: usize = 1_000_000;
+const SECONDS: u64 = 12;
+
+fn train() -> impl Strategy<Value = TrainSpec> {
+    let shape = prop_oneof![
+        2 => Just(Shape::BiphasicCathodicFirst),
+        2 => Just(Shape::BiphasicAnodicFirst),
+        1 => Just(Shape::MonophasicCathodic),
+        1 => Just(Shape::MonophasicAnodic),
+    ];
+    let numbers = (
+        10..=500u16,
+        0..=200u16,
+        1000..=4000u16,
+        5_000..=60_000u32,
+        0.0..=1.0f64,
+        1..=8u8,
+        200..=8_000u16,
+    );
+    (shape, numbers).prop_map(
+        |(shape, (width_us, gap, ground, period_us, offset, count, interval))| TrainSpec {
+            shape,
+            width_us,
+            gap_us: if shape.is_biphasic() { gap } else { 0 },
+            ground_us: if shape.is_biphasic() { 0 } else { ground },
+            period_us,
+            offset_us: (offset * f64::from(period_us)) as u32,
+            burst_count: count,
+            burst_interval_us: if count > 1 { interval } else { 0 },
+            repeats: 0,
+            triggered: false,
+        },
+    )
+}
+
+/// Gives the members of isolated groups one period, single pulses and offsets
+/// at least 2 ms apart: isolation of random trains is almost always refused.
+fn set_apart(trains: &mut [TrainSpec], groups: &[GroupSpec]) {
+    for group in groups
+        .iter()
+        .filter(|group| group.partner == Partner::Isolated)
+    {
+        let members = trains
+            .iter_mut()
+            .enumerate()
+            .filter(|(c, _)| group.members & 1 << c != 0);
+        for (place, (_, train)) in (0u32..).zip(members) {
+            train.period_us = 10_000 + u32::from(group.members) * 37;
+            train.offset_us = train.offset_us % 700 + place * 3_000;
+            (train.burst_count, train.burst_interval_us) = (1, 0);
+        }
+    }
+}
+
+/// A valid train: most random ones are; the others are drawn again.
+fn valid() -> impl Strategy<Value = TrainSpec> {
+    train().prop_filter("valid", |train| train.validate().is_ok())
+}
+
+fn groups() -> impl Strategy<Value = Vec<GroupSpec>> {
+    let partner = prop_oneof![3 => Just(Partner::Conducted), 1 => Just(Partner::Isolated)];
+    (partner.clone(), partner, 0..4u8).prop_map(|(first, second, which)| {
+        let all = [
+            GroupSpec {
+                members: 0b11,
+                partner: first,
+            },
+            GroupSpec {
+                members: 0b111 << 4,
+                partner: second,
+            },
+        ];
+        all.into_iter()
+            .enumerate()
+            .filter(|(i, _)| which & 1 << i != 0)
+            .map(|(_, group)| group)
+            .collect()
+    })
+}
+
+struct Played {
+    trace: Trace,
+    epoch: u64,
+    groups: Vec<GroupSpec>,
+}
+
+fn play(trains: &[TrainSpec], mut groups: Vec<GroupSpec>, boot: Micros) -> Played {
+    let world = World::new(
+        Box::new(native(boot)),
+        Box::new(Still::new(0.0)),
+        boot,
+        Faults::default(),
+        1,
+    );
+    let (mut client, _) = Client::open(SimulatedPort { world }).unwrap();
+    client
+        .wearer(WearerSpec {
+            rise_ms: 1,
+            host_timeout_ms: 1000,
+            ..WearerSpec::default()
+        })
+        .unwrap();
+    for (channel, &train) in (0u8..).zip(trains) {
+        let stage = StageSpec::Current {
+            full_scale_ua: 100_000,
+        };
+        client
+            .channel(
+                channel,
+                ChannelSpec {
+                    train,
+                    stage,
+                    limit: Amplitude(10_000),
+                },
+            )
+            .unwrap();
+    }
+    loop {
+        client.groups(&groups).unwrap();
+        match client.arm() {
+            Ok(_) => break,
+            // Random isolated pulses mostly overlap: refused, and not played.
+            Err(Error::Refused(refused)) => {
+                let code = refused.code();
+                assert!(
+                    matches!(code, Some(Code::IsolationOverlaps | Code::NoTimeToGround)),
+                    "{refused}"
+                );
+                groups.retain(|group| group.partner == Partner::Conducted);
+            }
+            Err(e) => panic!("{e}"),
+        }
+    }
+    let all: Vec<_> = (0..10u8)
+        .map(|c| (c, Amplitude(1_000 + 900 * u32::from(c))))
+        .collect();
+    client.amplitudes(&all).unwrap();
+    let epoch = client.start().unwrap();
+    let now = client.port().world.now_us();
+    let epoch = now.saturating_add_signed(epoch.since(Micros(now as u32)).into());
+    let end = epoch + SECONDS * 1_000_000;
+    while client.port().world.now_us() < end {
+        client.keep_alive().unwrap();
+        let until = (client.port().world.now_us() + 500_000).min(end + 1000);
+        while client.next(until).unwrap().is_some() {}
+    }
+    let trace = std::mem::take(&mut client.port().world.recorder.trace);
+    Played {
+        trace,
+        epoch,
+        groups,
+    }
+}
+
+#[test]
+fn a_million_pulses_are_exact() {
+    let rng = TestRng::from_seed(RngAlgorithm::ChaCha, &[7; 32]);
+    let mut runner = TestRunner::new_with_rng(Config::default(), rng);
+    let (mut pulses, mut setups, mut isolated) = (0, 0, 0);
+    while pulses < PULSES {
+        let mut trains: Vec<_> = (0..10)
+            .map(|_| valid().new_tree(&mut runner).unwrap().current())
+            .collect();
+        let wanted = groups().new_tree(&mut runner).unwrap().current();
+        set_apart(&mut trains, &wanted);
+        let boot = if setups % 2 == 0 {
+            Micros(u32::MAX - 5_000_000)
+        } else {
+            Micros(1_000)
+        };
+        let played = play(&trains, wanted, boot);
+        let end = played.epoch + SECONDS * 1_000_000;
+        let trace = tests::expectation::since(&played.trace, played.epoch).until(end);
+        let expected = of_setup(&trains, &played.groups, played.epoch, end);
+        let violations = check(&trace, &expected);
+        assert!(
+            violations.is_empty(),
+            "setup {setups}: {:?}\n{trains:?}\n{:?}",
+            violations.first(),
+            played.groups
+        );
+        pulses += trace.pulses(end).iter().map(Vec::len).sum::<usize>();
+        isolated += played
+            .groups
+            .iter()
+            .filter(|g| g.partner == Partner::Isolated)
+            .count();
+        setups += 1;
+    }
+    println!("{pulses} pulses of {setups} setups ({isolated} isolated groups): no violation");
+}

@@ -1,0 +1,248 @@
+//! Holds docs/protocol.md and docs/protocol_vectors.json to the code.
+//!
+//! `FLEXOR_OVERWRITE=1 cargo test --release -p tests --test protocol_vectors`
+//! rewrites the vectors and the marked blocks of protocol.md; the tables of
+//! types are written by people and only checked here.
+
+mod messages;
+mod schema;
+mod session;
+
+use firmware::link::{Code, MAX_MESSAGE, Refusal, Response, SCHEMA, ToDevice, encode};
+use firmware::pulse::{CHANNELS, MAX_GROUPS};
+use firmware::safety::Fault;
+use host_tool::link::Refused;
+use postcard_schema::{Schema, schema::NamedType};
+use serde::Serialize;
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write;
+
+const PROTOCOL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/protocol.md");
+const VECTORS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/protocol_vectors.json");
+
+const CLIENT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/examples/client.py");
+
+fn hex(bytes: &[u8], between: &str) -> String {
+    let each: Vec<String> = bytes.iter().map(|b| format!("{b:02x}")).collect();
+    each.join(between)
+}
+
+fn read(path: &str) -> String {
+    std::fs::read_to_string(path).unwrap_or_else(|e| panic!("{path}: {e}"))
+}
+
+/// `text` must be what the file holds, or becomes it.
+fn hold(path: &str, text: &str) {
+    if std::env::var_os("FLEXOR_OVERWRITE").is_some() {
+        // In one step: another test may be reading.
+        let new = format!("{path}.new");
+        std::fs::write(&new, text).expect("docs/ is writable");
+        std::fs::rename(&new, path).expect("docs/ is writable");
+    }
+    let message = "is out of date: run this test with FLEXOR_OVERWRITE=1 and review the diff";
+    assert!(read(path) == text, "{path} {message}");
+}
+
+fn directions() -> [&'static NamedType; 2] {
+    [ToDevice::SCHEMA, <Response<'static> as Schema>::SCHEMA]
+}
+
+fn types() -> BTreeMap<String, schema::Rows> {
+    let mut all = BTreeMap::new();
+    directions()
+        .iter()
+        .for_each(|t| schema::tables(t, &mut all));
+    all
+}
+
+fn vector<T: Serialize>(name: &str, direction: &str, message: &T) -> (String, Vec<u8>) {
+    let frame = encode(message).unwrap_or_else(|| panic!("{name} does not fit"));
+    let bytes = session::decode(&frame);
+    let line = format!(
+        "{{\"name\": {}, \"direction\": \"{direction}\", \"message\": {},\n  \"postcard\": \"{}\",\n  \"frame\": \"{}\"}}",
+        serde_json::to_string(name).expect("text"),
+        serde_json::to_string(message).expect("plain data"),
+        hex(&bytes, ""),
+        hex(&frame, ""),
+    );
+    (line, bytes)
+}
+
+#[test]
+fn vectors_are_what_the_code_encodes_and_decodes() {
+    let mut lines = vec![];
+    let enums = types()
+        .into_iter()
+        .filter(|(_, rows)| rows.iter().all(|(n, _)| n.contains(' ')));
+    let variants = |(t, rows): (String, schema::Rows)| {
+        let name = |row: (String, String)| row.0.split_once(' ').expect("an enum").1.to_owned();
+        rows.into_iter()
+            .map(move |row| (t.clone(), name(row)))
+            .collect::<Vec<_>>()
+    };
+    let mut left: BTreeSet<_> = enums.flat_map(variants).collect();
+    for (name, message) in messages::requests() {
+        let (line, bytes) = vector(name, "to device", &message);
+        assert_eq!(
+            postcard::from_bytes::<ToDevice>(&bytes).as_ref(),
+            Ok(&message)
+        );
+        let json = serde_json::to_value(&message).expect("plain data");
+        schema::tick_off(ToDevice::SCHEMA, &json, &mut left);
+        lines.push(line);
+    }
+    for (name, message) in messages::responses() {
+        let (line, bytes) = vector(&name, "to host", &message);
+        assert_eq!(
+            postcard::from_bytes::<Response<'_>>(&bytes).as_ref(),
+            Ok(&message)
+        );
+        let json = serde_json::to_value(&message).expect("plain data");
+        schema::tick_off(Response::SCHEMA, &json, &mut left);
+        lines.push(line);
+    }
+    assert_eq!(left, BTreeSet::new(), "no vector shows these variants");
+    let text = format!(
+        "{{\"schema\": \"{SCHEMA:#018x}\",\n\"vectors\": [\n{}\n]}}\n",
+        lines.join(",\n")
+    );
+    serde_json::from_str::<serde_json::Value>(&text).expect("valid JSON");
+    hold(VECTORS, &text);
+}
+
+#[test]
+fn the_largest_messages_fit() {
+    let bound = |path: &str| match path.rsplit('.').next() {
+        Some("Groups") => MAX_GROUPS,
+        Some("values" | "amplitudes" | "forces_mn") => CHANNELS,
+        Some("flexors") => 2,
+        Some("field") => 250,
+        _ => panic!("how long is {path}?"),
+    };
+    for t in directions() {
+        let length = schema::longest(t, "", &bound);
+        println!("{}: at most {length} bytes", t.name);
+        assert!(length <= MAX_MESSAGE, "{} has {length} bytes", t.name);
+    }
+    // The bound on texts holds for all that are too long to be a name.
+    let long = "x".repeat(250);
+    let refusal = Refusal {
+        code: u16::MAX,
+        field: &long,
+        channel: Some(u8::MAX),
+        min: i32::MIN,
+        max: i32::MIN,
+    };
+    assert!(
+        encode(&Response::Refused {
+            seq: Some(u16::MAX),
+            refusal
+        })
+        .is_some()
+    );
+}
+
+/// The first table below each heading of the form "### `Name`".
+fn tables_of(text: &str) -> BTreeMap<String, schema::Rows> {
+    let mut all: BTreeMap<String, schema::Rows> = BTreeMap::new();
+    let mut heading = None;
+    for line in text.lines() {
+        if line.starts_with('#') {
+            heading = line.strip_prefix("### `").and_then(|l| l.strip_suffix('`'));
+        }
+        let (Some(name), Some(row)) = (heading, line.strip_prefix('|')) else {
+            continue;
+        };
+        let cells: Vec<String> = row
+            .split('|')
+            .map(|c| c.replace('`', "").trim().to_owned())
+            .collect();
+        let is_head = cells[0].starts_with("---") || ["Field", "No."].contains(&cells[0].as_str());
+        if !is_head {
+            let is_enum = cells[0].parse::<u16>().is_ok() && cells.len() > 4;
+            let pair = if is_enum {
+                (format!("{} {}", cells[0], cells[1]), cells[2].clone())
+            } else {
+                (cells[0].clone(), cells[1].clone())
+            };
+            all.entry(name.to_owned()).or_default().push(pair);
+        }
+    }
+    all
+}
+
+#[test]
+fn protocol_md_tells_every_type() {
+    let told = tables_of(&read(PROTOCOL));
+    for (name, rows) in types() {
+        assert_eq!(
+            told.get(&name),
+            Some(&rows),
+            "table of `{name}` in protocol.md"
+        );
+    }
+    assert_eq!(
+        told.len(),
+        types().len(),
+        "protocol.md tells types that are not on the link"
+    );
+    let faults = (1..).map_while(Fault::from_number);
+    for fault in faults {
+        let row = format!(
+            "| {} | `{fault:?}` | – | fault {}:",
+            fault.number() - 1,
+            fault.number()
+        );
+        assert!(
+            read(PROTOCOL).contains(&row),
+            "protocol.md has no row {row}"
+        );
+    }
+}
+
+fn codes() -> String {
+    let mut table = String::from("| No. | Name | Meaning | What to do |\n|---|---|---|---|\n");
+    for code in Code::ALL {
+        let words = Refused::from(Refusal::new(code, "x")).to_string();
+        let (number, words) = words.split_once(" x: ").expect("number and field");
+        let (what, advice) = words.split_once("; ").expect("meaning; advice");
+        assert_eq!(number, format!("E{}", code as u16));
+        writeln!(
+            table,
+            "| {} | `{code:?}` | {what} | {advice} |",
+            code as u16
+        )
+        .expect("a string");
+    }
+    table
+}
+
+#[test]
+fn protocol_md_s_blocks_are_what_the_code_makes() {
+    let mut text = read(PROTOCOL);
+    let blocks = [
+        ("schema", format!("`{SCHEMA:#018x}`\n")),
+        ("codes", codes()),
+        ("session", session::transcript()),
+    ];
+    for (name, block) in blocks {
+        let (begin, end) = (
+            format!("<!-- {name}:begin -->\n"),
+            format!("<!-- {name}:end -->"),
+        );
+        let from = text.find(&begin).unwrap_or_else(|| panic!("no {begin}")) + begin.len();
+        let to = text.find(&end).unwrap_or_else(|| panic!("no {end}"));
+        text.replace_range(from..to, &format!("\n{block}\n"));
+    }
+    hold(PROTOCOL, &text);
+}
+
+#[test]
+fn the_example_client_names_this_schema() {
+    let text = read(CLIENT);
+    let begin = "\nSCHEMA = 0x";
+    let from = text.find(begin).expect("a schema") + begin.len();
+    let mut new = text.clone();
+    new.replace_range(from..from + 16, &format!("{SCHEMA:016X}"));
+    hold(CLIENT, &new);
+}

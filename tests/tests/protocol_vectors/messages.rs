@@ -1,0 +1,324 @@
+//! One message of every kind, with every variant of every type inside.
+
+use firmware::control::{HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
+use firmware::link::message::ResetCause;
+use firmware::link::{
+    Code, Counters, Event, HelloInfo, Kind, Refusal, Request, Response, SCHEMA, Status, Telemetry,
+    ToDevice,
+};
+use firmware::muscle::{CalciumForceSpec, RecruitmentSpec};
+use firmware::pulse::{GroupSpec, Partner, Shape, TrainSpec};
+use firmware::safety::{ChannelSpec, Fault, FaultRecord, StageSpec, State, StopCause, WearerSpec};
+use firmware::units::{Amplitude, Micros};
+
+const BIPHASIC: TrainSpec = TrainSpec {
+    shape: Shape::BiphasicCathodicFirst,
+    width_us: 200,
+    gap_us: 50,
+    ground_us: 0,
+    period_us: 20_000,
+    offset_us: 0,
+    burst_count: 1,
+    burst_interval_us: 0,
+    repeats: 0,
+    triggered: false,
+};
+const MONOPHASIC: TrainSpec = TrainSpec {
+    shape: Shape::MonophasicCathodic,
+    gap_us: 0,
+    ground_us: 1_000,
+    offset_us: 2_000,
+    ..BIPHASIC
+};
+const DOUBLETS: TrainSpec = TrainSpec {
+    shape: Shape::BiphasicAnodicFirst,
+    period_us: 2_000_000,
+    burst_count: 2,
+    burst_interval_us: 5_000,
+    repeats: 300,
+    ..BIPHASIC
+};
+const TRIGGERED: TrainSpec = TrainSpec {
+    shape: Shape::MonophasicAnodic,
+    repeats: 10,
+    triggered: true,
+    ..MONOPHASIC
+};
+const AMPS: StageSpec = StageSpec::Current {
+    full_scale_ua: 100_000,
+};
+const VOLTS: StageSpec = StageSpec::Voltage {
+    full_scale_mv: 60_000,
+    load_ohm: 2_000,
+};
+
+/// The channel of the worked session.
+pub fn channel(channel: u8, train: TrainSpec, stage: StageSpec) -> Request {
+    let limit = Amplitude(20_000);
+    let spec = ChannelSpec {
+        train,
+        stage,
+        limit,
+    };
+    Request::Channel { channel, spec }
+}
+
+pub fn plain_channel() -> Request {
+    channel(0, BIPHASIC, AMPS)
+}
+
+fn joint(law: LawSpec, flexors: &[PointSpec], sensor: SensorSource) -> Request {
+    Request::Joint(JointSpec {
+        law,
+        law_period_ms: law.default_period_ms(),
+        cutoff_mhz: law.default_cutoff_mhz(),
+        flexors: flexors.iter().copied().collect(),
+        extensor: PointSpec {
+            channel: 2,
+            threshold: Amplitude(14_000),
+            max: Amplitude(26_000),
+        },
+        hold: match sensor {
+            SensorSource::Adc { .. } => HoldPolicy::Extrapolate { max_ms: 100 },
+            SensorSource::Host => HoldPolicy::Hold,
+        },
+        angle_min_mdeg: -5_000,
+        angle_max_mdeg: 100_000,
+        sensor,
+        stale_after_ms: 50,
+    })
+}
+
+fn joints() -> [(&'static str, Request); 3] {
+    let a = PointSpec {
+        channel: 0,
+        threshold: Amplitude(20_000),
+        max: Amplitude(28_000),
+    };
+    let b = PointSpec {
+        channel: 1,
+        threshold: Amplitude(25_000),
+        max: Amplitude(36_000),
+    };
+    let adc = SensorSource::Adc {
+        code_at_0: 800,
+        code_at_100: 3_300,
+    };
+    [
+        (
+            "joint, recommended law, two flexor points, board's sensor",
+            joint(LawSpec::RECOMMENDED, &[a, b], adc),
+        ),
+        (
+            "joint, the paper's law, one flexor point, host's sensor",
+            joint(LawSpec::PAPER, &[a], SensorSource::Host),
+        ),
+        ("joint, PID", joint(LawSpec::PID, &[b], adc)),
+    ]
+}
+
+fn groups(partners: &[Partner]) -> Request {
+    let specs = partners.iter().enumerate().map(|(index, &partner)| {
+        let members = 0b11 << (2 * index);
+        GroupSpec { members, partner }
+    });
+    Request::Groups(specs.collect())
+}
+
+fn muscle() -> Request {
+    Request::Muscle {
+        channel: 0,
+        force: CalciumForceSpec {
+            a_mn_per_s: 200_000,
+            k_micro: 200_000,
+            tau_c_us: 20_000,
+            tau1_us: 50_000,
+            tau2_us: 100_000,
+        },
+        recruitment: RecruitmentSpec {
+            motor_threshold: Amplitude(8_000),
+            limit: Amplitude(20_000),
+            reference: Amplitude(20_000),
+            slope_micro: 300_000,
+        },
+    }
+}
+
+pub fn requests() -> Vec<(&'static str, ToDevice)> {
+    let mut all = vec![
+        ("hello", Request::Hello { schema: SCHEMA }),
+        ("keep-alive", Request::KeepAlive),
+        ("status", Request::Status),
+        ("clear", Request::Clear),
+        ("wearer, defaults", Request::Wearer(WearerSpec::default())),
+        ("channel, biphasic, current stage", plain_channel()),
+        (
+            "channel, doublets, voltage stage",
+            channel(9, DOUBLETS, VOLTS),
+        ),
+        ("channel, monophasic", channel(1, MONOPHASIC, VOLTS)),
+        ("channel, triggered", channel(2, TRIGGERED, AMPS)),
+        ("groups", groups(&[Partner::Conducted, Partner::Isolated])),
+        ("no groups", groups(&[])),
+        ("sync", Request::Sync { channel: Some(9) }),
+        ("no sync", Request::Sync { channel: None }),
+        ("muscle", muscle()),
+    ];
+    all.extend(joints());
+    all.extend([
+        ("arm", Request::Arm),
+        ("start", Request::Start),
+        ("stop", Request::Stop),
+        ("acknowledge", Request::Acknowledge),
+        ("amplitudes", amplitudes(&[(0, 10_000), (9, 0)])),
+        (
+            "angle, on arrival",
+            Request::Angle {
+                at: None,
+                centideg: 4_500,
+                centideg_per_s: None,
+            },
+        ),
+        (
+            "angle, timed, with its rate",
+            Request::Angle {
+                at: Some(Micros(4_294_967_295)),
+                centideg: -1_250,
+                centideg_per_s: Some(-5_027),
+            },
+        ),
+        (
+            "measurement",
+            Request::Measurement {
+                joint: 0,
+                centideg: 4_321,
+                at: Micros(1_000_000),
+            },
+        ),
+        ("subscribe", Request::Subscribe { period_ms: 20 }),
+    ]);
+    let number = |(seq, (name, request)): (u16, _)| {
+        let session = if seq == 0 { 0 } else { 1 };
+        let message = ToDevice {
+            session,
+            seq,
+            request,
+        };
+        (name, message)
+    };
+    (0u16..).zip(all).map(number).collect()
+}
+
+pub fn amplitudes(list: &[(u8, u32)]) -> Request {
+    Request::Amplitudes {
+        mask: list
+            .iter()
+            .fold(0, |mask, (channel, _)| mask | 1 << channel),
+        values: list.iter().map(|&(_, value)| Amplitude(value)).collect(),
+    }
+}
+
+fn fault(fault: Fault) -> FaultRecord {
+    FaultRecord {
+        fault,
+        at: Micros(123_456_789),
+        residual: [-1_310_600, 0, 0, 0, 0, 0, 0, 0, 0, 65_535],
+    }
+}
+
+pub fn responses() -> Vec<(String, Response<'static>)> {
+    let mut all = vec![];
+    let mut add = |name: String, response| all.push((name, response));
+    for hello in hellos() {
+        add(format!("hello, {:?}", hello.state), Response::Hello(hello));
+    }
+    let at = Micros(2_000_000);
+    add("acknowledged".into(), Response::Ack { seq: 300, at });
+    let refusals = [
+        (
+            Some(7),
+            Refusal::new(Code::OutOfRange, "width_us")
+                .on(3)
+                .allowed(10, 500),
+        ),
+        (None, Refusal::new(Code::BadCrc, "frame")),
+    ];
+    for (seq, refusal) in refusals {
+        let name = format!("refused, {}", refusal.code);
+        add(name, Response::Refused { seq, refusal });
+    }
+    for fault in [None, Some(fault(Fault::OverCurrent))] {
+        let status = Status {
+            at,
+            state: State::Stimulating,
+            fault,
+            counters: Counters {
+                frames: 12_000,
+                pulses: 100_000,
+                ..Counters::default()
+            },
+        };
+        add("status".into(), Response::Status { seq: 2, status });
+    }
+    for event in events() {
+        add(
+            format!("event, {event:?}").chars().take(40).collect(),
+            Response::Event { at, event },
+        );
+    }
+    for channels in [0, 3] {
+        add(
+            format!("telemetry, {channels} channels"),
+            Response::Telemetry(Telemetry {
+                at,
+                target_centideg: 4_500,
+                measured_centideg: -120,
+                effort_milli: -999,
+                limiting: channels != 0,
+                amplitudes: (0..channels).map(|c| Amplitude(c * 10_000)).collect(),
+                forces_mn: (0..channels).map(|c| c * 100).collect(),
+            }),
+        );
+    }
+    all
+}
+
+fn hellos() -> impl Iterator<Item = HelloInfo> {
+    use ResetCause::{BrownOut, Pin, PowerOn, Software, Watchdog};
+    use State::{Armed, Boot, Idle, Stimulating, Stopping};
+    let states = [Boot, Idle, Armed, Stimulating, Stopping, State::Fault];
+    let resets = [PowerOn, Pin, BrownOut, Software, PowerOn, Watchdog];
+    let kinds = [Kind::Board, Kind::Native, Kind::Qemu].into_iter().cycle();
+    (states.into_iter().zip(resets).zip(kinds)).map(|((state, reset), kind)| HelloInfo {
+        seq: 0,
+        session: 1,
+        schema: SCHEMA,
+        version: [0, 1, 0],
+        kind,
+        unique_id: [0x0031_0020, 0x3436_5101, 0x2036_3643],
+        at: Micros(10_040),
+        state,
+        reset,
+        last_fault: (reset == Watchdog).then(|| fault(Fault::Watchdog)),
+        dead_time_us: 5,
+    })
+}
+
+fn events() -> Vec<Event> {
+    use StopCause::{ArmExpired, Finished, HandStop, HostSilent};
+    let causes = [
+        StopCause::Request,
+        HostSilent,
+        HandStop,
+        ArmExpired,
+        Finished,
+    ];
+    let faults = (1..).map_while(Fault::from_number);
+    let stops = causes
+        .into_iter()
+        .flat_map(|c| [Event::Stopping(c), Event::Stopped(c)]);
+    stops
+        .chain(faults.map(|f| Event::Faulted(fault(f))))
+        .chain([Event::Recovered])
+        .collect()
+}

@@ -1,0 +1,81 @@
+//! The worked session of protocol.md, as the native simulator answers it.
+
+use super::{hex, messages};
+use firmware::link::{Decoder, Request, Response, SCHEMA, ToDevice, encode};
+use firmware::units::Micros;
+use hal_sim::body::Still;
+use hal_sim::wire::faults::Faults;
+use hal_sim::{native::native, world::World};
+use std::fmt::Write;
+
+pub fn transcript() -> String {
+    let body = Box::new(Still::new(0.0));
+    let device = Box::new(native(Micros(0)));
+    let mut world = World::new(device, body, Micros(0), Faults::default(), 1);
+    let (mut out, mut session) = (String::from("```text\n"), 0);
+    // What is asked, and how long the host then listens, ms.
+    let script = [
+        (Request::Hello { schema: SCHEMA }, 10),
+        (messages::plain_channel(), 10),
+        (Request::Arm, 30),
+        (Request::Start, 10),
+        (messages::amplitudes(&[(0, 10_000)]), 60),
+        (Request::Stop, 90),
+    ];
+    world.run_until(10_000).expect("a simulator");
+    for (seq, (request, listen_ms)) in (0u16..).zip(script) {
+        let message = ToDevice {
+            session,
+            seq,
+            request,
+        };
+        let frame = encode(&message).expect("fits");
+        let json = serde_json::to_string(&message).expect("plain data");
+        write_frame(&mut out, "host  ", world.now_us(), &json, &frame);
+        world.send(&frame);
+        let until = world.now_us() + listen_ms * 1_000;
+        world.run_until(until).expect("a simulator");
+        while let Some((at, bytes)) = world.recorder.bytes.pop_front() {
+            for frame in bytes.split_inclusive(|&b| b == 0) {
+                let message = decode(frame);
+                let response: Response<'_> = postcard::from_bytes(&message).expect("known");
+                if let Response::Hello(info) = &response {
+                    session = info.session;
+                }
+                let json = serde_json::to_string(&response).expect("plain data");
+                write_frame(&mut out, "device", at, &json, frame);
+            }
+        }
+    }
+    out + "```\n"
+}
+
+pub fn decode(frame: &[u8]) -> Vec<u8> {
+    let mut decoder = Decoder::default();
+    let (end, rest) = frame.split_last().expect("a delimiter");
+    assert!(rest.iter().all(|&byte| decoder.push(byte).is_none()));
+    decoder
+        .push(*end)
+        .expect("a frame")
+        .expect("whole")
+        .to_vec()
+}
+
+fn write_frame(out: &mut String, who: &str, at_us: u64, json: &str, frame: &[u8]) {
+    let ms = at_us as f64 / 1e3;
+    writeln!(out, "{who} at {ms} ms").expect("a string");
+    let mut rest = json;
+    while !rest.is_empty() {
+        // Break behind the last comma that fits.
+        let cut = match rest.get(..76).and_then(|line| line.rfind(',')) {
+            Some(comma) if rest.len() > 76 => comma + 1,
+            _ => rest.len(),
+        };
+        let (line, after) = rest.split_at(cut);
+        writeln!(out, "    {line}").expect("a string");
+        rest = after;
+    }
+    for line in frame.chunks(24) {
+        writeln!(out, "  {}", hex(line, " ")).expect("a string");
+    }
+}

@@ -1,0 +1,191 @@
+//! The Thumb build computes the same bits as the host build: one command log,
+//! replayed on the device code in this process and in QEMU, gives the same
+//! levels, DAC codes and bytes at the same microseconds, `Hello` included.
+
+mod qemu_parity {
+    pub mod session;
+}
+
+use firmware::device::Identity;
+use firmware::device::lockstep::port::MAX_PIECE;
+use firmware::device::lockstep::{Lockstep, Sensors, Sink};
+use firmware::link::message::ResetCause;
+use firmware::link::{Code, Decoder, Event, Kind, Response};
+use firmware::pulse::Levels;
+use firmware::safety::StopCause;
+use firmware::units::{DacCode, Micros};
+use hal_sim::lockstep::Device;
+use hal_sim::qemu::{Qemu, build_image};
+use qemu_parity::session::{BOOT, Step, thirty_seconds};
+use std::path::Path;
+use std::time::Instant;
+
+/// One thing that a device put out.
+#[derive(Debug, PartialEq)]
+enum Put {
+    Levels(Micros, u32),
+    Dac(Micros, u8, DacCode),
+    Bytes(Micros, Vec<u8>),
+}
+
+/// Everything that a device put out, in its order.
+#[derive(Default)]
+struct Record(Vec<Put>);
+
+impl Sink for Record {
+    fn levels(&mut self, at: Micros, levels: Levels) {
+        self.0.push(Put::Levels(at, levels.0));
+    }
+
+    fn dac(&mut self, at: Micros, channel: u8, code: DacCode) {
+        self.0.push(Put::Dac(at, channel, code));
+    }
+
+    /// Where a device cuts what it says at one time is no output.
+    fn bytes(&mut self, at: Micros, bytes: &[u8]) {
+        match self.0.last_mut() {
+            Some(Put::Bytes(before, all)) if *before == at => all.extend_from_slice(bytes),
+            _ => self.0.push(Put::Bytes(at, bytes.to_vec())),
+        }
+    }
+}
+
+fn replay(device: &mut dyn Device, log: &[Step]) -> Record {
+    let mut record = Record::default();
+    for step in log {
+        match step {
+            Step::Receive(at, bytes, sensors) => device.receive(*at, bytes, sensors, &mut record),
+            Step::Advance(to, sensors) => device.advance(*to, sensors, &mut record),
+        }
+        .unwrap_or_else(|e| panic!("{e}"));
+    }
+    record
+}
+
+fn in_qemu() -> Qemu {
+    let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let image = build_image(&workspace).unwrap_or_else(|e| panic!("{e}"));
+    Qemu::start(&image).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn in_process() -> Lockstep {
+    let identity = Identity {
+        kind: Kind::Qemu,
+        unique_id: [0; 3],
+        reset: ResetCause::Watchdog,
+        last_fault: None,
+    };
+    Lockstep::new(identity, BOOT)
+}
+
+#[test]
+fn a_session_of_30_s_is_the_same_to_the_bit() {
+    let log = thirty_seconds();
+    let mut qemu = in_qemu();
+    qemu.boot(BOOT, ResetCause::Watchdog, None).unwrap();
+    let start = Instant::now();
+    let thumb = replay(&mut qemu, &log);
+    let wall = start.elapsed().as_secs_f64();
+    let host = replay(&mut in_process(), &log);
+    println!(
+        "30 s in QEMU took {wall:.1} s: {} commands ({:.0} a second), {} outputs",
+        qemu.commands(),
+        qemu.commands() as f64 / wall,
+        thumb.0.len(),
+    );
+    for (index, (host, thumb)) in host.0.iter().zip(&thumb.0).enumerate() {
+        assert_eq!(host, thumb, "output {index}: host left, QEMU right");
+    }
+    assert_eq!(host.0.len(), thumb.0.len());
+    exercises_what_it_claims(&host);
+}
+
+/// A comparison of two silent devices would prove nothing.
+fn exercises_what_it_claims(record: &Record) {
+    let mut seen: [(&str, usize); 8] = [
+        ("hello", 0),
+        ("acknowledgements", 0),
+        ("bad frames", 0),
+        ("limits named", 0),
+        ("telemetry", 0),
+        ("over-current", 0),
+        ("host silence", 0),
+        ("recovery", 0),
+    ];
+    let (mut driven, mut codes, mut wrapped) = (0, 0, false);
+    let mut decoder = Decoder::default();
+    for put in &record.0 {
+        let bytes = match put {
+            Put::Levels(at, bits) => {
+                wrapped |= at.0 < BOOT.0;
+                driven |= bits;
+                continue;
+            }
+            Put::Dac(..) => {
+                codes += 1;
+                continue;
+            }
+            Put::Bytes(_, bytes) => bytes,
+        };
+        for &byte in bytes {
+            let Some(message) = decoder.push(byte) else {
+                continue;
+            };
+            let kind = match postcard::from_bytes(message.unwrap()).unwrap() {
+                Response::Hello(_) => Some(0),
+                Response::Ack { .. } => Some(1),
+                Response::Refused { seq: None, .. } => Some(2),
+                Response::Refused { refusal, .. } => {
+                    assert_eq!(refusal.code, Code::AboveWearerLimit as u16, "{refusal:?}");
+                    Some(3)
+                }
+                Response::Telemetry(_) => Some(4),
+                Response::Event {
+                    event: Event::Faulted(_),
+                    ..
+                } => Some(5),
+                Response::Event {
+                    event: Event::Stopped(StopCause::HostSilent),
+                    ..
+                } => Some(6),
+                Response::Event {
+                    event: Event::Recovered,
+                    ..
+                } => Some(7),
+                _ => None,
+            };
+            if let Some(kind) = kind {
+                seen[kind].1 += 1;
+            }
+            decoder.clear();
+        }
+    }
+    println!("{seen:?}, {codes} DAC writes");
+    assert!(wrapped, "the clock did not wrap");
+    assert_eq!(driven, (1 << 21) - 1, "a line never rose");
+    assert!(codes > 1000 && seen.iter().all(|(_, count)| *count > 0));
+}
+
+#[test]
+fn bytes_beyond_a_frame_go_in_pieces_and_none_is_lost() {
+    let mut qemu = in_qemu();
+    let mut board = in_process();
+    qemu.boot(BOOT, ResetCause::Watchdog, None).unwrap();
+    let noise: Vec<u8> = (0..20_000u32).map(|i| (i * 7 + i / 256) as u8).collect();
+    let (at, sensors) = (BOOT.plus(5), Sensors::default());
+    let (mut thumb, mut host) = (Record::default(), Record::default());
+    qemu.receive(at, &noise, &sensors, &mut thumb).unwrap();
+    for piece in noise.chunks(MAX_PIECE) {
+        board.receive(at, piece, &sensors, &mut host);
+    }
+    assert!(!host.0.is_empty());
+    assert_eq!(thumb.0, host.0);
+}
+
+#[test]
+fn an_image_that_crashes_is_explained() {
+    // Not an image: its first word is no stack in RAM, its second no code.
+    let here = Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.toml");
+    let error = Qemu::start(&here).err().unwrap().to_string();
+    assert!(error.contains("Lockup"), "{error}");
+}

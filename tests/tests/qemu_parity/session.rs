@@ -1,0 +1,247 @@
+//! Thirty seconds with a device, as a log of what it was told: ten channels of
+//! every waveform, a controlled joint, predicted muscles, setpoints at 90 Hz,
+//! bad frames, refusals, a trigger, a fault and a silent host.
+
+use firmware::control::{HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
+use firmware::device::lockstep::Sensors;
+use firmware::link::{BROADCAST, Request, SCHEMA, ToDevice, encode};
+use firmware::muscle::{CalciumForceSpec, RecruitmentSpec};
+use firmware::pulse::{GroupSpec, Partner, Shape, TrainSpec};
+use firmware::safety::{ChannelSpec, StageSpec, WearerSpec};
+use firmware::units::{Amplitude, Micros};
+use heapless::Vec as List;
+
+/// The clock wraps ten seconds into the session.
+pub const BOOT: Micros = Micros(u32::MAX - 10_000_000);
+
+/// What a device is told.
+pub enum Step {
+    Receive(Micros, Vec<u8>, Sensors),
+    Advance(Micros, Sensors),
+}
+
+struct Host {
+    log: Vec<Step>,
+    /// µs since boot.
+    now: u32,
+    session: u16,
+    seq: u16,
+    sensors: Sensors,
+}
+
+impl Host {
+    fn say(&mut self, request: Request) {
+        let message = ToDevice {
+            session: self.session,
+            seq: self.seq,
+            request,
+        };
+        self.seq = self.seq.wrapping_add(1);
+        self.send(encode(&message).unwrap().to_vec());
+    }
+
+    /// A frame takes 3 ms or less: it never overtakes the millisecond steps.
+    fn send(&mut self, bytes: Vec<u8>) {
+        let at = BOOT.plus(self.now + 137);
+        self.log.push(Step::Receive(at, bytes, self.sensors));
+    }
+
+    /// The finger follows a slow sine whatever the device does.
+    fn wait_ms(&mut self, ms: u32) {
+        for _ in 0..ms {
+            self.now += 1000;
+            let phase = f64::from(self.now) * 1e-6 * 2.0;
+            self.sensors.joint = Some((1200.0 + 800.0 * phase.sin()) as u16);
+            self.log
+                .push(Step::Advance(BOOT.plus(self.now), self.sensors));
+            self.sensors.trigger = None;
+        }
+    }
+
+    fn configure(&mut self) {
+        self.say(Request::Wearer(WearerSpec {
+            rise_ms: 200,
+            ..WearerSpec::default()
+        }));
+        for channel in 0..10 {
+            let spec = channel_spec(channel);
+            self.say(Request::Channel { channel, spec });
+            self.wait_ms(1);
+        }
+        self.say(Request::Groups(
+            List::from_slice(&[GroupSpec {
+                members: 1 << 8 | 1 << 9,
+                partner: Partner::Conducted,
+            }])
+            .unwrap(),
+        ));
+        self.say(Request::Sync { channel: Some(0) });
+        for channel in [0, 1, 4] {
+            self.say(muscle(channel));
+        }
+        self.say(Request::Joint(joint()));
+        self.say(Request::Subscribe { period_ms: 20 });
+    }
+
+    fn arm_and_start(&mut self) {
+        self.say(Request::Arm);
+        self.wait_ms(40);
+        self.say(Request::Start);
+        self.wait_ms(1);
+    }
+
+    /// Stimulates for `ms`, with a setpoint of every kind at 90 Hz.
+    fn stimulate(&mut self, ms: u32) {
+        for step in 0..ms / 11 {
+            let amplitude = |c: u32| Amplitude(2_000 + 150 * ((step * (c + 3)) % 40));
+            self.say(Request::Amplitudes {
+                mask: 0b11_1111_0001,
+                values: [0, 4, 5, 6, 7, 8, 9].map(amplitude).into_iter().collect(),
+            });
+            self.say(Request::Angle {
+                at: None,
+                centideg: 4_500 + ((step % 90) as i16 - 45) * 70,
+                centideg_per_s: None,
+            });
+            match step % 50 {
+                7 => self.send(vec![3, 141, 59, 26, 53, 0]),
+                19 => self.send(vec![1; 900]),
+                20 => self.send(vec![0]),
+                31 => self.say(Request::Amplitudes {
+                    mask: 1,
+                    values: List::from_slice(&[Amplitude(99_999)]).unwrap(),
+                }),
+                43 => self.sensors.trigger = Some(BOOT.plus(self.now + 411)),
+                _ => {}
+            }
+            self.wait_ms(11);
+        }
+    }
+}
+
+/// Every waveform, each with its own rate, width and offset.
+fn channel_spec(channel: u8) -> ChannelSpec {
+    let c = u32::from(channel);
+    let mut train = TrainSpec {
+        shape: match channel % 3 {
+            0 => Shape::BiphasicCathodicFirst,
+            1 => Shape::BiphasicAnodicFirst,
+            _ => Shape::MonophasicCathodic,
+        },
+        width_us: 150 + 13 * u16::from(channel),
+        gap_us: if channel % 3 == 2 {
+            0
+        } else {
+            11 * u16::from(channel)
+        },
+        ground_us: if channel % 3 == 2 { 1_500 } else { 0 },
+        period_us: 20_011 + 1_237 * c,
+        offset_us: 731 * c,
+        burst_count: 1,
+        burst_interval_us: 0,
+        repeats: 0,
+        triggered: channel == 7,
+    };
+    if channel == 6 {
+        (train.burst_count, train.burst_interval_us) = (3, 3_001);
+    }
+    if channel == 7 {
+        train.repeats = 3;
+    }
+    if channel >= 8 {
+        // Of one group: one pulses while the other grounds, never both.
+        train.shape = Shape::BiphasicAnodicFirst;
+        (train.gap_us, train.ground_us, train.period_us) = (20, 0, 25_000);
+        train.offset_us = 9_000 * (c - 8);
+    }
+    let full_scale = 24_000;
+    let stage = if channel % 2 == 0 {
+        StageSpec::Current {
+            full_scale_ua: full_scale,
+        }
+    } else {
+        StageSpec::Voltage {
+            full_scale_mv: full_scale,
+            load_ohm: 2_000,
+        }
+    };
+    ChannelSpec {
+        train,
+        stage,
+        limit: Amplitude(18_000),
+    }
+}
+
+/// K01 of Lee 2020, table 4.
+fn muscle(channel: u8) -> Request {
+    Request::Muscle {
+        channel,
+        force: CalciumForceSpec {
+            a_mn_per_s: 300_000,
+            k_micro: 150_000,
+            tau_c_us: 20_000,
+            tau1_us: 40_000,
+            tau2_us: 80_000,
+        },
+        recruitment: RecruitmentSpec {
+            motor_threshold: Amplitude(1_500),
+            limit: Amplitude(18_000),
+            reference: Amplitude(18_000),
+            slope_micro: 300_000,
+        },
+    }
+}
+
+fn joint() -> JointSpec {
+    let point = |channel| PointSpec::of_pair(channel, Amplitude(15_000), 400);
+    JointSpec {
+        law: LawSpec::RECOMMENDED,
+        law_period_ms: 2,
+        cutoff_mhz: LawSpec::RECOMMENDED.default_cutoff_mhz(),
+        flexors: [point(1), point(2)].into_iter().collect(),
+        extensor: point(3),
+        hold: HoldPolicy::Extrapolate { max_ms: 60 },
+        angle_min_mdeg: 0,
+        angle_max_mdeg: 100_000,
+        sensor: SensorSource::Adc {
+            code_at_0: 100,
+            code_at_100: 2_600,
+        },
+        stale_after_ms: 50,
+    }
+}
+
+/// The whole log.
+pub fn thirty_seconds() -> Vec<Step> {
+    let mut host = Host {
+        log: Vec::new(),
+        now: 0,
+        session: BROADCAST,
+        seq: 65_000,
+        sensors: Sensors::default(),
+    };
+    host.wait_ms(3);
+    host.say(Request::Hello { schema: SCHEMA });
+    host.session = 1; // the first since boot
+    host.wait_ms(5);
+    host.configure();
+    host.arm_and_start();
+    host.stimulate(19_000); // over the wrap
+    host.say(Request::Stop);
+    host.wait_ms(300);
+    host.arm_and_start();
+    host.stimulate(4_000);
+    host.sensors.over_current = true;
+    host.wait_ms(5);
+    host.sensors.over_current = false;
+    host.say(Request::Status);
+    host.wait_ms(5);
+    host.say(Request::Acknowledge);
+    host.wait_ms(200);
+    host.arm_and_start();
+    host.stimulate(4_000);
+    host.wait_ms(400); // silence
+    host.say(Request::Status);
+    host.wait_ms(30_000 - host.now / 1000);
+    host.log
+}
