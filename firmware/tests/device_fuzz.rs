@@ -116,11 +116,16 @@ fn stage() -> impl Strategy<Value = StageSpec> {
 }
 
 fn channel_spec() -> impl Strategy<Value = ChannelSpec> {
-    (train(), prop_oneof![3 => Just(StageSpec::Current { full_scale_ua: 100_000 }), 1 => stage()], near(1, 20_000)).prop_map(|(train, stage, limit)| ChannelSpec {
-        train,
-        stage,
-        limit: Amplitude(limit),
-    })
+    (
+        train(),
+        prop_oneof![3 => Just(StageSpec::Current { full_scale_ua: 100_000 }), 1 => stage()],
+        near(1, 20_000),
+    )
+        .prop_map(|(train, stage, limit)| ChannelSpec {
+            train,
+            stage,
+            limit: Amplitude(limit),
+        })
 }
 
 fn wearer_spec() -> impl Strategy<Value = WearerSpec> {
@@ -192,8 +197,8 @@ fn joint() -> impl Strategy<Value = JointSpec> {
         sensor,
         near16(2, 500),
     )
-        .prop_map(|(law, period, cutoff_mhz, flexors, extensor, hold, angles, sensor, stale)| {
-            JointSpec {
+        .prop_map(
+            |(law, period, cutoff_mhz, flexors, extensor, hold, angles, sensor, stale)| JointSpec {
                 law,
                 law_period_ms: period as u8,
                 cutoff_mhz,
@@ -204,8 +209,8 @@ fn joint() -> impl Strategy<Value = JointSpec> {
                 angle_max_mdeg: angles.1,
                 sensor,
                 stale_after_ms: stale,
-            }
-        })
+            },
+        )
 }
 
 fn muscle() -> impl Strategy<Value = Request> {
@@ -219,8 +224,8 @@ fn muscle() -> impl Strategy<Value = Request> {
         near(1, 5_000),
         near(10_000, 500_000),
     )
-        .prop_map(|(channel, a, k, tau_c_us, tau1_us, tau2_us, threshold, slope_micro)| {
-            Request::Muscle {
+        .prop_map(
+            |(channel, a, k, tau_c_us, tau1_us, tau2_us, threshold, slope_micro)| Request::Muscle {
                 channel: channel as u8,
                 force: CalciumForceSpec {
                     a_mn_per_s: a,
@@ -235,8 +240,8 @@ fn muscle() -> impl Strategy<Value = Request> {
                     reference: Amplitude(threshold.saturating_add(9_000)),
                     slope_micro,
                 },
-            }
-        })
+            },
+        )
 }
 
 fn groups() -> impl Strategy<Value = Request> {
@@ -491,15 +496,11 @@ fn judge_phases(
 
 /// Driven only between an acknowledged Arm and the end of stimulation, and
 /// never above the charge or later than silence allows.
-fn judge_permission(
-    desk: &mut Desk,
-    asked: &[(u64, u16, Request)],
-) -> Result<(), TestCaseError> {
-    let Some(first) = desk
-        .record
-        .levels
-        .iter()
-        .find(|(_, l)| (0..CHANNELS).any(|c| matches!(l.state(c), Line::Anodic | Line::Cathodic)))
+fn judge_permission(desk: &mut Desk, asked: &[(u64, u16, Request)]) -> Result<(), TestCaseError> {
+    let Some(first) =
+        desk.record.levels.iter().find(|(_, l)| {
+            (0..CHANNELS).any(|c| matches!(l.state(c), Line::Anodic | Line::Cathodic))
+        })
     else {
         return Ok(());
     };
@@ -523,7 +524,8 @@ fn judge_permission(
         .collect();
     let mut before = Levels::ISOLATED;
     for &(t, levels) in &desk.record.levels {
-        let is_driven = |l: Levels| (0..CHANNELS).any(|c| matches!(l.state(c), Line::Anodic | Line::Cathodic));
+        let is_driven =
+            |l: Levels| (0..CHANNELS).any(|c| matches!(l.state(c), Line::Anodic | Line::Cathodic));
         if is_driven(levels) && !is_driven(before) {
             let heard = lives.iter().rev().find(|&&life| life <= t);
             prop_assert!(

@@ -49,9 +49,15 @@ fn scene(kind: usize) -> (Vec<ChannelSpec>, Option<GroupSpec>) {
     };
     match kind {
         0 => (vec![channel(biphasic); 2], None),
-        1 => (vec![channel(burst), channel(biphasic)], group(Partner::Conducted)),
+        1 => (
+            vec![channel(burst), channel(biphasic)],
+            group(Partner::Conducted),
+        ),
         2 => (vec![channel(long_ground), channel(biphasic)], None),
-        _ => (vec![channel(both), channel(later)], group(Partner::Isolated)),
+        _ => (
+            vec![channel(both), channel(later)],
+            group(Partner::Isolated),
+        ),
     }
 }
 
@@ -64,7 +70,9 @@ fn running(kind: usize, wearer: WearerSpec, boot: Micros) -> Desk {
     let mut desk = Desk::open(boot);
     desk.prepare(wearer, &specs);
     if let Some(group) = group {
-        desk.must(Request::Groups(heapless::Vec::from_slice(&[group]).unwrap()));
+        desk.must(Request::Groups(
+            heapless::Vec::from_slice(&[group]).unwrap(),
+        ));
     }
     desk.must(Request::Arm);
     desk.must(Request::Start);
@@ -243,7 +251,10 @@ fn over_current_truncates_and_records_the_charge_left() {
         desk.sensors.over_current = true;
         let at = desk.time();
         desk.wait(1);
-        assert_eq!(desk.record.levels.last().map(|l| l.1), Some(Levels::ISOLATED));
+        assert_eq!(
+            desk.record.levels.last().map(|l| l.1),
+            Some(Levels::ISOLATED)
+        );
         desk.wait(30_000);
         assert!(desk.record.levels.last().unwrap().0 <= at, "replayed");
         let record = desk
@@ -327,7 +338,10 @@ fn an_electrode_that_comes_off_while_stimulating_is_a_fault() {
     desk.wait(20_000);
     desk.sensors.load_ohm[1] = u32::MAX;
     desk.wait(45_000);
-    assert_eq!(desk.status().fault.map(|f| f.fault), Some(Fault::ElectrodeOff));
+    assert_eq!(
+        desk.status().fault.map(|f| f.fault),
+        Some(Fault::ElectrodeOff)
+    );
     assert_eq!(desk.state(), State::Fault);
 }
 
@@ -403,7 +417,9 @@ fn isolated_partners_stay_apart_whatever_the_triggers() {
             members: 3,
             partner: Partner::Isolated,
         };
-        desk.must(Request::Groups(heapless::Vec::from_slice(&[group]).unwrap()));
+        desk.must(Request::Groups(
+            heapless::Vec::from_slice(&[group]).unwrap(),
+        ));
         desk.must(Request::Arm);
         desk.must(Request::Start);
         desk.must(all(2, 10_000));

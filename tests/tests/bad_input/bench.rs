@@ -3,7 +3,7 @@
 use firmware::control::{HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
 use firmware::link::{Decoder, Response, ToDevice, encode};
 use firmware::pulse::{CHANNELS, Shape, TrainSpec};
-use firmware::safety::{ChannelSpec, StageSpec, State, WearerSpec};
+use firmware::safety::{ChannelSpec, StageSpec, WearerSpec};
 use firmware::units::{Amplitude, Micros};
 use hal_sim::body::Still;
 use hal_sim::native::native;
@@ -199,10 +199,6 @@ impl Bench {
     /// Device time.
     pub fn now(&mut self) -> Micros {
         Micros(self.client.port().now_us() as u32)
-    }
-
-    pub fn state(&mut self) -> State {
-        self.client.status().unwrap().state
     }
 
     /// Codes in the DACs.

@@ -150,6 +150,13 @@ fn check(row: &Row) -> Result<(), String> {
     if after.counters.refused != before.counters.refused + 1 {
         return wrong("the refusal was not counted");
     }
+    if is_arm {
+        // The first try blocks nothing: the second is refused for the same reason.
+        match bench.client.arm() {
+            Err(Error::Refused(again)) if again.code() == row.code() => {}
+            other => return wrong(&format!("a second try got {other:?}")),
+        }
+    }
     if after.state == State::Stimulating {
         bench.wait(50_000);
         if bench.codes() != codes {
