@@ -233,6 +233,17 @@ fn hello_tells_the_state_of_this_moment() {
 }
 
 #[test]
+fn a_new_session_gets_no_telemetry_that_it_did_not_ask_for() {
+    let mut desk = Desk::open(BOOT);
+    desk.must(Request::Subscribe { period_ms: 5 });
+    desk.wait(20_000);
+    desk.hello();
+    desk.heard();
+    desk.wait(20_000);
+    assert_eq!(desk.heard(), []);
+}
+
+#[test]
 fn a_second_client_is_refused_from_the_arm_order_on() {
     for gap in [0, 100, 1_000, 10_000, 21_000, 30_000] {
         let mut desk = Desk::open(BOOT);

@@ -13,6 +13,8 @@ use firmware::units::{Amplitude, Micros};
 use proptest::collection::vec;
 use proptest::option;
 use proptest::prelude::*;
+use proptest::test_runner::TestRunner;
+use std::cell::Cell;
 use std::collections::HashMap;
 
 /// What a host, a wearer or time does next.
@@ -28,6 +30,8 @@ enum Step {
     Seq(u16),
     Hello,
     Wait(u32),
+    /// A host that streams: so many keep-alives, so far apart.
+    Stream(u8, u32),
     Arm(bool),
     HandStop(bool),
     OverCurrent,
@@ -41,7 +45,7 @@ enum Step {
 /// Mostly allowed, sometimes at or over an edge, sometimes anything.
 fn near(low: u32, high: u32) -> impl Strategy<Value = u32> {
     prop_oneof![
-        8 => low..=high,
+        60 => low..=high,
         1 => Just(low),
         1 => Just(high),
         1 => Just(low.wrapping_sub(1)),
@@ -70,7 +74,7 @@ fn train() -> impl Strategy<Value = TrainSpec> {
         (shape(), near16(10, 500), near16(0, 200), near16(1_000, 4_000)),
         prop_oneof![3 => prop::sample::select(common.to_vec()), 1 => near(5_000, 60_000), 1 => near(5_000, 2_000_000)],
         any::<u32>(),
-        (near16(1, 8), near16(200, 3_000), near16(0, 5)),
+        (near16(1, 8), near16(200, 3_000), prop_oneof![4 => Just(0), 1 => 0u16..9]),
         (prop::bool::weighted(0.2), prop::bool::weighted(0.1)),
     )
         .prop_map(|((shape, width_us, gap, ground), period_us, offset, (count, interval, repeats), (triggered, wild))| {
@@ -119,7 +123,7 @@ fn channel_spec() -> impl Strategy<Value = ChannelSpec> {
     (
         train(),
         prop_oneof![3 => Just(StageSpec::Current { full_scale_ua: 100_000 }), 1 => stage()],
-        near(1, 20_000),
+        prop_oneof![4 => Just(20_000), 1 => near(1, 20_000)],
     )
         .prop_map(|(train, stage, limit)| ChannelSpec {
             train,
@@ -257,7 +261,8 @@ fn groups() -> impl Strategy<Value = Request> {
 }
 
 fn amplitudes() -> impl Strategy<Value = Request> {
-    let sane = (0u16..1024, vec(0u32..=20_000, 10)).prop_map(|(mask, values)| {
+    let masks = prop::sample::select(vec![1u16, 2, 3, 7, 15]);
+    let sane = (masks, vec(0u32..=20_000, 10)).prop_map(|(mask, values)| {
         let count = mask.count_ones() as usize;
         (mask, values[..count].to_vec())
     });
@@ -307,6 +312,7 @@ fn step() -> impl Strategy<Value = Step> {
         2 => Just(Step::Hello),
         30 => prop_oneof![0u32..600, 0u32..30_000, 20_000u32..60_000].prop_map(Step::Wait),
         1 => prop_oneof![5 => Just(2_000_000u32), 1 => Just(11_000_000)].prop_map(Step::Wait),
+        15 => (1u8..30, 1_000u32..19_000).prop_map(|(n, us)| Step::Stream(n, us)),
         1 => any::<bool>().prop_map(Step::Arm),
         2 => prop::bool::weighted(0.7).prop_map(Step::HandStop),
         1 => Just(Step::OverCurrent),
@@ -322,22 +328,23 @@ fn opening() -> impl Strategy<Value = Vec<Step>> {
     (
         wearer_spec(),
         vec(channel_spec(), 1..5),
-        option::weighted(0.3, groups()),
-        option::weighted(0.2, joint()),
-        amplitudes(),
+        option::weighted(0.15, groups()),
+        option::weighted(0.1, joint()),
+        0u32..=20_000,
     )
-        .prop_map(|(wearer, specs, groups, joint, amplitudes)| {
-            let mut all = vec![Step::Hello, Step::Send(Request::Wearer(wearer))];
+        .prop_map(|(wearer, specs, groups, joint, amplitude)| {
+            let amplitudes = all(specs.len(), amplitude);
+            let mut steps = vec![Step::Hello, Step::Send(Request::Wearer(wearer))];
             for (channel, spec) in (0u8..).zip(specs) {
-                all.push(Step::Send(Request::Channel { channel, spec }));
+                steps.push(Step::Send(Request::Channel { channel, spec }));
             }
-            all.extend(groups.map(Step::Send));
-            all.extend(joint.map(|j| Step::Send(Request::Joint(j))));
-            all.push(Step::Send(Request::Arm));
-            all.push(Step::Wait(24_000));
-            all.push(Step::Send(Request::Start));
-            all.push(Step::Send(amplitudes));
-            all
+            steps.extend(groups.map(Step::Send));
+            steps.extend(joint.map(|j| Step::Send(Request::Joint(j))));
+            steps.push(Step::Send(Request::Arm));
+            steps.push(Step::Wait(24_000));
+            steps.push(Step::Send(Request::Start));
+            steps.push(Step::Send(amplitudes));
+            steps
         })
 }
 
@@ -384,6 +391,13 @@ fn apply(desk: &mut Desk, step: &Step, asked: &mut Vec<(u64, u16, Request)>) {
             }
         }
         Step::Wait(us) => desk.wait(*us),
+        Step::Stream(n, us) => {
+            for _ in 0..*n {
+                note(desk, &Request::KeepAlive);
+                desk.send(Request::KeepAlive);
+                desk.wait(*us);
+            }
+        }
         Step::Arm(closed) => desk.sensors.arm = *closed,
         Step::HandStop(closed) => desk.sensors.hand_stop = *closed,
         Step::OverCurrent => {
@@ -402,7 +416,7 @@ fn apply(desk: &mut Desk, step: &Step, asked: &mut Vec<(u64, u16, Request)>) {
             // Any past; the future only a little, or time would run there.
             let at = now.plus_signed((*by).min(5_000));
             let bytes = frame(desk.session, desk.seq, request.clone());
-            let t = desk.time() + u64::from(by.cast_unsigned().min(5_000));
+            let t = desk.time() + u64::from((*by).clamp(0, 5_000).cast_unsigned());
             asked.push((t, desk.seq, request.clone()));
             desk.seq = desk.seq.wrapping_add(1);
             desk.board
@@ -496,7 +510,11 @@ fn judge_phases(
 
 /// Driven only between an acknowledged Arm and the end of stimulation, and
 /// never above the charge or later than silence allows.
-fn judge_permission(desk: &mut Desk, asked: &[(u64, u16, Request)]) -> Result<(), TestCaseError> {
+fn judge_permission(
+    desk: &mut Desk,
+    asked: &[(u64, u16, Request)],
+    longest_us: u64,
+) -> Result<(), TestCaseError> {
     let Some(first) =
         desk.record.levels.iter().find(|(_, l)| {
             (0..CHANNELS).any(|c| matches!(l.state(c), Line::Anodic | Line::Cathodic))
@@ -506,8 +524,9 @@ fn judge_permission(desk: &mut Desk, asked: &[(u64, u16, Request)]) -> Result<()
     };
     let arm = asked.iter().find(|a| matches!(a.2, Request::Arm));
     prop_assert!(arm.is_some_and(|a| a.0 <= first.0), "driven before any Arm");
-    // Nothing that counts as life may be older than the longest timeout and
-    // fall, 500 ms here, while outputs are driven: 1 ms for an arm's check.
+    // While outputs are driven, what counts as life is not older than the
+    // longest timeout and fall armed in this run; an arm order starts a check
+    // of 22 ms.
     let lives: Vec<u64> = asked
         .iter()
         .filter(|a| {
@@ -529,7 +548,7 @@ fn judge_permission(desk: &mut Desk, asked: &[(u64, u16, Request)]) -> Result<()
         if is_driven(levels) && !is_driven(before) {
             let heard = lives.iter().rev().find(|&&life| life <= t);
             prop_assert!(
-                heard.is_some_and(|&life| t - life <= 1_101_000),
+                heard.is_some_and(|&life| t - life <= longest_us),
                 "driven at {t} without a host"
             );
         }
@@ -561,7 +580,7 @@ fn judge_answers(desk: &mut Desk, asked: &[(u64, u16, Request)]) -> Result<(), T
     Ok(())
 }
 
-fn cases() -> ProptestConfig {
+fn config() -> ProptestConfig {
     let cases = std::env::var("FLEXOR_CASES")
         .ok()
         .and_then(|n| n.parse().ok())
@@ -569,48 +588,144 @@ fn cases() -> ProptestConfig {
     ProptestConfig {
         cases,
         failure_persistence: None,
+        max_shrink_iters: 3_000,
         ..ProptestConfig::default()
     }
 }
 
-proptest! {
-    #![proptest_config(cases())]
+/// What the armed setups of a run allowed, by channel.
+#[derive(Default)]
+struct Allowed {
+    code: [u16; CHANNELS],
+    monophasic: [bool; CHANNELS],
+    longest_us: u64,
+}
 
-    #[test]
-    fn nothing_breaks_a_promise(
-        boot in any::<u32>(),
-        opening in option::weighted(0.9, opening()),
-        steps in vec(step(), 1..80),
-    ) {
-        let mut desk = Desk::boot(Micros(boot), None);
-        let mut asked = Vec::new();
-        for step in opening.iter().flatten().chain(&steps) {
-            apply(&mut desk, step, &mut asked);
+impl Allowed {
+    fn note(&mut self, desk: &Desk) {
+        let Some(setup) = desk.board.setup() else {
+            return;
+        };
+        let wearer = &setup.wearer;
+        let silence = u64::from(wearer.host_timeout_us() + wearer.fall_us());
+        self.longest_us = self.longest_us.max(silence);
+        for (c, channel) in setup.channels.iter().enumerate() {
+            let Some(channel) = channel else { continue };
+            self.code[c] = self.code[c].max(channel.stage.code(channel.limit).0);
+            self.monophasic[c] |= !channel.train.spec().shape.is_biphasic();
         }
-        // A raw tail without a delimiter would swallow the next frame.
-        desk.wait(1_500_000);
-        desk.sensors.over_current = false;
-        judge_pins(&mut desk)?;
-        judge_permission(&mut desk, &asked)?;
-        let raw = steps.iter().any(|s| matches!(s, Step::Raw(_) | Step::Broken(..)));
-        if !raw {
-            judge_answers(&mut desk, &asked)?;
-        }
-        // Whatever happened, a session can be had and arming works.
-        desk.sensors = firmware::device::lockstep::Sensors::default();
-        desk.wait(11_000_000);
-        desk.record.bytes.clear();
-        let now = desk.now();
-        desk.board.receive(now, &[0], &desk.sensors, &mut desk.record);
-        desk.restart_reading();
-        desk.hello();
-        if desk.state() == firmware::safety::State::Fault {
-            desk.must(Request::Acknowledge);
-            desk.wait(110_000);
-        }
-        desk.run(wearer(), &[channel(PLAIN)], 5_000);
-        let before = desk.record.levels.len();
-        desk.wait(60_000);
-        prop_assert!(desk.record.levels.len() >= before + 8);
     }
+
+    fn judge(&self, desk: &mut Desk) -> Result<(), TestCaseError> {
+        for &(t, c, code) in &desk.record.dac {
+            prop_assert!(code <= self.code[usize::from(c)], "code {code} at {t}");
+        }
+        let end = desk.time();
+        if !desk_faults(desk).is_empty() {
+            return Ok(());
+        }
+        for c in (0..CHANNELS).filter(|&c| !self.monophasic[c]) {
+            let mut net = 0;
+            for (from, state, to) in stretches(&desk.record.levels, c, end) {
+                let width = (to - from).cast_signed();
+                net += match state {
+                    Line::Anodic => width,
+                    Line::Cathodic => -width,
+                    _ => 0,
+                };
+                prop_assert!(net.abs() <= 500, "channel {c} at {from}");
+            }
+            prop_assert_eq!(net, 0, "channel {}", c);
+        }
+        Ok(())
+    }
+}
+
+/// What the cases came to, so that a fuzz that never stimulates is noticed.
+#[derive(Default, Debug)]
+struct Tally {
+    cases: Cell<u32>,
+    stimulated: Cell<u32>,
+    pulses: Cell<u64>,
+    faulted: Cell<u32>,
+    grounded: Cell<u32>,
+    monophasic: Cell<u32>,
+}
+
+impl Tally {
+    fn note(&self, desk: &mut Desk, allowed: &Allowed) {
+        let add = |cell: &Cell<u32>, is: bool| cell.set(cell.get() + u32::from(is));
+        let pulses = desk.status().counters.pulses;
+        let levels = &desk.record.levels;
+        add(&self.cases, true);
+        // More than the checks' own.
+        add(&self.stimulated, pulses > 10);
+        self.pulses.set(self.pulses.get() + u64::from(pulses));
+        add(
+            &self.grounded,
+            levels.iter().any(|l| l.1 == Levels::GROUNDED),
+        );
+        add(&self.monophasic, allowed.monophasic.contains(&true));
+        let is_faulted = !desk_faults(desk).is_empty();
+        add(&self.faulted, is_faulted);
+    }
+}
+
+fn one_run(boot: u32, steps: &[Step], tally: &Tally) -> Result<(), TestCaseError> {
+    let mut desk = Desk::boot(Micros(boot), None);
+    let (mut asked, mut allowed) = (Vec::new(), Allowed::default());
+    for step in steps {
+        apply(&mut desk, step, &mut asked);
+        allowed.note(&desk);
+    }
+    desk.wait(1_500_000);
+    allowed.note(&desk);
+    judge_pins(&mut desk)?;
+    judge_permission(&mut desk, &asked, allowed.longest_us)?;
+    allowed.judge(&mut desk)?;
+    // A raw tail without a delimiter would swallow the next request.
+    if !steps
+        .iter()
+        .any(|s| matches!(s, Step::Raw(_) | Step::Broken(..)))
+    {
+        judge_answers(&mut desk, &asked)?;
+    }
+    // Whatever happened, a session can be had and arming works.
+    desk.sensors = firmware::device::lockstep::Sensors::default();
+    desk.wait(11_000_000);
+    let now = desk.now();
+    desk.board
+        .receive(now, &[0], &desk.sensors, &mut desk.record);
+    desk.heard();
+    desk.hello();
+    tally.note(&mut desk, &allowed);
+    if desk.state() == firmware::safety::State::Fault {
+        desk.must(Request::Acknowledge);
+        desk.wait(110_000);
+    }
+    desk.run(wearer(), &[channel(PLAIN)], 5_000);
+    let before = desk.record.levels.len();
+    desk.wait(60_000);
+    prop_assert!(desk.record.levels.len() >= before + 8);
+    Ok(())
+}
+
+#[test]
+fn nothing_breaks_a_promise() {
+    let tally = Tally::default();
+    let strategy = (
+        any::<u32>(),
+        option::weighted(0.9, opening()),
+        vec(step(), 1..80),
+    );
+    let result = TestRunner::new(config()).run(&strategy, |(boot, opening, steps)| {
+        let steps: Vec<Step> = opening.into_iter().flatten().chain(steps).collect();
+        one_run(boot, &steps, &tally)
+    });
+    if let Err(e) = result {
+        panic!("{e}");
+    }
+    println!("{tally:?}");
+    let share = |cell: &Cell<u32>| f64::from(cell.get()) / f64::from(tally.cases.get());
+    assert!(share(&tally.stimulated) > 0.2, "the attack is too weak");
 }

@@ -7,6 +7,7 @@
 pub mod analysis;
 pub mod cli;
 pub mod link;
+pub mod live;
 pub mod record;
 pub mod report;
 pub mod run;

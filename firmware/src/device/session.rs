@@ -167,7 +167,11 @@ impl Session {
             // An arm order under way is as good as armed.
             let is_arming = !mail.control_setup.ready();
             match self.hello(now, seq, message.session, schema, is_arming) {
-                Ok(info) => self.say(&Response::Hello(info)),
+                Ok(info) => {
+                    // A session begins without a subscription.
+                    let _ = send(&mut mail.control_requests, ControlRequest::Subscribe(0));
+                    self.say(&Response::Hello(info));
+                }
                 Err(refusal) => self.refuse(Some(seq), refusal),
             }
             return;

@@ -12,9 +12,11 @@ pub mod limits;
 mod ramp;
 mod setup;
 mod stage;
+mod state;
 
 pub use check::{ElectrodeCheck, Reading};
 pub use fault::{Fault, FaultRecord};
-pub use guard::{Denied, Guard, Inputs, Notice, State, StopCause};
+pub use guard::Guard;
 pub use setup::{Channel, ChannelSpec, Setup, SetupError, Wearer, WearerSpec};
 pub use stage::{Stage, StageSpec};
+pub use state::{Denied, Inputs, Notice, State, StopCause};

@@ -49,6 +49,17 @@ impl StageSpec {
     }
 }
 
+impl StageSpec {
+    /// Full scale in the stage's own thousandths.
+    #[must_use]
+    pub const fn full_scale(&self) -> Amplitude {
+        match *self {
+            Self::Current { full_scale_ua } => Amplitude(full_scale_ua),
+            Self::Voltage { full_scale_mv, .. } => Amplitude(full_scale_mv),
+        }
+    }
+}
+
 impl Stage {
     /// Whether amplitudes are currents.
     #[must_use]
@@ -59,10 +70,7 @@ impl Stage {
     /// Full scale in the stage's own thousandths.
     #[must_use]
     pub const fn full_scale(&self) -> Amplitude {
-        match self.0 {
-            StageSpec::Current { full_scale_ua } => Amplitude(full_scale_ua),
-            StageSpec::Voltage { full_scale_mv, .. } => Amplitude(full_scale_mv),
-        }
+        self.0.full_scale()
     }
 
     /// The current limit of this kind of stage, µA.
@@ -103,14 +111,14 @@ impl Stage {
     }
 
     /// Current that the reference stage drives through `ohm` at `code`, µA:
-    /// up to 120 V from a current stage, up to the limiter from a voltage
+    /// up to 100 V from a current stage, up to the limiter from a voltage
     /// stage. For simulated boards.
     #[must_use]
     pub fn current_through_ua(&self, code: DacCode, ohm: u32) -> u32 {
         let set = u64::from(self.amplitude(code).0);
         let ohm = u64::from(ohm.max(1));
         let ua = match self.0 {
-            StageSpec::Current { .. } => set.min(120_000_000 / ohm),
+            StageSpec::Current { .. } => set.min(100_000_000 / ohm),
             // mV · 1000 / Ω = µA.
             StageSpec::Voltage { .. } => {
                 (set * 1000 / ohm).min(limits::VOLTAGE_STAGE_LIMITER_UA.into())

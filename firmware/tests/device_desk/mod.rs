@@ -168,11 +168,6 @@ impl Desk {
         seq
     }
 
-    /// After `record.bytes` was emptied.
-    pub fn restart_reading(&mut self) {
-        self.read = 0;
-    }
-
     /// What was said since the last call.
     pub fn heard(&mut self) -> Vec<Heard> {
         let new = decode(&self.record.bytes[self.read..]);
@@ -214,10 +209,12 @@ impl Desk {
     }
 
     pub fn status(&mut self) -> Status {
-        match self.ask(Request::Status).last() {
-            Some(Heard::Status(_, status)) => *status,
-            other => panic!("{other:?}"),
-        }
+        let heard = self.ask(Request::Status);
+        let status = heard.iter().find_map(|h| match h {
+            Heard::Status(_, status) => Some(*status),
+            _ => None,
+        });
+        status.unwrap_or_else(|| panic!("{heard:?}"))
     }
 
     /// Puts a wearer and channels into the draft, arms, starts, asks for

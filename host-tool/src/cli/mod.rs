@@ -2,6 +2,7 @@
 
 mod demo;
 mod edges;
+mod monitor;
 mod muscle;
 mod run;
 mod selftest;
@@ -29,6 +30,7 @@ enum Command {
     Run(run::RunArgs),
     Serve(serve::Serve),
     Edges(edges::Edges),
+    Monitor(monitor::Monitor),
     Muscle(muscle::Muscle),
     Selftest(selftest::Selftest),
 }
@@ -91,6 +93,7 @@ pub fn main() -> ExitCode {
         Command::Run(args) => run::main(args, output),
         Command::Serve(args) => serve::main(args, output),
         Command::Edges(args) => edges::main(args, output),
+        Command::Monitor(args) => monitor::main(args, output),
         Command::Muscle(args) => muscle::main(args, output),
         Command::Selftest(args) => selftest::main(args, output),
     };

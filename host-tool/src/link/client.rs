@@ -27,6 +27,8 @@ pub enum Incoming {
     Event(Micros, Event),
     /// A posted request was carried out, at this device time.
     Acknowledged(u16, Micros),
+    /// The answer to a posted [`Request::Status`].
+    Status(Box<Status>),
     /// A posted request, or a frame (`None`), was refused.
     Refused(Option<u16>, Refused),
 }
@@ -433,7 +435,8 @@ fn take(
     match answer {
         Answer::Ack(at) => incoming.extend(seq.map(|seq| Incoming::Acknowledged(seq, at))),
         Answer::Refused(refused) => incoming.push_back(Incoming::Refused(seq, refused)),
-        Answer::Hello(_) | Answer::Status(_) => {}
+        Answer::Status(status) => incoming.push_back(Incoming::Status(status)),
+        Answer::Hello(_) => {}
     }
     None
 }

@@ -1,16 +1,23 @@
 //! Devices by name: simulators in this process, boards behind ports.
 
 use crate::link::{Error, Port, SerialPort, SimulatedPort, TcpPort};
-use crate::session::{BodySpec, Session};
+use crate::session::{BodySpec, Session, Unit};
 use firmware::control::SensorSource;
+use firmware::pulse::{GroupSpec, Partner};
 use firmware::units::Micros;
-use hal_sim::body::{Body, Finger, Load, Still};
+use hal_sim::body::{Body, Drive, Finger, Load, Still};
 use hal_sim::native::{Device, native};
+use hal_sim::qemu::{Qemu, StartError, build_image};
 use hal_sim::wire::faults::Faults;
-use hal_sim::world::World;
+use hal_sim::world::{Output, World};
 use std::convert::Infallible;
 use std::fmt;
+use std::path::Path;
 use std::str::FromStr;
+
+/// The sources that QEMU's image is built from: this program is run from its
+/// checkout.
+const WORKSPACE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
 /// A device as `--device` names it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -57,6 +64,9 @@ pub enum OpenError {
     /// The port.
     #[error(transparent)]
     Port(#[from] Error),
+    /// QEMU or its image.
+    #[error("E516 {0}")]
+    Qemu(#[from] StartError),
     /// The simulated wearer.
     #[error("E511 the session's body cannot be: {0}")]
     Body(#[from] hal_sim::body::InvalidSpec),
@@ -76,12 +86,9 @@ impl DeviceName {
                 Micros(0),
             )?),
             Self::Qemu => {
-                return Err(Error::Open {
-                    port: "qemu".to_owned(),
-                    reason: "not built in".to_owned(),
-                    advice: "use native",
-                }
-                .into());
+                let image = build_image(Path::new(WORKSPACE))?;
+                let device = Box::new(Qemu::start(&image)?);
+                Box::new(simulated(session, seed, device, Micros(0))?)
             }
             Self::Tcp(address) => Box::new(TcpPort::connect(address)?),
             Self::Serial(path) => Box::new(SerialPort::open(path)?),
@@ -117,6 +124,18 @@ pub fn simulated(
     {
         let zero = f64::from(code_at_0);
         world.joint_adc = Some(((f64::from(code_at_100) - zero) / 100.0, zero));
+    }
+    for channel in &session.channels {
+        let full_scale = f64::from(channel.spec.stage.full_scale().0) * 1e-3;
+        let is_member = |group: &&GroupSpec| group.members & 1 << channel.index() != 0;
+        let group = session.groups.iter().find(is_member);
+        world.outputs[usize::from(channel.index())] = Some(Output {
+            full_scale: match channel.unit() {
+                Unit::Milliampere => Drive::Milliamps(full_scale),
+                Unit::Volt => Drive::Volts(full_scale),
+            },
+            conducted: group.is_some_and(|group| group.partner == Partner::Conducted),
+        });
     }
     Ok(SimulatedPort { world })
 }

@@ -1,6 +1,6 @@
 //! The course of a session: configure, arm, start, stream, stop.
 
-use super::{SessionFile, trial};
+use super::{Observer, Seen, SessionFile, Wish, trial};
 use crate::link::{Client, Error, Incoming, Port};
 use crate::record::{RecordError, Recorder, Trial};
 use crate::session::{Session, Setpoint};
@@ -48,6 +48,12 @@ pub enum RunError {
         "E513 the session's joint is measured by the host, and {0} has no simulated glove; use sensor = \"adc\""
     )]
     NoGlove(String),
+    /// The observer wished for it.
+    #[error("E516 the session was stopped by hand at {t_s:.2} s; what was recorded is kept")]
+    Interrupted {
+        /// From the start, s.
+        t_s: f64,
+    },
 }
 
 /// What came of a session, complete or not.
@@ -69,6 +75,7 @@ struct Run<'a, P> {
     client: Client<P>,
     trial: Trial,
     recorder: Option<&'a mut Recorder>,
+    observer: &'a mut dyn Observer,
     epoch: Micros,
     /// The same in the port's time.
     epoch_us: u64,
@@ -79,12 +86,12 @@ struct Run<'a, P> {
 }
 
 /// Runs `session` through `port` and gives the port back with the outcome.
-/// `progress` hears the part done, 0 to 1.
+/// `observer` sees it run and may end it; a closure hears the part done, 0 to 1.
 pub fn run<P: Port>(
     file: &SessionFile,
     port: P,
     recorder: Option<&mut Recorder>,
-    mut progress: impl FnMut(f64),
+    mut observer: impl Observer,
 ) -> (Outcome, Option<P>) {
     let session = &file.session;
     let trial = trial::begin_trial(file);
@@ -104,11 +111,13 @@ pub fn run<P: Port>(
             );
         }
     };
+    observer.see(Seen::Hello(&info));
     let mut run = Run {
         session,
         client,
         trial,
         recorder,
+        observer: &mut observer,
         epoch: info.at,
         epoch_us: 0,
         refused: 0,
@@ -117,7 +126,7 @@ pub fn run<P: Port>(
     };
     let started = run.prepare();
     let is_started = started.is_ok();
-    let mut result = started.and_then(|()| run.stream(&mut progress));
+    let mut result = started.and_then(|()| run.stream());
     if is_started {
         // Whatever happened, ask for a stop; a lost device stops by itself.
         let stopped = run.finish();
@@ -163,6 +172,10 @@ impl<P: Port> Run<'_, P> {
         }
         self.client.subscribe(TELEMETRY_MS)?;
         self.client.arm()?;
+        if let Err(stopped) = self.heed() {
+            self.client.stop()?;
+            return Err(stopped);
+        }
         // The first setpoint is there before the first pulse.
         self.client
             .request(self.session.setpoints.at(0).request(None))?;
@@ -182,7 +195,7 @@ impl<P: Port> Run<'_, P> {
         Ok(())
     }
 
-    fn stream(&mut self, progress: &mut impl FnMut(f64)) -> Result<(), RunError> {
+    fn stream(&mut self) -> Result<(), RunError> {
         let begin = self.epoch_us;
         let end = begin + self.session.duration_us;
         for index in 1.. {
@@ -193,10 +206,11 @@ impl<P: Port> Run<'_, P> {
             }
             self.post(due)?;
             if index % 90 == 0 {
-                progress(due as f64 / self.session.duration_us as f64);
+                let part = due as f64 / self.session.duration_us as f64;
+                self.observer.see(Seen::Progress(part));
             }
         }
-        progress(1.0);
+        self.observer.see(Seen::Progress(1.0));
         Ok(())
     }
 
@@ -249,6 +263,22 @@ impl<P: Port> Run<'_, P> {
                 let t_s = self.trial.events.last().map_or(0.0, |(t, _)| *t);
                 return Err(RunError::Ended { t_s, why, advice });
             }
+            self.heed()?;
+        }
+        self.heed()
+    }
+
+    /// Does what the observer wishes.
+    fn heed(&mut self) -> Result<(), RunError> {
+        match self.observer.wish() {
+            Wish::Nothing => {}
+            Wish::Status => {
+                self.client.post(Request::Status)?;
+            }
+            Wish::Stop => {
+                let t_s = self.trial.samples.last().map_or(0.0, |s| s.t_s);
+                return Err(RunError::Interrupted { t_s });
+            }
         }
         let silence_us = self.client.port().now_us().saturating_sub(self.heard_us);
         if silence_us > SILENCE_US {
@@ -280,11 +310,14 @@ impl<P: Port> Run<'_, P> {
                     if let Some(recorder) = &mut self.recorder {
                         recorder.sample(&sample)?;
                     }
+                    self.observer.see(Seen::Sample(&sample));
                     self.trial.samples.push(sample);
                 }
             }
             Incoming::Event(at, event) => {
                 let text = trial::event(&event);
+                let t_s = f64::from(at.since(self.epoch)) * 1e-6;
+                self.observer.see(Seen::Event(t_s, &event));
                 self.note(at, text.clone())?;
                 if matches!(
                     event,
@@ -297,8 +330,11 @@ impl<P: Port> Run<'_, P> {
                 self.refused += 1;
                 let now = self.client.port().now_us();
                 let at = self.client.device_time(now).unwrap_or(self.epoch);
+                let t_s = f64::from(at.since(self.epoch)) * 1e-6;
+                self.observer.see(Seen::Refused(t_s, &refused));
                 self.note(at, refused.to_string())?;
             }
+            Incoming::Status(status) => self.observer.see(Seen::Status(&status)),
             Incoming::Acknowledged(..) => {}
         }
         Ok(())
@@ -328,6 +364,7 @@ impl<P: Port> Run<'_, P> {
             }
         }
         let status = self.client.status()?;
+        self.observer.see(Seen::Status(&status));
         self.trial.counters = trial::counters(&status.counters);
         self.client.subscribe(0)?;
         Ok(())

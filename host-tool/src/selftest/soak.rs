@@ -107,7 +107,7 @@ pub fn soak(seconds: u64, seed: u64, mut progress: impl FnMut(f64)) -> Result<So
                     accepted.extend(asked.remove(&seq).map(|values| (at, values)));
                 }
                 Incoming::Event(..) => soak.stops += 1,
-                Incoming::Telemetry(_) | Incoming::Refused(..) => {}
+                Incoming::Telemetry(_) | Incoming::Status(_) | Incoming::Refused(..) => {}
             }
         }
         progress((now - begin) as f64 / (end - begin) as f64);

@@ -40,7 +40,7 @@ impl Host {
         self.send(encode(&message).unwrap().to_vec());
     }
 
-    /// A frame takes 3 ms or less: it never overtakes the millisecond steps.
+    /// Bytes arrive between two of the steps that time goes in.
     fn send(&mut self, bytes: Vec<u8>) {
         let at = BOOT.plus(self.now + 137);
         self.log.push(Step::Receive(at, bytes, self.sensors));
@@ -155,7 +155,7 @@ fn channel_spec(channel: u8) -> ChannelSpec {
         train.offset_us = 9_000 * (c - 8);
     }
     let full_scale = 24_000;
-    let stage = if channel % 2 == 0 {
+    let stage = if channel.is_multiple_of(2) {
         StageSpec::Current {
             full_scale_ua: full_scale,
         }
@@ -172,7 +172,7 @@ fn channel_spec(channel: u8) -> ChannelSpec {
     }
 }
 
-/// K01 of Lee 2020, table 4.
+/// A muscle within the allowed ranges; nobody's in particular.
 fn muscle(channel: u8) -> Request {
     Request::Muscle {
         channel,

@@ -9,7 +9,7 @@
 use super::{Lockstep, Sensors, Sink};
 use crate::device::Identity;
 use crate::link::message::ResetCause;
-use crate::link::{Kind, encode};
+use crate::link::{Kind, MAX_MESSAGE, encode};
 use crate::pulse::Levels;
 use crate::safety::FaultRecord;
 use crate::units::{DacCode, Micros};
@@ -18,6 +18,9 @@ use serde::{Deserialize, Serialize};
 /// Most bytes that one [`Command::Receive`] or [`Output::Bytes`] carries, so
 /// that each fits one frame.
 pub const MAX_PIECE: usize = 256;
+
+// Tag 1, length 2, time 5, joint 4.
+const _: () = assert!(MAX_PIECE + 12 <= MAX_MESSAGE);
 
 /// What the host says on the port.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]

@@ -1,0 +1,212 @@
+//! One channel's train under way: phases of a pulse, pulses of a burst, bursts.
+
+use super::{RenderError, Supply};
+use crate::pulse::Train;
+use crate::pulse::plan::{PulseStart, State, WindowPlan};
+use crate::units::{DacCode, Micros};
+
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Phase {
+    /// Waiting for the next pulse of `due`.
+    Rest,
+    First,
+    Gap,
+    Second,
+    Grounding,
+    /// Grounding that another member's pulse interrupts (isolated group).
+    Interrupted,
+    /// A triggered train has played; until its period is over, the next
+    /// trigger would pulse faster than the limits were checked for.
+    Recovering,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Lane {
+    pub(super) train: Train,
+    pub(super) phase: Phase,
+    /// The next edge. `None`: no edge before a trigger, another member or a
+    /// new start.
+    pub(super) due: Option<Micros>,
+    pub(super) burst_start: Micros,
+    /// Pulse of the burst that `due` starts (or that is under way).
+    pub(super) pulse: u8,
+    /// Amplitude of the burst; `None` if it is left out.
+    pub(super) code: Option<DacCode>,
+    pub(super) bursts_left: u16,
+    /// Grounding that a partner's pulse can leave behind in an isolated group:
+    /// counts as part of this lane's pulse when it must end in time.
+    pub(super) tail_us: u16,
+    /// The latest pulses, newest first: three can lie in a rendered but unplayed
+    /// horizon of two windows, the fourth is under way.
+    pub(super) recent: [Option<PulseStart>; 4],
+}
+
+impl Lane {
+    pub(super) const fn waiting(train: Train) -> Self {
+        Self {
+            train,
+            phase: Phase::Rest,
+            due: None,
+            burst_start: Micros(0),
+            pulse: 0,
+            code: None,
+            bursts_left: 0,
+            tail_us: 0,
+            recent: [None; 4],
+        }
+    }
+
+    /// Charge that a truncation at `at` leaves, in DAC-code·µs, anodic positive.
+    /// A monophasic pulse counts in full until its grounding is over.
+    pub(super) fn residual(&self, at: Micros) -> i32 {
+        let width = i32::from(self.train.spec().width_us);
+        let second = width + i32::from(self.train.gap_us());
+        let biphasic = self.train.spec().shape.is_biphasic();
+        let under_way = self.recent.iter().flatten().find_map(|pulse| {
+            let t = at.since(pulse.at);
+            let end = self.train.occupied_us().cast_signed(); // at most 20 500 µs
+            (0..end)
+                .contains(&t)
+                .then_some((t, i32::from(pulse.code.0)))
+        });
+        let Some((t, code)) = under_way else { return 0 };
+        let balance = if biphasic {
+            (t - second).clamp(0, width)
+        } else {
+            0
+        };
+        // At most 500 µs · 65 535.
+        let net = (t.min(width) - balance) * code;
+        if self.train.spec().shape.cathodic_first() {
+            -net
+        } else {
+            net
+        }
+    }
+
+    pub(super) fn begin(&mut self, epoch: Micros) {
+        self.phase = Phase::Rest;
+        self.burst_start = epoch.plus(self.train.spec().offset_us);
+        self.due = Some(self.burst_start);
+        self.pulse = 0;
+        self.bursts_left = self.train.spec().repeats;
+    }
+
+    /// Whether a train that begins at `epoch` follows this one's end.
+    pub(super) fn is_free(&self, epoch: Micros) -> bool {
+        match (self.phase, self.due) {
+            (Phase::Rest, None) => true,
+            (Phase::Recovering, Some(over)) => epoch.has_reached(over),
+            _ => false,
+        }
+    }
+
+    pub(super) const fn is_pulsing(&self) -> bool {
+        matches!(self.phase, Phase::First | Phase::Gap | Phase::Second)
+    }
+
+    /// The lane's own state; `None` where it leaves the channel alone.
+    pub(super) const fn state(&self) -> Option<State> {
+        let cathodic = self.train.spec().shape.cathodic_first();
+        match self.phase {
+            Phase::Rest | Phase::Recovering => None,
+            Phase::First => Some(if cathodic {
+                State::Cathodic
+            } else {
+                State::Anodic
+            }),
+            Phase::Gap | Phase::Interrupted => Some(State::Isolated),
+            Phase::Second => Some(if cathodic {
+                State::Anodic
+            } else {
+                State::Cathodic
+            }),
+            Phase::Grounding => Some(State::Grounded),
+        }
+    }
+
+    pub(super) fn edge(
+        &mut self,
+        channel: u8,
+        now: Micros,
+        supply: &mut impl Supply,
+        plan: &mut WindowPlan,
+    ) -> Result<(), RenderError> {
+        let spec = *self.train.spec();
+        match self.phase {
+            Phase::Rest => return self.start_pulse(channel, now, supply, plan),
+            Phase::First if spec.shape.is_biphasic() => {
+                self.go(Phase::Gap, now, self.train.gap_us());
+            }
+            Phase::First => self.go(Phase::Grounding, now, spec.ground_us),
+            Phase::Gap => self.go(Phase::Second, now, spec.width_us),
+            Phase::Second | Phase::Grounding | Phase::Interrupted => self.rest(),
+            Phase::Recovering => (self.phase, self.due) = (Phase::Rest, None),
+        }
+        Ok(())
+    }
+
+    pub(super) fn go(&mut self, phase: Phase, now: Micros, length_us: u16) {
+        self.phase = phase;
+        self.due = Some(now.plus(length_us.into()));
+    }
+
+    pub(super) fn start_pulse(
+        &mut self,
+        channel: u8,
+        now: Micros,
+        supply: &mut impl Supply,
+        plan: &mut WindowPlan,
+    ) -> Result<(), RenderError> {
+        if self.pulse == 0 {
+            self.code = supply.burst(channel, now);
+            if let Some(code) = self.code {
+                plan.dac
+                    .push((channel, code))
+                    .map_err(|_| RenderError::Full)?;
+            }
+        }
+        let end = now.plus(self.train.occupied_us() + u32::from(self.tail_us));
+        match self.code {
+            Some(code) if supply.may_pulse(channel, end) => {
+                let pulse = PulseStart {
+                    channel,
+                    at: now,
+                    code,
+                };
+                plan.pulses.push(pulse).map_err(|_| RenderError::Full)?;
+                let [first, second, third, _] = self.recent;
+                self.recent = [Some(pulse), first, second, third];
+                self.go(Phase::First, now, self.train.spec().width_us);
+            }
+            _ => self.rest(),
+        }
+        Ok(())
+    }
+
+    /// After a pulse, played or left out: on to the next of the burst, the
+    /// next burst, or the end of the train.
+    pub(super) fn rest(&mut self) {
+        let spec = self.train.spec();
+        self.phase = Phase::Rest;
+        self.pulse = self.pulse.saturating_add(1);
+        if self.pulse < spec.burst_count {
+            self.due = Some(
+                self.burst_start
+                    .plus(self.train.pulse_offset_us(self.pulse)),
+            );
+            return;
+        }
+        self.pulse = 0;
+        if self.bursts_left == 1 {
+            self.due = spec.triggered.then(|| {
+                self.phase = Phase::Recovering;
+                self.burst_start.plus(spec.period_us)
+            });
+            return;
+        }
+        self.bursts_left = self.bursts_left.saturating_sub(1); // 0 stays: endless
+        self.burst_start = self.burst_start.plus(spec.period_us);
+        self.due = Some(self.burst_start);
+    }
+}

@@ -1,0 +1,134 @@
+use super::*;
+use crate::pulse::{Shape, TrainSpec, train::tests::PLAIN};
+
+struct Always;
+impl Supply for Always {
+    fn burst(&mut self, _: u8, _: Micros) -> Option<DacCode> {
+        Some(DacCode(1000))
+    }
+    fn may_pulse(&mut self, _: u8, _: Micros) -> bool {
+        true
+    }
+}
+
+fn edges(
+    specs: &[TrainSpec],
+    groups: &[Group],
+    windows: u32,
+    epoch: Micros,
+) -> std::vec::Vec<(i32, Levels)> {
+    let mut trains = [None; CHANNELS];
+    for (train, spec) in trains.iter_mut().zip(specs) {
+        *train = Some(spec.validate().unwrap());
+    }
+    let mut scheduler = Scheduler::new();
+    scheduler.start(&trains, groups, Some(0), epoch);
+    let mut plan = WindowPlan::new();
+    let mut out = std::vec::Vec::new();
+    for k in 0..windows {
+        let start = epoch.plus(k * WINDOW_US);
+        scheduler.render(start, &mut Always, &mut plan).unwrap();
+        for c in &plan.changes {
+            out.push((start.plus(c.slot.into()).since(epoch), c.levels));
+        }
+    }
+    out
+}
+
+#[test]
+fn biphasic_edges_fall_on_their_microsecond_across_the_wrap() {
+    let spec = TrainSpec {
+        offset_us: 130,
+        ..PLAIN
+    };
+    let s = |state| Levels::ISOLATED.with(0, state);
+    let sync = |l: Levels| Levels(l.0 | Levels::SYNC);
+    for epoch in [Micros(0), Micros(u32::MAX - 150)] {
+        assert_eq!(
+            edges(&[spec], &[], 100, epoch),
+            [
+                (130, sync(s(State::Cathodic))),
+                (330, Levels::ISOLATED),
+                (430, s(State::Anodic)),
+                (630, Levels::ISOLATED),
+                (20_130, sync(s(State::Cathodic))),
+                (20_330, Levels::ISOLATED),
+                (20_430, s(State::Anodic)),
+                (20_630, Levels::ISOLATED),
+            ]
+        );
+    }
+}
+
+#[test]
+fn an_interrupted_grounding_starts_again() {
+    let mono = TrainSpec {
+        shape: Shape::MonophasicCathodic,
+        gap_us: 0,
+        ground_us: 1000,
+        ..PLAIN
+    };
+    let other = TrainSpec {
+        offset_us: 700,
+        ..mono
+    };
+    let mut trains = [None; CHANNELS];
+    trains[0] = Some(mono.validate().unwrap());
+    trains[1] = Some(other.validate().unwrap());
+    let spec = crate::pulse::GroupSpec {
+        members: 3,
+        partner: Partner::Isolated,
+    };
+    let groups = crate::pulse::check_groups(&[spec], &trains).unwrap();
+    let states: std::vec::Vec<_> = edges(&[mono, other], &groups, 79, Micros(0))
+        .into_iter()
+        .map(|(t, l)| (t, l.state(0), l.state(1)))
+        .collect();
+    use State::*;
+    assert_eq!(
+        states,
+        [
+            (0, Cathodic, Isolated),
+            (200, Grounded, Isolated),
+            (700, Isolated, Cathodic),
+            (900, Grounded, Grounded),
+            (1900, Isolated, Isolated),
+        ]
+    );
+}
+
+#[test]
+fn a_missed_window_is_an_error() {
+    let mut trains = [None; CHANNELS];
+    trains[0] = Some(PLAIN.validate().unwrap());
+    let mut scheduler = Scheduler::new();
+    scheduler.start(&trains, &[], None, Micros(0));
+    let late = scheduler.render(Micros(250), &mut Always, &mut WindowPlan::new());
+    assert_eq!(late, Err(RenderError::Late));
+}
+
+#[test]
+fn a_trigger_starts_a_prepared_train_once() {
+    let spec = TrainSpec {
+        triggered: true,
+        repeats: 1,
+        ..PLAIN
+    };
+    let mut trains = [None; CHANNELS];
+    trains[4] = Some(spec.validate().unwrap());
+    let mut scheduler = Scheduler::new();
+    scheduler.start(&trains, &[], None, Micros(0));
+    let mut plan = WindowPlan::new();
+    scheduler.render(Micros(0), &mut Always, &mut plan).unwrap();
+    assert!(plan.changes.is_empty() && !scheduler.is_finished());
+    assert_eq!(scheduler.trigger(Micros(77)), 1);
+    assert_eq!(scheduler.trigger(Micros(99)), 0);
+    let mut starts = std::vec::Vec::new();
+    for k in 1..400 {
+        scheduler
+            .render(Micros(k * 250), &mut Always, &mut plan)
+            .unwrap();
+        starts.extend(plan.pulses.iter().map(|p| p.at));
+    }
+    assert_eq!(starts, [Micros(1077)]);
+}

@@ -1,0 +1,110 @@
+//! What the guard says and hears: states, inputs, denials, notices.
+
+use super::{Fault, FaultRecord, Reading};
+use crate::units::{Amplitude, Micros};
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
+
+/// The device's state, as reported.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+pub enum State {
+    /// Reset, nothing decided yet.
+    Boot,
+    /// Outputs isolated, supply down. Includes the electrode check.
+    Idle,
+    /// Ready to start; expires in 10 s.
+    Armed,
+    /// Trains play.
+    Stimulating,
+    /// Amplitudes fall; no new start possible.
+    Stopping,
+    /// Isolated until acknowledged. Includes the grounding that follows.
+    Fault,
+}
+
+/// Why stimulation or arming ended without a fault.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+pub enum StopCause {
+    /// The host asked.
+    Request,
+    /// The host was silent too long.
+    HostSilent,
+    /// The hand-held stop opened.
+    HandStop,
+    /// Armed for 10 s without a start.
+    ArmExpired,
+    /// Every finite train has played.
+    Finished,
+}
+
+/// The board's inputs at one refill.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Inputs {
+    /// Arm input closed.
+    pub arm: bool,
+    /// Hand-held stop closed.
+    pub hand_stop: bool,
+    /// An over-current comparator latched.
+    pub over_current: bool,
+    /// Trigger edge captured since the last refill.
+    pub trigger: Option<Micros>,
+    /// Mid-phase current sampled since the last refill.
+    pub reading: Option<Reading>,
+}
+
+/// Why a request was denied. Channels count from 0.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Denied {
+    /// Not possible in this state.
+    WrongState(State),
+    /// A fault is latched: acknowledge it first.
+    FaultLatched(Fault),
+    /// Neither arm input nor hand-held stop is closed.
+    ArmInputOpen,
+    /// The electrode check saw no or too little current.
+    ElectrodeOff {
+        /// First channel that failed.
+        channel: u8,
+    },
+    /// The electrode check saw too much current.
+    ElectrodeShort {
+        /// The channel.
+        channel: u8,
+    },
+    /// The check was ended by a stop.
+    Cancelled,
+    /// A setpoint before arming.
+    NotArmed,
+    /// The channel is not part of the armed setup.
+    NoChannel {
+        /// The channel.
+        channel: u8,
+    },
+    /// The control law drives this channel.
+    Controlled {
+        /// The channel.
+        channel: u8,
+    },
+    /// Above the wearer's limit.
+    AboveLimit {
+        /// The channel.
+        channel: u8,
+        /// Its limit.
+        limit: Amplitude,
+    },
+}
+
+/// What a tick of the guard has to say.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Notice {
+    /// The electrode check ended; `Ok` means armed.
+    Checked(Result<(), Denied>),
+    /// Amplitudes begin to fall.
+    Stopping(StopCause),
+    /// Outputs are isolated and the device is idle. From arming or a stop.
+    Idle(StopCause),
+    /// A fault latched.
+    Faulted(FaultRecord),
+    /// The acknowledged fault is cleared.
+    Recovered,
+}

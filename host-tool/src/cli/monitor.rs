@@ -1,0 +1,111 @@
+//! `flexor monitor`: a device or a running session, live on the terminal.
+
+use super::Output;
+use crate::live::{Model, Order, Plan, Shared, json, line, lines, screen, work};
+use crate::run::{DeviceName, SessionFile};
+use clap::error::ErrorKind;
+use clap::{Args, CommandFactory};
+use signal_hook::consts::{SIGINT, SIGTERM};
+use std::io::IsTerminal;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// Watch a device, or run a session and watch it; without a terminal, a line
+/// per second.
+#[derive(Args, Debug)]
+pub struct Monitor {
+    /// native, a serial port, or tcp:HOST:PORT
+    #[arg(long, default_value = "native")]
+    device: DeviceName,
+    /// Session file (TOML) to run; without one nothing is stimulated
+    #[arg(long)]
+    session: Option<PathBuf>,
+    /// Stop and leave after this many seconds; default: at the session's end,
+    /// or on q
+    #[arg(long)]
+    seconds: Option<f64>,
+    /// Seed of a simulated wearer
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+}
+
+/// Leaving is ordered whichever way the terminal's thread ends.
+struct QuitAtEnd<'a>(&'a Shared);
+
+impl Drop for QuitAtEnd<'_> {
+    fn drop(&mut self) {
+        self.0.order(Order::Quit);
+    }
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// The session file, the device or the terminal; a session that ended early.
+pub fn main(args: &Monitor, output: Output) -> anyhow::Result<()> {
+    let session = match &args.session {
+        Some(path) => Some(SessionFile::load(path)?),
+        None => None,
+    };
+    if session.is_none() && matches!(args.device, DeviceName::Native | DeviceName::Qemu) {
+        let why = format!(
+            "{} does nothing by itself; give --session SESSION.toml to run, or --device with a board's port",
+            args.device
+        );
+        let mut command = super::Cli::command();
+        command
+            .error(ErrorKind::MissingRequiredArgument, why)
+            .exit();
+    }
+    let is_screen = std::io::stdout().is_terminal() && !output.json;
+    let shared = Shared::new(Model::new(&args.device.to_string(), session.as_ref()));
+    let plan = Plan {
+        device: args.device.clone(),
+        session,
+        stays: is_screen,
+        seed: args.seed,
+    };
+    let must_quit = quitting(args.seconds)?;
+    let (shown, worked) = std::thread::scope(|scope| {
+        let _quit = QuitAtEnd(&shared);
+        let worker = scope.spawn(|| work(&plan, &shared));
+        let is_over = || worker.is_finished();
+        let shown = if is_screen {
+            screen(&shared, is_over, must_quit)
+        } else {
+            let describe = if output.json {
+                |model: &Model, told| json(model, told).to_string()
+            } else {
+                line
+            };
+            lines(
+                &shared,
+                &mut std::io::stdout(),
+                describe,
+                is_over,
+                must_quit,
+            )
+        };
+        shared.order(Order::Quit);
+        (shown, worker.join())
+    });
+    worked.unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
+    Ok(shown?)
+}
+
+/// Whether it is time to leave: after `seconds`, or when the system asks.
+fn quitting(seconds: Option<f64>) -> anyhow::Result<impl Fn() -> bool> {
+    let asked = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
+        signal_hook::flag::register(signal, Arc::clone(&asked))?;
+    }
+    #[cfg(unix)]
+    signal_hook::flag::register(signal_hook::consts::SIGHUP, Arc::clone(&asked))?;
+    let start = Instant::now();
+    let length = seconds.map(Duration::try_from_secs_f64).transpose()?;
+    Ok(move || {
+        asked.load(Ordering::Acquire) || length.is_some_and(|length| start.elapsed() >= length)
+    })
+}

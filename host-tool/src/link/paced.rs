@@ -1,0 +1,98 @@
+//! Virtual time held back to the pace of a wall clock.
+
+use super::Port;
+use hal_sim::world::World;
+use std::io;
+use std::time::{Duration, Instant};
+
+/// Virtual time goes on by at most this much between two looks at the clock,
+/// µs.
+const STEP_US: u64 = 2_000;
+
+/// A simulated port that one can watch: its time never runs ahead of the wall
+/// clock, counted from the first wait. A PC that is too slow lags behind and
+/// catches up as fast as it can.
+pub struct Paced<P> {
+    port: P,
+    origin: Option<(Instant, u64)>,
+}
+
+impl<P> Paced<P> {
+    /// Paces `port`.
+    pub fn new(port: P) -> Self {
+        Self { port, origin: None }
+    }
+}
+
+/// How long virtual time, `virtual_us` after the origin, must wait for the wall
+/// clock, `wall` after the origin.
+fn ahead(virtual_us: u64, wall: Duration) -> Duration {
+    Duration::from_micros(virtual_us).saturating_sub(wall)
+}
+
+impl<P: Port> Port for Paced<P> {
+    fn now_us(&mut self) -> u64 {
+        self.port.now_us()
+    }
+
+    fn send(&mut self, frame: &[u8]) -> io::Result<()> {
+        self.port.send(frame)
+    }
+
+    fn receive(&mut self, until_us: u64) -> io::Result<Vec<u8>> {
+        loop {
+            let now = self.port.now_us();
+            let (start, start_us) = *self.origin.get_or_insert_with(|| (Instant::now(), now));
+            let bytes = self.port.receive(until_us.min(now + STEP_US))?;
+            let now = self.port.now_us();
+            std::thread::sleep(ahead(now.saturating_sub(start_us), start.elapsed()));
+            if !bytes.is_empty() || now >= until_us {
+                return Ok(bytes);
+            }
+        }
+    }
+
+    fn world(&mut self) -> Option<&mut World> {
+        self.port.world()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Silent(u64);
+
+    impl Port for Silent {
+        fn now_us(&mut self) -> u64 {
+            self.0
+        }
+
+        fn send(&mut self, _: &[u8]) -> io::Result<()> {
+            Ok(())
+        }
+
+        fn receive(&mut self, until_us: u64) -> io::Result<Vec<u8>> {
+            self.0 = self.0.max(until_us);
+            Ok(Vec::new())
+        }
+    }
+
+    #[test]
+    fn virtual_time_waits_for_the_wall_clock() {
+        let mut port = Paced::new(Silent(7_000_000));
+        let begin = Instant::now();
+        port.receive(7_060_000).unwrap();
+        assert!(begin.elapsed() >= Duration::from_millis(60));
+        assert_eq!(port.now_us(), 7_060_000);
+    }
+
+    #[test]
+    fn a_late_simulation_does_not_wait() {
+        assert_eq!(
+            ahead(1_500, Duration::from_millis(1)),
+            Duration::from_micros(500)
+        );
+        assert_eq!(ahead(1_500, Duration::from_millis(2)), Duration::ZERO);
+    }
+}

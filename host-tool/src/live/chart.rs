@@ -1,0 +1,98 @@
+//! Wanted and measured angle over the last seconds.
+
+use super::Model;
+use crate::record::Sample;
+use ratatui::Frame;
+use ratatui::layout::Rect;
+use ratatui::style::{Color, Style, Stylize};
+use ratatui::symbols::Marker;
+use ratatui::text::{Line, Span};
+use ratatui::widgets::{Axis, Block, Chart, Dataset, GraphType};
+
+/// Columns from which twice as much time is shown.
+const WIDE: u16 = 60;
+
+/// The angle axis shows at least this, degrees: a finger's range.
+const LEAST_DEG: (f64, f64) = (0.0, 90.0);
+
+/// Between marks of the angle axis, degrees.
+const MARK_DEG: f64 = 30.0;
+
+/// Draws the chart with its numbers in the frame.
+pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
+    let span_s = if area.width < WIDE { 10.0 } else { 20.0 };
+    let end = model.samples.back().map_or(0.0, |s| s.t_s).max(span_s);
+    let begin = end - span_s;
+    let course = |value: fn(&Sample) -> f64| -> Vec<(f64, f64)> {
+        let recent = model.samples.iter().filter(|s| s.t_s >= begin);
+        recent.map(|s| (s.t_s, value(s))).collect()
+    };
+    let (target, measured) = (course(|s| s.target_deg), course(|s| s.measured_deg));
+    let (low, high) = range(model.samples.iter());
+    let marks = ((high - low) / MARK_DEG).round() as usize; // a few
+    let degrees = (0..=marks).map(|i| format!("{:.0}°", low + i as f64 * MARK_DEG));
+    let times = [begin, begin + span_s / 2.0, end].map(|t| format!("{t:.1} s"));
+    let line = |data, marker, color| {
+        let set = Dataset::default().graph_type(GraphType::Line).data(data);
+        set.marker(marker).style(Style::new().fg(color))
+    };
+    let sets = vec![
+        line(&target, Marker::Dot, Color::DarkGray),
+        line(&measured, Marker::Braille, Color::Cyan),
+    ];
+    let axis = |bounds, labels: Vec<String>| {
+        let axis = Axis::default().bounds(bounds).labels(labels);
+        axis.style(Style::new().dim())
+    };
+    let block = Block::bordered()
+        .title(legend(model))
+        .border_style(Style::new().dim());
+    let chart = Chart::new(sets)
+        .block(block)
+        .x_axis(axis([begin, end], times.to_vec()))
+        .y_axis(axis([low, high], degrees.collect()));
+    frame.render_widget(chart, area);
+}
+
+/// Whole marks around everything kept, so that the axis rarely moves.
+fn range<'a>(samples: impl Iterator<Item = &'a Sample>) -> (f64, f64) {
+    let (low, high) = samples.fold(LEAST_DEG, |(low, high), s| {
+        let (a, b) = (s.target_deg, s.measured_deg);
+        (low.min(a).min(b), high.max(a).max(b))
+    });
+    let whole = |deg: f64, round: fn(f64) -> f64| round(deg / MARK_DEG) * MARK_DEG;
+    (whole(low, f64::floor), whole(high, f64::ceil))
+}
+
+fn legend(model: &Model) -> Line<'static> {
+    let Some(sample) = model.samples.back() else {
+        return Line::from(" joint angle ");
+    };
+    let error = sample.measured_deg - sample.target_deg;
+    Line::from(vec![
+        Span::raw(" "),
+        format!("• target {:.1}°", sample.target_deg).gray(),
+        Span::raw("  "),
+        format!("⣿ measured {:.1}°", sample.measured_deg).cyan(),
+        Span::raw(format!("  {error:+.1}° ")),
+    ])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_axis_holds_all_angles_in_whole_marks() {
+        let at = |target_deg, measured_deg| Sample {
+            target_deg,
+            measured_deg,
+            ..Sample::default()
+        };
+        assert_eq!(range([].iter()), (0.0, 90.0));
+        assert_eq!(
+            range([at(-2.0, 30.0), at(45.0, 95.0)].iter()),
+            (-30.0, 120.0)
+        );
+    }
+}

@@ -1,0 +1,115 @@
+//! The model in one line, for pipes: words or JSON.
+
+use super::model::Model;
+use crate::record::Sample;
+use firmware::safety::State;
+use serde_json::{Value, json as object};
+use std::fmt::Write;
+
+/// The state in one word.
+fn word(state: State) -> &'static str {
+    match state {
+        State::Boot => "connecting",
+        State::Idle => "idle",
+        State::Armed => "armed",
+        State::Stimulating => "stimulating",
+        State::Stopping => "stopping",
+        State::Fault => "fault",
+    }
+}
+
+/// What is known, in one line; notes after the first `told` at its end.
+#[must_use]
+pub fn line(model: &Model, told: usize) -> String {
+    let mut text = format!("{:>7.2} s  {:<11}", model.t_s, word(model.state));
+    if let Some(sample) = angles(model) {
+        add(
+            &mut text,
+            format_args!("  target {:>5.1}°", sample.target_deg),
+        );
+        add(
+            &mut text,
+            format_args!("  measured {:>5.1}°", sample.measured_deg),
+        );
+    }
+    for (index, channel) in model.channels.iter().enumerate() {
+        let value = model.amplitude(index);
+        add(
+            &mut text,
+            format_args!("  {}: {value:.1} {}", channel.number, channel.unit),
+        );
+        if let Some(force) = model.force_n(channel) {
+            add(&mut text, format_args!(" {force:.1} N"));
+        }
+    }
+    if model.is_limiting() {
+        text += "  limiting";
+    }
+    let count = &model.counters;
+    add(
+        &mut text,
+        format_args!(
+            "  frames {} lost {} bad {} refused {}",
+            count.frames, count.lost, count.bad_frames, count.refused
+        ),
+    );
+    for note in fresh(model, told) {
+        add(
+            &mut text,
+            format_args!("  | {:.2} s {}", note.t_s, note.text),
+        );
+    }
+    text
+}
+
+/// The same as JSON. What is not known now is null.
+#[must_use]
+pub fn json(model: &Model, told: usize) -> Value {
+    let joint = angles(model);
+    let channels = model.channels.iter().enumerate().map(|(index, channel)| {
+        object!({
+            "number": channel.number, "name": channel.name, "unit": channel.unit,
+            "amplitude": model.amplitude(index), "limit": channel.limit,
+            "force_n": model.force_n(channel),
+        })
+    });
+    let notes = fresh(model, told)
+        .map(|note| object!({ "t_s": note.t_s, "text": note.text, "bad": note.is_bad }));
+    let fault = model.fault.map(|record| {
+        object!({ "number": record.fault.number(), "name": format!("{:?}", record.fault) })
+    });
+    let count = &model.counters;
+    object!({
+        "t_s": model.t_s, "state": word(model.state), "device": model.device,
+        "kind": model.kind.map(|(kind, _)| format!("{kind:?}").to_lowercase()),
+        "target_deg": joint.map(|s| s.target_deg), "measured_deg": joint.map(|s| s.measured_deg),
+        "true_deg": joint.and_then(|s| s.true_deg), "effort": joint.map(|s| s.effort),
+        "limiting": model.is_limiting(), "channels": channels.collect::<Vec<_>>(),
+        "fault": fault, "events": notes.collect::<Vec<_>>(),
+        "counters": {
+            "frames": count.frames, "lost": count.lost, "bad": count.bad_frames,
+            "refused": count.refused, "setpoints": count.setpoints, "pulses": count.pulses,
+            "dropped": count.dropped,
+        },
+    })
+}
+
+/// The latest sample, if its angles mean something now.
+fn angles(model: &Model) -> Option<&Sample> {
+    let is_known = model.has_joint && model.is_on();
+    model.samples.back().filter(|_| is_known)
+}
+
+/// Notes after the first `told`, as far as they are kept.
+fn fresh(model: &Model, told: usize) -> impl Iterator<Item = &super::Note> {
+    let count = model.noted.saturating_sub(told);
+    model
+        .notes
+        .iter()
+        .skip(model.notes.len().saturating_sub(count))
+}
+
+fn add(text: &mut String, part: std::fmt::Arguments<'_>) {
+    // Writing into a string cannot fail.
+    let _ = text.write_fmt(part);
+}

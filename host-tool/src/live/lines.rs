@@ -1,0 +1,50 @@
+//! The dashboard without a terminal: a line per second.
+
+use super::{Model, Order, Shared};
+use std::io::{self, Write};
+use std::time::{Duration, Instant};
+
+/// Between lines.
+const PERIOD: Duration = Duration::from_secs(1);
+
+/// Between looks at whether it is over.
+const LOOK: Duration = Duration::from_millis(10);
+
+/// Writes a line per second, and a last one, until `is_over`. `must_quit` is
+/// asked often; a reader that has gone away ends it too.
+///
+/// # Errors
+/// `out` cannot be written for another reason.
+pub fn lines(
+    shared: &Shared,
+    out: &mut impl Write,
+    describe: fn(&Model, usize) -> String,
+    is_over: impl Fn() -> bool,
+    must_quit: impl Fn() -> bool,
+) -> io::Result<()> {
+    let mut told = 0;
+    let mut due = Instant::now() + PERIOD;
+    loop {
+        let over = is_over();
+        if over || Instant::now() >= due {
+            due += PERIOD;
+            let text = {
+                let model = shared.model();
+                let text = describe(&model, told);
+                told = model.noted;
+                text
+            };
+            match writeln!(out, "{text}").and_then(|()| out.flush()) {
+                Err(gone) if gone.kind() == io::ErrorKind::BrokenPipe => return Ok(()),
+                result => result?,
+            }
+        }
+        if over {
+            return Ok(());
+        }
+        if must_quit() {
+            shared.order(Order::Quit);
+        }
+        std::thread::sleep(LOOK);
+    }
+}

@@ -1,0 +1,27 @@
+//! A terminal dashboard of a device, with or without a running session.
+//!
+//! Lives here: what is known ([`Model`]), how it looks ([`draw`], [`line`]),
+//! keys, and the thread that talks to the device ([`work`]) apart from the one
+//! that draws: a slow terminal never delays a setpoint.
+//! Not here: running a session (`run`), the link (`link`), pictures on paper
+//! (`report`). In: what `run` lets an observer see. Out: frames, lines, orders.
+
+mod channels;
+mod chart;
+mod keys;
+mod line;
+mod lines;
+mod model;
+mod screen;
+mod shared;
+mod view;
+mod work;
+
+pub use keys::{Order, order};
+pub use line::{json, line};
+pub use lines::lines;
+pub use model::{Channel, Model, Note};
+pub use screen::screen;
+pub use shared::{Shared, Watch};
+pub use view::draw;
+pub use work::{Plan, work};

@@ -1,0 +1,209 @@
+//! What is known of the device at this moment.
+
+use crate::record::Sample;
+use crate::run::{Seen, SessionFile, event};
+use firmware::link::{Counters, Event, HelloInfo, Kind, Status};
+use firmware::safety::{FaultRecord, State};
+use std::collections::VecDeque;
+
+/// Telemetry kept for the chart, s.
+const KEEP_S: f64 = 30.0;
+
+/// Telemetry kept for the chart, samples, whatever their times.
+const KEEP_SAMPLES: usize = 30_000;
+
+/// Notes kept.
+const KEEP_NOTES: usize = 100;
+
+/// A clamp is shown for this long, so that one sample of it can be seen, s.
+const LIMITING_S: f64 = 0.5;
+
+/// A channel as the dashboard shows it.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Channel {
+    /// On the board, 1–10.
+    pub number: u8,
+    /// For people: "flexor A".
+    pub name: String,
+    /// Of its amplitude: "V" or "mA".
+    pub unit: &'static str,
+    /// The wearer's limit, in that unit.
+    pub limit: f64,
+    /// Its place among [`Sample::forces_n`], if its force is predicted.
+    pub force: Option<usize>,
+}
+
+/// Something that happened.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Note {
+    /// On the dashboard's clock, s.
+    pub t_s: f64,
+    /// What.
+    pub text: String,
+    /// Whether it is a fault, a refusal or a failure.
+    pub is_bad: bool,
+}
+
+/// What is known of a device, and of its session if one is run.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Model {
+    /// The session's title.
+    pub title: String,
+    /// How the device was named.
+    pub device: String,
+    /// What the device says it is: kind and firmware version.
+    pub kind: Option<(Kind, [u8; 3])>,
+    /// Length of the session, s.
+    pub duration_s: Option<f64>,
+    /// The session's channels, by rising number.
+    pub channels: Vec<Channel>,
+    /// Whether angles mean something.
+    pub has_joint: bool,
+    /// The dashboard's clock, s: from the start of the session, or of watching.
+    pub t_s: f64,
+    /// The device's state, as last heard.
+    pub state: State,
+    /// The latched or last fault.
+    pub fault: Option<FaultRecord>,
+    /// The device's counters since its boot.
+    pub counters: Counters,
+    /// The latest telemetry, oldest first.
+    pub samples: VecDeque<Sample>,
+    /// The latest notes, oldest first.
+    pub notes: VecDeque<Note>,
+    /// Notes so far, including forgotten ones.
+    pub noted: usize,
+    /// Since the device was last heard, s of the wall clock.
+    pub silent_s: f64,
+    /// A stop was asked for and is not finished.
+    pub is_ending: bool,
+}
+
+impl Model {
+    /// Nothing heard yet of `device`, on which `session` will run.
+    #[must_use]
+    pub fn new(device: &str, session: Option<&SessionFile>) -> Self {
+        let mut model = Self {
+            title: "watching, no session".to_owned(),
+            device: device.to_owned(),
+            kind: None,
+            duration_s: None,
+            channels: Vec::new(),
+            has_joint: false,
+            t_s: 0.0,
+            state: State::Boot,
+            fault: None,
+            counters: Counters::default(),
+            samples: VecDeque::new(),
+            notes: VecDeque::new(),
+            noted: 0,
+            silent_s: 0.0,
+            is_ending: false,
+        };
+        if let Some(SessionFile { session, .. }) = session {
+            let mut forces = 0..;
+            model.title.clone_from(&session.title);
+            model.duration_s = Some(session.duration_us as f64 * 1e-6);
+            model.has_joint = session.joint.is_some();
+            let channels = session.channels.iter().map(|channel| Channel {
+                number: channel.number,
+                name: channel.name.clone(),
+                unit: channel.unit().symbol(),
+                limit: f64::from(channel.spec.limit.0) * 1e-3,
+                force: channel.muscle.and_then(|_| forces.next()),
+            });
+            model.channels = channels.collect();
+            for note in &session.notes {
+                model.note(0.0, note.clone(), false);
+            }
+        }
+        model
+    }
+
+    /// Takes in what a run's observer sees.
+    pub fn see(&mut self, seen: Seen<'_>) {
+        self.silent_s = 0.0;
+        match seen {
+            Seen::Hello(info) => self.greet(info),
+            Seen::Sample(sample) => self.sample(sample.clone()),
+            Seen::Event(t_s, event) => self.event(t_s, event),
+            Seen::Refused(t_s, refused) => self.note(t_s, refused.to_string(), true),
+            Seen::Status(status) => self.status(status),
+            Seen::Progress(_) => {}
+        }
+    }
+
+    /// Appends a note.
+    pub fn note(&mut self, t_s: f64, text: String, is_bad: bool) {
+        self.notes.push_back(Note { t_s, text, is_bad });
+        self.noted += 1;
+        if self.notes.len() > KEEP_NOTES {
+            self.notes.pop_front();
+        }
+    }
+
+    /// Whether a computed amplitude was clamped in the last half second.
+    #[must_use]
+    pub fn is_limiting(&self) -> bool {
+        let from = self.t_s - LIMITING_S;
+        let recent = self.samples.iter().rev().take_while(|s| s.t_s >= from);
+        self.is_on() && recent.into_iter().any(|s| s.limiting)
+    }
+
+    /// Whether pulses may play.
+    #[must_use]
+    pub fn is_on(&self) -> bool {
+        matches!(self.state, State::Stimulating | State::Stopping)
+    }
+
+    /// Amplitude of the `index`-th channel, in its unit: 0 when nothing plays.
+    #[must_use]
+    pub fn amplitude(&self, index: usize) -> f64 {
+        let sample = self.samples.back().filter(|_| self.is_on());
+        let amplitude = sample.and_then(|s| s.amplitudes.get(index));
+        amplitude.copied().unwrap_or(0.0)
+    }
+
+    /// Predicted force of a channel, N; nobody tells it when nothing plays.
+    #[must_use]
+    pub fn force_n(&self, channel: &Channel) -> Option<f64> {
+        let sample = self.samples.back().filter(|_| self.is_on())?;
+        sample.forces_n.get(channel.force?).copied()
+    }
+
+    fn greet(&mut self, info: &HelloInfo) {
+        self.kind = Some((info.kind, info.version));
+        self.state = info.state;
+        self.fault = info.last_fault;
+    }
+
+    fn sample(&mut self, sample: Sample) {
+        let from = sample.t_s - KEEP_S;
+        self.has_joint |= sample.target_deg != 0.0 || sample.measured_deg != 0.0;
+        self.t_s = sample.t_s;
+        self.samples.push_back(sample);
+        while self.samples.len() > KEEP_SAMPLES
+            || self.samples.front().is_some_and(|s| s.t_s < from)
+        {
+            self.samples.pop_front();
+        }
+    }
+
+    fn event(&mut self, t_s: f64, seen: &Event) {
+        match seen {
+            Event::Stopping(_) => self.state = State::Stopping,
+            Event::Stopped(_) | Event::Recovered => self.state = State::Idle,
+            Event::Faulted(record) => {
+                self.state = State::Fault;
+                self.fault = Some(*record);
+            }
+        }
+        self.note(t_s, event(seen), matches!(seen, Event::Faulted(_)));
+    }
+
+    fn status(&mut self, status: &Status) {
+        self.state = status.state;
+        self.fault = status.fault;
+        self.counters = status.counters;
+    }
+}

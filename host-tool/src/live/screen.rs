@@ -1,0 +1,74 @@
+//! The dashboard on a terminal, which is restored on every way out.
+
+use super::{Order, Shared, draw, order};
+use crossterm::event::{self, Event};
+use ratatui::DefaultTerminal;
+use std::io;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// Between frames.
+const FRAME: Duration = Duration::from_millis(50);
+
+/// A panic has already restored the terminal and says why on it.
+static PANICKED: AtomicBool = AtomicBool::new(false);
+
+/// The terminal in raw mode, on its alternate screen.
+struct Screen(DefaultTerminal);
+
+impl Screen {
+    fn open() -> io::Result<Self> {
+        // Restores the terminal in a panic hook of its own.
+        let screen = Self(ratatui::try_init()?);
+        let restore = std::panic::take_hook();
+        std::panic::set_hook(Box::new(move |panic| {
+            PANICKED.store(true, Ordering::Release);
+            restore(panic);
+        }));
+        Ok(screen)
+    }
+}
+
+impl Drop for Screen {
+    fn drop(&mut self) {
+        if !PANICKED.load(Ordering::Acquire) {
+            ratatui::restore();
+        }
+    }
+}
+
+/// Draws and takes keys until `is_over`. `must_quit` is asked often.
+///
+/// # Errors
+/// The terminal fails.
+pub fn screen(
+    shared: &Shared,
+    is_over: impl Fn() -> bool,
+    must_quit: impl Fn() -> bool,
+) -> io::Result<()> {
+    let mut screen = Screen::open()?;
+    let mut drawn = Instant::now();
+    while !is_over() && !PANICKED.load(Ordering::Acquire) {
+        if must_quit() {
+            shared.order(Order::Quit);
+        }
+        let now = Instant::now();
+        let model = {
+            let mut model = shared.model();
+            model.silent_s += (now - drawn).as_secs_f64();
+            model.clone()
+        };
+        drawn = now;
+        screen.0.draw(|frame| draw(frame, &model))?;
+        let next = now + FRAME;
+        // Every key that waits is taken before the next frame.
+        while event::poll(next.saturating_duration_since(Instant::now()))? {
+            if let Event::Key(key) = event::read()?
+                && let Some(order) = order(key)
+            {
+                shared.order(order);
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,119 @@
+//! What the thread at the device and the thread at the terminal share.
+
+use super::{Model, Order};
+use crate::run::{Observer, Seen, Wish};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+/// Between two questions for the device's status.
+const STATUS_PERIOD: Duration = Duration::from_millis(200);
+
+/// The model, and orders that wait to be carried out.
+pub struct Shared {
+    model: Mutex<Model>,
+    quit: AtomicBool,
+    stop: AtomicBool,
+    acknowledge: AtomicBool,
+}
+
+impl Shared {
+    /// No orders yet.
+    #[must_use]
+    pub fn new(model: Model) -> Self {
+        Self {
+            model: Mutex::new(model),
+            quit: AtomicBool::new(false),
+            stop: AtomicBool::new(false),
+            acknowledge: AtomicBool::new(false),
+        }
+    }
+
+    /// The model. A thread that panicked with it leaves it as it was.
+    pub fn model(&self) -> MutexGuard<'_, Model> {
+        self.model.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Gives an order.
+    pub fn order(&self, order: Order) {
+        let flag = match order {
+            Order::Quit => &self.quit,
+            Order::Stop => &self.stop,
+            Order::Acknowledge => &self.acknowledge,
+        };
+        flag.store(true, Ordering::Release);
+    }
+
+    /// Whether leaving was ordered.
+    #[must_use]
+    pub fn is_quitting(&self) -> bool {
+        self.quit.load(Ordering::Acquire)
+    }
+
+    /// Whether an acknowledgement was ordered since last asked.
+    pub fn takes_acknowledge(&self) -> bool {
+        self.acknowledge.swap(false, Ordering::AcqRel)
+    }
+
+    fn takes_stop(&self) -> bool {
+        self.stop.swap(false, Ordering::AcqRel)
+    }
+}
+
+/// Fills the model from a run and brings it the orders.
+pub struct Watch<'a> {
+    shared: &'a Shared,
+    asked: Option<Instant>,
+}
+
+impl<'a> Watch<'a> {
+    /// Watches for `shared`.
+    #[must_use]
+    pub fn new(shared: &'a Shared) -> Self {
+        Self {
+            shared,
+            asked: None,
+        }
+    }
+}
+
+impl Observer for Watch<'_> {
+    fn see(&mut self, seen: Seen<'_>) {
+        self.shared.model().see(seen);
+    }
+
+    fn wish(&mut self) -> Wish {
+        if self.shared.takes_stop() || self.shared.is_quitting() {
+            self.shared.model().is_ending = true;
+            return Wish::Stop;
+        }
+        if self.asked.is_some_and(|at| at.elapsed() < STATUS_PERIOD) {
+            return Wish::Nothing;
+        }
+        self.asked = Some(Instant::now());
+        Wish::Status
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn orders_reach_the_run_once_and_quitting_persists() {
+        let shared = Shared::new(Model::new("native simulator", None));
+        let mut watch = Watch::new(&shared);
+        assert_eq!(watch.wish(), Wish::Status);
+        assert_eq!(watch.wish(), Wish::Nothing);
+        shared.order(Order::Stop);
+        assert_eq!(watch.wish(), Wish::Stop);
+        assert_eq!(watch.wish(), Wish::Nothing);
+        shared.order(Order::Quit);
+        assert_eq!(watch.wish(), Wish::Stop);
+        assert_eq!(watch.wish(), Wish::Stop);
+        assert!(!shared.takes_acknowledge());
+        shared.order(Order::Acknowledge);
+        assert!(shared.takes_acknowledge());
+        assert!(!shared.takes_acknowledge());
+    }
+}

@@ -1,0 +1,184 @@
+//! The dashboard's frame: where everything stands.
+
+use super::{Model, Note, channels, chart};
+use firmware::link::Kind;
+use firmware::safety::State;
+use ratatui::Frame;
+use ratatui::layout::{Alignment, Constraint, Layout, Rect};
+use ratatui::style::{Color, Modifier, Style, Stylize};
+use ratatui::text::{Line, Span};
+use ratatui::widgets::{Block, Paragraph, Wrap};
+
+/// A device that was not heard for this long is suspect, s.
+const SILENT_S: f64 = 0.5;
+
+/// Rows from which the notes get more room.
+const TALL: u16 = 32;
+
+/// Columns below which the counters make room for the notes.
+const NARROW: u16 = 70;
+
+/// Draws all that `model` knows. Meant for 80×24 and more; a smaller terminal
+/// shows less.
+pub fn draw(frame: &mut Frame<'_>, model: &Model) {
+    let area = frame.area();
+    let notes = if area.height < TALL { 5 } else { 9 };
+    let [title, status, middle, below, keys] = Layout::vertical([
+        Constraint::Length(1),
+        Constraint::Length(1),
+        Constraint::Min(5),
+        Constraint::Length(notes),
+        Constraint::Length(1),
+    ])
+    .areas(area);
+    draw_title(frame, title, model);
+    frame.render_widget(status_line(model), status);
+    if model.has_joint {
+        let [left, right] =
+            Layout::horizontal([Constraint::Percentage(55), Constraint::Fill(1)]).areas(middle);
+        chart::draw(frame, left, model);
+        channels::draw(frame, right, model);
+    } else {
+        channels::draw(frame, middle, model);
+    }
+    let counters_width = if area.width < NARROW { 0 } else { 33 };
+    let [left, right] =
+        Layout::horizontal([Constraint::Fill(1), Constraint::Length(counters_width)]).areas(below);
+    draw_notes(frame, left, model);
+    frame.render_widget(counters(model), right);
+    frame.render_widget(footer(model), keys);
+}
+
+fn draw_title(frame: &mut Frame<'_>, area: Rect, model: &Model) {
+    let device = match model.kind {
+        Some((kind, [major, minor, patch])) => {
+            let what = match kind {
+                Kind::Board => "board",
+                Kind::Native => "native simulator",
+                Kind::Qemu => "QEMU",
+            };
+            // "board at tcp:…" may turn out to be something else.
+            let what = if model.device.contains(what) {
+                String::new()
+            } else {
+                format!(", {what}")
+            };
+            format!("{}{what}, firmware {major}.{minor}.{patch} ", model.device)
+        }
+        None => format!("{}, connecting ", model.device),
+    };
+    let width = u16::try_from(device.chars().count()).unwrap_or(u16::MAX);
+    let [left, right] =
+        Layout::horizontal([Constraint::Fill(1), Constraint::Length(width)]).areas(area);
+    let title = Line::from(vec![" flexor ".bold(), Span::raw(model.title.as_str())]);
+    frame.render_widget(title, left);
+    frame.render_widget(Line::from(device).alignment(Alignment::Right).dim(), right);
+}
+
+fn status_line(model: &Model) -> Line<'_> {
+    let badge = match model.state {
+        State::Boot => ("CONNECTING", Color::Gray),
+        State::Idle => ("IDLE", Color::Blue),
+        State::Armed => ("ARMED", Color::Yellow),
+        State::Stimulating => ("STIMULATING", Color::Green),
+        State::Stopping => ("STOPPING", Color::Yellow),
+        State::Fault => ("FAULT", Color::Red),
+    };
+    let mut line = Line::from(vec![
+        Span::raw(" "),
+        label(badge.0, badge.1),
+        Span::raw("  "),
+    ]);
+    let t_s = model.t_s;
+    line.push_span(match model.duration_s {
+        Some(end) => format!("{t_s:.1} s of {end:.1} s"),
+        None => format!("{t_s:.1} s"),
+    });
+    if model.is_limiting() {
+        line.push_span("  ");
+        line.push_span(label("LIMITING", Color::Magenta));
+    }
+    if model.is_ending {
+        line.push_span("  stopping on request".bold());
+    }
+    if model.silent_s > SILENT_S {
+        line.push_span("  ");
+        line.push_span(label("NO DATA", Color::Red));
+        line.push_span(format!(" for {:.1} s", model.silent_s));
+    }
+    if let Some(record) = model.fault {
+        let text = format!("fault {}: {:?}", record.fault.number(), record.fault);
+        line.push_span("  ");
+        line.push_span(if model.state == State::Fault {
+            text.red().bold()
+        } else {
+            format!("last {text}").dim()
+        });
+    }
+    line
+}
+
+fn label(text: &str, color: Color) -> Span<'static> {
+    let style = Style::new().fg(Color::Black).bg(color);
+    Span::styled(format!(" {text} "), style.add_modifier(Modifier::BOLD))
+}
+
+fn draw_notes(frame: &mut Frame<'_>, area: Rect, model: &Model) {
+    let lines: Vec<Line<'_>> = model.notes.iter().rev().map(note_line).collect();
+    let block = Block::bordered()
+        .title(" events, newest first ")
+        .border_style(Style::new().dim());
+    let notes = Paragraph::new(lines).wrap(Wrap { trim: true }).block(block);
+    frame.render_widget(notes, area);
+}
+
+fn note_line(note: &Note) -> Line<'_> {
+    let text = Span::raw(note.text.as_str());
+    let text = if note.is_bad { text.red() } else { text };
+    Line::from(vec![format!("{:.2} s ", note.t_s).dim(), text])
+}
+
+fn counters(model: &Model) -> Paragraph<'_> {
+    let count = &model.counters;
+    let pair = |a: &str, av: u32, b: &str, bv: u32| {
+        let bad = if bv == 0 {
+            Style::new()
+        } else {
+            Style::new().yellow()
+        };
+        Line::from(vec![
+            Span::raw(format!("{a:<7}{av:>8}  ")),
+            Span::styled(format!("{b:<7}{bv:>7}"), bad),
+        ])
+    };
+    let block = Block::bordered()
+        .title(" device counters ")
+        .border_style(Style::new().dim());
+    Paragraph::new(vec![
+        pair("frames", count.frames, "lost", count.lost),
+        pair("setpts", count.setpoints, "bad", count.bad_frames),
+        pair("pulses", count.pulses, "refused", count.refused),
+    ])
+    .block(block)
+}
+
+fn footer(model: &Model) -> Line<'static> {
+    let key = |key: &'static str, what: &'static str, active: bool| {
+        let key = Span::styled(format!(" {key} "), Style::new().reversed());
+        let what = Span::raw(format!(" {what}   "));
+        if active {
+            [key, what]
+        } else {
+            [key.dim(), what.dim()]
+        }
+    };
+    let mut spans = vec![Span::raw(" ")];
+    spans.extend(key(
+        "space",
+        "stop now",
+        model.is_on() || model.state == State::Armed,
+    ));
+    spans.extend(key("a", "acknowledge fault", model.state == State::Fault));
+    spans.extend(key("q", "stop and quit", true));
+    Line::from(spans)
+}

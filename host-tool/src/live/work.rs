@@ -1,0 +1,158 @@
+//! The thread that talks to the device.
+
+use super::{Shared, Watch};
+use crate::link::{Client, Error, Incoming, Paced, Port, SerialPort, TcpPort};
+use crate::run::{DeviceName, Observer, RunError, Seen, SessionFile, Wish, run, sample};
+use crate::session::Session;
+use firmware::link::Request;
+use firmware::safety::State;
+use firmware::units::Micros;
+
+/// Telemetry period while nothing runs, ms.
+const TELEMETRY_MS: u16 = 20;
+
+/// Longest wait between two looks at the orders, µs of port time.
+const LOOK_US: u64 = 20_000;
+
+/// What to do with which device.
+pub struct Plan {
+    /// The device.
+    pub device: DeviceName,
+    /// The session to run, if any.
+    pub session: Option<SessionFile>,
+    /// Whether to go on watching after the session, until told to quit.
+    pub stays: bool,
+    /// Decides a simulated wearer's noise.
+    pub seed: u64,
+}
+
+/// Runs the plan's session, then watches the device until told to quit.
+///
+/// # Errors
+/// The device cannot be opened or is lost; the session ended by itself before
+/// its end. A stop by hand is none.
+pub fn work(plan: &Plan, shared: &Shared) -> anyhow::Result<()> {
+    let Some(file) = &plan.session else {
+        return Ok(watch(open_real(&plan.device)?, shared)?);
+    };
+    let port = open(&plan.device, &file.session, plan.seed)?;
+    let (outcome, port) = run(file, port, None, Watch::new(shared));
+    let is_by_hand = matches!(outcome.error, Some(RunError::Interrupted { .. }));
+    let has_played = outcome.epoch_us.is_some() || is_by_hand;
+    let failed = outcome.error.filter(|_| !is_by_hand);
+    {
+        let mut model = shared.model();
+        let t_s = model.t_s;
+        model.is_ending = false;
+        match &failed {
+            None if is_by_hand => model.note(t_s, "stopped on request".to_owned(), false),
+            None => model.note(t_s, "session complete".to_owned(), false),
+            Some(error) => model.note(t_s, error.to_string(), true),
+        }
+    }
+    if let Some(port) = port
+        && plan.stays
+        && has_played
+        && !shared.is_quitting()
+    {
+        let watched = watch(port, shared);
+        if failed.is_none() {
+            watched?;
+        }
+    }
+    failed.map_or(Ok(()), |error| Err(error.into()))
+}
+
+/// Opens the device at the pace of the wall clock.
+fn open(device: &DeviceName, session: &Session, seed: u64) -> anyhow::Result<Box<dyn Port>> {
+    let port = device.open(session, seed)?;
+    Ok(match device {
+        DeviceName::Native => Box::new(Paced::new(port)),
+        _ => port,
+    })
+}
+
+/// Opens a device that is there without a session.
+fn open_real(device: &DeviceName) -> anyhow::Result<Box<dyn Port>> {
+    Ok(match device {
+        DeviceName::Tcp(address) => Box::new(TcpPort::connect(address)?),
+        DeviceName::Serial(path) => Box::new(SerialPort::open(path)?),
+        DeviceName::Native | DeviceName::Qemu => {
+            anyhow::bail!("E517 {device} does nothing without a session")
+        }
+    })
+}
+
+/// Watches without a session: asks for status and telemetry, drives nothing.
+fn watch<P: Port>(port: P, shared: &Shared) -> Result<(), Error> {
+    let (mut client, info) = Client::open(port)?;
+    let mut watch = Watch::new(shared);
+    watch.see(Seen::Hello(&info));
+    client.subscribe(TELEMETRY_MS)?;
+    let mut clock = Elapsed {
+        s: shared.model().t_s,
+        last: info.at,
+    };
+    while !shared.is_quitting() {
+        if shared.takes_acknowledge() && shared.model().state == State::Fault {
+            client.post(Request::Acknowledge)?;
+        }
+        match watch.wish() {
+            Wish::Nothing => {}
+            Wish::Status => drop(client.post(Request::Status)?),
+            Wish::Stop => {
+                client.post(Request::Stop)?;
+                shared.model().is_ending = false;
+            }
+        }
+        let until = client.port().now_us() + LOOK_US;
+        while let Some(incoming) = client.next(until)? {
+            tell(&incoming, &mut clock, shared);
+        }
+        if let Some(world) = client.port().world() {
+            world.recorder.forget();
+        }
+    }
+    client.subscribe(0)?;
+    Ok(())
+}
+
+fn tell(incoming: &Incoming, clock: &mut Elapsed, shared: &Shared) {
+    let mut model = shared.model();
+    match incoming {
+        Incoming::Telemetry(telemetry) => {
+            clock.at(telemetry.at);
+            // Nothing is measured unless trains play: the last angles stay.
+            if model.is_on() {
+                let mut seen = sample(telemetry, telemetry.at, None);
+                seen.t_s = clock.s;
+                model.see(Seen::Sample(&seen));
+            }
+        }
+        Incoming::Event(at, event) => model.see(Seen::Event(clock.at(*at), event)),
+        Incoming::Status(status) => model.see(Seen::Status(status)),
+        Incoming::Refused(_, refused) => model.see(Seen::Refused(clock.s, refused)),
+        Incoming::Acknowledged(..) => {}
+    }
+    model.silent_s = 0.0;
+    if model.duration_s.is_none() {
+        model.t_s = clock.s;
+    }
+}
+
+/// Seconds on the dashboard's clock, from device times that wrap.
+struct Elapsed {
+    s: f64,
+    last: Micros,
+}
+
+impl Elapsed {
+    fn at(&mut self, at: Micros) -> f64 {
+        let since = at.since(self.last);
+        if since > 0 {
+            self.s += f64::from(since) * 1e-6;
+            self.last = at;
+        }
+        self.s
+    }
+}

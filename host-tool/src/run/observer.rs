@@ -1,0 +1,52 @@
+//! Who looks at a session while it runs.
+
+use crate::link::Refused;
+use crate::record::Sample;
+use firmware::link::{Event, HelloInfo, Status};
+
+/// What an observer sees. Times count from the start of the trains, in s.
+#[derive(Clone, Copy, Debug)]
+pub enum Seen<'a> {
+    /// The device opened the session.
+    Hello(&'a HelloInfo),
+    /// A telemetry sample.
+    Sample(&'a Sample),
+    /// The device reported an event.
+    Event(f64, &'a Event),
+    /// The device refused a setpoint or a frame.
+    Refused(f64, &'a Refused),
+    /// State, fault and counters: as wished, and at the end.
+    Status(&'a Status),
+    /// The part done, 0 to 1.
+    Progress(f64),
+}
+
+/// What an observer wants of the run.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Wish {
+    /// Go on.
+    Nothing,
+    /// Go on and ask the device for its status.
+    Status,
+    /// Stop stimulating.
+    Stop,
+}
+
+/// Sees a session run and may end it. A closure is an observer of progress.
+pub trait Observer {
+    /// Something arrived.
+    fn see(&mut self, seen: Seen<'_>);
+
+    /// Asked after everything that arrives and before every setpoint.
+    fn wish(&mut self) -> Wish {
+        Wish::Nothing
+    }
+}
+
+impl<F: FnMut(f64)> Observer for F {
+    fn see(&mut self, seen: Seen<'_>) {
+        if let Seen::Progress(part) = seen {
+            self(part);
+        }
+    }
+}

@@ -1,0 +1,163 @@
+//! `flexor monitor` in a pipe: a paced session, a line per second, proper ends.
+
+use serde_json::Value;
+use std::path::PathBuf;
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+/// The finger's session, cut to `seconds`.
+fn session(seconds: u32) -> PathBuf {
+    let text = include_str!("../sessions/hamana_exp4_two_point.toml");
+    let text = text.replace("duration_s = 30.0", &format!("duration_s = {seconds}.0"));
+    let (before, after) = text.split_once("[measure]").unwrap();
+    let (_, body) = after.split_once("[body]").unwrap();
+    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("live_{seconds}.toml"));
+    std::fs::write(&path, format!("{before}[body]{body}")).unwrap();
+    path
+}
+
+fn monitor() -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_flexor"));
+    command.arg("monitor");
+    command
+}
+
+fn objects(output: &Output) -> Vec<Value> {
+    let text = String::from_utf8(output.stdout.clone()).unwrap();
+    text.lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect()
+}
+
+/// All events of all lines, in order.
+fn events(lines: &[Value]) -> Vec<String> {
+    let lists = lines.iter().filter_map(|line| line["events"].as_array());
+    lists
+        .flatten()
+        .map(|e| e["text"].as_str().unwrap().to_owned())
+        .collect()
+}
+
+#[test]
+fn a_one_second_session_takes_a_second_and_ends_isolated() {
+    let begin = Instant::now();
+    let output = monitor().arg("--session").arg(session(1)).output().unwrap();
+    assert!(begin.elapsed() >= Duration::from_secs(1));
+    assert!(output.status.success(), "{output:?}");
+    let text = String::from_utf8(output.stdout).unwrap();
+    let lines: Vec<&str> = text.lines().collect();
+    assert!(lines.len() >= 2, "{text}");
+    assert!(lines[0].contains(" s  stimulating  target"), "{text}");
+    let last = lines.last().unwrap();
+    assert!(
+        last.contains("  idle ") && last.contains("1: 0.0 V"),
+        "{text}"
+    );
+    assert!(last.ends_with("session complete"), "{text}");
+    assert!(!text.contains('\u{1b}'), "no escape codes in a pipe");
+}
+
+#[test]
+fn json_lines_tell_a_moving_finger_and_the_counters() {
+    let mut command = monitor();
+    let output = command
+        .args(["--json", "--session"])
+        .arg(session(3))
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{output:?}");
+    let lines = objects(&output);
+    assert!(lines.len() >= 3, "{lines:?}");
+    let running = &lines[1];
+    assert_eq!(running["state"], "stimulating");
+    assert!(
+        running["measured_deg"].as_f64().unwrap() > 30.0,
+        "{running}"
+    );
+    assert!(
+        running["channels"][0]["amplitude"].as_f64().unwrap() >= 20.0,
+        "{running}"
+    );
+    assert!(
+        running["counters"]["setpoints"].as_u64().unwrap() > 90,
+        "{running}"
+    );
+    assert!(running["counters"]["lost"] == 0 && running["counters"]["bad"] == 0);
+    let last = lines.last().unwrap();
+    assert_eq!(last["state"], "idle");
+    assert_eq!(
+        events(&lines),
+        ["stopping: Request", "stopped: Request", "session complete"]
+    );
+}
+
+#[test]
+fn seconds_end_a_session_early_and_properly() {
+    let mut command = monitor();
+    let command = command.args(["--json", "--seconds", "0.5", "--session"]);
+    let output = command.arg(session(60)).output().unwrap();
+    assert!(output.status.success(), "{output:?}");
+    let lines = objects(&output);
+    assert_eq!(lines.last().unwrap()["state"], "idle");
+    assert_eq!(
+        events(&lines),
+        [
+            "stopping: Request",
+            "stopped: Request",
+            "stopped on request"
+        ]
+    );
+}
+
+#[cfg(unix)]
+#[test]
+fn a_signal_stops_stimulation_before_it_ends_the_program() {
+    let mut command = monitor();
+    let command = command.args(["--json", "--session"]).arg(session(50));
+    let child = command.stdout(Stdio::piped()).spawn().unwrap();
+    std::thread::sleep(Duration::from_millis(700));
+    let id = child.id().to_string();
+    assert!(
+        Command::new("kill")
+            .args(["-TERM", &id])
+            .status()
+            .unwrap()
+            .success()
+    );
+    let output = child.wait_with_output().unwrap();
+    assert!(output.status.success(), "{output:?}");
+    assert!(events(&objects(&output)).contains(&"stopped: Request".to_owned()));
+}
+
+#[test]
+fn a_simulator_without_a_session_is_wrong_use() {
+    let output = monitor().output().unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("give --session"));
+}
+
+#[test]
+fn a_device_is_watched_without_a_session() {
+    let mut serve = Command::new(env!("CARGO_BIN_EXE_flexor"));
+    let serve = serve.args(["serve", "--json", "--seconds", "6", "--tcp", "127.0.0.1:0"]);
+    let mut board = serve.stdout(Stdio::piped()).spawn().unwrap();
+    let mut said = String::new();
+    let stdout = board.stdout.as_mut().unwrap();
+    std::io::BufRead::read_line(&mut std::io::BufReader::new(stdout), &mut said).unwrap();
+    let said: Value = serde_json::from_str(&said).unwrap();
+    let mut command = monitor();
+    let command = command.args(["--json", "--seconds", "1.5", "--device"]);
+    let output = command.arg(said["at"].as_str().unwrap()).output().unwrap();
+    board.kill().unwrap();
+    board.wait().unwrap();
+    assert!(output.status.success(), "{output:?}");
+    let lines = objects(&output);
+    let last = lines.last().unwrap();
+    assert_eq!(
+        (&last["state"], &last["kind"]),
+        (&"idle".into(), &"native".into())
+    );
+    assert!(last["counters"]["frames"].as_u64().unwrap() >= 5, "{last}");
+    assert_eq!(last["counters"]["pulses"], 0);
+    assert!(last["t_s"].as_f64().unwrap() > 1.0, "{last}");
+}
