@@ -33,7 +33,7 @@ rate_hz = 50
 /// When things happen, µs after boot.
 const AT_US: u64 = 2_000_000;
 
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy)]
 enum Happening {
     Nothing,
     /// The path breaks, and the system says so.
