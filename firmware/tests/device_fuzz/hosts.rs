@@ -1,0 +1,346 @@
+//! Random hosts, wearers and moments.
+
+use super::device_desk::*;
+use firmware::control::{HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
+use firmware::link::{Event, Request, SCHEMA};
+use firmware::muscle::{CalciumForceSpec, RecruitmentSpec};
+use firmware::pulse::{CHANNELS, GroupSpec, Levels, Partner, Shape, State as Line, TrainSpec};
+use firmware::safety::{ChannelSpec, StageSpec, WearerSpec};
+use firmware::units::{Amplitude, Micros};
+use proptest::collection::vec;
+use proptest::option;
+use proptest::prelude::*;
+use proptest::test_runner::TestRunner;
+use std::cell::Cell;
+use std::collections::HashMap;
+
+/// What a host, a wearer or time does next.
+#[derive(Clone, Debug)]
+pub enum Step {
+    Send(Request),
+    /// Several at once, in one chunk.
+    Chunk(Vec<Request>),
+    Raw(Vec<u8>),
+    /// A request cut or with one bit wrong.
+    Broken(Request, u16),
+    Session(u16),
+    Seq(u16),
+    Hello,
+    Wait(u32),
+    /// A host that streams: so many keep-alives, so far apart.
+    Stream(u8, u32),
+    Arm(bool),
+    HandStop(bool),
+    OverCurrent,
+    Load(u8, u32),
+    Joint(Option<u16>),
+    Trigger(u32),
+    /// Bytes stamped with a time other than now.
+    Stamped(Request, i32),
+}
+
+/// Mostly allowed, sometimes at or over an edge, sometimes anything.
+pub fn near(low: u32, high: u32) -> impl Strategy<Value = u32> {
+    prop_oneof![
+        60 => low..=high,
+        1 => Just(low),
+        1 => Just(high),
+        1 => Just(low.wrapping_sub(1)),
+        1 => Just(high.wrapping_add(1)),
+        1 => any::<u32>(),
+    ]
+}
+
+pub fn near16(low: u16, high: u16) -> impl Strategy<Value = u16> {
+    near(low.into(), high.into()).prop_map(|v| v as u16)
+}
+
+pub fn shape() -> impl Strategy<Value = Shape> {
+    prop_oneof![
+        Just(Shape::BiphasicCathodicFirst),
+        Just(Shape::BiphasicAnodicFirst),
+        Just(Shape::MonophasicCathodic),
+        Just(Shape::MonophasicAnodic),
+    ]
+}
+
+/// A train, made consistent unless `wild`.
+pub fn train() -> impl Strategy<Value = TrainSpec> {
+    let common = [5_000u32, 10_000, 20_000, 12_345];
+    (
+        (shape(), near16(10, 500), near16(0, 200), near16(1_000, 4_000)),
+        prop_oneof![3 => prop::sample::select(common.to_vec()), 1 => near(5_000, 60_000), 1 => near(5_000, 2_000_000)],
+        any::<u32>(),
+        (near16(1, 8), near16(200, 3_000), prop_oneof![4 => Just(0), 1 => 0u16..9]),
+        (prop::bool::weighted(0.2), prop::bool::weighted(0.1)),
+    )
+        .prop_map(|((shape, width_us, gap, ground), period_us, offset, (count, interval, repeats), (triggered, wild))| {
+            let biphasic = shape.is_biphasic();
+            let mut spec = TrainSpec {
+                shape,
+                width_us,
+                gap_us: if biphasic { gap } else { 0 },
+                ground_us: if biphasic { 0 } else { ground },
+                period_us,
+                offset_us: offset % period_us.max(1).saturating_add(1),
+                burst_count: 1,
+                burst_interval_us: 0,
+                repeats,
+                triggered,
+            };
+            if wild {
+                (spec.burst_count, spec.burst_interval_us) = (count as u8, interval);
+                spec.offset_us = offset;
+            } else if count > 1 && count <= 8 {
+                let one = u32::from(width_us) * 2 + u32::from(gap.max(5)) + 5
+                    + u32::from(spec.ground_us);
+                (spec.burst_count, spec.burst_interval_us) =
+                    (count as u8, (one.max(200) as u16).max(interval.min(1_000)));
+                spec.period_us = period_us.max(
+                    u32::from(count) * u32::from(spec.burst_interval_us) + 600,
+                ).min(2_000_000);
+            }
+            spec
+        })
+}
+
+pub fn stage() -> impl Strategy<Value = StageSpec> {
+    prop_oneof![
+        near(1_000, 100_000).prop_map(|full_scale_ua| StageSpec::Current { full_scale_ua }),
+        (near(1_000, 150_000), near(200, 100_000)).prop_map(|(full_scale_mv, load_ohm)| {
+            StageSpec::Voltage {
+                full_scale_mv,
+                load_ohm,
+            }
+        }),
+    ]
+}
+
+pub fn channel_spec() -> impl Strategy<Value = ChannelSpec> {
+    (
+        train(),
+        prop_oneof![3 => Just(StageSpec::Current { full_scale_ua: 100_000 }), 1 => stage()],
+        prop_oneof![4 => Just(20_000), 1 => near(1, 20_000)],
+    )
+        .prop_map(|(train, stage, limit)| ChannelSpec {
+            train,
+            stage,
+            limit: Amplitude(limit),
+        })
+}
+
+pub fn wearer_spec() -> impl Strategy<Value = WearerSpec> {
+    (
+        prop_oneof![5 => Just(100_000), 1 => near(100, 100_000)],
+        prop_oneof![5 => Just(40_000), 1 => near(1, 40_000)],
+        prop_oneof![5 => Just(50_000), 1 => near(10, 50_000)],
+        near16(1, 300),
+        near16(5, 100),
+        near16(20, 400),
+    )
+        .prop_map(
+            |(max_current_ua, max_charge_nc, max_rms_ua, rise_ms, fall_ms, host_timeout_ms)| {
+                WearerSpec {
+                    max_current_ua,
+                    max_charge_nc,
+                    max_rms_ua,
+                    rise_ms,
+                    fall_ms,
+                    host_timeout_ms,
+                }
+            },
+        )
+}
+
+pub fn point() -> impl Strategy<Value = PointSpec> {
+    (near(0, 9), near(0, 3_000), near(0, 10_000)).prop_map(|(channel, threshold, max)| PointSpec {
+        channel: channel as u8,
+        threshold: Amplitude(threshold),
+        max: Amplitude(max),
+    })
+}
+
+pub fn joint() -> impl Strategy<Value = JointSpec> {
+    let law = prop_oneof![
+        Just(LawSpec::PAPER),
+        Just(LawSpec::RECOMMENDED),
+        Just(LawSpec::PID),
+        (any::<u32>(), any::<u32>(), any::<u32>(), any::<u32>()).prop_map(
+            |(lambda_milli, k1_milli, k2_milli, b_milli)| LawSpec::Recommended {
+                lambda_milli,
+                k1_milli,
+                k2_milli,
+                b_milli
+            }
+        ),
+    ];
+    let sensor = prop_oneof![
+        Just(SensorSource::Host),
+        (near16(0, 4_095), near16(0, 4_095)).prop_map(|(code_at_0, code_at_100)| {
+            SensorSource::Adc {
+                code_at_0,
+                code_at_100,
+            }
+        }),
+    ];
+    let hold = prop_oneof![
+        Just(HoldPolicy::Hold),
+        near16(1, 1_000).prop_map(|max_ms| HoldPolicy::Extrapolate { max_ms })
+    ];
+    (
+        law,
+        near(1, 20),
+        near(500, 20_000),
+        vec(point(), 0..=2),
+        point(),
+        hold,
+        prop_oneof![3 => Just((-10_000, 90_000)), 1 => any::<(i32, i32)>()],
+        sensor,
+        near16(2, 500),
+    )
+        .prop_map(
+            |(law, period, cutoff_mhz, flexors, extensor, hold, angles, sensor, stale)| JointSpec {
+                law,
+                law_period_ms: period as u8,
+                cutoff_mhz,
+                flexors: heapless::Vec::from_slice(&flexors).unwrap(),
+                extensor,
+                hold,
+                angle_min_mdeg: angles.0,
+                angle_max_mdeg: angles.1,
+                sensor,
+                stale_after_ms: stale,
+            },
+        )
+}
+
+pub fn muscle() -> impl Strategy<Value = Request> {
+    (
+        near(0, 9),
+        near(100, 10_000_000),
+        near(2_000, 5_000_000),
+        near(5_000, 100_000),
+        near(2_000, 200_000),
+        near(1_000, 1_000_000),
+        near(1, 5_000),
+        near(10_000, 500_000),
+    )
+        .prop_map(
+            |(channel, a, k, tau_c_us, tau1_us, tau2_us, threshold, slope_micro)| Request::Muscle {
+                channel: channel as u8,
+                force: CalciumForceSpec {
+                    a_mn_per_s: a,
+                    k_micro: k,
+                    tau_c_us,
+                    tau1_us,
+                    tau2_us,
+                },
+                recruitment: RecruitmentSpec {
+                    motor_threshold: Amplitude(threshold),
+                    limit: Amplitude(threshold.saturating_add(9_000)),
+                    reference: Amplitude(threshold.saturating_add(9_000)),
+                    slope_micro,
+                },
+            },
+        )
+}
+
+pub fn groups() -> impl Strategy<Value = Request> {
+    let partner = prop_oneof![Just(Partner::Conducted), Just(Partner::Isolated)];
+    let members = prop_oneof![4 => prop::sample::select(vec![0b11u16, 0b1100, 0b111, 0b10_1000]), 1 => any::<u16>()];
+    vec((members, partner), 0..=3).prop_map(|all| {
+        let specs: Vec<GroupSpec> = all
+            .into_iter()
+            .map(|(members, partner)| GroupSpec { members, partner })
+            .collect();
+        Request::Groups(heapless::Vec::from_slice(&specs).unwrap())
+    })
+}
+
+pub fn amplitudes() -> impl Strategy<Value = Request> {
+    let masks = prop::sample::select(vec![1u16, 2, 3, 7, 15]);
+    let sane = (masks, vec(0u32..=20_000, 10)).prop_map(|(mask, values)| {
+        let count = mask.count_ones() as usize;
+        (mask, values[..count].to_vec())
+    });
+    let any_mask = (any::<u16>(), vec(near(0, 20_000), 0..=10));
+    prop_oneof![3 => sane, 1 => any_mask].prop_map(|(mask, values)| {
+        let values: Vec<Amplitude> = values.into_iter().map(Amplitude).collect();
+        Request::Amplitudes {
+            mask,
+            values: heapless::Vec::from_slice(&values).unwrap(),
+        }
+    })
+}
+
+/// Device times: absolute, since a session does not know `now` here.
+pub fn request() -> impl Strategy<Value = Request> {
+    prop_oneof![
+        6 => Just(Request::KeepAlive),
+        2 => Just(Request::Status),
+        1 => Just(Request::Clear),
+        2 => wearer_spec().prop_map(Request::Wearer),
+        6 => (near(0, 3), channel_spec()).prop_map(|(c, spec)| Request::Channel { channel: c as u8, spec }),
+        1 => groups(),
+        1 => option::of(any::<u8>().prop_map(|c| c % 12)).prop_map(|channel| Request::Sync { channel }),
+        1 => muscle(),
+        1 => joint().prop_map(Request::Joint),
+        5 => Just(Request::Arm),
+        5 => Just(Request::Start),
+        2 => Just(Request::Stop),
+        2 => Just(Request::Acknowledge),
+        8 => amplitudes(),
+        2 => (option::of(any::<u32>()), any::<i16>(), option::of(any::<i32>())).prop_map(|(at, centideg, centideg_per_s)| Request::Angle { at: at.map(Micros), centideg, centideg_per_s }),
+        2 => (0i16..9_000).prop_map(|centideg| Request::Angle { at: None, centideg, centideg_per_s: None }),
+        2 => (near(0, 0), any::<i16>(), any::<u32>()).prop_map(|(joint, centideg, at)| Request::Measurement { joint: joint as u8, centideg, at: Micros(at) }),
+        1 => near16(0, 1_000).prop_map(|period_ms| Request::Subscribe { period_ms }),
+        1 => any::<u64>().prop_map(|schema| Request::Hello { schema }),
+    ]
+}
+
+pub fn step() -> impl Strategy<Value = Step> {
+    prop_oneof![
+        40 => request().prop_map(Step::Send),
+        4 => vec(request(), 1..45).prop_map(Step::Chunk),
+        2 => vec(any::<u8>(), 0..400).prop_map(Step::Raw),
+        1 => (request(), any::<u16>()).prop_map(|(r, n)| Step::Broken(r, n)),
+        1 => any::<u16>().prop_map(Step::Session),
+        1 => any::<u16>().prop_map(Step::Seq),
+        2 => Just(Step::Hello),
+        30 => prop_oneof![0u32..600, 0u32..30_000, 20_000u32..60_000].prop_map(Step::Wait),
+        1 => prop_oneof![5 => Just(2_000_000u32), 1 => Just(11_000_000)].prop_map(Step::Wait),
+        15 => (1u8..30, 1_000u32..19_000).prop_map(|(n, us)| Step::Stream(n, us)),
+        1 => any::<bool>().prop_map(Step::Arm),
+        2 => prop::bool::weighted(0.7).prop_map(Step::HandStop),
+        1 => Just(Step::OverCurrent),
+        2 => (0u8..4, prop_oneof![4 => Just(2_000), 1 => Just(u32::MAX), 1 => any::<u32>()]).prop_map(|(c, o)| Step::Load(c, o)),
+        1 => option::of(any::<u16>()).prop_map(Step::Joint),
+        4 => (0u32..30_000).prop_map(Step::Trigger),
+        1 => (request(), any::<i32>()).prop_map(|(r, d)| Step::Stamped(r, d)),
+    ]
+}
+
+/// A good draft to begin with, so that most runs get to stimulate.
+pub fn opening() -> impl Strategy<Value = Vec<Step>> {
+    (
+        wearer_spec(),
+        vec(channel_spec(), 1..5),
+        option::weighted(0.15, groups()),
+        option::weighted(0.1, joint()),
+        0u32..=20_000,
+    )
+        .prop_map(|(wearer, specs, groups, joint, amplitude)| {
+            let amplitudes = all(specs.len(), amplitude);
+            let mut steps = vec![Step::Hello, Step::Send(Request::Wearer(wearer))];
+            for (channel, spec) in (0u8..).zip(specs) {
+                steps.push(Step::Send(Request::Channel { channel, spec }));
+            }
+            steps.extend(groups.map(Step::Send));
+            steps.extend(joint.map(|j| Step::Send(Request::Joint(j))));
+            steps.push(Step::Send(Request::Arm));
+            steps.push(Step::Wait(24_000));
+            steps.push(Step::Send(Request::Start));
+            steps.push(Step::Send(amplitudes));
+            steps
+        })
+}

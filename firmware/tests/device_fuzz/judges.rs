@@ -1,0 +1,208 @@
+//! What an observer of pins, requests and answers holds a device to.
+
+use super::device_desk::*;
+use firmware::control::{HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
+use firmware::link::{Event, Request, SCHEMA};
+use firmware::muscle::{CalciumForceSpec, RecruitmentSpec};
+use firmware::pulse::{CHANNELS, GroupSpec, Levels, Partner, Shape, State as Line, TrainSpec};
+use firmware::safety::{ChannelSpec, StageSpec, WearerSpec};
+use firmware::units::{Amplitude, Micros};
+use proptest::collection::vec;
+use proptest::option;
+use proptest::prelude::*;
+use proptest::test_runner::TestRunner;
+use std::cell::Cell;
+use std::collections::HashMap;
+
+/// The laws of the pins that hold whatever was asked.
+pub fn judge_pins(desk: &mut Desk) -> Result<(), TestCaseError> {
+    let end = desk.time();
+    let faults: Vec<u64> = desk_faults(desk);
+    let record = &desk.record;
+    let mut last = 0;
+    for &(t, _) in &record.levels {
+        prop_assert!(t >= last, "levels out of order");
+        last = t;
+    }
+    prop_assert!(record.sent.is_sorted(), "bytes out of order");
+    prop_assert!(record.dac.is_sorted_by_key(|d| d.0), "DAC out of order");
+    for c in 0..CHANNELS {
+        let all = stretches(&record.levels, c, end);
+        judge_phases(&all, c, end, &faults)?;
+        for &(t, _, _) in record.dac.iter().filter(|d| usize::from(d.1) == c) {
+            // Never inside a pulse, and 20 µs before the next begins.
+            let at = all.partition_point(|s| s.0 <= t) - 1;
+            let is_driven = |s: Line| matches!(s, Line::Anodic | Line::Cathodic);
+            prop_assert!(!is_driven(all[at].1), "DAC {c} written in a phase at {t}");
+            if let Some(next) = all.get(at + 1) {
+                prop_assert!(
+                    !is_driven(next.1) || next.0 >= t + 20,
+                    "DAC {c} written {} µs before a phase",
+                    next.0 - t
+                );
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Device events of faults, as µs since boot, from everything ever said.
+pub fn desk_faults(desk: &mut Desk) -> Vec<u64> {
+    let said = decode(&desk.record.bytes);
+    let end = desk.time();
+    let now = desk.now();
+    said.iter()
+        .filter_map(|h| match h {
+            Heard::Event(_, Event::Faulted(record)) => {
+                Some(end.wrapping_add_signed(record.at.since(now).into()))
+            }
+            _ => None,
+        })
+        .collect()
+}
+
+pub fn judge_phases(
+    all: &[(u64, Line, u64)],
+    c: usize,
+    end: u64,
+    faults: &[u64],
+) -> Result<(), TestCaseError> {
+    let mut last_driven: Option<(Line, u64)> = None;
+    for &(from, state, to) in all {
+        if !matches!(state, Line::Anodic | Line::Cathodic) {
+            continue;
+        }
+        let cut = to == end || faults.contains(&to);
+        let width = to - from;
+        prop_assert!(width <= 500, "channel {c}: {width} µs at {from}");
+        prop_assert!(width >= 10 || cut, "channel {c}: {width} µs at {from}");
+        if let Some((before, until)) = last_driven {
+            prop_assert!(
+                before == state || from - until >= 5,
+                "channel {c}: no dead time at {from}"
+            );
+        }
+        last_driven = Some((state, to));
+    }
+    Ok(())
+}
+
+/// Driven only between an acknowledged Arm and the end of stimulation, and
+/// never above the charge or later than silence allows.
+pub fn judge_permission(
+    desk: &mut Desk,
+    asked: &[(u64, u16, Request)],
+    longest_us: u64,
+) -> Result<(), TestCaseError> {
+    let Some(first) =
+        desk.record.levels.iter().find(|(_, l)| {
+            (0..CHANNELS).any(|c| matches!(l.state(c), Line::Anodic | Line::Cathodic))
+        })
+    else {
+        return Ok(());
+    };
+    let arm = asked.iter().find(|a| matches!(a.2, Request::Arm));
+    prop_assert!(arm.is_some_and(|a| a.0 <= first.0), "driven before any Arm");
+    // While outputs are driven, what counts as life is not older than the
+    // longest timeout and fall armed in this run; an arm order starts a check
+    // of 22 ms.
+    let lives: Vec<u64> = asked
+        .iter()
+        .filter(|a| {
+            matches!(
+                a.2,
+                Request::KeepAlive
+                    | Request::Start
+                    | Request::Amplitudes { .. }
+                    | Request::Angle { .. }
+                    | Request::Arm
+            )
+        })
+        .map(|a| a.0)
+        .collect();
+    let mut before = Levels::ISOLATED;
+    for &(t, levels) in &desk.record.levels {
+        let is_driven =
+            |l: Levels| (0..CHANNELS).any(|c| matches!(l.state(c), Line::Anodic | Line::Cathodic));
+        if is_driven(levels) && !is_driven(before) {
+            let heard = lives.iter().rev().find(|&&life| life <= t);
+            prop_assert!(
+                heard.is_some_and(|&life| t - life <= longest_us),
+                "driven at {t} without a host"
+            );
+        }
+        before = levels;
+    }
+    Ok(())
+}
+
+/// Every request of the session got exactly one answer, unless bytes to the
+/// host were dropped, which only a host that does not read can cause.
+pub fn judge_answers(desk: &mut Desk, asked: &[(u64, u16, Request)]) -> Result<(), TestCaseError> {
+    let mut owed: HashMap<u16, i64> = HashMap::new();
+    for (_, seq, _) in asked {
+        *owed.entry(*seq).or_default() += 1;
+    }
+    for heard in decode(&desk.record.bytes) {
+        let seq = match heard {
+            Heard::Ack(seq, _) | Heard::Status(seq, _) => Some(seq),
+            Heard::Refused(seq, ..) => seq,
+            Heard::Hello(info) => Some(info.seq),
+            _ => None,
+        };
+        if let Some(seq) = seq {
+            *owed.entry(seq).or_default() -= 1;
+        }
+    }
+    let unanswered: Vec<_> = owed.iter().filter(|o| *o.1 > 0).collect();
+    prop_assert!(unanswered.is_empty(), "{unanswered:?}");
+    Ok(())
+}
+
+/// What the armed setups of a run allowed, by channel.
+#[derive(Default)]
+pub struct Allowed {
+    code: [u16; CHANNELS],
+    monophasic: [bool; CHANNELS],
+    longest_us: u64,
+}
+
+impl Allowed {
+    fn note(&mut self, desk: &Desk) {
+        let Some(setup) = desk.board.setup() else {
+            return;
+        };
+        let wearer = &setup.wearer;
+        let silence = u64::from(wearer.host_timeout_us() + wearer.fall_us());
+        self.longest_us = self.longest_us.max(silence);
+        for (c, channel) in setup.channels.iter().enumerate() {
+            let Some(channel) = channel else { continue };
+            self.code[c] = self.code[c].max(channel.stage.code(channel.limit).0);
+            self.monophasic[c] |= !channel.train.spec().shape.is_biphasic();
+        }
+    }
+
+    fn judge(&self, desk: &mut Desk) -> Result<(), TestCaseError> {
+        for &(t, c, code) in &desk.record.dac {
+            prop_assert!(code <= self.code[usize::from(c)], "code {code} at {t}");
+        }
+        let end = desk.time();
+        if !desk_faults(desk).is_empty() {
+            return Ok(());
+        }
+        for c in (0..CHANNELS).filter(|&c| !self.monophasic[c]) {
+            let mut net = 0;
+            for (from, state, to) in stretches(&desk.record.levels, c, end) {
+                let width = (to - from).cast_signed();
+                net += match state {
+                    Line::Anodic => width,
+                    Line::Cathodic => -width,
+                    _ => 0,
+                };
+                prop_assert!(net.abs() <= 500, "channel {c} at {from}");
+            }
+            prop_assert_eq!(net, 0, "channel {}", c);
+        }
+        Ok(())
+    }
+}

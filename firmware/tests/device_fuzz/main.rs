@@ -1,0 +1,254 @@
+//! Random hosts, wearers and moments against a whole device: it never panics,
+//! and an observer of pins, requests and answers never sees a promise broken.
+
+#[path = "../device_desk/mod.rs"]
+mod device_desk;
+mod hosts;
+mod judges;
+
+use device_desk::*;
+use firmware::control::{HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
+use firmware::link::{Event, Request, SCHEMA};
+use firmware::muscle::{CalciumForceSpec, RecruitmentSpec};
+use firmware::pulse::{CHANNELS, GroupSpec, Levels, Partner, Shape, State as Line, TrainSpec};
+use firmware::safety::{ChannelSpec, StageSpec, WearerSpec};
+use firmware::units::{Amplitude, Micros};
+use hosts::*;
+use judges::*;
+use proptest::collection::vec;
+use proptest::option;
+use proptest::prelude::*;
+use proptest::test_runner::TestRunner;
+use std::cell::Cell;
+use std::collections::HashMap;
+
+fn apply(desk: &mut Desk, step: &Step, asked: &mut Vec<(u64, u16, Request)>) {
+    let now = desk.now();
+    let mut note = |desk: &mut Desk, request: &Request| {
+        let t = desk.time();
+        asked.push((t, desk.seq, request.clone()));
+    };
+    match step {
+        Step::Send(request) => {
+            note(desk, request);
+            desk.send(request.clone());
+        }
+        Step::Chunk(requests) => {
+            let mut bytes = Vec::new();
+            for request in requests {
+                note(desk, request);
+                bytes.extend(frame(desk.session, desk.seq, request.clone()));
+                desk.seq = desk.seq.wrapping_add(1);
+            }
+            desk.board
+                .receive(now, &bytes, &desk.sensors, &mut desk.record);
+        }
+        Step::Raw(bytes) => desk
+            .board
+            .receive(now, bytes, &desk.sensors, &mut desk.record),
+        Step::Broken(request, n) => {
+            let mut bytes = frame(desk.session, desk.seq, request.clone());
+            let bit = usize::from(*n) % (8 * bytes.len());
+            bytes[bit / 8] ^= 1 << (bit % 8);
+            desk.board
+                .receive(now, &bytes, &desk.sensors, &mut desk.record);
+        }
+        Step::Session(session) => desk.session = *session,
+        Step::Seq(seq) => desk.seq = *seq,
+        Step::Hello => {
+            desk.heard();
+            desk.send(Request::Hello { schema: SCHEMA });
+            for heard in desk.heard() {
+                if let Heard::Hello(info) = heard {
+                    desk.session = info.session;
+                }
+            }
+        }
+        Step::Wait(us) => desk.wait(*us),
+        Step::Stream(n, us) => {
+            for _ in 0..*n {
+                note(desk, &Request::KeepAlive);
+                desk.send(Request::KeepAlive);
+                desk.wait(*us);
+            }
+        }
+        Step::Arm(closed) => desk.sensors.arm = *closed,
+        Step::HandStop(closed) => desk.sensors.hand_stop = *closed,
+        Step::OverCurrent => {
+            desk.sensors.over_current = true;
+            desk.wait(1);
+            desk.sensors.over_current = false;
+        }
+        Step::Load(channel, ohm) => desk.sensors.load_ohm[usize::from(*channel)] = *ohm,
+        Step::Joint(code) => desk.sensors.joint = *code,
+        Step::Trigger(us) => {
+            desk.sensors.trigger = Some(now.plus(us / 2));
+            desk.wait(*us);
+            desk.sensors.trigger = None;
+        }
+        Step::Stamped(request, by) => {
+            // Any past; the future only a little, or time would run there.
+            let at = now.plus_signed((*by).min(5_000));
+            let bytes = frame(desk.session, desk.seq, request.clone());
+            let t = desk.time() + u64::from((*by).clamp(0, 5_000).cast_unsigned());
+            asked.push((t, desk.seq, request.clone()));
+            desk.seq = desk.seq.wrapping_add(1);
+            desk.board
+                .receive(at, &bytes, &desk.sensors, &mut desk.record);
+        }
+    }
+}
+
+trait PlusSigned {
+    fn plus_signed(self, us: i32) -> Self;
+}
+
+impl PlusSigned for Micros {
+    fn plus_signed(self, us: i32) -> Self {
+        Micros(self.0.wrapping_add_signed(us))
+    }
+}
+
+fn config() -> ProptestConfig {
+    let cases = std::env::var("FLEXOR_CASES")
+        .ok()
+        .and_then(|n| n.parse().ok())
+        .unwrap_or(600);
+    ProptestConfig {
+        cases,
+        failure_persistence: None,
+        max_shrink_iters: 3_000,
+        ..ProptestConfig::default()
+    }
+}
+
+/// What the cases came to, so that a fuzz that never stimulates is noticed.
+#[derive(Default, Debug)]
+struct Tally {
+    cases: Cell<u32>,
+    stimulated: Cell<u32>,
+    pulses: Cell<u64>,
+    faulted: Cell<u32>,
+    grounded: Cell<u32>,
+    monophasic: Cell<u32>,
+}
+
+impl Tally {
+    fn note(&self, desk: &mut Desk, allowed: &Allowed) {
+        let add = |cell: &Cell<u32>, is: bool| cell.set(cell.get() + u32::from(is));
+        let pulses = desk.status().counters.pulses;
+        let levels = &desk.record.levels;
+        add(&self.cases, true);
+        // More than the checks' own.
+        add(&self.stimulated, pulses > 10);
+        self.pulses.set(self.pulses.get() + u64::from(pulses));
+        add(
+            &self.grounded,
+            levels.iter().any(|l| l.1 == Levels::GROUNDED),
+        );
+        add(&self.monophasic, allowed.monophasic.contains(&true));
+        let is_faulted = !desk_faults(desk).is_empty();
+        add(&self.faulted, is_faulted);
+    }
+}
+
+fn one_run(boot: u32, steps: &[Step], tally: &Tally) -> Result<(), TestCaseError> {
+    let mut desk = Desk::boot(Micros(boot), None);
+    let (mut asked, mut allowed) = (Vec::new(), Allowed::default());
+    for step in steps {
+        apply(&mut desk, step, &mut asked);
+        allowed.note(&desk);
+    }
+    desk.wait(1_500_000);
+    allowed.note(&desk);
+    judge_pins(&mut desk)?;
+    judge_permission(&mut desk, &asked, allowed.longest_us)?;
+    allowed.judge(&mut desk)?;
+    // A raw tail without a delimiter would swallow the next request.
+    if !steps
+        .iter()
+        .any(|s| matches!(s, Step::Raw(_) | Step::Broken(..)))
+    {
+        judge_answers(&mut desk, &asked)?;
+    }
+    // Whatever happened, a session can be had and arming works.
+    desk.sensors = firmware::device::lockstep::Sensors::default();
+    desk.wait(11_000_000);
+    let now = desk.now();
+    desk.board
+        .receive(now, &[0], &desk.sensors, &mut desk.record);
+    desk.heard();
+    desk.hello();
+    tally.note(&mut desk, &allowed);
+    if desk.state() == firmware::safety::State::Fault {
+        desk.must(Request::Acknowledge);
+        desk.wait(110_000);
+    }
+    desk.run(wearer(), &[channel(PLAIN)], 5_000);
+    let before = desk.record.levels.len();
+    desk.wait(60_000);
+    prop_assert!(desk.record.levels.len() >= before + 8);
+    Ok(())
+}
+
+#[test]
+fn nothing_breaks_a_promise() {
+    let tally = Tally::default();
+    let strategy = (
+        any::<u32>(),
+        option::weighted(0.9, opening()),
+        vec(step(), 1..80),
+    );
+    let result = TestRunner::new(config()).run(&strategy, |(boot, opening, steps)| {
+        let steps: Vec<Step> = opening.into_iter().flatten().chain(steps).collect();
+        one_run(boot, &steps, &tally)
+    });
+    if let Err(e) = result {
+        panic!("{e}");
+    }
+    println!("{tally:?}");
+    let share = |cell: &Cell<u32>| f64::from(cell.get()) / f64::from(tally.cases.get());
+    assert!(share(&tally.stimulated) > 0.2, "the attack is too weak");
+}
+
+/// The same bytes, whole or cut anywhere, at the same instants.
+fn split_run(requests: &[Request], cuts: &[u16]) -> Record {
+    let mut desk = Desk::open(Micros(u32::MAX - 30_000));
+    desk.prepare(wearer(), &[channel(PLAIN), channel(MONO)]);
+    desk.must(Request::Arm);
+    desk.must(Request::Start);
+    for pair in requests.chunks(7) {
+        let mut bytes = Vec::new();
+        for request in pair {
+            bytes.extend(frame(desk.session, desk.seq, request.clone()));
+            desk.seq = desk.seq.wrapping_add(1);
+        }
+        let at = desk.now();
+        let mut edges: Vec<usize> = cuts.iter().map(|&c| c as usize % bytes.len()).collect();
+        edges.extend([0, bytes.len()]);
+        edges.sort_unstable();
+        for piece in edges.windows(2) {
+            let piece = &bytes[piece[0]..piece[1]];
+            desk.board
+                .receive(at, piece, &desk.sensors, &mut desk.record);
+        }
+        desk.wait(9_137);
+    }
+    desk.wait(300_000);
+    desk.record
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 200, ..config() })]
+
+    #[test]
+    fn bytes_may_be_split_anywhere(
+        requests in vec(request(), 1..40),
+        cuts in vec(any::<u16>(), 1..40),
+    ) {
+        let (whole, cut) = (split_run(&requests, &[]), split_run(&requests, &cuts));
+        prop_assert_eq!(whole.bytes, cut.bytes);
+        prop_assert_eq!(whole.levels, cut.levels);
+        prop_assert_eq!(whole.dac, cut.dac);
+    }
+}
