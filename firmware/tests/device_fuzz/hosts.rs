@@ -2,17 +2,14 @@
 
 use super::device_desk::*;
 use firmware::control::{HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
-use firmware::link::{Event, Request, SCHEMA};
+use firmware::link::Request;
 use firmware::muscle::{CalciumForceSpec, RecruitmentSpec};
-use firmware::pulse::{CHANNELS, GroupSpec, Levels, Partner, Shape, State as Line, TrainSpec};
+use firmware::pulse::{GroupSpec, Partner, Shape, TrainSpec};
 use firmware::safety::{ChannelSpec, StageSpec, WearerSpec};
 use firmware::units::{Amplitude, Micros};
 use proptest::collection::vec;
 use proptest::option;
 use proptest::prelude::*;
-use proptest::test_runner::TestRunner;
-use std::cell::Cell;
-use std::collections::HashMap;
 
 /// What a host, a wearer or time does next.
 #[derive(Clone, Debug)]

@@ -1,17 +1,9 @@
 //! What an observer of pins, requests and answers holds a device to.
 
 use super::device_desk::*;
-use firmware::control::{HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
-use firmware::link::{Event, Request, SCHEMA};
-use firmware::muscle::{CalciumForceSpec, RecruitmentSpec};
-use firmware::pulse::{CHANNELS, GroupSpec, Levels, Partner, Shape, State as Line, TrainSpec};
-use firmware::safety::{ChannelSpec, StageSpec, WearerSpec};
-use firmware::units::{Amplitude, Micros};
-use proptest::collection::vec;
-use proptest::option;
+use firmware::link::{Event, Request};
+use firmware::pulse::{CHANNELS, Levels, State as Line};
 use proptest::prelude::*;
-use proptest::test_runner::TestRunner;
-use std::cell::Cell;
 use std::collections::HashMap;
 
 /// The laws of the pins that hold whatever was asked.
@@ -162,13 +154,13 @@ pub fn judge_answers(desk: &mut Desk, asked: &[(u64, u16, Request)]) -> Result<(
 /// What the armed setups of a run allowed, by channel.
 #[derive(Default)]
 pub struct Allowed {
-    code: [u16; CHANNELS],
-    monophasic: [bool; CHANNELS],
-    longest_us: u64,
+    pub code: [u16; CHANNELS],
+    pub monophasic: [bool; CHANNELS],
+    pub longest_us: u64,
 }
 
 impl Allowed {
-    fn note(&mut self, desk: &Desk) {
+    pub fn note(&mut self, desk: &Desk) {
         let Some(setup) = desk.board.setup() else {
             return;
         };
@@ -182,7 +174,7 @@ impl Allowed {
         }
     }
 
-    fn judge(&self, desk: &mut Desk) -> Result<(), TestCaseError> {
+    pub fn judge(&self, desk: &mut Desk) -> Result<(), TestCaseError> {
         for &(t, c, code) in &desk.record.dac {
             prop_assert!(code <= self.code[usize::from(c)], "code {code} at {t}");
         }

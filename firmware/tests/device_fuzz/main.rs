@@ -7,12 +7,9 @@ mod hosts;
 mod judges;
 
 use device_desk::*;
-use firmware::control::{HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
-use firmware::link::{Event, Request, SCHEMA};
-use firmware::muscle::{CalciumForceSpec, RecruitmentSpec};
-use firmware::pulse::{CHANNELS, GroupSpec, Levels, Partner, Shape, State as Line, TrainSpec};
-use firmware::safety::{ChannelSpec, StageSpec, WearerSpec};
-use firmware::units::{Amplitude, Micros};
+use firmware::link::{Request, SCHEMA};
+use firmware::pulse::Levels;
+use firmware::units::Micros;
 use hosts::*;
 use judges::*;
 use proptest::collection::vec;
@@ -20,7 +17,6 @@ use proptest::option;
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
 use std::cell::Cell;
-use std::collections::HashMap;
 
 fn apply(desk: &mut Desk, step: &Step, asked: &mut Vec<(u64, u16, Request)>) {
     let now = desk.now();
