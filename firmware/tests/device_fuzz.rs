@@ -729,3 +729,45 @@ fn nothing_breaks_a_promise() {
     let share = |cell: &Cell<u32>| f64::from(cell.get()) / f64::from(tally.cases.get());
     assert!(share(&tally.stimulated) > 0.2, "the attack is too weak");
 }
+
+/// The same bytes, whole or cut anywhere, at the same instants.
+fn split_run(requests: &[Request], cuts: &[u16]) -> Record {
+    let mut desk = Desk::open(Micros(u32::MAX - 30_000));
+    desk.prepare(wearer(), &[channel(PLAIN), channel(MONO)]);
+    desk.must(Request::Arm);
+    desk.must(Request::Start);
+    for pair in requests.chunks(7) {
+        let mut bytes = Vec::new();
+        for request in pair {
+            bytes.extend(frame(desk.session, desk.seq, request.clone()));
+            desk.seq = desk.seq.wrapping_add(1);
+        }
+        let at = desk.now();
+        let mut edges: Vec<usize> = cuts.iter().map(|&c| c as usize % bytes.len()).collect();
+        edges.extend([0, bytes.len()]);
+        edges.sort_unstable();
+        for piece in edges.windows(2) {
+            let piece = &bytes[piece[0]..piece[1]];
+            desk.board
+                .receive(at, piece, &desk.sensors, &mut desk.record);
+        }
+        desk.wait(9_137);
+    }
+    desk.wait(300_000);
+    desk.record
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 200, ..config() })]
+
+    #[test]
+    fn bytes_may_be_split_anywhere(
+        requests in vec(request(), 1..40),
+        cuts in vec(any::<u16>(), 1..40),
+    ) {
+        let (whole, cut) = (split_run(&requests, &[]), split_run(&requests, &cuts));
+        prop_assert_eq!(whole.bytes, cut.bytes);
+        prop_assert_eq!(whole.levels, cut.levels);
+        prop_assert_eq!(whole.dac, cut.dac);
+    }
+}

@@ -1,0 +1,291 @@
+//! However a stimulation ends, every pulse that began is whole: random trains
+//! and groups on a whole device, ended by the host, by its silence, by the
+//! hand-held stop or by themselves, twice over, judged by the independent
+//! checker of traces.
+
+use firmware::device::lockstep::{Lockstep, Sensors, Sink};
+use firmware::link::{Decoder, Request, Response, SCHEMA, ToDevice, encode};
+use firmware::pulse::{GroupSpec, Levels, Partner, Shape, TrainSpec};
+use firmware::safety::{ChannelSpec, StageSpec, State, WearerSpec};
+use firmware::units::{Amplitude, DacCode, Micros};
+use hal_sim::native::native;
+use hal_sim::trace::{Trace, Unwrap, check};
+use proptest::prelude::*;
+use proptest::test_runner::TestRunner;
+use std::cell::Cell;
+use tests::expectation::{of_setup, since};
+
+const FULL_SCALE_UA: u32 = 100_000;
+const LIMIT_UA: u32 = 20_000;
+
+#[derive(Default)]
+struct Record {
+    trace: Trace,
+    levels: Unwrap,
+    dac: Unwrap,
+    bytes: Vec<u8>,
+}
+
+impl Sink for Record {
+    fn levels(&mut self, at: Micros, levels: Levels) {
+        let t = self.levels.at(at.0);
+        self.trace
+            .record_levels(t, hal_sim::trace::Levels(levels.0));
+    }
+    fn dac(&mut self, at: Micros, channel: u8, code: DacCode) {
+        let t = self.dac.at(at.0);
+        self.trace.record_dac(t, channel, code.0);
+    }
+    fn bytes(&mut self, _: Micros, bytes: &[u8]) {
+        self.bytes.extend_from_slice(bytes);
+    }
+}
+
+struct Desk {
+    board: Lockstep,
+    record: Record,
+    sensors: Sensors,
+    session: u16,
+    seq: u16,
+    clock: Unwrap,
+}
+
+impl Desk {
+    fn boot(at: Micros) -> Self {
+        let mut record = Record::default();
+        let mut clock = Unwrap::default();
+        for unwrap in [&mut record.levels, &mut record.dac, &mut clock] {
+            unwrap.at(at.0);
+        }
+        let mut desk = Self {
+            board: native(at),
+            record,
+            sensors: Sensors::default(),
+            session: 0,
+            seq: 0,
+            clock,
+        };
+        desk.wait(1_000);
+        desk.ask(Request::Hello { schema: SCHEMA });
+        desk.session = 1;
+        desk
+    }
+
+    fn now(&mut self) -> u64 {
+        self.clock.at(self.board.now().0)
+    }
+
+    fn wait(&mut self, us: u32) {
+        let to = self.board.now().plus(us);
+        self.board.advance(to, &self.sensors, &mut self.record);
+    }
+
+    fn send(&mut self, request: Request) {
+        let message = ToDevice {
+            session: self.session,
+            seq: self.seq,
+            request,
+        };
+        self.seq = self.seq.wrapping_add(1);
+        let (bytes, at) = (encode(&message).unwrap(), self.board.now());
+        self.board
+            .receive(at, &bytes, &self.sensors, &mut self.record);
+    }
+
+    /// When the device says it carried out the request; `None` if refused.
+    fn ask(&mut self, request: Request) -> Option<u64> {
+        self.record.bytes.clear();
+        let seq = self.seq;
+        self.send(request);
+        self.wait(1_000);
+        for _ in 0..30 {
+            let mut decoder = Decoder::default();
+            for &byte in &self.record.bytes {
+                let Some(frame) = decoder.push(byte) else {
+                    continue;
+                };
+                match postcard::from_bytes(frame.unwrap()).unwrap() {
+                    Response::Ack { seq: s, at } if s == seq => return Some(self.clock.at(at.0)),
+                    Response::Hello(_) => return Some(0),
+                    Response::Refused { seq: Some(s), .. } if s == seq => return None,
+                    _ => decoder.clear(),
+                }
+            }
+            self.wait(1_000);
+        }
+        panic!("no answer");
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+enum End {
+    Stop,
+    Silence,
+    HandStop,
+    HandStopWhileStopping,
+}
+
+fn train() -> impl Strategy<Value = TrainSpec> {
+    let shape = prop_oneof![
+        Just(Shape::BiphasicCathodicFirst),
+        Just(Shape::BiphasicAnodicFirst),
+        Just(Shape::MonophasicCathodic),
+        Just(Shape::MonophasicAnodic),
+    ];
+    let period = prop::sample::select(vec![10_000u32, 20_000, 10_007, 7_500]);
+    let offset = prop_oneof![0u32..=5_000, Just(10_000), Just(0)];
+    (
+        (shape, 10u16..=500, 0u16..=200, 1_000u16..=3_800),
+        (period, offset, 1u8..=4, 0u16..=600),
+    )
+        .prop_map(
+            |((shape, width_us, gap, ground), (period_us, offset, count, slack))| {
+                let biphasic = shape.is_biphasic();
+                let (gap_us, ground_us) = if biphasic { (gap, 0) } else { (0, ground) };
+                let one = if biphasic {
+                    2 * width_us + gap.max(5)
+                } else {
+                    width_us + ground
+                };
+                let interval = (one + 5).max(200) + slack;
+                let fits = u32::from(count) * u32::from(interval) + 500 <= period_us;
+                let burst_count = if fits { count } else { 1 };
+                TrainSpec {
+                    shape,
+                    width_us,
+                    gap_us,
+                    ground_us,
+                    period_us,
+                    offset_us: offset.min(period_us),
+                    burst_count,
+                    burst_interval_us: if burst_count > 1 { interval } else { 0 },
+                    repeats: 0,
+                    triggered: false,
+                }
+            },
+        )
+}
+
+fn end() -> impl Strategy<Value = End> {
+    prop_oneof![
+        Just(End::Stop),
+        Just(End::Silence),
+        Just(End::HandStop),
+        Just(End::HandStopWhileStopping),
+    ]
+}
+
+/// One stimulation of `us` µs, judged. How many pulses it had.
+fn run(
+    desk: &mut Desk,
+    trains: &[TrainSpec],
+    groups: &[GroupSpec],
+    us: u32,
+    end: End,
+) -> Result<usize, TestCaseError> {
+    desk.sensors.hand_stop = true;
+    prop_assert!(desk.ask(Request::Arm).is_some());
+    let epoch = desk.ask(Request::Start).unwrap();
+    let mut values = heapless::Vec::new();
+    for _ in trains {
+        values.push(Amplitude(LIMIT_UA)).unwrap();
+    }
+    let mask = (1 << trains.len()) - 1;
+    desk.ask(Request::Amplitudes { mask, values }).unwrap();
+    for _ in 0..us / 10_000 {
+        desk.send(Request::KeepAlive);
+        desk.wait(10_000);
+    }
+    desk.wait(us % 10_000);
+    match end {
+        End::Stop => desk.send(Request::Stop),
+        End::Silence => {}
+        End::HandStop => desk.sensors.hand_stop = false,
+        End::HandStopWhileStopping => {
+            desk.send(Request::Stop);
+            desk.wait(us % 3_001);
+            desk.sensors.hand_stop = false;
+        }
+    }
+    desk.wait(60_000);
+    prop_assert_eq!(desk.board.state(), State::Idle);
+    let end_us = desk.now();
+    let mut expected = of_setup(trains, groups, epoch, end_us);
+    expected.complete = false;
+    let limit = u64::from(LIMIT_UA) * 65_535 / u64::from(FULL_SCALE_UA);
+    expected.max_code = [limit as u16; 10];
+    let trace = since(&desk.record.trace, epoch);
+    let found = check(&trace, &expected);
+    prop_assert!(found.is_empty(), "{:?}: {:?}", end, found.first());
+    Ok(trace.levels.len())
+}
+
+#[test]
+fn however_it_ends_every_pulse_is_whole() {
+    let (armed, refused, changes) = (Cell::new(0), Cell::new(0), Cell::new(0));
+    let partner = prop_oneof![Just(Partner::Conducted), Just(Partner::Isolated)];
+    let strategy = (
+        any::<u32>(),
+        proptest::collection::vec(train(), 2..=4),
+        proptest::option::of(partner),
+        proptest::collection::vec((5_000u32..80_000, end()), 1..4),
+    );
+    let config = ProptestConfig {
+        cases: 1_500,
+        failure_persistence: None,
+        max_shrink_iters: 2_000,
+        ..ProptestConfig::default()
+    };
+    let result = TestRunner::new(config).run(&strategy, |(boot, trains, partner, ends)| {
+        let mut desk = Desk::boot(Micros(boot));
+        let wearer = WearerSpec {
+            rise_ms: 5,
+            fall_ms: 5,
+            host_timeout_ms: 25,
+            ..WearerSpec::default()
+        };
+        desk.ask(Request::Wearer(wearer)).unwrap();
+        for (channel, &train) in (0u8..).zip(&trains) {
+            let stage = StageSpec::Current {
+                full_scale_ua: FULL_SCALE_UA,
+            };
+            let limit = Amplitude(LIMIT_UA);
+            let spec = ChannelSpec {
+                train,
+                stage,
+                limit,
+            };
+            desk.ask(Request::Channel { channel, spec }).unwrap();
+        }
+        let groups: Vec<GroupSpec> = partner
+            .map(|partner| GroupSpec {
+                members: 0b11,
+                partner,
+            })
+            .into_iter()
+            .collect();
+        let vec = heapless::Vec::from_slice(&groups).unwrap();
+        desk.ask(Request::Groups(vec)).unwrap();
+        if desk.ask(Request::Arm).is_none() {
+            // Isolation with overlap; anything else is armed.
+            prop_assert_eq!(partner, Some(Partner::Isolated));
+            refused.set(refused.get() + 1);
+            return Ok(());
+        }
+        desk.ask(Request::Stop).unwrap();
+        armed.set(armed.get() + 1);
+        for &(us, end) in &ends {
+            changes.set(changes.get() + run(&mut desk, &trains, &groups, us, end)?);
+        }
+        Ok(())
+    });
+    println!(
+        "{} setups stimulated, {} refused, {} changes of the pins judged",
+        armed.get(),
+        refused.get(),
+        changes.get()
+    );
+    if let Err(e) = result {
+        panic!("{e}");
+    }
+}
