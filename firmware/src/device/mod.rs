@@ -7,6 +7,7 @@
 //! for QEMU; a board runs them from its interrupts and executors.
 
 mod controller;
+mod draft;
 pub mod lockstep;
 mod mail;
 mod pulser;

@@ -5,20 +5,20 @@
 //! which arming takes as a whole. What depends on the state is judged by the
 //! owner of the state, whose verdict becomes the answer.
 
+use super::draft::{Draft, slot};
 use super::mail::{ControlReport, ControlRequest, Order, OrderKind, Report, SessionMail};
-use super::{ControlSetup, Muscle};
-use crate::control::{Joint, JointSpec};
+use crate::control::Joint;
 use crate::link::message::ResetCause;
 use crate::link::{
     Code, Counters, Decoder, Event, HelloInfo, Kind, Refusal, Request, Response, SCHEMA, Status,
     ToDevice, encode,
 };
-use crate::muscle::{CalciumForce, CalciumForceSpec, Recruitment, RecruitmentSpec};
-use crate::pulse::{CHANNELS, DEAD_TIME_US, GroupSpec, MAX_GROUPS};
-use crate::safety::{Channel, ChannelSpec, FaultRecord, Notice, Setup, State, WearerSpec};
+use crate::muscle::{CalciumForce, Recruitment};
+use crate::pulse::{CHANNELS, DEAD_TIME_US};
+use crate::safety::{FaultRecord, Notice, State};
 use crate::units::{Amplitude, Angle, AngularRate, Micros, OutOfRange};
 use fixed::types::I16F16;
-use heapless::{Deque, Vec};
+use heapless::Deque;
 
 /// Bytes kept for a host that is slow to read.
 const OUTBOX: usize = 2048;
@@ -37,17 +37,6 @@ pub struct Identity {
     pub reset: ResetCause,
     /// Fault that the reset found recorded.
     pub last_fault: Option<FaultRecord>,
-}
-
-/// What a host has configured so far.
-#[derive(Debug, Default)]
-struct Draft {
-    wearer: WearerSpec,
-    channels: [Option<ChannelSpec>; CHANNELS],
-    muscles: [Option<(CalciumForceSpec, RecruitmentSpec)>; CHANNELS],
-    groups: Vec<GroupSpec, MAX_GROUPS>,
-    sync: Option<u8>,
-    joint: Option<JointSpec>,
 }
 
 /// Owns the link and the draft.
@@ -433,71 +422,6 @@ impl Session {
             _ => self.counters.dropped = self.counters.dropped.saturating_add(1),
         }
     }
-}
-
-impl Draft {
-    fn build(&self) -> Result<(Setup, ControlSetup), Refusal<'static>> {
-        let wearer = self.wearer.validate()?;
-        let mut channels: [Option<Channel>; CHANNELS] = [None; CHANNELS];
-        let mut control = ControlSetup::default();
-        for (index, (slot, spec)) in (0u8..).zip(channels.iter_mut().zip(&self.channels)) {
-            let Some(spec) = spec else { continue };
-            *slot = Some(
-                spec.validate(&wearer)
-                    .map_err(|e| Refusal::from(e).on(index))?,
-            );
-            control.channels |= 1 << index; // index < 10
-        }
-        if control.channels == 0 {
-            return Err(Refusal::new(Code::NothingToArm, "channels"));
-        }
-        for (channel, muscle) in (0u8..).zip(&self.muscles) {
-            let Some((force, recruitment)) = *muscle else {
-                continue;
-            };
-            let muscle = Muscle {
-                channel,
-                force: CalciumForce::new(force).map_err(|e| Refusal::from(e).on(channel))?,
-                recruitment: Recruitment::new(recruitment)
-                    .map_err(|e| Refusal::from(e).on(channel))?,
-            };
-            let _ = control.muscles.push(muscle); // as many slots as channels
-        }
-        let mut controlled = 0;
-        if let Some(spec) = &self.joint {
-            for point in spec.flexors.iter().chain([&spec.extensor]) {
-                let channel = channels.get(usize::from(point.channel)).copied().flatten();
-                let limit = channel
-                    .ok_or(Refusal::new(Code::NoTrain, "joint").on(point.channel))?
-                    .limit;
-                if point.max > limit {
-                    let max = i32::try_from(limit.0).unwrap_or(i32::MAX);
-                    return Err(Refusal::new(Code::AboveWearerLimit, "max")
-                        .on(point.channel)
-                        .allowed(0, max));
-                }
-                controlled |= 1 << point.channel; // a channel that exists
-            }
-            control.joint = Some(Joint::new(spec)?);
-        }
-        if let Some(sync) = self.sync
-            && control.channels & 1 << sync == 0
-        {
-            return Err(Refusal::new(Code::NoTrain, "sync").on(sync)); // sync <= 9
-        }
-        let setup = Setup::new(wearer, channels, &self.groups, self.sync, controlled)?;
-        Ok((setup, control))
-    }
-}
-
-/// The draft's slot of a channel that a host named.
-fn slot<T>(
-    slots: &mut [Option<T>; CHANNELS],
-    channel: u8,
-) -> Result<&mut Option<T>, Refusal<'static>> {
-    slots
-        .get_mut(usize::from(channel))
-        .ok_or(Refusal::new(Code::OutOfRange, "channel").allowed(0, CHANNELS as i32 - 1))
 }
 
 /// One value per bit of `mask`, as an array with the values in front.

@@ -52,6 +52,7 @@ pub async fn run(_: Spawner) -> ! {
     let latched = latched_fault(cause);
     let peripherals = embassy_stm32::init(clock::config());
     clock::harden();
+    // Proof: taken here only, and `run` is called once.
     let mut core = cortex_m::Peripherals::take().expect("taken here only");
     emergency::guard_stack(&mut core.MPU);
     for line in [Interrupt::OTG_FS, Interrupt::TIM5] {
@@ -68,6 +69,7 @@ pub async fn run(_: Spawner) -> ! {
 
     static MAILBOXES: ConstStaticCell<Mailboxes> = ConstStaticCell::new(Mailboxes::new());
     let (pulser_mail, controller_mail, session_mail) = MAILBOXES.take().split();
+    // Proof: the task's one slot is free, for nothing else spawns it.
     control::start(Controller::new(), controller_mail, &mut core.NVIC).expect("spawned here only");
     // SAFETY: once, and no other context touches tape or pins.
     if let Err(fault) = unsafe { refill::start(Pulser::new(latched), pulser_mail, &mut core.NVIC) }

@@ -1,0 +1,87 @@
+//! The setup that a host edits, one request at a time, and arms as a whole.
+
+use super::{ControlSetup, Muscle};
+use crate::control::{Joint, JointSpec};
+use crate::link::{Code, Refusal};
+use crate::muscle::{CalciumForce, CalciumForceSpec, Recruitment, RecruitmentSpec};
+use crate::pulse::{CHANNELS, GroupSpec, MAX_GROUPS};
+use crate::safety::{Channel, ChannelSpec, Setup, WearerSpec};
+use heapless::Vec;
+
+/// What a host has configured so far.
+#[derive(Debug, Default)]
+pub(super) struct Draft {
+    pub(super) wearer: WearerSpec,
+    pub(super) channels: [Option<ChannelSpec>; CHANNELS],
+    pub(super) muscles: [Option<(CalciumForceSpec, RecruitmentSpec)>; CHANNELS],
+    pub(super) groups: Vec<GroupSpec, MAX_GROUPS>,
+    pub(super) sync: Option<u8>,
+    pub(super) joint: Option<JointSpec>,
+}
+
+impl Draft {
+    /// Checks everything again, together, and builds what pulser and
+    /// controller work with.
+    pub(super) fn build(&self) -> Result<(Setup, ControlSetup), Refusal<'static>> {
+        let wearer = self.wearer.validate()?;
+        let mut channels: [Option<Channel>; CHANNELS] = [None; CHANNELS];
+        let mut control = ControlSetup::default();
+        for (index, (slot, spec)) in (0u8..).zip(channels.iter_mut().zip(&self.channels)) {
+            let Some(spec) = spec else { continue };
+            *slot = Some(
+                spec.validate(&wearer)
+                    .map_err(|e| Refusal::from(e).on(index))?,
+            );
+            control.channels |= 1 << index; // index < 10
+        }
+        if control.channels == 0 {
+            return Err(Refusal::new(Code::NothingToArm, "channels"));
+        }
+        for (channel, muscle) in (0u8..).zip(&self.muscles) {
+            let Some((force, recruitment)) = *muscle else {
+                continue;
+            };
+            let muscle = Muscle {
+                channel,
+                force: CalciumForce::new(force).map_err(|e| Refusal::from(e).on(channel))?,
+                recruitment: Recruitment::new(recruitment)
+                    .map_err(|e| Refusal::from(e).on(channel))?,
+            };
+            let _ = control.muscles.push(muscle); // as many slots as channels
+        }
+        let mut controlled = 0;
+        if let Some(spec) = &self.joint {
+            for point in spec.flexors.iter().chain([&spec.extensor]) {
+                let channel = channels.get(usize::from(point.channel)).copied().flatten();
+                let limit = channel
+                    .ok_or(Refusal::new(Code::NoTrain, "joint").on(point.channel))?
+                    .limit;
+                if point.max > limit {
+                    let max = i32::try_from(limit.0).unwrap_or(i32::MAX);
+                    return Err(Refusal::new(Code::AboveWearerLimit, "max")
+                        .on(point.channel)
+                        .allowed(0, max));
+                }
+                controlled |= 1 << point.channel; // a channel that exists
+            }
+            control.joint = Some(Joint::new(spec)?);
+        }
+        if let Some(sync) = self.sync
+            && control.channels & 1 << sync == 0
+        {
+            return Err(Refusal::new(Code::NoTrain, "sync").on(sync)); // sync <= 9
+        }
+        let setup = Setup::new(wearer, channels, &self.groups, self.sync, controlled)?;
+        Ok((setup, control))
+    }
+}
+
+/// The draft's slot of a channel that a host named.
+pub(super) fn slot<T>(
+    slots: &mut [Option<T>; CHANNELS],
+    channel: u8,
+) -> Result<&mut Option<T>, Refusal<'static>> {
+    slots
+        .get_mut(usize::from(channel))
+        .ok_or(Refusal::new(Code::OutOfRange, "channel").allowed(0, CHANNELS as i32 - 1))
+}
