@@ -161,7 +161,8 @@ fn check(row: &Row) {
     let kept = &record::load(&out).unwrap().trials[0];
     assert_eq!(kept.samples, outcome.trial.samples, "{name}");
     let last = kept.samples.last().expect(name).t_s;
-    assert!((1.8..2.1).contains(&last), "{name}: {last} s");
+    // Telemetry goes on while the run waits for the outputs to be isolated.
+    assert!((1.8..2.5).contains(&last), "{name}: {last} s");
     assert_eq!(outcome.trial.duration_s, last, "{name}");
     assert!(
         kept.events.iter().any(|(_, text)| *text == message),

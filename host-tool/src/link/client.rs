@@ -77,13 +77,22 @@ impl<P: Port> Client<P> {
     pub fn hello(&mut self) -> Result<HelloInfo, Error> {
         // Ends what an earlier host may have left half said.
         self.port.send(&[0])?;
-        match self.call("Hello", Request::Hello { schema: SCHEMA }, ANSWER_US)? {
-            Answer::Hello(info) => {
-                self.session = info.session;
-                Ok(*info)
+        let sent_us = self.port.now_us();
+        let seq = self.send("Hello", Request::Hello { schema: SCHEMA })?;
+        while self.port.now_us() < sent_us + ANSWER_US {
+            match self.receive(sent_us + ANSWER_US, Some((seq, sent_us)))? {
+                Some(Answer::Hello(info)) => {
+                    // What came before it was meant for an earlier host.
+                    self.incoming.clear();
+                    self.awaited.clear();
+                    self.session = info.session;
+                    return Ok(*info);
+                }
+                Some(Answer::Refused(refused)) => return Err(Error::Refused(refused)),
+                _ => {}
             }
-            _ => Err(no_answer("Hello", ANSWER_US)),
         }
+        Err(no_answer("Hello", ANSWER_US))
     }
 
     /// The port.

@@ -131,6 +131,9 @@ pub fn run<P: Port>(
         // Whatever happened, ask for a stop; a lost device stops by itself.
         let stopped = run.finish();
         result = result.and(stopped);
+    } else if matches!(result, Err(RunError::Link(Error::Refused(_)))) {
+        // Whatever was refused, nothing stays armed.
+        let _ = run.client.stop();
     }
     if let Err(error) = &result {
         run.cut_short(error);
@@ -265,6 +268,13 @@ impl<P: Port> Run<'_, P> {
             }
             self.heed()?;
         }
+        let silence_us = self.client.port().now_us().saturating_sub(self.heard_us);
+        if silence_us > SILENCE_US {
+            return Err(RunError::Link(Error::NoAnswer {
+                request: "setpoints",
+                waited_ms: silence_us / 1000,
+            }));
+        }
         self.heed()
     }
 
@@ -279,13 +289,6 @@ impl<P: Port> Run<'_, P> {
                 let t_s = self.trial.samples.last().map_or(0.0, |s| s.t_s);
                 return Err(RunError::Interrupted { t_s });
             }
-        }
-        let silence_us = self.client.port().now_us().saturating_sub(self.heard_us);
-        if silence_us > SILENCE_US {
-            return Err(RunError::Link(Error::NoAnswer {
-                request: "setpoints",
-                waited_ms: silence_us / 1000,
-            }));
         }
         Ok(())
     }
