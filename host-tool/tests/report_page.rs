@@ -152,10 +152,13 @@ fn a_page_stands_alone_and_shows_the_numbers_of_the_run() {
         command: "cargo demo --seed 1",
     };
     let dir = folder("page");
+    let begin = std::time::Instant::now();
     let path = report::write(&dir, &report).unwrap();
+    let seconds = begin.elapsed().as_secs_f64();
     std::fs::write(dir.join("picture.svg"), report::picture(&run)).unwrap();
     let html = std::fs::read_to_string(&path).unwrap();
-    println!("{}: {} bytes", path.display(), html.len());
+    let size = html.len();
+    println!("{}: {size} bytes in {seconds:.3} s", path.display());
 
     assert!(html.len() < 1_500_000, "{} bytes", html.len());
     let without_names = html.replace("http://www.w3.org/2000/svg", "");

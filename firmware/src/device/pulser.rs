@@ -113,7 +113,7 @@ impl Pulser {
         {
             self.idle_triggers = self.idle_triggers.saturating_add(1);
         }
-        if let Some(notice) = self.guard.tick(start, inputs, self.scheduler.progress())? {
+        if let Some(notice) = self.guard.tick(start, inputs, &self.scheduler)? {
             self.announce(notice, start, mail);
         }
         self.scheduler

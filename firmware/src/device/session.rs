@@ -480,6 +480,11 @@ impl Draft {
             }
             control.joint = Some(Joint::new(spec)?);
         }
+        if let Some(sync) = self.sync
+            && control.channels & 1 << sync == 0
+        {
+            return Err(Refusal::new(Code::NoTrain, "sync").on(sync)); // sync <= 9
+        }
         let setup = Setup::new(wearer, channels, &self.groups, self.sync, controlled)?;
         Ok((setup, control))
     }

@@ -273,7 +273,9 @@ impl From<SetpointError> for Refusal<'static> {
     fn from(e: SetpointError) -> Self {
         match e {
             SetpointError::OutOfRange { min_mdeg, max_mdeg } => {
-                Self::new(Code::OutOfRange, "centideg").allowed(min_mdeg / 10, max_mdeg / 10)
+                // The hundredths of a degree that lie inside; |m°| <= 180 000.
+                let (min, max) = ((min_mdeg + 9).div_euclid(10), max_mdeg.div_euclid(10));
+                Self::new(Code::OutOfRange, "centideg").allowed(min, max)
             }
             SetpointError::TooFarAhead
             | SetpointError::TooOld

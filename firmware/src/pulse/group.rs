@@ -97,7 +97,7 @@ pub fn check_groups(
         range("members", spec.members.into(), (1 << CHANNELS) - 1)?;
         if spec.members.count_ones() < 2 {
             return Err(GroupError::Members(OutOfRange {
-                field: "members",
+                field: "number of members",
                 min: 2,
                 max: 10,
             }));

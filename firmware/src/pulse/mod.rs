@@ -13,7 +13,7 @@ mod train;
 
 pub use group::{Group, GroupError, GroupSpec, MAX_GROUPS, Partner, check_groups};
 pub use plan::{Change, Levels, PulseStart, State, WindowPlan};
-pub use scheduler::{Progress, RenderError, Scheduler, Supply};
+pub use scheduler::{RenderError, Scheduler, Supply};
 pub use train::{Shape, Train, TrainError, TrainSpec};
 
 /// Stimulation channels of the board.

@@ -30,15 +30,6 @@ pub enum RenderError {
     Full,
 }
 
-/// How far the trains of a [`Scheduler`] are.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Progress {
-    /// Every train has played; never with a train that waits for triggers.
-    pub finished: bool,
-    /// No channel is inside a pulse or its grounding.
-    pub resting: bool,
-}
-
 /// All channels' trains under way. Small state, no time of its own.
 #[derive(Debug)]
 pub struct Scheduler {
@@ -168,14 +159,18 @@ impl Scheduler {
         lane.map_or(0, |lane| lane.train.spec().width_us)
     }
 
-    /// How far the trains are.
+    /// Whether every train has played; never with one that waits for triggers.
     #[must_use]
-    pub fn progress(&self) -> Progress {
-        let lanes = || self.lanes.iter().flatten();
-        Progress {
-            finished: self.next.is_none() && !lanes().any(|lane| lane.train.spec().triggered),
-            resting: lanes().all(|lane| matches!(lane.phase, Phase::Rest | Phase::Recovering)),
-        }
+    pub fn is_finished(&self) -> bool {
+        let mut lanes = self.lanes.iter().flatten();
+        self.next.is_none() && !lanes.any(|lane| lane.train.spec().triggered)
+    }
+
+    /// Whether no channel is inside a pulse or its grounding.
+    #[must_use]
+    pub fn is_resting(&self) -> bool {
+        let mut lanes = self.lanes.iter().flatten();
+        lanes.all(|lane| matches!(lane.phase, Phase::Rest | Phase::Recovering))
     }
 
     /// Renders the window at `start` into `plan`.

@@ -8,7 +8,7 @@ use super::check::{Electrode, judge};
 use super::ramp::{Fall, Rise};
 use super::{Channel, ElectrodeCheck, Fault, FaultRecord, Reading, Setup, limits};
 use super::{Denied, Inputs, Notice, State, StopCause};
-use crate::pulse::{CHANNELS, Progress, Supply, WINDOW_US};
+use crate::pulse::{CHANNELS, Scheduler, Supply, WINDOW_US};
 use crate::units::{Amplitude, DacCode, Micros};
 
 /// Implausible readings in a row that make a fault.
@@ -260,7 +260,7 @@ impl Guard {
         &mut self,
         now: Micros,
         inputs: &Inputs,
-        progress: Progress,
+        scheduler: &Scheduler,
     ) -> Result<Option<Notice>, Fault> {
         if inputs.over_current && self.pump() {
             return Err(Fault::OverCurrent);
@@ -293,12 +293,12 @@ impl Guard {
                 Some(self.idle(StopCause::ArmExpired))
             }
             Mode::Armed { .. } => None,
-            Mode::Stimulating => self.tick_stimulating(now, released, progress.finished),
+            Mode::Stimulating => self.tick_stimulating(now, released, scheduler.is_finished()),
             Mode::Stopping { cause, .. } if released && cause != StopCause::HandStop => {
                 Some(self.cut(now))
             }
             Mode::Stopping { fall, cause } => {
-                (now.has_reached(fall.end()) && progress.resting).then(|| self.idle(cause))
+                (now.has_reached(fall.end()) && scheduler.is_resting()).then(|| self.idle(cause))
             }
             Mode::Grounding { until } => now.has_reached(until).then(|| {
                 self.mode = Mode::Idle;

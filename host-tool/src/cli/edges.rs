@@ -1,6 +1,6 @@
 //! `flexor edges`: every edge of a session's pulses.
 
-use super::Output;
+use super::{Output, WrongUse};
 use crate::run::{DeviceName, SessionFile, edges_between, run};
 use anyhow::{Context, bail};
 use clap::Args;
@@ -32,10 +32,8 @@ pub struct Edges {
 pub fn main(args: &Edges, output: Output) -> anyhow::Result<()> {
     let mut session = SessionFile::load(&args.session)?;
     if !(0.001..=3600.0).contains(&args.seconds) {
-        bail!(
-            "E402 --seconds is {}: allowed is 0.001 to 3600",
-            args.seconds
-        );
+        let wrong = format!("--seconds is {}: allowed is 0.001 to 3600", args.seconds);
+        return Err(WrongUse(wrong).into());
     }
     let length_us = (args.seconds * 1e6).round() as u64;
     session.session.duration_us = length_us;

@@ -101,12 +101,43 @@ pub fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             if output.json {
-                println!("{}", serde_json::json!({ "error": format!("{error:#}") }));
+                println!("{}", failure(&error));
             }
             complain(&error);
-            ExitCode::FAILURE
+            if error.is::<WrongUse>() {
+                ExitCode::from(2)
+            } else {
+                ExitCode::FAILURE
+            }
         }
     }
+}
+
+/// An argument that the command cannot work with. Exit code 2.
+#[derive(Debug, thiserror::Error)]
+#[error("E516 {0}")]
+struct WrongUse(String);
+
+/// A command that failed on its way, with what it has to tell all the same.
+#[derive(Debug, thiserror::Error)]
+#[error("{error:#}")]
+struct Incomplete {
+    error: anyhow::Error,
+    result: serde_json::Value,
+}
+
+/// One JSON object: what is known, and `error`.
+fn failure(error: &anyhow::Error) -> serde_json::Value {
+    use crate::session::SessionError;
+    let mut object = match error.downcast_ref::<Incomplete>() {
+        Some(incomplete) => incomplete.result.clone(),
+        None => serde_json::json!({}),
+    };
+    object["error"] = match error.downcast_ref::<SessionError>() {
+        Some(file) => file.one_line().into(),
+        None => format!("{error:#}").into(),
+    };
+    object
 }
 
 /// A session file's error shows the line; everything else is one sentence.

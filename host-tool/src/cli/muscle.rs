@@ -1,6 +1,6 @@
 //! `flexor muscle`: the force model on its own.
 
-use super::Output;
+use super::{Output, WrongUse};
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use firmware::muscle::{CalciumForce, CalciumForceSpec, CalciumForceState, Gain};
@@ -204,7 +204,8 @@ fn read_pulses(path: &PathBuf) -> anyhow::Result<Vec<u64>> {
 
 fn within(name: &str, value: f64, min: f64, max: f64) -> anyhow::Result<()> {
     if !(min..=max).contains(&value) {
-        bail!("E401 {name} is {value}: allowed is {min} to {max}");
+        let wrong = format!("{name} is {value}: allowed is {min} to {max}");
+        return Err(WrongUse(wrong).into());
     }
     Ok(())
 }

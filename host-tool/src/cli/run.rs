@@ -1,10 +1,10 @@
 //! `flexor run`: a session on any device, recorded and reported.
 
-use super::Output;
+use super::{Incomplete, Output};
 use crate::analysis::metrics;
 use crate::record::{Recorder, Run, write_run};
 use crate::report::{self, Report};
-use crate::run::{DeviceName, SessionFile, begin_trial, edges_of_one_period, run};
+use crate::run::{DeviceName, SessionFile, acknowledge, begin_trial, edges_of_one_period, run};
 use crate::session::LawName;
 use anyhow::Context;
 use clap::Args;
@@ -21,6 +21,9 @@ pub struct RunArgs {
     /// Folder for the record and the report
     #[arg(long, default_value = "out/run")]
     out: PathBuf,
+    /// Acknowledge a latched fault first, once its cause is found
+    #[arg(long)]
+    acknowledge: bool,
     /// Seed of a simulated wearer
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -51,7 +54,10 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
         trials: Vec::new(),
         speed_factor: None,
     };
-    let port = args.device.open(&session.session, args.seed)?;
+    let mut port = args.device.open(&session.session, args.seed)?;
+    if args.acknowledge {
+        port = acknowledge(port)?;
+    }
     write_run(&args.out, &record)?;
     let mut recorder = Recorder::create(&args.out, 0, &begin_trial(&session))?;
     let bar = output.bar(&session.session.title);
@@ -84,23 +90,27 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
     let report = report::write(&args.out, &report)
         .with_context(|| format!("cannot write to {}", args.out.display()))?;
     let rmse = metrics.as_ref().map(|m| m.rmse_deg);
-    output.say(
-        || {
-            let tracked = rmse.map(|r| format!("RMSE {r:.2}° "));
-            format!(
-                "{}: {}{refused} refused; report: {}",
-                record.title,
-                tracked.unwrap_or_default(),
-                report.display()
-            )
-        },
-        || {
-            serde_json::json!({
-                "title": record.title, "device": record.device, "seed": args.seed,
-                "rmse_deg": rmse, "refused": refused, "report": report,
-                "error": outcome.error.as_ref().map(ToString::to_string),
-            })
-        },
-    );
-    outcome.error.map_or(Ok(()), |error| Err(error.into()))
+    let result = serde_json::json!({
+        "title": record.title, "device": record.device, "seed": args.seed,
+        "rmse_deg": rmse, "refused": refused, "report": report,
+        "error": null,
+    });
+    let people = || {
+        let tracked = rmse.map(|r| format!("RMSE {r:.2}° "));
+        format!(
+            "{}: {}{refused} refused; report: {}",
+            record.title,
+            tracked.unwrap_or_default(),
+            report.display()
+        )
+    };
+    let Some(error) = outcome.error else {
+        output.say(people, || result);
+        return Ok(());
+    };
+    if !output.json {
+        println!("{}", people());
+    }
+    let error = error.into();
+    Err(Incomplete { error, result }.into())
 }

@@ -3,7 +3,7 @@
 use super::Output;
 use crate::run::{DeviceName, SessionFile, simulated_for_serving};
 use anyhow::{Context, bail};
-use clap::Args;
+use clap::{ArgGroup, Args};
 use firmware::link::{Code, Refusal, Response, encode};
 use hal_sim::wire::{ByteStream, pty::PtyWire, tcp::TcpWire};
 use std::path::PathBuf;
@@ -11,12 +11,13 @@ use std::time::{Duration, Instant};
 
 /// Serve a simulated board on a pseudo-terminal or a socket.
 #[derive(Args, Debug)]
+#[command(group(ArgGroup::new("wire").required(true).args(["pty", "tcp"])))]
 pub struct Serve {
     /// The simulator: native
     #[arg(long, default_value = "native")]
     device: DeviceName,
     /// Path of a pseudo-terminal to create
-    #[arg(long, required_unless_present = "tcp", conflicts_with = "tcp")]
+    #[arg(long)]
     pty: Option<PathBuf>,
     /// Address to listen at, HOST:PORT
     #[arg(long)]

@@ -4,10 +4,10 @@ use super::clock::Clock;
 use super::{Error, Port, Refused};
 use firmware::control::JointSpec;
 use firmware::link::{
-    Decoder, Event, HelloInfo, Request, Response, SCHEMA, Status, Telemetry, ToDevice, encode,
+    Code, Decoder, Event, HelloInfo, Request, Response, SCHEMA, Status, Telemetry, ToDevice, encode,
 };
 use firmware::muscle::{CalciumForceSpec, RecruitmentSpec};
-use firmware::pulse::GroupSpec;
+use firmware::pulse::{CHANNELS, GroupSpec, MAX_GROUPS};
 use firmware::safety::{ChannelSpec, WearerSpec};
 use firmware::units::{Amplitude, Micros};
 use std::collections::VecDeque;
@@ -75,6 +75,8 @@ impl<P: Port> Client<P> {
     /// # Errors
     /// As [`Client::open`].
     pub fn hello(&mut self) -> Result<HelloInfo, Error> {
+        // Ends what an earlier host may have left half said.
+        self.port.send(&[0])?;
         match self.call("Hello", Request::Hello { schema: SCHEMA }, ANSWER_US)? {
             Answer::Hello(info) => {
                 self.session = info.session;
@@ -142,11 +144,14 @@ impl<P: Port> Client<P> {
         self.ack("Channel", Request::Channel { channel, spec })
     }
 
-    /// Groups channels in the draft. More than five do not fit a request.
+    /// Groups channels in the draft.
     ///
     /// # Errors
-    /// [`Error`].
+    /// [`Error`]; more than five groups are too large.
     pub fn groups(&mut self, groups: &[GroupSpec]) -> Result<Micros, Error> {
+        if groups.len() > MAX_GROUPS {
+            return Err(Error::TooLarge("Groups"));
+        }
         let groups = groups.iter().copied().collect();
         self.ack("Groups", Request::Groups(groups))
     }
@@ -224,7 +229,8 @@ impl<P: Port> Client<P> {
     /// # Errors
     /// [`Error`].
     pub fn amplitudes(&mut self, list: &[(u8, Amplitude)]) -> Result<Micros, Error> {
-        self.ack("Amplitudes", amplitudes_request(list))
+        let request = amplitudes_request(list).ok_or(Error::TooLarge("Amplitudes"))?;
+        self.ack("Amplitudes", request)
     }
 
     /// Sets the wanted angle, 0.01° and 0.01 °/s.
@@ -421,7 +427,9 @@ fn take(
     if let (Answer::Ack(at), Some(sent_us)) = (&answer, sent_us) {
         clock.observe(sent_us, now_us, *at);
     }
-    if posted.is_none() && wanted.is_some_and(|(s, _)| Some(s) == seq) {
+    // Who serves another host turns this one away before it hears a number.
+    let turned_away = seq.is_none() && is_session_taken(&answer);
+    if posted.is_none() && wanted.is_some_and(|(s, _)| Some(s) == seq || turned_away) {
         return Some(answer);
     }
     match answer {
@@ -433,6 +441,10 @@ fn take(
     None
 }
 
+fn is_session_taken(answer: &Answer) -> bool {
+    matches!(answer, Answer::Refused(refused) if refused.code() == Some(Code::SessionTaken))
+}
+
 fn no_answer(request: &'static str, waited_us: u64) -> Error {
     Error::NoAnswer {
         request,
@@ -440,16 +452,19 @@ fn no_answer(request: &'static str, waited_us: u64) -> Error {
     }
 }
 
-/// The request for a list of (channel from 0, amplitude) in any order.
+/// The request for a list of (channel from 0, amplitude) in any order. A
+/// channel named twice is left for the device to refuse. `None` for more
+/// values than a request holds.
 #[must_use]
-pub fn amplitudes_request(list: &[(u8, Amplitude)]) -> Request {
+pub fn amplitudes_request(list: &[(u8, Amplitude)]) -> Option<Request> {
+    if list.len() > CHANNELS {
+        return None;
+    }
     let mut sorted = list.to_vec();
     sorted.sort_by_key(|(channel, _)| *channel);
     let mask = sorted.iter().fold(0, |mask, (channel, _)| {
         mask | 1u16.checked_shl((*channel).into()).unwrap_or(0)
     });
-    Request::Amplitudes {
-        mask,
-        values: sorted.iter().map(|(_, amplitude)| *amplitude).collect(),
-    }
+    let values = sorted.iter().map(|(_, amplitude)| *amplitude).collect();
+    Some(Request::Amplitudes { mask, values })
 }

@@ -1,6 +1,7 @@
 //! What can go wrong on the link, and what to do about it.
 
 use firmware::link::{Code, Refusal};
+use firmware::safety::Fault;
 use std::fmt;
 use std::io;
 
@@ -55,11 +56,15 @@ pub struct Refused {
 
 impl From<Refusal<'_>> for Refused {
     fn from(refusal: Refusal<'_>) -> Self {
+        // These always have a range, which may be 0 to 0.
+        let ranged = [Code::OutOfRange, Code::AmplitudeCount];
+        let only_zero = Code::from_number(refusal.code).is_some_and(|c| ranged.contains(&c));
         Self {
             number: refusal.code,
             field: refusal.field.to_owned(),
             channel: refusal.channel.map(|c| c.saturating_add(1)),
-            allowed: (refusal.min != 0 || refusal.max != 0).then_some((refusal.min, refusal.max)),
+            allowed: (refusal.min != 0 || refusal.max != 0 || only_zero)
+                .then_some((refusal.min, refusal.max)),
         }
     }
 }
@@ -69,6 +74,15 @@ impl Refused {
     #[must_use]
     pub fn code(&self) -> Option<Code> {
         Code::from_number(self.number)
+    }
+
+    /// The fault that is latched, if that is the reason.
+    #[must_use]
+    pub fn fault(&self) -> Option<Fault> {
+        let (number, _) = self
+            .allowed
+            .filter(|_| self.code() == Some(Code::FaultLatched))?;
+        Fault::from_number(u16::try_from(number).ok()?)
     }
 }
 
@@ -80,10 +94,10 @@ impl fmt::Display for Refused {
         }
         write!(f, "{}: {}", self.field, self.code().map_or("refused", what))?;
         if let Some((min, max)) = self.allowed {
-            if min == max {
-                write!(f, " ({min})")?;
-            } else {
-                write!(f, " (allowed {min} to {max})")?;
+            match self.fault() {
+                Some(fault) => write!(f, " ({min}: {fault:?})")?,
+                None if min == max => write!(f, " (allowed only {min})")?,
+                None => write!(f, " (allowed {min} to {max})")?,
             }
         }
         if let Some(code) = self.code() {
@@ -169,7 +183,9 @@ pub fn advice(code: Code) -> &'static str {
         Code::ElectrodeOff => "check electrode, gel and lead of this channel",
         Code::ElectrodeShort => "check this channel's electrodes for contact with each other",
         Code::Cancelled => "arm again",
-        Code::FaultLatched => "find the fault's cause, then acknowledge it",
+        Code::FaultLatched => {
+            "find the fault's cause, then acknowledge it (flexor run --acknowledge)"
+        }
         Code::NoJoint => "configure a joint before arming",
         Code::SetpointTime | Code::MeasurementTime => "refresh the clock offset and send in order",
         Code::SensorNotHost => "configure the joint's sensor as host",

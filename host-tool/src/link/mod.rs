@@ -12,7 +12,7 @@ mod port;
 mod serial;
 
 pub use client::{Client, Incoming};
-pub use error::{Error, Refused};
+pub use error::{Error, Refused, advice, what};
 pub use paced::Paced;
 pub use port::{Port, SimulatedPort};
 pub use serial::{SerialPort, TcpPort};

@@ -30,16 +30,18 @@ impl SerialPort {
             port: path.to_owned(),
             reason: e.to_string(),
             advice: match e.kind() {
+                // How the library says that another program locked it.
                 serialport::ErrorKind::NoDevice => {
-                    "plug the board in; `flexor run` without --device uses the native simulator"
+                    "another program uses it (a serial monitor, another flexor): close that one"
                 }
                 serialport::ErrorKind::Io(io::ErrorKind::NotFound) => {
-                    "plug the board in and look for its port; on Linux it is /dev/ttyACM0 or similar"
+                    "plug the board in and look for its port, on Linux /dev/ttyACM0 or similar; \
+                     without --device the native simulator runs"
                 }
                 serialport::ErrorKind::Io(io::ErrorKind::PermissionDenied) => {
                     "on Linux add yourself to the group `dialout` and log in again"
                 }
-                _ => "close the program that uses it",
+                _ => "give the port of a board, on Linux /dev/ttyACM0 or similar",
             },
         })?;
         Ok(Self(Stream {

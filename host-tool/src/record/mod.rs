@@ -103,7 +103,7 @@ pub struct Sample {
     pub limiting: bool,
     /// Amplitude of each channel, in the channel's unit.
     pub amplitudes: Vec<f64>,
-    /// Predicted force of each channel that has a muscle, N.
+    /// Predicted force of each channel that has a muscle, N, in channel order.
     pub forces_n: Vec<f64>,
 }
 

@@ -1,7 +1,8 @@
 //! RMSE of this run beside what a paper printed.
 
 use super::canvas::{
-    Area, Drawn, GRID, INK, Key, MUTED, PALETTE, WIDTH, anchored, bold, legend, line, px, svg, text,
+    Area, Drawn, GRID, INK, Key, MUTED, PALETTE, WIDTH, anchored, bold, legend, line, px,
+    shortened, svg, text,
 };
 use super::series::round_step;
 use super::tables::degrees;
@@ -11,8 +12,8 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::HPos;
 
 const LEGEND: i32 = 32;
-const LABELS: i32 = 230;
-const RIGHT: i32 = 60;
+const LABELS: i32 = 300;
+const RIGHT: i32 = 96;
 const BAR: i32 = 24;
 const SPACE: i32 = 16;
 const AXIS: i32 = 44;
@@ -94,7 +95,8 @@ fn draw_bar(root: &Area<'_>, x: &impl Fn(f64) -> i32, bar: &Bar, top: i32) -> Dr
     let corners = [(x(0.0), px(top + 4)), (x(bar.value), px(top + BAR - 4))];
     root.draw(&Rectangle::new(corners, color.filled()))?;
     if !bar.dots.is_empty() {
-        root.draw(&Text::new(bar.label, (px(LABELS - 8), px(middle)), right))?;
+        let label = shortened(12, bar.label, LABELS - 28);
+        root.draw(&Text::new(label, (px(LABELS - 8), px(middle)), right))?;
     }
     for &dot in bar.dots {
         root.draw(&Circle::new((x(dot), px(middle)), px(3), INK.filled()))?;
@@ -102,7 +104,11 @@ fn draw_bar(root: &Area<'_>, x: &impl Fn(f64) -> i32, bar: &Bar, top: i32) -> Dr
     // Beyond the last dot, or the number would sit on one.
     let end = bar.dots.iter().copied().fold(bar.value, f64::max);
     let at = (x(end) + px(8), px(middle));
-    root.draw(&Text::new(degrees(bar.value), at, bold(text(12, INK))))?;
+    let value = match bar.dots {
+        [] => degrees(bar.value),
+        _ => format!("mean {}", degrees(bar.value)),
+    };
+    root.draw(&Text::new(value, at, bold(text(12, INK))))?;
     Ok(())
 }
 

@@ -38,6 +38,11 @@ pub(super) const PALETTE: [RGBColor; 6] = [
     RGBColor(0x56, 0xB4, 0xE9),
 ];
 
+/// The colour of a channel, 1-based, the same in every figure.
+pub(super) fn channel_color(number: u8) -> RGBColor {
+    PALETTE[usize::from(number.saturating_sub(1)) % PALETTE.len()]
+}
+
 /// Rules every figure needs, inside the page or on its own.
 pub(super) const STYLE: &str = r##"
 .figure text{font-family:system-ui,-apple-system,"Segoe UI",Roboto,"Helvetica Neue",Arial,sans-serif;font-variant-numeric:tabular-nums}
@@ -46,6 +51,7 @@ pub(super) const STYLE: &str = r##"
 .figure [fill="#1F2328"]{fill:#E6EDF3}.figure [stroke="#1F2328"]{stroke:#E6EDF3}
 .figure [fill="#59636E"]{fill:#9DA7B1}.figure [stroke="#59636E"]{stroke:#9DA7B1}
 .figure [fill="#D8DEE4"]{fill:#343B43}.figure [stroke="#D8DEE4"]{stroke:#343B43}
+.figure [fill="#FFFFFF"]{fill:#0D1117}
 .figure [fill="#EEF0F3"]{fill:#1C2229}
 .figure [fill="#0072B2"]{fill:#3D9BE0}.figure [stroke="#0072B2"]{stroke:#3D9BE0}
 }
@@ -104,17 +110,27 @@ pub(super) fn svg(height: i32, description: &str, draw: impl FnOnce(&Area<'_>) -
     )
 }
 
-/// The figure with its style inside, so that it is a file of its own.
+/// The figure with its style and background, so that it is a file of its own.
 pub(super) fn standalone(figure: &str) -> String {
     let open = figure.find('>').map_or(0, |end| end + 1);
     let (head, body) = figure.split_at(open);
-    format!("{head}<style>{STYLE}</style>{body}")
+    let back = "<rect width=\"100%\" height=\"100%\" fill=\"#FFFFFF\"/>";
+    format!("{head}<style>{STYLE}</style>{back}{body}")
 }
 
 /// Rough width of text, pixels: no font is at hand, and none is needed to keep
 /// neighbours apart.
 pub(super) fn text_width(size: i32, text: &str) -> i32 {
     text.chars().count() as i32 * size * 56 / 100
+}
+
+/// The text, cut to about `width` pixels with an ellipsis.
+pub(super) fn shortened(size: i32, text: &str, width: i32) -> String {
+    if text_width(size, text) <= width {
+        return text.to_owned();
+    }
+    let letters = (width * 100 / (size * 56)).max(1) as usize - 1;
+    text.chars().take(letters).chain(['…']).collect()
 }
 
 /// How a legend entry is drawn.

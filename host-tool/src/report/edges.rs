@@ -2,8 +2,8 @@
 //! nothing changes are cut out of the time axis.
 
 use super::canvas::{
-    Area, Drawn, GRID, INK, Key, MUTED, PALETTE, WIDTH, anchored, legend, line, px, svg, text,
-    text_width,
+    Area, Drawn, GRID, INK, Key, MUTED, WIDTH, anchored, channel_color, legend, line, px,
+    shortened, svg, text, text_width,
 };
 use super::series::round_step;
 use crate::record::{Edge, State, Trial};
@@ -67,7 +67,7 @@ pub(super) fn figure(trial: &Trial) -> String {
                 let middle = LEGEND + row as i32 * ROW + ROW / 2;
                 label(root, trial, &edges, channel, middle)?;
                 let stretches = stretches(&edges, channel, axis.end());
-                let color = PALETTE[row % PALETTE.len()];
+                let color = channel_color(channel);
                 draw_row(root, &axis, &stretches, color, middle)?;
             }
             draw_axis(root, &axis, LEGEND + channels.len() as i32 * ROW)
@@ -151,7 +151,7 @@ fn stretches(edges: &[Edge], channel: u8, end: u64) -> Vec<Stretch> {
 fn label(root: &Area<'_>, trial: &Trial, edges: &[Edge], channel: u8, middle: i32) -> Drawn {
     let info = trial.channels.iter().find(|info| info.number == channel);
     let name = info.map_or(String::new(), |info| info.name.clone());
-    let name: String = format!("{channel} {name}").chars().take(20).collect();
+    let name = shortened(13, &format!("{channel} {name}"), LABELS - 8);
     root.draw(&Text::new(name, (px(0), px(middle - 8)), text(13, INK)))?;
     let codes = edges
         .iter()

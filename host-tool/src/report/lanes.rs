@@ -2,22 +2,28 @@
 //! per channel, so that ten channels stay readable and units never mix.
 
 use super::canvas::{
-    Area, Drawn, GRID, INK, MUTED, PALETTE, WIDTH, anchored, bold, line, px, svg, text,
+    Area, Drawn, GRID, INK, MUTED, WIDTH, anchored, bold, channel_color, line, px, shortened, svg,
+    text,
 };
 use super::series::{Point, range, round_step, shorten};
 use super::tables::seconds;
 use super::trajectory::end_s;
-use crate::record::{Sample, Trial};
+use crate::record::{ChannelInfo, Sample, Trial};
 use plotters::prelude::*;
 use plotters::style::text_anchor::HPos;
 
 const LABELS: i32 = 150;
 const TITLE: i32 = 26;
 const ROW: i32 = 58;
-const AXIS: i32 = 42;
-const GUTTER: i32 = 16;
+const AXIS: i32 = 50;
+const GUTTER: i32 = 28;
 /// Columns side by side; more trials continue below.
 const COLUMNS: usize = 3;
+/// As many as a third of a screen can show.
+const BUCKETS: usize = 200;
+
+/// Picks what a row shows of a sample.
+type Value = dyn Fn(&Trial, &Sample) -> Option<f64>;
 
 /// One row of the grid.
 struct Lane {
@@ -28,66 +34,91 @@ struct Lane {
     /// Drawn as a line, if the row has one.
     limit: Option<f64>,
     color: RGBColor,
-    value: Box<dyn Fn(&Trial, &Sample) -> Option<f64>>,
+    value: Box<Value>,
 }
 
 /// Amplitude of every channel over time, or nothing without channels.
 pub(super) fn amplitudes(trials: &[Trial]) -> String {
-    let mut lanes: Vec<Lane> = Vec::new();
-    for channel in trials.iter().flat_map(|trial| &trial.channels) {
-        if lanes
-            .iter()
-            .any(|lane| lane.name.starts_with(&format!("{} ", channel.number)))
-        {
-            continue;
-        }
+    let lanes = channels(trials).into_iter().map(|channel| {
         let number = channel.number;
         let value = move |trial: &Trial, sample: &Sample| {
-            let column = trial.channels.iter().position(|c| c.number == number)?;
+            let column = column(trial, number)?;
             sample.amplitudes.get(column).copied()
         };
-        let most = largest(trials, &value).max(channel.limit);
-        lanes.push(Lane {
+        Lane {
             name: format!("{number} {}", channel.name),
             unit: channel.unit.clone(),
-            top: most * 1.08,
+            top: largest(trials, &value).max(channel.limit) * 1.08,
             limit: Some(channel.limit),
-            color: PALETTE[lanes.len() % PALETTE.len()],
+            color: channel_color(number),
             value: Box::new(value),
-        });
-    }
+        }
+    });
+    let lanes: Vec<Lane> = lanes.collect();
     grid(trials, &lanes, "Amplitude of every channel over time")
 }
 
-/// Every predicted force over time, or nothing without any.
+/// Every predicted force over time, or nothing without any. Rows are channels
+/// where every channel has a force; otherwise only the position is known.
 pub(super) fn forces(trials: &[Trial]) -> String {
-    let samples = trials.iter().flat_map(|trial| &trial.samples);
-    let count = samples.map(|s| s.forces_n.len()).max().unwrap_or(0);
-    let value = |column: usize| move |_: &Trial, s: &Sample| s.forces_n.get(column).copied();
+    let per_channel = |trial: &Trial| {
+        let channels = trial.channels.len();
+        trial.samples.iter().all(|s| s.forces_n.len() == channels)
+    };
+    let is_channel = trials.iter().all(per_channel);
+    let rows: Vec<(u8, String)> = if is_channel {
+        let named = channels(trials).into_iter();
+        named
+            .map(|c| (c.number, format!("{} {}", c.number, c.name)))
+            .collect()
+    } else {
+        let samples = trials.iter().flat_map(|trial| &trial.samples);
+        let count = samples.map(|s| s.forces_n.len()).max().unwrap_or(0);
+        (1..=count as u8)
+            .map(|n| (n, format!("muscle {n}")))
+            .collect()
+    };
+    let value = |number: u8| {
+        move |trial: &Trial, sample: &Sample| {
+            let position = usize::from(number.saturating_sub(1));
+            let column = if is_channel {
+                column(trial, number)?
+            } else {
+                position
+            };
+            sample.forces_n.get(column).copied()
+        }
+    };
     // One scale for all, or small forces would look as large as big ones.
-    let most = (0..count).map(|column| largest(trials, &value(column)));
+    let most = rows
+        .iter()
+        .map(|(number, _)| largest(trials, &value(*number)));
     let most = most.fold(0.0, f64::max);
     let step = round_step(most, 2.0);
-    let lanes: Vec<Lane> = (0..count)
-        .map(|column| Lane {
-            name: force_name(trials, column, count),
-            unit: "N".to_owned(),
-            top: (most / step).ceil() * step * 1.08,
-            limit: None,
-            color: PALETTE[column % PALETTE.len()],
-            value: Box::new(value(column)),
-        })
-        .collect();
+    let lanes = rows.into_iter().map(|(number, name)| Lane {
+        name,
+        unit: "N".to_owned(),
+        top: (most / step).ceil() * step * 1.08,
+        limit: None,
+        color: channel_color(number),
+        value: Box::new(value(number)),
+    });
+    let lanes: Vec<Lane> = lanes.collect();
     grid(trials, &lanes, "Predicted force over time")
 }
 
-/// The channel's name where every channel has a force, else a plain count.
-fn force_name(trials: &[Trial], column: usize, count: usize) -> String {
-    let trial = trials.iter().find(|trial| trial.channels.len() == count);
-    let channel = trial.and_then(|trial| trial.channels.get(column));
-    channel.map_or(format!("muscle {}", column + 1), |c| {
-        format!("{} {}", c.number, c.name)
-    })
+/// The channels of all trials, each once, lowest number first.
+fn channels(trials: &[Trial]) -> Vec<&ChannelInfo> {
+    let all = trials.iter().flat_map(|trial| &trial.channels);
+    let mut channels: Vec<&ChannelInfo> = all.collect();
+    channels.sort_by_key(|channel| channel.number);
+    channels.dedup_by_key(|channel| channel.number);
+    channels
+}
+
+/// Where a trial keeps the values of a channel.
+fn column(trial: &Trial, number: u8) -> Option<usize> {
+    trial.channels.iter().position(|c| c.number == number)
 }
 
 fn largest(trials: &[Trial], value: &impl Fn(&Trial, &Sample) -> Option<f64>) -> f64 {
@@ -137,7 +168,7 @@ fn draw_block(area: &Area<'_>, trials: &[Trial], lanes: &[Lane], end_s: f64) -> 
 /// Name and unit at the left, 0 and the top of the scale beside the first column.
 fn row_label(area: &Area<'_>, lane: &Lane, top: i32) -> Drawn {
     let middle = top + ROW / 2;
-    let name: String = lane.name.chars().take(17).collect();
+    let name = shortened(13, &lane.name, LABELS - 28);
     area.draw(&Text::new(name, (px(0), px(middle - 8)), text(13, INK)))?;
     area.draw(&Text::new(
         lane.unit.as_str(),
@@ -172,7 +203,12 @@ fn draw_cell(area: &Area<'_>, trial: &Trial, lane: &Lane, end_s: f64, is_last: b
     }
     let values = trial.samples.iter();
     let points = values.filter_map(|s| Some((s.t_s, (lane.value)(trial, s)?)));
-    for part in shorten(points, 200) {
+    let parts = shorten(points, BUCKETS);
+    if parts.is_empty() {
+        let middle = (px(4), px(ROW / 2 + 4));
+        area.draw(&Text::new("not used", middle, text(11, MUTED)))?;
+    }
+    for part in parts {
         chart.draw_series([Polygon::new(closed(&part), lane.color.mix(0.22).filled())])?;
         chart.draw_series([PathElement::new(part, line(lane.color, 13))])?;
     }

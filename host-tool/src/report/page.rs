@@ -49,28 +49,25 @@ fn result(run: &Run) -> String {
     let Some(((name, best), others)) = judged.split_first() else {
         return "No samples were recorded.".to_owned();
     };
-    let mut sentence = format!(
-        "{} followed the target {}with an RMSE of {} over {}–{} s",
-        capitalised(name),
-        if others.is_empty() { "" } else { "best, " },
-        degrees(best.rmse_deg),
-        seconds(best.from_s),
-        seconds(best.to_s)
-    );
-    let list: Vec<String> = others
-        .iter()
-        .map(|(name, m)| format!("{name} {}", degrees(m.rmse_deg)))
+    let window = format!("{}–{} s", seconds(best.from_s), seconds(best.to_s));
+    let rmse = degrees(best.rmse_deg);
+    let name = capitalised(name);
+    let (count, others) = (judged.len(), others.iter());
+    let others: Vec<String> = others
+        .map(|(name, m)| format!("{} ({name})", degrees(m.rmse_deg)))
         .collect();
-    match list.as_slice() {
-        [] => {}
-        [.., last] if list.len() > 4 => {
-            let _ = write!(sentence, "; the worst of {} was {last}", judged.len());
+    match others.as_slice() {
+        [] => {
+            format!("{name}: the joint followed its target with an RMSE of {rmse} over {window}.")
         }
-        _ => {
-            let _ = write!(sentence, "; {}", list.join(", "));
-        }
+        [.., last] if count > 4 => format!(
+            "{name}: RMSE {rmse} over {window}, the lowest of {count}; the highest is {last}."
+        ),
+        all => format!(
+            "{name}: RMSE {rmse} over {window}, the lowest, against {}.",
+            all.join(" and ")
+        ),
     }
-    sentence + "."
 }
 
 fn capitalised(name: &str) -> String {

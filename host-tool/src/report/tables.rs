@@ -42,8 +42,8 @@ pub(super) fn metrics_table(trials: &[Trial]) -> String {
         let _ = writeln!(rows, "<tr><th scope=\"row\">{name}</th>{cells}</tr>");
     }
     format!(
-        "<table><thead><tr><th>Trial</th><th>Window</th><th>RMSE</th><th>RMSE of the body's \
-         true angle</th><th>Mean error</th><th>Largest error</th><th>Lag</th><th>Limiting</th>\
+        "<table><thead><tr><th>Trial</th><th>Window</th><th>RMSE</th><th>RMSE, true \
+         angle</th><th>Mean error</th><th>Largest error</th><th>Lag</th><th>Limiting</th>\
          <th>Samples</th></tr></thead><tbody>\n{rows}</tbody></table>\n"
     )
 }

@@ -13,9 +13,18 @@ use plotters::style::text_anchor::HPos;
 
 const LEGEND: i32 = 30;
 const TITLE: i32 = 24;
-const PANEL: i32 = 132;
+const PANEL: i32 = 138;
 const AXIS: i32 = 42;
 const LEFT: i32 = 58;
+/// Keeps rotated text inside the figure.
+const EDGE: i32 = 6;
+/// Between a panel and the title of the next.
+const GAP: i32 = 8;
+/// More than a screen shows, few enough for a small page.
+const BUCKETS: usize = 600;
+
+/// Picks an angle of a sample, degrees.
+type Angle = fn(&Sample) -> f64;
 
 /// Ranges shared by all panels, so that they compare at a glance.
 struct Axes {
@@ -47,67 +56,71 @@ pub(super) fn end_s(trials: &[Trial]) -> f64 {
         .max(0.01)
 }
 
+/// Panels beyond this number are set in two columns, or the first screen would not hold them.
+const ONE_COLUMN: usize = 3;
+
 /// The main figure.
 pub(super) fn figure(trials: &[Trial]) -> String {
-    let panels = trials.len() as i32 * (TITLE + PANEL);
+    let columns = if trials.len() > ONE_COLUMN { 2 } else { 1 };
+    let rows = trials.len().div_ceil(columns).max(1);
     let axes = Axes::of(trials);
-    svg(
-        LEGEND + panels + AXIS,
-        "Target and measured angle over time",
-        |root| {
-            let excluded = trials.iter().any(|trial| trial.measure.is_some());
-            let mut keys = vec![
-                (Key::Line(line(INK, 14)), "target"),
-                (Key::Line(line(PALETTE[0], 20)), "measured"),
-            ];
-            if excluded {
-                keys.push((Key::Box(SHADE.filled()), "not counted in the RMSE"));
-            }
-            legend(root, LEFT, 12, &keys)?;
+    let height = LEGEND + rows as i32 * (TITLE + PANEL) + AXIS;
+    svg(height, "Target and measured angle over time", |root| {
+        let mut keys = vec![
+            (Key::Line(line(INK, 10)), "target"),
+            (Key::Line(line(PALETTE[0], 18)), "measured"),
+        ];
+        if trials.iter().any(|trial| trial.measure.is_some()) {
+            keys.push((Key::Box(SHADE.filled()), "not counted in the RMSE"));
+        }
+        legend(root, LEFT, 12, &keys)?;
+        // Down the first column, then down the second.
+        for (column, trials) in trials.chunks(rows).enumerate() {
+            let width = WIDTH / columns as i32;
+            let left = column as i32 * width;
             for (row, trial) in trials.iter().enumerate() {
                 let top = LEGEND + row as i32 * (TITLE + PANEL);
                 let is_last = row + 1 == trials.len();
                 let height = TITLE + PANEL + if is_last { AXIS } else { 0 };
-                let area = root.clone().shrink((0, px(top)), (px(WIDTH), px(height)));
+                let area = root
+                    .clone()
+                    .shrink((px(left), px(top)), (px(width), px(height)));
+                heading(&area, trial, width)?;
                 panel(&area, trial, &axes, is_last)?;
             }
-            Ok(())
-        },
-    )
+        }
+        Ok(())
+    })
+}
+
+/// Name at the left, RMSE at the right.
+fn heading(area: &Area<'_>, trial: &Trial, width: i32) -> Drawn {
+    let middle = px(TITLE / 2 + 1);
+    let name = Text::new(trial.name.as_str(), (px(LEFT), middle), bold(text(14, INK)));
+    area.draw(&name)?;
+    let judged = metrics(trial).map_or("no samples".to_owned(), |m| {
+        let (from, to) = (seconds(m.from_s), seconds(m.to_s));
+        format!("RMSE {} ({from}–{to} s)", degrees(m.rmse_deg))
+    });
+    let right = anchored(bold(text(14, PALETTE[0])), HPos::Right);
+    area.draw(&Text::new(judged, (px(width - 12), middle), right))?;
+    Ok(())
 }
 
 fn panel(area: &Area<'_>, trial: &Trial, axes: &Axes, is_last: bool) -> Drawn {
-    let middle = px(TITLE / 2 + 1);
-    area.draw(&Text::new(
-        trial.name.as_str(),
-        (px(LEFT), middle),
-        bold(text(14, INK)),
-    ))?;
-    let judged = metrics(trial).map_or("no samples".to_owned(), |m| {
-        format!(
-            "RMSE {} over {}–{} s",
-            degrees(m.rmse_deg),
-            seconds(m.from_s),
-            seconds(m.to_s)
-        )
-    });
-    let right = anchored(bold(text(14, PALETTE[0])), HPos::Right);
-    area.draw(&Text::new(judged, (px(WIDTH - 12), middle), right))?;
-
+    let below = if is_last { AXIS } else { 0 };
     let mut chart = ChartBuilder::on(area)
         .margin_top(px(TITLE))
+        .margin_left(px(EDGE))
         .margin_right(px(12))
-        .set_label_area_size(LabelAreaPosition::Left, px(LEFT))
-        .set_label_area_size(
-            LabelAreaPosition::Bottom,
-            px(if is_last { AXIS } else { 0 }),
-        )
+        .margin_bottom(px(GAP))
+        .set_label_area_size(LabelAreaPosition::Left, px(LEFT - EDGE))
+        .set_label_area_size(LabelAreaPosition::Bottom, px(below))
         .build_cartesian_2d(0.0..axes.end_s, axes.low_deg..axes.high_deg)?;
     for (from, to) in uncounted(trial, axes.end_s) {
         let corners = [(from, axes.low_deg), (to, axes.high_deg)];
         chart.draw_series([Rectangle::new(corners, SHADE.filled())])?;
     }
-    let label = text(12, MUTED);
     let mut mesh = chart.configure_mesh();
     mesh.disable_x_mesh()
         .light_line_style(TRANSPARENT)
@@ -117,22 +130,23 @@ fn panel(area: &Area<'_>, trial: &Trial, axes: &Axes, is_last: bool) -> Drawn {
         .y_labels(5)
         .x_label_formatter(&|t| seconds(*t))
         .y_label_formatter(&|angle| format!("{angle:.0}"))
-        .label_style(label)
+        .label_style(text(12, MUTED))
         .axis_desc_style(text(12, INK))
         .y_desc("angle (°)");
     if is_last {
         mesh.x_desc("time (s)");
     }
     mesh.draw()?;
-    let buckets = 600;
-    let angle = |of: fn(&Sample) -> f64| {
-        shorten(trial.samples.iter().map(move |s| (s.t_s, of(s))), buckets)
-    };
-    for part in angle(|s| s.target_deg) {
-        chart.draw_series([PathElement::new(part, line(INK, 14))])?;
-    }
-    for part in angle(|s| s.measured_deg) {
-        chart.draw_series([PathElement::new(part, line(PALETTE[0], 20))])?;
+    let curves: [(Angle, ShapeStyle); 2] = [
+        (|s| s.measured_deg, line(PALETTE[0], 18)),
+        // On top, or a joint that follows well would hide its target.
+        (|s| s.target_deg, line(INK, 10)),
+    ];
+    for (angle, style) in curves {
+        let points = trial.samples.iter().map(|s| (s.t_s, angle(s)));
+        for part in shorten(points, BUCKETS) {
+            chart.draw_series([PathElement::new(part, style)])?;
+        }
     }
     Ok(())
 }

@@ -13,5 +13,5 @@ mod trial;
 pub use device::{DeviceName, OpenError, simulated, simulated_for_serving};
 pub use file::SessionFile;
 pub use observer::{Observer, Seen, Wish};
-pub use runner::{Outcome, RunError, run};
+pub use runner::{Outcome, RunError, acknowledge, run};
 pub use trial::{begin_trial, edges_between, edges_of_one_period, event, sample};

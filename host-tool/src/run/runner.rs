@@ -6,6 +6,7 @@ use crate::record::{RecordError, Recorder, Trial};
 use crate::session::{Session, Setpoint};
 use firmware::control::SensorSource;
 use firmware::link::{Event, HelloInfo, Request};
+use firmware::safety::State;
 use firmware::units::Micros;
 
 /// Telemetry period, ms.
@@ -13,6 +14,13 @@ const TELEMETRY_MS: u16 = 10;
 
 /// Longest wait for the outputs to be reported isolated after a stop, µs.
 const STOP_US: u64 = 300_000;
+
+/// Longest wait for the grounding that follows an acknowledgement, µs.
+const ACKNOWLEDGE_US: u64 = 300_000;
+
+/// A device that says nothing for so long is lost, µs. It owes telemetry every
+/// [`TELEMETRY_MS`].
+const SILENCE_US: u64 = 1_000_000;
 
 /// Why a session did not run to its end. What was recorded is kept.
 #[derive(Debug, thiserror::Error)]
@@ -24,12 +32,16 @@ pub enum RunError {
     #[error(transparent)]
     Record(#[from] RecordError),
     /// The device stopped by itself.
-    #[error("E512 the device ended the session at {t_s:.2} s: {why}; what was recorded is kept")]
+    #[error(
+        "E512 the device ended the session at {t_s:.2} s: {why}; {advice}; what was recorded is kept"
+    )]
     Ended {
         /// From the start, s.
         t_s: f64,
         /// The event.
         why: String,
+        /// What to do about it.
+        advice: &'static str,
     },
     /// Only a simulated wearer has the glove that this session measures with.
     #[error(
@@ -68,7 +80,9 @@ struct Run<'a, P> {
     /// The same in the port's time.
     epoch_us: u64,
     refused: usize,
-    ended: Option<String>,
+    ended: Option<(String, &'static str)>,
+    /// When the device last said something, in the port's time.
+    heard_us: u64,
 }
 
 /// Runs `session` through `port` and gives the port back with the outcome.
@@ -108,6 +122,7 @@ pub fn run<P: Port>(
         epoch_us: 0,
         refused: 0,
         ended: None,
+        heard_us: 0,
     };
     let started = run.prepare();
     let is_started = started.is_ok();
@@ -117,6 +132,9 @@ pub fn run<P: Port>(
         let stopped = run.finish();
         result = result.and(stopped);
     }
+    if let Err(error) = &result {
+        run.cut_short(error);
+    }
     let outcome = Outcome {
         trial: run.trial,
         device: Some(info),
@@ -125,6 +143,23 @@ pub fn run<P: Port>(
         error: result.err(),
     };
     (outcome, Some(run.client.into_port()))
+}
+
+/// Clears a latched fault, if there is one, and gives the port back.
+///
+/// # Errors
+/// The device does not answer, or another host holds its session.
+pub fn acknowledge<P: Port>(port: P) -> Result<P, Error> {
+    let (mut client, info) = Client::open(port)?;
+    if info.state == State::Fault {
+        client.acknowledge()?;
+        let until = client.port().now_us() + ACKNOWLEDGE_US;
+        while client.status()?.state == State::Fault && client.port().now_us() < until {
+            let soon = client.port().now_us() + 10_000;
+            client.next(soon)?;
+        }
+    }
+    Ok(client.into_port())
 }
 
 impl<P: Port> Run<'_, P> {
@@ -146,6 +181,7 @@ impl<P: Port> Run<'_, P> {
             .request(self.session.setpoints.at(0).request(None))?;
         self.epoch = self.client.start()?;
         let now_us = self.client.port().now_us();
+        self.heard_us = now_us;
         let is_simulated = self.client.port().world().is_some();
         // In a simulated world, host time and device time are one.
         let device_now = if is_simulated {
@@ -221,10 +257,11 @@ impl<P: Port> Run<'_, P> {
     /// Files what arrives by `until_us`.
     fn listen(&mut self, until_us: u64) -> Result<(), RunError> {
         while let Some(incoming) = self.client.next(until_us)? {
+            self.heard_us = self.client.port().now_us();
             self.file(incoming)?;
-            if let Some(why) = self.ended.take() {
+            if let Some((why, advice)) = self.ended.take() {
                 let t_s = self.trial.events.last().map_or(0.0, |(t, _)| *t);
-                return Err(RunError::Ended { t_s, why });
+                return Err(RunError::Ended { t_s, why, advice });
             }
             self.heed()?;
         }
@@ -243,7 +280,25 @@ impl<P: Port> Run<'_, P> {
                 return Err(RunError::Interrupted { t_s });
             }
         }
+        let silence_us = self.client.port().now_us().saturating_sub(self.heard_us);
+        if silence_us > SILENCE_US {
+            return Err(RunError::Link(Error::NoAnswer {
+                request: "setpoints",
+                waited_ms: silence_us / 1000,
+            }));
+        }
         Ok(())
+    }
+
+    /// The record says how far it goes and why it ends there.
+    fn cut_short(&mut self, error: &RunError) {
+        let t_s = self.trial.samples.last().map_or(0.0, |sample| sample.t_s);
+        self.trial.duration_s = t_s;
+        let text = error.to_string();
+        if let Some(recorder) = &mut self.recorder {
+            let _ = recorder.event(t_s, &text); // the first error is the one to tell
+        }
+        self.trial.events.push((t_s, text));
     }
 
     fn file(&mut self, incoming: Incoming) -> Result<(), RunError> {
@@ -268,7 +323,7 @@ impl<P: Port> Run<'_, P> {
                     event,
                     Event::Faulted(_) | Event::Stopping(_) | Event::Stopped(_)
                 ) {
-                    self.ended = Some(text);
+                    self.ended = Some((text, trial::advice(&event)));
                 }
             }
             Incoming::Refused(_, refused) => {

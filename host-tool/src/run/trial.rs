@@ -4,6 +4,7 @@ use super::SessionFile;
 use crate::record::{ChannelInfo, Edge, Sample, State, Trial};
 use crate::session::Session;
 use firmware::link::{Counters, Event, Telemetry};
+use firmware::safety::StopCause;
 use firmware::units::Micros;
 use hal_sim::trace::{State as TraceState, Trace};
 
@@ -58,6 +59,22 @@ pub fn event(event: &Event) -> String {
         Event::Stopped(cause) => format!("stopped: {cause:?}"),
         Event::Faulted(record) => format!("fault {}: {:?}", record.fault.number(), record.fault),
         Event::Recovered => "fault acknowledged".to_owned(),
+    }
+}
+
+/// What to do when a device ends a session with this event.
+pub fn advice(event: &Event) -> &'static str {
+    let (Event::Stopping(cause) | Event::Stopped(cause)) = event else {
+        return "find the fault's cause, then run again with --acknowledge";
+    };
+    match cause {
+        StopCause::Request => "something else asked it to stop; run again",
+        StopCause::HostSilent => {
+            "the link or this computer stalled for longer than wearer.host_timeout_ms; run again"
+        }
+        StopCause::HandStop => "the hand-held stop was opened; close it and run again",
+        StopCause::ArmExpired => "it waited too long for a start; run again",
+        StopCause::Finished => "every train had played: shorten duration_s or raise repeats",
     }
 }
 

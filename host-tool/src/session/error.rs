@@ -230,6 +230,29 @@ impl SessionError {
         }))
     }
 
+    /// Number, file, line, column, problem and help in one line, for machines.
+    #[must_use]
+    pub fn one_line(&self) -> String {
+        let Inner {
+            problem,
+            code,
+            file,
+            label,
+        } = &*self.0;
+        let place = file.as_ref().zip(label.as_ref()).map(|(file, label)| {
+            let before = file.inner().get(..label.offset()).unwrap_or_default();
+            let line = before.matches('\n').count() + 1;
+            let column = before.chars().rev().take_while(|&c| c != '\n').count() + 1;
+            format!("{}:{line}:{column}: ", file.name())
+        });
+        let help = problem.help().map(|help| format!("; {help}"));
+        format!(
+            "{code} {}{problem}{}",
+            place.unwrap_or_default(),
+            help.unwrap_or_default()
+        )
+    }
+
     /// What is wrong.
     #[must_use]
     pub fn problem(&self) -> &Problem {

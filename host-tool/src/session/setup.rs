@@ -102,7 +102,7 @@ fn setup_error(
         found.map_or(root, |(table, _)| table)
     };
     let (table, problem) = match e {
-        SetupError::Group(GroupError::Members(e)) if e.field == "members" => {
+        SetupError::Group(GroupError::Members(e)) if e.field.ends_with("members") => {
             let few = tables
                 .iter()
                 .zip(groups)

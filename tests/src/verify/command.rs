@@ -12,6 +12,10 @@ use std::time::Duration;
 /// How often a silent program's line is refreshed.
 const REFRESH: Duration = Duration::from_millis(200);
 
+/// How long the output of a program that has ended may stay open and silent: a
+/// process that it left behind could hold it for ever.
+const LINGER: Duration = Duration::from_secs(5);
+
 /// Words with which cargo and rustup say that all goes well.
 const CHATTER: [&str; 14] = [
     "Adding",
@@ -64,6 +68,7 @@ pub(super) fn execute(
         .args(arguments)
         .current_dir(&at.root)
         .env("CARGO_TERM_COLOR", "never")
+        .env("RUST_BACKTRACE", "0")
         .env("DEBIAN_FRONTEND", "noninteractive")
         .stdin(Stdio::null())
         .stdout(input.try_clone()?)
@@ -73,7 +78,7 @@ pub(super) fn execute(
         .with_context(|| format!("`{program}` cannot be started"))?;
     drop(command); // holds ends of the pipe, which would never close
     let (sender, receiver) = channel();
-    let reader = std::thread::spawn(move || {
+    std::thread::spawn(move || {
         for line in BufReader::new(output).split(b'\n').map_while(Result::ok) {
             let text = String::from_utf8_lossy(&line).trim_end().to_owned();
             if sender.send(text).is_err() {
@@ -82,15 +87,16 @@ pub(super) fn execute(
         }
     });
     let mut lines: Vec<String> = Vec::new();
-    loop {
+    let mut silent = Duration::ZERO;
+    while silent < LINGER {
         match receiver.recv_timeout(REFRESH) {
             Ok(line) => lines.push(line),
+            Err(RecvTimeoutError::Timeout) if child.try_wait()?.is_some() => silent += REFRESH,
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => break,
         }
         console.now(lines.last().map_or("", String::as_str));
     }
-    let _ = reader.join(); // it has closed its channel: it has ended
     let success = child.wait()?.success();
     Ok(Finished { success, lines })
 }
@@ -137,5 +143,10 @@ mod tests {
         assert!(!finished.success);
         assert_eq!(finished.lines, ["one", "two", "three"]);
         assert!(execute(&at, &mut Console::new(), "no-such-program", &[]).is_err());
+        let leaves_one_behind = "sleep 20 & echo done";
+        let arguments = ["-c", leaves_one_behind];
+        let finished = execute(&at, &mut Console::new(), "sh", &arguments).unwrap();
+        assert!(finished.success);
+        assert_eq!(finished.lines, ["done"]);
     }
 }

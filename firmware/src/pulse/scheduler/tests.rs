@@ -120,7 +120,7 @@ fn a_trigger_starts_a_prepared_train_once() {
     scheduler.start(&trains, &[], None, Micros(0));
     let mut plan = WindowPlan::new();
     scheduler.render(Micros(0), &mut Always, &mut plan).unwrap();
-    assert!(plan.changes.is_empty() && !scheduler.progress().finished);
+    assert!(plan.changes.is_empty() && !scheduler.is_finished());
     assert_eq!(scheduler.trigger(Micros(77)), 1);
     assert_eq!(scheduler.trigger(Micros(99)), 0);
     let mut starts = std::vec::Vec::new();

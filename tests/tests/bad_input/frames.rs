@@ -1,0 +1,260 @@
+//! Bytes that are no request, and requests that come from the wrong host or
+//! all at once. The owner of the session goes on undisturbed.
+
+use crate::bench::{Bench, Heard, exchange, world};
+use firmware::link::{Code, Decoder, FrameError, MAX_FRAME, Request, SCHEMA, encode};
+use firmware::pulse::{GroupSpec, Partner};
+use firmware::safety::State;
+use firmware::units::Amplitude;
+use host_tool::link::SimulatedPort;
+
+/// Bytes of a host whose session is given, and what the device says to them.
+pub struct FrameRow {
+    name: &'static str,
+    bytes: fn(u16) -> Vec<u8>,
+    refusals: Vec<(Option<u16>, Code)>,
+    acks: usize,
+    scenes: &'static [fn() -> Bench],
+}
+
+impl FrameRow {
+    pub fn codes(&self) -> impl Iterator<Item = Code> + '_ {
+        self.refusals.iter().map(|&(_, code)| code)
+    }
+}
+
+const BOTH: &[fn() -> Bench] = &[Bench::draft, Bench::stimulating];
+const BUSY: &[fn() -> Bench] = &[Bench::armed, Bench::stimulating];
+const IDLE: &[fn() -> Bench] = &[Bench::draft];
+
+/// Number of the rows' requests: far from those of the bench's own.
+const SEQ: u16 = 1000;
+
+fn alive(session: u16) -> Vec<u8> {
+    Bench::frame(session, SEQ, Request::KeepAlive)
+}
+
+fn flipped(session: u16) -> Vec<u8> {
+    let whole = alive(session);
+    let flips = (0..8 * (whole.len() - 1)).map(|bit| {
+        let mut bad = whole.clone();
+        bad[bit / 8] ^= 1 << (bit % 8);
+        bad
+    });
+    let mut only_the_crc = flips.filter(|bad| {
+        let mut decoder = Decoder::default();
+        let results: Vec<_> = bad
+            .iter()
+            .filter_map(|&byte| Some(decoder.push(byte)?.err()))
+            .collect();
+        results == [Some(FrameError::Crc)]
+    });
+    only_the_crc
+        .next()
+        .expect("a flip that COBS does not notice")
+}
+
+/// A frame whose CRC is right, of what is no message.
+fn odd(message: impl serde::Serialize) -> Vec<u8> {
+    encode(&message).unwrap().to_vec()
+}
+
+fn groups(session: u16, count: usize) -> Vec<u8> {
+    let group = GroupSpec {
+        members: 0b11,
+        partner: Partner::Conducted,
+    };
+    odd((session, SEQ, 6u32, &vec![group; count][..]))
+}
+
+fn values(session: u16, count: usize) -> Vec<u8> {
+    let mask = (1u16 << count.min(3)) - 1;
+    odd((
+        session,
+        SEQ,
+        14u32,
+        mask,
+        &vec![Amplitude(5_000); count][..],
+    ))
+}
+
+fn repeated(session: u16, requests: &[Request]) -> Vec<u8> {
+    (SEQ..)
+        .zip(requests)
+        .flat_map(|(seq, request)| Bench::frame(session, seq, request.clone()))
+        .collect()
+}
+
+pub fn rows() -> Vec<FrameRow> {
+    let bad = |name, bytes, code| FrameRow {
+        name,
+        bytes,
+        refusals: vec![(None, code)],
+        acks: 0,
+        scenes: BOTH,
+    };
+    let silent = |name, bytes| FrameRow {
+        name,
+        bytes,
+        refusals: Vec::new(),
+        acks: 0,
+        scenes: BOTH,
+    };
+    let taken = |name, bytes, scenes| FrameRow {
+        name,
+        bytes,
+        refusals: vec![(Some(SEQ), Code::SessionTaken)],
+        acks: 0,
+        scenes,
+    };
+    use Code::{BadCrc, FrameTooLong, MalformedFrame, UnknownMessage};
+    let mut rows = vec![
+        bad("wrong CRC", flipped, BadCrc),
+        bad("a CRC alone", |_| vec![5, 1, 2, 3, 4, 0], BadCrc),
+        bad("too short for a CRC", |_| vec![3, 1, 2, 0], MalformedFrame),
+        bad("no COBS", |_| vec![200, 1, 2, 0], MalformedFrame),
+        bad(
+            "longer than any frame",
+            |_| [vec![1; MAX_FRAME + 1], vec![0]].concat(),
+            FrameTooLong,
+        ),
+        bad(
+            "a megabyte",
+            |_| [vec![7; 1 << 20], vec![0]].concat(),
+            FrameTooLong,
+        ),
+        bad("an empty message", |_| odd(()), UnknownMessage),
+        bad("half a message", |s| odd((s, SEQ)), UnknownMessage),
+        bad(
+            "an unknown request",
+            |s| odd((s, SEQ, 18u32)),
+            UnknownMessage,
+        ),
+        bad(
+            "a request from far off",
+            |s| odd((s, SEQ, u32::MAX)),
+            UnknownMessage,
+        ),
+        bad(
+            "an unknown pulse shape",
+            |s| odd((s, SEQ, 5u32, 0u8, 4u32, [0u8; 20])),
+            UnknownMessage,
+        ),
+        bad(
+            "trailing bytes",
+            |s| odd((s, SEQ, 1u32, 0u8)),
+            UnknownMessage,
+        ),
+        bad("six groups", |s| groups(s, 6), UnknownMessage),
+        bad("eleven amplitudes", |s| values(s, 11), UnknownMessage),
+        silent("nothing", |_| Vec::new()),
+        silent("one empty frame", |_| vec![0]),
+        silent("a flood of zeros", |_| vec![0; 100_000]),
+        taken("someone else's session", |s| alive(s + 1), BOTH),
+        taken("no session's number", |_| alive(0), BOTH),
+        taken(
+            "a second host",
+            |_| Bench::frame(0, SEQ, Request::Hello { schema: SCHEMA }),
+            BUSY,
+        ),
+        FrameRow {
+            name: "half a frame, then a whole one",
+            bytes: |s| [&alive(s)[..4], &[0], &alive(s)].concat(),
+            refusals: vec![(None, MalformedFrame)],
+            acks: 1,
+            scenes: BOTH,
+        },
+        // 31 orders fit between two windows.
+        FrameRow {
+            name: "forty requests at once",
+            bytes: |s| repeated(s, &vec![Request::KeepAlive; 40]),
+            refusals: (31..40)
+                .map(|n| (Some(SEQ + n), Code::DeviceBusy))
+                .collect(),
+            acks: 31,
+            scenes: BOTH,
+        },
+        FrameRow {
+            name: "a stop while electrodes are checked",
+            bytes: |s| repeated(s, &[Request::Arm, Request::Stop]),
+            refusals: vec![(Some(SEQ), Code::Cancelled)],
+            acks: 1,
+            scenes: IDLE,
+        },
+    ];
+    let good = |name, bytes| FrameRow {
+        acks: 1,
+        ..silent(name, bytes)
+    };
+    // The same builders just inside: what they say is what is meant.
+    rows.push(good("five groups", |s| groups(s, 5)));
+    rows.push(FrameRow {
+        scenes: BUSY,
+        ..good("three amplitudes", |s| values(s, 3))
+    });
+    rows.push(FrameRow {
+        scenes: &[],
+        refusals: vec![(Some(SEQ), Code::NoSession)],
+        ..silent("no session at all", alive)
+    });
+    rows
+}
+
+pub fn check_all(rows: &[FrameRow]) {
+    for row in rows {
+        if row.scenes.is_empty() {
+            let mut port = SimulatedPort { world: world() };
+            hear(row, &mut port, 0);
+            assert_eq!(port.world.recorder.trace.last_levels().0, 0);
+        }
+        for scene in row.scenes {
+            check(row, scene());
+        }
+    }
+}
+
+fn check(row: &FrameRow, mut bench: Bench) {
+    let (before, codes) = (bench.client.status().unwrap(), bench.codes());
+    let session = bench.session;
+    hear(row, bench.client.port(), session);
+    // The owner is heard as before, and nothing has changed for it.
+    let after = bench.client.status().unwrap();
+    let name = row.name;
+    assert_eq!(after.state, before.state, "{name}");
+    let bad = row.refusals.iter().filter(|(seq, _)| seq.is_none()).count() as u32;
+    assert_eq!(
+        after.counters.bad_frames,
+        before.counters.bad_frames + bad,
+        "{name}"
+    );
+    if after.state == State::Stimulating {
+        bench.wait(50_000);
+        let later = bench.client.status().unwrap();
+        assert!(later.counters.pulses > after.counters.pulses, "{name}");
+        assert_eq!(bench.codes(), codes, "{name}");
+    } else {
+        assert!(bench.is_isolated(), "{name}");
+    }
+}
+
+/// The device says exactly what the row says, in any order.
+fn hear(row: &FrameRow, port: &mut SimulatedPort, session: u16) {
+    let heard = exchange(port, &(row.bytes)(session));
+    let mut refusals = Vec::new();
+    let mut acks = 0;
+    for frame in heard {
+        match frame {
+            Heard::Refused(seq, code, field) => {
+                assert!(!field.is_empty(), "{}", row.name);
+                refusals.push((seq, Code::from_number(code).expect("a known code")));
+            }
+            Heard::Ack(_) => acks += 1,
+            Heard::Other => {}
+        }
+    }
+    refusals.sort();
+    let mut expected = row.refusals.clone();
+    expected.sort();
+    assert_eq!(refusals, expected, "{}", row.name);
+    assert_eq!(acks, row.acks, "{}", row.name);
+}

@@ -1,0 +1,57 @@
+//! What bad input gets: every request field just outside and just inside its
+//! range, every kind of broken frame, every request in the wrong state. Each
+//! is a row of a table that says which numbered, named refusal must come; each
+//! row also checks that nothing changed and that the outputs are safe.
+
+mod bench;
+mod frames;
+mod joint;
+mod orders;
+mod setup;
+mod table;
+
+use firmware::link::Code;
+use std::collections::BTreeSet;
+
+#[test]
+fn every_setup_field_out_of_range_is_refused() {
+    table::check_all(&setup::rows());
+}
+
+#[test]
+fn every_joint_field_out_of_range_is_refused() {
+    table::check_all(&joint::rows());
+}
+
+#[test]
+fn every_order_that_cannot_be_carried_out_is_refused() {
+    table::check_all(&orders::rows());
+}
+
+#[test]
+fn every_broken_frame_is_refused() {
+    frames::check_all(&frames::rows());
+}
+
+/// The tables above hold each code to its rows; this holds them to all codes.
+#[test]
+fn every_code_has_a_row() {
+    let rows = [setup::rows(), joint::rows(), orders::rows()];
+    let mut covered: BTreeSet<Code> = rows.iter().flatten().filter_map(|row| row.code()).collect();
+    covered.extend(frames::rows().iter().flat_map(|row| row.codes()));
+    let missing: Vec<_> = Code::ALL
+        .into_iter()
+        .filter(|code| !covered.contains(code))
+        .collect();
+    assert!(missing.is_empty(), "no row for {missing:?}");
+}
+
+/// The field, the range and the number are told, and what to do.
+#[test]
+fn every_refusal_reads_as_a_sentence() {
+    for code in Code::ALL {
+        let what = host_tool::link::what(code);
+        let advice = host_tool::link::advice(code);
+        assert!(what.len() > 10 && advice.len() > 8, "{code:?}");
+    }
+}

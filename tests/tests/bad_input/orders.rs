@@ -1,0 +1,406 @@
+//! Requests whose answer depends on the state: arming, starting, setpoints,
+//! measurements, telemetry, a second host.
+
+use crate::bench::{Bench, LIMIT, channel};
+use crate::table::{Expect, Field, Row, refused, row};
+use firmware::link::{Code, Request, SCHEMA};
+use firmware::safety::{StageSpec, WearerSpec};
+use firmware::units::Amplitude;
+use hal_sim::body::Load;
+
+pub fn rows() -> Vec<Row> {
+    let parts = [
+        session_rows(),
+        arm_rows(),
+        state_rows(),
+        amplitude_rows(),
+        angle_rows(),
+        measurement_rows(),
+        subscribe_rows(),
+    ];
+    parts.into_iter().flatten().collect()
+}
+
+fn session_rows() -> Vec<Row> {
+    let old = SCHEMA.wrapping_sub(1);
+    let schema = |name, schema| {
+        let expect = refused(Code::SchemaMismatch, "schema");
+        row(name, Bench::stimulating, Request::Hello { schema }, expect)
+    };
+    vec![schema("an old schema", old), schema("no schema", 0)]
+}
+
+fn arm_rows() -> Vec<Row> {
+    fn loaded(load: Load) -> Bench {
+        let mut bench = Bench::draft();
+        bench.client.port().world.body.loads_mut()[1] = load;
+        bench
+    }
+    fn shorted() -> Bench {
+        let mut bench = Bench::open();
+        let mut spec = channel(0);
+        spec.stage = StageSpec::Voltage {
+            full_scale_mv: 60_000,
+            load_ohm: 2_000,
+        };
+        spec.limit = Amplitude(1_000);
+        bench.client.channel(0, spec).unwrap();
+        bench.client.port().world.body.loads_mut()[0] = Load::Ohms(20.0);
+        bench
+    }
+    fn open_inputs() -> Bench {
+        let mut bench = Bench::draft();
+        let sensors = &mut bench.client.port().world.sensors;
+        (sensors.arm, sensors.hand_stop) = (false, false);
+        bench
+    }
+    fn tightened() -> Bench {
+        let mut bench = Bench::draft();
+        let tight = WearerSpec {
+            max_current_ua: 19_999,
+            ..WearerSpec::default()
+        };
+        bench.client.wearer(tight).unwrap();
+        bench
+    }
+    let arm = |name, scene, expect| row(name, scene, Request::Arm, expect);
+    vec![
+        arm("arm", Bench::draft, Expect::Done),
+        arm(
+            "nothing to arm",
+            Bench::open,
+            refused(Code::NothingToArm, "channels"),
+        ),
+        arm(
+            "arm input open",
+            open_inputs,
+            refused(Code::ArmInputOpen, "arm input"),
+        ),
+        arm(
+            "electrode off",
+            || loaded(Load::Open),
+            refused(Code::ElectrodeOff, "electrode").on(2),
+        ),
+        arm(
+            "electrodes shorted",
+            shorted,
+            refused(Code::ElectrodeShort, "electrode").on(1),
+        ),
+        arm(
+            "limit tightened after its channel",
+            tightened,
+            refused(Code::CurrentLimit, "limit")
+                .on(1)
+                .allowed(0, 19_999),
+        ),
+        arm(
+            "arm twice",
+            Bench::armed,
+            refused(Code::WrongState, "state"),
+        ),
+        arm(
+            "arm in use",
+            Bench::stimulating,
+            refused(Code::WrongState, "state"),
+        ),
+    ]
+}
+
+fn state_rows() -> Vec<Row> {
+    let zero = || amplitudes(1, &[0]);
+    let wrong = || refused(Code::WrongState, "state");
+    let latched = || refused(Code::FaultLatched, "fault").allowed(6, 6);
+    let not_armed = || refused(Code::NotArmed, "state");
+    vec![
+        row("start before arming", Bench::draft, Request::Start, wrong()),
+        row("start twice", Bench::stimulating, Request::Start, wrong()),
+        row(
+            "acknowledge nothing",
+            Bench::draft,
+            Request::Acknowledge,
+            wrong(),
+        ),
+        row(
+            "acknowledge in use",
+            Bench::stimulating,
+            Request::Acknowledge,
+            wrong(),
+        ),
+        row("setpoint before arming", Bench::draft, zero(), not_armed()),
+        row(
+            "angle before arming",
+            Bench::joint_draft,
+            angle(0),
+            not_armed(),
+        ),
+        row("arm in fault", Bench::faulted, Request::Arm, latched()),
+        row("start in fault", Bench::faulted, Request::Start, latched()),
+        row("setpoint in fault", Bench::faulted, zero(), latched()),
+        row("angle in fault", Bench::faulted, angle(0), not_armed()),
+        row(
+            "acknowledge a fault",
+            Bench::faulted,
+            Request::Acknowledge,
+            Expect::Done,
+        ),
+        row("stop in fault", Bench::faulted, Request::Stop, Expect::Done),
+        row("stop in idle", Bench::draft, Request::Stop, Expect::Done),
+        row(
+            "keep alive in idle",
+            Bench::open,
+            Request::KeepAlive,
+            Expect::Done,
+        ),
+        row(
+            "clear in use",
+            Bench::stimulating,
+            Request::Clear,
+            Expect::Done,
+        ),
+    ]
+}
+
+fn amplitudes(mask: u16, values: &[u32]) -> Request {
+    let values = values.iter().map(|&v| Amplitude(v)).collect();
+    Request::Amplitudes { mask, values }
+}
+
+fn amplitude_rows() -> Vec<Row> {
+    let mask = || refused(Code::OutOfRange, "mask").allowed(0, 1023);
+    let count = |n| refused(Code::AmplitudeCount, "values").allowed(n, n);
+    let above = refused(Code::AboveWearerLimit, "values")
+        .on(3)
+        .allowed(0, 20_000);
+    let (top, over) = (LIMIT.0, LIMIT.0 + 1);
+    let mut rows = vec![
+        row(
+            "no amplitudes",
+            Bench::armed,
+            amplitudes(0, &[]),
+            Expect::Done,
+        ),
+        row(
+            "ten amplitudes",
+            Bench::ten_armed,
+            amplitudes(1023, &[top; 10]),
+            Expect::Done,
+        ),
+        row(
+            "amplitude of channel 11",
+            Bench::ten_armed,
+            amplitudes(1024, &[0]),
+            mask(),
+        ),
+        row(
+            "all bits",
+            Bench::ten_armed,
+            amplitudes(u16::MAX, &[0; 10]),
+            mask(),
+        ),
+    ];
+    for scene in [Bench::armed as fn() -> Bench, Bench::stimulating] {
+        rows.extend([
+            row(
+                "the limit itself",
+                scene,
+                amplitudes(0b100, &[top]),
+                Expect::Done,
+            ),
+            row(
+                "above the limit",
+                scene,
+                amplitudes(0b100, &[over]),
+                above.clone(),
+            ),
+            // All or none: the first two are within their limits.
+            row(
+                "one of three above",
+                scene,
+                amplitudes(0b111, &[0, 1, over]),
+                above.clone(),
+            ),
+            row(
+                "the largest number",
+                scene,
+                amplitudes(0b100, &[u32::MAX]),
+                above.clone(),
+            ),
+            row(
+                "too few values",
+                scene,
+                amplitudes(0b111, &[0, 1]),
+                count(3),
+            ),
+            row("too many values", scene, amplitudes(0b1, &[0, 1]), count(1)),
+            row("values for nobody", scene, amplitudes(0, &[0]), count(0)),
+            row(
+                "a channel without a train",
+                scene,
+                amplitudes(0b1001, &[0, 0]),
+                refused(Code::NoTrain, "channel").on(4),
+            ),
+        ]);
+    }
+    rows.push(row(
+        "a channel of the joint",
+        Bench::joint_armed,
+        amplitudes(0b10, &[0]),
+        refused(Code::Controlled, "channel").on(2),
+    ));
+    rows
+}
+
+fn angle(centideg: i16) -> Request {
+    Request::Angle {
+        at: None,
+        centideg,
+        centideg_per_s: None,
+    }
+}
+
+/// An angle `ahead` µs after the device's present time.
+fn timed_angle(name: &str, scene: fn() -> Bench, ahead: i32, expect: Expect) -> Row {
+    Row {
+        name: name.to_owned(),
+        scene,
+        request: Box::new(move |bench| Request::Angle {
+            at: Some(bench.now().plus(ahead.cast_unsigned())),
+            centideg: 0,
+            centideg_per_s: None,
+        }),
+        expect,
+    }
+}
+
+fn angle_rows() -> Vec<Row> {
+    /// Angles from 0.011° to 89.989°, which no hundredth of a degree meets.
+    fn odd_range() -> Bench {
+        let mut bench = Bench::draft();
+        let mut spec = crate::bench::joint(firmware::control::SensorSource::Host);
+        (spec.angle_min_mdeg, spec.angle_max_mdeg) = (-89_989, -11);
+        bench.client.joint(spec).unwrap();
+        bench.client.arm().unwrap();
+        bench
+    }
+    fn waiting(count: i32) -> Bench {
+        let mut bench = Bench::joint_armed();
+        for n in 1..=count {
+            let at = bench.now().plus(500_000 + n.cast_unsigned());
+            bench.client.angle(Some(at), 0, None).unwrap();
+        }
+        bench
+    }
+    let field = |scene, name, min, max| Field {
+        scene,
+        name,
+        min,
+        max,
+        channel: None,
+    };
+    let time = || refused(Code::SetpointTime, "at");
+    let centideg = |v: i64| Some(angle(v.try_into().ok()?));
+    let rate = |v: i64| {
+        Some(Request::Angle {
+            at: None,
+            centideg: 0,
+            centideg_per_s: Some(v.try_into().ok()?),
+        })
+    };
+    let armed = Bench::joint_armed as fn() -> Bench;
+    let mut rows = field(armed, "centideg", 0, 9_000).rows(centideg);
+    rows.extend(field(odd_range, "centideg", -8_998, -2).rows(centideg));
+    rows.extend(field(armed, "centideg_per_s", -2_000_000, 2_000_000).rows(rate));
+    rows.extend([
+        row(
+            "an angle without a joint",
+            Bench::armed,
+            angle(0),
+            refused(Code::NoJoint, "joint"),
+        ),
+        // A control tick, 1 ms, passes before an angle is judged.
+        timed_angle("990 ms ahead", armed, 990_000, Expect::Done),
+        timed_angle("1010 ms ahead", armed, 1_010_000, time()),
+        timed_angle("990 ms old", armed, -990_000, Expect::Done),
+        timed_angle("1010 ms old", armed, -1_010_000, time()),
+        timed_angle("half the clock away", armed, i32::MIN, time()),
+        timed_angle("seven wait", || waiting(7), 600_000, Expect::Done),
+        timed_angle("eight wait", || waiting(8), 600_000, time()),
+        timed_angle("out of order", || waiting(1), 400_000, time()),
+    ]);
+    rows
+}
+
+/// A measurement made `ahead` µs after the device's present time.
+fn measurement(name: &str, scene: fn() -> Bench, ahead: i32, expect: Expect) -> Row {
+    Row {
+        name: name.to_owned(),
+        scene,
+        request: Box::new(move |bench| Request::Measurement {
+            joint: 0,
+            centideg: 0,
+            at: bench.now().plus(ahead.cast_unsigned()),
+        }),
+        expect,
+    }
+}
+
+fn measurement_rows() -> Vec<Row> {
+    fn measured() -> Bench {
+        let mut bench = Bench::joint_armed();
+        let at = bench.now();
+        bench.client.measurement(0, at).unwrap();
+        bench
+    }
+    let time = || refused(Code::MeasurementTime, "at");
+    let joint = |name, joint, expect| Row {
+        name: String::from(name),
+        scene: Bench::joint_armed,
+        request: Box::new(move |bench| Request::Measurement {
+            joint,
+            centideg: 0,
+            at: bench.now(),
+        }),
+        expect,
+    };
+    let no_joint = || refused(Code::OutOfRange, "joint").allowed(0, 0);
+    vec![
+        joint("joint 0", 0, Expect::Done),
+        joint("joint 1", 1, no_joint()),
+        joint("joint 255", 255, no_joint()),
+        measurement(
+            "before arming",
+            Bench::joint_draft,
+            0,
+            refused(Code::NotArmed, "state"),
+        ),
+        measurement(
+            "without a joint",
+            Bench::armed,
+            0,
+            refused(Code::NoJoint, "joint"),
+        ),
+        measurement(
+            "with its own",
+            Bench::adc_joint_armed,
+            0,
+            refused(Code::SensorNotHost, "sensor"),
+        ),
+        measurement("4 ms ahead", Bench::joint_armed, 4_000, Expect::Done),
+        measurement("10 ms ahead", Bench::joint_armed, 10_000, time()),
+        measurement("older than the last", measured, -50_000, time()),
+    ]
+}
+
+fn subscribe_rows() -> Vec<Row> {
+    let period = Field {
+        scene: Bench::stimulating,
+        name: "period_ms",
+        min: 0,
+        max: 1_000,
+        channel: None,
+    };
+    period.rows(|v| {
+        let period_ms = v.try_into().ok()?;
+        Some(Request::Subscribe { period_ms })
+    })
+}

@@ -1,0 +1,399 @@
+//! Requests that configure: wearer, channels, groups, sync, muscles.
+
+use crate::bench::{Bench, channel, wearer};
+use crate::table::{Expect, Field, Row, refused, row};
+use firmware::link::{Code, Request};
+use firmware::muscle::{CalciumForceSpec, RecruitmentSpec};
+use firmware::pulse::{GroupSpec, Partner, Shape};
+use firmware::safety::{ChannelSpec, StageSpec, WearerSpec};
+use firmware::units::Amplitude;
+
+pub fn rows() -> Vec<Row> {
+    let parts = [
+        wearer_rows(),
+        train_rows(),
+        stage_rows(),
+        channel_rows(),
+        group_rows(),
+        muscle_rows(),
+        sync_rows(),
+    ];
+    parts.into_iter().flatten().collect()
+}
+
+fn field(name: &'static str, min: i32, max: i32) -> Field {
+    Field {
+        scene: Bench::draft,
+        name,
+        min,
+        max,
+        channel: None,
+    }
+}
+
+fn on_channel_1(name: &'static str, min: i32, max: i32) -> Field {
+    Field {
+        channel: Some(1),
+        ..field(name, min, max)
+    }
+}
+
+fn wearer_rows() -> Vec<Row> {
+    let make = |set: fn(&mut WearerSpec, i64) -> Option<()>| {
+        move |v| {
+            let mut spec = wearer();
+            set(&mut spec, v)?;
+            Some(Request::Wearer(spec))
+        }
+    };
+    /// Sets one field from a number that may not fit it.
+    macro_rules! set {
+        ($field:ident) => {
+            make(|s, v| {
+                s.$field = v.try_into().ok()?;
+                Some(())
+            })
+        };
+    }
+    [
+        field("max_current_ua", 100, 100_000).rows(set!(max_current_ua)),
+        field("max_charge_nc", 1, 40_000).rows(set!(max_charge_nc)),
+        field("max_rms_ua", 10, 50_000).rows(set!(max_rms_ua)),
+        field("rise_ms", 1, 5_000).rows(set!(rise_ms)),
+        field("fall_ms", 5, 100).rows(set!(fall_ms)),
+        field("host_timeout_ms", 20, 1_000).rows(set!(host_timeout_ms)),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
+}
+
+/// A channel on which no limit of the wearer is near.
+fn faint() -> ChannelSpec {
+    let mut spec = channel(0);
+    spec.limit = Amplitude(1_000);
+    spec.train.width_us = 10;
+    spec.train.gap_us = 0;
+    spec.train.period_us = 2_000_000;
+    spec
+}
+
+fn monophasic() -> ChannelSpec {
+    let mut spec = faint();
+    spec.train.shape = Shape::MonophasicCathodic;
+    spec.train.ground_us = 1_000;
+    spec
+}
+
+fn on_first(spec: ChannelSpec) -> Request {
+    Request::Channel { channel: 0, spec }
+}
+
+fn train_rows() -> Vec<Row> {
+    macro_rules! set {
+        ($base:expr, $field:ident) => {
+            |v: i64| {
+                let mut spec = $base;
+                spec.train.$field = v.try_into().ok()?;
+                Some(on_first(spec))
+            }
+        };
+    }
+    let burst = || {
+        let mut spec = faint();
+        (spec.train.burst_count, spec.train.burst_interval_us) = (2, 2_000);
+        spec
+    };
+    let count = |v: i64| {
+        let mut spec = faint();
+        spec.train.burst_count = v.try_into().ok()?;
+        spec.train.burst_interval_us = if v > 1 { 2_000 } else { 0 };
+        Some(on_first(spec))
+    };
+    [
+        on_channel_1("width_us", 10, 500).rows(set!(faint(), width_us)),
+        on_channel_1("gap_us", 0, 200).rows(set!(faint(), gap_us)),
+        on_channel_1("gap_us", 0, 0).rows(set!(monophasic(), gap_us)),
+        on_channel_1("ground_us", 0, 0).rows(set!(faint(), ground_us)),
+        on_channel_1("ground_us", 1_000, 20_000).rows(set!(monophasic(), ground_us)),
+        on_channel_1("period_us", 5_000, 2_000_000).rows(set!(faint(), period_us)),
+        on_channel_1("offset_us", 0, 20_000).rows(set!(channel(0), offset_us)),
+        on_channel_1("burst_count", 1, 8).rows(count),
+        on_channel_1("burst_interval_us", 200, 50_000).rows(set!(burst(), burst_interval_us)),
+        on_channel_1("burst_interval_us", 0, 0).rows(set!(faint(), burst_interval_us)),
+        on_channel_1("repeats", 0, 65_535).rows(set!(faint(), repeats)),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
+}
+
+fn stage_rows() -> Vec<Row> {
+    let current = |v: i64| {
+        let full_scale_ua = v.try_into().ok()?;
+        let stage = StageSpec::Current { full_scale_ua };
+        Some(on_first(ChannelSpec { stage, ..faint() }))
+    };
+    let voltage = |full_scale_mv, load_ohm| {
+        let stage = StageSpec::Voltage {
+            full_scale_mv,
+            load_ohm,
+        };
+        on_first(ChannelSpec { stage, ..faint() })
+    };
+    let volts = |v: i64| Some(voltage(v.try_into().ok()?, 2_000));
+    let load = |v: i64| Some(voltage(60_000, v.try_into().ok()?));
+    let limit = |v: i64| {
+        let limit = Amplitude(v.try_into().ok()?);
+        Some(on_first(ChannelSpec { limit, ..faint() }))
+    };
+    [
+        on_channel_1("full_scale_ua", 1_000, 100_000).rows(current),
+        on_channel_1("full_scale_mv", 1_000, 150_000).rows(volts),
+        on_channel_1("load_ohm", 200, 100_000).rows(load),
+        on_channel_1("limit", 1, 100_000).rows(limit),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
+}
+
+fn channel_rows() -> Vec<Row> {
+    let at = |v: i64| {
+        let channel = v.try_into().ok()?;
+        let spec = faint();
+        Some(Request::Channel { channel, spec })
+    };
+    let edited = |edit: fn(&mut ChannelSpec)| {
+        let mut spec = channel(0);
+        edit(&mut spec);
+        on_first(spec)
+    };
+    let refusal = |name, edit, code, field, min, max| {
+        let expect = refused(code, field).on(1).allowed(min, max);
+        row(name, Bench::draft, edited(edit), expect)
+    };
+    // The burst's pulses take 2 · 200 + 100 µs and 5 µs of dead time.
+    let close = |s: &mut ChannelSpec| (s.train.burst_count, s.train.burst_interval_us) = (3, 504);
+    // 7 · 2500 + 500 µs and two windows of 250 µs.
+    let long = |s: &mut ChannelSpec| {
+        (s.train.burst_count, s.train.burst_interval_us) = (8, 2_500);
+        s.train.period_us = 18_499;
+    };
+    let volts = |s: &mut ChannelSpec| {
+        s.stage = StageSpec::Voltage {
+            full_scale_mv: 60_000,
+            load_ohm: 2_000,
+        };
+        s.limit = Amplitude(40_001);
+    };
+    let charge = |s: &mut ChannelSpec| (s.limit, s.train.width_us) = (Amplitude(80_001), 500);
+    let rms = |s: &mut ChannelSpec| {
+        (s.limit, s.train.width_us) = (Amplitude(80_000), 500);
+        (s.train.burst_count, s.train.burst_interval_us) = (8, 1_200);
+    };
+    let mut rows = field("channel", 0, 9).rows(at);
+    rows.extend([
+        refusal(
+            "burst overlaps",
+            close,
+            Code::BurstOverlaps,
+            "burst_interval_us",
+            505,
+            50_000,
+        ),
+        refusal(
+            "burst too long",
+            long,
+            Code::BurstTooLong,
+            "period_us",
+            18_500,
+            2_000_000,
+        ),
+        refusal(
+            "40.001 V into 2 kΩ",
+            volts,
+            Code::CurrentLimit,
+            "limit",
+            0,
+            20_000,
+        ),
+        refusal(
+            "80.001 mA for 500 µs",
+            charge,
+            Code::ChargeLimit,
+            "limit",
+            0,
+            40_000,
+        ),
+        refusal("50.6 mA rms", rms, Code::RmsLimit, "limit", 0, 50_000),
+    ]);
+    rows
+}
+
+/// Groups are judged with the trains they join, when all are known: at arming.
+fn group_rows() -> Vec<Row> {
+    fn grouped(groups: &[(u16, Partner)], edit: fn(&mut [ChannelSpec; 3])) -> Bench {
+        let mut bench = Bench::draft();
+        let mut specs = [channel(0), channel(1_500), channel(3_000)];
+        edit(&mut specs);
+        for (c, spec) in (0..).zip(specs) {
+            bench.client.channel(c, spec).unwrap();
+        }
+        let spec = |&(members, partner)| GroupSpec { members, partner };
+        let groups: Vec<_> = groups.iter().map(spec).collect();
+        bench.client.groups(&groups).unwrap();
+        bench
+    }
+    use Partner::{Conducted, Isolated};
+    let arm = |name, scene, expect| row(name, scene, Request::Arm, expect);
+    let members = || refused(Code::OutOfRange, "members");
+    vec![
+        arm(
+            "conducted pair",
+            || grouped(&[(0b11, Conducted)], |_| ()),
+            Expect::Done,
+        ),
+        arm(
+            "isolated trio",
+            || grouped(&[(0b111, Isolated)], |_| ()),
+            Expect::Done,
+        ),
+        arm(
+            "no member",
+            || grouped(&[(0, Conducted)], |_| ()),
+            refused(Code::OutOfRange, "number of members").allowed(2, 10),
+        ),
+        arm(
+            "a lone member",
+            || grouped(&[(0b100, Conducted)], |_| ()),
+            refused(Code::OutOfRange, "number of members").allowed(2, 10),
+        ),
+        arm(
+            "an eleventh channel",
+            || grouped(&[(1 << 10 | 1, Conducted)], |_| ()),
+            members().allowed(0, 1023),
+        ),
+        arm(
+            "a member without a train",
+            || grouped(&[(0b1001, Conducted)], |_| ()),
+            refused(Code::NoTrain, "groups").on(4),
+        ),
+        arm(
+            "a member of two groups",
+            || grouped(&[(0b011, Conducted), (0b110, Conducted)], |_| ()),
+            refused(Code::TwoGroups, "groups").on(2),
+        ),
+        arm(
+            "isolated and overlapping",
+            || grouped(&[(0b011, Isolated)], |s| s[1].train.offset_us = 499),
+            refused(Code::IsolationOverlaps, "groups").on(1),
+        ),
+        arm(
+            "isolated too long to ground",
+            || {
+                grouped(&[(0b011, Isolated)], |s| {
+                    s[0].train.shape = Shape::MonophasicCathodic;
+                    (s[0].train.gap_us, s[0].train.ground_us) = (0, 10_000);
+                    s[1].train.offset_us = 10_000;
+                })
+            },
+            refused(Code::NoTimeToGround, "groups").on(1),
+        ),
+    ]
+}
+
+fn sync_rows() -> Vec<Row> {
+    let some = |v: i64| {
+        let channel = Some(v.try_into().ok()?);
+        Some(Request::Sync { channel })
+    };
+    let mut rows = field("channel", 0, 9).rows(some);
+    rows.push(row(
+        "no sync",
+        Bench::draft,
+        Request::Sync { channel: None },
+        Expect::Done,
+    ));
+    rows.push(row(
+        "sync on a channel without a train",
+        || {
+            let mut bench = Bench::draft();
+            bench.client.sync(Some(7)).unwrap();
+            bench
+        },
+        Request::Arm,
+        refused(Code::NoTrain, "sync").on(8),
+    ));
+    rows
+}
+
+const FORCE: CalciumForceSpec = CalciumForceSpec {
+    a_mn_per_s: 265_100,
+    k_micro: 200_000,
+    tau_c_us: 20_000,
+    tau1_us: 50_500,
+    tau2_us: 100_000,
+};
+
+const RECRUITMENT: RecruitmentSpec = RecruitmentSpec {
+    motor_threshold: Amplitude(5_000),
+    limit: Amplitude(10_000),
+    reference: Amplitude(15_000),
+    slope_micro: 300_000,
+};
+
+fn muscle_rows() -> Vec<Row> {
+    let request = |channel, force, recruitment| Request::Muscle {
+        channel,
+        force,
+        recruitment,
+    };
+    macro_rules! force {
+        ($field:ident) => {
+            |v: i64| {
+                let mut spec = FORCE;
+                spec.$field = v.try_into().ok()?;
+                Some(request(0, spec, RECRUITMENT))
+            }
+        };
+    }
+    let recruits = |edit: fn(&mut RecruitmentSpec, u32)| {
+        move |v: i64| {
+            let mut spec = RECRUITMENT;
+            edit(&mut spec, v.try_into().ok()?);
+            Some(request(0, FORCE, spec))
+        }
+    };
+    // Limit and reference must leave room above the highest threshold.
+    let threshold = recruits(|s, v| {
+        s.motor_threshold = Amplitude(v);
+        s.slope_micro = 10_000;
+        (s.limit, s.reference) = (Amplitude(1_000_000), Amplitude(1_000_000));
+    });
+    let limit = recruits(|s, v| {
+        s.slope_micro = 10_000;
+        (s.limit, s.reference) = (Amplitude(v), Amplitude(1_000_000));
+    });
+    let reference = recruits(|s, v| (s.slope_micro, s.reference) = (10_000, Amplitude(v)));
+    let slope = recruits(|s, v| s.slope_micro = v);
+    let gentle = recruits(|s, v| (s.slope_micro, s.reference) = (v, Amplitude(10_000)));
+    let at = |v: i64| Some(request(v.try_into().ok()?, FORCE, RECRUITMENT));
+    [
+        field("channel", 0, 9).rows(at),
+        on_channel_1("a_mn_per_s", 100, 10_000_000).rows(force!(a_mn_per_s)),
+        on_channel_1("k_micro", 2_000, 5_000_000).rows(force!(k_micro)),
+        on_channel_1("tau_c_us", 5_000, 100_000).rows(force!(tau_c_us)),
+        on_channel_1("tau1_us", 2_000, 200_000).rows(force!(tau1_us)),
+        on_channel_1("tau2_us", 1_000, 1_000_000).rows(force!(tau2_us)),
+        on_channel_1("motor_threshold", 1, 999_999).rows(threshold),
+        on_channel_1("limit", 5_001, 1_000_000).rows(limit),
+        on_channel_1("reference", 10_000, 1_000_000).rows(reference),
+        // 16 octaves over the 10 and 5 mA from threshold to reference.
+        on_channel_1("slope_micro", 10_000, 1_109_035).rows(slope),
+        on_channel_1("slope_micro", 10_000, 2_218_070).rows(gentle),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
+}

@@ -1,0 +1,217 @@
+//! The table of requests: what each gets, and that a refusal changes nothing.
+
+use crate::bench::{Bench, LIMIT};
+use firmware::link::{Code, Request};
+use firmware::safety::State;
+use firmware::units::Amplitude;
+use host_tool::link::{Error, Refused};
+
+/// A request in a state, and what it must get.
+pub struct Row {
+    pub name: String,
+    pub scene: fn() -> Bench,
+    pub request: Box<dyn Fn(&mut Bench) -> Request>,
+    pub expect: Expect,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Expect {
+    Done,
+    Refused {
+        code: Code,
+        field: &'static str,
+        /// From 1, as people count.
+        channel: Option<u8>,
+        allowed: Option<(i32, i32)>,
+    },
+}
+
+impl Row {
+    pub fn code(&self) -> Option<Code> {
+        match self.expect {
+            Expect::Done => None,
+            Expect::Refused { code, .. } => Some(code),
+        }
+    }
+}
+
+pub fn refused(code: Code, field: &'static str) -> Expect {
+    Expect::Refused {
+        code,
+        field,
+        channel: None,
+        allowed: None,
+    }
+}
+
+impl Expect {
+    pub fn on(mut self, number: u8) -> Self {
+        if let Self::Refused { channel, .. } = &mut self {
+            *channel = Some(number);
+        }
+        self
+    }
+
+    pub fn allowed(mut self, min: i32, max: i32) -> Self {
+        if let Self::Refused { allowed, .. } = &mut self {
+            *allowed = Some((min, max));
+        }
+        self
+    }
+}
+
+/// A request that is the same whatever the device says.
+pub fn row(name: &str, scene: fn() -> Bench, request: Request, expect: Expect) -> Row {
+    Row {
+        name: name.to_owned(),
+        scene,
+        request: Box::new(move |_| request.clone()),
+        expect,
+    }
+}
+
+/// A field of a request, with its range.
+pub struct Field {
+    pub scene: fn() -> Bench,
+    pub name: &'static str,
+    pub min: i32,
+    pub max: i32,
+    /// From 1, if the refusal names a channel.
+    pub channel: Option<u8>,
+}
+
+impl Field {
+    /// The range's ends, which are taken, and the values beside them, which
+    /// are not. `make` gives `None` for what the field's type cannot say.
+    pub fn rows(&self, make: impl Fn(i64) -> Option<Request>) -> Vec<Row> {
+        let (min, max) = (i64::from(self.min), i64::from(self.max));
+        let far = [i64::from(i32::MIN), i64::from(u16::MAX), u32::MAX.into()];
+        let beyond = far.into_iter().filter(|v| !(min..=max).contains(v));
+        let out = Expect::Refused {
+            code: Code::OutOfRange,
+            field: self.name,
+            channel: self.channel,
+            allowed: Some((self.min, self.max)),
+        };
+        [min, max]
+            .into_iter()
+            .map(|v| (v, Expect::Done))
+            .chain(
+                [min - 1, max + 1]
+                    .into_iter()
+                    .chain(beyond)
+                    .map(|v| (v, out.clone())),
+            )
+            .filter_map(|(value, expect)| {
+                let name = format!("{} = {value}", self.name);
+                Some(row(&name, self.scene, make(value)?, expect))
+            })
+            .collect()
+    }
+}
+
+pub fn check_all(rows: &[Row]) {
+    let wrong: Vec<_> = rows.iter().filter_map(|row| check(row).err()).collect();
+    assert!(
+        wrong.is_empty(),
+        "{} of {} rows:\n{}",
+        wrong.len(),
+        rows.len(),
+        wrong.join("\n")
+    );
+    println!("{} rows", rows.len());
+}
+
+fn check(row: &Row) -> Result<(), String> {
+    let mut bench = (row.scene)();
+    let request = (row.request)(&mut bench);
+    let is_arm = matches!(request, Request::Arm);
+    let before = bench.client.status().map_err(|e| e.to_string())?;
+    let codes = bench.codes();
+    let got = match bench.client.request(request) {
+        Ok(_) => Expect::Done,
+        Err(Error::Refused(refused)) => {
+            is_helpful(&refused).map_err(|e| format!("{}: {e}", row.name))?;
+            as_expect(&refused, &row.expect)?
+        }
+        Err(other) => return Err(format!("{}: {other}", row.name)),
+    };
+    if got != row.expect {
+        return Err(format!("{}: {got:?}, not {:?}", row.name, row.expect));
+    }
+    if row.expect == Expect::Done {
+        return Ok(());
+    }
+    let after = bench.client.status().map_err(|e| e.to_string())?;
+    let wrong = |what: &str| Err(format!("{}: {what}", row.name));
+    if after.state != before.state || after.fault != before.fault {
+        return wrong(&format!("{:?} became {:?}", before.state, after.state));
+    }
+    if after.counters.refused != before.counters.refused + 1 {
+        return wrong("the refusal was not counted");
+    }
+    if is_arm {
+        // The first try blocks nothing: the second is refused for the same reason.
+        match bench.client.arm() {
+            Err(Error::Refused(again)) if again.code() == row.code() => {}
+            other => return wrong(&format!("a second try got {other:?}")),
+        }
+    }
+    if after.state == State::Stimulating {
+        bench.wait(50_000);
+        if bench.codes() != codes {
+            return wrong("amplitudes changed");
+        }
+    } else if !bench.is_isolated() || (!is_arm && after.counters.pulses != before.counters.pulses) {
+        return wrong("outputs are not isolated");
+    }
+    if after.state == State::Idle && !is_arm && bench.client.arm().is_ok() {
+        return draft_is_the_bench_s(&mut bench).map_err(|e| format!("{}: {e}", row.name));
+    }
+    Ok(())
+}
+
+/// Limits in force after arming are those configured before the refusal.
+fn draft_is_the_bench_s(bench: &mut Bench) -> Result<(), String> {
+    bench
+        .client
+        .amplitudes(&[(2, LIMIT)])
+        .map_err(|e| e.to_string())?;
+    match bench.client.amplitudes(&[(2, Amplitude(LIMIT.0 + 1))]) {
+        Err(Error::Refused(r)) if r.code() == Some(Code::AboveWearerLimit) => Ok(()),
+        other => Err(format!("the draft changed: {other:?}")),
+    }
+}
+
+fn as_expect(refused: &Refused, expected: &Expect) -> Result<Expect, String> {
+    let field = match expected {
+        Expect::Refused { field, .. } if *field == refused.field => field,
+        _ => return Err(format!("{refused}, where {expected:?} was expected")),
+    };
+    Ok(Expect::Refused {
+        code: refused.code().ok_or("a number nobody knows")?,
+        field,
+        channel: refused.channel,
+        allowed: refused.allowed,
+    })
+}
+
+/// Number, field, range and advice are in the words that people see.
+fn is_helpful(refused: &Refused) -> Result<(), String> {
+    let text = refused.to_string();
+    let code = refused.code().ok_or("a number nobody knows")?;
+    let range = refused
+        .allowed
+        .map_or(String::new(), |(_, max)| max.to_string());
+    for part in [
+        &format!("E{}", refused.number),
+        &refused.field,
+        &range,
+        host_tool::link::advice(code),
+    ] {
+        if !text.contains(part) {
+            return Err(format!("`{text}` does not say `{part}`"));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,71 @@
+//! The bounds that `flexor selftest` prints numbers for, held from the outside.
+
+use host_tool::run::{DeviceName, SessionFile, run};
+use host_tool::selftest::{Path, latency, silence, soak};
+use host_tool::session::LawName;
+use std::path;
+
+/// Issue: 0.6 ms for a direct amplitude (Harris's stimulator: 1.22–1.30 ms),
+/// one control tick more through the control law.
+#[test]
+fn setpoints_change_the_outputs_in_time() {
+    let direct = latency(Path::Direct, 10_000, 1).unwrap();
+    let control = latency(Path::Control, 40_000, 1).unwrap();
+    println!("direct {direct:?}\ncontrol {control:?}");
+    assert_eq!((direct.contradictions, control.contradictions), (0, 0));
+    assert!(direct.worst_us <= 600, "{direct:?}");
+    assert!(control.worst_us <= direct.worst_us + 1000, "{control:?}");
+}
+
+#[test]
+fn a_silent_host_leaves_the_outputs_isolated_for_every_timeout() {
+    for timeout_ms in 20..=1000 {
+        let found = silence(timeout_ms, 5 + timeout_ms % 96).unwrap();
+        assert!(found.until_isolated_us <= found.allowed_us(), "{found:?}");
+        // The last pulse before the fall began was not given away either.
+        assert!(
+            found.until_isolated_us + 100_000 > found.allowed_us(),
+            "{found:?}"
+        );
+    }
+}
+
+#[test]
+fn twenty_minutes_on_a_bad_wire_put_out_nothing_unasked_for() {
+    let soak = soak(20 * 60, 1, |_| ()).unwrap();
+    println!("{soak:?}");
+    assert!(soak.pulses > 500_000);
+    assert_eq!(soak.unasked, 0);
+    assert!(soak.is_accounted(), "{soak:?}");
+    assert!(soak.wire.lost > 900 && soak.wire.corrupted() > 900);
+}
+
+/// RMSE of the demo's sessions over 10–30 s against golden values, from both
+/// sides: a result that becomes much better has changed for a reason, too.
+#[test]
+fn the_finger_follows_as_well_as_it_did() {
+    let golden = [
+        ("hamana_exp4_one_point_a.toml", LawName::Recommended, 2.33),
+        ("hamana_exp4_one_point_b.toml", LawName::Recommended, 2.33),
+        ("hamana_exp4_two_point.toml", LawName::Recommended, 1.52),
+        ("hamana_exp4_one_point_a.toml", LawName::Paper, 10.43),
+        ("hamana_exp4_one_point_b.toml", LawName::Paper, 10.20),
+        ("hamana_exp4_two_point.toml", LawName::Paper, 15.74),
+    ];
+    let folder = path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../host-tool/sessions");
+    for (name, law, expected) in golden {
+        let mut file = SessionFile::load(&folder.join(name)).unwrap();
+        file.session = file.session.with_law(law).unwrap();
+        let port = DeviceName::Native.open(&file.session, 1).unwrap();
+        let (outcome, _) = run(&file, port, None, |_| ());
+        assert!(outcome.error.is_none(), "{name}: {:?}", outcome.error);
+        let rmse = host_tool::analysis::metrics(&outcome.trial)
+            .unwrap()
+            .rmse_deg;
+        println!("{name} {law:?}: {rmse:.3}");
+        assert!(
+            (rmse / expected - 1.0).abs() < 0.05,
+            "{name} {law:?}: {rmse:.3}, was {expected}"
+        );
+    }
+}
