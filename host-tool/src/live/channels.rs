@@ -42,7 +42,9 @@ pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
         }
     }
     if model.channels.is_empty() {
-        lines.push(Line::from("a session says what the channels are").dim());
+        lines.push(
+            Line::from("no session, so nothing is stimulated; run one with --session FILE").dim(),
+        );
     }
     frame.render_widget(Paragraph::new(lines).block(block), area);
 }

@@ -63,11 +63,13 @@ fn draw_title(frame: &mut Frame<'_>, area: Rect, model: &Model) {
             } else {
                 format!(", {what}")
             };
-            format!("{}{what}, firmware {major}.{minor}.{patch} ", model.device)
+            format!("{}{what} {major}.{minor}.{patch} ", model.device)
         }
         None => format!("{}, connecting ", model.device),
     };
     let width = u16::try_from(device.chars().count()).unwrap_or(u16::MAX);
+    // A long name of a port leaves half of the line to the title.
+    let width = width.min(area.width / 2);
     let [left, right] =
         Layout::horizontal([Constraint::Fill(1), Constraint::Length(width)]).areas(area);
     let title = Line::from(vec![" flexor ".bold(), Span::raw(model.title.as_str())]);
