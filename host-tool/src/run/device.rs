@@ -65,7 +65,7 @@ pub enum OpenError {
     #[error(transparent)]
     Port(#[from] Error),
     /// QEMU or its image.
-    #[error("E516 {0}")]
+    #[error("E510 {0}")]
     Qemu(#[from] StartError),
     /// The simulated wearer.
     #[error("E511 the session's body cannot be: {0}")]
