@@ -173,13 +173,13 @@ fn wrong_arguments_exit_with_2() {
             "seconds out of range",
             "edges session.toml --seconds 0 --csv x.csv",
             2,
-            &["E516 --seconds is 0: allowed is 0.001 to 3600"],
+            &["E518 --seconds is 0: allowed is 0.001 to 3600"],
         ),
         row(
             "no number",
             "edges session.toml --seconds nan --csv x.csv",
             2,
-            &["E516", "NaN"],
+            &["E518", "NaN"],
         ),
     ];
     for row in &rows {

@@ -115,7 +115,7 @@ pub fn main() -> ExitCode {
 
 /// An argument that the command cannot work with. Exit code 2.
 #[derive(Debug, thiserror::Error)]
-#[error("E516 {0}")]
+#[error("E518 {0}")]
 struct WrongUse(String);
 
 /// A command that failed on its way, with what it has to tell all the same.
