@@ -246,7 +246,7 @@ impl Lockstep {
             reading: self.reading.take(),
         };
         let start = self.playing.start.plus(WINDOW_US);
-        let (mut mail, _, _) = self.mail.split();
+        let (mut mail, mut control_mail, mut session_mail) = self.mail.split();
         let result = self
             .pulser
             .refill(now, start, &inputs, &mut mail, &mut self.next);
@@ -257,16 +257,15 @@ impl Lockstep {
             }
             sink.dac(done, channel, code);
         }
-        if result.is_err() {
-            self.isolate(now, sink);
-        }
         let mut ready = done;
-        let (_, mut control_mail, mut session_mail) = self.mail.split();
         if self.count.is_multiple_of(WINDOWS_PER_TICK) {
             self.controller.tick(done, sensors.joint, &mut control_mail);
             ready = done.plus(cost::CONTROL_US);
         }
         self.session.poll(&mut session_mail);
+        if result.is_err() {
+            self.isolate(now, sink);
+        }
         transmit(&mut self.session, ready, &mut self.sent, sink);
     }
 

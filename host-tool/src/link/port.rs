@@ -74,6 +74,10 @@ impl Port for SimulatedPort {
             self.world
                 .run_until(until_us.min(self.world.now_us() + 1000))?;
         }
-        Ok(self.world.received().flatten().collect())
+        let mut all = Vec::new();
+        for bytes in self.world.received() {
+            all.extend_from_slice(&bytes);
+        }
+        Ok(all)
     }
 }
