@@ -77,7 +77,9 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
         }
     }
     recorder.finish(&outcome.trial.counters, outcome.trial.duration_s)?;
-    let metrics = metrics(&outcome.trial);
+    // Without a joint there is no angle to follow.
+    let is_controlled = session.session.joint.is_some();
+    let metrics = metrics(&outcome.trial).filter(|_| is_controlled);
     let refused = outcome.refused;
     record.trials.push(outcome.trial);
     let command = format!("flexor run {} --seed {}", args.session.display(), args.seed);
