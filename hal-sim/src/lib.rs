@@ -6,6 +6,7 @@
 //! firmware, so that they cannot agree with its mistakes.
 
 pub mod body;
+pub mod chip;
 pub mod lockstep;
 pub mod native;
 pub mod qemu;

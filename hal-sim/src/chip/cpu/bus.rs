@@ -1,0 +1,108 @@
+//! What the core sees of the chip around it: memory, and time that goes on.
+
+use crate::chip::Cycle;
+
+/// Width of a data access.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Size {
+    /// 8 bits.
+    Byte,
+    /// 16 bits.
+    Half,
+    /// 32 bits.
+    Word,
+}
+
+impl Size {
+    /// Number of bytes.
+    #[must_use]
+    pub const fn bytes(self) -> u32 {
+        match self {
+            Self::Byte => 1,
+            Self::Half => 2,
+            Self::Word => 4,
+        }
+    }
+}
+
+/// Something that nobody models; the run stops and names it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Unmodelled(pub &'static str);
+
+/// Why an access got no answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Denied {
+    /// The slave answers with an error: the core takes a bus fault.
+    Error,
+    /// Nobody models it.
+    Unmodelled(Unmodelled),
+}
+
+impl From<Unmodelled> for Denied {
+    fn from(what: Unmodelled) -> Self {
+        Self::Unmodelled(what)
+    }
+}
+
+/// A word read, and the wait states beyond a zero-wait-state access.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Read {
+    /// The data, zero-extended.
+    pub value: u32,
+    /// Wait states, cycles.
+    pub wait: u32,
+}
+
+/// Number of words that hold the interrupt lines (82 on the STM32F405).
+pub const LINE_WORDS: usize = 3;
+
+/// All but the private peripheral bus (0xE000_0000–0xE00F_FFFF), which is the
+/// core's own. Accesses come in the order of their cycles, naturally aligned.
+pub trait Bus {
+    /// A data read of `size` at `address` whose data phase begins at `at`.
+    ///
+    /// # Errors
+    /// [`Denied`].
+    fn read(&mut self, address: u32, size: Size, at: Cycle) -> Result<Read, Denied>;
+
+    /// A data write; gives its wait states.
+    ///
+    /// # Errors
+    /// [`Denied`].
+    fn write(&mut self, address: u32, size: Size, value: u32, at: Cycle) -> Result<u32, Denied>;
+
+    /// The half-word of code at `address`, for decoding: no time passes.
+    ///
+    /// # Errors
+    /// [`Denied`].
+    fn code(&mut self, address: u32) -> Result<u16, Denied>;
+
+    /// The core begins to need code of the 16-byte line at `line` (its address
+    /// / 16) at `at`; gives the wait states until it has it.
+    fn fetch(&mut self, line: u32, at: Cycle) -> u32;
+
+    /// Whether code at `address` can change by a plain write (RAM), so that it
+    /// must be decoded anew each time.
+    fn is_writable_code(&self, address: u32) -> bool;
+
+    /// Counts up when code in flash changed: decoded code is stale.
+    fn code_version(&self) -> u32 {
+        0
+    }
+
+    /// Lets everything outside the core happen up to `to`.
+    ///
+    /// # Errors
+    /// [`Unmodelled`] behaviour that time brought about.
+    fn advance(&mut self, to: Cycle) -> Result<(), Unmodelled>;
+
+    /// Earliest cycle at which `advance` must be called: an interrupt line may
+    /// change then. An access can make it earlier, even now.
+    fn next_event(&self) -> Cycle;
+
+    /// Level of every interrupt line, line n in bit n % 32 of word n / 32.
+    fn lines(&self) -> [u32; LINE_WORDS];
+
+    /// The core asks for a system reset (AIRCR.SYSRESETREQ).
+    fn request_reset(&mut self, at: Cycle);
+}

@@ -1,0 +1,89 @@
+//! The core's registers (Arm ARM DDI 0403, B1.4).
+
+/// Condition flags and Q, as bits of APSR.
+pub mod flag {
+    /// Negative.
+    pub const N: u32 = 1 << 31;
+    /// Zero.
+    pub const Z: u32 = 1 << 30;
+    /// Carry.
+    pub const C: u32 = 1 << 29;
+    /// Overflow.
+    pub const V: u32 = 1 << 28;
+    /// Saturation, sticky.
+    pub const Q: u32 = 1 << 27;
+    /// The four greater-or-equal bits.
+    pub const GE: u32 = 0xF << 16;
+}
+
+/// Core and floating-point registers.
+#[derive(Clone, Debug, Default)]
+pub struct Registers {
+    /// R0–R15. R13 is the stack pointer in use; R15 is the address of the
+    /// instruction being executed (not +4), always even.
+    pub r: [u32; 16],
+    /// The stack pointer not in use: PSP while R13 is MSP, and the other way.
+    pub other_sp: u32,
+    /// N, Z, C, V, Q, GE at their places in APSR; all other bits zero.
+    pub apsr: u32,
+    /// IT state (ITSTATE\[7:0\]), 0 outside an IT block.
+    pub it: u8,
+    /// Exception number, IPSR.
+    pub exception: u16,
+    /// PRIMASK, bit 0.
+    pub primask: bool,
+    /// FAULTMASK, bit 0.
+    pub faultmask: bool,
+    /// BASEPRI, 0 or a priority; the upper four bits count.
+    pub basepri: u8,
+    /// CONTROL: bit 0 nPRIV, bit 1 SPSEL, bit 2 FPCA.
+    pub control: u8,
+    /// S0–S31.
+    pub s: [u32; 32],
+    /// FPSCR.
+    pub fpscr: u32,
+}
+
+/// CONTROL bits.
+pub mod control {
+    /// Thread mode is unprivileged.
+    pub const NPRIV: u8 = 1;
+    /// Thread mode uses PSP.
+    pub const SPSEL: u8 = 1 << 1;
+    /// Floating-point context is active.
+    pub const FPCA: u8 = 1 << 2;
+}
+
+impl Registers {
+    /// R13 is PSP now (thread mode with SPSEL).
+    #[must_use]
+    pub const fn uses_psp(&self) -> bool {
+        self.exception == 0 && self.control & control::SPSEL != 0
+    }
+
+    /// Main stack pointer.
+    #[must_use]
+    pub const fn msp(&self) -> u32 {
+        if self.uses_psp() {
+            self.other_sp
+        } else {
+            self.r[13]
+        }
+    }
+
+    /// Process stack pointer.
+    #[must_use]
+    pub const fn psp(&self) -> u32 {
+        if self.uses_psp() {
+            self.r[13]
+        } else {
+            self.other_sp
+        }
+    }
+
+    /// Handler mode, or thread mode without nPRIV.
+    #[must_use]
+    pub const fn is_privileged(&self) -> bool {
+        self.exception != 0 || self.control & control::NPRIV == 0
+    }
+}

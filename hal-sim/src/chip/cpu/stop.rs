@@ -1,0 +1,126 @@
+//! Why an instruction, or the whole run, did not go on.
+
+use super::bus::{Denied, Unmodelled};
+
+/// A synchronous fault of an instruction, taken as an exception (Arm ARM
+/// B1.5.14, B3.2.15). The return address is the faulting instruction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fault {
+    /// An instruction that the architecture defines as UNDEFINED (UDF).
+    Undefined,
+    /// Branch to ARM state (EPSR.T would be 0).
+    InvalidState,
+    /// Illegal EXC_RETURN or exception return.
+    InvalidPc,
+    /// Floating point while CPACR denies it.
+    NoCoprocessor,
+    /// Unaligned access that the instruction or CCR does not allow.
+    Unaligned,
+    /// Division by zero with CCR.DIV_0_TRP.
+    DivideByZero,
+    /// Precise data bus error.
+    DataBus(u32),
+    /// Bus error of a fetch.
+    InstructionBus,
+    /// The MPU denies data at this address.
+    DataAccess(u32),
+    /// The MPU, or execute-never memory, denies the fetch.
+    InstructionAccess,
+    /// Bus error while stacking for an exception.
+    StackingBus,
+    /// MPU violation while stacking for an exception.
+    StackingAccess,
+    /// Bus error while unstacking.
+    UnstackingBus,
+    /// MPU violation while unstacking.
+    UnstackingAccess,
+    /// MPU violation or bus error during lazy stacking (MLSPERR, LSPERR).
+    LazyStackingAccess,
+    /// Bus error during lazy stacking.
+    LazyStackingBus,
+    /// BKPT without a debugger and without semihosting: escalates.
+    Breakpoint,
+}
+
+/// Why the run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Stop {
+    /// An access that nobody models.
+    #[error("{what} is not modelled: access to {address:#010x} by the instruction at {pc:#010x}")]
+    Access {
+        /// Address of the data.
+        address: u32,
+        /// Address of the instruction.
+        pc: u32,
+        /// What is missing.
+        what: &'static str,
+    },
+    /// An instruction that the core does not model, or whose behaviour the
+    /// architecture leaves open.
+    #[error("instruction {instruction:#010x} at {pc:#010x}: {what}")]
+    Instruction {
+        /// First half-word in the upper half for a 32-bit instruction; a
+        /// 16-bit one in the lower half.
+        instruction: u32,
+        /// Its address.
+        pc: u32,
+        /// What is wrong with it.
+        what: &'static str,
+    },
+    /// Behaviour outside the core that nobody models.
+    #[error("{what} (at {pc:#010x})")]
+    Outside {
+        /// Where the core was.
+        pc: u32,
+        /// What happened.
+        what: &'static str,
+    },
+    /// A fault in a fault handler: the core locked up.
+    #[error("the core locked up at {pc:#010x}")]
+    LockUp {
+        /// Where.
+        pc: u32,
+    },
+    /// A breakpoint set by the debugger was reached.
+    #[error("breakpoint at {pc:#010x}")]
+    Breakpoint {
+        /// Where.
+        pc: u32,
+    },
+    /// The program ended itself through semihosting.
+    #[error("the program ended with status {0}")]
+    Exit(u32),
+}
+
+/// Why an instruction did not complete.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Trap {
+    /// The core takes a fault exception.
+    Fault(Fault),
+    /// The run ends.
+    Stop(Stop),
+}
+
+impl From<Fault> for Trap {
+    fn from(fault: Fault) -> Self {
+        Self::Fault(fault)
+    }
+}
+
+impl From<Stop> for Trap {
+    fn from(stop: Stop) -> Self {
+        Self::Stop(stop)
+    }
+}
+
+impl Trap {
+    /// What an access to `address` by the instruction at `pc` that was `denied`
+    /// comes to.
+    #[must_use]
+    pub const fn data(denied: Denied, address: u32, pc: u32) -> Self {
+        match denied {
+            Denied::Error => Self::Fault(Fault::DataBus(address)),
+            Denied::Unmodelled(Unmodelled(what)) => Self::Stop(Stop::Access { address, pc, what }),
+        }
+    }
+}

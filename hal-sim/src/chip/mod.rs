@@ -1,0 +1,12 @@
+//! The chip simulator: runs the ELF that would be flashed, cycle by cycle.
+//!
+//! Lives here: a Cortex-M4F (`cpu`), the STM32F405 around it (`soc`). Not
+//! here: the device code, which comes as machine code only; the wearer
+//! (`crate::body`). In: an ELF, bytes on USB, pins. Out: pin edges with their
+//! cycle, DAC codes, bytes. What nobody models stops the run and is named.
+
+pub mod cpu;
+pub mod soc;
+
+/// Core clock cycles (HCLK) since power was applied.
+pub type Cycle = u64;
