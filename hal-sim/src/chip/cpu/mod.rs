@@ -1,14 +1,41 @@
 //! A Cortex-M4F: ARMv7E-M Thumb-2, DSP and FPv4-SP, with its cycles.
 //!
-//! `decode` and `execute` are the instructions, `dsp` and `fpu` two families
-//! of them, `access` their way to memory, `timing` their cycles; `exception`
-//! and `system` (NVIC, SCB, SysTick, MPU, DWT, FPU control) the rest of the
-//! core. In: a `Bus`. Out: accesses in the order of their cycles.
+//! `decode` and `execute` are the instructions, `arithmetic` and `fpu` two
+//! families of them, `access` their way to memory, `timing` their cycles;
+//! `exception` and `system` (NVIC, SCB, SysTick, MPU, DWT, FPU control) the
+//! rest of the core. In: a `Bus`. Out: accesses in the order of their cycles.
 
+mod access;
+pub mod arithmetic;
 pub mod bus;
+mod decode;
+mod exception;
+mod execute;
+pub mod fpu;
 pub mod registers;
+mod run;
 pub mod stop;
+pub mod system;
+pub mod timing;
 
 pub use bus::{Bus, Size};
 pub use registers::Registers;
 pub use stop::{Fault, Stop, Trap};
+
+use super::Cycle;
+
+/// The core: registers, private peripherals, and where it is in time.
+#[derive(Debug)]
+pub struct Cpu {
+    /// R0–R15, flags, masks, S0–S31.
+    pub registers: Registers,
+    /// Cycles gone since power-on, sleep included.
+    pub cycle: Cycle,
+    /// Instructions completed since power-on; one that fails its condition
+    /// counts.
+    pub instructions: u64,
+    /// Private peripherals and the state of exceptions.
+    pub system: system::System,
+    decoded: decode::Cache,
+    pipeline: timing::Pipeline,
+}
