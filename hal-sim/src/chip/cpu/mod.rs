@@ -11,6 +11,7 @@ pub mod bus;
 mod decode;
 mod exception;
 mod execute;
+pub mod flat;
 pub mod fpu;
 pub mod registers;
 mod run;
