@@ -40,6 +40,12 @@ impl System {
         true
     }
 
+    /// CCR.DIV_0_TRP.
+    #[must_use]
+    pub const fn divide_by_zero_traps(&self) -> bool {
+        false
+    }
+
     /// Earliest cycle at which SysTick pends its exception.
     #[must_use]
     pub fn next_event(&self) -> Cycle {
