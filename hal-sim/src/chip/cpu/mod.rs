@@ -15,6 +15,7 @@ pub mod flat;
 pub mod fpu;
 pub mod registers;
 mod run;
+pub mod semihosting;
 pub mod stop;
 pub mod system;
 pub mod timing;
