@@ -4,8 +4,19 @@
 //! In: the core's accesses, pins, USB packets. Out: pin edges, interrupt
 //! lines, what the DACs hold. RM0090 is the reference manual.
 
+pub mod dma;
+pub mod exti;
+pub mod gpio;
+pub mod matrix;
 mod peripheral;
+pub mod playback;
 mod ram;
+pub mod syscfg;
+pub mod timer;
 
+pub use exti::Exti;
+pub use gpio::Gpio;
 pub use peripheral::Peripheral;
+pub use playback::Playback;
 pub use ram::Ram;
+pub use syscfg::Syscfg;
