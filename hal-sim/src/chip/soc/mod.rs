@@ -4,8 +4,15 @@
 //! In: the core's accesses, pins, USB packets. Out: pin edges, interrupt
 //! lines, what the DACs hold. RM0090 is the reference manual.
 
+pub mod backup;
+pub mod clock;
+pub mod dbgmcu;
 mod peripheral;
+pub mod pwr;
 mod ram;
+pub mod rcc;
+pub mod uid;
+mod word;
 
 pub use peripheral::Peripheral;
 pub use ram::Ram;
