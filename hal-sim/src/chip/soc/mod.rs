@@ -4,15 +4,23 @@
 //! In: the core's accesses, pins, USB packets. Out: pin edges, interrupt
 //! lines, what the DACs hold. RM0090 is the reference manual.
 
+pub mod backup;
+pub mod clock;
+pub mod dbgmcu;
 pub mod dma;
 pub mod exti;
 pub mod gpio;
 pub mod matrix;
+pub mod otg;
 mod peripheral;
 pub mod playback;
+pub mod pwr;
 mod ram;
+pub mod rcc;
 pub mod syscfg;
 pub mod timer;
+pub mod uid;
+mod word;
 
 pub use exti::Exti;
 pub use gpio::Gpio;
