@@ -4,6 +4,7 @@
 //! In: the core's accesses, pins, USB packets. Out: pin edges, interrupt
 //! lines, what the DACs hold. RM0090 is the reference manual.
 
+pub mod otg;
 mod peripheral;
 mod ram;
 
