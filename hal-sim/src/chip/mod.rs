@@ -7,6 +7,7 @@
 
 pub mod cpu;
 pub mod soc;
+pub mod usb;
 
 /// Core clock cycles (HCLK) since power was applied.
 pub type Cycle = u64;
