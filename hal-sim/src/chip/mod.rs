@@ -6,6 +6,7 @@
 //! cycle, DAC codes, bytes. What nobody models stops the run and is named.
 
 pub mod cpu;
+pub mod image;
 pub mod soc;
 pub mod usb;
 
