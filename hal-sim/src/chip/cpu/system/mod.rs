@@ -89,12 +89,6 @@ impl System {
         address == 0xE000_EF00 && self.scb.lets_users_pend()
     }
 
-    /// CCR.DIV_0_TRP.
-    #[must_use]
-    pub const fn divide_by_zero_traps(&self) -> bool {
-        false
-    }
-
     /// Earliest cycle at which SysTick pends its exception.
     #[inline]
     #[must_use]
