@@ -7,10 +7,13 @@
 pub mod backup;
 pub mod clock;
 pub mod dbgmcu;
+pub mod flash;
+pub mod iwdg;
 mod peripheral;
 pub mod pwr;
 mod ram;
 pub mod rcc;
+pub mod spi;
 pub mod uid;
 mod word;
 
