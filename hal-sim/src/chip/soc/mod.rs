@@ -4,6 +4,7 @@
 //! In: the core's accesses, pins, USB packets. Out: pin edges, interrupt
 //! lines, what the DACs hold. RM0090 is the reference manual.
 
+pub mod adc;
 pub mod backup;
 pub mod clock;
 pub mod dbgmcu;
@@ -15,6 +16,7 @@ mod ram;
 pub mod rcc;
 pub mod spi;
 pub mod uid;
+pub mod usart;
 mod word;
 
 pub use peripheral::Peripheral;
