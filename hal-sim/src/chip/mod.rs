@@ -7,7 +7,9 @@
 
 pub mod ad5668;
 pub mod cpu;
+pub mod image;
 pub mod soc;
+pub mod usb;
 
 /// Core clock cycles (HCLK) since power was applied.
 pub type Cycle = u64;
