@@ -4,12 +4,15 @@
 //! In: the core's accesses, pins, USB packets. Out: pin edges, interrupt
 //! lines, what the DACs hold. RM0090 is the reference manual.
 
+pub mod adc;
 pub mod backup;
 pub mod clock;
 pub mod dbgmcu;
 pub mod dma;
 pub mod exti;
+pub mod flash;
 pub mod gpio;
+pub mod iwdg;
 pub mod matrix;
 pub mod otg;
 mod peripheral;
@@ -17,9 +20,11 @@ pub mod playback;
 pub mod pwr;
 mod ram;
 pub mod rcc;
+pub mod spi;
 pub mod syscfg;
 pub mod timer;
 pub mod uid;
+pub mod usart;
 mod word;
 
 pub use exti::Exti;

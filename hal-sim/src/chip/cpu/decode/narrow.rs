@@ -290,9 +290,9 @@ fn miscellaneous(code: u16, pc: u32) -> Op {
             n: d,
             nonzero: code & 0x800 != 0,
             refill: 0,
-            target: pc.wrapping_add(4).wrapping_add(
-                u32::from(bits(code, 3, 5)) << 1 | u32::from(bits(code, 9, 1)) << 6,
-            ),
+            target: pc
+                .wrapping_add(4)
+                .wrapping_add(u32::from(bits(code, 3, 5)) << 1 | u32::from(bits(code, 9, 1)) << 6),
         },
         2 => {
             use Rearrange::{Sxtb, Sxth, Uxtb, Uxth};

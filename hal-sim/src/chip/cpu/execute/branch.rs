@@ -35,11 +35,7 @@ impl Cpu {
         Ok(self.registers.r[15])
     }
 
-    pub(super) fn branch_exchange<B: Bus>(
-        &mut self,
-        bus: &mut B,
-        value: u32,
-    ) -> Result<u32, Trap> {
+    pub(super) fn branch_exchange<B: Bus>(&mut self, bus: &mut B, value: u32) -> Result<u32, Trap> {
         self.interwork(bus, value, 1, REFILL_REGISTER)
     }
 

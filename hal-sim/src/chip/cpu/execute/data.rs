@@ -123,15 +123,7 @@ impl Cpu {
     }
 
     #[inline(always)]
-    pub(super) fn data_reg(
-        &mut self,
-        alu: Alu,
-        flags: bool,
-        d: Reg,
-        n: Reg,
-        m: Reg,
-        shift: Shift,
-    ) {
+    pub(super) fn data_reg(&mut self, alu: Alu, flags: bool, d: Reg, n: Reg, m: Reg, shift: Shift) {
         let b = self.shifted(m, shift);
         self.data(alu, flags, d, self.reg(n), b);
     }

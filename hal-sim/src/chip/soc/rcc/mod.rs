@@ -16,10 +16,8 @@ mod tree;
 pub use block::{APB1, APB2, BUSES, Block};
 pub use tree::HSI_HZ;
 
-use super::Peripheral;
 use super::clock::{Clocks, cycles_in, rescale};
 use crate::chip::Cycle;
-use crate::chip::cpu::Size;
 use crate::chip::cpu::bus::Unmodelled;
 use tree::{Pll, Source};
 

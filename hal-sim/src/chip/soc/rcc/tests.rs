@@ -1,6 +1,8 @@
 //! RCC against RM0090 chapter 7.
 
 use super::*;
+use crate::chip::cpu::Size;
+use crate::chip::soc::Peripheral;
 
 const CR: u32 = 0x00;
 const PLLCFGR: u32 = 0x04;
