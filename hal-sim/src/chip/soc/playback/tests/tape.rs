@@ -18,10 +18,11 @@ fn paint(scene: &mut Scene, slot: u32, step: u32) {
 #[test]
 fn all_slots_play_in_order_erase_themselves_and_count_down() {
     let mut scene = Scene::new(Pace::Lazy);
-    scene.prepare(0);
+    scene.erase();
     for slot in 0..LENGTH {
         paint(&mut scene, slot, slot);
     }
+    scene.prepare(0);
     let first = scene.start();
     for us in 0..3 * LENGTH {
         // The quiet part: TIM1 counts 72..100.
