@@ -145,8 +145,9 @@ impl Playback {
         &self.gpio
     }
 
-    /// Pin edges since the last drain, ascending in cycle, up to the last
-    /// `advance` or access.
+    /// Pin edges that writes made since the last drain, ascending in cycle: up
+    /// to the last `advance` or access, and an access of DMA2 that had begun
+    /// then (up to two cycles later).
     pub fn edges_mut(&mut self) -> &mut Vec<Edge> {
         self.gpio.edges_mut()
     }
@@ -177,7 +178,7 @@ impl Playback {
         ram: &mut Ram,
     ) -> Result<Option<bool>, Unmodelled> {
         self.run(at, at, ram)?;
-        let change = self.gpio.drive(port, pin, level, at);
+        let change = self.gpio.drive(port, pin, level);
         self.feed_capture(at)?;
         Ok(change)
     }
