@@ -2,4 +2,5 @@
 
 mod disturbed;
 mod scene;
+mod speed;
 mod tape;
