@@ -9,6 +9,10 @@ use crate::chip::cpu::{Bus, Cpu, Fault, Registers, Stop, Trap};
 /// Faults of unstacking.
 const UNSTACKING: (Fault, Fault) = (Fault::UnstackingAccess, Fault::UnstackingBus);
 
+/// Cycles from the arrival of the first code to its execution: decoding, as
+/// after a vector's fetch.
+const REFILL: Cycle = 2;
+
 /// How unstacking ended.
 enum Unstacked {
     /// The registers are as before the exception.
@@ -92,7 +96,7 @@ impl Cpu {
         let privileged = !to_thread || new.control & control::NPRIV == 0;
         let mut xpsr = 0;
         let mut fetched = began;
-        self.cycle += 1;
+        self.cycle = self.cycle.max(self.pipeline.buffer) + 1;
         for (offset, register) in [
             (0x18, 15),
             (0x1C, 16),
@@ -118,18 +122,18 @@ impl Cpu {
                 fetched = self.cycle + Cycle::from(wait);
             }
         }
-        let mut words = 8;
+        let mut more = 0;
         if with_fp && self.system.floating.owes_save() {
             self.system.floating.settle_save();
         } else if with_fp {
-            words += FP_WORDS;
+            more = FP_WORDS;
             if self.unstack_fp(bus, frame, &mut new)? {
                 return Ok(Unstacked::Preempted);
             }
         }
-        let waits = self.cycle - began - words - 1;
-        let popped = began + RETURN + (words - 8) + waits;
-        self.cycle = popped.max(fetched + RETURN - 10);
+        let waits = self.cycle - began - (1 + 8 + more);
+        let popped = began + RETURN + more + waits;
+        self.cycle = popped.max(fetched + REFILL);
         let bytes = if with_fp { 0x68 } else { 0x20 };
         let aligned = with_fp || self.system.scb.aligns_stack();
         let moved = if aligned { xpsr >> 7 & 4 } else { 0 };
@@ -189,7 +193,7 @@ impl Cpu {
         self.registers.r[15] &= !1;
         self.system.event = true;
         self.system.update(&self.registers);
-        self.pipeline = crate::chip::cpu::timing::Pipeline::default();
+        self.pipeline.begin_at(self.registers.r[15]);
         if to_thread {
             self.system.note_return_to_thread();
         }

@@ -58,7 +58,7 @@ fn compare(divider: Cycle, source: u32, reload: u32, stride: usize) {
         if at % divider == 0 {
             stepped.clock(at);
         }
-        if (at as usize) % stride != 0 && at != next {
+        if !(at as usize).is_multiple_of(stride) && at != next {
             continue;
         }
         assert_eq!(read_at(&mut system, CVR, at), stepped.counter, "at {at}");
