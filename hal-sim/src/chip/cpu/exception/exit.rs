@@ -13,14 +13,6 @@ const UNSTACKING: (Fault, Fault) = (Fault::UnstackingAccess, Fault::UnstackingBu
 /// after a vector's fetch.
 const REFILL: Cycle = 2;
 
-/// How unstacking ended.
-enum Unstacked {
-    /// The registers are as before the exception.
-    Done(Registers),
-    /// An exception came first: nothing is restored.
-    Preempted,
-}
-
 impl Cpu {
     /// Returns from an exception: a branch to `exc_return` (0xFxxx_xxxx) in
     /// handler mode. Tail-chains where another is pending. `cycle` is the end
@@ -51,8 +43,8 @@ impl Cpu {
             return Ok(self.tail_chain(bus, exc_return)?);
         }
         match self.unstack(bus, exc_return) {
-            Ok(Unstacked::Done(registers)) => Ok(self.resume(bus, registers)?),
-            Ok(Unstacked::Preempted) => Ok(self.tail_chain(bus, exc_return)?),
+            Ok(Some(registers)) => Ok(self.resume(bus, registers)?),
+            Ok(None) => Ok(self.tail_chain(bus, exc_return)?),
             Err(Trap::Fault(fault)) => {
                 self.pend_fault(fault)?;
                 Ok(self.tail_chain(bus, exc_return)?)
@@ -84,9 +76,9 @@ impl Cpu {
         self.arrive(bus, approach, ready, exc_return, behind)
     }
 
-    /// Pops the frame in the order in which it was pushed, until something
-    /// pre-empts.
-    fn unstack<B: Bus>(&mut self, bus: &mut B, exc_return: u32) -> Result<Unstacked, Trap> {
+    /// Pops the frame in the order in which it was pushed; `None`, and nothing
+    /// has changed, where an exception pre-empts meanwhile.
+    fn unstack<B: Bus>(&mut self, bus: &mut B, exc_return: u32) -> Result<Option<Registers>, Trap> {
         let began = self.cycle;
         let to_thread = exc_return & 1 << 3 != 0;
         let from_psp = exc_return & 0b1111 == 0b1101;
@@ -108,7 +100,7 @@ impl Cpu {
             (0x14, 14),
         ] {
             if self.is_preempted(bus)? {
-                return Ok(Unstacked::Preempted);
+                return Ok(None);
             }
             let address = frame.wrapping_add(offset);
             let value = self.stack_access(bus, address, None, UNSTACKING, privileged)?;
@@ -128,7 +120,7 @@ impl Cpu {
         } else if with_fp {
             more = FP_WORDS;
             if self.unstack_fp(bus, frame, &mut new)? {
-                return Ok(Unstacked::Preempted);
+                return Ok(None);
             }
         }
         let waits = self.cycle - began - (1 + 8 + more);
@@ -149,7 +141,7 @@ impl Cpu {
         if xpsr & 1 << 24 == 0 {
             new.r[15] |= 1;
         }
-        Ok(Unstacked::Done(new))
+        Ok(Some(new))
     }
 
     fn is_preempted<B: Bus>(&mut self, bus: &mut B) -> Result<bool, Stop> {
