@@ -1,0 +1,4 @@
+//! The reference board around the chip.
+
+pub mod front_end;
+pub mod wiring;
