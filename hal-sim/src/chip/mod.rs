@@ -6,7 +6,7 @@
 //! cycle, DAC codes, bytes. What nobody models stops the run and is named.
 
 pub mod ad5668;
-mod board;
+pub mod board;
 pub mod cpu;
 pub mod image;
 pub mod soc;

@@ -75,6 +75,16 @@ impl Symbols {
         (function.size == 0 || inside < function.size).then_some(function)
     }
 
+    /// Name of the function at `address` and the distance from its start, for
+    /// messages.
+    #[must_use]
+    pub fn describe(&self, address: u32) -> String {
+        match self.function_at(address) {
+            Some(symbol) => format!("{} + {:#x}", symbol.name, address - symbol.address),
+            None => format!("no function at {address:#010x}"),
+        }
+    }
+
     /// The function or variable that the linker calls `raw`.
     #[must_use]
     pub fn find(&self, raw: &str) -> Option<&Symbol> {

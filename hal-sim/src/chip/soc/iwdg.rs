@@ -125,6 +125,7 @@ impl Iwdg {
         4 << self.prescaler.value.min(6)
     }
 
+    /// Counts down from 0xFFF, whatever the reload value (section 21.3).
     fn start(&mut self, at: Cycle) {
         if self.running.is_none() {
             let first = at.saturating_add(cycles_in(LSI_START_NS, self.core_hz));
@@ -135,7 +136,6 @@ impl Iwdg {
             let lsi = Oscillator::new(self.lsi_hz, self.core_hz, first);
             self.running = Some((lsi, counter));
         }
-        self.refresh(at);
     }
 
     fn refresh(&mut self, at: Cycle) {

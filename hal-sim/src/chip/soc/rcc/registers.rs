@@ -97,7 +97,9 @@ impl Peripheral for Rcc {
             }
             0x70 => self.bdcr,
             CSR => self.csr,
-            0x80 => 0,
+            // 0x8C is DCKCFGR on the F405's successors, and embassy-stm32 reads
+            // it on all. Taken: what is reserved reads 0.
+            0x80 | 0x8C => 0,
             0x84 => 0x2000_3000,
             register => {
                 if let Some(bus) = bus(register, 0x10) {
