@@ -187,4 +187,10 @@ impl Host {
         let running = matches!(self.port, Port::Recovering(_) | Port::Running);
         running.then(|| (self.frames.index(at) & 0x7FF) as u16)
     }
+
+    /// Start of the frame that `at` lies in, while the bus runs.
+    #[must_use]
+    pub fn frame_start(&self, at: Cycle) -> Cycle {
+        self.frames.start(self.frames.index(at))
+    }
 }

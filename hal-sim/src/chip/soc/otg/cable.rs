@@ -129,10 +129,13 @@ impl Otg {
         self.mask & int::EOPF != 0 && self.events & int::EOPF == 0
     }
 
+    /// DCFG.DAD.
+    pub(super) fn programmed_address(&self) -> u8 {
+        (self.dcfg >> 4 & 0x7F) as u8
+    }
+
     fn listens(&self, address: u8, endpoint: usize) -> bool {
-        self.attached.is_some()
-            && self.dcfg >> 4 & 0x7F == u32::from(address)
-            && endpoint < ENDPOINTS
+        self.attached.is_some() && self.address == address && endpoint < ENDPOINTS
     }
 
     /// A SETUP transaction to endpoint 0 at `address`: always accepted
@@ -271,6 +274,9 @@ impl Otg {
         else {
             return;
         };
+        if endpoint == 0 {
+            self.address = (self.dcfg >> 4 & 0x7F) as u8;
+        }
         fifo.release(length as u32);
         source.toggle();
         source.size = source.size.saturating_sub(length as u32);

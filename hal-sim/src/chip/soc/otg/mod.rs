@@ -57,6 +57,10 @@ pub struct Otg {
     rx_size: u32,
     ccfg: u32,
     dcfg: u32,
+    /// The address that the device answers to: DCFG.DAD, but a new one only
+    /// counts once the status stage of SET_ADDRESS is over, since software
+    /// writes it before (section 34.17.5).
+    address: u8,
     /// DCTL's SDIS, GINSTS, GONSTS, POPRGDNE; global OUT NAK in effect.
     dctl: u32,
     out_nak_effective: bool,
@@ -102,6 +106,7 @@ impl Otg {
             rx_size: 0x200,
             ccfg: 0,
             dcfg: dcfg::RESET,
+            address: 0,
             dctl: 0,
             out_nak_effective: false,
             dsts: 0,
@@ -408,7 +413,12 @@ impl Otg {
             offset::DCFG if value & dcfg::DSPD != dcfg::DSPD => {
                 return Err(Unmodelled("OTG_FS DCFG DSPD other than full speed"));
             }
-            offset::DCFG => self.dcfg = dcfg::RESET | value & dcfg::WRITABLE,
+            offset::DCFG => {
+                self.dcfg = dcfg::RESET | value & dcfg::WRITABLE;
+                if self.programmed_address() == 0 {
+                    self.address = 0;
+                }
+            }
             offset::DCTL if value & dctl::UNMODELLED != 0 => {
                 return Err(Unmodelled("OTG_FS remote wake-up or test mode"));
             }
