@@ -1,8 +1,8 @@
 //! The USB host at the other end of the cable: a full-speed root port with one
 //! CDC ACM driver.
 //!
-//! Lives here: attachment, reset, enumeration (`request`, `descriptor`), the
-//! serial port, frames (`frame`) and the transactions in them (`schedule`),
+//! Lives here: attachment and reset (`port`), enumeration (`transfer`,
+//! `request`, `descriptor`), the serial port, frames (`frame`) and the transactions in them (`schedule`),
 //! packet times (`line`). Not here: the device (`soc::otg`). In: bytes with
 //! the cycle from which on they wait. Out: bytes with the cycle of their ACK.
 
@@ -15,6 +15,7 @@ mod request;
 mod schedule;
 #[cfg(test)]
 mod tests;
+mod transfer;
 
 pub use descriptor::{Device, Endpoint};
 pub use failure::Failure;

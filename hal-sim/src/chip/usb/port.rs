@@ -1,8 +1,7 @@
 //! The host's port: power, attachment, debounce, bus reset (USB 2.0 section
 //! 7.1.7), and frames announced to the device.
 
-use super::request::{Control, Request};
-use super::schedule::Pipe;
+use super::request::Request;
 use super::{Frames, Host};
 use crate::chip::Cycle;
 use crate::chip::soc::otg::Otg;
@@ -159,16 +158,6 @@ impl Host {
                 Port::Running
             }
             port => port,
-        };
-    }
-
-    /// Begins `request` with the frame after `at`.
-    pub(super) fn ask(&mut self, request: Request, at: Cycle) {
-        let control = Control::new(request, &self.device, self.total, at, self.hz);
-        self.control = Some(control);
-        self.control_pipe = Pipe {
-            eligible: self.frames.start(self.frames.index(at) + 1),
-            ..Pipe::default()
         };
     }
 
