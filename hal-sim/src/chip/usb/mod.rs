@@ -41,6 +41,8 @@ pub struct Host {
     frames: Frames,
     /// Frame whose start, and whose end of the periodic part, was announced.
     announced: (Option<u64>, Option<u64>),
+    /// Nothing is to be announced before.
+    quiet_until: Cycle,
     /// The bus is free from then on.
     free: Cycle,
     flight: Option<Flight>,
@@ -82,6 +84,7 @@ impl Host {
             port: Port::Empty,
             frames: Frames::new(0, hz),
             announced: (None, None),
+            quiet_until: 0,
             free: 0,
             flight: None,
             address: 0,
@@ -107,6 +110,7 @@ impl Host {
     pub fn set_hz(&mut self, hz: u64, at: Cycle) {
         self.port.set_hz(self.hz, hz, at);
         self.frames.set_hz(hz, at);
+        self.quiet_until = 0;
         self.hz = hz;
     }
 
@@ -114,7 +118,7 @@ impl Host {
     pub fn plug(&mut self, at: Cycle, otg: &mut Otg) {
         if self.port == Port::Empty {
             otg.set_vbus(true, at);
-            self.port = Port::Powered;
+            self.port = Port::Powered(at);
         }
     }
 
@@ -185,8 +189,7 @@ impl Host {
     /// Number (0–2047) of the frame at `at`, while the bus runs.
     #[must_use]
     pub fn frame(&self, at: Cycle) -> Option<u16> {
-        let running = matches!(self.port, Port::Recovering(_) | Port::Running);
-        running.then(|| (self.frames.index(at) & 0x7FF) as u16)
+        self.runs().then(|| (self.frames.index(at) & 0x7FF) as u16)
     }
 
     /// Start of the frame that `at` lies in, while the bus runs.

@@ -164,6 +164,9 @@ impl Otg {
             offset::DCFG if value & dcfg::DSPD != dcfg::DSPD => {
                 return Err(Unmodelled("OTG_FS DCFG DSPD other than full speed"));
             }
+            offset::DCFG if value & dcfg::PFIVL != 0 => {
+                return Err(Unmodelled("OTG_FS DCFG PFIVL other than 80 %"));
+            }
             offset::DCFG => {
                 self.dcfg = dcfg::RESET | value & dcfg::WRITABLE;
                 if self.programmed_address() == 0 {

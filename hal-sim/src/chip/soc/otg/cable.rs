@@ -105,16 +105,9 @@ impl Otg {
         self.dsts &= !dsts::SUSPSTS;
     }
 
-    /// The part of the frame that DCFG.PFIVL gives to periodic transfers is
-    /// over (EOPF).
+    /// 80 % of the frame, the part for periodic transfers, are over (EOPF).
     pub fn periodic_frame_ends(&mut self) {
         self.events |= int::EOPF;
-    }
-
-    /// DCFG.PFIVL: 80, 85, 90 or 95, % of the frame.
-    #[must_use]
-    pub fn periodic_percent(&self) -> u64 {
-        80 + 5 * u64::from(self.dcfg >> 11 & 0b11)
     }
 
     /// Whether a start of frame can raise the interrupt line.

@@ -83,6 +83,9 @@ pub struct Board {
     pub to_send: VecDeque<Vec<u8>>,
     /// The thread leaves OUT data in the handler's buffer.
     pub deaf: bool,
+    /// The handler throws OUT data away itself: the endpoint was armed for many
+    /// packets.
+    pub greedy: bool,
     /// Request code and lower byte of wValue that the device refuses.
     pub refused: Option<(u8, u8)>,
     /// The thread does nothing about endpoint 0.
@@ -111,6 +114,7 @@ impl Board {
             received: Vec::new(),
             to_send: VecDeque::new(),
             deaf: false,
+            greedy: false,
             refused: None,
             mute: false,
             configuration: CONFIGURATION.to_vec(),
@@ -253,7 +257,9 @@ impl Board {
                 if endpoint == 1 {
                     self.received.push((self.now, bytes.clone()));
                 }
-                self.taken[endpoint] = Some(bytes);
+                if !self.greedy {
+                    self.taken[endpoint] = Some(bytes);
+                }
             }
             _ => {}
         }
