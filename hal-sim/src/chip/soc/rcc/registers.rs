@@ -137,7 +137,7 @@ impl Peripheral for Rcc {
                 self.write_csr(value, at);
                 Ok(())
             }
-            0x80 if value == 0 => Ok(()),
+            0x80 | 0x8C if value == 0 => Ok(()),
             register => {
                 if let Some(bus) = bus(register, 0x10) {
                     self.write_reset(bus, value);
