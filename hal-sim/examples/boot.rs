@@ -1,3 +1,4 @@
+#![allow(missing_docs)]
 use firmware::device::lockstep::{Sensors, Sink};
 use firmware::units::{DacCode, Micros};
 use hal_sim::chip::board::Board;

@@ -23,7 +23,7 @@ pub enum Level {
     Open,
 }
 
-/// Pins of one port that changed at one cycle.
+/// Pins of one port that a write changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Edge {
     /// When: the write that made it is complete from this cycle on.
@@ -193,17 +193,16 @@ impl Gpio {
         self.note(port, before, done);
     }
 
-    /// Connects `level` to a pin from outside at `at`; gives the level that
-    /// the pin now has if that changed. Ports and pins beyond I and 15 are
-    /// ignored.
-    pub fn drive(&mut self, port: usize, pin: usize, level: Level, at: Cycle) -> Option<bool> {
+    /// Connects `level` to a pin from outside; gives the level that the pin now
+    /// has if that changed, which is not listed as an edge: the caller knows.
+    /// Ports and pins beyond I and 15 are ignored.
+    pub fn drive(&mut self, port: usize, pin: usize, level: Level) -> Option<bool> {
         let p = self.ports.get_mut(port).filter(|_| pin < 16)?;
         let (bit, before) = (1u16 << pin, p.levels);
         p.driven = p.driven & !bit | if level == Level::Open { 0 } else { bit };
         p.external = p.external & !bit | if level == Level::High { bit } else { 0 };
         p.refresh();
         let now = p.levels;
-        self.note(port, before, at);
         ((before ^ now) & bit != 0).then_some(now & bit != 0)
     }
 
@@ -233,7 +232,7 @@ impl Gpio {
         })
     }
 
-    /// Edges since the last drain, in the order of their cycles per port.
+    /// Edges that writes made since the last drain, ascending in cycle.
     pub fn edges_mut(&mut self) -> &mut Vec<Edge> {
         &mut self.edges
     }

@@ -102,14 +102,14 @@ impl Device {
         while let Some(&length) = rest.first() {
             let part = rest.get(..usize::from(length)).unwrap_or_default();
             rest = rest.get(usize::from(length)..).unwrap_or_default();
-            match part {
-                &[9, kind::INTERFACE, number, _, _, code, subclass, ..] => {
+            match *part {
+                [9, kind::INTERFACE, number, _, _, code, subclass, ..] => {
                     class = code;
                     if (code, subclass) == COMMUNICATIONS {
                         self.control_interface = number;
                     }
                 }
-                &[7, kind::ENDPOINT, address, attributes, ..] => {
+                [7, kind::ENDPOINT, address, attributes, ..] => {
                     let endpoint = Endpoint {
                         number: usize::from(address & 0xF),
                         max_packet: usize::from(short(part, 4) & 0x7FF),
@@ -117,7 +117,7 @@ impl Device {
                     };
                     self.take_endpoint(class, address, attributes, endpoint)?;
                 }
-                &[length, _, ..] if length >= 2 => {}
+                [length, _, ..] if length >= 2 => {}
                 _ => return Err(Failure::Descriptor("bLength in a configuration")),
             }
         }

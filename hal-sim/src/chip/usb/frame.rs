@@ -15,6 +15,8 @@ pub struct Frames {
     origin: Cycle,
     first: u64,
     hz: u64,
+    /// Cycles of a frame.
+    period: Cycle,
 }
 
 impl Frames {
@@ -24,6 +26,7 @@ impl Frames {
             origin,
             first: 0,
             hz,
+            period: period(hz),
         }
     }
 
@@ -34,20 +37,17 @@ impl Frames {
         self.origin = at + left * hz / self.hz.max(1);
         self.first = next;
         self.hz = hz;
-    }
-
-    fn period(&self) -> Cycle {
-        (self.hz / 1_000).max(1)
+        self.period = period(hz);
     }
 
     /// Frame that `at` lies in.
     pub fn index(&self, at: Cycle) -> u64 {
-        self.first + at.saturating_sub(self.origin) / self.period()
+        self.first + at.saturating_sub(self.origin) / self.period
     }
 
     /// Start of a frame.
     pub fn start(&self, index: u64) -> Cycle {
-        self.origin + index.saturating_sub(self.first) * self.period()
+        self.origin + index.saturating_sub(self.first) * self.period
     }
 
     /// When the device has received the start of frame `index`.
@@ -55,9 +55,10 @@ impl Frames {
         self.start(index) + line::cycles(line::SOF, self.hz)
     }
 
-    /// When `percent` of frame `index` are over.
-    pub fn part(&self, index: u64, percent: u64) -> Cycle {
-        self.start(index) + self.period() * percent / 100
+    /// When 80 % of frame `index` are over, the part that the device gives to
+    /// periodic transfers (RM0090, DCFG.PFIVL = 0).
+    pub fn periodic_end(&self, index: u64) -> Cycle {
+        self.start(index) + self.period * 4 / 5
     }
 
     /// First moment of frame `index` for a transaction.
@@ -84,4 +85,8 @@ impl Frames {
         let tries = from.saturating_sub(slot).div_ceil(step.max(1));
         self.fit(slot + tries * step, budget)
     }
+}
+
+fn period(hz: u64) -> Cycle {
+    (hz / 1_000).max(1)
 }

@@ -1,8 +1,8 @@
 //! The USB host at the other end of the cable: a full-speed root port with one
 //! CDC ACM driver.
 //!
-//! Lives here: attachment, reset, enumeration (`request`, `descriptor`), the
-//! serial port, frames (`frame`) and the transactions in them (`schedule`),
+//! Lives here: attachment and reset (`port`), enumeration (`transfer`,
+//! `request`, `descriptor`), the serial port, frames (`frame`) and the transactions in them (`schedule`),
 //! packet times (`line`). Not here: the device (`soc::otg`). In: bytes with
 //! the cycle from which on they wait. Out: bytes with the cycle of their ACK.
 
@@ -15,6 +15,7 @@ mod request;
 mod schedule;
 #[cfg(test)]
 mod tests;
+mod transfer;
 
 pub use descriptor::{Device, Endpoint};
 pub use failure::Failure;
@@ -40,6 +41,8 @@ pub struct Host {
     frames: Frames,
     /// Frame whose start, and whose end of the periodic part, was announced.
     announced: (Option<u64>, Option<u64>),
+    /// Nothing is to be announced before.
+    quiet_until: Cycle,
     /// The bus is free from then on.
     free: Cycle,
     flight: Option<Flight>,
@@ -81,6 +84,7 @@ impl Host {
             port: Port::Empty,
             frames: Frames::new(0, hz),
             announced: (None, None),
+            quiet_until: 0,
             free: 0,
             flight: None,
             address: 0,
@@ -106,6 +110,7 @@ impl Host {
     pub fn set_hz(&mut self, hz: u64, at: Cycle) {
         self.port.set_hz(self.hz, hz, at);
         self.frames.set_hz(hz, at);
+        self.quiet_until = 0;
         self.hz = hz;
     }
 
@@ -113,7 +118,7 @@ impl Host {
     pub fn plug(&mut self, at: Cycle, otg: &mut Otg) {
         if self.port == Port::Empty {
             otg.set_vbus(true, at);
-            self.port = Port::Powered;
+            self.port = Port::Powered(at);
         }
     }
 
@@ -184,7 +189,12 @@ impl Host {
     /// Number (0–2047) of the frame at `at`, while the bus runs.
     #[must_use]
     pub fn frame(&self, at: Cycle) -> Option<u16> {
-        let running = matches!(self.port, Port::Recovering(_) | Port::Running);
-        running.then(|| (self.frames.index(at) & 0x7FF) as u16)
+        self.runs().then(|| (self.frames.index(at) & 0x7FF) as u16)
+    }
+
+    /// Start of the frame that `at` lies in, while the bus runs.
+    #[must_use]
+    pub fn frame_start(&self, at: Cycle) -> Cycle {
+        self.frames.start(self.frames.index(at))
     }
 }

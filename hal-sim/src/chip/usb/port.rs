@@ -1,8 +1,7 @@
 //! The host's port: power, attachment, debounce, bus reset (USB 2.0 section
 //! 7.1.7), and frames announced to the device.
 
-use super::request::{Control, Request};
-use super::schedule::Pipe;
+use super::request::Request;
 use super::{Frames, Host};
 use crate::chip::Cycle;
 use crate::chip::soc::otg::Otg;
@@ -21,8 +20,8 @@ const SUSPEND_MS: u64 = 3;
 pub enum Port {
     /// No cable.
     Empty,
-    /// VBUS is on, nothing pulls D+ up.
-    Powered,
+    /// VBUS is on since then, nothing pulls D+ up.
+    Powered(Cycle),
     /// Something pulls D+ up; the bus is not idle for 3 ms yet.
     Attached(Cycle, Cycle),
     /// The same, and the device sees a suspended bus.
@@ -43,7 +42,7 @@ impl Port {
             | Self::Suspended(at)
             | Self::Resetting(at)
             | Self::Recovering(at) => at,
-            Self::Empty | Self::Powered | Self::Running => Cycle::MAX,
+            Self::Empty | Self::Powered(_) | Self::Running => Cycle::MAX,
         }
     }
 
@@ -58,7 +57,7 @@ impl Port {
                 stretch(reset);
             }
             Self::Suspended(then) | Self::Resetting(then) | Self::Recovering(then) => stretch(then),
-            Self::Empty | Self::Powered | Self::Running => {}
+            Self::Empty | Self::Powered(_) | Self::Running => {}
         }
     }
 }
@@ -86,7 +85,7 @@ impl Host {
     #[must_use]
     pub fn next_event(&self, otg: &Otg) -> Cycle {
         let attached = match (self.port, otg.attached()) {
-            (Port::Powered, Some(since)) => self.debounce(since).0,
+            (Port::Powered(on), Some(since)) => self.debounce(since.max(on)).0,
             _ => Cycle::MAX,
         };
         attached
@@ -105,15 +104,15 @@ impl Host {
 
     fn notice_attachment(&mut self, otg: &Otg) {
         match (self.port, otg.attached()) {
-            (Port::Powered, Some(since)) => {
-                let (suspended, reset) = self.debounce(since);
+            (Port::Powered(on), Some(since)) => {
+                let (suspended, reset) = self.debounce(since.max(on));
                 self.port = Port::Attached(suspended, reset);
             }
-            (Port::Empty | Port::Powered, _) | (_, Some(_)) => {}
+            (Port::Empty | Port::Powered(_), _) | (_, Some(_)) => {}
             // A disconnect is seen after 2.5 µs of SE0 (7.1.7.3): at once here.
             (_, None) => {
                 self.forget();
-                self.port = Port::Powered;
+                self.port = Port::Powered(self.now);
             }
         }
     }
@@ -149,6 +148,7 @@ impl Host {
                 otg.reset_ends();
                 self.frames = Frames::new(at, self.hz);
                 self.announced = (None, None);
+                self.quiet_until = 0;
                 Port::Recovering(at + self.ms(RECOVERY_MS))
             }
             Port::Recovering(_) => {
@@ -162,45 +162,32 @@ impl Host {
         };
     }
 
-    /// Begins `request` with the frame after `at`.
-    pub(super) fn ask(&mut self, request: Request, at: Cycle) {
-        let control = Control::new(request, &self.device, self.total, at, self.hz);
-        self.control = Some(control);
-        self.control_pipe = Pipe {
-            eligible: self.frames.start(self.frames.index(at) + 1),
-            ..Pipe::default()
-        };
-    }
-
     /// Announces starts and parts of frames up to `at`, the last of each.
     fn announce(&mut self, at: Cycle, otg: &mut Otg) {
-        if !matches!(self.port, Port::Recovering(_) | Port::Running) {
+        if at < self.quiet_until || !self.runs() {
             return;
         }
         let index = self.frames.index(at);
-        let started = if self.frames.received(index) <= at {
-            Some(index)
-        } else {
-            index.checked_sub(1)
-        };
+        let (start, part) = (self.frames.received(index), self.frames.periodic_end(index));
+        // Of the frame before, if it is not this one's turn yet.
+        let reached = |then: Cycle| index.checked_sub(u64::from(at < then));
+        let (started, ended) = (reached(start), reached(part));
         if started > self.announced.0 {
             self.announced.0 = started;
             otg.sof((started.unwrap_or(0) & 0x7FF) as u16);
         }
-        let ended = if self.frames.part(index, otg.periodic_percent()) <= at {
-            Some(index)
-        } else {
-            index.checked_sub(1)
-        };
         if ended > self.announced.1 {
             self.announced.1 = ended;
             otg.periodic_frame_ends();
         }
+        // Both ascend: the first of them that is still to come.
+        let next = [start, part, self.frames.received(index + 1)];
+        self.quiet_until = next.into_iter().find(|then| at < *then).unwrap_or(at);
     }
 
     /// When the next announcement raises the device's interrupt line.
     fn next_announcement(&self, otg: &Otg) -> Cycle {
-        if !matches!(self.port, Port::Recovering(_) | Port::Running) {
+        if !self.runs() {
             return Cycle::MAX;
         }
         let next =
@@ -210,11 +197,14 @@ impl Host {
             false => Cycle::MAX,
         };
         let end = match otg.awaits_periodic_end() {
-            true => self
-                .frames
-                .part(next(self.announced.1), otg.periodic_percent()),
+            true => self.frames.periodic_end(next(self.announced.1)),
             false => Cycle::MAX,
         };
         start.min(end)
+    }
+
+    /// Frames run.
+    pub(super) fn runs(&self) -> bool {
+        matches!(self.port, Port::Recovering(_) | Port::Running)
     }
 }

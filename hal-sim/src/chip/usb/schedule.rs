@@ -6,7 +6,7 @@
 //! (`frame`). A try that can only be NAKed takes no time of the bus here.
 
 use super::line::{self, BETWEEN, HANDSHAKE, SAME_SOURCE, TIME_OUT, TURN_AROUND, pid};
-use super::request::{ADDRESS, ADDRESS_RECOVERY_MS, Request, Stage};
+use super::request::Stage;
 use super::{Failure, Host};
 use crate::chip::Cycle;
 use crate::chip::soc::otg::{Answer, Otg, Packet, Reply};
@@ -358,82 +358,6 @@ impl Host {
         match (&self.control, kind) {
             (Some(control), Kind::Control) => control.request.name(),
             _ => name(kind),
-        }
-    }
-
-    fn fail(&mut self, failure: Failure) {
-        self.failure = Some(failure);
-        self.control = None;
-        self.open = false;
-    }
-
-    /// The device answered STALL to a request.
-    fn refused(&mut self, at: Cycle) {
-        let Some(control) = self.control.take() else {
-            return;
-        };
-        if control.request.may_stall() {
-            self.go_on(control.request, at);
-        } else {
-            self.fail(Failure::Stalled(control.request.name()));
-        }
-    }
-
-    /// A request was served in full.
-    fn served(&mut self, at: Cycle) {
-        let Some(control) = self.control.take() else {
-            return;
-        };
-        match control.request.take(&control.received, &mut self.device) {
-            Ok(total) => self.total = total.unwrap_or(self.total),
-            Err(failure) => {
-                self.fail(failure);
-                return;
-            }
-        }
-        match control.request {
-            Request::Address => self.address = ADDRESS,
-            Request::Configure => self.configure(),
-            Request::Open => self.open = true,
-            _ => {}
-        }
-        self.go_on(control.request, at);
-    }
-
-    fn go_on(&mut self, served: Request, at: Cycle) {
-        let next = served.next(&self.device).or(self.line_state.take());
-        let rest = match served {
-            Request::Address => ADDRESS_RECOVERY_MS * self.hz / 1_000,
-            _ => 0,
-        };
-        if let Some(next) = next {
-            self.ask(next, at + rest);
-        }
-    }
-
-    /// The endpoints begin with DATA0 (USB 2.0 9.1.1.5).
-    fn configure(&mut self) {
-        let pipe = |endpoint: super::Endpoint| Pipe {
-            number: endpoint.number,
-            max_packet: endpoint.max_packet,
-            // Hosts round down to a power of two (EHCI and xHCI lists).
-            interval: 1 << u64::from(endpoint.interval.max(1)).ilog2(),
-            ..Pipe::default()
-        };
-        self.notify = pipe(self.device.notify);
-        self.data_in = pipe(self.device.data_in);
-        self.data_out = pipe(self.device.data_out);
-        self.configured = true;
-    }
-
-    /// Sets DTR and RTS as soon as endpoint 0 is free.
-    pub(super) fn ask_line_state(&mut self, request: Request, at: Cycle) {
-        if !self.configured {
-            return;
-        }
-        match self.control {
-            Some(_) => self.line_state = Some(request),
-            None => self.ask(request, at),
         }
     }
 }

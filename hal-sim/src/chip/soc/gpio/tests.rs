@@ -42,19 +42,19 @@ fn bsrr_sets_resets_and_lets_set_win() {
 #[test]
 fn a_pin_follows_what_drives_it_else_its_pull_else_low() {
     let mut gpio = Gpio::default();
-    assert_eq!(gpio.drive(B, 3, Level::High, 1), Some(true));
-    assert_eq!(gpio.drive(B, 3, Level::High, 2), None);
-    assert_eq!(gpio.drive(B, 3, Level::Open, 3), Some(false));
+    assert_eq!(gpio.drive(B, 3, Level::High), Some(true));
+    assert_eq!(gpio.drive(B, 3, Level::High), None);
+    assert_eq!(gpio.drive(B, 3, Level::Open), Some(false));
     write(&mut gpio, offset::PUPDR, 0b01 << 6, 4);
     assert!(gpio.level(B, 3));
-    assert_eq!(gpio.drive(B, 3, Level::Low, 5), Some(false));
+    assert_eq!(gpio.drive(B, 3, Level::Low), Some(false));
     // Push-pull beats what is outside, open drain only pulls down.
     write(&mut gpio, offset::MODER, 0b01 << 6, 6);
     write(&mut gpio, offset::BSRR, 1 << 3, 7);
     assert!(gpio.level(B, 3));
     write(&mut gpio, offset::OTYPER, 1 << 3, 8);
     assert!(!gpio.level(B, 3));
-    assert_eq!(gpio.drive(B, 3, Level::Open, 9), Some(true));
+    assert_eq!(gpio.drive(B, 3, Level::Open), Some(true));
     write(&mut gpio, offset::BSRR, 1 << 19, 10);
     assert!(!gpio.level(B, 3));
 }
@@ -62,7 +62,7 @@ fn a_pin_follows_what_drives_it_else_its_pull_else_low() {
 #[test]
 fn an_analogue_pin_reads_zero() {
     let mut gpio = Gpio::default();
-    gpio.drive(B, 0, Level::High, 1);
+    gpio.drive(B, 0, Level::High);
     assert_eq!(read(&gpio, B, offset::IDR) & 1, 1);
     write(&mut gpio, offset::MODER, 0b11, 2);
     assert_eq!(read(&gpio, B, offset::IDR) & 1, 0);

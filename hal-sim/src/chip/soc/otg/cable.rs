@@ -105,16 +105,9 @@ impl Otg {
         self.dsts &= !dsts::SUSPSTS;
     }
 
-    /// The part of the frame that DCFG.PFIVL gives to periodic transfers is
-    /// over (EOPF).
+    /// 80 % of the frame, the part for periodic transfers, are over (EOPF).
     pub fn periodic_frame_ends(&mut self) {
         self.events |= int::EOPF;
-    }
-
-    /// DCFG.PFIVL: 80, 85, 90 or 95, % of the frame.
-    #[must_use]
-    pub fn periodic_percent(&self) -> u64 {
-        80 + 5 * u64::from(self.dcfg >> 11 & 0b11)
     }
 
     /// Whether a start of frame can raise the interrupt line.
@@ -129,10 +122,13 @@ impl Otg {
         self.mask & int::EOPF != 0 && self.events & int::EOPF == 0
     }
 
+    /// DCFG.DAD.
+    pub(super) fn programmed_address(&self) -> u8 {
+        (self.dcfg >> 4 & 0x7F) as u8
+    }
+
     fn listens(&self, address: u8, endpoint: usize) -> bool {
-        self.attached.is_some()
-            && self.dcfg >> 4 & 0x7F == u32::from(address)
-            && endpoint < ENDPOINTS
+        self.attached.is_some() && self.address == address && endpoint < ENDPOINTS
     }
 
     /// A SETUP transaction to endpoint 0 at `address`: always accepted
@@ -271,6 +267,9 @@ impl Otg {
         else {
             return;
         };
+        if endpoint == 0 {
+            self.address = (self.dcfg >> 4 & 0x7F) as u8;
+        }
         fifo.release(length as u32);
         source.toggle();
         source.size = source.size.saturating_sub(length as u32);

@@ -129,7 +129,9 @@ pub mod ccfg {
 /// DCFG.
 pub mod dcfg {
     pub const DSPD: u32 = 0b11;
-    pub const WRITABLE: u32 = 0x1FF7;
+    pub const PFIVL: u32 = 0b11 << 11;
+    /// NZLSOHSK, DAD, DSPD.
+    pub const WRITABLE: u32 = 0x07F7;
     pub const RESET: u32 = 0x0220_0000;
 }
 

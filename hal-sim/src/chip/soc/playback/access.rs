@@ -1,11 +1,12 @@
 //! The core's side: its accesses, and the wires that a register write changes.
 
+use super::requests::Requests;
 use super::{MEMORY, PERIPHERAL, Playback};
 use crate::chip::Cycle;
 use crate::chip::cpu::Size;
 use crate::chip::cpu::bus::{Read, Unmodelled};
 use crate::chip::soc::Ram;
-use crate::chip::soc::dma::{EVENTS, NEVER, STREAMS, tim1_events};
+use crate::chip::soc::dma::{NEVER, STREAMS, tim1_events};
 use crate::chip::soc::matrix::{Bridge, Master, Slave};
 
 /// A block of registers that lives here.
@@ -162,7 +163,7 @@ impl Playback {
             tim2.follow(edges, done)?;
         }
         let enabled = tim1.requests_enabled();
-        self.due = [NEVER; EVENTS];
+        self.requests = Requests::NONE;
         self.requested &= enabled as u8; // five bits
         self.drop_unrequested();
         if enabled == 0 {
@@ -172,14 +173,12 @@ impl Playback {
         if !tim1.is_steady() {
             return Err(Unmodelled("a preload of TIM1 while it asks for DMA"));
         }
-        self.lap = tim1.lap();
-        for event in (0..EVENTS).filter(|event| enabled >> event & 1 != 0) {
-            self.due[event] = if event == 0 {
-                tim1.next_update()
-            } else {
-                tim1.next_match(event - 1)
-            };
-        }
+        let due = std::array::from_fn(|event| match event {
+            _ if enabled >> event & 1 == 0 => NEVER,
+            0 => tim1.next_update(),
+            channel => tim1.next_match(channel - 1),
+        });
+        self.requests = Requests::new(due, tim1.lap());
         Ok(())
     }
 

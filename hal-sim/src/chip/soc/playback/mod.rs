@@ -8,6 +8,7 @@
 //! TIM1's event asks DMA2 at its own cycle (the handshake's delay is unknown).
 
 mod access;
+mod requests;
 mod transfers;
 
 pub use access::Block;
@@ -19,6 +20,7 @@ use super::matrix::{Matrix, Slave};
 use super::timer::Timer;
 use crate::chip::Cycle;
 use crate::chip::cpu::bus::{LINE_WORDS, Unmodelled};
+use requests::Requests;
 
 /// When the core must let time pass.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -61,9 +63,8 @@ pub struct Playback {
     matrix: Matrix,
     pace: Pace,
     ports: [Port; 2],
-    /// Next cycle of each of TIM1's events that asks DMA2, and their period.
-    due: [Cycle; EVENTS],
-    lap: u64,
+    /// When TIM1 asks.
+    requests: Requests,
     /// Events that have asked and were not yet served, one bit each.
     requested: u8,
     /// Streams that listen to each event, bit n is stream n.
@@ -90,8 +91,7 @@ impl Playback {
             matrix: Matrix::default(),
             pace,
             ports: Default::default(),
-            due: [NEVER; EVENTS],
-            lap: 0,
+            requests: Requests::NONE,
             requested: 0,
             listeners: [0; EVENTS],
             capture_input: false,
@@ -122,7 +122,7 @@ impl Playback {
             next = next.min(timer.next_event());
         }
         if self.pace == Pace::PerRequest {
-            next = self.due.iter().fold(next, |next, &due| next.min(due));
+            next = next.min(self.requests.next().0);
         }
         next
     }
@@ -145,8 +145,9 @@ impl Playback {
         &self.gpio
     }
 
-    /// Pin edges since the last drain, ascending in cycle, up to the last
-    /// `advance` or access.
+    /// Pin edges that writes made since the last drain, ascending in cycle: up
+    /// to the last `advance` or access, and an access of DMA2 that had begun
+    /// then (up to two cycles later).
     pub fn edges_mut(&mut self) -> &mut Vec<Edge> {
         self.gpio.edges_mut()
     }
@@ -177,7 +178,7 @@ impl Playback {
         ram: &mut Ram,
     ) -> Result<Option<bool>, Unmodelled> {
         self.run(at, at, ram)?;
-        let change = self.gpio.drive(port, pin, level, at);
+        let change = self.gpio.drive(port, pin, level);
         self.feed_capture(at)?;
         Ok(change)
     }

@@ -6,7 +6,7 @@
 //! by side. A playing stream fetches one word when enabled and again after
 //! each item; an erasing one writes its word at once.
 
-use super::{Access, MEMORY, PERIPHERAL, Playback};
+use super::{Access, MEMORY, PERIPHERAL, Playback, Port};
 use crate::chip::Cycle;
 use crate::chip::cpu::Size;
 use crate::chip::cpu::bus::Unmodelled;
@@ -17,7 +17,18 @@ use crate::chip::soc::matrix::Master;
 /// Cycles from the grant of a port to its bus access: arbitration, address.
 const GRANT: Cycle = 2;
 
+/// Cycles from a request to the end of its transfer if nobody disturbs it, at
+/// most: grant, address, change of master and access, on either port.
+const SPAN: Cycle = 8;
+
 const MASTERS: [Master; 2] = [Master::Dma2Peripheral, Master::Dma2Memory];
+
+impl Port {
+    #[inline]
+    fn is_idle_at(&self, at: Cycle) -> bool {
+        self.access.is_none() && self.waiting == 0 && self.free <= at
+    }
+}
 
 /// What happens next, in the order in which it does within one cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,6 +49,7 @@ impl Playback {
         ram: &mut Ram,
     ) -> Result<(), Unmodelled> {
         loop {
+            self.rush(end, ram)?;
             let (at, step) = self.earliest();
             match step {
                 Step::Request(event) if at < requests_end => self.request(event, at),
@@ -48,14 +60,44 @@ impl Playback {
         }
     }
 
+    /// Does whole transfers that meet nobody else's: the same steps as below,
+    /// without looking for what comes next after each.
+    fn rush(&mut self, end: Cycle, ram: &mut Ram) -> Result<(), Unmodelled> {
+        loop {
+            let (at, event) = self.requests.next();
+            let listeners = self.listeners[event];
+            let over = at.saturating_add(SPAN);
+            if over > end
+                || over > self.requests.following()
+                || !listeners.is_power_of_two()
+                || !self.ports.iter().all(|port| port.is_idle_at(at))
+            {
+                return Ok(());
+            }
+            let index = listeners.trailing_zeros() as usize;
+            let stream = self.dma[1].stream(index);
+            let (far, near) = (stream.far_slave(), stream.memory());
+            if !stream.is_circular()
+                || stream.plays() != stream.word.is_some()
+                || self.matrix.ready(far, at) > at
+                || self.matrix.ready(near, at) > at
+            {
+                return Ok(());
+            }
+            self.requests.pass();
+            let done = self.matrix.take(far, MASTERS[PERIPHERAL], at + GRANT);
+            self.ports[PERIPHERAL].free = done;
+            self.move_item(index, done, ram)?;
+            let done = self.matrix.take(near, MASTERS[MEMORY], done + GRANT);
+            self.ports[MEMORY].free = done;
+            self.move_word(index, done, ram)?;
+        }
+    }
+
     #[inline]
     fn earliest(&self) -> (Cycle, Step) {
-        let mut first = (self.due[0], Step::Request(0));
-        for event in 1..EVENTS {
-            if self.due[event] < first.0 {
-                first = (self.due[event], Step::Request(event));
-            }
-        }
+        let (due, event) = self.requests.next();
+        let mut first = (due, Step::Request(event));
         for port in [PERIPHERAL, MEMORY] {
             let p = &self.ports[port];
             let next = if let Some(access) = p.access {
@@ -115,7 +157,7 @@ impl Playback {
     /// (playing) or gone (erasing) raises FEIF (RM0090 10.3.18). One who is
     /// asked again before being served misses a request, unnoticed.
     fn request(&mut self, event: usize, at: Cycle) {
-        self.due[event] += self.lap;
+        self.requests.pass();
         self.requested |= 1 << event;
         let mut listeners = self.listeners[event] & !self.ports[PERIPHERAL].waiting;
         while listeners != 0 {
@@ -177,6 +219,22 @@ impl Playback {
     }
 
     fn serve_peripheral(&mut self, index: usize, done: Cycle, ram: &Ram) -> Result<(), Unmodelled> {
+        let more = self.move_item(index, done, ram)?;
+        let stream = self.dma[1].stream_mut(index);
+        if stream.plays() && (stream.stopping || !more) {
+            self.dma[1].switch_off(index);
+            self.listen(done);
+        } else if !stream.plays() || !stream.has_fetched_all() {
+            stream.due = done;
+            self.ports[MEMORY].waiting |= 1 << index;
+        }
+        Ok(())
+    }
+
+    /// The peripheral port's access, complete from `done` on; gives whether
+    /// more items are to come.
+    #[inline]
+    fn move_item(&mut self, index: usize, done: Cycle, ram: &Ram) -> Result<bool, Unmodelled> {
         self.transfers += 1;
         let stream = self.dma[1].stream_mut(index);
         match stream.target() {
@@ -189,21 +247,25 @@ impl Playback {
                 let word = ram.read(address, Size::Word).ok_or(NO_RAM)?;
                 stream.word = Some((word, done));
             }
-            Target::None => return Ok(()),
+            Target::None => (), // nothing is granted before a stream is enabled
         }
-        let more = self.dma[1].count(index);
+        Ok(self.dma[1].count(index))
+    }
+
+    fn serve_memory(&mut self, index: usize, done: Cycle, ram: &mut Ram) -> Result<(), Unmodelled> {
+        self.move_word(index, done, ram)?;
         let stream = self.dma[1].stream_mut(index);
-        if stream.plays() && (stream.stopping || !more) {
+        let over = !stream.plays() && stream.has_fetched_all();
+        if stream.stopping || over {
             self.dma[1].switch_off(index);
             self.listen(done);
-        } else if !stream.plays() || !stream.has_fetched_all() {
-            stream.due = done;
-            self.ports[MEMORY].waiting |= 1 << index;
         }
         Ok(())
     }
 
-    fn serve_memory(&mut self, index: usize, done: Cycle, ram: &mut Ram) -> Result<(), Unmodelled> {
+    /// The memory port's access, complete from `done` on.
+    #[inline]
+    fn move_word(&mut self, index: usize, done: Cycle, ram: &mut Ram) -> Result<(), Unmodelled> {
         let stream = self.dma[1].stream_mut(index);
         let address = stream.address();
         stream.step();
@@ -213,11 +275,6 @@ impl Playback {
         } else if let Some((word, _)) = stream.word.take() {
             ram.write(address, Size::Word, word).ok_or(NO_RAM)?;
             stream.asked = stream.asked.max(done);
-        }
-        let over = !stream.plays() && stream.has_fetched_all();
-        if stream.stopping || over {
-            self.dma[1].switch_off(index);
-            self.listen(done);
         }
         Ok(())
     }

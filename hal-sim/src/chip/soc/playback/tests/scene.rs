@@ -97,19 +97,23 @@ impl Scene {
         [dma::LISR, dma::HISR].map(|offset| self.read(Block::Dma2, offset))
     }
 
-    /// Outputs B and C, an erased tape, the four streams on, both timers set
-    /// up and stopped: all of `Tape::start` but TIM1's CEN. Device time `first`
-    /// begins with the first overflow; the first refill is 2 µs later.
-    pub fn prepare(&mut self, first: u32) {
-        let outputs = |lines: u32| (0..16).fold(0, |all, n| all | (lines >> n & 1) << (2 * n));
-        self.write(Block::Gpio(B), gpio::MODER, outputs(0xF7E3));
-        self.write(Block::Gpio(C), gpio::MODER, outputs(0x03FF));
+    /// Erases the tape.
+    pub fn erase(&mut self) {
         for slot in 0..LENGTH {
             self.set_word(TAPE_B + 4 * slot, ISOLATED_B);
             self.set_word(TAPE_C + 4 * slot, ISOLATED_C);
         }
         self.set_word(ISOLATED[0], ISOLATED_B);
         self.set_word(ISOLATED[1], ISOLATED_C);
+    }
+
+    /// Outputs B and C, the four streams on, which fetches slot 0, both timers
+    /// set up and stopped: all of `Tape::start` but TIM1's CEN. Device time `first`
+    /// begins with the first overflow; the first refill is 2 µs later.
+    pub fn prepare(&mut self, first: u32) {
+        let outputs = |lines: u32| (0..16).fold(0, |all, n| all | (lines >> n & 1) << (2 * n));
+        self.write(Block::Gpio(B), gpio::MODER, outputs(0xF7E3));
+        self.write(Block::Gpio(C), gpio::MODER, outputs(0x03FF));
         let [bsrr_b, bsrr_c] = [0x4002_0418, 0x4002_0818];
         self.stream(STREAMS[0], true, bsrr_b, TAPE_B);
         self.stream(STREAMS[1], true, bsrr_c, TAPE_C);

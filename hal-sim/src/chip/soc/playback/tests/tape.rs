@@ -8,7 +8,7 @@ use crate::chip::soc::timer::offset as tim;
 const US: Cycle = 168;
 
 /// A word for each slot that tells it from its neighbours on both ports.
-fn paint(scene: &mut Scene, slot: u32, step: u32) {
+pub fn paint(scene: &mut Scene, slot: u32, step: u32) {
     let bit = |lines: &[u32]| 1 << lines[step as usize % lines.len()];
     let (b, c) = (bit(&[0, 1, 5, 6, 7, 8, 9]), bit(&[0, 1, 2, 3, 4, 5]));
     scene.set_word(TAPE_B + 4 * slot, ISOLATED_B & !(b << 16) | b);
@@ -18,10 +18,11 @@ fn paint(scene: &mut Scene, slot: u32, step: u32) {
 #[test]
 fn all_slots_play_in_order_erase_themselves_and_count_down() {
     let mut scene = Scene::new(Pace::Lazy);
-    scene.prepare(0);
+    scene.erase();
     for slot in 0..LENGTH {
         paint(&mut scene, slot, slot);
     }
+    scene.prepare(0);
     let first = scene.start();
     for us in 0..3 * LENGTH {
         // The quiet part: TIM1 counts 72..100.
