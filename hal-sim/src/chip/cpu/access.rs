@@ -178,7 +178,7 @@ impl Cpu {
         at: Cycle,
         privileged: bool,
     ) -> Result<(), Trap> {
-        if !privileged {
+        if !privileged && !self.system.may_write_unprivileged(address) {
             return Err(Fault::DataBus(address).into());
         }
         let written = self.system.write(address, size, value, at);

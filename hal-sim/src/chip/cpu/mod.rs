@@ -16,6 +16,8 @@ pub mod fpu;
 pub mod registers;
 pub mod run;
 pub mod semihosting;
+#[cfg(test)]
+mod speed;
 pub mod stop;
 pub mod system;
 pub mod timing;

@@ -160,6 +160,16 @@ pub struct Pipeline {
 
 impl Pipeline {
     const NO_LINE: u32 = u32::MAX;
+
+    /// An exception's entry or return fetched the code at `target`; nothing
+    /// ran before it, and the write buffer is empty.
+    pub(super) fn begin_at(&mut self, target: u32) {
+        *self = Self {
+            line: target >> 4,
+            asked: target >> 4,
+            ..Self::default()
+        };
+    }
 }
 
 impl Default for Pipeline {

@@ -131,8 +131,10 @@ impl Cpu {
         if kept.op != Op::Missing {
             return Ok(kept);
         }
-        if pc >= 0xE000_0000 || pc >> 29 == 2 || pc >> 29 == 5 || pc >> 29 == 6 {
-            // Peripheral, device and system regions never execute (Arm ARM B3.1).
+        // Code that is kept is not asked again: an MPU region that takes flash
+        // away from a program that ran there would go unnoticed.
+        let privileged = self.registers.is_privileged();
+        if !self.system.may_execute(pc, privileged) {
             return Err(Fault::InstructionAccess.into());
         }
         let entry = decode(bus, pc)?;

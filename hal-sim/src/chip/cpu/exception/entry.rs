@@ -129,12 +129,18 @@ impl Cpu {
             (0x14, r[14]),
         ];
         self.registers.r[13] = frame;
-        self.cycle += 1;
-        let mut fault = None;
+        self.cycle = self.cycle.max(self.pipeline.buffer) + 1;
+        let mut failed = false;
         for (offset, value) in words {
-            self.push(bus, frame.wrapping_add(offset), value, approach, &mut fault)?;
+            self.push(
+                bus,
+                frame.wrapping_add(offset),
+                value,
+                approach,
+                &mut failed,
+            )?;
         }
-        let mut hidden = words.len() as Cycle + 1;
+        let mut more = 0;
         if with_fp {
             if self.system.floating.is_lazy() {
                 let preempted = self.preempted();
@@ -142,16 +148,13 @@ impl Cpu {
                     .floating
                     .owe_save(frame.wrapping_add(0x20), preempted);
             } else {
-                self.push_fp(bus, frame, approach, &mut fault)?;
-                hidden += FP_WORDS;
+                self.push_fp(bus, frame, approach, &mut failed)?;
+                more = FP_WORDS;
             }
         }
-        if let Some(fault) = fault {
-            self.pend_fault(fault)?;
-        }
-        let waits = self.cycle - began - hidden;
-        let words = hidden - 9;
-        Ok(began + ENTRY + words + waits)
+        let without_waits = 1 + words.len() as Cycle + more;
+        let waits = self.cycle - began - without_waits;
+        Ok(began + ENTRY + more + waits)
     }
 
     fn push_fp<B: Bus>(
@@ -159,7 +162,7 @@ impl Cpu {
         bus: &mut B,
         frame: u32,
         approach: &mut Approach,
-        fault: &mut Option<Fault>,
+        failed: &mut bool,
     ) -> Result<(), Stop> {
         if !self
             .system
@@ -173,36 +176,36 @@ impl Cpu {
         }
         let s = self.registers.s;
         for (offset, value) in (0x20..0x60).step_by(4).zip(s) {
-            self.push(bus, frame.wrapping_add(offset), value, approach, fault)?;
+            self.push(bus, frame.wrapping_add(offset), value, approach, failed)?;
         }
         let fpscr = self.registers.fpscr;
-        self.push(bus, frame.wrapping_add(0x60), fpscr, approach, fault)
+        self.push(bus, frame.wrapping_add(0x60), fpscr, approach, failed)
     }
 
-    /// Pushes one word; after a fault no more are written (their addresses
-    /// count down all the same).
+    /// Pushes one word; after a fault no more are written, but their time
+    /// passes.
     fn push<B: Bus>(
         &mut self,
         bus: &mut B,
         address: u32,
         value: u32,
         approach: &mut Approach,
-        fault: &mut Option<Fault>,
+        failed: &mut bool,
     ) -> Result<(), Stop> {
-        if fault.is_some() {
-            self.cycle += 1;
-            return Ok(());
-        }
         self.look_for_late_arrival(bus, approach)?;
         if approach.ready.is_none() && approach.fetch_at <= self.cycle {
             self.fetch_handler(bus, approach);
         }
+        if *failed {
+            self.cycle += 1;
+            return Ok(());
+        }
         let privileged = self.registers.is_privileged();
         match self.stack_access(bus, address, Some(value), STACKING, privileged) {
             Ok(_) => Ok(()),
-            Err(Trap::Fault(first)) => {
-                *fault = Some(first);
-                Ok(())
+            Err(Trap::Fault(fault)) => {
+                *failed = true;
+                self.pend_fault(fault)
             }
             Err(Trap::Stop(stop)) => Err(stop),
         }
@@ -292,7 +295,7 @@ impl Cpu {
         let msp = self.registers.r[13];
         let deepest = self.system.deepest_msp.get_or_insert(msp);
         *deepest = msp.min(*deepest);
-        self.pipeline = crate::chip::cpu::timing::Pipeline::default();
+        self.pipeline.begin_at(approach.vector);
         if approach.vector & 1 == 0 {
             return self.take_fault(bus, Fault::InvalidState);
         }

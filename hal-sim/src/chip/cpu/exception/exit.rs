@@ -9,13 +9,9 @@ use crate::chip::cpu::{Bus, Cpu, Fault, Registers, Stop, Trap};
 /// Faults of unstacking.
 const UNSTACKING: (Fault, Fault) = (Fault::UnstackingAccess, Fault::UnstackingBus);
 
-/// How unstacking ended.
-enum Unstacked {
-    /// The registers are as before the exception.
-    Done(Registers),
-    /// An exception came first: nothing is restored.
-    Preempted,
-}
+/// Cycles from the arrival of the first code to its execution: decoding, as
+/// after a vector's fetch.
+const REFILL: Cycle = 2;
 
 impl Cpu {
     /// Returns from an exception: a branch to `exc_return` (0xFxxx_xxxx) in
@@ -47,8 +43,8 @@ impl Cpu {
             return Ok(self.tail_chain(bus, exc_return)?);
         }
         match self.unstack(bus, exc_return) {
-            Ok(Unstacked::Done(registers)) => Ok(self.resume(bus, registers)?),
-            Ok(Unstacked::Preempted) => Ok(self.tail_chain(bus, exc_return)?),
+            Ok(Some(registers)) => Ok(self.resume(bus, registers)?),
+            Ok(None) => Ok(self.tail_chain(bus, exc_return)?),
             Err(Trap::Fault(fault)) => {
                 self.pend_fault(fault)?;
                 Ok(self.tail_chain(bus, exc_return)?)
@@ -80,9 +76,9 @@ impl Cpu {
         self.arrive(bus, approach, ready, exc_return, behind)
     }
 
-    /// Pops the frame in the order in which it was pushed, until something
-    /// pre-empts.
-    fn unstack<B: Bus>(&mut self, bus: &mut B, exc_return: u32) -> Result<Unstacked, Trap> {
+    /// Pops the frame in the order in which it was pushed; `None`, and nothing
+    /// has changed, where an exception pre-empts meanwhile.
+    fn unstack<B: Bus>(&mut self, bus: &mut B, exc_return: u32) -> Result<Option<Registers>, Trap> {
         let began = self.cycle;
         let to_thread = exc_return & 1 << 3 != 0;
         let from_psp = exc_return & 0b1111 == 0b1101;
@@ -92,7 +88,7 @@ impl Cpu {
         let privileged = !to_thread || new.control & control::NPRIV == 0;
         let mut xpsr = 0;
         let mut fetched = began;
-        self.cycle += 1;
+        self.cycle = self.cycle.max(self.pipeline.buffer) + 1;
         for (offset, register) in [
             (0x18, 15),
             (0x1C, 16),
@@ -104,7 +100,7 @@ impl Cpu {
             (0x14, 14),
         ] {
             if self.is_preempted(bus)? {
-                return Ok(Unstacked::Preempted);
+                return Ok(None);
             }
             let address = frame.wrapping_add(offset);
             let value = self.stack_access(bus, address, None, UNSTACKING, privileged)?;
@@ -118,18 +114,18 @@ impl Cpu {
                 fetched = self.cycle + Cycle::from(wait);
             }
         }
-        let mut words = 8;
+        let mut more = 0;
         if with_fp && self.system.floating.owes_save() {
             self.system.floating.settle_save();
         } else if with_fp {
-            words += FP_WORDS;
+            more = FP_WORDS;
             if self.unstack_fp(bus, frame, &mut new)? {
-                return Ok(Unstacked::Preempted);
+                return Ok(None);
             }
         }
-        let waits = self.cycle - began - words - 1;
-        let popped = began + RETURN + (words - 8) + waits;
-        self.cycle = popped.max(fetched + RETURN - 10);
+        let waits = self.cycle - began - (1 + 8 + more);
+        let popped = began + RETURN + more + waits;
+        self.cycle = popped.max(fetched + REFILL);
         let bytes = if with_fp { 0x68 } else { 0x20 };
         let aligned = with_fp || self.system.scb.aligns_stack();
         let moved = if aligned { xpsr >> 7 & 4 } else { 0 };
@@ -145,7 +141,7 @@ impl Cpu {
         if xpsr & 1 << 24 == 0 {
             new.r[15] |= 1;
         }
-        Ok(Unstacked::Done(new))
+        Ok(Some(new))
     }
 
     fn is_preempted<B: Bus>(&mut self, bus: &mut B) -> Result<bool, Stop> {
@@ -189,7 +185,7 @@ impl Cpu {
         self.registers.r[15] &= !1;
         self.system.event = true;
         self.system.update(&self.registers);
-        self.pipeline = crate::chip::cpu::timing::Pipeline::default();
+        self.pipeline.begin_at(self.registers.r[15]);
         if to_thread {
             self.system.note_return_to_thread();
         }

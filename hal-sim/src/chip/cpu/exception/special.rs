@@ -68,10 +68,9 @@ impl Cpu {
             }
             16 => registers.primask = value & 1 != 0,
             17 => registers.basepri = priority,
-            18 => {
-                if priority != 0 && (priority < registers.basepri || registers.basepri == 0) {
-                    registers.basepri = priority;
-                }
+            // BASEPRI_MAX only makes the mask stricter; 0, no mask, is the laxest.
+            18 if priority != 0 && priority.wrapping_sub(1) < registers.basepri.wrapping_sub(1) => {
+                registers.basepri = priority;
             }
             19 => self.set_faultmask(value & 1 != 0),
             20 => self.write_control(value),

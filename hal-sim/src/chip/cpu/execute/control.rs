@@ -8,10 +8,6 @@ use crate::chip::cpu::{Bus, Cpu, Fault, Trap};
 /// more, so that a load is never flattered.
 const SPECIAL_CYCLES: u32 = 2;
 
-/// PRIMASK and FAULTMASK as special registers (B5.1.1).
-const PRIMASK: u8 = 16;
-const FAULTMASK: u8 = 19;
-
 impl Cpu {
     pub(super) fn execute_control<B: Bus>(
         &mut self,
@@ -53,7 +49,8 @@ impl Cpu {
                 primask,
                 faultmask,
             } => {
-                self.change_state(disable, primask, faultmask);
+                self.change_masks(disable, primask, faultmask);
+                self.deadline = 0;
                 self.spend(SPECIAL_CYCLES - 1);
             }
             Op::ReadSpecial { d, sysm } => {
@@ -88,17 +85,5 @@ impl Cpu {
         self.asleep = true;
         self.deadline = 0;
         Ok(())
-    }
-
-    /// CPSIE, CPSID: without effect if unprivileged, which MSR is too.
-    fn change_state(&mut self, disable: bool, primask: bool, faultmask: bool) {
-        let value = u32::from(disable);
-        if primask {
-            self.write_special(PRIMASK, 2, value);
-        }
-        if faultmask {
-            self.write_special(FAULTMASK, 2, value);
-        }
-        self.deadline = 0;
     }
 }

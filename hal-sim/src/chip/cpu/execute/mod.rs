@@ -14,7 +14,7 @@ mod multiple;
 mod tests;
 
 use super::decode::{Entry, Load, Op, Reg, ShiftKind};
-use super::{Bus, Cpu, Fault, Size, Trap};
+use super::{Bus, Cpu, Size, Trap};
 use crate::chip::Cycle;
 use crate::chip::cpu::timing::Trail;
 

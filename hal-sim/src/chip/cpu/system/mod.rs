@@ -23,7 +23,7 @@ pub use latency::{Latencies, Latency};
 pub use nvic::number;
 pub use scb::hfsr;
 
-use super::bus::{LINE_WORDS, Unmodelled};
+use super::bus::LINE_WORDS;
 use super::semihosting::Semihosting;
 use super::{Fault, Registers};
 use crate::chip::Cycle;
