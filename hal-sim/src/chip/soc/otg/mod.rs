@@ -27,9 +27,10 @@ use registers::*;
 /// Endpoints in each direction, endpoint 0 included (RM0090 section 34.4.1).
 pub const ENDPOINTS: usize = 4;
 
-/// From VBUS at PA9 to the B session being valid: the manual gives no figure
-/// for comparator and filter. Assumed: longer than start-up code that clears
-/// GINTSTS after it switched sensing on, or SRQINT would be lost.
+/// From VBUS, or sensing switched on, to the B session being valid: the manual
+/// gives no figure for comparator and filter. Assumed. It matters: the image
+/// clears GINTSTS 0.27 µs after it switched sensing on, and were the session
+/// valid before, SRQINT would be lost and the port never served.
 const VBUS_VALID_US: u64 = 100;
 
 /// The controller.
