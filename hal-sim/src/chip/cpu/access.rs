@@ -147,7 +147,11 @@ impl Cpu {
         }
         match bus.write(address, size, value, at) {
             Ok(wait) => {
-                self.pipeline.buffer = at + 1 + Cycle::from(wait);
+                let wait = Cycle::from(wait);
+                self.pipeline.buffer = at + 1 + wait;
+                if wait != 0 && self.system.disables_write_buffer() {
+                    self.cycle += wait;
+                }
                 Ok(())
             }
             Err(denied) => Err(Trap::data(denied, address, self.registers.r[15])),

@@ -84,7 +84,11 @@ impl Cpu {
     /// # Errors
     /// [`Stop`].
     pub fn step<B: Bus>(&mut self, bus: &mut B) -> Result<(), Stop> {
-        let until = if self.asleep { self.event(bus) } else { 0 };
+        let until = match self.event(bus) {
+            Cycle::MAX => 0, // nothing will ever wake it
+            event if self.asleep => event,
+            _ => 0,
+        };
         let before = self.registers.exception;
         let entered = self.attend(bus, until, &mut ())?;
         if self.asleep || entered || self.registers.exception != before {

@@ -24,6 +24,8 @@ pub(super) struct Entry {
     pub trail: Trail,
 }
 
+const _: () = assert!(size_of::<Entry>() <= 16);
+
 impl Entry {
     const MISSING: Self = Self {
         op: Op::Missing,

@@ -19,7 +19,7 @@ impl Cpu {
         match op {
             Op::It { state } => {
                 self.registers.it = state;
-                if last.length == 2 {
+                if last.length == 2 && !self.system.disables_folding() {
                     // Folded onto a 16-bit instruction (TRM table 3-1, note d).
                     self.pipeline.last = last;
                     return Ok(next);

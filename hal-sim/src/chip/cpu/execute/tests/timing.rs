@@ -2,7 +2,7 @@
 //! section 3.3.2), memory without wait states.
 
 use super::{CODE, Machine, RAM};
-use crate::chip::cpu::Bus;
+use crate::chip::cpu::{Bus, Size};
 
 /// Text, code, instructions executed, cycles, why.
 type Case = (&'static str, &'static [u16], usize, u64, &'static str);
@@ -211,4 +211,20 @@ fn a_branch_waits_for_its_line() {
     assert_eq!(waiting(&[0xE00E], 1, 0, 5), 7);
     // Back into the line fetched last: none.
     assert_eq!(waiting(&[0xE7FE], 1, 0, 5), 2);
+}
+
+#[test]
+fn actlr_switches_folding_and_the_write_buffer_off() {
+    let cycles = |code: &[u16], count, actlr| {
+        let mut machine = machine(code);
+        let written = machine.cpu.system.write(0xE000_E008, Size::Word, actlr, 0);
+        assert!(written.is_ok());
+        machine.bus.ram_wait = 2;
+        machine.steps(count);
+        machine.cpu.cycle
+    };
+    let folded = &[0x2101, 0xBF18, 0x3001]; // movs r1,#1; it ne; addne r0,#1
+    assert_eq!([0, 1 << 2].map(|actlr| cycles(folded, 3, actlr)), [2, 3]);
+    let store = &[0xF8C8, 0x0000]; // str.w r0,[r8]
+    assert_eq!([0, 1 << 1].map(|actlr| cycles(store, 1, actlr)), [1, 3]);
 }
