@@ -9,6 +9,7 @@
 
 mod access;
 mod requests;
+mod rush;
 mod transfers;
 
 pub use access::Block;

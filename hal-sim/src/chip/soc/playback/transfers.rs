@@ -6,7 +6,7 @@
 //! by side. A playing stream fetches one word when enabled and again after
 //! each item; an erasing one writes its word at once.
 
-use super::{Access, MEMORY, PERIPHERAL, Playback, Port};
+use super::{Access, MEMORY, PERIPHERAL, Playback};
 use crate::chip::Cycle;
 use crate::chip::cpu::Size;
 use crate::chip::cpu::bus::Unmodelled;
@@ -15,20 +15,9 @@ use crate::chip::soc::dma::{EVENTS, NEVER, STREAMS, Target, bit};
 use crate::chip::soc::matrix::Master;
 
 /// Cycles from the grant of a port to its bus access: arbitration, address.
-const GRANT: Cycle = 2;
+pub(super) const GRANT: Cycle = 2;
 
-/// Cycles from a request to the end of its transfer if nobody disturbs it, at
-/// most: grant, address, change of master and access, on either port.
-const SPAN: Cycle = 8;
-
-const MASTERS: [Master; 2] = [Master::Dma2Peripheral, Master::Dma2Memory];
-
-impl Port {
-    #[inline]
-    fn is_idle_at(&self, at: Cycle) -> bool {
-        self.access.is_none() && self.waiting == 0 && self.free <= at
-    }
-}
+pub(super) const MASTERS: [Master; 2] = [Master::Dma2Peripheral, Master::Dma2Memory];
 
 /// What happens next, in the order in which it does within one cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,40 +46,6 @@ impl Playback {
                 Step::Access(port) if at < end => self.serve(port, ram)?,
                 _ => return Ok(()),
             }
-        }
-    }
-
-    /// Does whole transfers that meet nobody else's: the same steps as below,
-    /// without looking for what comes next after each.
-    fn rush(&mut self, end: Cycle, ram: &mut Ram) -> Result<(), Unmodelled> {
-        loop {
-            let (at, event) = self.requests.next();
-            let listeners = self.listeners[event];
-            let over = at.saturating_add(SPAN);
-            if over > end
-                || over > self.requests.following()
-                || !listeners.is_power_of_two()
-                || !self.ports.iter().all(|port| port.is_idle_at(at))
-            {
-                return Ok(());
-            }
-            let index = listeners.trailing_zeros() as usize;
-            let stream = self.dma[1].stream(index);
-            let (far, near) = (stream.far_slave(), stream.memory());
-            if !stream.is_circular()
-                || stream.plays() != stream.word.is_some()
-                || self.matrix.ready(far, at) > at
-                || self.matrix.ready(near, at) > at
-            {
-                return Ok(());
-            }
-            self.requests.pass();
-            let done = self.matrix.take(far, MASTERS[PERIPHERAL], at + GRANT);
-            self.ports[PERIPHERAL].free = done;
-            self.move_item(index, done, ram)?;
-            let done = self.matrix.take(near, MASTERS[MEMORY], done + GRANT);
-            self.ports[MEMORY].free = done;
-            self.move_word(index, done, ram)?;
         }
     }
 
@@ -233,8 +188,13 @@ impl Playback {
 
     /// The peripheral port's access, complete from `done` on; gives whether
     /// more items are to come.
-    #[inline]
-    fn move_item(&mut self, index: usize, done: Cycle, ram: &Ram) -> Result<bool, Unmodelled> {
+    #[inline(always)]
+    pub(super) fn move_item(
+        &mut self,
+        index: usize,
+        done: Cycle,
+        ram: &Ram,
+    ) -> Result<bool, Unmodelled> {
         self.transfers += 1;
         let stream = self.dma[1].stream_mut(index);
         match stream.target() {
@@ -264,8 +224,13 @@ impl Playback {
     }
 
     /// The memory port's access, complete from `done` on.
-    #[inline]
-    fn move_word(&mut self, index: usize, done: Cycle, ram: &mut Ram) -> Result<(), Unmodelled> {
+    #[inline(always)]
+    pub(super) fn move_word(
+        &mut self,
+        index: usize,
+        done: Cycle,
+        ram: &mut Ram,
+    ) -> Result<(), Unmodelled> {
         let stream = self.dma[1].stream_mut(index);
         let address = stream.address();
         stream.step();
