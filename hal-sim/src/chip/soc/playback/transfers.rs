@@ -12,7 +12,7 @@ use crate::chip::cpu::Size;
 use crate::chip::cpu::bus::Unmodelled;
 use crate::chip::soc::Ram;
 use crate::chip::soc::dma::{EVENTS, NEVER, STREAMS, Target, bit};
-use crate::chip::soc::matrix::Master;
+use crate::chip::soc::matrix::{Master, Slave};
 
 /// Cycles from the grant of a port to its bus access: arbitration, address.
 pub(super) const GRANT: Cycle = 2;
@@ -248,6 +248,7 @@ impl Playback {
     /// under way, and wires the rest to their requests.
     pub(super) fn listen(&mut self, at: Cycle) {
         self.listeners = [0; EVENTS];
+        self.shared = [false; 2];
         for index in 0..STREAMS {
             let under_way = self
                 .ports
@@ -266,6 +267,11 @@ impl Playback {
         let events = self.events(index);
         let stream = self.dma[1].stream_mut(index);
         let mask = 1u8 << index;
+        if stream.is_enabled() {
+            let uses = |slave| stream.memory() == slave || stream.far_slave() == slave;
+            self.shared[0] |= uses(Slave::Sram1);
+            self.shared[1] |= uses(Slave::Sram2);
+        }
         if !stream.is_enabled() || stream.stopping {
             self.ports[PERIPHERAL].waiting &= !mask;
             if !stream.is_enabled() || stream.plays() {
