@@ -99,7 +99,7 @@ fn a_stream_that_is_not_circular_ends_off_and_complete() {
             .map(|n| scene.word(SRAM2 + 256 * 5 + 4 * n))
             .collect();
         let (from, own) = (scene.word(FAR_WORD), 64 * 5);
-        let counted = |n: u32| (!(own + n) & 0xFFFF) << 16 | own + n;
+        let counted = |n: u32| (!(own + n) & 0xFFFF) << 16 | (own + n);
         let expected = if cr == 0 {
             [from, from, from, counted(3)]
         } else {
