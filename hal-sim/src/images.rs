@@ -28,6 +28,8 @@ pub enum Image {
     Stimulator,
     /// The device code behind QEMU's serial port.
     Qemu,
+    /// Each algorithm's results and cycles, over semihosting.
+    Bench,
 }
 
 impl Image {
@@ -37,6 +39,7 @@ impl Image {
         match self {
             Self::Stimulator => "stimulator",
             Self::Qemu => "qemu",
+            Self::Bench => "bench",
         }
     }
 
@@ -44,6 +47,7 @@ impl Image {
         match self {
             Self::Stimulator => "stm32f405",
             Self::Qemu => "qemu",
+            Self::Bench => "bench",
         }
     }
 

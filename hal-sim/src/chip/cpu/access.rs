@@ -1,26 +1,48 @@
 //! Data accesses of instructions: alignment, MPU, private bus or `Bus`.
 
-use super::{Bus, Cpu, Size, Trap};
+use super::{Bus, Cpu, Fault, Size, Trap};
+use crate::chip::Cycle;
+
+/// Start of the peripheral regions: from here on an access can bring an event
+/// about.
+const PERIPHERALS: u32 = 0x4000_0000;
+/// End of code that is written by programming it.
+const RAM: u32 = 0x1000_0000;
+/// Upper 12 bits of the private peripheral bus, 0xE000_0000–0xE00F_FFFF.
+const PRIVATE: u32 = 0xE00;
+
+/// On the private peripheral bus, and the core's own: the chip's debug support
+/// (RM0090 table 1) is outside.
+const fn is_private(address: u32) -> bool {
+    address >> 20 == PRIVATE && address >> 12 != 0xE_0042
+}
 
 impl Cpu {
-    /// Loads from `address` and counts the wait states.
+    /// Loads from `address` and counts the wait states; words and half-words
+    /// may be unaligned (Arm ARM A3.2.1).
     ///
     /// # Errors
     /// [`Trap`].
+    #[inline(always)]
     pub(super) fn load<B: Bus>(
         &mut self,
         bus: &mut B,
         address: u32,
         size: Size,
     ) -> Result<u32, Trap> {
-        let _ = (bus, address, size);
-        todo!("the core's helper writes this")
+        if address & (size.bytes() - 1) != 0 {
+            let privileged = self.registers.is_privileged();
+            return self.load_unaligned(bus, address, size, privileged);
+        }
+        self.load_whole(bus, address, size, self.registers.is_privileged())
     }
 
-    /// Stores to `address`; the write buffer hides what the manual says.
+    /// Stores to `address`; wait states stall whoever needs the bus next (one
+    /// buffered store, TRM 3.5). May be unaligned.
     ///
     /// # Errors
     /// [`Trap`].
+    #[inline(always)]
     pub(super) fn store<B: Bus>(
         &mut self,
         bus: &mut B,
@@ -28,7 +50,234 @@ impl Cpu {
         size: Size,
         value: u32,
     ) -> Result<(), Trap> {
-        let _ = (bus, address, size, value);
-        todo!("the core's helper writes this")
+        if address & (size.bytes() - 1) != 0 {
+            let privileged = self.registers.is_privileged();
+            return self.store_unaligned(bus, address, size, value, privileged);
+        }
+        let privileged = self.registers.is_privileged();
+        self.store_whole(bus, address, size, value, privileged)
+    }
+
+    /// [`Self::load`] of a word for instructions that never allow unaligned
+    /// addresses: LDM, LDRD, LDREX, VLDR.
+    ///
+    /// # Errors
+    /// [`Trap`].
+    #[inline(always)]
+    pub(super) fn load_aligned<B: Bus>(
+        &mut self,
+        bus: &mut B,
+        address: u32,
+        size: Size,
+    ) -> Result<u32, Trap> {
+        Self::check_aligned(address, size)?;
+        self.load_whole(bus, address, size, self.registers.is_privileged())
+    }
+
+    /// [`Self::store`] for instructions that never allow unaligned addresses.
+    ///
+    /// # Errors
+    /// [`Trap`].
+    #[inline(always)]
+    pub(super) fn store_aligned<B: Bus>(
+        &mut self,
+        bus: &mut B,
+        address: u32,
+        size: Size,
+        value: u32,
+    ) -> Result<(), Trap> {
+        Self::check_aligned(address, size)?;
+        let privileged = self.registers.is_privileged();
+        self.store_whole(bus, address, size, value, privileged)
+    }
+
+    /// Loads from an aligned address.
+    #[inline(always)]
+    fn load_whole<B: Bus>(
+        &mut self,
+        bus: &mut B,
+        address: u32,
+        size: Size,
+        privileged: bool,
+    ) -> Result<u32, Trap> {
+        if !self.system.may_access(address, false, privileged) {
+            return Err(Fault::DataAccess(address).into());
+        }
+        let start = self.cycle + self.pipeline.phase;
+        let at = start.max(self.pipeline.buffer);
+        self.pipeline.phase += 1;
+        if address >= PERIPHERALS {
+            if is_private(address) {
+                self.cycle += at - start;
+                return self.load_private(address, size, at, privileged);
+            }
+            self.deadline = 0;
+        }
+        match bus.read(address, size, at) {
+            Ok(read) => {
+                self.cycle += at - start + Cycle::from(read.wait);
+                Ok(read.value)
+            }
+            Err(denied) => Err(Trap::data(denied, address, self.registers.r[15])),
+        }
+    }
+
+    /// Stores to an aligned address.
+    #[inline(always)]
+    fn store_whole<B: Bus>(
+        &mut self,
+        bus: &mut B,
+        address: u32,
+        size: Size,
+        value: u32,
+        privileged: bool,
+    ) -> Result<(), Trap> {
+        if !self.system.may_access(address, true, privileged) {
+            return Err(Fault::DataAccess(address).into());
+        }
+        let start = self.cycle + self.pipeline.phase;
+        let at = start.max(self.pipeline.buffer);
+        self.pipeline.phase += 1;
+        self.cycle += at - start;
+        if !(RAM..PERIPHERALS).contains(&address) {
+            self.deadline = 0;
+            if is_private(address) {
+                return self.store_private(address, size, value, at, privileged);
+            }
+        }
+        match bus.write(address, size, value, at) {
+            Ok(wait) => {
+                self.pipeline.buffer = at + 1 + Cycle::from(wait);
+                Ok(())
+            }
+            Err(denied) => Err(Trap::data(denied, address, self.registers.r[15])),
+        }
+    }
+
+    #[inline(never)]
+    fn load_private(
+        &mut self,
+        address: u32,
+        size: Size,
+        at: Cycle,
+        privileged: bool,
+    ) -> Result<u32, Trap> {
+        if !privileged {
+            return Err(Fault::DataBus(address).into());
+        }
+        let read = self.system.read(address, size, at);
+        read.map_err(|what| Trap::data(what.into(), address, self.registers.r[15]))
+    }
+
+    #[inline(never)]
+    fn store_private(
+        &mut self,
+        address: u32,
+        size: Size,
+        value: u32,
+        at: Cycle,
+        privileged: bool,
+    ) -> Result<(), Trap> {
+        if !privileged && !self.system.may_write_unprivileged(address) {
+            return Err(Fault::DataBus(address).into());
+        }
+        let written = self.system.write(address, size, value, at);
+        written.map_err(|what| Trap::data(what.into(), address, self.registers.r[15]))
+    }
+
+    /// Sizes of the aligned accesses that an unaligned one is split into
+    /// (TRM 3.3.2): a half-word into bytes, a word into half-words or into
+    /// byte, half-word, byte.
+    fn pieces(address: u32, size: Size) -> &'static [Size] {
+        match (size, address & 1) {
+            (Size::Word, 0) => &[Size::Half, Size::Half],
+            (Size::Word, _) => &[Size::Byte, Size::Half, Size::Byte],
+            _ => &[Size::Byte, Size::Byte],
+        }
+    }
+
+    /// Refuses an unaligned address.
+    pub(super) fn check_aligned(address: u32, size: Size) -> Result<(), Trap> {
+        if address & (size.bytes() - 1) != 0 {
+            return Err(Fault::Unaligned.into());
+        }
+        Ok(())
+    }
+
+    fn check_unaligned(&self, address: u32) -> Result<(), Trap> {
+        // The private bus has no unaligned accesses (TRM 3.4.2).
+        if self.system.unaligned_traps() || address >> 20 == PRIVATE {
+            return Err(Fault::Unaligned.into());
+        }
+        Ok(())
+    }
+
+    /// [`Self::load`] as if unprivileged: LDRT and its kin.
+    pub(super) fn load_unprivileged_at<B: Bus>(
+        &mut self,
+        bus: &mut B,
+        address: u32,
+        size: Size,
+    ) -> Result<u32, Trap> {
+        if address & (size.bytes() - 1) != 0 {
+            return self.load_unaligned(bus, address, size, false);
+        }
+        self.load_whole(bus, address, size, false)
+    }
+
+    /// [`Self::store`] as if unprivileged: STRT and its kin.
+    pub(super) fn store_unprivileged_at<B: Bus>(
+        &mut self,
+        bus: &mut B,
+        address: u32,
+        size: Size,
+        value: u32,
+    ) -> Result<(), Trap> {
+        if address & (size.bytes() - 1) != 0 {
+            return self.store_unaligned(bus, address, size, value, false);
+        }
+        self.store_whole(bus, address, size, value, false)
+    }
+
+    #[inline(never)]
+    fn load_unaligned<B: Bus>(
+        &mut self,
+        bus: &mut B,
+        address: u32,
+        size: Size,
+        privileged: bool,
+    ) -> Result<u32, Trap> {
+        self.check_unaligned(address)?;
+        let (mut value, mut shift) = (0, 0);
+        let pieces = Self::pieces(address, size);
+        for piece in pieces {
+            let at = address.wrapping_add(shift / 8);
+            value |= self.load_whole(bus, at, *piece, privileged)? << shift;
+            shift += 8 * piece.bytes();
+        }
+        self.cycle += pieces.len() as Cycle - 1;
+        self.pipeline.phase -= pieces.len() as Cycle - 1;
+        Ok(value)
+    }
+
+    #[inline(never)]
+    fn store_unaligned<B: Bus>(
+        &mut self,
+        bus: &mut B,
+        address: u32,
+        size: Size,
+        value: u32,
+        privileged: bool,
+    ) -> Result<(), Trap> {
+        self.check_unaligned(address)?;
+        let mut shift = 0;
+        for piece in Self::pieces(address, size) {
+            let at = address.wrapping_add(shift / 8);
+            self.store_whole(bus, at, *piece, value >> shift, privileged)?;
+            shift += 8 * piece.bytes();
+        }
+        // The write buffer hides the pieces; one that waits stalls the next,
+        // and with it the core, where a real core would go on.
+        Ok(())
     }
 }

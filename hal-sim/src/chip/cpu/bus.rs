@@ -103,6 +103,18 @@ pub trait Bus {
     /// Level of every interrupt line, line n in bit n % 32 of word n / 32.
     fn lines(&self) -> [u32; LINE_WORDS];
 
+    /// Level of the non-maskable interrupt (clock security, RM0090 section
+    /// 7.2.7).
+    fn nmi(&self) -> bool {
+        false
+    }
+
     /// The core asks for a system reset (AIRCR.SYSRESETREQ).
     fn request_reset(&mut self, at: Cycle);
+
+    /// A reset was asked for and not carried out yet: the run ends with
+    /// [`crate::chip::cpu::Stop::Reset`].
+    fn wants_reset(&self) -> bool {
+        false
+    }
 }

@@ -1,7 +1,37 @@
-//! Exception entry and return, stacking, lazy floating-point stacking, faults,
-//! reset (Arm ARM B1.5), with their cycles (TRM section 3.9).
+//! Exceptions (Arm ARM B1.5) with their cycles (TRM section 3.9): when one is
+//! taken, faults, reset.
+//!
+//! `entry` stacks and finds the handler, `exit` returns, `floating` saves S0–S15
+//! late, `special` is MRS, MSR and CPS. Who goes first is `system::nvic`'s.
 
-use super::{Bus, Cpu, Fault, Stop, Trap};
+mod entry;
+mod exit;
+mod floating;
+mod special;
+
+#[cfg(test)]
+mod tests;
+
+use super::bus::{Denied, Unmodelled};
+use super::{Bus, Cpu, Fault, Registers, Size, Stop, Trap};
+use crate::chip::Cycle;
+
+/// Cycles from the cycle at which an exception is taken to the first
+/// instruction of its handler, without wait states (TRM section 3.9.1: at most
+/// 12 from the line's rise, which includes no unfinished instruction).
+pub const ENTRY: Cycle = 12;
+
+/// The same where one handler follows another (TRM section 3.9.1).
+pub const TAIL_CHAIN: Cycle = 6;
+
+/// Cycles from the end of the branch that returns (its own cycle, without
+/// refill) to the instruction returned to, without wait states (TRM section
+/// 3.9.1: 12).
+pub const RETURN: Cycle = 12;
+
+/// Cycles that S0–S15 and FPSCR add to stacking, unstacking and lazy saving:
+/// one a word (TRM section 3.9.1: 29 instead of 12).
+pub const FP_WORDS: Cycle = 17;
 
 impl Cpu {
     /// Reset: private registers to their reset values, SP and PC from the
@@ -9,18 +39,88 @@ impl Cpu {
     ///
     /// # Errors
     /// [`Stop`]: no vector table.
-    pub fn reset<B: Bus>(&mut self, _bus: &mut B) -> Result<(), Stop> {
-        todo!("the exceptions' helper writes this")
+    pub fn reset<B: Bus>(&mut self, bus: &mut B) -> Result<(), Stop> {
+        self.registers = Registers::default();
+        self.system.reset();
+        self.pipeline = super::timing::Pipeline::default();
+        let none = Stop::Outside {
+            pc: 0,
+            what: "no vector table at address 0",
+        };
+        let mut word = |address| bus.read(address, Size::Word, self.cycle).map_err(|_| none);
+        let (sp, pc) = (word(0)?.value, word(4)?.value);
+        if pc & 1 == 0 {
+            return Err(none);
+        }
+        self.registers.r[13] = sp & !3;
+        self.registers.r[14] = u32::MAX;
+        self.registers.r[15] = pc & !1;
+        self.system.update(&self.registers);
+        Ok(())
     }
 
     /// Samples the interrupt lines and takes the pending exception of highest
     /// priority if it preempts; says whether it did. Called between
-    /// instructions, whenever something may have changed.
+    /// instructions, whenever something may have changed. Lets the bus's
+    /// events up to now happen, each at its cycle, so that the wait of an
+    /// interrupt is counted from the rise of its line.
     ///
     /// # Errors
     /// [`Stop`].
-    pub(super) fn take_pending<B: Bus>(&mut self, _bus: &mut B) -> Result<bool, Stop> {
-        todo!("the exceptions' helper writes this")
+    pub(super) fn take_pending<B: Bus>(&mut self, bus: &mut B) -> Result<bool, Stop> {
+        self.sample(bus)?;
+        if self.preempting().is_none() {
+            return Ok(false);
+        }
+        self.enter_exception(bus)?;
+        Ok(true)
+    }
+
+    /// The pending exception that pre-empts what runs.
+    #[inline]
+    fn preempting(&self) -> Option<u16> {
+        let first = self.system.nvic.first_pending()?;
+        let priority = self.execution_priority();
+        (self.system.nvic.group_priority(first) < priority).then_some(first)
+    }
+
+    fn execution_priority(&self) -> i16 {
+        self.system.nvic.execution_priority(&self.registers)
+    }
+
+    /// Whether a core that sleeps by WFI or WFE wakes; after `take_pending`,
+    /// which has sampled the lines.
+    pub(super) fn should_wake(&mut self) -> bool {
+        self.system.wakes(&self.registers)
+    }
+
+    /// Lets everything up to now happen, and samples the lines at each event.
+    fn sample<B: Bus>(&mut self, bus: &mut B) -> Result<(), Stop> {
+        if let Some(at) = self.system.scb.reset_request.take() {
+            bus.request_reset(at);
+        }
+        loop {
+            let event = bus.next_event();
+            if event > self.cycle {
+                break;
+            }
+            self.let_happen(bus, event)?;
+            if bus.next_event() <= event {
+                self.let_happen(bus, self.cycle)?;
+                break;
+            }
+        }
+        self.system.sample(bus.lines(), bus.nmi(), self.cycle);
+        Ok(())
+    }
+
+    fn let_happen<B: Bus>(&mut self, bus: &mut B, to: Cycle) -> Result<(), Stop> {
+        bus.advance(to).map_err(|Unmodelled(what)| Stop::Outside {
+            pc: self.registers.r[15],
+            what,
+        })?;
+        self.system.sample(bus.lines(), bus.nmi(), to);
+        Ok(())
     }
 
     /// Takes `fault` of the instruction at R15, escalated where its exception
@@ -28,54 +128,83 @@ impl Cpu {
     ///
     /// # Errors
     /// [`Stop::LockUp`].
-    pub(super) fn take_fault<B: Bus>(&mut self, _bus: &mut B, _fault: Fault) -> Result<(), Stop> {
-        todo!("the exceptions' helper writes this")
+    pub(super) fn take_fault<B: Bus>(&mut self, bus: &mut B, fault: Fault) -> Result<(), Stop> {
+        let pended = match fault {
+            Fault::LazyStackingAccess | Fault::LazyStackingBus => self.pend_lazy_fault(fault),
+            _ => self.pend_fault(fault),
+        };
+        pended?;
+        if self.preempting().is_none() {
+            return Err(Stop::Outside {
+                pc: self.registers.r[15],
+                what: "a fault of lazy stacking that the running handler's priority holds back",
+            });
+        }
+        self.enter_exception(bus)
     }
 
-    /// Returns from an exception: a branch to `exc_return` (0xFxxx_xxxx) in
-    /// handler mode. Tail-chains where another is pending.
-    ///
-    /// # Errors
-    /// [`Trap`].
-    pub(super) fn return_from_exception<B: Bus>(
+    fn pend_fault(&mut self, fault: Fault) -> Result<(), Stop> {
+        let priority = self.execution_priority();
+        self.system
+            .pend_fault(fault, priority, self.cycle)
+            .ok_or(self.lock_up())
+    }
+
+    const fn lock_up(&self) -> Stop {
+        Stop::LockUp {
+            pc: self.registers.r[15],
+        }
+    }
+
+    /// A load or store of the core itself, at its cycle, which it moves on by
+    /// one and the wait states; `Err` of a fault: `access` or `bus_error`.
+    fn stack_access<B: Bus>(
         &mut self,
-        _bus: &mut B,
-        _exc_return: u32,
-    ) -> Result<(), Trap> {
-        todo!("the exceptions' helper writes this")
+        bus: &mut B,
+        address: u32,
+        store: Option<u32>,
+        (access, bus_error): (Fault, Fault),
+        privileged: bool,
+    ) -> Result<u32, Trap> {
+        if address >> 20 == 0xE00 {
+            return Err(bus_error.into());
+        }
+        if !self.system.may_access(address, store.is_some(), privileged) {
+            self.cycle += 1;
+            return Err(access.into());
+        }
+        let answer = match store {
+            Some(value) => bus
+                .write(address, Size::Word, value, self.cycle)
+                .map(|wait| (value, wait)),
+            None => bus
+                .read(address, Size::Word, self.cycle)
+                .map(|read| (read.value, read.wait)),
+        };
+        match answer {
+            Ok((value, wait)) => {
+                self.cycle += 1 + Cycle::from(wait);
+                Ok(value)
+            }
+            Err(Denied::Error) => {
+                self.cycle += 1;
+                Err(bus_error.into())
+            }
+            Err(denied) => Err(Trap::data(denied, address, self.registers.r[15])),
+        }
     }
 
-    /// Before every floating-point instruction: CPACR, lazy stacking, FPCA.
-    ///
-    /// # Errors
-    /// [`Trap`].
-    #[inline]
-    pub(super) fn prepare_fp<B: Bus>(&mut self, _bus: &mut B) -> Result<(), Trap> {
-        todo!("the exceptions' helper writes this")
-    }
-
-    /// SVC.
-    pub(super) fn supervisor_call(&mut self) {
-        todo!("the exceptions' helper writes this")
-    }
-
-    /// BKPT `immediate`: semihosting if it is 0xAB and semihosting is on, else
-    /// [`Fault::Breakpoint`].
-    ///
-    /// # Errors
-    /// [`Trap`].
-    pub(super) fn breakpoint<B: Bus>(&mut self, _bus: &mut B, _immediate: u8) -> Result<(), Trap> {
-        todo!("the exceptions' helper writes this")
-    }
-
-    /// MRS: special register `sysm`.
-    pub(super) fn read_special(&self, _sysm: u8) -> u32 {
-        todo!("the exceptions' helper writes this")
-    }
-
-    /// MSR with `mask` (bits 11:10 of the encoding). The caller takes what is
-    /// pending afterwards.
-    pub(super) fn write_special(&mut self, _sysm: u8, _mask: u8, _value: u32) {
-        todo!("the exceptions' helper writes this")
+    /// SVC. The caller takes what is pending after it went on to the next
+    /// instruction; an SVC that may not be taken is a hard fault there.
+    pub(super) fn supervisor_call(&mut self) -> Result<(), Stop> {
+        use super::system::{number, nvic};
+        let priority = self.execution_priority();
+        if self.system.may_preempt(number::SV_CALL, priority) {
+            self.system.pend(nvic::bit(number::SV_CALL), self.cycle);
+            return Ok(());
+        }
+        self.system
+            .escalate(priority, self.cycle)
+            .ok_or(self.lock_up())
     }
 }

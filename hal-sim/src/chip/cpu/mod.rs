@@ -11,15 +11,20 @@ pub mod bus;
 mod decode;
 mod exception;
 mod execute;
+pub mod flat;
 pub mod fpu;
 pub mod registers;
-mod run;
+pub mod run;
+pub mod semihosting;
+#[cfg(test)]
+mod speed;
 pub mod stop;
 pub mod system;
 pub mod timing;
 
 pub use bus::{Bus, Size};
 pub use registers::Registers;
+pub use run::Observer;
 pub use stop::{Fault, Stop, Trap};
 
 use super::Cycle;
@@ -38,4 +43,12 @@ pub struct Cpu {
     pub system: system::System,
     decoded: decode::Cache,
     pipeline: timing::Pipeline,
+    /// Cycle at which the loop must look up: an event, or something changed.
+    deadline: Cycle,
+    /// WFI or WFE waits.
+    asleep: bool,
+    /// Exception number that observers know of.
+    context: u16,
+    /// The exclusive monitor is set (LDREX).
+    exclusive: bool,
 }

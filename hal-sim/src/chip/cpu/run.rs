@@ -1,7 +1,27 @@
 //! The loop: instructions, events, exceptions, sleep.
 
-use super::{Bus, Cpu, Stop};
+use super::decode::{Entry, Op};
+use super::timing::Trail;
+use super::{Bus, Cpu, Stop, Trap};
 use crate::chip::Cycle;
+
+/// Looks on while the core runs; whatever it leaves out costs nothing.
+pub trait Observer {
+    /// The instruction at `pc` took `cycles`, up to the cycle `at`.
+    fn instruction(&mut self, _pc: u32, _cycles: Cycle, _at: Cycle) {}
+
+    /// From `at` on the core runs exception `number`; 0 is thread mode. Entry
+    /// and return have passed.
+    fn context(&mut self, _number: u16, _at: Cycle) {}
+
+    /// Whether to stop before the instruction at `pc`
+    /// ([`Stop::Breakpoint`]).
+    fn stops_before(&mut self, _pc: u32) -> bool {
+        false
+    }
+}
+
+impl Observer for () {}
 
 impl Cpu {
     /// A core that has power but was not reset yet.
@@ -14,6 +34,10 @@ impl Cpu {
             system: super::system::System::default(),
             decoded: super::decode::Cache::default(),
             pipeline: super::timing::Pipeline::default(),
+            deadline: 0,
+            asleep: false,
+            context: 0,
+            exclusive: false,
         }
     }
 
@@ -22,16 +46,182 @@ impl Cpu {
     ///
     /// # Errors
     /// [`Stop`].
-    pub fn run<B: Bus>(&mut self, _bus: &mut B, _until: Cycle) -> Result<(), Stop> {
-        todo!("the core's helper writes this")
+    pub fn run<B: Bus>(&mut self, bus: &mut B, until: Cycle) -> Result<(), Stop> {
+        self.run_observed(bus, until, &mut ())
     }
 
-    /// Executes exactly one instruction or takes one exception.
+    /// [`Self::run`] with someone looking on.
+    ///
+    /// # Errors
+    /// [`Stop`]; after a breakpoint, `step` goes on.
+    pub fn run_observed<B: Bus, O: Observer>(
+        &mut self,
+        bus: &mut B,
+        until: Cycle,
+        observer: &mut O,
+    ) -> Result<(), Stop> {
+        loop {
+            self.attend(bus, until, observer)?;
+            if self.cycle >= until {
+                return Ok(());
+            }
+            loop {
+                if observer.stops_before(self.registers.r[15]) {
+                    let pc = self.registers.r[15];
+                    return Err(Stop::Breakpoint { pc });
+                }
+                self.instruction(bus, observer)?;
+                if self.cycle >= self.deadline {
+                    break;
+                }
+            }
+        }
+    }
+
+    /// Executes exactly one instruction or takes one exception; asleep, goes
+    /// on to the next event.
     ///
     /// # Errors
     /// [`Stop`].
-    pub fn step<B: Bus>(&mut self, _bus: &mut B) -> Result<(), Stop> {
-        todo!("the core's helper writes this")
+    pub fn step<B: Bus>(&mut self, bus: &mut B) -> Result<(), Stop> {
+        let until = if self.asleep { self.event(bus) } else { 0 };
+        let before = self.registers.exception;
+        let entered = self.attend(bus, until, &mut ())?;
+        if self.asleep || entered || self.registers.exception != before {
+            return Ok(());
+        }
+        self.instruction(bus, &mut ())
+    }
+
+    /// Whether the core sleeps (WFI, WFE).
+    #[must_use]
+    pub const fn is_asleep(&self) -> bool {
+        self.asleep
+    }
+
+    /// Earliest event inside or outside the core.
+    fn event<B: Bus>(&self, bus: &B) -> Cycle {
+        bus.next_event().min(self.system.next_event())
+    }
+
+    /// Lets happen what is due, takes what is pending, sleeps; sets the next
+    /// deadline. Says whether an exception was taken.
+    #[inline(never)]
+    fn attend<B: Bus, O: Observer>(
+        &mut self,
+        bus: &mut B,
+        until: Cycle,
+        observer: &mut O,
+    ) -> Result<bool, Stop> {
+        self.asleep |= self.system.takes_sleep_on_exit();
+        let mut entered = self.look(bus)?;
+        while self.asleep && self.cycle < until {
+            let next = self.event(bus).max(self.cycle + 1);
+            self.cycle = next.min(until);
+            entered |= self.look(bus)?;
+        }
+        if bus.wants_reset() {
+            let pc = self.registers.r[15];
+            return Err(Stop::Reset { pc });
+        }
+        self.decoded.check(bus.code_version());
+        let context = self.registers.exception;
+        if context != self.context {
+            self.context = context;
+            observer.context(context, self.cycle);
+        }
+        self.deadline = self.event(bus).min(until);
+        Ok(entered)
+    }
+
+    /// Takes what is pending, which may wake the core.
+    fn look<B: Bus>(&mut self, bus: &mut B) -> Result<bool, Stop> {
+        if self.take_pending(bus)? {
+            self.asleep = false;
+            self.exclusive = false;
+            return Ok(true);
+        }
+        if self.asleep && self.should_wake() {
+            self.asleep = false;
+        }
+        Ok(false)
+    }
+
+    /// The instruction at R15.
+    #[inline(always)]
+    fn instruction<B: Bus, O: Observer>(
+        &mut self,
+        bus: &mut B,
+        observer: &mut O,
+    ) -> Result<(), Stop> {
+        let pc = self.registers.r[15];
+        let start = self.cycle;
+        let mut entry = self.decoded.lookup(pc);
+        if matches!(entry.op, Op::Missing) {
+            entry = match self.decode_missing(bus, pc) {
+                Ok(entry) => entry,
+                Err(trap) => return self.trap(bus, trap),
+            };
+        }
+        self.fetch_ahead(bus, pc, entry.trail.length);
+        let done = if self.registers.it == 0 {
+            self.execute(bus, entry)
+        } else {
+            self.execute_in_it_block(bus, entry)
+        };
+        match done {
+            Ok(next) => {
+                self.registers.r[15] = next;
+                self.instructions += 1;
+                observer.instruction(pc, self.cycle - start, self.cycle);
+                Ok(())
+            }
+            Err(trap) => self.trap(bus, trap),
+        }
+    }
+
+    /// An instruction with the condition of its place in an IT block; 16-bit
+    /// ones leave the flags alone there (Arm ARM A7.3.2).
+    #[inline(never)]
+    fn execute_in_it_block<B: Bus>(&mut self, bus: &mut B, entry: Entry) -> Result<u32, Trap> {
+        let it = self.registers.it;
+        // What returns from an exception brings an IT state of its own.
+        self.registers.it = if it & 7 == 0 {
+            0
+        } else {
+            it & 0xE0 | it << 1 & 0x1F
+        };
+        if !self.holds(it >> 4) {
+            self.cycle += 1;
+            self.pipeline.last = Trail {
+                length: entry.trail.length,
+                ..Trail::NONE
+            };
+            let length = u32::from(entry.trail.length);
+            return Ok(self.registers.r[15].wrapping_add(length));
+        }
+        let mut entry = entry;
+        if entry.trail.length == 2 {
+            entry.op = entry.op.without_flags();
+        }
+        let done = self.execute(bus, entry);
+        if let Err(Trap::Fault(_)) = done {
+            self.registers.it = it;
+        }
+        done
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn trap<B: Bus>(&mut self, bus: &mut B, trap: Trap) -> Result<(), Stop> {
+        self.deadline = 0;
+        match trap {
+            Trap::Fault(fault) => {
+                self.exclusive = false;
+                self.take_fault(bus, fault)
+            }
+            Trap::Stop(stop) => Err(stop),
+        }
     }
 }
 

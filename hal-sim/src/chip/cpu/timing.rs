@@ -1,5 +1,252 @@
 //! Cycles of instructions (TRM section 3.3): what is between instructions.
+//!
+//! Exact where the TRM is: base cycles of table 3-1, pipelined loads, the
+//! address stall, unaligned accesses, the one-entry write buffer (3.3.2, 3.5).
+//! Approximate, because the TRM leaves it open:
+//! - refill P: see [`REFILL_DIRECT`], [`REFILL_REGISTER`], [`REFILL_LOAD`];
+//! - prefetch: see [`Pipeline::line`];
+//! - IT is folded whenever a 16-bit instruction ran right before it;
+//! - loads whose 32-bit opcode straddles words pipeline like others;
+//! - LDR from code costs no extra cycle beyond what the bus says;
+//! - LDM, STM and divisions run to their end before an interrupt is taken.
+
+use super::decode::{Index, Op};
+use super::{Bus, Cpu};
+use crate::chip::Cycle;
+
+/// Refill after a branch whose target is in the instruction: the decode stage
+/// works it out and fetches early, so P is at its minimum.
+pub const REFILL_DIRECT: u8 = 1;
+/// Refill after a branch to a register's value, known only in the execute
+/// stage: one more.
+pub const REFILL_REGISTER: u8 = 2;
+/// Refill after a load into R15, TBB and TBH: three cycles (TRM 3.3.2).
+pub const REFILL_LOAD: u8 = 3;
+/// P is never more (TRM 3.3.1).
+const REFILL_MOST: u8 = 3;
+
+/// How many bytes ahead of the instruction that begins to execute the core
+/// fetches: the stage before decodes four, the one before that is being
+/// fetched, and words are fetched whole.
+const AHEAD: u32 = 10;
+/// Cycles from a word's fetch to its execution: fetch, decode.
+const STAGES: Cycle = 2;
+
+/// Whether `first` is the first half of a 32-bit instruction (Arm ARM A5.1).
+#[must_use]
+pub const fn is_wide(first: u16) -> bool {
+    first >> 11 >= 0x1D
+}
+
+/// 1 if the instruction at `target` is a 32-bit one that straddles two words,
+/// so that two fetches are needed before it can be decoded.
+pub(super) fn straddles<B: Bus>(bus: &mut B, target: u32) -> u8 {
+    let wide = target & 2 != 0 && bus.code(target).is_ok_and(is_wide);
+    u8::from(wide)
+}
+
+/// What an instruction leaves for the timing of the next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Trail {
+    /// Registers that a following address must wait for: results of data
+    /// processing and loads, one bit each.
+    pub produced: u16,
+    /// 1 after a single load, whose data phase a following load or store
+    /// overlaps.
+    pub load: u8,
+    /// Bytes of the instruction; 0 where nothing ran before.
+    pub length: u8,
+}
+
+impl Trail {
+    /// After a refill.
+    pub const NONE: Self = Self {
+        produced: 0,
+        load: 0,
+        length: 0,
+    };
+
+    /// What `op`, encoded as `code`, leaves.
+    pub fn new(op: &Op, code: u32, length: u8) -> Self {
+        let (produced, load) = match *op {
+            Op::Ldr { t, .. }
+            | Op::Ldrh { t, .. }
+            | Op::Ldrb { t, .. }
+            | Op::LoadImm { t, .. }
+            | Op::LoadReg { t, .. }
+            | Op::LoadLiteral { t, .. }
+            | Op::LoadUnprivileged { t, .. }
+            | Op::LoadExclusive { t, .. } => (1 << t, 1),
+            Op::StoreExclusive { d, .. } => (1 << d, 1),
+            Op::LoadIndexed { t, n, index, .. } => {
+                debug_assert!(index != Index::Offset);
+                (1 << t | 1 << n, 1)
+            }
+            _ => (results(op, code), 0),
+        };
+        Self {
+            produced,
+            load,
+            length,
+        }
+    }
+}
+
+/// Registers that data processing writes.
+fn results(op: &Op, code: u32) -> u16 {
+    match *op {
+        Op::MovImm { d, .. }
+        | Op::MovsImm { d, .. }
+        | Op::AddImm { d, .. }
+        | Op::AddsImm { d, .. }
+        | Op::SubsImm { d, .. }
+        | Op::DataImm { d, .. }
+        | Op::Movt { d, .. }
+        | Op::MovReg { d, .. }
+        | Op::AddReg { d, .. }
+        | Op::AddsReg { d, .. }
+        | Op::SubsReg { d, .. }
+        | Op::DataReg { d, .. }
+        | Op::ShiftImm { d, .. }
+        | Op::ShiftReg { d, .. }
+        | Op::Mul { d, .. }
+        | Op::Rearrange { d, .. }
+        | Op::Bfi { d, .. }
+        | Op::Bfc { d, .. }
+        | Op::Sbfx { d, .. }
+        | Op::Ubfx { d, .. }
+        | Op::Ssat { d, .. }
+        | Op::Usat { d, .. }
+        | Op::Ssat16 { d, .. }
+        | Op::Usat16 { d, .. }
+        | Op::Pkh { d, .. }
+        | Op::ReadSpecial { d, .. } => 1 << d,
+        Op::AddToSp { .. } => 1 << 13,
+        Op::Arithmetic(_) => {
+            // Rd; of long multiplications RdLo too (A5.3.17).
+            let low = if code >> 23 == 0xFB8 >> 3 {
+                1 << (code >> 12 & 0xF)
+            } else {
+                0
+            };
+            1 << (code >> 8 & 0xF) | low
+        }
+        _ => 0,
+    }
+}
 
 /// What the instructions before left in the pipeline.
-#[derive(Debug, Default)]
-pub struct Pipeline {}
+#[derive(Debug)]
+pub struct Pipeline {
+    /// The instruction before.
+    pub(super) last: Trail,
+    /// First data phase of the instruction that executes, or its next one,
+    /// in cycles after its start.
+    pub(super) phase: Cycle,
+    /// The write buffer is busy before this cycle.
+    pub(super) buffer: Cycle,
+    /// The 16-byte line fetched last, [`Self::NO_LINE`] while it is under way.
+    ///
+    /// The core asks for words ahead of need (prefetch buffer of three words).
+    /// The model asks for the next line when an instruction begins to execute
+    /// less than [`AHEAD`] bytes before it, and waits for it only when
+    /// execution gets there. A full buffer would ask up to two words earlier.
+    line: u32,
+    /// The line asked for last.
+    asked: u32,
+    /// When the first instruction of `asked` can execute.
+    ready: Cycle,
+}
+
+impl Pipeline {
+    const NO_LINE: u32 = u32::MAX;
+
+    /// An exception's entry or return fetched the code at `target`; nothing
+    /// ran before it, and the write buffer is empty.
+    pub(super) fn begin_at(&mut self, target: u32) {
+        *self = Self {
+            line: target >> 4,
+            asked: target >> 4,
+            ..Self::default()
+        };
+    }
+}
+
+impl Default for Pipeline {
+    fn default() -> Self {
+        Self {
+            last: Trail::NONE,
+            phase: 1,
+            buffer: 0,
+            line: Self::NO_LINE,
+            asked: Self::NO_LINE,
+            ready: 0,
+        }
+    }
+}
+
+impl Cpu {
+    /// Fetches ahead before the instruction of `length` bytes at `pc`.
+    #[inline(always)]
+    pub(super) fn fetch_ahead<B: Bus>(&mut self, bus: &mut B, pc: u32, length: u8) {
+        if pc.wrapping_add(AHEAD) >> 4 != self.pipeline.line {
+            self.fetch_line(bus, pc, length);
+        }
+    }
+
+    #[inline(never)]
+    fn fetch_line<B: Bus>(&mut self, bus: &mut B, pc: u32, length: u8) {
+        let ahead = pc.wrapping_add(AHEAD) >> 4;
+        let needed = pc.wrapping_add(u32::from(length)).wrapping_sub(1) >> 4;
+        let pipeline = &mut self.pipeline;
+        if pipeline.asked != ahead && pipeline.asked != needed {
+            let wait = bus.fetch(ahead, self.cycle);
+            pipeline.asked = ahead;
+            pipeline.ready = self.cycle + STAGES + Cycle::from(wait);
+            pipeline.line = if wait == 0 { ahead } else { Pipeline::NO_LINE };
+        }
+        if needed == pipeline.asked && pipeline.line != pipeline.asked {
+            self.cycle = self.cycle.max(pipeline.ready);
+            pipeline.line = pipeline.asked;
+        }
+    }
+
+    /// Goes on at `target` after `cycles`, refill included; gives `target`.
+    #[inline(always)]
+    pub(super) fn branch_to<B: Bus>(&mut self, bus: &mut B, target: u32, cycles: u8) -> u32 {
+        let fetch = self.cycle + Cycle::from(cycles) - STAGES;
+        self.cycle += Cycle::from(cycles);
+        self.pipeline.last = Trail::NONE;
+        if target >> 4 != self.pipeline.line {
+            self.refill(bus, target, fetch);
+        }
+        target
+    }
+
+    /// Goes on at `target`, which the code could not name: a register's value
+    /// after 1 + `refill` cycles.
+    pub(super) fn branch_far<B: Bus>(
+        &mut self,
+        bus: &mut B,
+        target: u32,
+        before: u8,
+        refill: u8,
+    ) -> u32 {
+        let refill = (refill + straddles(bus, target)).min(REFILL_MOST);
+        self.branch_to(bus, target, before + refill)
+    }
+
+    /// Fetches the line of `target` at `at`; its wait states pass.
+    #[inline(never)]
+    pub(super) fn refill<B: Bus>(&mut self, bus: &mut B, target: u32, at: Cycle) {
+        let line = target >> 4;
+        let pipeline = &mut self.pipeline;
+        if pipeline.asked != line {
+            let wait = bus.fetch(line, at);
+            pipeline.asked = line;
+            pipeline.ready = at + STAGES + Cycle::from(wait);
+        }
+        pipeline.line = line;
+        self.cycle = self.cycle.max(pipeline.ready);
+    }
+}

@@ -1,48 +1,219 @@
 //! Private peripherals, 0xE000_0000–0xE00F_FFFF: NVIC, SCB, SysTick, MPU, DWT,
-//! FPU control, ITM as far as the images touch them (Arm ARM B3).
+//! FPU control as far as the images touch them (Arm ARM B3).
+//!
+//! Not here: what an exception does to the core's registers (`exception`). In:
+//! accesses with their cycle, sampled interrupt lines. Out: which exception
+//! goes first, what memory may be used for, when SysTick wants attention.
 
-use super::Size;
-use super::bus::Unmodelled;
+mod floating;
+pub mod latency;
+pub mod mpu;
+pub mod nvic;
+mod registers;
+mod scb;
+mod sleep;
+mod systick;
+mod trace;
+
+#[cfg(test)]
+mod tests;
+
+pub use floating::Preempted;
+pub use latency::{Latencies, Latency};
+pub use nvic::number;
+pub use scb::hfsr;
+
+use super::bus::LINE_WORDS;
+use super::semihosting::Semihosting;
+use super::{Fault, Registers};
 use crate::chip::Cycle;
+use nvic::{Nvic, bit};
 
 /// State of the private peripherals and of exceptions.
-#[derive(Debug, Default)]
-pub struct System {}
+#[derive(Clone, Debug, Default)]
+pub struct System {
+    pub(super) nvic: Nvic,
+    pub(super) scb: scb::Scb,
+    pub(super) floating: floating::Floating,
+    systick: systick::SysTick,
+    mpu: mpu::Mpu,
+    trace: trace::Trace,
+    /// Floating-point instructions need no preparation: CPACR allows them,
+    /// CONTROL.FPCA is set, no save is owed. Cleared by whatever may change
+    /// that.
+    pub(super) fp_is_ready: bool,
+    /// The event register (Arm ARM B1.5.18).
+    pub event: bool,
+    sleeps_for_event: bool,
+    sleeps_on_exit: bool,
+    /// Number in IPSR, for ICSR.
+    running: u16,
+    /// Semihosting, if it is on; a reset leaves it alone.
+    pub semihosting: Option<Semihosting>,
+    /// How long interrupts waited, since power-on.
+    pub latencies: Latencies,
+    /// Lowest main stack pointer after an exception's entry, since power-on.
+    pub deepest_msp: Option<u32>,
+}
 
 impl System {
-    /// Reads a private register at `at`.
-    ///
-    /// # Errors
-    /// A register that nobody models.
-    pub fn read(&mut self, _address: u32, _size: Size, _at: Cycle) -> Result<u32, Unmodelled> {
-        todo!("the exceptions' helper writes this")
-    }
-
-    /// Writes a private register. The caller takes what is pending afterwards.
-    ///
-    /// # Errors
-    /// A register that nobody models.
-    pub fn write(
-        &mut self,
-        _address: u32,
-        _size: Size,
-        _value: u32,
-        _at: Cycle,
-    ) -> Result<(), Unmodelled> {
-        todo!("the exceptions' helper writes this")
+    /// Back to the state after a reset; statistics go on, and so does an
+    /// attached debugger.
+    pub(super) fn reset(&mut self) {
+        let old = std::mem::take(self);
+        self.semihosting = old.semihosting;
+        self.latencies = old.latencies;
+        self.deepest_msp = old.deepest_msp;
+        self.trace.debugger = old.trace.debugger;
     }
 
     /// Whether the MPU lets data at `address` be accessed. Hot: one compare
     /// while no region denies anything nearby.
     #[inline]
     #[must_use]
-    pub fn may_access(&self, _address: u32, _write: bool, _privileged: bool) -> bool {
-        true
+    pub fn may_access(&self, address: u32, write: bool, privileged: bool) -> bool {
+        self.mpu.may_access(address, write, privileged)
+    }
+
+    /// Whether MPU and memory map let code at `address` be executed.
+    #[must_use]
+    pub fn may_execute(&self, address: u32, privileged: bool) -> bool {
+        self.mpu.may_execute(address, privileged)
+    }
+
+    /// Whether unprivileged code may write the private register at `address`
+    /// (only STIR, if CCR.USERSETMPEND is set); everything else is a bus error
+    /// to it (Arm ARM B3.1.1).
+    #[must_use]
+    pub const fn may_write_unprivileged(&self, address: u32) -> bool {
+        address == 0xE000_EF00 && self.scb.lets_users_pend()
     }
 
     /// Earliest cycle at which SysTick pends its exception.
+    #[inline]
     #[must_use]
     pub fn next_event(&self) -> Cycle {
-        Cycle::MAX
+        self.systick.next_event()
+    }
+
+    /// A debugger was attached or let go: DHCSR.C_DEBUGEN.
+    pub fn set_debugger(&mut self, attached: bool) {
+        self.trace.debugger = attached;
+    }
+
+    /// CCR.DIV_0_TRP: a division by zero is a fault.
+    #[inline]
+    #[must_use]
+    pub const fn divide_by_zero_traps(&self) -> bool {
+        self.scb.divide_by_zero_traps()
+    }
+
+    /// CCR.UNALIGN_TRP: every unaligned access is a fault.
+    #[inline]
+    #[must_use]
+    pub const fn unaligned_traps(&self) -> bool {
+        self.scb.unaligned_traps()
+    }
+
+    /// ACTLR.DISFOLD: IT is not folded.
+    #[inline]
+    #[must_use]
+    pub const fn disables_folding(&self) -> bool {
+        self.scb.disables_folding()
+    }
+
+    /// ACTLR.DISDEFWBUF: stores wait for their end.
+    #[inline]
+    #[must_use]
+    pub const fn disables_write_buffer(&self) -> bool {
+        self.scb.disables_write_buffer()
+    }
+
+    /// ACTLR.DISMCYCINT: LDM, STM, multiplications and divisions are not
+    /// interrupted.
+    #[inline]
+    #[must_use]
+    pub const fn disables_multi_cycle_interruption(&self) -> bool {
+        self.scb.disables_multi_cycle_interruption()
+    }
+
+    /// ACTLR.DISFPCA: floating-point instructions leave CONTROL.FPCA alone.
+    #[must_use]
+    pub const fn disables_fpca(&self) -> bool {
+        self.scb.disables_fpca()
+    }
+
+    /// ACTLR.DISOOFP: floating-point instructions complete in order.
+    #[inline]
+    #[must_use]
+    pub const fn disables_out_of_order_fp(&self) -> bool {
+        self.scb.disables_out_of_order_fp()
+    }
+
+    /// Brings the timer to `at` and samples the lines as they are then.
+    pub(super) fn sample(&mut self, lines: [u32; LINE_WORDS], nmi: bool, at: Cycle) {
+        self.advance_systick(at);
+        let new = self.nvic.sample(lines, nmi, at);
+        self.note_pending(new);
+    }
+
+    fn advance_systick(&mut self, at: Cycle) {
+        if let Some(reached) = self.systick.advance(at) {
+            self.pend(bit(number::SYS_TICK), reached);
+        }
+    }
+
+    /// Makes exceptions pending at `at`.
+    pub(super) fn pend(&mut self, exceptions: u128, at: Cycle) {
+        let new = self.nvic.pend(exceptions, at);
+        self.note_pending(new);
+    }
+
+    fn note_pending(&mut self, new: u128) {
+        if new != 0 && self.scb.pending_is_event() {
+            self.event = true;
+        }
+    }
+
+    /// Notes the cause of `fault`, and makes its exception, or a hard fault,
+    /// pending at `at`. `None`: the core locks up, because not even a hard
+    /// fault pre-empts `priority`.
+    pub(super) fn pend_fault(&mut self, fault: Fault, priority: i16, at: Cycle) -> Option<()> {
+        self.scb.note_fault(fault);
+        let own = match scb::cfsr_bit(fault) {
+            0 => number::HARD_FAULT,
+            bits if bits <= 0xFF => number::MEM_MANAGE,
+            bits if bits <= 0xFFFF => number::BUS_FAULT,
+            _ => number::USAGE_FAULT,
+        };
+        if self.may_preempt(own, priority) {
+            self.pend(bit(own), at);
+            return Some(());
+        }
+        self.escalate(priority, at)
+    }
+
+    /// `exception` is enabled and pre-empts `priority`.
+    pub(super) fn may_preempt(&self, exception: u16, priority: i16) -> bool {
+        self.nvic.enabled() & bit(exception) != 0 && self.nvic.group_priority(exception) < priority
+    }
+
+    /// Makes a hard fault pending in the place of an exception that does not
+    /// pre-empt `priority`. `None`: nor does a hard fault.
+    pub(super) fn escalate(&mut self, priority: i16, at: Cycle) -> Option<()> {
+        if priority <= -1 {
+            return None;
+        }
+        self.scb.note_hard_fault(hfsr::FORCED);
+        self.pend(bit(number::HARD_FAULT), at);
+        Some(())
+    }
+
+    /// What depends on IPSR, masks and active exceptions is up to date again.
+    pub(super) fn update(&mut self, registers: &Registers) {
+        self.running = registers.exception;
+        self.fp_is_ready = false;
+        let negative = self.nvic.priority_without_primask(registers) < 0;
+        self.mpu.set_negative_priority(negative);
     }
 }

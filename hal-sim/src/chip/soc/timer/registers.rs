@@ -148,8 +148,10 @@ impl Timer {
     }
 
     fn check(&self, offset: u32, size: Size) -> Result<(), Unmodelled> {
-        if size != Size::Word {
-            return Err(Unmodelled("a TIM access narrower than a word"));
+        // The bridge doubles a half-word (RM0090 section 2.3): the same to
+        // registers of 16 bits.
+        if size == Size::Byte || size == Size::Half && self.is_wide(offset) {
+            return Err(Unmodelled("a TIM access narrower than its register"));
         }
         let advanced = matches!(offset, offset::RCR | offset::BDTR);
         let known = offset <= offset::BDTR && offset.is_multiple_of(4);

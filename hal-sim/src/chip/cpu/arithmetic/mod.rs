@@ -1,0 +1,332 @@
+//! 32-bit register arithmetic: everything whose first half-word is
+//! 0xFA00–0xFBFF. Shifts by register, extensions, parallel and saturating
+//! arithmetic, SEL, REV, CLZ; multiplications and divisions of all kinds.
+//!
+//! In: a decoded `Op` and the registers. Out: registers, Q, GE, flags, cycles.
+//! No instruction here touches memory, R13 or R15.
+
+mod decode;
+mod divide;
+mod multiply;
+mod parallel;
+#[cfg(test)]
+mod tests;
+
+use super::registers::flag;
+use super::{Cpu, Fault, Registers, Trap};
+pub use decode::decode;
+pub use multiply::{Long, Multiply};
+pub use parallel::{Lanes, Prefix};
+
+/// Destination and two operands, as register numbers 0–12 and 14.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Three {
+    /// Destination.
+    pub d: u8,
+    /// First operand.
+    pub n: u8,
+    /// Second operand.
+    pub m: u8,
+}
+
+/// Which way a register is shifted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shift {
+    /// Logical shift left.
+    Left,
+    /// Logical shift right.
+    Right,
+    /// Arithmetic shift right.
+    Arithmetic,
+    /// Rotation right.
+    Rotate,
+}
+
+/// What part of a register is extended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Extend {
+    /// A byte, with its sign.
+    SignedByte,
+    /// A byte.
+    UnsignedByte,
+    /// A half-word, with its sign.
+    SignedHalf,
+    /// A half-word.
+    UnsignedHalf,
+    /// Bytes 0 and 2, each to a half-word, with its sign.
+    SignedBytes,
+    /// Bytes 0 and 2, each to a half-word.
+    UnsignedBytes,
+}
+
+/// Order of bits or bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reverse {
+    /// REV: bytes of the word.
+    Word,
+    /// REV16: bytes of each half-word.
+    Halves,
+    /// RBIT: all bits.
+    Bits,
+    /// REVSH: bytes of the lower half-word, sign-extended.
+    SignedHalf,
+}
+
+/// Word arithmetic that saturates and sets Q.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Saturating {
+    /// QADD.
+    Add,
+    /// QDADD: the second addend is doubled, with saturation.
+    DoubleAdd,
+    /// QSUB.
+    Subtract,
+    /// QDSUB.
+    DoubleSubtract,
+}
+
+/// A decoded instruction of this family.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Op {
+    /// LSL, LSR, ASR, ROR by register, 32-bit encodings.
+    Shift {
+        /// Direction.
+        kind: Shift,
+        /// Sets N, Z, C (the S form).
+        flags: bool,
+        /// `n` is shifted by the lowest byte of `m`.
+        registers: Three,
+    },
+    /// SXTB … UXTAH.
+    Extend {
+        /// Which part.
+        kind: Extend,
+        /// The operand is rotated right by this before, 0, 8, 16 or 24 bits.
+        rotation: u8,
+        /// `m` is extended; `n` is added unless it is [`NONE`].
+        registers: Three,
+    },
+    /// SADD16 … UHSUB8.
+    Parallel(Prefix, Lanes, Three),
+    /// QADD, QDADD, QSUB, QDSUB.
+    Saturating(Saturating, Three),
+    /// REV, REV16, RBIT, REVSH of `m`.
+    Reverse(Reverse, Three),
+    /// SEL.
+    Select(Three),
+    /// CLZ of `m`.
+    CountLeadingZeros(Three),
+    /// Multiplications whose result is one register.
+    Multiply {
+        /// Which.
+        kind: Multiply,
+        /// Factors and destination.
+        registers: Three,
+        /// Accumulator, or [`NONE`].
+        a: u8,
+    },
+    /// Multiplications whose result is two registers.
+    Long {
+        /// Which.
+        kind: Long,
+        /// Factors; `d` is the upper word.
+        registers: Three,
+        /// Lower word.
+        low: u8,
+    },
+    /// SDIV.
+    SignedDivide(Three),
+    /// UDIV.
+    UnsignedDivide(Three),
+}
+
+/// In place of a register: there is no accumulator.
+pub const NONE: u8 = 15;
+
+impl Cpu {
+    /// Executes (the condition has passed); gives its cycles without pipeline
+    /// effects, early-terminating divisions included (TRM table 3-1).
+    ///
+    /// # Errors
+    /// [`Fault::DivideByZero`] where CCR.DIV_0_TRP asks for it.
+    #[inline]
+    pub(super) fn execute_arithmetic(&mut self, op: Op) -> Result<u32, Trap> {
+        let by_zero = |m: u8| self.registers.r[usize::from(m & 15)] == 0;
+        if let Op::SignedDivide(x) | Op::UnsignedDivide(x) = op
+            && by_zero(x.m)
+            && self.system.divide_by_zero_traps()
+        {
+            return Err(Fault::DivideByZero.into());
+        }
+        Ok(execute(op, &mut self.registers))
+    }
+}
+
+/// What `op` does to the registers, where a division by zero gives 0; its
+/// cycles.
+fn execute(op: Op, registers: &mut Registers) -> u32 {
+    match op {
+        Op::Shift {
+            kind,
+            flags,
+            registers: x,
+        } => shift(kind, flags, x, registers),
+        Op::Extend {
+            kind,
+            rotation,
+            registers: x,
+        } => {
+            let part = extend(kind, get(registers, x.m).rotate_right(u32::from(rotation)));
+            let sum = accumulate(kind, get_or_zero(registers, x.n), part);
+            set(registers, x.d, sum);
+        }
+        Op::Parallel(prefix, lanes, x) => {
+            let (a, b) = (get(registers, x.n), get(registers, x.m));
+            let (result, ge) = parallel::compute(prefix, lanes, a, b);
+            set(registers, x.d, result);
+            if let Some(ge) = ge {
+                registers.apsr = registers.apsr & !flag::GE | ge << 16;
+            }
+        }
+        Op::Saturating(kind, x) => {
+            let (result, saturated) = saturating(kind, get(registers, x.n), get(registers, x.m));
+            set(registers, x.d, result);
+            sticky(registers, saturated);
+        }
+        Op::Reverse(kind, x) => set(registers, x.d, reverse(kind, get(registers, x.m))),
+        Op::Select(x) => {
+            let mask = parallel::byte_mask(registers.apsr >> 16 & 0xF);
+            let selected = get(registers, x.n) & mask | get(registers, x.m) & !mask;
+            set(registers, x.d, selected);
+        }
+        Op::CountLeadingZeros(x) => set(registers, x.d, get(registers, x.m).leading_zeros()),
+        Op::Multiply {
+            kind,
+            registers: x,
+            a,
+        } => return multiply::short(kind, x, a, registers),
+        Op::Long {
+            kind,
+            registers: x,
+            low,
+        } => multiply::long(kind, x, low, registers),
+        Op::SignedDivide(x) => return divide::signed(x, registers),
+        Op::UnsignedDivide(x) => return divide::unsigned(x, registers),
+    }
+    1
+}
+
+#[inline]
+fn get(registers: &Registers, number: u8) -> u32 {
+    registers.r[usize::from(number & 15)]
+}
+
+#[inline]
+fn get_or_zero(registers: &Registers, number: u8) -> u32 {
+    if number == NONE {
+        0
+    } else {
+        get(registers, number)
+    }
+}
+
+#[inline]
+fn set(registers: &mut Registers, number: u8, value: u32) {
+    registers.r[usize::from(number & 15)] = value;
+}
+
+/// Sets Q if `saturated`.
+#[inline]
+fn sticky(registers: &mut Registers, saturated: bool) {
+    if saturated {
+        registers.apsr |= flag::Q;
+    }
+}
+
+/// Shift by a register: amounts of 32 and more count (Arm ARM A2.2.1).
+fn shift(kind: Shift, flags: bool, x: Three, registers: &mut Registers) {
+    let (value, amount) = (get(registers, x.n), get(registers, x.m) & 0xFF);
+    let carry_in = registers.apsr & flag::C != 0;
+    let bit = |n: u32| value.checked_shr(n).unwrap_or(0) & 1 != 0;
+    let (result, carry) = match (kind, amount) {
+        (_, 0) => (value, carry_in),
+        (Shift::Left, n) => (
+            value.checked_shl(n).unwrap_or(0),
+            n <= 32 && bit(32u32.wrapping_sub(n)),
+        ),
+        (Shift::Right, n) => (value.checked_shr(n).unwrap_or(0), bit(n - 1)),
+        (Shift::Arithmetic, n) => {
+            let signed = value as i32;
+            (
+                (signed >> n.min(31)) as u32,
+                signed >> (n - 1).min(31) & 1 != 0,
+            )
+        }
+        (Shift::Rotate, n) => {
+            let rotated = value.rotate_right(n & 31);
+            (rotated, rotated >> 31 != 0)
+        }
+    };
+    set(registers, x.d, result);
+    if flags {
+        let mut apsr = registers.apsr & !(flag::N | flag::Z | flag::C) | result & flag::N;
+        apsr |= if result == 0 { flag::Z } else { 0 };
+        registers.apsr = apsr | if carry { flag::C } else { 0 };
+    }
+}
+
+const fn extend(kind: Extend, x: u32) -> u32 {
+    match kind {
+        Extend::SignedByte => x as u8 as i8 as u32,
+        Extend::UnsignedByte => x & 0xFF,
+        Extend::SignedHalf => x as u16 as i16 as u32,
+        Extend::UnsignedHalf => x & 0xFFFF,
+        Extend::UnsignedBytes => x & 0x00FF_00FF,
+        Extend::SignedBytes => {
+            let (low, high) = (x as u8 as i8 as u32, (x >> 16) as u8 as i8 as u32);
+            low & 0xFFFF | high << 16
+        }
+    }
+}
+
+/// The sum; SXTAB16 and UXTAB16 add each half-word apart.
+const fn accumulate(kind: Extend, a: u32, b: u32) -> u32 {
+    match kind {
+        Extend::SignedBytes | Extend::UnsignedBytes => {
+            let low = a.wrapping_add(b) & 0xFFFF;
+            low | (a >> 16).wrapping_add(b >> 16) << 16
+        }
+        _ => a.wrapping_add(b),
+    }
+}
+
+/// QADD and its kin: Rm and twice Rn (the doubled operand is Rn).
+fn saturating(kind: Saturating, n: u32, m: u32) -> (u32, bool) {
+    let (n, m) = (n as i32, m as i32);
+    let doubled = n.saturating_mul(2);
+    let overflowed = n.checked_mul(2).is_none();
+    let (result, exact, before) = match kind {
+        Saturating::Add => (m.saturating_add(n), m.checked_add(n), false),
+        Saturating::DoubleAdd => (
+            m.saturating_add(doubled),
+            m.checked_add(doubled),
+            overflowed,
+        ),
+        Saturating::Subtract => (m.saturating_sub(n), m.checked_sub(n), false),
+        Saturating::DoubleSubtract => (
+            m.saturating_sub(doubled),
+            m.checked_sub(doubled),
+            overflowed,
+        ),
+    };
+    (result as u32, exact.is_none() || before)
+}
+
+const fn reverse(kind: Reverse, x: u32) -> u32 {
+    match kind {
+        Reverse::Word => x.swap_bytes(),
+        Reverse::Halves => x.swap_bytes().rotate_right(16),
+        Reverse::Bits => x.reverse_bits(),
+        Reverse::SignedHalf => (x as u16).swap_bytes() as i16 as u32,
+    }
+}

@@ -1,0 +1,193 @@
+//! Multiplications (Arm ARM A7.7). One cycle each, but for MLA and MLS, which
+//! take two (TRM table 3-1).
+
+use super::{NONE, Three, get, get_or_zero, set, sticky};
+use crate::chip::cpu::Registers;
+
+/// A multiplication whose result is one register; an accumulator is added
+/// where there is one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Multiply {
+    /// MUL, MLA.
+    Low,
+    /// MLS: the product is subtracted.
+    Subtract,
+    /// SMULxy, SMLAxy.
+    Halves {
+        /// The upper half of the first factor.
+        n_top: bool,
+        /// The upper half of the second factor.
+        m_top: bool,
+    },
+    /// SMULWy, SMLAWy: the upper 32 of 48 bits.
+    WordByHalf {
+        /// The upper half of the second factor.
+        m_top: bool,
+    },
+    /// SMUAD, SMLAD.
+    DualAdd {
+        /// The second factor's halves change places.
+        exchange: bool,
+    },
+    /// SMUSD, SMLSD.
+    DualSubtract {
+        /// The second factor's halves change places.
+        exchange: bool,
+    },
+    /// SMMUL, SMMLA: the upper 32 of 64 bits.
+    High {
+        /// Rounds instead of truncating.
+        round: bool,
+    },
+    /// SMMLS.
+    HighSubtract {
+        /// Rounds instead of truncating.
+        round: bool,
+    },
+    /// USAD8, USADA8.
+    AbsoluteDifferences,
+}
+
+/// A multiplication whose result is two registers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Long {
+    /// SMULL.
+    Signed,
+    /// UMULL.
+    Unsigned,
+    /// SMLAL.
+    SignedAccumulate,
+    /// UMLAL.
+    UnsignedAccumulate,
+    /// UMAAL: both words of the destination are added.
+    UnsignedDoubleAccumulate,
+    /// SMLALxy.
+    Halves {
+        /// The upper half of the first factor.
+        n_top: bool,
+        /// The upper half of the second factor.
+        m_top: bool,
+    },
+    /// SMLALD.
+    DualAdd {
+        /// The second factor's halves change places.
+        exchange: bool,
+    },
+    /// SMLSLD.
+    DualSubtract {
+        /// The second factor's halves change places.
+        exchange: bool,
+    },
+}
+
+/// One half-word of `x`, signed.
+const fn half(x: u32, top: bool) -> i64 {
+    (if top { x >> 16 } else { x }) as u16 as i16 as i64
+}
+
+/// Products of the bottom halves and of the top halves.
+const fn dual(n: u32, m: u32, exchange: bool) -> (i64, i64) {
+    let m = if exchange { m.rotate_left(16) } else { m };
+    (
+        half(n, false) * half(m, false),
+        half(n, true) * half(m, true),
+    )
+}
+
+const fn signed_product(n: u32, m: u32) -> i64 {
+    n as i32 as i64 * m as i32 as i64
+}
+
+/// Upper word of `a`:0 plus or minus the product, rounded if asked.
+const fn high(a: u32, product: i64, round: bool) -> u32 {
+    let sum = ((a as i64) << 32).wrapping_add(product);
+    let sum = if round {
+        sum.wrapping_add(1 << 31)
+    } else {
+        sum
+    };
+    (sum >> 32) as u32
+}
+
+pub(super) fn short(kind: Multiply, x: Three, a: u8, registers: &mut Registers) -> u32 {
+    let (n, m) = (get(registers, x.n), get(registers, x.m));
+    let addend = get_or_zero(registers, a);
+    // Sums that set Q if they do not fit; none needs more than 34 bits.
+    let with_q = |product: i64| i64::from(addend as i32) + product;
+    let (sum, mut cycles) = match kind {
+        Multiply::Low | Multiply::Subtract => {
+            let product = n.wrapping_mul(m);
+            let subtracts = kind == Multiply::Subtract;
+            let sum = if subtracts {
+                addend.wrapping_sub(product)
+            } else {
+                addend.wrapping_add(product)
+            };
+            (i64::from(sum as i32), 2)
+        }
+        Multiply::Halves { n_top, m_top } => (with_q(half(n, n_top) * half(m, m_top)), 1),
+        Multiply::WordByHalf { m_top } => {
+            let product = i64::from(n as i32) * half(m, m_top);
+            (with_q(product >> 16), 1)
+        }
+        Multiply::DualAdd { exchange } => {
+            let (low, high) = dual(n, m, exchange);
+            (with_q(low + high), 1)
+        }
+        Multiply::DualSubtract { exchange } => {
+            let (low, high) = dual(n, m, exchange);
+            (with_q(low - high), 1)
+        }
+        Multiply::High { round } => {
+            let word = high(addend, signed_product(n, m), round);
+            (i64::from(word as i32), 1)
+        }
+        Multiply::HighSubtract { round } => {
+            // -2^31 squared has a negative that fits.
+            let word = high(addend, -signed_product(n, m), round);
+            (i64::from(word as i32), 1)
+        }
+        Multiply::AbsoluteDifferences => {
+            let sum = addend.wrapping_add(absolute_differences(n, m));
+            (i64::from(sum as i32), 1)
+        }
+    };
+    if a == NONE {
+        cycles = 1; // MUL
+    }
+    set(registers, x.d, sum as u32);
+    sticky(registers, i64::from(sum as i32) != sum);
+    cycles
+}
+
+fn absolute_differences(n: u32, m: u32) -> u32 {
+    let pairs = n.to_le_bytes().into_iter().zip(m.to_le_bytes());
+    pairs.map(|(n, m)| u32::from(n.abs_diff(m))).sum()
+}
+
+pub(super) fn long(kind: Long, x: Three, low: u8, registers: &mut Registers) {
+    let (n, m) = (get(registers, x.n), get(registers, x.m));
+    let (old_low, old_high) = (get(registers, low), get(registers, x.d));
+    let old = u64::from(old_high) << 32 | u64::from(old_low);
+    let unsigned = u64::from(n) * u64::from(m);
+    let add = |product: i64| old.wrapping_add(product as u64);
+    let result = match kind {
+        Long::Signed => signed_product(n, m) as u64,
+        Long::Unsigned => unsigned,
+        Long::SignedAccumulate => add(signed_product(n, m)),
+        Long::UnsignedAccumulate => old.wrapping_add(unsigned),
+        // (2^32 - 1)^2 + 2 (2^32 - 1) = 2^64 - 1: it fits.
+        Long::UnsignedDoubleAccumulate => unsigned + u64::from(old_low) + u64::from(old_high),
+        Long::Halves { n_top, m_top } => add(half(n, n_top) * half(m, m_top)),
+        Long::DualAdd { exchange } => {
+            let (bottom, top) = dual(n, m, exchange);
+            add(bottom + top)
+        }
+        Long::DualSubtract { exchange } => {
+            let (bottom, top) = dual(n, m, exchange);
+            add(bottom - top)
+        }
+    };
+    set(registers, low, result as u32);
+    set(registers, x.d, (result >> 32) as u32);
+}

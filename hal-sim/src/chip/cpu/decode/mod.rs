@@ -1,0 +1,164 @@
+//! Machine code to operations, decoded once and kept by address.
+//!
+//! `op` names the operations, `narrow` decodes 16-bit and `wide*` 32-bit
+//! encodings (Arm ARM chapter A5), here they are kept. Not here: what an
+//! operation does (`execute`). In: half-words of code. Out: an `Entry` each.
+
+mod narrow;
+mod op;
+#[cfg(test)]
+mod tests;
+mod wide;
+mod wide_data;
+mod wide_memory;
+
+pub(super) use op::{Alu, Carry, Index, Load, Op, Rearrange, Reg, Shift, ShiftKind, Test};
+
+use super::timing::{self, Trail};
+use super::{Bus, Cpu, Fault, Stop, Trap};
+
+/// A decoded instruction, 16 bytes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Entry {
+    /// What to do.
+    pub op: Op,
+    /// Length and what the next instruction's timing needs to know of it.
+    pub trail: Trail,
+}
+
+impl Entry {
+    const MISSING: Self = Self {
+        op: Op::Missing,
+        trail: Trail::NONE,
+    };
+}
+
+/// Start of flash as linked; the boot alias of it is at 0 (RM0090 2.4).
+const FLASH: u32 = 0x0800_0000;
+/// Most bytes of code that are kept, the STM32F405's flash.
+const KEPT_BYTES: u32 = 1 << 20;
+
+/// Decoded code by address, as far up as code was met.
+#[derive(Debug, Default)]
+pub(super) struct Cache {
+    flash: Vec<Entry>,
+    alias: Vec<Entry>,
+    version: u32,
+}
+
+impl Cache {
+    /// The instruction at `pc`, [`Op::Missing`] if it is not kept.
+    #[inline(always)]
+    pub fn lookup(&self, pc: u32) -> Entry {
+        let at = (pc.wrapping_sub(FLASH) >> 1) as usize;
+        match self.flash.get(at) {
+            Some(entry) => *entry,
+            None => Entry::MISSING,
+        }
+    }
+
+    /// Forgets all if code changed since.
+    pub fn check(&mut self, version: u32) {
+        if version != self.version {
+            self.version = version;
+            self.flash.clear();
+            self.alias.clear();
+        }
+    }
+
+    fn lookup_alias(&self, pc: u32) -> Entry {
+        let entry = self.alias.get((pc >> 1) as usize);
+        entry.copied().unwrap_or(Entry::MISSING)
+    }
+
+    fn keep(&mut self, pc: u32, entry: Entry) {
+        let (table, offset) = if pc < KEPT_BYTES {
+            (&mut self.alias, pc)
+        } else {
+            (&mut self.flash, pc.wrapping_sub(FLASH))
+        };
+        if offset >= KEPT_BYTES {
+            return;
+        }
+        let at = (offset >> 1) as usize;
+        if at >= table.len() {
+            table.resize((at | 0xFFF) + 1, Entry::MISSING);
+        }
+        if let Some(place) = table.get_mut(at) {
+            *place = entry;
+        }
+    }
+}
+
+/// Decodes the instruction at `pc`; `target` looks at code elsewhere, for the
+/// refill of branches.
+pub(super) fn decode<B: Bus>(bus: &mut B, pc: u32) -> Result<Entry, Fault> {
+    let first = bus.code(pc).map_err(|_| Fault::InstructionBus)?;
+    if !timing::is_wide(first) {
+        let mut op = narrow::decode(first, pc);
+        add_refill(&mut op, bus);
+        let trail = Trail::new(&op, u32::from(first), 2);
+        return Ok(Entry { op, trail });
+    }
+    let second = bus
+        .code(pc.wrapping_add(2))
+        .map_err(|_| Fault::InstructionBus)?;
+    let mut op = wide::decode(first, second, pc);
+    add_refill(&mut op, bus);
+    let both = u32::from(first) << 16 | u32::from(second);
+    let trail = Trail::new(&op, both, 4);
+    Ok(Entry { op, trail })
+}
+
+/// Works out the refill of a branch whose target is known.
+fn add_refill<B: Bus>(op: &mut Op, bus: &mut B) {
+    if let Op::Branch { refill, target }
+    | Op::BranchIf { refill, target, .. }
+    | Op::BranchLink { refill, target }
+    | Op::CompareBranch { refill, target, .. } = op
+    {
+        *refill = timing::REFILL_DIRECT + timing::straddles(bus, *target);
+    }
+}
+
+impl Cpu {
+    /// Decodes the instruction at `pc`, which was not kept, and keeps it
+    /// unless it lies in RAM.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn decode_missing<B: Bus>(&mut self, bus: &mut B, pc: u32) -> Result<Entry, Trap> {
+        let kept = self.decoded.lookup_alias(pc);
+        if kept.op != Op::Missing {
+            return Ok(kept);
+        }
+        // Code that is kept is not asked again: an MPU region that takes flash
+        // away from a program that ran there would go unnoticed.
+        let privileged = self.registers.is_privileged();
+        if !self.system.may_execute(pc, privileged) {
+            return Err(Fault::InstructionAccess.into());
+        }
+        let entry = decode(bus, pc)?;
+        if !bus.is_writable_code(pc) {
+            self.decoded.keep(pc, entry);
+        }
+        Ok(entry)
+    }
+
+    /// The stop that names the instruction at R15.
+    #[cold]
+    pub(super) fn refuse<B: Bus>(&self, bus: &mut B, what: &'static str) -> Trap {
+        let pc = self.registers.r[15];
+        let mut code = |at| u32::from(bus.code(at).unwrap_or(0));
+        let first = code(pc);
+        let instruction = if timing::is_wide((first & 0xFFFF) as u16) {
+            first << 16 | code(pc.wrapping_add(2))
+        } else {
+            first
+        };
+        Trap::Stop(Stop::Instruction {
+            instruction,
+            pc,
+            what,
+        })
+    }
+}

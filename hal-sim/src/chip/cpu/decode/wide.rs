@@ -1,0 +1,169 @@
+//! 32-bit encodings: which family, branches, miscellaneous control
+//! (Arm ARM A5.3, A5.3.4).
+
+use super::{Op, Reg, wide_data, wide_memory};
+use crate::chip::cpu::{arithmetic, fpu};
+
+/// An instruction's two half-words and where it lies.
+#[derive(Clone, Copy)]
+pub struct Wide {
+    /// First half-word.
+    pub first: u16,
+    /// Second half-word.
+    pub second: u16,
+    /// Its address.
+    pub pc: u32,
+}
+
+impl Wide {
+    /// Rn, bits 3:0 of the first half-word.
+    pub const fn n(self) -> Reg {
+        (self.first & 0xF) as u8
+    }
+
+    /// Rd, bits 11:8.
+    pub const fn d(self) -> Reg {
+        (self.second >> 8 & 0xF) as u8
+    }
+
+    /// Rt (or Ra), bits 15:12.
+    pub const fn t(self) -> Reg {
+        (self.second >> 12) as u8
+    }
+
+    /// Rm, bits 3:0.
+    pub const fn m(self) -> Reg {
+        (self.second & 0xF) as u8
+    }
+
+    /// `width` bits from `low` on of the first half-word.
+    pub const fn first(self, low: u32, width: u32) -> u8 {
+        ((self.first >> low) & ((1 << width) - 1)) as u8
+    }
+
+    /// `width` bits from `low` on of the second half-word.
+    pub const fn second(self, low: u32, width: u32) -> u8 {
+        ((self.second >> low) & ((1 << width) - 1)) as u8
+    }
+
+    /// Address of the instruction plus 4.
+    pub const fn pc4(self) -> u32 {
+        self.pc.wrapping_add(4)
+    }
+
+    /// Address of the instruction plus 4, word-aligned.
+    pub const fn base(self) -> u32 {
+        self.pc4() & !3
+    }
+}
+
+/// R13 and R15, which most operands must not be.
+pub const fn is_bad(register: Reg) -> bool {
+    register == 13 || register == 15
+}
+
+/// The 32-bit instruction `first`, `second` at `pc`.
+pub fn decode(first: u16, second: u16, pc: u32) -> Op {
+    let code = Wide { first, second, pc };
+    match first >> 8 {
+        0xE8 | 0xE9 if first & 0x40 == 0 => wide_memory::multiple(code),
+        0xE8 | 0xE9 => wide_memory::dual_exclusive_table(code),
+        0xEA | 0xEB => wide_data::shifted_register(code),
+        0xEC..=0xEF | 0xFC..=0xFF => coprocessor(code),
+        0xF0..=0xF7 if second & 0x8000 != 0 => branch_or_control(code),
+        0xF0..=0xF7 if first & 0x200 == 0 => wide_data::modified_immediate(code),
+        0xF0..=0xF7 => wide_data::plain_immediate(code),
+        0xF8 | 0xF9 => wide_memory::single(code),
+        0xFA | 0xFB => match arithmetic::decode(first, second) {
+            Some(op) => Op::Arithmetic(op),
+            None => Op::Unpredictable,
+        },
+        _ => Op::Undefined,
+    }
+}
+
+fn coprocessor(code: Wide) -> Op {
+    if code.first & 0x300 == 0x300 {
+        return Op::Undefined; // Advanced SIMD, which no M profile core has
+    }
+    if !matches!(code.second(8, 4), 10 | 11) {
+        return Op::NoCoprocessor;
+    }
+    match fpu::decode(code.first, code.second) {
+        Some(op) => Op::Float(op),
+        None => Op::Undefined,
+    }
+}
+
+/// A5.3.4.
+fn branch_or_control(code: Wide) -> Op {
+    match code.second >> 12 & 5 {
+        5 => Op::BranchLink {
+            refill: 0,
+            target: long_target(code),
+        },
+        1 => Op::Branch {
+            refill: 0,
+            target: long_target(code),
+        },
+        4 => Op::Undefined, // BLX to Arm state
+        _ if code.first(6, 4) >> 1 != 7 => conditional(code),
+        _ => control(code),
+    }
+}
+
+/// Target of B (T4) and BL.
+fn long_target(code: Wide) -> u32 {
+    let sign = code.first(10, 1);
+    let i1 = !(code.second(13, 1) ^ sign) & 1;
+    let i2 = !(code.second(11, 1) ^ sign) & 1;
+    let raw = u32::from(sign) << 31
+        | u32::from(i1) << 30
+        | u32::from(i2) << 29
+        | u32::from(code.first & 0x3FF) << 19
+        | u32::from(code.second & 0x7FF) << 8;
+    code.pc4().wrapping_add_signed(raw.cast_signed() >> 7)
+}
+
+/// B (T3).
+fn conditional(code: Wide) -> Op {
+    let raw = u32::from(code.first(10, 1)) << 31
+        | u32::from(code.second(11, 1)) << 30
+        | u32::from(code.second(13, 1)) << 29
+        | u32::from(code.first & 0x3F) << 23
+        | u32::from(code.second & 0x7FF) << 12;
+    Op::BranchIf {
+        condition: code.first(6, 4),
+        refill: 0,
+        target: code.pc4().wrapping_add_signed(raw.cast_signed() >> 11),
+    }
+}
+
+/// MSR, hints, barriers, MRS, UDF.
+fn control(code: Wide) -> Op {
+    let sysm = (code.second & 0xFF) as u8;
+    match code.first(4, 7) {
+        0x38 | 0x39 if is_bad(code.n()) || code.second(10, 2) == 0 => Op::Unpredictable,
+        0x38 | 0x39 => Op::WriteSpecial {
+            n: code.n(),
+            sysm,
+            mask: code.second(10, 2),
+        },
+        0x3A if code.second(8, 3) != 0 => Op::Undefined,
+        0x3A => match sysm {
+            2 => Op::WaitForEvent,
+            3 => Op::WaitForInterrupt,
+            4 => Op::SendEvent,
+            _ => Op::Nop,
+        },
+        0x3B => match code.second(4, 4) {
+            2 => Op::ClearExclusive,
+            4 | 5 => Op::DataBarrier,
+            6 => Op::InstructionBarrier,
+            _ => Op::Undefined,
+        },
+        0x3E | 0x3F if is_bad(code.d()) => Op::Unpredictable,
+        0x3E | 0x3F => Op::ReadSpecial { d: code.d(), sysm },
+        _ => Op::Undefined,
+    }
+}

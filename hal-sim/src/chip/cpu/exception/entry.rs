@@ -1,0 +1,304 @@
+//! Exception entry: stacking, and on the other bus at the same time the vector
+//! and the handler's first code.
+
+use super::{ENTRY, FP_WORDS, TAIL_CHAIN};
+use crate::chip::Cycle;
+use crate::chip::cpu::bus::Denied;
+use crate::chip::cpu::registers::control;
+use crate::chip::cpu::system::{Preempted, hfsr, number, nvic};
+use crate::chip::cpu::{Bus, Cpu, Fault, Size, Stop, Trap};
+
+/// Cycles of reading a vector without wait states; the rest of [`TAIL_CHAIN`]
+/// is the fetch and the pipeline. (The manual gives the sum only.)
+const VECTOR: Cycle = 2;
+
+/// Faults of stacking.
+const STACKING: (Fault, Fault) = (Fault::StackingAccess, Fault::StackingBus);
+
+/// The way to a handler.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Approach {
+    number: u16,
+    /// As in the vector table: bit 0 is the Thumb bit.
+    vector: u32,
+    /// When its code can be fetched.
+    fetch_at: Cycle,
+    /// When its first instruction can execute, once fetched.
+    ready: Option<Cycle>,
+}
+
+/// EXC_RETURN but for its lower five bits.
+const EXC_RETURN: u32 = 0xFFFF_FFE0;
+
+impl Cpu {
+    /// Enters the pending exception of highest priority, which pre-empts: late
+    /// arrivals included.
+    pub(super) fn enter_exception<B: Bus>(&mut self, bus: &mut B) -> Result<(), Stop> {
+        let Some(number) = self.preempting() else {
+            return Ok(());
+        };
+        let behind = self.registers.exception;
+        let exc_return = self.exc_return();
+        let mut approach = self.approach(bus, number, self.cycle)?;
+        let stacked = self.stack(bus, &mut approach)?;
+        self.arrive(bus, approach, stacked, exc_return, behind)
+    }
+
+    /// What LR becomes (Arm ARM table B1-8).
+    const fn exc_return(&self) -> u32 {
+        let no_fp = self.registers.control & control::FPCA == 0;
+        let mode = match (self.registers.exception, self.registers.uses_psp()) {
+            (0, true) => 0b1101,
+            (0, false) => 0b1001,
+            _ => 0b0001,
+        };
+        EXC_RETURN | (no_fp as u32) << 4 | mode
+    }
+
+    /// Reads the vector of `number` at `at`: from code memory over its own
+    /// bus, beside stacking. A vector that cannot be read is a hard fault.
+    pub(super) fn approach<B: Bus>(
+        &mut self,
+        bus: &mut B,
+        number: u16,
+        at: Cycle,
+    ) -> Result<Approach, Stop> {
+        let address = self.system.scb.vtor.wrapping_add(4 * u32::from(number));
+        let read = if address < 0x2000_0000 {
+            let wait = bus.fetch(address >> 4, at);
+            let halves = bus
+                .code(address)
+                .and_then(|low| Ok((low, bus.code(address + 2)?)));
+            halves.map(|(low, high)| (u32::from(high) << 16 | u32::from(low), wait))
+        } else {
+            bus.read(address, Size::Word, at)
+                .map(|read| (read.value, read.wait))
+        };
+        match read {
+            Ok((vector, wait)) => Ok(Approach {
+                number,
+                vector,
+                fetch_at: at + VECTOR + Cycle::from(wait),
+                ready: None,
+            }),
+            Err(Denied::Error) if number > number::HARD_FAULT => {
+                self.system.scb.note_hard_fault(hfsr::VECTTBL);
+                self.system.pend(nvic::bit(number::HARD_FAULT), at);
+                self.approach(bus, number::HARD_FAULT, at)
+            }
+            Err(Denied::Error) => Err(self.lock_up()),
+            Err(Denied::Unmodelled(what)) => Err(Stop::Access {
+                address,
+                pc: self.registers.r[15],
+                what: what.0,
+            }),
+        }
+    }
+
+    /// Fetches the handler's first line.
+    fn fetch_handler<B: Bus>(&mut self, bus: &mut B, approach: &mut Approach) -> Cycle {
+        if let Some(ready) = approach.ready {
+            return ready;
+        }
+        let wait = bus.fetch(approach.vector >> 4, approach.fetch_at);
+        let ready = approach.fetch_at + (TAIL_CHAIN - VECTOR) + Cycle::from(wait);
+        approach.ready = Some(ready);
+        ready
+    }
+
+    /// Pushes the frame, in the order PC, xPSR, R0–R3, R12, LR, then S0–S15
+    /// and FPSCR; gives when an exception whose code is there can begin.
+    fn stack<B: Bus>(&mut self, bus: &mut B, approach: &mut Approach) -> Result<Cycle, Stop> {
+        let began = self.cycle;
+        let with_fp = self.registers.control & control::FPCA != 0;
+        let aligns = with_fp || self.system.scb.aligns_stack();
+        let bytes = if with_fp { 0x68 } else { 0x20 };
+        let sp = self.registers.r[13];
+        let moved = aligns && sp & 4 != 0;
+        let frame = sp.wrapping_sub(bytes) & if aligns { !4 } else { u32::MAX };
+        let r = self.registers.r;
+        let xpsr = self.xpsr() | u32::from(moved) << 9;
+        let words = [
+            (0x18, r[15]),
+            (0x1C, xpsr),
+            (0x00, r[0]),
+            (0x04, r[1]),
+            (0x08, r[2]),
+            (0x0C, r[3]),
+            (0x10, r[12]),
+            (0x14, r[14]),
+        ];
+        self.registers.r[13] = frame;
+        self.cycle = self.cycle.max(self.pipeline.buffer) + 1;
+        let mut failed = false;
+        for (offset, value) in words {
+            self.push(
+                bus,
+                frame.wrapping_add(offset),
+                value,
+                approach,
+                &mut failed,
+            )?;
+        }
+        let mut more = 0;
+        if with_fp {
+            if self.system.floating.is_lazy() {
+                let preempted = self.preempted();
+                self.system
+                    .floating
+                    .owe_save(frame.wrapping_add(0x20), preempted);
+            } else {
+                self.push_fp(bus, frame, approach, &mut failed)?;
+                more = FP_WORDS;
+            }
+        }
+        let without_waits = 1 + words.len() as Cycle + more;
+        let waits = self.cycle - began - without_waits;
+        Ok(began + ENTRY + more + waits)
+    }
+
+    fn push_fp<B: Bus>(
+        &mut self,
+        bus: &mut B,
+        frame: u32,
+        approach: &mut Approach,
+        failed: &mut bool,
+    ) -> Result<(), Stop> {
+        if !self
+            .system
+            .floating
+            .is_allowed(self.registers.is_privileged())
+        {
+            return Err(Stop::Outside {
+                pc: self.registers.r[15],
+                what: "stacking of floating-point registers that CPACR denies",
+            });
+        }
+        let s = self.registers.s;
+        for (offset, value) in (0x20..0x60).step_by(4).zip(s) {
+            self.push(bus, frame.wrapping_add(offset), value, approach, failed)?;
+        }
+        let fpscr = self.registers.fpscr;
+        self.push(bus, frame.wrapping_add(0x60), fpscr, approach, failed)
+    }
+
+    /// Pushes one word; after a fault no more are written, but their time
+    /// passes.
+    fn push<B: Bus>(
+        &mut self,
+        bus: &mut B,
+        address: u32,
+        value: u32,
+        approach: &mut Approach,
+        failed: &mut bool,
+    ) -> Result<(), Stop> {
+        self.look_for_late_arrival(bus, approach)?;
+        if approach.ready.is_none() && approach.fetch_at <= self.cycle {
+            self.fetch_handler(bus, approach);
+        }
+        if *failed {
+            self.cycle += 1;
+            return Ok(());
+        }
+        let privileged = self.registers.is_privileged();
+        match self.stack_access(bus, address, Some(value), STACKING, privileged) {
+            Ok(_) => Ok(()),
+            Err(Trap::Fault(fault)) => {
+                *failed = true;
+                self.pend_fault(fault)
+            }
+            Err(Trap::Stop(stop)) => Err(stop),
+        }
+    }
+
+    /// What the pre-empted context could do.
+    fn preempted(&self) -> Preempted {
+        let priority = self.execution_priority();
+        Preempted {
+            privileged: self.registers.is_privileged(),
+            thread: self.registers.exception == 0,
+            hard_fault: priority > -1,
+            mem_manage: self.system.may_preempt(number::MEM_MANAGE, priority),
+            bus_fault: self.system.may_preempt(number::BUS_FAULT, priority),
+        }
+    }
+
+    /// Turns to an exception that became pending meanwhile and goes first.
+    fn look_for_late_arrival<B: Bus>(
+        &mut self,
+        bus: &mut B,
+        approach: &mut Approach,
+    ) -> Result<(), Stop> {
+        if bus.next_event() <= self.cycle || self.system.next_event() <= self.cycle {
+            self.sample(bus)?;
+        }
+        self.turn(bus, approach)
+    }
+
+    fn turn<B: Bus>(&mut self, bus: &mut B, approach: &mut Approach) -> Result<(), Stop> {
+        match self.preempting() {
+            Some(first) if first != approach.number => {
+                let at = self.system.nvic.raised(first).max(approach.fetch_at);
+                *approach = self.approach(bus, first, at)?;
+                Ok(())
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Waits for stack and code, and begins the handler, or that of one that
+    /// arrives until then.
+    pub(super) fn arrive<B: Bus>(
+        &mut self,
+        bus: &mut B,
+        mut approach: Approach,
+        stacked: Cycle,
+        exc_return: u32,
+        behind: u16,
+    ) -> Result<(), Stop> {
+        loop {
+            let ready = self.fetch_handler(bus, &mut approach).max(stacked);
+            self.cycle = self.cycle.max(ready);
+            self.sample(bus)?;
+            let before = approach.number;
+            self.turn(bus, &mut approach)?;
+            if approach.number == before {
+                break;
+            }
+        }
+        self.begin_handler(bus, approach, exc_return, behind)
+    }
+
+    fn begin_handler<B: Bus>(
+        &mut self,
+        bus: &mut B,
+        approach: Approach,
+        exc_return: u32,
+        behind: u16,
+    ) -> Result<(), Stop> {
+        let registers = &mut self.registers;
+        if registers.uses_psp() {
+            std::mem::swap(&mut registers.r[13], &mut registers.other_sp);
+        }
+        registers.control &= !(control::SPSEL | control::FPCA);
+        registers.exception = approach.number;
+        registers.it = 0;
+        registers.r[14] = exc_return;
+        registers.r[15] = approach.vector & !1;
+        let raised = self.system.nvic.raised(approach.number);
+        self.system.nvic.activate(approach.number);
+        self.system.event = true;
+        self.system.update(&self.registers);
+        self.system
+            .latencies
+            .note(approach.number, raised, self.cycle, behind);
+        let msp = self.registers.r[13];
+        let deepest = self.system.deepest_msp.get_or_insert(msp);
+        *deepest = msp.min(*deepest);
+        self.pipeline.begin_at(approach.vector);
+        if approach.vector & 1 == 0 {
+            return self.take_fault(bus, Fault::InvalidState);
+        }
+        Ok(())
+    }
+}

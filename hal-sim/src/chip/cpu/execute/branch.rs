@@ -1,0 +1,84 @@
+//! Branches to what a register or memory holds (Arm ARM A2.3.1, A7.7).
+
+use super::waits;
+use crate::chip::Cycle;
+use crate::chip::cpu::decode::Reg;
+use crate::chip::cpu::timing::{REFILL_LOAD, REFILL_REGISTER, Trail};
+use crate::chip::cpu::{Bus, Cpu, Fault, Size, Trap};
+
+impl Cpu {
+    /// Goes on at `value` with bit 0 saying Thumb, or returns from the
+    /// exception (BXWritePC), after `before` cycles and a refill.
+    pub(super) fn interwork<B: Bus>(
+        &mut self,
+        bus: &mut B,
+        value: u32,
+        before: u8,
+        refill: u8,
+    ) -> Result<u32, Trap> {
+        if value >> 28 == 0xF && self.registers.exception != 0 {
+            self.cycle += Cycle::from(before);
+            return self.leave_handler(bus, value);
+        }
+        let target = self.branch_far(bus, value & !1, before, refill);
+        if value & 1 == 0 {
+            self.registers.r[15] = target;
+            return Err(Fault::InvalidState.into());
+        }
+        Ok(target)
+    }
+
+    fn leave_handler<B: Bus>(&mut self, bus: &mut B, value: u32) -> Result<u32, Trap> {
+        self.return_from_exception(bus, value)?;
+        self.exclusive = false;
+        self.deadline = 0;
+        Ok(self.registers.r[15])
+    }
+
+    pub(super) fn branch_exchange<B: Bus>(&mut self, bus: &mut B, value: u32) -> Result<u32, Trap> {
+        self.interwork(bus, value, 1, REFILL_REGISTER)
+    }
+
+    pub(super) fn branch_link_exchange<B: Bus>(
+        &mut self,
+        bus: &mut B,
+        value: u32,
+        next: u32,
+    ) -> Result<u32, Trap> {
+        self.set(14, next | 1);
+        let target = self.branch_far(bus, value & !1, 1, REFILL_REGISTER);
+        if value & 1 == 0 {
+            self.registers.r[15] = target;
+            return Err(Fault::InvalidState.into());
+        }
+        Ok(target)
+    }
+
+    /// A branch without interworking (BranchWritePC).
+    pub(super) fn branch_register<B: Bus>(&mut self, bus: &mut B, value: u32) -> u32 {
+        self.branch_far(bus, value & !1, 1, REFILL_REGISTER)
+    }
+
+    /// TBB, TBH: two cycles to load, one to add, three to refill (TRM 3.3.2).
+    pub(super) fn table_branch<B: Bus>(
+        &mut self,
+        bus: &mut B,
+        last: Trail,
+        n: Reg,
+        m: Reg,
+        half: bool,
+    ) -> Result<u32, Trap> {
+        let pc = self.registers.r[15].wrapping_add(4);
+        let base = if n == 15 { pc } else { self.reg(n) };
+        let index = self.reg(m);
+        let hazard = waits(last, n) | waits(last, m);
+        let cycles = self.begin_load(last, hazard);
+        let entry = if half {
+            self.load(bus, base.wrapping_add(index << 1), Size::Half)?
+        } else {
+            self.load(bus, base.wrapping_add(index), Size::Byte)?
+        };
+        self.cycle += cycles;
+        Ok(self.branch_far(bus, pc.wrapping_add(2 * entry), 1, REFILL_LOAD))
+    }
+}

@@ -1,0 +1,89 @@
+//! IT, hints, barriers, special registers, SVC, BKPT (Arm ARM A7.7, B5.2).
+
+use crate::chip::cpu::decode::Op;
+use crate::chip::cpu::timing::{REFILL_REGISTER, Trail};
+use crate::chip::cpu::{Bus, Cpu, Fault, Trap};
+
+/// CPS, MRS and MSR take "1 or 2" cycles (TRM table 3-1, no rule given): the
+/// more, so that a load is never flattered.
+const SPECIAL_CYCLES: u32 = 2;
+
+impl Cpu {
+    pub(super) fn execute_control<B: Bus>(
+        &mut self,
+        bus: &mut B,
+        op: Op,
+        last: Trail,
+        next: u32,
+    ) -> Result<u32, Trap> {
+        match op {
+            Op::It { state } => {
+                self.registers.it = state;
+                if last.length == 2 {
+                    // Folded onto a 16-bit instruction (TRM table 3-1, note d).
+                    self.pipeline.last = last;
+                    return Ok(next);
+                }
+            }
+            Op::WaitForInterrupt => {
+                self.system.wait_for_interrupt();
+                self.sleep(bus)?;
+            }
+            Op::WaitForEvent => {
+                if self.system.wait_for_event() {
+                    self.sleep(bus)?;
+                }
+            }
+            Op::SendEvent => self.system.send_event(),
+            Op::ClearExclusive => self.exclusive = false,
+            Op::SupervisorCall => {
+                self.supervisor_call()?;
+                self.deadline = 0;
+            }
+            Op::Breakpoint { immediate } => {
+                self.breakpoint(bus, immediate)?;
+                self.deadline = 0;
+            }
+            Op::ChangeState {
+                disable,
+                primask,
+                faultmask,
+            } => {
+                self.change_masks(disable, primask, faultmask);
+                self.deadline = 0;
+                self.spend(SPECIAL_CYCLES - 1);
+            }
+            Op::ReadSpecial { d, sysm } => {
+                let value = self.read_special(sysm);
+                self.set(d, value);
+                self.spend(SPECIAL_CYCLES - 1);
+            }
+            Op::WriteSpecial { n, sysm, mask } => {
+                self.write_special(sysm, mask, self.reg(n));
+                self.deadline = 0;
+                self.spend(SPECIAL_CYCLES - 1);
+            }
+            Op::DataBarrier => {
+                // Waits for the write buffer (TRM 3.5), else takes no time.
+                self.cycle = self.cycle.max(self.pipeline.buffer.saturating_sub(1));
+            }
+            Op::InstructionBarrier => return Ok(self.branch_far(bus, next, 1, REFILL_REGISTER)),
+            Op::Undefined => return Err(Fault::Undefined.into()),
+            Op::NoCoprocessor => return Err(Fault::NoCoprocessor.into()),
+            Op::Unpredictable => return Err(self.refuse(bus, "UNPREDICTABLE or not modelled")),
+            _ => {}
+        }
+        self.cycle += 1;
+        Ok(next)
+    }
+
+    /// Sleeps from the next instruction on.
+    fn sleep<B: Bus>(&mut self, bus: &mut B) -> Result<(), Trap> {
+        if self.system.sleeps_deep() {
+            return Err(self.refuse(bus, "deep sleep (SCR.SLEEPDEEP) is not modelled"));
+        }
+        self.asleep = true;
+        self.deadline = 0;
+        Ok(())
+    }
+}

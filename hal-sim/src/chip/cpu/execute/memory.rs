@@ -1,0 +1,259 @@
+//! Single loads and stores, exclusives (Arm ARM A7.7); cycles: TRM 3.3.2.
+
+use super::waits;
+use crate::chip::Cycle;
+use crate::chip::cpu::decode::{Index, Load, Reg};
+use crate::chip::cpu::timing::{REFILL_LOAD, Trail};
+use crate::chip::cpu::{Bus, Cpu, Size, Trap};
+
+/// Base register, how the offset applies, offset.
+type Indexed = (Reg, Index, u32);
+
+impl Load {
+    const fn size(self) -> Size {
+        match self {
+            Self::Word => Size::Word,
+            Self::Half | Self::SignedHalf => Size::Half,
+            Self::Byte | Self::SignedByte => Size::Byte,
+        }
+    }
+
+    /// What becomes of the zero-extended `value` from memory.
+    const fn extend(self, value: u32) -> u32 {
+        match self {
+            Self::SignedHalf => ((value << 16).cast_signed() >> 16).cast_unsigned(),
+            Self::SignedByte => ((value << 24).cast_signed() >> 24).cast_unsigned(),
+            _ => value,
+        }
+    }
+}
+
+impl Index {
+    /// The address accessed and the base afterwards.
+    pub const fn apply(self, base: u32, offset: u32) -> (u32, u32) {
+        let moved = base.wrapping_add(offset);
+        match self {
+            Self::Offset => (moved, base),
+            Self::Pre => (moved, moved),
+            Self::Post => (base, moved),
+        }
+    }
+}
+
+impl Cpu {
+    /// Sets the first data phase of a load; gives the load's cycles: two, one
+    /// less in the shadow of a load before it, one more for an address that
+    /// the instruction before produced. (After a load both cancel out: it is
+    /// just not pipelined.)
+    #[inline(always)]
+    pub(super) fn begin_load(&mut self, last: Trail, hazard: u16) -> Cycle {
+        let cycles = 2 + Cycle::from(hazard) - Cycle::from(last.load);
+        self.pipeline.phase = cycles - 1;
+        cycles
+    }
+
+    /// Sets the data phase of a store with a constant offset, which begins
+    /// when the instruction is over; gives its cycles: one, and the stall for
+    /// an address that data processing produced.
+    #[inline(always)]
+    fn begin_store(&mut self, last: Trail, hazard: u16) -> Cycle {
+        let cycles = 1 + Cycle::from(hazard & !u16::from(last.load));
+        self.pipeline.phase = cycles;
+        cycles
+    }
+
+    /// Load of base plus constant into a register below 13 or 14.
+    #[inline(always)]
+    pub(super) fn load_simple<B: Bus>(
+        &mut self,
+        bus: &mut B,
+        last: Trail,
+        t: Reg,
+        n: Reg,
+        imm: u32,
+        size: Size,
+    ) -> Result<(), Trap> {
+        let cycles = self.begin_load(last, waits(last, n));
+        let address = self.reg(n).wrapping_add(imm);
+        let value = self.load(bus, address, size)?;
+        self.set(t, value);
+        self.cycle += cycles;
+        Ok(())
+    }
+
+    #[inline(always)]
+    pub(super) fn store_simple<B: Bus>(
+        &mut self,
+        bus: &mut B,
+        last: Trail,
+        t: Reg,
+        n: Reg,
+        imm: u32,
+        size: Size,
+    ) -> Result<(), Trap> {
+        let cycles = self.begin_store(last, waits(last, n));
+        let address = self.reg(n).wrapping_add(imm);
+        self.store(bus, address, size, self.reg(t))?;
+        self.cycle += cycles;
+        Ok(())
+    }
+
+    /// Any load from `address` into any register.
+    #[allow(clippy::too_many_arguments)] // what one encoding holds
+    pub(super) fn load_single<B: Bus>(
+        &mut self,
+        bus: &mut B,
+        last: Trail,
+        hazard: u16,
+        kind: Load,
+        t: Reg,
+        address: u32,
+        next: u32,
+    ) -> Result<u32, Trap> {
+        let cycles = self.begin_load(last, hazard);
+        let value = self.load(bus, address, kind.size())?;
+        self.cycle += cycles;
+        if t == 15 {
+            return self.load_to_pc(bus, value);
+        }
+        self.set_any(t, kind.extend(value));
+        Ok(next)
+    }
+
+    /// Goes on where a load into R15 says (LoadWritePC).
+    pub(super) fn load_to_pc<B: Bus>(&mut self, bus: &mut B, value: u32) -> Result<u32, Trap> {
+        self.interwork(bus, value, 0, REFILL_LOAD)
+    }
+
+    pub(super) fn load_indexed<B: Bus>(
+        &mut self,
+        bus: &mut B,
+        last: Trail,
+        kind: Load,
+        t: Reg,
+        (n, index, imm): Indexed,
+        next: u32,
+    ) -> Result<u32, Trap> {
+        let (address, base) = index.apply(self.reg(n), imm);
+        let cycles = self.begin_load(last, waits(last, n));
+        let value = self.load(bus, address, kind.size())?;
+        self.cycle += cycles;
+        self.set_any(n, base);
+        if t == 15 {
+            return self.load_to_pc(bus, value);
+        }
+        self.set_any(t, kind.extend(value));
+        Ok(next)
+    }
+
+    /// Base plus register: the address takes a cycle of its own, except in
+    /// the shadow of a load.
+    pub(super) fn store_register<B: Bus>(
+        &mut self,
+        bus: &mut B,
+        last: Trail,
+        size: Size,
+        t: Reg,
+        (n, m, shift): (Reg, Reg, u8),
+        next: u32,
+    ) -> Result<u32, Trap> {
+        let cycles = self.begin_load(last, waits(last, n) | waits(last, m));
+        self.pipeline.phase = cycles;
+        let address = self.reg(n).wrapping_add(self.reg(m) << (shift & 3));
+        self.store(bus, address, size, self.reg(t))?;
+        self.cycle += cycles;
+        Ok(next)
+    }
+
+    pub(super) fn store_indexed<B: Bus>(
+        &mut self,
+        bus: &mut B,
+        last: Trail,
+        size: Size,
+        t: Reg,
+        (n, index, imm): Indexed,
+        next: u32,
+    ) -> Result<u32, Trap> {
+        let (address, base) = index.apply(self.reg(n), imm);
+        let cycles = self.begin_store(last, waits(last, n));
+        self.store(bus, address, size, self.reg(t))?;
+        self.cycle += cycles;
+        self.set_any(n, base);
+        Ok(next)
+    }
+
+    pub(super) fn load_unprivileged<B: Bus>(
+        &mut self,
+        bus: &mut B,
+        last: Trail,
+        kind: Load,
+        t: Reg,
+        n: Reg,
+        imm: u8,
+    ) -> Result<(), Trap> {
+        let cycles = self.begin_load(last, waits(last, n));
+        let address = self.reg(n).wrapping_add(u32::from(imm));
+        let value = self.load_unprivileged_at(bus, address, kind.size())?;
+        self.cycle += cycles;
+        self.set(t, kind.extend(value));
+        Ok(())
+    }
+
+    pub(super) fn store_unprivileged<B: Bus>(
+        &mut self,
+        bus: &mut B,
+        last: Trail,
+        size: Size,
+        t: Reg,
+        n: Reg,
+        imm: u8,
+    ) -> Result<(), Trap> {
+        let cycles = self.begin_store(last, waits(last, n));
+        let address = self.reg(n).wrapping_add(u32::from(imm));
+        self.store_unprivileged_at(bus, address, size, self.reg(t))?;
+        self.cycle += cycles;
+        Ok(())
+    }
+
+    /// LDREX: the monitor covers all addresses (TRM 3.6).
+    pub(super) fn load_exclusive<B: Bus>(
+        &mut self,
+        bus: &mut B,
+        last: Trail,
+        size: Size,
+        t: Reg,
+        n: Reg,
+        imm: u16,
+    ) -> Result<(), Trap> {
+        let cycles = self.begin_load(last, waits(last, n));
+        let address = self.reg(n).wrapping_add(u32::from(imm));
+        let value = self.load_aligned(bus, address, size)?;
+        self.cycle += cycles;
+        self.exclusive = true;
+        self.set(t, value);
+        Ok(())
+    }
+
+    /// STREX: timed like a load (TRM 3.3.2).
+    pub(super) fn store_exclusive<B: Bus>(
+        &mut self,
+        bus: &mut B,
+        last: Trail,
+        size: Size,
+        d: Reg,
+        t: Reg,
+        (n, imm): (Reg, u16),
+    ) -> Result<(), Trap> {
+        let cycles = self.begin_load(last, waits(last, n));
+        let address = self.reg(n).wrapping_add(u32::from(imm));
+        if self.exclusive {
+            self.store_aligned(bus, address, size, self.reg(t))?;
+        } else {
+            Self::check_aligned(address, size)?;
+        }
+        self.cycle += cycles;
+        self.set(d, u32::from(!self.exclusive));
+        self.exclusive = false;
+        Ok(())
+    }
+}

@@ -1,0 +1,149 @@
+//! LDM, STM, PUSH, POP, LDRD, STRD (Arm ARM A7.7): 1 + N cycles each.
+
+use super::waits;
+use crate::chip::Cycle;
+use crate::chip::cpu::decode::{Index, Reg};
+use crate::chip::cpu::timing::Trail;
+use crate::chip::cpu::{Bus, Cpu, Size, Trap};
+
+impl Cpu {
+    /// Sets the first data phase of a transfer of several words; gives the
+    /// cycles before it: one, and the stall for an address that data
+    /// processing produced. Nothing is pipelined with it.
+    #[inline(always)]
+    fn begin_several(&mut self, last: Trail, hazard: u16) -> Cycle {
+        let before = 1 + Cycle::from(hazard & !u16::from(last.load));
+        self.pipeline.phase = before;
+        before
+    }
+
+    /// The registers are written when all words are there, so that a fault
+    /// leaves them alone.
+    #[allow(clippy::too_many_arguments)] // what one encoding holds
+    pub(super) fn load_multiple<B: Bus>(
+        &mut self,
+        bus: &mut B,
+        last: Trail,
+        n: Reg,
+        writeback: bool,
+        down: bool,
+        list: u16,
+        next: u32,
+    ) -> Result<u32, Trap> {
+        let before = self.begin_several(last, waits(last, n));
+        let bytes = 4 * list.count_ones();
+        let base = self.reg(n);
+        let (mut address, moved) = if down {
+            (base.wrapping_sub(bytes), base.wrapping_sub(bytes))
+        } else {
+            (base, base.wrapping_add(bytes))
+        };
+        let mut values = [0; 16];
+        let mut left = list;
+        while left != 0 {
+            let value = self.load_aligned(bus, address, Size::Word)?;
+            values[left.trailing_zeros() as usize & 15] = value;
+            address = address.wrapping_add(4);
+            left &= left - 1;
+        }
+        if writeback {
+            self.set_any(n, moved);
+        }
+        left = list & 0x7FFF;
+        while left != 0 {
+            let t = left.trailing_zeros() as usize & 15;
+            self.registers.r[t] = values[t];
+            left &= left - 1;
+        }
+        self.cycle += before + Cycle::from(list.count_ones());
+        if list & 0x8000 != 0 {
+            return self.load_to_pc(bus, values[15]);
+        }
+        Ok(next)
+    }
+
+    #[allow(clippy::too_many_arguments)] // what one encoding holds
+    pub(super) fn store_multiple<B: Bus>(
+        &mut self,
+        bus: &mut B,
+        last: Trail,
+        n: Reg,
+        writeback: bool,
+        down: bool,
+        list: u16,
+        next: u32,
+    ) -> Result<u32, Trap> {
+        let before = self.begin_several(last, waits(last, n));
+        let bytes = 4 * list.count_ones();
+        let base = self.reg(n);
+        let (mut address, moved) = if down {
+            (base.wrapping_sub(bytes), base.wrapping_sub(bytes))
+        } else {
+            (base, base.wrapping_add(bytes))
+        };
+        let mut left = list;
+        while left != 0 {
+            let value = self.registers.r[left.trailing_zeros() as usize & 15];
+            self.store_aligned(bus, address, Size::Word, value)?;
+            address = address.wrapping_add(4);
+            left &= left - 1;
+        }
+        if writeback {
+            self.set_any(n, moved);
+        }
+        self.cycle += before + Cycle::from(list.count_ones());
+        Ok(next)
+    }
+
+    pub(super) fn load_pair<B: Bus>(
+        &mut self,
+        bus: &mut B,
+        last: Trail,
+        hazard: u16,
+        (t, t2): (Reg, Reg),
+        address: u32,
+    ) -> Result<(), Trap> {
+        let before = self.begin_several(last, hazard);
+        let low = self.load_aligned(bus, address, Size::Word)?;
+        let high = self.load_aligned(bus, address.wrapping_add(4), Size::Word)?;
+        self.cycle += before + 2;
+        self.set(t, low);
+        self.set(t2, high);
+        Ok(())
+    }
+
+    pub(super) fn load_dual<B: Bus>(
+        &mut self,
+        bus: &mut B,
+        last: Trail,
+        pair: (Reg, Reg),
+        (n, index, imm): (Reg, Index, u32),
+        next: u32,
+    ) -> Result<u32, Trap> {
+        let (address, base) = index.apply(self.reg(n), imm);
+        self.load_pair(bus, last, waits(last, n), pair, address)?;
+        if index != Index::Offset {
+            self.set_any(n, base);
+        }
+        Ok(next)
+    }
+
+    pub(super) fn store_dual<B: Bus>(
+        &mut self,
+        bus: &mut B,
+        last: Trail,
+        (t, t2): (Reg, Reg),
+        (n, index, imm): (Reg, Index, u32),
+        next: u32,
+    ) -> Result<u32, Trap> {
+        let (address, base) = index.apply(self.reg(n), imm);
+        let before = self.begin_several(last, waits(last, n));
+        self.store_aligned(bus, address, Size::Word, self.reg(t))?;
+        self.store_aligned(bus, address.wrapping_add(4), Size::Word, self.reg(t2))?;
+        self.cycle += before + 2;
+        if index != Index::Offset {
+            self.set_any(n, base);
+        }
+        Ok(next)
+    }
+}

@@ -1,0 +1,180 @@
+//! The plainest chip around the core: code, RAM, no peripherals, for tests.
+
+use super::Size;
+use super::bus::{Bus, Denied, LINE_WORDS, Read, Unmodelled};
+use crate::chip::Cycle;
+use crate::chip::soc::Ram;
+
+/// Flash at 0x0800_0000 with its alias at 0, SRAM at 0x2000_0000, CCM at
+/// 0x1000_0000, as large as the STM32F405's. Everything else is a bus error.
+/// No wait states unless set; interrupt lines are the test's to set.
+#[derive(Clone, Debug)]
+pub struct Flat {
+    /// Levels of the interrupt lines.
+    pub lines: [u32; LINE_WORDS],
+    /// Cycle at which `advance` must be called, for instance because the test
+    /// changes `lines` then. Reaching it sets it to never.
+    pub event: Cycle,
+    /// Lines that `advance` raises when it reaches `event`.
+    pub raise: [u32; LINE_WORDS],
+    /// Cycle of the last request for a system reset.
+    pub reset_requested: Option<Cycle>,
+    /// Wait states of every data access to RAM.
+    pub ram_wait: u32,
+    /// Wait states of a 16-byte line of code that is not the one fetched last.
+    pub line_wait: u32,
+    flash: Ram,
+    sram: Ram,
+    ccm: Ram,
+    last_line: u32,
+    version: u32,
+}
+
+impl Flat {
+    /// Start of flash.
+    pub const FLASH: u32 = 0x0800_0000;
+    /// Start of SRAM.
+    pub const SRAM: u32 = 0x2000_0000;
+    /// Start of core-coupled RAM.
+    pub const CCM: u32 = 0x1000_0000;
+    /// Bytes of flash.
+    pub const FLASH_BYTES: u32 = 1 << 20;
+    /// Bytes of SRAM.
+    pub const SRAM_BYTES: u32 = 128 << 10;
+    /// Bytes of core-coupled RAM.
+    pub const CCM_BYTES: u32 = 64 << 10;
+
+    /// All memory zero, no interrupt, no wait states.
+    #[must_use]
+    pub fn new() -> Self {
+        Self {
+            lines: [0; LINE_WORDS],
+            event: Cycle::MAX,
+            raise: [0; LINE_WORDS],
+            reset_requested: None,
+            ram_wait: 0,
+            line_wait: 0,
+            flash: Ram::new(Self::FLASH, Self::FLASH_BYTES),
+            sram: Ram::new(Self::SRAM, Self::SRAM_BYTES),
+            ccm: Ram::new(Self::CCM, Self::CCM_BYTES),
+            last_line: u32::MAX,
+            version: 0,
+        }
+    }
+
+    /// Copies `bytes` to `address` on, in flash or RAM; whatever was decoded
+    /// from flash is stale then. Says whether all of it fits one memory.
+    pub fn load(&mut self, address: u32, bytes: &[u8]) -> bool {
+        self.version = self.version.wrapping_add(1);
+        for (memory, base) in [
+            (&mut self.flash, Self::FLASH),
+            (&mut self.sram, Self::SRAM),
+            (&mut self.ccm, Self::CCM),
+        ] {
+            let at = address.wrapping_sub(base) as usize;
+            let Some(room) = memory.bytes_mut().get_mut(at..) else {
+                continue;
+            };
+            let Some(room) = room.get_mut(..bytes.len()) else {
+                continue;
+            };
+            room.copy_from_slice(bytes);
+            return true;
+        }
+        false
+    }
+
+    /// The word at `address`, without time; `None` where no memory is.
+    #[must_use]
+    pub fn word(&self, address: u32) -> Option<u32> {
+        self.peek(address, Size::Word)
+    }
+
+    #[inline]
+    fn peek(&self, address: u32, size: Size) -> Option<u32> {
+        self.sram
+            .read(address, size)
+            .or_else(|| self.ccm.read(address, size))
+            .or_else(|| self.peek_flash(address, size))
+    }
+
+    #[inline]
+    fn peek_flash(&self, address: u32, size: Size) -> Option<u32> {
+        let address = if address < Self::FLASH_BYTES {
+            address + Self::FLASH
+        } else {
+            address
+        };
+        self.flash.read(address, size)
+    }
+}
+
+impl Default for Flat {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Bus for Flat {
+    #[inline]
+    fn read(&mut self, address: u32, size: Size, _at: Cycle) -> Result<Read, Denied> {
+        let value = self.peek(address, size).ok_or(Denied::Error)?;
+        let wait = self.ram_wait;
+        Ok(Read { value, wait })
+    }
+
+    #[inline]
+    fn write(&mut self, address: u32, size: Size, value: u32, _at: Cycle) -> Result<u32, Denied> {
+        self.sram
+            .write(address, size, value)
+            .or_else(|| self.ccm.write(address, size, value))
+            .ok_or(Denied::Error)?;
+        Ok(self.ram_wait)
+    }
+
+    #[inline]
+    fn code(&mut self, address: u32) -> Result<u16, Denied> {
+        let code = self.peek(address, Size::Half).ok_or(Denied::Error)?;
+        Ok((code & 0xFFFF) as u16)
+    }
+
+    #[inline]
+    fn fetch(&mut self, line: u32, _at: Cycle) -> u32 {
+        let again = line == self.last_line;
+        self.last_line = line;
+        if again { 0 } else { self.line_wait }
+    }
+
+    #[inline]
+    fn is_writable_code(&self, address: u32) -> bool {
+        address >= Self::CCM
+    }
+
+    #[inline]
+    fn code_version(&self) -> u32 {
+        self.version
+    }
+
+    fn advance(&mut self, to: Cycle) -> Result<(), Unmodelled> {
+        if to >= self.event {
+            self.event = Cycle::MAX;
+            for (line, raise) in self.lines.iter_mut().zip(self.raise) {
+                *line |= raise;
+            }
+        }
+        Ok(())
+    }
+
+    #[inline]
+    fn next_event(&self) -> Cycle {
+        self.event
+    }
+
+    fn lines(&self) -> [u32; LINE_WORDS] {
+        self.lines
+    }
+
+    fn request_reset(&mut self, at: Cycle) {
+        self.reset_requested = Some(at);
+    }
+}

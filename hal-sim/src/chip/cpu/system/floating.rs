@@ -1,0 +1,159 @@
+//! Control of the floating-point extension (Arm ARM B3.2.20 on): who may use
+//! it, and where its registers go when an exception comes.
+
+/// FPCCR: LSPACT.
+const LSPACT: u32 = 1;
+const USER: u32 = 1 << 1;
+const THREAD: u32 = 1 << 3;
+const HFRDY: u32 = 1 << 4;
+const MMRDY: u32 = 1 << 5;
+const BFRDY: u32 = 1 << 6;
+const LSPEN: u32 = 1 << 30;
+const ASPEN: u32 = 1 << 31;
+
+/// The bits of FPSCR that FPDSCR gives: AHP, DN, FZ, RMode.
+pub const DEFAULT_BITS: u32 = 0x07C0_0000;
+
+/// What the preempted context could do, for the fault of a lazy save.
+#[derive(Clone, Copy, Debug)]
+pub struct Preempted {
+    /// It had privileges.
+    pub privileged: bool,
+    /// It was thread mode.
+    pub thread: bool,
+    /// Hard fault could have pre-empted it.
+    pub hard_fault: bool,
+    /// Memory management fault is enabled and could have.
+    pub mem_manage: bool,
+    /// Bus fault is enabled and could have.
+    pub bus_fault: bool,
+}
+
+/// CPACR, FPCCR, FPCAR, FPDSCR.
+#[derive(Clone, Debug)]
+pub struct Floating {
+    cpacr: u32,
+    fpccr: u32,
+    fpcar: u32,
+    fpdscr: u32,
+}
+
+impl Default for Floating {
+    fn default() -> Self {
+        Self {
+            cpacr: 0,
+            fpccr: ASPEN | LSPEN,
+            fpcar: 0,
+            fpdscr: 0,
+        }
+    }
+}
+
+impl Floating {
+    /// Reads the register at `address`; `None`: not one of these.
+    #[must_use]
+    pub const fn read(&self, address: u32) -> Option<u32> {
+        Some(match address {
+            0xE000_ED88 => self.cpacr,
+            0xE000_EF34 => self.fpccr,
+            0xE000_EF38 => self.fpcar,
+            0xE000_EF3C => self.fpdscr,
+            // MVFR0, MVFR1 (TRM table 7-3).
+            0xE000_EF40 => 0x1011_0021,
+            0xE000_EF44 => 0x1100_0011,
+            _ => return None,
+        })
+    }
+
+    /// Writes it; `None`: not one of these.
+    pub fn write(&mut self, address: u32, value: u32) -> Option<()> {
+        match address {
+            // Coprocessors 10 and 11 only; their fields are the same
+            // (Arm ARM B3.2.20).
+            0xE000_ED88 => self.cpacr = value & 0xF << 20,
+            0xE000_EF34 => {
+                let bits = ASPEN | LSPEN | LSPACT | USER | THREAD | HFRDY | MMRDY | BFRDY | 1 << 8;
+                self.fpccr = value & bits;
+            }
+            0xE000_EF38 => self.fpcar = value & !7,
+            0xE000_EF3C => self.fpdscr = value & DEFAULT_BITS,
+            0xE000_EF40 | 0xE000_EF44 => {}
+            _ => return None,
+        }
+        Some(())
+    }
+
+    /// CPACR lets floating-point instructions run.
+    #[must_use]
+    pub const fn is_allowed(&self, privileged: bool) -> bool {
+        match self.cpacr >> 20 & 0b11 {
+            0b11 => true,
+            0b01 => privileged,
+            _ => false,
+        }
+    }
+
+    /// FPCCR.ASPEN: an instruction sets CONTROL.FPCA.
+    #[must_use]
+    pub const fn is_saved_automatically(&self) -> bool {
+        self.fpccr & ASPEN != 0
+    }
+
+    /// FPCCR.LSPEN: the save waits for the first instruction that needs it.
+    #[must_use]
+    pub const fn is_lazy(&self) -> bool {
+        self.fpccr & LSPEN != 0
+    }
+
+    /// FPCCR.LSPACT: a save is owed.
+    #[must_use]
+    pub const fn owes_save(&self) -> bool {
+        self.fpccr & LSPACT != 0
+    }
+
+    /// Owes a save to `address`.
+    pub fn owe_save(&mut self, address: u32, preempted: Preempted) {
+        self.fpcar = address & !7;
+        self.fpccr &= ASPEN | LSPEN;
+        let bits = [
+            (true, LSPACT),
+            (!preempted.privileged, USER),
+            (preempted.thread, THREAD),
+            (preempted.hard_fault, HFRDY),
+            (preempted.mem_manage, MMRDY),
+            (preempted.bus_fault, BFRDY),
+        ];
+        for (set, bit) in bits {
+            self.fpccr |= if set { bit } else { 0 };
+        }
+    }
+
+    /// Owes no save any more.
+    pub fn settle_save(&mut self) {
+        self.fpccr &= !LSPACT;
+    }
+
+    /// FPCAR: where the owed save goes.
+    #[must_use]
+    pub const fn save_address(&self) -> u32 {
+        self.fpcar
+    }
+
+    /// What the context whose save is owed could do.
+    #[must_use]
+    pub const fn preempted(&self) -> Preempted {
+        Preempted {
+            privileged: self.fpccr & USER == 0,
+            thread: self.fpccr & THREAD != 0,
+            hard_fault: self.fpccr & HFRDY != 0,
+            mem_manage: self.fpccr & MMRDY != 0,
+            bus_fault: self.fpccr & BFRDY != 0,
+        }
+    }
+
+    /// FPSCR of a new floating-point context that was `fpscr`.
+    #[must_use]
+    pub const fn fresh_status(&self, fpscr: u32) -> u32 {
+        fpscr & !DEFAULT_BITS | self.fpdscr
+    }
+}

@@ -1,0 +1,192 @@
+//! Memory protection (Arm ARM B3.5): eight regions over the default map.
+
+const REGIONS: usize = 8;
+const ENABLE: u32 = 1;
+const HFNMIENA: u32 = 1 << 1;
+const PRIVDEFENA: u32 = 1 << 2;
+
+/// MPU_TYPE: eight unified regions.
+const TYPE: u32 = (REGIONS as u32) << 8;
+
+/// What is done with memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Use {
+    /// A load.
+    Read,
+    /// A store.
+    Write,
+    /// A fetch.
+    Execute,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Region {
+    base: u32,
+    attributes: u32,
+}
+
+impl Region {
+    const fn is_enabled(self) -> bool {
+        self.attributes & 1 != 0
+    }
+
+    /// log2 of its bytes.
+    const fn log2_bytes(self) -> u32 {
+        (self.attributes >> 1 & 0x1F) + 1
+    }
+
+    const fn first(self) -> u64 {
+        let log2 = self.log2_bytes();
+        (self.base as u64) >> log2 << log2
+    }
+
+    const fn end(self) -> u64 {
+        self.first() + (1 << self.log2_bytes())
+    }
+
+    /// Enabled, and `address` in a sub-region that is not disabled.
+    const fn contains(self, address: u32) -> bool {
+        let address = address as u64;
+        let log2 = self.log2_bytes();
+        if !self.is_enabled() || address < self.first() || address >= self.end() {
+            return false;
+        }
+        if log2 < 8 {
+            return true;
+        }
+        let sub = (address - self.first()) >> (log2 - 3);
+        self.attributes >> (8 + sub) & 1 == 0
+    }
+
+    /// Arm ARM table B3-15; the reserved code 4 denies.
+    const fn allows(self, what: Use, privileged: bool) -> bool {
+        let permission = self.attributes >> 24 & 7;
+        let read = match permission {
+            1 | 5 => privileged,
+            2 | 3 | 6 | 7 => true,
+            _ => false,
+        };
+        match what {
+            Use::Read => read,
+            Use::Write => match permission {
+                1 | 2 => privileged,
+                3 => true,
+                _ => false,
+            },
+            Use::Execute => read && self.attributes >> 28 & 1 == 0,
+        }
+    }
+}
+
+/// The MPU.
+#[derive(Clone, Debug, Default)]
+pub struct Mpu {
+    control: u32,
+    number: usize,
+    regions: [Region; REGIONS],
+    /// Execution priority is negative: HFNMIENA decides.
+    negative_priority: bool,
+    /// First address that privileged data must look up, and how many: all
+    /// others are allowed.
+    looked_up: u32,
+    looked_up_bytes: u64,
+    is_on: bool,
+}
+
+impl Mpu {
+    /// Whether data may be accessed: one compare away from every region.
+    #[inline]
+    #[must_use]
+    pub fn may_access(&self, address: u32, write: bool, privileged: bool) -> bool {
+        if !self.is_on
+            || privileged && u64::from(address.wrapping_sub(self.looked_up)) >= self.looked_up_bytes
+        {
+            return true;
+        }
+        let what = if write { Use::Write } else { Use::Read };
+        self.look_up(address, what, privileged)
+    }
+
+    /// Whether code may be fetched.
+    #[must_use]
+    pub fn may_execute(&self, address: u32, privileged: bool) -> bool {
+        let by_map = !matches!(address >> 29, 2 | 5..);
+        by_map && (!self.is_on || self.look_up(address, Use::Execute, privileged))
+    }
+
+    #[cold]
+    fn look_up(&self, address: u32, what: Use, privileged: bool) -> bool {
+        // The private bus keeps its default map.
+        if address >> 20 == 0xE00 {
+            return true;
+        }
+        let regions = self.regions.iter().rev();
+        match regions.into_iter().find(|region| region.contains(address)) {
+            Some(region) => region.allows(what, privileged),
+            None => privileged && self.control & PRIVDEFENA != 0,
+        }
+    }
+
+    /// The execution priority went below 0, or came back.
+    pub fn set_negative_priority(&mut self, negative: bool) {
+        if negative != self.negative_priority {
+            self.negative_priority = negative;
+            self.prepare();
+        }
+    }
+
+    fn prepare(&mut self) {
+        self.is_on =
+            self.control & ENABLE != 0 && (!self.negative_priority || self.control & HFNMIENA != 0);
+        let enabled = || self.regions.iter().filter(|region| region.is_enabled());
+        let (first, end) = if self.control & PRIVDEFENA == 0 {
+            (0, 1 << 32)
+        } else {
+            (
+                enabled().map(|r| r.first()).min().unwrap_or(0),
+                enabled().map(|r| r.end()).max().unwrap_or(0),
+            )
+        };
+        self.looked_up = first as u32;
+        self.looked_up_bytes = end - first;
+    }
+
+    /// Reads the register at `offset` from 0xE000_ED90.
+    #[must_use]
+    pub fn read(&self, offset: u32) -> u32 {
+        match offset {
+            0x00 => TYPE,
+            0x04 => self.control,
+            0x08 => self.number as u32,
+            _ if offset & 4 != 0 => self.region().base | self.number as u32,
+            _ => self.region().attributes,
+        }
+    }
+
+    fn region(&self) -> Region {
+        self.regions.get(self.number).copied().unwrap_or_default()
+    }
+
+    /// Writes it.
+    pub fn write(&mut self, offset: u32, value: u32) {
+        match offset {
+            0x00 => {}
+            0x04 => self.control = value & (ENABLE | HFNMIENA | PRIVDEFENA),
+            0x08 => self.number = (value & 7) as usize,
+            _ if offset & 4 != 0 => {
+                if value & 1 << 4 != 0 {
+                    self.number = (value & 7) as usize;
+                }
+                if let Some(region) = self.regions.get_mut(self.number) {
+                    region.base = value & !0x1F;
+                }
+            }
+            _ => {
+                if let Some(region) = self.regions.get_mut(self.number) {
+                    region.attributes = value & 0x173F_FF3F;
+                }
+            }
+        }
+        self.prepare();
+    }
+}

@@ -1,0 +1,300 @@
+//! Which exceptions are enabled, pending and active, and who goes first
+//! (Arm ARM B1.5.4, B3.4). One bit an exception number, so that system
+//! exceptions and the interrupts (number 16 + line) are one kind of thing.
+
+use crate::chip::Cycle;
+use crate::chip::cpu::Registers;
+use crate::chip::cpu::bus::LINE_WORDS;
+
+/// Interrupt lines of the STM32F405 (RM0090 table 62).
+pub const LINES: usize = 82;
+
+/// Number of exception numbers: 16 of the system, then the lines.
+pub const EXCEPTIONS: usize = 16 + LINES;
+
+/// Exception numbers (Arm ARM table B1-4).
+pub mod number {
+    /// Non-maskable interrupt.
+    pub const NMI: u16 = 2;
+    /// Hard fault.
+    pub const HARD_FAULT: u16 = 3;
+    /// Memory management fault.
+    pub const MEM_MANAGE: u16 = 4;
+    /// Bus fault.
+    pub const BUS_FAULT: u16 = 5;
+    /// Usage fault.
+    pub const USAGE_FAULT: u16 = 6;
+    /// Supervisor call.
+    pub const SV_CALL: u16 = 11;
+    /// Pendable service request.
+    pub const PEND_SV: u16 = 14;
+    /// System timer.
+    pub const SYS_TICK: u16 = 15;
+    /// Interrupt line 0.
+    pub const LINE_0: u16 = 16;
+}
+
+/// Priority of thread mode with nothing active: below every exception.
+pub const NO_PRIORITY: i16 = 256;
+
+/// Upper four bits of a priority are implemented (RM0090 section 12.1.1).
+pub const PRIORITY_BITS: u8 = 0xF0;
+
+/// Exceptions that no bit disables.
+const ALWAYS_ENABLED: u128 = bit(number::NMI)
+    | bit(number::HARD_FAULT)
+    | bit(number::SV_CALL)
+    | bit(number::PEND_SV)
+    | bit(number::SYS_TICK);
+
+/// System exceptions that have a priority register field.
+const SETTABLE: u128 = bit(number::MEM_MANAGE)
+    | bit(number::BUS_FAULT)
+    | bit(number::USAGE_FAULT)
+    | bit(number::SV_CALL)
+    | bit(number::PEND_SV)
+    | bit(number::SYS_TICK)
+    | ALL_LINES;
+
+const ALL_LINES: u128 = ((1 << LINES) - 1) << number::LINE_0;
+
+/// The bit of exception `number`.
+#[must_use]
+pub const fn bit(number: u16) -> u128 {
+    1 << (number & 127)
+}
+
+/// State of all exceptions.
+#[derive(Clone, Debug)]
+pub struct Nvic {
+    enabled: u128,
+    pending: u128,
+    active: u128,
+    /// Lines (bit 16 + n) as sampled last.
+    level: u128,
+    nmi_level: bool,
+    priority: [u8; EXCEPTIONS],
+    /// Bits of a priority that decide about pre-emption (AIRCR.PRIGROUP).
+    group: u8,
+    raised: [Cycle; EXCEPTIONS],
+}
+
+impl Default for Nvic {
+    fn default() -> Self {
+        Self {
+            enabled: ALWAYS_ENABLED,
+            pending: 0,
+            active: 0,
+            level: 0,
+            nmi_level: false,
+            priority: [0; EXCEPTIONS],
+            group: group_bits(0),
+            raised: [0; EXCEPTIONS],
+        }
+    }
+}
+
+const fn group_bits(prigroup: u32) -> u8 {
+    ((0xFF00_u32 << ((prigroup & 7) + 1) >> 8) & 0xFF) as u8
+}
+
+/// The numbers of the bits that are set, lowest first.
+pub fn numbers(mut bits: u128) -> impl Iterator<Item = u16> {
+    std::iter::from_fn(move || {
+        let number = bits.trailing_zeros() as u16;
+        (bits != 0).then(|| {
+            bits &= bits - 1;
+            number
+        })
+    })
+}
+
+impl Nvic {
+    /// Samples the interrupt lines and NMI as they are at `at`: a line pends
+    /// when it rises, and as long as it is high and not active (Arm ARM
+    /// B3.4.1). Gives the exceptions that became pending.
+    pub fn sample(&mut self, lines: [u32; LINE_WORDS], nmi: bool, at: Cycle) -> u128 {
+        let mut level = 0;
+        for (word, lines) in lines.into_iter().enumerate() {
+            level |= u128::from(lines) << (16 + 32 * word);
+        }
+        let level = level & ALL_LINES;
+        let mut new = level & (!self.level | !self.active);
+        self.level = level;
+        if nmi && !self.nmi_level {
+            new |= bit(number::NMI);
+        }
+        self.nmi_level = nmi;
+        self.pend(new, at)
+    }
+
+    /// Makes exceptions pending at `at`; gives those that were not yet.
+    pub fn pend(&mut self, exceptions: u128, at: Cycle) -> u128 {
+        let new = exceptions & !self.pending;
+        if new != 0 {
+            self.pending |= new;
+            self.date(new, at);
+        }
+        new
+    }
+
+    fn date(&mut self, exceptions: u128, at: Cycle) {
+        for number in numbers(exceptions) {
+            if let Some(raised) = self.raised.get_mut(usize::from(number)) {
+                *raised = at;
+            }
+        }
+    }
+
+    /// Takes back what is pending.
+    pub fn unpend(&mut self, exceptions: u128) {
+        self.pending &= !exceptions;
+    }
+
+    /// Switches fault exceptions (SHCSR) and lines on and off. A latency is
+    /// counted from here if what is enabled is pending already.
+    pub fn enable(&mut self, exceptions: u128, on: bool, at: Cycle) {
+        if on {
+            self.date(exceptions & self.pending & !self.enabled, at);
+            self.enabled |= exceptions;
+        } else {
+            self.enabled &= !(exceptions & !ALWAYS_ENABLED);
+        }
+    }
+
+    /// `number` begins: active, no longer pending.
+    pub fn activate(&mut self, number: u16) {
+        self.active |= bit(number);
+        self.pending &= !bit(number);
+    }
+
+    /// `number` ends.
+    pub fn deactivate(&mut self, number: u16) {
+        self.active &= !bit(number);
+    }
+
+    /// Bits of the exceptions that are active.
+    #[must_use]
+    pub const fn active(&self) -> u128 {
+        self.active
+    }
+
+    /// Bits of the exceptions that are pending, enabled or not.
+    #[must_use]
+    pub const fn pending(&self) -> u128 {
+        self.pending
+    }
+
+    /// Bits of the exceptions that are enabled.
+    #[must_use]
+    pub const fn enabled(&self) -> u128 {
+        self.enabled
+    }
+
+    /// Cycle at which `number` last became pending and enabled.
+    #[must_use]
+    pub fn raised(&self, number: u16) -> Cycle {
+        self.raised.get(usize::from(number)).copied().unwrap_or(0)
+    }
+
+    /// Sets AIRCR.PRIGROUP (0–7).
+    pub fn set_prigroup(&mut self, prigroup: u32) {
+        self.group = group_bits(prigroup);
+    }
+
+    /// The priority field of `number`: 0 where it has none.
+    #[must_use]
+    pub fn priority(&self, number: u16) -> u8 {
+        self.priority.get(usize::from(number)).copied().unwrap_or(0)
+    }
+
+    /// Sets the priority field of `number`, if it has one.
+    pub fn set_priority(&mut self, number: u16, priority: u8) {
+        if SETTABLE & bit(number) != 0
+            && let Some(field) = self.priority.get_mut(usize::from(number))
+        {
+            *field = priority & PRIORITY_BITS;
+        }
+    }
+
+    /// Priority by which `number` pre-empts: −2 NMI, −1 hard fault, else the
+    /// group part of its priority field.
+    #[must_use]
+    pub fn group_priority(&self, number: u16) -> i16 {
+        match number {
+            number::NMI => -2,
+            number::HARD_FAULT => -1,
+            _ => i16::from(self.priority(number) & self.group),
+        }
+    }
+
+    /// Pending and enabled exception that goes first: by group priority, then
+    /// sub-priority, then number.
+    #[must_use]
+    pub fn first_pending(&self) -> Option<u16> {
+        let candidates = self.pending & self.enabled;
+        if candidates == 0 {
+            return None;
+        }
+        numbers(candidates).min_by_key(|&number| match number {
+            number::NMI | number::HARD_FAULT => (self.group_priority(number), number),
+            _ => (i16::from(self.priority(number)), number),
+        })
+    }
+
+    /// Priority of what runs: of the active exceptions the most urgent, or
+    /// more urgent by FAULTMASK, PRIMASK or BASEPRI (Arm ARM B1.5.4).
+    #[must_use]
+    pub fn execution_priority(&self, registers: &Registers) -> i16 {
+        let unmasked = self.priority_without_primask(registers);
+        if registers.primask {
+            unmasked.min(0)
+        } else {
+            unmasked
+        }
+    }
+
+    /// As [`Self::execution_priority`], as if PRIMASK were clear: what WFI
+    /// goes by.
+    #[must_use]
+    pub fn priority_without_primask(&self, registers: &Registers) -> i16 {
+        let mut priority = numbers(self.active)
+            .map(|number| self.group_priority(number))
+            .min()
+            .unwrap_or(NO_PRIORITY);
+        if registers.basepri != 0 {
+            priority = priority.min(i16::from(registers.basepri & self.group));
+        }
+        if registers.faultmask {
+            priority = priority.min(-1);
+        }
+        priority
+    }
+
+    /// Pending exception that pre-empts `priority`, if any.
+    #[must_use]
+    pub fn preempting(&self, priority: i16) -> Option<u16> {
+        self.first_pending()
+            .filter(|&number| self.group_priority(number) < priority)
+    }
+
+    /// Word `word` (lines 32·word on) of `bits`, as the registers show them.
+    #[must_use]
+    pub const fn word(bits: u128, word: u32) -> u32 {
+        if word < LINE_WORDS as u32 {
+            (bits >> (16 + 32 * word)) as u32
+        } else {
+            0
+        }
+    }
+
+    /// The exceptions that bits of a register's word `word` stand for.
+    #[must_use]
+    pub const fn exceptions(value: u32, word: u32) -> u128 {
+        if word < LINE_WORDS as u32 {
+            ((value as u128) << (16 + 32 * word)) & ALL_LINES
+        } else {
+            0
+        }
+    }
+}

@@ -1,0 +1,283 @@
+//! Control and fault status of the system (Arm ARM B3.2): the registers that
+//! hold no more than their value. What concerns exceptions is in `nvic`.
+
+use crate::chip::Cycle;
+use crate::chip::cpu::Fault;
+use crate::chip::cpu::bus::Unmodelled;
+
+/// CPUID of the STM32F405: Cortex-M4 r0p1 (TRM table 4-1).
+pub const CPUID: u32 = 0x410F_C241;
+
+/// SCR bits.
+mod scr {
+    pub const SLEEP_ON_EXIT: u32 = 1 << 1;
+    pub const SLEEP_DEEP: u32 = 1 << 2;
+    pub const SEV_ON_PEND: u32 = 1 << 4;
+}
+
+/// CCR bits.
+mod ccr {
+    pub const NON_BASE_THREAD: u32 = 1;
+    pub const USER_SET_PENDING: u32 = 1 << 1;
+    pub const UNALIGNED_TRAP: u32 = 1 << 3;
+    pub const DIVIDE_BY_ZERO_TRAP: u32 = 1 << 4;
+    pub const IGNORE_BUS_FAULT: u32 = 1 << 8;
+    pub const STACK_ALIGN: u32 = 1 << 9;
+    pub const ALL: u32 =
+        NON_BASE_THREAD | USER_SET_PENDING | UNALIGNED_TRAP | DIVIDE_BY_ZERO_TRAP | STACK_ALIGN;
+}
+
+/// ACTLR bits of the Cortex-M4 (TRM table 4-2).
+mod actlr {
+    pub const MULTI_CYCLE_INTERRUPTION: u32 = 1;
+    pub const WRITE_BUFFER: u32 = 1 << 1;
+    pub const FOLDING: u32 = 1 << 2;
+    pub const FPCA: u32 = 1 << 8;
+    pub const OUT_OF_ORDER_FP: u32 = 1 << 9;
+    pub const ALL: u32 = MULTI_CYCLE_INTERRUPTION | WRITE_BUFFER | FOLDING | FPCA | OUT_OF_ORDER_FP;
+}
+
+/// HFSR bits.
+pub mod hfsr {
+    /// Bus error of a vector.
+    pub const VECTTBL: u32 = 1 << 1;
+    /// Escalated from another fault.
+    pub const FORCED: u32 = 1 << 30;
+    /// A debug event without a debugger.
+    pub const DEBUGEVT: u32 = 1 << 31;
+}
+
+/// DFSR: a breakpoint instruction.
+const DFSR_BKPT: u32 = 1 << 1;
+
+const MMARVALID: u32 = 1 << 7;
+const BFARVALID: u32 = 1 << 15;
+
+/// The bit of CFSR that tells of `fault` (Arm ARM B3.2.15); 0 for a
+/// breakpoint.
+#[must_use]
+pub const fn cfsr_bit(fault: Fault) -> u32 {
+    match fault {
+        Fault::InstructionAccess => 1,
+        Fault::DataAccess(_) => 1 << 1,
+        Fault::UnstackingAccess => 1 << 3,
+        Fault::StackingAccess => 1 << 4,
+        Fault::LazyStackingAccess => 1 << 5,
+        Fault::InstructionBus => 1 << 8,
+        Fault::DataBus(_) => 1 << 9,
+        Fault::UnstackingBus => 1 << 11,
+        Fault::StackingBus => 1 << 12,
+        Fault::LazyStackingBus => 1 << 13,
+        Fault::Undefined => 1 << 16,
+        Fault::InvalidState => 1 << 17,
+        Fault::InvalidPc => 1 << 18,
+        Fault::NoCoprocessor => 1 << 19,
+        Fault::Unaligned => 1 << 24,
+        Fault::DivideByZero => 1 << 25,
+        Fault::Breakpoint => 0,
+    }
+}
+
+/// The registers.
+#[derive(Clone, Debug)]
+pub struct Scb {
+    /// VTOR: where the vector table begins.
+    pub vtor: u32,
+    /// AIRCR.PRIGROUP, at its place.
+    pub prigroup: u32,
+    scr: u32,
+    ccr: u32,
+    cfsr: u32,
+    hfsr: u32,
+    dfsr: u32,
+    mmfar: u32,
+    bfar: u32,
+    actlr: u32,
+    /// Cycle at which AIRCR.SYSRESETREQ was written.
+    pub reset_request: Option<Cycle>,
+}
+
+impl Default for Scb {
+    fn default() -> Self {
+        Self {
+            vtor: 0,
+            prigroup: 0,
+            scr: 0,
+            ccr: ccr::STACK_ALIGN,
+            cfsr: 0,
+            hfsr: 0,
+            dfsr: 0,
+            mmfar: 0,
+            bfar: 0,
+            actlr: 0,
+            reset_request: None,
+        }
+    }
+}
+
+impl Scb {
+    /// Notes `fault` in CFSR, DFSR and the address registers.
+    pub fn note_fault(&mut self, fault: Fault) {
+        self.cfsr |= cfsr_bit(fault);
+        match fault {
+            Fault::DataAccess(address) => {
+                self.cfsr |= MMARVALID;
+                self.mmfar = address;
+            }
+            Fault::DataBus(address) => {
+                self.cfsr |= BFARVALID;
+                self.bfar = address;
+            }
+            Fault::Breakpoint => {
+                self.dfsr |= DFSR_BKPT;
+                self.hfsr |= hfsr::DEBUGEVT;
+            }
+            _ => {}
+        }
+    }
+
+    /// Notes why there is a hard fault.
+    pub fn note_hard_fault(&mut self, bits: u32) {
+        self.hfsr |= bits;
+    }
+
+    /// Reads the register at `address`; `None`: not one of these.
+    #[must_use]
+    pub const fn read(&self, address: u32) -> Option<u32> {
+        Some(match address {
+            0xE000_E008 => self.actlr,
+            0xE000_ED00 => CPUID,
+            0xE000_ED08 => self.vtor,
+            0xE000_ED0C => 0xFA05_0000 | self.prigroup,
+            0xE000_ED10 => self.scr,
+            0xE000_ED14 => self.ccr,
+            0xE000_ED28 => self.cfsr,
+            0xE000_ED2C => self.hfsr,
+            0xE000_ED30 => self.dfsr,
+            0xE000_ED34 => self.mmfar,
+            0xE000_ED38 => self.bfar,
+            0xE000_ED3C => 0,
+            _ => return None,
+        })
+    }
+
+    /// Writes it; `None`: not one of these.
+    pub fn write(&mut self, address: u32, value: u32, at: Cycle) -> Option<Result<(), Unmodelled>> {
+        match address {
+            0xE000_E008 => self.actlr = value & actlr::ALL,
+            0xE000_ED00 | 0xE000_ED3C => {}
+            // 128-byte steps (Arm ARM B3.2.5); the table of 98 vectors must be
+            // aligned to 512 bytes, which is the program's business.
+            0xE000_ED08 => self.vtor = value & !0x7F,
+            0xE000_ED0C => return Some(self.write_aircr(value, at)),
+            0xE000_ED10 => {
+                self.scr = value & (scr::SLEEP_ON_EXIT | scr::SLEEP_DEEP | scr::SEV_ON_PEND);
+            }
+            0xE000_ED14 => {
+                if value & ccr::IGNORE_BUS_FAULT != 0 {
+                    return Some(Err(Unmodelled("SCB_CCR.BFHFNMIGN")));
+                }
+                self.ccr = value & ccr::ALL;
+            }
+            0xE000_ED28 => self.cfsr &= !value,
+            0xE000_ED2C => self.hfsr &= !value,
+            0xE000_ED30 => self.dfsr &= !value,
+            0xE000_ED34 => self.mmfar = value,
+            0xE000_ED38 => self.bfar = value,
+            _ => return None,
+        }
+        Some(Ok(()))
+    }
+
+    fn write_aircr(&mut self, value: u32, at: Cycle) -> Result<(), Unmodelled> {
+        if value >> 16 != 0x05FA {
+            return Ok(());
+        }
+        if value & 0b11 != 0 {
+            return Err(Unmodelled("SCB_AIRCR.VECTRESET or VECTCLRACTIVE"));
+        }
+        self.prigroup = value & 7 << 8;
+        if value & 1 << 2 != 0 {
+            self.reset_request = Some(at);
+        }
+        Ok(())
+    }
+
+    /// SCR.SLEEPONEXIT.
+    #[must_use]
+    pub const fn sleeps_on_exit(&self) -> bool {
+        self.scr & scr::SLEEP_ON_EXIT != 0
+    }
+
+    /// SCR.SLEEPDEEP.
+    #[must_use]
+    pub const fn sleeps_deep(&self) -> bool {
+        self.scr & scr::SLEEP_DEEP != 0
+    }
+
+    /// SCR.SEVONPEND.
+    #[must_use]
+    pub const fn pending_is_event(&self) -> bool {
+        self.scr & scr::SEV_ON_PEND != 0
+    }
+
+    /// CCR.NONBASETHRDENA.
+    #[must_use]
+    pub const fn allows_thread_from_nested(&self) -> bool {
+        self.ccr & ccr::NON_BASE_THREAD != 0
+    }
+
+    /// CCR.USERSETMPEND.
+    #[must_use]
+    pub const fn lets_users_pend(&self) -> bool {
+        self.ccr & ccr::USER_SET_PENDING != 0
+    }
+
+    /// CCR.STKALIGN.
+    #[must_use]
+    pub const fn aligns_stack(&self) -> bool {
+        self.ccr & ccr::STACK_ALIGN != 0
+    }
+
+    /// CCR.UNALIGN_TRP.
+    #[must_use]
+    pub const fn unaligned_traps(&self) -> bool {
+        self.ccr & ccr::UNALIGNED_TRAP != 0
+    }
+
+    /// CCR.DIV_0_TRP.
+    #[must_use]
+    pub const fn divide_by_zero_traps(&self) -> bool {
+        self.ccr & ccr::DIVIDE_BY_ZERO_TRAP != 0
+    }
+
+    /// ACTLR.DISMCYCINT.
+    #[must_use]
+    pub const fn disables_multi_cycle_interruption(&self) -> bool {
+        self.actlr & actlr::MULTI_CYCLE_INTERRUPTION != 0
+    }
+
+    /// ACTLR.DISDEFWBUF.
+    #[must_use]
+    pub const fn disables_write_buffer(&self) -> bool {
+        self.actlr & actlr::WRITE_BUFFER != 0
+    }
+
+    /// ACTLR.DISFOLD.
+    #[must_use]
+    pub const fn disables_folding(&self) -> bool {
+        self.actlr & actlr::FOLDING != 0
+    }
+
+    /// ACTLR.DISFPCA.
+    #[must_use]
+    pub const fn disables_fpca(&self) -> bool {
+        self.actlr & actlr::FPCA != 0
+    }
+
+    /// ACTLR.DISOOFP.
+    #[must_use]
+    pub const fn disables_out_of_order_fp(&self) -> bool {
+        self.actlr & actlr::OUT_OF_ORDER_FP != 0
+    }
+}

@@ -1,0 +1,53 @@
+//! WFI, WFE and the event register (Arm ARM B1.5.17, B1.5.18).
+
+use super::System;
+use crate::chip::cpu::Registers;
+
+impl System {
+    /// SEV, and every other event: sets the event register.
+    pub fn send_event(&mut self) {
+        self.event = true;
+    }
+
+    /// WFE: clears the event register; says whether it was clear, so that the
+    /// core sleeps until [`Self::wakes`].
+    pub fn wait_for_event(&mut self) -> bool {
+        self.sleeps_for_event = !self.event;
+        self.event = false;
+        self.sleeps_for_event
+    }
+
+    /// WFI: the core sleeps until [`Self::wakes`].
+    pub fn wait_for_interrupt(&mut self) {
+        self.sleeps_for_event = false;
+    }
+
+    /// SCR.SLEEPDEEP: sleep would stop the clocks, which nobody models.
+    #[must_use]
+    pub const fn sleeps_deep(&self) -> bool {
+        self.scb.sleeps_deep()
+    }
+
+    /// The core returned to thread mode and sleeps now (SCR.SLEEPONEXIT), as
+    /// by WFI; asked once.
+    pub fn takes_sleep_on_exit(&mut self) -> bool {
+        std::mem::take(&mut self.sleeps_on_exit)
+    }
+
+    pub(in crate::chip::cpu) fn note_return_to_thread(&mut self) {
+        self.sleeps_on_exit = self.scb.sleeps_on_exit();
+        self.sleeps_for_event &= !self.sleeps_on_exit;
+    }
+
+    /// Whether a sleeping core wakes, as the lines were sampled last: WFI by
+    /// an exception that would pre-empt if PRIMASK were clear, WFE by one that
+    /// does pre-empt or by an event, which it consumes.
+    pub fn wakes(&mut self, registers: &Registers) -> bool {
+        if !self.sleeps_for_event {
+            let priority = self.nvic.priority_without_primask(registers);
+            return self.nvic.preempting(priority).is_some();
+        }
+        let priority = self.nvic.execution_priority(registers);
+        self.nvic.preempting(priority).is_some() || std::mem::take(&mut self.event)
+    }
+}

@@ -1,0 +1,86 @@
+//! Debug and trace registers as far as a program uses them without a
+//! debugger: DEMCR, DHCSR, DWT's cycle counter (Arm ARM C1.6, C1.8).
+
+use crate::chip::Cycle;
+use crate::chip::cpu::bus::Unmodelled;
+
+const TRCENA: u32 = 1 << 24;
+const CYCCNTENA: u32 = 1;
+
+/// DWT_CTRL's constant part: four comparators (TRM table 8-1).
+const DWT_CTRL: u32 = 0x4000_0000;
+
+/// DHCSR.C_DEBUGEN.
+const C_DEBUGEN: u32 = 1;
+
+/// The registers.
+#[derive(Clone, Debug, Default)]
+pub struct Trace {
+    trcena: bool,
+    cyccntena: bool,
+    /// The counter while it stands; else what to add to the cycle.
+    count: u32,
+    /// A debugger is attached: DHCSR.C_DEBUGEN reads 1.
+    pub debugger: bool,
+}
+
+impl Trace {
+    const fn counts(&self) -> bool {
+        self.trcena && self.cyccntena
+    }
+
+    const fn counter(&self, at: Cycle) -> u32 {
+        if self.counts() {
+            self.count.wrapping_add(at as u32)
+        } else {
+            self.count
+        }
+    }
+
+    fn set_counter(&mut self, value: u32, at: Cycle) {
+        let offset = if self.counts() { at as u32 } else { 0 };
+        self.count = value.wrapping_sub(offset);
+    }
+
+    /// Reads the register at `address`; `None`: not one of these.
+    #[must_use]
+    pub const fn read(&self, address: u32, at: Cycle) -> Option<u32> {
+        Some(match address {
+            0xE000_1000 => DWT_CTRL | self.cyccntena as u32,
+            0xE000_1004 => self.counter(at),
+            0xE000_EDF0 => self.debugger as u32 * C_DEBUGEN,
+            0xE000_EDFC => {
+                if self.trcena {
+                    TRCENA
+                } else {
+                    0
+                }
+            }
+            _ => return None,
+        })
+    }
+
+    /// Writes it; `None`: not one of these.
+    pub fn write(&mut self, address: u32, value: u32, at: Cycle) -> Option<Result<(), Unmodelled>> {
+        let counter = self.counter(at);
+        match address {
+            0xE000_1000 => {
+                if value & 0x0FFF_FFFE != 0 {
+                    return Some(Err(Unmodelled("DWT_CTRL but for CYCCNTENA")));
+                }
+                self.cyccntena = value & CYCCNTENA != 0;
+                self.set_counter(counter, at);
+            }
+            0xE000_1004 => self.set_counter(value, at),
+            0xE000_EDFC => {
+                if value & !TRCENA != 0 {
+                    return Some(Err(Unmodelled("DEMCR but for TRCENA")));
+                }
+                self.trcena = value & TRCENA != 0;
+                self.set_counter(counter, at);
+            }
+            _ => return None,
+        }
+        Some(Ok(()))
+    }
+}
