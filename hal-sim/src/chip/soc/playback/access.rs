@@ -180,6 +180,7 @@ impl Playback {
     /// TIM1 has just been advanced.
     fn link_requests(&mut self) -> Result<(), Unmodelled> {
         let enabled = self.timers[0].requests_enabled();
+        self.quiet_until = 0;
         self.requests = Requests::NONE;
         self.requested &= enabled as u8; // five bits
         self.drop_unrequested();

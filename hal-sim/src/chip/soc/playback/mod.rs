@@ -70,6 +70,8 @@ pub struct Playback {
     requests: Requests,
     /// Events that have asked and were not yet served, one bit each.
     requested: u8,
+    /// DMA2 does nothing before this.
+    quiet_until: Cycle,
     /// Streams that listen to each event, bit n is stream n.
     listeners: [u8; EVENTS],
     /// Whether an enabled stream uses SRAM1, SRAM2.
@@ -99,6 +101,7 @@ impl Playback {
             ports: Default::default(),
             requests: Requests::NONE,
             requested: 0,
+            quiet_until: 0,
             listeners: [0; EVENTS],
             shared: [false; 2],
             capture_input: false,

@@ -37,6 +37,9 @@ impl Playback {
         requests_end: Cycle,
         ram: &mut Ram,
     ) -> Result<(), Unmodelled> {
+        if requests_end.max(end) <= self.quiet_until {
+            return Ok(());
+        }
         loop {
             self.rush(end, ram)?;
             let (at, step) = self.earliest();
@@ -44,7 +47,10 @@ impl Playback {
                 Step::Request(event) if at < requests_end => self.request(event, at),
                 Step::Grant(port) if at < end => self.grant(port, at),
                 Step::Access(port) if at < end => self.serve(port, ram)?,
-                _ => return Ok(()),
+                _ => {
+                    self.quiet_until = at;
+                    return Ok(());
+                }
             }
         }
     }
@@ -164,6 +170,7 @@ impl Playback {
         else {
             return Ok(());
         };
+        self.quiet_until = 0;
         let done = self.matrix.take(slave, MASTERS[port], want);
         self.ports[port].free = done;
         if port == PERIPHERAL {
@@ -247,6 +254,7 @@ impl Playback {
     /// Streams were switched on or off: ends those that stop and have nothing
     /// under way, and wires the rest to their requests.
     pub(super) fn listen(&mut self, at: Cycle) {
+        self.quiet_until = 0;
         self.listeners = [0; EVENTS];
         self.shared = [false; 2];
         for index in 0..STREAMS {
