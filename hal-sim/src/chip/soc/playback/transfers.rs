@@ -95,11 +95,8 @@ impl Playback {
 
     /// First cycle at which `port` can be granted to one that waits.
     fn grantable(&self, port: usize) -> Cycle {
-        let waiting = self.ports[port].waiting;
-        let first = (0..STREAMS)
-            .filter(|n| waiting >> n & 1 != 0)
-            .map(|n| self.since(port, n))
-            .min();
+        let waiting = streams(self.ports[port].waiting);
+        let first = waiting.map(|n| self.since(port, n)).min();
         first.map_or(NEVER, |since| since.max(self.ports[port].free))
     }
 
@@ -120,10 +117,8 @@ impl Playback {
     fn request(&mut self, event: usize, at: Cycle) {
         self.requests.pass();
         self.requested |= 1 << event;
-        let mut listeners = self.listeners[event] & !self.ports[PERIPHERAL].waiting;
-        while listeners != 0 {
-            let index = listeners.trailing_zeros() as usize;
-            listeners &= listeners - 1;
+        let listeners = self.listeners[event] & !self.ports[PERIPHERAL].waiting;
+        for index in streams(listeners) {
             let stream = self.dma[1].stream_mut(index);
             stream.asked = at;
             if stream.plays() != stream.word.is_some() {
@@ -134,9 +129,8 @@ impl Playback {
     }
 
     fn grant(&mut self, port: usize, at: Cycle) {
-        let waiting = self.ports[port].waiting;
-        let candidates = (0..STREAMS)
-            .filter(|n| waiting >> n & 1 != 0 && self.since(port, *n) <= at)
+        let candidates = streams(self.ports[port].waiting)
+            .filter(|&n| self.since(port, n) <= at)
             .fold(0u8, |bits, n| bits | 1 << n);
         let Some(index) = self.dma[1].choose(candidates) else {
             return;
@@ -299,6 +293,15 @@ impl Playback {
             self.ports[PERIPHERAL].waiting |= mask;
         }
     }
+}
+
+/// Numbers of the streams in `bits`.
+fn streams(mut bits: u8) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let index = (bits != 0).then(|| bits.trailing_zeros() as usize);
+        bits &= bits.wrapping_sub(1);
+        index
+    })
 }
 
 const NO_RAM: Unmodelled = Unmodelled("DMA2 memory outside the RAM it was given");
