@@ -104,20 +104,6 @@ impl Matrix {
         start + 1
     }
 
-    /// Whether each slave's last master is the same as in `other`.
-    #[must_use]
-    pub fn has_owners_of(&self, other: &Self) -> bool {
-        let pairs = self.slaves.iter().zip(&other.slaves);
-        pairs.into_iter().all(|(a, b)| a.owner == b.owner)
-    }
-
-    /// Makes all that happened happen `cycles` later.
-    pub fn delay(&mut self, cycles: u64) {
-        for slave in &mut self.slaves {
-            slave.free += cycles;
-        }
-    }
-
     /// The core's access through `bridge`; gives the cycle from which it is
     /// complete.
     pub fn take_core(&mut self, slave: Slave, bridge: Bridge, want: Cycle) -> Cycle {

@@ -70,7 +70,7 @@ impl Playback {
         let index = listeners.trailing_zeros() as usize;
         let stream = self.dma[1].stream(index);
         let (far, near) = (stream.far_slave(), stream.memory());
-        if !stream.is_circular() || stream.plays() != stream.word.is_some() {
+        if !stream.is_circular() || !stream.is_ready_at(at) {
             return Ok(None);
         }
         self.requests.pass();
@@ -87,9 +87,10 @@ impl Playback {
         }))
     }
 
-    /// Two laps, the first of which leaves the matrix as every later one does;
-    /// then the second again, each time a lap later. `false` if a transfer was
-    /// not alone.
+    /// Two laps, the first of which leaves every slave with the master that
+    /// every later one leaves it with; then the second again, each time a lap
+    /// later. `false` if a transfer was not alone. When slaves and ports became
+    /// free is not told: all are again before the next request and `end`.
     fn repeat_laps(
         &mut self,
         asking: usize,
@@ -99,18 +100,13 @@ impl Playback {
     ) -> Result<bool, Unmodelled> {
         let mut transfers = [Transfer::default(); EVENTS];
         let transfers = &mut transfers[..asking];
-        let mut before = self.matrix.clone();
         for _ in 0..2 {
-            before = self.matrix.clone();
             for transfer in transfers.iter_mut() {
                 let Some(done) = self.transfer_alone(end, ram)? else {
                     return Ok(false);
                 };
                 *transfer = done;
             }
-        }
-        if !self.matrix.has_owners_of(&before) {
-            return Ok(true);
         }
         let laps = end.saturating_sub(self.requests.next().0) / lap;
         for _ in 0..laps {
@@ -122,10 +118,6 @@ impl Playback {
             }
         }
         self.requests.skip(laps);
-        self.matrix.delay(laps * lap);
-        for port in &mut self.ports {
-            port.free += laps * lap;
-        }
         Ok(true)
     }
 }

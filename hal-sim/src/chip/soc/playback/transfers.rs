@@ -19,7 +19,7 @@ pub(super) const GRANT: Cycle = 2;
 
 pub(super) const MASTERS: [Master; 2] = [Master::Dma2Peripheral, Master::Dma2Memory];
 
-/// What happens next, in the order in which it does within one cycle.
+/// What happens next; within one cycle, requests come first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Step {
     Request(usize),
@@ -78,19 +78,15 @@ impl Playback {
         first
     }
 
-    /// Within one cycle: requests, then grants, then accesses; of two accesses
-    /// to one slave, that of the port that did not have it last.
+    /// Of two accesses to one slave at one cycle, that of the port that did not
+    /// have it last goes first. All else that two ports do at once commutes.
     fn goes_before(&self, step: Step, other: Step) -> bool {
-        match (step, other) {
-            (Step::Grant(_), Step::Access(_)) => true,
-            (Step::Access(MEMORY), Step::Access(PERIPHERAL)) => {
-                let slave = |port: usize| self.ports[port].access.map(|access| access.slave);
-                slave(MEMORY) == slave(PERIPHERAL)
-                    && slave(MEMORY)
-                        .is_some_and(|slave| self.matrix.last(slave) == Master::Dma2Peripheral)
-            }
-            _ => false,
-        }
+        let (Step::Access(MEMORY), Step::Access(PERIPHERAL)) = (step, other) else {
+            return false;
+        };
+        let slave = |port: usize| self.ports[port].access.map(|access| access.slave);
+        let is_last = |slave| self.matrix.last(slave) == Master::Dma2Peripheral;
+        slave(MEMORY) == slave(PERIPHERAL) && slave(MEMORY).is_some_and(is_last)
     }
 
     /// First cycle at which `port` can be granted to one that waits.
@@ -103,11 +99,12 @@ impl Playback {
     /// Since when `stream` can use `port`.
     fn since(&self, port: usize, index: usize) -> Cycle {
         let stream = self.dma[1].stream(index);
-        match (port, stream.word) {
-            (PERIPHERAL, Some((_, there))) if stream.plays() => stream.asked.max(there),
-            (PERIPHERAL, None) if !stream.plays() => stream.asked,
-            (PERIPHERAL, _) => NEVER,
-            _ => stream.due,
+        if port == MEMORY {
+            stream.due
+        } else if stream.plays() == stream.word.is_some() {
+            stream.asked.max(stream.turned)
+        } else {
+            NEVER
         }
     }
 
@@ -121,7 +118,7 @@ impl Playback {
         for index in streams(listeners) {
             let stream = self.dma[1].stream_mut(index);
             stream.asked = at;
-            if stream.plays() != stream.word.is_some() {
+            if !stream.is_ready_at(at) {
                 self.dma[1].raise(index, bit::FEIF);
             }
             self.ports[PERIPHERAL].waiting |= 1 << index;
@@ -198,15 +195,15 @@ impl Playback {
     ) -> Result<bool, Unmodelled> {
         self.transfers += 1;
         let stream = self.dma[1].stream_mut(index);
+        stream.turned = done;
         match stream.target() {
             Target::Bsrr(port) => {
-                if let Some((word, _)) = stream.word.take() {
+                if let Some(word) = stream.word.take() {
                     self.gpio.bsrr(port, word, done);
                 }
             }
             Target::Word(address) => {
-                let word = ram.read(address, Size::Word).ok_or(NO_RAM)?;
-                stream.word = Some((word, done));
+                stream.word = Some(ram.read(address, Size::Word).ok_or(NO_RAM)?);
             }
             Target::None => (), // nothing is granted before a stream is enabled
         }
@@ -235,12 +232,11 @@ impl Playback {
         let stream = self.dma[1].stream_mut(index);
         let address = stream.address();
         stream.step();
+        stream.turned = done;
         if stream.plays() {
-            let word = ram.read(address, Size::Word).ok_or(NO_RAM)?;
-            stream.word = Some((word, done));
-        } else if let Some((word, _)) = stream.word.take() {
+            stream.word = Some(ram.read(address, Size::Word).ok_or(NO_RAM)?);
+        } else if let Some(word) = stream.word.take() {
             ram.write(address, Size::Word, word).ok_or(NO_RAM)?;
-            stream.asked = stream.asked.max(done);
         }
         Ok(())
     }

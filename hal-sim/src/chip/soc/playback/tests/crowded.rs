@@ -5,7 +5,7 @@ use crate::chip::Cycle;
 use crate::chip::cpu::bus::Unmodelled;
 use crate::chip::soc::dma::{offset as dma, stream_offset};
 use crate::chip::soc::gpio::{Edge, offset as gpio};
-use crate::chip::soc::playback::{Block, Pace};
+use crate::chip::soc::playback::{Block, PERIPHERAL, Pace};
 use crate::chip::soc::timer::offset as tim;
 use proptest::prelude::*;
 
@@ -78,6 +78,30 @@ fn a_request_before_the_word_is_there_raises_feif() {
         scene.sleep(overflow + 160);
         assert_eq!(scene.playback.transfers(), transfers);
         assert_eq!(scene.flags()[1] >> 16 & FEIF, flag);
+    }
+}
+
+/// The other way: the word is not written yet. Asked at 50, stream 6 is granted
+/// at 50 and reads from 52 (53: change of master) to 54; it is granted again at
+/// 54 and writes from 56 (57) to 58. A request before 58 waits until then.
+#[test]
+fn a_request_before_the_word_is_gone_waits_for_it() {
+    for (second, flag, granted) in [(55, FEIF, 58), (57, FEIF, 58), (58, 0, 58), (60, 0, 60)] {
+        let mut scene = Scene::new(Pace::Lazy);
+        let streams = [
+            (6, CIRCULAR | ON, FAR_WORD, 64),
+            (5, 6 << 25 | PLAYS | CIRCULAR | ON, BSRR_B, 64),
+        ];
+        // Port B's item at the overflow leaves SRAM2 to the memory port.
+        let overflow = crowd(&mut scene, &streams, [50, second, 0, 0], 0b0111);
+        scene.sleep(overflow + 160);
+        assert_eq!(scene.playback.transfers(), 3);
+        assert_eq!(scene.flags()[1] >> 16 & FEIF, flag, "{second}");
+        // The second read: grant, address, change of master, access.
+        assert_eq!(
+            scene.playback.ports[PERIPHERAL].free - overflow,
+            granted + 4
+        );
     }
 }
 
