@@ -105,6 +105,35 @@ fn a_request_before_the_word_is_gone_waits_for_it() {
     }
 }
 
+/// Stream 2 reads SRAM2 from 53 to 54 (change of master at 52). Its write and
+/// stream 6's read both ask at 56: the memory port's turn, for the peripheral
+/// port was last. Write from 57 to 58, read from 59 to 60.
+#[test]
+fn the_ports_take_turns_on_one_slave() {
+    let mut scene = Scene::new(Pace::Lazy);
+    let cr = 6 << 25 | CIRCULAR | ON;
+    let streams = [(2, cr, FAR_WORD, 64), (6, cr, FAR_WORD, 64)];
+    let overflow = crowd(&mut scene, &streams, [0, 50, 51, 0], 0b1100);
+    scene.sleep(overflow + 160);
+    assert_eq!(scene.playback.ports[PERIPHERAL].free - overflow, 60);
+}
+
+/// The core's write of DIER holds AHB1 while stream 5's item waits for it and
+/// stream 1 waits for the port: the item goes, the request does not.
+#[test]
+fn a_request_that_is_disabled_before_its_grant_is_dropped() {
+    for (dier, transfers) in [(0b11, 2), (0b01, 1)] {
+        let mut scene = Scene::new(Pace::Lazy);
+        let cr = 6 << 25 | PLAYS | CIRCULAR | ON;
+        let streams = [(5, cr, BSRR_B, 64), (1, cr, BSRR_C, 64)];
+        let overflow = crowd(&mut scene, &streams, [1, 0, 0, 0], 0b11);
+        scene.sleep(overflow);
+        scene.tim1(tim::DIER, dier << 8);
+        scene.sleep(overflow + 160);
+        assert_eq!(scene.playback.transfers(), transfers);
+    }
+}
+
 #[test]
 fn a_stream_that_is_not_circular_ends_off_and_complete() {
     for (cr, far) in [(PLAYS, BSRR_B), (0, FAR_WORD)] {
