@@ -17,10 +17,6 @@ pub mod bit {
     pub const CIRC: u32 = 1 << 8;
     /// FIFO error.
     pub const FEIF: u32 = 1;
-    /// Direct mode error.
-    pub const DMEIF: u32 = 1 << 2;
-    /// Transfer error.
-    pub const TEIF: u32 = 1 << 3;
     /// Half transfer.
     pub const HTIF: u32 = 1 << 4;
     /// Transfer complete.
