@@ -3,10 +3,12 @@
 //! Bytes, samples and time come in; port words, DAC codes and bytes go out.
 //! The rooms, top of the data's way first: `link` → `device` → `control`,
 //! `muscle` → `safety` → `pulse`; `units` serves all. `board` exists only on
-//! a target and holds registers, nothing else.
+//! a target and holds registers, nothing else. `bench` runs each algorithm
+//! for its cycles and results.
 #![no_std]
 #![deny(unsafe_code)]
 
+pub mod bench;
 #[cfg(target_os = "none")]
 pub mod board;
 pub mod control;

@@ -1,12 +1,14 @@
 //! What stands in for the board and the wearer.
 //!
 //! `world` couples a device with a body in virtual time; `native` runs the
-//! device code in this process, `qemu` its Thumb build; `lockstep` is what
-//! they have in common. `body` and `trace` know nothing of the
-//! firmware, so that they cannot agree with its mistakes.
+//! device code in this process, `qemu` its Thumb build, `chip` the flashed
+//! image on a model of the chip; `lockstep` is what they have in common.
+//! `images` builds what the last two run. `body` and `trace` know nothing of
+//! the firmware, so that they cannot agree with its mistakes.
 
 pub mod body;
 pub mod chip;
+pub mod images;
 pub mod lockstep;
 pub mod native;
 pub mod qemu;

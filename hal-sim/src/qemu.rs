@@ -3,6 +3,7 @@
 //! Proves arithmetic and logic, not timing: the image has no clock, and takes
 //! its time from the lock-step port, which is the machine's USART2.
 
+use crate::images::{BuildError, Image};
 use crate::lockstep::{Device, Remote};
 use firmware::device::lockstep::{Sensors, Sink};
 use firmware::link::message::ResetCause;
@@ -31,40 +32,17 @@ pub enum StartError {
     )]
     NotInstalled,
     /// There is no image to run.
-    #[error("there is no image at {0}: build it with `{BUILD}`")]
+    #[error("there is no image at {0}: build it with `{build}`", build = Image::Qemu.command())]
     NoImage(PathBuf),
     /// The image could not be built.
-    #[error("the image for QEMU was not built:\n{0}")]
-    NotBuilt(String),
+    #[error(transparent)]
+    NotBuilt(#[from] BuildError),
     /// QEMU did not start, or ended before it connected.
     #[error("{PROGRAM} did not start: {0}")]
     Failed(String),
     /// Something else of the system's failed.
     #[error(transparent)]
     Io(#[from] io::Error),
-}
-
-/// What builds the image, in the workspace.
-const BUILD: &str = "cargo build --release --package firmware \
-                     --target thumbv7em-none-eabihf --features qemu --bin qemu";
-
-/// The image, built if it is not newer than its sources.
-///
-/// # Errors
-/// [`StartError::NotBuilt`] with the compiler's words.
-pub fn build_image(workspace: &Path) -> Result<PathBuf, StartError> {
-    let mut words = BUILD.split_whitespace();
-    let output = Command::new(words.next().unwrap_or_default())
-        .args(words)
-        .args(["--quiet", "--target-dir"])
-        .arg(workspace.join("target"))
-        .current_dir(workspace)
-        .output()?;
-    if !output.status.success() {
-        let words = String::from_utf8_lossy(&output.stderr).into_owned();
-        return Err(StartError::NotBuilt(words));
-    }
-    Ok(workspace.join("target/thumbv7em-none-eabihf/release/qemu"))
 }
 
 /// A device in QEMU. Ends with its owner.

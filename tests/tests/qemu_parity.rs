@@ -14,8 +14,9 @@ use firmware::link::{Code, Decoder, Event, Kind, Response};
 use firmware::pulse::Levels;
 use firmware::safety::StopCause;
 use firmware::units::{DacCode, Micros};
+use hal_sim::images::Image;
 use hal_sim::lockstep::Device;
-use hal_sim::qemu::{Qemu, build_image};
+use hal_sim::qemu::Qemu;
 use qemu_parity::session::{BOOT, Step, thirty_seconds};
 use std::path::Path;
 use std::time::Instant;
@@ -64,7 +65,9 @@ fn replay(device: &mut dyn Device, log: &[Step]) -> Record {
 
 fn in_qemu() -> Qemu {
     let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    let image = build_image(&workspace).unwrap_or_else(|e| panic!("{e}"));
+    let image = Image::Qemu
+        .build(&workspace)
+        .unwrap_or_else(|e| panic!("{e}"));
     Qemu::start(&image).unwrap_or_else(|e| panic!("{e}"))
 }
 

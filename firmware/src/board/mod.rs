@@ -5,6 +5,10 @@
 //! lives here. In: interrupts and registers. Out: calls to the owners.
 #![allow(unsafe_code)]
 
+#[cfg(feature = "bench")]
+pub mod bench;
+#[cfg(any(feature = "bench", feature = "qemu"))]
+mod last_words;
 #[cfg(feature = "qemu")]
 pub mod qemu;
 #[cfg(feature = "stm32f405")]

@@ -5,8 +5,12 @@
 //! (`crate::body`). In: an ELF, bytes on USB, pins. Out: pin edges with their
 //! cycle, DAC codes, bytes. What nobody models stops the run and is named.
 
+pub mod ad5668;
+pub mod board;
 pub mod cpu;
+pub mod image;
 pub mod soc;
+pub mod usb;
 
 /// Core clock cycles (HCLK) since power was applied.
 pub type Cycle = u64;

@@ -6,8 +6,9 @@ use firmware::control::SensorSource;
 use firmware::pulse::{GroupSpec, Partner};
 use firmware::units::Micros;
 use hal_sim::body::{Body, Drive, Finger, Load, Still};
+use hal_sim::images::Image;
 use hal_sim::native::{Device, native};
-use hal_sim::qemu::{Qemu, StartError, build_image};
+use hal_sim::qemu::{Qemu, StartError};
 use hal_sim::wire::faults::Faults;
 use hal_sim::world::{Output, World};
 use std::convert::Infallible;
@@ -86,7 +87,9 @@ impl DeviceName {
                 Micros(0),
             )?),
             Self::Qemu => {
-                let image = build_image(Path::new(WORKSPACE))?;
+                let image = Image::Qemu
+                    .build(Path::new(WORKSPACE))
+                    .map_err(StartError::NotBuilt)?;
                 let device = Box::new(Qemu::start(&image)?);
                 Box::new(simulated(session, seed, device, Micros(0))?)
             }

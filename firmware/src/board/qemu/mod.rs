@@ -5,7 +5,6 @@
 //! Lives here: that UART. Not here: timers, DMA, USB, pins (QEMU models them
 //! wrongly or not at all), and so nothing about timing.
 
-mod last_words;
 mod usart;
 
 use crate::device::lockstep::port::Port;

@@ -11,6 +11,12 @@ const RAM: u32 = 0x1000_0000;
 /// Upper 12 bits of the private peripheral bus, 0xE000_0000–0xE00F_FFFF.
 const PRIVATE: u32 = 0xE00;
 
+/// On the private peripheral bus, and the core's own: the chip's debug support
+/// (RM0090 table 1) is outside.
+const fn is_private(address: u32) -> bool {
+    address >> 20 == PRIVATE && address >> 12 != 0xE_0042
+}
+
 impl Cpu {
     /// Loads from `address` and counts the wait states; words and half-words
     /// may be unaligned (Arm ARM A3.2.1).
@@ -101,7 +107,7 @@ impl Cpu {
         let at = start.max(self.pipeline.buffer);
         self.pipeline.phase += 1;
         if address >= PERIPHERALS {
-            if address >> 20 == PRIVATE {
+            if is_private(address) {
                 self.cycle += at - start;
                 return self.load_private(address, size, at, privileged);
             }
@@ -135,7 +141,7 @@ impl Cpu {
         self.cycle += at - start;
         if !(RAM..PERIPHERALS).contains(&address) {
             self.deadline = 0;
-            if address >> 20 == PRIVATE {
+            if is_private(address) {
                 return self.store_private(address, size, value, at, privileged);
             }
         }

@@ -111,4 +111,10 @@ pub trait Bus {
 
     /// The core asks for a system reset (AIRCR.SYSRESETREQ).
     fn request_reset(&mut self, at: Cycle);
+
+    /// A reset was asked for and not carried out yet: the run ends with
+    /// [`crate::chip::cpu::Stop::Reset`].
+    fn wants_reset(&self) -> bool {
+        false
+    }
 }

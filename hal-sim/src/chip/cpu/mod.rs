@@ -14,7 +14,7 @@ mod execute;
 pub mod flat;
 pub mod fpu;
 pub mod registers;
-mod run;
+pub mod run;
 pub mod semihosting;
 #[cfg(test)]
 mod speed;

@@ -120,6 +120,10 @@ impl Cpu {
             self.cycle = next.min(until);
             entered |= self.look(bus)?;
         }
+        if bus.wants_reset() {
+            let pc = self.registers.r[15];
+            return Err(Stop::Reset { pc });
+        }
         self.decoded.check(bus.code_version());
         let context = self.registers.exception;
         if context != self.context {

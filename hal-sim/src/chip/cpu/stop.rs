@@ -87,6 +87,12 @@ pub enum Stop {
         /// Where.
         pc: u32,
     },
+    /// The chip is to be reset.
+    #[error("reset at {pc:#010x}")]
+    Reset {
+        /// Where the core was.
+        pc: u32,
+    },
     /// The program ended itself through semihosting.
     #[error("the program ended with status {0}")]
     Exit(u32),

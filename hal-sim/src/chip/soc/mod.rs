@@ -4,8 +4,164 @@
 //! In: the core's accesses, pins, USB packets. Out: pin edges, interrupt
 //! lines, what the DACs hold. RM0090 is the reference manual.
 
+mod access;
+pub mod adc;
+pub mod backup;
+pub mod clock;
+pub mod dbgmcu;
+pub mod dma;
+pub mod exti;
+pub mod flash;
+pub mod gpio;
+pub mod iwdg;
+mod map;
+pub mod matrix;
+pub mod otg;
 mod peripheral;
+pub mod playback;
+pub mod pwr;
 mod ram;
+pub mod rcc;
+pub mod spi;
+pub mod syscfg;
+pub mod timer;
+pub mod uid;
+pub mod usart;
+mod wires;
+mod word;
 
+pub use exti::Exti;
+pub use gpio::Gpio;
 pub use peripheral::Peripheral;
+pub use playback::{Pace, Playback};
 pub use ram::Ram;
+pub use syscfg::Syscfg;
+
+use crate::chip::Cycle;
+use crate::chip::cpu::bus::Unmodelled;
+use adc::Adc;
+use backup::Backup;
+use dbgmcu::Dbgmcu;
+use flash::Flash;
+use iwdg::Iwdg;
+use otg::Otg;
+use pwr::Pwr;
+use rcc::{Cause, HSI_HZ, Rcc};
+use spi::Spi;
+use uid::Signature;
+use usart::Usart;
+
+/// The board's crystal, Hz.
+const CRYSTAL_HZ: u32 = 8_000_000;
+/// LSI, Hz, typical (DS8626: 17–47 kHz).
+const LSI_HZ: u32 = 32_000;
+
+/// The chip without its core.
+#[derive(Clone, Debug)]
+pub struct Soc {
+    /// Main flash with its caches.
+    pub flash: Flash,
+    /// SRAM1 and SRAM2, 128 KiB.
+    pub ram: Ram,
+    /// Core-coupled memory, 64 KiB.
+    pub ccm: Ram,
+    /// Timers, DMA, ports.
+    pub playback: Playback,
+    /// Clocks and resets.
+    pub rcc: Rcc,
+    /// ADC1.
+    pub adc: Adc,
+    /// SPI3.
+    pub spi3: Spi,
+    /// USB.
+    pub otg: Otg,
+    /// USART2.
+    pub usart2: Usart,
+    /// Backup registers.
+    pub backup: Backup,
+    /// External interrupts.
+    pub exti: Exti,
+    pwr: Pwr,
+    iwdg: Iwdg,
+    syscfg: Syscfg,
+    dbgmcu: Dbgmcu,
+    signature: Signature,
+    /// Whether DMA uses SRAM1, SRAM2.
+    shares: [bool; 2],
+    /// A reset that was asked for.
+    reset: Option<Cause>,
+    pvd: bool,
+    now: Cycle,
+    /// Earliest cycle at which something happens inside.
+    due: Cycle,
+}
+
+impl Soc {
+    /// A chip with erased flash, at power-on.
+    #[must_use]
+    pub fn new(pace: Pace) -> Self {
+        Self {
+            flash: Flash::new(),
+            ram: Ram::new(0x2000_0000, 0x2_0000),
+            ccm: Ram::new(0x1000_0000, 0x1_0000),
+            playback: Playback::new(pace),
+            rcc: Rcc::new(CRYSTAL_HZ),
+            adc: Adc::new(),
+            spi3: Spi::new(),
+            otg: Otg::new(HSI_HZ.into()),
+            usart2: Usart::new(),
+            backup: Backup::default(),
+            exti: Exti::default(),
+            pwr: Pwr::new(),
+            iwdg: Iwdg::new(LSI_HZ),
+            syscfg: Syscfg::default(),
+            dbgmcu: Dbgmcu::default(),
+            signature: Signature::default(),
+            shares: [false; 2],
+            reset: None,
+            pvd: false,
+            now: 0,
+            due: 0,
+        }
+    }
+
+    /// The core asks for a system reset.
+    pub fn request_reset(&mut self) {
+        self.reset.get_or_insert(Cause::Software);
+    }
+
+    /// The reset that was asked for and not carried out yet.
+    #[must_use]
+    pub const fn wants_reset(&self) -> Option<Cause> {
+        self.reset
+    }
+
+    /// System reset at `at`. Flash, RAM, backup and debug registers stay.
+    ///
+    /// # Errors
+    /// What nobody models.
+    pub fn reset(&mut self, cause: Cause, at: Cycle) -> Result<(), Unmodelled> {
+        self.reset = None;
+        self.rcc.reset(cause);
+        self.follow_clocks(at)?;
+        self.flash.reset(at)?;
+        self.playback.reset_all(at, &mut self.ram)?;
+        self.adc.reset();
+        self.spi3.reset();
+        self.otg.reset_registers(at);
+        self.usart2.reset();
+        self.exti = Exti::default();
+        self.pwr.reset();
+        self.iwdg.reset();
+        self.syscfg = Syscfg::default();
+        self.shares = [false; 2];
+        self.due = at;
+        Ok(())
+    }
+
+    /// Core clock, Hz.
+    #[must_use]
+    pub fn hz(&self) -> u32 {
+        self.rcc.clocks().hclk_hz
+    }
+}

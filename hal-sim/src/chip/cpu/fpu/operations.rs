@@ -102,7 +102,7 @@ fn exact_multiply(a: u32, b: u32, fpscr: &mut u32) -> u32 {
 
 /// x × y, exactly: 48 bits.
 fn product(x: Finite, y: Finite) -> Finite {
-    let significand = (x.significand >> 39) * (y.significand >> 39) << 16;
+    let significand = ((x.significand >> 39) * (y.significand >> 39)) << 16;
     Finite::new(
         x.negative != y.negative,
         x.exponent + y.exponent,
@@ -134,7 +134,7 @@ fn exact_divide(a: u32, b: u32, fpscr: &mut u32) -> u32 {
         (Number::Finite(x), Number::Finite(y)) => {
             let (dividend, divisor) = (x.significand >> 39 << 40, y.significand >> 39);
             let sticky = u64::from(dividend % divisor != 0);
-            let significand = dividend / divisor << 22 | sticky;
+            let significand = (dividend / divisor) << 22 | sticky;
             let exact = if x.is_zero() {
                 Finite::zero(negative)
             } else {

@@ -1,4 +1,5 @@
-//! Last words over semihosting, which would fault on silicon: for QEMU only.
+//! Last words over semihosting, which would fault on silicon without a
+//! debugger: not for the stimulator.
 
 use core::fmt::{Debug, Write};
 use core::panic::PanicInfo;

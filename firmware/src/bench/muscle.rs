@@ -1,0 +1,209 @@
+//! Muscle models.
+
+use super::{Algorithm, Checksum, Random};
+use crate::muscle::{
+    CalciumForce, CalciumForceSpec, CalciumForceState, Gain, Recruitment, RecruitmentSpec,
+};
+use crate::units::{Amplitude, Micros};
+use fixed::types::{I16F16, U1F31};
+
+/// K01 of Lee 2020, table 4.
+pub(super) const FORCE: CalciumForceSpec = CalciumForceSpec {
+    a_mn_per_s: 1_007_000,
+    k_micro: 177_000,
+    tau_c_us: 27_000,
+    tau1_us: 26_000,
+    tau2_us: 60_000,
+};
+
+/// From 6 mA to 20 mA.
+pub(super) const RECRUITMENT: RecruitmentSpec = RecruitmentSpec {
+    motor_threshold: Amplitude(6_000),
+    limit: Amplitude(20_000),
+    reference: Amplitude(20_000),
+    slope_micro: 250_000,
+};
+
+/// A tick's length, µs.
+const TICK_US: u32 = 1000;
+
+/// A muscle in the middle of a 40 Hz train.
+struct Active {
+    muscle: Option<CalciumForce>,
+    state: CalciumForceState,
+    pulse: (Micros, Gain),
+    to: Micros,
+}
+
+impl Active {
+    fn new() -> Self {
+        Self {
+            // The constants are within their ranges; else checksums tell.
+            muscle: CalciumForce::new(FORCE).ok(),
+            state: CalciumForceState::at_rest(Micros(0)),
+            pulse: (Micros(0), Gain::ZERO),
+            to: Micros(0),
+        }
+    }
+
+    /// A millisecond on, with a pulse somewhere inside it.
+    fn prepare(&mut self, random: &mut Random) {
+        let at = self.to.plus(random.between(1, TICK_US));
+        let gain = Gain::new(U1F31::from_bits(random.word() >> 1));
+        self.pulse = (at, gain);
+        self.to = self.to.plus(TICK_US);
+    }
+
+    fn digest(&self, sum: &mut Checksum) {
+        sum.word(self.state.calcium().to_bits());
+        if let Some(muscle) = &self.muscle {
+            sum.word(muscle.force(&self.state).0.to_bits().cast_unsigned());
+        }
+    }
+}
+
+/// One control tick of an active muscle.
+pub(super) struct Tick(Active);
+
+impl Tick {
+    pub(super) fn new() -> Self {
+        Self(Active::new())
+    }
+}
+
+impl Algorithm for Tick {
+    fn prepare(&mut self, random: &mut Random) {
+        let active = &mut self.0;
+        active.prepare(random);
+        // Every 25th tick, a pulse at its beginning: 40 Hz.
+        if active.to.0.is_multiple_of(25 * TICK_US)
+            && let Some(muscle) = &active.muscle
+        {
+            let begin = active.to.minus(TICK_US);
+            muscle.pulse(&mut active.state, begin, active.pulse.1);
+        }
+    }
+    fn run(&mut self) {
+        if let Some(muscle) = &self.0.muscle {
+            muscle.advance(&mut self.0.state, self.0.to);
+        }
+    }
+    fn digest(&self, sum: &mut Checksum) {
+        self.0.digest(sum);
+    }
+}
+
+/// One control tick with a pulse inside it: two steps.
+pub(super) struct TickWithPulse(Active);
+
+impl TickWithPulse {
+    pub(super) fn new() -> Self {
+        Self(Active::new())
+    }
+}
+
+impl Algorithm for TickWithPulse {
+    fn prepare(&mut self, random: &mut Random) {
+        self.0.prepare(random);
+    }
+    fn run(&mut self) {
+        let active = &mut self.0;
+        if let Some(muscle) = &active.muscle {
+            muscle.pulse(&mut active.state, active.pulse.0, active.pulse.1);
+            muscle.advance(&mut active.state, active.to);
+        }
+    }
+    fn digest(&self, sum: &mut Checksum) {
+        self.0.digest(sum);
+    }
+}
+
+/// A curve with its next argument and its last answer.
+struct Curve {
+    recruitment: Option<Recruitment>,
+    argument: u32,
+    answer: u32,
+}
+
+impl Curve {
+    fn new() -> Self {
+        Self {
+            recruitment: Recruitment::new(RECRUITMENT).ok(),
+            argument: 0,
+            answer: 0,
+        }
+    }
+}
+
+/// Amplitude → gain: one exponential.
+pub(super) struct GainOfAmplitude(Curve);
+
+impl GainOfAmplitude {
+    pub(super) fn new() -> Self {
+        Self(Curve::new())
+    }
+}
+
+impl Algorithm for GainOfAmplitude {
+    fn prepare(&mut self, random: &mut Random) {
+        self.0.argument = random.between(6_000, 20_000);
+    }
+    fn run(&mut self) {
+        if let Some(curve) = &self.0.recruitment {
+            let gain = curve.gain(Amplitude(self.0.argument));
+            self.0.answer = gain.get().to_bits();
+        }
+    }
+    fn digest(&self, sum: &mut Checksum) {
+        sum.word(self.0.answer);
+    }
+}
+
+/// Gain → amplitude: one logarithm.
+pub(super) struct AmplitudeForGain(Curve);
+
+impl AmplitudeForGain {
+    pub(super) fn new() -> Self {
+        Self(Curve::new())
+    }
+}
+
+impl Algorithm for AmplitudeForGain {
+    fn prepare(&mut self, random: &mut Random) {
+        // e^-3.5 of the reference is the gain at threshold.
+        self.0.argument = random.between(1 << 26, 1 << 31);
+    }
+    fn run(&mut self) {
+        if let Some(curve) = &self.0.recruitment {
+            let gain = Gain::new(U1F31::from_bits(self.0.argument));
+            self.0.answer = curve.amplitude_for_gain(gain).0;
+        }
+    }
+    fn digest(&self, sum: &mut Checksum) {
+        sum.word(self.0.answer);
+    }
+}
+
+/// Effort → amplitude, as a control law asks.
+pub(super) struct AmplitudeForEffort(Curve);
+
+impl AmplitudeForEffort {
+    pub(super) fn new() -> Self {
+        Self(Curve::new())
+    }
+}
+
+impl Algorithm for AmplitudeForEffort {
+    fn prepare(&mut self, random: &mut Random) {
+        self.0.argument = random.between(0, 1 << 16);
+    }
+    fn run(&mut self) {
+        if let Some(curve) = &self.0.recruitment {
+            let effort = I16F16::from_bits(self.0.argument.cast_signed());
+            self.0.answer = curve.amplitude_for_effort(effort).0;
+        }
+    }
+    fn digest(&self, sum: &mut Checksum) {
+        sum.word(self.0.answer);
+    }
+}

@@ -1,0 +1,326 @@
+//! The three owners at work: ten channels at 100 Hz, ten muscles, one finger.
+
+use super::{Algorithm, Checksum, Random, control, link, muscle, pulse};
+use crate::control::LawSpec;
+use crate::device::{Controller, Identity, Mailboxes, Pulser, Session, WINDOWS_PER_TICK};
+use crate::link::message::ResetCause;
+use crate::link::{BROADCAST, Kind, MAX_FRAME, Request, SCHEMA, ToDevice, encode};
+use crate::pulse::{CHANNELS, TrainSpec, WINDOW_US, WindowPlan};
+use crate::safety::{ChannelSpec, Inputs, Reading, StageSpec, State, WearerSpec};
+use crate::units::{Amplitude, DacCode, Micros};
+use heapless::Vec;
+
+/// Channels that a host drives; the finger has the others.
+const DIRECT: u16 = 0b11_1111_1000;
+/// The session that the first `Hello` opens.
+const SESSION: u16 = 1;
+/// Ticks until the electrode check of ten channels is over for certain.
+const CHECK_TICKS: u32 = 40;
+
+/// A device without a board, and its host.
+struct Desk {
+    pulser: Pulser,
+    controller: Controller,
+    session: Session,
+    mail: Mailboxes,
+    plan: WindowPlan,
+    dac: [DacCode; CHANNELS],
+    /// Pulse to sample in the window that plays.
+    sample: Option<u8>,
+    reading: Option<Reading>,
+    /// Start of the next window.
+    start: Micros,
+    windows: u32,
+    seq: u16,
+    frame: Vec<u8, MAX_FRAME>,
+    code: u16,
+    ok: bool,
+    /// What the session said in the latest tick.
+    said: Checksum,
+}
+
+impl Desk {
+    /// Stimulating.
+    fn new() -> Self {
+        let identity = Identity {
+            kind: Kind::Native,
+            unique_id: [0; 3],
+            reset: ResetCause::PowerOn,
+            last_fault: None,
+        };
+        let mut desk = Self {
+            pulser: Pulser::new(None),
+            controller: Controller::new(),
+            session: Session::new(identity),
+            mail: Mailboxes::new(),
+            plan: WindowPlan::new(),
+            dac: [DacCode(0); CHANNELS],
+            sample: None,
+            reading: None,
+            start: Micros(WINDOW_US),
+            windows: 0,
+            seq: 0,
+            frame: Vec::new(),
+            code: 2_000,
+            ok: true,
+            said: Checksum::new(),
+        };
+        desk.configure();
+        desk.ask(Request::Arm);
+        for _ in 0..CHECK_TICKS {
+            desk.tick();
+        }
+        desk.ask(Request::Start);
+        desk.tick();
+        desk.ok &= desk.pulser.state() == State::Stimulating;
+        desk
+    }
+
+    fn configure(&mut self) {
+        self.ask(Request::Hello { schema: SCHEMA });
+        self.ask(Request::Wearer(WearerSpec {
+            rise_ms: 1,
+            host_timeout_ms: 1000,
+            ..WearerSpec::default()
+        }));
+        for channel in 0..CHANNELS as u8 {
+            let spec = ChannelSpec {
+                train: TrainSpec {
+                    offset_us: u32::from(channel) * 997,
+                    ..pulse::TRAIN
+                },
+                stage: StageSpec::Current {
+                    full_scale_ua: 100_000,
+                },
+                limit: Amplitude(20_000),
+            };
+            self.ask(Request::Channel { channel, spec });
+            self.ask(Request::Muscle {
+                channel,
+                force: muscle::FORCE,
+                recruitment: muscle::RECRUITMENT,
+            });
+        }
+        self.ask(Request::Joint(control::finger(LawSpec::RECOMMENDED, 2)));
+        self.ask(Request::Subscribe { period_ms: 10 });
+        self.tick();
+    }
+
+    /// Makes the frame of the next request.
+    fn write(&mut self, request: Request) {
+        let session = match request {
+            Request::Hello { .. } => BROADCAST,
+            _ => SESSION,
+        };
+        let seq = self.seq;
+        self.seq = seq.wrapping_add(1);
+        let message = ToDevice {
+            session,
+            seq,
+            request,
+        };
+        self.frame = encode(&message).unwrap_or_default();
+        self.ok &= !self.frame.is_empty();
+    }
+
+    fn receive(&mut self) {
+        let (_, _, mut mail) = self.mail.split();
+        self.session.receive(self.start, &self.frame, &mut mail);
+    }
+
+    fn ask(&mut self, request: Request) {
+        self.write(request);
+        self.receive();
+        self.listen();
+    }
+
+    /// Renders the next window, one before it plays.
+    fn refill(&mut self) {
+        let inputs = Inputs {
+            arm: true,
+            hand_stop: true,
+            over_current: false,
+            trigger: None,
+            reading: self.reading.take(),
+        };
+        let (mut mail, _, _) = self.mail.split();
+        let now = self.start.minus(WINDOW_US);
+        let result = self
+            .pulser
+            .refill(now, self.start, &inputs, &mut mail, &mut self.plan);
+        self.ok &= result.is_ok();
+    }
+
+    /// What the board does from one refill to the next: converts the current of
+    /// the window that played, into 2 kΩ, and writes the next one's DACs.
+    fn play(&mut self) {
+        self.reading = self.sample.take().and_then(|channel| {
+            let code = self.dac.get(usize::from(channel))?;
+            let stage = self.pulser.setup()?.channels.get(usize::from(channel))?;
+            let ua = stage.as_ref()?.stage.current_through_ua(*code, 2_000);
+            Some(Reading::from_ua(channel, ua))
+        });
+        self.sample = self.plan.sample.take().map(|(channel, _)| channel);
+        for &(channel, code) in &self.plan.dac {
+            if let Some(slot) = self.dac.get_mut(usize::from(channel)) {
+                *slot = code;
+            }
+        }
+        self.start = self.start.plus(WINDOW_US);
+        self.windows = self.windows.wrapping_add(1);
+    }
+
+    fn control(&mut self) {
+        let (_, mut mail, _) = self.mail.split();
+        let now = self.start.minus(WINDOW_US);
+        self.controller.tick(now, Some(self.code), &mut mail);
+    }
+
+    /// Takes what the session says.
+    fn listen(&mut self) {
+        let (_, _, mut mail) = self.mail.split();
+        self.session.poll(&mut mail);
+        let mut buffer = [0; MAX_FRAME];
+        while self.session.has_output() {
+            let count = self.session.transmit(&mut buffer);
+            self.said.bytes(buffer.get(..count).unwrap_or_default());
+        }
+    }
+
+    /// Four windows and a control tick.
+    fn tick(&mut self) {
+        for _ in 0..WINDOWS_PER_TICK {
+            self.refill();
+            self.play();
+        }
+        self.control();
+        self.listen();
+    }
+
+    /// What a host sends in a millisecond: an angle or amplitudes every 11 ms.
+    fn host(&mut self, random: &mut Random) {
+        self.code = random.between(800, 3_200) as u16;
+        match self.windows / WINDOWS_PER_TICK % 11 {
+            0 => {
+                let request = link::setpoint(DIRECT, random);
+                self.ask(request);
+            }
+            5 => {
+                let request = Request::Angle {
+                    at: None,
+                    centideg: random.between(2_000, 8_000) as i16,
+                    centideg_per_s: None,
+                };
+                self.ask(request);
+            }
+            _ => {}
+        }
+    }
+
+    fn digest(&self, sum: &mut Checksum) {
+        sum.word(u32::from(self.ok));
+        sum.word(self.said.0);
+        for change in &self.plan.changes {
+            sum.word(u32::from(change.slot));
+            sum.word(change.levels.0);
+        }
+        for (channel, code) in &self.plan.dac {
+            sum.word(u32::from(*channel));
+            sum.word(u32::from(code.0));
+        }
+    }
+}
+
+/// A setpoint of seven amplitudes from its bytes to the pulser's mailbox.
+pub(super) struct Setpoint(Desk);
+
+impl Setpoint {
+    pub(super) fn new() -> Self {
+        Self(Desk::new())
+    }
+}
+
+impl Algorithm for Setpoint {
+    fn prepare(&mut self, random: &mut Random) {
+        self.0.tick();
+        self.0.host(random);
+        let request = link::setpoint(DIRECT, random);
+        self.0.write(request);
+    }
+    fn run(&mut self) {
+        self.0.receive();
+    }
+    fn digest(&self, sum: &mut Checksum) {
+        self.0.digest(sum);
+    }
+}
+
+/// The controller's tick: events, the finger, ten muscles, every tenth time a
+/// sample.
+pub(super) struct ControlTick(Desk);
+
+impl ControlTick {
+    pub(super) fn new() -> Self {
+        Self(Desk::new())
+    }
+}
+
+impl Algorithm for ControlTick {
+    fn prepare(&mut self, random: &mut Random) {
+        self.0.listen();
+        self.0.host(random);
+        for _ in 0..WINDOWS_PER_TICK {
+            self.0.refill();
+            self.0.play();
+        }
+    }
+    fn run(&mut self) {
+        self.0.control();
+    }
+    fn digest(&self, sum: &mut Checksum) {
+        self.0.digest(sum);
+    }
+}
+
+/// The pulser's refill, without painting.
+pub(super) struct Refill(Desk);
+
+impl Refill {
+    pub(super) fn new() -> Self {
+        Self(Desk::new())
+    }
+}
+
+impl Algorithm for Refill {
+    fn prepare(&mut self, random: &mut Random) {
+        self.0.play();
+        if self.0.windows.is_multiple_of(WINDOWS_PER_TICK) {
+            self.0.control();
+            self.0.listen();
+            self.0.host(random);
+        }
+    }
+    fn run(&mut self) {
+        self.0.refill();
+    }
+    fn digest(&self, sum: &mut Checksum) {
+        self.0.digest(sum);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_desk_stimulates_throughout() {
+        let (mut desk, mut random) = (Desk::new(), Random::new());
+        assert!(desk.ok);
+        for _ in 0..500 {
+            desk.host(&mut random);
+            desk.tick();
+        }
+        assert!(desk.ok);
+        assert_eq!(desk.pulser.state(), State::Stimulating);
+    }
+}

@@ -1,0 +1,10 @@
+//! Each algorithm's results and cycles, printed over semihosting.
+#![no_std]
+#![no_main]
+
+use cortex_m_rt::entry;
+
+#[entry]
+fn main() -> ! {
+    firmware::board::bench::run()
+}

@@ -1,0 +1,300 @@
+//! Everything but the core, as the core's bus: the chip, and what is wired to
+//! it.
+
+use super::front_end::{current_ma, sense};
+use super::outputs::{Outputs, Phases};
+use super::wiring::{self, Pin, Port};
+use crate::chip::Cycle;
+use crate::chip::ad5668::Ad5668;
+use crate::chip::cpu::bus::{Bus, Denied, LINE_WORDS, Read, Size, Unmodelled};
+use crate::chip::cpu::{Cpu, Stop};
+use crate::chip::soc::gpio::Level;
+use crate::chip::soc::rcc::Cause;
+use crate::chip::soc::{Pace, Soc, playback};
+use crate::chip::usb::Host;
+use crate::trace::CHANNELS;
+use crate::world::Output;
+use firmware::device::lockstep::{Sensors, Sink};
+
+impl Unmodelled {
+    /// Where the core was when it came about.
+    pub(super) const fn at(self, cpu: &Cpu) -> Stop {
+        Stop::Outside {
+            pc: cpu.registers.r[15],
+            what: self.0,
+        }
+    }
+}
+
+/// The chip without its core, and the board around it.
+#[derive(Debug)]
+pub struct Around {
+    /// The chip.
+    pub soc: Soc,
+    /// The other end of the USB cable.
+    pub host: Host,
+    dacs: [Ad5668; 2],
+    outputs: Outputs,
+    stages: [Option<Output>; CHANNELS],
+    load_ohm: [u32; CHANNELS],
+    joint: u16,
+    hz: u32,
+    now: Cycle,
+}
+
+impl Around {
+    pub(super) fn new(flash: &[u8], stages: [Option<Output>; CHANNELS], pace: Pace) -> Self {
+        let mut soc = Soc::new(pace);
+        // `Image` has checked that it fits.
+        let _ = soc.flash.load(super::super::soc::flash::BASE, flash);
+        let hz = soc.hz();
+        let mut host = Host::new(hz.into());
+        host.plug(0, &mut soc.otg);
+        Self {
+            soc,
+            host,
+            dacs: [Ad5668::new(), Ad5668::new()],
+            outputs: Outputs::default(),
+            stages,
+            load_ohm: [2_000; CHANNELS],
+            joint: 0,
+            hz,
+            now: 0,
+        }
+    }
+
+    /// Something from outside changed: let the core look at its next event.
+    pub(super) fn touch(&mut self) {
+        self.soc.touch();
+    }
+
+    /// The world as the sensors have it, from `at` on.
+    pub(super) fn sense(&mut self, sensors: &Sensors, at: Cycle) -> Result<(), Unmodelled> {
+        self.load_ohm = sensors.load_ohm;
+        // A sensor that is not connected is pulled down by the front end.
+        self.joint = sensors.joint.unwrap_or(0);
+        self.drive(wiring::ARM, sensors.arm, at)?;
+        self.drive(wiring::HAND_STOP, sensors.hand_stop, at)?;
+        self.drive(wiring::OVER_CURRENT, !sensors.over_current, at)
+    }
+
+    /// The level of the trigger input.
+    pub(super) fn trigger(&mut self, high: bool, at: Cycle) -> Result<(), Unmodelled> {
+        self.drive(wiring::TRIGGER, high, at)
+    }
+
+    fn drive(&mut self, (port, pin): Pin, high: bool, at: Cycle) -> Result<(), Unmodelled> {
+        if self.soc.playback.gpio().level(port.index(), pin.into()) == high {
+            return Ok(());
+        }
+        let level = if high { Level::High } else { Level::Low };
+        self.soc.drive(port.index(), pin.into(), level, at)
+    }
+
+    /// Resets the chip for the reason it asked for.
+    pub(super) fn reset(&mut self, at: Cycle) -> Result<(), Unmodelled> {
+        let cause = self.soc.wants_reset().unwrap_or(Cause::Pin);
+        self.soc.reset(cause, at)?;
+        self.follow_clock(at);
+        self.settle()
+    }
+
+    /// The cycle at which the image's microsecond counter was, or would have
+    /// been, 0: TIM1 counts 168 cycles per count of TIM2.
+    pub(super) fn find_origin(&self, at: Cycle) -> Option<Cycle> {
+        let mut copy = self.soc.clone();
+        let mut count = |timer, at| {
+            let block = playback::Block::Timer(timer);
+            let read = copy
+                .playback
+                .read(block, 0x24, Size::Word, at, &mut copy.ram);
+            read.ok()
+                .map(|read| (read.value, at + Cycle::from(read.wait) + 1))
+        };
+        // TIM2 follows TIM1's overflow by some cycles: look in mid-microsecond.
+        let (ticks, done) = count(1, at)?;
+        let begin = done - Cycle::from(ticks);
+        let (us, _) = count(2, begin + 84 + super::CYCLES_PER_US)?;
+        (ticks > 0 || us > 0)
+            .then(|| begin + super::CYCLES_PER_US - Cycle::from(us) * super::CYCLES_PER_US)
+    }
+
+    pub(super) fn begin(&mut self, origin: Cycle) {
+        self.outputs.begin(origin);
+    }
+
+    /// Cycle of device time 0.
+    #[must_use]
+    pub const fn origin(&self) -> Cycle {
+        self.outputs.origin()
+    }
+
+    /// Where in their microsecond the pins' edges came.
+    #[must_use]
+    pub const fn phases(&self) -> &Phases {
+        self.outputs.phases()
+    }
+
+    /// Gives everything before `to_us` to `sink`.
+    pub(super) fn put_out(&mut self, to_us: u64, sink: &mut dyn Sink) {
+        while let Some((cycle, packet)) = self.host.received() {
+            self.outputs.bytes(cycle, packet.bytes());
+        }
+        self.outputs.put_out(to_us, sink);
+    }
+
+    /// Pin edges, DAC words and USB packets up to now, in their order.
+    fn settle(&mut self) -> Result<(), Unmodelled> {
+        for word in self.soc.spi3.words() {
+            for dac in &mut self.dacs {
+                dac.shift(word.value, word.bits, word.end)?;
+            }
+        }
+        for (chip, dac) in self.dacs.iter_mut().enumerate() {
+            for change in dac.changes() {
+                self.outputs.dac(chip, change);
+            }
+        }
+        let edges = self.soc.playback.edges_mut();
+        for edge in edges.drain(..) {
+            self.outputs.edge(edge);
+            for (dac, (port, pin)) in self.dacs.iter_mut().zip(wiring::DAC_SYNC) {
+                if usize::from(edge.port) == port.index() && edge.changed >> pin & 1 == 1 {
+                    dac.select(edge.levels >> pin & 1 == 0);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The code of an analogue input now.
+    fn convert(&self, channel: u8) -> u16 {
+        match channel {
+            wiring::JOINT => self.joint,
+            wiring::CURRENT => sense(self.current_ma()),
+            _ => 0,
+        }
+    }
+
+    /// One sense resistor serves all stages: their currents add up.
+    fn current_ma(&self) -> f64 {
+        let levels = self.outputs.levels();
+        let driven = (0..CHANNELS).filter(|&n| levels.state(n as u8).is_driven());
+        driven
+            .filter_map(|n| {
+                let code = self.dacs[n / 5].output(n % 5);
+                Some(current_ma(
+                    self.stages[n]?.full_scale,
+                    code,
+                    self.load_ohm[n],
+                ))
+            })
+            .sum()
+    }
+
+    fn follow_clock(&mut self, at: Cycle) {
+        if self.hz != self.soc.hz() {
+            self.hz = self.soc.hz();
+            self.host.set_hz(self.hz.into(), at);
+        }
+    }
+
+    /// One step of [`Bus::advance`], up to the next thing that must be seen.
+    fn advance_step(&mut self, to: Cycle) -> Result<(), Unmodelled> {
+        self.soc.advance(to)?;
+        self.follow_clock(to);
+        self.host.advance(to, &mut self.soc.otg);
+        self.settle()?;
+        if let Some(sample) = self.soc.adc.next_sample()
+            && sample.at <= to
+        {
+            let code = self.convert(sample.channel);
+            self.soc.adc.sampled(code);
+            self.soc.touch();
+        }
+        self.now = to;
+        Ok(())
+    }
+}
+
+impl Bus for Around {
+    #[inline]
+    fn read(&mut self, address: u32, size: Size, at: Cycle) -> Result<Read, Denied> {
+        self.soc.read(address, size, at)
+    }
+
+    #[inline]
+    fn write(&mut self, address: u32, size: Size, value: u32, at: Cycle) -> Result<u32, Denied> {
+        self.soc.write(address, size, value, at)
+    }
+
+    fn code(&mut self, address: u32) -> Result<u16, Denied> {
+        let outside = Denied::Unmodelled(Unmodelled("code outside flash and RAM"));
+        match address >> 24 {
+            0x08 | 0x00 if address & 0x00FF_FFFF < 0x0010_0000 => {
+                Ok(self.soc.flash.peek(address, Size::Half) as u16)
+            }
+            0x20 => Ok(self.soc.ram.read(address, Size::Half).ok_or(outside)? as u16),
+            _ => Err(outside),
+        }
+    }
+
+    #[inline]
+    fn fetch(&mut self, line: u32, at: Cycle) -> u32 {
+        if line >> 24 == 0 {
+            self.soc.flash.fetch(line, at)
+        } else {
+            0 // RAM
+        }
+    }
+
+    fn is_writable_code(&self, address: u32) -> bool {
+        address >> 28 != 0
+    }
+
+    fn code_version(&self) -> u32 {
+        self.soc.flash.code_version()
+    }
+
+    fn advance(&mut self, to: Cycle) -> Result<(), Unmodelled> {
+        loop {
+            let next = self.next_event().max(self.now);
+            if next >= to {
+                break;
+            }
+            self.advance_step(next)?;
+        }
+        self.advance_step(to)
+    }
+
+    fn next_event(&self) -> Cycle {
+        self.soc
+            .next_event()
+            .min(self.host.next_event(&self.soc.otg))
+    }
+
+    fn lines(&self) -> [u32; LINE_WORDS] {
+        self.soc.lines()
+    }
+
+    fn nmi(&self) -> bool {
+        self.soc.rcc.nmi()
+    }
+
+    fn request_reset(&mut self, _at: Cycle) {
+        self.soc.request_reset();
+    }
+
+    fn wants_reset(&self) -> bool {
+        self.soc.wants_reset().is_some()
+    }
+}
+
+/// Ports whose pins the output stages hang on.
+pub(super) const fn output_port(port: u8) -> Option<Port> {
+    match port {
+        1 => Some(Port::B),
+        2 => Some(Port::C),
+        _ => None,
+    }
+}

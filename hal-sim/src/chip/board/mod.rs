@@ -1,0 +1,213 @@
+//! The reference board: the chip running an image, its DACs, loads, buttons,
+//! and a USB host at the other end of the cable.
+//!
+//! In: an image, sensors, bytes from the host, how far time goes. Out: levels,
+//! DAC codes and bytes at their microsecond; pin edges at their cycle. World
+//! time is device time: it is 0 when the image's microsecond counter first is.
+
+mod around;
+pub mod front_end;
+mod outputs;
+pub mod wiring;
+
+pub use around::Around;
+pub use outputs::Phases;
+
+use super::Cycle;
+use super::cpu::{Cpu, Stop, run::Observer};
+use super::image::Image;
+use super::soc::Pace;
+use crate::lockstep::Device;
+use crate::trace::CHANNELS;
+use crate::world::Output;
+use firmware::device::lockstep::{Sensors, Sink};
+use firmware::units::Micros;
+use std::io;
+
+/// Longest time from power-on to an open port, s.
+const BOOT_LIMIT_S: u64 = 3;
+
+/// Why there is no running board.
+#[derive(Debug, thiserror::Error)]
+pub enum BoardError {
+    /// The core stopped.
+    #[error("E540 the simulated chip stopped: {stop} (in {function})")]
+    Stopped {
+        /// Why.
+        stop: Stop,
+        /// Where, by symbol.
+        function: String,
+    },
+    /// No USB device appeared.
+    #[error(
+        "E541 the image did not open its USB port within {BOOT_LIMIT_S} s of simulated time{why}"
+    )]
+    NoPort {
+        /// What the host saw, or nothing.
+        why: String,
+    },
+    /// The image keeps no microsecond counter.
+    #[error("E542 the image opened its port without starting TIM1 and TIM2 as its time base")]
+    NoTime,
+}
+
+impl From<BoardError> for io::Error {
+    fn from(error: BoardError) -> Self {
+        Self::other(error)
+    }
+}
+
+/// A board that runs an image.
+#[derive(Debug)]
+pub struct Board<O = ()> {
+    /// The core.
+    pub cpu: Cpu,
+    /// All around it.
+    pub around: Around,
+    /// Who looks on.
+    pub observer: O,
+    image: Image,
+    now_us: u64,
+}
+
+impl<O: Observer> Board<O> {
+    /// Power comes on at a board with `image` in its flash and `outputs` as
+    /// its stages; the USB cable is in. Nothing has run yet.
+    ///
+    /// # Errors
+    /// The core cannot start.
+    pub fn power_on(
+        image: Image,
+        outputs: [Option<Output>; CHANNELS],
+        pace: Pace,
+        observer: O,
+    ) -> Result<Self, BoardError> {
+        let mut board = Self {
+            cpu: Cpu::new(),
+            around: Around::new(&image.flash, outputs, pace),
+            observer,
+            image,
+            now_us: 0,
+        };
+        let reset = board.cpu.reset(&mut board.around);
+        reset.map_err(|stop| board.explain(stop))?;
+        Ok(board)
+    }
+
+    /// Runs until the host has opened the device's port: clocks, tape, USB
+    /// enumeration. World time begins here.
+    ///
+    /// # Errors
+    /// [`BoardError`].
+    pub fn boot(&mut self, sensors: &Sensors) -> Result<(), BoardError> {
+        self.around
+            .sense(sensors, self.cpu.cycle)
+            .map_err(|what| self.explain(what.at(&self.cpu)))?;
+        // In steps of a millisecond at the fastest clock.
+        let limit = BOOT_LIMIT_S * 168_000_000;
+        while !self.around.host.is_open() {
+            if self.cpu.cycle > limit {
+                let failure = self.around.host.failure();
+                let why = failure.map_or_else(String::new, |f| format!(": {f}"));
+                return Err(BoardError::NoPort { why });
+            }
+            self.run_to(self.cpu.cycle + 168_000)?;
+        }
+        let origin = self.around.find_origin(self.cpu.cycle);
+        let origin = origin.ok_or(BoardError::NoTime)?;
+        self.now_us = (self.cpu.cycle - origin) / CYCLES_PER_US + 1;
+        self.run_to(origin + self.now_us * CYCLES_PER_US)?;
+        self.around.begin(origin);
+        Ok(())
+    }
+
+    /// Device time, which is world time.
+    #[must_use]
+    pub const fn now_us(&self) -> u64 {
+        self.now_us
+    }
+
+    /// The image that runs.
+    #[must_use]
+    pub const fn image(&self) -> &Image {
+        &self.image
+    }
+
+    /// Lets the core run up to `cycle`, through resets.
+    ///
+    /// # Errors
+    /// The core stopped.
+    pub fn run_to(&mut self, cycle: Cycle) -> Result<(), BoardError> {
+        while self.cpu.cycle < cycle {
+            let run = self
+                .cpu
+                .run_observed(&mut self.around, cycle, &mut self.observer);
+            match run {
+                Ok(()) => {}
+                Err(Stop::Reset { .. }) => self.reset()?,
+                Err(stop) => return Err(self.explain(stop)),
+            }
+        }
+        Ok(())
+    }
+
+    fn reset(&mut self) -> Result<(), BoardError> {
+        let at = self.cpu.cycle;
+        let done = self.around.reset(at);
+        done.map_err(|what| self.explain(what.at(&self.cpu)))?;
+        let done = self.cpu.reset(&mut self.around);
+        done.map_err(|stop| self.explain(stop))
+    }
+
+    fn explain(&self, stop: Stop) -> BoardError {
+        let pc = self.cpu.registers.r[15];
+        let function = self.image.symbols.describe(pc);
+        BoardError::Stopped { stop, function }
+    }
+
+    fn advance_to(&mut self, to: Micros) -> io::Result<()> {
+        let ahead = to.since(Micros(self.now_us as u32));
+        let Ok(ahead) = u64::try_from(ahead) else {
+            return Ok(()); // there already
+        };
+        self.now_us += ahead;
+        let origin = self.around.origin();
+        self.run_to(origin + self.now_us * CYCLES_PER_US)?;
+        Ok(())
+    }
+}
+
+/// Core cycles per microsecond of device time: the board's clock is 168 MHz.
+pub const CYCLES_PER_US: u64 = 168;
+
+impl<O: Observer + Send> Device for Board<O> {
+    fn receive(
+        &mut self,
+        at: Micros,
+        bytes: &[u8],
+        sensors: &Sensors,
+        sink: &mut dyn Sink,
+    ) -> io::Result<()> {
+        self.advance(at, sensors, sink)?;
+        self.around.host.send(bytes, self.cpu.cycle);
+        self.around.touch();
+        Ok(())
+    }
+
+    fn advance(&mut self, to: Micros, sensors: &Sensors, sink: &mut dyn Sink) -> io::Result<()> {
+        self.around
+            .sense(sensors, self.cpu.cycle)
+            .map_err(|what| self.explain(what.at(&self.cpu)))?;
+        if let Some(at) = sensors.trigger {
+            // The edge at its microsecond, the level low again 2 µs later.
+            for (high, at) in [(true, at), (false, at.plus(2))] {
+                self.advance_to(at)?;
+                let done = self.around.trigger(high, self.cpu.cycle);
+                done.map_err(|what| self.explain(what.at(&self.cpu)))?;
+            }
+        }
+        self.advance_to(to)?;
+        self.around.put_out(self.now_us, sink);
+        Ok(())
+    }
+}

@@ -1,0 +1,154 @@
+//! What the board put out, from cycles to microseconds.
+
+use super::CYCLES_PER_US;
+use super::around::output_port;
+use super::wiring::{Outputs as Pins, Port};
+use crate::chip::Cycle;
+use crate::chip::ad5668::Change;
+use crate::chip::soc::gpio::Edge;
+use crate::trace::Levels;
+use firmware::device::lockstep::Sink;
+use firmware::units::{DacCode, Micros};
+use std::collections::VecDeque;
+
+/// Outputs on one DAC.
+const PER_DAC: usize = 5;
+
+/// How many pin edges came at which cycle of their microsecond, by port: the
+/// analytic cycle of port B's is TIM1's update, of port C's 8 cycles later.
+#[derive(Clone, Debug)]
+pub struct Phases {
+    /// Port B.
+    pub b: [u64; CYCLES_PER_US as usize],
+    /// Port C.
+    pub c: [u64; CYCLES_PER_US as usize],
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Out {
+    Levels(Levels),
+    Dac(u8, u16),
+}
+
+/// Collects in cycles, gives in microseconds.
+#[derive(Debug)]
+pub(super) struct Outputs {
+    origin: Option<Cycle>,
+    pins: Pins,
+    levels: Levels,
+    /// Levels of a microsecond that is not over yet.
+    open: Option<u64>,
+    waiting: VecDeque<(u64, Out)>,
+    bytes: VecDeque<(u64, Vec<u8>)>,
+    phases: Phases,
+}
+
+impl Default for Outputs {
+    fn default() -> Self {
+        Self {
+            origin: None,
+            pins: Pins::default(),
+            levels: Levels::ISOLATED,
+            open: None,
+            waiting: VecDeque::new(),
+            bytes: VecDeque::new(),
+            phases: Phases {
+                b: [0; CYCLES_PER_US as usize],
+                c: [0; CYCLES_PER_US as usize],
+            },
+        }
+    }
+}
+
+impl Outputs {
+    /// World time begins, with 0 at `origin`; what came before is dropped.
+    pub fn begin(&mut self, origin: Cycle) {
+        self.origin = Some(origin);
+        self.waiting.clear();
+        self.open = None;
+    }
+
+    pub const fn origin(&self) -> Cycle {
+        match self.origin {
+            Some(origin) => origin,
+            None => 0,
+        }
+    }
+
+    pub const fn phases(&self) -> &Phases {
+        &self.phases
+    }
+
+    /// What the stages do now.
+    pub const fn levels(&self) -> Levels {
+        self.levels
+    }
+
+    fn time(&self, cycle: Cycle) -> u64 {
+        cycle.saturating_sub(self.origin()) / CYCLES_PER_US
+    }
+
+    pub fn edge(&mut self, edge: Edge) {
+        let Some(port) = output_port(edge.port) else {
+            return;
+        };
+        if let Some(origin) = self.origin {
+            let phase = (edge.cycle.saturating_sub(origin) % CYCLES_PER_US) as usize;
+            let phases = match port {
+                Port::B => &mut self.phases.b,
+                _ => &mut self.phases.c,
+            };
+            phases[phase] += 1;
+        }
+        match port {
+            Port::B => self.pins.b = edge.levels,
+            _ => self.pins.c = edge.levels,
+        }
+        let levels = self.pins.levels();
+        if levels == self.levels {
+            return;
+        }
+        let us = self.time(edge.cycle);
+        // Ports B and C of one slot are one change.
+        if let Some(open) = self.open.filter(|&open| open != us) {
+            self.waiting.push_back((open, Out::Levels(self.levels)));
+        }
+        self.open = Some(us);
+        self.levels = levels;
+    }
+
+    pub fn dac(&mut self, chip: usize, change: Change) {
+        let output = usize::from(change.output);
+        if output >= PER_DAC {
+            return; // not connected
+        }
+        let channel = (chip * PER_DAC + output) as u8;
+        let us = self.time(change.at);
+        self.waiting.push_back((us, Out::Dac(channel, change.code)));
+    }
+
+    pub fn bytes(&mut self, cycle: Cycle, bytes: &[u8]) {
+        let us = self.time(cycle);
+        self.bytes.push_back((us, bytes.to_vec()));
+    }
+
+    /// Gives everything before `to_us` to `sink`, in the order of time.
+    pub fn put_out(&mut self, to_us: u64, sink: &mut dyn Sink) {
+        if let Some(open) = self.open.filter(|&open| open < to_us) {
+            self.waiting.push_back((open, Out::Levels(self.levels)));
+            self.open = None;
+        }
+        // DAC words are noted at once, levels when their microsecond is over.
+        self.waiting.make_contiguous().sort_by_key(|(us, _)| *us);
+        for (us, out) in self.waiting.drain(..) {
+            let at = Micros(us as u32);
+            match out {
+                Out::Levels(levels) => sink.levels(at, firmware::pulse::Levels(levels.0)),
+                Out::Dac(channel, code) => sink.dac(at, channel, DacCode(code)),
+            }
+        }
+        for (us, bytes) in self.bytes.drain(..) {
+            sink.bytes(Micros(us as u32), &bytes);
+        }
+    }
+}

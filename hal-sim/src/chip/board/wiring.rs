@@ -1,0 +1,124 @@
+//! Which pin is wired to what on the reference board (docs/hardware.md, pin
+//! map). Written from that page, not from the firmware, so that a wrong pin
+//! there shows here.
+
+use crate::trace::{CHANNELS, Levels, State};
+
+/// A GPIO port.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Port {
+    /// Port A.
+    A,
+    /// Port B.
+    B,
+    /// Port C.
+    C,
+    /// Port D.
+    D,
+}
+
+impl Port {
+    /// 0 for A, and so on.
+    #[must_use]
+    pub const fn index(self) -> usize {
+        self as usize
+    }
+}
+
+/// A pin.
+pub type Pin = (Port, u8);
+
+/// Arm key: high is closed.
+pub const ARM: Pin = (Port::A, 6);
+/// Over-current latch: low is tripped.
+pub const OVER_CURRENT: Pin = (Port::A, 7);
+/// Hand-held stop: high is closed.
+pub const HAND_STOP: Pin = (Port::A, 8);
+/// Trigger in, rising edge.
+pub const TRIGGER: Pin = (Port::A, 15);
+/// /SYNC of DAC 1 (channels 1–5) and DAC 2 (6–10).
+pub const DAC_SYNC: [Pin; 2] = [(Port::C, 11), (Port::D, 2)];
+/// Sync out.
+pub const SYNC_OUT: Pin = (Port::B, 15);
+/// Pump.
+pub const PUMP: Pin = (Port::B, 10);
+/// ADC channel of the joint angle, PA0.
+pub const JOINT: u8 = 0;
+/// ADC channel of the current sense, PA1.
+pub const CURRENT: u8 = 1;
+
+/// Cathodic and anodic line of each channel.
+pub const LINES: [(Pin, Pin); CHANNELS] = [
+    ((Port::C, 0), (Port::C, 1)),
+    ((Port::C, 2), (Port::C, 3)),
+    ((Port::C, 4), (Port::C, 5)),
+    ((Port::C, 6), (Port::C, 7)),
+    ((Port::C, 8), (Port::C, 9)),
+    ((Port::B, 0), (Port::B, 1)),
+    ((Port::B, 5), (Port::B, 6)),
+    ((Port::B, 7), (Port::B, 8)),
+    ((Port::B, 9), (Port::B, 12)),
+    ((Port::B, 13), (Port::B, 14)),
+];
+
+/// Output levels of ports B and C, bit n is pin n.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Outputs {
+    /// Port B.
+    pub b: u16,
+    /// Port C.
+    pub c: u16,
+}
+
+impl Outputs {
+    /// What the output stages do with these levels.
+    #[must_use]
+    pub fn levels(self) -> Levels {
+        let high = |(port, pin): Pin| {
+            let port = if port == Port::B { self.b } else { self.c };
+            port >> pin & 1 == 1
+        };
+        let mut levels = Levels::ISOLATED.with_sync(high(SYNC_OUT));
+        for (channel, (cathodic, anodic)) in (0u8..).zip(LINES) {
+            let state = match (high(cathodic), high(anodic)) {
+                (false, false) => State::Isolated,
+                (true, false) => State::Cathodic,
+                (false, true) => State::Anodic,
+                (true, true) => State::Grounded,
+            };
+            levels = levels.with(channel, state);
+        }
+        levels
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_line_moves_its_own_channel_only() {
+        assert_eq!(Outputs::default().levels(), Levels::ISOLATED);
+        for (channel, (cathodic, anodic)) in (0u8..).zip(LINES) {
+            for (pin, state) in [(cathodic, State::Cathodic), (anodic, State::Anodic)] {
+                let mut outputs = Outputs::default();
+                match pin.0 {
+                    Port::B => outputs.b = 1 << pin.1,
+                    _ => outputs.c = 1 << pin.1,
+                }
+                assert_eq!(outputs.levels(), Levels::ISOLATED.with(channel, state));
+            }
+        }
+    }
+
+    #[test]
+    fn no_pin_is_wired_twice() {
+        let mut pins: Vec<_> = LINES.iter().flat_map(|&(c, a)| [c, a]).collect();
+        pins.extend([ARM, OVER_CURRENT, HAND_STOP, TRIGGER, SYNC_OUT, PUMP]);
+        pins.extend(DAC_SYNC);
+        let count = pins.len();
+        pins.sort_by_key(|(port, pin)| (port.index(), *pin));
+        pins.dedup();
+        assert_eq!(pins.len(), count);
+    }
+}

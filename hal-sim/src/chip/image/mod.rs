@@ -1,0 +1,306 @@
+//! The image that would be flashed: an ELF, checked and taken apart.
+//!
+//! In: the file's bytes. Out: what flash holds after programming, where the
+//! core starts, names of functions and of variables. Not here: running it
+//! (`cpu`, `soc`), decoding its logs (`rtt`). Nothing is guessed: a file that
+//! could not be flashed and started is refused, with the reason.
+
+mod symbols;
+#[cfg(test)]
+mod tests;
+
+pub use symbols::{Symbol, Symbols};
+
+use object::elf::{EF_ARM_EABI_VER5, ELFCLASS32, ELFDATA2LSB, EM_ARM, FileHeader32, PT_LOAD};
+use object::read::elf::{ElfFile32, FileHeader, ProgramHeader};
+use object::{Endianness, Object, ObjectSection};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// Main flash (RM0090, table 5): 1 MiB.
+pub const FLASH: Range<u32> = 0x0800_0000..0x0810_0000;
+
+/// Where a stack may begin: its initial pointer is one past its first word.
+/// CCM, and SRAM1 with SRAM2 (RM0090, section 2.3.1).
+const STACKS: [Range<u32>; 2] = [0x1000_0000..0x1001_0000, 0x2000_0000..0x2002_0000];
+
+/// Words of the vector table that name exceptions of the core (Arm ARM, table
+/// B1-4).
+const CORE_VECTORS: u32 = 16;
+
+/// What is wrong with an image, numbered; each names the file.
+#[derive(Debug, Error)]
+pub enum ImageError {
+    /// The file cannot be read.
+    #[error("E530 the image {path} cannot be read: {why}")]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// The system's words.
+        why: std::io::Error,
+    },
+    /// No ELF, or a damaged one.
+    #[error("E531 {path} is not an ELF file that can be read: {why}")]
+    NotElf {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        why: String,
+    },
+    /// An ELF for something else.
+    #[error("E532 {path} is not for a Cortex-M: {why} (needed: 32-bit little-endian ARM, Thumb)")]
+    WrongArchitecture {
+        /// The file.
+        path: PathBuf,
+        /// What it is for.
+        why: String,
+    },
+    /// Nothing that the core could start from.
+    #[error("E533 {path} has no vector table at {start:#010x}: {why}", start = FLASH.start)]
+    NoVectorTable {
+        /// The file.
+        path: PathBuf,
+        /// What is there instead.
+        why: String,
+    },
+    /// Bytes that have no place in flash.
+    #[error(
+        "E534 {path} does not fit the flash {start:#010x}..{end:#010x} (1 MiB): {why}",
+        start = FLASH.start,
+        end = FLASH.end
+    )]
+    OutsideFlash {
+        /// The file.
+        path: PathBuf,
+        /// What lies where.
+        why: String,
+    },
+    /// Logs were asked for, but the image cannot say what they mean.
+    #[error(
+        "E535 {path} has no defmt table: it was built without defmt, or stripped; \
+         its logs cannot be decoded"
+    )]
+    NoDefmtTable {
+        /// The file.
+        path: PathBuf,
+    },
+}
+
+/// An image that can be flashed and started.
+#[derive(Clone, Debug)]
+pub struct Image {
+    /// What flash holds from [`FLASH`]'s start on; erased (0xFF) between
+    /// segments, nothing after the last.
+    pub flash: Vec<u8>,
+    /// Bytes of it that segments fill.
+    pub size: u32,
+    /// Initial stack pointer, word 0 of the vector table.
+    pub initial_sp: u32,
+    /// Address of the first instruction, without the Thumb bit.
+    pub reset: u32,
+    /// Names of functions and variables; empty if the file was stripped.
+    pub symbols: Symbols,
+    path: PathBuf,
+    has_defmt: bool,
+}
+
+impl Image {
+    /// Reads and checks the file at `path`.
+    ///
+    /// # Errors
+    /// [`ImageError`].
+    pub fn open(path: &Path) -> Result<Self, ImageError> {
+        let bytes = std::fs::read(path).map_err(|why| ImageError::Unreadable {
+            path: path.to_owned(),
+            why,
+        })?;
+        Self::parse(path, &bytes)
+    }
+
+    /// Checks `bytes`, the contents of the file that errors call `path`.
+    ///
+    /// # Errors
+    /// [`ImageError`].
+    pub fn parse(path: &Path, bytes: &[u8]) -> Result<Self, ImageError> {
+        check_machine(path, bytes)?;
+        let not_elf = |why: object::Error| ImageError::NotElf {
+            path: path.to_owned(),
+            why: why.to_string(),
+        };
+        let elf = ElfFile32::<Endianness>::parse(bytes).map_err(not_elf)?;
+        check_state(path, elf.elf_header())?;
+        let (flash, size) = load(path, &elf, bytes)?;
+        let (initial_sp, reset) = start(path, &flash)?;
+        Ok(Self {
+            flash,
+            size,
+            initial_sp,
+            reset,
+            symbols: Symbols::read(&elf),
+            path: path.to_owned(),
+            has_defmt: elf
+                .section_by_name(".defmt")
+                .is_some_and(|table| table.size() > 0),
+        })
+    }
+
+    /// The file it came from.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Passes if the image can say what its logs mean.
+    ///
+    /// # Errors
+    /// [`ImageError::NoDefmtTable`].
+    pub fn require_defmt(&self) -> Result<(), ImageError> {
+        if self.has_defmt {
+            return Ok(());
+        }
+        Err(ImageError::NoDefmtTable {
+            path: self.path.clone(),
+        })
+    }
+}
+
+/// The ELF identification and header, before anything depends on them: class,
+/// byte order, machine, ABI, type.
+fn check_machine(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
+    let wrong = |why: String| {
+        Err(ImageError::WrongArchitecture {
+            path: path.to_owned(),
+            why,
+        })
+    };
+    let Some((ident, [_, _, machine @ ..])) = bytes.split_first_chunk::<16>() else {
+        return not_elf(path, format!("it has only {} bytes", bytes.len()));
+    };
+    if !ident.starts_with(b"\x7fELF") {
+        return not_elf(path, "it does not begin with the ELF magic number".into());
+    }
+    if ident[4] != ELFCLASS32.0 {
+        return wrong("it is a 64-bit file".into());
+    }
+    if ident[5] != ELFDATA2LSB.0 {
+        return wrong("it is big-endian".into());
+    }
+    match machine.first_chunk().copied().map(u16::from_le_bytes) {
+        Some(machine) if machine == EM_ARM.0 => Ok(()),
+        Some(other) => wrong(format!("its machine number is {other}, not {}", EM_ARM.0)),
+        None => not_elf(path, "its header is cut off".into()),
+    }
+}
+
+/// The ABI and the state in which the image is entered.
+fn check_state(path: &Path, header: &FileHeader32<Endianness>) -> Result<(), ImageError> {
+    let (flags, entry) = (
+        header.e_flags(Endianness::Little),
+        header.e_entry(Endianness::Little),
+    );
+    let why = if flags.arm_eabi() != EF_ARM_EABI_VER5 {
+        format!(
+            "its ELF flags {:#010x} are not those of the Arm EABI 5",
+            flags.0
+        )
+    } else if entry.is_multiple_of(2) {
+        format!("its entry point {entry:#010x} is even: ARM code, not Thumb")
+    } else {
+        return Ok(());
+    };
+    Err(ImageError::WrongArchitecture {
+        path: path.to_owned(),
+        why,
+    })
+}
+
+fn not_elf<T>(path: &Path, why: String) -> Result<T, ImageError> {
+    Err(ImageError::NotElf {
+        path: path.to_owned(),
+        why,
+    })
+}
+
+/// What flash holds, and how many bytes of it the segments fill.
+fn load(
+    path: &Path,
+    elf: &ElfFile32<'_, Endianness>,
+    bytes: &[u8],
+) -> Result<(Vec<u8>, u32), ImageError> {
+    let (mut flash, mut size) = (Vec::new(), 0u32);
+    let endian = elf.endian();
+    for segment in elf.elf_program_headers() {
+        if segment.p_type(endian) != PT_LOAD || segment.p_filesz(endian) == 0 {
+            continue;
+        }
+        let Ok(data) = segment.data(endian, bytes) else {
+            return not_elf(path, "a segment lies beyond the end of the file".into());
+        };
+        let at = segment.p_paddr(endian);
+        // Within the file, so that the length fits; u64 so that the end does.
+        let end = u64::from(at) + data.len() as u64;
+        if at < FLASH.start || end > u64::from(FLASH.end) {
+            return Err(ImageError::OutsideFlash {
+                path: path.to_owned(),
+                why: format!("a segment of {} bytes lies at {at:#010x}", data.len()),
+            });
+        }
+        let from = (at - FLASH.start) as usize;
+        let to = from + data.len();
+        if flash.len() < to {
+            flash.resize(to, 0xFF);
+        }
+        flash[from..to].copy_from_slice(data);
+        // At most 1 MiB per segment of at most 2^16.
+        size = size.saturating_add(data.len() as u32);
+    }
+    if flash.is_empty() {
+        return Err(ImageError::OutsideFlash {
+            path: path.to_owned(),
+            why: "it loads nothing at all".into(),
+        });
+    }
+    Ok((flash, size))
+}
+
+/// Initial stack pointer and first instruction (Arm ARM B1.5.5).
+fn start(path: &Path, flash: &[u8]) -> Result<(u32, u32), ImageError> {
+    let none = |why: String| {
+        Err(ImageError::NoVectorTable {
+            path: path.to_owned(),
+            why,
+        })
+    };
+    let word = |n: usize| -> Option<u32> {
+        let bytes = flash.get(4 * n..)?.first_chunk()?;
+        Some(u32::from_le_bytes(*bytes))
+    };
+    let (Some(sp), Some(reset), Some(_)) = (word(0), word(1), word(CORE_VECTORS as usize - 1))
+    else {
+        return none(format!(
+            "only {} bytes are there, {} are needed",
+            flash.len(),
+            4 * CORE_VECTORS
+        ));
+    };
+    let in_ram = STACKS.iter().any(|s| s.start < sp && sp <= s.end);
+    if !in_ram || !sp.is_multiple_of(4) {
+        return none(format!(
+            "its first word {sp:#010x} is no initial stack pointer: it is not in RAM"
+        ));
+    }
+    if reset.is_multiple_of(2) {
+        return none(format!(
+            "its reset vector {reset:#010x} is even: not Thumb code"
+        ));
+    }
+    let reset = reset & !1;
+    let code = flash.get((reset.wrapping_sub(FLASH.start)) as usize..);
+    if code.is_none_or(|code| code.len() < 2) {
+        return none(format!(
+            "its reset vector {reset:#010x} is not in the image's flash"
+        ));
+    }
+    Ok((sp, reset))
+}

@@ -1,0 +1,94 @@
+//! Names of what lies where.
+
+use object::elf::{STT_FUNC, STT_NOTYPE, STT_OBJECT};
+use object::read::elf::ElfFile32;
+use object::{Endianness, Object, ObjectSymbol};
+use rustc_demangle::demangle;
+
+/// A function or a variable.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Symbol {
+    /// Its first byte, without the Thumb bit.
+    pub address: u32,
+    /// Bytes; 0 if the file does not say (assembly).
+    pub size: u32,
+    /// As the linker knows it.
+    pub raw: String,
+    /// As its source calls it, without the compiler's hash.
+    pub name: String,
+}
+
+/// Symbols, sorted by address.
+#[derive(Clone, Debug, Default)]
+pub struct Symbols {
+    functions: Vec<Symbol>,
+    variables: Vec<Symbol>,
+}
+
+impl Symbols {
+    /// All of `elf`. Names that are not text are left out.
+    pub(super) fn read(elf: &ElfFile32<'_, Endianness>) -> Self {
+        let mut symbols = Self::default();
+        for symbol in elf.symbols() {
+            let Ok(raw) = symbol.name() else { continue };
+            // "$t", "$d": where code and data alternate, no names.
+            if raw.is_empty() || raw.starts_with('$') || symbol.is_undefined() {
+                continue;
+            }
+            // ELF32: both fit.
+            let (address, size) = (symbol.address() as u32, symbol.size() as u32);
+            let new = |address| Symbol {
+                address,
+                size,
+                raw: raw.to_owned(),
+                name: format!("{:#}", demangle(raw)),
+            };
+            match symbol.elf_symbol().st_type() {
+                STT_FUNC => symbols.functions.push(new(address & !1)),
+                STT_OBJECT => symbols.variables.push(new(address)),
+                // Assembly without a type; linker marks lie in no section.
+                STT_NOTYPE if symbol.section_index().is_some() => {
+                    symbols.variables.push(new(address));
+                }
+                _ => {}
+            }
+        }
+        let order = |s: &Symbol| (s.address, s.size, s.raw.clone());
+        symbols.functions.sort_by_cached_key(order);
+        symbols.variables.sort_by_cached_key(order);
+        symbols
+    }
+
+    /// All functions, by rising address.
+    #[must_use]
+    pub fn functions(&self) -> &[Symbol] {
+        &self.functions
+    }
+
+    /// The function whose code holds `address`: the last that begins there or
+    /// before and does not end before.
+    #[must_use]
+    pub fn function_at(&self, address: u32) -> Option<&Symbol> {
+        let after = self.functions.partition_point(|f| f.address <= address);
+        let function = self.functions.get(after.checked_sub(1)?)?;
+        let inside = address - function.address;
+        (function.size == 0 || inside < function.size).then_some(function)
+    }
+
+    /// Name of the function at `address` and the distance from its start, for
+    /// messages.
+    #[must_use]
+    pub fn describe(&self, address: u32) -> String {
+        match self.function_at(address) {
+            Some(symbol) => format!("{} + {:#x}", symbol.name, address - symbol.address),
+            None => format!("no function at {address:#010x}"),
+        }
+    }
+
+    /// The function or variable that the linker calls `raw`.
+    #[must_use]
+    pub fn find(&self, raw: &str) -> Option<&Symbol> {
+        let mut all = self.functions.iter().chain(&self.variables);
+        all.find(|symbol| symbol.raw == raw)
+    }
+}

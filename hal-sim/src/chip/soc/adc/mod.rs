@@ -1,0 +1,252 @@
+//! ADC1's injected group (RM0090 chapter 13). Regular conversions, ADC2 and 3,
+//! DMA, watchdog and temperature sensor are not modelled.
+//!
+//! In: the trigger, codes. Out: when which channel is sampled, the results, an
+//! interrupt line. The analogue side is the caller's: it asks `next_sample`,
+//! and gives the code that the input has at that very cycle with `sampled`.
+//!
+//! Taken: sampling begins three ADC clocks after the trigger, the data sheet's
+//! longest latency, and the clock's phase is the trigger's.
+
+mod registers;
+#[cfg(test)]
+mod tests;
+
+use super::clock::cycles_in;
+use crate::chip::Cycle;
+use crate::chip::cpu::bus::Unmodelled;
+
+/// Injected trigger latency, in ADC clocks (DS8626, ADC characteristics).
+const LATENCY: u64 = 3;
+/// Power-up time, at most 3 µs (the same table).
+const POWER_UP_NS: u64 = 3_000;
+/// JEXTSEL of TIM2_TRGO.
+const TIM2_TRGO: u32 = 0b0011;
+
+mod sr {
+    pub const JEOC: u32 = 1 << 2;
+    pub const JSTRT: u32 = 1 << 3;
+}
+
+mod cr1 {
+    pub const JEOCIE: u32 = 1 << 7;
+    pub const SCAN: u32 = 1 << 8;
+    pub const RES: u32 = 3 << 24;
+    pub const KNOWN: u32 = JEOCIE | SCAN | RES;
+}
+
+mod cr2 {
+    pub const ADON: u32 = 1;
+    pub const ALIGN: u32 = 1 << 11;
+    pub const JEXTSEL: u32 = 0xF << 16;
+    pub const JEXTEN: u32 = 3 << 20;
+    pub const KNOWN: u32 = ADON | ALIGN | JEXTSEL | JEXTEN;
+}
+
+/// An input at the end of its sampling time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sample {
+    /// The cycle at which the input is held.
+    pub at: Cycle,
+    /// Channel 0–18.
+    pub channel: u8,
+}
+
+/// The conversion under way.
+#[derive(Clone, Copy, Debug)]
+struct Conversion {
+    /// Place in the group, 0–3.
+    rank: u8,
+    sample: Sample,
+    end: Cycle,
+    /// What the input was, once it was sampled.
+    code: Option<u16>,
+}
+
+/// ADC1 with the common registers.
+#[derive(Clone, Debug)]
+pub struct Adc {
+    hz: u32,
+    /// Core cycles per APB2 cycle.
+    bus_divider: u32,
+    sr: u32,
+    cr1: u32,
+    cr2: u32,
+    sampling: [u32; 2],
+    offsets: [u32; 4],
+    jsqr: u32,
+    ccr: u32,
+    results: [u32; 4],
+    /// When a trigger may come.
+    ready: Cycle,
+    conversion: Option<Conversion>,
+}
+
+impl Adc {
+    /// At reset, core and bus at 16 MHz.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            hz: super::rcc::HSI_HZ,
+            bus_divider: 1,
+            sr: 0,
+            cr1: 0,
+            cr2: 0,
+            sampling: [0; 2],
+            offsets: [0; 4],
+            jsqr: 0,
+            ccr: 0,
+            results: [0; 4],
+            ready: 0,
+            conversion: None,
+        }
+    }
+
+    /// Reset of the block or the chip.
+    pub fn reset(&mut self) {
+        *self = Self {
+            hz: self.hz,
+            bus_divider: self.bus_divider,
+            ..Self::new()
+        };
+    }
+
+    /// The core runs at `hz`, APB2 at `hz / bus_divider`, from the next
+    /// conversion on.
+    pub fn set_clock(&mut self, hz: u32, bus_divider: u32) {
+        self.hz = hz;
+        self.bus_divider = bus_divider;
+    }
+
+    /// A rising edge of TIM2's trigger output at `at`.
+    ///
+    /// # Errors
+    /// The group is converting still, or the ADC was just switched on.
+    pub fn trigger(&mut self, at: Cycle) -> Result<(), Unmodelled> {
+        let enabled = cr2::ADON | 1 << 20; // JEXTEN: rising edge
+        if self.cr2 & (cr2::ADON | cr2::JEXTEN) != enabled
+            || (self.cr2 & cr2::JEXTSEL) >> 16 != TIM2_TRGO
+        {
+            return Ok(());
+        }
+        if self.conversion.is_some() {
+            return Err(Unmodelled("ADC: triggered while converting"));
+        }
+        if at < self.ready {
+            return Err(Unmodelled("ADC: triggered within its power-up time"));
+        }
+        if self.length() > 1 && self.cr1 & cr1::SCAN == 0 {
+            return Err(Unmodelled("ADC: injected group of several without SCAN"));
+        }
+        if self.clock() * 36_000_000 < u64::from(self.hz) {
+            return Err(Unmodelled("ADC: clock above 36 MHz"));
+        }
+        self.sr |= sr::JSTRT;
+        self.begin(0, at.saturating_add(LATENCY * self.clock()));
+        Ok(())
+    }
+
+    /// The sample that is due next, if a conversion is sampling: the caller
+    /// gives its code with `sampled` before it lets time go beyond it.
+    #[must_use]
+    pub fn next_sample(&self) -> Option<Sample> {
+        let conversion = self.conversion?;
+        conversion.code.is_none().then_some(conversion.sample)
+    }
+
+    /// The code, 0–4095, that the input of `next_sample` has at its cycle.
+    pub fn sampled(&mut self, code: u16) {
+        if let Some(conversion) = &mut self.conversion {
+            conversion.code.get_or_insert(code.min(0xFFF));
+        }
+    }
+
+    /// Level of the ADC interrupt, line 18.
+    #[must_use]
+    pub const fn interrupt(&self) -> bool {
+        self.cr1 & cr1::JEOCIE != 0 && self.sr & sr::JEOC != 0
+    }
+
+    /// Core cycles per ADC clock.
+    fn clock(&self) -> u64 {
+        let prescaler = 2 * ((self.ccr >> 16 & 3) + 1);
+        u64::from(self.bus_divider) * u64::from(prescaler)
+    }
+
+    /// Conversions in the group, 1–4.
+    const fn length(&self) -> u8 {
+        (self.jsqr >> 20 & 3) as u8 + 1
+    }
+
+    /// The sequence begins at JSQ(4 − JL) (section 13.13.12).
+    const fn channel(&self, rank: u8) -> u8 {
+        (self.jsqr >> (5 * (4 - self.length() + rank)) & 0x1F) as u8
+    }
+
+    /// ADC clocks of the sampling time of `channel` (section 13.13.4).
+    const fn sampling_time(&self, channel: u8) -> u64 {
+        let (register, place) = if channel < 10 {
+            (1, channel)
+        } else {
+            (0, channel - 10)
+        };
+        match self.sampling[register] >> (3 * place) & 7 {
+            0 => 3,
+            1 => 15,
+            2 => 28,
+            3 => 56,
+            4 => 84,
+            5 => 112,
+            6 => 144,
+            _ => 480,
+        }
+    }
+
+    /// Bits of a result: 12, 10, 8 or 6; a conversion takes as many clocks.
+    const fn bits(&self) -> u32 {
+        12 - 2 * ((self.cr1 & cr1::RES) >> 24)
+    }
+
+    fn begin(&mut self, rank: u8, at: Cycle) {
+        let channel = self.channel(rank);
+        let held = at.saturating_add(self.sampling_time(channel) * self.clock());
+        self.conversion = Some(Conversion {
+            rank,
+            sample: Sample { at: held, channel },
+            end: held.saturating_add(u64::from(self.bits()) * self.clock()),
+            code: None,
+        });
+    }
+
+    fn finish(&mut self, conversion: Conversion, code: u16) {
+        let rank = usize::from(conversion.rank);
+        let reduced = u32::from(code) >> (12 - self.bits());
+        let result = reduced.wrapping_sub(self.offsets[rank]);
+        // Injected results are signed; left alignment has the sign on top and,
+        // at 6 bits, byte alignment (figures 49, 50).
+        let result = if self.cr2 & cr2::ALIGN == 0 {
+            result
+        } else if self.bits() == 6 {
+            result << 1
+        } else {
+            result << (15 - self.bits())
+        };
+        self.results[rank] = result & 0xFFFF;
+        if conversion.rank + 1 < self.length() {
+            self.begin(conversion.rank + 1, conversion.end);
+        } else {
+            self.conversion = None;
+            self.sr |= sr::JEOC;
+        }
+    }
+
+    fn switch_on(&mut self, at: Cycle) {
+        self.ready = at.saturating_add(cycles_in(POWER_UP_NS, self.hz));
+    }
+}
+
+impl Default for Adc {
+    fn default() -> Self {
+        Self::new()
+    }
+}

@@ -1,0 +1,99 @@
+//! ADC1 and common registers (RM0090 section 13.13), by offset from ADC1.
+
+use super::{Adc, cr1, cr2, sr};
+use crate::chip::Cycle;
+use crate::chip::cpu::Size;
+use crate::chip::cpu::bus::Unmodelled;
+use crate::chip::soc::Peripheral;
+use crate::chip::soc::word::part;
+
+const CSR: u32 = 0x300;
+const CCR: u32 = 0x304;
+/// ADCPRE.
+const CCR_KNOWN: u32 = 3 << 16;
+
+impl Adc {
+    fn write_cr2(&mut self, value: u32, at: Cycle) -> Result<(), Unmodelled> {
+        if value & !cr2::KNOWN != 0 {
+            return Err(Unmodelled("ADC_CR2: regular or software-started group"));
+        }
+        if value & cr2::JEXTEN != 0
+            && (value & cr2::JEXTEN != 1 << 20 || (value & cr2::JEXTSEL) >> 16 != super::TIM2_TRGO)
+        {
+            return Err(Unmodelled("ADC_CR2: trigger other than TIM2_TRGO rising"));
+        }
+        if value & !self.cr2 & cr2::ADON != 0 {
+            self.switch_on(at);
+        }
+        if value & cr2::ADON == 0 {
+            self.conversion = None;
+        }
+        self.cr2 = value;
+        Ok(())
+    }
+}
+
+impl Peripheral for Adc {
+    fn read(&mut self, offset: u32, size: Size, at: Cycle) -> Result<u32, Unmodelled> {
+        self.advance(at)?;
+        let word = match offset & !3 {
+            0x00 | CSR => self.sr,
+            0x04 => self.cr1,
+            0x08 => self.cr2,
+            register @ (0x0C | 0x10) => self.sampling[(register - 0x0C) as usize / 4],
+            register @ 0x14..=0x20 => self.offsets[(register - 0x14) as usize / 4],
+            0x38 => self.jsqr,
+            register @ 0x3C..=0x48 => self.results[(register - 0x3C) as usize / 4],
+            CCR => self.ccr,
+            _ => return Err(Unmodelled("ADC register")),
+        };
+        Ok(part(word, offset, size))
+    }
+
+    fn write(&mut self, offset: u32, size: Size, value: u32, at: Cycle) -> Result<(), Unmodelled> {
+        self.advance(at)?;
+        if size != Size::Word {
+            return Err(Unmodelled("ADC: writes narrower than a word"));
+        }
+        if self.conversion.is_some() && offset != 0 && offset != 0x08 {
+            return Err(Unmodelled("ADC: set up while converting"));
+        }
+        match offset {
+            // rc_w0: writing 0 clears, 1 leaves alone.
+            0x00 => self.sr &= value | !(sr::JEOC | sr::JSTRT),
+            0x04 if value & !cr1::KNOWN != 0 => {
+                return Err(Unmodelled("ADC_CR1: other than SCAN, RES, JEOCIE"));
+            }
+            0x04 => self.cr1 = value,
+            0x08 => self.write_cr2(value, at)?,
+            0x0C | 0x10 => self.sampling[(offset - 0x0C) as usize / 4] = value & 0x3FFF_FFFF,
+            0x14 | 0x18 | 0x1C | 0x20 => {
+                self.offsets[(offset - 0x14) as usize / 4] = value & 0xFFF;
+            }
+            0x38 => self.jsqr = value & 0x3F_FFFF,
+            CCR if value & !CCR_KNOWN != 0 => {
+                return Err(Unmodelled("ADC_CCR: other than ADCPRE"));
+            }
+            CCR => self.ccr = value,
+            _ => return Err(Unmodelled("ADC register")),
+        }
+        Ok(())
+    }
+
+    fn advance(&mut self, to: Cycle) -> Result<(), Unmodelled> {
+        while let Some(conversion) = self.conversion.filter(|c| c.end <= to) {
+            let code = conversion
+                .code
+                .ok_or(Unmodelled("ADC: nobody supplied the input"))?;
+            self.finish(conversion, code);
+        }
+        Ok(())
+    }
+
+    /// The next sample or the end of the conversion.
+    fn next_event(&self) -> Cycle {
+        self.conversion.map_or(Cycle::MAX, |c| {
+            if c.code.is_none() { c.sample.at } else { c.end }
+        })
+    }
+}

@@ -1,0 +1,80 @@
+//! The RTC's backup registers (RM0090 section 26.6.20). The clock and calendar
+//! are not modelled.
+
+use super::Peripheral;
+use super::word::part;
+use crate::chip::Cycle;
+use crate::chip::cpu::Size;
+use crate::chip::cpu::bus::Unmodelled;
+
+const FIRST: u32 = 0x50;
+const COUNT: usize = 20;
+
+/// RTC_BKP0R–RTC_BKP19R. Only a reset of the backup domain clears them.
+#[derive(Clone, Debug, Default)]
+pub struct Backup {
+    words: [u32; COUNT],
+    writable: bool,
+}
+
+impl Backup {
+    /// PWR_CR.DBP: without it writes are ignored (section 5.1.2).
+    pub fn set_writable(&mut self, writable: bool) {
+        self.writable = writable;
+    }
+
+    /// Reset of the backup domain: RCC_BDCR.BDRST, or power and battery gone.
+    pub fn reset_domain(&mut self) {
+        self.words = [0; COUNT];
+    }
+
+    fn index(offset: u32) -> Result<usize, Unmodelled> {
+        let index = (offset.wrapping_sub(FIRST) / 4) as usize;
+        if offset >= FIRST && index < COUNT {
+            Ok(index)
+        } else {
+            Err(Unmodelled("RTC register"))
+        }
+    }
+}
+
+impl Peripheral for Backup {
+    fn read(&mut self, offset: u32, size: Size, _at: Cycle) -> Result<u32, Unmodelled> {
+        Ok(part(self.words[Self::index(offset)?], offset, size))
+    }
+
+    fn write(&mut self, offset: u32, size: Size, value: u32, _at: Cycle) -> Result<(), Unmodelled> {
+        let index = Self::index(offset)?;
+        if size != Size::Word {
+            return Err(Unmodelled("RTC_BKPxR: writes narrower than a word"));
+        }
+        if self.writable {
+            self.words[index] = value;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn twenty_words_behind_the_write_protection() {
+        let mut backup = Backup::default();
+        backup.write(0x50, Size::Word, 1, 0).unwrap();
+        assert_eq!(backup.read(0x50, Size::Word, 0), Ok(0), "DBP is off");
+        backup.set_writable(true);
+        for n in 0..20 {
+            backup.write(0x50 + 4 * n, Size::Word, n + 1, 0).unwrap();
+        }
+        backup.set_writable(false);
+        backup.write(0x9C, Size::Word, 99, 0).unwrap();
+        assert_eq!(backup.read(0x9C, Size::Word, 0), Ok(20));
+        assert!(backup.read(0xA0, Size::Word, 0).is_err());
+        assert!(backup.read(0x4C, Size::Word, 0).is_err());
+        assert!(backup.read(0, Size::Word, 0).is_err());
+        backup.reset_domain();
+        assert_eq!(backup.read(0x50, Size::Word, 0), Ok(0));
+    }
+}

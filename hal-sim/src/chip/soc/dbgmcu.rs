@@ -1,0 +1,63 @@
+//! DBGMCU: who the chip is; which timers a halted core stops (RM0090 section
+//! 38.16). A debugger's halt stops all time of the simulator, so the freeze
+//! bits are kept and have no further effect.
+
+use super::Peripheral;
+use super::word::part;
+use crate::chip::Cycle;
+use crate::chip::cpu::Size;
+use crate::chip::cpu::bus::Unmodelled;
+
+/// DBGMCU_IDCODE: device 0x413, revision 0x1007 (section 38.6.1).
+pub const IDCODE: u32 = 0x1007_6413;
+
+/// The three registers CR, APB1FZR, APB2FZR. A system reset leaves them alone.
+#[derive(Clone, Debug, Default)]
+pub struct Dbgmcu {
+    registers: [u32; 3],
+}
+
+impl Dbgmcu {
+    /// Bits that exist, in CR, APB1FZR and APB2FZR.
+    const FIELDS: [u32; 3] = [0xE7, 0x06E0_1DFF, 0x0007_0003];
+}
+
+impl Peripheral for Dbgmcu {
+    fn read(&mut self, offset: u32, size: Size, _at: Cycle) -> Result<u32, Unmodelled> {
+        let word = match offset & !3 {
+            0 => IDCODE,
+            register @ 4..=0xC => self.registers[register as usize / 4 - 1],
+            _ => return Err(Unmodelled("DBGMCU register")),
+        };
+        Ok(part(word, offset, size))
+    }
+
+    fn write(&mut self, offset: u32, size: Size, value: u32, _at: Cycle) -> Result<(), Unmodelled> {
+        match (offset, size) {
+            (4 | 8 | 0xC, Size::Word) => {
+                let index = offset as usize / 4 - 1;
+                self.registers[index] = value & Self::FIELDS[index];
+                Ok(())
+            }
+            _ => Err(Unmodelled("DBGMCU register")),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_names_the_device_and_keeps_its_bits() {
+        let mut dbgmcu = Dbgmcu::default();
+        assert_eq!(dbgmcu.read(0, Size::Word, 0), Ok(0x1007_6413));
+        assert_eq!(dbgmcu.read(2, Size::Half, 0), Ok(0x1007));
+        for (offset, kept) in [(4, 0xE7), (8, 0x06E0_1DFF), (12, 0x0007_0003)] {
+            dbgmcu.write(offset, Size::Word, u32::MAX, 0).unwrap();
+            assert_eq!(dbgmcu.read(offset, Size::Word, 0), Ok(kept));
+        }
+        assert!(dbgmcu.write(0, Size::Word, 0, 0).is_err());
+        assert!(dbgmcu.read(16, Size::Word, 0).is_err());
+    }
+}

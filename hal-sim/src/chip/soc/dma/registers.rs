@@ -1,0 +1,175 @@
+//! The program's view of a controller (RM0090 10.5).
+
+use super::{Dma, STREAMS, Stream, bit, tim1_events};
+use crate::chip::Cycle;
+use crate::chip::cpu::Size;
+use crate::chip::cpu::bus::Unmodelled;
+
+/// Register offsets.
+pub mod offset {
+    /// Flags of streams 0–3.
+    pub const LISR: u32 = 0x00;
+    /// Flags of streams 4–7.
+    pub const HISR: u32 = 0x04;
+    /// Clears flags of streams 0–3.
+    pub const LIFCR: u32 = 0x08;
+    /// Clears flags of streams 4–7.
+    pub const HIFCR: u32 = 0x0C;
+    /// First register of stream 0.
+    pub const STREAM: u32 = 0x10;
+    /// Within a stream: control.
+    pub const CR: u32 = 0x00;
+    /// Within a stream: items left.
+    pub const NDTR: u32 = 0x04;
+    /// Within a stream: peripheral address.
+    pub const PAR: u32 = 0x08;
+    /// Within a stream: memory address.
+    pub const M0AR: u32 = 0x0C;
+    /// Within a stream: second memory address.
+    pub const M1AR: u32 = 0x10;
+    /// Within a stream: FIFO control.
+    pub const FCR: u32 = 0x14;
+}
+
+/// Bytes of a stream's registers.
+const STRIDE: u32 = 0x18;
+/// FCR: direct mode disable and threshold.
+const FCR_SETTINGS: u32 = 0b111;
+
+/// Offset of `register` of `stream`.
+#[must_use]
+pub const fn stream_offset(stream: usize, register: u32) -> u32 {
+    offset::STREAM + STRIDE * stream as u32 + register
+}
+
+impl Dma {
+    /// Reads the register at `offset`.
+    ///
+    /// # Errors
+    /// Sub-word accesses and gaps.
+    pub fn read(&self, offset: u32, size: Size) -> Result<u32, Unmodelled> {
+        word(size)?;
+        if offset < offset::STREAM {
+            return match offset {
+                offset::LISR => Ok(self.flags[0]),
+                offset::HISR => Ok(self.flags[1]),
+                offset::LIFCR | offset::HIFCR => Ok(0),
+                _ => Err(Unmodelled("a DMA register")),
+            };
+        }
+        let (stream, register) = place(offset)?;
+        let stream = &self.streams[stream];
+        Ok(match register {
+            offset::CR => stream.cr,
+            offset::NDTR => stream.ndtr.into(),
+            offset::PAR => stream.par,
+            offset::M0AR => stream.m0ar,
+            offset::M1AR => 0,
+            offset::FCR => fcr(stream),
+            _ => return Err(Unmodelled("a DMA register")),
+        })
+    }
+
+    /// Writes the register at `offset`, complete from `done` on. Clearing EN of
+    /// a stream sets its `stopping`; who moves its items switches it off.
+    ///
+    /// # Errors
+    /// Sub-word accesses, gaps, and settings that nobody models.
+    pub fn write(
+        &mut self,
+        offset: u32,
+        size: Size,
+        value: u32,
+        done: Cycle,
+    ) -> Result<(), Unmodelled> {
+        word(size)?;
+        match offset {
+            offset::LISR | offset::HISR => return Ok(()), // read only
+            offset::LIFCR => self.flags[0] &= !value,
+            offset::HIFCR => self.flags[1] &= !value,
+            _ => {
+                let (stream, register) = place(offset)?;
+                return self.write_stream(stream, register, value, done);
+            }
+        }
+        Ok(())
+    }
+
+    /// All but EN is writable only while EN is 0 (RM0090 10.5.5–10.5.10).
+    fn write_stream(
+        &mut self,
+        index: usize,
+        register: u32,
+        value: u32,
+        done: Cycle,
+    ) -> Result<(), Unmodelled> {
+        if register == offset::CR {
+            return self.write_cr(index, value, done);
+        }
+        let stream = &mut self.streams[index];
+        let writable = !stream.is_enabled();
+        match register {
+            offset::NDTR if writable => stream.ndtr = value as u16,
+            offset::PAR if writable => stream.par = value,
+            offset::M0AR if writable => stream.m0ar = value,
+            offset::M1AR if value == 0 => (),
+            offset::FCR if value & !(FCR_SETTINGS | 0b111 << 3) != 0 => {
+                return Err(Unmodelled("a DMA interrupt"));
+            }
+            offset::FCR if writable => stream.fcr = value & FCR_SETTINGS,
+            offset::NDTR => (), // ignored while enabled
+            _ => return Err(Unmodelled("a DMA register, or one in use")),
+        }
+        Ok(())
+    }
+
+    fn write_cr(&mut self, index: usize, value: u32, done: Cycle) -> Result<(), Unmodelled> {
+        if value & bit::INTERRUPTS != 0 {
+            return Err(Unmodelled("a DMA interrupt"));
+        }
+        let enable = value & bit::EN != 0;
+        let stream = &mut self.streams[index];
+        if stream.is_enabled() {
+            stream.stopping |= !enable;
+            return Ok(());
+        }
+        stream.cr = value & 0x0FEF_FFFE;
+        if !enable {
+            return Ok(());
+        }
+        if self.number == 1 {
+            return Err(Unmodelled("a DMA1 stream"));
+        }
+        let is_apb = matches!(self.streams[index].par, 0x4000_0000..0x4002_0000);
+        if is_apb && self.enabled() != 0 {
+            return Err(Unmodelled("DMA2 serves AHB and APB at once (ES0182)"));
+        }
+        if tim1_events(index, self.streams[index].channel()).is_none() {
+            return Err(Unmodelled("a DMA2 request other than TIM1's"));
+        }
+        self.streams[index].switch_on(done)
+    }
+}
+
+fn place(offset: u32) -> Result<(usize, u32), Unmodelled> {
+    let stream = (offset.wrapping_sub(offset::STREAM) / STRIDE) as usize;
+    if stream < STREAMS {
+        Ok((stream, (offset - offset::STREAM) % STRIDE))
+    } else {
+        Err(Unmodelled("a DMA register"))
+    }
+}
+
+/// FS says empty or, with the one word of direct mode, a quarter.
+fn fcr(stream: &Stream) -> u32 {
+    let level = if stream.word.is_some() { 0b001 } else { 0b100 };
+    stream.fcr | level << 3
+}
+
+fn word(size: Size) -> Result<(), Unmodelled> {
+    if size == Size::Word {
+        Ok(())
+    } else {
+        Err(Unmodelled("a DMA access narrower than a word"))
+    }
+}

@@ -1,0 +1,143 @@
+//! EXTI (RM0090 chapter 12): 23 lines, edges of which are latched in PR.
+
+use super::{Peripheral, Syscfg};
+use crate::chip::Cycle;
+use crate::chip::cpu::Size;
+use crate::chip::cpu::bus::Unmodelled;
+
+/// Line of the programmable voltage detector.
+pub const PVD: usize = 16;
+/// Lines 0–22.
+const LINES: u32 = 0x007F_FFFF;
+
+const IMR: u32 = 0x00;
+const EMR: u32 = 0x04;
+const RTSR: u32 = 0x08;
+const FTSR: u32 = 0x0C;
+const SWIER: u32 = 0x10;
+const PR: u32 = 0x14;
+
+/// The external interrupt controller.
+#[derive(Clone, Debug, Default)]
+pub struct Exti {
+    imr: u32,
+    rtsr: u32,
+    ftsr: u32,
+    swier: u32,
+    pr: u32,
+}
+
+impl Exti {
+    /// A signal on `line` became `high`; latched if that edge is selected.
+    /// Lines beyond 22 are ignored.
+    pub fn edge(&mut self, line: usize, high: bool) {
+        let selected = if high { self.rtsr } else { self.ftsr };
+        self.pr |= selected & LINES & 1u32.checked_shl(line as u32).unwrap_or(0);
+    }
+
+    /// A pin became `high`; goes to its line if SYSCFG selects its port there.
+    pub fn pin(&mut self, port: usize, pin: usize, high: bool, syscfg: &Syscfg) {
+        if pin < 16 && syscfg.port(pin) == port {
+            self.edge(pin, high);
+        }
+    }
+
+    /// Lines that ask for an interrupt, bit n is line n. Lines 5–9 and 10–15
+    /// share one NVIC input each (RM0090 table 61).
+    #[must_use]
+    pub const fn pending(&self) -> u32 {
+        self.pr & self.imr
+    }
+}
+
+impl Peripheral for Exti {
+    fn read(&mut self, offset: u32, size: Size, _at: Cycle) -> Result<u32, Unmodelled> {
+        match (offset, size) {
+            (IMR, Size::Word) => Ok(self.imr),
+            (EMR, Size::Word) => Ok(0),
+            (RTSR, Size::Word) => Ok(self.rtsr),
+            (FTSR, Size::Word) => Ok(self.ftsr),
+            (SWIER, Size::Word) => Ok(self.swier),
+            (PR, Size::Word) => Ok(self.pr),
+            _ => Err(Unmodelled("an EXTI register")),
+        }
+    }
+
+    fn write(&mut self, offset: u32, size: Size, value: u32, _: Cycle) -> Result<(), Unmodelled> {
+        let value = value & LINES;
+        match (offset, size) {
+            (IMR, Size::Word) => self.imr = value,
+            (EMR, Size::Word) if value == 0 => (),
+            (EMR, _) => return Err(Unmodelled("EXTI events (EMR)")),
+            (RTSR, Size::Word) => self.rtsr = value,
+            (FTSR, Size::Word) => self.ftsr = value,
+            (SWIER, Size::Word) => {
+                // A bit that goes from 0 to 1 sets PR; only PR clears it.
+                self.pr |= value & !self.swier & self.imr;
+                self.swier |= value;
+            }
+            (PR, Size::Word) => {
+                self.pr &= !value;
+                self.swier &= !value;
+            }
+            _ => return Err(Unmodelled("an EXTI register")),
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn write(exti: &mut Exti, offset: u32, value: u32) {
+        exti.write(offset, Size::Word, value, 0).unwrap();
+    }
+
+    #[test]
+    fn only_selected_edges_are_latched_and_writing_one_clears() {
+        let mut exti = Exti::default();
+        write(&mut exti, FTSR, 1 << 7);
+        write(&mut exti, RTSR, 1 << PVD);
+        exti.edge(7, true);
+        exti.edge(PVD, false);
+        exti.edge(40, true);
+        assert_eq!(exti.read(PR, Size::Word, 0), Ok(0));
+        exti.edge(7, false);
+        exti.edge(PVD, true);
+        assert_eq!(exti.read(PR, Size::Word, 0), Ok(1 << 7 | 1 << PVD));
+        assert_eq!(exti.pending(), 0, "masked");
+        write(&mut exti, IMR, 1 << 7);
+        assert_eq!(exti.pending(), 1 << 7);
+        write(&mut exti, PR, 1 << 7);
+        assert_eq!(exti.pending(), 0);
+    }
+
+    #[test]
+    fn a_pin_reaches_its_line_through_syscfg_only() {
+        let (mut exti, mut syscfg) = (Exti::default(), Syscfg::default());
+        write(&mut exti, FTSR, 1 << 7);
+        write(&mut exti, IMR, 1 << 7);
+        exti.pin(1, 7, false, &syscfg);
+        assert_eq!(exti.pending(), 0);
+        exti.pin(0, 7, false, &syscfg);
+        assert_eq!(exti.pending(), 1 << 7);
+        write(&mut exti, PR, 1 << 7);
+        syscfg.write(0x0C, Size::Word, 1 << 12, 0).unwrap();
+        exti.pin(1, 7, false, &syscfg);
+        assert_eq!(exti.pending(), 1 << 7);
+    }
+
+    #[test]
+    fn software_raises_a_line_once_until_it_is_cleared() {
+        let mut exti = Exti::default();
+        write(&mut exti, IMR, 1);
+        write(&mut exti, SWIER, 1);
+        assert_eq!(exti.pending(), 1);
+        write(&mut exti, PR, 1);
+        assert_eq!(exti.read(SWIER, Size::Word, 0), Ok(0));
+        write(&mut exti, SWIER, 1);
+        assert_eq!(exti.pending(), 1);
+        assert!(exti.write(EMR, Size::Word, 1, 0).is_err());
+    }
+}

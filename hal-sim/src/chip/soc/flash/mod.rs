@@ -1,0 +1,204 @@
+//! The flash: 1 MiB, its accelerator, its programming (RM0090 chapter 3, F405).
+//!
+//! `lines` and `accelerator` are the wait states, `programming` erases and
+//! writes, `registers` is the register block. In: fetches, reads, writes with
+//! their cycle. Out: data, wait states, an interrupt line.
+
+mod accelerator;
+mod lines;
+mod programming;
+mod registers;
+#[cfg(test)]
+mod tests;
+
+use super::clock::rescale;
+use super::word::part;
+use crate::chip::Cycle;
+use crate::chip::cpu::Size;
+use crate::chip::cpu::bus::{Denied, Read, Unmodelled};
+use accelerator::Accelerator;
+use programming::Programming;
+
+/// Bytes of main memory.
+pub const SIZE: usize = 1 << 20;
+/// Address of main memory; also seen at 0 when booting from it.
+pub const BASE: u32 = 0x0800_0000;
+
+/// A program does not fit into the flash.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{length} bytes at {address:#010x} are not within the flash, 0x08000000-0x080fffff")]
+pub struct OutsideFlash {
+    /// Where it begins.
+    pub address: u32,
+    /// Its bytes.
+    pub length: usize,
+}
+
+/// Flash memory and its interface.
+#[derive(Clone, Debug)]
+pub struct Flash {
+    bytes: Vec<u8>,
+    accelerator: Accelerator,
+    programming: Programming,
+    hz: u32,
+    code_version: u32,
+}
+
+impl Flash {
+    /// Erased, registers at reset, core at 16 MHz.
+    #[must_use]
+    pub fn new() -> Self {
+        Self {
+            bytes: vec![0xFF; SIZE],
+            accelerator: Accelerator::new(),
+            programming: Programming::new(),
+            hz: super::rcc::HSI_HZ,
+            code_version: 0,
+        }
+    }
+
+    /// Puts `bytes` at `address`, as a programmer would; no time passes.
+    ///
+    /// # Errors
+    /// They do not fit.
+    pub fn load(&mut self, address: u32, bytes: &[u8]) -> Result<(), OutsideFlash> {
+        let outside = OutsideFlash {
+            address,
+            length: bytes.len(),
+        };
+        let start = address.checked_sub(BASE).ok_or(outside)? as usize;
+        let end = start.checked_add(bytes.len()).ok_or(outside)?;
+        let place = self.bytes.get_mut(start..end).ok_or(outside)?;
+        place.copy_from_slice(bytes);
+        self.code_version = self.code_version.wrapping_add(1);
+        Ok(())
+    }
+
+    /// System reset: the memory stays. An operation under way is cut off, which
+    /// leaves its sector undefined.
+    ///
+    /// # Errors
+    /// An operation was under way.
+    pub fn reset(&mut self, at: Cycle) -> Result<(), Unmodelled> {
+        let cut_off = self.programming.is_busy(at);
+        self.programming.reset();
+        self.accelerator.reset();
+        if cut_off {
+            return Err(Unmodelled("reset while the flash was programmed or erased"));
+        }
+        Ok(())
+    }
+
+    /// Whether a line that was prefetched and then used is copied into the
+    /// instruction cache. By the letter of RM0090 section 3.5.2 it is not (the
+    /// default, and the slower one for loops); comparing both shows how much
+    /// hangs on that sentence. Kept over resets.
+    pub fn copy_prefetched(&mut self, copy: bool) {
+        self.accelerator.copy_prefetched(copy);
+    }
+
+    /// From cycle `at` on the core runs at `hz`.
+    pub fn set_hz(&mut self, hz: u32, at: Cycle) {
+        if self.programming.is_busy(at) {
+            let end = rescale(self.programming.end(), at, self.hz, hz);
+            self.programming.end_at(end);
+            self.accelerator.occupy_until(end);
+        }
+        self.hz = hz;
+    }
+
+    /// Whether LATENCY suffices for the core clock at a supply of `supply_mv`
+    /// (RM0090 table 10).
+    ///
+    /// # Errors
+    /// It does not: the flash would deliver wrong code.
+    pub fn check_wait_states(&self, supply_mv: u32) -> Result<(), Unmodelled> {
+        let step_hz = match supply_mv {
+            2700.. => 30_000_000,
+            2400.. => 24_000_000,
+            2100.. => 22_000_000,
+            _ => 20_000_000,
+        };
+        if self.accelerator.latency() < self.hz.div_ceil(step_hz).saturating_sub(1) {
+            return Err(Unmodelled(
+                "FLASH_ACR: too few wait states for this clock and supply",
+            ));
+        }
+        Ok(())
+    }
+
+    /// The core needs code of the 16-byte line at `line` (its address / 16, by
+    /// either alias) at `at`; gives the wait states.
+    #[inline]
+    pub fn fetch(&mut self, line: u32, at: Cycle) -> u32 {
+        self.accelerator.fetch(line & (lines::COUNT as u32 - 1), at)
+    }
+
+    /// A data read of `size` at `address` (by either alias, naturally aligned).
+    ///
+    /// # Errors
+    /// The data cache still holds what was there before an erasure.
+    #[inline]
+    pub fn read(&mut self, address: u32, size: Size, at: Cycle) -> Result<Read, Denied> {
+        let offset = address & (SIZE as u32 - 1);
+        let wait = self
+            .accelerator
+            .read(offset >> 4, at)
+            .ok_or(Unmodelled("FLASH: data cached before an erasure"))?;
+        let value = self.word(offset & !3);
+        Ok(Read {
+            value: part(value, offset, size),
+            wait,
+        })
+    }
+
+    /// What is at `address`; no time passes. For decoding and debuggers.
+    #[must_use]
+    pub fn peek(&self, address: u32, size: Size) -> u32 {
+        let offset = address & (SIZE as u32 - 1);
+        part(self.word(offset & !3), offset, size)
+    }
+
+    /// A read from the information block, which no cache holds: number, flash
+    /// size, option bytes; `None` for what nobody models.
+    pub fn read_information(
+        &mut self,
+        signature: &super::uid::Signature,
+        address: u32,
+        size: Size,
+        at: Cycle,
+    ) -> Option<Read> {
+        let value = signature
+            .read(address, size)
+            .or_else(|| self.programming.option_byte(address, size))?;
+        let wait = self.accelerator.read_array(at);
+        Some(Read { value, wait })
+    }
+
+    /// Counts up when the memory changed: decoded code is stale.
+    #[must_use]
+    pub const fn code_version(&self) -> u32 {
+        self.code_version
+    }
+
+    /// Level of the FLASH interrupt, line 4.
+    #[must_use]
+    pub const fn interrupt(&self) -> bool {
+        self.programming.interrupt()
+    }
+
+    /// The word at `offset`, a multiple of 4 below [`SIZE`].
+    #[inline]
+    fn word(&self, offset: u32) -> u32 {
+        self.bytes
+            .get(offset as usize..)
+            .and_then(|bytes| bytes.first_chunk())
+            .map_or(u32::MAX, |bytes| u32::from_le_bytes(*bytes))
+    }
+}
+
+impl Default for Flash {
+    fn default() -> Self {
+        Self::new()
+    }
+}

@@ -1,0 +1,53 @@
+//! The flash interface's registers (RM0090 section 3.9).
+
+use super::Flash;
+use crate::chip::Cycle;
+use crate::chip::cpu::Size;
+use crate::chip::cpu::bus::Unmodelled;
+use crate::chip::soc::Peripheral;
+use crate::chip::soc::word::part;
+
+impl Peripheral for Flash {
+    fn read(&mut self, offset: u32, size: Size, _at: Cycle) -> Result<u32, Unmodelled> {
+        let word = match offset & !3 {
+            0x00 => self.accelerator.acr(),
+            0x04 | 0x08 => 0,
+            0x0C => self.programming.status(),
+            0x10 => self.programming.cr,
+            0x14 => self.programming.option_control(),
+            _ => return Err(Unmodelled("FLASH register")),
+        };
+        Ok(part(word, offset, size))
+    }
+
+    fn write(&mut self, offset: u32, size: Size, value: u32, at: Cycle) -> Result<(), Unmodelled> {
+        if size != Size::Word {
+            return Err(Unmodelled("FLASH: register writes narrower than a word"));
+        }
+        match offset {
+            0x00 => self
+                .accelerator
+                .set_acr(value)
+                .ok_or(Unmodelled("FLASH_ACR: reset of a cache that is on")),
+            0x04 => self.programming.write_key(value),
+            0x0C => {
+                self.programming.clear(value);
+                Ok(())
+            }
+            0x10 => self.write_cr(value, at),
+            _ => Err(Unmodelled("FLASH: option bytes")),
+        }
+    }
+
+    fn advance(&mut self, to: Cycle) -> Result<(), Unmodelled> {
+        self.programming.advance(to);
+        if self.accelerator.delivered_stale() {
+            return Err(Unmodelled("FLASH: code cached before it was changed"));
+        }
+        Ok(())
+    }
+
+    fn next_event(&self) -> Cycle {
+        self.programming.end()
+    }
+}

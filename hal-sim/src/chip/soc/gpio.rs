@@ -1,0 +1,310 @@
+//! Ports A–I (RM0090 chapter 8): registers, pull resistors, what drives a pin
+//! from outside, and the edges that pins make.
+//!
+//! A pin that nothing drives and nothing pulls reads 0. An output wins over
+//! whatever is outside. A pin in alternate-function mode is driven from
+//! outside or pulled only: its peripheral's output is not put on it.
+
+use crate::chip::Cycle;
+use crate::chip::cpu::Size;
+use crate::chip::cpu::bus::Unmodelled;
+
+/// Ports A to I.
+pub const PORTS: usize = 9;
+
+/// What is connected to a pin.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Level {
+    /// Driven high.
+    High,
+    /// Driven low.
+    Low,
+    /// Nothing.
+    Open,
+}
+
+/// Pins of one port that a write changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Edge {
+    /// When: the write that made it is complete from this cycle on.
+    pub cycle: Cycle,
+    /// 0 is port A.
+    pub port: u8,
+    /// Pins that changed, bit n is pin n.
+    pub changed: u16,
+    /// All levels of the port after it.
+    pub levels: u16,
+}
+
+/// Register offsets (RM0090 8.4).
+pub mod offset {
+    /// Mode.
+    pub const MODER: u32 = 0x00;
+    /// Output type.
+    pub const OTYPER: u32 = 0x04;
+    /// Output speed.
+    pub const OSPEEDR: u32 = 0x08;
+    /// Pull resistors.
+    pub const PUPDR: u32 = 0x0C;
+    /// Input data.
+    pub const IDR: u32 = 0x10;
+    /// Output data.
+    pub const ODR: u32 = 0x14;
+    /// Bit set and reset.
+    pub const BSRR: u32 = 0x18;
+    /// Configuration lock.
+    pub const LCKR: u32 = 0x1C;
+    /// Alternate function, pins 0–7.
+    pub const AFRL: u32 = 0x20;
+    /// Alternate function, pins 8–15.
+    pub const AFRH: u32 = 0x24;
+}
+
+#[derive(Clone, Debug, Default)]
+struct Port {
+    moder: u32,
+    otyper: u16,
+    ospeedr: u32,
+    pupdr: u32,
+    odr: u16,
+    afr: [u32; 2],
+    /// Pins that something outside drives, and its level.
+    driven: u16,
+    external: u16,
+    /// Push-pull outputs, from MODER and OTYPER.
+    push_pull: u16,
+    levels: u16,
+}
+
+/// All ports.
+#[derive(Clone, Debug)]
+pub struct Gpio {
+    ports: [Port; PORTS],
+    edges: Vec<Edge>,
+}
+
+impl Default for Gpio {
+    fn default() -> Self {
+        let mut gpio = Self {
+            ports: std::array::from_fn(|_| Port::default()),
+            edges: Vec::new(),
+        };
+        for port in 0..PORTS {
+            gpio.ports[port].reset(port);
+        }
+        gpio
+    }
+}
+
+impl Gpio {
+    /// What reset makes of all ports (RM0090 8.4); what is connected outside
+    /// stays.
+    pub fn reset(&mut self, at: Cycle) {
+        for port in 0..PORTS {
+            self.reset_port(port, at);
+        }
+    }
+
+    /// Resets `port` (RCC_AHB1RSTR); a port beyond I is ignored.
+    pub fn reset_port(&mut self, port: usize, at: Cycle) {
+        if let Some(p) = self.ports.get_mut(port) {
+            let before = p.levels;
+            p.reset(port);
+            self.note(port, before, at);
+        }
+    }
+
+    /// Reads the register at `offset` of `port` (0 is A).
+    ///
+    /// # Errors
+    /// Sub-word accesses, the lock, and gaps.
+    pub fn read(&self, port: usize, offset: u32, size: Size) -> Result<u32, Unmodelled> {
+        let p = self.port(port)?;
+        word(size)?;
+        Ok(match offset {
+            offset::MODER => p.moder,
+            offset::OTYPER => p.otyper.into(),
+            offset::OSPEEDR => p.ospeedr,
+            offset::PUPDR => p.pupdr,
+            offset::IDR => p.idr().into(),
+            offset::ODR => p.odr.into(),
+            offset::BSRR => 0, // write only: reads as 0
+            offset::AFRL => p.afr[0],
+            offset::AFRH => p.afr[1],
+            _ => return Err(Unmodelled("a GPIO register")),
+        })
+    }
+
+    /// Writes the register at `offset` of `port`; the new value holds from
+    /// `done` on.
+    ///
+    /// # Errors
+    /// Sub-word accesses, the lock, and gaps.
+    pub fn write(
+        &mut self,
+        port: usize,
+        offset: u32,
+        size: Size,
+        value: u32,
+        done: Cycle,
+    ) -> Result<(), Unmodelled> {
+        word(size)?;
+        self.port(port)?;
+        if offset == offset::BSRR {
+            self.bsrr(port, value, done);
+            return Ok(());
+        }
+        let p = &mut self.ports[port];
+        let before = p.levels;
+        match offset {
+            offset::MODER => p.moder = value,
+            offset::OTYPER => p.otyper = value as u16,
+            offset::OSPEEDR => p.ospeedr = value,
+            offset::PUPDR => p.pupdr = value,
+            offset::IDR => (), // read only
+            offset::ODR => p.odr = value as u16,
+            offset::AFRL => p.afr[0] = value,
+            offset::AFRH => p.afr[1] = value,
+            _ => return Err(Unmodelled("a GPIO register")),
+        }
+        p.refresh();
+        self.note(port, before, done);
+        Ok(())
+    }
+
+    /// Writes BSRR of `port`: bits 15–0 set, 31–16 reset, set wins
+    /// (RM0090 8.4.7).
+    #[inline]
+    pub fn bsrr(&mut self, port: usize, value: u32, done: Cycle) {
+        let p = &mut self.ports[port];
+        let (set, reset) = (value as u16, (value >> 16) as u16);
+        let odr = p.odr & !reset | set;
+        let flipped = odr ^ p.odr;
+        if flipped == 0 {
+            return;
+        }
+        p.odr = odr;
+        let before = p.levels;
+        if flipped & !p.push_pull == 0 {
+            p.levels ^= flipped;
+        } else {
+            p.refresh();
+        }
+        self.note(port, before, done);
+    }
+
+    /// Connects `level` to a pin from outside; gives the level that the pin now
+    /// has if that changed, which is not listed as an edge: the caller knows.
+    /// Ports and pins beyond I and 15 are ignored.
+    pub fn drive(&mut self, port: usize, pin: usize, level: Level) -> Option<bool> {
+        let p = self.ports.get_mut(port).filter(|_| pin < 16)?;
+        let (bit, before) = (1u16 << pin, p.levels);
+        p.driven = p.driven & !bit | if level == Level::Open { 0 } else { bit };
+        p.external = p.external & !bit | if level == Level::High { bit } else { 0 };
+        p.refresh();
+        let now = p.levels;
+        ((before ^ now) & bit != 0).then_some(now & bit != 0)
+    }
+
+    /// Level of a pin; low beyond I and 15.
+    #[must_use]
+    pub fn level(&self, port: usize, pin: usize) -> bool {
+        pin < 16
+            && self
+                .ports
+                .get(port)
+                .is_some_and(|p| p.levels >> pin & 1 != 0)
+    }
+
+    /// All levels of `port`, bit n is pin n; 0 beyond I.
+    #[must_use]
+    pub fn levels(&self, port: usize) -> u16 {
+        self.ports.get(port).map_or(0, |p| p.levels)
+    }
+
+    /// Whether a pin is in alternate-function mode with `function`.
+    #[must_use]
+    pub fn has_function(&self, port: usize, pin: usize, function: u32) -> bool {
+        let mode = 0b10 << (2 * pin);
+        self.ports.get(port).is_some_and(|p| {
+            p.moder & 0b11 << (2 * pin) == mode
+                && p.afr[pin / 8] >> (4 * (pin % 8)) & 0xF == function
+        })
+    }
+
+    /// Edges that writes made since the last drain, ascending in cycle.
+    pub fn edges_mut(&mut self) -> &mut Vec<Edge> {
+        &mut self.edges
+    }
+
+    fn port(&self, port: usize) -> Result<&Port, Unmodelled> {
+        self.ports.get(port).ok_or(Unmodelled("a GPIO port"))
+    }
+
+    #[inline]
+    fn note(&mut self, port: usize, before: u16, cycle: Cycle) {
+        let levels = self.ports[port].levels;
+        if levels != before {
+            self.edges.push(Edge {
+                cycle,
+                port: port as u8,
+                changed: levels ^ before,
+                levels,
+            });
+        }
+    }
+}
+
+impl Port {
+    fn reset(&mut self, port: usize) {
+        let (moder, ospeedr, pupdr) = match port {
+            // SWDIO, SWCLK, JTDI on A; JTDO and NJTRST on B (RM0090 8.4.1–8.4.4).
+            0 => (0xA800_0000, 0x0C00_0000, 0x6400_0000),
+            1 => (0x0000_0280, 0x0000_00C0, 0x0000_0100),
+            _ => (0, 0, 0),
+        };
+        *self = Self {
+            moder,
+            ospeedr,
+            pupdr,
+            driven: self.driven,
+            external: self.external,
+            ..Self::default()
+        };
+        self.refresh();
+    }
+
+    /// Recomputes the levels from all that decides them.
+    fn refresh(&mut self) {
+        let (mut output, mut up) = (0u16, 0u16);
+        for pin in 0..16 {
+            output |= u16::from(self.moder >> (2 * pin) & 0b11 == 0b01) << pin;
+            up |= u16::from(self.pupdr >> (2 * pin) & 0b11 == 0b01) << pin;
+        }
+        self.push_pull = output & !self.otyper;
+        // An open-drain output drives low or not at all.
+        let sinks = output & self.otyper & !self.odr;
+        let passive = self.driven & self.external | !self.driven & up;
+        self.levels = self.push_pull & self.odr | !self.push_pull & !sinks & passive;
+    }
+
+    /// Input data: an analogue pin reads 0 (RM0090 8.3.12).
+    fn idr(&self) -> u16 {
+        let mut analogue = 0u16;
+        for pin in 0..16 {
+            analogue |= u16::from(self.moder >> (2 * pin) & 0b11 == 0b11) << pin;
+        }
+        self.levels & !analogue
+    }
+}
+
+fn word(size: Size) -> Result<(), Unmodelled> {
+    if size == Size::Word {
+        Ok(())
+    } else {
+        Err(Unmodelled("a GPIO access narrower than a word"))
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,365 @@
+//! The independent watchdog (RM0090 chapter 21).
+//!
+//! A debugger's halt stops all time of the simulator, so DBGMCU's freeze bit
+//! has nothing to do here. Taken: the prescaler runs freely, so that the first
+//! count after a reload may be cut short; a new prescaler or reload value
+//! arrives five LSI cycles after its write.
+
+use super::Peripheral;
+use super::clock::{Oscillator, cycles_in};
+use super::word::part;
+use crate::chip::Cycle;
+use crate::chip::cpu::Size;
+use crate::chip::cpu::bus::Unmodelled;
+
+/// LSI start-up, 15 µs typical (DS8626, LSI oscillator characteristics).
+const LSI_START_NS: u64 = 15_000;
+/// Until PVU or RVU clears (section 21.4.4).
+const UPDATE_TICKS: u64 = 5;
+const RESET_RELOAD: u32 = 0xFFF;
+
+/// A register whose new value is on its way into the LSI's domain.
+#[derive(Clone, Copy, Debug)]
+struct Synchronized {
+    value: u32,
+    pending: Option<(u32, u64)>,
+}
+
+impl Synchronized {
+    const fn new(value: u32) -> Self {
+        Self {
+            value,
+            pending: None,
+        }
+    }
+
+    /// What software reads: the value written last.
+    fn latest(&self) -> u32 {
+        self.pending.map_or(self.value, |(value, _)| value)
+    }
+
+    /// Whether the value changed.
+    fn arrive(&mut self, tick: u64) -> bool {
+        match self.pending {
+            Some((value, due)) if due <= tick => {
+                self.value = value;
+                self.pending = None;
+                true
+            }
+            _ => false,
+        }
+    }
+}
+
+/// The running counter: `count` at tick `since`, one less with each tick that
+/// is a multiple of the prescaler.
+#[derive(Clone, Copy, Debug)]
+struct Counter {
+    count: u64,
+    since: u64,
+}
+
+/// Independent watchdog.
+#[derive(Clone, Debug)]
+pub struct Iwdg {
+    lsi_hz: u32,
+    core_hz: u32,
+    unlocked: bool,
+    prescaler: Synchronized,
+    reload: Synchronized,
+    /// LSI and counter; it runs once it was started.
+    running: Option<(Oscillator, Counter)>,
+    bitten: bool,
+}
+
+impl Iwdg {
+    /// At reset, on an LSI of `lsi_hz`: 32 kHz typical, 17–47 kHz (DS8626).
+    #[must_use]
+    pub const fn new(lsi_hz: u32) -> Self {
+        Self {
+            lsi_hz,
+            core_hz: super::rcc::HSI_HZ,
+            unlocked: false,
+            prescaler: Synchronized::new(0),
+            reload: Synchronized::new(RESET_RELOAD),
+            running: None,
+            bitten: false,
+        }
+    }
+
+    /// System reset: the watchdog stands still until it is started again.
+    pub fn reset(&mut self) {
+        *self = Self {
+            core_hz: self.core_hz,
+            ..Self::new(self.lsi_hz)
+        };
+    }
+
+    /// From cycle `at` on the core runs at `hz`.
+    pub fn set_hz(&mut self, hz: u32, at: Cycle) {
+        self.core_hz = hz;
+        if let Some((lsi, _)) = &mut self.running {
+            lsi.set_core_hz(hz, at);
+        }
+    }
+
+    /// It asks for a reset of the chip.
+    #[must_use]
+    pub const fn has_bitten(&self) -> bool {
+        self.bitten
+    }
+
+    /// Cycle of its bite if nothing more happens; `Cycle::MAX` while it stands.
+    #[must_use]
+    pub fn bites_at(&self) -> Cycle {
+        self.running.as_ref().map_or(Cycle::MAX, |(lsi, counter)| {
+            let divider = self.divider();
+            // The count passes 0 with one multiple of the divider more.
+            let last = counter.since / divider + counter.count + 1;
+            lsi.cycle_of(last * divider)
+        })
+    }
+
+    /// LSI cycles per count: 4, 8, …, 256.
+    fn divider(&self) -> u64 {
+        4 << self.prescaler.value.min(6)
+    }
+
+    /// Counts down from 0xFFF, whatever the reload value (section 21.3).
+    fn start(&mut self, at: Cycle) {
+        if self.running.is_none() {
+            let first = at.saturating_add(cycles_in(LSI_START_NS, self.core_hz));
+            let counter = Counter {
+                count: u64::from(RESET_RELOAD),
+                since: 0,
+            };
+            let lsi = Oscillator::new(self.lsi_hz, self.core_hz, first);
+            self.running = Some((lsi, counter));
+        }
+    }
+
+    fn refresh(&mut self, at: Cycle) {
+        if let Some((lsi, counter)) = &mut self.running {
+            *counter = Counter {
+                count: u64::from(self.reload.value),
+                since: lsi.ticks(at),
+            };
+        }
+    }
+
+    fn schedule(&mut self, value: u32, at: Cycle, reload: bool) -> Result<(), Unmodelled> {
+        if !self.unlocked {
+            return Ok(());
+        }
+        let Some((lsi, _)) = &self.running else {
+            return Err(Unmodelled("IWDG: set up before it was started"));
+        };
+        let due = lsi.ticks(at) + UPDATE_TICKS;
+        let register = if reload {
+            &mut self.reload
+        } else {
+            &mut self.prescaler
+        };
+        if register.pending.is_some() {
+            return Err(Unmodelled("IWDG: written while PVU or RVU is set"));
+        }
+        register.pending = Some((value, due));
+        Ok(())
+    }
+
+    /// A new prescaler counts what is left from where the old one stood.
+    fn arrive(&mut self, tick: u64) {
+        let old = self.divider();
+        let due = self.prescaler.pending.map_or(tick, |(_, due)| due);
+        if self.prescaler.arrive(tick)
+            && let Some((_, counter)) = &mut self.running
+        {
+            let counted = due / old - counter.since / old;
+            *counter = Counter {
+                count: counter.count.saturating_sub(counted),
+                since: due,
+            };
+        }
+        self.reload.arrive(tick);
+    }
+}
+
+impl Peripheral for Iwdg {
+    fn read(&mut self, offset: u32, size: Size, at: Cycle) -> Result<u32, Unmodelled> {
+        self.advance(at)?;
+        let word = match offset & !3 {
+            0x0 => 0,
+            0x4 => self.prescaler.latest(),
+            0x8 => self.reload.latest(),
+            0xC => {
+                let busy = |register: &Synchronized| u32::from(register.pending.is_some());
+                busy(&self.prescaler) | busy(&self.reload) << 1
+            }
+            _ => return Err(Unmodelled("IWDG register")),
+        };
+        Ok(part(word, offset, size))
+    }
+
+    fn write(&mut self, offset: u32, size: Size, value: u32, at: Cycle) -> Result<(), Unmodelled> {
+        self.advance(at)?;
+        if size == Size::Byte {
+            return Err(Unmodelled("IWDG: byte writes"));
+        }
+        match offset {
+            0x0 => {
+                let key = value & 0xFFFF;
+                self.unlocked = key == 0x5555;
+                match key {
+                    0xAAAA => self.refresh(at),
+                    0xCCCC => self.start(at),
+                    _ => {}
+                }
+                Ok(())
+            }
+            0x4 => self.schedule(value & 7, at, false),
+            0x8 => self.schedule(value & 0xFFF, at, true),
+            0xC => Ok(()),
+            _ => Err(Unmodelled("IWDG register")),
+        }
+    }
+
+    fn advance(&mut self, to: Cycle) -> Result<(), Unmodelled> {
+        if let Some((lsi, _)) = &self.running {
+            let tick = lsi.ticks(to);
+            if self.prescaler.pending.is_some() || self.reload.pending.is_some() {
+                self.arrive(tick);
+            }
+            self.bitten |= self.bites_at() <= to;
+        }
+        Ok(())
+    }
+
+    /// The bite, or the arrival of a new prescaler, which moves it.
+    fn next_event(&self) -> Cycle {
+        let arrival = match (&self.running, self.prescaler.pending) {
+            (Some((lsi, _)), Some((_, due))) => lsi.cycle_of(due),
+            _ => Cycle::MAX,
+        };
+        self.bites_at().min(arrival)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const KR: u32 = 0;
+    const PR: u32 = 4;
+    const RLR: u32 = 8;
+    const SR: u32 = 0xC;
+    /// Core cycles of one LSI cycle at 32 kHz and 16 MHz.
+    const TICK: Cycle = 500;
+    /// Cycle of LSI tick 0: 15 µs.
+    const FIRST: Cycle = 240;
+
+    fn write(iwdg: &mut Iwdg, offset: u32, value: u32, at: Cycle) {
+        iwdg.write(offset, Size::Word, value, at).unwrap();
+    }
+
+    /// The board's set-up: start, unlock, divide by 4, 49 counts.
+    fn board(lsi_hz: u32) -> Iwdg {
+        let mut iwdg = Iwdg::new(lsi_hz);
+        write(&mut iwdg, KR, 0xCCCC, 0);
+        write(&mut iwdg, KR, 0x5555, 10);
+        write(&mut iwdg, PR, 0, 20);
+        write(&mut iwdg, RLR, 48, 30);
+        iwdg
+    }
+
+    #[test]
+    fn it_stands_until_started_and_bites_after_the_longest_time() {
+        let mut iwdg = Iwdg::new(32_000);
+        assert_eq!(iwdg.next_event(), Cycle::MAX);
+        write(&mut iwdg, KR, 0xCCCC, 0);
+        // Table: 512 ms at /4 and RL 0xFFF.
+        let bite = FIRST + 4096 * 4 * TICK;
+        assert_eq!(iwdg.next_event(), bite);
+        iwdg.advance(bite - 1).unwrap();
+        assert!(!iwdg.has_bitten());
+        iwdg.advance(bite).unwrap();
+        assert!(iwdg.has_bitten());
+        iwdg.reset();
+        assert!(!iwdg.has_bitten());
+        assert_eq!(iwdg.next_event(), Cycle::MAX);
+    }
+
+    #[test]
+    fn new_values_arrive_after_five_lsi_cycles() {
+        let mut iwdg = board(32_000);
+        assert_eq!(iwdg.read(SR, Size::Word, 40), Ok(3));
+        assert_eq!(iwdg.read(RLR, Size::Word, 40), Ok(48));
+        let arrival = FIRST + 5 * TICK;
+        assert_eq!(iwdg.read(SR, Size::Word, arrival - 1), Ok(3));
+        assert_eq!(iwdg.read(SR, Size::Word, arrival), Ok(0));
+        assert!(iwdg.bites_at() > 500_000, "not reloaded yet");
+        write(&mut iwdg, KR, 0xAAAA, arrival + 10);
+        // Tick 5 lies in count 1, so 49 counts end with tick 4 * 50.
+        assert_eq!(iwdg.bites_at(), FIRST + 200 * TICK);
+    }
+
+    #[test]
+    fn feeding_moves_the_bite() {
+        let mut iwdg = board(32_000);
+        let mut at = 10_000;
+        for _ in 0..100 {
+            write(&mut iwdg, KR, 0xAAAA, at);
+            let wait = iwdg.bites_at() - at;
+            assert!((48 * 4 * TICK..=49 * 4 * TICK).contains(&wait), "{wait}");
+            at += 50_001;
+        }
+        assert!(!iwdg.has_bitten());
+    }
+
+    #[test]
+    fn it_bites_within_4_and_12_ms_over_the_tolerance_of_the_lsi() {
+        for lsi_hz in [17_000, 32_000, 47_000] {
+            let mut iwdg = board(lsi_hz);
+            for n in 0..50 {
+                let at = 20_000 + n * 1234;
+                write(&mut iwdg, KR, 0xAAAA, at);
+                let us = (iwdg.bites_at() - at) / 16;
+                assert!((4_000..12_000).contains(&us), "{lsi_hz} Hz: {us} us");
+            }
+        }
+    }
+
+    #[test]
+    fn registers_are_locked_but_for_the_key() {
+        let mut iwdg = Iwdg::new(32_000);
+        write(&mut iwdg, KR, 0xCCCC, 0);
+        write(&mut iwdg, RLR, 1, 0);
+        assert_eq!(iwdg.read(RLR, Size::Word, 1), Ok(0xFFF));
+        write(&mut iwdg, KR, 0x5555, 2);
+        write(&mut iwdg, KR, 0xAAAA, 3);
+        write(&mut iwdg, PR, 1, 4);
+        assert_eq!(iwdg.read(PR, Size::Word, 5), Ok(0));
+    }
+
+    #[test]
+    fn the_prescaler_slows_what_is_left() {
+        let mut iwdg = board(32_000);
+        write(&mut iwdg, KR, 0xAAAA, 10_000);
+        write(&mut iwdg, KR, 0x5555, 10_000);
+        let tick = (10_000 - FIRST) / TICK; // 19: count 4 of the prescaler
+        write(&mut iwdg, PR, 2, 10_000);
+        let due = FIRST + (tick + 5) * TICK; // tick 24: two counts later
+        assert_eq!(iwdg.next_event(), due);
+        iwdg.advance(due).unwrap();
+        // 46 counts of 16 are left, and the one under way (ticks 16-31).
+        assert_eq!(iwdg.bites_at(), FIRST + (1 + 46 + 1) * 16 * TICK);
+    }
+
+    #[test]
+    fn a_faster_core_changes_no_time() {
+        let mut iwdg = board(32_000);
+        write(&mut iwdg, KR, 0xAAAA, 10_000);
+        let left = iwdg.bites_at() - 10_000;
+        iwdg.set_hz(160_000_000, 10_000);
+        assert_eq!(iwdg.bites_at() - 10_000, left * 10);
+    }
+}

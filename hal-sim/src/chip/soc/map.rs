@@ -1,0 +1,167 @@
+//! The memory map (RM0090 table 1): which block answers at an address.
+
+use super::matrix::Bridge;
+use super::playback;
+use super::rcc::Block;
+
+/// A block of registers and the offset within it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unit {
+    /// TIM1–5, DMA1/2, GPIO.
+    Playback(playback::Block),
+    /// RTC, of which the backup registers.
+    Backup,
+    /// Independent watchdog.
+    Iwdg,
+    /// SPI3.
+    Spi3,
+    /// USART2.
+    Usart2,
+    /// Power control.
+    Pwr,
+    /// ADC1 and the common registers.
+    Adc,
+    /// System configuration.
+    Syscfg,
+    /// External interrupts.
+    Exti,
+    /// Reset and clock control.
+    Rcc,
+    /// Flash interface.
+    Flash,
+    /// USB.
+    Otg,
+    /// Debug support.
+    Dbgmcu,
+}
+
+/// The block at `address`, from 0x4000_0000 on, and the offset within it.
+#[must_use]
+pub fn find(address: u32) -> Option<(Unit, u32)> {
+    if address >> 18 == 0x5000_0000 >> 18 {
+        return Some((Unit::Otg, address & 0x3_FFFF));
+    }
+    let base = address & !0x3FF;
+    let unit = match base {
+        0x4000_0000 => Unit::Playback(playback::Block::Timer(2)),
+        0x4000_0400 => Unit::Playback(playback::Block::Timer(3)),
+        0x4000_0800 => Unit::Playback(playback::Block::Timer(4)),
+        0x4000_0C00 => Unit::Playback(playback::Block::Timer(5)),
+        0x4000_2800 => Unit::Backup,
+        0x4000_3000 => Unit::Iwdg,
+        0x4000_3C00 => Unit::Spi3,
+        0x4000_4400 => Unit::Usart2,
+        0x4000_7000 => Unit::Pwr,
+        0x4001_0000 => Unit::Playback(playback::Block::Timer(1)),
+        0x4001_2000 => Unit::Adc,
+        0x4001_3800 => Unit::Syscfg,
+        0x4001_3C00 => Unit::Exti,
+        0x4002_0000..=0x4002_2000 => {
+            let port = (base - 0x4002_0000) >> 10;
+            Unit::Playback(playback::Block::Gpio(port as usize))
+        }
+        0x4002_3800 => Unit::Rcc,
+        0x4002_3C00 => Unit::Flash,
+        0x4002_6000 => Unit::Playback(playback::Block::Dma1),
+        0x4002_6400 => Unit::Playback(playback::Block::Dma2),
+        0xE004_2000 => Unit::Dbgmcu,
+        _ => return None,
+    };
+    Some((unit, address & 0x3FF))
+}
+
+impl Unit {
+    /// The bridge between it and AHB1; `None` if it is not behind AHB1.
+    #[must_use]
+    pub const fn bridge(self) -> Option<Bridge> {
+        Some(match self {
+            Self::Playback(_) | Self::Rcc | Self::Flash => Bridge::None,
+            Self::Backup | Self::Iwdg | Self::Spi3 | Self::Usart2 | Self::Pwr => Bridge::Apb1,
+            Self::Adc | Self::Syscfg | Self::Exti => Bridge::Apb2,
+            Self::Otg | Self::Dbgmcu => return None,
+        })
+    }
+
+    /// The clock that it needs to answer; `None` if it always has one.
+    #[must_use]
+    pub const fn clock(self) -> Option<Block> {
+        Some(match self {
+            Self::Playback(playback::Block::Timer(1)) => Block::Tim1,
+            Self::Playback(playback::Block::Timer(2)) => Block::Tim2,
+            Self::Playback(playback::Block::Timer(3)) => Block::Tim3,
+            Self::Playback(playback::Block::Timer(4)) => Block::Tim4,
+            Self::Playback(playback::Block::Timer(_)) => Block::Tim5,
+            Self::Playback(playback::Block::Dma1) => Block::Dma1,
+            Self::Playback(playback::Block::Dma2) => Block::Dma2,
+            Self::Playback(playback::Block::Gpio(port)) => gpio_clock(port),
+            Self::Spi3 => Block::Spi3,
+            Self::Usart2 => Block::Usart2,
+            Self::Pwr => Block::Pwr,
+            Self::Adc => Block::Adc,
+            Self::Syscfg => Block::Syscfg,
+            Self::Otg => Block::OtgFs,
+            // EXTI runs on APB2's own clock; the backup domain and the
+            // watchdog have theirs (RM0090 section 7.3).
+            Self::Exti | Self::Backup | Self::Iwdg | Self::Rcc | Self::Flash | Self::Dbgmcu => {
+                return None;
+            }
+        })
+    }
+}
+
+const fn gpio_clock(port: usize) -> Block {
+    match port {
+        0 => Block::GpioA,
+        1 => Block::GpioB,
+        2 => Block::GpioC,
+        3 => Block::GpioD,
+        4 => Block::GpioE,
+        5 => Block::GpioF,
+        6 => Block::GpioG,
+        7 => Block::GpioH,
+        _ => Block::GpioI,
+    }
+}
+
+/// What RCC's reset bit of `block` resets, if it lives in `Playback`.
+#[must_use]
+pub const fn playback_block(block: Block) -> Option<playback::Block> {
+    Some(match block {
+        Block::Tim1 => playback::Block::Timer(1),
+        Block::Tim2 => playback::Block::Timer(2),
+        Block::Tim3 => playback::Block::Timer(3),
+        Block::Tim4 => playback::Block::Timer(4),
+        Block::Tim5 => playback::Block::Timer(5),
+        Block::Dma1 => playback::Block::Dma1,
+        Block::Dma2 => playback::Block::Dma2,
+        Block::GpioA => playback::Block::Gpio(0),
+        Block::GpioB => playback::Block::Gpio(1),
+        Block::GpioC => playback::Block::Gpio(2),
+        Block::GpioD => playback::Block::Gpio(3),
+        Block::GpioE => playback::Block::Gpio(4),
+        Block::GpioF => playback::Block::Gpio(5),
+        Block::GpioG => playback::Block::Gpio(6),
+        Block::GpioH => playback::Block::Gpio(7),
+        Block::GpioI => playback::Block::Gpio(8),
+        _ => return None,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blocks_are_where_the_manual_says() {
+        let timer = |n| Unit::Playback(playback::Block::Timer(n));
+        assert_eq!(find(0x4000_0024), Some((timer(2), 0x24)));
+        assert_eq!(find(0x4001_0010), Some((timer(1), 0x10)));
+        let port_b = Unit::Playback(playback::Block::Gpio(1));
+        assert_eq!(find(0x4002_0418), Some((port_b, 0x18)));
+        assert_eq!(find(0x4001_2304), Some((Unit::Adc, 0x304)));
+        assert_eq!(find(0x5000_1000), Some((Unit::Otg, 0x1000)));
+        assert_eq!(find(0x4000_2850), Some((Unit::Backup, 0x50)));
+        assert_eq!(find(0x4002_2400), None, "beyond port I");
+        assert_eq!(find(0x4000_1000), None, "TIM6");
+    }
+}

@@ -1,0 +1,152 @@
+//! The bus matrix (RM0090 2.1): who waits for whom, and how long.
+//!
+//! Each slave serves one access at a time and stays granted to its last master.
+//! Exact by the manuals: separate slaves never disturb one another, AHB slaves
+//! answer without wait states, masters take turns (RM0090 2.1.10), and a change
+//! of master costs one cycle (AN4031 tables 4 and 5, bus matrix arbitration).
+//! Approximate: the cost of an APB access (one cycle into the bridge, then two
+//! APB cycles from the next APB clock edge, AN4031 table 4; the phase of the APB
+//! clocks is unknown and taken from cycle 0), a write's like a read's; and the
+//! bridge holds the whole AHB1 slave meanwhile.
+
+use crate::chip::Cycle;
+
+/// Who asks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Master {
+    /// The core's D- or S-bus.
+    Core,
+    /// DMA2's memory port.
+    Dma2Memory,
+    /// DMA2's peripheral port.
+    Dma2Peripheral,
+}
+
+/// Who answers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Slave {
+    /// SRAM1, 112 KiB.
+    Sram1,
+    /// SRAM2, 16 KiB.
+    Sram2,
+    /// AHB1 peripherals: GPIO, DMA, RCC. The APB bridges hang here too.
+    Ahb1,
+}
+
+/// What the core reaches behind the AHB1 slave.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Bridge {
+    /// AHB1 itself.
+    None,
+    /// APB1.
+    Apb1,
+    /// APB2.
+    Apb2,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct State {
+    /// First cycle in which it can begin an access.
+    free: Cycle,
+    owner: Master,
+}
+
+/// The slaves that both the core and DMA2 reach in the images.
+#[derive(Clone, Debug)]
+pub struct Matrix {
+    slaves: [State; 3],
+    /// HCLK cycles per APB1 and APB2 cycle.
+    apb: [u32; 2],
+}
+
+impl Default for Matrix {
+    fn default() -> Self {
+        Self {
+            slaves: [State {
+                free: 0,
+                owner: Master::Core,
+            }; 3],
+            apb: [1; 2],
+        }
+    }
+}
+
+impl Matrix {
+    /// Sets the HCLK cycles per APB1 and APB2 cycle, at least 1 (RCC_CFGR PPRE).
+    pub fn set_apb(&mut self, apb1: u32, apb2: u32) {
+        self.apb = [apb1.max(1), apb2.max(1)];
+    }
+
+    /// First cycle from `want` on in which `slave` can take up an access.
+    #[inline]
+    #[must_use]
+    pub fn ready(&self, slave: Slave, want: Cycle) -> Cycle {
+        want.max(self.slaves[slave as usize].free)
+    }
+
+    /// Whose turn it is not, should others ask at the same cycle.
+    #[inline]
+    #[must_use]
+    pub fn last(&self, slave: Slave) -> Master {
+        self.slaves[slave as usize].owner
+    }
+
+    /// Lets `master` use `slave` for one cycle from `want` on; gives the cycle
+    /// from which the access is complete.
+    #[inline]
+    pub fn take(&mut self, slave: Slave, master: Master, want: Cycle) -> Cycle {
+        let state = &mut self.slaves[slave as usize];
+        let start = want.max(state.free) + Cycle::from(state.owner != master);
+        *state = State {
+            free: start + 1,
+            owner: master,
+        };
+        start + 1
+    }
+
+    /// The core's access through `bridge`; gives the cycle from which it is
+    /// complete.
+    pub fn take_core(&mut self, slave: Slave, bridge: Bridge, want: Cycle) -> Cycle {
+        let done = self.take(slave, Master::Core, want);
+        let divider = match bridge {
+            Bridge::None => return done,
+            Bridge::Apb1 => self.apb[0],
+            Bridge::Apb2 => self.apb[1],
+        };
+        let divider = Cycle::from(divider);
+        let done = done.next_multiple_of(divider) + 2 * divider;
+        self.slaves[slave as usize].free = done;
+        done
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_master_that_stays_waits_for_nothing() {
+        let mut matrix = Matrix::default();
+        assert_eq!(matrix.take(Slave::Sram2, Master::Core, 10), 11);
+        assert_eq!(matrix.take(Slave::Sram2, Master::Core, 11), 12);
+    }
+
+    #[test]
+    fn a_change_of_master_costs_a_cycle_and_a_busy_slave_more() {
+        let mut matrix = Matrix::default();
+        assert_eq!(matrix.take(Slave::Sram2, Master::Dma2Memory, 10), 12);
+        assert_eq!(matrix.take(Slave::Sram2, Master::Dma2Memory, 12), 13);
+        assert_eq!(matrix.take(Slave::Sram2, Master::Core, 12), 15);
+        assert_eq!(matrix.take(Slave::Ahb1, Master::Core, 12), 13);
+    }
+
+    #[test]
+    fn a_bridge_holds_ahb1_for_two_apb_cycles_from_an_apb_edge() {
+        let mut matrix = Matrix::default();
+        matrix.set_apb(4, 2);
+        assert_eq!(matrix.take_core(Slave::Ahb1, Bridge::Apb1, 0), 4 + 8);
+        assert_eq!(matrix.take_core(Slave::Ahb1, Bridge::Apb2, 12), 14 + 4);
+        // DMA waits for the bridge, then for the change of master.
+        assert_eq!(matrix.take(Slave::Ahb1, Master::Dma2Peripheral, 13), 20);
+    }
+}

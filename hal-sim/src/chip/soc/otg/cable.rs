@@ -1,0 +1,282 @@
+//! The controller as the cable sees it: packets of a host, VBUS, bus states.
+
+use super::fifo::Status;
+use super::registers::{ctl, dctl, dsts, epint, int};
+use super::{ENDPOINTS, Otg};
+use crate::chip::Cycle;
+
+/// What the device answers to data from the host.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Answer {
+    /// Accepted.
+    Ack,
+    /// Not now.
+    Nak,
+    /// The endpoint is halted, or the request is refused.
+    Stall,
+    /// Nothing: wrong address, no such endpoint, or not attached.
+    Silent,
+}
+
+/// What the device answers to an IN token.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reply {
+    /// A data packet.
+    Data(Packet),
+    /// Nothing to send.
+    Nak,
+    /// The endpoint is halted, or the request is refused.
+    Stall,
+    /// Nothing: wrong address, no such endpoint, or not attached.
+    Silent,
+}
+
+/// A data packet, 0–64 bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Packet {
+    bytes: [u8; 64],
+    length: u8,
+    /// DATA1, not DATA0.
+    pub data1: bool,
+}
+
+impl Packet {
+    /// A packet of the first 64 bytes of `bytes` at most.
+    #[must_use]
+    pub fn new(bytes: &[u8], data1: bool) -> Self {
+        let mut packet = Self {
+            bytes: [0; 64],
+            length: bytes.len().min(64) as u8,
+            data1,
+        };
+        for (to, from) in packet.bytes.iter_mut().zip(bytes) {
+            *to = *from;
+        }
+        packet
+    }
+
+    /// What it carries.
+    #[must_use]
+    pub fn bytes(&self) -> &[u8] {
+        self.bytes.get(..usize::from(self.length)).unwrap_or(&[])
+    }
+}
+
+impl Otg {
+    /// VBUS comes (a powered cable is plugged in) or goes at `at`.
+    pub fn set_vbus(&mut self, on: bool, at: Cycle) {
+        self.vbus = on;
+        self.update_session(at);
+    }
+
+    /// Since when D+ has been pulled up, if it is.
+    #[must_use]
+    pub fn attached(&self) -> Option<Cycle> {
+        self.attached
+    }
+
+    /// The host drives SE0: a bus reset begins (USBRST). The device answers to
+    /// no address until software writes DCFG.DAD = 0.
+    pub fn reset_begins(&mut self) {
+        self.events |= int::USBRST;
+        self.dsts = 0;
+        self.setup_stage = false;
+        for endpoint in self.ins.iter_mut().chain(&mut self.outs) {
+            endpoint.usb_reset();
+        }
+    }
+
+    /// The bus reset is over, the speed is known (ENUMDNE).
+    pub fn reset_ends(&mut self) {
+        self.events |= int::ENUMDNE;
+        self.dsts = dsts::FULL_SPEED;
+    }
+
+    /// The bus has been idle for 3 ms (ESUSP, USBSUSP).
+    pub fn suspend(&mut self) {
+        self.events |= int::ESUSP | int::USBSUSP;
+        self.dsts |= dsts::SUSPSTS;
+    }
+
+    /// The start of frame `number` (0–2047) was received.
+    pub fn sof(&mut self, number: u16) {
+        self.events |= int::SOF;
+        self.frame = number & 0x7FF;
+        self.dsts &= !dsts::SUSPSTS;
+    }
+
+    /// 80 % of the frame, the part for periodic transfers, are over (EOPF).
+    pub fn periodic_frame_ends(&mut self) {
+        self.events |= int::EOPF;
+    }
+
+    /// Whether a start of frame can raise the interrupt line.
+    #[must_use]
+    pub fn awaits_sof(&self) -> bool {
+        self.mask & int::SOF != 0 && self.events & int::SOF == 0
+    }
+
+    /// Whether the end of the periodic part can raise the interrupt line.
+    #[must_use]
+    pub fn awaits_periodic_end(&self) -> bool {
+        self.mask & int::EOPF != 0 && self.events & int::EOPF == 0
+    }
+
+    /// DCFG.DAD.
+    pub(super) fn programmed_address(&self) -> u8 {
+        (self.dcfg >> 4 & 0x7F) as u8
+    }
+
+    fn listens(&self, address: u8, endpoint: usize) -> bool {
+        self.attached.is_some() && self.address == address && endpoint < ENDPOINTS
+    }
+
+    /// A SETUP transaction to endpoint 0 at `address`: always accepted
+    /// (RM0090 section 34.17.6). Both directions NAK until software clears it.
+    pub fn setup(&mut self, address: u8, request: &[u8; 8]) -> Answer {
+        if !self.listens(address, 0) {
+            return Answer::Silent;
+        }
+        self.receive
+            .push(Status::Setup, 0, false, self.frame, request);
+        for endpoint in [&mut self.ins[0], &mut self.outs[0]] {
+            endpoint.clear(ctl::STALL);
+            endpoint.set(ctl::NAKSTS | ctl::DPID);
+        }
+        let left = self.outs[0].upper;
+        self.outs[0].upper = left.saturating_sub(1);
+        self.setup_stage = true;
+        Answer::Ack
+    }
+
+    /// The first token after a SETUP ends its stage.
+    fn end_setup_stage(&mut self, endpoint: usize) {
+        if endpoint == 0 && self.setup_stage {
+            self.setup_stage = false;
+            self.receive
+                .push(Status::SetupDone, 0, false, self.frame, &[]);
+        }
+    }
+
+    /// Whether an OUT transaction of `length` bytes would change anything:
+    /// `false` means that it would be answered by NAK.
+    #[must_use]
+    pub fn out_ready(&self, address: u8, endpoint: usize, length: usize) -> bool {
+        let Some(out) = self.outs.get(endpoint) else {
+            return true;
+        };
+        // Data, their status word and that of the completed transfer.
+        let words = length.div_ceil(4) + 2;
+        let room = self.receive.len() + words <= self.rx_size as usize;
+        endpoint == 0 && self.setup_stage
+            || !out.has(ctl::USBAEP)
+            || out.has(ctl::STALL)
+            || !self.listens(address, endpoint)
+            || room && !out.has(ctl::NAKSTS) && self.dctl & dctl::GONSTS == 0
+    }
+
+    /// An OUT transaction whose data packet ends now.
+    ///
+    /// EPENA is not asked: the manual says that software sets it for each
+    /// transfer, but STM32F4 parts receive while only NAKSTS is clear, and the
+    /// HAL in the image relies on it.
+    pub fn out(&mut self, address: u8, endpoint: usize, packet: &Packet) -> Answer {
+        if !self.listens(address, endpoint) || !self.outs[endpoint].has(ctl::USBAEP) {
+            return Answer::Silent;
+        }
+        let ready = self.out_ready(address, endpoint, packet.bytes().len());
+        let nak = self.outs[endpoint].has(ctl::NAKSTS);
+        self.end_setup_stage(endpoint);
+        let out = &mut self.outs[endpoint];
+        let length = packet.bytes().len() as u32;
+        if out.has(ctl::STALL) {
+            return Answer::Stall;
+        }
+        if !ready || nak || length > out.max_packet() {
+            return Answer::Nak;
+        }
+        if out.data1() != packet.data1 {
+            // A repetition: the host did not see the handshake.
+            return Answer::Ack;
+        }
+        out.toggle();
+        out.size = out.size.saturating_sub(length);
+        out.packets = out.packets.saturating_sub(1);
+        let done = out.packets == 0 || length < out.max_packet();
+        if done {
+            out.set(ctl::NAKSTS);
+        }
+        let (frame, bytes) = (self.frame, packet.bytes());
+        self.receive
+            .push(Status::Out, endpoint, packet.data1, frame, bytes);
+        if done {
+            self.receive
+                .push(Status::OutDone, endpoint, packet.data1, frame, &[]);
+        }
+        Answer::Ack
+    }
+
+    /// Whether an IN token would be answered by anything but NAK, or change
+    /// anything.
+    #[must_use]
+    pub fn in_ready(&self, address: u8, endpoint: usize) -> bool {
+        let Some(source) = self.ins.get(endpoint) else {
+            return true;
+        };
+        endpoint == 0 && self.setup_stage
+            || !source.has(ctl::USBAEP)
+            || source.has(ctl::STALL)
+            || !self.listens(address, endpoint)
+            || self.packet_length(endpoint).is_some()
+    }
+
+    /// Length of the packet that waits in the FIFO of `endpoint`, complete.
+    fn packet_length(&self, endpoint: usize) -> Option<u32> {
+        let source = &self.ins[endpoint];
+        let armed = source.has(ctl::EPENA) && !source.has(ctl::NAKSTS) && source.packets > 0;
+        if !armed || self.dctl & dctl::GINSTS != 0 {
+            return None;
+        }
+        let length = source.size.min(source.max_packet());
+        let loaded = self.transmit[endpoint].len() as u32 * 4;
+        (loaded >= length).then_some(length)
+    }
+
+    /// An IN token ends now. Data stay in the FIFO until [`Self::acknowledge`].
+    pub fn in_token(&mut self, address: u8, endpoint: usize) -> Reply {
+        if !self.listens(address, endpoint) || !self.ins[endpoint].has(ctl::USBAEP) {
+            return Reply::Silent;
+        }
+        self.end_setup_stage(endpoint);
+        if self.ins[endpoint].has(ctl::STALL) {
+            return Reply::Stall;
+        }
+        let Some(length) = self.packet_length(endpoint) else {
+            return Reply::Nak;
+        };
+        let mut bytes = [0; 64];
+        let to = bytes.get_mut(..length as usize).unwrap_or_default();
+        self.transmit[endpoint].copy(to);
+        Reply::Data(Packet::new(to, self.ins[endpoint].data1()))
+    }
+
+    /// The host's ACK of `length` bytes of IN data ends now.
+    pub fn acknowledge(&mut self, endpoint: usize, length: usize) {
+        let (Some(source), Some(fifo)) =
+            (self.ins.get_mut(endpoint), self.transmit.get_mut(endpoint))
+        else {
+            return;
+        };
+        if endpoint == 0 {
+            self.address = (self.dcfg >> 4 & 0x7F) as u8;
+        }
+        fifo.release(length as u32);
+        source.toggle();
+        source.size = source.size.saturating_sub(length as u32);
+        source.packets = source.packets.saturating_sub(1);
+        if source.packets == 0 {
+            source.clear(ctl::EPENA);
+            source.interrupt |= epint::XFRC;
+        }
+    }
+}

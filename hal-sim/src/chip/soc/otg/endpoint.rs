@@ -1,0 +1,171 @@
+//! One endpoint: its control, interrupt and transfer size registers.
+
+use super::registers::{ctl, epint};
+use crate::chip::cpu::bus::Unmodelled;
+
+/// Which way an endpoint's data go, as the host names it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Direction {
+    /// Device to host.
+    In,
+    /// Host to device.
+    Out,
+}
+
+/// DIEPCTLn/DOEPCTLn, DIEPINTn/DOEPINTn, DIEPTSIZn/DOEPTSIZn.
+#[derive(Clone, Debug)]
+pub struct Endpoint {
+    number: usize,
+    direction: Direction,
+    /// The control register without its self-clearing command bits.
+    control: u32,
+    /// Sticky bits of the interrupt register.
+    pub interrupt: u32,
+    /// XFRSIZ as programmed, less what has been transferred, bytes.
+    pub size: u32,
+    /// PKTCNT.
+    pub packets: u32,
+    /// STUPCNT (OUT 0) or the bits above PKTCNT, kept.
+    pub upper: u32,
+}
+
+impl Endpoint {
+    /// As after reset.
+    pub fn new(number: usize, direction: Direction) -> Self {
+        Self {
+            number,
+            direction,
+            control: if number == 0 { ctl::USBAEP } else { 0 },
+            interrupt: 0,
+            size: 0,
+            packets: 0,
+            upper: 0,
+        }
+    }
+
+    /// DIEPCTLn/DOEPCTLn.
+    pub fn control(&self) -> u32 {
+        self.control
+    }
+
+    /// Whether all of `bits` of the control register are set.
+    pub fn has(&self, bits: u32) -> bool {
+        self.control & bits == bits
+    }
+
+    /// Sets bits of the control register as the core itself does.
+    pub fn set(&mut self, bits: u32) {
+        self.control |= bits;
+    }
+
+    /// Clears bits of the control register as the core itself does.
+    pub fn clear(&mut self, bits: u32) {
+        self.control &= !bits;
+    }
+
+    /// The next data packet is DATA1.
+    pub fn data1(&self) -> bool {
+        self.has(ctl::DPID)
+    }
+
+    /// Swaps DATA0 and DATA1.
+    pub fn toggle(&mut self) {
+        self.control ^= ctl::DPID;
+    }
+
+    /// Largest packet, bytes; endpoint 0 encodes it (section 34.16.4).
+    pub fn max_packet(&self) -> u32 {
+        match self.number {
+            0 => 64 >> (self.control & 0b11),
+            _ => self.control & ctl::MPSIZ,
+        }
+    }
+
+    /// Writes the control register.
+    ///
+    /// # Errors
+    /// Isochronous endpoints, snooping, a TX FIFO that is another endpoint's.
+    pub fn write_control(&mut self, value: u32) -> Result<(), Unmodelled> {
+        let plain = self.plain_bits();
+        let next = self.control & !plain | value & plain;
+        if next & ctl::EPTYP == ctl::ISOCHRONOUS {
+            return Err(Unmodelled("OTG_FS isochronous endpoint"));
+        }
+        if next & ctl::SNPM != 0 {
+            return Err(Unmodelled("OTG_FS DOEPCTL SNPM"));
+        }
+        let fifo = (next & ctl::TXFNUM) >> 22;
+        if self.direction == Direction::In && fifo != 0 && fifo != self.number as u32 {
+            return Err(Unmodelled("OTG_FS TXFNUM other than the endpoint's own"));
+        }
+        self.control = next;
+        self.command(value);
+        Ok(())
+    }
+
+    /// Bits that software reads back as it wrote them.
+    fn plain_bits(&self) -> u32 {
+        let fifo = match self.direction {
+            Direction::In => ctl::TXFNUM,
+            Direction::Out => ctl::SNPM,
+        };
+        match self.number {
+            0 => 0b11 | fifo,
+            _ => ctl::MPSIZ | ctl::USBAEP | ctl::EPTYP | ctl::STALL | fifo,
+        }
+    }
+
+    /// Bits that make the core do something and read as 0.
+    fn command(&mut self, value: u32) {
+        if self.number == 0 {
+            // Set by software, cleared by the next SETUP.
+            self.control |= value & ctl::STALL;
+        } else if value & ctl::SD1PID != 0 {
+            self.set(ctl::DPID);
+        } else if value & ctl::SD0PID != 0 {
+            self.clear(ctl::DPID);
+        }
+        if value & ctl::CNAK != 0 {
+            self.clear(ctl::NAKSTS);
+            self.interrupt &= !epint::INEPNE;
+        }
+        if value & ctl::SNAK != 0 {
+            if self.direction == Direction::In && !self.has(ctl::NAKSTS) {
+                self.interrupt |= epint::INEPNE;
+            }
+            self.set(ctl::NAKSTS);
+        }
+        if value & ctl::EPENA != 0 {
+            self.set(ctl::EPENA);
+        }
+        // Takes effect at once: no transaction outlives a register write here.
+        if value & ctl::EPDIS != 0 && self.has(ctl::EPENA) {
+            self.clear(ctl::EPENA);
+            self.interrupt |= epint::EPDISD;
+        }
+    }
+
+    /// A bus reset makes all endpoints but 0 inactive (section 34.16.4).
+    pub fn usb_reset(&mut self) {
+        if self.number != 0 {
+            self.clear(ctl::USBAEP);
+        }
+    }
+
+    /// DIEPTSIZn/DOEPTSIZn.
+    pub fn transfer_size(&self) -> u32 {
+        self.upper << 29 | self.packets << 19 | self.size
+    }
+
+    /// Writes DIEPTSIZn/DOEPTSIZn; endpoint 0 has shorter fields.
+    pub fn write_transfer_size(&mut self, value: u32) {
+        let (size, packets) = match (self.number, self.direction) {
+            (0, Direction::In) => (0x7F, 0b11),
+            (0, Direction::Out) => (0x7F, 0b1),
+            _ => (0x7_FFFF, 0x3FF),
+        };
+        self.size = value & size;
+        self.packets = value >> 19 & packets;
+        self.upper = value >> 29 & 0b11;
+    }
+}

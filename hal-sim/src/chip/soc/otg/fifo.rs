@@ -1,0 +1,190 @@
+//! The receive FIFO that all OUT endpoints share, and one transmit FIFO.
+
+use crate::chip::cpu::bus::Unmodelled;
+use std::collections::VecDeque;
+
+/// Words of the FIFO memory (RM0090 section 34.10: 1.25 Kbyte).
+pub const MEMORY_WORDS: u32 = 320;
+
+/// Packet status of an entry of the receive FIFO (GRXSTSP.PKTSTS, device).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Status {
+    /// Global OUT NAK.
+    GlobalNak = 1,
+    /// OUT data packet.
+    Out = 2,
+    /// OUT transfer completed.
+    OutDone = 3,
+    /// SETUP stage completed.
+    SetupDone = 4,
+    /// SETUP packet.
+    Setup = 6,
+}
+
+/// The endpoint and status of an entry that was popped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Popped {
+    /// GRXSTSP as read.
+    pub word: u32,
+    /// Endpoint number.
+    pub endpoint: usize,
+    /// PKTSTS.
+    pub status: u32,
+}
+
+/// The receive FIFO: status words, each followed by its packet's data.
+#[derive(Clone, Debug, Default)]
+pub struct Receive {
+    words: VecDeque<u32>,
+    /// Data words of the entry popped last that nobody has read.
+    unread: usize,
+}
+
+impl Receive {
+    /// Words in use.
+    pub fn len(&self) -> usize {
+        self.words.len()
+    }
+
+    /// Whether a status word waits (GINTSTS.RXFLVL).
+    pub fn has_entry(&self) -> bool {
+        self.words.len() > self.unread
+    }
+
+    /// Drops everything (GRSTCTL.RXFFLSH).
+    pub fn flush(&mut self) {
+        self.words.clear();
+        self.unread = 0;
+    }
+
+    /// Appends an entry for `endpoint` received in `frame`.
+    pub fn push(&mut self, status: Status, endpoint: usize, data1: bool, frame: u16, data: &[u8]) {
+        let pid = if data1 { 0b10 } else { 0b00 };
+        self.words.push_back(
+            (u32::from(frame) & 0xF) << 21
+                | (status as u32) << 17
+                | pid << 15
+                | (data.len() as u32) << 4
+                | endpoint as u32,
+        );
+        for chunk in data.chunks(4) {
+            let mut word = [0; 4];
+            for (to, from) in word.iter_mut().zip(chunk) {
+                *to = *from;
+            }
+            self.words.push_back(u32::from_le_bytes(word));
+        }
+    }
+
+    /// The next status word, left in place (GRXSTSR).
+    pub fn peek(&self) -> Result<u32, Unmodelled> {
+        if self.unread > 0 {
+            return Err(Unmodelled("OTG_FS GRXSTSR read before the packet's data"));
+        }
+        let word = self.words.front().copied();
+        word.ok_or(Unmodelled("OTG_FS GRXSTSR read while the RX FIFO is empty"))
+    }
+
+    /// Takes the next status word (GRXSTSP).
+    pub fn pop(&mut self) -> Result<Popped, Unmodelled> {
+        if self.unread > 0 {
+            return Err(Unmodelled("OTG_FS GRXSTSP read before the packet's data"));
+        }
+        let word = self.words.pop_front();
+        let word = word.ok_or(Unmodelled("OTG_FS GRXSTSP read while the RX FIFO is empty"))?;
+        self.unread = (word >> 4 & 0x7FF).div_ceil(4) as usize;
+        Ok(Popped {
+            word,
+            endpoint: (word & 0xF) as usize,
+            status: word >> 17 & 0xF,
+        })
+    }
+
+    /// Takes the next word of data (a read of any FIFO).
+    pub fn data(&mut self) -> Result<u32, Unmodelled> {
+        let empty = Unmodelled("OTG_FS FIFO read without data: pop GRXSTSP first");
+        self.unread = self.unread.checked_sub(1).ok_or(empty)?;
+        self.words.pop_front().ok_or(empty)
+    }
+}
+
+/// The transmit FIFO of one IN endpoint.
+#[derive(Clone, Debug)]
+pub struct Transmit {
+    words: VecDeque<u32>,
+    /// DIEPTXFn: start address in the lower half, depth in the upper, words.
+    register: u32,
+}
+
+impl Transmit {
+    /// Empty, with the register's reset value.
+    pub fn new(register: u32) -> Self {
+        Self {
+            words: VecDeque::new(),
+            register,
+        }
+    }
+
+    /// DIEPTXFn.
+    pub fn register(&self) -> u32 {
+        self.register
+    }
+
+    /// Writes DIEPTXFn.
+    pub fn configure(&mut self, value: u32) -> Result<(), Unmodelled> {
+        let (start, depth) = (value & 0xFFFF, value >> 16);
+        if depth < 16 || start + depth > MEMORY_WORDS {
+            return Err(Unmodelled("OTG_FS DIEPTXFn beyond 320 words or under 16"));
+        }
+        self.register = value;
+        Ok(())
+    }
+
+    fn depth(&self) -> usize {
+        (self.register >> 16) as usize
+    }
+
+    /// Free words (DTXFSTSn).
+    pub fn free(&self) -> u32 {
+        self.depth().saturating_sub(self.words.len()) as u32
+    }
+
+    /// Words waiting.
+    pub fn len(&self) -> usize {
+        self.words.len()
+    }
+
+    /// Whether DIEPINTn.TXFE holds: completely empty, or half empty.
+    pub fn is_empty(&self, completely: bool) -> bool {
+        self.words.len() <= if completely { 0 } else { self.depth() / 2 }
+    }
+
+    /// Appends a word.
+    pub fn push(&mut self, word: u32) -> Result<(), Unmodelled> {
+        if self.free() == 0 {
+            return Err(Unmodelled("OTG_FS write to a full TX FIFO"));
+        }
+        self.words.push_back(word);
+        Ok(())
+    }
+
+    /// Copies the first bytes out, leaving them in the FIFO for a retry.
+    pub fn copy(&self, to: &mut [u8]) {
+        for (chunk, word) in to.chunks_mut(4).zip(&self.words) {
+            for (to, from) in chunk.iter_mut().zip(word.to_le_bytes()) {
+                *to = from;
+            }
+        }
+    }
+
+    /// Drops the words of `bytes` bytes: the host acknowledged them.
+    pub fn release(&mut self, bytes: u32) {
+        let words = (bytes.div_ceil(4) as usize).min(self.words.len());
+        self.words.drain(..words);
+    }
+
+    /// Drops everything (GRSTCTL.TXFFLSH).
+    pub fn flush(&mut self) {
+        self.words.clear();
+    }
+}

@@ -1,0 +1,207 @@
+//! The core's side: its accesses, and the wires that a register write changes.
+
+use super::requests::Requests;
+use super::{MEMORY, PERIPHERAL, Playback};
+use crate::chip::Cycle;
+use crate::chip::cpu::Size;
+use crate::chip::cpu::bus::{Read, Unmodelled};
+use crate::chip::soc::Ram;
+use crate::chip::soc::dma::{NEVER, STREAMS, tim1_events};
+use crate::chip::soc::matrix::{Bridge, Master, Slave};
+
+/// A block of registers that lives here.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Block {
+    /// TIM1–TIM5.
+    Timer(u8),
+    /// DMA1.
+    Dma1,
+    /// DMA2.
+    Dma2,
+    /// A port; 0 is A.
+    Gpio(usize),
+}
+
+impl Block {
+    /// Index of timer `number`; one beyond 1–5 counts as the nearest.
+    pub(super) fn timer_index(number: u8) -> usize {
+        usize::from(number.clamp(1, 5)) - 1
+    }
+
+    const fn bridge(self) -> Bridge {
+        match self {
+            Self::Timer(1) => Bridge::Apb2,
+            Self::Timer(_) => Bridge::Apb1,
+            _ => Bridge::None,
+        }
+    }
+}
+
+impl Playback {
+    /// The core reads `size` at `offset` of `block`, its data phase beginning
+    /// at `at`.
+    ///
+    /// # Errors
+    /// What nobody models.
+    pub fn read(
+        &mut self,
+        block: Block,
+        offset: u32,
+        size: Size,
+        at: Cycle,
+        ram: &mut Ram,
+    ) -> Result<Read, Unmodelled> {
+        let wait = self.pass(Slave::Ahb1, block.bridge(), at, ram)?;
+        let done = at + Cycle::from(wait) + 1;
+        let value = match block {
+            Block::Timer(n) => self.timers[Block::timer_index(n)].read(offset, size, done)?,
+            Block::Dma1 => self.dma[0].read(offset, size)?,
+            Block::Dma2 => self.dma[1].read(offset, size)?,
+            Block::Gpio(port) => self.gpio.read(port, offset, size)?,
+        };
+        Ok(Read { value, wait })
+    }
+
+    /// The core writes `value`; gives the wait states.
+    ///
+    /// # Errors
+    /// What nobody models.
+    pub fn write(
+        &mut self,
+        block: Block,
+        offset: u32,
+        size: Size,
+        value: u32,
+        at: Cycle,
+        ram: &mut Ram,
+    ) -> Result<u32, Unmodelled> {
+        let wait = self.pass(Slave::Ahb1, block.bridge(), at, ram)?;
+        let done = at + Cycle::from(wait) + 1;
+        match block {
+            Block::Timer(1) => {
+                self.timers[0].advance(done - 1)?;
+                let before = self.timers[0].trigger_level();
+                self.timers[0].write(offset, size, value, done)?;
+                if !before && self.timers[0].trigger_level() {
+                    self.timers[1].advance(done - 1)?;
+                    self.timers[1].trigger(done);
+                }
+                self.link(done)?;
+            }
+            Block::Timer(n) => {
+                self.timers[Block::timer_index(n)].write(offset, size, value, done)?;
+                if n == 2 {
+                    self.link(done)?;
+                }
+            }
+            Block::Dma1 => self.dma[0].write(offset, size, value, done)?,
+            Block::Dma2 => {
+                self.dma[1].write(offset, size, value, done)?;
+                self.listen(done);
+            }
+            Block::Gpio(port) => {
+                self.gpio.write(port, offset, size, value, done)?;
+                if port == 0 {
+                    self.feed_capture(done)?;
+                }
+            }
+        }
+        Ok(wait)
+    }
+
+    /// The core's access to anything that shares a slave with what is here:
+    /// SRAM1 or SRAM2 while [`Self::shares`] says so, and everything on AHB1,
+    /// APB1, APB2. Its data phase begins at `at`; all that comes before its end
+    /// has happened when this returns its wait states.
+    ///
+    /// # Errors
+    /// What nobody models.
+    pub fn pass(
+        &mut self,
+        slave: Slave,
+        bridge: Bridge,
+        at: Cycle,
+        ram: &mut Ram,
+    ) -> Result<u32, Unmodelled> {
+        self.run(at, at, ram)?;
+        // Both ask at once: the core waits if the slave was its own last.
+        if self.matrix.last(slave) == Master::Core {
+            for port in [PERIPHERAL, MEMORY] {
+                if let Some(access) = self.ports[port].access
+                    && access.slave == slave
+                    && self.matrix.ready(slave, access.want) <= self.matrix.ready(slave, at)
+                {
+                    self.serve(port, ram)?;
+                    break;
+                }
+            }
+        }
+        let done = self.matrix.take_core(slave, bridge, at);
+        self.run(done, done, ram)?;
+        Ok((done - at - 1) as u32) // some tens at most
+    }
+
+    /// Whether an enabled stream uses `slave`, so that the core's accesses to
+    /// it must be announced by [`Self::pass`]. SRAM only: AHB1's always must.
+    #[must_use]
+    pub fn shares(&self, slave: Slave) -> bool {
+        let dma = &self.dma[1];
+        let uses = |n: &usize| {
+            let stream = dma.stream(*n);
+            stream.is_enabled() && (stream.memory() == slave || stream.far_slave() == slave)
+        };
+        slave == Slave::Ahb1 || (0..STREAMS).any(|n| uses(&n))
+    }
+
+    /// TIM1 or TIM2 changed at `done`: their wire, and TIM1's requests.
+    pub(super) fn link(&mut self, done: Cycle) -> Result<(), Unmodelled> {
+        let [tim1, tim2, ..] = &mut self.timers;
+        tim1.advance(done.saturating_sub(1))?;
+        if tim2.is_slave() {
+            tim2.advance(done.saturating_sub(1))?;
+            let edges = tim1.trigger_edges(tim2.clock())?;
+            tim2.follow(edges, done)?;
+        }
+        let enabled = tim1.requests_enabled();
+        self.requests = Requests::NONE;
+        self.requested &= enabled as u8; // five bits
+        self.drop_unrequested();
+        if enabled == 0 {
+            return Ok(());
+        }
+        let tim1 = &self.timers[0];
+        if !tim1.is_steady() {
+            return Err(Unmodelled("a preload of TIM1 while it asks for DMA"));
+        }
+        let due = std::array::from_fn(|event| match event {
+            _ if enabled >> event & 1 == 0 => NEVER,
+            0 => tim1.next_update(),
+            channel => tim1.next_match(channel - 1),
+        });
+        self.requests = Requests::new(due, tim1.lap());
+        Ok(())
+    }
+
+    /// A stream that waits for the peripheral port without a request stops to.
+    fn drop_unrequested(&mut self) {
+        for stream in 0..STREAMS {
+            if self.events(stream) & self.requested == 0 {
+                self.ports[PERIPHERAL].waiting &= !(1 << stream);
+            }
+        }
+    }
+
+    pub(super) fn events(&self, stream: usize) -> u8 {
+        tim1_events(stream, self.dma[1].stream(stream).channel()).unwrap_or(0)
+    }
+
+    /// The level that TIM2's channel 1 sees at PA15 (AF1, DS8626 table 9).
+    pub(super) fn feed_capture(&mut self, at: Cycle) -> Result<(), Unmodelled> {
+        let high = self.gpio.has_function(0, 15, 1) && self.gpio.level(0, 15);
+        if high != self.capture_input {
+            self.capture_input = high;
+            self.timers[1].set_input(high, at)?;
+        }
+        Ok(())
+    }
+}

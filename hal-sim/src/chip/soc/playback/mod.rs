@@ -1,0 +1,251 @@
+//! What plays the tape: TIM1–5, DMA, GPIO and the bus matrix, in one clockwork.
+//!
+//! In: the core's accesses, pins, time. Out: pin edges with their cycle,
+//! interrupt lines, TIM2's trigger to the ADC. Lazy: nothing happens until
+//! `advance` or an access, and then everything up to it in the order of cycles,
+//! so how often one asks changes nothing. `transfers` moves the items, `access`
+//! is the core's side. `docs` of `matrix` and `timer` say what is approximate;
+//! TIM1's event asks DMA2 at its own cycle (the handshake's delay is unknown).
+
+mod access;
+mod requests;
+mod transfers;
+
+pub use access::Block;
+
+use super::Ram;
+use super::dma::{Dma, EVENTS, NEVER};
+use super::gpio::{Edge, Gpio, Level};
+use super::matrix::{Matrix, Slave};
+use super::timer::Timer;
+use crate::chip::Cycle;
+use crate::chip::cpu::bus::{LINE_WORDS, Unmodelled};
+use requests::Requests;
+
+/// When the core must let time pass.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Pace {
+    /// When somebody can see a difference: interrupts, armed triggers.
+    #[default]
+    Lazy,
+    /// At every DMA request too: slow, with identical results.
+    PerRequest,
+}
+
+/// The ports of DMA2, as indices.
+const PERIPHERAL: usize = 0;
+const MEMORY: usize = 1;
+
+/// A bus access that was granted its port.
+#[derive(Clone, Copy, Debug)]
+struct Access {
+    stream: usize,
+    slave: Slave,
+    want: Cycle,
+}
+
+/// One port of DMA2.
+#[derive(Clone, Debug, Default)]
+struct Port {
+    access: Option<Access>,
+    /// From when on it can be granted again.
+    free: Cycle,
+    /// Streams that want it, bit n is stream n.
+    waiting: u8,
+}
+
+/// Timers, DMA, ports and matrix.
+#[derive(Clone, Debug)]
+pub struct Playback {
+    timers: [Timer; 5],
+    dma: [Dma; 2],
+    gpio: Gpio,
+    matrix: Matrix,
+    pace: Pace,
+    ports: [Port; 2],
+    /// When TIM1 asks.
+    requests: Requests,
+    /// Events that have asked and were not yet served, one bit each.
+    requested: u8,
+    /// Streams that listen to each event, bit n is stream n.
+    listeners: [u8; EVENTS],
+    /// Level at TIM2's channel 1.
+    capture_input: bool,
+    transfers: u64,
+}
+
+impl Default for Playback {
+    fn default() -> Self {
+        Self::new(Pace::Lazy)
+    }
+}
+
+impl Playback {
+    /// All as after reset, with all clocks equal to HCLK.
+    #[must_use]
+    pub fn new(pace: Pace) -> Self {
+        Self {
+            timers: std::array::from_fn(|n| Timer::new(n as u8 + 1)),
+            dma: [Dma::new(1), Dma::new(2)],
+            gpio: Gpio::default(),
+            matrix: Matrix::default(),
+            pace,
+            ports: Default::default(),
+            requests: Requests::NONE,
+            requested: 0,
+            listeners: [0; EVENTS],
+            capture_input: false,
+            transfers: 0,
+        }
+    }
+
+    /// Lets everything happen up to `to`. `ram` holds SRAM2, or SRAM1 and
+    /// SRAM2 in one block.
+    ///
+    /// # Errors
+    /// What nobody models.
+    pub fn advance(&mut self, to: Cycle, ram: &mut Ram) -> Result<(), Unmodelled> {
+        // Bus accesses of `to` itself wait: the core may ask at `to`, too.
+        self.run(to, to.saturating_add(1), ram)?;
+        for timer in &mut self.timers {
+            timer.advance(to)?;
+        }
+        Ok(())
+    }
+
+    /// Earliest cycle at which `advance` must be called, later than the last
+    /// `advance`, should no access come first.
+    #[must_use]
+    pub fn next_event(&self) -> Cycle {
+        let mut next = NEVER;
+        for timer in &self.timers {
+            next = next.min(timer.next_event());
+        }
+        if self.pace == Pace::PerRequest {
+            next = next.min(self.requests.next().0);
+        }
+        next
+    }
+
+    /// Interrupt lines of the timers, line n in bit n % 32 of word n / 32
+    /// (RM0090 table 61).
+    #[must_use]
+    pub fn lines(&self) -> [u32; LINE_WORDS] {
+        let [tim1, tim2, tim3, tim4, tim5] = &self.timers;
+        let line = |timer: &Timer, n: u32| u32::from(timer.interrupt()) << (n % 32);
+        let [update, compare] = tim1.interrupt_parts().map(u32::from);
+        let word_0 =
+            update << 25 | compare << 27 | line(tim2, 28) | line(tim3, 29) | line(tim4, 30);
+        [word_0, line(tim5, 50), 0]
+    }
+
+    /// The ports, for levels.
+    #[must_use]
+    pub const fn gpio(&self) -> &Gpio {
+        &self.gpio
+    }
+
+    /// Pin edges that writes made since the last drain, ascending in cycle: up
+    /// to the last `advance` or access, and an access of DMA2 that had begun
+    /// then (up to two cycles later).
+    pub fn edges_mut(&mut self) -> &mut Vec<Edge> {
+        self.gpio.edges_mut()
+    }
+
+    /// Cycles at which TIM2's TRGO (OC3REF) rose since the last drain: the
+    /// ADC's injected trigger.
+    pub fn triggers_mut(&mut self) -> &mut Vec<Cycle> {
+        self.timers[1].rises_mut()
+    }
+
+    /// DMA items moved to or from a peripheral since power-on.
+    #[must_use]
+    pub const fn transfers(&self) -> u64 {
+        self.transfers
+    }
+
+    /// Connects `level` to a pin (port 0 is A) at `at`; gives the level that
+    /// the pin now has if that changed.
+    ///
+    /// # Errors
+    /// What nobody models.
+    pub fn drive(
+        &mut self,
+        port: usize,
+        pin: usize,
+        level: Level,
+        at: Cycle,
+        ram: &mut Ram,
+    ) -> Result<Option<bool>, Unmodelled> {
+        self.run(at, at, ram)?;
+        let change = self.gpio.drive(port, pin, level);
+        self.feed_capture(at)?;
+        Ok(change)
+    }
+
+    /// Sets the HCLK cycles of an APB1 and an APB2 clock (RCC_CFGR PPRE): the
+    /// timers run at twice that clock unless it equals HCLK (RM0090 7.2).
+    ///
+    /// # Errors
+    /// What nobody models.
+    pub fn set_clocks(
+        &mut self,
+        apb1: u32,
+        apb2: u32,
+        done: Cycle,
+        ram: &mut Ram,
+    ) -> Result<(), Unmodelled> {
+        self.run(done, done, ram)?;
+        self.matrix.set_apb(apb1, apb2);
+        for (n, timer) in self.timers.iter_mut().enumerate() {
+            let apb = if n == 0 { apb2 } else { apb1 };
+            timer.set_divider((apb / 2).max(1), done)?;
+        }
+        self.link(done)
+    }
+
+    /// Resets one block (RCC_AHB1RSTR, RCC_APBxRSTR), complete from `done` on.
+    /// An access of DMA2 that is under way is dropped.
+    ///
+    /// # Errors
+    /// What nobody models.
+    pub fn reset(&mut self, block: Block, done: Cycle, ram: &mut Ram) -> Result<(), Unmodelled> {
+        self.run(done, done, ram)?;
+        match block {
+            Block::Timer(number) => {
+                let timer = &mut self.timers[Block::timer_index(number)];
+                timer.advance(done.saturating_sub(1))?;
+                timer.reset(done);
+                self.link(done)?;
+            }
+            Block::Dma1 => self.dma[0] = Dma::new(1),
+            Block::Dma2 => {
+                self.dma[1] = Dma::new(2);
+                self.ports = Default::default();
+                self.listen(done);
+            }
+            Block::Gpio(port) => {
+                self.gpio.reset_port(port, done);
+                self.feed_capture(done)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Resets everything (system reset); the clocks and what is connected to
+    /// pins stay.
+    ///
+    /// # Errors
+    /// What nobody models.
+    pub fn reset_all(&mut self, done: Cycle, ram: &mut Ram) -> Result<(), Unmodelled> {
+        for number in 1..=5 {
+            self.reset(Block::Timer(number), done, ram)?;
+        }
+        self.reset(Block::Dma1, done, ram)?;
+        self.reset(Block::Dma2, done, ram)?;
+        (0..super::gpio::PORTS).try_for_each(|port| self.reset(Block::Gpio(port), done, ram))
+    }
+}
+
+#[cfg(test)]
+mod tests;

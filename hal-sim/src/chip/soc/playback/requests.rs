@@ -1,0 +1,91 @@
+//! When TIM1's events ask DMA2: each once a lap of the counter.
+
+use crate::chip::Cycle;
+use crate::chip::soc::dma::{EVENTS, NEVER};
+
+/// The events that ask, in the order in which they come.
+#[derive(Clone, Debug)]
+pub(super) struct Requests {
+    /// Next cycle of each, and which event it is; the first `asking` count.
+    due: [Cycle; EVENTS],
+    events: [usize; EVENTS],
+    asking: usize,
+    /// The one that comes next.
+    cursor: usize,
+    lap: u64,
+}
+
+impl Requests {
+    pub(super) const NONE: Self = Self {
+        due: [NEVER; EVENTS],
+        events: [0; EVENTS],
+        asking: 0,
+        cursor: 0,
+        lap: 0,
+    };
+
+    /// `due` (NEVER for one that does not ask) repeat every `lap` cycles, which
+    /// no two of them are apart.
+    pub(super) fn new(due: [Cycle; EVENTS], lap: u64) -> Self {
+        let mut requests = Self { lap, ..Self::NONE };
+        let mut order: [usize; EVENTS] = std::array::from_fn(|event| event);
+        order.sort_by_key(|&event| due[event]);
+        for event in order.into_iter().filter(|&event| due[event] != NEVER) {
+            requests.due[requests.asking] = due[event];
+            requests.events[requests.asking] = event;
+            requests.asking += 1;
+        }
+        requests
+    }
+
+    /// Next cycle and event; NEVER if none asks.
+    #[inline]
+    pub(super) fn next(&self) -> (Cycle, usize) {
+        (self.due[self.cursor], self.events[self.cursor])
+    }
+
+    /// Cycle of the event after the next.
+    #[inline]
+    pub(super) fn following(&self) -> Cycle {
+        let after = self.cursor + 1;
+        if after < self.asking {
+            self.due[after]
+        } else {
+            self.due[0].saturating_add(if self.asking == 1 { self.lap } else { 0 })
+        }
+    }
+
+    /// The next has come.
+    #[inline]
+    pub(super) fn pass(&mut self) {
+        self.due[self.cursor] += self.lap;
+        self.cursor += 1;
+        if self.cursor >= self.asking {
+            self.cursor = 0;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn events_come_in_order_and_again_a_lap_later() {
+        let mut requests = Requests::new([168, 8, NEVER, 32, 8], 168);
+        let mut seen = Vec::new();
+        for _ in 0..6 {
+            let following = requests.following();
+            seen.push(requests.next());
+            requests.pass();
+            assert_eq!(requests.next().0, following);
+        }
+        let expected = [(8, 1), (8, 4), (32, 3), (168, 0), (176, 1), (176, 4)];
+        assert_eq!(seen, expected);
+        let mut one = Requests::new([NEVER, 5, NEVER, NEVER, NEVER], 10);
+        assert_eq!((one.next(), one.following()), ((5, 1), 15));
+        one.pass();
+        assert_eq!((one.next(), one.following()), ((15, 1), 25));
+        assert_eq!(Requests::NONE.next().0, NEVER);
+    }
+}

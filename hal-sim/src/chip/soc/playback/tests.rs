@@ -1,0 +1,6 @@
+//! What firmware's tape room does to the registers, done by hand.
+
+mod disturbed;
+mod scene;
+mod speed;
+mod tape;

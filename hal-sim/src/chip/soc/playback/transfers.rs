@@ -1,0 +1,325 @@
+//! From request to bus access: the two ports of DMA2, cycle by cycle.
+//!
+//! A request is seen at the cycle of its event. A port is granted in one cycle
+//! and computes an address in a second (AN4031 tables 4 and 5), then asks the
+//! matrix; it is granted anew when the access is complete. The ports work side
+//! by side. A playing stream fetches one word when enabled and again after
+//! each item; an erasing one writes its word at once.
+
+use super::{Access, MEMORY, PERIPHERAL, Playback, Port};
+use crate::chip::Cycle;
+use crate::chip::cpu::Size;
+use crate::chip::cpu::bus::Unmodelled;
+use crate::chip::soc::Ram;
+use crate::chip::soc::dma::{EVENTS, NEVER, STREAMS, Target, bit};
+use crate::chip::soc::matrix::Master;
+
+/// Cycles from the grant of a port to its bus access: arbitration, address.
+const GRANT: Cycle = 2;
+
+/// Cycles from a request to the end of its transfer if nobody disturbs it, at
+/// most: grant, address, change of master and access, on either port.
+const SPAN: Cycle = 8;
+
+const MASTERS: [Master; 2] = [Master::Dma2Peripheral, Master::Dma2Memory];
+
+impl Port {
+    #[inline]
+    fn is_idle_at(&self, at: Cycle) -> bool {
+        self.access.is_none() && self.waiting == 0 && self.free <= at
+    }
+}
+
+/// What happens next, in the order in which it does within one cycle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Step {
+    Request(usize),
+    Grant(usize),
+    Access(usize),
+}
+
+impl Playback {
+    /// Does all that comes before `end`, and latches requests before
+    /// `requests_end`.
+    #[inline]
+    pub(super) fn run(
+        &mut self,
+        end: Cycle,
+        requests_end: Cycle,
+        ram: &mut Ram,
+    ) -> Result<(), Unmodelled> {
+        loop {
+            self.rush(end, ram)?;
+            let (at, step) = self.earliest();
+            match step {
+                Step::Request(event) if at < requests_end => self.request(event, at),
+                Step::Grant(port) if at < end => self.grant(port, at),
+                Step::Access(port) if at < end => self.serve(port, ram)?,
+                _ => return Ok(()),
+            }
+        }
+    }
+
+    /// Does whole transfers that meet nobody else's: the same steps as below,
+    /// without looking for what comes next after each.
+    fn rush(&mut self, end: Cycle, ram: &mut Ram) -> Result<(), Unmodelled> {
+        loop {
+            let (at, event) = self.requests.next();
+            let listeners = self.listeners[event];
+            let over = at.saturating_add(SPAN);
+            if over > end
+                || over > self.requests.following()
+                || !listeners.is_power_of_two()
+                || !self.ports.iter().all(|port| port.is_idle_at(at))
+            {
+                return Ok(());
+            }
+            let index = listeners.trailing_zeros() as usize;
+            let stream = self.dma[1].stream(index);
+            let (far, near) = (stream.far_slave(), stream.memory());
+            if !stream.is_circular()
+                || stream.plays() != stream.word.is_some()
+                || self.matrix.ready(far, at) > at
+                || self.matrix.ready(near, at) > at
+            {
+                return Ok(());
+            }
+            self.requests.pass();
+            let done = self.matrix.take(far, MASTERS[PERIPHERAL], at + GRANT);
+            self.ports[PERIPHERAL].free = done;
+            self.move_item(index, done, ram)?;
+            let done = self.matrix.take(near, MASTERS[MEMORY], done + GRANT);
+            self.ports[MEMORY].free = done;
+            self.move_word(index, done, ram)?;
+        }
+    }
+
+    #[inline]
+    fn earliest(&self) -> (Cycle, Step) {
+        let (due, event) = self.requests.next();
+        let mut first = (due, Step::Request(event));
+        for port in [PERIPHERAL, MEMORY] {
+            let p = &self.ports[port];
+            let next = if let Some(access) = p.access {
+                (
+                    self.matrix.ready(access.slave, access.want),
+                    Step::Access(port),
+                )
+            } else if p.waiting != 0 {
+                (self.grantable(port), Step::Grant(port))
+            } else {
+                continue;
+            };
+            if next.0 < first.0 || next.0 == first.0 && self.goes_before(next.1, first.1) {
+                first = next;
+            }
+        }
+        first
+    }
+
+    /// Within one cycle: requests, then grants, then accesses; of two accesses
+    /// to one slave, that of the port that did not have it last.
+    fn goes_before(&self, step: Step, other: Step) -> bool {
+        match (step, other) {
+            (Step::Grant(_), Step::Access(_)) => true,
+            (Step::Access(MEMORY), Step::Access(PERIPHERAL)) => {
+                let slave = |port: usize| self.ports[port].access.map(|access| access.slave);
+                slave(MEMORY) == slave(PERIPHERAL)
+                    && slave(MEMORY)
+                        .is_some_and(|slave| self.matrix.last(slave) == Master::Dma2Peripheral)
+            }
+            _ => false,
+        }
+    }
+
+    /// First cycle at which `port` can be granted to one that waits.
+    fn grantable(&self, port: usize) -> Cycle {
+        let waiting = self.ports[port].waiting;
+        let first = (0..STREAMS)
+            .filter(|n| waiting >> n & 1 != 0)
+            .map(|n| self.since(port, n))
+            .min();
+        first.map_or(NEVER, |since| since.max(self.ports[port].free))
+    }
+
+    /// Since when `stream` can use `port`.
+    fn since(&self, port: usize, index: usize) -> Cycle {
+        let stream = self.dma[1].stream(index);
+        match (port, stream.word) {
+            (PERIPHERAL, Some((_, there))) if stream.plays() => stream.asked.max(there),
+            (PERIPHERAL, None) if !stream.plays() => stream.asked,
+            (PERIPHERAL, _) => NEVER,
+            _ => stream.due,
+        }
+    }
+
+    /// TIM1's `event` asks at `at`. Who is asked before the word is there
+    /// (playing) or gone (erasing) raises FEIF (RM0090 10.3.18). One who is
+    /// asked again before being served misses a request, unnoticed.
+    fn request(&mut self, event: usize, at: Cycle) {
+        self.requests.pass();
+        self.requested |= 1 << event;
+        let mut listeners = self.listeners[event] & !self.ports[PERIPHERAL].waiting;
+        while listeners != 0 {
+            let index = listeners.trailing_zeros() as usize;
+            listeners &= listeners - 1;
+            let stream = self.dma[1].stream_mut(index);
+            stream.asked = at;
+            if stream.plays() != stream.word.is_some() {
+                self.dma[1].raise(index, bit::FEIF);
+            }
+            self.ports[PERIPHERAL].waiting |= 1 << index;
+        }
+    }
+
+    fn grant(&mut self, port: usize, at: Cycle) {
+        let waiting = self.ports[port].waiting;
+        let candidates = (0..STREAMS)
+            .filter(|n| waiting >> n & 1 != 0 && self.since(port, *n) <= at)
+            .fold(0u8, |bits, n| bits | 1 << n);
+        let Some(index) = self.dma[1].choose(candidates) else {
+            return;
+        };
+        let stream = self.dma[1].stream_mut(index);
+        let slave = if port == PERIPHERAL {
+            stream.far_slave()
+        } else {
+            stream.due = NEVER;
+            stream.memory()
+        };
+        if port == PERIPHERAL {
+            self.requested &= !self.events(index);
+        }
+        let p = &mut self.ports[port];
+        p.waiting &= !(1 << index);
+        p.access = Some(Access {
+            stream: index,
+            slave,
+            want: at + GRANT,
+        });
+    }
+
+    /// Does the access that `port` was granted.
+    pub(super) fn serve(&mut self, port: usize, ram: &mut Ram) -> Result<(), Unmodelled> {
+        let Some(Access {
+            stream,
+            slave,
+            want,
+        }) = self.ports[port].access.take()
+        else {
+            return Ok(());
+        };
+        let done = self.matrix.take(slave, MASTERS[port], want);
+        self.ports[port].free = done;
+        if port == PERIPHERAL {
+            self.serve_peripheral(stream, done, ram)
+        } else {
+            self.serve_memory(stream, done, ram)
+        }
+    }
+
+    fn serve_peripheral(&mut self, index: usize, done: Cycle, ram: &Ram) -> Result<(), Unmodelled> {
+        let more = self.move_item(index, done, ram)?;
+        let stream = self.dma[1].stream_mut(index);
+        if stream.plays() && (stream.stopping || !more) {
+            self.dma[1].switch_off(index);
+            self.listen(done);
+        } else if !stream.plays() || !stream.has_fetched_all() {
+            stream.due = done;
+            self.ports[MEMORY].waiting |= 1 << index;
+        }
+        Ok(())
+    }
+
+    /// The peripheral port's access, complete from `done` on; gives whether
+    /// more items are to come.
+    #[inline]
+    fn move_item(&mut self, index: usize, done: Cycle, ram: &Ram) -> Result<bool, Unmodelled> {
+        self.transfers += 1;
+        let stream = self.dma[1].stream_mut(index);
+        match stream.target() {
+            Target::Bsrr(port) => {
+                if let Some((word, _)) = stream.word.take() {
+                    self.gpio.bsrr(port, word, done);
+                }
+            }
+            Target::Word(address) => {
+                let word = ram.read(address, Size::Word).ok_or(NO_RAM)?;
+                stream.word = Some((word, done));
+            }
+            Target::None => (), // nothing is granted before a stream is enabled
+        }
+        Ok(self.dma[1].count(index))
+    }
+
+    fn serve_memory(&mut self, index: usize, done: Cycle, ram: &mut Ram) -> Result<(), Unmodelled> {
+        self.move_word(index, done, ram)?;
+        let stream = self.dma[1].stream_mut(index);
+        let over = !stream.plays() && stream.has_fetched_all();
+        if stream.stopping || over {
+            self.dma[1].switch_off(index);
+            self.listen(done);
+        }
+        Ok(())
+    }
+
+    /// The memory port's access, complete from `done` on.
+    #[inline]
+    fn move_word(&mut self, index: usize, done: Cycle, ram: &mut Ram) -> Result<(), Unmodelled> {
+        let stream = self.dma[1].stream_mut(index);
+        let address = stream.address();
+        stream.step();
+        if stream.plays() {
+            let word = ram.read(address, Size::Word).ok_or(NO_RAM)?;
+            stream.word = Some((word, done));
+        } else if let Some((word, _)) = stream.word.take() {
+            ram.write(address, Size::Word, word).ok_or(NO_RAM)?;
+            stream.asked = stream.asked.max(done);
+        }
+        Ok(())
+    }
+
+    /// Streams were switched on or off: ends those that stop and have nothing
+    /// under way, and wires the rest to their requests.
+    pub(super) fn listen(&mut self, at: Cycle) {
+        self.listeners = [0; EVENTS];
+        for index in 0..STREAMS {
+            let under_way = self
+                .ports
+                .iter()
+                .any(|port| port.access.is_some_and(|access| access.stream == index));
+            let stream = self.dma[1].stream(index);
+            let keeps_word = !stream.plays() && stream.word.is_some();
+            if stream.is_enabled() && stream.stopping && !under_way && !keeps_word {
+                self.dma[1].switch_off(index);
+            }
+            self.wire(index, at);
+        }
+    }
+
+    fn wire(&mut self, index: usize, at: Cycle) {
+        let events = self.events(index);
+        let stream = self.dma[1].stream_mut(index);
+        let mask = 1u8 << index;
+        if !stream.is_enabled() || stream.stopping {
+            self.ports[PERIPHERAL].waiting &= !mask;
+            if !stream.is_enabled() || stream.plays() {
+                self.ports[MEMORY].waiting &= !mask;
+            }
+            return;
+        }
+        for event in (0..EVENTS).filter(|event| events >> event & 1 != 0) {
+            self.listeners[event] |= mask;
+        }
+        if stream.due != NEVER {
+            self.ports[MEMORY].waiting |= mask;
+        }
+        // A request from before the stream was enabled.
+        if self.requested & events != 0 && self.ports[PERIPHERAL].waiting & mask == 0 {
+            stream.asked = at;
+            self.ports[PERIPHERAL].waiting |= mask;
+        }
+    }
+}
+
+const NO_RAM: Unmodelled = Unmodelled("DMA2 memory outside the RAM it was given");

@@ -1,0 +1,199 @@
+//! PWR: write protection of the backup domain, regulator scale, supply watch
+//! (RM0090 chapter 5, F405).
+//!
+//! Low-power modes other than sleep are not modelled. The detector's delay is
+//! taken as none.
+
+use super::Peripheral;
+use super::word::part;
+use crate::chip::Cycle;
+use crate::chip::cpu::Size;
+use crate::chip::cpu::bus::Unmodelled;
+
+const CR: u32 = 0;
+const CSR: u32 = 4;
+const PVDE: u32 = 1 << 4;
+const DBP: u32 = 1 << 8;
+const VOS: u32 = 1 << 14;
+/// Reserved on the F405, part of VOS on its successors: drivers for all set it.
+const RESERVED_VOS: u32 = 1 << 15;
+const CLEAR_FLAGS: u32 = 0b11 << 2;
+const PVDO: u32 = 1 << 2;
+const VOSRDY: u32 = 1 << 14;
+
+/// Thresholds of levels PLS 0–7, mV, typical: of a falling and of a rising
+/// supply (DS8626, embedded reset and power control block characteristics).
+const THRESHOLDS_MV: [(u32, u32); 8] = [
+    (2040, 2140),
+    (2190, 2300),
+    (2350, 2450),
+    (2510, 2600),
+    (2660, 2760),
+    (2840, 2930),
+    (2930, 3030),
+    (3030, 3140),
+];
+/// Power-down reset, falling, and power-on reset, rising, mV, typical (the same
+/// table).
+const POWER_DOWN_MV: u32 = 1680;
+const POWER_ON_MV: u32 = 1720;
+
+/// Power control.
+#[derive(Clone, Debug)]
+pub struct Pwr {
+    cr: u32,
+    supply_mv: u32,
+    low: bool,
+    powered: bool,
+}
+
+impl Pwr {
+    /// Registers at reset, with a supply of 3.3 V.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            cr: VOS,
+            supply_mv: 3300,
+            low: false,
+            powered: true,
+        }
+    }
+
+    /// Reset of the block or the chip; the supply stays.
+    pub fn reset(&mut self) {
+        self.cr = VOS;
+        self.low = false;
+    }
+
+    /// The supply is `mv` millivolts from now on.
+    pub fn supply(&mut self, mv: u32) {
+        self.supply_mv = mv;
+        self.powered = mv
+            >= if self.powered {
+                POWER_DOWN_MV
+            } else {
+                POWER_ON_MV
+            };
+        self.watch();
+    }
+
+    /// The supply, mV.
+    #[must_use]
+    pub const fn supply_mv(&self) -> u32 {
+        self.supply_mv
+    }
+
+    /// The supply is above the power-down level; while it is not the chip is
+    /// held in power-on reset. Brown-out levels are off (`flash` option bytes).
+    #[must_use]
+    pub const fn is_powered(&self) -> bool {
+        self.powered
+    }
+
+    /// PVDO, the level of EXTI line 16: the supply is below the threshold.
+    #[must_use]
+    pub const fn pvd(&self) -> bool {
+        self.low
+    }
+
+    /// DBP: backup registers and RCC_BDCR can be written.
+    #[must_use]
+    pub const fn is_backup_writable(&self) -> bool {
+        self.cr & DBP != 0
+    }
+
+    fn watch(&mut self) {
+        let (falling, rising) = THRESHOLDS_MV[(self.cr >> 5 & 7) as usize];
+        let threshold = if self.low { rising } else { falling };
+        self.low = self.cr & PVDE != 0 && self.supply_mv < threshold;
+    }
+}
+
+impl Default for Pwr {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Peripheral for Pwr {
+    fn read(&mut self, offset: u32, size: Size, _at: Cycle) -> Result<u32, Unmodelled> {
+        let word = match offset & !3 {
+            CR => self.cr,
+            CSR => VOSRDY | if self.low { PVDO } else { 0 },
+            _ => return Err(Unmodelled("PWR register")),
+        };
+        Ok(part(word, offset, size))
+    }
+
+    fn write(&mut self, offset: u32, size: Size, value: u32, _at: Cycle) -> Result<(), Unmodelled> {
+        match (offset, size) {
+            (CR, Size::Word) => {
+                if value & VOS == 0 {
+                    return Err(Unmodelled("PWR_CR: regulator scale 2"));
+                }
+                if value & !(PVDE | 7 << 5 | DBP | VOS | RESERVED_VOS | CLEAR_FLAGS) != 0 {
+                    return Err(Unmodelled("PWR_CR: low-power modes"));
+                }
+                self.cr = value & (PVDE | 7 << 5 | DBP | VOS);
+                self.watch();
+                Ok(())
+            }
+            (CSR, Size::Word) if value & 0x0300 == 0 => Ok(()),
+            _ => Err(Unmodelled("PWR register")),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_supply_watch_has_the_thresholds_and_hysteresis_of_the_data_sheet() {
+        let mut pwr = Pwr::new();
+        pwr.supply(1900);
+        assert!(!pwr.pvd(), "off after reset");
+        pwr.supply(3300);
+        for (level, (falling, rising)) in (0..).zip(THRESHOLDS_MV) {
+            pwr.supply(3300);
+            pwr.write(CR, Size::Word, VOS | PVDE | level << 5, 0)
+                .unwrap();
+            assert!(!pwr.pvd());
+            pwr.supply(falling);
+            assert!(!pwr.pvd());
+            pwr.supply(falling - 1);
+            assert!(pwr.pvd());
+            assert_eq!(pwr.read(CSR, Size::Word, 0), Ok(VOSRDY | PVDO));
+            pwr.supply(rising - 1);
+            assert!(pwr.pvd());
+            pwr.supply(rising);
+            assert!(!pwr.pvd());
+        }
+    }
+
+    #[test]
+    fn power_goes_below_the_power_down_level() {
+        let mut pwr = Pwr::new();
+        pwr.supply(1680);
+        assert!(pwr.is_powered());
+        pwr.supply(1679);
+        assert!(!pwr.is_powered());
+        pwr.supply(1700);
+        assert!(!pwr.is_powered());
+        pwr.supply(1720);
+        assert!(pwr.is_powered());
+    }
+
+    #[test]
+    fn control_resets_as_printed_and_keeps_no_reserved_bit() {
+        let mut pwr = Pwr::new();
+        assert_eq!(pwr.read(CR, Size::Word, 0), Ok(0x4000));
+        assert!(!pwr.is_backup_writable());
+        pwr.write(CR, Size::Word, 0xC100, 0).unwrap();
+        assert_eq!(pwr.read(CR, Size::Word, 0), Ok(0x4100));
+        assert!(pwr.is_backup_writable());
+        assert!(pwr.write(CR, Size::Word, 0x0100, 0).is_err());
+        pwr.reset();
+        assert_eq!(pwr.read(CR, Size::Word, 0), Ok(0x4000));
+    }
+}

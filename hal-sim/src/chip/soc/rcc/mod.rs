@@ -1,0 +1,380 @@
+//! RCC: oscillators, PLL, clock tree, clock security, block clocks and resets,
+//! reset causes (RM0090 chapter 7, F405).
+//!
+//! Not here: what the clocks drive. In: register accesses, `hse_fails`,
+//! `reset`. Out: `Clocks` when they change, enabled blocks, block resets, NMI.
+//!
+//! Taken as immediate, since the manual gives no time: the switch to a ready
+//! source (SWS follows SW), new prescalers, and the detection of a failed HSE.
+
+mod block;
+mod registers;
+#[cfg(test)]
+mod tests;
+mod tree;
+
+pub use block::{APB1, APB2, BUSES, Block};
+pub use tree::HSI_HZ;
+
+use super::clock::{Clocks, cycles_in, rescale};
+use crate::chip::Cycle;
+use crate::chip::cpu::bus::Unmodelled;
+use tree::{Pll, Source};
+
+/// HSI start-up, 2.2 µs typical (DS8626, HSI oscillator characteristics).
+const HSI_START_NS: u64 = 2_200;
+/// HSE start-up, 2 ms typical (DS8626, HSE oscillator characteristics).
+const HSE_START_NS: u64 = 2_000_000;
+/// PLL lock, 300 µs at most (DS8626, main PLL characteristics).
+const PLL_LOCK_NS: u64 = 300_000;
+/// LSI start-up, 15 µs typical (DS8626, LSI oscillator characteristics).
+const LSI_START_NS: u64 = 15_000;
+
+mod cr {
+    pub const HSION: u32 = 1;
+    pub const HSIRDY: u32 = 1 << 1;
+    pub const HSITRIM: u32 = 0x1F << 3;
+    pub const HSEON: u32 = 1 << 16;
+    pub const HSERDY: u32 = 1 << 17;
+    pub const HSEBYP: u32 = 1 << 18;
+    pub const CSSON: u32 = 1 << 19;
+    pub const PLLON: u32 = 1 << 24;
+    pub const PLLRDY: u32 = 1 << 25;
+    pub const RESET: u32 = 0x0000_0083;
+    pub const KNOWN: u32 =
+        HSION | HSIRDY | HSITRIM | 0xFF << 8 | HSEON | HSERDY | HSEBYP | CSSON | PLLON | PLLRDY;
+}
+
+const PLLCFGR_RESET: u32 = 0x2400_3010;
+const PLLCFGR_FIELDS: u32 = 0x0F43_7FFF;
+/// AHB1 to APB2 low-power enables after reset (sections 7.3.15–7.3.19).
+const LPENR_RESET: [u32; BUSES] = [0x7E67_91FF, 0x0000_00F1, 1, 0x36FE_C9FF, 0x0007_5F33];
+const CSSF: u32 = 1 << 7;
+const CSSC: u32 = 1 << 23;
+const RMVF: u32 = 1 << 24;
+
+/// What a chip reset was caused by (RCC_CSR, section 7.3.21).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cause {
+    /// Power came (or came back): also brown-out and pin.
+    PowerOn,
+    /// The supply was below the brown-out level while power stayed.
+    BrownOut,
+    /// The NRST pin.
+    Pin,
+    /// SYSRESETREQ.
+    Software,
+    /// The independent watchdog.
+    Watchdog,
+}
+
+impl Cause {
+    /// Flags it sets: every internal reset also pulls the pin (section 7.1.1).
+    const fn flags(self) -> u32 {
+        let pin = 1 << 26;
+        match self {
+            Self::PowerOn => pin | 1 << 27 | 1 << 25,
+            Self::BrownOut => pin | 1 << 25,
+            Self::Pin => pin,
+            Self::Software => pin | 1 << 28,
+            Self::Watchdog => pin | 1 << 29,
+        }
+    }
+}
+
+/// When each oscillator that was switched on is ready; `Cycle::MAX` if none is
+/// on its way.
+#[derive(Clone, Debug)]
+struct Starting {
+    hsi: Cycle,
+    hse: Cycle,
+    pll: Cycle,
+    lsi: Cycle,
+}
+
+/// Reset and clock control.
+#[derive(Clone, Debug)]
+pub struct Rcc {
+    hse_hz: u32,
+    hse_works: bool,
+    cr: u32,
+    pllcfgr: u32,
+    cfgr: u32,
+    cssf: bool,
+    resets: [u32; BUSES],
+    enables: [u32; BUSES],
+    /// From when on the latest enables of each bus count.
+    settled: [Cycle; BUSES],
+    fresh: [u32; BUSES],
+    bdcr: u32,
+    csr: u32,
+    starting: Starting,
+    source: Source,
+    clocks: Clocks,
+    changed: bool,
+    new_resets: [u32; BUSES],
+    backup_reset: bool,
+    backup_writable: bool,
+}
+
+impl Rcc {
+    /// At power-on, with a crystal of `hse_hz`, 4–26 MHz.
+    #[must_use]
+    pub fn new(hse_hz: u32) -> Self {
+        let clocks = Clocks {
+            hclk_hz: HSI_HZ,
+            pclk1_hz: HSI_HZ,
+            pclk2_hz: HSI_HZ,
+            timer1_hz: HSI_HZ,
+            timer2_hz: HSI_HZ,
+            usb_hz: 0,
+        };
+        Self {
+            hse_hz,
+            hse_works: true,
+            cr: cr::RESET,
+            pllcfgr: PLLCFGR_RESET,
+            cfgr: 0,
+            cssf: false,
+            resets: [0; BUSES],
+            enables: [1 << 20, 0, 0, 0, 0],
+            settled: [0; BUSES],
+            fresh: [0; BUSES],
+            bdcr: 0,
+            csr: Cause::PowerOn.flags(),
+            starting: Starting {
+                hsi: Cycle::MAX,
+                hse: Cycle::MAX,
+                pll: Cycle::MAX,
+                lsi: Cycle::MAX,
+            },
+            source: Source::Hsi,
+            clocks,
+            changed: true,
+            new_resets: [0; BUSES],
+            backup_reset: false,
+            backup_writable: false,
+        }
+    }
+
+    /// The chip was reset. Flags of earlier resets stay until RMVF or
+    /// power-on; BDCR stays.
+    pub fn reset(&mut self, cause: Cause) {
+        let flags = match cause {
+            Cause::PowerOn => 0,
+            _ => self.csr & 0xFE00_0000,
+        };
+        *self = Self {
+            csr: flags | cause.flags(),
+            bdcr: self.bdcr,
+            hse_works: self.hse_works,
+            ..Self::new(self.hse_hz)
+        };
+    }
+
+    /// Present frequencies.
+    #[must_use]
+    pub const fn clocks(&self) -> &Clocks {
+        &self.clocks
+    }
+
+    /// The frequencies, if they changed since the last call (or reset).
+    pub fn take_change(&mut self) -> Option<Clocks> {
+        std::mem::take(&mut self.changed).then_some(self.clocks)
+    }
+
+    /// Blocks whose reset bit rose since the last call: reset them.
+    pub fn take_resets(&mut self) -> impl Iterator<Item = Block> + use<> {
+        Block::in_masks(std::mem::take(&mut self.new_resets))
+    }
+
+    /// Whether BDCR.BDRST reset the backup domain since the last call.
+    pub fn take_backup_reset(&mut self) -> bool {
+        std::mem::take(&mut self.backup_reset)
+    }
+
+    /// Whether `block` answers at `at`: `false` if its clock is off or its reset
+    /// held, when reads give 0 and writes are lost.
+    ///
+    /// # Errors
+    /// An access sooner after enabling than the errata allow.
+    #[inline]
+    pub fn is_enabled(&self, block: Block, at: Cycle) -> Result<bool, Unmodelled> {
+        let (bus, bit) = block.place();
+        let mask = 1 << bit;
+        if self.fresh[bus] & mask != 0 && at < self.settled[bus] {
+            return Err(Unmodelled(
+                "access right after its clock enable (ES0182, delay after clock enabling)",
+            ));
+        }
+        Ok(self.enables[bus] & !self.resets[bus] & mask != 0)
+    }
+
+    /// PWR_CR.DBP: BDCR can be written.
+    pub fn set_backup_writable(&mut self, writable: bool) {
+        self.backup_writable = writable;
+    }
+
+    /// Level of NMI, which is also the break input of TIM1: clock security
+    /// found HSE failed and CIR.CSSC was not written yet.
+    #[must_use]
+    pub const fn nmi(&self) -> bool {
+        self.cssf
+    }
+
+    /// The crystal stops oscillating at `at`.
+    ///
+    /// # Errors
+    /// The core would have no clock, since clock security is off.
+    pub fn hse_fails(&mut self, at: Cycle) -> Result<(), Unmodelled> {
+        self.hse_works = false;
+        self.starting.hse = Cycle::MAX;
+        if self.cr & cr::HSERDY == 0 {
+            return Ok(());
+        }
+        let drives_pll = self.cr & cr::PLLON != 0 && self.pllcfgr & 1 << 22 != 0;
+        let drives_core = self.source == Source::Hse || self.source == Source::Pll && drives_pll;
+        if self.cr & cr::CSSON == 0 {
+            self.cr &= !cr::HSERDY;
+            return if drives_core || drives_pll {
+                Err(Unmodelled("HSE failed while clock security was off"))
+            } else {
+                Ok(())
+            };
+        }
+        self.cssf = true;
+        self.cr &= !(cr::HSEON | cr::HSERDY);
+        if drives_core {
+            // HSI is forced on; its start-up is not modelled here.
+            self.cr |= cr::HSION | cr::HSIRDY;
+            self.cfgr &= !3;
+            self.source = Source::Hsi;
+        }
+        if drives_pll {
+            self.cr &= !(cr::PLLON | cr::PLLRDY);
+            self.starting.pll = Cycle::MAX;
+        }
+        self.update_clocks(at)
+    }
+
+    fn write_cr(&mut self, value: u32, at: Cycle) -> Result<(), Unmodelled> {
+        if value & !cr::KNOWN != 0 {
+            return Err(Unmodelled("RCC_CR: PLLI2S"));
+        }
+        if value & cr::HSITRIM != cr::RESET & cr::HSITRIM {
+            return Err(Unmodelled("RCC_CR: HSITRIM"));
+        }
+        let in_use = self.in_use();
+        // What drives the core cannot be switched off.
+        let value = value & (cr::HSION | cr::HSEON | cr::HSEBYP | cr::CSSON | cr::PLLON) | in_use;
+        let hz = self.clocks.hclk_hz;
+        for (on, ready, start_ns) in [
+            (cr::HSION, cr::HSIRDY, HSI_START_NS),
+            (cr::HSEON, cr::HSERDY, HSE_START_NS),
+            (cr::PLLON, cr::PLLRDY, PLL_LOCK_NS),
+        ] {
+            let due = if value & on == 0 {
+                self.cr &= !ready;
+                Cycle::MAX
+            } else if self.cr & on != 0 {
+                continue;
+            } else if on == cr::HSEON && !self.hse_works {
+                Cycle::MAX
+            } else {
+                if on == cr::PLLON {
+                    self.check_pll_source()?;
+                }
+                at.saturating_add(cycles_in(start_ns, hz))
+            };
+            match on {
+                cr::HSION => self.starting.hsi = due,
+                cr::HSEON => self.starting.hse = due,
+                _ => self.starting.pll = due,
+            }
+        }
+        self.cr = value | self.cr & (cr::HSIRDY | cr::HSERDY | cr::PLLRDY | 0xFFF8);
+        self.update_clocks(at)
+    }
+
+    fn check_pll_source(&self) -> Result<(), Unmodelled> {
+        let ready = if Pll::decode(self.pllcfgr, self.hse_hz)?.from_hse {
+            cr::HSERDY
+        } else {
+            cr::HSIRDY
+        };
+        if self.cr & ready == 0 {
+            return Err(Unmodelled(
+                "RCC: PLL switched on before its source is ready",
+            ));
+        }
+        Ok(())
+    }
+
+    /// On bits of CR that the core clock needs.
+    const fn in_use(&self) -> u32 {
+        let pll_source = if self.pllcfgr & 1 << 22 != 0 {
+            cr::HSEON
+        } else {
+            cr::HSION
+        };
+        match self.source {
+            Source::Hsi => cr::HSION,
+            Source::Hse => cr::HSEON,
+            Source::Pll => cr::PLLON | pll_source,
+        }
+    }
+
+    fn write_cfgr(&mut self, value: u32, at: Cycle) -> Result<(), Unmodelled> {
+        if value & !0x0000_FCF3 & !0xC != 0 {
+            return Err(Unmodelled("RCC_CFGR: MCO, I2SSRC or RTCPRE"));
+        }
+        self.cfgr = value & 0xFCF3;
+        self.follow_switch(at)
+    }
+
+    /// SW takes effect as soon as its source is ready.
+    fn follow_switch(&mut self, at: Cycle) -> Result<(), Unmodelled> {
+        let Some(wanted) = Source::from_field(self.cfgr) else {
+            return Err(Unmodelled("RCC_CFGR: SW = 3"));
+        };
+        let ready = match wanted {
+            Source::Hsi => cr::HSIRDY,
+            Source::Hse => cr::HSERDY,
+            Source::Pll => cr::PLLRDY,
+        };
+        if self.cr & ready != 0 {
+            self.source = wanted;
+        }
+        self.update_clocks(at)
+    }
+
+    fn update_clocks(&mut self, at: Cycle) -> Result<(), Unmodelled> {
+        let pll = if self.cr & cr::PLLRDY != 0 {
+            Some(Pll::decode(self.pllcfgr, self.hse_hz)?)
+        } else {
+            None
+        };
+        let sysclk = match self.source {
+            Source::Hsi => HSI_HZ,
+            Source::Hse => self.hse_hz,
+            Source::Pll => pll.map_or(HSI_HZ, |pll| pll.p_hz),
+        };
+        let clocks = tree::buses(sysclk, pll.map_or(0, |pll| pll.q_hz), self.cfgr)?;
+        if clocks == self.clocks {
+            return Ok(());
+        }
+        let (old, new) = (self.clocks.hclk_hz, clocks.hclk_hz);
+        let starting = &mut self.starting;
+        for due in [
+            &mut starting.hsi,
+            &mut starting.hse,
+            &mut starting.pll,
+            &mut starting.lsi,
+        ] {
+            *due = rescale(*due, at, old, new);
+        }
+        self.clocks = clocks;
+        self.changed = true;
+        Ok(())
+    }
+}

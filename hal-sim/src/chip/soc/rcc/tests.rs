@@ -1,0 +1,216 @@
+//! RCC against RM0090 chapter 7.
+
+use super::*;
+use crate::chip::cpu::Size;
+use crate::chip::soc::Peripheral;
+
+const CR: u32 = 0x00;
+const PLLCFGR: u32 = 0x04;
+const CFGR: u32 = 0x08;
+const CIR: u32 = 0x0C;
+const CSR: u32 = 0x74;
+
+fn write(rcc: &mut Rcc, offset: u32, value: u32, at: Cycle) {
+    rcc.advance(at).unwrap();
+    rcc.write(offset, Size::Word, value, at).unwrap();
+}
+
+fn read(rcc: &mut Rcc, offset: u32, at: Cycle) -> u32 {
+    rcc.advance(at).unwrap();
+    rcc.read(offset, Size::Word, at).unwrap()
+}
+
+/// The board's set-up: HSE 8 MHz, M 4, N 168, P 2, Q 7, APB1 / 4, APB2 / 2.
+fn at_168_mhz() -> (Rcc, Cycle) {
+    let mut rcc = Rcc::new(8_000_000);
+    write(&mut rcc, CR, 0x0001_0083, 0);
+    let at = rcc.next_event();
+    assert_eq!(at, 32_000, "2 ms at 16 MHz");
+    write(&mut rcc, PLLCFGR, 0x2740_2A04, at);
+    write(&mut rcc, CR, 0x0101_0083, at);
+    let at = rcc.next_event();
+    assert_eq!(at, 36_800, "300 us more");
+    write(&mut rcc, CFGR, 0x9400 | 2, at);
+    (rcc, at)
+}
+
+#[test]
+fn reset_values_are_those_of_the_manual() {
+    let mut rcc = Rcc::new(8_000_000);
+    for (offset, value) in [
+        (CR, 0x83),
+        (PLLCFGR, 0x2400_3010),
+        (CFGR, 0),
+        (CIR, 0),
+        (0x10, 0),
+        (0x30, 0x0010_0000),
+        (0x40, 0),
+        (0x44, 0),
+        (0x50, 0x7E67_91FF),
+        (0x54, 0xF1),
+        (0x60, 0x36FE_C9FF),
+        (0x64, 0x0007_5F33),
+        (0x70, 0),
+        (CSR, 0x0E00_0000),
+        (0x84, 0x2000_3000),
+    ] {
+        assert_eq!(read(&mut rcc, offset, 0), value, "offset {offset:#x}");
+    }
+}
+
+#[test]
+fn the_boards_clock_tree() {
+    let (mut rcc, at) = at_168_mhz();
+    let clocks = Clocks {
+        hclk_hz: 168_000_000,
+        pclk1_hz: 42_000_000,
+        pclk2_hz: 84_000_000,
+        timer1_hz: 84_000_000,
+        timer2_hz: 168_000_000,
+        usb_hz: 48_000_000,
+    };
+    assert_eq!(rcc.take_change(), Some(clocks));
+    assert_eq!(rcc.take_change(), None);
+    assert_eq!(read(&mut rcc, CFGR, at), 0x940A, "SWS follows SW");
+    assert_eq!(read(&mut rcc, CR, at), 0x0303_0083);
+    assert_eq!((clocks.apb1_divider(), clocks.timer1_divider()), (4, 2));
+}
+
+#[test]
+fn each_oscillator_is_ready_after_its_start_up_and_not_before() {
+    let mut rcc = Rcc::new(8_000_000);
+    write(&mut rcc, CR, 0x0001_0083, 100);
+    assert_eq!(read(&mut rcc, CR, 32_099), 0x0001_0083);
+    assert_eq!(read(&mut rcc, CR, 32_100), 0x0003_0083);
+    write(&mut rcc, CSR, 1, 32_100);
+    assert_eq!(read(&mut rcc, CSR, 32_339) & 3, 1);
+    assert_eq!(read(&mut rcc, CSR, 32_340) & 3, 3, "15 us");
+    write(&mut rcc, CR, 0x0000_0083, 40_000);
+    assert_eq!(read(&mut rcc, CR, 40_000), 0x0000_0083, "off at once");
+}
+
+#[test]
+fn the_switch_waits_for_its_source() {
+    let mut rcc = Rcc::new(8_000_000);
+    write(&mut rcc, CR, 0x0001_0083, 0);
+    write(&mut rcc, CFGR, 1, 10);
+    assert_eq!(read(&mut rcc, CFGR, 10), 1, "SWS is HSI still");
+    assert_eq!(read(&mut rcc, CFGR, 32_000), 5);
+    assert_eq!(rcc.clocks().hclk_hz, 8_000_000);
+}
+
+#[test]
+fn what_drives_the_core_stays_on() {
+    let (mut rcc, at) = at_168_mhz();
+    write(&mut rcc, CR, 0x0000_0083, at);
+    assert_eq!(read(&mut rcc, CR, at), 0x0303_0083);
+    write(&mut rcc, CR, 0x0101_0082, at);
+    assert_eq!(read(&mut rcc, CR, at) & 3, 0, "HSI is not needed");
+}
+
+#[test]
+fn clock_security_falls_back_to_hsi_with_nmi() {
+    let (mut rcc, at) = at_168_mhz();
+    write(&mut rcc, CR, 0x0109_0083, at);
+    rcc.take_change();
+    rcc.hse_fails(at).unwrap();
+    assert!(rcc.nmi());
+    assert_eq!(read(&mut rcc, CIR, at), 1 << 7);
+    assert_eq!(read(&mut rcc, CFGR, at), 0x9400, "HSI; prescalers stay");
+    assert_eq!(read(&mut rcc, CR, at), 0x0008_0083, "PLL and HSE are off");
+    let clocks = rcc.take_change().unwrap();
+    assert_eq!(clocks.hclk_hz, 16_000_000);
+    assert_eq!((clocks.pclk1_hz, clocks.usb_hz), (4_000_000, 0));
+    write(&mut rcc, CIR, 1 << 23, at);
+    assert!(!rcc.nmi());
+}
+
+#[test]
+fn without_clock_security_a_failed_crystal_leaves_no_clock() {
+    let (mut rcc, at) = at_168_mhz();
+    assert!(rcc.hse_fails(at).is_err());
+    let mut idle = Rcc::new(8_000_000);
+    idle.hse_fails(0).unwrap();
+    write(&mut idle, CR, 0x0001_0083, 0);
+    assert_eq!(read(&mut idle, CR, 1_000_000), 0x0001_0083, "never ready");
+}
+
+#[test]
+fn limits_and_misuse_stop_the_run() {
+    let (mut rcc, at) = at_168_mhz();
+    for (offset, value) in [
+        (PLLCFGR, 0x2740_2A05),   // the PLL is on
+        (CFGR, 0x9000 | 2),       // APB1 at 168 MHz
+        (CFGR, 0x1400 | 2),       // APB2 at 168 MHz
+        (CFGR, 3),                // no such source
+        (CFGR, 0x9400 | 1 << 21), // MCO
+        (0x58, 0),                // low-power enables
+        (0x28, 0),                // nothing there
+        (CR, 0x0501_0083),        // PLLI2S
+    ] {
+        let mut rcc = rcc.clone();
+        assert!(
+            rcc.write(offset, Size::Word, value, at).is_err(),
+            "{value:#x}"
+        );
+    }
+    assert!(rcc.write(CFGR, Size::Half, 2, at).is_err());
+    for pllcfgr in [0x2740_2A02, 0x2740_6C04, 0x2140_2A04, 0x2740_0184] {
+        assert!(
+            tree::Pll::decode(pllcfgr, 8_000_000).is_err(),
+            "{pllcfgr:#x}"
+        );
+    }
+}
+
+#[test]
+fn blocks_are_enabled_and_reset_by_their_bits() {
+    let mut rcc = Rcc::new(8_000_000);
+    assert_eq!(rcc.is_enabled(Block::Spi3, 0), Ok(false));
+    write(&mut rcc, 0x40, 1 << 15, 100);
+    assert!(rcc.is_enabled(Block::Spi3, 101).is_err(), "ES0182");
+    assert_eq!(rcc.is_enabled(Block::Spi3, 102), Ok(true));
+    assert_eq!(rcc.is_enabled(Block::Tim5, 101), Ok(false));
+    write(&mut rcc, 0x20, 1 << 15 | 1 << 3, 200);
+    assert_eq!(rcc.is_enabled(Block::Spi3, 200), Ok(false), "held in reset");
+    let edges: Vec<_> = rcc.take_resets().collect();
+    assert_eq!(edges, [Block::Tim5, Block::Spi3]);
+    write(&mut rcc, 0x20, 1 << 15, 201);
+    assert_eq!(rcc.take_resets().count(), 0);
+    write(&mut rcc, 0x20, 0, 202);
+    assert_eq!(rcc.is_enabled(Block::Spi3, 202), Ok(true));
+    for (index, block) in Block::ALL.into_iter().enumerate() {
+        assert_eq!(Block::ALL.iter().position(|b| *b == block), Some(index));
+    }
+}
+
+#[test]
+fn causes_of_reset_add_up_until_they_are_removed() {
+    let (mut rcc, _) = at_168_mhz();
+    write(&mut rcc, CSR, 1 << 24, 40_000);
+    assert_eq!(read(&mut rcc, CSR, 40_000), 0);
+    for (cause, flags) in [
+        (Cause::Watchdog, 0x2400_0000),
+        (Cause::Software, 0x3400_0000),
+        (Cause::Pin, 0x3400_0000),
+        (Cause::BrownOut, 0x3600_0000),
+        (Cause::PowerOn, 0x0E00_0000),
+    ] {
+        rcc.reset(cause);
+        assert_eq!(read(&mut rcc, CSR, 40_000), flags, "{cause:?}");
+    }
+    assert_eq!(rcc.take_change().map(|c| c.hclk_hz), Some(16_000_000));
+}
+
+#[test]
+fn the_backup_domain_is_reset_only_when_it_can_be_written() {
+    let mut rcc = Rcc::new(8_000_000);
+    write(&mut rcc, 0x70, 1 << 16, 0);
+    assert!(!rcc.take_backup_reset());
+    rcc.set_backup_writable(true);
+    write(&mut rcc, 0x70, 1 << 16, 0);
+    write(&mut rcc, 0x70, 0, 0);
+    assert!(rcc.take_backup_reset());
+    assert!(!rcc.take_backup_reset());
+    assert!(rcc.write(0x70, Size::Word, 1, 0).is_err(), "LSE");
+}

@@ -1,0 +1,119 @@
+//! The clock tree: from oscillators to bus clocks (RM0090 figure 21).
+
+use crate::chip::cpu::bus::Unmodelled;
+use crate::chip::soc::clock::Clocks;
+
+/// HSI frequency, Hz (DS8626, HSI oscillator characteristics).
+pub const HSI_HZ: u32 = 16_000_000;
+
+/// What drives the system clock.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// Internal 16 MHz.
+    Hsi,
+    /// Crystal.
+    Hse,
+    /// PLL output P.
+    Pll,
+}
+
+impl Source {
+    /// From the field SW or SWS; `None` for the value that is not allowed.
+    #[must_use]
+    pub const fn from_field(bits: u32) -> Option<Self> {
+        match bits & 3 {
+            0 => Some(Self::Hsi),
+            1 => Some(Self::Hse),
+            2 => Some(Self::Pll),
+            _ => None,
+        }
+    }
+
+    /// The field SWS.
+    #[must_use]
+    pub const fn field(self) -> u32 {
+        self as u32
+    }
+}
+
+/// PLL input, P and Q outputs of PLLCFGR.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pll {
+    /// PLLSRC: HSE, else HSI.
+    pub from_hse: bool,
+    /// Output P, Hz.
+    pub p_hz: u32,
+    /// Output Q, Hz.
+    pub q_hz: u32,
+}
+
+impl Pll {
+    /// Decodes PLLCFGR (RM0090 section 7.3.2).
+    ///
+    /// # Errors
+    /// Dividers, or frequencies, that the manual does not allow.
+    pub fn decode(pllcfgr: u32, hse_hz: u32) -> Result<Self, Unmodelled> {
+        let field = |shift: u32, width: u32| pllcfgr >> shift & ((1 << width) - 1);
+        let (m, n, q) = (field(0, 6), field(6, 9), field(24, 4));
+        let p = 2 * (field(16, 2) + 1);
+        if m < 2 || !(2..=432).contains(&n) || q < 2 {
+            return Err(Unmodelled("RCC: PLL divider out of range"));
+        }
+        let from_hse = pllcfgr & 1 << 22 != 0;
+        let input = if from_hse { hse_hz } else { HSI_HZ };
+        // Compared without division: 1–2 MHz in, 100–432 MHz VCO.
+        if input < m * 1_000_000 || input > m * 2_000_000 {
+            return Err(Unmodelled("RCC: PLL input not 1-2 MHz"));
+        }
+        let vco = u64::from(input) * u64::from(n) / u64::from(m); // < 2^30: 2 MHz × 432
+        if !(100_000_000..=432_000_000).contains(&vco) {
+            return Err(Unmodelled("RCC: PLL VCO not 100-432 MHz"));
+        }
+        Ok(Self {
+            from_hse,
+            p_hz: vco as u32 / p,
+            q_hz: vco as u32 / q,
+        })
+    }
+}
+
+/// Bus clocks for a system clock of `sysclk_hz` and the prescalers in `cfgr`.
+///
+/// # Errors
+/// A bus above its limit (DS8626, general operating conditions).
+pub fn buses(sysclk_hz: u32, usb_hz: u32, cfgr: u32) -> Result<Clocks, Unmodelled> {
+    let hclk_hz = sysclk_hz / ahb_divider(cfgr >> 4 & 0xF);
+    let (one, two) = (apb_divider(cfgr >> 10 & 7), apb_divider(cfgr >> 13 & 7));
+    let clocks = Clocks {
+        hclk_hz,
+        pclk1_hz: hclk_hz / one,
+        pclk2_hz: hclk_hz / two,
+        timer1_hz: hclk_hz / if one == 1 { 1 } else { one / 2 },
+        timer2_hz: hclk_hz / if two == 1 { 1 } else { two / 2 },
+        usb_hz,
+    };
+    if clocks.hclk_hz > 168_000_000 {
+        return Err(Unmodelled("RCC: HCLK above 168 MHz"));
+    }
+    if clocks.pclk1_hz > 42_000_000 {
+        return Err(Unmodelled("RCC: APB1 above 42 MHz"));
+    }
+    if clocks.pclk2_hz > 84_000_000 {
+        return Err(Unmodelled("RCC: APB2 above 84 MHz"));
+    }
+    Ok(clocks)
+}
+
+/// HPRE: 0xxx undivided, 1000–1111 are 2, 4, 8, 16, 64, 128, 256, 512.
+const fn ahb_divider(hpre: u32) -> u32 {
+    match hpre {
+        0..=7 => 1,
+        8..=11 => 2 << (hpre - 8),
+        _ => 64 << (hpre - 12),
+    }
+}
+
+/// PPRE: 0xx undivided, 100–111 are 2, 4, 8, 16.
+const fn apb_divider(ppre: u32) -> u32 {
+    if ppre < 4 { 1 } else { 2 << (ppre - 4) }
+}

@@ -1,0 +1,63 @@
+//! SYSCFG (RM0090 chapter 9): which port feeds an EXTI line.
+
+use super::Peripheral;
+use crate::chip::Cycle;
+use crate::chip::cpu::Size;
+use crate::chip::cpu::bus::Unmodelled;
+
+const MEMRMP: u32 = 0x00;
+const PMC: u32 = 0x04;
+const EXTICR1: u32 = 0x08;
+const EXTICR4: u32 = 0x14;
+const CMPCR: u32 = 0x20;
+
+/// The system configuration controller. Memory is never remapped and the
+/// compensation cell never on.
+#[derive(Clone, Debug, Default)]
+pub struct Syscfg {
+    exticr: [u32; 4],
+}
+
+impl Syscfg {
+    /// Port (0 is A) that feeds EXTI line `line`, 0–15.
+    #[must_use]
+    pub fn port(&self, line: usize) -> usize {
+        let exticr = self.exticr.get(line / 4).copied().unwrap_or(0);
+        (exticr >> (4 * (line % 4)) & 0xF) as usize
+    }
+}
+
+impl Peripheral for Syscfg {
+    fn read(&mut self, offset: u32, size: Size, _at: Cycle) -> Result<u32, Unmodelled> {
+        match (offset, size) {
+            (MEMRMP | PMC | CMPCR, Size::Word) => Ok(0),
+            (EXTICR1..=EXTICR4, Size::Word) => Ok(self.exticr[(offset - EXTICR1) as usize / 4]),
+            _ => Err(Unmodelled("a SYSCFG register")),
+        }
+    }
+
+    fn write(&mut self, offset: u32, size: Size, value: u32, _: Cycle) -> Result<(), Unmodelled> {
+        match (offset, size, value) {
+            (MEMRMP | PMC | CMPCR, Size::Word, 0) => (),
+            (EXTICR1..=EXTICR4, Size::Word, _) => {
+                self.exticr[(offset - EXTICR1) as usize / 4] = value & 0xFFFF;
+            }
+            _ => return Err(Unmodelled("a SYSCFG register")),
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_line_has_four_bits_for_its_port() {
+        let mut syscfg = Syscfg::default();
+        syscfg.write(0x0C, Size::Word, 0x2_1070, 0).unwrap();
+        assert_eq!(syscfg.read(0x0C, Size::Word, 0), Ok(0x1070));
+        assert_eq!([4, 5, 6, 7].map(|line| syscfg.port(line)), [0, 7, 0, 1]);
+        assert!(syscfg.write(MEMRMP, Size::Word, 1, 0).is_err());
+    }
+}

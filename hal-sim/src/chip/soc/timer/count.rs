@@ -1,0 +1,214 @@
+//! When the counter counts, and what counting does.
+
+use super::{IN_FORCE, Mode, Timer, WRITTEN, bit};
+use crate::chip::Cycle;
+use crate::chip::cpu::bus::Unmodelled;
+
+/// Cycles of future counts: single ones, then an arithmetic sequence.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Ticks {
+    /// Counts on their way through the synchroniser, ascending.
+    single: Vec<Cycle>,
+    /// First of the sequence and its distance; distance 0 is none.
+    next: Cycle,
+    period: u64,
+    /// From the edge that makes a count of the sequence to the count.
+    delay: u64,
+    /// While stopped: cycles that were left until the next count.
+    left: Option<u64>,
+}
+
+impl Ticks {
+    /// Cycle of the `n`th count from now, n ≥ 1; MAX if it never comes.
+    #[inline]
+    pub(super) fn at(&self, n: u64) -> Cycle {
+        let index = n.saturating_sub(1);
+        let singles = self.single.len() as u64;
+        if index < singles {
+            return self.single[index as usize];
+        }
+        if self.period == 0 {
+            return Cycle::MAX;
+        }
+        let steps = (index - singles).checked_mul(self.period);
+        steps
+            .and_then(|s| s.checked_add(self.next))
+            .unwrap_or(Cycle::MAX)
+    }
+
+    /// Takes the counts at cycles up to `to`; gives how many.
+    #[inline]
+    fn take(&mut self, to: Cycle) -> u64 {
+        let singles = self.single.iter().take_while(|&&c| c <= to).count();
+        self.single.drain(..singles);
+        if self.period == 0 || self.next > to {
+            return singles as u64;
+        }
+        let n = (to - self.next) / self.period + 1;
+        self.next += n * self.period;
+        singles as u64 + n
+    }
+
+    pub(super) const fn period(&self) -> u64 {
+        self.period
+    }
+
+    pub(super) const fn are_running(&self) -> bool {
+        self.period != 0
+    }
+
+    pub(super) fn set(&mut self, first: Cycle, period: u64) {
+        self.set_delayed(first, period, 0);
+    }
+
+    /// Counts from `first` on, each `delay` after its edge.
+    pub(super) fn set_delayed(&mut self, first: Cycle, period: u64, delay: u64) {
+        (self.next, self.period, self.delay) = (first, period, delay);
+    }
+
+    pub(super) fn add(&mut self, at: Cycle) {
+        self.single.push(at);
+    }
+
+    /// Ends the sequence, but for counts whose edge came before `now`.
+    pub(super) fn keep_risen_before(&mut self, now: Cycle) {
+        while self.period != 0 && self.next - self.delay < now {
+            self.single.push(self.next);
+            self.next += self.period;
+        }
+        self.period = 0;
+    }
+
+    /// Holds the clock at `done`, remembering the prescaler's place.
+    pub(super) fn stop(&mut self, done: Cycle) {
+        if self.period != 0 {
+            self.left = Some(self.next.saturating_sub(done).clamp(1, self.period));
+        }
+        self.period = 0;
+        self.single.clear();
+    }
+
+    pub(super) fn forget_place(&mut self) {
+        self.left = None;
+    }
+}
+
+impl Timer {
+    /// Lets the counter count at all cycles up to `to`.
+    ///
+    /// # Errors
+    /// A counter beyond its auto-reload value.
+    #[inline]
+    pub fn advance(&mut self, to: Cycle) -> Result<(), Unmodelled> {
+        if to <= self.seen {
+            return Ok(());
+        }
+        while let Some((at, rising)) = self.input.take(to) {
+            self.count_to(at)?;
+            self.capture(rising);
+        }
+        self.count_to(to)?;
+        self.seen = to;
+        Ok(())
+    }
+
+    fn count_to(&mut self, to: Cycle) -> Result<(), Unmodelled> {
+        if !self.is_steady() {
+            let update = self.next_update();
+            if update <= to {
+                self.count_by(update)?;
+                self.load_preloads(update);
+            }
+        }
+        self.count_by(to)
+    }
+
+    fn count_by(&mut self, to: Cycle) -> Result<(), Unmodelled> {
+        let (trigger, armed) = (self.next_match(2), self.has_armed_trigger());
+        let n = self.ticks.take(to);
+        if n == 0 {
+            return Ok(());
+        }
+        if self.count > self.arr[IN_FORCE] {
+            return Err(Unmodelled("a timer counting beyond its ARR"));
+        }
+        for channel in 0..4 {
+            if self.is_input(channel)
+                || self
+                    .distance(self.ccr[channel])
+                    .is_none_or(|distance| distance > n)
+            {
+                continue;
+            }
+            self.sr |= bit::CC1IF << channel;
+            if self.mode(channel) == Ok(Mode::ActiveOnMatch) {
+                self.reference[channel] = true;
+                if channel == 2 && armed {
+                    self.rises.push(trigger);
+                }
+            }
+        }
+        let lap = u64::from(self.arr[IN_FORCE]) + 1;
+        let total = u64::from(self.count) + n;
+        if total >= lap && self.cr1 & bit::UDIS == 0 {
+            self.sr |= bit::UIF;
+        }
+        self.count = (total % lap) as u32; // below 2^32: the rest of a division by lap
+        Ok(())
+    }
+
+    /// An update puts the written prescaler and auto-reload into force.
+    fn load_preloads(&mut self, update: Cycle) {
+        if self.cr1 & bit::OPM != 0 {
+            self.cr1 &= !bit::CEN;
+            self.ticks.stop(update);
+            self.ticks.forget_place();
+        }
+        if self.cr1 & bit::UDIS != 0 {
+            return;
+        }
+        self.arr[IN_FORCE] = self.arr[WRITTEN];
+        if self.psc[IN_FORCE] != self.psc[WRITTEN] {
+            self.psc[IN_FORCE] = self.psc[WRITTEN];
+            if self.ticks.are_running() && !self.is_slave() {
+                let period = self.tick_period();
+                self.ticks.set(update + period, period);
+            }
+        }
+    }
+
+    /// Counts until the counter becomes `value`, at least 1; `None` if never.
+    #[inline]
+    pub(super) fn distance(&self, value: u32) -> Option<u64> {
+        let arr = self.arr[IN_FORCE];
+        if value > arr {
+            return None;
+        }
+        let lap = u64::from(arr) + 1;
+        let (value, count) = (u64::from(value), u64::from(self.count));
+        Some(if value > count {
+            value - count
+        } else {
+            lap.saturating_sub(count) + value
+        })
+    }
+
+    pub(super) fn tick_period(&self) -> u64 {
+        self.divider * (u64::from(self.psc[IN_FORCE]) + 1)
+    }
+
+    /// Starts the internal clock if the counter is enabled and not a slave.
+    /// The counter enable follows CEN by one timer clock (RM0090 18.3.1), and
+    /// the first count comes one count period after that.
+    pub(super) fn restart(&mut self, done: Cycle) {
+        let is_blocked = self.arr[IN_FORCE] == 0; // RM0090 18.4.12
+        if self.cr1 & bit::CEN == 0 || self.is_slave() || is_blocked {
+            return;
+        }
+        let period = self.tick_period();
+        let left = self.ticks.left.take().unwrap_or(period).min(period);
+        let enabled = done.next_multiple_of(self.divider) + self.divider;
+        self.ticks
+            .set((enabled + left).next_multiple_of(self.divider), period);
+    }
+}

@@ -1,0 +1,329 @@
+//! TIM1–TIM5 as up-counters (RM0090 chapters 17, 18): time base, compare,
+//! filtered capture, DMA requests, trigger output and external clock mode 1.
+//!
+//! State is lazy: `count` holds up to and including `seen`, the ticks after
+//! that are an arithmetic sequence. `registers` is the program's view, `count`
+//! the sequence, `capture` the filtered input. Here: what others see.
+//! Not here: how TIM1's edges reach TIM2 and DMA2 (`playback`).
+//!
+//! Convention: an event at cycle c is the clock edge that begins c; a write
+//! that is complete from c on takes effect at that edge, before its events.
+
+mod capture;
+mod count;
+mod registers;
+
+use crate::chip::Cycle;
+use crate::chip::cpu::bus::Unmodelled;
+use capture::Capture;
+use count::Ticks;
+pub use registers::{bit, offset};
+
+/// Timer clocks from a trigger's edge, once sampled, to the count it causes.
+/// RM0090 18.3.3 shows a resynchronisation stage and no figure: assumed.
+pub const TRIGGER_SYNCHRONISATION: u64 = 2;
+
+/// Output compare modes modelled (CCMR OCxM, RM0090 18.4.7).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Mode {
+    Frozen,
+    ActiveOnMatch,
+    ForceInactive,
+    Pwm1,
+}
+
+/// One timer. Cycles are HCLK; a timer clock lasts `divider` of them.
+#[derive(Clone, Debug)]
+pub struct Timer {
+    /// 1–5.
+    number: u8,
+    divider: u64,
+    seen: Cycle,
+    ticks: Ticks,
+    count: u32,
+    cr1: u32,
+    cr2: u32,
+    smcr: u32,
+    dier: u32,
+    sr: u32,
+    ccmr: [u32; 2],
+    ccer: u32,
+    /// Prescaler and auto-reload as written, and as in force.
+    psc: [u32; 2],
+    arr: [u32; 2],
+    ccr: [u32; 4],
+    /// OCxREF of the modes that hold a level.
+    reference: [bool; 4],
+    /// When OC3REF, as trigger output, rose.
+    rises: Vec<Cycle>,
+    input: Capture,
+}
+
+/// Index of the value written, in `Timer::psc` and `Timer::arr`.
+const WRITTEN: usize = 0;
+/// Index of the value in force.
+const IN_FORCE: usize = 1;
+
+impl Timer {
+    /// Timer `number`, 1–5, as after reset, clocked by HCLK.
+    #[must_use]
+    pub fn new(number: u8) -> Self {
+        let top = if matches!(number, 2 | 5) {
+            u32::MAX
+        } else {
+            0xFFFF
+        };
+        Self {
+            number,
+            divider: 1,
+            seen: 0,
+            ticks: Ticks::default(),
+            count: 0,
+            cr1: 0,
+            cr2: 0,
+            smcr: 0,
+            dier: 0,
+            sr: 0,
+            ccmr: [0; 2],
+            ccer: 0,
+            psc: [0; 2],
+            arr: [top; 2],
+            ccr: [0; 4],
+            reference: [false; 4],
+            rises: Vec::new(),
+            input: Capture::default(),
+        }
+    }
+
+    /// Resets the registers (RCC_APBxRSTR) at `done`. The level at its input
+    /// and its clock stay.
+    pub fn reset(&mut self, done: Cycle) {
+        *self = Self {
+            divider: self.divider,
+            seen: done.saturating_sub(1).max(self.seen),
+            input: self.input.clone(),
+            ..Self::new(self.number)
+        };
+    }
+
+    /// HCLK cycles per timer clock, at least 1 (RCC_CFGR PPRE), from `done` on.
+    ///
+    /// # Errors
+    /// As [`Self::advance`].
+    pub fn set_divider(&mut self, divider: u32, done: Cycle) -> Result<(), Unmodelled> {
+        let divider = u64::from(divider.max(1));
+        if divider != self.divider {
+            self.advance(done.saturating_sub(1))?;
+            self.divider = divider;
+            self.ticks.stop(done);
+            self.restart(done);
+        }
+        Ok(())
+    }
+
+    /// Levels of TIM1's lines: update, capture/compare.
+    #[must_use]
+    pub const fn interrupt_parts(&self) -> [bool; 2] {
+        let active = self.sr & self.dier & bit::INTERRUPTS;
+        [active & bit::UIE != 0, active & !bit::UIE != 0]
+    }
+
+    /// Level of the interrupt line of TIM2–5.
+    #[must_use]
+    #[inline]
+    pub fn interrupt(&self) -> bool {
+        self.sr & self.dier & bit::INTERRUPTS != 0
+    }
+
+    /// Earliest cycle at which the interrupt line or an armed trigger output
+    /// rises, should no register change.
+    #[must_use]
+    pub fn next_event(&self) -> Cycle {
+        let mut next = Cycle::MAX;
+        let waiting = self.dier & !self.sr;
+        if waiting & bit::UIE != 0 {
+            next = next.min(self.next_update());
+        }
+        for channel in 0..4 {
+            if waiting & bit::CC1IE << channel != 0 {
+                next = next.min(if self.is_input(channel) {
+                    self.input.due()
+                } else {
+                    self.next_match(channel)
+                });
+            }
+        }
+        if self.has_armed_trigger() {
+            next = next.min(self.next_match(2));
+        }
+        next
+    }
+
+    /// Cycles at which OC3REF, chosen as TRGO (TIM2: the ADC's trigger), rose.
+    pub fn rises_mut(&mut self) -> &mut Vec<Cycle> {
+        &mut self.rises
+    }
+
+    /// Next cycle after `seen` at which the counter overflows.
+    #[must_use]
+    pub fn next_update(&self) -> Cycle {
+        let arr = u64::from(self.arr[IN_FORCE]);
+        self.ticks.at(arr.saturating_sub(self.count.into()) + 1)
+    }
+
+    /// Next cycle after `seen` at which the counter becomes CCR of `channel`
+    /// (0–3), whether or not anybody asked; never if it is an input.
+    #[must_use]
+    pub fn next_match(&self, channel: usize) -> Cycle {
+        match self.distance(self.ccr[channel]) {
+            Some(distance) if !self.is_input(channel) => self.ticks.at(distance),
+            _ => Cycle::MAX,
+        }
+    }
+
+    /// HCLK cycles from one overflow to the next.
+    #[must_use]
+    pub fn lap(&self) -> u64 {
+        self.ticks.period() * (u64::from(self.arr[IN_FORCE]) + 1)
+    }
+
+    /// Whether the time base stays as it is without a register access.
+    #[must_use]
+    pub fn is_steady(&self) -> bool {
+        self.psc[WRITTEN] == self.psc[IN_FORCE]
+            && self.arr[WRITTEN] == self.arr[IN_FORCE]
+            && self.cr1 & bit::OPM == 0
+    }
+
+    /// DMA requests enabled: bit 0 update, bits 1–4 the channels.
+    #[must_use]
+    pub const fn requests_enabled(&self) -> u32 {
+        self.dier >> 8 & 0x1F
+    }
+
+    /// Level of TRGO for a slave that counts it: OCxREF, else low.
+    #[must_use]
+    pub fn trigger_level(&self) -> bool {
+        match self.cr2 >> 4 & 0b111 {
+            mms @ 4..=7 => self.level(mms as usize - 4),
+            _ => false,
+        }
+    }
+
+    /// TRGO's rising edges that a slave counts: the first after `seen` and
+    /// their distance; `None` if there are none.
+    ///
+    /// # Errors
+    /// An output that the slave, of `slave_clock` cycles, may miss or that
+    /// nobody models.
+    pub fn trigger_edges(&self, slave_clock: u64) -> Result<Option<(Cycle, u64)>, Unmodelled> {
+        if !self.ticks.are_running() || self.number != 1 {
+            return Ok(None);
+        }
+        let channel = match self.cr2 >> 4 & 0b111 {
+            0 | 1 => return Ok(None),
+            mms @ 4..=7 => mms as usize - 4,
+            _ => return Err(Unmodelled("TIM1_TRGO on updates or matches")),
+        };
+        let ccr = self.ccr[channel];
+        match self.mode(channel)? {
+            Mode::Pwm1 if ccr != 0 && ccr <= self.arr[IN_FORCE] => (),
+            Mode::Pwm1 | Mode::Frozen | Mode::ForceInactive => return Ok(None),
+            Mode::ActiveOnMatch => return Err(Unmodelled("TIM1_TRGO on updates or matches")),
+        }
+        if u64::from(ccr) * self.ticks.period() < slave_clock {
+            return Err(Unmodelled("a TIM1_TRGO pulse shorter than TIM2's clock"));
+        }
+        if !self.lap().is_multiple_of(slave_clock) || !self.is_steady() {
+            return Err(Unmodelled("TIM2 counting an uneven TIM1_TRGO"));
+        }
+        Ok(Some((self.next_update(), self.lap())))
+    }
+
+    /// Whether this timer counts edges of ITR0 (external clock mode 1).
+    #[must_use]
+    pub const fn is_slave(&self) -> bool {
+        self.smcr & 0b111 == 0b111
+    }
+
+    /// HCLK cycles of one timer clock.
+    #[must_use]
+    pub const fn clock(&self) -> u64 {
+        self.divider
+    }
+
+    /// As a slave that counts: an edge of its trigger rose at `edge` outside
+    /// the sequence given to [`Self::follow`].
+    pub fn trigger(&mut self, edge: Cycle) {
+        if self.is_slave() && self.cr1 & bit::CEN != 0 {
+            let tick = self.synchronised(edge);
+            self.ticks.add(tick);
+        }
+    }
+
+    /// As a slave: from now on the trigger's edges are `edges` (first,
+    /// distance). Edges before `now` that are not counted yet will be.
+    ///
+    /// # Errors
+    /// A prescaler.
+    pub fn follow(&mut self, edges: Option<(Cycle, u64)>, now: Cycle) -> Result<(), Unmodelled> {
+        if !self.is_slave() {
+            return Ok(());
+        }
+        if self.psc != [0; 2] {
+            return Err(Unmodelled("a prescaler behind a trigger"));
+        }
+        self.ticks.keep_risen_before(now);
+        if let Some((first, distance)) = edges
+            && self.cr1 & bit::CEN != 0
+        {
+            let tick = self.synchronised(first);
+            self.ticks.set_delayed(tick, distance, tick - first);
+        }
+        Ok(())
+    }
+
+    /// First cycle at which an edge at `edge` counts.
+    fn synchronised(&self, edge: Cycle) -> Cycle {
+        edge.next_multiple_of(self.divider) + TRIGGER_SYNCHRONISATION * self.divider
+    }
+
+    /// The input of channel 1 became `high` at `at`.
+    ///
+    /// # Errors
+    /// As [`Self::advance`].
+    pub fn set_input(&mut self, high: bool, at: Cycle) -> Result<(), Unmodelled> {
+        self.advance(at.saturating_sub(1))?;
+        let filter = self.filter_clocks();
+        self.input.set(high, at, self.divider, filter);
+        Ok(())
+    }
+
+    fn has_armed_trigger(&self) -> bool {
+        self.cr2 >> 4 & 0b111 == 6 && self.mode(2) == Ok(Mode::ActiveOnMatch) && !self.reference[2]
+    }
+
+    fn is_input(&self, channel: usize) -> bool {
+        self.ccmr[channel / 2] >> (8 * (channel % 2)) & 0b11 != 0
+    }
+
+    fn mode(&self, channel: usize) -> Result<Mode, Unmodelled> {
+        match self.ccmr[channel / 2] >> (8 * (channel % 2) + 4) & 0b111 {
+            0 => Ok(Mode::Frozen),
+            1 => Ok(Mode::ActiveOnMatch),
+            4 => Ok(Mode::ForceInactive),
+            6 => Ok(Mode::Pwm1),
+            _ => Err(Unmodelled("an output compare mode (CCMR.OCM)")),
+        }
+    }
+
+    fn level(&self, channel: usize) -> bool {
+        match self.mode(channel) {
+            Ok(Mode::Pwm1) => self.count < self.ccr[channel],
+            _ => self.reference[channel],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,305 @@
+//! The program's view of a timer (RM0090 17.4, 18.4).
+
+use super::{IN_FORCE, Mode, Timer, WRITTEN};
+use crate::chip::Cycle;
+use crate::chip::cpu::Size;
+use crate::chip::cpu::bus::Unmodelled;
+
+/// Register offsets.
+pub mod offset {
+    /// Control 1.
+    pub const CR1: u32 = 0x00;
+    /// Control 2.
+    pub const CR2: u32 = 0x04;
+    /// Slave mode.
+    pub const SMCR: u32 = 0x08;
+    /// DMA and interrupt enable.
+    pub const DIER: u32 = 0x0C;
+    /// Status.
+    pub const SR: u32 = 0x10;
+    /// Event generation.
+    pub const EGR: u32 = 0x14;
+    /// Capture/compare mode 1.
+    pub const CCMR1: u32 = 0x18;
+    /// Capture/compare mode 2.
+    pub const CCMR2: u32 = 0x1C;
+    /// Capture/compare enable.
+    pub const CCER: u32 = 0x20;
+    /// Counter.
+    pub const CNT: u32 = 0x24;
+    /// Prescaler.
+    pub const PSC: u32 = 0x28;
+    /// Auto-reload.
+    pub const ARR: u32 = 0x2C;
+    /// Repetition counter (TIM1).
+    pub const RCR: u32 = 0x30;
+    /// Capture/compare 1.
+    pub const CCR1: u32 = 0x34;
+    /// Capture/compare 4.
+    pub const CCR4: u32 = 0x40;
+    /// Break and dead time (TIM1).
+    pub const BDTR: u32 = 0x44;
+}
+
+/// Register bits.
+pub mod bit {
+    /// CR1: counter enable.
+    pub const CEN: u32 = 1;
+    /// CR1: update disable.
+    pub const UDIS: u32 = 1 << 1;
+    /// CR1: update requests from overflow only.
+    pub const URS: u32 = 1 << 2;
+    /// CR1: one-pulse mode.
+    pub const OPM: u32 = 1 << 3;
+    /// CR1: auto-reload preload.
+    pub const ARPE: u32 = 1 << 7;
+    /// DIER: update interrupt.
+    pub const UIE: u32 = 1;
+    /// DIER: channel 1 interrupt; the others follow.
+    pub const CC1IE: u32 = 1 << 1;
+    /// DIER: update DMA request; the channels follow.
+    pub const UDE: u32 = 1 << 8;
+    /// DIER and SR: update and channels 1–4.
+    pub const INTERRUPTS: u32 = 0x1F;
+    /// SR: update.
+    pub const UIF: u32 = 1;
+    /// SR: channel 1; the others follow.
+    pub const CC1IF: u32 = 1 << 1;
+    /// SR: channel 1 overcapture.
+    pub const CC1OF: u32 = 1 << 9;
+    /// EGR: update.
+    pub const UG: u32 = 1;
+    /// CCER: channel 1 enable.
+    pub const CC1E: u32 = 1;
+    /// CCER: channel 1 polarity.
+    pub const CC1P: u32 = 1 << 1;
+}
+
+/// CCMR bits that must be 0: OCxCE, OCxPE, OCxFE.
+const CCMR_OUTPUT: u32 = 0x8C8C;
+
+impl Timer {
+    /// Reads the register at `offset` in an access complete from `done` on.
+    ///
+    /// # Errors
+    /// Sub-word accesses, registers that nobody models, and what time brings.
+    pub fn read(&mut self, offset: u32, size: Size, done: Cycle) -> Result<u32, Unmodelled> {
+        self.check(offset, size)?;
+        self.advance(done.saturating_sub(1))?;
+        Ok(match offset {
+            offset::CR1 => self.cr1,
+            offset::CR2 => self.cr2,
+            offset::SMCR => self.smcr,
+            offset::DIER => self.dier,
+            offset::SR => self.sr,
+            offset::CCMR1 | offset::CCMR2 => self.ccmr[(offset - offset::CCMR1) as usize / 4],
+            offset::CCER => self.ccer,
+            offset::CNT => self.count,
+            offset::PSC => self.psc[WRITTEN],
+            offset::ARR => self.arr[WRITTEN],
+            offset::CCR1..=offset::CCR4 => self.read_ccr((offset - offset::CCR1) as usize / 4),
+            _ => 0, // EGR is write only; RCR and BDTR hold 0
+        })
+    }
+
+    /// Writes the register at `offset`; it holds from `done` on.
+    ///
+    /// # Errors
+    /// Sub-word accesses, settings that nobody models, and what time brings.
+    pub fn write(
+        &mut self,
+        offset: u32,
+        size: Size,
+        value: u32,
+        done: Cycle,
+    ) -> Result<(), Unmodelled> {
+        self.check(offset, size)?;
+        self.advance(done.saturating_sub(1))?;
+        let value = if self.is_wide(offset) {
+            value
+        } else {
+            value & 0xFFFF
+        };
+        match offset {
+            offset::CR1 => return self.write_cr1(value, done),
+            offset::CR2 => self.cr2 = known(value, 0x70, "a TIM_CR2 bit")?,
+            offset::SMCR => return self.write_smcr(value, done),
+            offset::DIER => return self.write_dier(value),
+            offset::SR => self.sr &= value, // rc_w0
+            offset::EGR => return self.write_egr(value, done),
+            offset::CCMR1 | offset::CCMR2 => {
+                return self.write_ccmr((offset - offset::CCMR1) as usize / 4, value);
+            }
+            offset::CCER => return self.write_ccer(value),
+            offset::CNT => self.count = value,
+            offset::PSC => self.psc[WRITTEN] = value,
+            offset::ARR => self.write_arr(value, done),
+            offset::CCR1..=offset::CCR4 => {
+                let channel = (offset - offset::CCR1) as usize / 4;
+                if !self.is_input(channel) {
+                    self.ccr[channel] = value;
+                }
+            }
+            _ => {
+                known(value, 0, "TIM1_RCR or TIM1_BDTR")?;
+            }
+        }
+        Ok(())
+    }
+
+    fn check(&self, offset: u32, size: Size) -> Result<(), Unmodelled> {
+        // The bridge doubles a half-word (RM0090 section 2.3): the same to
+        // registers of 16 bits.
+        if size == Size::Byte || size == Size::Half && self.is_wide(offset) {
+            return Err(Unmodelled("a TIM access narrower than its register"));
+        }
+        let advanced = matches!(offset, offset::RCR | offset::BDTR);
+        let known = offset <= offset::BDTR && offset.is_multiple_of(4);
+        if known && (!advanced || self.number == 1) {
+            Ok(())
+        } else {
+            Err(Unmodelled("a TIM register"))
+        }
+    }
+
+    /// The registers of TIM2 and TIM5 that hold counts are 32 bits wide.
+    const fn is_wide(&self, offset: u32) -> bool {
+        matches!(self.number, 2 | 5)
+            && matches!(
+                offset,
+                offset::CNT | offset::ARR | offset::CCR1..=offset::CCR4
+            )
+    }
+
+    /// Reading CCR of an input clears its flag (RM0090 18.4.5).
+    fn read_ccr(&mut self, channel: usize) -> u32 {
+        if self.is_input(channel) {
+            self.sr &= !(bit::CC1IF << channel);
+        }
+        self.ccr[channel]
+    }
+
+    fn write_cr1(&mut self, value: u32, done: Cycle) -> Result<(), Unmodelled> {
+        let allowed = bit::CEN | bit::UDIS | bit::URS | bit::OPM | bit::ARPE;
+        let before = self.cr1;
+        self.cr1 = known(value, allowed, "a TIM_CR1 mode other than up-counting")?;
+        if before & bit::CEN != value & bit::CEN {
+            if value & bit::CEN == 0 {
+                self.ticks.stop(done);
+            } else {
+                self.restart(done);
+            }
+        }
+        Ok(())
+    }
+
+    fn write_smcr(&mut self, value: u32, done: Cycle) -> Result<(), Unmodelled> {
+        let was_slave = self.is_slave();
+        match value {
+            0 => (),
+            // External clock mode 1 on ITR0, which is TIM1 for TIM2 (table 95).
+            0b111 if self.number == 2 => (),
+            _ => return Err(Unmodelled("a TIM_SMCR mode")),
+        }
+        self.smcr = value;
+        if was_slave != self.is_slave() {
+            self.ticks.stop(done);
+            self.ticks.forget_place();
+            self.restart(done);
+        }
+        Ok(())
+    }
+
+    fn write_dier(&mut self, value: u32) -> Result<(), Unmodelled> {
+        let requests = if self.number == 1 { 0x1F00 } else { 0 };
+        self.dier = known(value, bit::INTERRUPTS | requests, "a TIM_DIER bit")?;
+        Ok(())
+    }
+
+    /// UG: the counter and prescaler restart and the preloads come into force;
+    /// UIF only if URS is 0 (RM0090 18.3.2). The counter becomes 0, which is a
+    /// match of every CCR that is 0.
+    fn write_egr(&mut self, value: u32, done: Cycle) -> Result<(), Unmodelled> {
+        if known(value, bit::UG, "a TIM_EGR bit")? == 0 {
+            return Ok(());
+        }
+        known(self.dier, bit::INTERRUPTS, "UG that asks for DMA")?;
+        self.count = 0;
+        for channel in 0..4 {
+            if self.ccr[channel] == 0 && !self.is_input(channel) {
+                self.sr |= bit::CC1IF << channel;
+            }
+        }
+        if self.cr1 & bit::UDIS == 0 {
+            self.psc[IN_FORCE] = self.psc[WRITTEN];
+            self.arr[IN_FORCE] = self.arr[WRITTEN];
+            if self.cr1 & bit::URS == 0 {
+                self.sr |= bit::UIF;
+            }
+        }
+        if self.is_slave() {
+            return Ok(());
+        }
+        let running = self.ticks.are_running();
+        self.ticks.stop(done);
+        self.ticks.forget_place();
+        if running {
+            let period = self.tick_period();
+            let edge = done.next_multiple_of(self.divider);
+            self.ticks.set(edge + period, period);
+        } else {
+            self.restart(done);
+        }
+        Ok(())
+    }
+
+    fn write_ccmr(&mut self, half: usize, value: u32) -> Result<(), Unmodelled> {
+        for channel in [2 * half, 2 * half + 1] {
+            let field = value >> (8 * (channel % 2)) & 0xFF;
+            match (field & 0b11, channel) {
+                (0, _) => {
+                    known(field, !CCMR_OUTPUT & 0xFF, "OCxPE, OCxFE or OCxCE")?;
+                }
+                // IC1 on TI1, no prescaler, filter of up to 8 timer clocks.
+                (1, 0) if field & 0x0C == 0 && field >> 4 <= 3 => (),
+                _ => return Err(Unmodelled("a capture setting (CCMR)")),
+            }
+        }
+        self.ccmr[half] = value;
+        for channel in [2 * half, 2 * half + 1] {
+            if !self.is_input(channel) && self.mode(channel)? == Mode::ForceInactive {
+                self.reference[channel] = false;
+            }
+        }
+        Ok(())
+    }
+
+    fn write_ccer(&mut self, value: u32) -> Result<(), Unmodelled> {
+        let allowed = if self.is_input(0) { 0b11 } else { 0 };
+        self.ccer = known(value, allowed, "a TIM output or input (CCER)")?;
+        Ok(())
+    }
+
+    fn write_arr(&mut self, value: u32, done: Cycle) {
+        self.arr[WRITTEN] = value;
+        if self.cr1 & bit::ARPE != 0 {
+            return;
+        }
+        let was_blocked = self.arr[IN_FORCE] == 0;
+        self.arr[IN_FORCE] = value;
+        if value == 0 && !self.is_slave() {
+            self.ticks.stop(done);
+        } else if was_blocked {
+            self.restart(done);
+        }
+    }
+}
+
+/// `value` if it has no bits but `allowed`.
+fn known(value: u32, allowed: u32, what: &'static str) -> Result<u32, Unmodelled> {
+    if value & !allowed == 0 {
+        Ok(value)
+    } else {
+        Err(Unmodelled(what))
+    }
+}

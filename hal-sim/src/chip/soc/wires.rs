@@ -1,0 +1,201 @@
+//! Wires between the blocks: clocks, resets, interrupt lines, and time.
+
+use super::clock::Clocks;
+use super::map::{Unit, playback_block};
+use super::rcc::{Block, Cause};
+use super::{Exti, Peripheral, Soc, Syscfg, exti, gpio};
+use crate::chip::Cycle;
+use crate::chip::cpu::bus::{LINE_WORDS, Unmodelled};
+
+/// Positions in the vector table (RM0090 table 61).
+mod line {
+    pub const PVD: u32 = 1;
+    pub const FLASH: u32 = 4;
+    pub const EXTI0: u32 = 6;
+    pub const ADC: u32 = 18;
+    pub const EXTI9_5: u32 = 23;
+    pub const USART2: u32 = 38;
+    pub const EXTI15_10: u32 = 40;
+    pub const OTG_FS: u32 = 67;
+}
+
+impl Soc {
+    /// Lets everything happen up to `to`, in the order of cycles. A sample of
+    /// the ADC must have been given before time goes beyond it.
+    ///
+    /// # Errors
+    /// Behaviour that nobody models.
+    pub fn advance(&mut self, to: Cycle) -> Result<(), Unmodelled> {
+        self.now = to;
+        if to < self.due {
+            return Ok(());
+        }
+        self.playback.advance(to, &mut self.ram)?;
+        let triggers = self.playback.triggers_mut();
+        if !triggers.is_empty() {
+            for at in triggers.drain(..) {
+                self.adc.trigger(at)?;
+            }
+        }
+        self.rcc.advance(to)?;
+        self.follow_clocks(to)?;
+        self.adc.advance(to)?;
+        self.spi3.advance(to)?;
+        self.flash.advance(to)?;
+        self.usart2.advance(to)?;
+        self.otg.advance(to)?;
+        self.iwdg.advance(to)?;
+        if self.iwdg.has_bitten() {
+            self.reset = Some(Cause::Watchdog);
+        }
+        self.due = self.find_due();
+        Ok(())
+    }
+
+    /// Earliest cycle at which `advance` must be called.
+    #[must_use]
+    pub const fn next_event(&self) -> Cycle {
+        self.due
+    }
+
+    /// Something from outside changed the state: look again.
+    pub const fn touch(&mut self) {
+        self.due = self.now;
+    }
+
+    fn find_due(&self) -> Cycle {
+        let sample = self.adc.next_sample().map_or(Cycle::MAX, |s| s.at);
+        [
+            self.playback.next_event(),
+            self.rcc.next_event(),
+            sample,
+            self.adc.next_event(),
+            self.flash.next_event(),
+            self.usart2.next_event(),
+            self.otg.next_event(),
+            self.iwdg.next_event(),
+        ]
+        .into_iter()
+        .fold(Cycle::MAX, Cycle::min)
+    }
+
+    /// Level of every interrupt line.
+    #[must_use]
+    pub fn lines(&self) -> [u32; LINE_WORDS] {
+        let mut lines = self.playback.lines();
+        let mut set = |line: u32, high: bool| {
+            lines[(line / 32) as usize] |= u32::from(high) << (line % 32);
+        };
+        let pending = self.exti.pending();
+        if pending != 0 {
+            set(line::PVD, pending & 1 << exti::PVD != 0);
+            for n in 0..5 {
+                set(line::EXTI0 + n, pending & 1 << n != 0);
+            }
+            set(line::EXTI9_5, pending & 0x03E0 != 0);
+            set(line::EXTI15_10, pending & 0xFC00 != 0);
+        }
+        set(line::FLASH, self.flash.interrupt());
+        set(line::ADC, self.adc.interrupt());
+        set(line::USART2, self.usart2.interrupt());
+        set(line::OTG_FS, self.otg.irq());
+        lines
+    }
+
+    /// Connects `level` to a pin (port 0 is A) at `at`.
+    ///
+    /// # Errors
+    /// What nobody models.
+    pub fn drive(
+        &mut self,
+        port: usize,
+        pin: usize,
+        level: gpio::Level,
+        at: Cycle,
+    ) -> Result<(), Unmodelled> {
+        let change = self.playback.drive(port, pin, level, at, &mut self.ram)?;
+        if let Some(high) = change {
+            self.exti.pin(port, pin, high, &self.syscfg);
+        }
+        self.due = self.now.min(at);
+        Ok(())
+    }
+
+    /// The supply is `mv` from now on.
+    pub fn supply(&mut self, mv: u32) {
+        self.pwr.supply(mv);
+        self.follow_supply();
+    }
+
+    fn follow_supply(&mut self) {
+        let pvd = self.pwr.pvd();
+        if pvd != self.pvd {
+            self.pvd = pvd;
+            self.exti.edge(exti::PVD, pvd);
+            self.due = self.now;
+        }
+    }
+
+    /// What a register write of `unit` means to others.
+    pub(super) fn follow_write(&mut self, unit: Unit, at: Cycle) -> Result<(), Unmodelled> {
+        match unit {
+            Unit::Rcc => {
+                self.follow_clocks(at)?;
+                for block in self.rcc.take_resets() {
+                    self.reset_block(block, at)?;
+                }
+                if self.rcc.take_backup_reset() {
+                    self.backup.reset_domain();
+                }
+                Ok(())
+            }
+            Unit::Pwr => {
+                let writable = self.pwr.is_backup_writable();
+                self.backup.set_writable(writable);
+                self.rcc.set_backup_writable(writable);
+                self.follow_supply();
+                Ok(())
+            }
+            Unit::Flash => self.flash.check_wait_states(self.pwr.supply_mv()),
+            _ => Ok(()),
+        }
+    }
+
+    fn reset_block(&mut self, block: Block, at: Cycle) -> Result<(), Unmodelled> {
+        if let Some(block) = playback_block(block) {
+            self.shares = [false; 2].map(|_| true); // until DMA2 is next written
+            return self.playback.reset(block, at, &mut self.ram);
+        }
+        match block {
+            Block::OtgFs => self.otg.reset_registers(at),
+            Block::Spi3 => self.spi3.reset(),
+            Block::Usart2 => self.usart2.reset(),
+            Block::Pwr => self.pwr.reset(),
+            Block::Adc => self.adc.reset(),
+            Block::Syscfg => {
+                self.syscfg = Syscfg::default();
+                self.exti = Exti::default();
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// Tells everyone about new frequencies.
+    pub(super) fn follow_clocks(&mut self, at: Cycle) -> Result<(), Unmodelled> {
+        let Some(clocks) = self.rcc.take_change() else {
+            return Ok(());
+        };
+        let Clocks { hclk_hz, .. } = clocks;
+        let (apb1, apb2) = (clocks.apb1_divider(), clocks.apb2_divider());
+        self.playback.set_clocks(apb1, apb2, at, &mut self.ram)?;
+        self.flash.set_hz(hclk_hz, at);
+        self.flash.check_wait_states(self.pwr.supply_mv())?;
+        self.iwdg.set_hz(hclk_hz, at);
+        self.otg.set_hz(hclk_hz.into(), at);
+        self.adc.set_clock(hclk_hz, apb2);
+        self.spi3.set_bus_divider(apb1);
+        self.usart2.set_bus_divider(apb1);
+        Ok(())
+    }
+}

@@ -1,0 +1,200 @@
+//! The USB host at the other end of the cable: a full-speed root port with one
+//! CDC ACM driver.
+//!
+//! Lives here: attachment and reset (`port`), enumeration (`transfer`,
+//! `request`, `descriptor`), the serial port, frames (`frame`) and the transactions in them (`schedule`),
+//! packet times (`line`). Not here: the device (`soc::otg`). In: bytes with
+//! the cycle from which on they wait. Out: bytes with the cycle of their ACK.
+
+mod descriptor;
+mod failure;
+mod frame;
+mod line;
+mod port;
+mod request;
+mod schedule;
+#[cfg(test)]
+mod tests;
+mod transfer;
+
+pub use descriptor::{Device, Endpoint};
+pub use failure::Failure;
+
+use crate::chip::Cycle;
+use crate::chip::soc::otg::{Otg, Packet};
+use frame::Frames;
+use port::Port;
+use request::{Control, Request};
+use schedule::{Flight, Pipe};
+use std::collections::VecDeque;
+
+/// The host. Call [`Host::advance`] with the present cycle before each access
+/// to the device's registers and before [`Host::send`], and at
+/// [`Host::next_event`]: a poll that can only be NAKed is left out, and the
+/// next one is found from the state that the registers had until then.
+#[derive(Clone, Debug)]
+pub struct Host {
+    hz: u64,
+    /// All before has happened.
+    now: Cycle,
+    port: Port,
+    frames: Frames,
+    /// Frame whose start, and whose end of the periodic part, was announced.
+    announced: (Option<u64>, Option<u64>),
+    /// Nothing is to be announced before.
+    quiet_until: Cycle,
+    /// The bus is free from then on.
+    free: Cycle,
+    flight: Option<Flight>,
+    address: u8,
+    device: Device,
+    /// wTotalLength.
+    total: u16,
+    control: Option<Control>,
+    /// Line state to set once endpoint 0 is free.
+    line_state: Option<Request>,
+    control_pipe: Pipe,
+    notify: Pipe,
+    data_in: Pipe,
+    data_out: Pipe,
+    configured: bool,
+    open: bool,
+    /// The OUT pipe had the bus last: IN goes first at a tie.
+    out_was_last: bool,
+    outgoing: VecDeque<Write>,
+    incoming: VecDeque<(Cycle, Packet)>,
+    failure: Option<Failure>,
+}
+
+/// Bytes that a program wrote at once: they share no packet with others.
+#[derive(Clone, Debug)]
+struct Write {
+    bytes: Vec<u8>,
+    sent: usize,
+    eligible: Cycle,
+}
+
+impl Host {
+    /// A host with an empty port; cycles are those of a clock of `hz` hertz.
+    #[must_use]
+    pub fn new(hz: u64) -> Self {
+        Self {
+            hz,
+            now: 0,
+            port: Port::Empty,
+            frames: Frames::new(0, hz),
+            announced: (None, None),
+            quiet_until: 0,
+            free: 0,
+            flight: None,
+            address: 0,
+            device: Device::default(),
+            total: 0,
+            control: None,
+            line_state: None,
+            control_pipe: Pipe::default(),
+            notify: Pipe::default(),
+            data_in: Pipe::default(),
+            data_out: Pipe::default(),
+            configured: false,
+            open: false,
+            out_was_last: false,
+            outgoing: VecDeque::new(),
+            incoming: VecDeque::new(),
+            failure: None,
+        }
+    }
+
+    /// The clock that counts cycles is `hz` hertz from cycle `at` on. A packet
+    /// on the wire is not stretched: software sets its clocks up before.
+    pub fn set_hz(&mut self, hz: u64, at: Cycle) {
+        self.port.set_hz(self.hz, hz, at);
+        self.frames.set_hz(hz, at);
+        self.quiet_until = 0;
+        self.hz = hz;
+    }
+
+    /// The cable is plugged in at `at`: VBUS comes on. Nothing if it is.
+    pub fn plug(&mut self, at: Cycle, otg: &mut Otg) {
+        if self.port == Port::Empty {
+            otg.set_vbus(true, at);
+            self.port = Port::Powered(at);
+        }
+    }
+
+    /// The cable is pulled at `at`. Bytes on their way are lost.
+    pub fn unplug(&mut self, at: Cycle, otg: &mut Otg) {
+        otg.set_vbus(false, at);
+        self.forget();
+        self.port = Port::Empty;
+        self.failure = None;
+    }
+
+    /// A program opens the port again after [`Self::close`].
+    pub fn open(&mut self, at: Cycle) {
+        self.ask_line_state(Request::Open, at);
+    }
+
+    /// The program closes the port: DTR and RTS go off, and nothing is read or
+    /// written from now on; bytes that wait are dropped.
+    pub fn close(&mut self, at: Cycle) {
+        self.open = false;
+        self.outgoing.clear();
+        self.ask_line_state(Request::Close, at);
+    }
+
+    /// Queues `bytes` for the device, as one write of a program at `at`. The
+    /// host's driver hands them to the bus with the next frame.
+    pub fn send(&mut self, bytes: &[u8], at: Cycle) {
+        if bytes.is_empty() {
+            return;
+        }
+        self.outgoing.push_back(Write {
+            bytes: bytes.to_vec(),
+            sent: 0,
+            eligible: self.frames.start(self.frames.index(at) + 1),
+        });
+    }
+
+    /// Bytes that wait to be sent.
+    #[must_use]
+    pub fn unsent(&self) -> usize {
+        self.outgoing.iter().map(|w| w.bytes.len() - w.sent).sum()
+    }
+
+    /// The next packet from the device, never empty, and the cycle at which
+    /// the host's ACK ended.
+    pub fn received(&mut self) -> Option<(Cycle, Packet)> {
+        self.incoming.pop_front()
+    }
+
+    /// Whether the device is configured and its line state set: bytes flow.
+    #[must_use]
+    pub fn is_open(&self) -> bool {
+        self.open
+    }
+
+    /// What the device says that it is, once it is configured.
+    #[must_use]
+    pub fn device(&self) -> Option<&Device> {
+        self.configured.then_some(&self.device)
+    }
+
+    /// Why the host gave up, if it did; unplugging clears it.
+    #[must_use]
+    pub fn failure(&self) -> Option<Failure> {
+        self.failure
+    }
+
+    /// Number (0–2047) of the frame at `at`, while the bus runs.
+    #[must_use]
+    pub fn frame(&self, at: Cycle) -> Option<u16> {
+        self.runs().then(|| (self.frames.index(at) & 0x7FF) as u16)
+    }
+
+    /// Start of the frame that `at` lies in, while the bus runs.
+    #[must_use]
+    pub fn frame_start(&self, at: Cycle) -> Cycle {
+        self.frames.start(self.frames.index(at))
+    }
+}

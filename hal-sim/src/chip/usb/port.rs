@@ -1,0 +1,210 @@
+//! The host's port: power, attachment, debounce, bus reset (USB 2.0 section
+//! 7.1.7), and frames announced to the device.
+
+use super::request::Request;
+use super::{Frames, Host};
+use crate::chip::Cycle;
+use crate::chip::soc::otg::Otg;
+
+/// TATTDB: quiet for 100 ms before a reset (7.1.7.3).
+const DEBOUNCE_MS: u64 = 100;
+/// TDRSTR: a root port drives reset for at least 50 ms (7.1.7.5).
+const RESET_MS: u64 = 50;
+/// TRSTRCY: 10 ms without transactions after reset (7.1.7.5).
+const RECOVERY_MS: u64 = 10;
+/// A bus idle for 3 ms is suspended (7.1.7.6).
+const SUSPEND_MS: u64 = 3;
+
+/// State of the port. Cycles are when it is left.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Port {
+    /// No cable.
+    Empty,
+    /// VBUS is on since then, nothing pulls D+ up.
+    Powered(Cycle),
+    /// Something pulls D+ up; the bus is not idle for 3 ms yet.
+    Attached(Cycle, Cycle),
+    /// The same, and the device sees a suspended bus.
+    Suspended(Cycle),
+    /// The host drives SE0.
+    Resetting(Cycle),
+    /// Frames run, no transactions yet.
+    Recovering(Cycle),
+    /// Frames and transactions.
+    Running,
+}
+
+impl Port {
+    /// When time alone changes the state.
+    fn leaves(self) -> Cycle {
+        match self {
+            Self::Attached(at, _)
+            | Self::Suspended(at)
+            | Self::Resetting(at)
+            | Self::Recovering(at) => at,
+            Self::Empty | Self::Powered(_) | Self::Running => Cycle::MAX,
+        }
+    }
+
+    /// Stretches what is left of the state to another clock.
+    pub fn set_hz(&mut self, old: u64, new: u64, at: Cycle) {
+        let stretch = |then: &mut Cycle| {
+            *then = at + then.saturating_sub(at) * new / old.max(1);
+        };
+        match self {
+            Self::Attached(suspended, reset) => {
+                stretch(suspended);
+                stretch(reset);
+            }
+            Self::Suspended(then) | Self::Resetting(then) | Self::Recovering(then) => stretch(then),
+            Self::Empty | Self::Powered(_) | Self::Running => {}
+        }
+    }
+}
+
+impl Host {
+    /// Lets the host and the bus go on to cycle `to`.
+    pub fn advance(&mut self, to: Cycle, otg: &mut Otg) {
+        self.notice_attachment(otg);
+        while let Some(at) = self.next_step(otg).filter(|at| *at <= to) {
+            self.announce(at, otg);
+            self.now = self.now.max(at);
+            if self.port.leaves() <= at {
+                self.leave(at, otg);
+            } else {
+                self.step(at, otg);
+            }
+        }
+        self.announce(to, otg);
+        self.now = self.now.max(to);
+    }
+
+    /// Earliest cycle at which [`Self::advance`] is due: something may change
+    /// for the device or for readers of bytes. Ask again after each access to
+    /// the device's registers.
+    #[must_use]
+    pub fn next_event(&self, otg: &Otg) -> Cycle {
+        let attached = match (self.port, otg.attached()) {
+            (Port::Powered(on), Some(since)) => self.debounce(since.max(on)).0,
+            _ => Cycle::MAX,
+        };
+        attached
+            .min(self.port.leaves())
+            .min(self.next_transfer_event(otg))
+            .min(self.next_announcement(otg))
+    }
+
+    fn ms(&self, ms: u64) -> Cycle {
+        ms * self.hz / 1_000
+    }
+
+    fn debounce(&self, since: Cycle) -> (Cycle, Cycle) {
+        (since + self.ms(SUSPEND_MS), since + self.ms(DEBOUNCE_MS))
+    }
+
+    fn notice_attachment(&mut self, otg: &Otg) {
+        match (self.port, otg.attached()) {
+            (Port::Powered(on), Some(since)) => {
+                let (suspended, reset) = self.debounce(since.max(on));
+                self.port = Port::Attached(suspended, reset);
+            }
+            (Port::Empty | Port::Powered(_), _) | (_, Some(_)) => {}
+            // A disconnect is seen after 2.5 µs of SE0 (7.1.7.3): at once here.
+            (_, None) => {
+                self.forget();
+                self.port = Port::Powered(self.now);
+            }
+        }
+    }
+
+    /// The device is gone, and all that was under way with it.
+    pub(super) fn forget(&mut self) {
+        self.flight = None;
+        self.control = None;
+        self.line_state = None;
+        self.outgoing.clear();
+        self.configured = false;
+        self.open = false;
+        self.announced = (None, None);
+    }
+
+    fn next_step(&self, otg: &Otg) -> Option<Cycle> {
+        let transfer = self.next_transfer(otg).unwrap_or(Cycle::MAX);
+        let at = transfer.min(self.port.leaves());
+        (at < Cycle::MAX).then_some(at)
+    }
+
+    fn leave(&mut self, at: Cycle, otg: &mut Otg) {
+        self.port = match self.port {
+            Port::Attached(_, reset) => {
+                otg.suspend();
+                Port::Suspended(reset)
+            }
+            Port::Suspended(_) => {
+                otg.reset_begins();
+                Port::Resetting(at + self.ms(RESET_MS))
+            }
+            Port::Resetting(_) => {
+                otg.reset_ends();
+                self.frames = Frames::new(at, self.hz);
+                self.announced = (None, None);
+                self.quiet_until = 0;
+                Port::Recovering(at + self.ms(RECOVERY_MS))
+            }
+            Port::Recovering(_) => {
+                self.address = 0;
+                self.free = at;
+                self.device.max_packet = 8;
+                self.ask(Request::MaxPacket, at);
+                Port::Running
+            }
+            port => port,
+        };
+    }
+
+    /// Announces starts and parts of frames up to `at`, the last of each.
+    fn announce(&mut self, at: Cycle, otg: &mut Otg) {
+        if at < self.quiet_until || !self.runs() {
+            return;
+        }
+        let index = self.frames.index(at);
+        let (start, part) = (self.frames.received(index), self.frames.periodic_end(index));
+        // Of the frame before, if it is not this one's turn yet.
+        let reached = |then: Cycle| index.checked_sub(u64::from(at < then));
+        let (started, ended) = (reached(start), reached(part));
+        if started > self.announced.0 {
+            self.announced.0 = started;
+            otg.sof((started.unwrap_or(0) & 0x7FF) as u16);
+        }
+        if ended > self.announced.1 {
+            self.announced.1 = ended;
+            otg.periodic_frame_ends();
+        }
+        // Both ascend: the first of them that is still to come.
+        let next = [start, part, self.frames.received(index + 1)];
+        self.quiet_until = next.into_iter().find(|then| at < *then).unwrap_or(at);
+    }
+
+    /// When the next announcement raises the device's interrupt line.
+    fn next_announcement(&self, otg: &Otg) -> Cycle {
+        if !self.runs() {
+            return Cycle::MAX;
+        }
+        let next =
+            |announced: Option<u64>| announced.map_or(self.frames.index(self.now), |n| n + 1);
+        let start = match otg.awaits_sof() {
+            true => self.frames.received(next(self.announced.0)),
+            false => Cycle::MAX,
+        };
+        let end = match otg.awaits_periodic_end() {
+            true => self.frames.periodic_end(next(self.announced.1)),
+            false => Cycle::MAX,
+        };
+        start.min(end)
+    }
+
+    /// Frames run.
+    pub(super) fn runs(&self) -> bool {
+        matches!(self.port, Port::Recovering(_) | Port::Running)
+    }
+}

@@ -1,0 +1,257 @@
+//! What the host asks for, in order: enumeration (USB 2.0 section 9.1.2), then
+//! the serial port (CDC PSTN 1.2 section 6.3).
+
+use super::descriptor::{Device, kind, text};
+use super::{Failure, line};
+use crate::chip::Cycle;
+
+/// US English.
+const LANGUAGE: u16 = 0x0409;
+/// Address that the host gives.
+pub const ADDRESS: u8 = 5;
+/// Rest after SET_ADDRESS (USB 2.0 9.2.6.3).
+pub const ADDRESS_RECOVERY_MS: u64 = 2;
+/// 115,200 baud, 1 stop bit, no parity, 8 bits: as a terminal program asks for
+/// though no UART is there.
+const LINE_CODING: [u8; 7] = [0x00, 0xC2, 0x01, 0x00, 0, 0, 8];
+
+/// A request on endpoint 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Request {
+    /// The first 8 bytes of the device descriptor.
+    MaxPacket,
+    /// SET_ADDRESS.
+    Address,
+    /// The device descriptor.
+    Device,
+    /// The first 9 bytes of the configuration.
+    ConfigurationHeader,
+    /// The whole configuration.
+    Configuration,
+    /// Manufacturer, product, serial number: 0–2.
+    String(usize),
+    /// SET_CONFIGURATION.
+    Configure,
+    /// SET_LINE_CODING.
+    LineCoding,
+    /// SET_CONTROL_LINE_STATE with DTR and RTS.
+    Open,
+    /// SET_CONTROL_LINE_STATE with neither.
+    Close,
+}
+
+impl Request {
+    /// Name, for failures.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::MaxPacket => "GET_DESCRIPTOR device, 8 bytes",
+            Self::Address => "SET_ADDRESS",
+            Self::Device => "GET_DESCRIPTOR device",
+            Self::ConfigurationHeader => "GET_DESCRIPTOR configuration, 9 bytes",
+            Self::Configuration => "GET_DESCRIPTOR configuration",
+            Self::String(_) => "GET_DESCRIPTOR string",
+            Self::Configure => "SET_CONFIGURATION",
+            Self::LineCoding => "SET_LINE_CODING",
+            Self::Open => "SET_CONTROL_LINE_STATE open",
+            Self::Close => "SET_CONTROL_LINE_STATE close",
+        }
+    }
+
+    /// Strings are optional (USB 2.0 9.6.7).
+    pub fn may_stall(self) -> bool {
+        matches!(self, Self::String(_))
+    }
+
+    /// The eight bytes of SETUP (USB 2.0 table 9-2); `total` is wTotalLength.
+    pub fn setup(self, device: &Device, total: u16) -> [u8; 8] {
+        let interface = u16::from(device.control_interface);
+        let (what, code, value, index, length) = match self {
+            Self::MaxPacket => (0x80, 6, descriptor(kind::DEVICE, 0), 0, 8),
+            Self::Address => (0x00, 5, u16::from(ADDRESS), 0, 0),
+            Self::Device => (0x80, 6, descriptor(kind::DEVICE, 0), 0, 18),
+            Self::ConfigurationHeader => (0x80, 6, descriptor(kind::CONFIGURATION, 0), 0, 9),
+            Self::Configuration => (0x80, 6, descriptor(kind::CONFIGURATION, 0), 0, total),
+            Self::String(n) => {
+                let index = device.strings.get(n).copied().unwrap_or(0);
+                (0x80, 6, descriptor(kind::STRING, index), LANGUAGE, 255)
+            }
+            Self::Configure => (0x00, 9, u16::from(device.configuration), 0, 0),
+            Self::LineCoding => (0x21, 0x20, 0, interface, 7),
+            Self::Open => (0x21, 0x22, 0b11, interface, 0),
+            Self::Close => (0x21, 0x22, 0b00, interface, 0),
+        };
+        let [v, i, l] = [value, index, length].map(u16::to_le_bytes);
+        [what, code, v[0], v[1], i[0], i[1], l[0], l[1]]
+    }
+
+    /// Data stage of a request that has one towards the device.
+    pub fn data(self) -> &'static [u8] {
+        match self {
+            Self::LineCoding => &LINE_CODING,
+            _ => &[],
+        }
+    }
+
+    /// What the host asks next once this request is served; `None`: no more.
+    pub fn next(self, device: &Device) -> Option<Self> {
+        let string = |from: usize| {
+            let index = device.strings.iter().skip(from).position(|n| *n != 0);
+            index.map_or(Self::Configure, |n| Self::String(from + n))
+        };
+        Some(match self {
+            Self::MaxPacket => Self::Address,
+            Self::Address => Self::Device,
+            Self::Device => Self::ConfigurationHeader,
+            Self::ConfigurationHeader => Self::Configuration,
+            Self::Configuration => string(0),
+            Self::String(n) => string(n + 1),
+            Self::Configure => Self::LineCoding,
+            Self::LineCoding => Self::Open,
+            Self::Open | Self::Close => return None,
+        })
+    }
+
+    /// Takes what the device answered into `device`; gives wTotalLength if
+    /// this request is the one that learns it.
+    pub fn take(self, bytes: &[u8], device: &mut Device) -> Result<Option<u16>, Failure> {
+        match self {
+            Self::MaxPacket => match bytes {
+                &[18, kind::DEVICE, .., size @ (8 | 16 | 32 | 64)] if bytes.len() == 8 => {
+                    device.max_packet = size;
+                }
+                _ => return Err(Failure::Descriptor("device descriptor, 8 bytes")),
+            },
+            Self::Device => device.parse_device(bytes)?,
+            Self::ConfigurationHeader => match bytes {
+                &[9, kind::CONFIGURATION, low, high, ..] if bytes.len() == 9 => {
+                    return Ok(Some(u16::from_le_bytes([low, high])));
+                }
+                _ => return Err(Failure::Descriptor("configuration descriptor, 9 bytes")),
+            },
+            Self::Configuration => device.parse_configuration(bytes)?,
+            Self::String(0) => device.manufacturer = Some(text(bytes)?),
+            Self::String(1) => device.name = Some(text(bytes)?),
+            Self::String(_) => device.serial = Some(text(bytes)?),
+            _ => {}
+        }
+        Ok(None)
+    }
+}
+
+fn descriptor(kind: u8, index: u8) -> u16 {
+    u16::from_le_bytes([index, kind])
+}
+
+/// Where a control transfer is (USB 2.0 section 8.5.3).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// SETUP is to be sent.
+    Setup,
+    /// Data towards the host.
+    DataIn,
+    /// Data towards the device.
+    DataOut,
+    /// The device says how it went.
+    StatusIn,
+    /// The host says that it has all data.
+    StatusOut,
+}
+
+/// A control transfer under way.
+#[derive(Clone, Debug)]
+pub struct Control {
+    /// What for.
+    pub request: Request,
+    /// SETUP's data.
+    pub setup: [u8; 8],
+    /// What comes next.
+    pub stage: Stage,
+    /// Next data packet is DATA1.
+    pub data1: bool,
+    /// Bytes received.
+    pub received: Vec<u8>,
+    /// Bytes sent.
+    pub sent: usize,
+    /// When the device has to be done.
+    pub deadline: Cycle,
+}
+
+impl Control {
+    /// A transfer for `request` that begins at `at`.
+    pub fn new(request: Request, device: &Device, total: u16, at: Cycle, hz: u64) -> Self {
+        Self {
+            request,
+            setup: request.setup(device, total),
+            stage: Stage::Setup,
+            data1: false,
+            received: Vec::new(),
+            sent: 0,
+            deadline: at + 5 * hz,
+        }
+    }
+
+    /// wLength.
+    pub fn length(&self) -> usize {
+        usize::from(u16::from_le_bytes([self.setup[6], self.setup[7]]))
+    }
+
+    /// The next data packet towards the device.
+    pub fn chunk(&self, max_packet: usize) -> &'static [u8] {
+        let rest = self.request.data().get(self.sent..).unwrap_or_default();
+        rest.get(..max_packet).unwrap_or(rest)
+    }
+
+    /// Longest that the next transaction takes, cycles of a clock of `hz`.
+    pub fn budget(&self, max_packet: usize, hz: u64) -> Cycle {
+        let bytes = match self.stage {
+            Stage::Setup => 8,
+            Stage::DataIn | Stage::DataOut => max_packet,
+            Stage::StatusIn | Stage::StatusOut => 0,
+        };
+        line::budget(bytes, hz)
+    }
+
+    /// SETUP was accepted.
+    pub fn setup_done(&mut self) {
+        self.data1 = true;
+        self.stage = match (self.length(), self.setup[0] & 0x80 != 0) {
+            (0, _) => Stage::StatusIn,
+            (_, true) => Stage::DataIn,
+            (_, false) => Stage::DataOut,
+        };
+    }
+
+    /// A data packet towards the device was accepted; true when all is done.
+    pub fn out_done(&mut self, bytes: usize) -> bool {
+        if self.stage == Stage::StatusOut {
+            return true;
+        }
+        self.sent += bytes;
+        self.data1 = !self.data1;
+        if self.sent >= self.request.data().len() {
+            self.stage = Stage::StatusIn;
+            self.data1 = true;
+        }
+        false
+    }
+
+    /// A data packet came from the device; true when all is done.
+    pub fn in_done(&mut self, bytes: &[u8], max_packet: usize) -> Result<bool, Failure> {
+        if self.stage == Stage::StatusIn {
+            return match bytes {
+                [] => Ok(true),
+                _ => Err(Failure::Babble(self.request.name())),
+            };
+        }
+        self.received.extend_from_slice(bytes);
+        self.data1 = !self.data1;
+        if self.received.len() > self.length() || bytes.len() > max_packet {
+            return Err(Failure::Babble(self.request.name()));
+        }
+        if bytes.len() < max_packet || self.received.len() == self.length() {
+            self.stage = Stage::StatusOut;
+            self.data1 = true;
+        }
+        Ok(false)
+    }
+}

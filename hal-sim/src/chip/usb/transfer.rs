@@ -1,0 +1,95 @@
+//! Control transfers from the host's side: which request follows which, and
+//! what their answers change.
+
+use super::request::{ADDRESS, ADDRESS_RECOVERY_MS, Control, Request};
+use super::schedule::Pipe;
+use super::{Failure, Host};
+use crate::chip::Cycle;
+
+impl Host {
+    /// Begins `request` with the frame after `at`.
+    pub(super) fn ask(&mut self, request: Request, at: Cycle) {
+        let control = Control::new(request, &self.device, self.total, at, self.hz);
+        self.control = Some(control);
+        self.control_pipe = Pipe {
+            eligible: self.frames.start(self.frames.index(at) + 1),
+            ..Pipe::default()
+        };
+    }
+
+    pub(super) fn fail(&mut self, failure: Failure) {
+        self.failure = Some(failure);
+        self.control = None;
+        self.open = false;
+    }
+
+    /// The device answered STALL to a request.
+    pub(super) fn refused(&mut self, at: Cycle) {
+        let Some(control) = self.control.take() else {
+            return;
+        };
+        if control.request.may_stall() {
+            self.go_on(control.request, at);
+        } else {
+            self.fail(Failure::Stalled(control.request.name()));
+        }
+    }
+
+    /// A request was served in full.
+    pub(super) fn served(&mut self, at: Cycle) {
+        let Some(control) = self.control.take() else {
+            return;
+        };
+        match control.request.take(&control.received, &mut self.device) {
+            Ok(total) => self.total = total.unwrap_or(self.total),
+            Err(failure) => {
+                self.fail(failure);
+                return;
+            }
+        }
+        match control.request {
+            Request::Address => self.address = ADDRESS,
+            Request::Configure => self.configure(),
+            Request::Open => self.open = true,
+            _ => {}
+        }
+        self.go_on(control.request, at);
+    }
+
+    fn go_on(&mut self, served: Request, at: Cycle) {
+        let next = served.next(&self.device).or(self.line_state.take());
+        let rest = match served {
+            Request::Address => ADDRESS_RECOVERY_MS * self.hz / 1_000,
+            _ => 0,
+        };
+        if let Some(next) = next {
+            self.ask(next, at + rest);
+        }
+    }
+
+    /// The endpoints begin with DATA0 (USB 2.0 9.1.1.5).
+    fn configure(&mut self) {
+        let pipe = |endpoint: super::Endpoint| Pipe {
+            number: endpoint.number,
+            max_packet: endpoint.max_packet,
+            // Hosts round down to a power of two (EHCI and xHCI lists).
+            interval: 1 << u64::from(endpoint.interval.max(1)).ilog2(),
+            ..Pipe::default()
+        };
+        self.notify = pipe(self.device.notify);
+        self.data_in = pipe(self.device.data_in);
+        self.data_out = pipe(self.device.data_out);
+        self.configured = true;
+    }
+
+    /// Sets DTR and RTS as soon as endpoint 0 is free.
+    pub(super) fn ask_line_state(&mut self, request: Request, at: Cycle) {
+        if !self.configured {
+            return;
+        }
+        match self.control {
+            Some(_) => self.line_state = Some(request),
+            None => self.ask(request, at),
+        }
+    }
+}

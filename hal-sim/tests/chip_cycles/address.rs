@@ -1,0 +1,95 @@
+//! Addresses that the instruction before made.
+
+use super::{Row, Rule, exactly};
+
+/// See the head of `chip_cycles.rs`.
+pub const ROWS: &[Row] = &[
+    Row {
+        name: "address made, then ldr",
+        assembly: "add.w r0, r0, #4; ldr r5, [r0]",
+        code: &[0xF100, 0x0004, 0x6805],
+        steps: 2,
+        cycles: exactly(4),
+        rule: Rule::Address,
+    },
+    Row {
+        name: "index made, then ldr",
+        assembly: "adds r4, #4; ldr r5, [r0, r4]",
+        code: &[0x3404, 0x5905],
+        steps: 2,
+        cycles: exactly(4),
+        rule: Rule::Address,
+    },
+    Row {
+        name: "address made, then str",
+        assembly: "add.w r0, r0, #4; str r5, [r0]",
+        code: &[0xF100, 0x0004, 0x6005],
+        steps: 2,
+        cycles: exactly(3),
+        rule: Rule::Address,
+    },
+    Row {
+        name: "address made, then work, then ldr",
+        assembly: "add.w r0, r0, #4; nop; ldr r5, [r0]",
+        code: &[0xF100, 0x0004, 0xBF00, 0x6805],
+        steps: 3,
+        cycles: exactly(4),
+        rule: Rule::Address,
+    },
+    Row {
+        name: "other register made, then ldr",
+        assembly: "adds r5, #4; ldr r6, [r0]",
+        code: &[0x3504, 0x6806],
+        steps: 2,
+        cycles: exactly(3),
+        rule: Rule::Address,
+    },
+    Row {
+        name: "address moved, then ldrb",
+        assembly: "mov r5, r0; ldrb r6, [r5]",
+        code: &[0x4605, 0x782E],
+        steps: 2,
+        cycles: exactly(4),
+        rule: Rule::Address,
+    },
+    Row {
+        name: "address made, then ldm",
+        assembly: "add.w r0, r0, #4; ldm.w r0, {r5, r6}",
+        code: &[0xF100, 0x0004, 0xE890, 0x0060],
+        steps: 2,
+        cycles: exactly(5),
+        rule: Rule::Address,
+    },
+    Row {
+        name: "stack made, then str",
+        assembly: "sub sp, #8; str r5, [sp]",
+        code: &[0xB082, 0x9500],
+        steps: 2,
+        cycles: exactly(3),
+        rule: Rule::Address,
+    },
+    Row {
+        name: "stack made, then push",
+        assembly: "sub sp, #8; push {r5}",
+        code: &[0xB082, 0xB420],
+        steps: 2,
+        cycles: exactly(4),
+        rule: Rule::Address,
+    },
+    Row {
+        name: "compared, then ldr",
+        assembly: "cmp r0, r1; ldr r5, [r0]",
+        code: &[0x4288, 0x6805],
+        steps: 2,
+        cycles: exactly(3),
+        rule: Rule::Address,
+    },
+    Row {
+        name: "address made, then ldrd",
+        assembly: "add.w r0, r0, #8; ldrd r5, r6, [r0]",
+        code: &[0xF100, 0x0008, 0xE9D0, 0x5600],
+        steps: 2,
+        cycles: exactly(5),
+        rule: Rule::Address,
+    },
+];
