@@ -57,7 +57,7 @@ fn main() -> ! {
         // Thousandths of iterations per million cycles.
         let milli = u64::from(ITERATIONS) * 1_000_000_000 / u64::from(cycles);
         hprintln!(
-            "CoreMark/MHz {}.{:03} {}",
+            "CoreMark/MHz {}.{:03} {} opt-level=3",
             milli / 1000,
             milli % 1000,
             COMPILER_VERSION
