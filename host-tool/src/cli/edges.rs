@@ -14,7 +14,7 @@ pub struct Edges {
     /// How long to stimulate, s
     #[arg(long)]
     seconds: f64,
-    /// Device: native or qemu (a board's edges need an oscilloscope)
+    /// Device: native, chip or qemu (a board's edges need an oscilloscope)
     #[arg(long, default_value = "native")]
     device: DeviceName,
     /// Seed of the simulated wearer
@@ -47,7 +47,7 @@ pub fn main(args: &Edges, output: Output) -> anyhow::Result<()> {
     let mut port = port.context("the device is gone")?;
     let Some(world) = port.world() else {
         bail!(
-            "E514 {} cannot be looked into; use --device native or qemu",
+            "E514 {} cannot be looked into; use --device native, chip or qemu",
             args.device
         );
     };

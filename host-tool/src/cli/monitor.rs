@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 /// per second.
 #[derive(Args, Debug)]
 pub struct Monitor {
-    /// native, a serial port, or tcp:HOST:PORT
+    /// native, chip, a serial port, or tcp:HOST:PORT
     #[arg(long, default_value = "native")]
     device: DeviceName,
     /// Session file (TOML) to run; without one nothing is stimulated
@@ -49,7 +49,12 @@ pub fn main(args: &Monitor, output: Output) -> anyhow::Result<()> {
         Some(path) => Some(SessionFile::load(path)?),
         None => None,
     };
-    if session.is_none() && matches!(args.device, DeviceName::Native | DeviceName::Qemu) {
+    if session.is_none()
+        && matches!(
+            args.device,
+            DeviceName::Native | DeviceName::Chip | DeviceName::Qemu
+        )
+    {
         let why = format!(
             "{} does nothing by itself; give --session SESSION.toml to run, or --device with a board's port",
             args.device

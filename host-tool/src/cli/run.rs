@@ -15,7 +15,7 @@ use std::path::PathBuf;
 pub struct RunArgs {
     /// Session file (TOML)
     session: PathBuf,
-    /// native, qemu, a serial port, or tcp:HOST:PORT
+    /// native, chip, qemu, a serial port, or tcp:HOST:PORT
     #[arg(long, default_value = "native")]
     device: DeviceName,
     /// Folder for the record and the report

@@ -67,7 +67,7 @@ pub fn work(plan: &Plan, shared: &Shared) -> anyhow::Result<()> {
 fn open(device: &DeviceName, session: &Session, seed: u64) -> anyhow::Result<Box<dyn Port>> {
     let port = device.open(session, seed)?;
     Ok(match device {
-        DeviceName::Native => Box::new(Paced::new(port)),
+        DeviceName::Native | DeviceName::Chip => Box::new(Paced::new(port)),
         _ => port,
     })
 }
@@ -77,7 +77,7 @@ fn open_real(device: &DeviceName) -> anyhow::Result<Box<dyn Port>> {
     Ok(match device {
         DeviceName::Tcp(address) => Box::new(TcpPort::connect(address)?),
         DeviceName::Serial(path) => Box::new(SerialPort::open(path)?),
-        DeviceName::Native | DeviceName::Qemu => {
+        DeviceName::Native | DeviceName::Chip | DeviceName::Qemu => {
             anyhow::bail!("E517 {device} does nothing without a session")
         }
     })

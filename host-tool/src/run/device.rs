@@ -3,10 +3,15 @@
 use crate::link::{Error, Port, SerialPort, SimulatedPort, TcpPort};
 use crate::session::{BodySpec, Session, Unit};
 use firmware::control::SensorSource;
+use firmware::device::lockstep::Sensors;
 use firmware::pulse::{GroupSpec, Partner};
 use firmware::units::Micros;
-use hal_sim::body::{Body, Drive, Finger, Load, Still};
-use hal_sim::images::Image;
+use hal_sim::body::{Body, CHANNELS, Drive, Finger, Load, Still};
+use hal_sim::chip::board::{Board, BoardError};
+use hal_sim::chip::cpu::run::Observer;
+use hal_sim::chip::image::ImageError;
+use hal_sim::chip::{self, soc::Pace};
+use hal_sim::images::{BuildError, Image};
 use hal_sim::native::{Device, native};
 use hal_sim::qemu::{Qemu, StartError};
 use hal_sim::wire::faults::Faults;
@@ -25,6 +30,8 @@ const WORKSPACE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 pub enum DeviceName {
     /// The native simulator.
     Native,
+    /// The flashed image on the chip simulator.
+    Chip,
     /// The device code under QEMU.
     Qemu,
     /// A simulated board behind a socket.
@@ -39,6 +46,7 @@ impl FromStr for DeviceName {
     fn from_str(name: &str) -> Result<Self, Infallible> {
         Ok(match name {
             "native" => Self::Native,
+            "chip" => Self::Chip,
             "qemu" => Self::Qemu,
             _ => match name.strip_prefix("tcp:") {
                 Some(address) => Self::Tcp(address.to_owned()),
@@ -52,6 +60,7 @@ impl fmt::Display for DeviceName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Native => f.write_str("native simulator"),
+            Self::Chip => f.write_str("chip simulator"),
             Self::Qemu => f.write_str("QEMU"),
             Self::Tcp(address) => write!(f, "board at tcp:{address}"),
             Self::Serial(path) => write!(f, "board at {path}"),
@@ -68,6 +77,9 @@ pub enum OpenError {
     /// QEMU or its image.
     #[error("E510 {0}")]
     Qemu(#[from] StartError),
+    /// The chip simulator or its image.
+    #[error(transparent)]
+    Chip(#[from] ChipError),
     /// The simulated wearer.
     #[error("E511 the session's body cannot be: {0}")]
     Body(#[from] hal_sim::body::InvalidSpec),
@@ -86,6 +98,7 @@ impl DeviceName {
                 Box::new(native(Micros(0))),
                 Micros(0),
             )?),
+            Self::Chip => Box::new(on_chip(session, seed, &stimulator()?, ())?),
             Self::Qemu => {
                 let image = Image::Qemu
                     .build(Path::new(WORKSPACE))
@@ -114,7 +127,7 @@ pub fn simulated(
         Some(BodySpec::Finger(spec)) => Box::new(Finger::new((**spec).clone(), seed)?),
         Some(BodySpec::Still { load_ohm }) => {
             let mut body = Still::new(0.0);
-            *body.loads_mut() = [Load::Ohms((*load_ohm).into()); hal_sim::body::CHANNELS];
+            *body.loads_mut() = [Load::Ohms((*load_ohm).into()); CHANNELS];
             Box::new(body)
         }
         None => Box::new(Still::new(0.0)),
@@ -128,11 +141,18 @@ pub fn simulated(
         let zero = f64::from(code_at_0);
         world.joint_adc = Some(((f64::from(code_at_100) - zero) / 100.0, zero));
     }
+    world.outputs = outputs(session);
+    Ok(SimulatedPort { world })
+}
+
+/// The output stages that the session's board has.
+fn outputs(session: &Session) -> [Option<Output>; CHANNELS] {
+    let mut outputs = [None; CHANNELS];
     for channel in &session.channels {
         let full_scale = f64::from(channel.spec.stage.full_scale().0) * 1e-3;
         let is_member = |group: &&GroupSpec| group.members & 1 << channel.index() != 0;
         let group = session.groups.iter().find(is_member);
-        world.outputs[usize::from(channel.index())] = Some(Output {
+        outputs[usize::from(channel.index())] = Some(Output {
             full_scale: match channel.unit() {
                 Unit::Milliampere => Drive::Milliamps(full_scale),
                 Unit::Volt => Drive::Volts(full_scale),
@@ -140,7 +160,49 @@ pub fn simulated(
             conducted: group.is_some_and(|group| group.partner == Partner::Conducted),
         });
     }
-    Ok(SimulatedPort { world })
+    outputs
+}
+
+/// Why there is no chip simulator.
+#[derive(Debug, thiserror::Error)]
+pub enum ChipError {
+    /// The image was not built.
+    #[error("E543 {0}")]
+    Build(#[from] BuildError),
+    /// The image cannot be flashed.
+    #[error(transparent)]
+    Image(#[from] ImageError),
+    /// The board does not run.
+    #[error(transparent)]
+    Board(#[from] BoardError),
+}
+
+/// The image for the board, built if it is not newer than its sources.
+///
+/// # Errors
+/// It does not build, or what was built cannot be flashed.
+pub fn stimulator() -> Result<chip::image::Image, ChipError> {
+    let path = Image::Stimulator.build(Path::new(WORKSPACE))?;
+    Ok(chip::image::Image::open(&path)?)
+}
+
+/// The world of [`simulated`] around a board on the chip simulator that runs
+/// `image`, its port open, watched by `observer`.
+///
+/// # Errors
+/// As there, and what stops the board from booting.
+pub fn on_chip<O: Observer + Send + 'static>(
+    session: &Session,
+    seed: u64,
+    image: &chip::image::Image,
+    observer: O,
+) -> Result<SimulatedPort, OpenError> {
+    let (outputs, pace) = (outputs(session), Pace::Lazy);
+    let mut board =
+        Board::power_on(image.clone(), outputs, pace, observer).map_err(ChipError::Board)?;
+    board.boot(&Sensors::default()).map_err(ChipError::Board)?;
+    let boot = Micros(board.now_us() as u32); // far from wrapping
+    simulated(session, seed, Box::new(board), boot)
 }
 
 /// The world of [`simulated`] around a native board, for `flexor serve`.

@@ -199,15 +199,18 @@ impl Cpu {
         let ahead = pc.wrapping_add(AHEAD) >> 4;
         let needed = pc.wrapping_add(u32::from(length)).wrapping_sub(1) >> 4;
         let pipeline = &mut self.pipeline;
-        if pipeline.asked != ahead && pipeline.asked != needed {
+        if pipeline.line == Pipeline::NO_LINE && pipeline.asked != Pipeline::NO_LINE {
+            if needed != pipeline.asked {
+                return;
+            }
+            self.cycle = self.cycle.max(pipeline.ready);
+            pipeline.line = needed;
+        }
+        if pipeline.line != ahead {
             let wait = bus.fetch(ahead, self.cycle);
             pipeline.asked = ahead;
             pipeline.ready = self.cycle + STAGES + Cycle::from(wait);
             pipeline.line = if wait == 0 { ahead } else { Pipeline::NO_LINE };
-        }
-        if needed == pipeline.asked && pipeline.line != pipeline.asked {
-            self.cycle = self.cycle.max(pipeline.ready);
-            pipeline.line = pipeline.asked;
         }
     }
 

@@ -81,7 +81,8 @@ const CASES: &[Case] = &[
     ("dsb; dmb", &[0xF3BF, 0x8F4F, 0xF3BF, 0x8F5F], 2, 2, "nothing to wait for"),
     ("isb; nop", &[0xF3BF, 0x8F6F, 0xBF00], 2, 4, "refill"),
     ("mrs r0,primask; msr primask,r0; cpsid i; cpsie i", &[0xF3EF, 0x8010, 0xF380, 0x8810, 0xB672, 0xB662], 4, 8, "'1 or 2': 2"),
-    ("sdiv r0,r1,r1", &[0xFB91, 0xF0F1], 1, 2, "least"),
+    ("sdiv r0,r6,r1", &[0xFB96, 0xF0F1], 1, 2, "least: nothing to divide"),
+    ("udiv r0,r5,r12", &[0xFBB5, 0xF0FC], 1, 3, "divisor longer than dividend"),
 ];
 
 /// R1 = 1, R2 = 8, R5 = 4, R0 = R6 = 0 unless listed; R8–R11 addresses, R12 code.
