@@ -99,7 +99,7 @@ impl Cpu {
             (0x10, 12),
             (0x14, 14),
         ] {
-            if self.is_preempted(bus)? {
+            if self.interrupted_by_now(bus)? {
                 return Ok(None);
             }
             let address = frame.wrapping_add(offset);
@@ -144,14 +144,6 @@ impl Cpu {
         Ok(Some(new))
     }
 
-    fn is_preempted<B: Bus>(&mut self, bus: &mut B) -> Result<bool, Stop> {
-        if bus.next_event() <= self.cycle || self.system.next_event() <= self.cycle {
-            self.sample(bus)?;
-            return Ok(self.preempting().is_some());
-        }
-        Ok(false)
-    }
-
     /// Pops S0–S15 and FPSCR; whether something pre-empted.
     fn unstack_fp<B: Bus>(
         &mut self,
@@ -164,7 +156,7 @@ impl Cpu {
             return Err(Fault::NoCoprocessor.into());
         }
         for index in 0..17 {
-            if self.is_preempted(bus)? {
+            if self.interrupted_by_now(bus)? {
                 return Ok(true);
             }
             let address = frame.wrapping_add(0x20 + 4 * index);
