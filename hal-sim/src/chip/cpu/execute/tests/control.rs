@@ -50,7 +50,7 @@ fn an_interrupt_comes_between_instructions_and_bx_lr_returns() {
     assert_eq!(machine.cpu.registers.exception, 0);
     let (pc, done) = (machine.r(15), machine.r(0));
     assert_eq!(pc, CODE + 2 * done);
-    assert!(done >= 20 && done < 25, "{done}");
+    assert!((20..25).contains(&done), "{done}");
 }
 
 #[test]

@@ -2,9 +2,11 @@
 //! registers before, registers that change, flags after.
 
 type Registers = &'static [(usize, u32)];
+type Text = &'static str;
+type Case = (Text, &'static [u16], Text, Registers, Registers, Text);
 
 #[rustfmt::skip]
-pub const CASES: &[(&str, &[u16], &str, Registers, Registers, &str)] = &[
+pub const CASES: &[Case] = &[
     ("movs r0, #0", &[0x2000], "nzCV", &[], &[(0, 0)], "nZCV"),
     ("movs r3, #255", &[0x23FF], "NZcv", &[], &[(3, 0xFF)], "nzcv"),
     ("mov.w r0, #0x80000000", &[0xF04F, 0x4000], "nzcv", &[], &[(0, 0x80000000)], "nzcv"),
