@@ -202,6 +202,18 @@ impl System {
         self.escalate(priority, at)
     }
 
+    /// A buffered store met a bus error after its instruction: the bus fault
+    /// waits until it pre-empts; disabled, it is a hard fault. `None`: which
+    /// does not pre-empt `priority`, so that the core locks up.
+    pub(super) fn pend_imprecise_fault(&mut self, priority: i16, at: Cycle) -> Option<()> {
+        self.scb.note_imprecise_fault();
+        if self.nvic.enabled() & bit(number::BUS_FAULT) != 0 {
+            self.pend(bit(number::BUS_FAULT), at);
+            return Some(());
+        }
+        self.escalate(priority, at)
+    }
+
     /// `exception` is enabled and pre-empts `priority`.
     pub(super) fn may_preempt(&self, exception: u16, priority: i16) -> bool {
         self.nvic.enabled() & bit(exception) != 0 && self.nvic.group_priority(exception) < priority
