@@ -199,6 +199,15 @@ impl Around {
         }
     }
 
+    /// The host's polls up to now met the registers as they were before this
+    /// access to OTG_FS.
+    #[inline]
+    fn poll_cable(&mut self, address: u32, at: Cycle) {
+        if address >> 16 == 0x5000 {
+            self.host.advance(at, &mut self.soc.otg);
+        }
+    }
+
     /// One step of [`Bus::advance`], up to the next thing that must be seen.
     fn advance_step(&mut self, to: Cycle) -> Result<(), Unmodelled> {
         self.soc.advance(to)?;
@@ -220,11 +229,13 @@ impl Around {
 impl Bus for Around {
     #[inline]
     fn read(&mut self, address: u32, size: Size, at: Cycle) -> Result<Read, Denied> {
+        self.poll_cable(address, at);
         self.soc.read(address, size, at)
     }
 
     #[inline]
     fn write(&mut self, address: u32, size: Size, value: u32, at: Cycle) -> Result<u32, Denied> {
+        self.poll_cable(address, at);
         self.soc.write(address, size, value, at)
     }
 

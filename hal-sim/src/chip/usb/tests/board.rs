@@ -13,11 +13,9 @@ pub const HZ: u64 = 168_000_000;
 pub const MS: Cycle = HZ / 1_000;
 pub const US: Cycle = HZ / 1_000_000;
 
-/// Cycles per register access, from the interrupt line to the handler, and
-/// from the handler to the thread.
+/// Cycles per register access, and from the interrupt line to the handler.
 const ACCESS: Cycle = 6;
 const ENTRY: Cycle = 20;
-const THREAD: Cycle = 2_000;
 
 const EPENA: u32 = 1 << 31;
 const EPDIS: u32 = 1 << 30;
@@ -64,6 +62,8 @@ pub struct Board {
     pub otg: Otg,
     pub now: Cycle,
     thread_at: Cycle,
+    /// Cycles from the handler to the thread.
+    pub thread_delay: Cycle,
     setup: [u8; 8],
     setup_ready: bool,
     control: Control,
@@ -98,11 +98,17 @@ pub struct Board {
 impl Board {
     /// After power-on, driver initialised, cable plugged in.
     pub fn plugged() -> Self {
+        Self::plugged_at(HZ)
+    }
+
+    /// The same with another core clock.
+    pub fn plugged_at(hz: u64) -> Self {
         let mut board = Self {
-            host: Host::new(HZ),
-            otg: Otg::new(HZ),
+            host: Host::new(hz),
+            otg: Otg::new(hz),
             now: 0,
             thread_at: Cycle::MAX,
+            thread_delay: 2_000,
             setup: [0; 8],
             setup_ready: false,
             control: Control::Idle,
@@ -158,7 +164,7 @@ impl Board {
 
     /// Asks the thread to look at what there is to do.
     pub fn wake(&mut self) {
-        self.thread_at = self.thread_at.min(self.now + THREAD);
+        self.thread_at = self.thread_at.min(self.now + self.thread_delay);
     }
 
     /// Lets everything happen up to `to`.
@@ -272,13 +278,14 @@ impl Board {
 
     fn thread(&mut self) {
         self.bus_events();
-        if self.setup_ready && !self.mute {
+        self.serve_control();
+        if self.setup_ready && self.control == Control::Idle && !self.mute {
             self.setup_ready = false;
             self.modify(0xB10, 0b11 << 29);
             self.modify(0xB00, CNAK);
             self.request();
+            self.serve_control();
         }
-        self.serve_control();
         if !self.deaf && self.taken[1].is_some() {
             self.taken[1] = None;
             self.rearm(1);

@@ -362,3 +362,105 @@ fn debounce_begins_with_the_plug() {
     board.run(now + 101 * MS);
     assert_eq!(board.events, ["suspend", "reset"]);
 }
+
+/// However long the driver's thread takes, up to 1 ms each time.
+#[test]
+fn enumerates_with_slow_and_fast_drivers() {
+    for delay in [0, 1, 40, 333, 2_000, 7_777, 50_000, MS] {
+        let mut board = Board::plugged();
+        board.thread_delay = delay;
+        board.run(board.now + 400 * MS);
+        assert_eq!(board.host.failure(), None, "{delay} cycles");
+        assert!(board.host.is_open(), "{delay} cycles");
+        board.send(&[7; 100]);
+        board.to_send.push_back(vec![8; 64]);
+        board.wake();
+        board.run(board.now + 10 * MS);
+        let taken: usize = board.received.iter().map(|r| r.1.len()).sum();
+        assert_eq!(taken, 100, "{delay} cycles");
+        assert_eq!(board.host.received().unwrap().1.bytes(), [8; 64]);
+    }
+}
+
+/// 255 frames asked for: hosts poll every 128.
+#[test]
+fn notifications_are_polled_at_their_interval() {
+    let mut board = Board::open();
+    let control = board.read(0x920);
+    board.write(0x930, (1 << 29) | (1 << 19));
+    board.write(0x920, control | 1 << 26 | 1 << 31);
+    let done = loop {
+        board.run(board.now + 10 * US);
+        if board.read(0x920) & 1 << 31 == 0 {
+            break board.now;
+        }
+    };
+    let frame = board.host.frame(done).unwrap();
+    assert_eq!(frame % 128, 0, "frame {frame}");
+    assert!(done - board.host.frame_start(done) < 30 * US);
+}
+
+/// The start-up clock is 16 MHz, the cable was plugged in before.
+#[test]
+fn clock_changes_during_debounce() {
+    let mut board = Board::plugged_at(16_000_000);
+    board.run(50 * 16_000);
+    assert_eq!(board.events, ["power", "suspend"]);
+    let at = board.now;
+    board.host.set_hz(board::HZ, at);
+    board.otg.set_hz(board::HZ, at);
+    board.run(at + 50 * MS - US);
+    assert_eq!(board.events, ["power", "suspend"]);
+    board.run(at + 51 * MS);
+    assert_eq!(board.events, ["power", "suspend", "reset"]);
+    board.run(at + 400 * MS);
+    assert!(board.host.is_open());
+}
+
+/// Prints what the host costs the simulator. Run with
+/// `cargo test --release -p hal-sim --lib chip::usb::tests::cost -- --ignored --nocapture`.
+#[test]
+#[ignore = "a measurement"]
+fn cost() {
+    let mut board = Board::open();
+    let timed = |what: &str, count: u64, run: &mut dyn FnMut()| {
+        let start = std::time::Instant::now();
+        run();
+        let ns = start.elapsed().as_nanos() as f64 / count as f64;
+        println!("{what}: {ns:.1} ns");
+    };
+    let count = 10_000_000;
+    timed("advance, idle, every 100 cycles", count, &mut || {
+        for _ in 0..count {
+            board.now += 100;
+            board.host.advance(board.now, &mut board.otg);
+        }
+    });
+    let mut sum = 0_u64;
+    timed("next_event, idle", count, &mut || {
+        for _ in 0..count {
+            sum = sum.wrapping_add(std::hint::black_box(&board.host).next_event(&board.otg));
+        }
+    });
+    timed("irq", count, &mut || {
+        for _ in 0..count {
+            sum += u64::from(std::hint::black_box(&board.otg).irq());
+        }
+    });
+    std::hint::black_box(sum);
+    let wakes = board.wakes;
+    timed(
+        "one second, a 64-byte packet each way every ms",
+        1,
+        &mut || {
+            for _ in 0..1_000 {
+                board.send(&[0xA5; 64]);
+                board.to_send.push_back(vec![0x5A; 64]);
+                board.wake();
+                board.run(board.now + MS);
+                while board.host.received().is_some() {}
+            }
+        },
+    );
+    println!("wakes in that second: {}", board.wakes - wakes);
+}
