@@ -10,7 +10,9 @@
 //! - LDR from code costs no extra cycle beyond what the bus says;
 //! - LDM, STM and divisions run to their end before an interrupt is taken.
 
-use super::decode::{Index, Op};
+mod floating;
+
+use super::decode::{Index, Op, Reg};
 use super::{Bus, Cpu};
 use crate::chip::Cycle;
 
@@ -92,6 +94,12 @@ impl Trail {
     }
 }
 
+/// 1 if register `n` was produced by the instruction before.
+#[inline(always)]
+pub(super) const fn waits(last: Trail, n: Reg) -> u16 {
+    last.produced >> (n & 15) & 1
+}
+
 /// Registers that data processing writes.
 fn results(op: &Op, code: u32) -> u16 {
     match *op {
@@ -143,6 +151,8 @@ pub struct Pipeline {
     /// First data phase of the instruction that executes, or its next one,
     /// in cycles after its start.
     pub(super) phase: Cycle,
+    /// The floating-point unit.
+    pub(super) floating: floating::Floating,
     /// The write buffer is busy before this cycle.
     pub(super) buffer: Cycle,
     /// The 16-byte line fetched last, [`Self::NO_LINE`] while it is under way.
@@ -177,6 +187,7 @@ impl Default for Pipeline {
         Self {
             last: Trail::NONE,
             phase: 1,
+            floating: floating::Floating::default(),
             buffer: 0,
             line: Self::NO_LINE,
             asked: Self::NO_LINE,
@@ -199,15 +210,18 @@ impl Cpu {
         let ahead = pc.wrapping_add(AHEAD) >> 4;
         let needed = pc.wrapping_add(u32::from(length)).wrapping_sub(1) >> 4;
         let pipeline = &mut self.pipeline;
-        if pipeline.asked != ahead && pipeline.asked != needed {
+        if pipeline.line == Pipeline::NO_LINE && pipeline.asked != Pipeline::NO_LINE {
+            if needed != pipeline.asked {
+                return;
+            }
+            self.cycle = self.cycle.max(pipeline.ready);
+            pipeline.line = needed;
+        }
+        if pipeline.line != ahead {
             let wait = bus.fetch(ahead, self.cycle);
             pipeline.asked = ahead;
             pipeline.ready = self.cycle + STAGES + Cycle::from(wait);
             pipeline.line = if wait == 0 { ahead } else { Pipeline::NO_LINE };
-        }
-        if needed == pipeline.asked && pipeline.line != pipeline.asked {
-            self.cycle = self.cycle.max(pipeline.ready);
-            pipeline.line = pipeline.asked;
         }
     }
 

@@ -6,8 +6,6 @@
 
 mod narrow;
 mod op;
-#[cfg(test)]
-mod tests;
 mod wide;
 mod wide_data;
 mod wide_memory;
