@@ -1,5 +1,6 @@
 //! Data accesses of instructions: alignment, MPU, private bus or `Bus`.
 
+use super::bus::Denied;
 use super::{Bus, Cpu, Fault, Size, Trap};
 use crate::chip::Cycle;
 
@@ -153,6 +154,10 @@ impl Cpu {
                     self.cycle += wait;
                 }
                 Ok(())
+            }
+            Err(Denied::Error) if !self.system.disables_write_buffer() => {
+                self.deadline = 0;
+                Ok(self.imprecise_fault()?)
             }
             Err(denied) => Err(Trap::data(denied, address, self.registers.r[15])),
         }
