@@ -247,10 +247,7 @@ impl Cpu {
         before: u8,
         refill: u8,
     ) -> u32 {
-        let straddles = match self.decoded.lookup(target).trail.length {
-            0 => straddles(bus, target),
-            length => u8::from(length == 4 && target & 2 != 0),
-        };
+        let straddles = straddles(bus, target);
         let refill = (refill + straddles).min(REFILL_MOST);
         self.branch_to(bus, target, before + refill)
     }

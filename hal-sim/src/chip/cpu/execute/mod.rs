@@ -87,7 +87,7 @@ impl Cpu {
     /// # Errors
     /// [`Trap`]: R15 and the base registers are as before.
     #[inline(always)]
-    pub(super) fn execute<B: Bus>(&mut self, bus: &mut B, entry: Entry) -> Result<u32, Trap> {
+    pub(super) fn execute<B: Bus>(&mut self, bus: &mut B, entry: &Entry) -> Result<u32, Trap> {
         let last = self.pipeline.last;
         self.pipeline.last = entry.trail;
         let next = self.registers.r[15].wrapping_add(u32::from(entry.trail.length));
