@@ -1,8 +1,8 @@
 //! Super-twisting control of a joint angle: the paper's law and ours.
 //!
-//! The square root is `u64::isqrt` on the fixed-point bits: exact (floor) and
-//! the same on every machine, once per law period. `micromath`'s, up to 6 %
-//! high, would make host and chip differ and gain nothing here.
+//! The square root is that of the fixed-point bits: exact (floor) and the same
+//! on every machine, once per law period. `micromath`'s, up to 6 % high, would
+//! make host and chip differ and gain nothing here.
 
 use super::law::{Effort, Q, RAD_PER_DEG, product, ratio};
 use crate::division;
@@ -151,22 +151,21 @@ fn signed(size: Q, s: Q) -> Q {
 fn square_root(x: Q) -> Q {
     let bits = x.to_bits().clamp(0, S_MAX.to_bits()).cast_unsigned();
     // bits <= 2^38, shifted <= 2^62; the root is <= 2^31.
-    Q::from_bits((bits << Q::FRAC_NBITS).isqrt().cast_signed())
+    Q::from_bits(division::square_root(bits << Q::FRAC_NBITS).into())
 }
 
-/// s / d for |s| <= [`S_MAX`] and |s| <= d < 2^19: within ±1, rounded towards
-/// 0; 0 for d = 0.
+/// s / d for |s| <= [`S_MAX`] and |s| <= d: within ±1, rounded towards 0; 0
+/// for s = 0. Exact for d < 256, beyond that one bit too large now and then.
 fn quotient(s: Q, d: Q) -> Q {
-    // |s| <= 2^38, shifted <= 2^62. d < 2^43, so at most 11 bits are cut off.
-    let (dividend, divisor) = (s.to_bits().unsigned_abs() << Q::FRAC_NBITS, d.to_bits());
-    let divisor = divisor.cast_unsigned();
-    let cut = 32u32.saturating_sub(divisor.leading_zeros());
-    // What is left of the divisor is below 2^32, and above 2^31 if cut: the
-    // quotient of at most 2^24 comes out exact, or one too large by the cut.
-    let estimate = division::quotient(dividend >> cut, (divisor >> cut) as u32);
-    let w = u64::from(estimate.unwrap_or(0));
-    // w <= 2^24 + 1 and divisor < 2^43.
-    let excess = u64::from(w * divisor > dividend);
-    let size = Q::from_bits((w - excess).cast_signed()); // excess only if w > 0
-    if s < Q::ZERO { -size } else { size }
+    if s == Q::ZERO {
+        return Q::ZERO;
+    }
+    let (dividend, divisor) = (s.to_bits().unsigned_abs(), d.to_bits().unsigned_abs());
+    // 0 < dividend <= divisor. Shifted until the divisor's top bit is that of
+    // 64, no bit is lost; from below 256 all are in the upper half then.
+    let shift = divisor.leading_zeros();
+    let (dividend, divisor) = (dividend << shift, (divisor << shift >> 32) as u32);
+    let fraction = division::quotient(dividend, divisor)
+        .map_or(Q::ONE, |w| Q::from_bits((w >> (32 - Q::FRAC_NBITS)).into()));
+    if s < Q::ZERO { -fraction } else { fraction }
 }
