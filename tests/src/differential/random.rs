@@ -86,9 +86,9 @@ impl Random {
             // A small whole number, perhaps with a half or a quarter.
             5 | 6 => ((self.word() as i32 >> 20) as f32 / 4.0).to_bits(),
             // About as large as half precision or an integer may be.
-            7 => sign | 0x3000_0000 + (word & 0x1FFF_FFFF),
+            7 => sign | (0x3000_0000 + (word & 0x1FFF_FFFF)),
             // Near 1.
-            _ => sign | 0x3C00_0000 + (word & 0x07FF_FFFF),
+            _ => sign | (0x3C00_0000 + (word & 0x07FF_FFFF)),
         }
     }
 
