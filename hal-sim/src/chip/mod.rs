@@ -9,6 +9,7 @@ pub mod ad5668;
 pub mod board;
 pub mod cpu;
 pub mod image;
+pub mod profile;
 pub mod soc;
 pub mod usb;
 

@@ -1,18 +1,32 @@
 //! The loop: instructions, events, exceptions, sleep.
 
-use super::decode::{Entry, Op};
+use super::decode::{Cache, Entry, Op};
 use super::timing::Trail;
 use super::{Bus, Cpu, Stop, Trap};
 use crate::chip::Cycle;
 
+/// What the core runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Context {
+    /// Exception number; 0 is thread mode.
+    pub number: u16,
+    /// How many exceptions are active, this one included.
+    pub depth: u32,
+    /// It begins; otherwise what followed has returned to it.
+    pub entered: bool,
+}
+
 /// Looks on while the core runs; whatever it leaves out costs nothing.
 pub trait Observer {
-    /// The instruction at `pc` took `cycles`, up to the cycle `at`.
-    fn instruction(&mut self, _pc: u32, _cycles: Cycle, _at: Cycle) {}
+    /// The instruction at `pc` took `cycles`, up to the cycle `at`, and left
+    /// the stack pointer in use at `sp`.
+    fn instruction(&mut self, _pc: u32, _cycles: Cycle, _at: Cycle, _sp: u32) {}
 
-    /// From `at` on the core runs exception `number`; 0 is thread mode. Entry
-    /// and return have passed.
-    fn context(&mut self, _number: u16, _at: Cycle) {}
+    /// From `at` on the core runs `context`; entry or return have passed.
+    fn context(&mut self, _context: Context, _at: Cycle) {}
+
+    /// The core slept from one cycle to another.
+    fn asleep(&mut self, _from: Cycle, _to: Cycle) {}
 
     /// Whether to stop before the instruction at `pc`
     /// ([`Stop::Breakpoint`]).
@@ -36,7 +50,7 @@ impl Cpu {
             pipeline: super::timing::Pipeline::default(),
             deadline: 0,
             asleep: false,
-            context: 0,
+            context: Some(0),
             exclusive: false,
         }
     }
@@ -60,8 +74,28 @@ impl Cpu {
         until: Cycle,
         observer: &mut O,
     ) -> Result<(), Stop> {
+        self.with_decoded(|cpu, decoded| cpu.go(bus, decoded, until, observer))
+    }
+
+    /// Lends the decoded code out of the core, so that an instruction can be
+    /// executed where it is kept.
+    fn with_decoded<T>(&mut self, run: impl FnOnce(&mut Self, &mut Cache) -> T) -> T {
+        let mut decoded = std::mem::take(&mut self.decoded);
+        let done = run(self, &mut decoded);
+        self.decoded = decoded;
+        done
+    }
+
+    fn go<B: Bus, O: Observer>(
+        &mut self,
+        bus: &mut B,
+        decoded: &mut Cache,
+        until: Cycle,
+        observer: &mut O,
+    ) -> Result<(), Stop> {
         loop {
             self.attend(bus, until, observer)?;
+            decoded.check(bus.code_version());
             if self.cycle >= until {
                 return Ok(());
             }
@@ -70,7 +104,7 @@ impl Cpu {
                     let pc = self.registers.r[15];
                     return Err(Stop::Breakpoint { pc });
                 }
-                self.instruction(bus, observer)?;
+                self.instruction(bus, decoded, observer)?;
                 if self.cycle >= self.deadline {
                     break;
                 }
@@ -84,13 +118,20 @@ impl Cpu {
     /// # Errors
     /// [`Stop`].
     pub fn step<B: Bus>(&mut self, bus: &mut B) -> Result<(), Stop> {
-        let until = if self.asleep { self.event(bus) } else { 0 };
+        let until = match self.event(bus) {
+            Cycle::MAX => 0, // nothing will ever wake it
+            event if self.asleep => event,
+            _ => 0,
+        };
         let before = self.registers.exception;
         let entered = self.attend(bus, until, &mut ())?;
         if self.asleep || entered || self.registers.exception != before {
             return Ok(());
         }
-        self.instruction(bus, &mut ())
+        self.with_decoded(|cpu, decoded| {
+            decoded.check(bus.code_version());
+            cpu.instruction(bus, decoded, &mut ())
+        })
     }
 
     /// Whether the core sleeps (WFI, WFE).
@@ -116,18 +157,23 @@ impl Cpu {
         self.asleep |= self.system.takes_sleep_on_exit();
         let mut entered = self.look(bus)?;
         while self.asleep && self.cycle < until {
-            let next = self.event(bus).max(self.cycle + 1);
+            let (from, next) = (self.cycle, self.event(bus).max(self.cycle + 1));
             self.cycle = next.min(until);
+            observer.asleep(from, self.cycle);
             entered |= self.look(bus)?;
         }
         if bus.wants_reset() {
             let pc = self.registers.r[15];
             return Err(Stop::Reset { pc });
         }
-        self.decoded.check(bus.code_version());
-        let context = self.registers.exception;
-        if context != self.context {
-            self.context = context;
+        let number = self.registers.exception;
+        if self.context != Some(number) {
+            let context = Context {
+                number,
+                depth: self.system.nvic.active().count_ones(),
+                entered: self.context.is_none(),
+            };
+            self.context = Some(number);
             observer.context(context, self.cycle);
         }
         self.deadline = self.event(bus).min(until);
@@ -152,28 +198,32 @@ impl Cpu {
     fn instruction<B: Bus, O: Observer>(
         &mut self,
         bus: &mut B,
+        decoded: &mut Cache,
         observer: &mut O,
     ) -> Result<(), Stop> {
         let pc = self.registers.r[15];
         let start = self.cycle;
-        let mut entry = self.decoded.lookup(pc);
+        let fresh;
+        let mut entry = decoded.lookup(pc);
         if matches!(entry.op, Op::Missing) {
-            entry = match self.decode_missing(bus, pc) {
+            fresh = match self.decode_missing(bus, decoded, pc) {
                 Ok(entry) => entry,
                 Err(trap) => return self.trap(bus, trap),
             };
+            entry = &fresh;
         }
         self.fetch_ahead(bus, pc, entry.trail.length);
         let done = if self.registers.it == 0 {
             self.execute(bus, entry)
         } else {
-            self.execute_in_it_block(bus, entry)
+            self.execute_in_it_block(bus, *entry)
         };
         match done {
             Ok(next) => {
                 self.registers.r[15] = next;
                 self.instructions += 1;
-                observer.instruction(pc, self.cycle - start, self.cycle);
+                let sp = self.registers.r[13];
+                observer.instruction(pc, self.cycle - start, self.cycle, sp);
                 Ok(())
             }
             Err(trap) => self.trap(bus, trap),
@@ -204,7 +254,7 @@ impl Cpu {
         if entry.trail.length == 2 {
             entry.op = entry.op.without_flags();
         }
-        let done = self.execute(bus, entry);
+        let done = self.execute(bus, &entry);
         if let Err(Trap::Fault(_)) = done {
             self.registers.it = it;
         }
