@@ -91,13 +91,17 @@ fn fill(window: &mut Window<'_>, from: usize, to: usize, levels: Levels) {
     if levels == Levels::ISOLATED {
         return;
     }
-    let (b, c) = words(levels);
     // `get_mut` so that a malformed plan cannot panic; `paint` keeps from <= to <= SLOTS.
-    if let Some(slots) = window.b.get_mut(from..to) {
-        slots.fill(b);
-    }
-    if let Some(slots) = window.c.get_mut(from..to) {
-        slots.fill(c);
+    if let (Some(b), Some(c)) = (window.b.get_mut(from..to), window.c.get_mut(from..to)) {
+        let (word_b, word_c) = words(levels);
+        // Both ports in one pass, eight slots at a time.
+        let ((b, last_b), (c, last_c)) = (b.as_chunks_mut::<4>(), c.as_chunks_mut::<4>());
+        for (b, c) in b.iter_mut().zip(c) {
+            (*b, *c) = ([word_b; 4], [word_c; 4]);
+        }
+        for (b, c) in last_b.iter_mut().zip(last_c) {
+            (*b, *c) = (word_b, word_c);
+        }
     }
 }
 
