@@ -216,7 +216,7 @@ mod tests {
     fn a_channel_is_drained_around_its_end_and_once() {
         let (mut ram, channel) = (ram(), Channel { block: BLOCK });
         assert_eq!(channel.drain(&mut ram), [1, 2, 3, 4]);
-        assert_eq!(channel.drain(&mut ram), []);
+        assert!(channel.drain(&mut ram).is_empty());
         assert_eq!(ram.read(BLOCK + READ, Size::Word), Some(2));
     }
 
@@ -226,7 +226,7 @@ mod tests {
             let (mut ram, channel) = (ram(), Channel { block: BLOCK });
             ram.write(BLOCK + offset, Size::Word, word).unwrap();
             let before = ram.clone().bytes_mut().to_vec();
-            assert_eq!(channel.drain(&mut ram), [], "{offset}");
+            assert!(channel.drain(&mut ram).is_empty(), "{offset}");
             assert_eq!(ram.bytes_mut(), before);
         }
     }

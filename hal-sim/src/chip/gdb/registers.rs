@@ -117,7 +117,7 @@ mod tests {
     #[test]
     fn what_is_packed_comes_back() {
         let mut before = Registers::default();
-        for (n, register) in (1..).zip(&mut before.r) {
+        for (n, register) in (0..).zip(&mut before.r) {
             *register = 0x1111_1110 * n;
         }
         for (n, register) in (1..).zip(&mut before.s) {
@@ -127,7 +127,7 @@ mod tests {
         (before.primask, before.basepri, before.exception) = (true, 0x40, 44);
         before.fpscr = 0x0300_0000;
         let packed = Packed::pack(&before, 0xA600_4400 | 1 << 24 | 44);
-        assert_eq!(packed.pc(), 0x1111_1100);
+        assert_eq!(packed.pc(), 0xFFFF_FFF0);
         let mut after = Registers {
             exception: 44,
             ..Registers::default()

@@ -120,6 +120,11 @@ impl Target for Board<Points> {
         BaseOps::SingleThread(self)
     }
 
+    /// Answers that any client can read; a socket needs no compression.
+    fn use_rle(&self) -> bool {
+        false
+    }
+
     fn support_breakpoints(&mut self) -> Option<BreakpointsOps<'_, Self>> {
         Some(self)
     }
