@@ -1,5 +1,6 @@
 //! The command line: arguments in, one file per command, exit codes out.
 
+mod chip;
 mod demo;
 mod edges;
 mod monitor;
