@@ -13,11 +13,11 @@ use firmware::device::lockstep::{Lockstep, Sensors, Sink};
 use firmware::link::message::ResetCause;
 use firmware::link::{Decoder, Kind, Response};
 use firmware::pulse::Levels;
+use firmware::safety::StageSpec;
 use firmware::units::{DacCode, Micros};
+use hal_sim::body::Drive;
 use hal_sim::chip::soc::Pace;
 use hal_sim::trace::{self, Edge, Trace};
-use firmware::safety::StageSpec;
-use hal_sim::body::Drive;
 use hal_sim::world::Output;
 use session::{BOOT, Step, channel_spec, thirty_seconds};
 use std::time::Instant;
@@ -31,7 +31,8 @@ struct Record {
 
 impl Sink for Record {
     fn levels(&mut self, at: Micros, levels: Levels) {
-        self.trace.record_levels(at.0.into(), trace::Levels(levels.0));
+        self.trace
+            .record_levels(at.0.into(), trace::Levels(levels.0));
     }
 
     fn dac(&mut self, at: Micros, channel: u8, code: DacCode) {
@@ -47,10 +48,17 @@ impl Sink for Record {
 fn stages() -> [Option<Output>; 10] {
     std::array::from_fn(|channel| {
         let full_scale = match channel_spec(channel as u8).stage {
-            StageSpec::Current { full_scale_ua } => Drive::Milliamps(f64::from(full_scale_ua) * 1e-3),
-            StageSpec::Voltage { full_scale_mv, .. } => Drive::Volts(f64::from(full_scale_mv) * 1e-3),
+            StageSpec::Current { full_scale_ua } => {
+                Drive::Milliamps(f64::from(full_scale_ua) * 1e-3)
+            }
+            StageSpec::Voltage { full_scale_mv, .. } => {
+                Drive::Volts(f64::from(full_scale_mv) * 1e-3)
+            }
         };
-        Some(Output { full_scale, conducted: false })
+        Some(Output {
+            full_scale,
+            conducted: false,
+        })
     })
 }
 
@@ -65,14 +73,20 @@ fn on_chip(log: &[Step], pace: Pace) -> (Watched, Record, Vec<(Micros, Sensors)>
     for step in log {
         match step {
             Step::Receive(at, bytes, sensors) => {
-                let sensors = Sensors { trigger: None, ..*sensors };
+                let sensors = Sensors {
+                    trigger: None,
+                    ..*sensors
+                };
                 worlds.push((time(*at), sensors));
                 board.advance(time(*at).0.into(), &sensors, &mut record);
                 board.send(bytes);
             }
             Step::Advance(to, sensors) => {
                 let trigger = sensors.trigger.map(time);
-                let sensors = Sensors { trigger, ..*sensors };
+                let sensors = Sensors {
+                    trigger,
+                    ..*sensors
+                };
                 worlds.push((time(*to), sensors));
                 board.advance(time(*to).0.into(), &sensors, &mut record);
             }
@@ -122,24 +136,40 @@ fn thirty_seconds_are_the_same_on_chip_and_in_process() {
     let log = thirty_seconds();
     let start = Instant::now();
     let (board, chip, worlds) = on_chip(&log, Pace::Lazy);
-    println!("30 s on the chip took {:.1} s", start.elapsed().as_secs_f64());
+    println!(
+        "30 s on the chip took {:.1} s",
+        start.elapsed().as_secs_f64()
+    );
     let straddling = board.served.iter().filter(|call| {
         let into = call.at.0.wrapping_sub(2) % 250;
         into + call.done.elapsed_since(call.at) >= 250
     });
     let costs = || board.served.iter().map(|c| c.done.elapsed_since(c.at));
-    println!("{} calls, {} over a refill, cost {:?}..{:?} us", board.served.len(), straddling.count(), costs().min(), costs().max());
+    println!(
+        "{} calls, {} over a refill, cost {:?}..{:?} us",
+        board.served.len(),
+        straddling.count(),
+        costs().min(),
+        costs().max()
+    );
     let native = in_process(&board, &worlds, [0; 3]);
-    let (a, b): (Vec<Edge>, Vec<Edge>) = (chip.trace.edges().collect(), native.trace.edges().collect());
+    let (a, b): (Vec<Edge>, Vec<Edge>) =
+        (chip.trace.edges().collect(), native.trace.edges().collect());
     println!("edges: {} chip, {} native", a.len(), b.len());
     let mut shown = 0;
     for (i, (x, y)) in a.iter().zip(&b).enumerate() {
-        if x != y && shown < 20 { println!("{i}: chip {x:?} native {y:?}"); shown += 1; }
+        if x != y && shown < 20 {
+            println!("{i}: chip {x:?} native {y:?}");
+            shown += 1;
+        }
     }
     let (a, b) = (messages(&chip.bytes), messages(&native.bytes));
     println!("messages: {} chip, {} native", a.len(), b.len());
     let mut shown = 0;
     for (i, (x, y)) in a.iter().zip(&b).enumerate() {
-        if x != y && shown < 20 { println!("{i}: chip {x}\n   native {y}"); shown += 1; }
+        if x != y && shown < 20 {
+            println!("{i}: chip {x}\n   native {y}");
+            shown += 1;
+        }
     }
 }

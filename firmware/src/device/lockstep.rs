@@ -273,7 +273,7 @@ impl Lockstep {
         }
         let mut ready = done;
         if self.count.is_multiple_of(WINDOWS_PER_TICK) {
-            self.controller.tick(done, sensors.joint, &mut control_mail);
+            self.controller.tick(now, sensors.joint, &mut control_mail);
             ready = done.plus(cost::CONTROL_US);
         }
         self.session.poll(&mut session_mail);

@@ -111,7 +111,11 @@ impl Watched {
         if is_entry {
             let byte = |address| {
                 let soc = &board.around.soc;
-                let ram = if soc.ccm.contains(address) { &soc.ccm } else { &soc.ram };
+                let ram = if soc.ccm.contains(address) {
+                    &soc.ccm
+                } else {
+                    &soc.ram
+                };
                 ram.read(address, Size::Byte).unwrap() as u8
             };
             self.served.push(Served {
