@@ -52,23 +52,33 @@ pub(super) struct Mapping {
 /// One amplitude per channel of the joint.
 pub type Amplitudes = Vec<(u8, Amplitude), CHANNELS>;
 
+/// More than any point's range holds, in units of either effort: 2^19 ranges
+/// of 1 µA or 2^19 V are beyond every maximum of at most 200 000.
+const PULL_MAX: i64 = 1 << (19 + Q::FRAC_NBITS);
+
 impl Mapping {
     /// Amplitudes for an effort, and whether any met the wearer's maximum and
     /// had to be clamped. The side that does not work stays at its threshold,
     /// which stiffens the joint.
     pub(super) fn amplitudes(&self, effort: Effort) -> (Amplitudes, bool) {
+        let (Effort::AboveThreshold(u) | Effort::Fraction(u)) = effort;
+        let u = u.to_bits().clamp(-PULL_MAX, PULL_MAX);
+        let (flexion, extension) = (u.max(0).cast_unsigned(), (-u).max(0).cast_unsigned());
+        let fraction = matches!(effort, Effort::Fraction(_));
         let mut all = Amplitudes::new();
         let mut limiting = false;
-        let points = self.flexors.iter().map(|p| (p, false));
-        for (point, extends) in points.chain([(&self.extensor, true)]) {
-            let wanted = above_threshold(point, effort, extends)
-                .saturating_add(i64::from(point.threshold.0));
-            let max = i64::from(point.max.0);
-            limiting |= wanted > max;
-            // threshold <= wanted: the clamp leaves threshold..=max, which fit
-            // u32. Two flexors and one extensor fit `Amplitudes`, so push
-            // cannot fail.
-            let _ = all.push((point.channel, Amplitude(wanted.min(max) as u32)));
+        let flexors = self.flexors.iter().map(|point| (point, flexion));
+        for (point, pull) in flexors.chain([(&self.extensor, extension)]) {
+            let range = u64::from(point.max.0.saturating_sub(point.threshold.0));
+            let scale = if fraction { range } else { 1000 };
+            // R(±u) of (7), (8) in mV or µA, rounded down, 0 for the resting
+            // side. 2^43 · 2^18 = 2^61.
+            let above = pull.wrapping_mul(scale) >> Q::FRAC_NBITS;
+            limiting |= above > range;
+            // Range and threshold add up to the maximum. Two flexors and one
+            // extensor fit `Amplitudes`, so push cannot fail.
+            let wanted = point.threshold.0.saturating_add(above.min(range) as u32);
+            let _ = all.push((point.channel, Amplitude(wanted)));
         }
         (all, limiting)
     }
@@ -78,17 +88,4 @@ impl Mapping {
         let points = self.flexors.iter().chain([&self.extensor]);
         points.map(|p| (p.channel, Amplitude::ZERO)).collect()
     }
-}
-
-/// R(±u) of (7), (8) in mV or µA, rounded down, 0 for the resting side.
-fn above_threshold(point: &PointSpec, effort: Effort, extends: bool) -> i64 {
-    let (u, scale) = match effort {
-        Effort::AboveThreshold(u) => (u, 1000),
-        // threshold <= max by validation.
-        Effort::Fraction(u) => (u, i64::from(point.max.0.saturating_sub(point.threshold.0))),
-    };
-    let pull = if extends { u.saturating_neg() } else { u }.max(Q::ZERO);
-    // Saturates: i64 times at most 2^32, shifted back.
-    let thousandths = (i128::from(pull.to_bits()) * i128::from(scale)) >> Q::FRAC_NBITS;
-    thousandths.min(i128::from(i64::MAX)) as i64
 }

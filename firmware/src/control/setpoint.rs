@@ -1,5 +1,6 @@
 //! A track of timed angle setpoints: what is wanted now, from what was said.
 
+use crate::division::quotient;
 use crate::units::{Angle, AngularRate, Micros};
 use fixed::types::I16F16;
 use heapless::Deque;
@@ -144,21 +145,28 @@ fn zero_rate() -> AngularRate {
 
 /// The rate from `before` to `angle` at `at`, 0 if it looks like a step.
 fn slope(before: Timed, at: Micros, angle: Angle) -> AngularRate {
-    let us = i64::from(at.elapsed_since(before.at)).max(1);
-    // |Δ| < 2^33, times 1e6 < 2^53.
-    let rate =
-        (i64::from(angle.0.to_bits()) - i64::from(before.angle.0.to_bits())) * 1_000_000 / us;
-    if rate.abs() > i64::from(ESTIMATED_RATE_MAX) << 16 {
-        return zero_rate();
+    const FASTEST: u32 = ESTIMATED_RATE_MAX.cast_unsigned() as u32 * (1 << 16);
+    let us = at.elapsed_since(before.at).max(1);
+    let (from, to) = (before.angle.0.to_bits(), angle.0.to_bits());
+    // Below 2^32 · 1e6.
+    let way = u64::from(to.abs_diff(from)) * 1_000_000;
+    match quotient(way, us) {
+        // At most 1000 · 2^16 < 2^31.
+        Some(rate) if rate <= FASTEST => {
+            let rate = rate.cast_signed();
+            AngularRate(I16F16::from_bits(if to < from { -rate } else { rate }))
+        }
+        _ => zero_rate(),
     }
-    AngularRate(I16F16::from_bits(rate as i32))
 }
 
 /// `timed.angle` plus its rate for `us` microseconds, saturating.
 fn go_on(timed: Timed, us: u32) -> Angle {
-    // |rate| <= 2^31, us <= 2^20: 2^51.
-    let gone = i64::from(timed.rate.0.to_bits()) * i64::from(us) / 1_000_000;
-    let bits = i64::from(timed.angle.0.to_bits()) + gone;
+    let rate = timed.rate.0.to_bits();
+    let way = u64::from(rate.unsigned_abs()) * u64::from(us);
+    // us <= 1e6, so at most 2^31; anything above saturates all the same.
+    let way = i64::from(quotient(way, 1_000_000).unwrap_or(u32::MAX));
+    let bits = i64::from(timed.angle.0.to_bits()) + if rate < 0 { -way } else { way };
     Angle(I16F16::from_bits(
         bits.clamp(i32::MIN.into(), i32::MAX.into()) as i32,
     ))

@@ -30,6 +30,19 @@ impl Levels {
     /// The sync output's bit.
     pub const SYNC: u32 = 1 << (2 * CHANNELS);
 
+    /// The channels of `mask` (bit i is channel i) grounded, the others
+    /// isolated; sync low.
+    #[must_use]
+    pub const fn grounded(mask: u16) -> Self {
+        // Spreads bit i to bit 2i: halves, quarters, pairs, single bits apart.
+        let mut bits = mask as u32;
+        bits = (bits | bits << 8) & 0x00FF_00FF;
+        bits = (bits | bits << 4) & 0x0F0F_0F0F;
+        bits = (bits | bits << 2) & 0x3333_3333;
+        bits = (bits | bits << 1) & 0x5555_5555;
+        Self((bits | bits << 1) & Self::GROUNDED.0)
+    }
+
     /// The same levels with `channel` (below [`CHANNELS`]) in `state`.
     #[must_use]
     pub const fn with(self, channel: usize, state: State) -> Self {

@@ -1,14 +1,16 @@
-//! Renders windows: a sweep over every channel's next edge, in time order.
+//! Renders windows: from edge to edge of all channels, in time order.
 
-use super::plan::{Change, Levels, State, WindowPlan};
+use super::plan::{Change, Levels, WindowPlan};
 use super::{CHANNELS, Group, MAX_GROUPS, Partner, TRIGGER_DELAY_US, Train, WINDOW_US};
 use crate::units::{DacCode, Micros};
 use heapless::Vec;
 
+mod agenda;
 mod lane;
 #[cfg(test)]
 mod tests;
 
+use agenda::Agenda;
 use lane::{Lane, Phase};
 
 /// What the scheduler asks before it pulses. `safety` answers; a refusal means
@@ -37,7 +39,13 @@ pub struct Scheduler {
     groups: Vec<Group, MAX_GROUPS>,
     sync: Option<u8>,
     base: Levels,
+    /// What each lane asks for on its own channel, kept up to date edge by edge.
+    own: Levels,
+    /// Channels between their first and last driven edge, kept likewise.
+    pulsing: u16,
+    /// What the outputs are at: `own`, and what groups make of it.
     levels: Levels,
+    agenda: Agenda,
     /// Earliest `due` of all lanes, so that an idle window costs one compare.
     next: Option<Micros>,
 }
@@ -57,7 +65,10 @@ impl Scheduler {
             groups: Vec::new(),
             sync: None,
             base: Levels::ISOLATED,
+            own: Levels::ISOLATED,
+            pulsing: 0,
             levels: Levels::ISOLATED,
+            agenda: Agenda::new(),
             next: None,
         }
     }
@@ -71,6 +82,7 @@ impl Scheduler {
     pub fn ground_all(&mut self) {
         self.clear();
         self.base = Levels::GROUNDED;
+        self.own = Levels::GROUNDED;
         self.levels = Levels::GROUNDED;
     }
 
@@ -184,48 +196,56 @@ impl Scheduler {
         plan: &mut WindowPlan,
     ) -> Result<(), RenderError> {
         plan.reset(start, self.levels);
-        let end = start.plus(WINDOW_US);
-        while let Some(now) = self.next.filter(|next| next.is_before(end)) {
-            // 0 <= slot < 250 after the check, so the cast is exact.
-            let slot = now.since(start);
-            if slot < 0 {
-                return Err(RenderError::Late);
+        let Some(next) = self.next.filter(|n| n.is_before(start.plus(WINDOW_US))) else {
+            return Ok(());
+        };
+        if next.is_before(start) {
+            return Err(RenderError::Late);
+        }
+        self.agenda.begin(start);
+        for (channel, lane) in self.lanes.iter().enumerate() {
+            if let Some(due) = lane.as_ref().and_then(|lane| lane.due) {
+                self.agenda.enter(due, channel);
             }
-            self.advance_to(now, supply, plan)?;
-            let levels = self.current_levels();
+        }
+        while let Some((slot, channels)) = self.agenda.next() {
+            self.advance(start.plus(slot.into()), channels, supply, plan)?;
+            let levels = self.grouped(self.own);
             if levels != self.levels {
                 self.levels = levels;
-                let change = Change {
-                    slot: slot as u8,
-                    levels,
-                };
-                plan.changes.push(change).map_err(|_| RenderError::Full)?;
+                plan.changes
+                    .push(Change { slot, levels })
+                    .map_err(|_| RenderError::Full)?;
             }
-            self.refresh_next();
         }
+        self.refresh_next();
         Ok(())
     }
 
-    /// Takes every lane whose edge is `now` through it, then settles which
-    /// groundings are interrupted.
-    fn advance_to(
+    /// Takes `channels` through their edges of `now`, then settles which
+    /// groundings that interrupts or resumes.
+    fn advance(
         &mut self,
         now: Micros,
+        channels: u16,
         supply: &mut impl Supply,
         plan: &mut WindowPlan,
     ) -> Result<(), RenderError> {
-        for (channel, lane) in self.lanes.iter_mut().enumerate() {
-            let Some(lane) = lane.as_mut().filter(|lane| lane.due == Some(now)) else {
-                continue;
-            };
-            // channel < 10 fits u8.
-            lane.edge(channel as u8, now, supply, plan)?;
+        for channel in bits(channels) {
+            if let Some(Some(lane)) = self.lanes.get_mut(channel) {
+                // channel < 10 fits u8.
+                lane.edge(channel as u8, now, supply, plan)?;
+                if let Some(due) = lane.due {
+                    self.agenda.enter(due, channel);
+                }
+                self.show(channel);
+            }
         }
         for index in 0..self.groups.len() {
-            let Some(group) = self.groups.get(index).copied() else {
-                break;
-            };
-            if group.partner() == Partner::Isolated {
+            if let Some(group) = self.groups.get(index).copied()
+                && group.partner() == Partner::Isolated
+                && group.members() & channels != 0
+            {
                 self.settle_grounding(group, now);
             }
         }
@@ -233,53 +253,48 @@ impl Scheduler {
     }
 
     fn settle_grounding(&mut self, group: Group, now: Micros) {
-        let pulsing = self.pulsing(group.members());
-        for (channel, lane) in self.lanes.iter_mut().enumerate() {
-            let Some(lane) = lane
-                .as_mut()
-                .filter(|_| group.members() & 1 << channel != 0)
-            else {
+        let pulsing = self.pulsing & group.members();
+        for channel in bits(group.members()) {
+            let Some(Some(lane)) = self.lanes.get_mut(channel) else {
                 continue;
             };
             if lane.phase == Phase::Grounding && pulsing != 0 {
-                (lane.phase, lane.due) = (Phase::Interrupted, None);
+                lane.phase = Phase::Interrupted;
+                if let Some(due) = lane.due.take() {
+                    self.agenda.withdraw(due, channel);
+                }
             } else if lane.phase == Phase::Interrupted && pulsing == 0 {
-                lane.phase = Phase::Grounding;
-                lane.due = Some(now.plus(lane.train.spec().ground_us.into()));
+                lane.go(Phase::Grounding, now, lane.train.spec().ground_us);
+                if let Some(due) = lane.due {
+                    self.agenda.enter(due, channel);
+                }
             }
+            self.show(channel);
         }
     }
 
-    /// Members of `mask` between their first and last driven edge.
-    fn pulsing(&self, mask: u16) -> u16 {
-        let mut pulsing = 0;
-        for (channel, lane) in self.lanes.iter().enumerate() {
-            if lane.is_some_and(|lane| lane.is_pulsing()) {
-                pulsing |= 1 << channel;
-            }
+    /// Brings what is known of all lanes up to date with one of them.
+    fn show(&mut self, channel: usize) {
+        let Some(Some(lane)) = self.lanes.get(channel) else {
+            return;
+        };
+        let state = lane.state().unwrap_or(self.base.state(channel));
+        self.own = self.own.with(channel, state);
+        if self.sync == Some(channel as u8) {
+            let high = u32::from(lane.phase == Phase::First) * Levels::SYNC;
+            self.own.0 = self.own.0 & !Levels::SYNC | high;
         }
-        pulsing & mask
+        let pulsing = u16::from(lane.is_pulsing()) << (channel % 16);
+        self.pulsing = self.pulsing & !(1 << (channel % 16)) | pulsing;
     }
 
-    fn current_levels(&self) -> Levels {
-        let mut levels = self.base;
-        for (channel, lane) in self.lanes.iter().enumerate() {
-            if let Some(state) = lane.as_ref().and_then(Lane::state) {
-                levels = levels.with(channel, state);
-            }
-            if self.sync.is_some_and(|s| usize::from(s) == channel)
-                && lane.is_some_and(|lane| lane.phase == Phase::First)
-            {
-                levels.0 |= Levels::SYNC;
-            }
-        }
+    /// `levels` with the silent members of pulsing groups grounded. Those of an
+    /// isolated group are isolated already.
+    fn grouped(&self, mut levels: Levels) -> Levels {
         for group in &self.groups {
-            let pulsing = self.pulsing(group.members());
-            if pulsing == 0 || group.partner() == Partner::Isolated {
-                continue; // silent members of an isolated group are isolated already
-            }
-            for channel in (0..CHANNELS).filter(|c| group.members() & !pulsing & 1 << c != 0) {
-                levels = levels.with(channel, State::Grounded);
+            let pulsing = self.pulsing & group.members();
+            if pulsing != 0 && group.partner() == Partner::Conducted {
+                levels.0 |= Levels::grounded(group.members() & !pulsing).0;
             }
         }
         levels
@@ -294,4 +309,13 @@ impl Scheduler {
         }
         self.next = next;
     }
+}
+
+/// Positions of the bits of `mask`, lowest first.
+fn bits(mut mask: u16) -> impl Iterator<Item = usize> {
+    core::iter::from_fn(move || {
+        let lowest = (mask != 0).then(|| mask.trailing_zeros() as usize);
+        mask &= mask.wrapping_sub(1);
+        lowest
+    })
 }

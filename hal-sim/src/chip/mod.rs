@@ -10,6 +10,7 @@ pub mod alone;
 pub mod board;
 pub mod cpu;
 pub mod image;
+pub mod profile;
 pub mod soc;
 pub mod usb;
 

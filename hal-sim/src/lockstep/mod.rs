@@ -13,6 +13,7 @@ use crate::world::Output;
 use firmware::device::lockstep::{Sensors, Sink};
 use firmware::units::Micros;
 use std::io;
+use std::sync::{Arc, Mutex, MutexGuard};
 
 /// A device that lives in virtual time.
 pub trait Device: Send {
@@ -39,4 +40,30 @@ pub trait Device: Send {
     fn output(&self, _channel: usize) -> Option<Output> {
         None
     }
+}
+
+/// A device that somebody else looks into between the world's steps.
+impl<D: Device> Device for Arc<Mutex<D>> {
+    fn receive(
+        &mut self,
+        at: Micros,
+        bytes: &[u8],
+        sensors: &Sensors,
+        sink: &mut dyn Sink,
+    ) -> io::Result<()> {
+        locked(self)?.receive(at, bytes, sensors, sink)
+    }
+
+    fn advance(&mut self, to: Micros, sensors: &Sensors, sink: &mut dyn Sink) -> io::Result<()> {
+        locked(self)?.advance(to, sensors, sink)
+    }
+
+    fn output(&self, channel: usize) -> Option<Output> {
+        locked(self).ok()?.output(channel)
+    }
+}
+
+fn locked<D>(device: &Mutex<D>) -> io::Result<MutexGuard<'_, D>> {
+    let lost = "the simulated device was left in the middle of a step";
+    device.lock().map_err(|_| io::Error::other(lost))
 }

@@ -5,6 +5,7 @@ mod demo;
 mod edges;
 mod monitor;
 mod muscle;
+mod profile;
 mod run;
 mod selftest;
 mod serve;
@@ -34,6 +35,7 @@ enum Command {
     Edges(edges::Edges),
     Monitor(monitor::Monitor),
     Muscle(muscle::Muscle),
+    Profile(profile::ProfileArgs),
     Selftest(selftest::Selftest),
 }
 
@@ -98,6 +100,7 @@ pub fn main() -> ExitCode {
         Command::Edges(args) => edges::main(args, output),
         Command::Monitor(args) => monitor::main(args, output),
         Command::Muscle(args) => muscle::main(args, output),
+        Command::Profile(args) => profile::main(args, output),
         Command::Selftest(args) => selftest::main(args, output),
     };
     match result {

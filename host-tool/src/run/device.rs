@@ -98,7 +98,7 @@ impl DeviceName {
                 Box::new(native(Micros(0))),
                 Micros(0),
             )?),
-            Self::Chip => Box::new(on_chip(session, seed, &stimulator()?, ())?),
+            Self::Chip => Box::new(on_chip(session, seed, &chip_image(None)?)?),
             Self::Qemu => {
                 let image = Image::Qemu
                     .build(Path::new(WORKSPACE))
@@ -177,29 +177,43 @@ pub enum ChipError {
     Board(#[from] BoardError),
 }
 
-/// The image for the board, built if it is not newer than its sources.
+/// The image to flash: the file at `path`, or the board's own, built if it is
+/// not newer than its sources.
 ///
 /// # Errors
-/// It does not build, or what was built cannot be flashed.
-pub fn stimulator() -> Result<chip::image::Image, ChipError> {
-    let path = Image::Stimulator.build(Path::new(WORKSPACE))?;
-    Ok(chip::image::Image::open(&path)?)
+/// It does not build, or cannot be flashed.
+pub fn chip_image(path: Option<&Path>) -> Result<chip::image::Image, ChipError> {
+    Ok(match path {
+        Some(path) => chip::image::Image::open(path)?,
+        None => chip::image::Image::open(&Image::Stimulator.build(Path::new(WORKSPACE))?)?,
+    })
+}
+
+/// A board of the chip simulator with the session's output stages and `image`
+/// in its flash, watched by `observer`; nothing has run yet.
+///
+/// # Errors
+/// What stops the core from starting.
+pub fn power_on<O: Observer>(
+    session: &Session,
+    image: &chip::image::Image,
+    observer: O,
+) -> Result<Board<O>, ChipError> {
+    let (outputs, pace) = (outputs(session), Pace::Lazy);
+    Ok(Board::power_on(image.clone(), outputs, pace, observer)?)
 }
 
 /// The world of [`simulated`] around a board on the chip simulator that runs
-/// `image`, its port open, watched by `observer`.
+/// `image`, its port open.
 ///
 /// # Errors
 /// As there, and what stops the board from booting.
-pub fn on_chip<O: Observer + Send + 'static>(
+pub fn on_chip(
     session: &Session,
     seed: u64,
     image: &chip::image::Image,
-    observer: O,
 ) -> Result<SimulatedPort, OpenError> {
-    let (outputs, pace) = (outputs(session), Pace::Lazy);
-    let mut board =
-        Board::power_on(image.clone(), outputs, pace, observer).map_err(ChipError::Board)?;
+    let mut board = power_on(session, image, ())?;
     board.boot(&Sensors::default()).map_err(ChipError::Board)?;
     let boot = Micros(board.now_us() as u32); // far from wrapping
     simulated(session, seed, Box::new(board), boot)

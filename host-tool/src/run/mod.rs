@@ -7,11 +7,15 @@
 mod device;
 mod file;
 mod observer;
+mod profile;
 mod runner;
 mod trial;
 
-pub use device::{DeviceName, OpenError, simulated, simulated_for_serving};
+pub use device::{
+    ChipError, DeviceName, OpenError, chip_image, power_on, simulated, simulated_for_serving,
+};
 pub use file::SessionFile;
 pub use observer::{Observer, Seen, Wish};
+pub use profile::{Booted, ProfileError, Profiled, profile};
 pub use runner::{Outcome, RunError, acknowledge, run};
 pub use trial::{begin_trial, edges_between, edges_of_one_period, event, sample};

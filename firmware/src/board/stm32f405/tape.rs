@@ -187,7 +187,7 @@ impl Tape {
             .iter()
             .zip(self.origins)
             .all(|(&ndtr, origin)| ndtr == origin - played);
-        let clean = STREAMS.into_iter().all(|s| !has_failed(s));
+        let clean = !has_failed();
         if agree && clean && isolated_words_intact() {
             Ok(slot)
         } else {
@@ -321,13 +321,25 @@ fn clear_flags(stream: usize) {
     });
 }
 
-/// Transfer error, direct mode error, or FIFO error: in direct mode the last
-/// two mean a request that came before the word was there (RM0090 10.3.18).
-fn has_failed(stream: usize) -> bool {
-    let flags = DMA2.isr(stream / 4).read();
-    let n = stream % 4;
-    flags.teif(n) || flags.dmeif(n) || flags.feif(n) || !DMA2.st(stream).cr().read().en()
+/// Whether a stream is off, or flags a transfer error, direct mode error or FIFO
+/// error: in direct mode the last two mean a request that came before the word
+/// was there (RM0090 10.3.18).
+fn has_failed() -> bool {
+    let flags = DMA2.isr(0).read().0 & FAILURES[0] | DMA2.isr(1).read().0 & FAILURES[1];
+    flags != 0 || STREAMS.into_iter().any(|s| !DMA2.st(s).cr().read().en())
 }
+
+/// TEIF, DMEIF and FEIF of all four streams, in LISR and HISR (RM0090 10.5.1).
+const FAILURES: [u32; 2] = {
+    let (mut masks, mut n) = ([0; 2], 0);
+    while n < STREAMS.len() {
+        let stream = STREAMS[n]; // below 8
+        let place = [0, 6, 16, 22][stream % 4];
+        masks[stream / 4] |= 0b00_1101 << place;
+        n += 1;
+    }
+    masks
+};
 
 /// Stopped, requests enabled, 8 ticks before an overflow: the first event is
 /// an update, so both ports begin in the same microsecond.

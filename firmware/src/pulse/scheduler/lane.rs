@@ -36,9 +36,12 @@ pub(super) struct Lane {
     /// Grounding that a partner's pulse can leave behind in an isolated group:
     /// counts as part of this lane's pulse when it must end in time.
     pub(super) tail_us: u16,
-    /// The latest pulses, newest first: three can lie in a rendered but unplayed
-    /// horizon of two windows, the fourth is under way.
+    /// The latest pulses, in a ring: three can lie in a rendered but unplayed
+    /// horizon of two windows, the fourth is under way. Pulses of a lane do not
+    /// overlap, so their order does not matter.
     pub(super) recent: [Option<PulseStart>; 4],
+    /// Place of the oldest.
+    pub(super) oldest: u8,
 }
 
 impl Lane {
@@ -53,6 +56,7 @@ impl Lane {
             bursts_left: 0,
             tail_us: 0,
             recent: [None; 4],
+            oldest: 0,
         }
     }
 
@@ -132,7 +136,7 @@ impl Lane {
         supply: &mut impl Supply,
         plan: &mut WindowPlan,
     ) -> Result<(), RenderError> {
-        let spec = *self.train.spec();
+        let spec = self.train.spec();
         match self.phase {
             Phase::Rest => return self.start_pulse(channel, now, supply, plan),
             Phase::First if spec.shape.is_biphasic() => {
@@ -175,8 +179,10 @@ impl Lane {
                     code,
                 };
                 plan.pulses.push(pulse).map_err(|_| RenderError::Full)?;
-                let [first, second, third, _] = self.recent;
-                self.recent = [Some(pulse), first, second, third];
+                if let Some(oldest) = self.recent.get_mut(usize::from(self.oldest % 4)) {
+                    *oldest = Some(pulse);
+                }
+                self.oldest = (self.oldest + 1) % 4;
                 self.go(Phase::First, now, self.train.spec().width_us);
             }
             _ => self.rest(),

@@ -2,6 +2,7 @@
 //! it.
 
 use super::front_end::{current_ma, sense};
+use super::margin::Margins;
 use super::outputs::{Outputs, Phases};
 use super::wiring::{self, Pin, Port};
 use crate::chip::Cycle;
@@ -38,6 +39,7 @@ pub struct Around {
     stages: [Option<Output>; CHANNELS],
     load_ohm: [u32; CHANNELS],
     joint: u16,
+    margins: Margins,
     hz: u32,
     now: Cycle,
 }
@@ -58,6 +60,7 @@ impl Around {
             stages,
             load_ohm: [2_000; CHANNELS],
             joint: 0,
+            margins: Margins::default(),
             hz,
             now: 0,
         }
@@ -121,12 +124,26 @@ impl Around {
 
     pub(super) fn begin(&mut self, origin: Cycle) {
         self.outputs.begin(origin);
+        self.restart_counts();
     }
 
     /// Cycle of device time 0.
     #[must_use]
     pub const fn origin(&self) -> Cycle {
         self.outputs.origin()
+    }
+
+    /// How early the tape's windows were ready, since device time began or
+    /// [`Self::restart_counts`].
+    #[must_use]
+    pub const fn margins(&self) -> &Margins {
+        &self.margins
+    }
+
+    /// Begins margins and phases anew.
+    pub fn restart_counts(&mut self) {
+        self.margins = Margins::default();
+        self.outputs.restart_counts();
     }
 
     /// Where in their microsecond the pins' edges came.
@@ -236,6 +253,8 @@ impl Bus for Around {
     #[inline]
     fn write(&mut self, address: u32, size: Size, value: u32, at: Cycle) -> Result<u32, Denied> {
         self.poll_cable(address, at);
+        self.margins
+            .wrote(address, at.saturating_sub(self.outputs.origin()));
         self.soc.write(address, size, value, at)
     }
 

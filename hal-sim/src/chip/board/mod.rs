@@ -7,10 +7,12 @@
 
 mod around;
 pub mod front_end;
+mod margin;
 mod outputs;
 pub mod wiring;
 
 pub use around::Around;
+pub use margin::Margins;
 pub use outputs::Phases;
 
 use super::Cycle;

@@ -2,7 +2,7 @@
 
 use super::CYCLES_PER_US;
 use super::around::output_port;
-use super::wiring::{Outputs as Pins, Port};
+use super::wiring::{self, Outputs as Pins, Port};
 use crate::chip::Cycle;
 use crate::chip::ad5668::Change;
 use crate::chip::soc::gpio::Edge;
@@ -14,7 +14,7 @@ use std::collections::VecDeque;
 /// Outputs on one DAC.
 const PER_DAC: usize = 5;
 
-/// How many pin edges came at which cycle of their microsecond, by port: the
+/// How many edges of pins that the tape plays came at which cycle of their microsecond, by port: the
 /// analytic cycle of port B's is TIM1's update, of port C's 8 cycles later.
 #[derive(Clone, Debug)]
 pub struct Phases {
@@ -22,6 +22,22 @@ pub struct Phases {
     pub b: [u64; CYCLES_PER_US as usize],
     /// Port C.
     pub c: [u64; CYCLES_PER_US as usize],
+}
+
+impl Default for Phases {
+    fn default() -> Self {
+        let none = [0; CYCLES_PER_US as usize];
+        Self { b: none, c: none }
+    }
+}
+
+/// Whether the tape plays one of the pins `changed`: the channels' lines, sync
+/// out, the pump.
+fn plays(port: Port, changed: u16) -> bool {
+    let lines = wiring::LINES.iter().flat_map(|&(c, a)| [c, a]);
+    let all = lines.chain([wiring::SYNC_OUT, wiring::PUMP]);
+    all.filter(|pin| pin.0 == port)
+        .any(|(_, pin)| changed >> pin & 1 == 1)
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -52,10 +68,7 @@ impl Default for Outputs {
             open: None,
             waiting: VecDeque::new(),
             bytes: VecDeque::new(),
-            phases: Phases {
-                b: [0; CYCLES_PER_US as usize],
-                c: [0; CYCLES_PER_US as usize],
-            },
+            phases: Phases::default(),
         }
     }
 }
@@ -75,6 +88,10 @@ impl Outputs {
         }
     }
 
+    pub fn restart_counts(&mut self) {
+        self.phases = Phases::default();
+    }
+
     pub const fn phases(&self) -> &Phases {
         &self.phases
     }
@@ -92,7 +109,7 @@ impl Outputs {
         let Some(port) = output_port(edge.port) else {
             return;
         };
-        if let Some(origin) = self.origin {
+        if let Some(origin) = self.origin.filter(|_| plays(port, edge.changed)) {
             let phase = (edge.cycle.saturating_sub(origin) % CYCLES_PER_US) as usize;
             let phases = match port {
                 Port::B => &mut self.phases.b,

@@ -47,8 +47,8 @@ pub struct Cpu {
     deadline: Cycle,
     /// WFI or WFE waits.
     asleep: bool,
-    /// Exception number that observers know of.
-    context: u16,
+    /// Exception number that observers know of; none since one was entered.
+    context: Option<u16>,
     /// The exclusive monitor is set (LDREX).
     exclusive: bool,
 }

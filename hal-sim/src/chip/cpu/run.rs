@@ -5,14 +5,28 @@ use super::timing::Trail;
 use super::{Bus, Cpu, Stop, Trap};
 use crate::chip::Cycle;
 
+/// What the core runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Context {
+    /// Exception number; 0 is thread mode.
+    pub number: u16,
+    /// How many exceptions are active, this one included.
+    pub depth: u32,
+    /// It begins; otherwise what followed has returned to it.
+    pub entered: bool,
+}
+
 /// Looks on while the core runs; whatever it leaves out costs nothing.
 pub trait Observer {
-    /// The instruction at `pc` took `cycles`, up to the cycle `at`.
-    fn instruction(&mut self, _pc: u32, _cycles: Cycle, _at: Cycle) {}
+    /// The instruction at `pc` took `cycles`, up to the cycle `at`, and left
+    /// the stack pointer in use at `sp`.
+    fn instruction(&mut self, _pc: u32, _cycles: Cycle, _at: Cycle, _sp: u32) {}
 
-    /// From `at` on the core runs exception `number`; 0 is thread mode. Entry
-    /// and return have passed.
-    fn context(&mut self, _number: u16, _at: Cycle) {}
+    /// From `at` on the core runs `context`; entry or return have passed.
+    fn context(&mut self, _context: Context, _at: Cycle) {}
+
+    /// The core slept from one cycle to another.
+    fn asleep(&mut self, _from: Cycle, _to: Cycle) {}
 
     /// Whether to stop before the instruction at `pc`
     /// ([`Stop::Breakpoint`]).
@@ -36,7 +50,7 @@ impl Cpu {
             pipeline: super::timing::Pipeline::default(),
             deadline: 0,
             asleep: false,
-            context: 0,
+            context: Some(0),
             exclusive: false,
         }
     }
@@ -143,17 +157,23 @@ impl Cpu {
         self.asleep |= self.system.takes_sleep_on_exit();
         let mut entered = self.look(bus)?;
         while self.asleep && self.cycle < until {
-            let next = self.event(bus).max(self.cycle + 1);
+            let (from, next) = (self.cycle, self.event(bus).max(self.cycle + 1));
             self.cycle = next.min(until);
+            observer.asleep(from, self.cycle);
             entered |= self.look(bus)?;
         }
         if bus.wants_reset() {
             let pc = self.registers.r[15];
             return Err(Stop::Reset { pc });
         }
-        let context = self.registers.exception;
-        if context != self.context {
-            self.context = context;
+        let number = self.registers.exception;
+        if self.context != Some(number) {
+            let context = Context {
+                number,
+                depth: self.system.nvic.active().count_ones(),
+                entered: self.context.is_none(),
+            };
+            self.context = Some(number);
             observer.context(context, self.cycle);
         }
         self.deadline = self.event(bus).min(until);
@@ -202,7 +222,8 @@ impl Cpu {
             Ok(next) => {
                 self.registers.r[15] = next;
                 self.instructions += 1;
-                observer.instruction(pc, self.cycle - start, self.cycle);
+                let sp = self.registers.r[13];
+                observer.instruction(pc, self.cycle - start, self.cycle, sp);
                 Ok(())
             }
             Err(trap) => self.trap(bus, trap),

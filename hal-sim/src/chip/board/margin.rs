@@ -1,0 +1,72 @@
+//! How early each window of the tape is ready before DMA needs it.
+
+use super::CYCLES_PER_US;
+use crate::chip::Cycle;
+
+/// Cycles of a window (docs/architecture.md: 250 µs).
+const WINDOW: Cycle = 250 * CYCLES_PER_US;
+
+/// Where the tape lives: SRAM2, which holds nothing else.
+const SRAM2: std::ops::Range<u32> = 0x2001_C000..0x2002_0000;
+
+/// Refill margins: cycles from the core's last write to the tape in a window
+/// to the request at which a play stream fetches the next window's first word.
+/// In direct mode that is one slot early, when the last slot plays (RM0090
+/// section 10.3.12).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Margins {
+    /// Windows that the core wrote to.
+    pub windows: u64,
+    /// Least margin of any, cycles; negative if it was too late.
+    pub worst: Option<i64>,
+    /// The window that had it, counted from device time 0.
+    pub worst_window: u64,
+    last_window: Option<u64>,
+}
+
+impl Margins {
+    /// The core wrote to `address`, `at` cycles after device time 0.
+    #[inline]
+    pub(super) fn wrote(&mut self, address: u32, at: Cycle) {
+        if SRAM2.contains(&address) {
+            self.note(at);
+        }
+    }
+
+    fn note(&mut self, at: Cycle) {
+        let window = at / WINDOW;
+        if self.last_window != Some(window) {
+            self.last_window = Some(window);
+            self.windows += 1;
+        }
+        let fetch = (window + 1) * WINDOW - CYCLES_PER_US;
+        // Both within one window of each other.
+        let margin = fetch.cast_signed() - at.cast_signed();
+        if self.worst.is_none_or(|worst| margin < worst) {
+            self.worst = Some(margin);
+            self.worst_window = window;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_last_write_of_a_window_counts_until_the_slot_before_the_next() {
+        let mut margins = Margins::default();
+        margins.wrote(0x2001_BFFC, 41_999);
+        assert_eq!(margins, Margins::default(), "not the tape");
+        margins.wrote(0x2001_C000, 1_000);
+        margins.wrote(0x2001_C004, 2_000);
+        assert_eq!(
+            (margins.windows, margins.worst),
+            (1, Some(249 * 168 - 2_000))
+        );
+        margins.wrote(0x2001_C008, 42_000 + 10_000);
+        assert_eq!((margins.windows, margins.worst_window), (2, 1));
+        margins.wrote(0x2001_C008, 2 * 42_000 - 1);
+        assert_eq!(margins.worst, Some(-167));
+    }
+}

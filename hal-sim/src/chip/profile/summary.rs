@@ -1,0 +1,168 @@
+//! What the profile, the core and the board counted, side by side.
+
+use super::{Owner, Profile};
+use crate::chip::Cycle;
+use crate::chip::board::{Board, CYCLES_PER_US, Margins};
+use crate::chip::cpu::Size;
+use crate::chip::cpu::system::Latency;
+
+/// MPU registers (Arm ARM B3.5): the number of the region, its base, its
+/// attributes and size.
+const MPU_RNR: u32 = 0xE000_ED98;
+const MPU_RBAR: u32 = 0xE000_ED9C;
+const MPU_RASR: u32 = 0xE000_EDA0;
+
+/// One exception.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Line {
+    /// Exception number.
+    pub number: u16,
+    /// Handlers that ended.
+    pub count: u64,
+    /// Most cycles of one handler, entry included, pre-emption left out.
+    pub longest: Cycle,
+    /// Latency, from the rise of its line to its first instruction.
+    pub latency: Latency,
+}
+
+/// The stack that grows down from the top of RAM.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stack {
+    /// Where it begins.
+    pub top: u32,
+    /// Lowest stack pointer since power-on.
+    pub lowest: u32,
+    /// First byte above the guard that denies access; none if none is set.
+    pub limit: Option<u32>,
+}
+
+impl Stack {
+    /// Bytes used at the deepest.
+    #[must_use]
+    pub const fn used(&self) -> u32 {
+        self.top.saturating_sub(self.lowest)
+    }
+
+    /// Bytes left above the guard at the deepest.
+    #[must_use]
+    pub fn free(&self) -> Option<u32> {
+        self.limit.map(|limit| self.lowest.saturating_sub(limit))
+    }
+}
+
+/// Edges at one distance from their analytic cycle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Phase {
+    /// Cycles after TIM1's update for port B, 8 more for port C.
+    pub late: i64,
+    /// Edges of port B.
+    pub b: u64,
+    /// Edges of port C.
+    pub c: u64,
+}
+
+/// All numbers of a profiled board.
+#[derive(Clone, Debug)]
+pub struct Summary {
+    /// Cycles counted.
+    pub total: Cycle,
+    /// Cycles of them asleep.
+    pub idle: Cycle,
+    /// Instructions in them.
+    pub instructions: u64,
+    /// Exceptions, by number.
+    pub lines: Vec<Line>,
+    /// The stack.
+    pub stack: Stack,
+    /// How early the tape's windows were ready.
+    pub margins: Margins,
+    /// Pin edges, earliest first.
+    pub phases: Vec<Phase>,
+}
+
+impl Summary {
+    /// Of `board`, as it is now.
+    #[must_use]
+    pub fn of(board: &mut Board<Profile>) -> Self {
+        let limit = stack_limit(board);
+        let profile = &board.observer;
+        let owners = Owner::ALL.map(|owner| profile.owner(owner));
+        let latencies: Vec<_> = board.cpu.system.latencies.entered().collect();
+        let latency = |number| {
+            let found = latencies.iter().find(|(n, _)| *n == number);
+            found.map_or_else(Latency::default, |&(_, latency)| latency)
+        };
+        Self {
+            total: profile.total(),
+            idle: profile.idle(),
+            instructions: owners.iter().map(|cost| cost.instructions).sum(),
+            lines: profile
+                .runs()
+                .map(|(number, runs)| Line {
+                    number,
+                    count: runs.count,
+                    longest: runs.longest,
+                    latency: latency(number),
+                })
+                .collect(),
+            stack: Stack {
+                top: board.image().initial_sp,
+                lowest: profile.lowest_sp(),
+                limit,
+            },
+            margins: *board.around.margins(),
+            phases: phases(board),
+        }
+    }
+
+    /// Part of the time that the core was awake, %.
+    #[must_use]
+    pub fn load_percent(&self) -> f64 {
+        100.0 * (self.total - self.idle) as f64 / self.total.max(1) as f64
+    }
+
+    /// Cycles from the earliest edge's place to the latest's, both counted; 0
+    /// without edges.
+    #[must_use]
+    pub fn edge_span(&self) -> u64 {
+        match (self.phases.first(), self.phases.last()) {
+            (Some(first), Some(last)) => last.late.abs_diff(first.late) + 1,
+            _ => 0,
+        }
+    }
+
+    /// Longest wait of any of these exceptions, cycles.
+    #[must_use]
+    pub fn worst_latency(&self) -> Cycle {
+        let waits = self.lines.iter().map(|line| line.latency.worst);
+        waits.max().unwrap_or(0)
+    }
+}
+
+/// The end of MPU region 0, the stack guard, if it is on.
+fn stack_limit(board: &mut Board<Profile>) -> Option<u32> {
+    let at = board.cpu.cycle;
+    let mut read = |address| board.cpu.system.read(address, Size::Word, at).ok();
+    if read(MPU_RNR)? != 0 {
+        return None;
+    }
+    let (base, attributes) = (read(MPU_RBAR)? & !0x1F, read(MPU_RASR)?);
+    let bytes = 2u32.checked_shl(attributes >> 1 & 0x1F)?;
+    (attributes & 1 == 1).then(|| base.saturating_add(bytes))
+}
+
+fn phases(board: &Board<Profile>) -> Vec<Phase> {
+    let found = board.around.phases();
+    let lap = CYCLES_PER_US as usize;
+    // Half a microsecond early at most, less than that late.
+    let places = (0..CYCLES_PER_US).map(|n| n.cast_signed() - (CYCLES_PER_US / 2).cast_signed());
+    let all = places.map(|late| {
+        let at = late.rem_euclid(CYCLES_PER_US.cast_signed()) as usize;
+        Phase {
+            late,
+            b: found.b[at],
+            c: found.c[(at + 8) % lap],
+        }
+    });
+    all.filter(|phase| phase.b + phase.c > 0).collect()
+}

@@ -1,0 +1,1 @@
+//! Programs whose cost is known, on the core with flat memory.

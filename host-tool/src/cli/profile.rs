@@ -1,0 +1,236 @@
+//! `flexor profile`: what a session costs the flashed image, cycle by cycle.
+
+use super::{Output, WrongUse};
+use crate::run::{Profiled, SessionFile, chip_image, profile};
+use clap::Args;
+use hal_sim::chip::profile::{Owner, exception};
+use serde_json::{Value, json};
+use std::fmt::Write;
+use std::path::PathBuf;
+
+/// Profile the flashed image at a session: cycles, latencies, margins, stack.
+#[derive(Args, Debug)]
+pub struct ProfileArgs {
+    /// Session file (TOML)
+    session: PathBuf,
+    /// How long to stimulate, s; default: the session's own duration
+    #[arg(long)]
+    seconds: Option<f64>,
+    /// ELF to run instead of the board's own image
+    #[arg(long)]
+    image: Option<PathBuf>,
+    /// Functions to list; JSON has all of them
+    #[arg(long, default_value_t = 25)]
+    functions: usize,
+    /// Seed of the simulated wearer
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// The session, the image, or what stops them.
+pub fn main(args: &ProfileArgs, output: Output) -> anyhow::Result<()> {
+    let mut file = SessionFile::load(&args.session)?;
+    if let Some(seconds) = args.seconds {
+        if !(0.05..=3600.0).contains(&seconds) {
+            let wrong = format!("--seconds is {seconds}: allowed is 0.05 to 3600");
+            return Err(WrongUse(wrong).into());
+        }
+        file.session.duration_us = (seconds * 1e6).round() as u64;
+    }
+    let image = chip_image(args.image.as_deref())?;
+    let bar = output.bar(&file.session.title);
+    let profiled = profile(&file, &image, args.seed, |part| bar.set(part));
+    bar.finish();
+    let profiled = profiled?;
+    let title = &file.session.title;
+    output.say(
+        || {
+            table(title, &profiled, args.functions)
+                .trim_end()
+                .to_owned()
+        },
+        || machine(title, &profiled),
+    );
+    Ok(())
+}
+
+/// At most 80 columns.
+fn table(title: &str, found: &Profiled, functions: usize) -> String {
+    let mut text = String::new();
+    // Writing to a `String` cannot fail.
+    let _ = write_all(&mut text, title, found, functions);
+    text
+}
+
+fn write_all(
+    out: &mut String,
+    title: &str,
+    found: &Profiled,
+    functions: usize,
+) -> std::fmt::Result {
+    let summary = &found.summary;
+    writeln!(out, "{title}: {:.3} s of device time", found.seconds())?;
+    writeln!(
+        out,
+        "booted: clock and tape after {} cycles, port open at {:.1} ms",
+        found.booted.clock,
+        found.booted.port_us as f64 * 1e-3
+    )?;
+    writeln!(
+        out,
+        "simulated: {:.1} million instructions per second, {:.1} x real time\n",
+        found.mips(),
+        found.times_real_time()
+    )?;
+    write_owners(out, found)?;
+    write_lines(out, found)?;
+    let stack = summary.stack;
+    write!(
+        out,
+        "stack: {} bytes at the deepest ({:#010x}..{:#010x})",
+        stack.used(),
+        stack.lowest,
+        stack.top
+    )?;
+    match stack.free() {
+        Some(free) => writeln!(out, ", {free} above its guard")?,
+        None => writeln!(out, ", no guard set")?,
+    }
+    if let Some(worst) = summary.margins.worst {
+        writeln!(
+            out,
+            "refill margin: {worst} cycles ({:.1} µs) at the worst of {} windows",
+            worst as f64 / 168.0,
+            summary.margins.windows
+        )?;
+    }
+    write_edges(out, found)?;
+    write_functions(out, found, functions)
+}
+
+fn write_owners(out: &mut String, found: &Profiled) -> std::fmt::Result {
+    writeln!(
+        out,
+        "{:<12} {:>14} {:>14} {:>8}",
+        "owner", "cycles", "instructions", "load"
+    )?;
+    for owner in Owner::ALL {
+        let cost = found.profile.owner(owner);
+        if cost.cycles > 0 {
+            let (name, part) = (owner.name(), found.percent(cost.cycles));
+            let (cycles, instructions) = (cost.cycles, cost.instructions);
+            writeln!(
+                out,
+                "{name:<12} {cycles:>14} {instructions:>14} {part:>6.2} %"
+            )?;
+        }
+    }
+    let summary = &found.summary;
+    let (busy, load) = (summary.total - summary.idle, summary.load_percent());
+    writeln!(
+        out,
+        "{:<12} {busy:>14} {:>14} {load:>6.2} %",
+        "all", summary.instructions
+    )?;
+    let (idle, rest) = (summary.idle, found.percent(summary.idle));
+    writeln!(out, "{:<12} {idle:>14} {:>14} {rest:>6.2} %\n", "idle", "")
+}
+
+fn write_lines(out: &mut String, found: &Profiled) -> std::fmt::Result {
+    writeln!(
+        out,
+        "{:<10} {:>9} {:>13}   {:>13}  behind",
+        "interrupt", "runs", "longest run", "worst latency"
+    )?;
+    for line in &found.summary.lines {
+        writeln!(
+            out,
+            "{:<10} {:>9} {:>13}   {:>13}  {}",
+            exception::name(line.number),
+            line.count,
+            line.longest,
+            line.latency.worst,
+            exception::name(line.latency.behind)
+        )?;
+    }
+    writeln!(
+        out,
+        "(in cycles of 1/168 µs; what pre-empts a run is left out of it)\n"
+    )
+}
+
+fn write_edges(out: &mut String, found: &Profiled) -> std::fmt::Result {
+    let summary = &found.summary;
+    writeln!(
+        out,
+        "pin edges span {} cycles around their analytic cycle:",
+        summary.edge_span()
+    )?;
+    writeln!(out, "{:>8} {:>12} {:>12}", "late", "port B", "port C")?;
+    for phase in &summary.phases {
+        writeln!(out, "{:>8} {:>12} {:>12}", phase.late, phase.b, phase.c)?;
+    }
+    Ok(())
+}
+
+fn write_functions(out: &mut String, found: &Profiled, most: usize) -> std::fmt::Result {
+    writeln!(out, "\n{:>13} {:>8}  function", "cycles", "load")?;
+    for (name, cost) in found.profile.functions().iter().take(most) {
+        let part = found.percent(cost.cycles);
+        writeln!(out, "{:>13} {part:>6.2} %  {}", cost.cycles, last(name, 55))?;
+    }
+    Ok(())
+}
+
+/// The last `most` characters, which say more of a path than its first.
+fn last(name: &str, most: usize) -> String {
+    let count = name.chars().count();
+    if count <= most {
+        return name.to_owned();
+    }
+    let end: String = name.chars().skip(count + 1 - most).collect();
+    format!("…{end}")
+}
+
+fn machine(title: &str, found: &Profiled) -> Value {
+    let summary = &found.summary;
+    let owners: serde_json::Map<_, _> = Owner::ALL
+        .iter()
+        .map(|&owner| (owner.name().to_owned(), found.owner_percent(owner).into()))
+        .collect();
+    let lines = summary.lines.iter().map(|line| {
+        json!({
+            "name": exception::name(line.number), "number": line.number, "runs": line.count,
+            "longest_run_cycles": line.longest, "worst_latency_cycles": line.latency.worst,
+            "behind": exception::name(line.latency.behind),
+        })
+    });
+    let phases = summary.phases.iter();
+    let phases = phases.map(|p| json!({ "late_cycles": p.late, "port_b": p.b, "port_c": p.c }));
+    let functions = found.profile.functions();
+    let functions = functions.iter().map(|(name, cost)| {
+        json!({ "name": name, "cycles": cost.cycles, "instructions": cost.instructions })
+    });
+    json!({
+        "title": title, "seconds": found.seconds(), "cycles": summary.total,
+        "idle_cycles": summary.idle, "instructions": summary.instructions,
+        "load_percent": summary.load_percent(), "owners_percent": owners,
+        "interrupts": lines.collect::<Vec<_>>(),
+        "interrupt_latency_cycles": summary.worst_latency(),
+        "stack_bytes": summary.stack.used(), "stack_free_bytes": summary.stack.free(),
+        "refill_margin_cycles": summary.margins.worst,
+        "refill_windows": summary.margins.windows,
+        "edge_span_cycles": summary.edge_span(),
+        "edge_phases": phases.collect::<Vec<_>>(),
+        "boot": {
+            "clock_cycles": found.booted.clock, "port_us": found.booted.port_us,
+            "instructions": found.booted.instructions,
+        },
+        "million_instructions_per_s": found.mips(),
+        "times_real_time": found.times_real_time(),
+        "functions": functions.collect::<Vec<_>>(),
+    })
+}
