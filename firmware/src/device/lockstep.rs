@@ -290,13 +290,20 @@ impl Lockstep {
         self.isolate(self.now, sink);
     }
 
-    /// The hardware's fault stop: nothing rendered is played any more.
+    /// The hardware's fault stop: nothing rendered is played any more, and the
+    /// amplitudes go to zero.
     fn isolate(&mut self, at: Micros, sink: &mut impl Sink) {
         self.play_until(at, sink);
         self.played = self.playing.changes.len();
         self.playing.sample = None;
         self.next.reset(self.next.start, Levels::ISOLATED);
         self.set_levels(at, Levels::ISOLATED, sink);
+        for (channel, code) in (0..).zip(&mut self.dac) {
+            if *code != DacCode(0) {
+                *code = DacCode(0);
+                sink.dac(at, channel, DacCode(0));
+            }
+        }
     }
 
     fn set_levels(&mut self, at: Micros, levels: Levels, sink: &mut impl Sink) {

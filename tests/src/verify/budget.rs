@@ -234,6 +234,7 @@ mod tests {
         let budgets = |most| Budgets {
             margin_percent: 25,
             images: BTreeMap::new(),
+            _chip: serde::de::IgnoredAny,
             cycles: [("a".to_owned(), most), ("gone".to_owned(), 9)].into(),
         };
         let table = "algorithm,calls,checksum,min,mean,max\na,1,0,10,20,80\n";
