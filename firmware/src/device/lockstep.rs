@@ -154,6 +154,20 @@ impl Lockstep {
         } else {
             at
         };
+        self.serve(at, served, bytes, sensors, sink);
+    }
+
+    /// [`Self::receive`] where it is known when the session is done with the
+    /// bytes: a refill from `served` on sees what they order. For replaying what
+    /// another device was seen to do.
+    pub fn serve(
+        &mut self,
+        at: Micros,
+        served: Micros,
+        bytes: &[u8],
+        sensors: &Sensors,
+        sink: &mut impl Sink,
+    ) {
         self.advance(served, sensors, sink);
         let (_, _, mut mail) = self.mail.split();
         for frame in bytes.split_inclusive(|&byte| byte == 0) {
@@ -259,7 +273,7 @@ impl Lockstep {
         }
         let mut ready = done;
         if self.count.is_multiple_of(WINDOWS_PER_TICK) {
-            self.controller.tick(done, sensors.joint, &mut control_mail);
+            self.controller.tick(now, sensors.joint, &mut control_mail);
             ready = done.plus(cost::CONTROL_US);
         }
         self.session.poll(&mut session_mail);

@@ -9,8 +9,10 @@ pub mod ad5668;
 pub mod alone;
 pub mod board;
 pub mod cpu;
+pub mod gdb;
 pub mod image;
 pub mod profile;
+pub mod rtt;
 pub mod soc;
 pub mod usb;
 

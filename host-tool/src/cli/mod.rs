@@ -1,6 +1,7 @@
 //! The command line: arguments in, one file per command, exit codes out.
 
 mod bench;
+mod chip;
 mod demo;
 mod edges;
 mod monitor;

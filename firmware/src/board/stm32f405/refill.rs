@@ -144,7 +144,7 @@ impl Refill {
         });
         self.playing = (next, half);
         self.forget_acknowledged();
-        self.tick();
+        self.tick(start.plus(REFILL_OFFSET_US));
         watchdog::check_in(Owner::Pulser);
     }
 
@@ -248,11 +248,12 @@ impl Refill {
         }
     }
 
-    /// Every fourth window starts the control tick.
-    fn tick(&mut self) {
+    /// Every fourth window starts the control tick. Its time is that of the
+    /// refill's compare, not of its end: the law sees no jitter.
+    fn tick(&mut self, now: Micros) {
         if self.windows.is_multiple_of(WINDOWS_PER_TICK) {
             TICK.signal(Tick {
-                now: timebase::now(),
+                now,
                 angle: self.angle.take(),
             });
         }
