@@ -21,11 +21,11 @@ struct Budgets {
     /// A value further below its budget than this gets a note, %.
     margin_percent: u64,
     images: BTreeMap<String, Memory>,
-    /// Most cycles of one call, by algorithm.
-    cycles: BTreeMap<String, u64>,
     /// What `tests/tests/chip_numbers.rs` holds.
     #[serde(rename = "chip")]
     _chip: serde::de::IgnoredAny,
+    /// Most cycles of one call, by algorithm.
+    cycles: BTreeMap<String, u64>,
 }
 
 /// Bytes of both memories, allowed or used.
