@@ -7,17 +7,17 @@ mod chip_parity {
     pub mod watched;
 }
 
-use chip_parity::watched::Watched;
+use chip_parity::watched::{Served, Watched};
 use firmware::device::Identity;
 use firmware::device::lockstep::{Lockstep, Sensors, Sink};
 use firmware::link::message::ResetCause;
-use firmware::link::{Decoder, Kind, Response};
+use firmware::link::{Decoder, Event, Kind, Response};
 use firmware::pulse::Levels;
-use firmware::safety::StageSpec;
+use firmware::safety::{FaultRecord, StageSpec};
 use firmware::units::{DacCode, Micros};
 use hal_sim::body::Drive;
 use hal_sim::chip::soc::Pace;
-use hal_sim::trace::{self, Edge, Trace};
+use hal_sim::trace::{self, Edge, State, Trace};
 use hal_sim::world::Output;
 use session::{BOOT, Step, channel_spec, thirty_seconds};
 use std::time::Instant;
@@ -65,8 +65,9 @@ fn stages() -> [Option<Output>; 10] {
 /// The log's steps in time since its beginning, sensors apart from bytes.
 fn on_chip(log: &[Step], pace: Pace) -> (Watched, Record, Vec<(Micros, Sensors)>) {
     let mut board = Watched::boot(stages(), &Sensors::default(), pace);
-    // The wearer moves amid a control tick, away from every sample.
-    let begin = (board.board.now_us() / 1000 + 1) * 1000 + 500;
+    // The wearer moves just after a control tick has looked: the chip converts
+    // the angle up to four times before the next, the last of them may be late.
+    let begin = (board.board.now_us() / 1000 + 1) * 1000 + 20;
     let time = |at: Micros| Micros(begin as u32).plus(at.elapsed_since(BOOT));
     let (mut record, mut worlds) = (Record::default(), Vec::new());
     board.advance(begin, &Sensors::default(), &mut record);
@@ -117,59 +118,125 @@ fn in_process(chip: &Watched, worlds: &[(Micros, Sensors)], unique_id: [u32; 3])
     record
 }
 
-fn messages(bytes: &[u8]) -> Vec<String> {
+fn messages(bytes: &[u8]) -> impl Iterator<Item = Vec<u8>> {
     let mut decoder = Decoder::default();
-    let mut all = Vec::new();
-    for &byte in bytes {
-        let Some(message) = decoder.push(byte) else {
-            continue;
-        };
-        let response: Response<'_> = postcard::from_bytes(message.unwrap()).unwrap();
-        all.push(format!("{response:?}"));
-        decoder.clear();
-    }
-    all
+    bytes.iter().filter_map(move |&byte| {
+        let message = decoder.push(byte).map(|m| m.unwrap().to_vec());
+        if message.is_some() {
+            decoder.clear();
+        }
+        message
+    })
+}
+
+/// Up to the acknowledgement: see the next test.
+#[test]
+fn a_session_until_its_fault_is_the_same_on_chip_and_in_process() {
+    let mut log = thirty_seconds();
+    let tripped = |step: &Step| matches!(step, Step::Advance(_, s) if s.over_current);
+    let last = log.iter().rposition(tripped).expect("an over-current");
+    log.truncate(last + 4);
+    compare(&log);
 }
 
 #[test]
+#[ignore = "a defect: device time jumps by up to a window when the tape starts again after a fault"]
 fn thirty_seconds_are_the_same_on_chip_and_in_process() {
-    let log = thirty_seconds();
+    compare(&thirty_seconds());
+}
+
+fn compare(log: &[Step]) {
     let start = Instant::now();
-    let (board, chip, worlds) = on_chip(&log, Pace::Lazy);
+    let (board, chip, worlds) = on_chip(log, Pace::Lazy);
+    let wall = start.elapsed().as_secs_f64();
+    let hello = messages(&chip.bytes).next();
+    let Some(Response::Hello(hello)) = hello.as_deref().map(|m| postcard::from_bytes(m).unwrap())
+    else {
+        panic!("no Hello")
+    };
+    let native = in_process(&board, &worlds, hello.unique_id);
+    let late =
+        |call: &&Served| call.at.0.wrapping_sub(2) % 250 + call.done.elapsed_since(call.at) >= 250;
+    let costs = board.served.iter().map(|c| c.done.elapsed_since(c.at));
     println!(
-        "30 s on the chip took {:.1} s",
-        start.elapsed().as_secs_f64()
-    );
-    let straddling = board.served.iter().filter(|call| {
-        let into = call.at.0.wrapping_sub(2) % 250;
-        into + call.done.elapsed_since(call.at) >= 250
-    });
-    let costs = || board.served.iter().map(|c| c.done.elapsed_since(c.at));
-    println!(
-        "{} calls, {} over a refill, cost {:?}..{:?} us",
+        "the chip took {wall:.1} s; the session was called {} times, longest {} us, {} over a refill",
         board.served.len(),
-        straddling.count(),
-        costs().min(),
-        costs().max()
+        costs.max().unwrap(),
+        board.served.iter().filter(late).count(),
     );
-    let native = in_process(&board, &worlds, [0; 3]);
-    let (a, b): (Vec<Edge>, Vec<Edge>) =
-        (chip.trace.edges().collect(), native.trace.edges().collect());
-    println!("edges: {} chip, {} native", a.len(), b.len());
-    let mut shown = 0;
-    for (i, (x, y)) in a.iter().zip(&b).enumerate() {
-        if x != y && shown < 20 {
-            println!("{i}: chip {x:?} native {y:?}");
-            shown += 1;
+    same_edges(&chip.trace, &native.trace);
+    same_messages(&chip.bytes, &native.bytes);
+}
+
+/// Edges in the same order, at the same microsecond, with the same code; but
+/// the processor isolates after the comparator's interrupt, up to a refill late.
+fn same_edges(chip: &Trace, native: &Trace) {
+    let (chip, native): (Vec<_>, Vec<_>) = (chip.edges().collect(), native.edges().collect());
+    let order = |edges: &[Edge]| {
+        edges
+            .iter()
+            .map(|e| (e.channel, e.state))
+            .collect::<Vec<_>>()
+    };
+    let (mut stopped, mut differ) = (Vec::new(), 0);
+    for (a, b) in chip.iter().zip(&native).filter(|(a, b)| a != b) {
+        if a.state == State::Isolated && (1..100).contains(&(a.t_us.wrapping_sub(b.t_us))) {
+            stopped.push(a.t_us - b.t_us);
+        } else {
+            differ += 1;
+            if differ < 10 {
+                println!("chip {a:?}\n   native {b:?}");
+            }
         }
     }
-    let (a, b) = (messages(&chip.bytes), messages(&native.bytes));
-    println!("messages: {} chip, {} native", a.len(), b.len());
-    let mut shown = 0;
-    for (i, (x, y)) in a.iter().zip(&b).enumerate() {
-        if x != y && shown < 20 {
-            println!("{i}: chip {x}\n   native {y}");
-            shown += 1;
+    println!(
+        "{} edges, {} of a fault stop {stopped:?} us late, {differ} other differences",
+        chip.len(),
+        stopped.len()
+    );
+    assert!(chip.len() > 30_000 && order(&chip) == order(&native));
+    assert_eq!(differ, 0);
+    assert!(stopped.len() <= 10);
+}
+
+/// The same messages in the same order; a fault's time and residual charge are
+/// those of the stop.
+fn same_messages(chip: &[u8], native: &[u8]) {
+    let (chip, native): (Vec<_>, Vec<_>) = (messages(chip).collect(), messages(native).collect());
+    println!(
+        "{} messages from the chip, {} in process",
+        chip.len(),
+        native.len()
+    );
+    let mut differ = 0;
+    for (a, b) in chip.iter().zip(&native).filter(|(a, b)| a != b) {
+        let (a, b) = (
+            postcard::from_bytes(a).unwrap(),
+            postcard::from_bytes(b).unwrap(),
+        );
+        if without_stop(&a) != without_stop(&b) {
+            differ += 1;
+            if differ < 10 {
+                println!("chip {a:?}\n   native {b:?}");
+            }
         }
     }
+    assert_eq!((differ, chip.len()), (0, native.len()));
+}
+
+fn without_stop(response: &Response<'_>) -> String {
+    let mut response = response.clone();
+    let forget = |record: &mut FaultRecord| (record.at, record.residual) = (Micros(0), [0; 10]);
+    match &mut response {
+        Response::Event {
+            at,
+            event: Event::Faulted(record),
+        } => {
+            *at = Micros(0);
+            forget(record);
+        }
+        Response::Status { status, .. } => status.fault.iter_mut().for_each(forget),
+        _ => {}
+    }
+    format!("{response:?}")
 }
