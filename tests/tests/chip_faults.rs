@@ -163,7 +163,7 @@ impl Bench {
     }
 
     /// Runs until a channel is driven, for `us` into its phase.
-    fn into_a_pulse(&mut self, us: u64) {
+    fn run_into_pulse(&mut self, us: u64) {
         self.record.levels.clear();
         while !self.record.levels.last().is_some_and(|(_, l)| l.drives(0)) {
             self.run_us(10);
@@ -252,7 +252,7 @@ fn spec(channel: u8) -> ChannelSpec {
 #[test]
 fn over_current_isolates_and_the_tape_starts_again() {
     let mut bench = Bench::stimulating();
-    bench.into_a_pulse(20);
+    bench.run_into_pulse(20);
     let at = bench.now();
     bench.sensors.over_current = true;
     bench.expect_isolated(at, 5);
@@ -280,7 +280,7 @@ fn a_released_hand_stop_ends_stimulation() {
 fn the_watchdog_bites_when_an_owner_freezes() {
     for lines in [&[28][..], &[55], &[50, 67]] {
         let mut bench = Bench::stimulating();
-        bench.into_a_pulse(20);
+        bench.run_into_pulse(20);
         let at = bench.now();
         lines.iter().for_each(|line| bench.disable(*line));
         bench.run_us(13_000);
@@ -304,7 +304,7 @@ fn the_watchdog_bites_when_an_owner_freezes() {
 #[test]
 fn a_falling_supply_is_remembered_through_the_reset() {
     let mut bench = Bench::stimulating();
-    bench.into_a_pulse(20);
+    bench.run_into_pulse(20);
     let at = bench.now();
     bench.board.around.soc.supply(2_700);
     bench.run_us(100);
@@ -320,7 +320,7 @@ fn a_falling_supply_is_remembered_through_the_reset() {
 #[test]
 fn a_dead_crystal_isolates_and_is_recorded() {
     let mut bench = Bench::stimulating();
-    bench.into_a_pulse(20);
+    bench.run_into_pulse(20);
     let (at, cycle) = (bench.now(), bench.board.cpu.cycle);
     bench.board.around.soc.rcc.hse_fails(cycle).unwrap();
     bench.board.around.soc.touch();
@@ -337,7 +337,7 @@ fn a_dead_crystal_isolates_and_is_recorded() {
 #[test]
 fn a_tape_that_slips_is_a_fault() {
     let mut bench = Bench::stimulating();
-    bench.into_a_pulse(20);
+    bench.run_into_pulse(20);
     let (at, cycle) = (bench.now(), bench.board.cpu.cycle);
     let cr = 0x4002_6410 + 0x18 * 2;
     let soc = &mut bench.board.around.soc;
@@ -351,7 +351,7 @@ fn a_tape_that_slips_is_a_fault() {
 #[test]
 fn interrupts_masked_for_two_windows_are_a_missed_deadline() {
     let mut bench = Bench::stimulating();
-    bench.into_a_pulse(20);
+    bench.run_into_pulse(20);
     let at = bench.now();
     bench.board.cpu.registers.primask = true;
     bench.run_us(600);
@@ -364,7 +364,7 @@ fn interrupts_masked_for_two_windows_are_a_missed_deadline() {
 #[test]
 fn a_stack_that_overflows_meets_its_guard() {
     let mut bench = Bench::stimulating();
-    bench.into_a_pulse(20);
+    bench.run_into_pulse(20);
     while !bench.board.cpu.is_asleep() {
         bench.run_us(1);
     }
