@@ -29,7 +29,7 @@ fn elf(machine: u16, address: u32, segment: &[u8]) -> Vec<u8> {
 
 /// A vector table and a loop.
 fn code() -> Vec<u8> {
-    let mut words = vec![0u32; 17];
+    let mut words = [0u32; 17];
     (words[0], words[1]) = (0x2000_4000, 0x0800_0041);
     words[16] = 0xE7FE_E7FE; // B .
     words.iter().flat_map(|word| word.to_le_bytes()).collect()

@@ -135,7 +135,7 @@ fn what_nobody_models_is_told_in_words() {
     let mut gdb = Gdb::attach(&BEYOND);
     gdb.send("c");
     let said = gdb.hear();
-    let bytes = said[1..].as_bytes().chunks(2);
+    let bytes = said.as_bytes()[1..].chunks(2);
     let bytes = bytes.map(|hex| u8::from_str_radix(std::str::from_utf8(hex).unwrap(), 16));
     let said = String::from_utf8(bytes.collect::<Result<_, _>>().unwrap()).unwrap();
     assert!(
