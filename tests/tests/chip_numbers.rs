@@ -56,11 +56,8 @@ fn the_flashed_image_keeps_its_budgets_at_full_load() {
     let load = summary.load_percent();
     row("load, %", load, budget.load_percent);
     for owner in Owner::ALL {
-        row(
-            &format!("  {}", owner.name()),
-            found.owner_percent(owner),
-            f64::NAN,
-        );
+        let part = found.owner_percent(owner);
+        println!("  {:<26} {part:>10.2}", owner.name());
     }
     row(
         "refill margin, cycles",

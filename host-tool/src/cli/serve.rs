@@ -25,7 +25,8 @@ pub struct Serve {
     /// Address to listen at, HOST:PORT
     #[arg(long)]
     tcp: Option<String>,
-    /// Session file whose body is simulated; default: participant P's finger
+    /// Session file whose body and (chip) output stages are simulated; default:
+    /// participant P's finger, two-point
     #[arg(long)]
     body: Option<PathBuf>,
     /// Seed of the simulated wearer
@@ -116,8 +117,8 @@ struct Pace {
 impl Pace {
     /// Device time goes on by at most this much between two looks at the wire.
     const STEP_US: u64 = 2_000;
-    /// Device time that lags more gives up catching up.
-    const LAG_US: u64 = 200_000;
+    /// A longer lag is given up, not caught up: a host must not seem silent.
+    const LAG_US: u64 = 50_000;
 
     fn new(now_us: u64) -> Self {
         Self {
