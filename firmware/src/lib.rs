@@ -2,7 +2,7 @@
 //!
 //! Bytes, samples and time come in; port words, DAC codes and bytes go out.
 //! The rooms, top of the data's way first: `link` → `device` → `control`,
-//! `muscle` → `safety` → `pulse`; `units` serves all. `board` exists only on
+//! `muscle` → `safety` → `pulse`; `units` and `division` serve all. `board` exists only on
 //! a target and holds registers, nothing else. `bench` runs each algorithm
 //! for its cycles and results.
 #![no_std]
@@ -13,6 +13,7 @@ pub mod bench;
 pub mod board;
 pub mod control;
 pub mod device;
+mod division;
 pub mod link;
 pub mod muscle;
 pub mod pulse;

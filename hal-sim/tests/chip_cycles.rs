@@ -191,31 +191,7 @@ fn measure(row: &Row) -> Result<u64, String> {
 /// Where `chip::cpu` and the manual, as read here, disagree today: the row's
 /// name and what the core takes. Not accepted, only known: the test fails when
 /// a row joins or leaves, so that this list can only shrink on purpose.
-const DISPUTED: &[(&str, u64)] = &[
-    ("mla", 2),
-    ("mls", 2),
-    ("multiply-accumulate chain", 6),
-    ("vmov from core", 1),
-    ("vmov to core", 1),
-    ("vadd, then use", 2),
-    ("vmul, then use", 2),
-    ("vcvt, then use", 2),
-    ("vadd, then compare", 2),
-    ("chain of three vadd", 3),
-    ("vadd, then store", 3),
-    ("vadd, then to core", 2),
-    ("vadd, then negate", 2),
-    ("vmul, then as factor", 5),
-    ("vfma, then use", 4),
-    ("vdiv, nothing else", 14),
-    ("vsqrt, nothing else", 14),
-    ("vdiv, then use", 15),
-    ("vsqrt, then use", 15),
-    ("vdiv, work, then vadd", 18),
-    ("vdiv, 20 nops, then use", 35),
-    ("vdiv, ldr", 16),
-    ("two vdiv", 28),
-];
+const DISPUTED: &[(&str, u64)] = &[];
 
 #[test]
 fn every_sequence_takes_what_the_manual_says() {

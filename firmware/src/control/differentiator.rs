@@ -33,9 +33,9 @@ pub const STEP_MAX_MS: u8 = 20;
 #[derive(Clone, Copy, Debug)]
 pub struct Differentiator {
     /// E, 0…1 in Q30.
-    pole: i64,
+    pole: i32,
     /// (1 − E)/h in 1/s, Q20: at most g, 2π·20 Hz = 126/s, so below 2^27.
-    gain: i64,
+    gain: i32,
 }
 
 /// What a [`Differentiator`] remembers.
@@ -61,6 +61,8 @@ impl Differentiator {
         // pole <= 2^30; (2^30 · 1000) < 2^40.
         let gain =
             (((1 << POLE_BITS) - pole) * 1000 / i64::from(step_ms)) >> (POLE_BITS - GAIN_BITS);
+        // pole <= 2^30 and gain < 2^27.
+        let (pole, gain) = (pole as i32, gain as i32);
         Some(Self { pole, gain })
     }
 
@@ -73,9 +75,9 @@ impl Differentiator {
             .map_or(bits, |p| i64::from(p.0.to_bits()));
         // |Δ| < 2^32, gain < 2^27; |rate| <= 2^31, pole <= 2^30: both products
         // stay below 2^61, and so does their sum once shifted.
-        let driven = (self.gain * (bits - before)) >> GAIN_BITS;
-        let decayed =
-            (self.pole * i64::from(state.rate.0.to_bits()) + (1 << (POLE_BITS - 1))) >> POLE_BITS;
+        let driven = i64::from(self.gain).wrapping_mul(bits - before) >> GAIN_BITS;
+        let decayed = i64::from(self.pole) * i64::from(state.rate.0.to_bits());
+        let decayed = (decayed + (1 << (POLE_BITS - 1))) >> POLE_BITS;
         let rate = (driven + decayed).clamp(i64::from(i32::MIN), i64::from(i32::MAX));
         state.rate = AngularRate(I16F16::from_bits(rate as i32));
         state.rate

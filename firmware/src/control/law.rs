@@ -105,8 +105,10 @@ impl Effort {
     #[must_use]
     pub fn to_milli(self) -> i32 {
         let (Self::AboveThreshold(q) | Self::Fraction(q)) = self;
-        let milli = (i128::from(q.to_bits()) * 1000) >> Q::FRAC_NBITS;
-        milli.clamp(i128::from(i32::MIN), i128::from(i32::MAX)) as i32
+        // Beyond 2^22 the thousandths do not fit anyway; 2^46 · 1000 < 2^56.
+        let bits = q.to_bits().clamp(-(1 << 46), 1 << 46);
+        let milli = (bits * 1000) >> Q::FRAC_NBITS;
+        milli.clamp(i32::MIN.into(), i32::MAX.into()) as i32
     }
 }
 
@@ -162,6 +164,18 @@ pub(super) fn ratio(numerator: u64, denominator: u64) -> Q {
     let d = u128::from(denominator.max(1));
     // 2^87 / d fits i64 by the caller's bound; clamp instead of trusting it.
     Q::from_bits(((n + d / 2) / d).min(i64::MAX as u128) as i64)
+}
+
+/// a·b, rounded towards −∞, for |b| <= 128 and |a·b| < 2^39: two short products
+/// in place of a 128-bit one.
+pub(super) const fn product(a: Q, b: Q) -> Q {
+    let (a, b) = (a.to_bits(), b.to_bits());
+    // a = upper·2^32 + lower. lower · b < 2^32 · 2^31; everything else is exact
+    // modulo 2^64, and the sum fits by the caller's bound.
+    let (upper, lower) = (a >> 32, a & 0xFFFF_FFFF);
+    let fine = lower.wrapping_mul(b) >> Q::FRAC_NBITS;
+    let coarse = upper.wrapping_mul(b) << (32 - Q::FRAC_NBITS);
+    Q::from_bits(coarse.wrapping_add(fine))
 }
 
 /// π/180 in [`Q`]: 0.017453292 within 1.4e-6 of itself.

@@ -52,24 +52,30 @@ pub(super) struct Mapping {
 /// One amplitude per channel of the joint.
 pub type Amplitudes = Vec<(u8, Amplitude), CHANNELS>;
 
+/// More than any point's range holds, in units of either effort: 2^19 ranges
+/// of 1 µA or 2^19 V are beyond every maximum of at most 200 000.
+const PULL_MAX: i64 = 1 << (19 + Q::FRAC_NBITS);
+
 impl Mapping {
     /// Amplitudes for an effort, and whether any met the wearer's maximum and
     /// had to be clamped. The side that does not work stays at its threshold,
     /// which stiffens the joint.
     pub(super) fn amplitudes(&self, effort: Effort) -> (Amplitudes, bool) {
+        let (Effort::AboveThreshold(u) | Effort::Fraction(u)) = effort;
+        let u = u.to_bits().clamp(-PULL_MAX, PULL_MAX);
+        let (flexion, extension) = (u.max(0).cast_unsigned(), (-u).max(0).cast_unsigned());
+        let fraction = matches!(effort, Effort::Fraction(_));
         let mut all = Amplitudes::new();
         let mut limiting = false;
-        let points = self.flexors.iter().map(|p| (p, false));
-        for (point, extends) in points.chain([(&self.extensor, true)]) {
-            let wanted = above_threshold(point, effort, extends)
-                .saturating_add(i64::from(point.threshold.0));
-            let max = i64::from(point.max.0);
-            limiting |= wanted > max;
-            // threshold <= wanted: the clamp leaves threshold..=max, which fit
-            // u32. Two flexors and one extensor fit `Amplitudes`, so push
-            // cannot fail.
-            let _ = all.push((point.channel, Amplitude(wanted.min(max) as u32)));
+        // Two flexors and one extensor fit `Amplitudes`: push cannot fail.
+        for point in &self.flexors {
+            let _ = all.push((
+                point.channel,
+                point.pulled(flexion, fraction, &mut limiting),
+            ));
         }
+        let extensor = self.extensor.pulled(extension, fraction, &mut limiting);
+        let _ = all.push((self.extensor.channel, extensor));
         (all, limiting)
     }
 
@@ -80,15 +86,21 @@ impl Mapping {
     }
 }
 
-/// R(±u) of (7), (8) in mV or µA, rounded down, 0 for the resting side.
-fn above_threshold(point: &PointSpec, effort: Effort, extends: bool) -> i64 {
-    let (u, scale) = match effort {
-        Effort::AboveThreshold(u) => (u, 1000),
-        // threshold <= max by validation.
-        Effort::Fraction(u) => (u, i64::from(point.max.0.saturating_sub(point.threshold.0))),
-    };
-    let pull = if extends { u.saturating_neg() } else { u }.max(Q::ZERO);
-    // Saturates: i64 times at most 2^32, shifted back.
-    let thousandths = (i128::from(pull.to_bits()) * i128::from(scale)) >> Q::FRAC_NBITS;
-    thousandths.min(i128::from(i64::MAX)) as i64
+impl PointSpec {
+    /// R(±u) of (7), (8) on top of the threshold, in mV or µA, rounded down;
+    /// `limiting` is set if the maximum clamps it. `pull` is a [`Q`] in 0…2^19, a
+    /// `fraction` of the point's range or volts.
+    fn pulled(&self, pull: u64, fraction: bool, limiting: &mut bool) -> Amplitude {
+        if pull == 0 {
+            return self.threshold; // the side that rests
+        }
+        let range = self.max.0.saturating_sub(self.threshold.0);
+        let scale = if fraction { range } else { 1000 };
+        // 2^43 · 2^18 = 2^61.
+        let above = pull.wrapping_mul(u64::from(scale)) >> Q::FRAC_NBITS;
+        *limiting |= above > u64::from(range);
+        // Range and threshold add up to the maximum.
+        let above = above.min(u64::from(range)) as u32;
+        Amplitude(self.threshold.0.saturating_add(above))
+    }
 }

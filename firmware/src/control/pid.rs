@@ -1,6 +1,6 @@
 //! PID on the joint angle: the baseline every other law is measured against.
 
-use super::law::{Effort, Q, RAD_PER_DEG, ratio};
+use super::law::{Effort, Q, RAD_PER_DEG, product, ratio};
 use crate::units::{Angle, AngularRate};
 
 /// u = kp·e + ki·∫e + kd·ė in radians, with conditional integration: the
@@ -33,18 +33,16 @@ impl Pid {
 
     /// One period further: fraction of the range, not clamped.
     pub fn step(&self, state: &mut PidState, error: Angle, rate: AngularRate) -> Effort {
-        let e = Q::from_num(error.0).saturating_mul(RAD_PER_DEG);
-        let de = Q::from_num(rate.0).saturating_mul(RAD_PER_DEG);
-        let u = self
-            .kp
-            .saturating_mul(e)
-            .saturating_add(self.kd.saturating_mul(de))
+        // |e|, |ė| < 2^15 degrees are below 572 rad, gains at most 100: every
+        // product fits.
+        let e = product(Q::from_num(error.0), RAD_PER_DEG);
+        let de = product(Q::from_num(rate.0), RAD_PER_DEG);
+        let u = product(e, self.kp)
+            .saturating_add(product(de, self.kd))
             .saturating_add(state.integral);
         let outward = (u > Q::ONE && e > Q::ZERO) || (u < -Q::ONE && e < Q::ZERO);
         if !outward {
-            state.integral = state
-                .integral
-                .saturating_add(self.ki_step.saturating_mul(e));
+            state.integral = state.integral.saturating_add(product(e, self.ki_step));
         }
         Effort::Fraction(u)
     }

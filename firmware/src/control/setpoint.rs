@@ -1,5 +1,6 @@
 //! A track of timed angle setpoints: what is wanted now, from what was said.
 
+use crate::division::quotient;
 use crate::units::{Angle, AngularRate, Micros};
 use fixed::types::I16F16;
 use heapless::Deque;
@@ -144,22 +145,53 @@ fn zero_rate() -> AngularRate {
 
 /// The rate from `before` to `angle` at `at`, 0 if it looks like a step.
 fn slope(before: Timed, at: Micros, angle: Angle) -> AngularRate {
-    let us = i64::from(at.elapsed_since(before.at)).max(1);
-    // |Δ| < 2^33, times 1e6 < 2^53.
-    let rate =
-        (i64::from(angle.0.to_bits()) - i64::from(before.angle.0.to_bits())) * 1_000_000 / us;
-    if rate.abs() > i64::from(ESTIMATED_RATE_MAX) << 16 {
-        return zero_rate();
+    const FASTEST: u32 = ESTIMATED_RATE_MAX.cast_unsigned() as u32 * (1 << 16);
+    let us = at.elapsed_since(before.at).max(1);
+    let (from, to) = (before.angle.0.to_bits(), angle.0.to_bits());
+    // Below 2^32 · 1e6.
+    let way = u64::from(to.abs_diff(from)) * 1_000_000;
+    match quotient(way, us) {
+        // At most 1000 · 2^16 < 2^31.
+        Some(rate) if rate <= FASTEST => {
+            let rate = rate.cast_signed();
+            AngularRate(I16F16::from_bits(if to < from { -rate } else { rate }))
+        }
+        _ => zero_rate(),
     }
-    AngularRate(I16F16::from_bits(rate as i32))
 }
 
 /// `timed.angle` plus its rate for `us` microseconds, saturating.
 fn go_on(timed: Timed, us: u32) -> Angle {
-    // |rate| <= 2^31, us <= 2^20: 2^51.
-    let gone = i64::from(timed.rate.0.to_bits()) * i64::from(us) / 1_000_000;
-    let bits = i64::from(timed.angle.0.to_bits()) + gone;
+    let rate = timed.rate.0.to_bits();
+    // us <= 1e6: below 2^51.
+    let way = millionths(u64::from(rate.unsigned_abs()) * u64::from(us.min(1_000_000)));
+    let way = i64::from(way);
+    let bits = i64::from(timed.angle.0.to_bits()) + if rate < 0 { -way } else { way };
     Angle(I16F16::from_bits(
         bits.clamp(i32::MIN.into(), i32::MAX.into()) as i32,
     ))
+}
+
+/// n / 1e6, rounded down, for n <= 2^31 · 1e6: in two digits, each of which
+/// divides by a constant within 32 bits.
+const fn millionths(n: u64) -> u32 {
+    const ODD: u32 = 1_000_000 >> 6;
+    let n = n >> 6; // <= 2^31 · 15 625 < 2^45
+    let (high, low) = ((n >> 18) as u32, n as u32 & 0x3_FFFF);
+    // high < 2^27; its rest is below 2^14, so the second dividend fits.
+    let (upper, rest) = (high / ODD, high % ODD);
+    (upper << 18) | ((rest << 18 | low) / ODD)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn millionths_are_exact(n in 0..=(1_000_000u64 << 31)) {
+            prop_assert_eq!(u64::from(millionths(n)), n / 1_000_000);
+        }
+    }
 }

@@ -1,11 +1,13 @@
 //! Super-twisting control of a joint angle: the paper's law and ours.
 //!
-//! The square root is `u64::isqrt` on the fixed-point bits: exact (floor) and
-//! the same on every machine, once per law period. `micromath`'s, up to 6 %
-//! high, would make host and chip differ and gain nothing here.
+//! The square root is that of the fixed-point bits: exact (floor) and the same
+//! on every machine, once per law period. `micromath`'s, up to 6 % high, would
+//! make host and chip differ and gain nothing here.
 
-use super::law::{Effort, Q, RAD_PER_DEG, ratio};
+use super::law::{Effort, Q, RAD_PER_DEG, product, ratio};
+use crate::division;
 use crate::units::{Angle, AngularRate};
+use core::cmp::Ordering;
 
 /// Bound of the sliding variable: 2^14 (°/s or rad/s), far beyond any joint.
 /// It makes the shifts below provably fit.
@@ -59,12 +61,10 @@ impl Paper {
     /// One period further: volts above threshold, not clamped.
     pub fn step(&self, state: &mut TwistState, error: Angle, rate: AngularRate) -> Effort {
         let s = surface(self.lambda, error, rate).clamp(-S_MAX, S_MAX);
-        state.integral = state.integral.saturating_add(self.w_step * sign(s));
-        let root = self
-            .lambda
-            .saturating_mul(square_root(s.abs()))
-            .saturating_mul(sign(s));
-        Effort::AboveThreshold(root.saturating_add(state.integral))
+        // λ <= 100 and a root <= 128.
+        let root = product(self.lambda, square_root(s.abs()));
+        state.integral = state.integral.saturating_add(signed(self.w_step, s));
+        Effort::AboveThreshold(signed(root, s).saturating_add(state.integral))
     }
 }
 
@@ -116,44 +116,33 @@ impl Recommended {
 
     /// One period further: fraction of the range, not clamped.
     pub fn step(&self, state: &mut TwistState, error: Angle, rate: AngularRate) -> Effort {
-        let s = surface(self.lambda, error, rate)
-            .saturating_mul(RAD_PER_DEG)
-            .clamp(-S_MAX, S_MAX);
+        // The surface is below 2^22 °/s.
+        let s = product(surface(self.lambda, error, rate), RAD_PER_DEG).clamp(-S_MAX, S_MAX);
+        // r <= 128, k1 <= 100, hbk1 <= 2000, hhbk2 <= 40, hk2 <= 2: no product
+        // and no sum of them reaches 2^19.
         let r = square_root(s.abs());
-        let w = quotient(
-            s,
-            s.abs()
-                .saturating_add(self.hbk1.saturating_mul(r))
-                .saturating_add(self.hhbk2),
-        );
-        let push = self
-            .k1
-            .saturating_mul(r)
-            .saturating_add(self.hk2.saturating_mul(Q::from_num(2)));
-        let v = state.integral.saturating_add(push.saturating_mul(w));
+        let w = quotient(s, s.abs() + product(self.hbk1, r) + self.hhbk2);
+        let push = product(self.k1, r) + self.hk2 + self.hk2;
+        let v = state.integral.saturating_add(product(push, w));
         let outward = (v > Q::ONE && w > Q::ZERO) || (v < -Q::ONE && w < Q::ZERO);
         if !outward {
-            state.integral = state.integral.saturating_add(self.hk2.saturating_mul(w));
+            state.integral = state.integral.saturating_add(product(self.hk2, w));
         }
         Effort::Fraction(v)
     }
 }
 
-/// ė + λ·e, in °/s.
+/// ė + λ·e, in °/s: below 100 · 2^15 + 2^15 < 2^22.
 fn surface(lambda: Q, error: Angle, rate: AngularRate) -> Q {
-    lambda
-        .saturating_mul(Q::from_num(error.0))
-        .saturating_add(Q::from_num(rate.0))
+    product(Q::from_num(error.0), lambda) + Q::from_num(rate.0)
 }
 
-/// −1, 0 or 1.
-fn sign(x: Q) -> Q {
-    if x > Q::ZERO {
-        Q::ONE
-    } else if x < Q::ZERO {
-        -Q::ONE
-    } else {
-        Q::ZERO
+/// `size` with the sign of `s`; 0 if `s` is.
+fn signed(size: Q, s: Q) -> Q {
+    match s.cmp(&Q::ZERO) {
+        Ordering::Greater => size,
+        Ordering::Equal => Q::ZERO,
+        Ordering::Less => -size,
     }
 }
 
@@ -162,11 +151,21 @@ fn sign(x: Q) -> Q {
 fn square_root(x: Q) -> Q {
     let bits = x.to_bits().clamp(0, S_MAX.to_bits()).cast_unsigned();
     // bits <= 2^38, shifted <= 2^62; the root is <= 2^31.
-    Q::from_bits((bits << Q::FRAC_NBITS).isqrt().cast_signed())
+    Q::from_bits(division::square_root(bits << Q::FRAC_NBITS).into())
 }
 
-/// s / d for |s| <= [`S_MAX`] and d >= |s|: within ±1, rounded towards 0.
+/// s / d for |s| <= [`S_MAX`] and |s| <= d: within ±1, rounded towards 0; 0
+/// for s = 0. Exact for d < 256, beyond that one bit too large now and then.
 fn quotient(s: Q, d: Q) -> Q {
-    // |s| <= 2^38, shifted <= 2^62; max(1) makes the divisor positive.
-    Q::from_bits((s.to_bits() << Q::FRAC_NBITS) / d.to_bits().max(1))
+    if s == Q::ZERO {
+        return Q::ZERO;
+    }
+    let (dividend, divisor) = (s.to_bits().unsigned_abs(), d.to_bits().unsigned_abs());
+    // 0 < dividend <= divisor. Shifted until the divisor's top bit is that of
+    // 64, no bit is lost; from below 256 all are in the upper half then.
+    let shift = divisor.leading_zeros();
+    let (dividend, divisor) = (dividend << shift, (divisor << shift >> 32) as u32);
+    let fraction = division::quotient(dividend, divisor)
+        .map_or(Q::ONE, |w| Q::from_bits((w >> (32 - Q::FRAC_NBITS)).into()));
+    if s < Q::ZERO { -fraction } else { fraction }
 }

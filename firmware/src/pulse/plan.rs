@@ -30,11 +30,30 @@ impl Levels {
     /// The sync output's bit.
     pub const SYNC: u32 = 1 << (2 * CHANNELS);
 
+    /// The channels of `mask` (bit i is channel i) grounded, the others
+    /// isolated; sync low.
+    #[must_use]
+    pub const fn grounded(mask: u16) -> Self {
+        // Spreads bit i to bit 2i: halves, quarters, pairs, single bits apart.
+        let mut bits = mask as u32;
+        bits = (bits | bits << 8) & 0x00FF_00FF;
+        bits = (bits | bits << 4) & 0x0F0F_0F0F;
+        bits = (bits | bits << 2) & 0x3333_3333;
+        bits = (bits | bits << 1) & 0x5555_5555;
+        Self((bits | bits << 1) & Self::GROUNDED.0)
+    }
+
     /// The same levels with `channel` (below [`CHANNELS`]) in `state`.
     #[must_use]
     pub const fn with(self, channel: usize, state: State) -> Self {
         let shift = 2 * (channel % CHANNELS);
         Self(self.0 & !(0b11 << shift) | (state as u32) << shift)
+    }
+
+    /// Whether `channel` (below [`CHANNELS`]) drives current.
+    #[must_use]
+    pub const fn drives(self, channel: usize) -> bool {
+        matches!(self.state(channel), State::Cathodic | State::Anodic)
     }
 
     /// State of `channel` (below [`CHANNELS`]).
@@ -121,6 +140,22 @@ impl WindowPlan {
         self.pulses.clear();
         self.sample = None;
         self.pump = false;
+    }
+
+    /// Whether `at` lies in this window and `channel` is the only one that is
+    /// driven from there on for the 2 µs in which a sample is held.
+    #[must_use]
+    pub fn drives_alone(&self, channel: u8, at: Micros) -> bool {
+        let slot = at.since(self.start);
+        let held = 0..super::WINDOW_US as i32 - 1;
+        let levels_at = |slot: i32| {
+            let passed = |change: &&Change| i32::from(change.slot) <= slot;
+            let last = self.changes.iter().take_while(passed).last();
+            last.map_or(self.initial, |change| change.levels)
+        };
+        let is_alone =
+            |levels: Levels| (0..CHANNELS).all(|c| levels.drives(c) == (c == usize::from(channel)));
+        held.contains(&slot) && is_alone(levels_at(slot)) && is_alone(levels_at(slot + 1))
     }
 
     /// Levels at the end of the window.

@@ -1,14 +1,16 @@
-//! Renders windows: a sweep over every channel's next edge, in time order.
+//! Renders windows: from edge to edge of all channels, in time order.
 
 use super::plan::{Change, Levels, State, WindowPlan};
 use super::{CHANNELS, Group, MAX_GROUPS, Partner, TRIGGER_DELAY_US, Train, WINDOW_US};
 use crate::units::{DacCode, Micros};
 use heapless::Vec;
 
+mod agenda;
 mod lane;
 #[cfg(test)]
 mod tests;
 
+use agenda::Agenda;
 use lane::{Lane, Phase};
 
 /// What the scheduler asks before it pulses. `safety` answers; a refusal means
@@ -30,14 +32,47 @@ pub enum RenderError {
     Full,
 }
 
+/// What all lanes ask for together, kept up to date edge by edge: [`Levels`],
+/// and above them bit 21 + i while channel i is between its first and its last
+/// driven edge.
+#[derive(Clone, Copy, Debug)]
+struct Picture(u32);
+
+impl Picture {
+    const ISOLATED: Self = Self(0);
+    const SHIFT: usize = 2 * CHANNELS + 1;
+    const PULSING: u32 = ((1 << CHANNELS) - 1) << Self::SHIFT;
+
+    /// `channel` (below [`CHANNELS`]) inside a pulse and in `state`.
+    const fn pulsing_in(channel: usize, state: State) -> Self {
+        let bit = 1 << (Self::SHIFT + channel % CHANNELS);
+        Self(Levels::ISOLATED.with(channel, state).0 | bit)
+    }
+
+    const fn levels(self) -> Levels {
+        Levels(self.0 & !Self::PULSING)
+    }
+
+    /// Bit i is channel i.
+    const fn pulsing(self) -> u16 {
+        (self.0 >> Self::SHIFT) as u16 // ten bits
+    }
+
+    /// Takes over what `lane` shows.
+    const fn show(&mut self, lane: &Lane) {
+        self.0 = self.0 & !lane.part.0 | lane.shows.0;
+    }
+}
+
 /// All channels' trains under way. Small state, no time of its own.
 #[derive(Debug)]
 pub struct Scheduler {
     lanes: [Option<Lane>; CHANNELS],
     groups: Vec<Group, MAX_GROUPS>,
-    sync: Option<u8>,
-    base: Levels,
+    picture: Picture,
+    /// What the outputs are at.
     levels: Levels,
+    agenda: Agenda,
     /// Earliest `due` of all lanes, so that an idle window costs one compare.
     next: Option<Micros>,
 }
@@ -55,9 +90,9 @@ impl Scheduler {
         Self {
             lanes: [None; CHANNELS],
             groups: Vec::new(),
-            sync: None,
-            base: Levels::ISOLATED,
+            picture: Picture::ISOLATED,
             levels: Levels::ISOLATED,
+            agenda: Agenda::new(),
             next: None,
         }
     }
@@ -70,7 +105,7 @@ impl Scheduler {
     /// Drops every train and holds all channels grounded until the next call.
     pub fn ground_all(&mut self) {
         self.clear();
-        self.base = Levels::GROUNDED;
+        self.picture = Picture(Levels::GROUNDED.0);
         self.levels = Levels::GROUNDED;
     }
 
@@ -85,10 +120,10 @@ impl Scheduler {
     ) {
         self.clear();
         self.groups.extend(groups.iter().copied().take(MAX_GROUPS));
-        self.sync = sync;
-        for (lane, train) in self.lanes.iter_mut().zip(trains) {
+        for (channel, (lane, train)) in self.lanes.iter_mut().zip(trains).enumerate() {
             *lane = train.map(|train| {
-                let mut lane = Lane::waiting(train);
+                let drives_sync = sync.is_some_and(|s| usize::from(s) == channel);
+                let mut lane = Lane::waiting(train, channel, drives_sync);
                 if !train.spec().triggered {
                     lane.begin(epoch);
                 }
@@ -184,48 +219,56 @@ impl Scheduler {
         plan: &mut WindowPlan,
     ) -> Result<(), RenderError> {
         plan.reset(start, self.levels);
-        let end = start.plus(WINDOW_US);
-        while let Some(now) = self.next.filter(|next| next.is_before(end)) {
-            // 0 <= slot < 250 after the check, so the cast is exact.
-            let slot = now.since(start);
-            if slot < 0 {
-                return Err(RenderError::Late);
+        let Some(next) = self.next.filter(|n| n.is_before(start.plus(WINDOW_US))) else {
+            return Ok(());
+        };
+        if next.is_before(start) {
+            return Err(RenderError::Late);
+        }
+        self.agenda.begin(start);
+        for (channel, lane) in self.lanes.iter().enumerate() {
+            if let Some(due) = lane.as_ref().and_then(|lane| lane.due) {
+                self.agenda.enter(due, channel);
             }
-            self.advance_to(now, supply, plan)?;
+        }
+        while let Some((slot, channels)) = self.agenda.next() {
+            self.advance(start.plus(slot.into()), channels, supply, plan)?;
             let levels = self.current_levels();
             if levels != self.levels {
                 self.levels = levels;
-                let change = Change {
-                    slot: slot as u8,
-                    levels,
-                };
-                plan.changes.push(change).map_err(|_| RenderError::Full)?;
+                plan.changes
+                    .push(Change { slot, levels })
+                    .map_err(|_| RenderError::Full)?;
             }
-            self.refresh_next();
         }
+        self.refresh_next();
         Ok(())
     }
 
-    /// Takes every lane whose edge is `now` through it, then settles which
-    /// groundings are interrupted.
-    fn advance_to(
+    /// Takes `channels` through their edges of `now`, then settles which
+    /// groundings that interrupts or resumes.
+    fn advance(
         &mut self,
         now: Micros,
+        channels: u16,
         supply: &mut impl Supply,
         plan: &mut WindowPlan,
     ) -> Result<(), RenderError> {
-        for (channel, lane) in self.lanes.iter_mut().enumerate() {
-            let Some(lane) = lane.as_mut().filter(|lane| lane.due == Some(now)) else {
-                continue;
-            };
-            // channel < 10 fits u8.
-            lane.edge(channel as u8, now, supply, plan)?;
+        for channel in bits(channels) {
+            if let Some(Some(lane)) = self.lanes.get_mut(channel) {
+                // channel < 10 fits u8.
+                lane.edge(channel as u8, now, supply, plan)?;
+                if let Some(due) = lane.due {
+                    self.agenda.enter(due, channel);
+                }
+                self.picture.show(lane);
+            }
         }
         for index in 0..self.groups.len() {
-            let Some(group) = self.groups.get(index).copied() else {
-                break;
-            };
-            if group.partner() == Partner::Isolated {
+            if let Some(group) = self.groups.get(index).copied()
+                && group.partner() == Partner::Isolated
+                && group.members() & channels != 0
+            {
                 self.settle_grounding(group, now);
             }
         }
@@ -233,53 +276,33 @@ impl Scheduler {
     }
 
     fn settle_grounding(&mut self, group: Group, now: Micros) {
-        let pulsing = self.pulsing(group.members());
-        for (channel, lane) in self.lanes.iter_mut().enumerate() {
-            let Some(lane) = lane
-                .as_mut()
-                .filter(|_| group.members() & 1 << channel != 0)
-            else {
+        let pulsing = self.picture.pulsing() & group.members();
+        for channel in bits(group.members()) {
+            let Some(Some(lane)) = self.lanes.get_mut(channel) else {
                 continue;
             };
             if lane.phase == Phase::Grounding && pulsing != 0 {
-                (lane.phase, lane.due) = (Phase::Interrupted, None);
+                if let Some(due) = lane.interrupt() {
+                    self.agenda.withdraw(due, channel);
+                }
             } else if lane.phase == Phase::Interrupted && pulsing == 0 {
-                lane.phase = Phase::Grounding;
-                lane.due = Some(now.plus(lane.train.spec().ground_us.into()));
+                lane.ground(now);
+                if let Some(due) = lane.due {
+                    self.agenda.enter(due, channel);
+                }
             }
+            self.picture.show(lane);
         }
     }
 
-    /// Members of `mask` between their first and last driven edge.
-    fn pulsing(&self, mask: u16) -> u16 {
-        let mut pulsing = 0;
-        for (channel, lane) in self.lanes.iter().enumerate() {
-            if lane.is_some_and(|lane| lane.is_pulsing()) {
-                pulsing |= 1 << channel;
-            }
-        }
-        pulsing & mask
-    }
-
+    /// What the lanes ask for, and what groups make of it: silent members of a
+    /// pulsing group are grounded. Those of an isolated one are isolated already.
     fn current_levels(&self) -> Levels {
-        let mut levels = self.base;
-        for (channel, lane) in self.lanes.iter().enumerate() {
-            if let Some(state) = lane.as_ref().and_then(Lane::state) {
-                levels = levels.with(channel, state);
-            }
-            if self.sync.is_some_and(|s| usize::from(s) == channel)
-                && lane.is_some_and(|lane| lane.phase == Phase::First)
-            {
-                levels.0 |= Levels::SYNC;
-            }
-        }
+        let mut levels = self.picture.levels();
         for group in &self.groups {
-            let pulsing = self.pulsing(group.members());
-            if pulsing == 0 || group.partner() == Partner::Isolated {
-                continue; // silent members of an isolated group are isolated already
-            }
-            for channel in (0..CHANNELS).filter(|c| group.members() & !pulsing & 1 << c != 0) {
-                levels = levels.with(channel, State::Grounded);
+            let pulsing = self.picture.pulsing() & group.members();
+            if pulsing != 0 && group.partner() == Partner::Conducted {
+                levels.0 |= Levels::grounded(group.members() & !pulsing).0;
             }
         }
         levels
@@ -294,4 +317,13 @@ impl Scheduler {
         }
         self.next = next;
     }
+}
+
+/// Positions of the bits of `mask`, lowest first.
+fn bits(mut mask: u16) -> impl Iterator<Item = usize> {
+    core::iter::from_fn(move || {
+        let lowest = mask.trailing_zeros() as usize;
+        mask = mask.checked_sub(1)? & mask; // ends without a bit
+        Some(lowest)
+    })
 }

@@ -6,6 +6,7 @@
 //! cycle, DAC codes, bytes. What nobody models stops the run and is named.
 
 pub mod ad5668;
+pub mod alone;
 pub mod board;
 pub mod cpu;
 pub mod gdb;

@@ -142,11 +142,19 @@ fn speak(session: &mut Session, outgoing: &Bytes) {
     let mut chunk = [0; PACKET];
     while outgoing.free_capacity() >= PACKET {
         let count = session.transmit(&mut chunk);
-        let Some(bytes) = chunk.get(..count).filter(|b| !b.is_empty()) else {
+        let mut rest = chunk.get(..count).unwrap_or(&chunk);
+        if rest.is_empty() {
             return;
-        };
-        // Fits: the free capacity was asked first, and no one else writes.
-        let _ = outgoing.try_write(bytes);
+        }
+        // The pipe takes bytes up to the end of its ring only, so it may take
+        // two goes. All fit: the free capacity was asked first, and no one else
+        // writes.
+        while let Ok(taken) = outgoing.try_write(rest) {
+            rest = rest.get(taken..).unwrap_or_default();
+            if rest.is_empty() {
+                break;
+            }
+        }
     }
 }
 

@@ -16,6 +16,7 @@
 use super::pac::dma::{St, vals};
 use super::pac::timer::vals as timer;
 use super::pac::{DMA2, GPIOB, GPIOC, RCC, TIM1};
+use super::timebase::Instant;
 use super::{pins, timebase};
 use crate::pulse::WindowPlan;
 use crate::pulse::tape::{ISOLATED_B, ISOLATED_C, SLOTS, Window, paint};
@@ -23,6 +24,7 @@ use crate::safety::Fault;
 use crate::units::Micros;
 use core::cell::UnsafeCell;
 use core::sync::atomic::{Ordering, compiler_fence};
+use cortex_m::peripheral::DWT;
 
 /// Slots of the tape: two windows.
 const LENGTH: usize = 2 * SLOTS;
@@ -113,16 +115,19 @@ pub struct Tape {
 
 impl Tape {
     /// Erases the whole tape, paints `plan` on its first half and starts it:
-    /// slot 0 plays at `plan.start`, which becomes the time now.
+    /// slot 0 plays at `plan.start`. That becomes the time now; or, after a
+    /// fault stop, when the clock that ran on `since` then gets there, which is
+    /// awaited: up to a window with nothing on the outputs.
     ///
     /// # Errors
     /// [`Fault::TapeSlip`] if DMA2 carries another stream, a stream does not
-    /// stop, or one starts from an impossible position.
+    /// stop, or one starts from an impossible position;
+    /// [`Fault::MissedDeadline`] if `plan.start` is past or too near.
     ///
     /// # Safety
     /// Any earlier `Tape` must be gone, and the caller must not be preempted
     /// by a user of the tape.
-    pub unsafe fn start(plan: &WindowPlan) -> Result<Self, Fault> {
+    pub unsafe fn start(plan: &WindowPlan, since: Option<Instant>) -> Result<Self, Fault> {
         RCC.ahb1enr().modify(|w| w.set_dma2en(true));
         RCC.apb2enr().modify(|w| w.set_tim1en(true));
         // The reset also drops requests that stopped play streams left unserved.
@@ -165,6 +170,9 @@ impl Tape {
         STREAMS.into_iter().for_each(clear_flags);
         prepare_tim1();
         timebase::start(plan.start);
+        if let Some(instant) = since {
+            await_start(instant.cycle_of(plan.start))?;
+        }
         TIM1.cr1().modify(|w| w.set_cen(true));
         Ok(tape)
     }
@@ -187,7 +195,7 @@ impl Tape {
             .iter()
             .zip(self.origins)
             .all(|(&ndtr, origin)| ndtr == origin - played);
-        let clean = STREAMS.into_iter().all(|s| !has_failed(s));
+        let clean = !has_failed();
         if agree && clean && isolated_words_intact() {
             Ok(slot)
         } else {
@@ -321,13 +329,46 @@ fn clear_flags(stream: usize) {
     });
 }
 
-/// Transfer error, direct mode error, or FIFO error: in direct mode the last
-/// two mean a request that came before the word was there (RM0090 10.3.18).
-fn has_failed(stream: usize) -> bool {
-    let flags = DMA2.isr(stream / 4).read();
-    let n = stream % 4;
-    flags.teif(n) || flags.dmeif(n) || flags.feif(n) || !DMA2.st(stream).cr().read().en()
+/// Whether a stream is off, or flags a transfer error, direct mode error or FIFO
+/// error: in direct mode the last two mean a request that came before the word
+/// was there (RM0090 10.3.18).
+fn has_failed() -> bool {
+    let flags = DMA2.isr(0).read().0 & FAILURES[0] | DMA2.isr(1).read().0 & FAILURES[1];
+    flags != 0 || STREAMS.into_iter().any(|s| !DMA2.st(s).cr().read().en())
 }
+
+/// TEIF, DMEIF and FEIF of all four streams, in LISR and HISR (RM0090 10.5.1).
+const FAILURES: [u32; 2] = {
+    let (mut masks, mut n) = ([0; 2], 0);
+    while n < STREAMS.len() {
+        let stream = STREAMS[n]; // below 8
+        let place = [0, 6, 16, 22][stream % 4];
+        masks[stream / 4] |= 0b00_1101 << place;
+        n += 1;
+    }
+    masks
+};
+
+/// Waits until [`LEAD`] cycles before the core cycle `target`, and sets TIM1's
+/// count so that its overflow, once it runs, comes at `target`.
+fn await_start(target: u32) -> Result<(), Fault> {
+    let left = || target.wrapping_sub(DWT::cycle_count()).cast_signed();
+    if left() < LEAD {
+        return Err(Fault::MissedDeadline);
+    }
+    while left() >= LEAD {}
+    // Above the matches' counts: LEAD less two polls and the way to CEN.
+    let ticks = (left() - TO_ENABLE).clamp(8, LEAD) as u16;
+    TIM1.cnt().write(|w| w.set_cnt(TICKS - ticks));
+    Ok(())
+}
+
+/// Cycles before the start at which the wait ends: more than the wait's last
+/// poll takes, and fewer than leave the matches' counts behind.
+const LEAD: i32 = 100;
+/// Cycles from reading the cycle counter to TIM1's first tick, counted on the
+/// chip simulator.
+const TO_ENABLE: i32 = 16;
 
 /// Stopped, requests enabled, 8 ticks before an overflow: the first event is
 /// an update, so both ports begin in the same microsecond.

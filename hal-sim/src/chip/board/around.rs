@@ -216,6 +216,15 @@ impl Around {
         }
     }
 
+    /// The host's polls up to now met the registers as they were before this
+    /// access to OTG_FS.
+    #[inline]
+    fn poll_cable(&mut self, address: u32, at: Cycle) {
+        if address >> 16 == 0x5000 {
+            self.host.advance(at, &mut self.soc.otg);
+        }
+    }
+
     /// One step of [`Bus::advance`], up to the next thing that must be seen.
     fn advance_step(&mut self, to: Cycle) -> Result<(), Unmodelled> {
         self.soc.advance(to)?;
@@ -237,42 +246,33 @@ impl Around {
 impl Bus for Around {
     #[inline]
     fn read(&mut self, address: u32, size: Size, at: Cycle) -> Result<Read, Denied> {
+        self.poll_cable(address, at);
         self.soc.read(address, size, at)
     }
 
     #[inline]
     fn write(&mut self, address: u32, size: Size, value: u32, at: Cycle) -> Result<u32, Denied> {
+        self.poll_cable(address, at);
         self.margins
             .wrote(address, at.saturating_sub(self.outputs.origin()));
         self.soc.write(address, size, value, at)
     }
 
     fn code(&mut self, address: u32) -> Result<u16, Denied> {
-        let outside = Denied::Unmodelled(Unmodelled("code outside flash and RAM"));
-        match address >> 24 {
-            0x08 | 0x00 if address & 0x00FF_FFFF < 0x0010_0000 => {
-                Ok(self.soc.flash.peek(address, Size::Half) as u16)
-            }
-            0x20 => Ok(self.soc.ram.read(address, Size::Half).ok_or(outside)? as u16),
-            _ => Err(outside),
-        }
+        self.soc.code(address)
     }
 
     #[inline]
     fn fetch(&mut self, line: u32, at: Cycle) -> u32 {
-        if line >> 24 == 0 {
-            self.soc.flash.fetch(line, at)
-        } else {
-            0 // RAM
-        }
+        self.soc.fetch(line, at)
     }
 
     fn is_writable_code(&self, address: u32) -> bool {
-        address >> 28 != 0
+        self.soc.is_writable_code(address)
     }
 
     fn code_version(&self) -> u32 {
-        self.soc.flash.code_version()
+        self.soc.code_version()
     }
 
     fn advance(&mut self, to: Cycle) -> Result<(), Unmodelled> {

@@ -1,5 +1,6 @@
 //! Data accesses of instructions: alignment, MPU, private bus or `Bus`.
 
+use super::bus::Denied;
 use super::{Bus, Cpu, Fault, Size, Trap};
 use crate::chip::Cycle;
 
@@ -147,8 +148,16 @@ impl Cpu {
         }
         match bus.write(address, size, value, at) {
             Ok(wait) => {
-                self.pipeline.buffer = at + 1 + Cycle::from(wait);
+                let wait = Cycle::from(wait);
+                self.pipeline.buffer = at + 1 + wait;
+                if wait != 0 && self.system.disables_write_buffer() {
+                    self.cycle += wait;
+                }
                 Ok(())
+            }
+            Err(Denied::Error) if !self.system.disables_write_buffer() => {
+                self.deadline = 0;
+                Ok(self.imprecise_fault()?)
             }
             Err(denied) => Err(Trap::data(denied, address, self.registers.r[15])),
         }

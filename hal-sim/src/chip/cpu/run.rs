@@ -1,6 +1,6 @@
 //! The loop: instructions, events, exceptions, sleep.
 
-use super::decode::{Entry, Op};
+use super::decode::{Cache, Entry, Op};
 use super::timing::Trail;
 use super::{Bus, Cpu, Stop, Trap};
 use crate::chip::Cycle;
@@ -74,8 +74,28 @@ impl Cpu {
         until: Cycle,
         observer: &mut O,
     ) -> Result<(), Stop> {
+        self.with_decoded(|cpu, decoded| cpu.go(bus, decoded, until, observer))
+    }
+
+    /// Lends the decoded code out of the core, so that an instruction can be
+    /// executed where it is kept.
+    fn with_decoded<T>(&mut self, run: impl FnOnce(&mut Self, &mut Cache) -> T) -> T {
+        let mut decoded = std::mem::take(&mut self.decoded);
+        let done = run(self, &mut decoded);
+        self.decoded = decoded;
+        done
+    }
+
+    fn go<B: Bus, O: Observer>(
+        &mut self,
+        bus: &mut B,
+        decoded: &mut Cache,
+        until: Cycle,
+        observer: &mut O,
+    ) -> Result<(), Stop> {
         loop {
             self.attend(bus, until, observer)?;
+            decoded.check(bus.code_version());
             if self.cycle >= until {
                 return Ok(());
             }
@@ -84,7 +104,7 @@ impl Cpu {
                     let pc = self.registers.r[15];
                     return Err(Stop::Breakpoint { pc });
                 }
-                self.instruction(bus, observer)?;
+                self.instruction(bus, decoded, observer)?;
                 if self.cycle >= self.deadline {
                     break;
                 }
@@ -98,13 +118,20 @@ impl Cpu {
     /// # Errors
     /// [`Stop`].
     pub fn step<B: Bus>(&mut self, bus: &mut B) -> Result<(), Stop> {
-        let until = if self.asleep { self.event(bus) } else { 0 };
+        let until = match self.event(bus) {
+            Cycle::MAX => 0, // nothing will ever wake it
+            event if self.asleep => event,
+            _ => 0,
+        };
         let before = self.registers.exception;
         let entered = self.attend(bus, until, &mut ())?;
         if self.asleep || entered || self.registers.exception != before {
             return Ok(());
         }
-        self.instruction(bus, &mut ())
+        self.with_decoded(|cpu, decoded| {
+            decoded.check(bus.code_version());
+            cpu.instruction(bus, decoded, &mut ())
+        })
     }
 
     /// Whether the core sleeps (WFI, WFE).
@@ -139,7 +166,6 @@ impl Cpu {
             let pc = self.registers.r[15];
             return Err(Stop::Reset { pc });
         }
-        self.decoded.check(bus.code_version());
         let number = self.registers.exception;
         if self.context != Some(number) {
             let context = Context {
@@ -172,22 +198,25 @@ impl Cpu {
     fn instruction<B: Bus, O: Observer>(
         &mut self,
         bus: &mut B,
+        decoded: &mut Cache,
         observer: &mut O,
     ) -> Result<(), Stop> {
         let pc = self.registers.r[15];
         let start = self.cycle;
-        let mut entry = self.decoded.lookup(pc);
+        let fresh;
+        let mut entry = decoded.lookup(pc);
         if matches!(entry.op, Op::Missing) {
-            entry = match self.decode_missing(bus, pc) {
+            fresh = match self.decode_missing(bus, decoded, pc) {
                 Ok(entry) => entry,
                 Err(trap) => return self.trap(bus, trap),
             };
+            entry = &fresh;
         }
         self.fetch_ahead(bus, pc, entry.trail.length);
         let done = if self.registers.it == 0 {
             self.execute(bus, entry)
         } else {
-            self.execute_in_it_block(bus, entry)
+            self.execute_in_it_block(bus, *entry)
         };
         match done {
             Ok(next) => {
@@ -225,7 +254,7 @@ impl Cpu {
         if entry.trail.length == 2 {
             entry.op = entry.op.without_flags();
         }
-        let done = self.execute(bus, entry);
+        let done = self.execute(bus, &entry);
         if let Err(Trap::Fault(_)) = done {
             self.registers.it = it;
         }

@@ -140,15 +140,9 @@ impl Cpu {
                 return Ok(None);
             }
             operation::WRITE0 => {
-                let mut address = block;
-                loop {
-                    let byte = self.guest_byte(bus, address)?;
-                    if byte == 0 {
-                        return Ok(None);
-                    }
-                    host.console.push(byte);
-                    address = address.wrapping_add(1);
-                }
+                let text = self.guest_text(bus, block)?;
+                host.console.extend(text);
+                return Ok(None);
             }
             operation::ERRNO => 0,
             operation::EXIT => {
@@ -181,6 +175,19 @@ impl Cpu {
         (0..length)
             .map(|offset| self.guest_byte(bus, start.wrapping_add(offset)))
             .collect()
+    }
+
+    /// Up to the first zero.
+    fn guest_text<B: Bus>(&self, bus: &mut B, start: u32) -> Result<Vec<u8>, Stop> {
+        let mut text = vec![];
+        let mut address = start;
+        loop {
+            match self.guest_byte(bus, address)? {
+                0 => return Ok(text),
+                byte => text.push(byte),
+            }
+            address = address.wrapping_add(1);
+        }
     }
 
     fn guest_byte<B: Bus>(&self, bus: &mut B, address: u32) -> Result<u8, Stop> {

@@ -97,15 +97,8 @@ impl Default for Gpio {
 }
 
 impl Gpio {
-    /// What reset makes of all ports (RM0090 8.4); what is connected outside
-    /// stays.
-    pub fn reset(&mut self, at: Cycle) {
-        for port in 0..PORTS {
-            self.reset_port(port, at);
-        }
-    }
-
-    /// Resets `port` (RCC_AHB1RSTR); a port beyond I is ignored.
+    /// What reset makes of `port` (RM0090 8.4); what is connected outside
+    /// stays. A port beyond I is ignored.
     pub fn reset_port(&mut self, port: usize, at: Cycle) {
         if let Some(p) = self.ports.get_mut(port) {
             let before = p.levels;
@@ -173,7 +166,7 @@ impl Gpio {
     }
 
     /// Writes BSRR of `port`: bits 15–0 set, 31–16 reset, set wins
-    /// (RM0090 8.4.7).
+    /// (RM0090 8.4.7). `port` must be one of `0..PORTS`.
     #[inline]
     pub fn bsrr(&mut self, port: usize, value: u32, done: Cycle) {
         let p = &mut self.ports[port];

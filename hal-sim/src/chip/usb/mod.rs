@@ -23,7 +23,7 @@ pub use failure::Failure;
 use crate::chip::Cycle;
 use crate::chip::soc::otg::{Otg, Packet};
 use frame::Frames;
-use port::Port;
+use port::{Outlook, Port};
 use request::{Control, Request};
 use schedule::{Flight, Pipe};
 use std::collections::VecDeque;
@@ -43,6 +43,7 @@ pub struct Host {
     announced: (Option<u64>, Option<u64>),
     /// Nothing is to be announced before.
     quiet_until: Cycle,
+    outlook: Option<Outlook>,
     /// The bus is free from then on.
     free: Cycle,
     flight: Option<Flight>,
@@ -85,6 +86,7 @@ impl Host {
             frames: Frames::new(0, hz),
             announced: (None, None),
             quiet_until: 0,
+            outlook: None,
             free: 0,
             flight: None,
             address: 0,
@@ -111,6 +113,7 @@ impl Host {
         self.port.set_hz(self.hz, hz, at);
         self.frames.set_hz(hz, at);
         self.quiet_until = 0;
+        self.outlook = None;
         self.hz = hz;
     }
 
@@ -119,6 +122,7 @@ impl Host {
         if self.port == Port::Empty {
             otg.set_vbus(true, at);
             self.port = Port::Powered(at);
+            self.outlook = None;
         }
     }
 
@@ -127,6 +131,7 @@ impl Host {
         otg.set_vbus(false, at);
         self.forget();
         self.port = Port::Empty;
+        self.outlook = None;
         self.failure = None;
     }
 
@@ -139,6 +144,7 @@ impl Host {
     /// written from now on; bytes that wait are dropped.
     pub fn close(&mut self, at: Cycle) {
         self.open = false;
+        self.outlook = None;
         self.outgoing.clear();
         self.ask_line_state(Request::Close, at);
     }
@@ -149,6 +155,7 @@ impl Host {
         if bytes.is_empty() {
             return;
         }
+        self.outlook = None;
         self.outgoing.push_back(Write {
             bytes: bytes.to_vec(),
             sent: 0,

@@ -34,6 +34,17 @@ pub enum Port {
     Running,
 }
 
+/// What comes next as long as nobody touches the device or the host.
+#[derive(Clone, Copy, Debug)]
+pub struct Outlook {
+    /// [`Otg::changes`] when it was found.
+    changes: u64,
+    /// Before that, [`Host::advance`] only announces frames.
+    step: Cycle,
+    /// [`Host::next_event`].
+    event: Cycle,
+}
+
 impl Port {
     /// When time alone changes the state.
     fn leaves(self) -> Cycle {
@@ -65,6 +76,11 @@ impl Port {
 impl Host {
     /// Lets the host and the bus go on to cycle `to`.
     pub fn advance(&mut self, to: Cycle, otg: &mut Otg) {
+        if self.outlook(otg).is_some_and(|outlook| to < outlook.step) {
+            self.announce(to, otg);
+            self.now = self.now.max(to);
+            return;
+        }
         self.notice_attachment(otg);
         while let Some(at) = self.next_step(otg).filter(|at| *at <= to) {
             self.announce(at, otg);
@@ -77,6 +93,17 @@ impl Host {
         }
         self.announce(to, otg);
         self.now = self.now.max(to);
+        let step = self.next_step(otg).unwrap_or(Cycle::MAX);
+        self.outlook = Some(Outlook {
+            changes: otg.changes(),
+            step: step.min(self.next_announcement(otg)),
+            event: self.find_event(otg),
+        });
+    }
+
+    /// What was found last, unless the device changed since.
+    fn outlook(&self, otg: &Otg) -> Option<Outlook> {
+        self.outlook.filter(|found| found.changes == otg.changes())
     }
 
     /// Earliest cycle at which [`Self::advance`] is due: something may change
@@ -84,6 +111,13 @@ impl Host {
     /// the device's registers.
     #[must_use]
     pub fn next_event(&self, otg: &Otg) -> Cycle {
+        match self.outlook(otg) {
+            Some(outlook) => outlook.event,
+            None => self.find_event(otg),
+        }
+    }
+
+    fn find_event(&self, otg: &Otg) -> Cycle {
         let attached = match (self.port, otg.attached()) {
             (Port::Powered(on), Some(since)) => self.debounce(since.max(on)).0,
             _ => Cycle::MAX,

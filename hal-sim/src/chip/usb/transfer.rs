@@ -9,6 +9,7 @@ use crate::chip::Cycle;
 impl Host {
     /// Begins `request` with the frame after `at`.
     pub(super) fn ask(&mut self, request: Request, at: Cycle) {
+        self.outlook = None;
         let control = Control::new(request, &self.device, self.total, at, self.hz);
         self.control = Some(control);
         self.control_pipe = Pipe {

@@ -1,7 +1,6 @@
-//! Multiplications (Arm ARM A7.7). One cycle each, but for MLA and MLS, which
-//! take two (TRM table 3-1).
+//! Multiplications (Arm ARM A7.7), one cycle each (TRM table 3-1).
 
-use super::{NONE, Three, get, get_or_zero, set, sticky};
+use super::{Three, get, get_or_zero, set, sticky};
 use crate::chip::cpu::Registers;
 
 /// A multiplication whose result is one register; an accumulator is added
@@ -114,7 +113,7 @@ pub(super) fn short(kind: Multiply, x: Three, a: u8, registers: &mut Registers) 
     let addend = get_or_zero(registers, a);
     // Sums that set Q if they do not fit; none needs more than 34 bits.
     let with_q = |product: i64| i64::from(addend as i32) + product;
-    let (sum, mut cycles) = match kind {
+    let sum = match kind {
         Multiply::Low | Multiply::Subtract => {
             let product = n.wrapping_mul(m);
             let subtracts = kind == Multiply::Subtract;
@@ -123,41 +122,38 @@ pub(super) fn short(kind: Multiply, x: Three, a: u8, registers: &mut Registers) 
             } else {
                 addend.wrapping_add(product)
             };
-            (i64::from(sum as i32), 2)
+            i64::from(sum as i32)
         }
-        Multiply::Halves { n_top, m_top } => (with_q(half(n, n_top) * half(m, m_top)), 1),
+        Multiply::Halves { n_top, m_top } => with_q(half(n, n_top) * half(m, m_top)),
         Multiply::WordByHalf { m_top } => {
             let product = i64::from(n as i32) * half(m, m_top);
-            (with_q(product >> 16), 1)
+            with_q(product >> 16)
         }
         Multiply::DualAdd { exchange } => {
             let (low, high) = dual(n, m, exchange);
-            (with_q(low + high), 1)
+            with_q(low + high)
         }
         Multiply::DualSubtract { exchange } => {
             let (low, high) = dual(n, m, exchange);
-            (with_q(low - high), 1)
+            with_q(low - high)
         }
         Multiply::High { round } => {
             let word = high(addend, signed_product(n, m), round);
-            (i64::from(word as i32), 1)
+            i64::from(word as i32)
         }
         Multiply::HighSubtract { round } => {
             // -2^31 squared has a negative that fits.
             let word = high(addend, -signed_product(n, m), round);
-            (i64::from(word as i32), 1)
+            i64::from(word as i32)
         }
         Multiply::AbsoluteDifferences => {
             let sum = addend.wrapping_add(absolute_differences(n, m));
-            (i64::from(sum as i32), 1)
+            i64::from(sum as i32)
         }
     };
-    if a == NONE {
-        cycles = 1; // MUL
-    }
     set(registers, x.d, sum as u32);
     sticky(registers, i64::from(sum as i32) != sum);
-    cycles
+    1
 }
 
 fn absolute_differences(n: u32, m: u32) -> u32 {

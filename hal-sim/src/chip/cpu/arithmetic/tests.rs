@@ -226,14 +226,14 @@ fn divisions_take_2_to_12_cycles() {
 }
 
 #[test]
-fn multiply_accumulate_takes_two() {
+fn multiplications_take_one_cycle() {
     let take = |code: u32| {
         let op = decode((code >> 16) as u16, code as u16).unwrap();
         execute(op, &mut Registers::default())
     };
     assert_eq!(take(0xFB01_F002), 1); // mul
-    assert_eq!(take(0xFB01_3002), 2); // mla
-    assert_eq!(take(0xFB01_3012), 2); // mls
+    assert_eq!(take(0xFB01_3002), 1); // mla
+    assert_eq!(take(0xFB01_3012), 1); // mls
     assert_eq!(take(0xFBE1_3002), 1); // umlal
 }
 

@@ -6,8 +6,6 @@
 
 mod narrow;
 mod op;
-#[cfg(test)]
-mod tests;
 mod wide;
 mod wide_data;
 mod wide_memory;
@@ -25,6 +23,8 @@ pub(super) struct Entry {
     /// Length and what the next instruction's timing needs to know of it.
     pub trail: Trail,
 }
+
+const _: () = assert!(size_of::<Entry>() <= 16);
 
 impl Entry {
     const MISSING: Self = Self {
@@ -49,12 +49,9 @@ pub(super) struct Cache {
 impl Cache {
     /// The instruction at `pc`, [`Op::Missing`] if it is not kept.
     #[inline(always)]
-    pub fn lookup(&self, pc: u32) -> Entry {
+    pub fn lookup(&self, pc: u32) -> &Entry {
         let at = (pc.wrapping_sub(FLASH) >> 1) as usize;
-        match self.flash.get(at) {
-            Some(entry) => *entry,
-            None => Entry::MISSING,
-        }
+        self.flash.get(at).unwrap_or(&Entry::MISSING)
     }
 
     /// Forgets all if code changed since.
@@ -126,8 +123,13 @@ impl Cpu {
     /// unless it lies in RAM.
     #[cold]
     #[inline(never)]
-    pub(super) fn decode_missing<B: Bus>(&mut self, bus: &mut B, pc: u32) -> Result<Entry, Trap> {
-        let kept = self.decoded.lookup_alias(pc);
+    pub(super) fn decode_missing<B: Bus>(
+        &mut self,
+        bus: &mut B,
+        decoded: &mut Cache,
+        pc: u32,
+    ) -> Result<Entry, Trap> {
+        let kept = decoded.lookup_alias(pc);
         if kept.op != Op::Missing {
             return Ok(kept);
         }
@@ -139,7 +141,7 @@ impl Cpu {
         }
         let entry = decode(bus, pc)?;
         if !bus.is_writable_code(pc) {
-            self.decoded.keep(pc, entry);
+            decoded.keep(pc, entry);
         }
         Ok(entry)
     }

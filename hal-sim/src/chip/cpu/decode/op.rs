@@ -139,382 +139,104 @@ pub enum Rearrange {
 /// special register are the frequent ones: their destination is never R13 or
 /// R15, so that they need not look. 12 bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[rustfmt::skip]
 #[allow(missing_docs)] // d, n, m, t are the manual's registers; imm its constant
 pub enum Op {
     /// Not decoded yet.
     Missing,
-    MovImm {
-        d: Reg,
-        imm: u32,
-    },
-    MovsImm {
-        d: Reg,
-        carry: Carry,
-        imm: u32,
-    },
-    AddImm {
-        d: Reg,
-        n: Reg,
-        imm: u32,
-    },
-    AddsImm {
-        d: Reg,
-        n: Reg,
-        imm: u32,
-    },
-    SubsImm {
-        d: Reg,
-        n: Reg,
-        imm: u32,
-    },
-    CmpImm {
-        n: Reg,
-        imm: u32,
-    },
+    MovImm { d: Reg, imm: u32 },
+    MovsImm { d: Reg, carry: Carry, imm: u32 },
+    AddImm { d: Reg, n: Reg, imm: u32 },
+    AddsImm { d: Reg, n: Reg, imm: u32 },
+    SubsImm { d: Reg, n: Reg, imm: u32 },
+    CmpImm { n: Reg, imm: u32 },
     /// R13 = Rn + imm.
-    AddToSp {
-        n: Reg,
-        imm: u32,
-    },
-    DataImm {
-        alu: Alu,
-        flags: bool,
-        carry: Carry,
-        d: Reg,
-        n: Reg,
-        imm: u32,
-    },
-    TestImm {
-        test: Test,
-        carry: Carry,
-        n: Reg,
-        imm: u32,
-    },
-    Movt {
-        d: Reg,
-        imm: u32,
-    },
-    MovReg {
-        d: Reg,
-        m: Reg,
-    },
-    AddReg {
-        d: Reg,
-        n: Reg,
-        m: Reg,
-    },
-    AddsReg {
-        d: Reg,
-        n: Reg,
-        m: Reg,
-    },
-    SubsReg {
-        d: Reg,
-        n: Reg,
-        m: Reg,
-    },
-    CmpReg {
-        n: Reg,
-        m: Reg,
-    },
-    DataReg {
-        alu: Alu,
-        flags: bool,
-        d: Reg,
-        n: Reg,
-        m: Reg,
-        shift: Shift,
-    },
-    TestReg {
-        test: Test,
-        n: Reg,
-        m: Reg,
-        shift: Shift,
-    },
+    AddToSp { n: Reg, imm: u32 },
+    DataImm { alu: Alu, flags: bool, carry: Carry, d: Reg, n: Reg, imm: u32 },
+    TestImm { test: Test, carry: Carry, n: Reg, imm: u32 },
+    Movt { d: Reg, imm: u32 },
+    MovReg { d: Reg, m: Reg },
+    AddReg { d: Reg, n: Reg, m: Reg },
+    AddsReg { d: Reg, n: Reg, m: Reg },
+    SubsReg { d: Reg, n: Reg, m: Reg },
+    CmpReg { n: Reg, m: Reg },
+    DataReg { alu: Alu, flags: bool, d: Reg, n: Reg, m: Reg, shift: Shift },
+    TestReg { test: Test, n: Reg, m: Reg, shift: Shift },
     /// Shift by a constant.
-    ShiftImm {
-        flags: bool,
-        d: Reg,
-        m: Reg,
-        shift: Shift,
-    },
+    ShiftImm { flags: bool, d: Reg, m: Reg, shift: Shift },
     /// 16-bit shift by Rm\[7:0\].
-    ShiftReg {
-        kind: ShiftKind,
-        flags: bool,
-        d: Reg,
-        n: Reg,
-        m: Reg,
-    },
+    ShiftReg { kind: ShiftKind, flags: bool, d: Reg, n: Reg, m: Reg },
     /// 16-bit multiplication.
-    Mul {
-        flags: bool,
-        d: Reg,
-        n: Reg,
-        m: Reg,
-    },
-    Rearrange {
-        kind: Rearrange,
-        d: Reg,
-        m: Reg,
-    },
-    Bfi {
-        d: Reg,
-        n: Reg,
-        lsb: u8,
-        width: u8,
-    },
-    Bfc {
-        d: Reg,
-        lsb: u8,
-        width: u8,
-    },
-    Sbfx {
-        d: Reg,
-        n: Reg,
-        lsb: u8,
-        width: u8,
-    },
-    Ubfx {
-        d: Reg,
-        n: Reg,
-        lsb: u8,
-        width: u8,
-    },
-    Ssat {
-        d: Reg,
-        n: Reg,
-        bits: u8,
-        shift: Shift,
-    },
-    Usat {
-        d: Reg,
-        n: Reg,
-        bits: u8,
-        shift: Shift,
-    },
-    Ssat16 {
-        d: Reg,
-        n: Reg,
-        bits: u8,
-    },
-    Usat16 {
-        d: Reg,
-        n: Reg,
-        bits: u8,
-    },
+    Mul { flags: bool, d: Reg, n: Reg, m: Reg },
+    Rearrange { kind: Rearrange, d: Reg, m: Reg },
+    Bfi { d: Reg, n: Reg, lsb: u8, width: u8 },
+    Bfc { d: Reg, lsb: u8, width: u8 },
+    Sbfx { d: Reg, n: Reg, lsb: u8, width: u8 },
+    Ubfx { d: Reg, n: Reg, lsb: u8, width: u8 },
+    Ssat { d: Reg, n: Reg, bits: u8, shift: Shift },
+    Usat { d: Reg, n: Reg, bits: u8, shift: Shift },
+    Ssat16 { d: Reg, n: Reg, bits: u8 },
+    Usat16 { d: Reg, n: Reg, bits: u8 },
     /// PKHBT, or PKHTB if `top`.
-    Pkh {
-        top: bool,
-        d: Reg,
-        n: Reg,
-        m: Reg,
-        shift: Shift,
-    },
+    Pkh { top: bool, d: Reg, n: Reg, m: Reg, shift: Shift },
     /// 32-bit register arithmetic.
     Arithmetic(arithmetic::Op),
     /// Floating point.
     Float(fpu::Op),
 
-    Ldr {
-        t: Reg,
-        n: Reg,
-        imm: u32,
-    },
-    Ldrh {
-        t: Reg,
-        n: Reg,
-        imm: u32,
-    },
-    Ldrb {
-        t: Reg,
-        n: Reg,
-        imm: u32,
-    },
-    Str {
-        t: Reg,
-        n: Reg,
-        imm: u32,
-    },
-    Strh {
-        t: Reg,
-        n: Reg,
-        imm: u32,
-    },
-    Strb {
-        t: Reg,
-        n: Reg,
-        imm: u32,
-    },
-    LoadImm {
-        kind: Load,
-        t: Reg,
-        n: Reg,
-        imm: u32,
-    },
-    LoadReg {
-        kind: Load,
-        t: Reg,
-        n: Reg,
-        m: Reg,
-        shift: u8,
-    },
-    StoreReg {
-        size: Size,
-        t: Reg,
-        n: Reg,
-        m: Reg,
-        shift: u8,
-    },
-    LoadLiteral {
-        kind: Load,
-        t: Reg,
-        address: u32,
-    },
+    Ldr { t: Reg, n: Reg, imm: u32 },
+    Ldrh { t: Reg, n: Reg, imm: u32 },
+    Ldrb { t: Reg, n: Reg, imm: u32 },
+    Str { t: Reg, n: Reg, imm: u32 },
+    Strh { t: Reg, n: Reg, imm: u32 },
+    Strb { t: Reg, n: Reg, imm: u32 },
+    LoadImm { kind: Load, t: Reg, n: Reg, imm: u32 },
+    LoadReg { kind: Load, t: Reg, n: Reg, m: Reg, shift: u8 },
+    StoreReg { size: Size, t: Reg, n: Reg, m: Reg, shift: u8 },
+    LoadLiteral { kind: Load, t: Reg, address: u32 },
     /// Pre- or post-indexed.
-    LoadIndexed {
-        kind: Load,
-        t: Reg,
-        n: Reg,
-        index: Index,
-        imm: u32,
-    },
+    LoadIndexed { kind: Load, t: Reg, n: Reg, index: Index, imm: u32 },
     /// Pre- or post-indexed.
-    StoreIndexed {
-        size: Size,
-        t: Reg,
-        n: Reg,
-        index: Index,
-        imm: u32,
-    },
-    LoadUnprivileged {
-        kind: Load,
-        t: Reg,
-        n: Reg,
-        imm: u8,
-    },
-    StoreUnprivileged {
-        size: Size,
-        t: Reg,
-        n: Reg,
-        imm: u8,
-    },
-    LoadDual {
-        t: Reg,
-        t2: Reg,
-        n: Reg,
-        index: Index,
-        imm: u32,
-    },
-    LoadDualLiteral {
-        t: Reg,
-        t2: Reg,
-        address: u32,
-    },
-    StoreDual {
-        t: Reg,
-        t2: Reg,
-        n: Reg,
-        index: Index,
-        imm: u32,
-    },
+    StoreIndexed { size: Size, t: Reg, n: Reg, index: Index, imm: u32 },
+    LoadUnprivileged { kind: Load, t: Reg, n: Reg, imm: u8 },
+    StoreUnprivileged { size: Size, t: Reg, n: Reg, imm: u8 },
+    LoadDual { t: Reg, t2: Reg, n: Reg, index: Index, imm: u32 },
+    LoadDualLiteral { t: Reg, t2: Reg, address: u32 },
+    StoreDual { t: Reg, t2: Reg, n: Reg, index: Index, imm: u32 },
     /// LDM, POP; decreasing before if `down`.
-    LoadMultiple {
-        n: Reg,
-        writeback: bool,
-        down: bool,
-        list: u16,
-    },
+    LoadMultiple { n: Reg, writeback: bool, down: bool, list: u16 },
     /// STM, PUSH; decreasing before if `down`.
-    StoreMultiple {
-        n: Reg,
-        writeback: bool,
-        down: bool,
-        list: u16,
-    },
-    LoadExclusive {
-        size: Size,
-        t: Reg,
-        n: Reg,
-        imm: u16,
-    },
-    StoreExclusive {
-        size: Size,
-        d: Reg,
-        t: Reg,
-        n: Reg,
-        imm: u16,
-    },
+    StoreMultiple { n: Reg, writeback: bool, down: bool, list: u16 },
+    LoadExclusive { size: Size, t: Reg, n: Reg, imm: u16 },
+    StoreExclusive { size: Size, d: Reg, t: Reg, n: Reg, imm: u16 },
     ClearExclusive,
 
     /// `refill`: cycles of the pipeline's refill at the target.
-    Branch {
-        refill: u8,
-        target: u32,
-    },
-    BranchIf {
-        condition: u8,
-        refill: u8,
-        target: u32,
-    },
-    BranchLink {
-        refill: u8,
-        target: u32,
-    },
+    Branch { refill: u8, target: u32 },
+    BranchIf { condition: u8, refill: u8, target: u32 },
+    BranchLink { refill: u8, target: u32 },
     /// CBZ, or CBNZ if `nonzero`.
-    CompareBranch {
-        n: Reg,
-        nonzero: bool,
-        refill: u8,
-        target: u32,
-    },
-    BranchExchange {
-        m: Reg,
-    },
-    BranchLinkExchange {
-        m: Reg,
-    },
-    MovToPc {
-        m: Reg,
-    },
+    CompareBranch { n: Reg, nonzero: bool, refill: u8, target: u32 },
+    BranchExchange { m: Reg },
+    BranchLinkExchange { m: Reg },
+    MovToPc { m: Reg },
     /// PC = PC + 4 + Rm.
-    AddToPc {
-        m: Reg,
-    },
+    AddToPc { m: Reg },
     /// TBB, or TBH if `half`.
-    TableBranch {
-        n: Reg,
-        m: Reg,
-        half: bool,
-    },
+    TableBranch { n: Reg, m: Reg, half: bool },
 
-    It {
-        state: u8,
-    },
+    It { state: u8 },
     /// NOP, YIELD, PLD, PLI, DBG.
     Nop,
     WaitForInterrupt,
     WaitForEvent,
     SendEvent,
     SupervisorCall,
-    Breakpoint {
-        immediate: u8,
-    },
+    Breakpoint { immediate: u8 },
     /// CPSIE, or CPSID if `disable`.
-    ChangeState {
-        disable: bool,
-        primask: bool,
-        faultmask: bool,
-    },
-    ReadSpecial {
-        d: Reg,
-        sysm: u8,
-    },
-    WriteSpecial {
-        n: Reg,
-        sysm: u8,
-        mask: u8,
-    },
+    ChangeState { disable: bool, primask: bool, faultmask: bool },
+    ReadSpecial { d: Reg, sysm: u8 },
+    WriteSpecial { n: Reg, sysm: u8, mask: u8 },
     /// DMB, DSB.
     DataBarrier,
     /// ISB.

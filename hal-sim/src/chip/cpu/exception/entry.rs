@@ -229,13 +229,7 @@ impl Cpu {
         bus: &mut B,
         approach: &mut Approach,
     ) -> Result<(), Stop> {
-        if bus.next_event() <= self.cycle || self.system.next_event() <= self.cycle {
-            self.sample(bus)?;
-        }
-        self.turn(bus, approach)
-    }
-
-    fn turn<B: Bus>(&mut self, bus: &mut B, approach: &mut Approach) -> Result<(), Stop> {
+        self.interrupted_by_now(bus)?;
         match self.preempting() {
             Some(first) if first != approach.number => {
                 let at = self.system.nvic.raised(first).max(approach.fetch_at);
@@ -259,9 +253,8 @@ impl Cpu {
         loop {
             let ready = self.fetch_handler(bus, &mut approach).max(stacked);
             self.cycle = self.cycle.max(ready);
-            self.sample(bus)?;
             let before = approach.number;
-            self.turn(bus, &mut approach)?;
+            self.look_for_late_arrival(bus, &mut approach)?;
             if approach.number == before {
                 break;
             }

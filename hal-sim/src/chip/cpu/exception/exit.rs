@@ -76,8 +76,8 @@ impl Cpu {
         self.arrive(bus, approach, ready, exc_return, behind)
     }
 
-    /// Pops the frame in the order in which it was pushed; `None`, and nothing
-    /// has changed, where an exception pre-empts meanwhile.
+    /// What the frame holds; `None`, and nothing has changed, where an exception
+    /// pre-empts meanwhile.
     fn unstack<B: Bus>(&mut self, bus: &mut B, exc_return: u32) -> Result<Option<Registers>, Trap> {
         let began = self.cycle;
         let to_thread = exc_return & 1 << 3 != 0;
@@ -86,8 +86,46 @@ impl Cpu {
         let mut new = self.registers.clone();
         let frame = if from_psp { new.other_sp } else { new.r[13] };
         let privileged = !to_thread || new.control & control::NPRIV == 0;
+        let Some((xpsr, fetched)) = self.unstack_core(bus, frame, privileged, &mut new)? else {
+            return Ok(None);
+        };
+        let mut more = 0;
+        if with_fp && self.system.floating.owes_save() {
+            self.system.floating.settle_save();
+        } else if with_fp {
+            more = FP_WORDS;
+            if !self.unstack_fp(bus, frame, privileged, &mut new)? {
+                return Ok(None);
+            }
+        }
+        let waits = self.cycle - began - (1 + 8 + more);
+        let popped = began + RETURN + more + waits;
+        self.cycle = popped.max(fetched + REFILL);
+        let bytes = if with_fp { 0x68 } else { 0x20 };
+        let aligned = with_fp || self.system.scb.aligns_stack();
+        let moved = if aligned { xpsr >> 7 & 4 } else { 0 };
+        let sp = frame.wrapping_add(bytes) | moved;
+        restore(&mut new, exc_return, xpsr, sp);
+        if to_thread != (new.exception == 0) {
+            return Err(Fault::InvalidPc.into());
+        }
+        if xpsr & 1 << 24 == 0 {
+            new.r[15] |= 1;
+        }
+        Ok(Some(new))
+    }
+
+    /// Pops the eight words in the order in which they were pushed, and fetches
+    /// the code at PC meanwhile; gives xPSR and when the code is there.
+    fn unstack_core<B: Bus>(
+        &mut self,
+        bus: &mut B,
+        frame: u32,
+        privileged: bool,
+        new: &mut Registers,
+    ) -> Result<Option<(u32, Cycle)>, Trap> {
         let mut xpsr = 0;
-        let mut fetched = began;
+        let mut fetched = self.cycle;
         self.cycle = self.cycle.max(self.pipeline.buffer) + 1;
         for (offset, register) in [
             (0x18, 15),
@@ -99,7 +137,7 @@ impl Cpu {
             (0x10, 12),
             (0x14, 14),
         ] {
-            if self.is_preempted(bus)? {
+            if self.interrupted_by_now(bus)? {
                 return Ok(None);
             }
             let address = frame.wrapping_add(offset);
@@ -110,62 +148,26 @@ impl Cpu {
             }
             if register == 15 {
                 let wait = bus.fetch(value >> 4, self.cycle);
-                // The code is needed only once everything is popped.
                 fetched = self.cycle + Cycle::from(wait);
             }
         }
-        let mut more = 0;
-        if with_fp && self.system.floating.owes_save() {
-            self.system.floating.settle_save();
-        } else if with_fp {
-            more = FP_WORDS;
-            if self.unstack_fp(bus, frame, &mut new)? {
-                return Ok(None);
-            }
-        }
-        let waits = self.cycle - began - (1 + 8 + more);
-        let popped = began + RETURN + more + waits;
-        self.cycle = popped.max(fetched + REFILL);
-        let bytes = if with_fp { 0x68 } else { 0x20 };
-        let aligned = with_fp || self.system.scb.aligns_stack();
-        let moved = if aligned { xpsr >> 7 & 4 } else { 0 };
-        restore(
-            &mut new,
-            exc_return,
-            xpsr,
-            frame.wrapping_add(bytes) | moved,
-        );
-        if to_thread != (new.exception == 0) {
-            return Err(Fault::InvalidPc.into());
-        }
-        if xpsr & 1 << 24 == 0 {
-            new.r[15] |= 1;
-        }
-        Ok(Some(new))
+        Ok(Some((xpsr, fetched)))
     }
 
-    fn is_preempted<B: Bus>(&mut self, bus: &mut B) -> Result<bool, Stop> {
-        if bus.next_event() <= self.cycle || self.system.next_event() <= self.cycle {
-            self.sample(bus)?;
-            return Ok(self.preempting().is_some());
-        }
-        Ok(false)
-    }
-
-    /// Pops S0–S15 and FPSCR; whether something pre-empted.
+    /// Pops S0–S15 and FPSCR; `false` where an exception pre-empts meanwhile.
     fn unstack_fp<B: Bus>(
         &mut self,
         bus: &mut B,
         frame: u32,
+        privileged: bool,
         new: &mut Registers,
     ) -> Result<bool, Trap> {
-        let privileged = new.is_privileged();
         if !self.system.floating.is_allowed(privileged) {
             return Err(Fault::NoCoprocessor.into());
         }
         for index in 0..17 {
-            if self.is_preempted(bus)? {
-                return Ok(true);
+            if self.interrupted_by_now(bus)? {
+                return Ok(false);
             }
             let address = frame.wrapping_add(0x20 + 4 * index);
             let value = self.stack_access(bus, address, None, UNSTACKING, privileged)?;
@@ -174,7 +176,7 @@ impl Cpu {
                 None => new.fpscr = value,
             }
         }
-        Ok(false)
+        Ok(true)
     }
 
     /// Goes on where the exception came.

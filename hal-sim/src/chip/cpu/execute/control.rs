@@ -19,7 +19,7 @@ impl Cpu {
         match op {
             Op::It { state } => {
                 self.registers.it = state;
-                if last.length == 2 {
+                if last.length == 2 && !self.system.disables_folding() {
                     // Folded onto a 16-bit instruction (TRM table 3-1, note d).
                     self.pipeline.last = last;
                     return Ok(next);
@@ -29,11 +29,7 @@ impl Cpu {
                 self.system.wait_for_interrupt();
                 self.sleep(bus)?;
             }
-            Op::WaitForEvent => {
-                if self.system.wait_for_event() {
-                    self.sleep(bus)?;
-                }
-            }
+            Op::WaitForEvent if self.system.wait_for_event() => self.sleep(bus)?,
             Op::SendEvent => self.system.send_event(),
             Op::ClearExclusive => self.exclusive = false,
             Op::SupervisorCall => {
@@ -71,7 +67,7 @@ impl Cpu {
             Op::Undefined => return Err(Fault::Undefined.into()),
             Op::NoCoprocessor => return Err(Fault::NoCoprocessor.into()),
             Op::Unpredictable => return Err(self.refuse(bus, "UNPREDICTABLE or not modelled")),
-            _ => {}
+            _ => {} // hints, WFE with an event
         }
         self.cycle += 1;
         Ok(next)

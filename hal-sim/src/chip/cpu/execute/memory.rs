@@ -1,9 +1,8 @@
 //! Single loads and stores, exclusives (Arm ARM A7.7); cycles: TRM 3.3.2.
 
-use super::waits;
 use crate::chip::Cycle;
 use crate::chip::cpu::decode::{Index, Load, Reg};
-use crate::chip::cpu::timing::{REFILL_LOAD, Trail};
+use crate::chip::cpu::timing::{REFILL_LOAD, Trail, waits};
 use crate::chip::cpu::{Bus, Cpu, Size, Trap};
 
 /// Base register, how the offset applies, offset.

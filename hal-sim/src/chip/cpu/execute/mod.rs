@@ -16,7 +16,7 @@ mod tests;
 use super::decode::{Entry, Load, Op, Reg, ShiftKind};
 use super::{Bus, Cpu, Size, Trap};
 use crate::chip::Cycle;
-use crate::chip::cpu::timing::Trail;
+use crate::chip::cpu::timing::{Trail, waits};
 
 /// Whether condition 0–14 holds for the flags N, Z, C, V in bits 3:0 of the
 /// index (Arm ARM A7.3).
@@ -87,7 +87,7 @@ impl Cpu {
     /// # Errors
     /// [`Trap`]: R15 and the base registers are as before.
     #[inline(always)]
-    pub(super) fn execute<B: Bus>(&mut self, bus: &mut B, entry: Entry) -> Result<u32, Trap> {
+    pub(super) fn execute<B: Bus>(&mut self, bus: &mut B, entry: &Entry) -> Result<u32, Trap> {
         let last = self.pipeline.last;
         self.pipeline.last = entry.trail;
         let next = self.registers.r[15].wrapping_add(u32::from(entry.trail.length));
@@ -222,10 +222,7 @@ impl Cpu {
                 return Ok(next);
             }
             Op::Float(op) => {
-                self.prepare_fp(bus)?;
-                self.pipeline.phase = 1;
-                let cycles = self.execute_fpu(bus, op)?;
-                self.spend(cycles);
+                self.execute_floating(bus, op, last)?;
                 return Ok(next);
             }
             op => return self.execute_other(bus, op, last, next),
@@ -341,12 +338,6 @@ impl Cpu {
             other => self.execute_control(bus, other, last, next),
         }
     }
-}
-
-/// 1 if register `n` was produced by the instruction before.
-#[inline(always)]
-const fn waits(last: Trail, n: Reg) -> u16 {
-    last.produced >> (n & 15) & 1
 }
 
 /// `value` shifted by `amount`, which may be 32 for right shifts, and the

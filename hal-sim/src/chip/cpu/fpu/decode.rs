@@ -140,7 +140,7 @@ fn one_core_register(first: u16, second: u16) -> Option<Op> {
         let d = double(first, 0, second, 7)?;
         let s = d + (what & 1) as u8;
         let is_word = what <= 1 && second & 0x6F == 0;
-        return (is_word && general(t)).then_some(core_move(to_core, s, t));
+        return (is_word && general(t)).then_some(core_move(to_core, s, t, true));
     }
     if second & 0x6F != 0 {
         return None;
@@ -148,7 +148,7 @@ fn one_core_register(first: u16, second: u16) -> Option<Op> {
     match (what, to_core) {
         (0, _) => {
             let s = single(first, 0, second, 7);
-            general(t).then_some(core_move(to_core, s, t))
+            general(t).then_some(core_move(to_core, s, t, false))
         }
         (7, _) if first & 15 != 1 || second & 0x80 != 0 => None,
         (7, true) if t == 15 => Some(Op::ReadFlags),
@@ -158,11 +158,11 @@ fn one_core_register(first: u16, second: u16) -> Option<Op> {
     }
 }
 
-const fn core_move(to_core: bool, s: u8, t: u8) -> Op {
+const fn core_move(to_core: bool, s: u8, t: u8, half: bool) -> Op {
     if to_core {
-        Op::ToCore { s, t }
+        Op::ToCore { s, t, half }
     } else {
-        Op::FromCore { s, t }
+        Op::FromCore { s, t, half }
     }
 }
 

@@ -140,6 +140,9 @@ pub enum Op {
         s: u8,
         /// Core register.
         t: u8,
+        /// Half a D register is named, not an S register: one cycle instead
+        /// of two (TRM table 7-1).
+        half: bool,
     },
     /// VMOV of `s` to core register `t`.
     ToCore {
@@ -147,6 +150,8 @@ pub enum Op {
         s: u8,
         /// Core register.
         t: u8,
+        /// As above.
+        half: bool,
     },
     /// VMOV of two core registers to `s` and its successor.
     FromCorePair {
@@ -229,11 +234,15 @@ fn execute(op: Op, registers: &mut Registers) -> u32 {
             let flags = operations::compare(a, b, signal, &mut registers.fpscr);
             registers.fpscr = registers.fpscr & !fpscr::NZCV | flags;
         }
-        Op::FromCore { s, t } => {
+        Op::FromCore { s, t, half } => {
             let value = *core(registers, t);
             set(registers, s, value);
+            return 2 - u32::from(half);
         }
-        Op::ToCore { s, t } => *core(registers, t) = get(registers, s),
+        Op::ToCore { s, t, half } => {
+            *core(registers, t) = get(registers, s);
+            return 2 - u32::from(half);
+        }
         Op::FromCorePair { s, t, t2 } => {
             let values = [*core(registers, t), *core(registers, t2)];
             set(registers, s, values[0]);

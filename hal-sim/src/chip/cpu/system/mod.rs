@@ -46,6 +46,8 @@ pub struct System {
     pub event: bool,
     sleeps_for_event: bool,
     sleeps_on_exit: bool,
+    /// Cycle at which the lines were sampled last.
+    sampled: Cycle,
     /// Number in IPSR, for ICSR.
     running: u16,
     /// Semihosting, if it is on; a reset leaves it alone.
@@ -61,6 +63,7 @@ impl System {
     /// attached debugger.
     pub(super) fn reset(&mut self) {
         let old = std::mem::take(self);
+        self.sampled = old.sampled;
         self.semihosting = old.semihosting;
         self.latencies = old.latencies;
         self.deepest_msp = old.deepest_msp;
@@ -152,9 +155,15 @@ impl System {
 
     /// Brings the timer to `at` and samples the lines as they are then.
     pub(super) fn sample(&mut self, lines: [u32; LINE_WORDS], nmi: bool, at: Cycle) {
+        self.sampled = at;
         self.advance_systick(at);
         let new = self.nvic.sample(lines, nmi, at);
         self.note_pending(new);
+    }
+
+    /// Cycle at which the lines were sampled last.
+    pub(super) const fn sampled_at(&self) -> Cycle {
+        self.sampled
     }
 
     fn advance_systick(&mut self, at: Cycle) {
@@ -188,6 +197,18 @@ impl System {
         };
         if self.may_preempt(own, priority) {
             self.pend(bit(own), at);
+            return Some(());
+        }
+        self.escalate(priority, at)
+    }
+
+    /// A buffered store met a bus error after its instruction: the bus fault
+    /// waits until it pre-empts; disabled, it is a hard fault. `None`: which
+    /// does not pre-empt `priority`, so that the core locks up.
+    pub(super) fn pend_imprecise_fault(&mut self, priority: i16, at: Cycle) -> Option<()> {
+        self.scb.note_imprecise_fault();
+        if self.nvic.enabled() & bit(number::BUS_FAULT) != 0 {
+            self.pend(bit(number::BUS_FAULT), at);
             return Some(());
         }
         self.escalate(priority, at)

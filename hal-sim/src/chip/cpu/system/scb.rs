@@ -136,6 +136,12 @@ impl Scb {
         }
     }
 
+    /// Notes the bus error of a buffered store, whose address is not kept:
+    /// IMPRECISERR.
+    pub fn note_imprecise_fault(&mut self) {
+        self.cfsr |= 1 << 10;
+    }
+
     /// Notes why there is a hard fault.
     pub fn note_hard_fault(&mut self, bits: u32) {
         self.hfsr |= bits;

@@ -1,10 +1,10 @@
 //! DMA2 and DMA1 (RM0090 chapter 10): registers, flags, streams.
 //!
 //! Modelled: DMA2, TIM1's requests, direct mode, words, memory increment,
-//! circular or not, memory to GPIOx_BSRR and SRAM to SRAM through the
-//! peripheral port. DMA1 answers, but no stream of it may be enabled: it
-//! reaches neither GPIO nor, in the images, anything else. Here: state and
-//! what one access does to it. Not here: when accesses happen (`playback`).
+//! circular or not, memory to GPIOx_BSRR, and SRAM to SRAM through the
+//! peripheral port. So TEIF (a bus error) and DMEIF (no memory increment) never
+//! rise. DMA1 answers, but no stream of it may be enabled. Here: state and what
+//! one access does to it. Not here: when accesses happen (`playback`).
 
 mod registers;
 mod stream;

@@ -17,10 +17,6 @@ pub mod bit {
     pub const CIRC: u32 = 1 << 8;
     /// FIFO error.
     pub const FEIF: u32 = 1;
-    /// Direct mode error.
-    pub const DMEIF: u32 = 1 << 2;
-    /// Transfer error.
-    pub const TEIF: u32 = 1 << 3;
     /// Half transfer.
     pub const HTIF: u32 = 1 << 4;
     /// Transfer complete.
@@ -59,8 +55,10 @@ pub struct Stream {
     memory: Slave,
     /// EN was written 0; the transfer under way goes on.
     pub stopping: bool,
-    /// The word between the ports, and since when it is there.
-    pub word: Option<(u32, Cycle)>,
+    /// The word between the ports.
+    pub word: Option<u32>,
+    /// When it came or went.
+    pub turned: Cycle,
     /// Since when the peripheral port should serve it.
     pub asked: Cycle,
     /// Since when the memory port should serve it.
@@ -81,6 +79,7 @@ impl Stream {
             memory: Slave::Sram1,
             stopping: false,
             word: None,
+            turned: 0,
             asked: NEVER,
             due: NEVER,
         }
@@ -154,6 +153,14 @@ impl Stream {
     #[inline]
     pub const fn address(&self) -> u32 {
         self.m0ar.wrapping_add(4 * self.index as u32)
+    }
+
+    /// The peripheral port can move the next item at `at`: its word is there
+    /// (playing) or the last one gone.
+    #[must_use]
+    #[inline]
+    pub const fn is_ready_at(&self, at: Cycle) -> bool {
+        self.plays() == self.word.is_some() && self.turned <= at
     }
 
     /// The memory port moved one item.

@@ -109,14 +109,16 @@ impl Otg {
 
     /// GRSTCTL.CSRST: all registers but the PHY's and the board's settings.
     fn core_reset(&mut self, at: Cycle) {
-        let mut fresh = Self::new(self.hz);
-        fresh.now = at;
-        fresh.vbus = self.vbus;
-        fresh.session = self.session;
-        fresh.ccfg = self.ccfg;
-        fresh.usbcfg = self.usbcfg;
-        fresh.attached = self.attached;
-        *self = fresh;
+        *self = Self {
+            now: at,
+            changes: self.changes,
+            vbus: self.vbus,
+            session: self.session,
+            ccfg: self.ccfg,
+            usbcfg: self.usbcfg,
+            attached: self.attached,
+            ..Self::new(self.hz)
+        };
         self.update_pull_up(at);
     }
 
@@ -136,6 +138,7 @@ impl Otg {
             s if s == Status::GlobalNak as u32 => self.out_nak_effective = true,
             _ => {}
         }
+        self.changed();
         Ok(popped.word)
     }
 

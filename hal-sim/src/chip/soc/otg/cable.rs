@@ -67,6 +67,7 @@ impl Otg {
     pub fn set_vbus(&mut self, on: bool, at: Cycle) {
         self.vbus = on;
         self.update_session(at);
+        self.changed();
     }
 
     /// Since when D+ has been pulled up, if it is.
@@ -84,30 +85,41 @@ impl Otg {
         for endpoint in self.ins.iter_mut().chain(&mut self.outs) {
             endpoint.usb_reset();
         }
+        self.changed();
     }
 
     /// The bus reset is over, the speed is known (ENUMDNE).
     pub fn reset_ends(&mut self) {
         self.events |= int::ENUMDNE;
         self.dsts = dsts::FULL_SPEED;
+        self.changed();
     }
 
     /// The bus has been idle for 3 ms (ESUSP, USBSUSP).
     pub fn suspend(&mut self) {
         self.events |= int::ESUSP | int::USBSUSP;
         self.dsts |= dsts::SUSPSTS;
+        self.changed();
     }
 
     /// The start of frame `number` (0–2047) was received.
     pub fn sof(&mut self, number: u16) {
-        self.events |= int::SOF;
         self.frame = number & 0x7FF;
         self.dsts &= !dsts::SUSPSTS;
+        self.raise(int::SOF);
     }
 
     /// 80 % of the frame, the part for periodic transfers, are over (EOPF).
     pub fn periodic_frame_ends(&mut self) {
-        self.events |= int::EOPF;
+        self.raise(int::EOPF);
+    }
+
+    /// Sets a bit that mostly is set already.
+    fn raise(&mut self, bit: u32) {
+        if self.events & bit == 0 {
+            self.events |= bit;
+            self.changed();
+        }
     }
 
     /// Whether a start of frame can raise the interrupt line.
@@ -146,6 +158,7 @@ impl Otg {
         let left = self.outs[0].upper;
         self.outs[0].upper = left.saturating_sub(1);
         self.setup_stage = true;
+        self.changed();
         Answer::Ack
     }
 
@@ -155,6 +168,7 @@ impl Otg {
             self.setup_stage = false;
             self.receive
                 .push(Status::SetupDone, 0, false, self.frame, &[]);
+            self.changed();
         }
     }
 
@@ -213,6 +227,7 @@ impl Otg {
             self.receive
                 .push(Status::OutDone, endpoint, packet.data1, frame, &[]);
         }
+        self.changed();
         Answer::Ack
     }
 
@@ -278,5 +293,6 @@ impl Otg {
             source.clear(ctl::EPENA);
             source.interrupt |= epint::XFRC;
         }
+        self.changed();
     }
 }

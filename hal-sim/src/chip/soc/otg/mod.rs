@@ -27,9 +27,10 @@ use registers::*;
 /// Endpoints in each direction, endpoint 0 included (RM0090 section 34.4.1).
 pub const ENDPOINTS: usize = 4;
 
-/// From VBUS at PA9 to the B session being valid: the manual gives no figure
-/// for comparator and filter. Assumed: longer than start-up code that clears
-/// GINTSTS after it switched sensing on, or SRQINT would be lost.
+/// From VBUS, or sensing switched on, to the B session being valid: the manual
+/// gives no figure for comparator and filter. Assumed. It matters: the image
+/// clears GINTSTS 0.27 µs after it switched sensing on, and were the session
+/// valid before, SRQINT would be lost and the port never served.
 const VBUS_VALID_US: u64 = 100;
 
 /// The controller.
@@ -37,6 +38,10 @@ const VBUS_VALID_US: u64 = 100;
 pub struct Otg {
     hz: u64,
     now: Cycle,
+    /// Counts changes of what the cable or the core can see.
+    changes: u64,
+    /// Level of the interrupt line.
+    line: bool,
     /// VBUS at the connector.
     vbus: bool,
     /// VBUS was found valid, or will be at this cycle.
@@ -92,6 +97,8 @@ impl Otg {
         Self {
             hz,
             now: 0,
+            changes: 0,
+            line: false,
             vbus: false,
             session: Session::Invalid,
             attached: None,
@@ -135,16 +142,32 @@ impl Otg {
 
     /// RCC resets the peripheral (AHB2RSTR.OTGFSRST); the cable stays.
     pub fn reset_registers(&mut self, at: Cycle) {
-        let vbus = self.vbus;
-        *self = Self::new(self.hz);
-        self.now = at;
-        self.vbus = vbus;
+        *self = Self {
+            now: at,
+            vbus: self.vbus,
+            changes: self.changes,
+            ..Self::new(self.hz)
+        };
+        self.changed();
     }
 
     /// Level of the OTG_FS global interrupt (position 67).
     #[must_use]
-    pub fn irq(&self) -> bool {
-        self.ahbcfg & ahbcfg::GINT != 0 && self.status() & self.mask != 0
+    pub const fn irq(&self) -> bool {
+        self.line
+    }
+
+    /// Grows whenever the answers of [`Self::in_ready`], [`Self::out_ready`],
+    /// [`Self::attached`] or [`Self::awaits_sof`] may have changed.
+    #[must_use]
+    pub const fn changes(&self) -> u64 {
+        self.changes
+    }
+
+    /// Something changed.
+    fn changed(&mut self) {
+        self.changes += 1;
+        self.line = self.ahbcfg & ahbcfg::GINT != 0 && self.status() & self.mask != 0;
     }
 
     /// GINTSTS.
@@ -225,7 +248,11 @@ impl Peripheral for Otg {
         }
         self.advance(at)?;
         match offset {
-            offset::FIFO..0x5000 => self.receive.data(),
+            offset::FIFO..0x5000 => {
+                let word = self.receive.data();
+                self.changed();
+                word
+            }
             offset::IN_ENDPOINTS..offset::OUT_ENDPOINTS => self.read_in_endpoint(offset),
             offset::OUT_ENDPOINTS..offset::PCGCCTL => self.read_out_endpoint(offset),
             offset::DCFG..offset::IN_ENDPOINTS => self.read_device(offset),
@@ -239,12 +266,14 @@ impl Peripheral for Otg {
         }
         self.advance(at)?;
         match offset {
-            offset::FIFO..0x5000 => self.transmit[(offset >> 12) as usize - 1].push(value),
-            offset::IN_ENDPOINTS..offset::OUT_ENDPOINTS => self.write_in_endpoint(offset, value),
-            offset::OUT_ENDPOINTS..offset::PCGCCTL => self.write_out_endpoint(offset, value),
-            offset::DCFG..offset::IN_ENDPOINTS => self.write_device(offset, value, at),
-            _ => self.write_core(offset, value, at),
+            offset::FIFO..0x5000 => self.transmit[(offset >> 12) as usize - 1].push(value)?,
+            offset::IN_ENDPOINTS..offset::OUT_ENDPOINTS => self.write_in_endpoint(offset, value)?,
+            offset::OUT_ENDPOINTS..offset::PCGCCTL => self.write_out_endpoint(offset, value)?,
+            offset::DCFG..offset::IN_ENDPOINTS => self.write_device(offset, value, at)?,
+            _ => self.write_core(offset, value, at)?,
         }
+        self.changed();
+        Ok(())
     }
 
     fn advance(&mut self, to: Cycle) -> Result<(), Unmodelled> {
@@ -255,6 +284,7 @@ impl Peripheral for Otg {
             self.session = Session::Valid;
             self.events |= int::SRQINT;
             self.update_pull_up(then);
+            self.changed();
         }
         Ok(())
     }

@@ -54,7 +54,11 @@ impl Playback {
         let wait = self.pass(Slave::Ahb1, block.bridge(), at, ram)?;
         let done = at + Cycle::from(wait) + 1;
         let value = match block {
-            Block::Timer(n) => self.timers[Block::timer_index(n)].read(offset, size, done)?,
+            Block::Timer(n) => {
+                let value = self.timers[Block::timer_index(n)].read(offset, size, done)?;
+                self.foresee();
+                value
+            }
             Block::Dma1 => self.dma[0].read(offset, size)?,
             Block::Dma2 => self.dma[1].read(offset, size)?,
             Block::Gpio(port) => self.gpio.read(port, offset, size)?,
@@ -91,8 +95,9 @@ impl Playback {
             Block::Timer(n) => {
                 self.timers[Block::timer_index(n)].write(offset, size, value, done)?;
                 if n == 2 {
-                    self.link(done)?;
+                    self.link_trigger(done)?;
                 }
+                self.foresee();
             }
             Block::Dma1 => self.dma[0].write(offset, size, value, done)?,
             Block::Dma2 => {
@@ -144,17 +149,24 @@ impl Playback {
     /// Whether an enabled stream uses `slave`, so that the core's accesses to
     /// it must be announced by [`Self::pass`]. SRAM only: AHB1's always must.
     #[must_use]
-    pub fn shares(&self, slave: Slave) -> bool {
-        let dma = &self.dma[1];
-        let uses = |n: &usize| {
-            let stream = dma.stream(*n);
-            stream.is_enabled() && (stream.memory() == slave || stream.far_slave() == slave)
-        };
-        slave == Slave::Ahb1 || (0..STREAMS).any(|n| uses(&n))
+    #[inline]
+    pub const fn shares(&self, slave: Slave) -> bool {
+        match slave {
+            Slave::Sram1 => self.shared[0],
+            Slave::Sram2 => self.shared[1],
+            Slave::Ahb1 => true,
+        }
     }
 
-    /// TIM1 or TIM2 changed at `done`: their wire, and TIM1's requests.
+    /// A timer changed at `done`: the wire from TIM1 to TIM2, TIM1's requests,
+    /// and what is to be foreseen.
     pub(super) fn link(&mut self, done: Cycle) -> Result<(), Unmodelled> {
+        self.link_trigger(done)?;
+        self.foresee();
+        self.link_requests()
+    }
+
+    fn link_trigger(&mut self, done: Cycle) -> Result<(), Unmodelled> {
         let [tim1, tim2, ..] = &mut self.timers;
         tim1.advance(done.saturating_sub(1))?;
         if tim2.is_slave() {
@@ -162,7 +174,13 @@ impl Playback {
             let edges = tim1.trigger_edges(tim2.clock())?;
             tim2.follow(edges, done)?;
         }
-        let enabled = tim1.requests_enabled();
+        Ok(())
+    }
+
+    /// TIM1 has just been advanced.
+    fn link_requests(&mut self) -> Result<(), Unmodelled> {
+        let enabled = self.timers[0].requests_enabled();
+        self.quiet_until = 0;
         self.requests = Requests::NONE;
         self.requested &= enabled as u8; // five bits
         self.drop_unrequested();
@@ -201,6 +219,7 @@ impl Playback {
         if high != self.capture_input {
             self.capture_input = high;
             self.timers[1].set_input(high, at)?;
+            self.foresee();
         }
         Ok(())
     }

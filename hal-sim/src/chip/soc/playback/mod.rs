@@ -9,6 +9,7 @@
 
 mod access;
 mod requests;
+mod rush;
 mod transfers;
 
 pub use access::Block;
@@ -58,6 +59,8 @@ struct Port {
 #[derive(Clone, Debug)]
 pub struct Playback {
     timers: [Timer; 5],
+    /// Earliest of their next events.
+    timer_event: Cycle,
     dma: [Dma; 2],
     gpio: Gpio,
     matrix: Matrix,
@@ -67,8 +70,12 @@ pub struct Playback {
     requests: Requests,
     /// Events that have asked and were not yet served, one bit each.
     requested: u8,
+    /// DMA2 does nothing before this.
+    quiet_until: Cycle,
     /// Streams that listen to each event, bit n is stream n.
     listeners: [u8; EVENTS],
+    /// Whether an enabled stream uses SRAM1, SRAM2.
+    shared: [bool; 2],
     /// Level at TIM2's channel 1.
     capture_input: bool,
     transfers: u64,
@@ -86,6 +93,7 @@ impl Playback {
     pub fn new(pace: Pace) -> Self {
         Self {
             timers: std::array::from_fn(|n| Timer::new(n as u8 + 1)),
+            timer_event: NEVER,
             dma: [Dma::new(1), Dma::new(2)],
             gpio: Gpio::default(),
             matrix: Matrix::default(),
@@ -93,7 +101,9 @@ impl Playback {
             ports: Default::default(),
             requests: Requests::NONE,
             requested: 0,
+            quiet_until: 0,
             listeners: [0; EVENTS],
+            shared: [false; 2],
             capture_input: false,
             transfers: 0,
         }
@@ -107,24 +117,29 @@ impl Playback {
     pub fn advance(&mut self, to: Cycle, ram: &mut Ram) -> Result<(), Unmodelled> {
         // Bus accesses of `to` itself wait: the core may ask at `to`, too.
         self.run(to, to.saturating_add(1), ram)?;
-        for timer in &mut self.timers {
-            timer.advance(to)?;
+        if self.timer_event <= to {
+            for timer in &mut self.timers {
+                timer.advance(to)?;
+            }
+            self.foresee();
         }
         Ok(())
+    }
+
+    /// A timer changed: when does one of them need to be looked at again?
+    fn foresee(&mut self) {
+        let events = self.timers.iter().map(Timer::next_event);
+        self.timer_event = events.min().unwrap_or(NEVER);
     }
 
     /// Earliest cycle at which `advance` must be called, later than the last
     /// `advance`, should no access come first.
     #[must_use]
     pub fn next_event(&self) -> Cycle {
-        let mut next = NEVER;
-        for timer in &self.timers {
-            next = next.min(timer.next_event());
+        match self.pace {
+            Pace::Lazy => self.timer_event,
+            Pace::PerRequest => self.timer_event.min(self.requests.next().0),
         }
-        if self.pace == Pace::PerRequest {
-            next = next.min(self.requests.next().0);
-        }
-        next
     }
 
     /// Interrupt lines of the timers, line n in bit n % 32 of word n / 32

@@ -55,6 +55,19 @@ impl Requests {
         }
     }
 
+    /// How many ask, and the cycles of a lap.
+    #[inline]
+    pub(super) const fn lap(&self) -> (usize, u64) {
+        (self.asking, self.lap)
+    }
+
+    /// All have come `laps` times.
+    pub(super) fn skip(&mut self, laps: u64) {
+        for due in &mut self.due[..self.asking] {
+            *due += laps * self.lap;
+        }
+    }
+
     /// The next has come.
     #[inline]
     pub(super) fn pass(&mut self) {
@@ -82,6 +95,8 @@ mod tests {
         }
         let expected = [(8, 1), (8, 4), (32, 3), (168, 0), (176, 1), (176, 4)];
         assert_eq!(seen, expected);
+        requests.skip(10);
+        assert_eq!(requests.next(), (200 + 1680, 3));
         let mut one = Requests::new([NEVER, 5, NEVER, NEVER, NEVER], 10);
         assert_eq!((one.next(), one.following()), ((5, 1), 15));
         one.pass();

@@ -1,5 +1,6 @@
 //! What firmware's tape room does to the registers, done by hand.
 
+mod crowded;
 mod disturbed;
 mod scene;
 mod speed;

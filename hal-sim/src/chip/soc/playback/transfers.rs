@@ -6,31 +6,20 @@
 //! by side. A playing stream fetches one word when enabled and again after
 //! each item; an erasing one writes its word at once.
 
-use super::{Access, MEMORY, PERIPHERAL, Playback, Port};
+use super::{Access, MEMORY, PERIPHERAL, Playback};
 use crate::chip::Cycle;
 use crate::chip::cpu::Size;
 use crate::chip::cpu::bus::Unmodelled;
 use crate::chip::soc::Ram;
 use crate::chip::soc::dma::{EVENTS, NEVER, STREAMS, Target, bit};
-use crate::chip::soc::matrix::Master;
+use crate::chip::soc::matrix::{Master, Slave};
 
 /// Cycles from the grant of a port to its bus access: arbitration, address.
-const GRANT: Cycle = 2;
+pub(super) const GRANT: Cycle = 2;
 
-/// Cycles from a request to the end of its transfer if nobody disturbs it, at
-/// most: grant, address, change of master and access, on either port.
-const SPAN: Cycle = 8;
+pub(super) const MASTERS: [Master; 2] = [Master::Dma2Peripheral, Master::Dma2Memory];
 
-const MASTERS: [Master; 2] = [Master::Dma2Peripheral, Master::Dma2Memory];
-
-impl Port {
-    #[inline]
-    fn is_idle_at(&self, at: Cycle) -> bool {
-        self.access.is_none() && self.waiting == 0 && self.free <= at
-    }
-}
-
-/// What happens next, in the order in which it does within one cycle.
+/// What happens next; within one cycle, requests come first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Step {
     Request(usize),
@@ -48,6 +37,9 @@ impl Playback {
         requests_end: Cycle,
         ram: &mut Ram,
     ) -> Result<(), Unmodelled> {
+        if requests_end.max(end) <= self.quiet_until {
+            return Ok(());
+        }
         loop {
             self.rush(end, ram)?;
             let (at, step) = self.earliest();
@@ -55,42 +47,11 @@ impl Playback {
                 Step::Request(event) if at < requests_end => self.request(event, at),
                 Step::Grant(port) if at < end => self.grant(port, at),
                 Step::Access(port) if at < end => self.serve(port, ram)?,
-                _ => return Ok(()),
+                _ => {
+                    self.quiet_until = at;
+                    return Ok(());
+                }
             }
-        }
-    }
-
-    /// Does whole transfers that meet nobody else's: the same steps as below,
-    /// without looking for what comes next after each.
-    fn rush(&mut self, end: Cycle, ram: &mut Ram) -> Result<(), Unmodelled> {
-        loop {
-            let (at, event) = self.requests.next();
-            let listeners = self.listeners[event];
-            let over = at.saturating_add(SPAN);
-            if over > end
-                || over > self.requests.following()
-                || !listeners.is_power_of_two()
-                || !self.ports.iter().all(|port| port.is_idle_at(at))
-            {
-                return Ok(());
-            }
-            let index = listeners.trailing_zeros() as usize;
-            let stream = self.dma[1].stream(index);
-            let (far, near) = (stream.far_slave(), stream.memory());
-            if !stream.is_circular()
-                || stream.plays() != stream.word.is_some()
-                || self.matrix.ready(far, at) > at
-                || self.matrix.ready(near, at) > at
-            {
-                return Ok(());
-            }
-            self.requests.pass();
-            let done = self.matrix.take(far, MASTERS[PERIPHERAL], at + GRANT);
-            self.ports[PERIPHERAL].free = done;
-            self.move_item(index, done, ram)?;
-            let done = self.matrix.take(near, MASTERS[MEMORY], done + GRANT);
-            self.ports[MEMORY].free = done;
-            self.move_word(index, done, ram)?;
         }
     }
 
@@ -117,39 +78,33 @@ impl Playback {
         first
     }
 
-    /// Within one cycle: requests, then grants, then accesses; of two accesses
-    /// to one slave, that of the port that did not have it last.
+    /// Of two accesses to one slave at one cycle, that of the port that did not
+    /// have it last goes first. All else that two ports do at once commutes.
     fn goes_before(&self, step: Step, other: Step) -> bool {
-        match (step, other) {
-            (Step::Grant(_), Step::Access(_)) => true,
-            (Step::Access(MEMORY), Step::Access(PERIPHERAL)) => {
-                let slave = |port: usize| self.ports[port].access.map(|access| access.slave);
-                slave(MEMORY) == slave(PERIPHERAL)
-                    && slave(MEMORY)
-                        .is_some_and(|slave| self.matrix.last(slave) == Master::Dma2Peripheral)
-            }
-            _ => false,
-        }
+        let (Step::Access(MEMORY), Step::Access(PERIPHERAL)) = (step, other) else {
+            return false;
+        };
+        let slave = |port: usize| self.ports[port].access.map(|access| access.slave);
+        let is_last = |slave| self.matrix.last(slave) == Master::Dma2Peripheral;
+        slave(MEMORY) == slave(PERIPHERAL) && slave(MEMORY).is_some_and(is_last)
     }
 
     /// First cycle at which `port` can be granted to one that waits.
     fn grantable(&self, port: usize) -> Cycle {
-        let waiting = self.ports[port].waiting;
-        let first = (0..STREAMS)
-            .filter(|n| waiting >> n & 1 != 0)
-            .map(|n| self.since(port, n))
-            .min();
+        let waiting = streams(self.ports[port].waiting);
+        let first = waiting.map(|n| self.since(port, n)).min();
         first.map_or(NEVER, |since| since.max(self.ports[port].free))
     }
 
     /// Since when `stream` can use `port`.
     fn since(&self, port: usize, index: usize) -> Cycle {
         let stream = self.dma[1].stream(index);
-        match (port, stream.word) {
-            (PERIPHERAL, Some((_, there))) if stream.plays() => stream.asked.max(there),
-            (PERIPHERAL, None) if !stream.plays() => stream.asked,
-            (PERIPHERAL, _) => NEVER,
-            _ => stream.due,
+        if port == MEMORY {
+            stream.due
+        } else if stream.plays() == stream.word.is_some() {
+            stream.asked.max(stream.turned)
+        } else {
+            NEVER
         }
     }
 
@@ -159,13 +114,11 @@ impl Playback {
     fn request(&mut self, event: usize, at: Cycle) {
         self.requests.pass();
         self.requested |= 1 << event;
-        let mut listeners = self.listeners[event] & !self.ports[PERIPHERAL].waiting;
-        while listeners != 0 {
-            let index = listeners.trailing_zeros() as usize;
-            listeners &= listeners - 1;
+        let listeners = self.listeners[event] & !self.ports[PERIPHERAL].waiting;
+        for index in streams(listeners) {
             let stream = self.dma[1].stream_mut(index);
             stream.asked = at;
-            if stream.plays() != stream.word.is_some() {
+            if !stream.is_ready_at(at) {
                 self.dma[1].raise(index, bit::FEIF);
             }
             self.ports[PERIPHERAL].waiting |= 1 << index;
@@ -173,9 +126,8 @@ impl Playback {
     }
 
     fn grant(&mut self, port: usize, at: Cycle) {
-        let waiting = self.ports[port].waiting;
-        let candidates = (0..STREAMS)
-            .filter(|n| waiting >> n & 1 != 0 && self.since(port, *n) <= at)
+        let candidates = streams(self.ports[port].waiting)
+            .filter(|&n| self.since(port, n) <= at)
             .fold(0u8, |bits, n| bits | 1 << n);
         let Some(index) = self.dma[1].choose(candidates) else {
             return;
@@ -209,6 +161,7 @@ impl Playback {
         else {
             return Ok(());
         };
+        self.quiet_until = 0;
         let done = self.matrix.take(slave, MASTERS[port], want);
         self.ports[port].free = done;
         if port == PERIPHERAL {
@@ -233,19 +186,24 @@ impl Playback {
 
     /// The peripheral port's access, complete from `done` on; gives whether
     /// more items are to come.
-    #[inline]
-    fn move_item(&mut self, index: usize, done: Cycle, ram: &Ram) -> Result<bool, Unmodelled> {
+    #[inline(always)]
+    pub(super) fn move_item(
+        &mut self,
+        index: usize,
+        done: Cycle,
+        ram: &Ram,
+    ) -> Result<bool, Unmodelled> {
         self.transfers += 1;
         let stream = self.dma[1].stream_mut(index);
+        stream.turned = done;
         match stream.target() {
             Target::Bsrr(port) => {
-                if let Some((word, _)) = stream.word.take() {
+                if let Some(word) = stream.word.take() {
                     self.gpio.bsrr(port, word, done);
                 }
             }
             Target::Word(address) => {
-                let word = ram.read(address, Size::Word).ok_or(NO_RAM)?;
-                stream.word = Some((word, done));
+                stream.word = Some(ram.read(address, Size::Word).ok_or(NO_RAM)?);
             }
             Target::None => (), // nothing is granted before a stream is enabled
         }
@@ -264,17 +222,21 @@ impl Playback {
     }
 
     /// The memory port's access, complete from `done` on.
-    #[inline]
-    fn move_word(&mut self, index: usize, done: Cycle, ram: &mut Ram) -> Result<(), Unmodelled> {
+    #[inline(always)]
+    pub(super) fn move_word(
+        &mut self,
+        index: usize,
+        done: Cycle,
+        ram: &mut Ram,
+    ) -> Result<(), Unmodelled> {
         let stream = self.dma[1].stream_mut(index);
         let address = stream.address();
         stream.step();
+        stream.turned = done;
         if stream.plays() {
-            let word = ram.read(address, Size::Word).ok_or(NO_RAM)?;
-            stream.word = Some((word, done));
-        } else if let Some((word, _)) = stream.word.take() {
+            stream.word = Some(ram.read(address, Size::Word).ok_or(NO_RAM)?);
+        } else if let Some(word) = stream.word.take() {
             ram.write(address, Size::Word, word).ok_or(NO_RAM)?;
-            stream.asked = stream.asked.max(done);
         }
         Ok(())
     }
@@ -282,7 +244,9 @@ impl Playback {
     /// Streams were switched on or off: ends those that stop and have nothing
     /// under way, and wires the rest to their requests.
     pub(super) fn listen(&mut self, at: Cycle) {
+        self.quiet_until = 0;
         self.listeners = [0; EVENTS];
+        self.shared = [false; 2];
         for index in 0..STREAMS {
             let under_way = self
                 .ports
@@ -301,6 +265,11 @@ impl Playback {
         let events = self.events(index);
         let stream = self.dma[1].stream_mut(index);
         let mask = 1u8 << index;
+        if stream.is_enabled() {
+            let uses = |slave| stream.memory() == slave || stream.far_slave() == slave;
+            self.shared[0] |= uses(Slave::Sram1);
+            self.shared[1] |= uses(Slave::Sram2);
+        }
         if !stream.is_enabled() || stream.stopping {
             self.ports[PERIPHERAL].waiting &= !mask;
             if !stream.is_enabled() || stream.plays() {
@@ -320,6 +289,15 @@ impl Playback {
             self.ports[PERIPHERAL].waiting |= mask;
         }
     }
+}
+
+/// Numbers of the streams in `bits`.
+fn streams(mut bits: u8) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let index = (bits != 0).then(|| bits.trailing_zeros() as usize);
+        bits &= bits.wrapping_sub(1);
+        index
+    })
 }
 
 const NO_RAM: Unmodelled = Unmodelled("DMA2 memory outside the RAM it was given");

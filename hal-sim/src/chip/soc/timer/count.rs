@@ -124,11 +124,11 @@ impl Timer {
     }
 
     fn count_by(&mut self, to: Cycle) -> Result<(), Unmodelled> {
-        let (trigger, armed) = (self.next_match(2), self.has_armed_trigger());
-        let n = self.ticks.take(to);
-        if n == 0 {
+        if self.ticks.at(1) > to {
             return Ok(());
         }
+        let (trigger, armed) = (self.next_match(2), self.has_armed_trigger());
+        let n = self.ticks.take(to);
         if self.count > self.arr[IN_FORCE] {
             return Err(Unmodelled("a timer counting beyond its ARR"));
         }

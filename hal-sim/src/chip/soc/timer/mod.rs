@@ -136,11 +136,18 @@ impl Timer {
     }
 
     /// Earliest cycle at which the interrupt line or an armed trigger output
-    /// rises, should no register change.
+    /// may rise, should no register change.
     #[must_use]
     pub fn next_event(&self) -> Cycle {
         let mut next = Cycle::MAX;
-        let waiting = self.dier & !self.sr;
+        let waiting = self.dier & !self.sr & bit::INTERRUPTS;
+        let armed = self.has_armed_trigger();
+        if waiting == 0 && !armed {
+            return next;
+        }
+        if !self.is_steady() {
+            next = self.next_update(); // what comes after it is not known yet
+        }
         if waiting & bit::UIE != 0 {
             next = next.min(self.next_update());
         }
@@ -153,7 +160,7 @@ impl Timer {
                 });
             }
         }
-        if self.has_armed_trigger() {
+        if armed {
             next = next.min(self.next_match(2));
         }
         next

@@ -278,7 +278,11 @@ fn what_nobody_models_is_refused() {
     assert!(refused(1, reg::CCER, 1), "an output pin");
     assert!(refused(1, reg::CCMR1, 1 << 3), "a compare preload");
     let mut tim = timer(3, 1);
-    assert!(tim.read(reg::CNT, Size::Half, 0).is_err());
+    assert!(tim.read(reg::CNT, Size::Byte, 0).is_err());
+    assert!(timer(2, 1).read(reg::CNT, Size::Half, 0).is_err());
+    tim.write(reg::PSC, Size::Half, 0x0003_0003, 0).unwrap();
+    assert_eq!(tim.read(reg::PSC, Size::Half, 0), Ok(3));
+    write(&mut tim, reg::PSC, 0, 0);
     write(&mut tim, reg::ARR, 9, 0);
     write(&mut tim, reg::CNT, 10, 0);
     write(&mut tim, reg::CR1, 1, 0);

@@ -197,3 +197,42 @@ fn without_a_vector_table_there_is_no_reset() {
     };
     assert_eq!(cpu.reset(&mut bus), Err(none));
 }
+
+/// ldr r0, =0x3000_0000; str r0, [r0]; movs r1, #1; movs r1, #2; b .
+const STORE_TO_NOWHERE: [u16; 6] = [0x2030, 0x0600, 0x6000, 0x2101, 0x2102, 0xE7FE];
+
+#[test]
+fn a_buffered_store_faults_after_its_instruction() {
+    let (mut cpu, mut bus) = machine();
+    set(&mut cpu, 0xE000_ED24, ALL_FAULTS);
+    code(&mut bus, MAIN, &STORE_TO_NOWHERE);
+    assert_eq!(run(&mut cpu, &mut bus, 10), Ok(()));
+    assert_eq!(cpu.registers.exception, number::BUS_FAULT);
+    assert_eq!(get(&mut cpu, CFSR), 1 << 10, "IMPRECISERR, no address");
+    assert_eq!(bus.word(STACK - 8), Some(MAIN + 6), "the next instruction");
+    // It waits for its priority.
+    let (mut cpu, mut bus) = machine();
+    set(&mut cpu, 0xE000_ED24, ALL_FAULTS);
+    cpu.registers.primask = true;
+    code(&mut bus, MAIN, &STORE_TO_NOWHERE);
+    assert_eq!(run(&mut cpu, &mut bus, 20), Ok(()));
+    assert_eq!((cpu.registers.exception, cpu.registers.r[1]), (0, 2));
+    assert_eq!(cpu.system.nvic.pending(), 1 << number::BUS_FAULT);
+}
+
+#[test]
+fn without_the_write_buffer_the_store_itself_faults() {
+    let (mut cpu, mut bus) = machine();
+    set(&mut cpu, 0xE000_ED24, ALL_FAULTS);
+    set(&mut cpu, 0xE000_E008, 1 << 1); // ACTLR.DISDEFWBUF
+    code(&mut bus, MAIN, &STORE_TO_NOWHERE);
+    assert_eq!(run(&mut cpu, &mut bus, 10), Ok(()));
+    assert_eq!(cpu.registers.exception, number::BUS_FAULT);
+    assert_eq!(
+        get(&mut cpu, CFSR),
+        1 << 9 | 1 << 15,
+        "PRECISERR, BFARVALID"
+    );
+    assert_eq!(get(&mut cpu, 0xE000_ED38), 0x3000_0000);
+    assert_eq!(bus.word(STACK - 8), Some(MAIN + 4), "the store");
+}

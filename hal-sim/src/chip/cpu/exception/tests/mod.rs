@@ -4,6 +4,7 @@ mod entry;
 mod exit;
 mod faults;
 mod floating;
+mod soak;
 mod special;
 
 use crate::chip::Cycle;

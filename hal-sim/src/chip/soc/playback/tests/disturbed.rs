@@ -282,7 +282,11 @@ fn run(pace: Pace, acts: &[(u64, Act)], naps: &[u64]) -> (Vec<Edge>, Vec<u64>, V
         if pace == Pace::PerRequest {
             scene.sleep(to - (to - scene.at).min(naps[n % naps.len()]));
         }
-        scene.sleep(to);
+        // The core lets time pass only when something is due.
+        if scene.playback.next_event() <= to {
+            scene.sleep(to);
+        }
+        scene.at = to;
         match act {
             Act::Sleep => (),
             Act::Pass(slave, bridge) => {
@@ -321,6 +325,7 @@ fn run(pace: Pace, acts: &[(u64, Act)], naps: &[u64]) -> (Vec<Edge>, Vec<u64>, V
         }
         seen.push(scene.at);
     }
+    scene.sleep(scene.at + 1);
     seen.extend(scene.ndtr().map(u64::from));
     seen.extend(scene.flags().map(u64::from));
     scene.sleep(scene.at + 1000);

@@ -1,0 +1,98 @@
+//! Special registers, hints, SVC, sleep, interrupts between instructions.
+
+use super::{CODE, Machine, run};
+use crate::chip::cpu::Size;
+
+/// Enables interrupt `n` of the controller.
+fn enable(machine: &mut Machine, n: u32) {
+    let system = &mut machine.cpu.system;
+    assert!(
+        system
+            .write(0xE000_E100 + n / 32 * 4, Size::Word, 1 << (n % 32), 0)
+            .is_ok()
+    );
+}
+
+#[test]
+fn special_registers_are_moved() {
+    let code = &[0xF380, 0x8811, 0xF3EF, 0x8111, 0xB672, 0xF3EF, 0x8210, 0xB662, 0xF3EF, 0x8310, 0xF384, 0x8800, 0xF3EF, 0x8500] /* msr basepri,r0; mrs r1,basepri; cpsid i; mrs r2,primask; cpsie i; mrs r3,primask; msr apsr_nzcvq,r4; mrs r5,apsr */;
+    let machine = run(code, 8, &[(0, 0x45), (4, 0xF800_0000)]);
+    assert_eq!(
+        [1, 2, 3, 5].map(|n| machine.r(n)),
+        [0x40, 1, 0, 0xF800_0000]
+    );
+}
+
+#[test]
+fn svc_returns_behind_itself() {
+    let mut machine = run(&[0xBF00, 0xDF05, 0xBF00] /* nop; svc 5; nop */, 2, &[]);
+    assert_eq!(machine.cpu.registers.exception, 0);
+    machine.steps(1);
+    assert_eq!(machine.cpu.registers.exception, 11);
+    assert_eq!(machine.word(machine.r(13) + 0x18), CODE + 4);
+}
+
+#[test]
+fn an_interrupt_comes_between_instructions_and_bx_lr_returns() {
+    let mut machine = Machine::new(&[0x3001; 64]); // adds r0,#1
+    assert!(
+        machine
+            .bus
+            .load(CODE + 0x9000, &super::bytes(&[0x4770] /* bx lr */))
+    );
+    enable(&mut machine, 5);
+    machine.bus.event = 20;
+    machine.bus.raise[0] = 1 << 5;
+    assert_eq!(machine.cpu.run(&mut machine.bus, 25), Ok(()));
+    assert_eq!(machine.cpu.registers.exception, 21);
+    machine.bus.lines[0] = 0;
+    machine.steps(1);
+    assert_eq!(machine.cpu.registers.exception, 0);
+    let (pc, done) = (machine.r(15), machine.r(0));
+    assert_eq!(pc, CODE + 2 * done);
+    assert!((20..25).contains(&done), "{done}");
+}
+
+#[test]
+fn wfi_sleeps_until_an_interrupt_even_a_masked_one() {
+    let code = &[0xB672, 0xBF30, 0x2001, 0xE7FE] /* cpsid i; wfi; movs r0,#1; b . */;
+    let mut machine = Machine::new(code);
+    enable(&mut machine, 40);
+    machine.bus.event = 5_000;
+    machine.bus.raise[1] = 1 << 8;
+    assert_eq!(machine.cpu.run(&mut machine.bus, 4_000), Ok(()));
+    assert!(machine.cpu.is_asleep());
+    assert_eq!((machine.cpu.cycle, machine.cpu.instructions), (4_000, 2));
+    assert_eq!(machine.cpu.run(&mut machine.bus, 5_010), Ok(()));
+    assert!(!machine.cpu.is_asleep());
+    assert_eq!((machine.r(0), machine.cpu.registers.exception), (1, 0));
+}
+
+#[test]
+fn wfe_takes_the_event_that_sev_left() {
+    let code = &[0xBF40, 0xBF20, 0xBF20, 0x2001] /* sev; wfe; wfe; movs r0,#1 */;
+    let mut machine = Machine::new(code);
+    assert_eq!(machine.cpu.run(&mut machine.bus, 1_000), Ok(()));
+    assert!(machine.cpu.is_asleep());
+    assert_eq!((machine.cpu.instructions, machine.r(0)), (3, 0));
+}
+
+#[test]
+fn hints_do_nothing() {
+    for code in [
+        &[0xBF00][..],     /* nop */
+        &[0xF3AF, 0x8000], /* nop.w */
+        &[0xBF10],         /* yield */
+        &[0xF890, 0xF000], /* pld [r0] */
+        &[0xF89F, 0xF004], /* pld [pc,#4] */
+        &[0xF3BF, 0x8F4F], /* dsb */
+        &[0xF3BF, 0x8F5F], /* dmb */
+        &[0xF3BF, 0x8F6F], /* isb */
+    ] {
+        let mut machine = Machine::new(code);
+        let mut before = machine.cpu.registers.r;
+        machine.steps(1);
+        before[15] += 2 * code.len() as u32;
+        assert_eq!(machine.cpu.registers.r, before, "{code:04X?}");
+    }
+}

@@ -1,0 +1,92 @@
+//! What floating-point instructions wait for (TRM section 7.2.3).
+//!
+//! An arithmetic result can be consumed a cycle after its instruction is over,
+//! as an addend at once. VDIV and VSQRT let integer instructions go on; the
+//! next floating-point instruction waits until they are over. Approximate: a
+//! VLDR or VSTR is not pipelined with its neighbours, as the manual's table of
+//! cycles has no such note.
+
+use super::{Trail, waits};
+use crate::chip::Cycle;
+use crate::chip::cpu::fpu::{Arithmetic, Op, Transfer, Unary};
+use crate::chip::cpu::{Bus, Cpu, Trap};
+
+/// Where the floating-point unit is.
+#[derive(Debug, Default)]
+pub struct Floating {
+    /// It takes the next instruction from this cycle on.
+    free: Cycle,
+    /// The last arithmetic result, an S register.
+    result: u8,
+    /// It can be consumed from this cycle on.
+    ready: Cycle,
+}
+
+/// The S register that `op` computes, if it does arithmetic (conversions are,
+/// moves and changes of sign are not).
+const fn result(op: &Op) -> Option<u8> {
+    match *op {
+        Op::Arithmetic(_, d, _, _) => Some(d),
+        Op::Unary(Unary::Copy | Unary::Absolute | Unary::Negate, _, _) => None,
+        Op::Unary(_, d, _) => Some(d),
+        _ => None,
+    }
+}
+
+/// Whether `op` needs S register `s` when it begins; an addend is needed a
+/// cycle later.
+fn needs(op: &Op, s: u8) -> bool {
+    match *op {
+        Op::Arithmetic(_, _, n, m) => s == n || s == m,
+        Op::Unary(_, _, m) => s == m,
+        Op::Compare { d, m, .. } => s == d || m == Some(s),
+        Op::ToCore { s: from, .. } => s == from,
+        Op::ToCorePair { s: from, .. } => s == from || s == from + 1,
+        Op::Store(Transfer { s: from, count, .. }) => s >= from && s - from < count,
+        _ => false,
+    }
+}
+
+/// Whether integer instructions overtake `op`.
+const fn is_long(op: &Op) -> bool {
+    matches!(
+        op,
+        Op::Arithmetic(Arithmetic::Divide, ..) | Op::Unary(Unary::SquareRoot, ..)
+    )
+}
+
+impl Cpu {
+    /// Executes `op` when the unit and its operands are there.
+    #[inline]
+    pub(in crate::chip::cpu) fn execute_floating<B: Bus>(
+        &mut self,
+        bus: &mut B,
+        op: Op,
+        last: Trail,
+    ) -> Result<(), Trap> {
+        let unit = &self.pipeline.floating;
+        let mut start = self.cycle.max(unit.free);
+        if start < unit.ready && needs(&op, unit.result) {
+            start = unit.ready;
+        }
+        if let Op::Load(transfer) | Op::Store(transfer) = op {
+            // The address stall of every load and store (TRM 3.3.2).
+            start += Cycle::from(waits(last, transfer.n) & !u16::from(last.load));
+        }
+        self.cycle = start;
+        self.pipeline.phase = 1;
+        let cycles = Cycle::from(self.execute_fpu(bus, op)?);
+        let over = self.cycle + cycles;
+        self.cycle = over;
+        let unit = &mut self.pipeline.floating;
+        if let Some(result) = result(&op) {
+            unit.result = result;
+            unit.ready = over + 1;
+        }
+        if is_long(&op) && !self.system.disables_out_of_order_fp() {
+            self.pipeline.floating.free = over;
+            self.cycle = over - cycles + 1;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,123 @@
+//! The same transfers, faster, while DMA2 has the bus to itself and each is
+//! over before the next request: first one by one without looking for what
+//! comes next after each step, then whole laps that only repeat the last.
+
+use super::transfers::{GRANT, MASTERS};
+use super::{MEMORY, PERIPHERAL, Playback, Port};
+use crate::chip::Cycle;
+use crate::chip::cpu::bus::Unmodelled;
+use crate::chip::soc::Ram;
+use crate::chip::soc::dma::EVENTS;
+use crate::chip::soc::matrix::Slave;
+
+/// Cycles from a request to the end of its transfer if nobody disturbs it, at
+/// most: grant, address, change of master and access, on either port.
+const SPAN: Cycle = 8;
+
+/// A transfer: its stream, and from when on its two accesses are complete.
+#[derive(Clone, Copy, Debug, Default)]
+struct Transfer {
+    stream: usize,
+    item: Cycle,
+    word: Cycle,
+}
+
+impl Port {
+    #[inline]
+    fn is_idle_at(&self, at: Cycle) -> bool {
+        self.access.is_none() && self.waiting == 0 && self.free <= at
+    }
+}
+
+impl Playback {
+    /// Does transfers that end before `end` as long as they are alone.
+    #[inline]
+    pub(super) fn rush(&mut self, end: Cycle, ram: &mut Ram) -> Result<(), Unmodelled> {
+        let (at, _) = self.requests.next();
+        if at.saturating_add(SPAN) > end || !self.is_quiet_at(at) {
+            return Ok(());
+        }
+        let (asking, lap) = self.requests.lap();
+        if at.saturating_add(3 * lap) <= end && !self.repeat_laps(asking, lap, end, ram)? {
+            return Ok(());
+        }
+        while self.transfer_alone(end, ram)?.is_some() {}
+        Ok(())
+    }
+
+    /// Nothing is under way and every slave is free.
+    fn is_quiet_at(&self, at: Cycle) -> bool {
+        self.ports.iter().all(|port| port.is_idle_at(at))
+            && [Slave::Sram1, Slave::Sram2, Slave::Ahb1]
+                .into_iter()
+                .all(|slave| self.matrix.ready(slave, at) == at)
+    }
+
+    /// The next transfer, if it ends before `end` and the next request. All is
+    /// quiet when its request comes, and again when it is over.
+    #[inline(always)]
+    fn transfer_alone(
+        &mut self,
+        end: Cycle,
+        ram: &mut Ram,
+    ) -> Result<Option<Transfer>, Unmodelled> {
+        let (at, event) = self.requests.next();
+        let listeners = self.listeners[event];
+        let over = at.saturating_add(SPAN);
+        if over > end || over > self.requests.following() || !listeners.is_power_of_two() {
+            return Ok(None);
+        }
+        let index = listeners.trailing_zeros() as usize;
+        let stream = self.dma[1].stream(index);
+        let (far, near) = (stream.far_slave(), stream.memory());
+        if !stream.is_circular() || !stream.is_ready_at(at) {
+            return Ok(None);
+        }
+        self.requests.pass();
+        let item = self.matrix.take(far, MASTERS[PERIPHERAL], at + GRANT);
+        self.ports[PERIPHERAL].free = item;
+        self.move_item(index, item, ram)?;
+        let word = self.matrix.take(near, MASTERS[MEMORY], item + GRANT);
+        self.ports[MEMORY].free = word;
+        self.move_word(index, word, ram)?;
+        Ok(Some(Transfer {
+            stream: index,
+            item,
+            word,
+        }))
+    }
+
+    /// Two laps, the first of which leaves every slave with the master that
+    /// every later one leaves it with; then the second again, each time a lap
+    /// later. `false` if a transfer was not alone. When slaves and ports became
+    /// free is not told: all are again before the next request and `end`.
+    fn repeat_laps(
+        &mut self,
+        asking: usize,
+        lap: u64,
+        end: Cycle,
+        ram: &mut Ram,
+    ) -> Result<bool, Unmodelled> {
+        let mut transfers = [Transfer::default(); EVENTS];
+        let transfers = &mut transfers[..asking];
+        for _ in 0..2 {
+            for transfer in transfers.iter_mut() {
+                let Some(done) = self.transfer_alone(end, ram)? else {
+                    return Ok(false);
+                };
+                *transfer = done;
+            }
+        }
+        let laps = end.saturating_sub(self.requests.next().0) / lap;
+        for _ in 0..laps {
+            for transfer in transfers.iter_mut() {
+                transfer.item += lap;
+                transfer.word += lap;
+                self.move_item(transfer.stream, transfer.item, ram)?;
+                self.move_word(transfer.stream, transfer.word, ram)?;
+            }
+        }
+        self.requests.skip(laps);
+        Ok(true)
+    }
+}

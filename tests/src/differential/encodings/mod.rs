@@ -1,0 +1,260 @@
+//! The encodings of ARMv7E-M with FPv4-SP that programs are made of, and how
+//! an instruction is recognised as one of them.
+//!
+//! A pattern has a letter for every bit. `0` and `1` are fixed. `d` and `e` are
+//! registers written, `n`, `m`, `a` registers read, `t`, `u` loaded, `r`, `q`
+//! stored, `b` the base and `x` the index of an access, `l` a list, `i` an
+//! immediate, `k` one that stays below 16, `c` a condition; others are free.
+
+mod float;
+mod integer_16;
+mod integer_32;
+mod memory_32;
+
+/// One encoding.
+#[derive(Clone, Copy, Debug)]
+pub struct Encoding {
+    /// Mnemonic and form.
+    pub name: &'static str,
+    /// 16 or 32 letters; spaces do not count.
+    pub pattern: &'static str,
+    /// How a program comes to contain it.
+    pub kind: Kind,
+}
+
+/// How a program comes to contain an encoding.
+#[derive(Clone, Copy, Debug)]
+pub enum Kind {
+    /// Anywhere, with any fields.
+    Plain,
+    /// Anywhere, with fields that are not UNPREDICTABLE.
+    Valid(fn(u32) -> bool),
+    /// An access of so many bytes to the scratch memory.
+    Memory(Form, u32),
+    /// Only with others around it.
+    Unit(Unit),
+    /// In no program, for this reason.
+    Left(&'static str),
+}
+
+/// How an access computes its address, and from what.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// Base plus bits 10:6 times the size.
+    Scaled,
+    /// Stack pointer plus the lowest byte times 4.
+    Stack,
+    /// Base plus the lowest 12 bits.
+    Offset,
+    /// Base plus or minus the lowest byte, before or after.
+    Indexed,
+    /// Base plus index.
+    Register,
+    /// Base plus index, shifted left by bits 5:4.
+    ShiftedRegister,
+    /// Base plus or minus the lowest byte times 4, before or after; aligned.
+    Dual,
+    /// Base plus or minus the lowest byte times 4; aligned.
+    Float,
+    /// A list of core registers, upwards.
+    Up,
+    /// A list of core registers, downwards.
+    Down,
+    /// As many words as the lowest byte says, upwards.
+    FloatsUp,
+    /// As many words as the lowest byte says, downwards.
+    FloatsDown,
+    /// Program counter plus or minus an immediate: the program itself.
+    Literal,
+}
+
+/// What stands around an instruction so that it can be executed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unit {
+    /// Instructions that it may skip.
+    Skip,
+    /// One to four instructions that it makes conditional.
+    Block,
+    /// Not in an IT block.
+    Alone,
+    /// A branch to the address in a register.
+    ToRegister,
+    /// A load or move to the program counter.
+    ToLoaded,
+    /// A table of branches.
+    Table,
+    /// A register list stored to the stack, and loaded again.
+    Stack,
+    /// The stack pointer moved down, read, and moved up again.
+    Adjust,
+    /// An exclusive load, and an exclusive store.
+    Exclusive,
+    /// An event is set before it.
+    Event,
+    /// The mask registers are cleared after it.
+    Mask,
+}
+
+const fn plain(name: &'static str, pattern: &'static str) -> Encoding {
+    row(name, pattern, Kind::Plain)
+}
+
+const fn valid(name: &'static str, pattern: &'static str, is: fn(u32) -> bool) -> Encoding {
+    row(name, pattern, Kind::Valid(is))
+}
+
+const fn memory(name: &'static str, pattern: &'static str, form: Form, size: u32) -> Encoding {
+    row(name, pattern, Kind::Memory(form, size))
+}
+
+const fn unit(name: &'static str, pattern: &'static str, unit: Unit) -> Encoding {
+    row(name, pattern, Kind::Unit(unit))
+}
+
+const fn left(name: &'static str, pattern: &'static str, why: &'static str) -> Encoding {
+    row(name, pattern, Kind::Left(why))
+}
+
+const fn row(name: &'static str, pattern: &'static str, kind: Kind) -> Encoding {
+    Encoding {
+        name,
+        pattern,
+        kind,
+    }
+}
+
+/// An encoding, taken apart.
+#[derive(Clone, Debug)]
+pub struct Pattern {
+    /// Where it comes from.
+    pub encoding: Encoding,
+    /// 16 or 32.
+    pub width: u32,
+    fixed: u32,
+    value: u32,
+    letters: Vec<char>,
+}
+
+impl Pattern {
+    fn new(encoding: Encoding) -> Self {
+        let letters: Vec<char> = encoding.pattern.chars().filter(|c| *c != ' ').collect();
+        let width = letters.len() as u32;
+        assert!(width == 16 || width == 32, "{}", encoding.name);
+        let bits = |is: fn(char) -> bool| {
+            letters
+                .iter()
+                .fold(0, |all, c| all << 1 | u32::from(is(*c)))
+        };
+        Self {
+            encoding,
+            width,
+            fixed: bits(|c| c == '0' || c == '1'),
+            value: bits(|c| c == '1'),
+            letters,
+        }
+    }
+
+    /// Whether `word` (of `width` bits) is of this encoding.
+    #[must_use]
+    pub fn matches(&self, width: u32, word: u32) -> bool {
+        width == self.width && word & self.fixed == self.value
+    }
+
+    /// The letters that are fields, each once, in order.
+    #[must_use]
+    pub fn fields(&self) -> Vec<char> {
+        let mut fields: Vec<char> = Vec::new();
+        for &letter in &self.letters {
+            if letter != '0' && letter != '1' && !fields.contains(&letter) {
+                fields.push(letter);
+            }
+        }
+        fields
+    }
+
+    /// Bits of the field `letter`.
+    #[must_use]
+    pub fn bits(&self, letter: char) -> u32 {
+        self.letters.iter().filter(|c| **c == letter).count() as u32
+    }
+
+    /// The fixed bits.
+    #[must_use]
+    pub const fn empty(&self) -> u32 {
+        self.value
+    }
+
+    /// `word` with the field `letter` set to `value`.
+    #[must_use]
+    pub fn with(&self, word: u32, letter: char, value: u32) -> u32 {
+        let (mut word, mut left) = (word, self.bits(letter));
+        for (at, _) in self
+            .letters
+            .iter()
+            .enumerate()
+            .filter(|(_, c)| **c == letter)
+        {
+            left -= 1;
+            let place = self.width - 1 - at as u32;
+            word = word & !(1 << place) | (value >> left & 1) << place;
+        }
+        word
+    }
+
+    /// The field `letter` of `word`.
+    #[must_use]
+    pub fn field(&self, word: u32, letter: char) -> u32 {
+        let places = self.letters.iter().enumerate();
+        places
+            .filter(|(_, c)| **c == letter)
+            .fold(0, |all, (at, _)| {
+                all << 1 | word >> (self.width - 1 - at as u32) & 1
+            })
+    }
+}
+
+/// All encodings; the more special ones first.
+#[derive(Clone, Debug)]
+pub struct Encodings(pub Vec<Pattern>);
+
+impl Encodings {
+    /// The whole table.
+    #[must_use]
+    pub fn new() -> Self {
+        let all = [
+            integer_16::ENCODINGS,
+            integer_32::ENCODINGS,
+            memory_32::ENCODINGS,
+            float::ENCODINGS,
+        ];
+        Self(all.concat().into_iter().map(Pattern::new).collect())
+    }
+
+    /// Which encoding the instruction `word` of `width` bits has.
+    #[must_use]
+    pub fn find(&self, width: u32, word: u32) -> Option<usize> {
+        self.0.iter().position(|p| p.matches(width, word))
+    }
+
+    /// The encoding called `name`.
+    ///
+    /// # Panics
+    /// There is none.
+    #[must_use]
+    pub fn named(&self, name: &str) -> &Pattern {
+        let found = self.0.iter().find(|p| p.encoding.name == name);
+        found.unwrap_or_else(|| panic!("no encoding {name}"))
+    }
+}
+
+impl Default for Encodings {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Whether a half-word is the first of a 32-bit instruction.
+#[must_use]
+pub const fn is_wide(first: u16) -> bool {
+    first >> 11 >= 0b11101
+}
