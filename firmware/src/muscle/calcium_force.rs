@@ -21,7 +21,7 @@ use fixed::types::{I16F16, U5F27};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-use super::exponential::{decay_fraction, mul_high};
+use super::exponential::{decay_fraction, decay_lag, mul_high};
 use super::{Gain, OutOfRange, Parameter, within};
 use crate::units::{Force, Micros};
 
@@ -86,7 +86,7 @@ pub struct CalciumForce {
     full_scale: u32,
 }
 
-/// Where one muscle is. 32 bytes, freely copied.
+/// Where one muscle is. 40 bytes, freely copied.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct CalciumForceState {
     /// C, U5F59, at most `CALCIUM_MAX` + 1.
@@ -97,6 +97,10 @@ pub struct CalciumForceState {
     gain: u32,
     /// The time all this holds for.
     at: Micros,
+    /// How far ahead of `at` a pulse is known of: below 1000 µs, 0 if none.
+    waiting_us: u32,
+    /// That pulse's gain, Q31.
+    next_gain: u32,
 }
 
 impl CalciumForceState {
@@ -108,13 +112,16 @@ impl CalciumForceState {
             force: 0,
             gain: 0,
             at,
+            waiting_us: 0,
+            next_gain: 0,
         }
     }
 
-    /// Whether nothing is left of any pulse: calcium and force exactly zero.
+    /// Whether nothing is left of any pulse: calcium and force exactly zero,
+    /// and no pulse waits.
     #[must_use]
     pub const fn is_at_rest(&self) -> bool {
-        self.calcium == 0 && self.force == 0
+        self.calcium == 0 && self.force == 0 && self.waiting_us == 0
     }
 
     /// C of eq. (2), in pulses: 0…25, rounded down to 2^-27.
@@ -162,16 +169,33 @@ impl CalciumForce {
         Ok(muscle)
     }
 
-    /// A pulse at `at`: lets time pass until then, adds 1 to C and drives the
-    /// muscle with `gain` from now on (eq. 6). A pulse with [`Gain::ZERO`]
-    /// reaches no fibre and leaves the muscle as it was. A pulse older than
-    /// the state counts as of the state's time.
+    /// A pulse at `at`: adds 1 to C then, and from then on drives the muscle
+    /// with `gain` (eq. 6). A pulse less than a millisecond ahead of the state
+    /// waits for [`Self::advance`] to pass it, so that a tick with a pulse
+    /// inside it is one step; for one further ahead, or with another waiting,
+    /// time passes until `at`. An older pulse counts as of the state's time.
+    /// A pulse with [`Gain::ZERO`] reaches no fibre and leaves the muscle as
+    /// it was.
+    #[inline]
     pub fn pulse(&self, state: &mut CalciumForceState, at: Micros, gain: Gain) {
-        self.advance(state, at);
         if gain == Gain::ZERO {
             return;
         }
-        state.gain = gain.get().to_bits();
+        let gain = gain.get().to_bits();
+        let ahead_us = at.elapsed_since(state.at);
+        if ahead_us > 0 && ahead_us < TICK_US && state.waiting_us == 0 {
+            state.waiting_us = ahead_us;
+            state.next_gain = gain;
+        } else {
+            self.pulse_at_once(state, at, gain);
+        }
+    }
+
+    /// Lets time pass until `at`, then the pulse acts.
+    #[inline(never)]
+    fn pulse_at_once(&self, state: &mut CalciumForceState, at: Micros, gain: u32) {
+        self.advance(state, at);
+        state.gain = gain;
         // 25 · 2^59 < 2^64: C never starts above CALCIUM_MAX.
         state.calcium = state.calcium.wrapping_add(ONE_PULSE).min(CALCIUM_MAX);
     }
@@ -183,20 +207,32 @@ impl CalciumForce {
     /// rest, and nothing from then on. Rest comes, by the ranges of the
     /// parameters, within 7 s of the last pulse: no call takes more than
     /// 7,000 steps (2,500 for the muscles of table 4).
+    #[inline]
     pub fn advance(&self, state: &mut CalciumForceState, to: Micros) {
         let mut left_us = to.elapsed_since(state.at);
         if left_us == 0 {
             return;
         }
         state.at = to;
-        while left_us > 0 && !state.is_at_rest() {
-            let step = if left_us >= TICK_US {
-                self.tick
-            } else {
-                self.step_of(left_us)
-            };
+        while left_us >= TICK_US && !state.is_at_rest() {
+            self.pass(state, TICK_US, &self.tick);
+            left_us = left_us.wrapping_sub(TICK_US);
+        }
+        if left_us > 0 && left_us < TICK_US && !state.is_at_rest() {
+            self.pass(state, left_us, &self.step_of(left_us));
+        }
+    }
+
+    /// A step of `us`, with the waiting pulse if it falls within.
+    #[inline(always)]
+    fn pass(&self, state: &mut CalciumForceState, us: u32, step: &Step) {
+        if state.waiting_us == 0 {
             self.step(state, step);
-            left_us = left_us.saturating_sub(TICK_US);
+        } else if state.waiting_us <= us {
+            self.step_with_pulse(state, us, step);
+        } else {
+            self.step(state, step);
+            state.waiting_us = state.waiting_us.wrapping_sub(us);
         }
     }
 
@@ -210,7 +246,6 @@ impl CalciumForce {
     }
 
     /// The factors of a step of `us` ≤ 1000 microseconds.
-    #[inline(always)]
     fn step_of(&self, us: u32) -> Step {
         // us · 2^22 < 2^32; times 2^-42 and the upper word leaves 2^-32.
         let us = us << 22;
@@ -223,21 +258,25 @@ impl CalciumForce {
         }
     }
 
-    /// One step of the method at the head of this file.
+    /// x and τ/(τ1 + τ2), both Q32, at C = `calcium` in U5F27.
     #[inline(always)]
-    fn step(&self, state: &mut CalciumForceState, step: Step) {
-        let (upper, lower) = ((state.calcium >> 32) as u32, state.calcium as u32);
-        let middle = mul_high(upper, step.to_middle);
+    fn activation(&self, calcium: u32) -> (u32, u32) {
         // K + C < 32 (CALCIUM_MAX). x stays below 1: K/(K + C) is at least
-        // 8.3e-5, reciprocal's error at most 2.5e-5.
-        let (shift, inverse) = reciprocal(self.k.wrapping_add(middle));
-        let x = scale(middle.wrapping_shl(shift), inverse);
+        // 8.3e-5, ratio's error at most 2.5e-5.
+        let x = ratio(calcium, self.k.wrapping_add(calcium));
         // Below 2^32, as floor + span is 2^32 − 1; above 0 by τ1 ≥ 2 ms.
-        let tau = self.tau_floor.wrapping_add(mul_high(self.tau_span, x));
-        // z = h/τ ≤ 1 ms/2 ms up to that error: within decay_fraction's
+        (x, self.tau_floor.wrapping_add(mul_high(self.tau_span, x)))
+    }
+
+    /// One step of the method at the head of this file. A function of its
+    /// own: inlined in a loop, the muscle's constants would move to the stack.
+    #[inline(never)]
+    fn step(&self, state: &mut CalciumForceState, step: &Step) {
+        let (upper, lower) = ((state.calcium >> 32) as u32, state.calcium as u32);
+        let (x, tau) = self.activation(mul_high(upper, step.to_middle));
+        // z = h/τ ≤ 1 ms/2 ms up to ratio's error: within decay_fraction's
         // domain, which also keeps 1 − e^−z below half, an i32.
-        let (shift, inverse) = reciprocal(tau);
-        let share = decay_fraction(scale(step.length.wrapping_shl(shift), inverse)) as i32;
+        let share = decay_fraction(ratio(step.length, tau)) as i32;
         // Q32 · Q32 · Q31 with gain ≤ 1: below 2^31, as is the force's word.
         let target = mul_high(mul_high(x, tau), state.gain) as i32;
         let way = target.wrapping_sub((state.force >> 32) as i32);
@@ -256,6 +295,51 @@ impl CalciumForce {
             }
         }
     }
+
+    /// A step of `us` with the waiting pulse inside it.
+    ///
+    /// With z1, z2 the parts' h/τ and a1, a2 their h·x·gain, all over full
+    /// scale, the two steps of the method's own are, but for terms of third
+    /// order, F ← F + p·(a1 + a2 − z·F + (a2·z1 − a1·z2)/2), z = z1 + z2 and
+    /// p = (1 − e^−z)/z.
+    #[inline(never)]
+    fn step_with_pulse(&self, state: &mut CalciumForceState, us: u32, step: &Step) {
+        // Both below 1000, and 22 bits up below 2^32 as in step_of.
+        let before = state.waiting_us << 22;
+        let after = us.wrapping_sub(state.waiting_us) << 22;
+        let (upper, lower) = ((state.calcium >> 32) as u32, state.calcium as u32);
+        let fall = decayed(mul_high(before, self.half_decay_per_us));
+        let fall_after = decayed(mul_high(after, self.half_decay_per_us));
+
+        let middle = mul_high(upper, fall);
+        let (x1, tau1) = self.activation(middle);
+        // Half of the first part is over; the rest and half of the second
+        // are half of all. At most 25 · 2^27.
+        let old = mul_high(middle, step.to_middle);
+        let (x2, tau2) = self.activation(old.wrapping_add(fall_after >> 5));
+        // The parts' lengths add up to the step's, both rounded down.
+        let length1 = mul_high(before, self.length_per_us);
+        let length2 = step.length.wrapping_sub(length1);
+        let (z1, z2) = (ratio(length1, tau1), ratio(length2, tau2));
+        let z = z1.wrapping_add(z2);
+        let a1 = mul_high(mul_high(length1, x1), state.gain);
+        let a2 = mul_high(mul_high(length2, x2), state.next_gain);
+        let order = (mul_high(a2, z1) as i32).wrapping_sub(mul_high(a1, z2) as i32) >> 1;
+        let force = (state.force >> 32) as u32;
+        let drive = (a1.wrapping_add(a2).wrapping_sub(mul_high(z, force)) as i32).wrapping_add(order);
+        let lag = decay_lag(z) as i32;
+        let change = (i64::from(drive) << 32).wrapping_sub(i64::from(drive) * i64::from(lag));
+        state.force = state.force.wrapping_add(change);
+
+        let carried = u64::from(mul_high(lower, step.to_end));
+        let new = (u64::from(fall_after) * u64::from(fall_after)) >> 5;
+        let calcium = (u64::from(upper) * u64::from(step.to_end))
+            .wrapping_add(carried)
+            .wrapping_add(new);
+        state.calcium = calcium.min(CALCIUM_MAX);
+        state.gain = state.next_gain;
+        state.waiting_us = 0;
+    }
 }
 
 impl CalciumForceSpec {
@@ -269,23 +353,25 @@ impl CalciumForceSpec {
     }
 }
 
-/// For d > 0: how far to shift d left until its top bit is set, and about
-/// 2^49 over the shifted d, within 2.5e-5 and without bias. One 32-bit
+/// n/d in Q32 for n < d, within 2.5e-5 and without bias. One 32-bit
 /// division: its error differs from step to step and averages out.
 #[inline(always)]
-fn reciprocal(d: u32) -> (u32, u32) {
+fn ratio(n: u32, d: u32) -> u32 {
     let shift = d.leading_zeros();
     // The middle of what 16 bits tell d apart from: 2^16…2^17, odd.
     let normal = (d.wrapping_shl(shift) >> 15) | 1;
-    // The quotient is below 2^16; four times that plus two is its middle.
-    (shift, (u32::MAX / normal).wrapping_mul(4).wrapping_add(2))
+    // The quotient is below 2^16; four times that plus two is its middle:
+    // 2^49 over the shifted d.
+    let inverse = (u32::MAX / normal).wrapping_mul(4).wrapping_add(2);
+    // 32 + 18 bits; the quotient is below 1.
+    ((u64::from(n.wrapping_shl(shift)) * u64::from(inverse)) >> 17) as u32
 }
 
-/// n/d in Q32 from n shifted as d was and d's [`reciprocal`]; n < d.
+/// e^−u for u ≤ 0.1, both Q32: below 4.1e-6 off.
 #[inline(always)]
-fn scale(shifted: u32, inverse: u32) -> u32 {
-    // 32 + 18 bits; the quotient is below 1.
-    ((u64::from(shifted) * u64::from(inverse)) >> 17) as u32
+fn decayed(u: u32) -> u32 {
+    const THIRD_ORDER: u32 = u32::MAX / 6;
+    !mul_high(u, !mul_high(u, (1u32 << 31).wrapping_sub(mul_high(u, THIRD_ORDER))))
 }
 
 #[cfg(test)]
@@ -297,12 +383,11 @@ mod tests {
         let (mut worst, mut sum, mut n) = (0f64, 0f64, 0f64);
         for i in 0..2_000_000u32 {
             let d = (1u32 << 31).wrapping_add(i.wrapping_mul(1_073));
-            let (shift, inverse) = reciprocal(d);
-            assert_eq!(shift, 0);
-            let error = f64::from(inverse) * f64::from(d) / 2f64.powi(49) - 1.0;
+            let n = d.wrapping_sub(1);
+            let error = f64::from(ratio(n, d)) / 2f64.powi(32) * f64::from(d) / f64::from(n) - 1.0;
             (worst, sum, n) = (worst.max(error.abs()), sum + error, n + 1.0);
         }
-        std::println!("reciprocal: worst {worst:e}, mean {:e}", sum / n);
+        std::println!("ratio: worst {worst:e}, mean {:e}", sum / n);
         assert!((1.25e-5..2.5e-5).contains(&worst), "{worst:e}");
         assert!((sum / n).abs() < 1e-6, "{:e}", sum / n);
     }
