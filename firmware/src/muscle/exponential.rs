@@ -62,14 +62,6 @@ pub(super) fn decay_fraction(z: u32) -> u32 {
     alternating(&DECAY, z)
 }
 
-/// 1 − (1 − e^−z)/z for z in 0…0.505, both Q32: how far a decay falls behind
-/// its first rate.
-#[inline(always)]
-pub(super) fn decay_lag(z: u32) -> u32 {
-    let [_, rest @ ..] = &DECAY;
-    alternating(rest, z)
-}
-
 /// 2^−x for x ≥ 0 in Q32, as Q31. Error below 3e-9 plus one unit of 2^-31;
 /// exactly 1 at zero, 0 from x = 32.
 pub(super) fn exp2_neg(x: u64) -> u32 {
