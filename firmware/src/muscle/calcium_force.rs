@@ -17,6 +17,8 @@
 //! full scale A·(τ1 + τ2), which no force can pass; only its upper word is
 //! ever read, the lower keeps what a step of 1 µs would otherwise lose.
 
+use core::sync::atomic::{Ordering, compiler_fence};
+
 use fixed::types::{I16F16, U5F27};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -129,6 +131,13 @@ impl CalciumForceState {
         (self.calcium >> 32) as u32 | (self.force >> 32) as u32 | self.waiting_us == 0
     }
 
+    /// A pulse's effect at once.
+    fn take(&mut self, gain: u32) {
+        self.gain = gain;
+        // 25 · 2^59 < 2^64: C never starts above CALCIUM_MAX.
+        self.calcium = self.calcium.wrapping_add(ONE_PULSE).min(CALCIUM_MAX);
+    }
+
     /// C of eq. (2), in pulses: 0…25, rounded down to 2^-27.
     #[must_use]
     pub const fn calcium(&self) -> U5F27 {
@@ -186,11 +195,10 @@ impl CalciumForce {
         if gain == Gain::ZERO {
             return;
         }
-        let gain = gain.get().to_bits();
-        let ahead_us = at.elapsed_since(state.at);
-        if ahead_us > 0 && ahead_us < TICK_US && state.waiting_us == 0 {
+        let ahead_us = at.since(state.at).cast_unsigned();
+        if state.waiting_us == 0 && ahead_us < TICK_US && ahead_us > 0 {
             state.waiting_us = ahead_us;
-            state.next_gain = gain;
+            state.next_gain = gain.get().to_bits();
         } else {
             self.pulse_at_once(state, at, gain);
         }
@@ -198,11 +206,9 @@ impl CalciumForce {
 
     /// Lets time pass until `at`, then the pulse acts.
     #[inline(never)]
-    fn pulse_at_once(&self, state: &mut CalciumForceState, at: Micros, gain: u32) {
-        self.advance(state, at);
-        state.gain = gain;
-        // 25 · 2^59 < 2^64: C never starts above CALCIUM_MAX.
-        state.calcium = state.calcium.wrapping_add(ONE_PULSE).min(CALCIUM_MAX);
+    fn pulse_at_once(&self, state: &mut CalciumForceState, at: Micros, gain: Gain) {
+        self.advance_any(state, at);
+        state.take(gain.get().to_bits());
     }
 
     /// Lets time pass until `to`, which may be up to 35 min ahead; an earlier
@@ -214,16 +220,15 @@ impl CalciumForce {
     /// 7,000 steps (2,500 for the muscles of table 4).
     #[inline]
     pub fn advance(&self, state: &mut CalciumForceState, to: Micros) {
-        let left_us = to.elapsed_since(state.at);
-        if left_us == TICK_US {
+        if to.since(state.at) == TICK_US.cast_signed() {
             state.at = to;
-            self.pass(state, TICK_US, &self.tick);
+            self.tick(state);
         } else {
             self.advance_any(state, to);
         }
     }
 
-    /// [`Self::advance`] by any time, ticks first.
+    /// [`Self::advance`] by any time: ticks, then what is left.
     #[inline(never)]
     fn advance_any(&self, state: &mut CalciumForceState, to: Micros) {
         let mut left_us = to.elapsed_since(state.at);
@@ -232,27 +237,36 @@ impl CalciumForce {
         }
         state.at = to;
         while left_us >= TICK_US && !state.is_at_rest() {
-            self.pass(state, TICK_US, &self.tick);
+            self.tick(state);
             left_us = left_us.wrapping_sub(TICK_US);
         }
-        if (1..TICK_US).contains(&left_us) {
-            self.pass(state, left_us, &self.step_of(left_us));
+        let until_pulse_us = state.waiting_us;
+        if (1..=left_us).contains(&until_pulse_us) {
+            self.part_of_tick(state, until_pulse_us);
+            left_us = left_us.wrapping_sub(until_pulse_us);
+            state.waiting_us = 0;
+            state.take(state.next_gain);
+        }
+        if left_us > 0 && !state.is_at_rest() {
+            self.part_of_tick(state, left_us);
+            state.waiting_us = state.waiting_us.saturating_sub(left_us);
         }
     }
 
-    /// A step of `us`, with the waiting pulse if it falls within.
-    #[inline(always)]
-    fn pass(&self, state: &mut CalciumForceState, us: u32, step: &Step) {
-        if state.waiting_us == 0 {
-            if !state.is_at_rest() {
-                self.step(state, step);
-            }
-        } else if state.waiting_us <= us {
-            self.step_with_pulse(state, us, step);
-        } else {
-            self.step(state, step);
-            state.waiting_us = state.waiting_us.wrapping_sub(us);
+    /// 1 ms: a waiting pulse, less than that ahead, falls within.
+    #[inline(never)]
+    fn tick(&self, state: &mut CalciumForceState) {
+        if state.waiting_us > 0 {
+            self.tick_with_pulse(state);
+        } else if !state.is_at_rest() {
+            self.step(state, &self.tick);
         }
+    }
+
+    /// `us` ≤ 1000 microseconds without a pulse.
+    #[inline(never)]
+    fn part_of_tick(&self, state: &mut CalciumForceState, us: u32) {
+        self.step(state, &self.step_of(us));
     }
 
     /// The muscle's force, 0…12,000 N.
@@ -287,9 +301,8 @@ impl CalciumForce {
         (x, self.tau_floor.wrapping_add(mul_high(self.tau_span, x)))
     }
 
-    /// One step of the method at the head of this file. A function of its
-    /// own: inlined in a loop, the muscle's constants would move to the stack.
-    #[inline(never)]
+    /// One step of the method at the head of this file.
+    #[inline(always)]
     fn step(&self, state: &mut CalciumForceState, step: &Step) {
         let (upper, lower) = ((state.calcium >> 32) as u32, state.calcium as u32);
         let (x, tau) = self.activation(mul_high(upper, step.to_middle));
@@ -315,37 +328,48 @@ impl CalciumForce {
         }
     }
 
-    /// A step of `us` with the waiting pulse inside it.
+    /// 1 ms with the waiting pulse inside it.
     ///
     /// With z1, z2 the parts' h/τ and a1, a2 their h·x·gain, all over full
     /// scale, the two steps of the method's own are, but for terms of third
     /// order, F ← F + p·(a1 + a2 − z·F + (a2·z1 − a1·z2)/2), z = z1 + z2 and
     /// p = (1 − e^−z)/z.
     #[inline(never)]
-    fn step_with_pulse(&self, state: &mut CalciumForceState, us: u32, step: &Step) {
-        // Both at most 1000, and 22 bits up below 2^32 as in step_of.
+    fn tick_with_pulse(&self, state: &mut CalciumForceState) {
+        // Both below 1000, and 22 bits up below 2^32 as in step_of.
         let before = state.waiting_us << 22;
-        let after = us.wrapping_sub(state.waiting_us) << 22;
+        let after = TICK_US.wrapping_sub(state.waiting_us) << 22;
+        state.waiting_us = 0;
         let fall = decay(mul_high(before, self.half_decay_per_us));
         let fall_after = decay(mul_high(after, self.half_decay_per_us));
 
         let upper = (state.calcium >> 32) as u32;
-        let middle = mul_high(upper, fall);
-        let (x1, tau1) = self.activation(middle);
+        let middle1 = mul_high(upper, fall);
         // Half of the first part is over; the rest of it and half of the
-        // second are half of the step. The sum is at most 25 · 2^27.
-        let middle = mul_high(middle, step.to_middle).wrapping_add(fall_after >> 5);
-        let (x2, tau2) = self.activation(middle);
+        // second are half of the self.tick. The sum is at most 25 · 2^27.
+        let middle2 = mul_high(middle1, self.tick.to_middle).wrapping_add(fall_after >> 5);
 
+        // What the old lower word would carry is below 2^-27 of a pulse.
+        let old = u64::from(upper) * u64::from(self.tick.to_end);
+        let new = mul_high(fall_after, fall_after) >> 5;
+        let calcium_upper = ((old >> 32) as u32)
+            .wrapping_add(new)
+            .min(CALCIUM_MAX_UPPER);
+        state.calcium = u64::from(calcium_upper) << 32 | u64::from(old as u32);
+        compiler_fence(Ordering::SeqCst);
+
+        let (x1, tau1) = self.activation(middle1);
+        let (x2, tau2) = self.activation(middle2);
         // The parts' lengths add up to the step's, both rounded down.
         let length1 = mul_high(before, self.length_per_us);
-        let length2 = step.length.wrapping_sub(length1);
+        let length2 = self.tick.length.wrapping_sub(length1);
         // One division for both h/τ: 1/(τ1·τ2). Their sum is below 0.505.
         let both = Reciprocal::of(mul_high(tau1, tau2));
         let z1 = both.times(mul_high(length1, tau2));
         let z2 = both.times(mul_high(length2, tau1));
         let z = z1.wrapping_add(z2);
 
+        compiler_fence(Ordering::SeqCst);
         // With gains ≤ 1, a1 + a2 ≤ z·2^31 < 2^31; and so is z·F. The
         // correction takes less than a1, z·F less than F: F stays above 0,
         // and below full scale by K/(K + C), as in `step`.
@@ -362,15 +386,7 @@ impl CalciumForce {
         let force_upper = ((force >> 32) as i32).wrapping_add(drive);
         state.force = i64::from(force_upper) << 32 | i64::from(force as u32);
 
-        // What the old lower word would carry is below 2^-27 of a pulse.
-        let old = u64::from(upper) * u64::from(step.to_end);
-        let new = mul_high(fall_after, fall_after) >> 5;
-        let calcium_upper = ((old >> 32) as u32)
-            .wrapping_add(new)
-            .min(CALCIUM_MAX_UPPER);
-        state.calcium = u64::from(calcium_upper) << 32 | u64::from(old as u32);
         state.gain = state.next_gain;
-        state.waiting_us = 0;
     }
 }
 
