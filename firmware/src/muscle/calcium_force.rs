@@ -17,6 +17,8 @@
 //! full scale A·(τ1 + τ2), which no force can pass; only its upper word is
 //! ever read, the lower keeps what a step of 1 µs would otherwise lose.
 
+use core::sync::atomic::{Ordering, compiler_fence};
+
 use fixed::types::{I16F16, U5F27};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -34,6 +36,9 @@ const ONE_PULSE: u64 = 1 << 59;
 /// Where C saturates, U5F59. The slowest τc allowed (100 ms) reaches 20.5 at
 /// the fastest train allowed (200 Hz); with K ≤ 5 the sum K + C stays below 32.
 const CALCIUM_MAX: u64 = 24 << 59;
+
+/// The upper word of that.
+const CALCIUM_MAX_UPPER: u32 = 24 << 27;
 
 /// One muscle's parameters, as a host sends them. Table 4 of Lee 2020 lists
 /// ten subjects' (with τ2 of K06 misprinted: 176 ms, not 17.6).
@@ -86,7 +91,7 @@ pub struct CalciumForce {
     full_scale: u32,
 }
 
-/// Where one muscle is. 32 bytes, freely copied.
+/// Where one muscle is. 40 bytes, freely copied.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct CalciumForceState {
     /// C, U5F59, at most `CALCIUM_MAX` + 1.
@@ -97,6 +102,10 @@ pub struct CalciumForceState {
     gain: u32,
     /// The time all this holds for.
     at: Micros,
+    /// How far ahead of `at` a pulse is known of: below 1000 µs, 0 if none.
+    waiting_us: u32,
+    /// That pulse's gain, Q31.
+    next_gain: u32,
 }
 
 impl CalciumForceState {
@@ -108,13 +117,25 @@ impl CalciumForceState {
             force: 0,
             gain: 0,
             at,
+            waiting_us: 0,
+            next_gain: 0,
         }
     }
 
-    /// Whether nothing is left of any pulse: calcium and force exactly zero.
+    /// Whether nothing is left of any pulse: calcium and force exactly zero,
+    /// and no pulse waits.
     #[must_use]
     pub const fn is_at_rest(&self) -> bool {
-        self.calcium == 0 && self.force == 0
+        // A step that leaves an upper word 0 clears the lower one, force's
+        // once there is no calcium.
+        (self.calcium >> 32) as u32 | (self.force >> 32) as u32 | self.waiting_us == 0
+    }
+
+    /// A pulse's effect at once.
+    fn take(&mut self, gain: u32) {
+        self.gain = gain;
+        // 25 · 2^59 < 2^64: C never starts above CALCIUM_MAX.
+        self.calcium = self.calcium.wrapping_add(ONE_PULSE).min(CALCIUM_MAX);
     }
 
     /// C of eq. (2), in pulses: 0…25, rounded down to 2^-27.
@@ -162,18 +183,32 @@ impl CalciumForce {
         Ok(muscle)
     }
 
-    /// A pulse at `at`: lets time pass until then, adds 1 to C and drives the
-    /// muscle with `gain` from now on (eq. 6). A pulse with [`Gain::ZERO`]
-    /// reaches no fibre and leaves the muscle as it was. A pulse older than
-    /// the state counts as of the state's time.
+    /// A pulse at `at`: adds 1 to C then, and from then on drives the muscle
+    /// with `gain` (eq. 6). A pulse less than a millisecond ahead of the state
+    /// waits for [`Self::advance`] to pass it, so that a tick with a pulse
+    /// inside it is one step; for one further ahead, or with another waiting,
+    /// time passes until `at`. An older pulse counts as of the state's time.
+    /// A pulse with [`Gain::ZERO`] reaches no fibre and leaves the muscle as
+    /// it was.
+    #[inline]
     pub fn pulse(&self, state: &mut CalciumForceState, at: Micros, gain: Gain) {
-        self.advance(state, at);
         if gain == Gain::ZERO {
             return;
         }
-        state.gain = gain.get().to_bits();
-        // 25 · 2^59 < 2^64: C never starts above CALCIUM_MAX.
-        state.calcium = state.calcium.wrapping_add(ONE_PULSE).min(CALCIUM_MAX);
+        let ahead_us = at.since(state.at).cast_unsigned();
+        if state.waiting_us == 0 && ahead_us < TICK_US && ahead_us > 0 {
+            state.waiting_us = ahead_us;
+            state.next_gain = gain.get().to_bits();
+        } else {
+            self.pulse_at_once(state, at, gain);
+        }
+    }
+
+    /// Lets time pass until `at`, then the pulse acts.
+    #[inline(never)]
+    fn pulse_at_once(&self, state: &mut CalciumForceState, at: Micros, gain: Gain) {
+        self.advance_any(state, at);
+        state.take(gain.get().to_bits());
     }
 
     /// Lets time pass until `to`, which may be up to 35 min ahead; an earlier
@@ -183,21 +218,55 @@ impl CalciumForce {
     /// rest, and nothing from then on. Rest comes, by the ranges of the
     /// parameters, within 7 s of the last pulse: no call takes more than
     /// 7,000 steps (2,500 for the muscles of table 4).
+    #[inline]
     pub fn advance(&self, state: &mut CalciumForceState, to: Micros) {
+        if to.since(state.at) == TICK_US.cast_signed() {
+            state.at = to;
+            self.tick(state);
+        } else {
+            self.advance_any(state, to);
+        }
+    }
+
+    /// [`Self::advance`] by any time: ticks, then what is left.
+    #[inline(never)]
+    fn advance_any(&self, state: &mut CalciumForceState, to: Micros) {
         let mut left_us = to.elapsed_since(state.at);
         if left_us == 0 {
             return;
         }
         state.at = to;
-        while left_us > 0 && !state.is_at_rest() {
-            let step = if left_us >= TICK_US {
-                self.tick
-            } else {
-                self.step_of(left_us)
-            };
-            self.step(state, step);
-            left_us = left_us.saturating_sub(TICK_US);
+        while left_us >= TICK_US && !state.is_at_rest() {
+            self.tick(state);
+            left_us = left_us.wrapping_sub(TICK_US);
         }
+        let until_pulse_us = state.waiting_us;
+        if (1..=left_us).contains(&until_pulse_us) {
+            self.part_of_tick(state, until_pulse_us);
+            left_us = left_us.wrapping_sub(until_pulse_us);
+            state.waiting_us = 0;
+            state.take(state.next_gain);
+        }
+        if left_us > 0 && !state.is_at_rest() {
+            self.part_of_tick(state, left_us);
+            state.waiting_us = state.waiting_us.saturating_sub(left_us);
+        }
+    }
+
+    /// 1 ms: a waiting pulse, less than that ahead, falls within.
+    #[inline(never)]
+    fn tick(&self, state: &mut CalciumForceState) {
+        if state.waiting_us > 0 {
+            self.tick_with_pulse(state);
+        } else if !state.is_at_rest() {
+            self.step(state, &self.tick);
+        }
+    }
+
+    /// `us` ≤ 1000 microseconds without a pulse.
+    #[inline(never)]
+    fn part_of_tick(&self, state: &mut CalciumForceState, us: u32) {
+        self.step(state, &self.step_of(us));
     }
 
     /// The muscle's force, 0…12,000 N.
@@ -210,7 +279,6 @@ impl CalciumForce {
     }
 
     /// The factors of a step of `us` ≤ 1000 microseconds.
-    #[inline(always)]
     fn step_of(&self, us: u32) -> Step {
         // us · 2^22 < 2^32; times 2^-42 and the upper word leaves 2^-32.
         let us = us << 22;
@@ -223,21 +291,24 @@ impl CalciumForce {
         }
     }
 
+    /// x and τ/(τ1 + τ2), both Q32, at C = `calcium` in U5F27.
+    #[inline(always)]
+    fn activation(&self, calcium: u32) -> (u32, u32) {
+        // K + C < 32 (CALCIUM_MAX). x stays below 1: K/(K + C) is at least
+        // 8.3e-5, Reciprocal's error at most 2.5e-5.
+        let x = Reciprocal::of(self.k.wrapping_add(calcium)).times(calcium);
+        // Below 2^32, as floor + span is 2^32 − 1; above 0 by τ1 ≥ 2 ms.
+        (x, self.tau_floor.wrapping_add(mul_high(self.tau_span, x)))
+    }
+
     /// One step of the method at the head of this file.
     #[inline(always)]
-    fn step(&self, state: &mut CalciumForceState, step: Step) {
+    fn step(&self, state: &mut CalciumForceState, step: &Step) {
         let (upper, lower) = ((state.calcium >> 32) as u32, state.calcium as u32);
-        let middle = mul_high(upper, step.to_middle);
-        // K + C < 32 (CALCIUM_MAX). x stays below 1: K/(K + C) is at least
-        // 8.3e-5, reciprocal's error at most 2.5e-5.
-        let (shift, inverse) = reciprocal(self.k.wrapping_add(middle));
-        let x = scale(middle.wrapping_shl(shift), inverse);
-        // Below 2^32, as floor + span is 2^32 − 1; above 0 by τ1 ≥ 2 ms.
-        let tau = self.tau_floor.wrapping_add(mul_high(self.tau_span, x));
-        // z = h/τ ≤ 1 ms/2 ms up to that error: within decay_fraction's
+        let (x, tau) = self.activation(mul_high(upper, step.to_middle));
+        // z = h/τ ≤ 1 ms/2 ms up to Reciprocal's error: within decay_fraction's
         // domain, which also keeps 1 − e^−z below half, an i32.
-        let (shift, inverse) = reciprocal(tau);
-        let share = decay_fraction(scale(step.length.wrapping_shl(shift), inverse)) as i32;
+        let share = decay_fraction(Reciprocal::of(tau).times(step.length)) as i32;
         // Q32 · Q32 · Q31 with gain ≤ 1: below 2^31, as is the force's word.
         let target = mul_high(mul_high(x, tau), state.gain) as i32;
         let way = target.wrapping_sub((state.force >> 32) as i32);
@@ -256,6 +327,67 @@ impl CalciumForce {
             }
         }
     }
+
+    /// 1 ms with the waiting pulse inside it.
+    ///
+    /// With z1, z2 the parts' h/τ and a1, a2 their h·x·gain, all over full
+    /// scale, the two steps of the method's own are, but for terms of third
+    /// order, F ← F + p·(a1 + a2 − z·F + (a2·z1 − a1·z2)/2), z = z1 + z2 and
+    /// p = (1 − e^−z)/z.
+    #[inline(never)]
+    fn tick_with_pulse(&self, state: &mut CalciumForceState) {
+        // Both below 1000, and 22 bits up below 2^32 as in step_of.
+        let before = state.waiting_us << 22;
+        let after = TICK_US.wrapping_sub(state.waiting_us) << 22;
+        state.waiting_us = 0;
+        let fall = decay(mul_high(before, self.half_decay_per_us));
+        let fall_after = decay(mul_high(after, self.half_decay_per_us));
+
+        let upper = (state.calcium >> 32) as u32;
+        let middle1 = mul_high(upper, fall);
+        // Half of the first part is over; the rest of it and half of the
+        // second are half of the self.tick. The sum is at most 25 · 2^27.
+        let middle2 = mul_high(middle1, self.tick.to_middle).wrapping_add(fall_after >> 5);
+
+        // What the old lower word would carry is below 2^-27 of a pulse.
+        let old = u64::from(upper) * u64::from(self.tick.to_end);
+        let new = mul_high(fall_after, fall_after) >> 5;
+        let calcium_upper = ((old >> 32) as u32)
+            .wrapping_add(new)
+            .min(CALCIUM_MAX_UPPER);
+        state.calcium = u64::from(calcium_upper) << 32 | u64::from(old as u32);
+        compiler_fence(Ordering::SeqCst);
+
+        let (x1, tau1) = self.activation(middle1);
+        let (x2, tau2) = self.activation(middle2);
+        // The parts' lengths add up to the step's, both rounded down.
+        let length1 = mul_high(before, self.length_per_us);
+        let length2 = self.tick.length.wrapping_sub(length1);
+        // One division for both h/τ: 1/(τ1·τ2). Their sum is below 0.505.
+        let both = Reciprocal::of(mul_high(tau1, tau2));
+        let z1 = both.times(mul_high(length1, tau2));
+        let z2 = both.times(mul_high(length2, tau1));
+        let z = z1.wrapping_add(z2);
+
+        compiler_fence(Ordering::SeqCst);
+        // With gains ≤ 1, a1 + a2 ≤ z·2^31 < 2^31; and so is z·F. The
+        // correction takes less than a1, z·F less than F: F stays above 0,
+        // and below full scale by K/(K + C), as in `step`.
+        let a1 = mul_high(mul_high(length1, x1), state.gain);
+        let a2 = mul_high(mul_high(length2, x2), state.next_gain);
+        let order = (mul_high(a2, z1) as i32).wrapping_sub(mul_high(a1, z2) as i32) >> 1;
+        let lost = mul_high(z, (state.force >> 32) as u32);
+        let drive = (a1.wrapping_add(a2).wrapping_sub(lost) as i32).wrapping_add(order);
+        // drive·(1 − lag), the 1 in the upper word alone.
+        let lag = (lag(z) as i32).wrapping_neg();
+        let force = state
+            .force
+            .wrapping_add(i64::from(drive).wrapping_mul(i64::from(lag)));
+        let force_upper = ((force >> 32) as i32).wrapping_add(drive);
+        state.force = i64::from(force_upper) << 32 | i64::from(force as u32);
+
+        state.gain = state.next_gain;
+    }
 }
 
 impl CalciumForceSpec {
@@ -269,23 +401,47 @@ impl CalciumForceSpec {
     }
 }
 
-/// For d > 0: how far to shift d left until its top bit is set, and about
-/// 2^49 over the shifted d, within 2.5e-5 and without bias. One 32-bit
-/// division: its error differs from step to step and averages out.
-#[inline(always)]
-fn reciprocal(d: u32) -> (u32, u32) {
-    let shift = d.leading_zeros();
-    // The middle of what 16 bits tell d apart from: 2^16…2^17, odd.
-    let normal = (d.wrapping_shl(shift) >> 15) | 1;
-    // The quotient is below 2^16; four times that plus two is its middle.
-    (shift, (u32::MAX / normal).wrapping_mul(4).wrapping_add(2))
+/// 1/d for d > 0, within 2.5e-5 and without bias. One 32-bit division: its
+/// error differs from step to step and averages out.
+#[derive(Clone, Copy)]
+struct Reciprocal {
+    /// How far to shift d left until its top bit is set.
+    shift: u32,
+    /// 2^63 over the shifted d.
+    inverse: u32,
 }
 
-/// n/d in Q32 from n shifted as d was and d's [`reciprocal`]; n < d.
+impl Reciprocal {
+    #[inline(always)]
+    fn of(d: u32) -> Self {
+        let shift = d.leading_zeros();
+        // The middle of what 16 bits tell d apart from: 2^16…2^17, odd.
+        let normal = (d.wrapping_shl(shift) >> 15) | 1;
+        // The quotient has 16 bits; half of one more is its middle.
+        let inverse = ((u32::MAX / normal) << 16).wrapping_add(1 << 15);
+        Self { shift, inverse }
+    }
+
+    /// n/d in Q32, n < d.
+    #[inline(always)]
+    fn times(self, n: u32) -> u32 {
+        // Q31: the shifted n is below 2^32, the quotient below 1.
+        mul_high(n.wrapping_shl(self.shift), self.inverse) << 1
+    }
+}
+
+/// 1 − (1 − e^−z)/z for z in 0…0.505, both Q32: how far a decay lags behind
+/// its first rate. Error below 0.0105·z², and below 0.0023.
 #[inline(always)]
-fn scale(shifted: u32, inverse: u32) -> u32 {
-    // 32 + 18 bits; the quotient is below 1.
-    ((u64::from(shifted) * u64::from(inverse)) >> 17) as u32
+fn lag(z: u32) -> u32 {
+    // 1/2 − 5z/32: at 0.28 and at 0 the true one.
+    mul_high(z, (1u32 << 31).wrapping_sub(z >> 3).wrapping_sub(z >> 5))
+}
+
+/// e^−u for u ≤ 0.1, both Q32. Error below 6.3e-6, and below 0.0105·u³.
+#[inline(always)]
+fn decay(u: u32) -> u32 {
+    !mul_high(u, !lag(u))
 }
 
 #[cfg(test)]
@@ -297,12 +453,13 @@ mod tests {
         let (mut worst, mut sum, mut n) = (0f64, 0f64, 0f64);
         for i in 0..2_000_000u32 {
             let d = (1u32 << 31).wrapping_add(i.wrapping_mul(1_073));
-            let (shift, inverse) = reciprocal(d);
-            assert_eq!(shift, 0);
-            let error = f64::from(inverse) * f64::from(d) / 2f64.powi(49) - 1.0;
+            let n = d.wrapping_sub(1);
+            let error = f64::from(Reciprocal::of(d).times(n)) / 2f64.powi(32) * f64::from(d)
+                / f64::from(n)
+                - 1.0;
             (worst, sum, n) = (worst.max(error.abs()), sum + error, n + 1.0);
         }
-        std::println!("reciprocal: worst {worst:e}, mean {:e}", sum / n);
+        std::println!("ratio: worst {worst:e}, mean {:e}", sum / n);
         assert!((1.25e-5..2.5e-5).contains(&worst), "{worst:e}");
         assert!((sum / n).abs() < 1e-6, "{:e}", sum / n);
     }
