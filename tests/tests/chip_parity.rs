@@ -164,6 +164,14 @@ fn compare(log: &[Step]) {
         costs.max().unwrap(),
         board.served.iter().filter(late).count(),
     );
+    let phases = board.board.around.phases();
+    for (port, counts) in [("B", &phases.b), ("C", &phases.c)] {
+        let at = counts.iter().enumerate().filter(|(_, count)| **count > 0);
+        println!(
+            "edges of port {port} by cycle of their microsecond: {:?}",
+            at.collect::<Vec<_>>()
+        );
+    }
     same_edges(&chip.trace, &native.trace);
     same_messages(&chip.bytes, &native.bytes);
 }

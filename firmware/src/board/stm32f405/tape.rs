@@ -368,7 +368,7 @@ fn await_start(target: u32) -> Result<(), Fault> {
 const LEAD: i32 = 100;
 /// Cycles from reading the cycle counter to TIM1's first tick, counted on the
 /// chip simulator.
-const TO_ENABLE: i32 = 16;
+const TO_ENABLE: i32 = 34;
 
 /// Stopped, requests enabled, 8 ticks before an overflow: the first event is
 /// an update, so both ports begin in the same microsecond.
