@@ -81,7 +81,7 @@ fn write_all(
     )?;
     writeln!(
         out,
-        "simulated: {:.1} million instructions per second, {:.1} x real time\n",
+        "simulated, by processor time: {:.1} million instructions/s, {:.1} x real time\n",
         found.mips(),
         found.times_real_time()
     )?;

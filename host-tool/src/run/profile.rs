@@ -22,8 +22,9 @@ pub struct Profiled {
     pub profile: Profile,
     /// How the board came up.
     pub booted: Booted,
-    /// Wall-clock time that the counted part took.
-    pub wall: Duration,
+    /// Processor time of this computer that the counted part took, with the
+    /// counting; wall-clock time where the system does not tell.
+    pub spent: Duration,
 }
 
 /// How the board came up.
@@ -76,23 +77,58 @@ impl Profiled {
         self.summary.total as f64 / 168e6
     }
 
-    /// Simulated time over wall-clock time.
+    /// Simulated time over processor time.
     #[must_use]
     pub fn times_real_time(&self) -> f64 {
-        self.seconds() / self.wall.as_secs_f64()
+        self.seconds() / self.spent.as_secs_f64()
     }
 
-    /// Instructions simulated per second of wall-clock time, in millions.
+    /// Instructions simulated per second of processor time, in millions: what
+    /// happens while the core sleeps is part of that time.
     #[must_use]
     pub fn mips(&self) -> f64 {
-        self.summary.instructions as f64 / self.wall.as_secs_f64() * 1e-6
+        self.summary.instructions as f64 / self.spent.as_secs_f64() * 1e-6
     }
+}
+
+/// Measures processor time, which other programs do not lengthen.
+#[derive(Clone, Copy, Debug)]
+struct Stopwatch {
+    wall: Instant,
+    processor: Option<Duration>,
+}
+
+impl Stopwatch {
+    fn start() -> Self {
+        Self {
+            wall: Instant::now(),
+            processor: processor_time(),
+        }
+    }
+
+    fn elapsed(&self) -> Duration {
+        let spent = processor_time().zip(self.processor);
+        spent.map_or_else(|| self.wall.elapsed(), |(now, then)| now - then)
+    }
+}
+
+/// What this process has used.
+#[cfg(unix)]
+fn processor_time() -> Option<Duration> {
+    use nix::time::{ClockId, clock_gettime};
+    let time = clock_gettime(ClockId::CLOCK_PROCESS_CPUTIME_ID).ok()?;
+    Some(Duration::from(time))
+}
+
+#[cfg(not(unix))]
+const fn processor_time() -> Option<Duration> {
+    None
 }
 
 /// Counts from the first telemetry of the trains to their end.
 struct Watch<'a, F> {
     board: &'a Mutex<Board<Profile>>,
-    began: Option<Instant>,
+    began: Option<Stopwatch>,
     /// What was counted, once the trains ended.
     ended: &'a mut Option<(Summary, Profile, Duration)>,
     progress: F,
@@ -108,14 +144,14 @@ impl<F: FnMut(f64)> Observer for Watch<'_, F> {
                 board.observer.restart();
                 board.around.restart_counts();
                 board.cpu.system.latencies = Latencies::default();
-                self.began = Some(Instant::now());
+                self.began = Some(Stopwatch::start());
             }
             Seen::Progress(part) => {
                 if let Some(began) = self.began.filter(|_| part >= 1.0) {
-                    let wall = began.elapsed();
+                    let spent = began.elapsed();
                     let mut board = board();
                     let summary = Summary::of(&mut board);
-                    *self.ended = Some((summary, board.observer.clone(), wall));
+                    *self.ended = Some((summary, board.observer.clone(), spent));
                 }
                 (self.progress)(part);
             }
@@ -156,11 +192,11 @@ pub fn profile(
     if let Some(error) = outcome.error {
         return Err(error.into());
     }
-    let (summary, profile, wall) = ended.ok_or(ProfileError::TooShort)?;
+    let (summary, profile, spent) = ended.ok_or(ProfileError::TooShort)?;
     Ok(Profiled {
         summary,
         profile,
         booted,
-        wall,
+        spent,
     })
 }

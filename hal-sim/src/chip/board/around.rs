@@ -42,6 +42,8 @@ pub struct Around {
     margins: Margins,
     hz: u32,
     now: Cycle,
+    /// Interrupt lines at `now`.
+    lines: [u32; LINE_WORDS],
 }
 
 impl Around {
@@ -63,6 +65,7 @@ impl Around {
             margins: Margins::default(),
             hz,
             now: 0,
+            lines: [0; LINE_WORDS],
         }
     }
 
@@ -239,6 +242,7 @@ impl Around {
             self.soc.touch();
         }
         self.now = to;
+        self.lines = self.soc.lines();
         Ok(())
     }
 }
@@ -292,8 +296,9 @@ impl Bus for Around {
             .min(self.host.next_event(&self.soc.otg))
     }
 
+    #[inline]
     fn lines(&self) -> [u32; LINE_WORDS] {
-        self.soc.lines()
+        self.lines
     }
 
     fn nmi(&self) -> bool {

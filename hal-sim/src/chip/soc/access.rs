@@ -65,7 +65,7 @@ impl Soc {
             }
             0x08 if address < 0x0810_0000 => {
                 let wait = self.flash.write(address, size, value, at)?;
-                self.due = at;
+                self.look_again(at);
                 Ok(wait)
             }
             _ => Err(RESERVED),
@@ -93,6 +93,7 @@ impl Soc {
         self.due = at;
         if let Unit::Playback(block) = unit {
             let read = self.playback.read(block, offset, size, at, &mut self.ram)?;
+            self.event = self.event.min(self.playback.next_event());
             return Ok(read);
         }
         let wait = self.pass_register(unit, at)?;
@@ -100,6 +101,8 @@ impl Soc {
         let unit = self.peripheral(unit);
         unit.advance(done)?;
         let value = unit.read(offset, size, done)?;
+        let event = unit.next_event();
+        self.event = self.event.min(event);
         Ok(Read { value, wait })
     }
 
@@ -118,6 +121,7 @@ impl Soc {
             let wait = self
                 .playback
                 .write(block, offset, size, value, at, &mut self.ram)?;
+            self.event = self.event.min(self.playback.next_event());
             if block == playback::Block::Dma2 {
                 self.shares = [Slave::Sram1, Slave::Sram2].map(|s| self.playback.shares(s));
             }
@@ -128,6 +132,8 @@ impl Soc {
         let peripheral = self.peripheral(unit);
         peripheral.advance(done)?;
         peripheral.write(offset, size, value, done)?;
+        let event = peripheral.next_event();
+        self.event = self.event.min(event);
         self.follow_write(unit, done)?;
         Ok(wait)
     }

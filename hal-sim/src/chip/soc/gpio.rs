@@ -170,8 +170,7 @@ impl Gpio {
     #[inline]
     pub fn bsrr(&mut self, port: usize, value: u32, done: Cycle) {
         let p = &mut self.ports[port];
-        let (set, reset) = (value as u16, (value >> 16) as u16);
-        let odr = p.odr & !reset | set;
+        let odr = after_bsrr(p.odr, value);
         let flipped = odr ^ p.odr;
         if flipped == 0 {
             return;
@@ -184,6 +183,13 @@ impl Gpio {
             p.refresh();
         }
         self.note(port, before, done);
+    }
+
+    /// Output data of `port`, which must be one of `0..PORTS`.
+    #[must_use]
+    #[inline]
+    pub fn output(&self, port: usize) -> u16 {
+        self.ports[port].odr
     }
 
     /// Connects `level` to a pin from outside; gives the level that the pin now
@@ -289,6 +295,13 @@ impl Port {
         }
         self.levels & !analogue
     }
+}
+
+/// Output data `odr` after `value` was written to BSRR.
+#[inline]
+pub const fn after_bsrr(odr: u16, value: u32) -> u16 {
+    let (set, reset) = (value as u16, (value >> 16) as u16);
+    odr & !reset | set
 }
 
 fn word(size: Size) -> Result<(), Unmodelled> {

@@ -72,7 +72,8 @@ impl Default for Matrix {
 }
 
 impl Matrix {
-    /// Sets the HCLK cycles per APB1 and APB2 cycle, at least 1 (RCC_CFGR PPRE).
+    /// Sets the HCLK cycles per APB1 and APB2 cycle: 1, 2, 4, 8, 16 (RCC_CFGR
+    /// PPRE).
     pub fn set_apb(&mut self, apb1: u32, apb2: u32) {
         self.apb = [apb1.max(1), apb2.max(1)];
     }
@@ -113,8 +114,9 @@ impl Matrix {
             Bridge::Apb1 => self.apb[0],
             Bridge::Apb2 => self.apb[1],
         };
+        // A power of two, as all of RCC_CFGR's prescalers.
         let divider = Cycle::from(divider);
-        let done = done.next_multiple_of(divider) + 2 * divider;
+        let done = ((done + divider - 1) & !(divider - 1)) + 2 * divider;
         self.slaves[slave as usize].free = done;
         done
     }

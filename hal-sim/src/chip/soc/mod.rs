@@ -93,7 +93,10 @@ pub struct Soc {
     reset: Option<Cause>,
     pvd: bool,
     now: Cycle,
-    /// Earliest cycle at which something happens inside.
+    /// Nothing happens inside before this; an access can make it earlier.
+    event: Cycle,
+    /// Earliest cycle at which `advance` must be called: at an event, or
+    /// because an access may have moved an interrupt line.
     due: Cycle,
 }
 
@@ -122,6 +125,7 @@ impl Soc {
             reset: None,
             pvd: false,
             now: 0,
+            event: 0,
             due: 0,
         }
     }
@@ -156,7 +160,7 @@ impl Soc {
         self.iwdg.reset();
         self.syscfg = Syscfg::default();
         self.shares = [false; 2];
-        self.due = at;
+        self.look_again(at);
         Ok(())
     }
 

@@ -54,6 +54,22 @@ impl Ram {
         Some(())
     }
 
+    /// `words` words from `address` on, 4 bytes each; `None` outside.
+    #[must_use]
+    pub fn words(&self, address: u32, words: usize) -> Option<&[[u8; 4]]> {
+        let at = address.wrapping_sub(self.base) as usize;
+        let bytes = self.bytes.get(at..)?.get(..4 * words)?;
+        Some(bytes.as_chunks().0)
+    }
+
+    /// As [`Self::words`].
+    #[must_use]
+    pub fn words_mut(&mut self, address: u32, words: usize) -> Option<&mut [[u8; 4]]> {
+        let at = address.wrapping_sub(self.base) as usize;
+        let bytes = self.bytes.get_mut(at..)?.get_mut(..4 * words)?;
+        Some(bytes.as_chunks_mut().0)
+    }
+
     /// All bytes, for loaders and debuggers.
     #[must_use]
     pub fn bytes_mut(&mut self) -> &mut [u8] {

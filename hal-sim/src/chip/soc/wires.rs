@@ -30,6 +30,12 @@ impl Soc {
         if to < self.due {
             return Ok(());
         }
+        if to < self.event {
+            // An access asked for it: all that can be new is a line's level.
+            self.due = self.event;
+            self.otg.advance(to)?;
+            return self.playback.advance(to, &mut self.ram);
+        }
         self.playback.advance(to, &mut self.ram)?;
         let triggers = self.playback.triggers_mut();
         if !triggers.is_empty() {
@@ -48,7 +54,8 @@ impl Soc {
         if self.iwdg.has_bitten() {
             self.reset = Some(Cause::Watchdog);
         }
-        self.due = self.find_due();
+        self.event = self.find_event();
+        self.due = self.event;
         Ok(())
     }
 
@@ -60,10 +67,16 @@ impl Soc {
 
     /// Something from outside changed the state: look again.
     pub const fn touch(&mut self) {
-        self.due = self.now;
+        self.look_again(self.now);
     }
 
-    fn find_due(&self) -> Cycle {
+    /// Something may happen from `at` on: everyone is to be asked.
+    pub(super) const fn look_again(&mut self, at: Cycle) {
+        self.event = at;
+        self.due = at;
+    }
+
+    fn find_event(&self) -> Cycle {
         let sample = self.adc.next_sample().map_or(Cycle::MAX, |s| s.at);
         [
             self.playback.next_event(),
@@ -117,7 +130,7 @@ impl Soc {
         if let Some(high) = change {
             self.exti.pin(port, pin, high, &self.syscfg);
         }
-        self.due = self.now.min(at);
+        self.look_again(self.now.min(at));
         Ok(())
     }
 
@@ -132,7 +145,7 @@ impl Soc {
         if pvd != self.pvd {
             self.pvd = pvd;
             self.exti.edge(exti::PVD, pvd);
-            self.due = self.now;
+            self.look_again(self.now);
         }
     }
 
@@ -140,6 +153,7 @@ impl Soc {
     pub(super) fn follow_write(&mut self, unit: Unit, at: Cycle) -> Result<(), Unmodelled> {
         match unit {
             Unit::Rcc => {
+                self.event = self.now; // a clock changes everything
                 self.follow_clocks(at)?;
                 for block in self.rcc.take_resets() {
                     self.reset_block(block, at)?;

@@ -178,6 +178,24 @@ impl Stream {
         !self.is_circular() && self.index == 0
     }
 
+    /// Items that it can move before it begins anew or a flag rises.
+    #[must_use]
+    pub fn uneventful(&self) -> u16 {
+        let half = self.length / 2;
+        let flag = if self.ndtr > half { half } else { 0 };
+        let items = (self.ndtr - flag).saturating_sub(1);
+        items.min(self.length.saturating_sub(self.index))
+    }
+
+    /// Both ports moved `items`, at most [`Self::uneventful`].
+    pub fn skip(&mut self, items: u16) {
+        self.ndtr -= items;
+        self.index += items;
+        if self.index >= self.length {
+            self.index = 0;
+        }
+    }
+
     /// The peripheral port moved one item: gives what is left of NDTR, which a
     /// circular stream then loads anew (RM0090 10.3.9).
     #[inline]

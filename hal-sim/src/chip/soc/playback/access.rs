@@ -55,8 +55,12 @@ impl Playback {
         let done = at + Cycle::from(wait) + 1;
         let value = match block {
             Block::Timer(n) => {
-                let value = self.timers[Block::timer_index(n)].read(offset, size, done)?;
-                self.foresee();
+                let timer = &mut self.timers[Block::timer_index(n)];
+                let before = timer.next_event();
+                let value = timer.read(offset, size, done)?;
+                if timer.next_event() != before {
+                    self.foresee();
+                }
                 value
             }
             Block::Dma1 => self.dma[0].read(offset, size)?,

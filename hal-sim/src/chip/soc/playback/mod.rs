@@ -8,6 +8,7 @@
 //! TIM1's event asks DMA2 at its own cycle (the handshake's delay is unknown).
 
 mod access;
+mod idle;
 mod requests;
 mod rush;
 mod transfers;

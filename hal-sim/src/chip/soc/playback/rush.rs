@@ -1,6 +1,7 @@
 //! The same transfers, faster, while DMA2 has the bus to itself and each is
 //! over before the next request: first one by one without looking for what
-//! comes next after each step, then whole laps that only repeat the last.
+//! comes next after each step, then whole laps that only repeat the last; those
+//! in which no pin changes all at once (`idle`).
 
 use super::transfers::{GRANT, MASTERS};
 use super::{MEMORY, PERIPHERAL, Playback, Port};
@@ -16,10 +17,10 @@ const SPAN: Cycle = 8;
 
 /// A transfer: its stream, and from when on its two accesses are complete.
 #[derive(Clone, Copy, Debug, Default)]
-struct Transfer {
-    stream: usize,
-    item: Cycle,
-    word: Cycle,
+pub(super) struct Transfer {
+    pub stream: usize,
+    pub item: Cycle,
+    pub word: Cycle,
 }
 
 impl Port {
@@ -109,7 +110,14 @@ impl Playback {
             }
         }
         let laps = end.saturating_sub(self.requests.next().0) / lap;
-        for _ in 0..laps {
+        let mut left = laps;
+        while left > 0 {
+            let idle = self.pass_idle(transfers, lap, left, ram);
+            if idle > 0 {
+                left -= idle;
+                continue;
+            }
+            left -= 1;
             for transfer in transfers.iter_mut() {
                 transfer.item += lap;
                 transfer.word += lap;
