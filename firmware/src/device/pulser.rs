@@ -18,8 +18,9 @@ pub struct Pulser {
     idle_triggers: u32,
     /// The channel sampled last, so that all take turns.
     sampled: u8,
-    /// Channel and mid-phase of pulses that the last window started.
-    phases: Vec<(u8, Micros), MAX_PULSES>,
+    /// Channel and mid-phase of pulses whose middle is not past: those of this
+    /// window and of the one before.
+    phases: Vec<(u8, Micros), { 2 * MAX_PULSES }>,
 }
 
 impl Pulser {
@@ -117,8 +118,11 @@ impl Pulser {
         {
             self.idle_triggers = self.idle_triggers.saturating_add(1);
         }
-        if let Some(notice) = self.guard.tick(start, inputs, &self.scheduler)? {
-            self.announce(notice, start, mail);
+        // By reference: a notice is large and mostly absent, and `?` copies it.
+        match &self.guard.tick(start, inputs, &self.scheduler) {
+            Ok(None) => {}
+            Ok(Some(notice)) => self.announce(*notice, start, mail),
+            Err(fault) => return Err(*fault),
         }
         self.scheduler
             .render(start, &mut self.guard, plan)
@@ -280,7 +284,7 @@ impl Pulser {
     /// can be judged. A phase is at most 500 µs, so its middle lies in the
     /// pulse's first window or the next.
     fn choose_sample(&mut self, plan: &mut WindowPlan) {
-        let before = core::mem::take(&mut self.phases);
+        self.phases.retain(|(_, at)| !at.is_before(plan.start));
         for pulse in &plan.pulses {
             let half = self.scheduler.phase_width_us(pulse.channel) / 2;
             let _ = self
@@ -288,8 +292,10 @@ impl Pulser {
                 .push((pulse.channel, pulse.at.plus(half.into()))); // as many slots
         }
         let turn = |channel: u8| channel.wrapping_sub(self.sampled).wrapping_sub(1) % 16;
-        let all = before.iter().chain(&self.phases);
-        let alone = all.filter(|&&(channel, at)| plan.drives_alone(channel, at));
+        let alone = self
+            .phases
+            .iter()
+            .filter(|&&(channel, at)| plan.drives_alone(channel, at));
         if let Some(&(channel, at)) = alone.min_by_key(|(channel, _)| turn(*channel)) {
             self.sampled = channel;
             plan.sample = Some((channel, at));
