@@ -85,3 +85,20 @@ impl Image {
         Ok(folder.join(self.name()))
     }
 }
+
+/// CoreMark for the chip, a yardstick in a workspace of its own
+/// (tests/coremark), built if it is not newer than its sources.
+///
+/// # Errors
+/// [`BuildError::NotBuilt`] with the compiler's words.
+pub fn coremark(workspace: &Path) -> Result<PathBuf, BuildError> {
+    let folder = workspace.join("tests/coremark");
+    let output = Command::new("sh").arg(folder.join("build")).output()?;
+    if !output.status.success() {
+        return Err(BuildError::NotBuilt {
+            image: "coremark",
+            words: String::from_utf8_lossy(&output.stderr).into_owned(),
+        });
+    }
+    Ok(folder.join("target/thumbv7em-none-eabihf/release/coremark"))
+}

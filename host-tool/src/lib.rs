@@ -2,9 +2,10 @@
 //!
 //! `session` reads what to do, `run` does it through `link`, `record` and
 //! `analysis` keep and judge it, `report` draws it; `selftest` measures the
-//! device itself, `cli` is the command line.
+//! device itself, `bench` its algorithms and cycles, `cli` is the command line.
 
 pub mod analysis;
+pub mod bench;
 pub mod cli;
 pub mod link;
 pub mod live;

@@ -4,6 +4,7 @@ use super::law::{Effort, Law, LawState};
 use super::mapping::{Amplitudes, Mapping};
 use super::setpoint::{HoldPolicy, SetpointError, SetpointTrack};
 use super::spec::{JointSpec, SensorSource, SpecError};
+use crate::division::quotient;
 use crate::units::{Angle, AngularRate, Micros};
 use fixed::types::I16F16;
 
@@ -200,9 +201,15 @@ impl Joint {
         else {
             return None;
         };
-        let [code, zero, hundred] = [code, code_at_0, code_at_100].map(i64::from);
-        // Span >= 100 by validation; 2^17 · 100 · 2^16 < 2^40.
-        let bits = (code - zero) * (100 << 16) / (hundred - zero);
+        // 2^16 · 100 · 2^16 < 2^39; the span is 100 or more by validation.
+        let way = u64::from(code.abs_diff(code_at_0)) * (100 << 16);
+        let size = quotient(way, code_at_100.abs_diff(code_at_0).into()).unwrap_or(u32::MAX);
+        let is_negative = (code < code_at_0) != (code_at_100 < code_at_0);
+        let bits = if is_negative {
+            -i64::from(size)
+        } else {
+            size.into()
+        };
         Some(Angle(I16F16::from_bits(
             bits.clamp(i32::MIN.into(), i32::MAX.into()) as i32,
         )))

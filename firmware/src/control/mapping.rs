@@ -67,19 +67,15 @@ impl Mapping {
         let fraction = matches!(effort, Effort::Fraction(_));
         let mut all = Amplitudes::new();
         let mut limiting = false;
-        let flexors = self.flexors.iter().map(|point| (point, flexion));
-        for (point, pull) in flexors.chain([(&self.extensor, extension)]) {
-            let range = u64::from(point.max.0.saturating_sub(point.threshold.0));
-            let scale = if fraction { range } else { 1000 };
-            // R(±u) of (7), (8) in mV or µA, rounded down, 0 for the resting
-            // side. 2^43 · 2^18 = 2^61.
-            let above = pull.wrapping_mul(scale) >> Q::FRAC_NBITS;
-            limiting |= above > range;
-            // Range and threshold add up to the maximum. Two flexors and one
-            // extensor fit `Amplitudes`, so push cannot fail.
-            let wanted = point.threshold.0.saturating_add(above.min(range) as u32);
-            let _ = all.push((point.channel, Amplitude(wanted)));
+        // Two flexors and one extensor fit `Amplitudes`: push cannot fail.
+        for point in &self.flexors {
+            let _ = all.push((
+                point.channel,
+                point.pulled(flexion, fraction, &mut limiting),
+            ));
         }
+        let extensor = self.extensor.pulled(extension, fraction, &mut limiting);
+        let _ = all.push((self.extensor.channel, extensor));
         (all, limiting)
     }
 
@@ -87,5 +83,24 @@ impl Mapping {
     pub(super) fn silence(&self) -> Amplitudes {
         let points = self.flexors.iter().chain([&self.extensor]);
         points.map(|p| (p.channel, Amplitude::ZERO)).collect()
+    }
+}
+
+impl PointSpec {
+    /// R(±u) of (7), (8) on top of the threshold, in mV or µA, rounded down;
+    /// `limiting` is set if the maximum clamps it. `pull` is a [`Q`] in 0…2^19, a
+    /// `fraction` of the point's range or volts.
+    fn pulled(&self, pull: u64, fraction: bool, limiting: &mut bool) -> Amplitude {
+        if pull == 0 {
+            return self.threshold; // the side that rests
+        }
+        let range = self.max.0.saturating_sub(self.threshold.0);
+        let scale = if fraction { range } else { 1000 };
+        // 2^43 · 2^18 = 2^61.
+        let above = pull.wrapping_mul(u64::from(scale)) >> Q::FRAC_NBITS;
+        *limiting |= above > u64::from(range);
+        // Range and threshold add up to the maximum.
+        let above = above.min(u64::from(range)) as u32;
+        Amplitude(self.threshold.0.saturating_add(above))
     }
 }

@@ -163,11 +163,35 @@ fn slope(before: Timed, at: Micros, angle: Angle) -> AngularRate {
 /// `timed.angle` plus its rate for `us` microseconds, saturating.
 fn go_on(timed: Timed, us: u32) -> Angle {
     let rate = timed.rate.0.to_bits();
-    let way = u64::from(rate.unsigned_abs()) * u64::from(us);
-    // us <= 1e6, so at most 2^31; anything above saturates all the same.
-    let way = i64::from(quotient(way, 1_000_000).unwrap_or(u32::MAX));
+    // us <= 1e6: below 2^51.
+    let way = millionths(u64::from(rate.unsigned_abs()) * u64::from(us.min(1_000_000)));
+    let way = i64::from(way);
     let bits = i64::from(timed.angle.0.to_bits()) + if rate < 0 { -way } else { way };
     Angle(I16F16::from_bits(
         bits.clamp(i32::MIN.into(), i32::MAX.into()) as i32,
     ))
+}
+
+/// n / 1e6, rounded down, for n <= 2^31 · 1e6: in two digits, each of which
+/// divides by a constant within 32 bits.
+const fn millionths(n: u64) -> u32 {
+    const ODD: u32 = 1_000_000 >> 6;
+    let n = n >> 6; // <= 2^31 · 15 625 < 2^45
+    let (high, low) = ((n >> 18) as u32, n as u32 & 0x3_FFFF);
+    // high < 2^27; its rest is below 2^14, so the second dividend fits.
+    let (upper, rest) = (high / ODD, high % ODD);
+    (upper << 18) | ((rest << 18 | low) / ODD)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn millionths_are_exact(n in 0..=(1_000_000u64 << 31)) {
+            prop_assert_eq!(u64::from(millionths(n)), n / 1_000_000);
+        }
+    }
 }

@@ -154,6 +154,20 @@ impl Lockstep {
         } else {
             at
         };
+        self.serve(at, served, bytes, sensors, sink);
+    }
+
+    /// [`Self::receive`] where it is known when the session is done with the
+    /// bytes: a refill from `served` on sees what they order. For replaying what
+    /// another device was seen to do.
+    pub fn serve(
+        &mut self,
+        at: Micros,
+        served: Micros,
+        bytes: &[u8],
+        sensors: &Sensors,
+        sink: &mut impl Sink,
+    ) {
         self.advance(served, sensors, sink);
         let (_, _, mut mail) = self.mail.split();
         for frame in bytes.split_inclusive(|&byte| byte == 0) {
@@ -259,7 +273,7 @@ impl Lockstep {
         }
         let mut ready = done;
         if self.count.is_multiple_of(WINDOWS_PER_TICK) {
-            self.controller.tick(done, sensors.joint, &mut control_mail);
+            self.controller.tick(now, sensors.joint, &mut control_mail);
             ready = done.plus(cost::CONTROL_US);
         }
         self.session.poll(&mut session_mail);
@@ -276,13 +290,20 @@ impl Lockstep {
         self.isolate(self.now, sink);
     }
 
-    /// The hardware's fault stop: nothing rendered is played any more.
+    /// The hardware's fault stop: nothing rendered is played any more, and the
+    /// amplitudes go to zero.
     fn isolate(&mut self, at: Micros, sink: &mut impl Sink) {
         self.play_until(at, sink);
         self.played = self.playing.changes.len();
         self.playing.sample = None;
         self.next.reset(self.next.start, Levels::ISOLATED);
         self.set_levels(at, Levels::ISOLATED, sink);
+        for (channel, code) in (0..).zip(&mut self.dac) {
+            if *code != DacCode(0) {
+                *code = DacCode(0);
+                sink.dac(at, channel, DacCode(0));
+            }
+        }
     }
 
     fn set_levels(&mut self, at: Micros, levels: Levels, sink: &mut impl Sink) {

@@ -124,8 +124,9 @@ pub enum ControlReport {
     Telemetry(Telemetry),
 }
 
-/// Controller → pulser.
+/// Controller → pulser. A word-sized tag, so that it is copied word by word.
 #[derive(Clone, Debug)]
+#[repr(u32)]
 pub enum ControlOrder {
     /// Amplitudes from the control law.
     Amplitudes(Amplitudes),

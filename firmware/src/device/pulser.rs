@@ -1,9 +1,10 @@
 //! The owner of time on the pins: renders each window, has the guard's word.
 
 use super::mail::{ControlEvent, ControlOrder, Order, OrderKind, PulserMail, Report};
-use crate::pulse::{Scheduler, WindowPlan};
+use crate::pulse::{MAX_PULSES, Scheduler, WindowPlan};
 use crate::safety::{Denied, Fault, FaultRecord, Guard, Inputs, Notice, Setup, State};
 use crate::units::{Amplitude, Micros};
+use heapless::Vec;
 
 /// Owns the guard and the scheduler. On a board it is one interrupt.
 #[derive(Debug)]
@@ -17,6 +18,8 @@ pub struct Pulser {
     idle_triggers: u32,
     /// The channel sampled last, so that all take turns.
     sampled: u8,
+    /// Channel and mid-phase of pulses that the last window started.
+    phases: Vec<(u8, Micros), MAX_PULSES>,
 }
 
 impl Pulser {
@@ -31,6 +34,7 @@ impl Pulser {
             pulses: 0,
             idle_triggers: 0,
             sampled: 0,
+            phases: Vec::new(),
         }
     }
 
@@ -254,9 +258,8 @@ impl Pulser {
         let _ = mail.reports.enqueue(Report::Changed { at, state, notice }); // see `verdict`
     }
 
-    /// Tells the controller of this window's pulses and picks one to sample.
+    /// Tells the controller of this window's pulses.
     fn report_pulses(&mut self, plan: &mut WindowPlan, mail: &mut PulserMail<'_>) {
-        let mut next: Option<(u8, Micros)> = None;
         for pulse in &plan.pulses {
             self.pulses = self.pulses.wrapping_add(1);
             let amplitude = self.guard.in_force(pulse.channel);
@@ -268,15 +271,28 @@ impl Pulser {
             // 128 slots hold four windows of 20 pulses and every state change;
             // a controller that misses its tick is caught by the watchdog.
             let _ = mail.control_events.enqueue(event);
-            let turn = |channel: u8| channel.wrapping_sub(self.sampled).wrapping_sub(1) % 16;
-            if next.is_none_or(|(channel, _)| turn(pulse.channel) < turn(channel)) {
-                next = Some((pulse.channel, pulse.at));
-            }
         }
-        if let Some((channel, at)) = next {
+        self.choose_sample(plan);
+    }
+
+    /// Picks the mid-phase to sample in this window. All stages share one sense
+    /// resistor, whose currents add up: only a channel that pulses alone then
+    /// can be judged. A phase is at most 500 µs, so its middle lies in the
+    /// pulse's first window or the next.
+    fn choose_sample(&mut self, plan: &mut WindowPlan) {
+        let before = core::mem::take(&mut self.phases);
+        for pulse in &plan.pulses {
+            let half = self.scheduler.phase_width_us(pulse.channel) / 2;
+            let _ = self
+                .phases
+                .push((pulse.channel, pulse.at.plus(half.into()))); // as many slots
+        }
+        let turn = |channel: u8| channel.wrapping_sub(self.sampled).wrapping_sub(1) % 16;
+        let all = before.iter().chain(&self.phases);
+        let alone = all.filter(|&&(channel, at)| plan.drives_alone(channel, at));
+        if let Some(&(channel, at)) = alone.min_by_key(|(channel, _)| turn(*channel)) {
             self.sampled = channel;
-            let half = self.scheduler.phase_width_us(channel) / 2;
-            plan.sample = Some((channel, at.plus(half.into())));
+            plan.sample = Some((channel, at));
         }
     }
 

@@ -12,7 +12,7 @@ pub mod tape;
 mod train;
 
 pub use group::{Group, GroupError, GroupSpec, MAX_GROUPS, Partner, check_groups};
-pub use plan::{Change, Levels, PulseStart, State, WindowPlan};
+pub use plan::{Change, Levels, MAX_PULSES, PulseStart, State, WindowPlan};
 pub use scheduler::{RenderError, Scheduler, Supply};
 pub use train::{Shape, Train, TrainError, TrainSpec};
 

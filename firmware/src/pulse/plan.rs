@@ -50,6 +50,12 @@ impl Levels {
         Self(self.0 & !(0b11 << shift) | (state as u32) << shift)
     }
 
+    /// Whether `channel` (below [`CHANNELS`]) drives current.
+    #[must_use]
+    pub const fn drives(self, channel: usize) -> bool {
+        matches!(self.state(channel), State::Cathodic | State::Anodic)
+    }
+
     /// State of `channel` (below [`CHANNELS`]).
     #[must_use]
     pub const fn state(self, channel: usize) -> State {
@@ -134,6 +140,22 @@ impl WindowPlan {
         self.pulses.clear();
         self.sample = None;
         self.pump = false;
+    }
+
+    /// Whether `at` lies in this window and `channel` is the only one that is
+    /// driven from there on for the 2 µs in which a sample is held.
+    #[must_use]
+    pub fn drives_alone(&self, channel: u8, at: Micros) -> bool {
+        let slot = at.since(self.start);
+        let held = 0..super::WINDOW_US as i32 - 1;
+        let levels_at = |slot: i32| {
+            let passed = |change: &&Change| i32::from(change.slot) <= slot;
+            let last = self.changes.iter().take_while(passed).last();
+            last.map_or(self.initial, |change| change.levels)
+        };
+        let is_alone =
+            |levels: Levels| (0..CHANNELS).all(|c| levels.drives(c) == (c == usize::from(channel)));
+        held.contains(&slot) && is_alone(levels_at(slot)) && is_alone(levels_at(slot + 1))
     }
 
     /// Levels at the end of the window.

@@ -1,6 +1,6 @@
 //! Renders windows: from edge to edge of all channels, in time order.
 
-use super::plan::{Change, Levels, WindowPlan};
+use super::plan::{Change, Levels, State, WindowPlan};
 use super::{CHANNELS, Group, MAX_GROUPS, Partner, TRIGGER_DELAY_US, Train, WINDOW_US};
 use crate::units::{DacCode, Micros};
 use heapless::Vec;
@@ -32,18 +32,45 @@ pub enum RenderError {
     Full,
 }
 
+/// What all lanes ask for together, kept up to date edge by edge: [`Levels`],
+/// and above them bit 21 + i while channel i is between its first and its last
+/// driven edge.
+#[derive(Clone, Copy, Debug)]
+struct Picture(u32);
+
+impl Picture {
+    const ISOLATED: Self = Self(0);
+    const SHIFT: usize = 2 * CHANNELS + 1;
+    const PULSING: u32 = ((1 << CHANNELS) - 1) << Self::SHIFT;
+
+    /// `channel` (below [`CHANNELS`]) inside a pulse and in `state`.
+    const fn pulsing_in(channel: usize, state: State) -> Self {
+        let bit = 1 << (Self::SHIFT + channel % CHANNELS);
+        Self(Levels::ISOLATED.with(channel, state).0 | bit)
+    }
+
+    const fn levels(self) -> Levels {
+        Levels(self.0 & !Self::PULSING)
+    }
+
+    /// Bit i is channel i.
+    const fn pulsing(self) -> u16 {
+        (self.0 >> Self::SHIFT) as u16 // ten bits
+    }
+
+    /// Takes over what `lane` shows.
+    const fn show(&mut self, lane: &Lane) {
+        self.0 = self.0 & !lane.part.0 | lane.shows.0;
+    }
+}
+
 /// All channels' trains under way. Small state, no time of its own.
 #[derive(Debug)]
 pub struct Scheduler {
     lanes: [Option<Lane>; CHANNELS],
     groups: Vec<Group, MAX_GROUPS>,
-    sync: Option<u8>,
-    base: Levels,
-    /// What each lane asks for on its own channel, kept up to date edge by edge.
-    own: Levels,
-    /// Channels between their first and last driven edge, kept likewise.
-    pulsing: u16,
-    /// What the outputs are at: `own`, and what groups make of it.
+    picture: Picture,
+    /// What the outputs are at.
     levels: Levels,
     agenda: Agenda,
     /// Earliest `due` of all lanes, so that an idle window costs one compare.
@@ -63,10 +90,7 @@ impl Scheduler {
         Self {
             lanes: [None; CHANNELS],
             groups: Vec::new(),
-            sync: None,
-            base: Levels::ISOLATED,
-            own: Levels::ISOLATED,
-            pulsing: 0,
+            picture: Picture::ISOLATED,
             levels: Levels::ISOLATED,
             agenda: Agenda::new(),
             next: None,
@@ -81,8 +105,7 @@ impl Scheduler {
     /// Drops every train and holds all channels grounded until the next call.
     pub fn ground_all(&mut self) {
         self.clear();
-        self.base = Levels::GROUNDED;
-        self.own = Levels::GROUNDED;
+        self.picture = Picture(Levels::GROUNDED.0);
         self.levels = Levels::GROUNDED;
     }
 
@@ -97,10 +120,10 @@ impl Scheduler {
     ) {
         self.clear();
         self.groups.extend(groups.iter().copied().take(MAX_GROUPS));
-        self.sync = sync;
-        for (lane, train) in self.lanes.iter_mut().zip(trains) {
+        for (channel, (lane, train)) in self.lanes.iter_mut().zip(trains).enumerate() {
             *lane = train.map(|train| {
-                let mut lane = Lane::waiting(train);
+                let drives_sync = sync.is_some_and(|s| usize::from(s) == channel);
+                let mut lane = Lane::waiting(train, channel, drives_sync);
                 if !train.spec().triggered {
                     lane.begin(epoch);
                 }
@@ -210,7 +233,7 @@ impl Scheduler {
         }
         while let Some((slot, channels)) = self.agenda.next() {
             self.advance(start.plus(slot.into()), channels, supply, plan)?;
-            let levels = self.grouped(self.own);
+            let levels = self.current_levels();
             if levels != self.levels {
                 self.levels = levels;
                 plan.changes
@@ -238,7 +261,7 @@ impl Scheduler {
                 if let Some(due) = lane.due {
                     self.agenda.enter(due, channel);
                 }
-                self.show(channel);
+                self.picture.show(lane);
             }
         }
         for index in 0..self.groups.len() {
@@ -253,46 +276,31 @@ impl Scheduler {
     }
 
     fn settle_grounding(&mut self, group: Group, now: Micros) {
-        let pulsing = self.pulsing & group.members();
+        let pulsing = self.picture.pulsing() & group.members();
         for channel in bits(group.members()) {
             let Some(Some(lane)) = self.lanes.get_mut(channel) else {
                 continue;
             };
             if lane.phase == Phase::Grounding && pulsing != 0 {
-                lane.phase = Phase::Interrupted;
-                if let Some(due) = lane.due.take() {
+                if let Some(due) = lane.interrupt() {
                     self.agenda.withdraw(due, channel);
                 }
             } else if lane.phase == Phase::Interrupted && pulsing == 0 {
-                lane.go(Phase::Grounding, now, lane.train.spec().ground_us);
+                lane.ground(now);
                 if let Some(due) = lane.due {
                     self.agenda.enter(due, channel);
                 }
             }
-            self.show(channel);
+            self.picture.show(lane);
         }
     }
 
-    /// Brings what is known of all lanes up to date with one of them.
-    fn show(&mut self, channel: usize) {
-        let Some(Some(lane)) = self.lanes.get(channel) else {
-            return;
-        };
-        let state = lane.state().unwrap_or(self.base.state(channel));
-        self.own = self.own.with(channel, state);
-        if self.sync == Some(channel as u8) {
-            let high = u32::from(lane.phase == Phase::First) * Levels::SYNC;
-            self.own.0 = self.own.0 & !Levels::SYNC | high;
-        }
-        let pulsing = u16::from(lane.is_pulsing()) << (channel % 16);
-        self.pulsing = self.pulsing & !(1 << (channel % 16)) | pulsing;
-    }
-
-    /// `levels` with the silent members of pulsing groups grounded. Those of an
-    /// isolated group are isolated already.
-    fn grouped(&self, mut levels: Levels) -> Levels {
+    /// What the lanes ask for, and what groups make of it: silent members of a
+    /// pulsing group are grounded. Those of an isolated one are isolated already.
+    fn current_levels(&self) -> Levels {
+        let mut levels = self.picture.levels();
         for group in &self.groups {
-            let pulsing = self.pulsing & group.members();
+            let pulsing = self.picture.pulsing() & group.members();
             if pulsing != 0 && group.partner() == Partner::Conducted {
                 levels.0 |= Levels::grounded(group.members() & !pulsing).0;
             }
@@ -314,8 +322,8 @@ impl Scheduler {
 /// Positions of the bits of `mask`, lowest first.
 fn bits(mut mask: u16) -> impl Iterator<Item = usize> {
     core::iter::from_fn(move || {
-        let lowest = (mask != 0).then(|| mask.trailing_zeros() as usize);
-        mask &= mask.wrapping_sub(1);
-        lowest
+        let lowest = mask.trailing_zeros() as usize;
+        mask = mask.checked_sub(1)? & mask; // ends without a bit
+        Some(lowest)
     })
 }

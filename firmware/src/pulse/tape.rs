@@ -89,6 +89,9 @@ pub fn paint(plan: &WindowPlan, window: &mut Window<'_>) {
 
 /// The window is erased: a port that stays isolated is not written.
 fn fill(window: &mut Window<'_>, from: usize, to: usize, levels: Levels) {
+    if levels == Levels::ISOLATED {
+        return;
+    }
     let (b, c) = words(levels);
     // `get_mut` so that a malformed plan cannot panic; `paint` keeps from <= to <= SLOTS.
     if b != ISOLATED_B

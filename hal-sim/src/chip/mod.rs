@@ -6,10 +6,13 @@
 //! cycle, DAC codes, bytes. What nobody models stops the run and is named.
 
 pub mod ad5668;
+pub mod alone;
 pub mod board;
 pub mod cpu;
+pub mod gdb;
 pub mod image;
 pub mod profile;
+pub mod rtt;
 pub mod soc;
 pub mod usb;
 

@@ -1,5 +1,7 @@
 //! The command line: arguments in, one file per command, exit codes out.
 
+mod bench;
+mod chip;
 mod demo;
 mod edges;
 mod monitor;
@@ -27,6 +29,7 @@ struct Cli {
 
 #[derive(Subcommand, Debug)]
 enum Command {
+    Bench(bench::Bench),
     Demo(demo::Demo),
     Run(run::RunArgs),
     Serve(serve::Serve),
@@ -91,6 +94,7 @@ pub fn main() -> ExitCode {
     let cli = Cli::parse();
     let output = Output { json: cli.json };
     let result = match &cli.command {
+        Command::Bench(args) => bench::main(args, output),
         Command::Demo(args) => demo::main(args, output),
         Command::Run(args) => run::main(args, output),
         Command::Serve(args) => serve::main(args, output),

@@ -1,5 +1,6 @@
 //! `flexor run`: a session on any device, recorded and reported.
 
+use super::chip::ChipArgs;
 use super::{Incomplete, Output};
 use crate::analysis::metrics;
 use crate::record::{Recorder, Run, write_run};
@@ -33,6 +34,8 @@ pub struct RunArgs {
     /// Also write what a simulated device put out, as VCD
     #[arg(long)]
     vcd: Option<PathBuf>,
+    #[command(flatten)]
+    chip: ChipArgs,
 }
 
 /// Runs the command.
@@ -54,7 +57,7 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
         trials: Vec::new(),
         speed_factor: None,
     };
-    let mut port = args.device.open(&session.session, args.seed)?;
+    let mut port = args.chip.open(&args.device, &session.session, args.seed)?;
     if args.acknowledge {
         port = acknowledge(port)?;
     }

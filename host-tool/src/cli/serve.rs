@@ -1,11 +1,14 @@
 //! `flexor serve`: a simulated board for any client, in real time.
 
 use super::Output;
-use crate::run::{DeviceName, SessionFile, simulated_for_serving};
+use super::chip::ChipArgs;
+use crate::link::Port;
+use crate::run::{DeviceName, SessionFile};
 use anyhow::{Context, bail};
 use clap::{ArgGroup, Args};
 use firmware::link::{Code, Refusal, Response, encode};
 use hal_sim::wire::{ByteStream, pty::PtyWire, tcp::TcpWire};
+use hal_sim::world::World;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -13,7 +16,7 @@ use std::time::{Duration, Instant};
 #[derive(Args, Debug)]
 #[command(group(ArgGroup::new("wire").required(true).args(["pty", "tcp"])))]
 pub struct Serve {
-    /// The simulator: native
+    /// The simulator: native or chip
     #[arg(long, default_value = "native")]
     device: DeviceName,
     /// Path of a pseudo-terminal to create
@@ -22,7 +25,8 @@ pub struct Serve {
     /// Address to listen at, HOST:PORT
     #[arg(long)]
     tcp: Option<String>,
-    /// Session file whose body is simulated; default: participant P's finger
+    /// Session file whose body and (chip) output stages are simulated; default:
+    /// participant P's finger, two-point
     #[arg(long)]
     body: Option<PathBuf>,
     /// Seed of the simulated wearer
@@ -31,6 +35,8 @@ pub struct Serve {
     /// Stop after this many seconds; default: never
     #[arg(long)]
     seconds: Option<f64>,
+    #[command(flatten)]
+    chip: ChipArgs,
 }
 
 /// How often bytes are carried and time goes on.
@@ -41,9 +47,9 @@ const POLL: Duration = Duration::from_micros(500);
 /// # Errors
 /// The wire cannot be opened.
 pub fn main(args: &Serve, output: Output) -> anyhow::Result<()> {
-    if args.device != DeviceName::Native {
+    if !matches!(args.device, DeviceName::Native | DeviceName::Chip) {
         bail!(
-            "E515 only the native simulator can be served; {} is not served yet",
+            "E515 only the native and the chip simulator can be served; {} is not",
             args.device
         );
     }
@@ -52,7 +58,6 @@ pub fn main(args: &Serve, output: Output) -> anyhow::Result<()> {
         Some(path) => SessionFile::load(path)?,
         None => SessionFile::parse("hamana_exp4_two_point.toml", text)?,
     };
-    let mut world = simulated_for_serving(&session.session, args.seed)?;
     let (mut wire, place): (Box<dyn ByteStream>, String) = match (&args.pty, &args.tcp) {
         (Some(path), _) => {
             let wire = PtyWire::open(path)
@@ -67,28 +72,84 @@ pub fn main(args: &Serve, output: Output) -> anyhow::Result<()> {
         }
         (None, None) => bail!("give --pty PATH or --tcp HOST:PORT"),
     };
+    let mut port = args.chip.open(&args.device, &session.session, args.seed)?;
+    let world = port.world().context("the device is no simulator")?;
+    let name = match args.device {
+        DeviceName::Chip => "chip",
+        _ => "native",
+    };
     output.say(
         || format!("a simulated board is at {place}; end with Ctrl-C"),
-        || serde_json::json!({ "device": "native", "at": place }),
+        || serde_json::json!({ "device": name, "at": place }),
     );
-    let (start, origin) = (Instant::now(), world.now_us());
+    let begin = Instant::now();
+    let mut pace = Pace::new(world.now_us());
     let mut buffer = [0; 4096];
     while args
         .seconds
-        .is_none_or(|s| start.elapsed().as_secs_f64() < s)
+        .is_none_or(|s| begin.elapsed().as_secs_f64() < s)
     {
-        let elapsed = u64::try_from(start.elapsed().as_micros()).unwrap_or(u64::MAX);
-        world.run_until(origin.saturating_add(elapsed))?;
+        let is_slow = pace.follow(world)?;
+        if is_slow && !args.chip.is_debugged() {
+            eprintln!("note: the simulator is slower than real time; device time lags behind");
+        }
         for bytes in world.received().collect::<Vec<_>>() {
             wire.write_all(&bytes)?;
         }
         match wire.read(&mut buffer)? {
-            0 => std::thread::sleep(POLL),
+            0 if pace.is_ahead(world) => std::thread::sleep(POLL),
+            0 => {}
             count => world.send(&buffer[..count]),
         }
         world.recorder.forget();
     }
     Ok(())
+}
+
+/// Device time held to the wall clock, in steps small enough for the wire.
+struct Pace {
+    start: Instant,
+    /// Device time at `start`, µs.
+    origin: u64,
+    was_slow: bool,
+}
+
+impl Pace {
+    /// Device time goes on by at most this much between two looks at the wire.
+    const STEP_US: u64 = 2_000;
+    /// A longer lag is given up: caught up, its host would seem silent meanwhile.
+    const LAG_US: u64 = 100_000;
+
+    fn new(now_us: u64) -> Self {
+        Self {
+            start: Instant::now(),
+            origin: now_us,
+            was_slow: false,
+        }
+    }
+
+    fn due(&self) -> u64 {
+        let elapsed = u64::try_from(self.start.elapsed().as_micros()).unwrap_or(u64::MAX);
+        self.origin.saturating_add(elapsed)
+    }
+
+    fn is_ahead(&self, world: &World) -> bool {
+        world.now_us() >= self.due()
+    }
+
+    /// Lets `world` go on by a step; says, the first time only, that it cannot
+    /// follow the clock.
+    fn follow(&mut self, world: &mut World) -> std::io::Result<bool> {
+        let now = world.now_us();
+        world.run_until(self.due().min(now + Self::STEP_US))?;
+        let is_slow = self.due() > world.now_us() + Self::LAG_US;
+        if is_slow {
+            (self.start, self.origin) = (Instant::now(), world.now_us());
+        }
+        let is_news = is_slow && !self.was_slow;
+        self.was_slow |= is_slow;
+        Ok(is_news)
+    }
 }
 
 /// What a second client is told.

@@ -8,6 +8,7 @@
 
 mod bars;
 mod canvas;
+mod cycles;
 mod edges;
 mod lanes;
 mod page;
@@ -16,6 +17,7 @@ mod summary;
 mod tables;
 mod trajectory;
 
+pub use cycles::picture as cycles_picture;
 pub use page::page;
 pub use summary::write;
 

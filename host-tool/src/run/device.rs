@@ -7,9 +7,11 @@ use firmware::device::lockstep::Sensors;
 use firmware::pulse::{GroupSpec, Partner};
 use firmware::units::Micros;
 use hal_sim::body::{Body, CHANNELS, Drive, Finger, Load, Still};
-use hal_sim::chip::board::{Board, BoardError};
+use hal_sim::chip::board::{Around, Board, BoardError};
 use hal_sim::chip::cpu::run::Observer;
+use hal_sim::chip::gdb::{Debugger, Points};
 use hal_sim::chip::image::ImageError;
+use hal_sim::chip::rtt::{Log, LogError, Logged};
 use hal_sim::chip::{self, soc::Pace};
 use hal_sim::images::{BuildError, Image};
 use hal_sim::native::{Device, native};
@@ -18,7 +20,10 @@ use hal_sim::wire::faults::Faults;
 use hal_sim::world::{Output, World};
 use std::convert::Infallible;
 use std::fmt;
-use std::path::Path;
+use std::fs::File;
+use std::io;
+use std::net::TcpListener;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 /// The sources that QEMU's image is built from: this program is run from its
@@ -98,7 +103,7 @@ impl DeviceName {
                 Box::new(native(Micros(0))),
                 Micros(0),
             )?),
-            Self::Chip => Box::new(on_chip(session, seed, &chip_image(None)?)?),
+            Self::Chip => Box::new(on_chip(session, seed, &ChipOptions::default())?),
             Self::Qemu => {
                 let image = Image::Qemu
                     .build(Path::new(WORKSPACE))
@@ -175,6 +180,12 @@ pub enum ChipError {
     /// The board does not run.
     #[error(transparent)]
     Board(#[from] BoardError),
+    /// The image's log cannot be had.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// The log's file, or gdb's port.
+    #[error("E547 {0}")]
+    Outside(io::Error),
 }
 
 /// The image to flash: the file at `path`, or the board's own, built if it is
@@ -203,26 +214,66 @@ pub fn power_on<O: Observer>(
     Ok(Board::power_on(image.clone(), outputs, pace, observer)?)
 }
 
-/// The world of [`simulated`] around a board on the chip simulator that runs
-/// `image`, its port open.
+/// How a session is to be run on the chip simulator.
+#[derive(Debug, Default)]
+pub struct ChipOptions {
+    /// ELF to flash, for the board's own.
+    pub image: Option<PathBuf>,
+    /// Port on this machine at which gdb is waited for, the core halted.
+    pub gdb: Option<u16>,
+    /// File for the image's log; `-` is standard error.
+    pub log: Option<PathBuf>,
+}
+
+/// The world of [`simulated`] around a board on the chip simulator, its port
+/// open.
 ///
 /// # Errors
 /// As there, and what stops the board from booting.
 pub fn on_chip(
     session: &Session,
     seed: u64,
-    image: &chip::image::Image,
+    options: &ChipOptions,
 ) -> Result<SimulatedPort, OpenError> {
-    let mut board = power_on(session, image, ())?;
-    board.boot(&Sensors::default()).map_err(ChipError::Board)?;
-    let boot = Micros(board.now_us() as u32); // far from wrapping
-    simulated(session, seed, Box::new(board), boot)
+    let image = chip_image(options.image.as_deref())?;
+    let log = options.log.as_deref().map(|path| open_log(path, &image));
+    let log = log.transpose()?;
+    let (sensors, outside) = (Sensors::default(), ChipError::Outside);
+    let (device, boot) = if let Some(port) = options.gdb {
+        let board = power_on(session, &image, Points::default())?;
+        let listener = TcpListener::bind(("127.0.0.1", port)).map_err(outside)?;
+        let at = listener.local_addr().map_err(outside)?;
+        eprintln!("the core is halted at reset; gdb: target remote {at}");
+        let mut debugger = Debugger::accept(&listener, board).map_err(outside)?;
+        debugger.boot(&sensors).map_err(ChipError::Board)?;
+        let boot = debugger.board().now_us();
+        (with_log(debugger, log), boot)
+    } else {
+        let mut board = power_on(session, &image, ())?;
+        board.boot(&sensors).map_err(ChipError::Board)?;
+        let boot = board.now_us();
+        (with_log(board, log), boot)
+    };
+    simulated(session, seed, device, Micros(boot as u32)) // far from wrapping
 }
 
-/// The world of [`simulated`] around a native board, for `flexor serve`.
-///
-/// # Errors
-/// As there.
-pub fn simulated_for_serving(session: &Session, seed: u64) -> Result<World, OpenError> {
-    Ok(simulated(session, seed, Box::new(native(Micros(0))), Micros(0))?.world)
+fn open_log(path: &Path, image: &chip::image::Image) -> Result<Log, ChipError> {
+    let out: Box<dyn io::Write + Send> = if path == Path::new("-") {
+        Box::new(io::stderr())
+    } else {
+        Box::new(io::BufWriter::new(File::create(path).map_err(|why| {
+            ChipError::Outside(io::Error::new(
+                why.kind(),
+                format!("cannot write {}: {why}", path.display()),
+            ))
+        })?))
+    };
+    Ok(Log::new(image, out)?)
+}
+
+fn with_log<D: Device + AsMut<Around> + 'static>(device: D, log: Option<Log>) -> Box<dyn Device> {
+    match log {
+        Some(log) => Box::new(Logged::new(device, log)),
+        None => Box::new(device),
+    }
 }

@@ -12,7 +12,7 @@ mod runner;
 mod trial;
 
 pub use device::{
-    ChipError, DeviceName, OpenError, chip_image, power_on, simulated, simulated_for_serving,
+    ChipError, ChipOptions, DeviceName, OpenError, chip_image, on_chip, power_on, simulated,
 };
 pub use file::SessionFile;
 pub use observer::{Observer, Seen, Wish};

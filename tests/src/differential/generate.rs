@@ -82,7 +82,7 @@ pub(super) fn case(
     let mut input = Input {
         fpscr: random.fpscr(),
         apsr: random.word() & 0xF80F_0000,
-        s: std::array::from_fn(|_| random.float()),
+        s: random.floats(),
         r: std::array::from_fn(|_| random.integer()),
         lr: random.integer(),
     };

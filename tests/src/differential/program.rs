@@ -216,10 +216,10 @@ impl Image {
     }
 
     fn vectors(&mut self) {
-        let mut vectors = [HARNESS_AT + FAULT | 1; 16];
+        let mut vectors = [(HARNESS_AT + FAULT) | 1; 16];
         vectors[0] = SCRATCH;
         vectors[1] = HARNESS_AT | 1;
-        vectors[11] = HARNESS_AT + SUPERVISOR_CALL | 1;
+        vectors[11] = (HARNESS_AT + SUPERVISOR_CALL) | 1;
         self.words(&vectors);
     }
 

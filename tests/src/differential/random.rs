@@ -54,30 +54,48 @@ impl Random {
             0 => self.pick(&EDGES),
             1 => word >> (word & 31),
             2 => (word as i32 >> (word & 31)) as u32,
-            // As an amount of a shift.
+            // As an amount of a shift, often about a word's width.
+            3 if word & 0x100 == 0 => 30 + word % 5,
             3 => word & 0xFF,
             _ => word,
         }
     }
 
-    /// What a floating-point register holds: numbers of every kind.
-    pub(super) fn float(&mut self) -> u32 {
-        const EDGES: [u32; 10] = [
-            0,
-            0x0000_0001,
-            0x007F_FFFF,
-            0x0080_0000,
-            0x3F80_0000,
-            0x4F00_0000,
-            0x4F80_0000,
-            0x7F7F_FFFF,
-            0x7F80_0000,
-            0x7FC0_0000,
-        ];
+    /// What the floating-point registers hold. In one case of four all are
+    /// edges, so that two or three of them meet in one instruction; in one of
+    /// eight, zero, infinity, NaNs and 1.
+    pub(super) fn floats(&mut self) -> [u32; 32] {
+        const FEW: [u32; 5] = [0, 0x3F80_0000, 0x7F80_0000, 0x7FC1_2345, 0x7F80_0001];
+        if self.once_in(8) {
+            return std::array::from_fn(|_| self.word() & 1 << 31 | self.pick(&FEW));
+        }
+        if self.once_in(4) {
+            return std::array::from_fn(|_| self.word() & 1 << 31 | self.pick(&Self::EDGES));
+        }
+        std::array::from_fn(|_| self.float())
+    }
+
+    const EDGES: [u32; 12] = [
+        0,
+        0x0000_0001,
+        0x007F_FFFF,
+        0x0080_0000,
+        0x3F80_0000,
+        0x4F00_0000,
+        0x4F80_0000,
+        0x7F7F_FFFF,
+        0x7F80_0000,
+        0x7FC0_0000,
+        0x7F80_0001,
+        0x7FC1_2345,
+    ];
+
+    /// A number of any kind.
+    fn float(&mut self) -> u32 {
         let word = self.word();
         let sign = word & 1 << 31;
         match self.within(0..12) {
-            0 | 1 => sign | self.pick(&EDGES),
+            0 | 1 => sign | self.pick(&Self::EDGES),
             2 => word,
             // Denormal, or just above.
             3 => word & 0x80FF_FFFF,
@@ -86,9 +104,9 @@ impl Random {
             // A small whole number, perhaps with a half or a quarter.
             5 | 6 => ((self.word() as i32 >> 20) as f32 / 4.0).to_bits(),
             // About as large as half precision or an integer may be.
-            7 => sign | 0x3000_0000 + (word & 0x1FFF_FFFF),
+            7 => sign | (0x3000_0000 + (word & 0x1FFF_FFFF)),
             // Near 1.
-            _ => sign | 0x3C00_0000 + (word & 0x07FF_FFFF),
+            _ => sign | (0x3C00_0000 + (word & 0x07FF_FFFF)),
         }
     }
 

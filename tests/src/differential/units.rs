@@ -21,7 +21,7 @@ impl Builder<'_> {
                 self.push((16, pattern.with(word, 'm', target)));
                 self.skipped();
             }
-            Unit::ToLoaded => self.to_loaded(name, instruction),
+            Unit::ToLoaded => self.load_counter(name, instruction),
             Unit::Table => self.table(instruction),
             Unit::Stack => self.stack(name),
             Unit::Adjust => self.adjust(name),
@@ -85,7 +85,7 @@ impl Builder<'_> {
     }
 
     /// Loads the program counter, or moves to it.
-    fn to_loaded(&mut self, name: &str, (width, word): Instruction) {
+    fn load_counter(&mut self, name: &str, (width, word): Instruction) {
         let lr = 14;
         // Three half-words and more until the target, which is odd for loads.
         let (before, load): (Option<Instruction>, Instruction) = match name {
@@ -144,24 +144,18 @@ impl Builder<'_> {
 
     /// The same number of registers, not the same ones.
     fn core_stack(&mut self, width: u32) -> (Instruction, Instruction) {
-        if width == 16 {
-            let store = self.list(8, "PUSH");
-            let load = loop {
-                let list = self.list(8, "POP");
-                if list.count_ones() == store.count_ones() {
-                    break list;
-                }
-            };
-            return ((16, 0xB400 | store), (16, 0xBC00 | load));
-        }
-        let place = |list: u32| list & 0x1FFF | (list >> 13 & 1) << 14;
-        let store = self.list(14, "PUSH");
-        let load = loop {
-            let list = self.list(14, "POP");
-            if list.count_ones() == store.count_ones() {
+        let bits = if width == 16 { 8 } else { 14 };
+        let load = self.list(bits, "POP");
+        let store = loop {
+            let list = self.list(bits, "PUSH");
+            if list.count_ones() == load.count_ones() {
                 break list;
             }
         };
+        if width == 16 {
+            return ((16, 0xB400 | store), (16, 0xBC00 | load));
+        }
+        let place = |list: u32| list & 0x1FFF | (list >> 13 & 1) << 14;
         (
             (32, 0xE92D_0000 | place(store)),
             (32, 0xE8BD_0000 | place(load)),
@@ -193,11 +187,11 @@ impl Builder<'_> {
                 ((16, 0xB080 | immediate), (16, 0xB000 | immediate))
             }
             "ADD (SP to SP, T3)" | "SUB (SP to SP, T2)" => {
-                let bytes = immediate * 2 & !3;
+                let bytes = (immediate * 2) & !3;
                 ((32, 0xF1AD_0D00 | bytes), (32, 0xF10D_0D00 | bytes))
             }
             _ => {
-                let bytes = immediate * 2 & !3;
+                let bytes = (immediate * 2) & !3;
                 ((32, 0xF2AD_0D00 | bytes), (32, 0xF20D_0D00 | bytes))
             }
         };

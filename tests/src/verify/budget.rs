@@ -1,4 +1,8 @@
-//! What the linked images use of the chip's memories, held to tests/budgets.toml.
+//! What the linked images use of the chip's memories, and what each algorithm
+//! takes of its time, held to tests/budgets.toml.
+//!
+//! Cycles are those of docs/charts/cycles.csv: that the code takes exactly
+//! these is a test of its own (tests/tests/cycles.rs).
 
 use super::Workspace;
 use super::image::Image;
@@ -17,6 +21,11 @@ struct Budgets {
     /// A value further below its budget than this gets a note, %.
     margin_percent: u64,
     images: BTreeMap<String, Memory>,
+    /// What `tests/tests/chip_numbers.rs` holds.
+    #[serde(rename = "chip")]
+    _chip: serde::de::IgnoredAny,
+    /// Most cycles of one call, by algorithm.
+    cycles: BTreeMap<String, u64>,
 }
 
 /// Bytes of both memories, allowed or used.
@@ -35,7 +44,7 @@ struct Section {
     is_loaded: bool,
 }
 
-/// Two checks for each image: flash and RAM.
+/// Two checks for each image, flash and RAM; one for each algorithm.
 pub(super) fn run(at: &Workspace) -> anyhow::Result<Report> {
     let path = at.root.join("tests/budgets.toml");
     let text = std::fs::read_to_string(&path)
@@ -58,6 +67,9 @@ pub(super) fn run(at: &Workspace) -> anyhow::Result<Report> {
         let note = format!("note: {name} has a budget, but is no image in firmware/Cargo.toml");
         report.lines.push(note);
     }
+    let path = at.root.join(CYCLES);
+    let table = std::fs::read_to_string(path).with_context(|| format!("{CYCLES} is not there"))?;
+    report.add(cycles(&table, &budgets)?);
     Ok(report)
 }
 
@@ -87,6 +99,65 @@ fn usage(sections: impl Iterator<Item = Section>) -> Memory {
     used
 }
 
+/// What each algorithm takes on the chip simulator.
+const CYCLES: &str = "docs/charts/cycles.csv";
+
+/// Each algorithm of `table`, which has names first and most cycles last. Only
+/// those that fail or have too much room are listed: the table has the others.
+fn cycles(table: &str, budgets: &Budgets) -> anyhow::Result<Report> {
+    let mut report = Report::default();
+    let mut without_row: BTreeMap<&str, u64> = budgets
+        .cycles
+        .iter()
+        .map(|(name, budget)| (name.as_str(), *budget))
+        .collect();
+    for line in table.lines().skip(1) {
+        let (name, most) = line
+            .split_once(',')
+            .zip(line.rsplit_once(','))
+            .map(|((name, _), (_, most))| (name, most))
+            .with_context(|| format!("{CYCLES}: `{line}`"))?;
+        let used: u64 = most
+            .parse()
+            .with_context(|| format!("{CYCLES}: `{line}`"))?;
+        let Some(budget) = without_row.remove(name) else {
+            let problem = format!("{name}: no budget of cycles in tests/budgets.toml");
+            report.add(Report::fail(vec![problem]));
+            continue;
+        };
+        let row = format!("{name:<30} {used:>8} cycles, budget {budget:>8}");
+        if used > budget {
+            report.add(Report::fail(vec![row, "^ above its budget".into()]));
+            continue;
+        }
+        report.add(Report::pass());
+        if is_loose(used, budget, budgets.margin_percent) {
+            let percent = budgets.margin_percent;
+            report.lines.push(row);
+            let note = format!("  note: more than {percent} % below its budget: lower it?");
+            report.lines.push(note);
+        }
+    }
+    for name in without_row.keys() {
+        let note = format!("note: {name} has a budget of cycles, but is not in {CYCLES}");
+        report.lines.push(note);
+    }
+    let passed = report.passed;
+    let line = format!("{passed} algorithms within their budgets of cycles, see {CYCLES}");
+    report.lines.push(line);
+    Ok(report)
+}
+
+/// Whether growth could hide below the budget.
+const fn is_loose(used: u64, budget: u64, margin_percent: u64) -> bool {
+    let percent = if margin_percent < 100 {
+        margin_percent
+    } else {
+        100
+    };
+    used * 100 < budget * (100 - percent)
+}
+
 const HEADING: &str = "image         memory         used       budget       free";
 
 fn compare(name: &str, budget: Memory, used: Memory, margin_percent: u64) -> Report {
@@ -104,7 +175,7 @@ fn compare(name: &str, budget: Memory, used: Memory, margin_percent: u64) -> Rep
         }
         report.add(Report::pass());
         report.lines.push(row);
-        if used * 100 < budget * (100 - margin_percent.min(100)) {
+        if is_loose(used, budget, margin_percent) {
             let note = format!("  note: more than {margin_percent} % below its budget: lower it?");
             report.lines.push(note);
         }
@@ -159,6 +230,28 @@ mod tests {
     }
 
     #[test]
+    fn cycles_are_held_to_their_budgets() {
+        let budgets = |most| Budgets {
+            margin_percent: 25,
+            images: BTreeMap::new(),
+            _chip: serde::de::IgnoredAny,
+            cycles: [("a".to_owned(), most), ("gone".to_owned(), 9)].into(),
+            _chip: serde::de::IgnoredAny,
+        };
+        let table = "algorithm,calls,checksum,min,mean,max\na,1,0,10,20,80\n";
+        let report = |most| cycles(table, &budgets(most)).unwrap();
+        assert_eq!((report(80).passed, report(80).failed), (1, 0));
+        assert_eq!(report(80).lines.len(), 2, "one budget without a row");
+        assert_eq!((report(79).passed, report(79).failed), (0, 1));
+        assert_eq!(report(106).lines.len(), 2);
+        assert_eq!(report(107).lines.len(), 4, "too much room");
+        let unknown = cycles("heading\nb,5\n", &budgets(80)).unwrap();
+        assert_eq!((unknown.passed, unknown.failed), (0, 1));
+        assert!(cycles("heading\nno table\n", &budgets(80)).is_err());
+        assert!(cycles("heading\na,many\n", &budgets(80)).is_err());
+    }
+
+    #[test]
     fn an_elf_file_is_measured_by_its_allocated_sections() {
         let program = std::env::current_exe().unwrap();
         let folder = program.parent().unwrap();
@@ -180,5 +273,8 @@ mod tests {
         let budgets: Budgets = toml::from_str(include_str!("../../budgets.toml")).unwrap();
         assert!(budgets.images.values().all(|b| b.flash > 0 && b.ram > 0));
         assert!(budgets.margin_percent < 100);
+        let table = include_str!("../../../docs/charts/cycles.csv");
+        let report = cycles(table, &budgets).unwrap();
+        assert_eq!(report.failed, 0, "{:#?}", report.lines);
     }
 }

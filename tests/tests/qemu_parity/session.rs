@@ -120,7 +120,7 @@ impl Host {
 }
 
 /// Every waveform, each with its own rate, width and offset.
-fn channel_spec(channel: u8) -> ChannelSpec {
+pub fn channel_spec(channel: u8) -> ChannelSpec {
     let c = u32::from(channel);
     let mut train = TrainSpec {
         shape: match channel % 3 {

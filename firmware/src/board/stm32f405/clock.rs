@@ -9,7 +9,8 @@ use embassy_stm32::time::Hertz;
 
 /// EXTI line of the supply watch (RM0090 section 12.2.5).
 pub const SUPPLY_LINE: usize = 16;
-/// PVD threshold 6: 2.76 V typical, falling (DS8626, reset and power control).
+/// PVD threshold 6: 2.93 V typical, falling (DS8626, reset and power control;
+/// from memory, to be measured by docs/hil.md).
 /// At 168 MHz the flash needs 5 wait states and at least 2.7 V (RM0090
 /// section 3.5.1).
 const SUPPLY_THRESHOLD: u8 = 6;

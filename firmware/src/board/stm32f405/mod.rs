@@ -55,6 +55,8 @@ pub async fn run(_: Spawner) -> ! {
     // Proof: taken here only, and `run` is called once.
     let mut core = cortex_m::Peripherals::take().expect("taken here only");
     emergency::guard_stack(&mut core.MPU);
+    core.DCB.enable_trace();
+    core.DWT.enable_cycle_counter();
     for line in [Interrupt::OTG_FS, Interrupt::TIM5] {
         // SAFETY: no critical section relies on a priority.
         unsafe { core.NVIC.set_priority(line, Urgency::Bytes as u8) };

@@ -6,6 +6,7 @@ use super::adc::{self, Samples};
 use super::control::{TICK, Tick};
 use super::pac::{EXTI, Interrupt, SYSCFG};
 use super::tape::{self, Half, Tape};
+use super::timebase::Instant;
 use super::watchdog::{self, Owner};
 use super::{Urgency, dac, emergency, pins, record, timebase};
 use crate::device::{Pulser, PulserMail, REFILL_OFFSET_US, WINDOWS_PER_TICK};
@@ -65,7 +66,7 @@ pub unsafe fn start(
 ) -> Result<(), Fault> {
     let plan = WindowPlan::new();
     // SAFETY: the caller's promise: there is no other tape or user of one.
-    let tape = unsafe { Tape::start(&plan)? };
+    let tape = unsafe { Tape::start(&plan, None)? };
     let refill = Refill {
         recorded: pulser.last_fault().is_some(),
         pulser,
@@ -144,7 +145,7 @@ impl Refill {
         });
         self.playing = (next, half);
         self.forget_acknowledged();
-        self.tick();
+        self.tick(start.plus(REFILL_OFFSET_US));
         watchdog::check_in(Owner::Pulser);
     }
 
@@ -222,7 +223,7 @@ impl Refill {
             tape.check(start, playing)?;
         } else if drives(&self.plan) {
             // SAFETY: there is no tape, and nothing preempts this interrupt.
-            self.tape = Some(unsafe { Tape::start(&self.plan)? });
+            self.tape = Some(unsafe { Tape::start(&self.plan, Some(Instant::now()))? });
             return Ok(Half::First);
         }
         Ok(playing.other())
@@ -248,11 +249,12 @@ impl Refill {
         }
     }
 
-    /// Every fourth window starts the control tick.
-    fn tick(&mut self) {
+    /// Every fourth window starts the control tick. Its time is that of the
+    /// refill's compare, not of its end: the law sees no jitter.
+    fn tick(&mut self, now: Micros) {
         if self.windows.is_multiple_of(WINDOWS_PER_TICK) {
             TICK.signal(Tick {
-                now: timebase::now(),
+                now,
                 angle: self.angle.take(),
             });
         }

@@ -16,6 +16,7 @@
 use super::pac::dma::{St, vals};
 use super::pac::timer::vals as timer;
 use super::pac::{DMA2, GPIOB, GPIOC, RCC, TIM1};
+use super::timebase::Instant;
 use super::{pins, timebase};
 use crate::pulse::WindowPlan;
 use crate::pulse::tape::{ISOLATED_B, ISOLATED_C, SLOTS, Window, paint};
@@ -23,6 +24,7 @@ use crate::safety::Fault;
 use crate::units::Micros;
 use core::cell::UnsafeCell;
 use core::sync::atomic::{Ordering, compiler_fence};
+use cortex_m::peripheral::DWT;
 
 /// Slots of the tape: two windows.
 const LENGTH: usize = 2 * SLOTS;
@@ -113,16 +115,19 @@ pub struct Tape {
 
 impl Tape {
     /// Erases the whole tape, paints `plan` on its first half and starts it:
-    /// slot 0 plays at `plan.start`, which becomes the time now.
+    /// slot 0 plays at `plan.start`. That becomes the time now; or, after a
+    /// fault stop, when the clock that ran on `since` then gets there, which is
+    /// awaited: up to a window with nothing on the outputs.
     ///
     /// # Errors
     /// [`Fault::TapeSlip`] if DMA2 carries another stream, a stream does not
-    /// stop, or one starts from an impossible position.
+    /// stop, or one starts from an impossible position;
+    /// [`Fault::MissedDeadline`] if `plan.start` is past or too near.
     ///
     /// # Safety
     /// Any earlier `Tape` must be gone, and the caller must not be preempted
     /// by a user of the tape.
-    pub unsafe fn start(plan: &WindowPlan) -> Result<Self, Fault> {
+    pub unsafe fn start(plan: &WindowPlan, since: Option<Instant>) -> Result<Self, Fault> {
         RCC.ahb1enr().modify(|w| w.set_dma2en(true));
         RCC.apb2enr().modify(|w| w.set_tim1en(true));
         // The reset also drops requests that stopped play streams left unserved.
@@ -165,6 +170,9 @@ impl Tape {
         STREAMS.into_iter().for_each(clear_flags);
         prepare_tim1();
         timebase::start(plan.start);
+        if let Some(instant) = since {
+            await_start(instant.cycle_of(plan.start))?;
+        }
         TIM1.cr1().modify(|w| w.set_cen(true));
         Ok(tape)
     }
@@ -340,6 +348,27 @@ const FAILURES: [u32; 2] = {
     }
     masks
 };
+
+/// Waits until [`LEAD`] cycles before the core cycle `target`, and sets TIM1's
+/// count so that its overflow, once it runs, comes at `target`.
+fn await_start(target: u32) -> Result<(), Fault> {
+    let left = || target.wrapping_sub(DWT::cycle_count()).cast_signed();
+    if left() < LEAD {
+        return Err(Fault::MissedDeadline);
+    }
+    while left() >= LEAD {}
+    // Above the matches' counts: LEAD less two polls and the way to CEN.
+    let ticks = (left() - TO_ENABLE).clamp(8, LEAD) as u16;
+    TIM1.cnt().write(|w| w.set_cnt(TICKS - ticks));
+    Ok(())
+}
+
+/// Cycles before the start at which the wait ends: more than the wait's last
+/// poll takes, and fewer than leave the matches' counts behind.
+const LEAD: i32 = 100;
+/// Cycles from reading the cycle counter to TIM1's first tick, counted on the
+/// chip simulator.
+const TO_ENABLE: i32 = 16;
 
 /// Stopped, requests enabled, 8 ticks before an overflow: the first event is
 /// an update, so both ports begin in the same microsecond.

@@ -5,9 +5,10 @@
 //! conversion of ADC1 at an exact microsecond.
 
 use super::pac::timer::vals;
-use super::pac::{RCC, TIM2};
+use super::pac::{RCC, TIM1, TIM2};
 use crate::device::REFILL_OFFSET_US;
 use crate::units::Micros;
+use cortex_m::peripheral::DWT;
 
 const CAPTURE: usize = 0;
 const REFILL: usize = 1;
@@ -50,6 +51,44 @@ pub fn start(first: Micros) {
 pub fn now() -> Micros {
     Micros(TIM2.cnt().read())
 }
+
+/// Device time to the tick of TIM1, and the core cycle at which it was read.
+#[derive(Clone, Copy)]
+pub struct Instant {
+    us: Micros,
+    ticks: u32,
+    cycle: u32,
+}
+
+impl Instant {
+    /// The present one. TIM1 and TIM2 must be running.
+    #[must_use]
+    pub fn now() -> Self {
+        // The microsecond may end between the readings: once more is enough,
+        // for nothing preempts whoever asks for ten.
+        let read = || {
+            let us = now();
+            let ticks = TIM1.cnt().read().cnt().into();
+            let cycle = DWT::cycle_count();
+            (us == now()).then_some(Self { us, ticks, cycle })
+        };
+        read().or_else(read).unwrap_or(Self {
+            us: now(),
+            ticks: 0,
+            cycle: DWT::cycle_count(),
+        })
+    }
+
+    /// The core cycle at which `at`, up to some seconds ahead, begins.
+    #[must_use]
+    pub fn cycle_of(self, at: Micros) -> u32 {
+        let ahead = at.elapsed_since(self.us).wrapping_mul(CYCLES_PER_US);
+        self.cycle.wrapping_add(ahead).wrapping_sub(self.ticks)
+    }
+}
+
+/// TIM1 counts the core's own clock: 168 a microsecond.
+const CYCLES_PER_US: u32 = 168;
 
 /// Sets the next refill and clears the request of the last.
 pub fn refill_at(at: Micros) {

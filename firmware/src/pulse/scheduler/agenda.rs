@@ -12,6 +12,8 @@ pub(super) struct Agenda {
     start: Micros,
     /// Bit n: slot n has an entry.
     taken: [u32; WORDS],
+    /// First word of `taken` that may have a bit.
+    word: usize,
     /// Channels with an edge there, bit i is channel i; valid where `taken`.
     channels: [u16; 256],
 }
@@ -21,16 +23,18 @@ impl Agenda {
         Self {
             start: Micros(0),
             taken: [0; WORDS],
+            word: 0,
             channels: [0; 256],
         }
     }
 
     /// Empties the agenda for the window at `start`.
     pub(super) const fn begin(&mut self, start: Micros) {
-        (self.start, self.taken) = (start, [0; WORDS]);
+        (self.start, self.taken, self.word) = (start, [0; WORDS], 0);
     }
 
-    /// Enters an edge of `channel`, unless it lies outside the window.
+    /// Enters an edge of `channel`, unless it lies outside the window. What is
+    /// earlier than an entry taken out may stay in.
     pub(super) fn enter(&mut self, at: Micros, channel: usize) {
         let offset = at.0.wrapping_sub(self.start.0);
         let Some((word, channels)) = self.places(offset) else {
@@ -50,13 +54,15 @@ impl Agenda {
 
     /// Takes out the earliest entry: its slot and channels.
     pub(super) fn next(&mut self) -> Option<(u8, u16)> {
-        let (index, word) = (0u32..)
-            .zip(&mut self.taken)
-            .find(|(_, word)| **word != 0)?;
-        let slot = index * 32 + word.trailing_zeros(); // below 256
-        *word &= word.wrapping_sub(1);
-        let channels = self.channels.get(slot as usize).copied()?;
-        Some((slot as u8, channels))
+        loop {
+            let word = self.taken.get_mut(self.word)?;
+            if *word != 0 {
+                let slot = self.word * 32 + word.trailing_zeros() as usize; // below 256
+                *word &= word.wrapping_sub(1);
+                return Some((slot as u8, *self.channels.get(slot)?));
+            }
+            self.word += 1;
+        }
     }
 
     fn places(&mut self, offset: u32) -> Option<(&mut u32, &mut u16)> {

@@ -1,8 +1,8 @@
 //! One channel's train under way: phases of a pulse, pulses of a burst, bursts.
 
-use super::{RenderError, Supply};
+use super::{Picture, RenderError, Supply};
 use crate::pulse::Train;
-use crate::pulse::plan::{PulseStart, State, WindowPlan};
+use crate::pulse::plan::{Levels, PulseStart, State, WindowPlan};
 use crate::units::{DacCode, Micros};
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -24,6 +24,15 @@ pub(super) enum Phase {
 pub(super) struct Lane {
     pub(super) train: Train,
     pub(super) phase: Phase,
+    /// Its part of the picture: the channel's lines and pulsing bit, and sync
+    /// if it drives that.
+    pub(super) part: Picture,
+    /// What it puts there now; isolated wherever it leaves the channel alone.
+    pub(super) shows: Picture,
+    /// What it puts there in the first phase.
+    first: Picture,
+    /// What it puts there in the second phase.
+    second: Picture,
     /// The next edge. `None`: no edge before a trigger, another member or a
     /// new start.
     pub(super) due: Option<Micros>,
@@ -45,10 +54,23 @@ pub(super) struct Lane {
 }
 
 impl Lane {
-    pub(super) const fn waiting(train: Train) -> Self {
+    /// A lane on `channel`, which drives sync or not.
+    pub(super) const fn waiting(train: Train, channel: usize, sync: bool) -> Self {
+        let sync = if sync { Levels::SYNC } else { 0 };
+        let cathodic = Picture::pulsing_in(channel, State::Cathodic);
+        let anodic = Picture::pulsing_in(channel, State::Anodic);
+        let (first, second) = if train.spec().shape.cathodic_first() {
+            (cathodic, anodic)
+        } else {
+            (anodic, cathodic)
+        };
         Self {
             train,
             phase: Phase::Rest,
+            part: Picture(cathodic.0 | anodic.0 | sync),
+            shows: Picture::ISOLATED,
+            first: Picture(first.0 | sync),
+            second,
             due: None,
             burst_start: Micros(0),
             pulse: 0,
@@ -105,30 +127,6 @@ impl Lane {
         }
     }
 
-    pub(super) const fn is_pulsing(&self) -> bool {
-        matches!(self.phase, Phase::First | Phase::Gap | Phase::Second)
-    }
-
-    /// The lane's own state; `None` where it leaves the channel alone.
-    pub(super) const fn state(&self) -> Option<State> {
-        let cathodic = self.train.spec().shape.cathodic_first();
-        match self.phase {
-            Phase::Rest | Phase::Recovering => None,
-            Phase::First => Some(if cathodic {
-                State::Cathodic
-            } else {
-                State::Anodic
-            }),
-            Phase::Gap | Phase::Interrupted => Some(State::Isolated),
-            Phase::Second => Some(if cathodic {
-                State::Anodic
-            } else {
-                State::Cathodic
-            }),
-            Phase::Grounding => Some(State::Grounded),
-        }
-    }
-
     pub(super) fn edge(
         &mut self,
         channel: u8,
@@ -140,22 +138,36 @@ impl Lane {
         match self.phase {
             Phase::Rest => return self.start_pulse(channel, now, supply, plan),
             Phase::First if spec.shape.is_biphasic() => {
-                self.go(Phase::Gap, now, self.train.gap_us());
+                let gap = Picture(self.part.0 & Picture::PULSING);
+                self.go(Phase::Gap, gap, now, self.train.gap_us());
             }
-            Phase::First => self.go(Phase::Grounding, now, spec.ground_us),
-            Phase::Gap => self.go(Phase::Second, now, spec.width_us),
+            Phase::First => self.ground(now),
+            Phase::Gap => self.go(Phase::Second, self.second, now, spec.width_us),
             Phase::Second | Phase::Grounding | Phase::Interrupted => self.rest(),
             Phase::Recovering => (self.phase, self.due) = (Phase::Rest, None),
         }
         Ok(())
     }
 
-    pub(super) fn go(&mut self, phase: Phase, now: Micros, length_us: u16) {
-        self.phase = phase;
+    fn go(&mut self, phase: Phase, shows: Picture, now: Micros, length_us: u16) {
+        (self.phase, self.shows) = (phase, shows);
         self.due = Some(now.plus(length_us.into()));
     }
 
-    pub(super) fn start_pulse(
+    /// Grounds the channel, for the train's full length.
+    pub(super) fn ground(&mut self, now: Micros) {
+        let grounded = Picture(self.part.0 & Levels::GROUNDED.0);
+        self.go(Phase::Grounding, grounded, now, self.train.spec().ground_us);
+    }
+
+    /// Isolates a grounding that another member's pulse interrupts. Returns the
+    /// end that it will not have.
+    pub(super) const fn interrupt(&mut self) -> Option<Micros> {
+        (self.phase, self.shows) = (Phase::Interrupted, Picture::ISOLATED);
+        self.due.take()
+    }
+
+    fn start_pulse(
         &mut self,
         channel: u8,
         now: Micros,
@@ -183,7 +195,8 @@ impl Lane {
                     *oldest = Some(pulse);
                 }
                 self.oldest = (self.oldest + 1) % 4;
-                self.go(Phase::First, now, self.train.spec().width_us);
+                let width_us = self.train.spec().width_us;
+                self.go(Phase::First, self.first, now, width_us);
             }
             _ => self.rest(),
         }
@@ -192,9 +205,9 @@ impl Lane {
 
     /// After a pulse, played or left out: on to the next of the burst, the
     /// next burst, or the end of the train.
-    pub(super) fn rest(&mut self) {
+    fn rest(&mut self) {
         let spec = self.train.spec();
-        self.phase = Phase::Rest;
+        (self.phase, self.shows) = (Phase::Rest, Picture::ISOLATED);
         self.pulse = self.pulse.saturating_add(1);
         if self.pulse < spec.burst_count {
             self.due = Some(

@@ -259,31 +259,20 @@ impl Bus for Around {
     }
 
     fn code(&mut self, address: u32) -> Result<u16, Denied> {
-        let outside = Denied::Unmodelled(Unmodelled("code outside flash and RAM"));
-        match address >> 24 {
-            0x08 | 0x00 if address & 0x00FF_FFFF < 0x0010_0000 => {
-                Ok(self.soc.flash.peek(address, Size::Half) as u16)
-            }
-            0x20 => Ok(self.soc.ram.read(address, Size::Half).ok_or(outside)? as u16),
-            _ => Err(outside),
-        }
+        self.soc.code(address)
     }
 
     #[inline]
     fn fetch(&mut self, line: u32, at: Cycle) -> u32 {
-        if line >> 24 == 0 {
-            self.soc.flash.fetch(line, at)
-        } else {
-            0 // RAM
-        }
+        self.soc.fetch(line, at)
     }
 
     fn is_writable_code(&self, address: u32) -> bool {
-        address >> 28 != 0
+        self.soc.is_writable_code(address)
     }
 
     fn code_version(&self) -> u32 {
-        self.soc.flash.code_version()
+        self.soc.code_version()
     }
 
     fn advance(&mut self, to: Cycle) -> Result<(), Unmodelled> {

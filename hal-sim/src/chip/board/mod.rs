@@ -48,6 +48,9 @@ pub enum BoardError {
         /// What the host saw, or nothing.
         why: String,
     },
+    /// The debugger's `kill`.
+    #[error("E546 gdb ended the run")]
+    Killed,
     /// The image keeps no microsecond counter.
     #[error("E542 the image opened its port without starting TIM1 and TIM2 as its time base")]
     NoTime,
@@ -102,25 +105,35 @@ impl<O: Observer> Board<O> {
     /// # Errors
     /// [`BoardError`].
     pub fn boot(&mut self, sensors: &Sensors) -> Result<(), BoardError> {
+        while !self.boot_on(sensors)? {}
+        Ok(())
+    }
+
+    /// [`Self::boot`] by at most a millisecond at the fastest clock; says
+    /// whether it is done.
+    ///
+    /// # Errors
+    /// [`BoardError`].
+    pub(super) fn boot_on(&mut self, sensors: &Sensors) -> Result<bool, BoardError> {
         self.around
             .sense(sensors, self.cpu.cycle)
             .map_err(|what| self.explain(what.at(&self.cpu)))?;
-        // In steps of a millisecond at the fastest clock.
-        let limit = BOOT_LIMIT_S * 168_000_000;
-        while !self.around.host.is_open() {
-            if self.cpu.cycle > limit {
+        if !self.around.host.is_open() {
+            if self.cpu.cycle > BOOT_LIMIT_S * 168_000_000 {
                 let failure = self.around.host.failure();
                 let why = failure.map_or_else(String::new, |f| format!(": {f}"));
                 return Err(BoardError::NoPort { why });
             }
             self.run_to(self.cpu.cycle + 168_000)?;
+            return Ok(false);
         }
         let origin = self.around.find_origin(self.cpu.cycle);
         let origin = origin.ok_or(BoardError::NoTime)?;
-        self.now_us = (self.cpu.cycle - origin) / CYCLES_PER_US + 1;
-        self.run_to(origin + self.now_us * CYCLES_PER_US)?;
+        let now_us = (self.cpu.cycle - origin) / CYCLES_PER_US + 1;
+        self.run_to(origin + now_us * CYCLES_PER_US)?;
+        self.now_us = now_us;
         self.around.begin(origin);
-        Ok(())
+        Ok(true)
     }
 
     /// Device time, which is world time.
@@ -153,6 +166,22 @@ impl<O: Observer> Board<O> {
         Ok(())
     }
 
+    /// One instruction or exception, through a reset.
+    ///
+    /// # Errors
+    /// The core stopped.
+    pub(super) fn step(&mut self) -> Result<(), BoardError> {
+        match self.cpu.step(&mut self.around) {
+            Err(Stop::Reset { .. }) => self.reset(),
+            done => done.map_err(|stop| self.explain(stop)),
+        }
+    }
+
+    /// Address of the next instruction.
+    pub(super) const fn pc(&self) -> u32 {
+        self.cpu.registers.r[15]
+    }
+
     fn reset(&mut self) -> Result<(), BoardError> {
         let at = self.cpu.cycle;
         let done = self.around.reset(at);
@@ -167,14 +196,42 @@ impl<O: Observer> Board<O> {
         BoardError::Stopped { stop, function }
     }
 
-    fn advance_to(&mut self, to: Micros) -> io::Result<()> {
+    /// Lets the core run to `to`, in the world that `sensors` has; asked again
+    /// after a stop, goes on.
+    ///
+    /// # Errors
+    /// The core stopped.
+    pub(super) fn go_on(&mut self, to: Micros, sensors: &Sensors) -> Result<(), BoardError> {
+        self.around
+            .sense(sensors, self.cpu.cycle)
+            .map_err(|what| self.explain(what.at(&self.cpu)))?;
+        if let Some(at) = sensors.trigger {
+            // The edge at its microsecond, the level low again 2 µs later.
+            for (high, at) in [(true, at), (false, at.plus(2))] {
+                if at.since(Micros(self.now_us as u32)) < 0 {
+                    continue; // done before a stop
+                }
+                self.advance_to(at)?;
+                let done = self.around.trigger(high, self.cpu.cycle);
+                done.map_err(|what| self.explain(what.at(&self.cpu)))?;
+            }
+        }
+        self.advance_to(to)
+    }
+
+    /// Gives what the board put out so far to `sink`.
+    pub(super) fn put_out(&mut self, sink: &mut dyn Sink) {
+        self.around.put_out(self.now_us, sink);
+    }
+
+    fn advance_to(&mut self, to: Micros) -> Result<(), BoardError> {
         let ahead = to.since(Micros(self.now_us as u32));
         let Ok(ahead) = u64::try_from(ahead) else {
             return Ok(()); // there already
         };
-        self.now_us += ahead;
-        let origin = self.around.origin();
-        self.run_to(origin + self.now_us * CYCLES_PER_US)?;
+        let now_us = self.now_us + ahead;
+        self.run_to(self.around.origin() + now_us * CYCLES_PER_US)?;
+        self.now_us = now_us;
         Ok(())
     }
 }
@@ -197,19 +254,14 @@ impl<O: Observer + Send> Device for Board<O> {
     }
 
     fn advance(&mut self, to: Micros, sensors: &Sensors, sink: &mut dyn Sink) -> io::Result<()> {
-        self.around
-            .sense(sensors, self.cpu.cycle)
-            .map_err(|what| self.explain(what.at(&self.cpu)))?;
-        if let Some(at) = sensors.trigger {
-            // The edge at its microsecond, the level low again 2 µs later.
-            for (high, at) in [(true, at), (false, at.plus(2))] {
-                self.advance_to(at)?;
-                let done = self.around.trigger(high, self.cpu.cycle);
-                done.map_err(|what| self.explain(what.at(&self.cpu)))?;
-            }
-        }
-        self.advance_to(to)?;
-        self.around.put_out(self.now_us, sink);
+        self.go_on(to, sensors)?;
+        self.put_out(sink);
         Ok(())
+    }
+}
+
+impl<O> AsMut<Around> for Board<O> {
+    fn as_mut(&mut self) -> &mut Around {
+        &mut self.around
     }
 }

@@ -7,7 +7,7 @@
 
 mod symbols;
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;
 
 pub use symbols::{Symbol, Symbols};
 

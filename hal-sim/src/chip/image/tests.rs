@@ -32,6 +32,24 @@ fn good() -> Made {
     }
 }
 
+/// An image of these half-words of code, from [`CODE`] on, with these
+/// functions by name, address and size.
+pub fn program(code: &[u16], functions: &[(&'static str, u32, u32)]) -> Image {
+    let mut made = good();
+    let (_, bytes) = &mut made.segments[0];
+    bytes.truncate(64);
+    bytes.extend(code.iter().flat_map(|half| half.to_le_bytes()));
+    made.segments.truncate(1);
+    let functions = functions.iter();
+    made.symbols = functions
+        .map(|&(n, at, size)| (n, at | 1, size, 2))
+        .collect();
+    made.parse().unwrap()
+}
+
+/// Where [`program`]'s code begins, behind its vectors.
+pub const CODE: u32 = 0x0800_0040;
+
 impl Made {
     /// Header, program headers, segments, then `.symtab`, `.strtab`, `.defmt`,
     /// `.shstrtab` and the section headers.

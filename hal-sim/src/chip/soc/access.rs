@@ -134,8 +134,16 @@ impl Soc {
 
     /// Silicon answers 0 and loses writes; here it is a mistake of the program.
     fn check_clock(&self, unit: Unit, at: Cycle) -> Result<(), Unmodelled> {
+        // An access reaches a block behind a bridge with a later APB clock.
+        let clocks = self.rcc.clocks();
+        let divider = match unit.bridge() {
+            Some(Bridge::Apb1) => clocks.apb1_divider(),
+            Some(Bridge::Apb2) => clocks.apb2_divider(),
+            _ => 1,
+        };
+        let reached = (at + 1).next_multiple_of(divider.into());
         match unit.clock() {
-            Some(block) if !self.rcc.is_enabled(block, at)? => {
+            Some(block) if !self.rcc.is_enabled(block, reached)? => {
                 Err(Unmodelled("a peripheral whose clock is off"))
             }
             _ => Ok(()),

@@ -236,6 +236,9 @@ impl Peripheral for Iwdg {
 
     /// The bite, or the arrival of a new prescaler, which moves it.
     fn next_event(&self) -> Cycle {
+        if self.bitten {
+            return Cycle::MAX; // until the reset that it asks for
+        }
         let arrival = match (&self.running, self.prescaler.pending) {
             (Some((lsi, _)), Some((_, due))) => lsi.cycle_of(due),
             _ => Cycle::MAX,

@@ -7,6 +7,7 @@
 mod access;
 pub mod adc;
 pub mod backup;
+mod bus;
 pub mod clock;
 pub mod dbgmcu;
 pub mod dma;

@@ -21,11 +21,11 @@ pub(super) fn unsigned(x: Three, registers: &mut Registers) -> u32 {
 /// Cycles for these magnitudes.
 ///
 /// Exact: between 2 and 12 (TRM table 3-1). Approximate: which. Arm says only
-/// that it depends on the operands' leading ones and zeroes. Assumed here, from
-/// third parties' measurements on this core: 2 if an operand is zero, 3 if the
-/// dividend has fewer significant bits than the divisor, else 5 plus one for
-/// every four bits of difference: four quotient bits a cycle, which gives Arm's
-/// 12 for the longest. Off by a cycle at most where that is wrong.
+/// that it depends on the operands' leading ones and zeroes. Assumed here: 2 if
+/// an operand is zero and 3 if the dividend has fewer significant bits than the
+/// divisor, as a third party measured on this core; else 5 plus one for every
+/// four bits of difference, our guess of four quotient bits a cycle, which ends
+/// at Arm's 12. docs/hil.md is the way to know.
 pub(super) const fn cycles(dividend: u32, divisor: u32) -> u32 {
     if dividend == 0 || divisor == 0 {
         return 2;

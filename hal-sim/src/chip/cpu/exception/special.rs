@@ -11,7 +11,7 @@ const GE: u32 = 0x000F_0000;
 
 impl Cpu {
     /// xPSR as stacked: flags, IT state, Thumb bit, exception number.
-    pub(in crate::chip::cpu) const fn xpsr(&self) -> u32 {
+    pub(in crate::chip) const fn xpsr(&self) -> u32 {
         let it = self.registers.it as u32;
         self.registers.apsr
             | (it & 3) << 25

@@ -1,0 +1,233 @@
+//! The image's log: bytes that it leaves in RAM (SEGGER RTT), decoded with the
+//! defmt table of its ELF.
+//!
+//! In: an image, the chip's RAM. Out: lines with device time. Draining takes
+//! no time on the chip, as with a debug probe.
+
+use super::board::Around;
+use super::cpu::Size;
+use super::image::{Image, ImageError};
+use super::soc::Ram;
+use crate::lockstep::Device;
+use crate::world::Output;
+use defmt_decoder::{DecodeError, StreamDecoder, Table};
+use firmware::device::lockstep::{Sensors, Sink};
+use firmware::units::Micros;
+use std::io::{self, Write};
+
+/// What the linker calls the control block.
+const SYMBOL: &str = "_SEGGER_RTT";
+/// The control block: 16 bytes of name, the numbers of up and down channels,
+/// then channels of name, buffer, size, write and read position, flags.
+const BUFFER: u32 = 24 + 4;
+const SIZE: u32 = 24 + 8;
+const WRITE: u32 = 24 + 12;
+const READ: u32 = 24 + 16;
+
+/// The first up channel of a control block.
+#[derive(Clone, Copy, Debug)]
+struct Channel {
+    block: u32,
+}
+
+impl Channel {
+    fn word(self, ram: &Ram, offset: u32) -> Option<u32> {
+        ram.read(self.block.wrapping_add(offset), Size::Word)
+    }
+
+    /// Takes what has been written since; nothing while the block is not set
+    /// up, or spoilt.
+    fn drain(self, ram: &mut Ram) -> Vec<u8> {
+        self.take(ram).unwrap_or_default()
+    }
+
+    fn take(self, ram: &mut Ram) -> Option<Vec<u8>> {
+        // The program's start-up code writes the name: until then, none.
+        if self.word(ram, 0)?.to_le_bytes() != *b"SEGG" {
+            return None;
+        }
+        let [buffer, size] = [BUFFER, SIZE].map(|offset| self.word(ram, offset));
+        let (buffer, size) = (buffer?, size?);
+        let (write, mut read) = (self.word(ram, WRITE)?, self.word(ram, READ)?);
+        if write >= size || read >= size {
+            return None;
+        }
+        let mut bytes = Vec::new();
+        while read != write {
+            bytes.push(ram.read(buffer.wrapping_add(read), Size::Byte)? as u8);
+            read = (read + 1) % size;
+        }
+        ram.write(self.block.wrapping_add(READ), Size::Word, read)?;
+        Some(bytes)
+    }
+}
+
+/// Why there is no log.
+#[derive(Debug, thiserror::Error)]
+pub enum LogError {
+    /// The image cannot say what its logs mean.
+    #[error(transparent)]
+    Image(#[from] ImageError),
+    /// The table is there, but not of a version that is known.
+    #[error("E545 the defmt table of {path} cannot be used: {why}")]
+    Table {
+        /// The image.
+        path: std::path::PathBuf,
+        /// What is wrong with it.
+        why: String,
+    },
+}
+
+/// A log being decoded.
+pub struct Log {
+    channel: Channel,
+    decoder: Box<dyn StreamDecoder + Send + Sync>,
+    out: Box<dyn Write + Send>,
+}
+
+impl Log {
+    /// The log of `image`, line by line to `out`. The decoded table stays in
+    /// memory for the rest of the program.
+    ///
+    /// # Errors
+    /// [`LogError`].
+    pub fn new(image: &Image, out: Box<dyn Write + Send>) -> Result<Self, LogError> {
+        image.require_defmt()?;
+        let path = image.path();
+        let elf = std::fs::read(path).map_err(|why| ImageError::Unreadable {
+            path: path.to_owned(),
+            why,
+        })?;
+        let unusable = |why: String| LogError::Table {
+            path: path.to_owned(),
+            why,
+        };
+        let table = Table::parse(&elf).map_err(|why| unusable(format!("{why:#}")))?;
+        let table = table.ok_or_else(|| unusable("it is empty".into()))?;
+        let block = image.symbols.find(SYMBOL);
+        let block = block.ok_or_else(|| unusable(format!("there is no {SYMBOL}")))?;
+        // The decoder borrows the table, and both live as long as the log.
+        let table: &'static Table = Box::leak(Box::new(table));
+        Ok(Self {
+            channel: Channel {
+                block: block.address,
+            },
+            decoder: table.new_stream_decoder(),
+            out,
+        })
+    }
+
+    /// Writes what the image has logged since; `at_us` is device time now.
+    ///
+    /// # Errors
+    /// The output cannot be written.
+    pub fn drain(&mut self, ram: &mut Ram, at_us: u64) -> io::Result<()> {
+        let bytes = self.channel.drain(ram);
+        if bytes.is_empty() {
+            return Ok(());
+        }
+        self.decoder.received(&bytes);
+        let time = format!("{:>5}.{:06}", at_us / 1_000_000, at_us % 1_000_000);
+        loop {
+            match self.decoder.decode() {
+                Ok(frame) => {
+                    let level = frame.level().map_or("-", |level| level.as_str());
+                    let text = frame.display_message();
+                    writeln!(self.out, "{time} {level:<5} {text}")?;
+                }
+                Err(DecodeError::Malformed) => writeln!(self.out, "{time} (a damaged line)")?,
+                Err(DecodeError::UnexpectedEof) => return self.out.flush(),
+            }
+        }
+    }
+}
+
+/// A board whose log is written while it runs, as of the end of each step.
+pub struct Logged<D> {
+    device: D,
+    log: Log,
+    now: crate::trace::Unwrap,
+}
+
+impl<D: Device + AsMut<Around>> Logged<D> {
+    /// Writes the log of `device` to `log`; time there begins before `boot`.
+    pub fn new(device: D, log: Log) -> Self {
+        Self {
+            device,
+            log,
+            now: crate::trace::Unwrap::default(),
+        }
+    }
+
+    fn drain(&mut self, at: Micros) -> io::Result<()> {
+        let at_us = self.now.at(at.0);
+        self.log.drain(&mut self.device.as_mut().soc.ram, at_us)
+    }
+}
+
+impl<D: Device + AsMut<Around>> Device for Logged<D> {
+    fn receive(
+        &mut self,
+        at: Micros,
+        bytes: &[u8],
+        sensors: &Sensors,
+        sink: &mut dyn Sink,
+    ) -> io::Result<()> {
+        self.device.receive(at, bytes, sensors, sink)
+    }
+
+    fn advance(&mut self, to: Micros, sensors: &Sensors, sink: &mut dyn Sink) -> io::Result<()> {
+        let done = self.device.advance(to, sensors, sink);
+        // What it logged before it stopped is what one wants to read.
+        self.drain(to).and(done)
+    }
+
+    fn output(&self, channel: usize) -> Option<Output> {
+        self.device.output(channel)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BLOCK: u32 = 0x2000_0100;
+
+    fn ram() -> Ram {
+        let mut ram = Ram::new(0x2000_0000, 0x1000);
+        let name = u32::from_le_bytes(*b"SEGG");
+        let words = [
+            (0, name),
+            (BUFFER, 0x2000_0200),
+            (SIZE, 8),
+            (WRITE, 2),
+            (READ, 6),
+        ];
+        for (offset, word) in words {
+            ram.write(BLOCK + offset, Size::Word, word).unwrap();
+        }
+        for (at, byte) in [(6, 1), (7, 2), (0, 3), (1, 4)] {
+            ram.write(0x2000_0200 + at, Size::Byte, byte).unwrap();
+        }
+        ram
+    }
+
+    #[test]
+    fn a_channel_is_drained_around_its_end_and_once() {
+        let (mut ram, channel) = (ram(), Channel { block: BLOCK });
+        assert_eq!(channel.drain(&mut ram), [1, 2, 3, 4]);
+        assert!(channel.drain(&mut ram).is_empty());
+        assert_eq!(ram.read(BLOCK + READ, Size::Word), Some(2));
+    }
+
+    #[test]
+    fn a_block_that_is_not_set_up_is_left_alone() {
+        for (offset, word) in [(0, 0), (WRITE, 8), (READ, 9), (BUFFER, 0x4000_0000)] {
+            let (mut ram, channel) = (ram(), Channel { block: BLOCK });
+            ram.write(BLOCK + offset, Size::Word, word).unwrap();
+            let before = ram.clone().bytes_mut().to_vec();
+            assert!(channel.drain(&mut ram).is_empty(), "{offset}");
+            assert_eq!(ram.bytes_mut(), before);
+        }
+    }
+}

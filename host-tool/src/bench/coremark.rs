@@ -1,0 +1,103 @@
+//! CoreMark on the chip simulator: a yardstick that nothing was fitted to.
+
+use super::{BenchError, RowError, WORKSPACE};
+use hal_sim::chip::alone::{self, Wait};
+use hal_sim::chip::image::Image;
+use hal_sim::images;
+use std::path::Path;
+
+/// CoreMark per MHz as published for the STM32F405 at 168 MHz (ST) and for the
+/// core (Arm): the C program, other compilers.
+pub const PUBLISHED: [f64; 2] = [3.37, 3.40];
+
+/// One run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reading {
+    /// How the flash answers.
+    pub wait: Wait,
+    /// Iterations that count.
+    pub iterations: u64,
+    /// Cycles that they took.
+    pub cycles: u64,
+}
+
+impl Reading {
+    /// Iterations per second and MHz.
+    #[must_use]
+    pub fn per_mhz(&self) -> f64 {
+        self.iterations as f64 * 1e6 / self.cycles.max(1) as f64
+    }
+}
+
+/// What CoreMark gave.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CoreMark {
+    /// The same program with the flash read each way.
+    pub readings: Vec<Reading>,
+    /// Compiler and its options, as the program prints them.
+    pub compiler: String,
+    /// Instructions of a whole run divided by all its iterations: an upper
+    /// bound of those of one iteration.
+    pub instructions_per_iteration: u64,
+}
+
+/// Builds CoreMark and runs it with each reading of the flash.
+///
+/// # Errors
+/// [`BenchError`]; wrong results too.
+pub fn coremark() -> Result<CoreMark, BenchError> {
+    let elf = images::coremark(Path::new(WORKSPACE))?;
+    let image = Image::open(&elf)?;
+    let mut readings = Vec::new();
+    let mut compiler = String::new();
+    let mut instructions_per_iteration = 0;
+    for wait in [Wait::ByTheLetter, Wait::CopyingPrefetched, Wait::Never] {
+        let ended = alone::run(&image, wait)?;
+        let said = read(wait, &ended.console);
+        let (reading, words) = said.ok_or_else(|| RowError::new(&ended.console))?;
+        // The program runs one iteration, then one and those that count.
+        instructions_per_iteration = ended.instructions / (reading.iterations + 2);
+        readings.push(reading);
+        compiler = words;
+    }
+    Ok(CoreMark {
+        readings,
+        compiler,
+        instructions_per_iteration,
+    })
+}
+
+/// `iterations N cycles N` and `CoreMark/MHz X COMPILER`.
+fn read(wait: Wait, console: &str) -> Option<(Reading, String)> {
+    let mut lines = console.lines().skip(1);
+    let counts: Vec<&str> = lines.next()?.split(' ').collect();
+    let ["iterations", iterations, "cycles", cycles] = counts[..] else {
+        return None;
+    };
+    let words = lines.next()?.strip_prefix("CoreMark/MHz ")?;
+    let (_, compiler) = words.split_once(' ')?;
+    let reading = Reading {
+        wait,
+        iterations: iterations.parse().ok()?,
+        cycles: cycles.parse().ok()?,
+    };
+    Some((reading, compiler.to_owned()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn its_words_are_read() {
+        let console = "crclist e714 valid\niterations 10 cycles 5000000\n\
+                       CoreMark/MHz 2.000 rustc 1.95.0 opt-level=3\n";
+        let (reading, compiler) = read(Wait::Never, console).unwrap();
+        assert_eq!(reading.per_mhz(), 2.0);
+        assert_eq!(compiler, "rustc 1.95.0 opt-level=3");
+        assert_eq!(
+            read(Wait::Never, "crclist\niterations ten cycles 1\n"),
+            None
+        );
+    }
+}

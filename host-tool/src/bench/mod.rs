@@ -1,0 +1,192 @@
+//! What each algorithm of the device costs, and that it gives the same results
+//! wherever it runs.
+//!
+//! Here: the `bench` image on the host, in QEMU and on the chip simulator
+//! ([`bench`]), CoreMark on the chip simulator ([`coremark`]). Not here: the
+//! algorithms and their inputs (`firmware::bench`), tables and pictures
+//! (`cli`, `report`). In: this checkout. Out: [`Bench`], [`CoreMark`].
+
+mod coremark;
+mod emulator;
+mod row;
+
+pub use coremark::{CoreMark, PUBLISHED, Reading, coremark};
+pub use row::{Deadline, Row, RowError, csv};
+
+use crate::report::cycles_picture;
+use firmware::bench::NoClock;
+use hal_sim::chip::alone::{self, AloneError, Wait};
+use hal_sim::chip::image::{self, ImageError};
+use hal_sim::images::{BuildError, Image};
+use hal_sim::qemu::StartError;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// The checkout that the images are built from: this program is run from it.
+const WORKSPACE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+
+/// The row that measures nothing but the markers.
+const MARKERS: &str = "empty";
+
+/// Why nothing could be measured.
+#[derive(Debug, thiserror::Error)]
+pub enum BenchError {
+    /// An image was not built.
+    #[error("E543 {0}")]
+    Build(#[from] BuildError),
+    /// What was built cannot be flashed.
+    #[error(transparent)]
+    Image(#[from] ImageError),
+    /// It did not run to its end on the chip simulator.
+    #[error(transparent)]
+    Chip(#[from] AloneError),
+    /// QEMU.
+    #[error("E510 {0}")]
+    Qemu(#[from] StartError),
+    /// The image said something else than rows.
+    #[error(transparent)]
+    Row(#[from] RowError),
+}
+
+/// How fast a machine ran the image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Speed {
+    /// Instructions of the image.
+    pub instructions: u64,
+    /// Of this computer.
+    pub time: Duration,
+}
+
+impl Speed {
+    /// Million instructions per second.
+    #[must_use]
+    pub fn mips(&self) -> f64 {
+        self.instructions as f64 * 1e-6 / self.time.as_secs_f64().max(1e-9)
+    }
+}
+
+/// The algorithms on the chip simulator.
+#[derive(Clone, Debug)]
+pub struct OnChip {
+    /// In the image's order; cycles without the markers'.
+    pub rows: Vec<Row>,
+    /// What was taken off: the fewest cycles of the row that measures nothing.
+    pub overhead: u64,
+    /// From reset to the end.
+    pub cycles: u64,
+    /// Of the simulator.
+    pub speed: Speed,
+}
+
+impl OnChip {
+    /// The committed table.
+    #[must_use]
+    pub fn csv(&self) -> String {
+        csv(&self.rows)
+    }
+
+    /// The committed picture.
+    #[must_use]
+    pub fn svg(&self) -> String {
+        let rows: Vec<_> = self.rows.iter().filter(|r| r.name != MARKERS).collect();
+        cycles_picture(&rows)
+    }
+}
+
+/// All machines in one run.
+#[derive(Clone, Debug)]
+pub struct Bench {
+    /// The host build: checksums only.
+    pub host: Vec<Row>,
+    /// QEMU: checksums only.
+    pub qemu: Vec<Row>,
+    /// The chip simulator.
+    pub chip: OnChip,
+    /// QEMU as fast as it can.
+    pub qemu_speed: Speed,
+    /// QEMU counting instructions, so that runs repeat (`-icount`).
+    pub qemu_icount_speed: Speed,
+}
+
+impl Bench {
+    /// Names of the algorithms whose results are not the same on all three,
+    /// or that are missing on one.
+    #[must_use]
+    pub fn differing(&self) -> Vec<String> {
+        let result = |rows: &[Row], name: &str| {
+            let row = rows.iter().find(|row| row.name == name)?;
+            Some((row.calls, row.checksum))
+        };
+        let mut names: Vec<_> = [&self.host, &self.qemu, &self.chip.rows]
+            .into_iter()
+            .flatten()
+            .map(|row| row.name.clone())
+            .collect();
+        names.sort();
+        names.dedup();
+        names.retain(|name| {
+            let host = result(&self.host, name);
+            host.is_none()
+                || host != result(&self.qemu, name)
+                || host != result(&self.chip.rows, name)
+        });
+        names
+    }
+}
+
+/// Builds the image and runs it everywhere; `step` hears the part done.
+///
+/// # Errors
+/// [`BenchError`].
+pub fn bench(step: impl Fn(f64)) -> Result<Bench, BenchError> {
+    let elf = Image::Bench.build(Path::new(WORKSPACE))?;
+    step(0.3);
+    let mut host = Vec::new();
+    firmware::bench::run(&NoClock, |row| host.push(Row::from(row)));
+    step(0.4);
+    let chip = run_on_chip(&elf)?;
+    step(0.8);
+    let instructions = chip.speed.instructions;
+    let speed = |time| Speed { instructions, time };
+    let (console, fast) = emulator::run(&elf, &[])?;
+    step(0.9);
+    let (_, counting) = emulator::run(&elf, &["-icount", "shift=0,sleep=off"])?;
+    step(1.0);
+    Ok(Bench {
+        host,
+        qemu: row::parse(&console)?,
+        chip,
+        qemu_speed: speed(fast),
+        qemu_icount_speed: speed(counting),
+    })
+}
+
+/// Builds the image and runs it on the chip simulator only.
+///
+/// # Errors
+/// [`BenchError`].
+pub fn on_chip() -> Result<OnChip, BenchError> {
+    run_on_chip(&Image::Bench.build(Path::new(WORKSPACE))?)
+}
+
+fn run_on_chip(elf: &Path) -> Result<OnChip, BenchError> {
+    let image = image::Image::open(elf)?;
+    let begin = Instant::now();
+    let ended = alone::run(&image, Wait::ByTheLetter)?;
+    let time = begin.elapsed();
+    let mut rows = row::parse(&ended.console)?;
+    let markers = rows.iter().find(|row| row.name == MARKERS);
+    let overhead = markers.map_or(0, |row| row.min);
+    for row in &mut rows {
+        row.take_off(overhead);
+    }
+    Ok(OnChip {
+        rows,
+        overhead,
+        cycles: ended.cycles,
+        speed: Speed {
+            instructions: ended.instructions,
+            time,
+        },
+    })
+}

@@ -1,0 +1,54 @@
+//! Options of commands that can run on the chip simulator.
+
+use super::WrongUse;
+use crate::link::Port;
+use crate::run::{ChipOptions, DeviceName, on_chip};
+use crate::session::Session;
+use clap::Args;
+use std::path::PathBuf;
+
+/// With `--device chip` only.
+#[derive(Args, Debug)]
+pub struct ChipArgs {
+    /// ELF to flash instead of the board's own image (chip)
+    #[arg(long)]
+    image: Option<PathBuf>,
+    /// Halt the core at reset and wait for gdb at this port (chip; 0: any)
+    #[arg(long)]
+    gdb: Option<u16>,
+    /// Write the image's log to this file, - for standard error (chip)
+    #[arg(long)]
+    log: Option<PathBuf>,
+}
+
+impl ChipArgs {
+    /// gdb may stop the device at any time.
+    pub const fn is_debugged(&self) -> bool {
+        self.gdb.is_some()
+    }
+
+    /// Opens `device` for `session`, with these options.
+    ///
+    /// # Errors
+    /// Options that are not the device's, or the device.
+    pub fn open(
+        &self,
+        device: &DeviceName,
+        session: &Session,
+        seed: u64,
+    ) -> anyhow::Result<Box<dyn Port>> {
+        let options = ChipOptions {
+            image: self.image.clone(),
+            gdb: self.gdb,
+            log: self.log.clone(),
+        };
+        if *device == DeviceName::Chip {
+            return Ok(Box::new(on_chip(session, seed, &options)?));
+        }
+        if options.image.is_some() || options.gdb.is_some() || options.log.is_some() {
+            let wrong = "--image, --gdb and --log need --device chip";
+            return Err(WrongUse(wrong.to_owned()).into());
+        }
+        Ok(device.open(session, seed)?)
+    }
+}
