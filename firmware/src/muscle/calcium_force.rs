@@ -9,8 +9,9 @@
 //! Method: exponential time differencing at the midpoint. Over a step of h,
 //! C decays exactly; x and τ are taken at the step's middle, and
 //! F ← F + (1 − e^(−h/τ))·(A·gain·x·τ − F). Steps are 1 ms; a pulse parts its
-//! step at its own microsecond, each part with its own middle. Source and decay share one 1 − e^(−z), so
-//! that an error in it shifts time a little and never the steady force.
+//! step at its own microsecond, each part with its own middle. Source and
+//! decay share one 1 − e^(−z), so that an error in it shifts time a little and
+//! never the steady force.
 //!
 //! Formats: `Q31`, `Q32` are fractions of 1 in 2^-31, 2^-32. C is U5F59: 32
 //! holds K + C, and its tail must reach far below K = 0.002. F is Q63 of the
