@@ -134,6 +134,13 @@ fn scattered(hz: u32, gains: bool) -> Vec<Pulse> {
     (0..hz).map(pulse).collect()
 }
 
+/// Scattered pulses, each followed by two more within 0.9 ms: up to three in
+/// a tick.
+fn bursts(hz: u32) -> Vec<Pulse> {
+    let followed = |(at, gain): Pulse| [(at, gain), (at + 311, gain / 2.0), (at + 900, gain)];
+    scattered(hz, true).into_iter().flat_map(followed).collect()
+}
+
 #[test]
 fn golden_solution_is_met_by_reference_and_device() {
     let subjects = subjects();
@@ -161,19 +168,24 @@ fn golden_solution_is_met_by_reference_and_device() {
 fn every_subject_rate_and_timing_is_within_its_bound() {
     const RATES: [u32; 7] = [10, 20, 30, 40, 50, 70, 100];
     let mut worst = 0f64;
-    println!("worst error, % of peak (regular / scattered / scattered with gains)");
-    println!("      {}", RATES.map(|hz| format!("{hz:>21} Hz")).concat());
+    println!("worst error, % of peak (regular / scattered / with gains / bursts)");
+    println!("      {}", RATES.map(|hz| format!("{hz:>28} Hz")).concat());
     for subject in subjects() {
         print!("{}  ", subject.name);
         for hz in RATES {
-            let trains = [train(hz), scattered(hz, false), scattered(hz, true)];
+            let trains = [
+                train(hz),
+                scattered(hz, false),
+                scattered(hz, true),
+                bursts(hz),
+            ];
             let errors = trains.map(|pulses| {
                 error_pct(
                     &reference(&subject, &pulses, 1500),
                     &fixed(&subject, &pulses, 1500),
                 )
             });
-            print!("  {:.4} {:.4} {:.4} |", errors[0], errors[1], errors[2]);
+            print!("  {} |", errors.map(|e| format!("{e:.4}")).join(" "));
             worst = errors.iter().copied().fold(worst, f64::max);
         }
         println!();

@@ -1,14 +1,15 @@
 //! What a muscle does with the pulses it gets, in fixed point.
 //!
 //! Lives here: `recruitment` (amplitude ↔ share of the muscle at work) and
-//! `calcium_force` (pulses → force over time); `exponential` is their
-//! arithmetic. Not here: limits a pulse must keep (`safety`), joints
+//! `calcium_force` (pulses → force over time); `exponential` and
+//! `reciprocal` are their arithmetic. Not here: limits a pulse must keep (`safety`), joints
 //! (`control`), the simulator's own floating-point muscles.
 //! In: wanted effort or gain; the pulses actually emitted, each with its
 //! microsecond. Out: amplitudes within the wearer's range; predicted force.
 
 pub mod calcium_force;
 mod exponential;
+mod reciprocal;
 pub mod recruitment;
 
 use core::fmt;
