@@ -27,7 +27,7 @@ fn setpoints_over_usb_change_the_outputs_in_time() {
     let image = chip_image(None).unwrap_or_else(|e| panic!("{e}"));
     let direct = latency(Subject::Chip(&image), Path::Direct, 400, 1).unwrap();
     report("direct amplitude", &direct);
-    let control = latency(Subject::Chip(&image), Path::Control, 200, 1).unwrap();
+    let control = latency(Subject::Chip(&image), Path::Control, 320, 1).unwrap();
     report("through the control law, one tick more", &control);
     for found in [&direct, &control] {
         assert_eq!(found.unseen, 0, "a setpoint never showed");

@@ -157,7 +157,11 @@ fn every_edge_of_every_pattern_is_exact() {
     for Phase { late, b, c } in &histogram {
         println!("{late:>8} {b:>12} {c:>12}");
     }
-    assert!(all.b.iter().sum::<u64>() > 10_000 && all.c.iter().sum::<u64>() > 10_000);
+    assert!(
+        all.b.iter().sum::<u64>() > 100_000,
+        "the pump, channels 6 to 10"
+    );
+    assert!(all.c.iter().sum::<u64>() > 1_000, "channels 1 to 5");
     assert!(span <= SPAN_CYCLES, "{span}");
 }
 

@@ -75,9 +75,11 @@ pub struct Latency {
     pub unseen: u32,
 }
 
-/// Bursts come every 5.003 ms, so that arrivals meet every phase of the
-/// windows and of the control tick.
-const PERIOD_US: u32 = 5_003;
+/// Each channel pulses every 5.251 ms, one after the other: ten come every
+/// 525.1 µs. Against the control tick each comes 25 µs later than the one
+/// before, so that in a few arrivals every window has pulses. (With 5.003 ms
+/// half of the windows would stay without for seconds.)
+const PERIOD_US: u32 = 5_251;
 
 /// Everything in the device repeats with the control tick, µs.
 const TICK_US: u64 = 1_000;
@@ -138,14 +140,14 @@ pub fn latency(
     let mut deadlines = Deadlines::default();
     let mut sent = Vec::new();
     let mut unseen = 0;
-    let boots = subject.boots().min(arrivals);
+    let boots = subject.boots(arrivals);
     for boot in 0..boots {
         let shift_us = TICK_US * u64::from(boot) / u64::from(boots);
         let mut opened = prepared(subject, path, shift_us)?;
         let first = sent.len() as u32;
         let last = (u64::from(arrivals) * u64::from(boot + 1) / u64::from(boots)) as u32;
         for index in first..last {
-            let at = opened.client.port().world.now_us() + random.below(TICK_US);
+            let at = opened.client.port().world.now_us() + random.below(PERIOD_US.into());
             let (arrived, is_seen) = send(&mut opened, path, index, at, &mut deadlines)?;
             sent.push((at, arrived, (arrived - opened.epoch_us()) % TICK_US));
             unseen += u32::from(!is_seen);

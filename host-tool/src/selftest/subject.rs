@@ -27,13 +27,14 @@ impl Subject<'_> {
     /// Cycle at which the cable goes in: after the image has begun to look.
     const PLUGGED: Cycle = 20_000 * CYCLES_PER_US;
 
-    /// How often to begin anew, so that a thousandth of a second is sampled:
-    /// one clock runs the chip's ticks and the host's frames, and a boot fixes
-    /// how they lie to each other.
-    pub(super) const fn boots(self) -> u32 {
+    /// How often to begin anew for `arrivals`: one clock runs the chip's ticks
+    /// and the host's frames, so a boot fixes how they lie to each other. They
+    /// are shifted by 20 µs or, for few arrivals, by more: each boot needs some
+    /// until every window had a pulse.
+    pub(super) fn boots(self, arrivals: u32) -> u32 {
         match self {
             Self::Native => 1,
-            Self::Chip(_) => 50,
+            Self::Chip(_) => (arrivals / 16).clamp(1, 50),
         }
     }
 
