@@ -1,7 +1,7 @@
 //! The bounds that `flexor selftest` prints numbers for, held from the outside.
 
 use host_tool::run::{DeviceName, SessionFile, run};
-use host_tool::selftest::{Path, latency, silence, soak};
+use host_tool::selftest::{Path, Subject, latency, silence, soak};
 use host_tool::session::LawName;
 use std::path;
 
@@ -9,12 +9,19 @@ use std::path;
 /// one control tick more through the control law.
 #[test]
 fn setpoints_change_the_outputs_in_time() {
-    let direct = latency(Path::Direct, 10_000, 1).unwrap();
-    let control = latency(Path::Control, 40_000, 1).unwrap();
+    let direct = latency(Subject::Native, Path::Direct, 10_000, 1).unwrap();
+    let control = latency(Subject::Native, Path::Control, 40_000, 1).unwrap();
     println!("direct {direct:?}\ncontrol {control:?}");
-    assert_eq!((direct.contradictions, control.contradictions), (0, 0));
-    assert!(direct.worst_us <= 600, "{direct:?}");
-    assert!(control.worst_us <= direct.worst_us + 1000, "{control:?}");
+    for found in [&direct, &control] {
+        assert_eq!((found.unseen, found.blur_us), (0, 0), "{found:?}");
+        assert!(found.device.worst_us <= found.worst_phase_us);
+        assert_eq!(found.device, found.whole, "no wire");
+    }
+    assert!(direct.worst_phase_us <= 600, "{direct:?}");
+    assert!(
+        control.worst_phase_us <= direct.worst_phase_us + 1000,
+        "{control:?}"
+    );
 }
 
 #[test]

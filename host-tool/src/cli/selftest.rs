@@ -1,15 +1,26 @@
 //! `flexor selftest`: what the device code shows on this machine, in numbers.
 
-use super::Output;
-use crate::selftest::{Path, latency, silence, soak};
+use super::{Output, WrongUse};
+use crate::run::{DeviceName, chip_image};
+use crate::selftest::{Distribution, Latency, Path, Subject, latency, silence, soak};
 use clap::Args;
+use serde_json::{Value, json};
+use std::fmt::Write;
+use std::path::PathBuf;
 
-/// Measure latency, host silence and a noisy soak on the native simulator.
+/// Measure latency on a simulator; on the native one host silence and a noisy
+/// soak, too.
 #[derive(Args, Debug)]
 pub struct Selftest {
-    /// Random arrivals per latency measurement
-    #[arg(long, default_value_t = 10_000)]
-    arrivals: u32,
+    /// What to measure: native, or chip for the flashed image over USB
+    #[arg(long, default_value = "native")]
+    device: DeviceName,
+    /// ELF to run instead of the board's own image (chip)
+    #[arg(long)]
+    image: Option<PathBuf>,
+    /// Random arrivals per latency measurement; default: 10000, chip 2000
+    #[arg(long)]
+    arrivals: Option<u32>,
     /// Length of the simulated soak, minutes
     #[arg(long, default_value_t = 20)]
     minutes: u64,
@@ -18,14 +29,112 @@ pub struct Selftest {
     seed: u64,
 }
 
+/// The issue's bounds for a direct amplitude over USB, µs.
+const CHIP_BOUNDS_US: (u64, u64) = (700, 2_000);
+
 /// Runs the command.
 ///
 /// # Errors
 /// A measurement that could not be made, or a bound that does not hold.
 pub fn main(args: &Selftest, output: Output) -> anyhow::Result<()> {
-    let direct = latency(Path::Direct, args.arrivals, args.seed)?;
+    match args.device {
+        DeviceName::Native => on_native(args, output),
+        DeviceName::Chip => on_chip(args, output),
+        _ => {
+            let wrong = format!(
+                "--device is {}: a selftest knows native and chip",
+                args.device
+            );
+            Err(WrongUse(wrong).into())
+        }
+    }
+}
+
+/// Latency over USB.
+fn on_chip(args: &Selftest, output: Output) -> anyhow::Result<()> {
+    let image = chip_image(args.image.as_deref())?;
+    let arrivals = args.arrivals.unwrap_or(2_000);
+    let chip = Subject::Chip(&image);
+    let direct = latency(chip, Path::Direct, arrivals, args.seed)?;
+    let control = latency(chip, Path::Control, arrivals.div_ceil(4), args.seed)?;
+    output.say(
+        || {
+            let mut text = String::new();
+            // Writing to a `String` cannot fail.
+            let _ = histogram(&mut text, "direct amplitude", &direct);
+            let _ = histogram(&mut text, "through control law", &control);
+            text.trim_end().to_owned()
+        },
+        || json!({ "device": "chip", "direct": machine(&direct), "control": machine(&control) }),
+    );
+    let (device_us, whole_us) = CHIP_BOUNDS_US;
+    let holds = direct.unseen + control.unseen == 0
+        && direct.worst_phase_us <= device_us
+        && direct.whole.worst_us <= whole_us;
+    anyhow::ensure!(holds, "E520 a bound does not hold; see the numbers above");
+    Ok(())
+}
+
+/// At most 80 columns.
+fn histogram(out: &mut String, name: &str, found: &Latency) -> std::fmt::Result {
+    /// Widest bar.
+    const BAR: u32 = 22;
+    let (device, whole) = (&found.device, &found.whole);
+    writeln!(
+        out,
+        "{name}, {} arrivals over USB -> earliest slot, us:",
+        found.arrivals
+    )?;
+    writeln!(
+        out,
+        "  from the last packet's ACK {} to {}; {} at any phase, blur {}",
+        device.best_us, device.worst_us, found.worst_phase_us, found.blur_us
+    )?;
+    writeln!(
+        out,
+        "  from the host's write {} to {}",
+        whole.best_us, whole.worst_us
+    )?;
+    writeln!(out, "{:>12} {:>8} {:22} {:>8}", "", "from ACK", "", "whole")?;
+    for step in 0..device.counts.len().max(whole.counts.len()) {
+        let bar = |of: &Distribution| {
+            let count = of.counts.get(step).copied().unwrap_or(0);
+            let most = of.counts.iter().max().copied().unwrap_or(0).max(1);
+            let length = (count * BAR).div_ceil(most);
+            (count, "#".repeat(length as usize))
+        };
+        let from = step as u64 * Distribution::STEP_US;
+        let ((a, a_bar), (b, b_bar)) = (bar(device), bar(whole));
+        let row = format!(
+            "{from:>5}..{:<5} {a:>8} {a_bar:22} {b:>8} {b_bar}",
+            from + Distribution::STEP_US
+        );
+        writeln!(out, "{}", row.trim_end())?;
+    }
+    writeln!(out)
+}
+
+fn machine(found: &Latency) -> Value {
+    let distribution = |of: &Distribution| {
+        json!({
+            "best_us": of.best_us, "worst_us": of.worst_us,
+            "step_us": Distribution::STEP_US, "counts": of.counts,
+        })
+    };
+    json!({
+        "arrivals": found.arrivals, "unseen": found.unseen, "blur_us": found.blur_us,
+        "worst_phase_us": found.worst_phase_us,
+        "device": distribution(&found.device), "whole": distribution(&found.whole),
+    })
+}
+
+fn on_native(args: &Selftest, output: Output) -> anyhow::Result<()> {
+    let arrivals = args.arrivals.unwrap_or(10_000);
+    let direct = latency(Subject::Native, Path::Direct, arrivals, args.seed)?;
     // Three channels show a deadline less often than ten: four times the arrivals.
-    let control = latency(Path::Control, 4 * args.arrivals, args.seed)?;
+    let control = latency(Subject::Native, Path::Control, 4 * arrivals, args.seed)?;
+    let contradictions = [&direct, &control].map(|l| u64::from(l.unseen) + l.blur_us);
+    let contradictions: u64 = contradictions.iter().sum();
     let bar = output.bar("host silence");
     let mut late = 0;
     let mut slack_us = i64::MAX;
@@ -51,18 +160,18 @@ pub fn main(args: &Selftest, output: Output) -> anyhow::Result<()> {
                  \u{20} {} pulses, {} that no accepted setpoint asked for\n\
                  \u{20} {} frames sent = {} understood + {} counted lost: {}\n\
                  \u{20} wire lost {} and corrupted {}; {} stops for silence",
-                direct.worst_us, direct.best_us, direct.arrivals, control.worst_us, control.best_us, control.arrivals,
+                direct.worst_phase_us, direct.device.best_us, direct.arrivals, control.worst_phase_us, control.device.best_us, control.arrivals,
                 soak.seconds, soak.pulses, soak.unasked,
                 soak.sent, soak.understood, soak.counted_lost, soak.is_accounted(),
                 soak.wire.lost, soak.wire.corrupted(), soak.stops,
             )
         },
         || {
-            serde_json::json!({
-                "arrivals": args.arrivals,
-                "latency_direct_worst_us": direct.worst_us, "latency_direct_best_us": direct.best_us,
-                "latency_control_worst_us": control.worst_us, "latency_control_best_us": control.best_us,
-                "latency_contradictions": direct.contradictions + control.contradictions,
+            json!({
+                "arrivals": arrivals,
+                "latency_direct_worst_us": direct.worst_phase_us, "latency_direct_best_us": direct.device.best_us,
+                "latency_control_worst_us": control.worst_phase_us, "latency_control_best_us": control.device.best_us,
+                "latency_contradictions": contradictions,
                 "silence_late": late, "silence_least_slack_us": slack_us,
                 "soak_seconds": soak.seconds, "soak_pulses": soak.pulses, "soak_unasked": soak.unasked,
                 "soak_sent": soak.sent, "soak_understood": soak.understood, "soak_counted_lost": soak.counted_lost,
@@ -71,10 +180,7 @@ pub fn main(args: &Selftest, output: Output) -> anyhow::Result<()> {
             })
         },
     );
-    let holds = direct.contradictions + control.contradictions == 0
-        && late == 0
-        && soak.unasked == 0
-        && soak.is_accounted();
+    let holds = contradictions == 0 && late == 0 && soak.unasked == 0 && soak.is_accounted();
     anyhow::ensure!(holds, "E520 a bound does not hold; see the numbers above");
     Ok(())
 }

@@ -1,7 +1,9 @@
 //! From the last byte of a setpoint to the earliest slot it can change.
 
-use super::{Random, channel, open_with};
+use super::subject::{Opened, Subject};
+use super::{Random, channel};
 use crate::link::{Client, Error, Incoming, SimulatedPort};
+use crate::run::OpenError;
 use firmware::control::{HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
 use firmware::link::Request;
 use firmware::pulse::{CHANNELS, WINDOW_US};
@@ -9,7 +11,6 @@ use firmware::safety::WearerSpec;
 use firmware::units::Amplitude;
 use hal_sim::body::Still;
 use hal_sim::trace::State;
-use hal_sim::wire::faults::Faults;
 
 /// Which way a setpoint takes through the device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,23 +21,65 @@ pub enum Path {
     Control,
 }
 
-/// What was found over all arrivals, µs, from the outputs alone.
-#[derive(Clone, Copy, Debug, Default)]
+/// Times in steps of 100 µs, and their extremes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Distribution {
+    /// Shortest, µs.
+    pub best_us: u64,
+    /// Longest, µs.
+    pub worst_us: u64,
+    /// How many lay in each step, from 0 on; the last is not empty.
+    pub counts: Vec<u32>,
+}
+
+impl Distribution {
+    /// Width of a step, µs.
+    pub const STEP_US: u64 = 100;
+
+    fn of(times: impl Iterator<Item = u64>) -> Self {
+        let mut found = Self {
+            best_us: u64::MAX,
+            worst_us: 0,
+            counts: Vec::new(),
+        };
+        for time in times {
+            found.best_us = found.best_us.min(time);
+            found.worst_us = found.worst_us.max(time);
+            let step = (time / Self::STEP_US) as usize;
+            if step >= found.counts.len() {
+                found.counts.resize(step + 1, 0);
+            }
+            found.counts[step] += 1;
+        }
+        found
+    }
+}
+
+/// What was found, from the outputs alone: how long until the first window of
+/// pulses that can still be changed.
+#[derive(Clone, Debug)]
 pub struct Latency {
     /// Setpoints sent.
     pub arrivals: u32,
-    /// Longest time from a last byte to the first window that it changed.
-    pub worst_us: u64,
-    /// Shortest such time.
-    pub best_us: u64,
-    /// Setpoints that never showed, or showed against the order of arrival.
-    /// Anything but 0 is a defect.
-    pub contradictions: u32,
+    /// From the last byte's arrival at the device, every arrival.
+    pub device: Distribution,
+    /// From the host's write, every arrival.
+    pub whole: Distribution,
+    /// The longest at the device if a byte may arrive at any phase of the tick,
+    /// those between two that were seen included, µs.
+    pub worst_phase_us: u64,
+    /// How far, at most, the last arrival that changed a window came after the
+    /// first that did not, µs. Windows are counted as missed from the first on.
+    pub blur_us: u64,
+    /// Setpoints that never showed. Anything but 0 is a defect.
+    pub unseen: u32,
 }
 
-/// Bursts come every 5.003 ms, so that arrivals meet every phase of the
-/// windows and of the control tick.
-const PERIOD_US: u32 = 5_003;
+/// Each channel pulses every 5.251 ms, one after the other: ten come every
+/// 525.1 µs. Against the control tick each comes 25 µs later than the one
+/// before, so that in a few arrivals every window has pulses. (With 5.003 ms
+/// half of the windows would stay without for seconds.)
+const PERIOD_US: u32 = 5_251;
 
 /// Everything in the device repeats with the control tick, µs.
 const TICK_US: u64 = 1_000;
@@ -53,10 +96,10 @@ struct Deadlines {
 }
 
 impl Deadlines {
-    fn note(&mut self, arrival_us: u64, burst_us: u64, is_new: bool) {
-        let phase = (arrival_us - u64::from(super::BOOT.0)) % TICK_US;
-        let window = (window_start(burst_us) + phase - arrival_us) / u64::from(WINDOW_US);
-        let index = usize::try_from(window).unwrap_or(WINDOWS);
+    /// A burst that starts `after_us` after the tick's start in which bytes
+    /// arrived at `phase`.
+    fn note(&mut self, phase: u64, after_us: u64, is_new: bool) {
+        let index = usize::try_from(after_us / u64::from(WINDOW_US)).unwrap_or(WINDOWS);
         let (made, missed) = (self.made.get_mut(index), self.missed.get_mut(index));
         match (is_new, made, missed) {
             (true, Some(made), _) => *made = (*made).max(Some(phase)),
@@ -65,64 +108,93 @@ impl Deadlines {
         }
     }
 
-    /// Worst and best time to the first window that can be made, over every
-    /// phase of arrival, and how many windows contradict a deadline.
-    fn summary(&self) -> (u64, u64, u32) {
-        let to_first = |phase: u64| {
-            let first = self
-                .made
-                .iter()
-                .position(|made| made.is_some_and(|last| phase <= last));
-            first.map(|window| window as u64 * u64::from(WINDOW_US) - phase)
-        };
-        let times: Vec<_> = (0..TICK_US).map_while(to_first).collect();
+    /// From `phase` to the first window that is always made from there.
+    fn to_first(&self, phase: u64) -> Option<u64> {
         let both = self.made.iter().zip(&self.missed);
-        let wrong = both.filter(|(made, missed)| {
-            made.zip(**missed)
-                .is_some_and(|(made, missed)| missed <= made)
-        });
-        let (worst, best) = (times.iter().max(), times.iter().min());
-        (
-            worst.copied().unwrap_or(0),
-            best.copied().unwrap_or(0),
-            wrong.count() as u32,
-        )
+        let is_made = |(made, missed): (&Option<u64>, &Option<u64>)| {
+            made.is_some_and(|last| phase <= last) && missed.is_none_or(|first| phase < first)
+        };
+        let first = both.map(is_made).position(|made| made);
+        first.map(|window| window as u64 * u64::from(WINDOW_US) - phase)
+    }
+
+    fn blur(&self) -> u64 {
+        let both = self.made.iter().zip(&self.missed);
+        let blurs =
+            both.filter_map(|(made, missed)| (*made)?.checked_sub((*missed)?)?.checked_add(1));
+        blurs.max().unwrap_or(0)
     }
 }
 
 /// Sends `arrivals` setpoints at random times and looks for each in the trace.
 ///
 /// # Errors
-/// The simulated device refused.
-pub fn latency(path: Path, arrivals: u32, seed: u64) -> Result<Latency, Error> {
+/// The simulated device refused, or does not run.
+pub fn latency(
+    subject: Subject<'_>,
+    path: Path,
+    arrivals: u32,
+    seed: u64,
+) -> Result<Latency, OpenError> {
     let mut random = Random(seed);
-    let mut client = prepared(path)?;
     let mut deadlines = Deadlines::default();
+    let mut sent = Vec::new();
     let mut unseen = 0;
-    for index in 0..arrivals {
-        let at = client.port().world.now_us() + random.below(TICK_US);
-        run_to(&mut client, at)?;
-        let old = latest_codes(&mut client);
-        client.port().world.recorder.forget();
-        client.post(setpoint(path, index))?;
-        run_to(&mut client, at + 2 * u64::from(PERIOD_US))?;
-        let mut seen = false;
-        for (channel, start, code) in bursts(&mut client) {
-            let is_new = old[usize::from(channel)] != Some(code);
-            seen |= is_new;
-            if start > at {
-                deadlines.note(at, start, is_new);
-            }
+    let boots = subject.boots(arrivals);
+    for boot in 0..boots {
+        let shift_us = TICK_US * u64::from(boot) / u64::from(boots);
+        let mut opened = prepared(subject, path, shift_us)?;
+        let first = sent.len() as u32;
+        let last = (u64::from(arrivals) * u64::from(boot + 1) / u64::from(boots)) as u32;
+        for index in first..last {
+            let at = opened.client.port().world.now_us() + random.below(PERIOD_US.into());
+            let (arrived, is_seen) = send(&mut opened, path, index, at, &mut deadlines)?;
+            sent.push((at, arrived, (arrived - opened.epoch_us()) % TICK_US));
+            unseen += u32::from(!is_seen);
         }
-        unseen += u32::from(!seen);
     }
-    let (worst_us, best_us, wrong) = deadlines.summary();
+    let device = |&(_, _, phase): &(u64, u64, u64)| deadlines.to_first(phase);
+    let whole = |one: &(u64, u64, u64)| Some(one.1 - one.0 + device(one)?);
     Ok(Latency {
         arrivals,
-        worst_us,
-        best_us,
-        contradictions: unseen + wrong,
+        device: Distribution::of(sent.iter().filter_map(device)),
+        whole: Distribution::of(sent.iter().filter_map(whole)),
+        worst_phase_us: (0..TICK_US)
+            .filter_map(|phase| deadlines.to_first(phase))
+            .max()
+            .unwrap_or(0),
+        blur_us: deadlines.blur(),
+        unseen,
     })
+}
+
+/// Sends one setpoint at `at` and notes each burst for two periods. When it
+/// arrived, and whether it ever showed.
+fn send(
+    opened: &mut Opened,
+    path: Path,
+    index: u32,
+    at: u64,
+    deadlines: &mut Deadlines,
+) -> Result<(u64, bool), Error> {
+    let client = &mut opened.client;
+    run_to(client, at)?;
+    let old = latest_codes(client);
+    client.port().world.recorder.forget();
+    client.post(setpoint(path, index))?;
+    run_to(client, at + 2 * u64::from(PERIOD_US))?;
+    let bursts = bursts(client);
+    let (arrived, epoch) = (opened.arrived_us(at), opened.epoch_us());
+    let phase = (arrived - epoch) % TICK_US;
+    let mut is_seen = false;
+    for (channel, start, code) in bursts {
+        let is_new = old[usize::from(channel)] != Some(code);
+        is_seen |= is_new;
+        if start > arrived {
+            deadlines.note(phase, start - (arrived - phase), is_new);
+        }
+    }
+    Ok((arrived, is_seen))
 }
 
 /// The code in force on each channel.
@@ -132,12 +204,6 @@ fn latest_codes(client: &mut Client<SimulatedPort>) -> [Option<u16>; CHANNELS] {
         codes[usize::from(channel)] = Some(code);
     }
     codes
-}
-
-/// Windows begin at multiples of 250 µs after boot.
-fn window_start(t_us: u64) -> u64 {
-    let boot = u64::from(super::BOOT.0);
-    t_us - (t_us - boot) % u64::from(WINDOW_US)
 }
 
 /// Channel, start and amplitude code of every recorded burst.
@@ -180,9 +246,10 @@ fn run_to(client: &mut Client<SimulatedPort>, until_us: u64) -> Result<(), Error
     Ok(())
 }
 
-fn prepared(path: Path) -> Result<Client<SimulatedPort>, Error> {
+fn prepared(subject: Subject<'_>, path: Path, shift_us: u64) -> Result<Opened, OpenError> {
     // A joint that rests in the middle, seen by the board's converter.
-    let mut client = open_with(Box::new(Still::new(50.0)), Faults::default(), 1)?;
+    let mut opened = subject.open(Box::new(Still::new(50.0)), shift_us)?;
+    let client = &mut opened.client;
     client.port().world.joint_adc = Some((40.0, 48.0));
     client.wearer(WearerSpec {
         rise_ms: 1,
@@ -206,8 +273,8 @@ fn prepared(path: Path) -> Result<Client<SimulatedPort>, Error> {
     client.start()?;
     client.request(setpoint(path, 1))?;
     let now = client.port().world.now_us();
-    run_to(&mut client, now + 30_000)?;
-    Ok(client)
+    run_to(client, now + 30_000)?;
+    Ok(opened)
 }
 
 /// Proportional control with nothing that remembers: the setpoint alone

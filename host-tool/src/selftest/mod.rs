@@ -1,5 +1,5 @@
-//! Numbers that the whole device must show, measured on the native simulator
-//! from its outputs and its answers: latency, host silence, a noisy soak.
+//! Numbers that the whole device must show, measured on a simulator from its
+//! outputs and its answers: latency, host silence, a noisy soak.
 //!
 //! Lives here: the measurements. Not here: what is allowed (`tests` asserts,
 //! `flexor selftest` prints). In: seeds and sizes. Out: plain numbers.
@@ -7,10 +7,12 @@
 mod latency;
 mod silence;
 mod soak;
+mod subject;
 
-pub use latency::{Latency, Path, latency};
+pub use latency::{Distribution, Latency, Path, latency};
 pub use silence::{Silence, silence};
 pub use soak::{Soak, soak};
+pub use subject::Subject;
 
 use crate::link::{Client, Error, SimulatedPort};
 use firmware::pulse::{Shape, TrainSpec};

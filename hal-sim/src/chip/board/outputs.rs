@@ -22,12 +22,37 @@ pub struct Phases {
     pub b: [u64; CYCLES_PER_US as usize],
     /// Port C.
     pub c: [u64; CYCLES_PER_US as usize],
+    /// Over port, cycle and levels of these edges in their order (FNV-1a): two
+    /// runs with the same digest had the same edges.
+    pub digest: u64,
+}
+
+/// FNV-1a, 64 bits: offset basis and prime.
+const FNV: (u64, u64) = (0xCBF2_9CE4_8422_2325, 0x100_0000_01B3);
+
+impl Phases {
+    /// `edge` of `port`, its cycle counted from `origin`.
+    fn note(&mut self, port: Port, edge: &Edge, origin: Cycle) {
+        let cycle = edge.cycle.saturating_sub(origin);
+        let counts = match port {
+            Port::B => &mut self.b,
+            _ => &mut self.c,
+        };
+        counts[(cycle % CYCLES_PER_US) as usize] += 1;
+        for word in [edge.port.into(), cycle, edge.levels.into()] {
+            self.digest = (self.digest ^ word).wrapping_mul(FNV.1);
+        }
+    }
 }
 
 impl Default for Phases {
     fn default() -> Self {
         let none = [0; CYCLES_PER_US as usize];
-        Self { b: none, c: none }
+        Self {
+            b: none,
+            c: none,
+            digest: FNV.0,
+        }
     }
 }
 
@@ -110,12 +135,7 @@ impl Outputs {
             return;
         };
         if let Some(origin) = self.origin.filter(|_| plays(port, edge.changed)) {
-            let phase = (edge.cycle.saturating_sub(origin) % CYCLES_PER_US) as usize;
-            let phases = match port {
-                Port::B => &mut self.phases.b,
-                _ => &mut self.phases.c,
-            };
-            phases[phase] += 1;
+            self.phases.note(port, &edge, origin);
         }
         match port {
             Port::B => self.pins.b = edge.levels,

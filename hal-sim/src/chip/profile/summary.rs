@@ -2,7 +2,7 @@
 
 use super::{Owner, Profile};
 use crate::chip::Cycle;
-use crate::chip::board::{Board, CYCLES_PER_US, Margins};
+use crate::chip::board::{Board, CYCLES_PER_US, Margins, Phases};
 use crate::chip::cpu::Size;
 use crate::chip::cpu::system::Latency;
 
@@ -61,6 +61,36 @@ pub struct Phase {
     pub c: u64,
 }
 
+impl Phase {
+    /// What was `found`, earliest first, places without edges left out.
+    #[must_use]
+    pub fn all(found: &Phases) -> Vec<Self> {
+        let lap = CYCLES_PER_US as usize;
+        // Half a microsecond early at most, less than that late.
+        let places =
+            (0..CYCLES_PER_US).map(|n| n.cast_signed() - (CYCLES_PER_US / 2).cast_signed());
+        let all = places.map(|late| {
+            let at = late.rem_euclid(CYCLES_PER_US.cast_signed()) as usize;
+            Self {
+                late,
+                b: found.b[at],
+                c: found.c[(at + 8) % lap],
+            }
+        });
+        all.filter(|phase| phase.b + phase.c > 0).collect()
+    }
+
+    /// Cycles from the earliest of `all` to the latest, both counted; 0 without
+    /// edges.
+    #[must_use]
+    pub fn span(all: &[Self]) -> u64 {
+        match (all.first(), all.last()) {
+            (Some(first), Some(last)) => last.late.abs_diff(first.late) + 1,
+            _ => 0,
+        }
+    }
+}
+
 /// All numbers of a profiled board.
 #[derive(Clone, Debug)]
 pub struct Summary {
@@ -111,7 +141,7 @@ impl Summary {
                 limit,
             },
             margins: *board.around.margins(),
-            phases: phases(board),
+            phases: Phase::all(board.around.phases()),
         }
     }
 
@@ -125,10 +155,7 @@ impl Summary {
     /// without edges.
     #[must_use]
     pub fn edge_span(&self) -> u64 {
-        match (self.phases.first(), self.phases.last()) {
-            (Some(first), Some(last)) => last.late.abs_diff(first.late) + 1,
-            _ => 0,
-        }
+        Phase::span(&self.phases)
     }
 
     /// Longest wait of any of these exceptions, cycles.
@@ -149,20 +176,4 @@ fn stack_limit(board: &mut Board<Profile>) -> Option<u32> {
     let (base, attributes) = (read(MPU_RBAR)? & !0x1F, read(MPU_RASR)?);
     let bytes = 2u32.checked_shl(attributes >> 1 & 0x1F)?;
     (attributes & 1 == 1).then(|| base.saturating_add(bytes))
-}
-
-fn phases(board: &Board<Profile>) -> Vec<Phase> {
-    let found = board.around.phases();
-    let lap = CYCLES_PER_US as usize;
-    // Half a microsecond early at most, less than that late.
-    let places = (0..CYCLES_PER_US).map(|n| n.cast_signed() - (CYCLES_PER_US / 2).cast_signed());
-    let all = places.map(|late| {
-        let at = late.rem_euclid(CYCLES_PER_US.cast_signed()) as usize;
-        Phase {
-            late,
-            b: found.b[at],
-            c: found.c[(at + 8) % lap],
-        }
-    });
-    all.filter(|phase| phase.b + phase.c > 0).collect()
 }

@@ -64,6 +64,7 @@ pub struct Host {
     out_was_last: bool,
     outgoing: VecDeque<Write>,
     incoming: VecDeque<(Cycle, Packet)>,
+    delivered: Option<Cycle>,
     failure: Option<Failure>,
 }
 
@@ -103,6 +104,7 @@ impl Host {
             out_was_last: false,
             outgoing: VecDeque::new(),
             incoming: VecDeque::new(),
+            delivered: None,
             failure: None,
         }
     }
@@ -167,6 +169,13 @@ impl Host {
     #[must_use]
     pub fn unsent(&self) -> usize {
         self.outgoing.iter().map(|w| w.bytes.len() - w.sent).sum()
+    }
+
+    /// The cycle at which the device's ACK of the last packet of sent bytes
+    /// ended.
+    #[must_use]
+    pub fn delivered(&self) -> Option<Cycle> {
+        self.delivered
     }
 
     /// The next packet from the device, never empty, and the cycle at which

@@ -237,6 +237,7 @@ impl Host {
         if kind == Kind::Out {
             self.data_out.data1 = !self.data_out.data1;
             self.written(packet.bytes().len());
+            self.delivered = Some(at + end);
             return;
         }
         let Some(control) = &mut self.control else {

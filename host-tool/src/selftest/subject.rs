@@ -1,0 +1,110 @@
+//! What is measured, and a client of it.
+
+use super::{BOOT, open_with};
+use crate::link::{Client, SimulatedPort};
+use crate::run::{ChipError, OpenError};
+use firmware::device::lockstep::Sensors;
+use firmware::units::Micros;
+use hal_sim::body::{Body, Drive};
+use hal_sim::chip::Cycle;
+use hal_sim::chip::board::{Board, CYCLES_PER_US};
+use hal_sim::chip::image::Image;
+use hal_sim::chip::soc::Pace;
+use hal_sim::wire::faults::Faults;
+use hal_sim::world::{Output, World};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// What is measured.
+#[derive(Clone, Copy, Debug)]
+pub enum Subject<'a> {
+    /// The device code in this process; bytes arrive as they are sent.
+    Native,
+    /// An image on the chip simulator; bytes cross USB.
+    Chip(&'a Image),
+}
+
+impl Subject<'_> {
+    /// Cycle at which the cable goes in: after the image has begun to look.
+    const PLUGGED: Cycle = 20_000 * CYCLES_PER_US;
+
+    /// How often to begin anew for `arrivals`: one clock runs the chip's ticks
+    /// and the host's frames, so a boot fixes how they lie to each other. They
+    /// are shifted by 20 µs or, for few arrivals, by more: each boot needs some
+    /// until every window had a pulse.
+    pub(super) fn boots(self, arrivals: u32) -> u32 {
+        match self {
+            Self::Native => 1,
+            Self::Chip(_) => (arrivals / 16).clamp(1, 50),
+        }
+    }
+
+    /// A client of it, in a world with `body`. On the chip, USB's frames begin
+    /// `shift_us` later than with 0.
+    ///
+    /// # Errors
+    /// The device does not run.
+    pub(super) fn open(self, body: Box<dyn Body>, shift_us: u64) -> Result<Opened, OpenError> {
+        let Self::Chip(image) = self else {
+            let client = open_with(body, Faults::default(), 1)?;
+            return Ok(Opened {
+                client,
+                board: None,
+            });
+        };
+        let stages = [Some(Output {
+            full_scale: Drive::Milliamps(100.0),
+            conducted: false,
+        }); _];
+        let mut board =
+            Board::power_on(image.clone(), stages, Pace::Lazy, ()).map_err(ChipError::Board)?;
+        boot(&mut board, Self::PLUGGED + shift_us * CYCLES_PER_US).map_err(ChipError::Board)?;
+        let boot = Micros(board.now_us() as u32); // far from wrapping
+        let board = Arc::new(Mutex::new(board));
+        let world = World::new(Box::new(board.clone()), body, boot, Faults::default(), 1);
+        Ok(Opened {
+            client: Client::open(SimulatedPort { world })?.0,
+            board: Some(board),
+        })
+    }
+}
+
+/// The cable goes in at `plugged`, and the port is opened.
+fn boot(board: &mut Board, plugged: Cycle) -> Result<(), hal_sim::chip::board::BoardError> {
+    let around = &mut board.around;
+    around.host.unplug(0, &mut around.soc.otg);
+    board.run_to(plugged)?;
+    let (around, at) = (&mut board.around, board.cpu.cycle);
+    around.host.plug(at, &mut around.soc.otg);
+    around.soc.touch();
+    board.boot(&Sensors::default())
+}
+
+/// A subject under way.
+pub(super) struct Opened {
+    /// Its client; the world's time is the device's.
+    pub client: Client<SimulatedPort>,
+    board: Option<Arc<Mutex<Board>>>,
+}
+
+impl Opened {
+    /// Start of a control tick, µs.
+    pub const fn epoch_us(&self) -> u64 {
+        match self.board {
+            Some(_) => 0,
+            None => BOOT.0 as u64,
+        }
+    }
+
+    /// When the device had the last byte of what was sent at `sent_us`, rounded
+    /// down to µs; on USB, when its ACK of the last packet ended.
+    pub fn arrived_us(&self, sent_us: u64) -> u64 {
+        let Some(board) = &self.board else {
+            return sent_us;
+        };
+        // A step that panicked has ended the measurement.
+        let board = board.lock().unwrap_or_else(PoisonError::into_inner);
+        let around = &board.around;
+        let cycle = around.host.delivered().unwrap_or(0);
+        cycle.saturating_sub(around.origin()) / CYCLES_PER_US
+    }
+}

@@ -1,0 +1,40 @@
+//! From the host's write to the earliest slot that it can change, over USB, on
+//! the flashed image on the chip simulator.
+
+use host_tool::run::chip_image;
+use host_tool::selftest::{Latency, Path, Subject, latency};
+
+fn report(name: &str, found: &Latency) {
+    let (device, whole) = (&found.device, &found.whole);
+    println!(
+        "{name}, {} arrivals: at the device {} to {} us ({} at any phase, blur {}), \
+         whole {} to {} us\n  device by 100 us {:?}\n  whole by 100 us {:?}",
+        found.arrivals,
+        device.best_us,
+        device.worst_us,
+        found.worst_phase_us,
+        found.blur_us,
+        whole.best_us,
+        whole.worst_us,
+        device.counts,
+        whole.counts,
+    );
+}
+
+/// Issue: the device's part 0.7 ms, the whole with USB frames 2.0 ms.
+#[test]
+fn setpoints_over_usb_change_the_outputs_in_time() {
+    let image = chip_image(None).unwrap_or_else(|e| panic!("{e}"));
+    let direct = latency(Subject::Chip(&image), Path::Direct, 400, 1).unwrap();
+    report("direct amplitude", &direct);
+    let control = latency(Subject::Chip(&image), Path::Control, 320, 1).unwrap();
+    report("through the control law, one tick more", &control);
+    for found in [&direct, &control] {
+        assert_eq!(found.unseen, 0, "a setpoint never showed");
+        let sum = |counts: &[u32]| counts.iter().sum::<u32>();
+        assert_eq!(sum(&found.device.counts), found.arrivals);
+        assert_eq!(sum(&found.whole.counts), found.arrivals);
+    }
+    assert!(direct.worst_phase_us <= 700, "{direct:?}");
+    assert!(direct.whole.worst_us <= 2_000, "{direct:?}");
+}

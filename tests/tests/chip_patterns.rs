@@ -1,0 +1,195 @@
+//! The paper's stimulation patterns and ten channels from the flashed image on
+//! the chip simulator: every edge on its microsecond, and where in it.
+
+use firmware::device::lockstep::{Sensors, Sink};
+use firmware::pulse::Levels;
+use firmware::units::{DacCode, Micros};
+use hal_sim::body::Drive;
+use hal_sim::chip::board::{Board, Phases};
+use hal_sim::chip::image::Image;
+use hal_sim::chip::profile::Phase;
+use hal_sim::chip::soc::Pace;
+use hal_sim::lockstep::Device;
+use hal_sim::trace::Trace;
+use hal_sim::world::Output;
+use host_tool::run::{SessionFile, chip_image, power_on, run, simulated};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex};
+use tests::expectation::{of_session, since};
+
+/// How long each pattern is watched, µs.
+const PATTERN_US: u64 = 300_000;
+/// Issue: bus contention may move an edge by so many cycles.
+const SPAN_CYCLES: u64 = 20;
+
+fn sessions() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../host-tool/sessions")
+}
+
+fn image() -> Image {
+    chip_image(None).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// A board that also keeps each packet to the host with its time.
+struct Tapped {
+    board: Arc<Mutex<Board>>,
+    packets: Arc<Mutex<Vec<(Micros, Vec<u8>)>>>,
+}
+
+struct Tee<'a>(&'a mut dyn Sink, &'a mut Vec<(Micros, Vec<u8>)>);
+
+impl Sink for Tee<'_> {
+    fn levels(&mut self, at: Micros, levels: Levels) {
+        self.0.levels(at, levels);
+    }
+
+    fn dac(&mut self, at: Micros, channel: u8, code: DacCode) {
+        self.0.dac(at, channel, code);
+    }
+
+    fn bytes(&mut self, at: Micros, bytes: &[u8]) {
+        self.1.push((at, bytes.to_vec()));
+        self.0.bytes(at, bytes);
+    }
+}
+
+impl Device for Tapped {
+    fn receive(
+        &mut self,
+        at: Micros,
+        bytes: &[u8],
+        sensors: &Sensors,
+        sink: &mut dyn Sink,
+    ) -> io::Result<()> {
+        let mut packets = self.packets.lock().unwrap();
+        let sink = &mut Tee(sink, &mut packets);
+        self.board.receive(at, bytes, sensors, sink)
+    }
+
+    fn advance(&mut self, to: Micros, sensors: &Sensors, sink: &mut dyn Sink) -> io::Result<()> {
+        let mut packets = self.packets.lock().unwrap();
+        let sink = &mut Tee(sink, &mut packets);
+        self.board.advance(to, sensors, sink)
+    }
+}
+
+/// What a session put out.
+struct Stimulated {
+    trace: Trace,
+    packets: Vec<(Micros, Vec<u8>)>,
+    phases: Phases,
+    epoch_us: u64,
+}
+
+/// Runs `file` on `board`, which has not run yet.
+fn stimulate(file: &SessionFile, mut board: Board) -> Stimulated {
+    board
+        .boot(&Sensors::default())
+        .unwrap_or_else(|e| panic!("{e}"));
+    let boot = Micros(board.now_us() as u32);
+    let board = Arc::new(Mutex::new(board));
+    let packets = Arc::new(Mutex::new(Vec::new()));
+    let device = Tapped {
+        board: board.clone(),
+        packets: packets.clone(),
+    };
+    let port = simulated(&file.session, 1, Box::new(device), boot).unwrap();
+    let (outcome, port) = run(file, port, None, |_| ());
+    if let Some(error) = outcome.error {
+        panic!("{}: {error}", file.session.title);
+    }
+    let phases = board.lock().unwrap().around.phases().clone();
+    let packets = std::mem::take(&mut *packets.lock().unwrap());
+    Stimulated {
+        trace: port.unwrap().world.recorder.trace,
+        packets,
+        phases,
+        epoch_us: outcome.epoch_us.unwrap(),
+    }
+}
+
+/// Every edge of `length_us` against its analytic microsecond; how many there
+/// were, and the phases of all edges of the run.
+fn exact(path: &Path, image: &Image, length_us: u64) -> (usize, Phases) {
+    let mut file = SessionFile::load(path).unwrap();
+    file.session.duration_us = length_us + 20_000;
+    let board = power_on(&file.session, image, ()).unwrap_or_else(|e| panic!("{e}"));
+    let found = stimulate(&file, board);
+    let end_us = found.epoch_us + length_us;
+    let trace = since(&found.trace, found.epoch_us).until(end_us);
+    let expected = of_session(&file.session, found.epoch_us, end_us);
+    let violations = hal_sim::trace::check(&trace, &expected);
+    let name = path.file_stem().unwrap().display();
+    assert!(violations.is_empty(), "{name}: {:?}", violations.first());
+    let edges = trace.edges().count();
+    println!("{name}: {edges} edges");
+    assert!(edges > 20, "{name}");
+    (edges, found.phases)
+}
+
+#[test]
+fn every_edge_of_every_pattern_is_exact() {
+    let image = image();
+    let entries = std::fs::read_dir(sessions().join("hamana_exp2")).unwrap();
+    let mut files: Vec<_> = entries
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.extension().is_some_and(|e| e == "toml"))
+        .collect();
+    assert_eq!(files.len(), 29);
+    files.sort();
+    files.push(sessions().join("ten_channels.toml"));
+    let (mut edges, mut all) = (0, Phases::default());
+    for path in files {
+        let (count, phases) = exact(&path, &image, PATTERN_US);
+        edges += count;
+        let both = [(&mut all.b, phases.b), (&mut all.c, phases.c)];
+        for (sum, more) in both {
+            for (sum, more) in sum.iter_mut().zip(more) {
+                *sum += more;
+            }
+        }
+    }
+    let histogram = Phase::all(&all);
+    let span = Phase::span(&histogram);
+    println!("{edges} edges exact; all pin edges span {span} cycles:");
+    println!("{:>8} {:>12} {:>12}", "late", "port B", "port C");
+    for Phase { late, b, c } in &histogram {
+        println!("{late:>8} {b:>12} {c:>12}");
+    }
+    assert!(
+        all.b.iter().sum::<u64>() > 100_000,
+        "the pump, channels 6 to 10"
+    );
+    assert!(all.c.iter().sum::<u64>() > 1_000, "channels 1 to 5");
+    assert!(span <= SPAN_CYCLES, "{span}");
+}
+
+/// DMA caught up when somebody looks, and DMA one request at a time.
+#[test]
+fn lazy_dma_changes_nothing() {
+    let image = image();
+    let mut file = SessionFile::load(&sessions().join("ten_channels.toml")).unwrap();
+    file.session.duration_us = 2_000_000;
+    let stage = Output {
+        full_scale: Drive::Milliamps(100.0),
+        conducted: false,
+    };
+    let [lazy, each] = [Pace::Lazy, Pace::PerRequest].map(|pace| {
+        let board = Board::power_on(image.clone(), [Some(stage); 10], pace, ()).unwrap();
+        stimulate(&file, board)
+    });
+    assert!(lazy.trace.levels.len() > 2_000 && lazy.trace.dac.len() > 10);
+    assert!(lazy.packets.len() > 20);
+    assert!(lazy.trace.levels == each.trace.levels, "levels");
+    assert!(lazy.trace.dac == each.trace.dac, "DAC codes");
+    assert!(lazy.packets == each.packets, "bytes");
+    assert_eq!(lazy.phases.digest, each.phases.digest, "cycles of edges");
+    println!(
+        "{} levels, {} DAC writes, {} packets and {} pin edges to the cycle are the same",
+        lazy.trace.levels.len(),
+        lazy.trace.dac.len(),
+        lazy.packets.len(),
+        lazy.phases.b.iter().chain(&lazy.phases.c).sum::<u64>(),
+    );
+}
