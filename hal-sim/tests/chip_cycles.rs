@@ -12,6 +12,7 @@ mod chip_cycles {
     pub mod conditional;
     pub mod data;
     pub mod fpu;
+    pub mod fpu_results;
     pub mod loads;
     pub mod multiple;
     pub mod stores;
@@ -126,6 +127,7 @@ fn all() -> impl Iterator<Item = &'static Row> {
         branches::ROWS,
         conditional::ROWS,
         fpu::ROWS,
+        fpu_results::ROWS,
     ]
     .into_iter()
     .flatten()
