@@ -13,11 +13,9 @@ fn main() {
     // No page alignment between segments: flash is not paged.
     println!("cargo:rustc-link-arg-bins=--nmagic");
     println!("cargo:rustc-link-arg-bins=-Tlink.x");
-    if var_os("CARGO_FEATURE_BENCH").is_some() {
-        // Strings last: among them the paths of sources, whose length depends
-        // on where cargo keeps them. Tables before them, and so cycles, do not.
-        println!("cargo:rustc-link-arg-bins=--sort-section=alignment");
-    }
+    // Strings last: among them the paths of sources, whose length depends on
+    // where cargo keeps them. Tables before them, and so cycles, do not.
+    println!("cargo:rustc-link-arg-bins=--sort-section=alignment");
     if var_os("CARGO_FEATURE_STM32F405").is_some() {
         println!("cargo:rustc-link-arg-bins=-Tdefmt.x");
     }
