@@ -146,7 +146,8 @@ pub fn latency(
         let mut opened = prepared(subject, path, shift_us)?;
         let first = sent.len() as u32;
         let last = (u64::from(arrivals) * u64::from(boot + 1) / u64::from(boots)) as u32;
-        for index in first..last {
+        // Each boot begins with the low setpoint in force, so the high one is first.
+        for index in 0..last - first {
             let at = opened.client.port().world.now_us() + random.below(PERIOD_US.into());
             let (arrived, is_seen) = send(&mut opened, path, index, at, &mut deadlines)?;
             sent.push((at, arrived, (arrived - opened.epoch_us()) % TICK_US));
