@@ -31,13 +31,16 @@ fn image() -> Image {
     chip_image(None).unwrap_or_else(|e| panic!("{e}"))
 }
 
+/// What the device sent, each with its time.
+type Packets = Vec<(Micros, Vec<u8>)>;
+
 /// A board that also keeps each packet to the host with its time.
 struct Tapped {
     board: Arc<Mutex<Board>>,
-    packets: Arc<Mutex<Vec<(Micros, Vec<u8>)>>>,
+    packets: Arc<Mutex<Packets>>,
 }
 
-struct Tee<'a>(&'a mut dyn Sink, &'a mut Vec<(Micros, Vec<u8>)>);
+struct Tee<'a>(&'a mut dyn Sink, &'a mut Packets);
 
 impl Sink for Tee<'_> {
     fn levels(&mut self, at: Micros, levels: Levels) {
@@ -77,7 +80,7 @@ impl Device for Tapped {
 /// What a session put out.
 struct Stimulated {
     trace: Trace,
-    packets: Vec<(Micros, Vec<u8>)>,
+    packets: Packets,
     phases: Phases,
     epoch_us: u64,
 }
