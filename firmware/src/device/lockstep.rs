@@ -13,7 +13,8 @@ use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 /// What each owner's call costs on the device, µs: when its effects are seen.
-/// Estimates until the chip simulator measures them (docs/architecture.md).
+/// Between the mean and the most that the chip simulator measures at full load
+/// (docs/architecture.md).
 pub mod cost {
     /// A refill, from its compare to its DAC writes.
     pub const REFILL_US: u32 = 20;
