@@ -1,6 +1,6 @@
 //! Floating point: when results can be used, what is overtaken.
 
-use super::{Row, Rule, between, exactly};
+use super::{Row, Rule, exactly};
 
 /// See the head of `chip_cycles.rs`.
 pub const ROWS: &[Row] = &[

@@ -236,7 +236,6 @@ mod tests {
             images: BTreeMap::new(),
             _chip: serde::de::IgnoredAny,
             cycles: [("a".to_owned(), most), ("gone".to_owned(), 9)].into(),
-            _chip: serde::de::IgnoredAny,
         };
         let table = "algorithm,calls,checksum,min,mean,max\na,1,0,10,20,80\n";
         let report = |most| cycles(table, &budgets(most)).unwrap();
