@@ -262,6 +262,17 @@ impl Bus for Around {
         self.soc.write(address, size, value, at)
     }
 
+    #[inline(always)]
+    fn read_at_once(&self, address: u32, size: Size) -> Option<u32> {
+        self.soc.read_at_once(address, size)
+    }
+
+    #[inline(always)]
+    fn write_at_once(&mut self, address: u32, size: Size, value: u32) -> bool {
+        // Only SRAM1, where nothing is watched.
+        self.soc.write_at_once(address, size, value)
+    }
+
     fn code(&mut self, address: u32) -> Result<u16, Denied> {
         self.soc.code(address)
     }

@@ -104,19 +104,23 @@ impl Cpu {
         if !self.system.may_access(address, false, privileged) {
             return Err(Fault::DataAccess(address).into());
         }
-        let start = self.cycle + self.pipeline.phase;
+        let start = self.cycle.wrapping_add(self.pipeline.phase);
         let at = start.max(self.pipeline.buffer);
-        self.pipeline.phase += 1;
+        self.pipeline.phase = self.pipeline.phase.wrapping_add(1);
         if address >= PERIPHERALS {
             if is_private(address) {
-                self.cycle += at - start;
+                self.pass(at.wrapping_sub(start));
                 return self.load_private(address, size, at, privileged);
             }
             self.deadline = 0;
         }
+        if let Some(value) = bus.read_at_once(address, size) {
+            self.pass(at.wrapping_sub(start));
+            return Ok(value);
+        }
         match bus.read(address, size, at) {
             Ok(read) => {
-                self.cycle += at - start + Cycle::from(read.wait);
+                self.pass(at.wrapping_sub(start).wrapping_add(read.wait.into()));
                 Ok(read.value)
             }
             Err(denied) => Err(Trap::data(denied, address, self.registers.r[15])),
@@ -136,20 +140,24 @@ impl Cpu {
         if !self.system.may_access(address, true, privileged) {
             return Err(Fault::DataAccess(address).into());
         }
-        let start = self.cycle + self.pipeline.phase;
+        let start = self.cycle.wrapping_add(self.pipeline.phase);
         let at = start.max(self.pipeline.buffer);
-        self.pipeline.phase += 1;
-        self.cycle += at - start;
+        self.pipeline.phase = self.pipeline.phase.wrapping_add(1);
+        self.pass(at.wrapping_sub(start));
         if !(RAM..PERIPHERALS).contains(&address) {
             self.deadline = 0;
             if is_private(address) {
                 return self.store_private(address, size, value, at, privileged);
             }
         }
+        if bus.write_at_once(address, size, value) {
+            self.pipeline.buffer = at.wrapping_add(1);
+            return Ok(());
+        }
         match bus.write(address, size, value, at) {
             Ok(wait) => {
                 let wait = Cycle::from(wait);
-                self.pipeline.buffer = at + 1 + wait;
+                self.pipeline.buffer = at.wrapping_add(1 + wait);
                 if wait != 0 && self.system.disables_write_buffer() {
                     self.cycle += wait;
                 }

@@ -71,6 +71,18 @@ pub trait Bus {
     /// [`Denied`].
     fn write(&mut self, address: u32, size: Size, value: u32, at: Cycle) -> Result<u32, Denied>;
 
+    /// A data read without wait states, told apart from others in a few steps;
+    /// `None` where [`Self::read`] must look.
+    fn read_at_once(&self, _address: u32, _size: Size) -> Option<u32> {
+        None
+    }
+
+    /// A data write without wait states, told apart from others in a few
+    /// steps; otherwise does nothing, and [`Self::write`] must look.
+    fn write_at_once(&mut self, _address: u32, _size: Size, _value: u32) -> bool {
+        false
+    }
+
     /// The half-word of code at `address`, for decoding: no time passes.
     ///
     /// # Errors

@@ -212,7 +212,7 @@ impl Cpu {
             };
             entry = &fresh;
         }
-        self.fetch_ahead(bus, pc, entry.trail.length);
+        self.fetch_ahead(bus, pc, entry.trail.length());
         let done = if self.registers.it == 0 {
             self.execute(bus, entry)
         } else {
@@ -221,9 +221,9 @@ impl Cpu {
         match done {
             Ok(next) => {
                 self.registers.r[15] = next;
-                self.instructions += 1;
+                self.instructions = self.instructions.wrapping_add(1);
                 let sp = self.registers.r[13];
-                observer.instruction(pc, self.cycle - start, self.cycle, sp);
+                observer.instruction(pc, self.cycle.wrapping_sub(start), self.cycle, sp);
                 Ok(())
             }
             Err(trap) => self.trap(bus, trap),
@@ -242,16 +242,13 @@ impl Cpu {
             it & 0xE0 | it << 1 & 0x1F
         };
         if !self.holds(it >> 4) {
-            self.cycle += 1;
-            self.pipeline.last = Trail {
-                length: entry.trail.length,
-                ..Trail::NONE
-            };
-            let length = u32::from(entry.trail.length);
+            self.pass(1);
+            self.pipeline.last = Trail::idle(entry.trail.length());
+            let length = u32::from(entry.trail.length());
             return Ok(self.registers.r[15].wrapping_add(length));
         }
         let mut entry = entry;
-        if entry.trail.length == 2 {
+        if entry.trail.length() == 2 {
             entry.op = entry.op.without_flags();
         }
         let done = self.execute(bus, &entry);

@@ -52,29 +52,38 @@ pub(super) fn straddles<B: Bus>(bus: &mut B, target: u32) -> u8 {
 }
 
 /// What an instruction leaves for the timing of the next.
+///
+/// One word, so that it moves as one: registers that a following address must
+/// wait for (results of data processing and loads) in bits 15:0, then what
+/// [`Self::load`] and [`Self::length`] give, in 8 bits each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Trail {
-    /// Registers that a following address must wait for: results of data
-    /// processing and loads, one bit each.
-    pub produced: u16,
-    /// 1 after a single load, whose data phase a following load or store
-    /// overlaps.
-    pub load: u8,
-    /// Bytes of the instruction; 0 where nothing ran before.
-    pub length: u8,
-}
+pub(super) struct Trail(u32);
 
 impl Trail {
     /// After a refill.
-    pub const NONE: Self = Self {
-        produced: 0,
-        load: 0,
-        length: 0,
-    };
+    pub const NONE: Self = Self(0);
+
+    /// After an instruction of `length` bytes that did nothing.
+    pub const fn idle(length: u8) -> Self {
+        Self((length as u32) << 24)
+    }
+
+    /// 1 after a single load, whose data phase a following load or store
+    /// overlaps.
+    #[inline(always)]
+    pub const fn load(self) -> u8 {
+        (self.0 >> 16 & 1) as u8
+    }
+
+    /// Bytes of the instruction; 0 where nothing ran before.
+    #[inline(always)]
+    pub const fn length(self) -> u8 {
+        (self.0 >> 24) as u8
+    }
 
     /// What `op`, encoded as `code`, leaves.
     pub fn new(op: &Op, code: u32, length: u8) -> Self {
-        let (produced, load) = match *op {
+        let (produced, load): (u16, u32) = match *op {
             Op::Ldr { t, .. }
             | Op::Ldrh { t, .. }
             | Op::Ldrb { t, .. }
@@ -87,18 +96,14 @@ impl Trail {
             Op::LoadIndexed { t, n, .. } => (1 << t | 1 << n, 1),
             _ => (results(op, code), 0),
         };
-        Self {
-            produced,
-            load,
-            length,
-        }
+        Self(u32::from(produced) | load << 16 | u32::from(length) << 24)
     }
 }
 
 /// 1 if register `n` was produced by the instruction before.
 #[inline(always)]
 pub(super) const fn waits(last: Trail, n: Reg) -> u16 {
-    last.produced >> (n & 15) & 1
+    (last.0 >> (n & 15) & 1) as u16
 }
 
 /// Registers that data processing writes.
@@ -167,6 +172,10 @@ pub struct Pipeline {
     asked: u32,
     /// When the first instruction of `asked` can execute.
     ready: Cycle,
+    /// Instructions at `quiet_bytes` addresses from here on neither ask for
+    /// the next line nor wait for one.
+    quiet_from: u32,
+    quiet_bytes: u32,
 }
 
 impl Pipeline {
@@ -176,10 +185,27 @@ impl Pipeline {
     /// ran before it, and the write buffer is empty.
     pub(super) fn begin_at(&mut self, target: u32) {
         *self = Self {
-            line: target >> 4,
             asked: target >> 4,
             ..Self::default()
         };
+        self.have(target >> 4);
+    }
+
+    /// `line` is there: the next one is asked for [`AHEAD`] of it.
+    #[inline(always)]
+    fn have(&mut self, line: u32) {
+        self.line = line;
+        self.quiet_from = (line << 4).wrapping_sub(AHEAD);
+        self.quiet_bytes = 16;
+    }
+
+    /// `asked` is under way: it is waited for when execution gets there, 4
+    /// bytes before it at the earliest.
+    #[inline(always)]
+    fn await_asked(&mut self) {
+        self.line = Self::NO_LINE;
+        self.quiet_from = (self.asked << 4).wrapping_sub(AHEAD);
+        self.quiet_bytes = AHEAD - 3;
     }
 }
 
@@ -193,15 +219,24 @@ impl Default for Pipeline {
             line: Self::NO_LINE,
             asked: Self::NO_LINE,
             ready: 0,
+            quiet_from: 0,
+            quiet_bytes: 0,
         }
     }
 }
 
 impl Cpu {
+    /// `cycles` pass. 64 bits outlast any run: nothing looks for their end.
+    #[inline(always)]
+    pub(super) const fn pass(&mut self, cycles: Cycle) {
+        self.cycle = self.cycle.wrapping_add(cycles);
+    }
+
     /// Fetches ahead before the instruction of `length` bytes at `pc`.
     #[inline(always)]
     pub(super) fn fetch_ahead<B: Bus>(&mut self, bus: &mut B, pc: u32, length: u8) {
-        if pc.wrapping_add(AHEAD) >> 4 != self.pipeline.line {
+        let pipeline = &self.pipeline;
+        if pc.wrapping_sub(pipeline.quiet_from) >= pipeline.quiet_bytes {
             self.fetch_line(bus, pc, length);
         }
     }
@@ -216,21 +251,25 @@ impl Cpu {
                 return;
             }
             self.cycle = self.cycle.max(pipeline.ready);
-            pipeline.line = needed;
+            pipeline.have(needed);
         }
         if pipeline.line != ahead {
             let wait = bus.fetch(ahead, self.cycle);
             pipeline.asked = ahead;
             pipeline.ready = self.cycle + STAGES + Cycle::from(wait);
-            pipeline.line = if wait == 0 { ahead } else { Pipeline::NO_LINE };
+            if wait == 0 {
+                pipeline.have(ahead);
+            } else {
+                pipeline.await_asked();
+            }
         }
     }
 
     /// Goes on at `target` after `cycles`, refill included; gives `target`.
     #[inline(always)]
     pub(super) fn branch_to<B: Bus>(&mut self, bus: &mut B, target: u32, cycles: u8) -> u32 {
-        let fetch = self.cycle + Cycle::from(cycles) - STAGES;
-        self.cycle += Cycle::from(cycles);
+        self.pass(cycles.into());
+        let fetch = self.cycle.wrapping_sub(STAGES);
         self.pipeline.last = Trail::NONE;
         if target >> 4 != self.pipeline.line {
             self.refill(bus, target, fetch);
@@ -262,7 +301,7 @@ impl Cpu {
             pipeline.asked = line;
             pipeline.ready = at + STAGES + Cycle::from(wait);
         }
-        pipeline.line = line;
+        pipeline.have(line);
         self.cycle = self.cycle.max(pipeline.ready);
     }
 }

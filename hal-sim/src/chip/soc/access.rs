@@ -9,6 +9,8 @@ use crate::chip::cpu::bus::{Denied, Read, Unmodelled};
 
 /// First address of SRAM2.
 const SRAM2: u32 = 0x2001_C000;
+/// SRAM1.
+const SRAM1: std::ops::Range<u32> = 0x2000_0000..SRAM2;
 /// An access to AHB2 or to the debug support: the manuals give no wait states.
 const UNSHARED_WAIT: u32 = 0;
 
@@ -70,6 +72,24 @@ impl Soc {
             }
             _ => Err(RESERVED),
         }
+    }
+
+    /// See [`crate::chip::cpu::Bus::read_at_once`]: SRAM1 while no DMA uses it.
+    #[must_use]
+    #[inline(always)]
+    pub fn read_at_once(&self, address: u32, size: Size) -> Option<u32> {
+        if self.shares[0] || !SRAM1.contains(&address) {
+            return None;
+        }
+        self.ram.read(address, size)
+    }
+
+    /// See [`crate::chip::cpu::Bus::write_at_once`]: SRAM1 while no DMA uses it.
+    #[inline(always)]
+    pub fn write_at_once(&mut self, address: u32, size: Size, value: u32) -> bool {
+        !self.shares[0]
+            && SRAM1.contains(&address)
+            && self.ram.write(address, size, value).is_some()
     }
 
     /// Wait states of an access to SRAM1 or SRAM2.

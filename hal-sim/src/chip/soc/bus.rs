@@ -16,6 +16,16 @@ impl Bus for Soc {
         Self::write(self, address, size, value, at)
     }
 
+    #[inline(always)]
+    fn read_at_once(&self, address: u32, size: Size) -> Option<u32> {
+        Self::read_at_once(self, address, size)
+    }
+
+    #[inline(always)]
+    fn write_at_once(&mut self, address: u32, size: Size, value: u32) -> bool {
+        Self::write_at_once(self, address, size, value)
+    }
+
     fn code(&mut self, address: u32) -> Result<u16, Denied> {
         let outside = Denied::Unmodelled(Unmodelled("code outside flash and RAM"));
         match address >> 24 {

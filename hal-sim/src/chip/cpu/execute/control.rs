@@ -19,7 +19,7 @@ impl Cpu {
         match op {
             Op::It { state } => {
                 self.registers.it = state;
-                if last.length == 2 && !self.system.disables_folding() {
+                if last.length() == 2 && !self.system.disables_folding() {
                     // Folded onto a 16-bit instruction (TRM table 3-1, note d).
                     self.pipeline.last = last;
                     return Ok(next);
@@ -69,7 +69,7 @@ impl Cpu {
             Op::Unpredictable => return Err(self.refuse(bus, "UNPREDICTABLE or not modelled")),
             _ => {} // hints, WFE with an event
         }
-        self.cycle += 1;
+        self.pass(1);
         Ok(next)
     }
 

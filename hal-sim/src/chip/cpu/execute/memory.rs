@@ -46,8 +46,8 @@ impl Cpu {
     /// just not pipelined.)
     #[inline(always)]
     pub(super) fn begin_load(&mut self, last: Trail, hazard: u16) -> Cycle {
-        let cycles = 2 + Cycle::from(hazard) - Cycle::from(last.load);
-        self.pipeline.phase = cycles - 1;
+        let cycles = (2 + Cycle::from(hazard)).wrapping_sub(last.load().into());
+        self.pipeline.phase = cycles.wrapping_sub(1);
         cycles
     }
 
@@ -56,7 +56,7 @@ impl Cpu {
     /// an address that data processing produced.
     #[inline(always)]
     fn begin_store(&mut self, last: Trail, hazard: u16) -> Cycle {
-        let cycles = 1 + Cycle::from(hazard & !u16::from(last.load));
+        let cycles = 1 + Cycle::from(hazard & !u16::from(last.load()));
         self.pipeline.phase = cycles;
         cycles
     }
@@ -76,7 +76,7 @@ impl Cpu {
         let address = self.reg(n).wrapping_add(imm);
         let value = self.load(bus, address, size)?;
         self.set(t, value);
-        self.cycle += cycles;
+        self.pass(cycles);
         Ok(())
     }
 
@@ -93,7 +93,7 @@ impl Cpu {
         let cycles = self.begin_store(last, waits(last, n));
         let address = self.reg(n).wrapping_add(imm);
         self.store(bus, address, size, self.reg(t))?;
-        self.cycle += cycles;
+        self.pass(cycles);
         Ok(())
     }
 
@@ -111,7 +111,7 @@ impl Cpu {
     ) -> Result<u32, Trap> {
         let cycles = self.begin_load(last, hazard);
         let value = self.load(bus, address, kind.size())?;
-        self.cycle += cycles;
+        self.pass(cycles);
         if t == 15 {
             return self.load_to_pc(bus, value);
         }
@@ -136,7 +136,7 @@ impl Cpu {
         let (address, base) = index.apply(self.reg(n), imm);
         let cycles = self.begin_load(last, waits(last, n));
         let value = self.load(bus, address, kind.size())?;
-        self.cycle += cycles;
+        self.pass(cycles);
         self.set_any(n, base);
         if t == 15 {
             return self.load_to_pc(bus, value);
@@ -160,7 +160,7 @@ impl Cpu {
         self.pipeline.phase = cycles;
         let address = self.reg(n).wrapping_add(self.reg(m) << (shift & 3));
         self.store(bus, address, size, self.reg(t))?;
-        self.cycle += cycles;
+        self.pass(cycles);
         Ok(next)
     }
 
@@ -176,7 +176,7 @@ impl Cpu {
         let (address, base) = index.apply(self.reg(n), imm);
         let cycles = self.begin_store(last, waits(last, n));
         self.store(bus, address, size, self.reg(t))?;
-        self.cycle += cycles;
+        self.pass(cycles);
         self.set_any(n, base);
         Ok(next)
     }
@@ -193,7 +193,7 @@ impl Cpu {
         let cycles = self.begin_load(last, waits(last, n));
         let address = self.reg(n).wrapping_add(u32::from(imm));
         let value = self.load_unprivileged_at(bus, address, kind.size())?;
-        self.cycle += cycles;
+        self.pass(cycles);
         self.set(t, kind.extend(value));
         Ok(())
     }
@@ -210,7 +210,7 @@ impl Cpu {
         let cycles = self.begin_store(last, waits(last, n));
         let address = self.reg(n).wrapping_add(u32::from(imm));
         self.store_unprivileged_at(bus, address, size, self.reg(t))?;
-        self.cycle += cycles;
+        self.pass(cycles);
         Ok(())
     }
 
@@ -227,7 +227,7 @@ impl Cpu {
         let cycles = self.begin_load(last, waits(last, n));
         let address = self.reg(n).wrapping_add(u32::from(imm));
         let value = self.load_aligned(bus, address, size)?;
-        self.cycle += cycles;
+        self.pass(cycles);
         self.exclusive = true;
         self.set(t, value);
         Ok(())
@@ -250,7 +250,7 @@ impl Cpu {
         } else {
             Self::check_aligned(address, size)?;
         }
-        self.cycle += cycles;
+        self.pass(cycles);
         self.set(d, u32::from(!self.exclusive));
         self.exclusive = false;
         Ok(())

@@ -78,7 +78,7 @@ impl Cpu {
     /// Cycles of an operation outside the families below.
     #[inline(always)]
     fn spend(&mut self, cycles: u32) {
-        self.cycle += Cycle::from(cycles);
+        self.pass(Cycle::from(cycles));
     }
 
     /// Executes the instruction at R15, whose condition has passed; gives the
@@ -90,7 +90,7 @@ impl Cpu {
     pub(super) fn execute<B: Bus>(&mut self, bus: &mut B, entry: &Entry) -> Result<u32, Trap> {
         let last = self.pipeline.last;
         self.pipeline.last = entry.trail;
-        let next = self.registers.r[15].wrapping_add(u32::from(entry.trail.length));
+        let next = self.registers.r[15].wrapping_add(u32::from(entry.trail.length()));
         match entry.op {
             Op::MovImm { d, imm } => self.set(d, imm),
             Op::MovsImm { d, carry, imm } => self.movs(d, imm, carry),
@@ -189,7 +189,7 @@ impl Cpu {
                 let cycles = self.begin_load(last, waits(last, n) | waits(last, m));
                 let value = self.load(bus, address, Size::Word)?;
                 self.set(t, value);
-                self.cycle += cycles;
+                self.pass(cycles);
                 return Ok(next);
             }
             Op::Branch { refill, target } => return Ok(self.branch_to(bus, target, 1 + refill)),
@@ -225,9 +225,9 @@ impl Cpu {
                 self.execute_floating(bus, op, last)?;
                 return Ok(next);
             }
-            op => return self.execute_other(bus, op, last, next),
+            _ => return self.execute_other(bus, entry, last, next),
         }
-        self.cycle += 1;
+        self.pass(1);
         Ok(next)
     }
 
@@ -236,11 +236,11 @@ impl Cpu {
     fn execute_other<B: Bus>(
         &mut self,
         bus: &mut B,
-        op: Op,
+        entry: &Entry,
         last: Trail,
         next: u32,
     ) -> Result<u32, Trap> {
-        match op {
+        match entry.op {
             Op::LoadImm { kind, t, n, imm } => {
                 let address = self.reg(n).wrapping_add(imm);
                 let hazard = waits(last, n);

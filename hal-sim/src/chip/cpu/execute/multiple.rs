@@ -11,7 +11,7 @@ impl Cpu {
     /// processing produced. Nothing is pipelined with it.
     #[inline(always)]
     fn begin_several(&mut self, last: Trail, hazard: u16) -> Cycle {
-        let before = 1 + Cycle::from(hazard & !u16::from(last.load));
+        let before = 1 + Cycle::from(hazard & !u16::from(last.load()));
         self.pipeline.phase = before;
         before
     }
@@ -54,7 +54,7 @@ impl Cpu {
             self.registers.r[t] = values[t];
             left &= left - 1;
         }
-        self.cycle += before + Cycle::from(list.count_ones());
+        self.pass(before + Cycle::from(list.count_ones()));
         if list & 0x8000 != 0 {
             return self.load_to_pc(bus, values[15]);
         }
@@ -90,7 +90,7 @@ impl Cpu {
         if writeback {
             self.set_any(n, moved);
         }
-        self.cycle += before + Cycle::from(list.count_ones());
+        self.pass(before + Cycle::from(list.count_ones()));
         Ok(next)
     }
 
@@ -105,7 +105,7 @@ impl Cpu {
         let before = self.begin_several(last, hazard);
         let low = self.load_aligned(bus, address, Size::Word)?;
         let high = self.load_aligned(bus, address.wrapping_add(4), Size::Word)?;
-        self.cycle += before + 2;
+        self.pass(before + 2);
         self.set(t, low);
         self.set(t2, high);
         Ok(())
@@ -139,7 +139,7 @@ impl Cpu {
         let before = self.begin_several(last, waits(last, n));
         self.store_aligned(bus, address, Size::Word, self.reg(t))?;
         self.store_aligned(bus, address.wrapping_add(4), Size::Word, self.reg(t2))?;
-        self.cycle += before + 2;
+        self.pass(before + 2);
         if index != Index::Offset {
             self.set_any(n, base);
         }

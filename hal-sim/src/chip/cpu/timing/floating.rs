@@ -71,7 +71,7 @@ impl Cpu {
         }
         if let Op::Load(transfer) | Op::Store(transfer) = op {
             // The address stall of every load and store (TRM 3.3.2).
-            start += Cycle::from(waits(last, transfer.n) & !u16::from(last.load));
+            start += Cycle::from(waits(last, transfer.n) & !u16::from(last.load()));
         }
         self.cycle = start;
         self.pipeline.phase = 1;

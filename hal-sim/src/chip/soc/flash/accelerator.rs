@@ -137,7 +137,7 @@ impl Accelerator {
     }
 
     /// The core needs code of `line` (0–65535) at `at`; gives the wait states.
-    #[inline]
+    #[inline(always)]
     pub(super) fn fetch(&mut self, line: u32, at: Cycle) -> u32 {
         if line == self.current {
             return 0;
@@ -152,6 +152,7 @@ impl Accelerator {
         self.fetch_beyond_cache(line, at)
     }
 
+    #[inline(never)]
     fn fetch_beyond_cache(&mut self, line: u32, at: Cycle) -> u32 {
         self.delivered_stale |= self.caches_code && self.code.is_stale(line);
         let end = if self.prefetch.line == line {
@@ -212,6 +213,7 @@ impl Accelerator {
     }
 
     /// First cycle from `at` on at which the array can begin a read.
+    #[inline]
     fn free_from(&self, at: Cycle) -> Cycle {
         let prefetch_end = if self.prefetch.start < at {
             self.prefetch.end
@@ -221,6 +223,7 @@ impl Accelerator {
         at.max(self.busy_until).max(prefetch_end)
     }
 
+    #[inline]
     fn start_prefetch(&mut self, line: u32, from: Cycle) {
         if self.prefetch.line == line || line as usize >= super::lines::COUNT {
             return;
@@ -254,5 +257,5 @@ impl Accelerator {
 /// the cycle before `end`.
 fn wait(at: Cycle, end: Cycle) -> u32 {
     // Programming takes at most 4 s, fewer than 2^32 cycles.
-    u32::try_from(end.saturating_sub(at + 1)).unwrap_or(u32::MAX)
+    u32::try_from(end.saturating_sub(at).saturating_sub(1)).unwrap_or(u32::MAX)
 }

@@ -7,17 +7,20 @@ pub(super) const NONE: u32 = u32::MAX;
 pub(super) const COUNT: usize = super::SIZE / 16;
 const NO_SLOT: u8 = u8::MAX;
 
-/// `N` (a multiple of 4, at most 252) retained lines. A look-up is one table access; only a miss
-/// searches.
+/// Both ends of the order of use.
+const END: u8 = NO_SLOT;
+
+/// `N` (a power of two, at most 128) retained lines. A look-up is one table
+/// access, and so is finding the line to replace.
 #[derive(Clone, Debug)]
 pub(super) struct Lines<const N: usize> {
     /// Slot of every line of the flash, and of the line behind its end.
     slot_of: Vec<u8>,
     line_in: [u32; N],
-    /// When each slot was last used, 0 if empty: the count of uses, then the
-    /// slot in the lower 8 bits.
-    used: [u64; N],
-    uses: u64,
+    /// Slots in the order of their use, empty ones first, as a ring through
+    /// [`END`]: the one used after each slot, and the one used before.
+    later: [u8; 256],
+    earlier: [u8; 256],
     /// Lines retained from before the flash under them changed: they would be
     /// delivered with their old content.
     stale: Vec<u32>,
@@ -25,13 +28,17 @@ pub(super) struct Lines<const N: usize> {
 
 impl<const N: usize> Lines<N> {
     pub(super) fn new() -> Self {
-        Self {
+        let mut lines = Self {
             slot_of: vec![NO_SLOT; COUNT + 1],
             line_in: [NONE; N],
-            used: std::array::from_fn(|slot| slot as u64),
-            uses: 0,
+            later: [END; 256],
+            earlier: [END; 256],
             stale: Vec::new(),
+        };
+        for slot in 0..N {
+            lines.link(slot as u8, lines.earlier[usize::from(END)]); // < N
         }
+        lines
     }
 
     /// Whether `line` is here; that is no use of it.
@@ -43,61 +50,68 @@ impl<const N: usize> Lines<N> {
     /// Uses `line` if it is here.
     #[inline]
     pub(super) fn hit(&mut self, line: u32) -> bool {
-        let slot = usize::from(self.slot_of[line as usize]);
-        if slot < N {
-            self.touch(slot);
-            true
-        } else {
-            false
+        let slot = self.slot_of[line as usize];
+        if slot == NO_SLOT {
+            return false;
+        }
+        self.touch(slot);
+        true
+    }
+
+    /// Makes `slot` the one used last.
+    #[inline]
+    fn touch(&mut self, slot: u8) {
+        let last = self.earlier[usize::from(END)];
+        if last != slot {
+            self.unlink(slot);
+            self.link(slot, last);
         }
     }
 
     #[inline]
-    fn touch(&mut self, slot: usize) {
-        self.uses += 1; // 2^56 uses outlast any run
-        self.used[slot] = self.uses << 8 | slot as u64;
+    fn unlink(&mut self, slot: u8) {
+        let (before, after) = (
+            self.earlier[usize::from(slot)],
+            self.later[usize::from(slot)],
+        );
+        self.later[usize::from(before)] = after;
+        self.earlier[usize::from(after)] = before;
     }
 
-    /// An empty slot or the least recently used one. Four minima side by side
-    /// do not wait for each other.
-    fn least_recent(&self) -> usize {
-        let mut least = [u64::MAX; 4];
-        for four in self.used.chunks_exact(4) {
-            for (least, used) in least.iter_mut().zip(four) {
-                *least = (*least).min(*used);
-            }
-        }
-        let least = least[0].min(least[1]).min(least[2].min(least[3]));
-        (least & 0xFF) as usize % N
+    /// Puts `slot` after `before` in the order of use.
+    #[inline]
+    fn link(&mut self, slot: u8, before: u8) {
+        let after = self.later[usize::from(before)];
+        self.earlier[usize::from(slot)] = before;
+        self.later[usize::from(slot)] = after;
+        self.later[usize::from(before)] = slot;
+        self.earlier[usize::from(after)] = slot;
     }
 
     /// Whether `line` would be delivered with content from before a change.
+    #[inline]
     pub(super) fn is_stale(&self, line: u32) -> bool {
-        self.stale.contains(&line)
+        !self.stale.is_empty() && self.stale.contains(&line)
     }
 
     /// Copies `line`, which is not here, over an empty or the least recently
     /// used one.
     pub(super) fn insert(&mut self, line: u32) {
-        let slot = self.least_recent();
-        let old = self.line_in[slot];
+        let slot = self.later[usize::from(END)];
+        let place = &mut self.line_in[usize::from(slot) % N];
+        let old = std::mem::replace(place, line);
         if old != NONE {
             self.slot_of[old as usize] = NO_SLOT;
         }
-        self.line_in[slot] = line;
-        self.slot_of[line as usize] = slot as u8; // < N, at most 255
+        self.slot_of[line as usize] = slot;
         self.touch(slot);
     }
 
     /// ICRST, DCRST.
     pub(super) fn clear(&mut self) {
-        for line in self.line_in {
-            if line != NONE {
-                self.slot_of[line as usize] = NO_SLOT;
-            }
+        for slot in 0..N {
+            self.empty(slot);
         }
-        self.line_in = [NONE; N];
-        self.used = std::array::from_fn(|slot| slot as u64);
         self.stale.clear();
     }
 
@@ -106,11 +120,19 @@ impl<const N: usize> Lines<N> {
         for slot in 0..N {
             let line = self.line_in[slot];
             if lines.contains(&line) {
-                self.slot_of[line as usize] = NO_SLOT;
-                self.line_in[slot] = NONE;
-                self.used[slot] = slot as u64;
+                self.empty(slot);
                 self.stale.push(line);
             }
         }
+    }
+
+    fn empty(&mut self, slot: usize) {
+        let line = std::mem::replace(&mut self.line_in[slot], NONE);
+        if line != NONE {
+            self.slot_of[line as usize] = NO_SLOT;
+        }
+        let slot = slot as u8; // < N
+        self.unlink(slot);
+        self.link(slot, END);
     }
 }

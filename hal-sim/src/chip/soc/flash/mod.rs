@@ -129,7 +129,7 @@ impl Flash {
 
     /// The core needs code of the 16-byte line at `line` (its address / 16, by
     /// either alias) at `at`; gives the wait states.
-    #[inline]
+    #[inline(always)]
     pub fn fetch(&mut self, line: u32, at: Cycle) -> u32 {
         self.accelerator.fetch(line & (lines::COUNT as u32 - 1), at)
     }
