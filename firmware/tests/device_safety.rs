@@ -268,7 +268,9 @@ fn over_current_truncates_and_records_the_charge_left() {
         assert_eq!(record.fault, Fault::OverCurrent);
         let trains = [(burst, 195), (mono, 1_200), (slow, 737)];
         for (c, (train, occupied)) in trains.iter().enumerate() {
-            let code = i64::from(desk.record.dac.iter().rfind(|d| d.1 == c as u8).unwrap().2);
+            // In force when the fault came; it falls to zero with it.
+            let written = |d: &&(u64, u8, u16)| d.1 == c as u8 && d.2 != 0;
+            let code = i64::from(desk.record.dac.iter().rfind(written).unwrap().2);
             // The pulse that `at` lies in: where its first edge was.
             let all = stretches(&desk.record.levels, c, at);
             let first = all
@@ -332,17 +334,41 @@ fn a_fault_while_grounding_is_latched_again() {
     desk.must(Request::Arm);
 }
 
+/// Two channels at 200 Hz, the second `offset_us` after the first, whose
+/// electrode comes off while they stimulate.
+fn electrode_off(offset_us: u32) -> Desk {
+    let train = |offset_us| TrainSpec {
+        offset_us,
+        period_us: 5_000,
+        ..PLAIN
+    };
+    let mut desk = Desk::open(BOOT);
+    let channels = [channel(train(0)), channel(train(offset_us))];
+    desk.run(wearer(), &channels, 15_000);
+    desk.wait(20_000);
+    desk.sensors.load_ohm[0] = u32::MAX;
+    desk.wait(45_000);
+    desk
+}
+
 #[test]
 fn an_electrode_that_comes_off_while_stimulating_is_a_fault() {
-    let mut desk = running(0, wearer(), BOOT);
-    desk.wait(20_000);
-    desk.sensors.load_ohm[1] = u32::MAX;
-    desk.wait(45_000);
+    let mut desk = electrode_off(2_500);
     assert_eq!(
         desk.status().fault.map(|f| f.fault),
         Some(Fault::ElectrodeOff)
     );
     assert_eq!(desk.state(), State::Fault);
+}
+
+/// One sense resistor serves all stages: currents of pulses that always overlap
+/// cannot be told apart, and are not taken for one channel's (docs/hardware.md,
+/// open points).
+#[test]
+fn channels_that_always_overlap_are_not_judged() {
+    let mut desk = electrode_off(0);
+    assert_eq!(desk.status().fault.map(|f| f.fault), None);
+    assert_eq!(desk.state(), State::Stimulating);
 }
 
 fn triggered(period_us: u32, offset_us: u32) -> ChannelSpec {
