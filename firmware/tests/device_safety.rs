@@ -354,16 +354,13 @@ fn electrode_off(offset_us: u32) -> Desk {
 #[test]
 fn an_electrode_that_comes_off_while_stimulating_is_a_fault() {
     let mut desk = electrode_off(2_500);
-    assert_eq!(
-        desk.status().fault.map(|f| f.fault),
-        Some(Fault::ElectrodeOff)
-    );
+    let fault = desk.status().fault.map(|f| f.fault);
+    assert_eq!(fault, Some(Fault::ElectrodeOff));
     assert_eq!(desk.state(), State::Fault);
 }
 
-/// One sense resistor serves all stages: currents of pulses that always overlap
-/// cannot be told apart, and are not taken for one channel's (docs/hardware.md,
-/// open points).
+/// One sense serves all stages: overlapping currents cannot be told apart
+/// (docs/hardware.md, open points).
 #[test]
 fn channels_that_always_overlap_are_not_judged() {
     let mut desk = electrode_off(0);
