@@ -31,11 +31,7 @@ impl Cpu {
         address: u32,
         size: Size,
     ) -> Result<u32, Trap> {
-        if address & (size.bytes() - 1) != 0 {
-            let privileged = self.registers.is_privileged();
-            return self.load_unaligned(bus, address, size, privileged);
-        }
-        self.load_whole(bus, address, size, self.registers.is_privileged())
+        self.load_as(bus, address, size, self.registers.is_privileged())
     }
 
     /// Stores to `address`; wait states stall whoever needs the bus next (one
@@ -51,12 +47,8 @@ impl Cpu {
         size: Size,
         value: u32,
     ) -> Result<(), Trap> {
-        if address & (size.bytes() - 1) != 0 {
-            let privileged = self.registers.is_privileged();
-            return self.store_unaligned(bus, address, size, value, privileged);
-        }
         let privileged = self.registers.is_privileged();
-        self.store_whole(bus, address, size, value, privileged)
+        self.store_as(bus, address, size, value, privileged)
     }
 
     /// [`Self::load`] of a word for instructions that never allow unaligned
@@ -229,31 +221,35 @@ impl Cpu {
         Ok(())
     }
 
-    /// [`Self::load`] as if unprivileged: LDRT and its kin.
-    pub(super) fn load_unprivileged_at<B: Bus>(
+    /// [`Self::load`] with another privilege than the core's: LDRT and its kin.
+    #[inline(always)]
+    pub(super) fn load_as<B: Bus>(
         &mut self,
         bus: &mut B,
         address: u32,
         size: Size,
+        privileged: bool,
     ) -> Result<u32, Trap> {
         if address & (size.bytes() - 1) != 0 {
-            return self.load_unaligned(bus, address, size, false);
+            return self.load_unaligned(bus, address, size, privileged);
         }
-        self.load_whole(bus, address, size, false)
+        self.load_whole(bus, address, size, privileged)
     }
 
-    /// [`Self::store`] as if unprivileged: STRT and its kin.
-    pub(super) fn store_unprivileged_at<B: Bus>(
+    /// [`Self::store`] with another privilege than the core's: STRT and its kin.
+    #[inline(always)]
+    pub(super) fn store_as<B: Bus>(
         &mut self,
         bus: &mut B,
         address: u32,
         size: Size,
         value: u32,
+        privileged: bool,
     ) -> Result<(), Trap> {
         if address & (size.bytes() - 1) != 0 {
-            return self.store_unaligned(bus, address, size, value, false);
+            return self.store_unaligned(bus, address, size, value, privileged);
         }
-        self.store_whole(bus, address, size, value, false)
+        self.store_whole(bus, address, size, value, privileged)
     }
 
     #[inline(never)]

@@ -177,7 +177,7 @@ impl Soc {
 
     fn reset_block(&mut self, block: Block, at: Cycle) -> Result<(), Unmodelled> {
         if let Some(block) = playback_block(block) {
-            self.shares = [false; 2].map(|_| true); // until DMA2 is next written
+            self.shares = [true; 2]; // until DMA2 is next written
             return self.playback.reset(block, at, &mut self.ram);
         }
         match block {

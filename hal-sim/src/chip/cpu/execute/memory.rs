@@ -192,7 +192,7 @@ impl Cpu {
     ) -> Result<(), Trap> {
         let cycles = self.begin_load(last, waits(last, n));
         let address = self.reg(n).wrapping_add(u32::from(imm));
-        let value = self.load_unprivileged_at(bus, address, kind.size())?;
+        let value = self.load_as(bus, address, kind.size(), false)?;
         self.pass(cycles);
         self.set(t, kind.extend(value));
         Ok(())
@@ -209,7 +209,7 @@ impl Cpu {
     ) -> Result<(), Trap> {
         let cycles = self.begin_store(last, waits(last, n));
         let address = self.reg(n).wrapping_add(u32::from(imm));
-        self.store_unprivileged_at(bus, address, size, self.reg(t))?;
+        self.store_as(bus, address, size, self.reg(t), false)?;
         self.pass(cycles);
         Ok(())
     }

@@ -5,6 +5,17 @@ use crate::chip::cpu::decode::{Index, Reg};
 use crate::chip::cpu::timing::{Trail, waits};
 use crate::chip::cpu::{Bus, Cpu, Size, Trap};
 
+/// Lowest address of the words of `list`, and where the base moves to.
+#[inline(always)]
+const fn span(base: u32, down: bool, list: u16) -> (u32, u32) {
+    let bytes = 4 * list.count_ones();
+    if down {
+        (base.wrapping_sub(bytes), base.wrapping_sub(bytes))
+    } else {
+        (base, base.wrapping_add(bytes))
+    }
+}
+
 impl Cpu {
     /// Sets the first data phase of a transfer of several words; gives the
     /// cycles before it: one, and the stall for an address that data
@@ -30,13 +41,7 @@ impl Cpu {
         next: u32,
     ) -> Result<u32, Trap> {
         let before = self.begin_several(last, waits(last, n));
-        let bytes = 4 * list.count_ones();
-        let base = self.reg(n);
-        let (mut address, moved) = if down {
-            (base.wrapping_sub(bytes), base.wrapping_sub(bytes))
-        } else {
-            (base, base.wrapping_add(bytes))
-        };
+        let (mut address, moved) = span(self.reg(n), down, list);
         let mut values = [0; 16];
         let mut left = list;
         while left != 0 {
@@ -73,13 +78,7 @@ impl Cpu {
         next: u32,
     ) -> Result<u32, Trap> {
         let before = self.begin_several(last, waits(last, n));
-        let bytes = 4 * list.count_ones();
-        let base = self.reg(n);
-        let (mut address, moved) = if down {
-            (base.wrapping_sub(bytes), base.wrapping_sub(bytes))
-        } else {
-            (base, base.wrapping_add(bytes))
-        };
+        let (mut address, moved) = span(self.reg(n), down, list);
         let mut left = list;
         while left != 0 {
             let value = self.registers.r[left.trailing_zeros() as usize & 15];
