@@ -4,7 +4,7 @@
 //! The rooms, top of the data's way first: `link` → `device` → `control`,
 //! `muscle` → `safety` → `pulse`; `units` and `division` serve all. `board` exists only on
 //! a target and holds registers, nothing else. `bench` runs each algorithm
-//! for its cycles and results.
+//! for its cycles and results; `methods` are the alternatives to what is used.
 #![no_std]
 #![deny(unsafe_code)]
 
@@ -15,6 +15,7 @@ pub mod control;
 pub mod device;
 mod division;
 pub mod link;
+pub mod methods;
 pub mod muscle;
 pub mod pulse;
 pub mod safety;

@@ -4,6 +4,7 @@
 //! `analysis` keep and judge it, `report` draws it; `selftest` measures the
 //! device itself, `bench` its algorithms and cycles, `cli` is the command line.
 
+pub mod accuracy;
 pub mod analysis;
 pub mod bench;
 pub mod cli;
@@ -14,3 +15,5 @@ pub mod report;
 pub mod run;
 pub mod selftest;
 pub mod session;
+pub mod stability;
+pub mod tracking;

@@ -9,6 +9,7 @@
 
 pub mod calcium_force;
 mod exponential;
+pub mod ladder;
 mod reciprocal;
 pub mod recruitment;
 
@@ -19,6 +20,7 @@ use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 pub use calcium_force::{CalciumForce, CalciumForceSpec, CalciumForceState};
+pub use ladder::{Model, Rung};
 pub use recruitment::{Recruitment, RecruitmentSpec};
 
 /// The share of its reference strength a muscle is driven with, 0…1: the

@@ -1,6 +1,7 @@
 //! The command line: arguments in, one file per command, exit codes out.
 
 mod bench;
+mod chart;
 mod chip;
 mod demo;
 mod edges;
@@ -30,6 +31,8 @@ struct Cli {
 #[derive(Subcommand, Debug)]
 enum Command {
     Bench(bench::Bench),
+    #[command(subcommand)]
+    Chart(chart::Chart),
     Demo(demo::Demo),
     Run(run::RunArgs),
     Serve(serve::Serve),
@@ -95,6 +98,7 @@ pub fn main() -> ExitCode {
     let output = Output { json: cli.json };
     let result = match &cli.command {
         Command::Bench(args) => bench::main(args, output),
+        Command::Chart(chart) => chart::main(chart, output),
         Command::Demo(args) => demo::main(args, output),
         Command::Run(args) => run::main(args, output),
         Command::Serve(args) => serve::main(args, output),

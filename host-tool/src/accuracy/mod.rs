@@ -1,0 +1,1 @@
+//! Muscle models compared: error of each method and rung against the reference.

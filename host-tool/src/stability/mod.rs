@@ -1,0 +1,1 @@
+//! Maps of where each method fails, with the predicted boundary beside the found one.

@@ -1,0 +1,1 @@
+//! Control laws compared on random wearers.
