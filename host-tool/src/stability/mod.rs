@@ -5,6 +5,8 @@
 //! (`report`), the command (`cli`).
 //! In: a seed. Out: a [`Map`]; docs/maps keeps its text and its picture.
 
+mod finger;
+pub mod loss;
 pub mod map;
 pub mod word_length;
 
@@ -23,7 +25,13 @@ pub struct Entry {
 pub const SEED: u64 = 1;
 
 /// Every map.
-pub const MAPS: &[Entry] = &[Entry {
-    name: "word_length",
-    draw: word_length::draw,
-}];
+pub const MAPS: &[Entry] = &[
+    Entry::new("loss", loss::draw),
+    Entry::new("word_length", word_length::draw),
+];
+
+impl Entry {
+    const fn new(name: &'static str, draw: fn(u64, &mut dyn FnMut(f64)) -> Map) -> Self {
+        Self { name, draw }
+    }
+}
