@@ -251,6 +251,8 @@ impl From<crate::muscle::OutOfRange> for Refusal<'static> {
             Limit => "limit",
             Reference => "reference",
             Slope => "slope_micro",
+            Period => "period_us",
+            ShortestPeriod => "min_period_us",
         };
         Self::new(Code::OutOfRange, field).allowed(bound(e.min), bound(e.max))
     }

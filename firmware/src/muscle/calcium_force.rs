@@ -84,13 +84,13 @@ pub struct CalciumForce {
     /// 1 − `tau_floor`, Q32, so that no x can carry their sum past 1.
     tau_span: u32,
     /// 1 µs/2τc in 2^-42: below 2^29, as τc is 5 ms or more.
-    half_decay_per_us: u32,
+    pub(super) half_decay_per_us: u32,
     /// 1 µs/(τ1 + τ2) in 2^-42: below 2^31, as τ1 + τ2 is 3 ms or more.
-    length_per_us: u32,
+    pub(super) length_per_us: u32,
     /// A step of 1 ms.
     tick: Step,
     /// A·(τ1 + τ2), N in Q16.16: below 12,000 N.
-    full_scale: u32,
+    pub(super) full_scale: u32,
 }
 
 /// Where one muscle is. 40 bytes, freely copied.
@@ -297,7 +297,7 @@ impl CalciumForce {
 
     /// x and τ/(τ1 + τ2), both Q32, at C = `calcium` in U5F27.
     #[inline(always)]
-    fn activation(&self, calcium: u32) -> (u32, u32) {
+    pub(super) fn activation(&self, calcium: u32) -> (u32, u32) {
         // C ≤ 25, K + C < 32. x stays below 1: K/(K + C) is at least
         // 8.0e-5, Reciprocal's error at most 2.5e-5.
         let x = Reciprocal::of(self.k.wrapping_add(calcium)).times(calcium);

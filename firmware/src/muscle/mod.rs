@@ -9,9 +9,11 @@
 
 pub mod calcium_force;
 pub(crate) mod exponential;
+pub mod inverse;
 pub mod ladder;
 mod reciprocal;
 pub mod recruitment;
+mod steady;
 
 use core::fmt;
 
@@ -20,6 +22,7 @@ use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 pub use calcium_force::{CalciumForce, CalciumForceSpec, CalciumForceState};
+pub use inverse::{Drive, Inverse};
 pub use ladder::{Model, Rung};
 pub use recruitment::{Recruitment, RecruitmentSpec};
 
@@ -71,6 +74,10 @@ pub enum Parameter {
     Reference,
     /// [`RecruitmentSpec::slope_micro`].
     Slope,
+    /// Period of the slowest rate that a force is had with, µs.
+    Period,
+    /// Period of the fastest, µs.
+    ShortestPeriod,
 }
 
 /// A parameter outside the range in which the model's arithmetic is proven.
