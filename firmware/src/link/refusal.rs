@@ -255,6 +255,8 @@ impl From<crate::muscle::OutOfRange> for Refusal<'static> {
             Limit => "limit",
             Reference => "reference",
             Slope => "slope_micro",
+            Period => "period_us",
+            ShortestPeriod => "min_period_us",
         };
         Self::new(Code::OutOfRange, field).allowed(bound(e.min), bound(e.max))
     }
@@ -324,5 +326,13 @@ const fn spec_field(field: crate::control::SpecField) -> &'static str {
         CodeAt100 => "code_at_100",
         CodeSpan => "code_at_100 - code_at_0",
         StaleAfter => "stale_after_ms",
+        Rest => "rest_mdeg",
+        Stiffness => "stiffness_unm_per_rad",
+        Damping => "damping_unm_s_per_rad",
+        Flexion => "flexion_unm",
+        Extension => "extension_unm",
+        TorqueLoss => "torque_loss_milli",
+        Curvature => "curvature_milli",
+        Lead => "lead_ms",
     }
 }

@@ -363,6 +363,8 @@ fn muscle_error(t: &Table<'_>, channel: &Table<'_>, e: MuscleOutOfRange) -> Sess
         }
         Parameter::Reference => ("reference", 3),
         Parameter::Slope => ("slope_per_unit", 6),
+        Parameter::Period => ("period_us", 0),
+        Parameter::ShortestPeriod => ("max_frequency_hz", 0),
     };
     t.not_within(name, e.min.into(), e.max.into(), places)
 }
