@@ -19,6 +19,6 @@ pub mod super_twisting;
 
 pub use joint::{Joint, JointState, MeasurementError, Orders, SensorFault};
 pub use law::{Effort, LawSpec};
-pub use mapping::{Amplitudes, PointSpec};
+pub use mapping::{Amplitudes, Mapping, PointSpec};
 pub use setpoint::{HoldPolicy, SetpointError};
 pub use spec::{JointSpec, SensorSource, SpecError, SpecField};
