@@ -21,6 +21,6 @@ pub mod super_twisting;
 pub use feed_forward::{FeedForward, WearerModel};
 pub use joint::{Joint, JointState, MeasurementError, Orders, SensorFault};
 pub use law::{Effort, LawSpec};
-pub use mapping::{Amplitudes, PointSpec};
+pub use mapping::{Amplitudes, Mapping, PointSpec};
 pub use setpoint::{HoldPolicy, SetpointError};
 pub use spec::{JointSpec, SensorSource, SpecError, SpecField};

@@ -266,8 +266,11 @@ impl JointSpec {
         }
     }
 
-    /// The validated points.
-    pub(super) fn mapping(&self) -> Result<Mapping, SpecError> {
+    /// The validated points: effort to amplitudes.
+    ///
+    /// # Errors
+    /// [`SpecError`] names the first offending field and what it allows.
+    pub fn mapping(&self) -> Result<Mapping, SpecError> {
         // At most 2 by the type.
         within(SpecField::FlexorCount, self.flexors.len() as u32, 1, 2)?;
         let mut used = 0_u16;
