@@ -102,6 +102,13 @@ impl Angle {
         ))
     }
 
+    /// To thousandths of a degree, rounded to nearest.
+    #[must_use]
+    pub fn to_millideg(self) -> i32 {
+        // 2^31 · 1000 / 2^16 < 2^25.
+        ((i64::from(self.0.to_bits()) * 1000 + 32_768) >> 16) as i32
+    }
+
     /// To hundredths of a degree, saturating at the link's range (±327.67°).
     #[must_use]
     pub fn to_centideg(self) -> i16 {

@@ -7,10 +7,6 @@ use super::setpoint::{HoldPolicy, SetpointError, SetpointTrack};
 use super::spec::{JointSpec, SpecError};
 use crate::units::{Angle, AngularRate, Micros};
 
-/// A measurement may lie this far outside the range of setpoints, 20°, before
-/// it counts as a broken sensor: a glove's noise and a passive push stay within.
-const READING_MARGIN_MDEG: i32 = 20_000;
-
 /// A validated joint. Immutable; everything that changes is a [`JointState`].
 #[derive(Clone, Debug)]
 pub struct Joint {
@@ -57,11 +53,6 @@ impl Joint {
     pub fn new(spec: &JointSpec) -> Result<Self, SpecError> {
         spec.check()?;
         let (min, max) = (spec.angle_min_mdeg, spec.angle_max_mdeg);
-        // |min|, |max| <= 180 000 by check().
-        let believable = (
-            Angle::from_millideg(min - READING_MARGIN_MDEG),
-            Angle::from_millideg(max + READING_MARGIN_MDEG),
-        );
         Ok(Self {
             law: spec.law()?,
             law_period_us: u32::from(spec.law_period_ms) * 1000,
@@ -69,7 +60,7 @@ impl Joint {
             hold: spec.hold,
             angle_mdeg: (min, max),
             range: (Angle::from_millideg(min), Angle::from_millideg(max)),
-            sensor: Sensor::new(spec.sensor, spec.stale_after_ms, believable)?,
+            sensor: Sensor::of_joint(spec.sensor, spec.stale_after_ms, (min, max))?,
         })
     }
 

@@ -8,6 +8,9 @@ use fixed::types::I16F16;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
+/// A measurement may lie this far outside a joint's range, 20°, before it counts
+/// as a broken sensor: a glove's noise and a passive push stay within.
+const READING_MARGIN_MDEG: i32 = 20_000;
 /// A measurement's time may be this far ahead of the device's, µs: the error
 /// of a host's clock offset.
 pub const CLOCK_ERROR_US: i32 = 5_000;
@@ -55,7 +58,7 @@ pub enum SensorFault {
         /// The limit, ms.
         limit_ms: u16,
     },
-    /// The latest measurement is outside what is believable.
+    /// The latest measurement is more than 20° outside the joint's range.
     OutOfRange {
         /// What was measured, hundredths of a degree.
         centideg: i16,
@@ -95,19 +98,23 @@ struct Measured {
 }
 
 impl Sensor {
-    /// Checks calibration and age; `believable` are the lowest and the highest
-    /// angle that is no broken sensor.
-    pub(crate) fn new(
+    /// Checks calibration and age. `range` are the lowest and the highest angle
+    /// of the joint, m°, within ±180 000.
+    pub(crate) fn of_joint(
         source: SensorSource,
         stale_after_ms: u16,
-        believable: (Angle, Angle),
+        range: (i32, i32),
     ) -> Result<Self, SpecError> {
         source.check()?;
         within(SpecField::StaleAfter, stale_after_ms.into(), 2, 500)?;
+        let (min, max) = range;
         Ok(Self {
             source,
             stale_after_us: u32::from(stale_after_ms) * 1000,
-            believable,
+            believable: (
+                Angle::from_millideg(min.saturating_sub(READING_MARGIN_MDEG)),
+                Angle::from_millideg(max.saturating_add(READING_MARGIN_MDEG)),
+            ),
         })
     }
 
