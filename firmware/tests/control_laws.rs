@@ -36,6 +36,7 @@ fn spec(law: LawSpec, law_period_ms: u8, cutoff_mhz: u32) -> JointSpec {
             code_at_100: 4000,
         },
         stale_after_ms: 50,
+        wearer: None,
     }
 }
 

@@ -33,6 +33,7 @@ pub(super) fn finger(law: LawSpec, law_period_ms: u8) -> JointSpec {
             code_at_100: 3_600,
         },
         stale_after_ms: 50,
+        wearer: None,
     }
 }
 

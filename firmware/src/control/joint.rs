@@ -1,5 +1,6 @@
 //! One joint: its setpoint track, its sensor, its law and its points.
 
+use super::feed_forward::FeedForward;
 use super::law::{Effort, Law, LawState};
 use super::mapping::{Amplitudes, Mapping};
 use super::setpoint::{HoldPolicy, SetpointError, SetpointTrack};
@@ -29,6 +30,7 @@ pub struct Joint {
     believable: (Angle, Angle),
     sensor: SensorSource,
     stale_after_us: u32,
+    feed_forward: Option<FeedForward>,
 }
 
 /// What a joint remembers. Begin every stimulation with a fresh one.
@@ -114,7 +116,17 @@ impl Joint {
             ),
             sensor: spec.sensor,
             stale_after_us: u32::from(spec.stale_after_ms) * 1000,
+            feed_forward: spec
+                .wearer
+                .map(|wearer| FeedForward::new(&wearer, min, max))
+                .transpose()?,
         })
+    }
+
+    /// The nominal wearer's inverse, if the spec has one.
+    #[must_use]
+    pub const fn feed_forward(&self) -> Option<&FeedForward> {
+        self.feed_forward.as_ref()
     }
 
     /// Takes a setpoint valid from `at`; see [`SetpointTrack::accept`].

@@ -9,6 +9,7 @@
 //! Integers only; the same inputs give the same bits on every machine.
 
 pub mod differentiator;
+pub mod feed_forward;
 pub mod joint;
 pub mod law;
 pub mod mapping;
@@ -17,8 +18,9 @@ pub mod setpoint;
 pub mod spec;
 pub mod super_twisting;
 
+pub use feed_forward::{FeedForward, WearerModel};
 pub use joint::{Joint, JointState, MeasurementError, Orders, SensorFault};
 pub use law::{Effort, LawSpec};
-pub use mapping::{Amplitudes, PointSpec};
+pub use mapping::{Amplitudes, Mapping, PointSpec};
 pub use setpoint::{HoldPolicy, SetpointError};
 pub use spec::{JointSpec, SensorSource, SpecError, SpecField};

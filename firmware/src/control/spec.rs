@@ -3,6 +3,7 @@
 use super::differentiator::{
     CUTOFF_MAX_MHZ, CUTOFF_MIN_MHZ, Differentiator, STEP_MAX_MS, STEP_MIN_MS,
 };
+use super::feed_forward::WearerModel;
 use super::law::{Law, LawKind, LawSpec};
 use super::mapping::{Mapping, PointSpec};
 use super::pid::Pid;
@@ -41,6 +42,8 @@ pub struct JointSpec {
     pub sensor: SensorSource,
     /// Age at which the last measurement is stale, ms; 2…500.
     pub stale_after_ms: u16,
+    /// The nominal wearer, for feed-forward; without one there is none.
+    pub wearer: Option<WearerModel>,
 }
 
 /// Where a joint's angle is measured.
@@ -104,6 +107,22 @@ pub enum SpecField {
     CodeSpan = 19,
     /// `stale_after_ms`.
     StaleAfter = 20,
+    /// [`WearerModel::rest_mdeg`].
+    Rest = 21,
+    /// [`WearerModel::stiffness_unm_per_rad`].
+    Stiffness = 22,
+    /// [`WearerModel::damping_unm_s_per_rad`].
+    Damping = 23,
+    /// [`WearerModel::flexion_unm`].
+    Flexion = 24,
+    /// [`WearerModel::extension_unm`].
+    Extension = 25,
+    /// [`WearerModel::torque_loss_milli`].
+    TorqueLoss = 26,
+    /// [`WearerModel::curvature_milli`].
+    Curvature = 27,
+    /// [`WearerModel::lead_ms`].
+    Lead = 28,
 }
 
 /// Why a [`JointSpec`] was refused.
@@ -257,8 +276,11 @@ impl JointSpec {
         }
     }
 
-    /// The validated points.
-    pub(super) fn mapping(&self) -> Result<Mapping, SpecError> {
+    /// The validated points: effort to amplitudes.
+    ///
+    /// # Errors
+    /// [`SpecError`] names the first offending field and what it allows.
+    pub fn mapping(&self) -> Result<Mapping, SpecError> {
         // At most 2 by the type.
         within(SpecField::FlexorCount, self.flexors.len() as u32, 1, 2)?;
         let mut used = 0_u16;

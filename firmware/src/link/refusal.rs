@@ -320,5 +320,13 @@ const fn spec_field(field: crate::control::SpecField) -> &'static str {
         CodeAt100 => "code_at_100",
         CodeSpan => "code_at_100 - code_at_0",
         StaleAfter => "stale_after_ms",
+        Rest => "rest_mdeg",
+        Stiffness => "stiffness_unm_per_rad",
+        Damping => "damping_unm_s_per_rad",
+        Flexion => "flexion_unm",
+        Extension => "extension_unm",
+        TorqueLoss => "torque_loss_milli",
+        Curvature => "curvature_milli",
+        Lead => "lead_ms",
     }
 }

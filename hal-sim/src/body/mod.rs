@@ -2,7 +2,8 @@
 //!
 //! Lives here: `electrode` (load and what a pulse delivers into it), `muscle`
 //! (calcium-force model in f64, with a high-accuracy reference), `wearer`
-//! (recruitment, participants), `finger` (index-finger PIP joint), `still`.
+//! (recruitment, participants), `finger` (index-finger PIP joint), `random_finger`
+//! (the same with another muscle structure and friction, drawn at random), `still`.
 //! Not here: anything of the firmware. A body shares no code with the device it
 //! tests, so it cannot agree with the device's mistakes.
 //! In: pulses as the electrodes saw them, and time in microseconds.
@@ -12,11 +13,13 @@ pub mod electrode;
 pub mod finger;
 pub mod muscle;
 mod noise;
+pub mod random_finger;
 mod still;
 pub mod wearer;
 
 pub use electrode::{Drive, Load};
 pub use finger::{Finger, FingerSpec, InvalidSpec};
+pub use random_finger::{RandomFinger, RandomFingerSpec};
 pub use still::Still;
 
 /// Channels a body has electrodes for; the board has ten.
