@@ -9,7 +9,7 @@ use super::mapping::{Mapping, PointSpec};
 use super::pid::Pid;
 use super::sensor::SensorSource;
 use super::setpoint::HoldPolicy;
-use super::super_twisting::{Paper, Recommended};
+use super::super_twisting::{Paper, Recommended, Twist};
 use heapless::Vec;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -175,7 +175,7 @@ impl JointSpec {
     }
 
     /// The validated law.
-    pub(super) fn law(&self) -> Result<Law, SpecError> {
+    pub(crate) fn law(&self) -> Result<Law, SpecError> {
         let (step_min, step_max) = (STEP_MIN_MS.into(), STEP_MAX_MS.into());
         within(
             SpecField::LawPeriod,
@@ -218,10 +218,20 @@ impl JointSpec {
                 b_milli,
             } => {
                 within(F::Lambda, lambda_milli, 100, TOP)?;
-                within(F::K1, k1_milli, 1, TOP)?;
-                within(F::K2, k2_milli, 10, TOP)?;
                 within(F::B, b_milli, 1000, 1_000_000)?;
-                let law = Recommended::new(lambda_milli, k1_milli, k2_milli, b_milli, h);
+                let k1_max = Twist::k1_max_milli(b_milli, h);
+                within(F::K1, k1_milli, 1, k1_max)?;
+                within(F::K2, k2_milli, 10, TOP)?;
+                // Within all its ranges now; otherwise k1 is at fault.
+                let twist = Twist::new(k1_milli, k2_milli, b_milli, h);
+                let law = Recommended::new(
+                    lambda_milli,
+                    twist.ok_or(SpecError::OutOfRange {
+                        field: F::K1,
+                        min: 1,
+                        max: k1_max.cast_signed(),
+                    })?,
+                );
                 Ok(LawKind::Recommended(law))
             }
             LawSpec::Pid {

@@ -1,5 +1,7 @@
 //! σ' = u + d, |d'| <= L, unsaturated.
 
+use firmware::control::law::Q;
+use firmware::control::super_twisting::Twist;
 use firmware::methods::control::integrator::{Disturbance, Loop, fitted_order};
 use firmware::methods::control::twist::Discretization;
 use firmware::methods::real::{Micro, Real};
@@ -144,4 +146,36 @@ fn other_arithmetics() {
         println!("h {h}: f64 {f64_:.4}, f32 {f32_:.4}, micromath {micro:.4} L·h²");
         assert!(f64_ <= 1.001 && f32_ <= 1.01 && micro <= 1.01);
     }
+}
+
+/// The device's fixed point, on gains and periods that it has, in bits of σ.
+#[test]
+fn the_devices_arithmetic_adds_at_most_four_bits() {
+    const BIT: f64 = 1.0 / (1u64 << Q::FRAC_NBITS) as f64;
+    let (mut loops, mut most) = (0, 0.0_f64);
+    for l in grid().filter(Loop::fulfils_theorem) {
+        let milli = |x: f64| (x * 1000.0).round() as u32;
+        let [period, k1, k2] = [milli(l.h), milli(l.k1), milli(l.k2)];
+        let Some(twist) = Twist::new(k1, k2, 1000, period as u8) else {
+            continue;
+        };
+        loops += 1;
+        for disturbance in Disturbance::ALL {
+            let mut integral = Q::ZERO;
+            let worst = l.worst_under(disturbance, |sigma| {
+                let answer = twist.push(Q::from_num(sigma));
+                let u = integral + answer.push;
+                integral += answer.growth;
+                -u.to_num::<f64>()
+            });
+            let extra = (worst - 1.1 * l.slope * l.h * l.h) / BIT;
+            assert!(
+                extra <= 4.0,
+                "{l:?} {disturbance:?}: {extra} bits above 1.1 L·h²"
+            );
+            most = most.max((worst - l.slope * l.h * l.h) / BIT);
+        }
+    }
+    println!("{loops} loops in fixed point: |σ| <= L·h² + {most:.2} bits");
+    assert!(loops > 100);
 }
