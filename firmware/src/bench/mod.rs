@@ -7,6 +7,7 @@
 
 mod control;
 mod link;
+mod methods;
 mod muscle;
 mod owners;
 mod pulse;
@@ -14,6 +15,7 @@ mod pulse;
 use crate::control::LawSpec;
 use core::fmt;
 use core::hint::black_box;
+pub use methods::run_methods;
 
 /// A counter of core clock cycles that wraps.
 pub trait Clock {
@@ -33,9 +35,9 @@ impl Clock for NoClock {
 /// What one algorithm gave and took. Cycles include the two markers and one
 /// call: those of the row `empty`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Row {
+pub struct Row<N = &'static str> {
     /// Which algorithm.
-    pub name: &'static str,
+    pub name: N,
     /// Times it ran, each on other inputs.
     pub runs: u32,
     /// Of all results (FNV-1a, 32 bits).
@@ -48,7 +50,7 @@ pub struct Row {
     pub max: u32,
 }
 
-impl Row {
+impl<N> Row<N> {
     /// Mean cycles of a run, rounded to nearest.
     #[must_use]
     pub const fn mean(&self) -> u64 {
@@ -57,7 +59,7 @@ impl Row {
     }
 }
 
-impl fmt::Display for Row {
+impl<N: fmt::Display> fmt::Display for Row<N> {
     /// `name runs checksum min mean max`, parted by single spaces.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self {

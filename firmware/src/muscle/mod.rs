@@ -8,7 +8,7 @@
 //! microsecond. Out: amplitudes within the wearer's range; predicted force.
 
 pub mod calcium_force;
-mod exponential;
+pub(crate) mod exponential;
 pub mod ladder;
 mod reciprocal;
 pub mod recruitment;
