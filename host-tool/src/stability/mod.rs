@@ -8,6 +8,7 @@
 mod describing;
 mod finger;
 pub mod gain_delay;
+pub mod integrator;
 pub mod loss;
 pub mod map;
 pub mod word_length;
@@ -29,6 +30,7 @@ pub const SEED: u64 = 1;
 /// Every map.
 pub const MAPS: &[Entry] = &[
     Entry::new("gain_delay", gain_delay::draw),
+    Entry::new("integrator", integrator::draw),
     Entry::new("loss", loss::draw),
     Entry::new("word_length", word_length::draw),
 ];
