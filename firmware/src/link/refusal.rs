@@ -3,6 +3,7 @@
 
 use super::frame::FrameError;
 use crate::control::{MeasurementError, SetpointError, SpecError};
+use crate::haptics::WallError;
 use crate::pulse::{GroupError, TrainError};
 use crate::safety::{Denied, SetupError};
 use crate::units::OutOfRange;
@@ -37,6 +38,7 @@ pub enum Code {
     Controlled = 215,
     AmplitudeCount = 216,
     NothingToArm = 217,
+    JointAndWall = 218,
     WrongState = 300,
     NotArmed = 301,
     ArmInputOpen = 302,
@@ -52,7 +54,7 @@ pub enum Code {
 
 impl Code {
     /// All codes, for documentation and tests.
-    pub const ALL: [Self; 34] = [
+    pub const ALL: [Self; 35] = [
         Self::BadCrc,
         Self::MalformedFrame,
         Self::FrameTooLong,
@@ -76,6 +78,7 @@ impl Code {
         Self::Controlled,
         Self::AmplitudeCount,
         Self::NothingToArm,
+        Self::JointAndWall,
         Self::WrongState,
         Self::NotArmed,
         Self::ArmInputOpen,
@@ -247,6 +250,10 @@ impl From<crate::muscle::OutOfRange> for Refusal<'static> {
             TauC => "tau_c_us",
             Tau1 => "tau1_us",
             Tau2 => "tau2_us",
+            AlphaA => "alpha_a_milli_per_s2",
+            AlphaK => "alpha_k_nano_per_n_s",
+            AlphaTau1 => "alpha_tau1_nano_per_n",
+            TauFat => "tau_fat_ms",
             MotorThreshold => "motor_threshold",
             Limit => "limit",
             Reference => "reference",
@@ -266,6 +273,18 @@ impl From<SpecError> for Refusal<'static> {
             }
             SpecError::ChannelTwice { channel } => {
                 Self::new(Code::ChannelTwice, "joint").on(channel)
+            }
+        }
+    }
+}
+
+impl From<WallError> for Refusal<'static> {
+    fn from(e: WallError) -> Self {
+        match e {
+            WallError::Range(e) => e.into(),
+            WallError::Joint(e) => e.into(),
+            WallError::ChannelTwice { channel } => {
+                Self::new(Code::ChannelTwice, "wall").on(channel)
             }
         }
     }

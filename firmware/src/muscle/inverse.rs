@@ -7,7 +7,7 @@
 //! which it is smoothest.
 
 use super::calcium_force::{CalciumForce, CalciumForceSpec};
-use super::steady::Steady;
+use super::settled::Steady;
 use super::{Gain, OutOfRange, Parameter, Recruitment, within};
 use crate::division::quotient;
 use crate::units::{Amplitude, Force};
