@@ -44,6 +44,7 @@ pub(super) fn one_point(law: LawSpec, hold: HoldPolicy) -> JointSpec {
         angle_max_mdeg: 100_000,
         sensor: SensorSource::Host,
         stale_after_ms: 100,
+        wearer: None,
     }
 }
 
