@@ -106,10 +106,12 @@ pub enum Problem {
         channel: u8,
         limit: String,
     },
-    #[error("`{field}` names channel {channel}, which the joint's control law drives")]
+    #[error("`{field}` names channel {channel}, which the joint or the wall drives")]
     Controlled { field: String, channel: u8 },
     #[error("{wanted} needs a `[joint]`, and the file has none")]
     NoJoint { wanted: &'static str },
+    #[error("a `[joint]` and a `[wall]` cannot run together: the device measures one angle")]
+    JointAndWall,
     #[error(
         "`{field}` is {given}: setpoints would be further apart than the {timeout_ms} ms of silence that end stimulation"
     )]
@@ -150,6 +152,7 @@ impl Problem {
             Self::Controlled { .. } => 460,
             Self::NoJoint { .. } => 461,
             Self::TooSlow { .. } => 462,
+            Self::JointAndWall => 480,
         }
     }
 
@@ -177,6 +180,7 @@ impl Problem {
                 "lower the limit, the pulse width, the frequency or the number of pulses in a burst"
                     .into()
             }
+            Self::JointAndWall => "keep one of them".into(),
             Self::TooSlow { .. } => "raise it, or `wearer.host_timeout_ms`".into(),
             _ => return None,
         })
