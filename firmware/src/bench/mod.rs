@@ -123,6 +123,12 @@ pub fn run(clock: &impl Clock, mut row: impl FnMut(&Row)) {
         1000,
         control::Differentiation::new(),
     ));
+    row(&measure(
+        clock,
+        "law_super_twisting",
+        1000,
+        control::LawAlone::new(LawSpec::RECOMMENDED),
+    ));
     let joint = |law| control::Moving::new(law, 1);
     row(&measure(
         clock,

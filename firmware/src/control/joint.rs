@@ -1,5 +1,6 @@
 //! One joint: its setpoint track, its sensor, its law and its points.
 
+use super::feed_forward::FeedForward;
 use super::law::{Effort, Law, LawState};
 use super::mapping::{Amplitudes, Mapping};
 use super::sensor::{MeasurementError, Sensor, SensorFault, SensorState};
@@ -18,6 +19,7 @@ pub struct Joint {
     /// Lowest and highest setpoint.
     range: (Angle, Angle),
     sensor: Sensor,
+    feed_forward: Option<FeedForward>,
 }
 
 /// What a joint remembers. Begin every stimulation with a fresh one.
@@ -61,7 +63,17 @@ impl Joint {
             angle_mdeg: (min, max),
             range: (Angle::from_millideg(min), Angle::from_millideg(max)),
             sensor: Sensor::of_joint(spec.sensor, spec.stale_after_ms, (min, max))?,
+            feed_forward: spec
+                .wearer
+                .map(|wearer| FeedForward::new(&wearer, min, max))
+                .transpose()?,
         })
+    }
+
+    /// The nominal wearer's inverse, if the spec has one.
+    #[must_use]
+    pub const fn feed_forward(&self) -> Option<&FeedForward> {
+        self.feed_forward.as_ref()
     }
 
     /// Takes a setpoint valid from `at`; see [`SetpointTrack::accept`].

@@ -3,12 +3,13 @@
 use super::differentiator::{
     CUTOFF_MAX_MHZ, CUTOFF_MIN_MHZ, Differentiator, STEP_MAX_MS, STEP_MIN_MS,
 };
+use super::feed_forward::WearerModel;
 use super::law::{Law, LawKind, LawSpec};
 use super::mapping::{Mapping, PointSpec};
 use super::pid::Pid;
 use super::sensor::SensorSource;
 use super::setpoint::HoldPolicy;
-use super::super_twisting::{Paper, Recommended};
+use super::super_twisting::{Paper, Recommended, Twist};
 use heapless::Vec;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -42,6 +43,8 @@ pub struct JointSpec {
     pub sensor: SensorSource,
     /// Age at which the last measurement is stale, ms; 2…500.
     pub stale_after_ms: u16,
+    /// The nominal wearer, for feed-forward; without one there is none.
+    pub wearer: Option<WearerModel>,
 }
 
 /// A field of a [`JointSpec`], with a stable number for the wire.
@@ -90,6 +93,22 @@ pub enum SpecField {
     CodeSpan = 19,
     /// `stale_after_ms`.
     StaleAfter = 20,
+    /// [`WearerModel::rest_mdeg`].
+    Rest = 21,
+    /// [`WearerModel::stiffness_unm_per_rad`].
+    Stiffness = 22,
+    /// [`WearerModel::damping_unm_s_per_rad`].
+    Damping = 23,
+    /// [`WearerModel::flexion_unm`].
+    Flexion = 24,
+    /// [`WearerModel::extension_unm`].
+    Extension = 25,
+    /// [`WearerModel::torque_loss_milli`].
+    TorqueLoss = 26,
+    /// [`WearerModel::curvature_milli`].
+    Curvature = 27,
+    /// [`WearerModel::lead_ms`].
+    Lead = 28,
 }
 
 /// Why a [`JointSpec`] was refused.
@@ -156,7 +175,7 @@ impl JointSpec {
     }
 
     /// The validated law.
-    pub(super) fn law(&self) -> Result<Law, SpecError> {
+    pub(crate) fn law(&self) -> Result<Law, SpecError> {
         let (step_min, step_max) = (STEP_MIN_MS.into(), STEP_MAX_MS.into());
         within(
             SpecField::LawPeriod,
@@ -199,10 +218,20 @@ impl JointSpec {
                 b_milli,
             } => {
                 within(F::Lambda, lambda_milli, 100, TOP)?;
-                within(F::K1, k1_milli, 1, TOP)?;
-                within(F::K2, k2_milli, 10, TOP)?;
                 within(F::B, b_milli, 1000, 1_000_000)?;
-                let law = Recommended::new(lambda_milli, k1_milli, k2_milli, b_milli, h);
+                let k1_max = Twist::k1_max_milli(b_milli, h);
+                within(F::K1, k1_milli, 1, k1_max)?;
+                within(F::K2, k2_milli, 10, TOP)?;
+                // Within all its ranges now; otherwise k1 is at fault.
+                let twist = Twist::new(k1_milli, k2_milli, b_milli, h);
+                let law = Recommended::new(
+                    lambda_milli,
+                    twist.ok_or(SpecError::OutOfRange {
+                        field: F::K1,
+                        min: 1,
+                        max: k1_max.cast_signed(),
+                    })?,
+                );
                 Ok(LawKind::Recommended(law))
             }
             LawSpec::Pid {
@@ -218,8 +247,11 @@ impl JointSpec {
         }
     }
 
-    /// The validated points.
-    pub(super) fn mapping(&self) -> Result<Mapping, SpecError> {
+    /// The validated points: effort to amplitudes.
+    ///
+    /// # Errors
+    /// [`SpecError`] names the first offending field and what it allows.
+    pub fn mapping(&self) -> Result<Mapping, SpecError> {
         // At most 2 by the type.
         within(SpecField::FlexorCount, self.flexors.len() as u32, 1, 2)?;
         let mut used = 0_u16;

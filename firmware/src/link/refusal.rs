@@ -250,10 +250,16 @@ impl From<crate::muscle::OutOfRange> for Refusal<'static> {
             TauC => "tau_c_us",
             Tau1 => "tau1_us",
             Tau2 => "tau2_us",
+            AlphaA => "alpha_a_milli_per_s2",
+            AlphaK => "alpha_k_nano_per_n_s",
+            AlphaTau1 => "alpha_tau1_nano_per_n",
+            TauFat => "tau_fat_ms",
             MotorThreshold => "motor_threshold",
             Limit => "limit",
             Reference => "reference",
             Slope => "slope_micro",
+            Period => "period_us",
+            ShortestPeriod => "min_period_us",
         };
         Self::new(Code::OutOfRange, field).allowed(bound(e.min), bound(e.max))
     }
@@ -335,5 +341,13 @@ const fn spec_field(field: crate::control::SpecField) -> &'static str {
         CodeAt100 => "code_at_100",
         CodeSpan => "code_at_100 - code_at_0",
         StaleAfter => "stale_after_ms",
+        Rest => "rest_mdeg",
+        Stiffness => "stiffness_unm_per_rad",
+        Damping => "damping_unm_s_per_rad",
+        Flexion => "flexion_unm",
+        Extension => "extension_unm",
+        TorqueLoss => "torque_loss_milli",
+        Curvature => "curvature_milli",
+        Lead => "lead_ms",
     }
 }
