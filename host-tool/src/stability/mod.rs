@@ -8,6 +8,7 @@
 mod finger;
 pub mod loss;
 pub mod map;
+pub mod wall;
 mod wall_loop;
 pub mod word_length;
 
@@ -28,6 +29,8 @@ pub const SEED: u64 = 1;
 /// Every map.
 pub const MAPS: &[Entry] = &[
     Entry::new("loss", loss::draw),
+    Entry::new("wall", wall::draw),
+    Entry::new("wall_classical", wall::draw_classical),
     Entry::new("word_length", word_length::draw),
 ];
 
