@@ -57,7 +57,9 @@ pub(super) fn read_setup(
     let controlled = points
         .chain(demands.map(|(channel, ..)| channel))
         .fold(0, |mask, channel| mask | 1 << channel);
-    Setup::new(checked_wearer, checked, &groups, sync, controlled)
+    let forced = channels.iter().filter(|c| c.force.is_some());
+    let driven = forced.fold(controlled, |mask, c| mask | 1 << c.index());
+    Setup::new(checked_wearer, checked, &groups, sync, driven)
         .map_err(|e| setup_error(root, &tables, &groups, e))?;
     Ok(SetupSpec {
         wearer,
@@ -132,6 +134,9 @@ fn setup_error(
         }
         SetupError::Group(GroupError::NoTimeToGround { channel: c }) => {
             (group(c, 0), Problem::NoTimeToGround { channel: c + 1 })
+        }
+        SetupError::Group(GroupError::RateChanges { channel: c }) => {
+            (group(c, 0), Problem::RateChanges { channel: c + 1 })
         }
         SetupError::Group(GroupError::NoTrain { channel: c }) => {
             let (field, channel) = ("channels".into(), c + 1);
