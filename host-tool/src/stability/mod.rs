@@ -11,6 +11,8 @@ pub mod gain_delay;
 pub mod integrator;
 pub mod loss;
 pub mod map;
+pub mod wall;
+mod wall_loop;
 pub mod word_length;
 
 pub use map::{Axis, Cell, Class, Map, Panel};
@@ -32,6 +34,8 @@ pub const MAPS: &[Entry] = &[
     Entry::new("gain_delay", gain_delay::draw),
     Entry::new("integrator", integrator::draw),
     Entry::new("loss", loss::draw),
+    Entry::new("wall", wall::draw),
+    Entry::new("wall_classical", wall::draw_classical),
     Entry::new("word_length", word_length::draw),
 ];
 
