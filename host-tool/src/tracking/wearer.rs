@@ -1,9 +1,9 @@
 //! The nominal wearer file: all that control laws, feed-forward and the mapping
 //! to amplitudes know of whom they drive.
 
+use super::TrackingError;
 use firmware::control::{
-    FeedForward, HoldPolicy, JointSpec, LawSpec, Mapping, PointSpec, SensorSource, SpecError,
-    WearerModel,
+    FeedForward, HoldPolicy, JointSpec, LawSpec, Mapping, PointSpec, SensorSource, WearerModel,
 };
 use firmware::units::Amplitude;
 use hal_sim::body::FingerSpec;
@@ -110,14 +110,20 @@ pub fn joint(law: LawSpec, points: Points, hold: HoldPolicy) -> JointSpec {
 ///
 /// # Errors
 /// None: the nominal wearer is valid (tested).
-pub fn mapping(points: Points) -> Result<Mapping, SpecError> {
-    joint(LawSpec::RECOMMENDED, points, HoldPolicy::Hold).mapping()
+pub fn mapping(points: Points) -> Result<Mapping, TrackingError> {
+    joint(LawSpec::RECOMMENDED, points, HoldPolicy::Hold)
+        .mapping()
+        .map_err(Into::into)
 }
 
 /// The nominal wearer's inverse.
 ///
 /// # Errors
-/// [`SpecError`] for a lead above half a second.
-pub fn feed_forward(points: Points, lead_ms: u16) -> Result<FeedForward, SpecError> {
-    FeedForward::new(&model(points, lead_ms), RANGE_MDEG.0, RANGE_MDEG.1)
+/// [`TrackingError::Joint`] for a lead above half a second.
+pub fn feed_forward(points: Points, lead_ms: u16) -> Result<FeedForward, TrackingError> {
+    Ok(FeedForward::new(
+        &model(points, lead_ms),
+        RANGE_MDEG.0,
+        RANGE_MDEG.1,
+    )?)
 }
