@@ -7,10 +7,13 @@
 //! (`hal_sim::body`), pictures (`report`), the command line (`cli::chart`).
 //! In: laws with their numbers, seeds. Out: angles, errors, who wins.
 
+pub mod candidate;
 pub mod driver;
 pub mod optimum;
+pub mod parallel;
 pub mod plant;
 pub mod reach;
+pub mod search;
 pub mod target;
 pub mod trial;
 pub mod wearer;
