@@ -30,6 +30,8 @@ pub enum Image {
     Qemu,
     /// Each algorithm's results and cycles, over semihosting.
     Bench,
+    /// The same for every method that the device could have used.
+    Methods,
 }
 
 impl Image {
@@ -40,6 +42,7 @@ impl Image {
             Self::Stimulator => "stimulator",
             Self::Qemu => "qemu",
             Self::Bench => "bench",
+            Self::Methods => "methods",
         }
     }
 
@@ -47,7 +50,7 @@ impl Image {
         match self {
             Self::Stimulator => "stm32f405",
             Self::Qemu => "qemu",
-            Self::Bench => "bench",
+            Self::Bench | Self::Methods => "bench",
         }
     }
 

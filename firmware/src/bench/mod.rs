@@ -8,6 +8,7 @@
 mod control;
 mod haptics;
 mod link;
+mod methods;
 mod muscle;
 mod owners;
 mod pulse;
@@ -15,6 +16,7 @@ mod pulse;
 use crate::control::LawSpec;
 use core::fmt;
 use core::hint::black_box;
+pub use methods::{OUTPUTS_US, RUN_US, run_methods};
 
 /// A counter of core clock cycles that wraps.
 pub trait Clock {
@@ -34,9 +36,9 @@ impl Clock for NoClock {
 /// What one algorithm gave and took. Cycles include the two markers and one
 /// call: those of the row `empty`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Row {
+pub struct Row<N = &'static str> {
     /// Which algorithm.
-    pub name: &'static str,
+    pub name: N,
     /// Times it ran, each on other inputs.
     pub runs: u32,
     /// Of all results (FNV-1a, 32 bits).
@@ -49,7 +51,7 @@ pub struct Row {
     pub max: u32,
 }
 
-impl Row {
+impl<N> Row<N> {
     /// Mean cycles of a run, rounded to nearest.
     #[must_use]
     pub const fn mean(&self) -> u64 {
@@ -58,7 +60,7 @@ impl Row {
     }
 }
 
-impl fmt::Display for Row {
+impl<N: fmt::Display> fmt::Display for Row<N> {
     /// `name runs checksum min mean max`, parted by single spaces.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self {

@@ -40,7 +40,7 @@ const LOG: [u32; 9] = [
 /// The upper word of a product: the product of two fractions, rounded down.
 /// Formats add: Q32·Q32 → Q32, Q32·Q31 → Q31.
 #[inline(always)]
-pub(super) const fn mul_high(a: u32, b: u32) -> u32 {
+pub(crate) const fn mul_high(a: u32, b: u32) -> u32 {
     // A product of two 32-bit words fits 64 bits; its upper half fits 32.
     ((a as u64 * b as u64) >> 32) as u32
 }

@@ -5,7 +5,10 @@
 //! (`report`), the command (`cli`).
 //! In: a seed. Out: a [`Map`]; docs/maps keeps its text and its picture.
 
+mod describing;
 mod finger;
+pub mod gain_delay;
+pub mod integrator;
 pub mod loss;
 pub mod map;
 pub mod word_length;
@@ -26,6 +29,8 @@ pub const SEED: u64 = 1;
 
 /// Every map.
 pub const MAPS: &[Entry] = &[
+    Entry::new("gain_delay", gain_delay::draw),
+    Entry::new("integrator", integrator::draw),
     Entry::new("loss", loss::draw),
     Entry::new("word_length", word_length::draw),
 ];
