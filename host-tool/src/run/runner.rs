@@ -234,7 +234,7 @@ impl<P: Port> Run<'_, P> {
         let setpoint = self.session.setpoints.at(due);
         let at = match setpoint {
             // Wrapping: device time is modulo 2^32.
-            Setpoint::Angle { .. } => Some(self.epoch.plus(due as u32)),
+            Setpoint::Angle { .. } | Setpoint::Force { .. } => Some(self.epoch.plus(due as u32)),
             Setpoint::Amplitudes(_) => None,
         };
         self.client.post(setpoint.request(at))?;

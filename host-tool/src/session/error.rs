@@ -108,6 +108,24 @@ pub enum Problem {
     },
     #[error("`{field}` names channel {channel}, which the joint's control law drives")]
     Controlled { field: String, channel: u8 },
+    #[error("`{field}` names channel {channel}, which is under force control")]
+    ForceControlled { field: String, channel: u8 },
+    #[error("`{field}` names channel {channel}, which has no `force`")]
+    NoForceControl { field: String, channel: u8 },
+    #[error("channel {channel} has a `force` and no `muscle` to find it with")]
+    NoMuscle { channel: u8 },
+    #[error(
+        "channel {channel} may change its pulse rate, and is in an isolated group, whose pulses \
+         would then meet"
+    )]
+    RateChanges { channel: u8 },
+    #[error("`{field}` is {given} N: within its limits channel {channel} gives 0 to {max_n} N")]
+    OutOfReach {
+        field: String,
+        given: String,
+        channel: u8,
+        max_n: f64,
+    },
     #[error("{wanted} needs a `[joint]`, and the file has none")]
     NoJoint { wanted: &'static str },
     #[error(
@@ -150,6 +168,11 @@ impl Problem {
             Self::Controlled { .. } => 460,
             Self::NoJoint { .. } => 461,
             Self::TooSlow { .. } => 462,
+            Self::OutOfReach { .. } => 470,
+            Self::NoForceControl { .. } => 471,
+            Self::NoMuscle { .. } => 472,
+            Self::RateChanges { .. } => 473,
+            Self::ForceControlled { .. } => 474,
         }
     }
 
@@ -175,6 +198,14 @@ impl Problem {
             Self::ChargeLimit { .. } => "lower the limit or the pulse width".into(),
             Self::RmsLimit { .. } => {
                 "lower the limit, the pulse width, the frequency or the number of pulses in a burst"
+                    .into()
+            }
+            Self::RateChanges { .. } => {
+                "set `force.max_frequency_hz` to the train's frequency, or partner = \"conducted\""
+                    .into()
+            }
+            Self::OutOfReach { .. } => {
+                "ask for less, or raise the channel's `limit` or its `force.max_frequency_hz`"
                     .into()
             }
             Self::TooSlow { .. } => "raise it, or `wearer.host_timeout_ms`".into(),

@@ -199,7 +199,7 @@ fn read_wearer_model(t: &Table<'_>) -> Result<Option<WearerModel>, SessionError>
     }))
 }
 
-fn read_hold(t: &Table<'_>) -> Result<HoldPolicy, SessionError> {
+pub(super) fn read_hold(t: &Table<'_>) -> Result<HoldPolicy, SessionError> {
     let max_ms = t.whole("max_extrapolation_ms", 0)?;
     let extrapolate = HoldPolicy::Extrapolate {
         max_ms: max_ms.or(MAX_EXTRAPOLATION_MS),
@@ -231,11 +231,21 @@ fn read_sensor(t: &Table<'_>) -> Result<SensorSource, SessionError> {
 fn read_point(t: &Table<'_>, channels: &[Channel]) -> Result<PointSpec, SessionError> {
     t.only(&["channel", "threshold", "max"])?;
     let channel = find(t, "channel", channels)?;
+    not_under_force(t, channel)?;
     Ok(PointSpec {
         channel: channel.index(),
         threshold: Amplitude(t.whole("threshold", 3)?.required()?),
         max: read_amplitude(t, "max", channel)?,
     })
+}
+
+/// Refuses a table's `channel` that is under force control.
+pub(super) fn not_under_force(t: &Table<'_>, channel: &Channel) -> Result<(), SessionError> {
+    if channel.force.is_none() {
+        return Ok(());
+    }
+    let (field, channel) = (t.path_of("channel"), channel.number);
+    Err(t.error("channel", Problem::ForceControlled { field, channel }))
 }
 
 /// The channel that a field names.

@@ -28,7 +28,7 @@ pub use body::BodySpec;
 pub use channel::{Channel, Unit};
 pub use error::{Problem, SessionError};
 pub use joint::LawName;
-pub use setpoints::{Course, Setpoint, Setpoints};
+pub use setpoints::{Course, ForceCourse, Setpoint, Setpoints};
 use table::{Document, Table};
 
 /// Longest session, µs: a day.
@@ -153,6 +153,10 @@ impl Session {
                 force,
                 recruitment,
             })
+        }));
+        all.extend(self.channels.iter().filter_map(|c| {
+            let channel = c.index();
+            c.force.map(|spec| Request::ForceControl { channel, spec })
         }));
         all.extend(self.joint.clone().map(Request::Joint));
         all

@@ -47,6 +47,8 @@ pub(super) fn read_setup(
         let points = spec.flexors.iter().chain([&spec.extensor]);
         points.fold(0, |mask, p| mask | 1 << p.channel)
     });
+    let forced = channels.iter().filter(|c| c.force.is_some());
+    let controlled = forced.fold(controlled, |mask, c| mask | 1 << c.index());
     Setup::new(checked_wearer, checked, &groups, sync, controlled)
         .map_err(|e| setup_error(root, &tables, &groups, e))?;
     Ok(SetupSpec {
@@ -120,6 +122,9 @@ fn setup_error(
         }
         SetupError::Group(GroupError::NoTimeToGround { channel: c }) => {
             (group(c, 0), Problem::NoTimeToGround { channel: c + 1 })
+        }
+        SetupError::Group(GroupError::RateChanges { channel: c }) => {
+            (group(c, 0), Problem::RateChanges { channel: c + 1 })
         }
         SetupError::Group(GroupError::NoTrain { channel: c }) => {
             let (field, channel) = ("channels".into(), c + 1);
