@@ -10,6 +10,7 @@
 
 pub mod differentiator;
 pub mod feed_forward;
+pub mod force;
 pub mod joint;
 pub mod law;
 pub mod mapping;
@@ -20,6 +21,7 @@ pub mod spec;
 pub mod super_twisting;
 
 pub use feed_forward::{FeedForward, WearerModel};
+pub use force::{ForceControl, ForceError, ForceOrders, ForceSpec, ForceState};
 pub use joint::{Joint, JointState, Orders};
 pub use law::{Effort, LawSpec};
 pub use mapping::{Amplitudes, Mapping, PointSpec};

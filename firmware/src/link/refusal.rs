@@ -2,7 +2,7 @@
 //! allowed. Numbers are stable; this file is the only list of them.
 
 use super::frame::FrameError;
-use crate::control::{MeasurementError, SetpointError, SpecError};
+use crate::control::{ForceError, MeasurementError, SetpointError, SpecError};
 use crate::haptics::WallError;
 use crate::pulse::{GroupError, TrainError};
 use crate::safety::{Denied, SetupError};
@@ -39,6 +39,8 @@ pub enum Code {
     AmplitudeCount = 216,
     NothingToArm = 217,
     JointAndWall = 218,
+    RateChanges = 219,
+    NoMuscle = 220,
     WrongState = 300,
     NotArmed = 301,
     ArmInputOpen = 302,
@@ -50,11 +52,13 @@ pub enum Code {
     SetpointTime = 311,
     MeasurementTime = 312,
     SensorNotHost = 313,
+    NoForceControl = 314,
+    ForceOutOfReach = 315,
 }
 
 impl Code {
     /// All codes, for documentation and tests.
-    pub const ALL: [Self; 35] = [
+    pub const ALL: [Self; 39] = [
         Self::BadCrc,
         Self::MalformedFrame,
         Self::FrameTooLong,
@@ -79,6 +83,8 @@ impl Code {
         Self::AmplitudeCount,
         Self::NothingToArm,
         Self::JointAndWall,
+        Self::RateChanges,
+        Self::NoMuscle,
         Self::WrongState,
         Self::NotArmed,
         Self::ArmInputOpen,
@@ -90,6 +96,8 @@ impl Code {
         Self::SetpointTime,
         Self::MeasurementTime,
         Self::SensorNotHost,
+        Self::NoForceControl,
+        Self::ForceOutOfReach,
     ];
 
     /// The code with this number.
@@ -192,6 +200,7 @@ impl From<GroupError> for Refusal<'static> {
                 groups(Code::IsolationOverlaps, channel)
             }
             GroupError::NoTimeToGround { channel } => groups(Code::NoTimeToGround, channel),
+            GroupError::RateChanges { channel } => groups(Code::RateChanges, channel),
         }
     }
 }
@@ -302,6 +311,17 @@ impl From<SetpointError> for Refusal<'static> {
             | SetpointError::TooOld
             | SetpointError::OutOfOrder
             | SetpointError::TooManyWaiting => Self::new(Code::SetpointTime, "at"),
+        }
+    }
+}
+
+impl From<ForceError> for Refusal<'static> {
+    fn from(e: ForceError) -> Self {
+        match e {
+            ForceError::OutOfReach { max_mn } => {
+                Self::new(Code::ForceOutOfReach, "millinewton").allowed(0, bound(max_mn))
+            }
+            ForceError::Setpoint(e) => e.into(),
         }
     }
 }

@@ -38,36 +38,3 @@ pub fn worst(cases: &[Case], setting: Setting, output_us: u32) -> f64 {
     let errors = cases.iter().map(|case| of_case(case, setting, output_us));
     errors.fold(0.0, f64::max)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    #[test]
-    fn show() {
-        let begin = std::time::Instant::now();
-        let host = super::super::cost::on_host();
-        println!("host {:?}", begin.elapsed());
-        let begin = std::time::Instant::now();
-        let chip = super::super::cost::on_chip().unwrap();
-        println!("chip {:?}", begin.elapsed());
-        let cases = super::super::cases::all();
-        let names = [1000, 20_000]
-            .into_iter()
-            .flat_map(|o| Setting::all(o).map(move |s| (s, o)));
-        for (((s, o), h), c) in names.zip(&host).zip(&chip) {
-            let e = worst(&cases, s, o);
-            println!(
-                "{:45} {e:.2e} {:10} {:10} {:10} {}",
-                c.name,
-                c.mean,
-                c.min,
-                c.max,
-                if h.checksum == c.checksum {
-                    ""
-                } else {
-                    "DIFFERS"
-                }
-            );
-        }
-    }
-}

@@ -105,6 +105,12 @@ pub struct Sample {
     pub amplitudes: Vec<f64>,
     /// Predicted force of each channel that has a muscle, N, in channel order.
     pub forces_n: Vec<f64>,
+    /// Wanted force of each channel under force control, N, in channel order.
+    #[serde(default)]
+    pub wanted_n: Vec<f64>,
+    /// Pulse rate that force control gives it, Hz.
+    #[serde(default)]
+    pub rates_hz: Vec<f64>,
 }
 
 /// A change of one channel's switch state.

@@ -6,6 +6,7 @@
 //! run, from a [`PaperRow`] with its source, or from an [`Assumption`].
 //! In: a [`Report`]. Out: `report.html` and `summary.json`.
 
+mod accuracy;
 mod bars;
 mod canvas;
 mod cycles;
@@ -18,6 +19,7 @@ mod summary;
 mod tables;
 mod trajectory;
 
+pub use accuracy::picture as accuracy_picture;
 pub use cycles::picture as cycles_picture;
 pub use map::picture as map_picture;
 pub use page::page;

@@ -3,7 +3,7 @@
 use super::SessionFile;
 use crate::record::{ChannelInfo, Edge, Sample, State, Trial};
 use crate::session::Session;
-use firmware::link::{Counters, Event, Telemetry};
+use firmware::link::{Counters, Event, ForceSample, Telemetry};
 use firmware::safety::StopCause;
 use firmware::units::Micros;
 use hal_sim::trace::{State as TraceState, Trace};
@@ -39,6 +39,7 @@ pub fn begin_trial(file: &SessionFile) -> Trial {
 /// A telemetry sample; times count from `epoch`.
 pub fn sample(telemetry: &Telemetry, epoch: Micros, true_deg: Option<f64>) -> Sample {
     let milli = |list: &[u32]| list.iter().map(|&v| f64::from(v) * 1e-3).collect();
+    let force = |f: fn(&ForceSample) -> f64| telemetry.force_control.iter().map(f).collect();
     let amplitudes: Vec<u32> = telemetry.amplitudes.iter().map(|a| a.0).collect();
     Sample {
         t_s: f64::from(telemetry.at.since(epoch)) * 1e-6,
@@ -49,6 +50,14 @@ pub fn sample(telemetry: &Telemetry, epoch: Micros, true_deg: Option<f64>) -> Sa
         limiting: telemetry.limiting,
         amplitudes: milli(&amplitudes),
         forces_n: milli(&telemetry.forces_mn),
+        wanted_n: force(|f| f64::from(f.target_mn) * 1e-3),
+        rates_hz: force(|f| {
+            if f.period_us == 0 {
+                0.0
+            } else {
+                1e6 / f64::from(f.period_us)
+            }
+        }),
     }
 }
 

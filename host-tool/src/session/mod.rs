@@ -15,10 +15,12 @@ mod joint;
 mod setpoints;
 mod setup;
 mod table;
+mod wall;
 
 use std::path::Path;
 
-use firmware::control::JointSpec;
+use firmware::control::{JointSpec, SensorSource};
+use firmware::haptics::WallSpec;
 use firmware::link::Request;
 use firmware::pulse::GroupSpec;
 use firmware::safety::WearerSpec;
@@ -28,7 +30,7 @@ pub use body::BodySpec;
 pub use channel::{Channel, Unit};
 pub use error::{Problem, SessionError};
 pub use joint::LawName;
-pub use setpoints::{Course, Setpoint, Setpoints};
+pub use setpoints::{Course, ForceCourse, Setpoint, Setpoints};
 use table::{Document, Table};
 
 /// Longest session, µs: a day.
@@ -51,6 +53,8 @@ pub struct Session {
     pub sync: Option<u8>,
     /// The joint that the device controls.
     pub joint: Option<JointSpec>,
+    /// The virtual wall that the device makes felt; not beside a joint.
+    pub wall: Option<WallSpec>,
     /// What the host streams.
     pub setpoints: Setpoints,
     /// The window in which errors are scored, µs from the start.
@@ -101,6 +105,7 @@ impl Session {
             "group",
             "sync",
             "joint",
+            "wall",
             "setpoints",
             "measure",
             "body",
@@ -110,9 +115,7 @@ impl Session {
         let duration_us = duration.required()? as u64; // not negative
         let mut notes = Vec::new();
         let setup = setup::read_setup(t, &mut notes)?;
-        let timeout = setup.wearer.host_timeout_ms;
-        let setpoints =
-            setpoints::read_setpoints(t, &setup.channels, setup.joint.as_ref(), timeout)?;
+        let setpoints = setpoints::read_setpoints(t, &setup)?;
         Ok(Self {
             title,
             duration_us,
@@ -121,6 +124,7 @@ impl Session {
             groups: setup.groups,
             sync: setup.sync,
             joint: setup.joint.map(|(spec, _)| spec),
+            wall: setup.wall,
             setpoints,
             measure: read_measure(t, duration_us)?,
             body: body::read_body(t)?,
@@ -154,8 +158,20 @@ impl Session {
                 recruitment,
             })
         }));
+        all.extend(self.channels.iter().filter_map(|c| {
+            let channel = c.index();
+            c.force.map(|spec| Request::ForceControl { channel, spec })
+        }));
         all.extend(self.joint.clone().map(Request::Joint));
+        all.extend(self.wall.map(Request::Wall));
         all
+    }
+
+    /// Where the angle of its joint or of its wall is measured.
+    #[must_use]
+    pub fn sensor(&self) -> Option<SensorSource> {
+        let joint = self.joint.as_ref().map(|joint| joint.sensor);
+        joint.or(self.wall.map(|wall| wall.sensor))
     }
 
     /// The same session under another control law, with that law's default

@@ -14,6 +14,8 @@ pub mod loss;
 pub mod map;
 pub mod pulse_rate;
 pub mod sigma;
+pub mod wall;
+mod wall_loop;
 pub mod word_length;
 
 pub use map::{Axis, Cell, Class, Map, Panel};
@@ -38,6 +40,8 @@ pub const MAPS: &[Entry] = &[
     Entry::new("pulse_rate", pulse_rate::draw),
     Entry::new("sigma_gains", sigma::gains),
     Entry::new("sigma_order", sigma::order),
+    Entry::new("wall", wall::draw),
+    Entry::new("wall_classical", wall::draw_classical),
     Entry::new("word_length", word_length::draw),
 ];
 

@@ -82,8 +82,10 @@ impl<const F: u32, const NEAREST: bool> Real for Fixed<F, NEAREST> {
     const ZERO: Self = Self(0);
     const ONE: Self = Self(1 << F);
     fn of(x: f64) -> Self {
-        // `as` saturates.
-        Self(libm::round(x * f64::from(1u32 << F)) as i32)
+        // Nothing here that a compiler could not do to a constant; `as`
+        // saturates.
+        let half = if x < 0.0 { -0.5 } else { 0.5 };
+        Self((x * f64::from(1u32 << F) + half) as i32)
     }
     fn to_f64(self) -> f64 {
         f64::from(self.0) / f64::from(1u32 << F)
