@@ -91,6 +91,24 @@ impl Angle {
         Self(I16F16::from_bits((i64::from(c) * 65_536 / 100) as i32))
     }
 
+    /// From thousandths of a degree, saturating; within one bit, rounded
+    /// towards 0.
+    #[must_use]
+    pub fn from_millideg(m: i32) -> Self {
+        // |m| <= 2^31: |m| · 2^16 / 1000 < 2^38.
+        let bits = i64::from(m) * 65_536 / 1000;
+        Self(I16F16::from_bits(
+            bits.clamp(i32::MIN.into(), i32::MAX.into()) as i32,
+        ))
+    }
+
+    /// To thousandths of a degree, rounded to nearest.
+    #[must_use]
+    pub fn to_millideg(self) -> i32 {
+        // 2^31 · 1000 / 2^16 < 2^25.
+        ((i64::from(self.0.to_bits()) * 1000 + 32_768) >> 16) as i32
+    }
+
     /// To hundredths of a degree, saturating at the link's range (±327.67°).
     #[must_use]
     pub fn to_centideg(self) -> i16 {

@@ -6,6 +6,7 @@
 //! on every machine, its cycles are one machine's.
 
 mod control;
+mod haptics;
 mod link;
 mod muscle;
 mod owners;
@@ -122,6 +123,12 @@ pub fn run(clock: &impl Clock, mut row: impl FnMut(&Row)) {
         1000,
         control::Differentiation::new(),
     ));
+    row(&measure(
+        clock,
+        "law_super_twisting",
+        1000,
+        control::LawAlone::new(LawSpec::RECOMMENDED),
+    ));
     let joint = |law| control::Moving::new(law, 1);
     row(&measure(
         clock,
@@ -137,6 +144,7 @@ pub fn run(clock: &impl Clock, mut row: impl FnMut(&Row)) {
         1000,
         control::Mapping::new(),
     ));
+    row(&measure(clock, "wall_tick", 1000, haptics::Swinging::new()));
     row(&measure(
         clock,
         "render_idle_window",

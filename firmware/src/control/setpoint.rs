@@ -118,9 +118,15 @@ impl SetpointTrack {
     /// The wanted angle at `now`; `None` until the first setpoint is due.
     /// Call it at least every 30 minutes; a joint's tick does, every millisecond.
     pub fn value_at(&mut self, now: Micros, policy: HoldPolicy) -> Option<Angle> {
+        self.motion_at(now, policy).map(|(angle, _)| angle)
+    }
+
+    /// [`SetpointTrack::value_at`] and the rate at which it moves now: that of
+    /// the extrapolation while it lasts, else 0.
+    pub fn motion_at(&mut self, now: Micros, policy: HoldPolicy) -> Option<(Angle, AngularRate)> {
         self.settle(now);
         match self.due? {
-            Standing::Resting(angle) => Some(angle),
+            Standing::Resting(angle) => Some((angle, zero_rate())),
             Standing::Moving(timed) => {
                 let max_us = match policy {
                     HoldPolicy::Hold => 0,
@@ -133,7 +139,8 @@ impl SetpointTrack {
                 if age > max_us.max(HORIZON_US) {
                     self.due = Some(Standing::Resting(angle));
                 }
-                Some(angle)
+                let is_moving = age < max_us;
+                Some((angle, if is_moving { timed.rate } else { zero_rate() }))
             }
         }
     }

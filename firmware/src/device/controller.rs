@@ -1,12 +1,13 @@
-//! The 1 kHz owner: joint control, muscle models, telemetry samples.
+//! The 1 kHz owner: joint control, the wall, muscle models, telemetry samples.
 
 use super::mail::{ControlEvent, ControlOrder, ControlReport, ControlRequest, ControllerMail};
-use crate::control::{Effort, Joint, JointState, Orders, SensorFault};
+use crate::control::{Amplitudes, Effort, Joint, JointState, Orders, SensorFault};
+use crate::haptics::{Wall, WallOrders, WallState};
 use crate::link::{Code, Refusal, Telemetry};
 use crate::muscle::{CalciumForce, CalciumForceState, Recruitment};
 use crate::pulse::CHANNELS;
 use crate::safety::Fault;
-use crate::units::{Amplitude, Micros};
+use crate::units::{Amplitude, Angle, Micros};
 use heapless::Vec;
 
 /// A channel's muscle: how it is recruited and how its force develops.
@@ -27,8 +28,10 @@ pub struct ControlSetup {
     pub channels: u16,
     /// Muscles whose force is predicted, by rising channel.
     pub muscles: Vec<Muscle, CHANNELS>,
-    /// The controlled joint.
+    /// The controlled joint; `None` if there is a wall.
     pub joint: Option<Joint>,
+    /// The virtual wall; `None` if there is a joint.
+    pub wall: Option<Wall>,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -38,12 +41,46 @@ enum Phase {
     Running,
 }
 
-/// Owns the control law and the muscle models.
+/// What joint or wall did in a tick, for pulser and telemetry.
+struct Acted {
+    amplitudes: Amplitudes,
+    limiting: bool,
+    target: Angle,
+    measured: Angle,
+    effort_milli: i32,
+}
+
+impl From<Orders> for Acted {
+    fn from(orders: Orders) -> Self {
+        Self {
+            amplitudes: orders.amplitudes,
+            limiting: orders.limiting,
+            target: orders.target,
+            measured: orders.measured,
+            effort_milli: Effort::to_milli(orders.effort),
+        }
+    }
+}
+
+impl From<WallOrders> for Acted {
+    fn from(orders: WallOrders) -> Self {
+        Self {
+            amplitudes: orders.amplitudes,
+            limiting: orders.limiting,
+            target: orders.wall,
+            measured: orders.measured,
+            effort_milli: orders.penetration.to_millideg(),
+        }
+    }
+}
+
+/// Owns the control law, the wall and the muscle models.
 #[derive(Debug)]
 pub struct Controller {
     phase: Phase,
     setup: ControlSetup,
     joint: JointState,
+    wall: WallState,
     muscles: Vec<CalciumForceState, CHANNELS>,
     amplitudes: [Amplitude; CHANNELS],
     limiting: bool,
@@ -65,6 +102,7 @@ impl Controller {
             phase: Phase::Off,
             setup: ControlSetup::default(),
             joint: JointState::default(),
+            wall: WallState::default(),
             muscles: Vec::new(),
             amplitudes: [Amplitude::ZERO; CHANNELS],
             limiting: false,
@@ -86,11 +124,11 @@ impl Controller {
         if let Some(at) = heard {
             order(ControlOrder::Heard(at), mail);
         }
-        let orders = self.control(now, adc, mail);
+        let acted = self.control(now, adc, mail);
         for (muscle, state) in self.setup.muscles.iter().zip(&mut self.muscles) {
             muscle.force.advance(state, now);
         }
-        self.sample(now, orders.as_ref(), mail);
+        self.sample(now, acted.as_ref(), mail);
     }
 
     fn follow(&mut self, event: ControlEvent, now: Micros, mail: &mut ControllerMail<'_>) {
@@ -107,6 +145,7 @@ impl Controller {
                     let _ = self.muscles.push(CalciumForceState::at_rest(now));
                 }
                 self.joint = JointState::default();
+                self.wall = WallState::default();
                 self.amplitudes = [Amplitude::ZERO; CHANNELS];
                 self.phase = Phase::Armed;
             }
@@ -161,12 +200,15 @@ impl Controller {
                 (seq, result, Some(arrived))
             }
             ControlRequest::Measurement { seq, at, angle } => {
-                let result = match &self.setup.joint {
+                let result = match (&self.setup.joint, &self.setup.wall) {
                     _ if self.phase == Phase::Off => Err(Refusal::new(Code::NotArmed, "state")),
-                    None => Err(Refusal::new(Code::NoJoint, "joint")),
-                    Some(joint) => joint
+                    (Some(joint), _) => joint
                         .measurement(&mut self.joint, now, at, angle)
                         .map_err(Refusal::from),
+                    (None, Some(wall)) => wall
+                        .measurement(&mut self.wall, now, at, angle)
+                        .map_err(Refusal::from),
+                    (None, None) => Err(Refusal::new(Code::NoJoint, "joint")),
                 };
                 (seq, result, None)
             }
@@ -182,25 +224,35 @@ impl Controller {
         heard
     }
 
-    /// Runs the joint while stimulating; a sensor that cannot be believed is
-    /// a fault for the pulser to latch.
+    /// Runs joint or wall while stimulating; a sensor that cannot be believed
+    /// is a fault for the pulser to latch.
     fn control(
         &mut self,
         now: Micros,
         adc: Option<u16>,
         mail: &mut ControllerMail<'_>,
-    ) -> Option<Orders> {
-        let joint = self
-            .setup
-            .joint
-            .as_ref()
-            .filter(|_| self.phase == Phase::Running)?;
-        let reading = adc.and_then(|code| joint.angle_from_code(code));
-        match joint.tick(&mut self.joint, now, reading) {
-            Ok(orders) => {
-                self.limiting |= orders.limiting;
-                order(ControlOrder::Amplitudes(orders.amplitudes.clone()), mail);
-                Some(orders)
+    ) -> Option<Acted> {
+        if self.phase != Phase::Running {
+            return None;
+        }
+        let acted = match (&self.setup.joint, &self.setup.wall) {
+            (Some(joint), _) => {
+                let reading = adc.and_then(|code| joint.angle_from_code(code));
+                let orders = joint.tick(&mut self.joint, now, reading);
+                orders.map(Acted::from)
+            }
+            (None, Some(wall)) => {
+                let reading = adc.and_then(|code| wall.angle_from_code(code));
+                let orders = wall.tick(&mut self.wall, now, reading);
+                orders.map(Acted::from)
+            }
+            (None, None) => return None,
+        };
+        match acted {
+            Ok(acted) => {
+                self.limiting |= acted.limiting;
+                order(ControlOrder::Amplitudes(acted.amplitudes.clone()), mail);
+                Some(acted)
             }
             // A host that measures may need until its first setpoint.
             Err(SensorFault::Absent) => None,
@@ -215,7 +267,7 @@ impl Controller {
         }
     }
 
-    fn sample(&mut self, now: Micros, orders: Option<&Orders>, mail: &mut ControllerMail<'_>) {
+    fn sample(&mut self, now: Micros, acted: Option<&Acted>, mail: &mut ControllerMail<'_>) {
         if self.period == 0 {
             return;
         }
@@ -229,10 +281,10 @@ impl Controller {
             limiting: core::mem::take(&mut self.limiting),
             ..Telemetry::default()
         };
-        if let Some(orders) = orders {
-            sample.target_centideg = orders.target.to_centideg();
-            sample.measured_centideg = orders.measured.to_centideg();
-            sample.effort_milli = Effort::to_milli(orders.effort);
+        if let Some(acted) = acted {
+            sample.target_centideg = acted.target.to_centideg();
+            sample.measured_centideg = acted.measured.to_centideg();
+            sample.effort_milli = acted.effort_milli;
         }
         for (channel, &amplitude) in self.amplitudes.iter().enumerate() {
             if self.setup.channels & 1 << channel != 0 {

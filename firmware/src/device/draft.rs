@@ -2,10 +2,12 @@
 
 use super::{ControlSetup, Muscle};
 use crate::control::{Joint, JointSpec};
+use crate::haptics::{Wall, WallSpec};
 use crate::link::{Code, Refusal};
 use crate::muscle::{CalciumForce, CalciumForceSpec, Recruitment, RecruitmentSpec};
 use crate::pulse::{CHANNELS, GroupSpec, MAX_GROUPS};
 use crate::safety::{Channel, ChannelSpec, Setup, WearerSpec};
+use crate::units::Amplitude;
 use heapless::Vec;
 
 /// What a host has configured so far.
@@ -17,6 +19,7 @@ pub(super) struct Draft {
     pub(super) groups: Vec<GroupSpec, MAX_GROUPS>,
     pub(super) sync: Option<u8>,
     pub(super) joint: Option<JointSpec>,
+    pub(super) wall: Option<WallSpec>,
 }
 
 impl Draft {
@@ -52,19 +55,26 @@ impl Draft {
         let mut controlled = 0;
         if let Some(spec) = &self.joint {
             for point in spec.flexors.iter().chain([&spec.extensor]) {
-                let channel = channels.get(usize::from(point.channel)).copied().flatten();
-                let limit = channel
-                    .ok_or(Refusal::new(Code::NoTrain, "joint").on(point.channel))?
-                    .limit;
-                if point.max > limit {
-                    let max = i32::try_from(limit.0).unwrap_or(i32::MAX);
-                    return Err(Refusal::new(Code::AboveWearerLimit, "max")
-                        .on(point.channel)
-                        .allowed(0, max));
-                }
+                within_limit(&channels, "joint", (point.channel, point.max, "max"))?;
                 controlled |= 1 << point.channel; // a channel that exists
             }
             control.joint = Some(Joint::new(spec)?);
+        }
+        if let Some(spec) = &self.wall {
+            // The device measures one angle, for a joint or for a wall.
+            if self.joint.is_some() {
+                let refusal = Refusal::new(Code::JointAndWall, "wall");
+                let mut channels = spec.demands().map(|(channel, ..)| channel);
+                let shared = channels.find(|channel| controlled & 1 << channel != 0); // <= 9
+                return Err(shared.map_or(refusal, |channel| refusal.on(channel)));
+            }
+            for demand in spec.demands() {
+                within_limit(&channels, "wall", demand)?;
+            }
+            controlled = spec
+                .demands()
+                .fold(0, |all, (channel, ..)| all | 1 << channel); // they exist
+            control.wall = Some(Wall::new(spec)?);
         }
         if let Some(sync) = self.sync
             && control.channels & 1 << sync == 0
@@ -74,6 +84,26 @@ impl Draft {
         let setup = Setup::new(wearer, channels, &self.groups, self.sync, controlled)?;
         Ok((setup, control))
     }
+}
+
+/// Checks that `user` finds its channel and asks for no more than its limit;
+/// a refusal names the field.
+fn within_limit(
+    channels: &[Option<Channel>; CHANNELS],
+    user: &'static str,
+    (channel, amplitude, field): (u8, Amplitude, &'static str),
+) -> Result<(), Refusal<'static>> {
+    let config = channels.get(usize::from(channel)).copied().flatten();
+    let limit = config
+        .ok_or(Refusal::new(Code::NoTrain, user).on(channel))?
+        .limit;
+    if amplitude > limit {
+        let max = i32::try_from(limit.0).unwrap_or(i32::MAX);
+        return Err(Refusal::new(Code::AboveWearerLimit, field)
+            .on(channel)
+            .allowed(0, max));
+    }
+    Ok(())
 }
 
 /// The draft's slot of a channel that a host named.

@@ -8,6 +8,7 @@
 use super::draft::{Draft, slot};
 use super::mail::{ControlReport, ControlRequest, Order, OrderKind, Report, SessionMail};
 use crate::control::Joint;
+use crate::haptics::Wall;
 use crate::link::message::ResetCause;
 use crate::link::{
     Code, Counters, Decoder, Event, HelloInfo, Kind, Refusal, Request, Response, SCHEMA, Status,
@@ -268,6 +269,10 @@ impl Session {
             Request::Joint(spec) => {
                 Joint::new(&spec)?;
                 self.draft.joint = Some(spec);
+            }
+            Request::Wall(spec) => {
+                Wall::new(&spec)?;
+                self.draft.wall = Some(spec);
             }
             Request::Subscribe { period_ms } => {
                 OutOfRange::check("period_ms", period_ms.into(), 0, 1000)?;

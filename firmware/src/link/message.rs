@@ -3,6 +3,7 @@
 
 use super::Refusal;
 use crate::control::JointSpec;
+use crate::haptics::WallSpec;
 use crate::muscle::{CalciumForceSpec, RecruitmentSpec};
 use crate::pulse::{CHANNELS, GroupSpec, MAX_GROUPS};
 use crate::safety::{ChannelSpec, FaultRecord, State, StopCause, WearerSpec};
@@ -102,6 +103,8 @@ pub enum Request {
         /// ms.
         period_ms: u16,
     },
+    /// Puts a virtual wall into the draft.
+    Wall(WallSpec),
 }
 
 /// What the device says.
@@ -247,11 +250,12 @@ pub enum Event {
 pub struct Telemetry {
     /// Device time of the control tick.
     pub at: Micros,
-    /// Wanted joint angle, 0.01°.
+    /// Wanted joint angle, or where the wall stands, 0.01°.
     pub target_centideg: i16,
     /// Measured joint angle, 0.01°.
     pub measured_centideg: i16,
-    /// What the law asked for, in thousandths of its own unit.
+    /// What the law asked for, in thousandths of its own unit; with a wall, the
+    /// penetration in 0.001°, negative in front of it.
     pub effort_milli: i32,
     /// An amplitude was clamped to the wearer's limit since the last sample.
     pub limiting: bool,

@@ -3,6 +3,7 @@
 
 use super::frame::FrameError;
 use crate::control::{MeasurementError, SetpointError, SpecError};
+use crate::haptics::WallError;
 use crate::pulse::{GroupError, TrainError};
 use crate::safety::{Denied, SetupError};
 use crate::units::OutOfRange;
@@ -37,6 +38,7 @@ pub enum Code {
     Controlled = 215,
     AmplitudeCount = 216,
     NothingToArm = 217,
+    JointAndWall = 218,
     WrongState = 300,
     NotArmed = 301,
     ArmInputOpen = 302,
@@ -52,7 +54,7 @@ pub enum Code {
 
 impl Code {
     /// All codes, for documentation and tests.
-    pub const ALL: [Self; 34] = [
+    pub const ALL: [Self; 35] = [
         Self::BadCrc,
         Self::MalformedFrame,
         Self::FrameTooLong,
@@ -76,6 +78,7 @@ impl Code {
         Self::Controlled,
         Self::AmplitudeCount,
         Self::NothingToArm,
+        Self::JointAndWall,
         Self::WrongState,
         Self::NotArmed,
         Self::ArmInputOpen,
@@ -255,6 +258,8 @@ impl From<crate::muscle::OutOfRange> for Refusal<'static> {
             Limit => "limit",
             Reference => "reference",
             Slope => "slope_micro",
+            Period => "period_us",
+            ShortestPeriod => "min_period_us",
         };
         Self::new(Code::OutOfRange, field).allowed(bound(e.min), bound(e.max))
     }
@@ -268,6 +273,18 @@ impl From<SpecError> for Refusal<'static> {
             }
             SpecError::ChannelTwice { channel } => {
                 Self::new(Code::ChannelTwice, "joint").on(channel)
+            }
+        }
+    }
+}
+
+impl From<WallError> for Refusal<'static> {
+    fn from(e: WallError) -> Self {
+        match e {
+            WallError::Range(e) => e.into(),
+            WallError::Joint(e) => e.into(),
+            WallError::ChannelTwice { channel } => {
+                Self::new(Code::ChannelTwice, "wall").on(channel)
             }
         }
     }
@@ -324,5 +341,13 @@ const fn spec_field(field: crate::control::SpecField) -> &'static str {
         CodeAt100 => "code_at_100",
         CodeSpan => "code_at_100 - code_at_0",
         StaleAfter => "stale_after_ms",
+        Rest => "rest_mdeg",
+        Stiffness => "stiffness_unm_per_rad",
+        Damping => "damping_unm_s_per_rad",
+        Flexion => "flexion_unm",
+        Extension => "extension_unm",
+        TorqueLoss => "torque_loss_milli",
+        Curvature => "curvature_milli",
+        Lead => "lead_ms",
     }
 }

@@ -90,7 +90,7 @@ pub struct CalciumForce {
     /// A step of 1 ms.
     tick: Step,
     /// A·τm, N in Q16.16: below 12,000 N.
-    full_scale: u32,
+    pub(super) full_scale: u32,
 }
 
 /// Where one muscle is. 40 bytes, freely copied.
@@ -310,7 +310,7 @@ impl CalciumForce {
 
     /// x and τ/(τ1 + τ2), both Q32, at C = `calcium` in U5F27.
     #[inline(always)]
-    fn activation(&self, calcium: u32) -> (u32, u32) {
+    pub(super) fn activation(&self, calcium: u32) -> (u32, u32) {
         // C ≤ 25, K + C < 32. x stays below 1: K/(K + C) is at least
         // 8.0e-5, Reciprocal's error at most 2.5e-5.
         let x = Reciprocal::of(self.k.wrapping_add(calcium)).times(calcium);

@@ -78,7 +78,7 @@ pub(super) fn decay(u: u32) -> u32 {
 
 /// 2^−x for x ≥ 0 in Q32, as Q31. Error below 3e-9 plus one unit of 2^-31;
 /// exactly 1 at zero, 0 from x = 32.
-pub(super) fn exp2_neg(x: u64) -> u32 {
+pub(crate) fn exp2_neg(x: u64) -> u32 {
     let (whole, fraction) = ((x >> 32) as u32, x as u32);
     if fraction == 0 {
         return (1u32 << 31).checked_shr(whole).unwrap_or(0);
@@ -109,7 +109,7 @@ pub(super) fn quotient(n: u64, d: u64) -> u64 {
 
 /// −log2(y) for y in Q31, 0 < y ≤ 1, as Q32. Error below 1.3e-8; y = 0 is
 /// taken as the smallest y, y > 1 as 1.
-pub(super) fn log2_neg(y: u32) -> u64 {
+pub(crate) fn log2_neg(y: u32) -> u64 {
     let y = y.clamp(1, 1 << 31);
     let whole = y.leading_zeros();
     // y = m·2^−whole with m in 1…2; shifting out the leading 1 leaves m − 1.

@@ -9,13 +9,15 @@
 //! microsecond. Out: amplitudes within the wearer's range; predicted force.
 
 pub mod calcium_force;
-mod exponential;
+pub(crate) mod exponential;
 pub mod fatigue;
+pub mod inverse;
 pub mod ladder;
 mod lag;
 mod reciprocal;
 pub mod recruitment;
 mod rhythm;
+mod settled;
 mod steady;
 
 use core::fmt;
@@ -26,6 +28,7 @@ use serde::{Deserialize, Serialize};
 
 pub use calcium_force::{CalciumForce, CalciumForceSpec, CalciumForceState};
 pub use fatigue::FatigueSpec;
+pub use inverse::{Drive, Inverse};
 pub use ladder::{Ladder, LadderError, LadderState, Model, NoFatigue, Rung};
 pub use recruitment::{Recruitment, RecruitmentSpec};
 
@@ -85,6 +88,10 @@ pub enum Parameter {
     Reference,
     /// [`RecruitmentSpec::slope_micro`].
     Slope,
+    /// Period of the slowest rate that a force is had with, µs.
+    Period,
+    /// Period of the fastest, µs.
+    ShortestPeriod,
 }
 
 /// A parameter outside the range in which the model's arithmetic is proven.

@@ -207,6 +207,7 @@ pub fn joint() -> impl Strategy<Value = JointSpec> {
                 angle_max_mdeg: angles.1,
                 sensor,
                 stale_after_ms: stale,
+                wearer: None,
             },
         )
 }

@@ -149,6 +149,7 @@ pub fn what(code: Code) -> &'static str {
         Code::SetpointTime => "the setpoint's time is too far off or out of order",
         Code::MeasurementTime => "the measurement's time is ahead or out of order",
         Code::SensorNotHost => "this joint is measured by the board",
+        Code::JointAndWall => "a joint and a wall share a channel",
     }
 }
 
@@ -189,5 +190,6 @@ pub fn advice(code: Code) -> &'static str {
         Code::NoJoint => "configure a joint before arming",
         Code::SetpointTime | Code::MeasurementTime => "refresh the clock offset and send in order",
         Code::SensorNotHost => "configure the joint's sensor as host",
+        Code::JointAndWall => "give the wall channels of its own",
     }
 }

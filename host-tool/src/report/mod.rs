@@ -11,6 +11,7 @@ mod canvas;
 mod cycles;
 mod edges;
 mod lanes;
+mod map;
 mod page;
 mod series;
 mod summary;
@@ -18,6 +19,7 @@ mod tables;
 mod trajectory;
 
 pub use cycles::picture as cycles_picture;
+pub use map::picture as map_picture;
 pub use page::page;
 pub use summary::write;
 

@@ -363,6 +363,12 @@ fn muscle_error(t: &Table<'_>, channel: &Table<'_>, e: MuscleOutOfRange) -> Sess
         }
         Parameter::Reference => ("reference", 3),
         Parameter::Slope => ("slope_per_unit", 6),
+        Parameter::Period => ("period_us", 0),
+        Parameter::ShortestPeriod => ("max_frequency_hz", 0),
+        Parameter::AlphaA => ("alpha_a", 0),
+        Parameter::AlphaK => ("alpha_k", 0),
+        Parameter::AlphaTau1 => ("alpha_tau1", 0),
+        Parameter::TauFat => ("tau_fatigue", 0),
     };
     t.not_within(name, e.min.into(), e.max.into(), places)
 }

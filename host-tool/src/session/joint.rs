@@ -2,6 +2,7 @@
 
 use firmware::control::{
     HoldPolicy, Joint, JointSpec, LawSpec, PointSpec, SensorSource, SpecError, SpecField,
+    WearerModel,
 };
 use firmware::units::Amplitude;
 
@@ -20,7 +21,11 @@ const ADC_CODES: (u16, u16) = (800, 3300);
 /// of the board's converter, or four and a half of a 90 Hz glove.
 const STALE_AFTER_MS: (u16, u16) = (10, 50);
 
-const FIELDS: [&str; 14] = [
+/// Curvature of recruitment unless the file says otherwise, thousandths: mean of
+/// ln(Fmax/Fmin) over Lee 2020, table 2.
+const LEE_CURVATURE_MILLI: u16 = 1_200;
+
+const FIELDS: [&str; 15] = [
     "law",
     "gains",
     "law_period_ms",
@@ -35,6 +40,18 @@ const FIELDS: [&str; 14] = [
     "code_at_0_deg",
     "code_at_100_deg",
     "stale_after_ms",
+    "wearer",
+];
+
+const WEARER_FIELDS: [&str; 8] = [
+    "rest_deg",
+    "stiffness_nm_per_rad",
+    "damping_nm_s_per_rad",
+    "flexion_nm",
+    "extension_nm",
+    "torque_loss",
+    "curvature",
+    "lead_ms",
 ];
 
 /// The control laws by name.
@@ -108,6 +125,7 @@ pub(super) fn read_joint(
         angle_max_mdeg: t.whole("angle_max_deg", 3)?.or(100_000),
         sensor,
         stale_after_ms: t.whole("stale_after_ms", 0)?.or(stale_after_ms),
+        wearer: read_wearer_model(&t)?,
     };
     let joint = Joint::new(&spec).map_err(|e| joint_error(&t, &points, &spec, e))?;
     Ok(Some((spec, joint)))
@@ -161,6 +179,24 @@ fn read_law(t: &Table<'_>) -> Result<LawSpec, SessionError> {
             }
         }
     })
+}
+
+/// Reads `[joint.wearer]`, the nominal wearer of the feed-forward.
+fn read_wearer_model(t: &Table<'_>) -> Result<Option<WearerModel>, SessionError> {
+    let Some(w) = t.table("wearer")?.optional() else {
+        return Ok(None);
+    };
+    w.only(&WEARER_FIELDS)?;
+    Ok(Some(WearerModel {
+        rest_mdeg: w.whole("rest_deg", 3)?.required()?,
+        stiffness_unm_per_rad: w.whole("stiffness_nm_per_rad", 6)?.required()?,
+        damping_unm_s_per_rad: w.whole("damping_nm_s_per_rad", 6)?.or(0),
+        flexion_unm: w.whole("flexion_nm", 6)?.required()?,
+        extension_unm: w.whole("extension_nm", 6)?.required()?,
+        torque_loss_milli: w.whole("torque_loss", 3)?.or(0),
+        curvature_milli: w.whole("curvature", 3)?.or(LEE_CURVATURE_MILLI),
+        lead_ms: w.whole("lead_ms", 0)?.or(0),
+    }))
 }
 
 fn read_hold(t: &Table<'_>) -> Result<HoldPolicy, SessionError> {
@@ -263,6 +299,14 @@ const fn file_field(field: SpecField) -> (&'static str, i32) {
         F::CodeAt0 => ("code_at_0_deg", 0),
         F::CodeAt100 | F::CodeSpan => ("code_at_100_deg", 0),
         F::StaleAfter => ("stale_after_ms", 0),
+        F::Rest => ("rest_deg", 3),
+        F::Stiffness => ("stiffness_nm_per_rad", 6),
+        F::Damping => ("damping_nm_s_per_rad", 6),
+        F::Flexion => ("flexion_nm", 6),
+        F::Extension => ("extension_nm", 6),
+        F::TorqueLoss => ("torque_loss", 3),
+        F::Curvature => ("curvature", 3),
+        F::Lead => ("lead_ms", 0),
     }
 }
 
@@ -290,18 +334,26 @@ fn joint_error(
         SpecError::OutOfRange { field, min, max } => (field, i64::from(min), i64::from(max)),
     };
     let (name, places) = file_field(field);
+    let within = |inner: &str| {
+        let found = t.table(inner).ok().and_then(|inner| inner.optional());
+        found.unwrap_or_else(|| t.clone())
+    };
     match field {
         F::FlexorCount => t.out_of_range(name, format!("{min} to {max} points")),
         F::CodeSpan => t.out_of_range(name, format!("at least {min} from `code_at_0_deg`")),
         F::Threshold => point(&|p| p.threshold > p.max).not_within(name, min, max, places),
         F::Maximum => point(&|p| i64::from(p.max.0) > max).not_within(name, min, max, places),
         F::Lambda | F::W | F::K1 | F::K2 | F::B | F::Kp | F::Ki | F::Kd => {
-            let gains = t.table("gains").ok().and_then(|gains| gains.optional());
-            gains
-                .as_ref()
-                .unwrap_or(t)
-                .not_within(name, min, max, places)
+            within("gains").not_within(name, min, max, places)
         }
+        F::Rest
+        | F::Stiffness
+        | F::Damping
+        | F::Flexion
+        | F::Extension
+        | F::TorqueLoss
+        | F::Curvature
+        | F::Lead => within("wearer").not_within(name, min, max, places),
         _ => t.not_within(name, min, max, places),
     }
 }

@@ -96,6 +96,7 @@ pub fn joint(sensor: SensorSource) -> JointSpec {
         angle_max_mdeg: 90_000,
         sensor,
         stale_after_ms: 200,
+        wearer: None,
     }
 }
 

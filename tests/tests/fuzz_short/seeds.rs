@@ -229,6 +229,7 @@ fn joint() -> Vec<Step> {
             code_at_100: 3_500,
         },
         stale_after_ms: 100,
+        wearer: None,
     };
     let angle = |centideg| Request::Angle {
         at: None,

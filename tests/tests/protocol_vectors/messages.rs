@@ -86,6 +86,7 @@ fn joint(law: LawSpec, flexors: &[PointSpec], sensor: SensorSource) -> Request {
         angle_max_mdeg: 100_000,
         sensor,
         stale_after_ms: 50,
+        wearer: None,
     })
 }
 

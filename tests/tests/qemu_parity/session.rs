@@ -208,6 +208,7 @@ fn joint() -> JointSpec {
             code_at_100: 2_600,
         },
         stale_after_ms: 50,
+        wearer: None,
     }
 }
 

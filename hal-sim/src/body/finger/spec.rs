@@ -122,7 +122,7 @@ impl FingerSpec {
         [self.flexor_a, self.flexor_b, self.extensor]
     }
 
-    pub(super) fn validate(&self) -> Result<(), InvalidSpec> {
+    pub(in crate::body) fn validate(&self) -> Result<(), InvalidSpec> {
         let positive = |v: f64| v.is_finite() && v > 0.0;
         let not_negative = |v: f64| v.is_finite() && v >= 0.0;
         let part = |v: f64| (0.0..=1.0).contains(&v);
