@@ -4,7 +4,7 @@ use super::mail::{ControlEvent, ControlOrder, ControlReport, ControlRequest, Con
 use crate::control::{Amplitudes, Effort, Joint, JointState, Orders, SensorFault};
 use crate::haptics::{Wall, WallOrders, WallState};
 use crate::link::{Code, Refusal, Telemetry};
-use crate::muscle::{CalciumForce, CalciumForceState, Recruitment};
+use crate::muscle::{Ladder, LadderState, Model, Recruitment, Rung};
 use crate::pulse::CHANNELS;
 use crate::safety::Fault;
 use crate::units::{Amplitude, Angle, Micros};
@@ -18,7 +18,7 @@ pub struct Muscle {
     /// Amplitude → gain.
     pub recruitment: Recruitment,
     /// Gain and pulses → force.
-    pub force: CalciumForce,
+    pub force: Ladder,
 }
 
 /// What the controller works with from arming on.
@@ -81,7 +81,7 @@ pub struct Controller {
     setup: ControlSetup,
     joint: JointState,
     wall: WallState,
-    muscles: Vec<CalciumForceState, CHANNELS>,
+    muscles: Vec<LadderState, CHANNELS>,
     amplitudes: [Amplitude; CHANNELS],
     limiting: bool,
     period: u16,
@@ -140,9 +140,9 @@ impl Controller {
                     self.setup = setup;
                 }
                 self.muscles.clear();
-                for _ in &self.setup.muscles {
+                for muscle in &self.setup.muscles {
                     // As many slots as muscles.
-                    let _ = self.muscles.push(CalciumForceState::at_rest(now));
+                    let _ = self.muscles.push(muscle.force.at_rest(now));
                 }
                 self.joint = JointState::default();
                 self.wall = WallState::default();
@@ -169,6 +169,20 @@ impl Controller {
                 }
             }
         }
+    }
+
+    fn change_rung(&mut self, channel: u8, rung: Rung) -> Result<(), Refusal<'static>> {
+        if self.phase == Phase::Off {
+            return Err(Refusal::new(Code::NotArmed, "state"));
+        }
+        let mut muscles = self.setup.muscles.iter().zip(&mut self.muscles);
+        let (muscle, state) = muscles
+            .find(|(muscle, _)| muscle.channel == channel)
+            .ok_or(Refusal::new(Code::NoMuscle, "muscle").on(channel))?;
+        muscle
+            .force
+            .switch(state, rung)
+            .map_err(|_| Refusal::new(Code::NoFatigue, "fatigue").on(channel))
     }
 
     /// Carries out a request. When its last byte arrived if it was a setpoint.
@@ -198,6 +212,9 @@ impl Controller {
                         .map_err(Refusal::from),
                 };
                 (seq, result, Some(arrived))
+            }
+            ControlRequest::Rung { seq, channel, rung } => {
+                (seq, self.change_rung(channel, rung), None)
             }
             ControlRequest::Measurement { seq, at, angle } => {
                 let result = match (&self.setup.joint, &self.setup.wall) {

@@ -4,7 +4,7 @@ use super::{ControlSetup, Muscle};
 use crate::control::{Joint, JointSpec};
 use crate::haptics::{Wall, WallSpec};
 use crate::link::{Code, Refusal};
-use crate::muscle::{CalciumForce, CalciumForceSpec, Recruitment, RecruitmentSpec};
+use crate::muscle::MuscleSpec;
 use crate::pulse::{CHANNELS, GroupSpec, MAX_GROUPS};
 use crate::safety::{Channel, ChannelSpec, Setup, WearerSpec};
 use crate::units::Amplitude;
@@ -15,7 +15,7 @@ use heapless::Vec;
 pub(super) struct Draft {
     pub(super) wearer: WearerSpec,
     pub(super) channels: [Option<ChannelSpec>; CHANNELS],
-    pub(super) muscles: [Option<(CalciumForceSpec, RecruitmentSpec)>; CHANNELS],
+    pub(super) muscles: [Option<MuscleSpec>; CHANNELS],
     pub(super) groups: Vec<GroupSpec, MAX_GROUPS>,
     pub(super) sync: Option<u8>,
     pub(super) joint: Option<JointSpec>,
@@ -41,14 +41,12 @@ impl Draft {
             return Err(Refusal::new(Code::NothingToArm, "channels"));
         }
         for (channel, muscle) in (0u8..).zip(&self.muscles) {
-            let Some((force, recruitment)) = *muscle else {
-                continue;
-            };
+            let Some(spec) = muscle else { continue };
+            let (force, recruitment) = spec.validate().map_err(|e| Refusal::from(e).on(channel))?;
             let muscle = Muscle {
                 channel,
-                force: CalciumForce::new(force).map_err(|e| Refusal::from(e).on(channel))?,
-                recruitment: Recruitment::new(recruitment)
-                    .map_err(|e| Refusal::from(e).on(channel))?,
+                recruitment,
+                force,
             };
             let _ = control.muscles.push(muscle); // as many slots as channels
         }

@@ -3,6 +3,7 @@
 use super::ControlSetup;
 use crate::control::Amplitudes;
 use crate::link::{Refusal, Telemetry};
+use crate::muscle::Rung;
 use crate::pulse::CHANNELS;
 use crate::safety::{Denied, FaultRecord, Notice, Setup, State};
 use crate::units::{Amplitude, Angle, AngularRate, Micros};
@@ -102,6 +103,15 @@ pub enum ControlRequest {
         /// The angle.
         angle: Angle,
     },
+    /// Another rung for a muscle.
+    Rung {
+        /// The request's number.
+        seq: u16,
+        /// From 0.
+        channel: u8,
+        /// The rung from then on.
+        rung: Rung,
+    },
     /// Telemetry period in ticks, 0 for none.
     Subscribe(u16),
 }
@@ -109,7 +119,7 @@ pub enum ControlRequest {
 /// Controller → session.
 #[derive(Clone, Debug)]
 pub enum ControlReport {
-    /// Answer to an angle or a measurement.
+    /// Answer to an angle, a measurement or a change of rung.
     Verdict {
         /// The request's number.
         seq: u16,

@@ -39,6 +39,8 @@ pub enum Code {
     AmplitudeCount = 216,
     NothingToArm = 217,
     JointAndWall = 218,
+    NoMuscle = 220,
+    NoFatigue = 221,
     WrongState = 300,
     NotArmed = 301,
     ArmInputOpen = 302,
@@ -54,7 +56,7 @@ pub enum Code {
 
 impl Code {
     /// All codes, for documentation and tests.
-    pub const ALL: [Self; 35] = [
+    pub const ALL: [Self; 37] = [
         Self::BadCrc,
         Self::MalformedFrame,
         Self::FrameTooLong,
@@ -79,6 +81,8 @@ impl Code {
         Self::AmplitudeCount,
         Self::NothingToArm,
         Self::JointAndWall,
+        Self::NoMuscle,
+        Self::NoFatigue,
         Self::WrongState,
         Self::NotArmed,
         Self::ArmInputOpen,
@@ -262,6 +266,15 @@ impl From<crate::muscle::OutOfRange> for Refusal<'static> {
             ShortestPeriod => "min_period_us",
         };
         Self::new(Code::OutOfRange, field).allowed(bound(e.min), bound(e.max))
+    }
+}
+
+impl From<crate::muscle::LadderError> for Refusal<'static> {
+    fn from(e: crate::muscle::LadderError) -> Self {
+        match e {
+            crate::muscle::LadderError::Range(e) => e.into(),
+            crate::muscle::LadderError::NoFatigue => Self::new(Code::NoFatigue, "fatigue"),
+        }
     }
 }
 

@@ -150,6 +150,8 @@ pub fn what(code: Code) -> &'static str {
         Code::MeasurementTime => "the measurement's time is ahead or out of order",
         Code::SensorNotHost => "this joint is measured by the board",
         Code::JointAndWall => "a joint and a wall share a channel",
+        Code::NoMuscle => "this channel has no muscle in the setup",
+        Code::NoFatigue => "this muscle has no fatigue parameters",
     }
 }
 
@@ -191,5 +193,7 @@ pub fn advice(code: Code) -> &'static str {
         Code::SetpointTime | Code::MeasurementTime => "refresh the clock offset and send in order",
         Code::SensorNotHost => "configure the joint's sensor as host",
         Code::JointAndWall => "give the wall channels of its own",
+        Code::NoMuscle => "configure the channel's muscle before arming",
+        Code::NoFatigue => "configure the muscle with its fatigue, or choose another rung",
     }
 }

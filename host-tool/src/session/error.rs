@@ -118,6 +118,8 @@ pub enum Problem {
         given: String,
         timeout_ms: u16,
     },
+    #[error("`{field}` is calcium-force-fatigue, but nothing says how the muscle tires")]
+    NoFatigue { field: String },
 }
 
 impl Problem {
@@ -150,6 +152,7 @@ impl Problem {
             Self::Controlled { .. } => 460,
             Self::NoJoint { .. } => 461,
             Self::TooSlow { .. } => 462,
+            Self::NoFatigue { .. } => 463,
         }
     }
 
@@ -175,6 +178,10 @@ impl Problem {
             Self::ChargeLimit { .. } => "lower the limit or the pulse width".into(),
             Self::RmsLimit { .. } => {
                 "lower the limit, the pulse width, the frequency or the number of pulses in a burst"
+                    .into()
+            }
+            Self::NoFatigue { .. } => {
+                "give the muscle `fatigue`; `fatigue = {}` takes the quadriceps' of Ding 2003"
                     .into()
             }
             Self::TooSlow { .. } => "raise it, or `wearer.host_timeout_ms`".into(),
