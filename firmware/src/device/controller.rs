@@ -114,7 +114,17 @@ impl Controller {
     /// One tick at `now`. `adc` is the joint sensor's conversion of this
     /// instant, if the board has one.
     pub fn tick(&mut self, now: Micros, adc: Option<u16>, mail: &mut ControllerMail<'_>) {
-        while let Some(event) = mail.events.dequeue() {
+        // A pulse is told of when it is rendered, up to two windows early: it
+        // stays in the mailbox, and all behind it, until the tick it lies in
+        // is over. So no muscle is ever ahead of `now`.
+        let is_due = |event: &ControlEvent| match event {
+            ControlEvent::Pulse { at, .. } => now.has_reached(*at),
+            _ => true,
+        };
+        while mail.events.peek().is_some_and(is_due) {
+            let Some(event) = mail.events.dequeue() else {
+                break;
+            };
             self.follow(event, now, mail);
         }
         let mut heard = None;

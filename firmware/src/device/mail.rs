@@ -183,8 +183,9 @@ pub struct Mailboxes {
     control_reports: Queue<ControlReport, 24>,
     // Two a tick, taken four times a tick.
     control_orders: Queue<ControlOrder, 16>,
-    // 4 windows of at most 20 pulses between two control ticks.
-    control_events: Queue<ControlEvent, 128>,
+    // 4 windows of at most 20 pulses between two control ticks, and 2 of pulses
+    // still to come.
+    control_events: Queue<ControlEvent, 168>,
 }
 
 /// The pulser's ends.

@@ -5,6 +5,7 @@
 //! prints every error.
 
 mod against_twins;
+mod exact_pulses;
 mod switching;
 mod twins;
 

@@ -343,6 +343,9 @@ const RECRUITMENT: RecruitmentSpec = RecruitmentSpec {
     slope_micro: 300_000,
 };
 
+/// A muscle that the device takes.
+pub const MUSCLE: MuscleSpec = MuscleSpec::new(FORCE, RECRUITMENT);
+
 fn muscle_rows() -> Vec<Row> {
     let request = |channel, force, recruitment| Request::Muscle {
         channel,
