@@ -6,7 +6,7 @@ use firmware::link::{
     Code, Counters, Event, HelloInfo, Kind, Refusal, Request, Response, SCHEMA, Status, Telemetry,
     ToDevice,
 };
-use firmware::muscle::{CalciumForceSpec, RecruitmentSpec};
+use firmware::muscle::{CalciumForceSpec, FatigueSpec, MuscleSpec, RecruitmentSpec, Rung};
 use firmware::pulse::{GroupSpec, Partner, Shape, TrainSpec};
 use firmware::safety::{ChannelSpec, Fault, FaultRecord, StageSpec, State, StopCause, WearerSpec};
 use firmware::units::{Amplitude, Micros};
@@ -126,23 +126,34 @@ fn groups(partners: &[Partner]) -> Request {
     Request::Groups(specs.collect())
 }
 
-fn muscle() -> Request {
-    Request::Muscle {
-        channel: 0,
-        force: CalciumForceSpec {
-            a_mn_per_s: 200_000,
-            k_micro: 200_000,
-            tau_c_us: 20_000,
-            tau1_us: 50_000,
-            tau2_us: 100_000,
-        },
-        recruitment: RecruitmentSpec {
-            motor_threshold: Amplitude(8_000),
-            limit: Amplitude(20_000),
-            reference: Amplitude(20_000),
-            slope_micro: 300_000,
-        },
-    }
+fn muscle() -> MuscleSpec {
+    let force = CalciumForceSpec {
+        a_mn_per_s: 200_000,
+        k_micro: 200_000,
+        tau_c_us: 20_000,
+        tau1_us: 50_000,
+        tau2_us: 100_000,
+    };
+    let recruitment = RecruitmentSpec {
+        motor_threshold: Amplitude(8_000),
+        limit: Amplitude(20_000),
+        reference: Amplitude(20_000),
+        slope_micro: 300_000,
+    };
+    MuscleSpec::new(force, recruitment)
+}
+
+fn muscles() -> Vec<(&'static str, Request)> {
+    let request = |channel, spec| Request::Muscle { channel, spec };
+    let tires = MuscleSpec {
+        fatigue: Some(FatigueSpec::QUADRICEPS),
+        rung: Rung::CalciumForceFatigue,
+        ..muscle()
+    };
+    vec![
+        ("muscle", request(0, muscle())),
+        ("muscle that tires", request(9, tires)),
+    ]
 }
 
 pub fn requests() -> Vec<(&'static str, ToDevice)> {
@@ -163,8 +174,8 @@ pub fn requests() -> Vec<(&'static str, ToDevice)> {
         ("no groups", groups(&[])),
         ("sync", Request::Sync { channel: Some(9) }),
         ("no sync", Request::Sync { channel: None }),
-        ("muscle", muscle()),
     ];
+    all.extend(muscles());
     all.extend(joints());
     all.extend([
         ("arm", Request::Arm),
@@ -197,6 +208,13 @@ pub fn requests() -> Vec<(&'static str, ToDevice)> {
             },
         ),
         ("subscribe", Request::Subscribe { period_ms: 20 }),
+        (
+            "rung",
+            Request::Rung {
+                channel: 9,
+                rung: Rung::Lag,
+            },
+        ),
     ]);
     let number = |(seq, (name, request)): (u16, _)| {
         let session = if seq == 0 { 0 } else { 1 };
