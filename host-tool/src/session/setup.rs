@@ -48,6 +48,9 @@ pub(super) fn read_setup(
         .map(|t| read_group(t, &channels))
         .collect::<Result<_, _>>()?;
     let sync = read_sync(root, &channels)?;
+    if root.has("joint") && root.has("wall") {
+        return Err(root.error("wall", Problem::JointAndWall));
+    }
     let joint = read_joint(root, &channels)?;
     let wall = read_wall(root, &channels)?;
     let points = joint.iter().flat_map(|(spec, _)| {
