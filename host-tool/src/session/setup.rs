@@ -26,13 +26,14 @@ pub(super) struct SetupSpec {
 /// Reads everything that the device gets, and checks it as arming will.
 pub(super) fn read_setup(
     root: &Table<'_>,
+    duration_us: u64,
     notes: &mut Vec<String>,
 ) -> Result<SetupSpec, SessionError> {
     let (wearer, checked_wearer) = read_wearer(root)?;
     let mut checked: [Option<Checked>; CHANNELS] = [None; CHANNELS];
     let mut channels: Vec<Channel> = Vec::new();
     for t in root.tables("channel")?.required()? {
-        let (channel, train) = read_channel(&t, &checked_wearer, notes)?;
+        let (channel, train) = read_channel(&t, &checked_wearer, duration_us, notes)?;
         let slot = &mut checked[usize::from(channel.index())]; // 0–9
         if slot.replace(train).is_some() {
             let (field, channel) = (t.path_of("number"), channel.number);
@@ -47,6 +48,9 @@ pub(super) fn read_setup(
         .map(|t| read_group(t, &channels))
         .collect::<Result<_, _>>()?;
     let sync = read_sync(root, &channels)?;
+    if root.has("joint") && root.has("wall") {
+        return Err(root.error("wall", Problem::JointAndWall));
+    }
     let joint = read_joint(root, &channels)?;
     let wall = read_wall(root, &channels)?;
     let points = joint.iter().flat_map(|(spec, _)| {

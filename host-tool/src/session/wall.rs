@@ -6,7 +6,9 @@ use firmware::units::{Amplitude, OutOfRange};
 
 use super::channel::Channel;
 use super::error::{Problem, SessionError};
-use super::joint::{STALE_AFTER_MS, file_field, find, read_amplitude, read_sensor};
+use super::joint::{
+    STALE_AFTER_MS, file_field, find, not_under_force, read_amplitude, read_sensor,
+};
 use super::table::Table;
 
 /// Calibration of the board's angle sensor unless the file says otherwise: 20
@@ -42,22 +44,21 @@ pub(super) fn read_wall(
     };
     let known: Vec<&str> = FIELDS.into_iter().chain(["stale_after_ms"]).collect();
     t.only(&known)?;
-    if root.has("joint") {
-        return Err(root.error("wall", Problem::JointAndWall));
-    }
     let sides = [("flexion", Side::Flexion), ("extension", Side::Extension)];
     let sensor = read_sensor(&t, ADC_CODES)?;
     let stale_after_ms = match sensor {
         SensorSource::Adc { .. } => STALE_AFTER_MS.0,
         SensorSource::Host => STALE_AFTER_MS.1,
     };
+    let channel = find(&t, "channel", channels)?;
+    not_under_force(&t, channel)?;
     let pre_wall = t.table("pre_wall")?.optional();
     let antagonist = t.table("co_contraction")?.optional();
     let spec = WallSpec {
         at_mdeg: t.whole("at_deg", 3)?.required()?,
         side: t.choice("stops", &sides)?.or(Side::Flexion),
-        channel: find(&t, "channel", channels)?.index(),
-        max: read_amplitude(&t, "max", find(&t, "channel", channels)?)?,
+        channel: channel.index(),
+        max: read_amplitude(&t, "max", channel)?,
         stiffness: t.whole("stiffness_per_deg", 3)?.required()?,
         damping: t.whole("damping_s_per_deg", 3)?.or(0),
         cutoff_mhz: t.whole("cutoff_hz", 3)?.or(CUTOFF_MHZ),
@@ -88,6 +89,7 @@ fn read_pre_wall(t: &Table<'_>) -> Result<PreWall, SessionError> {
 fn read_co_contraction(t: &Table<'_>, channels: &[Channel]) -> Result<CoContraction, SessionError> {
     t.only(&["channel", "amplitude"])?;
     let channel = find(t, "channel", channels)?;
+    not_under_force(t, channel)?;
     Ok(CoContraction {
         channel: channel.index(),
         amplitude: read_amplitude(t, "amplitude", channel)?,
