@@ -2,12 +2,14 @@
 //!
 //! `session` reads what to do, `run` does it through `link`, `record` and
 //! `analysis` keep and judge it, `report` draws it; `selftest` measures the
-//! device itself, `bench` its algorithms and cycles, `cli` is the command line.
+//! device itself, `bench` its algorithms and cycles; `experiments` are the papers'
+//! protocols, `stability` maps where methods fail; `cli` is the command line.
 
 pub mod accuracy;
 pub mod analysis;
 pub mod bench;
 pub mod cli;
+pub mod experiments;
 pub mod link;
 pub mod live;
 pub mod record;

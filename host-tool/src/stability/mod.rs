@@ -12,7 +12,7 @@ pub mod integrator;
 pub mod loss;
 pub mod map;
 pub mod wall;
-mod wall_loop;
+pub(crate) mod wall_loop;
 pub mod word_length;
 
 pub use map::{Axis, Cell, Class, Map, Panel};
