@@ -7,13 +7,18 @@
 //! (`hal_sim::body`), pictures (`report`), the command line (`cli::chart`).
 //! In: laws with their numbers, seeds. Out: angles, errors, who wins.
 
+pub mod campaign;
 pub mod candidate;
+pub mod contender;
 pub mod driver;
+pub mod gains;
 pub mod optimum;
 pub mod parallel;
 pub mod plant;
 pub mod reach;
 pub mod search;
+pub mod statistics;
+pub mod table;
 pub mod target;
 pub mod trial;
 pub mod wearer;

@@ -42,6 +42,9 @@ const RANGE_MDEG: (i32, i32) = (0, 100_000);
 /// the muscle's 100 ms (searches choose their own).
 pub const LEAD_MS: u16 = 135;
 
+/// What the device's default does with lost setpoints.
+pub const SHIPPED_HOLD: HoldPolicy = HoldPolicy::Extrapolate { max_ms: 200 };
+
 fn millivolts(volts: f64) -> Amplitude {
     Amplitude((volts * 1000.0).round() as u32)
 }
