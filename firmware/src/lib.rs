@@ -1,10 +1,11 @@
 //! Everything the stimulator does, without a clock, a register or a global.
 //!
 //! Bytes, samples and time come in; port words, DAC codes and bytes go out.
-//! The rooms, top of the data's way first: `link` → `device` → `control`,
-//! `muscle` → `safety` → `pulse`; `units` and `division` serve all. `board` exists only on
-//! a target and holds registers, nothing else. `bench` runs each algorithm
-//! for its cycles and results; `methods` are the alternatives to what is used.
+//! The rooms, top of the data's way first: `link` → `device` → `haptics` →
+//! `control`, `muscle` → `safety` → `pulse`; `units` and `division` serve all.
+//! `board` exists only on a target and holds registers, nothing else. `bench`
+//! runs each algorithm for its cycles and results; `methods` are the
+//! alternatives to what is used.
 #![no_std]
 #![deny(unsafe_code)]
 
@@ -14,6 +15,7 @@ pub mod board;
 pub mod control;
 pub mod device;
 mod division;
+pub mod haptics;
 pub mod link;
 pub mod methods;
 pub mod muscle;

@@ -8,6 +8,7 @@ pub mod accuracy;
 pub mod analysis;
 pub mod bench;
 pub mod cli;
+pub mod ladder;
 pub mod link;
 pub mod live;
 pub mod record;

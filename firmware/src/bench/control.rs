@@ -2,7 +2,10 @@
 
 use super::{Algorithm, Checksum, Random};
 use crate::control::differentiator::{Differentiator, DifferentiatorState};
-use crate::control::{HoldPolicy, Joint, JointSpec, JointState, LawSpec, PointSpec, SensorSource};
+use crate::control::law::{Law, LawState, Q};
+use crate::control::{
+    Effort, HoldPolicy, Joint, JointSpec, JointState, LawSpec, PointSpec, SensorSource,
+};
 use crate::units::{Amplitude, Angle, Micros};
 
 /// A finger on channels 0, 1 (flexors) and 2, its sensor on the board.
@@ -30,6 +33,7 @@ pub(super) fn finger(law: LawSpec, law_period_ms: u8) -> JointSpec {
             code_at_100: 3_600,
         },
         stale_after_ms: 50,
+        wearer: None,
     }
 }
 
@@ -64,6 +68,40 @@ impl Algorithm for Differentiation {
     }
     fn digest(&self, sum: &mut Checksum) {
         sum.word(self.rate.cast_unsigned());
+    }
+}
+
+/// A law with its differentiator, without a joint around it.
+pub(super) struct LawAlone {
+    law: Option<Law>,
+    state: LawState,
+    error: Angle,
+    effort: Effort,
+}
+
+impl LawAlone {
+    pub(super) fn new(law: LawSpec) -> Self {
+        Self {
+            law: finger(law, 1).law().ok(),
+            state: LawState::default(),
+            error: Angle::default(),
+            effort: Effort::Fraction(Q::ZERO),
+        }
+    }
+}
+
+impl Algorithm for LawAlone {
+    fn prepare(&mut self, random: &mut Random) {
+        // ±20°, in 0.01°; fits i16.
+        self.error = Angle::from_centideg(random.between(0, 4_000) as i16 - 2_000);
+    }
+    fn run(&mut self) {
+        if let Some(law) = &self.law {
+            self.effort = law.step(&mut self.state, self.error);
+        }
+    }
+    fn digest(&self, sum: &mut Checksum) {
+        sum.word(self.effort.to_milli().cast_unsigned());
     }
 }
 

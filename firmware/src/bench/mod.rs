@@ -6,6 +6,7 @@
 //! on every machine, its cycles are one machine's.
 
 mod control;
+mod haptics;
 mod link;
 mod methods;
 mod muscle;
@@ -13,6 +14,7 @@ mod owners;
 mod pulse;
 
 use crate::control::LawSpec;
+use crate::muscle::Rung;
 use core::fmt;
 use core::hint::black_box;
 pub use methods::{MADE, OUTPUTS_US, RUN_US, run_methods};
@@ -100,6 +102,20 @@ pub fn run(clock: &impl Clock, mut row: impl FnMut(&Row)) {
         1000,
         muscle::TickWithPulse::new(),
     ));
+    for (rung, tick, tick_and_pulse) in [
+        (Rung::Static, "static_tick", "static_tick_and_pulse"),
+        (Rung::Lag, "lag_tick", "lag_tick_and_pulse"),
+        (Rung::CalciumForce, "rung_tick", "rung_tick_and_pulse"),
+        (
+            Rung::CalciumForceFatigue,
+            "fatigue_tick",
+            "fatigue_tick_and_pulse",
+        ),
+    ] {
+        row(&measure(clock, tick, 1000, muscle::RungTick::new(rung)));
+        let with_pulse = muscle::RungTickWithPulse::new(rung);
+        row(&measure(clock, tick_and_pulse, 1000, with_pulse));
+    }
     row(&measure(
         clock,
         "recruitment_gain",
@@ -124,6 +140,12 @@ pub fn run(clock: &impl Clock, mut row: impl FnMut(&Row)) {
         1000,
         control::Differentiation::new(),
     ));
+    row(&measure(
+        clock,
+        "law_super_twisting",
+        1000,
+        control::LawAlone::new(LawSpec::RECOMMENDED),
+    ));
     let joint = |law| control::Moving::new(law, 1);
     row(&measure(
         clock,
@@ -139,6 +161,7 @@ pub fn run(clock: &impl Clock, mut row: impl FnMut(&Row)) {
         1000,
         control::Mapping::new(),
     ));
+    row(&measure(clock, "wall_tick", 1000, haptics::Swinging::new()));
     row(&measure(
         clock,
         "render_idle_window",

@@ -1,19 +1,12 @@
 //! One joint: its setpoint track, its sensor, its law and its points.
 
+use super::feed_forward::FeedForward;
 use super::law::{Effort, Law, LawState};
 use super::mapping::{Amplitudes, Mapping};
+use super::sensor::{MeasurementError, Sensor, SensorFault, SensorState};
 use super::setpoint::{HoldPolicy, SetpointError, SetpointTrack};
-use super::spec::{JointSpec, SensorSource, SpecError};
-use crate::division::quotient;
+use super::spec::{JointSpec, SpecError};
 use crate::units::{Angle, AngularRate, Micros};
-use fixed::types::I16F16;
-
-/// A measurement may lie this far outside the range of setpoints, 20°, before
-/// it counts as a broken sensor: a glove's noise and a passive push stay within.
-const READING_MARGIN_MDEG: i32 = 20_000;
-/// A measurement's time may be this far ahead of the device's, µs: the error
-/// of a host's clock offset.
-pub const CLOCK_ERROR_US: i32 = 5_000;
 
 /// A validated joint. Immutable; everything that changes is a [`JointState`].
 #[derive(Clone, Debug)]
@@ -25,28 +18,18 @@ pub struct Joint {
     angle_mdeg: (i32, i32),
     /// Lowest and highest setpoint.
     range: (Angle, Angle),
-    /// Lowest and highest believable measurement.
-    believable: (Angle, Angle),
-    sensor: SensorSource,
-    stale_after_us: u32,
+    sensor: Sensor,
+    feed_forward: Option<FeedForward>,
 }
 
 /// What a joint remembers. Begin every stimulation with a fresh one.
 #[derive(Clone, Debug, Default)]
 pub struct JointState {
     track: SetpointTrack,
-    measured: Option<Measured>,
+    sensor: SensorState,
     law: LawState,
     effort: Option<Effort>,
     law_due: Micros,
-}
-
-#[derive(Clone, Copy, Debug)]
-struct Measured {
-    at: Micros,
-    angle: Angle,
-    /// Set once and for all, so that a wrapped clock cannot freshen it.
-    stale: bool,
 }
 
 /// What a joint asks for in one tick.
@@ -64,34 +47,6 @@ pub struct Orders {
     pub effort: Effort,
 }
 
-/// Why there are no orders: control without a believable angle is refused.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum SensorFault {
-    /// No measurement has arrived yet.
-    Absent,
-    /// The latest measurement is older than the limit.
-    Stale {
-        /// The limit, ms.
-        limit_ms: u16,
-    },
-    /// The latest measurement is more than 20° outside the joint's range.
-    OutOfRange {
-        /// What was measured, hundredths of a degree.
-        centideg: i16,
-    },
-}
-
-/// Why a measurement was not taken.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum MeasurementError {
-    /// This joint measures with the board's converter.
-    NotFromHost,
-    /// Its time is more than 5 ms ahead of the device's.
-    InTheFuture,
-    /// A measurement of the same or a later time is known.
-    OutOfOrder,
-}
-
 impl Joint {
     /// Validates a specification.
     ///
@@ -106,15 +61,19 @@ impl Joint {
             mapping: spec.mapping()?,
             hold: spec.hold,
             angle_mdeg: (min, max),
-            range: (from_mdeg(min), from_mdeg(max)),
-            // |min|, |max| <= 180 000 by check().
-            believable: (
-                from_mdeg(min - READING_MARGIN_MDEG),
-                from_mdeg(max + READING_MARGIN_MDEG),
-            ),
-            sensor: spec.sensor,
-            stale_after_us: u32::from(spec.stale_after_ms) * 1000,
+            range: (Angle::from_millideg(min), Angle::from_millideg(max)),
+            sensor: Sensor::of_joint(spec.sensor, spec.stale_after_ms, (min, max))?,
+            feed_forward: spec
+                .wearer
+                .map(|wearer| FeedForward::new(&wearer, min, max))
+                .transpose()?,
         })
+    }
+
+    /// The nominal wearer's inverse, if the spec has one.
+    #[must_use]
+    pub const fn feed_forward(&self) -> Option<&FeedForward> {
+        self.feed_forward.as_ref()
     }
 
     /// Takes a setpoint valid from `at`; see [`SetpointTrack::accept`].
@@ -148,45 +107,7 @@ impl Joint {
         at: Micros,
         angle: Angle,
     ) -> Result<(), MeasurementError> {
-        match self.sensor {
-            SensorSource::Host => self.measured(state, now, at, angle),
-            SensorSource::Adc { .. } => Err(MeasurementError::NotFromHost),
-        }
-    }
-
-    /// The one path of all measurements.
-    fn measured(
-        &self,
-        state: &mut JointState,
-        now: Micros,
-        at: Micros,
-        angle: Angle,
-    ) -> Result<(), MeasurementError> {
-        let lead = at.since(now);
-        if lead > CLOCK_ERROR_US {
-            return Err(MeasurementError::InTheFuture);
-        }
-        self.grow_stale(state, now);
-        let at = if lead > 0 { now } else { at };
-        let known = state.measured.filter(|m| !m.stale);
-        if known.is_some_and(|m| !m.at.is_before(at)) {
-            return Err(MeasurementError::OutOfOrder);
-        }
-        state.measured = Some(Measured {
-            at,
-            angle,
-            stale: false,
-        });
-        Ok(())
-    }
-
-    /// Marks the latest measurement once its age passes the limit. A negative
-    /// age is one beyond half the clock's range.
-    fn grow_stale(&self, state: &mut JointState, now: Micros) {
-        if let Some(m) = &mut state.measured {
-            let age = now.since(m.at);
-            m.stale |= age < 0 || age.cast_unsigned() > self.stale_after_us;
-        }
+        self.sensor.from_host(&mut state.sensor, now, at, angle)
     }
 
     /// The angle for a converter code, for [`Joint::tick`]; `None` if this
@@ -194,25 +115,7 @@ impl Joint {
     /// calibrated codes, 0…4095 or not; saturating.
     #[must_use]
     pub fn angle_from_code(&self, code: u16) -> Option<Angle> {
-        let SensorSource::Adc {
-            code_at_0,
-            code_at_100,
-        } = self.sensor
-        else {
-            return None;
-        };
-        // 2^16 · 100 · 2^16 < 2^39; the span is 100 or more by validation.
-        let way = u64::from(code.abs_diff(code_at_0)) * (100 << 16);
-        let size = quotient(way, code_at_100.abs_diff(code_at_0).into()).unwrap_or(u32::MAX);
-        let is_negative = (code < code_at_0) != (code_at_100 < code_at_0);
-        let bits = if is_negative {
-            -i64::from(size)
-        } else {
-            size.into()
-        };
-        Some(Angle(I16F16::from_bits(
-            bits.clamp(i32::MIN.into(), i32::MAX.into()) as i32,
-        )))
+        self.sensor.angle_from_code(code)
     }
 
     /// One control tick, to be called every millisecond. `reading` is the
@@ -233,11 +136,7 @@ impl Joint {
         now: Micros,
         reading: Option<Angle>,
     ) -> Result<Orders, SensorFault> {
-        if let (SensorSource::Adc { .. }, Some(angle)) = (self.sensor, reading) {
-            // Fails only if this instant was measured before: then it is known.
-            let _ = self.measured(state, now, now, angle);
-        }
-        let measured = self.believed(state, now)?;
+        let measured = self.sensor.angle(&mut state.sensor, now, reading)?;
         let Some(target) = state.track.value_at(now, self.hold) else {
             return Ok(Orders {
                 amplitudes: self.mapping.silence(),
@@ -268,23 +167,6 @@ impl Joint {
         })
     }
 
-    /// The measurement control may rely on.
-    fn believed(&self, state: &mut JointState, now: Micros) -> Result<Angle, SensorFault> {
-        self.grow_stale(state, now);
-        let Measured { angle, stale, .. } = state.measured.ok_or(SensorFault::Absent)?;
-        if stale {
-            // stale_after_us is a u16 of milliseconds.
-            let limit_ms = (self.stale_after_us / 1000) as u16;
-            return Err(SensorFault::Stale { limit_ms });
-        }
-        if angle < self.believable.0 || angle > self.believable.1 {
-            return Err(SensorFault::OutOfRange {
-                centideg: angle.to_centideg(),
-            });
-        }
-        Ok(angle)
-    }
-
     /// Whether the next step lies ahead, within a period: any further is a
     /// wrapped clock.
     fn is_waiting(&self, due: Micros, now: Micros) -> bool {
@@ -302,12 +184,6 @@ impl Joint {
             now.plus(self.law_period_us)
         }
     }
-}
-
-/// From m° within ±200 000; exact to one bit, rounded towards 0.
-fn from_mdeg(mdeg: i32) -> Angle {
-    // 2e5 · 2^16 / 1000 < 2^24.
-    Angle(I16F16::from_bits((i64::from(mdeg) * 65_536 / 1000) as i32))
 }
 
 fn at_least(a: Angle, low: Angle) -> Angle {

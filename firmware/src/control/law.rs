@@ -114,7 +114,7 @@ impl Effort {
 
 /// A validated law with its differentiator, for one period.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Law {
+pub(crate) struct Law {
     pub(super) kind: LawKind,
     pub(super) differentiator: Differentiator,
 }
@@ -128,7 +128,7 @@ pub(super) enum LawKind {
 
 /// What a law remembers between steps.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct LawState {
+pub(crate) struct LawState {
     differentiator: DifferentiatorState,
     twist: TwistState,
     pid: PidState,
@@ -146,7 +146,7 @@ impl Law {
     /// One period further. `error` is target − measured, degrees. Since the
     /// differentiator is linear, one of them on the error does what the paper's
     /// two do on command and response.
-    pub(super) fn step(&self, state: &mut LawState, error: Angle) -> Effort {
+    pub(crate) fn step(&self, state: &mut LawState, error: Angle) -> Effort {
         let rate = self.differentiator.step(&mut state.differentiator, error);
         match &self.kind {
             LawKind::Paper(law) => law.step(&mut state.twist, error, rate),

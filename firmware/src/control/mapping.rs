@@ -44,7 +44,7 @@ impl PointSpec {
 
 /// Validated points of one joint.
 #[derive(Clone, Debug)]
-pub(super) struct Mapping {
+pub struct Mapping {
     pub(super) flexors: Vec<PointSpec, 2>,
     pub(super) extensor: PointSpec,
 }
@@ -60,7 +60,8 @@ impl Mapping {
     /// Amplitudes for an effort, and whether any met the wearer's maximum and
     /// had to be clamped. The side that does not work stays at its threshold,
     /// which stiffens the joint.
-    pub(super) fn amplitudes(&self, effort: Effort) -> (Amplitudes, bool) {
+    #[must_use]
+    pub fn amplitudes(&self, effort: Effort) -> (Amplitudes, bool) {
         let (Effort::AboveThreshold(u) | Effort::Fraction(u)) = effort;
         let u = u.to_bits().clamp(-PULL_MAX, PULL_MAX);
         let (flexion, extension) = (u.max(0).cast_unsigned(), (-u).max(0).cast_unsigned());

@@ -3,11 +3,13 @@
 use super::differentiator::{
     CUTOFF_MAX_MHZ, CUTOFF_MIN_MHZ, Differentiator, STEP_MAX_MS, STEP_MIN_MS,
 };
+use super::feed_forward::WearerModel;
 use super::law::{Law, LawKind, LawSpec};
 use super::mapping::{Mapping, PointSpec};
 use super::pid::Pid;
+use super::sensor::SensorSource;
 use super::setpoint::HoldPolicy;
-use super::super_twisting::{Paper, Recommended};
+use super::super_twisting::{Paper, Recommended, Twist};
 use heapless::Vec;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -41,21 +43,8 @@ pub struct JointSpec {
     pub sensor: SensorSource,
     /// Age at which the last measurement is stale, ms; 2…500.
     pub stale_after_ms: u16,
-}
-
-/// Where a joint's angle is measured.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
-pub enum SensorSource {
-    /// By the board's converter, linear between two calibrated codes at least
-    /// 100 apart; the code may fall with flexion.
-    Adc {
-        /// Code at 0°; 0…4095.
-        code_at_0: u16,
-        /// Code at 100°; 0…4095.
-        code_at_100: u16,
-    },
-    /// By the host, which sends measurements.
-    Host,
+    /// The nominal wearer, for feed-forward; without one there is none.
+    pub wearer: Option<WearerModel>,
 }
 
 /// A field of a [`JointSpec`], with a stable number for the wire.
@@ -104,6 +93,22 @@ pub enum SpecField {
     CodeSpan = 19,
     /// `stale_after_ms`.
     StaleAfter = 20,
+    /// [`WearerModel::rest_mdeg`].
+    Rest = 21,
+    /// [`WearerModel::stiffness_unm_per_rad`].
+    Stiffness = 22,
+    /// [`WearerModel::damping_unm_s_per_rad`].
+    Damping = 23,
+    /// [`WearerModel::flexion_unm`].
+    Flexion = 24,
+    /// [`WearerModel::extension_unm`].
+    Extension = 25,
+    /// [`WearerModel::torque_loss_milli`].
+    TorqueLoss = 26,
+    /// [`WearerModel::curvature_milli`].
+    Curvature = 27,
+    /// [`WearerModel::lead_ms`].
+    Lead = 28,
 }
 
 /// Why a [`JointSpec`] was refused.
@@ -125,8 +130,8 @@ pub enum SpecError {
     },
 }
 
-/// Passes if `min <= value <= max`. Every bound in this file fits i32.
-fn within(field: SpecField, value: u32, min: u32, max: u32) -> Result<(), SpecError> {
+/// Passes if `min <= value <= max`. Every bound of a caller fits i32.
+pub(super) fn within(field: SpecField, value: u32, min: u32, max: u32) -> Result<(), SpecError> {
     if (min..=max).contains(&value) {
         return Ok(());
     }
@@ -137,55 +142,40 @@ fn within(field: SpecField, value: u32, min: u32, max: u32) -> Result<(), SpecEr
     })
 }
 
+/// Checks the lowest and the highest angle of a joint, m°.
+pub(crate) fn check_angles(min: i32, max: i32) -> Result<(), SpecError> {
+    const FULL: i32 = 180_000;
+    if !(-FULL..FULL).contains(&min) {
+        let field = SpecField::AngleMin;
+        return Err(SpecError::OutOfRange {
+            field,
+            min: -FULL,
+            max: FULL - 1,
+        });
+    }
+    if max <= min || max > FULL {
+        let field = SpecField::AngleMax;
+        // min < FULL, so min + 1 cannot overflow.
+        return Err(SpecError::OutOfRange {
+            field,
+            min: min + 1,
+            max: FULL,
+        });
+    }
+    Ok(())
+}
+
 impl JointSpec {
     /// Checks everything but the law, which [`JointSpec::law`] checks.
     pub(super) fn check(&self) -> Result<(), SpecError> {
         if let HoldPolicy::Extrapolate { max_ms } = self.hold {
             within(SpecField::Extrapolation, max_ms.into(), 1, 1000)?;
         }
-        self.check_angles()?;
-        if let SensorSource::Adc {
-            code_at_0,
-            code_at_100,
-        } = self.sensor
-        {
-            within(SpecField::CodeAt0, code_at_0.into(), 0, 4095)?;
-            within(SpecField::CodeAt100, code_at_100.into(), 0, 4095)?;
-            within(
-                SpecField::CodeSpan,
-                code_at_0.abs_diff(code_at_100).into(),
-                100,
-                4095,
-            )?;
-        }
-        within(SpecField::StaleAfter, self.stale_after_ms.into(), 2, 500)
-    }
-
-    fn check_angles(&self) -> Result<(), SpecError> {
-        const FULL: i32 = 180_000;
-        let (min, max) = (self.angle_min_mdeg, self.angle_max_mdeg);
-        if !(-FULL..FULL).contains(&min) {
-            let field = SpecField::AngleMin;
-            return Err(SpecError::OutOfRange {
-                field,
-                min: -FULL,
-                max: FULL - 1,
-            });
-        }
-        if max <= min || max > FULL {
-            let field = SpecField::AngleMax;
-            // min < FULL, so min + 1 cannot overflow.
-            return Err(SpecError::OutOfRange {
-                field,
-                min: min + 1,
-                max: FULL,
-            });
-        }
-        Ok(())
+        check_angles(self.angle_min_mdeg, self.angle_max_mdeg)
     }
 
     /// The validated law.
-    pub(super) fn law(&self) -> Result<Law, SpecError> {
+    pub(crate) fn law(&self) -> Result<Law, SpecError> {
         let (step_min, step_max) = (STEP_MIN_MS.into(), STEP_MAX_MS.into());
         within(
             SpecField::LawPeriod,
@@ -228,10 +218,20 @@ impl JointSpec {
                 b_milli,
             } => {
                 within(F::Lambda, lambda_milli, 100, TOP)?;
-                within(F::K1, k1_milli, 1, TOP)?;
-                within(F::K2, k2_milli, 10, TOP)?;
                 within(F::B, b_milli, 1000, 1_000_000)?;
-                let law = Recommended::new(lambda_milli, k1_milli, k2_milli, b_milli, h);
+                let k1_max = Twist::k1_max_milli(b_milli, h);
+                within(F::K1, k1_milli, 1, k1_max)?;
+                within(F::K2, k2_milli, 10, TOP)?;
+                // Within all its ranges now; otherwise k1 is at fault.
+                let twist = Twist::new(k1_milli, k2_milli, b_milli, h);
+                let law = Recommended::new(
+                    lambda_milli,
+                    twist.ok_or(SpecError::OutOfRange {
+                        field: F::K1,
+                        min: 1,
+                        max: k1_max.cast_signed(),
+                    })?,
+                );
                 Ok(LawKind::Recommended(law))
             }
             LawSpec::Pid {
@@ -247,8 +247,11 @@ impl JointSpec {
         }
     }
 
-    /// The validated points.
-    pub(super) fn mapping(&self) -> Result<Mapping, SpecError> {
+    /// The validated points: effort to amplitudes.
+    ///
+    /// # Errors
+    /// [`SpecError`] names the first offending field and what it allows.
+    pub fn mapping(&self) -> Result<Mapping, SpecError> {
         // At most 2 by the type.
         within(SpecField::FlexorCount, self.flexors.len() as u32, 1, 2)?;
         let mut used = 0_u16;

@@ -68,65 +68,127 @@ impl Paper {
     }
 }
 
-/// The implicit (backward Euler) super-twisting law with anti-windup.
+/// The super-twisting law alone, from a sliding variable to an effort, brought
+/// to discrete time by the proper implicit form of Seeber & Andritsch
+/// (Automatica 173 (2025) 112027).
 ///
-/// s = ė + λ·e in rad/s; r = √|s|; w = s / (|s| + h·b·k1·r + h²·b·k2);
-/// v = u_a + (k1·r + 2·h·k2)·w; u_a grows by h·k2·w unless |v| > 1 and w would
-/// push it further out. Effort is a fraction of the way from threshold to
-/// maximum. b is the plant's assumed gain, h the period: with fixed b the law
-/// is not invariant to its rate.
-///
-/// # Where [`super::LawSpec::RECOMMENDED`] comes from
-/// `cargo test --release -p firmware --test control_finger -- --ignored
-/// --nocapture` repeats the search: 240 candidates for each period of 11, 5 and
-/// 2 ms over the four gains and the cutoff, judged by the mean RMSE of one- and
-/// two-point tracking of 45 ± 40° at 0.2 Hz over 12 random simulated wearers
-/// (±30 %), then shown on 40 others: 1.8°, 1.7° and 1.5°. The shortest period
-/// was best and its gains, rounded, are the default. The same search gives the
-/// PID 1.8° on those 40 and less than this law on the nominal finger (0.7°
-/// against 1.2°, two-point): no general advantage of super-twisting is claimed.
-/// All of it is simulation; no wearer has been driven with these gains.
+/// z ≥ 0 solves z + h·b·k1·√z + h²·b·k2 = |s|, and is 0 if |s| ≤ h²·b·k2, where
+/// `growth` is s/(h·b) and otherwise h·k2 with the sign of s; the effort is
+/// v + k1·√z·sgn s + 2·`growth`, then v grows by `growth`. On σ' = b·(u + d) with
+/// |d'| ≤ L, k2 > L and k1 > √(k2 + L) (for b = 1), it ends in |σ| ≤ L·h²,
+/// which nothing betters; in this arithmetic within 4 bits more.
 #[derive(Clone, Copy, Debug)]
-pub struct Recommended {
-    lambda: Q,
+pub struct Twist {
     k1: Q,
-    /// h·b·k1.
-    hbk1: Q,
+    /// h·b·k1/2 and its square.
+    half: Q,
+    quarter: Q,
+    /// 1/(h·b).
+    inverse: Q,
     /// h²·b·k2.
-    hhbk2: Q,
+    dead_beat: Q,
     /// h·k2.
     hk2: Q,
 }
 
-impl Recommended {
-    /// Gains in thousandths; ranges are checked by
-    /// [`super::joint::Joint::new`].
+/// What [`Twist::push`] answers.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Push {
+    /// What to add to the integral v for the effort now.
+    pub push: Q,
+    /// By how much v grows until the next period.
+    pub growth: Q,
+}
+
+/// Highest h·b·k1, which keeps the squares below 2^15.
+const ROOT_GAIN_MAX: u64 = 200;
+
+impl Twist {
+    /// k1 (effort·s^-½), k2 (effort/s) and b (rate of s per effort) in
+    /// thousandths, 1…100 000, 0…100 000 and 1000…1 000 000; period 1…20 ms.
+    /// `None` outside these, or if h·b·k1 exceeds 200.
     #[must_use]
-    pub(super) fn new(lambda: u32, k1: u32, k2: u32, b: u32, period_ms: u8) -> Self {
-        let [k1, k2, b, h] = [k1.into(), k2.into(), b.into(), u64::from(period_ms)];
-        // Largest numerators: k1, k2 <= 1e5, b <= 1e6, h <= 20: 4e13.
-        Self {
-            lambda: ratio(lambda.into(), 1000),
+    pub fn new(k1_milli: u32, k2_milli: u32, b_milli: u32, period_ms: u8) -> Option<Self> {
+        let valid = (1..=100_000).contains(&k1_milli)
+            && k2_milli <= 100_000
+            && (1000..=1_000_000).contains(&b_milli)
+            && (1..=20).contains(&period_ms)
+            && k1_milli <= Self::k1_max_milli(b_milli, period_ms);
+        if !valid {
+            return None;
+        }
+        let [k1, k2] = [k1_milli.into(), k2_milli.into()];
+        let [b, h] = [b_milli.into(), u64::from(period_ms)];
+        // Largest numerator: h·h·b·k2 <= 400 · 1e6 · 1e5 = 4e13.
+        let half = ratio(h * b * k1, 2_000_000_000);
+        Some(Self {
             k1: ratio(k1, 1000),
-            hbk1: ratio(h * b * k1, 1_000_000_000),
-            hhbk2: ratio(h * h * b * k2, 1_000_000_000_000),
+            half,
+            // half <= 100.
+            quarter: product(half, half),
+            inverse: ratio(1_000_000, h * b),
+            dead_beat: ratio(h * h * b * k2, 1_000_000_000_000),
             hk2: ratio(h * k2, 1_000_000),
+        })
+    }
+
+    /// Highest k1 for this b and period, thousandths.
+    pub(super) fn k1_max_milli(b_milli: u32, period_ms: u8) -> u32 {
+        let hb = (u64::from(b_milli) * u64::from(period_ms)).max(1);
+        // At most 100 000.
+        (ROOT_GAIN_MAX * 1_000_000_000 / hb).min(100_000) as u32
+    }
+
+    /// The answer to `s`, bounded to ±2^14.
+    #[must_use]
+    pub fn push(&self, s: Q) -> Push {
+        let s = s.clamp(-S_MAX, S_MAX);
+        let size = s.abs();
+        let rest = size - self.dead_beat;
+        let (push, growth) = if rest <= Q::ZERO {
+            // size <= dead_beat <= 40, inverse <= 1000.
+            (Q::ZERO, product(self.inverse, size).min(self.hk2))
+        } else {
+            // Below 2^15; the root is at least `half` but for one bit.
+            let root = square_root(self.quarter + rest) - self.half;
+            // root <= 128, k1 <= 100.
+            (product(self.k1, root.max(Q::ZERO)), self.hk2)
+        };
+        Push {
+            push: signed(push + growth + growth, s),
+            growth: signed(growth, s),
+        }
+    }
+}
+
+/// [`Twist`] on the surface s = ė + λ·e in rad/s, with anti-windup: the
+/// integral rests while the effort is beyond ±1 and would go further out.
+/// Effort is a fraction of the way from threshold to maximum.
+#[derive(Clone, Copy, Debug)]
+pub struct Recommended {
+    lambda: Q,
+    twist: Twist,
+}
+
+impl Recommended {
+    /// λ in thousandths, 100…100 000.
+    #[must_use]
+    pub(super) fn new(lambda_milli: u32, twist: Twist) -> Self {
+        Self {
+            lambda: ratio(lambda_milli.into(), 1000),
+            twist,
         }
     }
 
     /// One period further: fraction of the range, not clamped.
     pub fn step(&self, state: &mut TwistState, error: Angle, rate: AngularRate) -> Effort {
         // The surface is below 2^22 °/s.
-        let s = product(surface(self.lambda, error, rate), RAD_PER_DEG).clamp(-S_MAX, S_MAX);
-        // r <= 128, k1 <= 100, hbk1 <= 2000, hhbk2 <= 40, hk2 <= 2: no product
-        // and no sum of them reaches 2^19.
-        let r = square_root(s.abs());
-        let w = quotient(s, s.abs() + product(self.hbk1, r) + self.hhbk2);
-        let push = product(self.k1, r) + self.hk2 + self.hk2;
-        let v = state.integral.saturating_add(product(push, w));
-        let outward = (v > Q::ONE && w > Q::ZERO) || (v < -Q::ONE && w < Q::ZERO);
+        let s = product(surface(self.lambda, error, rate), RAD_PER_DEG);
+        let Push { push, growth } = self.twist.push(s);
+        let v = state.integral.saturating_add(push);
+        let outward = (v > Q::ONE && growth > Q::ZERO) || (v < -Q::ONE && growth < Q::ZERO);
         if !outward {
-            state.integral = state.integral.saturating_add(product(self.hk2, w));
+            state.integral = state.integral.saturating_add(growth);
         }
         Effort::Fraction(v)
     }
@@ -146,26 +208,9 @@ fn signed(size: Q, s: Q) -> Q {
     }
 }
 
-/// Floor of the square root of 0 <= x <= [`S_MAX`], exact to the last bit;
-/// 0 below.
+/// Floor of the square root of 0 <= x < 2^15, exact to the last bit; 0 below.
 fn square_root(x: Q) -> Q {
-    let bits = x.to_bits().clamp(0, S_MAX.to_bits()).cast_unsigned();
-    // bits <= 2^38, shifted <= 2^62; the root is <= 2^31.
+    let bits = x.to_bits().clamp(0, 2 * S_MAX.to_bits()).cast_unsigned();
+    // bits <= 2^39, shifted <= 2^63; the root is <= 2^32.
     Q::from_bits(division::square_root(bits << Q::FRAC_NBITS).into())
-}
-
-/// s / d for |s| <= [`S_MAX`] and |s| <= d: within ±1, rounded towards 0; 0
-/// for s = 0. Exact for d < 256, beyond that one bit too large now and then.
-fn quotient(s: Q, d: Q) -> Q {
-    if s == Q::ZERO {
-        return Q::ZERO;
-    }
-    let (dividend, divisor) = (s.to_bits().unsigned_abs(), d.to_bits().unsigned_abs());
-    // 0 < dividend <= divisor. Shifted until the divisor's top bit is that of
-    // 64, no bit is lost; from below 256 all are in the upper half then.
-    let shift = divisor.leading_zeros();
-    let (dividend, divisor) = (dividend << shift, (divisor << shift >> 32) as u32);
-    let fraction = division::quotient(dividend, divisor)
-        .map_or(Q::ONE, |w| Q::from_bits((w >> (32 - Q::FRAC_NBITS)).into()));
-    if s < Q::ZERO { -fraction } else { fraction }
 }

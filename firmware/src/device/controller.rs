@@ -1,12 +1,16 @@
-//! The 1 kHz owner: joint control, muscle models, telemetry samples.
+//! The 1 kHz owner: joint control, the wall, muscle models, telemetry samples.
 
 use super::mail::{ControlEvent, ControlOrder, ControlReport, ControlRequest, ControllerMail};
-use crate::control::{Effort, Joint, JointState, Orders, SensorFault};
-use crate::link::{Code, Refusal, Telemetry};
-use crate::muscle::{CalciumForce, CalciumForceState, Recruitment};
+use crate::control::{
+    Amplitudes, Effort, ForceControl, ForceOrders, ForceState, Joint, JointState, Orders,
+    SensorFault,
+};
+use crate::haptics::{Wall, WallOrders, WallState};
+use crate::link::{Code, ForceSample, Refusal, Telemetry};
+use crate::muscle::{Ladder, LadderState, Model, Recruitment, Rung};
 use crate::pulse::CHANNELS;
 use crate::safety::Fault;
-use crate::units::{Amplitude, Micros};
+use crate::units::{Amplitude, Angle, Micros};
 use heapless::Vec;
 
 /// A channel's muscle: how it is recruited and how its force develops.
@@ -17,7 +21,7 @@ pub struct Muscle {
     /// Amplitude → gain.
     pub recruitment: Recruitment,
     /// Gain and pulses → force.
-    pub force: CalciumForce,
+    pub force: Ladder,
 }
 
 /// What the controller works with from arming on.
@@ -27,8 +31,12 @@ pub struct ControlSetup {
     pub channels: u16,
     /// Muscles whose force is predicted, by rising channel.
     pub muscles: Vec<Muscle, CHANNELS>,
-    /// The controlled joint.
+    /// Channels under force control, by rising channel.
+    pub forces: Vec<ForceControl, CHANNELS>,
+    /// The controlled joint; `None` if there is a wall.
     pub joint: Option<Joint>,
+    /// The virtual wall; `None` if there is a joint.
+    pub wall: Option<Wall>,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -38,13 +46,48 @@ enum Phase {
     Running,
 }
 
-/// Owns the control law and the muscle models.
+/// What joint or wall did in a tick, for pulser and telemetry.
+struct Acted {
+    amplitudes: Amplitudes,
+    limiting: bool,
+    target: Angle,
+    measured: Angle,
+    effort_milli: i32,
+}
+
+impl From<Orders> for Acted {
+    fn from(orders: Orders) -> Self {
+        Self {
+            amplitudes: orders.amplitudes,
+            limiting: orders.limiting,
+            target: orders.target,
+            measured: orders.measured,
+            effort_milli: Effort::to_milli(orders.effort),
+        }
+    }
+}
+
+impl From<WallOrders> for Acted {
+    fn from(orders: WallOrders) -> Self {
+        Self {
+            amplitudes: orders.amplitudes,
+            limiting: orders.limiting,
+            target: orders.wall,
+            measured: orders.measured,
+            effort_milli: orders.penetration.to_millideg(),
+        }
+    }
+}
+
+/// Owns the control law, the wall and the muscle models.
 #[derive(Debug)]
 pub struct Controller {
     phase: Phase,
     setup: ControlSetup,
     joint: JointState,
-    muscles: Vec<CalciumForceState, CHANNELS>,
+    wall: WallState,
+    muscles: Vec<LadderState, CHANNELS>,
+    forces: Vec<(ForceState, ForceSample), CHANNELS>,
     amplitudes: [Amplitude; CHANNELS],
     limiting: bool,
     period: u16,
@@ -65,7 +108,9 @@ impl Controller {
             phase: Phase::Off,
             setup: ControlSetup::default(),
             joint: JointState::default(),
+            wall: WallState::default(),
             muscles: Vec::new(),
+            forces: Vec::new(),
             amplitudes: [Amplitude::ZERO; CHANNELS],
             limiting: false,
             period: 0,
@@ -76,7 +121,17 @@ impl Controller {
     /// One tick at `now`. `adc` is the joint sensor's conversion of this
     /// instant, if the board has one.
     pub fn tick(&mut self, now: Micros, adc: Option<u16>, mail: &mut ControllerMail<'_>) {
-        while let Some(event) = mail.events.dequeue() {
+        // A pulse is told of when it is rendered, up to two windows early: it
+        // stays in the mailbox, and all behind it, until the tick it lies in
+        // is over. So no muscle is ever ahead of `now`.
+        let is_due = |event: &ControlEvent| match event {
+            ControlEvent::Pulse { at, .. } => now.has_reached(*at),
+            _ => true,
+        };
+        while mail.events.peek().is_some_and(is_due) {
+            let Some(event) = mail.events.dequeue() else {
+                break;
+            };
             self.follow(event, now, mail);
         }
         let mut heard = None;
@@ -86,11 +141,12 @@ impl Controller {
         if let Some(at) = heard {
             order(ControlOrder::Heard(at), mail);
         }
-        let orders = self.control(now, adc, mail);
+        let acted = self.control(now, adc, mail);
+        self.control_forces(now, mail);
         for (muscle, state) in self.setup.muscles.iter().zip(&mut self.muscles) {
             muscle.force.advance(state, now);
         }
-        self.sample(now, orders.as_ref(), mail);
+        self.sample(now, acted.as_ref(), mail);
     }
 
     fn follow(&mut self, event: ControlEvent, now: Micros, mail: &mut ControllerMail<'_>) {
@@ -102,11 +158,16 @@ impl Controller {
                     self.setup = setup;
                 }
                 self.muscles.clear();
-                for _ in &self.setup.muscles {
+                for muscle in &self.setup.muscles {
                     // As many slots as muscles.
-                    let _ = self.muscles.push(CalciumForceState::at_rest(now));
+                    let _ = self.muscles.push(muscle.force.at_rest(now));
+                }
+                self.forces.clear();
+                for _ in &self.setup.forces {
+                    let _ = self.forces.push(Default::default()); // as many slots
                 }
                 self.joint = JointState::default();
+                self.wall = WallState::default();
                 self.amplitudes = [Amplitude::ZERO; CHANNELS];
                 self.phase = Phase::Armed;
             }
@@ -130,6 +191,20 @@ impl Controller {
                 }
             }
         }
+    }
+
+    fn change_rung(&mut self, channel: u8, rung: Rung) -> Result<(), Refusal<'static>> {
+        if self.phase == Phase::Off {
+            return Err(Refusal::new(Code::NotArmed, "state"));
+        }
+        let mut muscles = self.setup.muscles.iter().zip(&mut self.muscles);
+        let (muscle, state) = muscles
+            .find(|(muscle, _)| muscle.channel == channel)
+            .ok_or(Refusal::new(Code::NoMuscle, "muscle").on(channel))?;
+        muscle
+            .force
+            .switch(state, rung)
+            .map_err(|_| Refusal::new(Code::NoFatigue, "fatigue").on(channel))
     }
 
     /// Carries out a request. When its last byte arrived if it was a setpoint.
@@ -160,13 +235,37 @@ impl Controller {
                 };
                 (seq, result, Some(arrived))
             }
-            ControlRequest::Measurement { seq, at, angle } => {
-                let result = match &self.setup.joint {
+            ControlRequest::Force {
+                seq,
+                arrived,
+                at,
+                channel,
+                millinewton,
+                rate,
+            } => {
+                let mut forces = self.setup.forces.iter().zip(&mut self.forces);
+                let result = match forces.find(|(force, _)| force.channel == channel) {
                     _ if self.phase == Phase::Off => Err(Refusal::new(Code::NotArmed, "state")),
-                    None => Err(Refusal::new(Code::NoJoint, "joint")),
-                    Some(joint) => joint
+                    None => Err(Refusal::new(Code::NoForceControl, "channel").on(channel)),
+                    Some((force, (state, _))) => force
+                        .setpoint(state, now, at, millinewton, rate)
+                        .map_err(|e| Refusal::from(e).on(channel)),
+                };
+                (seq, result, Some(arrived))
+            }
+            ControlRequest::Rung { seq, channel, rung } => {
+                (seq, self.change_rung(channel, rung), None)
+            }
+            ControlRequest::Measurement { seq, at, angle } => {
+                let result = match (&self.setup.joint, &self.setup.wall) {
+                    _ if self.phase == Phase::Off => Err(Refusal::new(Code::NotArmed, "state")),
+                    (Some(joint), _) => joint
                         .measurement(&mut self.joint, now, at, angle)
                         .map_err(Refusal::from),
+                    (None, Some(wall)) => wall
+                        .measurement(&mut self.wall, now, at, angle)
+                        .map_err(Refusal::from),
+                    (None, None) => Err(Refusal::new(Code::NoJoint, "joint")),
                 };
                 (seq, result, None)
             }
@@ -182,25 +281,35 @@ impl Controller {
         heard
     }
 
-    /// Runs the joint while stimulating; a sensor that cannot be believed is
-    /// a fault for the pulser to latch.
+    /// Runs joint or wall while stimulating; a sensor that cannot be believed
+    /// is a fault for the pulser to latch.
     fn control(
         &mut self,
         now: Micros,
         adc: Option<u16>,
         mail: &mut ControllerMail<'_>,
-    ) -> Option<Orders> {
-        let joint = self
-            .setup
-            .joint
-            .as_ref()
-            .filter(|_| self.phase == Phase::Running)?;
-        let reading = adc.and_then(|code| joint.angle_from_code(code));
-        match joint.tick(&mut self.joint, now, reading) {
-            Ok(orders) => {
-                self.limiting |= orders.limiting;
-                order(ControlOrder::Amplitudes(orders.amplitudes.clone()), mail);
-                Some(orders)
+    ) -> Option<Acted> {
+        if self.phase != Phase::Running {
+            return None;
+        }
+        let acted = match (&self.setup.joint, &self.setup.wall) {
+            (Some(joint), _) => {
+                let reading = adc.and_then(|code| joint.angle_from_code(code));
+                let orders = joint.tick(&mut self.joint, now, reading);
+                orders.map(Acted::from)
+            }
+            (None, Some(wall)) => {
+                let reading = adc.and_then(|code| wall.angle_from_code(code));
+                let orders = wall.tick(&mut self.wall, now, reading);
+                orders.map(Acted::from)
+            }
+            (None, None) => return None,
+        };
+        match acted {
+            Ok(acted) => {
+                self.limiting |= acted.limiting;
+                order(ControlOrder::Amplitudes(acted.amplitudes.clone()), mail);
+                Some(acted)
             }
             // A host that measures may need until its first setpoint.
             Err(SensorFault::Absent) => None,
@@ -215,7 +324,30 @@ impl Controller {
         }
     }
 
-    fn sample(&mut self, now: Micros, orders: Option<&Orders>, mail: &mut ControllerMail<'_>) {
+    /// Runs the channels under force control while stimulating.
+    fn control_forces(&mut self, now: Micros, mail: &mut ControllerMail<'_>) {
+        if self.phase != Phase::Running {
+            return;
+        }
+        for (force, (state, sample)) in self.setup.forces.iter().zip(&mut self.forces) {
+            let Some(ForceOrders { target, drive }) = force.tick(state, now) else {
+                continue;
+            };
+            self.limiting |= drive.limiting;
+            *sample = ForceSample {
+                target_mn: target.to_millinewton(),
+                period_us: drive.period_us,
+            };
+            let pulses = ControlOrder::Pulses {
+                channel: force.channel,
+                amplitude: drive.amplitude,
+                period_us: drive.period_us,
+            };
+            order(pulses, mail);
+        }
+    }
+
+    fn sample(&mut self, now: Micros, acted: Option<&Acted>, mail: &mut ControllerMail<'_>) {
         if self.period == 0 {
             return;
         }
@@ -229,10 +361,10 @@ impl Controller {
             limiting: core::mem::take(&mut self.limiting),
             ..Telemetry::default()
         };
-        if let Some(orders) = orders {
-            sample.target_centideg = orders.target.to_centideg();
-            sample.measured_centideg = orders.measured.to_centideg();
-            sample.effort_milli = Effort::to_milli(orders.effort);
+        if let Some(acted) = acted {
+            sample.target_centideg = acted.target.to_centideg();
+            sample.measured_centideg = acted.measured.to_centideg();
+            sample.effort_milli = acted.effort_milli;
         }
         for (channel, &amplitude) in self.amplitudes.iter().enumerate() {
             if self.setup.channels & 1 << channel != 0 {
@@ -244,12 +376,15 @@ impl Controller {
                 .forces_mn
                 .push(muscle.force.force(state).to_millinewton()); // same
         }
+        for (_, force) in &self.forces {
+            let _ = sample.force_control.push(*force); // same
+        }
         let _ = mail.reports.enqueue(ControlReport::Telemetry(sample)); // late readers lose samples
     }
 }
 
 /// The pulser empties its mailbox four times per tick, and a tick writes two
-/// orders: there is room.
+/// orders and one for each channel under force control: there is room.
 fn order(order: ControlOrder, mail: &mut ControllerMail<'_>) {
     let _ = mail.orders.enqueue(order);
 }

@@ -105,6 +105,16 @@ impl Pulser {
                         self.guard.order(channel, amplitude);
                     }
                 }
+                ControlOrder::Pulses {
+                    channel,
+                    amplitude,
+                    period_us,
+                } => {
+                    self.guard.order(channel, amplitude);
+                    if let Some(period_us) = self.guard.order_period(channel, period_us) {
+                        self.scheduler.set_period(channel, period_us, start);
+                    }
+                }
                 ControlOrder::Heard(at) => self.guard.heard(at),
                 ControlOrder::Fault(fault) if self.guard.state() == State::Stimulating => {
                     return Err(fault);
@@ -272,7 +282,7 @@ impl Pulser {
                 at: pulse.at,
                 amplitude,
             };
-            // 128 slots hold four windows of 20 pulses and every state change;
+            // 168 slots hold six windows of 20 pulses and every state change;
             // a controller that misses its tick is caught by the watchdog.
             let _ = mail.control_events.enqueue(event);
         }

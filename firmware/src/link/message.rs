@@ -2,8 +2,9 @@
 //! append, never insert; the schema hash changes with any edit.
 
 use super::Refusal;
-use crate::control::JointSpec;
-use crate::muscle::{CalciumForceSpec, RecruitmentSpec};
+use crate::control::{ForceSpec, JointSpec};
+use crate::haptics::WallSpec;
+use crate::muscle::{MuscleSpec, Rung};
 use crate::pulse::{CHANNELS, GroupSpec, MAX_GROUPS};
 use crate::safety::{ChannelSpec, FaultRecord, State, StopCause, WearerSpec};
 use crate::units::{Amplitude, Micros};
@@ -57,10 +58,8 @@ pub enum Request {
     Muscle {
         /// From 0.
         channel: u8,
-        /// Its force model.
-        force: CalciumForceSpec,
-        /// How its amplitude recruits it.
-        recruitment: RecruitmentSpec,
+        /// The muscle.
+        spec: MuscleSpec,
     },
     /// Puts a controlled joint into the draft.
     Joint(JointSpec),
@@ -101,6 +100,34 @@ pub enum Request {
     Subscribe {
         /// ms.
         period_ms: u16,
+    },
+    /// Puts a virtual wall into the draft.
+    Wall(WallSpec),
+    /// Puts a channel of the draft under force control. It needs a muscle.
+    ForceControl {
+        /// From 0.
+        channel: u8,
+        /// How.
+        spec: ForceSpec,
+    },
+    /// The wanted force of a channel under force control. A setpoint.
+    Force {
+        /// From 0.
+        channel: u8,
+        /// Device time from which it is valid; `None` is on arrival.
+        at: Option<Micros>,
+        /// mN, on the average of a pulse period.
+        millinewton: u32,
+        /// mN/s; `None` lets the device estimate it.
+        millinewton_per_s: Option<i32>,
+    },
+    /// Changes the rung of a muscle of the armed setup, without a step in its
+    /// force.
+    Rung {
+        /// From 0.
+        channel: u8,
+        /// The rung from then on.
+        rung: Rung,
     },
 }
 
@@ -247,11 +274,12 @@ pub enum Event {
 pub struct Telemetry {
     /// Device time of the control tick.
     pub at: Micros,
-    /// Wanted joint angle, 0.01°.
+    /// Wanted joint angle, or where the wall stands, 0.01°.
     pub target_centideg: i16,
     /// Measured joint angle, 0.01°.
     pub measured_centideg: i16,
-    /// What the law asked for, in thousandths of its own unit.
+    /// What the law asked for, in thousandths of its own unit; with a wall, the
+    /// penetration in 0.001°, negative in front of it.
     pub effort_milli: i32,
     /// An amplitude was clamped to the wearer's limit since the last sample.
     pub limiting: bool,
@@ -260,6 +288,17 @@ pub struct Telemetry {
     pub amplitudes: Vec<Amplitude, CHANNELS>,
     /// Predicted forces in mN, one per channel with a muscle.
     pub forces_mn: Vec<u32, CHANNELS>,
+    /// What force control does, one per channel under it.
+    pub force_control: Vec<ForceSample, CHANNELS>,
+}
+
+/// A channel under force control in one telemetry sample.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize, Schema)]
+pub struct ForceSample {
+    /// Wanted force, mN; 0 before the first setpoint.
+    pub target_mn: u32,
+    /// Burst start to burst start, µs; 0 before the first setpoint.
+    pub period_us: u32,
 }
 
 /// A session number no session has.

@@ -2,7 +2,8 @@
 //! allowed. Numbers are stable; this file is the only list of them.
 
 use super::frame::FrameError;
-use crate::control::{MeasurementError, SetpointError, SpecError};
+use crate::control::{ForceError, MeasurementError, SetpointError, SpecError};
+use crate::haptics::WallError;
 use crate::pulse::{GroupError, TrainError};
 use crate::safety::{Denied, SetupError};
 use crate::units::OutOfRange;
@@ -37,6 +38,10 @@ pub enum Code {
     Controlled = 215,
     AmplitudeCount = 216,
     NothingToArm = 217,
+    JointAndWall = 218,
+    RateChanges = 219,
+    NoMuscle = 220,
+    NoFatigue = 221,
     WrongState = 300,
     NotArmed = 301,
     ArmInputOpen = 302,
@@ -48,11 +53,13 @@ pub enum Code {
     SetpointTime = 311,
     MeasurementTime = 312,
     SensorNotHost = 313,
+    NoForceControl = 314,
+    ForceOutOfReach = 315,
 }
 
 impl Code {
     /// All codes, for documentation and tests.
-    pub const ALL: [Self; 34] = [
+    pub const ALL: [Self; 40] = [
         Self::BadCrc,
         Self::MalformedFrame,
         Self::FrameTooLong,
@@ -76,6 +83,10 @@ impl Code {
         Self::Controlled,
         Self::AmplitudeCount,
         Self::NothingToArm,
+        Self::JointAndWall,
+        Self::RateChanges,
+        Self::NoMuscle,
+        Self::NoFatigue,
         Self::WrongState,
         Self::NotArmed,
         Self::ArmInputOpen,
@@ -87,6 +98,8 @@ impl Code {
         Self::SetpointTime,
         Self::MeasurementTime,
         Self::SensorNotHost,
+        Self::NoForceControl,
+        Self::ForceOutOfReach,
     ];
 
     /// The code with this number.
@@ -189,6 +202,7 @@ impl From<GroupError> for Refusal<'static> {
                 groups(Code::IsolationOverlaps, channel)
             }
             GroupError::NoTimeToGround { channel } => groups(Code::NoTimeToGround, channel),
+            GroupError::RateChanges { channel } => groups(Code::RateChanges, channel),
         }
     }
 }
@@ -247,12 +261,27 @@ impl From<crate::muscle::OutOfRange> for Refusal<'static> {
             TauC => "tau_c_us",
             Tau1 => "tau1_us",
             Tau2 => "tau2_us",
+            AlphaA => "alpha_a_milli_per_s2",
+            AlphaK => "alpha_k_nano_per_n_s",
+            AlphaTau1 => "alpha_tau1_nano_per_n",
+            TauFat => "tau_fat_ms",
             MotorThreshold => "motor_threshold",
             Limit => "limit",
             Reference => "reference",
             Slope => "slope_micro",
+            Period => "period_us",
+            ShortestPeriod => "min_period_us",
         };
         Self::new(Code::OutOfRange, field).allowed(bound(e.min), bound(e.max))
+    }
+}
+
+impl From<crate::muscle::LadderError> for Refusal<'static> {
+    fn from(e: crate::muscle::LadderError) -> Self {
+        match e {
+            crate::muscle::LadderError::Range(e) => e.into(),
+            crate::muscle::LadderError::NoFatigue => Self::new(Code::NoFatigue, "fatigue"),
+        }
     }
 }
 
@@ -264,6 +293,18 @@ impl From<SpecError> for Refusal<'static> {
             }
             SpecError::ChannelTwice { channel } => {
                 Self::new(Code::ChannelTwice, "joint").on(channel)
+            }
+        }
+    }
+}
+
+impl From<WallError> for Refusal<'static> {
+    fn from(e: WallError) -> Self {
+        match e {
+            WallError::Range(e) => e.into(),
+            WallError::Joint(e) => e.into(),
+            WallError::ChannelTwice { channel } => {
+                Self::new(Code::ChannelTwice, "wall").on(channel)
             }
         }
     }
@@ -281,6 +322,17 @@ impl From<SetpointError> for Refusal<'static> {
             | SetpointError::TooOld
             | SetpointError::OutOfOrder
             | SetpointError::TooManyWaiting => Self::new(Code::SetpointTime, "at"),
+        }
+    }
+}
+
+impl From<ForceError> for Refusal<'static> {
+    fn from(e: ForceError) -> Self {
+        match e {
+            ForceError::OutOfReach { max_mn } => {
+                Self::new(Code::ForceOutOfReach, "millinewton").allowed(0, bound(max_mn))
+            }
+            ForceError::Setpoint(e) => e.into(),
         }
     }
 }
@@ -320,5 +372,13 @@ const fn spec_field(field: crate::control::SpecField) -> &'static str {
         CodeAt100 => "code_at_100",
         CodeSpan => "code_at_100 - code_at_0",
         StaleAfter => "stale_after_ms",
+        Rest => "rest_mdeg",
+        Stiffness => "stiffness_unm_per_rad",
+        Damping => "damping_unm_s_per_rad",
+        Flexion => "flexion_unm",
+        Extension => "extension_unm",
+        TorqueLoss => "torque_loss_milli",
+        Curvature => "curvature_milli",
+        Lead => "lead_ms",
     }
 }

@@ -30,7 +30,7 @@ use super::{Gain, OutOfRange, Parameter, within};
 use crate::units::{Force, Micros};
 
 /// The longest step, and the one whose factors are computed beforehand.
-const TICK_US: u32 = 1000;
+pub(super) const TICK_US: u32 = 1000;
 
 /// C of one pulse, U5F59.
 const ONE_PULSE: u64 = 1 << 59;
@@ -40,7 +40,7 @@ const ONE_PULSE: u64 = 1 << 59;
 const CALCIUM_MAX: u64 = 24 << 59;
 
 /// The upper word of that.
-const CALCIUM_MAX_UPPER: u32 = 24 << 27;
+pub(super) const CALCIUM_MAX_UPPER: u32 = 24 << 27;
 
 /// One muscle's parameters, as a host sends them. Table 4 of Lee 2020 lists
 /// ten subjects' (with τ2 of K06 misprinted: 176 ms, not 17.6).
@@ -65,7 +65,7 @@ struct Step {
     to_middle: u32,
     /// e^(−h/τc).
     to_end: u32,
-    /// h/(τ1 + τ2).
+    /// h/τm.
     length: u32,
 }
 
@@ -78,36 +78,36 @@ struct Step {
 #[derive(Clone, Copy, Debug)]
 pub struct CalciumForce {
     /// K, U5F27.
-    k: u32,
-    /// τ1/(τ1 + τ2), Q32.
-    tau_floor: u32,
-    /// 1 − `tau_floor`, Q32, so that no x can carry their sum past 1.
-    tau_span: u32,
+    pub(super) k: u32,
+    /// τ1/τm, Q32; τm is τ1 + τ2, or more where τ1 may grow.
+    pub(super) tau_floor: u32,
+    /// τ2/τm, Q32, such that no x can carry their sum past 1.
+    pub(super) tau_span: u32,
     /// 1 µs/2τc in 2^-42: below 2^29, as τc is 5 ms or more.
-    half_decay_per_us: u32,
-    /// 1 µs/(τ1 + τ2) in 2^-42: below 2^31, as τ1 + τ2 is 3 ms or more.
-    length_per_us: u32,
+    pub(super) half_decay_per_us: u32,
+    /// 1 µs/τm in 2^-42: below 2^31, as τm is 3 ms or more.
+    pub(super) length_per_us: u32,
     /// A step of 1 ms.
     tick: Step,
-    /// A·(τ1 + τ2), N in Q16.16: below 12,000 N.
-    full_scale: u32,
+    /// A·τm, N in Q16.16: below 12,000 N.
+    pub(super) full_scale: u32,
 }
 
 /// Where one muscle is. 40 bytes, freely copied.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct CalciumForceState {
     /// C, U5F59, at most `CALCIUM_MAX` and a lower word.
-    calcium: u64,
+    pub(super) calcium: u64,
     /// F over full scale, Q63: 0 ≤ force < 2^63.
-    force: i64,
+    pub(super) force: i64,
     /// Gain of the last pulse that reached the muscle, Q31.
-    gain: u32,
+    pub(super) gain: u32,
     /// The time all this holds for.
-    at: Micros,
+    pub(super) at: Micros,
     /// How far ahead of `at` a pulse is known of: below 1000 µs, 0 if none.
-    waiting_us: u32,
+    pub(super) waiting_us: u32,
     /// That pulse's gain, Q31.
-    next_gain: u32,
+    pub(super) next_gain: u32,
 }
 
 impl CalciumForceState {
@@ -161,9 +161,17 @@ impl CalciumForce {
     /// [`CalciumForceSpec`]; within them no later computation can overflow.
     pub fn new(spec: CalciumForceSpec) -> Result<Self, OutOfRange> {
         spec.check()?;
-        // Ranges above: τ1 + τ2 in 3,000…1,200,000 µs.
-        let tau_us = (spec.tau1_us + spec.tau2_us) as u64;
+        Ok(Self::derive(spec, spec.tau1_us))
+    }
+
+    /// The constants of a checked `spec` whose τ1 may grow to `tau1_max_us`, at
+    /// most 200,000 and at least its own: τm is that and τ2.
+    pub(super) fn derive(spec: CalciumForceSpec, tau1_max_us: u32) -> Self {
+        // Ranges above: τm in 3,000…1,200,000 µs.
+        let tau_us = (tau1_max_us + spec.tau2_us) as u64;
+        // At most 2^32·200/201.
         let tau_floor = (((spec.tau1_us as u64) << 32) / tau_us) as u32;
+        let tau_span = ((spec.tau2_us as u64) << 32) / tau_us;
         // 10^7 mN/s · 1.2·10^6 µs · 2^16 = 7.9·10^17 fits; the quotient,
         // below 12,000 · 2^16, fits 32 bits.
         let full_scale = ((spec.a_mn_per_s as u64 * tau_us) << 16) / 1_000_000_000;
@@ -171,7 +179,7 @@ impl CalciumForce {
             // At most 5 · 2^27.
             k: (((spec.k_micro as u64) << 27) / 1_000_000) as u32,
             tau_floor,
-            tau_span: u32::MAX - tau_floor,
+            tau_span: (tau_span as u32).min(u32::MAX - tau_floor),
             half_decay_per_us: ((1 << 41) / spec.tau_c_us as u64) as u32,
             length_per_us: ((1 << 42) / tau_us) as u32,
             tick: Step {
@@ -182,7 +190,7 @@ impl CalciumForce {
             full_scale: full_scale as u32,
         };
         muscle.tick = muscle.step_of(TICK_US);
-        Ok(muscle)
+        muscle
     }
 
     /// A pulse at `at`: adds 1 to C then, and from then on drives the muscle
@@ -276,9 +284,14 @@ impl CalciumForce {
     /// The muscle's force, 0…12,000 N, at [`CalciumForceState::at`].
     #[must_use]
     pub const fn force(&self, state: &CalciumForceState) -> Force {
+        self.newtons((state.force >> 32) as u32)
+    }
+
+    /// A force over full scale, Q31 and at most 1, in newtons.
+    pub(super) const fn newtons(&self, force: u32) -> Force {
         // Q31 · Q16.16, rounded: below 2^31 · 2^30 + 2^30, so that the
         // shifted result fits 31 bits.
-        let product = (state.force >> 32) as u64 * self.full_scale as u64;
+        let product = force as u64 * self.full_scale as u64;
         Force(I16F16::from_bits(((product + (1 << 30)) >> 31) as i32))
     }
 
@@ -297,7 +310,7 @@ impl CalciumForce {
 
     /// x and τ/(τ1 + τ2), both Q32, at C = `calcium` in U5F27.
     #[inline(always)]
-    fn activation(&self, calcium: u32) -> (u32, u32) {
+    pub(super) fn activation(&self, calcium: u32) -> (u32, u32) {
         // C ≤ 25, K + C < 32. x stays below 1: K/(K + C) is at least
         // 8.0e-5, Reciprocal's error at most 2.5e-5.
         let x = Reciprocal::of(self.k.wrapping_add(calcium)).times(calcium);

@@ -88,6 +88,25 @@ pub(crate) fn exp2_neg(x: u64) -> u32 {
     mantissa.checked_shr(whole.saturating_add(1)).unwrap_or(0)
 }
 
+/// e^−x for x ≥ 0 in Q32, as Q31. Relative error below 2e-6.
+pub(super) fn exp_neg(x: u64) -> u32 {
+    // e^-32 is below 2^-31: 0 from there on. 2^37 >> 6 times 2^32 fits.
+    let x = x.min(32 << 32) >> 6;
+    exp2_neg((x * u64::from(LOG2_E)) >> 25)
+}
+
+/// −ln(y) for y in Q31 as in [`log2_neg`], as Q32: at most 21.5.
+pub(super) fn ln_neg(y: u32) -> u64 {
+    // 31 · 2^26 · 2^32 fits.
+    ((log2_neg(y) >> 6) * u64::from(LN_2)) >> 26
+}
+
+/// n/d in Q32 of two numbers of the same format, for n < 2^40 and d > 0,
+/// within 2^8/d of the quotient; d below 2^8 counts as 2^8.
+pub(super) fn quotient(n: u64, d: u64) -> u64 {
+    (n << 24).checked_div(d >> 8).unwrap_or(n << 24)
+}
+
 /// −log2(y) for y in Q31, 0 < y ≤ 1, as Q32. Error below 1.3e-8; y = 0 is
 /// taken as the smallest y, y > 1 as 1.
 pub(crate) fn log2_neg(y: u32) -> u64 {

@@ -1,10 +1,22 @@
 //! The fidelity ladder: models of the same muscle, from cheap to complete,
-//! behind one trait.
+//! behind one trait, and the change from one to another.
 
-use super::{CalciumForce, CalciumForceState, Gain};
-use crate::units::{Force, Micros};
+use core::fmt;
+
+use fixed::types::U1F31;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
+
+use super::calcium_force::TICK_US;
+use super::fatigue::{Fatigue, FatigueSpec, Tiredness};
+use super::lag::LagState;
+use super::rhythm::{Rhythm, calcium};
+use super::steady::StaticState;
+use super::{
+    CalciumForce, CalciumForceSpec, CalciumForceState, Gain, OutOfRange, Recruitment,
+    RecruitmentSpec,
+};
+use crate::units::{Force, Micros};
 
 /// How much of a muscle is modelled, cheapest first.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize, Deserialize, Schema)]
@@ -15,8 +27,18 @@ pub enum Rung {
     Lag,
     /// Lee 2020, equations (2) and (3).
     CalciumForce,
-    /// The same, with parameters that tire.
+    /// The same, with parameters that tire (Ding 2003).
     CalciumForceFatigue,
+}
+
+impl Rung {
+    /// All rungs, cheapest first.
+    pub const ALL: [Self; 4] = [
+        Self::Static,
+        Self::Lag,
+        Self::CalciumForce,
+        Self::CalciumForceFatigue,
+    ];
 }
 
 /// A model of one muscle: validated parameters. Any number of states can run
@@ -47,5 +69,311 @@ impl Model for CalciumForce {
     }
     fn force(&self, state: &Self::State) -> Force {
         self.force(state)
+    }
+}
+
+/// A rung that tires was asked of a muscle without a [`FatigueSpec`].
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct NoFatigue;
+
+impl fmt::Display for NoFatigue {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("the muscle has no fatigue parameters")
+    }
+}
+
+impl core::error::Error for NoFatigue {}
+
+/// What [`Ladder::new`] refuses.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum LadderError {
+    /// A parameter outside its range.
+    Range(OutOfRange),
+    /// The rung needs a [`FatigueSpec`].
+    NoFatigue,
+}
+
+/// A muscle under a channel, as a host configures it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+pub struct MuscleSpec {
+    /// Its force model.
+    pub force: CalciumForceSpec,
+    /// How amplitude recruits it.
+    pub recruitment: RecruitmentSpec,
+    /// How it tires: needed for [`Rung::CalciumForceFatigue`].
+    pub fatigue: Option<FatigueSpec>,
+    /// The rung it starts on.
+    pub rung: Rung,
+}
+
+impl MuscleSpec {
+    /// A muscle that does not tire, on [`Rung::CalciumForce`].
+    #[must_use]
+    pub const fn new(force: CalciumForceSpec, recruitment: RecruitmentSpec) -> Self {
+        Self {
+            force,
+            recruitment,
+            fatigue: None,
+            rung: Rung::CalciumForce,
+        }
+    }
+
+    /// Derives the constants of the muscle and of its recruitment.
+    ///
+    /// # Errors
+    /// As [`Ladder::new`]; [`LadderError::Range`] as [`Recruitment::new`].
+    pub fn validate(&self) -> Result<(Ladder, Recruitment), LadderError> {
+        let ladder = Ladder::new(self.force, self.fatigue, self.rung)?;
+        let recruitment = Recruitment::new(self.recruitment).map_err(LadderError::Range)?;
+        Ok((ladder, recruitment))
+    }
+}
+
+/// One muscle on any rung: validated parameters and the rung it starts on.
+#[derive(Clone, Copy, Debug)]
+pub struct Ladder {
+    fresh: CalciumForce,
+    fatigue: Option<Fatigue>,
+    first: Rung,
+}
+
+/// Where one muscle on some rung is.
+#[derive(Clone, Copy, Debug)]
+pub struct LadderState {
+    /// The muscle as tired as it is.
+    muscle: CalciumForce,
+    tired: Tiredness,
+    rhythm: Rhythm,
+    motion: Motion,
+}
+
+/// Force and what drives it, by rung.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Motion {
+    Static(StaticState),
+    Lag(LagState),
+    CalciumForce(CalciumForceState),
+    CalciumForceFatigue(CalciumForceState),
+}
+
+impl LadderState {
+    /// The rung it is on.
+    #[must_use]
+    pub const fn rung(&self) -> Rung {
+        match self.motion {
+            Motion::Static(_) => Rung::Static,
+            Motion::Lag(_) => Rung::Lag,
+            Motion::CalciumForce(_) => Rung::CalciumForce,
+            Motion::CalciumForceFatigue(_) => Rung::CalciumForceFatigue,
+        }
+    }
+
+    /// The time the state holds for: a pulse that was told of early may have
+    /// carried it up to 1 ms ahead.
+    #[must_use]
+    pub const fn at(&self) -> Micros {
+        match &self.motion {
+            Motion::Static(state) => state.at,
+            Motion::Lag(state) => state.at,
+            Motion::CalciumForce(state) | Motion::CalciumForceFatigue(state) => state.at,
+        }
+    }
+
+    /// F over full scale, Q63.
+    fn force(&self) -> i64 {
+        match &self.motion {
+            Motion::Static(state) => state.force(),
+            Motion::Lag(state) => state.force,
+            Motion::CalciumForce(state) | Motion::CalciumForceFatigue(state) => state.force,
+        }
+    }
+
+    /// What work has left of A, 0…1: 1 for a muscle that does not tire.
+    #[must_use]
+    pub const fn strength(&self) -> U1F31 {
+        U1F31::from_bits(self.tired.a)
+    }
+}
+
+impl Ladder {
+    /// Derives the constants of a muscle that starts on `first`.
+    ///
+    /// # Errors
+    /// [`LadderError::Range`] as [`CalciumForce::new`], and the same for the
+    /// parameters of `fatigue`; [`LadderError::NoFatigue`] if `first` needs it.
+    pub fn new(
+        force: CalciumForceSpec,
+        fatigue: Option<FatigueSpec>,
+        first: Rung,
+    ) -> Result<Self, LadderError> {
+        let (fresh, fatigue) = match fatigue {
+            None => (CalciumForce::new(force).map_err(LadderError::Range)?, None),
+            Some(spec) => {
+                let (fresh, fatigue) = Fatigue::new(force, spec).map_err(LadderError::Range)?;
+                (fresh, Some(fatigue))
+            }
+        };
+        if first == Rung::CalciumForceFatigue && fatigue.is_none() {
+            return Err(LadderError::NoFatigue);
+        }
+        Ok(Self {
+            fresh,
+            fatigue,
+            first,
+        })
+    }
+
+    /// The rung a muscle starts on.
+    #[must_use]
+    pub const fn first(&self) -> Rung {
+        self.first
+    }
+
+    /// Changes the rung. The force of this moment stays what it is, but for
+    /// rounding (2^-31 of full scale); from there on it follows the new rung.
+    ///
+    /// Lag takes the force over as its own; Static lets the difference fade
+    /// with τ1 + τ2; calcium, which they do not know, becomes that of a steady
+    /// train with the last interval. Fatigue stands still below its own rung,
+    /// neither growing nor recovering, and keeps its effect there.
+    ///
+    /// # Errors
+    /// [`NoFatigue`], and nothing changes.
+    pub fn switch(&self, state: &mut LadderState, rung: Rung) -> Result<(), NoFatigue> {
+        if rung == Rung::CalciumForceFatigue && self.fatigue.is_none() {
+            return Err(NoFatigue);
+        }
+        if rung == state.rung() {
+            return Ok(());
+        }
+        let (at, force) = (state.at(), state.force());
+        state.rhythm.forget(at);
+        let (muscle, rhythm) = (&state.muscle, &state.rhythm);
+        let gain = state.tired.of(rhythm.gain);
+        state.motion = match rung {
+            Rung::Static => Motion::Static(StaticState::at(at, force, muscle, rhythm, gain)),
+            Rung::Lag => Motion::Lag(LagState::at(at, force, muscle, rhythm, gain)),
+            Rung::CalciumForce | Rung::CalciumForceFatigue => {
+                let state = match state.motion {
+                    Motion::CalciumForce(same) | Motion::CalciumForceFatigue(same) => same,
+                    Motion::Static(_) | Motion::Lag(_) => CalciumForceState {
+                        calcium: u64::from(calcium(muscle, rhythm, at)) << 32,
+                        force,
+                        gain,
+                        ..CalciumForceState::at_rest(at)
+                    },
+                };
+                if rung == Rung::CalciumForce {
+                    Motion::CalciumForce(state)
+                } else {
+                    Motion::CalciumForceFatigue(state)
+                }
+            }
+        };
+        Ok(())
+    }
+}
+
+impl Model for Ladder {
+    type State = LadderState;
+
+    fn at_rest(&self, at: Micros) -> LadderState {
+        let (muscle, rhythm) = (self.fresh, Rhythm::NONE);
+        let motion = match self.first {
+            Rung::Static => Motion::Static(StaticState::at(at, 0, &muscle, &rhythm, 0)),
+            Rung::Lag => Motion::Lag(LagState::at(at, 0, &muscle, &rhythm, 0)),
+            Rung::CalciumForce => Motion::CalciumForce(CalciumForceState::at_rest(at)),
+            Rung::CalciumForceFatigue => {
+                Motion::CalciumForceFatigue(CalciumForceState::at_rest(at))
+            }
+        };
+        LadderState {
+            muscle,
+            tired: Tiredness::NONE,
+            rhythm,
+            motion,
+        }
+    }
+
+    /// A pulse with [`Gain::ZERO`] reaches no fibre and changes nothing.
+    #[inline]
+    fn pulse(&self, state: &mut LadderState, at: Micros, gain: Gain) {
+        if gain == Gain::ZERO {
+            return;
+        }
+        let bits = gain.get().to_bits();
+        state.rhythm.beat(at, bits);
+        let gain = state.tired.of(bits);
+        let (muscle, rhythm) = (&state.muscle, &state.rhythm);
+        match &mut state.motion {
+            Motion::Static(motion) => motion.pulse(muscle, rhythm, at, gain),
+            Motion::Lag(motion) => motion.pulse(muscle, rhythm, at, gain),
+            Motion::CalciumForce(motion) => {
+                muscle.pulse(motion, at, Gain::new(U1F31::from_bits(gain)));
+            }
+            Motion::CalciumForceFatigue(motion) => {
+                let before = motion.at;
+                muscle.pulse(motion, at, Gain::new(U1F31::from_bits(gain)));
+                let passed_us = motion.at.elapsed_since(before);
+                if passed_us > 0 {
+                    self.tire(state, passed_us);
+                }
+            }
+        }
+    }
+
+    #[inline]
+    fn advance(&self, state: &mut LadderState, to: Micros) {
+        state.rhythm.forget(to);
+        match &mut state.motion {
+            Motion::Static(motion) => motion.advance(to),
+            Motion::Lag(motion) => motion.advance(to),
+            Motion::CalciumForce(motion) => state.muscle.advance(motion, to),
+            Motion::CalciumForceFatigue(_) => self.advance_tiring(state, to),
+        }
+    }
+
+    fn force(&self, state: &LadderState) -> Force {
+        state.muscle.newtons((state.force() >> 32) as u32)
+    }
+}
+
+impl Ladder {
+    /// Steps of at most 1 ms, each counted as work; at rest, of a second.
+    fn advance_tiring(&self, state: &mut LadderState, to: Micros) {
+        while let Motion::CalciumForceFatigue(motion) = &mut state.motion {
+            let ahead_us = to.elapsed_since(motion.at);
+            if ahead_us == 0 {
+                return;
+            }
+            let longest_us = if motion.is_at_rest() {
+                super::fatigue::UPDATE_US
+            } else {
+                TICK_US
+            };
+            let step_us = ahead_us.min(longest_us);
+            let end = motion.at.plus(step_us);
+            state.muscle.advance(motion, end);
+            self.tire(state, step_us);
+        }
+    }
+
+    /// `us` passed: at an update, the pulses' gains follow A.
+    fn tire(&self, state: &mut LadderState, us: u32) {
+        let (Motion::CalciumForceFatigue(motion), Some(fatigue)) =
+            (&mut state.motion, &self.fatigue)
+        else {
+            return;
+        };
+        let force = (motion.force >> 32) as u32;
+        if fatigue.pass(&mut state.tired, &mut state.muscle, force, us) {
+            // The last pulse acts already, or waits behind the one before.
+            let (acting, waiting) = match motion.waiting_us {
+                0 => (state.rhythm.gain, 0),
+                _ => (state.rhythm.gain_before, state.rhythm.gain),
+            };
+            motion.gain = state.tired.of(acting);
+            motion.next_gain = state.tired.of(waiting);
+        }
     }
 }

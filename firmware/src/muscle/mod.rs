@@ -1,17 +1,25 @@
 //! What a muscle does with the pulses it gets, in fixed point.
 //!
-//! Lives here: `recruitment` (amplitude ↔ share of the muscle at work) and
-//! `calcium_force` (pulses → force over time); `exponential` and
-//! `reciprocal` are their arithmetic. Not here: limits a pulse must keep (`safety`), joints
+//! Lives here: `recruitment` (amplitude ↔ share of the muscle at work) and the
+//! `ladder` of models (pulses → force over time): `steady`, `lag`,
+//! `calcium_force` and `fatigue`; `rhythm`, `exponential` and `reciprocal` are
+//! what they compute with. Not here: limits a pulse must keep (`safety`), joints
 //! (`control`), the simulator's own floating-point muscles.
 //! In: wanted effort or gain; the pulses actually emitted, each with its
 //! microsecond. Out: amplitudes within the wearer's range; predicted force.
 
 pub mod calcium_force;
+pub mod choice;
 pub(crate) mod exponential;
+pub mod fatigue;
+pub mod inverse;
 pub mod ladder;
+mod lag;
 mod reciprocal;
 pub mod recruitment;
+mod rhythm;
+mod settled;
+mod steady;
 
 use core::fmt;
 
@@ -20,7 +28,9 @@ use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 pub use calcium_force::{CalciumForce, CalciumForceSpec, CalciumForceState};
-pub use ladder::{Model, Rung};
+pub use fatigue::FatigueSpec;
+pub use inverse::{Drive, Inverse};
+pub use ladder::{Ladder, LadderError, LadderState, Model, MuscleSpec, NoFatigue, Rung};
 pub use recruitment::{Recruitment, RecruitmentSpec};
 
 /// The share of its reference strength a muscle is driven with, 0…1: the
@@ -63,6 +73,14 @@ pub enum Parameter {
     Tau1,
     /// [`CalciumForceSpec::tau2_us`].
     Tau2,
+    /// [`FatigueSpec::alpha_a_milli_per_s2`].
+    AlphaA,
+    /// [`FatigueSpec::alpha_k_nano_per_n_s`].
+    AlphaK,
+    /// [`FatigueSpec::alpha_tau1_nano_per_n`].
+    AlphaTau1,
+    /// [`FatigueSpec::tau_fat_ms`].
+    TauFat,
     /// [`RecruitmentSpec::motor_threshold`].
     MotorThreshold,
     /// [`RecruitmentSpec::limit`].
@@ -71,6 +89,10 @@ pub enum Parameter {
     Reference,
     /// [`RecruitmentSpec::slope_micro`].
     Slope,
+    /// Period of the slowest rate that a force is had with, µs.
+    Period,
+    /// Period of the fastest, µs.
+    ShortestPeriod,
 }
 
 /// A parameter outside the range in which the model's arithmetic is proven.

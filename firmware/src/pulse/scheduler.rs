@@ -57,11 +57,6 @@ impl Picture {
     const fn pulsing(self) -> u16 {
         (self.0 >> Self::SHIFT) as u16 // ten bits
     }
-
-    /// Takes over what `lane` shows.
-    const fn show(&mut self, lane: &Lane) {
-        self.0 = self.0 & !lane.part.0 | lane.shows.0;
-    }
 }
 
 /// All channels' trains under way. Small state, no time of its own.
@@ -187,6 +182,18 @@ impl Scheduler {
         started
     }
 
+    /// Plays `channel` on with a burst every `period_us`: from its next burst
+    /// on, which is moved but never into a window before `start`, the next to
+    /// be rendered. Whether the limits allow the period is the caller's to know.
+    pub fn set_period(&mut self, channel: u8, period_us: u32, start: Micros) {
+        let lane = self.lanes.get_mut(usize::from(channel));
+        if let Some(Some(lane)) = lane
+            && lane.set_period(period_us, start)
+        {
+            self.refresh_next();
+        }
+    }
+
     /// Width of one phase on `channel`, µs; 0 without a train.
     #[must_use]
     pub fn phase_width_us(&self, channel: u8) -> u16 {
@@ -226,101 +233,153 @@ impl Scheduler {
             return Err(RenderError::Late);
         }
         self.agenda.begin(start);
-        for (channel, lane) in self.lanes.iter().enumerate() {
-            if let Some(due) = lane.as_ref().and_then(|lane| lane.due) {
-                self.agenda.enter(due, channel);
+        let mut bound = 0;
+        for index in 0..self.groups.len() {
+            if let Some(group) = self.groups.get(index)
+                && group.partner() == Partner::Isolated
+            {
+                bound |= group.members();
+                self.advance_together(group.members(), supply, plan)?;
             }
         }
-        while let Some((slot, channels)) = self.agenda.next() {
-            self.advance(start.plus(slot.into()), channels, supply, plan)?;
-            let levels = self.current_levels();
-            if levels != self.levels {
-                self.levels = levels;
-                plan.changes
-                    .push(Change { slot, levels })
-                    .map_err(|_| RenderError::Full)?;
+        for channel in bits(self.busy() & !u32::from(bound)) {
+            if let Some(Some(lane)) = self.lanes.get_mut(channel) {
+                // channel < 10 fits u8.
+                advance_alone(lane, channel as u8, &mut self.agenda, supply, plan)?;
             }
         }
         self.refresh_next();
-        Ok(())
+        self.picture_to(plan)
     }
 
-    /// Takes `channels` through their edges of `now`, then settles which
-    /// groundings that interrupts or resumes.
-    fn advance(
+    /// Carries what the agenda holds into the picture and the plan.
+    #[inline(never)]
+    fn picture_to(&mut self, plan: &mut WindowPlan) -> Result<(), RenderError> {
+        let (mut picture, mut last) = (self.picture, self.levels);
+        let groups = self.groups.as_slice();
+        let result = self.agenda.in_order(|slot, changes| {
+            picture.0 ^= changes;
+            let levels = with_groups(picture, groups);
+            if levels == last {
+                return Ok(());
+            }
+            last = levels;
+            let change = Change { slot, levels };
+            plan.changes.push(change).map_err(|_| RenderError::Full)
+        });
+        (self.picture, self.levels) = (picture, last);
+        result
+    }
+
+    /// Takes the members of an isolated group through the window, earliest edge
+    /// first, and settles after each which groundings it interrupts or resumes.
+    fn advance_together(
         &mut self,
-        now: Micros,
-        channels: u16,
+        members: u16,
         supply: &mut impl Supply,
         plan: &mut WindowPlan,
     ) -> Result<(), RenderError> {
-        for channel in bits(channels) {
-            if let Some(Some(lane)) = self.lanes.get_mut(channel) {
-                // channel < 10 fits u8.
-                lane.edge(channel as u8, now, supply, plan)?;
-                if let Some(due) = lane.due {
-                    self.agenda.enter(due, channel);
+        while let Some(now) = earliest(dues(&self.lanes, members))
+            && self.agenda.holds(now)
+        {
+            let mut pulsing = 0;
+            for channel in bits(members.into()) {
+                if let Some(Some(lane)) = self.lanes.get_mut(channel) {
+                    if lane.due == Some(now) {
+                        let old = lane.shows;
+                        // channel < 10 fits u8.
+                        lane.edge(channel as u8, now, supply, plan)?;
+                        self.agenda.enter(now, old, lane.shows);
+                    }
+                    pulsing |= lane.shows.pulsing();
                 }
-                self.picture.show(lane);
             }
-        }
-        for index in 0..self.groups.len() {
-            if let Some(group) = self.groups.get(index).copied()
-                && group.partner() == Partner::Isolated
-                && group.members() & channels != 0
-            {
-                self.settle_grounding(group, now);
+            for channel in bits(members.into()) {
+                if let Some(Some(lane)) = self.lanes.get_mut(channel) {
+                    let old = lane.shows;
+                    lane.settle_grounding(now, pulsing != 0);
+                    self.agenda.enter(now, old, lane.shows);
+                }
             }
         }
         Ok(())
     }
 
-    fn settle_grounding(&mut self, group: Group, now: Micros) {
-        let pulsing = self.picture.pulsing() & group.members();
-        for channel in bits(group.members()) {
-            let Some(Some(lane)) = self.lanes.get_mut(channel) else {
-                continue;
-            };
-            if lane.phase == Phase::Grounding && pulsing != 0 {
-                if let Some(due) = lane.interrupt() {
-                    self.agenda.withdraw(due, channel);
-                }
-            } else if lane.phase == Phase::Interrupted && pulsing == 0 {
-                lane.ground(now);
-                if let Some(due) = lane.due {
-                    self.agenda.enter(due, channel);
-                }
-            }
-            self.picture.show(lane);
-        }
-    }
-
-    /// What the lanes ask for, and what groups make of it: silent members of a
-    /// pulsing group are grounded. Those of an isolated one are isolated already.
-    fn current_levels(&self) -> Levels {
-        let mut levels = self.picture.levels();
-        for group in &self.groups {
-            let pulsing = self.picture.pulsing() & group.members();
-            if pulsing != 0 && group.partner() == Partner::Conducted {
-                levels.0 |= Levels::grounded(group.members() & !pulsing).0;
+    /// Lanes with an edge in the agenda's window, bit i is channel i.
+    #[inline(never)]
+    fn busy(&self) -> u32 {
+        let mut busy = 0;
+        for (lane, bit) in self.lanes.iter().zip((0..).map(|channel| 1 << channel)) {
+            if let Some(Lane { due: Some(due), .. }) = lane
+                && self.agenda.holds(*due)
+            {
+                busy |= bit;
             }
         }
-        levels
+        busy
     }
 
+    #[inline(never)]
     fn refresh_next(&mut self) {
-        let mut next: Option<Micros> = None;
-        for due in self.lanes.iter().flatten().filter_map(|lane| lane.due) {
-            if next.is_none_or(|n| due.is_before(n)) {
-                next = Some(due);
-            }
+        self.next = earliest(dues(&self.lanes, u16::MAX));
+    }
+}
+
+/// What the lanes ask for, and what groups make of it: silent members of a
+/// pulsing group are grounded. Those of an isolated one are isolated already.
+fn with_groups(picture: Picture, groups: &[Group]) -> Levels {
+    let mut levels = picture.levels();
+    for group in groups {
+        let pulsing = picture.pulsing() & group.members();
+        if pulsing != 0 && group.partner() == Partner::Conducted {
+            levels.0 |= Levels::grounded(group.members() & !pulsing).0;
         }
-        self.next = next;
+    }
+    levels
+}
+
+/// Takes a lane that no other one touches through the agenda's window.
+fn advance_alone(
+    lane: &mut Lane,
+    channel: u8,
+    agenda: &mut Agenda,
+    supply: &mut impl Supply,
+    plan: &mut WindowPlan,
+) -> Result<(), RenderError> {
+    while let Some(now) = lane.due
+        && agenda.holds(now)
+    {
+        let old = lane.shows;
+        lane.edge(channel, now, supply, plan)?;
+        agenda.enter(now, old, lane.shows);
+    }
+    Ok(())
+}
+
+/// The next edges of those lanes that have one.
+fn dues(lanes: &[Option<Lane>; CHANNELS], members: u16) -> impl Iterator<Item = Micros> {
+    let lanes = lanes.iter().enumerate();
+    lanes.filter_map(move |(channel, lane)| {
+        let due = lane.as_ref()?.due?;
+        (members & 1 << channel != 0).then_some(due)
+    })
+}
+
+/// The first of `times`, which lie within half the clock's range.
+fn earliest(times: impl Iterator<Item = Micros>) -> Option<Micros> {
+    times.fold(None, |first, at| earlier(first, Some(at)))
+}
+
+/// The first of two times, if any.
+fn earlier(a: Option<Micros>, b: Option<Micros>) -> Option<Micros> {
+    match (a, b) {
+        (Some(a), Some(b)) => Some(if b.is_before(a) { b } else { a }),
+        _ => a.or(b),
     }
 }
 
 /// Positions of the bits of `mask`, lowest first.
-fn bits(mut mask: u16) -> impl Iterator<Item = usize> {
+fn bits(mut mask: u32) -> impl Iterator<Item = usize> {
     core::iter::from_fn(move || {
         let lowest = mask.trailing_zeros() as usize;
         mask = mask.checked_sub(1)? & mask; // ends without a bit

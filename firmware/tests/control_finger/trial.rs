@@ -45,6 +45,7 @@ pub fn spec(law: LawSpec, law_period_ms: u8, cutoff_mhz: u32, points: Points) ->
         angle_max_mdeg: 100_000,
         sensor: SensorSource::Host,
         stale_after_ms: 100,
+        wearer: None,
     }
 }
 

@@ -37,6 +37,7 @@ fn two_point(law: LawSpec) -> JointSpec {
         angle_max_mdeg: 100_000,
         sensor: SensorSource::Host,
         stale_after_ms: 100,
+        wearer: None,
     }
 }
 

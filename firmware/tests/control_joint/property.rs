@@ -71,6 +71,7 @@ fn any_spec() -> impl Strategy<Value = JointSpec> {
                 angle_max_mdeg: a.max(b),
                 sensor,
                 stale_after_ms,
+                wearer: None,
             }
         },
     )

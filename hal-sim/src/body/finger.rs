@@ -1,39 +1,31 @@
 //! An index finger's PIP joint, moved by two flexor points and one extensor point.
 
 mod joint;
+mod points;
 mod spec;
 
 use std::collections::VecDeque;
 
 use super::muscle::{Muscle, Step};
 use super::noise::standard_normal;
-use super::wearer::{Site, effective_voltage, recruitment};
+use super::wearer::{Site, effective_voltage};
 use super::{Body, CHANNELS, Load, Pulse};
 use joint::Joint;
+pub use points::{Effect, Points};
 pub use spec::{
     FingerSpec, ISOLATED_TWO_POINT_FACTOR, InvalidSpec, TORQUE_FREQUENCY_HZ, TWO_POINT_FACTOR,
 };
 
-/// Time step of joint and sensor, µs. Muscles are also split at every pulse.
-const TICK_US: u64 = 1000;
-const TICK_S: f64 = 1e-3;
-
-/// Two flexor points act as a pair while the other one was pulsed within this
-/// time, µs: one period of the slowest usual stimulation, 20 Hz.
-const PAIR_WINDOW_US: u64 = 50_000;
-
-const A: usize = 0;
-const B: usize = 1;
-const EXTENSOR: usize = 2;
+pub(super) const A: usize = 0;
+pub(super) const B: usize = 1;
+pub(super) const EXTENSOR: usize = 2;
 
 /// A pulse on its way to its muscle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Excitation {
     due_us: u64,
     muscle: usize,
-    recruitment: f64,
-    /// Torque of a full pair over that of one point; `None` when alone.
-    pair_factor: Option<f64>,
+    effect: Effect,
 }
 
 /// The finger in motion. Deterministic: pulses and seed decide everything.
@@ -41,15 +33,14 @@ struct Excitation {
 pub struct Finger {
     spec: FingerSpec,
     sites: [Site; 3],
+    points: Points,
     seed: u64,
     loads: [Load; CHANNELS],
-    /// Whole milliseconds passed.
+    /// Whole steps passed.
     tick: u64,
     muscles: [Muscle; 3],
     muscle_step: Step,
     under_way: VecDeque<Excitation>,
-    /// When each point was last pulsed strongly enough to be half of a pair, µs.
-    last_paired_us: [Option<u64>; 3],
     pair_factor: f64,
     /// What fatigue leaves of each muscle, 0 to 1.
     capacity: [f64; 3],
@@ -68,20 +59,20 @@ impl Finger {
         spec.validate()?;
         Ok(Self {
             sites: spec.sites(),
+            points: Points::new(&spec),
             seed,
             loads: [Load::NOMINAL; CHANNELS],
             tick: 0,
             muscles: [Muscle::new(spec.muscle); 3],
-            muscle_step: Step::new(&spec.muscle, TICK_S),
+            muscle_step: Step::new(&spec.muscle, spec.step_s()),
             under_way: VecDeque::with_capacity(64),
-            last_paired_us: [None; 3],
             pair_factor: 1.0,
             capacity: [1.0; 3],
             torque_nm: 0.0,
-            joint: Joint::new(&spec, TICK_S),
+            joint: Joint::new(&spec, spec.step_s()),
             sensor_deg: spec.rest_deg,
             sensor_keeps: if spec.sensor_lag_s > 0.0 {
-                (-TICK_S / spec.sensor_lag_s).exp()
+                (-spec.step_s() / spec.sensor_lag_s).exp()
             } else {
                 0.0
             },
@@ -94,7 +85,7 @@ impl Finger {
         &self.spec
     }
 
-    /// Net muscle torque over the last millisecond, N·m, flexion positive.
+    /// Net muscle torque over the last step, N·m, flexion positive.
     pub fn torque_nm(&self) -> f64 {
         self.torque_nm
     }
@@ -109,44 +100,14 @@ impl Finger {
         self.muscles.map(|m| m.force())
     }
 
-    /// What a pulse of `effective_v` volts does at point `muscle`.
-    fn excite(&mut self, muscle: usize, t_us: u64, effective_v: f64, conducted: bool) {
-        let Site {
-            threshold_v, max_v, ..
-        } = self.sites[muscle];
-        let mut threshold_v = threshold_v;
-        let mut pair_factor = None;
-        if muscle != EXTENSOR {
-            let paired_v = self.spec.two_point_threshold_ratio * max_v;
-            if effective_v >= paired_v {
-                self.last_paired_us[muscle] = Some(t_us);
-            }
-            let other = self.last_paired_us[A + B - muscle];
-            if other.is_some_and(|at| t_us.saturating_sub(at) <= PAIR_WINDOW_US) {
-                threshold_v = threshold_v.min(paired_v);
-                pair_factor = Some(if conducted {
-                    self.spec.two_point_factor
-                } else {
-                    self.spec.isolated_two_point_factor
-                });
-            }
-        }
-        let curvature = self.spec.recruitment_curvature;
-        self.under_way.push_back(Excitation {
-            due_us: t_us + u64::from(self.spec.electromechanical_delay_us),
-            muscle,
-            recruitment: recruitment(effective_v, threshold_v, max_v, curvature),
-            pair_factor,
-        });
-    }
-
-    /// Lets one millisecond pass for the muscles; a muscle with pulses in it is
-    /// split at each.
+    /// Lets one step pass for the muscles; a muscle with pulses in it is split at
+    /// each.
     fn step_muscles(&mut self) {
-        let start_us = self.tick * TICK_US;
+        let step_us = u64::from(self.spec.step_us);
+        let start_us = self.tick * step_us;
         let mut passed_us = [0u64; 3];
         while let Some(e) = self.under_way.front().copied() {
-            if e.due_us >= start_us + TICK_US {
+            if e.due_us >= start_us + step_us {
                 break;
             }
             self.under_way.pop_front();
@@ -157,14 +118,14 @@ impl Finger {
                 muscle.step(&Step::new(&self.spec.muscle, span_us as f64 * 1e-6));
                 passed_us[e.muscle] = at_us;
             }
-            muscle.pulse(e.recruitment);
-            self.pair_factor = e.pair_factor.unwrap_or(self.pair_factor);
+            muscle.pulse(e.effect.recruitment);
+            self.pair_factor = e.effect.pair_factor.unwrap_or(self.pair_factor);
         }
         for (muscle, passed_us) in self.muscles.iter_mut().zip(passed_us) {
             if passed_us == 0 {
                 muscle.step(&self.muscle_step);
             } else {
-                let rest_s = (TICK_US - passed_us) as f64 * 1e-6;
+                let rest_s = (step_us - passed_us) as f64 * 1e-6;
                 muscle.step(&Step::new(&self.spec.muscle, rest_s));
             }
         }
@@ -183,7 +144,7 @@ impl Finger {
     }
 
     fn tire(&mut self, forces: [f64; 3]) {
-        let gain = TICK_S / self.spec.fatigue_time_s;
+        let gain = self.spec.step_s() / self.spec.fatigue_time_s;
         for (capacity, force) in self.capacity.iter_mut().zip(forces) {
             let target = 1.0 - (1.0 - self.spec.fatigue_floor) * force.min(1.0);
             *capacity += gain * (target - *capacity);
@@ -215,15 +176,22 @@ impl Body for Finger {
         }
         for muscle in [A, B, EXTENSOR] {
             if self.sites[muscle].channel == pulse.channel {
-                self.excite(muscle, pulse.t_us, effective_v, pulse.conducted);
+                let effect = self
+                    .points
+                    .excite(muscle, pulse.t_us, effective_v, pulse.conducted);
+                self.under_way.push_back(Excitation {
+                    due_us: pulse.t_us + u64::from(self.spec.electromechanical_delay_us),
+                    muscle,
+                    effect,
+                });
             }
         }
     }
 
-    /// Joint and sensor move in whole milliseconds: between them the values of
-    /// the last one hold.
+    /// Joint and sensor move in whole steps: between them the values of the last
+    /// one hold.
     fn advance(&mut self, to_us: u64) {
-        while (self.tick + 1) * TICK_US <= to_us {
+        while (self.tick + 1) * u64::from(self.spec.step_us) <= to_us {
             self.step();
         }
     }

@@ -2,21 +2,27 @@
 //!
 //! Lives here: `electrode` (load and what a pulse delivers into it), `muscle`
 //! (calcium-force model in f64, with a high-accuracy reference), `wearer`
-//! (recruitment, participants), `finger` (index-finger PIP joint), `still`.
+//! (recruitment, participants), `finger` (index-finger PIP joint), `random_finger`
+//! (the same with another muscle structure and friction, drawn at random), `elbow`
+//! (and the person who moves it), `still`.
 //! Not here: anything of the firmware. A body shares no code with the device it
 //! tests, so it cannot agree with the device's mistakes.
 //! In: pulses as the electrodes saw them, and time in microseconds.
 //! Out: the joint angle (true and sensed) and the electrode loads.
 
+pub mod elbow;
 pub mod electrode;
 pub mod finger;
 pub mod muscle;
 mod noise;
+pub mod random_finger;
 mod still;
 pub mod wearer;
 
+pub use elbow::{Elbow, ElbowSpec, InvalidElbow};
 pub use electrode::{Drive, Load};
 pub use finger::{Finger, FingerSpec, InvalidSpec};
+pub use random_finger::{RandomFinger, RandomFingerSpec};
 pub use still::Still;
 
 /// Channels a body has electrodes for; the board has ten.

@@ -12,7 +12,7 @@ pub(super) fn standard_normal(seed: u64, index: u64) -> f64 {
 }
 
 /// Uniform deviate in [0, 1) from 53 bits.
-fn unit(seed: u64, index: u64) -> f64 {
+pub(super) fn unit(seed: u64, index: u64) -> f64 {
     (mix(mix(seed).wrapping_add(index)) >> 11) as f64 / (1u64 << 53) as f64
 }
 

@@ -12,6 +12,7 @@ mod canvas;
 mod cycles;
 mod edges;
 mod lanes;
+mod map;
 mod page;
 mod series;
 mod summary;
@@ -20,6 +21,7 @@ mod trajectory;
 
 pub use accuracy::picture as accuracy_picture;
 pub use cycles::picture as cycles_picture;
+pub use map::picture as map_picture;
 pub use page::page;
 pub use summary::write;
 

@@ -304,5 +304,6 @@ fn joint() -> JointSpec {
             code_at_100: 4_048,
         },
         stale_after_ms: 50,
+        wearer: None,
     }
 }

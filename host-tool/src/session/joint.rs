@@ -2,6 +2,7 @@
 
 use firmware::control::{
     HoldPolicy, Joint, JointSpec, LawSpec, PointSpec, SensorSource, SpecError, SpecField,
+    WearerModel,
 };
 use firmware::units::Amplitude;
 
@@ -18,9 +19,13 @@ const MAX_EXTRAPOLATION_MS: u16 = 100;
 const ADC_CODES: (u16, u16) = (800, 3300);
 /// Age of a stale measurement unless the file says otherwise, ms: ten readings
 /// of the board's converter, or four and a half of a 90 Hz glove.
-const STALE_AFTER_MS: (u16, u16) = (10, 50);
+pub(super) const STALE_AFTER_MS: (u16, u16) = (10, 50);
 
-const FIELDS: [&str; 14] = [
+/// Curvature of recruitment unless the file says otherwise, thousandths: mean of
+/// ln(Fmax/Fmin) over Lee 2020, table 2.
+const LEE_CURVATURE_MILLI: u16 = 1_200;
+
+const FIELDS: [&str; 15] = [
     "law",
     "gains",
     "law_period_ms",
@@ -35,6 +40,18 @@ const FIELDS: [&str; 14] = [
     "code_at_0_deg",
     "code_at_100_deg",
     "stale_after_ms",
+    "wearer",
+];
+
+const WEARER_FIELDS: [&str; 8] = [
+    "rest_deg",
+    "stiffness_nm_per_rad",
+    "damping_nm_s_per_rad",
+    "flexion_nm",
+    "extension_nm",
+    "torque_loss",
+    "curvature",
+    "lead_ms",
 ];
 
 /// The control laws by name.
@@ -92,7 +109,7 @@ pub(super) fn read_joint(
         .map(|point| read_point(point, channels))
         .collect::<Result<_, _>>()?;
     let (flexors, extensor) = specs.split_at(specs.len() - 1); // the last was just pushed
-    let sensor = read_sensor(&t)?;
+    let sensor = read_sensor(&t, ADC_CODES)?;
     let stale_after_ms = match sensor {
         SensorSource::Adc { .. } => STALE_AFTER_MS.0,
         SensorSource::Host => STALE_AFTER_MS.1,
@@ -108,6 +125,7 @@ pub(super) fn read_joint(
         angle_max_mdeg: t.whole("angle_max_deg", 3)?.or(100_000),
         sensor,
         stale_after_ms: t.whole("stale_after_ms", 0)?.or(stale_after_ms),
+        wearer: read_wearer_model(&t)?,
     };
     let joint = Joint::new(&spec).map_err(|e| joint_error(&t, &points, &spec, e))?;
     Ok(Some((spec, joint)))
@@ -163,7 +181,25 @@ fn read_law(t: &Table<'_>) -> Result<LawSpec, SessionError> {
     })
 }
 
-fn read_hold(t: &Table<'_>) -> Result<HoldPolicy, SessionError> {
+/// Reads `[joint.wearer]`, the nominal wearer of the feed-forward.
+fn read_wearer_model(t: &Table<'_>) -> Result<Option<WearerModel>, SessionError> {
+    let Some(w) = t.table("wearer")?.optional() else {
+        return Ok(None);
+    };
+    w.only(&WEARER_FIELDS)?;
+    Ok(Some(WearerModel {
+        rest_mdeg: w.whole("rest_deg", 3)?.required()?,
+        stiffness_unm_per_rad: w.whole("stiffness_nm_per_rad", 6)?.required()?,
+        damping_unm_s_per_rad: w.whole("damping_nm_s_per_rad", 6)?.or(0),
+        flexion_unm: w.whole("flexion_nm", 6)?.required()?,
+        extension_unm: w.whole("extension_nm", 6)?.required()?,
+        torque_loss_milli: w.whole("torque_loss", 3)?.or(0),
+        curvature_milli: w.whole("curvature", 3)?.or(LEE_CURVATURE_MILLI),
+        lead_ms: w.whole("lead_ms", 0)?.or(0),
+    }))
+}
+
+pub(super) fn read_hold(t: &Table<'_>) -> Result<HoldPolicy, SessionError> {
     let max_ms = t.whole("max_extrapolation_ms", 0)?;
     let extrapolate = HoldPolicy::Extrapolate {
         max_ms: max_ms.or(MAX_EXTRAPOLATION_MS),
@@ -176,10 +212,12 @@ fn read_hold(t: &Table<'_>) -> Result<HoldPolicy, SessionError> {
     Ok(hold)
 }
 
-fn read_sensor(t: &Table<'_>) -> Result<SensorSource, SessionError> {
+/// Reads where an angle is measured; `codes` are the converter's at 0° and 100°
+/// unless the file says otherwise.
+pub(super) fn read_sensor(t: &Table<'_>, codes: (u16, u16)) -> Result<SensorSource, SessionError> {
     let adc = SensorSource::Adc {
-        code_at_0: t.whole("code_at_0_deg", 0)?.or(ADC_CODES.0),
-        code_at_100: t.whole("code_at_100_deg", 0)?.or(ADC_CODES.1),
+        code_at_0: t.whole("code_at_0_deg", 0)?.or(codes.0),
+        code_at_100: t.whole("code_at_100_deg", 0)?.or(codes.1),
     };
     let sources = [("adc", adc), ("host", SensorSource::Host)];
     let sensor = t.choice("sensor", &sources)?.required()?;
@@ -195,11 +233,21 @@ fn read_sensor(t: &Table<'_>) -> Result<SensorSource, SessionError> {
 fn read_point(t: &Table<'_>, channels: &[Channel]) -> Result<PointSpec, SessionError> {
     t.only(&["channel", "threshold", "max"])?;
     let channel = find(t, "channel", channels)?;
+    not_under_force(t, channel)?;
     Ok(PointSpec {
         channel: channel.index(),
         threshold: Amplitude(t.whole("threshold", 3)?.required()?),
         max: read_amplitude(t, "max", channel)?,
     })
+}
+
+/// Refuses a table's `channel` that is under force control.
+pub(super) fn not_under_force(t: &Table<'_>, channel: &Channel) -> Result<(), SessionError> {
+    if channel.force.is_none() {
+        return Ok(());
+    }
+    let (field, channel) = (t.path_of("channel"), channel.number);
+    Err(t.error("channel", Problem::ForceControlled { field, channel }))
 }
 
 /// The channel that a field names.
@@ -240,7 +288,7 @@ pub(super) fn read_amplitude(
 }
 
 /// Where the file says a joint's field, and the power of ten between them.
-const fn file_field(field: SpecField) -> (&'static str, i32) {
+pub(super) const fn file_field(field: SpecField) -> (&'static str, i32) {
     use SpecField as F;
     match field {
         F::Lambda => ("lambda", 3),
@@ -263,6 +311,14 @@ const fn file_field(field: SpecField) -> (&'static str, i32) {
         F::CodeAt0 => ("code_at_0_deg", 0),
         F::CodeAt100 | F::CodeSpan => ("code_at_100_deg", 0),
         F::StaleAfter => ("stale_after_ms", 0),
+        F::Rest => ("rest_deg", 3),
+        F::Stiffness => ("stiffness_nm_per_rad", 6),
+        F::Damping => ("damping_nm_s_per_rad", 6),
+        F::Flexion => ("flexion_nm", 6),
+        F::Extension => ("extension_nm", 6),
+        F::TorqueLoss => ("torque_loss", 3),
+        F::Curvature => ("curvature", 3),
+        F::Lead => ("lead_ms", 0),
     }
 }
 
@@ -290,18 +346,26 @@ fn joint_error(
         SpecError::OutOfRange { field, min, max } => (field, i64::from(min), i64::from(max)),
     };
     let (name, places) = file_field(field);
+    let within = |inner: &str| {
+        let found = t.table(inner).ok().and_then(|inner| inner.optional());
+        found.unwrap_or_else(|| t.clone())
+    };
     match field {
         F::FlexorCount => t.out_of_range(name, format!("{min} to {max} points")),
         F::CodeSpan => t.out_of_range(name, format!("at least {min} from `code_at_0_deg`")),
         F::Threshold => point(&|p| p.threshold > p.max).not_within(name, min, max, places),
         F::Maximum => point(&|p| i64::from(p.max.0) > max).not_within(name, min, max, places),
         F::Lambda | F::W | F::K1 | F::K2 | F::B | F::Kp | F::Ki | F::Kd => {
-            let gains = t.table("gains").ok().and_then(|gains| gains.optional());
-            gains
-                .as_ref()
-                .unwrap_or(t)
-                .not_within(name, min, max, places)
+            within("gains").not_within(name, min, max, places)
         }
+        F::Rest
+        | F::Stiffness
+        | F::Damping
+        | F::Flexion
+        | F::Extension
+        | F::TorqueLoss
+        | F::Curvature
+        | F::Lead => within("wearer").not_within(name, min, max, places),
         _ => t.not_within(name, min, max, places),
     }
 }

@@ -96,6 +96,7 @@ pub fn joint(sensor: SensorSource) -> JointSpec {
         angle_max_mdeg: 90_000,
         sensor,
         stale_after_ms: 200,
+        wearer: None,
     }
 }
 
@@ -135,6 +136,16 @@ impl Bench {
     /// All ten channels are armed.
     pub fn ten_armed() -> Self {
         let mut bench = Self::with_channels(10);
+        bench.client.arm().unwrap();
+        bench
+    }
+
+    /// All ten channels are armed with a muscle each.
+    pub fn ten_muscles_armed() -> Self {
+        let mut bench = Self::with_channels(10);
+        for c in 0..10 {
+            bench.client.muscle(c, crate::setup::MUSCLE).unwrap();
+        }
         bench.client.arm().unwrap();
         bench
     }

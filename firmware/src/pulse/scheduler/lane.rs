@@ -9,10 +9,8 @@ use crate::units::{DacCode, Micros};
 pub(super) enum Phase {
     /// Waiting for the next pulse of `due`.
     Rest,
-    First,
-    Gap,
-    Second,
-    Grounding,
+    /// In a stretch of a pulse.
+    Pulsing,
     /// Grounding that another member's pulse interrupts (isolated group).
     Interrupted,
     /// A triggered train has played; until its period is over, the next
@@ -20,23 +18,34 @@ pub(super) enum Phase {
     Recovering,
 }
 
+/// A stretch of a pulse in which the outputs rest: a phase, the gap between
+/// two, grounding.
+#[derive(Clone, Copy, Debug)]
+struct Stretch {
+    shows: Picture,
+    length_us: u16,
+}
+
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lane {
     pub(super) train: Train,
     pub(super) phase: Phase,
-    /// Its part of the picture: the channel's lines and pulsing bit, and sync
-    /// if it drives that.
-    pub(super) part: Picture,
-    /// What it puts there now; isolated wherever it leaves the channel alone.
+    /// What it puts into its part of the picture now; isolated wherever it
+    /// leaves the channel alone.
     pub(super) shows: Picture,
-    /// What it puts there in the first phase.
-    first: Picture,
-    /// What it puts there in the second phase.
-    second: Picture,
+    /// A pulse: first phase, gap, second phase; or phase, grounding.
+    stretches: [Option<Stretch>; 3],
+    /// The stretch under way.
+    stretch: u8,
     /// The next edge. `None`: no edge before a trigger, another member or a
     /// new start.
     pub(super) due: Option<Micros>,
     pub(super) burst_start: Micros,
+    /// Burst start to burst start from now on, µs.
+    pub(super) period_us: u32,
+    /// How far before `burst_start` the burst before it started, µs; 0 for a
+    /// train's first.
+    pub(super) since_burst_us: u32,
     /// Pulse of the burst that `due` starts (or that is under way).
     pub(super) pulse: u8,
     /// Amplitude of the burst; `None` if it is left out.
@@ -55,8 +64,9 @@ pub(super) struct Lane {
 
 impl Lane {
     /// A lane on `channel`, which drives sync or not.
-    pub(super) const fn waiting(train: Train, channel: usize, sync: bool) -> Self {
+    pub(super) fn waiting(train: Train, channel: usize, sync: bool) -> Self {
         let sync = if sync { Levels::SYNC } else { 0 };
+        let width_us = train.spec().width_us;
         let cathodic = Picture::pulsing_in(channel, State::Cathodic);
         let anodic = Picture::pulsing_in(channel, State::Anodic);
         let (first, second) = if train.spec().shape.cathodic_first() {
@@ -64,15 +74,37 @@ impl Lane {
         } else {
             (anodic, cathodic)
         };
+        let stretch = |picture, length_us| {
+            Some(Stretch {
+                shows: Picture(picture),
+                length_us,
+            })
+        };
+        let stretches = if train.spec().shape.is_biphasic() {
+            let gap = Picture::pulsing_in(channel, State::Isolated);
+            [
+                stretch(first.0 | sync, width_us),
+                stretch(gap.0, train.gap_us()),
+                stretch(second.0, width_us),
+            ]
+        } else {
+            let grounded = Levels::ISOLATED.with(channel, State::Grounded);
+            [
+                stretch(first.0 | sync, width_us),
+                stretch(grounded.0, train.spec().ground_us),
+                None,
+            ]
+        };
         Self {
             train,
             phase: Phase::Rest,
-            part: Picture(cathodic.0 | anodic.0 | sync),
             shows: Picture::ISOLATED,
-            first: Picture(first.0 | sync),
-            second,
+            stretches,
+            stretch: 0,
             due: None,
             burst_start: Micros(0),
+            period_us: train.spec().period_us,
+            since_burst_us: 0,
             pulse: 0,
             code: None,
             bursts_left: 0,
@@ -114,6 +146,7 @@ impl Lane {
         self.phase = Phase::Rest;
         self.burst_start = epoch.plus(self.train.spec().offset_us);
         self.due = Some(self.burst_start);
+        self.since_burst_us = 0;
         self.pulse = 0;
         self.bursts_left = self.train.spec().repeats;
     }
@@ -127,6 +160,8 @@ impl Lane {
         }
     }
 
+    /// Whatever happens at `now`, the time of `due`.
+    #[inline]
     pub(super) fn edge(
         &mut self,
         channel: u8,
@@ -134,39 +169,42 @@ impl Lane {
         supply: &mut impl Supply,
         plan: &mut WindowPlan,
     ) -> Result<(), RenderError> {
-        let spec = self.train.spec();
         match self.phase {
+            // At most 2 + 1.
+            Phase::Pulsing => self.enter(self.stretch + 1, now),
             Phase::Rest => return self.start_pulse(channel, now, supply, plan),
-            Phase::First if spec.shape.is_biphasic() => {
-                let gap = Picture(self.part.0 & Picture::PULSING);
-                self.go(Phase::Gap, gap, now, self.train.gap_us());
-            }
-            Phase::First => self.ground(now),
-            Phase::Gap => self.go(Phase::Second, self.second, now, spec.width_us),
-            Phase::Second | Phase::Grounding | Phase::Interrupted => self.rest(),
+            Phase::Interrupted => self.rest(),
             Phase::Recovering => (self.phase, self.due) = (Phase::Rest, None),
         }
         Ok(())
     }
 
-    fn go(&mut self, phase: Phase, shows: Picture, now: Micros, length_us: u16) {
-        (self.phase, self.shows) = (phase, shows);
-        self.due = Some(now.plus(length_us.into()));
+    /// Begins a stretch of the pulse, or rests after the last.
+    #[inline]
+    fn enter(&mut self, stretch: u8, now: Micros) {
+        if let Some(Some(next)) = self.stretches.get(usize::from(stretch)) {
+            self.shows = next.shows;
+            self.due = Some(now.plus(next.length_us.into()));
+            self.stretch = stretch;
+        } else {
+            self.rest();
+        }
     }
 
-    /// Grounds the channel, for the train's full length.
-    pub(super) fn ground(&mut self, now: Micros) {
-        let grounded = Picture(self.part.0 & Levels::GROUNDED.0);
-        self.go(Phase::Grounding, grounded, now, self.train.spec().ground_us);
+    /// In an isolated group at `now`: another member's pulse interrupts a
+    /// grounding, which begins again once no member pulses.
+    pub(super) fn settle_grounding(&mut self, now: Micros, pulsing: bool) {
+        let is_grounding = self.phase == Phase::Pulsing && self.shows.pulsing() == 0;
+        if is_grounding && pulsing {
+            (self.phase, self.shows) = (Phase::Interrupted, Picture::ISOLATED);
+            self.due = None;
+        } else if self.phase == Phase::Interrupted && !pulsing {
+            self.phase = Phase::Pulsing;
+            self.enter(self.stretch, now);
+        }
     }
 
-    /// Isolates a grounding that another member's pulse interrupts. Returns the
-    /// end that it will not have.
-    pub(super) const fn interrupt(&mut self) -> Option<Micros> {
-        (self.phase, self.shows) = (Phase::Interrupted, Picture::ISOLATED);
-        self.due.take()
-    }
-
+    #[inline(never)]
     fn start_pulse(
         &mut self,
         channel: u8,
@@ -195,8 +233,8 @@ impl Lane {
                     *oldest = Some(pulse);
                 }
                 self.oldest = (self.oldest + 1) % 4;
-                let width_us = self.train.spec().width_us;
-                self.go(Phase::First, self.first, now, width_us);
+                self.phase = Phase::Pulsing;
+                self.enter(0, now);
             }
             _ => self.rest(),
         }
@@ -205,6 +243,7 @@ impl Lane {
 
     /// After a pulse, played or left out: on to the next of the burst, the
     /// next burst, or the end of the train.
+    #[inline(never)]
     fn rest(&mut self) {
         let spec = self.train.spec();
         (self.phase, self.shows) = (Phase::Rest, Picture::ISOLATED);
@@ -220,12 +259,40 @@ impl Lane {
         if self.bursts_left == 1 {
             self.due = spec.triggered.then(|| {
                 self.phase = Phase::Recovering;
-                self.burst_start.plus(spec.period_us)
+                self.burst_start.plus(self.period_us)
             });
             return;
         }
         self.bursts_left = self.bursts_left.saturating_sub(1); // 0 stays: endless
-        self.burst_start = self.burst_start.plus(spec.period_us);
+        self.since_burst_us = self.period_us;
+        self.burst_start = self.burst_start.plus(self.period_us);
         self.due = Some(self.burst_start);
+    }
+
+    /// Plays on with another period. A burst that has not begun is moved to that
+    /// period from the one before it, but not before `earliest`. Returns whether
+    /// it was.
+    pub(super) fn set_period(&mut self, period_us: u32, earliest: Micros) -> bool {
+        if period_us == self.period_us {
+            return false;
+        }
+        self.period_us = period_us;
+        if self.since_burst_us == 0
+            || self.phase != Phase::Rest
+            || self.pulse != 0
+            || self.due.is_none()
+        {
+            return false;
+        }
+        let before = self.burst_start.minus(self.since_burst_us);
+        let next = before.plus(period_us);
+        self.burst_start = if next.is_before(earliest) {
+            earliest
+        } else {
+            next
+        };
+        self.since_burst_us = self.burst_start.elapsed_since(before);
+        self.due = Some(self.burst_start);
+        true
     }
 }

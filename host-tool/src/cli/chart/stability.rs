@@ -1,16 +1,114 @@
 //! `flexor chart stability`: where each method fails, and where theory says so.
 
-use crate::cli::Output;
+use crate::cli::{Output, WrongUse};
+use crate::report::map_picture;
+use crate::stability::{Entry, MAPS, Map, SEED};
+use anyhow::Context;
 use clap::Args;
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
 
 /// Map where each method fails, beside where theory says so
 #[derive(Args, Debug)]
-pub struct Stability {}
+pub struct Stability {
+    /// The maps to draw; all of them if none is named
+    names: Vec<String>,
+    /// What decides chance in the maps that have any
+    #[arg(long, default_value_t = SEED)]
+    seed: u64,
+    /// Where the texts and pictures go
+    #[arg(long, default_value = "docs/maps")]
+    out: PathBuf,
+}
 
 /// Runs the command.
 ///
 /// # Errors
-/// Always: nothing is measured yet.
-pub fn main(_: &Stability, _: Output) -> anyhow::Result<()> {
-    anyhow::bail!("not measured yet")
+/// E518: no such map. E565: a file cannot be written.
+pub fn main(args: &Stability, output: Output) -> anyhow::Result<()> {
+    let entries = chosen(&args.names)?;
+    let bar = output.bar("stability");
+    let mut maps = Vec::new();
+    for (entry, n) in entries.iter().zip(0u32..) {
+        let done = |part| bar.set((f64::from(n) + part) / entries.len() as f64);
+        maps.push((entry.draw)(args.seed, &mut { done }));
+    }
+    bar.finish();
+    std::fs::create_dir_all(&args.out)
+        .with_context(|| format!("E565 {} cannot be made", args.out.display()))?;
+    for map in &maps {
+        write(&args.out.join(format!("{}.txt", map.name)), &map.text())?;
+        write(
+            &args.out.join(format!("{}.svg", map.name)),
+            &map_picture(map),
+        )?;
+    }
+    output.say(|| people(&maps, &args.out), || machines(&maps));
+    Ok(())
+}
+
+fn chosen(names: &[String]) -> anyhow::Result<Vec<Entry>> {
+    if names.is_empty() {
+        return Ok(MAPS.to_vec());
+    }
+    let find = |name: &String| {
+        let known: Vec<_> = MAPS.iter().map(|m| m.name).collect();
+        MAPS.iter()
+            .find(|m| m.name == name)
+            .copied()
+            .ok_or_else(|| {
+                WrongUse(format!("no map `{name}`; there are {}", known.join(", "))).into()
+            })
+    };
+    names.iter().map(find).collect()
+}
+
+fn write(path: &Path, contents: &str) -> anyhow::Result<()> {
+    std::fs::write(path, contents)
+        .with_context(|| format!("E565 {} cannot be written", path.display()))
+}
+
+fn people(maps: &[Map], out: &Path) -> String {
+    let mut lines = vec![format!(
+        "{:<16}{:>7}{:>9}{:>9}",
+        "map", "cells", "worse", "better"
+    )];
+    for map in maps {
+        let found = map.agreement();
+        lines.push(format!(
+            "{:<16}{:>7}{:>9}{:>9}",
+            map.name, found.predicted, found.worse, found.better
+        ));
+    }
+    lines.push(format!(
+        "worse, better: than theory predicts. Texts and pictures: {}",
+        out.display()
+    ));
+    lines.join("\n")
+}
+
+fn machines(maps: &[Map]) -> Value {
+    let one = |map: &Map| {
+        let found = map.agreement();
+        let panel = |p: &crate::stability::Panel| {
+            let rows: Vec<Vec<Option<f64>>> = (p.rows.iter())
+                .map(|row| {
+                    row.iter()
+                        .map(|c| c.number.is_finite().then_some(c.number))
+                        .collect()
+                })
+                .collect();
+            json!({ "title": p.title, "numbers": rows, "remarks": p.remarks })
+        };
+        json!({
+            "name": map.name, "title": map.title, "quantity": map.quantity,
+            "across": { "name": map.across.caption(), "labels": map.across.labels },
+            "down": { "name": map.down.caption(), "labels": map.down.labels },
+            "cells_with_prediction": found.predicted,
+            "worse_than_predicted": found.worse,
+            "better_than_predicted": found.better,
+            "panels": map.panels.iter().map(panel).collect::<Vec<_>>(),
+        })
+    };
+    json!({ "maps": maps.iter().map(one).collect::<Vec<_>>() })
 }

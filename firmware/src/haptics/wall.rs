@@ -1,0 +1,214 @@
+//! A validated wall and what it asks for at each tick.
+
+use super::spec::{CoContraction, PreWall, Side, WallError, WallSpec};
+use crate::control::differentiator::{Differentiator, DifferentiatorState};
+use crate::control::sensor::{Sensor, SensorState};
+use crate::control::{Amplitudes, MeasurementError, SensorFault};
+use crate::division::quotient;
+use crate::units::{Amplitude, Angle, AngularRate, Micros, OutOfRange};
+use fixed::types::I16F16;
+
+/// The wall runs at every control tick, ms.
+const STEP_MS: u8 = 1;
+
+/// A validated wall. Immutable; everything that changes is a [`WallState`].
+#[derive(Clone, Debug)]
+pub struct Wall {
+    at: Angle,
+    side: Side,
+    channel: u8,
+    /// All amplitudes and gains are at most 200 000 by validation.
+    max: u32,
+    stiffness: u32,
+    damping: u32,
+    differentiator: Differentiator,
+    pre_wall: Option<Ramp>,
+    co_contraction: Option<CoContraction>,
+    sensor: Sensor,
+}
+
+/// A pre-wall with its slope.
+#[derive(Clone, Copy, Debug)]
+struct Ramp {
+    /// Q15.16 degrees, above 0.
+    depth: i32,
+    begin: u32,
+    end: u32,
+    /// Amplitude per degree, Q.16: (end − begin)/depth, below 2^21 · 2^16.
+    slope: u64,
+}
+
+/// What a wall remembers. Begin every stimulation with a fresh one.
+#[derive(Clone, Debug, Default)]
+pub struct WallState {
+    sensor: SensorState,
+    differentiator: DifferentiatorState,
+}
+
+/// What a wall asks for in one tick.
+#[derive(Clone, PartialEq, Debug)]
+pub struct WallOrders {
+    /// The wall's channel first, then the antagonist's.
+    pub amplitudes: Amplitudes,
+    /// The amplitude was clamped to the wall's maximum.
+    pub limiting: bool,
+    /// Where the wall stands.
+    pub wall: Angle,
+    /// The latest angle measured.
+    pub measured: Angle,
+    /// How far the limb is inside; negative in front of the wall.
+    pub penetration: Angle,
+}
+
+impl Wall {
+    /// Validates a specification.
+    ///
+    /// # Errors
+    /// [`WallError`] names the first offending field and what it allows.
+    pub fn new(spec: &WallSpec) -> Result<Self, WallError> {
+        spec.check()?;
+        // Checked: the cutoff's range is the differentiator's own.
+        let differentiator = Differentiator::new(spec.cutoff_mhz, STEP_MS).ok_or(OutOfRange {
+            field: "cutoff_mhz",
+            min: 0,
+            max: 0,
+        })?;
+        let range = (spec.angle_min_mdeg, spec.angle_max_mdeg);
+        Ok(Self {
+            at: Angle::from_millideg(spec.at_mdeg),
+            side: spec.side,
+            channel: spec.channel,
+            max: spec.max.0,
+            stiffness: spec.stiffness,
+            damping: spec.damping,
+            differentiator,
+            pre_wall: spec.pre_wall.map(Ramp::new),
+            co_contraction: spec.co_contraction,
+            sensor: Sensor::of_joint(spec.sensor, spec.stale_after_ms, range)?,
+        })
+    }
+
+    /// Takes a measurement from the host, made at `at`.
+    ///
+    /// # Errors
+    /// [`MeasurementError`]; the state is unchanged then. A measurement that
+    /// is too old or out of range is taken and becomes the next tick's fault.
+    pub fn measurement(
+        &self,
+        state: &mut WallState,
+        now: Micros,
+        at: Micros,
+        angle: Angle,
+    ) -> Result<(), MeasurementError> {
+        self.sensor.from_host(&mut state.sensor, now, at, angle)
+    }
+
+    /// The angle for a converter code, for [`Wall::tick`]; `None` if this
+    /// wall's sensor is the host.
+    #[must_use]
+    pub fn angle_from_code(&self, code: u16) -> Option<Angle> {
+        self.sensor.angle_from_code(code)
+    }
+
+    /// One control tick, to be called every millisecond. `reading` is the
+    /// board's own measurement of this instant; it is ignored if the sensor is
+    /// the host. The wall needs no setpoint: it stands from the first tick on.
+    ///
+    /// # Errors
+    /// [`SensorFault`] instead of orders while there is no fresh, believable
+    /// measurement. Nothing is latched here; `safety` does that.
+    pub fn tick(
+        &self,
+        state: &mut WallState,
+        now: Micros,
+        reading: Option<Angle>,
+    ) -> Result<WallOrders, SensorFault> {
+        let measured = self.sensor.angle(&mut state.sensor, now, reading)?;
+        let penetration = self.penetration(measured);
+        let rate = self
+            .differentiator
+            .step(&mut state.differentiator, penetration);
+        let wanted = self.wanted(penetration, rate);
+        let max = i64::from(self.max);
+        // 0…max, so it fits.
+        let amplitude = Amplitude(wanted.clamp(0, max) as u32);
+        let mut amplitudes = Amplitudes::new();
+        // Two of three slots: push cannot fail.
+        let _ = amplitudes.push((self.channel, amplitude));
+        if let Some(other) = self.co_contraction {
+            let is_inside = penetration.0 > I16F16::ZERO;
+            let amplitude = if is_inside {
+                other.amplitude
+            } else {
+                Amplitude::ZERO
+            };
+            let _ = amplitudes.push((other.channel, amplitude));
+        }
+        Ok(WallOrders {
+            amplitudes,
+            limiting: wanted > max,
+            wall: self.at,
+            measured,
+            penetration,
+        })
+    }
+
+    fn penetration(&self, measured: Angle) -> Angle {
+        Angle(match self.side {
+            Side::Flexion => measured.0.saturating_sub(self.at.0),
+            Side::Extension => self.at.0.saturating_sub(measured.0),
+        })
+    }
+
+    /// Amplitude at this penetration and rate, before any clamp; 0 or below
+    /// where nothing is to be felt.
+    fn wanted(&self, penetration: Angle, rate: AngularRate) -> i64 {
+        let depth = penetration.0.to_bits();
+        let elastic = match self.pre_wall {
+            _ if depth > 0 => {
+                let base = self.pre_wall.map_or(0, |ramp| ramp.end);
+                // depth < 2^31, stiffness < 2^18: below 2^33 after the shift.
+                i64::from(base) + ((i64::from(depth) * i64::from(self.stiffness)) >> 16)
+            }
+            Some(ramp) => match ramp.at(depth) {
+                Some(amplitude) => amplitude,
+                None => return 0,
+            },
+            None => return 0,
+        };
+        // |rate| < 2^31, damping < 2^15.
+        let damped = (i64::from(rate.0.to_bits()) * i64::from(self.damping)) >> 16;
+        elastic + damped // |sum| < 2^34
+    }
+}
+
+impl Ramp {
+    fn new(pre: PreWall) -> Self {
+        // Validated: 100…45 000 m°, so 6553…2^22 in Q15.16.
+        let depth = Angle::from_millideg(pre.depth_mdeg.cast_signed())
+            .0
+            .to_bits();
+        let (begin, end) = (pre.begin.0, pre.end.0);
+        let way = u64::from(end.saturating_sub(begin)) << 16;
+        // way < 2^34 over at least 6553 is below 2^22; that in Q.16 fits u64.
+        let slope = quotient(way << 10, depth.unsigned_abs()).map_or(0, |q| u64::from(q) << 6);
+        Self {
+            depth,
+            begin,
+            end,
+            slope,
+        }
+    }
+
+    /// The amplitude at a `depth` of at most 0; `None` in front of the ramp.
+    fn at(&self, depth: i32) -> Option<i64> {
+        // Both within 2^31; what is left is 0…2^22.
+        let along = u64::try_from(i64::from(depth) + i64::from(self.depth)).ok()?;
+        if along == 0 {
+            return None;
+        }
+        // slope < 2^38, along <= 2^22.
+        let risen = (self.slope * along) >> 32;
+        Some(i64::from(self.begin) + risen as i64)
+    }
+}

@@ -1,0 +1,237 @@
+//! Parameters that tire: the fatigue part of the calcium–force model (Ding,
+//! Wexler & Binder-Macleod, J. Electromyogr. Kinesiol. 13:575, 2003),
+//!
+//! ```text
+//! dA/dt  = (A₀ − A)/τfat + αA·F          αA < 0
+//! dK/dt  = (K₀ − K)/τfat + αK·F
+//! dτ1/dt = (τ1₀ − τ1)/τfat + ατ1·F
+//! ```
+//!
+//! Method: one step a second with the mean force of that second. K and τ1 are
+//! linear in F and exact for it. Of A the force is a multiple: with r = |αA|·F/A
+//! held, A relaxes exactly towards A₀/(1 + r·τfat), so that it stays above zero
+//! whatever the step.
+//!
+//! A acts as a factor on the gain. τ1 may grow: its muscle is scaled for the
+//! longest τ1, so that an update moves no force.
+
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
+
+use super::calcium_force::{CalciumForce, CalciumForceSpec};
+use super::exponential::{exp_neg, mul_high, quotient};
+use super::{OutOfRange, Parameter, within};
+
+/// From one update to the next, µs.
+pub(super) const UPDATE_US: u32 = 1_000_000;
+
+/// The longest τ1 that fatigue reaches, µs, and the largest K, U5F27: the ends
+/// of the ranges of [`CalciumForceSpec`].
+const TAU1_MAX_US: u32 = 200_000;
+const K_MAX: u32 = 5 << 27;
+
+/// How one muscle tires and recovers.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+pub struct FatigueSpec {
+    /// −αA, what work takes from A, thousandths per s²: 0…10,000.
+    pub alpha_a_milli_per_s2: u32,
+    /// αK, what it adds to K, 10^-9 per N·s: 0…100,000,000.
+    pub alpha_k_nano_per_n_s: u32,
+    /// ατ1, what it adds to τ1, 10^-9 per N (ns per N·s): 0…100,000,000.
+    pub alpha_tau1_nano_per_n: u32,
+    /// τfat, recovery of all three, ms: 10,000…1,000,000.
+    pub tau_fat_ms: u32,
+}
+
+impl FatigueSpec {
+    /// Ding's values for the human quadriceps: αA = −4.0e-7 ms⁻², αK = 1.9e-8
+    /// ms⁻¹N⁻¹, ατ1 = 2.1e-5 N⁻¹, τfat = 127 s, at A₀ = 3.009 N/ms. Taken from
+    /// later papers and code that quote them; not measured on the arm.
+    pub const QUADRICEPS: Self = Self {
+        alpha_a_milli_per_s2: 400,
+        alpha_k_nano_per_n_s: 19_000,
+        alpha_tau1_nano_per_n: 21_000,
+        tau_fat_ms: 127_000,
+    };
+    /// A₀ of that quadriceps, mN/s.
+    const QUADRICEPS_A: u64 = 3_009_000;
+
+    /// The quadriceps' fatigue carried to a muscle of another strength, A in
+    /// mN/s (above 0): a muscle that works at the same share of its own
+    /// strength tires alike, so what is per newton grows as A shrinks. An
+    /// assumption, for want of values of other muscles.
+    #[must_use]
+    pub fn scaled_to(a_mn_per_s: u32) -> Self {
+        let per_newton = |alpha: u32| {
+            let scaled = u64::from(alpha) * Self::QUADRICEPS_A / u64::from(a_mn_per_s.max(1));
+            scaled.min(100_000_000) as u32
+        };
+        Self {
+            alpha_k_nano_per_n_s: per_newton(Self::QUADRICEPS.alpha_k_nano_per_n_s),
+            alpha_tau1_nano_per_n: per_newton(Self::QUADRICEPS.alpha_tau1_nano_per_n),
+            ..Self::QUADRICEPS
+        }
+    }
+
+    /// Each parameter against its documented range.
+    fn check(&self) -> Result<(), OutOfRange> {
+        let most = 100_000_000;
+        within(Parameter::AlphaA, self.alpha_a_milli_per_s2, 0, 10_000)?;
+        within(Parameter::AlphaK, self.alpha_k_nano_per_n_s, 0, most)?;
+        within(Parameter::AlphaTau1, self.alpha_tau1_nano_per_n, 0, most)?;
+        within(Parameter::TauFat, self.tau_fat_ms, 10_000, 1_000_000)
+    }
+}
+
+/// A validated fatigue model of one muscle, per update.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Fatigue {
+    /// 1 s/τfat, Q32: at most 0.1.
+    recovery: u32,
+    /// e^(−1 s/τfat), Q32.
+    kept: u32,
+    /// |αA|·τm·1 s: loss of A/A₀ at full scale, Q28, at most 12.
+    loss: u32,
+    /// What full scale adds to K (U5F27) and to τ1/τm (Q32), saturating: both
+    /// reach their ends within a second of less.
+    k_gain: u32,
+    tau1_gain: u32,
+    /// K and τ1/τm of the fresh muscle.
+    k: u32,
+    tau1: u32,
+    /// The longest τ1 over τm, Q32.
+    tau1_max: u32,
+}
+
+/// How tired a muscle is.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Tiredness {
+    /// A/A₀, Q31.
+    pub(super) a: u32,
+    /// Sum of F (Q31 of full scale) times µs since the last update.
+    work: u64,
+    /// Time since then, µs.
+    since_us: u32,
+}
+
+impl Tiredness {
+    /// A fresh muscle.
+    pub(super) const NONE: Self = Self {
+        a: 1 << 31,
+        work: 0,
+        since_us: 0,
+    };
+
+    /// A gain's part that is left, both Q31; never nothing of something.
+    #[inline(always)]
+    pub(super) fn of(&self, gain: u32) -> u32 {
+        // Both at most 2^31.
+        ((u64::from(gain) * u64::from(self.a)) >> 31).max(1) as u32
+    }
+}
+
+impl Fatigue {
+    /// The muscle of `force`, scaled for the longest τ1, and its fatigue.
+    ///
+    /// # Errors
+    /// [`OutOfRange`] naming the first parameter outside its range.
+    pub(super) fn new(
+        force: CalciumForceSpec,
+        spec: FatigueSpec,
+    ) -> Result<(CalciumForce, Self), OutOfRange> {
+        CalciumForce::new(force)?;
+        spec.check()?;
+        let muscle = CalciumForce::derive(force, TAU1_MAX_US);
+        // At most 1,200,000 µs, 3,000 or more.
+        let tau_us = u64::from(TAU1_MAX_US + force.tau2_us);
+        // 2^32 · 1000 / 10,000.
+        let recovery = ((1000u64 << 32) / u64::from(spec.tau_fat_ms)) as u32;
+        // e^−x ends at 2^31.
+        let kept = exp_neg(recovery.into()).min((1 << 31) - 1) << 1;
+        // Per second at a force that holds, τfat·(1 − e^(−1 s/τfat)): in Q32,
+        // 0.95…1.
+        let held = quotient(u64::from(u32::MAX - kept), recovery.into()).min(1 << 32);
+        // 10^4 · 1.2·10^6 · 2^28 fits; the quotient is at most 12 · 2^28.
+        let loss = ((u64::from(spec.alpha_a_milli_per_s2) * tau_us) << 28) / 1_000_000_000;
+        // A·τm in µN: at most 12,000·10^6; times 10^8 nano: 1.2·10^18.
+        let full_un = u64::from(force.a_mn_per_s) * tau_us / 1000;
+        let per_full = |alpha: u32| full_un * u64::from(alpha) / 1_000_000;
+        // In 10^-9 of K, and of a second: cut to 32 and to 1, whose shifts fit.
+        let k_nano = per_full(spec.alpha_k_nano_per_n_s).min(32_000_000_000);
+        let tau1_nano = per_full(spec.alpha_tau1_nano_per_n).min(1_000_000_000);
+        // (2^32 − 1) · 2^32 fits.
+        let gain = |per_second: u64| ((per_second.min(u32::MAX.into()) * held) >> 32) as u32;
+        let k_gain = gain((k_nano << 27) / 1_000_000_000);
+        let tau1_gain = gain((tau1_nano << 32) / (tau_us * 1000));
+        Ok((
+            muscle,
+            Self {
+                recovery,
+                kept,
+                loss: loss as u32,
+                k_gain,
+                tau1_gain,
+                k: muscle.k,
+                tau1: muscle.tau_floor,
+                tau1_max: u32::MAX - muscle.tau_span,
+            },
+        ))
+    }
+
+    /// `us` passed with a force in Q31 at their end. Whether the muscle's
+    /// parameters changed.
+    #[inline(always)]
+    pub(super) fn pass(
+        &self,
+        tired: &mut Tiredness,
+        muscle: &mut CalciumForce,
+        force: u32,
+        us: u32,
+    ) -> bool {
+        // 2^31 · (10^6 + 10^3) between updates.
+        let work = u64::from(force).wrapping_mul(u64::from(us));
+        tired.work = tired.work.wrapping_add(work);
+        tired.since_us = tired.since_us.wrapping_add(us);
+        if tired.since_us < UPDATE_US {
+            return false;
+        }
+        self.update(tired, muscle);
+        true
+    }
+
+    /// A second's mean force acts.
+    #[inline(never)]
+    fn update(&self, tired: &mut Tiredness, muscle: &mut CalciumForce) {
+        // At most 2^31, as no force is above full scale.
+        let force = (tired.work / u64::from(tired.since_us.max(1))) as u32;
+        tired.since_us = tired.since_us.wrapping_sub(UPDATE_US);
+        tired.work = 0;
+        let grown = |now: u32, fresh: u32, gain: u32, most: u32| {
+            let above = mul_high(now.saturating_sub(fresh), self.kept);
+            // Q31·gain·2: saturates rather than doubling past the end.
+            let more = mul_high(gain, force).saturating_mul(2);
+            fresh.saturating_add(above).saturating_add(more).min(most)
+        };
+        muscle.k = grown(muscle.k, self.k, self.k_gain, K_MAX.max(self.k));
+        muscle.tau_floor = grown(muscle.tau_floor, self.tau1, self.tau1_gain, self.tau1_max);
+        tired.a = self.relaxed(tired.a, force);
+    }
+
+    /// A/A₀ after a second at a mean force in Q31.
+    fn relaxed(&self, a: u32, force: u32) -> u32 {
+        // All Q28: recovery at most 0.1; loss at most 12 · force, over A/A₀
+        // at most 2^31 · 12 before it is cut to 16 a second.
+        let recovery = u64::from(self.recovery >> 4).max(1);
+        let loss = (u64::from(self.loss) * u64::from(force)) >> 31;
+        let rate = recovery + ((loss << 31) / u64::from(a.max(1))).min(16 << 28);
+        // Both Q31.
+        let end = ((recovery << 31) / rate) as u32;
+        let left = exp_neg(rate << 4);
+        let part = |way: u32| ((u64::from(way) * u64::from(left)) >> 31) as u32;
+        // Towards `end`, the rest of the way rounded down: A₀ is reached.
+        match a.checked_sub(end) {
+            Some(above) => end + part(above), // at most a
+            None => end.saturating_sub(part(end.saturating_sub(a))),
+        }
+    }
+}

@@ -1,0 +1,311 @@
+//! The virtual wall: what it asks for, against the paper's formulas in floating
+//! point, and every specification that it refuses.
+
+use firmware::control::{SensorFault, SensorSource, SpecError, SpecField};
+use firmware::haptics::{
+    CoContraction, PreWall, Side, Wall, WallError, WallOrders, WallSpec, WallState,
+};
+use firmware::units::{Amplitude, Angle, Micros, OutOfRange};
+use proptest::prelude::*;
+
+/// Harris' second scenario: 80 mA on the triceps, proportional only.
+const PLAIN: WallSpec = WallSpec {
+    at_mdeg: 90_000,
+    side: Side::Flexion,
+    channel: 0,
+    max: Amplitude(80_000),
+    stiffness: 8_889,
+    damping: 0,
+    cutoff_mhz: 10_000,
+    pre_wall: None,
+    co_contraction: None,
+    angle_min_mdeg: 0,
+    angle_max_mdeg: 150_000,
+    sensor: SensorSource::Host,
+    stale_after_ms: 50,
+};
+
+const PRE_WALL: PreWall = PreWall {
+    depth_mdeg: 9_000,
+    begin: Amplitude(20_000),
+    end: Amplitude(80_000),
+};
+
+/// One tick at rest at this angle, hundredths of a degree.
+fn at(spec: &WallSpec, centideg: i16) -> WallOrders {
+    let wall = Wall::new(spec).unwrap();
+    let (mut state, now) = (WallState::default(), Micros(u32::MAX - 3));
+    let angle = Angle::from_centideg(centideg);
+    wall.measurement(&mut state, now, now, angle).unwrap();
+    wall.tick(&mut state, now, None).unwrap()
+}
+
+fn amplitudes(spec: &WallSpec, centideg: i16) -> Vec<u32> {
+    let orders = at(spec, centideg);
+    orders.amplitudes.iter().map(|(_, a)| a.0).collect()
+}
+
+#[test]
+fn the_papers_equation_1_holds_on_both_sides_of_the_wall() {
+    assert_eq!(amplitudes(&PLAIN, 8_999), [0]);
+    assert_eq!(amplitudes(&PLAIN, 9_000), [0]);
+    assert_eq!(amplitudes(&PLAIN, 9_100), [8_889]);
+    assert_eq!(amplitudes(&PLAIN, 9_500), [44_445]);
+    let deep = at(&PLAIN, 11_000);
+    assert_eq!(deep.amplitudes[0], (0, Amplitude(80_000)));
+    assert!(deep.limiting && !at(&PLAIN, 9_500).limiting);
+    assert_eq!(deep.penetration, Angle::from_centideg(2_000));
+    assert_eq!(deep.wall, Angle::from_centideg(9_000));
+    // Its mirror image stops extension.
+    let mirror = WallSpec {
+        side: Side::Extension,
+        ..PLAIN
+    };
+    assert_eq!(amplitudes(&mirror, 8_900), [8_889]);
+    assert_eq!(amplitudes(&mirror, 9_100), [0]);
+}
+
+#[test]
+fn the_pre_wall_ramps_from_its_begin_to_its_end_and_the_wall_goes_on_from_there() {
+    let paper = WallSpec {
+        pre_wall: Some(PRE_WALL),
+        ..PLAIN
+    };
+    assert_eq!(amplitudes(&paper, 8_100), [0]);
+    let first = amplitudes(&paper, 8_101)[0];
+    assert!((20_000..20_100).contains(&first), "{first}");
+    let half = amplitudes(&paper, 8_550)[0];
+    assert!((49_990..=50_000).contains(&half), "{half}");
+    // All is reached at the wall, as in the paper.
+    assert!((79_999..=80_000).contains(&amplitudes(&paper, 9_000)[0]));
+    let gentle = WallSpec {
+        pre_wall: Some(PreWall {
+            end: Amplitude(30_000),
+            ..PRE_WALL
+        }),
+        ..PLAIN
+    };
+    assert_eq!(amplitudes(&gentle, 9_100), [38_889]);
+}
+
+#[test]
+fn the_antagonist_works_inside_the_wall_only() {
+    let both = WallSpec {
+        pre_wall: Some(PRE_WALL),
+        co_contraction: Some(CoContraction {
+            channel: 1,
+            amplitude: Amplitude(40_000),
+        }),
+        ..PLAIN
+    };
+    // Equation 2.
+    assert_eq!(amplitudes(&both, 8_999)[1], 0);
+    assert_eq!(amplitudes(&both, 9_000)[1], 0);
+    assert_eq!(amplitudes(&both, 9_001)[1], 40_000);
+}
+
+/// Runs the wall over a course of angles, one a millisecond.
+fn follow(spec: &WallSpec, course: impl Iterator<Item = f64>) -> Vec<u32> {
+    let wall = Wall::new(spec).unwrap();
+    let mut state = WallState::default();
+    (0u32..)
+        .zip(course)
+        .map(|(ms, deg)| {
+            let now = Micros(ms * 1000);
+            let angle = Angle::from_centideg((deg * 100.0).round() as i16);
+            wall.measurement(&mut state, now, now, angle).unwrap();
+            wall.tick(&mut state, now, None).unwrap().amplitudes[0].1.0
+        })
+        .collect()
+}
+
+#[test]
+fn damping_adds_on_the_way_in_takes_away_on_the_way_out_and_never_pulls() {
+    let damped = WallSpec {
+        damping: 500,
+        ..PLAIN
+    };
+    // 20 °/s for 0.3 s into the wall, then out again.
+    let course =
+        || (0..600).map(|ms| 90.0 + 0.02 * f64::from(if ms < 300 { ms } else { 600 - ms }));
+    let (with, without) = (follow(&damped, course()), follow(&PLAIN, course()));
+    // 500 µA·s/° · 20 °/s once the filter has settled; ±0.01° of a reading is
+    // at most ±0.63 °/s behind it.
+    let extra = i64::from(with[250]) - i64::from(without[250]);
+    assert!((9_500..=10_500).contains(&extra), "{extra}");
+    let missing = i64::from(without[450]) - i64::from(with[450]);
+    assert!((9_500..=10_500).contains(&missing), "{missing}");
+    assert_eq!(with[590], 0);
+    assert!(without[590] > 0);
+    // In front of the wall there is nothing to damp.
+    let passing = (0..300).map(|ms| 80.0 + 0.02 * f64::from(ms));
+    assert!(follow(&damped, passing).iter().all(|&a| a == 0));
+}
+
+#[test]
+fn measurements_are_judged_as_a_joints_are() {
+    let wall = Wall::new(&PLAIN).unwrap();
+    let mut state = WallState::default();
+    assert_eq!(
+        wall.tick(&mut state, Micros(0), None),
+        Err(SensorFault::Absent)
+    );
+    let angle = Angle::from_centideg(9_500);
+    wall.measurement(&mut state, Micros(0), Micros(0), angle)
+        .unwrap();
+    assert!(wall.tick(&mut state, Micros(50_000), None).is_ok());
+    let stale = SensorFault::Stale { limit_ms: 50 };
+    assert_eq!(wall.tick(&mut state, Micros(50_001), None), Err(stale));
+    let (now, far) = (Micros(60_000), Angle::from_centideg(17_001));
+    wall.measurement(&mut state, now, now, far).unwrap();
+    let centideg = 17_001;
+    assert_eq!(
+        wall.tick(&mut state, now, None),
+        Err(SensorFault::OutOfRange { centideg })
+    );
+}
+
+fn refused(change: impl FnOnce(&mut WallSpec)) -> WallError {
+    let mut spec = WallSpec {
+        pre_wall: Some(PRE_WALL),
+        co_contraction: Some(CoContraction {
+            channel: 1,
+            amplitude: Amplitude(40_000),
+        }),
+        ..PLAIN
+    };
+    assert!(Wall::new(&spec).is_ok());
+    change(&mut spec);
+    Wall::new(&spec).unwrap_err()
+}
+
+fn range(field: &'static str, min: i32, max: i32) -> WallError {
+    WallError::Range(OutOfRange { field, min, max })
+}
+
+#[test]
+fn every_field_out_of_range_is_named_with_what_it_allows() {
+    let pre = |change: fn(&mut PreWall)| refused(|s| change(s.pre_wall.as_mut().unwrap()));
+    let co =
+        |change: fn(&mut CoContraction)| refused(|s| change(s.co_contraction.as_mut().unwrap()));
+    let amplitude = 200_000;
+    assert_eq!(
+        refused(|s| s.at_mdeg = 150_001),
+        range("at_mdeg", 0, 150_000)
+    );
+    assert_eq!(refused(|s| s.at_mdeg = -1), range("at_mdeg", 0, 150_000));
+    assert_eq!(refused(|s| s.channel = 10), range("channel", 0, 9));
+    assert_eq!(refused(|s| s.max.0 = 0), range("max", 1, amplitude));
+    assert_eq!(refused(|s| s.max.0 = u32::MAX), range("max", 1, amplitude));
+    assert_eq!(
+        refused(|s| s.stiffness = 0),
+        range("stiffness", 1, amplitude)
+    );
+    assert_eq!(refused(|s| s.damping = 20_001), range("damping", 0, 20_000));
+    assert_eq!(
+        refused(|s| s.cutoff_mhz = 499),
+        range("cutoff_mhz", 500, 20_000)
+    );
+    assert_eq!(pre(|p| p.depth_mdeg = 99), range("depth_mdeg", 100, 45_000));
+    assert_eq!(pre(|p| p.end.0 = 80_001), range("end", 0, 80_000));
+    assert_eq!(pre(|p| p.begin.0 = 80_001), range("begin", 0, 80_000));
+    assert_eq!(co(|c| c.channel = 10), range("channel", 0, 9));
+    assert_eq!(co(|c| c.amplitude.0 = 0), range("amplitude", 1, amplitude));
+    assert_eq!(
+        co(|c| c.channel = 0),
+        WallError::ChannelTwice { channel: 0 }
+    );
+    let joint = |e| match e {
+        WallError::Joint(SpecError::OutOfRange { field, .. }) => field,
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(
+        joint(refused(|s| s.angle_max_mdeg = 180_001)),
+        SpecField::AngleMax
+    );
+    assert_eq!(
+        joint(refused(|s| s.stale_after_ms = 1)),
+        SpecField::StaleAfter
+    );
+    let short = SensorSource::Adc {
+        code_at_0: 500,
+        code_at_100: 599,
+    };
+    assert_eq!(joint(refused(|s| s.sensor = short)), SpecField::CodeSpan);
+}
+
+fn any_spec() -> impl Strategy<Value = WallSpec> {
+    let pre = (100u32..45_000, 0u32..200_000, 0u32..200_000);
+    (
+        (-180_000i32..180_000, 1u32..=200_000, 1u32..=200_000),
+        (0u32..=20_000, 500u32..=20_000),
+        (any::<bool>(), proptest::option::of(pre), any::<bool>()),
+    )
+        .prop_map(|((at_mdeg, max, stiffness), (damping, cutoff_mhz), rest)| {
+            let (flexion, pre, both) = rest;
+            let pre_wall = pre.map(|(depth_mdeg, a, b)| PreWall {
+                depth_mdeg,
+                begin: Amplitude(a.min(b).min(max)),
+                end: Amplitude(a.max(b).min(max)),
+            });
+            WallSpec {
+                at_mdeg,
+                side: if flexion {
+                    Side::Flexion
+                } else {
+                    Side::Extension
+                },
+                max: Amplitude(max),
+                stiffness,
+                damping,
+                cutoff_mhz,
+                pre_wall,
+                co_contraction: both.then_some(CoContraction {
+                    channel: 9,
+                    amplitude: Amplitude(max),
+                }),
+                angle_min_mdeg: -180_000,
+                angle_max_mdeg: 180_000,
+                ..PLAIN
+            }
+        })
+}
+
+proptest! {
+    /// Whatever a valid wall meets, it stays within its maximum and within a
+    /// bit of the formulas.
+    #[test]
+    fn a_wall_never_exceeds_its_maximum_and_keeps_to_its_formula(
+        spec in any_spec(),
+        angles in prop::collection::vec(-19_999i16..19_999, 1..40),
+    ) {
+        let wall = Wall::new(&spec).unwrap();
+        let mut state = WallState::default();
+        for (ms, centideg) in (0u32..).zip(angles) {
+            let now = Micros((u32::MAX - 20_000).wrapping_add(ms * 1000));
+            let angle = Angle::from_centideg(centideg);
+            wall.measurement(&mut state, now, now, angle).unwrap();
+            let orders = wall.tick(&mut state, now, None).unwrap();
+            prop_assert!(orders.amplitudes.iter().all(|(_, a)| *a <= spec.max));
+            if spec.damping == 0 || ms == 0 {
+                let sign = if spec.side == Side::Flexion { 1.0 } else { -1.0 };
+                let deg = |a: Angle| f64::from(a.0.to_bits()) / 65_536.0;
+                let p = sign * (deg(angle) - deg(orders.wall));
+                let (depth, begin, end) = spec.pre_wall.map_or((0.0, 0.0, 0.0), |pre| {
+                    let depth = deg(Angle::from_millideg(pre.depth_mdeg as i32));
+                    (depth, f64::from(pre.begin.0), f64::from(pre.end.0))
+                });
+                let exact = if p > 0.0 {
+                    end + p * f64::from(spec.stiffness)
+                } else if depth + p > 0.0 {
+                    begin + (end - begin) * (p + depth) / depth
+                } else {
+                    0.0
+                };
+                let exact = exact.min(f64::from(spec.max.0));
+                let got = f64::from(orders.amplitudes[0].1.0);
+                prop_assert!((got - exact).abs() <= 1.01, "{} {} at {}", got, exact, p);
+            }
+        }
+    }
+}

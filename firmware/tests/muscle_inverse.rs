@@ -1,0 +1,260 @@
+//! The inverse muscle model against the model that it inverts.
+//!
+//! `cargo test --release -p firmware --test muscle_inverse -- --nocapture`
+//! prints the errors. Against another model's muscles: `hal-sim`.
+
+use firmware::muscle::{
+    CalciumForce, CalciumForceSpec, CalciumForceState, Inverse, OutOfRange, Parameter, Recruitment,
+    RecruitmentSpec,
+};
+use firmware::units::{Amplitude, Force, Micros};
+use fixed::types::I16F16;
+use proptest::prelude::*;
+
+/// K01 of Lee 2020, table 4.
+const K01: CalciumForceSpec = CalciumForceSpec {
+    a_mn_per_s: 121_900,
+    k_micro: 300_000,
+    tau_c_us: 20_800,
+    tau1_us: 33_100,
+    tau2_us: 194_400,
+};
+
+/// From 10 to 20 mA, force at threshold 5 % of that at the limit.
+const RECRUITMENT: RecruitmentSpec = RecruitmentSpec {
+    motor_threshold: Amplitude(10_000),
+    limit: Amplitude(20_000),
+    reference: Amplitude(20_000),
+    slope_micro: 300_000,
+};
+
+/// Mean force of the model over a period of a train that has settled, N.
+fn settled(
+    spec: CalciumForceSpec,
+    recruitment: &Recruitment,
+    amplitude: Amplitude,
+    period_us: u32,
+) -> f64 {
+    let model = CalciumForce::new(spec).unwrap();
+    let mut state = CalciumForceState::at_rest(Micros(0));
+    let gain = recruitment.gain(amplitude);
+    let slow = spec.tau_c_us + spec.tau1_us + spec.tau2_us;
+    let pulses = (15 * slow) / period_us + 2;
+    let (mut sum, steps) = (0.0, period_us / 250);
+    for pulse in 0..=pulses {
+        let at = pulse * period_us;
+        model.pulse(&mut state, Micros(at), gain);
+        for step in 0..steps {
+            model.advance(
+                &mut state,
+                Micros(at + (2 * step + 1) * period_us / (2 * steps)),
+            );
+            if pulse == pulses {
+                sum += model.force(&state).0.to_num::<f64>() / f64::from(steps);
+            }
+        }
+    }
+    sum
+}
+
+fn error(spec: CalciumForceSpec, inverse: &Inverse, recruitment: &Recruitment, wanted: f64) -> f64 {
+    let drive = inverse.drive(recruitment, Force(I16F16::from_num(wanted)));
+    assert!(!drive.limiting, "{wanted} N: {drive:?}");
+    settled(spec, recruitment, drive.amplitude, drive.period_us) / wanted - 1.0
+}
+
+#[test]
+fn the_model_gives_what_the_inverse_was_asked_for() {
+    let recruitment = Recruitment::new(RECRUITMENT).unwrap();
+    // The bound, and what it may not be undercut by half of.
+    let rates = [
+        (50_000, 16_667, 5e-4),
+        (100_000, 10_000, 4e-3),
+        (20_000, 20_000, 3e-4),
+    ];
+    for (slowest, fastest, bound) in rates {
+        let inverse = Inverse::new(K01, &recruitment, slowest, fastest).unwrap();
+        let (least, most) = inverse.reach();
+        let (least, most) = (least.0.to_num::<f64>(), most.0.to_num::<f64>());
+        let worst = (0..=100)
+            .map(|i| least + (most - least) * f64::from(i) / 100.0)
+            .map(|wanted| error(K01, &inverse, &recruitment, wanted).abs())
+            .fold(0.0, f64::max);
+        println!(
+            "K01, {slowest}–{fastest} µs, {least:.3}–{most:.3} N: worst {:.3} %",
+            100.0 * worst
+        );
+        assert!((bound / 2.0..bound).contains(&worst), "{worst:e}");
+    }
+}
+
+#[test]
+fn amplitude_answers_first_and_then_rate() {
+    let recruitment = Recruitment::new(RECRUITMENT).unwrap();
+    let inverse = Inverse::new(K01, &recruitment, 50_000, 10_000).unwrap();
+    let drive = |newtons: f64| inverse.drive(&recruitment, Force(I16F16::from_num(newtons)));
+    let (least, most) = inverse.reach();
+    let (least, most) = (least.0.to_num::<f64>(), most.0.to_num::<f64>());
+
+    assert_eq!(drive(0.0).amplitude, Amplitude::ZERO);
+    assert_eq!(drive(-3.0).amplitude, Amplitude::ZERO);
+    assert_eq!(drive(0.49 * least).amplitude, Amplitude::ZERO);
+    assert_eq!(drive(0.51 * least).amplitude, RECRUITMENT.motor_threshold);
+    let gentle = drive(2.0 * least);
+    assert!(gentle.amplitude > RECRUITMENT.motor_threshold && gentle.amplitude < RECRUITMENT.limit);
+    assert_eq!((gentle.period_us, gentle.limiting), (50_000, false));
+    let strong = drive(0.9 * most);
+    assert_eq!(
+        (strong.amplitude, strong.limiting),
+        (RECRUITMENT.limit, false)
+    );
+    assert!((10_001..50_000).contains(&strong.period_us), "{strong:?}");
+    let beyond = drive(most + 0.01);
+    assert_eq!(
+        (beyond.amplitude, beyond.period_us),
+        (RECRUITMENT.limit, 10_000)
+    );
+    assert!(beyond.limiting);
+}
+
+#[test]
+fn a_force_that_rises_is_wanted_ahead() {
+    let recruitment = Recruitment::new(RECRUITMENT).unwrap();
+    let inverse = Inverse::new(K01, &recruitment, 25_000, 10_000).unwrap();
+    let force = |newtons: f64| Force(I16F16::from_num(newtons));
+    let ahead = |newtons, rate: f64| {
+        let ahead = inverse.ahead(force(newtons), I16F16::from_num(rate));
+        ahead.0.to_num::<f64>()
+    };
+    assert_eq!(ahead(5.0, 0.0), 5.0);
+    // τ1 + τ2·x with x a half at 40 Hz, and 12.5 ms.
+    let late = ahead(5.0, 10.0) - 5.0;
+    assert!((1.2..2.0).contains(&late), "{late}");
+    assert!((ahead(5.0, -10.0) - 5.0 + late).abs() < 1e-4);
+    // More activation at a higher rate: slower.
+    let (_, most) = inverse.reach();
+    let most = most.0.to_num::<f64>();
+    assert!(ahead(most, 10.0) - most > late);
+}
+
+#[test]
+fn each_parameter_is_named() {
+    let recruitment = Recruitment::new(RECRUITMENT).unwrap();
+    let refused = |spec, slowest, fastest| Inverse::new(spec, &recruitment, slowest, fastest).err();
+    let out = |parameter, given, min, max| {
+        Some(OutOfRange {
+            parameter,
+            given,
+            min,
+            max,
+        })
+    };
+    let no_k = CalciumForceSpec { k_micro: 0, ..K01 };
+    assert_eq!(
+        refused(no_k, 50_000, 10_000),
+        out(Parameter::K, 0, 2_000, 5_000_000)
+    );
+    assert_eq!(
+        refused(K01, 100_001, 10_000),
+        out(Parameter::Period, 100_001, 5_000, 100_000)
+    );
+    assert_eq!(
+        refused(K01, 50_000, 4_999),
+        out(Parameter::ShortestPeriod, 4_999, 5_000, 50_000)
+    );
+    assert_eq!(
+        refused(K01, 50_000, 50_001),
+        out(Parameter::ShortestPeriod, 50_001, 5_000, 50_000)
+    );
+}
+
+prop_compose! {
+    fn any_muscle()(
+        a_mn_per_s in 100u32..=10_000_000,
+        k_micro in 2_000u32..=5_000_000,
+        tau_c_us in 5_000u32..=100_000,
+        tau1_us in 2_000u32..=200_000,
+        tau2_us in 1_000u32..=1_000_000,
+    ) -> CalciumForceSpec {
+        CalciumForceSpec { a_mn_per_s, k_micro, tau_c_us, tau1_us, tau2_us }
+    }
+}
+
+prop_compose! {
+    fn any_recruitment()(
+        threshold in 1u32..900_000,
+        range in 1u32..50_000,
+        beyond in 0u32..50_000,
+        slope in 0.0..1.0,
+    ) -> Recruitment {
+        let span = f64::from(range + beyond);
+        let steepest = (11.09e6 / span).clamp(1e4, 5e6);
+        Recruitment::new(RecruitmentSpec {
+            motor_threshold: Amplitude(threshold),
+            limit: Amplitude(threshold + range),
+            reference: Amplitude(threshold + range + beyond),
+            slope_micro: (1e4 + slope * (steepest - 1e4)) as u32,
+        }).unwrap()
+    }
+}
+
+prop_compose! {
+    fn any_periods()(slowest in 5_000u32..=100_000, part in 0.0..=1.0) -> (u32, u32) {
+        (slowest, 5_000 + (f64::from(slowest - 5_000) * part) as u32)
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2_000))]
+
+    /// Whatever the muscle: no panic, within the limits, more for more.
+    #[test]
+    fn any_muscle_any_force(
+        muscle in any_muscle(),
+        recruitment in any_recruitment(),
+        (slowest, fastest) in any_periods(),
+        forces in prop::collection::vec(any::<i32>(), 2..20),
+        share in prop::collection::vec(0.0..1.1, 20),
+        rate: i32,
+    ) {
+        let inverse = Inverse::new(muscle, &recruitment, slowest, fastest).unwrap();
+        let (_, most) = inverse.reach();
+        let mut forces: Vec<i32> = forces;
+        forces.extend(share.iter().map(|s| (f64::from(most.0.to_bits()) * s) as i32));
+        forces.sort_unstable();
+        let mut before = (Amplitude::ZERO, slowest);
+        for bits in forces {
+            let force = Force(I16F16::from_bits(bits));
+            let drive = inverse.drive(&recruitment, force);
+            prop_assert!(drive.amplitude <= recruitment.spec().limit);
+            prop_assert!((fastest..=slowest).contains(&drive.period_us));
+            prop_assert!(drive.amplitude >= before.0 && drive.period_us <= before.1);
+            prop_assert_eq!(drive.limiting, force > most);
+            before = (drive.amplitude, drive.period_us);
+            let _ = inverse.ahead(force, I16F16::from_bits(rate));
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    /// Muscles a third below to a third above the range of Lee's table 4.
+    #[test]
+    fn the_round_trip_holds_for_wearers(
+        a_mn_per_s in 45_000u32..600_000,
+        k_micro in 8_000u32..430_000,
+        tau_c_us in 8_000u32..41_000,
+        tau1_us in 3_300u32..100_000,
+        tau2_us in 35_000u32..260_000,
+        part in 0.0..=1.0,
+    ) {
+        let muscle = CalciumForceSpec { a_mn_per_s, k_micro, tau_c_us, tau1_us, tau2_us };
+        let recruitment = Recruitment::new(RECRUITMENT).unwrap();
+        let inverse = Inverse::new(muscle, &recruitment, 50_000, 12_500).unwrap();
+        let (least, most) = inverse.reach();
+        let (least, most) = (least.0.to_num::<f64>(), most.0.to_num::<f64>());
+        let off = error(muscle, &inverse, &recruitment, least + (most - least) * part);
+        prop_assert!(off.abs() < 3e-3, "{off:e}");
+    }
+}

@@ -1,0 +1,215 @@
+//! A forearm about the elbow: triceps and biceps under electrodes, and a person
+//! who moves it into a virtual wall.
+
+mod person;
+mod spec;
+
+use std::collections::VecDeque;
+
+use super::muscle::{Muscle, Step};
+use super::noise::standard_normal;
+use super::wearer::{effective_voltage, recruitment};
+use super::{Body, CHANNELS, Load, Pulse};
+pub use spec::{Approach, ElbowMuscle, ElbowSpec, InvalidElbow, Person, TORQUE_FREQUENCY_HZ};
+
+/// Time step of the joint, µs. Muscles are also split at every pulse.
+const TICK_US: u64 = 1000;
+const TICK_S: f64 = 1e-3;
+
+/// A muscle with the pulses on their way to it.
+#[derive(Debug, Clone, PartialEq)]
+struct Driven {
+    spec: ElbowMuscle,
+    muscle: Muscle,
+    step: Step,
+    /// When each pulse acts, µs, and its recruitment.
+    under_way: VecDeque<(u64, f64)>,
+}
+
+/// The arm in motion. Deterministic: pulses, person and seed decide everything.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Elbow {
+    spec: ElbowSpec,
+    seed: u64,
+    loads: [Load; CHANNELS],
+    /// Whole milliseconds passed.
+    tick: u64,
+    triceps: Driven,
+    biceps: Driven,
+    voluntary_nm: f64,
+    angle_rad: f64,
+    rate_rad_per_s: f64,
+}
+
+impl Elbow {
+    /// An arm at rest at its person's start angle. `seed` decides the sensor's
+    /// noise.
+    ///
+    /// # Errors
+    /// [`InvalidElbow`] names a field that no arm can have.
+    pub fn new(spec: ElbowSpec, seed: u64) -> Result<Self, InvalidElbow> {
+        spec.validate()?;
+        Ok(Self {
+            seed,
+            loads: [Load::Ohms(spec.load_ohm); CHANNELS],
+            tick: 0,
+            triceps: Driven::new(spec.triceps),
+            biceps: Driven::new(spec.biceps),
+            voluntary_nm: 0.0,
+            angle_rad: spec.person.start_deg.to_radians(),
+            rate_rad_per_s: 0.0,
+            spec,
+        })
+    }
+
+    /// The numbers this arm was made from.
+    pub fn spec(&self) -> &ElbowSpec {
+        &self.spec
+    }
+
+    /// Rate of the joint, degrees per second, flexion positive.
+    pub fn rate_deg_per_s(&self) -> f64 {
+        self.rate_rad_per_s.to_degrees()
+    }
+
+    /// Torques of triceps (extending) and biceps (flexing), N·m, none negative.
+    pub fn torques_nm(&self) -> [f64; 2] {
+        [self.triceps.torque_nm(), self.biceps.torque_nm()]
+    }
+
+    /// The person's own torque over the last millisecond, N·m, flexion positive.
+    pub fn voluntary_nm(&self) -> f64 {
+        self.voluntary_nm
+    }
+
+    fn step(&mut self) {
+        let start_us = self.tick * TICK_US;
+        let before = self.torques_nm();
+        self.triceps.pass(start_us);
+        self.biceps.pass(start_us);
+        let after = self.torques_nm();
+        let [triceps, biceps] = [0, 1].map(|i| 0.5 * (before[i] + after[i]));
+        let t_s = start_us as f64 * 1e-6;
+        let person = &self.spec.person;
+        self.voluntary_nm = person.torque_nm(t_s, self.angle_rad, self.rate_rad_per_s);
+        let working = triceps + biceps + self.voluntary_nm.abs();
+        let damping = self.spec.damping_nm_s_per_rad + self.spec.active_damping_s_per_rad * working;
+        self.turn(biceps - triceps + self.voluntary_nm, damping);
+        self.tick += 1;
+    }
+
+    /// One millisecond of I·θ″ + b·θ′ + k·(θ − rest) = torque by the implicit
+    /// midpoint rule (second order, stable for any b and k). A stop takes all
+    /// momentum.
+    fn turn(&mut self, torque_nm: f64, damping: f64) {
+        let spec = &self.spec;
+        let half = 0.5 * TICK_S / spec.inertia_kg_m2;
+        let pull =
+            torque_nm - spec.stiffness_nm_per_rad * (self.angle_rad - spec.rest_deg.to_radians());
+        let drag = damping + 0.5 * TICK_S * spec.stiffness_nm_per_rad;
+        let middle = (self.rate_rad_per_s + half * pull) / (1.0 + half * drag);
+        self.angle_rad += TICK_S * middle;
+        self.rate_rad_per_s = 2.0 * middle - self.rate_rad_per_s;
+        let [low, high] = spec.stops_deg.map(f64::to_radians);
+        if self.angle_rad <= low {
+            (self.angle_rad, self.rate_rad_per_s) = (low, self.rate_rad_per_s.max(0.0));
+        } else if self.angle_rad >= high {
+            (self.angle_rad, self.rate_rad_per_s) = (high, self.rate_rad_per_s.min(0.0));
+        }
+    }
+}
+
+impl Driven {
+    fn new(spec: ElbowMuscle) -> Self {
+        Self {
+            muscle: Muscle::new(spec.dynamics),
+            step: Step::new(&spec.dynamics, TICK_S),
+            under_way: VecDeque::with_capacity(32),
+            spec,
+        }
+    }
+
+    fn torque_nm(&self) -> f64 {
+        self.spec.torque_nm * self.muscle.force()
+    }
+
+    /// A pulse of this current leaves its stage at `due_us` less the delay.
+    fn excite(&mut self, due_us: u64, current_ma: f64, width_us: u32, curvature: f64) {
+        let volts = |ma, width| effective_voltage(ma, width);
+        let own = self.spec.width_us;
+        let share = recruitment(
+            volts(current_ma, width_us),
+            volts(self.spec.threshold_ma, own),
+            volts(self.spec.max_ma, own),
+            curvature,
+        );
+        self.under_way.push_back((due_us, share));
+    }
+
+    /// The millisecond from `start_us` on, split at every pulse in it.
+    fn pass(&mut self, start_us: u64) {
+        let mut passed_us = 0;
+        while let Some((due_us, share)) = self.under_way.front().copied() {
+            if due_us >= start_us + TICK_US {
+                break;
+            }
+            self.under_way.pop_front();
+            let span_us = due_us.saturating_sub(start_us).saturating_sub(passed_us);
+            if span_us > 0 {
+                let step = Step::new(&self.spec.dynamics, span_us as f64 * 1e-6);
+                self.muscle.step(&step);
+                passed_us += span_us;
+            }
+            self.muscle.pulse(share);
+        }
+        if passed_us == 0 {
+            self.muscle.step(&self.step);
+        } else {
+            let rest_s = (TICK_US - passed_us) as f64 * 1e-6;
+            self.muscle.step(&Step::new(&self.spec.dynamics, rest_s));
+        }
+    }
+}
+
+impl Body for Elbow {
+    fn pulse(&mut self, pulse: &Pulse) {
+        let Some(load) = self.loads.get(pulse.channel) else {
+            return;
+        };
+        let current_ma = load.current_ma(pulse.drive);
+        if current_ma <= 0.0 {
+            return;
+        }
+        let due_us = pulse.t_us + u64::from(self.spec.electromechanical_delay_us);
+        let curvature = self.spec.recruitment_curvature;
+        for muscle in [&mut self.triceps, &mut self.biceps] {
+            if muscle.spec.channel == pulse.channel {
+                muscle.excite(due_us, current_ma, pulse.width_us, curvature);
+            }
+        }
+    }
+
+    /// The joint moves in whole milliseconds: between them the values of the
+    /// last one hold.
+    fn advance(&mut self, to_us: u64) {
+        while (self.tick + 1) * TICK_US <= to_us {
+            self.step();
+        }
+    }
+
+    fn angle_deg(&self) -> f64 {
+        self.angle_rad.to_degrees()
+    }
+
+    fn sensed_deg(&self) -> f64 {
+        self.angle_deg() + self.spec.sensor_noise_deg * standard_normal(self.seed, self.tick)
+    }
+
+    fn loads(&self) -> &[Load; CHANNELS] {
+        &self.loads
+    }
+
+    fn loads_mut(&mut self) -> &mut [Load; CHANNELS] {
+        &mut self.loads
+    }
+}

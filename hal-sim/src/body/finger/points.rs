@@ -1,0 +1,73 @@
+//! What a pulse recruits at its point, and which points act as a pair.
+
+use super::{A, B, EXTENSOR, FingerSpec, Site};
+use crate::body::wearer::recruitment;
+
+/// Two flexor points act as a pair while the other one was pulsed within this
+/// time, µs: one period of the slowest usual stimulation, 20 Hz.
+const PAIR_WINDOW_US: u64 = 50_000;
+
+/// What one pulse does at one point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Effect {
+    /// Share of the muscle's full torque, 0 to 1.
+    pub recruitment: f64,
+    /// Torque of a full pair over that of one point; `None` when alone.
+    pub pair_factor: Option<f64>,
+}
+
+/// The points A, B and extensor of one finger.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Points {
+    sites: [Site; 3],
+    threshold_ratio: f64,
+    /// Of a pair that is conducted, and of one that is isolated.
+    pair_factors: [f64; 2],
+    curvature: f64,
+    /// When each point was last pulsed strongly enough to be half of a pair, µs.
+    last_paired_us: [Option<u64>; 3],
+}
+
+impl Points {
+    /// The points of this finger, none pulsed yet.
+    pub fn new(spec: &FingerSpec) -> Self {
+        Self {
+            sites: spec.sites(),
+            threshold_ratio: spec.two_point_threshold_ratio,
+            pair_factors: [spec.two_point_factor, spec.isolated_two_point_factor],
+            curvature: spec.recruitment_curvature,
+            last_paired_us: [None; 3],
+        }
+    }
+
+    /// What a pulse of `effective_v` volts does at point `muscle` (0 A, 1 B,
+    /// 2 extensor).
+    pub fn excite(
+        &mut self,
+        muscle: usize,
+        t_us: u64,
+        effective_v: f64,
+        conducted: bool,
+    ) -> Effect {
+        let Site {
+            threshold_v, max_v, ..
+        } = self.sites[muscle];
+        let mut threshold_v = threshold_v;
+        let mut pair_factor = None;
+        if muscle != EXTENSOR {
+            let paired_v = self.threshold_ratio * max_v;
+            if effective_v >= paired_v {
+                self.last_paired_us[muscle] = Some(t_us);
+            }
+            let other = self.last_paired_us[A + B - muscle];
+            if other.is_some_and(|at| t_us.saturating_sub(at) <= PAIR_WINDOW_US) {
+                threshold_v = threshold_v.min(paired_v);
+                pair_factor = Some(self.pair_factors[usize::from(!conducted)]);
+            }
+        }
+        Effect {
+            recruitment: recruitment(effective_v, threshold_v, max_v, self.curvature),
+            pair_factor,
+        }
+    }
+}

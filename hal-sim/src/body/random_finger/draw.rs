@@ -1,0 +1,141 @@
+//! Random wearers: what varies, and how far.
+
+use super::{RandomFingerSpec, Twitch};
+use crate::body::FingerSpec;
+use crate::body::noise::unit;
+use crate::body::wearer::{Participant, Site};
+
+/// Even draws between two bounds, one after the other, from one seed.
+#[derive(Debug, Clone)]
+pub struct Draws {
+    seed: u64,
+    next: u64,
+}
+
+impl Draws {
+    /// The draws of wearer `index` of campaign `seed`, stream `stream`.
+    pub fn new(seed: u64, index: u64, stream: u64) -> Self {
+        // Two rounds of mixing keep neighbouring campaigns and wearers apart.
+        let bits = |seed, index| (unit(seed, index) * (1u64 << 53) as f64) as u64;
+        Self {
+            seed: bits(bits(seed, index), stream),
+            next: 0,
+        }
+    }
+
+    /// Evenly between `low` and `high`.
+    pub fn even(&mut self, low: f64, high: f64) -> f64 {
+        let x = unit(self.seed, self.next);
+        self.next += 1;
+        low + x * (high - low)
+    }
+
+    /// A factor, evenly between 1 - `part` and 1 + `part`.
+    pub fn around(&mut self, part: f64) -> f64 {
+        self.even(1.0 - part, 1.0 + part)
+    }
+}
+
+impl Twitch {
+    /// The middle of what is drawn, for a muscle with this torque: a rise and
+    /// fall like the mean of Lee 2020's ten subjects at 50 Hz (τ1 + τ2·x about
+    /// 0.14 s) are its slow end, human twitch contraction times (Bawa & Stein
+    /// 1976: 50 to 90 ms) its fast one.
+    pub fn nominal(torque_nm: f64) -> Self {
+        Self {
+            torque_nm,
+            k: 0.5,
+            release_s: 0.007,
+            binding_s: 0.030,
+            rise_s: 0.090,
+            fall_s: 0.100,
+            potentiation: 0.0,
+            potentiation_s: 5.0,
+            best_deg: 0.0,
+            width_deg: 186.0,
+            fastest_rad_per_s: 40.0,
+        }
+    }
+
+    fn drawn(nominal: Self, draws: &mut Draws) -> Self {
+        Self {
+            torque_nm: nominal.torque_nm * draws.around(0.5),
+            k: nominal.k * draws.even(0.4, 2.0),
+            release_s: nominal.release_s * draws.around(0.5),
+            binding_s: nominal.binding_s * draws.around(0.4),
+            rise_s: nominal.rise_s * draws.around(0.4),
+            fall_s: nominal.fall_s * draws.around(0.4),
+            potentiation: draws.even(0.0, 0.2),
+            potentiation_s: nominal.potentiation_s * draws.around(0.5),
+            best_deg: nominal.best_deg + draws.even(-20.0, 20.0),
+            width_deg: nominal.width_deg * draws.around(0.25),
+            fastest_rad_per_s: nominal.fastest_rad_per_s * draws.around(0.5),
+        }
+    }
+}
+
+impl RandomFingerSpec {
+    /// The finger that the nominal wearer file describes, with this room's muscle
+    /// structure: participant P, rested, without dry friction. It shortens and
+    /// lengthens as the wearer file's muscles do not.
+    pub fn nominal() -> Self {
+        let mut finger = FingerSpec::participant(Participant::P);
+        let flexor = Twitch::nominal(finger.flexor_torque_nm);
+        let extensor = Twitch {
+            best_deg: finger.stops_deg[1],
+            ..Twitch::nominal(finger.extensor_torque_nm)
+        };
+        finger.fatigue_floor = 1.0;
+        Self {
+            finger,
+            muscles: [flexor, flexor, extensor],
+            static_friction_nm: 0.0,
+            coulomb_friction_nm: 0.0,
+            stribeck_rad_per_s: 0.1,
+            capacity: [1.0; 3],
+        }
+    }
+
+    /// Wearer `index` of campaign `seed`. Everything is drawn evenly and
+    /// independently; no draw is rejected.
+    ///
+    /// From the issue: each muscle's gain ±50 %, delay 0 to 60 ms, fatigue down to
+    /// 50 % (a floor in 50…100 %, and earlier work that has used up some of the
+    /// way there), each point's recruitment curve moved by −5…+20 % of its volts.
+    /// Assumed, since no paper says: dry friction up to 3 % of one flexor point's
+    /// nominal torque (3.2° of spring), Stribeck rate 0.05 to 0.5 rad/s, time
+    /// constant of fatigue 20 to 90 s, recruitment curvature ±50 %, spring ±20 %,
+    /// inertia and damping ±30 %, sensor noise 0.1 to 0.6°, sensor lag 5 to 20 ms,
+    /// and the muscles' own constants.
+    pub fn drawn(seed: u64, index: u64) -> Self {
+        let mut draws = Draws::new(seed, index, 0);
+        let mut spec = Self::nominal();
+        let floor = draws.even(0.5, 1.0);
+        for (muscle, capacity) in spec.muscles.iter_mut().zip(&mut spec.capacity) {
+            *muscle = Twitch::drawn(*muscle, &mut draws);
+            *capacity = draws.even(floor, 1.0);
+        }
+        let f = &mut spec.finger;
+        for site in [&mut f.flexor_a, &mut f.flexor_b, &mut f.extensor] {
+            let shift = draws.even(0.95, 1.20);
+            *site = Site {
+                threshold_v: site.threshold_v * shift,
+                max_v: site.max_v * shift,
+                ..*site
+            };
+        }
+        f.electromechanical_delay_us = draws.even(0.0, 60_000.0) as u32;
+        f.fatigue_floor = floor;
+        f.fatigue_time_s = draws.even(20.0, 90.0);
+        f.recruitment_curvature *= draws.around(0.5);
+        f.stiffness_nm_per_rad *= draws.around(0.2);
+        f.inertia_kg_m2 *= draws.around(0.3);
+        f.damping_nm_s_per_rad *= draws.around(0.3);
+        f.sensor_noise_deg = draws.even(0.1, 0.6);
+        f.sensor_lag_s = draws.even(0.005, 0.020);
+        spec.static_friction_nm = f.flexor_torque_nm * draws.even(0.0, 0.03);
+        spec.coulomb_friction_nm = spec.static_friction_nm * draws.even(0.5, 1.0);
+        spec.stribeck_rad_per_s = draws.even(0.05, 0.5);
+        spec
+    }
+}

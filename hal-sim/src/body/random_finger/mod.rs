@@ -1,0 +1,281 @@
+//! A finger whose muscles and friction no model of the firmware describes.
+//!
+//! Lives here: its parts (`twitch`, `friction`), what it can hold (`reach`), and
+//! the draw of a random wearer (`draw`). Points, pairs, thresholds and sensor
+//! are those of [`super::Finger`].
+//! In: pulses and time. Out: the true and the sensed angle.
+
+mod draw;
+mod friction;
+mod reach;
+mod twitch;
+
+use super::finger::{A, B, EXTENSOR, Effect, Points};
+use super::noise::standard_normal;
+use super::wearer::effective_voltage;
+use super::{Body, CHANNELS, FingerSpec, InvalidSpec, Load, Pulse};
+pub use draw::Draws;
+pub use friction::{Hinge, Motion, Torque};
+pub use reach::Reach;
+use std::collections::VecDeque;
+use twitch::Moving;
+pub use twitch::Twitch;
+
+const TICK_US: u64 = 1000;
+const TICK_S: f64 = 1e-3;
+
+/// The numbers of one such finger. All fields are free; [`RandomFinger::new`]
+/// checks them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RandomFingerSpec {
+    /// Points, pair factors, recruitment, delay, inertia, spring, damping, stops,
+    /// fatigue and sensor. Its `muscle`, torques and `torque_loss` are not used.
+    pub finger: FingerSpec,
+    /// Flexor A, flexor B, extensor.
+    pub muscles: [Twitch; 3],
+    /// Dry friction at rest, N·m.
+    pub static_friction_nm: f64,
+    /// Dry friction in motion, N·m, at most that at rest.
+    pub coulomb_friction_nm: f64,
+    /// Stribeck rate, rad/s.
+    pub stribeck_rad_per_s: f64,
+    /// What earlier work has left of each muscle at the start, 0 to 1.
+    pub capacity: [f64; 3],
+}
+
+impl RandomFingerSpec {
+    /// The joint of these numbers.
+    pub fn hinge(&self) -> Hinge {
+        let f = &self.finger;
+        Hinge {
+            inertia: f.inertia_kg_m2,
+            stiffness: f.stiffness_nm_per_rad,
+            damping: f.damping_nm_s_per_rad,
+            rest: f.rest_deg.to_radians(),
+            stops: f.stops_deg.map(f64::to_radians),
+            static_nm: self.static_friction_nm,
+            coulomb_nm: self.coulomb_friction_nm,
+            stribeck: self.stribeck_rad_per_s,
+        }
+    }
+
+    fn validate(&self) -> Result<(), InvalidSpec> {
+        self.finger.validate()?;
+        let positive = |v: f64| v.is_finite() && v > 0.0;
+        let sound = |m: &Twitch| {
+            [m.k, m.release_s, m.binding_s, m.rise_s, m.fall_s]
+                .into_iter()
+                .chain([m.potentiation_s, m.width_deg, m.fastest_rad_per_s])
+                .all(positive)
+                && m.release_s != m.binding_s
+                && [m.torque_nm, m.potentiation].iter().all(|v| *v >= 0.0)
+                && m.best_deg.is_finite()
+        };
+        let dry = self.coulomb_friction_nm..=self.static_friction_nm;
+        let rules = [
+            ("muscles", self.muscles.iter().all(sound)),
+            ("coulomb_friction_nm", self.coulomb_friction_nm >= 0.0),
+            ("static_friction_nm", dry.contains(&self.static_friction_nm)),
+            ("stribeck_rad_per_s", positive(self.stribeck_rad_per_s)),
+            (
+                "capacity",
+                self.capacity.iter().all(|c| (0.0..=1.0).contains(c)),
+            ),
+        ];
+        match rules.iter().find(|(_, holds)| !holds) {
+            Some((field, _)) => Err(InvalidSpec(field)),
+            None => Ok(()),
+        }
+    }
+}
+
+/// A pulse on its way to its muscle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Excitation {
+    due_us: u64,
+    muscle: usize,
+    effect: Effect,
+}
+
+/// The finger in motion. Deterministic: pulses and seed decide everything.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RandomFinger {
+    spec: RandomFingerSpec,
+    hinge: Hinge,
+    points: Points,
+    seed: u64,
+    loads: [Load; CHANNELS],
+    tick: u64,
+    muscles: [Moving; 3],
+    under_way: VecDeque<Excitation>,
+    pair_factor: f64,
+    capacity: [f64; 3],
+    motion: Motion,
+    sensor_deg: f64,
+    sensor_keeps: f64,
+}
+
+impl RandomFinger {
+    /// A relaxed finger. `seed` decides the sensor's noise.
+    ///
+    /// # Errors
+    /// [`InvalidSpec`] names a field that no finger can have.
+    pub fn new(spec: RandomFingerSpec, seed: u64) -> Result<Self, InvalidSpec> {
+        spec.validate()?;
+        let lag_s = spec.finger.sensor_lag_s;
+        let hinge = spec.hinge();
+        Ok(Self {
+            hinge,
+            points: Points::new(&spec.finger),
+            seed,
+            loads: [Load::NOMINAL; CHANNELS],
+            tick: 0,
+            muscles: spec.muscles.map(Moving::new),
+            under_way: VecDeque::with_capacity(32),
+            pair_factor: 1.0,
+            capacity: spec.capacity,
+            motion: Motion {
+                angle: hinge.rest,
+                rate: 0.0,
+            },
+            sensor_deg: spec.finger.rest_deg,
+            sensor_keeps: if lag_s > 0.0 {
+                (-TICK_S / lag_s).exp()
+            } else {
+                0.0
+            },
+            spec,
+        })
+    }
+
+    /// The numbers this finger was made from.
+    pub fn spec(&self) -> &RandomFingerSpec {
+        &self.spec
+    }
+
+    /// Joint rate, degrees per second, flexion positive.
+    pub fn rate_deg_per_s(&self) -> f64 {
+        self.motion.rate.to_degrees()
+    }
+
+    /// What fatigue has left of flexor A, flexor B and extensor, 0 to 1.
+    pub fn capacity(&self) -> [f64; 3] {
+        self.capacity
+    }
+
+    fn deliver(&mut self) {
+        let end_us = (self.tick + 1) * TICK_US;
+        while let Some(e) = self.under_way.front().copied() {
+            if e.due_us >= end_us {
+                break;
+            }
+            self.under_way.pop_front();
+            let before_end = end_us.saturating_sub(e.due_us).min(TICK_US);
+            self.muscles[e.muscle].pulse(e.effect.recruitment, before_end as f64 / TICK_US as f64);
+            self.pair_factor = e.effect.pair_factor.unwrap_or(self.pair_factor);
+        }
+    }
+
+    fn step(&mut self) {
+        self.deliver();
+        let forces = self.muscles.each_mut().map(Moving::step);
+        let torque = self.spec.torque(
+            [0, 1, 2].map(|i| forces[i] * self.capacity[i]),
+            self.pair_factor,
+            self.motion,
+        );
+        self.tire(forces);
+        self.hinge.step(&mut self.motion, torque, TICK_S);
+        let angle = self.angle_deg();
+        self.sensor_deg = angle + (self.sensor_deg - angle) * self.sensor_keeps;
+        self.tick += 1;
+    }
+
+    fn tire(&mut self, forces: [f64; 3]) {
+        for (capacity, force) in self.capacity.iter_mut().zip(forces) {
+            *capacity = self.spec.tired(*capacity, force, TICK_S);
+        }
+    }
+}
+
+impl RandomFingerSpec {
+    /// Torque of the muscles at these forces (fatigue included) in this motion.
+    /// One flexor point alone is itself; a full pair is `pair_factor` of the
+    /// weaker one more.
+    fn torque(&self, forces: [f64; 3], pair_factor: f64, motion: Motion) -> Torque {
+        let angle_deg = motion.angle.to_degrees();
+        let isometric = |i: usize| {
+            let m: &Twitch = &self.muscles[i];
+            m.torque_nm * forces[i] * m.length_factor(angle_deg)
+        };
+        let (a, b) = (isometric(A), isometric(B));
+        let flexor = a.max(b) + (pair_factor - 1.0) * a.min(b);
+        let extensor = isometric(EXTENSOR);
+        // The two flexor points lie on one muscle: its velocity is A's.
+        let [flexing, flexing_slope] = self.muscles[A].velocity_factor(motion.rate);
+        let [extending, extending_slope] = self.muscles[EXTENSOR].velocity_factor(-motion.rate);
+        Torque {
+            nm: flexor * flexing - extensor * extending,
+            slope: flexor * flexing_slope + extensor * extending_slope,
+        }
+    }
+
+    /// What a muscle with this capacity and force has left after `s` seconds.
+    fn tired(&self, capacity: f64, force: f64, s: f64) -> f64 {
+        let goal = 1.0 - (1.0 - self.finger.fatigue_floor) * force.min(1.0);
+        capacity + s / self.finger.fatigue_time_s * (goal - capacity)
+    }
+}
+
+impl Body for RandomFinger {
+    fn pulse(&mut self, pulse: &Pulse) {
+        let Some(load) = self.loads.get(pulse.channel) else {
+            return;
+        };
+        let effective_v = effective_voltage(load.current_ma(pulse.drive), pulse.width_us);
+        if effective_v <= 0.0 {
+            return;
+        }
+        let sites = self.spec.finger.sites();
+        for muscle in [A, B, EXTENSOR] {
+            if sites[muscle].channel == pulse.channel {
+                let effect = self
+                    .points
+                    .excite(muscle, pulse.t_us, effective_v, pulse.conducted);
+                let delay_us = u64::from(self.spec.finger.electromechanical_delay_us);
+                self.under_way.push_back(Excitation {
+                    due_us: pulse.t_us + delay_us,
+                    muscle,
+                    effect,
+                });
+            }
+        }
+    }
+
+    /// Moves in whole milliseconds: between them the values of the last one hold.
+    fn advance(&mut self, to_us: u64) {
+        while (self.tick + 1) * TICK_US <= to_us {
+            self.step();
+        }
+    }
+
+    fn angle_deg(&self) -> f64 {
+        self.motion.angle.to_degrees()
+    }
+
+    fn sensed_deg(&self) -> f64 {
+        let finger = &self.spec.finger;
+        let [low, high] = finger.stops_deg;
+        let noise = finger.sensor_noise_deg * standard_normal(self.seed, self.tick);
+        let step = finger.sensor_resolution_deg;
+        (((self.sensor_deg + noise) / step).round() * step).clamp(low, high)
+    }
+
+    fn loads(&self) -> &[Load; CHANNELS] {
+        &self.loads
+    }
+
+    fn loads_mut(&mut self) -> &mut [Load; CHANNELS] {
+        &mut self.loads
+    }
+}

@@ -1,0 +1,177 @@
+//! A muscle of another structure than the calcium-force model: a cascaded
+//! twitch with potentiation, and Hill's length and velocity.
+
+use crate::body::finger::TORQUE_FREQUENCY_HZ;
+
+/// The numbers of one muscle. With C the output of two first-order stages in
+/// series (release and binding) that each pulse kicks by one, and r the share of
+/// fibres that the last pulse recruited:
+///
+/// ```text
+/// c1' = Σ δ(t - ti) - c1/τ1      c2' = (c1 - c2)/τ2      x = c2²/(c2² + K²)
+/// S = r·p·x/x50                  F' = (S - F)/τ,  τ = τ_rise if S > F, else τ_fall
+/// p' = (1 + P·F - p)/τp          T = A·w·F·l(θ)·v(θ′)
+/// ```
+///
+/// x50 is the mean of x at 50 Hz, so that F = 1 there at full recruitment; w is
+/// what fatigue leaves. Not the firmware's model in any rung: second-order
+/// calcium (Mannard & Stein 1973 found muscle to be a second-order low-pass;
+/// Riener & Fuhr 1998 use two equal stages), cooperative binding with exponent 2
+/// (Hill), a time constant that depends on the direction (Zajac 1989), staircase
+/// potentiation (Rassier & MacIntosh 2000), force-length as a Gaussian and
+/// force-velocity as Hill's hyperbola with its lengthening branch (Zajac 1989).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Twitch {
+    /// A, torque at full recruitment and 50 Hz, at best length and at rest, N·m.
+    pub torque_nm: f64,
+    /// K, half-saturation of binding, in units of c2 (one pulse kicks c1 by 1).
+    pub k: f64,
+    /// τ1, release, s.
+    pub release_s: f64,
+    /// τ2, binding, s; not equal to τ1.
+    pub binding_s: f64,
+    /// τ_rise, s.
+    pub rise_s: f64,
+    /// τ_fall, s.
+    pub fall_s: f64,
+    /// P, part by which lasting full activity potentiates.
+    pub potentiation: f64,
+    /// τp, s.
+    pub potentiation_s: f64,
+    /// Angle of best length, degrees.
+    pub best_deg: f64,
+    /// Width of the force-length curve, degrees: e^-1 this far from the best.
+    pub width_deg: f64,
+    /// Joint rate at which a shortening muscle has no force left, rad/s.
+    pub fastest_rad_per_s: f64,
+}
+
+/// Hill's shape factor, a/F0 (Zajac 1989: about 0.25).
+const HILL: f64 = 0.25;
+/// Force of a muscle that is stretched fast, over the isometric one (Zajac
+/// 1989: 1.1 to 1.8).
+const LENGTHENING: f64 = 1.4;
+
+impl Twitch {
+    /// Force-length factor, 0 to 1.
+    pub fn length_factor(&self, angle_deg: f64) -> f64 {
+        let x = (angle_deg - self.best_deg) / self.width_deg;
+        (-x * x).exp()
+    }
+
+    /// Force-velocity factor at this rate of shortening, rad/s, and its slope,
+    /// s/rad; never rising, and both continuous.
+    pub fn velocity_factor(&self, shortening: f64) -> [f64; 2] {
+        let v = shortening / self.fastest_rad_per_s;
+        let [factor, slope] = if v >= 1.0 {
+            [0.0, 0.0]
+        } else if v >= 0.0 {
+            let d = 1.0 + v / HILL;
+            [(1.0 - v) / d, -(1.0 + 1.0 / HILL) / (d * d)]
+        } else {
+            let knee = (LENGTHENING - 1.0) / (1.0 + 1.0 / HILL);
+            let d = knee - v;
+            [
+                1.0 - (LENGTHENING - 1.0) * v / d,
+                -(LENGTHENING - 1.0) * knee / (d * d),
+            ]
+        };
+        [factor, slope / self.fastest_rad_per_s]
+    }
+}
+
+/// One muscle's state and the constants of its millisecond.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Moving {
+    twitch: Twitch,
+    /// Share of fibres recruited by the last pulse.
+    recruited: f64,
+    calcium: [f64; 2],
+    /// What this millisecond's pulses add to it by its end.
+    arriving: [f64; 2],
+    bound: f64,
+    /// F, potentiation included, fatigue not.
+    pub force: f64,
+    pub potentiation: f64,
+    /// What is left after a millisecond of c1, c2, F rising, F falling.
+    left: [f64; 4],
+    mean_bound: f64,
+}
+
+const TICK_S: f64 = 1e-3;
+
+impl Moving {
+    /// A rested muscle.
+    pub fn new(twitch: Twitch) -> Self {
+        let left = [
+            twitch.release_s,
+            twitch.binding_s,
+            twitch.rise_s,
+            twitch.fall_s,
+        ];
+        let mut muscle = Self {
+            twitch,
+            recruited: 0.0,
+            calcium: [0.0; 2],
+            arriving: [0.0; 2],
+            bound: 0.0,
+            force: 0.0,
+            potentiation: 1.0,
+            left: left.map(|tau| (-TICK_S / tau).exp()),
+            mean_bound: 1.0,
+        };
+        muscle.mean_bound = muscle.clone().bound_at_50_hz();
+        muscle
+    }
+
+    /// Mean of x over the last of so many periods that the rise is over.
+    fn bound_at_50_hz(mut self) -> f64 {
+        let ticks = (1.0 / (TORQUE_FREQUENCY_HZ * TICK_S)) as usize;
+        let periods = (20.0 * self.twitch.binding_s * TORQUE_FREQUENCY_HZ) as usize + 1;
+        let mut sum = 0.0;
+        for _ in 0..periods {
+            self.pulse(1.0, 1.0);
+            sum = 0.0;
+            for _ in 0..ticks {
+                sum += self.bind();
+            }
+        }
+        sum / ticks as f64
+    }
+
+    /// A pulse in the coming millisecond, this part of it (0 to 1) before its
+    /// end. Exact for the calcium; recruitment changes with the millisecond.
+    pub fn pulse(&mut self, recruited: f64, before_end: f64) {
+        let s = before_end * TICK_S;
+        let [t1, t2] = [self.twitch.release_s, self.twitch.binding_s];
+        let [e1, e2] = [(-s / t1).exp(), (-s / t2).exp()];
+        self.arriving[0] += e1;
+        self.arriving[1] += t1 / (t1 - t2) * (e1 - e2);
+        self.recruited = recruited;
+    }
+
+    /// Moves the calcium by a millisecond; mean of x in it.
+    fn bind(&mut self) -> f64 {
+        let before = self.bound;
+        let [t1, t2] = [self.twitch.release_s, self.twitch.binding_s];
+        let [e1, e2, ..] = self.left;
+        let [c1, c2] = self.calcium;
+        let [a1, a2] = std::mem::take(&mut self.arriving);
+        self.calcium = [c1 * e1 + a1, c2 * e2 + t1 / (t1 - t2) * (e1 - e2) * c1 + a2];
+        let square = self.calcium[1] * self.calcium[1];
+        self.bound = square / (square + self.twitch.k * self.twitch.k);
+        0.5 * (before + self.bound)
+    }
+
+    /// A millisecond further; mean force in it.
+    pub fn step(&mut self) -> f64 {
+        let bound = self.bind();
+        let steady = self.recruited * self.potentiation * bound / self.mean_bound;
+        let left = self.left[if steady > self.force { 2 } else { 3 }];
+        let before = self.force;
+        self.force = steady + (before - steady) * left;
+        let p = 1.0 + self.twitch.potentiation * before.min(1.0);
+        self.potentiation += TICK_S / self.twitch.potentiation_s * (p - self.potentiation);
+        0.5 * (before + self.force)
+    }
+}

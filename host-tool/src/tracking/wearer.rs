@@ -1,0 +1,132 @@
+//! The nominal wearer file: all that control laws, feed-forward and the mapping
+//! to amplitudes know of whom they drive.
+
+use super::TrackingError;
+use firmware::control::{
+    FeedForward, HoldPolicy, JointSpec, LawSpec, Mapping, PointSpec, SensorSource, WearerModel,
+};
+use firmware::units::Amplitude;
+use hal_sim::body::FingerSpec;
+use hal_sim::body::finger::TWO_POINT_FACTOR;
+use hal_sim::body::wearer::{Participant, TWO_POINT_THRESHOLD_RATIO};
+
+/// How the flexor is stimulated.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Hash)]
+pub enum Points {
+    /// Point A alone.
+    One,
+    /// A and B as a conducted pair, whose strength over one point,
+    /// [`TWO_POINT_FACTOR`], is typed in.
+    Two,
+}
+
+impl Points {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::One, Self::Two];
+
+    /// For tables.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::One => "one-point",
+            Self::Two => "two-point",
+        }
+    }
+}
+
+/// Range of angles a setpoint may ask for, m°: the finger's.
+const RANGE_MDEG: (i32, i32) = (0, 100_000);
+
+/// Muscle and electromechanical delay that the nominal feed-forward looks ahead
+/// when nothing else is said, ms: 25 ms of delay, 10 ms of half a pulse period and
+/// the muscle's 100 ms (searches choose their own).
+pub const LEAD_MS: u16 = 135;
+
+/// What the device's default does with lost setpoints.
+pub const SHIPPED_HOLD: HoldPolicy = HoldPolicy::Extrapolate { max_ms: 200 };
+
+fn millivolts(volts: f64) -> Amplitude {
+    Amplitude((volts * 1000.0).round() as u32)
+}
+
+/// Participant P of Hamana 2022 (table 7) as the file describes the finger.
+#[must_use]
+pub fn nominal() -> FingerSpec {
+    FingerSpec::participant(Participant::P)
+}
+
+/// The nominal wearer's model for feed-forward.
+#[must_use]
+pub fn model(points: Points, lead_ms: u16) -> WearerModel {
+    let finger = nominal();
+    let micro = |x: f64| (x * 1e6).round() as u32;
+    let factor = match points {
+        Points::One => 1.0,
+        Points::Two => TWO_POINT_FACTOR,
+    };
+    WearerModel {
+        rest_mdeg: (finger.rest_deg * 1000.0) as i32,
+        stiffness_unm_per_rad: micro(finger.stiffness_nm_per_rad),
+        damping_unm_s_per_rad: micro(finger.damping_nm_s_per_rad),
+        flexion_unm: micro(finger.flexor_torque_nm * factor),
+        extension_unm: micro(finger.extensor_torque_nm),
+        torque_loss_milli: (finger.torque_loss * 1000.0) as u16,
+        curvature_milli: (finger.recruitment_curvature * 1000.0) as u16,
+        lead_ms,
+    }
+}
+
+/// The joint of the nominal wearer for the device, with this law.
+#[must_use]
+pub fn joint(law: LawSpec, points: Points, hold: HoldPolicy) -> JointSpec {
+    let finger = nominal();
+    let whole = |site: hal_sim::body::wearer::Site| PointSpec {
+        channel: site.channel as u8,
+        threshold: millivolts(site.threshold_v),
+        max: millivolts(site.max_v),
+    };
+    let ratio_milli = (TWO_POINT_THRESHOLD_RATIO * 1000.0) as u16;
+    let half = |site: hal_sim::body::wearer::Site| {
+        PointSpec::of_pair(site.channel as u8, millivolts(site.max_v), ratio_milli)
+    };
+    JointSpec {
+        law,
+        law_period_ms: law.default_period_ms(),
+        cutoff_mhz: law.default_cutoff_mhz(),
+        flexors: match points {
+            Points::One => [whole(finger.flexor_a)].into_iter().collect(),
+            Points::Two => [half(finger.flexor_a), half(finger.flexor_b)]
+                .into_iter()
+                .collect(),
+        },
+        extensor: whole(finger.extensor),
+        hold,
+        angle_min_mdeg: RANGE_MDEG.0,
+        angle_max_mdeg: RANGE_MDEG.1,
+        sensor: SensorSource::Host,
+        stale_after_ms: 100,
+        wearer: None,
+    }
+}
+
+/// From an effort to the nominal wearer's amplitudes.
+///
+/// # Errors
+/// None: the nominal wearer is valid (tested).
+pub fn mapping(points: Points) -> Result<Mapping, TrackingError> {
+    joint(LawSpec::RECOMMENDED, points, HoldPolicy::Hold)
+        .mapping()
+        .map_err(Into::into)
+}
+
+/// The nominal wearer's inverse.
+///
+/// # Errors
+/// [`TrackingError::Joint`] for a lead above half a second.
+pub fn feed_forward(points: Points, lead_ms: u16) -> Result<FeedForward, TrackingError> {
+    Ok(FeedForward::new(
+        &model(points, lead_ms),
+        RANGE_MDEG.0,
+        RANGE_MDEG.1,
+    )?)
+}

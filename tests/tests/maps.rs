@@ -1,0 +1,84 @@
+//! docs/maps/*.txt are what the code does: a map that changes shows in the diff.
+
+use host_tool::report::map_picture;
+use host_tool::stability::{MAPS, Map, SEED};
+use std::path::{Path, PathBuf};
+
+const RENEW: &str = "cargo run --release -p host-tool -- chart stability";
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/maps")
+}
+
+/// Names of the committed files with this extension.
+fn committed(extension: &str) -> Vec<String> {
+    let files = std::fs::read_dir(folder()).expect("docs/maps is there");
+    let mut names: Vec<String> = files
+        .map(|file| file.expect("a readable folder").path())
+        .filter(|path| path.extension().is_some_and(|e| e == extension))
+        .filter_map(|path| Some(path.file_stem()?.to_str()?.to_owned()))
+        .collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn every_map_has_its_text_and_its_picture_and_no_file_is_left_over() {
+    let mut known: Vec<&str> = MAPS.iter().map(|m| m.name).collect();
+    known.sort_unstable();
+    assert_eq!(committed("txt"), known);
+    assert_eq!(committed("svg"), known);
+}
+
+#[test]
+fn the_committed_maps_are_those_of_the_code() {
+    let names = committed("txt");
+    let drawn = std::thread::scope(|scope| {
+        // Two at a time would do; the maps are few and differ much in length.
+        let work: Vec<_> = names
+            .iter()
+            .map(|name| scope.spawn(|| draw(name)))
+            .collect();
+        work.into_iter()
+            .map(|w| w.join().expect("a map"))
+            .collect::<Vec<_>>()
+    });
+    let mut stale = Vec::new();
+    for map in drawn {
+        let read = |extension| {
+            let file = folder().join(format!("{}.{extension}", map.name));
+            std::fs::read_to_string(file).unwrap_or_default()
+        };
+        let (was, is) = (read("txt"), map.text());
+        if was != is {
+            stale.push(format!(
+                "docs/maps/{}.txt\n{}",
+                map.name,
+                difference(&was, &is)
+            ));
+        } else if read("svg") != map_picture(&map) {
+            stale.push(format!("docs/maps/{}.svg\n", map.name));
+        }
+    }
+    assert!(
+        stale.is_empty(),
+        "these are not what the code does; if that is meant, renew them with\n  {RENEW}\n{}",
+        stale.join("\n")
+    );
+}
+
+fn draw(name: &str) -> Map {
+    let entry = MAPS.iter().find(|m| m.name == name);
+    let entry = entry.unwrap_or_else(|| panic!("docs/maps/{name}.txt has no map"));
+    (entry.draw)(SEED, &mut |_| {})
+}
+
+/// The lines that differ, place by place.
+fn difference(was: &str, is: &str) -> String {
+    let (was, is): (Vec<_>, Vec<_>) = (was.lines().collect(), is.lines().collect());
+    let line = |lines: &[&str], n| lines.get(n).copied().unwrap_or("").to_owned();
+    (0..was.len().max(is.len()))
+        .filter(|n| was.get(*n) != is.get(*n))
+        .map(|n| format!("- {}\n+ {}\n", line(&was, n), line(&is, n)))
+        .collect()
+}
