@@ -18,7 +18,7 @@ use crate::control::LawSpec;
 use crate::muscle::Rung;
 use core::fmt;
 use core::hint::black_box;
-pub use methods::{OUTPUTS_US, RUN_US, run_methods};
+pub use methods::{MADE, OUTPUTS_US, RUN_US, run_methods};
 
 /// A counter of core clock cycles that wraps.
 pub trait Clock {
