@@ -329,7 +329,14 @@ impl Model for Ladder {
             Motion::Static(motion) => motion.advance(to),
             Motion::Lag(motion) => motion.advance(to),
             Motion::CalciumForce(motion) => state.muscle.advance(motion, to),
-            Motion::CalciumForceFatigue(_) => self.advance_tiring(state, to),
+            Motion::CalciumForceFatigue(motion) => {
+                if to.since(motion.at) == TICK_US.cast_signed() {
+                    state.muscle.advance(motion, to);
+                    self.tire(state, TICK_US);
+                } else {
+                    self.advance_tiring(state, to);
+                }
+            }
         }
     }
 
@@ -339,7 +346,8 @@ impl Model for Ladder {
 }
 
 impl Ladder {
-    /// Steps of at most 1 ms, each counted as work; at rest, of a second.
+    /// [`Self::advance`] by any time: steps of at most 1 ms, each counted as work; at rest, of a second.
+    #[inline(never)]
     fn advance_tiring(&self, state: &mut LadderState, to: Micros) {
         while let Motion::CalciumForceFatigue(motion) = &mut state.motion {
             let ahead_us = to.elapsed_since(motion.at);
@@ -359,6 +367,7 @@ impl Ladder {
     }
 
     /// `us` passed: at an update, the pulses' gains follow A.
+    #[inline]
     fn tire(&self, state: &mut LadderState, us: u32) {
         let (Motion::CalciumForceFatigue(motion), Some(fatigue)) =
             (&mut state.motion, &self.fatigue)

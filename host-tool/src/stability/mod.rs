@@ -15,7 +15,7 @@ pub mod map;
 pub mod pulse_rate;
 pub mod sigma;
 pub mod wall;
-mod wall_loop;
+pub(crate) mod wall_loop;
 pub mod word_length;
 
 pub use map::{Axis, Cell, Class, Map, Panel};
