@@ -26,6 +26,15 @@ const JUDGED_MS: u32 = 5_000;
 /// More than this, peak to peak, is no longer rest, degrees.
 const REST_DEG: f64 = 2.0;
 
+const CLASSES: [Class; 6] = [
+    Class::new('.', "up to 0.5°", 0),
+    Class::new('1', "up to 1°", 0),
+    Class::new('2', "up to 2°", 0),
+    Class::new('5', "up to 5°", 1),
+    Class::new('8', "up to 20°", 1),
+    Class::new('X', "more than 20°", 1),
+];
+
 /// The map.
 pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     let laws = [
@@ -66,14 +75,7 @@ pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
         ),
         down: Axis::new("muscle torque / nominal", "", &GAINS, |g| format!("{g}")),
         quantity: "angle, peak to peak over the last 5 s",
-        classes: vec![
-            Class::new('.', "up to 0.5°", 0),
-            Class::new('1', "up to 1°", 0),
-            Class::new('2', "up to 2°", 0),
-            Class::new('5', "up to 5°", 1),
-            Class::new('8', "up to 20°", 1),
-            Class::new('X', "more than 20°", 1),
-        ],
+        classes: CLASSES.to_vec(),
         panels: panels.into(),
         theory: "N(A, ω) P(jω) = -1 with 2 A = 2°: N is the describing function of the \
                  device's law (its own fixed-point code, differentiator and mapping included), \
