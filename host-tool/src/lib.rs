@@ -10,6 +10,7 @@ pub mod analysis;
 pub mod bench;
 pub mod cli;
 pub mod experiments;
+pub mod ladder;
 pub mod link;
 pub mod live;
 pub mod record;

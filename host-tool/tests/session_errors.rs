@@ -254,7 +254,8 @@ fn physical_values_convert_exactly() {
     assert_eq!(session.requests().len(), 2 + 4 + 1 + 1 + 1 + 1);
     assert_eq!(session.wearer.max_current_ua, 20_000);
     assert_eq!(session.wearer.max_charge_nc, 5_000);
-    let (force, recruitment) = session.channels[0].muscle.unwrap();
+    let muscle = session.channels[0].muscle.clone().unwrap();
+    let (force, recruitment) = (muscle.force, muscle.recruitment);
     let expected = CalciumForceSpec {
         a_mn_per_s: 265_100,
         k_micro: 200_000,

@@ -156,19 +156,21 @@ impl Fatigue {
         // A·τm in µN: at most 12,000·10^6; times 10^8 nano: 1.2·10^18.
         let full_un = u64::from(force.a_mn_per_s) * tau_us / 1000;
         let per_full = |alpha: u32| full_un * u64::from(alpha) / 1_000_000;
-        // In 10^-9 of K, and of a second: at most 1.2·10^12.
+        // In 10^-9 of K, and of a second: cut to 32 and to 1, whose shifts fit.
         let k_nano = per_full(spec.alpha_k_nano_per_n_s).min(32_000_000_000);
         let tau1_nano = per_full(spec.alpha_tau1_nano_per_n).min(1_000_000_000);
-        let k_gain = (((k_nano << 27) / 1_000_000_000) * held) >> 32;
-        let tau1_gain = (((tau1_nano << 32) / (tau_us * 1000)) * (held >> 2)) >> 30;
+        // (2^32 − 1) · 2^32 fits.
+        let gain = |per_second: u64| ((per_second.min(u32::MAX.into()) * held) >> 32) as u32;
+        let k_gain = gain((k_nano << 27) / 1_000_000_000);
+        let tau1_gain = gain((tau1_nano << 32) / (tau_us * 1000));
         Ok((
             muscle,
             Self {
                 recovery,
                 kept,
                 loss: loss as u32,
-                k_gain: k_gain.min(u32::MAX.into()) as u32,
-                tau1_gain: tau1_gain.min(u32::MAX.into()) as u32,
+                k_gain,
+                tau1_gain,
                 k: muscle.k,
                 tau1: muscle.tau_floor,
                 tau1_max: u32::MAX - muscle.tau_span,

@@ -12,7 +12,10 @@ use super::fatigue::{Fatigue, FatigueSpec, Tiredness};
 use super::lag::LagState;
 use super::rhythm::{Rhythm, calcium};
 use super::steady::StaticState;
-use super::{CalciumForce, CalciumForceSpec, CalciumForceState, Gain, OutOfRange};
+use super::{
+    CalciumForce, CalciumForceSpec, CalciumForceState, Gain, OutOfRange, Recruitment,
+    RecruitmentSpec,
+};
 use crate::units::{Force, Micros};
 
 /// How much of a muscle is modelled, cheapest first.
@@ -88,6 +91,42 @@ pub enum LadderError {
     Range(OutOfRange),
     /// The rung needs a [`FatigueSpec`].
     NoFatigue,
+}
+
+/// A muscle under a channel, as a host configures it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+pub struct MuscleSpec {
+    /// Its force model.
+    pub force: CalciumForceSpec,
+    /// How amplitude recruits it.
+    pub recruitment: RecruitmentSpec,
+    /// How it tires: needed for [`Rung::CalciumForceFatigue`].
+    pub fatigue: Option<FatigueSpec>,
+    /// The rung it starts on.
+    pub rung: Rung,
+}
+
+impl MuscleSpec {
+    /// A muscle that does not tire, on [`Rung::CalciumForce`].
+    #[must_use]
+    pub const fn new(force: CalciumForceSpec, recruitment: RecruitmentSpec) -> Self {
+        Self {
+            force,
+            recruitment,
+            fatigue: None,
+            rung: Rung::CalciumForce,
+        }
+    }
+
+    /// Derives the constants of the muscle and of its recruitment.
+    ///
+    /// # Errors
+    /// As [`Ladder::new`]; [`LadderError::Range`] as [`Recruitment::new`].
+    pub fn validate(&self) -> Result<(Ladder, Recruitment), LadderError> {
+        let ladder = Ladder::new(self.force, self.fatigue, self.rung)?;
+        let recruitment = Recruitment::new(self.recruitment).map_err(LadderError::Range)?;
+        Ok((ladder, recruitment))
+    }
 }
 
 /// One muscle on any rung: validated parameters and the rung it starts on.

@@ -156,9 +156,10 @@ impl Drive {
         // All Q31 and at most 1; p·q < 1, as q is after 1 µs of 1.2 s or more.
         let swing = (((ONE - p) * (ONE - q)) / (ONE - ((p * q) >> 31)).max(1)).min(ONE);
         let held = (u64::from(self.on_us) << 32) / u64::from(self.interval_us).max(1);
-        let lost = quotient(rise - fall, over_tau_m(self.interval_us)).min(1 << 32);
-        // Both terms Q32 + Q31 - 31.
-        let share = held.saturating_sub((lost * swing) >> 31);
+        // A fall is no slower than its rise. At most 1.2 s over 1 ms: 2^43.
+        let lost = quotient(rise.saturating_sub(fall), over_tau_m(self.interval_us));
+        // Q32 by Q31: 2^33 · 2^31 fits.
+        let share = held.saturating_sub(((lost >> 10) * swing) >> 21);
         ((u64::from(self.target) * share) >> 32) as u32
     }
 

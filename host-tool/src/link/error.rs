@@ -158,6 +158,7 @@ pub fn what(code: Code) -> &'static str {
         Code::SensorNotHost => "the angle is measured by the board",
         Code::NoForceControl => "this channel is not under force control",
         Code::ForceOutOfReach => "the wearer's limits cannot give this force",
+        Code::NoFatigue => "this muscle has no fatigue parameters",
     }
 }
 
@@ -205,5 +206,6 @@ pub fn advice(code: Code) -> &'static str {
         Code::ForceOutOfReach => {
             "ask for less, or agree on a new limit or a higher pulse rate with the wearer"
         }
+        Code::NoFatigue => "configure the muscle with its fatigue, or choose another rung",
     }
 }

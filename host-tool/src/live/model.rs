@@ -110,7 +110,7 @@ impl Model {
                 name: channel.name.clone(),
                 unit: channel.unit().symbol(),
                 limit: f64::from(channel.spec.limit.0) * 1e-3,
-                force: channel.muscle.and_then(|_| forces.next()),
+                force: channel.muscle.as_ref().and_then(|_| forces.next()),
             });
             model.channels = channels.collect();
             for note in &session.notes {

@@ -46,6 +46,7 @@ fn family(method: Method) -> (&'static str, RGBColor) {
         Method::EtdMidpoint => ("ETD midpoint", PALETTE[0]),
         Method::GaussExponential => ("Gauss exponential", PALETTE[3]),
         Method::LogTable => ("log-C table", PALETTE[2]),
+        Method::LogFlow => ("log-C flow", RGBColor(0x7A, 0x5A, 0xD0)),
         Method::EventDriven2 | Method::EventDriven3 | Method::EventDriven4 => {
             ("event-driven", RGBColor(0x8C, 0x56, 0x4B))
         }
@@ -275,6 +276,7 @@ fn name(setting: Setting) -> String {
     let family = family(setting.method).0;
     let number = arithmetic(setting.number).replace(" (software)", "");
     let step = match setting.method {
+        Method::LogFlow => return format!("{family} {number}"),
         Method::EventDriven2 => "2 nodes".to_owned(),
         Method::EventDriven3 => "3 nodes".to_owned(),
         Method::EventDriven4 => "4 nodes".to_owned(),

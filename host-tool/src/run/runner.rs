@@ -207,7 +207,7 @@ impl<P: Port> Run<'_, P> {
             if begin + due >= end {
                 break;
             }
-            self.post(due)?;
+            self.post(self.session.setpoints.due_us(index - 1), due)?;
             if index % 90 == 0 {
                 let part = due as f64 / self.session.duration_us as f64;
                 self.observer.see(Seen::Progress(part));
@@ -217,8 +217,9 @@ impl<P: Port> Run<'_, P> {
         Ok(())
     }
 
-    /// Sends what is due `due` µs after the start.
-    fn post(&mut self, due: u64) -> Result<(), RunError> {
+    /// Sends what is due `due` µs after the start, and changes of rung since
+    /// `before`.
+    fn post(&mut self, before: u64, due: u64) -> Result<(), RunError> {
         if self.measures()
             && let Some(deg) = self.client.port().glove_deg()
         {
@@ -230,6 +231,9 @@ impl<P: Port> Run<'_, P> {
                 centideg,
                 at,
             })?;
+        }
+        for request in self.session.rungs(before, due) {
+            self.client.post(request)?;
         }
         let setpoint = self.session.setpoints.at(due);
         let at = match setpoint {

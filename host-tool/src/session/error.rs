@@ -138,6 +138,8 @@ pub enum Problem {
         given: String,
         timeout_ms: u16,
     },
+    #[error("`{field}` is calcium-force-fatigue, but nothing says how the muscle tires")]
+    NoFatigue { field: String },
 }
 
 impl Problem {
@@ -176,6 +178,7 @@ impl Problem {
             Self::RateChanges { .. } => 473,
             Self::ForceControlled { .. } => 474,
             Self::JointAndWall => 480,
+            Self::NoFatigue { .. } => 463,
         }
     }
 
@@ -212,6 +215,10 @@ impl Problem {
                     .into()
             }
             Self::JointAndWall => "keep one of them".into(),
+            Self::NoFatigue { .. } => {
+                "give the muscle `fatigue`; `fatigue = {}` takes the quadriceps' of Ding 2003"
+                    .into()
+            }
             Self::TooSlow { .. } => "raise it, or `wearer.host_timeout_ms`".into(),
             _ => return None,
         })

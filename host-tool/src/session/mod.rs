@@ -12,6 +12,7 @@ mod channel;
 mod decimal;
 mod error;
 mod joint;
+mod muscle;
 mod setpoints;
 mod setup;
 mod table;
@@ -30,6 +31,7 @@ pub use body::BodySpec;
 pub use channel::{Channel, Unit};
 pub use error::{Problem, SessionError};
 pub use joint::LawName;
+pub use muscle::{Model, Muscle};
 pub use setpoints::{Course, ForceCourse, Setpoint, Setpoints};
 use table::{Document, Table};
 
@@ -114,7 +116,7 @@ impl Session {
         let duration = t.within("duration_s", 6, 1_000, MAX_DURATION_US)?;
         let duration_us = duration.required()? as u64; // not negative
         let mut notes = Vec::new();
-        let setup = setup::read_setup(t, &mut notes)?;
+        let setup = setup::read_setup(t, duration_us, &mut notes)?;
         let setpoints = setpoints::read_setpoints(t, &setup)?;
         Ok(Self {
             title,
@@ -150,13 +152,8 @@ impl Session {
             all.push(Request::Sync { channel });
         }
         all.extend(self.channels.iter().filter_map(|c| {
-            let (force, recruitment) = c.muscle?;
-            let channel = c.index();
-            Some(Request::Muscle {
-                channel,
-                force,
-                recruitment,
-            })
+            let (channel, spec) = (c.index(), c.muscle.as_ref()?.spec());
+            Some(Request::Muscle { channel, spec })
         }));
         all.extend(self.channels.iter().filter_map(|c| {
             let channel = c.index();
@@ -172,6 +169,19 @@ impl Session {
     pub fn sensor(&self) -> Option<SensorSource> {
         let joint = self.joint.as_ref().map(|joint| joint.sensor);
         joint.or(self.wall.map(|wall| wall.sensor))
+    }
+
+    /// The changes of rung due after `from_us` and until `to_us` from the
+    /// start, both in µs.
+    pub fn rungs(&self, from_us: u64, to_us: u64) -> impl Iterator<Item = Request> + '_ {
+        let due = move |at: u64| from_us < at && at <= to_us;
+        self.channels.iter().flat_map(move |c| {
+            let changes = c.muscle.iter().flat_map(|muscle| &muscle.changes);
+            let channel = c.index();
+            changes
+                .filter(move |(at, _)| due(*at))
+                .map(move |&(_, rung)| Request::Rung { channel, rung })
+        })
     }
 
     /// The same session under another control law, with that law's default

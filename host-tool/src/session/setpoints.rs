@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use firmware::control::setpoint::ESTIMATED_RATE_MAX;
 use firmware::control::{Joint, JointState, SetpointError};
 use firmware::link::Request;
 use firmware::units::{Amplitude, Angle, Micros};
@@ -51,7 +52,7 @@ pub enum Course {
 #[derive(Clone, PartialEq, Debug)]
 pub enum ForceCourse {
     /// Forces in mN at µs, the first at 0, straight between them; the last one
-    /// stays.
+    /// stays. More than 1000 N/s is a step, which nobody extrapolates.
     Ramp(Vec<(u64, u32)>),
     /// offset + amplitude · sin(2π·frequency·t).
     Sine {
@@ -182,10 +183,12 @@ impl ForceCourse {
                 let (Some(&(from_us, from)), to) = (before, points.get(next)) else {
                     return (0.0, 0.0); // there is a first point: checked
                 };
-                let rate = to.map_or(0.0, |&(to_us, to)| {
+                let slope = to.map_or(0.0, |&(to_us, to)| {
                     (newton(to) - newton(from)) * 1e6 / (to_us - from_us) as f64
                 });
-                (newton(from) + rate * (t_us - from_us) as f64 * 1e-6, rate)
+                let is_step = slope.abs() > f64::from(ESTIMATED_RATE_MAX);
+                let force = newton(from) + slope * (t_us - from_us) as f64 * 1e-6;
+                (force, if is_step { 0.0 } else { slope })
             }
             &Self::Sine {
                 offset_n,

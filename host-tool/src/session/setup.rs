@@ -26,13 +26,14 @@ pub(super) struct SetupSpec {
 /// Reads everything that the device gets, and checks it as arming will.
 pub(super) fn read_setup(
     root: &Table<'_>,
+    duration_us: u64,
     notes: &mut Vec<String>,
 ) -> Result<SetupSpec, SessionError> {
     let (wearer, checked_wearer) = read_wearer(root)?;
     let mut checked: [Option<Checked>; CHANNELS] = [None; CHANNELS];
     let mut channels: Vec<Channel> = Vec::new();
     for t in root.tables("channel")?.required()? {
-        let (channel, train) = read_channel(&t, &checked_wearer, notes)?;
+        let (channel, train) = read_channel(&t, &checked_wearer, duration_us, notes)?;
         let slot = &mut checked[usize::from(channel.index())]; // 0–9
         if slot.replace(train).is_some() {
             let (field, channel) = (t.path_of("number"), channel.number);

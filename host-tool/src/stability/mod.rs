@@ -5,12 +5,15 @@
 //! (`report`), the command (`cli`).
 //! In: a seed. Out: a [`Map`]; docs/maps keeps its text and its picture.
 
+mod chance;
 mod describing;
 mod finger;
 pub mod gain_delay;
 pub mod integrator;
 pub mod loss;
 pub mod map;
+pub mod pulse_rate;
+pub mod sigma;
 pub mod wall;
 pub(crate) mod wall_loop;
 pub mod word_length;
@@ -36,6 +39,9 @@ pub const MAPS: &[Entry] = &[
     Entry::new("loss", loss::draw),
     Entry::new("wall", wall::draw),
     Entry::new("wall_classical", wall::draw_classical),
+    Entry::new("pulse_rate", pulse_rate::draw),
+    Entry::new("sigma_gains", sigma::gains),
+    Entry::new("sigma_order", sigma::order),
     Entry::new("word_length", word_length::draw),
 ];
 

@@ -71,6 +71,15 @@ impl<R: Arithmetic> Interval<R> {
         }
     }
 
+    /// G = p·log2(1 + c/κ), octaves, p = τc·τ2/(τ1·α), and its slope over
+    /// ln c: F keeps 2^(G0 − G) more than τ1 alone would leave.
+    pub fn power_at(&self, c: R) -> (R, R) {
+        let octaves = R::of(core::f64::consts::LOG2_E);
+        let value = (R::ONE + c / self.kappa).ln();
+        let slope = c / (c + self.kappa);
+        (self.power * octaves * value, self.power * octaves * slope)
+    }
+
     /// What F keeps over `time` in which C falls from `c`, and what is added to
     /// it, N; the integral at `N` nodes.
     pub fn kept_and_added<const N: usize>(&self, time: R, c: R) -> (R, R) {

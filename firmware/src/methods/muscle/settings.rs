@@ -3,6 +3,7 @@
 use super::event_driven::EventDriven;
 use super::explicit::{Euler, Explicit, Heun, RungeKutta4};
 use super::exponential::{Etd1, EtdMidpoint, GaussExponential};
+use super::log_flow::LogFlow;
 use super::log_table::LogTable;
 use super::scheme::Scheme;
 use super::shipped::Shipped;
@@ -32,6 +33,8 @@ pub enum Method {
     GaussExponential,
     /// Whole steps from a table over log C.
     LogTable,
+    /// From pulse to pulse exactly, by a table over log C.
+    LogFlow,
     /// From pulse to pulse by Gauss–Legendre; 2 nodes.
     EventDriven2,
     /// 3 nodes.
@@ -44,7 +47,7 @@ pub enum Method {
 
 impl Method {
     /// All that run in any arithmetic at any step.
-    pub const GENERIC: [Self; 11] = [
+    pub const GENERIC: [Self; 12] = [
         Self::Euler,
         Self::Heun,
         Self::RungeKutta4,
@@ -53,6 +56,7 @@ impl Method {
         Self::EtdMidpoint,
         Self::GaussExponential,
         Self::LogTable,
+        Self::LogFlow,
         Self::EventDriven2,
         Self::EventDriven3,
         Self::EventDriven4,
@@ -70,6 +74,7 @@ impl Method {
             Self::EtdMidpoint => "etd_midpoint",
             Self::GaussExponential => "gauss_exponential",
             Self::LogTable => "log_table",
+            Self::LogFlow => "log_flow",
             Self::EventDriven2 => "event_driven_2",
             Self::EventDriven3 => "event_driven_3",
             Self::EventDriven4 => "event_driven_4",
@@ -82,7 +87,7 @@ impl Method {
     pub const fn has_no_step(self) -> bool {
         matches!(
             self,
-            Self::EventDriven2 | Self::EventDriven3 | Self::EventDriven4
+            Self::LogFlow | Self::EventDriven2 | Self::EventDriven3 | Self::EventDriven4
         )
     }
 }
@@ -226,6 +231,7 @@ impl Setting {
             Method::EtdMidpoint => self.split::<EtdMidpoint<R>, T>(spec, then),
             Method::GaussExponential => self.split::<GaussExponential<R>, T>(spec, then),
             Method::LogTable => self.split::<LogTable<R>, T>(spec, then),
+            Method::LogFlow => then(&mut LogFlow::<R>::new(spec)),
             Method::EventDriven2 => then(&mut EventDriven::<R, 2>::new(spec)),
             Method::EventDriven3 => then(&mut EventDriven::<R, 3>::new(spec)),
             Method::EventDriven4 => then(&mut EventDriven::<R, 4>::new(spec)),
