@@ -89,6 +89,7 @@ fn trial(name: &str, delay_s: f64, reach_deg: f64, edges: Vec<Edge>) -> Trial {
         ],
         samples: samples(3, delay_s, reach_deg),
         edges,
+        wall: None,
         measure: Some((10.0, 30.0)),
         counters: vec![
             ("setpoints sent".to_owned(), 2700),

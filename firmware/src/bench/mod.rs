@@ -15,9 +15,10 @@ mod owners;
 mod pulse;
 
 use crate::control::LawSpec;
+use crate::muscle::Rung;
 use core::fmt;
 use core::hint::black_box;
-pub use methods::{OUTPUTS_US, RUN_US, run_methods};
+pub use methods::{MADE, OUTPUTS_US, RUN_US, run_methods};
 
 /// A counter of core clock cycles that wraps.
 pub trait Clock {
@@ -102,6 +103,20 @@ pub fn run(clock: &impl Clock, mut row: impl FnMut(&Row)) {
         1000,
         muscle::TickWithPulse::new(),
     ));
+    for (rung, tick, tick_and_pulse) in [
+        (Rung::Static, "static_tick", "static_tick_and_pulse"),
+        (Rung::Lag, "lag_tick", "lag_tick_and_pulse"),
+        (Rung::CalciumForce, "rung_tick", "rung_tick_and_pulse"),
+        (
+            Rung::CalciumForceFatigue,
+            "fatigue_tick",
+            "fatigue_tick_and_pulse",
+        ),
+    ] {
+        row(&measure(clock, tick, 1000, muscle::RungTick::new(rung)));
+        let with_pulse = muscle::RungTickWithPulse::new(rung);
+        row(&measure(clock, tick_and_pulse, 1000, with_pulse));
+    }
     row(&measure(
         clock,
         "recruitment_gain",

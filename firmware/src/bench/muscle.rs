@@ -2,7 +2,8 @@
 
 use super::{Algorithm, Checksum, Random};
 use crate::muscle::{
-    CalciumForce, CalciumForceSpec, CalciumForceState, Gain, Recruitment, RecruitmentSpec,
+    CalciumForce, CalciumForceSpec, CalciumForceState, FatigueSpec, Gain, Ladder, LadderState,
+    Model, Recruitment, RecruitmentSpec, Rung,
 };
 use crate::units::{Amplitude, Micros};
 use fixed::types::{I16F16, U1F31};
@@ -111,6 +112,105 @@ impl Algorithm for TickWithPulse {
         if let Some(muscle) = &active.muscle {
             muscle.pulse(&mut active.state, active.pulse.0, active.pulse.1);
             muscle.advance(&mut active.state, active.to);
+        }
+    }
+    fn digest(&self, sum: &mut Checksum) {
+        self.0.digest(sum);
+    }
+}
+
+/// A muscle on some rung, as the device runs it, in a 40 Hz train.
+struct Climbing {
+    ladder: Option<Ladder>,
+    state: Option<LadderState>,
+    pulse: (Micros, Gain),
+    to: Micros,
+    ticks: u32,
+}
+
+impl Climbing {
+    fn new(rung: Rung) -> Self {
+        let fatigue = Some(FatigueSpec::scaled_to(FORCE.a_mn_per_s));
+        // The constants are within their ranges; else checksums tell.
+        let ladder = Ladder::new(FORCE, fatigue, rung).ok();
+        Self {
+            ladder,
+            state: ladder.map(|ladder| ladder.at_rest(Micros(0))),
+            pulse: (Micros(0), Gain::ZERO),
+            to: Micros(0),
+            ticks: 0,
+        }
+    }
+
+    fn prepare(&mut self, random: &mut Random) {
+        let at = self.to.plus(random.between(1, TICK_US));
+        self.pulse = (at, Gain::new(U1F31::from_bits(random.word() >> 1)));
+        self.to = self.to.plus(TICK_US);
+        self.ticks = self.ticks.wrapping_add(1);
+    }
+
+    fn digest(&self, sum: &mut Checksum) {
+        if let (Some(ladder), Some(state)) = (&self.ladder, &self.state) {
+            sum.word(ladder.force(state).0.to_bits().cast_unsigned());
+        }
+    }
+}
+
+/// One control tick on a rung; every 25th has a pulse, which is not measured.
+pub(super) struct RungTick(Climbing);
+
+impl RungTick {
+    pub(super) fn new(rung: Rung) -> Self {
+        Self(Climbing::new(rung))
+    }
+}
+
+impl Algorithm for RungTick {
+    fn prepare(&mut self, random: &mut Random) {
+        let Climbing {
+            ladder,
+            state,
+            pulse,
+            to,
+            ticks,
+        } = &mut self.0;
+        if ticks.is_multiple_of(25)
+            && let (Some(ladder), Some(state)) = (ladder, state)
+        {
+            ladder.pulse(state, *to, pulse.1);
+        }
+        self.0.prepare(random);
+    }
+    fn run(&mut self) {
+        let active = &mut self.0;
+        if let (Some(ladder), Some(state)) = (&active.ladder, &mut active.state) {
+            ladder.advance(state, active.to);
+        }
+    }
+    fn digest(&self, sum: &mut Checksum) {
+        self.0.digest(sum);
+    }
+}
+
+/// One control tick with a pulse inside it, every pulse with an interval of its
+/// own: the cheap rungs derive their drive anew.
+pub(super) struct RungTickWithPulse(Climbing);
+
+impl RungTickWithPulse {
+    pub(super) fn new(rung: Rung) -> Self {
+        Self(Climbing::new(rung))
+    }
+}
+
+impl Algorithm for RungTickWithPulse {
+    fn prepare(&mut self, random: &mut Random) {
+        self.0.prepare(random);
+    }
+    fn run(&mut self) {
+        let active = &mut self.0;
+        if let (Some(ladder), Some(state)) = (&active.ladder, &mut active.state) {
+            ladder.pulse(state, active.pulse.0, active.pulse.1);
+            ladder.advance(state, active.to);
         }
     }
     fn digest(&self, sum: &mut Checksum) {

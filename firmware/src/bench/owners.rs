@@ -5,6 +5,7 @@ use crate::control::LawSpec;
 use crate::device::{Controller, Identity, Mailboxes, Pulser, Session, WINDOWS_PER_TICK};
 use crate::link::message::ResetCause;
 use crate::link::{BROADCAST, Kind, MAX_FRAME, Request, SCHEMA, ToDevice, encode};
+use crate::muscle::MuscleSpec;
 use crate::pulse::{CHANNELS, TrainSpec, WINDOW_US, WindowPlan};
 use crate::safety::{ChannelSpec, Inputs, Reading, StageSpec, State, WearerSpec};
 use crate::units::{Amplitude, DacCode, Micros};
@@ -97,8 +98,7 @@ impl Desk {
             self.ask(Request::Channel { channel, spec });
             self.ask(Request::Muscle {
                 channel,
-                force: muscle::FORCE,
-                recruitment: muscle::RECRUITMENT,
+                spec: MuscleSpec::new(muscle::FORCE, muscle::RECRUITMENT),
             });
         }
         self.ask(Request::Joint(control::finger(LawSpec::RECOMMENDED, 2)));

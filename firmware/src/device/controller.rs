@@ -7,7 +7,7 @@ use crate::control::{
 };
 use crate::haptics::{Wall, WallOrders, WallState};
 use crate::link::{Code, ForceSample, Refusal, Telemetry};
-use crate::muscle::{CalciumForce, CalciumForceState, Recruitment};
+use crate::muscle::{Ladder, LadderState, Model, Recruitment, Rung};
 use crate::pulse::CHANNELS;
 use crate::safety::Fault;
 use crate::units::{Amplitude, Angle, Micros};
@@ -21,7 +21,7 @@ pub struct Muscle {
     /// Amplitude → gain.
     pub recruitment: Recruitment,
     /// Gain and pulses → force.
-    pub force: CalciumForce,
+    pub force: Ladder,
 }
 
 /// What the controller works with from arming on.
@@ -86,7 +86,7 @@ pub struct Controller {
     setup: ControlSetup,
     joint: JointState,
     wall: WallState,
-    muscles: Vec<CalciumForceState, CHANNELS>,
+    muscles: Vec<LadderState, CHANNELS>,
     forces: Vec<(ForceState, ForceSample), CHANNELS>,
     amplitudes: [Amplitude; CHANNELS],
     limiting: bool,
@@ -121,7 +121,17 @@ impl Controller {
     /// One tick at `now`. `adc` is the joint sensor's conversion of this
     /// instant, if the board has one.
     pub fn tick(&mut self, now: Micros, adc: Option<u16>, mail: &mut ControllerMail<'_>) {
-        while let Some(event) = mail.events.dequeue() {
+        // A pulse is told of when it is rendered, up to two windows early: it
+        // stays in the mailbox, and all behind it, until the tick it lies in
+        // is over. So no muscle is ever ahead of `now`.
+        let is_due = |event: &ControlEvent| match event {
+            ControlEvent::Pulse { at, .. } => now.has_reached(*at),
+            _ => true,
+        };
+        while mail.events.peek().is_some_and(is_due) {
+            let Some(event) = mail.events.dequeue() else {
+                break;
+            };
             self.follow(event, now, mail);
         }
         let mut heard = None;
@@ -148,9 +158,9 @@ impl Controller {
                     self.setup = setup;
                 }
                 self.muscles.clear();
-                for _ in &self.setup.muscles {
+                for muscle in &self.setup.muscles {
                     // As many slots as muscles.
-                    let _ = self.muscles.push(CalciumForceState::at_rest(now));
+                    let _ = self.muscles.push(muscle.force.at_rest(now));
                 }
                 self.forces.clear();
                 for _ in &self.setup.forces {
@@ -181,6 +191,20 @@ impl Controller {
                 }
             }
         }
+    }
+
+    fn change_rung(&mut self, channel: u8, rung: Rung) -> Result<(), Refusal<'static>> {
+        if self.phase == Phase::Off {
+            return Err(Refusal::new(Code::NotArmed, "state"));
+        }
+        let mut muscles = self.setup.muscles.iter().zip(&mut self.muscles);
+        let (muscle, state) = muscles
+            .find(|(muscle, _)| muscle.channel == channel)
+            .ok_or(Refusal::new(Code::NoMuscle, "muscle").on(channel))?;
+        muscle
+            .force
+            .switch(state, rung)
+            .map_err(|_| Refusal::new(Code::NoFatigue, "fatigue").on(channel))
     }
 
     /// Carries out a request. When its last byte arrived if it was a setpoint.
@@ -228,6 +252,9 @@ impl Controller {
                         .map_err(|e| Refusal::from(e).on(channel)),
                 };
                 (seq, result, Some(arrived))
+            }
+            ControlRequest::Rung { seq, channel, rung } => {
+                (seq, self.change_rung(channel, rung), None)
             }
             ControlRequest::Measurement { seq, at, angle } => {
                 let result = match (&self.setup.joint, &self.setup.wall) {
@@ -281,6 +308,14 @@ impl Controller {
         match acted {
             Ok(acted) => {
                 self.limiting |= acted.limiting;
+                for &(channel, amplitude) in &acted.amplitudes {
+                    // No burst will come to say so.
+                    if amplitude == Amplitude::ZERO
+                        && let Some(latest) = self.amplitudes.get_mut(usize::from(channel))
+                    {
+                        *latest = amplitude;
+                    }
+                }
                 order(ControlOrder::Amplitudes(acted.amplitudes.clone()), mail);
                 Some(acted)
             }

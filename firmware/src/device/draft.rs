@@ -4,7 +4,7 @@ use super::{ControlSetup, Muscle};
 use crate::control::{ForceControl, ForceSpec, Joint, JointSpec};
 use crate::haptics::{Wall, WallSpec};
 use crate::link::{Code, Refusal};
-use crate::muscle::{CalciumForce, CalciumForceSpec, Recruitment, RecruitmentSpec};
+use crate::muscle::{MuscleSpec, Recruitment};
 use crate::pulse::{CHANNELS, GroupSpec, MAX_GROUPS};
 use crate::safety::{Channel, ChannelSpec, Setup, WearerSpec};
 use crate::units::Amplitude;
@@ -15,7 +15,7 @@ use heapless::Vec;
 pub(super) struct Draft {
     pub(super) wearer: WearerSpec,
     pub(super) channels: [Option<ChannelSpec>; CHANNELS],
-    pub(super) muscles: [Option<(CalciumForceSpec, RecruitmentSpec)>; CHANNELS],
+    pub(super) muscles: [Option<MuscleSpec>; CHANNELS],
     pub(super) groups: Vec<GroupSpec, MAX_GROUPS>,
     pub(super) sync: Option<u8>,
     pub(super) joint: Option<JointSpec>,
@@ -43,14 +43,12 @@ impl Draft {
             return Err(Refusal::new(Code::NothingToArm, "channels"));
         }
         for (channel, muscle) in (0u8..).zip(&self.muscles) {
-            let Some((force, recruitment)) = *muscle else {
-                continue;
-            };
+            let Some(spec) = muscle else { continue };
+            let (force, recruitment) = spec.validate().map_err(|e| Refusal::from(e).on(channel))?;
             let muscle = Muscle {
                 channel,
-                force: CalciumForce::new(force).map_err(|e| Refusal::from(e).on(channel))?,
-                recruitment: Recruitment::new(recruitment)
-                    .map_err(|e| Refusal::from(e).on(channel))?,
+                recruitment,
+                force,
             };
             let _ = control.muscles.push(muscle); // as many slots as channels
         }
@@ -98,17 +96,20 @@ impl Draft {
         let mut taken = 0;
         for (channel, (spec, muscle)) in (0u8..).zip(self.forces.iter().zip(&self.muscles)) {
             let Some(spec) = spec else { continue };
-            let (force, recruitment) =
-                muscle.ok_or(Refusal::new(Code::NoMuscle, "muscle").on(channel))?;
-            within_limit(channels, "force", (channel, recruitment.limit, "limit"))?;
+            let muscle = muscle.ok_or(Refusal::new(Code::NoMuscle, "muscle").on(channel))?;
+            within_limit(
+                channels,
+                "force",
+                (channel, muscle.recruitment.limit, "limit"),
+            )?;
             if controlled & 1 << channel != 0 {
                 return Err(Refusal::new(Code::Controlled, "force").on(channel));
             }
             let period_us = channels.get(usize::from(channel)).copied().flatten();
             let period_us = period_us.map_or(0, |c| c.train.spec().period_us);
             let named = |e| Refusal::from(e).on(channel);
-            let recruitment = Recruitment::new(recruitment).map_err(named)?;
-            let force = ForceControl::new(channel, spec, force, recruitment, period_us);
+            let recruitment = Recruitment::new(muscle.recruitment).map_err(named)?;
+            let force = ForceControl::new(channel, spec, muscle.force, recruitment, period_us);
             let _ = control.forces.push(force.map_err(named)?); // as many slots as channels
             taken |= 1 << channel; // below 10
         }

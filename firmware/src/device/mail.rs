@@ -3,6 +3,7 @@
 use super::ControlSetup;
 use crate::control::Amplitudes;
 use crate::link::{Refusal, Telemetry};
+use crate::muscle::Rung;
 use crate::pulse::CHANNELS;
 use crate::safety::{Denied, FaultRecord, Notice, Setup, State};
 use crate::units::{Amplitude, Angle, AngularRate, ForceRate, Micros};
@@ -117,6 +118,15 @@ pub enum ControlRequest {
         /// The angle.
         angle: Angle,
     },
+    /// Another rung for a muscle.
+    Rung {
+        /// The request's number.
+        seq: u16,
+        /// From 0.
+        channel: u8,
+        /// The rung from then on.
+        rung: Rung,
+    },
     /// Telemetry period in ticks, 0 for none.
     Subscribe(u16),
 }
@@ -124,7 +134,7 @@ pub enum ControlRequest {
 /// Controller → session.
 #[derive(Clone, Debug)]
 pub enum ControlReport {
-    /// Answer to an angle, a force or a measurement.
+    /// Answer to an angle, a force, a measurement or a change of rung.
     Verdict {
         /// The request's number.
         seq: u16,
@@ -198,8 +208,9 @@ pub struct Mailboxes {
     // Two a tick and one for each channel under force control, taken four
     // times a tick.
     control_orders: Queue<ControlOrder, 16>,
-    // 4 windows of at most 20 pulses between two control ticks.
-    control_events: Queue<ControlEvent, 128>,
+    // 4 windows of at most 20 pulses between two control ticks, and 2 of pulses
+    // still to come.
+    control_events: Queue<ControlEvent, 168>,
 }
 
 /// The pulser's ends.

@@ -282,7 +282,7 @@ impl Pulser {
                 at: pulse.at,
                 amplitude,
             };
-            // 128 slots hold four windows of 20 pulses and every state change;
+            // 168 slots hold six windows of 20 pulses and every state change;
             // a controller that misses its tick is caught by the watchdog.
             let _ = mail.control_events.enqueue(event);
         }

@@ -14,7 +14,6 @@ use crate::link::{
     Code, Counters, Decoder, Event, HelloInfo, Kind, Refusal, Request, Response, SCHEMA, Status,
     ToDevice, encode,
 };
-use crate::muscle::{CalciumForce, Recruitment};
 use crate::pulse::{CHANNELS, DEAD_TIME_US};
 use crate::safety::{FaultRecord, Notice, State};
 use crate::units::{Amplitude, Angle, AngularRate, ForceRate, Micros, OutOfRange};
@@ -257,14 +256,9 @@ impl Session {
                 }
                 self.draft.sync = channel;
             }
-            Request::Muscle {
-                channel,
-                force,
-                recruitment,
-            } => {
-                CalciumForce::new(force).map_err(|e| Refusal::from(e).on(channel))?;
-                Recruitment::new(recruitment).map_err(|e| Refusal::from(e).on(channel))?;
-                *slot(&mut self.draft.muscles, channel)? = Some((force, recruitment));
+            Request::Muscle { channel, spec } => {
+                spec.validate().map_err(|e| Refusal::from(e).on(channel))?;
+                *slot(&mut self.draft.muscles, channel)? = Some(spec);
             }
             Request::Joint(spec) => {
                 Joint::new(&spec)?;
@@ -329,6 +323,12 @@ impl Session {
                     millinewton,
                     rate: millinewton_per_s.map(force_rate).transpose()?,
                 };
+                send(&mut mail.control_requests, request)?;
+                return Ok(Reply::Later);
+            }
+            Request::Rung { channel, rung } => {
+                slot(&mut self.draft.muscles, channel)?;
+                let request = ControlRequest::Rung { seq, channel, rung };
                 send(&mut mail.control_requests, request)?;
                 return Ok(Reply::Later);
             }

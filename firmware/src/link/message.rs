@@ -4,7 +4,7 @@
 use super::Refusal;
 use crate::control::{ForceSpec, JointSpec};
 use crate::haptics::WallSpec;
-use crate::muscle::{CalciumForceSpec, RecruitmentSpec};
+use crate::muscle::{MuscleSpec, Rung};
 use crate::pulse::{CHANNELS, GroupSpec, MAX_GROUPS};
 use crate::safety::{ChannelSpec, FaultRecord, State, StopCause, WearerSpec};
 use crate::units::{Amplitude, Micros};
@@ -58,10 +58,8 @@ pub enum Request {
     Muscle {
         /// From 0.
         channel: u8,
-        /// Its force model.
-        force: CalciumForceSpec,
-        /// How its amplitude recruits it.
-        recruitment: RecruitmentSpec,
+        /// The muscle.
+        spec: MuscleSpec,
     },
     /// Puts a controlled joint into the draft.
     Joint(JointSpec),
@@ -122,6 +120,14 @@ pub enum Request {
         millinewton: u32,
         /// mN/s; `None` lets the device estimate it.
         millinewton_per_s: Option<i32>,
+    },
+    /// Changes the rung of a muscle of the armed setup, without a step in its
+    /// force.
+    Rung {
+        /// From 0.
+        channel: u8,
+        /// The rung from then on.
+        rung: Rung,
     },
 }
 
@@ -278,7 +284,7 @@ pub struct Telemetry {
     /// An amplitude was clamped to the wearer's limit since the last sample.
     pub limiting: bool,
     /// Amplitudes of the latest bursts, one per channel of the setup, lowest
-    /// channel first.
+    /// channel first; 0 where joint or wall ask for nothing.
     pub amplitudes: Vec<Amplitude, CHANNELS>,
     /// Predicted forces in mN, one per channel with a muscle.
     pub forces_mn: Vec<u32, CHANNELS>,

@@ -41,6 +41,7 @@ pub enum Code {
     JointAndWall = 218,
     RateChanges = 219,
     NoMuscle = 220,
+    NoFatigue = 221,
     WrongState = 300,
     NotArmed = 301,
     ArmInputOpen = 302,
@@ -58,7 +59,7 @@ pub enum Code {
 
 impl Code {
     /// All codes, for documentation and tests.
-    pub const ALL: [Self; 39] = [
+    pub const ALL: [Self; 40] = [
         Self::BadCrc,
         Self::MalformedFrame,
         Self::FrameTooLong,
@@ -85,6 +86,7 @@ impl Code {
         Self::JointAndWall,
         Self::RateChanges,
         Self::NoMuscle,
+        Self::NoFatigue,
         Self::WrongState,
         Self::NotArmed,
         Self::ArmInputOpen,
@@ -271,6 +273,15 @@ impl From<crate::muscle::OutOfRange> for Refusal<'static> {
             ShortestPeriod => "min_period_us",
         };
         Self::new(Code::OutOfRange, field).allowed(bound(e.min), bound(e.max))
+    }
+}
+
+impl From<crate::muscle::LadderError> for Refusal<'static> {
+    fn from(e: crate::muscle::LadderError) -> Self {
+        match e {
+            crate::muscle::LadderError::Range(e) => e.into(),
+            crate::muscle::LadderError::NoFatigue => Self::new(Code::NoFatigue, "fatigue"),
+        }
     }
 }
 

@@ -12,7 +12,10 @@ use super::fatigue::{Fatigue, FatigueSpec, Tiredness};
 use super::lag::LagState;
 use super::rhythm::{Rhythm, calcium};
 use super::steady::StaticState;
-use super::{CalciumForce, CalciumForceSpec, CalciumForceState, Gain, OutOfRange};
+use super::{
+    CalciumForce, CalciumForceSpec, CalciumForceState, Gain, OutOfRange, Recruitment,
+    RecruitmentSpec,
+};
 use crate::units::{Force, Micros};
 
 /// How much of a muscle is modelled, cheapest first.
@@ -88,6 +91,42 @@ pub enum LadderError {
     Range(OutOfRange),
     /// The rung needs a [`FatigueSpec`].
     NoFatigue,
+}
+
+/// A muscle under a channel, as a host configures it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+pub struct MuscleSpec {
+    /// Its force model.
+    pub force: CalciumForceSpec,
+    /// How amplitude recruits it.
+    pub recruitment: RecruitmentSpec,
+    /// How it tires: needed for [`Rung::CalciumForceFatigue`].
+    pub fatigue: Option<FatigueSpec>,
+    /// The rung it starts on.
+    pub rung: Rung,
+}
+
+impl MuscleSpec {
+    /// A muscle that does not tire, on [`Rung::CalciumForce`].
+    #[must_use]
+    pub const fn new(force: CalciumForceSpec, recruitment: RecruitmentSpec) -> Self {
+        Self {
+            force,
+            recruitment,
+            fatigue: None,
+            rung: Rung::CalciumForce,
+        }
+    }
+
+    /// Derives the constants of the muscle and of its recruitment.
+    ///
+    /// # Errors
+    /// As [`Ladder::new`]; [`LadderError::Range`] as [`Recruitment::new`].
+    pub fn validate(&self) -> Result<(Ladder, Recruitment), LadderError> {
+        let ladder = Ladder::new(self.force, self.fatigue, self.rung)?;
+        let recruitment = Recruitment::new(self.recruitment).map_err(LadderError::Range)?;
+        Ok((ladder, recruitment))
+    }
 }
 
 /// One muscle on any rung: validated parameters and the rung it starts on.
@@ -290,7 +329,14 @@ impl Model for Ladder {
             Motion::Static(motion) => motion.advance(to),
             Motion::Lag(motion) => motion.advance(to),
             Motion::CalciumForce(motion) => state.muscle.advance(motion, to),
-            Motion::CalciumForceFatigue(_) => self.advance_tiring(state, to),
+            Motion::CalciumForceFatigue(motion) => {
+                if to.since(motion.at) == TICK_US.cast_signed() {
+                    state.muscle.advance(motion, to);
+                    self.tire(state, TICK_US);
+                } else {
+                    self.advance_tiring(state, to);
+                }
+            }
         }
     }
 
@@ -300,7 +346,8 @@ impl Model for Ladder {
 }
 
 impl Ladder {
-    /// Steps of at most 1 ms, each counted as work; at rest, of a second.
+    /// [`Self::advance`] by any time: steps of at most 1 ms, each counted as work; at rest, of a second.
+    #[inline(never)]
     fn advance_tiring(&self, state: &mut LadderState, to: Micros) {
         while let Motion::CalciumForceFatigue(motion) = &mut state.motion {
             let ahead_us = to.elapsed_since(motion.at);
@@ -320,6 +367,7 @@ impl Ladder {
     }
 
     /// `us` passed: at an update, the pulses' gains follow A.
+    #[inline]
     fn tire(&self, state: &mut LadderState, us: u32) {
         let (Motion::CalciumForceFatigue(motion), Some(fatigue)) =
             (&mut state.motion, &self.fatigue)

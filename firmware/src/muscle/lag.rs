@@ -6,7 +6,7 @@
 
 use super::calcium_force::{CalciumForce, TICK_US};
 use super::exponential::{decay_fraction, mul_high};
-use super::rhythm::{Drive, Rhythm, share};
+use super::rhythm::{Drive, Rhythm, SLOWEST_US, share};
 use crate::units::Micros;
 
 /// Where a lagging muscle is.
@@ -43,7 +43,7 @@ impl LagState {
             fall_share: 0,
         };
         // With no train the fall is a lone pulse's.
-        let interval_us = rhythm.interval_us().unwrap_or(super::rhythm::SLOWEST_US);
+        let interval_us = rhythm.interval_us().unwrap_or(SLOWEST_US);
         state.drive_by(muscle, interval_us);
         if rhythm.interval_us().is_some() {
             state.on_us = state.drive.left_us(rhythm.age_us(at));
@@ -63,10 +63,7 @@ impl LagState {
     /// A pulse at `at`, the last of `rhythm`, with a gain in Q31.
     pub(super) fn pulse(&mut self, muscle: &CalciumForce, rhythm: &Rhythm, at: Micros, gain: u32) {
         self.advance(at);
-        self.drive_by(
-            muscle,
-            rhythm.interval_us().unwrap_or(super::rhythm::SLOWEST_US),
-        );
+        self.drive_by(muscle, rhythm.interval_us().unwrap_or(SLOWEST_US));
         self.on_us = self.drive.on_us;
         // Q31·Q31 with gain ≤ 1: within Q31.
         self.target = mul_high(self.drive.target, gain) << 1;

@@ -9,6 +9,7 @@
 //! microsecond. Out: amplitudes within the wearer's range; predicted force.
 
 pub mod calcium_force;
+pub mod choice;
 pub(crate) mod exponential;
 pub mod fatigue;
 pub mod inverse;
@@ -29,7 +30,7 @@ use serde::{Deserialize, Serialize};
 pub use calcium_force::{CalciumForce, CalciumForceSpec, CalciumForceState};
 pub use fatigue::FatigueSpec;
 pub use inverse::{Drive, Inverse};
-pub use ladder::{Ladder, LadderError, LadderState, Model, NoFatigue, Rung};
+pub use ladder::{Ladder, LadderError, LadderState, Model, MuscleSpec, NoFatigue, Rung};
 pub use recruitment::{Recruitment, RecruitmentSpec};
 
 /// The share of its reference strength a muscle is driven with, 0…1: the

@@ -6,7 +6,7 @@
 
 use super::calcium_force::{CalciumForce, TICK_US};
 use super::exponential::{decay_fraction, mul_high};
-use super::rhythm::{Drive, Rhythm, share};
+use super::rhythm::{Drive, Rhythm, SLOWEST_US, share};
 use crate::units::Micros;
 
 /// Where a muscle without dynamics is.
@@ -17,14 +17,12 @@ pub struct StaticState {
     on_us: u32,
     /// Mean force of the train, Q31 of full scale.
     level: u32,
-    /// Mean force of such a train at full gain, and the interval it holds for.
+    /// Mean force of such a train at full gain, and what it holds for.
     full: u32,
-    interval_us: u32,
-    /// What a change from another rung left, Q63 of full scale, and what part
-    /// of it a millisecond takes away, as an exponent in Q32: the time constant
-    /// of full activation, τ1 + τ2.
+    drive: Drive,
+    /// What a change from another rung left, Q63 of full scale: it fades with
+    /// the train's time constant of the fall.
     left_over: i64,
-    settling: u32,
 }
 
 impl StaticState {
@@ -41,16 +39,19 @@ impl StaticState {
             on_us: 0,
             level: 0,
             full: 0,
-            interval_us: 0,
+            drive: Drive::NONE,
             left_over: 0,
-            settling: mul_high(TICK_US << 22, muscle.length_per_us),
         };
-        if let Some(interval_us) = rhythm.interval_us() {
-            state.take(muscle, interval_us, gain);
-            state.on_us = state.on_us.saturating_sub(rhythm.age_us(at));
-            if state.on_us == 0 {
-                state.level = 0;
-            }
+        state.take(muscle, rhythm, gain);
+        let is_train = rhythm.interval_us().is_some();
+        let age_us = if is_train {
+            rhythm.age_us(at)
+        } else {
+            u32::MAX
+        };
+        state.on_us = state.on_us.saturating_sub(age_us);
+        if state.on_us == 0 {
+            state.level = 0;
         }
         state.left_over = force.saturating_sub(state.level_bits());
         state
@@ -59,15 +60,15 @@ impl StaticState {
     /// A pulse at `at`, the last of `rhythm`, with a gain in Q31.
     pub(super) fn pulse(&mut self, muscle: &CalciumForce, rhythm: &Rhythm, at: Micros, gain: u32) {
         self.advance(at);
-        if let Some(interval_us) = rhythm.interval_us() {
-            self.take(muscle, interval_us, gain);
-        }
+        self.take(muscle, rhythm, gain);
     }
 
-    fn take(&mut self, muscle: &CalciumForce, interval_us: u32, gain: u32) {
-        if self.interval_us != interval_us {
-            self.interval_us = interval_us;
-            self.full = Drive::of(muscle, interval_us).mean(muscle);
+    /// A pulse of `rhythm` now.
+    fn take(&mut self, muscle: &CalciumForce, rhythm: &Rhythm, gain: u32) {
+        let interval_us = rhythm.interval_us().unwrap_or(SLOWEST_US);
+        if self.drive.interval_us != interval_us {
+            self.drive = Drive::of(muscle, interval_us);
+            self.full = self.drive.mean(muscle);
         }
         self.on_us = interval_us.saturating_mul(2);
         // Q31·Q31 with gain ≤ 1: within Q31.
@@ -94,13 +95,13 @@ impl StaticState {
     #[inline(never)]
     fn settle(&mut self, elapsed_us: u32) {
         let mut left_us = elapsed_us;
-        let tick = decay_fraction(self.settling);
+        let tick = decay_fraction(self.drive.fall);
         while left_us > 0 && self.left_over != 0 {
             let step_us = left_us.min(TICK_US);
             let part = if step_us == TICK_US {
                 tick
             } else {
-                share(self.settling, step_us)
+                share(self.drive.fall, step_us)
             };
             // |left_over| < 2^63 and part below half: towards zero, never past.
             let change = (self.left_over >> 32).wrapping_mul(i64::from(part));

@@ -3,7 +3,7 @@
 use super::device_desk::*;
 use firmware::control::{HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
 use firmware::link::Request;
-use firmware::muscle::{CalciumForceSpec, RecruitmentSpec};
+use firmware::muscle::{CalciumForceSpec, FatigueSpec, MuscleSpec, RecruitmentSpec, Rung};
 use firmware::pulse::{GroupSpec, Partner, Shape, TrainSpec};
 use firmware::safety::{ChannelSpec, StageSpec, WearerSpec};
 use firmware::units::{Amplitude, Micros};
@@ -222,25 +222,51 @@ pub fn muscle() -> impl Strategy<Value = Request> {
         near(1_000, 1_000_000),
         near(1, 5_000),
         near(10_000, 500_000),
+        option::of(fatigue()),
+        rung(),
     )
         .prop_map(
-            |(channel, a, k, tau_c_us, tau1_us, tau2_us, threshold, slope_micro)| Request::Muscle {
-                channel: channel as u8,
-                force: CalciumForceSpec {
+            |(channel, a, k, tau_c_us, tau1_us, tau2_us, threshold, slope_micro, fatigue, rung)| {
+                let force = CalciumForceSpec {
                     a_mn_per_s: a,
                     k_micro: k,
                     tau_c_us,
                     tau1_us,
                     tau2_us,
-                },
-                recruitment: RecruitmentSpec {
+                };
+                let recruitment = RecruitmentSpec {
                     motor_threshold: Amplitude(threshold),
                     limit: Amplitude(threshold.saturating_add(9_000)),
                     reference: Amplitude(threshold.saturating_add(9_000)),
                     slope_micro,
-                },
+                };
+                Request::Muscle {
+                    channel: channel as u8,
+                    spec: MuscleSpec {
+                        force,
+                        recruitment,
+                        fatigue,
+                        rung,
+                    },
+                }
             },
         )
+}
+
+fn fatigue() -> impl Strategy<Value = FatigueSpec> {
+    let alpha = || near(0, 100_000_000);
+    (near(0, 10_000), alpha(), alpha(), near(10_000, 1_000_000)).prop_map(|(a, k, tau1, fat)| {
+        FatigueSpec {
+            alpha_a_milli_per_s2: a,
+            alpha_k_nano_per_n_s: k,
+            alpha_tau1_nano_per_n: tau1,
+            tau_fat_ms: fat,
+        }
+    })
+}
+
+pub fn rung() -> impl Strategy<Value = Rung> {
+    prop::sample::select(Rung::ALL.to_vec())
 }
 
 pub fn groups() -> impl Strategy<Value = Request> {
@@ -282,6 +308,7 @@ pub fn request() -> impl Strategy<Value = Request> {
         1 => groups(),
         1 => option::of(any::<u8>().prop_map(|c| c % 12)).prop_map(|channel| Request::Sync { channel }),
         1 => muscle(),
+        1 => (near(0, 3), rung()).prop_map(|(channel, rung)| Request::Rung { channel: channel as u8, rung }),
         1 => joint().prop_map(Request::Joint),
         5 => Just(Request::Arm),
         5 => Just(Request::Start),

@@ -6,7 +6,7 @@ use firmware::control::JointSpec;
 use firmware::link::{
     Code, Decoder, Event, HelloInfo, Request, Response, SCHEMA, Status, Telemetry, ToDevice, encode,
 };
-use firmware::muscle::{CalciumForceSpec, RecruitmentSpec};
+use firmware::muscle::{MuscleSpec, Rung};
 use firmware::pulse::{CHANNELS, GroupSpec, MAX_GROUPS};
 use firmware::safety::{ChannelSpec, WearerSpec};
 use firmware::units::{Amplitude, Micros};
@@ -177,20 +177,16 @@ impl<P: Port> Client<P> {
     ///
     /// # Errors
     /// [`Error`].
-    pub fn muscle(
-        &mut self,
-        channel: u8,
-        force: CalciumForceSpec,
-        recruitment: RecruitmentSpec,
-    ) -> Result<Micros, Error> {
-        self.ack(
-            "Muscle",
-            Request::Muscle {
-                channel,
-                force,
-                recruitment,
-            },
-        )
+    pub fn muscle(&mut self, channel: u8, spec: MuscleSpec) -> Result<Micros, Error> {
+        self.ack("Muscle", Request::Muscle { channel, spec })
+    }
+
+    /// Changes the rung of an armed muscle.
+    ///
+    /// # Errors
+    /// [`Error`].
+    pub fn rung(&mut self, channel: u8, rung: Rung) -> Result<Micros, Error> {
+        self.ack("Rung", Request::Rung { channel, rung })
     }
 
     /// Configures the controlled joint in the draft.

@@ -135,13 +135,16 @@ pub fn what(code: Code) -> &'static str {
             "isolation leaves too little time to ground after a monophasic pulse"
         }
         Code::ChannelTwice => "the channel is named twice",
-        Code::Controlled => "a control law or force control drives this channel",
+        Code::Controlled => "a joint, a wall or force control drives this channel",
         Code::RateChanges => {
             "its pulse rate may change, and in an isolated group that would make pulses meet"
         }
         Code::NoMuscle => "force control needs the channel's muscle",
         Code::AmplitudeCount => "there must be one amplitude per channel in the mask",
         Code::NothingToArm => "no channel is configured",
+        Code::JointAndWall => {
+            "a joint and a wall cannot run together: the device measures one angle"
+        }
         Code::WrongState => "not possible in the device's present state",
         Code::NotArmed => "a setpoint before arming",
         Code::ArmInputOpen => "neither the arm input nor the hand-held stop is closed",
@@ -149,13 +152,13 @@ pub fn what(code: Code) -> &'static str {
         Code::ElectrodeShort => "the electrode check saw too much current",
         Code::Cancelled => "arming was cancelled by a stop",
         Code::FaultLatched => "a fault is latched",
-        Code::NoJoint => "no joint is configured",
+        Code::NoJoint => "no joint and no wall is configured",
         Code::SetpointTime => "the setpoint's time is too far off or out of order",
         Code::MeasurementTime => "the measurement's time is ahead or out of order",
-        Code::SensorNotHost => "this joint is measured by the board",
+        Code::SensorNotHost => "the angle is measured by the board",
         Code::NoForceControl => "this channel is not under force control",
         Code::ForceOutOfReach => "the wearer's limits cannot give this force",
-        Code::JointAndWall => "a joint and a wall share a channel",
+        Code::NoFatigue => "this muscle has no fatigue parameters",
     }
 }
 
@@ -186,6 +189,7 @@ pub fn advice(code: Code) -> &'static str {
         Code::NoMuscle => "configure the channel's muscle before arming",
         Code::AmplitudeCount => "send as many values as the mask has bits",
         Code::NothingToArm => "configure at least one channel",
+        Code::JointAndWall => "send Clear and configure one of them",
         Code::WrongState => "ask for Status and stop, acknowledge or arm first",
         Code::NotArmed => "arm and start first",
         Code::ArmInputOpen => "close the arm switch or press the hand-held stop",
@@ -202,6 +206,6 @@ pub fn advice(code: Code) -> &'static str {
         Code::ForceOutOfReach => {
             "ask for less, or agree on a new limit or a higher pulse rate with the wearer"
         }
-        Code::JointAndWall => "give the wall channels of its own",
+        Code::NoFatigue => "configure the muscle with its fatigue, or choose another rung",
     }
 }

@@ -45,7 +45,7 @@ pub enum RunError {
     },
     /// Only a simulated wearer has the glove that this session measures with.
     #[error(
-        "E513 the session's joint is measured by the host, and {0} has no simulated glove; use sensor = \"adc\""
+        "E513 the session's angle is measured by the host, and {0} has no simulated glove; use sensor = \"adc\""
     )]
     NoGlove(String),
     /// The observer wished for it.
@@ -207,7 +207,7 @@ impl<P: Port> Run<'_, P> {
             if begin + due >= end {
                 break;
             }
-            self.post(due)?;
+            self.post(self.session.setpoints.due_us(index - 1), due)?;
             if index % 90 == 0 {
                 let part = due as f64 / self.session.duration_us as f64;
                 self.observer.see(Seen::Progress(part));
@@ -217,8 +217,9 @@ impl<P: Port> Run<'_, P> {
         Ok(())
     }
 
-    /// Sends what is due `due` µs after the start.
-    fn post(&mut self, due: u64) -> Result<(), RunError> {
+    /// Sends what is due `due` µs after the start, and changes of rung since
+    /// `before`.
+    fn post(&mut self, before: u64, due: u64) -> Result<(), RunError> {
         if self.measures()
             && let Some(deg) = self.client.port().glove_deg()
         {
@@ -231,11 +232,14 @@ impl<P: Port> Run<'_, P> {
                 at,
             })?;
         }
+        for request in self.session.rungs(before, due) {
+            self.client.post(request)?;
+        }
         let setpoint = self.session.setpoints.at(due);
         let at = match setpoint {
             // Wrapping: device time is modulo 2^32.
             Setpoint::Angle { .. } | Setpoint::Force { .. } => Some(self.epoch.plus(due as u32)),
-            Setpoint::Amplitudes(_) => None,
+            Setpoint::Amplitudes(_) | Setpoint::KeepAlive => None,
         };
         self.client.post(setpoint.request(at))?;
         if let Some(beside) = self.beside() {
@@ -251,10 +255,7 @@ impl<P: Port> Run<'_, P> {
     }
 
     fn measures(&self) -> bool {
-        self.session
-            .joint
-            .as_ref()
-            .is_some_and(|joint| joint.sensor == SensorSource::Host)
+        self.session.sensor() == Some(SensorSource::Host)
     }
 
     /// Files what arrives by `until_us`.

@@ -1,8 +1,9 @@
 //! From what a device says to what is recorded.
 
 use super::SessionFile;
-use crate::record::{ChannelInfo, Edge, Sample, State, Trial};
+use crate::record::{ChannelInfo, Edge, Sample, State, Trial, WallPlace};
 use crate::session::Session;
+use firmware::haptics::Side;
 use firmware::link::{Counters, Event, ForceSample, Telemetry};
 use firmware::safety::StopCause;
 use firmware::units::Micros;
@@ -31,6 +32,13 @@ pub fn begin_trial(file: &SessionFile) -> Trial {
         measure: session
             .measure
             .map(|(from, to)| (from as f64 * 1e-6, to as f64 * 1e-6)),
+        wall: session.wall.map(|wall| WallPlace {
+            at_deg: f64::from(wall.at_mdeg) * 1e-3,
+            stops_flexion: wall.side == Side::Flexion,
+            pre_wall_deg: wall
+                .pre_wall
+                .map_or(0.0, |pre| f64::from(pre.depth_mdeg) * 1e-3),
+        }),
         counters: Vec::new(),
         events: Vec::new(),
     }

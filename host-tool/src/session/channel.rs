@@ -1,10 +1,7 @@
 //! `[wearer]` and `[[channel]]`: limits, output stages, trains, muscles.
 
 use firmware::control::{ForceControl, ForceSpec};
-use firmware::muscle::{
-    CalciumForce, CalciumForceSpec, OutOfRange as MuscleOutOfRange, Parameter, Recruitment,
-    RecruitmentSpec,
-};
+use firmware::muscle::{OutOfRange as MuscleOutOfRange, Parameter, Recruitment};
 use firmware::pulse::{Shape, TrainError, TrainSpec};
 use firmware::safety::{
     Channel as Checked, ChannelSpec, SetupError, Stage, StageSpec, Wearer, WearerSpec,
@@ -14,6 +11,7 @@ use firmware::units::{Amplitude, OutOfRange};
 use super::decimal::in_units;
 use super::error::{Problem, SessionError};
 use super::joint::read_hold;
+use super::muscle::{Muscle, read_muscle};
 use super::table::Table;
 
 /// What a channel's amplitudes are.
@@ -46,7 +44,7 @@ pub struct Channel {
     /// Its train, stage and limit, as the device gets them.
     pub spec: ChannelSpec,
     /// The muscle under it, if its force is to be predicted.
-    pub muscle: Option<(CalciumForceSpec, RecruitmentSpec)>,
+    pub muscle: Option<Muscle>,
     /// How the device controls that muscle's force, if the host asks for forces.
     pub force: Option<ForceSpec>,
 }
@@ -60,13 +58,14 @@ impl Channel {
 
     /// Its force control as the device will run it.
     pub(super) fn force_control(&self) -> Option<ForceControl> {
-        let (muscle, recruitment) = self.muscle?;
-        let (recruitment, period_us) = (Recruitment::new(recruitment), self.spec.train.period_us);
+        let muscle = self.muscle.as_ref()?;
+        let recruitment = Recruitment::new(muscle.recruitment).ok()?;
+        let period_us = self.spec.train.period_us;
         ForceControl::new(
             self.index(),
             &self.force?,
-            muscle,
-            recruitment.ok()?,
+            muscle.force,
+            recruitment,
             period_us,
         )
         .ok()
@@ -139,10 +138,12 @@ pub(super) fn read_wearer(root: &Table<'_>) -> Result<(WearerSpec, Wearer), Sess
     ))
 }
 
-/// Reads one `[[channel]]`. What had to be rounded goes to `notes`.
+/// Reads one `[[channel]]` of a session of `duration_us`. What had to be rounded
+/// goes to `notes`.
 pub(super) fn read_channel(
     t: &Table<'_>,
     wearer: &Wearer,
+    duration_us: u64,
     notes: &mut Vec<String>,
 ) -> Result<(Channel, Checked), SessionError> {
     t.only(&[
@@ -168,7 +169,7 @@ pub(super) fn read_channel(
         .validate(wearer)
         .map_err(|e| channel_error(t, &train, &checked_stage, &channel, e))?;
     if let Some(muscle) = t.table("muscle")?.optional() {
-        channel.muscle = Some(read_muscle(&muscle, t, spec.limit)?);
+        channel.muscle = Some(read_muscle(&muscle, t, spec.limit, duration_us)?);
     }
     if let Some(force) = t.table("force")?.optional() {
         let read = read_force(&force, &channel)?;
@@ -179,14 +180,14 @@ pub(super) fn read_channel(
                 SetupError::Range(e) if e.field == "min_period_us" => rates(&force, e),
                 e => channel_error(t, &train, &checked_stage, &channel, e),
             })?;
-        let (muscle, recruitment) = channel.muscle.ok_or_else(|| {
+        let muscle = channel.muscle.as_ref().ok_or_else(|| {
             let channel = channel.number;
             t.error("force", Problem::NoMuscle { channel })
         })?;
-        let recruitment = Recruitment::new(recruitment);
+        let recruitment = Recruitment::new(muscle.recruitment);
         let period_us = spec.train.period_us;
         let control = recruitment
-            .and_then(|r| ForceControl::new(channel.index(), &read, muscle, r, period_us));
+            .and_then(|r| ForceControl::new(channel.index(), &read, muscle.force, r, period_us));
         control.map_err(|e| force_error(&force, &train, e))?;
     }
     Ok((channel, checked))
@@ -390,64 +391,4 @@ fn force_error(t: &Table<'_>, train: &Table<'_>, e: MuscleOutOfRange) -> Session
         Parameter::Period => train_error(train, TrainError::Range(range("period_us"))),
         _ => rates(t, range("min_period_us")),
     }
-}
-
-/// Reads a `muscle` table; the recruitment curve ends at the channel's limit.
-fn read_muscle(
-    t: &Table<'_>,
-    channel: &Table<'_>,
-    limit: Amplitude,
-) -> Result<(CalciumForceSpec, RecruitmentSpec), SessionError> {
-    t.only(&[
-        "a_n_per_s",
-        "k",
-        "tau_c_ms",
-        "tau1_ms",
-        "tau2_ms",
-        "motor_threshold",
-        "reference",
-        "slope_per_unit",
-    ])?;
-    let force = CalciumForceSpec {
-        a_mn_per_s: t.whole("a_n_per_s", 3)?.required()?,
-        k_micro: t.whole("k", 6)?.required()?,
-        tau_c_us: t.whole("tau_c_ms", 3)?.required()?,
-        tau1_us: t.whole("tau1_ms", 3)?.required()?,
-        tau2_us: t.whole("tau2_ms", 3)?.required()?,
-    };
-    let recruitment = RecruitmentSpec {
-        motor_threshold: Amplitude(t.whole("motor_threshold", 3)?.required()?),
-        limit,
-        reference: Amplitude(t.whole("reference", 3)?.required()?),
-        slope_micro: t.whole("slope_per_unit", 6)?.required()?,
-    };
-    CalciumForce::new(force).map_err(|e| muscle_error(t, channel, e))?;
-    Recruitment::new(recruitment).map_err(|e| muscle_error(t, channel, e))?;
-    Ok((force, recruitment))
-}
-
-fn muscle_error(t: &Table<'_>, channel: &Table<'_>, e: MuscleOutOfRange) -> SessionError {
-    let (name, places) = match e.parameter {
-        Parameter::A => ("a_n_per_s", 3),
-        Parameter::K => ("k", 6),
-        Parameter::TauC => ("tau_c_ms", 3),
-        Parameter::Tau1 => ("tau1_ms", 3),
-        Parameter::Tau2 => ("tau2_ms", 3),
-        Parameter::MotorThreshold => ("motor_threshold", 3),
-        // Full scales stay far below the recruitment curve's own bound, so a
-        // limit can only be too low for the threshold.
-        Parameter::Limit => {
-            let allowed = format!("below the channel's limit of {}", channel.given("limit"));
-            return t.out_of_range("motor_threshold", allowed);
-        }
-        Parameter::Reference => ("reference", 3),
-        Parameter::Slope => ("slope_per_unit", 6),
-        Parameter::Period => ("period_us", 0),
-        Parameter::ShortestPeriod => ("max_frequency_hz", 0),
-        Parameter::AlphaA => ("alpha_a", 0),
-        Parameter::AlphaK => ("alpha_k", 0),
-        Parameter::AlphaTau1 => ("alpha_tau1", 0),
-        Parameter::TauFat => ("tau_fatigue", 0),
-    };
-    t.not_within(name, e.min.into(), e.max.into(), places)
 }

@@ -106,7 +106,7 @@ pub enum Problem {
         channel: u8,
         limit: String,
     },
-    #[error("`{field}` names channel {channel}, which the joint's control law drives")]
+    #[error("`{field}` names channel {channel}, which the joint or the wall drives")]
     Controlled { field: String, channel: u8 },
     #[error("`{field}` names channel {channel}, which is under force control")]
     ForceControlled { field: String, channel: u8 },
@@ -128,6 +128,8 @@ pub enum Problem {
     },
     #[error("{wanted} needs a `[joint]`, and the file has none")]
     NoJoint { wanted: &'static str },
+    #[error("a `[joint]` and a `[wall]` cannot run together: the device measures one angle")]
+    JointAndWall,
     #[error(
         "`{field}` is {given}: setpoints would be further apart than the {timeout_ms} ms of silence that end stimulation"
     )]
@@ -136,6 +138,8 @@ pub enum Problem {
         given: String,
         timeout_ms: u16,
     },
+    #[error("`{field}` is calcium-force-fatigue, but nothing says how the muscle tires")]
+    NoFatigue { field: String },
 }
 
 impl Problem {
@@ -173,6 +177,8 @@ impl Problem {
             Self::NoMuscle { .. } => 472,
             Self::RateChanges { .. } => 473,
             Self::ForceControlled { .. } => 474,
+            Self::JointAndWall => 480,
+            Self::NoFatigue { .. } => 463,
         }
     }
 
@@ -206,6 +212,11 @@ impl Problem {
             }
             Self::OutOfReach { .. } => {
                 "ask for less, or raise the channel's `limit` or its `force.max_frequency_hz`"
+                    .into()
+            }
+            Self::JointAndWall => "keep one of them".into(),
+            Self::NoFatigue { .. } => {
+                "give the muscle `fatigue`; `fatigue = {}` takes the quadriceps' of Ding 2003"
                     .into()
             }
             Self::TooSlow { .. } => "raise it, or `wearer.host_timeout_ms`".into(),

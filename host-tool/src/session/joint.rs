@@ -19,7 +19,7 @@ const MAX_EXTRAPOLATION_MS: u16 = 100;
 const ADC_CODES: (u16, u16) = (800, 3300);
 /// Age of a stale measurement unless the file says otherwise, ms: ten readings
 /// of the board's converter, or four and a half of a 90 Hz glove.
-const STALE_AFTER_MS: (u16, u16) = (10, 50);
+pub(super) const STALE_AFTER_MS: (u16, u16) = (10, 50);
 
 /// Curvature of recruitment unless the file says otherwise, thousandths: mean of
 /// ln(Fmax/Fmin) over Lee 2020, table 2.
@@ -109,7 +109,7 @@ pub(super) fn read_joint(
         .map(|point| read_point(point, channels))
         .collect::<Result<_, _>>()?;
     let (flexors, extensor) = specs.split_at(specs.len() - 1); // the last was just pushed
-    let sensor = read_sensor(&t)?;
+    let sensor = read_sensor(&t, ADC_CODES)?;
     let stale_after_ms = match sensor {
         SensorSource::Adc { .. } => STALE_AFTER_MS.0,
         SensorSource::Host => STALE_AFTER_MS.1,
@@ -212,10 +212,12 @@ pub(super) fn read_hold(t: &Table<'_>) -> Result<HoldPolicy, SessionError> {
     Ok(hold)
 }
 
-fn read_sensor(t: &Table<'_>) -> Result<SensorSource, SessionError> {
+/// Reads where an angle is measured; `codes` are the converter's at 0° and 100°
+/// unless the file says otherwise.
+pub(super) fn read_sensor(t: &Table<'_>, codes: (u16, u16)) -> Result<SensorSource, SessionError> {
     let adc = SensorSource::Adc {
-        code_at_0: t.whole("code_at_0_deg", 0)?.or(ADC_CODES.0),
-        code_at_100: t.whole("code_at_100_deg", 0)?.or(ADC_CODES.1),
+        code_at_0: t.whole("code_at_0_deg", 0)?.or(codes.0),
+        code_at_100: t.whole("code_at_100_deg", 0)?.or(codes.1),
     };
     let sources = [("adc", adc), ("host", SensorSource::Host)];
     let sensor = t.choice("sensor", &sources)?.required()?;
@@ -286,7 +288,7 @@ pub(super) fn read_amplitude(
 }
 
 /// Where the file says a joint's field, and the power of ten between them.
-const fn file_field(field: SpecField) -> (&'static str, i32) {
+pub(super) const fn file_field(field: SpecField) -> (&'static str, i32) {
     use SpecField as F;
     match field {
         F::Lambda => ("lambda", 3),

@@ -12,13 +12,16 @@ mod channel;
 mod decimal;
 mod error;
 mod joint;
+mod muscle;
 mod setpoints;
 mod setup;
 mod table;
+mod wall;
 
 use std::path::Path;
 
-use firmware::control::JointSpec;
+use firmware::control::{JointSpec, SensorSource};
+use firmware::haptics::WallSpec;
 use firmware::link::Request;
 use firmware::pulse::GroupSpec;
 use firmware::safety::WearerSpec;
@@ -28,6 +31,7 @@ pub use body::BodySpec;
 pub use channel::{Channel, Unit};
 pub use error::{Problem, SessionError};
 pub use joint::LawName;
+pub use muscle::{Model, Muscle};
 pub use setpoints::{Course, ForceCourse, Setpoint, Setpoints};
 use table::{Document, Table};
 
@@ -51,6 +55,8 @@ pub struct Session {
     pub sync: Option<u8>,
     /// The joint that the device controls.
     pub joint: Option<JointSpec>,
+    /// The virtual wall that the device makes felt; not beside a joint.
+    pub wall: Option<WallSpec>,
     /// What the host streams.
     pub setpoints: Setpoints,
     /// The window in which errors are scored, µs from the start.
@@ -101,6 +107,7 @@ impl Session {
             "group",
             "sync",
             "joint",
+            "wall",
             "setpoints",
             "measure",
             "body",
@@ -109,10 +116,8 @@ impl Session {
         let duration = t.within("duration_s", 6, 1_000, MAX_DURATION_US)?;
         let duration_us = duration.required()? as u64; // not negative
         let mut notes = Vec::new();
-        let setup = setup::read_setup(t, &mut notes)?;
-        let timeout = setup.wearer.host_timeout_ms;
-        let setpoints =
-            setpoints::read_setpoints(t, &setup.channels, setup.joint.as_ref(), timeout)?;
+        let setup = setup::read_setup(t, duration_us, &mut notes)?;
+        let setpoints = setpoints::read_setpoints(t, &setup)?;
         Ok(Self {
             title,
             duration_us,
@@ -121,6 +126,7 @@ impl Session {
             groups: setup.groups,
             sync: setup.sync,
             joint: setup.joint.map(|(spec, _)| spec),
+            wall: setup.wall,
             setpoints,
             measure: read_measure(t, duration_us)?,
             body: body::read_body(t)?,
@@ -146,20 +152,36 @@ impl Session {
             all.push(Request::Sync { channel });
         }
         all.extend(self.channels.iter().filter_map(|c| {
-            let (force, recruitment) = c.muscle?;
-            let channel = c.index();
-            Some(Request::Muscle {
-                channel,
-                force,
-                recruitment,
-            })
+            let (channel, spec) = (c.index(), c.muscle.as_ref()?.spec());
+            Some(Request::Muscle { channel, spec })
         }));
         all.extend(self.channels.iter().filter_map(|c| {
             let channel = c.index();
             c.force.map(|spec| Request::ForceControl { channel, spec })
         }));
         all.extend(self.joint.clone().map(Request::Joint));
+        all.extend(self.wall.map(Request::Wall));
         all
+    }
+
+    /// Where the angle of its joint or of its wall is measured.
+    #[must_use]
+    pub fn sensor(&self) -> Option<SensorSource> {
+        let joint = self.joint.as_ref().map(|joint| joint.sensor);
+        joint.or(self.wall.map(|wall| wall.sensor))
+    }
+
+    /// The changes of rung due after `from_us` and until `to_us` from the
+    /// start, both in µs.
+    pub fn rungs(&self, from_us: u64, to_us: u64) -> impl Iterator<Item = Request> + '_ {
+        let due = move |at: u64| from_us < at && at <= to_us;
+        self.channels.iter().flat_map(move |c| {
+            let changes = c.muscle.iter().flat_map(|muscle| &muscle.changes);
+            let channel = c.index();
+            changes
+                .filter(move |(at, _)| due(*at))
+                .map(move |&(_, rung)| Request::Rung { channel, rung })
+        })
     }
 
     /// The same session under another control law, with that law's default

@@ -3,13 +3,14 @@
 use std::f64::consts::TAU;
 
 use firmware::control::setpoint::ESTIMATED_RATE_MAX;
-use firmware::control::{Joint, JointSpec, JointState, SetpointError};
+use firmware::control::{Joint, JointState, SetpointError};
 use firmware::link::Request;
 use firmware::units::{Amplitude, Angle, Micros};
 
 use super::channel::Channel;
 use super::error::{Problem, SessionError};
 use super::joint::{find, not_under_force, read_amplitude};
+use super::setup::SetupSpec;
 use super::table::Table;
 
 /// What the host streams, and how often.
@@ -28,6 +29,8 @@ pub struct Setpoints {
 /// The course of setpoints over a session.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Course {
+    /// Nothing is wanted, the host only says that it is there: for a wall.
+    KeepAlive,
     /// Constant amplitudes, by rising channel on the link (0–9).
     Amplitudes(Vec<(u8, Amplitude)>),
     /// offset + amplitude · sin(2π·frequency·t).
@@ -65,6 +68,8 @@ pub enum ForceCourse {
 /// One setpoint.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Setpoint {
+    /// For nobody.
+    KeepAlive,
     /// For the joint.
     Angle {
         /// 0.01°.
@@ -91,6 +96,7 @@ impl Setpoint {
     #[must_use]
     pub fn request(&self, at: Option<Micros>) -> Request {
         match self {
+            Self::KeepAlive => Request::KeepAlive,
             &Self::Angle {
                 centideg,
                 centideg_per_s,
@@ -125,6 +131,7 @@ impl Setpoints {
     #[must_use]
     pub fn at(&self, t_us: u64) -> Setpoint {
         match &self.course {
+            Course::KeepAlive => Setpoint::KeepAlive,
             Course::Amplitudes(values) => Setpoint::Amplitudes(values.clone()),
             &Course::AngleSine {
                 offset_deg,
@@ -203,6 +210,7 @@ fn to_centi(value: f64) -> f64 {
 
 #[derive(Clone, Copy)]
 enum Kind {
+    KeepAlive,
     Amplitudes,
     AngleSine,
     AngleSteps,
@@ -210,15 +218,14 @@ enum Kind {
     ForceSine,
 }
 
-/// Reads `[setpoints]` and checks what it asks for against channels and joint.
+/// Reads `[setpoints]` and checks what it asks for against the setup.
 pub(super) fn read_setpoints(
     root: &Table<'_>,
-    channels: &[Channel],
-    joint: Option<&(JointSpec, Joint)>,
-    host_timeout_ms: u16,
+    setup: &SetupSpec,
 ) -> Result<Setpoints, SessionError> {
     let t = root.table("setpoints")?.required()?;
     let kinds = [
+        ("keep-alive", Kind::KeepAlive),
         ("amplitudes", Kind::Amplitudes),
         ("angle-sine", Kind::AngleSine),
         ("angle-steps", Kind::AngleSteps),
@@ -227,7 +234,7 @@ pub(super) fn read_setpoints(
     ];
     let kind = t.choice("kind", &kinds)?.required()?;
     t.only(match kind {
-        Kind::Amplitudes => &["kind", "rate_hz", "values"],
+        Kind::KeepAlive | Kind::Amplitudes => &["kind", "rate_hz", "values"],
         Kind::AngleSine => &[
             "kind",
             "rate_hz",
@@ -248,9 +255,11 @@ pub(super) fn read_setpoints(
             "values",
         ],
     })?;
-    let spec = joint.map(|(spec, _)| spec);
-    let course = match (kind, joint) {
-        (Kind::Amplitudes, _) => Course::Amplitudes(read_amplitudes(&t, channels, spec)?),
+    let host_timeout_ms = setup.wearer.host_timeout_ms;
+    let channels = &setup.channels;
+    let course = match (kind, &setup.joint) {
+        (Kind::KeepAlive, _) => Course::KeepAlive,
+        (Kind::Amplitudes, _) => Course::Amplitudes(read_amplitudes(&t, setup)?),
         (Kind::ForceRamp, _) => read_force(&t, channels, read_ramp)?,
         (Kind::ForceSine, _) => read_force(&t, channels, read_force_sine)?,
         (Kind::AngleSine, Some((_, joint))) => read_sine(&t, joint)?,
@@ -274,7 +283,7 @@ pub(super) fn read_setpoints(
     }
     let beside = match course {
         Course::Amplitudes(_) => Vec::new(),
-        _ if t.has("values") => read_amplitudes(&t, channels, spec)?,
+        _ if t.has("values") => read_amplitudes(&t, setup)?,
         _ => Vec::new(),
     };
     Ok(Setpoints {
@@ -284,18 +293,13 @@ pub(super) fn read_setpoints(
     })
 }
 
-fn read_amplitudes(
-    t: &Table<'_>,
-    channels: &[Channel],
-    joint: Option<&JointSpec>,
-) -> Result<Vec<(u8, Amplitude)>, SessionError> {
+fn read_amplitudes(t: &Table<'_>, setup: &SetupSpec) -> Result<Vec<(u8, Amplitude)>, SessionError> {
     let mut values: Vec<(u8, Amplitude)> = Vec::new();
     for item in t.tables("values")?.required()? {
         item.only(&["channel", "value"])?;
-        let channel = find(&item, "channel", channels)?;
+        let channel = find(&item, "channel", &setup.channels)?;
         let field = item.path_of("channel");
-        let points = joint.map(|j| j.flexors.iter().chain([&j.extensor]));
-        if points.is_some_and(|mut points| points.any(|p| p.channel == channel.index())) {
+        if setup.controlled & 1 << channel.index() != 0 {
             let channel = channel.number;
             return Err(item.error("channel", Problem::Controlled { field, channel }));
         }

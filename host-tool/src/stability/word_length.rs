@@ -87,9 +87,9 @@ pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
         ],
         panels,
         theory: "C freezes where rounding takes back its decay, at the largest whole n with \
-                 n(1 - e^(-h/tc)) < 1/2 of the last bit; rounded down it loses up to \
-                 1/(1 - e^(-h/tc)) of them. Both times dF/dC of the steady force \
-                 A x(t1 + t2 x).",
+                 n (1 − e^(−h/τc)) < 1/2 of the last bit; rounded down it loses up to \
+                 1/(1 − e^(−h/τc)) of them. Both times dF/dC of the steady force \
+                 A x (τ1 + τ2 x).",
         notes: vec![
             "ETD midpoint at 1 ms, 40 Hz for 1 s, then 6 s of rest; C alone in fixed point."
                 .to_owned(),

@@ -140,6 +140,16 @@ impl Bench {
         bench
     }
 
+    /// All ten channels are armed with a muscle each.
+    pub fn ten_muscles_armed() -> Self {
+        let mut bench = Self::with_channels(10);
+        for c in 0..10 {
+            bench.client.muscle(c, crate::setup::MUSCLE).unwrap();
+        }
+        bench.client.arm().unwrap();
+        bench
+    }
+
     /// Three channels stimulate.
     pub fn stimulating() -> Self {
         let mut bench = Self::armed();

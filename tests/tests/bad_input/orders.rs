@@ -2,8 +2,10 @@
 //! measurements, telemetry, a second host.
 
 use crate::bench::{Bench, LIMIT, channel};
+use crate::setup;
 use crate::table::{Expect, Field, Row, refused, row};
 use firmware::link::{Code, Request, SCHEMA};
+use firmware::muscle::{FatigueSpec, MuscleSpec, Rung};
 use firmware::safety::{StageSpec, WearerSpec};
 use firmware::units::Amplitude;
 use hal_sim::body::Load;
@@ -16,6 +18,7 @@ pub fn rows() -> Vec<Row> {
         amplitude_rows(),
         angle_rows(),
         measurement_rows(),
+        rung_rows(),
         subscribe_rows(),
     ];
     parts.into_iter().flatten().collect()
@@ -389,6 +392,67 @@ fn measurement_rows() -> Vec<Row> {
         measurement("10 ms ahead", Bench::joint_armed, 10_000, time()),
         measurement("older than the last", measured, -50_000, time()),
     ]
+}
+
+fn rung_rows() -> Vec<Row> {
+    const LAG: Rung = Rung::Lag;
+    const TIRES: Rung = Rung::CalciumForceFatigue;
+    fn draft() -> Bench {
+        let mut bench = Bench::draft();
+        bench.client.muscle(0, setup::MUSCLE).unwrap();
+        let fatigue = Some(FatigueSpec::QUADRICEPS);
+        let tires = MuscleSpec {
+            fatigue,
+            ..setup::MUSCLE
+        };
+        bench.client.muscle(1, tires).unwrap();
+        bench
+    }
+    fn armed() -> Bench {
+        let mut bench = draft();
+        bench.client.arm().unwrap();
+        bench
+    }
+    fn stimulating() -> Bench {
+        let mut bench = armed();
+        bench.client.start().unwrap();
+        bench
+    }
+    fn stopped() -> Bench {
+        let mut bench = stimulating();
+        bench.client.stop().unwrap();
+        bench.wait(300_000);
+        bench
+    }
+    let to = |rung| move |v: i64| channel_of(v).map(|channel| Request::Rung { channel, rung });
+    let ask = |name: &str, scene: fn() -> Bench, channel, rung, expect| {
+        row(name, scene, Request::Rung { channel, rung }, expect)
+    };
+    let not_armed = || refused(Code::NotArmed, "state");
+    let no_muscle = |channel| refused(Code::NoMuscle, "muscle").on(channel);
+    let no_fatigue = refused(Code::NoFatigue, "fatigue").on(0);
+    let mut rows = vec![
+        ask("a rung before arming", draft, 0, LAG, not_armed()),
+        ask("a rung after a stop", stopped, 0, LAG, not_armed()),
+        ask("a rung, armed", armed, 0, LAG, Expect::Done),
+        ask("a rung, stimulating", stimulating, 1, TIRES, Expect::Done),
+        ask("a rung of a bare channel", armed, 2, LAG, no_muscle(2)),
+        ask("a rung of no channel", stimulating, 9, LAG, no_muscle(9)),
+        ask("fatigue that is not there", armed, 0, TIRES, no_fatigue),
+    ];
+    let channels = Field {
+        scene: Bench::ten_muscles_armed,
+        name: "channel",
+        min: 0,
+        max: 9,
+        channel: None,
+    };
+    rows.extend(channels.rows(to(LAG)));
+    rows
+}
+
+fn channel_of(v: i64) -> Option<u8> {
+    v.try_into().ok()
 }
 
 fn subscribe_rows() -> Vec<Row> {

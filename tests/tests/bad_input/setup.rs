@@ -3,7 +3,7 @@
 use crate::bench::{Bench, channel, wearer};
 use crate::table::{Expect, Field, Row, refused, row};
 use firmware::link::{Code, Request};
-use firmware::muscle::{CalciumForceSpec, RecruitmentSpec};
+use firmware::muscle::{CalciumForceSpec, FatigueSpec, MuscleSpec, RecruitmentSpec, Rung};
 use firmware::pulse::{GroupSpec, Partner, Shape};
 use firmware::safety::{ChannelSpec, StageSpec, WearerSpec};
 use firmware::units::Amplitude;
@@ -343,12 +343,31 @@ const RECRUITMENT: RecruitmentSpec = RecruitmentSpec {
     slope_micro: 300_000,
 };
 
+/// A muscle that the device takes.
+pub const MUSCLE: MuscleSpec = MuscleSpec::new(FORCE, RECRUITMENT);
+
 fn muscle_rows() -> Vec<Row> {
     let request = |channel, force, recruitment| Request::Muscle {
         channel,
-        force,
-        recruitment,
+        spec: MuscleSpec {
+            fatigue: Some(FatigueSpec::QUADRICEPS),
+            rung: Rung::CalciumForceFatigue,
+            ..MuscleSpec::new(force, recruitment)
+        },
     };
+    macro_rules! tires {
+        ($field:ident) => {
+            |v: i64| {
+                let mut fatigue = FatigueSpec::QUADRICEPS;
+                fatigue.$field = v.try_into().ok()?;
+                let spec = MuscleSpec {
+                    fatigue: Some(fatigue),
+                    ..MuscleSpec::new(FORCE, RECRUITMENT)
+                };
+                Some(Request::Muscle { channel: 0, spec })
+            }
+        };
+    }
     macro_rules! force {
         ($field:ident) => {
             |v: i64| {
@@ -386,6 +405,10 @@ fn muscle_rows() -> Vec<Row> {
         on_channel_1("tau_c_us", 5_000, 100_000).rows(force!(tau_c_us)),
         on_channel_1("tau1_us", 2_000, 200_000).rows(force!(tau1_us)),
         on_channel_1("tau2_us", 1_000, 1_000_000).rows(force!(tau2_us)),
+        on_channel_1("alpha_a_milli_per_s2", 0, 10_000).rows(tires!(alpha_a_milli_per_s2)),
+        on_channel_1("alpha_k_nano_per_n_s", 0, 100_000_000).rows(tires!(alpha_k_nano_per_n_s)),
+        on_channel_1("alpha_tau1_nano_per_n", 0, 100_000_000).rows(tires!(alpha_tau1_nano_per_n)),
+        on_channel_1("tau_fat_ms", 10_000, 1_000_000).rows(tires!(tau_fat_ms)),
         on_channel_1("motor_threshold", 1, 999_999).rows(threshold),
         on_channel_1("limit", 5_001, 1_000_000).rows(limit),
         on_channel_1("reference", 10_000, 1_000_000).rows(reference),

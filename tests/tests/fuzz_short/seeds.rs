@@ -3,7 +3,7 @@
 
 use firmware::control::{HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
 use firmware::link::Request;
-use firmware::muscle::{CalciumForceSpec, RecruitmentSpec};
+use firmware::muscle::{CalciumForceSpec, MuscleSpec, RecruitmentSpec};
 use firmware::pulse::{GroupSpec, Partner, Shape, TrainSpec};
 use firmware::safety::{ChannelSpec, StageSpec, WearerSpec};
 use firmware::units::Amplitude;
@@ -140,19 +140,21 @@ fn two_channels() -> Vec<Step> {
     };
     let muscle = Request::Muscle {
         channel: 0,
-        force: CalciumForceSpec {
-            a_mn_per_s: 1_473_000,
-            k_micro: 200_000,
-            tau_c_us: 20_000,
-            tau1_us: 30_000,
-            tau2_us: 120_000,
-        },
-        recruitment: RecruitmentSpec {
-            motor_threshold: Amplitude(5_000),
-            limit: LIMIT,
-            reference: LIMIT,
-            slope_micro: 300_000,
-        },
+        spec: MuscleSpec::new(
+            CalciumForceSpec {
+                a_mn_per_s: 1_473_000,
+                k_micro: 200_000,
+                tau_c_us: 20_000,
+                tau1_us: 30_000,
+                tau2_us: 120_000,
+            },
+            RecruitmentSpec {
+                motor_threshold: Amplitude(5_000),
+                limit: LIMIT,
+                reference: LIMIT,
+                slope_micro: 300_000,
+            },
+        ),
     };
     let mut steps = vec![wearer(), channel(0, TRAIN), channel(9, octuplet)];
     let sync = Request::Sync { channel: Some(0) };

@@ -5,7 +5,7 @@
 use firmware::control::{HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
 use firmware::device::lockstep::Sensors;
 use firmware::link::{BROADCAST, Request, SCHEMA, ToDevice, encode};
-use firmware::muscle::{CalciumForceSpec, RecruitmentSpec};
+use firmware::muscle::{CalciumForceSpec, MuscleSpec, RecruitmentSpec};
 use firmware::pulse::{GroupSpec, Partner, Shape, TrainSpec};
 use firmware::safety::{ChannelSpec, StageSpec, WearerSpec};
 use firmware::units::{Amplitude, Micros};
@@ -176,19 +176,21 @@ pub fn channel_spec(channel: u8) -> ChannelSpec {
 fn muscle(channel: u8) -> Request {
     Request::Muscle {
         channel,
-        force: CalciumForceSpec {
-            a_mn_per_s: 300_000,
-            k_micro: 150_000,
-            tau_c_us: 20_000,
-            tau1_us: 40_000,
-            tau2_us: 80_000,
-        },
-        recruitment: RecruitmentSpec {
-            motor_threshold: Amplitude(1_500),
-            limit: Amplitude(18_000),
-            reference: Amplitude(18_000),
-            slope_micro: 300_000,
-        },
+        spec: MuscleSpec::new(
+            CalciumForceSpec {
+                a_mn_per_s: 300_000,
+                k_micro: 150_000,
+                tau_c_us: 20_000,
+                tau1_us: 40_000,
+                tau2_us: 80_000,
+            },
+            RecruitmentSpec {
+                motor_threshold: Amplitude(1_500),
+                limit: Amplitude(18_000),
+                reference: Amplitude(18_000),
+                slope_micro: 300_000,
+            },
+        ),
     }
 }
 

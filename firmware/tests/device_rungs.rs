@@ -1,0 +1,239 @@
+//! Muscles in the device: each emitted pulse reaches its model at its own
+//! microsecond, and the rung changes under way without a step in force.
+
+mod device_desk;
+#[path = "muscle_ladder/twins.rs"]
+#[expect(dead_code, reason = "only one of the twins is needed here")]
+mod twins;
+
+use device_desk::*;
+use firmware::link::{Code, Request, Telemetry};
+use firmware::muscle::{CalciumForceSpec, FatigueSpec, MuscleSpec, RecruitmentSpec, Rung};
+use firmware::pulse::TrainSpec;
+use firmware::units::{Amplitude, Micros};
+use twins::{Muscle, Pulse, Tiring};
+
+/// The clock wraps while the trains run.
+const BOOT: Micros = Micros(u32::MAX - 700_000);
+
+/// K05 of Lee 2020, table 4: the subject with the shortest time constant.
+const K05: Muscle = Muscle {
+    a: 130.8,
+    k: 0.012,
+    tau_c: 0.0115,
+    tau1: 0.005,
+    tau2: 0.1241,
+};
+
+const SPEC: MuscleSpec = MuscleSpec {
+    force: CalciumForceSpec {
+        a_mn_per_s: 130_800,
+        k_micro: 12_000,
+        tau_c_us: 11_500,
+        tau1_us: 5_000,
+        tau2_us: 124_100,
+    },
+    recruitment: RecruitmentSpec {
+        motor_threshold: Amplitude(2_000),
+        limit: Amplitude(20_000),
+        reference: Amplitude(20_000),
+        // So flat that a DAC code tells the gain within 0.002 %.
+        slope_micro: 10_000,
+    },
+    fatigue: Some(FatigueSpec::QUADRICEPS),
+    rung: Rung::CalciumForce,
+};
+
+const AMPLITUDE: u32 = 15_000;
+
+/// Three channels whose pulses never meet a tick: doublets to octuplets and a
+/// plain train at an odd rate.
+fn trains() -> [TrainSpec; 3] {
+    let burst = |count, interval, period, offset| TrainSpec {
+        period_us: period,
+        offset_us: offset,
+        burst_count: count,
+        burst_interval_us: interval,
+        ..MONO
+    };
+    [
+        burst(1, 0, 23_457, 313),
+        burst(3, 5_003, 61_379, 717),
+        TrainSpec {
+            width_us: 50,
+            ..burst(8, 1_301, 90_007, 1)
+        },
+    ]
+}
+
+fn armed(rung: Rung) -> Desk {
+    let mut desk = Desk::open(BOOT);
+    desk.prepare(wearer(), &trains().map(channel));
+    for channel in 0..3 {
+        let spec = MuscleSpec { rung, ..SPEC };
+        desk.must(Request::Muscle { channel, spec });
+    }
+    desk.must(Request::Arm);
+    desk
+}
+
+fn stimulate(rung: Rung) -> Desk {
+    let mut desk = armed(rung);
+    desk.must(Request::Start);
+    desk.must(all(3, AMPLITUDE));
+    desk
+}
+
+/// Samples of the next `ms`, with the host kept alive.
+fn sample(desk: &mut Desk, ms: u32) -> Vec<Telemetry> {
+    desk.must(Request::Subscribe { period_ms: 1 });
+    let mut samples = vec![];
+    for _ in 0..ms / 10 {
+        desk.send(Request::KeepAlive);
+        desk.wait(10_000);
+        samples.extend(desk.heard().into_iter().filter_map(|heard| match heard {
+            Heard::Telemetry(sample) => Some(sample),
+            _ => None,
+        }));
+    }
+    samples
+}
+
+/// The gain of a pulse, from the code that its DAC held.
+fn gain(desk: &Desk, channel: usize, at: u64) -> f64 {
+    let writes = desk.record.dac.iter();
+    let before = writes.filter(|&&(t, c, _)| t <= at && usize::from(c) == channel);
+    let code = before.last().map_or(0, |&(.., code)| code);
+    let microampere = (f64::from(code) / 65_536.0 * 100_000.0).round();
+    let (_, recruitment) = SPEC.validate().unwrap();
+    let gain = recruitment.gain(Amplitude(microampere as u32));
+    gain.get().to_num()
+}
+
+/// Force in telemetry against the reference driven by what the pins did.
+#[test]
+fn every_pulse_counts_at_its_own_microsecond() {
+    let mut desk = armed(Rung::CalciumForce);
+    // The electrode check has pulses of its own.
+    let (checked, started) = (desk.status().counters.pulses, desk.time());
+    desk.must(Request::Start);
+    desk.must(all(3, AMPLITUDE));
+    let samples = sample(&mut desk, 1_500);
+    desk.must(Request::Stop);
+    desk.wait(300_000);
+    // Ticks are a few µs off whole milliseconds after boot.
+    let times: Vec<u64> = samples.iter().map(|s| desk.record.time(s.at)).collect();
+    let phase = times[0] % 1000;
+    let mut emitted = 0;
+    for channel in 0..3 {
+        // One phase a pulse.
+        let mut edges = driven(&desk.record.levels, channel);
+        edges.retain(|&at| at >= started);
+        let pulses: Vec<Pulse> = edges
+            .iter()
+            .map(|&at| (at - phase, gain(&desk, channel, at)))
+            .filter(|&(_, gain)| gain > 0.0)
+            .collect();
+        emitted += edges.len();
+        let (truth, _) = twins::tiring(&K05, Tiring::Never, &pulses, times[times.len() - 1] / 1000);
+        let peak = truth.iter().copied().fold(0.0, f64::max);
+        let off = samples.iter().zip(&times).map(|(sample, at)| {
+            assert_eq!(at % 1000, phase);
+            let model = f64::from(sample.forces_mn[channel]) * 1e-3;
+            (model - truth[(at / 1000) as usize]).abs()
+        });
+        let worst = off.fold(0.0, f64::max);
+        println!(
+            "channel {channel}: {} pulses, {:.4} % of {peak:.3} N",
+            edges.len(),
+            worst / peak * 100.0
+        );
+        // Half a mN is telemetry's own.
+        assert!(worst <= 2e-4 * peak + 5e-4, "{worst} of {peak}");
+    }
+    assert_eq!((desk.status().counters.pulses - checked) as usize, emitted);
+}
+
+fn force_mn(desk: &mut Desk) -> Vec<u32> {
+    let samples = sample(desk, 10);
+    samples.last().unwrap().forces_mn.to_vec()
+}
+
+#[test]
+fn every_rung_tells_its_force() {
+    for rung in Rung::ALL {
+        let mut desk = stimulate(rung);
+        sample(&mut desk, 600);
+        let forces = force_mn(&mut desk);
+        println!("{rung:?}: {forces:?} mN");
+        // Static takes a burst's own rate and what follows it for the end.
+        let is_told = |mn: u32| mn > 1_000;
+        assert!(is_told(forces[0]), "{rung:?}: {forces:?}");
+        assert!(rung == Rung::Static || forces.iter().all(|&mn| is_told(mn)));
+    }
+}
+
+/// From any rung to any other: the sample after the change is no further from
+/// the one before than muscles move in a tick.
+#[test]
+fn a_rung_changes_without_a_step() {
+    for from in Rung::ALL {
+        for rung in Rung::ALL {
+            let mut desk = stimulate(from);
+            sample(&mut desk, 400);
+            desk.must(Request::Subscribe { period_ms: 1 });
+            desk.heard();
+            desk.wait(500);
+            desk.send(Request::Rung { channel: 0, rung });
+            desk.wait(3_000);
+            let forces: Vec<i64> = desk
+                .heard()
+                .into_iter()
+                .filter_map(|heard| match heard {
+                    Heard::Telemetry(sample) => Some(i64::from(sample.forces_mn[0])),
+                    _ => None,
+                })
+                .collect();
+            let step = forces
+                .windows(2)
+                .map(|w| (w[1] - w[0]).abs())
+                .max()
+                .unwrap();
+            println!("{from:?} to {rung:?}: at most {step} mN a tick, of {forces:?}");
+            // K05 holds some 15 N; its rise and fall take 5 ms and more.
+            assert!(forces.len() >= 3 && step <= forces[0] / 20, "{forces:?}");
+        }
+    }
+}
+
+#[test]
+fn a_rung_is_refused_by_name() {
+    let code = |answer: Result<(), (u16, String)>| {
+        let (code, field) = answer.unwrap_err();
+        (Code::from_number(code).unwrap(), field)
+    };
+    let rung = |channel, rung| Request::Rung { channel, rung };
+    let mut desk = Desk::open(BOOT);
+    desk.prepare(wearer(), &[channel(MONO), channel(MONO)]);
+    let spec = MuscleSpec {
+        fatigue: None,
+        ..SPEC
+    };
+    desk.must(Request::Muscle { channel: 0, spec });
+    let early = code(desk.answer(rung(0, Rung::Lag)));
+    assert_eq!(early, (Code::NotArmed, "state".into()));
+    let spec = MuscleSpec {
+        rung: Rung::CalciumForceFatigue,
+        ..spec
+    };
+    let tireless = code(desk.answer(Request::Muscle { channel: 0, spec }));
+    assert_eq!(tireless, (Code::NoFatigue, "fatigue".into()));
+    desk.must(Request::Arm);
+    desk.must(rung(0, Rung::Static));
+    let bare = code(desk.answer(rung(1, Rung::Lag)));
+    assert_eq!(bare, (Code::NoMuscle, "muscle".into()));
+    let none = code(desk.answer(rung(10, Rung::Lag)));
+    assert_eq!(none, (Code::OutOfRange, "channel".into()));
+    let tireless = code(desk.answer(rung(0, Rung::CalciumForceFatigue)));
+    assert_eq!(tireless, (Code::NoFatigue, "fatigue".into()));
+}

@@ -1,0 +1,154 @@
+//! Pulses at their own microsecond over long times and at the highest rates.
+
+use super::twins::{self, Muscle, Pulse, Tiring};
+use super::{error_pct, peak, spec, subjects};
+use firmware::muscle::{CalciumForce, CalciumForceSpec, CalciumForceState, Gain};
+use firmware::units::Micros;
+
+/// 60 s before the 32-bit clock wraps.
+const BEFORE_WRAP: Micros = Micros(u32::MAX - 60_000_000);
+
+const LSB: f64 = 1.0 / 65_536.0;
+
+/// A muscle and its state, fed in ticks of 1 ms.
+struct Fed {
+    muscle: CalciumForce,
+    state: CalciumForceState,
+}
+
+impl Fed {
+    fn new(spec: CalciumForceSpec) -> Self {
+        Self {
+            muscle: CalciumForce::new(spec).unwrap(),
+            state: CalciumForceState::at_rest(BEFORE_WRAP),
+        }
+    }
+
+    /// Forces at the end of each of `ms` ticks, in the model's own unit;
+    /// `pulses` in µs from now, told of at the tick that they lie in.
+    fn run(&mut self, pulses: &[u64], ms: u64) -> Vec<i32> {
+        let start = self.state.at();
+        let mut pulses = pulses.iter().peekable();
+        let tick = |tick: u64| {
+            while let Some(&at) = pulses.next_if(|at| **at <= tick * 1000) {
+                let at = start.plus(at as u32);
+                self.muscle.pulse(&mut self.state, at, Gain::FULL);
+            }
+            let now = start.plus((tick * 1000) as u32);
+            self.muscle.advance(&mut self.state, now);
+            self.muscle.force(&self.state).0.to_bits()
+        };
+        (1..=ms).map(tick).collect()
+    }
+}
+
+/// 1 s of pulses at `hz`, the first at `phase` µs.
+fn second(hz: u64, phase: u64) -> Vec<u64> {
+    (0..hz).map(|i| phase + i * 1_000_000 / hz).collect()
+}
+
+/// 1 s on, 1 s off, for ten minutes across the clock's wrap. Force that is
+/// left over from the second before is the reference's as well; beyond it, no
+/// cycle differs from the first by more than one unit of the force.
+#[test]
+fn ten_minutes_of_on_and_off_do_not_drift() {
+    const RATES: [(u64, u64); 7] = [
+        (10, 137),
+        (13, 481),
+        (20, 999),
+        (33, 1),
+        (40, 333),
+        (71, 617),
+        (100, 853),
+    ];
+    let (mut drift, mut error, mut left) = (0f64, 0f64, 0f64);
+    for (name, m) in subjects() {
+        for (hz, phase) in RATES {
+            let pulses = second(hz, phase);
+            let mut fed = Fed::new(spec(&m));
+            let first = fed.run(&pulses, 2000);
+            let all: Vec<Pulse> = [0, 2_000_000]
+                .iter()
+                .flat_map(|start| pulses.iter().map(move |at| (start + at, 1.0)))
+                .collect();
+            let (truth, _) = twins::tiring(&m, Tiring::Never, &all, 4000);
+            let newtons: Vec<f64> = first.iter().map(|&bits| f64::from(bits) * LSB).collect();
+            error = error.max(error_pct(&truth[1..=2000], &newtons));
+            // What the second before leaves, in units of the force.
+            let residual: Vec<f64> = (1..=2000)
+                .map(|i| (truth[i + 2000] - truth[i]) / LSB)
+                .collect();
+            left = residual.iter().copied().fold(left, f64::max);
+            for cycle in 1..300 {
+                let now = fed.run(&pulses, 2000);
+                for (i, (a, b)) in first.iter().zip(&now).enumerate() {
+                    let off = (f64::from(b - a) - residual[i]).abs();
+                    assert!(
+                        off <= 1.5,
+                        "{name} {hz} Hz, cycle {cycle}, {i} ms: {off} units"
+                    );
+                    drift = drift.max(off);
+                }
+            }
+            let last: Vec<f64> = fed
+                .run(&pulses, 2000)
+                .iter()
+                .map(|&bits| f64::from(bits) * LSB)
+                .collect();
+            error = error.max(error_pct(&truth[2001..=4000], &last));
+        }
+    }
+    println!(
+        "300 cycles: at most {drift:.2} units from the first; {error:.4} % of peak off the reference; \
+         the reference itself keeps up to {left:.1} units over the pause"
+    );
+    assert!(error <= 0.02, "{error} %");
+}
+
+/// The densest bursts that a scheduler plays: 8 pulses 200 µs apart, 200 times
+/// a second. C saturates where the slowest muscle's would pass 24.
+#[test]
+fn the_densest_bursts_stay_in_range() {
+    let pulses: Vec<u64> = (0..400)
+        .flat_map(|burst| (0..8).map(move |i| burst * 5000 + 137 + i * 200))
+        .collect();
+    let reference: Vec<Pulse> = pulses.iter().map(|&at| (at, 1.0)).collect();
+    let mut worst = 0f64;
+    for (name, m) in subjects() {
+        let mut fed = Fed::new(spec(&m));
+        let forces = fed.run(&pulses, 2000);
+        let (truth, _) = twins::tiring(&m, Tiring::Never, &reference, 2000);
+        let forces: Vec<f64> = forces.iter().map(|&bits| f64::from(bits) * LSB).collect();
+        let error = error_pct(&truth[1..], &forces);
+        println!(
+            "{name}: 1600 pulses a second, {error:.3} % of {:.2} N",
+            peak(&truth)
+        );
+        worst = worst.max(error);
+        rests(&mut fed, &name);
+    }
+    assert!(worst < 1.5, "{worst} %");
+    // The ends of every range, K at both of its own.
+    for k in [0.002, 5.0] {
+        let slowest = Muscle {
+            a: 10_000.0,
+            k,
+            tau_c: 0.1,
+            tau1: 0.2,
+            tau2: 1.0,
+        };
+        let mut fed = Fed::new(spec(&slowest));
+        for &force in &fed.run(&pulses, 2000) {
+            assert!(force >= 0 && f64::from(force) * LSB <= 12_000.0);
+        }
+        assert!(fed.state.calcium() <= 25);
+        rests(&mut fed, "slowest");
+    }
+}
+
+/// Force comes to exactly zero, and stays there.
+fn rests(fed: &mut Fed, name: &str) {
+    let tail = fed.run(&[], 8000);
+    assert_eq!(tail.last(), Some(&0), "{name}");
+    assert!(fed.state.is_at_rest(), "{name}");
+}

@@ -1,0 +1,120 @@
+//! The rungs of the ladder against their f64 twins and against the model they
+//! stand in for, and the change from one to another.
+//!
+//! `cargo test --release -p firmware --test muscle_ladder -- --nocapture`
+//! prints every error.
+
+mod against_twins;
+mod exact_pulses;
+mod switching;
+mod twins;
+
+use firmware::muscle::{CalciumForceSpec, FatigueSpec, Gain, Ladder, LadderState, Model, Rung};
+use firmware::units::Micros;
+use twins::{Muscle, Pulse};
+
+const TABLE_4: &str = include_str!("../../../tests/golden/lee2020/table4_force_model.csv");
+
+/// Runs start so that the 32-bit clock wraps within them.
+pub const START: Micros = Micros(u32::MAX - 400_000);
+
+/// Lee's ten subjects.
+pub fn subjects() -> Vec<(String, Muscle)> {
+    let rows = TABLE_4.lines().skip(1).map(|row| {
+        let mut cells = row.split(',');
+        let name = cells.next().unwrap().to_owned();
+        let mut next = |unit: f64| cells.next().unwrap().parse::<f64>().unwrap() * unit;
+        let muscle = Muscle {
+            a: next(1.0),
+            k: next(1.0),
+            tau_c: next(1e-3),
+            tau1: next(1e-3),
+            tau2: next(1e-3),
+        };
+        (name, muscle)
+    });
+    rows.collect()
+}
+
+/// The device's parameters of a muscle.
+pub fn spec(m: &Muscle) -> CalciumForceSpec {
+    let whole = |value: f64, unit: f64| (value / unit).round() as u32;
+    CalciumForceSpec {
+        a_mn_per_s: whole(m.a, 1e-3),
+        k_micro: whole(m.k, 1e-6),
+        tau_c_us: whole(m.tau_c, 1e-6),
+        tau1_us: whole(m.tau1, 1e-6),
+        tau2_us: whole(m.tau2, 1e-6),
+    }
+}
+
+/// The muscle on a rung, with the quadriceps' fatigue.
+pub fn ladder(m: &Muscle, rung: Rung) -> Ladder {
+    let spec = spec(m);
+    Ladder::new(spec, Some(FatigueSpec::scaled_to(spec.a_mn_per_s)), rung).unwrap()
+}
+
+/// Pulses at `hz` from `from_ms` until `to_ms`, full gain.
+pub fn train(hz: f64, from_ms: u64, to_ms: u64) -> Vec<Pulse> {
+    let count = (hz * (to_ms - from_ms) as f64 * 1e-3 - 1e-9).ceil() as u64;
+    let at = |i: u64| from_ms * 1000 + (i as f64 * 1e6 / hz).round() as u64;
+    (0..count).map(|i| (at(i), 1.0)).collect()
+}
+
+/// Force in N.
+pub fn newtons(ladder: &Ladder, state: &LadderState) -> f64 {
+    ladder.force(state).0.to_num()
+}
+
+/// Force every millisecond, from ticks of 1 ms; `each` sees the state first.
+pub fn run(
+    ladder: &Ladder,
+    pulses: &[Pulse],
+    ms: u64,
+    mut each: impl FnMut(u64, &mut LadderState),
+) -> Vec<f64> {
+    let mut state = ladder.at_rest(START);
+    let mut pulses = pulses.iter().peekable();
+    let mut samples = vec![];
+    for tick in 0..=ms {
+        let now = START.plus((tick * 1000) as u32);
+        while let Some((at, gain)) = pulses.next_if(|p| p.0 <= tick * 1000) {
+            let gain = Gain::new(fixed::types::U1F31::from_num(*gain));
+            ladder.pulse(&mut state, START.plus(*at as u32), gain);
+        }
+        ladder.advance(&mut state, now);
+        each(tick, &mut state);
+        samples.push(newtons(ladder, &state));
+    }
+    samples
+}
+
+/// The largest sample.
+pub fn peak(samples: &[f64]) -> f64 {
+    samples.iter().copied().fold(0.0, f64::max)
+}
+
+/// Worst difference over the peak of `truth`, %.
+pub fn error_pct(truth: &[f64], model: &[f64]) -> f64 {
+    assert_eq!(truth.len(), model.len());
+    let worst = truth.iter().zip(model).map(|(t, m)| (t - m).abs());
+    worst.fold(0.0, f64::max) / peak(truth) * 100.0
+}
+
+/// Root mean square difference over the peak of `truth`, %.
+pub fn rms_pct(truth: &[f64], model: &[f64]) -> f64 {
+    assert_eq!(truth.len(), model.len());
+    let sum: f64 = truth.iter().zip(model).map(|(t, m)| (t - m).powi(2)).sum();
+    (sum / truth.len() as f64).sqrt() / peak(truth) * 100.0
+}
+
+/// Pulses whose rate swings between `low` and `high` Hz, at `swing_hz`.
+pub fn modulated(low: f64, high: f64, swing_hz: f64, ms: u64) -> Vec<Pulse> {
+    let (mut t, mut pulses) = (0.0, vec![]);
+    while t < ms as f64 * 1e-3 {
+        pulses.push(((t * 1e6) as u64, 1.0));
+        let turn = (std::f64::consts::TAU * swing_hz * t).sin();
+        t += 1.0 / ((low + high) / 2.0 + (high - low) / 2.0 * turn);
+    }
+    pulses
+}

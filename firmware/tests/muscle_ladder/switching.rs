@@ -1,0 +1,162 @@
+//! A change of rung: no step in force, and a course that forgets it.
+
+use super::twins::{self, Muscle, Pulse, Tiring};
+use super::{START, ladder, newtons, peak, run, subjects, train};
+use firmware::muscle::{CalciumForceSpec, FatigueSpec, Gain, Ladder, Model, NoFatigue, Rung};
+use fixed::types::U1F31;
+use proptest::prelude::*;
+
+/// Two of the force's own units, N.
+const TWO_LSB: f64 = 2.0 / 65_536.0;
+
+fn any_rung() -> impl Strategy<Value = Rung> {
+    prop::sample::select(Rung::ALL.to_vec())
+}
+
+fn any_spec() -> impl Strategy<Value = CalciumForceSpec> {
+    (
+        100u32..=10_000_000,
+        2_000u32..=5_000_000,
+        5_000u32..=100_000,
+        2_000u32..=200_000,
+        1_000u32..=1_000_000,
+    )
+        .prop_map(|(a, k, c, t1, t2)| CalciumForceSpec {
+            a_mn_per_s: a,
+            k_micro: k,
+            tau_c_us: c,
+            tau1_us: t1,
+            tau2_us: t2,
+        })
+}
+
+fn any_fatigue() -> impl Strategy<Value = FatigueSpec> {
+    (
+        0u32..=10_000,
+        0u32..=100_000_000,
+        0u32..=100_000_000,
+        10_000u32..=1_000_000,
+    )
+        .prop_map(|(a, k, t, fat)| FatigueSpec {
+            alpha_a_milli_per_s2: a,
+            alpha_k_nano_per_n_s: k,
+            alpha_tau1_nano_per_n: t,
+            tau_fat_ms: fat,
+        })
+}
+
+proptest! {
+    /// Any muscle, any pulses, a change to any rung at any time: force does not
+    /// step, stays within full scale, and comes to exactly zero in the end.
+    #[test]
+    fn no_change_of_rung_steps(
+        spec in any_spec(),
+        fatigue in any_fatigue(),
+        start in any::<u32>(),
+        first in any_rung(),
+        events in prop::collection::vec(
+            (0u32..60_000, any::<u32>(), prop::option::of(any_rung()), 0u32..40), 1..120),
+    ) {
+        let ladder = Ladder::new(spec, Some(fatigue), first).unwrap();
+        let full = f64::from(spec.a_mn_per_s) * 1e-3 * f64::from(200_000 + spec.tau2_us) * 1e-6;
+        let mut now = firmware::units::Micros(start);
+        let mut state = ladder.at_rest(now);
+        for (gap, gain, rung, ticks) in events {
+            ladder.pulse(&mut state, now.plus(gap % 1500), Gain::new(U1F31::from_bits(gain)));
+            now = now.plus(gap);
+            ladder.advance(&mut state, now);
+            if let Some(rung) = rung {
+                let before = newtons(&ladder, &state);
+                ladder.switch(&mut state, rung).unwrap();
+                let after = newtons(&ladder, &state);
+                prop_assert_eq!(state.rung(), rung);
+                prop_assert!((after - before).abs() <= TWO_LSB, "{} {}", before, after);
+            }
+            for _ in 0..ticks {
+                now = now.plus(1000);
+                ladder.advance(&mut state, now);
+                let force = newtons(&ladder, &state);
+                prop_assert!((0.0..=full * (1.0 + 1e-6) + 1e-4).contains(&force));
+            }
+        }
+        now = now.plus(30_000_000);
+        ladder.advance(&mut state, now);
+        prop_assert_eq!(newtons(&ladder, &state), 0.0);
+    }
+}
+
+#[test]
+fn a_rung_that_tires_needs_its_parameters() {
+    let (_, m) = subjects().remove(0);
+    let ladder = Ladder::new(super::spec(&m), None, Rung::Lag).unwrap();
+    let mut state = ladder.at_rest(START);
+    assert_eq!(
+        ladder.switch(&mut state, Rung::CalciumForceFatigue),
+        Err(NoFatigue)
+    );
+    assert_eq!(state.rung(), Rung::Lag);
+}
+
+/// Force of a train while the rung is `by` from `away` to `back` ms.
+fn detour(m: &Muscle, home: Rung, by: Rung, pulses: &[Pulse], ms: u64) -> Vec<f64> {
+    let ladder = ladder(m, home);
+    run(&ladder, pulses, ms, |tick, state| match tick {
+        600 => ladder.switch(state, by).unwrap(),
+        900 => ladder.switch(state, home).unwrap(),
+        _ => {}
+    })
+}
+
+/// In a train of 2 s the rung is another one from 0.6 to 0.9 s. From 1.6 s on,
+/// the course is the one of a rung that never changed, but for 0.3 s of work
+/// that did not tire.
+#[test]
+fn a_detour_is_forgotten() {
+    for hz in [15.0, 20.0, 40.0, 100.0] {
+        let pulses = train(hz, 0, 2000);
+        for home in Rung::ALL {
+            for by in Rung::ALL {
+                let (mut during, mut late) = (0f64, 0f64);
+                for (_, m) in subjects() {
+                    let straight = run(&ladder(&m, home), &pulses, 2000, |_, _| ());
+                    let changed = detour(&m, home, by, &pulses, 2000);
+                    let top = peak(&straight);
+                    let off = |i: usize| (straight[i] - changed[i]).abs() / top * 100.0;
+                    during = (600..900).map(off).fold(during, f64::max);
+                    late = (1600..2000).map(off).fold(late, f64::max);
+                }
+                println!("{hz} Hz, {home:?} by {by:?}: {during:.2} % meanwhile, {late:.4} % later");
+                let bound = if home == Rung::CalciumForceFatigue {
+                    1.5
+                } else {
+                    0.1
+                };
+                assert!(late <= bound, "{home:?} by {by:?} at {hz} Hz: {late} %");
+            }
+        }
+    }
+}
+
+/// After a minute's work the cheaper rungs go on from the tired muscle.
+#[test]
+fn a_tired_muscle_stays_tired_on_the_rungs_below() {
+    let (_, m) = subjects().remove(0);
+    let pulses: Vec<Pulse> = train(40.0, 0, 30_000);
+    let top = ladder(&m, Rung::CalciumForceFatigue);
+    let straight = run(&top, &pulses, 30_000, |_, _| ());
+    let (fresh, _) = twins::tiring(&m, Tiring::Never, &pulses, 30_000);
+    for rung in [Rung::Static, Rung::Lag, Rung::CalciumForce] {
+        let below = run(&top, &pulses, 30_000, |tick, state| {
+            if tick == 28_000 {
+                top.switch(state, rung).unwrap();
+            }
+        });
+        let (tired, now) = (straight[29_990], below[29_990]);
+        println!(
+            "{rung:?}: {now:.3} N, tiring on {tired:.3} N, fresh {:.3} N",
+            fresh[29_990]
+        );
+        assert!((now / tired - 1.0).abs() < 0.1, "{now} {tired}");
+        assert!(tired < 0.8 * fresh[29_990]);
+    }
+}
