@@ -107,6 +107,7 @@ impl Reference {
                 Feedback::Twisting {
                     lambda: m(lambda_milli),
                     twist: Twist::new(form, m(k1_milli), m(k2_milli), m(b_milli), h),
+                    ki_step: 0.0,
                 }
             }
             LawSpec::Pid {
