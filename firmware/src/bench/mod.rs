@@ -7,6 +7,7 @@
 
 mod control;
 mod haptics;
+mod laws;
 mod link;
 mod methods;
 mod muscle;
@@ -17,6 +18,7 @@ use crate::control::LawSpec;
 use crate::muscle::Rung;
 use core::fmt;
 use core::hint::black_box;
+pub use laws::{LawName, run_laws};
 pub use methods::{OUTPUTS_US, RUN_US, run_methods};
 
 /// A counter of core clock cycles that wraps.
@@ -204,12 +206,7 @@ pub fn run(clock: &impl Clock, mut row: impl FnMut(&Row)) {
 }
 
 /// One algorithm, all its runs.
-fn measure<A: Algorithm>(
-    clock: &impl Clock,
-    name: &'static str,
-    runs: u32,
-    mut algorithm: A,
-) -> Row {
+fn measure<A: Algorithm, N>(clock: &impl Clock, name: N, runs: u32, mut algorithm: A) -> Row<N> {
     let mut random = Random::new();
     let mut sum = Checksum::new();
     let (mut min, mut total, mut max) = (u32::MAX, 0u64, 0);
