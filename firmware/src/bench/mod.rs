@@ -7,6 +7,7 @@
 
 mod control;
 mod haptics;
+mod inverse;
 mod laws;
 mod link;
 mod methods;
@@ -19,7 +20,7 @@ use crate::muscle::Rung;
 use core::fmt;
 use core::hint::black_box;
 pub use laws::{LawName, run_laws};
-pub use methods::{OUTPUTS_US, RUN_US, run_methods};
+pub use methods::{MADE, OUTPUTS_US, RUN_US, run_methods};
 
 /// A counter of core clock cycles that wraps.
 pub trait Clock {
@@ -135,6 +136,24 @@ pub fn run(clock: &impl Clock, mut row: impl FnMut(&Row)) {
         "recruitment_effort",
         1000,
         muscle::AmplitudeForEffort::new(),
+    ));
+    row(&measure(
+        clock,
+        "inverse_force",
+        1000,
+        inverse::ForceToPulses::new(),
+    ));
+    row(&measure(
+        clock,
+        "inverse_table",
+        20,
+        inverse::Tabling::new(),
+    ));
+    row(&measure(
+        clock,
+        "feed_forward",
+        1000,
+        inverse::AngleToEffort::new(),
     ));
     row(&measure(
         clock,

@@ -9,7 +9,7 @@
 //! look-ups, a logarithm and two powers, a reading one look-up and one power;
 //! there are no steps, and nothing that could become unstable.
 //!
-//! The price: 2.6 kB per muscle in 32-bit arithmetics, made anew whenever K or
+//! The price: 1.5 kB per muscle in 32-bit arithmetics, made anew whenever K or
 //! a time constant changes, as they do in a muscle that tires.
 
 use super::event_driven::Interval;
@@ -21,11 +21,11 @@ use crate::units::Micros;
 use core::f64::consts::LN_2;
 
 /// log2 of the cells per octave.
-const DENSITY: u32 = 2;
-/// Octaves from 2^-16 of a pulse, below which F only relaxes with τ1, to the
+const DENSITY: u32 = 1;
+/// Octaves from 2^-19 of a pulse, below which F only relaxes with τ1, to the
 /// 32 that no train of 200 Hz exceeds.
-const OCTAVES: usize = 21;
-const LOWEST: f64 = -16.0;
+const OCTAVES: usize = 24;
+const LOWEST: f64 = -19.0;
 const CELLS: usize = OCTAVES << DENSITY;
 
 /// No exponential over more than this, µs: what a fraction of it could
