@@ -88,6 +88,7 @@ fn joint(law: LawSpec, flexors: &[PointSpec], sensor: SensorSource) -> Request {
         sensor,
         stale_after_ms: 50,
         wearer: None,
+        response: None,
     })
 }
 
