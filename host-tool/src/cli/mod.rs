@@ -5,6 +5,7 @@ mod chart;
 mod chip;
 mod demo;
 mod edges;
+mod explain_model;
 mod monitor;
 mod muscle;
 mod profile;
@@ -37,6 +38,7 @@ enum Command {
     Run(run::RunArgs),
     Serve(serve::Serve),
     Edges(edges::Edges),
+    ExplainModel(explain_model::ExplainModel),
     Monitor(monitor::Monitor),
     Muscle(muscle::Muscle),
     Profile(profile::ProfileArgs),
@@ -103,6 +105,7 @@ pub fn main() -> ExitCode {
         Command::Run(args) => run::main(args, output),
         Command::Serve(args) => serve::main(args, output),
         Command::Edges(args) => edges::main(args, output),
+        Command::ExplainModel(args) => explain_model::main(args, output),
         Command::Monitor(args) => monitor::main(args, output),
         Command::Muscle(args) => muscle::main(args, output),
         Command::Profile(args) => profile::main(args, output),

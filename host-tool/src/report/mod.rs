@@ -11,6 +11,7 @@ mod bars;
 mod canvas;
 mod cycles;
 mod edges;
+mod ladder;
 mod lanes;
 mod map;
 mod page;
@@ -21,6 +22,7 @@ mod trajectory;
 
 pub use accuracy::picture as accuracy_picture;
 pub use cycles::picture as cycles_picture;
+pub use ladder::{Course as LadderCourse, Panel as LadderPanel, picture as ladder_picture};
 pub use map::picture as map_picture;
 pub use page::page;
 pub use summary::write;
