@@ -7,6 +7,7 @@
 
 mod control;
 mod haptics;
+mod inverse;
 mod link;
 mod methods;
 mod muscle;
@@ -17,7 +18,7 @@ use crate::control::LawSpec;
 use crate::muscle::Rung;
 use core::fmt;
 use core::hint::black_box;
-pub use methods::{OUTPUTS_US, RUN_US, run_methods};
+pub use methods::{MADE, OUTPUTS_US, RUN_US, run_methods};
 
 /// A counter of core clock cycles that wraps.
 pub trait Clock {
@@ -133,6 +134,24 @@ pub fn run(clock: &impl Clock, mut row: impl FnMut(&Row)) {
         "recruitment_effort",
         1000,
         muscle::AmplitudeForEffort::new(),
+    ));
+    row(&measure(
+        clock,
+        "inverse_force",
+        1000,
+        inverse::ForceToPulses::new(),
+    ));
+    row(&measure(
+        clock,
+        "inverse_table",
+        20,
+        inverse::Tabling::new(),
+    ));
+    row(&measure(
+        clock,
+        "feed_forward",
+        1000,
+        inverse::AngleToEffort::new(),
     ));
     row(&measure(
         clock,

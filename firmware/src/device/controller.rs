@@ -308,6 +308,14 @@ impl Controller {
         match acted {
             Ok(acted) => {
                 self.limiting |= acted.limiting;
+                for &(channel, amplitude) in &acted.amplitudes {
+                    // No burst will come to say so.
+                    if amplitude == Amplitude::ZERO
+                        && let Some(latest) = self.amplitudes.get_mut(usize::from(channel))
+                    {
+                        *latest = amplitude;
+                    }
+                }
                 order(ControlOrder::Amplitudes(acted.amplitudes.clone()), mail);
                 Some(acted)
             }

@@ -284,7 +284,7 @@ pub struct Telemetry {
     /// An amplitude was clamped to the wearer's limit since the last sample.
     pub limiting: bool,
     /// Amplitudes of the latest bursts, one per channel of the setup, lowest
-    /// channel first.
+    /// channel first; 0 where joint or wall ask for nothing.
     pub amplitudes: Vec<Amplitude, CHANNELS>,
     /// Predicted forces in mN, one per channel with a muscle.
     pub forces_mn: Vec<u32, CHANNELS>,

@@ -101,12 +101,6 @@ pub(super) fn ln_neg(y: u32) -> u64 {
     ((log2_neg(y) >> 6) * u64::from(LN_2)) >> 26
 }
 
-/// n/d in Q32 of two numbers of the same format, for n < 2^40 and d > 0,
-/// within 2^8/d of the quotient; d below 2^8 counts as 2^8.
-pub(super) fn quotient(n: u64, d: u64) -> u64 {
-    (n << 24).checked_div(d >> 8).unwrap_or(n << 24)
-}
-
 /// −log2(y) for y in Q31, 0 < y ≤ 1, as Q32. Error below 1.3e-8; y = 0 is
 /// taken as the smallest y, y > 1 as 1.
 pub(crate) fn log2_neg(y: u32) -> u64 {

@@ -57,7 +57,7 @@ pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
             })
             .collect();
         let title = format!(
-            "K{:02}: t1 {:.1} ms, tc {:.1} ms",
+            "K{:02}: τ1 {:.1} ms, τc {:.1} ms",
             n + 1,
             p.tau1_s * 1e3,
             p.tau_c_s * 1e3
@@ -96,9 +96,9 @@ pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
         ],
         panels,
         theory: "explicit methods diverge where the step is more than 2 (Euler, Heun) or 2.785 \
-                 (RK4) times t1 or tc, or an inner value of C passes the pole of x = C/(C + K) at \
-                 -K: from Cmax (h/tc - 1) > K on for Euler and Heun, near h = 1.3 tc for RK4. \
-                 Before that, Euler's force may turn negative from t1 or tc on. Exponential \
+                 (RK4) times τ1 or τc, or an inner value of C passes the pole of x = C/(C + K) at \
+                 -K: from Cmax (h/τc − 1) > K on for Euler and Heun, near h = 1.3 τc for RK4. \
+                 Before that, Euler's force may turn negative from τ1 or τc on. Exponential \
                  methods never fail.",
         notes: vec![
             "Diverges: not a number, off by more than the peak, or |F| still growing 3 s after \
@@ -183,7 +183,8 @@ fn judge(muscle: &mut dyn Integrator, pulses: &[u32], truth: &[Sample], step_us:
     }
 }
 
-fn spec(p: &Parameters) -> CalciumForceSpec {
+/// The same muscle as the device takes it.
+pub(super) fn spec(p: &Parameters) -> CalciumForceSpec {
     let whole = |x: f64| x.round() as u32;
     CalciumForceSpec {
         a_mn_per_s: whole(p.a_n_per_s * 1e3),
@@ -249,18 +250,17 @@ mod tests {
 
     #[test]
     fn exponential_methods_and_the_shipped_one_survive_thirty_milliseconds() {
-        for p in &SUBJECTS {
-            for step in [1000, 7000, 20_000, 30_000] {
-                let found = run(p, step);
-                for method in [Method::Etd1, Method::EtdMidpoint, Method::GaussExponential] {
-                    assert_eq!(
-                        class(&found[row(method)]).min(4),
-                        class(&found[row(method)])
-                    );
+        let map = draw(1, &mut |_| {});
+        let mut worst = 0.0f64;
+        for (row, (method, _)) in METHODS.iter().enumerate().skip(row(Method::Etd1)) {
+            for cell in map.panels.iter().flat_map(|panel| &panel.rows[row]) {
+                assert_eq!(map.verdict(cell), 0, "{method:?}");
+                if *method == Method::Shipped {
+                    worst = worst.max(cell.number);
                 }
-                let shipped = found[row(Method::Shipped)];
-                assert!(shipped.error < 0.02 && !shipped.diverges, "{shipped:?}");
             }
         }
+        println!("shipped, up to 30 ms between calls: {worst:.4} % of peak");
+        assert!(worst <= 0.02, "{worst}");
     }
 }

@@ -17,7 +17,7 @@ pub(super) const WALL_MDEG: i32 = 90_000;
 
 /// A proportional wall on the triceps (Harris 2017, equation 1) with a damping
 /// term; `stiffness` in µA/°, `damping` in µA·s/°.
-pub(super) fn wall(stiffness: u32, damping: u32) -> WallSpec {
+pub(crate) fn wall(stiffness: u32, damping: u32) -> WallSpec {
     WallSpec {
         at_mdeg: WALL_MDEG,
         side: Side::Flexion,
@@ -53,7 +53,7 @@ pub(super) fn leaning(mut arm: ElbowSpec) -> ElbowSpec {
 /// The true angle every millisecond, degrees, over `seconds`. Both channels are
 /// pulsed at [`PERIOD_MS`], the antagonist's half a period later. Wall and arm
 /// come from this room and are valid.
-pub(super) fn angles(wall: &WallSpec, arm: ElbowSpec, seconds: u64) -> Vec<f64> {
+pub(crate) fn angles(wall: &WallSpec, arm: ElbowSpec, seconds: u64) -> Vec<f64> {
     let widths = [arm.triceps.width_us, arm.biceps.width_us];
     let wall = Wall::new(wall).expect("a valid wall");
     let mut arm = Elbow::new(arm, super::SEED).expect("a valid arm");

@@ -18,6 +18,7 @@ pub mod plant;
 pub mod reach;
 pub mod search;
 pub mod statistics;
+pub mod table;
 pub mod target;
 pub mod trial;
 pub mod wearer;

@@ -84,7 +84,10 @@ const SMITH: [Parameter; 4] = [
     log("smith_joint_s", 0.02, 0.5),
     linear("smith_delay_s", 0.0, 0.08),
 ];
-const ADAPTATION: Parameter = log("adaptation_per_rad_s", 0.01, 10.0);
+const ADAPTATION: [Parameter; 2] = [
+    log("adapt_scale_per_rad_s", 0.01, 30.0),
+    log("adapt_damping_per_rad2", 0.001, 3.0),
+];
 
 impl Form {
     /// Its own numbers, in order. The explicit form does not use b.
@@ -104,7 +107,7 @@ impl Form {
 #[must_use]
 pub fn parameters(form: Form, add_ons: AddOns) -> Vec<Parameter, PARAMETERS_MAX> {
     let mut all = Vec::new();
-    // 4 + 1 + 1 + 1 + 4 + 1 at most: extending cannot fail.
+    // 4 + 1 + 1 + 1 + 4 + 2 at most: extending cannot fail.
     all.extend(form.parameters().iter().copied());
     all.extend([match add_ons.derivative {
         DerivativeKind::PseudoOfError | DerivativeKind::Pseudo => CUTOFF,
@@ -116,7 +119,9 @@ pub fn parameters(form: Form, add_ons: AddOns) -> Vec<Parameter, PARAMETERS_MAX>
     if add_ons.delay.has_smith() {
         all.extend(SMITH);
     }
-    all.extend(add_ons.adaptation.then_some(ADAPTATION));
+    if add_ons.adaptation {
+        all.extend(ADAPTATION);
+    }
     all
 }
 
@@ -169,7 +174,11 @@ impl<R: Real> Controller<R> {
                 let lags = [next_if(true), next_if(true)];
                 SmithPredictor::new(gain, lags, next_if(true), h)
             }),
-            adaptation: Adaptation::new(next_if(add_ons.adaptation), h),
+            adaptation: Adaptation::new(
+                next_if(add_ons.adaptation),
+                next_if(add_ons.adaptation),
+                h,
+            ),
             integral: R::ZERO,
         })
     }

@@ -22,6 +22,14 @@ pub trait Arithmetic: Real {
     fn split(self, shift: u32) -> (usize, Self);
     /// Its bits, folded to 32.
     fn word(self) -> u32;
+    /// 2 to its power.
+    fn exp2(self) -> Self {
+        (self * Self::of(core::f64::consts::LN_2)).exp()
+    }
+    /// Logarithm to base 2, for positive numbers.
+    fn log2(self) -> Self {
+        self.ln() * Self::of(core::f64::consts::LOG2_E)
+    }
 }
 
 impl Arithmetic for f64 {

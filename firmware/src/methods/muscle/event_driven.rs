@@ -71,6 +71,15 @@ impl<R: Arithmetic> Interval<R> {
         }
     }
 
+    /// G = p·log2(1 + c/κ), octaves, p = τc·τ2/(τ1·α), and its slope over
+    /// ln c: F keeps 2^(G0 − G) more than τ1 alone would leave.
+    pub fn power_at(&self, c: R) -> (R, R) {
+        let octaves = R::of(core::f64::consts::LOG2_E);
+        let value = (R::ONE + c / self.kappa).ln();
+        let slope = c / (c + self.kappa);
+        (self.power * octaves * value, self.power * octaves * slope)
+    }
+
     /// What F keeps over `time` in which C falls from `c`, and what is added to
     /// it, N; the integral at `N` nodes.
     pub fn kept_and_added<const N: usize>(&self, time: R, c: R) -> (R, R) {
@@ -90,56 +99,74 @@ impl<R: Arithmetic> Interval<R> {
     }
 }
 
-/// A muscle that is moved at pulses only; a reading in between goes there from
-/// the last pulse and keeps nothing.
+/// A muscle that is moved at pulses, and where none comes for long, every so
+/// often; a reading in between goes there from the last of these and keeps
+/// nothing.
 #[derive(Clone, Copy, Debug)]
 pub struct EventDriven<R, const NODES: usize> {
     interval: Interval<R>,
-    /// C and F just after the last pulse.
+    longest_us: u32,
+    /// C and F at `from`.
     c: R,
     f: R,
-    pulse: Micros,
+    from: Micros,
     now: Micros,
 }
 
 impl<R: Arithmetic, const NODES: usize> EventDriven<R, NODES> {
-    /// A muscle at rest at time 0.
+    /// A muscle at rest at time 0; no integral over more than `longest_us`, 1
+    /// or more.
     #[must_use]
-    pub fn new(spec: &CalciumForceSpec) -> Self {
+    pub fn new(spec: &CalciumForceSpec, longest_us: u32) -> Self {
         Self {
             interval: Interval::new(&Muscle::new(spec)),
+            longest_us,
             c: R::ZERO,
             f: R::ZERO,
-            pulse: Micros(0),
+            from: Micros(0),
             now: Micros(0),
         }
     }
 
     fn time(&self) -> R {
-        R::of_micros(self.now.elapsed_since(self.pulse))
+        R::of_micros(self.now.elapsed_since(self.from))
     }
 
     fn force(&self) -> R {
-        if self.now == self.pulse || self.c == R::ZERO {
+        if self.now == self.from || (self.c == R::ZERO && self.f == R::ZERO) {
             return self.f;
         }
-        let (kept, added) = self.interval.kept_and_added::<NODES>(self.time(), self.c);
+        let time = self.time();
+        let (kept, added) = self.interval.kept_and_added::<NODES>(time, self.c);
         self.f * kept + added
+    }
+
+    fn calcium_number(&self) -> R {
+        self.c * self.interval.muscle.left(self.time())
+    }
+
+    /// Keeps what is true now.
+    fn keep(&mut self) {
+        (self.f, self.c) = (self.force(), self.calcium_number());
+        self.from = self.now;
     }
 }
 
 impl<R: Arithmetic, const NODES: usize> Integrator for EventDriven<R, NODES> {
     fn pulse(&mut self, at: Micros) {
         self.advance(at);
-        self.f = self.force();
-        self.c = self.c * self.interval.muscle.left(self.time()) + R::ONE;
-        self.pulse = at;
+        self.keep();
+        self.c = self.c + R::ONE;
     }
     fn advance(&mut self, to: Micros) {
+        while to.elapsed_since(self.from) > self.longest_us {
+            self.now = self.from.plus(self.longest_us);
+            self.keep();
+        }
         self.now = to;
     }
     fn calcium(&self) -> f64 {
-        (self.c * self.interval.muscle.left(self.time())).to_f64()
+        self.calcium_number().to_f64()
     }
     fn force_n(&self) -> f64 {
         self.force().to_f64()

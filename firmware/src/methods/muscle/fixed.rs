@@ -32,6 +32,25 @@ impl<const F: u32, const NEAREST: bool> Fixed<F, NEAREST> {
         };
         Self((bits.wrapping_add(half) >> dropped) as i32)
     }
+
+    /// 2 to ±`octaves`, Q32, with this number's sign.
+    fn power(self, octaves: u64) -> Self {
+        let power = Self::round(i64::from(exp2_neg(octaves)), 31);
+        if self.0 <= 0 {
+            power
+        } else {
+            Self::ONE / power
+        }
+    }
+
+    /// log2 in Q32; of zero and below as of the smallest number.
+    fn octaves(self) -> i64 {
+        let bits = self.0.max(1).cast_unsigned();
+        let shift = bits.leading_zeros();
+        // bits = m·2^(32 − shift), 1/2 ≤ m < 1; shift is 1…31, F below 32.
+        let whole = i64::from(32 - shift) - i64::from(F);
+        (whole << 32) - log2_neg((bits << shift) >> 1) as i64
+    }
 }
 
 impl<const F: u32, const NEAREST: bool> Add for Fixed<F, NEAREST> {
@@ -93,22 +112,11 @@ impl<const F: u32, const NEAREST: bool> Real for Fixed<F, NEAREST> {
     fn exp(self) -> Self {
         // 2^31 · 2^32; F ≥ 1 leaves Q32.
         let octaves = (u64::from(self.0.unsigned_abs()) * LOG2_E) >> (F - 1);
-        let power = Self::round(i64::from(exp2_neg(octaves)), 31);
-        if self.0 <= 0 {
-            power
-        } else {
-            Self::ONE / power
-        }
+        self.power(octaves)
     }
     fn ln(self) -> Self {
-        // Of zero and below: as of the smallest number.
-        let bits = self.0.max(1).cast_unsigned();
-        let shift = bits.leading_zeros();
-        // bits = m·2^(32 − shift), 1/2 ≤ m < 1; shift is 1…31, F below 32.
-        let whole = i64::from(32 - shift) - i64::from(F);
-        let octaves = (whole << 32) - log2_neg((bits << shift) >> 1) as i64;
         // |octaves| < 2^38, its upper 31 bits are enough; Q25 · Q32.
-        Self::round(((octaves >> 7) * LN_2) >> 25, 32)
+        Self::round(((self.octaves() >> 7) * LN_2) >> 25, 32)
     }
     fn sqrt(self) -> Self {
         let wide = u64::from(self.0.max(0).cast_unsigned()) << F;
@@ -129,6 +137,12 @@ impl<const F: u32, const NEAREST: bool> Arithmetic for Fixed<F, NEAREST> {
     }
     fn word(self) -> u32 {
         self.0.cast_unsigned()
+    }
+    fn exp2(self) -> Self {
+        self.power(u64::from(self.0.unsigned_abs()) << (32 - F))
+    }
+    fn log2(self) -> Self {
+        Self::round(self.octaves(), 32)
     }
 }
 

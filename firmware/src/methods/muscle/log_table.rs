@@ -46,7 +46,7 @@ pub struct LogFactors<R> {
 
 impl<R: Arithmetic> LogTable<R> {
     fn calcium(&self, state: &LogState<R>) -> R {
-        ((state.octave + R::of(LOWEST)) * R::of(core::f64::consts::LN_2)).exp()
+        (state.octave + R::of(LOWEST)).exp2()
     }
 
     /// E and S between entries, linearly; outside, the outermost.
@@ -116,7 +116,7 @@ impl<R: Arithmetic> Scheme for LogTable<R> {
     }
     fn pulse(&self, state: &mut LogState<R>) {
         let c = self.calcium(state) + R::ONE;
-        state.octave = c.ln() * R::of(core::f64::consts::LOG2_E) - R::of(LOWEST);
+        state.octave = c.log2() - R::of(LOWEST);
     }
     fn reading(&self, state: &LogState<R>) -> State<R> {
         State {

@@ -3,6 +3,7 @@
 use super::event_driven::EventDriven;
 use super::explicit::{Euler, Explicit, Heun, RungeKutta4};
 use super::exponential::{Etd1, EtdMidpoint, GaussExponential};
+use super::log_flow::LogFlow;
 use super::log_table::LogTable;
 use super::scheme::Scheme;
 use super::shipped::Shipped;
@@ -32,6 +33,8 @@ pub enum Method {
     GaussExponential,
     /// Whole steps from a table over log C.
     LogTable,
+    /// From pulse to pulse exactly, by a table over log C.
+    LogFlow,
     /// From pulse to pulse by Gauss–Legendre; 2 nodes.
     EventDriven2,
     /// 3 nodes.
@@ -44,7 +47,7 @@ pub enum Method {
 
 impl Method {
     /// All that run in any arithmetic at any step.
-    pub const GENERIC: [Self; 11] = [
+    pub const GENERIC: [Self; 12] = [
         Self::Euler,
         Self::Heun,
         Self::RungeKutta4,
@@ -53,6 +56,7 @@ impl Method {
         Self::EtdMidpoint,
         Self::GaussExponential,
         Self::LogTable,
+        Self::LogFlow,
         Self::EventDriven2,
         Self::EventDriven3,
         Self::EventDriven4,
@@ -70,6 +74,7 @@ impl Method {
             Self::EtdMidpoint => "etd_midpoint",
             Self::GaussExponential => "gauss_exponential",
             Self::LogTable => "log_table",
+            Self::LogFlow => "log_flow",
             Self::EventDriven2 => "event_driven_2",
             Self::EventDriven3 => "event_driven_3",
             Self::EventDriven4 => "event_driven_4",
@@ -77,12 +82,28 @@ impl Method {
         }
     }
 
-    /// Whether it goes from event to event, whatever the step.
+    /// Whether it goes from pulse to pulse in one go, whatever the step.
     #[must_use]
     pub const fn has_no_step(self) -> bool {
+        matches!(self, Self::LogFlow)
+    }
+
+    /// Whether its step is but the longest stretch without a pulse that it
+    /// takes in one go.
+    #[must_use]
+    pub const fn is_event_driven(self) -> bool {
         matches!(
             self,
             Self::EventDriven2 | Self::EventDriven3 | Self::EventDriven4
+        )
+    }
+
+    /// Whether it calls exponentials or logarithms: if not, micromath is f32.
+    #[must_use]
+    pub const fn calls_functions(self) -> bool {
+        !matches!(
+            self,
+            Self::Euler | Self::Heun | Self::RungeKutta4 | Self::RungeKutta4Snapped | Self::Shipped
         )
     }
 }
@@ -136,7 +157,8 @@ pub struct Setting {
     /// The arithmetic; [`Number::Device`] for the product's own methods and no
     /// other.
     pub number: Number,
-    /// Its step, µs, 1…2,000,000; of no meaning where the method has none.
+    /// Its step, µs, 1…2,000,000; the longest stretch without a pulse of an
+    /// event-driven method; [`Setting::WHOLE_US`] where there is none.
     pub step_us: u32,
 }
 
@@ -155,19 +177,26 @@ impl Setting {
         step_us: 200,
     };
 
-    /// Every setting worth showing whose steps are whole parts of `output_us`;
-    /// those of methods without a step, with `output_us` in its place.
+    /// The step of an event-driven method that takes any stretch in one go, µs.
+    pub const WHOLE_US: u32 = 2_000_000;
+
+    /// Every setting worth showing at which the force can be read every
+    /// `output_us`, of which steps are whole parts.
     pub fn all(output_us: u32) -> impl Iterator<Item = Self> {
         /// Steps, µs.
         const STEPS_US: [u32; 8] = [200, 500, 1000, 2000, 4000, 5000, 10_000, 20_000];
+        /// Longest stretches of event-driven methods, µs.
+        const STRETCHES_US: [u32; 3] = [10_000, 20_000, Setting::WHOLE_US];
         let steps = move |method: Method| {
-            STEPS_US.into_iter().filter(move |step_us| {
-                if method.has_no_step() {
-                    *step_us == output_us
-                } else {
-                    output_us.is_multiple_of(*step_us)
-                }
-            })
+            let any = method.is_event_driven();
+            let all: &[u32] = match method.has_no_step() {
+                true => &[Self::WHOLE_US],
+                false if any => &STRETCHES_US,
+                false => &STEPS_US,
+            };
+            let fits =
+                move |us: &u32| any || *us == Self::WHOLE_US || output_us.is_multiple_of(*us);
+            all.iter().copied().filter(fits)
         };
         let generic = Method::GENERIC.into_iter().flat_map(move |method| {
             Number::GENERIC.into_iter().flat_map(move |number| {
@@ -215,6 +244,7 @@ impl Setting {
         spec: &CalciumForceSpec,
         then: impl FnOnce(&mut dyn Integrator) -> T,
     ) -> Result<T, OutOfRange> {
+        let step_us = self.step_us.max(1);
         Ok(match self.method {
             Method::Euler => self.split::<Explicit<Euler, R>, T>(spec, then),
             Method::Heun => self.split::<Explicit<Heun, R>, T>(spec, then),
@@ -226,9 +256,10 @@ impl Setting {
             Method::EtdMidpoint => self.split::<EtdMidpoint<R>, T>(spec, then),
             Method::GaussExponential => self.split::<GaussExponential<R>, T>(spec, then),
             Method::LogTable => self.split::<LogTable<R>, T>(spec, then),
-            Method::EventDriven2 => then(&mut EventDriven::<R, 2>::new(spec)),
-            Method::EventDriven3 => then(&mut EventDriven::<R, 3>::new(spec)),
-            Method::EventDriven4 => then(&mut EventDriven::<R, 4>::new(spec)),
+            Method::LogFlow => then(&mut LogFlow::<R>::new(spec)),
+            Method::EventDriven2 => then(&mut EventDriven::<R, 2>::new(spec, step_us)),
+            Method::EventDriven3 => then(&mut EventDriven::<R, 3>::new(spec, step_us)),
+            Method::EventDriven4 => then(&mut EventDriven::<R, 4>::new(spec, step_us)),
             Method::Shipped => then(&mut Shipped::new(spec)?),
         })
     }
@@ -256,7 +287,7 @@ impl fmt::Display for Setting {
     /// `method/arithmetic/step`, for instance `rk4/f32/200us`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (method, number) = (self.method.name(), self.number.name());
-        if self.method.has_no_step() {
+        if self.step_us == Self::WHOLE_US {
             write!(f, "{method}/{number}/pulses")
         } else {
             write!(f, "{method}/{number}/{}us", self.step_us)
