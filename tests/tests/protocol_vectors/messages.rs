@@ -152,9 +152,14 @@ fn muscles() -> Vec<(&'static str, Request)> {
         rung: Rung::CalciumForceFatigue,
         ..muscle()
     };
+    let held = MuscleSpec {
+        rung: Rung::Static,
+        ..muscle()
+    };
     vec![
         ("muscle", request(0, muscle())),
         ("muscle that tires", request(9, tires)),
+        ("muscle without dynamics", request(1, held)),
     ]
 }
 
