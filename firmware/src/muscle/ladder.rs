@@ -324,6 +324,8 @@ impl Model for Ladder {
     fn advance(&self, state: &mut LadderState, to: Micros) {
         if let Motion::CalciumForce(motion) = &mut state.motion {
             state.muscle.advance(motion, to);
+        } else if let Motion::Lag(motion) = &mut state.motion {
+            motion.advance(&mut state.rhythm, to);
         } else {
             self.advance_other(state, to);
         }
@@ -339,8 +341,8 @@ impl Ladder {
     #[inline(never)]
     fn pulse_other(&self, state: &mut LadderState, at: Micros, gain: u32) {
         match &mut state.motion {
-            Motion::Static(motion) => motion.pulse(&state.muscle, &state.rhythm, at, gain),
-            Motion::Lag(motion) => motion.pulse(&state.muscle, &state.rhythm, at, gain),
+            Motion::Static(motion) => motion.pulse(&state.muscle, &mut state.rhythm, at, gain),
+            Motion::Lag(motion) => motion.pulse(&state.muscle, &mut state.rhythm, at, gain),
             Motion::CalciumForce(motion) | Motion::CalciumForceFatigue(motion) => {
                 let before = motion.at;
                 state.muscle.pulse_with(motion, at, gain);
@@ -354,10 +356,9 @@ impl Ladder {
 
     #[inline(never)]
     fn advance_other(&self, state: &mut LadderState, to: Micros) {
-        state.rhythm.pass(to);
         match &mut state.motion {
-            Motion::Static(motion) => motion.advance(to),
-            Motion::Lag(motion) => motion.advance(to),
+            Motion::Lag(motion) => motion.advance(&mut state.rhythm, to),
+            Motion::Static(motion) => motion.advance(&mut state.rhythm, to),
             Motion::CalciumForce(motion) | Motion::CalciumForceFatigue(motion) => {
                 if to.since(motion.at) == TICK_US.cast_signed() {
                     state.muscle.advance(motion, to);

@@ -28,10 +28,7 @@ const REST_DEG: f64 = 2.0;
 
 /// The map.
 pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
-    let laws = [
-        ("the shipped law", LawSpec::RECOMMENDED),
-        ("PID", LawSpec::PID),
-    ];
+    let laws = [("the shipped law", LawSpec::ALONE), ("PID", LawSpec::PID)];
     let mut done = 0;
     let panels = laws.map(|(name, law)| {
         let joint = one_point(law, HoldPolicy::Hold);
@@ -128,7 +125,7 @@ mod tests {
 
     #[test]
     fn the_describing_function_tells_the_amplitude() {
-        for law in [LawSpec::RECOMMENDED, LawSpec::PID] {
+        for law in [LawSpec::ALONE, LawSpec::PID] {
             let joint = one_point(law, HoldPolicy::Hold);
             let efforts = Efforts::of(&joint);
             for gain in [0.5, 1.0, 2.0] {

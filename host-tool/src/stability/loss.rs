@@ -150,7 +150,7 @@ pub fn of_track(reach_ms: u16, loss_percent: u32, seed: u64) -> f64 {
 
 /// RMSE of the true angle under the shipped law, degrees.
 pub fn on_finger(reach_ms: u16, loss_percent: u32, seed: u64) -> f64 {
-    let joint = one_point(LawSpec::RECOMMENDED, policy(reach_ms));
+    let joint = one_point(LawSpec::ALONE, policy(reach_ms));
     let mut finger = Loop::new(quiet_finger(), &joint, seed);
     let mut frames = Frames::new(loss_percent, seed);
     let mut square = 0.0;

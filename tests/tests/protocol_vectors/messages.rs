@@ -110,7 +110,7 @@ fn joints() -> [(&'static str, Request); 3] {
     [
         (
             "joint, recommended law, two flexor points, board's sensor",
-            joint(LawSpec::RECOMMENDED, &[a, b], adc),
+            joint(LawSpec::ALONE, &[a, b], adc),
         ),
         (
             "joint, the paper's law, one flexor point, host's sensor",
@@ -152,9 +152,14 @@ fn muscles() -> Vec<(&'static str, Request)> {
         rung: Rung::CalciumForceFatigue,
         ..muscle()
     };
+    let held = MuscleSpec {
+        rung: Rung::Static,
+        ..muscle()
+    };
     vec![
         ("muscle", request(0, muscle())),
         ("muscle that tires", request(9, tires)),
+        ("muscle without dynamics", request(1, held)),
     ]
 }
 
