@@ -105,7 +105,9 @@ impl<R: Real> Law<R> for Controller<R> {
         let push = self.feedback.push(error, rate, self.integral);
         let mut forward = R::ZERO;
         if self.add_ons.feed_forward {
-            forward = self.adaptation.applied(input.feed_forward, input.target_rate);
+            forward = self
+                .adaptation
+                .applied(input.feed_forward, input.target_rate);
         }
         let effort = forward + self.integral + push.push;
         let outward = |growth: R| {
