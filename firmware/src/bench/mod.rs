@@ -8,6 +8,7 @@
 mod control;
 mod haptics;
 mod inverse;
+mod laws;
 mod link;
 mod methods;
 mod muscle;
@@ -18,6 +19,7 @@ use crate::control::LawSpec;
 use crate::muscle::Rung;
 use core::fmt;
 use core::hint::black_box;
+pub use laws::{LawName, run_laws};
 pub use methods::{MADE, OUTPUTS_US, RUN_US, run_methods};
 
 /// A counter of core clock cycles that wraps.
@@ -223,12 +225,7 @@ pub fn run(clock: &impl Clock, mut row: impl FnMut(&Row)) {
 }
 
 /// One algorithm, all its runs.
-fn measure<A: Algorithm>(
-    clock: &impl Clock,
-    name: &'static str,
-    runs: u32,
-    mut algorithm: A,
-) -> Row {
+fn measure<A: Algorithm, N>(clock: &impl Clock, name: N, runs: u32, mut algorithm: A) -> Row<N> {
     let mut random = Random::new();
     let mut sum = Checksum::new();
     let (mut min, mut total, mut max) = (u32::MAX, 0u64, 0);

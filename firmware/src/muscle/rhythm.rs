@@ -27,51 +27,55 @@ pub(super) const SLOWEST_US: u32 = 2_000_000;
 /// The fastest rate told apart, µs; beyond it x̄ is within 1 % of its limit.
 const FASTEST_US: u32 = 1_000;
 
-/// The pulses of a train as far as they matter: two gains and one interval.
+/// The pulses of a train as far as they matter: the last two.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Rhythm {
     last: Micros,
-    /// From the pulse before to the last one, µs; `SLOWEST_US` after a pause,
-    /// 0 if no pulse came within that time.
-    interval_us: u32,
+    before: Micros,
+    /// Bit 0: `last` is known, and not too long ago. Bit 1: so was `before`
+    /// when `last` came.
+    known: u32,
     /// Gain of the last pulse, Q31, as it came.
     pub(super) gain: u32,
-    /// Gain of the pulse before.
-    pub(super) gain_before: u32,
 }
 
 impl Rhythm {
     pub(super) const NONE: Self = Self {
         last: Micros(0),
-        interval_us: 0,
+        before: Micros(0),
+        known: 0,
         gain: 0,
-        gain_before: 0,
     };
 
     /// A pulse at `at` with a gain above zero.
+    #[inline(always)]
     pub(super) fn beat(&mut self, at: Micros, gain: u32) {
-        self.forget(at);
-        self.interval_us = match self.interval_us {
-            0 => SLOWEST_US,
-            _ => at.elapsed_since(self.last).clamp(FASTEST_US, SLOWEST_US),
-        };
-        self.last = at;
-        (self.gain_before, self.gain) = (self.gain, gain);
+        (self.before, self.last) = (self.last, at);
+        self.known = self.known << 1 | 1;
+        self.gain = gain;
+    }
+
+    /// No pulse is known of any more.
+    pub(super) fn forget(&mut self) {
+        self.known = 0;
     }
 
     /// Time has come to `now`: a pulse too long ago is no train's.
     #[inline(always)]
-    pub(super) fn forget(&mut self, now: Micros) {
+    pub(super) fn pass(&mut self, now: Micros) {
         if now.elapsed_since(self.last) > SLOWEST_US {
-            self.interval_us = 0;
+            self.forget();
         }
     }
 
-    /// The interval, if a train is known of.
+    /// From the pulse before to the last one, µs; `SLOWEST_US` after a pause,
+    /// `None` in one.
     pub(super) const fn interval_us(&self) -> Option<u32> {
-        match self.interval_us {
-            0 => None,
-            known => Some(known),
+        let interval_us = self.last.elapsed_since(self.before);
+        match self.known & 3 {
+            0 | 2 => None,
+            3 if interval_us < SLOWEST_US => Some(interval_us),
+            _ => Some(SLOWEST_US),
         }
     }
 
@@ -232,6 +236,7 @@ pub(super) fn calcium(muscle: &CalciumForce, rhythm: &Rhythm, now: Micros) -> u3
     let Some(interval_us) = rhythm.interval_us() else {
         return 0;
     };
+    let interval_us = interval_us.max(FASTEST_US);
     let left = |us: u32| exp_neg((u64::from(us) * u64::from(muscle.half_decay_per_us)) >> 9);
     // 1 − u in Q31, above 0: an interval is 1 ms or more, τc at most 100.
     let renewed = (1u32 << 31).saturating_sub(left(interval_us));

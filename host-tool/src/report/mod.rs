@@ -9,6 +9,7 @@
 mod accuracy;
 mod bars;
 mod canvas;
+mod control;
 mod cycles;
 mod edges;
 mod lanes;
@@ -20,6 +21,7 @@ mod tables;
 mod trajectory;
 
 pub use accuracy::picture as accuracy_picture;
+pub use control::picture as control_picture;
 pub use cycles::picture as cycles_picture;
 pub use map::picture as map_picture;
 pub use page::page;

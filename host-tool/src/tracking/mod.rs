@@ -10,6 +10,7 @@
 pub mod campaign;
 pub mod candidate;
 pub mod contender;
+pub mod cost;
 pub mod driver;
 pub mod gains;
 pub mod optimum;

@@ -34,6 +34,14 @@ pub enum DelayCompensation {
 }
 
 impl DelayCompensation {
+    /// All of them.
+    pub const ALL: [Self; 4] = [
+        Self::None,
+        Self::Preview,
+        Self::Smith,
+        Self::PreviewAndSmith,
+    ];
+
     /// Whether the target is taken ahead.
     #[must_use]
     pub const fn has_preview(self) -> bool {

@@ -1,9 +1,11 @@
 //! `flexor chart control`: control laws on random plants, error against cycles.
 
 use crate::cli::{Output, WrongUse};
+use crate::report::control_picture;
 use crate::tracking::campaign::{Campaign, Plan};
 use crate::tracking::candidate::Equipment;
 use crate::tracking::contender::Contender;
+use crate::tracking::cost::Cost;
 use crate::tracking::gains;
 use crate::tracking::search::{TRAINING_SEED, Training};
 use crate::tracking::table;
@@ -80,10 +82,20 @@ pub fn main(args: &Control, output: Output) -> anyhow::Result<()> {
     let bar = output.bar("control");
     let campaign = Campaign::run(plan, contenders, |part| bar.set(part));
     bar.finish();
-    let campaign = campaign?;
+    let mut campaign = campaign?;
+    let cost = Cost::on_chip();
+    if let Ok(cost) = &cost {
+        campaign.cycles = campaign.contenders.iter().map(|c| cost.of(c)).collect();
+    }
     write(&args.out.join("control.csv"), &table::csv(&campaign))?;
+    write(&args.out.join("control.svg"), &control_picture(&campaign))?;
     output.say(
-        || table::text(&campaign).trim_end().to_owned(),
+        || {
+            let why = cost.err().map_or_else(String::new, |e| {
+                format!("\nno cycles: the image `laws` did not run: {e}")
+            });
+            table::text(&campaign).trim_end().to_owned() + &why
+        },
         || table::json(&campaign),
     );
     Ok(())
