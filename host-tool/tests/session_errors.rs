@@ -317,7 +317,7 @@ fn physical_values_convert_exactly() {
 #[test]
 fn a_muscle_names_its_rungs() {
     let muscle = |edit: &str| {
-        let session = Session::parse("rungs.toml", &spoil(edit)).unwrap();
+        let session = Session::parse("rungs.toml", &spoil(GOOD, edit)).unwrap();
         (session.channels[0].muscle.clone().unwrap(), session)
     };
     let (plain, _) = muscle("k = 0.2 → k = 0.2");

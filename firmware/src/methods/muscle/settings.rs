@@ -208,16 +208,19 @@ impl Setting {
             })
         });
         generic
-            .filter(|setting| setting.is_of_interest())
+            .filter(move |setting| setting.is_of_interest(output_us))
             .chain([Self::SHIPPED])
     }
 
-    /// Not steps below 1 ms in f64, which cost more than 10^7 cycles a second
-    /// and gain nothing; the snapped method nowhere but where it was used.
-    fn is_of_interest(self) -> bool {
-        let is_slow = self.number == Number::F64 && self.step_us < 1000;
+    /// Not in f64 what costs more than 10^7 cycles a second and gains nothing:
+    /// steps below 1 ms, event-driven methods read as often, but for one. The
+    /// snapped method nowhere but where it was used.
+    fn is_of_interest(self, output_us: u32) -> bool {
+        let is_often = self.method.is_event_driven() && self.step_us.min(output_us) < 10_000;
+        let is_best = self.method == Method::EventDriven4 && self.step_us == 10_000;
+        let is_dear = self.step_us < 1000 || is_often && !is_best;
         let is_snapped = self.method == Method::RungeKutta4Snapped;
-        self == Self::PAPER || !(is_slow || is_snapped)
+        self == Self::PAPER || !(self.number == Number::F64 && is_dear || is_snapped)
     }
 
     /// Makes the integrator for a muscle and hands it to `then`.
