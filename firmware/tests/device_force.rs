@@ -334,6 +334,7 @@ fn a_joint_and_force_control_do_not_share_a_channel() {
         sensor: SensorSource::Host,
         stale_after_ms: 50,
         wearer: None,
+        response: None,
     };
     let requests = vec![muscle(0), control(0, FORCE), Request::Joint(joint)];
     assert_eq!(

@@ -32,6 +32,8 @@ pub enum Image {
     Bench,
     /// The same for every method that the device could have used.
     Methods,
+    /// The same for every control law that the device could have used.
+    Laws,
 }
 
 impl Image {
@@ -43,6 +45,7 @@ impl Image {
             Self::Qemu => "qemu",
             Self::Bench => "bench",
             Self::Methods => "methods",
+            Self::Laws => "laws",
         }
     }
 
@@ -50,7 +53,7 @@ impl Image {
         match self {
             Self::Stimulator => "stm32f405",
             Self::Qemu => "qemu",
-            Self::Bench | Self::Methods => "bench",
+            Self::Bench | Self::Methods | Self::Laws => "bench",
         }
     }
 

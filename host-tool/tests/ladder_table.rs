@@ -50,7 +50,7 @@ fn forces_measured_anew_are_the_committed_ones() {
             ramp_ms,
             slowest_mhz: slowest * 1000,
             fastest_mhz: fastest * 1000,
-            session_s: 1,
+            session_s: 0,
         };
         assert!(dynamics::grid().contains(&scene), "{scene:?}");
         let cell = dynamics::measure(&scene).unwrap();

@@ -3,9 +3,10 @@
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
-use firmware::muscle::CalciumForceSpec;
+use firmware::link::Request;
+use firmware::muscle::{CalciumForceSpec, FatigueSpec, Rung};
 use firmware::units::Amplitude;
-use host_tool::session::{Session, SessionError};
+use host_tool::session::{Model, Session, SessionError};
 use miette::{GraphicalReportHandler, GraphicalTheme};
 
 const GOOD: &str = r#"title = "Good"
@@ -132,6 +133,25 @@ const BAD: &[&str] = &[
     "frequency_hz = 50.0 → frequency_hz = -50",
     "period_us = 20_000 → period_us = 4_999",
     "k = 0.2 → k = 0.0001",
+    "k = 0.2 → k = 0",
+    "k = 0.2 → k = nan",
+    "tau_c_ms = 20 → tau_c_ms = -20",
+    "tau1_ms = 50.5 → tau1_ms = 0",
+    "tau2_ms = 100 → tau2_ms = inf",
+    "a_n_per_s = 265.1 → a_n_per_s = 0",
+    "k = 0.2 → k = 0.2 ⏎ fatigue = { alpha_a_per_s2 = 10.001 }",
+    "k = 0.2 → k = 0.2 ⏎ fatigue = { alpha_k_per_n_s = -0.1 }",
+    "k = 0.2 → k = 0.2 ⏎ fatigue = { alpha_tau1_per_n = 0.2 }",
+    "k = 0.2 → k = 0.2 ⏎ fatigue = { tau_fat_s = 0 }",
+    "k = 0.2 → k = 0.2 ⏎ fatigue = { tau_fat_s = nan }",
+    "k = 0.2 → k = 0.2 ⏎ fatigue = { tau_s = 127 }",
+    // The ladder.
+    "k = 0.2 → k = 0.2 ⏎ model = \"lags\"",
+    "k = 0.2 → k = 0.2 ⏎ model = \"calcium-force-fatigue\"",
+    "k = 0.2 → k = 0.2 ⏎ changes = [{ at_s = 2, model = \"calcium-force-fatigue\" }]",
+    "k = 0.2 → k = 0.2 ⏎ changes = [{ at_s = 2, model = \"auto\" }]",
+    "k = 0.2 → k = 0.2 ⏎ changes = [{ at_s = 11, model = \"lag\" }]",
+    "k = 0.2 → k = 0.2 ⏎ changes = [{ at_s = 2, model = \"lag\" }, { at_s = 2, model = \"static\" }]",
     "motor_threshold = 20.0 → motor_threshold = 30.0",
     "slope_per_unit = 0.3 → slope_per_unit = 9",
     "k1 = 0.08 → k1 = 200",
@@ -243,7 +263,7 @@ fn every_mistake_is_named_with_its_line() {
     insta::assert_snapshot!(all);
     let expected = [
         400, 401, 402, 403, 404, 405, 406, 407, 408, 409, 410, 420, 421, 430, 431, 432, 440, 441,
-        450, 451, 452, 453, 460, 461, 462, 480,
+        450, 451, 452, 453, 460, 461, 462, 463, 480,
     ];
     assert_eq!(numbers, expected.into_iter().collect());
 }
@@ -268,6 +288,48 @@ fn physical_values_convert_exactly() {
     assert_eq!(recruitment.slope_micro, 300_000);
     assert_eq!(session.channels[2].spec.train.period_us, 25_000);
     assert_eq!(session.channels[2].index(), 2);
+}
+
+#[test]
+fn a_muscle_names_its_rungs() {
+    let muscle = |edit: &str| {
+        let session = Session::parse("rungs.toml", &spoil(GOOD, edit)).unwrap();
+        (session.channels[0].muscle.clone().unwrap(), session)
+    };
+    let (plain, _) = muscle("k = 0.2 → k = 0.2");
+    assert_eq!((plain.model, plain.fatigue), (Model::Auto, None));
+    for (name, rung) in [
+        ("static", Rung::Static),
+        ("lag", Rung::Lag),
+        ("calcium-force", Rung::CalciumForce),
+        ("calcium-force-fatigue", Rung::CalciumForceFatigue),
+    ] {
+        let edit = format!("k = 0.2 → k = 0.2 ⏎ fatigue = {{}} ⏎ model = \"{name}\"");
+        let (muscle, session) = muscle(&edit);
+        assert_eq!((muscle.model, muscle.rung()), (Model::Fixed(rung), rung));
+        assert_eq!(muscle.fatigue, Some(FatigueSpec::scaled_to(265_100)));
+        let spec = muscle.spec();
+        assert!(
+            session
+                .requests()
+                .contains(&Request::Muscle { channel: 0, spec })
+        );
+    }
+    let (muscle, session) = muscle(
+        "k = 0.2 → k = 0.2 ⏎ fatigue = { tau_fat_s = 90.5, alpha_a_per_s2 = 0.35 } ⏎ \
+         changes = [{ at_s = 2, model = \"lag\" }, { at_s = 4.5, model = \"static\" }]",
+    );
+    let expected = FatigueSpec {
+        alpha_a_milli_per_s2: 350,
+        tau_fat_ms: 90_500,
+        ..FatigueSpec::scaled_to(265_100)
+    };
+    assert_eq!(muscle.fatigue, Some(expected));
+    let due = |from, to| session.rungs(from, to).collect::<Vec<_>>();
+    let rung = |rung| Request::Rung { channel: 0, rung };
+    assert_eq!(due(0, 1_999_999), []);
+    assert_eq!(due(1_999_999, 2_000_000), [rung(Rung::Lag)]);
+    assert_eq!(due(2_000_000, 10_000_000), [rung(Rung::Static)]);
 }
 
 #[test]

@@ -6,7 +6,7 @@
 //! the muscle (constants, tables) is not measured.
 
 use super::{Checksum, Clock, Random, Row};
-use crate::methods::muscle::{Integrator, Setting};
+use crate::methods::muscle::{Integrator, Method, Number, Setting};
 use crate::muscle::CalciumForceSpec;
 use crate::units::Micros;
 use core::fmt;
@@ -35,56 +35,89 @@ const fn spec([a_mn_per_s, k_micro, tau_c_us, tau1_us, tau2_us]: [u32; 5]) -> Ca
     }
 }
 
-/// A setting and how often its force is read.
+/// What a row measures.
 #[derive(Clone, Copy, Debug)]
-pub struct MethodName {
-    setting: Option<Setting>,
-    output_us: u32,
+pub enum MethodName {
+    /// The loop around a setting, the force read every so many µs.
+    Empty(u32),
+    /// A setting, the force read every so many µs.
+    Run(Setting, u32),
+    /// Making a setting's muscle: constants and tables.
+    Make(Setting),
 }
 
 impl fmt::Display for MethodName {
-    /// `setting@output`, for instance `rk4/f32/200us@1000us`; `empty` for the
-    /// loop around a setting.
+    /// `setting@interval`, for instance `rk4/f32/200us@1000us`; `empty@…`;
+    /// `make:setting`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.setting {
-            Some(setting) => write!(f, "{setting}@{}us", self.output_us),
-            None => write!(f, "empty@{}us", self.output_us),
+        match self {
+            Self::Empty(output_us) => write!(f, "empty@{output_us}us"),
+            Self::Run(setting, output_us) => write!(f, "{setting}@{output_us}us"),
+            Self::Make(setting) => write!(f, "make:{setting}"),
         }
     }
 }
+
+/// The settings whose making is measured: the product's, and the tables that
+/// it does without.
+pub const MADE: [Setting; 3] = [
+    Setting::SHIPPED,
+    Setting {
+        method: Method::LogTable,
+        number: Number::Q7_24,
+        step_us: 1000,
+    },
+    Setting {
+        method: Method::LogFlow,
+        number: Number::Q7_24,
+        step_us: Setting::WHOLE_US,
+    },
+];
 
 /// Runs all settings and hands over each row when it is complete: for each
-/// interval of reading first the loop without a muscle, then every setting.
+/// interval of reading first the loop without a muscle, then every setting;
+/// last [`MADE`].
 pub fn run_methods(clock: &impl Clock, mut row: impl FnMut(&Row<MethodName>)) {
     for output_us in OUTPUTS_US {
-        let name = |setting| MethodName { setting, output_us };
-        row(&measure(clock, name(None)));
+        row(&measure(clock, MethodName::Empty(output_us)));
         for setting in Setting::all(output_us) {
-            row(&measure(clock, name(Some(setting))));
+            row(&measure(clock, MethodName::Run(setting, output_us)));
         }
+    }
+    for setting in MADE {
+        row(&measure(clock, MethodName::Make(setting)));
     }
 }
 
-/// One setting under all loads.
+/// One row: all loads.
 fn measure(clock: &impl Clock, name: MethodName) -> Row<MethodName> {
     let mut sum = Checksum::new();
     let (mut min, mut total, mut max) = (u32::MAX, 0u64, 0);
     for (spec, rate_hz) in &LOADS {
         let load = Load::new(*rate_hz);
-        let mut run = |muscle: &mut dyn Integrator| {
+        let run = |muscle: &mut dyn Integrator, output_us| {
             let muscle = black_box(muscle);
             let begin = clock.cycles();
-            let word = load.apply(muscle, name.output_us);
-            let cycles = clock.cycles().wrapping_sub(begin);
-            sum.word(word);
-            // Three of at most 2^32 each.
-            (min, total, max) = (min.min(cycles), total + u64::from(cycles), max.max(cycles));
+            let word = load.apply(muscle, output_us);
+            (word, clock.cycles().wrapping_sub(begin))
         };
-        match name.setting {
-            // The loads' parameters are in range; else the checksum tells.
-            Some(setting) => setting.with(spec, run).unwrap_or_default(),
-            None => run(&mut Nothing),
-        }
+        let begin = clock.cycles();
+        // The loads' parameters are in range; else the checksum tells.
+        let (word, cycles) = match name {
+            MethodName::Empty(output_us) => run(&mut Nothing, output_us),
+            MethodName::Run(setting, output_us) => setting
+                .with(spec, |muscle| run(muscle, output_us))
+                .unwrap_or_default(),
+            MethodName::Make(setting) => setting
+                .with(spec, |muscle| {
+                    let cycles = clock.cycles().wrapping_sub(begin);
+                    (black_box(muscle).force_word(), cycles)
+                })
+                .unwrap_or_default(),
+        };
+        sum.word(word);
+        // Three of at most 2^32 each.
+        (min, total, max) = (min.min(cycles), total + u64::from(cycles), max.max(cycles));
     }
     Row {
         name,

@@ -7,6 +7,8 @@
 
 mod control;
 mod haptics;
+mod inverse;
+mod laws;
 mod link;
 mod methods;
 mod muscle;
@@ -17,7 +19,8 @@ use crate::control::LawSpec;
 use crate::muscle::Rung;
 use core::fmt;
 use core::hint::black_box;
-pub use methods::{OUTPUTS_US, RUN_US, run_methods};
+pub use laws::{LawName, run_laws};
+pub use methods::{MADE, OUTPUTS_US, RUN_US, run_methods};
 
 /// A counter of core clock cycles that wraps.
 pub trait Clock {
@@ -136,6 +139,24 @@ pub fn run(clock: &impl Clock, mut row: impl FnMut(&Row)) {
     ));
     row(&measure(
         clock,
+        "inverse_force",
+        1000,
+        inverse::ForceToPulses::new(),
+    ));
+    row(&measure(
+        clock,
+        "inverse_table",
+        20,
+        inverse::Tabling::new(),
+    ));
+    row(&measure(
+        clock,
+        "feed_forward",
+        1000,
+        inverse::AngleToEffort::new(),
+    ));
+    row(&measure(
+        clock,
         "differentiator",
         1000,
         control::Differentiation::new(),
@@ -204,12 +225,7 @@ pub fn run(clock: &impl Clock, mut row: impl FnMut(&Row)) {
 }
 
 /// One algorithm, all its runs.
-fn measure<A: Algorithm>(
-    clock: &impl Clock,
-    name: &'static str,
-    runs: u32,
-    mut algorithm: A,
-) -> Row {
+fn measure<A: Algorithm, N>(clock: &impl Clock, name: N, runs: u32, mut algorithm: A) -> Row<N> {
     let mut random = Random::new();
     let mut sum = Checksum::new();
     let (mut min, mut total, mut max) = (u32::MAX, 0u64, 0);

@@ -380,5 +380,12 @@ const fn spec_field(field: crate::control::SpecField) -> &'static str {
         TorqueLoss => "torque_loss_milli",
         Curvature => "curvature_milli",
         Lead => "lead_ms",
+        K3 => "k3_milli",
+        ResponseGain => "gain_mrad",
+        MuscleLag => "muscle_ms",
+        JointLag => "joint_ms",
+        Delay => "delay_ms",
+        ScaleLearning => "scale_milli",
+        DampingLearning => "damping_milli",
     }
 }

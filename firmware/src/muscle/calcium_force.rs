@@ -202,13 +202,18 @@ impl CalciumForce {
     /// it was.
     #[inline]
     pub fn pulse(&self, state: &mut CalciumForceState, at: Micros, gain: Gain) {
-        if gain == Gain::ZERO {
-            return;
+        if gain != Gain::ZERO {
+            self.pulse_with(state, at, gain.get().to_bits());
         }
+    }
+
+    /// [`Self::pulse`] with a gain in Q31: above 0, at most 1.
+    #[inline(always)]
+    pub(super) fn pulse_with(&self, state: &mut CalciumForceState, at: Micros, gain: u32) {
         let ahead_us = at.since(state.at).cast_unsigned();
         if state.waiting_us == 0 && ahead_us < TICK_US && ahead_us > 0 {
             state.waiting_us = ahead_us;
-            state.next_gain = gain.get().to_bits();
+            state.next_gain = gain;
         } else {
             self.pulse_at_once(state, at, gain);
         }
@@ -216,9 +221,9 @@ impl CalciumForce {
 
     /// Lets time pass until `at`, then the pulse acts.
     #[inline(never)]
-    fn pulse_at_once(&self, state: &mut CalciumForceState, at: Micros, gain: Gain) {
+    fn pulse_at_once(&self, state: &mut CalciumForceState, at: Micros, gain: u32) {
         self.advance_any(state, at);
-        state.take(gain.get().to_bits());
+        state.take(gain);
     }
 
     /// Lets time pass until `to`, which may be up to 35 min ahead; an earlier

@@ -19,8 +19,9 @@ use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 use super::calcium_force::{CalciumForce, CalciumForceSpec};
-use super::exponential::{exp_neg, mul_high, quotient};
+use super::exponential::{exp_neg, mul_high};
 use super::{OutOfRange, Parameter, within};
+use crate::division::quotient;
 
 /// From one update to the next, µs.
 pub(super) const UPDATE_US: u32 = 1_000_000;
@@ -150,7 +151,7 @@ impl Fatigue {
         let kept = exp_neg(recovery.into()).min((1 << 31) - 1) << 1;
         // Per second at a force that holds, τfat·(1 − e^(−1 s/τfat)): in Q32,
         // 0.95…1.
-        let held = quotient(u64::from(u32::MAX - kept), recovery.into()).min(1 << 32);
+        let held = quotient(u64::from(u32::MAX - kept) << 32, recovery).unwrap_or(u32::MAX);
         // 10^4 · 1.2·10^6 · 2^28 fits; the quotient is at most 12 · 2^28.
         let loss = ((u64::from(spec.alpha_a_milli_per_s2) * tau_us) << 28) / 1_000_000_000;
         // A·τm in µN: at most 12,000·10^6; times 10^8 nano: 1.2·10^18.
@@ -160,7 +161,8 @@ impl Fatigue {
         let k_nano = per_full(spec.alpha_k_nano_per_n_s).min(32_000_000_000);
         let tau1_nano = per_full(spec.alpha_tau1_nano_per_n).min(1_000_000_000);
         // (2^32 − 1) · 2^32 fits.
-        let gain = |per_second: u64| ((per_second.min(u32::MAX.into()) * held) >> 32) as u32;
+        let gain =
+            |per_second: u64| ((per_second.min(u32::MAX.into()) * u64::from(held)) >> 32) as u32;
         let k_gain = gain((k_nano << 27) / 1_000_000_000);
         let tau1_gain = gain((tau1_nano << 32) / (tau_us * 1000));
         Ok((
@@ -203,7 +205,7 @@ impl Fatigue {
     #[inline(never)]
     fn update(&self, tired: &mut Tiredness, muscle: &mut CalciumForce) {
         // At most 2^31, as no force is above full scale.
-        let force = (tired.work / u64::from(tired.since_us.max(1))) as u32;
+        let force = quotient(tired.work, tired.since_us).unwrap_or(1 << 31);
         tired.since_us = tired.since_us.wrapping_sub(UPDATE_US);
         tired.work = 0;
         let grown = |now: u32, fresh: u32, gain: u32, most: u32| {
@@ -220,13 +222,14 @@ impl Fatigue {
     /// A/A₀ after a second at a mean force in Q31.
     fn relaxed(&self, a: u32, force: u32) -> u32 {
         // All Q28: recovery at most 0.1; loss at most 12 · force, over A/A₀
-        // at most 2^31 · 12 before it is cut to 16 a second.
-        let recovery = u64::from(self.recovery >> 4).max(1);
+        // cut to 15 a second.
+        let recovery = (self.recovery >> 4).max(1);
         let loss = (u64::from(self.loss) * u64::from(force)) >> 31;
-        let rate = recovery + ((loss << 31) / u64::from(a.max(1))).min(16 << 28);
+        let loss = quotient(loss << 31, a).unwrap_or(u32::MAX).min(15 << 28);
+        let rate = recovery.saturating_add(loss);
         // Both Q31.
-        let end = ((recovery << 31) / rate) as u32;
-        let left = exp_neg(rate << 4);
+        let end = quotient(u64::from(recovery) << 31, rate).unwrap_or(1 << 31);
+        let left = exp_neg(u64::from(rate) << 4);
         let part = |way: u32| ((u64::from(way) * u64::from(left)) >> 31) as u32;
         // Towards `end`, the rest of the way rounded down: A₀ is reached.
         match a.checked_sub(end) {

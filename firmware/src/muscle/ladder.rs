@@ -247,7 +247,15 @@ impl Ladder {
             return Ok(());
         }
         let (at, force) = (state.at(), state.force());
-        state.rhythm.forget(at);
+        match &state.motion {
+            // The clock may have wrapped since the last pulse.
+            Motion::CalciumForce(motion) | Motion::CalciumForceFatigue(motion)
+                if motion.is_at_rest() =>
+            {
+                state.rhythm.forget();
+            }
+            _ => state.rhythm.pass(at),
+        }
         let (muscle, rhythm) = (&state.muscle, &state.rhythm);
         let gain = state.tired.of(rhythm.gain);
         state.motion = match rung {
@@ -296,7 +304,7 @@ impl Model for Ladder {
     }
 
     /// A pulse with [`Gain::ZERO`] reaches no fibre and changes nothing.
-    #[inline]
+    #[inline(always)]
     fn pulse(&self, state: &mut LadderState, at: Micros, gain: Gain) {
         if gain == Gain::ZERO {
             return;
@@ -304,32 +312,22 @@ impl Model for Ladder {
         let bits = gain.get().to_bits();
         state.rhythm.beat(at, bits);
         let gain = state.tired.of(bits);
-        let (muscle, rhythm) = (&state.muscle, &state.rhythm);
-        match &mut state.motion {
-            Motion::Static(motion) => motion.pulse(muscle, rhythm, at, gain),
-            Motion::Lag(motion) => motion.pulse(muscle, rhythm, at, gain),
-            Motion::CalciumForce(motion) => {
-                muscle.pulse(motion, at, Gain::new(U1F31::from_bits(gain)));
-            }
-            Motion::CalciumForceFatigue(motion) => {
-                let before = motion.at;
-                muscle.pulse(motion, at, Gain::new(U1F31::from_bits(gain)));
-                let passed_us = motion.at.elapsed_since(before);
-                if passed_us > 0 {
-                    self.tire(state, passed_us);
-                }
-            }
+        // What most muscles run on goes first, without a call.
+        if let Motion::CalciumForce(motion) = &mut state.motion {
+            state.muscle.pulse_with(motion, at, gain);
+        } else {
+            self.pulse_other(state, at, gain);
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn advance(&self, state: &mut LadderState, to: Micros) {
-        state.rhythm.forget(to);
-        match &mut state.motion {
-            Motion::Static(motion) => motion.advance(to),
-            Motion::Lag(motion) => motion.advance(to),
-            Motion::CalciumForce(motion) => state.muscle.advance(motion, to),
-            Motion::CalciumForceFatigue(_) => self.advance_tiring(state, to),
+        if let Motion::CalciumForce(motion) = &mut state.motion {
+            state.muscle.advance(motion, to);
+        } else if let Motion::Lag(motion) = &mut state.motion {
+            motion.advance(&mut state.rhythm, to);
+        } else {
+            self.advance_other(state, to);
         }
     }
 
@@ -339,7 +337,41 @@ impl Model for Ladder {
 }
 
 impl Ladder {
-    /// Steps of at most 1 ms, each counted as work; at rest, of a second.
+    /// A pulse on another rung than [`Rung::CalciumForce`].
+    #[inline(never)]
+    fn pulse_other(&self, state: &mut LadderState, at: Micros, gain: u32) {
+        match &mut state.motion {
+            Motion::Static(motion) => motion.pulse(&state.muscle, &mut state.rhythm, at, gain),
+            Motion::Lag(motion) => motion.pulse(&state.muscle, &mut state.rhythm, at, gain),
+            Motion::CalciumForce(motion) | Motion::CalciumForceFatigue(motion) => {
+                let before = motion.at;
+                state.muscle.pulse_with(motion, at, gain);
+                let passed_us = motion.at.elapsed_since(before);
+                if passed_us > 0 {
+                    self.tire(state, passed_us);
+                }
+            }
+        }
+    }
+
+    #[inline(never)]
+    fn advance_other(&self, state: &mut LadderState, to: Micros) {
+        match &mut state.motion {
+            Motion::Lag(motion) => motion.advance(&mut state.rhythm, to),
+            Motion::Static(motion) => motion.advance(&mut state.rhythm, to),
+            Motion::CalciumForce(motion) | Motion::CalciumForceFatigue(motion) => {
+                if to.since(motion.at) == TICK_US.cast_signed() {
+                    state.muscle.advance(motion, to);
+                    self.tire(state, TICK_US);
+                } else {
+                    self.advance_tiring(state, to);
+                }
+            }
+        }
+    }
+
+    /// [`Self::advance`] by any time: steps of at most 1 ms, each counted as work; at rest, of a second.
+    #[inline(never)]
     fn advance_tiring(&self, state: &mut LadderState, to: Micros) {
         while let Motion::CalciumForceFatigue(motion) = &mut state.motion {
             let ahead_us = to.elapsed_since(motion.at);
@@ -359,6 +391,7 @@ impl Ladder {
     }
 
     /// `us` passed: at an update, the pulses' gains follow A.
+    #[inline]
     fn tire(&self, state: &mut LadderState, us: u32) {
         let (Motion::CalciumForceFatigue(motion), Some(fatigue)) =
             (&mut state.motion, &self.fatigue)
@@ -367,13 +400,12 @@ impl Ladder {
         };
         let force = (motion.force >> 32) as u32;
         if fatigue.pass(&mut state.tired, &mut state.muscle, force, us) {
-            // The last pulse acts already, or waits behind the one before.
-            let (acting, waiting) = match motion.waiting_us {
-                0 => (state.rhythm.gain, 0),
-                _ => (state.rhythm.gain_before, state.rhythm.gain),
-            };
-            motion.gain = state.tired.of(acting);
-            motion.next_gain = state.tired.of(waiting);
+            // The last pulse acts already, or will within a millisecond.
+            let gain = state.tired.of(state.rhythm.gain);
+            match motion.waiting_us {
+                0 => motion.gain = gain,
+                _ => motion.next_gain = gain,
+            }
         }
     }
 }

@@ -61,8 +61,14 @@ impl LagState {
     }
 
     /// A pulse at `at`, the last of `rhythm`, with a gain in Q31.
-    pub(super) fn pulse(&mut self, muscle: &CalciumForce, rhythm: &Rhythm, at: Micros, gain: u32) {
-        self.advance(at);
+    pub(super) fn pulse(
+        &mut self,
+        muscle: &CalciumForce,
+        rhythm: &mut Rhythm,
+        at: Micros,
+        gain: u32,
+    ) {
+        self.advance(rhythm, at);
         self.drive_by(muscle, rhythm.interval_us().unwrap_or(SLOWEST_US));
         self.on_us = self.drive.on_us;
         // Q31·Q31 with gain ≤ 1: within Q31.
@@ -70,26 +76,30 @@ impl LagState {
     }
 
     /// Lets time pass until `to`; an earlier time changes nothing.
-    #[inline]
-    pub(super) fn advance(&mut self, to: Micros) {
-        let elapsed_us = to.elapsed_since(self.at);
-        if elapsed_us == 0 {
-            return;
-        }
-        self.at = to;
-        if elapsed_us == TICK_US && self.on_us >= TICK_US {
+    #[inline(always)]
+    pub(super) fn advance(&mut self, rhythm: &mut Rhythm, to: Micros) {
+        if to.since(self.at) == TICK_US.cast_signed() && self.on_us >= TICK_US {
+            self.at = to;
             self.on_us = self.on_us.wrapping_sub(TICK_US);
             self.approach(self.target, self.rise_share);
-        } else if elapsed_us == TICK_US && self.on_us == 0 {
-            self.approach(0, self.fall_share);
         } else {
-            self.pass(elapsed_us);
+            self.pass(rhythm, to);
         }
     }
 
     /// [`Self::advance`] by any time: what is held, then the fall.
     #[inline(never)]
-    fn pass(&mut self, elapsed_us: u32) {
+    fn pass(&mut self, rhythm: &mut Rhythm, to: Micros) {
+        let elapsed_us = to.elapsed_since(self.at);
+        if elapsed_us == 0 {
+            return;
+        }
+        self.at = to;
+        rhythm.pass(to);
+        if elapsed_us == TICK_US && self.on_us == 0 {
+            self.approach(0, self.fall_share);
+            return;
+        }
         let held_us = elapsed_us.min(self.on_us);
         self.on_us = self.on_us.wrapping_sub(held_us);
         self.steps(held_us, self.target, self.rise_share, self.drive.rise);

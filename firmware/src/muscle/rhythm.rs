@@ -16,8 +16,9 @@
 //! next pulse comes before that time is over, level x̄ is what a period holds.
 
 use super::calcium_force::{CALCIUM_MAX_UPPER, CalciumForce, TICK_US};
-use super::exponential::{decay_fraction, exp_neg, ln_neg, mul_high, quotient};
+use super::exponential::{decay_fraction, exp_neg, ln_neg, mul_high};
 use super::reciprocal::Reciprocal;
+use crate::division::quotient;
 use crate::units::Micros;
 
 /// The slowest train, 0.5 Hz: a pulse later than this begins one. µs.
@@ -26,51 +27,55 @@ pub(super) const SLOWEST_US: u32 = 2_000_000;
 /// The fastest rate told apart, µs; beyond it x̄ is within 1 % of its limit.
 const FASTEST_US: u32 = 1_000;
 
-/// The pulses of a train as far as they matter: two gains and one interval.
+/// The pulses of a train as far as they matter: the last two.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Rhythm {
     last: Micros,
-    /// From the pulse before to the last one, µs; `SLOWEST_US` after a pause,
-    /// 0 if no pulse came within that time.
-    interval_us: u32,
+    before: Micros,
+    /// Bit 0: `last` is known, and not too long ago. Bit 1: so was `before`
+    /// when `last` came.
+    known: u32,
     /// Gain of the last pulse, Q31, as it came.
     pub(super) gain: u32,
-    /// Gain of the pulse before.
-    pub(super) gain_before: u32,
 }
 
 impl Rhythm {
     pub(super) const NONE: Self = Self {
         last: Micros(0),
-        interval_us: 0,
+        before: Micros(0),
+        known: 0,
         gain: 0,
-        gain_before: 0,
     };
 
     /// A pulse at `at` with a gain above zero.
+    #[inline(always)]
     pub(super) fn beat(&mut self, at: Micros, gain: u32) {
-        self.forget(at);
-        self.interval_us = match self.interval_us {
-            0 => SLOWEST_US,
-            _ => at.elapsed_since(self.last).clamp(FASTEST_US, SLOWEST_US),
-        };
-        self.last = at;
-        (self.gain_before, self.gain) = (self.gain, gain);
+        (self.before, self.last) = (self.last, at);
+        self.known = self.known << 1 | 1;
+        self.gain = gain;
+    }
+
+    /// No pulse is known of any more.
+    pub(super) fn forget(&mut self) {
+        self.known = 0;
     }
 
     /// Time has come to `now`: a pulse too long ago is no train's.
     #[inline(always)]
-    pub(super) fn forget(&mut self, now: Micros) {
+    pub(super) fn pass(&mut self, now: Micros) {
         if now.elapsed_since(self.last) > SLOWEST_US {
-            self.interval_us = 0;
+            self.forget();
         }
     }
 
-    /// The interval, if a train is known of.
+    /// From the pulse before to the last one, µs; `SLOWEST_US` after a pause,
+    /// `None` in one.
     pub(super) const fn interval_us(&self) -> Option<u32> {
-        match self.interval_us {
-            0 => None,
-            known => Some(known),
+        let interval_us = self.last.elapsed_since(self.before);
+        match self.known & 3 {
+            0 | 2 => None,
+            3 if interval_us < SLOWEST_US => Some(interval_us),
+            _ => Some(SLOWEST_US),
         }
     }
 
@@ -147,20 +152,35 @@ impl Drive {
         if off_us == 0 {
             return self.target;
         }
-        let [rise, fall] = self.taus.map(u64::from);
+        let [rise, fall] = self.taus;
         // µs over τm in Q32: 2^21 · 2^31 / 2^10.
         let over_tau_m = |us: u32| (u64::from(us) * u64::from(muscle.length_per_us)) >> 10;
-        let left = |us: u32, tau: u64| u64::from(exp_neg(quotient_far(over_tau_m(us), tau)));
+        let left = |us: u32, tau: u32| {
+            let n = over_tau_m(us);
+            if n >> 5 >= u64::from(tau) {
+                return 0; // e^-32
+            }
+            // 2^37 · 2^26 fits; the quotient is below 32 · 2^26.
+            u64::from(exp_neg(
+                u64::from(quotient(n << 26, tau).unwrap_or(u32::MAX)) << 6,
+            ))
+        };
         const ONE: u64 = 1 << 31;
-        let (p, q) = (left(self.on_us, rise), left(off_us, fall));
         // All Q31 and at most 1; p·q < 1, as q is after 1 µs of 1.2 s or more.
-        let swing = (((ONE - p) * (ONE - q)) / (ONE - ((p * q) >> 31)).max(1)).min(ONE);
-        let held = (u64::from(self.on_us) << 32) / u64::from(self.interval_us).max(1);
-        // A fall is no slower than its rise. At most 1.2 s over 1 ms: 2^43.
-        let lost = quotient(rise.saturating_sub(fall), over_tau_m(self.interval_us));
-        // Q32 by Q31: 2^33 · 2^31 fits.
-        let share = held.saturating_sub(((lost >> 10) * swing) >> 21);
-        ((u64::from(self.target) * share) >> 32) as u32
+        let (p, q) = (left(self.on_us, rise), left(off_us, fall));
+        let both = (ONE - ((p * q) >> 31)) as u32;
+        let swing = quotient((ONE - p) * (ONE - q), both)
+            .unwrap_or(0)
+            .min(1 << 31);
+        let held = quotient(u64::from(self.on_us) << 32, self.interval_us).unwrap_or(u32::MAX);
+        // Q22, as it may pass 1. T/τm is at most 2^41 in Q32.
+        let period = (over_tau_m(self.interval_us) >> 10) as u32;
+        // A fall is no slower than its rise.
+        let slower = u64::from(rise.saturating_sub(fall)) << 12;
+        let lost = quotient(slower, period).unwrap_or(u32::MAX);
+        // Q22 by Q31: 2^32 · 2^31 fits.
+        let share = u64::from(held).saturating_sub((u64::from(lost) * u64::from(swing)) >> 21);
+        mul_high(self.target, share as u32) // at most `held`
     }
 
     /// What is left to hold `age_us` after a pulse, µs.
@@ -169,45 +189,45 @@ impl Drive {
     }
 }
 
-/// n/d in Q32 where d may be far smaller than n: saturates at 2^40.
-fn quotient_far(n: u64, d: u64) -> u64 {
-    if n >> 8 >= d { 1 << 40 } else { quotient(n, d) }
-}
-
 /// Level of activation, Q32, and how long a pulse holds it, µs.
 fn level_and_time(muscle: &CalciumForce, interval_us: u32) -> (u32, u32) {
-    let half_decay = u64::from(muscle.half_decay_per_us);
-    // T/τc, Q32: 2^21 · 2^29 / 2^9, and 0.01 or more.
-    let periods = (u64::from(interval_us) * half_decay) >> 9;
+    let half_decay = muscle.half_decay_per_us;
+    // T/τc, Q32: 2^21 · 2^29 / 2^9, and 0.01 or more. In Q23 it fits 32 bits.
+    let periods = (u64::from(interval_us) * u64::from(half_decay)) >> 9;
+    let per_period = |n: u64| quotient(n << 23, (periods >> 9) as u32).unwrap_or(u32::MAX);
     // 1, u, 1 − u, K·(1 − u) in 2^-28: below 2^31.
-    const ONE: u64 = 1 << 28;
-    let kept = u64::from(exp_neg(periods)) >> 3;
-    let renewed = ONE - kept.min(ONE - 1);
-    let k = ((u64::from(muscle.k) * renewed) >> 27).max(1);
+    const ONE: u32 = 1 << 28;
+    let kept = (exp_neg(periods) >> 3).min(ONE - 1);
+    let renewed = ONE - kept;
+    let k = ((u64::from(muscle.k) * u64::from(renewed)) >> 27).max(1) as u32;
     // (K + C⁻)·(1 − u) and (K + C⁺)·(1 − u).
     let (low, high) = (k + kept, k + ONE);
     // Quotients of at most 1, Q31: k ≤ low < high.
-    let over = |n: u64, d: u64| ((n << 31) / d.max(1)) as u32;
+    let over = |n: u32, d: u32| quotient(u64::from(n) << 31, d).unwrap_or(1 << 31);
+    // At most 21.5 in Q32; so are all areas, in units of τc.
     let area_of_period = ln_neg(over(low, high));
-    let mean = quotient(area_of_period, periods).min(u32::MAX.into());
-    let spread = (u64::from(over(k, low)) * u64::from(over(renewed, high))) >> 31;
-    let square = mean.saturating_sub(quotient(spread << 1, periods));
+    let mean = per_period(area_of_period).max(1);
+    // Q31·Q31, in Q32.
+    let spread = (u64::from(over(k, low)) * u64::from(over(renewed, high))) >> 30;
+    let square = mean.saturating_sub(per_period(spread));
     // Mean of x² over mean of x: both Q32.
-    let level = quotient(square, mean).clamp(1, u32::MAX.into());
-    // In units of τc, Q32: at most 21.5 over a level of 0.01 or more.
+    let level = quotient(u64::from(square) << 32, mean)
+        .unwrap_or(u32::MAX)
+        .max(1);
     let area = ln_neg(over(k, high));
-    let time = quotient(area, level);
-    let (level, time) = if time >= periods {
-        (mean, quotient(area, mean))
+    // Q20: 2^37 · 2^20 fits; an area over a level of 0.01 or more is below 2^12.
+    let time_at = |level: u32| quotient(area << 20, level).unwrap_or(u32::MAX);
+    let time = time_at(level);
+    let (level, time) = if u64::from(time) >= periods >> 12 {
+        (mean, time_at(mean))
     } else {
-        (quotient(area_of_period, time), time)
+        // The same area over a period at a lower level.
+        let lower = quotient(area_of_period << 20, time).unwrap_or(u32::MAX);
+        (lower, time)
     };
-    // 2^44 · 2^9 fits.
-    let us = (time.min(1 << 44) << 9) / half_decay.max(1);
-    (
-        level.min(u32::MAX.into()) as u32,
-        us.min(SLOWEST_US.into()) as u32,
-    )
+    // Q20 by 2^-41 per µs: 2^32 · 2^21 fits.
+    let us = quotient(u64::from(time) << 21, half_decay).unwrap_or(u32::MAX);
+    (level, us.min(SLOWEST_US))
 }
 
 /// C just after the last pulse of a steady train with this rhythm, decayed
@@ -216,10 +236,12 @@ pub(super) fn calcium(muscle: &CalciumForce, rhythm: &Rhythm, now: Micros) -> u3
     let Some(interval_us) = rhythm.interval_us() else {
         return 0;
     };
+    let interval_us = interval_us.max(FASTEST_US);
     let left = |us: u32| exp_neg((u64::from(us) * u64::from(muscle.half_decay_per_us)) >> 9);
     // 1 − u in Q31, above 0: an interval is 1 ms or more, τc at most 100.
-    let renewed = (1u64 << 31).saturating_sub(left(interval_us).into()).max(1);
-    let highest = ((1u64 << 58) / renewed).min(CALCIUM_MAX_UPPER.into());
+    let renewed = (1u32 << 31).saturating_sub(left(interval_us));
+    let highest = quotient(1 << 58, renewed).unwrap_or(u32::MAX);
+    let highest = u64::from(highest.min(CALCIUM_MAX_UPPER));
     ((highest * u64::from(left(rhythm.age_us(now)))) >> 31) as u32
 }
 

@@ -58,8 +58,14 @@ impl StaticState {
     }
 
     /// A pulse at `at`, the last of `rhythm`, with a gain in Q31.
-    pub(super) fn pulse(&mut self, muscle: &CalciumForce, rhythm: &Rhythm, at: Micros, gain: u32) {
-        self.advance(at);
+    pub(super) fn pulse(
+        &mut self,
+        muscle: &CalciumForce,
+        rhythm: &mut Rhythm,
+        at: Micros,
+        gain: u32,
+    ) {
+        self.advance(rhythm, at);
         self.take(muscle, rhythm, gain);
     }
 
@@ -76,8 +82,8 @@ impl StaticState {
     }
 
     /// Lets time pass until `to`; an earlier time changes nothing.
-    #[inline]
-    pub(super) fn advance(&mut self, to: Micros) {
+    #[inline(always)]
+    pub(super) fn advance(&mut self, rhythm: &mut Rhythm, to: Micros) {
         let elapsed_us = to.elapsed_since(self.at);
         if elapsed_us == 0 {
             return;
@@ -86,6 +92,7 @@ impl StaticState {
         self.on_us = self.on_us.saturating_sub(elapsed_us);
         if self.on_us == 0 {
             self.level = 0;
+            rhythm.pass(to);
         }
         if self.left_over != 0 {
             self.settle(elapsed_us);

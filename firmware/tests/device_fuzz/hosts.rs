@@ -163,14 +163,24 @@ pub fn joint() -> impl Strategy<Value = JointSpec> {
         Just(LawSpec::PAPER),
         Just(LawSpec::RECOMMENDED),
         Just(LawSpec::PID),
-        (any::<u32>(), any::<u32>(), any::<u32>(), any::<u32>()).prop_map(
-            |(lambda_milli, k1_milli, k2_milli, b_milli)| LawSpec::Recommended {
+        any::<[u32; 6]>().prop_map(|gains| {
+            let [
                 lambda_milli,
                 k1_milli,
                 k2_milli,
-                b_milli
+                b_milli,
+                k3_milli,
+                ki_milli,
+            ] = gains;
+            LawSpec::Recommended {
+                lambda_milli,
+                k1_milli,
+                k2_milli,
+                b_milli,
+                k3_milli,
+                ki_milli,
             }
-        ),
+        }),
     ];
     let hold = prop_oneof![
         Just(HoldPolicy::Hold),
@@ -200,6 +210,7 @@ pub fn joint() -> impl Strategy<Value = JointSpec> {
                 sensor,
                 stale_after_ms: stale,
                 wearer: None,
+                response: None,
             },
         )
 }

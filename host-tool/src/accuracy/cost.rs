@@ -6,31 +6,51 @@ use hal_sim::images::Image;
 
 /// The rows of the loop around a setting begin so.
 const EMPTY: &str = "empty@";
+/// The rows of making a muscle begin so.
+const MAKE: &str = "make:";
 
-/// Every setting's row from the chip simulator, in the image's order, the loop
-/// around the setting taken off.
-///
-/// # Errors
-/// [`BenchError`].
-pub fn on_chip() -> Result<Vec<Row>, BenchError> {
-    let mut overhead = 0;
-    let mut rows = vec![];
-    for mut row in rows_on_chip(Image::Methods)? {
-        if row.name.starts_with(EMPTY) {
-            overhead = row.mean;
-        } else {
-            row.take_off(overhead);
-            rows.push(row);
-        }
-    }
-    Ok(rows)
+/// What the image printed: rows in its order.
+#[derive(Clone, Debug)]
+pub struct Cost {
+    /// Every setting's, without the loop around it.
+    pub runs: Vec<Row>,
+    /// Of making the muscles of [`firmware::bench::MADE`].
+    pub makes: Vec<Row>,
 }
 
-/// The same rows from this computer: results without cycles.
-#[must_use]
-pub fn on_host() -> Vec<Row> {
-    let mut rows = vec![];
-    firmware::bench::run_methods(&NoClock, |row| rows.push(Row::from(row)));
-    rows.retain(|row: &Row| !row.name.starts_with(EMPTY));
-    rows
+impl Cost {
+    fn new(rows: Vec<Row>) -> Self {
+        let mut overhead = 0;
+        let mut cost = Self {
+            runs: vec![],
+            makes: vec![],
+        };
+        for mut row in rows {
+            if row.name.starts_with(EMPTY) {
+                overhead = row.mean;
+            } else if row.name.starts_with(MAKE) {
+                cost.makes.push(row);
+            } else {
+                row.take_off(overhead);
+                cost.runs.push(row);
+            }
+        }
+        cost
+    }
+
+    /// From the chip simulator.
+    ///
+    /// # Errors
+    /// [`BenchError`].
+    pub fn on_chip() -> Result<Self, BenchError> {
+        Ok(Self::new(rows_on_chip(Image::Methods)?))
+    }
+
+    /// From this computer: results without cycles.
+    #[must_use]
+    pub fn on_host() -> Self {
+        let mut rows = vec![];
+        firmware::bench::run_methods(&NoClock, |row| rows.push(Row::from(row)));
+        Self::new(rows)
+    }
 }

@@ -9,15 +9,18 @@ use firmware::units::Micros;
 #[must_use]
 pub fn of_case(case: &Case, setting: Setting, output_us: u32) -> f64 {
     setting
-        .with(&case.spec, |muscle| of_run(case, muscle, output_us))
+        .with(&case.spec, |muscle| {
+            of_run(case, muscle, output_us, DURATION_US)
+        })
         .unwrap_or(f64::INFINITY)
 }
 
-/// The same for an integrator at rest at time 0.
-pub fn of_run(case: &Case, muscle: &mut dyn Integrator, output_us: u32) -> f64 {
+/// The same for an integrator at rest at time 0, up to `until_us`, at most
+/// [`DURATION_US`].
+pub fn of_run(case: &Case, muscle: &mut dyn Integrator, output_us: u32, until_us: u32) -> f64 {
     let mut pulses = case.pulses_us.iter().peekable();
     let mut worst = 0f64;
-    for at_us in (output_us..=DURATION_US).step_by(output_us as usize) {
+    for at_us in (output_us..=until_us).step_by(output_us as usize) {
         while let Some(pulse_us) = pulses.next_if(|us| **us <= at_us) {
             muscle.pulse(Micros(*pulse_us));
         }

@@ -1,9 +1,10 @@
 //! Every setting's error and cost together, and which of them nothing beats.
 
 use super::cases::Case;
-use super::{cost, errors};
-use crate::bench::{BenchError, Row};
-use firmware::bench::{OUTPUTS_US, RUN_US};
+use super::cost::Cost;
+use super::errors;
+use crate::bench::BenchError;
+use firmware::bench::{MADE, OUTPUTS_US, RUN_US};
 use firmware::methods::muscle::Setting;
 use std::fmt::Write;
 
@@ -50,6 +51,9 @@ pub fn all_errors(cases: &[Case], step: impl Fn(f64)) -> Vec<f64> {
 pub struct Chart {
     /// In the image's order.
     pub points: Vec<Point>,
+    /// Core clock cycles of making a muscle, constants and tables, by some
+    /// settings.
+    pub makes: Vec<(Setting, u64)>,
     /// Names of the settings whose forces are other bits on the chip than on
     /// this computer.
     pub differing: Vec<String>,
@@ -61,18 +65,18 @@ pub struct Chart {
 /// [`BenchError`].
 pub fn measure(cases: &[Case], step: impl Fn(f64)) -> Result<Chart, BenchError> {
     let errors = all_errors(cases, |part| step(part * 0.3));
-    let chip = cost::on_chip()?;
+    let chip = Cost::on_chip()?;
     step(0.95);
-    Ok(Chart::new(&errors, &chip, &cost::on_host()))
+    Ok(Chart::new(&errors, &chip, &Cost::on_host()))
 }
 
 impl Chart {
     /// Puts together what was measured, all in the image's order.
     #[must_use]
-    pub fn new(errors: &[f64], chip: &[Row], host: &[Row]) -> Self {
-        let differs = |(c, h): &(&Row, &Row)| c.checksum != h.checksum || c.name != h.name;
-        let differing = chip.iter().zip(host).filter(differs);
-        let points = settings().zip(errors).zip(chip);
+    pub fn new(errors: &[f64], chip: &Cost, host: &Cost) -> Self {
+        let pairs = chip.runs.iter().zip(&host.runs);
+        let differing = pairs.filter(|(c, h)| c.checksum != h.checksum || c.name != h.name);
+        let points = settings().zip(errors).zip(&chip.runs);
         let points = points.map(|(((setting, output_us), error_pct), row)| Point {
             setting,
             output_us,
@@ -83,6 +87,10 @@ impl Chart {
         let mut chart = Self {
             differing: differing.map(|(c, _)| c.name.clone()).collect(),
             points: points.collect(),
+            makes: MADE
+                .into_iter()
+                .zip(chip.makes.iter().map(|row| row.mean))
+                .collect(),
         };
         chart.mark_front();
         chart
@@ -129,9 +137,9 @@ impl Chart {
             let Point {
                 setting, output_us, ..
             } = point;
-            let step = match setting.method.has_no_step() {
-                true => String::new(),
-                false => setting.step_us.to_string(),
+            let step = match setting.step_us {
+                Setting::WHOLE_US => String::new(),
+                us => us.to_string(),
             };
             // Writing to a `String` cannot fail.
             let _ = writeln!(

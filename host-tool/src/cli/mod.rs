@@ -6,6 +6,7 @@ mod chip;
 mod demo;
 mod edges;
 mod experiment;
+mod explain_model;
 mod monitor;
 mod muscle;
 mod profile;
@@ -38,6 +39,7 @@ enum Command {
     Run(run::RunArgs),
     Serve(serve::Serve),
     Edges(edges::Edges),
+    ExplainModel(explain_model::ExplainModel),
     #[command(subcommand)]
     Experiment(experiment::Experiment),
     Monitor(monitor::Monitor),
@@ -106,6 +108,7 @@ pub fn main() -> ExitCode {
         Command::Run(args) => run::main(args, output),
         Command::Serve(args) => serve::main(args, output),
         Command::Edges(args) => edges::main(args, output),
+        Command::ExplainModel(args) => explain_model::main(args, output),
         Command::Experiment(experiment) => experiment::main(experiment, output),
         Command::Monitor(args) => monitor::main(args, output),
         Command::Muscle(args) => muscle::main(args, output),

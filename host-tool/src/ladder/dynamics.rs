@@ -2,7 +2,7 @@
 
 use super::protocol::Protocol;
 use super::signal::{Difference, predicted, reference, subjects};
-use super::{MeasureError, parallel, telemetry};
+use super::{MeasureError, each, telemetry};
 use firmware::muscle::choice::Scene;
 use firmware::muscle::choice::grid::{BURSTS_MS, PAIRS, RAMPS_MS, RATES_MHZ, TELEMETRY_MS};
 use firmware::muscle::{CalciumForceSpec, Ladder, Rung};
@@ -46,7 +46,7 @@ pub fn grid() -> Vec<Scene> {
                         slowest_mhz,
                         fastest_mhz,
                         ramp_ms,
-                        session_s: 1,
+                        session_s: 0,
                     });
                 }
             }
@@ -91,5 +91,5 @@ fn one(
 /// # Errors
 /// As [`measure`].
 pub fn campaign(scenes: &[Scene], step: impl Fn(f64) + Sync) -> Result<Vec<Cell>, MeasureError> {
-    parallel(scenes, step, measure)
+    each(scenes, step, measure)
 }

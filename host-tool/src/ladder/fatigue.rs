@@ -3,7 +3,7 @@
 
 use super::protocol::Protocol;
 use super::signal::{Difference, START, spec};
-use super::{MeasureError, parallel};
+use super::{MeasureError, each};
 use firmware::muscle::choice::grid::{RATES_MHZ, SESSIONS_S};
 use firmware::muscle::{FatigueSpec, Gain, Ladder, Model, Rung};
 use hal_sim::body::muscle::{Parameters, SUBJECTS};
@@ -129,7 +129,7 @@ pub fn campaign(step: impl Fn(f64) + Sync) -> Result<Vec<Course>, MeasureError> 
         .flat_map(|rate| SUBJECTS.iter().map(move |subject| (rate, subject)))
         .collect();
     let last = SESSIONS_S[SESSIONS_S.len() - 1];
-    let courses = parallel(&jobs, step, |&(rate, subject)| work(rate, subject, last))?;
+    let courses = each(&jobs, step, |&(rate, subject)| work(rate, subject, last))?;
     Ok(courses
         .chunks(SUBJECTS.len())
         .map(|subjects| {

@@ -7,14 +7,17 @@
 //! In: the grid of `firmware::muscle::choice`, or any scene. Out: errors in
 //! parts of a scene's peak, the committed table and the firmware's.
 
+pub mod adequacy;
 pub mod dynamics;
 pub mod fatigue;
 pub mod motion;
+pub mod picture;
 pub mod protocol;
 pub mod signal;
 pub mod table;
 pub mod telemetry;
 
+use crate::tracking::parallel;
 use firmware::muscle::LadderError;
 use firmware::muscle::choice::grid::{
     BURSTS_MS, Discretization, LAW_PERIODS_MS, RAMPS_MS, RATES_MHZ, SESSIONS_S, STEPS_MS,
@@ -41,42 +44,24 @@ impl From<LadderError> for MeasureError {
     }
 }
 
-/// `work` on every one of `jobs`, on all cores; the results in their order.
+/// `work` on every one of `jobs`, in parallel; the results in their order.
 /// `step` hears the part done.
 ///
 /// # Errors
 /// The first that any of them had.
-fn parallel<J: Sync, R: Send, E: Send>(
+fn each<J: Sync, R: Send, E: Send>(
     jobs: &[J],
     step: impl Fn(f64) + Sync,
     work: impl Fn(&J) -> Result<R, E> + Sync,
 ) -> Result<Vec<R>, E> {
-    let workers = std::thread::available_parallelism().map_or(1, usize::from);
     let done = AtomicUsize::new(0);
-    let run = |first: usize| -> Vec<(usize, Result<R, E>)> {
-        let mine = jobs.iter().enumerate().skip(first).step_by(workers);
-        mine.map(|(i, job)| {
-            let result = work(job);
-            let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-            step(done as f64 / jobs.len() as f64);
-            (i, result)
-        })
-        .collect()
-    };
-    let mut all: Vec<_> = std::thread::scope(|scope| {
-        let handles: Vec<_> = (0..workers)
-            .map(|first| scope.spawn(move || run(first)))
-            .collect();
-        handles
-            .into_iter()
-            .flat_map(|handle| {
-                let joined = handle.join();
-                joined.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
-            })
-            .collect()
+    let results = parallel::map(jobs, |job| {
+        let result = work(job);
+        let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+        step(done as f64 / jobs.len() as f64);
+        result
     });
-    all.sort_by_key(|&(i, _)| i);
-    all.into_iter().map(|(_, result)| result).collect()
+    results.into_iter().collect()
 }
 
 /// The whole campaign: every row of `docs/charts/ladder.csv`. `step` hears the
@@ -134,24 +119,24 @@ fn fatigue_rows(courses: &[fatigue::Course]) -> Vec<Row> {
     rows
 }
 
-/// The worst over pairs of rates of each burst and ramp.
+/// The worst over ramps and fastest rates of each burst and slowest rate.
 fn telemetry_rows(
     scenes: &[firmware::muscle::choice::Scene],
     cells: &[dynamics::Cell],
 ) -> Vec<Row> {
     let mut rows = Vec::new();
     for burst_ms in BURSTS_MS {
-        for ramp_ms in RAMPS_MS {
+        for slowest_mhz in RATES_MHZ {
             for (i, period) in TELEMETRY_MS.iter().enumerate() {
                 let worst = scenes
                     .iter()
                     .zip(cells)
-                    .filter(|(s, _)| s.burst_ms == burst_ms && s.ramp_ms == ramp_ms)
+                    .filter(|(s, _)| s.burst_ms == burst_ms && s.slowest_mhz == slowest_mhz)
                     .map(|(_, cell)| cell.telemetry[i])
                     .fold(0.0, f64::max);
                 let key = Key {
                     burst_ms: Some(burst_ms),
-                    ramp_ms: Some(ramp_ms),
+                    slowest_mhz: Some(slowest_mhz),
                     ..Key::new(Quantity::Telemetry, format!("{period} ms"))
                 };
                 rows.push(Row::new(key, worst, None, None));
@@ -163,7 +148,7 @@ fn telemetry_rows(
 
 /// Rows of [`Quantity::Law`] and [`Quantity::Body`].
 fn motion_rows(step: impl Fn(f64) + Sync) -> Result<Vec<Row>, MotionError> {
-    let of_ramps = parallel(&RAMPS_MS, step, |&ramp_ms| motion_rows_of(ramp_ms))?;
+    let of_ramps = each(&RAMPS_MS, step, |&ramp_ms| motion_rows_of(ramp_ms))?;
     Ok(of_ramps.into_iter().flatten().collect())
 }
 

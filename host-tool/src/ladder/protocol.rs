@@ -50,7 +50,10 @@ struct Burst {
 
 impl Burst {
     fn draw(scene: &Scene, random: &mut Random) -> Self {
-        let length_ms = f64::from(scene.burst_ms);
+        let length_ms = match (scene.burst_ms, scene.session_s) {
+            (Scene::UNBROKEN.., 1..) => f64::from(scene.session_s) * 1e3,
+            _ => f64::from(scene.burst_ms),
+        };
         let ramp_ms = f64::from(scene.ramp_ms);
         let (a, b) = (scene.slowest_mhz, scene.fastest_mhz);
         let hz = [a, b].map(|mhz| f64::from(mhz) / 1e3);
@@ -96,7 +99,7 @@ impl Burst {
 
 impl Protocol {
     /// The scene with its random parts (phase against the tick, pauses, times
-    /// at each rate) drawn from `seed`. The session's length plays no part.
+    /// at each rate) drawn from `seed`, as long as its session.
     #[must_use]
     pub fn draw(scene: &Scene, seed: u64) -> Self {
         let mut random = Random(seed ^ 0x1A77E5);
@@ -121,7 +124,8 @@ impl Protocol {
             start_ms += random
                 .log_uniform(DWELL_MS.0, DWELL_MS.1)
                 .max(1e6 / f64::from(scene.slowest_mhz));
-            if bursts >= 3 && start_ms >= LEAST_MS {
+            let least_ms = LEAST_MS.max(f64::from(scene.session_s) * 1e3);
+            if bursts >= 3 && start_ms >= least_ms {
                 break;
             }
         }

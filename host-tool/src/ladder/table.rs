@@ -148,15 +148,12 @@ pub const RUNG_NAMES: [&str; 4] = ["static", "lag", "calcium-force", "calcium-fo
 pub const DISCRETIZATION_NAMES: [&str; 2] = ["explicit", "implicit"];
 
 /// The algorithms of `docs/charts/cycles.csv` that are a rung's tick without
-/// and with a pulse.
+/// and with a pulse, as the device runs it.
 const CYCLE_ROWS: [[&str; 2]; 4] = [
     ["static_tick", "static_tick_and_pulse"],
     ["lag_tick", "lag_tick_and_pulse"],
-    ["calcium_force_tick", "calcium_force_tick_and_pulse"],
-    [
-        "calcium_force_fatigue_tick",
-        "calcium_force_fatigue_tick_and_pulse",
-    ],
+    ["rung_tick", "rung_tick_and_pulse"],
+    ["fatigue_tick", "fatigue_tick_and_pulse"],
 ];
 
 /// The head of the firmware's file.
@@ -282,15 +279,16 @@ impl Table {
 
     fn write_telemetry(&self, out: &mut String) -> anyhow::Result<()> {
         out.push_str(
-            "\n/// Error of a force drawn from telemetry by burst, ramp and period.\n\
+            "\n/// Error of a force drawn from telemetry by burst, slowest rate\n\
+             /// and period.\n\
              #[rustfmt::skip]\npub static TELEMETRY: [[[u16; 7]; 6]; 7] = [\n",
         );
         for burst_ms in BURSTS_MS {
             writeln!(out, "  [ // bursts of {burst_ms} ms")?;
-            for ramp_ms in RAMPS_MS {
+            for slowest_mhz in RATES_MHZ {
                 let key = |period: u16| Key {
                     burst_ms: Some(burst_ms),
-                    ramp_ms: Some(ramp_ms),
+                    slowest_mhz: Some(slowest_mhz),
                     ..Key::new(Quantity::Telemetry, format!("{period} ms"))
                 };
                 let row: Vec<_> = TELEMETRY_MS

@@ -1,8 +1,8 @@
 //! `[joint]`: a closed loop on the device.
 
 use firmware::control::{
-    HoldPolicy, Joint, JointSpec, LawSpec, PointSpec, SensorSource, SpecError, SpecField,
-    WearerModel,
+    HoldPolicy, Joint, JointSpec, LawSpec, PointSpec, ResponseSpec, SensorSource, SpecError,
+    SpecField, WearerModel,
 };
 use firmware::units::Amplitude;
 
@@ -25,7 +25,7 @@ pub(super) const STALE_AFTER_MS: (u16, u16) = (10, 50);
 /// ln(Fmax/Fmin) over Lee 2020, table 2.
 const LEE_CURVATURE_MILLI: u16 = 1_200;
 
-const FIELDS: [&str; 15] = [
+const FIELDS: [&str; 16] = [
     "law",
     "gains",
     "law_period_ms",
@@ -41,6 +41,7 @@ const FIELDS: [&str; 15] = [
     "code_at_100_deg",
     "stale_after_ms",
     "wearer",
+    "response",
 ];
 
 const WEARER_FIELDS: [&str; 8] = [
@@ -52,6 +53,15 @@ const WEARER_FIELDS: [&str; 8] = [
     "torque_loss",
     "curvature",
     "lead_ms",
+];
+
+const RESPONSE_FIELDS: [&str; 6] = [
+    "gain_rad",
+    "muscle_ms",
+    "joint_ms",
+    "delay_ms",
+    "scale_learning",
+    "damping_learning",
 ];
 
 /// The control laws by name.
@@ -126,6 +136,7 @@ pub(super) fn read_joint(
         sensor,
         stale_after_ms: t.whole("stale_after_ms", 0)?.or(stale_after_ms),
         wearer: read_wearer_model(&t)?,
+        response: read_response(&t)?,
     };
     let joint = Joint::new(&spec).map_err(|e| joint_error(&t, &points, &spec, e))?;
     Ok(Some((spec, joint)))
@@ -157,13 +168,17 @@ fn read_law(t: &Table<'_>) -> Result<LawSpec, SessionError> {
             k1_milli,
             k2_milli,
             b_milli,
+            k3_milli,
+            ki_milli,
         } => {
-            g.only(&["lambda", "k1", "k2", "b"])?;
+            g.only(&["lambda", "k1", "k2", "b", "k3", "ki"])?;
             LawSpec::Recommended {
                 lambda_milli: g.whole("lambda", 3)?.or(lambda_milli),
                 k1_milli: g.whole("k1", 3)?.or(k1_milli),
                 k2_milli: g.whole("k2", 3)?.or(k2_milli),
                 b_milli: g.whole("b", 3)?.or(b_milli),
+                k3_milli: g.whole("k3", 3)?.or(k3_milli),
+                ki_milli: g.whole("ki", 3)?.or(ki_milli),
             }
         }
         LawSpec::Pid {
@@ -196,6 +211,24 @@ fn read_wearer_model(t: &Table<'_>) -> Result<Option<WearerModel>, SessionError>
         torque_loss_milli: w.whole("torque_loss", 3)?.or(0),
         curvature_milli: w.whole("curvature", 3)?.or(LEE_CURVATURE_MILLI),
         lead_ms: w.whole("lead_ms", 0)?.or(0),
+    }))
+}
+
+/// Reads `[joint.response]`, a nominal wearer in time; a field left out keeps
+/// [`ResponseSpec::RECOMMENDED`].
+fn read_response(t: &Table<'_>) -> Result<Option<ResponseSpec>, SessionError> {
+    let Some(r) = t.table("response")?.optional() else {
+        return Ok(None);
+    };
+    r.only(&RESPONSE_FIELDS)?;
+    let default = ResponseSpec::RECOMMENDED;
+    Ok(Some(ResponseSpec {
+        gain_mrad: r.whole("gain_rad", 3)?.or(default.gain_mrad),
+        muscle_ms: r.whole("muscle_ms", 0)?.or(default.muscle_ms),
+        joint_ms: r.whole("joint_ms", 0)?.or(default.joint_ms),
+        delay_ms: r.whole("delay_ms", 0)?.or(default.delay_ms),
+        scale_milli: r.whole("scale_learning", 3)?.or(default.scale_milli),
+        damping_milli: r.whole("damping_learning", 3)?.or(default.damping_milli),
     }))
 }
 
@@ -319,6 +352,13 @@ pub(super) const fn file_field(field: SpecField) -> (&'static str, i32) {
         F::TorqueLoss => ("torque_loss", 3),
         F::Curvature => ("curvature", 3),
         F::Lead => ("lead_ms", 0),
+        F::K3 => ("k3", 3),
+        F::ResponseGain => ("gain_rad", 3),
+        F::MuscleLag => ("muscle_ms", 0),
+        F::JointLag => ("joint_ms", 0),
+        F::Delay => ("delay_ms", 0),
+        F::ScaleLearning => ("scale_learning", 3),
+        F::DampingLearning => ("damping_learning", 3),
     }
 }
 
@@ -355,7 +395,7 @@ fn joint_error(
         F::CodeSpan => t.out_of_range(name, format!("at least {min} from `code_at_0_deg`")),
         F::Threshold => point(&|p| p.threshold > p.max).not_within(name, min, max, places),
         F::Maximum => point(&|p| i64::from(p.max.0) > max).not_within(name, min, max, places),
-        F::Lambda | F::W | F::K1 | F::K2 | F::B | F::Kp | F::Ki | F::Kd => {
+        F::Lambda | F::W | F::K1 | F::K2 | F::B | F::K3 | F::Kp | F::Ki | F::Kd => {
             within("gains").not_within(name, min, max, places)
         }
         F::Rest
@@ -366,6 +406,12 @@ fn joint_error(
         | F::TorqueLoss
         | F::Curvature
         | F::Lead => within("wearer").not_within(name, min, max, places),
+        F::ResponseGain
+        | F::MuscleLag
+        | F::JointLag
+        | F::Delay
+        | F::ScaleLearning
+        | F::DampingLearning => within("response").not_within(name, min, max, places),
         _ => t.not_within(name, min, max, places),
     }
 }

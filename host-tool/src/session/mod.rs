@@ -13,6 +13,7 @@ mod decimal;
 mod error;
 mod joint;
 mod muscle;
+pub mod scene;
 mod setpoints;
 mod setup;
 mod table;
@@ -118,7 +119,7 @@ impl Session {
         let mut notes = Vec::new();
         let setup = setup::read_setup(t, duration_us, &mut notes)?;
         let setpoints = setpoints::read_setpoints(t, &setup)?;
-        Ok(Self {
+        let mut session = Self {
             title,
             duration_us,
             wearer: setup.wearer,
@@ -131,7 +132,9 @@ impl Session {
             measure: read_measure(t, duration_us)?,
             body: body::read_body(t)?,
             notes,
-        })
+        };
+        scene::settle(&mut session);
+        Ok(session)
     }
 
     /// The requests that configure a device, in an order in which each can be

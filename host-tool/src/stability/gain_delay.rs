@@ -136,10 +136,12 @@ mod tests {
                 for delay in [0, 60, 150] {
                     let found = circling(&finger(gain, delay), &joint);
                     let told = 2.0 * function.limit_cycle_deg(&plant(gain, delay));
-                    println!("gain {gain}, 25 + {delay} ms: {found:.2} deg, told {told:.2}°");
-                    assert!((found > REST_DEG) == (told > REST_DEG));
-                    let wrong = (told / found - 1.0).abs();
-                    assert!(told < REST_DEG || wrong < 0.3, "{wrong}");
+                    println!("gain {gain}, 25 + {delay} ms: {found:.2}°, told {told:.2}°");
+                    if told == 0.0 {
+                        assert!(found < 0.5);
+                    } else {
+                        assert!((told / found - 1.0).abs() < 0.35);
+                    }
                 }
             }
         }

@@ -250,18 +250,17 @@ mod tests {
 
     #[test]
     fn exponential_methods_and_the_shipped_one_survive_thirty_milliseconds() {
-        for p in &SUBJECTS {
-            for step in [1000, 7000, 20_000, 30_000] {
-                let found = run(p, step);
-                for method in [Method::Etd1, Method::EtdMidpoint, Method::GaussExponential] {
-                    assert_eq!(
-                        class(&found[row(method)]).min(4),
-                        class(&found[row(method)])
-                    );
+        let map = draw(1, &mut |_| {});
+        let mut worst = 0.0f64;
+        for (row, (method, _)) in METHODS.iter().enumerate().skip(row(Method::Etd1)) {
+            for cell in map.panels.iter().flat_map(|panel| &panel.rows[row]) {
+                assert_eq!(map.verdict(cell), 0, "{method:?}");
+                if *method == Method::Shipped {
+                    worst = worst.max(cell.number);
                 }
-                let shipped = found[row(Method::Shipped)];
-                assert!(shipped.error < 0.02 && !shipped.diverges, "{shipped:?}");
             }
         }
+        println!("shipped, up to 30 ms between calls: {worst:.4} % of peak");
+        assert!(worst <= 0.02, "{worst}");
     }
 }

@@ -205,7 +205,7 @@ mod tests {
     #[test]
     fn at_half_the_setpoints_lost_extrapolation_keeps_the_finger_and_holding_does_not() {
         let [hold, extrapolate] = [0, 100].map(|reach| on_finger(reach, 55, 1));
-        println!("55 % lost: {hold:.2} ° held, {extrapolate:.2} ° extrapolated");
+        println!("55 % lost: {hold:.2}° held, {extrapolate:.2}° extrapolated");
         assert!(hold > 2.0 && extrapolate < 2.0, "{hold} {extrapolate}");
     }
 

@@ -37,11 +37,11 @@ pub const MAPS: &[Entry] = &[
     Entry::new("gain_delay", gain_delay::draw),
     Entry::new("integrator", integrator::draw),
     Entry::new("loss", loss::draw),
-    Entry::new("wall", wall::draw),
-    Entry::new("wall_classical", wall::draw_classical),
     Entry::new("pulse_rate", pulse_rate::draw),
     Entry::new("sigma_gains", sigma::gains),
     Entry::new("sigma_order", sigma::order),
+    Entry::new("wall", wall::draw),
+    Entry::new("wall_classical", wall::draw_classical),
     Entry::new("word_length", word_length::draw),
 ];
 

@@ -72,7 +72,7 @@ impl Form {
 /// Largest |σ| under the device's fixed-point code.
 fn shipped(of: &Loop<f64>, disturbance: Disturbance) -> f64 {
     let milli = |x: f64| (x * 1e3).round() as u32;
-    let twist = super_twisting::Twist::new(milli(of.k1), milli(of.k2), 1000, milli(of.h) as u8);
+    let twist = super_twisting::Twist::new(milli(of.k1), milli(of.k2), 1000, 0, milli(of.h) as u8);
     let twist = twist.expect("gains and periods of this map are the device's");
     let mut integral = Q::ZERO;
     of.worst_under(disturbance, |sigma| {

@@ -46,6 +46,9 @@ pub struct Campaign {
     pub plan: Plan,
     /// Who took part.
     pub contenders: Vec<Contender>,
+    /// Cycles of each one's law in a tick in which it runs, where measured
+    /// ([`super::cost::Cost`]).
+    pub cycles: Vec<Option<u64>>,
     /// Every plant one-point, then every plant two-point, in order of drawing.
     pub cases: Vec<Case>,
     /// The nominal wearer, one- and two-point.
@@ -123,6 +126,7 @@ impl Campaign {
         let drawn = cases.split_off(Points::ALL.len());
         Ok(Self {
             plan,
+            cycles: vec![None; contenders.len()],
             contenders,
             cases: drawn,
             nominal: cases,

@@ -39,14 +39,6 @@ impl Equipment {
 pub const PERIODS_MS: [u32; 3] = [2, 5, 11];
 /// How long lost setpoints may be extrapolated, ms; 0 is held.
 pub const EXTRAPOLATIONS_MS: [u16; 4] = [0, 50, 100, 200];
-/// All delay compensations.
-pub const DELAYS: [DelayCompensation; 4] = [
-    DelayCompensation::None,
-    DelayCompensation::Preview,
-    DelayCompensation::Smith,
-    DelayCompensation::PreviewAndSmith,
-];
-
 /// A law with everything decided.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Candidate {
@@ -122,7 +114,7 @@ impl Genome {
             Equipment::Equipped => AddOns {
                 derivative,
                 feed_forward: forward < 0.75,
-                delay: pick(&DELAYS, delay),
+                delay: pick(&DelayCompensation::ALL, delay),
                 adaptation: forward < 0.75 && adaptation < 0.5,
             },
         };

@@ -20,12 +20,13 @@ pub enum Contender {
 }
 
 impl Contender {
-    /// For tables.
+    /// For tables; a plus is for add-ons.
     #[must_use]
     pub fn name(&self) -> String {
         match self {
-            Self::Searched(equipment, candidate) => {
-                format!("{}, {}", candidate.form.name(), equipment.name())
+            Self::Searched(Equipment::Alone, candidate) => candidate.form.name().to_owned(),
+            Self::Searched(Equipment::Equipped, candidate) => {
+                format!("{} +", candidate.form.name())
             }
             Self::Shipped => "device default".to_owned(),
         }

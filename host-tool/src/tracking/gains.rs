@@ -1,8 +1,8 @@
 //! The numbers that the search found, as a committed table.
 
-use super::candidate::{Candidate, DELAYS, Equipment};
+use super::candidate::{Candidate, Equipment};
 use super::search::Found;
-use firmware::methods::control::{AddOns, DerivativeKind, Form};
+use firmware::methods::control::{AddOns, DelayCompensation, DerivativeKind, Form};
 use std::collections::BTreeMap;
 
 /// The committed table, docs/charts/control_gains.csv.
@@ -120,7 +120,7 @@ fn row(record: &csv::StringRecord) -> Result<Row, &'static str> {
                 .find(|d| is_derivative(derivative_name(*d)))
                 .ok_or("derivative")?,
             feed_forward: number(field("feed_forward")?, "feed_forward")?,
-            delay: (DELAYS.into_iter())
+            delay: (DelayCompensation::ALL.into_iter())
                 .find(|d| is_delay(format!("{d:?}")))
                 .ok_or("delay")?,
             adaptation: number(field("adaptation")?, "adaptation")?,

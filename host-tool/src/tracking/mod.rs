@@ -10,6 +10,7 @@
 pub mod campaign;
 pub mod candidate;
 pub mod contender;
+pub mod cost;
 pub mod driver;
 pub mod gains;
 pub mod optimum;
@@ -18,6 +19,7 @@ pub mod plant;
 pub mod reach;
 pub mod search;
 pub mod statistics;
+pub mod table;
 pub mod target;
 pub mod trial;
 pub mod wearer;

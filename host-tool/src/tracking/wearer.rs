@@ -106,6 +106,7 @@ pub fn joint(law: LawSpec, points: Points, hold: HoldPolicy) -> JointSpec {
         sensor: SensorSource::Host,
         stale_after_ms: 100,
         wearer: None,
+        response: None,
     }
 }
 

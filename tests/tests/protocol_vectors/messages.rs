@@ -88,6 +88,7 @@ fn joint(law: LawSpec, flexors: &[PointSpec], sensor: SensorSource) -> Request {
         sensor,
         stale_after_ms: 50,
         wearer: None,
+        response: None,
     })
 }
 
@@ -151,9 +152,14 @@ fn muscles() -> Vec<(&'static str, Request)> {
         rung: Rung::CalciumForceFatigue,
         ..muscle()
     };
+    let held = MuscleSpec {
+        rung: Rung::Static,
+        ..muscle()
+    };
     vec![
         ("muscle", request(0, muscle())),
         ("muscle that tires", request(9, tires)),
+        ("muscle without dynamics", request(1, held)),
     ]
 }
 

@@ -13,24 +13,21 @@ use crate::units::Micros;
 /// Nodes and weights of the Gauss–Legendre rules on 0…1 with 2, 3, 4 and 10
 /// nodes (Abramowitz & Stegun, table 25.4, as (1 + x)/2 and w/2).
 const fn rule<const N: usize>() -> [(f64, f64); N] {
+    const { assert!(matches!(N, 2 | 3 | 4 | 10)) };
     let half: &[(f64, f64)] = match N {
         2 => &[(0.577_350_269_189_625_8, 1.0)],
-        3 => &[
-            (0.0, 0.888_888_888_888_888_9),
-            (0.774_596_669_241_483_4, 0.555_555_555_555_555_6),
-        ],
+        3 => &[(0.0, 8.0 / 9.0), (0.774_596_669_241_483_4, 5.0 / 9.0)],
         4 => &[
             (0.339_981_043_584_856_3, 0.652_145_154_862_546_1),
             (0.861_136_311_594_052_6, 0.347_854_845_137_453_9),
         ],
-        10 => &[
+        _ => &[
             (0.148_874_338_981_631_22, 0.295_524_224_714_752_87),
             (0.433_395_394_129_247_2, 0.269_266_719_309_996_35),
             (0.679_409_568_299_024_4, 0.219_086_362_515_982_04),
             (0.865_063_366_688_984_5, 0.149_451_349_150_580_6),
             (0.973_906_528_517_171_7, 0.066_671_344_308_688_14),
         ],
-        _ => panic!("2, 3, 4 or 10 nodes"),
     };
     let mut nodes = [(0.5, 0.0); N];
     let (mut i, odd) = (0, N % 2);
@@ -99,56 +96,74 @@ impl<R: Arithmetic> Interval<R> {
     }
 }
 
-/// A muscle that is moved at pulses only; a reading in between goes there from
-/// the last pulse and keeps nothing.
+/// A muscle that is moved at pulses, and where none comes for long, every so
+/// often; a reading in between goes there from the last of these and keeps
+/// nothing.
 #[derive(Clone, Copy, Debug)]
 pub struct EventDriven<R, const NODES: usize> {
     interval: Interval<R>,
-    /// C and F just after the last pulse.
+    longest_us: u32,
+    /// C and F at `from`.
     c: R,
     f: R,
-    pulse: Micros,
+    from: Micros,
     now: Micros,
 }
 
 impl<R: Arithmetic, const NODES: usize> EventDriven<R, NODES> {
-    /// A muscle at rest at time 0.
+    /// A muscle at rest at time 0; no integral over more than `longest_us`, 1
+    /// or more.
     #[must_use]
-    pub fn new(spec: &CalciumForceSpec) -> Self {
+    pub fn new(spec: &CalciumForceSpec, longest_us: u32) -> Self {
         Self {
             interval: Interval::new(&Muscle::new(spec)),
+            longest_us,
             c: R::ZERO,
             f: R::ZERO,
-            pulse: Micros(0),
+            from: Micros(0),
             now: Micros(0),
         }
     }
 
     fn time(&self) -> R {
-        R::of_micros(self.now.elapsed_since(self.pulse))
+        R::of_micros(self.now.elapsed_since(self.from))
     }
 
     fn force(&self) -> R {
-        if self.now == self.pulse || self.c == R::ZERO {
+        if self.now == self.from || (self.c == R::ZERO && self.f == R::ZERO) {
             return self.f;
         }
-        let (kept, added) = self.interval.kept_and_added::<NODES>(self.time(), self.c);
+        let time = self.time();
+        let (kept, added) = self.interval.kept_and_added::<NODES>(time, self.c);
         self.f * kept + added
+    }
+
+    fn calcium_number(&self) -> R {
+        self.c * self.interval.muscle.left(self.time())
+    }
+
+    /// Keeps what is true now.
+    fn keep(&mut self) {
+        (self.f, self.c) = (self.force(), self.calcium_number());
+        self.from = self.now;
     }
 }
 
 impl<R: Arithmetic, const NODES: usize> Integrator for EventDriven<R, NODES> {
     fn pulse(&mut self, at: Micros) {
         self.advance(at);
-        self.f = self.force();
-        self.c = self.c * self.interval.muscle.left(self.time()) + R::ONE;
-        self.pulse = at;
+        self.keep();
+        self.c = self.c + R::ONE;
     }
     fn advance(&mut self, to: Micros) {
+        while to.elapsed_since(self.from) > self.longest_us {
+            self.now = self.from.plus(self.longest_us);
+            self.keep();
+        }
         self.now = to;
     }
     fn calcium(&self) -> f64 {
-        (self.c * self.interval.muscle.left(self.time())).to_f64()
+        self.calcium_number().to_f64()
     }
     fn force_n(&self) -> f64 {
         self.force().to_f64()

@@ -93,7 +93,10 @@ impl<M: Rule, R: Arithmetic> Scheme for Explicit<M, R> {
     fn pulse(&self, state: &mut State<R>) {
         state.c = state.c + R::ONE;
     }
-    fn reading(&self, state: &State<R>) -> State<R> {
-        *state
+    fn calcium(&self, state: &State<R>) -> R {
+        state.c
+    }
+    fn force(&self, state: &State<R>) -> R {
+        state.f
     }
 }

@@ -61,8 +61,11 @@ impl<R: Arithmetic, const MIDDLE: bool> Scheme for Held<R, MIDDLE> {
     fn pulse(&self, state: &mut State<R>) {
         state.c = state.c + R::ONE;
     }
-    fn reading(&self, state: &State<R>) -> State<R> {
-        *state
+    fn calcium(&self, state: &State<R>) -> R {
+        state.c
+    }
+    fn force(&self, state: &State<R>) -> R {
+        state.f
     }
 }
 
@@ -99,11 +102,12 @@ impl<R: Arithmetic> GaussExponential<R> {
         let x = [step.left[0], step.left[1]].map(|left| muscle.bound(c * left));
         let rate = x.map(|x| step.time / muscle.tau(x));
         let slope = rate[1] - rate[0];
-        let kept = |node: usize| {
-            let mean = rate[0] + slope * R::of(PLACES[node]);
-            (-(mean * R::of(1.0 - NODES[node]))).exp()
+        // From a node to the end of the step.
+        let kept = |node: f64, place: f64| {
+            let mean = rate[0] + slope * R::of(place);
+            (-(mean * R::of(1.0 - node))).exp()
         };
-        let source = x[0] * kept(0) + x[1] * kept(1);
+        let source = x[0] * kept(NODES[0], PLACES[0]) + x[1] * kept(NODES[1], PLACES[1]);
         let half = R::of(0.5);
         f * (-(half * (rate[0] + rate[1]))).exp() + muscle.a * step.time * half * source
     }
@@ -140,7 +144,10 @@ impl<R: Arithmetic> Scheme for GaussExponential<R> {
     fn pulse(&self, state: &mut State<R>) {
         state.c = state.c + R::ONE;
     }
-    fn reading(&self, state: &State<R>) -> State<R> {
-        *state
+    fn calcium(&self, state: &State<R>) -> R {
+        state.c
+    }
+    fn force(&self, state: &State<R>) -> R {
+        state.f
     }
 }

@@ -1,7 +1,7 @@
 //! Every integrator of the calcium–force model, each in several arithmetics.
 //!
 //! Lives here: `scheme` (the equations and what a step is), `explicit`,
-//! `exponential`, `log_table`, `event_driven`, `log_flow` (the methods), `stepped` (a
+//! `exponential`, `log_table`, `event_driven`, `flow`, `log_flow` (the methods), `stepped` (a
 //! method split at pulses), `shipped` (the product's own, as it is),
 //! `arithmetic` and `fixed` (what they compute in), `settings` (the list of
 //! all). Not here: judging them (`host_tool::accuracy`), their cycles
@@ -13,6 +13,7 @@ pub mod event_driven;
 pub mod explicit;
 pub mod exponential;
 pub mod fixed;
+pub mod flow;
 pub mod log_flow;
 pub mod log_table;
 pub mod scheme;

@@ -97,6 +97,8 @@ pub trait Scheme {
     fn step(&self, factors: &Self::Factors, state: &mut Self::State);
     /// A pulse: C grows by 1.
     fn pulse(&self, state: &mut Self::State);
-    /// C and F.
-    fn reading(&self, state: &Self::State) -> State<Self::Number>;
+    /// C, in pulses.
+    fn calcium(&self, state: &Self::State) -> Self::Number;
+    /// F, N.
+    fn force(&self, state: &Self::State) -> Self::Number;
 }

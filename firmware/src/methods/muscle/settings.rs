@@ -82,12 +82,28 @@ impl Method {
         }
     }
 
-    /// Whether it goes from event to event, whatever the step.
+    /// Whether it goes from pulse to pulse in one go, whatever the step.
     #[must_use]
     pub const fn has_no_step(self) -> bool {
+        matches!(self, Self::LogFlow)
+    }
+
+    /// Whether its step is but the longest stretch without a pulse that it
+    /// takes in one go.
+    #[must_use]
+    pub const fn is_event_driven(self) -> bool {
         matches!(
             self,
-            Self::LogFlow | Self::EventDriven2 | Self::EventDriven3 | Self::EventDriven4
+            Self::EventDriven2 | Self::EventDriven3 | Self::EventDriven4
+        )
+    }
+
+    /// Whether it calls exponentials or logarithms: if not, micromath is f32.
+    #[must_use]
+    pub const fn calls_functions(self) -> bool {
+        !matches!(
+            self,
+            Self::Euler | Self::Heun | Self::RungeKutta4 | Self::RungeKutta4Snapped | Self::Shipped
         )
     }
 }
@@ -141,7 +157,8 @@ pub struct Setting {
     /// The arithmetic; [`Number::Device`] for the product's own methods and no
     /// other.
     pub number: Number,
-    /// Its step, µs, 1…2,000,000; of no meaning where the method has none.
+    /// Its step, µs, 1…2,000,000; the longest stretch without a pulse of an
+    /// event-driven method; [`Setting::WHOLE_US`] where there is none.
     pub step_us: u32,
 }
 
@@ -160,19 +177,26 @@ impl Setting {
         step_us: 200,
     };
 
-    /// Every setting worth showing whose steps are whole parts of `output_us`;
-    /// those of methods without a step, with `output_us` in its place.
+    /// The step of an event-driven method that takes any stretch in one go, µs.
+    pub const WHOLE_US: u32 = 2_000_000;
+
+    /// Every setting worth showing at which the force can be read every
+    /// `output_us`, of which steps are whole parts.
     pub fn all(output_us: u32) -> impl Iterator<Item = Self> {
         /// Steps, µs.
         const STEPS_US: [u32; 8] = [200, 500, 1000, 2000, 4000, 5000, 10_000, 20_000];
+        /// Longest stretches of event-driven methods, µs.
+        const STRETCHES_US: [u32; 3] = [10_000, 20_000, Setting::WHOLE_US];
         let steps = move |method: Method| {
-            STEPS_US.into_iter().filter(move |step_us| {
-                if method.has_no_step() {
-                    *step_us == output_us
-                } else {
-                    output_us.is_multiple_of(*step_us)
-                }
-            })
+            let any = method.is_event_driven();
+            let all: &[u32] = match method.has_no_step() {
+                true => &[Self::WHOLE_US],
+                false if any => &STRETCHES_US,
+                false => &STEPS_US,
+            };
+            let fits =
+                move |us: &u32| any || *us == Self::WHOLE_US || output_us.is_multiple_of(*us);
+            all.iter().copied().filter(fits)
         };
         let generic = Method::GENERIC.into_iter().flat_map(move |method| {
             Number::GENERIC.into_iter().flat_map(move |number| {
@@ -184,16 +208,19 @@ impl Setting {
             })
         });
         generic
-            .filter(|setting| setting.is_of_interest())
+            .filter(move |setting| setting.is_of_interest(output_us))
             .chain([Self::SHIPPED])
     }
 
-    /// Not steps below 1 ms in f64, which cost more than 10^7 cycles a second
-    /// and gain nothing; the snapped method nowhere but where it was used.
-    fn is_of_interest(self) -> bool {
-        let is_slow = self.number == Number::F64 && self.step_us < 1000;
+    /// Not in f64 what costs more than 10^7 cycles a second and gains nothing:
+    /// steps below 1 ms, event-driven methods read as often, but for one. The
+    /// snapped method nowhere but where it was used.
+    fn is_of_interest(self, output_us: u32) -> bool {
+        let is_often = self.method.is_event_driven() && self.step_us.min(output_us) < 10_000;
+        let is_best = self.method == Method::EventDriven4 && self.step_us == 10_000;
+        let is_dear = self.step_us < 1000 || is_often && !is_best;
         let is_snapped = self.method == Method::RungeKutta4Snapped;
-        self == Self::PAPER || !(is_slow || is_snapped)
+        self == Self::PAPER || !(self.number == Number::F64 && is_dear || is_snapped)
     }
 
     /// Makes the integrator for a muscle and hands it to `then`.
@@ -220,6 +247,7 @@ impl Setting {
         spec: &CalciumForceSpec,
         then: impl FnOnce(&mut dyn Integrator) -> T,
     ) -> Result<T, OutOfRange> {
+        let step_us = self.step_us.max(1);
         Ok(match self.method {
             Method::Euler => self.split::<Explicit<Euler, R>, T>(spec, then),
             Method::Heun => self.split::<Explicit<Heun, R>, T>(spec, then),
@@ -232,9 +260,9 @@ impl Setting {
             Method::GaussExponential => self.split::<GaussExponential<R>, T>(spec, then),
             Method::LogTable => self.split::<LogTable<R>, T>(spec, then),
             Method::LogFlow => then(&mut LogFlow::<R>::new(spec)),
-            Method::EventDriven2 => then(&mut EventDriven::<R, 2>::new(spec)),
-            Method::EventDriven3 => then(&mut EventDriven::<R, 3>::new(spec)),
-            Method::EventDriven4 => then(&mut EventDriven::<R, 4>::new(spec)),
+            Method::EventDriven2 => then(&mut EventDriven::<R, 2>::new(spec, step_us)),
+            Method::EventDriven3 => then(&mut EventDriven::<R, 3>::new(spec, step_us)),
+            Method::EventDriven4 => then(&mut EventDriven::<R, 4>::new(spec, step_us)),
             Method::Shipped => then(&mut Shipped::new(spec)?),
         })
     }
@@ -262,7 +290,7 @@ impl fmt::Display for Setting {
     /// `method/arithmetic/step`, for instance `rk4/f32/200us`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (method, number) = (self.method.name(), self.number.name());
-        if self.method.has_no_step() {
+        if self.step_us == Self::WHOLE_US {
             write!(f, "{method}/{number}/pulses")
         } else {
             write!(f, "{method}/{number}/{}us", self.step_us)

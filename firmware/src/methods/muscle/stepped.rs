@@ -101,14 +101,14 @@ impl<S: Scheme> Integrator for Stepped<S> {
     }
 
     fn calcium(&self) -> f64 {
-        self.scheme.reading(&self.state).c.to_f64()
+        self.scheme.calcium(&self.state).to_f64()
     }
 
     fn force_n(&self) -> f64 {
-        self.scheme.reading(&self.state).f.to_f64()
+        self.scheme.force(&self.state).to_f64()
     }
 
     fn force_word(&self) -> u32 {
-        self.scheme.reading(&self.state).f.word()
+        self.scheme.force(&self.state).word()
     }
 }

@@ -16,7 +16,8 @@ pub const SLOWEST_MEASURED_MHZ: u32 = 5_000;
 pub const FASTEST_MEASURED_MHZ: u32 = 200_000;
 /// Pairs of a lowest and a highest rate, the same twice included.
 pub const PAIRS: usize = 21;
-/// Time at work, s; 0 where fatigue is of no interest.
+/// Time at work, s, measured without a pause, which tires most; 0 where fatigue
+/// is of no interest.
 pub const SESSIONS_S: [u32; 8] = [0, 1, 3, 10, 30, 100, 300, 600];
 /// Periods of the control law, ms.
 pub const LAW_PERIODS_MS: [u8; 5] = [1, 2, 5, 11, 20];

@@ -31,7 +31,7 @@ pub struct Scene {
     /// Shortest time in which its drive (amplitude or pulse rate) goes the
     /// whole way, ms; 0 for steps.
     pub ramp_ms: u32,
-    /// How long it works, pauses not counted, s; 0 to leave fatigue aside.
+    /// How long it works, pauses included, s; 0 to leave fatigue aside.
     pub session_s: u32,
 }
 
@@ -68,6 +68,14 @@ pub struct Cycles {
     pub tick: u16,
     /// One with a pulse inside it.
     pub tick_with_pulse: u16,
+}
+
+impl Cycles {
+    /// Not measured.
+    pub const UNKNOWN: Self = Self {
+        tick: u16::MAX,
+        tick_with_pulse: u16::MAX,
+    };
 }
 
 /// What a scene needs, and no more.
@@ -251,15 +259,16 @@ fn law(scene: &Scene, tolerance: Share) -> (u8, Discretization) {
 
 /// The longest telemetry period within the tolerance, or the shortest.
 fn telemetry(scene: &Scene, tolerance: Share) -> u16 {
+    let (slowest, _) = rates(scene);
     let longest = TELEMETRY_MS
         .into_iter()
         .enumerate()
         .rev()
         .find(|(index, _)| {
-            let ramps = enclosing(&RAMPS_MS, scene.ramp_ms);
+            let rates = enclosing(&RATES_MHZ, slowest);
             enclosing(&BURSTS_MS, scene.burst_ms)
-                .flat_map(|burst| ramps.clone().map(move |ramp| (burst, ramp)))
-                .map(|(burst, ramp)| TELEMETRY.get(burst)?.get(ramp)?.get(*index).copied())
+                .flat_map(|burst| rates.clone().map(move |rate| (burst, rate)))
+                .map(|(burst, rate)| TELEMETRY.get(burst)?.get(rate)?.get(*index).copied())
                 .fold(Some(0), worse)
                 .is_some_and(|error| Share(error) <= tolerance)
         });

@@ -82,9 +82,13 @@ fn text(chart: &Chart) -> String {
         // Writing to a `String` cannot fail.
         let _ = write_interval(&mut out, chart, output_us);
     }
+    let _ = writeln!(out, "Making a muscle (constants, tables), cycles");
+    for (setting, cycles) in &chart.makes {
+        let _ = writeln!(out, "  {:<43}{cycles:>14}", setting.to_string());
+    }
     let _ = write!(
         out,
-        "{} settings; the same bits on host and chip in {} of them",
+        "\n{} settings; the same bits on host and chip in {} of them",
         chart.points.len(),
         chart.points.len() - chart.differing.len()
     );
@@ -153,7 +157,12 @@ fn machine(chart: &Chart) -> Value {
             "paper_over_shipped": verdict.paper_over_shipped(),
         }))
     });
+    let makes = chart
+        .makes
+        .iter()
+        .map(|(setting, cycles)| json!({ "setting": setting.to_string(), "cycles": cycles }));
     json!({
+        "makes": makes.collect::<Vec<_>>(),
         "points": points,
         "verdicts": verdicts.collect::<Vec<_>>(),
         "differing": chart.differing,
@@ -164,7 +173,7 @@ fn point(p: &Point) -> Value {
     json!({
         "method": p.setting.method.name(),
         "arithmetic": p.setting.number.name(),
-        "step_us": (!p.setting.method.has_no_step()).then_some(p.setting.step_us),
+        "step_us": (p.setting.step_us != Setting::WHOLE_US).then_some(p.setting.step_us),
         "output_us": p.output_us,
         // JSON has no infinity: null where it diverges.
         "error_pct": p.error_pct,
