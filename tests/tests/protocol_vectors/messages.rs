@@ -150,9 +150,14 @@ fn muscles() -> Vec<(&'static str, Request)> {
         rung: Rung::CalciumForceFatigue,
         ..muscle()
     };
+    let at_once = MuscleSpec {
+        rung: Rung::Static,
+        ..muscle()
+    };
     vec![
         ("muscle", request(0, muscle())),
         ("muscle that tires", request(9, tires)),
+        ("muscle without dynamics", request(1, at_once)),
     ]
 }
 
