@@ -251,6 +251,7 @@ fn a_joint_and_a_wall_do_not_go_together() {
         sensor: SensorSource::Host,
         stale_after_ms: 40,
         wearer: None,
+        response: None,
     };
     let mut desk = Desk::open(BOOT);
     desk.prepare(wearer(), &[channel(PLAIN); 3]);
