@@ -126,6 +126,14 @@ pub struct AngularRate(pub I16F16);
 pub struct Force(pub I16F16);
 
 impl Force {
+    /// From millinewtons, rounded down, saturating at 32,767 N.
+    #[must_use]
+    pub fn from_millinewton(mn: u32) -> Self {
+        // At most 2^31 · 2^16 / 10^3, which fits 31 bits.
+        let mn = u64::from(mn.min(32_767_000));
+        Self(I16F16::from_bits(((mn << 16) / 1000) as i32))
+    }
+
     /// To millinewtons, rounded down; 0 for negative forces.
     #[must_use]
     pub fn to_millinewton(self) -> u32 {
@@ -133,6 +141,10 @@ impl Force {
         ((u64::from(self.0.to_bits().max(0).cast_unsigned()) * 1000) >> 16) as u32
     }
 }
+
+/// A change of force in newtons per second. Q15.16: ±32768 N/s, 1.5e-5 N/s.
+#[derive(Clone, Copy, PartialEq, PartialOrd, Debug, Default)]
+pub struct ForceRate(pub I16F16);
 
 /// A value outside its allowed range, by the field's name on the link.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

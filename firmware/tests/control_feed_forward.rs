@@ -61,7 +61,7 @@ fn it_is_the_models_inverse() {
         }
     }
     println!("feed-forward: worst error {worst:.2e} of full effort");
-    assert!((2e-5..2e-4).contains(&worst), "{worst:e}");
+    assert!((2.5e-5..5e-5).contains(&worst), "{worst:e}");
 }
 
 #[test]
@@ -84,7 +84,9 @@ fn each_field_is_named() {
             m.extension_unm = 999;
         }),
         (SpecField::TorqueLoss, 0, 900, |m| m.torque_loss_milli = 901),
-        (SpecField::Curvature, 10, 11_000, |m| m.curvature_milli = 9),
+        (SpecField::Curvature, 100, 11_000, |m| {
+            m.curvature_milli = 99
+        }),
         (SpecField::Lead, 0, 500, |m| m.lead_ms = 501),
     ];
     for (field, min, max, change) in cases {
@@ -103,7 +105,7 @@ prop_compose! {
         flexion_unm in 1_000u32..=200_000_000,
         extension_unm in 1_000u32..=200_000_000,
         torque_loss_milli in 0u16..=900,
-        curvature_milli in 10u16..=11_000,
+        curvature_milli in 100u16..=11_000,
         lead_ms in 0u16..=500,
     ) -> WearerModel {
         WearerModel {

@@ -37,6 +37,7 @@ fn spec(law: LawSpec, law_period_ms: u8, cutoff_mhz: u32) -> JointSpec {
         },
         stale_after_ms: 50,
         wearer: None,
+        response: None,
     }
 }
 
@@ -102,11 +103,15 @@ impl Reference {
                 k1_milli,
                 k2_milli,
                 b_milli,
+                k3_milli,
+                ki_milli,
             } => {
                 let form = Discretization::ProperImplicit;
                 Feedback::Twisting {
                     lambda: m(lambda_milli),
-                    twist: Twist::new(form, m(k1_milli), m(k2_milli), m(b_milli), h),
+                    twist: Twist::new(form, m(k1_milli), m(k2_milli), m(b_milli), h)
+                        .with_linear(m(k3_milli)),
+                    ki_step: m(ki_milli) * h,
                 }
             }
             LawSpec::Pid {

@@ -507,6 +507,7 @@ fn a_normal_stop_stays_one_when_the_host_stops_measuring_with_it() {
         sensor: SensorSource::Host,
         stale_after_ms: 40,
         wearer: None,
+        response: None,
     };
     let mut desk = Desk::open(BOOT);
     desk.prepare(

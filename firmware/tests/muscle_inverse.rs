@@ -188,7 +188,7 @@ prop_compose! {
         slope in 0.0..1.0,
     ) -> Recruitment {
         let span = f64::from(range + beyond);
-        let steepest = (11.09e6 * 1e3 / span / 1e3).min(5e6).max(10_000.0);
+        let steepest = (11.09e6 / span).clamp(1e4, 5e6);
         Recruitment::new(RecruitmentSpec {
             motor_threshold: Amplitude(threshold),
             limit: Amplitude(threshold + range),

@@ -30,6 +30,10 @@ pub enum Image {
     Qemu,
     /// Each algorithm's results and cycles, over semihosting.
     Bench,
+    /// The same for every method that the device could have used.
+    Methods,
+    /// The same for every control law that the device could have used.
+    Laws,
 }
 
 impl Image {
@@ -40,6 +44,8 @@ impl Image {
             Self::Stimulator => "stimulator",
             Self::Qemu => "qemu",
             Self::Bench => "bench",
+            Self::Methods => "methods",
+            Self::Laws => "laws",
         }
     }
 
@@ -47,7 +53,7 @@ impl Image {
         match self {
             Self::Stimulator => "stm32f405",
             Self::Qemu => "qemu",
-            Self::Bench => "bench",
+            Self::Bench | Self::Methods | Self::Laws => "bench",
         }
     }
 

@@ -34,6 +34,7 @@ fn samples(channels: usize, delay_s: f64, reach_deg: f64) -> Vec<Sample> {
             limiting: effort.abs() > 1.0,
             amplitudes: (0..channels).map(amplitude).collect(),
             forces_n: (0..channels).map(|c| (amplitude(c) - 14.0) * 0.8).collect(),
+            ..Sample::default()
         }
     };
     (0..3000).map(sample).collect()
@@ -88,6 +89,7 @@ fn trial(name: &str, delay_s: f64, reach_deg: f64, edges: Vec<Edge>) -> Trial {
         ],
         samples: samples(3, delay_s, reach_deg),
         edges,
+        wall: None,
         measure: Some((10.0, 30.0)),
         counters: vec![
             ("setpoints sent".to_owned(), 2700),

@@ -189,9 +189,40 @@ const BAD: &[&str] = &[
     "[joint] → # no joint; law = → #; flexors = [ → #; { channel = 1, → #; { channel = 2, → #; ] ⏎ extensor = → #; hold = \"ex → #; sensor = → #; gains = → #",
 ];
 
-/// [`GOOD`] with some text replaced.
-fn spoil(edits: &str) -> String {
-    let mut text = GOOD.to_owned();
+/// A wall with everything that it can have.
+const GOOD_WALL: &str = include_str!("../sessions/harris_wall/3_pre_wall_co_contraction.toml");
+
+/// The same for [`GOOD_WALL`].
+const BAD_WALL: &[&str] = &[
+    "sensor = \"adc\" → sensor = \"adc\" ⏎ [joint]",
+    "stiffness_per_deg → stiffness",
+    "stops = \"flexion\" → stops = \"flexing\"",
+    "at_deg = 90.0 → at_deg = 151.0",
+    "stiffness_per_deg = 8.889 → stiffness_per_deg = 0",
+    "stiffness_per_deg = 8.889 → stiffness_per_deg = 8.889 ⏎ damping_s_per_deg = 21",
+    "stiffness_per_deg = 8.889 → stiffness_per_deg = 8.889 ⏎ cutoff_hz = 40",
+    "depth_deg = 9.0 → depth_deg = 60",
+    "begin = 20.0 → begin = 90.0",
+    "end = 80.0 → end = 80.1",
+    "max = 80.0 ⏎ stiff → max = 80.001 ⏎ stiff",
+    "max = 80.0 ⏎ stiff → max = -1 ⏎ stiff",
+    "channel = 1 ⏎ max → channel = 3 ⏎ max",
+    "channel = 2, amplitude = 40.0 → channel = 1, amplitude = 40.0",
+    "amplitude = 40.0 → amplitude = 40.5",
+    "amplitude = 40.0 → amplitude = 0",
+    "angle_max_deg = 150.0 → angle_max_deg = 190.0",
+    "sensor = \"adc\" → sensor = \"adc\" ⏎ stale_after_ms = 1",
+    "rate_hz = 50 → rate_hz = 50 ⏎ values = [{ channel = 2, value = 5.0 }]",
+    "kind = \"elbow\" → kind = \"knee\"",
+    "biceps = 2 → biceps = 1",
+    "push_nm = 1.5 → push_nm = -1",
+    "speed_deg_per_s = 15.0 → speed_deg_per_s = 0",
+    "at_s = 8.0 → at_s = 5.5",
+];
+
+/// A good file with some text replaced.
+fn spoil(good: &str, edits: &str) -> String {
+    let mut text = good.to_owned();
     for edit in edits.split("; ") {
         let (find, replace) = edit.split_once(" → ").unwrap_or((edit, ""));
         let find = find.replace(" ⏎ ", "\n");
@@ -219,10 +250,12 @@ fn every_mistake_is_named_with_its_line() {
         numbers.insert(e.problem().number());
         writeln!(all, "# {case}\n\n{}", render(e)).unwrap();
     };
-    for edits in BAD {
-        match Session::parse("bad.toml", &spoil(edits)) {
-            Err(e) => add(edits, &e),
-            Ok(_) => panic!("accepted: {edits}"),
+    for (good, bad) in [(GOOD, BAD), (GOOD_WALL, BAD_WALL)] {
+        for edits in bad {
+            match Session::parse("bad.toml", &spoil(good, edits)) {
+                Err(e) => add(edits, &e),
+                Ok(_) => panic!("accepted: {edits}"),
+            }
         }
     }
     let missing = Session::load("no/such/session.toml").unwrap_err();
@@ -230,7 +263,7 @@ fn every_mistake_is_named_with_its_line() {
     insta::assert_snapshot!(all);
     let expected = [
         400, 401, 402, 403, 404, 405, 406, 407, 408, 409, 410, 420, 421, 430, 431, 432, 440, 441,
-        450, 451, 452, 453, 460, 461, 462, 463,
+        450, 451, 452, 453, 460, 461, 462, 463, 480,
     ];
     assert_eq!(numbers, expected.into_iter().collect());
 }
@@ -260,7 +293,7 @@ fn physical_values_convert_exactly() {
 #[test]
 fn a_muscle_names_its_rungs() {
     let muscle = |edit: &str| {
-        let session = Session::parse("rungs.toml", &spoil(edit)).unwrap();
+        let session = Session::parse("rungs.toml", &spoil(GOOD, edit)).unwrap();
         (session.channels[0].muscle.clone().unwrap(), session)
     };
     let (plain, _) = muscle("k = 0.2 → k = 0.2");
@@ -301,7 +334,10 @@ fn a_muscle_names_its_rungs() {
 
 #[test]
 fn a_rounded_frequency_is_said() {
-    let text = spoil("frequency_hz = 40, repeats → frequency_hz = 30, repeats");
+    let text = spoil(
+        GOOD,
+        "frequency_hz = 40, repeats → frequency_hz = 30, repeats",
+    );
     let session = Session::parse("rounded.toml", &text).unwrap();
     assert_eq!(session.channels[3].spec.train.period_us, 33_333);
     let note = "channel 4: 30 Hz is played with a period of 33333 µs, 30.0003 Hz";

@@ -3,6 +3,7 @@
 use super::{Algorithm, Checksum, Random};
 use crate::control::differentiator::{Differentiator, DifferentiatorState};
 use crate::control::law::{Law, LawState, Q};
+use crate::control::response::Course;
 use crate::control::{
     Effort, HoldPolicy, Joint, JointSpec, JointState, LawSpec, PointSpec, SensorSource,
 };
@@ -34,6 +35,7 @@ pub(super) fn finger(law: LawSpec, law_period_ms: u8) -> JointSpec {
         },
         stale_after_ms: 50,
         wearer: None,
+        response: None,
     }
 }
 
@@ -97,7 +99,7 @@ impl Algorithm for LawAlone {
     }
     fn run(&mut self) {
         if let Some(law) = &self.law {
-            self.effort = law.step(&mut self.state, self.error);
+            self.effort = law.step(&mut self.state, self.error, &Course::default());
         }
     }
     fn digest(&self, sum: &mut Checksum) {

@@ -7,7 +7,10 @@
 
 mod control;
 mod haptics;
+mod inverse;
+mod laws;
 mod link;
+mod methods;
 mod muscle;
 mod owners;
 mod pulse;
@@ -16,6 +19,8 @@ use crate::control::LawSpec;
 use crate::muscle::Rung;
 use core::fmt;
 use core::hint::black_box;
+pub use laws::{LawName, run_laws};
+pub use methods::{MADE, OUTPUTS_US, RUN_US, run_methods};
 
 /// A counter of core clock cycles that wraps.
 pub trait Clock {
@@ -35,9 +40,9 @@ impl Clock for NoClock {
 /// What one algorithm gave and took. Cycles include the two markers and one
 /// call: those of the row `empty`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Row {
+pub struct Row<N = &'static str> {
     /// Which algorithm.
-    pub name: &'static str,
+    pub name: N,
     /// Times it ran, each on other inputs.
     pub runs: u32,
     /// Of all results (FNV-1a, 32 bits).
@@ -50,7 +55,7 @@ pub struct Row {
     pub max: u32,
 }
 
-impl Row {
+impl<N> Row<N> {
     /// Mean cycles of a run, rounded to nearest.
     #[must_use]
     pub const fn mean(&self) -> u64 {
@@ -59,7 +64,7 @@ impl Row {
     }
 }
 
-impl fmt::Display for Row {
+impl<N: fmt::Display> fmt::Display for Row<N> {
     /// `name runs checksum min mean max`, parted by single spaces.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self {
@@ -134,6 +139,24 @@ pub fn run(clock: &impl Clock, mut row: impl FnMut(&Row)) {
     ));
     row(&measure(
         clock,
+        "inverse_force",
+        1000,
+        inverse::ForceToPulses::new(),
+    ));
+    row(&measure(
+        clock,
+        "inverse_table",
+        20,
+        inverse::Tabling::new(),
+    ));
+    row(&measure(
+        clock,
+        "feed_forward",
+        1000,
+        inverse::AngleToEffort::new(),
+    ));
+    row(&measure(
+        clock,
         "differentiator",
         1000,
         control::Differentiation::new(),
@@ -202,12 +225,7 @@ pub fn run(clock: &impl Clock, mut row: impl FnMut(&Row)) {
 }
 
 /// One algorithm, all its runs.
-fn measure<A: Algorithm>(
-    clock: &impl Clock,
-    name: &'static str,
-    runs: u32,
-    mut algorithm: A,
-) -> Row {
+fn measure<A: Algorithm, N>(clock: &impl Clock, name: N, runs: u32, mut algorithm: A) -> Row<N> {
     let mut random = Random::new();
     let mut sum = Checksum::new();
     let (mut min, mut total, mut max) = (u32::MAX, 0u64, 0);

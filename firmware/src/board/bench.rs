@@ -3,8 +3,8 @@
 //! cycle at 16 MHz too. Speaks over semihosting, so it runs in the chip
 //! simulator, in QEMU (whose counter reads 0) and under a debugger.
 
-use crate::bench::{Clock, Row};
-use core::fmt::Write;
+use crate::bench::Clock;
+use core::fmt::{Display, Write};
 use cortex_m::Peripherals;
 use cortex_m::peripheral::DWT;
 use cortex_m_semihosting::{debug, hio};
@@ -44,17 +44,31 @@ impl Clock for CycleCounter {
 
 /// Runs every algorithm, prints a line of each, ends the machine.
 pub fn run() -> ! {
+    print(|clock, row| crate::bench::run(clock, |r| row(r)))
+}
+
+/// The same for every method that the device could have used.
+pub fn run_methods() -> ! {
+    print(|clock, row| crate::bench::run_methods(clock, |r| row(r)))
+}
+
+/// The same for every control law with every combination of add-ons.
+pub fn run_laws() -> ! {
+    print(|clock, row| crate::bench::run_laws(clock, |r| row(r)))
+}
+
+/// A heading and the lines of `all`.
+fn print(all: impl FnOnce(&CycleCounter, &mut dyn FnMut(&dyn Display))) -> ! {
     let clock = CycleCounter::start();
     let mut out = hio::hstdout().ok();
-    if let Some(out) = &mut out {
-        // A host that does not listen loses lines; nothing else to be done.
-        let _ = writeln!(out, "name runs checksum min mean max");
-    }
-    crate::bench::run(&clock, |row: &Row| {
+    let mut line = |row: &dyn Display| {
         if let Some(out) = &mut out {
-            let _ = writeln!(out, "{row}"); // as above
+            // A host that does not listen loses lines; nothing else to be done.
+            let _ = writeln!(out, "{row}");
         }
-    });
+    };
+    line(&"name runs checksum min mean max");
+    all(&clock, &mut line);
     end()
 }
 

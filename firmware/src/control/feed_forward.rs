@@ -3,7 +3,7 @@
 
 use super::law::{Q, ratio};
 use super::spec::{SpecError, SpecField};
-use crate::muscle::exponential::{exp2_neg, log2_neg};
+use crate::muscle::exponential::{exp2_neg, log2_neg_coarse, mul_high};
 use crate::units::{Angle, AngularRate};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -40,7 +40,7 @@ pub struct WearerModel {
     /// range, thousandths; 0…900.
     pub torque_loss_milli: u16,
     /// c, how force curves upwards between threshold and maximum, thousandths;
-    /// 10 (as good as straight)…11 000. Mean of Lee 2020, table 2: 1.2.
+    /// 100 (as good as straight)…11 000. Mean of Lee 2020, table 2: 1.2.
     pub curvature_milli: u16,
     /// How far ahead the target is taken, ms; 0…500: the time that muscle and
     /// electromechanical delay need to answer.
@@ -50,35 +50,38 @@ pub struct WearerModel {
 /// A validated [`WearerModel`] for one joint.
 #[derive(Clone, Copy, Debug)]
 pub struct FeedForward {
-    /// Bits of [`Angle`].
+    /// Bits of [`Angle`], as all angles here.
     rest: i32,
     low: i32,
     span: i32,
     flexion: Side,
     extension: Side,
-    /// Loss over the whole range, 2^-31, and per bit of angle, 2^-47.
+    /// Loss over the whole range, 2^-31.
     loss: u32,
-    loss_per_bit: u64,
-    /// Seconds, 2^-32: at most 2^31.
-    lead: i64,
+    /// Leading zeros of `span`, and loss per `span` shifted by them, 2^-63.
+    span_shift: u32,
+    loss_slope: u32,
+    /// Seconds, 2^-31: at most 2^30.
+    lead: i32,
     /// e^−c and 1 − e^−c, 2^-31.
     floor: u32,
     rise: u32,
-    /// Efforts per octave, 2^-24: below 2^31.
-    per_octave: u64,
+    /// Efforts per octave, 2^-24: below 2^27.
+    per_octave: u32,
 }
 
-/// What the joint asks of one side, as a share of its torque.
+/// What the joint asks of one side, as a share of its torque, 2^-24. Saturated
+/// at 128: all of the torque within 0.01° or °/s.
 #[derive(Clone, Copy, Debug)]
 struct Side {
-    /// Per degree, 2^-24: at most 5·10^4 · π/180, below 2^34.
-    stiffness: i64,
-    /// Per °/s, 2^-24: below 2^31.
-    damping: i64,
+    /// Per degree.
+    stiffness: i32,
+    /// Per °/s.
+    damping: i32,
 }
 
 /// No target is further away: 1024° in bits of [`Angle`].
-const FAR: i64 = 1 << 26;
+const FAR: i32 = 1 << 26;
 
 impl FeedForward {
     /// Validates a wearer's model for a joint that moves between `low_mdeg`
@@ -92,8 +95,10 @@ impl FeedForward {
         let bits = |mdeg: i32| (i64::from(mdeg) * 65_536 / 1000) as i32;
         let (rest, low) = (bits(model.rest_mdeg), bits(low_mdeg));
         let span = bits(high_mdeg).saturating_sub(low).max(1);
-        // Below 2^31, as the loss is at most 0.9.
+        let span_shift = span.leading_zeros();
+        // Below 2^31, as the loss is at most 0.9; over 2^31 or more.
         let loss = (u64::from(model.torque_loss_milli) << 31) / 1000;
+        let loss_slope = (loss << 32) / (u64::from(span.cast_unsigned()) << span_shift);
         // log2 e · 11 < 16 octaves, 2^-32.
         let floor = exp2_neg(u64::from(model.curvature_milli) * 6_196_328_019 / 1000);
         Ok(Self {
@@ -103,12 +108,13 @@ impl FeedForward {
             flexion: Side::new(model, model.flexion_unm),
             extension: Side::new(model, model.extension_unm),
             loss: loss as u32,
-            loss_per_bit: (loss << 16) / u64::from(span.cast_unsigned()), // span >= 1
-            lead: (i64::from(model.lead_ms) << 32) / 1000,
+            span_shift,
+            loss_slope: loss_slope as u32, // at most 0.9 · 2^32
+            lead: ((i64::from(model.lead_ms) << 31) / 1000) as i32,
             floor,
             rise: (1u32 << 31).saturating_sub(floor), // e^−c <= 1
-            // 2^24 · 1000 · ln 2 over c in thousandths, which is 10 or more.
-            per_octave: 11_629_079_550 / u64::from(model.curvature_milli),
+            // 2^24 · 1000 · ln 2 over c in thousandths, which is 100 or more.
+            per_octave: (11_629_079_550 / u64::from(model.curvature_milli)) as u32,
         })
     }
 
@@ -117,46 +123,49 @@ impl FeedForward {
     /// more would be needed. Add it to a law's own effort before the clamp that
     /// its anti-windup watches; without a wearer's model add nothing.
     ///
-    /// Within 2e-4 of the model in floating point
+    /// Within 5e-5 of the model in floating point
     /// (`firmware/tests/control_feed_forward.rs`).
     #[must_use]
     pub fn effort(&self, target: Angle, rate: AngularRate) -> Q {
-        let rate = i64::from(rate.0.to_bits());
-        // |rate| <= 2^31 and lead <= 2^31; target below 2^32 then.
-        let lead = rate.wrapping_mul(self.lead) >> 32;
-        let angle = i64::from(target.0.to_bits()).wrapping_add(lead);
-        let angle = angle.clamp(-FAR, FAR);
-        let way = angle.wrapping_sub(self.rest.into()); // below 2^27
-        // 0…span, below 2^25; times loss/span at most 2^47.
-        let moved = angle.wrapping_sub(self.low.into());
-        let moved = moved.clamp(0, self.span.into()).cast_unsigned();
-        let lost = (moved.wrapping_mul(self.loss_per_bit) >> 16) as u32;
+        let rate = rate.0.to_bits();
+        // 2^31 · 2^30 in 2^-47 leaves 2^30 in 2^-16.
+        let lead = ((i64::from(rate) * i64::from(self.lead)) >> 31) as i32;
+        let angle = target.0.to_bits().saturating_add(lead).clamp(-FAR, FAR);
+        let way = angle.wrapping_sub(self.rest); // below 2^27
+        // 0…span, shifted below 2^32.
+        let moved = angle.wrapping_sub(self.low).max(0).min(self.span);
+        let moved = moved.cast_unsigned().wrapping_shl(self.span_shift);
+        let lost = mul_high(moved, self.loss_slope);
 
         let torque = self.flexion.share(way, rate);
-        if torque >= 0 {
-            return self.for_share(torque.cast_unsigned(), lost);
-        }
-        let torque = self.extension.share(way, rate).unsigned_abs();
-        -self.for_share(torque, self.loss.saturating_sub(lost))
+        Q::from_bits(if torque >= 0 {
+            self.for_share(torque.cast_unsigned(), lost)
+        } else {
+            let torque = self.extension.share(way, rate).unsigned_abs();
+            // 0…1 at most.
+            self.for_share(torque, self.loss.saturating_sub(lost))
+                .wrapping_neg()
+        })
     }
 
-    /// The effort for `share` (2^-40) of the torque of a muscle that has lost
-    /// `lost` (2^-31) of it: 0…1.
-    fn for_share(&self, share: u64, lost: u32) -> Q {
+    /// The effort (2^-24) for `share` (2^-40) of the torque of a muscle that has
+    /// lost `lost` (2^-31) of it: 0…1.
+    #[inline(always)]
+    fn for_share(&self, share: u64, lost: u32) -> i64 {
         let left = (1u32 << 31).wrapping_sub(lost); // lost <= 0.9
         let share = share >> 9;
         if share >= u64::from(left) {
-            return Q::ONE;
+            return 1 << 24;
         }
-        // Below 2^31 now, and left 2^-15 of its 2^31 or more: 2^-16, rounded.
+        // Below 2^31 now, and left 0.1 of 2^31 or more: 2^-16, rounded.
         let left = left.wrapping_add(1 << 15) >> 16;
         let part = (share as u32).checked_div(left).unwrap_or(0).min(1 << 16);
         // 2^31 · 2^16; floor + rise is 2^31.
-        let above = (u64::from(self.rise).wrapping_mul(u64::from(part)) >> 16) as u32;
-        let octaves = log2_neg(self.floor.wrapping_add(above)); // at most 31 · 2^32
-        // 2^29 · 2^31.
-        let below = (octaves >> 8).wrapping_mul(self.per_octave) >> 24;
-        Q::from_bits(Q::ONE.to_bits().saturating_sub(below.cast_signed()).max(0))
+        let above = mul_high(self.rise << 1, part << 15);
+        let octaves = log2_neg_coarse(self.floor.wrapping_add(above)); // at most 16
+        // 16 in 2^-27, and 2^31 in 2^-24.
+        let below = mul_high(octaves, self.per_octave) << 5;
+        i64::from((1u32 << 24).saturating_sub(below))
     }
 }
 
@@ -165,7 +174,8 @@ impl Side {
         let per_degree = |quantity: u32| {
             // π/180 = 174 532 925 · 10^-10: 5·10^7 · 1.7·10^8 < 2^53.
             let numerator = u64::from(quantity) * 174_532_925;
-            ratio(numerator, u64::from(torque_unm) * 10_000_000_000).to_bits()
+            let bits = ratio(numerator, u64::from(torque_unm) * 10_000_000_000).to_bits();
+            bits.min(i32::MAX.into()) as i32
         };
         Self {
             stiffness: per_degree(model.stiffness_unm_per_rad),
@@ -174,10 +184,10 @@ impl Side {
     }
 
     /// The torque at `way` from rest and `rate`, 2^-40 of this side's.
-    fn share(&self, way: i64, rate: i64) -> i64 {
-        // 2^27 · 2^34 + 2^31 · 2^31 < 2^63.
-        let elastic = way.wrapping_mul(self.stiffness);
-        elastic.wrapping_add(rate.wrapping_mul(self.damping))
+    fn share(&self, way: i32, rate: i32) -> i64 {
+        // 2^27 · 2^31 + 2^31 · 2^31 < 2^63.
+        let elastic = i64::from(way) * i64::from(self.stiffness);
+        elastic.wrapping_add(i64::from(rate) * i64::from(self.damping))
     }
 }
 
@@ -202,7 +212,7 @@ impl WearerModel {
         within(F::Flexion, self.flexion_unm.into(), 1_000, 200_000_000)?;
         within(F::Extension, self.extension_unm.into(), 1_000, 200_000_000)?;
         within(F::TorqueLoss, self.torque_loss_milli.into(), 0, 900)?;
-        within(F::Curvature, self.curvature_milli.into(), 10, 11_000)?;
+        within(F::Curvature, self.curvature_milli.into(), 100, 11_000)?;
         within(F::Lead, self.lead_ms.into(), 0, 500)
     }
 }

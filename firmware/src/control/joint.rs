@@ -3,6 +3,7 @@
 use super::feed_forward::FeedForward;
 use super::law::{Effort, Law, LawState};
 use super::mapping::{Amplitudes, Mapping};
+use super::response::Course;
 use super::sensor::{MeasurementError, Sensor, SensorFault, SensorState};
 use super::setpoint::{HoldPolicy, SetpointError, SetpointTrack};
 use super::spec::{JointSpec, SpecError};
@@ -137,7 +138,7 @@ impl Joint {
         reading: Option<Angle>,
     ) -> Result<Orders, SensorFault> {
         let measured = self.sensor.angle(&mut state.sensor, now, reading)?;
-        let Some(target) = state.track.value_at(now, self.hold) else {
+        let Some((target, rate)) = state.track.motion_at(now, self.hold) else {
             return Ok(Orders {
                 amplitudes: self.mapping.silence(),
                 limiting: false,
@@ -151,7 +152,13 @@ impl Joint {
             Some(effort) if self.is_waiting(state.law_due, now) => effort,
             held => {
                 let error = Angle(target.0.saturating_sub(measured.0));
-                let effort = self.law.step(&mut state.law, error);
+                let course = self
+                    .feed_forward
+                    .map_or_else(Course::default, |wearer| Course {
+                        rate,
+                        forward: wearer.effort(target, rate),
+                    });
+                let effort = self.law.step(&mut state.law, error, &course);
                 state.law_due = self.next_due(state.law_due, now, held.is_some());
                 state.effort = Some(effort);
                 effort

@@ -2,6 +2,7 @@
 
 use super::differentiator::{Differentiator, DifferentiatorState};
 use super::pid::{Pid, PidState};
+use super::response::{Course, Response, ResponseState};
 use super::super_twisting::{Paper, Recommended, TwistState};
 use crate::units::Angle;
 use fixed::types::I40F24;
@@ -37,6 +38,10 @@ pub enum LawSpec {
         k2_milli: u32,
         /// b, the plant's gain from effort to s, rad/s²; 1…1000.
         b_milli: u32,
+        /// k3, the linear term beside the root, s/rad; 0…100.
+        k3_milli: u32,
+        /// ki, growth of the integral with the error, 1/(rad·s); 0…100.
+        ki_milli: u32,
     },
     /// PID on the angle with the same derivative and anti-windup: the baseline.
     Pid {
@@ -61,6 +66,8 @@ impl LawSpec {
         k1_milli: 80,
         k2_milli: 1_080,
         b_milli: 150_000,
+        k3_milli: 0,
+        ki_milli: 0,
     };
     /// Found by the same search as [`LawSpec::RECOMMENDED`], at 2 ms and 6 Hz.
     pub const PID: Self = Self::Pid {
@@ -117,6 +124,7 @@ impl Effort {
 pub(crate) struct Law {
     pub(super) kind: LawKind,
     pub(super) differentiator: Differentiator,
+    pub(super) response: Option<Response>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -132,6 +140,7 @@ pub(crate) struct LawState {
     differentiator: DifferentiatorState,
     twist: TwistState,
     pid: PidState,
+    response: ResponseState,
 }
 
 impl Law {
@@ -145,13 +154,27 @@ impl Law {
 
     /// One period further. `error` is target − measured, degrees. Since the
     /// differentiator is linear, one of them on the error does what the paper's
-    /// two do on command and response.
-    pub(crate) fn step(&self, state: &mut LawState, error: Angle) -> Effort {
+    /// two do on command and response. The paper's law heeds neither the course
+    /// nor the response: it is the paper's.
+    pub(crate) fn step(&self, state: &mut LawState, error: Angle, course: &Course) -> Effort {
+        let Some(response) = &self.response else {
+            return self.answer(state, error, course.forward);
+        };
+        let error = response.foreseen(&state.response, error);
+        let forward = Response::forward(&state.response, course);
+        let effort = self.answer(state, error, forward);
+        if let Effort::Fraction(u) = effort {
+            response.learn(&mut state.response, error, course, u);
+        }
+        effort
+    }
+
+    fn answer(&self, state: &mut LawState, error: Angle, forward: Q) -> Effort {
         let rate = self.differentiator.step(&mut state.differentiator, error);
         match &self.kind {
             LawKind::Paper(law) => law.step(&mut state.twist, error, rate),
-            LawKind::Recommended(law) => law.step(&mut state.twist, error, rate),
-            LawKind::Pid(law) => law.step(&mut state.pid, error, rate),
+            LawKind::Recommended(law) => law.step(&mut state.twist, error, rate, forward),
+            LawKind::Pid(law) => law.step(&mut state.pid, error, rate, forward),
         }
     }
 }

@@ -10,19 +10,23 @@
 
 pub mod differentiator;
 pub mod feed_forward;
+pub mod force;
 pub mod joint;
 pub mod law;
 pub mod mapping;
 pub mod pid;
+pub mod response;
 pub(crate) mod sensor;
 pub mod setpoint;
 pub mod spec;
 pub mod super_twisting;
 
 pub use feed_forward::{FeedForward, WearerModel};
+pub use force::{ForceControl, ForceError, ForceOrders, ForceSpec, ForceState};
 pub use joint::{Joint, JointState, Orders};
 pub use law::{Effort, LawSpec};
 pub use mapping::{Amplitudes, Mapping, PointSpec};
+pub use response::ResponseSpec;
 pub use sensor::{CLOCK_ERROR_US, MeasurementError, SensorFault, SensorSource};
 pub use setpoint::{HoldPolicy, SetpointError};
 pub use spec::{JointSpec, SpecError, SpecField};

@@ -3,7 +3,7 @@
 use super::law::{Effort, Q, RAD_PER_DEG, product, ratio};
 use crate::units::{Angle, AngularRate};
 
-/// u = kp·e + ki·∫e + kd·ė in radians, with conditional integration: the
+/// u = kp·e + ki·∫e + kd·ė + the feed-forward in radians, with conditional integration: the
 /// integral rests while |u| > 1 and the error would push it further out.
 #[derive(Clone, Copy, Debug)]
 pub struct Pid {
@@ -32,14 +32,21 @@ impl Pid {
     }
 
     /// One period further: fraction of the range, not clamped.
-    pub fn step(&self, state: &mut PidState, error: Angle, rate: AngularRate) -> Effort {
+    pub fn step(
+        &self,
+        state: &mut PidState,
+        error: Angle,
+        rate: AngularRate,
+        forward: Q,
+    ) -> Effort {
         // |e|, |ė| < 2^15 degrees are below 572 rad, gains at most 100: every
         // product fits.
         let e = product(Q::from_num(error.0), RAD_PER_DEG);
         let de = product(Q::from_num(rate.0), RAD_PER_DEG);
         let u = product(e, self.kp)
             .saturating_add(product(de, self.kd))
-            .saturating_add(state.integral);
+            .saturating_add(state.integral)
+            .saturating_add(forward);
         let outward = (u > Q::ONE && e > Q::ZERO) || (u < -Q::ONE && e < Q::ZERO);
         if !outward {
             state.integral = state.integral.saturating_add(product(e, self.ki_step));

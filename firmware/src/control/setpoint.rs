@@ -1,7 +1,9 @@
-//! A track of timed angle setpoints: what is wanted now, from what was said.
+//! A track of timed setpoints, angles or forces: what is wanted now, from what
+//! was said.
 
 use crate::division::quotient;
-use crate::units::{Angle, AngularRate, Micros};
+use crate::units::{Angle, AngularRate, Force, ForceRate, Micros};
+use core::marker::PhantomData;
 use fixed::types::I16F16;
 use heapless::Deque;
 use postcard_schema::Schema;
@@ -12,9 +14,10 @@ const WAITING: usize = 8;
 /// A setpoint may lie at most this far ahead or back, µs. Far inside the
 /// 35.8 min within which wrapped times compare.
 pub const HORIZON_US: u32 = 1_000_000;
-/// Fastest motion taken for one, °/s, when the rate is only estimated from two
-/// setpoints. Anything faster is a step of the target and is not extrapolated.
-/// Assumed: 50 °/s is the peak of 40° at 0.2 Hz, no finger task asks for 1000.
+/// Fastest motion taken for one, °/s (N/s), when the rate is only estimated from
+/// two setpoints. Anything faster is a step of the target and is not extrapolated.
+/// Assumed: 50 °/s is the peak of 40° at 0.2 Hz, no finger task asks for 1000; no
+/// muscle of Lee 2020 rises faster.
 pub const ESTIMATED_RATE_MAX: i16 = 1000;
 
 /// What to do between and after setpoints.
@@ -49,20 +52,67 @@ pub enum SetpointError {
     },
 }
 
+/// What a track can be of: a number in Q15.16, and its change in a second.
+pub trait Quantity: Copy {
+    /// Its change.
+    type Rate: Copy;
+    /// From its number.
+    fn new(value: I16F16) -> Self;
+    /// Its number.
+    fn get(self) -> I16F16;
+    /// A rate from its number.
+    fn rate(per_s: I16F16) -> Self::Rate;
+    /// A rate's number.
+    fn per_s(rate: Self::Rate) -> I16F16;
+}
+
+macro_rules! quantity {
+    ($value:ident, $rate:ident) => {
+        impl Quantity for $value {
+            type Rate = $rate;
+            fn new(value: I16F16) -> Self {
+                Self(value)
+            }
+            fn get(self) -> I16F16 {
+                self.0
+            }
+            fn rate(per_s: I16F16) -> $rate {
+                $rate(per_s)
+            }
+            fn per_s(rate: $rate) -> I16F16 {
+                rate.0
+            }
+        }
+    };
+}
+quantity!(Angle, AngularRate);
+quantity!(Force, ForceRate);
+
 /// One setpoint with the rate to go on with.
 #[derive(Clone, Copy, Debug)]
 struct Timed {
     at: Micros,
-    angle: Angle,
-    rate: AngularRate,
+    value: I16F16,
+    rate: I16F16,
 }
 
 /// The last setpoint that is due, and those that wait.
-#[derive(Clone, Debug, Default)]
-pub struct SetpointTrack {
+#[derive(Clone, Debug)]
+pub struct SetpointTrack<Q = Angle> {
     /// Where the track stands; `None` until the first setpoint is due.
     due: Option<Standing>,
     waiting: Deque<Timed, WAITING>,
+    quantity: PhantomData<Q>,
+}
+
+impl<Q> Default for SetpointTrack<Q> {
+    fn default() -> Self {
+        Self {
+            due: None,
+            waiting: Deque::new(),
+            quantity: PhantomData,
+        }
+    }
 }
 
 /// A due setpoint is in motion until its extrapolation ends; afterwards it has
@@ -70,10 +120,10 @@ pub struct SetpointTrack {
 #[derive(Clone, Copy, Debug)]
 enum Standing {
     Moving(Timed),
-    Resting(Angle),
+    Resting(I16F16),
 }
 
-impl SetpointTrack {
+impl<Q: Quantity> SetpointTrack<Q> {
     /// Takes a setpoint valid from `at`. Without a rate, the difference to the
     /// setpoint before gives one, unless that would be a step
     /// ([`ESTIMATED_RATE_MAX`]) or the setpoint before is no longer in motion.
@@ -84,8 +134,8 @@ impl SetpointTrack {
         &mut self,
         now: Micros,
         at: Micros,
-        angle: Angle,
-        rate: Option<AngularRate>,
+        value: Q,
+        rate: Option<Q::Rate>,
     ) -> Result<(), SetpointError> {
         let lead = at.since(now);
         if lead > HORIZON_US.cast_signed() {
@@ -102,9 +152,11 @@ impl SetpointTrack {
         if newest.is_some_and(|n| !n.at.is_before(at)) {
             return Err(SetpointError::OutOfOrder);
         }
-        let rate = rate.unwrap_or_else(|| newest.map_or_else(zero_rate, |n| slope(n, at, angle)));
+        let value = value.get();
+        let estimated = || newest.map_or(I16F16::ZERO, |n| slope(n, at, value));
+        let rate = rate.map_or_else(estimated, Q::per_s);
         self.waiting
-            .push_back(Timed { at, angle, rate })
+            .push_back(Timed { at, value, rate })
             .map_err(|_| SetpointError::TooManyWaiting)
     }
 
@@ -115,68 +167,70 @@ impl SetpointTrack {
         }
     }
 
-    /// The wanted angle at `now`; `None` until the first setpoint is due.
-    /// Call it at least every 30 minutes; a joint's tick does, every millisecond.
-    pub fn value_at(&mut self, now: Micros, policy: HoldPolicy) -> Option<Angle> {
-        self.motion_at(now, policy).map(|(angle, _)| angle)
+    /// The value wanted at `now`; `None` until the first setpoint is due.
+    /// Call it at least every 30 minutes; a control tick does, every millisecond.
+    pub fn value_at(&mut self, now: Micros, policy: HoldPolicy) -> Option<Q> {
+        self.motion_at(now, policy).map(|(value, _)| value)
     }
 
     /// [`SetpointTrack::value_at`] and the rate at which it moves now: that of
     /// the extrapolation while it lasts, else 0.
-    pub fn motion_at(&mut self, now: Micros, policy: HoldPolicy) -> Option<(Angle, AngularRate)> {
+    pub fn motion_at(&mut self, now: Micros, policy: HoldPolicy) -> Option<(Q, Q::Rate)> {
         self.settle(now);
-        match self.due? {
-            Standing::Resting(angle) => Some((angle, zero_rate())),
+        let (value, rate) = match self.due? {
+            Standing::Resting(value) => (value, I16F16::ZERO),
             Standing::Moving(timed) => {
-                let max_us = match policy {
-                    HoldPolicy::Hold => 0,
-                    HoldPolicy::Extrapolate { max_ms } => u32::from(max_ms) * 1000,
-                };
+                let max_us = policy.max_us();
                 let age = now.elapsed_since(timed.at);
-                let angle = go_on(timed, age.min(max_us));
+                let value = go_on(timed, age.min(max_us));
                 // Out of order can only be judged against a setpoint whose time
                 // is known: forget the time once it is too old to matter.
                 if age > max_us.max(HORIZON_US) {
-                    self.due = Some(Standing::Resting(angle));
+                    self.due = Some(Standing::Resting(value));
                 }
                 let is_moving = age < max_us;
-                Some((angle, if is_moving { timed.rate } else { zero_rate() }))
+                (value, if is_moving { timed.rate } else { I16F16::ZERO })
             }
+        };
+        Some((Q::new(value), Q::rate(rate)))
+    }
+}
+
+impl HoldPolicy {
+    /// Longest extrapolation, µs.
+    const fn max_us(self) -> u32 {
+        match self {
+            Self::Hold => 0,
+            Self::Extrapolate { max_ms } => max_ms as u32 * 1000,
         }
     }
 }
 
-fn zero_rate() -> AngularRate {
-    AngularRate::default()
-}
-
-/// The rate from `before` to `angle` at `at`, 0 if it looks like a step.
-fn slope(before: Timed, at: Micros, angle: Angle) -> AngularRate {
+/// The rate from `before` to `value` at `at`, 0 if it looks like a step.
+fn slope(before: Timed, at: Micros, value: I16F16) -> I16F16 {
     const FASTEST: u32 = ESTIMATED_RATE_MAX.cast_unsigned() as u32 * (1 << 16);
     let us = at.elapsed_since(before.at).max(1);
-    let (from, to) = (before.angle.0.to_bits(), angle.0.to_bits());
+    let (from, to) = (before.value.to_bits(), value.to_bits());
     // Below 2^32 · 1e6.
     let way = u64::from(to.abs_diff(from)) * 1_000_000;
     match quotient(way, us) {
         // At most 1000 · 2^16 < 2^31.
         Some(rate) if rate <= FASTEST => {
             let rate = rate.cast_signed();
-            AngularRate(I16F16::from_bits(if to < from { -rate } else { rate }))
+            I16F16::from_bits(if to < from { -rate } else { rate })
         }
-        _ => zero_rate(),
+        _ => I16F16::ZERO,
     }
 }
 
-/// `timed.angle` plus its rate for `us` microseconds, saturating.
-fn go_on(timed: Timed, us: u32) -> Angle {
-    let rate = timed.rate.0.to_bits();
+/// `timed`'s value plus its rate for `us` microseconds, saturating.
+fn go_on(timed: Timed, us: u32) -> I16F16 {
+    let rate = timed.rate.to_bits();
     // us <= 1e6: below 2^51.
     let way = millionths(u64::from(rate.unsigned_abs()) * u64::from(us.min(1_000_000)));
     let way = i64::from(way);
-    let bits = i64::from(timed.angle.0.to_bits()) + if rate < 0 { -way } else { way };
-    Angle(I16F16::from_bits(
-        bits.clamp(i32::MIN.into(), i32::MAX.into()) as i32,
-    ))
+    let bits = i64::from(timed.value.to_bits()) + if rate < 0 { -way } else { way };
+    I16F16::from_bits(bits.clamp(i32::MIN.into(), i32::MAX.into()) as i32)
 }
 
 /// n / 1e6, rounded down, for n <= 2^31 · 1e6: in two digits, each of which

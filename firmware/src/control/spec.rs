@@ -7,6 +7,7 @@ use super::feed_forward::WearerModel;
 use super::law::{Law, LawKind, LawSpec};
 use super::mapping::{Mapping, PointSpec};
 use super::pid::Pid;
+use super::response::ResponseSpec;
 use super::sensor::SensorSource;
 use super::setpoint::HoldPolicy;
 use super::super_twisting::{Paper, Recommended, Twist};
@@ -45,6 +46,10 @@ pub struct JointSpec {
     pub stale_after_ms: u16,
     /// The nominal wearer, for feed-forward; without one there is none.
     pub wearer: Option<WearerModel>,
+    /// How the nominal wearer answers in time and how that is corrected, for a
+    /// predictor and a learning feed-forward; `None` for neither. The paper's law
+    /// uses neither this nor the wearer.
+    pub response: Option<ResponseSpec>,
 }
 
 /// A field of a [`JointSpec`], with a stable number for the wire.
@@ -63,7 +68,7 @@ pub enum SpecField {
     B = 4,
     /// A PID's kp.
     Kp = 5,
-    /// A PID's ki.
+    /// ki of a PID or of the recommended law.
     Ki = 6,
     /// A PID's kd.
     Kd = 7,
@@ -109,6 +114,20 @@ pub enum SpecField {
     Curvature = 27,
     /// [`WearerModel::lead_ms`].
     Lead = 28,
+    /// k3 of the recommended law.
+    K3 = 29,
+    /// [`ResponseSpec::gain_mrad`].
+    ResponseGain = 30,
+    /// [`ResponseSpec::muscle_ms`].
+    MuscleLag = 31,
+    /// [`ResponseSpec::joint_ms`].
+    JointLag = 32,
+    /// [`ResponseSpec::delay_ms`].
+    Delay = 33,
+    /// [`ResponseSpec::scale_milli`].
+    ScaleLearning = 34,
+    /// [`ResponseSpec::damping_milli`].
+    DampingLearning = 35,
 }
 
 /// Why a [`JointSpec`] was refused.
@@ -191,9 +210,11 @@ impl JointSpec {
         // The period is valid, so only the cutoff can be at fault.
         let differentiator =
             Differentiator::new(self.cutoff_mhz, self.law_period_ms).ok_or(cutoff)?;
+        let response = self.response.map(|r| r.response(self.law_period_ms));
         Ok(Law {
             kind: self.law_kind()?,
             differentiator,
+            response: response.transpose()?,
         })
     }
 
@@ -216,22 +237,24 @@ impl JointSpec {
                 k1_milli,
                 k2_milli,
                 b_milli,
+                k3_milli,
+                ki_milli,
             } => {
                 within(F::Lambda, lambda_milli, 100, TOP)?;
                 within(F::B, b_milli, 1000, 1_000_000)?;
                 let k1_max = Twist::k1_max_milli(b_milli, h);
                 within(F::K1, k1_milli, 1, k1_max)?;
                 within(F::K2, k2_milli, 10, TOP)?;
-                // Within all its ranges now; otherwise k1 is at fault.
-                let twist = Twist::new(k1_milli, k2_milli, b_milli, h);
-                let law = Recommended::new(
-                    lambda_milli,
-                    twist.ok_or(SpecError::OutOfRange {
-                        field: F::K1,
-                        min: 1,
-                        max: k1_max.cast_signed(),
-                    })?,
-                );
+                within(F::K3, k3_milli, 0, Twist::k3_max_milli(b_milli, h))?;
+                within(F::Ki, ki_milli, 0, TOP)?;
+                // All are in range, so there is a twist.
+                let none = SpecError::OutOfRange {
+                    field: F::K1,
+                    min: 1,
+                    max: k1_max.cast_signed(),
+                };
+                let twist = Twist::new(k1_milli, k2_milli, b_milli, k3_milli, h).ok_or(none)?;
+                let law = Recommended::new(lambda_milli, ki_milli, twist, h);
                 Ok(LawKind::Recommended(law))
             }
             LawSpec::Pid {

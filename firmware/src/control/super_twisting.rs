@@ -72,14 +72,20 @@ impl Paper {
 /// to discrete time by the proper implicit form of Seeber & Andritsch
 /// (Automatica 173 (2025) 112027).
 ///
-/// z ≥ 0 solves z + h·b·k1·√z + h²·b·k2 = |s|, and is 0 if |s| ≤ h²·b·k2, where
-/// `growth` is s/(h·b) and otherwise h·k2 with the sign of s; the effort is
-/// v + k1·√z·sgn s + 2·`growth`, then v grows by `growth`. On σ' = b·(u + d) with
-/// |d'| ≤ L, k2 > L and k1 > √(k2 + L) (for b = 1), it ends in |σ| ≤ L·h²,
-/// which nothing betters; in this arithmetic within 4 bits more.
+/// z ≥ 0 solves (1 + h·b·k3)·z + h·b·k1·√z + h²·b·k2 = |s|, and is 0 if
+/// |s| ≤ h²·b·k2, where `growth` is s/(h·b) and otherwise h·k2 with the sign of
+/// s; the effort is v + (k1·√z + k3·z)·sgn s + 2·`growth`, then v grows by
+/// `growth`. The linear term is Moreno & Osorio's (IEEE CDC 2008), 0 in the
+/// paper. On σ' = b·(u + d) with |d'| ≤ L, k2 > L and k1 > √(k2 + L) (for b = 1),
+/// it ends in |σ| ≤ L·h², which nothing betters; in this arithmetic within 4 bits
+/// more.
 #[derive(Clone, Copy, Debug)]
 pub struct Twist {
     k1: Q,
+    k3: Q,
+    /// 1 + h·b·k3 and its inverse.
+    slope: Q,
+    flat: Q,
     /// h·b·k1/2 and its square.
     half: Q,
     quarter: Q,
@@ -100,29 +106,42 @@ pub struct Push {
     pub growth: Q,
 }
 
-/// Highest h·b·k1, which keeps the squares below 2^15.
+/// Highest h·b·k1 and h·b·k3, which keep the root's argument below 2^15.
 const ROOT_GAIN_MAX: u64 = 200;
+const LINEAR_GAIN_MAX: u64 = 7;
+/// Bound of s, rad/s: 2^11 is far beyond any joint.
+const TWIST_MAX: Q = Q::from_bits(1 << (11 + Q::FRAC_NBITS));
 
 impl Twist {
-    /// k1 (effort·s^-½), k2 (effort/s) and b (rate of s per effort) in
-    /// thousandths, 1…100 000, 0…100 000 and 1000…1 000 000; period 1…20 ms.
-    /// `None` outside these, or if h·b·k1 exceeds 200.
+    /// k1 (effort·s^-½), k2 (effort/s), b (rate of s per effort) and k3 (effort
+    /// per s) in thousandths: 1…100 000, 0…100 000, 1000…1 000 000, 0…100 000;
+    /// period 1…20 ms. `None` outside these, or above [`Twist::k1_max_milli`] or
+    /// [`Twist::k3_max_milli`].
     #[must_use]
-    pub fn new(k1_milli: u32, k2_milli: u32, b_milli: u32, period_ms: u8) -> Option<Self> {
-        let valid = (1..=100_000).contains(&k1_milli)
-            && k2_milli <= 100_000
-            && (1000..=1_000_000).contains(&b_milli)
-            && (1..=20).contains(&period_ms)
-            && k1_milli <= Self::k1_max_milli(b_milli, period_ms);
+    pub fn new(k1: u32, k2: u32, b: u32, k3: u32, period_ms: u8) -> Option<Self> {
+        let valid = (1..=Self::k1_max_milli(b, period_ms)).contains(&k1)
+            && k2 <= 100_000
+            && (1000..=1_000_000).contains(&b)
+            && k3 <= Self::k3_max_milli(b, period_ms)
+            && (1..=20).contains(&period_ms);
         if !valid {
             return None;
         }
-        let [k1, k2] = [k1_milli.into(), k2_milli.into()];
-        let [b, h] = [b_milli.into(), u64::from(period_ms)];
-        // Largest numerator: h·h·b·k2 <= 400 · 1e6 · 1e5 = 4e13.
+        let [k1, k2, b, k3, h] = [
+            k1.into(),
+            k2.into(),
+            b.into(),
+            k3.into(),
+            u64::from(period_ms),
+        ];
+        // Largest numerators: h·b·k1 <= 2e11, h·h·b·k2 <= 400 · 1e6 · 1e5 = 4e13.
         let half = ratio(h * b * k1, 2_000_000_000);
+        let linear = h * b * k3; // <= 7e9
         Some(Self {
             k1: ratio(k1, 1000),
+            k3: ratio(k3, 1000),
+            slope: Q::ONE + ratio(linear, 1_000_000_000),
+            flat: ratio(1_000_000_000, 1_000_000_000 + linear),
             half,
             // half <= 100.
             quarter: product(half, half),
@@ -132,27 +151,35 @@ impl Twist {
         })
     }
 
-    /// Highest k1 for this b and period, thousandths.
-    pub(super) fn k1_max_milli(b_milli: u32, period_ms: u8) -> u32 {
-        let hb = (u64::from(b_milli) * u64::from(period_ms)).max(1);
-        // At most 100 000.
-        (ROOT_GAIN_MAX * 1_000_000_000 / hb).min(100_000) as u32
+    /// Highest k1 for this b and period, thousandths: h·b·k1 <= 200.
+    #[must_use]
+    pub fn k1_max_milli(b_milli: u32, period_ms: u8) -> u32 {
+        gain_max(ROOT_GAIN_MAX, b_milli, period_ms)
     }
 
-    /// The answer to `s`, bounded to ±2^14.
+    /// Highest k3 for this b and period, thousandths: h·b·k3 <= 7.
+    #[must_use]
+    pub fn k3_max_milli(b_milli: u32, period_ms: u8) -> u32 {
+        gain_max(LINEAR_GAIN_MAX, b_milli, period_ms)
+    }
+
+    /// The answer to `s`, bounded to ±2^11.
     #[must_use]
     pub fn push(&self, s: Q) -> Push {
-        let s = s.clamp(-S_MAX, S_MAX);
+        let s = s.clamp(-TWIST_MAX, TWIST_MAX);
         let size = s.abs();
         let rest = size - self.dead_beat;
         let (push, growth) = if rest <= Q::ZERO {
             // size <= dead_beat <= 40, inverse <= 1000.
             (Q::ZERO, product(self.inverse, size).min(self.hk2))
         } else {
-            // Below 2^15; the root is at least `half` but for one bit.
-            let root = square_root(self.quarter + rest) - self.half;
-            // root <= 128, k1 <= 100.
-            (product(self.k1, root.max(Q::ZERO)), self.hk2)
+            // slope <= 8, rest <= 2^11, quarter <= 10^4: below 2^15.
+            let root = square_root(self.quarter + product(rest, self.slope)) - self.half;
+            // The root is at least `half` but for one bit; at most 182.
+            let root = product(root.max(Q::ZERO), self.flat);
+            // root^2 <= 2^11, so root <= 46; k1, k3 <= 100.
+            let gain = self.k1 + product(self.k3, root);
+            (product(gain, root), self.hk2)
         };
         Push {
             push: signed(push + growth + growth, s),
@@ -161,31 +188,50 @@ impl Twist {
     }
 }
 
-/// [`Twist`] on the surface s = ė + λ·e in rad/s, with anti-windup: the
-/// integral rests while the effort is beyond ±1 and would go further out.
-/// Effort is a fraction of the way from threshold to maximum.
+/// The k in thousandths for which h·b·k is `most`, at most 100.
+fn gain_max(most: u64, b_milli: u32, period_ms: u8) -> u32 {
+    let hb = (u64::from(b_milli) * u64::from(period_ms)).max(1);
+    (most * 1_000_000_000 / hb).min(100_000) as u32
+}
+
+/// [`Twist`] on the surface s = ė + λ·e in rad/s, with ki·e beside the sign in the
+/// integral, a feed-forward, and anti-windup: the integral rests while the effort
+/// is beyond ±1 and would go further out. Effort is a fraction of the way from
+/// threshold to maximum.
 #[derive(Clone, Copy, Debug)]
 pub struct Recommended {
     lambda: Q,
+    /// ki·h.
+    ki_step: Q,
     twist: Twist,
 }
 
 impl Recommended {
-    /// λ in thousandths, 100…100 000.
+    /// λ and ki in thousandths, 100…100 000 and 0…100 000.
     #[must_use]
-    pub(super) fn new(lambda_milli: u32, twist: Twist) -> Self {
+    pub(super) fn new(lambda_milli: u32, ki_milli: u32, twist: Twist, period_ms: u8) -> Self {
         Self {
             lambda: ratio(lambda_milli.into(), 1000),
+            ki_step: ratio(u64::from(ki_milli) * u64::from(period_ms), 1_000_000),
             twist,
         }
     }
 
     /// One period further: fraction of the range, not clamped.
-    pub fn step(&self, state: &mut TwistState, error: Angle, rate: AngularRate) -> Effort {
+    pub fn step(
+        &self,
+        state: &mut TwistState,
+        error: Angle,
+        rate: AngularRate,
+        forward: Q,
+    ) -> Effort {
         // The surface is below 2^22 °/s.
         let s = product(surface(self.lambda, error, rate), RAD_PER_DEG);
         let Push { push, growth } = self.twist.push(s);
-        let v = state.integral.saturating_add(push);
+        // |e| <= 572 rad, ki·h <= 2.
+        let e = product(Q::from_num(error.0), RAD_PER_DEG);
+        let growth = growth + product(e, self.ki_step);
+        let v = state.integral.saturating_add(push).saturating_add(forward);
         let outward = (v > Q::ONE && growth > Q::ZERO) || (v < -Q::ONE && growth < Q::ZERO);
         if !outward {
             state.integral = state.integral.saturating_add(growth);

@@ -1,9 +1,12 @@
 //! The 1 kHz owner: joint control, the wall, muscle models, telemetry samples.
 
 use super::mail::{ControlEvent, ControlOrder, ControlReport, ControlRequest, ControllerMail};
-use crate::control::{Amplitudes, Effort, Joint, JointState, Orders, SensorFault};
+use crate::control::{
+    Amplitudes, Effort, ForceControl, ForceOrders, ForceState, Joint, JointState, Orders,
+    SensorFault,
+};
 use crate::haptics::{Wall, WallOrders, WallState};
-use crate::link::{Code, Refusal, Telemetry};
+use crate::link::{Code, ForceSample, Refusal, Telemetry};
 use crate::muscle::{Ladder, LadderState, Model, Recruitment, Rung};
 use crate::pulse::CHANNELS;
 use crate::safety::Fault;
@@ -28,6 +31,8 @@ pub struct ControlSetup {
     pub channels: u16,
     /// Muscles whose force is predicted, by rising channel.
     pub muscles: Vec<Muscle, CHANNELS>,
+    /// Channels under force control, by rising channel.
+    pub forces: Vec<ForceControl, CHANNELS>,
     /// The controlled joint; `None` if there is a wall.
     pub joint: Option<Joint>,
     /// The virtual wall; `None` if there is a joint.
@@ -82,6 +87,7 @@ pub struct Controller {
     joint: JointState,
     wall: WallState,
     muscles: Vec<LadderState, CHANNELS>,
+    forces: Vec<(ForceState, ForceSample), CHANNELS>,
     amplitudes: [Amplitude; CHANNELS],
     limiting: bool,
     period: u16,
@@ -104,6 +110,7 @@ impl Controller {
             joint: JointState::default(),
             wall: WallState::default(),
             muscles: Vec::new(),
+            forces: Vec::new(),
             amplitudes: [Amplitude::ZERO; CHANNELS],
             limiting: false,
             period: 0,
@@ -135,6 +142,7 @@ impl Controller {
             order(ControlOrder::Heard(at), mail);
         }
         let acted = self.control(now, adc, mail);
+        self.control_forces(now, mail);
         for (muscle, state) in self.setup.muscles.iter().zip(&mut self.muscles) {
             muscle.force.advance(state, now);
         }
@@ -153,6 +161,10 @@ impl Controller {
                 for muscle in &self.setup.muscles {
                     // As many slots as muscles.
                     let _ = self.muscles.push(muscle.force.at_rest(now));
+                }
+                self.forces.clear();
+                for _ in &self.setup.forces {
+                    let _ = self.forces.push(Default::default()); // as many slots
                 }
                 self.joint = JointState::default();
                 self.wall = WallState::default();
@@ -223,6 +235,24 @@ impl Controller {
                 };
                 (seq, result, Some(arrived))
             }
+            ControlRequest::Force {
+                seq,
+                arrived,
+                at,
+                channel,
+                millinewton,
+                rate,
+            } => {
+                let mut forces = self.setup.forces.iter().zip(&mut self.forces);
+                let result = match forces.find(|(force, _)| force.channel == channel) {
+                    _ if self.phase == Phase::Off => Err(Refusal::new(Code::NotArmed, "state")),
+                    None => Err(Refusal::new(Code::NoForceControl, "channel").on(channel)),
+                    Some((force, (state, _))) => force
+                        .setpoint(state, now, at, millinewton, rate)
+                        .map_err(|e| Refusal::from(e).on(channel)),
+                };
+                (seq, result, Some(arrived))
+            }
             ControlRequest::Rung { seq, channel, rung } => {
                 (seq, self.change_rung(channel, rung), None)
             }
@@ -278,6 +308,14 @@ impl Controller {
         match acted {
             Ok(acted) => {
                 self.limiting |= acted.limiting;
+                for &(channel, amplitude) in &acted.amplitudes {
+                    // No burst will come to say so.
+                    if amplitude == Amplitude::ZERO
+                        && let Some(latest) = self.amplitudes.get_mut(usize::from(channel))
+                    {
+                        *latest = amplitude;
+                    }
+                }
                 order(ControlOrder::Amplitudes(acted.amplitudes.clone()), mail);
                 Some(acted)
             }
@@ -291,6 +329,29 @@ impl Controller {
                 order(ControlOrder::Fault(Fault::SensorRange), mail);
                 None
             }
+        }
+    }
+
+    /// Runs the channels under force control while stimulating.
+    fn control_forces(&mut self, now: Micros, mail: &mut ControllerMail<'_>) {
+        if self.phase != Phase::Running {
+            return;
+        }
+        for (force, (state, sample)) in self.setup.forces.iter().zip(&mut self.forces) {
+            let Some(ForceOrders { target, drive }) = force.tick(state, now) else {
+                continue;
+            };
+            self.limiting |= drive.limiting;
+            *sample = ForceSample {
+                target_mn: target.to_millinewton(),
+                period_us: drive.period_us,
+            };
+            let pulses = ControlOrder::Pulses {
+                channel: force.channel,
+                amplitude: drive.amplitude,
+                period_us: drive.period_us,
+            };
+            order(pulses, mail);
         }
     }
 
@@ -323,12 +384,15 @@ impl Controller {
                 .forces_mn
                 .push(muscle.force.force(state).to_millinewton()); // same
         }
+        for (_, force) in &self.forces {
+            let _ = sample.force_control.push(*force); // same
+        }
         let _ = mail.reports.enqueue(ControlReport::Telemetry(sample)); // late readers lose samples
     }
 }
 
 /// The pulser empties its mailbox four times per tick, and a tick writes two
-/// orders: there is room.
+/// orders and one for each channel under force control: there is room.
 fn order(order: ControlOrder, mail: &mut ControllerMail<'_>) {
     let _ = mail.orders.enqueue(order);
 }

@@ -1,10 +1,10 @@
 //! The setup that a host edits, one request at a time, and arms as a whole.
 
 use super::{ControlSetup, Muscle};
-use crate::control::{Joint, JointSpec};
+use crate::control::{ForceControl, ForceSpec, Joint, JointSpec};
 use crate::haptics::{Wall, WallSpec};
 use crate::link::{Code, Refusal};
-use crate::muscle::MuscleSpec;
+use crate::muscle::{MuscleSpec, Recruitment};
 use crate::pulse::{CHANNELS, GroupSpec, MAX_GROUPS};
 use crate::safety::{Channel, ChannelSpec, Setup, WearerSpec};
 use crate::units::Amplitude;
@@ -20,6 +20,7 @@ pub(super) struct Draft {
     pub(super) sync: Option<u8>,
     pub(super) joint: Option<JointSpec>,
     pub(super) wall: Option<WallSpec>,
+    pub(super) forces: [Option<ForceSpec>; CHANNELS],
 }
 
 impl Draft {
@@ -31,10 +32,11 @@ impl Draft {
         let mut control = ControlSetup::default();
         for (index, (slot, spec)) in (0u8..).zip(channels.iter_mut().zip(&self.channels)) {
             let Some(spec) = spec else { continue };
-            *slot = Some(
-                spec.validate(&wearer)
-                    .map_err(|e| Refusal::from(e).on(index))?,
-            );
+            let channel = match self.forces.get(usize::from(index)).copied().flatten() {
+                Some(force) => spec.validate_up_to(force.min_period_us, &wearer),
+                None => spec.validate(&wearer),
+            };
+            *slot = Some(channel.map_err(|e| Refusal::from(e).on(index))?);
             control.channels |= 1 << index; // index < 10
         }
         if control.channels == 0 {
@@ -74,6 +76,7 @@ impl Draft {
                 .fold(0, |all, (channel, ..)| all | 1 << channel); // they exist
             control.wall = Some(Wall::new(spec)?);
         }
+        controlled |= self.build_forces(&channels, &mut control, controlled)?;
         if let Some(sync) = self.sync
             && control.channels & 1 << sync == 0
         {
@@ -81,6 +84,36 @@ impl Draft {
         }
         let setup = Setup::new(wearer, channels, &self.groups, self.sync, controlled)?;
         Ok((setup, control))
+    }
+
+    /// Puts channels under force control. Returns which, as bits.
+    fn build_forces(
+        &self,
+        channels: &[Option<Channel>; CHANNELS],
+        control: &mut ControlSetup,
+        controlled: u16,
+    ) -> Result<u16, Refusal<'static>> {
+        let mut taken = 0;
+        for (channel, (spec, muscle)) in (0u8..).zip(self.forces.iter().zip(&self.muscles)) {
+            let Some(spec) = spec else { continue };
+            let muscle = muscle.ok_or(Refusal::new(Code::NoMuscle, "muscle").on(channel))?;
+            within_limit(
+                channels,
+                "force",
+                (channel, muscle.recruitment.limit, "limit"),
+            )?;
+            if controlled & 1 << channel != 0 {
+                return Err(Refusal::new(Code::Controlled, "force").on(channel));
+            }
+            let period_us = channels.get(usize::from(channel)).copied().flatten();
+            let period_us = period_us.map_or(0, |c| c.train.spec().period_us);
+            let named = |e| Refusal::from(e).on(channel);
+            let recruitment = Recruitment::new(muscle.recruitment).map_err(named)?;
+            let force = ForceControl::new(channel, spec, muscle.force, recruitment, period_us);
+            let _ = control.forces.push(force.map_err(named)?); // as many slots as channels
+            taken |= 1 << channel; // below 10
+        }
+        Ok(taken)
     }
 }
 

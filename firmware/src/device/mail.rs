@@ -6,7 +6,7 @@ use crate::link::{Refusal, Telemetry};
 use crate::muscle::Rung;
 use crate::pulse::CHANNELS;
 use crate::safety::{Denied, FaultRecord, Notice, Setup, State};
-use crate::units::{Amplitude, Angle, AngularRate, Micros};
+use crate::units::{Amplitude, Angle, AngularRate, ForceRate, Micros};
 use heapless::spsc::{Consumer, Producer, Queue};
 
 /// Session → pulser.
@@ -94,6 +94,21 @@ pub enum ControlRequest {
         /// Its rate, if the host gave one.
         rate: Option<AngularRate>,
     },
+    /// A wanted force.
+    Force {
+        /// The request's number.
+        seq: u16,
+        /// When its last byte arrived.
+        arrived: Micros,
+        /// From when it is valid.
+        at: Micros,
+        /// From 0.
+        channel: u8,
+        /// mN.
+        millinewton: u32,
+        /// Its rate, if the host gave one.
+        rate: Option<ForceRate>,
+    },
     /// A joint angle measured by the host.
     Measurement {
         /// The request's number.
@@ -119,7 +134,7 @@ pub enum ControlRequest {
 /// Controller → session.
 #[derive(Clone, Debug)]
 pub enum ControlReport {
-    /// Answer to an angle, a measurement or a change of rung.
+    /// Answer to an angle, a force, a measurement or a change of rung.
     Verdict {
         /// The request's number.
         seq: u16,
@@ -140,6 +155,15 @@ pub enum ControlReport {
 pub enum ControlOrder {
     /// Amplitudes from the control law.
     Amplitudes(Amplitudes),
+    /// Amplitude and pulse rate from force control.
+    Pulses {
+        /// From 0.
+        channel: u8,
+        /// Of the next burst.
+        amplitude: Amplitude,
+        /// Burst start to burst start, µs.
+        period_us: u32,
+    },
     /// A valid setpoint of the session's owner arrived then.
     Heard(Micros),
     /// The joint's sensor cannot be believed.
@@ -181,7 +205,8 @@ pub struct Mailboxes {
     control_requests: Queue<ControlRequest, 16>,
     // A verdict for every request of one tick, and a sample.
     control_reports: Queue<ControlReport, 24>,
-    // Two a tick, taken four times a tick.
+    // Two a tick and one for each channel under force control, taken four
+    // times a tick.
     control_orders: Queue<ControlOrder, 16>,
     // 4 windows of at most 20 pulses between two control ticks, and 2 of pulses
     // still to come.

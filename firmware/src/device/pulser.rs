@@ -105,6 +105,16 @@ impl Pulser {
                         self.guard.order(channel, amplitude);
                     }
                 }
+                ControlOrder::Pulses {
+                    channel,
+                    amplitude,
+                    period_us,
+                } => {
+                    self.guard.order(channel, amplitude);
+                    if let Some(period_us) = self.guard.order_period(channel, period_us) {
+                        self.scheduler.set_period(channel, period_us, start);
+                    }
+                }
                 ControlOrder::Heard(at) => self.guard.heard(at),
                 ControlOrder::Fault(fault) if self.guard.state() == State::Stimulating => {
                     return Err(fault);

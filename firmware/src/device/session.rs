@@ -16,7 +16,7 @@ use crate::link::{
 };
 use crate::pulse::{CHANNELS, DEAD_TIME_US};
 use crate::safety::{FaultRecord, Notice, State};
-use crate::units::{Amplitude, Angle, AngularRate, Micros, OutOfRange};
+use crate::units::{Amplitude, Angle, AngularRate, ForceRate, Micros, OutOfRange};
 use fixed::types::I16F16;
 use heapless::Deque;
 
@@ -268,6 +268,10 @@ impl Session {
                 Wall::new(&spec)?;
                 self.draft.wall = Some(spec);
             }
+            Request::ForceControl { channel, spec } => {
+                spec.check().map_err(|e| Refusal::from(e).on(channel))?;
+                *slot(&mut self.draft.forces, channel)? = Some(spec);
+            }
             Request::Subscribe { period_ms } => {
                 OutOfRange::check("period_ms", period_ms.into(), 0, 1000)?;
                 send(
@@ -301,6 +305,23 @@ impl Session {
                     at: at.unwrap_or(now),
                     angle: Angle::from_centideg(centideg),
                     rate: centideg_per_s.map(rate).transpose()?,
+                };
+                send(&mut mail.control_requests, request)?;
+                return Ok(Reply::Later);
+            }
+            Request::Force {
+                channel,
+                at,
+                millinewton,
+                millinewton_per_s,
+            } => {
+                let request = ControlRequest::Force {
+                    seq,
+                    arrived: now,
+                    at: at.unwrap_or(now),
+                    channel,
+                    millinewton,
+                    rate: millinewton_per_s.map(force_rate).transpose()?,
                 };
                 send(&mut mail.control_requests, request)?;
                 return Ok(Reply::Later);
@@ -454,6 +475,16 @@ fn rate(centideg_per_s: i32) -> Result<AngularRate, Refusal<'static>> {
     // 2e6 · 65 536 / 100 < 2^31.
     Ok(AngularRate(I16F16::from_bits(
         (i64::from(centideg_per_s) * 65_536 / 100) as i32,
+    )))
+}
+
+/// Rates beyond ±32 767 N/s are no muscle's.
+fn force_rate(millinewton_per_s: i32) -> Result<ForceRate, Refusal<'static>> {
+    const MOST: i32 = 32_767_000;
+    OutOfRange::check("millinewton_per_s", millinewton_per_s.into(), -MOST, MOST)?;
+    // 32 767 000 · 65 536 / 1000 < 2^31.
+    Ok(ForceRate(I16F16::from_bits(
+        (i64::from(millinewton_per_s) * 65_536 / 1000) as i32,
     )))
 }
 

@@ -2,7 +2,7 @@
 //! append, never insert; the schema hash changes with any edit.
 
 use super::Refusal;
-use crate::control::JointSpec;
+use crate::control::{ForceSpec, JointSpec};
 use crate::haptics::WallSpec;
 use crate::muscle::{MuscleSpec, Rung};
 use crate::pulse::{CHANNELS, GroupSpec, MAX_GROUPS};
@@ -103,6 +103,24 @@ pub enum Request {
     },
     /// Puts a virtual wall into the draft.
     Wall(WallSpec),
+    /// Puts a channel of the draft under force control. It needs a muscle.
+    ForceControl {
+        /// From 0.
+        channel: u8,
+        /// How.
+        spec: ForceSpec,
+    },
+    /// The wanted force of a channel under force control. A setpoint.
+    Force {
+        /// From 0.
+        channel: u8,
+        /// Device time from which it is valid; `None` is on arrival.
+        at: Option<Micros>,
+        /// mN, on the average of a pulse period.
+        millinewton: u32,
+        /// mN/s; `None` lets the device estimate it.
+        millinewton_per_s: Option<i32>,
+    },
     /// Changes the rung of a muscle of the armed setup, without a step in its
     /// force.
     Rung {
@@ -266,10 +284,21 @@ pub struct Telemetry {
     /// An amplitude was clamped to the wearer's limit since the last sample.
     pub limiting: bool,
     /// Amplitudes of the latest bursts, one per channel of the setup, lowest
-    /// channel first.
+    /// channel first; 0 where joint or wall ask for nothing.
     pub amplitudes: Vec<Amplitude, CHANNELS>,
     /// Predicted forces in mN, one per channel with a muscle.
     pub forces_mn: Vec<u32, CHANNELS>,
+    /// What force control does, one per channel under it.
+    pub force_control: Vec<ForceSample, CHANNELS>,
+}
+
+/// A channel under force control in one telemetry sample.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize, Schema)]
+pub struct ForceSample {
+    /// Wanted force, mN; 0 before the first setpoint.
+    pub target_mn: u32,
+    /// Burst start to burst start, µs; 0 before the first setpoint.
+    pub period_us: u32,
 }
 
 /// A session number no session has.

@@ -10,7 +10,7 @@ mod refusal;
 
 pub use frame::{Decoder, FrameError, MAX_FRAME, MAX_MESSAGE, encode};
 pub use message::{
-    BROADCAST, Counters, Event, HelloInfo, Kind, Request, Response, SCHEMA, Status, Telemetry,
-    ToDevice,
+    BROADCAST, Counters, Event, ForceSample, HelloInfo, Kind, Request, Response, SCHEMA, Status,
+    Telemetry, ToDevice,
 };
 pub use refusal::{Code, Refusal};

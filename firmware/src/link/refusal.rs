@@ -2,7 +2,7 @@
 //! allowed. Numbers are stable; this file is the only list of them.
 
 use super::frame::FrameError;
-use crate::control::{MeasurementError, SetpointError, SpecError};
+use crate::control::{ForceError, MeasurementError, SetpointError, SpecError};
 use crate::haptics::WallError;
 use crate::pulse::{GroupError, TrainError};
 use crate::safety::{Denied, SetupError};
@@ -39,6 +39,7 @@ pub enum Code {
     AmplitudeCount = 216,
     NothingToArm = 217,
     JointAndWall = 218,
+    RateChanges = 219,
     NoMuscle = 220,
     NoFatigue = 221,
     WrongState = 300,
@@ -52,11 +53,13 @@ pub enum Code {
     SetpointTime = 311,
     MeasurementTime = 312,
     SensorNotHost = 313,
+    NoForceControl = 314,
+    ForceOutOfReach = 315,
 }
 
 impl Code {
     /// All codes, for documentation and tests.
-    pub const ALL: [Self; 37] = [
+    pub const ALL: [Self; 40] = [
         Self::BadCrc,
         Self::MalformedFrame,
         Self::FrameTooLong,
@@ -81,6 +84,7 @@ impl Code {
         Self::AmplitudeCount,
         Self::NothingToArm,
         Self::JointAndWall,
+        Self::RateChanges,
         Self::NoMuscle,
         Self::NoFatigue,
         Self::WrongState,
@@ -94,6 +98,8 @@ impl Code {
         Self::SetpointTime,
         Self::MeasurementTime,
         Self::SensorNotHost,
+        Self::NoForceControl,
+        Self::ForceOutOfReach,
     ];
 
     /// The code with this number.
@@ -196,6 +202,7 @@ impl From<GroupError> for Refusal<'static> {
                 groups(Code::IsolationOverlaps, channel)
             }
             GroupError::NoTimeToGround { channel } => groups(Code::NoTimeToGround, channel),
+            GroupError::RateChanges { channel } => groups(Code::RateChanges, channel),
         }
     }
 }
@@ -319,6 +326,17 @@ impl From<SetpointError> for Refusal<'static> {
     }
 }
 
+impl From<ForceError> for Refusal<'static> {
+    fn from(e: ForceError) -> Self {
+        match e {
+            ForceError::OutOfReach { max_mn } => {
+                Self::new(Code::ForceOutOfReach, "millinewton").allowed(0, bound(max_mn))
+            }
+            ForceError::Setpoint(e) => e.into(),
+        }
+    }
+}
+
 impl From<MeasurementError> for Refusal<'static> {
     fn from(e: MeasurementError) -> Self {
         match e {
@@ -362,5 +380,12 @@ const fn spec_field(field: crate::control::SpecField) -> &'static str {
         TorqueLoss => "torque_loss_milli",
         Curvature => "curvature_milli",
         Lead => "lead_ms",
+        K3 => "k3_milli",
+        ResponseGain => "gain_mrad",
+        MuscleLag => "muscle_ms",
+        JointLag => "joint_ms",
+        Delay => "delay_ms",
+        ScaleLearning => "scale_milli",
+        DampingLearning => "damping_milli",
     }
 }

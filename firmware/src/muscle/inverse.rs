@@ -137,7 +137,8 @@ impl Inverse {
         let bits = i64::from(force.0.to_bits());
         let slowest = i64::from(self.forces.first().copied().unwrap_or(0));
         let above = bits.wrapping_sub(slowest);
-        let above = above.clamp(0, i64::from(self.most()).wrapping_sub(slowest));
+        let beyond = i64::from(self.most()).wrapping_sub(slowest);
+        let above = above.max(0).min(beyond); // never falls: beyond >= 0
         // At most the whole change: 2^21 µs in 2^-30.
         let change = above.wrapping_mul(self.late_change) >> 30;
         // Below 2^22 · 2^31; over 10^6, which is 2^36/68 719 to 7e-6.

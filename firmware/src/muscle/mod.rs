@@ -9,6 +9,7 @@
 //! microsecond. Out: amplitudes within the wearer's range; predicted force.
 
 pub mod calcium_force;
+pub mod choice;
 pub(crate) mod exponential;
 pub mod fatigue;
 pub mod inverse;

@@ -72,6 +72,12 @@ pub enum GroupError {
         /// The other.
         other: u8,
     },
+    /// `channel` may change its pulse rate: pulses of an isolated group keep
+    /// apart by their phases, which hold at the trains' own rates only.
+    RateChanges {
+        /// The member.
+        channel: u8,
+    },
     /// Isolating `channel` interrupts its grounding, and no uninterrupted
     /// stretch of the asked length remains before its next burst.
     NoTimeToGround {

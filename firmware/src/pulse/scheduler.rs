@@ -182,6 +182,18 @@ impl Scheduler {
         started
     }
 
+    /// Plays `channel` on with a burst every `period_us`: from its next burst
+    /// on, which is moved but never into a window before `start`, the next to
+    /// be rendered. Whether the limits allow the period is the caller's to know.
+    pub fn set_period(&mut self, channel: u8, period_us: u32, start: Micros) {
+        let lane = self.lanes.get_mut(usize::from(channel));
+        if let Some(Some(lane)) = lane
+            && lane.set_period(period_us, start)
+        {
+            self.refresh_next();
+        }
+    }
+
     /// Width of one phase on `channel`, µs; 0 without a train.
     #[must_use]
     pub fn phase_width_us(&self, channel: u8) -> u16 {

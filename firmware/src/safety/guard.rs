@@ -222,6 +222,20 @@ impl Guard {
         }
     }
 
+    /// The period nearest to `period_us` that the limits of `channel` were
+    /// checked for; `None` if nothing may be ordered now.
+    #[must_use]
+    pub fn order_period(&self, channel: u8, period_us: u32) -> Option<u32> {
+        let (Mode::Armed { .. } | Mode::Stimulating) = self.mode else {
+            return None;
+        };
+        let channels = &self.setup.as_ref()?.channels;
+        let config = channels.get(usize::from(channel)).copied().flatten()?;
+        let longest = config.train.spec().period_us;
+        // Not `clamp`, which panics if its bounds were the wrong way round.
+        Some(period_us.max(config.min_period_us).min(longest))
+    }
+
     /// Amplitude of the channel's latest burst.
     #[must_use]
     pub fn in_force(&self, channel: u8) -> Amplitude {

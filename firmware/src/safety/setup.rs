@@ -3,7 +3,8 @@
 use super::limits;
 use super::{Stage, StageSpec};
 use crate::pulse::{
-    CHANNELS, Group, GroupError, GroupSpec, MAX_GROUPS, Train, TrainError, TrainSpec, check_groups,
+    CHANNELS, Group, GroupError, GroupSpec, MAX_GROUPS, Partner, Train, TrainError, TrainSpec,
+    check_groups,
 };
 use crate::units::{Amplitude, OutOfRange};
 use heapless::Vec;
@@ -140,6 +141,9 @@ pub struct Channel {
     pub stage: Stage,
     /// No amplitude above this is ever put out.
     pub limit: Amplitude,
+    /// Shortest period that the limits were checked for, µs; the train's own is
+    /// the longest.
+    pub min_period_us: u32,
 }
 
 /// Why a setup cannot be armed. `channel` is counted from 0.
@@ -217,6 +221,45 @@ impl ChannelSpec {
             train,
             stage,
             limit: self.limit,
+            min_period_us: spec.period_us,
+        })
+    }
+
+    /// [`Self::validate`] for a channel whose pulse rate may rise while it
+    /// stimulates, up to a burst every `min_period_us`: every limit holds at that
+    /// rate too. A burst must be a single pulse, and the train not triggered.
+    ///
+    /// # Errors
+    /// As there; for the highest rate as well.
+    pub fn validate_up_to(
+        &self,
+        min_period_us: u32,
+        wearer: &Wearer,
+    ) -> Result<Channel, SetupError> {
+        let channel = self.validate(wearer)?;
+        let TrainSpec {
+            period_us,
+            burst_count,
+            triggered,
+            ..
+        } = self.train;
+        OutOfRange::check("burst_count", burst_count.into(), 1, 1)?;
+        OutOfRange::check("triggered", triggered.into(), 0, 0)?;
+        // The period was just checked, so it fits i32.
+        let (given, longest) = (min_period_us.into(), period_us.cast_signed());
+        OutOfRange::check("min_period_us", given, 5_000, longest)?;
+        let fastest = Self {
+            train: TrainSpec {
+                period_us: min_period_us,
+                offset_us: 0, // within one period of any length
+                ..self.train
+            },
+            ..*self
+        };
+        let min_period_us = fastest.validate(wearer)?.min_period_us;
+        Ok(Channel {
+            min_period_us,
+            ..channel
         })
     }
 }
@@ -232,7 +275,7 @@ pub struct Setup {
     pub groups: Vec<Group, MAX_GROUPS>,
     /// The channel that drives sync out.
     pub sync: Option<u8>,
-    /// Channels that the control law drives; a host may not.
+    /// Channels that a joint, a wall or force control drives; a host may not.
     pub controlled: u16,
 }
 
@@ -240,7 +283,8 @@ impl Setup {
     /// Joins checked channels to a setup.
     ///
     /// # Errors
-    /// A group rule broken, or sync or control on a channel without a train.
+    /// A group rule broken, a rate that may change in an isolated group, or sync
+    /// or control on a channel without a train.
     pub fn new(
         wearer: Wearer,
         channels: [Option<Channel>; CHANNELS],
@@ -250,6 +294,16 @@ impl Setup {
     ) -> Result<Self, SetupError> {
         let groups = check_groups(groups, &channels.map(|c| c.map(|c| c.train)))
             .map_err(SetupError::Group)?;
+        let changes = |c: u8| {
+            let channel = channels.get(usize::from(c)).copied().flatten();
+            channel.is_some_and(|c| c.min_period_us < c.train.spec().period_us)
+        };
+        for group in groups.iter().filter(|g| g.partner() == Partner::Isolated) {
+            let mut members = (0..CHANNELS as u8).filter(|c| group.members() & 1 << c != 0);
+            if let Some(channel) = members.find(|&c| changes(c)) {
+                return Err(SetupError::Group(GroupError::RateChanges { channel }));
+            }
+        }
         let used = (0..CHANNELS as u8)
             .filter(|c| controlled & 1 << c != 0)
             .chain(sync);

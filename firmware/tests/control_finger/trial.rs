@@ -46,6 +46,7 @@ pub fn spec(law: LawSpec, law_period_ms: u8, cutoff_mhz: u32, points: Points) ->
         sensor: SensorSource::Host,
         stale_after_ms: 100,
         wearer: None,
+        response: None,
     }
 }
 

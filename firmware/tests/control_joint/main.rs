@@ -38,6 +38,7 @@ fn two_point(law: LawSpec) -> JointSpec {
         sensor: SensorSource::Host,
         stale_after_ms: 100,
         wearer: None,
+        response: None,
     }
 }
 

@@ -1,6 +1,7 @@
 //! Every accepted spec, fed with anything.
 
 use crate::{degrees, point};
+use firmware::control::super_twisting::Twist;
 use firmware::control::{
     HoldPolicy, Joint, JointSpec, JointState, LawSpec, PointSpec, SensorSource,
 };
@@ -15,14 +16,25 @@ fn any_law() -> impl Strategy<Value = LawSpec> {
             lambda_milli,
             w_milli
         }),
-        (gain(100), gain(1), gain(10), 1000..=1_000_000_u32).prop_map(
-            |(lambda_milli, k1_milli, k2_milli, b_milli)| LawSpec::Recommended {
-                lambda_milli,
-                k1_milli,
-                k2_milli,
-                b_milli
-            }
-        ),
+        (
+            gain(100),
+            gain(1),
+            gain(10),
+            1000..=1_000_000_u32,
+            gain(0),
+            gain(0)
+        )
+            .prop_map(|(lambda_milli, k1, k2_milli, b_milli, k3, ki_milli)| {
+                // As far as the slowest period allows.
+                LawSpec::Recommended {
+                    lambda_milli,
+                    k1_milli: k1.min(Twist::k1_max_milli(b_milli, 20)),
+                    k2_milli,
+                    b_milli,
+                    k3_milli: k3.min(Twist::k3_max_milli(b_milli, 20)),
+                    ki_milli,
+                }
+            }),
         (gain(0), gain(0), gain(0)).prop_map(|(kp_milli, ki_milli, kd_milli)| LawSpec::Pid {
             kp_milli,
             ki_milli,
@@ -72,6 +84,7 @@ fn any_spec() -> impl Strategy<Value = JointSpec> {
                 sensor,
                 stale_after_ms,
                 wearer: None,
+                response: None,
             }
         },
     )

@@ -17,6 +17,8 @@ fn a_wrong_spec_is_refused_by_field() {
             k1_milli,
             k2_milli,
             b_milli,
+            k3_milli: 0,
+            ki_milli: 0,
         })
     };
     let flexor = |p: PointSpec| JointSpec {

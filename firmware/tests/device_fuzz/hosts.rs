@@ -1,6 +1,7 @@
 //! Random hosts, wearers and moments.
 
 use super::device_desk::*;
+use super::walls::wall;
 use firmware::control::{HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
 use firmware::link::Request;
 use firmware::muscle::{CalciumForceSpec, FatigueSpec, MuscleSpec, RecruitmentSpec, Rung};
@@ -162,21 +163,22 @@ pub fn joint() -> impl Strategy<Value = JointSpec> {
         Just(LawSpec::PAPER),
         Just(LawSpec::RECOMMENDED),
         Just(LawSpec::PID),
-        (any::<u32>(), any::<u32>(), any::<u32>(), any::<u32>()).prop_map(
-            |(lambda_milli, k1_milli, k2_milli, b_milli)| LawSpec::Recommended {
+        any::<[u32; 6]>().prop_map(|gains| {
+            let [
                 lambda_milli,
                 k1_milli,
                 k2_milli,
-                b_milli
-            }
-        ),
-    ];
-    let sensor = prop_oneof![
-        Just(SensorSource::Host),
-        (near16(0, 4_095), near16(0, 4_095)).prop_map(|(code_at_0, code_at_100)| {
-            SensorSource::Adc {
-                code_at_0,
-                code_at_100,
+                b_milli,
+                k3_milli,
+                ki_milli,
+            ] = gains;
+            LawSpec::Recommended {
+                lambda_milli,
+                k1_milli,
+                k2_milli,
+                b_milli,
+                k3_milli,
+                ki_milli,
             }
         }),
     ];
@@ -192,7 +194,7 @@ pub fn joint() -> impl Strategy<Value = JointSpec> {
         point(),
         hold,
         prop_oneof![3 => Just((-10_000, 90_000)), 1 => any::<(i32, i32)>()],
-        sensor,
+        sensor(),
         near16(2, 500),
     )
         .prop_map(
@@ -208,8 +210,21 @@ pub fn joint() -> impl Strategy<Value = JointSpec> {
                 sensor,
                 stale_after_ms: stale,
                 wearer: None,
+                response: None,
             },
         )
+}
+
+pub fn sensor() -> impl Strategy<Value = SensorSource> {
+    prop_oneof![
+        Just(SensorSource::Host),
+        (near16(0, 4_095), near16(0, 4_095)).prop_map(|(code_at_0, code_at_100)| {
+            SensorSource::Adc {
+                code_at_0,
+                code_at_100,
+            }
+        }),
+    ]
 }
 
 pub fn muscle() -> impl Strategy<Value = Request> {
@@ -310,6 +325,7 @@ pub fn request() -> impl Strategy<Value = Request> {
         1 => muscle(),
         1 => (near(0, 3), rung()).prop_map(|(channel, rung)| Request::Rung { channel: channel as u8, rung }),
         1 => joint().prop_map(Request::Joint),
+        1 => wall().prop_map(Request::Wall),
         5 => Just(Request::Arm),
         5 => Just(Request::Start),
         2 => Just(Request::Stop),
@@ -352,9 +368,10 @@ pub fn opening() -> impl Strategy<Value = Vec<Step>> {
         vec(channel_spec(), 1..5),
         option::weighted(0.15, groups()),
         option::weighted(0.1, joint()),
+        option::weighted(0.15, wall()),
         0u32..=20_000,
     )
-        .prop_map(|(wearer, specs, groups, joint, amplitude)| {
+        .prop_map(|(wearer, specs, groups, joint, wall, amplitude)| {
             let amplitudes = all(specs.len(), amplitude);
             let mut steps = vec![Step::Hello, Step::Send(Request::Wearer(wearer))];
             for (channel, spec) in (0u8..).zip(specs) {
@@ -362,6 +379,7 @@ pub fn opening() -> impl Strategy<Value = Vec<Step>> {
             }
             steps.extend(groups.map(Step::Send));
             steps.extend(joint.map(|j| Step::Send(Request::Joint(j))));
+            steps.extend(wall.map(|w| Step::Send(Request::Wall(w))));
             steps.push(Step::Send(Request::Arm));
             steps.push(Step::Wait(24_000));
             steps.push(Step::Send(Request::Start));

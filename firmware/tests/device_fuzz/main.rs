@@ -5,6 +5,7 @@
 mod device_desk;
 mod hosts;
 mod judges;
+mod walls;
 
 use device_desk::*;
 use firmware::link::{Request, SCHEMA};

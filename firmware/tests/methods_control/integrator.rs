@@ -156,7 +156,7 @@ fn the_devices_arithmetic_adds_at_most_four_bits() {
     for l in grid().filter(Loop::fulfils_theorem) {
         let milli = |x: f64| (x * 1000.0).round() as u32;
         let [period, k1, k2] = [milli(l.h), milli(l.k1), milli(l.k2)];
-        let Some(twist) = Twist::new(k1, k2, 1000, period as u8) else {
+        let Some(twist) = Twist::new(k1, k2, 1000, 0, period as u8) else {
             continue;
         };
         loops += 1;

@@ -1,6 +1,7 @@
 //! A forearm about the elbow: triceps and biceps under electrodes, and a person
 //! who moves it into a virtual wall.
 
+mod draw;
 mod person;
 mod spec;
 

@@ -16,10 +16,6 @@ pub use spec::{
     FingerSpec, ISOLATED_TWO_POINT_FACTOR, InvalidSpec, TORQUE_FREQUENCY_HZ, TWO_POINT_FACTOR,
 };
 
-/// Time step of joint and sensor, µs. Muscles are also split at every pulse.
-const TICK_US: u64 = 1000;
-const TICK_S: f64 = 1e-3;
-
 pub(super) const A: usize = 0;
 pub(super) const B: usize = 1;
 pub(super) const EXTENSOR: usize = 2;
@@ -40,7 +36,7 @@ pub struct Finger {
     points: Points,
     seed: u64,
     loads: [Load; CHANNELS],
-    /// Whole milliseconds passed.
+    /// Whole steps passed.
     tick: u64,
     muscles: [Muscle; 3],
     muscle_step: Step,
@@ -68,15 +64,15 @@ impl Finger {
             loads: [Load::NOMINAL; CHANNELS],
             tick: 0,
             muscles: [Muscle::new(spec.muscle); 3],
-            muscle_step: Step::new(&spec.muscle, TICK_S),
+            muscle_step: Step::new(&spec.muscle, spec.step_s()),
             under_way: VecDeque::with_capacity(64),
             pair_factor: 1.0,
             capacity: [1.0; 3],
             torque_nm: 0.0,
-            joint: Joint::new(&spec, TICK_S),
+            joint: Joint::new(&spec, spec.step_s()),
             sensor_deg: spec.rest_deg,
             sensor_keeps: if spec.sensor_lag_s > 0.0 {
-                (-TICK_S / spec.sensor_lag_s).exp()
+                (-spec.step_s() / spec.sensor_lag_s).exp()
             } else {
                 0.0
             },
@@ -89,7 +85,7 @@ impl Finger {
         &self.spec
     }
 
-    /// Net muscle torque over the last millisecond, N·m, flexion positive.
+    /// Net muscle torque over the last step, N·m, flexion positive.
     pub fn torque_nm(&self) -> f64 {
         self.torque_nm
     }
@@ -104,13 +100,14 @@ impl Finger {
         self.muscles.map(|m| m.force())
     }
 
-    /// Lets one millisecond pass for the muscles; a muscle with pulses in it is
-    /// split at each.
+    /// Lets one step pass for the muscles; a muscle with pulses in it is split at
+    /// each.
     fn step_muscles(&mut self) {
-        let start_us = self.tick * TICK_US;
+        let step_us = u64::from(self.spec.step_us);
+        let start_us = self.tick * step_us;
         let mut passed_us = [0u64; 3];
         while let Some(e) = self.under_way.front().copied() {
-            if e.due_us >= start_us + TICK_US {
+            if e.due_us >= start_us + step_us {
                 break;
             }
             self.under_way.pop_front();
@@ -128,7 +125,7 @@ impl Finger {
             if passed_us == 0 {
                 muscle.step(&self.muscle_step);
             } else {
-                let rest_s = (TICK_US - passed_us) as f64 * 1e-6;
+                let rest_s = (step_us - passed_us) as f64 * 1e-6;
                 muscle.step(&Step::new(&self.spec.muscle, rest_s));
             }
         }
@@ -147,7 +144,7 @@ impl Finger {
     }
 
     fn tire(&mut self, forces: [f64; 3]) {
-        let gain = TICK_S / self.spec.fatigue_time_s;
+        let gain = self.spec.step_s() / self.spec.fatigue_time_s;
         for (capacity, force) in self.capacity.iter_mut().zip(forces) {
             let target = 1.0 - (1.0 - self.spec.fatigue_floor) * force.min(1.0);
             *capacity += gain * (target - *capacity);
@@ -191,10 +188,10 @@ impl Body for Finger {
         }
     }
 
-    /// Joint and sensor move in whole milliseconds: between them the values of
-    /// the last one hold.
+    /// Joint and sensor move in whole steps: between them the values of the last
+    /// one hold.
     fn advance(&mut self, to_us: u64) {
-        while (self.tick + 1) * TICK_US <= to_us {
+        while (self.tick + 1) * u64::from(self.spec.step_us) <= to_us {
             self.step();
         }
     }

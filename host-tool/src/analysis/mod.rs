@@ -1,11 +1,13 @@
 //! Numbers computed from a recorded trial: how well did the joint follow?
 //!
 //! Not here: the data (`record`), its pictures (`report`), fits (`identify`).
-//! In: a [`Trial`]. Out: [`Metrics`]. Every sample counts alike, as in the
+//! In: a [`Trial`]. Out: [`Metrics`], or the [`Hit`]s of a virtual wall. Every sample counts alike, as in the
 //! papers, so samples are expected at a steady rate.
 
+mod contact;
 mod lag;
 
+pub use contact::{Hit, hits};
 pub use lag::lag_s;
 
 use crate::record::{Sample, Trial};
@@ -35,8 +37,12 @@ pub struct Metrics {
 }
 
 /// Metrics of a trial over its `measure` window, both ends included, or over
-/// all of it. `None` when no sample lies in the window.
+/// all of it. `None` when no sample lies in the window, and for a wall, which
+/// is no target.
 pub fn metrics(trial: &Trial) -> Option<Metrics> {
+    if trial.wall.is_some() {
+        return None;
+    }
     let (from_s, to_s) = window(trial)?;
     let inside = |sample: &&Sample| (from_s..=to_s).contains(&sample.t_s);
     let samples: Vec<&Sample> = trial.samples.iter().filter(inside).collect();

@@ -169,6 +169,16 @@ pub fn on_chip() -> Result<OnChip, BenchError> {
     run_on_chip(&Image::Bench.build(Path::new(WORKSPACE))?)
 }
 
+/// Builds an image that prints rows and runs it on the chip simulator.
+///
+/// # Errors
+/// [`BenchError`].
+pub fn rows_on_chip(image: Image) -> Result<Vec<Row>, BenchError> {
+    let elf = image.build(Path::new(WORKSPACE))?;
+    let ended = alone::run(&image::Image::open(&elf)?, Wait::ByTheLetter)?;
+    Ok(row::parse(&ended.console)?)
+}
+
 fn run_on_chip(elf: &Path) -> Result<OnChip, BenchError> {
     let image = image::Image::open(elf)?;
     let begin = Instant::now();

@@ -73,17 +73,17 @@ impl Row {
         Some(self.max as f64 * 100.0 / deadline.cycles() as f64)
     }
 
-    pub(super) const fn take_off(&mut self, cycles: u64) {
+    pub(crate) const fn take_off(&mut self, cycles: u64) {
         self.min = self.min.saturating_sub(cycles);
         self.mean = self.mean.saturating_sub(cycles);
         self.max = self.max.saturating_sub(cycles);
     }
 }
 
-impl From<&firmware::bench::Row> for Row {
-    fn from(row: &firmware::bench::Row) -> Self {
+impl<N: ToString> From<&firmware::bench::Row<N>> for Row {
+    fn from(row: &firmware::bench::Row<N>) -> Self {
         Self {
-            name: row.name.to_owned(),
+            name: row.name.to_string(),
             calls: row.runs,
             checksum: row.checksum,
             min: row.min.into(),

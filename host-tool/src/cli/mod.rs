@@ -5,6 +5,8 @@ mod chart;
 mod chip;
 mod demo;
 mod edges;
+mod experiment;
+mod explain_model;
 mod monitor;
 mod muscle;
 mod profile;
@@ -37,6 +39,9 @@ enum Command {
     Run(run::RunArgs),
     Serve(serve::Serve),
     Edges(edges::Edges),
+    ExplainModel(explain_model::ExplainModel),
+    #[command(subcommand)]
+    Experiment(experiment::Experiment),
     Monitor(monitor::Monitor),
     Muscle(muscle::Muscle),
     Profile(profile::ProfileArgs),
@@ -103,6 +108,8 @@ pub fn main() -> ExitCode {
         Command::Run(args) => run::main(args, output),
         Command::Serve(args) => serve::main(args, output),
         Command::Edges(args) => edges::main(args, output),
+        Command::ExplainModel(args) => explain_model::main(args, output),
+        Command::Experiment(experiment) => experiment::main(experiment, output),
         Command::Monitor(args) => monitor::main(args, output),
         Command::Muscle(args) => muscle::main(args, output),
         Command::Profile(args) => profile::main(args, output),

@@ -2,7 +2,7 @@
 
 use super::chip::ChipArgs;
 use super::{Incomplete, Output};
-use crate::analysis::metrics;
+use crate::analysis::{Hit, hits, metrics};
 use crate::record::{Recorder, Run, write_run};
 use crate::report::{self, Report};
 use crate::run::{DeviceName, SessionFile, acknowledge, begin_trial, edges_of_one_period, run};
@@ -83,6 +83,7 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
     // Without a joint there is no angle to follow.
     let is_controlled = session.session.joint.is_some();
     let metrics = metrics(&outcome.trial).filter(|_| is_controlled);
+    let hits = hits(&outcome.trial);
     let refused = outcome.refused;
     record.trials.push(outcome.trial);
     let command = format!("flexor run {} --seed {}", args.session.display(), args.seed);
@@ -97,17 +98,19 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
     let rmse = metrics.as_ref().map(|m| m.rmse_deg);
     let result = serde_json::json!({
         "title": record.title, "device": record.device, "seed": args.seed,
-        "rmse_deg": rmse, "refused": refused, "report": report,
+        "rmse_deg": rmse, "hits": hits, "refused": refused, "report": report,
         "error": null,
     });
     let people = || {
         let tracked = rmse.map(|r| format!("RMSE {r:.2}° "));
-        format!(
+        let mut lines: Vec<String> = hits.iter().map(in_words).collect();
+        lines.push(format!(
             "{}: {}{refused} refused; report: {}",
             record.title,
             tracked.unwrap_or_default(),
             report.display()
-        )
+        ));
+        lines.join("\n")
     };
     let Some(error) = outcome.error else {
         output.say(people, || result);
@@ -118,4 +121,21 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
     }
     let error = error.into();
     Err(Incomplete { error, result }.into())
+}
+
+/// A hit of a virtual wall, for people.
+fn in_words(hit: &Hit) -> String {
+    let place = if hit.deepest_deg > 0.0 {
+        "inside the wall"
+    } else {
+        "in front of the wall"
+    };
+    format!(
+        "hit at {:.1} s, {:.0} °/s: deepest {:.1}° {place}, {} turns, later swinging by {:.1}°",
+        hit.at_s,
+        hit.speed_deg_per_s,
+        hit.deepest_deg.abs(),
+        hit.turns,
+        hit.late_swing_deg,
+    )
 }

@@ -135,9 +135,16 @@ pub fn what(code: Code) -> &'static str {
             "isolation leaves too little time to ground after a monophasic pulse"
         }
         Code::ChannelTwice => "the channel is named twice",
-        Code::Controlled => "the control law drives this channel",
+        Code::Controlled => "a joint, a wall or force control drives this channel",
+        Code::RateChanges => {
+            "its pulse rate may change, and in an isolated group that would make pulses meet"
+        }
+        Code::NoMuscle => "force control needs the channel's muscle",
         Code::AmplitudeCount => "there must be one amplitude per channel in the mask",
         Code::NothingToArm => "no channel is configured",
+        Code::JointAndWall => {
+            "a joint and a wall cannot run together: the device measures one angle"
+        }
         Code::WrongState => "not possible in the device's present state",
         Code::NotArmed => "a setpoint before arming",
         Code::ArmInputOpen => "neither the arm input nor the hand-held stop is closed",
@@ -145,12 +152,12 @@ pub fn what(code: Code) -> &'static str {
         Code::ElectrodeShort => "the electrode check saw too much current",
         Code::Cancelled => "arming was cancelled by a stop",
         Code::FaultLatched => "a fault is latched",
-        Code::NoJoint => "no joint is configured",
+        Code::NoJoint => "no joint and no wall is configured",
         Code::SetpointTime => "the setpoint's time is too far off or out of order",
         Code::MeasurementTime => "the measurement's time is ahead or out of order",
-        Code::SensorNotHost => "this joint is measured by the board",
-        Code::JointAndWall => "a joint and a wall share a channel",
-        Code::NoMuscle => "this channel has no muscle in the setup",
+        Code::SensorNotHost => "the angle is measured by the board",
+        Code::NoForceControl => "this channel is not under force control",
+        Code::ForceOutOfReach => "the wearer's limits cannot give this force",
         Code::NoFatigue => "this muscle has no fatigue parameters",
     }
 }
@@ -177,9 +184,12 @@ pub fn advice(code: Code) -> &'static str {
         Code::TwoGroups | Code::ChannelTwice => "name each channel once",
         Code::IsolationOverlaps => "separate the pulses by their offsets, or use a conducted group",
         Code::NoTimeToGround => "lower the rate, shorten ground_us or move the offsets",
-        Code::Controlled => "set the joint's angle instead",
+        Code::Controlled => "set the joint's angle or the channel's force instead",
+        Code::RateChanges => "fix its rate (min_period_us = period_us), or use a conducted group",
+        Code::NoMuscle => "configure the channel's muscle before arming",
         Code::AmplitudeCount => "send as many values as the mask has bits",
         Code::NothingToArm => "configure at least one channel",
+        Code::JointAndWall => "send Clear and configure one of them",
         Code::WrongState => "ask for Status and stop, acknowledge or arm first",
         Code::NotArmed => "arm and start first",
         Code::ArmInputOpen => "close the arm switch or press the hand-held stop",
@@ -192,8 +202,10 @@ pub fn advice(code: Code) -> &'static str {
         Code::NoJoint => "configure a joint before arming",
         Code::SetpointTime | Code::MeasurementTime => "refresh the clock offset and send in order",
         Code::SensorNotHost => "configure the joint's sensor as host",
-        Code::JointAndWall => "give the wall channels of its own",
-        Code::NoMuscle => "configure the channel's muscle before arming",
+        Code::NoForceControl => "put the channel under force control before arming",
+        Code::ForceOutOfReach => {
+            "ask for less, or agree on a new limit or a higher pulse rate with the wearer"
+        }
         Code::NoFatigue => "configure the muscle with its fatigue, or choose another rung",
     }
 }

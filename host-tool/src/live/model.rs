@@ -104,7 +104,7 @@ impl Model {
             let mut forces = 0..;
             model.title.clone_from(&session.title);
             model.duration_s = Some(session.duration_us as f64 * 1e-6);
-            model.has_joint = session.joint.is_some();
+            model.has_joint = session.sensor().is_some();
             let channels = session.channels.iter().map(|channel| Channel {
                 number: channel.number,
                 name: channel.name.clone(),

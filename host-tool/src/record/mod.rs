@@ -65,12 +65,26 @@ pub struct Trial {
     /// its first edge.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub edges: Vec<Edge>,
+    /// The virtual wall, if there was one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wall: Option<WallPlace>,
     /// The part that metrics judge, from–to in s; all of it when `None`.
     pub measure: Option<(f64, f64)>,
     /// Named counts: frames sent, lost, faults, ….
     pub counters: Vec<(String, u64)>,
     /// What happened when, s.
     pub events: Vec<(f64, String)>,
+}
+
+/// Where a trial's virtual wall stands.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+pub struct WallPlace {
+    /// The wall, degrees.
+    pub at_deg: f64,
+    /// Whether the limb is inside at larger angles, or at smaller ones.
+    pub stops_flexion: bool,
+    /// How far in front of it its pre-wall begins, degrees; 0 for none.
+    pub pre_wall_deg: f64,
 }
 
 /// A channel of a trial.
@@ -91,13 +105,14 @@ pub struct ChannelInfo {
 pub struct Sample {
     /// Since the trial's start, s.
     pub t_s: f64,
-    /// Wanted joint angle, degrees.
+    /// Wanted joint angle, or where a wall stands, degrees.
     pub target_deg: f64,
     /// Joint angle the sensor gave, degrees.
     pub measured_deg: f64,
     /// Joint angle of a simulated body, degrees; nobody knows a person's.
     pub true_deg: Option<f64>,
-    /// What the control law asked for, in its own unit.
+    /// What the control law asked for, in its own unit; with a wall, how far the
+    /// limb is inside, degrees.
     pub effort: f64,
     /// A computed amplitude was clamped to the wearer's limit.
     pub limiting: bool,
@@ -105,6 +120,12 @@ pub struct Sample {
     pub amplitudes: Vec<f64>,
     /// Predicted force of each channel that has a muscle, N, in channel order.
     pub forces_n: Vec<f64>,
+    /// Wanted force of each channel under force control, N, in channel order.
+    #[serde(default)]
+    pub wanted_n: Vec<f64>,
+    /// Pulse rate that force control gives it, Hz.
+    #[serde(default)]
+    pub rates_hz: Vec<f64>,
 }
 
 /// A change of one channel's switch state.

@@ -1,6 +1,7 @@
 //! Keeps a trial on disk while it runs.
 
 use super::folder::write_json;
+use super::table::Forces;
 use super::{Edge, RecordError, Sample, Trial, table, trial_folder};
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -17,7 +18,7 @@ const FLUSH_EVERY: Duration = Duration::from_secs(1);
 pub struct Recorder {
     folder: PathBuf,
     trial: Trial,
-    forces: Option<usize>,
+    forces: Option<Forces>,
     samples: BufWriter<File>,
     flushed: Instant,
 }
@@ -58,7 +59,7 @@ impl Recorder {
         let forces = match self.forces {
             Some(forces) => forces,
             None => {
-                let forces = sample.forces_n.len();
+                let forces = Forces::of(sample);
                 table::write_sample_header(&mut self.samples, channels, forces)?;
                 *self.forces.insert(forces)
             }
@@ -93,7 +94,11 @@ impl Recorder {
         duration_s: f64,
     ) -> Result<(), RecordError> {
         if self.forces.is_none() {
-            let written = table::write_sample_header(&mut self.samples, &self.trial.channels, 0);
+            let written = table::write_sample_header(
+                &mut self.samples,
+                &self.trial.channels,
+                Forces::default(),
+            );
             written.map_err(RecordError::io(&self.folder.join("samples.csv")))?;
         }
         let flushed = self.samples.flush();

@@ -16,21 +16,56 @@ const FIXED: [&str; 6] = [
 ];
 const AMPLITUDE: &str = "amplitude_";
 const FORCE: &str = "force_";
+const WANTED: &str = "wanted_";
+const RATE: &str = "rate_";
+
+/// How many forces a table has columns for.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Forces {
+    /// Predicted ones.
+    predicted: usize,
+    /// Controlled ones.
+    controlled: usize,
+}
+
+impl Forces {
+    /// Those of a sample.
+    pub(super) fn of(sample: &Sample) -> Self {
+        Self {
+            predicted: sample.forces_n.len(),
+            controlled: sample.wanted_n.len(),
+        }
+    }
+
+    fn or_more(self, other: Self) -> Self {
+        Self {
+            predicted: self.predicted.max(other.predicted),
+            controlled: self.controlled.max(other.controlled),
+        }
+    }
+}
 
 /// Writes the header of `samples.csv`: the fixed columns, `amplitude_<channel>_<unit>`
-/// for each channel and `force_<position>_n` for each of `forces` predictions.
+/// for each channel, `force_<position>_n` for each predicted force,
+/// `wanted_<position>_n` and `rate_<position>_hz` for each controlled one.
 pub(super) fn write_sample_header(
     out: &mut impl Write,
     channels: &[ChannelInfo],
-    forces: usize,
+    forces: Forces,
 ) -> io::Result<()> {
     write!(out, "{}", FIXED.join(","))?;
     for channel in channels {
         let unit = channel.unit.to_lowercase();
         write!(out, ",{AMPLITUDE}{}_{unit}", channel.number)?;
     }
-    for force in 1..=forces {
-        write!(out, ",{FORCE}{force}_n")?;
+    for (prefix, count, unit) in [
+        (FORCE, forces.predicted, "n"),
+        (WANTED, forces.controlled, "n"),
+        (RATE, forces.controlled, "hz"),
+    ] {
+        for position in 1..=count {
+            write!(out, ",{prefix}{position}_{unit}")?;
+        }
     }
     writeln!(out)
 }
@@ -41,7 +76,7 @@ pub(super) fn write_sample(
     out: &mut impl Write,
     sample: &Sample,
     channels: usize,
-    forces: usize,
+    forces: Forces,
 ) -> io::Result<()> {
     write!(
         out,
@@ -52,7 +87,12 @@ pub(super) fn write_sample(
         write!(out, "{angle}")?;
     }
     write!(out, ",{},{}", sample.effort, u8::from(sample.limiting))?;
-    for (values, columns) in [(&sample.amplitudes, channels), (&sample.forces_n, forces)] {
+    for (values, columns) in [
+        (&sample.amplitudes, channels),
+        (&sample.forces_n, forces.predicted),
+        (&sample.wanted_n, forces.controlled),
+        (&sample.rates_hz, forces.controlled),
+    ] {
         for column in 0..columns {
             match values.get(column) {
                 Some(value) => write!(out, ",{value}")?,
@@ -70,7 +110,8 @@ pub fn write_samples(
     channels: &[ChannelInfo],
     samples: &[Sample],
 ) -> io::Result<()> {
-    let forces = samples.iter().map(|s| s.forces_n.len()).max().unwrap_or(0);
+    let forces = samples.iter().map(Forces::of);
+    let forces = forces.fold(Forces::default(), Forces::or_more);
     write_sample_header(out, channels, forces)?;
     for sample in samples {
         write_sample(out, sample, channels.len(), forces)?;
@@ -104,6 +145,7 @@ pub fn read_samples(path: &Path) -> Result<Vec<Sample>, RecordError> {
             .collect()
     };
     let (amplitudes, forces) = (columns(AMPLITUDE), columns(FORCE));
+    let (wanted, rates) = (columns(WANTED), columns(RATE));
     let fixed = FIXED.map(|name| rows.column(name));
     let [t, target, measured, truth, effort, limiting] = fixed;
     let (t, target, measured) = (t?, target?, measured?);
@@ -122,6 +164,8 @@ pub fn read_samples(path: &Path) -> Result<Vec<Sample>, RecordError> {
             limiting: row.get::<u8>(limiting)? != 0,
             amplitudes: list(&amplitudes)?,
             forces_n: list(&forces)?,
+            wanted_n: list(&wanted)?,
+            rates_hz: list(&rates)?,
         })
     })
 }

@@ -135,7 +135,10 @@ fn key_rows(map: &Map) -> Vec<Vec<(RGBColor, String)>> {
 fn caption(map: &Map) -> Vec<String> {
     let agreement = map.agreement();
     let mut paragraphs = vec![format!("Colour: {}.", map.quantity)];
-    paragraphs.push(format!("Line: theory's verdict changes. {}", map.theory));
+    paragraphs.push(format!(
+        "Line: where theory's verdict changes; {}",
+        map.theory
+    ));
     paragraphs.push(format!(
         "Dots: {} of {} cells disagree with theory, {} worse and {} better.",
         agreement.worse + agreement.better,
@@ -200,19 +203,19 @@ fn draw_panel(root: &Area<'_>, map: &Map, panel: &Panel, layout: &Layout, at: (i
 /// An edge between cells, from one corner to the next; (row, column).
 type Edge = ((usize, usize), (usize, usize));
 
-/// The edges between cells of different prediction.
+/// The edges between cells of different prediction. Rows of which theory says
+/// nothing have none above and below.
 fn boundary(rows: &[Vec<Cell>]) -> Vec<Edge> {
-    let differ = |a: &Cell, b: &Cell| match (a.predicted, b.predicted) {
-        (Some(a), Some(b)) => a != b,
-        _ => false,
-    };
+    let speaks = |row: &[Cell]| row.iter().any(|cell| cell.predicted.is_some());
+    let differ = |a: &Cell, b: &Cell| a.predicted != b.predicted;
     let mut edges = Vec::new();
     for (r, row) in rows.iter().enumerate() {
         for (c, cell) in row.iter().enumerate() {
             if row.get(c + 1).is_some_and(|right| differ(cell, right)) {
                 edges.push(((r, c + 1), (r + 1, c + 1)));
             }
-            let below = rows.get(r + 1).and_then(|row| row.get(c));
+            let below = rows.get(r + 1).filter(|below| speaks(below) && speaks(row));
+            let below = below.and_then(|row| row.get(c));
             if below.is_some_and(|below| differ(cell, below)) {
                 edges.push(((r + 1, c), (r + 1, c + 1)));
             }

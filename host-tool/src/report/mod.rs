@@ -6,10 +6,13 @@
 //! run, from a [`PaperRow`] with its source, or from an [`Assumption`].
 //! In: a [`Report`]. Out: `report.html` and `summary.json`.
 
+mod accuracy;
 mod bars;
 mod canvas;
+mod control;
 mod cycles;
 mod edges;
+mod ladder;
 mod lanes;
 mod map;
 mod page;
@@ -18,7 +21,10 @@ mod summary;
 mod tables;
 mod trajectory;
 
+pub use accuracy::picture as accuracy_picture;
+pub use control::picture as control_picture;
 pub use cycles::picture as cycles_picture;
+pub use ladder::{Course as LadderCourse, Panel as LadderPanel, picture as ladder_picture};
 pub use map::picture as map_picture;
 pub use page::page;
 pub use summary::write;

@@ -1,10 +1,10 @@
 //! The HTML page: result first, then the pictures, then what to know about them.
 
 use super::tables::{
-    counter_table, degrees, escape, event_table, metrics_table, paper_table, seconds,
+    counter_table, degrees, escape, event_table, hits_table, metrics_table, paper_table, seconds,
 };
 use super::{Report, bars, canvas, edges, lanes, trajectory};
-use crate::analysis::{Metrics, metrics};
+use crate::analysis::{Metrics, hits, metrics};
 use crate::record::{Assumption, Role, Run};
 use std::fmt::Write;
 
@@ -24,7 +24,8 @@ pub fn page(report: &Report) -> String {
     out.push_str(&figure(&trajectory::figure(&run.trials), ""));
     let _ = writeln!(out, "<p class=\"facts\">{}</p>", facts(run));
 
-    section(&mut out, "Result", &metrics_table(&run.trials));
+    let tables = metrics_table(&run.trials) + &hits_table(&run.trials);
+    section(&mut out, "Result", &tables);
     section(&mut out, "Stimulation", &stimulation(run));
     section(&mut out, "Edges of one period", &periods(run));
     section(&mut out, "Comparison with the paper", &comparison(report));
@@ -47,7 +48,7 @@ fn result(run: &Run) -> String {
     let mut judged: Vec<(&str, Metrics)> = judged.collect();
     judged.sort_by(|a, b| a.1.rmse_deg.total_cmp(&b.1.rmse_deg));
     let Some(((name, best), others)) = judged.split_first() else {
-        return "No samples were recorded.".to_owned();
+        return wall_result(run).unwrap_or_else(|| "No samples were recorded.".to_owned());
     };
     let window = format!("{}–{} s", seconds(best.from_s), seconds(best.to_s));
     let rmse = degrees(best.rmse_deg);
@@ -67,6 +68,37 @@ fn result(run: &Run) -> String {
             "{name}: RMSE {rmse} over {window}, the lowest, against {}.",
             all.join(" and ")
         ),
+    }
+}
+
+/// The same for trials at a virtual wall.
+fn wall_result(run: &Run) -> Option<String> {
+    let depths = run.trials.iter().filter_map(|trial| {
+        let deepest = hits(trial).into_iter().map(|hit| hit.deepest_deg);
+        Some((trial.name.as_str(), deepest.reduce(f64::max)?))
+    });
+    let mut depths: Vec<(&str, f64)> = depths.collect();
+    depths.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let [(name, least), others @ ..] = depths.as_slice() else {
+        let wall = run.trials.iter().any(|trial| trial.wall.is_some());
+        return wall.then(|| "The virtual wall was not touched.".to_owned());
+    };
+    let (name, least) = (capitalised(name), depth(*least));
+    Some(match others.last() {
+        None => format!("{name}: at its deepest the limb was {least}."),
+        Some((other, most)) => format!(
+            "{name}: at its deepest the limb was {least}, the least of {}; the most is {} ({other}).",
+            depths.len(),
+            depth(*most)
+        ),
+    })
+}
+
+fn depth(deg: f64) -> String {
+    if deg > 0.0 {
+        format!("{} inside the wall", degrees(deg))
+    } else {
+        format!("{} in front of the wall", degrees(-deg))
     }
 }
 

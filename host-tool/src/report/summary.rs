@@ -1,7 +1,7 @@
 //! The two files of a report: one for people, one for machines.
 
 use super::{Report, page};
-use crate::analysis::{Metrics, metrics};
+use crate::analysis::{Hit, Metrics, hits, metrics};
 use crate::record::{Assumption, PaperRow};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -26,6 +26,7 @@ struct TrialSummary<'a> {
     session_file: &'a str,
     duration_s: f64,
     metrics: Option<Metrics>,
+    hits: Vec<Hit>,
     counters: &'a [(String, u64)],
     events: &'a [(f64, String)],
 }
@@ -50,6 +51,7 @@ pub fn write(dir: &Path, report: &Report) -> std::io::Result<PathBuf> {
                 session_file: &trial.session_file,
                 duration_s: trial.duration_s,
                 metrics: metrics(trial),
+                hits: hits(trial),
                 counters: &trial.counters,
                 events: &trial.events,
             })

@@ -1,6 +1,6 @@
 //! Text and tables of the page.
 
-use crate::analysis::{Metrics, metrics};
+use crate::analysis::{Hit, Metrics, hits, metrics};
 use crate::record::{PaperRow, Trial};
 use std::fmt::Write;
 
@@ -31,8 +31,44 @@ fn three_digits(value: f64) -> String {
     format!("{value:.decimals$}")
 }
 
-/// How each trial went.
+/// How each trial at a virtual wall went; nothing without one.
+pub(super) fn hits_table(trials: &[Trial]) -> String {
+    let mut rows = String::new();
+    for trial in trials {
+        let name = escape(&trial.name);
+        for hit in hits(trial) {
+            let cells = hit_cells(&hit);
+            let _ = writeln!(rows, "<tr><th scope=\"row\">{name}</th>{cells}</tr>");
+        }
+    }
+    if rows.is_empty() {
+        return rows;
+    }
+    format!(
+        "<table><thead><tr><th>Trial</th><th>Hit</th><th>Approach</th><th>Deepest</th>\
+         <th>Turns</th><th>Swing late</th><th>Depth late</th></tr></thead><tbody>\n{rows}\
+         </tbody></table>\n<p class=\"note\">Depths are inside the wall itself, negative in front \
+         of it. Late is the third quarter of a hit.</p>\n"
+    )
+}
+
+fn hit_cells(hit: &Hit) -> String {
+    let cells = [
+        format!("{}–{} s", seconds(hit.at_s), seconds(hit.at_s + hit.for_s)),
+        format!("{:.0} °/s", hit.speed_deg_per_s),
+        format!("<b>{}</b>", degrees(hit.deepest_deg)),
+        hit.turns.to_string(),
+        degrees(hit.late_swing_deg),
+        degrees(hit.late_depth_deg),
+    ];
+    cells.map(|cell| format!("<td>{cell}</td>")).concat()
+}
+
+/// How each trial that followed a target went; nothing if none did.
 pub(super) fn metrics_table(trials: &[Trial]) -> String {
+    if !trials.is_empty() && trials.iter().all(|trial| trial.wall.is_some()) {
+        return String::new();
+    }
     let mut rows = String::new();
     for trial in trials {
         let name = escape(&trial.name);

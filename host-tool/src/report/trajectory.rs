@@ -6,7 +6,7 @@ use super::canvas::{
 };
 use super::series::{range, round_step, shorten};
 use super::tables::{degrees, seconds};
-use crate::analysis::metrics;
+use crate::analysis::{hits, metrics};
 use crate::record::{Sample, Trial};
 use plotters::prelude::*;
 use plotters::style::text_anchor::HPos;
@@ -66,10 +66,19 @@ pub(super) fn figure(trials: &[Trial]) -> String {
     let axes = Axes::of(trials);
     let height = LEGEND + rows as i32 * (TITLE + PANEL) + AXIS;
     svg(height, "Target and measured angle over time", |root| {
+        let is_wall = trials.iter().any(|trial| trial.wall.is_some());
+        let target = if is_wall { "wall" } else { "target" };
         let mut keys = vec![
-            (Key::Line(line(INK, 10)), "target"),
+            (Key::Line(line(INK, 10)), target),
             (Key::Line(line(PALETTE[0], 18)), "measured"),
         ];
+        if trials
+            .iter()
+            .filter_map(|t| t.wall)
+            .any(|w| w.pre_wall_deg > 0.0)
+        {
+            keys.push((Key::Box(SHADE.filled()), "pre-wall"));
+        }
         if trials.iter().any(|trial| trial.measure.is_some()) {
             keys.push((Key::Box(SHADE.filled()), "not counted in the RMSE"));
         }
@@ -98,13 +107,27 @@ fn heading(area: &Area<'_>, trial: &Trial, width: i32) -> Drawn {
     let middle = px(TITLE / 2 + 1);
     let name = Text::new(trial.name.as_str(), (px(LEFT), middle), bold(text(14, INK)));
     area.draw(&name)?;
-    let judged = metrics(trial).map_or("no samples".to_owned(), |m| {
-        let (from, to) = (seconds(m.from_s), seconds(m.to_s));
-        format!("RMSE {} ({from}–{to} s)", degrees(m.rmse_deg))
-    });
+    let judged = match (trial.wall, metrics(trial)) {
+        (Some(_), _) => deepest(trial),
+        (None, Some(m)) => {
+            let (from, to) = (seconds(m.from_s), seconds(m.to_s));
+            format!("RMSE {} ({from}–{to} s)", degrees(m.rmse_deg))
+        }
+        (None, None) => "no samples".to_owned(),
+    };
     let right = anchored(bold(text(14, PALETTE[0])), HPos::Right);
     area.draw(&Text::new(judged, (px(width - 12), middle), right))?;
     Ok(())
+}
+
+/// The deepest penetration of each hit of a wall.
+fn deepest(trial: &Trial) -> String {
+    let depths = hits(trial).into_iter().map(|hit| degrees(hit.deepest_deg));
+    let depths: Vec<String> = depths.collect();
+    if depths.is_empty() {
+        return "not touched".to_owned();
+    }
+    format!("deepest {}", depths.join(", "))
 }
 
 fn panel(area: &Area<'_>, trial: &Trial, axes: &Axes, is_last: bool) -> Drawn {
@@ -119,6 +142,11 @@ fn panel(area: &Area<'_>, trial: &Trial, axes: &Axes, is_last: bool) -> Drawn {
         .build_cartesian_2d(0.0..axes.end_s, axes.low_deg..axes.high_deg)?;
     for (from, to) in uncounted(trial, axes.end_s) {
         let corners = [(from, axes.low_deg), (to, axes.high_deg)];
+        chart.draw_series([Rectangle::new(corners, SHADE.filled())])?;
+    }
+    if let Some(wall) = trial.wall {
+        let front = if wall.stops_flexion { -1.0 } else { 1.0 } * wall.pre_wall_deg;
+        let corners = [(0.0, wall.at_deg + front), (axes.end_s, wall.at_deg)];
         chart.draw_series([Rectangle::new(corners, SHADE.filled())])?;
     }
     let mut mesh = chart.configure_mesh();

@@ -6,7 +6,7 @@ use firmware::control::SensorSource;
 use firmware::device::lockstep::Sensors;
 use firmware::pulse::{GroupSpec, Partner};
 use firmware::units::Micros;
-use hal_sim::body::{Body, CHANNELS, Drive, Finger, Load, Still};
+use hal_sim::body::{Body, CHANNELS, Drive, Elbow, Finger, Load, Still};
 use hal_sim::chip::board::{Around, Board, BoardError};
 use hal_sim::chip::cpu::run::Observer;
 use hal_sim::chip::gdb::{Debugger, Points};
@@ -88,6 +88,9 @@ pub enum OpenError {
     /// The simulated wearer.
     #[error("E511 the session's body cannot be: {0}")]
     Body(#[from] hal_sim::body::InvalidSpec),
+    /// The simulated arm.
+    #[error("E570 the session's body cannot be: {0}")]
+    Elbow(#[from] hal_sim::body::InvalidElbow),
 }
 
 impl DeviceName {
@@ -129,6 +132,7 @@ pub fn simulated(
     boot: Micros,
 ) -> Result<SimulatedPort, OpenError> {
     let body: Box<dyn Body> = match &session.body {
+        Some(BodySpec::Elbow(spec)) => Box::new(Elbow::new((**spec).clone(), seed)?),
         Some(BodySpec::Finger(spec)) => Box::new(Finger::new((**spec).clone(), seed)?),
         Some(BodySpec::Still { load_ohm }) => {
             let mut body = Still::new(0.0);
@@ -141,7 +145,7 @@ pub fn simulated(
     if let Some(SensorSource::Adc {
         code_at_0,
         code_at_100,
-    }) = session.joint.as_ref().map(|j| j.sensor)
+    }) = session.sensor()
     {
         let zero = f64::from(code_at_0);
         world.joint_adc = Some(((f64::from(code_at_100) - zero) / 100.0, zero));

@@ -45,7 +45,7 @@ pub enum RunError {
     },
     /// Only a simulated wearer has the glove that this session measures with.
     #[error(
-        "E513 the session's joint is measured by the host, and {0} has no simulated glove; use sensor = \"adc\""
+        "E513 the session's angle is measured by the host, and {0} has no simulated glove; use sensor = \"adc\""
     )]
     NoGlove(String),
     /// The observer wished for it.
@@ -238,8 +238,8 @@ impl<P: Port> Run<'_, P> {
         let setpoint = self.session.setpoints.at(due);
         let at = match setpoint {
             // Wrapping: device time is modulo 2^32.
-            Setpoint::Angle { .. } => Some(self.epoch.plus(due as u32)),
-            Setpoint::Amplitudes(_) => None,
+            Setpoint::Angle { .. } | Setpoint::Force { .. } => Some(self.epoch.plus(due as u32)),
+            Setpoint::Amplitudes(_) | Setpoint::KeepAlive => None,
         };
         self.client.post(setpoint.request(at))?;
         if let Some(beside) = self.beside() {
@@ -255,10 +255,7 @@ impl<P: Port> Run<'_, P> {
     }
 
     fn measures(&self) -> bool {
-        self.session
-            .joint
-            .as_ref()
-            .is_some_and(|joint| joint.sensor == SensorSource::Host)
+        self.session.sensor() == Some(SensorSource::Host)
     }
 
     /// Files what arrives by `until_us`.

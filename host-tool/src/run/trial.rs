@@ -1,9 +1,10 @@
 //! From what a device says to what is recorded.
 
 use super::SessionFile;
-use crate::record::{ChannelInfo, Edge, Sample, State, Trial};
+use crate::record::{ChannelInfo, Edge, Sample, State, Trial, WallPlace};
 use crate::session::Session;
-use firmware::link::{Counters, Event, Telemetry};
+use firmware::haptics::Side;
+use firmware::link::{Counters, Event, ForceSample, Telemetry};
 use firmware::safety::StopCause;
 use firmware::units::Micros;
 use hal_sim::trace::{State as TraceState, Trace};
@@ -31,6 +32,13 @@ pub fn begin_trial(file: &SessionFile) -> Trial {
         measure: session
             .measure
             .map(|(from, to)| (from as f64 * 1e-6, to as f64 * 1e-6)),
+        wall: session.wall.map(|wall| WallPlace {
+            at_deg: f64::from(wall.at_mdeg) * 1e-3,
+            stops_flexion: wall.side == Side::Flexion,
+            pre_wall_deg: wall
+                .pre_wall
+                .map_or(0.0, |pre| f64::from(pre.depth_mdeg) * 1e-3),
+        }),
         counters: Vec::new(),
         events: Vec::new(),
     }
@@ -39,6 +47,7 @@ pub fn begin_trial(file: &SessionFile) -> Trial {
 /// A telemetry sample; times count from `epoch`.
 pub fn sample(telemetry: &Telemetry, epoch: Micros, true_deg: Option<f64>) -> Sample {
     let milli = |list: &[u32]| list.iter().map(|&v| f64::from(v) * 1e-3).collect();
+    let force = |f: fn(&ForceSample) -> f64| telemetry.force_control.iter().map(f).collect();
     let amplitudes: Vec<u32> = telemetry.amplitudes.iter().map(|a| a.0).collect();
     Sample {
         t_s: f64::from(telemetry.at.since(epoch)) * 1e-6,
@@ -49,6 +58,14 @@ pub fn sample(telemetry: &Telemetry, epoch: Micros, true_deg: Option<f64>) -> Sa
         limiting: telemetry.limiting,
         amplitudes: milli(&amplitudes),
         forces_n: milli(&telemetry.forces_mn),
+        wanted_n: force(|f| f64::from(f.target_mn) * 1e-3),
+        rates_hz: force(|f| {
+            if f.period_us == 0 {
+                0.0
+            } else {
+                1e6 / f64::from(f.period_us)
+            }
+        }),
     }
 }
 

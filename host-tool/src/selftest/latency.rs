@@ -305,5 +305,6 @@ fn joint() -> JointSpec {
         },
         stale_after_ms: 50,
         wearer: None,
+        response: None,
     }
 }

@@ -1,5 +1,7 @@
 //! `[wearer]` and `[[channel]]`: limits, output stages, trains, muscles.
 
+use firmware::control::{ForceControl, ForceSpec};
+use firmware::muscle::{OutOfRange as MuscleOutOfRange, Parameter, Recruitment};
 use firmware::pulse::{Shape, TrainError, TrainSpec};
 use firmware::safety::{
     Channel as Checked, ChannelSpec, SetupError, Stage, StageSpec, Wearer, WearerSpec,
@@ -8,6 +10,7 @@ use firmware::units::{Amplitude, OutOfRange};
 
 use super::decimal::in_units;
 use super::error::{Problem, SessionError};
+use super::joint::read_hold;
 use super::muscle::{Muscle, read_muscle};
 use super::table::Table;
 
@@ -42,6 +45,8 @@ pub struct Channel {
     pub spec: ChannelSpec,
     /// The muscle under it, if its force is to be predicted.
     pub muscle: Option<Muscle>,
+    /// How the device controls that muscle's force, if the host asks for forces.
+    pub force: Option<ForceSpec>,
 }
 
 impl Channel {
@@ -49,6 +54,21 @@ impl Channel {
     #[must_use]
     pub const fn index(&self) -> u8 {
         self.number - 1 // 1–10
+    }
+
+    /// Its force control as the device will run it.
+    pub(super) fn force_control(&self) -> Option<ForceControl> {
+        let muscle = self.muscle.as_ref()?;
+        let recruitment = Recruitment::new(muscle.recruitment).ok()?;
+        let period_us = self.spec.train.period_us;
+        ForceControl::new(
+            self.index(),
+            &self.force?,
+            muscle.force,
+            recruitment,
+            period_us,
+        )
+        .ok()
     }
 
     /// What its amplitudes are.
@@ -126,7 +146,9 @@ pub(super) fn read_channel(
     duration_us: u64,
     notes: &mut Vec<String>,
 ) -> Result<(Channel, Checked), SessionError> {
-    t.only(&["number", "name", "stage", "limit", "train", "muscle"])?;
+    t.only(&[
+        "number", "name", "stage", "limit", "train", "muscle", "force",
+    ])?;
     let number = t.channel("number")?.required()?;
     let name = t.text("name")?.required()?.to_owned();
     let (stage, checked_stage) = read_stage(&t.table("stage")?.required()?)?;
@@ -141,12 +163,32 @@ pub(super) fn read_channel(
         name,
         spec,
         muscle: None,
+        force: None,
     };
-    let checked = spec
+    let mut checked = spec
         .validate(wearer)
         .map_err(|e| channel_error(t, &train, &checked_stage, &channel, e))?;
     if let Some(muscle) = t.table("muscle")?.optional() {
         channel.muscle = Some(read_muscle(&muscle, t, spec.limit, duration_us)?);
+    }
+    if let Some(force) = t.table("force")?.optional() {
+        let read = read_force(&force, &channel)?;
+        channel.force = Some(read);
+        checked = spec
+            .validate_up_to(read.min_period_us, wearer)
+            .map_err(|e| match e {
+                SetupError::Range(e) if e.field == "min_period_us" => rates(&force, e),
+                e => channel_error(t, &train, &checked_stage, &channel, e),
+            })?;
+        let muscle = channel.muscle.as_ref().ok_or_else(|| {
+            let channel = channel.number;
+            t.error("force", Problem::NoMuscle { channel })
+        })?;
+        let recruitment = Recruitment::new(muscle.recruitment);
+        let period_us = spec.train.period_us;
+        let control = recruitment
+            .and_then(|r| ForceControl::new(channel.index(), &read, muscle.force, r, period_us));
+        control.map_err(|e| force_error(&force, &train, e))?;
     }
     Ok((channel, checked))
 }
@@ -309,5 +351,44 @@ fn train_error(t: &Table<'_>, e: TrainError) -> SessionError {
             let min_us = min_period_us;
             t.error(period, Problem::BurstTooLong { field, min_us })
         }
+    }
+}
+
+/// Reads a `force` table. The highest rate is the train's own if it says none.
+fn read_force(t: &Table<'_>, channel: &Channel) -> Result<ForceSpec, SessionError> {
+    t.only(&["max_frequency_hz", "hold", "max_extrapolation_ms"])?;
+    let min_period_us = match t.real("max_frequency_hz")?.optional() {
+        // Never faster than asked for; saturates, and 0 Hz is refused as the rest.
+        Some(hz) => (1e6 / hz).ceil() as u32,
+        None => channel.spec.train.period_us,
+    };
+    let spec = ForceSpec {
+        min_period_us,
+        hold: read_hold(t)?,
+    };
+    let checked = spec.check();
+    checked.map_err(|e| t.not_within("max_extrapolation_ms", e.min.into(), e.max.into(), 0))?;
+    Ok(spec)
+}
+
+/// The highest rate is out of range.
+fn rates(t: &Table<'_>, e: OutOfRange) -> SessionError {
+    let hz = |us: i32| 1e6 / f64::from(us);
+    t.out_of_range(
+        "max_frequency_hz",
+        format!("{} to {}", hz(e.max), hz(e.min)),
+    )
+}
+
+/// Force control's verdict on a channel whose muscle was checked before.
+fn force_error(t: &Table<'_>, train: &Table<'_>, e: MuscleOutOfRange) -> SessionError {
+    let range = |field| OutOfRange {
+        field,
+        min: e.min.cast_signed(), // at most 100 000
+        max: e.max.cast_signed(),
+    };
+    match e.parameter {
+        Parameter::Period => train_error(train, TrainError::Range(range("period_us"))),
+        _ => rates(t, range("min_period_us")),
     }
 }

@@ -106,10 +106,30 @@ pub enum Problem {
         channel: u8,
         limit: String,
     },
-    #[error("`{field}` names channel {channel}, which the joint's control law drives")]
+    #[error("`{field}` names channel {channel}, which the joint or the wall drives")]
     Controlled { field: String, channel: u8 },
+    #[error("`{field}` names channel {channel}, which is under force control")]
+    ForceControlled { field: String, channel: u8 },
+    #[error("`{field}` names channel {channel}, which has no `force`")]
+    NoForceControl { field: String, channel: u8 },
+    #[error("channel {channel} has a `force` and no `muscle` to find it with")]
+    NoMuscle { channel: u8 },
+    #[error(
+        "channel {channel} may change its pulse rate, and is in an isolated group, whose pulses \
+         would then meet"
+    )]
+    RateChanges { channel: u8 },
+    #[error("`{field}` is {given} N: within its limits channel {channel} gives 0 to {max_n} N")]
+    OutOfReach {
+        field: String,
+        given: String,
+        channel: u8,
+        max_n: f64,
+    },
     #[error("{wanted} needs a `[joint]`, and the file has none")]
     NoJoint { wanted: &'static str },
+    #[error("a `[joint]` and a `[wall]` cannot run together: the device measures one angle")]
+    JointAndWall,
     #[error(
         "`{field}` is {given}: setpoints would be further apart than the {timeout_ms} ms of silence that end stimulation"
     )]
@@ -152,6 +172,12 @@ impl Problem {
             Self::Controlled { .. } => 460,
             Self::NoJoint { .. } => 461,
             Self::TooSlow { .. } => 462,
+            Self::OutOfReach { .. } => 470,
+            Self::NoForceControl { .. } => 471,
+            Self::NoMuscle { .. } => 472,
+            Self::RateChanges { .. } => 473,
+            Self::ForceControlled { .. } => 474,
+            Self::JointAndWall => 480,
             Self::NoFatigue { .. } => 463,
         }
     }
@@ -180,6 +206,15 @@ impl Problem {
                 "lower the limit, the pulse width, the frequency or the number of pulses in a burst"
                     .into()
             }
+            Self::RateChanges { .. } => {
+                "set `force.max_frequency_hz` to the train's frequency, or partner = \"conducted\""
+                    .into()
+            }
+            Self::OutOfReach { .. } => {
+                "ask for less, or raise the channel's `limit` or its `force.max_frequency_hz`"
+                    .into()
+            }
+            Self::JointAndWall => "keep one of them".into(),
             Self::NoFatigue { .. } => {
                 "give the muscle `fatigue`; `fatigue = {}` takes the quadriceps' of Ding 2003"
                     .into()

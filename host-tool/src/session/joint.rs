@@ -1,8 +1,8 @@
 //! `[joint]`: a closed loop on the device.
 
 use firmware::control::{
-    HoldPolicy, Joint, JointSpec, LawSpec, PointSpec, SensorSource, SpecError, SpecField,
-    WearerModel,
+    HoldPolicy, Joint, JointSpec, LawSpec, PointSpec, ResponseSpec, SensorSource, SpecError,
+    SpecField, WearerModel,
 };
 use firmware::units::Amplitude;
 
@@ -19,13 +19,13 @@ const MAX_EXTRAPOLATION_MS: u16 = 100;
 const ADC_CODES: (u16, u16) = (800, 3300);
 /// Age of a stale measurement unless the file says otherwise, ms: ten readings
 /// of the board's converter, or four and a half of a 90 Hz glove.
-const STALE_AFTER_MS: (u16, u16) = (10, 50);
+pub(super) const STALE_AFTER_MS: (u16, u16) = (10, 50);
 
 /// Curvature of recruitment unless the file says otherwise, thousandths: mean of
 /// ln(Fmax/Fmin) over Lee 2020, table 2.
 const LEE_CURVATURE_MILLI: u16 = 1_200;
 
-const FIELDS: [&str; 15] = [
+const FIELDS: [&str; 16] = [
     "law",
     "gains",
     "law_period_ms",
@@ -41,6 +41,7 @@ const FIELDS: [&str; 15] = [
     "code_at_100_deg",
     "stale_after_ms",
     "wearer",
+    "response",
 ];
 
 const WEARER_FIELDS: [&str; 8] = [
@@ -52,6 +53,15 @@ const WEARER_FIELDS: [&str; 8] = [
     "torque_loss",
     "curvature",
     "lead_ms",
+];
+
+const RESPONSE_FIELDS: [&str; 6] = [
+    "gain_rad",
+    "muscle_ms",
+    "joint_ms",
+    "delay_ms",
+    "scale_learning",
+    "damping_learning",
 ];
 
 /// The control laws by name.
@@ -109,7 +119,7 @@ pub(super) fn read_joint(
         .map(|point| read_point(point, channels))
         .collect::<Result<_, _>>()?;
     let (flexors, extensor) = specs.split_at(specs.len() - 1); // the last was just pushed
-    let sensor = read_sensor(&t)?;
+    let sensor = read_sensor(&t, ADC_CODES)?;
     let stale_after_ms = match sensor {
         SensorSource::Adc { .. } => STALE_AFTER_MS.0,
         SensorSource::Host => STALE_AFTER_MS.1,
@@ -126,6 +136,7 @@ pub(super) fn read_joint(
         sensor,
         stale_after_ms: t.whole("stale_after_ms", 0)?.or(stale_after_ms),
         wearer: read_wearer_model(&t)?,
+        response: read_response(&t)?,
     };
     let joint = Joint::new(&spec).map_err(|e| joint_error(&t, &points, &spec, e))?;
     Ok(Some((spec, joint)))
@@ -157,13 +168,17 @@ fn read_law(t: &Table<'_>) -> Result<LawSpec, SessionError> {
             k1_milli,
             k2_milli,
             b_milli,
+            k3_milli,
+            ki_milli,
         } => {
-            g.only(&["lambda", "k1", "k2", "b"])?;
+            g.only(&["lambda", "k1", "k2", "b", "k3", "ki"])?;
             LawSpec::Recommended {
                 lambda_milli: g.whole("lambda", 3)?.or(lambda_milli),
                 k1_milli: g.whole("k1", 3)?.or(k1_milli),
                 k2_milli: g.whole("k2", 3)?.or(k2_milli),
                 b_milli: g.whole("b", 3)?.or(b_milli),
+                k3_milli: g.whole("k3", 3)?.or(k3_milli),
+                ki_milli: g.whole("ki", 3)?.or(ki_milli),
             }
         }
         LawSpec::Pid {
@@ -199,7 +214,25 @@ fn read_wearer_model(t: &Table<'_>) -> Result<Option<WearerModel>, SessionError>
     }))
 }
 
-fn read_hold(t: &Table<'_>) -> Result<HoldPolicy, SessionError> {
+/// Reads `[joint.response]`, a nominal wearer in time; a field left out keeps
+/// [`ResponseSpec::RECOMMENDED`].
+fn read_response(t: &Table<'_>) -> Result<Option<ResponseSpec>, SessionError> {
+    let Some(r) = t.table("response")?.optional() else {
+        return Ok(None);
+    };
+    r.only(&RESPONSE_FIELDS)?;
+    let default = ResponseSpec::RECOMMENDED;
+    Ok(Some(ResponseSpec {
+        gain_mrad: r.whole("gain_rad", 3)?.or(default.gain_mrad),
+        muscle_ms: r.whole("muscle_ms", 0)?.or(default.muscle_ms),
+        joint_ms: r.whole("joint_ms", 0)?.or(default.joint_ms),
+        delay_ms: r.whole("delay_ms", 0)?.or(default.delay_ms),
+        scale_milli: r.whole("scale_learning", 3)?.or(default.scale_milli),
+        damping_milli: r.whole("damping_learning", 3)?.or(default.damping_milli),
+    }))
+}
+
+pub(super) fn read_hold(t: &Table<'_>) -> Result<HoldPolicy, SessionError> {
     let max_ms = t.whole("max_extrapolation_ms", 0)?;
     let extrapolate = HoldPolicy::Extrapolate {
         max_ms: max_ms.or(MAX_EXTRAPOLATION_MS),
@@ -212,10 +245,12 @@ fn read_hold(t: &Table<'_>) -> Result<HoldPolicy, SessionError> {
     Ok(hold)
 }
 
-fn read_sensor(t: &Table<'_>) -> Result<SensorSource, SessionError> {
+/// Reads where an angle is measured; `codes` are the converter's at 0° and 100°
+/// unless the file says otherwise.
+pub(super) fn read_sensor(t: &Table<'_>, codes: (u16, u16)) -> Result<SensorSource, SessionError> {
     let adc = SensorSource::Adc {
-        code_at_0: t.whole("code_at_0_deg", 0)?.or(ADC_CODES.0),
-        code_at_100: t.whole("code_at_100_deg", 0)?.or(ADC_CODES.1),
+        code_at_0: t.whole("code_at_0_deg", 0)?.or(codes.0),
+        code_at_100: t.whole("code_at_100_deg", 0)?.or(codes.1),
     };
     let sources = [("adc", adc), ("host", SensorSource::Host)];
     let sensor = t.choice("sensor", &sources)?.required()?;
@@ -231,11 +266,21 @@ fn read_sensor(t: &Table<'_>) -> Result<SensorSource, SessionError> {
 fn read_point(t: &Table<'_>, channels: &[Channel]) -> Result<PointSpec, SessionError> {
     t.only(&["channel", "threshold", "max"])?;
     let channel = find(t, "channel", channels)?;
+    not_under_force(t, channel)?;
     Ok(PointSpec {
         channel: channel.index(),
         threshold: Amplitude(t.whole("threshold", 3)?.required()?),
         max: read_amplitude(t, "max", channel)?,
     })
+}
+
+/// Refuses a table's `channel` that is under force control.
+pub(super) fn not_under_force(t: &Table<'_>, channel: &Channel) -> Result<(), SessionError> {
+    if channel.force.is_none() {
+        return Ok(());
+    }
+    let (field, channel) = (t.path_of("channel"), channel.number);
+    Err(t.error("channel", Problem::ForceControlled { field, channel }))
 }
 
 /// The channel that a field names.
@@ -276,7 +321,7 @@ pub(super) fn read_amplitude(
 }
 
 /// Where the file says a joint's field, and the power of ten between them.
-const fn file_field(field: SpecField) -> (&'static str, i32) {
+pub(super) const fn file_field(field: SpecField) -> (&'static str, i32) {
     use SpecField as F;
     match field {
         F::Lambda => ("lambda", 3),
@@ -307,6 +352,13 @@ const fn file_field(field: SpecField) -> (&'static str, i32) {
         F::TorqueLoss => ("torque_loss", 3),
         F::Curvature => ("curvature", 3),
         F::Lead => ("lead_ms", 0),
+        F::K3 => ("k3", 3),
+        F::ResponseGain => ("gain_rad", 3),
+        F::MuscleLag => ("muscle_ms", 0),
+        F::JointLag => ("joint_ms", 0),
+        F::Delay => ("delay_ms", 0),
+        F::ScaleLearning => ("scale_learning", 3),
+        F::DampingLearning => ("damping_learning", 3),
     }
 }
 
@@ -343,7 +395,7 @@ fn joint_error(
         F::CodeSpan => t.out_of_range(name, format!("at least {min} from `code_at_0_deg`")),
         F::Threshold => point(&|p| p.threshold > p.max).not_within(name, min, max, places),
         F::Maximum => point(&|p| i64::from(p.max.0) > max).not_within(name, min, max, places),
-        F::Lambda | F::W | F::K1 | F::K2 | F::B | F::Kp | F::Ki | F::Kd => {
+        F::Lambda | F::W | F::K1 | F::K2 | F::B | F::K3 | F::Kp | F::Ki | F::Kd => {
             within("gains").not_within(name, min, max, places)
         }
         F::Rest
@@ -354,6 +406,12 @@ fn joint_error(
         | F::TorqueLoss
         | F::Curvature
         | F::Lead => within("wearer").not_within(name, min, max, places),
+        F::ResponseGain
+        | F::MuscleLag
+        | F::JointLag
+        | F::Delay
+        | F::ScaleLearning
+        | F::DampingLearning => within("response").not_within(name, min, max, places),
         _ => t.not_within(name, min, max, places),
     }
 }

@@ -13,13 +13,16 @@ mod decimal;
 mod error;
 mod joint;
 mod muscle;
+pub mod scene;
 mod setpoints;
 mod setup;
 mod table;
+mod wall;
 
 use std::path::Path;
 
-use firmware::control::JointSpec;
+use firmware::control::{JointSpec, SensorSource};
+use firmware::haptics::WallSpec;
 use firmware::link::Request;
 use firmware::pulse::GroupSpec;
 use firmware::safety::WearerSpec;
@@ -30,7 +33,7 @@ pub use channel::{Channel, Unit};
 pub use error::{Problem, SessionError};
 pub use joint::LawName;
 pub use muscle::{Model, Muscle};
-pub use setpoints::{Course, Setpoint, Setpoints};
+pub use setpoints::{Course, ForceCourse, Setpoint, Setpoints};
 use table::{Document, Table};
 
 /// Longest session, µs: a day.
@@ -53,6 +56,8 @@ pub struct Session {
     pub sync: Option<u8>,
     /// The joint that the device controls.
     pub joint: Option<JointSpec>,
+    /// The virtual wall that the device makes felt; not beside a joint.
+    pub wall: Option<WallSpec>,
     /// What the host streams.
     pub setpoints: Setpoints,
     /// The window in which errors are scored, µs from the start.
@@ -103,6 +108,7 @@ impl Session {
             "group",
             "sync",
             "joint",
+            "wall",
             "setpoints",
             "measure",
             "body",
@@ -112,10 +118,8 @@ impl Session {
         let duration_us = duration.required()? as u64; // not negative
         let mut notes = Vec::new();
         let setup = setup::read_setup(t, duration_us, &mut notes)?;
-        let timeout = setup.wearer.host_timeout_ms;
-        let setpoints =
-            setpoints::read_setpoints(t, &setup.channels, setup.joint.as_ref(), timeout)?;
-        Ok(Self {
+        let setpoints = setpoints::read_setpoints(t, &setup)?;
+        let mut session = Self {
             title,
             duration_us,
             wearer: setup.wearer,
@@ -123,11 +127,14 @@ impl Session {
             groups: setup.groups,
             sync: setup.sync,
             joint: setup.joint.map(|(spec, _)| spec),
+            wall: setup.wall,
             setpoints,
             measure: read_measure(t, duration_us)?,
             body: body::read_body(t)?,
             notes,
-        })
+        };
+        scene::settle(&mut session);
+        Ok(session)
     }
 
     /// The requests that configure a device, in an order in which each can be
@@ -151,8 +158,20 @@ impl Session {
             let (channel, spec) = (c.index(), c.muscle.as_ref()?.spec());
             Some(Request::Muscle { channel, spec })
         }));
+        all.extend(self.channels.iter().filter_map(|c| {
+            let channel = c.index();
+            c.force.map(|spec| Request::ForceControl { channel, spec })
+        }));
         all.extend(self.joint.clone().map(Request::Joint));
+        all.extend(self.wall.map(Request::Wall));
         all
+    }
+
+    /// Where the angle of its joint or of its wall is measured.
+    #[must_use]
+    pub fn sensor(&self) -> Option<SensorSource> {
+        let joint = self.joint.as_ref().map(|joint| joint.sensor);
+        joint.or(self.wall.map(|wall| wall.sensor))
     }
 
     /// The changes of rung due after `from_us` and until `to_us` from the

@@ -21,6 +21,8 @@ pub struct Muscle {
     pub fatigue: Option<FatigueSpec>,
     /// Which rung it starts on.
     pub model: Model,
+    /// What `"auto"` comes to in this session; see [`super::scene`].
+    pub auto: Rung,
     /// Later rungs, each from its µs after the start on, rising.
     pub changes: Vec<(u64, Rung)>,
 }
@@ -35,12 +37,11 @@ pub enum Model {
 }
 
 impl Muscle {
-    /// The rung that the muscle starts on. The one place where `"auto"` gets a
-    /// meaning.
+    /// The rung that the muscle starts on.
     #[must_use]
     pub const fn rung(&self) -> Rung {
         match self.model {
-            Model::Auto => Rung::CalciumForce,
+            Model::Auto => self.auto,
             Model::Fixed(rung) => rung,
         }
     }
@@ -108,6 +109,8 @@ pub(super) fn read_muscle(
             .map(|f| read_fatigue(f, force.a_mn_per_s))
             .transpose()?,
         model: Model::Auto,
+        // Until the whole session is read.
+        auto: Rung::CalciumForce,
         changes: Vec::new(),
     };
     let refused = |e| muscle_error(t, channel, fatigue.as_ref().unwrap_or(t), e);

@@ -1,6 +1,7 @@
 //! Wearer, channels, groups, sync and joint together: what the device arms.
 
 use firmware::control::{Joint, JointSpec};
+use firmware::haptics::WallSpec;
 use firmware::pulse::{CHANNELS, GroupError, GroupSpec, MAX_GROUPS, Partner};
 use firmware::safety::{Channel as Checked, Setup, SetupError, WearerSpec};
 
@@ -8,6 +9,7 @@ use super::channel::{Channel, read_channel, read_wearer};
 use super::error::{Problem, SessionError};
 use super::joint::{find, read_joint};
 use super::table::Table;
+use super::wall::read_wall;
 
 /// The checked part of a file that configures the device.
 pub(super) struct SetupSpec {
@@ -16,6 +18,9 @@ pub(super) struct SetupSpec {
     pub(super) groups: Vec<GroupSpec>,
     pub(super) sync: Option<u8>,
     pub(super) joint: Option<(JointSpec, Joint)>,
+    pub(super) wall: Option<WallSpec>,
+    /// Bit i: channel i on the link is the joint's or the wall's.
+    pub(super) controlled: u16,
 }
 
 /// Reads everything that the device gets, and checks it as arming will.
@@ -43,12 +48,22 @@ pub(super) fn read_setup(
         .map(|t| read_group(t, &channels))
         .collect::<Result<_, _>>()?;
     let sync = read_sync(root, &channels)?;
+    if root.has("joint") && root.has("wall") {
+        return Err(root.error("wall", Problem::JointAndWall));
+    }
     let joint = read_joint(root, &channels)?;
-    let controlled = joint.as_ref().map_or(0, |(spec, _)| {
+    let wall = read_wall(root, &channels)?;
+    let points = joint.iter().flat_map(|(spec, _)| {
         let points = spec.flexors.iter().chain([&spec.extensor]);
-        points.fold(0, |mask, p| mask | 1 << p.channel)
+        points.map(|p| p.channel)
     });
-    Setup::new(checked_wearer, checked, &groups, sync, controlled)
+    let demands = wall.iter().flat_map(WallSpec::demands);
+    let controlled = points
+        .chain(demands.map(|(channel, ..)| channel))
+        .fold(0, |mask, channel| mask | 1 << channel);
+    let forced = channels.iter().filter(|c| c.force.is_some());
+    let driven = forced.fold(controlled, |mask, c| mask | 1 << c.index());
+    Setup::new(checked_wearer, checked, &groups, sync, driven)
         .map_err(|e| setup_error(root, &tables, &groups, e))?;
     Ok(SetupSpec {
         wearer,
@@ -56,6 +71,8 @@ pub(super) fn read_setup(
         groups,
         sync,
         joint,
+        wall,
+        controlled,
     })
 }
 
@@ -121,6 +138,9 @@ fn setup_error(
         }
         SetupError::Group(GroupError::NoTimeToGround { channel: c }) => {
             (group(c, 0), Problem::NoTimeToGround { channel: c + 1 })
+        }
+        SetupError::Group(GroupError::RateChanges { channel: c }) => {
+            (group(c, 0), Problem::RateChanges { channel: c + 1 })
         }
         SetupError::Group(GroupError::NoTrain { channel: c }) => {
             let (field, channel) = ("channels".into(), c + 1);

@@ -45,6 +45,7 @@ pub(super) fn one_point(law: LawSpec, hold: HoldPolicy) -> JointSpec {
         sensor: SensorSource::Host,
         stale_after_ms: 100,
         wearer: None,
+        response: None,
     }
 }
 

@@ -1,6 +1,7 @@
 //! Lost setpoints: what the device's setpoint track makes of the rest, holding
 //! or extrapolating, and what that costs the finger.
 
+use super::chance::even;
 use super::finger::{Loop, angle, one_point, quiet_finger};
 use super::{Axis, Cell, Class, Map, Panel};
 use firmware::control::setpoint::SetpointTrack;
@@ -73,23 +74,23 @@ pub fn draw(seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
             0 => "hold".to_owned(),
             r => r.to_string(),
         }),
-        quantity: "RMSE over 10...30 s",
+        quantity: "RMSE over 10…30 s",
         classes: vec![
-            Class::new('.', "up to 0.5 deg", 0),
-            Class::new('1', "up to 1 deg", 0),
-            Class::new('2', "up to 1.5 deg", 0),
-            Class::new('3', "up to 2 deg", 0),
-            Class::new('4', "up to 4 deg", 1),
-            Class::new('6', "up to 10 deg", 1),
-            Class::new('X', "more than 10 deg", 1),
+            Class::new('.', "up to 0.5°", 0),
+            Class::new('1', "up to 1°", 0),
+            Class::new('2', "up to 1.5°", 0),
+            Class::new('3', "up to 2°", 0),
+            Class::new('4', "up to 4°", 1),
+            Class::new('6', "up to 10°", 1),
+            Class::new('X', "more than 10°", 1),
         ],
         panels,
-        theory: "mean square of rate (a - m) + acceleration (a^2 + g m)/2 is 2 deg^2, a the age \
+        theory: "mean square of rate (a - m) + acceleration (a² + g m)/2 is (2°)², a the age \
                  of the newest setpoint, m the part of it that is extrapolated, g the gap before \
                  it; gaps geometric. On the finger, beside the error without loss.",
         notes: vec![format!(
-            "Target 45 +- 40 deg at 0.2 Hz, setpoints at 90 Hz lost one by one, mean square of \
-             {} and {} seeds. One-point, participant P, sensor without noise; {lossless:.2} deg \
+            "Target 45 ± 40° at 0.2 Hz, setpoints at 90 Hz lost one by one, mean square of \
+             {} and {} seeds. One-point, participant P, sensor without noise; {lossless:.2}° \
              without loss.",
             SEEDS[0], SEEDS[1]
         )],
@@ -125,14 +126,6 @@ impl Frames {
         self.next += 1;
         self.next == 1 || even(self.seed, self.next.into()) >= self.loss
     }
-}
-
-/// Evenly in [0, 1): SplitMix64 (Steele, Lea, Flood 2014).
-fn even(seed: u64, index: u64) -> f64 {
-    let z = (seed << 32 ^ index).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
 }
 
 /// RMSE of what the track says, degrees.
@@ -212,7 +205,7 @@ mod tests {
     #[test]
     fn at_half_the_setpoints_lost_extrapolation_keeps_the_finger_and_holding_does_not() {
         let [hold, extrapolate] = [0, 100].map(|reach| on_finger(reach, 55, 1));
-        println!("55 % lost: {hold:.2} deg held, {extrapolate:.2} deg extrapolated");
+        println!("55 % lost: {hold:.2}° held, {extrapolate:.2}° extrapolated");
         assert!(hold > 2.0 && extrapolate < 2.0, "{hold} {extrapolate}");
     }
 

@@ -227,13 +227,10 @@ impl Map {
         }
         for (n, (label, row)) in self.down.labels.iter().zip(&panel.rows).enumerate() {
             write!(out, "{label:>margin$} ")?;
-            let mut before = Some(0);
+            // Every row begins where nothing fails, or where theory is silent.
+            let mut before = row.first().and_then(|c| c.predicted).map(|_| 0);
             for cell in row {
-                // Where theory is silent there is no boundary to cross.
-                let crossed = cell
-                    .predicted
-                    .is_some_and(|p| before.is_some_and(|b| p != b));
-                let edge = if crossed { '|' } else { ' ' };
+                let edge = if cell.predicted == before { ' ' } else { '|' };
                 write!(out, "{edge}{}", self.classes[cell.class].mark)?;
                 before = cell.predicted;
             }

@@ -5,9 +5,17 @@
 //! (`report`), the command (`cli`).
 //! In: a seed. Out: a [`Map`]; docs/maps keeps its text and its picture.
 
+mod chance;
+mod describing;
 mod finger;
+pub mod gain_delay;
+pub mod integrator;
 pub mod loss;
 pub mod map;
+pub mod pulse_rate;
+pub mod sigma;
+pub mod wall;
+pub(crate) mod wall_loop;
 pub mod word_length;
 
 pub use map::{Axis, Cell, Class, Map, Panel};
@@ -26,7 +34,14 @@ pub const SEED: u64 = 1;
 
 /// Every map.
 pub const MAPS: &[Entry] = &[
+    Entry::new("gain_delay", gain_delay::draw),
+    Entry::new("integrator", integrator::draw),
     Entry::new("loss", loss::draw),
+    Entry::new("pulse_rate", pulse_rate::draw),
+    Entry::new("sigma_gains", sigma::gains),
+    Entry::new("sigma_order", sigma::order),
+    Entry::new("wall", wall::draw),
+    Entry::new("wall_classical", wall::draw_classical),
     Entry::new("word_length", word_length::draw),
 ];
 

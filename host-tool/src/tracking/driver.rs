@@ -1,12 +1,11 @@
 //! Who drives the finger: the device's own joint, or any law in floats.
 
+use super::TrackingError;
 use super::wearer;
 use super::wearer::Points;
 use firmware::control::law::Q;
 use firmware::control::setpoint::SetpointTrack;
-use firmware::control::{
-    Effort, FeedForward, HoldPolicy, Joint, JointSpec, JointState, Mapping, SpecError,
-};
+use firmware::control::{Effort, FeedForward, HoldPolicy, Joint, JointSpec, JointState, Mapping};
 use firmware::methods::control::{Controller, Input, Law};
 use firmware::methods::real::Real;
 use firmware::units::{Amplitude, Angle, Micros};
@@ -49,8 +48,8 @@ impl Device {
     /// A joint of this specification.
     ///
     /// # Errors
-    /// [`SpecError`] names the first offending field.
-    pub fn new(spec: &JointSpec) -> Result<Self, SpecError> {
+    /// [`TrackingError::Joint`] names the first offending field.
+    pub fn new(spec: &JointSpec) -> Result<Self, TrackingError> {
         Ok(Self {
             joint: Joint::new(spec)?,
             state: JointState::default(),
@@ -99,13 +98,13 @@ impl<R: Real> Floating<R> {
     /// This law every `period_ms`.
     ///
     /// # Errors
-    /// [`SpecError`] if the law asks for a lead above half a second.
+    /// [`TrackingError::Joint`] if the law asks for a lead above half a second.
     pub fn new(
         law: Controller<R>,
         period_ms: u32,
         hold: HoldPolicy,
         points: Points,
-    ) -> Result<Self, SpecError> {
+    ) -> Result<Self, TrackingError> {
         let lead_ms = (law.lead_s().to_f64() * 1000.0).round() as u16;
         Ok(Self {
             law,

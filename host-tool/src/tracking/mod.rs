@@ -2,14 +2,54 @@
 //!
 //! Lives here: a campaign's plants (`plant`), the nominal wearer that laws know
 //! (`wearer`), targets and the part of them in reach (`target`, `reach`), who
-//! drives (`driver`), one trial (`trial`).
+//! drives (`driver`), one trial (`trial`), the best anyone could do (`optimum`).
 //! Not here: laws (`firmware::control`, `firmware::methods::control`), fingers
 //! (`hal_sim::body`), pictures (`report`), the command line (`cli::chart`).
 //! In: laws with their numbers, seeds. Out: angles, errors, who wins.
 
+pub mod campaign;
+pub mod candidate;
+pub mod contender;
+pub mod cost;
 pub mod driver;
+pub mod gains;
+pub mod optimum;
+pub mod parallel;
 pub mod plant;
 pub mod reach;
+pub mod search;
+pub mod statistics;
+pub mod table;
 pub mod target;
 pub mod trial;
 pub mod wearer;
+
+use firmware::control::SpecError;
+use firmware::methods::control::ParameterError;
+use hal_sim::body::InvalidSpec;
+
+/// Why a trial cannot be run.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
+pub enum TrackingError {
+    /// The plant's finger cannot be.
+    #[error("E560 {0}")]
+    Plant(#[from] InvalidSpec),
+    /// The device refuses the joint.
+    #[error("E561 the device refuses the joint: {0:?}")]
+    Joint(SpecError),
+    /// These numbers make no law.
+    #[error("E562 these numbers make no law: {0:?}")]
+    Law(ParameterError),
+}
+
+impl From<SpecError> for TrackingError {
+    fn from(error: SpecError) -> Self {
+        Self::Joint(error)
+    }
+}
+
+impl From<ParameterError> for TrackingError {
+    fn from(error: ParameterError) -> Self {
+        Self::Law(error)
+    }
+}

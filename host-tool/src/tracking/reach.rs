@@ -1,11 +1,12 @@
 //! The part of a target that a plant can hold.
 
+use super::TrackingError;
 use super::driver::Volts;
 use super::plant::Plant;
 use super::trial::SCORED_FROM_MS;
 use super::wearer::{self, Points};
 use firmware::control::law::Q;
-use firmware::control::{Effort, Mapping, SpecError};
+use firmware::control::{Effort, Mapping};
 use hal_sim::body::random_finger::Reach;
 
 /// A target, as far as one plant can follow it.
@@ -37,7 +38,7 @@ impl Reachable {
     ///
     /// # Errors
     /// None: the nominal wearer is valid (tested).
-    pub fn new(plant: &Plant, points: Points, wanted: &[f64]) -> Result<Self, SpecError> {
+    pub fn new(plant: &Plant, points: Points, wanted: &[f64]) -> Result<Self, TrackingError> {
         let mapping = wearer::mapping(points)?;
         let [flexing, extending] = [1.0, -1.0].map(|effort| volts_at(&mapping, effort));
         let mut reach = Reach::new(&plant.finger, flexing, extending);

@@ -1,10 +1,11 @@
 //! One closed-loop trial: a driver, a plant, half a minute.
 
+use super::TrackingError;
 use super::driver::{Driver, Volts};
 use super::plant::{FRAME_HZ, Line, Plant};
 use firmware::units::Micros;
 use hal_sim::body::random_finger::Draws;
-use hal_sim::body::{Body, Drive, InvalidSpec, Pulse, RandomFinger};
+use hal_sim::body::{Body, Drive, Pulse, RandomFinger};
 use std::collections::VecDeque;
 
 /// Length of a trial, ms.
@@ -113,12 +114,12 @@ pub(super) fn pulse(finger: &mut RandomFinger, now_us: u64, volts: Volts) {
 /// plant's finger follow `wanted` (one angle per millisecond).
 ///
 /// # Errors
-/// [`InvalidSpec`] if the plant's finger cannot be.
+/// [`TrackingError::Plant`] if the plant's finger cannot be.
 pub fn run(
     plant: &Plant,
     driver: &mut impl Driver,
     wanted: &[f64],
-) -> Result<Vec<f32>, InvalidSpec> {
+) -> Result<Vec<f32>, TrackingError> {
     let mut finger = RandomFinger::new(plant.finger.clone(), plant.seed)?;
     let mut frames = Frames::new(plant);
     let mut angles = Vec::with_capacity(wanted.len());

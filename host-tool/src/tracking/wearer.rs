@@ -1,9 +1,9 @@
 //! The nominal wearer file: all that control laws, feed-forward and the mapping
 //! to amplitudes know of whom they drive.
 
+use super::TrackingError;
 use firmware::control::{
-    FeedForward, HoldPolicy, JointSpec, LawSpec, Mapping, PointSpec, SensorSource, SpecError,
-    WearerModel,
+    FeedForward, HoldPolicy, JointSpec, LawSpec, Mapping, PointSpec, SensorSource, WearerModel,
 };
 use firmware::units::Amplitude;
 use hal_sim::body::FingerSpec;
@@ -41,6 +41,9 @@ const RANGE_MDEG: (i32, i32) = (0, 100_000);
 /// when nothing else is said, ms: 25 ms of delay, 10 ms of half a pulse period and
 /// the muscle's 100 ms (searches choose their own).
 pub const LEAD_MS: u16 = 135;
+
+/// What the device's default does with lost setpoints.
+pub const SHIPPED_HOLD: HoldPolicy = HoldPolicy::Extrapolate { max_ms: 200 };
 
 fn millivolts(volts: f64) -> Amplitude {
     Amplitude((volts * 1000.0).round() as u32)
@@ -103,6 +106,7 @@ pub fn joint(law: LawSpec, points: Points, hold: HoldPolicy) -> JointSpec {
         sensor: SensorSource::Host,
         stale_after_ms: 100,
         wearer: None,
+        response: None,
     }
 }
 
@@ -110,14 +114,20 @@ pub fn joint(law: LawSpec, points: Points, hold: HoldPolicy) -> JointSpec {
 ///
 /// # Errors
 /// None: the nominal wearer is valid (tested).
-pub fn mapping(points: Points) -> Result<Mapping, SpecError> {
-    joint(LawSpec::RECOMMENDED, points, HoldPolicy::Hold).mapping()
+pub fn mapping(points: Points) -> Result<Mapping, TrackingError> {
+    joint(LawSpec::RECOMMENDED, points, HoldPolicy::Hold)
+        .mapping()
+        .map_err(Into::into)
 }
 
 /// The nominal wearer's inverse.
 ///
 /// # Errors
-/// [`SpecError`] for a lead above half a second.
-pub fn feed_forward(points: Points, lead_ms: u16) -> Result<FeedForward, SpecError> {
-    FeedForward::new(&model(points, lead_ms), RANGE_MDEG.0, RANGE_MDEG.1)
+/// [`TrackingError::Joint`] for a lead above half a second.
+pub fn feed_forward(points: Points, lead_ms: u16) -> Result<FeedForward, TrackingError> {
+    Ok(FeedForward::new(
+        &model(points, lead_ms),
+        RANGE_MDEG.0,
+        RANGE_MDEG.1,
+    )?)
 }

@@ -86,6 +86,8 @@ pub fn joint(sensor: SensorSource) -> JointSpec {
             k1_milli: 605,
             k2_milli: 6_620,
             b_milli: 91_600,
+            k3_milli: 0,
+            ki_milli: 0,
         },
         law_period_ms: 11,
         cutoff_mhz: 3_000,
@@ -97,6 +99,7 @@ pub fn joint(sensor: SensorSource) -> JointSpec {
         sensor,
         stale_after_ms: 200,
         wearer: None,
+        response: None,
     }
 }
 

@@ -69,6 +69,8 @@ fn recommended(lambda_milli: u32, k1_milli: u32, k2_milli: u32, b_milli: u32) ->
         k1_milli,
         k2_milli,
         b_milli,
+        k3_milli: 0,
+        ki_milli: 0,
     }
 }
 

@@ -218,6 +218,8 @@ fn joint() -> Vec<Step> {
             k1_milli: 605,
             k2_milli: 6_620,
             b_milli: 91_600,
+            k3_milli: 0,
+            ki_milli: 0,
         },
         law_period_ms: 11,
         cutoff_mhz: 6_000,
@@ -232,6 +234,7 @@ fn joint() -> Vec<Step> {
         },
         stale_after_ms: 100,
         wearer: None,
+        response: None,
     };
     let angle = |centideg| Request::Angle {
         at: None,

@@ -114,7 +114,7 @@ fn vectors_are_what_the_code_encodes_and_decodes() {
 fn the_largest_messages_fit() {
     let bound = |path: &str| match path.rsplit('.').next() {
         Some("Groups") => MAX_GROUPS,
-        Some("values" | "amplitudes" | "forces_mn") => CHANNELS,
+        Some("values" | "amplitudes" | "forces_mn" | "force_control") => CHANNELS,
         Some("flexors") => 2,
         Some("field") => 250,
         _ => panic!("how long is {path}?"),

@@ -1,7 +1,8 @@
 //! One message of every kind, with every variant of every type inside.
 
-use firmware::control::{HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
-use firmware::link::message::ResetCause;
+use firmware::control::{ForceSpec, HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
+use firmware::haptics::{CoContraction, PreWall, Side, WallSpec};
+use firmware::link::message::{ForceSample, ResetCause};
 use firmware::link::{
     Code, Counters, Event, HelloInfo, Kind, Refusal, Request, Response, SCHEMA, Status, Telemetry,
     ToDevice,
@@ -87,6 +88,7 @@ fn joint(law: LawSpec, flexors: &[PointSpec], sensor: SensorSource) -> Request {
         sensor,
         stale_after_ms: 50,
         wearer: None,
+        response: None,
     })
 }
 
@@ -150,14 +152,75 @@ fn muscles() -> Vec<(&'static str, Request)> {
         rung: Rung::CalciumForceFatigue,
         ..muscle()
     };
-    let at_once = MuscleSpec {
+    let held = MuscleSpec {
         rung: Rung::Static,
         ..muscle()
     };
     vec![
         ("muscle", request(0, muscle())),
         ("muscle that tires", request(9, tires)),
-        ("muscle without dynamics", request(1, at_once)),
+        ("muscle without dynamics", request(1, held)),
+    ]
+}
+
+fn walls() -> [(&'static str, Request); 2] {
+    let plain = WallSpec {
+        at_mdeg: 70_000,
+        side: Side::Flexion,
+        channel: 1,
+        max: Amplitude(20_000),
+        stiffness: 2_000,
+        damping: 0,
+        cutoff_mhz: 6_000,
+        pre_wall: None,
+        co_contraction: None,
+        angle_min_mdeg: 0,
+        angle_max_mdeg: 140_000,
+        sensor: SensorSource::Host,
+        stale_after_ms: 50,
+    };
+    let full = WallSpec {
+        side: Side::Extension,
+        damping: 10,
+        pre_wall: Some(PreWall {
+            depth_mdeg: 9_000,
+            begin: Amplitude(6_000),
+            end: Amplitude(20_000),
+        }),
+        co_contraction: Some(CoContraction {
+            channel: 0,
+            amplitude: Amplitude(8_000),
+        }),
+        ..plain
+    };
+    [
+        ("wall", Request::Wall(plain)),
+        (
+            "wall, with pre-wall and co-contraction",
+            Request::Wall(full),
+        ),
+    ]
+}
+
+/// Force control in the draft, and two forces asked for.
+fn forces() -> [(&'static str, Request); 3] {
+    let force = |at, millinewton_per_s| Request::Force {
+        channel: 9,
+        at,
+        millinewton: 2_500,
+        millinewton_per_s,
+    };
+    let spec = ForceSpec {
+        min_period_us: 10_000,
+        hold: HoldPolicy::Extrapolate { max_ms: 100 },
+    };
+    [
+        ("force control", Request::ForceControl { channel: 9, spec }),
+        ("force, on arrival", force(None, None)),
+        (
+            "force, timed, with its rate",
+            force(Some(Micros(1_000_000)), Some(-400)),
+        ),
     ]
 }
 
@@ -182,6 +245,8 @@ pub fn requests() -> Vec<(&'static str, ToDevice)> {
     ];
     all.extend(muscles());
     all.extend(joints());
+    all.extend(walls());
+    all.extend(forces());
     all.extend([
         ("arm", Request::Arm),
         ("start", Request::Start),
@@ -301,6 +366,12 @@ pub fn responses() -> Vec<(String, Response<'static>)> {
                 limiting: channels != 0,
                 amplitudes: (0..channels).map(|c| Amplitude(c * 10_000)).collect(),
                 forces_mn: (0..channels).map(|c| c * 100).collect(),
+                force_control: (0..channels.min(1))
+                    .map(|_| ForceSample {
+                        target_mn: 2_500,
+                        period_us: 20_000,
+                    })
+                    .collect(),
             }),
         );
     }

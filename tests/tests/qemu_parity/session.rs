@@ -211,6 +211,7 @@ fn joint() -> JointSpec {
         },
         stale_after_ms: 50,
         wearer: None,
+        response: None,
     }
 }
 

@@ -16,7 +16,7 @@ pub struct AddOns {
     pub feed_forward: bool,
     /// Against the delay from effort to angle.
     pub delay: DelayCompensation,
-    /// Learning of the feed-forward's scale.
+    /// Learning of the feed-forward's scale and damping.
     pub adaptation: bool,
 }
 
@@ -34,6 +34,14 @@ pub enum DelayCompensation {
 }
 
 impl DelayCompensation {
+    /// All of them.
+    pub const ALL: [Self; 4] = [
+        Self::None,
+        Self::Preview,
+        Self::Smith,
+        Self::PreviewAndSmith,
+    ];
+
     /// Whether the target is taken ahead.
     #[must_use]
     pub const fn has_preview(self) -> bool {
@@ -105,7 +113,9 @@ impl<R: Real> Law<R> for Controller<R> {
         let push = self.feedback.push(error, rate, self.integral);
         let mut forward = R::ZERO;
         if self.add_ons.feed_forward {
-            forward = self.adaptation.scale() * input.feed_forward;
+            forward = self
+                .adaptation
+                .applied(input.feed_forward, input.target_rate);
         }
         let effort = forward + self.integral + push.push;
         let outward = |growth: R| {
@@ -115,7 +125,8 @@ impl<R: Real> Law<R> for Controller<R> {
             self.integral = self.integral + push.growth;
         }
         if !outward(error) {
-            self.adaptation.learn(error, input.feed_forward);
+            self.adaptation
+                .learn(error, input.feed_forward, input.target_rate);
         }
         if let Some(smith) = &mut self.smith {
             smith.take(super::bounded(effort, R::ONE));

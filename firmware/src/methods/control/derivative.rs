@@ -124,7 +124,7 @@ impl<R: Real> Differentiator<R> {
                 let (z0, z1) = z.unwrap_or((x, R::ZERO));
                 // e + a·√|e|·sgn e + c·sgn e ∋ z0 + h·z1 − x for the next e.
                 let ahead = z0 + *h * z1 - x;
-                let root = resolvent_root(ahead.abs(), *a, *c);
+                let root = resolvent_root(ahead.abs(), R::ONE, *a, *c);
                 let e = root * root * sign(ahead);
                 // c·sgn e: all of `ahead` where the next e is 0.
                 let step = if root > R::ZERO {

@@ -13,13 +13,17 @@ pub enum Form {
     Paper,
     /// Super-twisting in radians and fractions of the wearer's range.
     Twisting(Discretization),
+    /// The proper implicit form with a term k3·s and, in the integral, one of
+    /// the error: what super-twisting lacks far from and close to its surface.
+    /// b is [`NOMINAL_GAIN`].
+    TwistingWithLinear,
     /// The baseline.
     Pid,
 }
 
 impl Form {
     /// All of them.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Paper,
         Self::Twisting(Discretization::Explicit),
         Self::Twisting(Discretization::SemiImplicit),
@@ -27,6 +31,7 @@ impl Form {
         Self::Twisting(Discretization::Resolvent),
         Self::Twisting(Discretization::Proxy),
         Self::Twisting(Discretization::ProperImplicit),
+        Self::TwistingWithLinear,
         Self::Pid,
     ];
 
@@ -36,6 +41,7 @@ impl Form {
         match self {
             Self::Paper => "paper",
             Self::Twisting(discretization) => discretization.name(),
+            Self::TwistingWithLinear => "proper with linear",
             Self::Pid => "pid",
         }
     }
@@ -45,6 +51,10 @@ impl Form {
 /// electrode A (Hamana 2022, table 7: 24…28 V), which turn the paper's effort
 /// into a fraction.
 pub const PAPER_RANGE_V: f64 = 4.0;
+
+/// b where it is no searched number, rad/s²: the order of what searches find. It
+/// only sets how wide the boundary layer of the implicit form is.
+pub const NOMINAL_GAIN: f64 = 100.0;
 
 /// A law with its gains for one period.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -62,6 +72,8 @@ pub enum Feedback<R> {
         lambda: R,
         /// Of s in rad/s.
         twist: Twist<R>,
+        /// ki·h, 1/rad: growth of the integral with the error itself.
+        ki_step: R,
     },
     /// kp·e + ki·∫e + kd·ė.
     Pid {
@@ -89,7 +101,15 @@ impl<R: Real> Feedback<R> {
                     growth: *w_step * sign(s) / volts,
                 }
             }
-            Self::Twisting { lambda, twist } => twist.push(rate + *lambda * e, v),
+            Self::Twisting {
+                lambda,
+                twist,
+                ki_step,
+            } => {
+                let mut answer = twist.push(rate + *lambda * e, v);
+                answer.growth = answer.growth + *ki_step * e;
+                answer
+            }
             Self::Pid { kp, ki_step, kd } => Push {
                 push: *kp * e + *kd * rate,
                 growth: *ki_step * e,

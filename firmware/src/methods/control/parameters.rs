@@ -6,7 +6,7 @@ use super::adaptation::Adaptation;
 use super::controller::{AddOns, Controller};
 use super::delay::SmithPredictor;
 use super::derivative::{DerivativeKind, Differentiator};
-use super::feedback::{Feedback, Form};
+use super::feedback::{Feedback, Form, NOMINAL_GAIN};
 use super::twist::{Discretization, Twist};
 use heapless::Vec;
 
@@ -68,6 +68,15 @@ const TWIST: [Parameter; 4] = [
     log("k2_per_rad", 0.05, 20.0),
     log("b_rad_per_s2", 10.0, 1000.0),
 ];
+const TWIST_WITH_LINEAR: [Parameter; 5] = [
+    log("lambda_per_s", 1.0, 40.0),
+    log("kd_s_per_rad", 0.005, 1.0),
+    log("ki_per_rad_s", 0.1, 30.0),
+    // At least what rejects a disturbance that moves by 0.1 of the range a second
+    // (k2 > L, k1 > √((k2 + L)/b)): below, it would be a PID by another name.
+    log("k1", 0.045, 0.5),
+    log("k2_per_rad", 0.1, 5.0),
+];
 const PID: [Parameter; 3] = [
     log("kp_per_rad", 0.05, 10.0),
     log("ki_per_rad_s", 0.1, 30.0),
@@ -84,7 +93,10 @@ const SMITH: [Parameter; 4] = [
     log("smith_joint_s", 0.02, 0.5),
     linear("smith_delay_s", 0.0, 0.08),
 ];
-const ADAPTATION: Parameter = log("adaptation_per_rad_s", 0.01, 10.0);
+const ADAPTATION: [Parameter; 2] = [
+    log("adapt_scale_per_rad_s", 0.01, 30.0),
+    log("adapt_damping_per_rad2", 0.001, 3.0),
+];
 
 impl Form {
     /// Its own numbers, in order. The explicit form does not use b.
@@ -94,6 +106,7 @@ impl Form {
             Self::Paper => &PAPER,
             Self::Twisting(Discretization::Explicit) => TWIST.get(..3).unwrap_or(&TWIST),
             Self::Twisting(_) => &TWIST,
+            Self::TwistingWithLinear => &TWIST_WITH_LINEAR,
             Self::Pid => &PID,
         }
     }
@@ -104,7 +117,7 @@ impl Form {
 #[must_use]
 pub fn parameters(form: Form, add_ons: AddOns) -> Vec<Parameter, PARAMETERS_MAX> {
     let mut all = Vec::new();
-    // 4 + 1 + 1 + 1 + 4 + 1 at most: extending cannot fail.
+    // 5 + 1 + 1 + 1 + 4 + 2 at most: extending cannot fail.
     all.extend(form.parameters().iter().copied());
     all.extend([match add_ons.derivative {
         DerivativeKind::PseudoOfError | DerivativeKind::Pseudo => CUTOFF,
@@ -116,7 +129,9 @@ pub fn parameters(form: Form, add_ons: AddOns) -> Vec<Parameter, PARAMETERS_MAX>
     if add_ons.delay.has_smith() {
         all.extend(SMITH);
     }
-    all.extend(add_ons.adaptation.then_some(ADAPTATION));
+    if add_ons.adaptation {
+        all.extend(ADAPTATION);
+    }
     all
 }
 
@@ -169,7 +184,11 @@ impl<R: Real> Controller<R> {
                 let lags = [next_if(true), next_if(true)];
                 SmithPredictor::new(gain, lags, next_if(true), h)
             }),
-            adaptation: Adaptation::new(next_if(add_ons.adaptation), h),
+            adaptation: Adaptation::new(
+                next_if(add_ons.adaptation),
+                next_if(add_ons.adaptation),
+                h,
+            ),
             integral: R::ZERO,
         })
     }
@@ -188,7 +207,21 @@ fn feedback<R: Real>(form: Form, h: R, next: &mut impl FnMut() -> R) -> Feedback
                 _ => next(),
             };
             let twist = Twist::new(discretization, k1, k2, b, h);
-            Feedback::Twisting { lambda, twist }
+            Feedback::Twisting {
+                lambda,
+                twist,
+                ki_step: R::ZERO,
+            }
+        }
+        Form::TwistingWithLinear => {
+            let (lambda, k3, ki_step) = (next(), next(), next() * h);
+            let (form, b) = (Discretization::ProperImplicit, R::of(NOMINAL_GAIN));
+            let twist = Twist::new(form, next(), next(), b, h).with_linear(k3);
+            Feedback::Twisting {
+                lambda,
+                twist,
+                ki_step,
+            }
         }
         Form::Pid => Feedback::Pid {
             kp: next(),

@@ -76,6 +76,8 @@ pub struct Twist<R> {
     hk2: R,
     /// h²·b·k2.
     hhbk2: R,
+    /// k3.
+    linear: R,
 }
 
 /// The answer to one s: u = v + `push`, then v grows by `growth`.
@@ -100,7 +102,16 @@ impl<R: Real> Twist<R> {
             hbk1: hb * k1,
             hk2: h * k2,
             hhbk2: hb * (h * k2),
+            linear: R::ZERO,
         }
+    }
+
+    /// With a term k3·s beside the root (linear correction: Moreno & Osorio, IEEE
+    /// CDC 2008), in effort/s; the implicit forms take it of the next s too.
+    #[must_use]
+    pub fn with_linear(mut self, k3: R) -> Self {
+        self.linear = k3;
+        self
     }
 
     /// The answer to the sliding variable `s` while the integral is `v`.
@@ -109,18 +120,18 @@ impl<R: Real> Twist<R> {
         match self.discretization {
             Discretization::Explicit => {
                 let side = sign(s);
-                let push = self.k1 * s.abs().sqrt() * side;
+                let push = self.k1 * s.abs().sqrt() * side + self.linear * s;
                 self.grown(push, side, R::ZERO)
             }
             Discretization::SemiImplicit => {
                 let root = s.abs().sqrt();
                 let side = bounded(s / (self.hbk1 * root + self.hhbk2), R::ONE);
-                self.grown(self.k1 * root * side, side, R::ONE)
+                self.grown(self.k1 * root * side + self.linear * s, side, R::ONE)
             }
             Discretization::KochReichhartinger => {
                 let root = s.abs().sqrt();
                 let side = s / (s.abs() + self.hbk1 * root + self.hhbk2);
-                self.grown(self.k1 * root * side, side, R::of(2.0))
+                self.grown(self.k1 * root * side + self.linear * s, side, R::of(2.0))
             }
             Discretization::Resolvent => self.implicit(s - self.hb * v, R::ONE),
             Discretization::Proxy => self.implicit(s, R::ONE),
@@ -137,23 +148,24 @@ impl<R: Real> Twist<R> {
     }
 
     /// With the root and the sign of the next s, which solves
-    /// z + h·b·k1·√|z|·sgn z + h²·b·k2·sgn z ∋ s.
+    /// (1 + h·b·k3)·z + h·b·k1·√|z|·sgn z + h²·b·k2·sgn z ∋ s.
     fn implicit(&self, s: R, ahead: R) -> Push<R> {
-        let root = resolvent_root(s.abs(), self.hbk1, self.hhbk2);
+        let slope = R::ONE + self.hb * self.linear;
+        let root = resolvent_root(s.abs(), slope, self.hbk1, self.hhbk2);
         // hhbk2 > 0; within it the next s is 0 and its sign a share.
         let side = bounded(s / self.hhbk2, R::ONE);
-        self.grown(self.k1 * root * side, side, ahead)
+        self.grown((self.k1 + self.linear * root) * root * side, side, ahead)
     }
 }
 
-/// √z for the z >= 0 that solves z + a·√z + c = size, and 0 for size <= c: the
-/// resolvent of the super-twisting law's set-valued right side.
-pub(super) fn resolvent_root<R: Real>(size: R, a: R, c: R) -> R {
+/// √z for the z >= 0 that solves slope·z + a·√z + c = size, and 0 for
+/// size <= c: the resolvent of the super-twisting law's set-valued right side.
+pub(super) fn resolvent_root<R: Real>(size: R, slope: R, a: R, c: R) -> R {
     if size <= c {
         return R::ZERO;
     }
     let half = a / R::of(2.0);
-    // (√(half² + rest) − half) loses digits where rest is small.
+    // (√(half² + slope·rest) − half)/slope loses digits where rest is small.
     let rest = size - c;
-    rest / ((half * half + rest).sqrt() + half)
+    rest / ((half * half + slope * rest).sqrt() + half)
 }

@@ -41,6 +41,11 @@ pub(super) struct Lane {
     /// new start.
     pub(super) due: Option<Micros>,
     pub(super) burst_start: Micros,
+    /// Burst start to burst start from now on, µs.
+    pub(super) period_us: u32,
+    /// How far before `burst_start` the burst before it started, µs; 0 for a
+    /// train's first.
+    pub(super) since_burst_us: u32,
     /// Pulse of the burst that `due` starts (or that is under way).
     pub(super) pulse: u8,
     /// Amplitude of the burst; `None` if it is left out.
@@ -98,6 +103,8 @@ impl Lane {
             stretch: 0,
             due: None,
             burst_start: Micros(0),
+            period_us: train.spec().period_us,
+            since_burst_us: 0,
             pulse: 0,
             code: None,
             bursts_left: 0,
@@ -139,6 +146,7 @@ impl Lane {
         self.phase = Phase::Rest;
         self.burst_start = epoch.plus(self.train.spec().offset_us);
         self.due = Some(self.burst_start);
+        self.since_burst_us = 0;
         self.pulse = 0;
         self.bursts_left = self.train.spec().repeats;
     }
@@ -251,12 +259,40 @@ impl Lane {
         if self.bursts_left == 1 {
             self.due = spec.triggered.then(|| {
                 self.phase = Phase::Recovering;
-                self.burst_start.plus(spec.period_us)
+                self.burst_start.plus(self.period_us)
             });
             return;
         }
         self.bursts_left = self.bursts_left.saturating_sub(1); // 0 stays: endless
-        self.burst_start = self.burst_start.plus(spec.period_us);
+        self.since_burst_us = self.period_us;
+        self.burst_start = self.burst_start.plus(self.period_us);
         self.due = Some(self.burst_start);
+    }
+
+    /// Plays on with another period. A burst that has not begun is moved to that
+    /// period from the one before it, but not before `earliest`. Returns whether
+    /// it was.
+    pub(super) fn set_period(&mut self, period_us: u32, earliest: Micros) -> bool {
+        if period_us == self.period_us {
+            return false;
+        }
+        self.period_us = period_us;
+        if self.since_burst_us == 0
+            || self.phase != Phase::Rest
+            || self.pulse != 0
+            || self.due.is_none()
+        {
+            return false;
+        }
+        let before = self.burst_start.minus(self.since_burst_us);
+        let next = before.plus(period_us);
+        self.burst_start = if next.is_before(earliest) {
+            earliest
+        } else {
+            next
+        };
+        self.since_burst_us = self.burst_start.elapsed_since(before);
+        self.due = Some(self.burst_start);
+        true
     }
 }

@@ -132,3 +132,79 @@ fn a_trigger_starts_a_prepared_train_once() {
     }
     assert_eq!(starts, [Micros(1077)]);
 }
+
+/// Starts of one channel's bursts, with periods set before given windows.
+fn starts(
+    spec: TrainSpec,
+    changes: &[(u32, u32)],
+    windows: u32,
+    epoch: Micros,
+) -> std::vec::Vec<i32> {
+    let mut trains = [None; CHANNELS];
+    trains[0] = Some(spec.validate().unwrap());
+    let mut scheduler = Scheduler::new();
+    scheduler.start(&trains, &[], None, epoch);
+    let mut plan = WindowPlan::new();
+    let mut out = std::vec::Vec::new();
+    for k in 0..windows {
+        let start = epoch.plus(k * WINDOW_US);
+        for &(_, period_us) in changes.iter().filter(|(window, _)| *window == k) {
+            scheduler.set_period(0, period_us, start);
+        }
+        scheduler.render(start, &mut Always, &mut plan).unwrap();
+        out.extend(plan.pulses.iter().map(|p| p.at.since(epoch)));
+    }
+    out
+}
+
+#[test]
+fn a_period_changes_between_pulses() {
+    for epoch in [Micros(0), Micros(u32::MAX - 30_000)] {
+        let starts = |changes: &[(u32, u32)]| starts(PLAIN, changes, 240, epoch);
+        assert_eq!(starts(&[]), [0, 20_000, 40_000]);
+        // Before the first burst: it stays, the rest follows.
+        assert_eq!(starts(&[(0, 15_000)]), [0, 15_000, 30_000, 45_000]);
+        // The burst that waits moves nearer, and further away.
+        assert_eq!(starts(&[(20, 10_000)])[..3], [0, 10_000, 20_000]);
+        assert_eq!(starts(&[(20, 30_000)]), [0, 30_000]);
+        // Nearer than now is now: the window about to be rendered.
+        assert_eq!(starts(&[(60, 10_000)])[..3], [0, 15_000, 25_000]);
+        // Inside a pulse (0 to 500 µs): from the next on.
+        assert_eq!(starts(&[(1, 7_000)])[..3], [0, 7_000, 14_000]);
+        // Back and forth leaves nothing behind.
+        let there_and_back = [(20, 10_000), (21, 20_000), (22, 10_000), (23, 20_000)];
+        assert_eq!(starts(&there_and_back), [0, 20_000, 40_000]);
+    }
+}
+
+#[test]
+fn a_period_never_hurries_the_first_burst_nor_a_finished_train() {
+    let late = TrainSpec {
+        offset_us: 12_345,
+        ..PLAIN
+    };
+    assert_eq!(starts(late, &[(3, 6_000)], 80, Micros(0)), [12_345, 18_345]);
+    let once = TrainSpec {
+        repeats: 1,
+        ..PLAIN
+    };
+    assert_eq!(starts(once, &[(3, 6_000)], 80, Micros(0)), [0]);
+}
+
+proptest::proptest! {
+    /// Whatever periods come when, bursts are never closer than the shortest
+    /// ordered nor further apart than the longest, and nothing is late.
+    #[test]
+    fn bursts_keep_their_distance(
+        changes in proptest::collection::vec((0..800u32, 5_000..60_000u32), 0..40),
+        epoch: u32,
+    ) {
+        let all = || changes.iter().map(|&(_, period)| period).chain([PLAIN.period_us]);
+        let (least, most) = (all().min().unwrap(), all().max().unwrap());
+        let starts = starts(PLAIN, &changes, 800, Micros(epoch));
+        for pair in starts.windows(2) {
+            let distance = (pair[1] - pair[0]).cast_unsigned();
+            proptest::prop_assert!((least..=most).contains(&distance), "{distance}");
+        }
+    }
+}

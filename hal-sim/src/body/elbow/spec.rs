@@ -153,7 +153,7 @@ impl Default for Person {
             start_deg: 60.0,
             approaches: Vec::new(),
             push_nm: 1.5,
-            gain_nm_s_per_rad: 8.0,
+            gain_nm_s_per_rad: 30.0,
             onset_s: 0.2,
             return_deg_per_s: 30.0,
         }

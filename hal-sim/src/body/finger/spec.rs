@@ -75,6 +75,10 @@ pub struct FingerSpec {
     pub sensor_noise_deg: f64,
     /// Step of the sensor's reading, degrees, above zero.
     pub sensor_resolution_deg: f64,
+    /// Level of detail: the step of joint and sensor, µs, 100 to 10 000. Muscles
+    /// are also split at every pulse. `flexor chart ladder` measures what a
+    /// longer one changes.
+    pub step_us: u32,
 }
 
 /// A number of a [`FingerSpec`] that no finger can have; names the field.
@@ -114,7 +118,13 @@ impl FingerSpec {
             sensor_lag_s: 0.010,
             sensor_noise_deg: 0.3,
             sensor_resolution_deg: 0.1,
+            step_us: 1000,
         }
+    }
+
+    /// [`Self::step_us`] in seconds.
+    pub(super) fn step_s(&self) -> f64 {
+        f64::from(self.step_us) * 1e-6
     }
 
     /// The three points in the order A, B, extensor.
@@ -171,6 +181,7 @@ impl FingerSpec {
                 "sensor_resolution_deg",
                 positive(self.sensor_resolution_deg),
             ),
+            ("step_us", (100..=10_000).contains(&self.step_us)),
         ];
         match rules.iter().find(|(_, holds)| !holds) {
             Some((field, _)) => Err(InvalidSpec(field)),

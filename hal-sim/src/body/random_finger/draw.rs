@@ -102,8 +102,8 @@ impl RandomFingerSpec {
     /// From the issue: each muscle's gain ±50 %, delay 0 to 60 ms, fatigue down to
     /// 50 % (a floor in 50…100 %, and earlier work that has used up some of the
     /// way there), each point's recruitment curve moved by −5…+20 % of its volts.
-    /// Assumed, since no paper says: dry friction up to 5 % of one flexor point's
-    /// nominal torque (2.5° of spring), Stribeck rate 0.05 to 0.5 rad/s, time
+    /// Assumed, since no paper says: dry friction up to 3 % of one flexor point's
+    /// nominal torque (3.2° of spring), Stribeck rate 0.05 to 0.5 rad/s, time
     /// constant of fatigue 20 to 90 s, recruitment curvature ±50 %, spring ±20 %,
     /// inertia and damping ±30 %, sensor noise 0.1 to 0.6°, sensor lag 5 to 20 ms,
     /// and the muscles' own constants.
@@ -133,7 +133,7 @@ impl RandomFingerSpec {
         f.damping_nm_s_per_rad *= draws.around(0.3);
         f.sensor_noise_deg = draws.even(0.1, 0.6);
         f.sensor_lag_s = draws.even(0.005, 0.020);
-        spec.static_friction_nm = f.flexor_torque_nm * draws.even(0.0, 0.05);
+        spec.static_friction_nm = f.flexor_torque_nm * draws.even(0.0, 0.03);
         spec.coulomb_friction_nm = spec.static_friction_nm * draws.even(0.5, 1.0);
         spec.stribeck_rad_per_s = draws.even(0.05, 0.5);
         spec

@@ -33,7 +33,7 @@ impl Reach {
     }
 
     /// Lowest and highest angle it can hold now, degrees: where torque, spring
-    /// and friction in motion balance, coming from rest (highest) or from above
+    /// and friction at rest balance, coming from rest (highest) or from above
     /// (lowest).
     pub fn range_deg(&self) -> [f64; 2] {
         let hinge = self.spec.hinge();
@@ -41,9 +41,9 @@ impl Reach {
         let highest = if at_rest.abs() <= hinge.static_nm {
             hinge.rest
         } else {
-            self.balance(self.flexing, -at_rest.signum() * hinge.coulomb_nm)
+            self.balance(self.flexing, -at_rest.signum() * hinge.static_nm)
         };
-        let lowest = self.balance(self.extending, hinge.coulomb_nm);
+        let lowest = self.balance(self.extending, hinge.static_nm);
         [lowest.min(highest), highest].map(f64::to_degrees)
     }
 
@@ -111,6 +111,18 @@ impl Reach {
             ((needed - neutral) / span).clamp(0.0, 1.0)
         };
         [0, 1, 2].map(|i| (resting[i] + share * (side.0[i] - resting[i])) * self.potentiation[i])
+    }
+}
+
+impl RandomFingerSpec {
+    /// Torque of 50 Hz trains of these effective volts at A, B and the extensor
+    /// once it has settled, finger at rest at this angle, before any fatigue of
+    /// this session, N·m.
+    pub fn steady_torque_nm(&self, effective_v: [f64; 3], angle_deg: f64) -> f64 {
+        let (shares, factor) = recruited(self, effective_v);
+        let forces = [0, 1, 2].map(|i| shares[i] * self.capacity[i]);
+        let angle = angle_deg.to_radians();
+        self.torque(forces, factor, Motion { angle, rate: 0.0 }).nm
     }
 }
 

@@ -1,16 +1,183 @@
 //! `flexor chart accuracy`: muscle integrators, error against cycles.
 
+use crate::accuracy::{Chart, Point, WANTED_PCT, cases, digits, measure};
 use crate::cli::Output;
+use crate::report::accuracy_picture;
+use anyhow::{Context, ensure};
 use clap::Args;
+use firmware::bench::OUTPUTS_US;
+use firmware::methods::muscle::Setting;
+use serde_json::{Value, json};
+use std::fmt::Write;
+use std::path::PathBuf;
 
 /// Chart the muscle model's integrators: error against cycles
 #[derive(Args, Debug)]
-pub struct Accuracy {}
+pub struct Accuracy {
+    /// Folder for accuracy.csv and accuracy.svg
+    #[arg(long, default_value = "docs/charts")]
+    out: PathBuf,
+}
 
 /// Runs the command.
 ///
 /// # Errors
-/// Always: nothing is measured yet.
-pub fn main(_: &Accuracy, _: Output) -> anyhow::Result<()> {
-    anyhow::bail!("not measured yet")
+/// The image fails, the files cannot be written, or host and chip disagree.
+pub fn main(args: &Accuracy, output: Output) -> anyhow::Result<()> {
+    ensure!(
+        args.out.is_dir(),
+        "E555 --out {}: no such folder; run in the checkout or name a folder that exists",
+        args.out.display()
+    );
+    let bar = output.bar("accuracy");
+    let chart = measure(&cases::all(), |part| bar.set(part));
+    bar.finish();
+    let chart = chart?;
+    for (name, contents) in [
+        ("accuracy.csv", chart.csv()),
+        ("accuracy.svg", accuracy_picture(&chart)),
+    ] {
+        let path = args.out.join(name);
+        std::fs::write(&path, contents).with_context(|| format!("E556 {}", path.display()))?;
+    }
+    output.say(|| text(&chart).trim_end().to_owned(), || machine(&chart));
+    ensure!(
+        chart.differing.is_empty(),
+        "E557 results differ between host and chip: {}",
+        chart.differing.join(", ")
+    );
+    Ok(())
+}
+
+/// What the chart says of the shipped choice at one interval of reading.
+struct Verdict<'a> {
+    shipped: &'a Point,
+    cheapest: &'a Point,
+    paper: &'a Point,
+}
+
+impl<'a> Verdict<'a> {
+    fn of(chart: &'a Chart, output_us: u32) -> Option<Self> {
+        Some(Self {
+            shipped: chart.point(Setting::SHIPPED, output_us)?,
+            cheapest: chart.cheapest(output_us)?,
+            paper: chart.point(Setting::PAPER, output_us)?,
+        })
+    }
+
+    /// Cycles over the cheapest's within the wanted error.
+    fn over_cheapest(&self) -> f64 {
+        self.shipped.cycles_per_s as f64 / self.cheapest.cycles_per_s as f64
+    }
+
+    /// The paper's cycles over the shipped.
+    fn paper_over_shipped(&self) -> f64 {
+        self.paper.cycles_per_s as f64 / self.shipped.cycles_per_s as f64
+    }
+}
+
+fn text(chart: &Chart) -> String {
+    let mut out = String::new();
+    for output_us in OUTPUTS_US {
+        // Writing to a `String` cannot fail.
+        let _ = write_interval(&mut out, chart, output_us);
+    }
+    let _ = writeln!(out, "Making a muscle (constants, tables), cycles");
+    for (setting, cycles) in &chart.makes {
+        let _ = writeln!(out, "  {:<43}{cycles:>14}", setting.to_string());
+    }
+    let _ = write!(
+        out,
+        "\n{} settings; the same bits on host and chip in {} of them",
+        chart.points.len(),
+        chart.points.len() - chart.differing.len()
+    );
+    out
+}
+
+fn write_interval(out: &mut String, chart: &Chart, output_us: u32) -> std::fmt::Result {
+    writeln!(out, "Force read every {} ms", output_us / 1000)?;
+    writeln!(
+        out,
+        "  {:<34}{:>9}{:>14}",
+        "Pareto front", "error, %", "cycles per s"
+    )?;
+    let mut front: Vec<_> = chart.read_every(output_us).filter(|p| p.on_front).collect();
+    front.sort_by_key(|p| p.cycles_per_s);
+    let line = |p: &Point| {
+        format!(
+            "  {:<34}{:>9}{:>14}",
+            p.setting.to_string(),
+            digits(p.error_pct),
+            p.cycles_per_s
+        )
+    };
+    for point in front {
+        writeln!(out, "{}", line(point))?;
+    }
+    let Some(verdict) = Verdict::of(chart, output_us) else {
+        return writeln!(out);
+    };
+    writeln!(out, "  shipped, and the paper's own:")?;
+    writeln!(out, "{}", line(verdict.shipped))?;
+    writeln!(out, "{}", line(verdict.paper))?;
+    if verdict.cheapest.setting == Setting::SHIPPED {
+        writeln!(
+            out,
+            "  On the front at {WANTED_PCT} %: the shipped choice is the cheapest."
+        )?;
+    } else {
+        writeln!(
+            out,
+            "  Not on the front at {WANTED_PCT} %: {} takes 1/{:.2} of the shipped cycles.",
+            verdict.cheapest.setting,
+            verdict.over_cheapest()
+        )?;
+    }
+    writeln!(
+        out,
+        "  The paper's takes {:.1} times the shipped cycles (its step is finer than needed:\n  \
+         no merit of the shipped choice).\n",
+        verdict.paper_over_shipped()
+    )
+}
+
+fn machine(chart: &Chart) -> Value {
+    let points: Vec<Value> = chart.points.iter().map(point).collect();
+    let verdicts = OUTPUTS_US.into_iter().filter_map(|output_us| {
+        let verdict = Verdict::of(chart, output_us)?;
+        Some(json!({
+            "output_us": output_us,
+            "wanted_pct": WANTED_PCT,
+            "shipped": point(verdict.shipped),
+            "cheapest": point(verdict.cheapest),
+            "paper": point(verdict.paper),
+            "shipped_on_front_at_wanted": verdict.cheapest.setting == Setting::SHIPPED,
+            "shipped_over_cheapest": verdict.over_cheapest(),
+            "paper_over_shipped": verdict.paper_over_shipped(),
+        }))
+    });
+    let makes = chart
+        .makes
+        .iter()
+        .map(|(setting, cycles)| json!({ "setting": setting.to_string(), "cycles": cycles }));
+    json!({
+        "makes": makes.collect::<Vec<_>>(),
+        "points": points,
+        "verdicts": verdicts.collect::<Vec<_>>(),
+        "differing": chart.differing,
+    })
+}
+
+fn point(p: &Point) -> Value {
+    json!({
+        "method": p.setting.method.name(),
+        "arithmetic": p.setting.number.name(),
+        "step_us": (p.setting.step_us != Setting::WHOLE_US).then_some(p.setting.step_us),
+        "output_us": p.output_us,
+        // JSON has no infinity: null where it diverges.
+        "error_pct": p.error_pct,
+        "cycles_per_s": p.cycles_per_s,
+        "front": p.on_front,
+    })
 }

@@ -1,16 +1,136 @@
 //! `flexor chart control`: control laws on random plants, error against cycles.
 
-use crate::cli::Output;
-use clap::Args;
+use crate::cli::{Output, WrongUse};
+use crate::report::control_picture;
+use crate::tracking::campaign::{Campaign, Plan};
+use crate::tracking::candidate::Equipment;
+use crate::tracking::contender::Contender;
+use crate::tracking::cost::Cost;
+use crate::tracking::gains;
+use crate::tracking::search::{TRAINING_SEED, Training};
+use crate::tracking::table;
+use crate::tracking::target::Course;
+use anyhow::{Context, ensure};
+use clap::{Args, ValueEnum};
+use firmware::methods::control::Form;
+use std::path::{Path, PathBuf};
 
 /// Chart the control laws on random wearers: error against cycles
 #[derive(Args, Debug)]
-pub struct Control {}
+pub struct Control {
+    /// Decides the plants; any but the one the gains were searched on
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// How many plants; each runs one- and two-point
+    #[arg(long, default_value_t = 200)]
+    plants: u64,
+    /// What the finger is to follow
+    #[arg(long, value_enum, default_value_t = CourseName::Sine)]
+    course: CourseName,
+    /// Look for every law's numbers anew instead and write control_gains.csv
+    #[arg(long)]
+    search: bool,
+    /// How many candidates the search tries for each law
+    #[arg(long, default_value_t = 240)]
+    evaluations: usize,
+    /// Folder for control.csv, control.svg and control_gains.csv
+    #[arg(long, default_value = "docs/charts")]
+    out: PathBuf,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum CourseName {
+    /// 45 ± 40° at 0.2 Hz
+    Sine,
+    /// Four slow sines drawn from the seed
+    Smooth,
+}
 
 /// Runs the command.
 ///
 /// # Errors
-/// Always: nothing is measured yet.
-pub fn main(_: &Control, _: Output) -> anyhow::Result<()> {
-    anyhow::bail!("not measured yet")
+/// E560 to E564; files cannot be written.
+pub fn main(args: &Control, output: Output) -> anyhow::Result<()> {
+    ensure!(
+        args.out.is_dir(),
+        "E564 --out {}: no such folder; run in the checkout or name a folder that exists",
+        args.out.display()
+    );
+    if args.search {
+        return search(args, output);
+    }
+    let wrong = |what: &str| Err(WrongUse(format!("E564 {what}")).into());
+    if args.plants < 2 {
+        return wrong("--plants: 2 or more, since intervals are printed; 200 for a chart");
+    }
+    if args.seed == TRAINING_SEED {
+        return wrong("--seed: the gains were searched on these plants; take any other");
+    }
+    let plan = Plan {
+        seed: args.seed,
+        plants: args.plants,
+        course: match args.course {
+            CourseName::Sine => Course::Sine,
+            CourseName::Smooth => Course::Smooth { seed: args.seed },
+        },
+    };
+    let searched = gains::read(gains::COMMITTED)?;
+    let searched = searched
+        .into_iter()
+        .map(|(equipment, found)| Contender::Searched(equipment, found.candidate));
+    let contenders = searched.chain([Contender::Shipped]).collect();
+    let bar = output.bar("control");
+    let campaign = Campaign::run(plan, contenders, |part| bar.set(part));
+    bar.finish();
+    let mut campaign = campaign?;
+    let cost = Cost::on_chip();
+    if let Ok(cost) = &cost {
+        campaign.cycles = campaign.contenders.iter().map(|c| cost.of(c)).collect();
+    }
+    write(&args.out.join("control.csv"), &table::csv(&campaign))?;
+    write(&args.out.join("control.svg"), &control_picture(&campaign))?;
+    output.say(
+        || {
+            let why = cost.err().map_or_else(String::new, |e| {
+                format!("\nno cycles: the image `laws` did not run: {e}")
+            });
+            table::text(&campaign).trim_end().to_owned() + &why
+        },
+        || table::json(&campaign),
+    );
+    Ok(())
+}
+
+fn write(path: &Path, contents: &str) -> anyhow::Result<()> {
+    std::fs::write(path, contents)
+        .with_context(|| format!("E564 {} cannot be written", path.display()))
+}
+
+fn search(args: &Control, output: Output) -> anyhow::Result<()> {
+    if args.evaluations < 12 {
+        return Err(WrongUse("E564 --evaluations: 12 or more".to_owned()).into());
+    }
+    let bar = output.bar("search");
+    let training = Training::new()?;
+    let all = || {
+        Form::ALL
+            .into_iter()
+            .flat_map(|form| Equipment::ALL.map(|e| (form, e)))
+    };
+    let laws = all().count() as f64;
+    let mut rows = Vec::new();
+    for (n, (form, equipment)) in all().enumerate() {
+        let found = training.search(form, equipment, args.evaluations, |part| {
+            bar.set((n as f64 + part) / laws);
+        })?;
+        rows.extend(found.map(|found| (equipment, found)));
+    }
+    bar.finish();
+    let path = args.out.join("control_gains.csv");
+    write(&path, &gains::write(&rows, args.evaluations))?;
+    output.say(
+        || table::found(&rows, args.evaluations).trim_end().to_owned(),
+        || table::found_json(&rows, args.evaluations),
+    );
+    Ok(())
 }

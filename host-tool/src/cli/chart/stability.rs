@@ -24,7 +24,7 @@ pub struct Stability {
 /// Runs the command.
 ///
 /// # Errors
-/// E565: no such map. E566: a file cannot be written.
+/// E518: no such map. E565: a file cannot be written.
 pub fn main(args: &Stability, output: Output) -> anyhow::Result<()> {
     let entries = chosen(&args.names)?;
     let bar = output.bar("stability");
@@ -35,7 +35,7 @@ pub fn main(args: &Stability, output: Output) -> anyhow::Result<()> {
     }
     bar.finish();
     std::fs::create_dir_all(&args.out)
-        .with_context(|| format!("E566 {} cannot be made", args.out.display()))?;
+        .with_context(|| format!("E565 {} cannot be made", args.out.display()))?;
     for map in &maps {
         write(&args.out.join(format!("{}.txt", map.name)), &map.text())?;
         write(
@@ -57,11 +57,7 @@ fn chosen(names: &[String]) -> anyhow::Result<Vec<Entry>> {
             .find(|m| m.name == name)
             .copied()
             .ok_or_else(|| {
-                WrongUse(format!(
-                    "E565 no map `{name}`; there are {}",
-                    known.join(", ")
-                ))
-                .into()
+                WrongUse(format!("no map `{name}`; there are {}", known.join(", "))).into()
             })
     };
     names.iter().map(find).collect()
@@ -69,7 +65,7 @@ fn chosen(names: &[String]) -> anyhow::Result<Vec<Entry>> {
 
 fn write(path: &Path, contents: &str) -> anyhow::Result<()> {
     std::fs::write(path, contents)
-        .with_context(|| format!("E566 {} cannot be written", path.display()))
+        .with_context(|| format!("E565 {} cannot be written", path.display()))
 }
 
 fn people(maps: &[Map], out: &Path) -> String {

@@ -1,0 +1,128 @@
+//! One channel under force control: from timed wanted forces to amplitude and
+//! pulse rate, through its muscle run backwards. Nothing is measured.
+
+use super::setpoint::{HoldPolicy, SetpointError, SetpointTrack};
+use crate::muscle::{CalciumForceSpec, Drive, Inverse, OutOfRange, Recruitment};
+use crate::units::{self, Force, ForceRate, Micros};
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
+
+/// Force control of a channel as it travels on the wire, unvalidated.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+pub struct ForceSpec {
+    /// Shortest period, to which the pulse rate may rise once the amplitude is at
+    /// the wearer's limit, µs: 5000 up to the train's period, which is the longest.
+    /// The same as that for a fixed rate.
+    pub min_period_us: u32,
+    /// What to do between and after setpoints.
+    pub hold: HoldPolicy,
+}
+
+impl ForceSpec {
+    /// Checks what can be checked without the channel.
+    ///
+    /// # Errors
+    /// The field and what it may be.
+    pub fn check(&self) -> Result<(), units::OutOfRange> {
+        if let HoldPolicy::Extrapolate { max_ms } = self.hold {
+            units::OutOfRange::check("max_ms", max_ms.into(), 1, 1000)?;
+        }
+        Ok(())
+    }
+}
+
+/// A validated channel under force control. What changes is a [`ForceState`].
+#[derive(Clone, Debug)]
+pub struct ForceControl {
+    /// From 0.
+    pub channel: u8,
+    hold: HoldPolicy,
+    recruitment: Recruitment,
+    inverse: Inverse,
+}
+
+/// What a channel under force control remembers. Begin every stimulation with a
+/// fresh one.
+#[derive(Clone, Debug, Default)]
+pub struct ForceState {
+    track: SetpointTrack<Force>,
+}
+
+/// What a channel is to do from this tick on.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct ForceOrders {
+    /// The force wanted now.
+    pub target: Force,
+    /// The pulses for it.
+    pub drive: Drive,
+}
+
+/// Why a wanted force was not taken.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum ForceError {
+    /// The wearer's limits cannot give it.
+    OutOfReach {
+        /// The most they can, mN.
+        max_mn: u32,
+    },
+    /// Its time.
+    Setpoint(SetpointError),
+}
+
+impl ForceControl {
+    /// Force control of `channel`, whose train has a period of `period_us`.
+    ///
+    /// # Errors
+    /// [`OutOfRange`] names a parameter of the muscle or a period.
+    pub fn new(
+        channel: u8,
+        spec: &ForceSpec,
+        muscle: CalciumForceSpec,
+        recruitment: Recruitment,
+        period_us: u32,
+    ) -> Result<Self, OutOfRange> {
+        Ok(Self {
+            channel,
+            hold: spec.hold,
+            inverse: Inverse::new(muscle, &recruitment, period_us, spec.min_period_us)?,
+            recruitment,
+        })
+    }
+
+    /// The least force but none and the most that the wearer's limits allow.
+    #[must_use]
+    pub fn reach(&self) -> (Force, Force) {
+        self.inverse.reach()
+    }
+
+    /// Takes a force valid from `at`; see [`SetpointTrack::accept`].
+    ///
+    /// # Errors
+    /// [`ForceError`]; the state is unchanged then.
+    pub fn setpoint(
+        &self,
+        state: &mut ForceState,
+        now: Micros,
+        at: Micros,
+        millinewton: u32,
+        rate: Option<ForceRate>,
+    ) -> Result<(), ForceError> {
+        let max_mn = self.reach().1.to_millinewton();
+        if millinewton > max_mn {
+            return Err(ForceError::OutOfReach { max_mn });
+        }
+        let force = Force::from_millinewton(millinewton);
+        let taken = state.track.accept(now, at, force, rate);
+        taken.map_err(ForceError::Setpoint)
+    }
+
+    /// One control tick. `None` until the first setpoint is due: nobody has
+    /// asked for anything. A force that changes is answered ahead of the
+    /// muscle's lag, as far as limits and zero allow.
+    pub fn tick(&self, state: &mut ForceState, now: Micros) -> Option<ForceOrders> {
+        let (target, rate) = state.track.motion_at(now, self.hold)?;
+        let ahead = self.inverse.ahead(target, rate.0);
+        let drive = self.inverse.drive(&self.recruitment, ahead);
+        Some(ForceOrders { target, drive })
+    }
+}

@@ -1,0 +1,401 @@
+//! Force control on the whole device: pulses, refusals, silence.
+
+mod device_desk;
+
+use device_desk::*;
+use firmware::control::{
+    ForceControl, ForceSpec, HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource,
+};
+use firmware::link::{Code, Request};
+use firmware::muscle::{CalciumForceSpec, Recruitment, RecruitmentSpec};
+use firmware::pulse::{GroupSpec, Partner, State as Line, TrainSpec};
+use firmware::safety::{ChannelSpec, State, WearerSpec};
+use firmware::units::{Amplitude, Micros};
+use proptest::prelude::*;
+
+const BOOT: Micros = Micros(u32::MAX - 300_000);
+
+/// K01 of Lee 2020, table 4.
+const K01: CalciumForceSpec = CalciumForceSpec {
+    a_mn_per_s: 121_900,
+    k_micro: 300_000,
+    tau_c_us: 20_800,
+    tau1_us: 33_100,
+    tau2_us: 194_400,
+};
+
+const RECRUITMENT: RecruitmentSpec = RecruitmentSpec {
+    motor_threshold: Amplitude(10_000),
+    limit: Amplitude(20_000),
+    reference: Amplitude(20_000),
+    slope_micro: 300_000,
+};
+
+const FORCE: ForceSpec = ForceSpec {
+    min_period_us: 12_500,
+    hold: HoldPolicy::Extrapolate { max_ms: 100 },
+};
+
+/// 25 Hz, so that rate may rise to 80 Hz.
+const SLOW: TrainSpec = TrainSpec {
+    period_us: 40_000,
+    ..PLAIN
+};
+
+fn muscle(channel: u8) -> Request {
+    Request::Muscle {
+        channel,
+        force: K01,
+        recruitment: RECRUITMENT,
+    }
+}
+
+fn control(channel: u8, spec: ForceSpec) -> Request {
+    Request::ForceControl { channel, spec }
+}
+
+fn force(channel: u8, millinewton: u32) -> Request {
+    Request::Force {
+        channel,
+        at: None,
+        millinewton,
+        millinewton_per_s: Some(0),
+    }
+}
+
+/// The most that the channel under force control gives, mN.
+fn most() -> u32 {
+    let recruitment = Recruitment::new(RECRUITMENT).unwrap();
+    let control = ForceControl::new(0, &FORCE, K01, recruitment, SLOW.period_us).unwrap();
+    control.reach().1.to_millinewton()
+}
+
+/// Channel 0 under force control and channel 1 not, both stimulating.
+fn stimulating(host_timeout_ms: u16) -> Desk {
+    let mut desk = Desk::open(BOOT);
+    let wearer = WearerSpec {
+        host_timeout_ms,
+        ..wearer()
+    };
+    desk.prepare(wearer, &[channel(SLOW), channel(PLAIN)]);
+    desk.must(muscle(0));
+    desk.must(control(0, FORCE));
+    desk.must(Request::Arm);
+    desk.must(Request::Start);
+    desk
+}
+
+fn refused(result: Result<(), (u16, String)>) -> (Option<Code>, String) {
+    let (code, field) = result.expect_err("accepted");
+    (Code::from_number(code), field)
+}
+
+#[test]
+fn amplitude_answers_and_then_rate() {
+    let mut desk = stimulating(1000);
+    // Nobody has asked for anything.
+    desk.wait(200_000);
+    assert!(driven(&desk.record.levels, 0).iter().all(|&t| t < 100_000));
+
+    let mut asked = |millinewton| {
+        desk.must(force(0, millinewton));
+        desk.wait(300_000);
+        let from = desk.time();
+        desk.wait(400_000);
+        let starts: Vec<u64> = driven(&desk.record.levels, 0)
+            .into_iter()
+            .filter(|&t| t > from)
+            .step_by(2) // two phases
+            .collect();
+        let code = desk.record.dac.iter().rev().find(|(_, c, _)| *c == 0);
+        let ua = code.map_or(0, |&(_, _, code)| u32::from(code) * 100_000 / 65_535);
+        let gaps: Vec<u64> = starts.windows(2).map(|w| w[1] - w[0]).collect();
+        assert!(gaps.iter().all(|&gap| gap == gaps[0]), "{gaps:?}");
+        (gaps.first().copied(), ua)
+    };
+    assert_eq!(asked(0).0, None);
+    let (gentle_us, gentle_ua) = asked(2_000);
+    assert_eq!(gentle_us, Some(40_000));
+    assert!((12_000..19_000).contains(&gentle_ua), "{gentle_ua}");
+    let (strong_us, strong_ua) = asked(most() * 9 / 10);
+    assert!((19_990..=20_000).contains(&strong_ua), "{strong_ua}");
+    assert!((12_500..25_000).contains(&strong_us.unwrap()));
+    let (full_us, full_ua) = asked(most());
+    assert!(full_us.unwrap().abs_diff(12_500) <= 3, "{full_us:?}");
+    assert!((19_990..=20_000).contains(&full_ua));
+    // And back.
+    assert_eq!(asked(2_000), (gentle_us, gentle_ua));
+}
+
+#[test]
+fn telemetry_tells_what_was_wanted_and_done() {
+    let mut desk = stimulating(1000);
+    desk.must(Request::Subscribe { period_ms: 10 });
+    desk.must(force(0, most()));
+    for _ in 0..10 {
+        desk.wait(100_000);
+        desk.must(force(0, most()));
+    }
+    let heard = desk.heard();
+    desk.wait(50_000);
+    let sample = desk.heard().into_iter().chain(heard).find_map(|h| match h {
+        Heard::Telemetry(sample) => Some(sample),
+        _ => None,
+    });
+    let sample = sample.unwrap();
+    assert_eq!(sample.force_control.len(), 1);
+    assert!(sample.force_control[0].target_mn.abs_diff(most()) <= 1);
+    assert!(sample.force_control[0].period_us.abs_diff(12_500) <= 3);
+    // The model of the same muscle, ripple included, comes to what was asked.
+    let got = f64::from(sample.forces_mn[0]) / f64::from(most());
+    assert!((0.97..1.03).contains(&got), "{got}");
+}
+
+#[test]
+fn a_setpoint_that_cannot_be_met_is_refused_by_name() {
+    let mut desk = stimulating(1000);
+    let out = |desk: &mut Desk, request| refused(desk.answer(request));
+    assert_eq!(
+        out(&mut desk, force(0, most() + 1)),
+        (Some(Code::ForceOutOfReach), "millinewton".into())
+    );
+    assert_eq!(
+        out(&mut desk, force(1, 100)),
+        (Some(Code::NoForceControl), "channel".into())
+    );
+    assert_eq!(
+        out(&mut desk, force(200, 100)),
+        (Some(Code::NoForceControl), "channel".into())
+    );
+    let steep = Request::Force {
+        channel: 0,
+        at: None,
+        millinewton: 1,
+        millinewton_per_s: Some(i32::MIN),
+    };
+    assert_eq!(
+        out(&mut desk, steep),
+        (Some(Code::OutOfRange), "millinewton_per_s".into())
+    );
+    let early = Request::Force {
+        channel: 0,
+        at: Some(desk.now().minus(2_000_000)),
+        millinewton: 1,
+        millinewton_per_s: None,
+    };
+    assert_eq!(
+        out(&mut desk, early),
+        (Some(Code::SetpointTime), "at".into())
+    );
+    // One driver a channel: not both force control and the host.
+    assert_eq!(
+        out(&mut desk, all(2, 1_000)),
+        (Some(Code::Controlled), "channel".into())
+    );
+    desk.must(Request::Stop);
+    desk.wait(200_000);
+    assert_eq!(
+        out(&mut desk, force(0, 100)),
+        (Some(Code::NotArmed), "state".into())
+    );
+}
+
+/// What arming says to a draft of two channels of which `change` makes something.
+fn armed(specs: &[ChannelSpec], requests: Vec<Request>) -> (Option<Code>, String) {
+    let mut desk = Desk::open(BOOT);
+    desk.prepare(wearer(), specs);
+    for request in requests {
+        desk.must(request);
+    }
+    refused(desk.answer(Request::Arm))
+}
+
+#[test]
+fn what_cannot_be_controlled_is_refused_at_arming() {
+    let slow = [channel(SLOW), channel(SLOW)];
+    let with = |min_period_us| {
+        let spec = ForceSpec {
+            min_period_us,
+            ..FORCE
+        };
+        vec![muscle(0), control(0, spec)]
+    };
+    let range = |field: &str| (Some(Code::OutOfRange), field.to_owned());
+    assert_eq!(
+        armed(&slow, vec![control(0, FORCE)]),
+        (Some(Code::NoMuscle), "muscle".into())
+    );
+    assert_eq!(armed(&slow, with(4_999)), range("min_period_us"));
+    assert_eq!(armed(&slow, with(40_001)), range("min_period_us"));
+    // A mean force needs 10 Hz.
+    let twitches = TrainSpec {
+        period_us: 100_001,
+        ..PLAIN
+    };
+    assert_eq!(
+        armed(&[channel(twitches)], with(50_000)),
+        range("period_us")
+    );
+    let burst = TrainSpec {
+        burst_count: 2,
+        burst_interval_us: 5_000,
+        ..SLOW
+    };
+    assert_eq!(armed(&[channel(burst)], with(12_500)), range("burst_count"));
+    let triggered = TrainSpec {
+        triggered: true,
+        ..SLOW
+    };
+    assert_eq!(
+        armed(&[channel(triggered)], with(12_500)),
+        range("triggered")
+    );
+    // 20 mA, 2 · 500 µs: 3.16 mA rms at 25 Hz, 8.16 mA at 166 Hz.
+    let wide = TrainSpec {
+        width_us: 500,
+        ..SLOW
+    };
+    let mut desk = Desk::open(BOOT);
+    let tight = WearerSpec {
+        max_rms_ua: 5_000,
+        ..wearer()
+    };
+    desk.prepare(tight, &[channel(wide)]);
+    desk.must(muscle(0));
+    desk.must(control(0, FORCE));
+    assert_eq!(
+        refused(desk.answer(Request::Arm)),
+        (Some(Code::RmsLimit), "limit".into())
+    );
+    // The muscle's own limit must lie in the channel's.
+    let low = ChannelSpec {
+        limit: Amplitude(19_999),
+        ..channel(SLOW)
+    };
+    assert_eq!(
+        armed(&[low], with(12_500)),
+        (Some(Code::AboveWearerLimit), "limit".into())
+    );
+    assert_eq!(
+        armed(&[channel(PLAIN)], vec![muscle(1), control(1, FORCE)]),
+        (Some(Code::NoTrain), "force".into())
+    );
+}
+
+#[test]
+fn an_isolated_group_keeps_its_rates() {
+    let apart = TrainSpec {
+        offset_us: 10_000,
+        ..SLOW
+    };
+    let specs = [channel(SLOW), channel(apart)];
+    let group = |partner| {
+        let groups = [GroupSpec {
+            members: 0b11,
+            partner,
+        }];
+        Request::Groups(groups.into_iter().collect())
+    };
+    let free = vec![group(Partner::Isolated), muscle(1), control(1, FORCE)];
+    assert_eq!(
+        armed(&specs, free),
+        (Some(Code::RateChanges), "groups".into())
+    );
+    let fixed = ForceSpec {
+        min_period_us: SLOW.period_us,
+        ..FORCE
+    };
+    for (partner, spec) in [(Partner::Isolated, fixed), (Partner::Conducted, FORCE)] {
+        let mut desk = Desk::open(BOOT);
+        desk.prepare(wearer(), &specs);
+        desk.must(group(partner));
+        desk.must(muscle(1));
+        desk.must(control(1, spec));
+        desk.must(Request::Arm);
+    }
+}
+
+#[test]
+fn a_joint_and_force_control_do_not_share_a_channel() {
+    let point = |channel| PointSpec {
+        channel,
+        threshold: Amplitude(10_000),
+        max: Amplitude(20_000),
+    };
+    let joint = JointSpec {
+        law: LawSpec::RECOMMENDED,
+        law_period_ms: 2,
+        cutoff_mhz: 6_000,
+        flexors: [point(0)].into_iter().collect(),
+        extensor: point(1),
+        hold: HoldPolicy::Hold,
+        angle_min_mdeg: 0,
+        angle_max_mdeg: 100_000,
+        sensor: SensorSource::Host,
+        stale_after_ms: 50,
+        wearer: None,
+        response: None,
+    };
+    let requests = vec![muscle(0), control(0, FORCE), Request::Joint(joint)];
+    assert_eq!(
+        armed(&[channel(SLOW), channel(SLOW)], requests),
+        (Some(Code::Controlled), "force".into())
+    );
+}
+
+#[test]
+fn forces_keep_the_session_alive_and_silence_ends_it() {
+    let mut desk = stimulating(50);
+    for _ in 0..20 {
+        desk.must(force(0, 3_000));
+        desk.wait(30_000);
+        assert_eq!(desk.state(), State::Stimulating);
+    }
+    // A refused setpoint is no sign of life.
+    for _ in 0..5 {
+        assert!(desk.answer(force(0, u32::MAX)).is_err());
+        desk.wait(20_000);
+    }
+    desk.wait(100_000);
+    assert_eq!(desk.state(), State::Idle);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    /// Whatever forces come when: pulses are never closer than the highest rate
+    /// nor further apart than the lowest, never above the limit, and whole.
+    #[test]
+    fn any_forces_keep_the_limits(
+        steps in prop::collection::vec((0..=100u32, 1_000..60_000u32, any::<Option<i16>>()), 5..40),
+    ) {
+        let mut desk = stimulating(1000);
+        for (percent, wait_us, rate) in steps {
+            desk.must(Request::Force {
+                channel: 0,
+                at: None,
+                millinewton: most() * percent / 100,
+                millinewton_per_s: rate.map(i32::from),
+            });
+            desk.wait(wait_us);
+        }
+        prop_assert_eq!(desk.state(), State::Stimulating);
+        let end = desk.time();
+        let pulses: Vec<_> = stretches(&desk.record.levels, 0, end)
+            .into_iter()
+            .filter(|s| s.2 < end && matches!(s.1, Line::Cathodic | Line::Anodic))
+            .skip(2) // the electrode check's pulse
+            .collect();
+        for pair in pulses.chunks_exact(2) {
+            prop_assert_eq!((pair[0].1, pair[1].1), (Line::Cathodic, Line::Anodic));
+            prop_assert_eq!((pair[0].2 - pair[0].0, pair[1].2 - pair[1].0), (200, 200));
+            prop_assert_eq!(pair[1].0 - pair[0].2, 100);
+        }
+        let starts: Vec<u64> = pulses.iter().step_by(2).map(|s| s.0).collect();
+        for pair in starts.windows(2) {
+            prop_assert!(pair[1] - pair[0] >= 12_500, "{}", pair[1] - pair[0]);
+        }
+        let limit = 20_000 * 65_535 / 100_000;
+        prop_assert!(desk.record.dac.iter().all(|(_, _, code)| u32::from(*code) <= limit));
+    }
+}

@@ -1,0 +1,38 @@
+//! Arms drawn at random.
+
+use super::spec::{ElbowMuscle, ElbowSpec, TORQUE_FREQUENCY_HZ};
+use crate::body::muscle::SUBJECTS;
+use crate::body::random_finger::Draws;
+
+/// The stream of [`Draws`] that arms come from.
+const STREAM: u64 = 0xE1B0;
+
+impl ElbowSpec {
+    /// Arm `index` of `seed`, even over ranges about [`ElbowSpec::default`]: all
+    /// of them assumed, wide because next to nothing is known. Both muscles have
+    /// the dynamics of one of Lee 2020's ten subjects.
+    pub fn drawn(seed: u64, index: u64) -> Self {
+        let draws = &mut Draws::new(seed, index, STREAM);
+        let subject = SUBJECTS[draws.even(0.0, SUBJECTS.len() as f64) as usize % SUBJECTS.len()];
+        let dynamics = subject.normalised_at(TORQUE_FREQUENCY_HZ);
+        let mut spec = Self::default();
+        let mut muscle = |nominal: ElbowMuscle| ElbowMuscle {
+            threshold_ma: nominal.threshold_ma * draws.even(0.6, 1.4),
+            max_ma: nominal.max_ma * draws.even(0.8, 1.2),
+            torque_nm: nominal.torque_nm * draws.even(0.6, 1.4),
+            dynamics,
+            ..nominal
+        };
+        spec.triceps = muscle(spec.triceps);
+        spec.biceps = muscle(spec.biceps);
+        spec.recruitment_curvature *= draws.even(0.5, 1.5);
+        spec.electromechanical_delay_us = draws.even(10_000.0, 50_000.0) as u32;
+        spec.inertia_kg_m2 *= draws.even(0.7, 1.3);
+        spec.stiffness_nm_per_rad *= draws.even(0.3, 3.0);
+        // Even in its logarithm: the least known number matters most.
+        spec.damping_nm_s_per_rad *= 2f64.powf(draws.even(-2.0, 2.0));
+        spec.active_damping_s_per_rad *= draws.even(0.0, 2.0);
+        spec.person.push_nm *= draws.even(0.4, 1.6);
+        spec
+    }
+}

@@ -1,0 +1,191 @@
+//! The simulated elbow: motion by its equations, muscles that pull the right
+//! way, and a person who moves at a speed and pushes with a strength.
+
+use hal_sim::body::elbow::Approach;
+use hal_sim::body::{Body, Drive, Elbow, ElbowSpec, InvalidElbow, Load, Pulse};
+
+fn pulse(t_us: u64, channel: usize, ma: f64, width_us: u32) -> Pulse {
+    Pulse {
+        t_us,
+        channel,
+        drive: Drive::Milliamps(ma),
+        width_us,
+        conducted: false,
+    }
+}
+
+/// An arm without a will.
+fn limp() -> ElbowSpec {
+    let mut spec = ElbowSpec::default();
+    spec.person.push_nm = 0.0;
+    spec
+}
+
+/// The angles of each millisecond under trains at 50 Hz on both channels.
+fn driven(spec: ElbowSpec, triceps_ma: f64, biceps_ma: f64, ms: u64) -> Vec<f64> {
+    let mut arm = Elbow::new(spec, 1).unwrap();
+    (0..ms)
+        .map(|t| {
+            if t % 20 == 0 {
+                arm.pulse(&pulse(t * 1000, 0, triceps_ma, 35));
+                arm.pulse(&pulse(t * 1000, 1, biceps_ma, 25));
+            }
+            arm.advance((t + 1) * 1000);
+            arm.angle_deg()
+        })
+        .collect()
+}
+
+#[test]
+fn a_released_arm_swings_as_its_equation_says() {
+    // I θ″ + b θ′ + k (θ − rest) = 0 from 60° with rest 70°, underdamped.
+    let spec = ElbowSpec {
+        damping_nm_s_per_rad: 0.2,
+        stiffness_nm_per_rad: 5.0,
+        ..limp()
+    };
+    let (i, b, k) = (0.06f64, 0.2, 5.0);
+    let (decay, rate) = (b / (2.0 * i), (k / i - (b / (2.0 * i)).powi(2)).sqrt());
+    for (ms, angle) in driven(spec, 0.0, 0.0, 1500).iter().enumerate() {
+        let t = (ms + 1) as f64 * 1e-3;
+        let swing = (rate * t).cos() + decay / rate * (rate * t).sin();
+        let exact = 70.0 - 10.0 * (-decay * t).exp() * swing;
+        // The midpoint rule's phase error: (ωh)²/12 of a radian per radian.
+        assert!((angle - exact).abs() < 2e-3, "{t} {angle} {exact}");
+    }
+}
+
+#[test]
+fn triceps_extends_biceps_flexes_and_neither_below_threshold() {
+    let end = |triceps, biceps| *driven(limp(), triceps, biceps, 3000).last().unwrap();
+    let rest = end(0.0, 0.0);
+    assert!((rest - 70.0).abs() < 0.5, "{rest}");
+    assert!(end(60.0, 0.0) < rest - 20.0);
+    assert!(end(0.0, 60.0) > rest + 20.0);
+    assert!((end(24.0, 19.0) - rest).abs() < 1e-9);
+    // Stops hold.
+    assert_eq!(end(80.0, 0.0), 0.0);
+}
+
+#[test]
+fn force_answers_after_the_delay_and_not_before() {
+    let spec = ElbowSpec {
+        rest_deg: 60.0,
+        electromechanical_delay_us: 40_000,
+        ..limp()
+    };
+    let angles = driven(spec, 60.0, 0.0, 100);
+    assert!(angles[..40].iter().all(|a| (a - 60.0).abs() < 1e-9));
+    assert!(angles[60] < 60.0);
+}
+
+#[test]
+fn full_stimulation_gives_the_torque_of_the_specification() {
+    let spec = ElbowSpec {
+        stops_deg: [59.0, 145.0],
+        ..limp()
+    };
+    let torque = spec.triceps.torque_nm;
+    let mut arm = Elbow::new(spec, 1).unwrap();
+    let mut sum = 0.0;
+    for t in 0..4000 {
+        if t % 20 == 0 {
+            arm.pulse(&pulse(t * 1000, 0, 80.0, 35));
+        }
+        arm.advance((t + 1) * 1000);
+        if t >= 3000 {
+            sum += arm.torques_nm()[0] / 1000.0;
+        }
+    }
+    assert!((sum - torque).abs() < 0.002 * torque, "{sum}");
+}
+
+#[test]
+fn a_person_moves_at_the_speed_meant_and_pushes_with_the_strength_given() {
+    for speed_deg_per_s in [15.0, 55.0] {
+        let mut spec = ElbowSpec {
+            stops_deg: [0.0, 90.0],
+            ..ElbowSpec::default()
+        };
+        spec.person.approaches = vec![Approach {
+            at_s: 0.5,
+            speed_deg_per_s,
+            for_s: 6.0,
+        }];
+        let push = spec.person.push_nm;
+        let mut arm = Elbow::new(spec, 1).unwrap();
+        arm.advance(500_000);
+        assert!((arm.angle_deg() - 60.0).abs() < 0.5);
+        let mut ms = 500;
+        while arm.angle_deg() < 75.0 {
+            ms += 1;
+            arm.advance(ms * 1000);
+            assert!(arm.rate_deg_per_s() < speed_deg_per_s + 2.0);
+        }
+        let error = (arm.rate_deg_per_s() - speed_deg_per_s).abs();
+        assert!(error < 2.0, "{speed_deg_per_s}: {error}");
+        // At the stop: the strength and no more, at either speed.
+        arm.advance(6_000_000);
+        assert!((arm.angle_deg() - 90.0).abs() < 1e-9);
+        assert_eq!(arm.voluntary_nm(), push);
+        // And back.
+        arm.advance(12_000_000);
+        assert!((arm.angle_deg() - 60.0).abs() < 0.5);
+    }
+}
+
+#[test]
+fn an_electrode_that_falls_off_excites_nothing_and_time_may_be_cut_anywhere() {
+    let mut arm = Elbow::new(limp(), 1).unwrap();
+    arm.loads_mut()[0] = Load::Open;
+    arm.pulse(&pulse(0, 0, 80.0, 35));
+    arm.advance(300_000);
+    assert_eq!(arm.torques_nm(), [0.0, 0.0]);
+    let run = |cuts: &[u64]| {
+        let mut arm = Elbow::new(ElbowSpec::drawn(3, 7), 5).unwrap();
+        for t in 0..10 {
+            arm.pulse(&pulse(t * 20_000, 0, 60.0, 35));
+            for cut in cuts {
+                arm.advance(t * 20_000 + cut);
+            }
+            arm.advance((t + 1) * 20_000);
+        }
+        (arm.angle_deg(), arm.sensed_deg(), arm.torques_nm())
+    };
+    assert_eq!(run(&[]), run(&[1, 999, 7_300, 7_301]));
+}
+
+#[test]
+fn every_drawn_arm_can_be_and_a_wrong_number_is_named() {
+    for index in 0..500 {
+        Elbow::new(ElbowSpec::drawn(1, index), 1).unwrap();
+    }
+    assert_eq!(ElbowSpec::drawn(2, 3), ElbowSpec::drawn(2, 3));
+    assert_ne!(ElbowSpec::drawn(2, 3), ElbowSpec::drawn(2, 4));
+    let refused = |change: fn(&mut ElbowSpec)| {
+        let mut spec = ElbowSpec::default();
+        change(&mut spec);
+        Elbow::new(spec, 1).unwrap_err()
+    };
+    assert_eq!(
+        refused(|s| s.inertia_kg_m2 = 0.0),
+        InvalidElbow("inertia_kg_m2")
+    );
+    assert_eq!(refused(|s| s.triceps.max_ma = 1.0), InvalidElbow("triceps"));
+    assert_eq!(refused(|s| s.rest_deg = 200.0), InvalidElbow("rest_deg"));
+    assert_eq!(
+        refused(|s| s.person.push_nm = f64::NAN),
+        InvalidElbow("push_nm")
+    );
+    assert_eq!(
+        refused(|s| {
+            let approach = Approach {
+                at_s: 1.0,
+                speed_deg_per_s: 10.0,
+                for_s: 2.0,
+            };
+            s.person.approaches = vec![approach; 2];
+        }),
+        InvalidElbow("approaches")
+    );
+}

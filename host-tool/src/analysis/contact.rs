@@ -1,0 +1,178 @@
+//! Hits of a virtual wall: how deep the limb went and how it swung.
+
+use crate::record::{Sample, Trial, WallPlace};
+use serde::{Deserialize, Serialize};
+
+/// Away from everything that the wall renders for so long, a hit is over, s:
+/// longer than an arm bounces, shorter than a person takes for the next try.
+const GAP_S: f64 = 1.0;
+/// The approach's speed is that of the last moments before the hit, s.
+const APPROACH_S: f64 = 0.1;
+/// A turn counts if the limb then goes back so far, degrees: well above a
+/// sensor's noise.
+const TURN_DEG: f64 = 0.5;
+/// The part of a hit in which it is judged whether the limb still swings: after
+/// the impact, before it leaves.
+const LATE: (f64, f64) = (0.5, 0.75);
+
+/// One visit of the limb to a virtual wall, pre-wall included.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+pub struct Hit {
+    /// When it began, s.
+    pub at_s: f64,
+    /// How long it lasted, s.
+    pub for_s: f64,
+    /// Speed of the approach, °/s, positive into the wall.
+    pub speed_deg_per_s: f64,
+    /// Deepest penetration of the wall itself, degrees; negative if the limb
+    /// stayed in the pre-wall.
+    pub deepest_deg: f64,
+    /// Turns back and forth of at least half a degree.
+    pub turns: usize,
+    /// Peak to peak within the third quarter of the hit, degrees.
+    pub late_swing_deg: f64,
+    /// Mean penetration of the wall there, degrees; negative in front of it.
+    pub late_depth_deg: f64,
+}
+
+/// The hits of a trial, in order of time; none without a wall. The true angle
+/// counts where it is known, else the sensor's.
+pub fn hits(trial: &Trial) -> Vec<Hit> {
+    let Some(wall) = trial.wall else {
+        return Vec::new();
+    };
+    let course: Vec<(f64, f64)> = trial
+        .samples
+        .iter()
+        .map(|s| (s.t_s, penetration(&wall, s)))
+        .collect();
+    let is_near = |(_, depth): &(f64, f64)| *depth > -wall.pre_wall_deg;
+    let mut visits: Vec<(usize, usize)> = Vec::new();
+    for (n, sample) in course.iter().enumerate().filter(|(_, s)| is_near(s)) {
+        match visits.last_mut() {
+            Some((_, last)) if sample.0 - course[*last].0 <= GAP_S => *last = n,
+            _ => visits.push((n, n)),
+        }
+    }
+    visits
+        .into_iter()
+        .map(|(first, last)| hit(&course, first, last))
+        .collect()
+}
+
+/// How far the limb is inside the wall, degrees.
+fn penetration(wall: &WallPlace, sample: &Sample) -> f64 {
+    let inside = sample.true_deg.unwrap_or(sample.measured_deg) - wall.at_deg;
+    if wall.stops_flexion { inside } else { -inside }
+}
+
+/// The hit from sample `first` to sample `last` of the course of penetration.
+fn hit(course: &[(f64, f64)], first: usize, last: usize) -> Hit {
+    let visit = &course[first..=last];
+    let (at_s, for_s) = (course[first].0, course[last].0 - course[first].0);
+    let before = course[..first].iter().rev();
+    let before = before.take_while(|(t, _)| at_s - t <= APPROACH_S).last();
+    let speed = before.map_or(0.0, |(t, depth)| (course[first].1 - depth) / (at_s - t));
+    let is_late = |(t, _): &&(f64, f64)| {
+        let part = (t - at_s) / for_s;
+        (LATE.0..=LATE.1).contains(&part)
+    };
+    let mut late: Vec<f64> = visit.iter().filter(is_late).map(|s| s.1).collect();
+    if late.is_empty() {
+        late.push(course[last].1); // too short to have a third quarter
+    }
+    let highest = |depths: &[f64]| depths.iter().copied().fold(f64::MIN, f64::max);
+    let lowest = late.iter().copied().fold(f64::MAX, f64::min);
+    let depths: Vec<f64> = visit.iter().map(|s| s.1).collect();
+    Hit {
+        at_s,
+        for_s,
+        speed_deg_per_s: speed,
+        deepest_deg: highest(&depths),
+        turns: turns(&depths),
+        late_swing_deg: highest(&late) - lowest,
+        late_depth_deg: late.iter().sum::<f64>() / late.len() as f64,
+    }
+}
+
+/// Turning points after each of which the course goes back by [`TURN_DEG`].
+fn turns(depths: &[f64]) -> usize {
+    let mut count = 0;
+    let (mut is_rising, mut extreme) = (true, f64::MIN);
+    for &depth in depths {
+        let ahead = if is_rising {
+            depth - extreme
+        } else {
+            extreme - depth
+        };
+        if ahead > 0.0 {
+            extreme = depth;
+        } else if ahead < -TURN_DEG {
+            (is_rising, extreme) = (!is_rising, depth);
+            count += 1;
+        }
+    }
+    count
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn trial(pre_wall_deg: f64, angle: impl Fn(f64) -> f64) -> Trial {
+        let sample = |n: u32| {
+            let t_s = f64::from(n) * 0.01;
+            Sample {
+                t_s,
+                measured_deg: angle(t_s),
+                ..Sample::default()
+            }
+        };
+        Trial {
+            samples: (0..1000).map(sample).collect(),
+            wall: Some(WallPlace {
+                at_deg: 90.0,
+                stops_flexion: true,
+                pre_wall_deg,
+            }),
+            ..Trial::default()
+        }
+    }
+
+    #[test]
+    fn a_hit_is_measured_as_by_hand() {
+        // In at 20 °/s from 80°, at 90° after 0.5 s, up to 94° and then a swing
+        // of ±1° at 1 Hz about 93° for 4 s, then out.
+        let course = |t: f64| match t {
+            t if t < 0.7 => 80.0 + 20.0 * t,
+            t if t < 5.0 => 93.0 + (std::f64::consts::TAU * (t - 0.7)).cos(),
+            t => 92.69 - 20.0 * (t - 5.0),
+        };
+        let hits = hits(&trial(0.0, course));
+        let [hit] = hits.as_slice() else {
+            panic!("{hits:?}")
+        };
+        assert!((hit.at_s - 0.51).abs() < 0.011, "{hit:?}");
+        assert!((hit.for_s - 4.62).abs() < 0.011, "{hit:?}");
+        assert!((hit.speed_deg_per_s - 20.0).abs() < 1e-6, "{hit:?}");
+        assert!((hit.deepest_deg - 4.0).abs() < 1e-3, "{hit:?}");
+        assert!((hit.late_swing_deg - 2.0).abs() < 0.01, "{hit:?}");
+        // Down and up four times, down for the last third of a period and out.
+        assert_eq!(hit.turns, 9, "{hit:?}");
+    }
+
+    #[test]
+    fn a_bounce_is_one_hit_and_a_new_try_another() {
+        let course = |t: f64| {
+            if t % 3.0 < 0.5 || (1.0..1.2).contains(&(t % 3.0)) {
+                91.0
+            } else {
+                89.0
+            }
+        };
+        assert_eq!(hits(&trial(0.0, course)).len(), 4);
+        // Within a pre-wall nothing ends.
+        assert_eq!(hits(&trial(9.0, course)).len(), 1);
+        assert!(hits(&Trial::default()).is_empty());
+    }
+}

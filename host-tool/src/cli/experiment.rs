@@ -1,0 +1,196 @@
+//! `flexor experiment`: the papers' protocols.
+
+use super::{Bar, Output, WrongUse};
+use crate::analysis::Hit;
+use crate::experiments::harris_wall::{self, SPEEDS_DEG_PER_S, Shares, hit_at};
+use crate::record::{Assumption, Role, Run, Trial, save};
+use crate::report::{self, Report};
+use crate::run::DeviceName;
+use anyhow::Context;
+use clap::{Args, Subcommand};
+use std::path::PathBuf;
+
+/// Run a paper's protocol
+#[derive(Subcommand, Debug)]
+pub enum Experiment {
+    HarrisWall(HarrisWall),
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// The experiment's own.
+pub fn main(experiment: &Experiment, output: Output) -> anyhow::Result<()> {
+    match experiment {
+        Experiment::HarrisWall(args) => harris_wall(args, output),
+    }
+}
+
+/// Harris 2017: hit a virtual wall slowly and fast, with and without pre-wall
+/// and co-contraction; then the same with arms drawn at random
+#[derive(Args, Debug)]
+pub struct HarrisWall {
+    /// native, chip, qemu, a serial port, or tcp:HOST:PORT
+    #[arg(long, default_value = "native")]
+    device: DeviceName,
+    /// Arms to draw; each hits every wall at every speed
+    #[arg(long, default_value_t = 288)]
+    arms: u64,
+    /// Decides the sensor's noise and the arms drawn
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Folder for the record and the report
+    #[arg(long, default_value = "out/harris_wall")]
+    out: PathBuf,
+}
+
+fn harris_wall(args: &HarrisWall, output: Output) -> anyhow::Result<()> {
+    if !(1..=100_000).contains(&args.arms) {
+        let arms = args.arms;
+        return Err(WrongUse(format!("E571 --arms is {arms}, allowed is 1 to 100000")).into());
+    }
+    let bar = output.bar("Harris 2017, virtual wall");
+    let trials = scenarios(args, &bar)?;
+    let drawn = harris_wall::drawn(args.arms, args.seed, &mut |part| bar.set(0.2 + 0.8 * part))?;
+    bar.finish();
+    let shares = Shares::of(&drawn);
+    let record = Run {
+        title: "Harris 2017: a virtual wall with and without pre-wall and co-contraction"
+            .to_owned(),
+        device: args.device.to_string(),
+        seed: args.seed,
+        trials,
+        speed_factor: None,
+    };
+    save(&args.out, &record)
+        .with_context(|| format!("E572 cannot record in {}", args.out.display()))?;
+    let assumptions = assumptions(&shares);
+    let command = format!("flexor experiment harris-wall --seed {}", args.seed);
+    let report = Report {
+        run: &record,
+        paper: &[],
+        assumptions: &assumptions,
+        command: &command,
+    };
+    let page = report::write(&args.out, &report)
+        .with_context(|| format!("E572 cannot write to {}", args.out.display()))?;
+    let page = page.display().to_string();
+    output.say(
+        || people(&record.trials, &shares, &page),
+        || machines(&record.trials, &shares, &page),
+    );
+    Ok(())
+}
+
+fn scenarios(args: &HarrisWall, bar: &Bar) -> anyhow::Result<Vec<Trial>> {
+    let sessions = harris_wall::sessions()?;
+    let mut trials = Vec::new();
+    for (name, file) in &sessions {
+        trials.push(harris_wall::trial(name, file, &args.device, args.seed)?);
+        bar.set(0.2 * trials.len() as f64 / sessions.len() as f64);
+    }
+    Ok(trials)
+}
+
+fn people(trials: &[Trial], shares: &Shares, page: &str) -> String {
+    let mut text = format!(
+        "{:<26}{:>16}{:>8}{:>12}   (inside the wall; late: third quarter of a hit)\n",
+        "hit at 15 and at 55 °/s", "deepest, °", "turns", "late swing"
+    );
+    for trial in trials {
+        for speed in SPEEDS_DEG_PER_S {
+            text += &match hit_at(trial, speed) {
+                Some(hit) => row(&trial.name, speed, &hit),
+                None => format!("{:<20}{speed:>4.0} °/s: not touched\n", trial.name),
+            };
+        }
+    }
+    text += &format!(
+        "\nArms drawn at random, {} hits of each wall, without a board around the device's wall:\n",
+        shares.visits
+    );
+    for (what, share) in findings(shares) {
+        text += &format!("{:>6.1} %  {what}\n", 100.0 * share);
+    }
+    text + &format!(
+        "\nSimulated: what came of assumed arms, no evidence about people. The paper's pre-wall\n\
+         reaches full current at the wall itself, so it is also the same ramp 9° further out: less\n\
+         depth inside the wall follows from that alone. Report: {page}"
+    )
+}
+
+fn row(name: &str, speed: f64, hit: &Hit) -> String {
+    format!(
+        "{name:<26}{speed:>4.0} °/s{:>9.1}{:>8}{:>11.1}°\n",
+        hit.deepest_deg, hit.turns, hit.late_swing_deg
+    )
+}
+
+/// What was asked of the drawn arms, and its share.
+fn findings(shares: &Shares) -> [(&'static str, f64); 6] {
+    [
+        (
+            "pre-wall: less deep inside the wall (paper: less)",
+            shares.pre_wall_less_deep,
+        ),
+        (
+            "pre-wall: less far beyond where current begins",
+            shares.pre_wall_less_beyond_begin,
+        ),
+        (
+            "pre-wall: swings no more (paper: less)",
+            shares.pre_wall_swings_no_more,
+        ),
+        (
+            "co-contraction: swings less, with pre-wall (paper: less)",
+            shares.co_contraction_helps_with_pre_wall,
+        ),
+        (
+            "co-contraction: swings less, without pre-wall (paper: no)",
+            shares.co_contraction_helps_without,
+        ),
+        (
+            "co-contraction: helps only with pre-wall (the paper's conclusion)",
+            shares.helps_only_with_pre_wall,
+        ),
+    ]
+}
+
+fn assumptions(shares: &Shares) -> Vec<Assumption> {
+    let put = |text: &str| Assumption {
+        role: Role::PutIn,
+        text: text.to_owned(),
+    };
+    let mut all = vec![
+        put(
+            "The arm: inertia 0.06 kg m², muscle dynamics and delay of the finger, everything else assumed.",
+        ),
+        put(
+            "The person moves at a meant speed with at most 1.5 N m and pushes on with that; no reflexes, no reaction, no sight.",
+        ),
+        put(
+            "Stiffness and pulse rate are not stated in the paper: 80 mA over 9° and 50 Hz are assumed.",
+        ),
+        put(
+            "The paper's pre-wall reaches full current at the wall, so it is also the same ramp 9° further out.",
+        ),
+    ];
+    all.extend(findings(shares).map(|(what, share)| Assumption {
+        role: Role::CameOut,
+        text: format!(
+            "{what}: in {:.0} % of {} hits by arms drawn at random.",
+            100.0 * share,
+            shares.visits
+        ),
+    }));
+    all
+}
+
+fn machines(trials: &[Trial], shares: &Shares, page: &str) -> serde_json::Value {
+    let hits = |trial: &Trial| SPEEDS_DEG_PER_S.map(|speed| hit_at(trial, speed));
+    let trials: Vec<_> = trials
+        .iter()
+        .map(|trial| serde_json::json!({ "scenario": trial.name, "hits": hits(trial) }))
+        .collect();
+    serde_json::json!({ "scenarios": trials, "drawn_arms": shares, "report": page })
+}

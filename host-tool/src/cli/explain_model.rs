@@ -1,0 +1,231 @@
+//! `flexor explain-model`: which muscle model each channel gets, and why.
+
+use super::{Output, WrongUse};
+use crate::ladder::table::RUNG_NAMES;
+use crate::session::scene::Needs;
+use crate::session::{Channel, Model, Session};
+use anyhow::{bail, ensure};
+use clap::Args;
+use firmware::muscle::Rung;
+use firmware::muscle::choice::{Cycles, Scene, Share, cycles, expected_error};
+use serde_json::{Value, json};
+use std::fmt::Write;
+use std::path::PathBuf;
+
+/// Tell which muscle model each channel of a session gets, and why.
+#[derive(Args, Debug)]
+pub struct ExplainModel {
+    /// Session file (TOML)
+    session: PathBuf,
+    /// Error allowed, in percent of the scene's largest force; counts in steps of
+    /// 0.01
+    #[arg(long, default_value_t = 10.0, value_name = "PERCENT")]
+    tolerance: f64,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// The session; a tolerance that is none (E518) or that no model meets (E553);
+/// a session without a muscle (E554).
+pub fn main(args: &ExplainModel, output: Output) -> anyhow::Result<()> {
+    let tolerance = share(args.tolerance)?;
+    let session = Session::load(&args.session)?;
+    for note in &session.notes {
+        eprintln!("note: {note}");
+    }
+    let all: Vec<(&Channel, Needs)> = session
+        .channels
+        .iter()
+        .filter_map(|channel| Some((channel, session.needs(channel, tolerance)?)))
+        .collect();
+    ensure!(
+        !all.is_empty(),
+        "E554 {}: no channel has a `muscle`, so no force is predicted; docs/sessions.md says how to give it one",
+        args.session.display()
+    );
+    for (channel, needs) in &all {
+        if let Err(none) = needs.choice {
+            bail!(
+                "E553 --tolerance {}, channel {}: {none}",
+                args.tolerance,
+                channel.number
+            );
+        }
+    }
+    output.say(
+        || people(&session, tolerance, &all),
+        || machines(tolerance, &all),
+    );
+    Ok(())
+}
+
+/// Hundredths of a percent.
+fn share(percent: f64) -> anyhow::Result<Share> {
+    if !(percent > 0.0 && percent <= 600.0) {
+        let wrong = format!("--tolerance is {percent}: allowed is above 0 to 600 percent");
+        return Err(WrongUse(wrong).into());
+    }
+    // Down: never more than what is allowed. At most 60 000.
+    Ok(Share((percent * 100.0 + 1e-9) as u16))
+}
+
+/// At most 80 columns.
+fn people(session: &Session, tolerance: Share, all: &[(&Channel, Needs)]) -> String {
+    let mut out = format!(
+        "{}\nThe cheapest model within {tolerance} of its scene's largest force. Cycles are\n\
+         those of a 1 ms tick without and with a pulse, at most.\n",
+        cut(&session.title, 78)
+    );
+    for (channel, needs) in all {
+        // Writing to a `String` cannot fail.
+        let _ = block(&mut out, channel, needs, tolerance);
+    }
+    out.trim_end().to_owned()
+}
+
+fn block(out: &mut String, channel: &Channel, needs: &Needs, tolerance: Share) -> std::fmt::Result {
+    let name = cut(&channel.name, 24);
+    let rung = RUNG_NAMES[needs.rung as usize];
+    let by = match channel.muscle.as_ref().map(|muscle| muscle.model) {
+        Some(Model::Fixed(_)) => " (the file says so)",
+        _ => "",
+    };
+    writeln!(out, "\nchannel {}, {name}: {rung}{by}", channel.number)?;
+    writeln!(out, "  {}", scene(&needs.scene))?;
+    let chosen = needs.choice.map(|choice| choice.rung).ok();
+    for candidate in Rung::ALL {
+        let error = expected_error(&needs.scene, candidate);
+        let verdict = if Some(candidate) == chosen {
+            "cheapest enough"
+        } else if error <= tolerance {
+            "enough, dearer"
+        } else {
+            "too coarse"
+        };
+        writeln!(
+            out,
+            "  {:<22}{:>12}  {:<16}  {verdict}",
+            RUNG_NAMES[candidate as usize],
+            error.to_string(),
+            cost(cycles(candidate)),
+        )?;
+    }
+    if let Some(error) = needs.error_if_it_tires.filter(|error| *error > tolerance) {
+        writeln!(
+            out,
+            "  of the fresh muscle; as it tires up to {error}: give it a `fatigue`"
+        )?;
+    }
+    if let Ok(choice) = needs.choice {
+        writeln!(
+            out,
+            "  also enough: law {} ms {}, telemetry {} ms, body step {} ms",
+            choice.law_period_ms,
+            format!("{:?}", choice.discretization).to_lowercase(),
+            choice.telemetry_ms,
+            choice.body_step_ms
+        )?;
+    }
+    Ok(())
+}
+
+/// At most so many letters.
+fn cut(text: &str, letters: usize) -> String {
+    if text.chars().count() <= letters {
+        return text.to_owned();
+    }
+    text.chars().take(letters - 1).chain(['…']).collect()
+}
+
+/// "83/215 cycles": of a tick without and with a pulse.
+fn cost(cycles: Cycles) -> String {
+    if cycles == Cycles::UNKNOWN {
+        return "not measured".into();
+    }
+    format!("{}/{} cycles", cycles.tick, cycles.tick_with_pulse)
+}
+
+/// What is asked of the muscle, for people.
+fn scene(scene: &Scene) -> String {
+    let hz = |mhz: u32| f64::from(mhz) / 1e3;
+    let seconds = |ms: u32| f64::from(ms) / 1e3;
+    let rate = if scene.slowest_mhz == scene.fastest_mhz {
+        format!("{:.4} Hz", hz(scene.slowest_mhz))
+    } else {
+        format!(
+            "{:.4}–{:.4} Hz",
+            hz(scene.slowest_mhz),
+            hz(scene.fastest_mhz)
+        )
+    };
+    let burst = if scene.burst_ms >= Scene::UNBROKEN {
+        "unbroken".to_owned()
+    } else {
+        format!("bursts of {} s", seconds(scene.burst_ms))
+    };
+    let work = match scene.session_s {
+        0 => "fatigue left aside".to_owned(),
+        s => format!("{s} s of work"),
+    };
+    format!(
+        "{rate}, ramps of {} s, {burst}, {work}",
+        seconds(scene.ramp_ms)
+    )
+}
+
+fn machines(tolerance: Share, all: &[(&Channel, Needs)]) -> Value {
+    let percent = |share: Share| (share != Share::UNKNOWN).then(|| f64::from(share.0) / 100.0);
+    let cost = |rung: Rung| {
+        let Cycles {
+            tick,
+            tick_with_pulse,
+        } = cycles(rung);
+        (cycles(rung) != Cycles::UNKNOWN)
+            .then(|| json!({ "tick": tick, "tick_with_pulse": tick_with_pulse }))
+    };
+    let channels: Vec<Value> = all
+        .iter()
+        .map(|(channel, needs)| {
+            let rungs = Rung::ALL.map(|rung| {
+                json!({
+                    "model": RUNG_NAMES[rung as usize],
+                    "error_pct": percent(expected_error(&needs.scene, rung)),
+                    "cycles": cost(rung),
+                })
+            });
+            let Scene {
+                burst_ms,
+                slowest_mhz,
+                fastest_mhz,
+                ramp_ms,
+                session_s,
+            } = needs.scene;
+            json!({
+                "channel": channel.number,
+                "name": channel.name,
+                "model": RUNG_NAMES[needs.rung as usize],
+                "error_pct": percent(needs.error),
+                "error_if_it_tires_pct": needs.error_if_it_tires.and_then(percent),
+                "cycles": cost(needs.rung),
+                "chosen": needs.choice.ok().map(|choice| json!({
+                    "model": RUNG_NAMES[choice.rung as usize],
+                    "law_period_ms": choice.law_period_ms,
+                    "discretization": format!("{:?}", choice.discretization).to_lowercase(),
+                    "telemetry_ms": choice.telemetry_ms,
+                    "body_step_ms": choice.body_step_ms,
+                })),
+                "scene": {
+                    "burst_ms": burst_ms,
+                    "unbroken": burst_ms >= Scene::UNBROKEN,
+                    "slowest_hz": f64::from(slowest_mhz) / 1e3,
+                    "fastest_hz": f64::from(fastest_mhz) / 1e3,
+                    "ramp_ms": ramp_ms,
+                    "session_s": session_s,
+                },
+                "models": rungs,
+            })
+        })
+        .collect();
+    json!({ "tolerance_pct": percent(tolerance), "channels": channels })
+}

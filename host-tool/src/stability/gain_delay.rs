@@ -1,0 +1,149 @@
+//! Gain × delay for the finger under the device's own laws: where the angle
+//! settles and where it circles.
+//!
+//! Theory is the describing function. Around its sliding surface the law's
+//! slope is that of a square root, infinite or nearly so, and a linear margin
+//! does not exist; what exists is the amplitude at which the loop's first
+//! harmonic sustains itself.
+
+use super::describing::{Efforts, Plant};
+use super::finger::{Loop, one_point, quiet_finger};
+use super::{Axis, Cell, Class, Map, Panel};
+use firmware::control::{HoldPolicy, JointSpec, LawSpec};
+use hal_sim::body::FingerSpec;
+
+/// Muscle torque over the nominal finger's.
+const GAINS: [f64; 11] = [0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0];
+/// Added to the finger's electromechanical delay, ms.
+const DELAYS: [u32; 16] = [
+    0, 5, 10, 15, 20, 25, 30, 35, 40, 50, 60, 70, 80, 100, 120, 150,
+];
+/// The angle to hold: one that the weakest of these fingers reaches.
+const TARGET_DEG: f64 = 30.0;
+/// Duration and judged end of a trial, ms.
+const TRIAL_MS: u32 = 20_000;
+const JUDGED_MS: u32 = 5_000;
+/// More than this, peak to peak, is no longer rest, degrees.
+const REST_DEG: f64 = 2.0;
+
+/// The map.
+pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
+    let laws = [
+        ("the shipped law", LawSpec::RECOMMENDED),
+        ("PID", LawSpec::PID),
+    ];
+    let mut done = 0;
+    let panels = laws.map(|(name, law)| {
+        let joint = one_point(law, HoldPolicy::Hold);
+        let efforts = Efforts::of(&joint);
+        let around = |gain| (gain, efforts.around(&plant(gain, 0)));
+        let rows = GAINS.map(around);
+        Panel::new(
+            name.to_owned(),
+            &rows,
+            &DELAYS,
+            |(gain, function), delay| {
+                let number = circling(&finger(*gain, *delay), &joint);
+                let predicted = 2.0 * function.limit_cycle_deg(&plant(*gain, *delay));
+                done += 1;
+                progress(f64::from(done) / (2 * GAINS.len() * DELAYS.len()) as f64);
+                Cell {
+                    class: class(number),
+                    number,
+                    predicted: Some(u8::from(predicted > REST_DEG)),
+                }
+            },
+        )
+    });
+    Map {
+        name: "gain_delay",
+        title: "Gain and delay of the finger: where the device's law settles",
+        across: Axis::new(
+            "delay added to the finger's 25 ms",
+            "ms",
+            &DELAYS,
+            u32::to_string,
+        ),
+        down: Axis::new("muscle torque / nominal", "", &GAINS, |g| format!("{g}")),
+        quantity: "angle, peak to peak over the last 5 s",
+        classes: vec![
+            Class::new('.', "up to 0.5°", 0),
+            Class::new('1', "up to 1°", 0),
+            Class::new('2', "up to 2°", 0),
+            Class::new('5', "up to 5°", 1),
+            Class::new('8', "up to 20°", 1),
+            Class::new('X', "more than 20°", 1),
+        ],
+        panels: panels.into(),
+        theory: "N(A, ω) P(jω) = -1 with 2 A = 2°: N is the describing function of the \
+                 device's law (its own fixed-point code, differentiator and mapping included), \
+                 P the finger linearised where it holds the target.",
+        notes: vec![format!(
+            "Finger of participant P, one point, target {TARGET_DEG}°, sensor without noise. \
+             Assumed: the finger passes the first harmonic only, and recruitment is followed \
+             around the effort that holds the target."
+        )],
+    }
+}
+
+fn finger(gain: f64, delay_ms: u32) -> FingerSpec {
+    let nominal = quiet_finger();
+    FingerSpec {
+        flexor_torque_nm: gain * nominal.flexor_torque_nm,
+        extensor_torque_nm: gain * nominal.extensor_torque_nm,
+        electromechanical_delay_us: nominal.electromechanical_delay_us + 1000 * delay_ms,
+        ..nominal
+    }
+}
+
+fn plant(gain: f64, delay_ms: u32) -> Plant {
+    Plant::new(&finger(gain, delay_ms), TARGET_DEG)
+}
+
+fn class(peak_to_peak_deg: f64) -> usize {
+    let limits = [0.5, 1.0, REST_DEG, 5.0, 20.0];
+    limits
+        .iter()
+        .take_while(|limit| peak_to_peak_deg > **limit)
+        .count()
+}
+
+/// Peak to peak of the true angle at the end of a trial, degrees.
+fn circling(finger: &FingerSpec, joint: &JointSpec) -> f64 {
+    let mut device = Loop::new(finger.clone(), joint, 0);
+    device.setpoint(TARGET_DEG);
+    let (mut low, mut high) = (f64::MAX, f64::MIN);
+    for ms in 0..TRIAL_MS {
+        let angle = device.step();
+        if ms >= TRIAL_MS - JUDGED_MS {
+            (low, high) = (low.min(angle), high.max(angle));
+        }
+    }
+    high - low
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_describing_function_tells_the_amplitude() {
+        for law in [LawSpec::RECOMMENDED, LawSpec::PID] {
+            let joint = one_point(law, HoldPolicy::Hold);
+            let efforts = Efforts::of(&joint);
+            for gain in [0.5, 1.0, 2.0] {
+                let function = efforts.around(&plant(gain, 0));
+                for delay in [0, 60, 150] {
+                    let found = circling(&finger(gain, delay), &joint);
+                    let told = 2.0 * function.limit_cycle_deg(&plant(gain, delay));
+                    println!("gain {gain}, 25 + {delay} ms: {found:.2}°, told {told:.2}°");
+                    if told == 0.0 {
+                        assert!(found < 0.5);
+                    } else {
+                        assert!((told / found - 1.0).abs() < 0.35);
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,157 @@
+//! One law with its add-ons and numbers, as a search proposes it and a table
+//! keeps it.
+
+use super::TrackingError;
+use super::driver::Floating;
+use super::wearer::Points;
+use firmware::control::HoldPolicy;
+use firmware::methods::control::parameters::parameters;
+use firmware::methods::control::{
+    AddOns, Controller, DelayCompensation, DerivativeKind, Form, Parameter,
+};
+use firmware::methods::real::Real;
+use std::collections::BTreeMap;
+
+/// Which add-ons a law may use.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub enum Equipment {
+    /// The law, its differentiator, extrapolation of setpoints.
+    Alone,
+    /// Feed-forward, delay compensation and gain adaptation as well.
+    Equipped,
+}
+
+impl Equipment {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Alone, Self::Equipped];
+
+    /// For tables.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Alone => "alone",
+            Self::Equipped => "equipped",
+        }
+    }
+}
+
+/// Periods a law may run at, ms.
+pub const PERIODS_MS: [u32; 3] = [2, 5, 11];
+/// How long lost setpoints may be extrapolated, ms; 0 is held.
+pub const EXTRAPOLATIONS_MS: [u16; 4] = [0, 50, 100, 200];
+/// A law with everything decided.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Candidate {
+    /// The law.
+    pub form: Form,
+    /// Its add-ons.
+    pub add_ons: AddOns,
+    /// Its period, ms.
+    pub period_ms: u32,
+    /// Extrapolation of lost setpoints, ms; 0 is held.
+    pub extrapolation_ms: u16,
+    /// Its numbers, by the names of [`parameters`].
+    pub values: BTreeMap<String, f64>,
+}
+
+impl Candidate {
+    /// What to do with lost setpoints.
+    #[must_use]
+    pub const fn hold(&self) -> HoldPolicy {
+        match self.extrapolation_ms {
+            0 => HoldPolicy::Hold,
+            max_ms => HoldPolicy::Extrapolate { max_ms },
+        }
+    }
+
+    /// The law in this arithmetic, ready to drive.
+    ///
+    /// # Errors
+    /// [`TrackingError::Law`] if a number is missing or unusable.
+    pub fn driver<R: Real>(&self, points: Points) -> Result<Floating<R>, TrackingError> {
+        let wanted = parameters(self.form, self.add_ons);
+        let value = |p: &Parameter| self.values.get(p.name).copied().unwrap_or(f64::NAN);
+        let values: Vec<R> = wanted.iter().map(|p| R::of(value(p))).collect();
+        let h = R::of(f64::from(self.period_ms) / 1000.0);
+        let law = Controller::from_parameters(self.form, self.add_ons, h, &values)?;
+        Floating::new(law, self.period_ms, self.hold(), points)
+    }
+}
+
+/// Every number any law has, each with the place that a search gives it in 0…1,
+/// and every choice. Mutating one that a law does not use changes nothing.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) struct Genome {
+    /// By parameter name.
+    pub places: BTreeMap<&'static str, f64>,
+    /// Derivative, delay, period, extrapolation, feed-forward, adaptation: 0…1.
+    pub choices: [f64; 6],
+}
+
+fn pick<T: Copy>(all: &[T], place: f64) -> T {
+    let n = (place * all.len() as f64) as usize;
+    all[n.min(all.len() - 1)]
+}
+
+impl Genome {
+    /// What a law makes of it.
+    pub fn candidate(&self, form: Form, equipment: Equipment) -> Candidate {
+        let [
+            derivative,
+            delay,
+            period,
+            extrapolation,
+            forward,
+            adaptation,
+        ] = self.choices;
+        let derivative = pick(&DerivativeKind::ALL, derivative);
+        let add_ons = match equipment {
+            Equipment::Alone => AddOns {
+                derivative,
+                ..AddOns::NONE
+            },
+            // Three in four try the feed-forward; adaptation needs it.
+            Equipment::Equipped => AddOns {
+                derivative,
+                feed_forward: forward < 0.75,
+                delay: pick(&DelayCompensation::ALL, delay),
+                adaptation: forward < 0.75 && adaptation < 0.5,
+            },
+        };
+        let place = |p: &Parameter| self.places.get(p.name).copied().unwrap_or(0.5);
+        let value = |p: &Parameter| {
+            if p.is_log {
+                p.low * (p.high / p.low).powf(place(p))
+            } else {
+                p.low + (p.high - p.low) * place(p)
+            }
+        };
+        let all = parameters(form, add_ons);
+        Candidate {
+            form,
+            add_ons,
+            period_ms: pick(&PERIODS_MS, period),
+            extrapolation_ms: pick(&EXTRAPOLATIONS_MS, extrapolation),
+            values: all.iter().map(|p| (p.name.to_owned(), value(p))).collect(),
+        }
+    }
+
+    /// The names of all numbers that any form with any add-ons has.
+    pub fn names() -> Vec<&'static str> {
+        let mut names: Vec<&str> = Vec::new();
+        for form in Form::ALL {
+            for derivative in DerivativeKind::ALL {
+                let all = AddOns {
+                    derivative,
+                    feed_forward: true,
+                    delay: DelayCompensation::PreviewAndSmith,
+                    adaptation: true,
+                };
+                names.extend(parameters(form, all).iter().map(|p| p.name));
+            }
+        }
+        names.sort_unstable();
+        names.dedup();
+        names
+    }
+}

@@ -1,0 +1,70 @@
+//! Who takes part in a campaign.
+
+use super::TrackingError;
+use super::candidate::{Candidate, Equipment};
+use super::driver::Device;
+use super::plant::Plant;
+use super::trial;
+use super::wearer::{self, Points};
+use firmware::control::LawSpec;
+use firmware::methods::control::Form;
+
+/// What drives the finger.
+#[derive(Clone, PartialEq, Debug)]
+pub enum Contender {
+    /// A law in f64, with the numbers that the search found.
+    Searched(Equipment, Candidate),
+    /// The device's fixed-point default ([`LawSpec::RECOMMENDED`]): the very code
+    /// that is flashed.
+    Shipped,
+}
+
+impl Contender {
+    /// For tables; a plus is for add-ons.
+    #[must_use]
+    pub fn name(&self) -> String {
+        match self {
+            Self::Searched(Equipment::Alone, candidate) => candidate.form.name().to_owned(),
+            Self::Searched(Equipment::Equipped, candidate) => {
+                format!("{} +", candidate.form.name())
+            }
+            Self::Shipped => "device default".to_owned(),
+        }
+    }
+
+    /// Whether it is a PID: the baseline.
+    #[must_use]
+    pub fn is_pid(&self) -> bool {
+        matches!(self, Self::Searched(_, candidate) if candidate.form == Form::Pid)
+    }
+
+    /// The arithmetic it runs in.
+    #[must_use]
+    pub const fn arithmetic(&self) -> &'static str {
+        match self {
+            Self::Searched(..) => "f64",
+            Self::Shipped => "fixed",
+        }
+    }
+
+    /// The true angle each millisecond, degrees, while it drives this plant.
+    ///
+    /// # Errors
+    /// [`TrackingError`] if plant or law cannot be.
+    pub fn track(
+        &self,
+        plant: &Plant,
+        points: Points,
+        wanted: &[f64],
+    ) -> Result<Vec<f32>, TrackingError> {
+        match self {
+            Self::Searched(_, candidate) => {
+                trial::run(plant, &mut candidate.driver::<f64>(points)?, wanted)
+            }
+            Self::Shipped => {
+                let spec = wearer::joint(LawSpec::RECOMMENDED, points, wearer::SHIPPED_HOLD);
+                trial::run(plant, &mut Device::new(&spec)?, wanted)
+            }
+        }
+    }
+}

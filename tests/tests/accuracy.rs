@@ -1,0 +1,57 @@
+//! docs/charts/accuracy.csv and .svg are what this code's integrators err and
+//! take: errors from this computer, cycles from the chip simulator, both the
+//! same in every run, so every change of code shows in their diff.
+
+use host_tool::accuracy::{Chart, all_errors, cases, digits, measure};
+use host_tool::report::accuracy_picture;
+use std::path::Path;
+
+const RENEW: &str = "cargo run --release -p host-tool -- chart accuracy";
+
+fn committed(name: &str) -> String {
+    let charts = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/charts");
+    std::fs::read_to_string(charts.join(name)).unwrap_or_default()
+}
+
+/// A table's column of errors.
+fn errors(csv: &str) -> Vec<&str> {
+    let lines = csv.lines().skip(1);
+    lines.filter_map(|line| line.split(',').nth(4)).collect()
+}
+
+#[test]
+fn the_committed_errors_are_those_of_the_code() {
+    let is: Vec<String> = all_errors(&cases::all(), |_| ())
+        .into_iter()
+        .map(digits)
+        .collect();
+    assert_eq!(
+        errors(&committed("accuracy.csv")),
+        is,
+        "renew with\n  {RENEW}"
+    );
+}
+
+#[test]
+fn the_committed_chart_is_that_of_the_code_on_the_chip() {
+    let chart: Chart = measure(&cases::all(), |_| ()).unwrap_or_else(|e| panic!("{e}"));
+    // Floating point with libm's and micromath's functions, and fixed point,
+    // give the same bits on this computer and on the simulated Cortex-M4.
+    assert_eq!(chart.differing, Vec::<String>::new());
+    let (was, is) = (committed("accuracy.csv"), chart.csv());
+    let new = is
+        .lines()
+        .filter(|line| !was.lines().any(|old| old == *line));
+    let changed: Vec<&str> = new.take(20).collect();
+    assert!(
+        was == is,
+        "docs/charts/accuracy.csv is not what this code gives (toolchain as pinned, Linux on \
+         x86-64); its first new lines:\n  {}\nif that is meant, renew it with\n  {RENEW}",
+        changed.join("\n  ")
+    );
+    let same_picture = committed("accuracy.svg") == accuracy_picture(&chart);
+    assert!(
+        same_picture,
+        "docs/charts/accuracy.svg is stale: renew it with\n  {RENEW}"
+    );
+}

@@ -1,0 +1,210 @@
+//! Force control end to end: a session file, the whole device, its pins, and
+//! the simulator's own muscles on them, which share no code with the device.
+//!
+//! `cargo test --release -p tests --test force -- --nocapture` prints how well
+//! ten subjects' forces follow. No evidence about people: the device knows each
+//! muscle's parameters exactly.
+
+use firmware::control::{ForceControl, ForceSpec, HoldPolicy};
+use firmware::muscle::{CalciumForceSpec, Recruitment, RecruitmentSpec};
+use firmware::units::Amplitude;
+use hal_sim::body::muscle::{Muscle, Parameters, SUBJECTS, Step};
+use hal_sim::trace::Trace;
+use host_tool::link::Port;
+use host_tool::run::{DeviceName, SessionFile, run};
+use host_tool::session::{Session, Setpoint};
+
+const END_US: u64 = 9_000_000;
+/// What is judged: after the first second, in which the amplitude rises.
+const FROM_MS: usize = 1_500;
+const TO_MS: usize = 8_500;
+
+/// The device's most for a subject between 20 and 60 Hz, N.
+fn most(p: &Parameters) -> f64 {
+    let whole = |value: f64| value.round() as u32;
+    let muscle = CalciumForceSpec {
+        a_mn_per_s: whole(p.a_n_per_s * 1e3),
+        k_micro: whole(p.k * 1e6),
+        tau_c_us: whole(p.tau_c_s * 1e6),
+        tau1_us: whole(p.tau1_s * 1e6),
+        tau2_us: whole(p.tau2_s * 1e6),
+    };
+    let recruitment = RecruitmentSpec {
+        motor_threshold: Amplitude(10_000),
+        limit: Amplitude(20_000),
+        reference: Amplitude(20_000),
+        slope_micro: 300_000,
+    };
+    let spec = ForceSpec {
+        min_period_us: 16_667,
+        hold: HoldPolicy::Hold,
+    };
+    let recruitment = Recruitment::new(recruitment).unwrap();
+    let control = ForceControl::new(0, &spec, muscle, recruitment, 50_000).unwrap();
+    control.reach().1.0.to_num()
+}
+
+fn session(p: &Parameters, hold: &str, setpoints: &str) -> SessionFile {
+    let text = format!(
+        r#"
+title = "force"
+duration_s = 9.1
+wearer = {{ rise_ms = 1 }}
+[[channel]]
+number = 1
+name = "muscle"
+stage = {{ kind = "current", full_scale_ma = 50.0 }}
+limit = 20.0
+train = {{ shape = "biphasic-cathodic-first", width_us = 200, gap_us = 50, frequency_hz = 20.0 }}
+force = {{ max_frequency_hz = 60.0, hold = "{hold}" }}
+[channel.muscle]
+a_n_per_s = {:.3}
+k = {:.6}
+tau_c_ms = {:.3}
+tau1_ms = {:.3}
+tau2_ms = {:.3}
+motor_threshold = 10.0
+reference = 20.0
+slope_per_unit = 0.3
+[setpoints]
+rate_hz = 90
+channel = 1
+{setpoints}
+"#,
+        p.a_n_per_s,
+        p.k,
+        p.tau_c_s * 1e3,
+        p.tau1_s * 1e3,
+        p.tau2_s * 1e3,
+    );
+    SessionFile::parse("force.toml", &text).unwrap()
+}
+
+/// Force at each millisecond that the channel's pulses give, N.
+fn force(p: &Parameters, trace: &Trace, epoch_us: u64) -> Vec<f64> {
+    let pulses = &trace.pulses(epoch_us + END_US)[0];
+    let mut pulses = pulses.iter().filter(|p| p.start_us >= epoch_us).peekable();
+    let mut muscle = Muscle::new(*p);
+    let (whole, mut now) = (Step::new(p, 1e-3), epoch_us);
+    (0..END_US / 1000)
+        .map(|ms| {
+            let end = epoch_us + (ms + 1) * 1000;
+            let mut is_whole = true;
+            while let Some(pulse) = pulses.next_if(|p| p.start_us < end) {
+                let amplitude_ma = f64::from(pulse.code) * 50.0 / 65_535.0;
+                // A code is rounded down: threshold's own lies just below.
+                if amplitude_ma < 9.999 {
+                    continue;
+                }
+                muscle.step(&Step::new(p, (pulse.start_us - now) as f64 * 1e-6));
+                muscle.pulse((0.3 * (amplitude_ma - 20.0)).exp());
+                (now, is_whole) = (pulse.start_us, false);
+            }
+            if is_whole {
+                muscle.step(&whole);
+            } else {
+                muscle.step(&Step::new(p, (end - now) as f64 * 1e-6));
+            }
+            now = end;
+            muscle.force()
+        })
+        .collect()
+}
+
+/// Wanted force at each millisecond, N.
+fn wanted(session: &Session) -> Vec<f64> {
+    let at = |ms: u64| match session.setpoints.at((ms + 1) * 1000) {
+        Setpoint::Force { millinewton, .. } => f64::from(millinewton) * 1e-3,
+        other => panic!("{other:?}"),
+    };
+    (0..END_US / 1000).map(at).collect()
+}
+
+/// Root mean square of wanted less the mean force of the 50 ms around, and of
+/// wanted less the force itself with its ripple, N.
+fn errors(wanted: &[f64], force: &[f64]) -> (f64, f64) {
+    let rms = |error: &dyn Fn(usize) -> f64| {
+        let sum: f64 = (FROM_MS..TO_MS).map(|ms| error(ms).powi(2)).sum();
+        (sum / (TO_MS - FROM_MS) as f64).sqrt()
+    };
+    let mean = |ms: usize| force[ms - 25..ms + 25].iter().sum::<f64>() / 50.0;
+    (
+        rms(&|ms| mean(ms) - wanted[ms]),
+        rms(&|ms| force[ms] - wanted[ms]),
+    )
+}
+
+/// The courses, for a muscle that gives `n` newtons.
+fn courses(n: f64) -> [(&'static str, String); 4] {
+    let points = |list: &[(f64, f64)]| {
+        let point = |&(s, part): &(f64, f64)| format!("{{ at_s = {s}, n = {:.3} }}", part * n);
+        let list: Vec<String> = list.iter().map(point).collect();
+        format!("kind = \"force-ramp\"\npoints = [{}]", list.join(", "))
+    };
+    let sine = |hz: f64| {
+        let (offset, amplitude) = (0.45 * n, 0.35 * n);
+        format!(
+            "kind = \"force-sine\"\noffset_n = {offset:.6}\namplitude_n = {amplitude:.6}\nfrequency_hz = {hz}"
+        )
+    };
+    let steps = [
+        (0.0, 0.3),
+        (3.0, 0.3),
+        (3.000_1, 0.7),
+        (6.0, 0.7),
+        (6.000_1, 0.2),
+    ];
+    let ramp = [(0.0, 0.1), (2.0, 0.1), (4.0, 0.9), (5.0, 0.9), (7.0, 0.1)];
+    [
+        ("steps", points(&steps)),
+        ("ramp", points(&ramp)),
+        ("sine 0.5 Hz", sine(0.5)),
+        ("sine 1 Hz", sine(1.0)),
+    ]
+}
+
+/// Mean over the subjects of [`errors`], in parts of each one's most.
+fn mean_errors(hold: &str) -> [(f64, f64); 4] {
+    let mut means = [(0.0, 0.0); 4];
+    for p in &SUBJECTS {
+        let most = most(p);
+        for ((_, course), mean) in courses(most).into_iter().zip(&mut means) {
+            let file = session(p, hold, &course);
+            let port = DeviceName::Native.open(&file.session, 1).unwrap();
+            let (outcome, mut port) = run(&file, port, None, |_| ());
+            assert!(outcome.error.is_none(), "{}", outcome.error.unwrap());
+            assert_eq!(outcome.refused, 0);
+            let epoch = outcome.epoch_us.unwrap();
+            let trace = &port.as_mut().unwrap().world().unwrap().recorder.trace;
+            let (smooth, raw) = errors(&wanted(&file.session), &force(p, trace, epoch));
+            mean.0 += smooth / most / SUBJECTS.len() as f64;
+            mean.1 += raw / most / SUBJECTS.len() as f64;
+        }
+    }
+    means
+}
+
+/// Held setpoints have no rate, so that nothing answers the muscle's lag; those
+/// that go on are answered ahead of it. A step has no rate either way. At 1 Hz
+/// muscles cannot fall as fast as wanted.
+#[test]
+fn forces_follow_what_is_wanted() {
+    let bounds = [
+        ("hold", [8e-2, 5e-2, 11e-2, 19e-2]),
+        ("extrapolate", [8e-2, 4e-3, 9e-3, 5e-2]),
+    ];
+    for (hold, bounds) in bounds {
+        let names = courses(1.0).map(|(name, _)| name);
+        for ((name, (smooth, raw)), bound) in names.into_iter().zip(mean_errors(hold)).zip(bounds) {
+            let (smooth_pct, raw_pct) = (1e2 * smooth, 1e2 * raw);
+            println!(
+                "{hold:11} {name:11} {smooth_pct:5.2} % of the most, {raw_pct:5.2} % with ripple"
+            );
+            // From both sides: twice as good would mean that something changed.
+            assert!(
+                (bound / 2.0..bound).contains(&smooth),
+                "{hold}, {name}: {smooth:e}"
+            );
+        }
+    }
+}
