@@ -7,7 +7,7 @@ use firmware::control::{
     ForceControl, ForceSpec, HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource,
 };
 use firmware::link::{Code, Request};
-use firmware::muscle::{CalciumForceSpec, Recruitment, RecruitmentSpec};
+use firmware::muscle::{CalciumForceSpec, MuscleSpec, Recruitment, RecruitmentSpec};
 use firmware::pulse::{GroupSpec, Partner, State as Line, TrainSpec};
 use firmware::safety::{ChannelSpec, State, WearerSpec};
 use firmware::units::{Amplitude, Micros};
@@ -45,8 +45,7 @@ const SLOW: TrainSpec = TrainSpec {
 fn muscle(channel: u8) -> Request {
     Request::Muscle {
         channel,
-        force: K01,
-        recruitment: RECRUITMENT,
+        spec: MuscleSpec::new(K01, RECRUITMENT),
     }
 }
 
@@ -164,8 +163,8 @@ fn a_setpoint_that_cannot_be_met_is_refused_by_name() {
         (Some(Code::NoForceControl), "channel".into())
     );
     assert_eq!(
-        out(&mut desk, force(200, 100)),
-        (Some(Code::NoForceControl), "channel".into())
+        out(&mut desk, force(10, 100)),
+        (Some(Code::OutOfRange), "channel".into())
     );
     let steep = Request::Force {
         channel: 0,
@@ -323,7 +322,7 @@ fn a_joint_and_force_control_do_not_share_a_channel() {
         max: Amplitude(20_000),
     };
     let joint = JointSpec {
-        law: LawSpec::RECOMMENDED,
+        law: LawSpec::ALONE,
         law_period_ms: 2,
         cutoff_mhz: 6_000,
         flexors: [point(0)].into_iter().collect(),

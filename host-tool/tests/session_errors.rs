@@ -220,6 +220,29 @@ const BAD_WALL: &[&str] = &[
     "at_s = 8.0 → at_s = 5.5",
 ];
 
+/// Force control of one muscle.
+const GOOD_FORCE: &str = include_str!("../sessions/force_ramp.toml");
+
+/// The same for [`GOOD_FORCE`].
+const BAD_FORCE: &[&str] = &[
+    "n = 12.0 → n = 30.0",
+    "n = 6.0 → n = -1.0",
+    "at_s = 3.0 → at_s = 0.5",
+    "points = [ → point = [",
+    "channel = 1 ⏎ points → channel = 2 ⏎ points",
+    "force = { → # {",
+    "muscle = { → # {",
+    "max_frequency_hz = 60.0 → max_frequency_hz = 19.0",
+    "max_frequency_hz = 60.0 → max_frequency_hz = 0",
+    "max_frequency_hz = 60.0 → max_frequency_hz = 60.0, max_extrapolation_ms = 0",
+    "frequency_hz = 20.0 → frequency_hz = 9.0",
+    "frequency_hz = 20.0 → frequency_hz = 20.0, burst_count = 2, burst_interval_us = 5000",
+    "frequency_hz = 20.0 → frequency_hz = 20.0, triggered = true",
+    "max_rms_ma = 6.0 → max_rms_ma = 2.0",
+    "rate_hz = 90 → rate_hz = 90 ⏎ values = [{ channel = 1, value = 5.0 }]",
+    "[setpoints] → [[channel]] ⏎ number = 2 ⏎ name = \"other\" ⏎ stage = { kind = \"current\", full_scale_ma = 50.0 } ⏎ limit = 20.0 ⏎ train = { shape = \"biphasic-cathodic-first\", width_us = 200, frequency_hz = 20.0, offset_us = 25000 } ⏎ [[group]] ⏎ channels = [1, 2] ⏎ partner = \"isolated\" ⏎ [setpoints]",
+];
+
 /// A good file with some text replaced.
 fn spoil(good: &str, edits: &str) -> String {
     let mut text = good.to_owned();
@@ -250,7 +273,8 @@ fn every_mistake_is_named_with_its_line() {
         numbers.insert(e.problem().number());
         writeln!(all, "# {case}\n\n{}", render(e)).unwrap();
     };
-    for (good, bad) in [(GOOD, BAD), (GOOD_WALL, BAD_WALL)] {
+    let files = [(GOOD, BAD), (GOOD_WALL, BAD_WALL), (GOOD_FORCE, BAD_FORCE)];
+    for (good, bad) in files {
         for edits in bad {
             match Session::parse("bad.toml", &spoil(good, edits)) {
                 Err(e) => add(edits, &e),
@@ -263,7 +287,7 @@ fn every_mistake_is_named_with_its_line() {
     insta::assert_snapshot!(all);
     let expected = [
         400, 401, 402, 403, 404, 405, 406, 407, 408, 409, 410, 420, 421, 430, 431, 432, 440, 441,
-        450, 451, 452, 453, 460, 461, 462, 463, 480,
+        450, 451, 452, 453, 460, 461, 462, 463, 470, 471, 472, 473, 474, 480,
     ];
     assert_eq!(numbers, expected.into_iter().collect());
 }

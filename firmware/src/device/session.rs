@@ -315,6 +315,7 @@ impl Session {
                 millinewton,
                 millinewton_per_s,
             } => {
+                slot(&mut self.draft.forces, channel)?;
                 let request = ControlRequest::Force {
                     seq,
                     arrived: now,

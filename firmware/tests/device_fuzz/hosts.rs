@@ -2,7 +2,7 @@
 
 use super::device_desk::*;
 use super::walls::wall;
-use firmware::control::{HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
+use firmware::control::{ForceSpec, HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
 use firmware::link::Request;
 use firmware::muscle::{CalciumForceSpec, FatigueSpec, MuscleSpec, RecruitmentSpec, Rung};
 use firmware::pulse::{GroupSpec, Partner, Shape, TrainSpec};
@@ -161,7 +161,7 @@ pub fn point() -> impl Strategy<Value = PointSpec> {
 pub fn joint() -> impl Strategy<Value = JointSpec> {
     let law = prop_oneof![
         Just(LawSpec::PAPER),
-        Just(LawSpec::RECOMMENDED),
+        Just(LawSpec::ALONE),
         Just(LawSpec::PID),
         any::<[u32; 6]>().prop_map(|gains| {
             let [
@@ -334,6 +334,8 @@ pub fn request() -> impl Strategy<Value = Request> {
         2 => (option::of(any::<u32>()), any::<i16>(), option::of(any::<i32>())).prop_map(|(at, centideg, centideg_per_s)| Request::Angle { at: at.map(Micros), centideg, centideg_per_s }),
         2 => (0i16..9_000).prop_map(|centideg| Request::Angle { at: None, centideg, centideg_per_s: None }),
         2 => (near(0, 0), any::<i16>(), any::<u32>()).prop_map(|(joint, centideg, at)| Request::Measurement { joint: joint as u8, centideg, at: Micros(at) }),
+        2 => (near(0, 3), near(12_500, 20_000)).prop_map(|(channel, period_us)| Request::ForceControl { channel: channel as u8, spec: ForceSpec { min_period_us: period_us as u32, hold: HoldPolicy::Extrapolate { max_ms: 100 } } }),
+        3 => (near(0, 3), option::of(any::<u32>()), 0u32..30_000, option::of(any::<i32>())).prop_map(|(channel, at, millinewton, rate)| Request::Force { channel: channel as u8, at: at.map(Micros), millinewton, millinewton_per_s: rate }),
         1 => near16(0, 1_000).prop_map(|period_ms| Request::Subscribe { period_ms }),
         1 => any::<u64>().prop_map(|schema| Request::Hello { schema }),
     ]

@@ -178,6 +178,12 @@ pub(super) fn read_channel(
             .validate_up_to(read.min_period_us, wearer)
             .map_err(|e| match e {
                 SetupError::Range(e) if e.field == "min_period_us" => rates(&force, e),
+                SetupError::Range(e) if e.field == "triggered" => {
+                    train.out_of_range("triggered", "false with a `force`".into())
+                }
+                SetupError::Range(e) if e.field == "burst_count" => {
+                    train.out_of_range("burst_count", "1 with a `force`".into())
+                }
                 e => channel_error(t, &train, &checked_stage, &channel, e),
             })?;
         let muscle = channel.muscle.as_ref().ok_or_else(|| {

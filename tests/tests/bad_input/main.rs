@@ -4,6 +4,7 @@
 //! row also checks that nothing changed and that the outputs are safe.
 
 mod bench;
+mod force;
 mod frames;
 mod joint;
 mod orders;
@@ -24,6 +25,11 @@ fn every_joint_field_out_of_range_is_refused() {
 }
 
 #[test]
+fn every_force_that_cannot_be_controlled_is_refused() {
+    table::check_all(&force::rows());
+}
+
+#[test]
 fn every_order_that_cannot_be_carried_out_is_refused() {
     table::check_all(&orders::rows());
 }
@@ -36,7 +42,7 @@ fn every_broken_frame_is_refused() {
 /// The tables above hold each code to its rows; this holds them to all codes.
 #[test]
 fn every_code_has_a_row() {
-    let rows = [setup::rows(), joint::rows(), orders::rows()];
+    let rows = [setup::rows(), joint::rows(), force::rows(), orders::rows()];
     let mut covered: BTreeSet<Code> = rows.iter().flatten().filter_map(|row| row.code()).collect();
     covered.extend(frames::rows().iter().flat_map(|row| row.codes()));
     let missing: Vec<_> = Code::ALL

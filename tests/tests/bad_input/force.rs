@@ -1,0 +1,192 @@
+//! Force control's requests, and what arming makes of them.
+
+use crate::bench::{Bench, LIMIT, channel};
+use crate::setup;
+use crate::table::{Expect, Field, Row, refused, row};
+use firmware::control::{ForceControl, ForceSpec, HoldPolicy};
+use firmware::link::{Code, Request};
+use firmware::muscle::{MuscleSpec, Recruitment, RecruitmentSpec};
+use firmware::pulse::{GroupSpec, Partner};
+use firmware::units::Amplitude;
+
+/// 50 Hz, as the benches' trains, to 100 Hz.
+const FORCE: ForceSpec = ForceSpec {
+    min_period_us: 10_000,
+    hold: HoldPolicy::Hold,
+};
+
+/// A muscle whose limit is the channels'.
+fn muscle() -> MuscleSpec {
+    MuscleSpec {
+        recruitment: RecruitmentSpec {
+            motor_threshold: Amplitude(10_000),
+            limit: LIMIT,
+            reference: LIMIT,
+            slope_micro: 300_000,
+        },
+        ..setup::MUSCLE
+    }
+}
+
+fn most_mn() -> u32 {
+    let recruitment = Recruitment::new(muscle().recruitment).unwrap();
+    let control = ForceControl::new(0, &FORCE, muscle().force, recruitment, 20_000);
+    control.unwrap().reach().1.to_millinewton()
+}
+
+fn control(channel: u8, spec: ForceSpec) -> Request {
+    Request::ForceControl { channel, spec }
+}
+
+fn force(channel: u8, millinewton: u32) -> Request {
+    Request::Force {
+        channel,
+        at: None,
+        millinewton,
+        millinewton_per_s: None,
+    }
+}
+
+fn draft() -> Bench {
+    let mut bench = Bench::draft();
+    bench.client.muscle(0, muscle()).unwrap();
+    bench
+}
+
+fn controlled() -> Bench {
+    let mut bench = draft();
+    bench.client.request(control(0, FORCE)).unwrap();
+    bench
+}
+
+fn armed() -> Bench {
+    let mut bench = controlled();
+    bench.client.arm().unwrap();
+    bench
+}
+
+pub fn rows() -> Vec<Row> {
+    let channels = |scene, name, channel| Field {
+        scene,
+        name,
+        min: 0,
+        max: 9,
+        channel,
+    };
+    let mut rows =
+        channels(Bench::draft, "channel", None).rows(|v| Some(control(v.try_into().ok()?, FORCE)));
+    let longest = Field {
+        scene: Bench::draft,
+        name: "max_ms",
+        min: 1,
+        max: 1_000,
+        channel: Some(1),
+    };
+    rows.extend(longest.rows(|v| {
+        let hold = HoldPolicy::Extrapolate {
+            max_ms: v.try_into().ok()?,
+        };
+        Some(control(0, ForceSpec { hold, ..FORCE }))
+    }));
+    let rate = Field {
+        scene: armed,
+        name: "millinewton_per_s",
+        min: -32_767_000,
+        max: 32_767_000,
+        channel: None,
+    };
+    rows.extend(rate.rows(|v| {
+        Some(Request::Force {
+            channel: 0,
+            at: None,
+            millinewton: 0,
+            millinewton_per_s: Some(v.try_into().ok()?),
+        })
+    }));
+    rows.extend(setpoint_rows());
+    rows.extend(arm_rows());
+    rows
+}
+
+fn setpoint_rows() -> [Row; 6] {
+    let most = most_mn();
+    let reach = refused(Code::ForceOutOfReach, "millinewton").on(1);
+    let reach = reach.allowed(0, most.cast_signed());
+    let none = refused(Code::NoForceControl, "channel").on(2);
+    let nowhere = refused(Code::OutOfRange, "channel").allowed(0, 9);
+    let not_armed = refused(Code::NotArmed, "state");
+    [
+        row("the most force", armed, force(0, most), Expect::Done),
+        row(
+            "a force beyond reach",
+            armed,
+            force(0, most + 1),
+            reach.clone(),
+        ),
+        row("a force beyond numbers", armed, force(0, u32::MAX), reach),
+        row("a force elsewhere", armed, force(1, 0), none),
+        row("a force nowhere", armed, force(10, 0), nowhere),
+        row("a force too early", controlled, force(0, 0), not_armed),
+    ]
+}
+
+/// Arming refuses what only the whole draft shows.
+fn arm_rows() -> [Row; 5] {
+    fn no_muscle() -> Bench {
+        let mut bench = Bench::draft();
+        bench.client.request(control(0, FORCE)).unwrap();
+        bench
+    }
+    fn periods(min_period_us: u32) -> Bench {
+        let mut bench = draft();
+        let spec = ForceSpec {
+            min_period_us,
+            ..FORCE
+        };
+        bench.client.request(control(0, spec)).unwrap();
+        bench
+    }
+    fn isolated() -> Bench {
+        let mut bench = controlled();
+        bench.client.channel(1, channel(10_000)).unwrap();
+        let group = GroupSpec {
+            members: 0b11,
+            partner: Partner::Isolated,
+        };
+        let groups = Request::Groups([group].into_iter().collect());
+        bench.client.request(groups).unwrap();
+        bench
+    }
+    let range = || {
+        refused(Code::OutOfRange, "min_period_us")
+            .on(1)
+            .allowed(5_000, 20_000)
+    };
+    [
+        row(
+            "force without a muscle",
+            no_muscle,
+            Request::Arm,
+            refused(Code::NoMuscle, "muscle").on(1),
+        ),
+        row(
+            "a rate that changes in an isolated group",
+            isolated,
+            Request::Arm,
+            refused(Code::RateChanges, "groups").on(1),
+        ),
+        row("a rate too high", || periods(4_999), Request::Arm, range()),
+        row(
+            "a rate below the train's",
+            || periods(20_001),
+            Request::Arm,
+            range(),
+        ),
+        row(
+            "the highest rate",
+            || periods(5_000),
+            Request::Arm,
+            Expect::Done,
+        ),
+    ]
+}
