@@ -11,7 +11,7 @@ use firmware::units::{Amplitude, Angle, Micros};
 use fixed::types::I16F16;
 use std::f64::consts::TAU;
 
-const LAWS: [LawSpec; 3] = [LawSpec::PAPER, LawSpec::RECOMMENDED, LawSpec::PID];
+const LAWS: [LawSpec; 3] = [LawSpec::PAPER, LawSpec::ALONE, LawSpec::PID];
 
 fn point(channel: u8, threshold: u32, max: u32) -> PointSpec {
     PointSpec {
@@ -170,7 +170,7 @@ fn worst(law: LawSpec, period_ms: u8, cutoff_mhz: u32) -> f64 {
 fn fixed_point_agrees_with_f64() {
     for (name, law, bounds) in [
         ("paper, V", LawSpec::PAPER, [7.4e-4, 5.2e-3]),
-        ("recommended", LawSpec::RECOMMENDED, [1.3e-5, 2.1e-3]),
+        ("recommended", LawSpec::ALONE, [1.3e-5, 2.1e-3]),
         ("pid", LawSpec::PID, [6.1e-5, 2.8e-3]),
     ] {
         for (period, bound) in [11, 2].into_iter().zip(bounds) {
@@ -230,7 +230,7 @@ fn only_the_paper_winds_up() {
     let steps = 5_000 / 11 + 200;
     for (law, left) in [
         (LawSpec::PAPER, true),
-        (LawSpec::RECOMMENDED, false),
+        (LawSpec::ALONE, false),
         (LawSpec::PID, false),
     ] {
         let run = efforts(&spec(law, 11, 3000), steps, blocked);

@@ -322,7 +322,7 @@ fn a_joint_and_force_control_do_not_share_a_channel() {
         max: Amplitude(20_000),
     };
     let joint = JointSpec {
-        law: LawSpec::RECOMMENDED,
+        law: LawSpec::ALONE,
         law_period_ms: 2,
         cutoff_mhz: 6_000,
         flexors: [point(0)].into_iter().collect(),

@@ -496,7 +496,7 @@ fn a_normal_stop_stays_one_when_the_host_stops_measuring_with_it() {
         max: Amplitude(10_000),
     };
     let joint = JointSpec {
-        law: LawSpec::RECOMMENDED,
+        law: LawSpec::ALONE,
         law_period_ms: 2,
         cutoff_mhz: 17_000,
         flexors: heapless::Vec::from_slice(&[point(0)]).unwrap(),

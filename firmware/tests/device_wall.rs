@@ -240,7 +240,7 @@ fn a_joint_and_a_wall_do_not_go_together() {
         max: Amplitude(10_000),
     };
     let joint = JointSpec {
-        law: LawSpec::RECOMMENDED,
+        law: LawSpec::ALONE,
         law_period_ms: 2,
         cutoff_mhz: 17_000,
         flexors: heapless::Vec::from_slice(&[point(2)]).unwrap(),

@@ -144,14 +144,19 @@ fn response_times_are_table_7_but_for_k08() {
     println!("T_RT, nine subjects: {:.3} ms rms", rms(&others));
     println!("T_RT, K08: {:.3} ms rms", rms(&k08));
     assert_eq!(others.len(), 27);
+    let worst = others.iter().map(|e| e.abs()).fold(0.0, f64::max);
+    println!("T_RT, nine subjects: {worst:.2} ms at worst");
+    assert!(worst < 1.0, "{worst}");
     assert!(rms(&others) < 0.5, "{}", rms(&others));
     // Expected failure: table 4's K08 does not give table 7's K08, by 38 ms at
     // 20 Hz. If it ever does, one of the two tables here has been changed.
-    assert!(rms(&k08) > 20.0, "K08 agrees now");
+    for (ours, expected) in k08.iter().zip([37.98, 4.56, 17.28]) {
+        assert!((ours - expected).abs() < 0.05, "K08 is off by {ours} now");
+    }
 }
 
 #[test]
-fn peaks_are_table_2_within_seven_percent_rms() {
+fn peaks_are_table_2_within_15_percent_and_7_percent_rms() {
     let (mut sum, mut count) = (0.0, 0.0);
     for row in table("lee2020_table2_peak_force.csv") {
         let p = SUBJECTS[subject(&row[0])];
@@ -159,6 +164,7 @@ fn peaks_are_table_2_within_seven_percent_rms() {
         let samples = integrate(&p, &train(frequency, frequency as u32), 1.1, 0.000_2);
         let error = peak(&samples) / number(&row[5]) - 1.0;
         println!("{} {frequency} Hz: {:+.1} %", row[0], 100.0 * error);
+        assert!(error.abs() < 0.15, "{} {frequency} Hz: {error}", row[0]);
         sum += error * error;
         count += 1.0;
     }

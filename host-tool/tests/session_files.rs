@@ -182,7 +182,7 @@ fn experiment_4_is_as_printed() {
         (2, 14_000, 26_000),
     ];
     assert_eq!(ranges, expected);
-    assert_eq!(joint.law, LawSpec::RECOMMENDED);
+    assert_eq!(joint.law, LawSpec::ALONE);
     let trains: Vec<_> = session.channels.iter().map(|c| c.spec.train).collect();
     let offsets: Vec<_> = trains.iter().map(|t| t.offset_us).collect();
     assert_eq!(offsets, [0, 2_000, 10_000]);
@@ -202,9 +202,9 @@ fn another_law_brings_its_own_gains_and_runs() {
             let session = load(&format!("hamana_exp4_{name}.toml"));
             let session = session.with_law(law).unwrap();
             let joint = session.joint.as_ref().unwrap();
-            assert_eq!(joint.law, law.spec());
-            assert_eq!(joint.law_period_ms, law.spec().default_period_ms());
-            assert_eq!(joint.cutoff_mhz, law.spec().default_cutoff_mhz());
+            assert_eq!(joint.law, law.spec(false));
+            assert_eq!(joint.law_period_ms, law.spec(false).default_period_ms());
+            assert_eq!(joint.cutoff_mhz, law.spec(false).default_cutoff_mhz());
             play(&session);
         }
     }

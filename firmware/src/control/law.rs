@@ -60,8 +60,20 @@ impl LawSpec {
         lambda_milli: 10_000,
         w_milli: 1_000,
     };
-    /// See [`Recommended`] for how these were found, at 2 ms and 17 Hz.
+    /// At 2 ms and 4.64 Hz, with a wearer's model and
+    /// [`super::ResponseSpec::RECOMMENDED`] beside it; without them
+    /// [`LawSpec::ALONE`] is better. See [`Recommended`] for how these were found.
     pub const RECOMMENDED: Self = Self::Recommended {
+        lambda_milli: 7_440,
+        k1_milli: 54,
+        k2_milli: 105,
+        b_milli: 100_000,
+        k3_milli: 55,
+        ki_milli: 1_770,
+    };
+    /// Super-twisting without linear terms, for a joint of whose wearer nothing is
+    /// known, at 2 ms and 17 Hz.
+    pub const ALONE: Self = Self::Recommended {
         lambda_milli: 10_000,
         k1_milli: 80,
         k2_milli: 1_080,
@@ -69,7 +81,7 @@ impl LawSpec {
         k3_milli: 0,
         ki_milli: 0,
     };
-    /// Found by the same search as [`LawSpec::RECOMMENDED`], at 2 ms and 6 Hz.
+    /// Found by the same search as [`LawSpec::ALONE`], at 2 ms and 6 Hz.
     pub const PID: Self = Self::Pid {
         kp_milli: 1_060,
         ki_milli: 17_000,
@@ -86,13 +98,25 @@ impl LawSpec {
         }
     }
 
+    /// How far ahead of the target the nominal wearer's effort is taken with this
+    /// law's default gains, ms.
+    #[must_use]
+    pub const fn default_lead_ms(&self) -> u16 {
+        match self {
+            Self::Paper { .. } => 0,
+            Self::Recommended { .. } => 229,
+            Self::Pid { .. } => 255,
+        }
+    }
+
     /// The cutoff of the pseudo-differentiation that this law's default gains
     /// were chosen for, mHz. The paper's: 3 Hz.
     #[must_use]
     pub const fn default_cutoff_mhz(&self) -> u32 {
         match self {
             Self::Paper { .. } => 3_000,
-            Self::Recommended { .. } => 17_000,
+            Self::Recommended { k3_milli: 0, .. } => 17_000,
+            Self::Recommended { .. } => 4_640,
             Self::Pid { .. } => 6_000,
         }
     }

@@ -95,12 +95,12 @@ const DAMPING: Q = Q::from_bits(5_033_165);
 impl ResponseSpec {
     /// Found with [`super::LawSpec::RECOMMENDED`], by the same search.
     pub const RECOMMENDED: Self = Self {
-        gain_mrad: 1_047,
-        muscle_ms: 262,
-        joint_ms: 409,
-        delay_ms: 47,
-        scale_milli: 18_600,
-        damping_milli: 67,
+        gain_mrad: 1_141,
+        muscle_ms: 224,
+        joint_ms: 477,
+        delay_ms: 52,
+        scale_milli: 21_400,
+        damping_milli: 39,
     };
 
     /// Validates it for a period of 1…20 ms.

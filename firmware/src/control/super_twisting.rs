@@ -198,6 +198,18 @@ fn gain_max(most: u64, b_milli: u32, period_ms: u8) -> u32 {
 /// integral, a feed-forward, and anti-windup: the integral rests while the effort
 /// is beyond ±1 and would go further out. Effort is a fraction of the way from
 /// threshold to maximum.
+///
+/// # Where [`super::LawSpec::RECOMMENDED`] comes from
+/// A seeded search over 24 random simulated fingers (12 wearers, one- and
+/// two-point), on the harness of `flexor chart control`, which shows what it is
+/// worth on others and beside a PID with the same add-ons. k1 and k2 were kept
+/// where they reject what moves by 0.1 of the range a second; left free, the
+/// search sends both towards 0: on these fingers the linear terms, the
+/// feed-forward, the predictor and learning do the work, and no advantage of the
+/// super-twisting term over a PID is claimed. All of it is simulation; no wearer
+/// has been driven with these gains.
+///
+/// [`super::LawSpec::ALONE`] is older: see `firmware/tests/control_finger`.
 #[derive(Clone, Copy, Debug)]
 pub struct Recommended {
     lambda: Q,

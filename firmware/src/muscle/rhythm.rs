@@ -207,23 +207,26 @@ fn level_and_time(muscle: &CalciumForce, interval_us: u32) -> (u32, u32) {
     // At most 21.5 in Q32; so are all areas, in units of τc.
     let area_of_period = ln_neg(over(low, high));
     let mean = per_period(area_of_period).max(1);
-    // Q31·Q31, in Q32.
-    let spread = (u64::from(over(k, low)) * u64::from(over(renewed, high))) >> 30;
-    let square = mean.saturating_sub(per_period(spread));
-    // Mean of x² over mean of x: both Q32.
-    let level = quotient(u64::from(square) << 32, mean)
-        .unwrap_or(u32::MAX)
-        .max(1);
     let area = ln_neg(over(k, high));
     // Q20: 2^37 · 2^20 fits; an area over a level of 0.01 or more is below 2^12.
     let time_at = |level: u32| quotient(area << 20, level).unwrap_or(u32::MAX);
-    let time = time_at(level);
-    let (level, time) = if u64::from(time) >= periods >> 12 {
-        (mean, time_at(mean))
-    } else {
+    let lone_level = || {
+        // Q31·Q31, in Q32.
+        let spread = (u64::from(over(k, low)) * u64::from(over(renewed, high))) >> 30;
+        let square = mean.saturating_sub(per_period(spread));
+        // Mean of x² over mean of x: both Q32.
+        let level = quotient(u64::from(square) << 32, mean);
+        level.unwrap_or(u32::MAX).max(1)
+    };
+    // No level is above 1: an area of a period or more lasts one.
+    let lone_time = (area < periods).then(|| time_at(lone_level()));
+    let (level, time) = match lone_time.filter(|&time| u64::from(time) < periods >> 12) {
         // The same area over a period at a lower level.
-        let lower = quotient(area_of_period << 20, time).unwrap_or(u32::MAX);
-        (lower, time)
+        Some(time) => {
+            let lower = quotient(area_of_period << 20, time);
+            (lower.unwrap_or(u32::MAX), time)
+        }
+        None => (mean, time_at(mean)),
     };
     // Q20 by 2^-41 per µs: 2^32 · 2^21 fits.
     let us = quotient(u64::from(time) << 21, half_decay).unwrap_or(u32::MAX);

@@ -54,16 +54,11 @@ fn the_nominal_finger_tracks_as_recorded() {
         ("as printed", LawSpec::PAPER, &printed[..], &[53.2][..]),
         (
             "recommended",
-            LawSpec::RECOMMENDED,
+            LawSpec::ALONE,
             &extrapolate[..],
             &[1.30, 1.30, 1.17][..],
         ),
-        (
-            "54 % lost",
-            LawSpec::RECOMMENDED,
-            &lossy[..],
-            &[1.16, 2.75][..],
-        ),
+        ("54 % lost", LawSpec::ALONE, &lossy[..], &[1.16, 2.75][..]),
         (
             "pid",
             LawSpec::PID,
@@ -92,7 +87,7 @@ fn the_nominal_finger_tracks_as_recorded() {
 fn fresh_wearers_track_as_recorded() {
     let fresh = search::wearers(2, 40);
     for (name, law, recorded) in [
-        ("recommended", LawSpec::RECOMMENDED, [1.47, 1.50]),
+        ("recommended", LawSpec::ALONE, [1.47, 1.50]),
         ("pid", LawSpec::PID, [1.70, 1.98]),
     ] {
         let got = search::score(

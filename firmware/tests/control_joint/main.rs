@@ -185,7 +185,7 @@ fn nothing_flows_before_the_first_setpoint_is_due() {
 
 #[test]
 fn the_law_runs_once_a_period_across_the_wrap() {
-    let joint = Joint::new(&two_point(LawSpec::RECOMMENDED)).unwrap();
+    let joint = Joint::new(&two_point(LawSpec::ALONE)).unwrap();
     let mut state = JointState::default();
     let start = Micros(u32::MAX - 50_000);
     joint
@@ -208,7 +208,7 @@ fn the_law_runs_once_a_period_across_the_wrap() {
 
 #[test]
 fn a_bad_sensor_gives_a_named_fault_and_no_orders() {
-    let joint = Joint::new(&two_point(LawSpec::RECOMMENDED)).unwrap();
+    let joint = Joint::new(&two_point(LawSpec::ALONE)).unwrap();
     let mut state = JointState::default();
     let t0 = Micros(u32::MAX - 50_000);
     assert_eq!(joint.tick(&mut state, t0, None), Err(SensorFault::Absent));

@@ -161,7 +161,7 @@ pub fn point() -> impl Strategy<Value = PointSpec> {
 pub fn joint() -> impl Strategy<Value = JointSpec> {
     let law = prop_oneof![
         Just(LawSpec::PAPER),
-        Just(LawSpec::RECOMMENDED),
+        Just(LawSpec::ALONE),
         Just(LawSpec::PID),
         any::<[u32; 6]>().prop_map(|gains| {
             let [

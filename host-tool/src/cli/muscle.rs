@@ -3,7 +3,9 @@
 use super::{Output, WrongUse};
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
-use firmware::muscle::{CalciumForce, CalciumForceSpec, CalciumForceState, Gain};
+use firmware::muscle::{
+    CalciumForce, CalciumForceSpec, CalciumForceState, Gain, OutOfRange, Parameter,
+};
 use firmware::units::Micros;
 use hal_sim::body::muscle::{Parameters, reference};
 use std::path::PathBuf;
@@ -118,7 +120,7 @@ impl Muscle {
             tau1_us: scaled("--tau1-ms", self.tau1_ms, 1e3)?,
             tau2_us: scaled("--tau2-ms", self.tau2_ms, 1e3)?,
         };
-        let muscle = CalciumForce::new(spec)?;
+        let muscle = CalciumForce::new(spec).map_err(|e| self.refused(&e))?;
         let mut state = CalciumForceState::at_rest(Micros(0));
         let mut pulses = pulses.iter().copied().peekable();
         let mut rows = Vec::new();
@@ -141,8 +143,29 @@ impl Muscle {
         Ok(rows)
     }
 
+    /// The device's refusal in this command's words.
+    fn refused(&self, e: &OutOfRange) -> anyhow::Error {
+        let (name, given, factor) = match e.parameter {
+            Parameter::A => ("--a-n-per-s", self.a_n_per_s, 1e3),
+            Parameter::K => ("--k", self.k, 1e6),
+            Parameter::TauC => ("--tau-c-ms", self.tau_c_ms, 1e3),
+            Parameter::Tau1 => ("--tau1-ms", self.tau1_ms, 1e3),
+            Parameter::Tau2 => ("--tau2-ms", self.tau2_ms, 1e3),
+            // A calcium-force model has no others.
+            _ => return anyhow::anyhow!("{e}"),
+        };
+        let (min, max) = (f64::from(e.min) / factor, f64::from(e.max) / factor);
+        WrongUse(format!("{name} is {given}: allowed is {min} to {max}")).into()
+    }
+
     fn reference(&self, pulses: &[u64]) -> anyhow::Result<Vec<Row>> {
-        let positive = |name, value| within(name, value, f64::MIN_POSITIVE, 1e6);
+        let positive = |name: &str, value: f64| {
+            if value > 0.0 && value <= 1e6 {
+                return Ok(());
+            }
+            let wrong = format!("{name} is {value}: allowed is above 0, to 1000000");
+            Err(anyhow::Error::from(WrongUse(wrong)))
+        };
         positive("--a-n-per-s", self.a_n_per_s)?;
         positive("--k", self.k)?;
         positive("--tau-c-ms", self.tau_c_ms)?;

@@ -67,7 +67,7 @@ const RESPONSE_FIELDS: [&str; 6] = [
 /// The control laws by name.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, clap::ValueEnum)]
 pub enum LawName {
-    /// [`LawSpec::RECOMMENDED`].
+    /// [`LawSpec::RECOMMENDED`], or [`LawSpec::ALONE`] without a wearer's model.
     Recommended,
     /// [`LawSpec::PAPER`].
     Paper,
@@ -78,9 +78,10 @@ pub enum LawName {
 impl LawName {
     /// The law with its default gains.
     #[must_use]
-    pub const fn spec(self) -> LawSpec {
+    pub const fn spec(self, has_wearer: bool) -> LawSpec {
         match self {
-            Self::Recommended => LawSpec::RECOMMENDED,
+            Self::Recommended if has_wearer => LawSpec::RECOMMENDED,
+            Self::Recommended => LawSpec::ALONE,
             Self::Paper => LawSpec::PAPER,
             Self::Pid => LawSpec::PID,
         }
@@ -89,7 +90,7 @@ impl LawName {
 
 /// `spec` under another law, with that law's default gains, period and cutoff.
 pub(super) fn with_law(spec: JointSpec, law: LawName) -> JointSpec {
-    let law = law.spec();
+    let law = law.spec(spec.wearer.is_some());
     JointSpec {
         law_period_ms: law.default_period_ms(),
         cutoff_mhz: law.default_cutoff_mhz(),
@@ -135,7 +136,7 @@ pub(super) fn read_joint(
         angle_max_mdeg: t.whole("angle_max_deg", 3)?.or(100_000),
         sensor,
         stale_after_ms: t.whole("stale_after_ms", 0)?.or(stale_after_ms),
-        wearer: read_wearer_model(&t)?,
+        wearer: read_wearer_model(&t, law)?,
         response: read_response(&t)?,
     };
     let joint = Joint::new(&spec).map_err(|e| joint_error(&t, &points, &spec, e))?;
@@ -148,7 +149,8 @@ fn read_law(t: &Table<'_>) -> Result<LawSpec, SessionError> {
         ("paper", LawName::Paper),
         ("pid", LawName::Pid),
     ];
-    let law = t.choice("law", &names)?.or(LawName::Recommended).spec();
+    let law = t.choice("law", &names)?.or(LawName::Recommended);
+    let law = law.spec(t.has("wearer"));
     let Some(g) = t.table("gains")?.optional() else {
         return Ok(law);
     };
@@ -197,7 +199,7 @@ fn read_law(t: &Table<'_>) -> Result<LawSpec, SessionError> {
 }
 
 /// Reads `[joint.wearer]`, the nominal wearer of the feed-forward.
-fn read_wearer_model(t: &Table<'_>) -> Result<Option<WearerModel>, SessionError> {
+fn read_wearer_model(t: &Table<'_>, law: LawSpec) -> Result<Option<WearerModel>, SessionError> {
     let Some(w) = t.table("wearer")?.optional() else {
         return Ok(None);
     };
@@ -210,7 +212,7 @@ fn read_wearer_model(t: &Table<'_>) -> Result<Option<WearerModel>, SessionError>
         extension_unm: w.whole("extension_nm", 6)?.required()?,
         torque_loss_milli: w.whole("torque_loss", 3)?.or(0),
         curvature_milli: w.whole("curvature", 3)?.or(LEE_CURVATURE_MILLI),
-        lead_ms: w.whole("lead_ms", 0)?.or(0),
+        lead_ms: w.whole("lead_ms", 0)?.or(law.default_lead_ms()),
     }))
 }
 

@@ -26,12 +26,18 @@ const JUDGED_MS: u32 = 5_000;
 /// More than this, peak to peak, is no longer rest, degrees.
 const REST_DEG: f64 = 2.0;
 
+const CLASSES: [Class; 6] = [
+    Class::new('.', "up to 0.5°", 0),
+    Class::new('1', "up to 1°", 0),
+    Class::new('2', "up to 2°", 0),
+    Class::new('5', "up to 5°", 1),
+    Class::new('8', "up to 20°", 1),
+    Class::new('X', "more than 20°", 1),
+];
+
 /// The map.
 pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
-    let laws = [
-        ("the shipped law", LawSpec::RECOMMENDED),
-        ("PID", LawSpec::PID),
-    ];
+    let laws = [("the shipped law", LawSpec::ALONE), ("PID", LawSpec::PID)];
     let mut done = 0;
     let panels = laws.map(|(name, law)| {
         let joint = one_point(law, HoldPolicy::Hold);
@@ -66,14 +72,7 @@ pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
         ),
         down: Axis::new("muscle torque / nominal", "", &GAINS, |g| format!("{g}")),
         quantity: "angle, peak to peak over the last 5 s",
-        classes: vec![
-            Class::new('.', "up to 0.5°", 0),
-            Class::new('1', "up to 1°", 0),
-            Class::new('2', "up to 2°", 0),
-            Class::new('5', "up to 5°", 1),
-            Class::new('8', "up to 20°", 1),
-            Class::new('X', "more than 20°", 1),
-        ],
+        classes: CLASSES.to_vec(),
         panels: panels.into(),
         theory: "N(A, ω) P(jω) = -1 with 2 A = 2°: N is the describing function of the \
                  device's law (its own fixed-point code, differentiator and mapping included), \
@@ -128,7 +127,7 @@ mod tests {
 
     #[test]
     fn the_describing_function_tells_the_amplitude() {
-        for law in [LawSpec::RECOMMENDED, LawSpec::PID] {
+        for law in [LawSpec::ALONE, LawSpec::PID] {
             let joint = one_point(law, HoldPolicy::Hold);
             let efforts = Efforts::of(&joint);
             for gain in [0.5, 1.0, 2.0] {

@@ -45,35 +45,23 @@ pub struct Outcome {
     pub diverges: bool,
 }
 
+const CLASSES: [Class; 7] = [
+    Class::new('.', "up to 0.02 %", 0),
+    Class::new('1', "up to 0.1 %", 0),
+    Class::new('2', "up to 1 %", 0),
+    Class::new('3', "up to 10 %", 0),
+    Class::new('4', "more, but stable", 0),
+    Class::new('n', "force below zero", 1),
+    Class::new('X', "diverges", 2),
+];
+
 /// The map.
 pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
-    let mut done = 0.0;
-    let subject = |(n, p): (usize, &Parameters)| {
-        let columns: Vec<Vec<Outcome>> = (STEPS_US.iter())
-            .map(|step| {
-                done += 1.0;
-                progress(done / (SUBJECTS.len() * STEPS_US.len()) as f64);
-                run(p, *step)
-            })
-            .collect();
-        let title = format!(
-            "K{:02}: τ1 {:.1} ms, τc {:.1} ms",
-            n + 1,
-            p.tau1_s * 1e3,
-            p.tau_c_s * 1e3
-        );
-        let rows: Vec<usize> = (0..METHODS.len()).collect();
-        let steps: Vec<usize> = (0..STEPS_US.len()).collect();
-        Panel::new(title, &rows, &steps, |row, step| {
-            let found = &columns[*step][*row];
-            Cell {
-                class: class(found),
-                number: found.error,
-                predicted: Some(predicted(METHODS[*row].0, p, STEPS_US[*step])),
-            }
-        })
-    };
-    let panels = SUBJECTS.iter().enumerate().map(subject).collect();
+    let mut panels = Vec::new();
+    for p in &SUBJECTS {
+        panels.push(panel(panels.len() + 1, p));
+        progress(panels.len() as f64 / SUBJECTS.len() as f64);
+    }
     Map {
         name: "integrator",
         title: "Integrator and step: what each method survives, for ten subjects",
@@ -85,15 +73,7 @@ pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
         ),
         down: Axis::new("method", "", &METHODS, |(m, _)| m.name().to_owned()),
         quantity: "worst error, % of peak, over 20, 40 and 80 Hz",
-        classes: vec![
-            Class::new('.', "up to 0.02 %", 0),
-            Class::new('1', "up to 0.1 %", 0),
-            Class::new('2', "up to 1 %", 0),
-            Class::new('3', "up to 10 %", 0),
-            Class::new('4', "more, but stable", 0),
-            Class::new('n', "force below zero", 1),
-            Class::new('X', "diverges", 2),
-        ],
+        classes: CLASSES.to_vec(),
         panels,
         theory: "explicit methods diverge where the step is more than 2 (Euler, Heun) or 2.785 \
                  (RK4) times τ1 or τc, or an inner value of C passes the pole of x = C/(C + K) at \
@@ -107,6 +87,18 @@ pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
                 .to_owned(),
         ],
     }
+}
+
+fn panel(subject: usize, p: &Parameters) -> Panel {
+    let [tau1, tau_c] = [p.tau1_s, p.tau_c_s].map(|s| s * 1e3);
+    let title = format!("K{subject:02}: τ1 {tau1:.1} ms, τc {tau_c:.1} ms");
+    let columns = STEPS_US.map(|step_us| (step_us, run(p, step_us)));
+    let rows: Vec<usize> = (0..METHODS.len()).collect();
+    Panel::new(title, &rows, &columns, |row, (step_us, found)| Cell {
+        class: class(&found[*row]),
+        number: found[*row].error,
+        predicted: Some(predicted(METHODS[*row].0, p, *step_us)),
+    })
 }
 
 fn class(found: &Outcome) -> usize {

@@ -38,12 +38,23 @@ fn policy(reach_ms: u16) -> HoldPolicy {
     }
 }
 
+const CLASSES: [Class; 7] = [
+    Class::new('.', "up to 0.5°", 0),
+    Class::new('1', "up to 1°", 0),
+    Class::new('2', "up to 1.5°", 0),
+    Class::new('3', "up to 2°", 0),
+    Class::new('4', "up to 4°", 1),
+    Class::new('6', "up to 10°", 1),
+    Class::new('X', "more than 10°", 1),
+];
+
 /// The map.
 pub fn draw(seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     let mut done = 0;
     let mut panel = |title: &str, rmse: fn(u16, u32, u64) -> f64, seeds: u64, floor: f64| {
         let cell = |reach: &u16, loss: &u32| {
-            let squares = (0..seeds).map(|n| rmse(*reach, *loss, seed * 1000 + n).powi(2));
+            let squares = (0..seeds)
+                .map(|n| rmse(*reach, *loss, seed.wrapping_mul(1000).wrapping_add(n)).powi(2));
             let number = (squares.sum::<f64>() / seeds as f64).sqrt();
             let predicted = floor.hypot(predicted(*reach, *loss));
             done += 1;
@@ -75,15 +86,7 @@ pub fn draw(seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
             r => r.to_string(),
         }),
         quantity: "RMSE over 10…30 s",
-        classes: vec![
-            Class::new('.', "up to 0.5°", 0),
-            Class::new('1', "up to 1°", 0),
-            Class::new('2', "up to 1.5°", 0),
-            Class::new('3', "up to 2°", 0),
-            Class::new('4', "up to 4°", 1),
-            Class::new('6', "up to 10°", 1),
-            Class::new('X', "more than 10°", 1),
-        ],
+        classes: CLASSES.to_vec(),
         panels,
         theory: "mean square of rate (a - m) + acceleration (a² + g m)/2 is (2°)², a the age \
                  of the newest setpoint, m the part of it that is extrapolated, g the gap before \
@@ -150,7 +153,7 @@ pub fn of_track(reach_ms: u16, loss_percent: u32, seed: u64) -> f64 {
 
 /// RMSE of the true angle under the shipped law, degrees.
 pub fn on_finger(reach_ms: u16, loss_percent: u32, seed: u64) -> f64 {
-    let joint = one_point(LawSpec::RECOMMENDED, policy(reach_ms));
+    let joint = one_point(LawSpec::ALONE, policy(reach_ms));
     let mut finger = Loop::new(quiet_finger(), &joint, seed);
     let mut frames = Frames::new(loss_percent, seed);
     let mut square = 0.0;

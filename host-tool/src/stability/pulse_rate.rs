@@ -29,6 +29,14 @@ const DURATION_S: f64 = 1.8;
 const GOOD: f64 = 0.1;
 const NOTICEABLE: f64 = 10.0;
 
+const CLASSES: [Class; 5] = [
+    Class::new('.', "up to 0.02 %", 0),
+    Class::new('1', "up to 0.1 %", 0),
+    Class::new('2', "up to 1 %", 1),
+    Class::new('3', "up to 10 %", 1),
+    Class::new('X', "more than 10 %", 2),
+];
+
 /// The map.
 pub fn draw(seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     let mut panels = Vec::new();
@@ -46,13 +54,7 @@ pub fn draw(seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
         }),
         down: Axis::new("pulses per second", "Hz", &RATES_HZ, f64::to_string),
         quantity: "worst error, % of the train's peak",
-        classes: vec![
-            Class::new('.', "up to 0.02 %", 0),
-            Class::new('1', "up to 0.1 %", 0),
-            Class::new('2', "up to 1 %", 1),
-            Class::new('3', "up to 10 %", 1),
-            Class::new('X', "more than 10 %", 2),
-        ],
+        classes: CLASSES.to_vec(),
         panels,
         theory: "split: E' = −E/τ + h² [(a'' − r''F)/24 + (r a' − r'a)/12] along the exact \
                  solution, a = A x, r = 1/τ, h the step, among pulses the time between them if that \

@@ -92,56 +92,80 @@ fn loop_of(k1: f64, k2: f64, period_ms: u8) -> Loop<f64> {
     }
 }
 
-fn classes() -> Vec<Class> {
-    vec![
-        Class::new('.', "up to 1.1", 0),
-        Class::new('1', "up to 3", 1),
-        Class::new('2', "up to 10", 1),
-        Class::new('3', "up to 100", 1),
-        Class::new('4', "up to 1000", 1),
-        Class::new('X', "more than 1000", 2),
-    ]
-}
+const CLASSES: [Class; 6] = [
+    Class::new('.', "up to 1.1", 0),
+    Class::new('1', "up to 3", 1),
+    Class::new('2', "up to 10", 1),
+    Class::new('3', "up to 100", 1),
+    Class::new('4', "up to 1000", 1),
+    Class::new('X', "more than 1000", 2),
+];
 
 fn class(relative: f64) -> usize {
     let limits = [OPTIMAL, 3.0, 10.0, 100.0, 1000.0];
     limits.iter().take_while(|limit| relative > **limit).count()
 }
 
+/// A disturbance whose course does not depend on the period.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    SlowTriangle,
+    Adversarial,
+    Resonant,
+}
+
+impl Kind {
+    fn name(self) -> &'static str {
+        match self {
+            Self::SlowTriangle => "slow triangle",
+            Self::Adversarial => "adversarial",
+            Self::Resonant => "resonant",
+        }
+    }
+
+    fn at(self, h: f64) -> Disturbance {
+        match self {
+            Self::SlowTriangle => Disturbance::Triangle {
+                periods: (TURN_S / h).round() as u32,
+            },
+            Self::Adversarial => Disturbance::Adversarial,
+            Self::Resonant => Disturbance::Resonant,
+        }
+    }
+
+    /// What theory says of |σ|, L·h².
+    fn told(self, form: Form, h: f64) -> Option<f64> {
+        match (form, self) {
+            (form, _) if form.is_proper() => Some(1.0),
+            // It keeps h·|d|, and the triangle reaches L·turn.
+            (Form::Of(Discretization::Resolvent), Self::SlowTriangle) => Some(TURN_S / h),
+            _ => None,
+        }
+    }
+
+    fn panel(self, k1: f64, k2: f64) -> Panel {
+        let title = format!("{}; k1 {k1} √L, k2 {k2} L", self.name());
+        let mut panel = Panel::new(title, &FORMS, &PERIODS_MS, |form, ms| {
+            let of = loop_of(k1, k2, *ms);
+            let number = form.worst(&of, self.at(of.h));
+            let told = self.told(*form, of.h);
+            Cell {
+                class: class(number),
+                number,
+                predicted: told.map(|x| CLASSES[class(x)].verdict),
+            }
+        });
+        panel.remarks = panel.rows.iter().map(|row| fitted(row)).collect();
+        panel
+    }
+}
+
 /// |σ| against the period.
 pub fn order(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
-    let slow = |h: f64| Disturbance::Triangle {
-        periods: (TURN_S / h).round() as u32,
-    };
-    type Kind<'a> = (&'a str, &'a dyn Fn(f64) -> Disturbance);
-    let kinds: [Kind<'_>; 3] = [
-        ("slow triangle", &slow),
-        ("adversarial", &|_| Disturbance::Adversarial),
-        ("resonant", &|_| Disturbance::Resonant),
-    ];
     let mut panels = Vec::new();
-    for (name, disturbance) in kinds {
+    for kind in [Kind::SlowTriangle, Kind::Adversarial, Kind::Resonant] {
         for (k1, k2) in GAINS {
-            let title = format!("{name}; k1 {k1} √L, k2 {k2} L");
-            let mut panel = Panel::new(title, &FORMS, &PERIODS_MS, |form, ms| {
-                let of = loop_of(k1, k2, *ms);
-                let number = form.worst(&of, disturbance(of.h));
-                // Against the triangle the resolvent keeps h·|d|, d up to L·turn/2.
-                let told = match (form, name) {
-                    (form, _) if form.is_proper() => Some(1.0),
-                    (Form::Of(Discretization::Resolvent), "slow triangle") => {
-                        Some(TURN_S / 2.0 / of.h)
-                    }
-                    _ => None,
-                };
-                Cell {
-                    class: class(number),
-                    number,
-                    predicted: told.map(|x| classes()[class(x)].verdict),
-                }
-            });
-            panel.remarks = panel.rows.iter().map(|row| fitted(row)).collect();
-            panels.push(panel);
+            panels.push(kind.panel(k1, k2));
             progress(panels.len() as f64 / 6.0);
         }
     }
@@ -151,7 +175,7 @@ pub fn order(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
         across: Axis::new("period h", "ms", &PERIODS_MS, u8::to_string),
         down: Axis::new("discretization", "", &FORMS, |f| f.name().to_owned()),
         quantity: "largest |σ| once settled, in L h²",
-        classes: classes(),
+        classes: CLASSES.to_vec(),
         panels,
         theory: "1 for the proper implicit form (Seeber & Andritsch 2025); |d| / (L h) for \
                  the resolvent against a triangle. None for the others' constants: their order \
@@ -198,7 +222,7 @@ pub fn gains(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
         across: Axis::new("k1 / √L", "", &K1, f64::to_string),
         down: Axis::new("k2 / L", "", &K2, f64::to_string),
         quantity: "largest |σ| once settled, in L h²",
-        classes: classes(),
+        classes: CLASSES.to_vec(),
         panels,
         theory: "from the left, the worst disturbance no longer drives σ ever further out (in \
                  continuous time; below k2 = L nothing follows it); then, of the proper implicit \

@@ -36,36 +36,20 @@ pub struct Outcome {
     pub error: f64,
 }
 
+const CLASSES: [Class; 6] = [
+    Class::new('.', "exactly 0", 0),
+    Class::new(',', "error up to 0.02 %", 0),
+    Class::new('o', "left for ever, up to 0.02 %", 1),
+    Class::new('1', "up to 1 %", 2),
+    Class::new('2', "up to 10 %", 2),
+    Class::new('X', "more than 10 %", 2),
+];
+
 /// The map.
 pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     let mut panels = Vec::new();
     for rounding in [Rounding::Nearest, Rounding::Down] {
-        let how = match rounding {
-            Rounding::Nearest => "C rounded to nearest",
-            Rounding::Down => "C rounded down",
-        };
-        let found: Vec<Vec<Outcome>> = (SUBJECTS.iter())
-            .map(|p| BITS.iter().map(|n| run(p, *n, rounding)).collect())
-            .collect();
-        let panel = |what: &str, cell: &dyn Fn(usize, usize) -> Cell| {
-            let title = format!("{what}; {how}");
-            let columns: Vec<usize> = (0..BITS.len()).collect();
-            Panel::new(title, &[0, 1, 2, 3, 4, 5, 6, 7, 8, 9], &columns, |r, c| {
-                cell(*r, *c)
-            })
-        };
-        let residual = |r: usize, c: usize| {
-            let number = found[r][c].residual;
-            let predicted = predicted_residual(&SUBJECTS[r], BITS[c], rounding);
-            cell(Small::Stays, number, predicted)
-        };
-        panels.push(panel("left 6 s after the last pulse", &residual));
-        let error = |r: usize, c: usize| {
-            let number = found[r][c].error;
-            let predicted = predicted_error(&SUBJECTS[r], BITS[c], rounding);
-            cell(Small::Error, number, predicted)
-        };
-        panels.push(panel("worst error", &error));
+        panels.extend(panels_of(rounding));
         progress(panels.len() as f64 / 4.0);
     }
     Map {
@@ -77,14 +61,7 @@ pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
             format!("K{:02} {:.3}", n + 1, p.k)
         }),
         quantity: "force, % of the train's peak",
-        classes: vec![
-            Class::new('.', "exactly 0", 0),
-            Class::new(',', "error up to 0.02 %", 0),
-            Class::new('o', "left for ever, up to 0.02 %", 1),
-            Class::new('1', "up to 1 %", 2),
-            Class::new('2', "up to 10 %", 2),
-            Class::new('X', "more than 10 %", 2),
-        ],
+        classes: CLASSES.to_vec(),
         panels,
         theory: "C freezes where rounding takes back its decay, at the largest whole n with \
                  n (1 − e^(−h/τc)) < 1/2 of the last bit; rounded down it loses up to \
@@ -95,6 +72,26 @@ pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
                 .to_owned(),
         ],
     }
+}
+
+/// What is left, and the worst error.
+fn panels_of(rounding: Rounding) -> [Panel; 2] {
+    let how = match rounding {
+        Rounding::Nearest => "C rounded to nearest",
+        Rounding::Down => "C rounded down",
+    };
+    let left = format!("left 6 s after the last pulse; {how}");
+    let error = format!("worst error; {how}");
+    [
+        Panel::new(left, &SUBJECTS, &BITS, |p, bits| {
+            let predicted = predicted_residual(p, *bits, rounding);
+            cell(Small::Stays, run(p, *bits, rounding).residual, predicted)
+        }),
+        Panel::new(error, &SUBJECTS, &BITS, |p, bits| {
+            let predicted = predicted_error(p, *bits, rounding);
+            cell(Small::Error, run(p, *bits, rounding).error, predicted)
+        }),
+    ]
 }
 
 /// What a number within the tolerance is.

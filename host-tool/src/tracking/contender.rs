@@ -6,7 +6,6 @@ use super::driver::Device;
 use super::plant::Plant;
 use super::trial;
 use super::wearer::{self, Points};
-use firmware::control::LawSpec;
 use firmware::methods::control::Form;
 
 /// What drives the finger.
@@ -61,10 +60,7 @@ impl Contender {
             Self::Searched(_, candidate) => {
                 trial::run(plant, &mut candidate.driver::<f64>(points)?, wanted)
             }
-            Self::Shipped => {
-                let spec = wearer::joint(LawSpec::RECOMMENDED, points, wearer::SHIPPED_HOLD);
-                trial::run(plant, &mut Device::new(&spec)?, wanted)
-            }
+            Self::Shipped => trial::run(plant, &mut Device::new(&wearer::shipped(points))?, wanted),
         }
     }
 }

@@ -137,8 +137,8 @@ fn write_points(out: &mut String, campaign: &Campaign, points: Points) -> std::f
     )?;
     writeln!(
         out,
-        "{:<22}{:>7}{:>6}{:>6}{:>7}{:>8}  {}",
-        "law", "cycles", "mean", "p95", "regret", "nominal", "- best PID [95 %]"
+        "{:<22}{:>7}{:>6}{:>6}{:>7}{:>8}  - best PID [95 %]",
+        "law", "cycles", "mean", "p95", "regret", "nominal"
     )?;
     for (n, contender) in campaign.contenders.iter().enumerate() {
         let Score {

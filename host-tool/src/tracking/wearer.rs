@@ -3,7 +3,8 @@
 
 use super::TrackingError;
 use firmware::control::{
-    FeedForward, HoldPolicy, JointSpec, LawSpec, Mapping, PointSpec, SensorSource, WearerModel,
+    FeedForward, HoldPolicy, JointSpec, LawSpec, Mapping, PointSpec, ResponseSpec, SensorSource,
+    WearerModel,
 };
 use firmware::units::Amplitude;
 use hal_sim::body::FingerSpec;
@@ -107,6 +108,18 @@ pub fn joint(law: LawSpec, points: Points, hold: HoldPolicy) -> JointSpec {
         stale_after_ms: 100,
         wearer: None,
         response: None,
+    }
+}
+
+/// The device's default: [`LawSpec::RECOMMENDED`] with all that the nominal wearer
+/// file gives it.
+#[must_use]
+pub fn shipped(points: Points) -> JointSpec {
+    let law = LawSpec::RECOMMENDED;
+    JointSpec {
+        wearer: Some(model(points, law.default_lead_ms())),
+        response: Some(ResponseSpec::RECOMMENDED),
+        ..joint(law, points, SHIPPED_HOLD)
     }
 }
 

@@ -430,14 +430,14 @@ fn rung_rows() -> Vec<Row> {
     };
     let not_armed = || refused(Code::NotArmed, "state");
     let no_muscle = |channel| refused(Code::NoMuscle, "muscle").on(channel);
-    let no_fatigue = refused(Code::NoFatigue, "fatigue").on(0);
+    let no_fatigue = refused(Code::NoFatigue, "fatigue").on(1);
     let mut rows = vec![
         ask("a rung before arming", draft, 0, LAG, not_armed()),
         ask("a rung after a stop", stopped, 0, LAG, not_armed()),
         ask("a rung, armed", armed, 0, LAG, Expect::Done),
         ask("a rung, stimulating", stimulating, 1, TIRES, Expect::Done),
-        ask("a rung of a bare channel", armed, 2, LAG, no_muscle(2)),
-        ask("a rung of no channel", stimulating, 9, LAG, no_muscle(9)),
+        ask("a rung of a bare channel", armed, 2, LAG, no_muscle(3)),
+        ask("a rung of no channel", stimulating, 9, LAG, no_muscle(10)),
         ask("fatigue that is not there", armed, 0, TIRES, no_fatigue),
     ];
     let channels = Field {

@@ -110,7 +110,7 @@ fn joints() -> [(&'static str, Request); 3] {
     [
         (
             "joint, recommended law, two flexor points, board's sensor",
-            joint(LawSpec::RECOMMENDED, &[a, b], adc),
+            joint(LawSpec::ALONE, &[a, b], adc),
         ),
         (
             "joint, the paper's law, one flexor point, host's sensor",

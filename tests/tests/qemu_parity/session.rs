@@ -197,9 +197,9 @@ fn muscle(channel: u8) -> Request {
 fn joint() -> JointSpec {
     let point = |channel| PointSpec::of_pair(channel, Amplitude(15_000), 400);
     JointSpec {
-        law: LawSpec::RECOMMENDED,
+        law: LawSpec::ALONE,
         law_period_ms: 2,
-        cutoff_mhz: LawSpec::RECOMMENDED.default_cutoff_mhz(),
+        cutoff_mhz: LawSpec::ALONE.default_cutoff_mhz(),
         flexors: [point(1), point(2)].into_iter().collect(),
         extensor: point(3),
         hold: HoldPolicy::Extrapolate { max_ms: 60 },

@@ -232,56 +232,56 @@ fn around_dynamics(scene: &Scene) -> impl Iterator<Item = &'static [u16; 3]> {
         .flat_map(move |row| pairs.clone().filter_map(|pair| row.get(pair)))
 }
 
-/// The longest period and the better discretization at it; the shortest period
-/// if none is within the tolerance.
+/// The longest period, and the better discretization at it, up to which all are
+/// within the tolerance; the shortest if none is.
 fn law(scene: &Scene, tolerance: Share) -> (u8, Discretization) {
     let error = |discretization: usize, period: usize| {
         enclosing(&RAMPS_MS, scene.ramp_ms)
             .map(|ramp| LAW.get(ramp)?.get(discretization)?.get(period).copied())
             .fold(Some(0), worse)
     };
-    LAW_PERIODS_MS
-        .into_iter()
-        .enumerate()
-        .rev()
-        .find_map(|(index, period)| {
-            let (explicit, implicit) = (error(0, index)?, error(1, index)?);
-            let discretization = if explicit < implicit {
-                Discretization::Explicit
-            } else {
-                Discretization::Implicit
-            };
-            let within = Share(explicit.min(implicit)) <= tolerance;
-            within.then_some((period, discretization))
-        })
-        .unwrap_or((1, Discretization::Implicit))
+    let enough = |(index, period)| {
+        let (explicit, implicit) = (error(0, index)?, error(1, index)?);
+        let discretization = if explicit < implicit {
+            Discretization::Explicit
+        } else {
+            Discretization::Implicit
+        };
+        let is_within = Share(explicit.min(implicit)) <= tolerance;
+        is_within.then_some((period, discretization))
+    };
+    let periods = LAW_PERIODS_MS.into_iter().enumerate();
+    let last = periods.map_while(enough).last();
+    last.unwrap_or((1, Discretization::Implicit))
 }
 
-/// The longest telemetry period within the tolerance, or the shortest.
+/// The longest telemetry period up to which all are within the tolerance; the
+/// shortest if none is.
 fn telemetry(scene: &Scene, tolerance: Share) -> u16 {
     let (slowest, _) = rates(scene);
-    let longest = TELEMETRY_MS
-        .into_iter()
-        .enumerate()
-        .rev()
-        .find(|(index, _)| {
-            let rates = enclosing(&RATES_MHZ, slowest);
-            enclosing(&BURSTS_MS, scene.burst_ms)
-                .flat_map(|burst| rates.clone().map(move |rate| (burst, rate)))
-                .map(|(burst, rate)| TELEMETRY.get(burst)?.get(rate)?.get(*index).copied())
-                .fold(Some(0), worse)
-                .is_some_and(|error| Share(error) <= tolerance)
-        });
-    longest.map_or(1, |(_, period)| period)
+    let is_enough = |(index, _): &(usize, u16)| {
+        let rates = enclosing(&RATES_MHZ, slowest);
+        enclosing(&BURSTS_MS, scene.burst_ms)
+            .flat_map(|burst| rates.clone().map(move |rate| (burst, rate)))
+            .map(|(burst, rate)| TELEMETRY.get(burst)?.get(rate)?.get(*index).copied())
+            .fold(Some(0), worse)
+            .is_some_and(|error| Share(error) <= tolerance)
+    };
+    let periods = TELEMETRY_MS.into_iter().enumerate();
+    let last = periods.take_while(is_enough).last();
+    last.map_or(1, |(_, period)| period)
 }
 
-/// The longest step of the body within the tolerance, or the shortest.
+/// The longest step of the body up to which all are within the tolerance; the
+/// shortest if none is.
 fn body_step(scene: &Scene, tolerance: Share) -> u8 {
-    let longest = STEPS_MS.into_iter().enumerate().rev().find(|(index, _)| {
+    let is_enough = |(index, _): &(usize, u8)| {
         enclosing(&RAMPS_MS, scene.ramp_ms)
             .map(|ramp| BODY.get(ramp)?.get(*index).copied())
             .fold(Some(0), worse)
             .is_some_and(|error| Share(error) <= tolerance)
-    });
-    longest.map_or(1, |(_, step)| step)
+    };
+    let steps = STEPS_MS.into_iter().enumerate();
+    let last = steps.take_while(is_enough).last();
+    last.map_or(1, |(_, step)| step)
 }

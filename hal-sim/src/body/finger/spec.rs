@@ -71,7 +71,7 @@ pub struct FingerSpec {
     pub stops_deg: [f64; 2],
     /// Time constant of the angle sensor, s; zero for none.
     pub sensor_lag_s: f64,
-    /// Standard deviation of the sensor's noise, white at 1 kHz, degrees.
+    /// Standard deviation of the sensor's noise, white from step to step, degrees.
     pub sensor_noise_deg: f64,
     /// Step of the sensor's reading, degrees, above zero.
     pub sensor_resolution_deg: f64,

@@ -3,11 +3,12 @@
 use crate::cli::Output;
 use crate::ladder::adequacy::{self, Summary};
 use crate::ladder::table::{self, RUNG_NAMES};
-use crate::ladder::{self, picture};
+use crate::ladder::{self, motion, picture};
 use anyhow::Context;
 use clap::Args;
 use firmware::muscle::Rung;
 use firmware::muscle::choice::Share;
+use firmware::muscle::choice::grid::STEPS_MS;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
@@ -63,9 +64,13 @@ pub fn main(args: &Ladder, output: Output) -> anyhow::Result<()> {
     let chose = |rung: Rung| verdicts.iter().filter(move |v| v.choice.rung == rung);
     let summaries = Rung::ALL.map(|rung| Summary::of(chose(rung), tolerance));
     let all = Summary::of(&verdicts, tolerance);
+    let speeds: Vec<f64> = STEPS_MS
+        .iter()
+        .map(|&step| motion::speed(step))
+        .collect::<Result<_, _>>()?;
     output.say(
-        || people(rows.len(), &summaries, &all),
-        || json!({ "rows": rows.len(), "held_out": summaries, "all": all }),
+        || people(rows.len(), &summaries, &all) + &speeds_line(&speeds),
+        || json!({ "rows": rows.len(), "held_out": summaries, "all": all, "body_speeds": speeds }),
     );
     Ok(())
 }
@@ -113,6 +118,18 @@ fn people(rows: usize, summaries: &[Summary; 4], all: &Summary) -> String {
          but the loop makes up for it; careful: it would have done.",
     );
     out
+}
+
+fn speeds_line(speeds: &[f64]) -> String {
+    let each: Vec<_> = STEPS_MS
+        .iter()
+        .zip(speeds)
+        .map(|(step, speed)| format!("{step} ms {speed:.0} x"))
+        .collect();
+    format!(
+        "\n\nsimulated finger alone, by its step: {}",
+        each.join(", ")
+    )
 }
 
 fn read(path: &Path) -> anyhow::Result<String> {

@@ -1,0 +1,215 @@
+//! `flexor muscle` as other people's checks use it: columns, both models against
+//! the 40-digit solution, and what bad input is told.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+const GOLDEN: &str = concat!(
+    env!("CARGO_MANIFEST_DIR"),
+    "/../tests/golden/golden_force.json"
+);
+
+/// K01 of Lee 2020, table 4.
+const K01: [&str; 10] = [
+    "--a-n-per-s",
+    "121.9",
+    "--k",
+    "0.3",
+    "--tau-c-ms",
+    "20.8",
+    "--tau1-ms",
+    "33.1",
+    "--tau2-ms",
+    "194.4",
+];
+
+fn csv_of(test: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("muscle");
+    std::fs::create_dir_all(&folder).unwrap();
+    folder.join(format!("{test}.csv"))
+}
+
+fn flexor(csv: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_flexor"))
+        .arg("muscle")
+        .args(arguments)
+        .arg("--csv")
+        .arg(csv)
+        .output()
+        .unwrap()
+}
+
+/// Rows of t_s, c, force_n.
+fn rows(test: &str, arguments: &[&str]) -> Vec<[f64; 3]> {
+    let csv = csv_of(test);
+    let output = flexor(&csv, arguments);
+    assert!(output.status.success(), "{output:?}");
+    let text = std::fs::read_to_string(csv).unwrap();
+    let mut lines = text.lines();
+    assert_eq!(lines.next(), Some("t_s,c,force_n"));
+    let row = |line: &str| {
+        let cells: Vec<f64> = line.split(',').map(|c| c.parse().unwrap()).collect();
+        cells.try_into().unwrap()
+    };
+    lines.map(row).collect()
+}
+
+#[test]
+fn both_models_meet_the_forty_digit_solution() {
+    let golden: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(GOLDEN).unwrap()).unwrap();
+    let mut worst = [0f64; 2];
+    for (name, case) in golden["cases"].as_object().unwrap() {
+        let number = |value: &serde_json::Value| value.as_f64().unwrap();
+        let subject = case["subject"].as_str().unwrap();
+        let index: usize = subject[1..].parse().unwrap();
+        let p = hal_sim::body::muscle::SUBJECTS[index - 1];
+        let hz = number(&case["freq_hz"]).to_string();
+        let values = [
+            p.a_n_per_s,
+            p.k,
+            p.tau_c_s * 1e3,
+            p.tau1_s * 1e3,
+            p.tau2_s * 1e3,
+        ]
+        .map(|v| format!("{v:.6}"));
+        let names = ["--a-n-per-s", "--k", "--tau-c-ms", "--tau1-ms", "--tau2-ms"];
+        let mut arguments: Vec<&str> = names
+            .iter()
+            .zip(&values)
+            .flat_map(|(n, v)| [*n, v])
+            .collect();
+        arguments.extend([
+            "--frequency-hz",
+            &hz,
+            "--train-s",
+            "1",
+            "--duration-s",
+            "1.5",
+        ]);
+        let force: Vec<f64> = case["F_N"].as_array().unwrap().iter().map(number).collect();
+        let peak = number(&case["peak_N"]);
+        for (i, model) in ["reference", "fixed"].into_iter().enumerate() {
+            let mut arguments = arguments.clone();
+            arguments.extend(["--model", model]);
+            let rows = rows(&format!("{name}_{model}"), &arguments);
+            assert_eq!(rows.len(), force.len());
+            for (n, (row, truth)) in rows.iter().zip(&force).enumerate() {
+                assert!((row[0] - n as f64 * 0.01).abs() < 1e-9);
+                worst[i] = worst[i].max((row[2] - truth).abs() / peak);
+            }
+        }
+    }
+    println!(
+        "reference {:.1e} of peak, fixed {:.4} %",
+        worst[0],
+        worst[1] * 100.0
+    );
+    assert!(worst[0] <= 1e-12 && worst[1] <= 2e-4, "{worst:?}");
+}
+
+#[test]
+fn a_file_of_pulses_is_the_train_it_lists() {
+    let pulses = csv_of("pulses").with_extension("txt");
+    let times: Vec<String> = (0..40).map(|i| (i * 25_000).to_string()).collect();
+    std::fs::write(&pulses, times.join("\n")).unwrap();
+    for model in ["fixed", "reference"] {
+        let with = |extra: &[&str]| {
+            let end = ["--duration-s", "1.2", "--model", model];
+            let arguments = [&K01[..], extra, &end[..]].concat();
+            rows(&format!("pulses_{model}_{}", extra.len()), &arguments)
+        };
+        let train = with(&["--frequency-hz", "40", "--train-s", "1"]);
+        let listed = with(&["--pulses-us", pulses.to_str().unwrap()]);
+        for (a, b) in train.iter().zip(&listed) {
+            assert!((a[2] - b[2]).abs() < 1e-12 && (a[1] - b[1]).abs() < 1e-12);
+        }
+        // Figures of our own study of the paper.
+        let [_, c, force] = train[100];
+        assert!((c - 0.429_828_76).abs() < 1e-5 && (force - 14.864_717_96).abs() < 2e-3);
+    }
+}
+
+#[test]
+fn bad_input_is_named_with_what_is_allowed() {
+    let train = [
+        "--frequency-hz",
+        "40",
+        "--train-s",
+        "1",
+        "--duration-s",
+        "1",
+    ];
+    let cases = [
+        ("fixed", "--k", "0", "--k is 0: allowed is 0.002 to 5"),
+        ("fixed", "--k", "nan", "--k is NaN: allowed is 0 to"),
+        ("fixed", "--k", "-1", "--k is -1: allowed is 0 to"),
+        (
+            "fixed",
+            "--tau1-ms",
+            "0",
+            "--tau1-ms is 0: allowed is 2 to 200",
+        ),
+        (
+            "fixed",
+            "--tau2-ms",
+            "1001",
+            "--tau2-ms is 1001: allowed is 1 to 1000",
+        ),
+        (
+            "fixed",
+            "--tau-c-ms",
+            "inf",
+            "--tau-c-ms is inf: allowed is 0 to",
+        ),
+        (
+            "fixed",
+            "--a-n-per-s",
+            "0",
+            "--a-n-per-s is 0: allowed is 0.1 to 10000",
+        ),
+        ("reference", "--k", "0", "--k is 0: allowed is above 0"),
+        (
+            "reference",
+            "--tau1-ms",
+            "-5",
+            "--tau1-ms is -5: allowed is above 0",
+        ),
+        (
+            "reference",
+            "--tau-c-ms",
+            "nan",
+            "--tau-c-ms is NaN: allowed is above 0",
+        ),
+        (
+            "fixed",
+            "--frequency-hz",
+            "201",
+            "--frequency-hz is 201: allowed is 0.5 to 200",
+        ),
+        (
+            "fixed",
+            "--duration-s",
+            "nan",
+            "--duration-s is NaN: allowed is 0 to 3600",
+        ),
+    ];
+    for (model, name, value, expected) in cases {
+        let mut arguments = [&K01[..], &train[..], &["--model", model]].concat();
+        let at = arguments.iter().position(|a| *a == name).unwrap();
+        let given = format!("{name}={value}");
+        arguments.splice(at..at + 2, [given.as_str()]);
+        let output = flexor(&csv_of("bad"), &arguments);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{given}: {said}");
+        assert!(said.contains(expected), "{given}: {said}");
+    }
+    let unknown = [&K01[..], &train[..], &["--model", "exact"]].concat();
+    let output = flexor(&csv_of("bad"), &unknown);
+    assert_eq!(output.status.code(), Some(2));
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        said.contains("fixed") && said.contains("reference"),
+        "{said}"
+    );
+}
