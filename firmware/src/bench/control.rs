@@ -77,7 +77,8 @@ impl Algorithm for Differentiation {
     }
 }
 
-/// A law with its differentiator, without a joint around it.
+/// A law with its differentiator, and with its predictor and learning or not,
+/// without a joint around it.
 pub(super) struct LawAlone {
     law: Option<Law>,
     state: LawState,
@@ -86,9 +87,13 @@ pub(super) struct LawAlone {
 }
 
 impl LawAlone {
-    pub(super) fn new(law: LawSpec) -> Self {
+    pub(super) fn new(law: LawSpec, response: Option<ResponseSpec>) -> Self {
+        let spec = JointSpec {
+            response,
+            ..finger(law, 1)
+        };
         Self {
-            law: finger(law, 1).law().ok(),
+            law: spec.law().ok(),
             state: LawState::default(),
             error: Angle::default(),
             effort: Effort::Fraction(Q::ZERO),
