@@ -102,8 +102,8 @@ fn sample(desk: &mut Desk, ms: u32) -> Vec<Telemetry> {
 /// The gain of a pulse, from the code that its DAC held.
 fn gain(desk: &Desk, channel: usize, at: u64) -> f64 {
     let writes = desk.record.dac.iter();
-    let before = writes.filter(|&&(t, c, _)| t <= at && usize::from(c) == channel);
-    let code = before.last().map_or(0, |&(.., code)| code);
+    let mut before = writes.filter(|&&(t, c, _)| t <= at && usize::from(c) == channel);
+    let code = before.next_back().map_or(0, |&(.., code)| code);
     let microampere = (f64::from(code) / 65_536.0 * 100_000.0).round();
     let (_, recruitment) = SPEC.validate().unwrap();
     let gain = recruitment.gain(Amplitude(microampere as u32));

@@ -108,7 +108,8 @@ impl Joint {
         at: Micros,
         angle: Angle,
     ) -> Result<(), MeasurementError> {
-        self.sensor.from_host(&mut state.sensor, now, at, angle)
+        self.sensor
+            .take_from_host(&mut state.sensor, now, at, angle)
     }
 
     /// The angle for a converter code, for [`Joint::tick`]; `None` if this

@@ -123,7 +123,7 @@ impl Sensor {
     /// # Errors
     /// [`MeasurementError`]; the state is unchanged then. A measurement that
     /// is too old or out of range is taken and becomes the next tick's fault.
-    pub(crate) fn from_host(
+    pub(crate) fn take_from_host(
         &self,
         state: &mut SensorState,
         now: Micros,

@@ -100,7 +100,8 @@ impl Wall {
         at: Micros,
         angle: Angle,
     ) -> Result<(), MeasurementError> {
-        self.sensor.from_host(&mut state.sensor, now, at, angle)
+        self.sensor
+            .take_from_host(&mut state.sensor, now, at, angle)
     }
 
     /// The angle for a converter code, for [`Wall::tick`]; `None` if this

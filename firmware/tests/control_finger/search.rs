@@ -28,6 +28,8 @@ pub const RECOMMENDED: Family = Family {
         k1_milli: g[1] as u32,
         k2_milli: g[2] as u32,
         b_milli: g[3] as u32,
+        k3_milli: 0,
+        ki_milli: 0,
     },
 };
 

@@ -106,7 +106,7 @@ pub fn held_out(seed: u64, index: u64) -> Scene {
         },
         slowest_mhz: a.min(b),
         fastest_mhz: if index % 4 < 2 { a.min(b) } else { a.max(b) },
-        ramp_ms: if index % 5 == 0 { 0 } else { ramp },
+        ramp_ms: if index.is_multiple_of(5) { 0 } else { ramp },
         session_s: if index.is_multiple_of(2) { 0 } else { session },
     }
 }

@@ -3,8 +3,8 @@
 
 use super::TrackingError;
 use super::driver::Floating;
-use super::wearer::Points;
-use firmware::control::HoldPolicy;
+use super::wearer::{self, Points};
+use firmware::control::{HoldPolicy, LawSpec};
 use firmware::methods::control::parameters::parameters;
 use firmware::methods::control::{
     AddOns, Controller, DelayCompensation, DerivativeKind, Form, Parameter,
@@ -136,22 +136,91 @@ impl Genome {
         }
     }
 
-    /// The names of all numbers that any form with any add-ons has.
-    pub fn names() -> Vec<&'static str> {
-        let mut names: Vec<&str> = Vec::new();
+    /// All numbers that any form with any add-ons has, by name.
+    pub fn parameters() -> Vec<Parameter> {
+        let mut all: Vec<Parameter> = Vec::new();
         for form in Form::ALL {
             for derivative in DerivativeKind::ALL {
-                let all = AddOns {
+                let add_ons = AddOns {
                     derivative,
                     feed_forward: true,
                     delay: DelayCompensation::PreviewAndSmith,
                     adaptation: true,
                 };
-                names.extend(parameters(form, all).iter().map(|p| p.name));
+                all.extend(parameters(form, add_ons));
             }
         }
-        names.sort_unstable();
-        names.dedup();
-        names
+        all.sort_by_key(|p| p.name);
+        all.dedup_by_key(|p| p.name);
+        all
     }
+
+    /// What the device's default uses of them, as far as it does: the first
+    /// thing that the search tries for every law. A PID gets the default's linear
+    /// terms; what the default lacks is in the middle.
+    pub fn of_default(form: Form) -> Self {
+        let known = default_numbers();
+        let place = |p: &Parameter| {
+            let Some((_, x)) = known.iter().find(|(name, _)| *name == p.name) else {
+                return 0.5;
+            };
+            let place = if p.is_log {
+                (x / p.low).ln() / (p.high / p.low).ln()
+            } else {
+                (x - p.low) / (p.high - p.low)
+            };
+            place.clamp(0.0, 1.0)
+        };
+        // The form's own bounds where its name has several.
+        let mut all = Self::parameters();
+        all.extend(form.parameters());
+        Self {
+            places: all.iter().map(|p| (p.name, place(p))).collect(),
+            // Pseudo-derivative of the error, Smith, 2 ms, 200 ms, both on.
+            choices: [0.0, 0.6, 0.0, 0.9, 0.0, 0.0],
+        }
+    }
+}
+
+/// The device's default by the names of [`parameters`].
+fn default_numbers() -> Vec<(&'static str, f64)> {
+    let spec = wearer::shipped(Points::Two);
+    let milli = |x: u32| f64::from(x) / 1000.0;
+    let mut known = vec![("cutoff_hz", milli(spec.cutoff_mhz))];
+    if let LawSpec::Recommended {
+        lambda_milli,
+        k1_milli,
+        k2_milli,
+        b_milli,
+        k3_milli,
+        ki_milli,
+    } = spec.law
+    {
+        let (lambda, k3) = (milli(lambda_milli), milli(k3_milli));
+        known.extend([
+            ("lambda_per_s", lambda),
+            ("k1", milli(k1_milli)),
+            ("k2_per_rad", milli(k2_milli)),
+            ("b_rad_per_s2", milli(b_milli)),
+            ("kd_s_per_rad", k3),
+            ("ki_per_rad_s", milli(ki_milli)),
+            ("kp_per_rad", lambda * k3),
+        ]);
+    }
+    if let Some(model) = spec.wearer {
+        known.push(("feed_forward_lead_s", milli(model.lead_ms.into())));
+    }
+    if let Some(response) = spec.response {
+        known.extend([
+            ("smith_gain_rad", milli(response.gain_mrad.into())),
+            ("smith_muscle_s", milli(response.muscle_ms.into())),
+            ("smith_joint_s", milli(response.joint_ms.into())),
+            ("smith_delay_s", milli(response.delay_ms.into())),
+        ]);
+        known.extend([
+            ("adapt_scale_per_rad_s", milli(response.scale_milli)),
+            ("adapt_damping_per_rad2", milli(response.damping_milli)),
+        ]);
+    }
+    known
 }

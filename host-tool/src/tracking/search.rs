@@ -94,8 +94,8 @@ impl Training {
         Ok((sum / self.exercises.len() as f64).sqrt())
     }
 
-    /// Looks for a law's best numbers in exactly `evaluations`: the first third
-    /// anywhere, then around the best, ever closer. Two at a time; the result
+    /// Looks for a law's best numbers in exactly `evaluations`: first with the
+    /// device's default, the rest of the first third anywhere, then around the best, ever closer. Two at a time; the result
     /// does not depend on which is done first.
     ///
     /// # Errors
@@ -108,7 +108,7 @@ impl Training {
         mut progress: impl FnMut(f64),
     ) -> Result<Option<Found>, TrackingError> {
         let mut draws = Draws::new(TRAINING_SEED, 0, 5);
-        let names = Genome::names();
+        let names: Vec<_> = Genome::parameters().iter().map(|p| p.name).collect();
         let mut best: Vec<(f64, Genome)> = Vec::new();
         let broad = evaluations / 3;
         let mut done = 0;
@@ -116,7 +116,9 @@ impl Training {
             let batch = (evaluations - done).min(parallel::THREADS * 4);
             let tried: Vec<Genome> = (done..done + batch)
                 .map(|n| {
-                    if n < broad || best.is_empty() {
+                    if n == 0 {
+                        Genome::of_default(form)
+                    } else if n < broad || best.is_empty() {
                         anywhere(&names, &mut draws)
                     } else {
                         let rest = (n - broad) as f64 / (evaluations - broad) as f64;

@@ -38,11 +38,6 @@ impl Points {
 /// Range of angles a setpoint may ask for, m°: the finger's.
 const RANGE_MDEG: (i32, i32) = (0, 100_000);
 
-/// Muscle and electromechanical delay that the nominal feed-forward looks ahead
-/// when nothing else is said, ms: 25 ms of delay, 10 ms of half a pulse period and
-/// the muscle's 100 ms (searches choose their own).
-pub const LEAD_MS: u16 = 135;
-
 /// What the device's default does with lost setpoints.
 pub const SHIPPED_HOLD: HoldPolicy = HoldPolicy::Extrapolate { max_ms: 200 };
 

@@ -118,11 +118,13 @@ mod tests {
                         angle: 1.5,
                         rate: -20.0,
                     };
-                    let mut before = energy(&hinge, &m);
+                    let start = energy(&hinge, &m);
+                    let mut before = start;
                     for _ in 0..(20.0 / h) as u32 {
                         hinge.step(&mut m, NONE, h);
                         let now = energy(&hinge, &m);
-                        assert!(now <= before * (1.0 + 1e-12), "{hinge:?} {h}");
+                        // Rounding of the angle near rest is all that may show.
+                        assert!(now <= before + 1e-16 * start, "{hinge:?} {h}");
                         before = now;
                     }
                     let off = hinge.stiffness * (m.angle - hinge.rest).abs();

@@ -175,3 +175,63 @@ impl Moving {
         0.5 * (before + self.force)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Mean force of the last of three seconds at this many ms between pulses.
+    fn force_at(every_ms: u32, recruited: f64) -> f64 {
+        let mut muscle = Moving::new(Twitch::nominal(0.2));
+        let mut sum = 0.0;
+        for ms in 0..3000 {
+            if ms % every_ms == 0 {
+                muscle.pulse(recruited, 1.0);
+            }
+            let force = muscle.step();
+            sum += if ms >= 2000 { force } else { 0.0 };
+        }
+        sum / 1000.0
+    }
+
+    #[test]
+    fn a_fifty_hertz_train_settles_at_its_recruitment() {
+        for recruited in [1.0, 0.5, 0.1] {
+            let force = force_at(20, recruited);
+            assert!(
+                (force / recruited - 1.0).abs() < 0.02,
+                "{recruited}: {force}"
+            );
+        }
+        // More slowly less, faster more, never twice as much.
+        assert!(force_at(50, 1.0) < 0.9);
+        assert!((1.0..2.0).contains(&force_at(10, 1.0)));
+    }
+
+    #[test]
+    fn a_pulse_inside_a_millisecond_is_worth_the_same() {
+        let area = |before_end| {
+            let mut muscle = Moving::new(Twitch::nominal(0.2));
+            muscle.pulse(1.0, before_end);
+            (0..3000).map(|_| muscle.step()).sum::<f64>()
+        };
+        assert!((area(0.5) / area(1.0) - 1.0).abs() < 0.02);
+    }
+
+    #[test]
+    fn the_velocity_factor_falls_without_a_step_and_its_slope_is_its_own() {
+        let twitch = Twitch::nominal(0.2);
+        let mut before = twitch.velocity_factor(-60.0)[0];
+        assert!(before < LENGTHENING);
+        for n in -599..=600 {
+            let v = f64::from(n) * 0.1;
+            let [factor, slope] = twitch.velocity_factor(v);
+            assert!(factor <= before && before - factor < 0.03, "{v}");
+            let [a, b] = [v - 1e-6, v + 1e-6].map(|v| twitch.velocity_factor(v)[0]);
+            let is_corner = (v - twitch.fastest_rad_per_s).abs() < 1e-5;
+            assert!(is_corner || (slope - (b - a) / 2e-6).abs() < 1e-4, "{v}");
+            before = factor;
+        }
+        assert_eq!(twitch.velocity_factor(0.0)[0], 1.0);
+    }
+}
