@@ -179,9 +179,12 @@ impl Twist {
             Some(rest) => (self.beyond(rest), self.hk2.into()),
         };
         // push < 2^38, growth < 2^26.
-        let bits = |size: u64| signed(Q::from_bits(size.cast_signed()), s);
+        let bits = |size: u64| {
+            let size = size.cast_signed();
+            Q::from_bits(if s < Q::ZERO { -size } else { size })
+        };
         Push {
-            push: bits(push + 2 * growth),
+            push: bits(push.wrapping_add(2 * growth)),
             growth: bits(growth),
         }
     }
@@ -193,10 +196,11 @@ impl Twist {
         // At least `half`, of whose square it is the root, and below 2^31.
         let root = division::square_root(square).saturating_sub(self.half);
         // flat <= 2^24; what is left is √z: z <= 128, so below 2^28.
-        let root = (u64::from(root) * u64::from(self.flat)) >> Q::FRAC_NBITS;
+        let root = ((u64::from(root) * u64::from(self.flat)) >> Q::FRAC_NBITS) as u32;
         // k1, k3 < 2^31: gain < 2^35; times root below 2^63.
-        let gain = u64::from(self.k1) + ((u64::from(self.k3) * root) >> Q::FRAC_NBITS);
-        gain.wrapping_mul(root) >> Q::FRAC_NBITS
+        let linear = (u64::from(self.k3) * u64::from(root)) >> Q::FRAC_NBITS;
+        let gain = linear.wrapping_add(self.k1.into());
+        gain.wrapping_mul(root.into()) >> Q::FRAC_NBITS
     }
 }
 
@@ -225,9 +229,9 @@ fn gain_max(most: u64, b_milli: u32, period_ms: u8) -> u32 {
 #[derive(Clone, Copy, Debug)]
 pub struct Recommended {
     /// Bits of [`Q`], below 2^31.
-    lambda: u32,
+    lambda: i32,
     /// ki·h, bits of [`Q`], below 2^26.
-    ki_step: u32,
+    ki_step: i32,
     twist: Twist,
 }
 
@@ -237,8 +241,8 @@ impl Recommended {
     pub(super) fn new(lambda_milli: u32, ki_milli: u32, twist: Twist, period_ms: u8) -> Self {
         let ki_step = ratio(u64::from(ki_milli) * u64::from(period_ms), 1_000_000);
         Self {
-            lambda: ratio(lambda_milli.into(), 1000).to_bits() as u32,
-            ki_step: ki_step.to_bits() as u32,
+            lambda: ratio(lambda_milli.into(), 1000).to_bits() as i32,
+            ki_step: ki_step.to_bits() as i32,
             twist,
         }
     }
@@ -251,16 +255,19 @@ impl Recommended {
         rate: AngularRate,
         forward: Q,
     ) -> Effort {
-        let e = i64::from(radians(error.0));
+        let e = radians(error.0);
         // Below 2^31 each: the product is below 2^62.
-        let ahead = (i64::from(self.lambda) * e) >> Q::FRAC_NBITS;
+        let ahead = (i64::from(self.lambda) * i64::from(e)) >> Q::FRAC_NBITS;
         let s = Q::from_bits(ahead + i64::from(radians(rate.0)));
         let Push { push, growth } = self.twist.push(s);
-        let growth = growth + Q::from_bits((i64::from(self.ki_step) * e) >> Q::FRAC_NBITS);
-        let v = state.integral.saturating_add(push).saturating_add(forward);
-        let outward = (v > Q::ONE && growth > Q::ZERO) || (v < -Q::ONE && growth < Q::ZERO);
-        if !outward {
-            state.integral = state.integral.saturating_add(growth);
+        let by_error = (i64::from(self.ki_step) * i64::from(e)) >> Q::FRAC_NBITS;
+        let growth = growth.wrapping_add(Q::from_bits(by_error));
+        // |push| < 2^15 and |growth| < 2^8. The integral grows outwards only while
+        // |integral + push + forward| <= 1, so it stays below 2^16: nothing wraps.
+        let v = state.integral.wrapping_add(push).wrapping_add(forward);
+        let is_beyond = v > Q::ONE || v < -Q::ONE;
+        if !(is_beyond && (v > Q::ZERO) == (growth > Q::ZERO)) {
+            state.integral = state.integral.wrapping_add(growth);
         }
         Effort::Fraction(v)
     }
