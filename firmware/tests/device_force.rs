@@ -226,6 +226,11 @@ fn what_cannot_be_controlled_is_refused_at_arming() {
     );
     assert_eq!(armed(&slow, with(4_999)), range("min_period_us"));
     assert_eq!(armed(&slow, with(40_001)), range("min_period_us"));
+    let five = (0..5).flat_map(|channel| [muscle(channel), control(channel, FORCE)]);
+    assert_eq!(
+        armed(&[channel(SLOW); 5], five.collect()),
+        range("force channels")
+    );
     // A mean force needs 10 Hz.
     let twitches = TrainSpec {
         period_us: 100_001,

@@ -1,11 +1,13 @@
 //! Control of one joint.
 
+use super::inverse::FINGER;
 use super::{Algorithm, Checksum, Random};
 use crate::control::differentiator::{Differentiator, DifferentiatorState};
 use crate::control::law::{Law, LawState, Q};
 use crate::control::response::Course;
 use crate::control::{
-    Effort, HoldPolicy, Joint, JointSpec, JointState, LawSpec, PointSpec, SensorSource,
+    Effort, HoldPolicy, Joint, JointSpec, JointState, LawSpec, PointSpec, ResponseSpec,
+    SensorSource,
 };
 use crate::units::{Amplitude, Angle, Micros};
 
@@ -20,6 +22,7 @@ pub(super) fn finger(law: LawSpec, law_period_ms: u8) -> JointSpec {
     // Two of two.
     let _ = flexors.push(point(0));
     let _ = flexors.push(point(1));
+    let is_default = law == LawSpec::RECOMMENDED;
     JointSpec {
         law,
         law_period_ms,
@@ -34,8 +37,9 @@ pub(super) fn finger(law: LawSpec, law_period_ms: u8) -> JointSpec {
             code_at_100: 3_600,
         },
         stale_after_ms: 50,
-        wearer: None,
-        response: None,
+        // All that the default law can use; the others stay bare.
+        wearer: is_default.then_some(FINGER),
+        response: is_default.then_some(ResponseSpec::RECOMMENDED),
     }
 }
 
@@ -73,7 +77,8 @@ impl Algorithm for Differentiation {
     }
 }
 
-/// A law with its differentiator, without a joint around it.
+/// A law with its differentiator, and with its predictor and learning or not,
+/// without a joint around it.
 pub(super) struct LawAlone {
     law: Option<Law>,
     state: LawState,
@@ -82,9 +87,13 @@ pub(super) struct LawAlone {
 }
 
 impl LawAlone {
-    pub(super) fn new(law: LawSpec) -> Self {
+    pub(super) fn new(law: LawSpec, response: Option<ResponseSpec>) -> Self {
+        let spec = JointSpec {
+            response,
+            ..finger(law, 1)
+        };
         Self {
-            law: finger(law, 1).law().ok(),
+            law: spec.law().ok(),
             state: LawState::default(),
             error: Angle::default(),
             effort: Effort::Fraction(Q::ZERO),

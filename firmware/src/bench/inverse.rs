@@ -11,7 +11,7 @@ use fixed::types::I16F16;
 const PERIODS_US: (u32, u32) = (50_000, 16_667);
 
 /// The earlier plant's finger with two points.
-const FINGER: WearerModel = WearerModel {
+pub(super) const FINGER: WearerModel = WearerModel {
     rest_mdeg: 5_000,
     stiffness_unm_per_rad: 120_000,
     damping_unm_s_per_rad: 18_000,

@@ -2,7 +2,7 @@
 //! combination of add-ons, one period at a time.
 
 use super::{Algorithm, Checksum, Clock, Empty, Random, Row, control, measure};
-use crate::control::LawSpec;
+use crate::control::{LawSpec, ResponseSpec};
 use crate::methods::control::parameters::parameters;
 use crate::methods::control::{
     AddOns, Controller, DelayCompensation, DerivativeKind, Form, Input, Law,
@@ -49,7 +49,7 @@ impl fmt::Display for LawName {
 /// itself, which a law is handed, is not in the row.
 pub fn run_laws(clock: &impl Clock, mut row: impl FnMut(&Row<LawName>)) {
     row(&measure(clock, LawName::Markers, RUNS, Empty));
-    let device = control::LawAlone::new(LawSpec::RECOMMENDED);
+    let device = control::LawAlone::new(LawSpec::RECOMMENDED, Some(ResponseSpec::RECOMMENDED));
     row(&measure(clock, LawName::Device, RUNS, device));
     for form in Form::ALL {
         for derivative in DerivativeKind::ALL {

@@ -15,7 +15,7 @@ mod muscle;
 mod owners;
 mod pulse;
 
-use crate::control::LawSpec;
+use crate::control::{LawSpec, ResponseSpec};
 use crate::muscle::Rung;
 use core::fmt;
 use core::hint::black_box;
@@ -165,7 +165,13 @@ pub fn run(clock: &impl Clock, mut row: impl FnMut(&Row)) {
         clock,
         "law_super_twisting",
         1000,
-        control::LawAlone::new(LawSpec::RECOMMENDED),
+        control::LawAlone::new(LawSpec::RECOMMENDED, None),
+    ));
+    row(&measure(
+        clock,
+        "law_and_response",
+        1000,
+        control::LawAlone::new(LawSpec::RECOMMENDED, Some(ResponseSpec::RECOMMENDED)),
     ));
     let joint = |law| control::Moving::new(law, 1);
     row(&measure(

@@ -1,16 +1,17 @@
 //! How a nominal wearer answers in time, and what the device learns of how this
 //! one differs: a predictor against delay, and gains adapted while it runs.
 
-use super::law::{Q, RAD_PER_DEG, product, ratio};
+use super::law::{Q, ratio};
 use super::spec::{SpecError, SpecField, within};
+use super::super_twisting::radians;
 use crate::muscle::exponential::exp2_neg;
 use crate::units::{Angle, AngularRate};
 use fixed::types::I16F16;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-/// Longest delay, periods; the shortest period is 1 ms.
-const DELAY_MAX: usize = 80;
+/// Periods remembered, for delays of less than 80; the shortest period is 1 ms.
+const DELAY_MAX: usize = 128;
 /// log2 e in 2^-32.
 const LOG2_E_Q32: u64 = 6_196_328_019;
 
@@ -37,39 +38,40 @@ pub struct ResponseSpec {
 /// A validated [`ResponseSpec`] for one period.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Response {
-    /// ° per effort.
-    gain: Q,
-    /// e^(−h/τ) of muscle and joint.
-    keeps: [Q; 2],
+    /// ° per effort, 2^-16: below 2^26.
+    gain: i32,
+    /// e^(−h/τ) of muscle and joint, 2^-30.
+    keeps: [i32; 2],
     /// Periods, below [`DELAY_MAX`].
-    delay: usize,
-    /// Growth per period, rad and effort.
-    scale_step: Q,
-    /// Growth per period, rad and rad/s.
-    damping_step: Q,
+    delay: u32,
+    /// Growth per period, rad and effort, 2^-24: below 2^26.
+    scale_step: i32,
+    /// Growth per period, rad and rad/s, 2^-24: below 2^26.
+    damping_step: i32,
 }
 
 /// What a [`Response`] remembers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ResponseState {
-    lags: [Q; 2],
-    /// Bits of the joint's lag, within ±1, of the last periods.
+    /// Of muscle and joint, within ±1, 2^-29.
+    lags: [i32; 2],
+    /// The joint's of the last periods.
     past: [i32; DELAY_MAX],
-    next: usize,
-    /// Scale of the feed-forward less 1.
-    scale: Q,
-    /// Effort per rad/s.
-    damping: Q,
+    next: u32,
+    /// Scale of the feed-forward less 1, 2^-24.
+    scale: i32,
+    /// Effort per rad/s, 2^-24.
+    damping: i32,
 }
 
 impl Default for ResponseState {
     fn default() -> Self {
         Self {
-            lags: [Q::ZERO; 2],
+            lags: [0; 2],
             past: [0; DELAY_MAX],
             next: 0,
-            scale: Q::ZERO,
-            damping: Q::ZERO,
+            scale: 0,
+            damping: 0,
         }
     }
 }
@@ -83,14 +85,9 @@ pub(crate) struct Course {
     pub(crate) forward: Q,
 }
 
-/// Errors and rates enter learning within this, rad and rad/s.
-const LEARNT_MAX: Q = Q::from_bits(16 << Q::FRAC_NBITS);
-/// The scale may leave 1 by −½…+1½, the damping 0 by ±0.3.
-const SCALE: (Q, Q) = (
-    Q::from_bits(-(1 << (Q::FRAC_NBITS - 1))),
-    Q::from_bits(3 << (Q::FRAC_NBITS - 1)),
-);
-const DAMPING: Q = Q::from_bits(5_033_165);
+/// The scale may leave 1 by −½…+1½, the damping 0 by ±0.3; 2^-24.
+const SCALE: (i32, i32) = (-(1 << 23), 3 << 23);
+const DAMPING: i32 = 5_033_165;
 
 impl ResponseSpec {
     /// Found with [`super::LawSpec::RECOMMENDED`], by the same search.
@@ -113,19 +110,22 @@ impl ResponseSpec {
         within(F::ScaleLearning, self.scale_milli, 0, 100_000)?;
         within(F::DampingLearning, self.damping_milli, 0, 10_000)?;
         let h = u64::from(period_ms.max(1));
-        // h/τ <= 20: below 2^38 in 2^-32. Q31 of it to Q24.
+        // h/τ <= 20: below 2^38 in 2^-32.
         let keep = |tau_ms: u16| {
             let octaves = LOG2_E_Q32 * h / u64::from(tau_ms.max(1));
-            Q::from_bits(i64::from(exp2_neg(octaves) >> (31 - Q::FRAC_NBITS)))
+            (exp2_neg(octaves) >> 1) as i32
         };
+        // At most 573: below 2^34 in bits of `Q`, so below 2^26 once shifted.
+        let bits = |numerator, denominator| ratio(numerator, denominator).to_bits();
+        // 180/π/1000 = 57 295 780 · 10^-9.
+        let gain = bits(u64::from(self.gain_mrad) * 57_295_780, 1_000_000_000);
         Ok(Response {
-            // 180/π/1000 = 57 295 780 · 10^-9.
-            gain: ratio(u64::from(self.gain_mrad) * 57_295_780, 1_000_000_000),
+            gain: (gain >> 8) as i32,
             keeps: [keep(self.muscle_ms), keep(self.joint_ms)],
             // At most 79.
-            delay: ((u64::from(self.delay_ms) + h / 2) / h) as usize,
-            scale_step: ratio(u64::from(self.scale_milli) * h, 1_000_000),
-            damping_step: ratio(u64::from(self.damping_milli) * h, 1_000_000),
+            delay: ((u64::from(self.delay_ms) + h / 2) / h) as u32,
+            scale_step: bits(u64::from(self.scale_milli) * h, 1_000_000) as i32,
+            damping_step: bits(u64::from(self.damping_milli) * h, 1_000_000) as i32,
         })
     }
 }
@@ -135,53 +135,58 @@ impl Response {
     /// nominal wearer will still move (Smith, Chem. Eng. Prog. 53 (1957)).
     pub(super) fn foreseen(&self, state: &ResponseState, error: Angle) -> Angle {
         let [_, now] = state.lags;
-        let slot = (state.next + DELAY_MAX - 1 - self.delay) % DELAY_MAX;
-        let then = Q::from_bits(state.past.get(slot).copied().unwrap_or(0).into());
-        // gain <= 573, |now − then| <= 2.
-        let to_come = product(self.gain, now - then).to_bits() >> (Q::FRAC_NBITS - 16);
-        let error = i64::from(error.0.to_bits()) - to_come;
-        let error = error.clamp(i32::MIN.into(), i32::MAX.into());
-        Angle(I16F16::from_bits(error as i32))
+        // Before `next` by at least 1, wrapped to the table's length, 2^7.
+        let slot = state.next.wrapping_sub(1 + self.delay) as usize % DELAY_MAX;
+        let then = state.past.get(slot).copied().unwrap_or(0);
+        // Both within ±1 and a bit: their difference fits.
+        let to_come = times(now.wrapping_sub(then), self.gain, 29);
+        let error = error.0.to_bits().saturating_sub(to_come);
+        Angle(I16F16::from_bits(error))
     }
 
     /// The feed-forward as learnt so far.
     pub(super) fn forward(state: &ResponseState, course: &Course) -> Q {
-        // |forward| <= 1, |rate| <= 16.
-        course.forward
-            + product(state.scale, course.forward)
-            + product(state.damping, radians(Q::from_num(course.rate.0)))
+        // |forward| <= 1; |scale| < 2, |damping| < 1, |rate| <= 64.
+        let forward = course.forward.to_bits() as i32;
+        let scaled = times(state.scale, forward, 24);
+        let damped = times(state.damping, radians(course.rate.0), 24);
+        course.forward + Q::from_bits(i64::from(scaled) + i64::from(damped))
     }
 
     /// Takes the period's effort, and learns from its error unless the effort is
     /// clamped on the side that the error asks for: gradient descent on the
     /// squared error ("MIT rule", Åström & Wittenmark, Adaptive Control, ch. 5).
     pub(super) fn learn(&self, state: &mut ResponseState, error: Angle, course: &Course, u: Q) {
-        let e = radians(Q::from_num(error.0));
-        let outward = (u > Q::ONE && e > Q::ZERO) || (u < -Q::ONE && e < Q::ZERO);
+        let outward = (u > Q::ONE && error.0 > 0) || (u < -Q::ONE && error.0 < 0);
         if !outward {
-            // Steps <= 2, |e| <= 16, |forward| <= 1, |rate| <= 16.
-            let scale = product(product(self.scale_step, e), course.forward);
-            state.scale = (state.scale + scale).clamp(SCALE.0, SCALE.1);
-            let rate = radians(Q::from_num(course.rate.0));
-            let damping = product(product(self.damping_step, e), rate);
-            state.damping = (state.damping + damping).clamp(-DAMPING, DAMPING);
+            // Within ±8 rad, steps below 4: products below 2^29.
+            let e = radians(error.0).clamp(-(8 << 24), 8 << 24);
+            let forward = course.forward.to_bits() as i32;
+            let scale = times(times(self.scale_step, e, 24), forward, 24);
+            state.scale = state.scale.saturating_add(scale).clamp(SCALE.0, SCALE.1);
+            // Within ±64: the product is below 2^35, which saturates.
+            let rate = radians(course.rate.0);
+            let damping = times(times(self.damping_step, e, 24), rate, 24);
+            state.damping = (state.damping.saturating_add(damping)).clamp(-DAMPING, DAMPING);
         }
-        let effort = u.clamp(-Q::ONE, Q::ONE);
+        // Within ±1: 2^29.
+        let effort = (u.clamp(-Q::ONE, Q::ONE).to_bits() << 5) as i32;
         let [keep_muscle, keep_joint] = self.keeps;
         let [muscle, joint] = state.lags;
-        // All within ±1: differences within ±2.
-        let muscle = effort + product(muscle - effort, keep_muscle);
-        let joint = muscle + product(joint - muscle, keep_joint);
+        // Means of numbers within ±1 and a bit: differences within 2^30, sums fit.
+        let muscle = effort.wrapping_add(times(muscle.wrapping_sub(effort), keep_muscle, 30));
+        let joint = muscle.wrapping_add(times(joint.wrapping_sub(muscle), keep_joint, 30));
         state.lags = [muscle, joint];
-        if let Some(slot) = state.past.get_mut(state.next) {
-            // Rounding leaves it within ±1 and a bit: 25 bits.
-            *slot = joint.to_bits() as i32;
+        if let Some(slot) = state.past.get_mut(state.next as usize % DELAY_MAX) {
+            *slot = joint;
         }
-        state.next = (state.next + 1) % DELAY_MAX;
+        state.next = state.next.wrapping_add(1);
     }
 }
 
-/// From ° to rad, within ±[`LEARNT_MAX`].
-fn radians(degrees: Q) -> Q {
-    product(degrees, RAD_PER_DEG).clamp(-LEARNT_MAX, LEARNT_MAX)
+/// a·b / 2^shift, rounded towards −∞, saturating.
+fn times(a: i32, b: i32, shift: u32) -> i32 {
+    // Two numbers of 32 bits.
+    let product = (i64::from(a) * i64::from(b)) >> shift;
+    product.clamp(i32::MIN.into(), i32::MAX.into()) as i32
 }

@@ -4,10 +4,11 @@
 //! on every machine, once per law period. `micromath`'s, up to 6 % high, would
 //! make host and chip differ and gain nothing here.
 
-use super::law::{Effort, Q, RAD_PER_DEG, product, ratio};
+use super::law::{Effort, Q, product, ratio};
 use crate::division;
 use crate::units::{Angle, AngularRate};
 use core::cmp::Ordering;
+use fixed::types::I16F16;
 
 /// Bound of the sliding variable: 2^14 (°/s or rad/s), far beyond any joint.
 /// It makes the shifts below provably fit.
@@ -81,20 +82,21 @@ impl Paper {
 /// more.
 #[derive(Clone, Copy, Debug)]
 pub struct Twist {
-    k1: Q,
-    k3: Q,
-    /// 1 + h·b·k3 and its inverse.
-    slope: Q,
-    flat: Q,
-    /// h·b·k1/2 and its square.
-    half: Q,
-    quarter: Q,
-    /// 1/(h·b).
-    inverse: Q,
-    /// h²·b·k2.
-    dead_beat: Q,
-    /// h·k2.
-    hk2: Q,
+    /// All in bits of [`Q`] but where said, below 2^32: one short product each.
+    k1: u32,
+    k3: u32,
+    /// 1 + h·b·k3, at most 8, and its inverse.
+    slope: u32,
+    flat: u32,
+    /// h·b·k1/2, at most 100, and its square in 2^-48.
+    half: u32,
+    quarter: u64,
+    /// 1/(h·b) in 2^-20, at most 1000.
+    inverse: u32,
+    /// h²·b·k2, at most 40.
+    dead_beat: u32,
+    /// h·k2, at most 2.
+    hk2: u32,
 }
 
 /// What [`Twist::push`] answers.
@@ -106,11 +108,11 @@ pub struct Push {
     pub growth: Q,
 }
 
-/// Highest h·b·k1 and h·b·k3, which keep the root's argument below 2^15.
+/// Highest h·b·k1 and h·b·k3, which keep the root's argument below 2^14.
 const ROOT_GAIN_MAX: u64 = 200;
 const LINEAR_GAIN_MAX: u64 = 7;
-/// Bound of s, rad/s: 2^11 is far beyond any joint.
-const TWIST_MAX: Q = Q::from_bits(1 << (11 + Q::FRAC_NBITS));
+/// Bound of s, rad/s: 128 is far beyond any joint.
+const TWIST_MAX: Q = Q::from_bits((1 << (7 + Q::FRAC_NBITS)) - 1);
 
 impl Twist {
     /// k1 (effort·s^-½), k2 (effort/s), b (rate of s per effort) and k3 (effort
@@ -135,19 +137,19 @@ impl Twist {
             u64::from(period_ms),
         ];
         // Largest numerators: h·b·k1 <= 2e11, h·h·b·k2 <= 400 · 1e6 · 1e5 = 4e13.
-        let half = ratio(h * b * k1, 2_000_000_000);
+        let bits = |numerator, denominator| ratio(numerator, denominator).to_bits() as u32;
         let linear = h * b * k3; // <= 7e9
+        let half = bits(h * b * k1, 2_000_000_000);
         Some(Self {
-            k1: ratio(k1, 1000),
-            k3: ratio(k3, 1000),
-            slope: Q::ONE + ratio(linear, 1_000_000_000),
-            flat: ratio(1_000_000_000, 1_000_000_000 + linear),
+            k1: bits(k1, 1000),
+            k3: bits(k3, 1000),
+            slope: bits(1_000_000_000 + linear, 1_000_000_000),
+            flat: bits(1_000_000_000, 1_000_000_000 + linear),
             half,
-            // half <= 100.
-            quarter: product(half, half),
-            inverse: ratio(1_000_000, h * b),
-            dead_beat: ratio(h * h * b * k2, 1_000_000_000_000),
-            hk2: ratio(h * k2, 1_000_000),
+            quarter: u64::from(half) * u64::from(half),
+            inverse: (ratio(1_000_000, h * b).to_bits() >> 4) as u32,
+            dead_beat: bits(h * h * b * k2, 1_000_000_000_000),
+            hk2: bits(h * k2, 1_000_000),
         })
     }
 
@@ -163,28 +165,42 @@ impl Twist {
         gain_max(LINEAR_GAIN_MAX, b_milli, period_ms)
     }
 
-    /// The answer to `s`, bounded to ±2^11.
+    /// The answer to `s`, bounded to ±128.
     #[must_use]
     pub fn push(&self, s: Q) -> Push {
         let s = s.clamp(-TWIST_MAX, TWIST_MAX);
-        let size = s.abs();
-        let rest = size - self.dead_beat;
-        let (push, growth) = if rest <= Q::ZERO {
-            // size <= dead_beat <= 40, inverse <= 1000.
-            (Q::ZERO, product(self.inverse, size).min(self.hk2))
-        } else {
-            // slope <= 8, rest <= 2^11, quarter <= 10^4: below 2^15.
-            let root = square_root(self.quarter + product(rest, self.slope)) - self.half;
-            // The root is at least `half` but for one bit; at most 182.
-            let root = product(root.max(Q::ZERO), self.flat);
-            // root^2 <= 2^11, so root <= 46; k1, k3 <= 100.
-            let gain = self.k1 + product(self.k3, root);
-            (product(gain, root), self.hk2)
+        let size = s.to_bits().unsigned_abs() as u32; // below 2^31
+        let (push, growth) = match size.checked_sub(self.dead_beat) {
+            None | Some(0) => {
+                // size <= dead_beat < 2^30, inverse < 2^30.
+                let growth = (u64::from(self.inverse) * u64::from(size)) >> 20;
+                (0, growth.min(self.hk2.into()))
+            }
+            Some(rest) => (self.beyond(rest), self.hk2.into()),
+        };
+        // push < 2^38, growth < 2^26.
+        let bits = |size: u64| {
+            let size = size.cast_signed();
+            Q::from_bits(if s < Q::ZERO { -size } else { size })
         };
         Push {
-            push: signed(push + growth + growth, s),
-            growth: signed(growth, s),
+            push: bits(push.wrapping_add(2 * growth)),
+            growth: bits(growth),
         }
+    }
+
+    /// k1·√z + k3·z for |s| − h²·b·k2 = `rest` < 2^31.
+    fn beyond(&self, rest: u32) -> u64 {
+        // quarter < 2^62 and rest · slope < 2^58.
+        let square = self.quarter + u64::from(rest) * u64::from(self.slope);
+        // At least `half`, of whose square it is the root, and below 2^31.
+        let root = division::square_root(square).saturating_sub(self.half);
+        // flat <= 2^24; what is left is √z: z <= 128, so below 2^28.
+        let root = ((u64::from(root) * u64::from(self.flat)) >> Q::FRAC_NBITS) as u32;
+        // k1, k3 < 2^31: gain < 2^35; times root below 2^63.
+        let linear = (u64::from(self.k3) * u64::from(root)) >> Q::FRAC_NBITS;
+        let gain = linear.wrapping_add(self.k1.into());
+        gain.wrapping_mul(root.into()) >> Q::FRAC_NBITS
     }
 }
 
@@ -212,9 +228,10 @@ fn gain_max(most: u64, b_milli: u32, period_ms: u8) -> u32 {
 /// [`super::LawSpec::ALONE`] is older: see `firmware/tests/control_finger`.
 #[derive(Clone, Copy, Debug)]
 pub struct Recommended {
-    lambda: Q,
-    /// ki·h.
-    ki_step: Q,
+    /// Bits of [`Q`], below 2^31.
+    lambda: i32,
+    /// ki·h, bits of [`Q`], below 2^26.
+    ki_step: i32,
     twist: Twist,
 }
 
@@ -222,9 +239,10 @@ impl Recommended {
     /// λ and ki in thousandths, 100…100 000 and 0…100 000.
     #[must_use]
     pub(super) fn new(lambda_milli: u32, ki_milli: u32, twist: Twist, period_ms: u8) -> Self {
+        let ki_step = ratio(u64::from(ki_milli) * u64::from(period_ms), 1_000_000);
         Self {
-            lambda: ratio(lambda_milli.into(), 1000),
-            ki_step: ratio(u64::from(ki_milli) * u64::from(period_ms), 1_000_000),
+            lambda: ratio(lambda_milli.into(), 1000).to_bits() as i32,
+            ki_step: ki_step.to_bits() as i32,
             twist,
         }
     }
@@ -237,19 +255,32 @@ impl Recommended {
         rate: AngularRate,
         forward: Q,
     ) -> Effort {
-        // The surface is below 2^22 °/s.
-        let s = product(surface(self.lambda, error, rate), RAD_PER_DEG);
+        let e = radians(error.0);
+        // Below 2^31 each: the product is below 2^62.
+        let ahead = (i64::from(self.lambda) * i64::from(e)) >> Q::FRAC_NBITS;
+        let s = Q::from_bits(ahead + i64::from(radians(rate.0)));
         let Push { push, growth } = self.twist.push(s);
-        // |e| <= 572 rad, ki·h <= 2.
-        let e = product(Q::from_num(error.0), RAD_PER_DEG);
-        let growth = growth + product(e, self.ki_step);
-        let v = state.integral.saturating_add(push).saturating_add(forward);
-        let outward = (v > Q::ONE && growth > Q::ZERO) || (v < -Q::ONE && growth < Q::ZERO);
-        if !outward {
-            state.integral = state.integral.saturating_add(growth);
+        let by_error = (i64::from(self.ki_step) * i64::from(e)) >> Q::FRAC_NBITS;
+        let growth = growth.wrapping_add(Q::from_bits(by_error));
+        // |push| < 2^15 and |growth| < 2^8. The integral grows outwards only while
+        // |integral + push + forward| <= 1, so it stays below 2^16: nothing wraps.
+        let v = state.integral.wrapping_add(push).wrapping_add(forward);
+        let is_beyond = v > Q::ONE || v < -Q::ONE;
+        if !(is_beyond && (v > Q::ZERO) == (growth > Q::ZERO)) {
+            state.integral = state.integral.wrapping_add(growth);
         }
         Effort::Fraction(v)
     }
+}
+
+/// From ° to rad in bits of [`Q`], within ±64.
+pub(super) fn radians(degrees: I16F16) -> i32 {
+    /// π/180 in 2^-30.
+    const RAD_PER_DEG_Q30: i64 = 18_740_330;
+    const MOST: i64 = 64 << Q::FRAC_NBITS;
+    // 2^31 · 2^25; 16 + 30 − 22 = 24 fraction bits.
+    let rad = (i64::from(degrees.to_bits()) * RAD_PER_DEG_Q30) >> 22;
+    rad.clamp(-MOST, MOST) as i32
 }
 
 /// ė + λ·e, in °/s: below 100 · 2^15 + 2^15 < 2^22.

@@ -2,8 +2,8 @@
 
 use super::mail::{ControlEvent, ControlOrder, ControlReport, ControlRequest, ControllerMail};
 use crate::control::{
-    Amplitudes, Effort, ForceControl, ForceOrders, ForceState, Joint, JointState, Orders,
-    SensorFault,
+    Amplitudes, Effort, FORCE_CHANNELS, ForceControl, ForceOrders, ForceState, Joint, JointState,
+    Orders, SensorFault,
 };
 use crate::haptics::{Wall, WallOrders, WallState};
 use crate::link::{Code, ForceSample, Refusal, Telemetry};
@@ -32,7 +32,7 @@ pub struct ControlSetup {
     /// Muscles whose force is predicted, by rising channel.
     pub muscles: Vec<Muscle, CHANNELS>,
     /// Channels under force control, by rising channel.
-    pub forces: Vec<ForceControl, CHANNELS>,
+    pub forces: Vec<ForceControl, FORCE_CHANNELS>,
     /// The controlled joint; `None` if there is a wall.
     pub joint: Option<Joint>,
     /// The virtual wall; `None` if there is a joint.
@@ -87,7 +87,7 @@ pub struct Controller {
     joint: JointState,
     wall: WallState,
     muscles: Vec<LadderState, CHANNELS>,
-    forces: Vec<(ForceState, ForceSample), CHANNELS>,
+    forces: Vec<(ForceState, ForceSample), FORCE_CHANNELS>,
     amplitudes: [Amplitude; CHANNELS],
     limiting: bool,
     period: u16,

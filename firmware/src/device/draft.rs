@@ -1,7 +1,7 @@
 //! The setup that a host edits, one request at a time, and arms as a whole.
 
 use super::{ControlSetup, Muscle};
-use crate::control::{ForceControl, ForceSpec, Joint, JointSpec};
+use crate::control::{FORCE_CHANNELS, ForceControl, ForceSpec, Joint, JointSpec};
 use crate::haptics::{Wall, WallSpec};
 use crate::link::{Code, Refusal};
 use crate::muscle::{MuscleSpec, Recruitment};
@@ -96,6 +96,10 @@ impl Draft {
         let mut taken = 0;
         for (channel, (spec, muscle)) in (0u8..).zip(self.forces.iter().zip(&self.muscles)) {
             let Some(spec) = spec else { continue };
+            if control.forces.is_full() {
+                let full = Refusal::new(Code::OutOfRange, "force channels").on(channel);
+                return Err(full.allowed(0, FORCE_CHANNELS as i32));
+            }
             let muscle = muscle.ok_or(Refusal::new(Code::NoMuscle, "muscle").on(channel))?;
             within_limit(
                 channels,
@@ -110,7 +114,7 @@ impl Draft {
             let named = |e| Refusal::from(e).on(channel);
             let recruitment = Recruitment::new(muscle.recruitment).map_err(named)?;
             let force = ForceControl::new(channel, spec, muscle.force, recruitment, period_us);
-            let _ = control.forces.push(force.map_err(named)?); // as many slots as channels
+            let _ = control.forces.push(force.map_err(named)?); // it is not full
             taken |= 1 << channel; // below 10
         }
         Ok(taken)

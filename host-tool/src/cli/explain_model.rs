@@ -73,7 +73,7 @@ fn share(percent: f64) -> anyhow::Result<Share> {
 /// At most 80 columns.
 fn people(session: &Session, tolerance: Share, all: &[(&Channel, Needs)]) -> String {
     let mut out = format!(
-        "{}\nThe cheapest model within {tolerance} of its scene's largest force. Cycles are\n\
+        "{}\nThe lowest model within {tolerance} of its scene's largest force. Cycles are\n\
          those of a 1 ms tick without and with a pulse, at most.\n",
         cut(&session.title, 78)
     );
@@ -97,9 +97,9 @@ fn block(out: &mut String, channel: &Channel, needs: &Needs, tolerance: Share) -
     for candidate in Rung::ALL {
         let error = expected_error(&needs.scene, candidate);
         let verdict = if Some(candidate) == chosen {
-            "cheapest enough"
+            "lowest that will do"
         } else if error <= tolerance {
-            "enough, dearer"
+            "more than enough"
         } else {
             "too coarse"
         };

@@ -50,11 +50,12 @@ const PITCH: i32 = 290;
 pub fn picture(panels: &[Panel; 4]) -> String {
     let what = "Worst error of each muscle model in four kinds of scene";
     standalone(&svg(TOP + 2 * PITCH, what, |root| {
-        let keys: Vec<_> = NAMES
+        let mut keys: Vec<_> = NAMES
             .iter()
             .enumerate()
             .map(|(i, name)| (Key::Dot(PALETTE[i].filled()), *name))
             .collect();
+        keys.push((Key::Line(line(INK, 14)), "just noticeable: 10 %"));
         legend(root, LEFT, 16, &keys)?;
         for (i, panel) in (0..).zip(panels) {
             let left = LEFT + (i % 2) * (PANEL.0 + GAP);
@@ -93,9 +94,6 @@ fn draw_panel(root: &Area<'_>, panel: &Panel, left: i32, top: i32) -> Drawn {
         [(px(left), y), (right, y)],
         line(INK, 14),
     ))?;
-    let words = "just noticeable";
-    let at = (px(left + 4), y + px(9));
-    root.draw(&Text::new(words, at, text(10, MUTED)))?;
     let count = panel.places.len().max(2) as i32;
     let x = |i: usize| px(left + 24) + px(PANEL.0 - 48) / (count - 1) * i as i32;
     for (i, place) in panel.places.iter().enumerate() {

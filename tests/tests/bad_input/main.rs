@@ -10,6 +10,7 @@ mod joint;
 mod orders;
 mod setup;
 mod table;
+mod wall;
 
 use firmware::link::Code;
 use std::collections::BTreeSet;
@@ -30,6 +31,11 @@ fn every_force_that_cannot_be_controlled_is_refused() {
 }
 
 #[test]
+fn every_field_of_a_wall_is_held_to_its_range() {
+    table::check_all(&wall::rows());
+}
+
+#[test]
 fn every_order_that_cannot_be_carried_out_is_refused() {
     table::check_all(&orders::rows());
 }
@@ -42,7 +48,13 @@ fn every_broken_frame_is_refused() {
 /// The tables above hold each code to its rows; this holds them to all codes.
 #[test]
 fn every_code_has_a_row() {
-    let rows = [setup::rows(), joint::rows(), force::rows(), orders::rows()];
+    let rows = [
+        setup::rows(),
+        joint::rows(),
+        wall::rows(),
+        force::rows(),
+        orders::rows(),
+    ];
     let mut covered: BTreeSet<Code> = rows.iter().flatten().filter_map(|row| row.code()).collect();
     covered.extend(frames::rows().iter().flat_map(|row| row.codes()));
     let missing: Vec<_> = Code::ALL

@@ -1,5 +1,6 @@
 //! `flexor chart accuracy`: muscle integrators, error against cycles.
 
+use crate::accuracy::study::{self, Found};
 use crate::accuracy::{Chart, Point, WANTED_PCT, cases, digits, measure};
 use crate::cli::Output;
 use crate::report::accuracy_picture;
@@ -40,12 +41,37 @@ pub fn main(args: &Accuracy, output: Output) -> anyhow::Result<()> {
         let path = args.out.join(name);
         std::fs::write(&path, contents).with_context(|| format!("E556 {}", path.display()))?;
     }
-    output.say(|| text(&chart).trim_end().to_owned(), || machine(&chart));
+    let again = study::repeat();
+    let people = || format!("{}\n{}", study_text(&again), text(&chart).trim_end());
+    output.say(people, || machine(&chart, &again));
     ensure!(
         chart.differing.is_empty(),
         "E557 results differ between host and chip: {}",
         chart.differing.join(", ")
     );
+    Ok(())
+}
+
+/// What changing a parameter costs: a muscle that tires does so once a second.
+fn write_makes(out: &mut String, chart: &Chart) -> std::fmt::Result {
+    let every = OUTPUTS_US.map(|us| format!("{} ms", us / 1000));
+    writeln!(
+        out,
+        "Cycles per second if parameters change once a second\n  {:<26}{:>10}{:>11}{:>11}",
+        "",
+        "making",
+        format!("read {}", every[0]),
+        format!("read {}", every[1])
+    )?;
+    for (setting, cycles) in &chart.makes {
+        write!(out, "  {:<26}{cycles:>10}", setting.to_string())?;
+        for output_us in OUTPUTS_US {
+            let run = chart.point(*setting, output_us);
+            let total = run.map_or(0, |point| point.cycles_per_s + cycles);
+            write!(out, "{total:>11}")?;
+        }
+        writeln!(out)?;
+    }
     Ok(())
 }
 
@@ -76,16 +102,34 @@ impl<'a> Verdict<'a> {
     }
 }
 
+/// The study's cases, ours beside its own.
+fn study_text(again: &[Found]) -> String {
+    let head = "Worst error of 30 cases (20, 30, 40 Hz) in f64, % of peak";
+    let mut out = format!("{head}\n  {:<34}{:>10}{:>10}\n", "", "ours", "study");
+    for row in again {
+        let step = match row.step_us {
+            Setting::WHOLE_US => "pulse to pulse".to_owned(),
+            us => format!("{} ms", us / 1000),
+        };
+        let name = row.method.name();
+        let [ours, theirs] = [row.error_pct, row.study_pct].map(|e| match e < 1000.0 {
+            true => digits(e),
+            false => "diverges".to_owned(),
+        });
+        // Writing to a `String` cannot fail.
+        let _ = writeln!(out, "  {name:<19}{step:>15}{ours:>10}{theirs:>10}");
+    }
+    out
+}
+
 fn text(chart: &Chart) -> String {
     let mut out = String::new();
     for output_us in OUTPUTS_US {
         // Writing to a `String` cannot fail.
         let _ = write_interval(&mut out, chart, output_us);
     }
-    let _ = writeln!(out, "Making a muscle (constants, tables), cycles");
-    for (setting, cycles) in &chart.makes {
-        let _ = writeln!(out, "  {:<43}{cycles:>14}", setting.to_string());
-    }
+    // As above.
+    let _ = write_makes(&mut out, chart);
     let _ = write!(
         out,
         "\n{} settings; the same bits on host and chip in {} of them",
@@ -142,7 +186,7 @@ fn write_interval(out: &mut String, chart: &Chart, output_us: u32) -> std::fmt::
     )
 }
 
-fn machine(chart: &Chart) -> Value {
+fn machine(chart: &Chart, again: &[Found]) -> Value {
     let points: Vec<Value> = chart.points.iter().map(point).collect();
     let verdicts = OUTPUTS_US.into_iter().filter_map(|output_us| {
         let verdict = Verdict::of(chart, output_us)?;
@@ -161,7 +205,16 @@ fn machine(chart: &Chart) -> Value {
         .makes
         .iter()
         .map(|(setting, cycles)| json!({ "setting": setting.to_string(), "cycles": cycles }));
+    let again = again.iter().map(|row| {
+        json!({
+            "method": row.method.name(),
+            "step_us": (row.step_us != Setting::WHOLE_US).then_some(row.step_us),
+            "error_pct": row.error_pct,
+            "study_pct": row.study_pct,
+        })
+    });
     json!({
+        "study": again.collect::<Vec<_>>(),
         "makes": makes.collect::<Vec<_>>(),
         "points": points,
         "verdicts": verdicts.collect::<Vec<_>>(),
