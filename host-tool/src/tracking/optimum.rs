@@ -16,7 +16,9 @@ use hal_sim::body::{Body, RandomFinger, RandomFingerSpec};
 
 /// Pulse periods for which one pulse's effect is followed: 1.2 s.
 const MEMORY: usize = 60;
-/// Rounds of learning, from each of two starts.
+/// How many periods a delay and a muscle take, about: one start looks so far ahead.
+const MUSCLE_PERIODS: usize = 10;
+/// Rounds of learning, from each of three starts.
 const ROUNDS: u32 = 20;
 /// Rounds without a hundredth of gain after which nothing more is expected.
 const PATIENCE: u32 = 4;
@@ -54,8 +56,9 @@ pub fn optimum(plant: &Plant, points: Points, target: &[f64]) -> Result<Optimum,
         torques,
     };
     let mut found = Vec::new();
-    for friction in [0.0, plant.finger.static_friction_nm] {
-        let first = learner.first(&plant.finger, friction);
+    let friction = plant.finger.static_friction_nm;
+    for (friction_nm, ahead) in [(0.0, 0), (friction, 0), (friction, MUSCLE_PERIODS)] {
+        let first = learner.first(&plant.finger, friction_nm, ahead);
         found.push(learn(&learner, &play, first, target)?);
     }
     found.sort_by(|a, b| a.rmse.total_cmp(&b.rmse));
@@ -203,15 +206,14 @@ struct Learner {
 }
 
 impl Learner {
-    /// What would hold each angle if there were time, against so much friction:
-    /// where learning starts.
-    fn first(&self, spec: &RandomFingerSpec, friction_nm: f64) -> Vec<f64> {
-        let rising = |n: usize| {
-            let [now, next] = [n, n + 1].map(|n| self.wanted.get(n).copied().unwrap_or(0.0));
-            (next - now).signum()
-        };
-        let held = self.wanted.iter().enumerate().map(|(n, w)| {
-            let torque = spring(spec, *w) + rising(n) * friction_nm;
+    /// What would hold each angle if there were time, against so much friction
+    /// and so many periods ahead: where learning starts.
+    fn first(&self, spec: &RandomFingerSpec, friction_nm: f64, ahead: usize) -> Vec<f64> {
+        let last = self.wanted.len() - 1;
+        let wanted = |n: usize| self.wanted[(n + ahead).min(last)];
+        let held = (0..=last).map(|n| {
+            let rising = (wanted(n + 1) - wanted(n)).signum();
+            let torque = spring(spec, wanted(n)) + rising * friction_nm;
             self.torques.effort_for(torque)
         });
         held.collect()
