@@ -334,6 +334,13 @@ proptest! {
             let (a, b): (f64, f64) = (whole.calcium().to_num(), parted.calcium().to_num());
             prop_assert!((a / b - 1.0).abs() < 3e-6, "C: {} {}", a, b);
         }
+        // A run that ends in its first tick has no peak yet.
+        for _ in 0..150 {
+            wait(&muscle, &mut whole, 1000);
+            wait(&muscle, &mut parted, 1000);
+            let (a, b) = (newtons(&muscle, &whole), newtons(&muscle, &parted));
+            (worst, peak) = (worst.max((a - b).abs()), peak.max(b));
+        }
         prop_assert!(worst <= 1e-5 * peak + 2f64.powi(-15), "{} of {}", worst, peak);
     }
 
