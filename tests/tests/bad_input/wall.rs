@@ -109,7 +109,7 @@ fn whole_rows() -> [Row; 3] {
             "its own antagonist",
             Bench::draft,
             Request::Wall(twice),
-            refused(Code::ChannelTwice, "channel").on(1),
+            refused(Code::ChannelTwice, "wall").on(1),
         ),
         row(
             "a wall beside a joint",
