@@ -1,9 +1,10 @@
 //! One channel's train under way: phases of a pulse, pulses of a burst, bursts.
 
-use super::{Picture, RenderError, Supply};
+use super::{Agenda, Picture, RenderError, Supply};
 use crate::pulse::Train;
 use crate::pulse::plan::{Levels, PulseStart, State, WindowPlan};
 use crate::units::{DacCode, Micros};
+use core::num::NonZeroU16;
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Phase {
@@ -23,7 +24,7 @@ pub(super) enum Phase {
 #[derive(Clone, Copy, Debug)]
 struct Stretch {
     shows: Picture,
-    length_us: u16,
+    length_us: NonZeroU16,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -77,7 +78,7 @@ impl Lane {
         let stretch = |picture, length_us| {
             Some(Stretch {
                 shows: Picture(picture),
-                length_us,
+                length_us: NonZeroU16::new(length_us)?,
             })
         };
         let stretches = if train.spec().shape.is_biphasic() {
@@ -160,8 +161,27 @@ impl Lane {
         }
     }
 
+    /// Takes a lane that no other one touches through the agenda's window.
+    #[inline(always)]
+    pub(super) fn advance(
+        &mut self,
+        channel: u8,
+        agenda: &mut Agenda,
+        supply: &mut impl Supply,
+        plan: &mut WindowPlan,
+    ) -> Result<(), RenderError> {
+        while let Some(now) = self.due
+            && agenda.holds(now)
+        {
+            let old = self.shows;
+            self.edge(channel, now, supply, plan)?;
+            agenda.enter(now, old.0 ^ self.shows.0);
+        }
+        Ok(())
+    }
+
     /// Whatever happens at `now`, the time of `due`.
-    #[inline]
+    #[inline(always)]
     pub(super) fn edge(
         &mut self,
         channel: u8,
@@ -169,12 +189,15 @@ impl Lane {
         supply: &mut impl Supply,
         plan: &mut WindowPlan,
     ) -> Result<(), RenderError> {
-        match self.phase {
-            // At most 2 + 1.
-            Phase::Pulsing => self.enter(self.stretch + 1, now),
-            Phase::Rest => return self.start_pulse(channel, now, supply, plan),
-            Phase::Interrupted => self.rest(),
-            Phase::Recovering => (self.phase, self.due) = (Phase::Rest, None),
+        // A chain: the table of a `match` costs the flash a line.
+        if self.phase == Phase::Pulsing {
+            self.enter(self.stretch + 1, now); // at most 2 + 1
+        } else if self.phase == Phase::Rest {
+            return self.start_pulse(channel, now, supply, plan);
+        } else if self.phase == Phase::Interrupted {
+            self.rest();
+        } else {
+            (self.phase, self.due) = (Phase::Rest, None);
         }
         Ok(())
     }
@@ -184,7 +207,7 @@ impl Lane {
     fn enter(&mut self, stretch: u8, now: Micros) {
         if let Some(Some(next)) = self.stretches.get(usize::from(stretch)) {
             self.shows = next.shows;
-            self.due = Some(now.plus(next.length_us.into()));
+            self.due = Some(now.plus(next.length_us.get().into()));
             self.stretch = stretch;
         } else {
             self.rest();
