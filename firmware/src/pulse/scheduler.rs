@@ -218,7 +218,8 @@ impl Scheduler {
     /// Renders the window at `start` into `plan`.
     ///
     /// # Errors
-    /// [`RenderError`]; `plan` must then not be played.
+    /// [`RenderError`]; `plan` must then not be played, and nothing rendered
+    /// before trains start anew.
     pub fn render(
         &mut self,
         start: Micros,
@@ -232,6 +233,17 @@ impl Scheduler {
         if next.is_before(start) {
             return Err(RenderError::Late);
         }
+        self.render_busy(start, supply, plan)
+    }
+
+    /// Renders a window with edges; apart, so that an idle one stays cheap.
+    #[inline(never)]
+    fn render_busy(
+        &mut self,
+        start: Micros,
+        supply: &mut impl Supply,
+        plan: &mut WindowPlan,
+    ) -> Result<(), RenderError> {
         self.agenda.begin(start);
         for group in &self.groups {
             if group.partner() == Partner::Isolated {
@@ -307,7 +319,7 @@ fn advance_together(
     plan: &mut WindowPlan,
 ) -> Result<(), RenderError> {
     while let Some(now) = earliest(dues(lanes, members))
-        && agenda.holds(now)
+        && let Some(slot) = agenda.slot(now)
     {
         let mut pulsing = 0;
         for channel in bits(members.into()) {
@@ -316,7 +328,7 @@ fn advance_together(
                     let old = lane.shows;
                     // channel < 10 fits u8.
                     lane.edge(channel as u8, now, supply, plan)?;
-                    agenda.enter(now, old.0 ^ lane.shows.0);
+                    agenda.enter(slot, old.0 ^ lane.shows.0);
                 }
                 pulsing |= lane.shows.pulsing();
             }
@@ -325,7 +337,7 @@ fn advance_together(
             if let Some(Some(lane)) = lanes.get_mut(channel) {
                 let old = lane.shows;
                 lane.settle_grounding(now, pulsing != 0);
-                agenda.enter(now, old.0 ^ lane.shows.0);
+                agenda.enter(slot, old.0 ^ lane.shows.0);
             }
         }
     }

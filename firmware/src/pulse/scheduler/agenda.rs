@@ -41,19 +41,19 @@ impl Agenda {
         }
     }
 
-    /// Whether `at`, not before the window, lies in it.
+    /// The slot of `at`, not before the window; none after it.
     #[inline]
-    pub(super) const fn holds(&self, at: Micros) -> bool {
-        at.0.wrapping_sub(self.start.0) < WINDOW_US
+    pub(super) const fn slot(&self, at: Micros) -> Option<u32> {
+        let slot = at.0.wrapping_sub(self.start.0);
+        if slot < WINDOW_US { Some(slot) } else { None }
     }
 
-    /// Enters that `bits` of the picture change at `at`; nothing outside the
+    /// Enters that `bits` of the picture change at `slot`; nothing outside the
     /// window.
     #[inline]
-    pub(super) fn enter(&mut self, at: Micros, bits: u32) {
-        let slot = at.0.wrapping_sub(self.start.0) as usize;
-        if let Some(changes) = self.changes.get_mut(slot)
-            && let Some(slots) = self.slots.get_mut(slot / 32)
+    pub(super) fn enter(&mut self, slot: u32, bits: u32) {
+        if let Some(changes) = self.changes.get_mut(slot as usize)
+            && let Some(slots) = self.slots.get_mut((slot / 32) as usize)
         {
             *changes ^= bits;
             *slots |= 1 << (slot % 32);

@@ -57,9 +57,9 @@ pub(super) struct Lane {
     pub(super) tail_us: u16,
     /// The latest pulses, in a ring: three can lie in a rendered but unplayed
     /// horizon of two windows, the fourth is under way. Pulses of a lane do not
-    /// overlap, so their order does not matter.
-    pub(super) recent: [Option<PulseStart>; 4],
-    /// Place of the oldest.
+    /// overlap, so their order does not matter; code 0 is no pulse.
+    pub(super) recent: [(Micros, DacCode); 4],
+    /// Place of the oldest, modulo 4.
     pub(super) oldest: u8,
 }
 
@@ -110,7 +110,7 @@ impl Lane {
             code: None,
             bursts_left: 0,
             tail_us: 0,
-            recent: [None; 4],
+            recent: [(Micros(0), DacCode(0)); 4],
             oldest: 0,
         }
     }
@@ -121,12 +121,10 @@ impl Lane {
         let width = i32::from(self.train.spec().width_us);
         let second = width + i32::from(self.train.gap_us());
         let biphasic = self.train.spec().shape.is_biphasic();
-        let under_way = self.recent.iter().flatten().find_map(|pulse| {
-            let t = at.since(pulse.at);
+        let under_way = self.recent.iter().find_map(|&(start, code)| {
+            let t = at.since(start);
             let end = self.train.occupied_us().cast_signed(); // at most 20 500 µs
-            (0..end)
-                .contains(&t)
-                .then_some((t, i32::from(pulse.code.0)))
+            (code.0 != 0 && (0..end).contains(&t)).then_some((t, i32::from(code.0)))
         });
         let Some((t, code)) = under_way else { return 0 };
         let balance = if biphasic {
@@ -171,11 +169,11 @@ impl Lane {
         plan: &mut WindowPlan,
     ) -> Result<(), RenderError> {
         while let Some(now) = self.due
-            && agenda.holds(now)
+            && let Some(slot) = agenda.slot(now)
         {
             let old = self.shows;
             self.edge(channel, now, supply, plan)?;
-            agenda.enter(now, old.0 ^ self.shows.0);
+            agenda.enter(slot, old.0 ^ self.shows.0);
         }
         Ok(())
     }
@@ -189,15 +187,12 @@ impl Lane {
         supply: &mut impl Supply,
         plan: &mut WindowPlan,
     ) -> Result<(), RenderError> {
-        // A chain: the table of a `match` costs the flash a line.
-        if self.phase == Phase::Pulsing {
-            self.enter(self.stretch + 1, now); // at most 2 + 1
-        } else if self.phase == Phase::Rest {
-            return self.start_pulse(channel, now, supply, plan);
-        } else if self.phase == Phase::Interrupted {
-            self.rest();
-        } else {
-            (self.phase, self.due) = (Phase::Rest, None);
+        match self.phase {
+            // At most 2 + 1.
+            Phase::Pulsing => self.enter(self.stretch + 1, now),
+            Phase::Rest => return self.start_pulse(channel, now, supply, plan),
+            Phase::Interrupted => self.rest(),
+            Phase::Recovering => (self.phase, self.due) = (Phase::Rest, None),
         }
         Ok(())
     }
@@ -253,9 +248,9 @@ impl Lane {
                 };
                 plan.pulses.push(pulse).map_err(|_| RenderError::Full)?;
                 if let Some(oldest) = self.recent.get_mut(usize::from(self.oldest % 4)) {
-                    *oldest = Some(pulse);
+                    *oldest = (now, code);
                 }
-                self.oldest = (self.oldest + 1) % 4;
+                self.oldest = self.oldest.wrapping_add(1); // 256 is whole rings
                 self.phase = Phase::Pulsing;
                 self.enter(0, now);
             }
