@@ -24,32 +24,53 @@ pub const fn quotient(numerator: u64, denominator: u32) -> Option<u32> {
     Some(upper << 16 | lower)
 }
 
-/// The square root, rounded down: that of the upper half gives the upper 16
-/// bits, one division the lower (Zimmermann, "Karatsuba square root", INRIA
-/// RR-3805), in a third of the time of `u64::isqrt`.
+/// The square root, rounded down, by multiplications alone: a cubic in the upper
+/// word begins 1/√x, a step of third order (Halley) ends it, and one of Newton's
+/// takes the root from 32 bits to all of them. A quarter of the time of
+/// `u64::isqrt` on a core with a 32×32→64 multiplier.
 #[must_use]
+#[inline]
 pub const fn square_root(x: u64) -> u32 {
-    if x == 0 {
-        return 0;
-    }
-    // By an even number, so that the root shifts by half of it.
-    let shift = x.leading_zeros() & !1;
+    // Shifts that the root undoes by half of them.
+    let (x, whole) = if x >> 32 == 0 { (x << 32, 16) } else { (x, 0) };
+    let shift = ((x >> 32) as u32).leading_zeros() & 30;
     let x = x << shift;
-    let top = (x >> 32) as u32; // >= 2^30, so its root is 2^15…2^16 − 1
-    let root = top.isqrt();
-    let rest = top.wrapping_sub(root.wrapping_mul(root)); // <= 2 · root
-    // (rest·2^16 + next) / (2·root), both halved: rest·2^15 + next/2 < 2^32.
-    let halved = rest << 15 | (x as u32) >> 17;
-    let next = match halved.checked_div(root) {
-        Some(next) if next < 0xFFFF => next,
-        _ => 0xFFFF,
-    };
-    let mut root = root << 16 | next;
-    // At most 1 too large.
-    if root as u64 * root as u64 > x {
-        root = root.wrapping_sub(1);
-    }
-    root >> (shift / 2)
+    // t = x·2^-64 in 1/4…1; x = 0 stays 0 all the way down.
+    let top = (x >> 32) as u32;
+    let inverse = inverse_root(top);
+    // √x less 0…14 610: of `inverse` up to 3.4e-6, of words cut off 9.
+    let root = high(top, inverse) << 3;
+    let rest = x.wrapping_sub(root as u64 * root as u64); // below 2^47
+    // (√x − root)·(1 − 5.1e-6), less a bit: at most 1.08 is still missing.
+    let root = root.wrapping_add(high((rest >> 15) as u32, inverse) >> 15);
+    let rest = x.wrapping_sub(root as u64 * root as u64);
+    let root = root.wrapping_add((rest > 2 * root as u64) as u32);
+    root >> (whole + shift / 2)
+}
+
+/// 1/√t in 2^-29 for t in 1/4…1, Q32: too small by 0…3.4e-6 of itself.
+#[inline(always)]
+const fn inverse_root(t: u32) -> u32 {
+    // With h = 1 − t·y² within 0.0159; coefficients of 8 bits, for one
+    // instruction each. All brackets are positive: y in 2^28…2^31.
+    const CUBIC: [u32; 4] = [0x6300_0000, 0xB900_0000, 0xBF00_0000, 0x4900_0000];
+    let [c0, c1, c2, c3] = CUBIC;
+    let bracket = c1.wrapping_sub(high(t, c2.wrapping_sub(high(t, c3))));
+    let y = c0.wrapping_sub(high(t, bracket));
+    // h in 2^-31: y·y·t is 2^26 but for h. Then 1/√(1 − h) − 1 in halves,
+    // h + 3h²/4, whose error 5h³/8 is below 2.5e-6; less 2^-18, so that the
+    // end is never above.
+    let h = ((1u32 << 26).wrapping_sub(high(t, high(y, y))) << 5) as i32;
+    let square = ((h as i64 * h as i64) >> 32) as i32; // 2^-30
+    let k = h.wrapping_add(square).wrapping_add(square >> 1);
+    let k = k.wrapping_sub(1 << 13);
+    y.wrapping_add(((y as i32 as i64 * k as i64) >> 32) as u32)
+}
+
+/// The upper word of a product.
+#[inline(always)]
+const fn high(a: u32, b: u32) -> u32 {
+    ((a as u64 * b as u64) >> 32) as u32
 }
 
 /// Quotient and rest of `rest·2^16 + next` by `d`, for `rest < d` and
@@ -81,6 +102,20 @@ mod tests {
         assert_eq!(quotient(1 << 32, 1), None);
         assert_eq!(quotient(u64::MAX, u32::MAX), None);
         assert_eq!(quotient(u64::MAX - (1 << 32), u32::MAX), Some(u32::MAX));
+    }
+
+    #[test]
+    fn the_inverse_root_is_below_by_its_bound() {
+        let least = 1u32 << 30;
+        let (mut worst, mut best) = (0f64, 1f64);
+        for t in (least..u32::MAX).step_by(1_009).chain([u32::MAX]) {
+            let product =
+                f64::from(inverse_root(t)) / 2f64.powi(29) * (f64::from(t) / 2f64.powi(32)).sqrt();
+            (worst, best) = (worst.max(1.0 - product), best.min(1.0 - product));
+        }
+        std::println!("inverse root: below by {best:e} to {worst:e}");
+        assert!((1.7e-6..3.4e-6).contains(&worst), "{worst:e}");
+        assert!(best > 0.0, "{best:e}");
     }
 
     #[test]

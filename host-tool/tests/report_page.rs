@@ -74,6 +74,8 @@ fn channel(number: u8, name: &str, limit: f64) -> ChannelInfo {
         name: name.to_owned(),
         unit: "V".to_owned(),
         limit,
+        muscle: true,
+        force: false,
     }
 }
 
@@ -89,6 +91,7 @@ fn trial(name: &str, delay_s: f64, reach_deg: f64, edges: Vec<Edge>) -> Trial {
         ],
         samples: samples(3, delay_s, reach_deg),
         edges,
+        joint: true,
         wall: None,
         measure: Some((10.0, 30.0)),
         counters: vec![

@@ -1,6 +1,7 @@
 //! Pseudo-differentiation: a derivative behind a first-order low-pass,
 //! g·s / (s + g) with g = 2π·cutoff (Hamana 2022 §III-D: cutoff 3 Hz).
 
+use super::law::saturated;
 use crate::units::{Angle, AngularRate};
 use fixed::types::I16F16;
 
@@ -67,19 +68,17 @@ impl Differentiator {
     }
 
     /// The rate of change after one more sample. The first sample gives 0.
+    #[inline]
     pub fn step(&self, state: &mut DifferentiatorState, x: Angle) -> AngularRate {
-        let bits = i64::from(x.0.to_bits());
-        let before = state
-            .previous
-            .replace(x)
-            .map_or(bits, |p| i64::from(p.0.to_bits()));
-        // |Δ| < 2^32, gain < 2^27; |rate| <= 2^31, pole <= 2^30: both products
-        // stay below 2^61, and so does their sum once shifted.
-        let driven = i64::from(self.gain).wrapping_mul(bits - before) >> GAIN_BITS;
-        let decayed = i64::from(self.pole) * i64::from(state.rate.0.to_bits());
-        let decayed = (decayed + (1 << (POLE_BITS - 1))) >> POLE_BITS;
-        let rate = (driven + decayed).clamp(i64::from(i32::MIN), i64::from(i32::MAX));
-        state.rate = AngularRate(I16F16::from_bits(rate as i32));
+        let before = state.previous.replace(x).unwrap_or(x);
+        // |Δ| <= 2^31, gain < 2^27; |rate| <= 2^31, pole <= 2^30: both products
+        // stay below 2^62, and what decayed within 32 bits.
+        let moved = x.0.saturating_sub(before.0).to_bits();
+        let driven = i64::from(self.gain).wrapping_mul(i64::from(moved)) >> GAIN_BITS;
+        let decayed = i64::from(self.pole).wrapping_mul(i64::from(state.rate.0.to_bits()));
+        let decayed = decayed.wrapping_add(1 << (POLE_BITS - 1)) >> POLE_BITS;
+        let rate = saturated(driven).saturating_add(decayed as i32);
+        state.rate = AngularRate(I16F16::from_bits(rate));
         state.rate
     }
 }

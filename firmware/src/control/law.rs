@@ -181,18 +181,21 @@ impl Law {
     /// two do on command and response. The paper's law heeds neither the course
     /// nor the response: it is the paper's.
     pub(crate) fn step(&self, state: &mut LawState, error: Angle, course: &Course) -> Effort {
-        let Some(response) = &self.response else {
-            return self.answer(state, error, course.forward);
+        let (error, forward) = match &self.response {
+            None => (error, course.forward),
+            Some(response) => (
+                response.foreseen(&state.response, error),
+                Response::forward(&state.response, course),
+            ),
         };
-        let error = response.foreseen(&state.response, error);
-        let forward = Response::forward(&state.response, course);
         let effort = self.answer(state, error, forward);
-        if let Effort::Fraction(u) = effort {
+        if let (Some(response), Effort::Fraction(u)) = (&self.response, effort) {
             response.learn(&mut state.response, error, course, u);
         }
         effort
     }
 
+    #[inline(always)]
     fn answer(&self, state: &mut LawState, error: Angle, forward: Q) -> Effort {
         let rate = self.differentiator.step(&mut state.differentiator, error);
         match &self.kind {
@@ -223,6 +226,17 @@ pub(super) const fn product(a: Q, b: Q) -> Q {
     let fine = lower.wrapping_mul(b) >> Q::FRAC_NBITS;
     let coarse = upper.wrapping_mul(b) << (32 - Q::FRAC_NBITS);
     Q::from_bits(coarse.wrapping_add(fine))
+}
+
+/// `x`, or the nearest number of 32 bits.
+#[inline(always)]
+pub(super) const fn saturated(x: i64) -> i32 {
+    let low = x as i32;
+    if low as i64 == x {
+        low
+    } else {
+        (x >> 63) as i32 ^ i32::MAX
+    }
 }
 
 /// π/180 in [`Q`]: 0.017453292 within 1.4e-6 of itself.

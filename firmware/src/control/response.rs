@@ -1,7 +1,7 @@
 //! How a nominal wearer answers in time, and what the device learns of how this
 //! one differs: a predictor against delay, and gains adapted while it runs.
 
-use super::law::{Q, ratio};
+use super::law::{Q, ratio, saturated};
 use super::spec::{SpecError, SpecField, within};
 use super::super_twisting::radians;
 use crate::muscle::exponential::exp2_neg;
@@ -133,49 +133,61 @@ impl ResponseSpec {
 impl Response {
     /// The error once the efforts of the last delay have acted: less what the
     /// nominal wearer will still move (Smith, Chem. Eng. Prog. 53 (1957)).
+    #[inline]
     pub(super) fn foreseen(&self, state: &ResponseState, error: Angle) -> Angle {
         let [_, now] = state.lags;
         // Before `next` by at least 1, wrapped to the table's length, 2^7.
-        let slot = state.next.wrapping_sub(1 + self.delay) as usize % DELAY_MAX;
+        let before = state.next.wrapping_sub(self.delay).wrapping_sub(1);
+        let slot = before as usize % DELAY_MAX;
         let then = state.past.get(slot).copied().unwrap_or(0);
-        // Both within ±1 and a bit: their difference fits.
-        let to_come = times(now.wrapping_sub(then), self.gain, 29);
+        // Both within ±1 and a bit: their difference fits, and with a gain below
+        // 2^26 the product is below 2^28.
+        let to_come = times(now.wrapping_sub(then), self.gain, 29) as i32;
         let error = error.0.to_bits().saturating_sub(to_come);
         Angle(I16F16::from_bits(error))
     }
 
     /// The feed-forward as learnt so far.
+    #[inline]
     pub(super) fn forward(state: &ResponseState, course: &Course) -> Q {
-        // |forward| <= 1; |scale| < 2, |damping| < 1, |rate| <= 64.
+        // |forward| <= 1; |scale| < 2, |damping| < 1, |rate| <= 72.
         let forward = course.forward.to_bits() as i32;
         let scaled = times(state.scale, forward, 24);
         let damped = times(state.damping, radians(course.rate.0), 24);
-        course.forward + Q::from_bits(i64::from(scaled) + i64::from(damped))
+        let learnt = Q::from_bits(scaled.wrapping_add(damped));
+        course.forward.wrapping_add(learnt)
     }
 
     /// Takes the period's effort, and learns from its error unless the effort is
     /// clamped on the side that the error asks for: gradient descent on the
     /// squared error ("MIT rule", Åström & Wittenmark, Adaptive Control, ch. 5).
+    #[inline]
     pub(super) fn learn(&self, state: &mut ResponseState, error: Angle, course: &Course, u: Q) {
-        let outward = (u > Q::ONE && error.0 > 0) || (u < -Q::ONE && error.0 < 0);
+        const ONE: i32 = 1 << 24;
+        let u = saturated(u.to_bits());
+        let outward = (u > ONE && error.0 > 0) || (u < -ONE && error.0 < 0);
         if !outward {
-            // Within ±8 rad, steps below 4: products below 2^29.
+            // Within ±8 rad, steps below 4, |forward| <= 1: below 2^29.
             let e = radians(error.0).clamp(-(8 << 24), 8 << 24);
             let forward = course.forward.to_bits() as i32;
-            let scale = times(times(self.scale_step, e, 24), forward, 24);
+            let scale = times(times(self.scale_step, e, 24) as i32, forward, 24) as i32;
             state.scale = state.scale.saturating_add(scale).clamp(SCALE.0, SCALE.1);
-            // Within ±64: the product is below 2^35, which saturates.
+            // Within ±72: the product is below 2^36, which saturates.
             let rate = radians(course.rate.0);
-            let damping = times(times(self.damping_step, e, 24), rate, 24);
+            let damping = saturated(times(times(self.damping_step, e, 24) as i32, rate, 24));
             state.damping = (state.damping.saturating_add(damping)).clamp(-DAMPING, DAMPING);
         }
         // Within ±1: 2^29.
-        let effort = (u.clamp(-Q::ONE, Q::ONE).to_bits() << 5) as i32;
+        let effort = u.clamp(-ONE, ONE) << 5;
         let [keep_muscle, keep_joint] = self.keeps;
         let [muscle, joint] = state.lags;
         // Means of numbers within ±1 and a bit: differences within 2^30, sums fit.
-        let muscle = effort.wrapping_add(times(muscle.wrapping_sub(effort), keep_muscle, 30));
-        let joint = muscle.wrapping_add(times(joint.wrapping_sub(muscle), keep_joint, 30));
+        let follow = |from: i32, to: i32, keep: i32| {
+            let left = times(from.wrapping_sub(to), keep, 30) as i32;
+            to.wrapping_add(left)
+        };
+        let muscle = follow(muscle, effort, keep_muscle);
+        let joint = follow(joint, muscle, keep_joint);
         state.lags = [muscle, joint];
         if let Some(slot) = state.past.get_mut(state.next as usize % DELAY_MAX) {
             *slot = joint;
@@ -184,9 +196,9 @@ impl Response {
     }
 }
 
-/// a·b / 2^shift, rounded towards −∞, saturating.
-fn times(a: i32, b: i32, shift: u32) -> i32 {
+/// a·b / 2^shift, rounded towards −∞.
+#[inline(always)]
+fn times(a: i32, b: i32, shift: u32) -> i64 {
     // Two numbers of 32 bits.
-    let product = (i64::from(a) * i64::from(b)) >> shift;
-    product.clamp(i32::MIN.into(), i32::MAX.into()) as i32
+    i64::from(a).wrapping_mul(i64::from(b)) >> shift
 }

@@ -4,7 +4,7 @@
 //! on every machine, once per law period. `micromath`'s, up to 6 % high, would
 //! make host and chip differ and gain nothing here.
 
-use super::law::{Effort, Q, product, ratio};
+use super::law::{Effort, Q, product, ratio, saturated};
 use crate::division;
 use crate::units::{Angle, AngularRate};
 use core::cmp::Ordering;
@@ -111,8 +111,6 @@ pub struct Push {
 /// Highest h·b·k1 and h·b·k3, which keep the root's argument below 2^14.
 const ROOT_GAIN_MAX: u64 = 200;
 const LINEAR_GAIN_MAX: u64 = 7;
-/// Bound of s, rad/s: 128 is far beyond any joint.
-const TWIST_MAX: Q = Q::from_bits((1 << (7 + Q::FRAC_NBITS)) - 1);
 
 impl Twist {
     /// k1 (effort·s^-½), k2 (effort/s), b (rate of s per effort) and k3 (effort
@@ -168,37 +166,44 @@ impl Twist {
     /// The answer to `s`, bounded to ±128.
     #[must_use]
     pub fn push(&self, s: Q) -> Push {
-        let s = s.clamp(-TWIST_MAX, TWIST_MAX);
-        let size = s.to_bits().unsigned_abs() as u32; // below 2^31
+        self.push_bits(saturated(s.to_bits()))
+    }
+
+    /// The answer to `s` in bits of [`Q`].
+    #[inline(always)]
+    fn push_bits(&self, s: i32) -> Push {
+        let size = s.unsigned_abs(); // at most 2^31
         let (push, growth) = match size.checked_sub(self.dead_beat) {
             None | Some(0) => {
                 // size <= dead_beat < 2^30, inverse < 2^30.
-                let growth = (u64::from(self.inverse) * u64::from(size)) >> 20;
-                (0, growth.min(self.hk2.into()))
+                let growth = (u64::from(self.inverse).wrapping_mul(u64::from(size))) >> 20;
+                (0, growth.min(self.hk2.into()) as u32)
             }
-            Some(rest) => (self.beyond(rest), self.hk2.into()),
+            Some(rest) => (self.beyond(rest), self.hk2),
         };
         // push < 2^38, growth < 2^26.
-        let bits = |size: u64| {
-            let size = size.cast_signed();
-            Q::from_bits(if s < Q::ZERO { -size } else { size })
-        };
+        let push = push.wrapping_add(u64::from(growth << 1)).cast_signed();
+        let growth = i64::from(growth);
+        // Complement and one more, if s is negative.
+        let sign = i64::from(s >> 31);
         Push {
-            push: bits(push.wrapping_add(2 * growth)),
-            growth: bits(growth),
+            push: Q::from_bits((push ^ sign).wrapping_sub(sign)),
+            growth: Q::from_bits((growth ^ sign).wrapping_sub(sign)),
         }
     }
 
-    /// k1·√z + k3·z for |s| − h²·b·k2 = `rest` < 2^31.
+    /// k1·√z + k3·z for |s| − h²·b·k2 = `rest` <= 2^31.
+    #[inline(always)]
     fn beyond(&self, rest: u32) -> u64 {
-        // quarter < 2^62 and rest · slope < 2^58.
-        let square = self.quarter + u64::from(rest) * u64::from(self.slope);
+        // quarter < 2^62 and rest · slope <= 2^58.
+        let linear = u64::from(rest).wrapping_mul(u64::from(self.slope));
+        let square = self.quarter.wrapping_add(linear);
         // At least `half`, of whose square it is the root, and below 2^31.
-        let root = division::square_root(square).saturating_sub(self.half);
+        let root = division::square_root(square).wrapping_sub(self.half);
         // flat <= 2^24; what is left is √z: z <= 128, so below 2^28.
-        let root = ((u64::from(root) * u64::from(self.flat)) >> Q::FRAC_NBITS) as u32;
+        let root = (u64::from(root).wrapping_mul(u64::from(self.flat)) >> Q::FRAC_NBITS) as u32;
         // k1, k3 < 2^31: gain < 2^35; times root below 2^63.
-        let linear = (u64::from(self.k3) * u64::from(root)) >> Q::FRAC_NBITS;
+        let linear = u64::from(self.k3).wrapping_mul(u64::from(root)) >> Q::FRAC_NBITS;
         let gain = linear.wrapping_add(self.k1.into());
         gain.wrapping_mul(root.into()) >> Q::FRAC_NBITS
     }
@@ -248,6 +253,7 @@ impl Recommended {
     }
 
     /// One period further: fraction of the range, not clamped.
+    #[inline]
     pub fn step(
         &self,
         state: &mut TwistState,
@@ -257,15 +263,15 @@ impl Recommended {
     ) -> Effort {
         let e = radians(error.0);
         // Below 2^31 each: the product is below 2^62.
-        let ahead = (i64::from(self.lambda) * i64::from(e)) >> Q::FRAC_NBITS;
-        let s = Q::from_bits(ahead + i64::from(radians(rate.0)));
-        let Push { push, growth } = self.twist.push(s);
-        let by_error = (i64::from(self.ki_step) * i64::from(e)) >> Q::FRAC_NBITS;
+        let ahead = i64::from(self.lambda).wrapping_mul(i64::from(e)) >> Q::FRAC_NBITS;
+        let s = saturated(ahead).saturating_add(radians(rate.0));
+        let Push { push, growth } = self.twist.push_bits(s);
+        let by_error = i64::from(self.ki_step).wrapping_mul(i64::from(e)) >> Q::FRAC_NBITS;
         let growth = growth.wrapping_add(Q::from_bits(by_error));
         // |push| < 2^15 and |growth| < 2^8. The integral grows outwards only while
         // |integral + push + forward| <= 1, so it stays below 2^16: nothing wraps.
         let v = state.integral.wrapping_add(push).wrapping_add(forward);
-        let is_beyond = v > Q::ONE || v < -Q::ONE;
+        let is_beyond = saturated(v.to_bits()).unsigned_abs() > 1 << Q::FRAC_NBITS;
         if !(is_beyond && (v > Q::ZERO) == (growth > Q::ZERO)) {
             state.integral = state.integral.wrapping_add(growth);
         }
@@ -273,14 +279,14 @@ impl Recommended {
     }
 }
 
-/// From ° to rad in bits of [`Q`], within ±64.
+/// From ° to rad in bits of [`Q`], within ±72: what is beyond ±4096° counts as that.
+#[inline(always)]
 pub(super) fn radians(degrees: I16F16) -> i32 {
     /// π/180 in 2^-30.
     const RAD_PER_DEG_Q30: i64 = 18_740_330;
-    const MOST: i64 = 64 << Q::FRAC_NBITS;
-    // 2^31 · 2^25; 16 + 30 − 22 = 24 fraction bits.
-    let rad = (i64::from(degrees.to_bits()) * RAD_PER_DEG_Q30) >> 22;
-    rad.clamp(-MOST, MOST) as i32
+    let degrees = degrees.to_bits().clamp(-(1 << 28), (1 << 28) - 1);
+    // 2^28 · 2^24.2; 16 + 30 − 22 = 24 fraction bits, below 2^30.2.
+    (i64::from(degrees).wrapping_mul(RAD_PER_DEG_Q30) >> 22) as i32
 }
 
 /// ė + λ·e, in °/s: below 100 · 2^15 + 2^15 < 2^22.

@@ -220,6 +220,7 @@ impl CalciumForce {
     }
 
     /// Lets time pass until `at`, then the pulse acts.
+    #[cold]
     #[inline(never)]
     fn pulse_at_once(&self, state: &mut CalciumForceState, at: Micros, gain: u32) {
         self.advance_any(state, at);
@@ -245,6 +246,7 @@ impl CalciumForce {
     }
 
     /// [`Self::advance`] by any time: ticks, then what is left.
+    #[cold]
     #[inline(never)]
     fn advance_any(&self, state: &mut CalciumForceState, to: Micros) {
         let mut left_us = to.elapsed_since(state.at);
@@ -356,7 +358,7 @@ impl CalciumForce {
     /// scale, the two steps of the method's own are, but for terms of third
     /// order, F ← F + p·(a1 + a2 − z·F + (a2·z1 − a1·z2)/2), z = z1 + z2 and
     /// p = (1 − e^−z)/z.
-    #[inline(never)]
+    #[inline(always)]
     fn tick_with_pulse(&self, state: &mut CalciumForceState, until_pulse_us: u32) {
         // Both below 1000, and 22 bits up below 2^32 as in step_of.
         let before = until_pulse_us << 22;

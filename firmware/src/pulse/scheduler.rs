@@ -218,7 +218,8 @@ impl Scheduler {
     /// Renders the window at `start` into `plan`.
     ///
     /// # Errors
-    /// [`RenderError`]; `plan` must then not be played.
+    /// [`RenderError`]; `plan` must then not be played, and nothing rendered
+    /// before trains start anew.
     pub fn render(
         &mut self,
         start: Micros,
@@ -232,34 +233,52 @@ impl Scheduler {
         if next.is_before(start) {
             return Err(RenderError::Late);
         }
-        self.agenda.begin(start);
-        let mut bound = 0;
-        for index in 0..self.groups.len() {
-            if let Some(group) = self.groups.get(index)
-                && group.partner() == Partner::Isolated
-            {
-                bound |= group.members();
-                self.advance_together(group.members(), supply, plan)?;
-            }
-        }
-        for channel in bits(self.busy() & !u32::from(bound)) {
-            if let Some(Some(lane)) = self.lanes.get_mut(channel) {
-                // channel < 10 fits u8.
-                advance_alone(lane, channel as u8, &mut self.agenda, supply, plan)?;
-            }
-        }
-        self.refresh_next();
-        self.picture_to(plan)
+        self.render_busy(start, supply, plan)
     }
 
-    /// Carries what the agenda holds into the picture and the plan.
+    /// Renders a window with edges; apart, so that an idle one stays cheap.
     #[inline(never)]
-    fn picture_to(&mut self, plan: &mut WindowPlan) -> Result<(), RenderError> {
+    fn render_busy(
+        &mut self,
+        start: Micros,
+        supply: &mut impl Supply,
+        plan: &mut WindowPlan,
+    ) -> Result<(), RenderError> {
+        self.agenda.begin(start);
+        for group in &self.groups {
+            if group.partner() == Partner::Isolated {
+                let members = group.members();
+                advance_together(&mut self.lanes, members, &mut self.agenda, supply, plan)?;
+            }
+        }
+        let mut next = u32::MAX;
+        for (lane, channel) in self.lanes.iter_mut().zip(0..) {
+            if let Some(lane) = lane {
+                if self.agenda.ahead(lane.due) < WINDOW_US {
+                    lane.advance(channel, &mut self.agenda, supply, plan)?;
+                }
+                next = next.min(self.agenda.ahead(lane.due));
+            }
+        }
+        self.next = (next != u32::MAX).then(|| start.plus(next));
+        if self.groups.iter().all(|g| g.partner() == Partner::Isolated) {
+            self.picture_to(plan, |picture, _| picture.levels())
+        } else {
+            self.picture_to(plan, with_groups)
+        }
+    }
+
+    /// Carries what the agenda holds into the picture, and what `outputs`
+    /// makes of it into the plan.
+    fn picture_to(
+        &mut self,
+        plan: &mut WindowPlan,
+        outputs: impl Fn(Picture, &[Group]) -> Levels,
+    ) -> Result<(), RenderError> {
         let (mut picture, mut last) = (self.picture, self.levels);
-        let groups = self.groups.as_slice();
-        let result = self.agenda.in_order(|slot, changes| {
+        let result = self.agenda.hand_over(|slot, changes| {
             picture.0 ^= changes;
-            let levels = with_groups(picture, groups);
+            let levels = outputs(picture, &self.groups);
             if levels == last {
                 return Ok(());
             }
@@ -269,54 +288,6 @@ impl Scheduler {
         });
         (self.picture, self.levels) = (picture, last);
         result
-    }
-
-    /// Takes the members of an isolated group through the window, earliest edge
-    /// first, and settles after each which groundings it interrupts or resumes.
-    fn advance_together(
-        &mut self,
-        members: u16,
-        supply: &mut impl Supply,
-        plan: &mut WindowPlan,
-    ) -> Result<(), RenderError> {
-        while let Some(now) = earliest(dues(&self.lanes, members))
-            && self.agenda.holds(now)
-        {
-            let mut pulsing = 0;
-            for channel in bits(members.into()) {
-                if let Some(Some(lane)) = self.lanes.get_mut(channel) {
-                    if lane.due == Some(now) {
-                        let old = lane.shows;
-                        // channel < 10 fits u8.
-                        lane.edge(channel as u8, now, supply, plan)?;
-                        self.agenda.enter(now, old, lane.shows);
-                    }
-                    pulsing |= lane.shows.pulsing();
-                }
-            }
-            for channel in bits(members.into()) {
-                if let Some(Some(lane)) = self.lanes.get_mut(channel) {
-                    let old = lane.shows;
-                    lane.settle_grounding(now, pulsing != 0);
-                    self.agenda.enter(now, old, lane.shows);
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// Lanes with an edge in the agenda's window, bit i is channel i.
-    #[inline(never)]
-    fn busy(&self) -> u32 {
-        let mut busy = 0;
-        for (lane, bit) in self.lanes.iter().zip((0..).map(|channel| 1 << channel)) {
-            if let Some(Lane { due: Some(due), .. }) = lane
-                && self.agenda.holds(*due)
-            {
-                busy |= bit;
-            }
-        }
-        busy
     }
 
     #[inline(never)]
@@ -338,20 +309,37 @@ fn with_groups(picture: Picture, groups: &[Group]) -> Levels {
     levels
 }
 
-/// Takes a lane that no other one touches through the agenda's window.
-fn advance_alone(
-    lane: &mut Lane,
-    channel: u8,
+/// Takes the members of an isolated group through the window, earliest edge
+/// first, and settles after each which groundings it interrupts or resumes.
+fn advance_together(
+    lanes: &mut [Option<Lane>; CHANNELS],
+    members: u16,
     agenda: &mut Agenda,
     supply: &mut impl Supply,
     plan: &mut WindowPlan,
 ) -> Result<(), RenderError> {
-    while let Some(now) = lane.due
-        && agenda.holds(now)
+    while let Some(now) = earliest(dues(lanes, members))
+        && let Some(slot) = agenda.slot(now)
     {
-        let old = lane.shows;
-        lane.edge(channel, now, supply, plan)?;
-        agenda.enter(now, old, lane.shows);
+        let mut pulsing = 0;
+        for channel in bits(members.into()) {
+            if let Some(Some(lane)) = lanes.get_mut(channel) {
+                if lane.due == Some(now) {
+                    let old = lane.shows;
+                    // channel < 10 fits u8.
+                    lane.edge(channel as u8, now, supply, plan)?;
+                    agenda.enter(slot, old.0 ^ lane.shows.0);
+                }
+                pulsing |= lane.shows.pulsing();
+            }
+        }
+        for channel in bits(members.into()) {
+            if let Some(Some(lane)) = lanes.get_mut(channel) {
+                let old = lane.shows;
+                lane.settle_grounding(now, pulsing != 0);
+                agenda.enter(slot, old.0 ^ lane.shows.0);
+            }
+        }
     }
     Ok(())
 }

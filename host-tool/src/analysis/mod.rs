@@ -1,13 +1,16 @@
 //! Numbers computed from a recorded trial: how well did the joint follow?
 //!
 //! Not here: the data (`record`), its pictures (`report`), fits (`identify`).
-//! In: a [`Trial`]. Out: [`Metrics`], or the [`Hit`]s of a virtual wall. Every sample counts alike, as in the
-//! papers, so samples are expected at a steady rate.
+//! In: a [`Trial`]. Out: [`Metrics`] of a joint, [`ForceMetrics`], or the [`Hit`]s of a
+//! virtual wall. Every sample counts alike, as in the papers, so samples are expected at
+//! a steady rate.
 
 mod contact;
+mod force;
 mod lag;
 
 pub use contact::{Hit, hits};
+pub use force::{ForceMetrics, force_metrics};
 pub use lag::lag_s;
 
 use crate::record::{Sample, Trial};
@@ -37,10 +40,10 @@ pub struct Metrics {
 }
 
 /// Metrics of a trial over its `measure` window, both ends included, or over
-/// all of it. `None` when no sample lies in the window, and for a wall, which
-/// is no target.
+/// all of it. `None` when no sample lies in the window, and without a joint:
+/// nothing then follows the target.
 pub fn metrics(trial: &Trial) -> Option<Metrics> {
-    if trial.wall.is_some() {
+    if !trial.joint {
         return None;
     }
     let (from_s, to_s) = window(trial)?;
@@ -110,6 +113,7 @@ mod tests {
     /// angle one degree higher 2, −1, 3, 1: Σe² = 15.
     fn trial() -> Trial {
         Trial {
+            joint: true,
             samples: vec![
                 sample(0.0, 0.0, 50.0, true),
                 sample(1.0, 10.0, 11.0, true),

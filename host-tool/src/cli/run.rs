@@ -2,7 +2,7 @@
 
 use super::chip::ChipArgs;
 use super::{Incomplete, Output};
-use crate::analysis::{Hit, hits, metrics};
+use crate::analysis::{ForceMetrics, Hit, force_metrics, hits, metrics};
 use crate::record::{Recorder, Run, write_run};
 use crate::report::{self, Report};
 use crate::run::{DeviceName, SessionFile, acknowledge, begin_trial, edges_of_one_period, run};
@@ -80,10 +80,9 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
         }
     }
     recorder.finish(&outcome.trial.counters, outcome.trial.duration_s)?;
-    // Without a joint there is no angle to follow.
-    let is_controlled = session.session.joint.is_some();
-    let metrics = metrics(&outcome.trial).filter(|_| is_controlled);
+    let metrics = metrics(&outcome.trial);
     let hits = hits(&outcome.trial);
+    let forces = force_metrics(&outcome.trial);
     let refused = outcome.refused;
     record.trials.push(outcome.trial);
     let command = format!("flexor run {} --seed {}", args.session.display(), args.seed);
@@ -98,12 +97,13 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
     let rmse = metrics.as_ref().map(|m| m.rmse_deg);
     let result = serde_json::json!({
         "title": record.title, "device": record.device, "seed": args.seed,
-        "rmse_deg": rmse, "hits": hits, "refused": refused, "report": report,
+        "rmse_deg": rmse, "hits": hits, "forces": forces, "refused": refused, "report": report,
         "error": null,
     });
     let people = || {
         let tracked = rmse.map(|r| format!("RMSE {r:.2}° "));
         let mut lines: Vec<String> = hits.iter().map(in_words).collect();
+        lines.extend(forces.iter().map(followed));
         lines.push(format!(
             "{}: {}{refused} refused; report: {}",
             record.title,
@@ -121,6 +121,15 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
     }
     let error = error.into();
     Err(Incomplete { error, result }.into())
+}
+
+/// How a force was followed, for people.
+fn followed(force: &ForceMetrics) -> String {
+    format!(
+        "channel {}: predicted force within {:.3} N (RMSE) of the wanted, {:.3} N at most; it \
+         asked for up to {:.1} N",
+        force.channel, force.rmse_n, force.max_abs_n, force.peak_n,
+    )
 }
 
 /// A hit of a virtual wall, for people.

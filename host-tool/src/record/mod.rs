@@ -65,6 +65,9 @@ pub struct Trial {
     /// its first edge.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub edges: Vec<Edge>,
+    /// Whether the device drove a joint after a target: only then is its angle judged.
+    #[serde(default)]
+    pub joint: bool,
     /// The virtual wall, if there was one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wall: Option<WallPlace>,
@@ -74,6 +77,35 @@ pub struct Trial {
     pub counters: Vec<(String, u64)>,
     /// What happened when, s.
     pub events: Vec<(f64, String)>,
+}
+
+impl Trial {
+    /// The predicted force of a channel, N; `None` without a muscle.
+    #[must_use]
+    pub fn force_n(&self, sample: &Sample, channel: u8) -> Option<f64> {
+        let place = self.place(channel, |c| c.muscle)?;
+        sample.forces_n.get(place).copied()
+    }
+
+    /// The wanted force of a channel, N; `None` without force control.
+    #[must_use]
+    pub fn wanted_n(&self, sample: &Sample, channel: u8) -> Option<f64> {
+        let place = self.place(channel, |c| c.force)?;
+        sample.wanted_n.get(place).copied()
+    }
+
+    /// The pulse rate that force control gives a channel, Hz; `None` without.
+    #[must_use]
+    pub fn rate_hz(&self, sample: &Sample, channel: u8) -> Option<f64> {
+        let place = self.place(channel, |c| c.force)?;
+        sample.rates_hz.get(place).copied()
+    }
+
+    /// A channel's place among those that have something.
+    fn place(&self, channel: u8, has: fn(&ChannelInfo) -> bool) -> Option<usize> {
+        let mut such = self.channels.iter().filter(|c| has(c));
+        such.position(|c| c.number == channel)
+    }
 }
 
 /// Where a trial's virtual wall stands.
@@ -98,6 +130,12 @@ pub struct ChannelInfo {
     pub unit: String,
     /// The wearer's limit, in that unit.
     pub limit: f64,
+    /// Whether its muscle's force is predicted: a place in `Sample::forces_n`.
+    #[serde(default)]
+    pub muscle: bool,
+    /// Whether that force is controlled: a place in `Sample::wanted_n`.
+    #[serde(default)]
+    pub force: bool,
 }
 
 /// One telemetry sample.

@@ -1,7 +1,6 @@
 //! Keeps a trial on disk while it runs.
 
 use super::folder::write_json;
-use super::table::Forces;
 use super::{Edge, RecordError, Sample, Trial, table, trial_folder};
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -18,7 +17,6 @@ const FLUSH_EVERY: Duration = Duration::from_secs(1);
 pub struct Recorder {
     folder: PathBuf,
     trial: Trial,
-    forces: Option<Forces>,
     samples: BufWriter<File>,
     flushed: Instant,
 }
@@ -38,17 +36,18 @@ impl Recorder {
                 edges: Vec::new(),
                 ..trial.clone()
             },
-            forces: None,
             samples: BufWriter::new(file),
             flushed: Instant::now(),
         };
         recorder.describe()?;
+        table::write_sample_header(&mut recorder.samples, &trial.channels)
+            .map_err(RecordError::io(&path))?;
         recorder.edges(&trial.edges)?;
         trial.samples.iter().try_for_each(|s| recorder.sample(s))?;
         Ok(recorder)
     }
 
-    /// Appends a sample. The first one decides how many force columns there are.
+    /// Appends a sample.
     pub fn sample(&mut self, sample: &Sample) -> Result<(), RecordError> {
         let written = self.append(sample);
         written.map_err(RecordError::io(&self.folder.join("samples.csv")))
@@ -56,15 +55,7 @@ impl Recorder {
 
     fn append(&mut self, sample: &Sample) -> std::io::Result<()> {
         let channels = &self.trial.channels;
-        let forces = match self.forces {
-            Some(forces) => forces,
-            None => {
-                let forces = Forces::of(sample);
-                table::write_sample_header(&mut self.samples, channels, forces)?;
-                *self.forces.insert(forces)
-            }
-        };
-        table::write_sample(&mut self.samples, sample, channels.len(), forces)?;
+        table::write_sample(&mut self.samples, sample, channels)?;
         if self.flushed.elapsed() >= FLUSH_EVERY {
             self.samples.flush()?;
             self.flushed = Instant::now();
@@ -93,14 +84,6 @@ impl Recorder {
         counters: &[(String, u64)],
         duration_s: f64,
     ) -> Result<(), RecordError> {
-        if self.forces.is_none() {
-            let written = table::write_sample_header(
-                &mut self.samples,
-                &self.trial.channels,
-                Forces::default(),
-            );
-            written.map_err(RecordError::io(&self.folder.join("samples.csv")))?;
-        }
         let flushed = self.samples.flush();
         flushed.map_err(RecordError::io(&self.folder.join("samples.csv")))?;
         self.trial.counters = counters.to_vec();

@@ -19,52 +19,24 @@ const FORCE: &str = "force_";
 const WANTED: &str = "wanted_";
 const RATE: &str = "rate_";
 
-/// How many forces a table has columns for.
-#[derive(Clone, Copy, Default)]
-pub(super) struct Forces {
-    /// Predicted ones.
-    predicted: usize,
-    /// Controlled ones.
-    controlled: usize,
-}
-
-impl Forces {
-    /// Those of a sample.
-    pub(super) fn of(sample: &Sample) -> Self {
-        Self {
-            predicted: sample.forces_n.len(),
-            controlled: sample.wanted_n.len(),
-        }
-    }
-
-    fn or_more(self, other: Self) -> Self {
-        Self {
-            predicted: self.predicted.max(other.predicted),
-            controlled: self.controlled.max(other.controlled),
-        }
-    }
-}
-
 /// Writes the header of `samples.csv`: the fixed columns, `amplitude_<channel>_<unit>`
-/// for each channel, `force_<position>_n` for each predicted force,
-/// `wanted_<position>_n` and `rate_<position>_hz` for each controlled one.
+/// for each channel, `force_<channel>_n` for each whose force is predicted,
+/// `wanted_<channel>_n` and `rate_<channel>_hz` for each under force control.
 pub(super) fn write_sample_header(
     out: &mut impl Write,
     channels: &[ChannelInfo],
-    forces: Forces,
 ) -> io::Result<()> {
     write!(out, "{}", FIXED.join(","))?;
     for channel in channels {
         let unit = channel.unit.to_lowercase();
         write!(out, ",{AMPLITUDE}{}_{unit}", channel.number)?;
     }
-    for (prefix, count, unit) in [
-        (FORCE, forces.predicted, "n"),
-        (WANTED, forces.controlled, "n"),
-        (RATE, forces.controlled, "hz"),
-    ] {
-        for position in 1..=count {
-            write!(out, ",{prefix}{position}_{unit}")?;
+    for channel in channels.iter().filter(|c| c.muscle) {
+        write!(out, ",{FORCE}{}_n", channel.number)?;
+    }
+    for (prefix, unit) in [(WANTED, "n"), (RATE, "hz")] {
+        for channel in channels.iter().filter(|c| c.force) {
+            write!(out, ",{prefix}{}_{unit}", channel.number)?;
         }
     }
     writeln!(out)
@@ -75,9 +47,10 @@ pub(super) fn write_sample_header(
 pub(super) fn write_sample(
     out: &mut impl Write,
     sample: &Sample,
-    channels: usize,
-    forces: Forces,
+    channels: &[ChannelInfo],
 ) -> io::Result<()> {
+    let predicted = channels.iter().filter(|c| c.muscle).count();
+    let controlled = channels.iter().filter(|c| c.force).count();
     write!(
         out,
         "{},{},{},",
@@ -88,10 +61,10 @@ pub(super) fn write_sample(
     }
     write!(out, ",{},{}", sample.effort, u8::from(sample.limiting))?;
     for (values, columns) in [
-        (&sample.amplitudes, channels),
-        (&sample.forces_n, forces.predicted),
-        (&sample.wanted_n, forces.controlled),
-        (&sample.rates_hz, forces.controlled),
+        (&sample.amplitudes, channels.len()),
+        (&sample.forces_n, predicted),
+        (&sample.wanted_n, controlled),
+        (&sample.rates_hz, controlled),
     ] {
         for column in 0..columns {
             match values.get(column) {
@@ -103,18 +76,15 @@ pub(super) fn write_sample(
     writeln!(out)
 }
 
-/// Writes samples with their header; the number of force columns is that of
-/// the sample that has most.
+/// Writes samples with their header.
 pub fn write_samples(
     out: &mut impl Write,
     channels: &[ChannelInfo],
     samples: &[Sample],
 ) -> io::Result<()> {
-    let forces = samples.iter().map(Forces::of);
-    let forces = forces.fold(Forces::default(), Forces::or_more);
-    write_sample_header(out, channels, forces)?;
+    write_sample_header(out, channels)?;
     for sample in samples {
-        write_sample(out, sample, channels.len(), forces)?;
+        write_sample(out, sample, channels)?;
     }
     Ok(())
 }

@@ -35,6 +35,8 @@ struct Lane {
     limit: Option<f64>,
     color: RGBColor,
     value: Box<Value>,
+    /// What it should be, if anything says so: a dark line.
+    wanted: Option<Box<Value>>,
 }
 
 /// Amplitude of every channel over time, or nothing without channels.
@@ -52,59 +54,57 @@ pub(super) fn amplitudes(trials: &[Trial]) -> String {
             limit: Some(channel.limit),
             color: channel_color(number),
             value: Box::new(value),
+            wanted: None,
         }
     });
     let lanes: Vec<Lane> = lanes.collect();
     grid(trials, &lanes, "Amplitude of every channel over time")
 }
 
-/// Every predicted force over time, or nothing without any. Rows are channels
-/// where every channel has a force; otherwise only the position is known.
+/// Predicted force of every channel with a muscle over time, and the wanted one
+/// where it is controlled; nothing without muscles.
 pub(super) fn forces(trials: &[Trial]) -> String {
-    let per_channel = |trial: &Trial| {
-        let channels = trial.channels.len();
-        trial.samples.iter().all(|s| s.forces_n.len() == channels)
-    };
-    let is_channel = trials.iter().all(per_channel);
-    let rows: Vec<(u8, String)> = if is_channel {
-        let named = channels(trials).into_iter();
-        named
-            .map(|c| (c.number, format!("{} {}", c.number, c.name)))
-            .collect()
-    } else {
-        let samples = trials.iter().flat_map(|trial| &trial.samples);
-        let count = samples.map(|s| s.forces_n.len()).max().unwrap_or(0);
-        (1..=count as u8)
-            .map(|n| (n, format!("muscle {n}")))
-            .collect()
-    };
-    let value = |number: u8| {
-        move |trial: &Trial, sample: &Sample| {
-            let position = usize::from(number.saturating_sub(1));
-            let column = if is_channel {
-                column(trial, number)?
-            } else {
-                position
-            };
-            sample.forces_n.get(column).copied()
-        }
-    };
+    let force = |n: u8| move |trial: &Trial, sample: &Sample| trial.force_n(sample, n);
+    let wanted = |n: u8| move |trial: &Trial, sample: &Sample| trial.wanted_n(sample, n);
+    let rows = || channels(trials).into_iter().filter(|c| c.muscle);
     // One scale for all, or small forces would look as large as big ones.
-    let most = rows
-        .iter()
-        .map(|(number, _)| largest(trials, &value(*number)));
-    let most = most.fold(0.0, f64::max);
+    let tops = rows().flat_map(|c| {
+        let predicted = largest(trials, &force(c.number));
+        [predicted, largest(trials, &wanted(c.number))]
+    });
+    let most = tops.fold(0.0, f64::max);
     let step = round_step(most, 2.0);
-    let lanes = rows.into_iter().map(|(number, name)| Lane {
-        name,
+    let lanes = rows().map(|channel| Lane {
+        name: format!("{} {}", channel.number, channel.name),
         unit: "N".to_owned(),
         top: (most / step).ceil() * step * 1.08,
         limit: None,
-        color: channel_color(number),
-        value: Box::new(value(number)),
+        color: channel_color(channel.number),
+        value: Box::new(force(channel.number)),
+        wanted: Some(Box::new(wanted(channel.number))),
     });
     let lanes: Vec<Lane> = lanes.collect();
     grid(trials, &lanes, "Predicted force over time")
+}
+
+/// Pulse rate of every channel under force control over time, or nothing.
+pub(super) fn rates(trials: &[Trial]) -> String {
+    let rate = |n: u8| move |trial: &Trial, sample: &Sample| trial.rate_hz(sample, n);
+    let rows = || channels(trials).into_iter().filter(|c| c.force);
+    let tops = rows().map(|c| largest(trials, &rate(c.number)));
+    let most = tops.fold(0.0, f64::max);
+    let step = round_step(most, 2.0);
+    let lanes = rows().map(|channel| Lane {
+        name: format!("{} {}", channel.number, channel.name),
+        unit: "Hz".to_owned(),
+        top: (most / step).ceil() * step * 1.08,
+        limit: None,
+        color: channel_color(channel.number),
+        value: Box::new(rate(channel.number)),
+        wanted: None,
+    });
+    let lanes: Vec<Lane> = lanes.collect();
+    grid(trials, &lanes, "Pulse rate over time")
 }
 
 /// The channels of all trials, each once, lowest number first.
@@ -211,6 +211,14 @@ fn draw_cell(area: &Area<'_>, trial: &Trial, lane: &Lane, end_s: f64, is_last: b
     for part in parts {
         chart.draw_series([Polygon::new(closed(&part), lane.color.mix(0.22).filled())])?;
         chart.draw_series([PathElement::new(part, line(lane.color, 13))])?;
+    }
+    if let Some(wanted) = &lane.wanted {
+        let samples = trial.samples.iter();
+        let points = samples.filter_map(|s| Some((s.t_s, wanted(trial, s)?)));
+        for part in shorten(points, BUCKETS) {
+            // On top, or a force that follows well would hide it.
+            chart.draw_series([PathElement::new(part, line(INK, 10))])?;
+        }
     }
     if is_last {
         let mut mesh = chart.configure_mesh();

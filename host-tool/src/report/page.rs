@@ -1,10 +1,11 @@
 //! The HTML page: result first, then the pictures, then what to know about them.
 
 use super::tables::{
-    counter_table, degrees, escape, event_table, hits_table, metrics_table, paper_table, seconds,
+    counter_table, degrees, escape, event_table, force_table, hits_table, metrics_table, newtons,
+    paper_table, seconds,
 };
 use super::{Report, bars, canvas, edges, lanes, trajectory};
-use crate::analysis::{Metrics, hits, metrics};
+use crate::analysis::{Metrics, force_metrics, hits, metrics};
 use crate::record::{Assumption, Role, Run};
 use std::fmt::Write;
 
@@ -24,7 +25,7 @@ pub fn page(report: &Report) -> String {
     out.push_str(&figure(&trajectory::figure(&run.trials), ""));
     let _ = writeln!(out, "<p class=\"facts\">{}</p>", facts(run));
 
-    let tables = metrics_table(&run.trials) + &hits_table(&run.trials);
+    let tables = metrics_table(&run.trials) + &hits_table(&run.trials) + &force_table(&run.trials);
     section(&mut out, "Result", &tables);
     section(&mut out, "Stimulation", &stimulation(run));
     section(&mut out, "Edges of one period", &periods(run));
@@ -48,7 +49,12 @@ fn result(run: &Run) -> String {
     let mut judged: Vec<(&str, Metrics)> = judged.collect();
     judged.sort_by(|a, b| a.1.rmse_deg.total_cmp(&b.1.rmse_deg));
     let Some(((name, best), others)) = judged.split_first() else {
-        return wall_result(run).unwrap_or_else(|| "No samples were recorded.".to_owned());
+        let other = wall_result(run).or_else(|| force_result(run));
+        let nothing = run.trials.iter().all(|trial| trial.samples.is_empty());
+        return other.unwrap_or_else(|| match nothing {
+            true => "No samples were recorded.".to_owned(),
+            false => "Open loop: nothing was to be followed.".to_owned(),
+        });
     };
     let window = format!("{}–{} s", seconds(best.from_s), seconds(best.to_s));
     let rmse = degrees(best.rmse_deg);
@@ -69,6 +75,30 @@ fn result(run: &Run) -> String {
             all.join(" and ")
         ),
     }
+}
+
+/// The same for trials under force control: the channel that followed worst.
+fn force_result(run: &Run) -> Option<String> {
+    let all = run.trials.iter().flat_map(|trial| {
+        let own = force_metrics(trial).into_iter();
+        own.map(|m| (trial.name.as_str(), m))
+    });
+    let all: Vec<_> = all.collect();
+    let (name, m) = all
+        .iter()
+        .max_by(|a, b| a.1.rmse_n.total_cmp(&b.1.rmse_n))?;
+    let which = match all.len() {
+        1 => String::new(),
+        count => format!(" of channel {}, the furthest off of {count},", m.channel),
+    };
+    Some(format!(
+        "{}: the predicted force{which} followed the wanted one with an RMSE of {} over {}–{} s. \
+         Nothing measures force.",
+        capitalised(name),
+        newtons(m.rmse_n),
+        seconds(m.from_s),
+        seconds(m.to_s),
+    ))
 }
 
 /// The same for trials at a virtual wall.
@@ -143,7 +173,11 @@ fn stimulation(run: &Run) -> String {
         "Amplitude of the latest burst of every channel. The upper line is the wearer's limit.",
     ) + &figure(
         &lanes::forces(&run.trials),
-        "Force that the device's muscle model predicts from the pulses emitted.",
+        "Force that the device's muscle model predicts from the pulses emitted; dark: the \
+         wanted force, where it is controlled.",
+    ) + &figure(
+        &lanes::rates(&run.trials),
+        "Pulse rate that force control gives each channel.",
     )
 }
 

@@ -1,7 +1,7 @@
 //! The two files of a report: one for people, one for machines.
 
 use super::{Report, page};
-use crate::analysis::{Hit, Metrics, hits, metrics};
+use crate::analysis::{ForceMetrics, Hit, Metrics, force_metrics, hits, metrics};
 use crate::record::{Assumption, PaperRow};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -27,6 +27,7 @@ struct TrialSummary<'a> {
     duration_s: f64,
     metrics: Option<Metrics>,
     hits: Vec<Hit>,
+    forces: Vec<ForceMetrics>,
     counters: &'a [(String, u64)],
     events: &'a [(f64, String)],
 }
@@ -52,6 +53,7 @@ pub fn write(dir: &Path, report: &Report) -> std::io::Result<PathBuf> {
                 duration_s: trial.duration_s,
                 metrics: metrics(trial),
                 hits: hits(trial),
+                forces: force_metrics(trial),
                 counters: &trial.counters,
                 events: &trial.events,
             })

@@ -1,6 +1,6 @@
 //! Text and tables of the page.
 
-use crate::analysis::{Hit, Metrics, hits, metrics};
+use crate::analysis::{Hit, Metrics, force_metrics, hits, metrics};
 use crate::record::{PaperRow, Trial};
 use std::fmt::Write;
 
@@ -15,6 +15,11 @@ pub(super) fn escape(text: &str) -> String {
 /// "9.53°": three digits, as the papers print.
 pub(super) fn degrees(value: f64) -> String {
     format!("{}°", three_digits(value))
+}
+
+/// "0.0532 N": three digits.
+pub(super) fn newtons(value: f64) -> String {
+    format!("{} N", three_digits(value))
 }
 
 /// "10" or "0.25": as many digits as a time needs.
@@ -66,21 +71,50 @@ fn hit_cells(hit: &Hit) -> String {
 
 /// How each trial that followed a target went; nothing if none did.
 pub(super) fn metrics_table(trials: &[Trial]) -> String {
-    if !trials.is_empty() && trials.iter().all(|trial| trial.wall.is_some()) {
-        return String::new();
-    }
     let mut rows = String::new();
-    for trial in trials {
+    for trial in trials.iter().filter(|trial| trial.joint) {
         let name = escape(&trial.name);
         let cells = metrics(trial).map_or("<td colspan=\"8\">no samples</td>".to_owned(), |m| {
             metric_cells(&m)
         });
         let _ = writeln!(rows, "<tr><th scope=\"row\">{name}</th>{cells}</tr>");
     }
+    if rows.is_empty() {
+        return rows;
+    }
     format!(
         "<table><thead><tr><th>Trial</th><th>Window</th><th>RMSE</th><th>RMSE, true \
          angle</th><th>Mean error</th><th>Largest error</th><th>Lag</th><th>Limiting</th>\
          <th>Samples</th></tr></thead><tbody>\n{rows}</tbody></table>\n"
+    )
+}
+
+/// How the predicted forces followed the wanted ones; nothing without any.
+pub(super) fn force_table(trials: &[Trial]) -> String {
+    let mut rows = String::new();
+    for trial in trials {
+        let name = escape(&trial.name);
+        for m in force_metrics(trial) {
+            let cells = [
+                m.channel.to_string(),
+                format!("{}–{} s", seconds(m.from_s), seconds(m.to_s)),
+                format!("<b>{}</b>", newtons(m.rmse_n)),
+                newtons(m.max_abs_n),
+                newtons(m.peak_n),
+                m.samples.to_string(),
+            ];
+            let cells = cells.map(|cell| format!("<td>{cell}</td>")).concat();
+            let _ = writeln!(rows, "<tr><th scope=\"row\">{name}</th>{cells}</tr>");
+        }
+    }
+    if rows.is_empty() {
+        return rows;
+    }
+    format!(
+        "<table><thead><tr><th>Trial</th><th>Channel</th><th>Window</th><th>RMSE</th>\
+         <th>Largest error</th><th>Most wanted</th><th>Samples</th></tr></thead><tbody>\n{rows}\
+         </tbody></table>\n<p class=\"note\">Of the force that the muscle model predicts; \
+         nothing measures force.</p>\n"
     )
 }
 

@@ -59,8 +59,12 @@ pub(super) fn end_s(trials: &[Trial]) -> f64 {
 /// Panels beyond this number are set in two columns, or the first screen would not hold them.
 const ONE_COLUMN: usize = 3;
 
-/// The main figure.
+/// The main figure; nothing where no angle matters.
 pub(super) fn figure(trials: &[Trial]) -> String {
+    let has_angle = |trial: &Trial| trial.joint || trial.wall.is_some();
+    if !trials.is_empty() && !trials.iter().any(has_angle) {
+        return String::new();
+    }
     let columns = if trials.len() > ONE_COLUMN { 2 } else { 1 };
     let rows = trials.len().div_ceil(columns).max(1);
     let axes = Axes::of(trials);
@@ -113,7 +117,8 @@ fn heading(area: &Area<'_>, trial: &Trial, width: i32) -> Drawn {
             let (from, to) = (seconds(m.from_s), seconds(m.to_s));
             format!("RMSE {} ({from}–{to} s)", degrees(m.rmse_deg))
         }
-        (None, None) => "no samples".to_owned(),
+        (None, None) if trial.samples.is_empty() => "no samples".to_owned(),
+        (None, None) => "open loop".to_owned(),
     };
     let right = anchored(bold(text(14, PALETTE[0])), HPos::Right);
     area.draw(&Text::new(judged, (px(width - 12), middle), right))?;

@@ -25,6 +25,8 @@ pub fn begin_trial(file: &SessionFile) -> Trial {
                 name: channel.name.clone(),
                 unit: channel.unit().symbol().to_owned(),
                 limit: f64::from(channel.spec.limit.0) * 1e-3,
+                muscle: channel.muscle.is_some(),
+                force: channel.force.is_some(),
             })
             .collect(),
         samples: Vec::new(),
@@ -32,6 +34,7 @@ pub fn begin_trial(file: &SessionFile) -> Trial {
         measure: session
             .measure
             .map(|(from, to)| (from as f64 * 1e-6, to as f64 * 1e-6)),
+        joint: session.joint.is_some(),
         wall: session.wall.map(|wall| WallPlace {
             at_deg: f64::from(wall.at_mdeg) * 1e-3,
             stops_flexion: wall.side == Side::Flexion,

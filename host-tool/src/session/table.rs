@@ -241,9 +241,9 @@ impl<'a> Table<'a> {
 
     /// The number in this field times 10^`places`, which must be whole.
     ///
-    /// A number that does not fit `T` becomes `T`'s largest value, so that the
-    /// firmware's validator refuses it with the range that it allows; where it
-    /// allows all of `T`, [`Document::finish`] refuses.
+    /// A number that is not finite or does not fit `T` becomes `T`'s largest value,
+    /// so that the firmware's validator refuses it with the range that it allows;
+    /// where it allows all of `T`, [`Document::finish`] refuses.
     pub(super) fn whole<T: Whole>(&self, name: &str, places: i32) -> Read<T> {
         self.get(name, "a number", |v| {
             let decimal = match v.get_ref() {
@@ -254,21 +254,28 @@ impl<'a> Table<'a> {
                 }
                 _ => return None,
             };
-            Some(self.finite(name, decimal).and_then(|decimal| {
-                let scaled = decimal.scaled(places).ok_or_else(|| {
-                    let problem = Problem::NotExact {
-                        field: self.path_of(name),
-                        given: self.given(name),
-                        step: in_units(1, places),
-                    };
-                    self.error(name, problem)
-                })?;
-                Ok(T::try_from(scaled).unwrap_or_else(|_| {
-                    let error = self.not_within(name, T::RANGE.0, T::RANGE.1, places);
-                    self.doc.misfit.borrow_mut().get_or_insert(error);
-                    T::TOP
-                }))
-            }))
+            let misfit = |error| {
+                self.doc.misfit.borrow_mut().get_or_insert(error);
+                T::TOP
+            };
+            let decimal = match self.finite(name, decimal) {
+                Ok(decimal) => decimal,
+                // Of an i64 no validator of the firmware knows the range.
+                Err(error) if T::RANGE.1 == i64::MAX => return Some(Err(error)),
+                Err(error) => return Some(Ok(misfit(error))),
+            };
+            let Some(scaled) = decimal.scaled(places) else {
+                let problem = Problem::NotExact {
+                    field: self.path_of(name),
+                    given: self.given(name),
+                    step: in_units(1, places),
+                };
+                return Some(Err(self.error(name, problem)));
+            };
+            let not_within = |_| self.not_within(name, T::RANGE.0, T::RANGE.1, places);
+            Some(Ok(T::try_from(scaled)
+                .map_err(not_within)
+                .unwrap_or_else(misfit)))
         })
     }
 

@@ -1,9 +1,10 @@
 //! One channel's train under way: phases of a pulse, pulses of a burst, bursts.
 
-use super::{Picture, RenderError, Supply};
+use super::{Agenda, Picture, RenderError, Supply};
 use crate::pulse::Train;
 use crate::pulse::plan::{Levels, PulseStart, State, WindowPlan};
 use crate::units::{DacCode, Micros};
+use core::num::NonZeroU16;
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Phase {
@@ -23,7 +24,7 @@ pub(super) enum Phase {
 #[derive(Clone, Copy, Debug)]
 struct Stretch {
     shows: Picture,
-    length_us: u16,
+    length_us: NonZeroU16,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -56,9 +57,9 @@ pub(super) struct Lane {
     pub(super) tail_us: u16,
     /// The latest pulses, in a ring: three can lie in a rendered but unplayed
     /// horizon of two windows, the fourth is under way. Pulses of a lane do not
-    /// overlap, so their order does not matter.
-    pub(super) recent: [Option<PulseStart>; 4],
-    /// Place of the oldest.
+    /// overlap, so their order does not matter; code 0 is no pulse.
+    pub(super) recent: [(Micros, DacCode); 4],
+    /// Place of the oldest, modulo 4.
     pub(super) oldest: u8,
 }
 
@@ -77,7 +78,7 @@ impl Lane {
         let stretch = |picture, length_us| {
             Some(Stretch {
                 shows: Picture(picture),
-                length_us,
+                length_us: NonZeroU16::new(length_us)?,
             })
         };
         let stretches = if train.spec().shape.is_biphasic() {
@@ -109,7 +110,7 @@ impl Lane {
             code: None,
             bursts_left: 0,
             tail_us: 0,
-            recent: [None; 4],
+            recent: [(Micros(0), DacCode(0)); 4],
             oldest: 0,
         }
     }
@@ -120,12 +121,10 @@ impl Lane {
         let width = i32::from(self.train.spec().width_us);
         let second = width + i32::from(self.train.gap_us());
         let biphasic = self.train.spec().shape.is_biphasic();
-        let under_way = self.recent.iter().flatten().find_map(|pulse| {
-            let t = at.since(pulse.at);
+        let under_way = self.recent.iter().find_map(|&(start, code)| {
+            let t = at.since(start);
             let end = self.train.occupied_us().cast_signed(); // at most 20 500 µs
-            (0..end)
-                .contains(&t)
-                .then_some((t, i32::from(pulse.code.0)))
+            (code.0 != 0 && (0..end).contains(&t)).then_some((t, i32::from(code.0)))
         });
         let Some((t, code)) = under_way else { return 0 };
         let balance = if biphasic {
@@ -160,8 +159,27 @@ impl Lane {
         }
     }
 
+    /// Takes a lane that no other one touches through the agenda's window.
+    #[inline(always)]
+    pub(super) fn advance(
+        &mut self,
+        channel: u8,
+        agenda: &mut Agenda,
+        supply: &mut impl Supply,
+        plan: &mut WindowPlan,
+    ) -> Result<(), RenderError> {
+        while let Some(now) = self.due
+            && let Some(slot) = agenda.slot(now)
+        {
+            let old = self.shows;
+            self.edge(channel, now, supply, plan)?;
+            agenda.enter(slot, old.0 ^ self.shows.0);
+        }
+        Ok(())
+    }
+
     /// Whatever happens at `now`, the time of `due`.
-    #[inline]
+    #[inline(always)]
     pub(super) fn edge(
         &mut self,
         channel: u8,
@@ -184,7 +202,7 @@ impl Lane {
     fn enter(&mut self, stretch: u8, now: Micros) {
         if let Some(Some(next)) = self.stretches.get(usize::from(stretch)) {
             self.shows = next.shows;
-            self.due = Some(now.plus(next.length_us.into()));
+            self.due = Some(now.plus(next.length_us.get().into()));
             self.stretch = stretch;
         } else {
             self.rest();
@@ -230,9 +248,9 @@ impl Lane {
                 };
                 plan.pulses.push(pulse).map_err(|_| RenderError::Full)?;
                 if let Some(oldest) = self.recent.get_mut(usize::from(self.oldest % 4)) {
-                    *oldest = Some(pulse);
+                    *oldest = (now, code);
                 }
-                self.oldest = (self.oldest + 1) % 4;
+                self.oldest = self.oldest.wrapping_add(1); // 256 is whole rings
                 self.phase = Phase::Pulsing;
                 self.enter(0, now);
             }
