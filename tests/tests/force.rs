@@ -13,6 +13,7 @@ use hal_sim::trace::Trace;
 use host_tool::link::Port;
 use host_tool::run::{DeviceName, SessionFile, run};
 use host_tool::session::{Session, Setpoint};
+use std::path::Path;
 
 const END_US: u64 = 9_000_000;
 /// What is judged: after the first second, in which the amplitude rises.
@@ -182,6 +183,37 @@ fn mean_errors(hold: &str) -> [(f64, f64); 4] {
         }
     }
     means
+}
+
+/// Ten channels under force control: their forces are asked for, predicted and
+/// told, on the native simulator and by the flashed image alike.
+#[test]
+fn ten_forces_at_once_are_followed_on_both_simulators() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../host-tool/sessions/ten_forces.toml");
+    let mut file = SessionFile::load(&path).unwrap();
+    file.session.duration_us = 3_000_000;
+    for device in [DeviceName::Native, DeviceName::Chip] {
+        let port = device.open(&file.session, 1).unwrap();
+        let (outcome, _) = run(&file, port, None, |_| ());
+        assert!(outcome.error.is_none(), "{}", outcome.error.unwrap());
+        assert_eq!(outcome.refused, 0);
+        let samples = outcome.trial.samples.iter().filter(|s| s.t_s > 1.0);
+        let mut squares = [0.0; 10];
+        let mut count = 0.0;
+        for sample in samples {
+            assert_eq!((sample.wanted_n.len(), sample.forces_n.len()), (10, 10));
+            let pairs = sample.wanted_n.iter().zip(&sample.forces_n);
+            for (square, (wanted, force)) in squares.iter_mut().zip(pairs) {
+                *square += (wanted - force).powi(2);
+            }
+            count += 1.0;
+        }
+        let rms = squares.map(|square| (square / count).sqrt());
+        println!("{device:?}: wanted less predicted force with its ripple, N rms: {rms:.2?}");
+        assert!(count > 150.0);
+        // 20 Hz trains ripple; a channel that nothing drove would be 3 N off.
+        assert!(rms.iter().all(|rms| *rms < 1.5), "{rms:?}");
+    }
 }
 
 /// Held setpoints have no rate, so that nothing answers the muscle's lag; those

@@ -318,7 +318,7 @@ impl Session {
 /// Whether an arm order is under way: the controller has not taken or dropped its
 /// parts yet.
 fn is_arming(mail: &SessionMail<'_>) -> bool {
-    mail.control_parts.len() > 0
+    !mail.control_parts.is_empty()
 }
 
 fn send<T>(mailbox: &mut heapless::spsc::Producer<'_, T>, item: T) -> Result<(), Refusal<'static>> {

@@ -8,6 +8,7 @@ use firmware::control::SensorSource;
 use firmware::link::{Event, HelloInfo, Request};
 use firmware::safety::State;
 use firmware::units::Micros;
+use std::iter;
 
 /// Telemetry period, ms.
 const TELEMETRY_MS: u16 = 10;
@@ -235,23 +236,18 @@ impl<P: Port> Run<'_, P> {
         for request in self.session.rungs(before, due) {
             self.client.post(request)?;
         }
-        let setpoint = self.session.setpoints.at(due);
-        let at = match setpoint {
-            // Wrapping: device time is modulo 2^32.
-            Setpoint::Angle { .. } | Setpoint::Force { .. } => Some(self.epoch.plus(due as u32)),
-            Setpoint::Amplitudes(_) | Setpoint::KeepAlive => None,
-        };
-        self.client.post(setpoint.request(at))?;
-        if let Some(beside) = self.beside() {
-            self.client.post(beside)?;
+        let setpoints = &self.session.setpoints;
+        for setpoint in iter::once(setpoints.at(due)).chain(setpoints.with(due)) {
+            let at = match setpoint {
+                // Wrapping: device time is modulo 2^32.
+                Setpoint::Angle { .. } | Setpoint::Force { .. } => {
+                    Some(self.epoch.plus(due as u32))
+                }
+                Setpoint::Amplitudes(_) | Setpoint::KeepAlive => None,
+            };
+            self.client.post(setpoint.request(at))?;
         }
         Ok(())
-    }
-
-    /// Constant amplitudes of the channels beside a joint, if there are any.
-    fn beside(&self) -> Option<Request> {
-        let values = &self.session.setpoints.beside;
-        (!values.is_empty()).then(|| Setpoint::Amplitudes(values.clone()).request(None))
     }
 
     fn measures(&self) -> bool {

@@ -113,9 +113,11 @@ impl Session {
                     0,
                 )
             }
-            Course::Force(driven, course) if *driven == index => force(course),
-            // Constant amplitudes rise once.
-            _ => (Scene::UNBROKEN, self.wearer.rise_ms.into()),
+            _ => self.setpoints.force_of(index).map_or(
+                // Constant amplitudes rise once.
+                (Scene::UNBROKEN, self.wearer.rise_ms.into()),
+                force,
+            ),
         }
     }
 }

@@ -1,17 +1,14 @@
 //! `[setpoints]`: what the host streams while the session runs.
 
+mod read;
+
 use std::f64::consts::TAU;
 
 use firmware::control::setpoint::ESTIMATED_RATE_MAX;
-use firmware::control::{Joint, JointState, SetpointError};
 use firmware::link::Request;
-use firmware::units::{Amplitude, Angle, Micros};
+use firmware::units::{Amplitude, Micros};
 
-use super::channel::Channel;
-use super::error::{Problem, SessionError};
-use super::joint::{find, not_under_force, read_amplitude};
-use super::setup::SetupSpec;
-use super::table::Table;
+pub(super) use read::read_setpoints;
 
 /// What the host streams, and how often.
 #[derive(Clone, PartialEq, Debug)]
@@ -21,8 +18,10 @@ pub struct Setpoints {
     pub rate_hz: f64,
     /// Their values over time.
     pub course: Course,
-    /// Constant amplitudes sent with every angle, for channels that no joint
-    /// drives, by rising channel on the link (0–9).
+    /// Forces of further channels on the link (0–9), sent with every setpoint.
+    pub forces: Vec<(u8, ForceCourse)>,
+    /// Constant amplitudes sent with every setpoint, for channels that nothing
+    /// else drives, by rising channel on the link (0–9).
     pub beside: Vec<(u8, Amplitude)>,
 }
 
@@ -154,13 +153,27 @@ impl Setpoints {
                     centideg_per_s: 0,
                 }
             }
-            Course::Force(channel, course) => {
-                let (newton, newton_per_s) = course.at(t_us);
-                Setpoint::Force {
-                    channel: *channel,
-                    millinewton: (newton * 1e3).round() as u32, // saturates
-                    millinewton_per_s: (newton_per_s * 1e3).round() as i32,
-                }
+            Course::Force(channel, course) => course.setpoint(*channel, t_us),
+        }
+    }
+
+    /// What is sent with [`Self::at`]: further forces, amplitudes beside.
+    pub fn with(&self, t_us: u64) -> impl Iterator<Item = Setpoint> {
+        let forces = self.forces.iter();
+        let forces = forces.map(move |(channel, course)| course.setpoint(*channel, t_us));
+        let beside = (!self.beside.is_empty()).then(|| Setpoint::Amplitudes(self.beside.clone()));
+        forces.chain(beside)
+    }
+
+    /// The wanted force of a channel on the link (0–9), if the host asks for one.
+    #[must_use]
+    pub fn force_of(&self, channel: u8) -> Option<&ForceCourse> {
+        match &self.course {
+            Course::Force(driven, course) if *driven == channel => Some(course),
+            _ => {
+                let mut forces = self.forces.iter();
+                let found = forces.find(|(driven, _)| *driven == channel);
+                found.map(|(_, course)| course)
             }
         }
     }
@@ -173,6 +186,15 @@ impl Setpoints {
 }
 
 impl ForceCourse {
+    fn setpoint(&self, channel: u8, t_us: u64) -> Setpoint {
+        let (newton, newton_per_s) = self.at(t_us);
+        Setpoint::Force {
+            channel,
+            millinewton: (newton * 1e3).round() as u32, // saturates
+            millinewton_per_s: (newton_per_s * 1e3).round() as i32,
+        }
+    }
+
     /// Force in N and its change in N/s, `t_us` after the start.
     fn at(&self, t_us: u64) -> (f64, f64) {
         match self {
@@ -208,251 +230,6 @@ fn to_centi(value: f64) -> f64 {
     (value * 100.0).round()
 }
 
-#[derive(Clone, Copy)]
-enum Kind {
-    KeepAlive,
-    Amplitudes,
-    AngleSine,
-    AngleSteps,
-    ForceRamp,
-    ForceSine,
-}
-
-/// Reads `[setpoints]` and checks what it asks for against the setup.
-pub(super) fn read_setpoints(
-    root: &Table<'_>,
-    setup: &SetupSpec,
-) -> Result<Setpoints, SessionError> {
-    let t = root.table("setpoints")?.required()?;
-    let kinds = [
-        ("keep-alive", Kind::KeepAlive),
-        ("amplitudes", Kind::Amplitudes),
-        ("angle-sine", Kind::AngleSine),
-        ("angle-steps", Kind::AngleSteps),
-        ("force-ramp", Kind::ForceRamp),
-        ("force-sine", Kind::ForceSine),
-    ];
-    let kind = t.choice("kind", &kinds)?.required()?;
-    t.only(match kind {
-        Kind::KeepAlive | Kind::Amplitudes => &["kind", "rate_hz", "values"],
-        Kind::AngleSine => &[
-            "kind",
-            "rate_hz",
-            "offset_deg",
-            "amplitude_deg",
-            "frequency_hz",
-            "values",
-        ],
-        Kind::AngleSteps => &["kind", "rate_hz", "steps", "values"],
-        Kind::ForceRamp => &["kind", "rate_hz", "channel", "points", "values"],
-        Kind::ForceSine => &[
-            "kind",
-            "rate_hz",
-            "channel",
-            "offset_n",
-            "amplitude_n",
-            "frequency_hz",
-            "values",
-        ],
-    })?;
-    let host_timeout_ms = setup.wearer.host_timeout_ms;
-    let channels = &setup.channels;
-    let course = match (kind, &setup.joint) {
-        (Kind::KeepAlive, _) => Course::KeepAlive,
-        (Kind::Amplitudes, _) => Course::Amplitudes(read_amplitudes(&t, setup)?),
-        (Kind::ForceRamp, _) => read_force(&t, channels, read_ramp)?,
-        (Kind::ForceSine, _) => read_force(&t, channels, read_force_sine)?,
-        (Kind::AngleSine, Some((_, joint))) => read_sine(&t, joint)?,
-        (Kind::AngleSteps, Some((_, joint))) => read_steps(&t, joint)?,
-        (_, None) => {
-            let wanted = "an angle";
-            return Err(t.error("kind", Problem::NoJoint { wanted }));
-        }
-    };
-    let rate_hz = t.real("rate_hz")?.required()?;
-    if !(1.0..=1000.0).contains(&rate_hz) {
-        return Err(t.not_within("rate_hz", 1, 1000, 0));
-    }
-    if rate_hz * f64::from(host_timeout_ms) <= 1000.0 {
-        let problem = Problem::TooSlow {
-            field: t.path_of("rate_hz"),
-            given: t.given("rate_hz"),
-            timeout_ms: host_timeout_ms,
-        };
-        return Err(t.error("rate_hz", problem));
-    }
-    let beside = match course {
-        Course::Amplitudes(_) => Vec::new(),
-        _ if t.has("values") => read_amplitudes(&t, setup)?,
-        _ => Vec::new(),
-    };
-    Ok(Setpoints {
-        rate_hz,
-        course,
-        beside,
-    })
-}
-
-fn read_amplitudes(t: &Table<'_>, setup: &SetupSpec) -> Result<Vec<(u8, Amplitude)>, SessionError> {
-    let mut values: Vec<(u8, Amplitude)> = Vec::new();
-    for item in t.tables("values")?.required()? {
-        item.only(&["channel", "value"])?;
-        let channel = find(&item, "channel", &setup.channels)?;
-        let field = item.path_of("channel");
-        if setup.controlled & 1 << channel.index() != 0 {
-            let channel = channel.number;
-            return Err(item.error("channel", Problem::Controlled { field, channel }));
-        }
-        not_under_force(&item, channel)?;
-        if values.iter().any(|&(index, _)| index == channel.index()) {
-            let channel = channel.number;
-            return Err(item.error("channel", Problem::ChannelTwice { field, channel }));
-        }
-        values.push((channel.index(), read_amplitude(&item, "value", channel)?));
-    }
-    if values.is_empty() {
-        return Err(t.out_of_range("values", "at least one channel's".into()));
-    }
-    values.sort_unstable_by_key(|&(index, _)| index);
-    Ok(values)
-}
-
-/// Reads the force of the channel that the file names, by its kind's `read`.
-fn read_force(
-    t: &Table<'_>,
-    channels: &[Channel],
-    read: fn(&Table<'_>, &Channel) -> Result<ForceCourse, SessionError>,
-) -> Result<Course, SessionError> {
-    let channel = find(t, "channel", channels)?;
-    if channel.force.is_none() {
-        let (field, channel) = (t.path_of("channel"), channel.number);
-        return Err(t.error("channel", Problem::NoForceControl { field, channel }));
-    }
-    Ok(Course::Force(channel.index(), read(t, channel)?))
-}
-
-fn read_ramp(t: &Table<'_>, channel: &Channel) -> Result<ForceCourse, SessionError> {
-    let mut points: Vec<(u64, u32)> = Vec::new();
-    for item in t.tables("points")?.required()? {
-        item.only(&["at_s", "n"])?;
-        let at_us = read_time(&item, points.last().map(|&(at_us, _)| at_us), "point")?;
-        let mn = item.whole::<i64>("n", 3)?.required()?;
-        check_force(&item, "n", channel, mn as f64 / 1e3)?;
-        points.push((at_us, mn as u32)); // not negative, within reach
-    }
-    if points.is_empty() {
-        return Err(t.out_of_range("points", "at least one".into()));
-    }
-    Ok(ForceCourse::Ramp(points))
-}
-
-fn read_force_sine(t: &Table<'_>, channel: &Channel) -> Result<ForceCourse, SessionError> {
-    let offset_n = t.real("offset_n")?.required()?;
-    let amplitude_n = t.real("amplitude_n")?.required()?;
-    check_force(t, "offset_n", channel, offset_n)?;
-    for extreme in [offset_n - amplitude_n, offset_n + amplitude_n] {
-        check_force(t, "amplitude_n", channel, extreme)?;
-    }
-    Ok(ForceCourse::Sine {
-        offset_n,
-        amplitude_n,
-        frequency_hz: read_frequency(t)?,
-    })
-}
-
-/// Asks the firmware's inverse whether it would take this force.
-fn check_force(
-    t: &Table<'_>,
-    name: &str,
-    channel: &Channel,
-    newton: f64,
-) -> Result<(), SessionError> {
-    let control = channel.force_control();
-    let most = control.map_or(0, |control| control.reach().1.to_millinewton());
-    let max_n = f64::from(most) / 1e3;
-    if (0.0..=max_n).contains(&newton) {
-        return Ok(());
-    }
-    let problem = Problem::OutOfReach {
-        field: t.path_of(name),
-        given: newton.to_string(),
-        channel: channel.number,
-        max_n,
-    };
-    Err(t.error(name, problem))
-}
-
-/// Reads the `at_s` of the next of a list, in µs.
-fn read_time(item: &Table<'_>, before: Option<u64>, what: &str) -> Result<u64, SessionError> {
-    let at_us = item.within("at_s", 6, 0, i64::MAX)?.required()? as u64; // not negative
-    match before {
-        None if at_us != 0 => Err(item.out_of_range("at_s", "0 at first".into())),
-        Some(before) if at_us <= before => {
-            let problem = Problem::NotInOrder {
-                field: item.path_of("at_s"),
-                given: item.given("at_s"),
-                after: format!("the {what} at {} s", before as f64 / 1e6),
-            };
-            Err(item.error("at_s", problem))
-        }
-        _ => Ok(at_us),
-    }
-}
-
-/// Reads a sine's frequency. 180° at 10 Hz is 11 300 °/s, which the link's rates
-/// hold.
-fn read_frequency(t: &Table<'_>) -> Result<f64, SessionError> {
-    let frequency_hz = t.real("frequency_hz")?.required()?;
-    if !(0.0..=10.0).contains(&frequency_hz) {
-        return Err(t.not_within("frequency_hz", 0, 10, 0));
-    }
-    Ok(frequency_hz)
-}
-
-fn read_sine(t: &Table<'_>, joint: &Joint) -> Result<Course, SessionError> {
-    let offset_deg = t.real("offset_deg")?.required()?;
-    let amplitude_deg = t.real("amplitude_deg")?.required()?;
-    check_angle(t, "offset_deg", joint, offset_deg)?;
-    for extreme in [offset_deg - amplitude_deg, offset_deg + amplitude_deg] {
-        check_angle(t, "amplitude_deg", joint, extreme)?;
-    }
-    Ok(Course::AngleSine {
-        offset_deg,
-        amplitude_deg,
-        frequency_hz: read_frequency(t)?,
-    })
-}
-
-fn read_steps(t: &Table<'_>, joint: &Joint) -> Result<Course, SessionError> {
-    let mut steps: Vec<(u64, i16)> = Vec::new();
-    for item in t.tables("steps")?.required()? {
-        item.only(&["at_s", "deg"])?;
-        let at_us = read_time(&item, steps.last().map(|&(at_us, _)| at_us), "step")?;
-        let centideg: i16 = item.whole("deg", 2)?.required()?;
-        check_angle(&item, "deg", joint, f64::from(centideg) / 100.0)?;
-        steps.push((at_us, centideg));
-    }
-    if steps.is_empty() {
-        return Err(t.out_of_range("steps", "at least one".into()));
-    }
-    Ok(Course::AngleSteps(steps))
-}
-
-/// Asks the firmware's joint whether it would take this angle.
-fn check_angle(t: &Table<'_>, name: &str, joint: &Joint, deg: f64) -> Result<(), SessionError> {
-    let centideg = to_centi(deg) as i16; // saturates
-    let (state, now) = (&mut JointState::default(), Micros(0));
-    match joint.setpoint(state, now, now, Angle::from_centideg(centideg), None) {
-        Err(SetpointError::OutOfRange { min_mdeg, max_mdeg }) => {
-            let (min, max) = (f64::from(min_mdeg) / 1e3, f64::from(max_mdeg) / 1e3);
-            let allowed = format!("what keeps the angle in the joint's {min}° to {max}°");
-            Err(t.out_of_range(name, allowed))
-        }
-        // A fresh state refuses nothing else.
-        _ => Ok(()),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -476,6 +253,7 @@ mod tests {
                 amplitude_deg: 40.0,
                 frequency_hz: 0.2,
             },
+            forces: Vec::new(),
             beside: Vec::new(),
         };
         // 2π · 0.2 Hz · 40° = 50.27 °/s.
@@ -493,6 +271,7 @@ mod tests {
         let steps = Setpoints {
             rate_hz: 90.0,
             course: Course::AngleSteps(vec![(0, 1000), (500_000, 6000)]),
+            forces: Vec::new(),
             beside: Vec::new(),
         };
         assert_eq!(angle(&steps, 0), (1000, 0));
