@@ -226,11 +226,6 @@ fn what_cannot_be_controlled_is_refused_at_arming() {
     );
     assert_eq!(armed(&slow, with(4_999)), range("min_period_us"));
     assert_eq!(armed(&slow, with(40_001)), range("min_period_us"));
-    let five = (0..5).flat_map(|channel| [muscle(channel), control(channel, FORCE)]);
-    assert_eq!(
-        armed(&[channel(SLOW); 5], five.collect()),
-        range("force channels")
-    );
     // A mean force needs 10 Hz.
     let twitches = TrainSpec {
         period_us: 100_001,
@@ -284,6 +279,98 @@ fn what_cannot_be_controlled_is_refused_at_arming() {
         armed(&[channel(PLAIN)], vec![muscle(1), control(1, FORCE)]),
         (Some(Code::NoTrain), "force".into())
     );
+}
+
+/// The code of the amplitude that a channel was given last.
+fn last_code(desk: &Desk, channel: u8) -> u32 {
+    let mut codes = desk.record.dac.iter().rev();
+    let found = codes.find(|(_, c, _)| *c == channel);
+    found.map_or(0, |&(_, _, code)| code.into())
+}
+
+#[test]
+fn all_channels_can_be_under_force_control() {
+    let mut desk = Desk::open(BOOT);
+    desk.prepare(wearer(), &[channel(SLOW); 10]);
+    for channel in 0..10 {
+        desk.must(muscle(channel));
+        desk.must(control(channel, FORCE));
+    }
+    desk.must(Request::Arm);
+    desk.must(Request::Start);
+    for _ in 0..40 {
+        for channel in 0..10 {
+            // Each its own: from a seventh to the most.
+            let share = 3 + u32::from(channel) * 2;
+            desk.must(force(channel, most() * share / 21));
+        }
+        desk.wait(10_000);
+    }
+    assert_eq!(desk.state(), State::Stimulating);
+    let codes: Vec<u32> = (0..10).map(|channel| last_code(&desk, channel)).collect();
+    assert!(
+        codes.is_sorted() && codes[0] > 0 && codes[0] < codes[1],
+        "{codes:?}"
+    );
+    let pulses = |channel| driven(&desk.record.levels, channel).len();
+    assert!(pulses(9) > 2 * pulses(0), "rate rises with force");
+}
+
+/// A table is made as soon as all it needs is there, and again with any change,
+/// whatever comes first: what is armed is what was said last.
+#[test]
+fn the_order_of_requests_does_not_matter() {
+    let strong = |a_mn_per_s| Request::Muscle {
+        channel: 0,
+        spec: MuscleSpec::new(CalciumForceSpec { a_mn_per_s, ..K01 }, RECRUITMENT),
+    };
+    let slow = |period_us| Request::Channel {
+        channel: 0,
+        spec: channel(TrainSpec { period_us, ..SLOW }),
+    };
+    let faster = ForceSpec {
+        min_period_us: 20_000,
+        ..FORCE
+    };
+    let orders = [
+        vec![slow(40_000), strong(121_900), control(0, FORCE)],
+        vec![control(0, FORCE), strong(121_900), slow(40_000)],
+        vec![
+            strong(121_900),
+            control(0, faster),
+            slow(40_000),
+            control(0, FORCE),
+        ],
+        vec![
+            strong(60_000),
+            control(0, FORCE),
+            slow(50_000),
+            strong(121_900),
+            slow(40_000),
+        ],
+    ];
+    let mut courses = orders.into_iter().map(|requests| {
+        let mut desk = Desk::open(BOOT);
+        desk.must(Request::Wearer(WearerSpec {
+            host_timeout_ms: 1000,
+            ..wearer()
+        }));
+        for request in requests {
+            desk.must(request);
+        }
+        desk.must(Request::Arm);
+        desk.must(Request::Start);
+        desk.must(force(0, most() * 4 / 5));
+        let from = desk.time();
+        desk.wait(500_000);
+        let starts = driven(&desk.record.levels, 0);
+        let starts: Vec<u64> = starts.into_iter().filter(|&t| t > from + 200_000).collect();
+        let gaps: Vec<u64> = starts.windows(2).map(|w| w[1] - w[0]).collect();
+        assert!(gaps.len() > 20);
+        (gaps[..20].iter().sum::<u64>(), last_code(&desk, 0))
+    });
+    let first = courses.next().unwrap();
+    assert!(courses.all(|course| course == first), "{first:?}");
 }
 
 #[test]

@@ -76,7 +76,7 @@ impl Algorithm for ForceToPulses {
     }
 }
 
-/// The table of one muscle, as arming makes it.
+/// The table of one muscle, as the request that puts it under force control makes it.
 pub(super) struct Tabling {
     recruitment: Option<Recruitment>,
     fastest_us: u32,

@@ -7,12 +7,6 @@ use crate::units::{self, Force, ForceRate, Micros};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-/// Channels that can be under force control at once. Each one's table takes up
-/// to 80,000 cycles at arming, half as much again for a train of 10 Hz (row
-/// `inverse_table` of docs/charts/cycles.csv): four are done in 3 ms, and
-/// whoever arms must check in with a watchdog that bites after 4.
-pub const FORCE_CHANNELS: usize = 4;
-
 /// Force control of a channel as it travels on the wire, unvalidated.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub struct ForceSpec {

@@ -1,43 +1,21 @@
 //! The 1 kHz owner: joint control, the wall, muscle models, telemetry samples.
 
+mod setup;
+
 use super::mail::{ControlEvent, ControlOrder, ControlReport, ControlRequest, ControllerMail};
 use crate::control::{
-    Amplitudes, Effort, FORCE_CHANNELS, ForceControl, ForceOrders, ForceState, Joint, JointState,
-    Orders, SensorFault,
+    Amplitudes, Effort, ForceOrders, ForceState, JointState, Orders, SensorFault,
 };
-use crate::haptics::{Wall, WallOrders, WallState};
+use crate::haptics::{WallOrders, WallState};
 use crate::link::{Code, ForceSample, Refusal, Telemetry};
-use crate::muscle::{Ladder, LadderState, Model, Recruitment, Rung};
+use crate::muscle::{LadderState, Model, Rung};
 use crate::pulse::CHANNELS;
 use crate::safety::Fault;
 use crate::units::{Amplitude, Angle, Micros};
 use heapless::Vec;
+use setup::ControlSetup;
 
-/// A channel's muscle: how it is recruited and how its force develops.
-#[derive(Clone, Debug)]
-pub struct Muscle {
-    /// From 0.
-    pub channel: u8,
-    /// Amplitude → gain.
-    pub recruitment: Recruitment,
-    /// Gain and pulses → force.
-    pub force: Ladder,
-}
-
-/// What the controller works with from arming on.
-#[derive(Clone, Debug, Default)]
-pub struct ControlSetup {
-    /// Bit i: channel i is part of the setup.
-    pub channels: u16,
-    /// Muscles whose force is predicted, by rising channel.
-    pub muscles: Vec<Muscle, CHANNELS>,
-    /// Channels under force control, by rising channel.
-    pub forces: Vec<ForceControl, FORCE_CHANNELS>,
-    /// The controlled joint; `None` if there is a wall.
-    pub joint: Option<Joint>,
-    /// The virtual wall; `None` if there is a joint.
-    pub wall: Option<Wall>,
-}
+pub use setup::Muscle;
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Phase {
@@ -87,7 +65,7 @@ pub struct Controller {
     joint: JointState,
     wall: WallState,
     muscles: Vec<LadderState, CHANNELS>,
-    forces: Vec<(ForceState, ForceSample), FORCE_CHANNELS>,
+    forces: Vec<(ForceState, ForceSample), CHANNELS>,
     amplitudes: [Amplitude; CHANNELS],
     limiting: bool,
     period: u16,
@@ -152,26 +130,14 @@ impl Controller {
     fn follow(&mut self, event: ControlEvent, now: Micros, mail: &mut ControllerMail<'_>) {
         match event {
             ControlEvent::Armed => {
-                // The session puts one in with each arm order, and no second
-                // one before this one is taken or refused.
-                if let Some(setup) = mail.setup.dequeue() {
-                    self.setup = setup;
+                // The session put all parts in before it ordered, and puts in
+                // none of another order before these are taken or dropped.
+                while let Some(part) = mail.parts.dequeue() {
+                    self.setup.put(part);
                 }
-                self.muscles.clear();
-                for muscle in &self.setup.muscles {
-                    // As many slots as muscles.
-                    let _ = self.muscles.push(muscle.force.at_rest(now));
-                }
-                self.forces.clear();
-                for _ in &self.setup.forces {
-                    let _ = self.forces.push(Default::default()); // as many slots
-                }
-                self.joint = JointState::default();
-                self.wall = WallState::default();
-                self.amplitudes = [Amplitude::ZERO; CHANNELS];
-                self.phase = Phase::Armed;
+                self.rest(now);
             }
-            ControlEvent::Refused => drop(mail.setup.dequeue()),
+            ControlEvent::Refused => while mail.parts.dequeue().is_some() {},
             ControlEvent::Started => self.phase = Phase::Running,
             ControlEvent::Ended => self.phase = Phase::Off,
             ControlEvent::Pulse {
@@ -191,6 +157,23 @@ impl Controller {
                 }
             }
         }
+    }
+
+    /// Everything of the setup at rest and fresh.
+    fn rest(&mut self, now: Micros) {
+        self.muscles.clear();
+        for muscle in &self.setup.muscles {
+            // As many slots as muscles.
+            let _ = self.muscles.push(muscle.force.at_rest(now));
+        }
+        self.forces.clear();
+        for _ in &self.setup.forces {
+            let _ = self.forces.push(Default::default()); // as many slots
+        }
+        self.joint = JointState::default();
+        self.wall = WallState::default();
+        self.amplitudes = [Amplitude::ZERO; CHANNELS];
+        self.phase = Phase::Armed;
     }
 
     fn change_rung(&mut self, channel: u8, rung: Rung) -> Result<(), Refusal<'static>> {

@@ -1,10 +1,11 @@
 //! The setup that a host edits, one request at a time, and arms as a whole.
 
-use super::{ControlSetup, Muscle};
-use crate::control::{FORCE_CHANNELS, ForceControl, ForceSpec, Joint, JointSpec};
+use super::Muscle;
+use super::mail::ControlPart;
+use crate::control::{ForceControl, ForceSpec, Joint, JointSpec};
 use crate::haptics::{Wall, WallSpec};
 use crate::link::{Code, Refusal};
-use crate::muscle::{MuscleSpec, Recruitment};
+use crate::muscle::{MuscleSpec, OutOfRange, Recruitment};
 use crate::pulse::{CHANNELS, GroupSpec, MAX_GROUPS};
 use crate::safety::{Channel, ChannelSpec, Setup, WearerSpec};
 use crate::units::Amplitude;
@@ -14,51 +15,166 @@ use heapless::Vec;
 #[derive(Debug, Default)]
 pub(super) struct Draft {
     pub(super) wearer: WearerSpec,
-    pub(super) channels: [Option<ChannelSpec>; CHANNELS],
-    pub(super) muscles: [Option<MuscleSpec>; CHANNELS],
     pub(super) groups: Vec<GroupSpec, MAX_GROUPS>,
     pub(super) sync: Option<u8>,
     pub(super) joint: Option<JointSpec>,
     pub(super) wall: Option<WallSpec>,
-    pub(super) forces: [Option<ForceSpec>; CHANNELS],
+    channels: [Option<ChannelSpec>; CHANNELS],
+    muscles: [Option<MuscleSpec>; CHANNELS],
+    forces: [Option<ForceSpec>; CHANNELS],
+    /// What the three above come to, wherever all are there. A table takes some
+    /// 80,000 cycles, half as much again for a train of 10 Hz (row
+    /// `inverse_table` of docs/charts/cycles.csv): each is made with the request
+    /// that completes or changes it, so that arming makes none.
+    tables: [Option<Result<ForceControl, OutOfRange>>; CHANNELS],
 }
 
 impl Draft {
-    /// Checks everything again, together, and builds what pulser and
-    /// controller work with.
-    pub(super) fn build(&self) -> Result<(Setup, ControlSetup), Refusal<'static>> {
+    /// Forgets everything, in place.
+    pub(super) fn clear(&mut self) {
+        self.wearer = WearerSpec::default();
+        self.groups.clear();
+        (self.sync, self.joint, self.wall) = (None, None, None);
+        self.channels.fill(None);
+        self.muscles.fill(None);
+        self.forces.fill(None);
+        for table in &mut self.tables {
+            *table = None;
+        }
+    }
+
+    /// Gives a channel its pulses.
+    pub(super) fn set_channel(
+        &mut self,
+        channel: u8,
+        spec: ChannelSpec,
+    ) -> Result<(), Refusal<'static>> {
+        *slot(&mut self.channels, channel)? = Some(spec);
+        self.tabulate(channel)
+    }
+
+    /// Gives a channel a muscle.
+    pub(super) fn set_muscle(
+        &mut self,
+        channel: u8,
+        spec: MuscleSpec,
+    ) -> Result<(), Refusal<'static>> {
+        *slot(&mut self.muscles, channel)? = Some(spec);
+        self.tabulate(channel)
+    }
+
+    /// Puts a channel under force control.
+    pub(super) fn set_force(
+        &mut self,
+        channel: u8,
+        spec: ForceSpec,
+    ) -> Result<(), Refusal<'static>> {
+        *slot(&mut self.forces, channel)? = Some(spec);
+        self.tabulate(channel)
+    }
+
+    fn tabulate(&mut self, channel: u8) -> Result<(), Refusal<'static>> {
+        let spec = slot(&mut self.channels, channel)?;
+        let muscle = slot(&mut self.muscles, channel)?;
+        if let (Some(spec), Some(muscle), Some(force)) =
+            (spec, muscle, slot(&mut self.forces, channel)?)
+        {
+            let control = Recruitment::new(muscle.recruitment).and_then(|recruitment| {
+                let period_us = spec.train.period_us;
+                ForceControl::new(channel, force, muscle.force, recruitment, period_us)
+            });
+            *slot(&mut self.tables, channel)? = Some(control);
+        }
+        Ok(())
+    }
+
+    /// Checks everything again, together, and builds what the pulser works with.
+    /// What the controller works with are the [`Self::parts`], all of which can
+    /// be built then.
+    pub(super) fn check(&self) -> Result<Setup, Refusal<'static>> {
         let wearer = self.wearer.validate()?;
         let mut channels: [Option<Channel>; CHANNELS] = [None; CHANNELS];
-        let mut control = ControlSetup::default();
-        for (index, (slot, spec)) in (0u8..).zip(channels.iter_mut().zip(&self.channels)) {
+        let specs = self.channels.iter().zip(&self.forces);
+        for (index, (slot, (spec, force))) in (0u8..).zip(channels.iter_mut().zip(specs)) {
             let Some(spec) = spec else { continue };
-            let channel = match self.forces.get(usize::from(index)).copied().flatten() {
+            let channel = match force {
                 Some(force) => spec.validate_up_to(force.min_period_us, &wearer),
                 None => spec.validate(&wearer),
             };
             *slot = Some(channel.map_err(|e| Refusal::from(e).on(index))?);
-            control.channels |= 1 << index; // index < 10
         }
-        if control.channels == 0 {
+        if self.used() == 0 {
             return Err(Refusal::new(Code::NothingToArm, "channels"));
         }
-        for (channel, muscle) in (0u8..).zip(&self.muscles) {
-            let Some(spec) = muscle else { continue };
-            let (force, recruitment) = spec.validate().map_err(|e| Refusal::from(e).on(channel))?;
-            let muscle = Muscle {
-                channel,
-                recruitment,
-                force,
-            };
-            let _ = control.muscles.push(muscle); // as many slots as channels
+        let joint_or_wall = self.check_joint_and_wall(&channels)?;
+        let controlled = joint_or_wall | self.check_forces(&channels, joint_or_wall)?;
+        if let Some(sync) = self.sync
+            && self.used() & 1 << sync == 0
+        {
+            return Err(Refusal::new(Code::NoTrain, "sync").on(sync)); // sync <= 9
         }
+        for part in self.parts() {
+            part?;
+        }
+        Ok(Setup::new(
+            wearer,
+            channels,
+            &self.groups,
+            self.sync,
+            controlled,
+        )?)
+    }
+
+    /// What the controller works with; one is built at a time.
+    pub(super) fn parts(&self) -> impl Iterator<Item = Result<ControlPart, Refusal<'static>>> {
+        let channels = core::iter::once(Ok(ControlPart::Channels(self.used())));
+        let tables = self.tables.iter();
+        let muscles = (0u8..).zip(self.muscles.iter().zip(tables));
+        let muscles = muscles.filter_map(|(channel, (muscle, table))| {
+            let muscle = Self::muscle(channel, muscle.as_ref()?, table.as_ref());
+            Some(muscle.map_err(|refusal| refusal.on(channel)))
+        });
+        let joint = self.joint.iter();
+        let joint = joint.map(|spec| Ok(Joint::new(spec).map(ControlPart::Joint)?));
+        let wall = self.wall.iter();
+        let wall = wall.map(|spec| Ok(Wall::new(spec).map(ControlPart::Wall)?));
+        channels.chain(muscles).chain(joint).chain(wall)
+    }
+
+    fn muscle(
+        channel: u8,
+        spec: &MuscleSpec,
+        table: Option<&Result<ForceControl, OutOfRange>>,
+    ) -> Result<ControlPart, Refusal<'static>> {
+        let (force, recruitment) = spec.validate()?;
+        let muscle = Muscle {
+            channel,
+            recruitment,
+            force,
+        };
+        let control = table.cloned().transpose()?;
+        Ok(ControlPart::Muscle(muscle, control))
+    }
+
+    /// Channels with a train, as bits.
+    fn used(&self) -> u16 {
+        let channels = (0u8..).zip(&self.channels); // below 10
+        channels.fold(0, |used, (index, spec)| {
+            used | u16::from(spec.is_some()) << index
+        })
+    }
+
+    /// Checks the channels of the joint or the wall. Returns them, as bits.
+    fn check_joint_and_wall(
+        &self,
+        channels: &[Option<Channel>; CHANNELS],
+    ) -> Result<u16, Refusal<'static>> {
         let mut controlled = 0;
         if let Some(spec) = &self.joint {
             for point in spec.flexors.iter().chain([&spec.extensor]) {
-                within_limit(&channels, "joint", (point.channel, point.max, "max"))?;
+                within_limit(channels, "joint", (point.channel, point.max, "max"))?;
                 controlled |= 1 << point.channel; // a channel that exists
             }
-            control.joint = Some(Joint::new(spec)?);
         }
         if let Some(spec) = &self.wall {
             // The device measures one angle, for a joint or for a wall.
@@ -69,36 +185,23 @@ impl Draft {
                 return Err(shared.map_or(refusal, |channel| refusal.on(channel)));
             }
             for demand in spec.demands() {
-                within_limit(&channels, "wall", demand)?;
+                within_limit(channels, "wall", demand)?;
+                controlled |= 1 << demand.0; // it exists
             }
-            controlled = spec
-                .demands()
-                .fold(0, |all, (channel, ..)| all | 1 << channel); // they exist
-            control.wall = Some(Wall::new(spec)?);
         }
-        controlled |= self.build_forces(&channels, &mut control, controlled)?;
-        if let Some(sync) = self.sync
-            && control.channels & 1 << sync == 0
-        {
-            return Err(Refusal::new(Code::NoTrain, "sync").on(sync)); // sync <= 9
-        }
-        let setup = Setup::new(wearer, channels, &self.groups, self.sync, controlled)?;
-        Ok((setup, control))
+        Ok(controlled)
     }
 
-    /// Puts channels under force control. Returns which, as bits.
-    fn build_forces(
+    /// Checks the channels under force control. Returns them, as bits.
+    fn check_forces(
         &self,
         channels: &[Option<Channel>; CHANNELS],
-        control: &mut ControlSetup,
         controlled: u16,
     ) -> Result<u16, Refusal<'static>> {
         let mut taken = 0;
         for (channel, (spec, muscle)) in (0u8..).zip(self.forces.iter().zip(&self.muscles)) {
-            let Some(spec) = spec else { continue };
-            if control.forces.is_full() {
-                let full = Refusal::new(Code::OutOfRange, "force channels").on(channel);
-                return Err(full.allowed(0, FORCE_CHANNELS as i32));
+            if spec.is_none() {
+                continue;
             }
             let muscle = muscle.ok_or(Refusal::new(Code::NoMuscle, "muscle").on(channel))?;
             within_limit(
@@ -109,12 +212,6 @@ impl Draft {
             if controlled & 1 << channel != 0 {
                 return Err(Refusal::new(Code::Controlled, "force").on(channel));
             }
-            let period_us = channels.get(usize::from(channel)).copied().flatten();
-            let period_us = period_us.map_or(0, |c| c.train.spec().period_us);
-            let named = |e| Refusal::from(e).on(channel);
-            let recruitment = Recruitment::new(muscle.recruitment).map_err(named)?;
-            let force = ForceControl::new(channel, spec, muscle.force, recruitment, period_us);
-            let _ = control.forces.push(force.map_err(named)?); // it is not full
             taken |= 1 << channel; // below 10
         }
         Ok(taken)
@@ -142,11 +239,22 @@ fn within_limit(
 }
 
 /// The draft's slot of a channel that a host named.
-pub(super) fn slot<T>(
+fn slot<T>(
     slots: &mut [Option<T>; CHANNELS],
     channel: u8,
 ) -> Result<&mut Option<T>, Refusal<'static>> {
-    slots
-        .get_mut(usize::from(channel))
-        .ok_or(Refusal::new(Code::OutOfRange, "channel").allowed(0, CHANNELS as i32 - 1))
+    slots.get_mut(usize::from(channel)).ok_or(named_channel())
+}
+
+/// Checks the number of a channel that a host named.
+pub(super) fn check_channel(channel: u8) -> Result<(), Refusal<'static>> {
+    if usize::from(channel) < CHANNELS {
+        Ok(())
+    } else {
+        Err(named_channel())
+    }
+}
+
+fn named_channel() -> Refusal<'static> {
+    Refusal::new(Code::OutOfRange, "channel").allowed(0, CHANNELS as i32 - 1)
 }

@@ -1,7 +1,8 @@
 //! What the owners say to each other: single-producer, single-consumer.
 
-use super::ControlSetup;
-use crate::control::Amplitudes;
+use super::Muscle;
+use crate::control::{Amplitudes, ForceControl, Joint};
+use crate::haptics::Wall;
 use crate::link::{Refusal, Telemetry};
 use crate::muscle::Rung;
 use crate::pulse::CHANNELS;
@@ -77,6 +78,23 @@ pub enum Report {
         notice: Notice,
     },
 }
+
+/// Session → controller: what an arm order is about, part by part, so that no
+/// whole setup is ever on a stack. The controller takes all parts or drops all.
+#[derive(Clone, Debug)]
+pub enum ControlPart {
+    /// The first part. Bit i: channel i is part of the setup.
+    Channels(u16),
+    /// A muscle whose force is predicted, and controlled or not.
+    Muscle(Muscle, Option<ForceControl>),
+    /// The controlled joint.
+    Joint(Joint),
+    /// The virtual wall.
+    Wall(Wall),
+}
+
+/// Parts of the largest setup: the channels, a muscle for each, joint or wall.
+const PARTS: usize = CHANNELS + 2;
 
 /// Session → controller.
 #[derive(Clone, Copy, Debug)]
@@ -192,16 +210,16 @@ pub enum ControlEvent {
     },
 }
 
-/// All mailboxes; each holds one item less than its number. A setup lies in a
-/// mailbox of its own because of its size. The controller's is full from an arm
-/// order to its verdict: one is under way at a time.
+/// All mailboxes; each holds one item less than its number. A setup lies in
+/// mailboxes of its own because of its size. The controller's is not empty from
+/// an arm order to its verdict: one is under way at a time.
 #[derive(Debug, Default)]
 pub struct Mailboxes {
     setup: Queue<Setup, 2>,
     orders: Queue<Order, 32>,
     // A verdict for every order of one window, and what changes in it.
     reports: Queue<Report, 40>,
-    control_setup: Queue<ControlSetup, 2>,
+    control_parts: Queue<ControlPart, { PARTS + 1 }>,
     control_requests: Queue<ControlRequest, 16>,
     // A verdict for every request of one tick, and a sample.
     control_reports: Queue<ControlReport, 24>,
@@ -224,7 +242,7 @@ pub struct PulserMail<'a> {
 
 /// The controller's ends.
 pub struct ControllerMail<'a> {
-    pub(super) setup: Consumer<'a, ControlSetup>,
+    pub(super) parts: Consumer<'a, ControlPart>,
     pub(super) requests: Consumer<'a, ControlRequest>,
     pub(super) reports: Producer<'a, ControlReport>,
     pub(super) orders: Producer<'a, ControlOrder>,
@@ -236,7 +254,7 @@ pub struct SessionMail<'a> {
     pub(super) setup: Producer<'a, Setup>,
     pub(super) orders: Producer<'a, Order>,
     pub(super) reports: Consumer<'a, Report>,
-    pub(super) control_setup: Producer<'a, ControlSetup>,
+    pub(super) control_parts: Producer<'a, ControlPart>,
     pub(super) control_requests: Producer<'a, ControlRequest>,
     pub(super) control_reports: Consumer<'a, ControlReport>,
 }
@@ -249,7 +267,7 @@ impl Mailboxes {
             setup: Queue::new(),
             orders: Queue::new(),
             reports: Queue::new(),
-            control_setup: Queue::new(),
+            control_parts: Queue::new(),
             control_requests: Queue::new(),
             control_reports: Queue::new(),
             control_orders: Queue::new(),
@@ -262,7 +280,7 @@ impl Mailboxes {
         let (setup_tx, setup_rx) = self.setup.split();
         let (orders_tx, orders_rx) = self.orders.split();
         let (reports_tx, reports_rx) = self.reports.split();
-        let (control_setup_tx, control_setup_rx) = self.control_setup.split();
+        let (control_parts_tx, control_parts_rx) = self.control_parts.split();
         let (requests_tx, requests_rx) = self.control_requests.split();
         let (control_reports_tx, control_reports_rx) = self.control_reports.split();
         let (control_orders_tx, control_orders_rx) = self.control_orders.split();
@@ -275,7 +293,7 @@ impl Mailboxes {
             control_events: events_tx,
         };
         let controller = ControllerMail {
-            setup: control_setup_rx,
+            parts: control_parts_rx,
             requests: requests_rx,
             reports: control_reports_tx,
             orders: control_orders_tx,
@@ -285,7 +303,7 @@ impl Mailboxes {
             setup: setup_tx,
             orders: orders_tx,
             reports: reports_rx,
-            control_setup: control_setup_tx,
+            control_parts: control_parts_tx,
             control_requests: requests_tx,
             control_reports: control_reports_rx,
         };

@@ -13,7 +13,7 @@ mod mail;
 mod pulser;
 mod session;
 
-pub use controller::{ControlSetup, Controller, Muscle};
+pub use controller::{Controller, Muscle};
 pub use mail::{ControllerMail, Mailboxes, PulserMail, SessionMail};
 pub use pulser::Pulser;
 pub use session::{Identity, Session};

@@ -5,19 +5,18 @@
 //! which arming takes as a whole. What depends on the state is judged by the
 //! owner of the state, whose verdict becomes the answer.
 
-use super::draft::{Draft, slot};
-use super::mail::{ControlReport, ControlRequest, Order, OrderKind, Report, SessionMail};
-use crate::control::Joint;
-use crate::haptics::Wall;
+mod requests;
+
+use super::draft::Draft;
+use super::mail::{ControlReport, ControlRequest, Report, SessionMail};
 use crate::link::message::ResetCause;
 use crate::link::{
     Code, Counters, Decoder, Event, HelloInfo, Kind, Refusal, Request, Response, SCHEMA, Status,
     ToDevice, encode,
 };
-use crate::pulse::{CHANNELS, DEAD_TIME_US};
+use crate::pulse::DEAD_TIME_US;
 use crate::safety::{FaultRecord, Notice, State};
-use crate::units::{Amplitude, Angle, AngularRate, ForceRate, Micros, OutOfRange};
-use fixed::types::I16F16;
+use crate::units::Micros;
 use heapless::Deque;
 
 /// Bytes kept for a host that is slow to read.
@@ -154,8 +153,7 @@ impl Session {
         let seq = message.seq;
         if let Request::Hello { schema } = message.request {
             // An arm order under way is as good as armed.
-            let is_arming = !mail.control_setup.ready();
-            match self.hello(now, seq, message.session, schema, is_arming) {
+            match self.hello(now, seq, message.session, schema, is_arming(mail)) {
                 Ok(info) => {
                     // A session begins without a subscription.
                     let _ = send(&mut mail.control_requests, ControlRequest::Subscribe(0));
@@ -196,7 +194,7 @@ impl Session {
         self.last_session = self.last_session.checked_add(1).unwrap_or(1);
         self.owner = Some(self.last_session);
         self.expected = Some(seq.wrapping_add(1));
-        self.draft = Draft::default();
+        self.draft.clear();
         Ok(HelloInfo {
             seq,
             session: self.last_session,
@@ -228,140 +226,6 @@ impl Session {
             self.expected = Some(seq.wrapping_add(1));
         }
         Ok(())
-    }
-
-    fn answer(
-        &mut self,
-        now: Micros,
-        seq: u16,
-        request: Request,
-        mail: &mut SessionMail<'_>,
-    ) -> Answer {
-        let order = |kind| Order { seq, at: now, kind };
-        match request {
-            Request::Clear => self.draft = Draft::default(),
-            Request::Wearer(spec) => {
-                spec.validate()?;
-                self.draft.wearer = spec;
-            }
-            Request::Channel { channel, spec } => {
-                spec.validate(&self.draft.wearer.validate()?)
-                    .map_err(|e| Refusal::from(e).on(channel))?;
-                *slot(&mut self.draft.channels, channel)? = Some(spec);
-            }
-            Request::Groups(groups) => self.draft.groups = groups,
-            Request::Sync { channel } => {
-                if let Some(channel) = channel {
-                    slot(&mut self.draft.channels, channel)?;
-                }
-                self.draft.sync = channel;
-            }
-            Request::Muscle { channel, spec } => {
-                spec.validate().map_err(|e| Refusal::from(e).on(channel))?;
-                *slot(&mut self.draft.muscles, channel)? = Some(spec);
-            }
-            Request::Joint(spec) => {
-                Joint::new(&spec)?;
-                self.draft.joint = Some(spec);
-            }
-            Request::Wall(spec) => {
-                Wall::new(&spec)?;
-                self.draft.wall = Some(spec);
-            }
-            Request::ForceControl { channel, spec } => {
-                spec.check().map_err(|e| Refusal::from(e).on(channel))?;
-                *slot(&mut self.draft.forces, channel)? = Some(spec);
-            }
-            Request::Subscribe { period_ms } => {
-                OutOfRange::check("period_ms", period_ms.into(), 0, 1000)?;
-                send(
-                    &mut mail.control_requests,
-                    ControlRequest::Subscribe(period_ms),
-                )?;
-            }
-            Request::Arm => return self.arm(order(OrderKind::Arm), mail),
-            Request::Start => return later(order(OrderKind::Start), mail),
-            Request::Stop => return later(order(OrderKind::Stop), mail),
-            Request::Acknowledge => return later(order(OrderKind::Acknowledge), mail),
-            Request::Status => return later(order(OrderKind::Status), mail),
-            Request::KeepAlive => return later(order(OrderKind::KeepAlive), mail),
-            Request::Amplitudes { mask, values } => {
-                return later(
-                    order(OrderKind::Amplitudes {
-                        mask,
-                        values: spread(mask, &values)?,
-                    }),
-                    mail,
-                );
-            }
-            Request::Angle {
-                at,
-                centideg,
-                centideg_per_s,
-            } => {
-                let request = ControlRequest::Angle {
-                    seq,
-                    arrived: now,
-                    at: at.unwrap_or(now),
-                    angle: Angle::from_centideg(centideg),
-                    rate: centideg_per_s.map(rate).transpose()?,
-                };
-                send(&mut mail.control_requests, request)?;
-                return Ok(Reply::Later);
-            }
-            Request::Force {
-                channel,
-                at,
-                millinewton,
-                millinewton_per_s,
-            } => {
-                slot(&mut self.draft.forces, channel)?;
-                let request = ControlRequest::Force {
-                    seq,
-                    arrived: now,
-                    at: at.unwrap_or(now),
-                    channel,
-                    millinewton,
-                    rate: millinewton_per_s.map(force_rate).transpose()?,
-                };
-                send(&mut mail.control_requests, request)?;
-                return Ok(Reply::Later);
-            }
-            Request::Rung { channel, rung } => {
-                slot(&mut self.draft.muscles, channel)?;
-                let request = ControlRequest::Rung { seq, channel, rung };
-                send(&mut mail.control_requests, request)?;
-                return Ok(Reply::Later);
-            }
-            Request::Measurement {
-                joint,
-                centideg,
-                at,
-            } => {
-                OutOfRange::check("joint", joint.into(), 0, 0)?;
-                let angle = Angle::from_centideg(centideg);
-                send(
-                    &mut mail.control_requests,
-                    ControlRequest::Measurement { seq, at, angle },
-                )?;
-                return Ok(Reply::Later);
-            }
-            // Handled before admission.
-            Request::Hello { .. } => return Err(Refusal::new(Code::UnknownMessage, "request")),
-        }
-        Ok(Reply::Done)
-    }
-
-    /// Checks the whole draft and hands it to its two users.
-    fn arm(&mut self, order: Order, mail: &mut SessionMail<'_>) -> Answer {
-        let (setup, control) = self.draft.build()?;
-        // All or nothing: a part left behind would block the next order.
-        if !mail.setup.ready() || !mail.control_setup.ready() || !mail.orders.ready() {
-            return Err(Refusal::new(Code::DeviceBusy, "device"));
-        }
-        send(&mut mail.setup, setup)?;
-        send(&mut mail.control_setup, control)?;
-        later(order, mail)
     }
 
     fn pass_on(&mut self, report: Report) {
@@ -451,47 +315,10 @@ impl Session {
     }
 }
 
-/// One value per bit of `mask`, as an array with the values in front.
-fn spread(mask: u16, values: &[Amplitude]) -> Result<[Amplitude; CHANNELS], Refusal<'static>> {
-    OutOfRange::check("mask", mask.into(), 0, (1 << CHANNELS) - 1)?;
-    if mask.count_ones() as usize != values.len() {
-        let count = mask.count_ones().cast_signed();
-        return Err(Refusal::new(Code::AmplitudeCount, "values").allowed(count, count));
-    }
-    let mut all = [Amplitude::ZERO; CHANNELS];
-    for (slot, value) in all.iter_mut().zip(values) {
-        *slot = *value;
-    }
-    Ok(all)
-}
-
-/// Rates beyond ±20 000 °/s are no finger's.
-fn rate(centideg_per_s: i32) -> Result<AngularRate, Refusal<'static>> {
-    OutOfRange::check(
-        "centideg_per_s",
-        centideg_per_s.into(),
-        -2_000_000,
-        2_000_000,
-    )?;
-    // 2e6 · 65 536 / 100 < 2^31.
-    Ok(AngularRate(I16F16::from_bits(
-        (i64::from(centideg_per_s) * 65_536 / 100) as i32,
-    )))
-}
-
-/// Rates beyond ±32 767 N/s are no muscle's.
-fn force_rate(millinewton_per_s: i32) -> Result<ForceRate, Refusal<'static>> {
-    const MOST: i32 = 32_767_000;
-    OutOfRange::check("millinewton_per_s", millinewton_per_s.into(), -MOST, MOST)?;
-    // 32 767 000 · 65 536 / 1000 < 2^31.
-    Ok(ForceRate(I16F16::from_bits(
-        (i64::from(millinewton_per_s) * 65_536 / 1000) as i32,
-    )))
-}
-
-fn later(order: Order, mail: &mut SessionMail<'_>) -> Answer {
-    send(&mut mail.orders, order)?;
-    Ok(Reply::Later)
+/// Whether an arm order is under way: the controller has not taken or dropped its
+/// parts yet.
+fn is_arming(mail: &SessionMail<'_>) -> bool {
+    mail.control_parts.len() > 0
 }
 
 fn send<T>(mailbox: &mut heapless::spsc::Producer<'_, T>, item: T) -> Result<(), Refusal<'static>> {

@@ -32,7 +32,7 @@ static EXECUTOR: InterruptExecutor = InterruptExecutor::new();
 /// # Errors
 /// The task exists already.
 pub fn start(
-    controller: Controller,
+    controller: &'static mut Controller,
     mail: ControllerMail<'static>,
     nvic: &mut NVIC,
 ) -> Result<(), SpawnError> {
@@ -51,7 +51,7 @@ fn TIM7() {
 }
 
 #[embassy_executor::task]
-async fn run(mut controller: Controller, mut mail: ControllerMail<'static>) {
+async fn run(controller: &'static mut Controller, mut mail: ControllerMail<'static>) {
     loop {
         let tick = TICK.wait().await;
         controller.tick(tick.now, tick.angle, &mut mail);

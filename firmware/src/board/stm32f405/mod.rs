@@ -27,7 +27,7 @@ use crate::units::Micros;
 use embassy_executor::Spawner;
 use embassy_stm32::pac::{self, Interrupt};
 use session::Port;
-use static_cell::ConstStaticCell;
+use static_cell::{ConstStaticCell, StaticCell};
 
 /// NVIC priorities; the upper four bits count (RM0090 section 12.1.1).
 #[derive(Clone, Copy)]
@@ -71,8 +71,12 @@ pub async fn run(_: Spawner) -> ! {
 
     static MAILBOXES: ConstStaticCell<Mailboxes> = ConstStaticCell::new(Mailboxes::new());
     let (pulser_mail, controller_mail, session_mail) = MAILBOXES.take().split();
+    // The owners live in statics: a task would hold each once more as its
+    // argument, and the stack on its way there.
+    static CONTROLLER: StaticCell<Controller> = StaticCell::new();
+    let controller = CONTROLLER.init_with(Controller::new);
     // Proof: the task's one slot is free, for nothing else spawns it.
-    control::start(Controller::new(), controller_mail, &mut core.NVIC).expect("spawned here only");
+    control::start(controller, controller_mail, &mut core.NVIC).expect("spawned here only");
     // SAFETY: once, and no other context touches tape or pins.
     if let Err(fault) = unsafe { refill::start(Pulser::new(latched), pulser_mail, &mut core.NVIC) }
     {
@@ -89,7 +93,9 @@ pub async fn run(_: Spawner) -> ! {
         reset: cause,
         last_fault: latched,
     };
-    match session::serve(Session::new(identity), session_mail, port).await {}
+    static SESSION: StaticCell<Session> = StaticCell::new();
+    let session = SESSION.init_with(|| Session::new(identity));
+    match session::serve(session, session_mail, port).await {}
 }
 
 /// What the last run left in the backup registers; or a watchdog's bite, which

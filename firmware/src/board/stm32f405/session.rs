@@ -51,14 +51,19 @@ struct Memory {
 }
 
 /// Serves the link for ever.
-pub async fn serve(session: Session, mail: SessionMail<'static>, port: Port) -> Infallible {
+pub async fn serve(
+    session: &'static mut Session,
+    mail: SessionMail<'static>,
+    port: Port,
+) -> Infallible {
+    static OUTGOING: StaticCell<Bytes> = StaticCell::new();
+    let outgoing: &Bytes = OUTGOING.init_with(Bytes::new);
     let (mut usb, class) = build(port);
     let (tx, rx) = class.split();
-    let outgoing = Bytes::new();
     join3(
         usb.run(),
-        send(tx, &outgoing),
-        converse(session, mail, rx, &outgoing),
+        send(tx, outgoing),
+        converse(session, mail, rx, outgoing),
     )
     .await
     .0
@@ -105,7 +110,7 @@ fn build(port: Port) -> (UsbDevice<'static, Usb>, CdcAcmClass<'static, Usb>) {
 /// Bytes from the host to the session as they come, and what the session has
 /// to say at least every millisecond. Never waits for the host to read.
 async fn converse(
-    mut session: Session,
+    session: &mut Session,
     mut mail: SessionMail<'static>,
     mut rx: Receiver<'static, Usb>,
     outgoing: &Bytes,
@@ -119,10 +124,16 @@ async fn converse(
         if let Either::First(count) = select(receive(&mut rx, &mut packet), every_ms.next()).await {
             // `receive` counts bytes of `packet`.
             let bytes = packet.get(..count).unwrap_or(&packet);
-            session.receive(timebase::now(), bytes, &mut mail);
+            let now = timebase::now();
+            // A packet may end several requests, and one may take a muscle's
+            // table, half a millisecond or more: each is a sign of life.
+            for frame in bytes.split_inclusive(|&byte| byte == 0) {
+                session.receive(now, frame, &mut mail);
+                watchdog::check_in(Owner::Session);
+            }
         }
         session.poll(&mut mail);
-        speak(&mut session, outgoing);
+        speak(session, outgoing);
         watchdog::check_in(Owner::Session);
     }
 }

@@ -335,8 +335,8 @@ pub static BODY: [[u16; 4]; 6] = [
 /// Most cycles of each rung's tick on the chip simulator, cheapest rung first.
 #[rustfmt::skip]
 pub const CYCLES: [Cycles; 4] = [
-    Cycles { tick: 130, tick_with_pulse: 1221 },
-    Cycles { tick: 160, tick_with_pulse: 1422 },
-    Cycles { tick: 160, tick_with_pulse: 345 },
-    Cycles { tick: 737, tick_with_pulse: 913 },
+    Cycles { tick: 151, tick_with_pulse: 1212 },
+    Cycles { tick: 177, tick_with_pulse: 1421 },
+    Cycles { tick: 173, tick_with_pulse: 324 },
+    Cycles { tick: 754, tick_with_pulse: 904 },
 ];

@@ -1,0 +1,57 @@
+//! What the controller works with, put together part by part.
+
+use super::super::mail::ControlPart;
+use crate::control::{ForceControl, Joint};
+use crate::haptics::Wall;
+use crate::muscle::{Ladder, Recruitment};
+use crate::pulse::CHANNELS;
+use heapless::Vec;
+
+/// A channel's muscle: how it is recruited and how its force develops.
+#[derive(Clone, Debug)]
+pub struct Muscle {
+    /// From 0.
+    pub channel: u8,
+    /// Amplitude → gain.
+    pub recruitment: Recruitment,
+    /// Gain and pulses → force.
+    pub force: Ladder,
+}
+
+/// What the controller works with from arming on.
+#[derive(Debug, Default)]
+pub(super) struct ControlSetup {
+    /// Bit i: channel i is part of the setup.
+    pub(super) channels: u16,
+    /// Muscles whose force is predicted, by rising channel.
+    pub(super) muscles: Vec<Muscle, CHANNELS>,
+    /// Channels under force control, by rising channel.
+    pub(super) forces: Vec<ForceControl, CHANNELS>,
+    /// The controlled joint; `None` if there is a wall.
+    pub(super) joint: Option<Joint>,
+    /// The virtual wall; `None` if there is a joint.
+    pub(super) wall: Option<Wall>,
+}
+
+impl ControlSetup {
+    /// Puts a part in its place; the first one clears what was there before.
+    pub(super) fn put(&mut self, part: ControlPart) {
+        match part {
+            ControlPart::Channels(channels) => {
+                self.channels = channels;
+                self.muscles.clear();
+                self.forces.clear();
+                (self.joint, self.wall) = (None, None);
+            }
+            ControlPart::Muscle(muscle, force) => {
+                // As many slots as channels.
+                let _ = self.muscles.push(muscle);
+                if let Some(force) = force {
+                    let _ = self.forces.push(force); // same
+                }
+            }
+            ControlPart::Joint(joint) => self.joint = Some(joint),
+            ControlPart::Wall(wall) => self.wall = Some(wall),
+        }
+    }
+}
