@@ -192,6 +192,32 @@ impl Side {
 }
 
 impl WearerModel {
+    /// Angle at which the spring balances all flexion, mrad: how much a unit of
+    /// effort moves, after which gains are scheduled. Within a quarter and four
+    /// times [`WearerModel::REFERENCE_MRAD`].
+    #[must_use]
+    pub const fn strength_mrad(&self) -> u32 {
+        let stiffness = match self.stiffness_unm_per_rad {
+            0 => 1,
+            some => some,
+        };
+        // 2^32 · 1000 fits.
+        let strength = self.flexion_unm as u64 * 1000 / stiffness as u64;
+        let (low, high) = (Self::REFERENCE_MRAD / 4, Self::REFERENCE_MRAD * 4);
+        if strength < low as u64 {
+            low
+        } else if strength > high as u64 {
+            high
+        } else {
+            strength as u32
+        }
+    }
+
+    /// The strength that [`super::LawSpec::RECOMMENDED`] and
+    /// [`super::ResponseSpec::RECOMMENDED`] are written for: participant P's finger,
+    /// two-point (0.484 N·m over 0.12 N·m/rad).
+    pub const REFERENCE_MRAD: u32 = 4033;
+
     fn check(&self) -> Result<(), SpecError> {
         use SpecField as F;
         let within = |field, value: i64, min: i32, max: i32| {

@@ -1,6 +1,7 @@
 //! Which control law, with which gains; and what any law answers.
 
 use super::differentiator::{Differentiator, DifferentiatorState};
+use super::feed_forward::WearerModel;
 use super::pid::{Pid, PidState};
 use super::response::{Course, Response, ResponseState};
 use super::super_twisting::{Paper, Recommended, TwistState};
@@ -60,16 +61,17 @@ impl LawSpec {
         lambda_milli: 10_000,
         w_milli: 1_000,
     };
-    /// At 2 ms and 4.64 Hz, with a wearer's model and
-    /// [`super::ResponseSpec::RECOMMENDED`] beside it; without them
-    /// [`LawSpec::ALONE`] is better. See [`Recommended`] for how these were found.
+    /// At 2 ms and 8.71 Hz, for a wearer of [`WearerModel::REFERENCE_MRAD`], with
+    /// that wearer's model and [`super::ResponseSpec::RECOMMENDED`] beside it
+    /// ([`LawSpec::for_wearer`] for another); without them [`LawSpec::ALONE`] is
+    /// better. See [`Recommended`] for how these were found.
     pub const RECOMMENDED: Self = Self::Recommended {
-        lambda_milli: 7_440,
-        k1_milli: 54,
-        k2_milli: 105,
+        lambda_milli: 9_836,
+        k1_milli: 50,
+        k2_milli: 103,
         b_milli: 100_000,
-        k3_milli: 55,
-        ki_milli: 1_770,
+        k3_milli: 37,
+        ki_milli: 1_338,
     };
     /// Super-twisting without linear terms, for a joint of whose wearer nothing is
     /// known, at 2 ms and 17 Hz.
@@ -88,6 +90,33 @@ impl LawSpec {
         kd_milli: 117,
     };
 
+    /// The same loop on a wearer of another strength: an effort that moves the joint
+    /// half as far is answered twice as strongly. Of
+    /// [`LawSpec::Recommended`]; others are returned as they are. b, which only sets
+    /// how wide the boundary layer is, stays.
+    #[must_use]
+    pub const fn for_wearer(self, wearer: &WearerModel) -> Self {
+        let strength = wearer.strength_mrad() as u64;
+        match self {
+            Self::Recommended {
+                lambda_milli,
+                k1_milli,
+                k2_milli,
+                b_milli,
+                k3_milli,
+                ki_milli,
+            } => Self::Recommended {
+                lambda_milli,
+                k1_milli: inversely(k1_milli, strength),
+                k2_milli: inversely(k2_milli, strength),
+                b_milli,
+                k3_milli: inversely(k3_milli, strength),
+                ki_milli: inversely(ki_milli, strength),
+            },
+            other => other,
+        }
+    }
+
     /// The period that this law's default gains were chosen for, ms. The paper
     /// names none; its glove's 90 Hz is the natural one.
     #[must_use]
@@ -104,7 +133,7 @@ impl LawSpec {
     pub const fn default_lead_ms(&self) -> u16 {
         match self {
             Self::Paper { .. } => 0,
-            Self::Recommended { .. } => 229,
+            Self::Recommended { .. } => 220,
             Self::Pid { .. } => 255,
         }
     }
@@ -116,9 +145,21 @@ impl LawSpec {
         match self {
             Self::Paper { .. } => 3_000,
             Self::Recommended { k3_milli: 0, .. } => 17_000,
-            Self::Recommended { .. } => 4_640,
+            Self::Recommended { .. } => 8_713,
             Self::Pid { .. } => 6_000,
         }
+    }
+}
+
+/// A gain at [`WearerModel::REFERENCE_MRAD`] for another strength, rounded.
+const fn inversely(gain: u32, strength_mrad: u64) -> u32 {
+    // Strength is a quarter of the reference or more: below 2^34 before the bound.
+    let gain = gain as u64 * WearerModel::REFERENCE_MRAD as u64;
+    let gain = (gain + strength_mrad / 2) / strength_mrad;
+    if gain > u32::MAX as u64 {
+        u32::MAX
+    } else {
+        gain as u32
     }
 }
 

@@ -1,6 +1,7 @@
 //! How a nominal wearer answers in time, and what the device learns of how this
 //! one differs: a predictor against delay, and gains adapted while it runs.
 
+use super::feed_forward::WearerModel;
 use super::law::{Q, ratio, saturated};
 use super::spec::{SpecError, SpecField, within};
 use super::super_twisting::radians;
@@ -90,15 +91,38 @@ const SCALE: (i32, i32) = (-(1 << 23), 3 << 23);
 const DAMPING: i32 = 5_033_165;
 
 impl ResponseSpec {
-    /// Found with [`super::LawSpec::RECOMMENDED`], by the same search.
+    /// Found with [`super::LawSpec::RECOMMENDED`], by the same search, for a wearer
+    /// of [`WearerModel::REFERENCE_MRAD`].
     pub const RECOMMENDED: Self = Self {
-        gain_mrad: 1_141,
-        muscle_ms: 224,
-        joint_ms: 477,
-        delay_ms: 52,
-        scale_milli: 21_400,
-        damping_milli: 39,
+        gain_mrad: 1_265,
+        muscle_ms: 421,
+        joint_ms: 188,
+        delay_ms: 54,
+        scale_milli: 25_013,
+        damping_milli: 44,
     };
+
+    /// The same of a wearer of another strength, whose effort moves the joint in
+    /// proportion. Learning follows error times feed-forward and acts through the
+    /// feed-forward again: a weak wearer, who needs much of it, would learn too fast
+    /// by the square.
+    #[must_use]
+    pub const fn for_wearer(self, wearer: &WearerModel) -> Self {
+        let strength = wearer.strength_mrad() as u64;
+        let reference = WearerModel::REFERENCE_MRAD as u64;
+        // Strength is at most four times the reference.
+        let gain = (self.gain_mrad as u64 * strength + reference / 2) / reference;
+        let scale = (self.scale_milli as u64 * strength + reference / 2) / reference;
+        Self {
+            gain_mrad: if gain > 10_000 { 10_000 } else { gain as u16 },
+            scale_milli: if scale > 100_000 {
+                100_000
+            } else {
+                scale as u32
+            },
+            ..self
+        }
+    }
 
     /// Validates it for a period of 1…20 ms.
     pub(super) fn response(&self, period_ms: u8) -> Result<Response, SpecError> {

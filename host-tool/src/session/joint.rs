@@ -64,10 +64,16 @@ const RESPONSE_FIELDS: [&str; 6] = [
     "damping_learning",
 ];
 
+const LAWS: [(&str, LawName); 3] = [
+    ("recommended", LawName::Recommended),
+    ("paper", LawName::Paper),
+    ("pid", LawName::Pid),
+];
+
 /// The control laws by name.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, clap::ValueEnum)]
 pub enum LawName {
-    /// [`LawSpec::RECOMMENDED`], or [`LawSpec::ALONE`] without a wearer's model.
+    /// [`LawSpec::RECOMMENDED`] for the wearer, or [`LawSpec::ALONE`] without a wearer's model.
     Recommended,
     /// [`LawSpec::PAPER`].
     Paper,
@@ -91,6 +97,7 @@ impl LawName {
 /// `spec` under another law, with that law's default gains, period and cutoff.
 pub(super) fn with_law(spec: JointSpec, law: LawName) -> JointSpec {
     let law = law.spec(spec.wearer.is_some());
+    let law = spec.wearer.map_or(law, |wearer| law.for_wearer(&wearer));
     JointSpec {
         law_period_ms: law.default_period_ms(),
         cutoff_mhz: law.default_cutoff_mhz(),
@@ -108,7 +115,11 @@ pub(super) fn read_joint(
         return Ok(None);
     };
     t.only(&FIELDS)?;
-    let law = read_law(&t)?;
+    let name = t.choice("law", &LAWS)?.or(LawName::Recommended);
+    let law = name.spec(t.has("wearer"));
+    let wearer = read_wearer_model(&t, law)?;
+    let law = wearer.map_or(law, |wearer| law.for_wearer(&wearer));
+    let law = read_gains(&t, law)?;
     let mut points = t.tables("flexors")?.required()?;
     if points.len() > 2 {
         // More than the link's list holds; the firmware refuses none.
@@ -136,21 +147,15 @@ pub(super) fn read_joint(
         angle_max_mdeg: t.whole("angle_max_deg", 3)?.or(100_000),
         sensor,
         stale_after_ms: t.whole("stale_after_ms", 0)?.or(stale_after_ms),
-        wearer: read_wearer_model(&t, law)?,
-        response: read_response(&t)?,
+        wearer,
+        response: read_response(&t, wearer)?,
     };
     let joint = Joint::new(&spec).map_err(|e| joint_error(&t, &points, &spec, e))?;
     Ok(Some((spec, joint)))
 }
 
-fn read_law(t: &Table<'_>) -> Result<LawSpec, SessionError> {
-    let names = [
-        ("recommended", LawName::Recommended),
-        ("paper", LawName::Paper),
-        ("pid", LawName::Pid),
-    ];
-    let law = t.choice("law", &names)?.or(LawName::Recommended);
-    let law = law.spec(t.has("wearer"));
+/// `law` with the gains that the file states.
+fn read_gains(t: &Table<'_>, law: LawSpec) -> Result<LawSpec, SessionError> {
     let Some(g) = t.table("gains")?.optional() else {
         return Ok(law);
     };
@@ -217,13 +222,17 @@ fn read_wearer_model(t: &Table<'_>, law: LawSpec) -> Result<Option<WearerModel>,
 }
 
 /// Reads `[joint.response]`, a nominal wearer in time; a field left out keeps
-/// [`ResponseSpec::RECOMMENDED`].
-fn read_response(t: &Table<'_>) -> Result<Option<ResponseSpec>, SessionError> {
+/// [`ResponseSpec::RECOMMENDED`], for this wearer's strength.
+fn read_response(
+    t: &Table<'_>,
+    wearer: Option<WearerModel>,
+) -> Result<Option<ResponseSpec>, SessionError> {
     let Some(r) = t.table("response")?.optional() else {
         return Ok(None);
     };
     r.only(&RESPONSE_FIELDS)?;
     let default = ResponseSpec::RECOMMENDED;
+    let default = wearer.map_or(default, |wearer| default.for_wearer(&wearer));
     Ok(Some(ResponseSpec {
         gain_mrad: r.whole("gain_rad", 3)?.or(default.gain_mrad),
         muscle_ms: r.whole("muscle_ms", 0)?.or(default.muscle_ms),

@@ -107,14 +107,18 @@ pub fn joint(law: LawSpec, points: Points, hold: HoldPolicy) -> JointSpec {
 }
 
 /// The device's default: [`LawSpec::RECOMMENDED`] with all that the nominal wearer
-/// file gives it.
+/// file gives it, scheduled by that wearer's strength.
 #[must_use]
 pub fn shipped(points: Points) -> JointSpec {
-    let law = LawSpec::RECOMMENDED;
+    let model = model(points, LawSpec::RECOMMENDED.default_lead_ms());
     JointSpec {
-        wearer: Some(model(points, law.default_lead_ms())),
-        response: Some(ResponseSpec::RECOMMENDED),
-        ..joint(law, points, SHIPPED_HOLD)
+        wearer: Some(model),
+        response: Some(ResponseSpec::RECOMMENDED.for_wearer(&model)),
+        ..joint(
+            LawSpec::RECOMMENDED.for_wearer(&model),
+            points,
+            SHIPPED_HOLD,
+        )
     }
 }
 
