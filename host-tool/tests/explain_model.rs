@@ -124,9 +124,10 @@ fn the_table_is_for_people_and_machines() {
     let channel = &value["channels"][0];
     assert_eq!(channel["model"], "static");
     assert_eq!(channel["models"].as_array().unwrap().len(), 4);
-    let error = channel["error_pct"].as_f64().unwrap();
-    assert!(error > 1.0 && error <= 10.0, "{error}");
-    assert!(channel["error_if_it_tires_pct"].as_f64().unwrap() > error);
+    let change = channel["change_pct"].as_f64().unwrap();
+    assert!(change > 1.0 && change <= 10.0, "{change}");
+    assert!(channel["error_pct"].as_f64().unwrap() > 1.0);
+    assert!(channel["change_if_it_tires_pct"].as_f64().unwrap() > change);
     let finer = flexor("finer.toml", &text, &["--json", "--tolerance", "2"]);
     let value: Value = serde_json::from_slice(&finer.stdout).unwrap();
     assert_eq!(value["channels"][0]["model"], "lag");

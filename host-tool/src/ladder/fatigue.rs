@@ -30,7 +30,7 @@ pub struct Tiring {
 const TAU1_MAX_S: f64 = 0.2;
 const K_MAX: f64 = 5.0;
 /// Longest step, s.
-const STEP_S: f64 = 0.5e-3;
+const STEP_S: f64 = 1e-3;
 
 impl Tiring {
     /// A fresh muscle.
