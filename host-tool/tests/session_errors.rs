@@ -243,6 +243,20 @@ const BAD_FORCE: &[&str] = &[
     "[setpoints] → [[channel]] ⏎ number = 2 ⏎ name = \"other\" ⏎ stage = { kind = \"current\", full_scale_ma = 50.0 } ⏎ limit = 20.0 ⏎ train = { shape = \"biphasic-cathodic-first\", width_us = 200, frequency_hz = 20.0, offset_us = 25000 } ⏎ [[group]] ⏎ channels = [1, 2] ⏎ partner = \"isolated\" ⏎ [setpoints]",
 ];
 
+/// Ten channels under force control.
+const GOOD_FORCES: &str = include_str!("../sessions/ten_forces.toml");
+
+/// The same for [`GOOD_FORCES`].
+const BAD_FORCES: &[&str] = &[
+    "channel = 2, points → channel = 1, points",
+    "channel = 2, points → channel = 11, points",
+    "offset_n = 3.0 → offset_n = 300.0",
+    "offset_n = 3.0, → ",
+    "channel = 2, points → channel = 2, offset_n = 1.0, points",
+    "force = { → # {",
+    "kind = \"keep-alive\" → kind = \"force-sine\" ⏎ channel = 10 ⏎ offset_n = 2.0 ⏎ amplitude_n = 1.0 ⏎ frequency_hz = 1.0",
+];
+
 /// A good file with some text replaced.
 fn spoil(good: &str, edits: &str) -> String {
     let mut text = good.to_owned();
@@ -273,7 +287,12 @@ fn every_mistake_is_named_with_its_line() {
         numbers.insert(e.problem().number());
         writeln!(all, "# {case}\n\n{}", render(e)).unwrap();
     };
-    let files = [(GOOD, BAD), (GOOD_WALL, BAD_WALL), (GOOD_FORCE, BAD_FORCE)];
+    let files = [
+        (GOOD, BAD),
+        (GOOD_WALL, BAD_WALL),
+        (GOOD_FORCE, BAD_FORCE),
+        (GOOD_FORCES, BAD_FORCES),
+    ];
     for (good, bad) in files {
         for edits in bad {
             match Session::parse("bad.toml", &spoil(good, edits)) {

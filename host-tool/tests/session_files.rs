@@ -143,8 +143,11 @@ fn play(session: &Session) -> Device {
     device.ask(Request::Start);
     device.heard.nonzero_codes = 0;
     for index in 0..10 {
-        let setpoint = session.setpoints.at(session.setpoints.due_us(index));
-        device.ask(setpoint.request(None));
+        let due_us = session.setpoints.due_us(index);
+        device.ask(session.setpoints.at(due_us).request(None));
+        for setpoint in session.setpoints.with(due_us) {
+            device.ask(setpoint.request(None));
+        }
         device.run(23_000);
     }
     device.listen();

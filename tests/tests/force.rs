@@ -211,8 +211,9 @@ fn ten_forces_at_once_are_followed_on_both_simulators() {
         let rms = squares.map(|square| (square / count).sqrt());
         println!("{device:?}: wanted less predicted force with its ripple, N rms: {rms:.2?}");
         assert!(count > 150.0);
-        // 20 Hz trains ripple; a channel that nothing drove would be 3 N off.
-        assert!(rms.iter().all(|rms| *rms < 1.5), "{rms:?}");
+        // Ripple of 20 Hz trains and what a ramp is off at its corners; a channel
+        // that nothing drove would be 2 N off or more.
+        assert!(rms.iter().all(|rms| *rms < 0.5), "{rms:?}");
     }
 }
 

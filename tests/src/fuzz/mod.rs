@@ -90,8 +90,10 @@ pub fn session_toml(data: &[u8]) {
         assert_eq!(refused, 0, "a device refuses {request:?}");
     }
     for t_us in [0, file.duration_us / 2, file.duration_us] {
-        let setpoint = file.setpoints.at(t_us).request(None);
-        assert!(!payload(&setpoint).is_empty());
+        let setpoint = file.setpoints.at(t_us);
+        for setpoint in std::iter::once(setpoint).chain(file.setpoints.with(t_us)) {
+            assert!(!payload(&setpoint.request(None)).is_empty());
+        }
     }
 }
 

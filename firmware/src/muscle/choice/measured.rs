@@ -1303,8 +1303,8 @@ pub static TIRING: [[[[u16; 7]; 28]; 2]; 7] = [
 /// Most cycles of each rung's tick on the chip simulator, cheapest rung first.
 #[rustfmt::skip]
 pub const CYCLES: [Cycles; 4] = [
-    Cycles { tick: 151, tick_with_pulse: 1212 },
-    Cycles { tick: 177, tick_with_pulse: 1421 },
-    Cycles { tick: 173, tick_with_pulse: 324 },
-    Cycles { tick: 754, tick_with_pulse: 904 },
+    Cycles { tick: 149, tick_with_pulse: 1225 },
+    Cycles { tick: 180, tick_with_pulse: 1448 },
+    Cycles { tick: 180, tick_with_pulse: 324 },
+    Cycles { tick: 773, tick_with_pulse: 916 },
 ];

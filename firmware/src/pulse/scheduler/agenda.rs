@@ -67,7 +67,7 @@ impl Agenda {
         mut change: impl FnMut(u8, u32) -> Result<(), E>,
     ) -> Result<(), E> {
         for (word, slots) in self.slots.iter_mut().enumerate() {
-            for slot in bits(core::mem::take(slots)).map(|n| 32 * word | n) {
+            for slot in bits(core::mem::take(slots)).map(|n| (32 * word) | n) {
                 if let Some(changes) = self.changes.get_mut(slot) {
                     change(slot as u8, core::mem::take(changes))?; // below 256
                 }
