@@ -2,7 +2,8 @@
 
 use firmware::muscle::choice::Scene;
 
-/// Scenes with bursts last at least this long, ms, and at least three bursts.
+/// Bursts of a muscle that does not tire last at least this long, ms, and are at
+/// least three.
 const LEAST_MS: f64 = 4_000.0;
 /// Pauses between bursts and stays at one pulse rate, ms, drawn between these
 /// with a uniform logarithm.
@@ -147,8 +148,12 @@ impl Protocol {
             start_ms += pauses
                 .next(&mut random)
                 .max(1e6 / f64::from(scene.slowest_mhz));
-            let least_ms = LEAST_MS.max(f64::from(scene.session_s) * 1e3);
-            if bursts >= 3 && start_ms >= least_ms {
+            // A session ends after the last burst that fits, one at least.
+            let is_over = match scene.session_s {
+                0 => bursts >= 3 && start_ms >= LEAST_MS,
+                seconds => start_ms + burst.length_ms > f64::from(seconds) * 1e3,
+            };
+            if is_over {
                 break;
             }
         }
@@ -177,7 +182,6 @@ mod tests {
         let protocol = Protocol::draw(&SCENE, 7);
         assert_eq!(protocol, Protocol::draw(&SCENE, 7));
         assert_ne!(protocol, Protocol::draw(&SCENE, 8));
-        assert!(protocol.duration_ms >= 2_000);
         for two in protocol.pulses.windows(2) {
             let apart = two[1].0 - two[0].0;
             // Within a burst a period of 20 to 40 Hz, between bursts more.
@@ -185,6 +189,27 @@ mod tests {
         }
         assert!(protocol.pulses.iter().all(|p| (1e-3..=1.0).contains(&p.1)));
         assert!(protocol.pulses.iter().any(|p| p.1 == 1.0));
+    }
+
+    #[test]
+    fn a_session_ends_after_the_last_burst_that_fits() {
+        let long = Scene {
+            burst_ms: 700,
+            session_s: 2,
+            ..SCENE
+        };
+        for (scene, seconds) in [(SCENE, 1), (long, 2)] {
+            let protocol = Protocol::draw(&scene, 3);
+            let (last_us, _) = *protocol.pulses.last().unwrap();
+            assert!(last_us > 300_000 && last_us <= seconds * 1_000_000, "{last_us}");
+            // The pause after it is a second at most.
+            assert!(protocol.duration_ms <= (seconds + 1) * 1_000);
+        }
+        let rested = Scene {
+            session_s: 0,
+            ..SCENE
+        };
+        assert!(Protocol::draw(&rested, 3).duration_ms >= 4_000);
     }
 
     #[test]

@@ -51,14 +51,16 @@ pub fn expected_change(scene: &Scene, rung: Rung) -> Share {
 
 /// Where a burst lies among measured ones. A burst of at most a period of the
 /// highest rate is a single pulse, however long it is; one of several pulses lies
-/// between bursts of several.
-fn burst(axis: &[u32], scene: &Scene) -> Place {
+/// between bursts that are of several at the measured rate below, too.
+fn burst(axis: &[u32], rates_mhz: &[u32], scene: &Scene) -> Place {
     let (_, fastest) = rates(scene);
-    let period_ms = 1_000_000 / fastest.max(1);
-    if scene.burst_ms <= period_ms {
+    let period_ms = |mhz: u32| 1_000_000 / mhz.max(1);
+    if scene.burst_ms <= period_ms(fastest) {
         return Place::on(axis, 0, 0);
     }
-    Place::on(axis, 0, scene.burst_ms).above(axis, period_ms)
+    let below = rates_mhz.partition_point(|&rate| rate <= fastest);
+    let measured = rates_mhz.get(below.saturating_sub(1)).copied();
+    Place::on(axis, 0, scene.burst_ms).above(axis, period_ms(measured.unwrap_or(fastest)))
 }
 
 /// Where its ramps lie. An unbroken muscle's are no longer than half its time at
@@ -76,7 +78,7 @@ fn rested(scene: &Scene, column: usize) -> Option<u16> {
     let (slowest, fastest) = rates(scene);
     let times = [
         Place::on(&[0], 0, 0),
-        burst(&LOOP_BURSTS_MS, scene),
+        burst(&LOOP_BURSTS_MS, &LOOP_RATES_MHZ, scene),
         ramp(&LOOP_RAMPS_MS, scene),
     ];
     let around = [slowest, fastest].map(|rate| Place::on(&LOOP_RATES_MHZ, 0, rate));
@@ -104,7 +106,7 @@ fn tiring(scene: &Scene) -> Option<u16> {
     let longest = WORK_SESSIONS_S.last().copied().unwrap_or(1);
     let times = [
         Place::on(&WORK_SESSIONS_S, 0, scene.session_s),
-        burst(&WORK_BURSTS_MS, scene),
+        burst(&WORK_BURSTS_MS, &WORK_RATES_MHZ, scene),
         ramp(&WORK_RAMPS_MS, scene),
     ];
     let around = [slowest, fastest].map(|rate| Place::on(&WORK_RATES_MHZ, 0, rate));
