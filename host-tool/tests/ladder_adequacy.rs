@@ -68,5 +68,8 @@ fn a_tolerance_that_no_rung_meets_names_the_least_possible() {
         "{text}"
     );
     let choice = choose(&scene, none.least).unwrap();
-    assert!(choice.rung <= none.best && choice.change <= none.least, "{choice:?}");
+    assert!(
+        choice.rung <= none.best && choice.change <= none.least,
+        "{choice:?}"
+    );
 }

@@ -56,7 +56,7 @@ pub fn main(args: &ExplainModel, output: Output) -> anyhow::Result<()> {
     output.say(
         || people(&session, tolerance, &all),
         || machines(tolerance, &all),
-    );
+    )?;
     Ok(())
 }
 

@@ -201,7 +201,10 @@ mod tests {
         for (scene, seconds) in [(SCENE, 1), (long, 2)] {
             let protocol = Protocol::draw(&scene, 3);
             let (last_us, _) = *protocol.pulses.last().unwrap();
-            assert!(last_us > 300_000 && last_us <= seconds * 1_000_000, "{last_us}");
+            assert!(
+                last_us > 300_000 && last_us <= seconds * 1_000_000,
+                "{last_us}"
+            );
             // The pause after it is a second at most.
             assert!(protocol.duration_ms <= (seconds + 1) * 1_000);
         }

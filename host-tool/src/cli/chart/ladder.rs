@@ -80,7 +80,7 @@ pub fn main(args: &Ladder, output: Output) -> anyhow::Result<()> {
     output.say(
         || people(rows.len(), &summaries) + &speeds_line(&speeds),
         || json!({ "rows": rows.len(), "held_out": summaries, "body_speeds": speeds }),
-    );
+    )?;
     Ok(())
 }
 
