@@ -5,7 +5,7 @@ use firmware::muscle::choice::{Scene, Share};
 use host_tool::session::Session;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 const HEAD: &str = r#"
 title = "One muscle"
@@ -98,12 +98,20 @@ fn each_kind_of_scene_gets_its_rung() {
     assert_eq!(needs(&fixed).choice.unwrap().rung, Rung::Static);
 }
 
-fn flexor(name: &str, text: &str, arguments: &[&str]) -> Output {
-    let folder: PathBuf = Path::new(env!("CARGO_TARGET_TMPDIR")).join("explain_model");
+/// A session file in a folder of its own.
+fn written(name: &str, text: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("explain_model");
     std::fs::create_dir_all(&folder).unwrap();
-    std::fs::write(folder.join(name), text).unwrap();
+    let file = folder.join(name);
+    std::fs::write(&file, text).unwrap();
+    file
+}
+
+fn flexor(name: &str, text: &str, arguments: &[&str]) -> Output {
+    let file = written(name, text);
+    let folder = file.parent().unwrap();
     let mut command = Command::new(env!("CARGO_BIN_EXE_flexor"));
-    command.current_dir(&folder).arg("explain-model").arg(name);
+    command.current_dir(folder).arg("explain-model").arg(name);
     command.args(arguments).env("NO_COLOR", "1");
     command.output().unwrap()
 }
@@ -124,9 +132,10 @@ fn the_table_is_for_people_and_machines() {
     let channel = &value["channels"][0];
     assert_eq!(channel["model"], "static");
     assert_eq!(channel["models"].as_array().unwrap().len(), 4);
-    let error = channel["error_pct"].as_f64().unwrap();
-    assert!(error > 1.0 && error <= 10.0, "{error}");
-    assert!(channel["error_if_it_tires_pct"].as_f64().unwrap() > error);
+    let change = channel["change_pct"].as_f64().unwrap();
+    assert!(change > 1.0 && change <= 10.0, "{change}");
+    assert!(channel["error_pct"].as_f64().unwrap() > 1.0);
+    assert!(channel["change_if_it_tires_pct"].as_f64().unwrap() > change);
     let finer = flexor("finer.toml", &text, &["--json", "--tolerance", "2"]);
     let value: Value = serde_json::from_slice(&finer.stdout).unwrap();
     assert_eq!(value["channels"][0]["model"], "lag");
@@ -155,5 +164,31 @@ fn what_cannot_be_explained_is_refused_by_name() {
         for word in words {
             assert!(said.contains(word), "{name}: {said}");
         }
+    }
+}
+
+/// `flexor explain-model … | head` and `… > /a/full/disk`.
+#[test]
+fn a_reader_that_went_is_no_failure_and_a_full_disk_is_one() {
+    let file = written("gone.toml", &session("frequency_hz = 50.0", ""));
+    let explain = |stdout: Stdio| {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_flexor"))
+            .arg("explain-model")
+            .arg(&file)
+            .stdout(stdout)
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        drop(child.stdout.take());
+        child.wait_with_output().unwrap()
+    };
+    let gone = explain(Stdio::piped());
+    assert!(gone.status.success(), "{gone:?}");
+    assert!(gone.stderr.is_empty(), "{gone:?}");
+    let full = std::fs::OpenOptions::new().write(true).open("/dev/full");
+    if let Ok(full) = full {
+        let full = explain(full.into());
+        let told = String::from_utf8(full.stderr).unwrap();
+        assert!(!full.status.success() && told.contains("E523"), "{told}");
     }
 }

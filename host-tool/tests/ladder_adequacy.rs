@@ -3,49 +3,48 @@
 //! `cargo test --release -p host-tool --test ladder_adequacy -- --nocapture`
 //! prints every scene that breaks a half of the promise.
 
-use firmware::muscle::Rung;
 use firmware::muscle::choice::{Share, choose, grid};
 use host_tool::ladder::adequacy::{Summary, campaign, held_out};
 
 /// Another seed than the committed table's.
 const SEED: u64 = 20;
-const PER_RUNG: usize = 6;
+const PER_RUNG: usize = 5;
 const TOLERANCE: Share = Share::JUST_NOTICEABLE;
 
+/// Tolerance, and of how many scenes in ten the next lower rung has to fail. At
+/// 30 % it is a known miss: fatigue alone ends near there, so that many scenes lie
+/// on the edge; docs/muscle.md has the shares of more scenes.
+const LOWER_FAILS: [(Share, usize); 3] = [(TOLERANCE, 9), (Share(300), 9), (Share(3_000), 5)];
+
+/// Both halves of the promise: each chosen rung will do, and the next lower one
+/// would not.
 #[test]
-fn the_chosen_rung_is_sufficient_where_nobody_measured() {
-    let verdicts = campaign(SEED, PER_RUNG, TOLERANCE, |_| ()).unwrap();
-    assert_eq!(verdicts.len(), 4 * PER_RUNG);
-    for v in &verdicts {
-        let lower = v.lower.map_or(f64::NAN, |l| l.force * 100.0);
-        println!(
-            "{:?} for {:?}: expects {}, has {:.2} %, changes force by {:.2} %, next lower by {lower:.2} %",
-            v.choice.rung,
-            v.scene,
-            v.choice.error,
-            v.found * 100.0,
-            v.chosen.force * 100.0,
+fn the_chosen_rung_is_sufficient_and_the_next_lower_one_fails() {
+    for (tolerance, in_ten) in LOWER_FAILS {
+        let verdicts = campaign(SEED, PER_RUNG, tolerance, |_| ()).unwrap();
+        let part = f64::from(tolerance.0) * 1e-4;
+        for v in &verdicts {
+            let lower = v.change_lower.unwrap_or(f64::NAN);
+            let is_kept = v.change < part && (lower.is_nan() || lower >= part);
+            if !is_kept {
+                println!(
+                    "{tolerance}: {:?} for {:?}: expects {}, changes force by {:.2} %, next lower by {:.2} %",
+                    v.choice.rung,
+                    v.scene,
+                    v.choice.change,
+                    v.change * 100.0,
+                    lower * 100.0,
+                );
+            }
+        }
+        let sum = Summary::of(&verdicts, tolerance);
+        println!("{tolerance}: {sum:?}");
+        assert!(sum.with_lower >= 2 * PER_RUNG, "{sum:?}");
+        assert_eq!(sum.sufficient, sum.scenes, "{tolerance}: {sum:?}");
+        assert!(
+            sum.lower_fails * 10 >= sum.with_lower * in_ten,
+            "{tolerance}: {sum:?}"
         );
-    }
-    let sum = Summary::of(&verdicts, TOLERANCE);
-    println!("{sum:?}");
-    // The first half of the promise, for every scene.
-    assert_eq!(sum.sufficient, sum.scenes, "{sum:?}");
-    // The expected error is the grid's; between its points a scene may exceed it
-    // a little, but not the tolerance.
-    assert!(verdicts.iter().all(|v| v.found <= 0.1), "{sum:?}");
-    // The second half does not hold for every scene, and it is no use to say
-    // so: docs/muscle.md tells the shares and why. Here only that a lower rung
-    // does fail by a tolerance's worth in a good part of them.
-    assert!(sum.lower_fails * 4 >= sum.with_lower, "{sum:?}");
-    let failing = |rung: Rung| {
-        let of_rung = verdicts.iter().filter(move |v| v.choice.rung == rung);
-        of_rung
-            .filter(|v| v.lower.is_some_and(|l| l.force >= 0.1))
-            .count()
-    };
-    for rung in [Rung::Lag, Rung::CalciumForce, Rung::CalciumForceFatigue] {
-        assert!(failing(rung) > 0, "{rung:?} is never needed: {sum:?}");
     }
 }
 
@@ -68,5 +67,9 @@ fn a_tolerance_that_no_rung_meets_names_the_least_possible() {
         text.contains("0.01 %") && text.contains(&none.least.to_string()),
         "{text}"
     );
-    assert_eq!(choose(&scene, none.least).unwrap().rung, none.best);
+    let choice = choose(&scene, none.least).unwrap();
+    assert!(
+        choice.rung <= none.best && choice.change <= none.least,
+        "{choice:?}"
+    );
 }

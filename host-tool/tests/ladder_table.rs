@@ -4,8 +4,9 @@
 use firmware::muscle::choice::grid::{BURSTS_MS, RAMPS_MS, pair};
 use firmware::muscle::choice::{DYNAMICS, Scene};
 use hal_sim::body::muscle::SUBJECTS;
-use host_tool::ladder::table::{Key, Quantity, Row, firmware_source, parse};
-use host_tool::ladder::{dynamics, fatigue, force_rows, motion_rows_of};
+use host_tool::ladder::source::firmware_source;
+use host_tool::ladder::table::{Key, Quantity, Row, parse};
+use host_tool::ladder::{dynamics, fatigue, force_rows, motion_rows_of, replaced};
 
 const TABLE: &str = include_str!("../../docs/charts/ladder.csv");
 const CYCLES: &str = include_str!("../../docs/charts/cycles.csv");
@@ -60,6 +61,35 @@ fn forces_measured_anew_are_the_committed_ones() {
     }
 }
 
+/// A pulse, a burst, a modulated and a slow hold.
+#[test]
+fn changes_measured_anew_are_the_committed_ones() {
+    let committed = parse(TABLE).unwrap();
+    let scenes = replaced::rested_grid();
+    for (burst_ms, ramp_ms, slowest_mhz, fastest_mhz) in [
+        (1, 0, 5_000, 5_000),
+        (100, 0, 48_000, 48_000),
+        (Scene::UNBROKEN, 120, 22_000, 90_000),
+        (Scene::UNBROKEN, 1_700, 48_000, 48_000),
+    ] {
+        let scene = Scene {
+            burst_ms,
+            ramp_ms,
+            slowest_mhz,
+            fastest_mhz,
+            session_s: 0,
+        };
+        assert!(scenes.contains(&scene), "{scene:?}");
+        for row in replaced::rested_rows(&scene).unwrap() {
+            same(&committed, &row);
+        }
+    }
+    let work = replaced::work_grid();
+    for row in replaced::work_rows(work.last().unwrap()).unwrap() {
+        same(&committed, &row);
+    }
+}
+
 #[test]
 fn fatigue_and_motion_measured_anew_are_the_committed_ones() {
     let committed = parse(TABLE).unwrap();
@@ -99,6 +129,6 @@ fn the_table_is_in_the_order_of_the_grid() {
         };
         let row = rows.iter().find(|row| row.key() == key).unwrap();
         let share = (row.worst_pct * 100.0).ceil() as u16;
-        assert_eq!(DYNAMICS[3][1][pair(slow, fast)][1], share);
+        assert_eq!(DYNAMICS[3][1][pair(rates.len(), slow, fast)][1], share);
     }
 }

@@ -36,7 +36,7 @@ pub fn main(args: &Bench, output: Output) -> anyhow::Result<()> {
     output.say(
         || table(&found, &differing, &yardstick).trim_end().to_owned(),
         || machine(&found, &differing, &yardstick),
-    );
+    )?;
     ensure!(
         differing.is_empty(),
         "E521 results differ between host, QEMU and chip: {}",

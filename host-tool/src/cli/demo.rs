@@ -90,7 +90,7 @@ pub fn main(args: &Demo, output: Output) -> anyhow::Result<()> {
     output.say(
         || table(&record, &page.display().to_string(), seconds, ten),
         || json(&record, &page.display().to_string(), seconds, ten),
-    );
+    )?;
     Ok(())
 }
 

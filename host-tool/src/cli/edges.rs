@@ -66,6 +66,6 @@ pub fn main(args: &Edges, output: Output) -> anyhow::Result<()> {
             )
         },
         || serde_json::json!({ "edges": edges.len(), "seconds": args.seconds, "csv": args.csv }),
-    );
+    )?;
     Ok(())
 }

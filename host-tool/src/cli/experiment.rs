@@ -78,7 +78,7 @@ fn harris_wall(args: &HarrisWall, output: Output) -> anyhow::Result<()> {
     output.say(
         || people(&record.trials, &shares, &page),
         || machines(&record.trials, &shares, &page),
-    );
+    )?;
     Ok(())
 }
 

@@ -7,7 +7,7 @@ use crate::session::{Channel, Model, Session};
 use anyhow::{bail, ensure};
 use clap::Args;
 use firmware::muscle::Rung;
-use firmware::muscle::choice::{Cycles, Scene, Share, cycles, expected_error};
+use firmware::muscle::choice::{Cycles, Scene, Share, cycles, expected_change, expected_error};
 use serde_json::{Value, json};
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -17,7 +17,7 @@ use std::path::PathBuf;
 pub struct ExplainModel {
     /// Session file (TOML)
     session: PathBuf,
-    /// Error allowed, in percent of the scene's largest force; counts in steps of
+    /// Change of force allowed, in percent of the scene's largest; counts in steps of
     /// 0.01
     #[arg(long, default_value_t = 10.0, value_name = "PERCENT")]
     tolerance: f64,
@@ -56,7 +56,7 @@ pub fn main(args: &ExplainModel, output: Output) -> anyhow::Result<()> {
     output.say(
         || people(&session, tolerance, &all),
         || machines(tolerance, &all),
-    );
+    )?;
     Ok(())
 }
 
@@ -73,8 +73,9 @@ fn share(percent: f64) -> anyhow::Result<Share> {
 /// At most 80 columns.
 fn people(session: &Session, tolerance: Share, all: &[(&Channel, Needs)]) -> String {
     let mut out = format!(
-        "{}\nThe lowest model within {tolerance} of its scene's largest force. Cycles are\n\
-         those of a 1 ms tick without and with a pulse, at most.\n",
+        "{}\nThe lowest model that the top one may replace without changing the true force\n\
+         by more than {tolerance} of its peak. changes: by so much. errs: its prediction\n\
+         by itself, without a loop. cycles: of a 1 ms tick without/with a pulse, at most.\n",
         cut(&session.title, 78)
     );
     for (channel, needs) in all {
@@ -93,28 +94,32 @@ fn block(out: &mut String, channel: &Channel, needs: &Needs, tolerance: Share) -
     };
     writeln!(out, "\nchannel {}, {name}: {rung}{by}", channel.number)?;
     writeln!(out, "  {}", scene(&needs.scene))?;
+    let [model, changes, errs, cost_of] = ["model", "changes", "errs", "cycles"];
+    writeln!(out, "  {model:<21}{changes:>10}{errs:>10}{cost_of:>12}")?;
     let chosen = needs.choice.map(|choice| choice.rung).ok();
     for candidate in Rung::ALL {
+        let change = expected_change(&needs.scene, candidate);
         let error = expected_error(&needs.scene, candidate);
         let verdict = if Some(candidate) == chosen {
             "lowest that will do"
-        } else if error <= tolerance {
+        } else if change <= tolerance {
             "more than enough"
         } else {
             "too coarse"
         };
         writeln!(
             out,
-            "  {:<22}{:>12}  {:<16}  {verdict}",
+            "  {:<21}{:>10}{:>10}{:>12}   {verdict}",
             RUNG_NAMES[candidate as usize],
-            error.to_string(),
+            brief(change),
+            brief(error),
             cost(cycles(candidate)),
         )?;
     }
-    if let Some(error) = needs.error_if_it_tires.filter(|error| *error > tolerance) {
+    if let Some(change) = needs.change_if_it_tires.filter(|c| *c > tolerance) {
         writeln!(
             out,
-            "  of the fresh muscle; as it tires up to {error}: give it a `fatigue`"
+            "  of the fresh muscle; as it tires up to {change}: give it a `fatigue`"
         )?;
     }
     if let Ok(choice) = needs.choice {
@@ -138,12 +143,20 @@ fn cut(text: &str, letters: usize) -> String {
     text.chars().take(letters - 1).chain(['…']).collect()
 }
 
-/// "83/215 cycles": of a tick without and with a pulse.
+/// "5.93 %", or a dash if it was not measured.
+fn brief(share: Share) -> String {
+    match share {
+        Share::UNKNOWN => "-".into(),
+        known => known.to_string(),
+    }
+}
+
+/// "83/215": cycles of a tick without and with a pulse.
 fn cost(cycles: Cycles) -> String {
     if cycles == Cycles::UNKNOWN {
-        return "not measured".into();
+        return "-".into();
     }
-    format!("{}/{} cycles", cycles.tick, cycles.tick_with_pulse)
+    format!("{}/{}", cycles.tick, cycles.tick_with_pulse)
 }
 
 /// What is asked of the muscle, for people.
@@ -190,6 +203,7 @@ fn machines(tolerance: Share, all: &[(&Channel, Needs)]) -> Value {
             let rungs = Rung::ALL.map(|rung| {
                 json!({
                     "model": RUNG_NAMES[rung as usize],
+                    "change_pct": percent(expected_change(&needs.scene, rung)),
                     "error_pct": percent(expected_error(&needs.scene, rung)),
                     "cycles": cost(rung),
                 })
@@ -205,8 +219,9 @@ fn machines(tolerance: Share, all: &[(&Channel, Needs)]) -> Value {
                 "channel": channel.number,
                 "name": channel.name,
                 "model": RUNG_NAMES[needs.rung as usize],
+                "change_pct": percent(needs.change),
                 "error_pct": percent(needs.error),
-                "error_if_it_tires_pct": needs.error_if_it_tires.and_then(percent),
+                "change_if_it_tires_pct": needs.change_if_it_tires.and_then(percent),
                 "cycles": cost(needs.rung),
                 "chosen": needs.choice.ok().map(|choice| json!({
                     "model": RUNG_NAMES[choice.rung as usize],

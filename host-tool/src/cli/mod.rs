@@ -14,8 +14,10 @@ mod run;
 mod selftest;
 mod serve;
 
+use anyhow::Context;
 use clap::{Parser, Subcommand};
 use indicatif::{ProgressBar, ProgressStyle};
+use std::io::Write;
 use std::process::ExitCode;
 
 /// An open ten-channel wearable muscle stimulator: run sessions on a simulated
@@ -59,16 +61,20 @@ pub struct Bar(ProgressBar);
 
 impl Output {
     /// Prints a result for people or for machines.
+    ///
+    /// # Errors
+    /// As [`print_line`].
     pub fn say(
         self,
         people: impl FnOnce() -> String,
         machines: impl FnOnce() -> serde_json::Value,
-    ) {
-        if self.json {
-            println!("{}", machines());
+    ) -> anyhow::Result<()> {
+        let text = if self.json {
+            machines().to_string()
         } else {
-            println!("{}", people());
-        }
+            people()
+        };
+        print_line(&text)
     }
 
     /// Begins a progress bar.
@@ -95,6 +101,17 @@ impl Bar {
     }
 }
 
+/// Prints a line to the standard output. A reader that has gone, as `head` does
+/// when it has enough, misses nothing that it wants.
+fn print_line(line: &str) -> anyhow::Result<()> {
+    match writeln!(std::io::stdout().lock(), "{line}") {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(error).context("E523 standard output")
+        }
+        _ => Ok(()),
+    }
+}
+
 /// Parses the command line and runs it. Exit code 0: done, 1: failed, 2: wrong
 /// use.
 #[must_use]
@@ -118,8 +135,10 @@ pub fn main() -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            if output.json {
-                println!("{}", failure(&error));
+            if output.json
+                && let Err(lost) = print_line(&failure(&error).to_string())
+            {
+                complain(&lost);
             }
             complain(&error);
             if error.is::<WrongUse>() {

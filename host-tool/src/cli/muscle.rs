@@ -90,7 +90,7 @@ pub fn main(args: &Muscle, output: Output) -> anyhow::Result<()> {
     output.say(
         || format!("{} rows in {}; largest force {peak_n:.4} N at {at_s:.2} s", rows.len(), args.csv.display()),
         || serde_json::json!({ "csv": args.csv, "rows": rows.len(), "peak_n": peak_n, "peak_s": at_s }),
-    );
+    )?;
     Ok(())
 }
 

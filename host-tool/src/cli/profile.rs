@@ -53,7 +53,7 @@ pub fn main(args: &ProfileArgs, output: Output) -> anyhow::Result<()> {
                 .to_owned()
         },
         || machine(title, &profiled),
-    );
+    )?;
     Ok(())
 }
 

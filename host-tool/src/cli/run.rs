@@ -113,11 +113,11 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
         lines.join("\n")
     };
     let Some(error) = outcome.error else {
-        output.say(people, || result);
+        output.say(people, || result)?;
         return Ok(());
     };
     if !output.json {
-        println!("{}", people());
+        super::print_line(&people())?;
     }
     let error = error.into();
     Err(Incomplete { error, result }.into())

@@ -66,7 +66,7 @@ fn on_chip(args: &Selftest, output: Output) -> anyhow::Result<()> {
             text.trim_end().to_owned()
         },
         || json!({ "device": "chip", "direct": machine(&direct), "control": machine(&control) }),
-    );
+    )?;
     let (device_us, whole_us) = CHIP_BOUNDS_US;
     let holds = direct.unseen + control.unseen == 0
         && direct.worst_phase_us <= device_us
@@ -179,7 +179,7 @@ fn on_native(args: &Selftest, output: Output) -> anyhow::Result<()> {
                 "soak_stops": soak.stops,
             })
         },
-    );
+    )?;
     let holds = contradictions == 0 && late == 0 && soak.unasked == 0 && soak.is_accounted();
     anyhow::ensure!(holds, "E520 a bound does not hold; see the numbers above");
     Ok(())

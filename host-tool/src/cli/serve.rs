@@ -81,7 +81,7 @@ pub fn main(args: &Serve, output: Output) -> anyhow::Result<()> {
     output.say(
         || format!("a simulated board is at {place}; end with Ctrl-C"),
         || serde_json::json!({ "device": name, "at": place }),
-    );
+    )?;
     let begin = Instant::now();
     let mut pace = Pace::new(world.now_us());
     let mut buffer = [0; 4096];

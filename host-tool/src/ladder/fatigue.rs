@@ -10,7 +10,7 @@ use hal_sim::body::muscle::{Parameters, SUBJECTS};
 
 /// A muscle that tires: Lee 2020, (2) and (3), with Ding 2003's equations for
 /// A, K and τ1. Classical Runge–Kutta for F, exact C, in steps of at most
-/// 0.5 ms split at pulses; fatigue, with time constants of minutes, by the
+/// 1 ms split at pulses; fatigue, with time constants of minutes, by the
 /// rectangle rule over the same steps.
 #[derive(Clone, Copy, Debug)]
 pub struct Tiring {
@@ -30,7 +30,7 @@ pub struct Tiring {
 const TAU1_MAX_S: f64 = 0.2;
 const K_MAX: f64 = 5.0;
 /// Longest step, s.
-const STEP_S: f64 = 0.5e-3;
+const STEP_S: f64 = 1e-3;
 
 impl Tiring {
     /// A fresh muscle.

@@ -8,12 +8,15 @@
 //! parts of a scene's peak, the committed table and the firmware's.
 
 pub mod adequacy;
+pub mod closed;
 pub mod dynamics;
 pub mod fatigue;
 pub mod motion;
 pub mod picture;
 pub mod protocol;
+pub mod replaced;
 pub mod signal;
+pub mod source;
 pub mod table;
 pub mod telemetry;
 
@@ -71,12 +74,13 @@ fn each<J: Sync, R: Send, E: Send>(
 /// [`MeasureError`]; none for the subjects of the paper.
 pub fn measure(step: impl Fn(f64) + Sync) -> Result<Vec<Row>, MeasureError> {
     let scenes = dynamics::grid();
-    let cells = dynamics::campaign(&scenes, |part| step(0.6 * part))?;
-    let courses = fatigue::campaign(|part| step(0.6 + 0.3 * part))?;
+    let cells = dynamics::campaign(&scenes, |part| step(0.2 * part))?;
+    let courses = fatigue::campaign(|part| step(0.2 + 0.1 * part))?;
     let mut rows = force_rows(&scenes, &cells);
     rows.extend(fatigue_rows(&courses));
     rows.extend(telemetry_rows(&scenes, &cells));
-    rows.extend(motion_rows(|part| step(0.9 + 0.1 * part))?);
+    rows.extend(motion_rows(|part| step(0.3 + 0.1 * part))?);
+    rows.extend(replaced::campaign(|part| step(0.4 + 0.6 * part))?);
     Ok(rows)
 }
 

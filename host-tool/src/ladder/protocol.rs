@@ -2,11 +2,17 @@
 
 use firmware::muscle::choice::Scene;
 
-/// Scenes with bursts last at least this long, ms, and at least three bursts.
-const LEAST_MS: f64 = 2_000.0;
+/// Bursts of a muscle that does not tire last at least this long, ms, and are at
+/// least three.
+const LEAST_MS: f64 = 4_000.0;
 /// Pauses between bursts and stays at one pulse rate, ms, drawn between these
 /// with a uniform logarithm.
 const DWELL_MS: (f64, f64) = (100.0, 1_000.0);
+/// A hold of a muscle that does not tire lasts so many ramps and so many ms
+/// more, but not longer than [`LONGEST_HOLD_MS`].
+const HOLD_RAMPS: f64 = 6.0;
+const HOLD_MS: f64 = 5_000.0;
+const LONGEST_HOLD_MS: f64 = 30_000.0;
 /// Least gain of a pulse at the foot of a ramp: 0 would be no pulse.
 const LEAST_GAIN: f64 = 1e-3;
 
@@ -39,6 +45,20 @@ impl Random {
     }
 }
 
+/// Stays of drawn lengths that leave no part of their range out: the ends, the
+/// middle and the quarters first.
+struct Stays(usize);
+
+impl Stays {
+    fn next(&mut self, random: &mut Random) -> f64 {
+        const FIRST: [f64; 5] = [0.0, 1.0, 0.5, 0.25, 0.75];
+        let part = FIRST.get(self.0).copied();
+        self.0 += 1;
+        let part = part.unwrap_or_else(|| random.uniform());
+        DWELL_MS.0 * (DWELL_MS.1 / DWELL_MS.0).powf(part)
+    }
+}
+
 /// The drive of one burst: amplitude up and down in a ramp each, pulse rate
 /// between the two in steps or ramps at drawn times.
 struct Burst {
@@ -49,21 +69,23 @@ struct Burst {
 }
 
 impl Burst {
-    fn draw(scene: &Scene, random: &mut Random) -> Self {
+    /// The burst that begins with the lower of the two rates if `first` is 0,
+    /// with the higher one if it is 1.
+    fn draw(scene: &Scene, first: usize, random: &mut Random) -> Self {
+        let ramp_ms = f64::from(scene.ramp_ms);
         let length_ms = match (scene.burst_ms, scene.session_s) {
             (Scene::UNBROKEN.., 1..) => f64::from(scene.session_s) * 1e3,
+            (Scene::UNBROKEN.., 0) => (HOLD_RAMPS * ramp_ms + HOLD_MS).min(LONGEST_HOLD_MS),
             _ => f64::from(scene.burst_ms),
         };
-        let ramp_ms = f64::from(scene.ramp_ms);
         let (a, b) = (scene.slowest_mhz, scene.fastest_mhz);
         let hz = [a, b].map(|mhz| f64::from(mhz) / 1e3);
-        let mut now = usize::from(random.uniform() < 0.5);
+        let mut now = first;
         let mut rates = vec![(0.0, hz[now])];
         let mut t = 0.0;
+        let mut stays = Stays(0);
         while a != b && t < length_ms {
-            t += random
-                .log_uniform(DWELL_MS.0, DWELL_MS.1)
-                .min(length_ms / 3.0);
+            t += stays.next(random).min(length_ms / 3.0);
             rates.push((t, hz[now]));
             now = 1 - now;
             // At least a microsecond: a step.
@@ -107,8 +129,10 @@ impl Protocol {
         let mut pulses = Vec::new();
         let mut start_ms = random.uniform();
         let mut bursts = 0;
+        let mut pauses = Stays(0);
         loop {
-            let burst = Burst::draw(scene, &mut random);
+            let first = (seed % 2) as usize ^ (bursts % 2);
+            let burst = Burst::draw(scene, first, &mut random);
             let mut t = 0.0;
             while t < burst.length_ms {
                 let at_us = ((start_ms + t) * 1e3) as u32; // below a minute
@@ -121,11 +145,15 @@ impl Protocol {
                 break;
             }
             // The pause, in which the force decays; never shorter than a period.
-            start_ms += random
-                .log_uniform(DWELL_MS.0, DWELL_MS.1)
+            start_ms += pauses
+                .next(&mut random)
                 .max(1e6 / f64::from(scene.slowest_mhz));
-            let least_ms = LEAST_MS.max(f64::from(scene.session_s) * 1e3);
-            if bursts >= 3 && start_ms >= least_ms {
+            // A session ends after the last burst that fits, one at least.
+            let is_over = match scene.session_s {
+                0 => bursts >= 3 && start_ms >= LEAST_MS,
+                seconds => start_ms + burst.length_ms > f64::from(seconds) * 1e3,
+            };
+            if is_over {
                 break;
             }
         }
@@ -154,7 +182,6 @@ mod tests {
         let protocol = Protocol::draw(&SCENE, 7);
         assert_eq!(protocol, Protocol::draw(&SCENE, 7));
         assert_ne!(protocol, Protocol::draw(&SCENE, 8));
-        assert!(protocol.duration_ms >= 2_000);
         for two in protocol.pulses.windows(2) {
             let apart = two[1].0 - two[0].0;
             // Within a burst a period of 20 to 40 Hz, between bursts more.
@@ -162,6 +189,30 @@ mod tests {
         }
         assert!(protocol.pulses.iter().all(|p| (1e-3..=1.0).contains(&p.1)));
         assert!(protocol.pulses.iter().any(|p| p.1 == 1.0));
+    }
+
+    #[test]
+    fn a_session_ends_after_the_last_burst_that_fits() {
+        let long = Scene {
+            burst_ms: 700,
+            session_s: 2,
+            ..SCENE
+        };
+        for (scene, seconds) in [(SCENE, 1), (long, 2)] {
+            let protocol = Protocol::draw(&scene, 3);
+            let (last_us, _) = *protocol.pulses.last().unwrap();
+            assert!(
+                last_us > 300_000 && last_us <= seconds * 1_000_000,
+                "{last_us}"
+            );
+            // The pause after it is a second at most.
+            assert!(protocol.duration_ms <= (seconds + 1) * 1_000);
+        }
+        let rested = Scene {
+            session_s: 0,
+            ..SCENE
+        };
+        assert!(Protocol::draw(&rested, 3).duration_ms >= 4_000);
     }
 
     #[test]

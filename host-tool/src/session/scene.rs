@@ -1,7 +1,9 @@
 //! What a session asks of each muscle, and which rung of the ladder that needs.
 
 use firmware::muscle::Rung;
-use firmware::muscle::choice::{Choice, NoRung, Scene, Share, choose, expected_error};
+use firmware::muscle::choice::{
+    Choice, NoRung, Scene, Share, choose, expected_change, expected_error,
+};
 
 use super::channel::Channel;
 use super::setpoints::{Course, ForceCourse};
@@ -23,10 +25,14 @@ pub struct Needs {
     pub choice: Result<Choice, NoRung>,
     /// The rung it gets: the file's, or the chosen one, or else the best.
     pub rung: Rung,
-    /// The error to expect of that rung in this scene.
+    /// How much the top rung in its place is expected to change the true force in
+    /// this scene.
+    pub change: Share,
+    /// The error to expect of that rung's prediction.
     pub error: Share,
-    /// How much of it can grow as the muscle tires, if nothing models that.
-    pub error_if_it_tires: Option<Share>,
+    /// To how much that change can grow as the muscle tires, if nothing models
+    /// that.
+    pub change_if_it_tires: Option<Share>,
 }
 
 impl Session {
@@ -57,8 +63,9 @@ impl Session {
             scene,
             choice,
             rung,
+            change: expected_change(&scene, rung),
             error: expected_error(&scene, rung),
-            error_if_it_tires: tires.then(|| expected_error(&works, rung)),
+            change_if_it_tires: tires.then(|| expected_change(&works, rung)),
         })
     }
 

@@ -26,6 +26,27 @@ pub const TELEMETRY_MS: [u16; 7] = [1, 2, 5, 10, 20, 50, 100];
 /// Steps of the simulated body, ms.
 pub const STEPS_MS: [u8; 4] = [1, 2, 5, 10];
 
+/// Bursts of the scenes measured in closed loop, ms.
+pub const LOOP_BURSTS_MS: [u32; 9] = [1, 20, 45, 100, 220, 500, 1_100, 3_000, HOLD_MS];
+/// Their ramps, ms.
+pub const LOOP_RAMPS_MS: [u32; 8] = [0, 50, 120, 300, 700, 1_700, 4_000, 10_000];
+/// Their pulse rates, mHz.
+pub const LOOP_RATES_MHZ: [u32; 9] = [
+    5_000, 9_000, 13_000, 17_000, 22_000, 30_000, 48_000, 90_000, 200_000,
+];
+/// Pairs of them.
+pub const LOOP_PAIRS: usize = 45;
+/// Times at work of the scenes that tire, pauses included, s.
+pub const WORK_SESSIONS_S: [u32; 7] = [1, 2, 4, 8, 16, 32, 64];
+/// Their bursts, ms.
+pub const WORK_BURSTS_MS: [u32; 7] = [1, 30, 100, 300, 1_000, 3_000, HOLD_MS];
+/// Their ramps, ms.
+pub const WORK_RAMPS_MS: [u32; 2] = [0, 2_000];
+/// Their pulse rates, mHz.
+pub const WORK_RATES_MHZ: [u32; 7] = [5_000, 10_000, 15_000, 21_000, 30_000, 60_000, 200_000];
+/// Pairs of them.
+pub const WORK_PAIRS: usize = 28;
+
 /// How the control law is made discrete.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Discretization {
@@ -48,20 +69,14 @@ pub(super) fn enclosing(axis: &[u32], value: u32) -> core::ops::RangeInclusive<u
     }
 }
 
-/// Place of a pair of rates, `slow` ≤ `fast` < 6, row by row of `slow`.
+/// Place of a pair of `rates` rates, `slow` ≤ `fast` < `rates`, row by row of
+/// `slow`.
 #[must_use]
-pub const fn pair(slow: usize, fast: usize) -> usize {
-    // Rows are 6, 5, 4 … long. Small numbers; beyond them the place is beyond
-    // the table's end, whose users look it up with `get`.
-    let before = match slow {
-        0 => 0,
-        1 => 6,
-        2 => 11,
-        3 => 15,
-        4 => 18,
-        5 => 20,
-        _ => return PAIRS,
-    };
+pub const fn pair(rates: usize, slow: usize, fast: usize) -> usize {
+    // Rows are `rates`, `rates` − 1 … long. A place beyond the last is beyond the
+    // table's end, whose users look it up with `get`.
+    let square = slow.saturating_mul(slow.saturating_sub(1)) / 2;
+    let before = slow.saturating_mul(rates).saturating_sub(square);
     fast.saturating_sub(slow).saturating_add(before)
 }
 
@@ -87,8 +102,10 @@ mod tests {
 
     #[test]
     fn every_pair_has_its_place() {
-        let all = (0..6).flat_map(|slow| (slow..6).map(move |fast| pair(slow, fast)));
+        let all = (0..6).flat_map(|slow| (slow..6).map(move |fast| pair(6, slow, fast)));
         assert!(all.eq(0..PAIRS));
-        assert_eq!(pair(6, 6), PAIRS);
+        assert_eq!(pair(6, 6, 6), PAIRS);
+        assert_eq!(pair(9, 8, 8), LOOP_PAIRS - 1);
+        assert_eq!(pair(7, 6, 6), WORK_PAIRS - 1);
     }
 }

@@ -1,22 +1,26 @@
 //! The cheapest sufficient model for a kind of scene, looked up in committed
 //! measurements.
 //!
-//! Lives here: `grid` (what was measured) and `measured` (what came out,
-//! written by `flexor chart ladder`). Not here: the rungs themselves, how a
+//! Lives here: `grid` (what was measured), `measured` (what came out, written by
+//! `flexor chart ladder`), `change` (what replacing a rung does, by which is
+//! chosen) and `between` (points of a grid). Not here: the rungs themselves, how a
 //! session becomes scenes (host).
-//! In: a [`Scene`] and a tolerance. Out: a [`Choice`] with its expected error
+//! In: a [`Scene`] and a tolerance. Out: a [`Choice`] with its expected change
 //! and cycles, or [`NoRung`].
 
+mod between;
+mod change;
 pub mod grid;
 mod measured;
 
 use super::Rung;
+pub use change::expected_change;
 use core::fmt;
 use grid::{
     BURSTS_MS, Discretization, FASTEST_MEASURED_MHZ, LAW_PERIODS_MS, RAMPS_MS, RATES_MHZ,
     SESSIONS_S, SLOWEST_MEASURED_MHZ, STEPS_MS, TELEMETRY_MS, enclosing, pair,
 };
-pub use measured::{BODY, CYCLES, DYNAMICS, FATIGUE, LAW, TELEMETRY};
+pub use measured::{BODY, CHANGE, CYCLES, DYNAMICS, FATIGUE, LAW, TELEMETRY, TIRING};
 
 /// What a muscle is asked to do.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -83,8 +87,8 @@ impl Cycles {
 pub struct Choice {
     /// The lowest rung within the tolerance.
     pub rung: Rung,
-    /// Its error for this kind of scene.
-    pub error: Share,
+    /// How far it is expected to be from the top rung: [`expected_change`].
+    pub change: Share,
     /// What it costs.
     pub cycles: Cycles,
     /// The longest period of the control law that costs the tracking of such a
@@ -127,28 +131,35 @@ impl fmt::Display for NoRung {
 
 impl core::error::Error for NoRung {}
 
-/// The lowest rung whose measured error for this kind of scene is within
-/// `tolerance`, and what else the scene needs.
+/// The lowest rung that the top one may replace, in a loop closed over the
+/// prediction, without changing the true force by more than `tolerance`; and
+/// what else the scene needs.
 ///
 /// # Errors
-/// [`NoRung`] with the least error possible.
+/// [`NoRung`] with the least error possible, if no rung's own prediction is
+/// within the tolerance: then being near the top rung says nothing.
 pub fn choose(scene: &Scene, tolerance: Share) -> Result<Choice, NoRung> {
     let errors = Rung::ALL.map(|rung| (rung, expected_error(scene, rung)));
-    let Some(&(rung, error)) = errors.iter().find(|(_, error)| *error <= tolerance) else {
-        let (best, least) = errors
-            .into_iter()
-            .min_by_key(|&(_, error)| error)
-            .unwrap_or((Rung::CalciumForceFatigue, Share::UNKNOWN));
+    let (best, least) = errors
+        .into_iter()
+        .min_by_key(|&(_, error)| error)
+        .unwrap_or((Rung::CalciumForceFatigue, Share::UNKNOWN));
+    if least > tolerance {
         return Err(NoRung {
             tolerance,
             least,
             best,
         });
-    };
+    }
+    let changes = Rung::ALL.map(|rung| (rung, expected_change(scene, rung)));
+    let (rung, change) = changes
+        .into_iter()
+        .find(|&(_, change)| change <= tolerance)
+        .unwrap_or((Rung::CalciumForceFatigue, Share(0)));
     let (law_period_ms, discretization) = law(scene, tolerance);
     Ok(Choice {
         rung,
-        error,
+        change,
         cycles: cycles(rung),
         law_period_ms,
         discretization,
@@ -169,8 +180,8 @@ pub const fn cycles(rung: Rung) -> Cycles {
     }
 }
 
-/// The error to expect of a rung in a scene: the worst over all ten subjects
-/// at the measured scenes around it.
+/// The error to expect of a rung's own prediction in a scene: the worst over all
+/// ten subjects at the measured scenes around it.
 ///
 /// Conservative in three ways. Between two points of an axis the worse counts,
 /// over all axes at once; beyond an axis' end its last point counts, where the
@@ -224,7 +235,7 @@ fn around_dynamics(scene: &Scene) -> impl Iterator<Item = &'static [u16; 3]> {
     let pairs = slow
         .flat_map(move |slow| fast.clone().map(move |fast| (slow, fast)))
         .filter(|(slow, fast)| slow <= fast)
-        .map(|(slow, fast)| pair(slow, fast));
+        .map(|(slow, fast)| pair(RATES_MHZ.len(), slow, fast));
     let ramps = enclosing(&RAMPS_MS, scene.ramp_ms);
     enclosing(&BURSTS_MS, scene.burst_ms)
         .filter_map(|burst| DYNAMICS.get(burst))

@@ -43,7 +43,7 @@ pub fn main(args: &Accuracy, output: Output) -> anyhow::Result<()> {
     }
     let again = study::repeat();
     let people = || format!("{}\n{}", study_text(&again), text(&chart).trim_end());
-    output.say(people, || machine(&chart, &again));
+    output.say(people, || machine(&chart, &again))?;
     ensure!(
         chart.differing.is_empty(),
         "E557 results differ between host and chip: {}",

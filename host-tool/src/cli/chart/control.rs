@@ -97,7 +97,7 @@ pub fn main(args: &Control, output: Output) -> anyhow::Result<()> {
             table::text(&campaign).trim_end().to_owned() + &why
         },
         || table::json(&campaign),
-    );
+    )?;
     Ok(())
 }
 
@@ -131,6 +131,6 @@ fn search(args: &Control, output: Output) -> anyhow::Result<()> {
     output.say(
         || table::found(&rows, args.evaluations).trim_end().to_owned(),
         || table::found_json(&rows, args.evaluations),
-    );
+    )?;
     Ok(())
 }

@@ -43,7 +43,7 @@ pub fn main(args: &Stability, output: Output) -> anyhow::Result<()> {
             &map_picture(map),
         )?;
     }
-    output.say(|| people(&maps, &args.out), || machines(&maps));
+    output.say(|| people(&maps, &args.out), || machines(&maps))?;
     Ok(())
 }
 
