@@ -52,8 +52,8 @@ fn a_campaign_repeats_to_the_bit_and_nobody_beats_the_optimum() {
     let found = campaign();
     assert_eq!(found, campaign());
     assert_eq!(found.cases.len(), 16, "no draw is dropped");
-    // The optimum itself is only found to a few hundredths of a degree.
-    assert!(found.beaten_by() <= 0.05, "{}", found.beaten_by());
+    // It starts from what the best law did; amplitudes are rounded to millivolts.
+    assert!(found.beaten_by() <= 0.005, "{}", found.beaten_by());
     for points in Points::ALL {
         let (unreachable, reaching) = found.reach(points);
         let (optimum, _) = found.optimum(points);

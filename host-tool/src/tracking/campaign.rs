@@ -87,11 +87,17 @@ fn case(
         let angles = contender.track(plant, points, wanted)?;
         Ok::<_, TrackingError>(rmse(&angles, &reachable.angles))
     };
+    let rmse: Vec<f64> = contenders.iter().map(score).collect::<Result<_, _>>()?;
+    let best = contenders
+        .iter()
+        .zip(&rmse)
+        .min_by(|a, b| a.1.total_cmp(b.1));
+    let known = best.map(|(law, _)| law.efforts(plant, points, wanted));
     Ok(Case {
         points,
         unreachable: reachable.unreachable,
-        optimum: optimum(plant, points, &reachable.angles)?.rmse,
-        rmse: contenders.iter().map(score).collect::<Result<_, _>>()?,
+        optimum: optimum(plant, points, &reachable.angles, known.transpose()?)?.rmse,
+        rmse,
     })
 }
 

@@ -4,7 +4,7 @@
 use super::TrackingError;
 use super::driver::Floating;
 use super::wearer::{self, Points};
-use firmware::control::{HoldPolicy, LawSpec};
+use firmware::control::{HoldPolicy, LawSpec, WearerModel};
 use firmware::methods::control::parameters::parameters;
 use firmware::methods::control::{
     AddOns, Controller, DelayCompensation, DerivativeKind, Form, Parameter,
@@ -70,11 +70,31 @@ impl Candidate {
     /// [`TrackingError::Law`] if a number is missing or unusable.
     pub fn driver<R: Real>(&self, points: Points) -> Result<Floating<R>, TrackingError> {
         let wanted = parameters(self.form, self.add_ons);
-        let value = |p: &Parameter| self.values.get(p.name).copied().unwrap_or(f64::NAN);
+        let value = |p: &Parameter| {
+            let value = self.values.get(p.name).copied().unwrap_or(f64::NAN);
+            if self.add_ons.feed_forward {
+                value * schedule(p.name, points)
+            } else {
+                value
+            }
+        };
         let values: Vec<R> = wanted.iter().map(|p| R::of(value(p))).collect();
         let h = R::of(f64::from(self.period_ms) / 1000.0);
         let law = Controller::from_parameters(self.form, self.add_ons, h, &values)?;
         Floating::new(law, self.period_ms, self.hold(), points)
+    }
+}
+
+/// What the nominal wearer's strength with these points makes of a number: the
+/// same rule for every law that knows the wearer as for the device's default
+/// ([`LawSpec::for_wearer`]).
+fn schedule(name: &str, points: Points) -> f64 {
+    let strength = f64::from(wearer::model(points, 0).strength_mrad())
+        / f64::from(WearerModel::REFERENCE_MRAD);
+    match name {
+        "k1" | "k2_per_rad" | "kp_per_rad" | "ki_per_rad_s" | "kd_s_per_rad" => 1.0 / strength,
+        "smith_gain_rad" | "adapt_scale_per_rad_s" => strength,
+        _ => 1.0,
     }
 }
 

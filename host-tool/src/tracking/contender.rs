@@ -2,9 +2,9 @@
 
 use super::TrackingError;
 use super::candidate::{Candidate, Equipment};
-use super::driver::Device;
+use super::driver::{Device, Driver, Recorded};
 use super::plant::Plant;
-use super::trial;
+use super::trial::{self, PULSE_EVERY_MS};
 use super::wearer::{self, Points};
 use firmware::methods::control::Form;
 
@@ -56,11 +56,32 @@ impl Contender {
         points: Points,
         wanted: &[f64],
     ) -> Result<Vec<f32>, TrackingError> {
-        match self {
-            Self::Searched(_, candidate) => {
-                trial::run(plant, &mut candidate.driver::<f64>(points)?, wanted)
-            }
-            Self::Shipped => trial::run(plant, &mut Device::new(&wearer::shipped(points))?, wanted),
-        }
+        trial::run(plant, &mut self.driver(points)?, wanted)
+    }
+
+    /// The effort of each pulse, −1…1, while it drives this plant.
+    ///
+    /// # Errors
+    /// [`TrackingError`] if plant or law cannot be.
+    pub fn efforts(
+        &self,
+        plant: &Plant,
+        points: Points,
+        wanted: &[f64],
+    ) -> Result<Vec<f64>, TrackingError> {
+        let mut recorded = Recorded {
+            driver: self.driver(points)?,
+            volts: Vec::with_capacity(wanted.len()),
+        };
+        trial::run(plant, &mut recorded, wanted)?;
+        let pulses = recorded.volts.into_iter().step_by(PULSE_EVERY_MS);
+        Ok(pulses.map(|v| wearer::effort_of(points, v)).collect())
+    }
+
+    fn driver(&self, points: Points) -> Result<Box<dyn Driver>, TrackingError> {
+        Ok(match self {
+            Self::Searched(_, candidate) => Box::new(candidate.driver::<f64>(points)?),
+            Self::Shipped => Box::new(Device::new(&wearer::shipped(points))?),
+        })
     }
 }

@@ -4,7 +4,9 @@
 //! Damped Gauss-Newton on the true plant (norm-optimal iterative learning:
 //! Bristow, Tharayil & Alleyne 2006). Each round runs the plant, compares its
 //! angle with the target period by period, and corrects the efforts through the
-//! plant's own answer to one pulse; what does not help is taken back.
+//! plant's own answer to one pulse; what does not help is taken back. It starts
+//! from what would hold each angle, and from what the best law under test did: an
+//! offline optimum may know that as well, and is never worse than what it knows.
 
 use super::TrackingError;
 use super::plant::Plant;
@@ -18,7 +20,7 @@ use hal_sim::body::{Body, RandomFinger, RandomFingerSpec};
 const MEMORY: usize = 60;
 /// How many periods a delay and a muscle take, about: one start looks so far ahead.
 const MUSCLE_PERIODS: usize = 10;
-/// Rounds of learning, from each of three starts.
+/// Rounds of learning, from each start.
 const ROUNDS: u32 = 20;
 /// Rounds without a hundredth of gain after which nothing more is expected.
 const PATIENCE: u32 = 4;
@@ -36,11 +38,17 @@ pub struct Optimum {
 }
 
 /// Looks for the efforts with which this plant follows `target` (its reachable
-/// part, one angle per millisecond) best.
+/// part, one angle per millisecond) best, from three starts of its own and from
+/// `known` efforts, one per pulse in −1…1, if there are any.
 ///
 /// # Errors
 /// If the plant's finger cannot be.
-pub fn optimum(plant: &Plant, points: Points, target: &[f64]) -> Result<Optimum, TrackingError> {
+pub fn optimum(
+    plant: &Plant,
+    points: Points,
+    target: &[f64],
+    known: Option<Vec<f64>>,
+) -> Result<Optimum, TrackingError> {
     let mapping = wearer::mapping(points)?;
     let play = |efforts: &[f64]| run(&plant.finger, &mapping, efforts, target.len());
     let torques = Torques::new(&plant.finger, &mapping);
@@ -61,11 +69,15 @@ pub fn optimum(plant: &Plant, points: Points, target: &[f64]) -> Result<Optimum,
         let first = learner.first(&plant.finger, friction_nm, ahead);
         found.push(learn(&learner, &play, first, target)?);
     }
+    if let Some(known) = known {
+        found.push(learn(&learner, &play, known, target)?);
+    }
     found.sort_by(|a, b| a.rmse.total_cmp(&b.rmse));
     Ok(found.swap_remove(0))
 }
 
-/// The best of [`ROUNDS`] from these efforts on.
+/// The best over the scored part in [`ROUNDS`] from these efforts on. Learning
+/// itself heeds the whole trial.
 fn learn(
     learner: &Learner,
     play: &impl Fn(&[f64]) -> Result<Vec<f32>, TrackingError>,
@@ -74,12 +86,23 @@ fn learn(
 ) -> Result<Optimum, TrackingError> {
     let mut angles = play(&efforts)?;
     let mut cost = learner.cost(&angles);
+    let mut best = Optimum {
+        rmse: rmse(&angles, target),
+        angles: angles.clone(),
+    };
     let mut damping = 0.1;
     let mut failures = 0;
     for _ in 0..ROUNDS {
         let tried = learner.corrected(&efforts, &angles, damping);
         let after = play(&tried)?;
         let now = learner.cost(&after);
+        let scored = rmse(&after, target);
+        if scored < best.rmse {
+            best = Optimum {
+                rmse: scored,
+                angles: after.clone(),
+            };
+        }
         failures = if now < 0.99 * cost { 0 } else { failures + 1 };
         if now < cost {
             (cost, efforts, angles) = (now, tried, after);
@@ -91,10 +114,7 @@ fn learn(
             break;
         }
     }
-    Ok(Optimum {
-        rmse: rmse(&angles, target),
-        angles,
-    })
+    Ok(best)
 }
 
 /// The true angle each millisecond while these efforts, one per pulse, play.

@@ -2,6 +2,7 @@
 //! to amplitudes know of whom they drive.
 
 use super::TrackingError;
+use super::driver::Volts;
 use firmware::control::{
     FeedForward, HoldPolicy, JointSpec, LawSpec, Mapping, PointSpec, ResponseSpec, SensorSource,
     WearerModel,
@@ -130,6 +131,19 @@ pub fn mapping(points: Points) -> Result<Mapping, TrackingError> {
     joint(LawSpec::RECOMMENDED, points, HoldPolicy::Hold)
         .mapping()
         .map_err(Into::into)
+}
+
+/// The effort, −1…1, that the nominal wearer's mapping turns into these volts.
+#[must_use]
+pub fn effort_of(points: Points, [a, _, extensor]: Volts) -> f64 {
+    let spec = joint(LawSpec::RECOMMENDED, points, HoldPolicy::Hold);
+    let share = |point: &PointSpec, volts: f64| {
+        let [low, high] = [point.threshold, point.max].map(|v| f64::from(v.0) / 1000.0);
+        ((volts - low) / (high - low)).clamp(0.0, 1.0)
+    };
+    // Both points of a pair go the same part of their way.
+    let flexion = spec.flexors.first().map_or(0.0, |point| share(point, a));
+    flexion - share(&spec.extensor, extensor)
 }
 
 /// The nominal wearer's inverse.
