@@ -9,7 +9,7 @@ use crate::methods::control::{
 };
 use core::fmt;
 
-const RUNS: u32 = 40;
+const RUNS: u32 = 400;
 
 /// What is measured.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
