@@ -4,22 +4,28 @@
 use firmware::muscle::choice::grid::{BURSTS_MS, RAMPS_MS, pair};
 use firmware::muscle::choice::{DYNAMICS, Scene};
 use hal_sim::body::muscle::SUBJECTS;
-use host_tool::ladder::source::firmware_source;
+use host_tool::ladder::source::firmware_sources;
 use host_tool::ladder::table::{Key, Quantity, Row, parse};
 use host_tool::ladder::{dynamics, fatigue, force_rows, motion_rows_of, replaced};
 
 const TABLE: &str = include_str!("../../docs/charts/ladder.csv");
 const CYCLES: &str = include_str!("../../docs/charts/cycles.csv");
-const FIRMWARE: &str = include_str!("../../firmware/src/muscle/choice/measured.rs");
+const FIRMWARE: [&str; 3] = [
+    include_str!("../../firmware/src/muscle/choice/measured/prediction.rs"),
+    include_str!("../../firmware/src/muscle/choice/measured/replaced.rs"),
+    include_str!("../../firmware/src/muscle/choice/measured/tiring.rs"),
+];
 
 #[test]
 fn the_firmware_has_the_committed_measurements() {
     let rows = parse(TABLE).unwrap();
-    let source = firmware_source(&rows, CYCLES).unwrap();
-    assert!(
-        source == FIRMWARE,
-        "run `flexor chart ladder --no-measuring`"
-    );
+    let sources = firmware_sources(&rows, CYCLES).unwrap();
+    for ((name, source), committed) in sources.iter().zip(FIRMWARE) {
+        assert!(
+            source == committed,
+            "{name}: run `flexor chart ladder --no-measuring`"
+        );
+    }
 }
 
 /// What was committed for a row measured now; equal but for what another

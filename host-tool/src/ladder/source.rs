@@ -1,4 +1,4 @@
-//! The measurements as the firmware's table.
+//! The measurements as the firmware's tables.
 
 use super::table::{DISCRETIZATION_NAMES, Key, Quantity, RUNG_NAMES, Row};
 use firmware::muscle::choice::grid::{
@@ -19,33 +19,36 @@ const CYCLE_ROWS: [[&str; 2]; 4] = [
     ["fatigue_tick", "fatigue_tick_and_pulse"],
 ];
 
-/// The head of the firmware's file.
+/// The head of each of the firmware's files.
 const HEAD: &str = "\
 //! Written by `flexor chart ladder` from docs/charts/ladder.csv and
 //! docs/charts/cycles.csv; docs/muscle.md says how it was measured. Errors are
 //! in hundredths of a percent, rounded up; 65 535 is 655.35 % or more, and for
 //! cycles not measured.
-
-use super::Cycles;
 ";
 
-/// `firmware/src/muscle/choice/measured.rs`, from a campaign's rows and the
-/// text of `docs/charts/cycles.csv`.
+/// The files of `firmware/src/muscle/choice/measured`, from a campaign's rows and
+/// the text of `docs/charts/cycles.csv`: name and text.
 ///
 /// # Errors
 /// A measurement is missing; says which.
-pub fn firmware_source(rows: &[Row], cycles: &str) -> anyhow::Result<String> {
+pub fn firmware_sources(rows: &[Row], cycles: &str) -> anyhow::Result<[(&'static str, String); 3]> {
     let table = Table(rows.iter().map(|row| (row.key(), row.worst_pct)).collect());
-    let mut out = HEAD.to_owned();
-    table.write_dynamics(&mut out)?;
-    table.write_fatigue(&mut out)?;
-    table.write_law(&mut out)?;
-    table.write_telemetry(&mut out)?;
-    table.write_body(&mut out)?;
-    table.write_change(&mut out)?;
-    table.write_tiring(&mut out)?;
-    write_cycles(&mut out, cycles)?;
-    Ok(out)
+    let [mut prediction, mut replaced, mut tiring] = [(); 3].map(|()| HEAD.to_owned());
+    prediction.push_str("\nuse crate::muscle::choice::Cycles;\n");
+    table.write_dynamics(&mut prediction)?;
+    table.write_fatigue(&mut prediction)?;
+    table.write_law(&mut prediction)?;
+    table.write_telemetry(&mut prediction)?;
+    table.write_body(&mut prediction)?;
+    write_cycles(&mut prediction, cycles)?;
+    table.write_change(&mut replaced)?;
+    table.write_tiring(&mut tiring)?;
+    Ok([
+        ("prediction.rs", prediction),
+        ("replaced.rs", replaced),
+        ("tiring.rs", tiring),
+    ])
 }
 
 /// Worst errors in percent by key.
@@ -65,7 +68,7 @@ impl Table {
     fn write_dynamics(&self, out: &mut String) -> anyhow::Result<()> {
         out.push_str(
             "\n/// Error of the prediction of static, lag and calcium-force by burst, ramp and pair of rates,\n\
-             /// seven a line, in the order of [`super::grid::pair`].\n\
+             /// seven a line, in the order of [`crate::muscle::choice::grid::pair`].\n\
              #[rustfmt::skip]\npub static DYNAMICS: [[[[u16; 3]; 21]; 6]; 7] = [\n",
         );
         for burst_ms in BURSTS_MS {
@@ -101,7 +104,7 @@ impl Table {
     fn write_change(&self, out: &mut String) -> anyhow::Result<()> {
         out.push_str(
             "\n/// Change of the true force in closed loop if the top rung replaces static\n\
-             /// or lag, by burst, ramp and pair of rates, nine a line.\n\
+             /// or lag, by burst, ramp and pair of rates, fifteen a line.\n\
              #[rustfmt::skip]\npub static CHANGE: [[[[u16; 2]; 45]; 8]; 9] = [\n",
         );
         for burst_ms in LOOP_BURSTS_MS {
@@ -121,7 +124,7 @@ impl Table {
                     anyhow::Ok([share(0)?, share(1)?])
                 };
                 let row: Vec<_> = pairs(&LOOP_RATES_MHZ).map(cell).collect::<Result<_, _>>()?;
-                for part in row.chunks(9) {
+                for part in row.chunks(15) {
                     let part: Vec<_> = part.iter().map(|cell| format!("{cell:?}")).collect();
                     writeln!(out, "    {},", part.join(", "))?;
                 }
@@ -135,15 +138,16 @@ impl Table {
 
     fn write_tiring(&self, out: &mut String) -> anyhow::Result<()> {
         out.push_str(
-            "\n/// The same for calcium-force and a muscle that tires, by burst, ramp, pair of\n\
-             /// rates and time at work.\n\
+            "\n/// Change of the true force of a muscle that tires, in closed loop, if the top\n\
+             /// rung replaces calcium-force, by burst, ramp, pair of rates (two a line) and\n\
+             /// time at work.\n\
              #[rustfmt::skip]\npub static TIRING: [[[[u16; 7]; 28]; 2]; 7] = [\n",
         );
         for burst_ms in WORK_BURSTS_MS {
             writeln!(out, "[ // bursts of {burst_ms} ms")?;
             for ramp_ms in WORK_RAMPS_MS {
                 writeln!(out, "  [ // ramps of {ramp_ms} ms")?;
-                for (slowest, fastest) in pairs(&WORK_RATES_MHZ) {
+                let cell = |(slowest, fastest)| {
                     let share = |session_s| {
                         self.share(Key {
                             burst_ms: Some(burst_ms),
@@ -154,11 +158,13 @@ impl Table {
                             ..Key::new(Quantity::Tiring, RUNG_NAMES[2])
                         })
                     };
-                    let row: Vec<_> = WORK_SESSIONS_S
-                        .into_iter()
-                        .map(share)
-                        .collect::<Result<_, _>>()?;
-                    writeln!(out, "    {row:?},")?;
+                    let times = WORK_SESSIONS_S.into_iter().map(share);
+                    let row: Vec<_> = times.collect::<anyhow::Result<_>>()?;
+                    anyhow::Ok(format!("{row:?}"))
+                };
+                let row: Vec<_> = pairs(&WORK_RATES_MHZ).map(cell).collect::<Result<_, _>>()?;
+                for two in row.chunks(2) {
+                    writeln!(out, "    {},", two.join(", "))?;
                 }
                 out.push_str("  ],\n");
             }

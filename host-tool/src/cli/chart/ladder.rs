@@ -36,8 +36,8 @@ pub struct Ladder {
 const TOLERANCES: [Share; 3] = [Share::JUST_NOTICEABLE, Share(300), Share(3_000)];
 /// The verdicts, from the workspace.
 const HELD_OUT: &str = "docs/charts/ladder_held_out.csv";
-/// The firmware's table, from the workspace.
-const FIRMWARE: &str = "firmware/src/muscle/choice/measured.rs";
+/// The firmware's tables, from the workspace.
+const FIRMWARE: &str = "firmware/src/muscle/choice/measured";
 
 /// Runs the command.
 ///
@@ -57,7 +57,9 @@ pub fn main(args: &Ladder, output: Output) -> anyhow::Result<()> {
         rows
     };
     let cycles = read(&place("docs/charts/cycles.csv"))?;
-    write(&place(FIRMWARE), &source::firmware_source(&rows, &cycles)?)?;
+    for (name, text) in source::firmware_sources(&rows, &cycles)? {
+        write(&place(FIRMWARE).join(name), &text)?;
+    }
     write(&place("docs/charts/ladder.svg"), &picture::picture(&rows))?;
     let bar = output.bar("held-out scenes");
     let mut judged = Vec::new();
