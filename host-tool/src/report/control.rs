@@ -19,7 +19,8 @@ const CYCLES: (i32, i32) = (190, 400);
 const ERRORS: [(i32, i32); 2] = [(440, 695), (730, 985)];
 /// Cycles at the ends of their scale, logarithmic.
 const CYCLES_SCALE: (f64, f64) = (100.0, 10_000.0);
-/// Errors run from 0 to this, degrees; what is beyond ends at the edge.
+/// Errors run from 0 to this, degrees; what goes beyond ends at the edge in an
+/// arrow.
 const ERROR_TOP: f64 = 10.0;
 
 /// Rows by cycles; a file of its own.
@@ -163,10 +164,10 @@ fn draw_row(root: &Area<'_>, campaign: &Campaign, n: usize, middle: i32) -> Draw
         let score = campaign.score(points, n);
         let [mean, p95] = [score.mean, score.p95].map(|d| between(edges, d / ERROR_TOP));
         root.draw(&PathElement::new([(mean, y), (p95, y)], line(color, 20)))?;
-        root.draw(&PathElement::new(
-            [(p95, y - px(4)), (p95, y + px(4))],
-            line(color, 20),
-        ))?;
+        // A bar that goes on beyond the edge ends in an arrow.
+        let back = if score.p95 > ERROR_TOP { px(5) } else { 0 };
+        let end = [(p95 - back, y - px(4)), (p95, y), (p95 - back, y + px(4))];
+        root.draw(&PathElement::new(end, line(color, 20)))?;
         root.draw(&Circle::new((mean, y), px(4), color.filled()))?;
     }
     Ok(())
