@@ -100,6 +100,50 @@ fn calcium_never_saturates_at_200_hz() {
     }
 }
 
+/// The longest τc that a train of bursts allows, and the longest bursts that each
+/// subject's allows, as close together as any are.
+#[test]
+fn calcium_never_saturates_in_a_burst_that_is_allowed() {
+    let mut refused = 0;
+    for count in 1..=8u8 {
+        for period_us in [5_000, 7_500, 10_000, 20_000, 50_000, 200_000] {
+            let slowest = CalciumForceSpec {
+                tau_c_us: 100_000,
+                ..table_4()[0]
+            };
+            let longest = match slowest.check_train(count, period_us) {
+                Ok(()) => 100_000,
+                Err(e) => e.max,
+            };
+            refused += u32::from(longest < 100_000);
+            let spec = CalciumForceSpec {
+                tau_c_us: longest,
+                ..slowest
+            };
+            spec.check_train(count, period_us).unwrap();
+            let muscle = CalciumForce::new(spec).unwrap();
+            let mut state = CalciumForceState::at_rest(Micros(0));
+            let mut highest = 0.0f64;
+            for n in 0..400u32 {
+                for pulse in 0..u32::from(count) {
+                    let at = Micros(n * period_us + pulse * 200);
+                    muscle.pulse(&mut state, at, Gain::FULL);
+                    muscle.advance(&mut state, at.plus(1));
+                    highest = highest.max(state.calcium().to_num());
+                }
+            }
+            let together = 1.0 - (-f64::from(period_us) / f64::from(longest)).exp();
+            let bound = f64::from(count) / together;
+            assert!(bound <= 24.0, "{count} every {period_us}: {bound}");
+            assert!(
+                highest < 23.99 && highest > 0.9 * bound,
+                "{highest} of {bound}"
+            );
+        }
+    }
+    assert!(refused > 10, "{refused}");
+}
+
 #[test]
 fn force_reaches_exactly_zero_and_soon() {
     let slowest = spec_of([HIGHEST[0], LOWEST[1], HIGHEST[2], HIGHEST[3], HIGHEST[4]]);

@@ -131,7 +131,9 @@ impl Draft {
         let tables = self.tables.iter();
         let muscles = (0u8..).zip(self.muscles.iter().zip(tables));
         let muscles = muscles.filter_map(|(channel, (muscle, table))| {
-            let muscle = Self::muscle(channel, muscle.as_ref()?, table.as_ref());
+            let spec = muscle.as_ref()?;
+            let muscle = self.check_train(channel, spec);
+            let muscle = muscle.and_then(|()| Self::muscle(channel, spec, table.as_ref()));
             Some(muscle.map_err(|refusal| refusal.on(channel)))
         });
         let joint = self.joint.iter();
@@ -139,6 +141,15 @@ impl Draft {
         let wall = self.wall.iter();
         let wall = wall.map(|spec| Ok(Wall::new(spec).map(ControlPart::Wall)?));
         channels.chain(muscles).chain(joint).chain(wall)
+    }
+
+    /// Whether a muscle's model can follow its channel's bursts.
+    fn check_train(&self, channel: u8, spec: &MuscleSpec) -> Result<(), Refusal<'static>> {
+        if let Some(Some(channel)) = self.channels.get(usize::from(channel)) {
+            let train = &channel.train;
+            spec.force.check_train(train.burst_count, train.period_us)?;
+        }
+        Ok(())
     }
 
     fn muscle(

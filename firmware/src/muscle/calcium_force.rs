@@ -36,7 +36,9 @@ pub(super) const TICK_US: u32 = 1000;
 const ONE_PULSE: u64 = 1 << 59;
 
 /// Where C saturates, U5F59. The slowest τc allowed (100 ms) reaches 20.5 at
-/// the fastest train allowed (200 Hz); with K ≤ 5 the sum K + C stays below 32.
+/// the fastest train of single pulses allowed (200 Hz), and
+/// [`CalciumForceSpec::check_train`] refuses the bursts that pass it; with K ≤ 5 the
+/// sum K + C stays below 32.
 const CALCIUM_MAX: u64 = 24 << 59;
 
 /// The upper word of that.
@@ -420,7 +422,26 @@ impl CalciumForce {
     }
 }
 
+/// 1/ln(24/(24 − n)) in thousandths, rounded down, for bursts of n = 1…8 pulses.
+const PERIODS_PER_TAU: [u32; 8] = [23_496, 11_492, 7_488, 5_484, 4_280, 3_476, 2_899, 2_466];
+
 impl CalciumForceSpec {
+    /// Whether C stays below 24, where the fixed point ends, under a train of bursts
+    /// of `burst_count` pulses (1…8) every `period_us` (at least 5000).
+    ///
+    /// A burst's pulses counted as one at its start, C ends at n/(1 − e^(−T/τc)):
+    /// τc may be at most T/ln(24/(24 − n)). Single pulses pass at any rate.
+    ///
+    /// # Errors
+    /// [`Parameter::TauC`] with the longest τc that this train allows.
+    pub fn check_train(&self, burst_count: u8, period_us: u32) -> Result<(), OutOfRange> {
+        let place = usize::from(burst_count.max(1)).saturating_sub(1);
+        let thousandths = PERIODS_PER_TAU.get(place).copied().unwrap_or(0);
+        let longest_us = u64::from(period_us).saturating_mul(thousandths.into()) / 1_000;
+        let max = u32::try_from(longest_us).unwrap_or(u32::MAX).min(100_000);
+        within(Parameter::TauC, self.tau_c_us, 5_000, max)
+    }
+
     /// Each parameter against its documented range.
     fn check(&self) -> Result<(), OutOfRange> {
         within(Parameter::A, self.a_mn_per_s, 100, 10_000_000)?;

@@ -10,11 +10,15 @@ use firmware::units::Micros;
 use hal_sim::body::muscle::{Parameters, reference};
 use std::path::PathBuf;
 
+/// C, in pulses, where the device's fixed point ends; no train that the device takes
+/// for a muscle comes there.
+const CALCIUM_END: f64 = 24.0;
 /// Rows are written this often, µs.
 const ROW_US: u64 = 10_000;
 
 /// Predict the force of a pulse train (Lee 2020, equations 2 and 3).
 #[derive(Args, Debug)]
+#[command(allow_negative_numbers = true)]
 pub struct Muscle {
     /// Force scaling factor A, N/s
     #[arg(long)]
@@ -112,15 +116,44 @@ impl Muscle {
             .collect())
     }
 
-    fn fixed(&self, pulses: &[u64]) -> anyhow::Result<Vec<Row>> {
+    /// The muscle as the device takes it, which holds for the reference too: within
+    /// its ranges either model answers soon. Values are rounded to the link's units;
+    /// what is no number, negative or beyond them all becomes 0 or the largest.
+    fn device(&self) -> anyhow::Result<CalciumForce> {
+        let scaled = |value: f64, factor: f64| (value * factor).round() as u32;
         let spec = CalciumForceSpec {
-            a_mn_per_s: scaled("--a-n-per-s", self.a_n_per_s, 1e3)?,
-            k_micro: scaled("--k", self.k, 1e6)?,
-            tau_c_us: scaled("--tau-c-ms", self.tau_c_ms, 1e3)?,
-            tau1_us: scaled("--tau1-ms", self.tau1_ms, 1e3)?,
-            tau2_us: scaled("--tau2-ms", self.tau2_ms, 1e3)?,
+            a_mn_per_s: scaled(self.a_n_per_s, 1e3),
+            k_micro: scaled(self.k, 1e6),
+            tau_c_us: scaled(self.tau_c_ms, 1e3),
+            tau1_us: scaled(self.tau1_ms, 1e3),
+            tau2_us: scaled(self.tau2_ms, 1e3),
         };
-        let muscle = CalciumForce::new(spec).map_err(|e| self.refused(&e))?;
+        CalciumForce::new(spec).map_err(|e| self.refused(&e))
+    }
+
+    /// Refuses pulses that bring C, eq. (2), to where the fixed point ends.
+    fn check_pulses(&self, pulses: &[u64]) -> anyhow::Result<()> {
+        let (mut c, mut last) = (0.0, 0);
+        for &at in pulses {
+            let passed_ms = (at - last) as f64 * 1e-3; // times rise
+            c = c * (-passed_ms / self.tau_c_ms).exp() + 1.0;
+            last = at;
+            if c >= CALCIUM_END {
+                let at_s = at as f64 * 1e-6;
+                return Err(WrongUse(format!(
+                    "the pulse at {at_s} s brings C to {c:.1}, and the device's fixed point ends \
+                     at {CALCIUM_END}: give fewer at a time, a shorter --tau-c-ms, or --model \
+                     reference"
+                ))
+                .into());
+            }
+        }
+        Ok(())
+    }
+
+    fn fixed(&self, pulses: &[u64]) -> anyhow::Result<Vec<Row>> {
+        let muscle = self.device()?;
+        self.check_pulses(pulses)?;
         let mut state = CalciumForceState::at_rest(Micros(0));
         let mut pulses = pulses.iter().copied().peekable();
         let mut rows = Vec::new();
@@ -159,18 +192,7 @@ impl Muscle {
     }
 
     fn reference(&self, pulses: &[u64]) -> anyhow::Result<Vec<Row>> {
-        let positive = |name: &str, value: f64| {
-            if value > 0.0 && value <= 1e6 {
-                return Ok(());
-            }
-            let wrong = format!("{name} is {value}: allowed is above 0, to 1000000");
-            Err(anyhow::Error::from(WrongUse(wrong)))
-        };
-        positive("--a-n-per-s", self.a_n_per_s)?;
-        positive("--k", self.k)?;
-        positive("--tau-c-ms", self.tau_c_ms)?;
-        positive("--tau1-ms", self.tau1_ms)?;
-        positive("--tau2-ms", self.tau2_ms)?;
+        self.device()?;
         let parameters = Parameters {
             a_n_per_s: self.a_n_per_s,
             k: self.k,
@@ -231,10 +253,4 @@ fn within(name: &str, value: f64, min: f64, max: f64) -> anyhow::Result<()> {
         return Err(WrongUse(wrong).into());
     }
     Ok(())
-}
-
-/// An integer number of the link's units, range-checked by the device's rule.
-fn scaled(name: &str, value: f64, factor: f64) -> anyhow::Result<u32> {
-    within(name, value, 0.0, f64::from(u32::MAX) / factor)?;
-    Ok((value * factor).round() as u32)
 }

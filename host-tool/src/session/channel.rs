@@ -169,7 +169,15 @@ pub(super) fn read_channel(
         .validate(wearer)
         .map_err(|e| channel_error(t, &train, &checked_stage, &channel, e))?;
     if let Some(muscle) = t.table("muscle")?.optional() {
-        channel.muscle = Some(read_muscle(&muscle, t, spec.limit, duration_us)?);
+        let read = read_muscle(&muscle, t, spec.limit, duration_us)?;
+        let (count, period_us) = (spec.train.burst_count, spec.train.period_us);
+        let follows = read.force.check_train(count, period_us);
+        follows.map_err(|e| {
+            let [least, most, every] = [e.min, e.max, period_us].map(|us| f64::from(us) / 1e3);
+            let allowed = format!("{least} to {most} with bursts of {count} every {every} ms");
+            muscle.out_of_range("tau_c_ms", allowed)
+        })?;
+        channel.muscle = Some(read);
     }
     if let Some(force) = t.table("force")?.optional() {
         let read = read_force(&force, &channel)?;
