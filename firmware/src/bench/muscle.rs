@@ -8,7 +8,8 @@ use crate::muscle::{
 use crate::units::{Amplitude, Micros};
 use fixed::types::{I16F16, U1F31};
 
-/// K01 of Lee 2020, table 4.
+/// A muscle within the ranges of table 4 of Lee 2020 but for its strength; none of
+/// that table. What a step takes hardly depends on it.
 pub(super) const FORCE: CalciumForceSpec = CalciumForceSpec {
     a_mn_per_s: 1_007_000,
     k_micro: 177_000,
@@ -28,7 +29,7 @@ pub(super) const RECRUITMENT: RecruitmentSpec = RecruitmentSpec {
 /// A tick's length, µs.
 const TICK_US: u32 = 1000;
 
-/// A muscle in the middle of a 40 Hz train.
+/// A muscle at work.
 struct Active {
     muscle: Option<CalciumForce>,
     state: CalciumForceState,
@@ -94,7 +95,8 @@ impl Algorithm for Tick {
     }
 }
 
-/// One control tick with a pulse inside it: two steps.
+/// One control tick with a pulse inside it. Every tick measured has one, as at
+/// 1 kHz, which no train reaches: a thousand samples, C near its largest.
 pub(super) struct TickWithPulse(Active);
 
 impl TickWithPulse {
