@@ -136,6 +136,7 @@ const BAD: &[&str] = &[
     "k = 0.2 → k = 0",
     "k = 0.2 → k = nan",
     "tau_c_ms = 20 → tau_c_ms = -20",
+    "frequency_hz = 50.0 → frequency_hz = 50.0, burst_count = 8, burst_interval_us = 1300; tau_c_ms = 20 → tau_c_ms = 60",
     "tau1_ms = 50.5 → tau1_ms = 0",
     "tau2_ms = 100 → tau2_ms = inf",
     "a_n_per_s = 265.1 → a_n_per_s = 0",

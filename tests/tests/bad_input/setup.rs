@@ -415,6 +415,27 @@ fn muscle_rows() -> Vec<Row> {
         // 16 octaves over the 10 and 5 mA from threshold to reference.
         on_channel_1("slope_micro", 10_000, 1_109_035).rows(slope),
         on_channel_1("slope_micro", 10_000, 2_218_070).rows(gentle),
+        // 20 ms / ln(24/(24 − 8)).
+        vec![row(
+            "a muscle whose calcium bursts would carry past 24 pulses",
+            || {
+                let mut bench = Bench::draft();
+                let mut bursts = channel(0);
+                (bursts.train.burst_count, bursts.train.burst_interval_us) = (8, 1_000);
+                bench.client.channel(0, bursts).unwrap();
+                let slow = CalciumForceSpec {
+                    tau_c_us: 60_000,
+                    ..FORCE
+                };
+                let muscle = MuscleSpec::new(slow, RECRUITMENT);
+                bench.client.muscle(0, muscle).unwrap();
+                bench
+            },
+            Request::Arm,
+            refused(Code::OutOfRange, "tau_c_us")
+                .on(1)
+                .allowed(5_000, 49_320),
+        )],
     ]
     .into_iter()
     .flatten()
