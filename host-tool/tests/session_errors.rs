@@ -387,3 +387,12 @@ fn a_rounded_frequency_is_said() {
     let note = "channel 4: 30 Hz is played with a period of 33333 µs, 30.0003 Hz";
     assert_eq!(session.notes, [note]);
 }
+
+/// A file that never ends is refused, not read until the memory is full.
+#[cfg(unix)]
+#[test]
+fn a_file_without_end_is_refused() {
+    let e = Session::load("/dev/zero").unwrap_err();
+    let told = format!("{:?} {}", e.problem().number(), e.one_line());
+    assert!(told.contains("400") && told.contains("1 MiB"), "{told}");
+}

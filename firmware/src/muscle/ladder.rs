@@ -18,7 +18,7 @@ use super::{
 };
 use crate::units::{Force, Micros};
 
-/// How much of a muscle is modelled, cheapest first.
+/// How much of a muscle is modelled, least first.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize, Deserialize, Schema)]
 pub enum Rung {
     /// Recruitment only: force follows amplitude and pulse rate at once.
@@ -32,7 +32,7 @@ pub enum Rung {
 }
 
 impl Rung {
-    /// All rungs, cheapest first.
+    /// All rungs, lowest first.
     pub const ALL: [Self; 4] = [
         Self::Static,
         Self::Lag,

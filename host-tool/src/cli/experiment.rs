@@ -47,7 +47,7 @@ pub struct HarrisWall {
 fn harris_wall(args: &HarrisWall, output: Output) -> anyhow::Result<()> {
     if !(1..=100_000).contains(&args.arms) {
         let arms = args.arms;
-        return Err(WrongUse(format!("E571 --arms is {arms}, allowed is 1 to 100000")).into());
+        return Err(WrongUse(format!("--arms is {arms}, allowed is 1 to 100000")).into());
     }
     let bar = output.bar("Harris 2017, virtual wall");
     let trials = scenarios(args, &bar)?;

@@ -62,8 +62,8 @@ pub fn main(args: &ExplainModel, output: Output) -> anyhow::Result<()> {
 
 /// Hundredths of a percent.
 fn share(percent: f64) -> anyhow::Result<Share> {
-    if !(percent > 0.0 && percent <= 600.0) {
-        let wrong = format!("--tolerance is {percent}: allowed is above 0 to 600 percent");
+    if !(0.01..=600.0).contains(&percent) {
+        let wrong = format!("--tolerance is {percent}: allowed is 0.01 to 600 percent");
         return Err(WrongUse(wrong).into());
     }
     // Down: never more than what is allowed. At most 60 000.

@@ -1,7 +1,7 @@
 //! `flexor serve`: a simulated board for any client, in real time.
 
-use super::Output;
 use super::chip::ChipArgs;
+use super::{Output, WrongUse};
 use crate::link::Port;
 use crate::run::{DeviceName, SessionFile};
 use anyhow::{Context, bail};
@@ -52,6 +52,10 @@ pub fn main(args: &Serve, output: Output) -> anyhow::Result<()> {
             "E515 only the native and the chip simulator can be served; {} is not",
             args.device
         );
+    }
+    if let Some(seconds) = args.seconds.filter(|s| !(*s > 0.0 && s.is_finite())) {
+        let wrong = format!("--seconds is {seconds}: a time above 0, or leave it out");
+        return Err(WrongUse(wrong).into());
     }
     let text = include_str!("../../sessions/hamana_exp4_two_point.toml");
     let session = match &args.body {

@@ -127,6 +127,14 @@ pub fn scenes(seed: u64, per_rung: usize, tolerance: Share) -> Vec<(u64, Scene)>
     of_rung.into_iter().flatten().collect()
 }
 
+/// Of all held-out scenes of a seed, the part for which no rung's own prediction is
+/// within the tolerance, so that none is chosen: they are not judged.
+#[must_use]
+pub fn refused(seed: u64, tolerance: Share) -> f64 {
+    let is_refused = |index: &u64| choose(&held_out(seed, *index), tolerance).is_err();
+    (0..DRAWN).filter(is_refused).count() as f64 / DRAWN as f64
+}
+
 /// [`judge`] on [`scenes`].
 ///
 /// # Errors

@@ -19,6 +19,7 @@ mod setup;
 mod table;
 mod wall;
 
+use std::io::Read;
 use std::path::Path;
 
 use firmware::control::{JointSpec, SensorSource};
@@ -69,6 +70,9 @@ pub struct Session {
     pub notes: Vec<String>,
 }
 
+/// The longest session file read: what never ends must not fill the memory.
+const LARGEST_BYTES: u64 = 1 << 20;
+
 impl Session {
     /// Reads and checks a session file.
     ///
@@ -77,10 +81,17 @@ impl Session {
     pub fn load(path: impl AsRef<Path>) -> Result<Self, SessionError> {
         let path = path.as_ref();
         let name = path.display().to_string();
-        let text = std::fs::read_to_string(path).map_err(|e| {
-            let reason = format!("{name}: {e}");
+        let unreadable = |why: &dyn std::fmt::Display| {
+            let reason = format!("{name}: {why}");
             SessionError::nowhere(Problem::Unreadable { reason })
-        })?;
+        };
+        let file = std::fs::File::open(path).map_err(|e| unreadable(&e))?;
+        let mut text = String::new();
+        let mut some = file.take(LARGEST_BYTES + 1);
+        some.read_to_string(&mut text).map_err(|e| unreadable(&e))?;
+        if text.len() as u64 > LARGEST_BYTES {
+            return Err(unreadable(&"more than 1 MiB; no session is that long"));
+        }
         Self::parse(&name, &text)
     }
 

@@ -30,7 +30,7 @@ pub struct Muscle {
 /// What a file says of a muscle's rung.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Model {
-    /// The cheapest that is good enough.
+    /// The lowest that is good enough.
     Auto,
     /// This one.
     Fixed(Rung),

@@ -21,7 +21,7 @@ pub struct Needs {
     /// What is asked of it. Its session is 0 if the file does not say how the
     /// muscle tires.
     pub scene: Scene,
-    /// The cheapest sufficient rung, or why there is none.
+    /// The lowest sufficient rung, or why there is none.
     pub choice: Result<Choice, NoRung>,
     /// The rung it gets: the file's, or the chosen one, or else the best.
     pub rung: Rung,
@@ -194,7 +194,7 @@ fn whole_ms(ms: f64) -> u32 {
     ms.min(Scene::UNBROKEN.into()) as u32
 }
 
-/// Gives `"auto"` its meaning in this session: the cheapest rung within the
+/// Gives `"auto"` its meaning in this session: the lowest rung within the
 /// just-noticeable difference of force.
 pub(super) fn settle(session: &mut Session) {
     let rungs: Vec<Option<Rung>> = session

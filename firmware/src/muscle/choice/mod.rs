@@ -1,4 +1,4 @@
-//! The cheapest sufficient model for a kind of scene, looked up in committed
+//! The lowest sufficient model for a kind of scene, looked up in committed
 //! measurements.
 //!
 //! Lives here: `grid` (what was measured), `measured` (what came out, written by

@@ -15,6 +15,9 @@ use clap::{Args, ValueEnum};
 use firmware::methods::control::Form;
 use std::path::{Path, PathBuf};
 
+/// The most plants: each is a few kilobytes and a second of computing.
+const MOST_PLANTS: u64 = 100_000;
+
 /// Chart the control laws on random wearers: error against cycles
 #[derive(Args, Debug)]
 pub struct Control {
@@ -59,7 +62,10 @@ pub fn main(args: &Control, output: Output) -> anyhow::Result<()> {
     if args.search {
         return search(args, output);
     }
-    let wrong = |what: &str| Err(WrongUse(format!("E564 {what}")).into());
+    let wrong = |what: &str| Err(WrongUse(what.to_owned()).into());
+    if args.plants > MOST_PLANTS {
+        return wrong("--plants: 100000 at most; 200 for a chart");
+    }
     if args.plants < 2 {
         return wrong("--plants: 2 or more, since intervals are printed; 200 for a chart");
     }
@@ -108,7 +114,7 @@ fn write(path: &Path, contents: &str) -> anyhow::Result<()> {
 
 fn search(args: &Control, output: Output) -> anyhow::Result<()> {
     if args.evaluations < 12 {
-        return Err(WrongUse("E564 --evaluations: 12 or more".to_owned()).into());
+        return Err(WrongUse("--evaluations: 12 or more".to_owned()).into());
     }
     let bar = output.bar("search");
     let training = Training::new()?;

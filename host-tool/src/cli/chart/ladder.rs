@@ -1,6 +1,6 @@
 //! `flexor chart ladder`: each rung of the muscle ladder per kind of scene.
 
-use crate::cli::Output;
+use crate::cli::{Output, WrongUse};
 use crate::ladder::adequacy::{self, Summary, Verdict};
 use crate::ladder::table::{self, RUNG_NAMES};
 use crate::ladder::{self, motion, picture, source};
@@ -44,6 +44,10 @@ const FIRMWARE: &str = "firmware/src/muscle/choice/measured";
 /// # Errors
 /// Files that cannot be read or written.
 pub fn main(args: &Ladder, output: Output) -> anyhow::Result<()> {
+    if !(1..=1000).contains(&args.scenes) {
+        let wrong = format!("--scenes is {}: allowed is 1 to 1000", args.scenes);
+        return Err(WrongUse(wrong).into());
+    }
     let place = |file: &str| args.workspace.join(file);
     let table_file = place("docs/charts/ladder.csv");
     let rows = if args.no_measuring {
@@ -57,8 +61,11 @@ pub fn main(args: &Ladder, output: Output) -> anyhow::Result<()> {
         rows
     };
     let cycles = read(&place("docs/charts/cycles.csv"))?;
+    let mut is_stale = false;
     for (name, text) in source::firmware_sources(&rows, &cycles)? {
-        write(&place(FIRMWARE).join(name), &text)?;
+        let file = place(FIRMWARE).join(name);
+        is_stale |= std::fs::read_to_string(&file).is_ok_and(|before| before != text);
+        write(&file, &text)?;
     }
     write(&place("docs/charts/ladder.svg"), &picture::picture(&rows))?;
     let bar = output.bar("held-out scenes");
@@ -73,12 +80,18 @@ pub fn main(args: &Ladder, output: Output) -> anyhow::Result<()> {
     write(&place(HELD_OUT), &adequacy::csv(&judged))?;
     let summaries: Vec<Judged> = judged
         .iter()
-        .map(|(tolerance, verdicts)| Judged::of(*tolerance, verdicts))
+        .map(|(tolerance, verdicts)| Judged::of(args.seed, *tolerance, verdicts))
         .collect();
     let speeds: Vec<f64> = STEPS_MS
         .iter()
         .map(|&step| motion::speed(step))
         .collect::<Result<_, _>>()?;
+    if is_stale {
+        eprintln!(
+            "note: the firmware's tables have changed, but this program chooses by those it was \
+             built with: build it and run `flexor chart ladder --no-measuring`"
+        );
+    }
     output.say(
         || people(rows.len(), &summaries) + &speeds_line(&speeds),
         || json!({ "rows": rows.len(), "held_out": summaries, "body_speeds": speeds }),
@@ -90,16 +103,19 @@ pub fn main(args: &Ladder, output: Output) -> anyhow::Result<()> {
 #[derive(serde::Serialize)]
 struct Judged {
     tolerance_pct: f64,
+    /// Scenes for which nothing is chosen, parts of those drawn.
+    refused: f64,
     /// Of the scenes for which each rung is chosen.
     rungs: [Summary; 4],
     all: Summary,
 }
 
 impl Judged {
-    fn of(tolerance: Share, verdicts: &[Verdict]) -> Self {
+    fn of(seed: u64, tolerance: Share, verdicts: &[Verdict]) -> Self {
         let chose = |rung: Rung| verdicts.iter().filter(move |v| v.choice.rung == rung);
         Self {
             tolerance_pct: f64::from(tolerance.0) / 100.0,
+            refused: adequacy::refused(seed, tolerance),
             rungs: Rung::ALL.map(|rung| Summary::of(chose(rung), tolerance)),
             all: Summary::of(verdicts, tolerance),
         }
@@ -115,6 +131,7 @@ fn people(rows: usize, judged: &[Judged]) -> String {
     let mut out = format!("{rows} measurements in docs/charts/ladder.csv\n");
     for Judged {
         tolerance_pct,
+        refused,
         rungs,
         all,
     } in judged
@@ -133,6 +150,10 @@ fn people(rows: usize, judged: &[Judged]) -> String {
                 share(s.lower_fails, s.with_lower),
             ));
         }
+        out.push_str(&format!(
+            "refused, as no rung's own prediction is within: {:.0} % of the scenes drawn\n",
+            100.0 * refused
+        ));
     }
     out.push_str(
         "\nas expected: the change is at most what the choice expects. sufficient: the\n\
