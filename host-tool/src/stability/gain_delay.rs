@@ -86,9 +86,10 @@ pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
                  P the finger linearised where it holds the target.",
         notes: vec![
             format!(
-                "Finger of participant P, 25 ms late to begin with, one point, target {TARGET_DEG}°, sensor without noise. \
-             Assumed: the finger passes the first harmonic only, and recruitment is followed \
-             around the effort that holds the target."
+                "Finger of participant P, 25 ms late to begin with, one point, target \
+                 {TARGET_DEG}°, sensor without noise. Assumed: the finger passes the first harmonic \
+                 only, recruitment is followed around the effort that holds the target, and what \
+                 the default learns is what a mean error of zero teaches it."
             ),
             format!(
                 "Told over found width, where both are above {FAINT_DEG}°: {}.",

@@ -226,9 +226,12 @@ impl Kind {
 }
 
 fn remark(found: Option<f64>, told: Option<f64>) -> String {
-    let found = found.map_or("diverges".to_owned(), |p| format!("p = {p:.2}"));
-    let told = told.map_or("so".to_owned(), |p| p.to_string());
-    format!("{found}, told {told}")
+    match (found, told) {
+        (Some(found), Some(told)) => format!("p = {found:.2}, told {told}"),
+        (None, Some(told)) => format!("diverges, told {told}"),
+        (Some(found), None) => format!("p = {found:.2}, told none"),
+        (None, None) => "diverges, as told".to_owned(),
+    }
 }
 
 /// The order of |σ| in h along a row; `None` if it diverges anywhere.

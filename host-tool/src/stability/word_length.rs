@@ -38,8 +38,7 @@ pub struct Outcome {
     pub error: f64,
 }
 
-const CLASSES: [Class; 6] = [
-    Class::new('.', "exactly 0", 0),
+const CLASSES: [Class; 5] = [
     Class::new(',', "error up to 0.02 %", 0),
     Class::new('o', "left for ever, up to 0.02 %", 1),
     Class::new('1', "up to 1 %", 2),
@@ -143,17 +142,16 @@ enum Small {
 /// The class of a number beside the number that theory gives.
 fn cell(small: Small, number: f64, predicted: f64) -> Cell {
     let class = |x: f64| match (x, small) {
-        (0.0, _) => 0,
-        (x, Small::Error) if x <= TOLERANCE => 1,
-        (x, Small::Stays) if x <= TOLERANCE => 2,
-        (x, _) if x <= 1.0 => 3,
-        (x, _) if x <= 10.0 => 4,
-        _ => 5,
+        (x, Small::Error) if x <= TOLERANCE => 0,
+        (x, Small::Stays) if x <= TOLERANCE => 1,
+        (x, _) if x <= 1.0 => 2,
+        (x, _) if x <= 10.0 => 3,
+        _ => 4,
     };
     Cell {
         class: class(number),
         number,
-        predicted: Some([0, 0, 1, 2, 2, 2][class(predicted)]),
+        predicted: Some(CLASSES[class(predicted)].verdict),
     }
 }
 
