@@ -154,6 +154,9 @@ enum Kind {
     Resonant,
 }
 
+/// Every kind, in the order of the panels.
+const KINDS: [Kind; 3] = [Kind::SlowTriangle, Kind::Adversarial, Kind::Resonant];
+
 impl Kind {
     fn name(self) -> &'static str {
         match self {
@@ -246,45 +249,15 @@ fn fitted(row: &[Cell]) -> Option<f64> {
 /// |σ| against the period.
 pub fn order(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     let mut panels = Vec::new();
-    let mut off = Vec::new();
-    for kind in [Kind::SlowTriangle, Kind::Adversarial, Kind::Resonant] {
+    for kind in KINDS {
         for (k1, k2) in GAINS {
-            let panel = kind.panel(k1, k2);
-            for (row, form) in panel.rows.iter().zip(FORMS) {
-                let agrees = match (fitted(row), kind.told_order(form)) {
-                    (Some(found), Some(told)) => (found - told).abs() <= ORDER_OFF,
-                    (found, told) => found == told,
-                };
-                if !agrees {
-                    off.push(format!("{} ({})", form.name(), panel.title));
-                }
-            }
-            panels.push(panel);
+            panels.push(kind.panel(k1, k2));
             progress(panels.len() as f64 / 6.0);
         }
     }
     let mut classes = CLASSES.to_vec();
     classes[CLASSES.len() - 1].meaning = "grows without end, or more than 1000";
-    let notes = vec![
-        format!(
-            "After each row the fitted p of |σ| ~ h^p and the order that theory gives. L = \
-             {SLOPE} 1/s; the triangle turns every {TURN_S} s. Unsaturated. A row diverges if |σ| \
-             still grows when the run of 8000 periods ends; it has no order."
-        ),
-        format!(
-            "What is predicted: for the shipped and the proper implicit form the number 1, for \
-             the resolvent |d| / (L h) under the triangle and growth without end otherwise; of \
-             the other forms only the order. Along such a row the verdict does not change, so that \
-             no cell disagrees says little; the numbers say more. Found over told: {}.",
-            found_over_told(&panels)
-        ),
-        format!(
-            "Orders off by more than {ORDER_OFF}: {} of {}: {}.",
-            off.len(),
-            panels.len() * FORMS.len(),
-            off.join(", ")
-        ),
-    ];
+    let notes = notes(&panels);
     Map {
         name: "sigma_order",
         title: "Disturbed integrator: |σ| of each discretization against the period",
@@ -298,6 +271,48 @@ pub fn order(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
                  constants: their order is 2.",
         notes,
     }
+}
+
+fn notes(panels: &[Panel]) -> Vec<String> {
+    let off = off_order(panels);
+    vec![
+        format!(
+            "After each row the fitted p of |σ| ~ h^p and the order that theory gives. L = \
+             {SLOPE} 1/s; the triangle turns every {TURN_S} s. Unsaturated. A row diverges if |σ| \
+             still grows when the run of 8000 periods ends; it has no order."
+        ),
+        format!(
+            "What is predicted: for the shipped and the proper implicit form the number 1, for \
+             the resolvent |d| / (L h) under the triangle and growth without end otherwise; of \
+             the other forms only the order. Along such a row the verdict does not change, so that \
+             no cell disagrees says little; the numbers say more. Found over told: {}.",
+            found_over_told(panels)
+        ),
+        format!(
+            "Orders off by more than {ORDER_OFF}: {} of {}: {}.",
+            off.len(),
+            panels.len() * FORMS.len(),
+            off.join(", ")
+        ),
+    ]
+}
+
+/// The rows whose order is not the one that theory gives.
+fn off_order(panels: &[Panel]) -> Vec<String> {
+    let kinds = KINDS.iter().flat_map(|kind| [kind; GAINS.len()]);
+    let mut off = Vec::new();
+    for (panel, kind) in panels.iter().zip(kinds) {
+        for (row, form) in panel.rows.iter().zip(FORMS) {
+            let agrees = match (fitted(row), kind.told_order(form)) {
+                (Some(found), Some(told)) => (found - told).abs() <= ORDER_OFF,
+                (found, told) => found == told,
+            };
+            if !agrees {
+                off.push(format!("{} ({})", form.name(), panel.title));
+            }
+        }
+    }
+    off
 }
 
 /// The range of found over told per form that theory gives a number for.
