@@ -5,6 +5,7 @@ use super::canvas::{
     Area, Drawn, INK, Key, MUTED, WIDTH, anchored, bold, legend, line, px, standalone, svg, text,
     text_width,
 };
+use super::map_lines;
 use crate::stability::{Cell, Class, Map, Panel};
 use plotters::prelude::*;
 use plotters::style::text_anchor::HPos;
@@ -38,8 +39,12 @@ struct Layout {
     height: i32,
 }
 
-/// The map as a file of its own.
+/// The map as a file of its own: as lines where theory gives numbers, else as
+/// coloured cells.
 pub fn picture(map: &Map) -> String {
+    if map.panels.iter().any(|panel| !panel.told.is_empty()) {
+        return map_lines::picture(map);
+    }
     let keys = key_rows(map);
     let words = caption(map);
     let layout = Layout::of(map, keys.len() as i32, words.len() as i32);
@@ -146,6 +151,11 @@ fn caption(map: &Map) -> Vec<String> {
         agreement.worse,
         agreement.better
     ));
+    folded(&paragraphs)
+}
+
+/// The paragraphs in lines that fit the width.
+pub(super) fn folded(paragraphs: &[String]) -> Vec<String> {
     let mut lines = Vec::new();
     for paragraph in paragraphs {
         let mut line = String::new();

@@ -15,6 +15,7 @@ mod edges;
 mod ladder;
 mod lanes;
 mod map;
+mod map_lines;
 mod page;
 mod series;
 mod summary;

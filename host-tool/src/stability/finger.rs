@@ -1,6 +1,7 @@
 //! The device's own joint code on the simulated finger, tick by tick: what the
 //! maps of delay and of lost setpoints drive.
 
+use crate::tracking::wearer::{self, Points};
 use firmware::control::{
     HoldPolicy, Joint, JointSpec, JointState, LawSpec, PointSpec, SensorSource,
 };
@@ -46,6 +47,15 @@ pub(super) fn one_point(law: LawSpec, hold: HoldPolicy) -> JointSpec {
         stale_after_ms: 100,
         wearer: None,
         response: None,
+    }
+}
+
+/// Participant P's joint as the device ships it, with all that the wearer file gives
+/// the law: feed-forward, predictor and learning.
+pub(super) fn default_one_point(hold: HoldPolicy) -> JointSpec {
+    JointSpec {
+        hold,
+        ..wearer::shipped(Points::One)
     }
 }
 

@@ -1,5 +1,6 @@
 //! Gain × delay for the finger under the device's own laws: where the angle
-//! settles and where it circles.
+//! settles and where it circles. The default comes with all that the wearer file
+//! gives it; its predictor and learning are part of what is measured.
 //!
 //! Theory is the describing function. Around its sliding surface the law's
 //! slope is that of a square root, infinite or nearly so, and a linear margin
@@ -7,7 +8,7 @@
 //! harmonic sustains itself.
 
 use super::describing::{Efforts, Plant};
-use super::finger::{Loop, one_point, quiet_finger};
+use super::finger::{Loop, default_one_point, one_point, quiet_finger};
 use super::{Axis, Cell, Class, Map, Panel};
 use firmware::control::{HoldPolicy, JointSpec, LawSpec};
 use hal_sim::body::FingerSpec;
@@ -25,6 +26,10 @@ const TRIAL_MS: u32 = 20_000;
 const JUDGED_MS: u32 = 5_000;
 /// More than this, peak to peak, is no longer rest, degrees.
 const REST_DEG: f64 = 2.0;
+/// Below this, peak to peak, the sensor's and the pulses' grain counts too, degrees.
+const FAINT_DEG: f64 = 0.5;
+/// Above this the swing leaves the part of the joint that was linearised, degrees.
+const WIDE_DEG: f64 = 10.0;
 
 const CLASSES: [Class; 6] = [
     Class::new('.', "up to 0.5°", 0),
@@ -37,52 +42,89 @@ const CLASSES: [Class; 6] = [
 
 /// The map.
 pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
-    let laws = [("the shipped law", LawSpec::ALONE), ("PID", LawSpec::PID)];
+    let laws = laws();
+    let cells = laws.len() * GAINS.len() * DELAYS.len();
     let mut done = 0;
-    let panels = laws.map(|(name, law)| {
-        let joint = one_point(law, HoldPolicy::Hold);
+    let mut widths = Vec::new();
+    let panels = laws.map(|(name, joint)| {
+        let mut ratios = Vec::new();
         let efforts = Efforts::of(&joint);
         let around = |gain| (gain, efforts.around(&plant(gain, 0)));
         let rows = GAINS.map(around);
-        Panel::new(
+        let panel = Panel::new(
             name.to_owned(),
             &rows,
             &DELAYS,
             |(gain, function), delay| {
                 let number = circling(&finger(*gain, *delay), &joint);
-                let predicted = 2.0 * function.limit_cycle_deg(&plant(*gain, *delay));
+                let told = 2.0 * function.limit_cycle_deg(&plant(*gain, *delay));
+                if number.min(told) > FAINT_DEG {
+                    ratios.push((number, told / number));
+                }
                 done += 1;
-                progress(f64::from(done) / (2 * GAINS.len() * DELAYS.len()) as f64);
+                progress(f64::from(done) / cells as f64);
                 Cell {
                     class: class(number),
                     number,
-                    predicted: Some(u8::from(predicted > REST_DEG)),
+                    predicted: Some(u8::from(told > REST_DEG)),
                 }
             },
-        )
+        );
+        widths.push(format!("{name} {}", told_over_found(&ratios)));
+        panel
     });
     Map {
         name: "gain_delay",
-        title: "Gain and delay of the finger: where the device's law settles",
-        across: Axis::new(
-            "delay added to the finger's 25 ms",
-            "ms",
-            &DELAYS,
-            u32::to_string,
-        ),
-        down: Axis::new("muscle torque / nominal", "", &GAINS, |g| format!("{g}")),
+        title: "Gain and delay of the finger: where the device's laws settle",
+        across: Axis::new("added delay", "ms", &DELAYS, u32::to_string),
+        down: Axis::new("torque / nominal", "", &GAINS, |g| format!("{g}")),
         quantity: "angle, peak to peak over the last 5 s",
         classes: CLASSES.to_vec(),
         panels: panels.into(),
         theory: "N(A, ω) P(jω) = -1 with 2 A = 2°: N is the describing function of the \
                  device's law (its own fixed-point code, differentiator and mapping included), \
                  P the finger linearised where it holds the target.",
-        notes: vec![format!(
-            "Finger of participant P, one point, target {TARGET_DEG}°, sensor without noise. \
-             Assumed: the finger passes the first harmonic only, and recruitment is followed \
-             around the effort that holds the target."
-        )],
+        notes: vec![
+            format!(
+                "Finger of participant P, 25 ms late to begin with, one point, target \
+                 {TARGET_DEG}°, sensor without noise. Assumed: the finger passes the first harmonic \
+                 only, recruitment is followed around the effort that holds the target, and what \
+                 the default learns is what a mean error of zero teaches it."
+            ),
+            format!(
+                "Told over found width, where both are above {FAINT_DEG}°: {}.",
+                widths.join("; ")
+            ),
+        ],
     }
+}
+
+/// What drives the finger: the device's default, then bare laws.
+fn laws() -> [(&'static str, JointSpec); 3] {
+    let alone = |law| one_point(law, HoldPolicy::Hold);
+    [
+        ("the device's default", default_one_point(HoldPolicy::Hold)),
+        ("super-twisting alone", alone(LawSpec::ALONE)),
+        ("PID", alone(LawSpec::PID)),
+    ]
+}
+
+/// The range of told over found, swings below and above [`WIDE_DEG`] apart.
+fn told_over_found(ratios: &[(f64, f64)]) -> String {
+    let range = |wide: bool| {
+        let these = ratios
+            .iter()
+            .filter(|(found, _)| (*found > WIDE_DEG) == wide);
+        let (low, high) = these.fold((f64::MAX, 0.0f64), |(low, high), (_, ratio)| {
+            (low.min(*ratio), high.max(*ratio))
+        });
+        format!("{low:.2} to {high:.2}")
+    };
+    format!(
+        "{} up to {WIDE_DEG}° and {} above",
+        range(false),
+        range(true)
+    )
 }
 
 fn finger(gain: f64, delay_ms: u32) -> FingerSpec {
@@ -127,19 +169,24 @@ mod tests {
 
     #[test]
     fn the_describing_function_tells_the_amplitude() {
-        for law in [LawSpec::ALONE, LawSpec::PID] {
-            let joint = one_point(law, HoldPolicy::Hold);
+        for (name, joint) in laws() {
             let efforts = Efforts::of(&joint);
             for gain in [0.5, 1.0, 2.0] {
                 let function = efforts.around(&plant(gain, 0));
                 for delay in [0, 60, 150] {
                     let found = circling(&finger(gain, delay), &joint);
                     let told = 2.0 * function.limit_cycle_deg(&plant(gain, delay));
-                    println!("gain {gain}, 25 + {delay} ms: {found:.2}°, told {told:.2}°");
-                    if told == 0.0 {
-                        assert!(found < 0.5);
-                    } else {
+                    println!("{name}, gain {gain}, 25 + {delay} ms: {found:.2}°, told {told:.2}°");
+                    let alone = joint.wearer.is_none();
+                    if told < FAINT_DEG {
+                        assert!(found < 2.0 * FAINT_DEG);
+                    } else if found < WIDE_DEG {
+                        assert!((told / found - 1.0).abs() < 0.25);
+                    } else if alone {
                         assert!((told / found - 1.0).abs() < 0.35);
+                    } else {
+                        // Of the default's wide swings only that they are too wide.
+                        assert!(told > REST_DEG);
                     }
                 }
             }

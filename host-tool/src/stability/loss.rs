@@ -2,10 +2,11 @@
 //! or extrapolating, and what that costs the finger.
 
 use super::chance::even;
-use super::finger::{Loop, angle, one_point, quiet_finger};
+use super::finger::{Loop, angle, default_one_point, one_point, quiet_finger};
 use super::{Axis, Cell, Class, Map, Panel};
+use crate::tracking::wearer::SHIPPED_HOLD;
 use firmware::control::setpoint::SetpointTrack;
-use firmware::control::{HoldPolicy, LawSpec};
+use firmware::control::{HoldPolicy, JointSpec, LawSpec};
 use firmware::units::Micros;
 use std::f64::consts::TAU;
 
@@ -26,6 +27,11 @@ const LOSS: [u32; 20] = [
 ];
 /// Longest extrapolation, ms; 0 holds.
 const REACH: [u16; 9] = [0, 10, 20, 50, 100, 200, 300, 500, 1000];
+/// The device's own reach, [`crate::tracking::wearer::SHIPPED_HOLD`].
+const SHIPPED_MS: u16 = match SHIPPED_HOLD {
+    HoldPolicy::Extrapolate { max_ms } => max_ms,
+    HoldPolicy::Hold => 0,
+};
 
 fn wanted(t: f64) -> f64 {
     MIDDLE_DEG + SWING_DEG * (TAU * TARGET_HZ * t).sin()
@@ -48,35 +54,55 @@ const CLASSES: [Class; 7] = [
     Class::new('X', "more than 10°", 1),
 ];
 
+/// A joint under one of the device's laws; see [`HoldPolicy`].
+type JointOf = fn(HoldPolicy) -> JointSpec;
+
+/// What is run: the track alone, or the finger under a law.
+fn runs() -> [(&'static str, Option<JointOf>); 3] {
+    [
+        ("the setpoint track alone", None),
+        (
+            "the device's default on the finger",
+            Some(default_one_point),
+        ),
+        ("super-twisting alone on the finger", Some(alone)),
+    ]
+}
+
+fn alone(hold: HoldPolicy) -> JointSpec {
+    one_point(LawSpec::ALONE, hold)
+}
+
 /// The map.
 pub fn draw(seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
-    let mut done = 0;
-    let mut panel = |title: &str, rmse: fn(u16, u32, u64) -> f64, seeds: u64, floor: f64| {
-        let cell = |reach: &u16, loss: &u32| {
+    let runs = runs();
+    let cells = runs.len() * REACH.len() * LOSS.len();
+    let (mut done, mut lossless) = (0, Vec::new());
+    let panels = runs.map(|(title, joint)| {
+        let seeds = SEEDS[usize::from(joint.is_some())];
+        let rmse = |reach, loss, seed| match joint {
+            None => of_track(reach, loss, seed),
+            Some(joint) => on_finger(joint, reach, loss, seed),
+        };
+        // What is left where nothing is lost is not the loss's.
+        let floor = joint.map_or(0.0, |_| rmse(SHIPPED_MS, 0, seed));
+        if joint.is_some() {
+            lossless.push(format!("{floor:.2}° ({title})"));
+        }
+        Panel::new(title.to_owned(), &REACH, &LOSS, |reach, loss| {
             let squares = (0..seeds)
                 .map(|n| rmse(*reach, *loss, seed.wrapping_mul(1000).wrapping_add(n)).powi(2));
             let number = (squares.sum::<f64>() / seeds as f64).sqrt();
             let predicted = floor.hypot(predicted(*reach, *loss));
             done += 1;
-            progress(f64::from(done) / (2 * REACH.len() * LOSS.len()) as f64);
+            progress(f64::from(done) / cells as f64);
             Cell {
                 class: class(number),
                 number,
                 predicted: Some(u8::from(class(predicted) > 3)),
             }
-        };
-        Panel::new(title.to_owned(), &REACH, &LOSS, cell)
-    };
-    let lossless = on_finger(100, 0, seed);
-    let panels = vec![
-        panel("the setpoint track alone", of_track, SEEDS[0], 0.0),
-        panel(
-            "the shipped law on the finger",
-            on_finger,
-            SEEDS[1],
-            lossless,
-        ),
-    ];
+        })
+    });
     Map {
         name: "loss",
         title: "Lost setpoints: hold or extrapolate",
@@ -87,15 +113,17 @@ pub fn draw(seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
         }),
         quantity: "RMSE over 10…30 s",
         classes: CLASSES.to_vec(),
-        panels,
+        panels: panels.into(),
         theory: "mean square of rate (a - m) + acceleration (a² + g m)/2 is (2°)², a the age \
                  of the newest setpoint, m the part of it that is extrapolated, g the gap before \
                  it; gaps geometric. On the finger, beside the error without loss.",
         notes: vec![format!(
             "Target 45 ± 40° at 0.2 Hz, setpoints at 90 Hz lost one by one, mean square of \
-             {} and {} seeds. One-point, participant P, sensor without noise; {lossless:.2}° \
-             without loss.",
-            SEEDS[0], SEEDS[1]
+             {} and {} seeds. One-point, participant P, sensor without noise. Without \
+             loss: {}. The device extrapolates for {SHIPPED_MS} ms unless told otherwise.",
+            SEEDS[0],
+            SEEDS[1],
+            lossless.join(", ")
         )],
     }
 }
@@ -151,9 +179,9 @@ pub fn of_track(reach_ms: u16, loss_percent: u32, seed: u64) -> f64 {
     (square / SCORED_MS.len() as f64).sqrt()
 }
 
-/// RMSE of the true angle under the shipped law, degrees.
-pub fn on_finger(reach_ms: u16, loss_percent: u32, seed: u64) -> f64 {
-    let joint = one_point(LawSpec::ALONE, policy(reach_ms));
+/// RMSE of the true angle, degrees.
+fn on_finger(joint: JointOf, reach_ms: u16, loss_percent: u32, seed: u64) -> f64 {
+    let joint = joint(policy(reach_ms));
     let mut finger = Loop::new(quiet_finger(), &joint, seed);
     let mut frames = Frames::new(loss_percent, seed);
     let mut square = 0.0;
@@ -207,9 +235,11 @@ mod tests {
 
     #[test]
     fn at_half_the_setpoints_lost_extrapolation_keeps_the_finger_and_holding_does_not() {
-        let [hold, extrapolate] = [0, 100].map(|reach| on_finger(reach, 55, 1));
-        println!("55 % lost: {hold:.2}° held, {extrapolate:.2}° extrapolated");
-        assert!(hold > 2.0 && extrapolate < 2.0, "{hold} {extrapolate}");
+        for joint in [default_one_point as JointOf, alone] {
+            let [hold, extrapolate] = [0, SHIPPED_MS].map(|reach| on_finger(joint, reach, 55, 1));
+            println!("55 % lost: {hold:.2}° held, {extrapolate:.2}° extrapolated");
+            assert!(hold > 2.0 && extrapolate < 2.0, "{hold} {extrapolate}");
+        }
     }
 
     #[test]

@@ -50,8 +50,11 @@ pub struct Panel {
     pub title: String,
     /// The cells, row by row, as many as the axes have labels.
     pub rows: Vec<Vec<Cell>>,
-    /// A word after each row, in the text only; empty for none.
+    /// A word after each row; empty for none.
     pub remarks: Vec<String>,
+    /// The number that theory gives for each cell, `None` where it gives none;
+    /// empty where numbers are not drawn as lines.
+    pub told: Vec<Vec<Option<f64>>>,
 }
 
 /// A map.
@@ -127,6 +130,7 @@ impl Panel {
             title,
             rows: rows.iter().map(row).collect(),
             remarks: Vec::new(),
+            told: Vec::new(),
         }
     }
 

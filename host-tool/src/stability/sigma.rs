@@ -5,7 +5,7 @@ use super::{Axis, Cell, Class, Map, Panel};
 use firmware::control::law::Q;
 use firmware::control::super_twisting;
 use firmware::methods::control::integrator::{Disturbance, Loop, fitted_order};
-use firmware::methods::control::twist::Discretization;
+use firmware::methods::control::twist::{Discretization, Twist};
 
 /// L, 1/s: as large as gains of 40 L allow the device; L·h² at 1 ms is 34 bits.
 const SLOPE: f64 = 2.0;
@@ -23,6 +23,11 @@ const K2: [f64; 14] = [
     0.5, 0.7, 0.9, 1.01, 1.05, 1.1, 1.2, 1.5, 2.0, 3.0, 5.0, 10.0, 20.0, 40.0,
 ];
 const GRID_PERIOD_MS: u8 = 2;
+/// |σ| that is larger by this in the last quarter of a run than in the third
+/// diverges: what grows evenly is larger by 4/3.
+const GROWTH: f64 = 1.25;
+/// A fitted order this far from the one told disagrees.
+const ORDER_OFF: f64 = 0.1;
 /// What counts as optimal, L·h².
 const OPTIMAL: f64 = 1.1;
 
@@ -59,23 +64,56 @@ impl Form {
         )
     }
 
-    /// Largest |σ| once settled, L·h².
-    fn worst(self, of: &Loop<f64>, disturbance: Disturbance) -> f64 {
-        let worst = match self {
-            Self::Of(discretization) => of.worst(discretization, disturbance),
+    /// Runs it.
+    fn run(self, of: &Loop<f64>, disturbance: Disturbance) -> Found {
+        match self {
+            Self::Of(discretization) => {
+                let twist = Twist::new(discretization, of.k1, of.k2, 1.0, of.h);
+                let mut integral = 0.0;
+                Found::of(of, disturbance, |sigma| {
+                    let answer = twist.push(sigma, integral);
+                    let u = -(integral + answer.push);
+                    integral += answer.growth;
+                    u
+                })
+            }
             Self::Shipped => shipped(of, disturbance),
-        };
-        worst / (of.slope * of.h * of.h)
+        }
     }
 }
 
-/// Largest |σ| under the device's fixed-point code.
-fn shipped(of: &Loop<f64>, disturbance: Disturbance) -> f64 {
+/// What one loop did.
+struct Found {
+    /// Largest |σ| once settled, L·h².
+    worst: f64,
+    /// Whether |σ| still grew when the run ended.
+    grows: bool,
+}
+
+impl Found {
+    fn of(of: &Loop<f64>, disturbance: Disturbance, mut law: impl FnMut(f64) -> f64) -> Self {
+        let mut course = Vec::new();
+        let worst = of.worst_under(disturbance, |sigma| {
+            course.push(sigma.abs());
+            law(sigma)
+        });
+        let most = |part: &[f64]| part.iter().copied().fold(0.0, f64::max);
+        let quarter = course.len() / 4;
+        let (before, last) = course[2 * quarter..].split_at(quarter);
+        Self {
+            worst: worst / (of.slope * of.h * of.h),
+            grows: most(last) > GROWTH * most(before),
+        }
+    }
+}
+
+/// Under the device's fixed-point code.
+fn shipped(of: &Loop<f64>, disturbance: Disturbance) -> Found {
     let milli = |x: f64| (x * 1e3).round() as u32;
     let twist = super_twisting::Twist::new(milli(of.k1), milli(of.k2), 1000, 0, milli(of.h) as u8);
     let twist = twist.expect("gains and periods of this map are the device's");
     let mut integral = Q::ZERO;
-    of.worst_under(disturbance, |sigma| {
+    Found::of(of, disturbance, |sigma| {
         let answer = twist.push(Q::from_num(sigma));
         let u = integral + answer.push;
         integral += answer.growth;
@@ -103,7 +141,9 @@ const CLASSES: [Class; 6] = [
 
 fn class(relative: f64) -> usize {
     let limits = [OPTIMAL, 3.0, 10.0, 100.0, 1000.0];
-    limits.iter().take_while(|limit| relative > **limit).count()
+    // What lies on a limit does so up to rounding.
+    let above = |limit: &&f64| relative > **limit * (1.0 + 1e-9);
+    limits.iter().take_while(above).count()
 }
 
 /// A disturbance whose course does not depend on the period.
@@ -113,6 +153,9 @@ enum Kind {
     Adversarial,
     Resonant,
 }
+
+/// Every kind, in the order of the panels.
+const KINDS: [Kind; 3] = [Kind::SlowTriangle, Kind::Adversarial, Kind::Resonant];
 
 impl Kind {
     fn name(self) -> &'static str {
@@ -133,13 +176,23 @@ impl Kind {
         }
     }
 
-    /// What theory says of |σ|, L·h².
+    /// What theory says of |σ|, L·h²; infinite where it grows without end.
     fn told(self, form: Form, h: f64) -> Option<f64> {
         match (form, self) {
             (form, _) if form.is_proper() => Some(1.0),
-            // It keeps h·|d|, and the triangle reaches L·turn.
+            // It keeps h·|d|: the triangle reaches L·turn, the others grow on.
             (Form::Of(Discretization::Resolvent), Self::SlowTriangle) => Some(TURN_S / h),
+            (Form::Of(Discretization::Resolvent), _) => Some(f64::INFINITY),
             _ => None,
+        }
+    }
+
+    /// The order that theory gives |σ| in h; `None` where it grows without end.
+    fn told_order(self, form: Form) -> Option<f64> {
+        match self.told(form, 1.0) {
+            Some(told) if told.is_infinite() => None,
+            Some(_) if !form.is_proper() => Some(1.0),
+            _ => Some(2.0),
         }
     }
 
@@ -147,7 +200,13 @@ impl Kind {
         let title = format!("{}; k1 {k1} √L, k2 {k2} L", self.name());
         let mut panel = Panel::new(title, &FORMS, &PERIODS_MS, |form, ms| {
             let of = loop_of(k1, k2, *ms);
-            let number = form.worst(&of, self.at(of.h));
+            let found = form.run(&of, self.at(of.h));
+            // How far it came is the length of the run, nothing else.
+            let number = if found.grows {
+                f64::INFINITY
+            } else {
+                found.worst
+            };
             let told = self.told(*form, of.h);
             Cell {
                 class: class(number),
@@ -155,44 +214,123 @@ impl Kind {
                 predicted: told.map(|x| CLASSES[class(x)].verdict),
             }
         });
-        panel.remarks = panel.rows.iter().map(|row| fitted(row)).collect();
+        panel.told = FORMS
+            .map(|form| {
+                PERIODS_MS
+                    .map(|ms| self.told(form, f64::from(ms) * 1e-3))
+                    .to_vec()
+            })
+            .to_vec();
+        panel.remarks = (panel.rows.iter().zip(FORMS))
+            .map(|(row, form)| remark(fitted(row), self.told_order(form)))
+            .collect();
         panel
     }
+}
+
+fn remark(found: Option<f64>, told: Option<f64>) -> String {
+    match (found, told) {
+        (Some(found), Some(told)) => format!("p = {found:.2}, told {told}"),
+        (None, Some(told)) => format!("diverges, told {told}"),
+        (Some(found), None) => format!("p = {found:.2}, told none"),
+        (None, None) => "diverges, as told".to_owned(),
+    }
+}
+
+/// The order of |σ| in h along a row; `None` if it diverges anywhere.
+fn fitted(row: &[Cell]) -> Option<f64> {
+    let points: Vec<(f64, f64)> = (row.iter().zip(PERIODS_MS))
+        .map(|(cell, ms)| (ms.into(), cell.number * f64::from(ms).powi(2)))
+        .collect();
+    let finite = points.iter().all(|(_, y)| y.is_finite());
+    fitted_order(&points).filter(|_| finite)
 }
 
 /// |σ| against the period.
 pub fn order(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     let mut panels = Vec::new();
-    for kind in [Kind::SlowTriangle, Kind::Adversarial, Kind::Resonant] {
+    for kind in KINDS {
         for (k1, k2) in GAINS {
             panels.push(kind.panel(k1, k2));
             progress(panels.len() as f64 / 6.0);
         }
     }
+    let mut classes = CLASSES.to_vec();
+    classes[CLASSES.len() - 1].meaning = "grows without end, or more than 1000";
+    let notes = notes(&panels);
     Map {
         name: "sigma_order",
         title: "Disturbed integrator: |σ| of each discretization against the period",
         across: Axis::new("period h", "ms", &PERIODS_MS, u8::to_string),
         down: Axis::new("discretization", "", &FORMS, |f| f.name().to_owned()),
         quantity: "largest |σ| once settled, in L h²",
-        classes: CLASSES.to_vec(),
+        classes,
         panels,
         theory: "1 for the proper implicit form (Seeber & Andritsch 2025); |d| / (L h) for \
-                 the resolvent against a triangle. None for the others' constants: their order \
-                 is 2.",
-        notes: vec![format!(
-            "After each row the fitted p of |σ| ~ h^p. L = {SLOPE} 1/s; the triangle turns \
-             every {TURN_S} s. Unsaturated."
-        )],
+                 the resolvent, which grows without end where |d| does. None for the others' \
+                 constants: their order is 2.",
+        notes,
     }
 }
 
-/// The order of |σ| in h along a row.
-fn fitted(row: &[Cell]) -> String {
-    let points: Vec<(f64, f64)> = (row.iter().zip(PERIODS_MS))
-        .map(|(cell, ms)| (ms.into(), cell.number * f64::from(ms).powi(2)))
-        .collect();
-    fitted_order(&points).map_or(String::new(), |p| format!("p = {p:.2}"))
+fn notes(panels: &[Panel]) -> Vec<String> {
+    let off = off_order(panels);
+    vec![
+        format!(
+            "After each row the fitted p of |σ| ~ h^p and the order that theory gives. L = \
+             {SLOPE} 1/s; the triangle turns every {TURN_S} s. Unsaturated. A row diverges if |σ| \
+             still grows when the run of 8000 periods ends; it has no order."
+        ),
+        format!(
+            "What is predicted: for the shipped and the proper implicit form the number 1, for \
+             the resolvent |d| / (L h) under the triangle and growth without end otherwise; of \
+             the other forms only the order. Along such a row the verdict does not change, so that \
+             no cell disagrees says little; the numbers say more. Found over told: {}.",
+            found_over_told(panels)
+        ),
+        format!(
+            "Orders off by more than {ORDER_OFF}: {} of {}: {}.",
+            off.len(),
+            panels.len() * FORMS.len(),
+            off.join(", ")
+        ),
+    ]
+}
+
+/// The rows whose order is not the one that theory gives.
+fn off_order(panels: &[Panel]) -> Vec<String> {
+    let kinds = KINDS.iter().flat_map(|kind| [kind; GAINS.len()]);
+    let mut off = Vec::new();
+    for (panel, kind) in panels.iter().zip(kinds) {
+        for (row, form) in panel.rows.iter().zip(FORMS) {
+            let agrees = match (fitted(row), kind.told_order(form)) {
+                (Some(found), Some(told)) => (found - told).abs() <= ORDER_OFF,
+                (found, told) => found == told,
+            };
+            if !agrees {
+                off.push(format!("{} ({})", form.name(), panel.title));
+            }
+        }
+    }
+    off
+}
+
+/// The range of found over told per form that theory gives a number for.
+fn found_over_told(panels: &[Panel]) -> String {
+    let range = |(row, form): (usize, &Form)| {
+        let ratios = panels.iter().flat_map(|panel| {
+            let cells = panel.rows[row].iter().zip(&panel.told[row]);
+            cells.filter_map(|(cell, told)| told.map(|told| cell.number / told))
+        });
+        let (low, high) = ratios
+            .filter(|ratio| ratio.is_finite())
+            .fold((f64::MAX, 0.0f64), |(low, high), x| {
+                (low.min(x), high.max(x))
+            });
+        (high > 0.0).then(|| format!("{} {low:.3} to {high:.3}", form.name()))
+    };
+    let ranges: Vec<_> = (0..).zip(&FORMS).filter_map(range).collect();
+    ranges.join(", ")
 }
 
 /// |σ| over the gains.
@@ -201,7 +339,7 @@ pub fn gains(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     for form in FORMS {
         panels.push(Panel::new(form.name().to_owned(), &K2, &K1, |k2, k1| {
             let of = loop_of(*k1, *k2, GRID_PERIOD_MS);
-            let each = Disturbance::ALL.map(|d| form.worst(&of, d));
+            let each = Disturbance::ALL.map(|d| form.run(&of, d).worst);
             let number = each.into_iter().fold(0.0, f64::max);
             let told = match of.fulfils_theorem() {
                 true => Some(0),

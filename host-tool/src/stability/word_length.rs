@@ -27,17 +27,18 @@ pub enum Rounding {
     Down,
 }
 
-/// What one word length did to one muscle, in % of its peak.
+/// What one word length did to one muscle, forces in % of its peak.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outcome {
     /// Force that is left 6 s after the last pulse.
     pub residual: f64,
+    /// When C reached 0 for good, ms after the last pulse; `None` if it did not.
+    pub zero_after_ms: Option<u32>,
     /// Worst difference to the same method with C in f64.
     pub error: f64,
 }
 
-const CLASSES: [Class; 6] = [
-    Class::new('.', "exactly 0", 0),
+const CLASSES: [Class; 5] = [
     Class::new(',', "error up to 0.02 %", 0),
     Class::new('o', "left for ever, up to 0.02 %", 1),
     Class::new('1', "up to 1 %", 2),
@@ -50,8 +51,9 @@ pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     let mut panels = Vec::new();
     for rounding in [Rounding::Nearest, Rounding::Down] {
         panels.extend(panels_of(rounding));
-        progress(panels.len() as f64 / 4.0);
+        progress(panels.len() as f64 / 3.0);
     }
+    let (ms, left) = slowest_to_zero();
     Map {
         name: "word_length",
         title: "Word length of C, against the force that is left and the error it makes",
@@ -67,31 +69,65 @@ pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
                  n (1 − e^(−h/τc)) < 1/2 of the last bit; rounded down it loses up to \
                  1/(1 − e^(−h/τc)) of them. Both times dF/dC of the steady force \
                  A x (τ1 + τ2 x).",
-        notes: vec![
-            "ETD midpoint at 1 ms, 40 Hz for 1 s, then 6 s of rest; C alone in fixed point."
-                .to_owned(),
-        ],
+        notes: vec![format!(
+            "ETD midpoint at 1 ms, 40 Hz for 1 s, then 6 s of rest; C alone in fixed point. Rounded \
+             down C reaches 0 for every subject and word, {ms} ms after the last pulse at the \
+             latest, and then the force decays as a muscle's does: {left:.0e} % is left after 6 s."
+        )],
     }
 }
 
-/// What is left, and the worst error.
-fn panels_of(rounding: Rounding) -> [Panel; 2] {
-    let how = match rounding {
-        Rounding::Nearest => "C rounded to nearest",
-        Rounding::Down => "C rounded down",
+/// What is left, and the worst error. Rounded down nothing is left, at any word
+/// length (a note and a test say so): a panel of it would be empty.
+fn panels_of(rounding: Rounding) -> Vec<Panel> {
+    let panel = |title: &str, small, found: fn(Outcome) -> f64, told: Told| {
+        Panel::new(title.to_owned(), &SUBJECTS, &BITS, |p, bits| {
+            cell(
+                small,
+                found(run(p, *bits, rounding)),
+                told(p, *bits, rounding),
+            )
+        })
     };
-    let left = format!("left 6 s after the last pulse; {how}");
-    let error = format!("worst error; {how}");
-    [
-        Panel::new(left, &SUBJECTS, &BITS, |p, bits| {
-            let predicted = predicted_residual(p, *bits, rounding);
-            cell(Small::Stays, run(p, *bits, rounding).residual, predicted)
-        }),
-        Panel::new(error, &SUBJECTS, &BITS, |p, bits| {
-            let predicted = predicted_error(p, *bits, rounding);
-            cell(Small::Error, run(p, *bits, rounding).error, predicted)
-        }),
-    ]
+    let (left, error) = (|of: Outcome| of.residual, |of: Outcome| of.error);
+    match rounding {
+        Rounding::Nearest => vec![
+            panel(
+                "left 6 s after the last pulse; C rounded to nearest",
+                Small::Stays,
+                left,
+                |p, bits, _| predicted_residual(p, bits),
+            ),
+            panel(
+                "worst error; C rounded to nearest",
+                Small::Error,
+                error,
+                predicted_error,
+            ),
+        ],
+        Rounding::Down => vec![panel(
+            "worst error; C rounded down",
+            Small::Error,
+            error,
+            predicted_error,
+        )],
+    }
+}
+
+/// What theory gives for a subject and a word.
+type Told = fn(&Parameters, u32, Rounding) -> f64;
+
+/// How long C rounded down takes to reach 0 after the last pulse, ms, and the
+/// force that is left at the end, % of peak: the worst of all cells.
+fn slowest_to_zero() -> (u32, f64) {
+    let all = SUBJECTS
+        .iter()
+        .flat_map(|p| BITS.map(|bits| run(p, bits, Rounding::Down)));
+    all.fold((0, 0.0), |(ms, left), of| {
+        // A C that never gets there takes longer than any.
+        let took = of.zero_after_ms.unwrap_or(u32::MAX);
+        (ms.max(took), left.max(of.residual))
+    })
 }
 
 /// What a number within the tolerance is.
@@ -106,17 +142,16 @@ enum Small {
 /// The class of a number beside the number that theory gives.
 fn cell(small: Small, number: f64, predicted: f64) -> Cell {
     let class = |x: f64| match (x, small) {
-        (0.0, _) => 0,
-        (x, Small::Error) if x <= TOLERANCE => 1,
-        (x, Small::Stays) if x <= TOLERANCE => 2,
-        (x, _) if x <= 1.0 => 3,
-        (x, _) if x <= 10.0 => 4,
-        _ => 5,
+        (x, Small::Error) if x <= TOLERANCE => 0,
+        (x, Small::Stays) if x <= TOLERANCE => 1,
+        (x, _) if x <= 1.0 => 2,
+        (x, _) if x <= 10.0 => 3,
+        _ => 4,
     };
     Cell {
         class: class(number),
         number,
-        predicted: Some([0, 0, 1, 2, 2, 2][class(predicted)]),
+        predicted: Some(CLASSES[class(predicted)].verdict),
     }
 }
 
@@ -132,22 +167,28 @@ pub fn run(p: &Parameters, bits: u32, rounding: Rounding) -> Outcome {
     let (mut word, mut exact) = (0u128, 0.0);
     let (mut force, mut exact_force) = (0.0, 0.0);
     let (mut peak, mut error) = (0.0f64, 0.0f64);
+    let (mut last_pulse, mut zero_after_ms) = (0, None);
     for step in 0..STEPS[0] + STEPS[1] {
         if step < STEPS[0] && step.is_multiple_of(BETWEEN_PULSES) {
             word += one;
             exact += 1.0;
+            last_pulse = step;
         }
         force = after_step(p, force, word as f64 / one as f64);
         exact_force = after_step(p, exact_force, exact);
         word = (word * factor + half) >> 32;
         exact *= (-H / p.tau_c_s).exp();
+        if word == 0 {
+            zero_after_ms = zero_after_ms.or(Some(step + 1 - last_pulse));
+        } else {
+            zero_after_ms = None;
+        }
         peak = peak.max(exact_force);
         error = error.max((force - exact_force).abs());
     }
-    // What is still on its way down is no residual.
-    let settled = if word == 0 { 0.0 } else { force };
     Outcome {
-        residual: settled / peak * 100.0,
+        residual: force / peak * 100.0,
+        zero_after_ms,
         error: error / peak * 100.0,
     }
 }
@@ -177,14 +218,10 @@ fn level(p: &Parameters) -> (f64, f64) {
     (top, steady(p, p.tau_c_s / period))
 }
 
-fn predicted_residual(p: &Parameters, bits: u32, rounding: Rounding) -> f64 {
-    match rounding {
-        Rounding::Nearest => {
-            let c = frozen(p) * (-f64::from(bits)).exp2();
-            steady(p, c) / level(p).1 * 100.0
-        }
-        Rounding::Down => 0.0,
-    }
+/// Of C rounded to nearest.
+fn predicted_residual(p: &Parameters, bits: u32) -> f64 {
+    let c = frozen(p) * (-f64::from(bits)).exp2();
+    steady(p, c) / level(p).1 * 100.0
 }
 
 fn predicted_error(p: &Parameters, bits: u32, rounding: Rounding) -> f64 {
@@ -210,10 +247,15 @@ mod tests {
     fn rounding_to_nearest_freezes_and_rounding_down_reaches_zero() {
         for p in &SUBJECTS {
             for bits in BITS {
-                assert_eq!(run(p, bits, Rounding::Down).residual, 0.0);
-                assert!(run(p, bits, Rounding::Nearest).residual > 0.0);
+                let [down, nearest] =
+                    [Rounding::Down, Rounding::Nearest].map(|rounding| run(p, bits, rounding));
+                assert!(down.zero_after_ms.is_some() && nearest.zero_after_ms.is_none());
+                assert!(nearest.residual > 1e9 * down.residual);
             }
         }
+        let (ms, left) = slowest_to_zero();
+        println!("rounded down: C is 0 after {ms} ms at the latest, {left:.0e} % left after 6 s");
+        assert!(ms < 1000 && left < 1e-20);
     }
 
     /// K = 0.012; at 18 bits the error is about half of that at 17.

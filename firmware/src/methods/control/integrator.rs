@@ -2,7 +2,6 @@
 //! textbook plant on which discretizations of super-twisting are compared.
 
 use super::super::real::Real;
-use super::sign;
 use super::twist::{Discretization, Twist};
 
 /// A disturbance of bounded slope.
@@ -15,10 +14,11 @@ pub enum Disturbance {
         /// Periods from turn to turn.
         periods: u32,
     },
-    /// Its slope is L with the sign of the present σ: always outward.
+    /// Its slope is L with the sign of the present σ, upward at 0: always outward.
     Adversarial,
     /// Its slope is ±L, changed after each period with the sign of the last
-    /// growth of σ: what a form that nearly oscillates is driven by.
+    /// growth of σ (upward where there was none): what a form that nearly
+    /// oscillates is driven by.
     Resonant,
 }
 
@@ -51,6 +51,9 @@ pub struct Loop<R> {
 /// Everything scales with L and h, so a number of periods suits all.
 const SETTLING: u32 = 4000;
 const JUDGED: u32 = 4000;
+
+/// Below this part of L·h² a σ is rounding.
+const ROUNDING: f64 = 1e-6;
 
 impl<R: Real> Loop<R> {
     /// Whether gains fulfil the conditions under which super-twisting rejects
@@ -88,8 +91,8 @@ impl<R: Real> Loop<R> {
                 Disturbance::None => R::ZERO,
                 Disturbance::Triangle { periods } if period % periods == 0 => -side,
                 Disturbance::Triangle { .. } => side,
-                Disturbance::Adversarial => sign(sigma),
-                Disturbance::Resonant => sign(sigma - before),
+                Disturbance::Adversarial => outward(sigma, unit),
+                Disturbance::Resonant => outward(sigma - before, unit),
             };
             before = sigma;
             let grown = side * self.slope * h;
@@ -112,6 +115,16 @@ impl<R: Real> Loop<R> {
         let each = Disturbance::ALL.map(|d| self.worst(discretization, d));
         each.into_iter()
             .fold(R::ZERO, |most, x| if x > most { x } else { most })
+    }
+}
+
+/// The side of x, up where x is nothing but rounding: an adversary that follows
+/// the sign of rounding turns every period, and that cancels.
+fn outward<R: Real>(x: R, unit: R) -> R {
+    if x < -(R::of(ROUNDING) * unit) {
+        -R::ONE
+    } else {
+        R::ONE
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::cli::{Output, WrongUse};
 use crate::report::map_picture;
 use crate::stability::{Entry, MAPS, Map, SEED};
-use anyhow::Context;
+use anyhow::{Context, ensure};
 use clap::Args;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -13,10 +13,10 @@ use std::path::{Path, PathBuf};
 pub struct Stability {
     /// The maps to draw; all of them if none is named
     names: Vec<String>,
-    /// What decides chance in the maps that have any
+    /// What decides chance in `loss` and `pulse_rate`; no other map has any
     #[arg(long, default_value_t = SEED)]
     seed: u64,
-    /// Where the texts and pictures go
+    /// Folder for the texts and pictures
     #[arg(long, default_value = "docs/maps")]
     out: PathBuf,
 }
@@ -24,8 +24,13 @@ pub struct Stability {
 /// Runs the command.
 ///
 /// # Errors
-/// E518: no such map. E565: a file cannot be written.
+/// E518: no such map. E565: no such folder, or a file cannot be written.
 pub fn main(args: &Stability, output: Output) -> anyhow::Result<()> {
+    ensure!(
+        args.out.is_dir(),
+        "E565 --out {}: no such folder; run in the checkout or name a folder that exists",
+        args.out.display()
+    );
     let entries = chosen(&args.names)?;
     let bar = output.bar("stability");
     let mut maps = Vec::new();
@@ -34,8 +39,6 @@ pub fn main(args: &Stability, output: Output) -> anyhow::Result<()> {
         maps.push((entry.draw)(args.seed, &mut { done }));
     }
     bar.finish();
-    std::fs::create_dir_all(&args.out)
-        .with_context(|| format!("E565 {} cannot be made", args.out.display()))?;
     for map in &maps {
         write(&args.out.join(format!("{}.txt", map.name)), &map.text())?;
         write(
