@@ -49,7 +49,10 @@ fn a_finger_is_followed_as_well_at_what_its_scenes_need() {
              {rms:.2}° against {as_filed:.2}°",
             finger.step_us
         );
-        assert!((period_ms - f64::from(telemetry_ms)).abs() < 0.1, "{period_ms}");
+        assert!(
+            (period_ms - f64::from(telemetry_ms)).abs() < 0.1,
+            "{period_ms}"
+        );
         assert!((rms - as_filed).abs() < percent * 0.8, "{rms} {as_filed}");
         coarsest = finger.step_us.max(coarsest);
     }

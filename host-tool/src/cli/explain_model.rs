@@ -47,10 +47,7 @@ pub fn main(args: &ExplainModel, output: Output) -> anyhow::Result<()> {
     );
     for (channel, needs) in &all {
         if let Err(none) = needs.choice {
-            bail!(
-                "E553 --tolerance, channel {}: {none}",
-                channel.number
-            );
+            bail!("E553 --tolerance, channel {}: {none}", channel.number);
         }
     }
     output.say(

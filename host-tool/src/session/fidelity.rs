@@ -9,12 +9,12 @@ use firmware::control::{Joint, JointSpec, LawSpec};
 use firmware::muscle::choice::grid::LAW_PERIODS_MS;
 use firmware::muscle::choice::{Choice, Share};
 
+use super::Session;
 use super::body::BodySpec;
 use super::error::{Problem, SessionError};
 use super::muscle::Model;
 use super::scene::Needs;
 use super::table::Table;
-use super::Session;
 
 /// Where a session's tolerance stands, and its field.
 const TABLE: &str = "fidelity";
@@ -53,7 +53,8 @@ pub(super) fn settle(root: &Table<'_>, session: &mut Session) -> Result<(), Sess
         let Some(needs) = needs else { continue };
         choices.push(needs.choice.map_err(|none| {
             let (least, number) = (none.least, channel.number);
-            let allowed = format!("{least} or more, as far as the best model of channel {number} errs");
+            let allowed =
+                format!("{least} or more, as far as the best model of channel {number} errs");
             table.out_of_range(FIELD, allowed)
         })?);
     }
@@ -86,7 +87,10 @@ fn fit(session: &mut Session, choices: &[Choice], law_is_given: bool) -> bool {
         return false;
     };
     session.telemetry_ms = telemetry_ms;
-    let mut note = format!("fidelity {}: telemetry every {telemetry_ms} ms", session.tolerance);
+    let mut note = format!(
+        "fidelity {}: telemetry every {telemetry_ms} ms",
+        session.tolerance
+    );
     if let Some(BodySpec::Finger(finger)) = &mut session.body {
         finger.step_us = u32::from(step_ms) * 1000;
         note.push_str(&format!(", finger in steps of {step_ms} ms"));
