@@ -17,10 +17,10 @@ use std::path::PathBuf;
 pub struct ExplainModel {
     /// Session file (TOML)
     session: PathBuf,
-    /// Change of force allowed, in percent of the scene's largest; counts in steps of
-    /// 0.01
-    #[arg(long, default_value_t = 10.0, value_name = "PERCENT")]
-    tolerance: f64,
+    /// Change of force allowed, in percent of the scene's largest, in steps of 0.01;
+    /// the session's own, or else 10, if left out
+    #[arg(long, value_name = "PERCENT")]
+    tolerance: Option<f64>,
 }
 
 /// Runs the command.
@@ -29,8 +29,9 @@ pub struct ExplainModel {
 /// The session; a tolerance that is none (E518) or that no model meets (E553);
 /// a session without a muscle (E554).
 pub fn main(args: &ExplainModel, output: Output) -> anyhow::Result<()> {
-    let tolerance = share(args.tolerance)?;
+    let asked = args.tolerance.map(share).transpose()?;
     let session = Session::load(&args.session)?;
+    let tolerance = asked.unwrap_or(session.tolerance);
     for note in &session.notes {
         eprintln!("note: {note}");
     }
@@ -46,11 +47,7 @@ pub fn main(args: &ExplainModel, output: Output) -> anyhow::Result<()> {
     );
     for (channel, needs) in &all {
         if let Err(none) = needs.choice {
-            bail!(
-                "E553 --tolerance {}, channel {}: {none}",
-                args.tolerance,
-                channel.number
-            );
+            bail!("E553 --tolerance, channel {}: {none}", channel.number);
         }
     }
     output.say(

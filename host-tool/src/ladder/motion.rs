@@ -15,9 +15,9 @@ const ENDS_DEG: [f64; 2] = [20.0, 60.0];
 const DWELL_MS: (f64, f64) = (300.0, 700.0);
 /// Each trial has this many ways to and fro, and is scored from the second on.
 const WAYS: usize = 4;
-/// λ in 1/s, k1, k2 in 1/rad and b in rad/s² of a super-twisting law that suits
-/// the finger at 2 ms (the device's default while these measurements were
-/// laid out), and the cutoff of its differentiator, Hz.
+/// λ in 1/s, k1, k2 in 1/rad and b in rad/s² of the device's law for a joint of whose
+/// wearer nothing is known (`firmware::control::LawSpec::ALONE`), and the cutoff of
+/// its differentiator, Hz.
 const LAW: [f64; 5] = [10.0, 0.08, 1.08, 150.0, 17.0];
 /// Pulse period, µs: 50 Hz, where the finger's torques hold.
 const PERIOD_US: u64 = 20_000;

@@ -10,9 +10,6 @@ use firmware::safety::State;
 use firmware::units::Micros;
 use std::iter;
 
-/// Telemetry period, ms.
-const TELEMETRY_MS: u16 = 10;
-
 /// Longest wait for the outputs to be reported isolated after a stop, µs.
 const STOP_US: u64 = 300_000;
 
@@ -20,7 +17,7 @@ const STOP_US: u64 = 300_000;
 const ACKNOWLEDGE_US: u64 = 300_000;
 
 /// A device that says nothing for so long is lost, µs. It owes telemetry every
-/// [`TELEMETRY_MS`].
+/// 100 ms at least.
 const SILENCE_US: u64 = 1_000_000;
 
 /// Why a session did not run to its end. What was recorded is kept.
@@ -174,7 +171,7 @@ impl<P: Port> Run<'_, P> {
         if self.measures() && self.client.port().glove_deg().is_none() {
             return Err(RunError::NoGlove("this device".to_owned()));
         }
-        self.client.subscribe(TELEMETRY_MS)?;
+        self.client.subscribe(self.session.telemetry_ms)?;
         self.client.arm()?;
         if let Err(stopped) = self.heed() {
             self.client.stop()?;

@@ -140,6 +140,8 @@ pub enum Problem {
     },
     #[error("`{field}` is calcium-force-fatigue, but nothing says how the muscle tires")]
     NoFatigue { field: String },
+    #[error("no channel has a `muscle`, so there is nothing to choose by")]
+    NothingToFit,
 }
 
 impl Problem {
@@ -179,6 +181,7 @@ impl Problem {
             Self::ForceControlled { .. } => 474,
             Self::JointAndWall => 480,
             Self::NoFatigue { .. } => 463,
+            Self::NothingToFit => 464,
         }
     }
 
@@ -219,6 +222,7 @@ impl Problem {
                 "give the muscle `fatigue`; `fatigue = {}` takes the quadriceps' of Ding 2003"
                     .into()
             }
+            Self::NothingToFit => "give the channels a `muscle`, or leave `[fidelity]` out".into(),
             Self::TooSlow { .. } => "raise it, or `wearer.host_timeout_ms`".into(),
             _ => return None,
         })

@@ -11,6 +11,7 @@ mod body;
 mod channel;
 mod decimal;
 mod error;
+mod fidelity;
 mod joint;
 mod muscle;
 pub mod scene;
@@ -25,6 +26,7 @@ use std::path::Path;
 use firmware::control::{JointSpec, SensorSource};
 use firmware::haptics::WallSpec;
 use firmware::link::Request;
+use firmware::muscle::choice::Share;
 use firmware::pulse::GroupSpec;
 use firmware::safety::WearerSpec;
 use toml::de::DeTable;
@@ -65,10 +67,18 @@ pub struct Session {
     pub measure: Option<(u64, u64)>,
     /// The simulated wearer; no matter to a board.
     pub body: Option<BodySpec>,
+    /// How far predicted forces may be from the best model's: what `"auto"` models
+    /// are chosen for.
+    pub tolerance: Share,
+    /// Telemetry period, ms.
+    pub telemetry_ms: u16,
     /// What is played differently from what the file says, for people: a
     /// frequency whose period is no whole number of microseconds.
     pub notes: Vec<String>,
 }
+
+/// Telemetry period unless `[fidelity]` allows another, ms.
+const TELEMETRY_MS: u16 = 10;
 
 /// The longest session file read: what never ends must not fill the memory.
 const LARGEST_BYTES: u64 = 1 << 20;
@@ -123,6 +133,7 @@ impl Session {
             "setpoints",
             "measure",
             "body",
+            "fidelity",
         ])?;
         let title = t.text("title")?.required()?.to_owned();
         let duration = t.within("duration_s", 6, 1_000, MAX_DURATION_US)?;
@@ -142,9 +153,11 @@ impl Session {
             setpoints,
             measure: read_measure(t, duration_us)?,
             body: body::read_body(t)?,
+            tolerance: Share::JUST_NOTICEABLE,
+            telemetry_ms: TELEMETRY_MS,
             notes,
         };
-        scene::settle(&mut session);
+        fidelity::settle(t, &mut session)?;
         Ok(session)
     }
 

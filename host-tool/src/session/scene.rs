@@ -193,22 +193,3 @@ fn ramps(points: &[(u64, u32)]) -> (u32, u32) {
 fn whole_ms(ms: f64) -> u32 {
     ms.min(Scene::UNBROKEN.into()) as u32
 }
-
-/// Gives `"auto"` its meaning in this session: the lowest rung within the
-/// just-noticeable difference of force.
-pub(super) fn settle(session: &mut Session) {
-    let rungs: Vec<Option<Rung>> = session
-        .channels
-        .iter()
-        .map(|channel| {
-            let is_auto = channel.muscle.as_ref()?.model == Model::Auto;
-            let needs = session.needs(channel, Share::JUST_NOTICEABLE)?;
-            is_auto.then_some(needs.rung)
-        })
-        .collect();
-    for (channel, rung) in session.channels.iter_mut().zip(rungs) {
-        if let (Some(muscle), Some(rung)) = (&mut channel.muscle, rung) {
-            muscle.auto = rung;
-        }
-    }
-}
