@@ -39,10 +39,13 @@ const ONE_PULSE: u64 = 1 << 59;
 /// the fastest train of single pulses allowed (200 Hz), and
 /// [`CalciumForceSpec::check_train`] refuses the bursts that pass it; with K ≤ 5 the
 /// sum K + C stays below 32.
-const CALCIUM_MAX: u64 = 24 << 59;
+const CALCIUM_MAX: u64 = (CalciumForce::CALCIUM_END as u64) << 59;
 
 /// The upper word of that.
-pub(super) const CALCIUM_MAX_UPPER: u32 = 24 << 27;
+pub(super) const CALCIUM_MAX_UPPER: u32 = CalciumForce::CALCIUM_END << 27;
+
+/// Shortest and longest τc, µs.
+const TAU_C_US: (u32, u32) = (5_000, 100_000);
 
 /// One muscle's parameters, as a host sends them. Table 4 of Lee 2020 lists
 /// ten subjects' (with τ2 of K06 misprinted: 176 ms, not 17.6).
@@ -156,6 +159,9 @@ impl CalciumForceState {
 }
 
 impl CalciumForce {
+    /// C, in pulses, where the fixed point ends: there it saturates.
+    pub const CALCIUM_END: u32 = 24;
+
     /// Derives the constants of a muscle.
     ///
     /// # Errors
@@ -438,15 +444,17 @@ impl CalciumForceSpec {
         let place = usize::from(burst_count.max(1)).saturating_sub(1);
         let thousandths = PERIODS_PER_TAU.get(place).copied().unwrap_or(0);
         let longest_us = u64::from(period_us).saturating_mul(thousandths.into()) / 1_000;
-        let max = u32::try_from(longest_us).unwrap_or(u32::MAX).min(100_000);
-        within(Parameter::TauC, self.tau_c_us, 5_000, max)
+        let max = u32::try_from(longest_us)
+            .unwrap_or(u32::MAX)
+            .min(TAU_C_US.1);
+        within(Parameter::TauC, self.tau_c_us, TAU_C_US.0, max)
     }
 
     /// Each parameter against its documented range.
     fn check(&self) -> Result<(), OutOfRange> {
         within(Parameter::A, self.a_mn_per_s, 100, 10_000_000)?;
         within(Parameter::K, self.k_micro, 2_000, 5_000_000)?;
-        within(Parameter::TauC, self.tau_c_us, 5_000, 100_000)?;
+        within(Parameter::TauC, self.tau_c_us, TAU_C_US.0, TAU_C_US.1)?;
         within(Parameter::Tau1, self.tau1_us, 2_000, 200_000)?;
         within(Parameter::Tau2, self.tau2_us, 1_000, 1_000_000)
     }

@@ -10,9 +10,6 @@ use firmware::units::Micros;
 use hal_sim::body::muscle::{Parameters, reference};
 use std::path::PathBuf;
 
-/// C, in pulses, where the device's fixed point ends; no train that the device takes
-/// for a muscle comes there.
-const CALCIUM_END: f64 = 24.0;
 /// Rows are written this often, µs.
 const ROW_US: u64 = 10_000;
 
@@ -133,16 +130,17 @@ impl Muscle {
 
     /// Refuses pulses that bring C, eq. (2), to where the fixed point ends.
     fn check_pulses(&self, pulses: &[u64]) -> anyhow::Result<()> {
+        let end = CalciumForce::CALCIUM_END;
         let (mut c, mut last) = (0.0, 0);
         for &at in pulses {
             let passed_ms = (at - last) as f64 * 1e-3; // times rise
             c = c * (-passed_ms / self.tau_c_ms).exp() + 1.0;
             last = at;
-            if c >= CALCIUM_END {
+            if c >= f64::from(end) {
                 let at_s = at as f64 * 1e-6;
                 return Err(WrongUse(format!(
                     "the pulse at {at_s} s brings C to {c:.1}, and the device's fixed point ends \
-                     at {CALCIUM_END}: give fewer at a time, a shorter --tau-c-ms, or --model \
+                     at {end}: give fewer at a time, a shorter --tau-c-ms, or --model \
                      reference"
                 ))
                 .into());

@@ -2,8 +2,8 @@
 
 use super::table::{DISCRETIZATION_NAMES, Key, Quantity, RUNG_NAMES, Row};
 use firmware::muscle::choice::grid::{
-    BURSTS_MS, LAW_PERIODS_MS, LOOP_BURSTS_MS, LOOP_RAMPS_MS, LOOP_RATES_MHZ, PAIRS, RAMPS_MS,
-    RATES_MHZ, SESSIONS_S, STEPS_MS, TELEMETRY_MS, WORK_BURSTS_MS, WORK_RAMPS_MS, WORK_RATES_MHZ,
+    BURSTS_MS, LAW_PERIODS_MS, LOOP_BURSTS_MS, LOOP_RAMPS_MS, LOOP_RATES_MHZ, RAMPS_MS, RATES_MHZ,
+    SESSIONS_S, STEPS_MS, TELEMETRY_MS, WORK_BURSTS_MS, WORK_RAMPS_MS, WORK_RATES_MHZ,
     WORK_SESSIONS_S,
 };
 use serde::Deserialize;
@@ -71,34 +71,12 @@ impl Table {
              /// seven a line, in the order of [`crate::muscle::choice::grid::pair`].\n\
              #[rustfmt::skip]\npub static DYNAMICS: [[[[u16; 3]; 21]; 6]; 7] = [\n",
         );
-        for burst_ms in BURSTS_MS {
-            writeln!(out, "[ // bursts of {burst_ms} ms")?;
-            for ramp_ms in RAMPS_MS {
-                writeln!(out, "  [ // ramps of {ramp_ms} ms")?;
-                let mut row = Vec::with_capacity(PAIRS);
-                for (slow, slowest) in RATES_MHZ.iter().enumerate() {
-                    for fastest in &RATES_MHZ[slow..] {
-                        let key = |rung: &str| Key {
-                            burst_ms: Some(burst_ms),
-                            ramp_ms: Some(ramp_ms),
-                            slowest_mhz: Some(*slowest),
-                            fastest_mhz: Some(*fastest),
-                            ..Key::new(Quantity::Force, rung)
-                        };
-                        let [a, b, c] = [0, 1, 2].map(|i| self.share(key(RUNG_NAMES[i])));
-                        row.push([a?, b?, c?]);
-                    }
-                }
-                for part in row.chunks(7) {
-                    let part: Vec<_> = part.iter().map(|cell| format!("{cell:?}")).collect();
-                    writeln!(out, "    {},", part.join(", "))?;
-                }
-                out.push_str("  ],\n");
-            }
-            out.push_str("],\n");
-        }
-        out.push_str("];\n");
-        Ok(())
+        let errors = |scene: &Key| {
+            let rungs = &RUNG_NAMES[..3];
+            let keys = rungs.iter().map(|rung| scene.of(Quantity::Force, *rung));
+            self.shares(keys)
+        };
+        write_scenes(out, [&BURSTS_MS, &RAMPS_MS, &RATES_MHZ], 7, errors)
     }
 
     fn write_change(&self, out: &mut String) -> anyhow::Result<()> {
@@ -107,33 +85,13 @@ impl Table {
              /// or lag, by burst, ramp and pair of rates, fifteen a line.\n\
              #[rustfmt::skip]\npub static CHANGE: [[[[u16; 2]; 45]; 8]; 9] = [\n",
         );
-        for burst_ms in LOOP_BURSTS_MS {
-            writeln!(out, "[ // bursts of {burst_ms} ms")?;
-            for ramp_ms in LOOP_RAMPS_MS {
-                writeln!(out, "  [ // ramps of {ramp_ms} ms")?;
-                let cell = |(slowest, fastest)| {
-                    let share = |rung: usize| {
-                        self.share(Key {
-                            burst_ms: Some(burst_ms),
-                            ramp_ms: Some(ramp_ms),
-                            slowest_mhz: Some(slowest),
-                            fastest_mhz: Some(fastest),
-                            ..Key::new(Quantity::Change, RUNG_NAMES[rung])
-                        })
-                    };
-                    anyhow::Ok([share(0)?, share(1)?])
-                };
-                let row: Vec<_> = pairs(&LOOP_RATES_MHZ).map(cell).collect::<Result<_, _>>()?;
-                for part in row.chunks(15) {
-                    let part: Vec<_> = part.iter().map(|cell| format!("{cell:?}")).collect();
-                    writeln!(out, "    {},", part.join(", "))?;
-                }
-                out.push_str("  ],\n");
-            }
-            out.push_str("],\n");
-        }
-        out.push_str("];\n");
-        Ok(())
+        let changes = |scene: &Key| {
+            let rungs = &RUNG_NAMES[..2];
+            let keys = rungs.iter().map(|rung| scene.of(Quantity::Change, *rung));
+            self.shares(keys)
+        };
+        let axes = [&LOOP_BURSTS_MS[..], &LOOP_RAMPS_MS, &LOOP_RATES_MHZ];
+        write_scenes(out, axes, 15, changes)
     }
 
     fn write_tiring(&self, out: &mut String) -> anyhow::Result<()> {
@@ -143,35 +101,20 @@ impl Table {
              /// time at work.\n\
              #[rustfmt::skip]\npub static TIRING: [[[[u16; 7]; 28]; 2]; 7] = [\n",
         );
-        for burst_ms in WORK_BURSTS_MS {
-            writeln!(out, "[ // bursts of {burst_ms} ms")?;
-            for ramp_ms in WORK_RAMPS_MS {
-                writeln!(out, "  [ // ramps of {ramp_ms} ms")?;
-                let cell = |(slowest, fastest)| {
-                    let share = |session_s| {
-                        self.share(Key {
-                            burst_ms: Some(burst_ms),
-                            ramp_ms: Some(ramp_ms),
-                            slowest_mhz: Some(slowest),
-                            fastest_mhz: Some(fastest),
-                            session_s: Some(session_s),
-                            ..Key::new(Quantity::Tiring, RUNG_NAMES[2])
-                        })
-                    };
-                    let times = WORK_SESSIONS_S.into_iter().map(share);
-                    let row: Vec<_> = times.collect::<anyhow::Result<_>>()?;
-                    anyhow::Ok(format!("{row:?}"))
-                };
-                let row: Vec<_> = pairs(&WORK_RATES_MHZ).map(cell).collect::<Result<_, _>>()?;
-                for two in row.chunks(2) {
-                    writeln!(out, "    {},", two.join(", "))?;
-                }
-                out.push_str("  ],\n");
-            }
-            out.push_str("],\n");
-        }
-        out.push_str("];\n");
-        Ok(())
+        let changes = |scene: &Key| {
+            let keys = WORK_SESSIONS_S.iter().map(|&session_s| Key {
+                session_s: Some(session_s),
+                ..scene.of(Quantity::Tiring, RUNG_NAMES[2])
+            });
+            self.shares(keys)
+        };
+        let axes = [&WORK_BURSTS_MS[..], &WORK_RAMPS_MS, &WORK_RATES_MHZ];
+        write_scenes(out, axes, 2, changes)
+    }
+
+    /// [`Self::share`] of each.
+    fn shares(&self, keys: impl Iterator<Item = Key>) -> anyhow::Result<Vec<u16>> {
+        keys.map(|key| self.share(key)).collect()
     }
 
     fn write_fatigue(&self, out: &mut String) -> anyhow::Result<()> {
@@ -263,6 +206,38 @@ impl Table {
         out.push_str("];\n");
         Ok(())
     }
+}
+
+/// The rest of a table of scenes, by burst, ramp and pair of rates, so many cells a
+/// line: `cell` gives those of a scene.
+fn write_scenes(
+    out: &mut String,
+    [bursts, ramps, rates]: [&[u32]; 3],
+    per_line: usize,
+    cell: impl Fn(&Key) -> anyhow::Result<Vec<u16>>,
+) -> anyhow::Result<()> {
+    for &burst_ms in bursts {
+        writeln!(out, "[ // bursts of {burst_ms} ms")?;
+        for &ramp_ms in ramps {
+            writeln!(out, "  [ // ramps of {ramp_ms} ms")?;
+            let scenes = pairs(rates).map(|(slowest, fastest)| Key {
+                burst_ms: Some(burst_ms),
+                ramp_ms: Some(ramp_ms),
+                slowest_mhz: Some(slowest),
+                fastest_mhz: Some(fastest),
+                ..Key::new(Quantity::Force, "")
+            });
+            let cells = scenes.map(|scene| Ok(format!("{:?}", cell(&scene)?)));
+            let cells: Vec<String> = cells.collect::<anyhow::Result<_>>()?;
+            for line in cells.chunks(per_line) {
+                writeln!(out, "    {},", line.join(", "))?;
+            }
+            out.push_str("  ],\n");
+        }
+        out.push_str("],\n");
+    }
+    out.push_str("];\n");
+    Ok(())
 }
 
 /// All pairs of some rates, in the order of `grid::pair`.

@@ -56,6 +56,16 @@ impl Key {
             candidate: candidate.into(),
         }
     }
+
+    /// Another quantity and candidate in the same scene.
+    #[must_use]
+    pub fn of(&self, quantity: Quantity, candidate: impl Into<String>) -> Self {
+        Self {
+            quantity,
+            candidate: candidate.into(),
+            ..self.clone()
+        }
+    }
 }
 
 /// One measurement, in percent of the scene's peak, to four decimals.
