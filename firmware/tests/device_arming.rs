@@ -1,9 +1,7 @@
 //! Arming, sessions and mailboxes: what a refusal leaves behind must never
 //! decide what happens next.
 
-mod device_desk;
-
-use device_desk::*;
+use crate::device_desk::*;
 use firmware::link::{Code, Event, Request, SCHEMA};
 use firmware::safety::{Fault, FaultRecord, State, StopCause};
 use firmware::units::Micros;

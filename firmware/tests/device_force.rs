@@ -1,8 +1,6 @@
 //! Force control on the whole device: pulses, refusals, silence.
 
-mod device_desk;
-
-use device_desk::*;
+use crate::device_desk::*;
 use firmware::control::{
     ForceControl, ForceSpec, HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource,
 };

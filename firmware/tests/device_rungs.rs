@@ -1,17 +1,12 @@
 //! Muscles in the device: each emitted pulse reaches its model at its own
 //! microsecond, and the rung changes under way without a step in force.
 
-mod device_desk;
-#[path = "muscle_ladder/twins.rs"]
-#[expect(dead_code, reason = "only one of the twins is needed here")]
-mod twins;
-
-use device_desk::*;
+use crate::device_desk::*;
+use crate::muscle_ladder::twins::{self, Muscle, Pulse, Tiring};
 use firmware::link::{Code, Request, Telemetry};
 use firmware::muscle::{CalciumForceSpec, FatigueSpec, MuscleSpec, RecruitmentSpec, Rung};
 use firmware::pulse::TrainSpec;
 use firmware::units::{Amplitude, Micros};
-use twins::{Muscle, Pulse, Tiring};
 
 /// The clock wraps while the trains run.
 const BOOT: Micros = Micros(u32::MAX - 700_000);

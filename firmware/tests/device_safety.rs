@@ -1,8 +1,6 @@
 //! What the pins may do, judged from what came out and from nothing else.
 
-mod device_desk;
-
-use device_desk::*;
+use crate::device_desk::*;
 use firmware::link::{Code, Event, Request};
 use firmware::pulse::{GroupSpec, Levels, Partner, Shape, State as Line, TrainSpec};
 use firmware::safety::{ChannelSpec, Fault, State, StopCause, WearerSpec};

@@ -1,9 +1,7 @@
 //! The virtual wall on the device: how it is configured and refused, what it
 //! puts out, and what ends it.
 
-mod device_desk;
-
-use device_desk::*;
+use crate::device_desk::*;
 use firmware::control::{HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
 use firmware::haptics::{CoContraction, PreWall, Side, WallSpec};
 use firmware::link::{Code, Event, Request, Telemetry};

@@ -2,7 +2,7 @@
 //! every subject, rate and pulse timing, against a floating-point reference
 //! that itself is held to the golden solution.
 //!
-//! `cargo test --release -p firmware --test muscle_accuracy -- --nocapture`
+//! `cargo test -p firmware --test suite muscle_accuracy -- --nocapture`
 //! prints the table of errors; adding `--ignored` prints the cost of a tick.
 
 use firmware::muscle::{CalciumForce, CalciumForceSpec, CalciumForceState, Gain};

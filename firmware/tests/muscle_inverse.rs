@@ -1,6 +1,6 @@
 //! The inverse muscle model against the model that it inverts.
 //!
-//! `cargo test --release -p firmware --test muscle_inverse -- --nocapture`
+//! `cargo test -p firmware --test suite muscle_inverse -- --nocapture`
 //! prints the errors. Against another model's muscles: `hal-sim`.
 
 use firmware::muscle::{

@@ -6,109 +6,106 @@
 //! is the time until two NOPs later, less those two. Where the manual gives a
 //! range (pipeline refill, division) so does the row.
 
-mod chip_cycles {
-    pub mod address;
-    pub mod branches;
-    pub mod conditional;
-    pub mod data;
-    pub mod fpu;
-    pub mod fpu_results;
-    pub mod loads;
-    pub mod multiple;
-    pub mod stores;
+mod address;
+mod branches;
+mod conditional;
+mod data;
+mod fpu;
+mod fpu_results;
+mod loads;
+mod multiple;
+mod stores;
 
-    /// One sequence.
-    pub struct Row {
-        pub name: &'static str,
-        /// In unified syntax; branch targets relative to the instruction + 4.
-        pub assembly: &'static str,
-        /// As llvm-mc encodes it.
-        pub code: &'static [u16],
-        /// Instructions executed: less than written where it branches away.
-        pub steps: u32,
-        pub cycles: Cycles,
-        pub rule: Rule,
-    }
-
-    /// Fewest and most cycles by the manual.
-    #[derive(Clone, Copy, Debug)]
-    pub struct Cycles(pub u64, pub u64);
-
-    pub const fn exactly(n: u64) -> Cycles {
-        Cycles(n, n)
-    }
-
-    pub const fn between(low: u64, high: u64) -> Cycles {
-        Cycles(low, high)
-    }
-
-    /// What in the manual a row rests on.
-    #[derive(Clone, Copy, Debug)]
-    pub enum Rule {
-        /// Table 3-1: cycles of the instructions, added up.
-        Table,
-        /// Table 3-2: every DSP instruction takes one.
-        Dsp,
-        /// Table 3-1: 2 to 12, by leading zeros and ones of the operands.
-        Divide,
-        /// 3.3.3: a literal's load may meet a fetch.
-        Literal,
-        /// 3.3.3: a load or store right after a load is one cycle shorter,
-        /// unless its address needs what was loaded.
-        Pipelined,
-        /// Not said whether a base written back counts as loaded.
-        Writeback,
-        /// 3.3.3: one cycle more on a half-word or byte-aligned half-word, two
-        /// on a byte-aligned word.
-        Unaligned,
-        /// 3.3.3: a store with an immediate offset takes one.
-        Store,
-        /// 3.3.3: nothing is pipelined after a store.
-        AfterStore,
-        /// Not said whether such a store waits for its address.
-        StoreThrough,
-        /// Both said: more cycles for unaligned stores, and that the write
-        /// buffer hides them.
-        UnalignedStore,
-        /// 3.3.3: an address made by the data processing instruction right
-        /// before costs a cycle.
-        Address,
-        /// 3.3.3: two words together take three; not pipelined around.
-        Double,
-        /// Table 3-1: 1 + N; 3.3.3: not pipelined around.
-        Multiple,
-        /// Table 3-1: a branch that is not taken takes one.
-        NotTaken,
-        /// Table 3-1: P, a pipeline refill, is 1 to 3.
-        Refill,
-        /// 3.3.3: two for the load and three for the refill.
-        LoadPc,
-        /// 3.3.3: two for the load, one for the sum, three for the refill.
-        TableBranch,
-        /// Table 3-1: DMB and DSB need not wait, ISB refills.
-        Barrier,
-        /// Table 3-1: 1 or 2.
-        Special,
-        /// Table 3-1: IT takes one or is folded; what is not done takes one.
-        It,
-        /// Table 7-1: cycles of the instructions, added up.
-        Fpu,
-        /// 7.2.3: arithmetic, multiply-accumulate and conversion take one more
-        /// if the next instruction consumes the result; nothing else does.
-        Consumed,
-        /// 7.2.3: a multiply-accumulate needs its addend one cycle later.
-        Addend,
-        /// Table 7-1 says 3; not said whether integer instructions after it wait.
-        MacAlone,
-        /// 7.2.3: VDIV and VSQRT take one cycle until the next floating-point
-        /// instruction, which waits for their 14.
-        OutOfOrder,
-    }
-}
-
-use chip_cycles::{Cycles, Row};
 use hal_sim::chip::cpu::flat::Flat;
 use hal_sim::chip::cpu::{Cpu, Size};
+
+/// One sequence.
+pub struct Row {
+    pub name: &'static str,
+    /// In unified syntax; branch targets relative to the instruction + 4.
+    pub assembly: &'static str,
+    /// As llvm-mc encodes it.
+    pub code: &'static [u16],
+    /// Instructions executed: less than written where it branches away.
+    pub steps: u32,
+    pub cycles: Cycles,
+    pub rule: Rule,
+}
+
+/// Fewest and most cycles by the manual.
+#[derive(Clone, Copy, Debug)]
+pub struct Cycles(pub u64, pub u64);
+
+pub const fn exactly(n: u64) -> Cycles {
+    Cycles(n, n)
+}
+
+pub const fn between(low: u64, high: u64) -> Cycles {
+    Cycles(low, high)
+}
+
+/// What in the manual a row rests on.
+#[derive(Clone, Copy, Debug)]
+pub enum Rule {
+    /// Table 3-1: cycles of the instructions, added up.
+    Table,
+    /// Table 3-2: every DSP instruction takes one.
+    Dsp,
+    /// Table 3-1: 2 to 12, by leading zeros and ones of the operands.
+    Divide,
+    /// 3.3.3: a literal's load may meet a fetch.
+    Literal,
+    /// 3.3.3: a load or store right after a load is one cycle shorter,
+    /// unless its address needs what was loaded.
+    Pipelined,
+    /// Not said whether a base written back counts as loaded.
+    Writeback,
+    /// 3.3.3: one cycle more on a half-word or byte-aligned half-word, two
+    /// on a byte-aligned word.
+    Unaligned,
+    /// 3.3.3: a store with an immediate offset takes one.
+    Store,
+    /// 3.3.3: nothing is pipelined after a store.
+    AfterStore,
+    /// Not said whether such a store waits for its address.
+    StoreThrough,
+    /// Both said: more cycles for unaligned stores, and that the write
+    /// buffer hides them.
+    UnalignedStore,
+    /// 3.3.3: an address made by the data processing instruction right
+    /// before costs a cycle.
+    Address,
+    /// 3.3.3: two words together take three; not pipelined around.
+    Double,
+    /// Table 3-1: 1 + N; 3.3.3: not pipelined around.
+    Multiple,
+    /// Table 3-1: a branch that is not taken takes one.
+    NotTaken,
+    /// Table 3-1: P, a pipeline refill, is 1 to 3.
+    Refill,
+    /// 3.3.3: two for the load and three for the refill.
+    LoadPc,
+    /// 3.3.3: two for the load, one for the sum, three for the refill.
+    TableBranch,
+    /// Table 3-1: DMB and DSB need not wait, ISB refills.
+    Barrier,
+    /// Table 3-1: 1 or 2.
+    Special,
+    /// Table 3-1: IT takes one or is folded; what is not done takes one.
+    It,
+    /// Table 7-1: cycles of the instructions, added up.
+    Fpu,
+    /// 7.2.3: arithmetic, multiply-accumulate and conversion take one more
+    /// if the next instruction consumes the result; nothing else does.
+    Consumed,
+    /// 7.2.3: a multiply-accumulate needs its addend one cycle later.
+    Addend,
+    /// Table 7-1 says 3; not said whether integer instructions after it wait.
+    MacAlone,
+    /// 7.2.3: VDIV and VSQRT take one cycle until the next floating-point
+    /// instruction, which waits for their 14.
+    OutOfOrder,
+}
 
 const CODE: u32 = Flat::FLASH + 0x100;
 /// Where `lr`, a popped and a loaded PC point: NOPs, aligned.
@@ -117,7 +114,6 @@ const NOP: u16 = 0xBF00;
 const NOPS: u32 = 2;
 
 fn all() -> impl Iterator<Item = &'static Row> {
-    use chip_cycles::*;
     [
         data::ROWS,
         loads::ROWS,

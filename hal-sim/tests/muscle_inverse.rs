@@ -1,7 +1,7 @@
 //! The firmware's inverse muscle model on the simulator's own muscles, which
 //! share no code with it.
 //!
-//! `cargo test --release -p hal-sim --test muscle_inverse -- --nocapture`
+//! `cargo test -p hal-sim --test suite muscle_inverse -- --nocapture`
 //! prints the errors: steady force of ten subjects, and force that changes.
 
 use firmware::muscle::{CalciumForceSpec, Inverse, Recruitment, RecruitmentSpec};

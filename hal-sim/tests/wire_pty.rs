@@ -1,5 +1,4 @@
 //! The pseudo-terminal as a host sees it.
-#![cfg(unix)]
 
 use std::fs::{File, OpenOptions};
 use std::io::{ErrorKind, Read, Write};

@@ -1,6 +1,5 @@
 //! What bad input gets from the `flexor` program: an exit code, a number, a
 //! sentence that says what to do, and the record up to that moment.
-#![cfg(unix)]
 
 use hal_sim::wire::pty::PtyWire;
 use host_tool::link::{Client, TcpPort};

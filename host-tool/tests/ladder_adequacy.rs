@@ -1,6 +1,6 @@
 //! The choice of a muscle model on scenes that nobody measured, in closed loop.
 //!
-//! `cargo test --release -p host-tool --test ladder_adequacy -- --nocapture`
+//! `cargo test -p host-tool --test suite ladder_adequacy -- --nocapture`
 //! prints every scene that breaks a half of the promise.
 
 use firmware::muscle::choice::{Share, choose, grid};

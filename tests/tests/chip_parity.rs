@@ -1,13 +1,9 @@
 //! The flashed image on the chip simulator and the device code in this process
 //! do the same: one session, edge by edge, code by code, message by message.
 
-#[path = "qemu_parity/session.rs"]
-mod session;
-mod chip_parity {
-    pub mod watched;
-}
+mod watched;
 
-use chip_parity::watched::{Served, Watched};
+use crate::qemu_parity::session::{BOOT, Step, channel_spec, thirty_seconds};
 use firmware::device::Identity;
 use firmware::device::lockstep::{Lockstep, Sensors, Sink};
 use firmware::link::message::ResetCause;
@@ -19,8 +15,8 @@ use hal_sim::body::Drive;
 use hal_sim::chip::soc::Pace;
 use hal_sim::trace::{self, Edge, State, Trace};
 use hal_sim::world::Output;
-use session::{BOOT, Step, channel_spec, thirty_seconds};
 use std::time::Instant;
+use watched::{Served, Watched};
 
 /// Everything that a device put out.
 #[derive(Default)]

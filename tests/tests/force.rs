@@ -1,7 +1,7 @@
 //! Force control end to end: a session file, the whole device, its pins, and
 //! the simulator's own muscles on them, which share no code with the device.
 //!
-//! `cargo test --release -p tests --test force -- --nocapture` prints how well
+//! `cargo test -p tests --test suite force -- --nocapture` prints how well
 //! ten subjects' forces follow. No evidence about people: the device knows each
 //! muscle's parameters exactly.
 

@@ -1,16 +1,13 @@
 //! A short fuzz on the stable compiler: the functions that the libFuzzer
 //! targets run, on the committed corpus and on seeded mutations of it.
 //!
-//! `RENEW_CORPUS=1 cargo test --release -p tests --test fuzz_short` writes the
+//! `RENEW_CORPUS=1 cargo test --release -p tests fuzz_short` writes the
 //! seeds again after a change of the messages.
 
-mod fuzz_short {
-    pub mod mutate;
-    pub mod seeds;
-}
+mod mutate;
+mod seeds;
 
-use fuzz_short::mutate::Mutator;
-use fuzz_short::seeds;
+use mutate::Mutator;
 use std::panic::catch_unwind;
 use std::path::{Path, PathBuf};
 use tests::fuzz;

@@ -2,9 +2,7 @@
 //! replayed on the device code in this process and in QEMU, gives the same
 //! levels, DAC codes and bytes at the same microseconds, `Hello` included.
 
-mod qemu_parity {
-    pub mod session;
-}
+pub mod session;
 
 use firmware::device::Identity;
 use firmware::device::lockstep::port::MAX_PIECE;
@@ -17,7 +15,7 @@ use firmware::units::{DacCode, Micros};
 use hal_sim::images::Image;
 use hal_sim::lockstep::Device;
 use hal_sim::qemu::Qemu;
-use qemu_parity::session::{BOOT, Step, thirty_seconds};
+use session::{BOOT, Step, thirty_seconds};
 use std::path::Path;
 use std::time::Instant;
 

@@ -2,8 +2,8 @@
 //! shrinking steps around the best, judged on 12 random wearers, one- and two-point; then
 //! shown on 40 other wearers that played no part.
 
-use crate::plant::{Finger, Random};
-use crate::trial::{Points, Wire, run, spec};
+use crate::control_finger::plant::{Finger, Random};
+use crate::control_finger::trial::{Points, Wire, run, spec};
 use firmware::control::{Joint, LawSpec};
 
 /// A family of laws: bounds of each gain, and what to build from them. The last

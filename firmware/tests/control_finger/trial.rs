@@ -1,6 +1,6 @@
 //! One 30 s trial of Hamana 2022 experiment 4 with the device's own joint code.
 
-use crate::plant::{Body, Finger, Random, STEP_S};
+use crate::control_finger::plant::{Body, Finger, Random, STEP_S};
 use firmware::control::{
     HoldPolicy, Joint, JointSpec, JointState, LawSpec, PointSpec, SensorSource,
 };

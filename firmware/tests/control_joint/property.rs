@@ -1,6 +1,6 @@
 //! Every accepted spec, fed with anything.
 
-use crate::{degrees, point};
+use crate::control_joint::{degrees, point};
 use firmware::control::super_twisting::Twist;
 use firmware::control::{
     HoldPolicy, Joint, JointSpec, JointState, LawSpec, PointSpec, SensorSource,

@@ -1,6 +1,6 @@
 //! What a spec may not say, and its way over the wire.
 
-use crate::{point, two_point};
+use crate::control_joint::{point, two_point};
 use firmware::control::{
     HoldPolicy, Joint, JointSpec, LawSpec, PointSpec, SensorSource, SpecError, SpecField,
 };

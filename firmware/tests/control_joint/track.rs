@@ -1,6 +1,6 @@
 //! Setpoints: hold, extrapolation, order and wrapping time.
 
-use crate::{degrees, two_point};
+use crate::control_joint::{degrees, two_point};
 use firmware::control::setpoint::{HORIZON_US, SetpointTrack};
 use firmware::control::{HoldPolicy, Joint, JointState, LawSpec, SetpointError};
 use firmware::units::{AngularRate, Micros};

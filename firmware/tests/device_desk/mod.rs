@@ -1,5 +1,4 @@
 //! A board on a desk: sends requests, keeps everything that comes out.
-#![allow(dead_code)] // every test file uses its own part
 
 use firmware::device::Identity;
 use firmware::device::lockstep::{Lockstep, Sensors, Sink};

@@ -1,7 +1,7 @@
 //! Random hosts, wearers and moments.
 
-use super::device_desk::*;
 use super::walls::wall;
+use crate::device_desk::*;
 use firmware::control::{ForceSpec, HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
 use firmware::link::Request;
 use firmware::muscle::{CalciumForceSpec, FatigueSpec, MuscleSpec, RecruitmentSpec, Rung};

@@ -1,6 +1,6 @@
 //! What an observer of pins, requests and answers holds a device to.
 
-use super::device_desk::*;
+use crate::device_desk::*;
 use firmware::link::{Event, Request};
 use firmware::pulse::{CHANNELS, Levels, State as Line};
 use proptest::prelude::*;

@@ -26,7 +26,7 @@ struct Suite {
 
 /// Every test of the workspace.
 pub(super) fn run(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
-    let arguments = ["test", "--release", "--workspace", "--no-fail-fast"];
+    let arguments = ["test", "--workspace", "--no-fail-fast"];
     let finished = execute(at, console, "cargo", &arguments)?;
     let mut report = sum_up(&parse(&finished.lines));
     if !finished.success && report.failed == 0 {

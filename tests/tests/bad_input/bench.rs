@@ -147,7 +147,10 @@ impl Bench {
     pub fn ten_muscles_armed() -> Self {
         let mut bench = Self::with_channels(10);
         for c in 0..10 {
-            bench.client.muscle(c, crate::setup::MUSCLE).unwrap();
+            bench
+                .client
+                .muscle(c, crate::bad_input::setup::MUSCLE)
+                .unwrap();
         }
         bench.client.arm().unwrap();
         bench

@@ -1,8 +1,8 @@
 //! Force control's requests, and what arming makes of them.
 
-use crate::bench::{Bench, LIMIT, channel};
-use crate::setup;
-use crate::table::{Expect, Field, Row, refused, row};
+use crate::bad_input::bench::{Bench, LIMIT, channel};
+use crate::bad_input::setup;
+use crate::bad_input::table::{Expect, Field, Row, refused, row};
 use firmware::control::{ForceControl, ForceSpec, HoldPolicy};
 use firmware::link::{Code, Request};
 use firmware::muscle::{MuscleSpec, Recruitment, RecruitmentSpec};

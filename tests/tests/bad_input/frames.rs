@@ -1,7 +1,7 @@
 //! Bytes that are no request, and requests that come from the wrong host or
 //! all at once. The owner of the session goes on undisturbed.
 
-use crate::bench::{Bench, Heard, exchange, world};
+use crate::bad_input::bench::{Bench, Heard, exchange, world};
 use firmware::link::{Code, Decoder, FrameError, MAX_FRAME, Request, SCHEMA, encode};
 use firmware::pulse::{GroupSpec, Partner};
 use firmware::safety::State;

@@ -1,7 +1,7 @@
 //! The joint's request: law, mapping, sensor.
 
-use crate::bench::{Bench, joint};
-use crate::table::{Expect, Field, Row, refused, row};
+use crate::bad_input::bench::{Bench, joint};
+use crate::bad_input::table::{Expect, Field, Row, refused, row};
 use firmware::control::{HoldPolicy, JointSpec, LawSpec, SensorSource};
 use firmware::link::{Code, Request};
 use firmware::units::Amplitude;

@@ -1,9 +1,9 @@
 //! Requests whose answer depends on the state: arming, starting, setpoints,
 //! measurements, telemetry, a second host.
 
-use crate::bench::{Bench, LIMIT, channel};
-use crate::setup;
-use crate::table::{Expect, Field, Row, refused, row};
+use crate::bad_input::bench::{Bench, LIMIT, channel};
+use crate::bad_input::setup;
+use crate::bad_input::table::{Expect, Field, Row, refused, row};
 use firmware::link::{Code, Request, SCHEMA};
 use firmware::muscle::{FatigueSpec, MuscleSpec, Rung};
 use firmware::safety::{StageSpec, WearerSpec};
@@ -279,7 +279,7 @@ fn angle_rows() -> Vec<Row> {
     /// Angles from 0.011° to 89.989°, which no hundredth of a degree meets.
     fn odd_range() -> Bench {
         let mut bench = Bench::draft();
-        let mut spec = crate::bench::joint(firmware::control::SensorSource::Host);
+        let mut spec = crate::bad_input::bench::joint(firmware::control::SensorSource::Host);
         (spec.angle_min_mdeg, spec.angle_max_mdeg) = (-89_989, -11);
         bench.client.joint(spec).unwrap();
         bench.client.arm().unwrap();

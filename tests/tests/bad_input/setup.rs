@@ -1,7 +1,7 @@
 //! Requests that configure: wearer, channels, groups, sync, muscles.
 
-use crate::bench::{Bench, channel, wearer};
-use crate::table::{Expect, Field, Row, refused, row};
+use crate::bad_input::bench::{Bench, channel, wearer};
+use crate::bad_input::table::{Expect, Field, Row, refused, row};
 use firmware::link::{Code, Request};
 use firmware::muscle::{CalciumForceSpec, FatigueSpec, MuscleSpec, RecruitmentSpec, Rung};
 use firmware::pulse::{GroupSpec, Partner, Shape};

@@ -1,6 +1,6 @@
 //! The table of requests: what each gets, and that a refusal changes nothing.
 
-use crate::bench::{Bench, LIMIT};
+use crate::bad_input::bench::{Bench, LIMIT};
 use firmware::link::{Code, Request};
 use firmware::safety::State;
 use firmware::units::Amplitude;

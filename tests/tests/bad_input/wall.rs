@@ -1,7 +1,7 @@
 //! The virtual wall's request.
 
-use crate::bench::{Bench, LIMIT};
-use crate::table::{Field, Row, refused, row};
+use crate::bad_input::bench::{Bench, LIMIT};
+use crate::bad_input::table::{Field, Row, refused, row};
 use firmware::control::SensorSource;
 use firmware::haptics::{CoContraction, PreWall, Side, WallSpec};
 use firmware::link::{Code, Request};

@@ -1,13 +1,11 @@
 //! Random hosts, wearers and moments against a whole device: it never panics,
 //! and an observer of pins, requests and answers never sees a promise broken.
 
-#[path = "../device_desk/mod.rs"]
-mod device_desk;
 mod hosts;
 mod judges;
 mod walls;
 
-use device_desk::*;
+use crate::device_desk::*;
 use firmware::link::{Request, SCHEMA};
 use firmware::pulse::Levels;
 use firmware::units::Micros;

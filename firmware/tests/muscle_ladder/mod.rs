@@ -1,13 +1,13 @@
 //! The rungs of the ladder against their f64 twins and against the model they
 //! stand in for, and the change from one to another.
 //!
-//! `cargo test --release -p firmware --test muscle_ladder -- --nocapture`
+//! `cargo test -p firmware --test suite muscle_ladder -- --nocapture`
 //! prints every error.
 
 mod against_twins;
 mod exact_pulses;
 mod switching;
-mod twins;
+pub mod twins;
 
 use firmware::muscle::{CalciumForceSpec, FatigueSpec, Gain, Ladder, LadderState, Model, Rung};
 use firmware::units::Micros;

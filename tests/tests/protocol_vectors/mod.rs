@@ -1,6 +1,6 @@
 //! Holds docs/protocol.md and docs/protocol_vectors.json to the code.
 //!
-//! `FLEXOR_OVERWRITE=1 cargo test --release -p tests --test protocol_vectors`
+//! `FLEXOR_OVERWRITE=1 cargo test -p tests --test suite protocol_vectors`
 //! rewrites the vectors and the marked blocks of protocol.md; the tables of
 //! types are written by people and only checked here.
 

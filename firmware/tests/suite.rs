@@ -1,0 +1,21 @@
+//! The device's tests, one program: a room each.
+
+mod control_feed_forward;
+mod control_finger;
+mod control_joint;
+mod control_laws;
+mod device_arming;
+mod device_desk;
+mod device_force;
+mod device_fuzz;
+mod device_rungs;
+mod device_safety;
+mod device_wall;
+mod haptics_wall;
+mod methods_control;
+mod methods_muscle;
+mod muscle_accuracy;
+mod muscle_inverse;
+mod muscle_ladder;
+mod muscle_properties;
+mod muscle_recruitment;

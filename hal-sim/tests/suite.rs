@@ -1,0 +1,16 @@
+//! The simulators' tests, one program: a room each.
+
+mod body_elbow;
+mod body_finger;
+mod body_muscle;
+mod chip_bench;
+mod chip_cycles;
+mod chip_image;
+mod muscle_inverse;
+mod trace_file;
+mod trace_million;
+mod trace_scheduler;
+mod trace_vcd;
+#[cfg(unix)]
+mod wire_pty;
+mod wire_tcp;

@@ -1,0 +1,21 @@
+//! The host program's tests, one program: a room each.
+
+mod accuracy_study;
+#[cfg(unix)]
+mod bad_input_cli;
+mod chip_cli;
+mod control_campaign;
+mod control_twin;
+mod explain_model;
+mod harris_wall;
+mod ladder_adequacy;
+mod ladder_table;
+mod link_native;
+mod live_frame;
+mod live_lines;
+mod muscle_cli;
+mod report_page;
+mod run_cut_short;
+mod run_rungs;
+mod session_errors;
+mod session_files;

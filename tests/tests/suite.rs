@@ -1,0 +1,21 @@
+//! Tests across packages, one program: a room each.
+
+mod accuracy;
+mod bad_input;
+mod chip_faults;
+mod chip_latency;
+mod chip_numbers;
+mod chip_parity;
+mod chip_patterns;
+mod cycles;
+mod device_numbers;
+mod device_stops;
+mod edges;
+mod fidelity;
+mod force;
+mod fuzz_short;
+mod maps;
+mod million_pulses;
+mod protocol_vectors;
+mod qemu_instructions;
+mod qemu_parity;
