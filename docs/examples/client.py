@@ -127,7 +127,8 @@ def unframe(data):
 
 REQUESTS = (
     "Hello KeepAlive Status Clear Wearer Channel Groups Sync Muscle Joint Arm "
-    "Start Stop Acknowledge Amplitudes Angle Measurement Subscribe"
+    "Start Stop Acknowledge Amplitudes Angle Measurement Subscribe Wall "
+    "ForceControl Force Rung SimulateTrigger"
 ).split()
 SHAPES = (
     "BiphasicCathodicFirst BiphasicAnodicFirst MonophasicCathodic "
