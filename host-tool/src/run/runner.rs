@@ -210,11 +210,8 @@ impl<P: Port> Run<'_, P> {
     fn stream(&mut self) -> Result<(), RunError> {
         let begin = self.epoch_us;
         let end = begin + self.session.duration_us;
-        let mut asked_us = 0;
         for index in 1.. {
             let due = self.session.setpoints.due_us(index);
-            self.trigger(asked_us, due);
-            asked_us = due;
             self.listen((begin + due).min(end))?;
             if begin + due >= end {
                 break;
@@ -259,17 +256,6 @@ impl<P: Port> Run<'_, P> {
             self.client.post(setpoint.request(at))?;
         }
         Ok(())
-    }
-
-    /// Asks a simulated trigger input for its edges of `from..to`, µs after the
-    /// start. A board has a real one.
-    fn trigger(&mut self, from: u64, to: u64) {
-        let begin = self.epoch_us;
-        if let (Some(trigger), Some(world)) = (&self.session.trigger, self.client.port().world()) {
-            for at in trigger.between(from, to) {
-                world.trigger(begin + at);
-            }
-        }
     }
 
     fn measures(&self) -> bool {

@@ -205,7 +205,7 @@ impl<O: Observer> Board<O> {
         self.around
             .sense(sensors, self.cpu.cycle)
             .map_err(|what| self.explain(what.at(&self.cpu)))?;
-        if let Some(at) = sensors.trigger.filter(|at| at.is_before(to)) {
+        if let Some(at) = sensors.trigger {
             // The edge at its microsecond, the level low again 2 µs later.
             for (high, at) in [(true, at), (false, at.plus(2))] {
                 if at.since(Micros(self.now_us as u32)) < 0 {
