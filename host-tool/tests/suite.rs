@@ -8,12 +8,16 @@ mod control_campaign;
 mod control_twin;
 mod explain_model;
 mod harris_wall;
+#[cfg(unix)]
+mod interruptions;
 mod ladder_adequacy;
 mod ladder_table;
 mod link_native;
 mod live_frame;
 mod live_lines;
 mod muscle_cli;
+#[cfg(unix)]
+mod record_identity;
 mod report_page;
 mod run_cut_short;
 mod run_rungs;

@@ -6,8 +6,11 @@
 
 mod device;
 mod file;
+mod identity;
+mod interruption;
 mod observer;
 mod profile;
+mod recorded;
 mod runner;
 mod trial;
 
@@ -15,7 +18,10 @@ pub use device::{
     ChipError, ChipOptions, DeviceName, OpenError, chip_image, on_chip, power_on, simulated,
 };
 pub use file::SessionFile;
+pub use identity::{device_kind, identity};
+pub use interruption::heeding;
 pub use observer::{Observer, Seen, Wish};
 pub use profile::{Booted, ProfileError, Profiled, profile};
+pub use recorded::{BeginError, Recorded, TrialPlace, record};
 pub use runner::{Outcome, RunError, acknowledge, run};
 pub use trial::{begin_trial, edges_between, edges_of_one_period, event, sample};
