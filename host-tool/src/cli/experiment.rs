@@ -62,13 +62,19 @@ fn harris_wall(args: &HarrisWall, output: Output) -> anyhow::Result<()> {
         ..Run::default()
     };
     write_run(dir, &record)?;
-    let error = scenarios(dir, args, &interruption, &mut record.trials, &bar)?;
-    if let Some(error) = error {
-        bar.finish();
-        return Err(interrupt::conclude(dir, record, &command, error.into()));
+    let cut_short = scenarios(dir, args, &interruption, &mut record.trials, &bar)?;
+    let mut drawn = Vec::new();
+    if cut_short.is_none() {
+        drawn = harris_wall::drawn(args.arms, args.seed, &mut |part| {
+            bar.set(0.2 + 0.8 * part);
+            interruption.asked().is_none()
+        })?;
     }
-    let drawn = harris_wall::drawn(args.arms, args.seed, &mut |part| bar.set(0.2 + 0.8 * part))?;
     bar.finish();
+    let ended = interrupt::after_runs(cut_short, &interruption);
+    if let Err(error) = ended {
+        return Err(interrupt::conclude(dir, record, &command, error));
+    }
     let shares = Shares::of(&drawn);
     record.ending = Ending::complete();
     let assumptions = assumptions(&shares);

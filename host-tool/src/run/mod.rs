@@ -19,7 +19,7 @@ pub use device::{
 };
 pub use file::SessionFile;
 pub use identity::{device_kind, identity};
-pub use interruption::heeding;
+pub use interruption::{Stopped, heeding};
 pub use observer::{Observer, Seen, Wish};
 pub use profile::{Booted, ProfileError, Profiled, profile};
 pub use recorded::{BeginError, Recorded, TrialPlace, record};

@@ -1,6 +1,6 @@
 //! The course of a session: configure, arm, start, stream, stop.
 
-use super::{Observer, Seen, SessionFile, Wish, interruption, trial};
+use super::{Observer, Seen, SessionFile, Stopped, Wish, interruption, trial};
 use crate::link::{Client, Error, Incoming, Port, Signal};
 use crate::record::{RecordError, Recorder, Trial};
 use crate::session::{Session, Setpoint};
@@ -53,14 +53,14 @@ pub enum RunError {
         t_s: f64,
     },
     /// A signal came.
-    #[error("E580 {}", interruption::told(*.signal, *.t_s, .unanswered.as_ref()))]
+    #[error("E580 {}", interruption::told(*.signal, *.t_s, .stopped))]
     Signal {
         /// Which.
         signal: Signal,
         /// From the start, s; `None` before it.
         t_s: Option<f64>,
-        /// Why it is not known that the device was stopped.
-        unanswered: Option<Error>,
+        /// Whether the device is known to have stopped.
+        stopped: Stopped,
     },
 }
 
@@ -107,7 +107,7 @@ pub fn run<P: Port>(
     let (client, info) = match Client::open_heeding(port, interruption) {
         Ok(opened) => opened,
         Err(error) => {
-            let error = Some(signalled(error.into(), None, Ok(())));
+            let error = Some(signalled(error.into(), None, Stopped::NotOpen));
             return (
                 Outcome {
                     trial,
@@ -139,14 +139,16 @@ pub fn run<P: Port>(
     let t_s = is_started.then(|| run.t_s());
     run.client.ignore_signals();
     // Whatever happened, ask for a stop; a lost device stops by itself.
-    let stopped = if is_started {
-        run.finish()
-    } else {
-        run.client.stop().map(drop).map_err(RunError::from)
+    let stopped = run.client.stop();
+    let finished = match &stopped {
+        Ok(_) if is_started => run.finish(),
+        _ => Ok(()),
     };
-    let result = match streamed {
-        Ok(()) => stopped,
-        Err(error) => Err(signalled(error, t_s, stopped)),
+    let result = match (streamed, stopped) {
+        (Ok(()), Ok(_)) => finished,
+        (Ok(()), Err(error)) => Err(error.into()),
+        (Err(error), Ok(_)) => Err(signalled(error, t_s, Stopped::Acknowledged)),
+        (Err(error), Err(why)) => Err(signalled(error, t_s, Stopped::Unanswered(why))),
     };
     if let Err(error) = &result {
         run.cut_short(error);
@@ -162,18 +164,14 @@ pub fn run<P: Port>(
 }
 
 /// What a signal ended, `t_s` after the start, is told as such.
-fn signalled(error: RunError, t_s: Option<f64>, stopped: Result<(), RunError>) -> RunError {
-    let RunError::Link(Error::Interrupted(signal)) = error else {
-        return error;
-    };
-    let unanswered = match stopped {
-        Err(RunError::Link(error)) => Some(error),
-        _ => None,
-    };
-    RunError::Signal {
-        signal,
-        t_s,
-        unanswered,
+fn signalled(error: RunError, t_s: Option<f64>, stopped: Stopped) -> RunError {
+    match error {
+        RunError::Link(Error::Interrupted(signal)) => RunError::Signal {
+            signal,
+            t_s,
+            stopped,
+        },
+        error => error,
     }
 }
 
@@ -389,9 +387,9 @@ impl<P: Port> Run<'_, P> {
         Ok(())
     }
 
-    /// Stops, waits until the outputs are reported isolated, asks for counters.
+    /// After a stop: waits until the outputs are reported isolated, asks for
+    /// counters.
     fn finish(&mut self) -> Result<(), RunError> {
-        self.client.stop()?;
         let until = self.client.port().now_us() + STOP_US;
         while let Some(incoming) = self.client.next(until)? {
             let is_end = matches!(

@@ -30,6 +30,10 @@ fn only_labels_know_the_wall_clock() {
         let text = std::fs::read_to_string(&path).unwrap();
         let is_label = LABELS.iter().any(|(file, _)| path.ends_with(file));
         let seen = WALL.iter().find(|name| text.contains(*name));
-        assert!(seen.is_none() || is_label, "{}: {seen:?}", path.display());
+        assert!(
+            seen.is_none() || is_label,
+            "{}: {seen:?}: time by `Instant`; what is only a label is named in LABELS",
+            path.display()
+        );
     }
 }

@@ -10,6 +10,7 @@ mod board;
 mod case;
 mod clock;
 mod disk;
+mod metronome;
 mod program;
 
 use case::{Case, Fate, Way, run_case};
@@ -83,6 +84,14 @@ fn tell(fates: &[(Case, Fate)]) {
     );
     let late = times.iter().filter(|time| **time > 20.0).count();
     println!("later than 20 ms: {late}");
+    for (case, fate) in fates {
+        if fate.until_stop.is_some_and(|time| time.as_millis() >= 20) {
+            println!(
+                "{case:?}: {fate:?}; a thread of this test in that time: {:?}",
+                fate.stall
+            );
+        }
+    }
 }
 
 #[test]
@@ -154,6 +163,30 @@ fn every_command_that_stimulates_ends_in_order() {
         let monitor = "monitor --session session.toml";
         ends("monitor", monitor, None, signal, code);
         ends("serve", "serve --tcp 127.0.0.1:0", None, signal, code);
+    }
+}
+
+/// Where nothing is stimulated but the simulator itself, the exit code is all.
+#[cfg(target_os = "linux")]
+#[test]
+fn what_records_nothing_ends_at_once() {
+    for (signal, number, code) in [("INT", 2, 130), ("TERM", 15, 143)] {
+        for words in ["selftest", "bench"] {
+            let folder = folder(&format!("commands/{words}-{signal}"));
+            let mut program = Program::start(&folder, &[words], None);
+            let begin = std::time::Instant::now();
+            while !program.handles(number) && begin.elapsed() < Duration::from_secs(60) {
+                assert!(program.is_running(), "{words}: {}", program.error());
+                std::thread::sleep(Duration::from_millis(2));
+            }
+            program.signal(signal);
+            assert_eq!(
+                program.wait().code(),
+                Some(code),
+                "{words}: {}",
+                program.error()
+            );
+        }
     }
 }
 
