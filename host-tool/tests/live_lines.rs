@@ -130,8 +130,12 @@ fn a_signal_stops_stimulation_before_it_ends_the_program() {
     );
     output.read_to_string(&mut text).unwrap();
     let status = child.wait().unwrap();
-    assert!(status.success(), "{status:?}: {text}");
-    assert!(events(&objects(&text)).contains(&"stopped: Request".to_owned()));
+    assert_eq!(status.code(), Some(143), "{text}");
+    let mut told = objects(&text);
+    // After the lines of the dashboard, why it ended.
+    let error = told.pop().unwrap()["error"].as_str().unwrap().to_owned();
+    assert!(error.contains("E580 SIGTERM came at "), "{error}");
+    assert!(events(&told).contains(&"stopped: Request".to_owned()));
 }
 
 #[test]
