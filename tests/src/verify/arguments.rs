@@ -45,7 +45,7 @@ pub(super) fn parse(arguments: &[String], steps: &[&str]) -> Result<Wanted, Stri
 }
 
 fn soak(minutes: &str) -> Result<Wanted, String> {
-    match minutes.parse() {
+    match minutes.parse::<u64>() {
         Ok(whole) if (1..=LONGEST_MINUTES).contains(&whole) => {
             Ok(Wanted::Soak(Duration::from_secs(60 * whole)))
         }
