@@ -14,6 +14,7 @@ pub use coremark::{CoreMark, PUBLISHED, Reading, coremark};
 pub use row::{Deadline, Row, RowError, csv};
 
 use crate::report::cycles_picture;
+use crate::run::images;
 use firmware::bench::NoClock;
 use hal_sim::chip::alone::{self, AloneError, Wait};
 use hal_sim::chip::image::{self, ImageError};
@@ -21,9 +22,6 @@ use hal_sim::images::{BuildError, Image};
 use hal_sim::qemu::StartError;
 use std::path::Path;
 use std::time::{Duration, Instant};
-
-/// The checkout that the images are built from: this program is run from it.
-const WORKSPACE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
 /// The row that measures nothing but the markers.
 const MARKERS: &str = "empty";
@@ -33,7 +31,7 @@ const MARKERS: &str = "empty";
 pub enum BenchError {
     /// An image was not built.
     #[error("E543 {0}")]
-    Build(#[from] BuildError),
+    Build(BuildError),
     /// What was built cannot be flashed.
     #[error(transparent)]
     Image(#[from] ImageError),
@@ -42,10 +40,22 @@ pub enum BenchError {
     Chip(#[from] AloneError),
     /// QEMU.
     #[error("E510 {0}")]
-    Qemu(#[from] StartError),
+    Qemu(StartError),
     /// The image said something else than rows.
     #[error(transparent)]
     Row(#[from] RowError),
+}
+
+impl From<BuildError> for BenchError {
+    fn from(error: BuildError) -> Self {
+        Self::Build(error)
+    }
+}
+
+impl From<StartError> for BenchError {
+    fn from(error: StartError) -> Self {
+        Self::Qemu(error)
+    }
 }
 
 /// How fast a machine ran the image.
@@ -139,7 +149,7 @@ impl Bench {
 /// # Errors
 /// [`BenchError`].
 pub fn bench(step: impl Fn(f64)) -> Result<Bench, BenchError> {
-    let elf = Image::Bench.build(Path::new(WORKSPACE))?;
+    let elf = images::find(Image::Bench)?;
     step(0.3);
     let mut host = Vec::new();
     firmware::bench::run(&NoClock, |row| host.push(Row::from(row)));
@@ -166,7 +176,7 @@ pub fn bench(step: impl Fn(f64)) -> Result<Bench, BenchError> {
 /// # Errors
 /// [`BenchError`].
 pub fn on_chip() -> Result<OnChip, BenchError> {
-    run_on_chip(&Image::Bench.build(Path::new(WORKSPACE))?)
+    run_on_chip(&images::find(Image::Bench)?)
 }
 
 /// Builds an image that prints rows and runs it on the chip simulator.
@@ -174,7 +184,7 @@ pub fn on_chip() -> Result<OnChip, BenchError> {
 /// # Errors
 /// [`BenchError`].
 pub fn rows_on_chip(image: Image) -> Result<Vec<Row>, BenchError> {
-    let elf = image.build(Path::new(WORKSPACE))?;
+    let elf = images::find(image)?;
     let ended = alone::run(&image::Image::open(&elf)?, Wait::ByTheLetter)?;
     Ok(row::parse(&ended.console)?)
 }

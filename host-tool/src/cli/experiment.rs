@@ -63,7 +63,7 @@ fn harris_wall(args: &HarrisWall, output: Output) -> anyhow::Result<()> {
         speed_factor: None,
     };
     save(&args.out, &record)
-        .with_context(|| format!("E572 cannot record in {}", args.out.display()))?;
+        .with_context(|| format!("E572 cannot write to {}", args.out.display()))?;
     let assumptions = assumptions(&shares);
     let command = format!("flexor experiment harris-wall --seed {}", args.seed);
     let report = Report {

@@ -3,10 +3,11 @@
 use super::chip::ChipArgs;
 use super::{Incomplete, Output};
 use crate::analysis::{ForceMetrics, Hit, force_metrics, hits, metrics};
+use crate::link::Port;
 use crate::record::{Recorder, Run, write_run};
 use crate::report::{self, Report};
 use crate::run::{DeviceName, SessionFile, acknowledge, begin_trial, edges_of_one_period, run};
-use crate::session::LawName;
+use crate::session::{LawName, Session};
 use anyhow::Context;
 use clap::Args;
 use std::path::PathBuf;
@@ -58,6 +59,10 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
         speed_factor: None,
     };
     let mut port = args.chip.open(&args.device, &session.session, args.seed)?;
+    let image = port.image().map(std::path::Path::to_owned);
+    if let Some(note) = ignored_trigger(&session.session, &mut port) {
+        eprintln!("note: {note}");
+    }
     if args.acknowledge {
         port = acknowledge(port)?;
     }
@@ -84,6 +89,7 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
     let hits = hits(&outcome.trial);
     let forces = force_metrics(&outcome.trial);
     let refused = outcome.refused;
+    let (pulses, silent) = (outcome.trial.pulses, outcome.trial.silent.clone());
     record.trials.push(outcome.trial);
     let command = format!("flexor run {} --seed {}", args.session.display(), args.seed);
     let report = Report {
@@ -96,13 +102,17 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
         .with_context(|| format!("cannot write to {}", args.out.display()))?;
     let rmse = metrics.as_ref().map(|m| m.rmse_deg);
     let result = serde_json::json!({
+        "no_pulse_was_played": silent, "pulses": pulses, "image": image,
         "title": record.title, "device": record.device, "seed": args.seed,
         "rmse_deg": rmse, "hits": hits, "forces": forces, "refused": refused, "report": report,
         "error": null,
     });
     let people = || {
         let tracked = rmse.map(|r| format!("RMSE {r:.2}° "));
-        let mut lines: Vec<String> = hits.iter().map(in_words).collect();
+        let silence = silent
+            .iter()
+            .map(|why| format!("no pulse was played: {why}"));
+        let mut lines: Vec<String> = silence.chain(hits.iter().map(in_words)).collect();
         lines.extend(forces.iter().map(followed));
         lines.push(format!(
             "{}: {}{refused} refused; report: {}",
@@ -121,6 +131,15 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
     }
     let error = error.into();
     Err(Incomplete { error, result }.into())
+}
+
+/// A board has a real trigger input: what is said of simulated edges then.
+fn ignored_trigger(session: &Session, port: &mut dyn Port) -> Option<&'static str> {
+    let is_ignored = session.trigger.is_some() && port.world().is_none();
+    is_ignored.then_some(
+        "[simulated_trigger] is for devices simulated by this program: this one's own trigger \
+         input counts",
+    )
 }
 
 /// How a force was followed, for people.

@@ -6,8 +6,10 @@
 
 mod device;
 mod file;
+pub mod images;
 mod observer;
 mod profile;
+mod pulses;
 mod runner;
 mod trial;
 
