@@ -311,6 +311,33 @@ fn over_current_truncates_and_records_the_charge_left() {
     println!("1700 instants, {seen} pulses truncated with charge left");
 }
 
+/// Over-current at every microsecond of the two windows before a pulse, in one
+/// of which its amplitude is written: the zeros come last, and nothing more.
+#[test]
+fn amplitudes_are_zero_after_a_fault_at_any_moment_of_a_refill() {
+    let mut cleared = 0;
+    for step in 0..500u32 {
+        let mut desk = running(0, wearer(), BOOT.plus(step * 991));
+        desk.wait(30_000);
+        let pulse = *driven(&desk.record.levels, 0).last().unwrap();
+        let until = pulse + u64::from(2 * PLAIN.period_us - 500 + step) - desk.time();
+        desk.wait(until as u32);
+        desk.sensors.over_current = true;
+        let at = desk.time();
+        desk.wait(30_000);
+        let dac = &desk.record.dac;
+        assert!(dac.is_sorted_by_key(|d| d.0), "{step}: {dac:?}");
+        let &(t, _, code) = dac.last().unwrap();
+        assert_eq!(code, 0, "{step}");
+        // A refill under way writes first, and takes 20 µs.
+        assert!((at..at + 20).contains(&t), "{step}: at {at}, zero at {t}");
+        cleared += u32::from(t > at);
+    }
+    println!("500 instants, {cleared} of them during a refill");
+    // Two windows, 1 to 19 µs after their refills began.
+    assert_eq!(cleared, 38);
+}
+
 #[test]
 fn a_fault_while_grounding_is_latched_again() {
     let mut desk = running(0, wearer(), BOOT);

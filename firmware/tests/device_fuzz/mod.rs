@@ -1,6 +1,7 @@
 //! Random hosts, wearers and moments against a whole device: it never panics,
 //! and an observer of pins, requests and answers never sees a promise broken.
 
+mod found;
 mod hosts;
 mod judges;
 mod walls;
