@@ -276,7 +276,7 @@ const BAD_TRIGGER: &[&str] = &[
     "every_s = 1.0 → at_s = 1.0",
     "every_s = 1.0 → at_s = [1.0, \"two\"]",
     "every_s = 1.0 → at_s = [1.0, 10.5]",
-    "every_s = 1.0 → at_s = [-1.0]",
+    "every_s = 1.0 → at_s = [0.0099]",
     "every_s = 1.0 → at_s = [nan]",
     "every_s = 1.0 → at_s = [0.0000005]",
     "every_s = 1.0 → at_s = [1.0, 1.0005]",

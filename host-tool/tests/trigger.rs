@@ -42,10 +42,10 @@ fn trains(edges: &[u64], delay: u64) -> Vec<u64> {
 
 #[test]
 fn each_edge_starts_its_trains_exactly_1000_us_later() {
-    let odd = TRIGGER.replace("every_s = 1.0", "at_s = [0.0, 0.251013, 0.5, 7.654321]");
+    let odd = TRIGGER.replace("every_s = 1.0", "at_s = [0.01, 0.251013, 0.5, 7.654321]");
     for (text, edges) in [
         (TRIGGER, (1..10).map(|s| s * 1_000_000).collect::<Vec<_>>()),
-        (&odd, vec![0, 251_013, 500_000, 7_654_321]),
+        (&odd, vec![10_000, 251_013, 500_000, 7_654_321]),
     ] {
         let (outcome, begins) = play(text);
         assert_eq!(begins[0], trains(&edges, 1_000));

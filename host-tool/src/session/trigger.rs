@@ -8,6 +8,10 @@ use super::table::Table;
 /// Edges are at least this far apart, µs: a train starts 1000 µs after its edge.
 const LEAST_US: u64 = 1_000;
 
+/// No edge comes sooner after the start, µs: until its acknowledgement is here,
+/// nobody knows when that was.
+const FIRST_US: i64 = 10_000;
+
 /// When edges come on a simulated trigger input, µs from the start.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum SimulatedTrigger {
@@ -66,14 +70,15 @@ pub(super) fn read_trigger(
     if !t.has("at_s") {
         let period = t.within("every_s", 6, LEAST_US as i64, end)?;
         let period_us = period.required()? as u64; // not negative
-        let from_us = t.within("from_s", 6, 0, end)?.or(period_us as i64) as u64;
+        let from = t.within("from_s", 6, FIRST_US, end)?;
+        let from_us = from.or(FIRST_US.max(period_us as i64)) as u64;
         return Ok(Some(SimulatedTrigger::Every { from_us, period_us }));
     }
     if let Some(other) = ["every_s", "from_s"].into_iter().find(|name| t.has(name)) {
         let (field, other) = (t.path_of("at_s"), t.path_of(other));
         return Err(t.error("at_s", Problem::SaidTwice { field, other }));
     }
-    let times = t.list_within("at_s", 6, 0, end)?.required()?;
+    let times = t.list_within("at_s", 6, FIRST_US, end)?.required()?;
     let times: Vec<u64> = times.into_iter().map(|at| at as u64).collect(); // not negative
     if let Some(pair) = times.windows(2).find(|p| p[1] < p[0] + LEAST_US) {
         let problem = Problem::NotInOrder {
