@@ -10,6 +10,8 @@ mod errors;
 mod explain_model;
 mod harris_wall;
 mod images;
+#[cfg(unix)]
+mod interruptions;
 mod ladder_adequacy;
 mod ladder_table;
 mod link_native;

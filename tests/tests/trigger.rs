@@ -13,10 +13,7 @@ const EDGES_US: [u64; 4] = [100_000, 350_013, 600_999, 850_251];
 fn edges(device: &DeviceName) -> Vec<Edge> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../host-tool/sessions/trigger.toml");
     let text = std::fs::read_to_string(path).unwrap();
-    let list: Vec<_> = EDGES_US
-        .iter()
-        .map(|us| format!("{}", *us as f64 * 1e-6))
-        .collect();
+    let list: Vec<_> = EDGES_US.iter().map(|us| format!("0.{us:06}")).collect();
     let listed = format!("at_s = [{}]", list.join(", "));
     let text = text
         .replace("every_s = 1.0", &listed)
