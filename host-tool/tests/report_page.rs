@@ -96,6 +96,8 @@ fn trial(name: &str, delay_s: f64, reach_deg: f64, edges: Vec<Edge>) -> Trial {
         joint: true,
         wall: None,
         measure: Some((10.0, 30.0)),
+        pulses: None,
+        silent: None,
         counters: vec![
             ("setpoints sent".to_owned(), 2700),
             ("frames lost".to_owned(), 3),
