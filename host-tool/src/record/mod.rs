@@ -92,6 +92,12 @@ pub struct Trial {
     pub wall: Option<WallPlace>,
     /// The part that metrics judge, from–to in s; all of it when `None`.
     pub measure: Option<(f64, f64)>,
+    /// Pulses of more than 0 that were played; `None` if nobody could tell.
+    #[serde(default)]
+    pub pulses: Option<u64>,
+    /// Why there was none, most likely.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub silent: Option<String>,
     /// Named counts: frames sent, lost, faults, ….
     pub counters: Vec<(String, u64)>,
     /// What happened when, s.
@@ -281,12 +287,12 @@ pub enum Role {
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
     /// The file system refused.
-    #[error("{path}: {source}")]
+    #[error("{path}: {why}")]
     Io {
         /// The file or folder.
         path: PathBuf,
         /// What the system said.
-        source: std::io::Error,
+        why: std::io::Error,
     },
     /// The disk is full, or the file system refused otherwise.
     #[error(
@@ -348,9 +354,9 @@ impl RecordError {
     }
 
     fn io(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
-        move |source| RecordError::Io {
+        move |why| RecordError::Io {
             path: path.to_owned(),
-            source,
+            why,
         }
     }
 }
