@@ -321,13 +321,14 @@ impl Controller {
             return;
         }
         for (force, (state, sample)) in self.setup.forces.iter().zip(&mut self.forces) {
-            let Some(ForceOrders { target, drive }) = force.tick(state, now) else {
+            let Some(ForceOrders { target, drive, gap }) = force.tick(state, now) else {
                 continue;
             };
-            self.limiting |= drive.limiting;
+            self.limiting |= drive.limiting.is_some();
             *sample = ForceSample {
                 target_mn: target.to_millinewton(),
                 period_us: drive.period_us,
+                gap: gap.or(sample.gap), // since the last sample, as `limiting`
             };
             let pulses = ControlOrder::Pulses {
                 channel: force.channel,
@@ -367,8 +368,9 @@ impl Controller {
                 .forces_mn
                 .push(muscle.force.force(state).to_millinewton()); // same
         }
-        for (_, force) in &self.forces {
+        for (_, force) in &mut self.forces {
             let _ = sample.force_control.push(*force); // same
+            force.gap = None;
         }
         let _ = mail.reports.enqueue(ControlReport::Telemetry(sample)); // late readers lose samples
     }

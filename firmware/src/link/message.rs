@@ -2,7 +2,7 @@
 //! append, never insert; the schema hash changes with any edit.
 
 use super::Refusal;
-use crate::control::{ForceSpec, JointSpec};
+use crate::control::{ForceGap, ForceSpec, JointSpec};
 use crate::haptics::WallSpec;
 use crate::muscle::{MuscleSpec, Rung};
 use crate::pulse::{CHANNELS, GroupSpec, MAX_GROUPS};
@@ -281,7 +281,8 @@ pub struct Telemetry {
     /// What the law asked for, in thousandths of its own unit; with a wall, the
     /// penetration in 0.001°, negative in front of it.
     pub effort_milli: i32,
-    /// An amplitude was clamped to the wearer's limit since the last sample.
+    /// Since the last sample an amplitude was clamped to the wearer's limit, or a
+    /// force was wanted that cannot be given.
     pub limiting: bool,
     /// Amplitudes of the latest bursts, one per channel of the setup, lowest
     /// channel first; 0 where joint or wall ask for nothing.
@@ -299,6 +300,9 @@ pub struct ForceSample {
     pub target_mn: u32,
     /// Burst start to burst start, µs; 0 before the first setpoint.
     pub period_us: u32,
+    /// Since the last sample a force between these two was wanted, and the nearer
+    /// of them given.
+    pub gap: Option<ForceGap>,
 }
 
 /// A session number no session has.

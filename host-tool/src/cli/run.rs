@@ -2,7 +2,7 @@
 
 use super::chip::ChipArgs;
 use super::{Incomplete, Output};
-use crate::analysis::{ForceMetrics, Hit, force_metrics, hits, metrics};
+use crate::analysis::{ForceMetrics, GapMetrics, Hit, force_metrics, hits, metrics};
 use crate::record::{Recorder, Run, write_run};
 use crate::report::{self, Report};
 use crate::run::{DeviceName, SessionFile, acknowledge, begin_trial, edges_of_one_period, run};
@@ -125,10 +125,22 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
 
 /// How a force was followed, for people.
 fn followed(force: &ForceMetrics) -> String {
-    format!(
+    let followed = format!(
         "channel {}: predicted force within {:.3} N (RMSE) of the wanted, {:.3} N at most; it \
          asked for up to {:.1} N",
         force.channel, force.rmse_n, force.max_abs_n, force.peak_n,
+    );
+    followed + &force.gap.map(limited).unwrap_or_default()
+}
+
+/// Where forces were wanted that cannot be given, for people.
+fn limited(gap: GapMetrics) -> String {
+    format!(
+        "; limiting {:.0} % of the time: it wanted forces between {} and {} N, which its limits \
+         cannot give, and got the nearer of the two (a lower `force.min_frequency_hz` narrows this)",
+        100.0 * gap.share,
+        gap.below_n,
+        gap.above_n,
     )
 }
 

@@ -18,10 +18,13 @@ const AMPLITUDE: &str = "amplitude_";
 const FORCE: &str = "force_";
 const WANTED: &str = "wanted_";
 const RATE: &str = "rate_";
+const BELOW: &str = "below_";
+const ABOVE: &str = "above_";
 
 /// Writes the header of `samples.csv`: the fixed columns, `amplitude_<channel>_<unit>`
 /// for each channel, `force_<channel>_n` for each whose force is predicted,
-/// `wanted_<channel>_n` and `rate_<channel>_hz` for each under force control.
+/// `wanted_<channel>_n`, `rate_<channel>_hz`, `below_<channel>_n` and
+/// `above_<channel>_n` for each under force control.
 pub(super) fn write_sample_header(
     out: &mut impl Write,
     channels: &[ChannelInfo],
@@ -34,7 +37,7 @@ pub(super) fn write_sample_header(
     for channel in channels.iter().filter(|c| c.muscle) {
         write!(out, ",{FORCE}{}_n", channel.number)?;
     }
-    for (prefix, unit) in [(WANTED, "n"), (RATE, "hz")] {
+    for (prefix, unit) in [(WANTED, "n"), (RATE, "hz"), (BELOW, "n"), (ABOVE, "n")] {
         for channel in channels.iter().filter(|c| c.force) {
             write!(out, ",{prefix}{}_{unit}", channel.number)?;
         }
@@ -68,6 +71,14 @@ pub(super) fn write_sample(
     ] {
         for column in 0..columns {
             match values.get(column) {
+                Some(value) => write!(out, ",{value}")?,
+                None => write!(out, ",")?,
+            }
+        }
+    }
+    for values in [&sample.below_n, &sample.above_n] {
+        for column in 0..controlled {
+            match values.get(column).copied().flatten() {
                 Some(value) => write!(out, ",{value}")?,
                 None => write!(out, ",")?,
             }
@@ -116,6 +127,7 @@ pub fn read_samples(path: &Path) -> Result<Vec<Sample>, RecordError> {
     };
     let (amplitudes, forces) = (columns(AMPLITUDE), columns(FORCE));
     let (wanted, rates) = (columns(WANTED), columns(RATE));
+    let (below, above) = (columns(BELOW), columns(ABOVE));
     let fixed = FIXED.map(|name| rows.column(name));
     let [t, target, measured, truth, effort, limiting] = fixed;
     let (t, target, measured) = (t?, target?, measured?);
@@ -124,6 +136,9 @@ pub fn read_samples(path: &Path) -> Result<Vec<Sample>, RecordError> {
         let list = |columns: &[usize]| -> Result<Vec<f64>, RecordError> {
             let fields = columns.iter().map(|&column| row.optional(column));
             fields.filter_map(Result::transpose).collect()
+        };
+        let sides = |columns: &[usize]| -> Result<Vec<Option<f64>>, RecordError> {
+            columns.iter().map(|&column| row.optional(column)).collect()
         };
         Ok(Sample {
             t_s: row.get(t)?,
@@ -136,6 +151,8 @@ pub fn read_samples(path: &Path) -> Result<Vec<Sample>, RecordError> {
             forces_n: list(&forces)?,
             wanted_n: list(&wanted)?,
             rates_hz: list(&rates)?,
+            below_n: sides(&below)?,
+            above_n: sides(&above)?,
         })
     })
 }

@@ -3,6 +3,7 @@
 use super::SessionFile;
 use crate::record::{ChannelInfo, Edge, Sample, State, Trial, WallPlace};
 use crate::session::Session;
+use firmware::control::ForceGap;
 use firmware::haptics::Side;
 use firmware::link::{Counters, Event, ForceSample, Telemetry};
 use firmware::safety::StopCause;
@@ -51,6 +52,11 @@ pub fn begin_trial(file: &SessionFile) -> Trial {
 pub fn sample(telemetry: &Telemetry, epoch: Micros, true_deg: Option<f64>) -> Sample {
     let milli = |list: &[u32]| list.iter().map(|&v| f64::from(v) * 1e-3).collect();
     let force = |f: fn(&ForceSample) -> f64| telemetry.force_control.iter().map(f).collect();
+    let side = |f: fn(ForceGap) -> u32| {
+        let gaps = telemetry.force_control.iter().map(|sample| sample.gap);
+        gaps.map(|gap| gap.map(|gap| f64::from(f(gap)) * 1e-3))
+            .collect()
+    };
     let amplitudes: Vec<u32> = telemetry.amplitudes.iter().map(|a| a.0).collect();
     Sample {
         t_s: f64::from(telemetry.at.since(epoch)) * 1e-6,
@@ -69,6 +75,8 @@ pub fn sample(telemetry: &Telemetry, epoch: Micros, true_deg: Option<f64>) -> Sa
                 1e6 / f64::from(f.period_us)
             }
         }),
+        below_n: side(|gap| gap.below_mn),
+        above_n: side(|gap| gap.above_mn),
     }
 }
 
@@ -126,7 +134,10 @@ pub fn edges_of_one_period(
     let period = session
         .channels
         .iter()
-        .map(|c| u64::from(c.spec.train.period_us))
+        .map(|c| {
+            let slowest_us = c.force.and_then(|force| force.max_period_us);
+            u64::from(slowest_us.unwrap_or(c.spec.train.period_us))
+        })
         .max()
         .unwrap_or(0);
     let begin = epoch_us + after_us.checked_div(period).unwrap_or(0) * period;
