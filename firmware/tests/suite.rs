@@ -9,6 +9,7 @@ mod device_desk;
 mod device_force;
 mod device_force_reach;
 mod device_fuzz;
+mod device_over_current;
 mod device_rungs;
 mod device_safety;
 mod device_wall;

@@ -27,12 +27,12 @@ fn samples(channels: usize, delay_s: f64, reach_deg: f64) -> Vec<Sample> {
         };
         Sample {
             t_s,
-            target_deg: target(t_s),
-            measured_deg: true_deg + 0.3 * (TAU * 37.0 * t_s).sin(),
+            target_deg: Some(target(t_s)),
+            measured_deg: Some(true_deg + 0.3 * (TAU * 37.0 * t_s).sin()),
             true_deg: Some(true_deg),
-            effort,
+            effort: Some(effort),
             limiting: effort.abs() > 1.0,
-            amplitudes: (0..channels).map(amplitude).collect(),
+            amplitudes: (0..channels).map(|c| Some(amplitude(c))).collect(),
             forces_n: (0..channels).map(|c| (amplitude(c) - 14.0) * 0.8).collect(),
             ..Sample::default()
         }
@@ -83,6 +83,7 @@ fn trial(name: &str, delay_s: f64, reach_deg: f64, edges: Vec<Edge>) -> Trial {
     Trial {
         name: name.to_owned(),
         session_file: format!("sessions/{}.toml", name.replace(' ', "_")),
+        identity: None,
         duration_s: 30.0,
         channels: vec![
             channel(1, "flexor A", 28.0),

@@ -1,8 +1,8 @@
 //! What is known of the device at this moment.
 
-use crate::record::Sample;
-use crate::run::{Seen, SessionFile, event};
-use firmware::link::{Counters, Event, HelloInfo, Kind, Status};
+use crate::record::{DeviceKind, Sample};
+use crate::run::{Seen, SessionFile, device_kind, event};
+use firmware::link::{Counters, Event, HelloInfo, Status};
 use firmware::safety::{FaultRecord, State};
 use std::collections::VecDeque;
 
@@ -52,7 +52,7 @@ pub struct Model {
     /// How the device was named.
     pub device: String,
     /// What the device says it is: kind and firmware version.
-    pub kind: Option<(Kind, [u8; 3])>,
+    pub kind: Option<(DeviceKind, [u8; 3])>,
     /// Length of the session, s.
     pub duration_s: Option<f64>,
     /// The session's channels, by rising number.
@@ -161,7 +161,7 @@ impl Model {
     pub fn amplitude(&self, index: usize) -> f64 {
         let sample = self.samples.back().filter(|_| self.is_on());
         let amplitude = sample.and_then(|s| s.amplitudes.get(index));
-        amplitude.copied().unwrap_or(0.0)
+        amplitude.copied().flatten().unwrap_or(0.0)
     }
 
     /// Predicted force of a channel, N; nobody tells it when nothing plays.
@@ -172,14 +172,14 @@ impl Model {
     }
 
     fn greet(&mut self, info: &HelloInfo) {
-        self.kind = Some((info.kind, info.version));
+        self.kind = Some((device_kind(info), info.version));
         self.state = info.state;
         self.fault = info.last_fault;
     }
 
     fn sample(&mut self, sample: Sample) {
         let from = sample.t_s - KEEP_S;
-        self.has_joint |= sample.target_deg != 0.0 || sample.measured_deg != 0.0;
+        self.has_joint |= sample.target_deg.is_some() || sample.measured_deg.is_some();
         self.t_s = sample.t_s;
         self.samples.push_back(sample);
         while self.samples.len() > KEEP_SAMPLES

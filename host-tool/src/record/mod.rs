@@ -6,10 +6,14 @@
 //! In: telemetry, edges, counters, events. Out: a folder that [`load`] reads back.
 
 mod folder;
+mod identity;
+mod place;
 mod recorder;
 mod table;
 
 pub use folder::{load, save, trial_folder, write_run};
+pub use identity::{DeviceKind, Identity};
+pub use place::Place;
 pub use recorder::Recorder;
 pub use table::{read_edges, read_samples, write_edges, write_samples};
 
@@ -21,7 +25,7 @@ use std::path::PathBuf;
 pub struct Run {
     /// What the run is about; the heading of its report.
     pub title: String,
-    /// What stimulated: "native simulator", a port's name, ….
+    /// How the device was named: "native simulator", a port's name, ….
     pub device: String,
     /// Seed of all that was random.
     pub seed: u64,
@@ -34,16 +38,21 @@ pub struct Run {
 }
 
 impl Run {
-    /// Whether a simulator stood in for the wearer: the device says so, or a
-    /// true angle is known, which only a simulated body can tell.
+    /// Whether a simulator stood in for the wearer: the device said so, or a
+    /// true angle is known, which only a simulated body can tell. A name, which
+    /// anybody can give, is no evidence.
+    #[must_use]
     pub fn is_simulated(&self) -> bool {
-        let device = self.device.to_lowercase();
-        device.contains("simulat")
-            || device.contains("qemu")
-            || self
-                .trials
-                .iter()
-                .any(|trial| trial.samples.iter().any(|s| s.true_deg.is_some()))
+        let said = |trial: &Trial| trial.identity.as_ref().is_some_and(|it| it.simulated);
+        let known = |trial: &Trial| trial.samples.iter().any(|s| s.true_deg.is_some());
+        self.trials.iter().any(|trial| said(trial) || known(trial))
+    }
+
+    /// What stimulated, for people: what it said it is, and where.
+    #[must_use]
+    pub fn device_in_words(&self) -> String {
+        let said = self.trials.iter().find_map(|trial| trial.identity.as_ref());
+        said.map_or_else(|| self.device.clone(), |it| it.kind.at(&self.device))
     }
 }
 
@@ -54,6 +63,9 @@ pub struct Trial {
     pub name: String,
     /// The session file that described it.
     pub session_file: String,
+    /// The device, as it told itself; `None` if it never answered.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub identity: Option<Identity>,
     /// Length, s.
     pub duration_s: f64,
     /// The channels in use; `Sample::amplitudes` has this order.
@@ -87,18 +99,20 @@ impl Trial {
         sample.forces_n.get(place).copied()
     }
 
-    /// The wanted force of a channel, N; `None` without force control.
+    /// The wanted force of a channel, N; `None` without force control and before
+    /// its first setpoint.
     #[must_use]
     pub fn wanted_n(&self, sample: &Sample, channel: u8) -> Option<f64> {
         let place = self.place(channel, |c| c.force)?;
-        sample.wanted_n.get(place).copied()
+        sample.wanted_n.get(place).copied().flatten()
     }
 
-    /// The pulse rate that force control gives a channel, Hz; `None` without.
+    /// The pulse rate that force control gives a channel, Hz; `None` without, and
+    /// while the channel plays nothing.
     #[must_use]
     pub fn rate_hz(&self, sample: &Sample, channel: u8) -> Option<f64> {
         let place = self.place(channel, |c| c.force)?;
-        sample.rates_hz.get(place).copied()
+        sample.rates_hz.get(place).copied().flatten()
     }
 
     /// The two forces that a channel's limits can give, N, if they could not give
@@ -152,27 +166,33 @@ pub struct ChannelInfo {
 pub struct Sample {
     /// Since the trial's start, s.
     pub t_s: f64,
-    /// Wanted joint angle, or where a wall stands, degrees.
-    pub target_deg: f64,
-    /// Joint angle the sensor gave, degrees.
-    pub measured_deg: f64,
+    /// Wanted joint angle, or where a wall stands, degrees; `None` before the
+    /// first setpoint, and without joint or wall.
+    pub target_deg: Option<f64>,
+    /// Joint angle the sensor gave, degrees; `None` before the first measurement,
+    /// and without joint or wall.
+    pub measured_deg: Option<f64>,
     /// Joint angle of a simulated body, degrees; nobody knows a person's.
     pub true_deg: Option<f64>,
     /// What the control law asked for, in its own unit; with a wall, how far the
-    /// limb is inside, degrees.
-    pub effort: f64,
+    /// limb is inside, degrees. `None` while neither runs.
+    pub effort: Option<f64>,
     /// A computed amplitude was clamped to the wearer's limit.
     pub limiting: bool,
-    /// Amplitude of each channel, in the channel's unit.
-    pub amplitudes: Vec<f64>,
+    /// The device's state.
+    pub state: DeviceState,
+    /// Amplitude of each channel, in the channel's unit; `None` while it plays
+    /// nothing.
+    pub amplitudes: Vec<Option<f64>>,
     /// Predicted force of each channel that has a muscle, N, in channel order.
     pub forces_n: Vec<f64>,
-    /// Wanted force of each channel under force control, N, in channel order.
+    /// Wanted force of each channel under force control, N, in channel order;
+    /// `None` before its first setpoint.
     #[serde(default)]
-    pub wanted_n: Vec<f64>,
-    /// Pulse rate that force control gives it, Hz.
+    pub wanted_n: Vec<Option<f64>>,
+    /// Pulse rate that force control gives it, Hz; `None` while it plays nothing.
     #[serde(default)]
-    pub rates_hz: Vec<f64>,
+    pub rates_hz: Vec<Option<f64>>,
     /// The force below the wanted one that its limits can give, N, where they
     /// cannot give that itself; in the place of `wanted_n`.
     #[serde(default)]
@@ -180,6 +200,25 @@ pub struct Sample {
     /// The force above it that they can give, N, likewise.
     #[serde(default)]
     pub above_n: Vec<Option<f64>>,
+}
+
+/// The state of a device, by its word in `samples.csv`.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum DeviceState {
+    /// Reset, nothing decided yet.
+    #[default]
+    Boot,
+    /// Outputs isolated, supply down. Includes the electrode check.
+    Idle,
+    /// Ready to start.
+    Armed,
+    /// Trains play.
+    Stimulating,
+    /// Amplitudes fall.
+    Stopping,
+    /// Isolated until acknowledged.
+    Fault,
 }
 
 /// A change of one channel's switch state.
@@ -257,6 +296,34 @@ pub enum RecordError {
         path: PathBuf,
         /// What the system said.
         source: std::io::Error,
+    },
+    /// The folder for a new record holds something.
+    #[error(
+        "E590 {dir} is not empty: it holds {found}; choose another --out, or leave it out for a \
+         folder of its own; --overwrite replaces a record"
+    )]
+    Taken {
+        /// The folder.
+        dir: PathBuf,
+        /// One thing that it holds.
+        found: String,
+    },
+    /// Another program writes the record.
+    #[error("E591 another flexor writes in {dir}: wait for its end, or choose another folder")]
+    Busy {
+        /// The folder.
+        dir: PathBuf,
+    },
+    /// A folder that is no record was to be replaced.
+    #[error(
+        "E592 {dir} is no record, so --overwrite leaves it alone: it holds {found} and no run.json \
+         of flexor's; choose another --out"
+    )]
+    NotOurs {
+        /// The folder.
+        dir: PathBuf,
+        /// One thing that it holds.
+        found: String,
     },
     /// A file is not what this program writes.
     #[error("{path}, line {line}: {what}")]
