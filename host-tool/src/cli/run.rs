@@ -3,13 +3,14 @@
 use super::chip::ChipArgs;
 use super::out::OutArgs;
 use super::{Incomplete, Output, interrupt};
-use crate::analysis::{ForceMetrics, Hit, force_metrics, hits, metrics};
+use crate::analysis::{ForceMetrics, GapMetrics, Hit, force_metrics, hits, metrics};
+use crate::link::Port;
 use crate::record::{Ending, Recorder, Run, write_run};
 use crate::report::{self, Report};
 use crate::run::{
     DeviceName, SessionFile, acknowledge, begin_trial, edges_of_one_period, heeding, run,
 };
-use crate::session::LawName;
+use crate::session::{LawName, Session};
 use anyhow::Context;
 use clap::Args;
 use hal_sim::trace::Trace;
@@ -60,6 +61,10 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
         ..Run::default()
     };
     let mut port = args.chip.open(&args.device, &session.session, args.seed)?;
+    let image = port.image().map(std::path::Path::to_owned);
+    if let Some(note) = ignored_trigger(&session.session, &mut port) {
+        eprintln!("note: {note}");
+    }
     let interruption = interrupt::heed()?;
     if args.acknowledge {
         port = acknowledge(port)?;
@@ -92,6 +97,7 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
     let hits = hits(&outcome.trial);
     let forces = force_metrics(&outcome.trial);
     let refused = outcome.refused;
+    let (pulses, silent) = (outcome.trial.pulses, outcome.trial.silent.clone());
     record.trials.push(outcome.trial);
     record.ending = match &ended {
         Ok(()) => Ending::complete(),
@@ -113,13 +119,17 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
     let ended = ended.and(lost);
     let rmse = metrics.as_ref().map(|m| m.rmse_deg);
     let result = serde_json::json!({
+        "no_pulse_was_played": silent, "pulses": pulses, "image": image,
         "title": record.title, "device": record.device_in_words(), "seed": args.seed,
         "rmse_deg": rmse, "hits": hits, "forces": forces, "refused": refused, "report": report,
         "record": dir, "error": null,
     });
     let people = || {
         let tracked = rmse.map(|r| format!("RMSE {r:.2}° "));
-        let mut lines: Vec<String> = hits.iter().map(in_words).collect();
+        let silence = silent
+            .iter()
+            .map(|why| format!("no pulse was played: {why}"));
+        let mut lines: Vec<String> = silence.chain(hits.iter().map(in_words)).collect();
         lines.extend(forces.iter().map(followed));
         lines.push(format!(
             "{}: {}{refused} refused{}",
@@ -140,6 +150,15 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
     Err(Incomplete { error, result }.into())
 }
 
+/// A board has a real trigger input: what is said of simulated edges then.
+fn ignored_trigger(session: &Session, port: &mut dyn Port) -> Option<&'static str> {
+    let is_ignored = session.trigger.is_some() && port.world().is_none();
+    is_ignored.then_some(
+        "[simulated_trigger] is for devices simulated by this program: this one's own trigger \
+         input counts",
+    )
+}
+
 fn write_vcd(path: &Path, trace: &Trace) -> anyhow::Result<()> {
     std::fs::File::create(path)
         .and_then(|file| hal_sim::trace::write_vcd(std::io::BufWriter::new(file), trace))
@@ -148,10 +167,22 @@ fn write_vcd(path: &Path, trace: &Trace) -> anyhow::Result<()> {
 
 /// How a force was followed, for people.
 fn followed(force: &ForceMetrics) -> String {
-    format!(
+    let followed = format!(
         "channel {}: predicted force within {:.3} N (RMSE) of the wanted, {:.3} N at most; it \
          asked for up to {:.1} N",
         force.channel, force.rmse_n, force.max_abs_n, force.peak_n,
+    );
+    followed + &force.gap.map(limited).unwrap_or_default()
+}
+
+/// Where forces were wanted that cannot be given, for people.
+fn limited(gap: GapMetrics) -> String {
+    format!(
+        "; limiting {:.0} % of the time: it wanted forces between {} and {} N, which its limits \
+         cannot give, and got the nearer of the two (a lower `force.min_frequency_hz` narrows this)",
+        100.0 * gap.share,
+        gap.below_n,
+        gap.above_n,
     )
 }
 

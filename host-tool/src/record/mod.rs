@@ -92,6 +92,12 @@ pub struct Trial {
     pub wall: Option<WallPlace>,
     /// The part that metrics judge, from–to in s; all of it when `None`.
     pub measure: Option<(f64, f64)>,
+    /// Pulses of more than 0 that were played; `None` if nobody could tell.
+    #[serde(default)]
+    pub pulses: Option<u64>,
+    /// Why there was none, most likely.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub silent: Option<String>,
     /// Named counts: frames sent, lost, faults, ….
     pub counters: Vec<(String, u64)>,
     /// What happened when, s.
@@ -120,6 +126,15 @@ impl Trial {
     pub fn rate_hz(&self, sample: &Sample, channel: u8) -> Option<f64> {
         let place = self.place(channel, |c| c.force)?;
         sample.rates_hz.get(place).copied().flatten()
+    }
+
+    /// The two forces that a channel's limits can give, N, if they could not give
+    /// the wanted one between them.
+    #[must_use]
+    pub fn gap_n(&self, sample: &Sample, channel: u8) -> Option<(f64, f64)> {
+        let place = self.place(channel, |c| c.force)?;
+        let side = |list: &[Option<f64>]| list.get(place).copied().flatten();
+        side(&sample.below_n).zip(side(&sample.above_n))
     }
 
     /// A channel's place among those that have something.
@@ -191,6 +206,13 @@ pub struct Sample {
     /// Pulse rate that force control gives it, Hz; `None` while it plays nothing.
     #[serde(default)]
     pub rates_hz: Vec<Option<f64>>,
+    /// The force below the wanted one that its limits can give, N, where they
+    /// cannot give that itself; in the place of `wanted_n`.
+    #[serde(default)]
+    pub below_n: Vec<Option<f64>>,
+    /// The force above it that they can give, N, likewise.
+    #[serde(default)]
+    pub above_n: Vec<Option<f64>>,
 }
 
 /// The state of a device, by its word in `samples.csv`.
@@ -281,12 +303,12 @@ pub enum Role {
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
     /// The file system refused.
-    #[error("{path}: {source}")]
+    #[error("{path}: {why}")]
     Io {
         /// The file or folder.
         path: PathBuf,
         /// What the system said.
-        source: std::io::Error,
+        why: std::io::Error,
     },
     /// The disk is full, or the file system refused otherwise.
     #[error(
@@ -348,9 +370,9 @@ impl RecordError {
     }
 
     fn io(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
-        move |source| RecordError::Io {
+        move |why| RecordError::Io {
             path: path.to_owned(),
-            source,
+            why,
         }
     }
 }

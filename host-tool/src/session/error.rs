@@ -119,11 +119,15 @@ pub enum Problem {
          would then meet"
     )]
     RateChanges { channel: u8 },
-    #[error("`{field}` is {given} N: within its limits channel {channel} gives 0 to {max_n} N")]
+    #[error(
+        "`{field}` is {given} N: within its limits channel {channel} gives 0 N, and from {min_n} to \
+         {max_n} N"
+    )]
     OutOfReach {
         field: String,
         given: String,
         channel: u8,
+        min_n: f64,
         max_n: f64,
     },
     #[error("{wanted} needs a `[joint]`, and the file has none")]
@@ -142,6 +146,8 @@ pub enum Problem {
     NoFatigue { field: String },
     #[error("no channel has a `muscle`, so there is nothing to choose by")]
     NothingToFit,
+    #[error("no channel waits for a trigger, so `[simulated_trigger]` would start nothing")]
+    NothingTriggered,
 }
 
 impl Problem {
@@ -182,6 +188,7 @@ impl Problem {
             Self::JointAndWall => 480,
             Self::NoFatigue { .. } => 463,
             Self::NothingToFit => 464,
+            Self::NothingTriggered => 465,
         }
     }
 
@@ -210,7 +217,8 @@ impl Problem {
                     .into()
             }
             Self::RateChanges { .. } => {
-                "set `force.max_frequency_hz` to the train's frequency, or partner = \"conducted\""
+                "leave `force.max_frequency_hz` and `force.min_frequency_hz` out, or set partner = \
+                 \"conducted\""
                     .into()
             }
             Self::OutOfReach { .. } => {
@@ -223,6 +231,10 @@ impl Problem {
                     .into()
             }
             Self::NothingToFit => "give the channels a `muscle`, or leave `[fidelity]` out".into(),
+            Self::NothingTriggered => {
+                "give a channel's train `triggered = true`, or leave `[simulated_trigger]` out"
+                    .into()
+            }
             Self::TooSlow { .. } => "raise it, or `wearer.host_timeout_ms`".into(),
             _ => return None,
         })
