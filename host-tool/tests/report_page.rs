@@ -137,7 +137,8 @@ fn paper() -> Vec<PaperRow> {
 }
 
 fn folder(name: &str) -> PathBuf {
-    let dir = std::env::temp_dir().join(format!("flexor-report-{name}"));
+    // Not the machine's folder: another checkout's tests may run beside these.
+    let dir = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("report-{name}"));
     let _ = std::fs::remove_dir_all(&dir);
     dir
 }
