@@ -180,14 +180,16 @@ impl World {
             }
             self.triggers.pop_front_if(|at| *at < step);
             self.sense();
+            let mut is_asked = false;
             while let Some((at, mut bytes)) = self.wire.pop_until(step - 1).next() {
-                if takes_trigger(&mut bytes) {
-                    // The first moment that no device has passed already.
-                    self.trigger(ahead);
-                }
+                is_asked |= takes_trigger(&mut bytes);
                 let at = Micros(at.max(self.now_us) as u32);
                 self.device
                     .receive(at, &bytes, &self.sensors, &mut self.recorder)?;
+            }
+            if is_asked {
+                // The first moment that no device has passed already.
+                self.trigger(ahead);
             }
             self.device
                 .advance(Micros(step as u32), &self.sensors, &mut self.recorder)?;
