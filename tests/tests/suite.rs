@@ -16,6 +16,7 @@ mod force;
 mod fuzz_short;
 mod maps;
 mod million_pulses;
+mod pictures;
 mod protocol_vectors;
 mod qemu_instructions;
 mod qemu_parity;

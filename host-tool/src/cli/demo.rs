@@ -43,6 +43,12 @@ const SESSIONS: [(&str, &str, &str); 3] = [
     ),
 ];
 
+/// Ten channels, three of them on the finger.
+const TEN_CHANNELS: (&str, &str) = (
+    "ten_channels_and_finger.toml",
+    include_str!("../../sessions/ten_channels_and_finger.toml"),
+);
+
 const LAWS: [(LawName, &str); 2] = [
     (LawName::Recommended, "recommended law"),
     (LawName::Paper, "paper's law"),
@@ -84,7 +90,7 @@ pub fn main(args: &Demo, output: Output) -> anyhow::Result<()> {
     let page = report::write(&args.out, &report)
         .with_context(|| format!("cannot write to {}", args.out.display()))?;
     let picture = args.out.join("picture.svg");
-    std::fs::write(&picture, report::picture(&main_trials(&record)))
+    std::fs::write(&picture, overview(args.seed)?)
         .with_context(|| format!("cannot write {}", picture.display()))?;
     let seconds = begin.elapsed().as_secs_f64();
     output.say(
@@ -184,8 +190,7 @@ impl Port for Timed {
 }
 
 fn ten_channel_speed(seed: u64) -> anyhow::Result<Speed> {
-    let text = include_str!("../../sessions/ten_channels_and_finger.toml");
-    let session = SessionFile::parse("ten_channels_and_finger.toml", text)?;
+    let session = SessionFile::parse(TEN_CHANNELS.0, TEN_CHANNELS.1)?;
     let port = DeviceName::Native.open(&session.session, seed)?;
     let begin = Instant::now();
     let timed = Timed {
@@ -204,11 +209,15 @@ fn ten_channel_speed(seed: u64) -> anyhow::Result<Speed> {
     })
 }
 
-fn main_trials(record: &Run) -> Run {
-    Run {
-        trials: record.trials.iter().take(SESSIONS.len()).cloned().collect(),
-        ..record.clone()
-    }
+/// docs/demo.svg, the README's picture, as an SVG file: ten channels and the
+/// finger in one session, under the device's default law and under the paper's.
+///
+/// # Errors
+/// A session that does not run.
+pub fn overview(seed: u64) -> anyhow::Result<String> {
+    let session = ("ten channels", TEN_CHANNELS.0, TEN_CHANNELS.1);
+    let [default, paper] = LAWS.map(|law| one_trial((law, session), seed));
+    Ok(report::overview_picture(&default?.0, &paper?.0))
 }
 
 fn paper_rows(record: &Run) -> Vec<PaperRow> {

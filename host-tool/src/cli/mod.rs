@@ -14,6 +14,8 @@ mod run;
 mod selftest;
 mod serve;
 
+pub use demo::overview;
+
 use anyhow::Context;
 use clap::{Parser, Subcommand};
 use indicatif::{ProgressBar, ProgressStyle};
