@@ -1,8 +1,10 @@
 //! Super-twisting control of a joint angle: the paper's law and ours.
 //!
-//! The square root is that of the fixed-point bits: exact (floor) and the same
-//! on every machine, once per law period. `micromath`'s, up to 6 % high, would
-//! make host and chip differ and gain nothing here.
+//! The square root is that of the fixed-point bits: exact (floor), once per law
+//! period. `micromath`'s would give the same bits on host and chip too
+//! (docs/methods.md) and the loop would bear it, but it is 0 to 6 % high and its
+//! f32 has 24 bits, where its argument here has up to 39: the law would be
+//! converted there and back for a coarser root.
 
 use super::law::{Effort, Q, product, ratio, saturated};
 use crate::division;

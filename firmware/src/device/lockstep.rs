@@ -99,6 +99,8 @@ pub struct Lockstep {
     reading: Option<Reading>,
     trigger: Option<Micros>,
     tripped: bool,
+    /// When the latest refill has written its DACs.
+    written: Micros,
     /// When bytes left last.
     sent: Micros,
 }
@@ -125,6 +127,7 @@ impl Lockstep {
             reading: None,
             trigger: None,
             tripped: false,
+            written: boot,
             sent: boot,
         }
     }
@@ -281,6 +284,7 @@ impl Lockstep {
         if result.is_err() {
             self.isolate(now, sink);
         }
+        self.written = done;
         transmit(&mut self.session, ready, &mut self.sent, sink);
     }
 
@@ -292,17 +296,23 @@ impl Lockstep {
     }
 
     /// The hardware's fault stop: nothing rendered is played any more, and the
-    /// amplitudes go to zero.
+    /// amplitudes go to zero, after the writes of a refill under way, which on
+    /// a board nothing interrupts.
     fn isolate(&mut self, at: Micros, sink: &mut impl Sink) {
         self.play_until(at, sink);
         self.played = self.playing.changes.len();
         self.playing.sample = None;
         self.next.reset(self.next.start, Levels::ISOLATED);
         self.set_levels(at, Levels::ISOLATED, sink);
+        let cleared = if at.is_before(self.written) {
+            self.written
+        } else {
+            at
+        };
         for (channel, code) in (0..).zip(&mut self.dac) {
             if *code != DacCode(0) {
                 *code = DacCode(0);
-                sink.dac(at, channel, DacCode(0));
+                sink.dac(cleared, channel, DacCode(0));
             }
         }
     }

@@ -1,6 +1,7 @@
 //! Random hosts, wearers and moments against a whole device: it never panics,
 //! and an observer of pins, requests and answers never sees a promise broken.
 
+mod found;
 mod hosts;
 mod judges;
 mod walls;
@@ -111,7 +112,6 @@ fn config() -> ProptestConfig {
         .unwrap_or(600);
     ProptestConfig {
         cases,
-        failure_persistence: None,
         max_shrink_iters: 3_000,
         ..ProptestConfig::default()
     }

@@ -1,5 +1,6 @@
 //! `flexor demo`: experiment 4 of Hamana 2022 on the native simulator.
 
+use super::out::OutArgs;
 use super::{Bar, Output};
 use crate::analysis::metrics;
 use crate::link::Port;
@@ -11,15 +12,13 @@ use anyhow::Context;
 use clap::Args;
 use hal_sim::body::finger::TWO_POINT_FACTOR;
 use hal_sim::world::World;
-use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 /// Run Hamana 2022's finger experiment on the simulated board, with a report.
 #[derive(Args, Debug)]
 pub struct Demo {
-    /// Folder for the record and the report
-    #[arg(long, default_value = "out/demo")]
-    out: PathBuf,
+    #[command(flatten)]
+    out: OutArgs,
     /// Seed of the simulated finger's sensor noise
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -65,6 +64,8 @@ const TABLE_8_TWO: [f64; 5] = [9.00, 11.0, 12.6, 10.6, 10.2];
 /// A session that does not run, a folder that cannot be written.
 pub fn main(args: &Demo, output: Output) -> anyhow::Result<()> {
     let begin = Instant::now();
+    let place = args.out.place("demo")?;
+    let dir = place.dir();
     let bar = output.bar("Hamana 2022, experiment 4");
     let trials = all_trials(args.seed, &bar)?;
     bar.finish();
@@ -78,7 +79,7 @@ pub fn main(args: &Demo, output: Output) -> anyhow::Result<()> {
         trials: trials.into_iter().map(|(trial, _)| trial).collect(),
         speed_factor: Some(simulated / wall),
     };
-    save(&args.out, &record).with_context(|| format!("cannot record in {}", args.out.display()))?;
+    save(dir, &record).with_context(|| format!("cannot record in {}", dir.display()))?;
     let (paper, assumptions) = (paper_rows(&record), assumptions(&record));
     let command = format!("flexor demo --seed {}", args.seed);
     let report = Report {
@@ -87,9 +88,9 @@ pub fn main(args: &Demo, output: Output) -> anyhow::Result<()> {
         assumptions: &assumptions,
         command: &command,
     };
-    let page = report::write(&args.out, &report)
-        .with_context(|| format!("cannot write to {}", args.out.display()))?;
-    let picture = args.out.join("picture.svg");
+    let page = report::write(dir, &report)
+        .with_context(|| format!("cannot write to {}", dir.display()))?;
+    let picture = dir.join("picture.svg");
     std::fs::write(&picture, overview(args.seed)?)
         .with_context(|| format!("cannot write {}", picture.display()))?;
     let seconds = begin.elapsed().as_secs_f64();

@@ -1,5 +1,6 @@
 //! `flexor experiment`: the papers' protocols.
 
+use super::out::OutArgs;
 use super::{Bar, Output, WrongUse};
 use crate::analysis::Hit;
 use crate::experiments::harris_wall::{self, SPEEDS_DEG_PER_S, Shares, hit_at};
@@ -8,7 +9,6 @@ use crate::report::{self, Report};
 use crate::run::DeviceName;
 use anyhow::Context;
 use clap::{Args, Subcommand};
-use std::path::PathBuf;
 
 /// Run a paper's protocol
 #[derive(Subcommand, Debug)]
@@ -39,9 +39,8 @@ pub struct HarrisWall {
     /// Decides the sensor's noise and the arms drawn
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Folder for the record and the report
-    #[arg(long, default_value = "out/harris_wall")]
-    out: PathBuf,
+    #[command(flatten)]
+    out: OutArgs,
 }
 
 fn harris_wall(args: &HarrisWall, output: Output) -> anyhow::Result<()> {
@@ -49,6 +48,8 @@ fn harris_wall(args: &HarrisWall, output: Output) -> anyhow::Result<()> {
         let arms = args.arms;
         return Err(WrongUse(format!("--arms is {arms}, allowed is 1 to 100000")).into());
     }
+    let place = args.out.place("harris-wall")?;
+    let dir = place.dir();
     let bar = output.bar("Harris 2017, virtual wall");
     let trials = scenarios(args, &bar)?;
     let drawn = harris_wall::drawn(args.arms, args.seed, &mut |part| bar.set(0.2 + 0.8 * part))?;
@@ -62,8 +63,7 @@ fn harris_wall(args: &HarrisWall, output: Output) -> anyhow::Result<()> {
         trials,
         speed_factor: None,
     };
-    save(&args.out, &record)
-        .with_context(|| format!("E572 cannot record in {}", args.out.display()))?;
+    save(dir, &record).with_context(|| format!("E572 cannot record in {}", dir.display()))?;
     let assumptions = assumptions(&shares);
     let command = format!("flexor experiment harris-wall --seed {}", args.seed);
     let report = Report {
@@ -72,8 +72,8 @@ fn harris_wall(args: &HarrisWall, output: Output) -> anyhow::Result<()> {
         assumptions: &assumptions,
         command: &command,
     };
-    let page = report::write(&args.out, &report)
-        .with_context(|| format!("E572 cannot write to {}", args.out.display()))?;
+    let page = report::write(dir, &report)
+        .with_context(|| format!("E572 cannot write to {}", dir.display()))?;
     let page = page.display().to_string();
     output.say(
         || people(&record.trials, &shares, &page),

@@ -9,6 +9,7 @@ mod experiment;
 mod explain_model;
 mod monitor;
 mod muscle;
+mod out;
 mod profile;
 mod run;
 mod selftest;

@@ -1,6 +1,7 @@
 //! `flexor run`: a session on any device, recorded and reported.
 
 use super::chip::ChipArgs;
+use super::out::OutArgs;
 use super::{Incomplete, Output};
 use crate::analysis::{ForceMetrics, Hit, force_metrics, hits, metrics};
 use crate::record::{Recorder, Run, write_run};
@@ -19,9 +20,8 @@ pub struct RunArgs {
     /// native, chip, qemu, a serial port, or tcp:HOST:PORT
     #[arg(long, default_value = "native")]
     device: DeviceName,
-    /// Folder for the record and the report
-    #[arg(long, default_value = "out/run")]
-    out: PathBuf,
+    #[command(flatten)]
+    out: OutArgs,
     /// Acknowledge a latched fault first, once its cause is found
     #[arg(long)]
     acknowledge: bool,
@@ -61,8 +61,10 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
     if args.acknowledge {
         port = acknowledge(port)?;
     }
-    write_run(&args.out, &record)?;
-    let mut recorder = Recorder::create(&args.out, 0, &begin_trial(&session))?;
+    let place = args.out.place(&record.title)?;
+    let dir = place.dir();
+    write_run(dir, &record)?;
+    let mut recorder = Recorder::create(dir, 0, &begin_trial(&session))?;
     let bar = output.bar(&session.session.title);
     let (mut outcome, port) = run(&session, port, Some(&mut recorder), |part| bar.set(part));
     bar.finish();
@@ -92,11 +94,11 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
         assumptions: &[],
         command: &command,
     };
-    let report = report::write(&args.out, &report)
-        .with_context(|| format!("cannot write to {}", args.out.display()))?;
+    let report = report::write(dir, &report)
+        .with_context(|| format!("cannot write to {}", dir.display()))?;
     let rmse = metrics.as_ref().map(|m| m.rmse_deg);
     let result = serde_json::json!({
-        "title": record.title, "device": record.device, "seed": args.seed,
+        "title": record.title, "device": record.device_in_words(), "seed": args.seed,
         "rmse_deg": rmse, "hits": hits, "forces": forces, "refused": refused, "report": report,
         "error": null,
     });

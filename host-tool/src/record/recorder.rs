@@ -1,7 +1,7 @@
 //! Keeps a trial on disk while it runs.
 
 use super::folder::write_json;
-use super::{Edge, RecordError, Sample, Trial, table, trial_folder};
+use super::{Edge, Identity, RecordError, Sample, Trial, table, trial_folder};
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -70,6 +70,12 @@ impl Recorder {
         let mut out = BufWriter::new(file);
         let written = table::write_edges(&mut out, edges).and_then(|()| out.flush());
         written.map_err(RecordError::io(&path))
+    }
+
+    /// Notes which device answered.
+    pub fn identity(&mut self, identity: &Identity) -> Result<(), RecordError> {
+        self.trial.identity = Some(identity.clone());
+        self.describe()
     }
 
     /// Notes that something happened `t_s` seconds into the trial.

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 #[derive(Serialize)]
 struct Summary<'a> {
     title: &'a str,
-    device: &'a str,
+    device: String,
     simulated: bool,
     seed: u64,
     speed_factor: Option<f64>,
@@ -38,7 +38,7 @@ pub fn write(dir: &Path, report: &Report) -> std::io::Result<PathBuf> {
     let run = report.run;
     let summary = Summary {
         title: &run.title,
-        device: &run.device,
+        device: run.device_in_words(),
         simulated: run.is_simulated(),
         seed: run.seed,
         speed_factor: run.speed_factor,
