@@ -176,7 +176,11 @@ pub(super) fn folded(paragraphs: &[String]) -> Vec<String> {
 fn draw_panel(root: &Area<'_>, map: &Map, panel: &Panel, layout: &Layout, at: (i32, i32)) -> Drawn {
     let (left, top) = (at.0, at.1 + PANEL_TITLE);
     let style = bold(text(12, INK));
-    let title = Text::new(panel.title.clone(), (px(left), px(at.1 + 12)), style);
+    let title = Text::new(
+        panel.title.clone(),
+        (px(left - ROW_NAME), px(at.1 + 12)),
+        style,
+    );
     root.draw(&title)?;
     let (width, height) = layout.cell;
     let corner = |row: usize, column: usize| {

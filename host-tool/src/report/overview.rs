@@ -3,8 +3,8 @@
 //! paper's law. Narrow and with large letters, so that a phone shows it too.
 
 use super::canvas::{
-    Area, Drawn, GRID, INK, Key, MUTED, PALETTE, SHADE, anchored, bold, channel_mark, legend_of,
-    line, px, standalone, svg_wide, text, turned,
+    Area, Drawn, GRID, INK, Key, MUTED, PALETTE, anchored, bold, channel_mark, legend_of, line, px,
+    standalone, svg_wide, text, turned,
 };
 use super::series::{range, shorten};
 use super::tables::degrees;
@@ -67,11 +67,12 @@ fn draw_arm(root: &Area<'_>, trial: &Trial) -> Drawn {
         corner(40, wrist),
         corner(62, elbow),
     ];
-    root.draw(&Polygon::new(arm, GRID.filled()))?;
     let angles = shown(trial).map(|sample| sample.measured_deg);
     let (least, most) = range(angles).unwrap_or((0.0, 90.0));
-    draw_finger(root, least, SHADE)?;
-    draw_finger(root, most, GRID)?;
+    let around: Vec<_> = arm.iter().chain(arm.first()).copied().collect();
+    root.draw(&PathElement::new(around, line(MUTED, 18)))?;
+    draw_finger(root, least, GRID)?;
+    draw_finger(root, most, MUTED)?;
     let at = (px(ARM + 100), px(knuckles - 60));
     let words = format!("{least:.0}° to");
     root.draw(&Text::new(words, at, text(LETTERS, INK)))?;
@@ -84,18 +85,28 @@ fn draw_arm(root: &Area<'_>, trial: &Trial) -> Drawn {
     Ok(())
 }
 
-/// Two bones; the joint between them is bent by `angle_deg`.
+/// Two bones in outline; the joint between them is bent by `angle_deg`.
 fn draw_finger(root: &Area<'_>, angle_deg: f64, color: RGBColor) -> Drawn {
     let start = (f64::from(ARM + 12), f64::from(JOINTS[2]) + 4.0);
     let joint = (start.0, start.1 - BONES[0]);
     let (sin, cos) = angle_deg.to_radians().sin_cos();
     let tip = (joint.0 + BONES[1] * sin, joint.1 - BONES[1] * cos);
-    let at = |(x, y): (f64, f64)| ((x * 4.0) as i32, (y * 4.0) as i32);
-    for (from, to) in [(start, joint), (joint, tip)] {
-        let bone = [at(from), at(to)];
-        root.draw(&PathElement::new(bone, line(color, 240)))?;
-        for end in bone {
-            root.draw(&Circle::new(end, px(12), color.filled()))?;
+    let at = |x: f64, y: f64| ((x * 4.0) as i32, (y * 4.0) as i32);
+    for (color, half) in [(color, 13.0), (WHITE, 11.2)] {
+        for (x, y) in [start, joint, tip] {
+            root.draw(&Circle::new(at(x, y), (half * 4.0) as i32, color.filled()))?;
+        }
+        for (from, to) in [(start, joint), (joint, tip)] {
+            let length = (to.0 - from.0).hypot(to.1 - from.1);
+            let across = (to.1 - from.1) / length * half;
+            let along = (to.0 - from.0) / length * half;
+            let bone = [
+                at(from.0 + across, from.1 - along),
+                at(to.0 + across, to.1 - along),
+                at(to.0 - across, to.1 + along),
+                at(from.0 - across, from.1 + along),
+            ];
+            root.draw(&Polygon::new(bone.to_vec(), color.filled()))?;
         }
     }
     Ok(())
@@ -109,9 +120,8 @@ fn draw_electrode(root: &Area<'_>, number: u8) -> Drawn {
     let mark = channel_mark(number);
     let at = (px(ARM + side * 13), y);
     root.draw(&Circle::new(at, px(8), mark.dot()))?;
-    let anchor = if number <= 5 { HPos::Right } else { HPos::Left };
-    let style = anchored(text(LETTERS, INK), anchor);
-    let at = (px(ARM + side * 25), y);
+    let style = anchored(text(LETTERS, INK), HPos::Center);
+    let at = (px(ARM + side * 34), y);
     root.draw(&Text::new(number.to_string(), at, style))?;
     Ok(())
 }
