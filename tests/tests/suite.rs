@@ -21,3 +21,4 @@ mod pictures;
 mod protocol_vectors;
 mod qemu_instructions;
 mod qemu_parity;
+mod trigger;

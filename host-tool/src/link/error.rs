@@ -1,5 +1,6 @@
 //! What can go wrong on the link, and what to do about it.
 
+use super::Signal;
 use firmware::link::{Code, Refusal};
 use firmware::safety::Fault;
 use std::fmt;
@@ -25,10 +26,13 @@ pub enum Error {
     #[error(
         "E502 lost the device: {0}; outputs isolate by themselves after the host timeout; reconnect and run again"
     )]
-    Lost(#[from] io::Error),
+    Lost(io::Error),
     /// E503: a request that does not fit a frame.
     #[error("E503 {0} does not fit a frame")]
     TooLarge(&'static str),
+    /// E580: a signal came while the host waited.
+    #[error("E580 {0} came: nothing is waited for any more")]
+    Interrupted(Signal),
     /// E504: the port cannot be opened.
     #[error("E504 cannot open {port}: {reason}; {advice}")]
     Open {
@@ -39,6 +43,12 @@ pub enum Error {
         /// What to do.
         advice: &'static str,
     },
+}
+
+impl From<io::Error> for Error {
+    fn from(error: io::Error) -> Self {
+        Self::Lost(error)
+    }
 }
 
 /// A refusal in words: number, name, field, what is allowed, what to do.
@@ -119,6 +129,7 @@ pub fn what(code: Code) -> &'static str {
         Code::NoSession => "no session is open",
         Code::SessionTaken => "another host holds the session",
         Code::DeviceBusy => "the device cannot take more requests now",
+        Code::SimulatorOnly => "only who serves a simulator takes this",
         Code::OutOfRange => "outside the allowed range",
         Code::BurstOverlaps => "pulses of a burst would overlap",
         Code::BurstTooLong => "the burst does not end two windows before the next",
@@ -152,6 +163,7 @@ pub fn what(code: Code) -> &'static str {
         Code::ElectrodeShort => "the electrode check saw too much current",
         Code::Cancelled => "arming was cancelled by a stop",
         Code::FaultLatched => "a fault is latched",
+        Code::Stopped => "a stop came before this was carried out",
         Code::NoJoint => "no joint and no wall is configured",
         Code::SetpointTime => "the setpoint's time is too far off or out of order",
         Code::MeasurementTime => "the measurement's time is ahead or out of order",
@@ -173,6 +185,7 @@ pub fn advice(code: Code) -> &'static str {
         Code::NoSession => "send Hello first",
         Code::SessionTaken => "close the other program, or wait for the host timeout",
         Code::DeviceBusy => "send setpoints at most once per millisecond",
+        Code::SimulatorOnly => "send it to flexor serve with a simulator",
         Code::OutOfRange => "choose a value in the range",
         Code::BurstOverlaps => "lengthen burst_interval_us or shorten the pulse",
         Code::BurstTooLong => "lower the frequency or shorten the burst",
@@ -199,6 +212,7 @@ pub fn advice(code: Code) -> &'static str {
         Code::FaultLatched => {
             "find the fault's cause, then acknowledge it (flexor run --acknowledge)"
         }
+        Code::Stopped => "arm and start again if that is wanted",
         Code::NoJoint => "configure a joint before arming",
         Code::SetpointTime | Code::MeasurementTime => "refresh the clock offset and send in order",
         Code::SensorNotHost => "configure the joint's sensor as host",

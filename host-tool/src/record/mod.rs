@@ -5,12 +5,16 @@
 //! from the data (`analysis`), pictures (`report`).
 //! In: telemetry, edges, counters, events. Out: a folder that [`load`] reads back.
 
+mod disk;
+mod ending;
 mod folder;
 mod identity;
 mod place;
 mod recorder;
 mod table;
 
+pub use disk::{Disk, FileSystem, replace_file};
+pub use ending::{Completeness, Ending, write_summary};
 pub use folder::{load, save, trial_folder, write_run};
 pub use identity::{DeviceKind, Identity};
 pub use place::Place;
@@ -35,6 +39,9 @@ pub struct Run {
     /// Simulated seconds per second of the PC, where that was measured.
     #[serde(default)]
     pub speed_factor: Option<f64>,
+    /// How it ended; kept in `summary.json`.
+    #[serde(skip)]
+    pub ending: Ending,
 }
 
 impl Run {
@@ -85,6 +92,12 @@ pub struct Trial {
     pub wall: Option<WallPlace>,
     /// The part that metrics judge, from–to in s; all of it when `None`.
     pub measure: Option<(f64, f64)>,
+    /// Pulses of more than 0 that were played; `None` if nobody could tell.
+    #[serde(default)]
+    pub pulses: Option<u64>,
+    /// Why there was none, most likely.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub silent: Option<String>,
     /// Named counts: frames sent, lost, faults, ….
     pub counters: Vec<(String, u64)>,
     /// What happened when, s.
@@ -99,18 +112,20 @@ impl Trial {
         sample.forces_n.get(place).copied()
     }
 
-    /// The wanted force of a channel, N; `None` without force control.
+    /// The wanted force of a channel, N; `None` without force control and before
+    /// its first setpoint.
     #[must_use]
     pub fn wanted_n(&self, sample: &Sample, channel: u8) -> Option<f64> {
         let place = self.place(channel, |c| c.force)?;
-        sample.wanted_n.get(place).copied()
+        sample.wanted_n.get(place).copied().flatten()
     }
 
-    /// The pulse rate that force control gives a channel, Hz; `None` without.
+    /// The pulse rate that force control gives a channel, Hz; `None` without, and
+    /// while the channel plays nothing.
     #[must_use]
     pub fn rate_hz(&self, sample: &Sample, channel: u8) -> Option<f64> {
         let place = self.place(channel, |c| c.force)?;
-        sample.rates_hz.get(place).copied()
+        sample.rates_hz.get(place).copied().flatten()
     }
 
     /// A channel's place among those that have something.
@@ -155,27 +170,52 @@ pub struct ChannelInfo {
 pub struct Sample {
     /// Since the trial's start, s.
     pub t_s: f64,
-    /// Wanted joint angle, or where a wall stands, degrees.
-    pub target_deg: f64,
-    /// Joint angle the sensor gave, degrees.
-    pub measured_deg: f64,
+    /// Wanted joint angle, or where a wall stands, degrees; `None` before the
+    /// first setpoint, and without joint or wall.
+    pub target_deg: Option<f64>,
+    /// Joint angle the sensor gave, degrees; `None` before the first measurement,
+    /// and without joint or wall.
+    pub measured_deg: Option<f64>,
     /// Joint angle of a simulated body, degrees; nobody knows a person's.
     pub true_deg: Option<f64>,
     /// What the control law asked for, in its own unit; with a wall, how far the
-    /// limb is inside, degrees.
-    pub effort: f64,
+    /// limb is inside, degrees. `None` while neither runs.
+    pub effort: Option<f64>,
     /// A computed amplitude was clamped to the wearer's limit.
     pub limiting: bool,
-    /// Amplitude of each channel, in the channel's unit.
-    pub amplitudes: Vec<f64>,
+    /// The device's state.
+    pub state: DeviceState,
+    /// Amplitude of each channel, in the channel's unit; `None` while it plays
+    /// nothing.
+    pub amplitudes: Vec<Option<f64>>,
     /// Predicted force of each channel that has a muscle, N, in channel order.
     pub forces_n: Vec<f64>,
-    /// Wanted force of each channel under force control, N, in channel order.
+    /// Wanted force of each channel under force control, N, in channel order;
+    /// `None` before its first setpoint.
     #[serde(default)]
-    pub wanted_n: Vec<f64>,
-    /// Pulse rate that force control gives it, Hz.
+    pub wanted_n: Vec<Option<f64>>,
+    /// Pulse rate that force control gives it, Hz; `None` while it plays nothing.
     #[serde(default)]
-    pub rates_hz: Vec<f64>,
+    pub rates_hz: Vec<Option<f64>>,
+}
+
+/// The state of a device, by its word in `samples.csv`.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum DeviceState {
+    /// Reset, nothing decided yet.
+    #[default]
+    Boot,
+    /// Outputs isolated, supply down. Includes the electrode check.
+    Idle,
+    /// Ready to start.
+    Armed,
+    /// Trains play.
+    Stimulating,
+    /// Amplitudes fall.
+    Stopping,
+    /// Isolated until acknowledged.
+    Fault,
 }
 
 /// A change of one channel's switch state.
@@ -247,8 +287,19 @@ pub enum Role {
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
     /// The file system refused.
-    #[error("{path}: {source}")]
+    #[error("{path}: {why}")]
     Io {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system said.
+        why: std::io::Error,
+    },
+    /// The disk is full, or the file system refused otherwise.
+    #[error(
+        "E582 cannot write {path}: {source}; make room there or choose another --out; what was \
+         recorded before is kept"
+    )]
+    Write {
         /// The file or folder.
         path: PathBuf,
         /// What the system said.
@@ -295,10 +346,17 @@ pub enum RecordError {
 }
 
 impl RecordError {
-    fn io(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
-        move |source| RecordError::Io {
+    fn write(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
+        move |source| RecordError::Write {
             path: path.to_owned(),
             source,
+        }
+    }
+
+    fn io(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
+        move |why| RecordError::Io {
+            path: path.to_owned(),
+            why,
         }
     }
 }
