@@ -6,7 +6,9 @@ use crate::analysis::metrics;
 use crate::link::{Interruption, Port};
 use crate::record::{Assumption, Ending, PaperRow, Role, Run, Trial, write_run};
 use crate::report::{self, Report};
-use crate::run::{DeviceName, Recorded, RunError, SessionFile, TrialPlace, heeding, run};
+use crate::run::{
+    DeviceName, Recorded, RunError, SessionFile, TrialPlace, edges_of_one_period, heeding, run,
+};
 use crate::session::LawName;
 use anyhow::Context;
 use clap::Args;
@@ -237,9 +239,27 @@ fn ten_channel_speed(seed: u64) -> anyhow::Result<Speed> {
 /// # Errors
 /// A session that does not run.
 pub fn overview(seed: u64) -> anyhow::Result<String> {
-    let session = ("ten channels", TEN_CHANNELS.0, TEN_CHANNELS.1);
-    let [default, paper] = LAWS.map(|law| one_trial((law, session), seed));
-    Ok(report::overview_picture(&default?.0, &paper?.0))
+    let [default, paper] = LAWS.map(|(law, _)| ten_channels(law, seed));
+    Ok(report::overview_picture(&default?, &paper?))
+}
+
+/// The session of ten channels under a law, with the edges of one period.
+fn ten_channels(law: LawName, seed: u64) -> anyhow::Result<Trial> {
+    let mut session = SessionFile::parse(TEN_CHANNELS.0, TEN_CHANNELS.1)?;
+    session.session = session.session.with_law(law)?;
+    let port = DeviceName::Native.open(&session.session, seed)?;
+    let (outcome, port) = run(&session, port, None, |_| ());
+    if let Some(error) = outcome.error {
+        return Err(error).context(TEN_CHANNELS.0);
+    }
+    let mut trial = outcome.trial;
+    if let (Some(mut port), Some(epoch)) = (port, outcome.epoch_us)
+        && let Some(world) = port.world()
+    {
+        let trace = &world.recorder.trace;
+        trial.edges = edges_of_one_period(&session.session, trace, epoch, 20_000_000);
+    }
+    Ok(trial)
 }
 
 fn paper_rows(record: &Run) -> Vec<PaperRow> {

@@ -187,8 +187,11 @@ fn draw_row(
             };
             let ends = [(x(from), px(level)), (x(to), px(level))];
             if state == State::Grounded {
-                let band = [(x(from), px(middle - 7)), (x(to), px(middle + 7))];
-                root.draw(&Rectangle::new(band, GRID.filled()))?;
+                // Above and below the line, which would be pale on it.
+                for (top, bottom) in [(middle - 7, middle - 2), (middle + 2, middle + 7)] {
+                    let band = [(x(from), px(top)), (x(to), px(bottom))];
+                    root.draw(&Rectangle::new(band, GRID.filled()))?;
+                }
             } else if level != middle {
                 let body = [ends[0], (x(to), px(middle))];
                 if let Some(tint) = mark.tint() {

@@ -19,8 +19,8 @@ const LINE: i32 = 19;
 const CELL_WIDTH: (i32, i32) = (11, 34);
 /// The line and the dots, readable on every cell in light and dark: these two
 /// are never exchanged for a dark screen's.
-const EDGE: RGBColor = RGBColor(0x11, 0x11, 0x11);
-const HALO: RGBColor = RGBColor(0xFD, 0xFD, 0xFD);
+pub(super) const EDGE: RGBColor = RGBColor(0x11, 0x11, 0x11);
+pub(super) const HALO: RGBColor = RGBColor(0xFD, 0xFD, 0xFD);
 
 /// First and last colour of the classes of each verdict: what holds is blue,
 /// what fails orange, what fails badly dark red.

@@ -67,7 +67,7 @@ fn draw_arm(root: &Area<'_>, trial: &Trial) -> Drawn {
         corner(40, wrist),
         corner(62, elbow),
     ];
-    let angles = shown(trial).map(|sample| sample.measured_deg);
+    let angles = shown(trial).filter_map(|sample| sample.measured_deg);
     let (least, most) = range(angles).unwrap_or((0.0, 90.0));
     let around: Vec<_> = arm.iter().chain(arm.first()).copied().collect();
     root.draw(&PathElement::new(around, line(MUTED, 18)))?;
@@ -219,13 +219,13 @@ fn draw_angles(root: &Area<'_>, default: &Trial, paper: &Trial) -> Drawn {
         root.draw(&Text::new(tick.to_string(), at, style))?;
     }
     axis_names(root, ANGLE, "time (s)", "angle (°)", 54)?;
-    let courses: [(&Trial, fn(&Sample) -> f64, ShapeStyle); 3] = [
+    let courses: [(&Trial, fn(&Sample) -> Option<f64>, ShapeStyle); 3] = [
         (paper, |s| s.measured_deg, red),
         (default, |s| s.measured_deg, blue),
         (default, |s| s.target_deg, line(INK, 12)),
     ];
     for (trial, angle, style) in courses {
-        let points = shown(trial).map(|s| (s.t_s, angle(s)));
+        let points = shown(trial).filter_map(|s| Some((s.t_s, angle(s)?)));
         for part in shorten(points, 400) {
             let path: Vec<_> = part.iter().map(|(s, deg)| (x(*s), y(*deg))).collect();
             root.draw(&PathElement::new(path, style))?;

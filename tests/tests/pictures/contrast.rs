@@ -1,6 +1,6 @@
 //! Contrast of text, and of lines and marks, with what lies under them (WCAG 2.2).
 
-use super::drawing::{Box2, Drawing, Form, Item};
+use super::drawing::{Box2, Drawing, Form, Item, Paint};
 use std::collections::BTreeMap;
 
 /// Of text: WCAG 1.4.3, level AA.
@@ -54,7 +54,7 @@ fn contrast(before: &[Item], item: &Item, dark: usize, back: [f64; 3]) -> Option
         _ => return None,
     };
     let ratios = points.into_iter().map(|at| {
-        let below = behind(before, at, dark, back);
+        let below = behind(before, at, dark, back, paint);
         ratio(mixed(below, paint.rgb, paint.cover), below)
     });
     Some((ratios.fold(f64::MAX, f64::min), wanted))
@@ -110,8 +110,15 @@ fn middle(path: &[(f64, f64)]) -> Vec<(f64, f64)> {
 }
 
 /// The colour at a place after some items are painted: areas and halos. Lines and
-/// marks that cross are told apart along their way, not where they meet.
-fn behind(items: &[Item], at: (f64, f64), dark: usize, screen: [f64; 3]) -> [f64; 3] {
+/// marks that cross are told apart along their way, not where they meet; a line
+/// at the edge of a tint of its own colour is seen from the other side.
+fn behind(
+    items: &[Item],
+    at: (f64, f64),
+    dark: usize,
+    screen: [f64; 3],
+    judged: Paint,
+) -> [f64; 3] {
     let mut color = screen;
     for item in items {
         let covers = match &item.form {
@@ -119,7 +126,9 @@ fn behind(items: &[Item], at: (f64, f64), dark: usize, screen: [f64; 3]) -> [f64
             Form::Area(corners) => (is_halo(item) || !is_mark(corners)) && inside(corners, at),
             Form::Line(path, width) => is_halo(item) && near(path, at) <= width / 2.0,
         };
-        if let (true, Some(paint)) = (covers, item.paint[dark]) {
+        if let (true, Some(paint)) = (covers, item.paint[dark])
+            && (paint.rgb != judged.rgb || paint.cover == 1.0)
+        {
             color = mixed(color, paint.rgb, paint.cover);
         }
     }
