@@ -72,6 +72,7 @@ pub fn main(args: &Demo, output: Output) -> anyhow::Result<()> {
         seed: args.seed,
         trials: trials.into_iter().map(|(trial, _)| trial).collect(),
         speed_factor: Some(simulated / wall),
+        ..Run::default()
     };
     save(dir, &record).with_context(|| format!("cannot record in {}", dir.display()))?;
     let (paper, assumptions) = (paper_rows(&record), assumptions(&record));

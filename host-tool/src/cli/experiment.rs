@@ -61,7 +61,7 @@ fn harris_wall(args: &HarrisWall, output: Output) -> anyhow::Result<()> {
         device: args.device.to_string(),
         seed: args.seed,
         trials,
-        speed_factor: None,
+        ..Run::default()
     };
     save(dir, &record).with_context(|| format!("E572 cannot record in {}", dir.display()))?;
     let assumptions = assumptions(&shares);

@@ -54,8 +54,7 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
         title: session.session.title.clone(),
         device: args.device.to_string(),
         seed: args.seed,
-        trials: Vec::new(),
-        speed_factor: None,
+        ..Run::default()
     };
     let mut port = args.chip.open(&args.device, &session.session, args.seed)?;
     if args.acknowledge {

@@ -12,6 +12,7 @@ mod port;
 mod serial;
 
 pub use client::{Client, Incoming};
+pub use clock::Fit;
 pub use error::{Error, Refused, advice, what};
 pub use paced::Paced;
 pub use port::{Port, SimulatedPort};

@@ -133,6 +133,7 @@ pub fn run<P: Port>(
         // Whatever was refused, nothing stays armed.
         let _ = run.client.stop();
     }
+    run.clock();
     if let Err(error) = &result {
         run.cut_short(error);
     }
@@ -173,6 +174,15 @@ impl<P: Port> Run<'_, P> {
         }
         self.trial.identity = Some(identity);
         Ok(())
+    }
+
+    /// The record says how the device's clock ran.
+    fn clock(&mut self) {
+        let clock = self.client.clock_fit().map(super::identity::clock);
+        if let Some(recorder) = &mut self.recorder {
+            recorder.clock(clock);
+        }
+        self.trial.clock = clock;
     }
 
     fn prepare(&mut self) -> Result<(), RunError> {
