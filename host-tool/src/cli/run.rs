@@ -1,11 +1,13 @@
 //! `flexor run`: a session on any device, recorded and reported.
 
 use super::chip::ChipArgs;
-use super::{Incomplete, Output};
+use super::{Incomplete, Output, interrupt};
 use crate::analysis::{ForceMetrics, Hit, force_metrics, hits, metrics};
 use crate::record::{Recorder, Run, write_run};
 use crate::report::{self, Report};
-use crate::run::{DeviceName, SessionFile, acknowledge, begin_trial, edges_of_one_period, run};
+use crate::run::{
+    DeviceName, SessionFile, acknowledge, begin_trial, edges_of_one_period, heeding, run,
+};
 use crate::session::LawName;
 use anyhow::Context;
 use clap::Args;
@@ -58,13 +60,15 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
         speed_factor: None,
     };
     let mut port = args.chip.open(&args.device, &session.session, args.seed)?;
+    let interruption = interrupt::heed()?;
     if args.acknowledge {
         port = acknowledge(port)?;
     }
     write_run(&args.out, &record)?;
     let mut recorder = Recorder::create(&args.out, 0, &begin_trial(&session))?;
     let bar = output.bar(&session.session.title);
-    let (mut outcome, port) = run(&session, port, Some(&mut recorder), |part| bar.set(part));
+    let watch = heeding(&interruption, |part| bar.set(part));
+    let (mut outcome, port) = run(&session, port, Some(&mut recorder), watch);
     bar.finish();
     if let (Some(mut port), Some(epoch)) = (port, outcome.epoch_us)
         && let Some(world) = port.world()

@@ -6,6 +6,7 @@
 
 mod device;
 mod file;
+mod interruption;
 mod observer;
 mod profile;
 mod runner;
@@ -15,6 +16,7 @@ pub use device::{
     ChipError, ChipOptions, DeviceName, OpenError, chip_image, on_chip, power_on, simulated,
 };
 pub use file::SessionFile;
+pub use interruption::heeding;
 pub use observer::{Observer, Seen, Wish};
 pub use profile::{Booted, ProfileError, Profiled, profile};
 pub use runner::{Outcome, RunError, acknowledge, run};
