@@ -1,9 +1,12 @@
 //! SIGINT, SIGTERM and SIGHUP: the first ends in order, the second at once.
 
 use crate::link::{Interruption, Signal};
+use crate::record::{Ending, Run};
+use crate::report::{self, Report};
 use crate::run::RunError;
 use anyhow::Context;
 use signal_hook::flag;
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -71,4 +74,21 @@ pub fn signal(error: &anyhow::Error) -> Option<Signal> {
             _ => None,
         }
     })
+}
+
+/// Marks the record of a run that `error` cut short, writes its page, and says
+/// where it lies. Gives back what the command fails with.
+pub fn conclude(dir: &Path, mut run: Run, command: &str, error: anyhow::Error) -> anyhow::Error {
+    run.ending = Ending::cut_short(format!("{error:#}"), super::exit_code(&error));
+    let report = Report {
+        run: &run,
+        paper: &[],
+        assumptions: &[],
+        command,
+    };
+    if let Err(lost) = report::write(dir, &report) {
+        eprintln!("error: {lost}");
+    }
+    super::lies_in(dir);
+    error
 }

@@ -19,6 +19,7 @@ use anyhow::Context;
 use clap::{Parser, Subcommand};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::Write;
+use std::path::Path;
 use std::process::ExitCode;
 
 /// An open ten-channel wearable muscle stimulator: run sessions on a simulated
@@ -145,6 +146,11 @@ pub fn main() -> ExitCode {
             ExitCode::from(exit_code(&error))
         }
     }
+}
+
+/// Says where the record of a run that was cut short lies.
+fn lies_in(dir: &Path) {
+    eprintln!("the record, marked incomplete, is in {}", dir.display());
 }
 
 /// What a command that failed exits with.

@@ -5,10 +5,14 @@
 //! from the data (`analysis`), pictures (`report`).
 //! In: telemetry, edges, counters, events. Out: a folder that [`load`] reads back.
 
+mod disk;
+mod ending;
 mod folder;
 mod recorder;
 mod table;
 
+pub use disk::{Disk, FileSystem, replace_file};
+pub use ending::{Completeness, Ending, write_summary};
 pub use folder::{load, save, trial_folder, write_run};
 pub use recorder::Recorder;
 pub use table::{read_edges, read_samples, write_edges, write_samples};
@@ -31,6 +35,9 @@ pub struct Run {
     /// Simulated seconds per second of the PC, where that was measured.
     #[serde(default)]
     pub speed_factor: Option<f64>,
+    /// How it ended; kept in `summary.json`.
+    #[serde(skip)]
+    pub ending: Ending,
 }
 
 impl Run {
@@ -242,6 +249,17 @@ pub enum RecordError {
         /// What the system said.
         source: std::io::Error,
     },
+    /// The disk is full, or the file system refused otherwise.
+    #[error(
+        "E582 cannot write {path}: {source}; make room there or choose another --out; what was \
+         recorded before is kept"
+    )]
+    Write {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
     /// A file is not what this program writes.
     #[error("{path}, line {line}: {what}")]
     Format {
@@ -255,6 +273,13 @@ pub enum RecordError {
 }
 
 impl RecordError {
+    fn write(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
+        move |source| RecordError::Write {
+            path: path.to_owned(),
+            source,
+        }
+    }
+
     fn io(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
         move |source| RecordError::Io {
             path: path.to_owned(),

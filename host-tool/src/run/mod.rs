@@ -9,6 +9,7 @@ mod file;
 mod interruption;
 mod observer;
 mod profile;
+mod recorded;
 mod runner;
 mod trial;
 
@@ -19,5 +20,6 @@ pub use file::SessionFile;
 pub use interruption::heeding;
 pub use observer::{Observer, Seen, Wish};
 pub use profile::{Booted, ProfileError, Profiled, profile};
+pub use recorded::{BeginError, Recorded, TrialPlace, record};
 pub use runner::{Outcome, RunError, acknowledge, run};
 pub use trial::{begin_trial, edges_between, edges_of_one_period, event, sample};
