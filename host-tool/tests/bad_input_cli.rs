@@ -37,7 +37,7 @@ rate_hz = 50
 "#;
 
 /// An empty folder of this test's own, with the session in it.
-fn folder(test: &str) -> PathBuf {
+pub(crate) fn folder(test: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR"))
         .join("bad_input")
         .join(test);
@@ -47,7 +47,7 @@ fn folder(test: &str) -> PathBuf {
     folder
 }
 
-fn flexor(folder: &Path, arguments: &[&str]) -> Command {
+pub(crate) fn flexor(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(FLEXOR);
     command
         .current_dir(folder)
@@ -57,7 +57,7 @@ fn flexor(folder: &Path, arguments: &[&str]) -> Command {
 }
 
 /// Exit code, standard output, standard error.
-fn said(output: &Output) -> (Option<i32>, String, String) {
+pub(crate) fn said(output: &Output) -> (Option<i32>, String, String) {
     let text = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).unwrap();
     (
         output.status.code(),
@@ -67,14 +67,14 @@ fn said(output: &Output) -> (Option<i32>, String, String) {
 }
 
 /// A simulated board in a process of its own, killed when dropped.
-struct Board {
+pub(crate) struct Board {
     process: Child,
     /// As `--device` names it.
-    at: String,
+    pub(crate) at: String,
 }
 
 impl Board {
-    fn serve(folder: &Path, wire: &[&str]) -> Self {
+    pub(crate) fn serve(folder: &Path, wire: &[&str]) -> Self {
         let mut command = flexor(folder, &["--json", "serve", "--seconds", "60"]);
         let mut process = command.args(wire).stdout(Stdio::piped()).spawn().unwrap();
         let mut line = String::new();
@@ -85,7 +85,7 @@ impl Board {
         Self { process, at }
     }
 
-    fn tcp(folder: &Path) -> Self {
+    pub(crate) fn tcp(folder: &Path) -> Self {
         Self::serve(folder, &["--tcp", "127.0.0.1:0"])
     }
 }

@@ -150,7 +150,7 @@ fn a_stop_is_seen_at_once() {
 #[test]
 fn any_terminal_size_is_survived() {
     let model = faulted();
-    let nothing = Model::new("board at /dev/ttyACM0", None);
+    let nothing = Model::new("/dev/ttyACM0", None);
     for width in [1, 2, 7, 20, 33, 50, 79, 200] {
         for height in [1, 2, 5, 9, 14, 23, 60] {
             assert!(!screen(&model, width, height).is_empty());

@@ -84,6 +84,7 @@ fn trial(name: &str, delay_s: f64, reach_deg: f64, edges: Vec<Edge>) -> Trial {
     Trial {
         name: name.to_owned(),
         session_file: format!("sessions/{}.toml", name.replace(' ', "_")),
+        identity: None,
         duration_s: 30.0,
         channels: vec![
             channel(1, "flexor A", 28.0),

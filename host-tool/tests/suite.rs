@@ -16,6 +16,8 @@ mod link_native;
 mod live_frame;
 mod live_lines;
 mod muscle_cli;
+#[cfg(unix)]
+mod record_identity;
 mod report_page;
 mod run_cut_short;
 mod run_rungs;

@@ -1,5 +1,6 @@
 //! `flexor demo`: experiment 4 of Hamana 2022 on the native simulator.
 
+use super::out::OutArgs;
 use super::{Bar, Output, interrupt};
 use crate::analysis::metrics;
 use crate::link::{Interruption, Port};
@@ -11,15 +12,14 @@ use anyhow::Context;
 use clap::Args;
 use hal_sim::body::finger::TWO_POINT_FACTOR;
 use hal_sim::world::World;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// Run Hamana 2022's finger experiment on the simulated board, with a report.
 #[derive(Args, Debug)]
 pub struct Demo {
-    /// Folder for the record and the report
-    #[arg(long, default_value = "out/demo")]
-    out: PathBuf,
+    #[command(flatten)]
+    out: OutArgs,
     /// Seed of the simulated finger's sensor noise
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -59,6 +59,8 @@ const TABLE_8_TWO: [f64; 5] = [9.00, 11.0, 12.6, 10.6, 10.2];
 /// A session that does not run, a folder that cannot be written.
 pub fn main(args: &Demo, output: Output) -> anyhow::Result<()> {
     let begin = Instant::now();
+    let place = args.out.place("demo")?;
+    let dir = place.dir();
     let bar = output.bar("Hamana 2022, experiment 4");
     let command = format!("flexor demo --seed {}", args.seed);
     let interruption = interrupt::heed()?;
@@ -68,23 +70,18 @@ pub fn main(args: &Demo, output: Output) -> anyhow::Result<()> {
         seed: args.seed,
         ..Run::default()
     };
-    write_run(&args.out, &record)?;
-    let (trials, error) = all_trials(&args.out, args.seed, &interruption, &bar)?;
+    write_run(dir, &record)?;
+    let (trials, error) = all_trials(dir, args.seed, &interruption, &bar)?;
     bar.finish();
     let simulated: f64 = trials.iter().map(|(trial, _)| trial.duration_s).sum();
     let wall: f64 = trials.iter().map(|(_, wall)| wall).sum();
     record.trials = trials.into_iter().map(|(trial, _)| trial).collect();
     record.speed_factor = Some(simulated / wall);
     if let Some(error) = error {
-        return Err(interrupt::conclude(
-            &args.out,
-            record,
-            &command,
-            error.into(),
-        ));
+        return Err(interrupt::conclude(dir, record, &command, error.into()));
     }
     let ten = ten_channel_speed(args.seed)?;
-    write_run(&args.out, &record)?;
+    write_run(dir, &record)?;
     record.ending = Ending::complete();
     let (paper, assumptions) = (paper_rows(&record), assumptions(&record));
     let report = Report {
@@ -93,8 +90,8 @@ pub fn main(args: &Demo, output: Output) -> anyhow::Result<()> {
         assumptions: &assumptions,
         command: &command,
     };
-    let page = report::write(&args.out, &report)?;
-    let picture = args.out.join("picture.svg");
+    let page = report::write(dir, &report)?;
+    let picture = dir.join("picture.svg");
     std::fs::write(&picture, report::picture(&main_trials(&record)))
         .with_context(|| format!("cannot write {}", picture.display()))?;
     let seconds = begin.elapsed().as_secs_f64();

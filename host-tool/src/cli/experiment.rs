@@ -1,5 +1,6 @@
 //! `flexor experiment`: the papers' protocols.
 
+use super::out::OutArgs;
 use super::{Bar, Output, WrongUse, interrupt};
 use crate::analysis::Hit;
 use crate::experiments::harris_wall::{self, SPEEDS_DEG_PER_S, Shares, hit_at};
@@ -8,7 +9,7 @@ use crate::record::{Assumption, Ending, Role, Run, Trial, write_run};
 use crate::report::{self, Report};
 use crate::run::{DeviceName, RunError, TrialPlace, heeding, record};
 use clap::{Args, Subcommand};
-use std::path::PathBuf;
+use std::path::Path;
 
 /// Run a paper's protocol
 #[derive(Subcommand, Debug)]
@@ -39,9 +40,8 @@ pub struct HarrisWall {
     /// Decides the sensor's noise and the arms drawn
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Folder for the record and the report
-    #[arg(long, default_value = "out/harris_wall")]
-    out: PathBuf,
+    #[command(flatten)]
+    out: OutArgs,
 }
 
 fn harris_wall(args: &HarrisWall, output: Output) -> anyhow::Result<()> {
@@ -51,6 +51,8 @@ fn harris_wall(args: &HarrisWall, output: Output) -> anyhow::Result<()> {
     }
     let command = format!("flexor experiment harris-wall --seed {}", args.seed);
     let interruption = interrupt::heed()?;
+    let place = args.out.place("harris-wall")?;
+    let dir = place.dir();
     let bar = output.bar("Harris 2017, virtual wall");
     let mut record = Run {
         title: "Harris 2017: a virtual wall with and without pre-wall and co-contraction"
@@ -59,16 +61,11 @@ fn harris_wall(args: &HarrisWall, output: Output) -> anyhow::Result<()> {
         seed: args.seed,
         ..Run::default()
     };
-    write_run(&args.out, &record)?;
-    let error = scenarios(args, &interruption, &mut record.trials, &bar)?;
+    write_run(dir, &record)?;
+    let error = scenarios(dir, args, &interruption, &mut record.trials, &bar)?;
     if let Some(error) = error {
         bar.finish();
-        return Err(interrupt::conclude(
-            &args.out,
-            record,
-            &command,
-            error.into(),
-        ));
+        return Err(interrupt::conclude(dir, record, &command, error.into()));
     }
     let drawn = harris_wall::drawn(args.arms, args.seed, &mut |part| bar.set(0.2 + 0.8 * part))?;
     bar.finish();
@@ -81,7 +78,7 @@ fn harris_wall(args: &HarrisWall, output: Output) -> anyhow::Result<()> {
         assumptions: &assumptions,
         command: &command,
     };
-    let page = report::write(&args.out, &report)?;
+    let page = report::write(dir, &report)?;
     let page = page.display().to_string();
     output.say(
         || people(&record.trials, &shares, &page),
@@ -92,6 +89,7 @@ fn harris_wall(args: &HarrisWall, output: Output) -> anyhow::Result<()> {
 
 /// Runs the scenarios as far as they go, and says what cut them short.
 fn scenarios(
+    dir: &Path,
     args: &HarrisWall,
     interruption: &Interruption,
     trials: &mut Vec<Trial>,
@@ -100,7 +98,7 @@ fn scenarios(
     let sessions = harris_wall::sessions()?;
     for (position, (name, file)) in sessions.iter().enumerate() {
         let place = TrialPlace {
-            dir: &args.out,
+            dir,
             position,
             name,
         };

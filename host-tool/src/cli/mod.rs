@@ -10,6 +10,7 @@ mod explain_model;
 mod interrupt;
 mod monitor;
 mod muscle;
+mod out;
 mod profile;
 mod run;
 mod selftest;

@@ -1,6 +1,7 @@
 //! `flexor run`: a session on any device, recorded and reported.
 
 use super::chip::ChipArgs;
+use super::out::OutArgs;
 use super::{Incomplete, Output, interrupt};
 use crate::analysis::{ForceMetrics, Hit, force_metrics, hits, metrics};
 use crate::record::{Ending, Recorder, Run, write_run};
@@ -22,9 +23,8 @@ pub struct RunArgs {
     /// native, chip, qemu, a serial port, or tcp:HOST:PORT
     #[arg(long, default_value = "native")]
     device: DeviceName,
-    /// Folder for the record and the report
-    #[arg(long, default_value = "out/run")]
-    out: PathBuf,
+    #[command(flatten)]
+    out: OutArgs,
     /// Acknowledge a latched fault first, once its cause is found
     #[arg(long)]
     acknowledge: bool,
@@ -64,8 +64,10 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
     if args.acknowledge {
         port = acknowledge(port)?;
     }
-    write_run(&args.out, &record)?;
-    let mut recorder = Recorder::create(&args.out, 0, &begin_trial(&session))?;
+    let place = args.out.place(&record.title)?;
+    let dir = place.dir();
+    write_run(dir, &record)?;
+    let mut recorder = Recorder::create(dir, 0, &begin_trial(&session))?;
     let bar = output.bar(&session.session.title);
     let watch = heeding(&interruption, |part| bar.set(part));
     let (mut outcome, port) = run(&session, port, Some(&mut recorder), watch);
@@ -102,7 +104,7 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
         assumptions: &[],
         command: &command,
     };
-    let report = report::write(&args.out, &report);
+    let report = report::write(dir, &report);
     let (report, lost) = match report {
         Ok(path) => (Some(path), Ok(())),
         Err(error) => (None, Err(error.into())),
@@ -111,9 +113,9 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
     let ended = ended.and(lost);
     let rmse = metrics.as_ref().map(|m| m.rmse_deg);
     let result = serde_json::json!({
-        "title": record.title, "device": record.device, "seed": args.seed,
+        "title": record.title, "device": record.device_in_words(), "seed": args.seed,
         "rmse_deg": rmse, "hits": hits, "forces": forces, "refused": refused, "report": report,
-        "record": args.out, "error": null,
+        "record": dir, "error": null,
     });
     let people = || {
         let tracked = rmse.map(|r| format!("RMSE {r:.2}° "));
@@ -134,7 +136,7 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
     if !output.json {
         super::print_line(&people())?;
     }
-    super::lies_in(&args.out);
+    super::lies_in(dir);
     Err(Incomplete { error, result }.into())
 }
 

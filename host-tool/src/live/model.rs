@@ -1,8 +1,8 @@
 //! What is known of the device at this moment.
 
-use crate::record::Sample;
-use crate::run::{Seen, SessionFile, event};
-use firmware::link::{Counters, Event, HelloInfo, Kind, Status};
+use crate::record::{DeviceKind, Sample};
+use crate::run::{Seen, SessionFile, device_kind, event};
+use firmware::link::{Counters, Event, HelloInfo, Status};
 use firmware::safety::{FaultRecord, State};
 use std::collections::VecDeque;
 
@@ -52,7 +52,7 @@ pub struct Model {
     /// How the device was named.
     pub device: String,
     /// What the device says it is: kind and firmware version.
-    pub kind: Option<(Kind, [u8; 3])>,
+    pub kind: Option<(DeviceKind, [u8; 3])>,
     /// Length of the session, s.
     pub duration_s: Option<f64>,
     /// The session's channels, by rising number.
@@ -172,7 +172,7 @@ impl Model {
     }
 
     fn greet(&mut self, info: &HelloInfo) {
-        self.kind = Some((info.kind, info.version));
+        self.kind = Some((device_kind(info), info.version));
         self.state = info.state;
         self.fault = info.last_fault;
     }

@@ -1,7 +1,6 @@
 //! The dashboard's frame: where everything stands.
 
 use super::{Model, Note, channels, chart};
-use firmware::link::Kind;
 use firmware::safety::State;
 use ratatui::Frame;
 use ratatui::layout::{Alignment, Constraint, Layout, Rect};
@@ -52,18 +51,8 @@ pub fn draw(frame: &mut Frame<'_>, model: &Model) {
 fn draw_title(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     let device = match model.kind {
         Some((kind, [major, minor, patch])) => {
-            let what = match kind {
-                Kind::Board => "board",
-                Kind::Native => "native simulator",
-                Kind::Qemu => "QEMU",
-            };
-            // "board at tcp:…" may turn out to be something else.
-            let what = if model.device.contains(what) {
-                String::new()
-            } else {
-                format!(", {what}")
-            };
-            format!("{}{what} {major}.{minor}.{patch} ", model.device)
+            let device = kind.at(&model.device);
+            format!("{device} {major}.{minor}.{patch} ")
         }
         None => format!("{}, connecting ", model.device),
     };

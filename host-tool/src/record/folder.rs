@@ -44,13 +44,9 @@ pub fn save(dir: &Path, run: &Run) -> Result<(), RecordError> {
 /// Reads a run back, also one that was interrupted. Trials are the folders
 /// with a `trial.json`, by name.
 pub fn load(dir: &Path) -> Result<Run, RecordError> {
-    let mut run: Run = read_json(&dir.join("run.json"))?;
+    let mut run = read_header(dir)?;
     run.ending = ending::read(dir);
-    let entries = std::fs::read_dir(dir).map_err(RecordError::io(dir))?;
-    let mut folders: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
-    folders.retain(|folder| folder.join("trial.json").is_file());
-    folders.sort();
-    for folder in folders {
+    for folder in trial_folders(dir)? {
         let mut trial: Trial = read_json(&folder.join("trial.json"))?;
         let samples = folder.join("samples.csv");
         trial.samples = read_samples(&samples)?;
@@ -62,6 +58,20 @@ pub fn load(dir: &Path) -> Result<Run, RecordError> {
         run.trials.push(trial);
     }
     Ok(run)
+}
+
+/// Reads `run.json` alone.
+pub(super) fn read_header(dir: &Path) -> Result<Run, RecordError> {
+    read_json(&dir.join("run.json"))
+}
+
+/// The folders of the trials, in their order.
+pub(super) fn trial_folders(dir: &Path) -> Result<Vec<PathBuf>, RecordError> {
+    let entries = std::fs::read_dir(dir).map_err(RecordError::io(dir))?;
+    let mut folders: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
+    folders.retain(|folder| folder.join("trial.json").is_file());
+    folders.sort();
+    Ok(folders)
 }
 
 /// Replaces a file by this value.

@@ -8,12 +8,16 @@
 mod disk;
 mod ending;
 mod folder;
+mod identity;
+mod place;
 mod recorder;
 mod table;
 
 pub use disk::{Disk, FileSystem, replace_file};
 pub use ending::{Completeness, Ending, write_summary};
 pub use folder::{load, save, trial_folder, write_run};
+pub use identity::{DeviceKind, Identity};
+pub use place::Place;
 pub use recorder::Recorder;
 pub use table::{read_edges, read_samples, write_edges, write_samples};
 
@@ -25,7 +29,7 @@ use std::path::PathBuf;
 pub struct Run {
     /// What the run is about; the heading of its report.
     pub title: String,
-    /// What stimulated: "native simulator", a port's name, ….
+    /// How the device was named: "native simulator", a port's name, ….
     pub device: String,
     /// Seed of all that was random.
     pub seed: u64,
@@ -41,16 +45,21 @@ pub struct Run {
 }
 
 impl Run {
-    /// Whether a simulator stood in for the wearer: the device says so, or a
-    /// true angle is known, which only a simulated body can tell.
+    /// Whether a simulator stood in for the wearer: the device said so, or a
+    /// true angle is known, which only a simulated body can tell. A name, which
+    /// anybody can give, is no evidence.
+    #[must_use]
     pub fn is_simulated(&self) -> bool {
-        let device = self.device.to_lowercase();
-        device.contains("simulat")
-            || device.contains("qemu")
-            || self
-                .trials
-                .iter()
-                .any(|trial| trial.samples.iter().any(|s| s.true_deg.is_some()))
+        let said = |trial: &Trial| trial.identity.as_ref().is_some_and(|it| it.simulated);
+        let known = |trial: &Trial| trial.samples.iter().any(|s| s.true_deg.is_some());
+        self.trials.iter().any(|trial| said(trial) || known(trial))
+    }
+
+    /// What stimulated, for people: what it said it is, and where.
+    #[must_use]
+    pub fn device_in_words(&self) -> String {
+        let said = self.trials.iter().find_map(|trial| trial.identity.as_ref());
+        said.map_or_else(|| self.device.clone(), |it| it.kind.at(&self.device))
     }
 }
 
@@ -61,6 +70,9 @@ pub struct Trial {
     pub name: String,
     /// The session file that described it.
     pub session_file: String,
+    /// The device, as it told itself; `None` if it never answered.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub identity: Option<Identity>,
     /// Length, s.
     pub duration_s: f64,
     /// The channels in use; `Sample::amplitudes` has this order.
@@ -259,6 +271,34 @@ pub enum RecordError {
         path: PathBuf,
         /// What the system said.
         source: std::io::Error,
+    },
+    /// The folder for a new record holds something.
+    #[error(
+        "E590 {dir} is not empty: it holds {found}; choose another --out, or leave it out for a \
+         folder of its own; --overwrite replaces a record"
+    )]
+    Taken {
+        /// The folder.
+        dir: PathBuf,
+        /// One thing that it holds.
+        found: String,
+    },
+    /// Another program writes the record.
+    #[error("E591 another flexor writes in {dir}: wait for its end, or choose another folder")]
+    Busy {
+        /// The folder.
+        dir: PathBuf,
+    },
+    /// A folder that is no record was to be replaced.
+    #[error(
+        "E592 {dir} is no record, so --overwrite leaves it alone: it holds {found} and no run.json \
+         of flexor's; choose another --out"
+    )]
+    NotOurs {
+        /// The folder.
+        dir: PathBuf,
+        /// One thing that it holds.
+        found: String,
     },
     /// A file is not what this program writes.
     #[error("{path}, line {line}: {what}")]

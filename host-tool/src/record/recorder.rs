@@ -2,7 +2,7 @@
 
 use super::disk::{Disk, FileSystem, replace};
 use super::folder::write_json;
-use super::{Edge, RecordError, Sample, Trial, table, trial_folder};
+use super::{Edge, Identity, RecordError, Sample, Trial, table, trial_folder};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -77,6 +77,12 @@ impl Recorder {
         let mut text = Vec::new();
         table::write_edges(&mut text, edges).map_err(RecordError::write(&path))?;
         replace(&*self.disk, &path, &text)
+    }
+
+    /// Notes which device answered.
+    pub fn identity(&mut self, identity: &Identity) -> Result<(), RecordError> {
+        self.trial.identity = Some(identity.clone());
+        self.describe()
     }
 
     /// Notes that something happened `t_s` seconds into the trial.

@@ -161,7 +161,11 @@ fn capitalised(name: &str) -> String {
 
 /// Where the numbers come from, in one line under the main figure.
 fn facts(run: &Run) -> String {
-    let mut facts = format!("Device: {} · seed {}", escape(&run.device), run.seed);
+    let mut facts = format!(
+        "Device: {} · seed {}",
+        escape(&run.device_in_words()),
+        run.seed
+    );
     if let Some(factor) = run.speed_factor {
         let _ = write!(facts, " · {factor:.0} × real time");
     }

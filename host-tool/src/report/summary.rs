@@ -11,7 +11,7 @@ struct Summary<'a> {
     title: &'a str,
     #[serde(flatten)]
     ending: &'a Ending,
-    device: &'a str,
+    device: String,
     simulated: bool,
     seed: u64,
     speed_factor: Option<f64>,
@@ -49,7 +49,7 @@ pub fn write(dir: &Path, report: &Report) -> Result<PathBuf, RecordError> {
     let summary = Summary {
         title: &run.title,
         ending: &run.ending,
-        device: &run.device,
+        device: run.device_in_words(),
         simulated: run.is_simulated(),
         seed: run.seed,
         speed_factor: run.speed_factor,

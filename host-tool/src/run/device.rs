@@ -39,9 +39,9 @@ pub enum DeviceName {
     Chip,
     /// The device code under QEMU.
     Qemu,
-    /// A simulated board behind a socket.
+    /// Whatever answers behind a socket.
     Tcp(String),
-    /// A board on a serial port.
+    /// Whatever answers on a serial port.
     Serial(String),
 }
 
@@ -67,8 +67,8 @@ impl fmt::Display for DeviceName {
             Self::Native => f.write_str("native simulator"),
             Self::Chip => f.write_str("chip simulator"),
             Self::Qemu => f.write_str("QEMU"),
-            Self::Tcp(address) => write!(f, "board at tcp:{address}"),
-            Self::Serial(path) => write!(f, "board at {path}"),
+            Self::Tcp(address) => write!(f, "tcp:{address}"),
+            Self::Serial(path) => f.write_str(path),
         }
     }
 }

@@ -6,6 +6,7 @@
 
 mod device;
 mod file;
+mod identity;
 mod interruption;
 mod observer;
 mod profile;
@@ -17,6 +18,7 @@ pub use device::{
     ChipError, ChipOptions, DeviceName, OpenError, chip_image, on_chip, power_on, simulated,
 };
 pub use file::SessionFile;
+pub use identity::{device_kind, identity};
 pub use interruption::heeding;
 pub use observer::{Observer, Seen, Wish};
 pub use profile::{Booted, ProfileError, Profiled, profile};

@@ -133,7 +133,7 @@ pub fn run<P: Port>(
         ended: None,
         heard_us: 0,
     };
-    let started = run.prepare();
+    let started = run.identify(&info).and_then(|()| run.prepare());
     let is_started = started.is_ok();
     let streamed = started.and_then(|()| run.stream());
     let t_s = is_started.then(|| run.t_s());
@@ -195,6 +195,17 @@ pub fn acknowledge<P: Port>(port: P) -> Result<P, Error> {
 }
 
 impl<P: Port> Run<'_, P> {
+    /// The record says who answered.
+    fn identify(&mut self, info: &HelloInfo) -> Result<(), RunError> {
+        let in_process = self.client.port().world().is_some();
+        let identity = super::identity(info, in_process);
+        if let Some(recorder) = &mut self.recorder {
+            recorder.identity(&identity)?;
+        }
+        self.trial.identity = Some(identity);
+        Ok(())
+    }
+
     fn prepare(&mut self) -> Result<(), RunError> {
         for request in self.session.requests() {
             self.client.request(request)?;

@@ -16,6 +16,7 @@ pub fn begin_trial(file: &SessionFile) -> Trial {
     Trial {
         name: session.title.clone(),
         session_file: file.name.clone(),
+        identity: None,
         duration_s: session.duration_us as f64 * 1e-6,
         channels: session
             .channels

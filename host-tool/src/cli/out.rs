@@ -1,0 +1,33 @@
+//! Options of commands that write a record.
+
+use crate::record::{Place, RecordError};
+use clap::Args;
+use std::path::{Path, PathBuf};
+
+/// Where records go of which nobody says where.
+const BASE: &str = "out";
+
+/// Where the record goes.
+#[derive(Args, Debug)]
+pub struct OutArgs {
+    /// Folder for the record and the report, absent or empty; default: a new
+    /// one in out/, named after title, date and time
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Replace the record that --out holds
+    #[arg(long, requires = "out")]
+    overwrite: bool,
+}
+
+impl OutArgs {
+    /// Takes the folder for a record called `name`.
+    ///
+    /// # Errors
+    /// It holds something, another program writes in it, or the file system.
+    pub fn place(&self, name: &str) -> Result<Place, RecordError> {
+        match &self.out {
+            Some(dir) => Place::given(dir, self.overwrite),
+            None => Place::fresh(Path::new(BASE), name),
+        }
+    }
+}

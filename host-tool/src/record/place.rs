@@ -1,0 +1,224 @@
+//! The folder of a new record: a run never destroys another.
+
+use super::{RecordError, folder};
+use std::ffi::OsStr;
+use std::fs::{File, TryLockError};
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+/// Held by the program that writes a record. It stays, empty: without it two
+/// programs could each hold a lock of this name.
+const LOCK: &str = ".lock";
+
+/// What a record has beside its trials' folders.
+const RUN_FILES: [&str; 4] = ["run.json", "summary.json", "report.html", "picture.svg"];
+
+/// What a trial's folder has.
+const TRIAL_FILES: [&str; 5] = [
+    "trial.json",
+    "samples.csv",
+    "edges.csv",
+    "columns.csv",
+    "session.toml",
+];
+
+/// A folder that this program alone writes, until it is dropped or the program
+/// ends, however it ends.
+#[derive(Debug)]
+pub struct Place {
+    dir: PathBuf,
+    _lock: File,
+}
+
+impl Place {
+    /// The folder.
+    #[must_use]
+    pub fn dir(&self) -> &Path {
+        &self.dir
+    }
+
+    /// A new folder in `base`: `name` and the host's date and time, and a counter
+    /// from 2 if that is taken.
+    ///
+    /// # Errors
+    /// The file system refuses.
+    pub fn fresh(base: &Path, name: &str) -> Result<Self, RecordError> {
+        let now = chrono::Local::now().format("%Y-%m-%d-%H%M%S");
+        Self::counted(base, &format!("{}-{now}", slug(name)))
+    }
+
+    /// The first of `stem`, `stem-2`, `stem-3`, … that nobody has: making it is
+    /// what decides between two programs.
+    fn counted(base: &Path, stem: &str) -> Result<Self, RecordError> {
+        std::fs::create_dir_all(base).map_err(RecordError::io(base))?;
+        let mut dir = base.join(stem);
+        let mut count = 1;
+        loop {
+            match std::fs::create_dir(&dir) {
+                Ok(()) => return Self::lock(dir),
+                Err(e) if e.kind() == ErrorKind::AlreadyExists => count += 1,
+                Err(e) => return Err(RecordError::io(&dir)(e)),
+            }
+            dir = base.join(format!("{stem}-{count}"));
+        }
+    }
+
+    /// The folder `dir` itself. It is absent or empty, or a record that
+    /// `overwrite` allows to replace: of that only what a record consists of goes.
+    ///
+    /// # Errors
+    /// E590: it holds something else; E591: another program writes it.
+    pub fn given(dir: &Path, overwrite: bool) -> Result<Self, RecordError> {
+        std::fs::create_dir_all(dir).map_err(RecordError::io(dir))?;
+        let found = foreign(dir)?;
+        if let Some(found) = found
+            && !(overwrite && folder::read_header(dir).is_ok())
+        {
+            let dir = dir.to_owned();
+            return Err(match overwrite {
+                true => RecordError::NotOurs { dir, found },
+                false => RecordError::Taken { dir, found },
+            });
+        }
+        let place = Self::lock(dir.to_owned())?;
+        if overwrite {
+            clear(dir)?;
+        } else if let Some(found) = foreign(dir)? {
+            // Another program was faster, and has already ended.
+            let dir = dir.to_owned();
+            return Err(RecordError::Taken { dir, found });
+        }
+        Ok(place)
+    }
+
+    /// The folder of a record that is there, to write in it again.
+    ///
+    /// # Errors
+    /// E591: another program writes it.
+    pub fn existing(dir: &Path) -> Result<Self, RecordError> {
+        Self::lock(dir.to_owned())
+    }
+
+    fn lock(dir: PathBuf) -> Result<Self, RecordError> {
+        let path = dir.join(LOCK);
+        let mut options = File::options();
+        let lock = options.create(true).truncate(false).write(true).open(&path);
+        let lock = lock.map_err(RecordError::io(&path))?;
+        match lock.try_lock() {
+            Ok(()) => Ok(Self { dir, _lock: lock }),
+            Err(TryLockError::WouldBlock) => Err(RecordError::Busy { dir }),
+            Err(TryLockError::Error(e)) => Err(RecordError::io(&path)(e)),
+        }
+    }
+}
+
+/// Something in `dir` that is no lock, if there is something.
+fn foreign(dir: &Path) -> Result<Option<String>, RecordError> {
+    let entries = std::fs::read_dir(dir).map_err(RecordError::io(dir))?;
+    let names = entries.flatten().map(|entry| entry.file_name());
+    let mut names: Vec<_> = names.filter(|name| name != OsStr::new(LOCK)).collect();
+    names.sort();
+    let first = names.into_iter().next();
+    Ok(first.map(|name| name.to_string_lossy().into_owned()))
+}
+
+/// Takes away what the record in `dir` consists of, and nothing else.
+fn clear(dir: &Path) -> Result<(), RecordError> {
+    for folder in folder::trial_folders(dir)? {
+        if folder.is_symlink() {
+            continue; // what it leads to is not this record's
+        }
+        remove(&folder, &TRIAL_FILES)?;
+        // With somebody's own files in it, it stays.
+        let _ = std::fs::remove_dir(&folder);
+    }
+    remove(dir, &RUN_FILES)
+}
+
+fn remove(dir: &Path, names: &[&str]) -> Result<(), RecordError> {
+    for name in names {
+        for path in [dir.join(name), dir.join(format!("{name}.partial"))] {
+            match std::fs::remove_file(&path) {
+                Err(e) if e.kind() != ErrorKind::NotFound => {
+                    return Err(RecordError::io(&path)(e));
+                }
+                _ => {}
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Lower-case words of `name`, joined by hyphens, 40 characters at most.
+fn slug(name: &str) -> String {
+    let words = name.split(|c: char| !c.is_alphanumeric());
+    let words: Vec<_> = words.filter(|word| !word.is_empty()).collect();
+    let slug: String = words.join("-").to_lowercase().chars().take(40).collect();
+    match slug.trim_end_matches('-') {
+        "" => "run".to_owned(),
+        slug => slug.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::record::Run;
+
+    fn empty(test: &str) -> PathBuf {
+        let dir = std::env::temp_dir().join(format!("flexor-place-{test}-{}", std::process::id()));
+        let _ = std::fs::remove_dir_all(&dir);
+        dir
+    }
+
+    #[test]
+    fn programs_of_one_second_get_a_folder_each() {
+        let base = empty("second");
+        let made: Vec<PathBuf> = std::thread::scope(|scope| {
+            let begin = || Place::counted(&base, "one-1").unwrap().dir().to_owned();
+            let threads: Vec<_> = (0..8).map(|_| scope.spawn(begin)).collect();
+            let joined = threads.into_iter().map(|thread| thread.join().unwrap());
+            joined.collect()
+        });
+        let mut names = made.clone();
+        names.sort();
+        names.dedup();
+        assert_eq!(names.len(), 8, "{made:?}");
+    }
+
+    #[test]
+    fn a_folder_is_written_by_one_program_at_a_time() {
+        let dir = empty("lock");
+        let first = Place::given(&dir, false).unwrap();
+        let second = Place::given(&dir, false).unwrap_err().to_string();
+        assert!(second.starts_with("E591"), "{second}");
+        drop(first);
+        // Nothing came of the first.
+        Place::given(&dir, false).unwrap();
+    }
+
+    #[test]
+    fn what_is_no_record_is_never_touched() {
+        let dir = empty("foreign");
+        std::fs::create_dir_all(&dir).unwrap();
+        std::fs::write(dir.join("thesis.tex"), "years").unwrap();
+        for (overwrite, number) in [(false, "E590"), (true, "E592")] {
+            let error = Place::given(&dir, overwrite).unwrap_err().to_string();
+            assert!(error.starts_with(number), "{error}");
+            assert!(error.contains("thesis.tex"), "{error}");
+        }
+        folder::save(&dir, &Run::default()).unwrap();
+        Place::given(&dir, false).unwrap_err();
+        Place::given(&dir, true).unwrap();
+        assert!(!dir.join("run.json").exists());
+        let kept = std::fs::read_to_string(dir.join("thesis.tex")).unwrap();
+        assert_eq!(kept, "years");
+    }
+
+    #[test]
+    fn titles_become_names() {
+        assert_eq!(slug("Ten pulses, 45 ± 40°"), "ten-pulses-45-40");
+        assert_eq!(slug("…"), "run");
+        assert_eq!(slug(&"a b ".repeat(40)).len(), 39);
+    }
+}

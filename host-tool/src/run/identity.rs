@@ -1,0 +1,57 @@
+//! From a `Hello` to who answered it.
+
+use crate::record::{DeviceKind, Identity};
+use firmware::link::message::ResetCause;
+use firmware::link::{HelloInfo, Kind};
+
+/// Unique ids that begin so are the chip simulator's: docs/protocol.md reserves
+/// them. The image on it cannot know, and calls itself a board.
+const SIMULATED_CHIP: &[u8] = b"FLEXOR S";
+
+/// What answered, by its own word alone. A name or an address proves nothing.
+#[must_use]
+pub fn device_kind(info: &HelloInfo) -> DeviceKind {
+    match info.kind {
+        Kind::Native => DeviceKind::Native,
+        Kind::Qemu => DeviceKind::Qemu,
+        Kind::Board if bytes(info).starts_with(SIMULATED_CHIP) => DeviceKind::Chip,
+        Kind::Board => DeviceKind::Board,
+    }
+}
+
+/// What a record keeps of a `Hello`; `in_process` if the serving side is part of
+/// this program.
+#[must_use]
+pub fn identity(info: &HelloInfo, in_process: bool) -> Identity {
+    let kind = device_kind(info);
+    let bytes = bytes(info);
+    let [major, minor, patch] = info.version;
+    let reset = match info.reset {
+        ResetCause::PowerOn => "power on",
+        ResetCause::Pin => "reset pin",
+        ResetCause::BrownOut => "brown-out",
+        ResetCause::Watchdog => "watchdog",
+        ResetCause::Software => "software",
+    };
+    Identity {
+        kind,
+        simulated: in_process || kind != DeviceKind::Board,
+        in_process,
+        unique_id: bytes
+            .iter()
+            .any(|byte| *byte != 0)
+            .then(|| bytes.iter().map(|byte| format!("{byte:02x}")).collect()),
+        firmware: format!("{major}.{minor}.{patch}"),
+        schema: format!("{:016x}", info.schema),
+        reset: reset.to_owned(),
+        dead_time_us: info.dead_time_us,
+    }
+}
+
+/// The unique id as it lies in the chip.
+fn bytes(info: &HelloInfo) -> Vec<u8> {
+    info.unique_id
+        .iter()
+        .flat_map(|w| w.to_le_bytes())
+        .collect()
+}
