@@ -2,11 +2,11 @@
 
 use crate::device_desk::*;
 use firmware::link::{Code, Event, Request};
-use firmware::pulse::{GroupSpec, Levels, Partner, Shape, State as Line, TrainSpec};
+use firmware::pulse::{GroupSpec, Partner, State as Line, TrainSpec};
 use firmware::safety::{ChannelSpec, Fault, State, StopCause, WearerSpec};
 use firmware::units::Micros;
 
-const BOOT: Micros = Micros(u32::MAX - 3_000_000);
+pub const BOOT: Micros = Micros(u32::MAX - 3_000_000);
 
 /// Trains that make isolation hard: bursts, long groundings, isolated partners.
 fn scene(kind: usize) -> (Vec<ChannelSpec>, Option<GroupSpec>) {
@@ -59,7 +59,8 @@ fn scene(kind: usize) -> (Vec<ChannelSpec>, Option<GroupSpec>) {
     }
 }
 
-fn running(kind: usize, wearer: WearerSpec, boot: Micros) -> Desk {
+/// Stimulates with 20 mA on the channels of scene `kind`.
+pub fn running(kind: usize, wearer: WearerSpec, boot: Micros) -> Desk {
     let (mut specs, group) = scene(kind);
     for spec in &mut specs {
         // rms of the densest: 20 mA is fine everywhere.
@@ -208,155 +209,6 @@ fn a_hand_stop_taken_up_later_works_too() {
     desk.sensors.hand_stop = false;
     desk.wait(10_000);
     assert_eq!(desk.state(), State::Idle);
-}
-
-/// Over-current at every microsecond of a pulse: isolated at that microsecond,
-/// and the recorded residual is what the pins say.
-#[test]
-fn over_current_truncates_and_records_the_charge_left() {
-    let burst = TrainSpec {
-        width_us: 95,
-        gap_us: 0,
-        period_us: 6_000,
-        burst_count: 8,
-        burst_interval_us: 200,
-        ..PLAIN
-    };
-    let mono = TrainSpec {
-        period_us: 6_000,
-        shape: Shape::MonophasicAnodic,
-        ..MONO
-    };
-    let slow = TrainSpec {
-        width_us: 300,
-        gap_us: 137,
-        period_us: 6_000,
-        shape: Shape::BiphasicAnodicFirst,
-        ..PLAIN
-    };
-    let mut seen = 0;
-    for step in 0..1_700u32 {
-        let mut desk = Desk::open(BOOT.plus(step * 991));
-        desk.run(
-            wearer(),
-            &[channel(burst), channel(mono), channel(slow)],
-            17_000,
-        );
-        desk.wait(13_000);
-        let start = *driven(&desk.record.levels, 1).last().unwrap() + 6_000;
-        let until = start + u64::from(step) - desk.time();
-        desk.wait(until as u32);
-        desk.sensors.over_current = true;
-        let at = desk.time();
-        desk.wait(1);
-        assert_eq!(
-            desk.record.levels.last().map(|l| l.1),
-            Some(Levels::ISOLATED)
-        );
-        desk.wait(30_000);
-        assert!(desk.record.levels.last().unwrap().0 <= at, "replayed");
-        let record = desk
-            .heard()
-            .into_iter()
-            .find_map(|h| match h {
-                Heard::Event(_, Event::Faulted(record)) => Some(record),
-                _ => None,
-            })
-            .unwrap();
-        assert_eq!(record.fault, Fault::OverCurrent);
-        let trains = [(burst, 195), (mono, 1_200), (slow, 737)];
-        for (c, (train, occupied)) in trains.iter().enumerate() {
-            // In force when the fault came; it falls to zero with it.
-            let written = |d: &&(u64, u8, u16)| d.1 == c as u8 && d.2 != 0;
-            let code = i64::from(desk.record.dac.iter().rfind(written).unwrap().2);
-            // The pulse that `at` lies in: where its first edge was.
-            let all = stretches(&desk.record.levels, c, at);
-            let first = all
-                .iter()
-                .enumerate()
-                .filter(|(i, s)| {
-                    let driven = matches!(s.1, Line::Anodic | Line::Cathodic);
-                    let first_phase = (s.1 == Line::Cathodic) == train.shape.cathodic_first();
-                    driven && first_phase && *i > 0
-                })
-                .map(|(_, s)| s.0)
-                .next_back()
-                .unwrap();
-            let expected: i64 = if at - first >= *occupied {
-                0
-            } else {
-                all.iter()
-                    .filter(|s| s.0 >= first)
-                    .map(|s| {
-                        let length = (s.2.min(at) - s.0.min(at)).cast_signed();
-                        match s.1 {
-                            Line::Anodic => length,
-                            Line::Cathodic => -length,
-                            _ => 0,
-                        }
-                    })
-                    .sum()
-            };
-            assert_eq!(
-                i64::from(record.residual[c]),
-                expected * code,
-                "step {step} channel {c}, {} µs into the pulse",
-                at - first
-            );
-            seen += u32::from(expected != 0);
-        }
-        assert_eq!(desk.status().state, State::Fault);
-        assert!(desk.answer(Request::Arm).is_err());
-    }
-    println!("1700 instants, {seen} pulses truncated with charge left");
-}
-
-/// Over-current at every microsecond of the two windows before a pulse, in one
-/// of which its amplitude is written: the zeros come last, and nothing more.
-#[test]
-fn amplitudes_are_zero_after_a_fault_at_any_moment_of_a_refill() {
-    let mut cleared = 0;
-    for step in 0..500u32 {
-        let mut desk = running(0, wearer(), BOOT.plus(step * 991));
-        desk.wait(30_000);
-        let pulse = *driven(&desk.record.levels, 0).last().unwrap();
-        let until = pulse + u64::from(2 * PLAIN.period_us - 500 + step) - desk.time();
-        desk.wait(until as u32);
-        desk.sensors.over_current = true;
-        let at = desk.time();
-        desk.wait(30_000);
-        let dac = &desk.record.dac;
-        assert!(dac.is_sorted_by_key(|d| d.0), "{step}: {dac:?}");
-        let &(t, _, code) = dac.last().unwrap();
-        assert_eq!(code, 0, "{step}");
-        // A refill under way writes first, and takes 20 µs.
-        assert!((at..at + 20).contains(&t), "{step}: at {at}, zero at {t}");
-        cleared += u32::from(t > at);
-    }
-    println!("500 instants, {cleared} of them during a refill");
-    // Two windows, 1 to 19 µs after their refills began.
-    assert_eq!(cleared, 38);
-}
-
-#[test]
-fn a_fault_while_grounding_is_latched_again() {
-    let mut desk = running(0, wearer(), BOOT);
-    desk.wait(10_000);
-    desk.sensors.over_current = true;
-    desk.wait(10);
-    desk.sensors.over_current = false;
-    desk.wait(1_000);
-    desk.must(Request::Acknowledge);
-    desk.wait(20_000);
-    desk.sensors.over_current = true;
-    desk.wait(200_000);
-    assert_eq!(desk.state(), State::Fault);
-    assert_eq!(desk.record.levels.last().unwrap().1, Levels::ISOLATED);
-    desk.sensors.over_current = false;
-    desk.must(Request::Acknowledge);
-    desk.wait(110_000);
-    assert_eq!(desk.state(), State::Idle);
-    desk.must(Request::Arm);
 }
 
 /// Two channels at 200 Hz, the second `offset_us` after the first, whose

@@ -8,6 +8,7 @@ mod device_arming;
 mod device_desk;
 mod device_force;
 mod device_fuzz;
+mod device_over_current;
 mod device_rungs;
 mod device_safety;
 mod device_wall;

@@ -25,8 +25,6 @@ fn trace() -> impl Strategy<Value = Trace> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..Default::default() })]
-
     #[test]
     fn files_read_back(trace in trace()) {
         let edges: Vec<_> = trace.edges().collect();

@@ -8,6 +8,8 @@ mod control_campaign;
 mod control_twin;
 mod explain_model;
 mod harris_wall;
+#[cfg(unix)]
+mod interruptions;
 mod ladder_adequacy;
 mod ladder_table;
 mod link_native;

@@ -232,7 +232,6 @@ fn however_it_ends_every_pulse_is_whole() {
     );
     let config = ProptestConfig {
         cases: 1_500,
-        failure_persistence: None,
         max_shrink_iters: 2_000,
         ..ProptestConfig::default()
     };

@@ -1,13 +1,15 @@
 //! A short fuzz on the stable compiler: the functions that the libFuzzer
-//! targets run, on the committed corpus and on seeded mutations of it.
+//! targets run, on the committed corpus and on seeded mutations of it. Their
+//! seed is that of the property tests (.cargo/config.toml).
 //!
-//! `RENEW_CORPUS=1 cargo test --release -p tests fuzz_short` writes the
+//! `RENEW_CORPUS=1 cargo test -p tests fuzz_short` writes the
 //! seeds again after a change of the messages.
 
 mod mutate;
 mod seeds;
 
 use mutate::Mutator;
+use proptest::test_runner::{Config as ProptestConfig, RngSeed};
 use std::panic::catch_unwind;
 use std::path::{Path, PathBuf};
 use tests::fuzz;
@@ -24,12 +26,15 @@ fn files(folder: &Path) -> Vec<Vec<u8>> {
 }
 
 /// Runs the corpus, then `count` mutations of it.
-fn run(target: &str, function: fn(&[u8]), seed: u64, count: u32) {
+fn run(target: &str, function: fn(&[u8]), count: u32) {
     let folder = Path::new(FOLDER).join("corpus").join(target);
-    run_on(files(&folder), target, function, seed, count);
+    run_on(files(&folder), target, function, count);
 }
 
-fn run_on(inputs: Vec<Vec<u8>>, target: &str, function: fn(&[u8]), seed: u64, count: u32) {
+fn run_on(inputs: Vec<Vec<u8>>, target: &str, function: fn(&[u8]), count: u32) {
+    let RngSeed::Fixed(seed) = ProptestConfig::default().rng_seed else {
+        panic!("no seed: .cargo/config.toml has one for `cargo test`");
+    };
     for input in &inputs {
         check(target, function, input);
     }
@@ -52,17 +57,17 @@ fn check(target: &str, function: fn(&[u8]), input: &[u8]) {
 
 #[test]
 fn frame() {
-    run("frame", fuzz::frame, 1, 50_000);
+    run("frame", fuzz::frame, 50_000);
 }
 
 #[test]
 fn lockstep() {
-    run("lockstep", fuzz::lockstep, 2, 50_000);
+    run("lockstep", fuzz::lockstep, 50_000);
 }
 
 #[test]
 fn edge_file() {
-    run("edge_file", fuzz::edge_file, 3, 20_000);
+    run("edge_file", fuzz::edge_file, 20_000);
 }
 
 /// Its corpus are the session files that the program comes with.
@@ -70,7 +75,7 @@ fn edge_file() {
 fn session_toml() {
     let sessions = concat!(env!("CARGO_MANIFEST_DIR"), "/../host-tool/sessions");
     let inputs = files(Path::new(sessions));
-    run_on(inputs, "session_toml", fuzz::session_toml, 4, 20_000);
+    run_on(inputs, "session_toml", fuzz::session_toml, 20_000);
 }
 
 /// A seed that the device refuses at its door would fuzz nothing behind it.

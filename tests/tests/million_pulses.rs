@@ -15,7 +15,7 @@ use hal_sim::world::World;
 use host_tool::link::{Client, Error, SimulatedPort};
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
-use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
+use proptest::test_runner::TestRunner;
 use tests::expectation::of_setup;
 
 const PULSES: usize = 1_000_000;
@@ -174,8 +174,7 @@ fn play(trains: &[TrainSpec], mut groups: Vec<GroupSpec>, boot: Micros) -> Playe
 
 #[test]
 fn a_million_pulses_are_exact() {
-    let rng = TestRng::from_seed(RngAlgorithm::ChaCha, &[7; 32]);
-    let mut runner = TestRunner::new_with_rng(Config::default(), rng);
+    let mut runner = TestRunner::default();
     let (mut pulses, mut setups, mut isolated) = (0, 0, 0);
     while pulses < PULSES {
         let mut trains: Vec<_> = (0..10)

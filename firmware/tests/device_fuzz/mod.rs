@@ -112,7 +112,6 @@ fn config() -> ProptestConfig {
         .unwrap_or(600);
     ProptestConfig {
         cases,
-        failure_persistence: None,
         max_shrink_iters: 3_000,
         ..ProptestConfig::default()
     }

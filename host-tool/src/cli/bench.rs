@@ -1,6 +1,6 @@
 //! `flexor bench`: cycles of each algorithm, and who agrees on its results.
 
-use super::Output;
+use super::{Output, interrupt};
 use crate::bench::{self, CoreMark, OnChip, PUBLISHED, Row, Speed, coremark};
 use anyhow::{Context, ensure};
 use clap::Args;
@@ -25,6 +25,7 @@ pub struct Bench {
 /// # Errors
 /// Images or machines fail, or two machines disagree on a result.
 pub fn main(args: &Bench, output: Output) -> anyhow::Result<()> {
+    interrupt::end_at_once()?;
     let bar = output.bar("bench");
     let found = bench::bench(|part| bar.set(part * 0.7));
     let yardstick = found.and_then(|found| Ok((found, coremark()?)));

@@ -7,6 +7,7 @@ mod demo;
 mod edges;
 mod experiment;
 mod explain_model;
+mod interrupt;
 mod monitor;
 mod muscle;
 mod out;
@@ -19,6 +20,7 @@ use anyhow::Context;
 use clap::{Parser, Subcommand};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::Write;
+use std::path::Path;
 use std::process::ExitCode;
 
 /// An open ten-channel wearable muscle stimulator: run sessions on a simulated
@@ -114,7 +116,7 @@ fn print_line(line: &str) -> anyhow::Result<()> {
 }
 
 /// Parses the command line and runs it. Exit code 0: done, 1: failed, 2: wrong
-/// use.
+/// use, 130, 143 and 129: ended by SIGINT, SIGTERM and SIGHUP.
 #[must_use]
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
@@ -142,12 +144,25 @@ pub fn main() -> ExitCode {
                 complain(&lost);
             }
             complain(&error);
-            if error.is::<WrongUse>() {
-                ExitCode::from(2)
-            } else {
-                ExitCode::FAILURE
-            }
+            ExitCode::from(exit_code(&error))
         }
+    }
+}
+
+/// Says where the record of a run that was cut short lies.
+fn lies_in(dir: &Path) {
+    eprintln!("the record, marked incomplete, is in {}", dir.display());
+}
+
+/// What a command that failed exits with.
+fn exit_code(error: &anyhow::Error) -> u8 {
+    if let Some(incomplete) = error.downcast_ref::<Incomplete>() {
+        return exit_code(&incomplete.error);
+    }
+    match interrupt::signal(error) {
+        Some(signal) => signal.exit_code(),
+        None if error.is::<WrongUse>() => 2,
+        None => 1,
     }
 }
 

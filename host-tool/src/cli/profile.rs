@@ -1,7 +1,7 @@
 //! `flexor profile`: what a session costs the flashed image, cycle by cycle.
 
-use super::{Output, WrongUse};
-use crate::run::{Profiled, SessionFile, chip_image, profile};
+use super::{Output, WrongUse, interrupt};
+use crate::run::{Profiled, SessionFile, chip_image, heeding, profile};
 use clap::Args;
 use hal_sim::chip::profile::{Owner, exception};
 use serde_json::{Value, json};
@@ -42,7 +42,9 @@ pub fn main(args: &ProfileArgs, output: Output) -> anyhow::Result<()> {
     }
     let image = chip_image(args.image.as_deref())?;
     let bar = output.bar(&file.session.title);
-    let profiled = profile(&file, &image, args.seed, |part| bar.set(part));
+    let interruption = interrupt::heed()?;
+    let watch = heeding(&interruption, |part| bar.set(part));
+    let profiled = profile(&file, &image, args.seed, watch);
     bar.finish();
     let profiled = profiled?;
     let title = &file.session.title;

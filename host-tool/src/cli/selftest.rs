@@ -1,6 +1,6 @@
 //! `flexor selftest`: what the device code shows on this machine, in numbers.
 
-use super::{Output, WrongUse};
+use super::{Output, WrongUse, interrupt};
 use crate::run::{DeviceName, chip_image};
 use crate::selftest::{Distribution, Latency, Path, Subject, latency, silence, soak};
 use clap::Args;
@@ -37,6 +37,7 @@ const CHIP_BOUNDS_US: (u64, u64) = (700, 2_000);
 /// # Errors
 /// A measurement that could not be made, or a bound that does not hold.
 pub fn main(args: &Selftest, output: Output) -> anyhow::Result<()> {
+    interrupt::end_at_once()?;
     match args.device {
         DeviceName::Native => on_native(args, output),
         DeviceName::Chip => on_chip(args, output),

@@ -1,7 +1,7 @@
 //! `flexor serve`: a simulated board for any client, in real time.
 
 use super::chip::ChipArgs;
-use super::{Output, WrongUse};
+use super::{Output, WrongUse, interrupt};
 use crate::link::Port;
 use crate::run::{DeviceName, SessionFile};
 use anyhow::{Context, bail};
@@ -42,7 +42,7 @@ pub struct Serve {
 /// How often bytes are carried and time goes on.
 const POLL: Duration = Duration::from_micros(500);
 
-/// Runs the command until interrupted.
+/// Runs the command until a signal or `--seconds` ends it.
 ///
 /// # Errors
 /// The wire cannot be opened.
@@ -86,6 +86,7 @@ pub fn main(args: &Serve, output: Output) -> anyhow::Result<()> {
         || format!("a simulated board is at {place}; end with Ctrl-C"),
         || serde_json::json!({ "device": name, "at": place }),
     )?;
+    let interruption = interrupt::heed()?;
     let begin = Instant::now();
     let mut pace = Pace::new(world.now_us());
     let mut buffer = [0; 4096];
@@ -93,6 +94,9 @@ pub fn main(args: &Serve, output: Output) -> anyhow::Result<()> {
         .seconds
         .is_none_or(|s| begin.elapsed().as_secs_f64() < s)
     {
+        if let Some(signal) = interruption.asked() {
+            return Err(interrupt::Ended(signal, format!("the board at {place} is gone")).into());
+        }
         let is_slow = pace.follow(world)?;
         if is_slow && !args.chip.is_debugged() {
             eprintln!("note: the simulator is slower than real time; device time lags behind");

@@ -1,5 +1,6 @@
 //! What can go wrong on the link, and what to do about it.
 
+use super::Signal;
 use firmware::link::{Code, Refusal};
 use firmware::safety::Fault;
 use std::fmt;
@@ -29,6 +30,9 @@ pub enum Error {
     /// E503: a request that does not fit a frame.
     #[error("E503 {0} does not fit a frame")]
     TooLarge(&'static str),
+    /// E580: a signal came while the host waited.
+    #[error("E580 {0} came: nothing is waited for any more")]
+    Interrupted(Signal),
     /// E504: the port cannot be opened.
     #[error("E504 cannot open {port}: {reason}; {advice}")]
     Open {

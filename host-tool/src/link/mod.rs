@@ -7,6 +7,7 @@
 mod client;
 mod clock;
 mod error;
+mod interruption;
 mod paced;
 mod port;
 mod serial;
@@ -14,6 +15,7 @@ mod serial;
 pub use client::{Client, Incoming};
 pub use clock::Fit;
 pub use error::{Error, Refused, advice, what};
+pub use interruption::{Interruption, Signal};
 pub use paced::Paced;
 pub use port::{Port, SimulatedPort};
 pub use serial::{SerialPort, TcpPort};

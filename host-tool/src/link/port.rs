@@ -12,7 +12,8 @@ pub trait Port {
     /// # Errors
     /// The device is gone.
     fn send(&mut self, frame: &[u8]) -> io::Result<()>;
-    /// Bytes as soon as some arrive, none when `until_us` is reached.
+    /// Bytes as soon as some arrive, none when `until_us` is reached or a signal
+    /// came.
     ///
     /// # Errors
     /// The device is gone.

@@ -6,7 +6,9 @@
 //! In: telemetry, edges, counters, events. Out: a folder that [`load`] reads back.
 
 mod columns;
+mod disk;
 mod document;
+mod ending;
 mod folder;
 mod identity;
 mod place;
@@ -15,7 +17,9 @@ mod recorder;
 mod table;
 
 pub use columns::{Column, EDGES, Each, SAMPLES};
+pub use disk::{Disk, FileSystem, replace_file};
 pub use document::document;
+pub use ending::{Completeness, Ending, write_summary};
 pub use folder::{load, save, trial_folder, write_run};
 pub use identity::{DeviceKind, Identity};
 pub use place::Place;
@@ -63,6 +67,9 @@ pub struct Run {
     /// Simulated seconds per second of the PC, where that was measured.
     #[serde(default)]
     pub speed_factor: Option<f64>,
+    /// How it ended; kept in `summary.json`.
+    #[serde(skip)]
+    pub ending: Ending,
 }
 
 /// The format of the records that this program writes.
@@ -336,6 +343,17 @@ pub enum RecordError {
         /// What the system said.
         source: std::io::Error,
     },
+    /// The disk is full, or the file system refused otherwise.
+    #[error(
+        "E582 cannot write {path}: {source}; make room there or choose another --out; what was \
+         recorded before is kept"
+    )]
+    Write {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
     /// The folder for a new record holds something.
     #[error(
         "E590 {dir} is not empty: it holds {found}; choose another --out, or leave it out for a \
@@ -396,6 +414,13 @@ pub enum RecordError {
 }
 
 impl RecordError {
+    fn write(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
+        move |source| RecordError::Write {
+            path: path.to_owned(),
+            source,
+        }
+    }
+
     fn io(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
         move |source| RecordError::Io {
             path: path.to_owned(),

@@ -1,7 +1,7 @@
 //! The course of a session: configure, arm, start, stream, stop.
 
-use super::{Observer, Seen, SessionFile, Wish, trial};
-use crate::link::{Client, Error, Incoming, Port};
+use super::{Observer, Seen, SessionFile, Wish, interruption, trial};
+use crate::link::{Client, Error, Incoming, Port, Signal};
 use crate::record::{RecordError, Recorder, Trial};
 use crate::session::{Session, Setpoint};
 use firmware::control::SensorSource;
@@ -52,6 +52,16 @@ pub enum RunError {
         /// From the start, s.
         t_s: f64,
     },
+    /// A signal came.
+    #[error("E580 {}", interruption::told(*.signal, *.t_s, .unanswered.as_ref()))]
+    Signal {
+        /// Which.
+        signal: Signal,
+        /// From the start, s; `None` before it.
+        t_s: Option<f64>,
+        /// Why it is not known that the device was stopped.
+        unanswered: Option<Error>,
+    },
 }
 
 /// What came of a session, complete or not.
@@ -93,10 +103,11 @@ pub fn run<P: Port>(
 ) -> (Outcome, Option<P>) {
     let session = &file.session;
     let trial = trial::begin_trial(file);
-    let (client, info) = match Client::open(port) {
+    let interruption = observer.interruption();
+    let (client, info) = match Client::open_heeding(port, interruption) {
         Ok(opened) => opened,
         Err(error) => {
-            let error = Some(error.into());
+            let error = Some(signalled(error.into(), None, Ok(())));
             return (
                 Outcome {
                     trial,
@@ -124,15 +135,19 @@ pub fn run<P: Port>(
     };
     let started = run.identify(&info).and_then(|()| run.prepare());
     let is_started = started.is_ok();
-    let mut result = started.and_then(|()| run.stream());
-    if is_started {
-        // Whatever happened, ask for a stop; a lost device stops by itself.
-        let stopped = run.finish();
-        result = result.and(stopped);
-    } else if matches!(result, Err(RunError::Link(Error::Refused(_)))) {
-        // Whatever was refused, nothing stays armed.
-        let _ = run.client.stop();
-    }
+    let streamed = started.and_then(|()| run.stream());
+    let t_s = is_started.then(|| run.t_s());
+    run.client.ignore_signals();
+    // Whatever happened, ask for a stop; a lost device stops by itself.
+    let stopped = if is_started {
+        run.finish()
+    } else {
+        run.client.stop().map(drop).map_err(RunError::from)
+    };
+    let result = match streamed {
+        Ok(()) => stopped,
+        Err(error) => Err(signalled(error, t_s, stopped)),
+    };
     run.clock();
     if let Err(error) = &result {
         run.cut_short(error);
@@ -145,6 +160,22 @@ pub fn run<P: Port>(
         error: result.err(),
     };
     (outcome, Some(run.client.into_port()))
+}
+
+/// What a signal ended, `t_s` after the start, is told as such.
+fn signalled(error: RunError, t_s: Option<f64>, stopped: Result<(), RunError>) -> RunError {
+    let RunError::Link(Error::Interrupted(signal)) = error else {
+        return error;
+    };
+    let unanswered = match stopped {
+        Err(RunError::Link(error)) => Some(error),
+        _ => None,
+    };
+    RunError::Signal {
+        signal,
+        t_s,
+        unanswered,
+    }
 }
 
 /// Clears a latched fault, if there is one, and gives the port back.
@@ -194,10 +225,7 @@ impl<P: Port> Run<'_, P> {
         }
         self.client.subscribe(self.session.telemetry_ms)?;
         self.client.arm()?;
-        if let Err(stopped) = self.heed() {
-            self.client.stop()?;
-            return Err(stopped);
-        }
+        self.heed()?;
         // The first setpoint is there before the first pulse.
         self.client
             .request(self.session.setpoints.at(0).request(None))?;
@@ -301,16 +329,20 @@ impl<P: Port> Run<'_, P> {
                 self.client.post(Request::Status)?;
             }
             Wish::Stop => {
-                let t_s = self.trial.samples.last().map_or(0.0, |s| s.t_s);
-                return Err(RunError::Interrupted { t_s });
+                return Err(RunError::Interrupted { t_s: self.t_s() });
             }
         }
         Ok(())
     }
 
+    /// Time of the latest sample, s.
+    fn t_s(&self) -> f64 {
+        self.trial.samples.last().map_or(0.0, |sample| sample.t_s)
+    }
+
     /// The record says how far it goes and why it ends there.
     fn cut_short(&mut self, error: &RunError) {
-        let t_s = self.trial.samples.last().map_or(0.0, |sample| sample.t_s);
+        let t_s = self.t_s();
         self.trial.duration_s = t_s;
         let text = error.to_string();
         if let Some(recorder) = &mut self.recorder {

@@ -2,6 +2,7 @@
 //!
 //! In: the working tree. Out: where a rule is broken, as `file:line`.
 
+mod modules;
 mod source;
 
 use super::report::Report;
@@ -34,14 +35,18 @@ type Findings = Vec<String>;
 /// What a rule says, and how it is judged.
 type Rule = (&'static str, fn(&Source) -> Findings);
 
-const RULES: [Rule; 6] = [
+const RULES: [Rule; 7] = [
     ("`unsafe` is in images' boards only", unsafe_elsewhere),
     ("device code cannot panic without a proof", panics),
     ("the pulse path has no float", floats),
     ("bodies and traces know no firmware", dependent_simulator),
     ("no file has more than 600 lines", too_long),
     ("no path of one machine is committed", machine_paths),
+    ("tests draw from one committed seed", own_seeds),
 ];
+
+/// A rule that needs all files to judge one.
+const NO_FILE_IS_LOST: &str = "every file is part of a program, every test of a suite";
 
 /// Every rule on every file under `root`.
 pub(super) fn run(root: &Path) -> anyhow::Result<Report> {
@@ -52,8 +57,12 @@ pub(super) fn run(root: &Path) -> anyhow::Result<Report> {
 
 fn judge(sources: &[Source]) -> Report {
     let mut report = Report::default();
-    for (statement, broken) in RULES {
-        let findings: Vec<_> = sources.iter().flat_map(broken).collect();
+    let each = RULES.map(|(statement, broken)| {
+        let findings: Findings = sources.iter().flat_map(broken).collect();
+        (statement, findings)
+    });
+    let lost = (NO_FILE_IS_LOST, modules::lost(sources));
+    for (statement, findings) in each.into_iter().chain([lost]) {
         if findings.is_empty() {
             report.add(Report::pass());
         } else {
@@ -165,6 +174,25 @@ fn machine_paths(source: &Source) -> Findings {
     source.places(found)
 }
 
+/// A seed of its own, or a file of seeds: `cargo verify --soak` would not reach
+/// the one, and nobody would run the other by name.
+fn own_seeds(source: &Source) -> Findings {
+    let found = [
+        "from_seed",
+        "new_with_rng",
+        "deterministic",
+        "failure_persistence",
+    ];
+    // The judge, and the test that there is a seed.
+    let is_judge = ["tests/src/verify/", "tests/tests/committed_seed.rs"];
+    if is_judge.iter().any(|judge| source.path.starts_with(judge))
+        || !source.text.contains("proptest")
+    {
+        return Vec::new();
+    }
+    source.places(found.map(|own| words(&source.code, own)).concat())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -217,6 +245,16 @@ mod tests {
         }
         assert!(broken("hal-sim/src/world.rs", import).is_empty());
         assert!(broken("hal-sim/src/trace/check/tests/x.rs", import).is_empty());
+    }
+
+    #[test]
+    fn property_tests_have_no_seed_of_their_own() {
+        let own = "use proptest::test_runner::TestRng; fn f() { TestRng::from_seed(a, &[1; 32]); }";
+        assert_eq!(broken("hal-sim/tests/x.rs", own), [RULES[6].0]);
+        let kept = "use proptest::prelude::*; const C: C = C { failure_persistence: None };";
+        assert_eq!(broken("firmware/src/x.rs", kept), [RULES[6].0]);
+        let plain = "use proptest::prelude::*; fn f() { TestRunner::new(config()) }";
+        assert!(broken("firmware/tests/x.rs", plain).is_empty());
     }
 
     #[test]
