@@ -5,7 +5,7 @@ use crate::link::Port;
 use crate::run::{ChipOptions, DeviceName, on_chip};
 use crate::session::Session;
 use clap::Args;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// With `--device chip` only.
 #[derive(Args, Debug)]
@@ -25,6 +25,17 @@ impl ChipArgs {
     /// gdb may stop the device at any time.
     pub const fn is_debugged(&self) -> bool {
         self.gdb.is_some()
+    }
+
+    /// These options with another image.
+    pub fn with_image(image: Option<PathBuf>) -> Self {
+        let (gdb, log) = (None, None);
+        Self { image, gdb, log }
+    }
+
+    /// The image to flash instead of the board's own.
+    pub fn image(&self) -> Option<&Path> {
+        self.image.as_deref()
     }
 
     /// Opens `device` for `session`, with these options.

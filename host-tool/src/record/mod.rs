@@ -6,6 +6,7 @@
 //! In: telemetry, edges, counters, events. Out: a folder that [`load`] reads back.
 
 mod columns;
+mod difference;
 mod disk;
 mod document;
 mod ending;
@@ -17,6 +18,7 @@ mod recorder;
 mod table;
 
 pub use columns::{Column, EDGES, Each, SAMPLES};
+pub use difference::{Difference, compare_rows};
 pub use disk::{Disk, FileSystem, replace_file};
 pub use document::document;
 pub use ending::{Completeness, Ending, write_summary};
@@ -64,9 +66,6 @@ pub struct Run {
     /// What the host knows: a rerun differs in this alone.
     #[serde(default)]
     pub host: HostFacts,
-    /// Simulated seconds per second of the PC, where that was measured.
-    #[serde(default)]
-    pub speed_factor: Option<f64>,
     /// How it ended; kept in `summary.json`.
     #[serde(skip)]
     pub ending: Ending,
@@ -106,16 +105,21 @@ impl Run {
     /// What repeats it, typed in its folder: for a simulated run of this program
     /// the same bytes, for any other the same session.
     #[must_use]
-    pub fn how_to_reproduce(&self) -> String {
-        let of = |trial: &Trial| trial.identity.as_ref().is_some_and(|it| it.in_process);
-        match self.trials.first() {
-            Some(trial) if !self.trials.iter().all(of) => {
-                let folder = trial_folder(std::path::Path::new(""), 0, &trial.name);
-                let folder = folder.display();
-                format!("flexor run {folder}/session.toml --device PORT")
-            }
-            _ => "flexor rerun .".to_owned(),
+    pub fn how_to_reproduce(&self) -> &'static str {
+        match self.is_repeatable() {
+            true => "flexor rerun .",
+            false => "flexor run 01-*/session.toml --device PORT",
         }
+    }
+
+    /// Whether every device that answered ran in this program, in virtual time.
+    #[must_use]
+    pub fn is_repeatable(&self) -> bool {
+        let mut devices = self
+            .trials
+            .iter()
+            .filter_map(|trial| trial.identity.as_ref());
+        devices.all(|it| it.in_process)
     }
 
     /// Whether a simulator stood in for the wearer: the device said so, or a
@@ -421,7 +425,7 @@ impl RecordError {
         }
     }
 
-    fn io(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
+    pub(crate) fn io(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
         move |source| RecordError::Io {
             path: path.to_owned(),
             source,

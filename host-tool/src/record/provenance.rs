@@ -85,6 +85,22 @@ pub struct Plan {
     pub arms: Option<u64>,
 }
 
+impl Plan {
+    /// A command without options.
+    #[must_use]
+    pub fn of(command: &str, device: &str) -> Self {
+        Self {
+            command: command.to_owned(),
+            device: device.to_owned(),
+            law: None,
+            acknowledge: false,
+            vcd: false,
+            image: false,
+            arms: None,
+        }
+    }
+}
+
 /// What the host knows of a run; a rerun differs in this block alone.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct HostFacts {
@@ -94,6 +110,8 @@ pub struct HostFacts {
     pub arguments: Vec<String>,
     /// "linux x86_64".
     pub system: String,
+    /// Simulated seconds per second of this computer, where that was measured.
+    pub speed_factor: Option<f64>,
     /// Of which record this is a rerun.
     pub rerun_of: Option<String>,
 }
@@ -108,6 +126,7 @@ impl HostFacts {
             started_utc: now.to_rfc3339_opts(chrono::SecondsFormat::Millis, true),
             arguments: arguments.collect(),
             system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
+            speed_factor: None,
             rerun_of: None,
         }
     }
