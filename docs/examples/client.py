@@ -19,7 +19,7 @@ import sys
 import time
 import zlib
 
-SCHEMA = 0xB090014E40CF8098  # docs/protocol.md, "Schema hash"
+SCHEMA = 0x91D5E3C803F0495A  # docs/protocol.md, "Schema hash"
 
 # --- postcard: types are functions (encode) and methods of Reader (decode) ---
 
@@ -127,7 +127,8 @@ def unframe(data):
 
 REQUESTS = (
     "Hello KeepAlive Status Clear Wearer Channel Groups Sync Muscle Joint Arm "
-    "Start Stop Acknowledge Amplitudes Angle Measurement Subscribe"
+    "Start Stop Acknowledge Amplitudes Angle Measurement Subscribe Wall "
+    "ForceControl Force Rung SimulateTrigger"
 ).split()
 SHAPES = (
     "BiphasicCathodicFirst BiphasicAnodicFirst MonophasicCathodic "

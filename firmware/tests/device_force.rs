@@ -141,8 +141,8 @@ fn telemetry_tells_what_was_wanted_and_done() {
     });
     let sample = sample.unwrap();
     assert_eq!(sample.force_control.len(), 1);
-    assert!(sample.force_control[0].target_mn.abs_diff(most()) <= 1);
-    assert!(sample.force_control[0].period_us.abs_diff(12_500) <= 3);
+    assert!(sample.force_control[0].target_mn.unwrap().abs_diff(most()) <= 1);
+    assert!(sample.force_control[0].period_us.unwrap().abs_diff(12_500) <= 3);
     // The model of the same muscle, ripple included, comes to what was asked.
     let got = f64::from(sample.forces_mn[0]) / f64::from(most());
     assert!((0.97..1.03).contains(&got), "{got}");

@@ -85,24 +85,30 @@ fn refused(desk: &mut Desk, request: Request) -> (Option<Code>, String) {
 fn depth_becomes_amplitude_and_telemetry_shows_both() {
     let mut desk = running(WALL, 8_000);
     let outside = hold(&mut desk, 8_000);
-    assert_eq!(outside.amplitudes, [Amplitude(0), Amplitude(0)]);
-    assert_eq!(outside.target_centideg, 9_000);
-    assert_eq!(outside.measured_centideg, 8_000);
-    assert_eq!(outside.effort_milli, -10_000);
+    assert_eq!(outside.amplitudes, [None, None]);
+    assert_eq!(outside.target_centideg, Some(9_000));
+    assert_eq!(outside.measured_centideg, Some(8_000));
+    assert_eq!(outside.effort_milli, Some(-10_000));
     // In the middle of the pre-wall.
     let near = hold(&mut desk, 8_550);
-    assert!((7_499..=7_500).contains(&near.amplitudes[0].0), "{near:?}");
-    assert_eq!(near.amplitudes[1], Amplitude(0));
+    assert!(
+        (7_499..=7_500).contains(&near.amplitudes[0].unwrap().0),
+        "{near:?}"
+    );
+    assert_eq!(near.amplitudes[1], None);
     let inside = hold(&mut desk, 9_500);
-    assert_eq!(inside.amplitudes, [Amplitude(15_000), Amplitude(4_000)]);
-    assert_eq!(inside.effort_milli, 5_000);
+    assert_eq!(
+        inside.amplitudes,
+        [Some(Amplitude(15_000)), Some(Amplitude(4_000))]
+    );
+    assert_eq!(inside.effort_milli, Some(5_000));
     assert!(!inside.limiting);
     let deep = hold(&mut desk, 11_000);
-    assert_eq!(deep.amplitudes[0], Amplitude(20_000));
+    assert_eq!(deep.amplitudes[0], Some(Amplitude(20_000)));
     assert!(deep.limiting);
     // Out again: silence, and telemetry says so.
     let out = hold(&mut desk, 8_000);
-    assert_eq!(out.amplitudes, [Amplitude(0), Amplitude(0)]);
+    assert_eq!(out.amplitudes, [None, None]);
     let last = *driven(&desk.record.levels, 0).last().unwrap();
     assert!(desk.time() - last > 60_000);
     // 15 mA of 100 mA full scale was put out.
@@ -132,8 +138,11 @@ fn the_boards_converter_feeds_the_wall_by_the_same_path() {
         _ => None,
     });
     let seen = seen.unwrap();
-    assert_eq!(seen.measured_centideg, 9_500);
-    assert_eq!(seen.amplitudes, [Amplitude(15_000), Amplitude(4_000)]);
+    assert_eq!(seen.measured_centideg, Some(9_500));
+    assert_eq!(
+        seen.amplitudes,
+        [Some(Amplitude(15_000)), Some(Amplitude(4_000))]
+    );
     let at = desk.now();
     let host = Request::Measurement {
         joint: 0,

@@ -63,10 +63,10 @@ fn play(model: &mut Model) {
         let sine = |t: f64| 45.0 + 40.0 * (t * std::f64::consts::TAU * 0.2).sin();
         model.see(Seen::Sample(&Sample {
             t_s,
-            target_deg: if is_joint { sine(t_s) } else { 0.0 },
-            measured_deg: if is_joint { sine(t_s - 0.1) - 4.0 } else { 0.0 },
+            target_deg: is_joint.then(|| sine(t_s)),
+            measured_deg: is_joint.then(|| sine(t_s - 0.1) - 4.0),
             limiting: tick == 1190,
-            amplitudes: (0..channels).map(|c| 14.0 - c as f64).collect(),
+            amplitudes: (0..channels).map(|c| Some(14.0 - c as f64)).collect(),
             forces_n: (0..forces).map(|c| 1.5 + c as f64).collect(),
             ..Sample::default()
         }));

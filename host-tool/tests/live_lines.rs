@@ -125,8 +125,12 @@ fn a_signal_stops_stimulation_before_it_ends_the_program() {
             .success()
     );
     let output = child.wait_with_output().unwrap();
-    assert!(output.status.success(), "{output:?}");
-    assert!(events(&objects(&output)).contains(&"stopped: Request".to_owned()));
+    assert_eq!(output.status.code(), Some(143), "{output:?}");
+    let mut told = objects(&output);
+    // After the lines of the dashboard, why it ended.
+    let error = told.pop().unwrap()["error"].as_str().unwrap().to_owned();
+    assert!(error.contains("E580 SIGTERM came at 0."), "{error}");
+    assert!(events(&told).contains(&"stopped: Request".to_owned()));
 }
 
 #[test]

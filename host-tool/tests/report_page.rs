@@ -28,12 +28,12 @@ fn samples(channels: usize, delay_s: f64, reach_deg: f64) -> Vec<Sample> {
         };
         Sample {
             t_s,
-            target_deg: target(t_s),
-            measured_deg: true_deg + 0.3 * (TAU * 37.0 * t_s).sin(),
+            target_deg: Some(target(t_s)),
+            measured_deg: Some(true_deg + 0.3 * (TAU * 37.0 * t_s).sin()),
             true_deg: Some(true_deg),
-            effort,
+            effort: Some(effort),
             limiting: effort.abs() > 1.0,
-            amplitudes: (0..channels).map(amplitude).collect(),
+            amplitudes: (0..channels).map(|c| Some(amplitude(c))).collect(),
             forces_n: (0..channels).map(|c| (amplitude(c) - 14.0) * 0.8).collect(),
             ..Sample::default()
         }
@@ -114,7 +114,6 @@ fn run() -> Run {
             trial("one-point B", 0.35, 58.0, edges(3, 8000, false)),
             trial("two-point", 0.15, 90.0, edges(3, 2000, true)),
         ],
-        speed_factor: Some(1234.0),
         ending: Ending::complete(),
         ..Run::default()
     }

@@ -32,7 +32,7 @@ fn played(file: &SessionFile, of: impl Fn(&host_tool::record::Sample) -> f64) ->
 #[test]
 fn a_finger_is_followed_as_well_at_what_its_scenes_need() {
     let name = "hamana_exp4_two_point";
-    let error = |s: &host_tool::record::Sample| s.target_deg - s.true_deg.unwrap();
+    let error = |s: &host_tool::record::Sample| s.target_deg.unwrap() - s.true_deg.unwrap();
     let (period_ms, as_filed) = played(&session(name, None), error);
     assert!((period_ms - 10.0).abs() < 0.1, "{period_ms}");
     let mut coarsest = 0;

@@ -81,14 +81,16 @@ impl Algorithm for EncodeTelemetry {
     fn prepare(&mut self, random: &mut Random) {
         let mut sample = Telemetry {
             at: Micros(random.word()),
-            target_centideg: random.between(0, 10_000) as i16,
-            measured_centideg: random.between(0, 10_000) as i16,
-            effort_milli: random.between(0, 2_000).cast_signed() - 1_000,
+            target_centideg: Some(random.between(0, 10_000) as i16),
+            measured_centideg: Some(random.between(0, 10_000) as i16),
+            effort_milli: Some(random.between(0, 2_000).cast_signed() - 1_000),
             ..Telemetry::default()
         };
         for _ in 0..CHANNELS {
             // As many slots as channels.
-            let _ = sample.amplitudes.push(Amplitude(random.between(0, 20_000)));
+            let _ = sample
+                .amplitudes
+                .push(Some(Amplitude(random.between(0, 20_000))));
             let _ = sample.forces_mn.push(random.between(0, 30_000));
         }
         self.sample = sample;

@@ -33,6 +33,14 @@ pub struct JointState {
     law_due: Micros,
 }
 
+impl JointState {
+    /// Whether a setpoint has been due, so that the law has run.
+    #[must_use]
+    pub const fn has_target(&self) -> bool {
+        self.effort.is_some()
+    }
+}
+
 /// What a joint asks for in one tick.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Orders {

@@ -1,5 +1,7 @@
 //! The 1 kHz owner: joint control, the wall, muscle models, telemetry samples.
 
+mod in_force;
+mod sample;
 mod setup;
 
 use super::mail::{ControlEvent, ControlOrder, ControlReport, ControlRequest, ControllerMail};
@@ -7,12 +9,14 @@ use crate::control::{
     Amplitudes, Effort, ForceOrders, ForceState, JointState, Orders, SensorFault,
 };
 use crate::haptics::{WallOrders, WallState};
-use crate::link::{Code, ForceSample, Refusal, Telemetry};
+use crate::link::{Code, Refusal};
 use crate::muscle::{LadderState, Model, Rung};
 use crate::pulse::CHANNELS;
-use crate::safety::Fault;
+use crate::safety::{Fault, State};
 use crate::units::{Amplitude, Angle, Micros};
 use heapless::Vec;
+use in_force::InForce;
+use sample::Subscription;
 use setup::ControlSetup;
 
 pub use setup::Muscle;
@@ -28,19 +32,21 @@ enum Phase {
 struct Acted {
     amplitudes: Amplitudes,
     limiting: bool,
-    target: Angle,
+    /// None before the first setpoint of a joint.
+    target: Option<Angle>,
     measured: Angle,
-    effort_milli: i32,
+    effort_milli: Option<i32>,
 }
 
-impl From<Orders> for Acted {
-    fn from(orders: Orders) -> Self {
+impl Acted {
+    /// What a joint did; `has_target` says whether its law has run.
+    fn by_joint(orders: Orders, has_target: bool) -> Self {
         Self {
             amplitudes: orders.amplitudes,
             limiting: orders.limiting,
-            target: orders.target,
+            target: has_target.then_some(orders.target),
             measured: orders.measured,
-            effort_milli: Effort::to_milli(orders.effort),
+            effort_milli: has_target.then(|| Effort::to_milli(orders.effort)),
         }
     }
 }
@@ -50,9 +56,9 @@ impl From<WallOrders> for Acted {
         Self {
             amplitudes: orders.amplitudes,
             limiting: orders.limiting,
-            target: orders.wall,
+            target: Some(orders.wall),
             measured: orders.measured,
-            effort_milli: orders.penetration.to_millideg(),
+            effort_milli: Some(orders.penetration.to_millideg()),
         }
     }
 }
@@ -65,11 +71,13 @@ pub struct Controller {
     joint: JointState,
     wall: WallState,
     muscles: Vec<LadderState, CHANNELS>,
-    forces: Vec<(ForceState, ForceSample), CHANNELS>,
-    amplitudes: [Amplitude; CHANNELS],
+    /// And the force wanted now, mN; none before the first setpoint.
+    forces: Vec<(ForceState, Option<u32>), CHANNELS>,
+    in_force: InForce,
     limiting: bool,
-    period: u16,
-    until_sample: u16,
+    /// The device's, as the pulser last told it.
+    state: State,
+    subscription: Subscription,
 }
 
 impl Default for Controller {
@@ -89,10 +97,10 @@ impl Controller {
             wall: WallState::default(),
             muscles: Vec::new(),
             forces: Vec::new(),
-            amplitudes: [Amplitude::ZERO; CHANNELS],
+            in_force: InForce::default(),
             limiting: false,
-            period: 0,
-            until_sample: 0,
+            state: State::Boot,
+            subscription: Subscription::default(),
         }
     }
 
@@ -119,6 +127,7 @@ impl Controller {
         if let Some(at) = heard {
             order(ControlOrder::Heard(at), mail);
         }
+        self.in_force.advance(now);
         let acted = self.control(now, adc, mail);
         self.control_forces(now, mail);
         for (muscle, state) in self.setup.muscles.iter().zip(&mut self.muscles) {
@@ -139,15 +148,14 @@ impl Controller {
             }
             ControlEvent::Refused => while mail.parts.dequeue().is_some() {},
             ControlEvent::Started => self.phase = Phase::Running,
-            ControlEvent::Ended => self.phase = Phase::Off,
+            ControlEvent::Ended => self.end(),
+            ControlEvent::State(state) => self.state = state,
             ControlEvent::Pulse {
                 channel,
                 at,
                 amplitude,
             } => {
-                if let Some(slot) = self.amplitudes.get_mut(usize::from(channel)) {
-                    *slot = amplitude;
-                }
+                self.in_force.pulse(channel, at, amplitude);
                 for (muscle, state) in self.setup.muscles.iter().zip(&mut self.muscles) {
                     if muscle.channel == channel {
                         muscle
@@ -172,8 +180,17 @@ impl Controller {
         }
         self.joint = JointState::default();
         self.wall = WallState::default();
-        self.amplitudes = [Amplitude::ZERO; CHANNELS];
+        self.in_force.rest(self.setup.periods_us);
         self.phase = Phase::Armed;
+    }
+
+    /// Nothing is played and nothing wanted any more.
+    fn end(&mut self) {
+        self.phase = Phase::Off;
+        self.in_force.silence();
+        for (_, target) in &mut self.forces {
+            *target = None;
+        }
     }
 
     fn change_rung(&mut self, channel: u8, rung: Rung) -> Result<(), Refusal<'static>> {
@@ -199,7 +216,7 @@ impl Controller {
     ) -> Option<Micros> {
         let (seq, result, setpoint) = match request {
             ControlRequest::Subscribe(period) => {
-                (self.period, self.until_sample) = (period, period);
+                self.subscription.renew(period);
                 return None;
             }
             ControlRequest::Angle {
@@ -279,7 +296,7 @@ impl Controller {
             (Some(joint), _) => {
                 let reading = adc.and_then(|code| joint.angle_from_code(code));
                 let orders = joint.tick(&mut self.joint, now, reading);
-                orders.map(Acted::from)
+                orders.map(|orders| Acted::by_joint(orders, self.joint.has_target()))
             }
             (None, Some(wall)) => {
                 let reading = adc.and_then(|code| wall.angle_from_code(code));
@@ -292,12 +309,7 @@ impl Controller {
             Ok(acted) => {
                 self.limiting |= acted.limiting;
                 for &(channel, amplitude) in &acted.amplitudes {
-                    // No burst will come to say so.
-                    if amplitude == Amplitude::ZERO
-                        && let Some(latest) = self.amplitudes.get_mut(usize::from(channel))
-                    {
-                        *latest = amplitude;
-                    }
+                    self.follow_order(channel, amplitude);
                 }
                 order(ControlOrder::Amplitudes(acted.amplitudes.clone()), mail);
                 Some(acted)
@@ -315,20 +327,28 @@ impl Controller {
         }
     }
 
+    /// What was ordered is in force only while stimulating: a fall goes its own way.
+    fn follow_order(&mut self, channel: u8, amplitude: Amplitude) {
+        if self.state == State::Stimulating {
+            self.in_force.ordered(channel, amplitude);
+        }
+    }
+
     /// Runs the channels under force control while stimulating.
     fn control_forces(&mut self, now: Micros, mail: &mut ControllerMail<'_>) {
         if self.phase != Phase::Running {
             return;
         }
-        for (force, (state, sample)) in self.setup.forces.iter().zip(&mut self.forces) {
+        for (force, (state, wanted_mn)) in self.setup.forces.iter().zip(&mut self.forces) {
             let Some(ForceOrders { target, drive }) = force.tick(state, now) else {
                 continue;
             };
             self.limiting |= drive.limiting;
-            *sample = ForceSample {
-                target_mn: target.to_millinewton(),
-                period_us: drive.period_us,
-            };
+            *wanted_mn = Some(target.to_millinewton());
+            if self.state == State::Stimulating {
+                self.in_force.ordered(force.channel, drive.amplitude);
+                self.in_force.paced(force.channel, drive.period_us);
+            }
             let pulses = ControlOrder::Pulses {
                 channel: force.channel,
                 amplitude: drive.amplitude,
@@ -336,41 +356,6 @@ impl Controller {
             };
             order(pulses, mail);
         }
-    }
-
-    fn sample(&mut self, now: Micros, acted: Option<&Acted>, mail: &mut ControllerMail<'_>) {
-        if self.period == 0 {
-            return;
-        }
-        self.until_sample = self.until_sample.saturating_sub(1);
-        if self.until_sample != 0 {
-            return;
-        }
-        self.until_sample = self.period;
-        let mut sample = Telemetry {
-            at: now,
-            limiting: core::mem::take(&mut self.limiting),
-            ..Telemetry::default()
-        };
-        if let Some(acted) = acted {
-            sample.target_centideg = acted.target.to_centideg();
-            sample.measured_centideg = acted.measured.to_centideg();
-            sample.effort_milli = acted.effort_milli;
-        }
-        for (channel, &amplitude) in self.amplitudes.iter().enumerate() {
-            if self.setup.channels & 1 << channel != 0 {
-                let _ = sample.amplitudes.push(amplitude); // as many slots as channels
-            }
-        }
-        for (muscle, state) in self.setup.muscles.iter().zip(&self.muscles) {
-            let _ = sample
-                .forces_mn
-                .push(muscle.force.force(state).to_millinewton()); // same
-        }
-        for (_, force) in &self.forces {
-            let _ = sample.force_control.push(*force); // same
-        }
-        let _ = mail.reports.enqueue(ControlReport::Telemetry(sample)); // late readers lose samples
     }
 }
 

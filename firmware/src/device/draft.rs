@@ -127,7 +127,10 @@ impl Draft {
 
     /// What the controller works with; one is built at a time.
     pub(super) fn parts(&self) -> impl Iterator<Item = Result<ControlPart, Refusal<'static>>> {
-        let channels = core::iter::once(Ok(ControlPart::Channels(self.used())));
+        let periods = self
+            .channels
+            .map(|spec| spec.map_or(0, |s| s.train.period_us));
+        let channels = core::iter::once(Ok(ControlPart::Channels(self.used(), periods)));
         let tables = self.tables.iter();
         let muscles = (0u8..).zip(self.muscles.iter().zip(tables));
         let muscles = muscles.filter_map(|(channel, (muscle, table))| {

@@ -83,8 +83,9 @@ pub enum Report {
 /// whole setup is ever on a stack. The controller takes all parts or drops all.
 #[derive(Clone, Debug)]
 pub enum ControlPart {
-    /// The first part. Bit i: channel i is part of the setup.
-    Channels(u16),
+    /// The first part. Bit i: channel i is part of the setup; burst start to
+    /// burst start of its train, µs.
+    Channels(u16, [u32; CHANNELS]),
     /// A muscle whose force is predicted, and controlled or not.
     Muscle(Muscle, Option<ForceControl>),
     /// The controlled joint.
@@ -199,6 +200,8 @@ pub enum ControlEvent {
     Started,
     /// Stimulation or arming ended.
     Ended,
+    /// The device's state from then on.
+    State(State),
     /// A pulse was rendered.
     Pulse {
         /// From 0.

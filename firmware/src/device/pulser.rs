@@ -14,6 +14,8 @@ pub struct Pulser {
     /// Number of the arm order whose electrode check is under way.
     arming: Option<u16>,
     last_fault: Option<FaultRecord>,
+    /// The state that the controller knows of.
+    told: State,
     pulses: u32,
     idle_triggers: u32,
     /// The channel sampled last, so that all take turns.
@@ -32,6 +34,7 @@ impl Pulser {
             scheduler: Scheduler::new(),
             arming: None,
             last_fault: latched,
+            told: State::Boot,
             pulses: 0,
             idle_triggers: 0,
             sampled: 0,
@@ -86,6 +89,20 @@ impl Pulser {
         }
         let notice = self.guard.fault(fault, now, self.scheduler.residual(now));
         self.announce(notice, now, mail);
+        self.tell_state(mail);
+    }
+
+    /// Tells the controller of a new state, ahead of the pulses played in it.
+    fn tell_state(&mut self, mail: &mut PulserMail<'_>) {
+        let state = self.guard.state();
+        if state != self.told
+            && mail
+                .control_events
+                .enqueue(ControlEvent::State(state))
+                .is_ok()
+        {
+            self.told = state;
+        }
     }
 
     fn try_refill(
@@ -134,6 +151,7 @@ impl Pulser {
             Ok(Some(notice)) => self.announce(*notice, start, mail),
             Err(fault) => return Err(*fault),
         }
+        self.tell_state(mail);
         self.scheduler
             .render(start, &mut self.guard, plan)
             .map_err(|_| Fault::MissedDeadline)?;

@@ -104,6 +104,12 @@ impl Wall {
             .take_from_host(&mut state.sensor, now, at, angle)
     }
 
+    /// Where the wall stands.
+    #[must_use]
+    pub const fn stands_at(&self) -> Angle {
+        self.at
+    }
+
     /// The angle for a converter code, for [`Wall::tick`]; `None` if this
     /// wall's sensor is the host.
     #[must_use]

@@ -129,6 +129,9 @@ pub enum Request {
         /// The rung from then on.
         rung: Rung,
     },
+    /// An edge at the trigger input of a simulated board. Whoever serves a
+    /// simulator takes it and answers; every device refuses it.
+    SimulateTrigger,
 }
 
 /// What the device says.
@@ -241,6 +244,11 @@ pub struct Counters {
     pub idle_triggers: u32,
     /// Messages to the host dropped because it did not read.
     pub dropped: u32,
+    /// Messages between the device's own parts lost for want of room; 0 unless
+    /// a part was late.
+    pub lost_posts: u32,
+    /// Requests that named no open session, or another one.
+    pub strangers: u32,
 }
 
 /// The state of the device.
@@ -269,36 +277,41 @@ pub enum Event {
     Recovered,
 }
 
-/// One telemetry sample.
+/// One telemetry sample. `None` is what is not there or not known: never a zero.
 #[derive(Clone, PartialEq, Eq, Debug, Default, Serialize, Deserialize, Schema)]
 pub struct Telemetry {
     /// Device time of the control tick.
     pub at: Micros,
-    /// Wanted joint angle, or where the wall stands, 0.01°.
-    pub target_centideg: i16,
-    /// Measured joint angle, 0.01°.
-    pub measured_centideg: i16,
+    /// Wanted joint angle, or where the wall stands, 0.01°; none before the
+    /// first setpoint, and where neither runs.
+    pub target_centideg: Option<i16>,
+    /// Measured joint angle, 0.01°; none before the first measurement, and where
+    /// neither joint nor wall runs.
+    pub measured_centideg: Option<i16>,
     /// What the law asked for, in thousandths of its own unit; with a wall, the
-    /// penetration in 0.001°, negative in front of it.
-    pub effort_milli: i32,
+    /// penetration in 0.001°, negative in front of it. None while neither runs.
+    pub effort_milli: Option<i32>,
     /// An amplitude was clamped to the wearer's limit since the last sample.
     pub limiting: bool,
-    /// Amplitudes of the latest bursts, one per channel of the setup, lowest
-    /// channel first; 0 where joint or wall ask for nothing.
-    pub amplitudes: Vec<Amplitude, CHANNELS>,
+    /// Amplitudes now in force: of the latest pulses, one per channel of the
+    /// setup, lowest channel first. None while the channel plays nothing: from
+    /// an order of nothing, or from when the next burst is overdue.
+    pub amplitudes: Vec<Option<Amplitude>, CHANNELS>,
     /// Predicted forces in mN, one per channel with a muscle.
     pub forces_mn: Vec<u32, CHANNELS>,
     /// What force control does, one per channel under it.
     pub force_control: Vec<ForceSample, CHANNELS>,
+    /// The device's state.
+    pub state: State,
 }
 
 /// A channel under force control in one telemetry sample.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize, Schema)]
 pub struct ForceSample {
-    /// Wanted force, mN; 0 before the first setpoint.
-    pub target_mn: u32,
-    /// Burst start to burst start, µs; 0 before the first setpoint.
-    pub period_us: u32,
+    /// Wanted force, mN; none before the first setpoint.
+    pub target_mn: Option<u32>,
+    /// Burst start to burst start, µs; none while the channel plays nothing.
+    pub period_us: Option<u32>,
 }
 
 /// A session number no session has.

@@ -23,6 +23,7 @@ pub enum Code {
     NoSession = 111,
     SessionTaken = 112,
     DeviceBusy = 113,
+    SimulatorOnly = 114,
     OutOfRange = 200,
     BurstOverlaps = 201,
     BurstTooLong = 202,
@@ -49,6 +50,7 @@ pub enum Code {
     ElectrodeShort = 304,
     Cancelled = 305,
     FaultLatched = 306,
+    Stopped = 307,
     NoJoint = 310,
     SetpointTime = 311,
     MeasurementTime = 312,
@@ -59,7 +61,7 @@ pub enum Code {
 
 impl Code {
     /// All codes, for documentation and tests.
-    pub const ALL: [Self; 40] = [
+    pub const ALL: [Self; 42] = [
         Self::BadCrc,
         Self::MalformedFrame,
         Self::FrameTooLong,
@@ -68,6 +70,7 @@ impl Code {
         Self::NoSession,
         Self::SessionTaken,
         Self::DeviceBusy,
+        Self::SimulatorOnly,
         Self::OutOfRange,
         Self::BurstOverlaps,
         Self::BurstTooLong,
@@ -94,6 +97,7 @@ impl Code {
         Self::ElectrodeShort,
         Self::Cancelled,
         Self::FaultLatched,
+        Self::Stopped,
         Self::NoJoint,
         Self::SetpointTime,
         Self::MeasurementTime,
@@ -242,6 +246,8 @@ impl From<Denied> for Refusal<'static> {
                 Self::new(Code::ElectrodeShort, "electrode").on(channel)
             }
             Denied::Cancelled => Self::new(Code::Cancelled, "arm"),
+            Denied::Stopped => Self::new(Code::Stopped, "stop"),
+            Denied::Busy => Self::new(Code::DeviceBusy, "device"),
             Denied::NotArmed => Self::new(Code::NotArmed, "state"),
             Denied::NoChannel { channel } => Self::new(Code::NoTrain, "channel").on(channel),
             Denied::Controlled { channel } => Self::new(Code::Controlled, "channel").on(channel),

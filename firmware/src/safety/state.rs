@@ -6,9 +6,10 @@ use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 /// The device's state, as reported.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize, Schema)]
 pub enum State {
     /// Reset, nothing decided yet.
+    #[default]
     Boot,
     /// Outputs isolated, supply down. Includes the electrode check.
     Idle,
@@ -71,8 +72,12 @@ pub enum Denied {
         /// The channel.
         channel: u8,
     },
-    /// The check was ended by a stop.
+    /// The check was ended by a stop, or a stop came before it began.
     Cancelled,
+    /// A stop came behind the order before it was carried out.
+    Stopped,
+    /// There is no room to tell the controller of it.
+    Busy,
     /// A setpoint before arming.
     NotArmed,
     /// The channel is not part of the armed setup.

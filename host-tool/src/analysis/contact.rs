@@ -44,7 +44,7 @@ pub fn hits(trial: &Trial) -> Vec<Hit> {
     let course: Vec<(f64, f64)> = trial
         .samples
         .iter()
-        .map(|s| (s.t_s, penetration(&wall, s)))
+        .filter_map(|s| Some((s.t_s, penetration(&wall, s)?)))
         .collect();
     let is_near = |(_, depth): &(f64, f64)| *depth > -wall.pre_wall_deg;
     let mut visits: Vec<(usize, usize)> = Vec::new();
@@ -60,10 +60,10 @@ pub fn hits(trial: &Trial) -> Vec<Hit> {
         .collect()
 }
 
-/// How far the limb is inside the wall, degrees.
-fn penetration(wall: &WallPlace, sample: &Sample) -> f64 {
-    let inside = sample.true_deg.unwrap_or(sample.measured_deg) - wall.at_deg;
-    if wall.stops_flexion { inside } else { -inside }
+/// How far the limb is inside the wall, degrees, if any angle is known.
+fn penetration(wall: &WallPlace, sample: &Sample) -> Option<f64> {
+    let inside = sample.true_deg.or(sample.measured_deg)? - wall.at_deg;
+    Some(if wall.stops_flexion { inside } else { -inside })
 }
 
 /// The hit from sample `first` to sample `last` of the course of penetration.
@@ -124,7 +124,7 @@ mod tests {
             let t_s = f64::from(n) * 0.01;
             Sample {
                 t_s,
-                measured_deg: angle(t_s),
+                measured_deg: Some(angle(t_s)),
                 ..Sample::default()
             }
         };

@@ -78,7 +78,7 @@ mod tests {
         let sample = |t_s: f64, seven: f64| Sample {
             t_s,
             forces_n: vec![4.0, 9.0, seven],
-            wanted_n: vec![4.0, 8.0],
+            wanted_n: vec![Some(4.0), Some(8.0)],
             ..Sample::default()
         };
         let trial = Trial {

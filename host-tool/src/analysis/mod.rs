@@ -23,7 +23,7 @@ pub struct Metrics {
     pub from_s: f64,
     /// Last moment judged, s.
     pub to_s: f64,
-    /// Samples judged.
+    /// Samples judged: those with a target and a measured angle.
     pub samples: usize,
     /// Root mean square of measured − target, degrees.
     pub rmse_deg: f64,
@@ -39,6 +39,15 @@ pub struct Metrics {
     pub lag_s: Option<f64>,
 }
 
+/// A sample that can be judged.
+struct Judged {
+    t_s: f64,
+    target: f64,
+    measured: f64,
+    truth: Option<f64>,
+    limiting: bool,
+}
+
 /// Metrics of a trial over its `measure` window, both ends included, or over
 /// all of it. `None` when no sample lies in the window, and without a joint:
 /// nothing then follows the target.
@@ -48,31 +57,42 @@ pub fn metrics(trial: &Trial) -> Option<Metrics> {
     }
     let (from_s, to_s) = window(trial)?;
     let inside = |sample: &&Sample| (from_s..=to_s).contains(&sample.t_s);
-    let samples: Vec<&Sample> = trial.samples.iter().filter(inside).collect();
+    // Only what has both angles can be judged.
+    let judge = |s: &Sample| {
+        Some(Judged {
+            t_s: s.t_s,
+            target: s.target_deg?,
+            measured: s.measured_deg?,
+            truth: s.true_deg,
+            limiting: s.limiting,
+        })
+    };
+    let samples = trial.samples.iter().filter(inside).filter_map(judge);
+    let samples: Vec<Judged> = samples.collect();
     if samples.is_empty() {
         return None;
     }
-    let errors = |angle: fn(&Sample) -> Option<f64>| -> Option<Vec<f64>> {
-        let error = |s: &&Sample| angle(s).map(|angle| angle - s.target_deg);
+    let errors = |angle: fn(&Judged) -> Option<f64>| -> Option<Vec<f64>> {
+        let error = |s: &Judged| angle(s).map(|angle| angle - s.target);
         samples.iter().map(error).collect()
     };
-    let measured = errors(|s| Some(s.measured_deg))?;
+    let measured = errors(|s| Some(s.measured))?;
     let absolute: Vec<f64> = measured.iter().map(|error| error.abs()).collect();
     let limiting: Vec<f64> = samples.iter().map(|s| f64::from(s.limiting)).collect();
-    let column = |f: fn(&Sample) -> f64| samples.iter().map(|s| f(s)).collect::<Vec<f64>>();
+    let column = |f: fn(&Judged) -> f64| samples.iter().map(f).collect::<Vec<f64>>();
     Some(Metrics {
         from_s,
         to_s,
         samples: samples.len(),
         rmse_deg: root_mean_square(&measured),
-        rmse_true_deg: errors(|s| s.true_deg).map(|errors| root_mean_square(&errors)),
+        rmse_true_deg: errors(|s| s.truth).map(|errors| root_mean_square(&errors)),
         max_abs_deg: absolute.iter().copied().fold(0.0, f64::max),
         mean_abs_deg: mean(&absolute),
         limiting_share: mean(&limiting),
         lag_s: lag_s(
             &column(|s| s.t_s),
-            &column(|s| s.target_deg),
-            &column(|s| s.measured_deg),
+            &column(|s| s.target),
+            &column(|s| s.measured),
         ),
     })
 }
@@ -109,8 +129,8 @@ mod tests {
     fn sample(t_s: f64, target_deg: f64, measured_deg: f64, limiting: bool) -> Sample {
         Sample {
             t_s,
-            target_deg,
-            measured_deg,
+            target_deg: Some(target_deg),
+            measured_deg: Some(measured_deg),
             true_deg: Some(measured_deg + 1.0),
             limiting,
             ..Sample::default()

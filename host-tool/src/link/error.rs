@@ -123,6 +123,7 @@ pub fn what(code: Code) -> &'static str {
         Code::NoSession => "no session is open",
         Code::SessionTaken => "another host holds the session",
         Code::DeviceBusy => "the device cannot take more requests now",
+        Code::SimulatorOnly => "only who serves a simulator takes this",
         Code::OutOfRange => "outside the allowed range",
         Code::BurstOverlaps => "pulses of a burst would overlap",
         Code::BurstTooLong => "the burst does not end two windows before the next",
@@ -156,6 +157,7 @@ pub fn what(code: Code) -> &'static str {
         Code::ElectrodeShort => "the electrode check saw too much current",
         Code::Cancelled => "arming was cancelled by a stop",
         Code::FaultLatched => "a fault is latched",
+        Code::Stopped => "a stop came before this was carried out",
         Code::NoJoint => "no joint and no wall is configured",
         Code::SetpointTime => "the setpoint's time is too far off or out of order",
         Code::MeasurementTime => "the measurement's time is ahead or out of order",
@@ -177,6 +179,7 @@ pub fn advice(code: Code) -> &'static str {
         Code::NoSession => "send Hello first",
         Code::SessionTaken => "close the other program, or wait for the host timeout",
         Code::DeviceBusy => "send setpoints at most once per millisecond",
+        Code::SimulatorOnly => "send it to flexor serve with a simulator",
         Code::OutOfRange => "choose a value in the range",
         Code::BurstOverlaps => "lengthen burst_interval_us or shorten the pulse",
         Code::BurstTooLong => "lower the frequency or shorten the burst",
@@ -203,6 +206,7 @@ pub fn advice(code: Code) -> &'static str {
         Code::FaultLatched => {
             "find the fault's cause, then acknowledge it (flexor run --acknowledge)"
         }
+        Code::Stopped => "arm and start again if that is wanted",
         Code::NoJoint => "configure a joint before arming",
         Code::SetpointTime | Code::MeasurementTime => "refresh the clock offset and send in order",
         Code::SensorNotHost => "configure the joint's sensor as host",

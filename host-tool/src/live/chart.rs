@@ -23,9 +23,9 @@ pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     let span_s = if area.width < WIDE { 10.0 } else { 20.0 };
     let end = model.samples.back().map_or(0.0, |s| s.t_s).max(span_s);
     let begin = end - span_s;
-    let course = |value: fn(&Sample) -> f64| -> Vec<(f64, f64)> {
+    let course = |value: fn(&Sample) -> Option<f64>| -> Vec<(f64, f64)> {
         let recent = model.samples.iter().filter(|s| s.t_s >= begin);
-        recent.map(|s| (s.t_s, value(s))).collect()
+        recent.filter_map(|s| Some((s.t_s, value(s)?))).collect()
     };
     let (target, measured) = (course(|s| s.target_deg), course(|s| s.measured_deg));
     let (low, high) = range(model.samples.iter());
@@ -56,10 +56,10 @@ pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
 
 /// Whole marks around everything kept, so that the axis rarely moves.
 fn range<'a>(samples: impl Iterator<Item = &'a Sample>) -> (f64, f64) {
-    let (low, high) = samples.fold(LEAST_DEG, |(low, high), s| {
-        let (a, b) = (s.target_deg, s.measured_deg);
-        (low.min(a).min(b), high.max(a).max(b))
-    });
+    let angles = samples.flat_map(|s| [s.target_deg, s.measured_deg]);
+    let (low, high) = angles
+        .flatten()
+        .fold(LEAST_DEG, |(low, high), deg| (low.min(deg), high.max(deg)));
     let whole = |deg: f64, round: fn(f64) -> f64| round(deg / MARK_DEG) * MARK_DEG;
     (whole(low, f64::floor), whole(high, f64::ceil))
 }
@@ -68,13 +68,17 @@ fn legend(model: &Model) -> Line<'static> {
     let Some(sample) = model.samples.back() else {
         return Line::from(" joint angle ");
     };
-    let error = sample.measured_deg - sample.target_deg;
+    let degrees = |angle: Option<f64>| angle.map_or("–".to_owned(), |deg| format!("{deg:.1}°"));
+    let error = match (sample.measured_deg, sample.target_deg) {
+        (Some(measured), Some(target)) => format!("  {:+.1}° ", measured - target),
+        _ => " ".to_owned(),
+    };
     Line::from(vec![
         Span::raw(" "),
-        format!("• target {:.1}°", sample.target_deg).gray(),
+        format!("• target {}", degrees(sample.target_deg)).gray(),
         Span::raw("  "),
-        format!("⣿ measured {:.1}°", sample.measured_deg).cyan(),
-        Span::raw(format!("  {error:+.1}° ")),
+        format!("⣿ measured {}", degrees(sample.measured_deg)).cyan(),
+        Span::raw(error),
     ])
 }
 
@@ -85,8 +89,8 @@ mod tests {
     #[test]
     fn the_axis_holds_all_angles_in_whole_marks() {
         let at = |target_deg, measured_deg| Sample {
-            target_deg,
-            measured_deg,
+            target_deg: Some(target_deg),
+            measured_deg: Some(measured_deg),
             ..Sample::default()
         };
         assert_eq!(range([].iter()), (0.0, 90.0));

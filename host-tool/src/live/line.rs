@@ -23,14 +23,15 @@ fn word(state: State) -> &'static str {
 pub fn line(model: &Model, told: usize) -> String {
     let mut text = format!("{:>7.2} s  {:<11}", model.t_s, word(model.state));
     if let Some(sample) = angles(model) {
-        add(
-            &mut text,
-            format_args!("  target {:>5.1}°", sample.target_deg),
-        );
-        add(
-            &mut text,
-            format_args!("  measured {:>5.1}°", sample.measured_deg),
-        );
+        for (name, angle) in [
+            ("target", sample.target_deg),
+            ("measured", sample.measured_deg),
+        ] {
+            match angle {
+                Some(angle) => add(&mut text, format_args!("  {name} {angle:>5.1}°")),
+                None => add(&mut text, format_args!("  {name}     – ")),
+            }
+        }
     }
     for (index, channel) in model.channels.iter().enumerate() {
         let value = model.amplitude(index);
@@ -82,8 +83,9 @@ pub fn json(model: &Model, told: usize) -> Value {
     object!({
         "t_s": model.t_s, "state": word(model.state), "device": model.device,
         "kind": model.kind.map(|(kind, _)| format!("{kind:?}").to_lowercase()),
-        "target_deg": joint.map(|s| s.target_deg), "measured_deg": joint.map(|s| s.measured_deg),
-        "true_deg": joint.and_then(|s| s.true_deg), "effort": joint.map(|s| s.effort),
+        "target_deg": joint.and_then(|s| s.target_deg),
+        "measured_deg": joint.and_then(|s| s.measured_deg),
+        "true_deg": joint.and_then(|s| s.true_deg), "effort": joint.and_then(|s| s.effort),
         "limiting": model.is_limiting(), "channels": channels.collect::<Vec<_>>(),
         "fault": fault, "events": notes.collect::<Vec<_>>(),
         "counters": {

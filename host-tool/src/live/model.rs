@@ -161,7 +161,7 @@ impl Model {
     pub fn amplitude(&self, index: usize) -> f64 {
         let sample = self.samples.back().filter(|_| self.is_on());
         let amplitude = sample.and_then(|s| s.amplitudes.get(index));
-        amplitude.copied().unwrap_or(0.0)
+        amplitude.copied().flatten().unwrap_or(0.0)
     }
 
     /// Predicted force of a channel, N; nobody tells it when nothing plays.
@@ -179,7 +179,7 @@ impl Model {
 
     fn sample(&mut self, sample: Sample) {
         let from = sample.t_s - KEEP_S;
-        self.has_joint |= sample.target_deg != 0.0 || sample.measured_deg != 0.0;
+        self.has_joint |= sample.target_deg.is_some() || sample.measured_deg.is_some();
         self.t_s = sample.t_s;
         self.samples.push_back(sample);
         while self.samples.len() > KEEP_SAMPLES

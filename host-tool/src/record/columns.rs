@@ -48,7 +48,7 @@ const fn once(
 }
 
 /// The columns of `samples.csv`, in their order.
-pub const SAMPLES: [Column; 10] = [
+pub const SAMPLES: [Column; 11] = [
     once(
         "t_s",
         "s",
@@ -58,13 +58,14 @@ pub const SAMPLES: [Column; 10] = [
     once(
         "target_deg",
         "°",
-        "wanted joint angle, or where the wall stands",
+        "wanted joint angle, or where the wall stands; empty before the first setpoint and without \
+         joint or wall",
         "device: the setpoint it follows, held or extrapolated",
     ),
     once(
         "measured_deg",
         "°",
-        "joint angle",
+        "joint angle; empty before the first measurement and without joint or wall",
         "the session's sensor, as the device took it",
     ),
     once(
@@ -76,7 +77,8 @@ pub const SAMPLES: [Column; 10] = [
     once(
         "effort",
         "",
-        "what the control law asks for, 1 is all; at a wall the penetration in °",
+        "what the control law asks for, 1 is all; at a wall the penetration in °; empty while neither \
+         runs",
         "device: control law",
     ),
     once(
@@ -85,10 +87,16 @@ pub const SAMPLES: [Column; 10] = [
         "1 while a computed amplitude is held at the wearer's limit",
         "device: guard",
     ),
+    once(
+        "state",
+        "",
+        "the device's state: boot, idle, armed, stimulating, stopping or fault",
+        "device",
+    ),
     Column {
         name: "amplitude",
         unit: "",
-        meaning: "amplitude of the channel's latest burst",
+        meaning: "amplitude in force; empty while the channel plays nothing",
         source: "device: as sent to the DAC; no measurement",
         each: Each::Channel,
     },
@@ -102,14 +110,14 @@ pub const SAMPLES: [Column; 10] = [
     Column {
         name: "wanted",
         unit: "N",
-        meaning: "wanted force",
+        meaning: "wanted force; empty before its first setpoint",
         source: "device: the setpoint it follows",
         each: Each::Force,
     },
     Column {
         name: "rate",
         unit: "Hz",
-        meaning: "pulse rate that force control chose",
+        meaning: "pulse rate in force; empty while the channel plays nothing",
         source: "device: force control",
         each: Each::Force,
     },

@@ -192,18 +192,20 @@ impl Trial {
         sample.forces_n.get(place).copied()
     }
 
-    /// The wanted force of a channel, N; `None` without force control.
+    /// The wanted force of a channel, N; `None` without force control and before
+    /// its first setpoint.
     #[must_use]
     pub fn wanted_n(&self, sample: &Sample, channel: u8) -> Option<f64> {
         let place = self.place(channel, |c| c.force)?;
-        sample.wanted_n.get(place).copied()
+        sample.wanted_n.get(place).copied().flatten()
     }
 
-    /// The pulse rate that force control gives a channel, Hz; `None` without.
+    /// The pulse rate that force control gives a channel, Hz; `None` without, and
+    /// while the channel plays nothing.
     #[must_use]
     pub fn rate_hz(&self, sample: &Sample, channel: u8) -> Option<f64> {
         let place = self.place(channel, |c| c.force)?;
-        sample.rates_hz.get(place).copied()
+        sample.rates_hz.get(place).copied().flatten()
     }
 
     /// A channel's place among those that have something.
@@ -248,27 +250,52 @@ pub struct ChannelInfo {
 pub struct Sample {
     /// Since the trial's start, s.
     pub t_s: f64,
-    /// Wanted joint angle, or where a wall stands, degrees.
-    pub target_deg: f64,
-    /// Joint angle the sensor gave, degrees.
-    pub measured_deg: f64,
+    /// Wanted joint angle, or where a wall stands, degrees; `None` before the
+    /// first setpoint, and without joint or wall.
+    pub target_deg: Option<f64>,
+    /// Joint angle the sensor gave, degrees; `None` before the first measurement,
+    /// and without joint or wall.
+    pub measured_deg: Option<f64>,
     /// Joint angle of a simulated body, degrees; nobody knows a person's.
     pub true_deg: Option<f64>,
     /// What the control law asked for, in its own unit; with a wall, how far the
-    /// limb is inside, degrees.
-    pub effort: f64,
+    /// limb is inside, degrees. `None` while neither runs.
+    pub effort: Option<f64>,
     /// A computed amplitude was clamped to the wearer's limit.
     pub limiting: bool,
-    /// Amplitude of each channel, in the channel's unit.
-    pub amplitudes: Vec<f64>,
+    /// The device's state.
+    pub state: DeviceState,
+    /// Amplitude of each channel, in the channel's unit; `None` while it plays
+    /// nothing.
+    pub amplitudes: Vec<Option<f64>>,
     /// Predicted force of each channel that has a muscle, N, in channel order.
     pub forces_n: Vec<f64>,
-    /// Wanted force of each channel under force control, N, in channel order.
+    /// Wanted force of each channel under force control, N, in channel order;
+    /// `None` before its first setpoint.
     #[serde(default)]
-    pub wanted_n: Vec<f64>,
-    /// Pulse rate that force control gives it, Hz.
+    pub wanted_n: Vec<Option<f64>>,
+    /// Pulse rate that force control gives it, Hz; `None` while it plays nothing.
     #[serde(default)]
-    pub rates_hz: Vec<f64>,
+    pub rates_hz: Vec<Option<f64>>,
+}
+
+/// The state of a device, by its word in `samples.csv`.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum DeviceState {
+    /// Reset, nothing decided yet.
+    #[default]
+    Boot,
+    /// Outputs isolated, supply down. Includes the electrode check.
+    Idle,
+    /// Ready to start.
+    Armed,
+    /// Trains play.
+    Stimulating,
+    /// Amplitudes fall.
+    Stopping,
+    /// Isolated until acknowledged.
+    Fault,
 }
 
 /// A change of one channel's switch state.

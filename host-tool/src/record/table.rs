@@ -1,18 +1,19 @@
 //! CSV of samples and edges. Numbers are written so that they read back exactly.
 
-use super::{ChannelInfo, Edge, RecordError, Sample, State, columns};
+use super::{ChannelInfo, DeviceState, Edge, RecordError, Sample, State, columns};
 use std::io::{self, Write};
 use std::path::Path;
 use std::str::FromStr;
 
 /// Columns every sample has, units in their names.
-const FIXED: [&str; 6] = [
+const FIXED: [&str; 7] = [
     "t_s",
     "target_deg",
     "measured_deg",
     "true_deg",
     "effort",
     "limiting",
+    "state",
 ];
 const AMPLITUDE: &str = "amplitude_";
 const FORCE: &str = "force_";
@@ -27,8 +28,8 @@ pub(super) fn write_sample_header(
     writeln!(out, "{}", columns::header(&columns::SAMPLES, channels))
 }
 
-/// Writes one row. Missing amplitudes or forces become empty fields, surplus
-/// ones have no column and are left out.
+/// Writes one row. What is not known or not there becomes an empty field, never
+/// a zero; surplus amplitudes or forces have no column and are left out.
 pub(super) fn write_sample(
     out: &mut impl Write,
     sample: &Sample,
@@ -36,29 +37,33 @@ pub(super) fn write_sample(
 ) -> io::Result<()> {
     let predicted = channels.iter().filter(|c| c.muscle).count();
     let controlled = channels.iter().filter(|c| c.force).count();
-    write!(
-        out,
-        "{},{},{},",
-        sample.t_s, sample.target_deg, sample.measured_deg
-    )?;
-    if let Some(angle) = sample.true_deg {
-        write!(out, "{angle}")?;
+    write!(out, "{}", sample.t_s)?;
+    for value in [sample.target_deg, sample.measured_deg, sample.true_deg] {
+        write_field(out, value)?;
     }
-    write!(out, ",{},{}", sample.effort, u8::from(sample.limiting))?;
+    write_field(out, sample.effort)?;
+    let state = device_state_name(sample.state);
+    write!(out, ",{},{state}", u8::from(sample.limiting))?;
+    let forces: Vec<Option<f64>> = sample.forces_n.iter().copied().map(Some).collect();
     for (values, columns) in [
         (&sample.amplitudes, channels.len()),
-        (&sample.forces_n, predicted),
+        (&forces, predicted),
         (&sample.wanted_n, controlled),
         (&sample.rates_hz, controlled),
     ] {
         for column in 0..columns {
-            match values.get(column) {
-                Some(value) => write!(out, ",{value}")?,
-                None => write!(out, ",")?,
-            }
+            write_field(out, values.get(column).copied().flatten())?;
         }
     }
     writeln!(out)
+}
+
+/// Writes a comma and the value, if there is one.
+fn write_field(out: &mut impl Write, value: Option<f64>) -> io::Result<()> {
+    match value {
+        Some(value) => write!(out, ",{value}"),
+        None => write!(out, ","),
+    }
 }
 
 /// Writes samples with their header.
@@ -105,23 +110,25 @@ pub fn read_samples(path: &Path) -> Result<Vec<Sample>, RecordError> {
     let (amplitudes, forces) = (columns(AMPLITUDE), columns(FORCE));
     let (wanted, rates) = (columns(WANTED), columns(RATE));
     let fixed = FIXED.map(|name| rows.column(name));
-    let [t, target, measured, truth, effort, limiting] = fixed;
+    let [t, target, measured, truth, effort, limiting, state] = fixed;
     let (t, target, measured) = (t?, target?, measured?);
-    let (truth, effort, limiting) = (truth?, effort?, limiting?);
+    let (truth, effort, limiting, state) = (truth?, effort?, limiting?, state?);
     rows.map(|row| {
-        let list = |columns: &[usize]| -> Result<Vec<f64>, RecordError> {
-            let fields = columns.iter().map(|&column| row.optional(column));
-            fields.filter_map(Result::transpose).collect()
+        // An empty field keeps its place.
+        let list = |columns: &[usize]| -> Result<Vec<Option<f64>>, RecordError> {
+            columns.iter().map(|&column| row.optional(column)).collect()
         };
         Ok(Sample {
             t_s: row.get(t)?,
-            target_deg: row.get(target)?,
-            measured_deg: row.get(measured)?,
+            target_deg: row.optional(target)?,
+            measured_deg: row.optional(measured)?,
             true_deg: row.optional(truth)?,
-            effort: row.get(effort)?,
+            effort: row.optional(effort)?,
             limiting: row.get::<u8>(limiting)? != 0,
+            state: device_state(row.text(state)).ok_or_else(|| row.error(state))?,
             amplitudes: list(&amplitudes)?,
-            forces_n: list(&forces)?,
+            // Every muscle's force is known from arming on.
+            forces_n: list(&forces)?.into_iter().flatten().collect(),
             wanted_n: list(&wanted)?,
             rates_hz: list(&rates)?,
         })
@@ -157,6 +164,25 @@ fn state_name(state: State) -> &'static str {
         State::Cathodic => "cathodic",
         State::Grounded => "grounded",
     }
+}
+
+/// The word for a device's state in `samples.csv`.
+fn device_state_name(state: DeviceState) -> &'static str {
+    match state {
+        DeviceState::Boot => "boot",
+        DeviceState::Idle => "idle",
+        DeviceState::Armed => "armed",
+        DeviceState::Stimulating => "stimulating",
+        DeviceState::Stopping => "stopping",
+        DeviceState::Fault => "fault",
+    }
+}
+
+/// The state of this word.
+fn device_state(name: &str) -> Option<DeviceState> {
+    use DeviceState::{Armed, Boot, Fault, Idle, Stimulating, Stopping};
+    let all = [Boot, Idle, Armed, Stimulating, Stopping, Fault];
+    all.into_iter().find(|&s| device_state_name(s) == name)
 }
 
 /// The complete lines of a CSV file.

@@ -45,7 +45,9 @@ pub(super) fn amplitudes(trials: &[Trial]) -> String {
         let number = channel.number;
         let value = move |trial: &Trial, sample: &Sample| {
             let column = column(trial, number)?;
-            sample.amplitudes.get(column).copied()
+            // A channel that plays nothing puts out nothing.
+            let amplitude = sample.amplitudes.get(column)?;
+            Some(amplitude.unwrap_or(0.0))
         };
         Lane {
             name: format!("{number} {}", channel.name),

@@ -23,8 +23,8 @@ const GAP: i32 = 8;
 /// More than a screen shows, few enough for a small page.
 const BUCKETS: usize = 600;
 
-/// Picks an angle of a sample, degrees.
-type Angle = fn(&Sample) -> f64;
+/// Picks an angle of a sample, degrees, if it is known.
+type Angle = fn(&Sample) -> Option<f64>;
 
 /// Ranges shared by all panels, so that they compare at a glance.
 struct Axes {
@@ -37,7 +37,7 @@ impl Axes {
     fn of(trials: &[Trial]) -> Self {
         let samples = || trials.iter().flat_map(|trial| &trial.samples);
         let angles = samples().flat_map(|s| [s.target_deg, s.measured_deg]);
-        let (low, high) = range(angles).unwrap_or((0.0, 90.0));
+        let (low, high) = range(angles.flatten()).unwrap_or((0.0, 90.0));
         let step = round_step((high - low).max(1.0), 4.0);
         Axes {
             end_s: end_s(trials),
@@ -176,7 +176,8 @@ fn panel(area: &Area<'_>, trial: &Trial, axes: &Axes, is_last: bool) -> Drawn {
         (|s| s.target_deg, line(INK, 10)),
     ];
     for (angle, style) in curves {
-        let points = trial.samples.iter().map(|s| (s.t_s, angle(s)));
+        let samples = trial.samples.iter();
+        let points = samples.filter_map(|s| Some((s.t_s, angle(s)?)));
         for part in shorten(points, BUCKETS) {
             chart.draw_series([PathElement::new(part, style)])?;
         }

@@ -38,10 +38,10 @@ pub(super) fn told(signal: Signal, t_s: Option<f64>, unanswered: Option<&Error>)
         None => format!("{signal} came before the stimulation had begun"),
     };
     match unanswered {
-        None => format!("{what}: the device was stopped; what was recorded is kept"),
+        None => format!("{what}: the device was stopped"),
         Some(error) => format!(
             "{what}: Stop was sent but not acknowledged ({error}), so the device stops by itself \
-             after wearer.host_timeout_ms; see that it does; what was recorded is kept"
+             after wearer.host_timeout_ms; see that it does"
         ),
     }
 }

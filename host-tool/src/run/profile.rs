@@ -10,6 +10,7 @@ use hal_sim::chip::board::Board;
 use hal_sim::chip::cpu::system::Latencies;
 use hal_sim::chip::image::Image;
 use hal_sim::chip::profile::{Owner, Profile, Summary};
+use hal_sim::chip::soc::flash::Prefetched;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -165,18 +166,21 @@ impl<O: Observer> Observer for Watch<'_, O> {
     }
 }
 
-/// Runs `file` on a board that runs `image`; `seed` decides the simulated
-/// wearer's noise, `observer` hears the part done and may end it by a signal.
+/// Runs `file` on a board that runs `image` from a flash read as `prefetched`
+/// says; `seed` decides the simulated wearer's noise, `observer` hears the part
+/// done and may end it by a signal.
 ///
 /// # Errors
 /// [`ProfileError`].
 pub fn profile(
     file: &SessionFile,
     image: &Image,
+    prefetched: Prefetched,
     seed: u64,
     observer: impl Observer,
 ) -> Result<Profiled, ProfileError> {
     let mut board = power_on(&file.session, image, Profile::new(image))?;
+    board.around.soc.flash.set_prefetched(prefetched);
     board.boot(&Sensors::default()).map_err(ChipError::Board)?;
     let booted = Booted {
         clock: board.around.origin(),

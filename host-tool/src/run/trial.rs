@@ -1,11 +1,11 @@
 //! From what a device says to what is recorded.
 
 use super::SessionFile;
-use crate::record::{ChannelInfo, Edge, Sample, State, Trial, WallPlace, sha256};
+use crate::record::{ChannelInfo, DeviceState, Edge, Sample, State, Trial, WallPlace, sha256};
 use crate::session::Session;
 use firmware::haptics::Side;
 use firmware::link::{Counters, Event, ForceSample, Telemetry};
-use firmware::safety::StopCause;
+use firmware::safety::{self, StopCause};
 use firmware::units::Micros;
 use hal_sim::trace::{State as TraceState, Trace};
 
@@ -53,26 +53,35 @@ pub fn begin_trial(file: &SessionFile) -> Trial {
 
 /// A telemetry sample; times count from `epoch`.
 pub fn sample(telemetry: &Telemetry, epoch: Micros, true_deg: Option<f64>) -> Sample {
-    let milli = |list: &[u32]| list.iter().map(|&v| f64::from(v) * 1e-3).collect();
-    let force = |f: fn(&ForceSample) -> f64| telemetry.force_control.iter().map(f).collect();
-    let amplitudes: Vec<u32> = telemetry.amplitudes.iter().map(|a| a.0).collect();
+    let degrees = |centi: Option<i16>| centi.map(|c| f64::from(c) * 1e-2);
+    let milli = |value: u32| f64::from(value) * 1e-3;
+    let force =
+        |f: fn(&ForceSample) -> Option<f64>| telemetry.force_control.iter().map(f).collect();
+    let amplitudes = telemetry.amplitudes.iter();
     Sample {
         t_s: f64::from(telemetry.at.since(epoch)) * 1e-6,
-        target_deg: f64::from(telemetry.target_centideg) * 1e-2,
-        measured_deg: f64::from(telemetry.measured_centideg) * 1e-2,
+        target_deg: degrees(telemetry.target_centideg),
+        measured_deg: degrees(telemetry.measured_centideg),
         true_deg,
-        effort: f64::from(telemetry.effort_milli) * 1e-3,
+        effort: telemetry.effort_milli.map(|e| f64::from(e) * 1e-3),
         limiting: telemetry.limiting,
-        amplitudes: milli(&amplitudes),
-        forces_n: milli(&telemetry.forces_mn),
-        wanted_n: force(|f| f64::from(f.target_mn) * 1e-3),
-        rates_hz: force(|f| {
-            if f.period_us == 0 {
-                0.0
-            } else {
-                1e6 / f64::from(f.period_us)
-            }
-        }),
+        state: state(telemetry.state),
+        amplitudes: amplitudes.map(|a| a.map(|a| milli(a.0))).collect(),
+        forces_n: telemetry.forces_mn.iter().map(|&f| milli(f)).collect(),
+        wanted_n: force(|f| f.target_mn.map(|mn| f64::from(mn) * 1e-3)),
+        rates_hz: force(|f| f.period_us.map(|us| 1e6 / f64::from(us))),
+    }
+}
+
+/// A device's state as it is recorded.
+fn state(state: safety::State) -> DeviceState {
+    match state {
+        safety::State::Boot => DeviceState::Boot,
+        safety::State::Idle => DeviceState::Idle,
+        safety::State::Armed => DeviceState::Armed,
+        safety::State::Stimulating => DeviceState::Stimulating,
+        safety::State::Stopping => DeviceState::Stopping,
+        safety::State::Fault => DeviceState::Fault,
     }
 }
 
@@ -113,6 +122,8 @@ pub fn counters(counters: &Counters) -> Vec<(String, u64)> {
         ("pulses started", counters.pulses),
         ("triggers without a train", counters.idle_triggers),
         ("messages dropped", counters.dropped),
+        ("internal messages lost", counters.lost_posts),
+        ("requests of strangers", counters.strangers),
     ]
     .map(|(name, count)| (name.to_owned(), u64::from(count)))
     .to_vec()

@@ -8,6 +8,7 @@
 
 mod board;
 mod case;
+mod clock;
 mod disk;
 mod program;
 

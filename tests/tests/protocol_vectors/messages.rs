@@ -285,6 +285,7 @@ pub fn requests() -> Vec<(&'static str, ToDevice)> {
                 rung: Rung::Lag,
             },
         ),
+        ("simulated trigger", Request::SimulateTrigger),
     ]);
     let number = |(seq, (name, request)): (u16, _)| {
         let session = if seq == 0 { 0 } else { 1 };
@@ -360,18 +361,25 @@ pub fn responses() -> Vec<(String, Response<'static>)> {
             format!("telemetry, {channels} channels"),
             Response::Telemetry(Telemetry {
                 at,
-                target_centideg: 4_500,
-                measured_centideg: -120,
-                effort_milli: -999,
+                target_centideg: (channels != 0).then_some(4_500),
+                measured_centideg: (channels != 0).then_some(-120),
+                effort_milli: (channels != 0).then_some(-999),
                 limiting: channels != 0,
-                amplitudes: (0..channels).map(|c| Amplitude(c * 10_000)).collect(),
+                amplitudes: (0..channels)
+                    .map(|c| (c != 0).then_some(Amplitude(c * 10_000)))
+                    .collect(),
                 forces_mn: (0..channels).map(|c| c * 100).collect(),
-                force_control: (0..channels.min(1))
-                    .map(|_| ForceSample {
-                        target_mn: 2_500,
-                        period_us: 20_000,
+                force_control: (0..channels.min(2))
+                    .map(|c| ForceSample {
+                        target_mn: (c != 0).then_some(2_500),
+                        period_us: (c != 0).then_some(20_000),
                     })
                     .collect(),
+                state: if channels == 0 {
+                    State::Idle
+                } else {
+                    State::Stimulating
+                },
             }),
         );
     }

@@ -23,6 +23,8 @@ pub struct Muscle {
 pub(super) struct ControlSetup {
     /// Bit i: channel i is part of the setup.
     pub(super) channels: u16,
+    /// Burst start to burst start of each channel's train, µs.
+    pub(super) periods_us: [u32; CHANNELS],
     /// Muscles whose force is predicted, by rising channel.
     pub(super) muscles: Vec<Muscle, CHANNELS>,
     /// Channels under force control, by rising channel.
@@ -37,8 +39,8 @@ impl ControlSetup {
     /// Puts a part in its place; the first one clears what was there before.
     pub(super) fn put(&mut self, part: ControlPart) {
         match part {
-            ControlPart::Channels(channels) => {
-                self.channels = channels;
+            ControlPart::Channels(channels, periods_us) => {
+                (self.channels, self.periods_us) = (channels, periods_us);
                 self.muscles.clear();
                 self.forces.clear();
                 (self.joint, self.wall) = (None, None);

@@ -130,6 +130,10 @@ impl Session {
                 )?;
                 return Ok(Reply::Later);
             }
+            // Who serves a simulator takes it on its way here.
+            Request::SimulateTrigger => {
+                return Err(Refusal::new(Code::SimulatorOnly, "trigger"));
+            }
             // Handled before admission.
             Request::Hello { .. } => return Err(Refusal::new(Code::UnknownMessage, "request")),
         }

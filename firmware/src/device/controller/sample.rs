@@ -1,0 +1,88 @@
+//! Telemetry: what the controller knows, every period that a host asked for.
+
+use super::{Acted, Controller, Phase};
+use crate::device::mail::{ControlReport, ControllerMail};
+use crate::haptics::Wall;
+use crate::link::{ForceSample, Telemetry};
+use crate::muscle::Model;
+use crate::pulse::CHANNELS;
+use crate::units::{Angle, Micros};
+
+/// A subscription.
+#[derive(Debug, Default)]
+pub(super) struct Subscription {
+    /// Ticks from sample to sample; 0 for none.
+    period: u16,
+    until_sample: u16,
+}
+
+impl Subscription {
+    /// Samples every `period` ticks from now on. What is asked again keeps its
+    /// phase: a host may repeat its subscription to compare clocks.
+    pub(super) const fn renew(&mut self, period: u16) {
+        if self.period != period {
+            (self.period, self.until_sample) = (period, period);
+        }
+    }
+
+    /// Whether this tick is a sample's.
+    const fn is_due(&mut self) -> bool {
+        self.until_sample = self.until_sample.saturating_sub(1);
+        if self.period == 0 || self.until_sample != 0 {
+            return false;
+        }
+        self.until_sample = self.period;
+        true
+    }
+}
+
+impl Controller {
+    /// Posts a sample if one is due.
+    pub(super) fn sample(
+        &mut self,
+        now: Micros,
+        acted: Option<&Acted>,
+        mail: &mut ControllerMail<'_>,
+    ) {
+        if !self.subscription.is_due() {
+            return;
+        }
+        let mut sample = Telemetry {
+            at: now,
+            target_centideg: self.target(acted).map(Angle::to_centideg),
+            measured_centideg: acted.map(|acted| acted.measured.to_centideg()),
+            effort_milli: acted.and_then(|acted| acted.effort_milli),
+            limiting: core::mem::take(&mut self.limiting),
+            state: self.state,
+            ..Telemetry::default()
+        };
+        for channel in 0..CHANNELS as u8 {
+            if self.setup.channels & 1 << channel != 0 {
+                let amplitude = self.in_force.amplitude(channel);
+                let _ = sample.amplitudes.push(amplitude); // as many slots as channels
+            }
+        }
+        for (muscle, state) in self.setup.muscles.iter().zip(&self.muscles) {
+            let force = muscle.force.force(state).to_millinewton();
+            let _ = sample.forces_mn.push(force); // same
+        }
+        for (force, (_, target_mn)) in self.setup.forces.iter().zip(&self.forces) {
+            let force = ForceSample {
+                target_mn: *target_mn,
+                period_us: self.in_force.period_us(force.channel),
+            };
+            let _ = sample.force_control.push(force); // same
+        }
+        let _ = mail.reports.enqueue(ControlReport::Telemetry(sample)); // late readers lose samples
+    }
+
+    /// What the joint is to follow; or where the wall stands, which needs no
+    /// measurement.
+    fn target(&self, acted: Option<&Acted>) -> Option<Angle> {
+        let wall = self.setup.wall.as_ref();
+        let stands = wall.filter(|_| self.phase == Phase::Running);
+        acted
+            .and_then(|acted| acted.target)
+            .or_else(|| stands.map(Wall::stands_at))
+    }
+}
