@@ -95,6 +95,8 @@ fn trial(name: &str, delay_s: f64, reach_deg: f64, edges: Vec<Edge>) -> Trial {
         joint: true,
         wall: None,
         measure: Some((10.0, 30.0)),
+        pulses: None,
+        silent: None,
         counters: vec![
             ("setpoints sent".to_owned(), 2700),
             ("frames lost".to_owned(), 3),
@@ -135,7 +137,8 @@ fn paper() -> Vec<PaperRow> {
 }
 
 fn folder(name: &str) -> PathBuf {
-    let dir = std::env::temp_dir().join(format!("flexor-report-{name}"));
+    // Not the machine's folder: another checkout's tests may run beside these.
+    let dir = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("report-{name}"));
     let _ = std::fs::remove_dir_all(&dir);
     dir
 }

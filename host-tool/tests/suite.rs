@@ -6,8 +6,10 @@ mod bad_input_cli;
 mod chip_cli;
 mod control_campaign;
 mod control_twin;
+mod errors;
 mod explain_model;
 mod harris_wall;
+mod images;
 #[cfg(unix)]
 mod interruptions;
 mod ladder_adequacy;
@@ -21,5 +23,7 @@ mod record_identity;
 mod report_page;
 mod run_cut_short;
 mod run_rungs;
+mod serve;
 mod session_errors;
 mod session_files;
+mod trigger;

@@ -1,10 +1,9 @@
 //! CoreMark on the chip simulator: a yardstick that nothing was fitted to.
 
-use super::{BenchError, RowError, WORKSPACE};
+use super::{BenchError, RowError};
+use crate::run::images;
 use hal_sim::chip::alone::{self, Wait};
 use hal_sim::chip::image::Image;
-use hal_sim::images;
-use std::path::Path;
 
 /// CoreMark per MHz as published for the STM32F405 at 168 MHz (ST) and for the
 /// core (Arm): the C program, other compilers.
@@ -54,7 +53,7 @@ pub struct CoreMark {
 /// # Errors
 /// [`BenchError`]; wrong results too.
 pub fn coremark() -> Result<CoreMark, BenchError> {
-    let elf = images::coremark(Path::new(WORKSPACE))?;
+    let elf = images::find_coremark()?;
     let image = Image::open(&elf)?;
     let mut readings = Vec::new();
     let mut compiler = String::new();

@@ -14,6 +14,7 @@ pub use coremark::{CoreMark, PUBLISHED, Reading, coremark};
 pub use row::{Deadline, Row, RowError, csv};
 
 use crate::report::cycles_picture;
+use crate::run::images;
 use firmware::bench::NoClock;
 use hal_sim::chip::alone::{self, AloneError, Wait};
 use hal_sim::chip::image::{self, ImageError};
@@ -23,9 +24,6 @@ use hal_sim::qemu::StartError;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// The checkout that the images are built from: this program is run from it.
-const WORKSPACE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
-
 /// The row that measures nothing but the markers.
 const MARKERS: &str = "empty";
 
@@ -34,7 +32,7 @@ const MARKERS: &str = "empty";
 pub enum BenchError {
     /// An image was not built.
     #[error("E543 {0}")]
-    Build(#[from] BuildError),
+    Build(BuildError),
     /// What was built cannot be flashed.
     #[error(transparent)]
     Image(#[from] ImageError),
@@ -43,10 +41,22 @@ pub enum BenchError {
     Chip(#[from] AloneError),
     /// QEMU.
     #[error("E510 {0}")]
-    Qemu(#[from] StartError),
+    Qemu(StartError),
     /// The image said something else than rows.
     #[error(transparent)]
     Row(#[from] RowError),
+}
+
+impl From<BuildError> for BenchError {
+    fn from(error: BuildError) -> Self {
+        Self::Build(error)
+    }
+}
+
+impl From<StartError> for BenchError {
+    fn from(error: StartError) -> Self {
+        Self::Qemu(error)
+    }
 }
 
 /// How fast a machine ran the image.
@@ -149,7 +159,7 @@ impl Bench {
 /// # Errors
 /// [`BenchError`].
 pub fn bench(step: impl Fn(f64)) -> Result<Bench, BenchError> {
-    let elf = Image::Bench.build(Path::new(WORKSPACE))?;
+    let elf = images::find(Image::Bench)?;
     step(0.3);
     let mut host = Vec::new();
     firmware::bench::run(&NoClock, |row| host.push(Row::from(row)));
@@ -177,7 +187,7 @@ pub fn bench(step: impl Fn(f64)) -> Result<Bench, BenchError> {
 /// # Errors
 /// [`BenchError`].
 pub fn on_chip() -> Result<OnChip, BenchError> {
-    run_on_chip(&Image::Bench.build(Path::new(WORKSPACE))?)
+    run_on_chip(&images::find(Image::Bench)?)
 }
 
 /// Builds an image that prints rows and runs it on the chip simulator, the
@@ -186,7 +196,7 @@ pub fn on_chip() -> Result<OnChip, BenchError> {
 /// # Errors
 /// [`BenchError`].
 pub fn rows_on_chip(image: Image) -> Result<Vec<Row>, BenchError> {
-    let elf = image.build(Path::new(WORKSPACE))?;
+    let elf = images::find(image)?;
     let ended = alone::run(&image::Image::open(&elf)?, Wait::default())?;
     Ok(row::parse(&ended.console)?)
 }

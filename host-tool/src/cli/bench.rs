@@ -49,7 +49,8 @@ pub fn main(args: &Bench, output: Output) -> anyhow::Result<()> {
 
 fn write(path: Option<&Path>, contents: impl FnOnce() -> String) -> anyhow::Result<()> {
     let Some(path) = path else { return Ok(()) };
-    std::fs::write(path, contents()).with_context(|| format!("E522 {}", path.display()))
+    std::fs::write(path, contents())
+        .with_context(|| format!("E522 cannot write {}", path.display()))
 }
 
 /// At most 80 columns.

@@ -212,3 +212,31 @@ fn complain(error: &anyhow::Error) {
         None => eprintln!("error: {error:#}"),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Cli;
+    use clap::{Command, CommandFactory};
+
+    /// Short and long help of `command` and of all below it.
+    fn helps(command: &mut Command, all: &mut Vec<String>) {
+        all.push(command.render_help().to_string());
+        all.push(command.render_long_help().to_string());
+        for below in command.get_subcommands_mut() {
+            helps(below, all);
+        }
+    }
+
+    #[test]
+    fn help_speaks_to_people_not_to_rustdoc() {
+        let mut all = Vec::new();
+        helps(&mut Cli::command(), &mut all);
+        assert!(all.len() > 30, "{} texts", all.len());
+        for help in all {
+            for line in help.lines() {
+                let is_code = ["[`", "`]", "::"].iter().any(|mark| line.contains(mark));
+                assert!(!is_code, "{line}");
+            }
+        }
+    }
+}

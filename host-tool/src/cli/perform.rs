@@ -4,11 +4,13 @@
 use super::chip::ChipArgs;
 use super::{Incomplete, Output, interrupt};
 use crate::analysis::{ForceMetrics, Hit, force_metrics, hits, metrics};
-use crate::record::{Ending, Place, RecordError, Recorder, Run, write_run};
+use crate::link::Port;
+use crate::record::{Ending, Place, RecordError, Recorder, Run, sha256, write_run};
 use crate::report::{self, Report};
 use crate::run::{
     DeviceName, SessionFile, acknowledge, begin_trial, edges_of_one_period, heeding, run,
 };
+use crate::session::Session;
 use anyhow::Context;
 use hal_sim::trace::Trace;
 use std::path::{Path, PathBuf};
@@ -32,6 +34,7 @@ pub struct Performed {
     /// Its folder, still held.
     pub place: Place,
     report: Option<PathBuf>,
+    image: Option<PathBuf>,
     refused: usize,
     /// What went wrong first.
     pub ended: anyhow::Result<()>,
@@ -55,6 +58,15 @@ pub fn perform(
     let mut port = order
         .chip
         .open(order.device, &session.session, record.seed)?;
+    let image = port.image().map(Path::to_owned);
+    if let Some(path) = &image {
+        let bytes = std::fs::read(path);
+        let bytes = bytes.with_context(|| format!("E599 cannot read {}", path.display()))?;
+        record.image_sha256 = Some(sha256(&bytes));
+    }
+    if let Some(note) = ignored_trigger(&session.session, &mut port) {
+        eprintln!("note: {note}");
+    }
     let interruption = interrupt::heed()?;
     let is_planned = record.plan.as_ref().is_some_and(|plan| plan.acknowledge);
     if is_planned {
@@ -101,6 +113,7 @@ pub fn perform(
         record,
         place,
         report,
+        image,
         refused: outcome.refused,
         // The first that went wrong is the one to tell.
         ended: ended.and(lost),
@@ -129,7 +142,10 @@ impl Performed {
     pub fn machines(&self) -> serde_json::Value {
         let trial = self.record.trials.last();
         let rmse = trial.and_then(metrics).map(|m| m.rmse_deg);
+        let silent = trial.and_then(|trial| trial.silent.clone());
+        let pulses = trial.and_then(|trial| trial.pulses);
         serde_json::json!({
+            "no_pulse_was_played": silent, "pulses": pulses, "image": self.image,
             "title": self.record.title, "device": self.record.device_in_words(),
             "seed": self.record.seed, "rmse_deg": rmse,
             "hits": trial.map(hits), "forces": trial.map(force_metrics),
@@ -142,6 +158,8 @@ impl Performed {
         let mut lines = Vec::new();
         let mut tracked = String::new();
         for trial in &self.record.trials {
+            let silence = trial.silent.iter();
+            lines.extend(silence.map(|why| format!("no pulse was played: {why}")));
             if let Some(m) = metrics(trial) {
                 tracked = format!("RMSE {:.2}° ", m.rmse_deg);
             }
@@ -155,6 +173,15 @@ impl Performed {
         lines.push(format!("{title}: {tracked}{refused} refused{report}"));
         lines.join("\n")
     }
+}
+
+/// A board has a real trigger input: what is said of simulated edges then.
+fn ignored_trigger(session: &Session, port: &mut dyn Port) -> Option<&'static str> {
+    let is_ignored = session.trigger.is_some() && port.world().is_none();
+    is_ignored.then_some(
+        "[simulated_trigger] is for devices simulated by this program: this one's own trigger \
+         input counts",
+    )
 }
 
 fn write_vcd(path: &Path, trace: &Trace) -> anyhow::Result<()> {

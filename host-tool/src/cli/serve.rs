@@ -42,6 +42,27 @@ pub struct Serve {
 /// How often bytes are carried and time goes on.
 const POLL: Duration = Duration::from_micros(500);
 
+impl Serve {
+    /// The wire to clients, and its place in words. A client may connect at once.
+    fn wire(&self) -> anyhow::Result<(Box<dyn ByteStream>, String)> {
+        match (&self.pty, &self.tcp) {
+            (Some(path), _) => {
+                let wire = PtyWire::open(path).with_context(|| {
+                    format!("cannot open a pseudo-terminal at {}", path.display())
+                })?;
+                Ok((Box::new(wire), path.display().to_string()))
+            }
+            (None, Some(address)) => {
+                let wire = TcpWire::bind(address.as_str(), busy())
+                    .with_context(|| format!("cannot listen at {address}"))?;
+                let place = format!("tcp:{}", wire.local_addr()?);
+                Ok((Box::new(wire), place))
+            }
+            (None, None) => bail!("give --pty PATH or --tcp HOST:PORT"),
+        }
+    }
+}
+
 /// Runs the command until a signal or `--seconds` ends it.
 ///
 /// # Errors
@@ -62,21 +83,10 @@ pub fn main(args: &Serve, output: Output) -> anyhow::Result<()> {
         Some(path) => SessionFile::load(path)?,
         None => SessionFile::parse("hamana_exp4_two_point.toml", text)?,
     };
-    let (mut wire, place): (Box<dyn ByteStream>, String) = match (&args.pty, &args.tcp) {
-        (Some(path), _) => {
-            let wire = PtyWire::open(path)
-                .with_context(|| format!("cannot open a pseudo-terminal at {}", path.display()))?;
-            (Box::new(wire), path.display().to_string())
-        }
-        (None, Some(address)) => {
-            let wire = TcpWire::bind(address.as_str(), busy())
-                .with_context(|| format!("cannot listen at {address}"))?;
-            let place = format!("tcp:{}", wire.local_addr()?);
-            (Box::new(wire), place)
-        }
-        (None, None) => bail!("give --pty PATH or --tcp HOST:PORT"),
-    };
     let mut port = args.chip.open(&args.device, &session.session, args.seed)?;
+    let image = port.image().map(std::path::Path::to_owned);
+    // A client that is let in is answered: the device has booted.
+    let (mut wire, place) = args.wire()?;
     let world = port.world().context("the device is no simulator")?;
     let name = match args.device {
         DeviceName::Chip => "chip",
@@ -84,7 +94,7 @@ pub fn main(args: &Serve, output: Output) -> anyhow::Result<()> {
     };
     output.say(
         || format!("a simulated board is at {place}; end with Ctrl-C"),
-        || serde_json::json!({ "device": name, "at": place }),
+        || serde_json::json!({ "device": name, "at": place, "image": image }),
     )?;
     let interruption = interrupt::heed()?;
     let begin = Instant::now();

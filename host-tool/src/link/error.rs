@@ -26,7 +26,7 @@ pub enum Error {
     #[error(
         "E502 lost the device: {0}; outputs isolate by themselves after the host timeout; reconnect and run again"
     )]
-    Lost(#[from] io::Error),
+    Lost(io::Error),
     /// E503: a request that does not fit a frame.
     #[error("E503 {0} does not fit a frame")]
     TooLarge(&'static str),
@@ -43,6 +43,12 @@ pub enum Error {
         /// What to do.
         advice: &'static str,
     },
+}
+
+impl From<io::Error> for Error {
+    fn from(error: io::Error) -> Self {
+        Self::Lost(error)
+    }
 }
 
 /// A refusal in words: number, name, field, what is allowed, what to do.

@@ -54,6 +54,9 @@ pub struct Run {
     /// What only people know.
     #[serde(default)]
     pub study: Study,
+    /// The SHA-256 of the image that the device ran, where it was this program's.
+    #[serde(default)]
+    pub image_sha256: Option<String>,
     /// In the order they were run; each has a folder of its own.
     #[serde(skip)]
     pub trials: Vec<Trial>,
@@ -178,6 +181,12 @@ pub struct Trial {
     pub wall: Option<WallPlace>,
     /// The part that metrics judge, from–to in s; all of it when `None`.
     pub measure: Option<(f64, f64)>,
+    /// Pulses of more than 0 that were played; `None` if nobody could tell.
+    #[serde(default)]
+    pub pulses: Option<u64>,
+    /// Why there was none, most likely.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub silent: Option<String>,
     /// Named counts: frames sent, lost, faults, ….
     pub counters: Vec<(String, u64)>,
     /// What happened when, s.
@@ -367,12 +376,12 @@ pub enum Role {
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
     /// The file system refused.
-    #[error("{path}: {source}")]
+    #[error("{path}: {why}")]
     Io {
         /// The file or folder.
         path: PathBuf,
         /// What the system said.
-        source: std::io::Error,
+        why: std::io::Error,
     },
     /// The disk is full, or the file system refused otherwise.
     #[error(
@@ -453,9 +462,9 @@ impl RecordError {
     }
 
     pub(crate) fn io(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
-        move |source| RecordError::Io {
+        move |why| RecordError::Io {
             path: path.to_owned(),
-            source,
+            why,
         }
     }
 }

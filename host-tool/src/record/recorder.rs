@@ -92,6 +92,13 @@ impl Recorder {
         self.describe()
     }
 
+    /// Keeps how many pulses were played and, if none, why; written with what
+    /// comes next.
+    pub fn played(&mut self, pulses: Option<u64>, silent: Option<&str>) {
+        self.trial.pulses = pulses;
+        self.trial.silent = silent.map(str::to_owned);
+    }
+
     /// Ends the trial with its counters and its actual length, s.
     pub fn finish(
         mut self,

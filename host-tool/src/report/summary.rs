@@ -25,6 +25,9 @@ struct Summary<'a> {
 #[derive(Serialize)]
 struct TrialSummary<'a> {
     name: &'a str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    no_pulse_was_played: Option<&'a str>,
+    pulses: Option<u64>,
     session_file: &'a str,
     duration_s: f64,
     metrics: Option<Metrics>,
@@ -60,6 +63,8 @@ pub fn write(dir: &Path, report: &Report) -> Result<PathBuf, RecordError> {
             .iter()
             .map(|trial| TrialSummary {
                 name: &trial.name,
+                no_pulse_was_played: trial.silent.as_deref(),
+                pulses: trial.pulses,
                 session_file: &trial.session_file,
                 duration_s: trial.duration_s,
                 metrics: metrics(trial),

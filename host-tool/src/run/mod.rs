@@ -7,9 +7,11 @@
 mod device;
 mod file;
 mod identity;
+pub mod images;
 mod interruption;
 mod observer;
 mod profile;
+mod pulses;
 mod recorded;
 mod runner;
 mod trial;

@@ -1,6 +1,6 @@
 //! The course of a session: configure, arm, start, stream, stop.
 
-use super::{Observer, Seen, SessionFile, Wish, interruption, trial};
+use super::{Observer, Seen, SessionFile, Wish, interruption, pulses, trial};
 use crate::link::{Client, Error, Incoming, Port, Signal};
 use crate::record::{RecordError, Recorder, Trial};
 use crate::session::{Session, Setpoint};
@@ -87,6 +87,9 @@ struct Run<'a, P> {
     epoch: Micros,
     /// The same in the port's time.
     epoch_us: u64,
+    /// A board's count of pulses after the electrode check, where no trace
+    /// tells.
+    checked: u32,
     refused: usize,
     ended: Option<(String, &'static str)>,
     /// When the device last said something, in the port's time.
@@ -129,6 +132,7 @@ pub fn run<P: Port>(
         observer: &mut observer,
         epoch: info.at,
         epoch_us: 0,
+        checked: 0,
         refused: 0,
         ended: None,
         heard_us: 0,
@@ -151,6 +155,9 @@ pub fn run<P: Port>(
     run.clock();
     if let Err(error) = &result {
         run.cut_short(error);
+    }
+    if is_started {
+        run.count_pulses();
     }
     let outcome = Outcome {
         trial: run.trial,
@@ -226,6 +233,9 @@ impl<P: Port> Run<'_, P> {
         self.client.subscribe(self.session.telemetry_ms)?;
         self.client.arm()?;
         self.heed()?;
+        if self.client.port().world().is_none() {
+            self.checked = self.client.status()?.counters.pulses;
+        }
         // The first setpoint is there before the first pulse.
         self.client
             .request(self.session.setpoints.at(0).request(None))?;
@@ -248,8 +258,11 @@ impl<P: Port> Run<'_, P> {
     fn stream(&mut self) -> Result<(), RunError> {
         let begin = self.epoch_us;
         let end = begin + self.session.duration_us;
+        let mut asked_us = 0;
         for index in 1.. {
             let due = self.session.setpoints.due_us(index);
+            self.trigger(asked_us, due);
+            asked_us = due;
             self.listen((begin + due).min(end))?;
             if begin + due >= end {
                 break;
@@ -296,6 +309,17 @@ impl<P: Port> Run<'_, P> {
         Ok(())
     }
 
+    /// Asks a simulated trigger input for its edges of `from..to`, µs after the
+    /// start. A board has a real one.
+    fn trigger(&mut self, from: u64, to: u64) {
+        let begin = self.epoch_us;
+        if let (Some(trigger), Some(world)) = (&self.session.trigger, self.client.port().world()) {
+            for at in trigger.between(from, to) {
+                world.trigger(begin + at);
+            }
+        }
+    }
+
     fn measures(&self) -> bool {
         self.session.sensor() == Some(SensorSource::Host)
     }
@@ -333,6 +357,33 @@ impl<P: Port> Run<'_, P> {
             }
         }
         Ok(())
+    }
+
+    /// The record says whether anything was played. A device that was lost has
+    /// not told how much.
+    fn count_pulses(&mut self) {
+        let counted = |name: &str| {
+            let found = self.trial.counters.iter().find(|(n, _)| n == name);
+            found.map(|&(_, count)| count)
+        };
+        let idle = counted("triggers without a train").unwrap_or(0);
+        let told = counted("pulses started").map(|n| (n as u32).wrapping_sub(self.checked));
+        let played = match self.client.port().world() {
+            Some(world) => {
+                let trace = &world.recorder.trace;
+                Some(pulses::played(self.session, trace, self.epoch_us))
+            }
+            None => told.map(u64::from),
+        };
+        self.trial.pulses = played;
+        if played == Some(0) {
+            let length_us = (self.trial.duration_s * 1e6).round() as u64;
+            let why = pulses::why_silent(self.session, length_us, idle);
+            self.trial.silent = Some(why.to_owned());
+        }
+        if let Some(recorder) = &mut self.recorder {
+            recorder.played(played, self.trial.silent.as_deref());
+        }
     }
 
     /// Time of the latest sample, s.

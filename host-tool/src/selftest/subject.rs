@@ -65,7 +65,7 @@ impl Subject<'_> {
         let board = Arc::new(Mutex::new(board));
         let world = World::new(Box::new(board.clone()), body, boot, Faults::default(), 1);
         Ok(Opened {
-            client: Client::open(SimulatedPort { world })?.0,
+            client: Client::open(SimulatedPort::new(world))?.0,
             board: Some(board),
         })
     }

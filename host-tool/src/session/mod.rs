@@ -19,6 +19,7 @@ mod setpoints;
 mod setup;
 mod study;
 mod table;
+mod trigger;
 mod wall;
 
 use std::io::Read;
@@ -41,6 +42,7 @@ pub use muscle::{Model, Muscle};
 pub use setpoints::{Course, ForceCourse, Setpoint, Setpoints};
 pub use study::LONGEST as LONGEST_TEXT;
 use table::{Document, Table};
+pub use trigger::SimulatedTrigger;
 
 /// Longest session, µs: a day.
 const MAX_DURATION_US: i64 = 86_400_000_000;
@@ -70,6 +72,8 @@ pub struct Session {
     pub measure: Option<(u64, u64)>,
     /// The simulated wearer; no matter to a board.
     pub body: Option<BodySpec>,
+    /// Edges of a simulated trigger input; no matter to a board.
+    pub trigger: Option<SimulatedTrigger>,
     /// How far predicted forces may be from the best model's: what `"auto"` models
     /// are chosen for.
     pub tolerance: Share,
@@ -146,6 +150,7 @@ impl Session {
             "setpoints",
             "measure",
             "body",
+            "simulated_trigger",
             "fidelity",
             "study",
         ])?;
@@ -156,6 +161,7 @@ impl Session {
         let setup = setup::read_setup(t, duration_us, &mut notes)?;
         let setpoints = setpoints::read_setpoints(t, &setup)?;
         let study = study::read_study(t, &setup.channels)?;
+        let trigger = trigger::read_trigger(t, &setup.channels, duration_us)?;
         let mut session = Self {
             title,
             duration_us,
@@ -168,6 +174,7 @@ impl Session {
             setpoints,
             measure: read_measure(t, duration_us)?,
             body: body::read_body(t)?,
+            trigger,
             tolerance: Share::JUST_NOTICEABLE,
             telemetry_ms: TELEMETRY_MS,
             notes,
