@@ -48,7 +48,7 @@ const fn once(
 }
 
 /// The columns of `samples.csv`, in their order.
-pub const SAMPLES: [Column; 11] = [
+pub const SAMPLES: [Column; 13] = [
     once(
         "t_s",
         "s",
@@ -118,6 +118,21 @@ pub const SAMPLES: [Column; 11] = [
         name: "rate",
         unit: "Hz",
         meaning: "pulse rate in force; empty while the channel plays nothing",
+        source: "device: force control",
+        each: Each::Force,
+    },
+    Column {
+        name: "below",
+        unit: "N",
+        meaning: "force below the wanted one that the limits can give; empty unless they cannot give \
+                  the wanted one",
+        source: "device: force control",
+        each: Each::Force,
+    },
+    Column {
+        name: "above",
+        unit: "N",
+        meaning: "force above the wanted one that the limits can give; empty as before",
         source: "device: force control",
         each: Each::Force,
     },

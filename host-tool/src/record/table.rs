@@ -19,6 +19,8 @@ const AMPLITUDE: &str = "amplitude_";
 const FORCE: &str = "force_";
 const WANTED: &str = "wanted_";
 const RATE: &str = "rate_";
+const BELOW: &str = "below_";
+const ABOVE: &str = "above_";
 
 /// Writes the header of `samples.csv`.
 pub(super) fn write_sample_header(
@@ -50,6 +52,8 @@ pub(super) fn write_sample(
         (&forces, predicted),
         (&sample.wanted_n, controlled),
         (&sample.rates_hz, controlled),
+        (&sample.below_n, controlled),
+        (&sample.above_n, controlled),
     ] {
         for column in 0..columns {
             write_field(out, values.get(column).copied().flatten())?;
@@ -109,6 +113,7 @@ pub fn read_samples(path: &Path) -> Result<Vec<Sample>, RecordError> {
     };
     let (amplitudes, forces) = (columns(AMPLITUDE), columns(FORCE));
     let (wanted, rates) = (columns(WANTED), columns(RATE));
+    let (below, above) = (columns(BELOW), columns(ABOVE));
     let fixed = FIXED.map(|name| rows.column(name));
     let [t, target, measured, truth, effort, limiting, state] = fixed;
     let (t, target, measured) = (t?, target?, measured?);
@@ -131,6 +136,8 @@ pub fn read_samples(path: &Path) -> Result<Vec<Sample>, RecordError> {
             forces_n: list(&forces)?.into_iter().flatten().collect(),
             wanted_n: list(&wanted)?,
             rates_hz: list(&rates)?,
+            below_n: list(&below)?,
+            above_n: list(&above)?,
         })
     })
 }
