@@ -111,7 +111,7 @@ fn every_committed_picture_can_be_read_but_for_what_is_listed() {
     );
 }
 
-const BACK: &str = "<rect width=\"100%\" height=\"100%\" fill=\"#FFFFFF\"/>";
+const BACK: &str = "<rect x=\"-50\" y=\"-50\" width=\"300\" height=\"200\" fill=\"#FFFFFF\"/>";
 
 /// What is wrong with `body` on white.
 fn on_white(body: &str) -> Vec<String> {
