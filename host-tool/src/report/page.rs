@@ -166,7 +166,7 @@ fn facts(run: &Run) -> String {
         escape(&run.device_in_words()),
         run.seed
     );
-    if let Some(factor) = run.speed_factor {
+    if let Some(factor) = run.host.speed_factor {
         let _ = write!(facts, " · {factor:.0} × real time");
     }
     if run.is_simulated() {
