@@ -55,7 +55,7 @@ pub fn write(dir: &Path, report: &Report) -> Result<PathBuf, RecordError> {
         device: run.device_in_words(),
         simulated: run.is_simulated(),
         seed: run.seed,
-        speed_factor: run.speed_factor,
+        speed_factor: run.host.speed_factor,
         version: env!("CARGO_PKG_VERSION"),
         command: report.command,
         trials: run
