@@ -4,7 +4,9 @@ mod in_force;
 mod sample;
 mod setup;
 
-use super::mail::{ControlEvent, ControlOrder, ControlReport, ControlRequest, ControllerMail};
+use super::mail::{
+    Asked, ControlEvent, ControlOrder, ControlReport, ControlRequest, ControllerMail,
+};
 use crate::control::{
     Amplitudes, Effort, ForceOrders, ForceState, JointState, Orders, SensorFault,
 };
@@ -121,11 +123,12 @@ impl Controller {
             self.follow(event, now, mail);
         }
         let mut heard = None;
-        while let Some(request) = mail.requests.dequeue() {
-            heard = self.take(request, now, mail).or(heard);
+        let raised = mail.stop.raised();
+        while let Some(Asked { stops, request }) = mail.requests.dequeue() {
+            heard = self.take(request, stops == raised, now, mail).or(heard);
         }
         if let Some(at) = heard {
-            order(ControlOrder::Heard(at), mail);
+            let _ = mail.order(ControlOrder::Heard(at)); // counted
         }
         self.in_force.advance(now);
         let acted = self.control(now, adc, mail);
@@ -207,10 +210,12 @@ impl Controller {
             .map_err(|_| Refusal::new(Code::NoFatigue, "fatigue").on(channel))
     }
 
-    /// Carries out a request. When its last byte arrived if it was a setpoint.
+    /// Carries out a request; of one that a stop has overtaken, only what puts
+    /// nothing out. When its last byte arrived if it was a setpoint.
     fn take(
         &mut self,
         request: ControlRequest,
+        is_latest: bool,
         now: Micros,
         mail: &mut ControllerMail<'_>,
     ) -> Option<Micros> {
@@ -227,6 +232,7 @@ impl Controller {
                 rate,
             } => {
                 let result = match &self.setup.joint {
+                    _ if !is_latest => Err(Refusal::new(Code::Stopped, "stop")),
                     _ if self.phase == Phase::Off => Err(Refusal::new(Code::NotArmed, "state")),
                     None => Err(Refusal::new(Code::NoJoint, "joint")),
                     Some(joint) => joint
@@ -245,6 +251,7 @@ impl Controller {
             } => {
                 let mut forces = self.setup.forces.iter().zip(&mut self.forces);
                 let result = match forces.find(|(force, _)| force.channel == channel) {
+                    _ if !is_latest => Err(Refusal::new(Code::Stopped, "stop")),
                     _ if self.phase == Phase::Off => Err(Refusal::new(Code::NotArmed, "state")),
                     None => Err(Refusal::new(Code::NoForceControl, "channel").on(channel)),
                     Some((force, (state, _))) => force
@@ -277,7 +284,7 @@ impl Controller {
             result,
             setpoint: setpoint.is_some(),
         };
-        let _ = mail.reports.enqueue(report); // see `Mailboxes`
+        let _ = mail.answer(report); // counted
         heard
     }
 
@@ -311,17 +318,17 @@ impl Controller {
                 for &(channel, amplitude) in &acted.amplitudes {
                     self.follow_order(channel, amplitude);
                 }
-                order(ControlOrder::Amplitudes(acted.amplitudes.clone()), mail);
+                let _ = mail.order(ControlOrder::Amplitudes(acted.amplitudes.clone())); // counted
                 Some(acted)
             }
             // A host that measures may need until its first setpoint.
             Err(SensorFault::Absent) => None,
             Err(SensorFault::Stale { .. }) => {
-                order(ControlOrder::Fault(Fault::SensorStale), mail);
+                let _ = mail.order(ControlOrder::Fault(Fault::SensorStale)); // counted
                 None
             }
             Err(SensorFault::OutOfRange { .. }) => {
-                order(ControlOrder::Fault(Fault::SensorRange), mail);
+                let _ = mail.order(ControlOrder::Fault(Fault::SensorRange)); // counted
                 None
             }
         }
@@ -354,13 +361,7 @@ impl Controller {
                 amplitude: drive.amplitude,
                 period_us: drive.period_us,
             };
-            order(pulses, mail);
+            let _ = mail.order(pulses); // counted
         }
     }
-}
-
-/// The pulser empties its mailbox four times per tick, and a tick writes two
-/// orders and one for each channel under force control: there is room.
-fn order(order: ControlOrder, mail: &mut ControllerMail<'_>) {
-    let _ = mail.orders.enqueue(order);
 }

@@ -16,6 +16,11 @@ pub struct Pulser {
     last_fault: Option<FaultRecord>,
     /// The state that the controller knows of.
     told: State,
+    /// Stops carried out, and those that the session was told of.
+    stops: u32,
+    stops_told: u32,
+    /// The controller has missed a change: it does not take its mail.
+    is_unheard: bool,
     pulses: u32,
     idle_triggers: u32,
     /// The channel sampled last, so that all take turns.
@@ -35,6 +40,9 @@ impl Pulser {
             arming: None,
             last_fault: latched,
             told: State::Boot,
+            stops: 0,
+            stops_told: 0,
+            is_unheard: false,
             pulses: 0,
             idle_triggers: 0,
             sampled: 0,
@@ -95,12 +103,7 @@ impl Pulser {
     /// Tells the controller of a new state, ahead of the pulses played in it.
     fn tell_state(&mut self, mail: &mut PulserMail<'_>) {
         let state = self.guard.state();
-        if state != self.told
-            && mail
-                .control_events
-                .enqueue(ControlEvent::State(state))
-                .is_ok()
-        {
+        if state != self.told && mail.tell(ControlEvent::State(state)).is_ok() {
             self.told = state;
         }
     }
@@ -112,9 +115,10 @@ impl Pulser {
         mail: &mut PulserMail<'_>,
         plan: &mut WindowPlan,
     ) -> Result<(), Fault> {
-        while let Some(order) = mail.orders.dequeue() {
-            self.take(order, start, inputs, mail);
+        if core::mem::take(&mut self.is_unheard) {
+            return Err(Fault::Watchdog);
         }
+        self.take_orders(start, inputs, mail);
         while let Some(order) = mail.control_orders.dequeue() {
             match order {
                 ControlOrder::Amplitudes(list) => {
@@ -160,23 +164,75 @@ impl Pulser {
         Ok(())
     }
 
+    /// First the stop, if one was raised; then what was posted: void if that was
+    /// before the stop, else judged in the state that now is. Nothing is raised or
+    /// posted meanwhile, for the session runs below.
+    fn take_orders(&mut self, start: Micros, inputs: &Inputs, mail: &mut PulserMail<'_>) {
+        let raised = mail.stop.raised();
+        if raised != self.stops {
+            self.stops = raised;
+            if let Some(notice) = self.guard.stop(start) {
+                self.announce(notice, start, mail);
+            }
+        }
+        if self.stops_told != raised {
+            let report = Report::Stopped {
+                stops: raised,
+                at: start,
+                state: self.guard.state(),
+            };
+            if mail.report(report).is_ok() {
+                self.stops_told = raised; // else again with the next window
+            }
+        }
+        while let Some(order) = mail.orders.dequeue() {
+            if order.stops == raised {
+                self.take(order, start, inputs, mail);
+            } else {
+                self.overtaken(order, start, inputs, mail);
+            }
+        }
+    }
+
+    /// An order that a stop has overtaken: void if it could put anything out.
+    fn overtaken(
+        &mut self,
+        order: Order,
+        start: Micros,
+        inputs: &Inputs,
+        mail: &mut PulserMail<'_>,
+    ) {
+        let denied = match order.kind {
+            OrderKind::Arm => {
+                while mail.setup.dequeue().is_some() {}
+                self.tell(ControlEvent::Refused, mail);
+                Denied::Cancelled
+            }
+            OrderKind::Start | OrderKind::Amplitudes { .. } => Denied::Stopped,
+            OrderKind::Acknowledge | OrderKind::Status | OrderKind::KeepAlive => {
+                return self.take(order, start, inputs, mail);
+            }
+        };
+        self.verdict(order.seq, start, Err(denied), false, mail);
+    }
+
+    /// Tells the controller of a change. One that does not take its mail would
+    /// go on as before: that is a fault.
+    fn tell(&mut self, event: ControlEvent, mail: &mut PulserMail<'_>) {
+        self.is_unheard |= mail.tell(event).is_err();
+    }
+
     fn take(&mut self, order: Order, start: Micros, inputs: &Inputs, mail: &mut PulserMail<'_>) {
         let mut setpoint = false;
         let result = match order.kind {
             OrderKind::Arm => match self.arm(order.seq, start, inputs, mail) {
                 Ok(()) => return, // the verdict comes with the electrode check's
                 denied => {
-                    let _ = mail.control_events.enqueue(ControlEvent::Refused); // see `report_pulses`
+                    self.tell(ControlEvent::Refused, mail);
                     denied
                 }
             },
             OrderKind::Start => self.start(start, order.at, mail),
-            OrderKind::Stop => {
-                if let Some(notice) = self.guard.stop(start) {
-                    self.announce(notice, start, mail);
-                }
-                Ok(())
-            }
             OrderKind::Acknowledge => self
                 .guard
                 .acknowledge(start)
@@ -199,7 +255,7 @@ impl Pulser {
                     idle_triggers: self.idle_triggers,
                     fault: self.last_fault,
                 };
-                let _ = mail.reports.enqueue(report); // see `verdict`
+                let _ = mail.report(report); // counted
                 return;
             }
         };
@@ -230,12 +286,15 @@ impl Pulser {
         heard: Micros,
         mail: &mut PulserMail<'_>,
     ) -> Result<(), Denied> {
+        if !mail.control_events.ready() {
+            return Err(Denied::Busy);
+        }
         self.guard.start(heard)?;
         if let Some(setup) = self.guard.setup() {
             self.scheduler
                 .start(&setup.trains(), &setup.groups, setup.sync, start);
         }
-        let _ = mail.control_events.enqueue(ControlEvent::Started); // see `report_pulses`
+        self.tell(ControlEvent::Started, mail);
         Ok(())
     }
 
@@ -274,7 +333,7 @@ impl Pulser {
             self.last_fault = Some(record);
         }
         if let Some(event) = event {
-            let _ = mail.control_events.enqueue(event); // see `report_pulses`
+            self.tell(event, mail);
         }
         let result = match notice {
             Notice::Checked(result) => Some(result),
@@ -287,7 +346,7 @@ impl Pulser {
             self.verdict(seq, at, result, false, mail);
         }
         let state = self.guard.state();
-        let _ = mail.reports.enqueue(Report::Changed { at, state, notice }); // see `verdict`
+        let _ = mail.report(Report::Changed { at, state, notice }); // counted
     }
 
     /// Tells the controller of this window's pulses.
@@ -300,9 +359,7 @@ impl Pulser {
                 at: pulse.at,
                 amplitude,
             };
-            // 168 slots hold six windows of 20 pulses and every state change;
-            // a controller that misses its tick is caught by the watchdog.
-            let _ = mail.control_events.enqueue(event);
+            let _ = mail.tell_pulse(event); // counted
         }
         self.choose_sample(plan);
     }
@@ -330,8 +387,7 @@ impl Pulser {
         }
     }
 
-    /// Answers an order. The mailbox holds an answer for every order that fits
-    /// into one window; the session empties it after each.
+    /// Answers an order. The session has left room.
     fn verdict(
         &self,
         seq: u16,
@@ -340,12 +396,12 @@ impl Pulser {
         setpoint: bool,
         mail: &mut PulserMail<'_>,
     ) {
-        let _ = mail.reports.enqueue(Report::Verdict {
+        let _ = mail.report(Report::Verdict {
             seq,
             at,
             result,
             setpoint,
             state: self.guard.state(),
-        });
+        }); // counted
     }
 }

@@ -8,11 +8,11 @@
 mod requests;
 
 use super::draft::Draft;
-use super::mail::{ControlReport, ControlRequest, Report, SessionMail};
+use super::mail::{Asked, ControlReport, ControlRequest, Report, SessionMail};
 use crate::link::message::ResetCause;
 use crate::link::{
-    Code, Counters, Decoder, Event, HelloInfo, Kind, Refusal, Request, Response, SCHEMA, Status,
-    ToDevice, encode,
+    Code, Counters, Decoder, Event, Head, HelloInfo, Kind, Refusal, Request, Response, SCHEMA,
+    Status, ToDevice, encode, too_long,
 };
 use crate::pulse::DEAD_TIME_US;
 use crate::safety::{FaultRecord, Notice, State};
@@ -25,6 +25,13 @@ const OUTBOX: usize = 2048;
 /// Room that telemetry leaves for answers.
 const RESERVED: usize = 768;
 
+/// Room that all else leaves for the answers to stops.
+const STOP_RESERVED: usize = 128;
+
+/// Stops whose answers wait for the pulser; of more in one window the others are
+/// answered at once.
+const STOPS: usize = 8;
+
 /// What a device says of itself.
 #[derive(Clone, Copy, Debug)]
 pub struct Identity {
@@ -36,6 +43,22 @@ pub struct Identity {
     pub reset: ResetCause,
     /// Fault that the reset found recorded.
     pub last_fault: Option<FaultRecord>,
+    /// Number of the first session, [`first_session`] or any; 0 counts as 1.
+    pub first_session: u16,
+}
+
+/// Where session numbers begin: a number that another host does not hit by
+/// chance. It is told to whoever asks by `Hello`, and so is no secret.
+#[must_use]
+pub fn first_session(seed: &[u32]) -> u16 {
+    // FNV-1a, folded.
+    let hash = seed.iter().fold(0x811C_9DC5_u32, |hash, &word| {
+        let bytes = word.to_le_bytes().into_iter();
+        bytes.fold(hash, |hash, byte| {
+            (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193)
+        })
+    });
+    ((hash >> 16 ^ hash) as u16).max(1) // its low half
 }
 
 /// Owns the link and the draft.
@@ -50,6 +73,8 @@ pub struct Session {
     state: State,
     draft: Draft,
     counters: Counters,
+    /// Number of each stop not yet answered, and the count at which it was raised.
+    stops: Deque<(u16, u32), STOPS>,
 }
 
 type Answer = Result<Reply, Refusal<'static>>;
@@ -70,7 +95,7 @@ impl Session {
             decoder: Decoder::default(),
             outbox: Deque::new(),
             owner: None,
-            last_session: 0,
+            last_session: identity.first_session.saturating_sub(1),
             expected: None,
             state: if identity.last_fault.is_some() {
                 State::Fault
@@ -79,6 +104,7 @@ impl Session {
             },
             draft: Draft::default(),
             counters: Counters::default(),
+            stops: Deque::new(),
         }
     }
 
@@ -87,17 +113,18 @@ impl Session {
         for &byte in bytes {
             let message = match self.decoder.push(byte) {
                 None => continue,
-                Some(Ok(message)) => postcard::take_from_bytes::<ToDevice>(message)
-                    .ok()
-                    .filter(|(_, rest)| rest.is_empty())
-                    .map(|(message, _)| message)
-                    .ok_or(Refusal::new(Code::UnknownMessage, "request")),
-                Some(Err(e)) => Err(Refusal::from(e)),
+                Some(Ok(message)) => read(message),
+                Some(Err(e)) => Err((None, e.into())),
             };
             self.decoder.clear();
             match message {
                 Ok(message) => self.serve(now, message, mail),
-                Err(refusal) => {
+                Err((Some(head), refusal)) => {
+                    self.counters.frames = self.counters.frames.saturating_add(1);
+                    let admitted = self.admit(head.session, head.seq);
+                    self.refuse(Some(head.seq), admitted.err().unwrap_or(refusal));
+                }
+                Err((None, refusal)) => {
                     self.counters.bad_frames = self.counters.bad_frames.saturating_add(1);
                     self.refuse(None, refusal);
                 }
@@ -107,6 +134,7 @@ impl Session {
 
     /// Carries the other owners' reports to the host.
     pub fn poll(&mut self, mail: &mut SessionMail<'_>) {
+        self.counters.lost_posts = mail.lost.count();
         while let Some(report) = mail.reports.dequeue() {
             self.pass_on(report);
         }
@@ -152,25 +180,63 @@ impl Session {
         self.counters.frames = self.counters.frames.saturating_add(1);
         let seq = message.seq;
         if let Request::Hello { schema } = message.request {
-            // An arm order under way is as good as armed.
-            match self.hello(now, seq, message.session, schema, is_arming(mail)) {
-                Ok(info) => {
-                    // A session begins without a subscription.
-                    let _ = send(&mut mail.control_requests, ControlRequest::Subscribe(0));
-                    self.say(&Response::Hello(info));
-                }
+            match self.open(now, seq, message.session, schema, mail) {
+                Ok(info) => self.say(&Response::Hello(info)),
                 Err(refusal) => self.refuse(Some(seq), refusal),
             }
             return;
         }
-        let answer = self
-            .admit(message.session, seq)
-            .and_then(|()| self.answer(now, seq, message.request, mail));
+        let admitted = self.admit(message.session, seq);
+        if let Request::Stop = message.request {
+            // Whoever it is: stopping is never refused.
+            self.stop(now, seq, mail);
+            return;
+        }
+        let answer = admitted.and_then(|()| self.answer(now, seq, message.request, mail));
         match answer {
             Ok(Reply::Done) => self.say(&Response::Ack { seq, at: now }),
             Ok(Reply::Later) => {}
             Err(refusal) => self.refuse(Some(seq), refusal),
         }
+    }
+
+    /// Raises the flag that the pulser sees before all orders, and that makes void
+    /// what was posted before.
+    fn stop(&mut self, now: Micros, seq: u16, mail: &SessionMail<'_>) {
+        let raised = mail.stop.raise();
+        if self.stops.push_back((seq, raised)).is_err() {
+            self.say_stopped(seq, now); // it is as good as done
+        }
+    }
+
+    /// Answers the stops that are carried out.
+    fn stopped(&mut self, stops: u32, at: Micros) {
+        // Counts wrap; no more than a few lie between two that are compared.
+        let is_done = |(_, raised): &(u16, u32)| stops.wrapping_sub(*raised) < 1 << 31;
+        while self.stops.front().is_some_and(is_done) {
+            let Some((seq, _)) = self.stops.pop_front() else {
+                break;
+            };
+            self.say_stopped(seq, at);
+        }
+    }
+
+    /// Opens a session, which begins without a subscription.
+    fn open(
+        &mut self,
+        now: Micros,
+        seq: u16,
+        session: u16,
+        schema: u64,
+        mail: &mut SessionMail<'_>,
+    ) -> Result<HelloInfo, Refusal<'static>> {
+        if !mail.has_room_for_request() {
+            return Err(busy()); // or the old one would go on
+        }
+        // An arm order under way is as good as armed.
+        let info = self.hello(now, seq, session, schema, is_arming(mail))?;
+        ask(ControlRequest::Subscribe(0), mail)?;
+        Ok(info)
     }
 
     fn hello(
@@ -212,12 +278,13 @@ impl Session {
 
     /// Only the session's owner is heard; gaps in its numbers are losses.
     fn admit(&mut self, session: u16, seq: u16) -> Result<(), Refusal<'static>> {
-        match self.owner {
-            None => return Err(Refusal::new(Code::NoSession, "session")),
-            Some(owner) if owner != session => {
-                return Err(Refusal::new(Code::SessionTaken, "session"));
-            }
-            Some(_) => {}
+        if self.owner != Some(session) {
+            self.counters.strangers = self.counters.strangers.saturating_add(1);
+            let code = match self.owner {
+                None => Code::NoSession,
+                Some(_) => Code::SessionTaken,
+            };
+            return Err(Refusal::new(code, "session"));
         }
         let gap = seq.wrapping_sub(self.expected.unwrap_or(seq));
         // A number from before is late or doubled; no gap follows it.
@@ -239,6 +306,10 @@ impl Session {
             } => {
                 self.state = state;
                 self.verdict(seq, at, result.map_err(Refusal::from), setpoint);
+            }
+            Report::Stopped { stops, at, state } => {
+                self.state = state;
+                self.stopped(stops, at);
             }
             Report::Status {
                 seq,
@@ -302,16 +373,36 @@ impl Session {
         self.say(&Response::Refused { seq, refusal });
     }
 
-    /// Queues a whole message or, if the host does not read, none of it.
+    fn say_stopped(&mut self, seq: u16, at: Micros) {
+        self.say_within(OUTBOX, &Response::Ack { seq, at });
+    }
+
     fn say(&mut self, response: &Response<'_>) {
+        self.say_within(OUTBOX - STOP_RESERVED, response);
+    }
+
+    /// Queues a whole message or, if the host does not read, none of it.
+    fn say_within(&mut self, room: usize, response: &Response<'_>) {
         match encode(response) {
-            Some(frame) if self.outbox.len() + frame.len() <= OUTBOX => {
+            Some(frame) if self.outbox.len() + frame.len() <= room => {
                 for byte in frame {
                     let _ = self.outbox.push_back(byte); // room was just checked
                 }
             }
             _ => self.counters.dropped = self.counters.dropped.saturating_add(1),
         }
+    }
+}
+
+/// The request in a message; or why there is none, and whose it would have been
+/// if that can be told.
+fn read(message: &[u8]) -> Result<ToDevice, (Option<Head>, Refusal<'static>)> {
+    match postcard::take_from_bytes(message) {
+        Ok((request, [])) => Ok(request),
+        _ => Err(match too_long(message) {
+            Some((head, refusal)) => (Some(head), refusal),
+            None => (None, Refusal::new(Code::UnknownMessage, "request")),
+        }),
     }
 }
 
@@ -322,7 +413,18 @@ fn is_arming(mail: &SessionMail<'_>) -> bool {
 }
 
 fn send<T>(mailbox: &mut heapless::spsc::Producer<'_, T>, item: T) -> Result<(), Refusal<'static>> {
-    mailbox
-        .enqueue(item)
-        .map_err(|_| Refusal::new(Code::DeviceBusy, "device"))
+    mailbox.enqueue(item).map_err(|_| busy())
+}
+
+/// Asks the controller, if it can answer; after the stops raised so far.
+fn ask(request: ControlRequest, mail: &mut SessionMail<'_>) -> Result<(), Refusal<'static>> {
+    if !mail.has_room_for_request() {
+        return Err(busy());
+    }
+    let stops = mail.stop.raised();
+    send(&mut mail.control_requests, Asked { stops, request })
+}
+
+fn busy() -> Refusal<'static> {
+    Refusal::new(Code::DeviceBusy, "device")
 }

@@ -108,6 +108,7 @@ impl Desk {
             unique_id: [0; 3],
             reset: ResetCause::PowerOn,
             last_fault,
+            first_session: 1,
         };
         let mut desk = Self {
             board: Lockstep::new(identity, at),

@@ -73,7 +73,7 @@ impl Controller {
             };
             let _ = sample.force_control.push(force); // same
         }
-        let _ = mail.reports.enqueue(ControlReport::Telemetry(sample)); // late readers lose samples
+        let _ = mail.sample(ControlReport::Telemetry(sample)); // counted
     }
 
     /// What the joint is to follow; or where the wall stands, which needs no
