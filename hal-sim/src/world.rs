@@ -7,7 +7,7 @@ use crate::body::{Body, CHANNELS, Drive, Load, Pulse};
 use crate::native::Device;
 use crate::trace::{Levels, State, Trace, Unwrap};
 use crate::wire::faults::{Faults, FaultyLine};
-use firmware::device::lockstep::{Sensors, Sink};
+use firmware::device::lockstep::{Sensors, Sink, cost};
 use firmware::units::{DacCode, Micros};
 use std::collections::VecDeque;
 
@@ -113,6 +113,8 @@ pub struct World {
     pub outputs: [Option<Output>; CHANNELS],
     /// Angle sensor: conversion per degree and at 0°; `None` if not connected.
     pub joint_adc: Option<(f64, f64)>,
+    /// Edges still to come on the trigger input, µs, rising.
+    triggers: VecDeque<u64>,
     now_us: u64,
 }
 
@@ -133,6 +135,7 @@ impl World {
             wire: FaultyLine::new(faults, seed),
             outputs: [None; CHANNELS],
             joint_adc: None,
+            triggers: VecDeque::new(),
             now_us: boot.0.into(),
         }
     }
@@ -141,6 +144,16 @@ impl World {
     #[must_use]
     pub const fn now_us(&self) -> u64 {
         self.now_us
+    }
+
+    /// An edge comes on the trigger input at `at_us`, or now if that is past. Of
+    /// edges closer than a refill's 250 µs the device sees the last one only, as
+    /// its timer has one capture register.
+    pub fn trigger(&mut self, at_us: u64) {
+        let at_us = at_us.max(self.now_us);
+        if let Err(place) = self.triggers.binary_search(&at_us) {
+            self.triggers.insert(place, at_us);
+        }
     }
 
     /// The host sends one frame now.
@@ -154,7 +167,17 @@ impl World {
     /// The device cannot be reached any more.
     pub fn run_until(&mut self, to_us: u64) -> std::io::Result<()> {
         while self.now_us < to_us {
-            let step = to_us.min((self.now_us / STEP_US + 1) * STEP_US);
+            let mut step = to_us.min((self.now_us / STEP_US + 1) * STEP_US);
+            // One edge a step: a second one begins the next.
+            if let Some(&second) = self.triggers.get(1) {
+                step = step.min(second.max(self.now_us + 1));
+            }
+            // A device that is serving bytes may be ahead by what that costs.
+            let ahead = step + u64::from(cost::SESSION_US);
+            if let Some(&at) = self.triggers.front().filter(|&&at| at < ahead) {
+                self.sensors.trigger = Some(Micros(at as u32));
+            }
+            self.triggers.pop_front_if(|at| *at < step);
             self.sense();
             while let Some((at, bytes)) = self.wire.pop_until(step - 1).next() {
                 let at = Micros(at.max(self.now_us) as u32);

@@ -61,7 +61,7 @@ fn results(lines: &[String]) -> Vec<Vec<&str>> {
 fn host_and_chip_agree_on_every_result() {
     let elf = Image::Bench.build(workspace()).unwrap();
     let host = native();
-    for wait in [Wait::ByTheLetter, Wait::Never] {
+    for wait in Wait::ALL {
         let lines = on_chip(&elf, wait);
         for line in &lines {
             println!("{line}");
@@ -82,12 +82,13 @@ fn host_and_qemu_agree_on_every_result() {
 #[test]
 fn coremark_gives_its_known_results() {
     let elf = images::coremark(workspace()).unwrap();
-    for wait in [Wait::ByTheLetter, Wait::CopyingPrefetched, Wait::Never] {
+    for wait in Wait::ALL {
         let lines = on_chip(&elf, wait);
         for line in &lines {
             println!("{line}");
         }
         assert!(lines[0].ends_with("crcfinal bb53 valid"), "{lines:?}");
         assert!(lines[2].starts_with("CoreMark/MHz "), "{lines:?}");
+        assert!(lines[3].ends_with("crcfinal bb53 valid"), "{lines:?}");
     }
 }

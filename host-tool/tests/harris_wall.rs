@@ -1,17 +1,31 @@
 //! Harris' virtual wall, from the session files through the whole device and
 //! back: what is put out, what is felt, that it repeats.
 
-use host_tool::experiments::harris_wall::{SPEEDS_DEG_PER_S, hit_at, sessions, trial};
+use host_tool::experiments::harris_wall::{SPEEDS_DEG_PER_S, hit_at, sessions};
 use host_tool::record::{Sample, Trial};
-use host_tool::run::DeviceName;
+use host_tool::run::{DeviceName, SessionFile, TrialPlace, record};
+use std::path::Path;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 fn trials(seed: u64) -> Vec<Trial> {
     let sessions = sessions().unwrap();
-    let run = |(name, file)| trial(name, file, &DeviceName::Native, seed).unwrap();
-    sessions
-        .iter()
-        .map(|(name, file)| run((*name, file)))
-        .collect()
+    static CALLS: AtomicU32 = AtomicU32::new(0);
+    let call = CALLS.fetch_add(1, Ordering::Relaxed).to_string();
+    let dir = Path::new(env!("CARGO_TARGET_TMPDIR"))
+        .join("harris_wall")
+        .join(call);
+    let run = |(position, (name, file)): (usize, &(&'static str, SessionFile))| {
+        let place = TrialPlace {
+            dir: &dir,
+            position,
+            name,
+        };
+        let half_us = file.session.duration_us / 2;
+        let recorded = record(place, file, (&DeviceName::Native, seed), half_us, |_| ()).unwrap();
+        assert!(recorded.error.is_none(), "{:?}", recorded.error);
+        recorded.trial
+    };
+    sessions.iter().enumerate().map(run).collect()
 }
 
 /// The samples within the wall, and those in front of everything rendered.

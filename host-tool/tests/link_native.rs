@@ -36,7 +36,7 @@ fn channel(offset_us: u32) -> ChannelSpec {
 fn open() -> Client<SimulatedPort> {
     let body = Box::new(Still::new(0.0));
     let world = World::new(Box::new(native(BOOT)), body, BOOT, Faults::default(), 1);
-    Client::open(SimulatedPort { world }).unwrap().0
+    Client::open(SimulatedPort::new(world)).unwrap().0
 }
 
 #[test]

@@ -1,8 +1,9 @@
 //! `flexor monitor` in a pipe: a paced session, a line per second, proper ends.
 
 use serde_json::Value;
+use std::io::{BufRead, BufReader, Read};
 use std::path::PathBuf;
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// The finger's session, cut to `seconds`.
@@ -22,8 +23,7 @@ fn monitor() -> Command {
     command
 }
 
-fn objects(output: &Output) -> Vec<Value> {
-    let text = String::from_utf8(output.stdout.clone()).unwrap();
+fn objects(text: &str) -> Vec<Value> {
     text.lines()
         .map(|line| serde_json::from_str(line).unwrap())
         .collect()
@@ -66,10 +66,11 @@ fn json_lines_tell_a_moving_finger_and_the_counters() {
         .output()
         .unwrap();
     assert!(output.status.success(), "{output:?}");
-    let lines = objects(&output);
+    let lines = objects(std::str::from_utf8(&output.stdout).unwrap());
     assert!(lines.len() >= 3, "{lines:?}");
-    let running = &lines[1];
-    assert_eq!(running["state"], "stimulating");
+    // The last of them, of the second second or later.
+    let running = lines.iter().rfind(|line| line["state"] == "stimulating");
+    let running = running.unwrap();
     assert!(
         running["measured_deg"].as_f64().unwrap() > 30.0,
         "{running}"
@@ -97,7 +98,7 @@ fn seconds_end_a_session_early_and_properly() {
     let command = command.args(["--json", "--seconds", "0.5", "--session"]);
     let output = command.arg(session(60)).output().unwrap();
     assert!(output.status.success(), "{output:?}");
-    let lines = objects(&output);
+    let lines = objects(std::str::from_utf8(&output.stdout).unwrap());
     assert_eq!(lines.last().unwrap()["state"], "idle");
     assert_eq!(
         events(&lines),
@@ -114,8 +115,11 @@ fn seconds_end_a_session_early_and_properly() {
 fn a_signal_stops_stimulation_before_it_ends_the_program() {
     let mut command = monitor();
     let command = command.args(["--json", "--session"]).arg(session(50));
-    let child = command.stdout(Stdio::piped()).spawn().unwrap();
-    std::thread::sleep(Duration::from_millis(700));
+    let mut child = command.stdout(Stdio::piped()).spawn().unwrap();
+    // However slow the machine: its first line says that the session runs.
+    let mut output = BufReader::new(child.stdout.take().unwrap());
+    let mut text = String::new();
+    output.read_line(&mut text).unwrap();
     let id = child.id().to_string();
     assert!(
         Command::new("kill")
@@ -124,9 +128,14 @@ fn a_signal_stops_stimulation_before_it_ends_the_program() {
             .unwrap()
             .success()
     );
-    let output = child.wait_with_output().unwrap();
-    assert!(output.status.success(), "{output:?}");
-    assert!(events(&objects(&output)).contains(&"stopped: Request".to_owned()));
+    output.read_to_string(&mut text).unwrap();
+    let status = child.wait().unwrap();
+    assert_eq!(status.code(), Some(143), "{text}");
+    let mut told = objects(&text);
+    // After the lines of the dashboard, why it ended.
+    let error = told.pop().unwrap()["error"].as_str().unwrap().to_owned();
+    assert!(error.contains("E580 SIGTERM came at "), "{error}");
+    assert!(events(&told).contains(&"stopped: Request".to_owned()));
 }
 
 #[test]
@@ -151,7 +160,7 @@ fn a_device_is_watched_without_a_session() {
     board.kill().unwrap();
     board.wait().unwrap();
     assert!(output.status.success(), "{output:?}");
-    let lines = objects(&output);
+    let lines = objects(std::str::from_utf8(&output.stdout).unwrap());
     let last = lines.last().unwrap();
     assert_eq!(
         (&last["state"], &last["kind"]),

@@ -54,7 +54,7 @@ fn a_session_changes_rungs_without_a_step() {
     let file = SessionFile::parse("rungs.toml", SESSION).unwrap();
     let body = Box::new(Still::new(0.0));
     let world = World::new(Box::new(native(BOOT)), body, BOOT, Faults::default(), 1);
-    let (outcome, _) = run(&file, SimulatedPort { world }, None, |_| ());
+    let (outcome, _) = run(&file, SimulatedPort::new(world), None, |_| ());
     assert!(outcome.error.is_none(), "{:?}", outcome.error);
     assert_eq!(outcome.refused, 0);
     let samples = &outcome.trial.samples;

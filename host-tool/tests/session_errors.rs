@@ -262,6 +262,27 @@ const BAD_FORCES: &[&str] = &[
     "kind = \"keep-alive\" → kind = \"force-sine\" ⏎ channel = 10 ⏎ offset_n = 2.0 ⏎ amplitude_n = 1.0 ⏎ frequency_hz = 1.0",
 ];
 
+/// Trains that wait for the trigger input.
+const GOOD_TRIGGER: &str = include_str!("../sessions/trigger.toml");
+
+/// The same for [`GOOD_TRIGGER`].
+const BAD_TRIGGER: &[&str] = &[
+    "every_s → each_s",
+    "every_s = 1.0 → every_s = 0.0009",
+    "every_s = 1.0 → every_s = 1.0000001",
+    "every_s = 1.0 → every_s = 1.0 ⏎ from_s = 11.0",
+    "every_s = 1.0 → from_s = 1.0",
+    "every_s = 1.0 → every_s = 1.0 ⏎ at_s = [1.0]",
+    "every_s = 1.0 → at_s = 1.0",
+    "every_s = 1.0 → at_s = [1.0, \"two\"]",
+    "every_s = 1.0 → at_s = [1.0, 10.5]",
+    "every_s = 1.0 → at_s = [0.0099]",
+    "every_s = 1.0 → at_s = [nan]",
+    "every_s = 1.0 → at_s = [0.0000005]",
+    "every_s = 1.0 → at_s = [1.0, 1.0005]",
+    "triggered = true → triggered = false; triggered = true → triggered = false",
+];
+
 /// A good file with some text replaced.
 fn spoil(good: &str, edits: &str) -> String {
     let mut text = good.to_owned();
@@ -297,6 +318,7 @@ fn every_mistake_is_named_with_its_line() {
         (GOOD_WALL, BAD_WALL),
         (GOOD_FORCE, BAD_FORCE),
         (GOOD_FORCES, BAD_FORCES),
+        (GOOD_TRIGGER, BAD_TRIGGER),
     ];
     for (good, bad) in files {
         for edits in bad {
@@ -311,7 +333,7 @@ fn every_mistake_is_named_with_its_line() {
     insta::assert_snapshot!(all);
     let expected = [
         400, 401, 402, 403, 404, 405, 406, 407, 408, 409, 410, 420, 421, 430, 431, 432, 440, 441,
-        450, 451, 452, 453, 460, 461, 462, 463, 470, 471, 472, 473, 474, 480,
+        450, 451, 452, 453, 460, 461, 462, 463, 465, 470, 471, 472, 473, 474, 480,
     ];
     assert_eq!(numbers, expected.into_iter().collect());
 }

@@ -112,7 +112,7 @@ fn play(trains: &[TrainSpec], mut groups: Vec<GroupSpec>, boot: Micros) -> Playe
         Faults::default(),
         1,
     );
-    let (mut client, _) = Client::open(SimulatedPort { world }).unwrap();
+    let (mut client, _) = Client::open(SimulatedPort::new(world)).unwrap();
     client
         .wearer(WearerSpec {
             rise_ms: 1,

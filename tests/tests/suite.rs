@@ -20,3 +20,4 @@ mod million_pulses;
 mod protocol_vectors;
 mod qemu_instructions;
 mod qemu_parity;
+mod trigger;

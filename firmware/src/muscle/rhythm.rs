@@ -18,7 +18,7 @@
 use super::calcium_force::{CALCIUM_MAX_UPPER, CalciumForce, TICK_US};
 use super::exponential::{decay_fraction, exp_neg, ln_neg, mul_high};
 use super::reciprocal::Reciprocal;
-use crate::division::quotient;
+use crate::division;
 use crate::units::Micros;
 
 /// The slowest train, 0.5 Hz: a pulse later than this begins one. µs.
@@ -187,6 +187,13 @@ impl Drive {
     pub(super) const fn left_us(&self, age_us: u32) -> u32 {
         self.on_us.saturating_sub(age_us)
     }
+}
+
+/// [`division::quotient`] in one copy: a dozen, inlined, make the closed form
+/// four times as long, too long for a branch cache of 1 KiB.
+#[inline(never)]
+const fn quotient(numerator: u64, denominator: u32) -> Option<u32> {
+    division::quotient(numerator, denominator)
 }
 
 /// Level of activation, Q32, and how long a pulse holds it, µs.

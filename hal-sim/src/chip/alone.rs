@@ -9,7 +9,8 @@ use super::cpu::bus::{Bus, Denied, LINE_WORDS, Read, Unmodelled};
 use super::cpu::semihosting::Semihosting;
 use super::cpu::{Cpu, Size, Stop};
 use super::image::Image;
-use super::soc::{Pace, Soc, flash};
+use super::soc::flash::{self, Prefetched};
+use super::soc::{Pace, Soc};
 
 /// A program that goes on for longer than this will not end, cycles.
 const LIMIT: Cycle = 10_000_000_000;
@@ -17,13 +18,25 @@ const LIMIT: Cycle = 10_000_000_000;
 /// How the flash answers: what hangs on it can be shown by comparing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wait {
-    /// As the program sets it, by the letter of RM0090 section 3.5.2: a line
-    /// that was prefetched is not copied into the instruction cache.
-    ByTheLetter,
-    /// The same, but prefetched lines are copied.
-    CopyingPrefetched,
+    /// As the program sets it, by this reading of the manual.
+    States(Prefetched),
     /// As fast as the core, whatever the program sets: no board's.
     Never,
+}
+
+impl Wait {
+    /// All of them, the default first.
+    pub const ALL: [Self; 3] = [
+        Self::States(Prefetched::Cached),
+        Self::States(Prefetched::NotCached),
+        Self::Never,
+    ];
+}
+
+impl Default for Wait {
+    fn default() -> Self {
+        Self::States(Prefetched::default())
+    }
 }
 
 /// What a program that ended left behind.
@@ -69,10 +82,12 @@ pub fn run(image: &Image, wait: Wait) -> Result<Ended, AloneError> {
     let mut soc = Soc::new(Pace::Lazy);
     // `Image` has checked that it fits.
     let _ = soc.flash.load(flash::BASE, &image.flash);
-    soc.flash.copy_prefetched(wait == Wait::CopyingPrefetched);
     match wait {
+        Wait::States(prefetched) => {
+            soc.flash.set_prefetched(prefetched);
+            run_on(image, &mut soc)
+        }
         Wait::Never => run_on(image, &mut Ideal(soc)),
-        _ => run_on(image, &mut soc),
     }
 }
 

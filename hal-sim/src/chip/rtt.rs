@@ -69,7 +69,7 @@ pub enum LogError {
     #[error(transparent)]
     Image(#[from] ImageError),
     /// The table is there, but not of a version that is known.
-    #[error("E545 the defmt table of {path} cannot be used: {why}")]
+    #[error("E548 the defmt table of {path} cannot be used: {why}")]
     Table {
         /// The image.
         path: std::path::PathBuf,

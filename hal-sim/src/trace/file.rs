@@ -17,7 +17,7 @@ const HEADER: [&str; 4] = ["t_us", "channel", "state", "dac_code"];
 pub enum EdgeFileError {
     /// The text is no CSV, a row has a wrong number of fields, or reading failed.
     #[error("edge file: {0}")]
-    Csv(#[from] csv::Error),
+    Csv(csv::Error),
     /// The first line does not name the four columns in order.
     #[error("edge file: the first line must be `t_us,channel,state,dac_code`")]
     Header,
@@ -39,6 +39,12 @@ pub enum EdgeFileError {
         /// Line number, from 1.
         line: u64,
     },
+}
+
+impl From<csv::Error> for EdgeFileError {
+    fn from(error: csv::Error) -> Self {
+        Self::Csv(error)
+    }
 }
 
 /// Writes edges, which must come ordered by time, then channel, as

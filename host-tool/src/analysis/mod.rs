@@ -99,9 +99,17 @@ pub fn metrics(trial: &Trial) -> Option<Metrics> {
 
 /// The measured window, or first to last sample.
 fn window(trial: &Trial) -> Option<(f64, f64)> {
-    let whole = || Some((trial.samples.first()?.t_s, trial.samples.last()?.t_s));
-    trial.measure.or_else(whole)
+    let last_s = trial.samples.last()?.t_s;
+    match trial.measure {
+        Some((from_s, to_s)) if to_s > last_s + LATE_S => Some((from_s, last_s)),
+        Some(window) => Some(window),
+        None => Some((trial.samples.first()?.t_s, last_s)),
+    }
 }
+
+/// Samples come at least so often, s: a window that ends later than this after
+/// the last one was not reached.
+const LATE_S: f64 = 0.25;
 
 /// √(Σx²/n); not a number for an empty slice.
 pub fn root_mean_square(values: &[f64]) -> f64 {

@@ -14,16 +14,15 @@ pub use coremark::{CoreMark, PUBLISHED, Reading, coremark};
 pub use row::{Deadline, Row, RowError, csv};
 
 use crate::report::cycles_picture;
+use crate::run::images;
 use firmware::bench::NoClock;
 use hal_sim::chip::alone::{self, AloneError, Wait};
 use hal_sim::chip::image::{self, ImageError};
+use hal_sim::chip::soc::flash::Prefetched;
 use hal_sim::images::{BuildError, Image};
 use hal_sim::qemu::StartError;
 use std::path::Path;
 use std::time::{Duration, Instant};
-
-/// The checkout that the images are built from: this program is run from it.
-const WORKSPACE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
 /// The row that measures nothing but the markers.
 const MARKERS: &str = "empty";
@@ -33,7 +32,7 @@ const MARKERS: &str = "empty";
 pub enum BenchError {
     /// An image was not built.
     #[error("E543 {0}")]
-    Build(#[from] BuildError),
+    Build(BuildError),
     /// What was built cannot be flashed.
     #[error(transparent)]
     Image(#[from] ImageError),
@@ -42,10 +41,22 @@ pub enum BenchError {
     Chip(#[from] AloneError),
     /// QEMU.
     #[error("E510 {0}")]
-    Qemu(#[from] StartError),
+    Qemu(StartError),
     /// The image said something else than rows.
     #[error(transparent)]
     Row(#[from] RowError),
+}
+
+impl From<BuildError> for BenchError {
+    fn from(error: BuildError) -> Self {
+        Self::Build(error)
+    }
+}
+
+impl From<StartError> for BenchError {
+    fn from(error: StartError) -> Self {
+        Self::Qemu(error)
+    }
 }
 
 /// How fast a machine ran the image.
@@ -70,8 +81,12 @@ impl Speed {
 pub struct OnChip {
     /// In the image's order; cycles without the markers'.
     pub rows: Vec<Row>,
+    /// The same rows if prefetched lines are not cached.
+    pub not_cached: Vec<Row>,
     /// What was taken off: the fewest cycles of the row that measures nothing.
     pub overhead: u64,
+    /// The same if prefetched lines are not cached.
+    pub overhead_not_cached: u64,
     /// From reset to the end.
     pub cycles: u64,
     /// Of the simulator.
@@ -82,10 +97,15 @@ impl OnChip {
     /// The committed table.
     #[must_use]
     pub fn csv(&self) -> String {
-        csv(&self.rows)
+        csv(&self.rows, &self.not_cached)
     }
 
-    /// The committed picture.
+    /// Each row in both readings of the flash, the default first.
+    pub fn in_both(&self) -> impl Iterator<Item = (&Row, &Row)> {
+        self.rows.iter().zip(&self.not_cached)
+    }
+
+    /// The committed picture: the default reading.
     #[must_use]
     pub fn svg(&self) -> String {
         let rows: Vec<_> = self.rows.iter().filter(|r| r.name != MARKERS).collect();
@@ -109,16 +129,18 @@ pub struct Bench {
 }
 
 impl Bench {
-    /// Names of the algorithms whose results are not the same on all three,
-    /// or that are missing on one.
+    /// Names of the algorithms whose results are not the same on all three and
+    /// in both readings of the flash, or that are missing somewhere.
     #[must_use]
     pub fn differing(&self) -> Vec<String> {
         let result = |rows: &[Row], name: &str| {
             let row = rows.iter().find(|row| row.name == name)?;
             Some((row.calls, row.checksum))
         };
-        let mut names: Vec<_> = [&self.host, &self.qemu, &self.chip.rows]
+        let others = [&self.qemu, &self.chip.rows, &self.chip.not_cached];
+        let mut names: Vec<_> = others
             .into_iter()
+            .chain([&self.host])
             .flatten()
             .map(|row| row.name.clone())
             .collect();
@@ -126,9 +148,7 @@ impl Bench {
         names.dedup();
         names.retain(|name| {
             let host = result(&self.host, name);
-            host.is_none()
-                || host != result(&self.qemu, name)
-                || host != result(&self.chip.rows, name)
+            host.is_none() || others.iter().any(|rows| host != result(rows, name))
         });
         names
     }
@@ -139,7 +159,7 @@ impl Bench {
 /// # Errors
 /// [`BenchError`].
 pub fn bench(step: impl Fn(f64)) -> Result<Bench, BenchError> {
-    let elf = Image::Bench.build(Path::new(WORKSPACE))?;
+    let elf = images::find(Image::Bench)?;
     step(0.3);
     let mut host = Vec::new();
     firmware::bench::run(&NoClock, |row| host.push(Row::from(row)));
@@ -161,42 +181,54 @@ pub fn bench(step: impl Fn(f64)) -> Result<Bench, BenchError> {
     })
 }
 
-/// Builds the image and runs it on the chip simulator only.
+/// Builds the image and runs it on the chip simulator only, the flash read in
+/// both ways.
 ///
 /// # Errors
 /// [`BenchError`].
 pub fn on_chip() -> Result<OnChip, BenchError> {
-    run_on_chip(&Image::Bench.build(Path::new(WORKSPACE))?)
+    run_on_chip(&images::find(Image::Bench)?)
 }
 
-/// Builds an image that prints rows and runs it on the chip simulator.
+/// Builds an image that prints rows and runs it on the chip simulator, the
+/// flash read in the default way.
 ///
 /// # Errors
 /// [`BenchError`].
 pub fn rows_on_chip(image: Image) -> Result<Vec<Row>, BenchError> {
-    let elf = image.build(Path::new(WORKSPACE))?;
-    let ended = alone::run(&image::Image::open(&elf)?, Wait::ByTheLetter)?;
+    let elf = images::find(image)?;
+    let ended = alone::run(&image::Image::open(&elf)?, Wait::default())?;
     Ok(row::parse(&ended.console)?)
 }
 
 fn run_on_chip(elf: &Path) -> Result<OnChip, BenchError> {
     let image = image::Image::open(elf)?;
     let begin = Instant::now();
-    let ended = alone::run(&image, Wait::ByTheLetter)?;
+    let ended = alone::run(&image, Wait::default())?;
     let time = begin.elapsed();
-    let mut rows = row::parse(&ended.console)?;
-    let markers = rows.iter().find(|row| row.name == MARKERS);
-    let overhead = markers.map_or(0, |row| row.min);
-    for row in &mut rows {
-        row.take_off(overhead);
-    }
+    let (rows, overhead) = without_markers(&ended.console)?;
+    let other = alone::run(&image, Wait::States(Prefetched::NotCached))?;
+    let (not_cached, overhead_not_cached) = without_markers(&other.console)?;
     Ok(OnChip {
         rows,
+        not_cached,
         overhead,
+        overhead_not_cached,
         cycles: ended.cycles,
         speed: Speed {
             instructions: ended.instructions,
             time,
         },
     })
+}
+
+/// The image's rows without the cycles of its markers, and those.
+fn without_markers(console: &str) -> Result<(Vec<Row>, u64), RowError> {
+    let mut rows = row::parse(console)?;
+    let markers = rows.iter().find(|row| row.name == MARKERS);
+    let overhead = markers.map_or(0, |row| row.min);
+    for row in &mut rows {
+        row.take_off(overhead);
+    }
+    Ok((rows, overhead))
 }

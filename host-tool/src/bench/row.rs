@@ -95,7 +95,7 @@ impl<N: ToString> From<&firmware::bench::Row<N>> for Row {
 
 /// A line that is no row.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("E547 an image that measures printed what cannot be read: {0}")]
+#[error("E573 an image that measures printed what cannot be read: {0}")]
 pub struct RowError(String);
 
 impl RowError {
@@ -131,11 +131,16 @@ pub(super) fn parse(console: &str) -> Result<Vec<Row>, RowError> {
     console.lines().skip(1).map(str::parse).collect()
 }
 
-/// A table of `rows` with a heading, checksums in hexadecimal.
+/// A table of `rows` with a heading, checksums in hexadecimal; behind each its
+/// cycles of `not_cached`, the same rows if the flash does not cache prefetched
+/// lines.
 #[must_use]
-pub fn csv(rows: &[Row]) -> String {
-    let mut text = "algorithm,calls,checksum,min_cycles,mean_cycles,max_cycles\n".to_owned();
-    for row in rows {
+pub fn csv(rows: &[Row], not_cached: &[Row]) -> String {
+    let mut text = "algorithm,calls,checksum,min_cycles,mean_cycles,max_cycles,\
+                    min_cycles_prefetched_not_cached,mean_cycles_prefetched_not_cached,\
+                    max_cycles_prefetched_not_cached\n"
+        .to_owned();
+    for (row, other) in rows.iter().zip(not_cached) {
         let Row {
             name,
             calls,
@@ -145,7 +150,11 @@ pub fn csv(rows: &[Row]) -> String {
             max,
         } = row;
         // Writing to a `String` cannot fail.
-        let _ = writeln!(text, "{name},{calls},{checksum:08x},{min},{mean},{max}");
+        let _ = writeln!(
+            text,
+            "{name},{calls},{checksum:08x},{min},{mean},{max},{},{},{}",
+            other.min, other.mean, other.max
+        );
     }
     text
 }
@@ -160,7 +169,10 @@ mod tests {
         let mut rows = parse(console).unwrap();
         assert_eq!(rows.len(), 1);
         rows[0].take_off(23);
-        assert!(csv(&rows).ends_with("\nowner_refill,800,2107ebdc,714,2183,5367\n"));
+        let mut other = rows.clone();
+        other[0].take_off(14);
+        let table = csv(&rows, &other);
+        assert!(table.ends_with("\nowner_refill,800,2107ebdc,714,2183,5367,700,2169,5353\n"));
         assert_eq!(rows[0].deadline(), Some(Deadline::Window));
         let load = rows[0].load_percent().unwrap();
         assert!((load - 5367.0 / 420.0).abs() < 1e-9);

@@ -4,8 +4,37 @@ use super::WrongUse;
 use crate::link::Port;
 use crate::run::{ChipOptions, DeviceName, on_chip};
 use crate::session::Session;
-use clap::Args;
+use clap::{Args, ValueEnum};
+use hal_sim::chip::soc::flash;
 use std::path::PathBuf;
+
+/// How RM0090 is read about lines that were prefetched, then used.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Prefetched {
+    /// They enter the instruction cache
+    #[default]
+    Cached,
+    /// They do not
+    NotCached,
+}
+
+impl From<Prefetched> for flash::Prefetched {
+    fn from(reading: Prefetched) -> Self {
+        match reading {
+            Prefetched::Cached => Self::Cached,
+            Prefetched::NotCached => Self::NotCached,
+        }
+    }
+}
+
+impl std::fmt::Display for Prefetched {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Cached => "cached",
+            Self::NotCached => "not-cached",
+        })
+    }
+}
 
 /// With `--device chip` only.
 #[derive(Args, Debug)]

@@ -1,17 +1,18 @@
 //! `flexor demo`: experiment 4 of Hamana 2022 on the native simulator.
 
 use super::out::OutArgs;
-use super::{Bar, Output};
+use super::{Bar, Output, interrupt};
 use crate::analysis::metrics;
-use crate::link::Port;
-use crate::record::{Assumption, PaperRow, Role, Run, Trial, save};
+use crate::link::{Interruption, Port};
+use crate::record::{Assumption, Ending, PaperRow, Role, Run, Trial, write_run};
 use crate::report::{self, Report};
-use crate::run::{DeviceName, SessionFile, edges_of_one_period, run};
+use crate::run::{DeviceName, Recorded, RunError, SessionFile, TrialPlace, heeding, run};
 use crate::session::LawName;
 use anyhow::Context;
 use clap::Args;
 use hal_sim::body::finger::TWO_POINT_FACTOR;
 use hal_sim::world::World;
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// Run Hamana 2022's finger experiment on the simulated board, with a report.
@@ -61,29 +62,35 @@ pub fn main(args: &Demo, output: Output) -> anyhow::Result<()> {
     let place = args.out.place("demo")?;
     let dir = place.dir();
     let bar = output.bar("Hamana 2022, experiment 4");
-    let trials = all_trials(args.seed, &bar)?;
-    bar.finish();
-    let ten = ten_channel_speed(args.seed)?;
-    let simulated: f64 = trials.iter().map(|(trial, _)| trial.duration_s).sum();
-    let wall: f64 = trials.iter().map(|(_, wall)| wall).sum();
-    let record = Run {
+    let command = format!("flexor demo --seed {}", args.seed);
+    let interruption = interrupt::heed()?;
+    let mut record = Run {
         title: "Hamana 2022, experiment 4: following 45 ± 40° with one and two points".to_owned(),
         device: DeviceName::Native.to_string(),
         seed: args.seed,
-        trials: trials.into_iter().map(|(trial, _)| trial).collect(),
-        speed_factor: Some(simulated / wall),
+        ..Run::default()
     };
-    save(dir, &record).with_context(|| format!("cannot record in {}", dir.display()))?;
+    write_run(dir, &record)?;
+    let (trials, error) = all_trials(dir, args.seed, &interruption, &bar)?;
+    bar.finish();
+    let simulated: f64 = trials.iter().map(|(trial, _)| trial.duration_s).sum();
+    let wall: f64 = trials.iter().map(|(_, wall)| wall).sum();
+    record.trials = trials.into_iter().map(|(trial, _)| trial).collect();
+    record.speed_factor = Some(simulated / wall);
+    if let Some(error) = error {
+        return Err(interrupt::conclude(dir, record, &command, error.into()));
+    }
+    let ten = ten_channel_speed(args.seed)?;
+    write_run(dir, &record)?;
+    record.ending = Ending::complete();
     let (paper, assumptions) = (paper_rows(&record), assumptions(&record));
-    let command = format!("flexor demo --seed {}", args.seed);
     let report = Report {
         run: &record,
         paper: &paper,
         assumptions: &assumptions,
         command: &command,
     };
-    let page = report::write(dir, &report)
-        .with_context(|| format!("cannot write to {}", dir.display()))?;
+    let page = report::write(dir, &report)?;
     let picture = dir.join("picture.svg");
     std::fs::write(&picture, report::picture(&main_trials(&record)))
         .with_context(|| format!("cannot write {}", picture.display()))?;
@@ -95,56 +102,70 @@ pub fn main(args: &Demo, output: Output) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Every trial with the wall time it took, s. Two run side by side.
-fn all_trials(seed: u64, bar: &Bar) -> anyhow::Result<Vec<(Trial, f64)>> {
+/// A trial with the wall time it took, s.
+type Timed = (Trial, f64);
+
+/// Every trial, and what cut them short. Two run side by side.
+fn all_trials(
+    dir: &Path,
+    seed: u64,
+    interruption: &Interruption,
+    bar: &Bar,
+) -> anyhow::Result<(Vec<Timed>, Option<RunError>)> {
     let jobs: Vec<_> = LAWS
         .iter()
         .flat_map(|law| SESSIONS.iter().map(move |session| (*law, *session)))
+        .enumerate()
         .collect();
     let mut results = Vec::new();
     for pair in jobs.chunks(2) {
         let done: Vec<_> = std::thread::scope(|scope| {
             let threads: Vec<_> = pair
                 .iter()
-                .map(|job| scope.spawn(|| one_trial(*job, seed)))
+                .map(|job| scope.spawn(|| one_trial(*job, dir, seed, interruption)))
                 .collect();
             threads.into_iter().map(|thread| thread.join()).collect()
         });
+        let mut error = None;
         for result in done {
-            results.push(result.map_err(|_| anyhow::anyhow!("a trial panicked"))??);
+            let recorded = result.map_err(|_| anyhow::anyhow!("a trial panicked"))??;
+            results.push((recorded.trial, recorded.took.as_secs_f64()));
+            error = error.or(recorded.error);
+        }
+        if error.is_some() {
+            return Ok((results, error));
         }
         bar.set(results.len() as f64 / jobs.len() as f64);
     }
-    Ok(results)
+    Ok((results, None))
 }
 
 type Job = (
-    (LawName, &'static str),
-    (&'static str, &'static str, &'static str),
+    usize,
+    (
+        (LawName, &'static str),
+        (&'static str, &'static str, &'static str),
+    ),
 );
 
 fn one_trial(
-    ((law, law_name), (name, file, text)): Job,
+    (position, ((law, law_name), (name, file, text))): Job,
+    dir: &Path,
     seed: u64,
-) -> anyhow::Result<(Trial, f64)> {
+    interruption: &Interruption,
+) -> anyhow::Result<Recorded> {
     let mut session = SessionFile::parse(file, text)?;
     session.session = session.session.with_law(law)?;
-    let begin = Instant::now();
-    let port = DeviceName::Native.open(&session.session, seed)?;
-    let (outcome, port) = run(&session, port, None, |_| ());
-    let wall = begin.elapsed().as_secs_f64();
-    if let Some(error) = outcome.error {
-        return Err(error).context(file);
-    }
-    let mut trial = outcome.trial;
-    trial.name = format!("{name}, {law_name}");
-    if let (Some(mut port), Some(epoch)) = (port, outcome.epoch_us)
-        && let Some(world) = port.world()
-    {
-        trial.edges =
-            edges_of_one_period(&session.session, &world.recorder.trace, epoch, 20_000_000);
-    }
-    Ok((trial, wall))
+    let place = TrialPlace {
+        dir,
+        position,
+        name: &format!("{name}, {law_name}"),
+    };
+    let watch = heeding(interruption, |_| ());
+    let device = (&DeviceName::Native, seed);
+    Ok(crate::run::record(
+        place, &session, device, 20_000_000, watch,
+    )?)
 }
 
 /// Virtual over wall time with ten channels at 50 Hz, ten muscle models and the
@@ -158,12 +179,12 @@ struct Speed {
 }
 
 /// A port that sums up the wall time in which the world goes on.
-struct Timed {
+struct Stopwatch {
     port: Box<dyn Port>,
     in_world: Duration,
 }
 
-impl Port for Timed {
+impl Port for Stopwatch {
     fn now_us(&mut self) -> u64 {
         self.port.now_us()
     }
@@ -189,7 +210,7 @@ fn ten_channel_speed(seed: u64) -> anyhow::Result<Speed> {
     let session = SessionFile::parse("ten_channels_and_finger.toml", text)?;
     let port = DeviceName::Native.open(&session.session, seed)?;
     let begin = Instant::now();
-    let timed = Timed {
+    let timed = Stopwatch {
         port,
         in_world: Duration::ZERO,
     };

@@ -1,14 +1,15 @@
 //! `flexor experiment`: the papers' protocols.
 
 use super::out::OutArgs;
-use super::{Bar, Output, WrongUse};
+use super::{Bar, Output, WrongUse, interrupt};
 use crate::analysis::Hit;
 use crate::experiments::harris_wall::{self, SPEEDS_DEG_PER_S, Shares, hit_at};
-use crate::record::{Assumption, Role, Run, Trial, save};
+use crate::link::Interruption;
+use crate::record::{Assumption, Ending, Role, Run, Trial, write_run};
 use crate::report::{self, Report};
-use crate::run::DeviceName;
-use anyhow::Context;
+use crate::run::{DeviceName, RunError, TrialPlace, heeding, record};
 use clap::{Args, Subcommand};
+use std::path::Path;
 
 /// Run a paper's protocol
 #[derive(Subcommand, Debug)]
@@ -48,32 +49,36 @@ fn harris_wall(args: &HarrisWall, output: Output) -> anyhow::Result<()> {
         let arms = args.arms;
         return Err(WrongUse(format!("--arms is {arms}, allowed is 1 to 100000")).into());
     }
+    let command = format!("flexor experiment harris-wall --seed {}", args.seed);
+    let interruption = interrupt::heed()?;
     let place = args.out.place("harris-wall")?;
     let dir = place.dir();
     let bar = output.bar("Harris 2017, virtual wall");
-    let trials = scenarios(args, &bar)?;
-    let drawn = harris_wall::drawn(args.arms, args.seed, &mut |part| bar.set(0.2 + 0.8 * part))?;
-    bar.finish();
-    let shares = Shares::of(&drawn);
-    let record = Run {
+    let mut record = Run {
         title: "Harris 2017: a virtual wall with and without pre-wall and co-contraction"
             .to_owned(),
         device: args.device.to_string(),
         seed: args.seed,
-        trials,
-        speed_factor: None,
+        ..Run::default()
     };
-    save(dir, &record).with_context(|| format!("E572 cannot record in {}", dir.display()))?;
+    write_run(dir, &record)?;
+    let error = scenarios(dir, args, &interruption, &mut record.trials, &bar)?;
+    if let Some(error) = error {
+        bar.finish();
+        return Err(interrupt::conclude(dir, record, &command, error.into()));
+    }
+    let drawn = harris_wall::drawn(args.arms, args.seed, &mut |part| bar.set(0.2 + 0.8 * part))?;
+    bar.finish();
+    let shares = Shares::of(&drawn);
+    record.ending = Ending::complete();
     let assumptions = assumptions(&shares);
-    let command = format!("flexor experiment harris-wall --seed {}", args.seed);
     let report = Report {
         run: &record,
         paper: &[],
         assumptions: &assumptions,
         command: &command,
     };
-    let page = report::write(dir, &report)
-        .with_context(|| format!("E572 cannot write to {}", dir.display()))?;
+    let page = report::write(dir, &report)?;
     let page = page.display().to_string();
     output.say(
         || people(&record.trials, &shares, &page),
@@ -82,14 +87,31 @@ fn harris_wall(args: &HarrisWall, output: Output) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn scenarios(args: &HarrisWall, bar: &Bar) -> anyhow::Result<Vec<Trial>> {
+/// Runs the scenarios as far as they go, and says what cut them short.
+fn scenarios(
+    dir: &Path,
+    args: &HarrisWall,
+    interruption: &Interruption,
+    trials: &mut Vec<Trial>,
+    bar: &Bar,
+) -> anyhow::Result<Option<RunError>> {
     let sessions = harris_wall::sessions()?;
-    let mut trials = Vec::new();
-    for (name, file) in &sessions {
-        trials.push(harris_wall::trial(name, file, &args.device, args.seed)?);
+    for (position, (name, file)) in sessions.iter().enumerate() {
+        let place = TrialPlace {
+            dir,
+            position,
+            name,
+        };
+        let half_us = file.session.duration_us / 2;
+        let watch = heeding(interruption, |_| ());
+        let recorded = record(place, file, (&args.device, args.seed), half_us, watch)?;
+        trials.push(recorded.trial);
+        if recorded.error.is_some() {
+            return Ok(recorded.error);
+        }
         bar.set(0.2 * trials.len() as f64 / sessions.len() as f64);
     }
-    Ok(trials)
+    Ok(None)
 }
 
 fn people(trials: &[Trial], shares: &Shares, page: &str) -> String {

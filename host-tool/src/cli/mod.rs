@@ -7,6 +7,7 @@ mod demo;
 mod edges;
 mod experiment;
 mod explain_model;
+mod interrupt;
 mod monitor;
 mod muscle;
 mod out;
@@ -19,6 +20,7 @@ use anyhow::Context;
 use clap::{Parser, Subcommand};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::Write;
+use std::path::Path;
 use std::process::ExitCode;
 
 /// An open ten-channel wearable muscle stimulator: run sessions on a simulated
@@ -114,7 +116,7 @@ fn print_line(line: &str) -> anyhow::Result<()> {
 }
 
 /// Parses the command line and runs it. Exit code 0: done, 1: failed, 2: wrong
-/// use.
+/// use, 130, 143 and 129: ended by SIGINT, SIGTERM and SIGHUP.
 #[must_use]
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
@@ -142,12 +144,25 @@ pub fn main() -> ExitCode {
                 complain(&lost);
             }
             complain(&error);
-            if error.is::<WrongUse>() {
-                ExitCode::from(2)
-            } else {
-                ExitCode::FAILURE
-            }
+            ExitCode::from(exit_code(&error))
         }
+    }
+}
+
+/// Says where the record of a run that was cut short lies.
+fn lies_in(dir: &Path) {
+    eprintln!("the record, marked incomplete, is in {}", dir.display());
+}
+
+/// What a command that failed exits with.
+fn exit_code(error: &anyhow::Error) -> u8 {
+    if let Some(incomplete) = error.downcast_ref::<Incomplete>() {
+        return exit_code(&incomplete.error);
+    }
+    match interrupt::signal(error) {
+        Some(signal) => signal.exit_code(),
+        None if error.is::<WrongUse>() => 2,
+        None => 1,
     }
 }
 
@@ -184,5 +199,33 @@ fn complain(error: &anyhow::Error) {
     match error.downcast_ref::<SessionError>() {
         Some(file) => eprintln!("{:?}", miette::Report::new(file.clone())),
         None => eprintln!("error: {error:#}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Cli;
+    use clap::{Command, CommandFactory};
+
+    /// Short and long help of `command` and of all below it.
+    fn helps(command: &mut Command, all: &mut Vec<String>) {
+        all.push(command.render_help().to_string());
+        all.push(command.render_long_help().to_string());
+        for below in command.get_subcommands_mut() {
+            helps(below, all);
+        }
+    }
+
+    #[test]
+    fn help_speaks_to_people_not_to_rustdoc() {
+        let mut all = Vec::new();
+        helps(&mut Cli::command(), &mut all);
+        assert!(all.len() > 30, "{} texts", all.len());
+        for help in all {
+            for line in help.lines() {
+                let is_code = ["[`", "`]", "::"].iter().any(|mark| line.contains(mark));
+                assert!(!is_code, "{line}");
+            }
+        }
     }
 }

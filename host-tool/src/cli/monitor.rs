@@ -1,15 +1,13 @@
 //! `flexor monitor`: a device or a running session, live on the terminal.
 
-use super::Output;
+use super::{Output, interrupt};
+use crate::link::Interruption;
 use crate::live::{Model, Order, Plan, Shared, json, line, lines, screen, work};
 use crate::run::{DeviceName, SessionFile};
 use clap::error::ErrorKind;
 use clap::{Args, CommandFactory};
-use signal_hook::consts::{SIGINT, SIGTERM};
 use std::io::IsTerminal;
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// Watch a device, or run a session and watch it; without a terminal, a line
@@ -65,14 +63,16 @@ pub fn main(args: &Monitor, output: Output) -> anyhow::Result<()> {
             .exit();
     }
     let is_screen = std::io::stdout().is_terminal() && !output.json;
-    let shared = Shared::new(Model::new(&args.device.to_string(), session.as_ref()));
+    let interruption = interrupt::heed()?;
+    let model = Model::new(&args.device.to_string(), session.as_ref());
+    let shared = Shared::new(model, interruption.clone());
     let plan = Plan {
         device: args.device.clone(),
         session,
         stays: is_screen,
         seed: args.seed,
     };
-    let must_quit = quitting(args.seconds)?;
+    let must_quit = quitting(args.seconds, &interruption)?;
     let (shown, worked) = std::thread::scope(|scope| {
         let _quit = QuitAtEnd(&shared);
         let worker = scope.spawn(|| work(&plan, &shared));
@@ -97,20 +97,21 @@ pub fn main(args: &Monitor, output: Output) -> anyhow::Result<()> {
         (shown, worker.join())
     });
     worked.unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
-    Ok(shown?)
+    shown?;
+    match interruption.asked() {
+        Some(signal) => Err(interrupt::Ended(signal, "nothing is watched any more".into()).into()),
+        None => Ok(()),
+    }
 }
 
 /// Whether it is time to leave: after `seconds`, or when the system asks.
-fn quitting(seconds: Option<f64>) -> anyhow::Result<impl Fn() -> bool> {
-    let asked = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM] {
-        signal_hook::flag::register(signal, Arc::clone(&asked))?;
-    }
-    #[cfg(unix)]
-    signal_hook::flag::register(signal_hook::consts::SIGHUP, Arc::clone(&asked))?;
+fn quitting(
+    seconds: Option<f64>,
+    interruption: &Interruption,
+) -> anyhow::Result<impl Fn() -> bool> {
     let start = Instant::now();
     let length = seconds.map(Duration::try_from_secs_f64).transpose()?;
     Ok(move || {
-        asked.load(Ordering::Acquire) || length.is_some_and(|length| start.elapsed() >= length)
+        interruption.asked().is_some() || length.is_some_and(|length| start.elapsed() >= length)
     })
 }

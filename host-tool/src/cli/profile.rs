@@ -1,7 +1,8 @@
 //! `flexor profile`: what a session costs the flashed image, cycle by cycle.
 
-use super::{Output, WrongUse};
-use crate::run::{Profiled, SessionFile, chip_image, profile};
+use super::chip::Prefetched;
+use super::{Output, WrongUse, interrupt};
+use crate::run::{Profiled, SessionFile, chip_image, heeding, profile};
 use clap::Args;
 use hal_sim::chip::profile::{Owner, exception};
 use serde_json::{Value, json};
@@ -25,6 +26,9 @@ pub struct ProfileArgs {
     /// Seed of the simulated wearer
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Whether flash lines that were prefetched enter the cache (docs/chip.md)
+    #[arg(long, value_enum, default_value_t)]
+    prefetched: Prefetched,
 }
 
 /// Runs the command.
@@ -42,26 +46,24 @@ pub fn main(args: &ProfileArgs, output: Output) -> anyhow::Result<()> {
     }
     let image = chip_image(args.image.as_deref())?;
     let bar = output.bar(&file.session.title);
-    let profiled = profile(&file, &image, args.seed, |part| bar.set(part));
+    let interruption = interrupt::heed()?;
+    let watch = heeding(&interruption, |part| bar.set(part));
+    let profiled = profile(&file, &image, args.prefetched.into(), args.seed, watch);
     bar.finish();
     let profiled = profiled?;
     let title = &file.session.title;
     output.say(
-        || {
-            table(title, &profiled, args.functions)
-                .trim_end()
-                .to_owned()
-        },
-        || machine(title, &profiled),
+        || table(title, &profiled, args).trim_end().to_owned(),
+        || machine(title, &profiled, args.prefetched),
     )?;
     Ok(())
 }
 
 /// At most 80 columns.
-fn table(title: &str, found: &Profiled, functions: usize) -> String {
+fn table(title: &str, found: &Profiled, args: &ProfileArgs) -> String {
     let mut text = String::new();
     // Writing to a `String` cannot fail.
-    let _ = write_all(&mut text, title, found, functions);
+    let _ = write_all(&mut text, title, found, args);
     text
 }
 
@@ -69,10 +71,12 @@ fn write_all(
     out: &mut String,
     title: &str,
     found: &Profiled,
-    functions: usize,
+    args: &ProfileArgs,
 ) -> std::fmt::Result {
     let summary = &found.summary;
     writeln!(out, "{title}: {:.3} s of device time", found.seconds())?;
+    let reading = args.prefetched;
+    writeln!(out, "prefetched flash lines: {reading} (docs/chip.md)")?;
     writeln!(
         out,
         "booted: clock and tape after {} cycles, port open at {:.1} ms",
@@ -108,7 +112,7 @@ fn write_all(
         )?;
     }
     write_edges(out, found)?;
-    write_functions(out, found, functions)
+    write_functions(out, found, args.functions)
 }
 
 fn write_owners(out: &mut String, found: &Profiled) -> std::fmt::Result {
@@ -195,7 +199,7 @@ fn last(name: &str, most: usize) -> String {
     format!("…{end}")
 }
 
-fn machine(title: &str, found: &Profiled) -> Value {
+fn machine(title: &str, found: &Profiled, prefetched: Prefetched) -> Value {
     let summary = &found.summary;
     let owners: serde_json::Map<_, _> = Owner::ALL
         .iter()
@@ -215,7 +219,8 @@ fn machine(title: &str, found: &Profiled) -> Value {
         json!({ "name": name, "cycles": cost.cycles, "instructions": cost.instructions })
     });
     json!({
-        "title": title, "seconds": found.seconds(), "cycles": summary.total,
+        "title": title, "prefetched_lines": prefetched.to_string(),
+        "seconds": found.seconds(), "cycles": summary.total,
         "idle_cycles": summary.idle, "instructions": summary.instructions,
         "load_percent": summary.load_percent(), "owners_percent": owners,
         "interrupts": lines.collect::<Vec<_>>(),

@@ -2,15 +2,19 @@
 
 use super::chip::ChipArgs;
 use super::out::OutArgs;
-use super::{Incomplete, Output};
+use super::{Incomplete, Output, interrupt};
 use crate::analysis::{ForceMetrics, Hit, force_metrics, hits, metrics};
-use crate::record::{Recorder, Run, write_run};
+use crate::link::Port;
+use crate::record::{Ending, Recorder, Run, write_run};
 use crate::report::{self, Report};
-use crate::run::{DeviceName, SessionFile, acknowledge, begin_trial, edges_of_one_period, run};
-use crate::session::LawName;
+use crate::run::{
+    DeviceName, SessionFile, acknowledge, begin_trial, edges_of_one_period, heeding, run,
+};
+use crate::session::{LawName, Session};
 use anyhow::Context;
 use clap::Args;
-use std::path::PathBuf;
+use hal_sim::trace::Trace;
+use std::path::{Path, PathBuf};
 
 /// Run a session on a device; record it and write a report.
 #[derive(Args, Debug)]
@@ -54,10 +58,14 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
         title: session.session.title.clone(),
         device: args.device.to_string(),
         seed: args.seed,
-        trials: Vec::new(),
-        speed_factor: None,
+        ..Run::default()
     };
     let mut port = args.chip.open(&args.device, &session.session, args.seed)?;
+    let image = port.image().map(std::path::Path::to_owned);
+    if let Some(note) = ignored_trigger(&session.session, &mut port) {
+        eprintln!("note: {note}");
+    }
+    let interruption = interrupt::heed()?;
     if args.acknowledge {
         port = acknowledge(port)?;
     }
@@ -66,27 +74,35 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
     write_run(dir, &record)?;
     let mut recorder = Recorder::create(dir, 0, &begin_trial(&session))?;
     let bar = output.bar(&session.session.title);
-    let (mut outcome, port) = run(&session, port, Some(&mut recorder), |part| bar.set(part));
+    let watch = heeding(&interruption, |part| bar.set(part));
+    let (mut outcome, port) = run(&session, port, Some(&mut recorder), watch);
     bar.finish();
+    let mut vcd = Ok(());
     if let (Some(mut port), Some(epoch)) = (port, outcome.epoch_us)
         && let Some(world) = port.world()
     {
         let after = session.session.duration_us / 2;
         outcome.trial.edges =
             edges_of_one_period(&session.session, &world.recorder.trace, epoch, after);
-        recorder.edges(&outcome.trial.edges)?;
         if let Some(path) = &args.vcd {
-            let file = std::fs::File::create(path)
-                .with_context(|| format!("cannot write {}", path.display()))?;
-            hal_sim::trace::write_vcd(std::io::BufWriter::new(file), &world.recorder.trace)?;
+            vcd = write_vcd(path, &world.recorder.trace);
         }
     }
-    recorder.finish(&outcome.trial.counters, outcome.trial.duration_s)?;
+    let closed = recorder
+        .edges(&outcome.trial.edges)
+        .and_then(|()| recorder.finish(&outcome.trial.counters, outcome.trial.duration_s));
+    let ended = outcome.error.map_or(Ok(()), |error| Err(error.into()));
+    let ended: anyhow::Result<()> = ended.and(closed.map_err(Into::into)).and(vcd);
     let metrics = metrics(&outcome.trial);
     let hits = hits(&outcome.trial);
     let forces = force_metrics(&outcome.trial);
     let refused = outcome.refused;
+    let (pulses, silent) = (outcome.trial.pulses, outcome.trial.silent.clone());
     record.trials.push(outcome.trial);
+    record.ending = match &ended {
+        Ok(()) => Ending::complete(),
+        Err(error) => Ending::cut_short(format!("{error:#}"), super::exit_code(error)),
+    };
     let command = format!("flexor run {} --seed {}", args.session.display(), args.seed);
     let report = Report {
         run: &record,
@@ -94,35 +110,59 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
         assumptions: &[],
         command: &command,
     };
-    let report = report::write(dir, &report)
-        .with_context(|| format!("cannot write to {}", dir.display()))?;
+    let report = report::write(dir, &report);
+    let (report, lost) = match report {
+        Ok(path) => (Some(path), Ok(())),
+        Err(error) => (None, Err(error.into())),
+    };
+    // The first that went wrong is the one to tell.
+    let ended = ended.and(lost);
     let rmse = metrics.as_ref().map(|m| m.rmse_deg);
     let result = serde_json::json!({
+        "no_pulse_was_played": silent, "pulses": pulses, "image": image,
         "title": record.title, "device": record.device_in_words(), "seed": args.seed,
         "rmse_deg": rmse, "hits": hits, "forces": forces, "refused": refused, "report": report,
-        "error": null,
+        "record": dir, "error": null,
     });
     let people = || {
         let tracked = rmse.map(|r| format!("RMSE {r:.2}° "));
-        let mut lines: Vec<String> = hits.iter().map(in_words).collect();
+        let silence = silent
+            .iter()
+            .map(|why| format!("no pulse was played: {why}"));
+        let mut lines: Vec<String> = silence.chain(hits.iter().map(in_words)).collect();
         lines.extend(forces.iter().map(followed));
         lines.push(format!(
-            "{}: {}{refused} refused; report: {}",
+            "{}: {}{refused} refused{}",
             record.title,
             tracked.unwrap_or_default(),
-            report.display()
+            report.map_or_else(String::new, |path| format!("; report: {}", path.display()))
         ));
         lines.join("\n")
     };
-    let Some(error) = outcome.error else {
+    let Err(error) = ended else {
         output.say(people, || result)?;
         return Ok(());
     };
     if !output.json {
         super::print_line(&people())?;
     }
-    let error = error.into();
+    super::lies_in(dir);
     Err(Incomplete { error, result }.into())
+}
+
+/// A board has a real trigger input: what is said of simulated edges then.
+fn ignored_trigger(session: &Session, port: &mut dyn Port) -> Option<&'static str> {
+    let is_ignored = session.trigger.is_some() && port.world().is_none();
+    is_ignored.then_some(
+        "[simulated_trigger] is for devices simulated by this program: this one's own trigger \
+         input counts",
+    )
+}
+
+fn write_vcd(path: &Path, trace: &Trace) -> anyhow::Result<()> {
+    std::fs::File::create(path)
+        .and_then(|file| hal_sim::trace::write_vcd(std::io::BufWriter::new(file), trace))
+        .with_context(|| format!("cannot write {}", path.display()))
 }
 
 /// How a force was followed, for people.

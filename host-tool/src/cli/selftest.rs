@@ -1,6 +1,7 @@
 //! `flexor selftest`: what the device code shows on this machine, in numbers.
 
-use super::{Output, WrongUse};
+use super::chip::Prefetched;
+use super::{Output, WrongUse, interrupt};
 use crate::run::{DeviceName, chip_image};
 use crate::selftest::{Distribution, Latency, Path, Subject, latency, silence, soak};
 use clap::Args;
@@ -27,6 +28,10 @@ pub struct Selftest {
     /// Seed
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Whether flash lines that were prefetched enter the cache (chip; default:
+    /// cached)
+    #[arg(long, value_enum)]
+    prefetched: Option<Prefetched>,
 }
 
 /// The bounds for a direct amplitude over USB, µs.
@@ -37,7 +42,11 @@ const CHIP_BOUNDS_US: (u64, u64) = (700, 2_000);
 /// # Errors
 /// A measurement that could not be made, or a bound that does not hold.
 pub fn main(args: &Selftest, output: Output) -> anyhow::Result<()> {
+    interrupt::end_at_once()?;
     match args.device {
+        DeviceName::Native if args.prefetched.is_some() => {
+            Err(WrongUse("--prefetched needs --device chip".to_owned()).into())
+        }
         DeviceName::Native => on_native(args, output),
         DeviceName::Chip => on_chip(args, output),
         _ => {
@@ -54,7 +63,7 @@ pub fn main(args: &Selftest, output: Output) -> anyhow::Result<()> {
 fn on_chip(args: &Selftest, output: Output) -> anyhow::Result<()> {
     let image = chip_image(args.image.as_deref())?;
     let arrivals = args.arrivals.unwrap_or(2_000);
-    let chip = Subject::Chip(&image);
+    let chip = Subject::Chip(&image, args.prefetched.unwrap_or_default().into());
     let direct = latency(chip, Path::Direct, arrivals, args.seed)?;
     let control = latency(chip, Path::Control, arrivals.div_ceil(4), args.seed)?;
     output.say(

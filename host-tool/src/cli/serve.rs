@@ -1,7 +1,7 @@
 //! `flexor serve`: a simulated board for any client, in real time.
 
 use super::chip::ChipArgs;
-use super::{Output, WrongUse};
+use super::{Output, WrongUse, interrupt};
 use crate::link::Port;
 use crate::run::{DeviceName, SessionFile};
 use anyhow::{Context, bail};
@@ -42,7 +42,28 @@ pub struct Serve {
 /// How often bytes are carried and time goes on.
 const POLL: Duration = Duration::from_micros(500);
 
-/// Runs the command until interrupted.
+impl Serve {
+    /// The wire to clients, and its place in words. A client may connect at once.
+    fn wire(&self) -> anyhow::Result<(Box<dyn ByteStream>, String)> {
+        match (&self.pty, &self.tcp) {
+            (Some(path), _) => {
+                let wire = PtyWire::open(path).with_context(|| {
+                    format!("cannot open a pseudo-terminal at {}", path.display())
+                })?;
+                Ok((Box::new(wire), path.display().to_string()))
+            }
+            (None, Some(address)) => {
+                let wire = TcpWire::bind(address.as_str(), busy())
+                    .with_context(|| format!("cannot listen at {address}"))?;
+                let place = format!("tcp:{}", wire.local_addr()?);
+                Ok((Box::new(wire), place))
+            }
+            (None, None) => bail!("give --pty PATH or --tcp HOST:PORT"),
+        }
+    }
+}
+
+/// Runs the command until a signal or `--seconds` ends it.
 ///
 /// # Errors
 /// The wire cannot be opened.
@@ -62,21 +83,10 @@ pub fn main(args: &Serve, output: Output) -> anyhow::Result<()> {
         Some(path) => SessionFile::load(path)?,
         None => SessionFile::parse("hamana_exp4_two_point.toml", text)?,
     };
-    let (mut wire, place): (Box<dyn ByteStream>, String) = match (&args.pty, &args.tcp) {
-        (Some(path), _) => {
-            let wire = PtyWire::open(path)
-                .with_context(|| format!("cannot open a pseudo-terminal at {}", path.display()))?;
-            (Box::new(wire), path.display().to_string())
-        }
-        (None, Some(address)) => {
-            let wire = TcpWire::bind(address.as_str(), busy())
-                .with_context(|| format!("cannot listen at {address}"))?;
-            let place = format!("tcp:{}", wire.local_addr()?);
-            (Box::new(wire), place)
-        }
-        (None, None) => bail!("give --pty PATH or --tcp HOST:PORT"),
-    };
     let mut port = args.chip.open(&args.device, &session.session, args.seed)?;
+    let image = port.image().map(std::path::Path::to_owned);
+    // A client that is let in is answered: the device has booted.
+    let (mut wire, place) = args.wire()?;
     let world = port.world().context("the device is no simulator")?;
     let name = match args.device {
         DeviceName::Chip => "chip",
@@ -84,8 +94,9 @@ pub fn main(args: &Serve, output: Output) -> anyhow::Result<()> {
     };
     output.say(
         || format!("a simulated board is at {place}; end with Ctrl-C"),
-        || serde_json::json!({ "device": name, "at": place }),
+        || serde_json::json!({ "device": name, "at": place, "image": image }),
     )?;
+    let interruption = interrupt::heed()?;
     let begin = Instant::now();
     let mut pace = Pace::new(world.now_us());
     let mut buffer = [0; 4096];
@@ -93,6 +104,9 @@ pub fn main(args: &Serve, output: Output) -> anyhow::Result<()> {
         .seconds
         .is_none_or(|s| begin.elapsed().as_secs_f64() < s)
     {
+        if let Some(signal) = interruption.asked() {
+            return Err(interrupt::Ended(signal, format!("the board at {place} is gone")).into());
+        }
         let is_slow = pace.follow(world)?;
         if is_slow && !args.chip.is_debugged() {
             eprintln!("note: the simulator is slower than real time; device time lags behind");

@@ -7,10 +7,9 @@
 
 use crate::analysis::{Hit, hits};
 use crate::record::Trial;
-use crate::run::{DeviceName, SessionFile, edges_of_one_period, run};
+use crate::run::SessionFile;
 use crate::session::SessionError;
 use crate::stability::wall_loop::angles;
-use anyhow::Context;
 use firmware::haptics::WallSpec;
 use hal_sim::body::ElbowSpec;
 use hal_sim::body::elbow::Approach;
@@ -58,32 +57,6 @@ pub fn sessions() -> Result<Vec<(&'static str, SessionFile)>, SessionError> {
         Ok((name, SessionFile::parse(file, text)?))
     };
     SESSIONS.iter().map(parse).collect()
-}
-
-/// Runs one scenario on a device.
-///
-/// # Errors
-/// The device or the link.
-pub fn trial(
-    name: &str,
-    file: &SessionFile,
-    device: &DeviceName,
-    seed: u64,
-) -> anyhow::Result<Trial> {
-    let port = device.open(&file.session, seed)?;
-    let (outcome, port) = run(file, port, None, |_| ());
-    if let Some(error) = outcome.error {
-        return Err(error).context(file.name.clone());
-    }
-    let mut trial = outcome.trial;
-    trial.name = name.to_owned();
-    if let (Some(mut port), Some(epoch)) = (port, outcome.epoch_us)
-        && let Some(world) = port.world()
-    {
-        let half_us = file.session.duration_us / 2;
-        trial.edges = edges_of_one_period(&file.session, &world.recorder.trace, epoch, half_us);
-    }
-    Ok(trial)
 }
 
 /// The hit of a trial whose speed is nearest to `speed_deg_per_s`.

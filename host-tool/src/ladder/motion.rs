@@ -48,7 +48,7 @@ pub struct Setting {
 #[derive(Debug, thiserror::Error)]
 pub enum MotionError {
     /// No such law.
-    #[error("E551 the law's numbers: {0:?}")]
+    #[error("E574 the law's numbers: {0:?}")]
     Law(ParameterError),
     /// No such finger.
     #[error(transparent)]

@@ -1,7 +1,7 @@
 //! A host's view of one device.
 
 use super::clock::Clock;
-use super::{Error, Port, Refused};
+use super::{Error, Interruption, Port, Refused};
 use firmware::control::JointSpec;
 use firmware::link::{
     Code, Decoder, Event, HelloInfo, Request, Response, SCHEMA, Status, Telemetry, ToDevice, encode,
@@ -17,6 +17,10 @@ const ANSWER_US: u64 = 500_000;
 
 /// Posted requests whose answers are still awaited, at most.
 const MAX_AWAITED: usize = 256;
+
+/// Longest wait between two looks for a signal, µs of port time; a multiple of
+/// the steps in which virtual time goes on, so that it changes nothing there.
+const HEED_US: u64 = 2_000;
 
 /// What arrived without being waited for.
 #[derive(Clone, Debug)]
@@ -49,6 +53,7 @@ pub struct Client<P> {
     clock: Clock,
     awaited: VecDeque<(u16, u64)>,
     incoming: VecDeque<Incoming>,
+    interruption: Option<Interruption>,
 }
 
 impl<P: Port> Client<P> {
@@ -57,6 +62,18 @@ impl<P: Port> Client<P> {
     /// # Errors
     /// The device refuses (another schema, another host) or does not answer.
     pub fn open(port: P) -> Result<(Self, HelloInfo), Error> {
+        Self::open_heeding(port, None)
+    }
+
+    /// The same, and every wait ends soon after a signal, with
+    /// [`Error::Interrupted`]. What to stop is the caller's to decide.
+    ///
+    /// # Errors
+    /// As [`Client::open`], and the signal.
+    pub fn open_heeding(
+        port: P,
+        interruption: Option<Interruption>,
+    ) -> Result<(Self, HelloInfo), Error> {
         let mut client = Self {
             port,
             decoder: Decoder::default(),
@@ -65,6 +82,7 @@ impl<P: Port> Client<P> {
             clock: Clock::default(),
             awaited: VecDeque::new(),
             incoming: VecDeque::new(),
+            interruption,
         };
         let info = client.hello()?;
         Ok((client, info))
@@ -93,6 +111,11 @@ impl<P: Port> Client<P> {
             }
         }
         Err(no_answer("Hello", ANSWER_US))
+    }
+
+    /// From now on waits last as long as they must: for the answer to a stop.
+    pub fn ignore_signals(&mut self) {
+        self.interruption = None;
     }
 
     /// The port.
@@ -357,12 +380,25 @@ impl<P: Port> Client<P> {
         Ok(seq)
     }
 
-    /// Takes what arrives by `until_us`; returns the answer to `wanted`.
+    /// How long to wait at most before the next look for a signal.
+    fn heed(&mut self, until_us: u64) -> Result<u64, Error> {
+        let Some(interruption) = &self.interruption else {
+            return Ok(until_us);
+        };
+        if let Some(signal) = interruption.asked() {
+            return Err(Error::Interrupted(signal));
+        }
+        Ok(until_us.min(self.port.now_us() + HEED_US))
+    }
+
+    /// Takes what arrives by `until_us`, or none before that; returns the answer
+    /// to `wanted`.
     fn receive(
         &mut self,
         until_us: u64,
         wanted: Option<(u16, u64)>,
     ) -> Result<Option<Answer>, Error> {
+        let until_us = self.heed(until_us)?;
         let bytes = self.port.receive(until_us)?;
         let now_us = self.port.now_us();
         let mut answer = None;

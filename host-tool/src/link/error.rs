@@ -1,5 +1,6 @@
 //! What can go wrong on the link, and what to do about it.
 
+use super::Signal;
 use firmware::link::{Code, Refusal};
 use firmware::safety::Fault;
 use std::fmt;
@@ -25,10 +26,13 @@ pub enum Error {
     #[error(
         "E502 lost the device: {0}; outputs isolate by themselves after the host timeout; reconnect and run again"
     )]
-    Lost(#[from] io::Error),
+    Lost(io::Error),
     /// E503: a request that does not fit a frame.
     #[error("E503 {0} does not fit a frame")]
     TooLarge(&'static str),
+    /// E580: a signal came while the host waited.
+    #[error("E580 {0} came: nothing is waited for any more")]
+    Interrupted(Signal),
     /// E504: the port cannot be opened.
     #[error("E504 cannot open {port}: {reason}; {advice}")]
     Open {
@@ -39,6 +43,12 @@ pub enum Error {
         /// What to do.
         advice: &'static str,
     },
+}
+
+impl From<io::Error> for Error {
+    fn from(error: io::Error) -> Self {
+        Self::Lost(error)
+    }
 }
 
 /// A refusal in words: number, name, field, what is allowed, what to do.

@@ -7,12 +7,14 @@
 mod client;
 mod clock;
 mod error;
+mod interruption;
 mod paced;
 mod port;
 mod serial;
 
 pub use client::{Client, Incoming};
 pub use error::{Error, Refused, advice, what};
+pub use interruption::{Interruption, Signal};
 pub use paced::Paced;
 pub use port::{Port, SimulatedPort};
 pub use serial::{SerialPort, TcpPort};

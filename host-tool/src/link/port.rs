@@ -2,6 +2,7 @@
 
 use hal_sim::world::World;
 use std::io;
+use std::path::{Path, PathBuf};
 
 /// A byte path to a device, with the time that goes with it.
 pub trait Port {
@@ -12,13 +13,18 @@ pub trait Port {
     /// # Errors
     /// The device is gone.
     fn send(&mut self, frame: &[u8]) -> io::Result<()>;
-    /// Bytes as soon as some arrive, none when `until_us` is reached.
+    /// Bytes as soon as some arrive, none when `until_us` is reached or a signal
+    /// came.
     ///
     /// # Errors
     /// The device is gone.
     fn receive(&mut self, until_us: u64) -> io::Result<Vec<u8>>;
     /// The simulated world behind this port, if there is one.
     fn world(&mut self) -> Option<&mut World> {
+        None
+    }
+    /// The image that a simulated chip or QEMU runs.
+    fn image(&self) -> Option<&Path> {
         None
     }
     /// True joint angle of a simulated wearer, degrees.
@@ -47,15 +53,34 @@ impl<P: Port + ?Sized> Port for Box<P> {
     fn world(&mut self) -> Option<&mut World> {
         (**self).world()
     }
+
+    fn image(&self) -> Option<&Path> {
+        (**self).image()
+    }
 }
 
 /// A simulated world, driven by whoever waits for it.
 pub struct SimulatedPort {
     /// The world behind the wire.
     pub world: World,
+    /// What its device runs, where that is an image.
+    pub image: Option<PathBuf>,
+}
+
+impl SimulatedPort {
+    /// A device in this process.
+    #[must_use]
+    pub const fn new(world: World) -> Self {
+        let image = None;
+        Self { world, image }
+    }
 }
 
 impl Port for SimulatedPort {
+    fn image(&self) -> Option<&Path> {
+        self.image.as_deref()
+    }
+
     fn world(&mut self) -> Option<&mut World> {
         Some(&mut self.world)
     }

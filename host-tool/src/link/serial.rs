@@ -105,7 +105,8 @@ impl<S: Read + Write> Stream<S> {
                         return Ok(Vec::new());
                     }
                 }
-                Err(e) if e.kind() == io::ErrorKind::Interrupted => {}
+                // A signal: whoever waits may want to end.
+                Err(e) if e.kind() == io::ErrorKind::Interrupted => return Ok(Vec::new()),
                 Err(e) => return Err(e),
             }
         }

@@ -1,6 +1,7 @@
 //! What the thread at the device and the thread at the terminal share.
 
 use super::{Model, Order};
+use crate::link::Interruption;
 use crate::run::{Observer, Seen, Wish};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -15,17 +16,19 @@ pub struct Shared {
     quit: AtomicBool,
     stop: AtomicBool,
     acknowledge: AtomicBool,
+    interruption: Interruption,
 }
 
 impl Shared {
-    /// No orders yet.
+    /// No orders yet; `interruption` ends a run at once.
     #[must_use]
-    pub fn new(model: Model) -> Self {
+    pub fn new(model: Model, interruption: Interruption) -> Self {
         Self {
             model: Mutex::new(model),
             quit: AtomicBool::new(false),
             stop: AtomicBool::new(false),
             acknowledge: AtomicBool::new(false),
+            interruption,
         }
     }
 
@@ -93,6 +96,10 @@ impl Observer for Watch<'_> {
         self.asked = Some(Instant::now());
         Wish::Status
     }
+
+    fn interruption(&self) -> Option<Interruption> {
+        Some(self.shared.interruption.clone())
+    }
 }
 
 #[cfg(test)]
@@ -101,7 +108,10 @@ mod tests {
 
     #[test]
     fn orders_reach_the_run_once_and_quitting_persists() {
-        let shared = Shared::new(Model::new("native simulator", None));
+        let shared = Shared::new(
+            Model::new("native simulator", None),
+            Interruption::default(),
+        );
         let mut watch = Watch::new(&shared);
         assert_eq!(watch.wish(), Wish::Status);
         assert_eq!(watch.wish(), Wish::Nothing);

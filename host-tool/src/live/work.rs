@@ -38,6 +38,7 @@ pub fn work(plan: &Plan, shared: &Shared) -> anyhow::Result<()> {
     let port = open(&plan.device, &file.session, plan.seed)?;
     let (outcome, port) = run(file, port, None, Watch::new(shared));
     let is_by_hand = matches!(outcome.error, Some(RunError::Interrupted { .. }));
+    let is_signal = matches!(outcome.error, Some(RunError::Signal { .. }));
     let has_played = outcome.epoch_us.is_some() || is_by_hand;
     let failed = outcome.error.filter(|_| !is_by_hand);
     {
@@ -54,6 +55,7 @@ pub fn work(plan: &Plan, shared: &Shared) -> anyhow::Result<()> {
         && plan.stays
         && has_played
         && !shared.is_quitting()
+        && !is_signal
     {
         let watched = watch(port, shared);
         if failed.is_none() {

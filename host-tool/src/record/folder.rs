@@ -1,7 +1,8 @@
 //! A run as a folder: `run.json`, and per trial `NN-name/` with `trial.json`,
 //! `samples.csv` and `edges.csv`.
 
-use super::{RecordError, Recorder, Run, Trial, read_edges, read_samples};
+use super::disk::{Disk, FileSystem, replace};
+use super::{Ending, RecordError, Recorder, Run, Trial, ending, read_edges, read_samples};
 use serde::{Serialize, de::DeserializeOwned};
 use std::path::{Path, PathBuf};
 
@@ -14,17 +15,20 @@ pub fn trial_folder(dir: &Path, position: usize, name: &str) -> PathBuf {
     dir.join(format!("{:02}-{slug}", position + 1))
 }
 
-/// Writes `run.json`: everything of the run but its trials. Call it before the
-/// first [`Recorder`], so that an interrupted run can be loaded.
+/// Writes `run.json`: everything of the run but its trials, and a `summary.json`
+/// that says that the run is incomplete, as long as nothing replaces it. Call it
+/// before the first [`Recorder`], so that an interrupted run can be loaded.
 pub fn write_run(dir: &Path, run: &Run) -> Result<(), RecordError> {
-    std::fs::create_dir_all(dir).map_err(RecordError::io(dir))?;
+    std::fs::create_dir_all(dir).map_err(RecordError::write(dir))?;
+    ending::begin(dir, run)?;
     let header = Run {
         title: run.title.clone(),
         device: run.device.clone(),
         trials: Vec::new(),
+        ending: Ending::default(),
         ..*run
     };
-    write_json(&dir.join("run.json"), &header)
+    write_json(&FileSystem, &dir.join("run.json"), &header)
 }
 
 /// Writes a whole run that is in memory.
@@ -41,14 +45,16 @@ pub fn save(dir: &Path, run: &Run) -> Result<(), RecordError> {
 /// with a `trial.json`, by name.
 pub fn load(dir: &Path) -> Result<Run, RecordError> {
     let mut run = read_header(dir)?;
+    run.ending = ending::read(dir);
     for folder in trial_folders(dir)? {
         let mut trial: Trial = read_json(&folder.join("trial.json"))?;
         let samples = folder.join("samples.csv");
-        // A trial stopped before its first flush has an empty file.
-        if std::fs::metadata(&samples).is_ok_and(|file| file.len() > 0) {
-            trial.samples = read_samples(&samples)?;
+        trial.samples = read_samples(&samples)?;
+        let edges = folder.join("edges.csv");
+        // A trial stopped on its first steps has none.
+        if edges.is_file() {
+            trial.edges = read_edges(&edges)?;
         }
-        trial.edges = read_edges(&folder.join("edges.csv"))?;
         run.trials.push(trial);
     }
     Ok(run)
@@ -68,13 +74,15 @@ pub(super) fn trial_folders(dir: &Path) -> Result<Vec<PathBuf>, RecordError> {
     Ok(folders)
 }
 
-/// Replaces a file as a whole, so that a reader or a crash never sees half of it.
-pub(super) fn write_json(path: &Path, value: &impl Serialize) -> Result<(), RecordError> {
-    let partial = path.with_extension("json.partial");
+/// Replaces a file by this value.
+pub(super) fn write_json(
+    disk: &dyn Disk,
+    path: &Path,
+    value: &impl Serialize,
+) -> Result<(), RecordError> {
     let text = serde_json::to_string_pretty(value).map_err(std::io::Error::from);
-    let written = text.and_then(|text| std::fs::write(&partial, text + "\n"));
-    let replaced = written.and_then(|()| std::fs::rename(&partial, path));
-    replaced.map_err(RecordError::io(path))
+    let text = text.map_err(RecordError::write(path))?;
+    replace(disk, path, (text + "\n").as_bytes())
 }
 
 fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T, RecordError> {

@@ -5,12 +5,16 @@
 //! from the data (`analysis`), pictures (`report`).
 //! In: telemetry, edges, counters, events. Out: a folder that [`load`] reads back.
 
+mod disk;
+mod ending;
 mod folder;
 mod identity;
 mod place;
 mod recorder;
 mod table;
 
+pub use disk::{Disk, FileSystem, replace_file};
+pub use ending::{Completeness, Ending, write_summary};
 pub use folder::{load, save, trial_folder, write_run};
 pub use identity::{DeviceKind, Identity};
 pub use place::Place;
@@ -35,6 +39,9 @@ pub struct Run {
     /// Simulated seconds per second of the PC, where that was measured.
     #[serde(default)]
     pub speed_factor: Option<f64>,
+    /// How it ended; kept in `summary.json`.
+    #[serde(skip)]
+    pub ending: Ending,
 }
 
 impl Run {
@@ -85,6 +92,12 @@ pub struct Trial {
     pub wall: Option<WallPlace>,
     /// The part that metrics judge, from–to in s; all of it when `None`.
     pub measure: Option<(f64, f64)>,
+    /// Pulses of more than 0 that were played; `None` if nobody could tell.
+    #[serde(default)]
+    pub pulses: Option<u64>,
+    /// Why there was none, most likely.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub silent: Option<String>,
     /// Named counts: frames sent, lost, faults, ….
     pub counters: Vec<(String, u64)>,
     /// What happened when, s.
@@ -274,8 +287,19 @@ pub enum Role {
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
     /// The file system refused.
-    #[error("{path}: {source}")]
+    #[error("{path}: {why}")]
     Io {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system said.
+        why: std::io::Error,
+    },
+    /// The disk is full, or the file system refused otherwise.
+    #[error(
+        "E582 cannot write {path}: {source}; make room there or choose another --out; what was \
+         recorded before is kept"
+    )]
+    Write {
         /// The file or folder.
         path: PathBuf,
         /// What the system said.
@@ -322,10 +346,17 @@ pub enum RecordError {
 }
 
 impl RecordError {
-    fn io(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
-        move |source| RecordError::Io {
+    fn write(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
+        move |source| RecordError::Write {
             path: path.to_owned(),
             source,
+        }
+    }
+
+    fn io(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
+        move |why| RecordError::Io {
+            path: path.to_owned(),
+            why,
         }
     }
 }

@@ -1,47 +1,56 @@
 //! Keeps a trial on disk while it runs.
 
+use super::disk::{Disk, FileSystem, replace};
 use super::folder::write_json;
 use super::{Edge, Identity, RecordError, Sample, Trial, table, trial_folder};
-use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
 
-/// Rows wait in memory no longer than this, so that a killed program loses at most so much.
-const FLUSH_EVERY: Duration = Duration::from_secs(1);
-
-/// Appends the rows of one trial to its folder and hands them to the operating
-/// system at least once a second of arriving rows. What was recorded survives
-/// an unplugged device, an error and a killed program; not a power cut, since
-/// the disk is not forced. Dropping it keeps all rows.
+/// Appends the rows of one trial to its folder, each in one piece and at once.
+/// What was recorded survives an unplugged device, an error, a full disk and a
+/// killed program; not a power cut, since the disk is not forced.
 pub struct Recorder {
+    disk: Box<dyn Disk>,
     folder: PathBuf,
     trial: Trial,
-    samples: BufWriter<File>,
-    flushed: Instant,
+    samples: Box<dyn Write>,
+    /// A row on its way.
+    row: Vec<u8>,
 }
 
 impl Recorder {
     /// Begins trial `position` (from 0) of the run in `dir`. Name, channels and
     /// window of `trial` are written at once, rows that it already holds as well.
     pub fn create(dir: &Path, position: usize, trial: &Trial) -> Result<Self, RecordError> {
+        Self::create_on(Box::new(FileSystem), dir, position, trial)
+    }
+
+    /// The same, on a disk that may not be what it seems.
+    pub fn create_on(
+        disk: Box<dyn Disk>,
+        dir: &Path,
+        position: usize,
+        trial: &Trial,
+    ) -> Result<Self, RecordError> {
         let folder = trial_folder(dir, position, &trial.name);
-        std::fs::create_dir_all(&folder).map_err(RecordError::io(&folder))?;
+        std::fs::create_dir_all(&folder).map_err(RecordError::write(&folder))?;
         let path = folder.join("samples.csv");
-        let file = File::create(&path).map_err(RecordError::io(&path))?;
+        let samples = disk.create(&path).map_err(RecordError::write(&path))?;
         let mut recorder = Recorder {
+            disk,
             folder,
             trial: Trial {
                 samples: Vec::new(),
                 edges: Vec::new(),
                 ..trial.clone()
             },
-            samples: BufWriter::new(file),
-            flushed: Instant::now(),
+            samples,
+            row: Vec::new(),
         };
         recorder.describe()?;
-        table::write_sample_header(&mut recorder.samples, &trial.channels)
-            .map_err(RecordError::io(&path))?;
+        table::write_sample_header(&mut recorder.row, &trial.channels)
+            .and_then(|()| recorder.append())
+            .map_err(RecordError::write(&path))?;
         recorder.edges(&trial.edges)?;
         trial.samples.iter().try_for_each(|s| recorder.sample(s))?;
         Ok(recorder)
@@ -49,27 +58,25 @@ impl Recorder {
 
     /// Appends a sample.
     pub fn sample(&mut self, sample: &Sample) -> Result<(), RecordError> {
-        let written = self.append(sample);
-        written.map_err(RecordError::io(&self.folder.join("samples.csv")))
+        table::write_sample(&mut self.row, sample, &self.trial.channels)
+            .and_then(|()| self.append())
+            .map_err(|source| RecordError::write(&self.folder.join("samples.csv"))(source))
     }
 
-    fn append(&mut self, sample: &Sample) -> std::io::Result<()> {
-        let channels = &self.trial.channels;
-        table::write_sample(&mut self.samples, sample, channels)?;
-        if self.flushed.elapsed() >= FLUSH_EVERY {
-            self.samples.flush()?;
-            self.flushed = Instant::now();
-        }
-        Ok(())
+    /// Hands the row to the system in one write, so that a program killed at any
+    /// moment leaves whole rows.
+    fn append(&mut self) -> std::io::Result<()> {
+        let written = self.samples.write_all(&self.row);
+        self.row.clear();
+        written
     }
 
     /// Replaces `edges.csv` by these edges of one period.
     pub fn edges(&mut self, edges: &[Edge]) -> Result<(), RecordError> {
         let path = self.folder.join("edges.csv");
-        let file = File::create(&path).map_err(RecordError::io(&path))?;
-        let mut out = BufWriter::new(file);
-        let written = table::write_edges(&mut out, edges).and_then(|()| out.flush());
-        written.map_err(RecordError::io(&path))
+        let mut text = Vec::new();
+        table::write_edges(&mut text, edges).map_err(RecordError::write(&path))?;
+        replace(&*self.disk, &path, &text)
     }
 
     /// Notes which device answered.
@@ -84,20 +91,25 @@ impl Recorder {
         self.describe()
     }
 
+    /// Keeps how many pulses were played and, if none, why; written with what
+    /// comes next.
+    pub fn played(&mut self, pulses: Option<u64>, silent: Option<&str>) {
+        self.trial.pulses = pulses;
+        self.trial.silent = silent.map(str::to_owned);
+    }
+
     /// Ends the trial with its counters and its actual length, s.
     pub fn finish(
         mut self,
         counters: &[(String, u64)],
         duration_s: f64,
     ) -> Result<(), RecordError> {
-        let flushed = self.samples.flush();
-        flushed.map_err(RecordError::io(&self.folder.join("samples.csv")))?;
         self.trial.counters = counters.to_vec();
         self.trial.duration_s = duration_s;
         self.describe()
     }
 
     fn describe(&self) -> Result<(), RecordError> {
-        write_json(&self.folder.join("trial.json"), &self.trial)
+        write_json(&*self.disk, &self.folder.join("trial.json"), &self.trial)
     }
 }

@@ -112,6 +112,9 @@ pub fn write_edges(out: &mut impl Write, edges: &[Edge]) -> io::Result<()> {
 /// dropped; anything else that does not fit is an error with its line.
 pub fn read_samples(path: &Path) -> Result<Vec<Sample>, RecordError> {
     let rows = Rows::open(path)?;
+    if rows.text.is_empty() {
+        return Ok(Vec::new()); // not even its header was whole
+    }
     let columns = |prefix: &str| -> Vec<usize> {
         let named = rows.header.iter().enumerate();
         named

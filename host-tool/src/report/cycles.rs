@@ -56,7 +56,7 @@ fn draw_axis(root: &Area<'_>, bottom: i32) -> Drawn {
         root.draw(&Text::new(grouped(cycles), at, style.clone()))?;
     }
     let at = (px((LABELS + WIDTH - RIGHT) / 2), px(bottom + 34));
-    let words = "cycles of one call, five wait states, caches on";
+    let words = "cycles of one call, five wait states, caches on, prefetched lines cached";
     root.draw(&Text::new(words, at, anchored(text(12, INK), HPos::Center)))?;
     Ok(())
 }

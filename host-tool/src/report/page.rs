@@ -6,7 +6,7 @@ use super::tables::{
 };
 use super::{Report, bars, canvas, edges, lanes, trajectory};
 use crate::analysis::{Metrics, force_metrics, hits, metrics};
-use crate::record::{Assumption, Role, Run};
+use crate::record::{Assumption, Role, Run, Trial};
 use std::fmt::Write;
 
 /// A self-contained HTML document, about 50 kB a trial. No script, no request.
@@ -21,7 +21,7 @@ pub fn page(report: &Report) -> String {
          <title>{title}</title><style>{style}{}</style></head><body><main>\n<h1>{title}</h1>\n",
         canvas::STYLE
     );
-    let _ = writeln!(out, "<p class=\"result\">{}</p>", escape(&result(run)));
+    let _ = writeln!(out, "<p class=\"result\">{}</p>", escape(&headline(run)));
     out.push_str(&figure(&trajectory::figure(&run.trials), ""));
     let _ = writeln!(out, "<p class=\"facts\">{}</p>", facts(run));
 
@@ -42,6 +42,14 @@ pub fn page(report: &Report) -> String {
     out
 }
 
+/// Whether the run is whole, and what it shows.
+fn headline(run: &Run) -> String {
+    match run.ending.headline() {
+        Some(cut_short) => format!("{cut_short} {}", result(run)),
+        None => result(run),
+    }
+}
+
 /// The run in one sentence.
 fn result(run: &Run) -> String {
     let judged = run.trials.iter();
@@ -49,12 +57,11 @@ fn result(run: &Run) -> String {
     let mut judged: Vec<(&str, Metrics)> = judged.collect();
     judged.sort_by(|a, b| a.1.rmse_deg.total_cmp(&b.1.rmse_deg));
     let Some(((name, best), others)) = judged.split_first() else {
+        if run.trials.iter().all(|trial| trial.samples.is_empty()) {
+            return "No samples were recorded.".to_owned();
+        }
         let other = wall_result(run).or_else(|| force_result(run));
-        let nothing = run.trials.iter().all(|trial| trial.samples.is_empty());
-        return other.unwrap_or_else(|| match nothing {
-            true => "No samples were recorded.".to_owned(),
-            false => "Open loop: nothing was to be followed.".to_owned(),
-        });
+        return other.unwrap_or_else(|| nothing_judged(run).to_owned());
     };
     let window = format!("{}–{} s", seconds(best.from_s), seconds(best.to_s));
     let rmse = degrees(best.rmse_deg);
@@ -74,6 +81,18 @@ fn result(run: &Run) -> String {
             "{name}: RMSE {rmse} over {window}, the lowest, against {}.",
             all.join(" and ")
         ),
+    }
+}
+
+/// Why there is nothing to judge.
+fn nothing_judged(run: &Run) -> &'static str {
+    let follows = |trial: &Trial| {
+        trial.joint || trial.wall.is_some() || trial.channels.iter().any(|c| c.force)
+    };
+    if run.trials.iter().any(follows) {
+        "Nothing was recorded of the time that is judged."
+    } else {
+        "Open loop: nothing was to be followed."
     }
 }
 

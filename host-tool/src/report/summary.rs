@@ -2,13 +2,15 @@
 
 use super::{Report, page};
 use crate::analysis::{ForceMetrics, Hit, Metrics, force_metrics, hits, metrics};
-use crate::record::{Assumption, PaperRow};
+use crate::record::{Assumption, Ending, PaperRow, RecordError, replace_file, write_summary};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 #[derive(Serialize)]
 struct Summary<'a> {
     title: &'a str,
+    #[serde(flatten)]
+    ending: &'a Ending,
     device: String,
     simulated: bool,
     seed: u64,
@@ -23,6 +25,9 @@ struct Summary<'a> {
 #[derive(Serialize)]
 struct TrialSummary<'a> {
     name: &'a str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    no_pulse_was_played: Option<&'a str>,
+    pulses: Option<u64>,
     session_file: &'a str,
     duration_s: f64,
     metrics: Option<Metrics>,
@@ -32,12 +37,21 @@ struct TrialSummary<'a> {
     events: &'a [(f64, String)],
 }
 
-/// Writes `report.html` and `summary.json` into `dir`; returns the page's path.
-pub fn write(dir: &Path, report: &Report) -> std::io::Result<PathBuf> {
-    std::fs::create_dir_all(dir)?;
+/// Writes `report.html` into `dir` and replaces its `summary.json`; returns the
+/// page's path. The summary comes first: the page can be made again from it.
+///
+/// # Errors
+/// They cannot be written; the old summary stays.
+pub fn write(dir: &Path, report: &Report) -> Result<PathBuf, RecordError> {
+    let failed = |source| RecordError::Write {
+        path: dir.to_owned(),
+        source,
+    };
+    std::fs::create_dir_all(dir).map_err(failed)?;
     let run = report.run;
     let summary = Summary {
         title: &run.title,
+        ending: &run.ending,
         device: run.device_in_words(),
         simulated: run.is_simulated(),
         seed: run.seed,
@@ -49,6 +63,8 @@ pub fn write(dir: &Path, report: &Report) -> std::io::Result<PathBuf> {
             .iter()
             .map(|trial| TrialSummary {
                 name: &trial.name,
+                no_pulse_was_played: trial.silent.as_deref(),
+                pulses: trial.pulses,
                 session_file: &trial.session_file,
                 duration_s: trial.duration_s,
                 metrics: metrics(trial),
@@ -61,9 +77,8 @@ pub fn write(dir: &Path, report: &Report) -> std::io::Result<PathBuf> {
         paper: report.paper,
         assumptions: report.assumptions,
     };
-    let json = serde_json::to_string_pretty(&summary)?;
-    std::fs::write(dir.join("summary.json"), json + "\n")?;
     let path = dir.join("report.html");
-    std::fs::write(&path, page(report))?;
+    write_summary(dir, &summary)?;
+    replace_file(&path, page(report).as_bytes())?;
     Ok(path)
 }

@@ -1,5 +1,6 @@
 //! Devices by name: simulators in this process, boards behind ports.
 
+use super::images;
 use crate::link::{Error, Port, SerialPort, SimulatedPort, TcpPort};
 use crate::session::{BodySpec, Session, Unit};
 use firmware::control::SensorSource;
@@ -25,10 +26,6 @@ use std::io;
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
-
-/// The sources that QEMU's image is built from: this program is run from its
-/// checkout.
-const WORKSPACE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
 /// A device as `--device` names it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -81,16 +78,34 @@ pub enum OpenError {
     Port(#[from] Error),
     /// QEMU or its image.
     #[error("E510 {0}")]
-    Qemu(#[from] StartError),
+    Qemu(StartError),
     /// The chip simulator or its image.
     #[error(transparent)]
     Chip(#[from] ChipError),
     /// The simulated wearer.
     #[error("E511 the session's body cannot be: {0}")]
-    Body(#[from] hal_sim::body::InvalidSpec),
+    Body(hal_sim::body::InvalidSpec),
     /// The simulated arm.
     #[error("E570 the session's body cannot be: {0}")]
-    Elbow(#[from] hal_sim::body::InvalidElbow),
+    Elbow(hal_sim::body::InvalidElbow),
+}
+
+impl From<StartError> for OpenError {
+    fn from(error: StartError) -> Self {
+        Self::Qemu(error)
+    }
+}
+
+impl From<hal_sim::body::InvalidSpec> for OpenError {
+    fn from(error: hal_sim::body::InvalidSpec) -> Self {
+        Self::Body(error)
+    }
+}
+
+impl From<hal_sim::body::InvalidElbow> for OpenError {
+    fn from(error: hal_sim::body::InvalidElbow) -> Self {
+        Self::Elbow(error)
+    }
 }
 
 impl DeviceName {
@@ -108,11 +123,11 @@ impl DeviceName {
             )?),
             Self::Chip => Box::new(on_chip(session, seed, &ChipOptions::default())?),
             Self::Qemu => {
-                let image = Image::Qemu
-                    .build(Path::new(WORKSPACE))
-                    .map_err(StartError::NotBuilt)?;
+                let image = images::find(Image::Qemu).map_err(StartError::NotBuilt)?;
                 let device = Box::new(Qemu::start(&image)?);
-                Box::new(simulated(session, seed, device, Micros(0))?)
+                let mut port = simulated(session, seed, device, Micros(0))?;
+                port.image = Some(image);
+                Box::new(port)
             }
             Self::Tcp(address) => Box::new(TcpPort::connect(address)?),
             Self::Serial(path) => Box::new(SerialPort::open(path)?),
@@ -151,7 +166,7 @@ pub fn simulated(
         world.joint_adc = Some(((f64::from(code_at_100) - zero) / 100.0, zero));
     }
     world.outputs = outputs(session);
-    Ok(SimulatedPort { world })
+    Ok(SimulatedPort::new(world))
 }
 
 /// The output stages that the session's board has.
@@ -177,7 +192,7 @@ fn outputs(session: &Session) -> [Option<Output>; CHANNELS] {
 pub enum ChipError {
     /// The image was not built.
     #[error("E543 {0}")]
-    Build(#[from] BuildError),
+    Build(BuildError),
     /// The image cannot be flashed.
     #[error(transparent)]
     Image(#[from] ImageError),
@@ -192,15 +207,21 @@ pub enum ChipError {
     Outside(io::Error),
 }
 
-/// The image to flash: the file at `path`, or the board's own, built if it is
-/// not newer than its sources.
+impl From<BuildError> for ChipError {
+    fn from(error: BuildError) -> Self {
+        Self::Build(error)
+    }
+}
+
+/// The image to flash: the file at `path`, or the board's own, from beside this
+/// program or built in its checkout if it is not newer than its sources.
 ///
 /// # Errors
 /// It does not build, or cannot be flashed.
 pub fn chip_image(path: Option<&Path>) -> Result<chip::image::Image, ChipError> {
     Ok(match path {
         Some(path) => chip::image::Image::open(path)?,
-        None => chip::image::Image::open(&Image::Stimulator.build(Path::new(WORKSPACE))?)?,
+        None => chip::image::Image::open(&images::find(Image::Stimulator)?)?,
     })
 }
 
@@ -258,7 +279,9 @@ pub fn on_chip(
         let boot = board.now_us();
         (with_log(board, log), boot)
     };
-    simulated(session, seed, device, Micros(boot as u32)) // far from wrapping
+    let mut port = simulated(session, seed, device, Micros(boot as u32))?; // far from wrapping
+    port.image = Some(image.path().to_owned());
+    Ok(port)
 }
 
 fn open_log(path: &Path, image: &chip::image::Image) -> Result<Log, ChipError> {

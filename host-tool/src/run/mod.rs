@@ -7,8 +7,12 @@
 mod device;
 mod file;
 mod identity;
+pub mod images;
+mod interruption;
 mod observer;
 mod profile;
+mod pulses;
+mod recorded;
 mod runner;
 mod trial;
 
@@ -17,7 +21,9 @@ pub use device::{
 };
 pub use file::SessionFile;
 pub use identity::{device_kind, identity};
+pub use interruption::heeding;
 pub use observer::{Observer, Seen, Wish};
 pub use profile::{Booted, ProfileError, Profiled, profile};
+pub use recorded::{BeginError, Recorded, TrialPlace, record};
 pub use runner::{Outcome, RunError, acknowledge, run};
 pub use trial::{begin_trial, edges_between, edges_of_one_period, event, sample};

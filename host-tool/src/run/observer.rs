@@ -1,6 +1,6 @@
 //! Who looks at a session while it runs.
 
-use crate::link::Refused;
+use crate::link::{Interruption, Refused};
 use crate::record::Sample;
 use firmware::link::{Event, HelloInfo, Status};
 
@@ -40,6 +40,11 @@ pub trait Observer {
     /// Asked after everything that arrives and before every setpoint.
     fn wish(&mut self) -> Wish {
         Wish::Nothing
+    }
+
+    /// What ends the run at once, whatever it waits for; asked before it begins.
+    fn interruption(&self) -> Option<Interruption> {
+        None
     }
 }
 

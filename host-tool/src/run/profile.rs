@@ -2,6 +2,7 @@
 
 use super::device::{ChipError, OpenError, power_on, simulated};
 use super::{Observer, RunError, Seen, SessionFile, run};
+use crate::link::Interruption;
 use firmware::device::lockstep::Sensors;
 use firmware::units::Micros;
 use hal_sim::chip::Cycle;
@@ -9,6 +10,7 @@ use hal_sim::chip::board::Board;
 use hal_sim::chip::cpu::system::Latencies;
 use hal_sim::chip::image::Image;
 use hal_sim::chip::profile::{Owner, Profile, Summary};
+use hal_sim::chip::soc::flash::Prefetched;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -126,15 +128,15 @@ const fn processor_time() -> Option<Duration> {
 }
 
 /// Counts from the first telemetry of the trains to their end.
-struct Watch<'a, F> {
+struct Watch<'a, O> {
     board: &'a Mutex<Board<Profile>>,
     began: Option<Stopwatch>,
     /// What was counted, once the trains ended.
     ended: &'a mut Option<(Summary, Profile, Duration)>,
-    progress: F,
+    observer: O,
 }
 
-impl<F: FnMut(f64)> Observer for Watch<'_, F> {
+impl<O: Observer> Observer for Watch<'_, O> {
     fn see(&mut self, seen: Seen<'_>) {
         // A step that panicked ends the run; its counts are not asked for.
         let board = || self.board.lock().unwrap_or_else(PoisonError::into_inner);
@@ -153,25 +155,32 @@ impl<F: FnMut(f64)> Observer for Watch<'_, F> {
                     let summary = Summary::of(&mut board);
                     *self.ended = Some((summary, board.observer.clone(), spent));
                 }
-                (self.progress)(part);
+                self.observer.see(seen);
             }
             _ => {}
         }
     }
+
+    fn interruption(&self) -> Option<Interruption> {
+        self.observer.interruption()
+    }
 }
 
-/// Runs `file` on a board that runs `image`; `seed` decides the simulated
-/// wearer's noise, `progress` hears the part done.
+/// Runs `file` on a board that runs `image` from a flash read as `prefetched`
+/// says; `seed` decides the simulated wearer's noise, `observer` hears the part
+/// done and may end it by a signal.
 ///
 /// # Errors
 /// [`ProfileError`].
 pub fn profile(
     file: &SessionFile,
     image: &Image,
+    prefetched: Prefetched,
     seed: u64,
-    progress: impl FnMut(f64),
+    observer: impl Observer,
 ) -> Result<Profiled, ProfileError> {
     let mut board = power_on(&file.session, image, Profile::new(image))?;
+    board.around.soc.flash.set_prefetched(prefetched);
     board.boot(&Sensors::default()).map_err(ChipError::Board)?;
     let booted = Booted {
         clock: board.around.origin(),
@@ -186,7 +195,7 @@ pub fn profile(
         board: &board,
         began: None,
         ended: &mut ended,
-        progress,
+        observer,
     };
     let (outcome, _) = run(file, port, None, watch);
     if let Some(error) = outcome.error {

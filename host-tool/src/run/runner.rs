@@ -1,7 +1,7 @@
 //! The course of a session: configure, arm, start, stream, stop.
 
-use super::{Observer, Seen, SessionFile, Wish, trial};
-use crate::link::{Client, Error, Incoming, Port};
+use super::{Observer, Seen, SessionFile, Wish, interruption, pulses, trial};
+use crate::link::{Client, Error, Incoming, Port, Signal};
 use crate::record::{RecordError, Recorder, Trial};
 use crate::session::{Session, Setpoint};
 use firmware::control::SensorSource;
@@ -52,6 +52,16 @@ pub enum RunError {
         /// From the start, s.
         t_s: f64,
     },
+    /// A signal came.
+    #[error("E580 {}", interruption::told(*.signal, *.t_s, .unanswered.as_ref()))]
+    Signal {
+        /// Which.
+        signal: Signal,
+        /// From the start, s; `None` before it.
+        t_s: Option<f64>,
+        /// Why it is not known that the device was stopped.
+        unanswered: Option<Error>,
+    },
 }
 
 /// What came of a session, complete or not.
@@ -77,6 +87,9 @@ struct Run<'a, P> {
     epoch: Micros,
     /// The same in the port's time.
     epoch_us: u64,
+    /// A board's count of pulses after the electrode check, where no trace
+    /// tells.
+    checked: u32,
     refused: usize,
     ended: Option<(String, &'static str)>,
     /// When the device last said something, in the port's time.
@@ -93,10 +106,11 @@ pub fn run<P: Port>(
 ) -> (Outcome, Option<P>) {
     let session = &file.session;
     let trial = trial::begin_trial(file);
-    let (client, info) = match Client::open(port) {
+    let interruption = observer.interruption();
+    let (client, info) = match Client::open_heeding(port, interruption) {
         Ok(opened) => opened,
         Err(error) => {
-            let error = Some(error.into());
+            let error = Some(signalled(error.into(), None, Ok(())));
             return (
                 Outcome {
                     trial,
@@ -118,23 +132,31 @@ pub fn run<P: Port>(
         observer: &mut observer,
         epoch: info.at,
         epoch_us: 0,
+        checked: 0,
         refused: 0,
         ended: None,
         heard_us: 0,
     };
     let started = run.identify(&info).and_then(|()| run.prepare());
     let is_started = started.is_ok();
-    let mut result = started.and_then(|()| run.stream());
-    if is_started {
-        // Whatever happened, ask for a stop; a lost device stops by itself.
-        let stopped = run.finish();
-        result = result.and(stopped);
-    } else if matches!(result, Err(RunError::Link(Error::Refused(_)))) {
-        // Whatever was refused, nothing stays armed.
-        let _ = run.client.stop();
-    }
+    let streamed = started.and_then(|()| run.stream());
+    let t_s = is_started.then(|| run.t_s());
+    run.client.ignore_signals();
+    // Whatever happened, ask for a stop; a lost device stops by itself.
+    let stopped = if is_started {
+        run.finish()
+    } else {
+        run.client.stop().map(drop).map_err(RunError::from)
+    };
+    let result = match streamed {
+        Ok(()) => stopped,
+        Err(error) => Err(signalled(error, t_s, stopped)),
+    };
     if let Err(error) = &result {
         run.cut_short(error);
+    }
+    if is_started {
+        run.count_pulses();
     }
     let outcome = Outcome {
         trial: run.trial,
@@ -144,6 +166,22 @@ pub fn run<P: Port>(
         error: result.err(),
     };
     (outcome, Some(run.client.into_port()))
+}
+
+/// What a signal ended, `t_s` after the start, is told as such.
+fn signalled(error: RunError, t_s: Option<f64>, stopped: Result<(), RunError>) -> RunError {
+    let RunError::Link(Error::Interrupted(signal)) = error else {
+        return error;
+    };
+    let unanswered = match stopped {
+        Err(RunError::Link(error)) => Some(error),
+        _ => None,
+    };
+    RunError::Signal {
+        signal,
+        t_s,
+        unanswered,
+    }
 }
 
 /// Clears a latched fault, if there is one, and gives the port back.
@@ -184,9 +222,9 @@ impl<P: Port> Run<'_, P> {
         }
         self.client.subscribe(self.session.telemetry_ms)?;
         self.client.arm()?;
-        if let Err(stopped) = self.heed() {
-            self.client.stop()?;
-            return Err(stopped);
+        self.heed()?;
+        if self.client.port().world().is_none() {
+            self.checked = self.client.status()?.counters.pulses;
         }
         // The first setpoint is there before the first pulse.
         self.client
@@ -210,8 +248,11 @@ impl<P: Port> Run<'_, P> {
     fn stream(&mut self) -> Result<(), RunError> {
         let begin = self.epoch_us;
         let end = begin + self.session.duration_us;
+        let mut asked_us = 0;
         for index in 1.. {
             let due = self.session.setpoints.due_us(index);
+            self.trigger(asked_us, due);
+            asked_us = due;
             self.listen((begin + due).min(end))?;
             if begin + due >= end {
                 break;
@@ -258,6 +299,17 @@ impl<P: Port> Run<'_, P> {
         Ok(())
     }
 
+    /// Asks a simulated trigger input for its edges of `from..to`, µs after the
+    /// start. A board has a real one.
+    fn trigger(&mut self, from: u64, to: u64) {
+        let begin = self.epoch_us;
+        if let (Some(trigger), Some(world)) = (&self.session.trigger, self.client.port().world()) {
+            for at in trigger.between(from, to) {
+                world.trigger(begin + at);
+            }
+        }
+    }
+
     fn measures(&self) -> bool {
         self.session.sensor() == Some(SensorSource::Host)
     }
@@ -291,16 +343,47 @@ impl<P: Port> Run<'_, P> {
                 self.client.post(Request::Status)?;
             }
             Wish::Stop => {
-                let t_s = self.trial.samples.last().map_or(0.0, |s| s.t_s);
-                return Err(RunError::Interrupted { t_s });
+                return Err(RunError::Interrupted { t_s: self.t_s() });
             }
         }
         Ok(())
     }
 
+    /// The record says whether anything was played. A device that was lost has
+    /// not told how much.
+    fn count_pulses(&mut self) {
+        let counted = |name: &str| {
+            let found = self.trial.counters.iter().find(|(n, _)| n == name);
+            found.map(|&(_, count)| count)
+        };
+        let idle = counted("triggers without a train").unwrap_or(0);
+        let told = counted("pulses started").map(|n| (n as u32).wrapping_sub(self.checked));
+        let played = match self.client.port().world() {
+            Some(world) => {
+                let trace = &world.recorder.trace;
+                Some(pulses::played(self.session, trace, self.epoch_us))
+            }
+            None => told.map(u64::from),
+        };
+        self.trial.pulses = played;
+        if played == Some(0) {
+            let length_us = (self.trial.duration_s * 1e6).round() as u64;
+            let why = pulses::why_silent(self.session, length_us, idle);
+            self.trial.silent = Some(why.to_owned());
+        }
+        if let Some(recorder) = &mut self.recorder {
+            recorder.played(played, self.trial.silent.as_deref());
+        }
+    }
+
+    /// Time of the latest sample, s.
+    fn t_s(&self) -> f64 {
+        self.trial.samples.last().map_or(0.0, |sample| sample.t_s)
+    }
+
     /// The record says how far it goes and why it ends there.
     fn cut_short(&mut self, error: &RunError) {
-        let t_s = self.trial.samples.last().map_or(0.0, |sample| sample.t_s);
+        let t_s = self.t_s();
         self.trial.duration_s = t_s;
         let text = error.to_string();
         if let Some(recorder) = &mut self.recorder {

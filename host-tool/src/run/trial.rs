@@ -43,6 +43,8 @@ pub fn begin_trial(file: &SessionFile) -> Trial {
                 .pre_wall
                 .map_or(0.0, |pre| f64::from(pre.depth_mdeg) * 1e-3),
         }),
+        pulses: None,
+        silent: None,
         counters: Vec::new(),
         events: Vec::new(),
     }

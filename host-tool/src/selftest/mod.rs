@@ -37,7 +37,7 @@ fn open_with(
     seed: u64,
 ) -> Result<Client<SimulatedPort>, Error> {
     let world = World::new(Box::new(native(BOOT)), body, BOOT, faults, seed);
-    Ok(Client::open(SimulatedPort { world })?.0)
+    Ok(Client::open(SimulatedPort::new(world))?.0)
 }
 
 /// A current channel, biphasic 200 µs, limit 20 mA.

@@ -10,6 +10,7 @@ use hal_sim::chip::Cycle;
 use hal_sim::chip::board::{Board, CYCLES_PER_US};
 use hal_sim::chip::image::Image;
 use hal_sim::chip::soc::Pace;
+use hal_sim::chip::soc::flash::Prefetched;
 use hal_sim::wire::faults::Faults;
 use hal_sim::world::{Output, World};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -19,8 +20,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 pub enum Subject<'a> {
     /// The device code in this process; bytes arrive as they are sent.
     Native,
-    /// An image on the chip simulator; bytes cross USB.
-    Chip(&'a Image),
+    /// An image on the chip simulator, its flash read in this way; bytes cross
+    /// USB.
+    Chip(&'a Image, Prefetched),
 }
 
 impl Subject<'_> {
@@ -34,7 +36,7 @@ impl Subject<'_> {
     pub(super) fn boots(self, arrivals: u32) -> u32 {
         match self {
             Self::Native => 1,
-            Self::Chip(_) => (arrivals / 16).clamp(1, 50),
+            Self::Chip(..) => (arrivals / 16).clamp(1, 50),
         }
     }
 
@@ -44,7 +46,7 @@ impl Subject<'_> {
     /// # Errors
     /// The device does not run.
     pub(super) fn open(self, body: Box<dyn Body>, shift_us: u64) -> Result<Opened, OpenError> {
-        let Self::Chip(image) = self else {
+        let Self::Chip(image, prefetched) = self else {
             let client = open_with(body, Faults::default(), 1)?;
             return Ok(Opened {
                 client,
@@ -57,12 +59,13 @@ impl Subject<'_> {
         }); _];
         let mut board =
             Board::power_on(image.clone(), stages, Pace::Lazy, ()).map_err(ChipError::Board)?;
+        board.around.soc.flash.set_prefetched(prefetched);
         boot(&mut board, Self::PLUGGED + shift_us * CYCLES_PER_US).map_err(ChipError::Board)?;
         let boot = Micros(board.now_us() as u32); // far from wrapping
         let board = Arc::new(Mutex::new(board));
         let world = World::new(Box::new(board.clone()), body, boot, Faults::default(), 1);
         Ok(Opened {
-            client: Client::open(SimulatedPort { world })?.0,
+            client: Client::open(SimulatedPort::new(world))?.0,
             board: Some(board),
         })
     }

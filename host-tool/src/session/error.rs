@@ -142,6 +142,8 @@ pub enum Problem {
     NoFatigue { field: String },
     #[error("no channel has a `muscle`, so there is nothing to choose by")]
     NothingToFit,
+    #[error("no channel waits for a trigger, so `[simulated_trigger]` would start nothing")]
+    NothingTriggered,
 }
 
 impl Problem {
@@ -182,6 +184,7 @@ impl Problem {
             Self::JointAndWall => 480,
             Self::NoFatigue { .. } => 463,
             Self::NothingToFit => 464,
+            Self::NothingTriggered => 465,
         }
     }
 
@@ -223,6 +226,10 @@ impl Problem {
                     .into()
             }
             Self::NothingToFit => "give the channels a `muscle`, or leave `[fidelity]` out".into(),
+            Self::NothingTriggered => {
+                "give a channel's train `triggered = true`, or leave `[simulated_trigger]` out"
+                    .into()
+            }
             Self::TooSlow { .. } => "raise it, or `wearer.host_timeout_ms`".into(),
             _ => return None,
         })

@@ -73,11 +73,11 @@ const LAWS: [(&str, LawName); 3] = [
 /// The control laws by name.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, clap::ValueEnum)]
 pub enum LawName {
-    /// [`LawSpec::RECOMMENDED`] for the wearer, or [`LawSpec::ALONE`] without a wearer's model.
+    /// Super-twisting with the wearer's model, or alone where the file has none.
     Recommended,
-    /// [`LawSpec::PAPER`].
+    /// Super-twisting as Hamana 2022 prints it, its sign corrected.
     Paper,
-    /// [`LawSpec::PID`].
+    /// Proportional, integral, derivative.
     Pid,
 }
 

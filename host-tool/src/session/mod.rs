@@ -18,6 +18,7 @@ pub mod scene;
 mod setpoints;
 mod setup;
 mod table;
+mod trigger;
 mod wall;
 
 use std::io::Read;
@@ -38,6 +39,7 @@ pub use joint::LawName;
 pub use muscle::{Model, Muscle};
 pub use setpoints::{Course, ForceCourse, Setpoint, Setpoints};
 use table::{Document, Table};
+pub use trigger::SimulatedTrigger;
 
 /// Longest session, µs: a day.
 const MAX_DURATION_US: i64 = 86_400_000_000;
@@ -67,6 +69,8 @@ pub struct Session {
     pub measure: Option<(u64, u64)>,
     /// The simulated wearer; no matter to a board.
     pub body: Option<BodySpec>,
+    /// Edges of a simulated trigger input; no matter to a board.
+    pub trigger: Option<SimulatedTrigger>,
     /// How far predicted forces may be from the best model's: what `"auto"` models
     /// are chosen for.
     pub tolerance: Share,
@@ -133,6 +137,7 @@ impl Session {
             "setpoints",
             "measure",
             "body",
+            "simulated_trigger",
             "fidelity",
         ])?;
         let title = t.text("title")?.required()?.to_owned();
@@ -141,6 +146,7 @@ impl Session {
         let mut notes = Vec::new();
         let setup = setup::read_setup(t, duration_us, &mut notes)?;
         let setpoints = setpoints::read_setpoints(t, &setup)?;
+        let trigger = trigger::read_trigger(t, &setup.channels, duration_us)?;
         let mut session = Self {
             title,
             duration_us,
@@ -153,6 +159,7 @@ impl Session {
             setpoints,
             measure: read_measure(t, duration_us)?,
             body: body::read_body(t)?,
+            trigger,
             tolerance: Share::JUST_NOTICEABLE,
             telemetry_ms: TELEMETRY_MS,
             notes,

@@ -246,14 +246,7 @@ impl<'a> Table<'a> {
     /// where it allows all of `T`, [`Document::finish`] refuses.
     pub(super) fn whole<T: Whole>(&self, name: &str, places: i32) -> Read<T> {
         self.get(name, "a number", |v| {
-            let decimal = match v.get_ref() {
-                DeValue::Float(float) => Decimal::parse(float.as_str()),
-                DeValue::Integer(integer) => {
-                    let digits = i128::from_str_radix(integer.as_str(), integer.radix());
-                    digits.ok().map(Decimal::of)
-                }
-                _ => return None,
-            };
+            let decimal = decimal(v.get_ref())?;
             let misfit = |error| {
                 self.doc.misfit.borrow_mut().get_or_insert(error);
                 T::TOP
@@ -295,6 +288,39 @@ impl<'a> Table<'a> {
             }
             _ => Ok(field),
         }
+    }
+
+    /// A list of numbers, each whole and within `min`–`max`, both in 10^−`places`
+    /// of its unit.
+    pub(super) fn list_within(
+        &self,
+        name: &str,
+        places: i32,
+        min: i64,
+        max: i64,
+    ) -> Read<Vec<i64>> {
+        self.get(name, "a list of numbers", |v| {
+            let one = |item: &Spanned<DeValue<'a>>| {
+                let decimal = decimal(item.get_ref())?;
+                let (field, given) = (self.path_of(name), self.doc.given(&item.span()));
+                let problem = match decimal.map(|d| d.scaled(places)) {
+                    None => Problem::NotFinite { field, given },
+                    Some(None) => Problem::NotExact {
+                        field,
+                        given,
+                        step: in_units(1, places),
+                    },
+                    Some(Some(value)) if (min..=max).contains(&value) => return Some(Ok(value)),
+                    Some(Some(_)) => Problem::OutOfRange {
+                        field,
+                        given,
+                        allowed: format!("{} to {}", in_units(min, places), in_units(max, places)),
+                    },
+                };
+                Some(Err(self.doc.error(problem, item.span())))
+            };
+            v.get_ref().as_array()?.iter().map(one).collect()
+        })
     }
 
     /// A channel's number in the file, 1–10.
@@ -347,6 +373,19 @@ impl<'a> Table<'a> {
             let tables: Option<Vec<_>> = list.iter().map(|v| self.inner(name, v)).collect();
             tables.map(Ok)
         })
+    }
+}
+
+/// A number's digits: `None` if it is none, inside if it is not finite or too
+/// long.
+fn decimal(value: &DeValue<'_>) -> Option<Option<Decimal>> {
+    match value {
+        DeValue::Float(float) => Some(Decimal::parse(float.as_str())),
+        DeValue::Integer(integer) => {
+            let digits = i128::from_str_radix(integer.as_str(), integer.radix());
+            Some(digits.ok().map(Decimal::of))
+        }
+        _ => None,
     }
 }
 

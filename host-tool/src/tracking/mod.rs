@@ -33,13 +33,19 @@ use hal_sim::body::InvalidSpec;
 pub enum TrackingError {
     /// The plant's finger cannot be.
     #[error("E560 {0}")]
-    Plant(#[from] InvalidSpec),
+    Plant(InvalidSpec),
     /// The device refuses the joint.
     #[error("E561 the device refuses the joint: {0:?}")]
     Joint(SpecError),
     /// These numbers make no law.
     #[error("E562 these numbers make no law: {0:?}")]
     Law(ParameterError),
+}
+
+impl From<InvalidSpec> for TrackingError {
+    fn from(error: InvalidSpec) -> Self {
+        Self::Plant(error)
+    }
 }
 
 impl From<SpecError> for TrackingError {

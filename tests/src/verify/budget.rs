@@ -102,8 +102,28 @@ fn usage(sections: impl Iterator<Item = Section>) -> Memory {
 /// What each algorithm takes on the chip simulator.
 const CYCLES: &str = "docs/charts/cycles.csv";
 
-/// Each algorithm of `table`, which has names first and most cycles last. Only
-/// those that fail or have too much room are listed: the table has the others.
+/// A row of that table: most cycles in both readings of the flash.
+#[derive(Deserialize)]
+struct CycleRow {
+    algorithm: String,
+    max_cycles: u64,
+    max_cycles_prefetched_not_cached: u64,
+}
+
+impl CycleRow {
+    /// No board has told which reading is right: a budget holds in both.
+    const fn most(&self) -> u64 {
+        let (cached, not_cached) = (self.max_cycles, self.max_cycles_prefetched_not_cached);
+        if cached > not_cached {
+            cached
+        } else {
+            not_cached
+        }
+    }
+}
+
+/// Each algorithm of `table`. Only those that fail or have too much room are
+/// listed: the table has the others.
 fn cycles(table: &str, budgets: &Budgets) -> anyhow::Result<Report> {
     let mut report = Report::default();
     let mut without_row: BTreeMap<&str, u64> = budgets
@@ -111,15 +131,9 @@ fn cycles(table: &str, budgets: &Budgets) -> anyhow::Result<Report> {
         .iter()
         .map(|(name, budget)| (name.as_str(), *budget))
         .collect();
-    for line in table.lines().skip(1) {
-        let (name, most) = line
-            .split_once(',')
-            .zip(line.rsplit_once(','))
-            .map(|((name, _), (_, most))| (name, most))
-            .with_context(|| format!("{CYCLES}: `{line}`"))?;
-        let used: u64 = most
-            .parse()
-            .with_context(|| format!("{CYCLES}: `{line}`"))?;
+    for row in csv::Reader::from_reader(table.as_bytes()).deserialize() {
+        let row: CycleRow = row.context(CYCLES)?;
+        let (name, used) = (row.algorithm.as_str(), row.most());
         let Some(budget) = without_row.remove(name) else {
             let problem = format!("{name}: no budget of cycles in tests/budgets.toml");
             report.add(Report::fail(vec![problem]));
@@ -237,17 +251,24 @@ mod tests {
             _chip: serde::de::IgnoredAny,
             cycles: [("a".to_owned(), most), ("gone".to_owned(), 9)].into(),
         };
-        let table = "algorithm,calls,checksum,min,mean,max\na,1,0,10,20,80\n";
-        let report = |most| cycles(table, &budgets(most)).unwrap();
-        assert_eq!((report(80).passed, report(80).failed), (1, 0));
-        assert_eq!(report(80).lines.len(), 2, "one budget without a row");
-        assert_eq!((report(79).passed, report(79).failed), (0, 1));
-        assert_eq!(report(106).lines.len(), 2);
-        assert_eq!(report(107).lines.len(), 4, "too much room");
-        let unknown = cycles("heading\nb,5\n", &budgets(80)).unwrap();
+        let heading = "algorithm,calls,checksum,min_cycles,max_cycles,\
+                       max_cycles_prefetched_not_cached\n";
+        // The worse of both readings counts, whichever it is.
+        for most in ["80,70", "70,80", "80,80"] {
+            let table = format!("{heading}a,1,0,10,{most}\n");
+            let report = |most| cycles(&table, &budgets(most)).unwrap();
+            assert_eq!((report(80).passed, report(80).failed), (1, 0));
+            assert_eq!(report(80).lines.len(), 2, "one budget without a row");
+            assert_eq!((report(79).passed, report(79).failed), (0, 1));
+            assert_eq!(report(106).lines.len(), 2);
+            assert_eq!(report(107).lines.len(), 4, "too much room");
+        }
+        let table = |rest: &str| cycles(&format!("{heading}{rest}"), &budgets(80));
+        let unknown = table("b,1,0,5,5,5\n").unwrap();
         assert_eq!((unknown.passed, unknown.failed), (0, 1));
-        assert!(cycles("heading\nno table\n", &budgets(80)).is_err());
-        assert!(cycles("heading\na,many\n", &budgets(80)).is_err());
+        assert!(table("no table\n").is_err());
+        assert!(table("a,1,0,5,5,many\n").is_err());
+        assert!(cycles("algorithm,max_cycles\na,5\n", &budgets(80)).is_err());
     }
 
     #[test]

@@ -62,6 +62,17 @@ pub(super) fn execute(
     program: &str,
     arguments: &[&str],
 ) -> anyhow::Result<Finished> {
+    execute_with(at, console, program, arguments, &[])
+}
+
+/// [`execute`] with these environment variables.
+pub(super) fn execute_with(
+    at: &Workspace,
+    console: &mut Console,
+    program: &str,
+    arguments: &[&str],
+    variables: &[(&str, &str)],
+) -> anyhow::Result<Finished> {
     let (output, input) = pipe()?;
     let mut command = Command::new(program);
     command
@@ -70,6 +81,7 @@ pub(super) fn execute(
         .env("CARGO_TERM_COLOR", "never")
         .env("RUST_BACKTRACE", "0")
         .env("DEBIAN_FRONTEND", "noninteractive")
+        .envs(variables.iter().copied())
         .stdin(Stdio::null())
         .stdout(input.try_clone()?)
         .stderr(input);

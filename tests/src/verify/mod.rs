@@ -3,10 +3,12 @@
 //! Lives here: the list of steps, and the report at the end. Each step counts
 //! what passed and what failed and never stops the next one, so that every
 //! problem shows at once. Not here: any test of the product.
-//! In: the working tree, and names of steps to run only those.
+//! In: the working tree, and names of steps to run only those, or how long to
+//! search with fresh seeds.
 //! Out: lines for people; exit code 0 (all passed), 1 (something failed) or
-//! 2 (no such step); as the last line `N passed, N failed`.
+//! 2 (asked for what there is not); as the last line `N passed, N failed`.
 
+mod arguments;
 mod budget;
 mod command;
 mod console;
@@ -14,8 +16,10 @@ mod image;
 mod report;
 mod rules;
 mod setup;
+mod soak;
 mod suite;
 
+use arguments::Wanted;
 use command::cargo;
 use console::{Console, seconds};
 use report::Report;
@@ -24,7 +28,7 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 /// What a clean checkout may take on two cores.
-const WHOLE_RUN: Duration = Duration::from_secs(25 * 60);
+const WHOLE_RUN: Duration = Duration::from_secs(15 * 60);
 
 /// Commands that the README promises, run as a user would.
 const README_COMMANDS: &[&str] = &["demo"];
@@ -59,21 +63,23 @@ impl Workspace {
         let program = std::env::current_exe()?;
         Ok(Self {
             root: package.parent().unwrap_or(package).to_owned(),
-            // The program is <target>/release/verify.
+            // The program is <target>/debug/verify.
             target: program.ancestors().nth(2).unwrap_or(package).to_owned(),
         })
     }
 }
 
-/// Runs the steps named in `wanted`, or all if it is empty.
+/// Does what the words after `cargo verify` ask for.
 #[must_use]
-pub fn main(wanted: &[String]) -> ExitCode {
-    let known = |name: &String| STEPS.iter().any(|(step, _)| step == name);
-    if let Some(unknown) = wanted.iter().find(|name| !known(name)) {
-        let names: Vec<_> = STEPS.iter().map(|(name, _)| *name).collect();
-        eprintln!("error: no step `{unknown}`; steps: {}", names.join(" "));
-        return ExitCode::from(2);
-    }
+pub fn main(words: &[String]) -> ExitCode {
+    let names: Vec<_> = STEPS.iter().map(|(name, _)| *name).collect();
+    let wanted = match arguments::parse(words, &names) {
+        Ok(wanted) => wanted,
+        Err(problem) => {
+            eprintln!("error: {problem}\n{}", arguments::USAGE);
+            return ExitCode::from(2);
+        }
+    };
     let workspace = match Workspace::find() {
         Ok(workspace) => workspace,
         Err(error) => {
@@ -81,6 +87,19 @@ pub fn main(wanted: &[String]) -> ExitCode {
             return ExitCode::FAILURE;
         }
     };
+    match wanted {
+        Wanted::Help => {
+            println!("{}\nsteps: {}", arguments::USAGE, names.join(" "));
+            ExitCode::SUCCESS
+        }
+        Wanted::Steps(wanted) => verify(&workspace, &wanted),
+        Wanted::Soak(length) => soak::fresh(&workspace, length),
+        Wanted::SoakSeed(seed) => soak::repeat(&workspace, seed),
+    }
+}
+
+/// Runs the steps named in `wanted`, or all if it is empty.
+fn verify(workspace: &Workspace, wanted: &[String]) -> ExitCode {
     let begin = Instant::now();
     let mut console = Console::new();
     let mut done = Vec::new();
@@ -91,7 +110,7 @@ pub fn main(wanted: &[String]) -> ExitCode {
     for (index, (name, run)) in steps.iter().enumerate() {
         console.begin(&format!("[{}/{}] {name}", index + 1, steps.len()));
         let since = Instant::now();
-        let report = run(&workspace, &mut console).unwrap_or_else(Report::from_error);
+        let report = run(workspace, &mut console).unwrap_or_else(Report::from_error);
         console.end(&report);
         done.push((*name, since.elapsed(), report));
     }
@@ -132,7 +151,7 @@ fn format(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
 }
 
 fn lints(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
-    let what = ["--release", "--workspace", "--all-targets", "--keep-going"];
+    let what = ["--workspace", "--all-targets", "--keep-going"];
     let denied = ["--", "-D", "warnings"];
     cargo(at, console, &[&["clippy"][..], &what, &denied].concat())
 }

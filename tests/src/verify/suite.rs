@@ -1,7 +1,7 @@
 //! `cargo test`, read and summed up.
 
 use super::Workspace;
-use super::command::execute;
+use super::command::{Finished, execute};
 use super::console::{Console, seconds};
 use super::report::Report;
 use std::time::Duration;
@@ -20,6 +20,8 @@ struct Suite {
     has_result: bool,
     failing: Vec<String>,
     ignored: Vec<String>,
+    /// Tests that the program said take long.
+    slow: Vec<String>,
     /// What the failing tests printed.
     details: Vec<String>,
 }
@@ -27,12 +29,16 @@ struct Suite {
 /// Every test of the workspace.
 pub(super) fn run(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
     let arguments = ["test", "--workspace", "--no-fail-fast"];
-    let finished = execute(at, console, "cargo", &arguments)?;
+    Ok(judge(execute(at, console, "cargo", &arguments)?))
+}
+
+/// What a run of `cargo test` came to.
+pub(super) fn judge(finished: Finished) -> Report {
     let mut report = sum_up(&parse(&finished.lines));
     if !finished.success && report.failed == 0 {
         report.add(finished.report("cargo test")); // it did not compile
     }
-    Ok(report)
+    report
 }
 
 fn sum_up(suites: &[Suite]) -> Report {
@@ -49,6 +55,7 @@ fn sum_up(suites: &[Suite]) -> Report {
         lines.extend(suite.failing.iter().map(|name| say("FAILED ", name)));
         lines.extend(suite.details.iter().map(|line| format!("  {line}")));
         lines.extend(suite.ignored.iter().map(|name| say("ignored", name)));
+        lines.extend(suite.slow.iter().map(|name| say("slow   ", name)));
         if suite.time > SLOW {
             lines.push(format!("slow    {} {}", suite.name, seconds(suite.time)));
         }
@@ -65,8 +72,9 @@ fn sum_up(suites: &[Suite]) -> Report {
 fn parse(lines: &[String]) -> Vec<Suite> {
     let mut suites: Vec<Suite> = Vec::new();
     let mut in_details = false;
+    let mut package = String::new();
     for line in lines {
-        if let Some(name) = suite_name(line) {
+        if let Some(name) = suite_name(line, &mut package) {
             in_details = false;
             let suite = Suite {
                 name,
@@ -96,8 +104,12 @@ fn parse(lines: &[String]) -> Vec<Suite> {
 }
 
 impl Suite {
-    /// `NAME ... FAILED`, `NAME ... ignored, reason`.
+    /// `NAME ... FAILED`, `NAME ... ignored, reason`, `NAME has been running for
+    /// over 60 seconds`.
     fn take_test(&mut self, line: &str) {
+        if let Some((name, time)) = line.split_once(" has been running for ") {
+            self.slow.push(format!("{name} {time}"));
+        }
         let Some((name, verdict)) = line.split_once(" ... ") else {
             return;
         };
@@ -132,17 +144,20 @@ impl Suite {
 }
 
 /// `     Running unittests src/lib.rs (target/release/deps/firmware-0123)`,
-/// `     Running tests/x.rs (…)`, `   Doc-tests firmware`.
-fn suite_name(line: &str) -> Option<String> {
+/// `     Running tests/x.rs (…)`, `   Doc-tests firmware`. Only the first kind names
+/// its `package`, whose the ones after it are.
+fn suite_name(line: &str, package: &mut String) -> Option<String> {
     if let Some(package) = line.strip_prefix("   Doc-tests ") {
         return Some(format!("{package} doc-tests"));
     }
     let (source, program) = line.strip_prefix("     Running ")?.split_once(" (")?;
     let Some(source) = source.strip_prefix("unittests ") else {
-        return Some(source.into());
+        return Some(format!("{package} {source}").trim_start().to_owned());
     };
     let file = program.rsplit(['/', '\\']).next()?;
-    let package = file.rsplit_once('-').map_or(file, |(name, _)| name);
+    file.rsplit_once('-')
+        .map_or(file, |(name, _)| name)
+        .clone_into(package);
     Some(format!("{package} {source}"))
 }
 
@@ -159,6 +174,7 @@ running 3 tests
 test a::good ... ok
 test a::bad ... FAILED
 test a::slow ... ignored, needs a board
+test a::good has been running for over 60 seconds
 
 failures:
 
@@ -197,7 +213,11 @@ test result: ok. 1 passed; 0 failed; 0 ignored; 0 measured; 0 filtered out; fini
         let names: Vec<_> = suites.iter().map(|s| s.name.as_str()).collect();
         assert_eq!(
             names,
-            ["hal_sim src/lib.rs", "tests/crash.rs", "firmware doc-tests"]
+            [
+                "hal_sim src/lib.rs",
+                "hal_sim tests/crash.rs",
+                "firmware doc-tests"
+            ]
         );
         let first = &suites[0];
         assert_eq!((first.passed, first.failed), (1, 1));
@@ -225,7 +245,8 @@ test result: ok. 1 passed; 0 failed; 0 ignored; 0 measured; 0 filtered out; fini
             "FAILED  hal_sim src/lib.rs a::bad",
             "ignored hal_sim src/lib.rs a::slow, needs a board",
             "slow    hal_sim src/lib.rs 12.5 s",
-            "tests/crash.rs: ended without a result",
+            "slow    hal_sim src/lib.rs a::good over 60 seconds",
+            "hal_sim tests/crash.rs: ended without a result",
             "3 tests in 2 suites",
         ] {
             assert!(said.contains(part), "{part} is not in\n{said}");

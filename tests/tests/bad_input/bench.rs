@@ -106,7 +106,7 @@ pub fn joint(sensor: SensorSource) -> JointSpec {
 impl Bench {
     /// A session is open, nothing is configured.
     pub fn open() -> Self {
-        let port = SimulatedPort { world: world() };
+        let port = SimulatedPort::new(world());
         let (client, info) = Client::open(port).unwrap();
         Self {
             client,

@@ -211,7 +211,7 @@ pub fn rows() -> Vec<FrameRow> {
 pub fn check_all(rows: &[FrameRow]) {
     for row in rows {
         if row.scenes.is_empty() {
-            let mut port = SimulatedPort { world: world() };
+            let mut port = SimulatedPort::new(world());
             hear(row, &mut port, 0);
             assert_eq!(port.world.recorder.trace.last_levels().0, 0);
         }

@@ -49,7 +49,7 @@ pub enum BoardError {
         why: String,
     },
     /// The debugger's `kill`.
-    #[error("E546 gdb ended the run")]
+    #[error("E549 gdb ended the run")]
     Killed,
     /// The image keeps no microsecond counter.
     #[error("E542 the image opened its port without starting TIM1 and TIM2 as its time base")]
@@ -205,7 +205,7 @@ impl<O: Observer> Board<O> {
         self.around
             .sense(sensors, self.cpu.cycle)
             .map_err(|what| self.explain(what.at(&self.cpu)))?;
-        if let Some(at) = sensors.trigger {
+        if let Some(at) = sensors.trigger.filter(|at| at.is_before(to)) {
             // The edge at its microsecond, the level low again 2 µs later.
             for (high, at) in [(true, at), (false, at.plus(2))] {
                 if at.since(Micros(self.now_us as u32)) < 0 {

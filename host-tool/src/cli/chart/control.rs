@@ -52,7 +52,7 @@ enum CourseName {
 /// Runs the command.
 ///
 /// # Errors
-/// E560 to E564; files cannot be written.
+/// E560 to E564. E575: a file cannot be written.
 pub fn main(args: &Control, output: Output) -> anyhow::Result<()> {
     ensure!(
         args.out.is_dir(),
@@ -108,8 +108,7 @@ pub fn main(args: &Control, output: Output) -> anyhow::Result<()> {
 }
 
 fn write(path: &Path, contents: &str) -> anyhow::Result<()> {
-    std::fs::write(path, contents)
-        .with_context(|| format!("E564 {} cannot be written", path.display()))
+    std::fs::write(path, contents).with_context(|| format!("E575 cannot write {}", path.display()))
 }
 
 fn search(args: &Control, output: Output) -> anyhow::Result<()> {

@@ -176,9 +176,9 @@ fn speeds_line(speeds: &[f64]) -> String {
 }
 
 fn read(path: &Path) -> anyhow::Result<String> {
-    std::fs::read_to_string(path).with_context(|| format!("E552 {}", path.display()))
+    std::fs::read_to_string(path).with_context(|| format!("E552 cannot read {}", path.display()))
 }
 
 fn write(path: &Path, text: &str) -> anyhow::Result<()> {
-    std::fs::write(path, text).with_context(|| format!("E552 {}", path.display()))
+    std::fs::write(path, text).with_context(|| format!("E575 cannot write {}", path.display()))
 }

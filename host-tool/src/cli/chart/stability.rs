@@ -24,7 +24,8 @@ pub struct Stability {
 /// Runs the command.
 ///
 /// # Errors
-/// E518: no such map. E565: no such folder, or a file cannot be written.
+/// E518: no such map. E565: no such folder. E575: a file cannot be
+/// written.
 pub fn main(args: &Stability, output: Output) -> anyhow::Result<()> {
     ensure!(
         args.out.is_dir(),
@@ -67,8 +68,7 @@ fn chosen(names: &[String]) -> anyhow::Result<Vec<Entry>> {
 }
 
 fn write(path: &Path, contents: &str) -> anyhow::Result<()> {
-    std::fs::write(path, contents)
-        .with_context(|| format!("E565 {} cannot be written", path.display()))
+    std::fs::write(path, contents).with_context(|| format!("E575 cannot write {}", path.display()))
 }
 
 fn people(maps: &[Map], out: &Path) -> String {

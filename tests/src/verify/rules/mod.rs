@@ -6,7 +6,8 @@ mod modules;
 mod source;
 
 use super::report::Report;
-use source::{Source, words};
+pub(super) use source::Source;
+use source::words;
 use std::path::Path;
 
 /// Longer files are reported, and above the second number fail.
@@ -50,9 +51,14 @@ const NO_FILE_IS_LOST: &str = "every file is part of a program, every test of a 
 
 /// Every rule on every file under `root`.
 pub(super) fn run(root: &Path) -> anyhow::Result<Report> {
+    Ok(judge(&sources(root)?))
+}
+
+/// Every text file under `root`.
+pub(super) fn sources(root: &Path) -> anyhow::Result<Vec<Source>> {
     let mut sources = Vec::new();
     read(root, root, &mut sources)?;
-    Ok(judge(&sources))
+    Ok(sources)
 }
 
 fn judge(sources: &[Source]) -> Report {

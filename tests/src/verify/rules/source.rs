@@ -3,7 +3,7 @@
 
 /// One text file of the working tree.
 #[derive(Debug)]
-pub(super) struct Source {
+pub(in crate::verify) struct Source {
     /// From the workspace's root, with `/`.
     pub path: String,
     /// As it is.

@@ -335,8 +335,8 @@ pub static BODY: [[u16; 4]; 6] = [
 /// Most cycles of each rung's tick on the chip simulator, cheapest rung first.
 #[rustfmt::skip]
 pub const CYCLES: [Cycles; 4] = [
-    Cycles { tick: 149, tick_with_pulse: 1225 },
-    Cycles { tick: 180, tick_with_pulse: 1448 },
-    Cycles { tick: 180, tick_with_pulse: 324 },
-    Cycles { tick: 773, tick_with_pulse: 916 },
+    Cycles { tick: 132, tick_with_pulse: 1338 },
+    Cycles { tick: 162, tick_with_pulse: 1531 },
+    Cycles { tick: 163, tick_with_pulse: 322 },
+    Cycles { tick: 742, tick_with_pulse: 969 },
 ];

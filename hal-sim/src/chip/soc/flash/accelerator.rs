@@ -7,10 +7,10 @@
 //!
 //! Said by the manual: 64 instruction and 8 data lines, least recently used
 //! replaced; a line is copied into the instruction cache when it was neither in
-//! use, nor prefetched, nor cached (so a prefetched line is not copied: ST also
-//! calls it a branch cache; `Flash::copy_prefetched` is the other reading); a hit costs nothing; data reads go before
+//! use, nor prefetched, nor cached; a hit costs nothing; data reads go before
 //! instruction reads; the prefetch reads the next sequential line while the
-//! present one is being used.
+//! present one is being used. Whether a prefetched line that is used enters the
+//! cache after all is [`Prefetched`], which see.
 //!
 //! Left open there, and taken here:
 //! - both caches are fully associative;
@@ -23,6 +23,7 @@
 //! - with DCEN off every data read is one of the array;
 //! - caches keep their lines while switched off.
 
+use super::Prefetched;
 use super::lines::{Lines, NONE};
 use crate::chip::Cycle;
 
@@ -70,7 +71,7 @@ pub(super) struct Accelerator {
     data: Lines<8>,
     /// Code was delivered that the flash no longer holds.
     delivered_stale: bool,
-    copies_prefetched: bool,
+    prefetched: Prefetched,
 }
 
 impl Accelerator {
@@ -87,13 +88,13 @@ impl Accelerator {
             code: Lines::new(),
             data: Lines::new(),
             delivered_stale: false,
-            copies_prefetched: false,
+            prefetched: Prefetched::Cached,
         }
     }
 
     pub(super) fn reset(&mut self) {
         *self = Self {
-            copies_prefetched: self.copies_prefetched,
+            prefetched: self.prefetched,
             ..Self::new()
         };
     }
@@ -106,8 +107,8 @@ impl Accelerator {
         self.latency
     }
 
-    pub(super) fn copy_prefetched(&mut self, copy: bool) {
-        self.copies_prefetched = copy;
+    pub(super) const fn set_prefetched(&mut self, prefetched: Prefetched) {
+        self.prefetched = prefetched;
     }
 
     pub(super) const fn delivered_stale(&self) -> bool {
@@ -157,7 +158,7 @@ impl Accelerator {
         self.delivered_stale |= self.caches_code && self.code.is_stale(line);
         let end = if self.prefetch.line == line {
             self.prefetch.line = NONE;
-            if self.caches_code && self.copies_prefetched {
+            if self.caches_code && self.prefetched == Prefetched::Cached {
                 self.code.insert(line);
             }
             self.prefetch.end

@@ -34,6 +34,25 @@ pub struct OutsideFlash {
     pub length: usize,
 }
 
+/// What becomes of a line that was prefetched, when the core uses it: RM0090
+/// section 3.5.2 can be read in two ways, and no board has told which is right
+/// (docs/chip.md, docs/hil.md). Comparing both shows how much hangs on it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Prefetched {
+    /// It enters the instruction cache. Only so does the manual's sentence hold
+    /// that CoreMark runs as without wait states, and only so does prefetch not
+    /// slow loops down.
+    #[default]
+    Cached,
+    /// It does not: the letter of the sentence on misses, which excepts it.
+    NotCached,
+}
+
+impl Prefetched {
+    /// Both readings, the default first.
+    pub const ALL: [Self; 2] = [Self::Cached, Self::NotCached];
+}
+
 /// Flash memory and its interface.
 #[derive(Clone, Debug)]
 pub struct Flash {
@@ -89,12 +108,9 @@ impl Flash {
         Ok(())
     }
 
-    /// Whether a line that was prefetched and then used is copied into the
-    /// instruction cache. By the letter of RM0090 section 3.5.2 it is not (the
-    /// default, and the slower one for loops); comparing both shows how much
-    /// hangs on that sentence. Kept over resets.
-    pub fn copy_prefetched(&mut self, copy: bool) {
-        self.accelerator.copy_prefetched(copy);
+    /// How the manual is read from now on; kept over resets.
+    pub const fn set_prefetched(&mut self, prefetched: Prefetched) {
+        self.accelerator.set_prefetched(prefetched);
     }
 
     /// From cycle `at` on the core runs at `hz`.

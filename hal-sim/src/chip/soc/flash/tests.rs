@@ -96,21 +96,34 @@ fn icen_keeps_64_lines_and_replaces_the_least_recently_used() {
 }
 
 #[test]
-fn a_prefetched_line_is_not_copied_into_the_cache() {
+fn a_prefetched_line_that_is_used_enters_the_cache() {
     // A loop over lines 10-12 with 4 cycles in each. Reads of the array: 10 in
-    // cycles 0-5, 11 in 6-11, 12 in 12-17, 13 in 18-23. Line 10 is cached, asked
-    // for at 21; 11 is prefetched in 24-29, asked for at 25; 12 in 30-35, asked
-    // for at 33.
+    // cycles 0-5, 11 in 6-11, 12 in 12-17, 13 in 18-23. From 21 on all are cached.
     let lines = [10, 11, 12, 10, 11, 12, 10];
-    let waits = [5, 2, 2, 0, 4, 2, 0];
-    assert_eq!(run(&mut flash(ICEN | PRFTEN), 0, lines, 4), waits);
-    // The other reading: 10 and 11 are there at 21; 12 was copied too.
+    let mut default = flash(ICEN | PRFTEN);
+    assert_eq!(run(&mut default, 0, lines, 4), [5, 2, 2, 0, 0, 0, 0]);
+    // Line 13 was prefetched but never used: once another is, it is gone.
+    assert_eq!(default.fetch(100, 1000), 5);
+    assert_eq!(default.fetch(13, 2000), 5);
+    // The other reading: line 10 is cached, asked for at 21; 11 is prefetched in
+    // 24-29, asked for at 25; 12 in 30-35, asked for at 33.
     let mut other = flash(ICEN | PRFTEN);
-    other.copy_prefetched(true);
-    assert_eq!(run(&mut other, 0, lines, 4), [5, 2, 2, 0, 0, 0, 0]);
-    // Without prefetch all three are cached.
+    other.set_prefetched(Prefetched::NotCached);
+    assert_eq!(run(&mut other, 0, lines, 4), [5, 2, 2, 0, 4, 2, 0]);
+    // Without prefetch all three are cached: by the other reading it costs more
+    // than it saves.
     let waits = [5, 5, 5, 0, 0, 0, 0];
     assert_eq!(run(&mut flash(ICEN), 0, lines, 4), waits);
+}
+
+#[test]
+fn the_reading_outlives_a_reset() {
+    let mut flash = Flash::new();
+    flash.set_prefetched(Prefetched::NotCached);
+    flash.reset(0).unwrap();
+    set(&mut flash, ACR, 5 | ICEN | PRFTEN, 0);
+    let lines = [10, 11, 12, 10, 11];
+    assert_eq!(run(&mut flash, 0, lines, 4), [5, 2, 2, 0, 4]);
 }
 
 #[test]

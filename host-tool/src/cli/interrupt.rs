@@ -1,0 +1,94 @@
+//! SIGINT, SIGTERM and SIGHUP: the first ends in order, the second at once.
+
+use crate::link::{Interruption, Signal};
+use crate::record::{Ending, Run};
+use crate::report::{self, Report};
+use crate::run::RunError;
+use anyhow::Context;
+use signal_hook::flag;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+/// A command that a signal ended in order, where no run has more to tell.
+#[derive(Debug, thiserror::Error)]
+#[error("E580 {0} came: {1}")]
+pub struct Ended(pub Signal, pub String);
+
+/// From now on the first signal only asks, and whoever stimulates stops; the
+/// second ends the program at once, with the exit code that is its own. Call it
+/// when there is something to stop, not before: until then a signal ends the
+/// program by itself.
+///
+/// # Errors
+/// The system does not let a signal be handled.
+pub fn heed() -> anyhow::Result<Interruption> {
+    let interruption = Interruption::default();
+    let has_come = Arc::new(AtomicBool::new(false));
+    for signal in known() {
+        let number = i32::from(signal.number());
+        // In this order: the first one finds that none had come.
+        at_once(signal, &has_come)
+            .and_then(|()| flag::register(number, Arc::clone(&has_come)).map(drop))
+            .and_then(|()| {
+                let asked = signal.number().into();
+                flag::register_usize(number, interruption.number(), asked).map(drop)
+            })
+            .with_context(|| format!("E581 {signal} cannot be handled"))?;
+    }
+    Ok(interruption)
+}
+
+/// From now on every signal ends the program at once: nothing is stimulated and
+/// nothing is recorded.
+///
+/// # Errors
+/// As [`heed`].
+pub fn end_at_once() -> anyhow::Result<()> {
+    let always = Arc::new(AtomicBool::new(true));
+    for signal in known() {
+        at_once(signal, &always).with_context(|| format!("E581 {signal} cannot be handled"))?;
+    }
+    Ok(())
+}
+
+fn at_once(signal: Signal, condition: &Arc<AtomicBool>) -> std::io::Result<()> {
+    let (number, code) = (i32::from(signal.number()), i32::from(signal.exit_code()));
+    flag::register_conditional_shutdown(number, code, Arc::clone(condition)).map(drop)
+}
+
+/// The signals that this system has.
+fn known() -> impl Iterator<Item = Signal> {
+    let has = |signal: &Signal| cfg!(unix) || *signal != Signal::HangUp;
+    Signal::ALL.into_iter().filter(has)
+}
+
+/// The signal that ended a command, if one did.
+pub fn signal(error: &anyhow::Error) -> Option<Signal> {
+    error.chain().find_map(|error| {
+        if let Some(Ended(signal, _)) = error.downcast_ref() {
+            return Some(*signal);
+        }
+        match error.downcast_ref() {
+            Some(RunError::Signal { signal, .. }) => Some(*signal),
+            _ => None,
+        }
+    })
+}
+
+/// Marks the record of a run that `error` cut short, writes its page, and says
+/// where it lies. Gives back what the command fails with.
+pub fn conclude(dir: &Path, mut run: Run, command: &str, error: anyhow::Error) -> anyhow::Error {
+    run.ending = Ending::cut_short(format!("{error:#}"), super::exit_code(&error));
+    let report = Report {
+        run: &run,
+        paper: &[],
+        assumptions: &[],
+        command,
+    };
+    if let Err(lost) = report::write(dir, &report) {
+        eprintln!("error: {lost}");
+    }
+    super::lies_in(dir);
+    error
+}

@@ -1,0 +1,81 @@
+//! A session as one trial of a record: its rows are on the disk as they come.
+
+use super::{
+    DeviceName, Observer, OpenError, RunError, SessionFile, begin_trial, edges_of_one_period, run,
+};
+use crate::record::{RecordError, Recorder, Trial};
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// Where a trial goes: the record's folder, the position in it from 0, the name.
+#[derive(Clone, Copy, Debug)]
+pub struct TrialPlace<'a> {
+    /// Folder of the record.
+    pub dir: &'a Path,
+    /// From 0.
+    pub position: usize,
+    /// For people.
+    pub name: &'a str,
+}
+
+/// What came of a trial, complete or not.
+pub struct Recorded {
+    /// Everything recorded.
+    pub trial: Trial,
+    /// How long it took on this computer.
+    pub took: Duration,
+    /// Why it ended early, if it did.
+    pub error: Option<RunError>,
+}
+
+/// Why a trial could not even begin.
+#[derive(Debug, thiserror::Error)]
+pub enum BeginError {
+    /// No device.
+    #[error(transparent)]
+    Open(#[from] OpenError),
+    /// No place for the record.
+    #[error(transparent)]
+    Record(#[from] RecordError),
+}
+
+/// Runs `file` on `device` and records it at `place`; of a simulated device the
+/// edges of one period, from `edges_us` after the start. `seed` decides a
+/// simulated wearer's noise, `observer` sees the run.
+///
+/// # Errors
+/// Nothing was stimulated.
+pub fn record(
+    place: TrialPlace<'_>,
+    file: &SessionFile,
+    (device, seed): (&DeviceName, u64),
+    edges_us: u64,
+    observer: impl Observer,
+) -> Result<Recorded, BeginError> {
+    let begin = Instant::now();
+    let port = device.open(&file.session, seed)?;
+    let named = Trial {
+        name: place.name.to_owned(),
+        ..begin_trial(file)
+    };
+    let mut recorder = Recorder::create(place.dir, place.position, &named)?;
+    let (outcome, port) = run(file, port, Some(&mut recorder), observer);
+    let took = begin.elapsed();
+    let mut trial = Trial {
+        name: named.name,
+        ..outcome.trial
+    };
+    if let (Some(mut port), Some(epoch)) = (port, outcome.epoch_us)
+        && let Some(world) = port.world()
+    {
+        trial.edges = edges_of_one_period(&file.session, &world.recorder.trace, epoch, edges_us);
+    }
+    let closed = recorder
+        .edges(&trial.edges)
+        .and_then(|()| recorder.finish(&trial.counters, trial.duration_s));
+    Ok(Recorded {
+        trial,
+        took,
+        error: outcome.error.or(closed.err().map(RunError::from)),
+    })
+}

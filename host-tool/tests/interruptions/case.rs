@@ -1,0 +1,290 @@
+//! One run and what ends it, decided by a seed.
+
+use super::board::{Board, Order, Wire};
+use super::program::Program;
+use host_tool::record::{self, Run};
+use host_tool::report::{Report, page};
+use std::path::Path;
+use std::process::ExitStatus;
+use std::time::{Duration, Instant};
+
+/// An open loop of one channel. A test's computer stalls at times: the device
+/// is patient.
+pub const OPEN_LOOP: &str = r#"
+title = "One channel"
+duration_s = 3600.0
+
+[wearer]
+rise_ms = 10
+host_timeout_ms = 1000
+
+[[channel]]
+number = 1
+name = "one"
+stage = { kind = "current", full_scale_ma = 100.0 }
+limit = 15.0
+train = { shape = "biphasic-cathodic-first", width_us = 200, frequency_hz = 50.0 }
+
+[setpoints]
+kind = "amplitudes"
+values = [{ channel = 1, value = 5.0 }]
+rate_hz = 2
+"#;
+
+/// A finger that follows a sine, judged from 10 s on.
+fn closed_loop() -> String {
+    include_str!("../../sessions/hamana_exp4_two_point.toml")
+        .replace("duration_s = 30.0", "duration_s = 3600.0")
+        .replace("host_timeout_ms = 100", "host_timeout_ms = 1000")
+}
+
+/// What ends the run.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Way {
+    Interrupt,
+    Terminate,
+    Kill,
+    Cut,
+    Freeze,
+    /// No file may grow beyond so many bytes.
+    FullDisk,
+}
+
+impl Way {
+    pub const ALL: [Self; 6] = [
+        Self::Interrupt,
+        Self::Terminate,
+        Self::Kill,
+        Self::Cut,
+        Self::Freeze,
+        Self::FullDisk,
+    ];
+
+    /// The exit code, and what the record says.
+    fn expected(self) -> (Option<i32>, &'static str) {
+        match self {
+            Self::Interrupt => (Some(130), "E580 SIGINT came"),
+            Self::Terminate => (Some(143), "E580 SIGTERM came"),
+            Self::Kill => (None, "nothing was written of why"),
+            Self::Cut => (Some(1), "E502 lost the device"),
+            Self::Freeze => (Some(1), "E501 no answer"),
+            Self::FullDisk => (Some(1), "E582 cannot write"),
+        }
+    }
+}
+
+/// A run to be interrupted.
+#[derive(Clone, Copy, Debug)]
+pub struct Case {
+    pub way: Way,
+    /// `None` for the simulator in the program, in virtual time.
+    wire: Option<Wire>,
+    is_closed_loop: bool,
+    /// After the device was first spoken to.
+    after: Duration,
+    /// For [`Way::FullDisk`].
+    most_bytes: u64,
+}
+
+/// What became of it.
+#[derive(Clone, Copy, Debug)]
+pub struct Fate {
+    pub rows: usize,
+    /// From the signal to `Stop` at the board.
+    pub until_stop: Option<Duration>,
+    /// How often something else ended the run before its time came.
+    pub again: u32,
+}
+
+impl Case {
+    pub fn of(seed: u64) -> Self {
+        let random = |place: u64, end: u64| {
+            // splitmix64's last steps: a seed means the same run for ever.
+            let mut z = (seed * 8 + place + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+            z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+            z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+            (z ^ (z >> 31)) % end
+        };
+        let way = Way::ALL[(seed % 6) as usize];
+        let wire = match (seed / 6 + seed % 6) % 3 {
+            0 => Some(Wire::Pty),
+            1 if !matches!(way, Way::Cut | Way::Freeze) => None,
+            _ => Some(Wire::Tcp),
+        };
+        let most = if wire.is_some() { 4_000 } else { 100_000 };
+        Self {
+            way,
+            wire,
+            is_closed_loop: random(0, 2) == 0,
+            after: Duration::from_micros(random(1, 900_000)),
+            most_bytes: 2_500 + random(2, most),
+        }
+    }
+}
+
+/// Runs it, again if the computer itself was too slow for the device, and
+/// checks what is left.
+pub fn run_case(case: Case, folder: &Path) -> Fate {
+    for again in 0..3 {
+        let _ = std::fs::remove_dir_all(folder);
+        std::fs::create_dir_all(folder).unwrap();
+        if let Some(fate) = try_case(case, folder) {
+            return Fate { again, ..fate };
+        }
+    }
+    let error = std::fs::read_to_string(folder.join("stderr"));
+    panic!("{case:?} ended before its time, thrice: {error:?}");
+}
+
+fn try_case(case: Case, folder: &Path) -> Option<Fate> {
+    let session = folder.join("session.toml");
+    let closed_loop = closed_loop();
+    let text = if case.is_closed_loop {
+        &closed_loop
+    } else {
+        OPEN_LOOP
+    };
+    std::fs::write(&session, text).unwrap();
+    let board = case.wire.map(|wire| Board::serve(wire, folder, &session));
+    let at = board.as_ref().map_or("native", |board| &board.at);
+    let most = (case.way == Way::FullDisk).then_some(case.most_bytes);
+    let arguments = ["run", "session.toml", "--device", at, "--out", "out"];
+    let mut program = Program::start(folder, &arguments, most);
+    let has_begun = || match &board {
+        Some(board) => board.heard().hello.is_some(),
+        None => folder.join("out/summary.json").exists(),
+    };
+    let mut asked = None;
+    if case.way != Way::FullDisk {
+        if !program.waits_for(has_begun) {
+            return None;
+        }
+        std::thread::sleep(case.after);
+        asked = Some(interrupt(case.way, &mut program, board.as_ref()));
+    }
+    let status = program.wait();
+    let heard = board.as_ref().map(Board::heard);
+    if let Some(board) = board {
+        assert!(board.is_isolated_at_last(), "{case:?}");
+    }
+    if is_disturbed(case, status, &program.error()) {
+        return None;
+    }
+    let rows = check(case, folder, status, &program.error());
+    let stop = heard.and_then(|heard| heard.stop);
+    let is_heard = !matches!(case.way, Way::Kill | Way::Cut | Way::Freeze);
+    if is_heard && heard.is_some_and(|heard| heard.hello.is_some()) {
+        assert!(
+            stop.is_some(),
+            "{case:?}: no Stop on the wire: {}",
+            program.error()
+        );
+    }
+    let is_signal = matches!(case.way, Way::Interrupt | Way::Terminate);
+    let until_stop = asked.zip(stop).filter(|_| is_signal);
+    Some(Fate {
+        rows,
+        until_stop: until_stop.map(|(asked, stop)| stop.saturating_duration_since(asked)),
+        again: 0,
+    })
+}
+
+fn interrupt(way: Way, program: &mut Program, board: Option<&Board>) -> Instant {
+    match (way, board) {
+        (Way::Interrupt, _) => return program.signal("INT"),
+        (Way::Terminate, _) => return program.signal("TERM"),
+        (Way::Kill, _) => return program.signal("KILL"),
+        (Way::Cut, Some(board)) => board.order(Order::Cut),
+        (Way::Freeze, Some(board)) => board.order(Order::Freeze),
+        (Way::Cut | Way::Freeze | Way::FullDisk, _) => {}
+    }
+    Instant::now()
+}
+
+/// Whether the device ended the run because this computer was too slow.
+fn is_disturbed(case: Case, status: ExitStatus, error: &str) -> bool {
+    let stalled =
+        error.contains("HostSilent") || case.way != Way::Freeze && error.contains("E501 no answer");
+    status.code() == Some(1) && stalled
+}
+
+/// What lies in the folder is true; returns the rows.
+fn check(case: Case, folder: &Path, status: ExitStatus, error: &str) -> usize {
+    let (code, reason) = case.way.expected();
+    assert_eq!(status.code(), code, "{case:?}: {error}");
+    let out = folder.join("out");
+    let run = record::load(&out).unwrap();
+    assert!(run.ending.is_incomplete(), "{case:?}: {:?}", run.ending);
+    if case.way != Way::Kill {
+        assert_eq!(run.ending.exit_code.map(i32::from), code, "{case:?}");
+        assert!(error.contains("is in out"), "{case:?}: {error}");
+    }
+    let [trial] = run.trials.as_slice() else {
+        panic!("{case:?}: {} trials", run.trials.len());
+    };
+    let rising = |pair: &[record::Sample]| pair[0].t_s < pair[1].t_s;
+    assert!(trial.samples.windows(2).all(rising), "{case:?}");
+    let samples = record::trial_folder(&out, 0, &trial.name).join("samples.csv");
+    let text = std::fs::read_to_string(samples).unwrap();
+    let whole = text.matches('\n').count();
+    assert_eq!(trial.samples.len(), whole.saturating_sub(1), "{case:?}");
+    if case.way != Way::FullDisk {
+        assert!(text.ends_with('\n'), "{case:?}: half a row");
+    }
+    headline_is_true(case, &run, reason, &out);
+    trial.samples.len()
+}
+
+fn headline_is_true(case: Case, run: &Run, reason: &str, out: &Path) {
+    let report = Report {
+        run,
+        paper: &[],
+        assumptions: &[],
+        command: "",
+    };
+    let result = |page: &str| {
+        let begin = page.find("<p class=\"result\">").unwrap();
+        let end = page[begin..].find("</p>").unwrap();
+        page[begin..begin + end].to_owned()
+    };
+    let headline = result(&page(&report));
+    assert!(
+        headline.contains("Incomplete: ") && headline.contains(reason),
+        "{case:?}: {headline}"
+    );
+    let says_open = headline.contains("Open loop");
+    let is_open = !case.is_closed_loop && !run.trials[0].samples.is_empty();
+    assert_eq!(says_open, is_open, "{case:?}: {headline}");
+    if let Ok(written) = std::fs::read_to_string(out.join("report.html")) {
+        assert_eq!(result(&written), headline, "{case:?}");
+    } else {
+        assert!(matches!(case.way, Way::Kill | Way::FullDisk), "{case:?}");
+    }
+}
+
+/// A frozen wire keeps the program waiting for the answer to its stop; the exit
+/// code of a second signal then.
+pub fn signal_twice(folder: &Path) -> Option<i32> {
+    let session = folder.join("session.toml");
+    std::fs::write(&session, OPEN_LOOP).unwrap();
+    let board = Board::serve(Wire::Tcp, folder, &session);
+    let arguments = ["run", "session.toml", "--device", &board.at, "--out", "out"];
+    let mut program = Program::start(folder, &arguments, None);
+    assert!(
+        program.waits_for(|| board.heard().start.is_some()),
+        "{}",
+        program.error()
+    );
+    board.order(Order::Freeze);
+    program.signal("TERM");
+    std::thread::sleep(Duration::from_millis(30));
+    program.signal("TERM");
+    let code = program.wait().code();
+    assert!(
+        record::load(&folder.join("out"))
+            .unwrap()
+            .ending
+            .is_incomplete()
+    );
+    code
+}

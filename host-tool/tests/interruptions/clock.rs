@@ -1,0 +1,35 @@
+//! A clock that jumps: nothing that is timed looks at the wall clock.
+
+use std::path::{Path, PathBuf};
+
+/// What tells the wall clock's time.
+const WALL: [&str; 4] = ["SystemTime", "UNIX_EPOCH", "Local::now", "Utc::now"];
+
+/// Where it may be a label: file below `src`, why.
+const LABELS: [(&str, &str); 1] = [("record/place.rs", "a folder's name")];
+
+fn sources(dir: &Path, found: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(dir).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            sources(&path, found);
+        } else if path.extension().is_some_and(|end| end == "rs") {
+            found.push(path);
+        }
+    }
+}
+
+#[test]
+fn only_labels_know_the_wall_clock() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut found = Vec::new();
+    sources(&root.join("src"), &mut found);
+    sources(&root.join("../hal-sim/src"), &mut found);
+    assert!(found.len() > 200, "{}", found.len());
+    for path in found {
+        let text = std::fs::read_to_string(&path).unwrap();
+        let is_label = LABELS.iter().any(|(file, _)| path.ends_with(file));
+        let seen = WALL.iter().find(|name| text.contains(*name));
+        assert!(seen.is_none() || is_label, "{}: {seen:?}", path.display());
+    }
+}

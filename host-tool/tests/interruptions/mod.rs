@@ -1,0 +1,165 @@
+//! Runs that end before their time, by seed: signals, a wire that is cut or goes
+//! silent, a disk that fills. Whatever happens, the record can be read, is whole
+//! to its last row, says that it is incomplete and why, and the outputs are
+//! isolated.
+//!
+//! `cargo test -p host-tool --test suite interruptions -- --ignored --nocapture`
+//! runs 200 of them and prints the time from a signal to `Stop` on the wire.
+
+mod board;
+mod case;
+mod clock;
+mod disk;
+mod program;
+
+use case::{Case, Fate, Way, run_case};
+use program::Program;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
+
+/// `Stop` is on the wire within 20 ms on a computer that has time for it. Tests
+/// share theirs with compilers: what a test asserts is only that nothing waits
+/// for an answer or for the next setpoint.
+const BOUND: Duration = Duration::from_millis(400);
+
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"))
+        .join("interruptions")
+        .join(name);
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+/// Runs the cases of these seeds, two at a time, and tells of them.
+fn campaign(name: &str, count: u64) -> Vec<(Case, Fate)> {
+    let next = AtomicU64::new(0);
+    let fates = Mutex::new(Vec::new());
+    std::thread::scope(|scope| {
+        for _ in 0..2 {
+            scope.spawn(|| {
+                loop {
+                    let seed = next.fetch_add(1, Ordering::Relaxed);
+                    if seed >= count {
+                        return;
+                    }
+                    let case = Case::of(seed);
+                    let fate = run_case(case, &folder(&format!("{name}/{seed}")));
+                    fates.lock().unwrap().push((case, fate));
+                }
+            });
+        }
+    });
+    fates.into_inner().unwrap()
+}
+
+fn tell(fates: &[(Case, Fate)]) {
+    for way in Way::ALL {
+        let own = fates.iter().filter(|(case, _)| case.way == way);
+        let own: Vec<&Fate> = own.map(|(_, fate)| fate).collect();
+        let rows: usize = own.iter().map(|fate| fate.rows).sum();
+        let again: u32 = own.iter().map(|fate| fate.again).sum();
+        println!(
+            "{way:?}: {} runs, {rows} rows kept, {again} begun again",
+            own.len()
+        );
+    }
+    let mut times: Vec<f64> = fates
+        .iter()
+        .filter_map(|(_, fate)| Some(fate.until_stop?.as_secs_f64() * 1e3))
+        .collect();
+    times.sort_by(f64::total_cmp);
+    let at = |part: f64| times[((times.len() - 1) as f64 * part) as usize];
+    println!(
+        "from the signal to Stop on the wire, {} times, ms: least {:.2}, median {:.2}, 9 of 10 \
+         within {:.2}, worst {:.2}",
+        times.len(),
+        at(0.0),
+        at(0.5),
+        at(0.9),
+        at(1.0)
+    );
+    let late = times.iter().filter(|time| **time > 20.0).count();
+    println!("later than 20 ms: {late}");
+}
+
+#[test]
+fn a_run_that_is_cut_short_says_so_and_keeps_its_rows() {
+    let fates = campaign("short", 18);
+    assert_eq!(fates.len(), 18);
+    tell(&fates);
+    for (case, fate) in &fates {
+        assert!(
+            fate.until_stop.is_none_or(|time| time < BOUND),
+            "{case:?}: {fate:?}"
+        );
+    }
+}
+
+#[test]
+#[ignore = "takes minutes: the 200 random interruptions"]
+fn two_hundred_random_interruptions() {
+    let fates = campaign("long", 200);
+    assert_eq!(fates.len(), 200);
+    tell(&fates);
+}
+
+/// What ends a command, started with these words in a folder of its own.
+fn ends(name: &str, words: &str, ready: Option<&str>, signal: &str, code: i32) {
+    let folder = folder(&format!("commands/{name}-{signal}"));
+    std::fs::write(folder.join("session.toml"), case::OPEN_LOOP).unwrap();
+    let arguments: Vec<&str> = words.split_whitespace().collect();
+    let mut program = Program::start(&folder, &arguments, None);
+    let out = folder.join("stdout");
+    let is_ready = || match ready {
+        Some(file) => folder.join(file).exists(),
+        None => std::fs::metadata(&out).is_ok_and(|file| file.len() > 0),
+    };
+    assert!(program.waits_for(is_ready), "{name}: {}", program.error());
+    program.signal(signal);
+    let status = program.wait();
+    assert_eq!(status.code(), Some(code), "{name}: {}", program.error());
+    assert!(
+        program.error().contains(&format!("SIG{signal} came")),
+        "{name}: {}",
+        program.error()
+    );
+    if ready.is_some() {
+        let record = host_tool::record::load(&folder.join("out")).unwrap();
+        let reason = record.ending.reason.expect(name);
+        assert!(
+            reason.contains(&format!("SIG{signal} came")),
+            "{name}: {reason}"
+        );
+        assert!(
+            program
+                .error()
+                .contains("the record, marked incomplete, is in out"),
+            "{name}"
+        );
+        assert!(folder.join("out/report.html").is_file(), "{name}");
+    }
+}
+
+#[test]
+fn every_command_that_stimulates_ends_in_order() {
+    let record = Some("out/summary.json");
+    for (signal, code) in [("INT", 130), ("TERM", 143), ("HUP", 129)] {
+        ends("run", "run session.toml --out out", record, signal, code);
+        ends("demo", "demo --out out", record, signal, code);
+        let harris = "experiment harris-wall --out out";
+        ends("experiment", harris, record, signal, code);
+        let monitor = "monitor --session session.toml";
+        ends("monitor", monitor, None, signal, code);
+        ends("serve", "serve --tcp 127.0.0.1:0", None, signal, code);
+    }
+}
+
+#[test]
+fn a_second_signal_ends_the_program_at_once() {
+    let folder = folder("second");
+    let fate = case::signal_twice(&folder);
+    assert_eq!(fate, Some(143));
+}

@@ -1,0 +1,103 @@
+//! The `flexor` program while it runs, and the shell that sends it signals.
+
+use std::fs::File;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
+
+const FLEXOR: &str = env!("CARGO_BIN_EXE_flexor");
+
+/// Nothing here takes so long unless it hangs.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// A program under way, killed when dropped.
+pub struct Program {
+    process: Child,
+    folder: PathBuf,
+    shell: Child,
+    orders: ChildStdin,
+}
+
+impl Program {
+    /// Starts it in `folder`; no file that it writes may exceed `most` bytes.
+    pub fn start(folder: &Path, arguments: &[&str], most: Option<u64>) -> Self {
+        let mut command = match most {
+            None => Command::new(FLEXOR),
+            Some(most) => {
+                // Without the trap the limit would be a signal and not an error.
+                let mut command = Command::new("sh");
+                let limited = r#"trap '' 25; exec prlimit --fsize="$0" -- "$@""#;
+                command.args(["-c", limited, &most.to_string(), FLEXOR]);
+                command
+            }
+        };
+        let file = |name: &str| File::create(folder.join(name)).unwrap();
+        let process = command
+            .current_dir(folder)
+            .args(arguments)
+            .env("NO_COLOR", "1")
+            .stdout(file("stdout"))
+            .stderr(file("stderr"))
+            .spawn()
+            .unwrap();
+        // Its own `kill` takes no time to start.
+        let mut shell = Command::new("sh").stdin(Stdio::piped()).spawn().unwrap();
+        let orders = shell.stdin.take().unwrap();
+        Self {
+            process,
+            folder: folder.to_owned(),
+            shell,
+            orders,
+        }
+    }
+
+    /// Has `signal` sent, and says when that was asked for.
+    pub fn signal(&mut self, signal: &str) -> Instant {
+        let now = Instant::now();
+        writeln!(self.orders, "kill -{signal} {}", self.process.id()).unwrap();
+        now
+    }
+
+    pub fn is_running(&mut self) -> bool {
+        self.process.try_wait().unwrap().is_none()
+    }
+
+    /// Waits until something is so; false if the program ends before.
+    pub fn waits_for(&mut self, is_so: impl Fn() -> bool) -> bool {
+        let begin = Instant::now();
+        while !is_so() {
+            if !self.is_running() {
+                return false;
+            }
+            assert!(begin.elapsed() < PATIENCE, "it hangs");
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        true
+    }
+
+    pub fn wait(&mut self) -> ExitStatus {
+        let begin = Instant::now();
+        loop {
+            if let Some(status) = self.process.try_wait().unwrap() {
+                return status;
+            }
+            assert!(begin.elapsed() < PATIENCE, "it hangs: {}", self.error());
+            std::thread::sleep(Duration::from_millis(2));
+        }
+    }
+
+    /// What it said on standard error so far.
+    pub fn error(&self) -> String {
+        std::fs::read_to_string(self.folder.join("stderr")).unwrap()
+    }
+}
+
+impl Drop for Program {
+    fn drop(&mut self) {
+        for child in [&mut self.process, &mut self.shell] {
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+    }
+}

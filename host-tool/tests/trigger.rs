@@ -1,0 +1,138 @@
+//! A triggered session at a desk: edges from the session file, trains exactly
+//! 1000 µs after them; a session that plays nothing says so first.
+
+use hal_sim::trace::State;
+use host_tool::link::Port;
+use host_tool::run::{DeviceName, Outcome, SessionFile, run};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+const FLEXOR: &str = env!("CARGO_BIN_EXE_flexor");
+const TRIGGER: &str = include_str!("../sessions/trigger.toml");
+
+/// Runs `text` natively: the outcome, and when each channel's first phases began,
+/// µs from the start.
+fn play(text: &str) -> (Outcome, [Vec<u64>; 2]) {
+    let file = SessionFile::parse("trigger.toml", text).unwrap();
+    let port = DeviceName::Native.open(&file.session, 1).unwrap();
+    let (outcome, port) = run(&file, port, None, |_| ());
+    if let Some(error) = &outcome.error {
+        panic!("{error}");
+    }
+    let epoch = outcome.epoch_us.unwrap();
+    let mut port = port.unwrap();
+    let trace = &port.world().unwrap().recorder.trace;
+    let begins = [0, 1].map(|channel| {
+        let edges = trace.channel_edges(channel);
+        let first = edges.filter(|e| e.t_us >= epoch && e.state == State::Cathodic);
+        first.map(|e| e.t_us - epoch).collect()
+    });
+    (outcome, begins)
+}
+
+/// Ten pulses at 50 Hz, `delay` µs after each of `edges`.
+fn trains(edges: &[u64], delay: u64) -> Vec<u64> {
+    let train = |edge: &u64| {
+        (0..10)
+            .map(move |n| edge + delay + n * 20_000)
+            .collect::<Vec<_>>()
+    };
+    edges.iter().flat_map(train).collect()
+}
+
+#[test]
+fn each_edge_starts_its_trains_exactly_1000_us_later() {
+    let odd = TRIGGER.replace("every_s = 1.0", "at_s = [0.01, 0.251013, 0.5, 7.654321]");
+    for (text, edges) in [
+        (TRIGGER, (1..10).map(|s| s * 1_000_000).collect::<Vec<_>>()),
+        (&odd, vec![10_000, 251_013, 500_000, 7_654_321]),
+    ] {
+        let (outcome, begins) = play(text);
+        assert_eq!(begins[0], trains(&edges, 1_000));
+        assert_eq!(begins[1], trains(&edges, 3_000));
+        let idle = outcome
+            .trial
+            .counters
+            .iter()
+            .find(|(name, _)| name.contains("without a train"));
+        assert_eq!(idle.unwrap().1, 0);
+        // A ramp's first slot may be code 0.
+        let pulses = outcome.trial.pulses.unwrap();
+        let slots = begins.iter().map(|b| b.len() as u64).sum::<u64>();
+        println!(
+            "{pulses} pulses above 0 in {slots} slots, from {} edges",
+            edges.len()
+        );
+        assert!(pulses <= slots && pulses + 2 * edges.len() as u64 >= slots);
+        assert_eq!(outcome.trial.silent, None);
+    }
+}
+
+/// An empty folder of this test's own.
+fn folder(test: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"))
+        .join("trigger")
+        .join(test);
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+#[test]
+fn a_session_without_a_pulse_says_so_first() {
+    let without = TRIGGER.replace("[simulated_trigger]\nevery_s = 1.0\n", "");
+    let zero = without
+        .replace(", triggered = true", "")
+        .replace("value = 10.0", "value = 0.0");
+    let late = without
+        .replace(", triggered = true", "")
+        .replace("duration_s = 10.0", "duration_s = 0.5")
+        .replace(
+            "frequency_hz = 50.0, offset_us = 2000",
+            "frequency_hz = 50.0",
+        )
+        .replace(
+            "frequency_hz = 50.0",
+            "period_us = 1000000, offset_us = 900000",
+        );
+    for (name, text, why) in [
+        (
+            "untriggered",
+            &without,
+            "every channel waits for a trigger, and none came",
+        ),
+        ("zero", &zero, "all amplitudes that it asks for are 0"),
+        (
+            "late",
+            &late,
+            "it ended before the first channel's offset_us",
+        ),
+    ] {
+        let folder = folder(name);
+        std::fs::write(folder.join("session.toml"), text).unwrap();
+        let flexor = |arguments: &[&str]| {
+            let mut command = Command::new(FLEXOR);
+            command
+                .current_dir(&folder)
+                .arg("run")
+                .arg("session.toml")
+                .args(arguments);
+            let output = command.output().unwrap();
+            String::from_utf8(output.stdout).unwrap()
+        };
+        let said = flexor(&["--out", "people"]);
+        let first = said.lines().next().unwrap();
+        println!("{name}: {first}");
+        assert!(first.starts_with("no pulse was played: "), "{said}");
+        assert!(first.contains(why), "{said}");
+        let json: serde_json::Value =
+            serde_json::from_str(&flexor(&["--json", "--out", "machines"])).unwrap();
+        assert_eq!(json["pulses"], 0, "{json}");
+        assert!(json["no_pulse_was_played"].as_str().unwrap().contains(why));
+        let summary = std::fs::read(folder.join("people/summary.json")).unwrap();
+        let summary: serde_json::Value = serde_json::from_slice(&summary).unwrap();
+        let trial = &summary["trials"][0];
+        assert_eq!(trial["pulses"], 0);
+        assert!(trial["no_pulse_was_played"].as_str().unwrap().contains(why));
+    }
+}

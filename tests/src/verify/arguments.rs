@@ -1,0 +1,114 @@
+//! What `cargo verify` was asked for.
+
+use std::time::Duration;
+
+/// How it is called.
+pub(super) const USAGE: &str = "\
+usage: cargo verify [STEP...]         everything, or only these steps
+       cargo verify --soak MINUTES    property tests on fresh seeds, 1 to 10080 minutes
+       cargo verify --soak-seed SEED  one round of them on this seed";
+
+/// A week: longer is a slip of the hand.
+const LONGEST_MINUTES: u64 = 7 * 24 * 60;
+
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(super) enum Wanted {
+    /// All of them if it is empty.
+    Steps(Vec<String>),
+    /// Rounds on fresh seeds until this is over.
+    Soak(Duration),
+    /// One round on this seed.
+    SoakSeed(u64),
+    Help,
+}
+
+/// What `arguments` ask for, with `steps` to choose from; what is wrong if they
+/// ask for nothing that there is.
+pub(super) fn parse(arguments: &[String], steps: &[&str]) -> Result<Wanted, String> {
+    let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    match words[..] {
+        ["-h" | "--help", ..] => Ok(Wanted::Help),
+        ["--soak", minutes] => soak(minutes),
+        ["--soak-seed", seed] => match seed.parse() {
+            Ok(seed) => Ok(Wanted::SoakSeed(seed)),
+            Err(_) => Err(format!(
+                "--soak-seed `{seed}`: not a number from 0 to {}",
+                u64::MAX
+            )),
+        },
+        [option @ ("--soak" | "--soak-seed")] => Err(format!("{option}: a number is missing")),
+        [option @ ("--soak" | "--soak-seed"), _, ..] => {
+            Err(format!("{option} takes one number and stands alone"))
+        }
+        _ => named(arguments, steps),
+    }
+}
+
+fn soak(minutes: &str) -> Result<Wanted, String> {
+    match minutes.parse::<u64>() {
+        Ok(whole) if (1..=LONGEST_MINUTES).contains(&whole) => {
+            Ok(Wanted::Soak(Duration::from_secs(60 * whole)))
+        }
+        _ => Err(format!(
+            "--soak `{minutes}`: not a whole number of minutes from 1 to {LONGEST_MINUTES}"
+        )),
+    }
+}
+
+fn named(arguments: &[String], steps: &[&str]) -> Result<Wanted, String> {
+    match arguments
+        .iter()
+        .find(|word| !steps.contains(&word.as_str()))
+    {
+        None => Ok(Wanted::Steps(arguments.to_vec())),
+        Some(option) if option.starts_with('-') => {
+            Err(format!("no option `{option}`, or not in this place"))
+        }
+        Some(unknown) => Err(format!("no step `{unknown}`; steps: {}", steps.join(" "))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parsed(line: &str) -> Result<Wanted, String> {
+        let words: Vec<_> = line.split_whitespace().map(str::to_owned).collect();
+        parse(&words, &["rules", "tests"])
+    }
+
+    #[test]
+    fn steps_and_soaks_are_told_apart() {
+        assert_eq!(parsed(""), Ok(Wanted::Steps(vec![])));
+        let steps = vec!["tests".to_owned(), "rules".to_owned()];
+        assert_eq!(parsed("tests rules"), Ok(Wanted::Steps(steps)));
+        let hour = Duration::from_secs(3_600);
+        assert_eq!(parsed("--soak 60"), Ok(Wanted::Soak(hour)));
+        assert_eq!(parsed("--soak-seed 0"), Ok(Wanted::SoakSeed(0)));
+        let most = format!("--soak-seed {}", u64::MAX);
+        assert_eq!(parsed(&most), Ok(Wanted::SoakSeed(u64::MAX)));
+        assert_eq!(parsed("--help"), Ok(Wanted::Help));
+    }
+
+    #[test]
+    fn what_cannot_be_done_is_named() {
+        for (line, part) in [
+            ("--soak", "number is missing"),
+            ("--soak x", "`x`"),
+            ("--soak 0", "from 1 to 10080"),
+            ("--soak 1.5", "`1.5`"),
+            ("--soak -3", "`-3`"),
+            ("--soak 10081", "from 1 to 10080"),
+            ("--soak 1 rules", "stands alone"),
+            ("--soak-seed", "number is missing"),
+            ("--soak-seed x", "`x`"),
+            ("--soak-seed 18446744073709551616", "from 0 to"),
+            ("rules --soak 5", "no option `--soak`"),
+            ("--sok 5", "no option `--sok`"),
+            ("rulse", "steps: rules tests"),
+        ] {
+            let problem = parsed(line).unwrap_err();
+            assert!(problem.contains(part), "{line}: {problem}");
+        }
+    }
+}

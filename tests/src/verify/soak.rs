@@ -1,0 +1,270 @@
+//! Property tests and the short fuzz, round after round, each on a seed of its
+//! own.
+//!
+//! Which tests they are is read from the sources: every module that draws
+//! inputs. A round never stops the next one.
+
+use super::Workspace;
+use super::command::{execute, execute_with};
+use super::console::{Console, seconds};
+use super::report::Report;
+use super::rules::{self, Source};
+use super::suite;
+use std::collections::BTreeSet;
+use std::hash::{BuildHasher, Hasher, RandomState};
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+/// What a module that draws inputs has in its code.
+const DRAWS: [&str; 3] = ["proptest!", "TestRunner", "rng_seed"];
+
+/// What proptest takes its seed from; it goes before .cargo/config.toml's.
+const SEED: &str = "PROPTEST_RNG_SEED";
+
+/// Packages and modules that draw inputs, as cargo and test programs name them.
+#[derive(PartialEq, Eq, Debug, Default)]
+struct Drawing {
+    packages: BTreeSet<String>,
+    modules: BTreeSet<String>,
+}
+
+/// What came of the rounds so far.
+#[derive(PartialEq, Eq, Debug, Default)]
+struct Rounds {
+    done: u32,
+    total: Report,
+    /// Seeds of those in which something failed.
+    failing: Vec<u64>,
+}
+
+/// Rounds on fresh seeds until `length` is over; the last one is finished.
+pub(super) fn fresh(at: &Workspace, length: Duration) -> ExitCode {
+    // Keyed by the operating system's random numbers.
+    let mut state = RandomState::new().build_hasher().finish();
+    let seeds = std::iter::repeat_with(|| split_mix(&mut state));
+    soak(at, seeds, Some(length))
+}
+
+/// One round.
+pub(super) fn repeat(at: &Workspace, seed: u64) -> ExitCode {
+    soak(at, std::iter::once(seed), None)
+}
+
+fn soak(at: &Workspace, seeds: impl Iterator<Item = u64>, length: Option<Duration>) -> ExitCode {
+    let mut console = Console::new();
+    let begin = Instant::now();
+    let mut rounds = Rounds::default();
+    match prepare(at, &mut console) {
+        Err(problem) => rounds.total.add(problem),
+        Ok(drawing) => {
+            for seed in seeds {
+                console.begin(&format!("[round {}] seed {seed}", rounds.done + 1));
+                let mut report =
+                    round(at, &mut console, &drawing, seed).unwrap_or_else(Report::from_error);
+                if report.failed > 0 {
+                    report.lines.push(repetition(seed));
+                } else {
+                    report.lines.clear();
+                }
+                console.end(&report);
+                rounds.note(seed, report);
+                if length.is_some_and(|length| begin.elapsed() >= length) {
+                    break;
+                }
+            }
+        }
+    }
+    println!();
+    rounds
+        .closing(begin.elapsed())
+        .iter()
+        .for_each(|line| println!("{line}"));
+    ExitCode::from(u8::from(rounds.total.failed > 0))
+}
+
+/// Finds the tests and builds them, once.
+fn prepare(at: &Workspace, console: &mut Console) -> Result<Drawing, Report> {
+    console.begin("[build]");
+    let sources = rules::sources(&at.root).map_err(Report::from_error)?;
+    let drawing = drawing(&sources);
+    let arguments = [drawing.arguments(), vec!["--no-run"]].concat();
+    let report = match execute(at, console, "cargo", &arguments) {
+        Ok(finished) => finished.report("cargo test --no-run"),
+        Err(error) => Report::from_error(error),
+    };
+    console.end(&report);
+    if report.failed > 0 {
+        return Err(report);
+    }
+    Ok(drawing)
+}
+
+fn round(
+    at: &Workspace,
+    console: &mut Console,
+    drawing: &Drawing,
+    seed: u64,
+) -> anyhow::Result<Report> {
+    let modules = drawing.modules.iter().map(String::as_str);
+    let arguments: Vec<_> = drawing
+        .arguments()
+        .into_iter()
+        .chain(["--"])
+        .chain(modules)
+        .collect();
+    let seed = seed.to_string();
+    let finished = execute_with(at, console, "cargo", &arguments, &[(SEED, &seed)])?;
+    let mut report = suite::judge(finished);
+    if report.passed + report.failed == 0 {
+        report.add(Report::fail(vec!["no test ran".into()]));
+    }
+    Ok(report)
+}
+
+impl Drawing {
+    /// The test programs of these packages.
+    fn arguments(&self) -> Vec<&str> {
+        let packages = self.packages.iter().flat_map(|name| ["--package", name]);
+        let which = ["test", "--no-fail-fast", "--lib", "--test", "suite"];
+        which.into_iter().chain(packages).collect()
+    }
+}
+
+impl Rounds {
+    fn note(&mut self, seed: u64, report: Report) {
+        self.done += 1;
+        if report.failed > 0 {
+            self.failing.push(seed);
+        }
+        self.total.add(report);
+    }
+
+    fn closing(&self, time: Duration) -> Vec<String> {
+        let mut lines = vec![format!("{} rounds in {}", self.done, seconds(time))];
+        lines.extend(self.failing.iter().map(|&seed| repetition(seed)));
+        let Report { passed, failed, .. } = self.total;
+        lines.push(format!("{passed} passed, {failed} failed"));
+        lines
+    }
+}
+
+fn repetition(seed: u64) -> String {
+    format!("failed on seed {seed}; repeat it: cargo verify --soak-seed {seed}")
+}
+
+/// Every module that draws inputs, but for this program's own.
+fn drawing(sources: &[Source]) -> Drawing {
+    let mut drawing = Drawing::default();
+    for source in sources {
+        let draws = DRAWS.iter().any(|word| source.code.contains(word));
+        if let Some((package, module)) = module(&source.path)
+            && draws
+            && !source.path.starts_with("tests/src/verify/")
+        {
+            drawing.packages.insert(package);
+            drawing.modules.insert(module);
+        }
+    }
+    drawing
+}
+
+/// The package of a file in `src` or `tests`, and its module as a test program
+/// puts it before a test's name.
+fn module(path: &str) -> Option<(String, String)> {
+    let mut parts: Vec<_> = path.strip_suffix(".rs")?.split('/').collect();
+    if parts.last() == Some(&"mod") {
+        parts.pop();
+    }
+    match parts[..] {
+        [package, "src" | "tests", ref module @ ..] if !module.is_empty() => {
+            Some((package.into(), module.join("::") + "::"))
+        }
+        _ => None,
+    }
+}
+
+/// The next number of a sequence (Steele, Lea & Flood 2014), so that one number
+/// of the operating system's makes many.
+fn split_mix(state: &mut u64) -> u64 {
+    *state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
+    let z = (*state ^ (*state >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    z ^ (z >> 31)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn modules_that_draw_are_found_by_what_they_say() {
+        let source = |path: &str, text: &str| Source::new(path, text.to_owned());
+        let sources = [
+            source("a/src/b/c.rs", "mod tests { proptest! {} }"),
+            source("a/src/b/mod.rs", "// proptest!"),
+            source("d-e/tests/f/mod.rs", "fn t() { TestRunner::new(x); }"),
+            source("d-e/tests/g.rs", "proptest::proptest! { }"),
+            source("tests/fuzz/fuzz_targets/h.rs", "TestRunner"),
+            source("tests/src/verify/soak.rs", "TestRunner"),
+        ];
+        let found = drawing(&sources);
+        assert_eq!(found.packages, ["a", "d-e"].map(str::to_owned).into());
+        assert_eq!(
+            found.modules,
+            ["b::c::", "f::", "g::"].map(str::to_owned).into()
+        );
+        let said = found.arguments().join(" ");
+        let expected = "test --no-fail-fast --lib --test suite --package a --package d-e";
+        assert_eq!(said, expected);
+    }
+
+    #[test]
+    fn the_property_tests_of_this_workspace_are_among_them() {
+        let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+        let sources = rules::sources(root.parent().unwrap()).unwrap();
+        let found = drawing(&sources);
+        for module in [
+            "device_fuzz::",
+            "muscle_properties::",
+            "trace_scheduler::",
+            "million_pulses::",
+            "device_stops::",
+            "fuzz_short::",
+            "division::",
+            "pulse::scheduler::tests::",
+        ] {
+            assert!(found.modules.contains(module), "{module}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn rounds_are_counted_and_failing_seeds_kept() {
+        let mut rounds = Rounds::default();
+        let passed = |passed| Report {
+            passed,
+            ..Report::default()
+        };
+        let mut bad = passed(8);
+        bad.add(Report::fail(vec!["FAILED x".into()]));
+        rounds.note(7, passed(9));
+        rounds.note(u64::MAX, bad);
+        rounds.note(9, passed(9));
+        assert_eq!((rounds.done, &rounds.failing[..]), (3, &[u64::MAX][..]));
+        assert_eq!(
+            rounds.closing(Duration::from_secs(61)),
+            [
+                "3 rounds in 1 min 01 s",
+                "failed on seed 18446744073709551615; repeat it: \
+                 cargo verify --soak-seed 18446744073709551615",
+                "26 passed, 1 failed"
+            ]
+        );
+    }
+
+    #[test]
+    fn seeds_differ() {
+        let mut state = 1;
+        let seeds: BTreeSet<_> = (0..1_000).map(|_| split_mix(&mut state)).collect();
+        assert_eq!(seeds.len(), 1_000);
+    }
+}

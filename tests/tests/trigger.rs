@@ -1,0 +1,69 @@
+//! Simulated trigger edges do the same on every simulator: the same trains, each
+//! exactly 1000 µs after its edge.
+
+use hal_sim::trace::{Edge, State};
+use host_tool::link::Port;
+use host_tool::run::{DeviceName, SessionFile, run};
+use std::path::Path;
+
+/// Off every grid: the window's 250 µs, the tick's and the world's 1000.
+const EDGES_US: [u64; 4] = [100_000, 350_013, 600_999, 850_251];
+
+/// Edges of the pins from the start on, with times from there.
+fn edges(device: &DeviceName) -> Vec<Edge> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../host-tool/sessions/trigger.toml");
+    let text = std::fs::read_to_string(path).unwrap();
+    let list: Vec<_> = EDGES_US.iter().map(|us| format!("0.{us:06}")).collect();
+    let listed = format!("at_s = [{}]", list.join(", "));
+    let text = text
+        .replace("every_s = 1.0", &listed)
+        .replace("= 10.0\n\n[w", "= 1.2\n\n[w");
+    let file = SessionFile::parse("trigger.toml", &text).unwrap();
+    assert_eq!(file.session.duration_us, 1_200_000);
+    let port = device
+        .open(&file.session, 1)
+        .unwrap_or_else(|e| panic!("{e}"));
+    let (outcome, port) = run(&file, port, None, |_| ());
+    if let Some(error) = outcome.error {
+        panic!("{device}: {error}");
+    }
+    let epoch = outcome.epoch_us.unwrap();
+    let mut port = port.unwrap();
+    let trace = &port.world().unwrap().recorder.trace;
+    let since = trace.edges().filter(|edge| edge.t_us >= epoch);
+    let since = since.map(|edge| Edge {
+        t_us: edge.t_us - epoch,
+        ..edge
+    });
+    since.collect()
+}
+
+fn assert_exact(device: &DeviceName, edges: &[Edge]) {
+    for (channel, delay) in [(0, 1_000), (1, 3_000)] {
+        let first = edges
+            .iter()
+            .filter(|e| e.channel == channel && e.state == State::Cathodic);
+        let found: Vec<_> = first.map(|e| e.t_us).collect();
+        let train = |edge: u64| (0..10).map(move |n| edge + delay + n * 20_000);
+        let expected: Vec<_> = EDGES_US.into_iter().flat_map(train).collect();
+        assert_eq!(found, expected, "{device}, channel {}", channel + 1);
+    }
+}
+
+#[test]
+fn the_flashed_image_answers_each_edge_as_the_native_device_does() {
+    let native = edges(&DeviceName::Native);
+    let chip = edges(&DeviceName::Chip);
+    assert_exact(&DeviceName::Native, &native);
+    assert_exact(&DeviceName::Chip, &chip);
+    assert_eq!(native, chip);
+    println!("{} edges are the same", native.len());
+}
+
+#[test]
+fn the_image_in_qemu_answers_each_edge_as_the_native_device_does() {
+    let native = edges(&DeviceName::Native);
+    let qemu = edges(&DeviceName::Qemu);
+    assert_exact(&DeviceName::Qemu, &qemu);
+    assert_eq!(native, qemu);
+}
