@@ -84,6 +84,14 @@ fn a_message_of_300_bytes_is_read_and_one_of_301_is_too_long() {
     }
 }
 
+/// Who serves a simulator takes it before it comes here.
+#[test]
+fn a_simulated_trigger_is_no_device_s() {
+    let mut desk = Desk::open(BOOT);
+    let only = (Code::SimulatorOnly as u16, "trigger".to_owned());
+    assert_eq!(desk.answer(Request::SimulateTrigger), Err(only));
+}
+
 #[test]
 fn groups_are_checked_as_they_come() {
     let mut desk = Desk::open(BOOT);

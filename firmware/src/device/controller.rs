@@ -5,7 +5,7 @@ mod sample;
 mod setup;
 
 use super::mail::{
-    Asked, ControlEvent, ControlOrder, ControlReport, ControlRequest, ControllerMail,
+    Asked, ControlEvent, ControlOrder, ControlRequest, ControlVerdict, ControllerMail,
 };
 use crate::control::{
     Amplitudes, Effort, ForceOrders, ForceState, JointState, Orders, SensorFault,
@@ -278,7 +278,7 @@ impl Controller {
             }
         };
         let heard = setpoint.filter(|_| result.is_ok());
-        let report = ControlReport::Verdict {
+        let report = ControlVerdict {
             seq,
             at: now,
             result,

@@ -173,22 +173,18 @@ pub enum ControlRequest {
     Subscribe(u16),
 }
 
-/// Controller → session.
+/// Controller → session: answer to an angle, a force, a measurement or a change
+/// of rung.
 #[derive(Clone, Debug)]
-pub enum ControlReport {
-    /// Answer to an angle, a force, a measurement or a change of rung.
-    Verdict {
-        /// The request's number.
-        seq: u16,
-        /// When it was decided.
-        at: Micros,
-        /// The decision.
-        result: Result<(), Refusal<'static>>,
-        /// Whether it was a setpoint.
-        setpoint: bool,
-    },
-    /// A subscribed sample.
-    Telemetry(Telemetry),
+pub struct ControlVerdict {
+    /// The request's number.
+    pub seq: u16,
+    /// When it was decided.
+    pub at: Micros,
+    /// The decision.
+    pub result: Result<(), Refusal<'static>>,
+    /// Whether it was a setpoint.
+    pub setpoint: bool,
 }
 
 /// Controller → pulser. A word-sized tag, so that it is copied word by word.
@@ -247,8 +243,10 @@ pub struct Mailboxes {
     reports: Queue<Report, 40>,
     control_parts: Queue<ControlPart, { PARTS + 1 }>,
     control_requests: Queue<Asked, 16>,
-    // A verdict for every request of one tick, and a sample.
-    control_reports: Queue<ControlReport, 24>,
+    // A verdict for every request of one tick, and then some.
+    control_reports: Queue<ControlVerdict, 24>,
+    // As many ticks as the session may be making tables.
+    samples: Queue<Telemetry, 9>,
     // Two a tick and one for each channel under force control, taken four
     // times a tick.
     control_orders: Queue<ControlOrder, 16>,
@@ -274,7 +272,8 @@ pub struct PulserMail<'a> {
 pub struct ControllerMail<'a> {
     pub(super) parts: Consumer<'a, ControlPart>,
     pub(super) requests: Consumer<'a, Asked>,
-    pub(super) reports: Producer<'a, ControlReport>,
+    pub(super) reports: Producer<'a, ControlVerdict>,
+    samples: Producer<'a, Telemetry>,
     pub(super) orders: Producer<'a, ControlOrder>,
     pub(super) events: Consumer<'a, ControlEvent>,
     pub(super) stop: &'a StopFlag,
@@ -288,7 +287,8 @@ pub struct SessionMail<'a> {
     pub(super) reports: Consumer<'a, Report>,
     pub(super) control_parts: Producer<'a, ControlPart>,
     pub(super) control_requests: Producer<'a, Asked>,
-    pub(super) control_reports: Consumer<'a, ControlReport>,
+    pub(super) control_reports: Consumer<'a, ControlVerdict>,
+    pub(super) samples: Consumer<'a, Telemetry>,
     pub(super) stop: &'a StopFlag,
     pub(super) lost: &'a Lost,
 }
@@ -304,6 +304,7 @@ impl Mailboxes {
             control_parts: Queue::new(),
             control_requests: Queue::new(),
             control_reports: Queue::new(),
+            samples: Queue::new(),
             control_orders: Queue::new(),
             control_events: Queue::new(),
             stop: StopFlag::new(),
@@ -319,6 +320,7 @@ impl Mailboxes {
         let (control_parts_tx, control_parts_rx) = self.control_parts.split();
         let (requests_tx, requests_rx) = self.control_requests.split();
         let (control_reports_tx, control_reports_rx) = self.control_reports.split();
+        let (samples_tx, samples_rx) = self.samples.split();
         let (control_orders_tx, control_orders_rx) = self.control_orders.split();
         let (events_tx, events_rx) = self.control_events.split();
         let (stop, lost) = (&self.stop, &self.lost);
@@ -335,6 +337,7 @@ impl Mailboxes {
             parts: control_parts_rx,
             requests: requests_rx,
             reports: control_reports_tx,
+            samples: samples_tx,
             orders: control_orders_tx,
             events: events_rx,
             stop,
@@ -347,6 +350,7 @@ impl Mailboxes {
             control_parts: control_parts_tx,
             control_requests: requests_tx,
             control_reports: control_reports_rx,
+            samples: samples_rx,
             stop,
             lost,
         };

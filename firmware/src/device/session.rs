@@ -5,17 +5,18 @@
 //! which arming takes as a whole. What depends on the state is judged by the
 //! owner of the state, whose verdict becomes the answer.
 
+mod opening;
 mod requests;
 
+pub use opening::{Identity, first_session};
+
 use super::draft::Draft;
-use super::mail::{Asked, ControlReport, ControlRequest, Report, SessionMail};
-use crate::link::message::ResetCause;
+use super::mail::{Asked, ControlRequest, ControlVerdict, Report, SessionMail};
 use crate::link::{
-    Code, Counters, Decoder, Event, Head, HelloInfo, Kind, Refusal, Request, Response, SCHEMA,
-    Status, ToDevice, encode, too_long,
+    Code, Counters, Decoder, Event, Head, Refusal, Request, Response, Status, ToDevice, encode,
+    too_long,
 };
-use crate::pulse::DEAD_TIME_US;
-use crate::safety::{FaultRecord, Notice, State};
+use crate::safety::{Notice, State};
 use crate::units::Micros;
 use heapless::Deque;
 
@@ -31,35 +32,6 @@ const STOP_RESERVED: usize = 128;
 /// Stops whose answers wait for the pulser; of more in one window the others are
 /// answered at once.
 const STOPS: usize = 8;
-
-/// What a device says of itself.
-#[derive(Clone, Copy, Debug)]
-pub struct Identity {
-    /// What it is.
-    pub kind: Kind,
-    /// 96-bit unique number of the chip; zero in simulators.
-    pub unique_id: [u32; 3],
-    /// Why it last reset.
-    pub reset: ResetCause,
-    /// Fault that the reset found recorded.
-    pub last_fault: Option<FaultRecord>,
-    /// Number of the first session, [`first_session`] or any; 0 counts as 1.
-    pub first_session: u16,
-}
-
-/// Where session numbers begin: a number that another host does not hit by
-/// chance. It is told to whoever asks by `Hello`, and so is no secret.
-#[must_use]
-pub fn first_session(seed: &[u32]) -> u16 {
-    // FNV-1a, folded.
-    let hash = seed.iter().fold(0x811C_9DC5_u32, |hash, &word| {
-        let bytes = word.to_le_bytes().into_iter();
-        bytes.fold(hash, |hash, byte| {
-            (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193)
-        })
-    });
-    ((hash >> 16 ^ hash) as u16).max(1) // its low half
-}
 
 /// Owns the link and the draft.
 #[derive(Debug)]
@@ -138,21 +110,20 @@ impl Session {
         while let Some(report) = mail.reports.dequeue() {
             self.pass_on(report);
         }
-        while let Some(report) = mail.control_reports.dequeue() {
-            match report {
-                ControlReport::Verdict {
-                    seq,
-                    at,
-                    result,
-                    setpoint,
-                } => self.verdict(seq, at, result, setpoint),
-                ControlReport::Telemetry(sample) => {
-                    if self.outbox.len() + RESERVED < OUTBOX {
-                        self.say(&Response::Telemetry(sample));
-                    } else {
-                        self.counters.dropped = self.counters.dropped.saturating_add(1);
-                    }
-                }
+        while let Some(verdict) = mail.control_reports.dequeue() {
+            let ControlVerdict {
+                seq,
+                at,
+                result,
+                setpoint,
+            } = verdict;
+            self.verdict(seq, at, result, setpoint);
+        }
+        while let Some(sample) = mail.samples.dequeue() {
+            if self.outbox.len() + RESERVED < OUTBOX {
+                self.say(&Response::Telemetry(sample));
+            } else {
+                self.counters.dropped = self.counters.dropped.saturating_add(1);
             }
         }
     }
@@ -219,80 +190,6 @@ impl Session {
             };
             self.say_stopped(seq, at);
         }
-    }
-
-    /// Opens a session, which begins without a subscription.
-    fn open(
-        &mut self,
-        now: Micros,
-        seq: u16,
-        session: u16,
-        schema: u64,
-        mail: &mut SessionMail<'_>,
-    ) -> Result<HelloInfo, Refusal<'static>> {
-        if !mail.has_room_for_request() {
-            return Err(busy()); // or the old one would go on
-        }
-        // An arm order under way is as good as armed.
-        let info = self.hello(now, seq, session, schema, is_arming(mail))?;
-        ask(ControlRequest::Subscribe(0), mail)?;
-        Ok(info)
-    }
-
-    fn hello(
-        &mut self,
-        now: Micros,
-        seq: u16,
-        session: u16,
-        schema: u64,
-        is_arming: bool,
-    ) -> Result<HelloInfo, Refusal<'static>> {
-        if schema != SCHEMA {
-            return Err(Refusal::new(Code::SchemaMismatch, "schema"));
-        }
-        let busy = matches!(
-            self.state,
-            State::Armed | State::Stimulating | State::Stopping
-        );
-        if (busy || is_arming) && self.owner.is_some_and(|owner| owner != session) {
-            return Err(Refusal::new(Code::SessionTaken, "session"));
-        }
-        self.last_session = self.last_session.checked_add(1).unwrap_or(1);
-        self.owner = Some(self.last_session);
-        self.expected = Some(seq.wrapping_add(1));
-        self.draft.clear();
-        Ok(HelloInfo {
-            seq,
-            session: self.last_session,
-            schema: SCHEMA,
-            version: [0, 1, 0],
-            kind: self.identity.kind,
-            unique_id: self.identity.unique_id,
-            at: now,
-            state: self.state,
-            reset: self.identity.reset,
-            last_fault: self.identity.last_fault,
-            dead_time_us: DEAD_TIME_US,
-        })
-    }
-
-    /// Only the session's owner is heard; gaps in its numbers are losses.
-    fn admit(&mut self, session: u16, seq: u16) -> Result<(), Refusal<'static>> {
-        if self.owner != Some(session) {
-            self.counters.strangers = self.counters.strangers.saturating_add(1);
-            let code = match self.owner {
-                None => Code::NoSession,
-                Some(_) => Code::SessionTaken,
-            };
-            return Err(Refusal::new(code, "session"));
-        }
-        let gap = seq.wrapping_sub(self.expected.unwrap_or(seq));
-        // A number from before is late or doubled; no gap follows it.
-        if gap < 1 << 15 {
-            self.counters.lost = self.counters.lost.saturating_add(gap.into());
-            self.expected = Some(seq.wrapping_add(1));
-        }
-        Ok(())
     }
 
     fn pass_on(&mut self, report: Report) {

@@ -190,6 +190,26 @@ pub fn rows() -> Vec<FrameRow> {
             scenes: IDLE,
         },
     ];
+    rows.push(FrameRow {
+        name: "forty requests and a stop at once",
+        bytes: |s| {
+            let mut all = vec![Request::KeepAlive; 40];
+            all.push(Request::Stop);
+            repeated(s, &all)
+        },
+        refusals: (31..40)
+            .map(|n| (Some(SEQ + n), Code::DeviceBusy))
+            .collect(),
+        acks: 32,
+        scenes: IDLE,
+    });
+    rows.push(FrameRow {
+        name: "a start ahead of a stop",
+        bytes: |s| repeated(s, &[Request::Start, Request::Stop]),
+        refusals: vec![(Some(SEQ), Code::Stopped)],
+        acks: 1,
+        scenes: IDLE,
+    });
     let good = |name, bytes| FrameRow {
         acks: 1,
         ..silent(name, bytes)

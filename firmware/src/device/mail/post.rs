@@ -1,8 +1,9 @@
 //! Posting: what finds no room is counted, and a `Stop` needs none.
 
 use super::{
-    ControlEvent, ControlOrder, ControlReport, ControllerMail, PulserMail, Report, SessionMail,
+    ControlEvent, ControlOrder, ControlVerdict, ControllerMail, PulserMail, Report, SessionMail,
 };
+use crate::link::Telemetry;
 use core::sync::atomic::{AtomicU32, Ordering};
 use heapless::spsc::Producer;
 
@@ -87,17 +88,13 @@ impl PulserMail<'_> {
 impl ControllerMail<'_> {
     /// Answers a request. The session leaves room for the answer to every one
     /// that it posts.
-    pub(in crate::device) fn answer(&mut self, verdict: ControlReport) -> Result<(), Full> {
+    pub(in crate::device) fn answer(&mut self, verdict: ControlVerdict) -> Result<(), Full> {
         self.lost.post(&mut self.reports, verdict)
     }
 
-    /// Posts a sample, unless that would take the room of an answer.
-    pub(in crate::device) fn sample(&mut self, sample: ControlReport) -> Result<(), Full> {
-        if self.reports.len() + self.requests.capacity() >= self.reports.capacity() {
-            self.lost.0.fetch_add(1, Ordering::Relaxed);
-            return Err(Full);
-        }
-        self.answer(sample)
+    /// Posts a sample, if the session has taken those before it.
+    pub(in crate::device) fn sample(&mut self, sample: Telemetry) -> Result<(), Full> {
+        self.lost.post(&mut self.samples, sample)
     }
 
     /// Orders of the pulser, which takes them four times a tick: there is room
