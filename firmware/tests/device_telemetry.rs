@@ -125,6 +125,7 @@ fn a_force_of_nothing_has_no_amplitude_and_no_rate() {
         spec: ForceSpec {
             min_period_us: 20_000,
             hold: HoldPolicy::Hold,
+            max_period_us: None,
         },
     });
     desk.must(Request::Subscribe { period_ms: 5 });

@@ -3,7 +3,7 @@
 use super::chip::ChipArgs;
 use super::out::OutArgs;
 use super::{Incomplete, Output, interrupt};
-use crate::analysis::{ForceMetrics, Hit, force_metrics, hits, metrics};
+use crate::analysis::{ForceMetrics, GapMetrics, Hit, force_metrics, hits, metrics};
 use crate::link::Port;
 use crate::record::{Ending, Recorder, Run, write_run};
 use crate::report::{self, Report};
@@ -167,10 +167,22 @@ fn write_vcd(path: &Path, trace: &Trace) -> anyhow::Result<()> {
 
 /// How a force was followed, for people.
 fn followed(force: &ForceMetrics) -> String {
-    format!(
+    let followed = format!(
         "channel {}: predicted force within {:.3} N (RMSE) of the wanted, {:.3} N at most; it \
          asked for up to {:.1} N",
         force.channel, force.rmse_n, force.max_abs_n, force.peak_n,
+    );
+    followed + &force.gap.map(limited).unwrap_or_default()
+}
+
+/// Where forces were wanted that cannot be given, for people.
+fn limited(gap: GapMetrics) -> String {
+    format!(
+        "; limiting {:.0} % of the time: it wanted forces between {} and {} N, which its limits \
+         cannot give, and got the nearer of the two (a lower `force.min_frequency_hz` narrows this)",
+        100.0 * gap.share,
+        gap.below_n,
+        gap.above_n,
     )
 }
 

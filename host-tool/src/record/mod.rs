@@ -128,6 +128,15 @@ impl Trial {
         sample.rates_hz.get(place).copied().flatten()
     }
 
+    /// The two forces that a channel's limits can give, N, if they could not give
+    /// the wanted one between them.
+    #[must_use]
+    pub fn gap_n(&self, sample: &Sample, channel: u8) -> Option<(f64, f64)> {
+        let place = self.place(channel, |c| c.force)?;
+        let side = |list: &[Option<f64>]| list.get(place).copied().flatten();
+        side(&sample.below_n).zip(side(&sample.above_n))
+    }
+
     /// A channel's place among those that have something.
     fn place(&self, channel: u8, has: fn(&ChannelInfo) -> bool) -> Option<usize> {
         let mut such = self.channels.iter().filter(|c| has(c));
@@ -197,6 +206,13 @@ pub struct Sample {
     /// Pulse rate that force control gives it, Hz; `None` while it plays nothing.
     #[serde(default)]
     pub rates_hz: Vec<Option<f64>>,
+    /// The force below the wanted one that its limits can give, N, where they
+    /// cannot give that itself; in the place of `wanted_n`.
+    #[serde(default)]
+    pub below_n: Vec<Option<f64>>,
+    /// The force above it that they can give, N, likewise.
+    #[serde(default)]
+    pub above_n: Vec<Option<f64>>,
 }
 
 /// The state of a device, by its word in `samples.csv`.

@@ -19,10 +19,13 @@ const AMPLITUDE: &str = "amplitude_";
 const FORCE: &str = "force_";
 const WANTED: &str = "wanted_";
 const RATE: &str = "rate_";
+const BELOW: &str = "below_";
+const ABOVE: &str = "above_";
 
 /// Writes the header of `samples.csv`: the fixed columns, `amplitude_<channel>_<unit>`
 /// for each channel, `force_<channel>_n` for each whose force is predicted,
-/// `wanted_<channel>_n` and `rate_<channel>_hz` for each under force control.
+/// `wanted_<channel>_n`, `rate_<channel>_hz`, `below_<channel>_n` and
+/// `above_<channel>_n` for each under force control.
 pub(super) fn write_sample_header(
     out: &mut impl Write,
     channels: &[ChannelInfo],
@@ -35,7 +38,7 @@ pub(super) fn write_sample_header(
     for channel in channels.iter().filter(|c| c.muscle) {
         write!(out, ",{FORCE}{}_n", channel.number)?;
     }
-    for (prefix, unit) in [(WANTED, "n"), (RATE, "hz")] {
+    for (prefix, unit) in [(WANTED, "n"), (RATE, "hz"), (BELOW, "n"), (ABOVE, "n")] {
         for channel in channels.iter().filter(|c| c.force) {
             write!(out, ",{prefix}{}_{unit}", channel.number)?;
         }
@@ -65,6 +68,8 @@ pub(super) fn write_sample(
         (&forces, predicted),
         (&sample.wanted_n, controlled),
         (&sample.rates_hz, controlled),
+        (&sample.below_n, controlled),
+        (&sample.above_n, controlled),
     ] {
         for column in 0..columns {
             write_field(out, values.get(column).copied().flatten())?;
@@ -124,6 +129,7 @@ pub fn read_samples(path: &Path) -> Result<Vec<Sample>, RecordError> {
     };
     let (amplitudes, forces) = (columns(AMPLITUDE), columns(FORCE));
     let (wanted, rates) = (columns(WANTED), columns(RATE));
+    let (below, above) = (columns(BELOW), columns(ABOVE));
     let fixed = FIXED.map(|name| rows.column(name));
     let [t, target, measured, truth, effort, limiting, state] = fixed;
     let (t, target, measured) = (t?, target?, measured?);
@@ -146,6 +152,8 @@ pub fn read_samples(path: &Path) -> Result<Vec<Sample>, RecordError> {
             forces_n: list(&forces)?.into_iter().flatten().collect(),
             wanted_n: list(&wanted)?,
             rates_hz: list(&rates)?,
+            below_n: list(&below)?,
+            above_n: list(&above)?,
         })
     })
 }
