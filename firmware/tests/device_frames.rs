@@ -4,7 +4,7 @@
 use crate::device_desk::*;
 use firmware::device::Identity;
 use firmware::device::lockstep::Lockstep;
-use firmware::link::{Code, Kind, Request, message::ResetCause};
+use firmware::link::{Code, Kind, MAX_MESSAGE, Request, message::ResetCause};
 use firmware::pulse::{GroupSpec, MAX_GROUPS, Partner};
 use firmware::units::Micros;
 use serde::Serialize;
@@ -63,13 +63,13 @@ fn a_list_that_is_too_long_is_named() {
 }
 
 #[test]
-fn a_message_of_300_bytes_is_read_and_one_of_301_is_too_long() {
+fn the_longest_message_is_read_and_one_byte_more_is_too_long() {
     let mut desk = Desk::open(BOOT);
     for (length, code) in [
-        (300, Code::UnknownMessage),
-        (301, Code::FrameTooLong),
-        (302, Code::FrameTooLong),
-        (303, Code::FrameTooLong),
+        (MAX_MESSAGE, Code::UnknownMessage),
+        (MAX_MESSAGE + 1, Code::FrameTooLong),
+        (MAX_MESSAGE + 2, Code::FrameTooLong),
+        (MAX_MESSAGE + 3, Code::FrameTooLong),
         (1_000, Code::FrameTooLong),
     ] {
         for fill in [1, 0xEE] {
