@@ -64,6 +64,9 @@ fn named() -> BTreeSet<String> {
         arms.filter_map(|rest| rest.split('"').next())
             .map(str::to_owned),
     );
+    // And a name alone on its line.
+    let alone = refusal.lines().filter_map(|l| l.trim().strip_suffix("\","));
+    fields.extend(alone.filter_map(|l| l.strip_prefix('"')).map(str::to_owned));
     fields
 }
 
