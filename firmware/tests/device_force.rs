@@ -11,7 +11,7 @@ use firmware::safety::{ChannelSpec, State, WearerSpec};
 use firmware::units::{Amplitude, Micros};
 use proptest::prelude::*;
 
-const BOOT: Micros = Micros(u32::MAX - 300_000);
+pub(crate) const BOOT: Micros = Micros(u32::MAX - 300_000);
 
 /// K01 of Lee 2020, table 4.
 const K01: CalciumForceSpec = CalciumForceSpec {
@@ -22,36 +22,43 @@ const K01: CalciumForceSpec = CalciumForceSpec {
     tau2_us: 194_400,
 };
 
-const RECRUITMENT: RecruitmentSpec = RecruitmentSpec {
+pub(crate) const RECRUITMENT: RecruitmentSpec = RecruitmentSpec {
     motor_threshold: Amplitude(10_000),
     limit: Amplitude(20_000),
     reference: Amplitude(20_000),
     slope_micro: 300_000,
 };
 
-const FORCE: ForceSpec = ForceSpec {
+pub(crate) const FORCE: ForceSpec = ForceSpec {
     min_period_us: 12_500,
     hold: HoldPolicy::Extrapolate { max_ms: 100 },
+    max_period_us: None,
+};
+
+/// The same, down to two pulses a second at motor threshold.
+pub(crate) const RARE: ForceSpec = ForceSpec {
+    max_period_us: Some(500_000),
+    ..FORCE
 };
 
 /// 25 Hz, so that rate may rise to 80 Hz.
-const SLOW: TrainSpec = TrainSpec {
+pub(crate) const SLOW: TrainSpec = TrainSpec {
     period_us: 40_000,
     ..PLAIN
 };
 
-fn muscle(channel: u8) -> Request {
+pub(crate) fn muscle(channel: u8) -> Request {
     Request::Muscle {
         channel,
         spec: MuscleSpec::new(K01, RECRUITMENT),
     }
 }
 
-fn control(channel: u8, spec: ForceSpec) -> Request {
+pub(crate) fn control(channel: u8, spec: ForceSpec) -> Request {
     Request::ForceControl { channel, spec }
 }
 
-fn force(channel: u8, millinewton: u32) -> Request {
+pub(crate) fn force(channel: u8, millinewton: u32) -> Request {
     Request::Force {
         channel,
         at: None,
@@ -60,15 +67,23 @@ fn force(channel: u8, millinewton: u32) -> Request {
     }
 }
 
-/// The most that the channel under force control gives, mN.
-fn most() -> u32 {
+/// The least but none and the most that a channel under force control gives, mN.
+pub(crate) fn reach(spec: &ForceSpec) -> (u32, u32) {
     let recruitment = Recruitment::new(RECRUITMENT).unwrap();
-    let control = ForceControl::new(0, &FORCE, K01, recruitment, SLOW.period_us).unwrap();
-    control.reach().1.to_millinewton()
+    let control = ForceControl::new(0, spec, K01, recruitment, SLOW.period_us).unwrap();
+    control.reach_mn()
+}
+
+pub(crate) fn most() -> u32 {
+    reach(&FORCE).1
 }
 
 /// Channel 0 under force control and channel 1 not, both stimulating.
 fn stimulating(host_timeout_ms: u16) -> Desk {
+    stimulating_by(FORCE, host_timeout_ms)
+}
+
+pub(crate) fn stimulating_by(spec: ForceSpec, host_timeout_ms: u16) -> Desk {
     let mut desk = Desk::open(BOOT);
     let wearer = WearerSpec {
         host_timeout_ms,
@@ -76,7 +91,7 @@ fn stimulating(host_timeout_ms: u16) -> Desk {
     };
     desk.prepare(wearer, &[channel(SLOW), channel(PLAIN)]);
     desk.must(muscle(0));
-    desk.must(control(0, FORCE));
+    desk.must(control(0, spec));
     desk.must(Request::Arm);
     desk.must(Request::Start);
     desk
@@ -224,6 +239,17 @@ fn what_cannot_be_controlled_is_refused_at_arming() {
     );
     assert_eq!(armed(&slow, with(4_999)), range("min_period_us"));
     assert_eq!(armed(&slow, with(40_001)), range("min_period_us"));
+    // 2 s is the longest period of any train.
+    for max_period_us in [39_999, 2_000_001] {
+        let spec = ForceSpec {
+            max_period_us: Some(max_period_us),
+            ..FORCE
+        };
+        assert_eq!(
+            armed(&slow, vec![muscle(0), control(0, spec)]),
+            range("max_period_us")
+        );
+    }
     // A mean force needs 10 Hz.
     let twitches = TrainSpec {
         period_us: 100_001,
@@ -280,7 +306,7 @@ fn what_cannot_be_controlled_is_refused_at_arming() {
 }
 
 /// The code of the amplitude that a channel was given last.
-fn last_code(desk: &Desk, channel: u8) -> u32 {
+pub(crate) fn last_code(desk: &Desk, channel: u8) -> u32 {
     let mut codes = desk.record.dac.iter().rev();
     let found = codes.find(|(_, c, _)| *c == channel);
     found.map_or(0, |&(_, _, code)| code.into())
@@ -394,7 +420,26 @@ fn an_isolated_group_keeps_its_rates() {
         min_period_us: SLOW.period_us,
         ..FORCE
     };
-    for (partner, spec) in [(Partner::Isolated, fixed), (Partner::Conducted, FORCE)] {
+    // A rate that only falls changes as well.
+    let falling = ForceSpec {
+        min_period_us: SLOW.period_us,
+        ..RARE
+    };
+    let falls = vec![group(Partner::Isolated), muscle(1), control(1, falling)];
+    assert_eq!(
+        armed(&specs, falls),
+        (Some(Code::RateChanges), "groups".into())
+    );
+    let said = ForceSpec {
+        max_period_us: Some(SLOW.period_us),
+        ..fixed
+    };
+    for (partner, spec) in [
+        (Partner::Isolated, fixed),
+        (Partner::Isolated, said),
+        (Partner::Conducted, FORCE),
+        (Partner::Conducted, RARE),
+    ] {
         let mut desk = Desk::open(BOOT);
         desk.prepare(wearer(), &specs);
         desk.must(group(partner));
@@ -457,13 +502,16 @@ proptest! {
     #[test]
     fn any_forces_keep_the_limits(
         steps in prop::collection::vec((0..=100u32, 1_000..60_000u32, any::<Option<i16>>()), 5..40),
+        is_rare: bool,
     ) {
-        let mut desk = stimulating(1000);
+        let mut desk = stimulating_by(if is_rare { RARE } else { FORCE }, 1000);
+        // Around threshold, where the slow rates are, or all the way.
+        let top = if is_rare { 2 * reach(&FORCE).0 } else { most() };
         for (percent, wait_us, rate) in steps {
             desk.must(Request::Force {
                 channel: 0,
                 at: None,
-                millinewton: most() * percent / 100,
+                millinewton: top * percent / 100,
                 millinewton_per_s: rate.map(i32::from),
             });
             desk.wait(wait_us);

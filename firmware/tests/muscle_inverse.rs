@@ -4,8 +4,8 @@
 //! prints the errors. Against another model's muscles: `hal-sim`.
 
 use firmware::muscle::{
-    CalciumForce, CalciumForceSpec, CalciumForceState, Inverse, OutOfRange, Parameter, Recruitment,
-    RecruitmentSpec,
+    CalciumForce, CalciumForceSpec, CalciumForceState, Inverse, Limiting, OutOfRange, Parameter,
+    Recruitment, RecruitmentSpec,
 };
 use firmware::units::{Amplitude, Force, Micros};
 use fixed::types::I16F16;
@@ -59,7 +59,7 @@ fn settled(
 
 fn error(spec: CalciumForceSpec, inverse: &Inverse, recruitment: &Recruitment, wanted: f64) -> f64 {
     let drive = inverse.drive(recruitment, Force(I16F16::from_num(wanted)));
-    assert!(!drive.limiting, "{wanted} N: {drive:?}");
+    assert_eq!(drive.limiting, None, "{wanted} N: {drive:?}");
     settled(spec, recruitment, drive.amplitude, drive.period_us) / wanted - 1.0
 }
 
@@ -73,7 +73,7 @@ fn the_model_gives_what_the_inverse_was_asked_for() {
         (20_000, 20_000, 3e-4),
     ];
     for (slowest, fastest, bound) in rates {
-        let inverse = Inverse::new(K01, &recruitment, slowest, fastest).unwrap();
+        let inverse = Inverse::new(K01, &recruitment, slowest, fastest, slowest).unwrap();
         let (least, most) = inverse.reach();
         let (least, most) = (least.0.to_num::<f64>(), most.0.to_num::<f64>());
         let worst = (0..=100)
@@ -91,7 +91,7 @@ fn the_model_gives_what_the_inverse_was_asked_for() {
 #[test]
 fn amplitude_answers_first_and_then_rate() {
     let recruitment = Recruitment::new(RECRUITMENT).unwrap();
-    let inverse = Inverse::new(K01, &recruitment, 50_000, 10_000).unwrap();
+    let inverse = Inverse::new(K01, &recruitment, 50_000, 10_000, 50_000).unwrap();
     let drive = |newtons: f64| inverse.drive(&recruitment, Force(I16F16::from_num(newtons)));
     let (least, most) = inverse.reach();
     let (least, most) = (least.0.to_num::<f64>(), most.0.to_num::<f64>());
@@ -102,11 +102,11 @@ fn amplitude_answers_first_and_then_rate() {
     assert_eq!(drive(0.51 * least).amplitude, RECRUITMENT.motor_threshold);
     let gentle = drive(2.0 * least);
     assert!(gentle.amplitude > RECRUITMENT.motor_threshold && gentle.amplitude < RECRUITMENT.limit);
-    assert_eq!((gentle.period_us, gentle.limiting), (50_000, false));
+    assert_eq!((gentle.period_us, gentle.limiting), (50_000, None));
     let strong = drive(0.9 * most);
     assert_eq!(
         (strong.amplitude, strong.limiting),
-        (RECRUITMENT.limit, false)
+        (RECRUITMENT.limit, None)
     );
     assert!((10_001..50_000).contains(&strong.period_us), "{strong:?}");
     let beyond = drive(most + 0.01);
@@ -114,13 +114,19 @@ fn amplitude_answers_first_and_then_rate() {
         (beyond.amplitude, beyond.period_us),
         (RECRUITMENT.limit, 10_000)
     );
-    assert!(beyond.limiting);
+    assert_eq!(beyond.limiting, Some(Limiting::AboveMost));
+    for part in [0.0, -3.0] {
+        assert_eq!(drive(part).limiting, None);
+    }
+    for part in [0.01, 0.49, 0.51, 0.99] {
+        assert_eq!(drive(part * least).limiting, Some(Limiting::BelowLeast));
+    }
 }
 
 #[test]
 fn a_force_that_rises_is_wanted_ahead() {
     let recruitment = Recruitment::new(RECRUITMENT).unwrap();
-    let inverse = Inverse::new(K01, &recruitment, 25_000, 10_000).unwrap();
+    let inverse = Inverse::new(K01, &recruitment, 25_000, 10_000, 25_000).unwrap();
     let force = |newtons: f64| Force(I16F16::from_num(newtons));
     let ahead = |newtons, rate: f64| {
         let ahead = inverse.ahead(force(newtons), I16F16::from_num(rate));
@@ -140,7 +146,9 @@ fn a_force_that_rises_is_wanted_ahead() {
 #[test]
 fn each_parameter_is_named() {
     let recruitment = Recruitment::new(RECRUITMENT).unwrap();
-    let refused = |spec, slowest, fastest| Inverse::new(spec, &recruitment, slowest, fastest).err();
+    let refuse =
+        |spec, train, fastest, slowest| Inverse::new(spec, &recruitment, train, fastest, slowest);
+    let refused = |spec, train, fastest| refuse(spec, train, fastest, train).err();
     let out = |parameter, given, min, max| {
         Some(OutOfRange {
             parameter,
@@ -166,6 +174,47 @@ fn each_parameter_is_named() {
         refused(K01, 50_000, 50_001),
         out(Parameter::ShortestPeriod, 50_001, 5_000, 50_000)
     );
+    for slowest in [49_999, 2_000_001] {
+        assert_eq!(
+            refuse(K01, 50_000, 10_000, slowest).err(),
+            out(Parameter::LongestPeriod, slowest, 50_000, 2_000_000)
+        );
+    }
+}
+
+#[test]
+fn below_threshold_the_rate_answers() {
+    let recruitment = Recruitment::new(RECRUITMENT).unwrap();
+    let inverse = Inverse::new(K01, &recruitment, 50_000, 10_000, 1_000_000).unwrap();
+    let fixed = Inverse::new(K01, &recruitment, 50_000, 10_000, 50_000).unwrap();
+    let drive = |newtons: f64| inverse.drive(&recruitment, Force(I16F16::from_num(newtons)));
+    let (least, most) = inverse.reach();
+    let least = least.0.to_num::<f64>();
+    let at_threshold = fixed.reach().0.0.to_num::<f64>();
+    assert_eq!(most, fixed.reach().1);
+    // A pulse a second, not twenty of them.
+    assert!((15.0..45.0).contains(&(at_threshold / least)), "{least} N");
+
+    let weakest = drive(least);
+    assert_eq!(
+        (weakest.amplitude, weakest.period_us, weakest.limiting),
+        (RECRUITMENT.motor_threshold, 1_000_000, None)
+    );
+    let gentle = drive(at_threshold / 2.0);
+    assert_eq!(gentle.amplitude, RECRUITMENT.motor_threshold);
+    assert!((60_000..120_000).contains(&gentle.period_us), "{gentle:?}");
+    assert_eq!(gentle.limiting, None);
+    // Where the amplitude begins to answer, all is as without.
+    for share in [1.001, 1.5, 4.0, 10.0] {
+        let force = Force(I16F16::from_num(share * at_threshold));
+        assert_eq!(
+            inverse.drive(&recruitment, force),
+            fixed.drive(&recruitment, force)
+        );
+    }
+    let rounded = fixed.drive(&recruitment, Force(I16F16::from_num(0.6 * at_threshold)));
+    assert_eq!(rounded.amplitude, RECRUITMENT.motor_threshold);
+    assert_eq!(rounded.limiting, Some(Limiting::BelowLeast));
 }
 
 prop_compose! {
@@ -199,8 +248,15 @@ prop_compose! {
 }
 
 prop_compose! {
-    fn any_periods()(slowest in 5_000u32..=100_000, part in 0.0..=1.0) -> (u32, u32) {
-        (slowest, 5_000 + (f64::from(slowest - 5_000) * part) as u32)
+    /// The train's, the fastest's and the slowest's; in half of all no slower one.
+    fn any_periods()(
+        train in 5_000u32..=100_000,
+        part in 0.0..=1.0,
+        slower in prop::option::of(0.0..=1.0),
+    ) -> (u32, u32, u32) {
+        let way = |from: u32, to: u32, part: f64| from + (f64::from(to - from) * part) as u32;
+        let slowest = slower.map_or(train, |part| way(train, 2_000_000, part));
+        (train, way(5_000, train, part), slowest)
     }
 }
 
@@ -212,25 +268,47 @@ proptest! {
     fn any_muscle_any_force(
         muscle in any_muscle(),
         recruitment in any_recruitment(),
-        (slowest, fastest) in any_periods(),
+        (train, fastest, slowest) in any_periods(),
         forces in prop::collection::vec(any::<i32>(), 2..20),
         share in prop::collection::vec(0.0..1.1, 20),
         rate: i32,
     ) {
-        let inverse = Inverse::new(muscle, &recruitment, slowest, fastest).unwrap();
-        let (_, most) = inverse.reach();
+        let inverse = Inverse::new(muscle, &recruitment, train, fastest, slowest).unwrap();
+        let fixed = Inverse::new(muscle, &recruitment, train, fastest, train).unwrap();
+        let at_threshold = fixed.reach().0;
+        let (least, most) = inverse.reach();
+        prop_assert!(least <= at_threshold && most == fixed.reach().1);
         let mut forces: Vec<i32> = forces;
         forces.extend(share.iter().map(|s| (f64::from(most.0.to_bits()) * s) as i32));
+        forces.extend(share.iter().map(|s| (f64::from(at_threshold.0.to_bits()) * s) as i32));
         forces.sort_unstable();
-        let mut before = (Amplitude::ZERO, slowest);
+        let mut before: Option<(Amplitude, u32)> = None;
         for bits in forces {
             let force = Force(I16F16::from_bits(bits));
             let drive = inverse.drive(&recruitment, force);
             prop_assert!(drive.amplitude <= recruitment.spec().limit);
             prop_assert!((fastest..=slowest).contains(&drive.period_us));
-            prop_assert!(drive.amplitude >= before.0 && drive.period_us <= before.1);
-            prop_assert_eq!(drive.limiting, force > most);
-            before = (drive.amplitude, drive.period_us);
+            if drive.amplitude == Amplitude::ZERO {
+                // Silence has the train's rate: what follows it need not wait long.
+                prop_assert_eq!(drive.period_us, train);
+                prop_assert!(before.is_none());
+            } else {
+                let (amplitude, period_us) = before.unwrap_or((Amplitude::ZERO, slowest));
+                prop_assert!(drive.amplitude >= amplitude && drive.period_us <= period_us);
+                before = Some((drive.amplitude, drive.period_us));
+            }
+            let limiting = if force > most {
+                Some(Limiting::AboveMost)
+            } else if bits > 0 && force < least {
+                Some(Limiting::BelowLeast)
+            } else {
+                None
+            };
+            prop_assert_eq!(drive.limiting, limiting);
+            // From threshold on the slow rates change nothing.
+            if force > at_threshold || slowest == train {
+                prop_assert_eq!(drive, fixed.drive(&recruitment, force));
+            }
             let _ = inverse.ahead(force, I16F16::from_bits(rate));
         }
     }
@@ -253,7 +331,7 @@ proptest! {
     ) {
         let muscle = CalciumForceSpec { a_mn_per_s, k_micro, tau_c_us, tau1_us, tau2_us };
         let recruitment = Recruitment::new(RECRUITMENT).unwrap();
-        let inverse = Inverse::new(muscle, &recruitment, 50_000, 12_500).unwrap();
+        let inverse = Inverse::new(muscle, &recruitment, 50_000, 12_500, 50_000).unwrap();
         let (least, most) = inverse.reach();
         let (least, most) = (least.0.to_num::<f64>(), most.0.to_num::<f64>());
         let off = error(muscle, &inverse, &recruitment, least + (most - least) * part);

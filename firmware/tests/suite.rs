@@ -7,6 +7,7 @@ mod control_laws;
 mod device_arming;
 mod device_desk;
 mod device_force;
+mod device_force_reach;
 mod device_fuzz;
 mod device_over_current;
 mod device_rungs;

@@ -2,9 +2,9 @@
 //! share no code with it.
 //!
 //! `cargo test -p hal-sim --test suite muscle_inverse -- --nocapture`
-//! prints the errors: steady force of ten subjects, and force that changes.
+//! prints the errors of steady forces of ten subjects, and the ripple of slow rates.
 
-use firmware::muscle::{CalciumForceSpec, Inverse, Recruitment, RecruitmentSpec};
+use firmware::muscle::{CalciumForceSpec, Inverse, Limiting, Recruitment, RecruitmentSpec};
 use firmware::units::{Amplitude, Force};
 use fixed::types::I16F16;
 use hal_sim::body::muscle::reference::integrate;
@@ -34,13 +34,19 @@ fn spec(p: &Parameters) -> CalciumForceSpec {
     }
 }
 
-/// Mean force over a period once a train has settled, N.
-fn settled(p: &Parameters, period_s: f64) -> f64 {
+/// A period of a train that has settled, N.
+struct Period {
+    mean: f64,
+    lowest: f64,
+    highest: f64,
+}
+
+fn period(p: &Parameters, period_s: f64, step_s: f64) -> Period {
     let periods = (12.0 * (p.tau_c_s + p.tau1_s + p.tau2_s) / period_s).ceil();
     let pulses: Vec<f64> = (0..=periods as u32)
         .map(|i| f64::from(i) * period_s)
         .collect();
-    let steps = 50;
+    let steps = (period_s / step_s).ceil().max(50.0) as u32;
     let end = (periods + 1.0) * period_s;
     let samples = integrate(p, &pulses, end, period_s / f64::from(steps));
     let last = &samples[samples.len() - 1 - steps as usize..];
@@ -48,7 +54,17 @@ fn settled(p: &Parameters, period_s: f64) -> f64 {
         .windows(2)
         .map(|w| 0.5 * (w[0].force_n + w[1].force_n))
         .sum();
-    sum / f64::from(steps)
+    let forces = || last.iter().map(|sample| sample.force_n);
+    Period {
+        mean: sum / f64::from(steps),
+        lowest: forces().fold(f64::INFINITY, f64::min),
+        highest: forces().fold(0.0, f64::max),
+    }
+}
+
+/// Mean force over a period once a train has settled, N.
+fn settled(p: &Parameters, period_s: f64) -> f64 {
+    period(p, period_s, 2e-3).mean
 }
 
 #[test]
@@ -57,7 +73,7 @@ fn ten_subjects_settle_at_the_force_wanted() {
     for (slowest, fastest, bound) in [(50_000, 16_667, 6e-4), (100_000, 10_000, 1e-2)] {
         let mut worst = 0f64;
         for (number, p) in (1..).zip(&SUBJECTS) {
-            let inverse = Inverse::new(spec(p), &recruitment, slowest, fastest).unwrap();
+            let inverse = Inverse::new(spec(p), &recruitment, slowest, fastest, slowest).unwrap();
             let (least, most) = inverse.reach();
             let (least, most) = (least.0.to_num::<f64>(), most.0.to_num::<f64>());
             let mut own = 0f64;
@@ -79,5 +95,121 @@ fn ten_subjects_settle_at_the_force_wanted() {
         }
         println!("all ten: {:.3} %", worst * 1e2);
         assert!((bound / 2.0..bound).contains(&worst), "{worst:e}");
+    }
+}
+
+/// Without a slowest rate every order is what it was before there was one: the
+/// number is of commit e7c6abd. Ten subjects, three ranges of rates, forces from
+/// below none to beyond reach, at rest and rising.
+#[test]
+fn without_a_slowest_rate_no_order_changes() {
+    let recruitment = Recruitment::new(RECRUITMENT).unwrap();
+    let mut digest = 0xcbf2_9ce4_8422_2325u64; // FNV-1a
+    let mut fold = |word: u64| {
+        for byte in word.to_le_bytes() {
+            digest = (digest ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+        }
+    };
+    for p in &SUBJECTS {
+        for (train, fastest) in [(50_000, 16_667), (100_000, 5_000), (20_000, 20_000)] {
+            let inverse = Inverse::new(spec(p), &recruitment, train, fastest, train).unwrap();
+            let (least, most) = inverse.reach();
+            fold(u64::from(least.0.to_bits().cast_unsigned()));
+            fold(u64::from(most.0.to_bits().cast_unsigned()));
+            for i in -100..1900 {
+                // Half of them around the least.
+                let top = if i % 2 == 0 { least } else { most };
+                let force = top.0.to_num::<f64>() * f64::from(i) / 1500.0;
+                for rate in [0, 20] {
+                    let force = Force(I16F16::from_num(force));
+                    let ahead = inverse.ahead(force, I16F16::from_num(rate));
+                    let drive = inverse.drive(&recruitment, ahead);
+                    fold(u64::from(drive.amplitude.0) << 32 | u64::from(drive.period_us));
+                }
+            }
+        }
+    }
+    println!("orders of forces: {digest:#018x}");
+    assert_eq!(digest, 0xf5d5_71fa_5b5a_b6be);
+}
+
+/// Force of ten subjects from none to the most, with a rate that may fall to half
+/// a pulse, one or two a second: what is given for what is wanted.
+#[test]
+fn a_slow_rate_closes_the_gap_below_threshold() {
+    let recruitment = Recruitment::new(RECRUITMENT).unwrap();
+    let mut worst = 0f64;
+    for slowest in [2_000_000, 1_000_000, 500_000] {
+        for (number, p) in (1..).zip(&SUBJECTS) {
+            let inverse = Inverse::new(spec(p), &recruitment, 50_000, 16_667, slowest).unwrap();
+            let fixed = Inverse::new(spec(p), &recruitment, 50_000, 16_667, 50_000).unwrap();
+            let newtons = |force: Force| force.0.to_num::<f64>();
+            let (least, most) = inverse.reach();
+            let (least, most) = (newtons(least), newtons(most));
+            let at_threshold = newtons(fixed.reach().0);
+            let given = |wanted: f64| {
+                let drive = inverse.drive(&recruitment, Force(I16F16::from_num(wanted)));
+                let driven = Parameters {
+                    a_n_per_s: p.a_n_per_s * gain(drive.amplitude),
+                    ..*p
+                };
+                let settled = settled(&driven, f64::from(drive.period_us) * 1e-6);
+                match drive.amplitude {
+                    Amplitude::ZERO => (0.0, drive),
+                    _ => (settled, drive),
+                }
+            };
+            // Below the least: the nearer, and said so.
+            for part in [0.1, 0.49, 0.51, 0.9] {
+                let (force, drive) = given(part * least);
+                assert_eq!(drive.limiting, Some(Limiting::BelowLeast), "K{number:02}");
+                assert!((force - part * least).abs() <= 0.51 * least, "K{number:02}");
+            }
+            // From there on: what was wanted.
+            let mut own = 0f64;
+            for i in 0..=40 {
+                // Half of them below what threshold gives at the train's rate.
+                let (from, to) = if i % 2 == 0 {
+                    (least, at_threshold)
+                } else {
+                    (least, most)
+                };
+                let wanted = from + (to - from) * f64::from(i) / 40.0;
+                let (force, drive) = given(wanted.max(least + 2e-5));
+                assert_eq!(drive.limiting, None, "K{number:02}, {wanted} N");
+                own = own.max((force / wanted - 1.0).abs());
+            }
+            println!(
+                "K{number:02} down to {} Hz: none, and {least:.4} to {most:.3} N ({:.3} N at 20 Hz); \
+                 worst {:.2} %",
+                1e6 / f64::from(slowest),
+                at_threshold,
+                own * 1e2
+            );
+            assert!(least < at_threshold / 8.0, "K{number:02}: {least} N");
+            worst = worst.max(own);
+        }
+    }
+    println!("all ten: {:.2} %", worst * 1e2);
+    assert!((1e-2..2e-2).contains(&worst), "{worst:e}");
+}
+
+/// Prints the table of ripple in docs/muscle.md and holds that to it.
+#[test]
+fn the_ripple_of_slow_rates_is_what_the_document_says() {
+    let text = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/muscle.md");
+    let text = std::fs::read_to_string(text).unwrap();
+    for hz in [20.0, 10.0, 8.0, 5.0, 3.0, 2.0, 1.0, 0.5] {
+        let ripple = |p: &Parameters| {
+            let period = period(p, 1.0 / hz, 2e-4);
+            (period.highest - period.lowest) / period.mean
+        };
+        let mut all: Vec<f64> = SUBJECTS.iter().map(ripple).collect();
+        all.sort_by(f64::total_cmp);
+        let [least, median, most] =
+            [all[0], 0.5 * (all[4] + all[5]), all[9]].map(|r| (100.0 * r).round());
+        let row = format!("| {hz} Hz | {least} % | {median} % | {most} % |");
+        println!("{row}");
+        assert!(text.contains(&row), "docs/muscle.md has no row {row}");
     }
 }

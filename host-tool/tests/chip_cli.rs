@@ -149,9 +149,12 @@ fn an_image_that_never_opens_its_port_is_told_after_its_time() {
 #[test]
 fn options_of_the_chip_need_the_chip() {
     let path = image("fine.elf", &elf(ARM, 0x0800_0000, &code()));
-    let error = refused(&["run", SESSION], &path, 2);
-    assert!(
-        error.starts_with("E518") && error.contains("--device chip"),
-        "{error}"
-    );
+    let readings = ["selftest", "--prefetched", "not-cached"];
+    for command in [&["run", SESSION][..], &readings] {
+        let error = refused(command, &path, 2);
+        assert!(
+            error.starts_with("E518") && error.contains("--device chip"),
+            "{error}"
+        );
+    }
 }

@@ -39,6 +39,7 @@ fn most(p: &Parameters) -> f64 {
     let spec = ForceSpec {
         min_period_us: 16_667,
         hold: HoldPolicy::Hold,
+        max_period_us: None,
     };
     let recruitment = Recruitment::new(recruitment).unwrap();
     let control = ForceControl::new(0, &spec, muscle, recruitment, 50_000).unwrap();

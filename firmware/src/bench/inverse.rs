@@ -39,7 +39,7 @@ impl ForceToPulses {
         let (slowest, fastest) = PERIODS_US;
         let inverse = recruitment
             .as_ref()
-            .and_then(|curve| Inverse::new(FORCE, curve, slowest, fastest).ok());
+            .and_then(|curve| Inverse::new(FORCE, curve, slowest, fastest, slowest).ok());
         Self {
             recruitment,
             inverse,
@@ -48,7 +48,7 @@ impl ForceToPulses {
             drive: Drive {
                 amplitude: Amplitude::ZERO,
                 period_us: 0,
-                limiting: false,
+                limiting: None,
             },
         }
     }
@@ -99,7 +99,8 @@ impl Algorithm for Tabling {
     }
     fn run(&mut self) {
         if let Some(curve) = &self.recruitment
-            && let Ok(inverse) = Inverse::new(FORCE, curve, PERIODS_US.0, self.fastest_us)
+            && let Ok(inverse) =
+                Inverse::new(FORCE, curve, PERIODS_US.0, self.fastest_us, PERIODS_US.0)
         {
             self.most = inverse.reach().1;
         }

@@ -2,7 +2,7 @@
 //! pulse rate, through its muscle run backwards. Nothing is measured.
 
 use super::setpoint::{HoldPolicy, SetpointError, SetpointTrack};
-use crate::muscle::{CalciumForceSpec, Drive, Inverse, OutOfRange, Recruitment};
+use crate::muscle::{CalciumForceSpec, Drive, Inverse, Limiting, OutOfRange, Recruitment};
 use crate::units::{self, Force, ForceRate, Micros};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -11,11 +11,15 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub struct ForceSpec {
     /// Shortest period, to which the pulse rate may rise once the amplitude is at
-    /// the wearer's limit, µs: 5000 up to the train's period, which is the longest.
-    /// The same as that for a fixed rate.
+    /// the wearer's limit, µs: 5000 up to the train's period. The same as that for a
+    /// rate that never rises.
     pub min_period_us: u32,
     /// What to do between and after setpoints.
     pub hold: HoldPolicy,
+    /// Longest period, to which the pulse rate may fall once the amplitude is at
+    /// motor threshold, µs: the train's period up to 2,000,000. `None` is the
+    /// train's: the rate never falls.
+    pub max_period_us: Option<u32>,
 }
 
 impl ForceSpec {
@@ -55,6 +59,18 @@ pub struct ForceOrders {
     pub target: Force,
     /// The pulses for it.
     pub drive: Drive,
+    /// Between which two it lies, if it cannot be given.
+    pub gap: Option<ForceGap>,
+}
+
+/// Two forces with none between them that the wearer's limits can give, as they
+/// travel on the wire.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+pub struct ForceGap {
+    /// The lower one, mN: none.
+    pub below_mn: u32,
+    /// The upper one, mN, rounded up: that at motor threshold and the slowest rate.
+    pub above_mn: u32,
 }
 
 /// Why a wanted force was not taken.
@@ -62,6 +78,8 @@ pub struct ForceOrders {
 pub enum ForceError {
     /// The wearer's limits cannot give it.
     OutOfReach {
+        /// The least they can but none, mN.
+        min_mn: u32,
         /// The most they can, mN.
         max_mn: u32,
     },
@@ -81,10 +99,13 @@ impl ForceControl {
         recruitment: Recruitment,
         period_us: u32,
     ) -> Result<Self, OutOfRange> {
+        let fastest_us = spec.min_period_us;
+        let slowest_us = spec.max_period_us.unwrap_or(period_us);
+        let inverse = Inverse::new(muscle, &recruitment, period_us, fastest_us, slowest_us)?;
         Ok(Self {
             channel,
             hold: spec.hold,
-            inverse: Inverse::new(muscle, &recruitment, period_us, spec.min_period_us)?,
+            inverse,
             recruitment,
         })
     }
@@ -93,6 +114,17 @@ impl ForceControl {
     #[must_use]
     pub fn reach(&self) -> (Force, Force) {
         self.inverse.reach()
+    }
+
+    /// [`Self::reach`] in whole mN that can be asked for: none, and from the first
+    /// to the second.
+    #[must_use]
+    pub fn reach_mn(&self) -> (u32, u32) {
+        let (least, most) = self.reach();
+        let min_mn = least.to_millinewton(); // below 2^25
+        let is_short = Force::from_millinewton(min_mn) < least;
+        let max_mn = most.to_millinewton();
+        ((min_mn + u32::from(is_short)).min(max_mn), max_mn)
     }
 
     /// Takes a force valid from `at`; see [`SetpointTrack::accept`].
@@ -107,9 +139,9 @@ impl ForceControl {
         millinewton: u32,
         rate: Option<ForceRate>,
     ) -> Result<(), ForceError> {
-        let max_mn = self.reach().1.to_millinewton();
+        let (min_mn, max_mn) = self.reach_mn();
         if millinewton > max_mn {
-            return Err(ForceError::OutOfReach { max_mn });
+            return Err(ForceError::OutOfReach { min_mn, max_mn });
         }
         let force = Force::from_millinewton(millinewton);
         let taken = state.track.accept(now, at, force, rate);
@@ -123,6 +155,10 @@ impl ForceControl {
         let (target, rate) = state.track.motion_at(now, self.hold)?;
         let ahead = self.inverse.ahead(target, rate.0);
         let drive = self.inverse.drive(&self.recruitment, ahead);
-        Some(ForceOrders { target, drive })
+        let gap = (drive.limiting == Some(Limiting::BelowLeast)).then(|| ForceGap {
+            below_mn: 0,
+            above_mn: self.reach_mn().0,
+        });
+        Some(ForceOrders { target, drive, gap })
     }
 }

@@ -22,7 +22,7 @@ pub mod spec;
 pub mod super_twisting;
 
 pub use feed_forward::{FeedForward, WearerModel};
-pub use force::{ForceControl, ForceError, ForceOrders, ForceSpec, ForceState};
+pub use force::{ForceControl, ForceError, ForceGap, ForceOrders, ForceSpec, ForceState};
 pub use joint::{Joint, JointState, Orders};
 pub use law::{Effort, LawSpec};
 pub use mapping::{Amplitudes, Mapping, PointSpec};

@@ -6,7 +6,7 @@ mod setup;
 
 use super::mail::{ControlEvent, ControlOrder, ControlReport, ControlRequest, ControllerMail};
 use crate::control::{
-    Amplitudes, Effort, ForceOrders, ForceState, JointState, Orders, SensorFault,
+    Amplitudes, Effort, ForceGap, ForceOrders, ForceState, JointState, Orders, SensorFault,
 };
 use crate::haptics::{WallOrders, WallState};
 use crate::link::{Code, Refusal};
@@ -63,6 +63,16 @@ impl From<WallOrders> for Acted {
     }
 }
 
+/// A channel under force control: what it remembers, and what it tells.
+#[derive(Debug, Default)]
+struct Followed {
+    state: ForceState,
+    /// Wanted now; none before the first setpoint.
+    target_mn: Option<u32>,
+    /// What was wanted since the last sample lies in there.
+    gap: Option<ForceGap>,
+}
+
 /// Owns the control law, the wall and the muscle models.
 #[derive(Debug)]
 pub struct Controller {
@@ -71,8 +81,7 @@ pub struct Controller {
     joint: JointState,
     wall: WallState,
     muscles: Vec<LadderState, CHANNELS>,
-    /// And the force wanted now, mN; none before the first setpoint.
-    forces: Vec<(ForceState, Option<u32>), CHANNELS>,
+    forces: Vec<Followed, CHANNELS>,
     in_force: InForce,
     limiting: bool,
     /// The device's, as the pulser last told it.
@@ -188,8 +197,8 @@ impl Controller {
     fn end(&mut self) {
         self.phase = Phase::Off;
         self.in_force.silence();
-        for (_, target) in &mut self.forces {
-            *target = None;
+        for followed in &mut self.forces {
+            followed.target_mn = None;
         }
     }
 
@@ -247,8 +256,8 @@ impl Controller {
                 let result = match forces.find(|(force, _)| force.channel == channel) {
                     _ if self.phase == Phase::Off => Err(Refusal::new(Code::NotArmed, "state")),
                     None => Err(Refusal::new(Code::NoForceControl, "channel").on(channel)),
-                    Some((force, (state, _))) => force
-                        .setpoint(state, now, at, millinewton, rate)
+                    Some((force, followed)) => force
+                        .setpoint(&mut followed.state, now, at, millinewton, rate)
                         .map_err(|e| Refusal::from(e).on(channel)),
                 };
                 (seq, result, Some(arrived))
@@ -339,12 +348,14 @@ impl Controller {
         if self.phase != Phase::Running {
             return;
         }
-        for (force, (state, wanted_mn)) in self.setup.forces.iter().zip(&mut self.forces) {
-            let Some(ForceOrders { target, drive }) = force.tick(state, now) else {
+        for (force, followed) in self.setup.forces.iter().zip(&mut self.forces) {
+            let Some(ForceOrders { target, drive, gap }) = force.tick(&mut followed.state, now)
+            else {
                 continue;
             };
-            self.limiting |= drive.limiting;
-            *wanted_mn = Some(target.to_millinewton());
+            self.limiting |= drive.limiting.is_some();
+            followed.target_mn = Some(target.to_millinewton());
+            followed.gap = gap.or(followed.gap); // since the last sample, as `limiting`
             if self.state == State::Stimulating {
                 self.in_force.ordered(force.channel, drive.amplitude);
                 self.in_force.paced(force.channel, drive.period_us);

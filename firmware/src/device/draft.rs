@@ -24,8 +24,9 @@ pub(super) struct Draft {
     forces: [Option<ForceSpec>; CHANNELS],
     /// What the three above come to, wherever all are there. A table takes some
     /// 80,000 cycles, half as much again for a train of 10 Hz (row
-    /// `inverse_table` of docs/charts/cycles.csv): each is made with the request
-    /// that completes or changes it, so that arming makes none.
+    /// `inverse_table` of docs/charts/cycles.csv), and up to five times as much with
+    /// rates down to 0.5 Hz: each is made with the request that completes or changes
+    /// it, so that arming makes none.
     tables: [Option<Result<ForceControl, OutOfRange>>; CHANNELS],
 }
 
@@ -98,7 +99,9 @@ impl Draft {
         for (index, (slot, (spec, force))) in (0u8..).zip(channels.iter_mut().zip(specs)) {
             let Some(spec) = spec else { continue };
             let channel = match force {
-                Some(force) => spec.validate_up_to(force.min_period_us, &wearer),
+                Some(force) => {
+                    spec.validate_rates(force.min_period_us, force.max_period_us, &wearer)
+                }
                 None => spec.validate(&wearer),
             };
             *slot = Some(channel.map_err(|e| Refusal::from(e).on(index))?);

@@ -2,7 +2,7 @@
 //! append, never insert; the schema hash changes with any edit.
 
 use super::Refusal;
-use crate::control::{ForceSpec, JointSpec};
+use crate::control::{ForceGap, ForceSpec, JointSpec};
 use crate::haptics::WallSpec;
 use crate::muscle::{MuscleSpec, Rung};
 use crate::pulse::{CHANNELS, GroupSpec, MAX_GROUPS};
@@ -291,7 +291,8 @@ pub struct Telemetry {
     /// What the law asked for, in thousandths of its own unit; with a wall, the
     /// penetration in 0.001°, negative in front of it. None while neither runs.
     pub effort_milli: Option<i32>,
-    /// An amplitude was clamped to the wearer's limit since the last sample.
+    /// Since the last sample an amplitude was clamped to the wearer's limit, or a
+    /// force was wanted that cannot be given.
     pub limiting: bool,
     /// Amplitudes now in force: of the latest pulses, one per channel of the
     /// setup, lowest channel first. None while the channel plays nothing: from
@@ -312,6 +313,9 @@ pub struct ForceSample {
     pub target_mn: Option<u32>,
     /// Burst start to burst start, µs; none while the channel plays nothing.
     pub period_us: Option<u32>,
+    /// Since the last sample a force between these two was wanted, and the nearer
+    /// of them given.
+    pub gap: Option<ForceGap>,
 }
 
 /// A session number no session has.

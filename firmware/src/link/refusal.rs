@@ -277,6 +277,7 @@ impl From<crate::muscle::OutOfRange> for Refusal<'static> {
             Slope => "slope_micro",
             Period => "period_us",
             ShortestPeriod => "min_period_us",
+            LongestPeriod => "max_period_us",
         };
         Self::new(Code::OutOfRange, field).allowed(bound(e.min), bound(e.max))
     }
@@ -335,8 +336,10 @@ impl From<SetpointError> for Refusal<'static> {
 impl From<ForceError> for Refusal<'static> {
     fn from(e: ForceError) -> Self {
         match e {
-            ForceError::OutOfReach { max_mn } => {
-                Self::new(Code::ForceOutOfReach, "millinewton").allowed(0, bound(max_mn))
+            // And none, which always can be given.
+            ForceError::OutOfReach { min_mn, max_mn } => {
+                let refusal = Self::new(Code::ForceOutOfReach, "millinewton");
+                refusal.allowed(bound(min_mn), bound(max_mn))
             }
             ForceError::Setpoint(e) => e.into(),
         }

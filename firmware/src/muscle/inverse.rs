@@ -1,25 +1,37 @@
 //! From a wanted force to the pulses that give it: amplitude first, and where
-//! that is at the wearer's limit, pulse rate.
+//! that ends, pulse rate.
 //!
-//! At a period T and a gain the calcium–force model settles to gain·F(T). Up
-//! to limit·F(slowest T) only the amplitude changes, above it only T: a muscle
-//! tires less at a low rate. F is tabled once over evenly spaced periods, in
-//! which it is smoothest.
+//! At a period T and a gain the calcium–force model settles to gain·F(T). From
+//! threshold·F(train's T) to limit·F(train's T) only the amplitude changes, above
+//! it only T, down to the fastest: a muscle tires less at a low rate. Below, T
+//! grows at threshold amplitude, to the slowest. What lies between that and none
+//! cannot be had: the nearer of the two is given, and said to be.
+//!
+//! F is tabled once: above over evenly spaced periods, in which it is smoothest
+//! there, below over evenly spaced rates, to which it is nearly proportional.
 
 use super::calcium_force::{CalciumForce, CalciumForceSpec};
+use super::rhythm::SLOWEST_US;
 use super::settled::Steady;
 use super::{Gain, OutOfRange, Parameter, Recruitment, within};
 use crate::division::quotient;
 use crate::units::{Amplitude, Force};
 use fixed::types::{I16F16, U1F31};
 
-/// Shortest and longest period that a force is had with, µs: 200 Hz, and 10 Hz,
-/// below which a muscle twitches and its mean force says little.
+/// Shortest and longest period of a train whose amplitude gives a force, µs: 200
+/// Hz, and 10 Hz, below which a muscle twitches and its mean force says little.
 pub const PERIOD_US: (u32, u32) = (5_000, 100_000);
 
-/// Pieces of the table. Between their ends the mean force of Lee's subjects is
-/// 0.9 % off from 10 to 100 Hz and 0.1 % from 20 to 60 Hz.
+/// Pieces of a table. Between their ends the mean force of Lee's subjects is
+/// 0.9 % off from 10 to 100 Hz and 0.1 % from 20 to 60 Hz; below 20 Hz 1.7 %, of
+/// the subject whose force bends most at 11 Hz (K05), and 0.8 % of the others.
 const PIECES: usize = 16;
+
+/// Mean forces, N in 2^-16 and below 2^30, slowest rate first; never falls.
+type Forces = [u32; PIECES + 1];
+
+/// A pulse rate is this over its period in µs: 2^20 to 2^28.
+const RATE: u64 = 1 << 40;
 
 /// Pulses that give a force.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -28,45 +40,57 @@ pub struct Drive {
     pub amplitude: Amplitude,
     /// Burst start to burst start, µs.
     pub period_us: u32,
-    /// More was wanted than the limits allow.
-    pub limiting: bool,
+    /// Another force than this was wanted.
+    pub limiting: Option<Limiting>,
+}
+
+/// Why pulses give another force than was wanted.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Limiting {
+    /// It lies between none and the least.
+    BelowLeast,
+    /// It is more than the wearer's limits allow.
+    AboveMost,
 }
 
 /// One muscle's inverse between two pulse rates.
 #[derive(Clone, Copy, Debug)]
 pub struct Inverse {
     slowest_us: u32,
+    train_us: u32,
     fastest_us: u32,
-    /// Mean force at the wearer's limit, N in 2^-16 and below 2^30, slowest rate
-    /// first; never falls.
-    forces: [u32; PIECES + 1],
+    /// At the wearer's limit, from the train's rate to the fastest.
+    forces: Forces,
+    /// At motor threshold, from the slowest rate to the train's.
+    slow: Forces,
     /// Gain at the wearer's limit, Q31.
     gain: u32,
-    /// Least force but none, N in 2^-16: motor threshold at the slowest rate.
-    least: u32,
     threshold: Amplitude,
-    /// How late force follows at the slowest rate, µs, and what each 2^-16 N
+    /// How late force follows at the train's rate, µs, and what each 2^-16 N
     /// beyond it changes in that, µs in 2^-30.
     late_us: i64,
     late_change: i64,
 }
 
 impl Inverse {
-    /// Tables a muscle whose pulses may come every `slowest_us` to every
-    /// `fastest_us`; both the same for a fixed rate.
+    /// Tables a muscle under a train with a pulse every `train_us`, which may come
+    /// every `fastest_us` at the wearer's limit and every `slowest_us` at motor
+    /// threshold; the same as the train's for a fixed rate.
     ///
     /// # Errors
     /// [`OutOfRange`] names a parameter of the muscle or one of the periods.
     pub fn new(
         spec: CalciumForceSpec,
         recruitment: &Recruitment,
-        slowest_us: u32,
+        train_us: u32,
         fastest_us: u32,
+        slowest_us: u32,
     ) -> Result<Self, OutOfRange> {
         let muscle = CalciumForce::new(spec)?;
         let (shortest, longest) = PERIOD_US;
-        within(Parameter::Period, slowest_us, shortest, longest)?;
-        within(Parameter::ShortestPeriod, fastest_us, shortest, slowest_us)?;
+        within(Parameter::Period, train_us, shortest, longest)?;
+        within(Parameter::ShortestPeriod, fastest_us, shortest, train_us)?;
+        within(Parameter::LongestPeriod, slowest_us, train_us, SLOWEST_US)?;
         let (threshold, limit) = (recruitment.spec().motor_threshold, recruitment.spec().limit);
         let gain_at = |amplitude| recruitment.gain(amplitude).get().to_bits();
         let (gain, least) = (gain_at(limit), gain_at(threshold));
@@ -85,19 +109,39 @@ impl Inverse {
             let tau = quotient(scale * u64::from(force), activation).unwrap_or(0);
             i64::from(tau) + i64::from(period_us / 2)
         };
-        let span = slowest_us.saturating_sub(fastest_us);
-        let slow = steady(slowest_us);
-        let mut forces = [newtons(slow.force, gain); PIECES + 1];
+        let span = train_us.saturating_sub(fastest_us);
+        let train = steady(train_us);
+        let mut forces = [newtons(train.force, gain); PIECES + 1];
         if span > 0 {
             let mut before = 0;
             // The index is at most 16.
             for (index, force) in (0u32..).zip(&mut forces) {
-                let period_us = slowest_us.saturating_sub(span * index / PIECES as u32);
+                let period_us = train_us.saturating_sub(span * index / PIECES as u32);
                 before = newtons(steady(period_us).force, gain).max(before);
                 *force = before;
             }
         }
-        let late_us = late(slowest_us);
+        let mut slow = [newtons(train.force, least); PIECES + 1];
+        if slowest_us > train_us {
+            // Of τ1 and τc as much as the steps above take of the shortest, and
+            // half as many of them where a twitch is over before the next pulse:
+            // 0.1 % of truth for Lee's subjects from 0.5 to 10 Hz.
+            let is_slack = spec.tau1_us >= 8_000 && spec.tau_c_us >= 10_000;
+            let long_us = if is_slack { 4_000 } else { step_us };
+            let mut before = 0;
+            for (index, force) in (0u64..).zip(&mut slow) {
+                let period_us = period_at(index << 16, slowest_us, train_us);
+                let step_us = if period_us > longest {
+                    long_us
+                } else {
+                    step_us
+                };
+                let twitches = muscle.steady(period_us, step_us);
+                before = newtons(twitches.force, least).max(before);
+                *force = before;
+            }
+        }
+        let late_us = late(train_us);
         let beyond = forces
             .last()
             .copied()
@@ -107,10 +151,11 @@ impl Inverse {
         let late_change = late(fastest_us).saturating_sub(late_us) << 30;
         Ok(Self {
             slowest_us,
+            train_us,
             fastest_us,
             forces,
+            slow,
             gain,
-            least: newtons(slow.force, least),
             threshold,
             late_us,
             late_change: late_change.checked_div(beyond.into()).unwrap_or(0),
@@ -121,11 +166,15 @@ impl Inverse {
     #[must_use]
     pub fn reach(&self) -> (Force, Force) {
         let force = |bits: u32| Force(I16F16::from_bits(bits.cast_signed())); // below 2^30
-        (force(self.least), force(self.most()))
+        (force(self.least()), force(self.most()))
     }
 
     fn most(&self) -> u32 {
         self.forces.last().copied().unwrap_or(0)
+    }
+
+    fn least(&self) -> u32 {
+        self.slow.first().copied().unwrap_or(0)
     }
 
     /// What to want of [`Self::drive`] so that force is `force` now while it
@@ -149,52 +198,81 @@ impl Inverse {
         Force(I16F16::from_bits(bits as i32))
     }
 
-    /// The pulses for a steady mean force. Below the least force: motor
-    /// threshold from half of it on, else none.
+    /// The pulses for a steady mean force. Between none and the least force the
+    /// nearer of the two, the least from half of it on: half of it is the most
+    /// that is ever given beyond what was wanted.
     #[must_use]
     pub fn drive(&self, recruitment: &Recruitment, force: Force) -> Drive {
         let wanted = force.0.to_bits().max(0).cast_unsigned();
-        let slowest = self.forces.first().copied().unwrap_or(0);
-        let (amplitude, period_us) = if wanted <= self.least {
-            let none = wanted < self.least.div_ceil(2);
-            let amplitude = if none {
-                Amplitude::ZERO
+        let (least, most) = (self.least(), self.most());
+        // At the train's rate.
+        let at_threshold = self.slow.last().copied().unwrap_or(0);
+        let at_train = self.forces.first().copied().unwrap_or(0);
+        let (amplitude, period_us) = if wanted <= least {
+            if wanted < least.div_ceil(2) {
+                (Amplitude::ZERO, self.train_us)
             } else {
-                self.threshold
-            };
-            (amplitude, self.slowest_us)
-        } else if wanted <= slowest {
-            // At most the limit's gain, by wanted <= slowest.
-            let gain = quotient(u64::from(wanted) * u64::from(self.gain), slowest);
+                (self.threshold, self.slowest_us)
+            }
+        } else if wanted <= at_threshold {
+            // Its end is the train's.
+            let period_us = place(&self.slow, wanted).map_or(self.train_us, |place| {
+                period_at(place, self.slowest_us, self.train_us)
+            });
+            (self.threshold, period_us)
+        } else if wanted <= at_train {
+            // At most the limit's gain, by wanted <= at_train.
+            let gain = quotient(u64::from(wanted) * u64::from(self.gain), at_train);
             let gain = Gain::new(U1F31::from_bits(gain.unwrap_or(0)));
-            (recruitment.amplitude_for_gain(gain), self.slowest_us)
+            (recruitment.amplitude_for_gain(gain), self.train_us)
         } else {
             (recruitment.spec().limit, self.period(wanted))
         };
         Drive {
             amplitude,
             period_us,
-            limiting: wanted > self.most(),
+            limiting: if wanted > most {
+                Some(Limiting::AboveMost)
+            } else if wanted > 0 && wanted < least {
+                Some(Limiting::BelowLeast)
+            } else {
+                None
+            },
         }
     }
 
     /// The period that gives `wanted` at the wearer's limit.
     fn period(&self, wanted: u32) -> u32 {
-        let above = self.forces.partition_point(|&force| force <= wanted);
-        let (Some(&high), Some(&low)) = (
-            self.forces.get(above),
-            above
-                .checked_sub(1)
-                .and_then(|below| self.forces.get(below)),
-        ) else {
+        let Some(pieces) = place(&self.forces, wanted) else {
             return self.fastest_us;
         };
-        // low <= wanted < high: a part below 2^16 of a piece; above is 1…16.
-        let way = u64::from(wanted.saturating_sub(low)) << 16;
-        let part = quotient(way, high.saturating_sub(low)).unwrap_or(0);
-        let pieces = ((above as u64).saturating_sub(1) << 16) + u64::from(part);
-        let span = self.slowest_us.saturating_sub(self.fastest_us); // below 2^17
+        let span = self.train_us.saturating_sub(self.fastest_us); // below 2^17
         let shorter = (u64::from(span) * pieces) / ((PIECES as u64) << 16);
-        self.slowest_us.saturating_sub(shorter as u32)
+        self.train_us.saturating_sub(shorter as u32)
     }
+}
+
+/// Where `wanted` lies in a table, pieces in 2^-16 from its beginning; `None` if
+/// not in it.
+fn place(forces: &Forces, wanted: u32) -> Option<u64> {
+    let above = forces.partition_point(|&force| force <= wanted);
+    let high = forces.get(above)?;
+    let below = above.checked_sub(1)?;
+    let low = forces.get(below)?;
+    // low <= wanted < high: a part below 2^16 of a piece; below is 0…15.
+    let way = u64::from(wanted.saturating_sub(*low)) << 16;
+    let part = quotient(way, high.saturating_sub(*low)).unwrap_or(0);
+    Some(((below as u64) << 16) + u64::from(part))
+}
+
+/// The period at a place in the table of slow rates, pieces in 2^-16 from its
+/// beginning, µs.
+fn period_at(place: u64, slowest_us: u32, train_us: u32) -> u32 {
+    let rate = |period_us| quotient(RATE, period_us).unwrap_or(u32::MAX);
+    let (low, high) = (rate(slowest_us), rate(train_us));
+    // Below 2^28 · 2^20.
+    let higher = u64::from(high.saturating_sub(low)).wrapping_mul(place) >> 20;
+    let rate = u64::from(low).wrapping_add(higher) as u32; // between the two
+    let period_us = quotient(RATE, rate).unwrap_or(u32::MAX);
+    period_us.max(train_us).min(slowest_us)
 }

@@ -29,7 +29,7 @@ use serde::{Deserialize, Serialize};
 
 pub use calcium_force::{CalciumForce, CalciumForceSpec, CalciumForceState};
 pub use fatigue::FatigueSpec;
-pub use inverse::{Drive, Inverse};
+pub use inverse::{Drive, Inverse, Limiting};
 pub use ladder::{Ladder, LadderError, LadderState, Model, MuscleSpec, NoFatigue, Rung};
 pub use recruitment::{Recruitment, RecruitmentSpec};
 
@@ -89,10 +89,12 @@ pub enum Parameter {
     Reference,
     /// [`RecruitmentSpec::slope_micro`].
     Slope,
-    /// Period of the slowest rate that a force is had with, µs.
+    /// Period of the train whose amplitude gives a force, µs.
     Period,
-    /// Period of the fastest, µs.
+    /// Period of the fastest rate that a force is had with, µs.
     ShortestPeriod,
+    /// Period of the slowest, µs.
+    LongestPeriod,
 }
 
 /// A parameter outside the range in which the model's arithmetic is proven.

@@ -5,6 +5,9 @@ use crate::units::OutOfRange;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
+/// Longest period of a train, µs.
+pub const LONGEST_PERIOD_US: u32 = 2_000_000;
+
 /// Waveform of a single pulse.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub enum Shape {
@@ -111,7 +114,8 @@ impl TrainSpec {
         )?;
         let (g0, g1) = if biphasic { (0, 0) } else { (1000, 20_000) };
         check("ground_us", self.ground_us.into(), g0, g1)?;
-        check("period_us", self.period_us.into(), 5_000, 2_000_000)?;
+        let longest = LONGEST_PERIOD_US.cast_signed(); // 2 s
+        check("period_us", self.period_us.into(), 5_000, longest)?;
         // The period was just checked, so it fits i32.
         check(
             "offset_us",

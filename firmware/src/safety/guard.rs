@@ -231,9 +231,12 @@ impl Guard {
         };
         let channels = &self.setup.as_ref()?.channels;
         let config = channels.get(usize::from(channel)).copied().flatten()?;
-        let longest = config.train.spec().period_us;
         // Not `clamp`, which panics if its bounds were the wrong way round.
-        Some(period_us.max(config.min_period_us).min(longest))
+        Some(
+            period_us
+                .max(config.min_period_us)
+                .min(config.max_period_us),
+        )
     }
 
     /// Amplitude of the channel's latest burst.

@@ -3,8 +3,8 @@
 use super::limits;
 use super::{Stage, StageSpec};
 use crate::pulse::{
-    CHANNELS, Group, GroupError, GroupSpec, MAX_GROUPS, Partner, Train, TrainError, TrainSpec,
-    check_groups,
+    CHANNELS, Group, GroupError, GroupSpec, LONGEST_PERIOD_US, MAX_GROUPS, Partner, Train,
+    TrainError, TrainSpec, check_groups,
 };
 use crate::units::{Amplitude, OutOfRange};
 use heapless::Vec;
@@ -141,9 +141,11 @@ pub struct Channel {
     pub stage: Stage,
     /// No amplitude above this is ever put out.
     pub limit: Amplitude,
-    /// Shortest period that the limits were checked for, µs; the train's own is
-    /// the longest.
+    /// Shortest period that the limits were checked for, µs.
     pub min_period_us: u32,
+    /// Longest period that may be ordered, µs; the limits hold for it because they
+    /// do for the train's own.
+    pub max_period_us: u32,
 }
 
 /// Why a setup cannot be armed. `channel` is counted from 0.
@@ -222,18 +224,21 @@ impl ChannelSpec {
             stage,
             limit: self.limit,
             min_period_us: spec.period_us,
+            max_period_us: spec.period_us,
         })
     }
 
-    /// [`Self::validate`] for a channel whose pulse rate may rise while it
-    /// stimulates, up to a burst every `min_period_us`: every limit holds at that
-    /// rate too. A burst must be a single pulse, and the train not triggered.
+    /// [`Self::validate`] for a channel whose pulse rate may change while it
+    /// stimulates, from a burst every `min_period_us` to one every `max_period_us`
+    /// (the train's if none): every limit holds at the highest rate too. A burst
+    /// must be a single pulse, and the train not triggered.
     ///
     /// # Errors
     /// As there; for the highest rate as well.
-    pub fn validate_up_to(
+    pub fn validate_rates(
         &self,
         min_period_us: u32,
+        max_period_us: Option<u32>,
         wearer: &Wearer,
     ) -> Result<Channel, SetupError> {
         let channel = self.validate(wearer)?;
@@ -248,6 +253,9 @@ impl ChannelSpec {
         // The period was just checked, so it fits i32.
         let (given, longest) = (min_period_us.into(), period_us.cast_signed());
         OutOfRange::check("min_period_us", given, 5_000, longest)?;
+        let max_period_us = max_period_us.unwrap_or(period_us);
+        let slowest = LONGEST_PERIOD_US.cast_signed(); // 2 s
+        OutOfRange::check("max_period_us", max_period_us.into(), longest, slowest)?;
         let fastest = Self {
             train: TrainSpec {
                 period_us: min_period_us,
@@ -259,6 +267,7 @@ impl ChannelSpec {
         let min_period_us = fastest.validate(wearer)?.min_period_us;
         Ok(Channel {
             min_period_us,
+            max_period_us,
             ..channel
         })
     }
@@ -296,7 +305,7 @@ impl Setup {
             .map_err(SetupError::Group)?;
         let changes = |c: u8| {
             let channel = channels.get(usize::from(c)).copied().flatten();
-            channel.is_some_and(|c| c.min_period_us < c.train.spec().period_us)
+            channel.is_some_and(|c| c.min_period_us != c.max_period_us)
         };
         for group in groups.iter().filter(|g| g.partner() == Partner::Isolated) {
             let mut members = (0..CHANNELS as u8).filter(|c| group.members() & 1 << c != 0);

@@ -22,6 +22,20 @@ pub struct ForceMetrics {
     pub max_abs_n: f64,
     /// Largest wanted force, N.
     pub peak_n: f64,
+    /// Where forces were wanted that its limits cannot give; none if nowhere.
+    pub gap: Option<GapMetrics>,
+}
+
+/// Between two forces there are none that a channel's limits can give: it gave
+/// the nearer of the two.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+pub struct GapMetrics {
+    /// The lower one, N.
+    pub below_n: f64,
+    /// The upper one, N.
+    pub above_n: f64,
+    /// Share of the samples judged in which the wanted force lay between them.
+    pub share: f64,
 }
 
 /// Metrics of every channel under force control, in channel order, over the
@@ -45,6 +59,8 @@ pub fn force_metrics(trial: &Trial) -> Vec<ForceMetrics> {
             let (errors, wanted): (Vec<f64>, Vec<f64>) = pairs
                 .map(|(force, wanted)| (force - wanted, wanted))
                 .unzip();
+            let gaps = inside().filter_map(|s| trial.gap_n(s, channel.number));
+            let gaps: Vec<(f64, f64)> = gaps.collect();
             (!errors.is_empty()).then(|| ForceMetrics {
                 channel: channel.number,
                 from_s,
@@ -53,6 +69,11 @@ pub fn force_metrics(trial: &Trial) -> Vec<ForceMetrics> {
                 rmse_n: root_mean_square(&errors),
                 max_abs_n: errors.iter().fold(0.0, |most, e| e.abs().max(most)),
                 peak_n: wanted.iter().copied().fold(0.0, f64::max),
+                gap: gaps.first().map(|&(below_n, above_n)| GapMetrics {
+                    below_n,
+                    above_n,
+                    share: gaps.len() as f64 / errors.len() as f64,
+                }),
             })
         })
         .collect()
@@ -79,6 +100,8 @@ mod tests {
             t_s,
             forces_n: vec![4.0, 9.0, seven],
             wanted_n: vec![Some(4.0), Some(8.0)],
+            below_n: vec![None, Some(0.0)],
+            above_n: vec![None, (seven < 5.0).then_some(8.5)],
             ..Sample::default()
         };
         let trial = Trial {
@@ -94,6 +117,13 @@ mod tests {
         };
         let [one, seven] = force_metrics(&trial).try_into().unwrap();
         assert_eq!((one.channel, one.rmse_n, one.peak_n), (1, 0.0, 4.0));
+        assert_eq!(one.gap, None);
+        let gap = GapMetrics {
+            below_n: 0.0,
+            above_n: 8.5,
+            share: 0.5,
+        };
+        assert_eq!(seven.gap, Some(gap));
         assert_eq!((seven.channel, seven.samples), (7, 2));
         // Errors 1 and -7: (1 + 49) / 2 = 25.
         assert_eq!(

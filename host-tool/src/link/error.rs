@@ -106,6 +106,9 @@ impl fmt::Display for Refused {
         if let Some((min, max)) = self.allowed {
             match self.fault() {
                 Some(fault) => write!(f, " ({min}: {fault:?})")?,
+                None if self.code() == Some(Code::ForceOutOfReach) => {
+                    write!(f, " (allowed 0, and {min} to {max} mN)")?;
+                }
                 None if min == max => write!(f, " (allowed only {min})")?,
                 None => write!(f, " (allowed {min} to {max})")?,
             }
@@ -198,7 +201,9 @@ pub fn advice(code: Code) -> &'static str {
         Code::IsolationOverlaps => "separate the pulses by their offsets, or use a conducted group",
         Code::NoTimeToGround => "lower the rate, shorten ground_us or move the offsets",
         Code::Controlled => "set the joint's angle or the channel's force instead",
-        Code::RateChanges => "fix its rate (min_period_us = period_us), or use a conducted group",
+        Code::RateChanges => {
+            "fix its rate (min_period_us = period_us, no max_period_us), or use a conducted group"
+        }
         Code::NoMuscle => "configure the channel's muscle before arming",
         Code::AmplitudeCount => "send as many values as the mask has bits",
         Code::NothingToArm => "configure at least one channel",

@@ -1,6 +1,6 @@
 //! CSV of samples and edges. Numbers are written so that they read back exactly.
 
-use super::{ChannelInfo, DeviceState, Edge, RecordError, Sample, State};
+use super::{ChannelInfo, DeviceState, Edge, RecordError, Sample, State, columns};
 use std::io::{self, Write};
 use std::path::Path;
 use std::str::FromStr;
@@ -19,28 +19,15 @@ const AMPLITUDE: &str = "amplitude_";
 const FORCE: &str = "force_";
 const WANTED: &str = "wanted_";
 const RATE: &str = "rate_";
+const BELOW: &str = "below_";
+const ABOVE: &str = "above_";
 
-/// Writes the header of `samples.csv`: the fixed columns, `amplitude_<channel>_<unit>`
-/// for each channel, `force_<channel>_n` for each whose force is predicted,
-/// `wanted_<channel>_n` and `rate_<channel>_hz` for each under force control.
+/// Writes the header of `samples.csv`.
 pub(super) fn write_sample_header(
     out: &mut impl Write,
     channels: &[ChannelInfo],
 ) -> io::Result<()> {
-    write!(out, "{}", FIXED.join(","))?;
-    for channel in channels {
-        let unit = channel.unit.to_lowercase();
-        write!(out, ",{AMPLITUDE}{}_{unit}", channel.number)?;
-    }
-    for channel in channels.iter().filter(|c| c.muscle) {
-        write!(out, ",{FORCE}{}_n", channel.number)?;
-    }
-    for (prefix, unit) in [(WANTED, "n"), (RATE, "hz")] {
-        for channel in channels.iter().filter(|c| c.force) {
-            write!(out, ",{prefix}{}_{unit}", channel.number)?;
-        }
-    }
-    writeln!(out)
+    writeln!(out, "{}", columns::header(&columns::SAMPLES, channels))
 }
 
 /// Writes one row. What is not known or not there becomes an empty field, never
@@ -65,6 +52,8 @@ pub(super) fn write_sample(
         (&forces, predicted),
         (&sample.wanted_n, controlled),
         (&sample.rates_hz, controlled),
+        (&sample.below_n, controlled),
+        (&sample.above_n, controlled),
     ] {
         for column in 0..columns {
             write_field(out, values.get(column).copied().flatten())?;
@@ -96,7 +85,7 @@ pub fn write_samples(
 
 /// Writes edges as `t_us,channel,state,dac_code`, the columns of `flexor edges`.
 pub fn write_edges(out: &mut impl Write, edges: &[Edge]) -> io::Result<()> {
-    writeln!(out, "t_us,channel,state,dac_code")?;
+    writeln!(out, "{}", columns::header(&columns::EDGES, &[]))?;
     for edge in edges {
         let state = state_name(edge.state);
         writeln!(
@@ -124,6 +113,7 @@ pub fn read_samples(path: &Path) -> Result<Vec<Sample>, RecordError> {
     };
     let (amplitudes, forces) = (columns(AMPLITUDE), columns(FORCE));
     let (wanted, rates) = (columns(WANTED), columns(RATE));
+    let (below, above) = (columns(BELOW), columns(ABOVE));
     let fixed = FIXED.map(|name| rows.column(name));
     let [t, target, measured, truth, effort, limiting, state] = fixed;
     let (t, target, measured) = (t?, target?, measured?);
@@ -146,6 +136,8 @@ pub fn read_samples(path: &Path) -> Result<Vec<Sample>, RecordError> {
             forces_n: list(&forces)?.into_iter().flatten().collect(),
             wanted_n: list(&wanted)?,
             rates_hz: list(&rates)?,
+            below_n: list(&below)?,
+            above_n: list(&above)?,
         })
     })
 }

@@ -101,6 +101,10 @@ pub(super) fn force_table(trials: &[Trial]) -> String {
                 format!("<b>{}</b>", newtons(m.rmse_n)),
                 newtons(m.max_abs_n),
                 newtons(m.peak_n),
+                m.gap.map_or("–".to_owned(), |gap| {
+                    let (below, above) = (gap.below_n, newtons(gap.above_n));
+                    format!("{:.0} %: {below} or {above}", gap.share * 100.0)
+                }),
                 m.samples.to_string(),
             ];
             let cells = cells.map(|cell| format!("<td>{cell}</td>")).concat();
@@ -112,9 +116,10 @@ pub(super) fn force_table(trials: &[Trial]) -> String {
     }
     format!(
         "<table><thead><tr><th>Trial</th><th>Channel</th><th>Window</th><th>RMSE</th>\
-         <th>Largest error</th><th>Most wanted</th><th>Samples</th></tr></thead><tbody>\n{rows}\
-         </tbody></table>\n<p class=\"note\">Of the force that the muscle model predicts; \
-         nothing measures force.</p>\n"
+         <th>Largest error</th><th>Most wanted</th><th>Limiting</th><th>Samples</th></tr></thead>\
+         <tbody>\n{rows}</tbody></table>\n<p class=\"note\">Of the force that the muscle model \
+         predicts; nothing measures force. Limiting: how often a force between two was wanted that \
+         the limits cannot give, and the nearer of the two given.</p>\n"
     )
 }
 

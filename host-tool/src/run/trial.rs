@@ -1,8 +1,9 @@
 //! From what a device says to what is recorded.
 
 use super::SessionFile;
-use crate::record::{ChannelInfo, DeviceState, Edge, Sample, State, Trial, WallPlace};
+use crate::record::{ChannelInfo, DeviceState, Edge, Sample, State, Trial, WallPlace, sha256};
 use crate::session::Session;
+use firmware::control::ForceGap;
 use firmware::haptics::Side;
 use firmware::link::{Counters, Event, ForceSample, Telemetry};
 use firmware::safety::{self, StopCause};
@@ -17,6 +18,9 @@ pub fn begin_trial(file: &SessionFile) -> Trial {
         name: session.title.clone(),
         session_file: file.name.clone(),
         identity: None,
+        session_text: file.text.clone(),
+        session_sha256: Some(sha256(file.text.as_bytes())),
+        clock: None,
         duration_s: session.duration_us as f64 * 1e-6,
         channels: session
             .channels
@@ -56,6 +60,10 @@ pub fn sample(telemetry: &Telemetry, epoch: Micros, true_deg: Option<f64>) -> Sa
     let milli = |value: u32| f64::from(value) * 1e-3;
     let force =
         |f: fn(&ForceSample) -> Option<f64>| telemetry.force_control.iter().map(f).collect();
+    let side = |f: fn(ForceGap) -> u32| {
+        let gaps = telemetry.force_control.iter().map(|sample| sample.gap);
+        gaps.map(|gap| gap.map(|gap| milli(f(gap)))).collect()
+    };
     let amplitudes = telemetry.amplitudes.iter();
     Sample {
         t_s: f64::from(telemetry.at.since(epoch)) * 1e-6,
@@ -69,6 +77,8 @@ pub fn sample(telemetry: &Telemetry, epoch: Micros, true_deg: Option<f64>) -> Sa
         forces_n: telemetry.forces_mn.iter().map(|&f| milli(f)).collect(),
         wanted_n: force(|f| f.target_mn.map(|mn| f64::from(mn) * 1e-3)),
         rates_hz: force(|f| f.period_us.map(|us| 1e6 / f64::from(us))),
+        below_n: side(|gap| gap.below_mn),
+        above_n: side(|gap| gap.above_mn),
     }
 }
 
@@ -140,7 +150,10 @@ pub fn edges_of_one_period(
     let period = session
         .channels
         .iter()
-        .map(|c| u64::from(c.spec.train.period_us))
+        .map(|c| {
+            let slowest_us = c.force.and_then(|force| force.max_period_us);
+            u64::from(slowest_us.unwrap_or(c.spec.train.period_us))
+        })
         .max()
         .unwrap_or(0);
     let begin = epoch_us + after_us.checked_div(period).unwrap_or(0) * period;

@@ -183,9 +183,9 @@ pub(super) fn read_channel(
         let read = read_force(&force, &channel)?;
         channel.force = Some(read);
         checked = spec
-            .validate_up_to(read.min_period_us, wearer)
+            .validate_rates(read.min_period_us, read.max_period_us, wearer)
             .map_err(|e| match e {
-                SetupError::Range(e) if e.field == "min_period_us" => rates(&force, e),
+                SetupError::Range(e) if e.field.ends_with("period_us") => rates(&force, e),
                 SetupError::Range(e) if e.field == "triggered" => {
                     train.out_of_range("triggered", "false with a `force`".into())
                 }
@@ -368,41 +368,52 @@ fn train_error(t: &Table<'_>, e: TrainError) -> SessionError {
     }
 }
 
-/// Reads a `force` table. The highest rate is the train's own if it says none.
+/// Reads a `force` table. The highest and the lowest rate are the train's own if
+/// it says none.
 fn read_force(t: &Table<'_>, channel: &Channel) -> Result<ForceSpec, SessionError> {
-    t.only(&["max_frequency_hz", "hold", "max_extrapolation_ms"])?;
+    t.only(&[
+        "max_frequency_hz",
+        "min_frequency_hz",
+        "hold",
+        "max_extrapolation_ms",
+    ])?;
     let min_period_us = match t.real("max_frequency_hz")?.optional() {
         // Never faster than asked for; saturates, and 0 Hz is refused as the rest.
         Some(hz) => (1e6 / hz).ceil() as u32,
         None => channel.spec.train.period_us,
     };
+    // Never slower than asked for; saturates, and 0 Hz is refused as the rest.
+    let slowest_hz = t.real("min_frequency_hz")?.optional();
     let spec = ForceSpec {
         min_period_us,
         hold: read_hold(t)?,
+        max_period_us: slowest_hz.map(|hz| (1e6 / hz).floor() as u32),
     };
     let checked = spec.check();
     checked.map_err(|e| t.not_within("max_extrapolation_ms", e.min.into(), e.max.into(), 0))?;
     Ok(spec)
 }
 
-/// The highest rate is out of range.
+/// The highest or the lowest rate is out of range.
 fn rates(t: &Table<'_>, e: OutOfRange) -> SessionError {
     let hz = |us: i32| 1e6 / f64::from(us);
-    t.out_of_range(
-        "max_frequency_hz",
-        format!("{} to {}", hz(e.max), hz(e.min)),
-    )
+    let name = match e.field {
+        "max_period_us" => "min_frequency_hz",
+        _ => "max_frequency_hz",
+    };
+    t.out_of_range(name, format!("{} to {}", hz(e.max), hz(e.min)))
 }
 
 /// Force control's verdict on a channel whose muscle was checked before.
 fn force_error(t: &Table<'_>, train: &Table<'_>, e: MuscleOutOfRange) -> SessionError {
     let range = |field| OutOfRange {
         field,
-        min: e.min.cast_signed(), // at most 100 000
+        min: e.min.cast_signed(), // at most 2 000 000
         max: e.max.cast_signed(),
     };
     match e.parameter {
         Parameter::Period => train_error(train, TrainError::Range(range("period_us"))),
+        Parameter::LongestPeriod => rates(t, range("max_period_us")),
         _ => rates(t, range("min_period_us")),
     }
 }

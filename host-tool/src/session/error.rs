@@ -119,11 +119,15 @@ pub enum Problem {
          would then meet"
     )]
     RateChanges { channel: u8 },
-    #[error("`{field}` is {given} N: within its limits channel {channel} gives 0 to {max_n} N")]
+    #[error(
+        "`{field}` is {given} N: within its limits channel {channel} gives 0 N, and from {min_n} to \
+         {max_n} N"
+    )]
     OutOfReach {
         field: String,
         given: String,
         channel: u8,
+        min_n: f64,
         max_n: f64,
     },
     #[error("{wanted} needs a `[joint]`, and the file has none")]
@@ -213,7 +217,8 @@ impl Problem {
                     .into()
             }
             Self::RateChanges { .. } => {
-                "set `force.max_frequency_hz` to the train's frequency, or partner = \"conducted\""
+                "leave `force.max_frequency_hz` and `force.min_frequency_hz` out, or set partner = \
+                 \"conducted\""
                     .into()
             }
             Self::OutOfReach { .. } => {

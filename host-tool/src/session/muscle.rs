@@ -219,7 +219,9 @@ fn muscle_error(
         Parameter::Reference => (t, "reference", 3),
         Parameter::Slope => (t, "slope_per_unit", 6),
         // Not a muscle's: a period belongs to force control.
-        Parameter::Period | Parameter::ShortestPeriod => (t, "period_us", 0),
+        Parameter::Period | Parameter::ShortestPeriod | Parameter::LongestPeriod => {
+            (t, "period_us", 0)
+        }
     };
     t.not_within(name, min.into(), max.into(), places)
 }

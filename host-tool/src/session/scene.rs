@@ -73,9 +73,10 @@ impl Session {
     fn scene(&self, channel: &Channel) -> Scene {
         let train = &channel.spec.train;
         let rate = |period_us: u32| MHZ_PER_US / period_us.max(1);
-        let slowest_mhz = rate(train.period_us);
+        let slowest_us = channel.force.and_then(|force| force.max_period_us);
+        let slowest_mhz = rate(slowest_us.unwrap_or(train.period_us));
         let mut fastest_mhz = match train.burst_count {
-            0 | 1 => slowest_mhz,
+            0 | 1 => rate(train.period_us),
             _ => rate(train.burst_interval_us.into()),
         };
         if let Some(force) = &channel.force {

@@ -13,6 +13,7 @@ use firmware::units::Amplitude;
 const FORCE: ForceSpec = ForceSpec {
     min_period_us: 10_000,
     hold: HoldPolicy::Hold,
+    max_period_us: None,
 };
 
 /// A muscle whose limit is the channels'.
@@ -28,10 +29,10 @@ fn muscle() -> MuscleSpec {
     }
 }
 
-fn most_mn() -> u32 {
+fn reach_mn() -> (u32, u32) {
     let recruitment = Recruitment::new(muscle().recruitment).unwrap();
     let control = ForceControl::new(0, &FORCE, muscle().force, recruitment, 20_000);
-    control.unwrap().reach().1.to_millinewton()
+    control.unwrap().reach_mn()
 }
 
 fn control(channel: u8, spec: ForceSpec) -> Request {
@@ -108,15 +109,19 @@ pub fn rows() -> Vec<Row> {
     rows
 }
 
-fn setpoint_rows() -> [Row; 6] {
-    let most = most_mn();
+fn setpoint_rows() -> [Row; 8] {
+    let (least, most) = reach_mn();
     let reach = refused(Code::ForceOutOfReach, "millinewton").on(1);
-    let reach = reach.allowed(0, most.cast_signed());
+    // And none, as "a force too weak" shows.
+    let reach = reach.allowed(least.cast_signed(), most.cast_signed());
     let none = refused(Code::NoForceControl, "channel").on(2);
     let nowhere = refused(Code::OutOfRange, "channel").allowed(0, 9);
     let not_armed = refused(Code::NotArmed, "state");
     [
         row("the most force", armed, force(0, most), Expect::Done),
+        row("no force", armed, force(0, 0), Expect::Done),
+        // Telemetry says that it is limiting, and what is given.
+        row("a force too weak", armed, force(0, least - 1), Expect::Done),
         row(
             "a force beyond reach",
             armed,
@@ -131,7 +136,7 @@ fn setpoint_rows() -> [Row; 6] {
 }
 
 /// Arming refuses what only the whole draft shows.
-fn arm_rows() -> [Row; 5] {
+fn arm_rows() -> [Row; 9] {
     fn no_muscle() -> Bench {
         let mut bench = Bench::draft();
         bench.client.request(control(0, FORCE)).unwrap();
@@ -141,6 +146,25 @@ fn arm_rows() -> [Row; 5] {
         let mut bench = draft();
         let spec = ForceSpec {
             min_period_us,
+            ..FORCE
+        };
+        bench.client.request(control(0, spec)).unwrap();
+        bench
+    }
+    fn slowest(period_us: u32) -> Bench {
+        let mut bench = draft();
+        let spec = ForceSpec {
+            max_period_us: Some(period_us),
+            ..FORCE
+        };
+        bench.client.request(control(0, spec)).unwrap();
+        bench
+    }
+    fn isolated_falling() -> Bench {
+        let mut bench = isolated();
+        let spec = ForceSpec {
+            min_period_us: 20_000,
+            max_period_us: Some(2_000_000),
             ..FORCE
         };
         bench.client.request(control(0, spec)).unwrap();
@@ -162,6 +186,11 @@ fn arm_rows() -> [Row; 5] {
             .on(1)
             .allowed(5_000, 20_000)
     };
+    let longest = || {
+        refused(Code::OutOfRange, "max_period_us")
+            .on(1)
+            .allowed(20_000, 2_000_000)
+    };
     [
         row(
             "force without a muscle",
@@ -174,6 +203,30 @@ fn arm_rows() -> [Row; 5] {
             isolated,
             Request::Arm,
             refused(Code::RateChanges, "groups").on(1),
+        ),
+        row(
+            "a rate that falls in an isolated group",
+            isolated_falling,
+            Request::Arm,
+            refused(Code::RateChanges, "groups").on(1),
+        ),
+        row(
+            "a rate too low",
+            || slowest(2_000_001),
+            Request::Arm,
+            longest(),
+        ),
+        row(
+            "a lowest rate above the train's",
+            || slowest(19_999),
+            Request::Arm,
+            longest(),
+        ),
+        row(
+            "the lowest rate",
+            || slowest(2_000_000),
+            Request::Arm,
+            Expect::Done,
         ),
         row("a rate too high", || periods(4_999), Request::Arm, range()),
         row(

@@ -1,6 +1,8 @@
 //! One message of every kind, with every variant of every type inside.
 
-use firmware::control::{ForceSpec, HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
+use firmware::control::{
+    ForceGap, ForceSpec, HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource,
+};
 use firmware::haptics::{CoContraction, PreWall, Side, WallSpec};
 use firmware::link::message::{ForceSample, ResetCause};
 use firmware::link::{
@@ -203,7 +205,7 @@ fn walls() -> [(&'static str, Request); 2] {
 }
 
 /// Force control in the draft, and two forces asked for.
-fn forces() -> [(&'static str, Request); 3] {
+fn forces() -> [(&'static str, Request); 4] {
     let force = |at, millinewton_per_s| Request::Force {
         channel: 9,
         at,
@@ -213,9 +215,21 @@ fn forces() -> [(&'static str, Request); 3] {
     let spec = ForceSpec {
         min_period_us: 10_000,
         hold: HoldPolicy::Extrapolate { max_ms: 100 },
+        max_period_us: None,
+    };
+    let slower = ForceSpec {
+        max_period_us: Some(1_000_000),
+        ..spec
     };
     [
         ("force control", Request::ForceControl { channel: 9, spec }),
+        (
+            "force control, down to a pulse a second",
+            Request::ForceControl {
+                channel: 8,
+                spec: slower,
+            },
+        ),
         ("force, on arrival", force(None, None)),
         (
             "force, timed, with its rate",
@@ -373,6 +387,10 @@ pub fn responses() -> Vec<(String, Response<'static>)> {
                     .map(|c| ForceSample {
                         target_mn: (c != 0).then_some(2_500),
                         period_us: (c != 0).then_some(20_000),
+                        gap: (c != 0).then_some(ForceGap {
+                            below_mn: 0,
+                            above_mn: 4_096,
+                        }),
                     })
                     .collect(),
                 state: if channels == 0 {

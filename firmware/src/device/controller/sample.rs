@@ -66,10 +66,11 @@ impl Controller {
             let force = muscle.force.force(state).to_millinewton();
             let _ = sample.forces_mn.push(force); // same
         }
-        for (force, (_, target_mn)) in self.setup.forces.iter().zip(&self.forces) {
+        for (force, followed) in self.setup.forces.iter().zip(&mut self.forces) {
             let force = ForceSample {
-                target_mn: *target_mn,
+                target_mn: followed.target_mn,
                 period_us: self.in_force.period_us(force.channel),
+                gap: followed.gap.take(),
             };
             let _ = sample.force_control.push(force); // same
         }

@@ -215,8 +215,8 @@ fn check_force(
     newton: f64,
 ) -> Result<(), SessionError> {
     let control = channel.force_control();
-    let most = control.map_or(0, |control| control.reach().1.to_millinewton());
-    let max_n = f64::from(most) / 1e3;
+    let reach_mn = control.map_or((0, 0), |control| control.reach_mn());
+    let (min_n, max_n) = (f64::from(reach_mn.0) / 1e3, f64::from(reach_mn.1) / 1e3);
     if (0.0..=max_n).contains(&newton) {
         return Ok(());
     }
@@ -224,6 +224,7 @@ fn check_force(
         field: t.path_of(name),
         given: newton.to_string(),
         channel: channel.number,
+        min_n,
         max_n,
     };
     Err(t.error(name, problem))

@@ -335,8 +335,8 @@ pub static BODY: [[u16; 4]; 6] = [
 /// Most cycles of each rung's tick on the chip simulator, cheapest rung first.
 #[rustfmt::skip]
 pub const CYCLES: [Cycles; 4] = [
-    Cycles { tick: 132, tick_with_pulse: 1338 },
-    Cycles { tick: 162, tick_with_pulse: 1531 },
-    Cycles { tick: 163, tick_with_pulse: 322 },
-    Cycles { tick: 742, tick_with_pulse: 969 },
+    Cycles { tick: 143, tick_with_pulse: 1339 },
+    Cycles { tick: 159, tick_with_pulse: 1544 },
+    Cycles { tick: 162, tick_with_pulse: 315 },
+    Cycles { tick: 744, tick_with_pulse: 965 },
 ];

@@ -1,0 +1,144 @@
+//! Forces that threshold amplitude is too strong for, on the whole device.
+
+use crate::device_desk::*;
+use crate::device_force::{
+    BOOT, FORCE, RARE, SLOW, control, force, last_code, most, muscle, reach, stimulating_by,
+};
+use firmware::control::ForceGap;
+use firmware::link::{ForceSample, Request};
+use firmware::safety::{State, WearerSpec};
+
+/// Starts of channel 0's pulses from `from` on.
+fn starts(desk: &Desk, from: u64) -> Vec<u64> {
+    let edges = driven(&desk.record.levels, 0).into_iter();
+    edges.filter(|&t| t > from).step_by(2).collect() // two phases
+}
+
+/// The last sample in which channel 0 was told of, after `wait_us` of `millinewton`.
+fn sampled(desk: &mut Desk, millinewton: u32, wait_us: u32) -> (bool, ForceSample) {
+    for _ in 0..wait_us / 50_000 {
+        desk.must(force(0, millinewton));
+        desk.wait(50_000);
+    }
+    let heard = desk.heard().into_iter().rev();
+    let mut samples = heard.filter_map(|h| match h {
+        Heard::Telemetry(sample) => Some(sample),
+        _ => None,
+    });
+    let sample = samples.next().unwrap();
+    (sample.limiting, sample.force_control[0])
+}
+
+/// What threshold is too strong for is either had by a slower rate or said to be
+/// out of reach, with the two forces that are not.
+#[test]
+fn below_threshold_force_is_had_by_rate_or_said_to_be_out_of_reach() {
+    let at_threshold = reach(&FORCE).0;
+    let least = reach(&RARE).0;
+    assert!(5 * least < at_threshold, "{least} {at_threshold} mN");
+    let gap = |above_mn| {
+        let below_mn = 0;
+        Some(ForceGap { below_mn, above_mn })
+    };
+    let mut desk = stimulating_by(FORCE, 1000);
+    desk.must(Request::Subscribe { period_ms: 10 });
+    for (asked, limiting) in [
+        (0, None),
+        (1, gap(at_threshold)),
+        (at_threshold * 2 / 5, gap(at_threshold)),
+        (at_threshold * 3 / 5, gap(at_threshold)),
+        (at_threshold - 1, gap(at_threshold)),
+        (at_threshold, None),
+        (most(), None),
+    ] {
+        let from = desk.time() + 200_000;
+        let (is_limiting, sample) = sampled(&mut desk, asked, 500_000);
+        assert_eq!(
+            (is_limiting, sample.gap),
+            (limiting.is_some(), limiting),
+            "{asked} mN"
+        );
+        // The nearer: as ever.
+        let is_silent = starts(&desk, from).is_empty();
+        assert_eq!(is_silent, 2 * asked < at_threshold, "{asked} mN");
+    }
+
+    let mut desk = stimulating_by(RARE, 1000);
+    desk.must(Request::Subscribe { period_ms: 10 });
+    let mut before_us = 500_001;
+    for asked in [least, 2 * least, at_threshold / 2, at_threshold - 1] {
+        let from = desk.time() + 1_000_000;
+        let (is_limiting, sample) = sampled(&mut desk, asked, 3_000_000);
+        assert_eq!((is_limiting, sample.gap), (false, None), "{asked} mN");
+        let starts = starts(&desk, from);
+        let gaps: Vec<u64> = starts.windows(2).map(|w| w[1] - w[0]).collect();
+        assert!(
+            gaps.iter().all(|&gap| gap == gaps[0]),
+            "{asked} mN: {gaps:?}"
+        );
+        assert!(
+            gaps[0] < before_us && gaps[0] > 40_000,
+            "{asked} mN: {gaps:?}"
+        );
+        before_us = gaps[0];
+        let threshold = 10_000 * 65_535 / 100_000;
+        assert!(last_code(&desk, 0).abs_diff(threshold) <= 1);
+    }
+    // Less than one pulse every half second gives.
+    let (is_limiting, sample) = sampled(&mut desk, least / 3, 500_000);
+    assert_eq!((is_limiting, sample.gap), (true, gap(least)));
+}
+
+/// Two pulses a second are further apart than host silence and fall take: the
+/// channel is as still after them as any.
+#[test]
+fn a_slow_rate_outlives_neither_silence_nor_stop() {
+    for ends in [None, Some(Request::Stop)] {
+        let mut desk = stimulating_by(RARE, 50);
+        for _ in 0..40 {
+            desk.must(force(0, reach(&RARE).0));
+            desk.wait(40_000);
+        }
+        assert_eq!(desk.state(), State::Stimulating);
+        let last = desk.time();
+        if let Some(stop) = ends {
+            desk.must(stop);
+        }
+        desk.wait(3_000_000);
+        assert_eq!(desk.state(), State::Idle);
+        let after = starts(&desk, last + 50_000 + 50_000 + 1_000);
+        assert!(after.is_empty(), "{after:?} after {last}");
+    }
+}
+
+/// The wearer's rise counts from the first pulse: with a slow rate the second one
+/// has risen already, and none is stronger than asked for.
+#[test]
+fn a_slow_rate_rises_as_any() {
+    let mut desk = Desk::open(BOOT);
+    let wearer = WearerSpec {
+        rise_ms: 300,
+        host_timeout_ms: 1000,
+        ..wearer()
+    };
+    desk.prepare(wearer, &[channel(SLOW)]);
+    desk.must(muscle(0));
+    desk.must(control(0, RARE));
+    desk.must(Request::Arm);
+    desk.must(Request::Start);
+    let from = desk.time();
+    for _ in 0..60 {
+        desk.must(force(0, reach(&RARE).0));
+        desk.wait(50_000);
+    }
+    let codes = desk
+        .record
+        .dac
+        .iter()
+        .filter(|&&(at, c, _)| c == 0 && at > from);
+    let codes: Vec<u32> = codes.map(|&(_, _, code)| code.into()).collect();
+    let threshold = 10_000 * 65_535 / 100_000;
+    assert_eq!(codes[0], 0, "{codes:?}");
+    let risen = codes[1..].iter().all(|code| code.abs_diff(threshold) <= 1);
+    assert!(risen && codes.len() > 3, "{codes:?}");
+}
