@@ -84,7 +84,6 @@ fn trial(name: &str, delay_s: f64, reach_deg: f64, edges: Vec<Edge>) -> Trial {
     Trial {
         name: name.to_owned(),
         session_file: format!("sessions/{}.toml", name.replace(' ', "_")),
-        identity: None,
         duration_s: 30.0,
         channels: vec![
             channel(1, "flexor A", 28.0),
@@ -103,6 +102,7 @@ fn trial(name: &str, delay_s: f64, reach_deg: f64, edges: Vec<Edge>) -> Trial {
             ("frames lost".to_owned(), 3),
         ],
         events: vec![(0.0, "armed <ok>".to_owned()), (30.0, "stopped".to_owned())],
+        ..Trial::default()
     }
 }
 
@@ -116,8 +116,8 @@ fn run() -> Run {
             trial("one-point B", 0.35, 58.0, edges(3, 8000, false)),
             trial("two-point", 0.15, 90.0, edges(3, 2000, true)),
         ],
-        speed_factor: Some(1234.0),
         ending: Ending::complete(),
+        ..Run::default()
     }
 }
 
@@ -166,7 +166,6 @@ fn a_page_stands_alone_and_shows_the_numbers_of_the_run() {
     let begin = std::time::Instant::now();
     let path = report::write(&dir, &report).unwrap();
     let seconds = begin.elapsed().as_secs_f64();
-    std::fs::write(dir.join("picture.svg"), report::picture(&run)).unwrap();
     let html = std::fs::read_to_string(&path).unwrap();
     let size = html.len();
     println!("{}: {size} bytes in {seconds:.3} s", path.display());

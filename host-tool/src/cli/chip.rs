@@ -6,7 +6,7 @@ use crate::run::{ChipOptions, DeviceName, on_chip};
 use crate::session::Session;
 use clap::{Args, ValueEnum};
 use hal_sim::chip::soc::flash;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// How RM0090 is read about lines that were prefetched, then used.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -54,6 +54,17 @@ impl ChipArgs {
     /// gdb may stop the device at any time.
     pub const fn is_debugged(&self) -> bool {
         self.gdb.is_some()
+    }
+
+    /// These options with another image.
+    pub fn with_image(image: Option<PathBuf>) -> Self {
+        let (gdb, log) = (None, None);
+        Self { image, gdb, log }
+    }
+
+    /// The image to flash instead of the board's own.
+    pub fn image(&self) -> Option<&Path> {
+        self.image.as_deref()
     }
 
     /// Opens `device` for `session`, with these options.

@@ -4,9 +4,11 @@ use super::out::OutArgs;
 use super::{Bar, Output, interrupt};
 use crate::analysis::metrics;
 use crate::link::{Interruption, Port};
-use crate::record::{Assumption, Ending, PaperRow, Role, Run, Trial, write_run};
+use crate::record::{Assumption, Ending, PaperRow, Plan, Role, Run, Trial, write_run};
 use crate::report::{self, Report};
-use crate::run::{DeviceName, Recorded, RunError, SessionFile, TrialPlace, heeding, run};
+use crate::run::{
+    DeviceName, Recorded, RunError, SessionFile, TrialPlace, edges_of_one_period, heeding, run,
+};
 use crate::session::LawName;
 use anyhow::Context;
 use clap::Args;
@@ -23,6 +25,20 @@ pub struct Demo {
     /// Seed of the simulated finger's sensor noise
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Of which record this is a rerun.
+    #[arg(skip)]
+    rerun_of: Option<String>,
+}
+
+impl Demo {
+    /// The demo of a record, again, in `out`.
+    pub fn again(record: &Run, out: OutArgs, of: String) -> Self {
+        Self {
+            out,
+            seed: record.seed,
+            rerun_of: Some(of),
+        }
+    }
 }
 
 const SESSIONS: [(&str, &str, &str); 3] = [
@@ -43,6 +59,12 @@ const SESSIONS: [(&str, &str, &str); 3] = [
     ),
 ];
 
+/// Ten channels, three of them on the finger.
+const TEN_CHANNELS: (&str, &str) = (
+    "ten_channels_and_finger.toml",
+    include_str!("../../sessions/ten_channels_and_finger.toml"),
+);
+
 const LAWS: [(LawName, &str); 2] = [
     (LawName::Recommended, "recommended law"),
     (LawName::Paper, "paper's law"),
@@ -62,37 +84,28 @@ pub fn main(args: &Demo, output: Output) -> anyhow::Result<()> {
     let place = args.out.place("demo")?;
     let dir = place.dir();
     let bar = output.bar("Hamana 2022, experiment 4");
-    let command = format!("flexor demo --seed {}", args.seed);
     let interruption = interrupt::heed()?;
-    let mut record = Run {
-        title: "Hamana 2022, experiment 4: following 45 ± 40° with one and two points".to_owned(),
-        device: DeviceName::Native.to_string(),
-        seed: args.seed,
-        ..Run::default()
-    };
+    let title = "Hamana 2022, experiment 4: following 45 ± 40° with one and two points";
+    let device = DeviceName::Native.to_string();
+    let mut record = Run::begin(title, &device, args.seed, Plan::of("demo", &device));
+    record.host.rerun_of = args.rerun_of.clone();
     write_run(dir, &record)?;
     let (trials, error) = all_trials(dir, args.seed, &interruption, &bar)?;
     bar.finish();
     let simulated: f64 = trials.iter().map(|(trial, _)| trial.duration_s).sum();
     let wall: f64 = trials.iter().map(|(_, wall)| wall).sum();
     record.trials = trials.into_iter().map(|(trial, _)| trial).collect();
-    record.speed_factor = Some(simulated / wall);
+    record.host.speed_factor = Some(simulated / wall);
     if let Some(error) = error {
-        return Err(interrupt::conclude(dir, record, &command, error.into()));
+        return Err(interrupt::conclude(dir, record, error.into()));
     }
     let ten = ten_channel_speed(args.seed)?;
+    (record.paper, record.assumptions) = (paper_rows(&record), assumptions(&record));
     write_run(dir, &record)?;
     record.ending = Ending::complete();
-    let (paper, assumptions) = (paper_rows(&record), assumptions(&record));
-    let report = Report {
-        run: &record,
-        paper: &paper,
-        assumptions: &assumptions,
-        command: &command,
-    };
-    let page = report::write(dir, &report)?;
+    let page = report::write(dir, &Report::of(&record))?;
     let picture = dir.join("picture.svg");
-    std::fs::write(&picture, report::picture(&main_trials(&record)))
+    std::fs::write(&picture, overview(args.seed)?)
         .with_context(|| format!("cannot write {}", picture.display()))?;
     let seconds = begin.elapsed().as_secs_f64();
     output.say(
@@ -206,8 +219,7 @@ impl Port for Stopwatch {
 }
 
 fn ten_channel_speed(seed: u64) -> anyhow::Result<Speed> {
-    let text = include_str!("../../sessions/ten_channels_and_finger.toml");
-    let session = SessionFile::parse("ten_channels_and_finger.toml", text)?;
+    let session = SessionFile::parse(TEN_CHANNELS.0, TEN_CHANNELS.1)?;
     let port = DeviceName::Native.open(&session.session, seed)?;
     let begin = Instant::now();
     let timed = Stopwatch {
@@ -226,11 +238,33 @@ fn ten_channel_speed(seed: u64) -> anyhow::Result<Speed> {
     })
 }
 
-fn main_trials(record: &Run) -> Run {
-    Run {
-        trials: record.trials.iter().take(SESSIONS.len()).cloned().collect(),
-        ..record.clone()
+/// docs/demo.svg, the README's picture, as an SVG file: ten channels and the
+/// finger in one session, under the device's default law and under the paper's.
+///
+/// # Errors
+/// A session that does not run.
+pub fn overview(seed: u64) -> anyhow::Result<String> {
+    let [default, paper] = LAWS.map(|(law, _)| ten_channels(law, seed));
+    Ok(report::overview_picture(&default?, &paper?))
+}
+
+/// The session of ten channels under a law, with the edges of one period.
+fn ten_channels(law: LawName, seed: u64) -> anyhow::Result<Trial> {
+    let mut session = SessionFile::parse(TEN_CHANNELS.0, TEN_CHANNELS.1)?;
+    session.session = session.session.with_law(law)?;
+    let port = DeviceName::Native.open(&session.session, seed)?;
+    let (outcome, port) = run(&session, port, None, |_| ());
+    if let Some(error) = outcome.error {
+        return Err(error).context(TEN_CHANNELS.0);
     }
+    let mut trial = outcome.trial;
+    if let (Some(mut port), Some(epoch)) = (port, outcome.epoch_us)
+        && let Some(world) = port.world()
+    {
+        let trace = &world.recorder.trace;
+        trial.edges = edges_of_one_period(&session.session, trace, epoch, 20_000_000);
+    }
+    Ok(trial)
 }
 
 fn paper_rows(record: &Run) -> Vec<PaperRow> {
@@ -320,7 +354,7 @@ fn table(record: &Run, page: &str, seconds: f64, ten: Speed) -> String {
          50 Hz with ten muscles and the finger: simulator {:.0} x, with the host program\n\
          {:.0} x real time. All in {seconds:.2} s.\n\
          Report: {page}",
-        record.speed_factor.unwrap_or_default(),
+        record.host.speed_factor.unwrap_or_default(),
         ten.simulator,
         ten.whole,
     );
@@ -334,7 +368,7 @@ fn json(record: &Run, page: &str, seconds: f64, ten: Speed) -> serde_json::Value
         })
         .collect();
     serde_json::json!({
-        "trials": trials, "report": page, "seconds": seconds, "speed_factor": record.speed_factor,
+        "trials": trials, "report": page, "seconds": seconds, "speed_factor": record.host.speed_factor,
         "ten_channel_simulator_speed_factor": ten.simulator,
         "ten_channel_speed_factor": ten.whole, "two_point_factor_put_in": TWO_POINT_FACTOR,
     })

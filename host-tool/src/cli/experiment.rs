@@ -5,7 +5,7 @@ use super::{Bar, Output, WrongUse, interrupt};
 use crate::analysis::Hit;
 use crate::experiments::harris_wall::{self, SPEEDS_DEG_PER_S, Shares, hit_at};
 use crate::link::Interruption;
-use crate::record::{Assumption, Ending, Role, Run, Trial, write_run};
+use crate::record::{Assumption, Ending, Plan, Role, Run, Trial, write_run};
 use crate::report::{self, Report};
 use crate::run::{DeviceName, RunError, TrialPlace, heeding, record};
 use clap::{Args, Subcommand};
@@ -42,6 +42,24 @@ pub struct HarrisWall {
     seed: u64,
     #[command(flatten)]
     out: OutArgs,
+    /// Of which record this is a rerun.
+    #[arg(skip)]
+    rerun_of: Option<String>,
+}
+
+impl Experiment {
+    /// The experiment of a record, again, in `out`; `None` for another command's.
+    pub fn again(record: &Run, out: OutArgs, of: String) -> Option<Self> {
+        let plan = record.plan.as_ref()?;
+        let Ok(device) = plan.device.parse();
+        (plan.command == "experiment harris-wall").then_some(Self::HarrisWall(HarrisWall {
+            device,
+            arms: plan.arms?,
+            seed: record.seed,
+            out,
+            rerun_of: Some(of),
+        }))
+    }
 }
 
 fn harris_wall(args: &HarrisWall, output: Output) -> anyhow::Result<()> {
@@ -49,36 +67,31 @@ fn harris_wall(args: &HarrisWall, output: Output) -> anyhow::Result<()> {
         let arms = args.arms;
         return Err(WrongUse(format!("--arms is {arms}, allowed is 1 to 100000")).into());
     }
-    let command = format!("flexor experiment harris-wall --seed {}", args.seed);
     let interruption = interrupt::heed()?;
     let place = args.out.place("harris-wall")?;
     let dir = place.dir();
     let bar = output.bar("Harris 2017, virtual wall");
-    let mut record = Run {
-        title: "Harris 2017: a virtual wall with and without pre-wall and co-contraction"
-            .to_owned(),
-        device: args.device.to_string(),
-        seed: args.seed,
-        ..Run::default()
+    let title = "Harris 2017: a virtual wall with and without pre-wall and co-contraction";
+    let device = args.device.to_string();
+    let plan = Plan {
+        arms: Some(args.arms),
+        ..Plan::of("experiment harris-wall", &device)
     };
+    let mut record = Run::begin(title, &device, args.seed, plan);
+    record.host.rerun_of = args.rerun_of.clone();
     write_run(dir, &record)?;
     let error = scenarios(dir, args, &interruption, &mut record.trials, &bar)?;
     if let Some(error) = error {
         bar.finish();
-        return Err(interrupt::conclude(dir, record, &command, error.into()));
+        return Err(interrupt::conclude(dir, record, error.into()));
     }
     let drawn = harris_wall::drawn(args.arms, args.seed, &mut |part| bar.set(0.2 + 0.8 * part))?;
     bar.finish();
     let shares = Shares::of(&drawn);
+    record.assumptions = assumptions(&shares);
+    write_run(dir, &record)?;
     record.ending = Ending::complete();
-    let assumptions = assumptions(&shares);
-    let report = Report {
-        run: &record,
-        paper: &[],
-        assumptions: &assumptions,
-        command: &command,
-    };
-    let page = report::write(dir, &report)?;
+    let page = report::write(dir, &Report::of(&record))?;
     let page = page.display().to_string();
     output.say(
         || people(&record.trials, &shares, &page),

@@ -78,15 +78,9 @@ pub fn signal(error: &anyhow::Error) -> Option<Signal> {
 
 /// Marks the record of a run that `error` cut short, writes its page, and says
 /// where it lies. Gives back what the command fails with.
-pub fn conclude(dir: &Path, mut run: Run, command: &str, error: anyhow::Error) -> anyhow::Error {
+pub fn conclude(dir: &Path, mut run: Run, error: anyhow::Error) -> anyhow::Error {
     run.ending = Ending::cut_short(format!("{error:#}"), super::exit_code(&error));
-    let report = Report {
-        run: &run,
-        paper: &[],
-        assumptions: &[],
-        command,
-    };
-    if let Err(lost) = report::write(dir, &report) {
+    if let Err(lost) = report::write(dir, &Report::of(&run)) {
         eprintln!("error: {lost}");
     }
     super::lies_in(dir);

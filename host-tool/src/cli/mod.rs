@@ -3,6 +3,7 @@
 mod bench;
 mod chart;
 mod chip;
+mod compare;
 mod demo;
 mod edges;
 mod experiment;
@@ -11,10 +12,16 @@ mod interrupt;
 mod monitor;
 mod muscle;
 mod out;
+mod perform;
 mod profile;
+mod report;
+mod rerun;
 mod run;
 mod selftest;
 mod serve;
+mod study;
+
+pub use demo::overview;
 
 use anyhow::Context;
 use clap::{Parser, Subcommand};
@@ -42,6 +49,9 @@ enum Command {
     Chart(chart::Chart),
     Demo(demo::Demo),
     Run(run::RunArgs),
+    Rerun(rerun::Rerun),
+    Report(report::ReportArgs),
+    Compare(compare::Compare),
     Serve(serve::Serve),
     Edges(edges::Edges),
     ExplainModel(explain_model::ExplainModel),
@@ -126,6 +136,9 @@ pub fn main() -> ExitCode {
         Command::Chart(chart) => chart::main(chart, output),
         Command::Demo(args) => demo::main(args, output),
         Command::Run(args) => run::main(args, output),
+        Command::Rerun(args) => rerun::main(args, output),
+        Command::Report(args) => report::main(args, output),
+        Command::Compare(args) => compare::main(args, output),
         Command::Serve(args) => serve::main(args, output),
         Command::Edges(args) => edges::main(args, output),
         Command::ExplainModel(args) => explain_model::main(args, output),

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 const BASE: &str = "out";
 
 /// Where the record goes.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub struct OutArgs {
     /// Folder for the record and the report, absent or empty; default: a new
     /// one in out/, named after title, date and time
@@ -20,6 +20,24 @@ pub struct OutArgs {
 }
 
 impl OutArgs {
+    /// This very folder.
+    pub const fn to(dir: PathBuf) -> Self {
+        Self {
+            out: Some(dir),
+            overwrite: false,
+        }
+    }
+
+    /// The folder, if somebody said where.
+    pub fn dir(&self) -> Option<&Path> {
+        self.out.as_deref()
+    }
+
+    /// Whether somebody said where.
+    pub const fn is_given(&self) -> bool {
+        self.out.is_some()
+    }
+
     /// Takes the folder for a record called `name`.
     ///
     /// # Errors

@@ -1,6 +1,6 @@
 //! A host's view of one device.
 
-use super::clock::Clock;
+use super::clock::{Clock, Fit};
 use super::{Error, Interruption, Port, Refused};
 use firmware::control::JointSpec;
 use firmware::link::{
@@ -131,6 +131,11 @@ impl<P: Port> Client<P> {
     /// Device time at host time `host_us`, as far as answers tell.
     pub fn device_time(&self, host_us: u64) -> Option<Micros> {
         self.clock.device_at(host_us)
+    }
+
+    /// The device's clock against the host's, over the whole session.
+    pub fn clock_fit(&self) -> Option<Fit> {
+        self.clock.fit()
     }
 
     /// Tells the device that the host is alive.

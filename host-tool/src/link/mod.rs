@@ -13,6 +13,7 @@ mod port;
 mod serial;
 
 pub use client::{Client, Incoming};
+pub use clock::Fit;
 pub use error::{Error, Refused, advice, what};
 pub use interruption::{Interruption, Signal};
 pub use paced::Paced;

@@ -2,7 +2,7 @@
 //! `samples.csv` and `edges.csv`.
 
 use super::disk::{Disk, FileSystem, replace};
-use super::{Ending, RecordError, Recorder, Run, Trial, ending, read_edges, read_samples};
+use super::{FORMAT, RecordError, Recorder, Run, Trial, ending, read_edges, read_samples};
 use serde::{Serialize, de::DeserializeOwned};
 use std::path::{Path, PathBuf};
 
@@ -21,14 +21,7 @@ pub fn trial_folder(dir: &Path, position: usize, name: &str) -> PathBuf {
 pub fn write_run(dir: &Path, run: &Run) -> Result<(), RecordError> {
     std::fs::create_dir_all(dir).map_err(RecordError::write(dir))?;
     ending::begin(dir, run)?;
-    let header = Run {
-        title: run.title.clone(),
-        device: run.device.clone(),
-        trials: Vec::new(),
-        ending: Ending::default(),
-        ..*run
-    };
-    write_json(&FileSystem, &dir.join("run.json"), &header)
+    write_json(&FileSystem, &dir.join("run.json"), run)
 }
 
 /// Writes a whole run that is in memory.
@@ -55,6 +48,9 @@ pub fn load(dir: &Path) -> Result<Run, RecordError> {
         if edges.is_file() {
             trial.edges = read_edges(&edges)?;
         }
+        // Records of the first format have no copy.
+        let text = std::fs::read_to_string(folder.join("session.toml"));
+        trial.session_text = text.unwrap_or_default();
         run.trials.push(trial);
     }
     Ok(run)
@@ -62,7 +58,21 @@ pub fn load(dir: &Path) -> Result<Run, RecordError> {
 
 /// Reads `run.json` alone.
 pub(super) fn read_header(dir: &Path) -> Result<Run, RecordError> {
-    read_json(&dir.join("run.json"))
+    let path = dir.join("run.json");
+    if !path.is_file() {
+        let dir = dir.to_owned();
+        return Err(RecordError::Absent { dir });
+    }
+    let any: serde_json::Value = read_json(&path)?;
+    let format = any["format"].as_u64().unwrap_or(1);
+    if format > u64::from(FORMAT) {
+        return Err(RecordError::Newer {
+            dir: dir.to_owned(),
+            format,
+            program: any["program"]["version"].as_str().unwrap_or("?").to_owned(),
+        });
+    }
+    read_json(&path)
 }
 
 /// The folders of the trials, in their order.

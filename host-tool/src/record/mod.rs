@@ -5,19 +5,27 @@
 //! from the data (`analysis`), pictures (`report`).
 //! In: telemetry, edges, counters, events. Out: a folder that [`load`] reads back.
 
+mod columns;
+mod difference;
 mod disk;
+mod document;
 mod ending;
 mod folder;
 mod identity;
 mod place;
+mod provenance;
 mod recorder;
 mod table;
 
+pub use columns::{Column, EDGES, Each, SAMPLES};
+pub use difference::{Difference, compare_rows};
 pub use disk::{Disk, FileSystem, replace_file};
+pub use document::document;
 pub use ending::{Completeness, Ending, write_summary};
 pub use folder::{load, save, trial_folder, write_run};
 pub use identity::{DeviceKind, Identity};
 pub use place::Place;
+pub use provenance::{ClockFit, Electrode, HostFacts, Plan, Program, Study};
 pub use recorder::Recorder;
 pub use table::{read_edges, read_samples, write_edges, write_samples};
 
@@ -27,24 +35,96 @@ use std::path::PathBuf;
 /// Several trials of one purpose on one device.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct Run {
+    /// Of the record: [`FORMAT`] in what this program writes, 1 before there was
+    /// a number.
+    #[serde(default = "first_format")]
+    pub format: u32,
     /// What the run is about; the heading of its report.
     pub title: String,
     /// How the device was named: "native simulator", a port's name, ….
     pub device: String,
     /// Seed of all that was random.
     pub seed: u64,
-    /// In the order they were run.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub trials: Vec<Trial>,
-    /// Simulated seconds per second of the PC, where that was measured.
+    /// The program that recorded.
     #[serde(default)]
-    pub speed_factor: Option<f64>,
+    pub program: Program,
+    /// What was ordered; `None` in records of the first format.
+    #[serde(default)]
+    pub plan: Option<Plan>,
+    /// What only people know.
+    #[serde(default)]
+    pub study: Study,
+    /// The SHA-256 of the image that the device ran, where it was this program's.
+    #[serde(default)]
+    pub image_sha256: Option<String>,
+    /// In the order they were run; each has a folder of its own.
+    #[serde(skip)]
+    pub trials: Vec<Trial>,
+    /// What a paper printed for the same trials.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub paper: Vec<PaperRow>,
+    /// What was put into a simulation and what came out.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub assumptions: Vec<Assumption>,
+    /// What the host knows: a rerun differs in this alone.
+    #[serde(default)]
+    pub host: HostFacts,
     /// How it ended; kept in `summary.json`.
     #[serde(skip)]
     pub ending: Ending,
 }
 
+/// The format of the records that this program writes.
+pub const FORMAT: u32 = 2;
+
+const fn first_format() -> u32 {
+    1
+}
+
+/// The SHA-256 of `bytes`, 64 hexadecimal digits.
+#[must_use]
+pub fn sha256(bytes: &[u8]) -> String {
+    use sha2::Digest;
+    let digest = sha2::Sha256::digest(bytes);
+    digest.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
 impl Run {
+    /// A run without trials that this program begins now.
+    #[must_use]
+    pub fn begin(title: &str, device: &str, seed: u64, plan: Plan) -> Self {
+        Self {
+            format: FORMAT,
+            title: title.to_owned(),
+            device: device.to_owned(),
+            seed,
+            program: Program::this(),
+            plan: Some(plan),
+            host: HostFacts::now(),
+            ..Self::default()
+        }
+    }
+
+    /// What repeats it, typed in its folder: for a simulated run of this program
+    /// the same bytes, for any other the same session.
+    #[must_use]
+    pub fn how_to_reproduce(&self) -> &'static str {
+        match self.is_repeatable() {
+            true => "flexor rerun .",
+            false => "flexor run 01-*/session.toml --device PORT",
+        }
+    }
+
+    /// Whether every device that answered ran in this program, in virtual time.
+    #[must_use]
+    pub fn is_repeatable(&self) -> bool {
+        let mut devices = self
+            .trials
+            .iter()
+            .filter_map(|trial| trial.identity.as_ref());
+        devices.all(|it| it.in_process)
+    }
+
     /// Whether a simulator stood in for the wearer: the device said so, or a
     /// true angle is known, which only a simulated body can tell. A name, which
     /// anybody can give, is no evidence.
@@ -73,6 +153,15 @@ pub struct Trial {
     /// The device, as it told itself; `None` if it never answered.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub identity: Option<Identity>,
+    /// The text of the session file, kept beside the rows as `session.toml`.
+    #[serde(skip)]
+    pub session_text: String,
+    /// Its SHA-256, 64 hexadecimal digits.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub session_sha256: Option<String>,
+    /// The device's clock against the host's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub clock: Option<ClockFit>,
     /// Length, s.
     pub duration_s: f64,
     /// The channels in use; `Sample::amplitudes` has this order.
@@ -312,14 +401,14 @@ pub enum RecordError {
     },
     /// The disk is full, or the file system refused otherwise.
     #[error(
-        "E582 cannot write {path}: {source}; make room there or choose another --out; what was \
+        "E582 cannot write {path}: {why}; make room there or choose another --out; what was \
          recorded before is kept"
     )]
     Write {
         /// The file or folder.
         path: PathBuf,
         /// What the system said.
-        source: std::io::Error,
+        why: std::io::Error,
     },
     /// The folder for a new record holds something.
     #[error(
@@ -349,6 +438,25 @@ pub enum RecordError {
         /// One thing that it holds.
         found: String,
     },
+    /// A folder without a record.
+    #[error("E593 {dir} is no record: it has no run.json; give a folder that flexor run wrote")]
+    Absent {
+        /// The folder.
+        dir: PathBuf,
+    },
+    /// A later program's record.
+    #[error(
+        "E594 the record in {dir} has format {format}, and this flexor knows formats up to \
+         {FORMAT}: use the flexor that wrote it ({program}), or a later one"
+    )]
+    Newer {
+        /// The folder.
+        dir: PathBuf,
+        /// Its format.
+        format: u64,
+        /// The version of the program that wrote it.
+        program: String,
+    },
     /// A file is not what this program writes.
     #[error("{path}, line {line}: {what}")]
     Format {
@@ -363,13 +471,13 @@ pub enum RecordError {
 
 impl RecordError {
     fn write(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
-        move |source| RecordError::Write {
+        move |why| RecordError::Write {
             path: path.to_owned(),
-            source,
+            why,
         }
     }
 
-    fn io(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
+    pub(crate) fn io(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
         move |why| RecordError::Io {
             path: path.to_owned(),
             why,

@@ -11,7 +11,14 @@ use std::path::{Path, PathBuf};
 const LOCK: &str = ".lock";
 
 /// What a record has beside its trials' folders.
-const RUN_FILES: [&str; 4] = ["run.json", "summary.json", "report.html", "picture.svg"];
+const RUN_FILES: [&str; 6] = [
+    "run.json",
+    "summary.json",
+    "report.html",
+    "picture.svg",
+    "image.elf",
+    "outputs.vcd",
+];
 
 /// What a trial's folder has.
 const TRIAL_FILES: [&str; 5] = [

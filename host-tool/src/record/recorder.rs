@@ -2,7 +2,7 @@
 
 use super::disk::{Disk, FileSystem, replace};
 use super::folder::write_json;
-use super::{Edge, Identity, RecordError, Sample, Trial, table, trial_folder};
+use super::{ClockFit, Edge, Identity, RecordError, Sample, Trial, columns, table, trial_folder};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -48,6 +48,7 @@ impl Recorder {
             row: Vec::new(),
         };
         recorder.describe()?;
+        recorder.accompany(trial)?;
         table::write_sample_header(&mut recorder.row, &trial.channels)
             .and_then(|()| recorder.append())
             .map_err(RecordError::write(&path))?;
@@ -107,6 +108,23 @@ impl Recorder {
         self.trial.counters = counters.to_vec();
         self.trial.duration_s = duration_s;
         self.describe()
+    }
+
+    /// Notes how the device's clock ran.
+    pub fn clock(&mut self, clock: Option<ClockFit>) {
+        self.trial.clock = clock;
+    }
+
+    /// Writes what explains the rows: the session file and the dictionary of
+    /// columns.
+    fn accompany(&self, trial: &Trial) -> Result<(), RecordError> {
+        if !trial.session_text.is_empty() {
+            let path = self.folder.join("session.toml");
+            std::fs::write(&path, &trial.session_text).map_err(RecordError::io(&path))?;
+        }
+        let path = self.folder.join("columns.csv");
+        let written = columns::dictionary(&trial.channels).and_then(|it| std::fs::write(&path, it));
+        written.map_err(RecordError::io(&path))
     }
 
     fn describe(&self) -> Result<(), RecordError> {

@@ -1,6 +1,6 @@
 //! CSV of samples and edges. Numbers are written so that they read back exactly.
 
-use super::{ChannelInfo, DeviceState, Edge, RecordError, Sample, State};
+use super::{ChannelInfo, DeviceState, Edge, RecordError, Sample, State, columns};
 use std::io::{self, Write};
 use std::path::Path;
 use std::str::FromStr;
@@ -22,28 +22,12 @@ const RATE: &str = "rate_";
 const BELOW: &str = "below_";
 const ABOVE: &str = "above_";
 
-/// Writes the header of `samples.csv`: the fixed columns, `amplitude_<channel>_<unit>`
-/// for each channel, `force_<channel>_n` for each whose force is predicted,
-/// `wanted_<channel>_n`, `rate_<channel>_hz`, `below_<channel>_n` and
-/// `above_<channel>_n` for each under force control.
+/// Writes the header of `samples.csv`.
 pub(super) fn write_sample_header(
     out: &mut impl Write,
     channels: &[ChannelInfo],
 ) -> io::Result<()> {
-    write!(out, "{}", FIXED.join(","))?;
-    for channel in channels {
-        let unit = channel.unit.to_lowercase();
-        write!(out, ",{AMPLITUDE}{}_{unit}", channel.number)?;
-    }
-    for channel in channels.iter().filter(|c| c.muscle) {
-        write!(out, ",{FORCE}{}_n", channel.number)?;
-    }
-    for (prefix, unit) in [(WANTED, "n"), (RATE, "hz"), (BELOW, "n"), (ABOVE, "n")] {
-        for channel in channels.iter().filter(|c| c.force) {
-            write!(out, ",{prefix}{}_{unit}", channel.number)?;
-        }
-    }
-    writeln!(out)
+    writeln!(out, "{}", columns::header(&columns::SAMPLES, channels))
 }
 
 /// Writes one row. What is not known or not there becomes an empty field, never
@@ -101,7 +85,7 @@ pub fn write_samples(
 
 /// Writes edges as `t_us,channel,state,dac_code`, the columns of `flexor edges`.
 pub fn write_edges(out: &mut impl Write, edges: &[Edge]) -> io::Result<()> {
-    writeln!(out, "t_us,channel,state,dac_code")?;
+    writeln!(out, "{}", columns::header(&columns::EDGES, &[]))?;
     for edge in edges {
         let state = state_name(edge.state);
         writeln!(

@@ -9,6 +9,7 @@
 mod accuracy;
 mod bars;
 mod canvas;
+mod compare;
 mod control;
 mod cycles;
 mod edges;
@@ -16,6 +17,7 @@ mod ladder;
 mod lanes;
 mod map;
 mod map_lines;
+mod overview;
 mod page;
 mod series;
 mod summary;
@@ -23,10 +25,12 @@ mod tables;
 mod trajectory;
 
 pub use accuracy::picture as accuracy_picture;
+pub use compare::{CompareRow, Compared, compare_page, compare_rows, compare_text};
 pub use control::picture as control_picture;
 pub use cycles::picture as cycles_picture;
 pub use ladder::{Course as LadderCourse, Panel as LadderPanel, picture as ladder_picture};
 pub use map::picture as map_picture;
+pub use overview::picture as overview_picture;
 pub use page::page;
 pub use summary::write;
 
@@ -41,12 +45,19 @@ pub struct Report<'a> {
     pub paper: &'a [PaperRow],
     /// What was put into a simulation and what came out; may be empty.
     pub assumptions: &'a [Assumption],
-    /// The command line that repeats the run.
+    /// The command line that repeats the run, typed in its folder.
     pub command: &'a str,
 }
 
-/// The README's picture: target and measured angle of every trial with its
-/// RMSE, as one SVG file that follows a viewer's light or dark scheme.
-pub fn picture(run: &Run) -> String {
-    canvas::standalone(&trajectory::figure(&run.trials))
+impl<'a> Report<'a> {
+    /// Everything that a record shows.
+    #[must_use]
+    pub fn of(run: &'a Run) -> Self {
+        Self {
+            run,
+            paper: &run.paper,
+            assumptions: &run.assumptions,
+            command: run.how_to_reproduce(),
+        }
+    }
 }

@@ -166,7 +166,7 @@ fn facts(run: &Run) -> String {
         escape(&run.device_in_words()),
         run.seed
     );
-    if let Some(factor) = run.speed_factor {
+    if let Some(factor) = run.host.speed_factor {
         let _ = write!(facts, " · {factor:.0} × real time");
     }
     if run.is_simulated() {
@@ -215,7 +215,12 @@ fn periods(run: &Run) -> String {
             heading + &body
         }
     });
-    drawn.collect()
+    let drawn: String = drawn.collect();
+    if drawn.is_empty() {
+        return drawn;
+    }
+    // Many of them: printed smaller.
+    format!("<div class=\"edges\">\n{drawn}</div>\n")
 }
 
 fn comparison(report: &Report) -> String {

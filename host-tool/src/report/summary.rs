@@ -43,9 +43,9 @@ struct TrialSummary<'a> {
 /// # Errors
 /// They cannot be written; the old summary stays.
 pub fn write(dir: &Path, report: &Report) -> Result<PathBuf, RecordError> {
-    let failed = |source| RecordError::Write {
+    let failed = |why| RecordError::Write {
         path: dir.to_owned(),
-        source,
+        why,
     };
     std::fs::create_dir_all(dir).map_err(failed)?;
     let run = report.run;
@@ -55,7 +55,7 @@ pub fn write(dir: &Path, report: &Report) -> Result<PathBuf, RecordError> {
         device: run.device_in_words(),
         simulated: run.is_simulated(),
         seed: run.seed,
-        speed_factor: run.speed_factor,
+        speed_factor: run.host.speed_factor,
         version: env!("CARGO_PKG_VERSION"),
         command: report.command,
         trials: run

@@ -8,6 +8,8 @@ use std::path::Path;
 pub struct SessionFile {
     /// As given.
     pub name: String,
+    /// Its text.
+    pub text: String,
     /// What it says.
     pub session: Session,
 }
@@ -18,10 +20,8 @@ impl SessionFile {
     /// # Errors
     /// [`SessionError`], rendered with the line concerned.
     pub fn load(path: &Path) -> Result<Self, SessionError> {
-        Ok(Self {
-            name: path.display().to_string(),
-            session: Session::load(path)?,
-        })
+        let text = Session::text(path)?;
+        Self::parse(&path.display().to_string(), &text)
     }
 
     /// A session that is part of the program.
@@ -31,6 +31,7 @@ impl SessionFile {
     pub fn parse(name: &str, text: &str) -> Result<Self, SessionError> {
         Ok(Self {
             name: name.to_owned(),
+            text: text.to_owned(),
             session: Session::parse(name, text)?,
         })
     }

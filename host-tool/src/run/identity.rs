@@ -1,12 +1,24 @@
 //! From a `Hello` to who answered it.
 
-use crate::record::{DeviceKind, Identity};
+use crate::link::Fit;
+use crate::record::{ClockFit, DeviceKind, Identity};
 use firmware::link::message::ResetCause;
 use firmware::link::{HelloInfo, Kind};
 
 /// Unique ids that begin so are the chip simulator's: docs/protocol.md reserves
 /// them. The image on it cannot know, and calls itself a board.
 const SIMULATED_CHIP: &[u8] = b"FLEXOR S";
+
+/// What a record keeps of the clocks.
+pub(super) fn clock(fit: Fit) -> ClockFit {
+    ClockFit {
+        exchanges: fit.exchanges,
+        round_trip_us: fit.round_trip_us,
+        offset_us: fit.offset_us,
+        drift_ppm: fit.drift_ppm,
+        residual_us: fit.residual_us,
+    }
+}
 
 /// What answered, by its own word alone. A name or an address proves nothing.
 #[must_use]

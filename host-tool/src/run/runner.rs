@@ -152,6 +152,7 @@ pub fn run<P: Port>(
         Ok(()) => stopped,
         Err(error) => Err(signalled(error, t_s, stopped)),
     };
+    run.clock();
     if let Err(error) = &result {
         run.cut_short(error);
     }
@@ -211,6 +212,15 @@ impl<P: Port> Run<'_, P> {
         }
         self.trial.identity = Some(identity);
         Ok(())
+    }
+
+    /// The record says how the device's clock ran.
+    fn clock(&mut self) {
+        let clock = self.client.clock_fit().map(super::identity::clock);
+        if let Some(recorder) = &mut self.recorder {
+            recorder.clock(clock);
+        }
+        self.trial.clock = clock;
     }
 
     fn prepare(&mut self) -> Result<(), RunError> {

@@ -1,7 +1,7 @@
 //! From what a device says to what is recorded.
 
 use super::SessionFile;
-use crate::record::{ChannelInfo, DeviceState, Edge, Sample, State, Trial, WallPlace};
+use crate::record::{ChannelInfo, DeviceState, Edge, Sample, State, Trial, WallPlace, sha256};
 use crate::session::Session;
 use firmware::control::ForceGap;
 use firmware::haptics::Side;
@@ -18,6 +18,9 @@ pub fn begin_trial(file: &SessionFile) -> Trial {
         name: session.title.clone(),
         session_file: file.name.clone(),
         identity: None,
+        session_text: file.text.clone(),
+        session_sha256: Some(sha256(file.text.as_bytes())),
+        clock: None,
         duration_s: session.duration_us as f64 * 1e-6,
         channels: session
             .channels

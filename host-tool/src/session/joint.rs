@@ -82,6 +82,20 @@ pub enum LawName {
 }
 
 impl LawName {
+    /// Its name in session files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        let found = LAWS.iter().find(|(_, law)| *law == self);
+        found.map_or("", |(name, _)| name)
+    }
+
+    /// The law of this name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        let found = LAWS.iter().find(|(known, _)| *known == name);
+        found.map(|(_, law)| *law)
+    }
+
     /// The law with its default gains.
     #[must_use]
     pub const fn spec(self, has_wearer: bool) -> LawSpec {

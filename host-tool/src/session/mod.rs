@@ -17,6 +17,7 @@ mod muscle;
 pub mod scene;
 mod setpoints;
 mod setup;
+mod study;
 mod table;
 mod trigger;
 mod wall;
@@ -24,6 +25,7 @@ mod wall;
 use std::io::Read;
 use std::path::Path;
 
+use crate::record::Study;
 use firmware::control::{JointSpec, SensorSource};
 use firmware::haptics::WallSpec;
 use firmware::link::Request;
@@ -38,6 +40,7 @@ pub use error::{Problem, SessionError};
 pub use joint::LawName;
 pub use muscle::{Model, Muscle};
 pub use setpoints::{Course, ForceCourse, Setpoint, Setpoints};
+pub use study::LONGEST as LONGEST_TEXT;
 use table::{Document, Table};
 pub use trigger::SimulatedTrigger;
 
@@ -79,6 +82,8 @@ pub struct Session {
     /// What is played differently from what the file says, for people: a
     /// frequency whose period is no whole number of microseconds.
     pub notes: Vec<String>,
+    /// What only people know of the study, for its record.
+    pub study: Study,
 }
 
 /// Telemetry period unless `[fidelity]` allows another, ms.
@@ -94,6 +99,14 @@ impl Session {
     /// [`SessionError`], which `miette` renders with the line concerned.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, SessionError> {
         let path = path.as_ref();
+        Self::parse(&path.display().to_string(), &Self::text(path)?)
+    }
+
+    /// Reads the text of a session file.
+    ///
+    /// # Errors
+    /// It cannot be read, or is no session for its length.
+    pub fn text(path: &Path) -> Result<String, SessionError> {
         let name = path.display().to_string();
         let unreadable = |why: &dyn std::fmt::Display| {
             let reason = format!("{name}: {why}");
@@ -106,7 +119,7 @@ impl Session {
         if text.len() as u64 > LARGEST_BYTES {
             return Err(unreadable(&"more than 1 MiB; no session is that long"));
         }
-        Self::parse(&name, &text)
+        Ok(text)
     }
 
     /// Reads and checks the text of a session file called `name`.
@@ -139,6 +152,7 @@ impl Session {
             "body",
             "simulated_trigger",
             "fidelity",
+            "study",
         ])?;
         let title = t.text("title")?.required()?.to_owned();
         let duration = t.within("duration_s", 6, 1_000, MAX_DURATION_US)?;
@@ -146,6 +160,7 @@ impl Session {
         let mut notes = Vec::new();
         let setup = setup::read_setup(t, duration_us, &mut notes)?;
         let setpoints = setpoints::read_setpoints(t, &setup)?;
+        let study = study::read_study(t, &setup.channels)?;
         let trigger = trigger::read_trigger(t, &setup.channels, duration_us)?;
         let mut session = Self {
             title,
@@ -163,6 +178,7 @@ impl Session {
             tolerance: Share::JUST_NOTICEABLE,
             telemetry_ms: TELEMETRY_MS,
             notes,
+            study,
         };
         fidelity::settle(t, &mut session)?;
         Ok(session)

@@ -1,0 +1,46 @@
+//! `flexor compare`: several records side by side.
+
+use super::out::OutArgs;
+use super::{Output, WrongUse};
+use crate::record::{Run, load};
+use crate::report::{self, Compared};
+use anyhow::Context;
+use clap::Args;
+use std::path::PathBuf;
+
+/// Set several records side by side: a table here, pictures on a page.
+#[derive(Args, Debug)]
+pub struct Compare {
+    /// Folders of the records, two or more
+    #[arg(required = true)]
+    records: Vec<PathBuf>,
+    #[command(flatten)]
+    out: OutArgs,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Fewer than two records, a folder that is none, no room for the page.
+pub fn main(args: &Compare, output: Output) -> anyhow::Result<()> {
+    if args.records.len() < 2 {
+        return Err(WrongUse("compare needs two records or more".to_owned()).into());
+    }
+    let runs: Result<Vec<Run>, _> = args.records.iter().map(|dir| load(dir)).collect();
+    let names = args.records.iter().map(|dir| dir.display().to_string());
+    let all: Vec<Compared> = names
+        .zip(runs?)
+        .map(|(name, run)| Compared { name, run })
+        .collect();
+    let place = args.out.place("compare")?;
+    let page = place.dir().join("compare.html");
+    std::fs::write(&page, report::compare_page(&all))
+        .with_context(|| format!("cannot write {}", page.display()))?;
+    output.say(
+        || format!("{}\npage: {}", report::compare_text(&all), page.display()),
+        || {
+            let rows = report::compare_rows(&all);
+            serde_json::json!({ "rows": rows, "page": page, "error": null })
+        },
+    )
+}

@@ -1,0 +1,229 @@
+//! One session run, recorded and reported: what `flexor run` and `flexor rerun`
+//! do with it.
+
+use super::chip::ChipArgs;
+use super::{Incomplete, Output, interrupt};
+use crate::analysis::{ForceMetrics, GapMetrics, Hit, force_metrics, hits, metrics};
+use crate::link::Port;
+use crate::record::{Ending, Place, RecordError, Recorder, Run, sha256, write_run};
+use crate::report::{self, Report};
+use crate::run::{
+    DeviceName, SessionFile, acknowledge, begin_trial, edges_of_one_period, heeding, run,
+};
+use crate::session::Session;
+use anyhow::Context;
+use hal_sim::trace::Trace;
+use std::path::{Path, PathBuf};
+
+/// What is run, beside what the record says.
+pub struct Order<'a> {
+    /// The session, under the law that is to play.
+    pub session: &'a SessionFile,
+    /// Where.
+    pub device: &'a DeviceName,
+    /// The chip simulator's options.
+    pub chip: &'a ChipArgs,
+    /// File for what a simulated device puts out.
+    pub vcd: Option<&'a Path>,
+}
+
+/// What came of it, complete or not.
+pub struct Performed {
+    /// The record, with its trial.
+    pub record: Run,
+    /// Its folder, still held.
+    pub place: Place,
+    report: Option<PathBuf>,
+    image: Option<PathBuf>,
+    refused: usize,
+    /// What went wrong first.
+    pub ended: anyhow::Result<()>,
+}
+
+/// Runs and records `order` as `record` begins it, in the folder that `place`
+/// takes for this title.
+///
+/// # Errors
+/// Nothing was stimulated: no device, no folder.
+pub fn perform(
+    order: &Order<'_>,
+    mut record: Run,
+    place: impl FnOnce(&str) -> Result<Place, RecordError>,
+    output: Output,
+) -> anyhow::Result<Performed> {
+    let session = order.session;
+    for note in &session.session.notes {
+        eprintln!("note: {note}");
+    }
+    let mut port = order
+        .chip
+        .open(order.device, &session.session, record.seed)?;
+    let image = port.image().map(Path::to_owned);
+    if let Some(path) = &image {
+        let bytes = std::fs::read(path);
+        let bytes = bytes.with_context(|| format!("E576 cannot read {}", path.display()))?;
+        record.image_sha256 = Some(sha256(&bytes));
+    }
+    if let Some(note) = ignored_trigger(&session.session, &mut port) {
+        eprintln!("note: {note}");
+    }
+    let interruption = interrupt::heed()?;
+    let is_planned = record.plan.as_ref().is_some_and(|plan| plan.acknowledge);
+    if is_planned {
+        port = acknowledge(port)?;
+    }
+    let place = place(&record.title)?;
+    let dir = place.dir();
+    write_run(dir, &record)?;
+    if let Some(image) = order.chip.image() {
+        let copied = std::fs::copy(image, dir.join("image.elf"));
+        copied.with_context(|| format!("cannot copy {} into the record", image.display()))?;
+    }
+    let mut recorder = Recorder::create(dir, 0, &begin_trial(session))?;
+    let bar = output.bar(&record.title);
+    let watch = heeding(&interruption, |part| bar.set(part));
+    let (mut outcome, port) = run(session, port, Some(&mut recorder), watch);
+    bar.finish();
+    let mut vcd = Ok(());
+    if let (Some(mut port), Some(epoch)) = (port, outcome.epoch_us)
+        && let Some(world) = port.world()
+    {
+        let after = session.session.duration_us / 2;
+        outcome.trial.edges =
+            edges_of_one_period(&session.session, &world.recorder.trace, epoch, after);
+        if let Some(path) = order.vcd {
+            vcd = write_vcd(path, &world.recorder.trace);
+        }
+    }
+    let closed = recorder
+        .edges(&outcome.trial.edges)
+        .and_then(|()| recorder.finish(&outcome.trial.counters, outcome.trial.duration_s));
+    let ended = outcome.error.map_or(Ok(()), |error| Err(error.into()));
+    let ended: anyhow::Result<()> = ended.and(closed.map_err(Into::into)).and(vcd);
+    record.trials.push(outcome.trial);
+    record.ending = match &ended {
+        Ok(()) => Ending::complete(),
+        Err(error) => Ending::cut_short(format!("{error:#}"), super::exit_code(error)),
+    };
+    let (report, lost) = match report::write(dir, &Report::of(&record)) {
+        Ok(path) => (Some(path), Ok(())),
+        Err(error) => (None, Err(error.into())),
+    };
+    Ok(Performed {
+        record,
+        place,
+        report,
+        image,
+        refused: outcome.refused,
+        // The first that went wrong is the one to tell.
+        ended: ended.and(lost),
+    })
+}
+
+impl Performed {
+    /// Says what came of it.
+    ///
+    /// # Errors
+    /// What went wrong.
+    pub fn tell(self, output: Output) -> anyhow::Result<()> {
+        let result = self.machines();
+        let people = self.people();
+        let Err(error) = self.ended else {
+            return output.say(|| people, || result);
+        };
+        if !output.json {
+            super::print_line(&people)?;
+        }
+        super::lies_in(self.place.dir());
+        Err(Incomplete { error, result }.into())
+    }
+
+    /// For machines.
+    pub fn machines(&self) -> serde_json::Value {
+        let trial = self.record.trials.last();
+        let rmse = trial.and_then(metrics).map(|m| m.rmse_deg);
+        let silent = trial.and_then(|trial| trial.silent.clone());
+        let pulses = trial.and_then(|trial| trial.pulses);
+        serde_json::json!({
+            "no_pulse_was_played": silent, "pulses": pulses, "image": self.image,
+            "title": self.record.title, "device": self.record.device_in_words(),
+            "seed": self.record.seed, "rmse_deg": rmse,
+            "hits": trial.map(hits), "forces": trial.map(force_metrics),
+            "refused": self.refused, "report": self.report, "record": self.place.dir(),
+            "error": null,
+        })
+    }
+
+    fn people(&self) -> String {
+        let mut lines = Vec::new();
+        let mut tracked = String::new();
+        for trial in &self.record.trials {
+            let silence = trial.silent.iter();
+            lines.extend(silence.map(|why| format!("no pulse was played: {why}")));
+            if let Some(m) = metrics(trial) {
+                tracked = format!("RMSE {:.2}° ", m.rmse_deg);
+            }
+            lines.extend(hits(trial).iter().map(in_words));
+            lines.extend(force_metrics(trial).iter().map(followed));
+        }
+        let (title, refused) = (&self.record.title, self.refused);
+        let page = self.report.as_ref();
+        let report = page.map(|path| format!("; report: {}", path.display()));
+        let report = report.unwrap_or_default();
+        lines.push(format!("{title}: {tracked}{refused} refused{report}"));
+        lines.join("\n")
+    }
+}
+
+/// A board has a real trigger input: what is said of simulated edges then.
+fn ignored_trigger(session: &Session, port: &mut dyn Port) -> Option<&'static str> {
+    let is_ignored = session.trigger.is_some() && port.world().is_none();
+    is_ignored.then_some(
+        "[simulated_trigger] is for devices simulated by this program: this one's own trigger \
+         input counts",
+    )
+}
+
+fn write_vcd(path: &Path, trace: &Trace) -> anyhow::Result<()> {
+    std::fs::File::create(path)
+        .and_then(|file| hal_sim::trace::write_vcd(std::io::BufWriter::new(file), trace))
+        .with_context(|| format!("cannot write {}", path.display()))
+}
+
+/// How a force was followed, for people.
+fn followed(force: &ForceMetrics) -> String {
+    let followed = format!(
+        "channel {}: predicted force within {:.3} N (RMSE) of the wanted, {:.3} N at most; it \
+         asked for up to {:.1} N",
+        force.channel, force.rmse_n, force.max_abs_n, force.peak_n,
+    );
+    followed + &force.gap.map(limited).unwrap_or_default()
+}
+
+/// Where forces were wanted that cannot be given, for people.
+fn limited(gap: GapMetrics) -> String {
+    format!(
+        "; limiting {:.0} % of the time: it wanted forces between {} and {} N, which its limits \
+         cannot give, and got the nearer of the two (a lower `force.min_frequency_hz` narrows this)",
+        100.0 * gap.share,
+        gap.below_n,
+        gap.above_n,
+    )
+}
+
+/// A hit of a virtual wall, for people.
+fn in_words(hit: &Hit) -> String {
+    let place = if hit.deepest_deg > 0.0 {
+        "inside the wall"
+    } else {
+        "in front of the wall"
+    };
+    format!(
+        "hit at {:.1} s, {:.0} °/s: deepest {:.1}° {place}, {} turns, later swinging by {:.1}°",
+        hit.at_s,
+        hit.speed_deg_per_s,
+        hit.deepest_deg.abs(),
+        hit.turns,
+        hit.late_swing_deg,
+    )
+}

@@ -1,0 +1,196 @@
+//! `flexor rerun`: a recorded run again, from its folder alone.
+
+use super::chip::ChipArgs;
+use super::demo::{self, Demo};
+use super::experiment::{self, Experiment};
+use super::out::OutArgs;
+use super::perform::{Order, Performed, perform};
+use super::{Incomplete, Output};
+use crate::record::{
+    DeviceKind, Difference, Place, Plan, Program, RecordError, Run, compare_rows, load, sha256,
+    trial_folder,
+};
+use crate::run::{DeviceName, SessionFile};
+use crate::session::LawName;
+use anyhow::Context;
+use clap::Args;
+use std::path::{Path, PathBuf};
+
+/// Repeat a simulated run from its record, and compare what comes of it.
+#[derive(Args, Debug)]
+pub struct Rerun {
+    /// Folder of the record
+    record: PathBuf,
+    #[command(flatten)]
+    out: OutArgs,
+}
+
+/// Why a record cannot be repeated, or was not.
+#[derive(Debug, thiserror::Error)]
+enum RerunError {
+    #[error(
+        "E595 {0} is not the session that was run: its SHA-256 is another; take the folder from \
+         where it was kept unchanged"
+    )]
+    Altered(PathBuf),
+    #[error("E596 the rerun differs from the record: {differs}; {why}")]
+    Differs { differs: Difference, why: String },
+    #[error(
+        "E597 {dir} is the record of a board ({id}): what a wearer did cannot be repeated; play \
+         its session with flexor run {dir}/01-*/session.toml --device PORT"
+    )]
+    Board { dir: PathBuf, id: String },
+    #[error(
+        "E598 {dir} was recorded in real time through {device}, and no second run falls in the \
+         same microseconds; play its session with flexor run {dir}/01-*/session.toml"
+    )]
+    RealTime { dir: PathBuf, device: String },
+    #[error("E599 {dir} does not say {what}: it was written by an older flexor, or changed")]
+    Unknown { dir: PathBuf, what: &'static str },
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// No record, one that cannot be repeated, or a rerun that differs.
+pub fn main(args: &Rerun, output: Output) -> anyhow::Result<()> {
+    let dir = args.record.as_path();
+    let record = load(dir)?;
+    let plan = planned(dir, &record)?;
+    let now = Program::this();
+    if now != record.program {
+        let (then, now) = (record.program.words(), now.words());
+        eprintln!("note: recorded by flexor {then}, repeated by {now}: results may differ");
+    }
+    let out = if args.out.is_given() {
+        args.out.clone()
+    } else {
+        OutArgs::to(beside(dir)?)
+    };
+    let of = dir.display().to_string();
+    if plan.command == "demo" {
+        demo::main(&Demo::again(&record, out.clone(), of), output)?;
+    } else if let Some(again) = Experiment::again(&record, out.clone(), of.clone()) {
+        experiment::main(&again, output)?;
+    } else {
+        let performed = session_again(dir, &record, &plan, &out, output)?;
+        return tell(dir, &record, performed, output);
+    }
+    let new = out.dir().context("E577 no folder")?;
+    compared(dir, &record, &load(new)?).map_err(Into::into)
+}
+
+/// The plan of a record that can be repeated.
+fn planned(dir: &Path, record: &Run) -> Result<Plan, RerunError> {
+    let dir = dir.to_owned();
+    let identity = record.trials.iter().find_map(|t| t.identity.as_ref());
+    if let Some(board) = identity.filter(|it| it.kind == DeviceKind::Board) {
+        let id = board.unique_id.clone().unwrap_or_default();
+        return Err(RerunError::Board { dir, id });
+    }
+    if !record.is_repeatable() {
+        let device = record.device.clone();
+        return Err(RerunError::RealTime { dir, device });
+    }
+    let what = "how it was ordered";
+    record.plan.clone().ok_or(RerunError::Unknown { dir, what })
+}
+
+/// Runs the session of a record again, as it was ordered.
+fn session_again(
+    dir: &Path,
+    record: &Run,
+    plan: &Plan,
+    out: &OutArgs,
+    output: Output,
+) -> anyhow::Result<Performed> {
+    let unknown = |what| RerunError::Unknown {
+        dir: dir.to_owned(),
+        what,
+    };
+    let trial = record.trials.first().ok_or(unknown("what was run"))?;
+    let text = &trial.session_text;
+    if trial.session_sha256.as_deref() != Some(&sha256(text.as_bytes())) {
+        let folder = trial_folder(dir, 0, &trial.name);
+        return Err(RerunError::Altered(folder.join("session.toml")).into());
+    }
+    let mut session = SessionFile::parse(&trial.session_file, text)?;
+    if let Some(law) = &plan.law {
+        let law = LawName::named(law).ok_or(unknown("a law that this flexor knows"))?;
+        session.session = session.session.with_law(law)?;
+    }
+    let device = match trial.identity.as_ref().map(|it| it.kind) {
+        Some(DeviceKind::Chip) => DeviceName::Chip,
+        Some(DeviceKind::Qemu) => DeviceName::Qemu,
+        _ => DeviceName::Native,
+    };
+    let chip = ChipArgs::with_image(plan.image.then(|| dir.join("image.elf")));
+    let mut again = Run::begin(&record.title, &record.device, record.seed, plan.clone());
+    again.study = record.study.clone();
+    again.host.rerun_of = Some(dir.display().to_string());
+    let vcd = out.dir().filter(|_| plan.vcd);
+    let vcd = vcd.map(|new| new.join("outputs.vcd"));
+    let order = Order {
+        session: &session,
+        device: &device,
+        chip: &chip,
+        vcd: vcd.as_deref(),
+    };
+    perform(&order, again, |title| out.place(title), output)
+}
+
+/// Says how the rerun compares.
+fn tell(dir: &Path, record: &Run, performed: Performed, output: Output) -> anyhow::Result<()> {
+    if performed.ended.is_err() && !record.ending.is_incomplete() {
+        return performed.tell(output);
+    }
+    let compared = compared(dir, record, &performed.record);
+    let rows: usize = record.trials.iter().map(|t| t.samples.len()).sum();
+    let new = performed.place.dir().display().to_string();
+    let mut result = performed.machines();
+    result["rerun_of"] = dir.display().to_string().into();
+    result["same"] = compared.is_ok().into();
+    if let Err(error) = compared {
+        let error = error.into();
+        return Err(Incomplete { error, result }.into());
+    }
+    output.say(
+        || {
+            format!(
+                "the same: {rows} samples and every edge of {}; the rerun is in {new}",
+                dir.display()
+            )
+        },
+        || result,
+    )
+}
+
+/// Holds the rows of a rerun to those of the record.
+fn compared(dir: &Path, record: &Run, again: &Run) -> Result<(), RerunError> {
+    let Some(differs) = compare_rows(record, again) else {
+        return Ok(());
+    };
+    let same = record.program == again.program;
+    let why = match record.program.modified {
+        _ if !same => format!(
+            "it was recorded by flexor {} and repeated by {}",
+            record.program.words(),
+            again.program.words()
+        ),
+        Some(false) => "the machine, or a file that neither holds, is another".to_owned(),
+        _ => {
+            "the program was built from changed sources, so one name may be two programs".to_owned()
+        }
+    };
+    let _ = dir;
+    Err(RerunError::Differs { differs, why })
+}
+
+/// A folder beside `dir` that is not there yet.
+fn beside(dir: &Path) -> Result<PathBuf, RecordError> {
+    let dir = dir.canonicalize().map_err(RecordError::io(dir))?;
+    let name = dir.file_name().unwrap_or_default().to_string_lossy();
+    let base = dir.parent().unwrap_or(Path::new("."));
+    let place = Place::fresh(base, &format!("{name}-rerun"))?;
+    Ok(place.dir().to_owned())
+}

@@ -1,0 +1,73 @@
+//! Options that say what no device knows; they go before the session file's
+//! `[study]`.
+
+use super::WrongUse;
+use crate::record::{Electrode, Study};
+use crate::session::LONGEST_TEXT;
+use clap::Args;
+
+/// What a publication must tell.
+#[derive(Args, Debug, Default)]
+pub struct StudyArgs {
+    /// The wearer's pseudonym, never a name (for the record)
+    #[arg(long)]
+    pseudonym: Option<String>,
+    /// Who operates the device (for the record)
+    #[arg(long)]
+    operator: Option<String>,
+    /// The ethics vote (for the record)
+    #[arg(long)]
+    ethics: Option<String>,
+    /// Anything worth knowing (for the record)
+    #[arg(long)]
+    notes: Option<String>,
+    /// Where a channel's electrodes are, as 1=PLACE; once per channel (for the
+    /// record)
+    #[arg(long, value_name = "CHANNEL=PLACE")]
+    electrode: Vec<String>,
+}
+
+impl StudyArgs {
+    /// What the file says, with what these options say instead; `channels` are
+    /// the session's.
+    ///
+    /// # Errors
+    /// E518: an empty or too long text, an electrode of no channel.
+    pub fn over(&self, file: &Study, channels: &[u8]) -> Result<Study, WrongUse> {
+        let mut study = file.clone();
+        let texts = [
+            ("--pseudonym", &self.pseudonym, &mut study.pseudonym),
+            ("--operator", &self.operator, &mut study.operator),
+            ("--ethics", &self.ethics, &mut study.ethics),
+            ("--notes", &self.notes, &mut study.notes),
+        ];
+        for (option, given, kept) in texts {
+            if let Some(text) = given {
+                *kept = Some(checked(option, text)?);
+            }
+        }
+        for given in &self.electrode {
+            let (number, place) = given.split_once('=').unwrap_or((given, ""));
+            let channel = number.trim().parse().ok();
+            let Some(channel) = channel.filter(|channel| channels.contains(channel)) else {
+                return Err(WrongUse(format!(
+                    "--electrode {given}: give CHANNEL=PLACE with a channel of the session"
+                )));
+            };
+            let place = checked("--electrode", place)?;
+            study.electrodes.retain(|known| known.channel != channel);
+            study.electrodes.push(Electrode { channel, place });
+        }
+        study.electrodes.sort_by_key(|electrode| electrode.channel);
+        Ok(study)
+    }
+}
+
+fn checked(option: &str, text: &str) -> Result<String, WrongUse> {
+    if text.trim().is_empty() || text.chars().count() > LONGEST_TEXT {
+        return Err(WrongUse(format!(
+            "{option} must have 1 to {LONGEST_TEXT} characters"
+        )));
+    }
+    Ok(text.to_owned())
+}

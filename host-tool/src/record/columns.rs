@@ -1,0 +1,240 @@
+//! The columns of a record's tables: the one declaration that headers, the
+//! dictionary beside them and docs/record.md are made from.
+
+use super::ChannelInfo;
+use std::io;
+
+/// A column of a table, or one for each channel of a kind.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Column {
+    /// Its name in the header; of a channel's column the part before the number.
+    pub name: &'static str,
+    /// Its unit; empty for none, and for a channel's own, V or mA.
+    pub unit: &'static str,
+    /// What it says, and when it is empty.
+    pub meaning: &'static str,
+    /// Who knows it.
+    pub source: &'static str,
+    /// Of which there is one.
+    pub each: Each,
+}
+
+/// How often a column stands in a table.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Each {
+    /// Once.
+    Table,
+    /// For each channel in use.
+    Channel,
+    /// For each channel whose muscle's force is predicted.
+    Muscle,
+    /// For each channel under force control.
+    Force,
+}
+
+const fn once(
+    name: &'static str,
+    unit: &'static str,
+    meaning: &'static str,
+    source: &'static str,
+) -> Column {
+    Column {
+        name,
+        unit,
+        meaning,
+        source,
+        each: Each::Table,
+    }
+}
+
+/// The columns of `samples.csv`, in their order.
+pub const SAMPLES: [Column; 13] = [
+    once(
+        "t_s",
+        "s",
+        "time since the start of the trains",
+        "device clock, 1 µs",
+    ),
+    once(
+        "target_deg",
+        "°",
+        "wanted joint angle, or where the wall stands; empty before the first setpoint and without \
+         joint or wall",
+        "device: the setpoint it follows, held or extrapolated",
+    ),
+    once(
+        "measured_deg",
+        "°",
+        "joint angle; empty before the first measurement and without joint or wall",
+        "the session's sensor, as the device took it",
+    ),
+    once(
+        "true_deg",
+        "°",
+        "joint angle of the simulated body; empty unless one runs in this program",
+        "simulated body",
+    ),
+    once(
+        "effort",
+        "",
+        "what the control law asks for, 1 is all; at a wall the penetration in °; empty while neither \
+         runs",
+        "device: control law",
+    ),
+    once(
+        "limiting",
+        "0, 1",
+        "1 while a computed amplitude is held at the wearer's limit",
+        "device: guard",
+    ),
+    once(
+        "state",
+        "",
+        "the device's state: boot, idle, armed, stimulating, stopping or fault",
+        "device",
+    ),
+    Column {
+        name: "amplitude",
+        unit: "",
+        meaning: "amplitude in force; empty while the channel plays nothing",
+        source: "device: as sent to the DAC; no measurement",
+        each: Each::Channel,
+    },
+    Column {
+        name: "force",
+        unit: "N",
+        meaning: "force that the muscle model predicts from the pulses played",
+        source: "device: muscle model; no measurement",
+        each: Each::Muscle,
+    },
+    Column {
+        name: "wanted",
+        unit: "N",
+        meaning: "wanted force; empty before its first setpoint",
+        source: "device: the setpoint it follows",
+        each: Each::Force,
+    },
+    Column {
+        name: "rate",
+        unit: "Hz",
+        meaning: "pulse rate in force; empty while the channel plays nothing",
+        source: "device: force control",
+        each: Each::Force,
+    },
+    Column {
+        name: "below",
+        unit: "N",
+        meaning: "force below the wanted one that the limits can give; empty unless they cannot give \
+                  the wanted one",
+        source: "device: force control",
+        each: Each::Force,
+    },
+    Column {
+        name: "above",
+        unit: "N",
+        meaning: "force above the wanted one that the limits can give; empty as before",
+        source: "device: force control",
+        each: Each::Force,
+    },
+];
+
+/// The columns of `edges.csv`, in their order.
+pub const EDGES: [Column; 4] = [
+    once(
+        "t_us",
+        "µs",
+        "time since the start of the period drawn",
+        "simulated pins",
+    ),
+    once("channel", "", "channel, from 1", "simulated pins"),
+    once(
+        "state",
+        "",
+        "from now on: isolated, cathodic, anodic or grounded; isolated before the first row",
+        "simulated pins",
+    ),
+    once(
+        "dac_code",
+        "0–65535",
+        "amplitude code of the channel's DAC",
+        "simulated pins",
+    ),
+];
+
+impl Column {
+    /// The names and units that the column has with these channels.
+    fn with(&self, channels: &[ChannelInfo]) -> Vec<(String, String)> {
+        let own = channels.iter().filter(|channel| match self.each {
+            Each::Table => false,
+            Each::Channel => true,
+            Each::Muscle => channel.muscle,
+            Each::Force => channel.force,
+        });
+        let mut all: Vec<_> = own
+            .map(|channel| {
+                let unit = match self.each {
+                    Each::Channel => channel.unit.as_str(),
+                    _ => self.unit,
+                };
+                let name = format!("{}_{}_{}", self.name, channel.number, unit.to_lowercase());
+                (name, unit.to_owned())
+            })
+            .collect();
+        if self.each == Each::Table {
+            all.push((self.name.to_owned(), self.unit.to_owned()));
+        }
+        all
+    }
+}
+
+/// The names of these columns with these channels, in the order of a row.
+pub(super) fn header(columns: &[Column], channels: &[ChannelInfo]) -> String {
+    let names = columns.iter().flat_map(|column| column.with(channels));
+    let names: Vec<String> = names.map(|(name, _)| name).collect();
+    names.join(",")
+}
+
+/// The dictionary of a trial: every column of its tables with unit, meaning and
+/// source.
+pub(super) fn dictionary(channels: &[ChannelInfo]) -> io::Result<Vec<u8>> {
+    let mut out = csv::Writer::from_writer(Vec::new());
+    out.write_record(["file", "name", "unit", "meaning", "source"])?;
+    let (samples, edges) = (SAMPLES.as_slice(), EDGES.as_slice());
+    for (file, columns) in [("samples.csv", samples), ("edges.csv", edges)] {
+        for column in columns {
+            for (name, unit) in column.with(channels) {
+                let row = [file, &name, &unit, column.meaning, column.source];
+                out.write_record(row)?;
+            }
+        }
+    }
+    out.into_inner()
+        .map_err(|why| io::Error::other(why.to_string()))
+}
+
+/// The columns as a table of docs/record.md.
+pub(super) fn in_markdown(columns: &[Column]) -> String {
+    let mut text = "| column | unit | meaning | source |\n|---|---|---|---|\n".to_owned();
+    for column in columns {
+        let (name, unit) = match column.each {
+            Each::Table => (column.name.to_owned(), column.unit),
+            Each::Channel => (
+                format!("{}_N_mA, …_V", column.name).to_lowercase(),
+                "the channel's",
+            ),
+            Each::Muscle | Each::Force => (
+                format!("{}_N_{}", column.name, column.unit.to_lowercase()),
+                column.unit,
+            ),
+        };
+        let whose = match column.each {
+            Each::Table => "",
+            Each::Channel => "; for each channel N",
+            Each::Muscle => "; for each channel N with a muscle",
+            Each::Force => "; for each channel N under force control",
+        };
+        let (meaning, source) = (column.meaning, column.source);
+        text += &format!("| `{name}` | {unit} | {meaning}{whose} | {source} |\n");
+    }
+    text
+}

@@ -1,0 +1,92 @@
+//! Whether one run is another again: row by row.
+
+use super::{Run, Trial, table};
+use std::fmt;
+
+/// The first place where two runs differ.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Difference {
+    /// The trial's name.
+    pub trial: String,
+    /// The file.
+    pub file: &'static str,
+    /// The line, from 1; 0 for the whole file.
+    pub line: usize,
+}
+
+impl fmt::Display for Difference {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { trial, file, line } = self;
+        match line {
+            0 => write!(f, "{file} of {trial}"),
+            _ => write!(f, "{file} of {trial}, line {line}"),
+        }
+    }
+}
+
+/// Holds the rows of `again` to those of `record`. Of a record that was cut
+/// short as far as it goes; what a session's end says, it cannot say.
+#[must_use]
+pub fn compare_rows(record: &Run, again: &Run) -> Option<Difference> {
+    let is_cut = record.ending.is_incomplete();
+    for (position, trial) in record.trials.iter().enumerate() {
+        let of = |file, line| {
+            let trial = trial.name.clone();
+            Some(Difference { trial, file, line })
+        };
+        let Some(other) = again.trials.get(position) else {
+            return of("trial.json", 0);
+        };
+        let is_last = position + 1 == record.trials.len();
+        let (rows, others) = (samples(trial), samples(other));
+        // What came after the stop was asked for is not the session's.
+        let kept = if is_cut && is_last {
+            until_cut(trial, &rows)
+        } else {
+            rows.len().max(others.len())
+        };
+        let mut lines = 0..kept;
+        if let Some(line) = lines.find(|&line| rows.get(line) != others.get(line)) {
+            return of("samples.csv", line + 1);
+        }
+        if is_cut && is_last {
+            continue;
+        }
+        let edges = (0..trial.edges.len().max(other.edges.len()))
+            .find(|&line| trial.edges.get(line) != other.edges.get(line));
+        if let Some(line) = edges {
+            return of("edges.csv", line + 2);
+        }
+        let told = |trial: &Trial| {
+            let identity = trial.identity.clone();
+            (identity, trial.counters.clone(), trial.events.clone())
+        };
+        if told(trial) != told(other) {
+            return of("trial.json", 0);
+        }
+    }
+    None
+}
+
+/// The lines of `samples.csv`.
+fn samples(trial: &Trial) -> Vec<String> {
+    let mut text = Vec::new();
+    // Writing to memory does not fail.
+    let _ = table::write_samples(&mut text, &trial.channels, &trial.samples);
+    let text = String::from_utf8_lossy(&text);
+    text.lines().map(str::to_owned).collect()
+}
+
+/// The lines before the trial was cut short: its last event says when.
+fn until_cut(trial: &Trial, rows: &[String]) -> usize {
+    let cut = trial
+        .events
+        .iter()
+        .map(|(t_s, _)| *t_s)
+        .fold(f64::NAN, f64::min);
+    let before = trial
+        .samples
+        .iter()
+        .take_while(|s| cut.is_nan() || s.t_s < cut);
+    rows.len().min(before.count() + 1)
+}
