@@ -5,7 +5,7 @@ use crate::link::{Client, Error, Incoming, Port};
 use crate::record::{Recorder, Trial};
 use crate::session::{Session, Setpoint};
 use firmware::control::SensorSource;
-use firmware::link::{Event, HelloInfo, Request};
+use firmware::link::{Code, Event, HelloInfo, Request};
 use firmware::safety::State;
 use firmware::units::Micros;
 use std::iter;
@@ -381,6 +381,8 @@ impl<P: Port> Run<'_, P> {
                     self.ended = Some((text, trial::advice(&event)));
                 }
             }
+            // The last setpoints, which a stop has overtaken; its event tells of it.
+            Incoming::Refused(_, refused) if refused.number == Code::Stopped as u16 => {}
             Incoming::Refused(_, refused) => {
                 self.refused += 1;
                 let now = self.client.port().now_us();
