@@ -169,7 +169,7 @@ fn try_case(case: Case, folder: &Path) -> Option<Fate> {
     let status = program.wait();
     let heard = board.as_ref().map(Board::heard);
     if let Some(board) = board {
-        assert!(board.is_isolated_at_last(), "{case:?}");
+        assert!(board.ends_isolated(), "{case:?}");
     }
     if is_disturbed(case, status, &program.error()) {
         return None;
