@@ -8,6 +8,7 @@ use crate::native::Device;
 use crate::trace::{Levels, State, Trace, Unwrap};
 use crate::wire::faults::{Faults, FaultyLine};
 use firmware::device::lockstep::{Sensors, Sink, cost};
+use firmware::link::{Decoder, Request, ToDevice, encode};
 use firmware::units::{DacCode, Micros};
 use std::collections::VecDeque;
 
@@ -179,10 +180,16 @@ impl World {
             }
             self.triggers.pop_front_if(|at| *at < step);
             self.sense();
-            while let Some((at, bytes)) = self.wire.pop_until(step - 1).next() {
+            let mut is_asked = false;
+            while let Some((at, mut bytes)) = self.wire.pop_until(step - 1).next() {
+                is_asked |= takes_trigger(&mut bytes);
                 let at = Micros(at.max(self.now_us) as u32);
                 self.device
                     .receive(at, &bytes, &self.sensors, &mut self.recorder)?;
+            }
+            if is_asked {
+                // The first moment that no device has passed already.
+                self.trigger(ahead);
             }
             self.device
                 .advance(Micros(step as u32), &self.sensors, &mut self.recorder)?;
@@ -246,4 +253,40 @@ impl World {
             });
         }
     }
+}
+
+/// The longest frame of a [`Request::SimulateTrigger`], bytes.
+const TRIGGER_FRAME: usize = 16;
+
+/// Whether a simulated trigger is among `bytes`. The device gets a sign of life
+/// with its number instead, so that it misses none and answers; the edge comes
+/// from the world.
+fn takes_trigger(bytes: &mut [u8]) -> bool {
+    let mut takes = false;
+    for frame in bytes.split_inclusive_mut(|&byte| byte == 0) {
+        if let Some(alive) = sign_of_life(frame) {
+            frame.copy_from_slice(&alive);
+            takes = true;
+        }
+    }
+    takes
+}
+
+/// What the device gets for `frame` if that is a simulated trigger.
+fn sign_of_life(frame: &[u8]) -> Option<Vec<u8>> {
+    if frame.len() > TRIGGER_FRAME {
+        return None;
+    }
+    let mut decoder = Decoder::default();
+    let read = |byte: &u8| Some(decoder.push(*byte)?.ok()?.to_vec());
+    let message = frame.iter().find_map(read)?;
+    let asked: ToDevice = postcard::from_bytes(&message).ok()?;
+    if asked.request != Request::SimulateTrigger {
+        return None;
+    }
+    let alive = encode(&ToDevice {
+        request: Request::KeepAlive,
+        ..asked
+    })?;
+    (alive.len() == frame.len()).then(|| alive.to_vec())
 }

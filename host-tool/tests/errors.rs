@@ -40,6 +40,9 @@ fn literal(text: &str, start: usize) -> String {
     raw.split("\\\n").map(str::trim_start).collect()
 }
 
+/// Numbers whose one meaning is told in several wordings.
+const IN_SEVERAL_WORDINGS: [(&str, &str); 1] = [("E580", "a signal came")];
+
 #[test]
 fn every_number_has_one_meaning() {
     let mut meanings = BTreeMap::<String, Vec<(String, PathBuf)>>::new();
@@ -58,6 +61,13 @@ fn every_number_has_one_meaning() {
         }
     }
     assert!(meanings.len() > 40, "{} numbers found", meanings.len());
+    for (number, meaning) in IN_SEVERAL_WORDINGS {
+        let wordings = meanings.remove(number).unwrap_or_default();
+        assert!(
+            wordings.len() > 1,
+            "{number} ({meaning}) needs no exception"
+        );
+    }
     let torn: Vec<_> = meanings.iter().filter(|(_, m)| m.len() > 1).collect();
     assert!(torn.is_empty(), "numbers with two meanings: {torn:#?}");
 }

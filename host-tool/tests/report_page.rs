@@ -166,7 +166,6 @@ fn a_page_stands_alone_and_shows_the_numbers_of_the_run() {
     let begin = std::time::Instant::now();
     let path = report::write(&dir, &report).unwrap();
     let seconds = begin.elapsed().as_secs_f64();
-    std::fs::write(dir.join("picture.svg"), report::picture(&run)).unwrap();
     let html = std::fs::read_to_string(&path).unwrap();
     let size = html.len();
     println!("{}: {size} bytes in {seconds:.3} s", path.display());

@@ -1,8 +1,9 @@
 //! A triggered session at a desk: edges from the session file, trains exactly
 //! 1000 µs after them; a session that plays nothing says so first.
 
+use firmware::link::Request;
 use hal_sim::trace::State;
-use host_tool::link::Port;
+use host_tool::link::{Client, Port};
 use host_tool::run::{DeviceName, Outcome, SessionFile, run};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -134,5 +135,46 @@ fn a_session_without_a_pulse_says_so_first() {
         let trial = &summary["trials"][0];
         assert_eq!(trial["pulses"], 0);
         assert!(trial["no_pulse_was_played"].as_str().unwrap().contains(why));
+    }
+}
+
+/// A client of the simulator asks for edges: each is acknowledged and starts ten
+/// pulses, and no frame is missed.
+#[test]
+fn a_client_asks_for_an_edge() {
+    let file = SessionFile::parse("trigger.toml", TRIGGER).unwrap();
+    let port = DeviceName::Native.open(&file.session, 1).unwrap();
+    let (mut client, _) = Client::open(port).unwrap();
+    for request in file.session.requests() {
+        client.request(request).unwrap();
+    }
+    client.arm().unwrap();
+    let first = file.session.setpoints.at(0).request(None);
+    client.request(first.clone()).unwrap();
+    client.start().unwrap();
+    let mut asked = Vec::new();
+    for step in 0..60 {
+        if step % 20 == 10 {
+            asked.push(client.port().now_us());
+            client.request(Request::SimulateTrigger).unwrap();
+        }
+        client.request(first.clone()).unwrap();
+        let until = client.port().now_us() + 20_000;
+        while client.next(until).unwrap().is_some() {}
+    }
+    let status = client.status().unwrap();
+    assert_eq!((status.counters.lost, status.counters.refused), (0, 0));
+    assert_eq!(status.counters.idle_triggers, 0);
+    let trace = &client.port().world().unwrap().recorder.trace;
+    let edges = trace
+        .channel_edges(0)
+        .filter(|e| e.state == State::Cathodic);
+    let begins: Vec<u64> = edges.map(|e| e.t_us).filter(|t| *t > asked[0]).collect();
+    assert_eq!((asked.len(), begins.len()), (3, 30));
+    for (asked, train) in asked.iter().zip(begins.chunks(10)) {
+        let after_us = train[0] - asked;
+        println!("train {after_us} µs after the request was sent");
+        assert!((1_001..=2_100).contains(&after_us), "{after_us}");
+        assert_eq!(train, trains(&[train[0]], 0));
     }
 }

@@ -18,6 +18,7 @@ mod force_reach;
 mod fuzz_short;
 mod maps;
 mod million_pulses;
+mod pictures;
 mod protocol_vectors;
 mod qemu_instructions;
 mod qemu_parity;

@@ -23,8 +23,8 @@ use fixed::types::{I16F16, U1F31};
 pub const PERIOD_US: (u32, u32) = (5_000, 100_000);
 
 /// Pieces of a table. Between their ends the mean force of Lee's subjects is
-/// 0.9 % off from 10 to 100 Hz and 0.1 % from 20 to 60 Hz; below 20 Hz 1.8 %, of
-/// the subject whose force bends most at 11 Hz (K05), and 0.5 % of the others.
+/// 0.9 % off from 10 to 100 Hz and 0.1 % from 20 to 60 Hz; below 20 Hz 1.7 %, of
+/// the subject whose force bends most at 11 Hz (K05), and 0.8 % of the others.
 const PIECES: usize = 16;
 
 /// Mean forces, N in 2^-16 and below 2^30, slowest rate first; never falls.

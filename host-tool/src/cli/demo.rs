@@ -6,7 +6,9 @@ use crate::analysis::metrics;
 use crate::link::{Interruption, Port};
 use crate::record::{Assumption, Ending, PaperRow, Plan, Role, Run, Trial, write_run};
 use crate::report::{self, Report};
-use crate::run::{DeviceName, Recorded, RunError, SessionFile, TrialPlace, heeding, run};
+use crate::run::{
+    DeviceName, Recorded, RunError, SessionFile, TrialPlace, edges_of_one_period, heeding, run,
+};
 use crate::session::LawName;
 use anyhow::Context;
 use clap::Args;
@@ -57,6 +59,12 @@ const SESSIONS: [(&str, &str, &str); 3] = [
     ),
 ];
 
+/// Ten channels, three of them on the finger.
+const TEN_CHANNELS: (&str, &str) = (
+    "ten_channels_and_finger.toml",
+    include_str!("../../sessions/ten_channels_and_finger.toml"),
+);
+
 const LAWS: [(LawName, &str); 2] = [
     (LawName::Recommended, "recommended law"),
     (LawName::Paper, "paper's law"),
@@ -97,7 +105,7 @@ pub fn main(args: &Demo, output: Output) -> anyhow::Result<()> {
     record.ending = Ending::complete();
     let page = report::write(dir, &Report::of(&record))?;
     let picture = dir.join("picture.svg");
-    std::fs::write(&picture, report::picture(&main_trials(&record)))
+    std::fs::write(&picture, overview(args.seed)?)
         .with_context(|| format!("cannot write {}", picture.display()))?;
     let seconds = begin.elapsed().as_secs_f64();
     output.say(
@@ -211,8 +219,7 @@ impl Port for Stopwatch {
 }
 
 fn ten_channel_speed(seed: u64) -> anyhow::Result<Speed> {
-    let text = include_str!("../../sessions/ten_channels_and_finger.toml");
-    let session = SessionFile::parse("ten_channels_and_finger.toml", text)?;
+    let session = SessionFile::parse(TEN_CHANNELS.0, TEN_CHANNELS.1)?;
     let port = DeviceName::Native.open(&session.session, seed)?;
     let begin = Instant::now();
     let timed = Stopwatch {
@@ -231,11 +238,33 @@ fn ten_channel_speed(seed: u64) -> anyhow::Result<Speed> {
     })
 }
 
-fn main_trials(record: &Run) -> Run {
-    Run {
-        trials: record.trials.iter().take(SESSIONS.len()).cloned().collect(),
-        ..record.clone()
+/// docs/demo.svg, the README's picture, as an SVG file: ten channels and the
+/// finger in one session, under the device's default law and under the paper's.
+///
+/// # Errors
+/// A session that does not run.
+pub fn overview(seed: u64) -> anyhow::Result<String> {
+    let [default, paper] = LAWS.map(|(law, _)| ten_channels(law, seed));
+    Ok(report::overview_picture(&default?, &paper?))
+}
+
+/// The session of ten channels under a law, with the edges of one period.
+fn ten_channels(law: LawName, seed: u64) -> anyhow::Result<Trial> {
+    let mut session = SessionFile::parse(TEN_CHANNELS.0, TEN_CHANNELS.1)?;
+    session.session = session.session.with_law(law)?;
+    let port = DeviceName::Native.open(&session.session, seed)?;
+    let (outcome, port) = run(&session, port, None, |_| ());
+    if let Some(error) = outcome.error {
+        return Err(error).context(TEN_CHANNELS.0);
     }
+    let mut trial = outcome.trial;
+    if let (Some(mut port), Some(epoch)) = (port, outcome.epoch_us)
+        && let Some(world) = port.world()
+    {
+        let trace = &world.recorder.trace;
+        trial.edges = edges_of_one_period(&session.session, trace, epoch, 20_000_000);
+    }
+    Ok(trial)
 }
 
 fn paper_rows(record: &Run) -> Vec<PaperRow> {

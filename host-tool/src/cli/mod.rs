@@ -21,6 +21,8 @@ mod selftest;
 mod serve;
 mod study;
 
+pub use demo::overview;
+
 use anyhow::Context;
 use clap::{Parser, Subcommand};
 use indicatif::{ProgressBar, ProgressStyle};

@@ -61,7 +61,7 @@ pub fn perform(
     let image = port.image().map(Path::to_owned);
     if let Some(path) = &image {
         let bytes = std::fs::read(path);
-        let bytes = bytes.with_context(|| format!("E599 cannot read {}", path.display()))?;
+        let bytes = bytes.with_context(|| format!("E576 cannot read {}", path.display()))?;
         record.image_sha256 = Some(sha256(&bytes));
     }
     if let Some(note) = ignored_trigger(&session.session, &mut port) {

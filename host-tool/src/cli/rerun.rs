@@ -76,7 +76,7 @@ pub fn main(args: &Rerun, output: Output) -> anyhow::Result<()> {
         let performed = session_again(dir, &record, &plan, &out, output)?;
         return tell(dir, &record, performed, output);
     }
-    let new = out.dir().context("E599 no folder")?;
+    let new = out.dir().context("E577 no folder")?;
     compared(&record, &load(new)?).map_err(Into::into)
 }
 

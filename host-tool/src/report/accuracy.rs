@@ -3,7 +3,7 @@
 
 use super::canvas::{
     Area, Drawn, GRID, INK, Key, MUTED, PALETTE, WIDTH, anchored, bold, legend, line, px,
-    standalone, svg, text, text_width,
+    standalone, svg, text, text_width, turned,
 };
 use crate::accuracy::{Chart, Point, WANTED_PCT};
 use firmware::bench::OUTPUTS_US;
@@ -196,9 +196,13 @@ impl Panel<'_, '_> {
                 .draw(&Text::new(words, (px(LEFT - 8), y), style))?;
         }
         let often = output_us / 1000;
-        let words = format!("Force read every {often} ms: worst error, % of peak");
+        let words = format!("Force read every {often} ms");
         let at = (px(LEFT), px(self.top - 14));
         self.root.draw(&Text::new(words, at, bold(text(13, INK))))?;
+        let at = (px(LEFT - 64), px(self.top + PANEL / 2));
+        let style = turned(text(12, INK));
+        self.root
+            .draw(&Text::new("worst error (% of peak)", at, style))?;
         let words =
             "Cortex-M4 cycles per simulated second and muscle (168 · 10⁶ are the whole CPU)";
         let style = anchored(text(12, INK), HPos::Center);

@@ -4,6 +4,7 @@ use super::canvas::{
     Area, Drawn, GRID, INK, Key, MUTED, PALETTE, WIDTH, anchored, bold, legend, line, px,
     shortened, svg, text,
 };
+use super::map::{EDGE, HALO};
 use super::series::round_step;
 use super::tables::degrees;
 use crate::analysis::metrics;
@@ -99,7 +100,9 @@ fn draw_bar(root: &Area<'_>, x: &impl Fn(f64) -> i32, bar: &Bar, top: i32) -> Dr
         root.draw(&Text::new(label, (px(LABELS - 8), px(middle)), right))?;
     }
     for &dot in bar.dots {
-        root.draw(&Circle::new((x(dot), px(middle)), px(3), INK.filled()))?;
+        let at = (x(dot), px(middle));
+        root.draw(&Circle::new(at, px(4), HALO.filled()))?;
+        root.draw(&Circle::new(at, px(3), EDGE.filled()))?;
     }
     // Beyond the last dot, or the number would sit on one.
     let end = bar.dots.iter().copied().fold(bar.value, f64::max);

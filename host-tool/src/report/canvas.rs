@@ -28,19 +28,51 @@ pub(super) const GRID: RGBColor = RGBColor(0xD8, 0xDE, 0xE4);
 pub(super) const SHADE: RGBColor = RGBColor(0xEE, 0xF0, 0xF3);
 
 /// Okabe and Ito's palette for all kinds of colour vision, without its yellow
-/// and black, which vanish on white or dark (Color Universal Design, 2008).
+/// and black, which vanish on white or dark (Color Universal Design, 2008). Its
+/// orange and sky blue are darkened until they stand out from white by 3:1
+/// (WCAG 1.4.11).
 pub(super) const PALETTE: [RGBColor; 6] = [
     RGBColor(0x00, 0x72, 0xB2),
     RGBColor(0xD5, 0x5E, 0x00),
     RGBColor(0x00, 0x9E, 0x73),
     RGBColor(0xCC, 0x79, 0xA7),
-    RGBColor(0xE6, 0x9F, 0x00),
-    RGBColor(0x56, 0xB4, 0xE9),
+    RGBColor(0xBF, 0x83, 0x00),
+    RGBColor(0x4A, 0x99, 0xD4),
 ];
 
-/// The colour of a channel, 1-based, the same in every figure.
-pub(super) fn channel_color(number: u8) -> RGBColor {
-    PALETTE[usize::from(number.saturating_sub(1)) % PALETTE.len()]
+/// How a channel is drawn in every figure, beside its number: ten marks, no two
+/// alike.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct ChannelMark {
+    /// Of its lines.
+    pub color: RGBColor,
+    /// The first six colours are filled; the others come again, hollow.
+    pub filled: bool,
+}
+
+/// The mark of a channel, 1-based.
+pub(super) fn channel_mark(number: u8) -> ChannelMark {
+    let place = usize::from(number.saturating_sub(1));
+    ChannelMark {
+        color: PALETTE[place % PALETTE.len()],
+        filled: place < PALETTE.len(),
+    }
+}
+
+impl ChannelMark {
+    /// For a dot: a disc or a ring.
+    pub(super) fn dot(self) -> ShapeStyle {
+        if self.filled {
+            self.color.filled()
+        } else {
+            line(self.color, 30)
+        }
+    }
+
+    /// For what lies between a line and its zero, if that is filled.
+    pub(super) fn tint(self) -> Option<ShapeStyle> {
+        self.filled.then(|| self.color.mix(0.22).filled())
+    }
 }
 
 /// Rules every figure needs, inside the page or on its own.
@@ -84,6 +116,11 @@ pub(super) fn anchored(style: TextStyle<'static>, h: HPos) -> TextStyle<'static>
     style.pos(Pos::new(h, VPos::Center))
 }
 
+/// The same text centred and set upwards: the name of an axis, beside it.
+pub(super) fn turned(style: TextStyle<'static>) -> TextStyle<'static> {
+    anchored(style, HPos::Center).transform(FontTransform::Rotate270)
+}
+
 /// The same text in bold.
 pub(super) fn bold(style: TextStyle<'static>) -> TextStyle<'static> {
     let font = style.font.style(FontStyle::Bold);
@@ -93,8 +130,17 @@ pub(super) fn bold(style: TextStyle<'static>) -> TextStyle<'static> {
 /// Draws an SVG `WIDTH` × `height` pixels that scales with the page.
 /// `description` is what a screen reader says.
 pub(super) fn svg(height: i32, description: &str, draw: impl FnOnce(&Area<'_>) -> Drawn) -> String {
+    svg_wide((WIDTH, height), description, draw)
+}
+
+/// The same of another width.
+pub(super) fn svg_wide(
+    (width, height): (i32, i32),
+    description: &str,
+    draw: impl FnOnce(&Area<'_>) -> Drawn,
+) -> String {
     let mut out = String::new();
-    let size = (px(WIDTH) as u32, px(height) as u32);
+    let size = (px(width) as u32, px(height) as u32);
     let root = SVGBackend::with_string(&mut out, size).into_drawing_area();
     // A string takes every byte, and the figures keep their ranges non-empty.
     draw(&root).expect("a figure draws into a string");
@@ -103,7 +149,7 @@ pub(super) fn svg(height: i32, description: &str, draw: impl FnOnce(&Area<'_>) -
     let body = out.find('>').map_or("", |end| &out[end + 1..]);
     format!(
         "<svg class=\"figure\" xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" \
-         width=\"{WIDTH}\" height=\"{height}\" viewBox=\"0 0 {} {}\" aria-label=\"{}\">{body}",
+         width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {} {}\" aria-label=\"{}\">{body}",
         size.0,
         size.1,
         super::tables::escape(description)
@@ -146,7 +192,16 @@ pub(super) enum Key {
 /// Draws a row of legend entries whose centre is `y` pixels from the top,
 /// beginning `x` pixels from the left.
 pub(super) fn legend(area: &Area<'_>, x: i32, y: i32, entries: &[(Key, &str)]) -> Drawn {
-    let mut x = x;
+    legend_of(13, area, (x, y), entries)
+}
+
+/// The same with letters of another size.
+pub(super) fn legend_of(
+    size: i32,
+    area: &Area<'_>,
+    (mut x, y): (i32, i32),
+    entries: &[(Key, &str)],
+) -> Drawn {
     for (key, name) in entries {
         let (left, right) = (px(x), px(x + 22));
         match key {
@@ -159,8 +214,21 @@ pub(super) fn legend(area: &Area<'_>, x: i32, y: i32, entries: &[(Key, &str)]) -
             }
             Key::Dot(style) => area.draw(&Circle::new((px(x + 11), px(y)), px(4), *style))?,
         }
-        area.draw(&Text::new(*name, (px(x + 28), px(y)), text(13, INK)))?;
-        x += 28 + text_width(13, name) + 24;
+        area.draw(&Text::new(*name, (px(x + 28), px(y)), text(size, INK)))?;
+        x += 28 + text_width(size, name) + 24;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ten_channels_have_ten_marks() {
+        let marks = (1..=10).map(channel_mark).collect::<Vec<_>>();
+        for (n, mark) in marks.iter().enumerate() {
+            assert!(!marks[..n].contains(mark), "channel {}", n + 1);
+        }
+    }
 }

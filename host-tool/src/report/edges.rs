@@ -2,8 +2,8 @@
 //! nothing changes are cut out of the time axis.
 
 use super::canvas::{
-    Area, Drawn, GRID, INK, Key, MUTED, WIDTH, anchored, channel_color, legend, line, px,
-    shortened, svg, text, text_width,
+    Area, ChannelMark, Drawn, GRID, INK, Key, MUTED, WIDTH, anchored, channel_mark, legend, line,
+    px, shortened, svg, text, text_width,
 };
 use super::series::round_step;
 use crate::record::{Edge, State, Trial};
@@ -67,8 +67,9 @@ pub(super) fn figure(trial: &Trial) -> String {
                 let middle = LEGEND + row as i32 * ROW + ROW / 2;
                 label(root, trial, &edges, channel, middle)?;
                 let stretches = stretches(&edges, channel, axis.end());
-                let color = channel_color(channel);
-                draw_row(root, &axis, &stretches, color, middle)?;
+                let mark = channel_mark(channel);
+                root.draw(&Circle::new((px(6), px(middle - 8)), px(5), mark.dot()))?;
+                draw_row(root, &axis, &stretches, mark, middle)?;
             }
             draw_axis(root, &axis, LEGEND + channels.len() as i32 * ROW)
         },
@@ -151,8 +152,8 @@ fn stretches(edges: &[Edge], channel: u8, end: u64) -> Vec<Stretch> {
 fn label(root: &Area<'_>, trial: &Trial, edges: &[Edge], channel: u8, middle: i32) -> Drawn {
     let info = trial.channels.iter().find(|info| info.number == channel);
     let name = info.map_or(String::new(), |info| info.name.clone());
-    let name = shortened(13, &format!("{channel} {name}"), LABELS - 8);
-    root.draw(&Text::new(name, (px(0), px(middle - 8)), text(13, INK)))?;
+    let name = shortened(13, &format!("{channel} {name}"), LABELS - 26);
+    root.draw(&Text::new(name, (px(18), px(middle - 8)), text(13, INK)))?;
     let codes = edges
         .iter()
         .filter(|e| e.channel == channel && matches!(e.state, State::Anodic | State::Cathodic));
@@ -160,7 +161,7 @@ fn label(root: &Area<'_>, trial: &Trial, edges: &[Edge], channel: u8, middle: i3
         Some(code) => format!("DAC code {code}"),
         None => "no pulse".to_owned(),
     };
-    root.draw(&Text::new(code, (px(0), px(middle + 9)), text(11, MUTED)))?;
+    root.draw(&Text::new(code, (px(18), px(middle + 9)), text(11, MUTED)))?;
     Ok(())
 }
 
@@ -168,7 +169,7 @@ fn draw_row(
     root: &Area<'_>,
     axis: &Axis,
     stretches: &[Stretch],
-    color: RGBColor,
+    mark: ChannelMark,
     middle: i32,
 ) -> Drawn {
     for &(part_from, part_to, left) in &axis.parts {
@@ -186,15 +187,20 @@ fn draw_row(
             };
             let ends = [(x(from), px(level)), (x(to), px(level))];
             if state == State::Grounded {
-                let band = [(x(from), px(middle - 7)), (x(to), px(middle + 7))];
-                root.draw(&Rectangle::new(band, GRID.filled()))?;
+                // Above and below the line, which would be pale on it.
+                for (top, bottom) in [(middle - 7, middle - 2), (middle + 2, middle + 7)] {
+                    let band = [(x(from), px(top)), (x(to), px(bottom))];
+                    root.draw(&Rectangle::new(band, GRID.filled()))?;
+                }
             } else if level != middle {
                 let body = [ends[0], (x(to), px(middle))];
-                root.draw(&Rectangle::new(body, color.mix(0.22).filled()))?;
+                if let Some(tint) = mark.tint() {
+                    root.draw(&Rectangle::new(body, tint))?;
+                }
             }
             path.extend(ends);
         }
-        root.draw(&PathElement::new(path, line(color, 16)))?;
+        root.draw(&PathElement::new(path, line(mark.color, 16)))?;
     }
     Ok(())
 }

@@ -2,7 +2,7 @@
 
 use super::canvas::{
     Area, Drawn, GRID, INK, Key, MUTED, PALETTE, WIDTH, anchored, bold, legend, line, px,
-    standalone, svg, text,
+    standalone, svg, text, turned,
 };
 use plotters::prelude::*;
 use plotters::style::text_anchor::HPos;
@@ -104,6 +104,9 @@ fn draw_panel(root: &Area<'_>, panel: &Panel, left: i32, top: i32) -> Drawn {
     let at = (px(left + PANEL.0 / 2), foot + px(34));
     let style = anchored(text(12, INK), HPos::Center);
     root.draw(&Text::new(panel.axis, at, style))?;
+    let at = (px(left - 58), px(top + PANEL.1 / 2));
+    let name = turned(text(12, INK));
+    root.draw(&Text::new("worst error (% of peak)", at, name))?;
     for course in &panel.courses {
         let color = PALETTE[course.rung];
         let points: Vec<_> = course

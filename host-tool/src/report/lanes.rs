@@ -2,8 +2,8 @@
 //! per channel, so that ten channels stay readable and units never mix.
 
 use super::canvas::{
-    Area, Drawn, GRID, INK, MUTED, WIDTH, anchored, bold, channel_color, line, px, shortened, svg,
-    text,
+    Area, ChannelMark, Drawn, GRID, INK, MUTED, WIDTH, anchored, bold, channel_mark, line, px,
+    shortened, svg, text,
 };
 use super::series::{Point, range, round_step, shorten};
 use super::tables::seconds;
@@ -28,12 +28,13 @@ type Value = dyn Fn(&Trial, &Sample) -> Option<f64>;
 /// One row of the grid.
 struct Lane {
     name: String,
+    /// What the row shows, with its unit.
     unit: String,
     /// Top of the scale.
     top: f64,
     /// Drawn as a line, if the row has one.
     limit: Option<f64>,
-    color: RGBColor,
+    mark: ChannelMark,
     value: Box<Value>,
     /// What it should be, if anything says so: a dark line.
     wanted: Option<Box<Value>>,
@@ -51,10 +52,10 @@ pub(super) fn amplitudes(trials: &[Trial]) -> String {
         };
         Lane {
             name: format!("{number} {}", channel.name),
-            unit: channel.unit.clone(),
+            unit: format!("amplitude ({})", channel.unit),
             top: largest(trials, &value).max(channel.limit) * 1.08,
             limit: Some(channel.limit),
-            color: channel_color(number),
+            mark: channel_mark(number),
             value: Box::new(value),
             wanted: None,
         }
@@ -78,10 +79,10 @@ pub(super) fn forces(trials: &[Trial]) -> String {
     let step = round_step(most, 2.0);
     let lanes = rows().map(|channel| Lane {
         name: format!("{} {}", channel.number, channel.name),
-        unit: "N".to_owned(),
+        unit: "force (N)".to_owned(),
         top: (most / step).ceil() * step * 1.08,
         limit: None,
-        color: channel_color(channel.number),
+        mark: channel_mark(channel.number),
         value: Box::new(force(channel.number)),
         wanted: Some(Box::new(wanted(channel.number))),
     });
@@ -98,10 +99,10 @@ pub(super) fn rates(trials: &[Trial]) -> String {
     let step = round_step(most, 2.0);
     let lanes = rows().map(|channel| Lane {
         name: format!("{} {}", channel.number, channel.name),
-        unit: "Hz".to_owned(),
+        unit: "rate (Hz)".to_owned(),
         top: (most / step).ceil() * step * 1.08,
         limit: None,
-        color: channel_color(channel.number),
+        mark: channel_mark(channel.number),
         value: Box::new(rate(channel.number)),
         wanted: None,
     });
@@ -136,21 +137,28 @@ fn grid(trials: &[Trial], lanes: &[Lane], description: &str) -> String {
     }
     let block = TITLE + lanes.len() as i32 * ROW + AXIS;
     let end_s = end_s(trials);
+    let columns = trials.len().min(COLUMNS) as i32;
     svg(block * blocks.len() as i32, description, |root| {
         for (position, trials) in blocks.iter().enumerate() {
             let top = position as i32 * block;
             let area = root.clone().shrink((0, px(top)), (px(WIDTH), px(block)));
-            draw_block(&area, trials, lanes, end_s)?;
+            draw_block(&area, trials, lanes, (end_s, columns))?;
         }
         Ok(())
     })
 }
 
-fn draw_block(area: &Area<'_>, trials: &[Trial], lanes: &[Lane], end_s: f64) -> Drawn {
+/// `columns` is how many trials the widest block holds: a lone trial below others
+/// keeps their scale of time.
+fn draw_block(
+    area: &Area<'_>,
+    trials: &[Trial],
+    lanes: &[Lane],
+    (end_s, columns): (f64, i32),
+) -> Drawn {
     for (row, lane) in lanes.iter().enumerate() {
         row_label(area, lane, TITLE + row as i32 * ROW)?;
     }
-    let columns = trials.len() as i32;
     let width = (WIDTH - LABELS - 12 - GUTTER * (columns - 1)) / columns;
     for (column, trial) in trials.iter().enumerate() {
         let left = LABELS + column as i32 * (width + GUTTER);
@@ -170,11 +178,16 @@ fn draw_block(area: &Area<'_>, trials: &[Trial], lanes: &[Lane], end_s: f64) -> 
 /// Name and unit at the left, 0 and the top of the scale beside the first column.
 fn row_label(area: &Area<'_>, lane: &Lane, top: i32) -> Drawn {
     let middle = top + ROW / 2;
-    let name = shortened(13, &lane.name, LABELS - 28);
-    area.draw(&Text::new(name, (px(0), px(middle - 8)), text(13, INK)))?;
+    let name = shortened(13, &lane.name, LABELS - 46);
+    area.draw(&Circle::new(
+        (px(6), px(middle - 8)),
+        px(5),
+        lane.mark.dot(),
+    ))?;
+    area.draw(&Text::new(name, (px(18), px(middle - 8)), text(13, INK)))?;
     area.draw(&Text::new(
         lane.unit.as_str(),
-        (px(0), px(middle + 9)),
+        (px(18), px(middle + 9)),
         text(12, MUTED),
     ))?;
     let tick = anchored(text(11, MUTED), HPos::Right);
@@ -211,8 +224,9 @@ fn draw_cell(area: &Area<'_>, trial: &Trial, lane: &Lane, end_s: f64, is_last: b
         area.draw(&Text::new("not used", middle, text(11, MUTED)))?;
     }
     for part in parts {
-        chart.draw_series([Polygon::new(closed(&part), lane.color.mix(0.22).filled())])?;
-        chart.draw_series([PathElement::new(part, line(lane.color, 13))])?;
+        let tint = lane.mark.tint();
+        chart.draw_series(tint.map(|tint| Polygon::new(closed(&part), tint)))?;
+        chart.draw_series([PathElement::new(part, line(lane.mark.color, 13))])?;
     }
     if let Some(wanted) = &lane.wanted {
         let samples = trial.samples.iter();

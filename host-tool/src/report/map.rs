@@ -3,7 +3,7 @@
 
 use super::canvas::{
     Area, Drawn, INK, Key, MUTED, WIDTH, anchored, bold, legend, line, px, standalone, svg, text,
-    text_width,
+    text_width, turned,
 };
 use super::map_lines;
 use crate::stability::{Cell, Class, Map, Panel};
@@ -13,12 +13,14 @@ use plotters::style::text_anchor::HPos;
 const GAP: i32 = 28;
 const PANEL_TITLE: i32 = 26;
 const AXIS: i32 = 40;
+/// For the name of the rows, set upwards beside their labels.
+const ROW_NAME: i32 = 20;
 const LINE: i32 = 19;
 const CELL_WIDTH: (i32, i32) = (11, 34);
 /// The line and the dots, readable on every cell in light and dark: these two
 /// are never exchanged for a dark screen's.
-const EDGE: RGBColor = RGBColor(0x11, 0x11, 0x11);
-const HALO: RGBColor = RGBColor(0xFD, 0xFD, 0xFD);
+pub(super) const EDGE: RGBColor = RGBColor(0x11, 0x11, 0x11);
+pub(super) const HALO: RGBColor = RGBColor(0xFD, 0xFD, 0xFD);
 
 /// First and last colour of the classes of each verdict: what holds is blue,
 /// what fails orange, what fails badly dark red.
@@ -77,7 +79,7 @@ impl Layout {
         let columns = map.across.labels.len().max(1) as i32;
         let rows = map.down.labels.len() as i32;
         let widest = map.down.labels.iter().map(|l| text_width(11, l)).max();
-        let margin = widest.unwrap_or(0) + 12;
+        let margin = widest.unwrap_or(0) + 12 + ROW_NAME;
         let smallest = margin + columns * CELL_WIDTH.0 + GAP;
         let panels = map.panels.len().max(1) as i32;
         let per_row = (WIDTH / smallest).clamp(1, panels);
@@ -174,7 +176,11 @@ pub(super) fn folded(paragraphs: &[String]) -> Vec<String> {
 fn draw_panel(root: &Area<'_>, map: &Map, panel: &Panel, layout: &Layout, at: (i32, i32)) -> Drawn {
     let (left, top) = (at.0, at.1 + PANEL_TITLE);
     let style = bold(text(12, INK));
-    let title = Text::new(panel.title.clone(), (px(left), px(at.1 + 12)), style);
+    let title = Text::new(
+        panel.title.clone(),
+        (px(left - ROW_NAME), px(at.1 + 12)),
+        style,
+    );
     root.draw(&title)?;
     let (width, height) = layout.cell;
     let corner = |row: usize, column: usize| {
@@ -256,8 +262,9 @@ fn draw_axes(root: &Area<'_>, map: &Map, layout: &Layout, at: (i32, i32)) -> Dra
         let at = (px(left + n as i32 * width + width / 2), px(bottom + 10));
         root.draw(&Text::new(label.clone(), at, middle.clone()))?;
     }
-    let words = format!("{}; down: {}", map.across.caption(), map.down.caption());
     let at = (px(left), px(bottom + 27));
-    root.draw(&Text::new(words, at, text(11, INK)))?;
+    root.draw(&Text::new(map.across.caption(), at, text(11, INK)))?;
+    let at = (px(left - layout.margin + 8), px((top + bottom) / 2));
+    root.draw(&Text::new(map.down.caption(), at, turned(text(11, INK))))?;
     Ok(())
 }

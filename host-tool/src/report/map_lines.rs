@@ -3,6 +3,7 @@
 
 use super::canvas::{
     Area, Drawn, GRID, INK, MUTED, PALETTE, WIDTH, anchored, bold, line, px, standalone, svg, text,
+    turned,
 };
 use super::map::folded;
 use crate::stability::{Map, Panel};
@@ -13,9 +14,11 @@ use plotters::style::text_anchor::HPos;
 const TOP: i32 = 40;
 /// A panel with its title and axis, and the plot in it, CSS pixels.
 const PANEL: (i32, i32) = (WIDTH / 2, 268);
-const PLOT: (i32, i32) = (212, 190);
-const MARGIN: i32 = 40;
+const PLOT: (i32, i32) = (168, 190);
+const MARGIN: i32 = 58;
 const PANEL_TITLE: i32 = 26;
+/// From a key to the remark beside it: room for the longest name.
+const REMARK: i32 = 142;
 const ROW: i32 = 20;
 const LINE: i32 = 19;
 /// Length of a dash and of the gap after it, CSS pixels.
@@ -151,12 +154,11 @@ impl Axes {
                 free = at + 20;
             }
         }
-        let words = format!("{}; up: {}", map.across.caption(), map.quantity);
-        root.draw(&Text::new(
-            words,
-            (px(left), px(bottom + 27)),
-            text(11, INK),
-        ))?;
+        let words = map.across.caption();
+        let at = (px(left), px(bottom + 27));
+        root.draw(&Text::new(words, at, text(11, INK)))?;
+        let at = (px(left - MARGIN + 8), px((top + bottom) / 2));
+        root.draw(&Text::new(map.quantity, at, turned(text(11, INK))))?;
         Ok(())
     }
 
@@ -177,7 +179,11 @@ impl Axes {
                 text(11, INK),
             ))?;
             let remark = panel.remarks.get(r).cloned().unwrap_or_default();
-            root.draw(&Text::new(remark, (px(left + 124), px(y)), text(11, MUTED)))?;
+            root.draw(&Text::new(
+                remark,
+                (px(left + REMARK), px(y)),
+                text(11, MUTED),
+            ))?;
         }
         Ok(())
     }

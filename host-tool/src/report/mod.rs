@@ -17,6 +17,7 @@ mod ladder;
 mod lanes;
 mod map;
 mod map_lines;
+mod overview;
 mod page;
 mod series;
 mod summary;
@@ -29,6 +30,7 @@ pub use control::picture as control_picture;
 pub use cycles::picture as cycles_picture;
 pub use ladder::{Course as LadderCourse, Panel as LadderPanel, picture as ladder_picture};
 pub use map::picture as map_picture;
+pub use overview::picture as overview_picture;
 pub use page::page;
 pub use summary::write;
 
@@ -58,10 +60,4 @@ impl<'a> Report<'a> {
             command: run.how_to_reproduce(),
         }
     }
-}
-
-/// The README's picture: target and measured angle of every trial with its
-/// RMSE, as one SVG file that follows a viewer's light or dark scheme.
-pub fn picture(run: &Run) -> String {
-    canvas::standalone(&trajectory::figure(&run.trials))
 }

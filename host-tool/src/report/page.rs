@@ -215,7 +215,12 @@ fn periods(run: &Run) -> String {
             heading + &body
         }
     });
-    drawn.collect()
+    let drawn: String = drawn.collect();
+    if drawn.is_empty() {
+        return drawn;
+    }
+    // Many of them: printed smaller.
+    format!("<div class=\"edges\">\n{drawn}</div>\n")
 }
 
 fn comparison(report: &Report) -> String {

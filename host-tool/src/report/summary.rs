@@ -43,9 +43,9 @@ struct TrialSummary<'a> {
 /// # Errors
 /// They cannot be written; the old summary stays.
 pub fn write(dir: &Path, report: &Report) -> Result<PathBuf, RecordError> {
-    let failed = |source| RecordError::Write {
+    let failed = |why| RecordError::Write {
         path: dir.to_owned(),
-        source,
+        why,
     };
     std::fs::create_dir_all(dir).map_err(failed)?;
     let run = report.run;

@@ -159,6 +159,8 @@ fn panel(area: &Area<'_>, trial: &Trial, axes: &Axes, is_last: bool) -> Drawn {
         .light_line_style(TRANSPARENT)
         .bold_line_style(line(GRID, 8))
         .axis_style(line(GRID, 10))
+        // Below the 0 of the other axis.
+        .set_tick_mark_size(LabelAreaPosition::Bottom, px(5))
         .x_labels(10)
         .y_labels(5)
         .x_label_formatter(&|t| seconds(*t))

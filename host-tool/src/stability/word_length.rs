@@ -40,7 +40,7 @@ pub struct Outcome {
 
 const CLASSES: [Class; 5] = [
     Class::new(',', "error up to 0.02 %", 0),
-    Class::new('o', "left for ever, up to 0.02 %", 1),
+    Class::new('o', "left for ever, up to 0.02 %", 0),
     Class::new('1', "up to 1 %", 2),
     Class::new('2', "up to 10 %", 2),
     Class::new('X', "more than 10 %", 2),

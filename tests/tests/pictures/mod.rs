@@ -1,0 +1,195 @@
+//! Every committed picture can be read: no text lies on another or leaves the
+//! canvas, every axis has its own name, and text, lines and marks stand out from
+//! what lies under them, on light and on dark screens.
+//!
+//! What was wrong when this test was written is listed in `tests/pictures_known.txt`.
+//! A new finding fails; one that is gone must leave the list.
+
+mod axes;
+mod contrast;
+mod drawing;
+mod font;
+mod overlap;
+mod pages;
+mod style;
+
+use drawing::Drawing;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+/// White, and what GitHub shows behind a transparent picture in dark.
+const SCREENS: [[f64; 3]; 2] = [[255.0; 3], [13.0, 17.0, 23.0]];
+const KNOWN: &str = "pictures_known.txt";
+
+/// Everything wrong with a picture, each once, with how often.
+fn findings(svg: &str, screens: [[f64; 3]; 2]) -> Vec<String> {
+    let drawing = match Drawing::read(svg) {
+        Ok(drawing) => drawing,
+        Err(error) => return vec![format!("cannot be read: {error}")],
+    };
+    let mut counted: BTreeMap<String, u32> = BTreeMap::new();
+    let all = [
+        overlap::find(&drawing),
+        axes::find(&drawing),
+        contrast::find(&drawing, screens),
+    ];
+    for what in all.into_iter().flatten() {
+        *counted.entry(what).or_default() += 1;
+    }
+    let told = counted.into_iter().map(|(what, times)| match times {
+        1 => what,
+        _ => format!("{what} ({times} times)"),
+    });
+    told.collect()
+}
+
+fn top() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// Every picture below a folder.
+fn pictures(folder: &Path, all: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(folder).expect("a folder") {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() {
+            pictures(&path, all);
+        } else if path.extension().is_some_and(|e| e == "svg") {
+            all.push(path);
+        }
+    }
+}
+
+#[test]
+fn every_committed_picture_can_be_read_but_for_what_is_listed() {
+    let mut files = Vec::new();
+    pictures(&top().join("docs"), &mut files);
+    files.sort();
+    assert!(
+        files.len() >= 15,
+        "only {} pictures below docs",
+        files.len()
+    );
+    let mut found = BTreeSet::new();
+    for file in &files {
+        let svg = std::fs::read_to_string(file).expect("a picture");
+        let name = file
+            .strip_prefix(top())
+            .expect("below the top")
+            .display()
+            .to_string();
+        found.extend(
+            findings(&svg, SCREENS)
+                .into_iter()
+                .map(|what| format!("{name} | {what}")),
+        );
+    }
+    let list = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(KNOWN));
+    let list = list.expect("the list is there");
+    let lines = list
+        .lines()
+        .filter(|line| !line.is_empty() && !line.starts_with('#'));
+    let known: BTreeSet<String> = lines
+        .map(|line| {
+            let (what, reason) = line.rsplit_once(" | ").expect("picture | finding | reason");
+            assert!(!reason.trim().is_empty(), "no reason: {line}");
+            what.to_owned()
+        })
+        .collect();
+    let only = |a: &BTreeSet<String>, b: &BTreeSet<String>| {
+        a.difference(b).cloned().collect::<Vec<_>>().join("\n")
+    };
+    let (new, gone) = (only(&found, &known), only(&known, &found));
+    println!(
+        "{} pictures, {} findings, all listed",
+        files.len(),
+        found.len()
+    );
+    assert!(new.is_empty(), "new in the pictures:\n{new}");
+    assert!(
+        gone.is_empty(),
+        "no longer there, take them from tests/{KNOWN}:\n{gone}"
+    );
+}
+
+const BACK: &str = "<rect x=\"-50\" y=\"-50\" width=\"300\" height=\"200\" fill=\"#FFFFFF\"/>";
+
+/// What is wrong with `body` on white.
+fn on_white(body: &str) -> Vec<String> {
+    small(&format!("{BACK}{body}"))
+}
+
+/// The same without a background, 200 wide and 100 high.
+fn small(body: &str) -> Vec<String> {
+    let svg =
+        format!("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 200 100\">{body}</svg>");
+    findings(&svg, SCREENS)
+}
+
+fn text(at: (i32, i32), anchor: &str, rest: &str, words: &str) -> String {
+    let (x, y) = at;
+    format!(
+        "<text x=\"{x}\" y=\"{y}\" font-size=\"10\" fill=\"#333333\" text-anchor=\"{anchor}\" \
+         {rest}>{words}</text>"
+    )
+}
+
+#[test]
+fn text_on_text_and_beyond_the_canvas_is_found() {
+    let over = text((10, 50), "start", "", "force") + &text((30, 53), "start", "", "angle");
+    assert_eq!(on_white(&over), ["text over text: \"force\" and \"angle\""]);
+    // The same two, one turned out of the way of the other.
+    let turned = text((10, 50), "start", "", "force")
+        + &text(
+            (60, 53),
+            "start",
+            "transform=\"rotate(270, 60, 53)\"",
+            "angle",
+        );
+    assert_eq!(on_white(&turned), [""; 0]);
+    let out = text((190, 50), "start", "", "force") + &text((100, 5), "end", "", "angle");
+    assert_eq!(
+        on_white(&out),
+        [
+            "text leaves the canvas: \"angle\"",
+            "text leaves the canvas: \"force\""
+        ]
+    );
+}
+
+#[test]
+fn an_axis_needs_a_name_of_its_own() {
+    let across = [(50, "0"), (80, "5"), (110, "10")].map(|(x, n)| text((x, 70), "middle", "", n));
+    let up = [(60, "0"), (40, "50"), (20, "100")].map(|(y, n)| text((40, y), "end", "", n));
+    let ticks = across.concat() + &up.concat();
+    let (no_x, no_y) = (
+        "axis across without a name: 0, 5 … 10",
+        "axis up without a name: 100, 50 … 0",
+    );
+    assert_eq!(on_white(&ticks), [no_x, no_y]);
+    let time = text((80, 85), "middle", "", "time (s)");
+    assert_eq!(on_white(&(ticks.clone() + &time)), [no_y]);
+    let both = text((80, 85), "middle", "", "time (s); up: angle (°)");
+    assert_eq!(on_white(&(ticks.clone() + &both)), [no_x, no_y]);
+    let angle = text(
+        (10, 40),
+        "middle",
+        "transform=\"rotate(270, 10, 40)\"",
+        "angle (°)",
+    );
+    assert_eq!(on_white(&(ticks + &time + &angle)), [""; 0]);
+}
+
+#[test]
+fn faint_text_and_faint_lines_are_found_on_light_and_on_dark() {
+    // No grey stands out from both white and GitHub's dark.
+    let grey = "<text x=\"50\" y=\"50\" font-size=\"10\" fill=\"#808080\">force</text>";
+    let told = ["contrast 3.9 of text \"force\" in light, 1 times"];
+    assert_eq!(small(grey), told);
+    assert_eq!(on_white(grey).len(), 2);
+    let rules = "text{fill:#333333}@media (prefers-color-scheme:dark){text{fill:#DDDDDD}}";
+    assert_eq!(small(&format!("<style>{rules}</style>{grey}")), [""; 0]);
+    let line = "<line x1=\"10\" y1=\"10\" x2=\"90\" y2=\"10\" stroke=\"#E69F00\"/>";
+    let told = ["contrast 2.3 of lines #E69F00 in light, 1 times"];
+    assert_eq!(small(line), told);
+    assert_eq!(on_white(line).len(), 2);
+}

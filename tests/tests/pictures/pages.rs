@@ -1,0 +1,153 @@
+//! The pages of the shipped sessions, and the README's picture.
+
+use super::drawing::Drawing;
+use super::{SCREENS, findings, top};
+use host_tool::cli::overview;
+use host_tool::record::Run;
+use host_tool::report::{Report, page};
+use host_tool::run::{DeviceName, SessionFile, edges_of_one_period, run};
+
+const RENEW: &str = "cargo demo && cp out/demo/picture.svg docs/demo.svg";
+/// A page's own background in light and dark.
+const PAPER: [[f64; 3]; 2] = [[255.0; 3], [15.0, 19.0, 24.0]];
+/// Letters lower than this are no longer read with ease, CSS pixels.
+const LOWEST: f64 = 9.0;
+
+/// The page of one session on the native simulator.
+fn page_of(file: &str) -> String {
+    let path = top().join("host-tool/sessions").join(file);
+    let text = std::fs::read_to_string(path).expect("a shipped session");
+    let session = SessionFile::parse(file, &text).expect("a session");
+    let port = DeviceName::Native
+        .open(&session.session, 1)
+        .expect("the simulator");
+    let (outcome, port) = run(&session, port, None, |_| ());
+    let mut trial = outcome.trial;
+    if let (Some(mut port), Some(epoch)) = (port, outcome.epoch_us)
+        && let Some(world) = port.world()
+    {
+        let trace = &world.recorder.trace;
+        trial.edges = edges_of_one_period(&session.session, trace, epoch, 2_000_000);
+    }
+    let run = Run {
+        title: session.session.title.clone(),
+        device: DeviceName::Native.to_string(),
+        // Four: a lone panel below three.
+        trials: vec![trial.clone(), trial.clone(), trial.clone(), trial],
+        ..Run::default()
+    };
+    page(&Report {
+        run: &run,
+        paper: &[],
+        assumptions: &[],
+        command: "flexor run",
+    })
+}
+
+/// Every figure of a page, with the page's style.
+fn figures(html: &str) -> Vec<String> {
+    let between = |text: &str, open: &str, close: &str| {
+        let from = text.find(open)? + open.len();
+        let to = from + text[from..].find(close)?;
+        Some((text[from..to].to_owned(), to))
+    };
+    let (style, mut at) = between(html, "<style>", "</style>").expect("a style");
+    let mut all = Vec::new();
+    while let Some((body, to)) = between(&html[at..], "<svg ", "</svg>") {
+        let (head, rest) = body.split_once('>').expect("an open tag");
+        all.push(format!("<svg {head}><style>{style}</style>{rest}</svg>"));
+        at += to;
+    }
+    all
+}
+
+fn smallest(svg: &str) -> (f64, f64) {
+    let drawing = Drawing::read(svg).expect("an SVG");
+    let sizes = drawing.words().map(|words| words.size);
+    (sizes.fold(f64::MAX, f64::min), drawing.width)
+}
+
+#[test]
+fn the_figures_of_every_page_can_be_read() {
+    let mut wrong = Vec::new();
+    for (file, least) in [
+        ("ten_channels_and_finger.toml", 4),
+        ("ten_forces.toml", 3),
+        ("harris_wall/1_pre_wall.toml", 2),
+    ] {
+        let html = page_of(file);
+        for rule in [
+            "@media screen and (prefers-color-scheme:dark)",
+            "@media screen and (max-width:700px)",
+            "@media print",
+            "@page{size:A4",
+            "min-width:820px",
+        ] {
+            assert!(html.contains(rule), "no {rule} in the page of {file}");
+        }
+        let figures = figures(&html);
+        assert!(
+            figures.len() >= least,
+            "{} figures of {file}",
+            figures.len()
+        );
+        for (n, svg) in figures.iter().enumerate() {
+            let found = findings(svg, PAPER);
+            wrong.extend(
+                found
+                    .into_iter()
+                    .map(|what| format!("{file}, figure {}: {what}", n + 1)),
+            );
+            // On a narrow screen a figure keeps 820 pixels, and is moved sideways.
+            let (size, width) = smallest(svg);
+            let size = size * 820.0 / width;
+            assert!(
+                size >= LOWEST,
+                "{file}, figure {}: letters of {size:.1} px",
+                n + 1
+            );
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn the_readme_shows_what_the_simulator_gives() {
+    let committed = std::fs::read_to_string(top().join("docs/demo.svg")).unwrap_or_default();
+    let drawn = overview(1).expect("a picture");
+    let wrong = findings(&drawn, SCREENS);
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    let words: Vec<String> = Drawing::read(&drawn)
+        .expect("an SVG")
+        .words()
+        .map(|w| w.text.clone())
+        .collect();
+    assert!(
+        words.iter().any(|text| text.contains("Simulated")),
+        "{words:?}"
+    );
+    for part in ["target", "device's default, RMSE", "paper's law, RMSE"] {
+        assert!(
+            words.iter().any(|text| text.contains(part)),
+            "no {part} in {words:?}"
+        );
+    }
+    // Electrodes and lanes.
+    for number in 1..=10 {
+        let times = words
+            .iter()
+            .filter(|text| **text == number.to_string())
+            .count();
+        assert!(times >= 2, "{number} stands {times} times");
+    }
+    // GitHub leaves 16 pixels at either side of a screen of 360.
+    let (size, width) = smallest(&drawn);
+    assert!(
+        size * 328.0 / width >= LOWEST,
+        "letters of {size} px in {width}"
+    );
+    assert!(
+        committed == drawn,
+        "docs/demo.svg is stale: renew it with\n  {RENEW}"
+    );
+}

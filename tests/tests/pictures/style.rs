@@ -1,0 +1,103 @@
+//! A picture's style sheet in light and in dark.
+
+use roxmltree::Node;
+use simplecss::{AttributeOperator, DeclarationTokenizer, PseudoClass, StyleSheet};
+
+/// Rules for a light screen and for a dark one.
+pub struct Sheets<'a> {
+    light: StyleSheet<'a>,
+    dark: StyleSheet<'a>,
+}
+
+/// The rules outside every `@media` block, and those plus what is said for dark.
+pub fn split(css: &str) -> (String, String) {
+    let (mut light, mut dark) = (String::new(), String::new());
+    let mut rest = css;
+    while let Some(at) = rest.find("@media") {
+        let (before, block) = rest.split_at(at);
+        let open = block.find('{').expect("a media rule has a block");
+        let close = closing(block, open);
+        light.push_str(before);
+        dark.push_str(before);
+        if block[..open].contains("prefers-color-scheme:dark") {
+            dark.push_str(&block[open + 1..close]);
+        }
+        rest = &block[close + 1..];
+    }
+    (light + rest, dark + rest)
+}
+
+/// Where the brace opened at `open` closes.
+fn closing(text: &str, open: usize) -> usize {
+    let mut depth = 0;
+    for (at, letter) in text.char_indices().skip_while(|(at, _)| *at < open) {
+        match letter {
+            '{' => depth += 1,
+            '}' if depth == 1 => return at,
+            '}' => depth -= 1,
+            _ => {}
+        }
+    }
+    panic!("a block without an end: {text}")
+}
+
+impl<'a> Sheets<'a> {
+    pub fn parse(light: &'a str, dark: &'a str) -> Self {
+        Sheets {
+            light: StyleSheet::parse(light),
+            dark: StyleSheet::parse(dark),
+        }
+    }
+
+    /// A property of an element or of what holds it, as the last matching rule,
+    /// then its attribute, says.
+    pub fn inherited<'n>(&self, node: Node<'n, '_>, name: &str, dark: bool) -> Option<String> {
+        node.ancestors()
+            .filter(Node::is_element)
+            .find_map(|node| self.own(node, name, dark))
+    }
+
+    /// The same without what holds it.
+    pub fn own(&self, node: Node, name: &str, dark: bool) -> Option<String> {
+        let sheet = if dark { &self.dark } else { &self.light };
+        let rules = sheet.rules.iter();
+        let matching = rules.filter(|rule| rule.selector.matches(&Element(node)));
+        let declared = matching.flat_map(|rule| &rule.declarations);
+        let inline = node.attribute("style").unwrap_or("");
+        let inline = DeclarationTokenizer::from(inline).filter(|d| d.name == name);
+        let last = declared
+            .copied()
+            .filter(|d| d.name == name)
+            .chain(inline)
+            .last();
+        let said = last.map(|d| d.value.to_owned());
+        said.or_else(|| node.attribute(name).map(str::to_owned))
+    }
+}
+
+/// What simplecss asks of an element.
+struct Element<'a, 'input>(Node<'a, 'input>);
+
+impl simplecss::Element for Element<'_, '_> {
+    fn parent_element(&self) -> Option<Self> {
+        self.0.parent_element().map(Element)
+    }
+
+    fn prev_sibling_element(&self) -> Option<Self> {
+        self.0.prev_sibling_element().map(Element)
+    }
+
+    fn has_local_name(&self, name: &str) -> bool {
+        self.0.tag_name().name() == name
+    }
+
+    fn attribute_matches(&self, name: &str, operator: AttributeOperator<'_>) -> bool {
+        self.0
+            .attribute(name)
+            .is_some_and(|value| operator.matches(value))
+    }
+
+    fn pseudo_class_matches(&self, _: PseudoClass<'_>) -> bool {
+        false
+    }
+}
