@@ -233,7 +233,8 @@ fn draw_axis(root: &Area<'_>, axis: &Axis, top: i32) -> Drawn {
             let mark = [(unit(x(t)), px(top)), (unit(x(t)), px(top + 5))];
             root.draw(&PathElement::new(mark, line(MUTED, 10)))?;
             let half = f64::from(text_width(11, &t.to_string())) / 2.0;
-            if x(t) - half >= free_from {
+            // Wider fonts need a little more than is estimated.
+            if x(t) - half >= free_from && x(t) + half + 3.0 <= f64::from(WIDTH) {
                 let style = anchored(text(11, MUTED), HPos::Center);
                 root.draw(&Text::new(t.to_string(), (unit(x(t)), px(top + 14)), style))?;
                 free_from = x(t) + half + 6.0;

@@ -52,9 +52,10 @@ pub(super) fn repeat(at: &Workspace, seed: u64) -> ExitCode {
 
 fn soak(at: &Workspace, seeds: impl Iterator<Item = u64>, length: Option<Duration>) -> ExitCode {
     let mut console = Console::new();
-    let begin = Instant::now();
     let mut rounds = Rounds::default();
-    match prepare(at, &mut console) {
+    let prepared = prepare(at, &mut console);
+    let begin = Instant::now(); // building is no search
+    match prepared {
         Err(problem) => rounds.total.add(problem),
         Ok(drawing) => {
             for seed in seeds {
@@ -140,7 +141,7 @@ impl Rounds {
     }
 
     fn closing(&self, time: Duration) -> Vec<String> {
-        let mut lines = vec![format!("{} rounds in {}", self.done, seconds(time))];
+        let mut lines = vec![format!("rounds: {} in {}", self.done, seconds(time))];
         lines.extend(self.failing.iter().map(|&seed| repetition(seed)));
         let Report { passed, failed, .. } = self.total;
         lines.push(format!("{passed} passed, {failed} failed"));
@@ -253,7 +254,7 @@ mod tests {
         assert_eq!(
             rounds.closing(Duration::from_secs(61)),
             [
-                "3 rounds in 1 min 01 s",
+                "rounds: 3 in 1 min 01 s",
                 "failed on seed 18446744073709551615; repeat it: \
                  cargo verify --soak-seed 18446744073709551615",
                 "26 passed, 1 failed"
