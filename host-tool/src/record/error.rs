@@ -16,14 +16,14 @@ pub enum RecordError {
     },
     /// The disk is full, or the file system refused otherwise.
     #[error(
-        "E582 cannot write {path}: {source}; make room there or choose another --out; what was \
+        "E582 cannot write {path}: {why}; make room there or choose another --out; what was \
          recorded before is kept"
     )]
     Write {
         /// The file or folder.
         path: PathBuf,
         /// What the system said.
-        source: std::io::Error,
+        why: std::io::Error,
     },
     /// The folder for a new record holds something.
     #[error(
@@ -86,9 +86,9 @@ pub enum RecordError {
 
 impl RecordError {
     pub(super) fn write(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
-        move |source| RecordError::Write {
+        move |why| RecordError::Write {
             path: path.to_owned(),
-            source,
+            why,
         }
     }
 
