@@ -4,8 +4,8 @@
 use crate::body::Drive;
 pub use crate::lockstep::Device;
 use crate::world::Output;
-use firmware::device::Identity;
 use firmware::device::lockstep::{Lockstep, Sensors, Sink};
+use firmware::device::{Identity, first_session};
 use firmware::link::{Kind, message::ResetCause};
 use firmware::pulse::{Group, Partner};
 use firmware::units::Micros;
@@ -19,10 +19,27 @@ pub const fn identity(kind: Kind) -> Identity {
         unique_id: [0; 3],
         reset: ResetCause::PowerOn,
         last_fault: None,
+        first_session: 1,
     }
 }
 
-/// A native board that boots at `boot`.
+/// Number of the first session of a simulator with this seed.
+#[must_use]
+pub fn seeded_session(seed: u64) -> u16 {
+    first_session(&[seed as u32, (seed >> 32) as u32])
+}
+
+/// [`native`], with sessions numbered from what `seed` gives.
+#[must_use]
+pub fn native_seeded(boot: Micros, seed: u64) -> Lockstep {
+    let identity = Identity {
+        first_session: seeded_session(seed),
+        ..identity(Kind::Native)
+    };
+    Lockstep::new(identity, boot)
+}
+
+/// A native board that boots at `boot`; its first session has number 1.
 #[must_use]
 pub fn native(boot: Micros) -> Lockstep {
     Lockstep::new(identity(Kind::Native), boot)

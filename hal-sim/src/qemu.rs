@@ -5,6 +5,7 @@
 
 use crate::images::{BuildError, Image};
 use crate::lockstep::{Device, Remote};
+use crate::native::seeded_session;
 use firmware::device::lockstep::{Sensors, Sink};
 use firmware::link::message::ResetCause;
 use firmware::safety::FaultRecord;
@@ -86,6 +87,15 @@ impl Qemu {
     ) -> io::Result<()> {
         let result = self.remote.boot(at, reset, last_fault);
         result.map_err(|e| self.process.explain(e))
+    }
+
+    /// The device boots at 0 and numbers its sessions from what `seed` gives.
+    ///
+    /// # Errors
+    /// QEMU has ended or hangs.
+    pub fn boot_seeded(&mut self, seed: u64) -> io::Result<()> {
+        self.remote.number_sessions(seeded_session(seed));
+        self.boot(Micros(0), ResetCause::PowerOn, None)
     }
 
     /// Commands sent on the lock-step port so far.

@@ -68,6 +68,7 @@ impl Device {
             unique_id: [0; 3],
             reset: ResetCause::PowerOn,
             last_fault: None,
+            first_session: 1,
         };
         let mut device = Self {
             board: Lockstep::new(identity, Micros(u32::MAX - 200_000)),

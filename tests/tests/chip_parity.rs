@@ -7,7 +7,7 @@ use crate::qemu_parity::session::{BOOT, Step, channel_spec, thirty_seconds};
 use firmware::device::Identity;
 use firmware::device::lockstep::{Lockstep, Sensors, Sink};
 use firmware::link::message::ResetCause;
-use firmware::link::{Decoder, Event, Kind, Response};
+use firmware::link::{Decoder, Event, HelloInfo, Kind, Response};
 use firmware::pulse::Levels;
 use firmware::safety::{FaultRecord, StageSpec};
 use firmware::units::{DacCode, Micros};
@@ -93,12 +93,13 @@ fn on_chip(log: &[Step], pace: Pace) -> (Watched, Record, Vec<(Micros, Sensors)>
 }
 
 /// The same worlds and the same calls on the device code in this process.
-fn in_process(chip: &Watched, worlds: &[(Micros, Sensors)], unique_id: [u32; 3]) -> Record {
+fn in_process(chip: &Watched, worlds: &[(Micros, Sensors)], hello: &HelloInfo) -> Record {
     let identity = Identity {
         kind: Kind::Board,
-        unique_id,
+        unique_id: hello.unique_id,
         reset: ResetCause::PowerOn,
         last_fault: None,
+        first_session: hello.session,
     };
     let mut record = Record::default();
     let boot = worlds[0].0.0 / 1000 * 1000 - 1000;
@@ -127,19 +128,26 @@ fn messages(bytes: &[u8]) -> impl Iterator<Item = Vec<u8>> {
 
 #[test]
 fn thirty_seconds_are_the_same_on_chip_and_in_process() {
-    compare(&thirty_seconds());
+    // The image numbers sessions by itself; the same image by the same number.
+    let (_, chip, _) = on_chip(&thirty_seconds(0)[..9], Pace::Lazy);
+    compare(&thirty_seconds(hello(&chip).session));
+}
+
+/// The first answer.
+fn hello(record: &Record) -> HelloInfo {
+    let first = messages(&record.bytes).next();
+    match first.as_deref().map(|m| postcard::from_bytes(m).unwrap()) {
+        Some(Response::Hello(info)) => info,
+        other => panic!("no Hello but {other:?}"),
+    }
 }
 
 fn compare(log: &[Step]) {
     let start = Instant::now();
     let (board, chip, worlds) = on_chip(log, Pace::Lazy);
     let wall = start.elapsed().as_secs_f64();
-    let hello = messages(&chip.bytes).next();
-    let Some(Response::Hello(hello)) = hello.as_deref().map(|m| postcard::from_bytes(m).unwrap())
-    else {
-        panic!("no Hello")
-    };
-    let native = in_process(&board, &worlds, hello.unique_id);
+    let hello = hello(&chip);
+    let native = in_process(&board, &worlds, &hello);
     let late =
         |call: &&Served| call.at.0.wrapping_sub(2) % 250 + call.done.elapsed_since(call.at) >= 250;
     let costs = board.served.iter().map(|c| c.done.elapsed_since(c.at));

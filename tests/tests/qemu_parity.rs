@@ -75,13 +75,14 @@ fn in_process() -> Lockstep {
         unique_id: [0; 3],
         reset: ResetCause::Watchdog,
         last_fault: None,
+        first_session: 1,
     };
     Lockstep::new(identity, BOOT)
 }
 
 #[test]
 fn a_session_of_30_s_is_the_same_to_the_bit() {
-    let log = thirty_seconds();
+    let log = thirty_seconds(1);
     let mut qemu = in_qemu();
     qemu.boot(BOOT, ResetCause::Watchdog, None).unwrap();
     let start = Instant::now();

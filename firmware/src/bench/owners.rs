@@ -48,6 +48,7 @@ impl Desk {
             unique_id: [0; 3],
             reset: ResetCause::PowerOn,
             last_fault: None,
+            first_session: 1,
         };
         let mut desk = Self {
             pulser: Pulser::new(None),

@@ -4,7 +4,9 @@ mod in_force;
 mod sample;
 mod setup;
 
-use super::mail::{ControlEvent, ControlOrder, ControlReport, ControlRequest, ControllerMail};
+use super::mail::{
+    Asked, ControlEvent, ControlOrder, ControlRequest, ControlVerdict, ControllerMail,
+};
 use crate::control::{
     Amplitudes, Effort, ForceGap, ForceOrders, ForceState, JointState, Orders, SensorFault,
 };
@@ -130,11 +132,12 @@ impl Controller {
             self.follow(event, now, mail);
         }
         let mut heard = None;
-        while let Some(request) = mail.requests.dequeue() {
-            heard = self.take(request, now, mail).or(heard);
+        let raised = mail.stop.raised();
+        while let Some(Asked { stops, request }) = mail.requests.dequeue() {
+            heard = self.take(request, stops == raised, now, mail).or(heard);
         }
         if let Some(at) = heard {
-            order(ControlOrder::Heard(at), mail);
+            let _ = mail.order(ControlOrder::Heard(at)); // counted
         }
         self.in_force.advance(now);
         let acted = self.control(now, adc, mail);
@@ -216,10 +219,12 @@ impl Controller {
             .map_err(|_| Refusal::new(Code::NoFatigue, "fatigue").on(channel))
     }
 
-    /// Carries out a request. When its last byte arrived if it was a setpoint.
+    /// Carries out a request; of one that a stop has overtaken, only what puts
+    /// nothing out. When its last byte arrived if it was a setpoint.
     fn take(
         &mut self,
         request: ControlRequest,
+        is_latest: bool,
         now: Micros,
         mail: &mut ControllerMail<'_>,
     ) -> Option<Micros> {
@@ -236,6 +241,7 @@ impl Controller {
                 rate,
             } => {
                 let result = match &self.setup.joint {
+                    _ if !is_latest => Err(Refusal::new(Code::Stopped, "stop")),
                     _ if self.phase == Phase::Off => Err(Refusal::new(Code::NotArmed, "state")),
                     None => Err(Refusal::new(Code::NoJoint, "joint")),
                     Some(joint) => joint
@@ -254,6 +260,7 @@ impl Controller {
             } => {
                 let mut forces = self.setup.forces.iter().zip(&mut self.forces);
                 let result = match forces.find(|(force, _)| force.channel == channel) {
+                    _ if !is_latest => Err(Refusal::new(Code::Stopped, "stop")),
                     _ if self.phase == Phase::Off => Err(Refusal::new(Code::NotArmed, "state")),
                     None => Err(Refusal::new(Code::NoForceControl, "channel").on(channel)),
                     Some((force, followed)) => force
@@ -280,13 +287,13 @@ impl Controller {
             }
         };
         let heard = setpoint.filter(|_| result.is_ok());
-        let report = ControlReport::Verdict {
+        let report = ControlVerdict {
             seq,
             at: now,
             result,
             setpoint: setpoint.is_some(),
         };
-        let _ = mail.reports.enqueue(report); // see `Mailboxes`
+        let _ = mail.answer(report); // counted
         heard
     }
 
@@ -320,17 +327,17 @@ impl Controller {
                 for &(channel, amplitude) in &acted.amplitudes {
                     self.follow_order(channel, amplitude);
                 }
-                order(ControlOrder::Amplitudes(acted.amplitudes.clone()), mail);
+                let _ = mail.order(ControlOrder::Amplitudes(acted.amplitudes.clone())); // counted
                 Some(acted)
             }
             // A host that measures may need until its first setpoint.
             Err(SensorFault::Absent) => None,
             Err(SensorFault::Stale { .. }) => {
-                order(ControlOrder::Fault(Fault::SensorStale), mail);
+                let _ = mail.order(ControlOrder::Fault(Fault::SensorStale)); // counted
                 None
             }
             Err(SensorFault::OutOfRange { .. }) => {
-                order(ControlOrder::Fault(Fault::SensorRange), mail);
+                let _ = mail.order(ControlOrder::Fault(Fault::SensorRange)); // counted
                 None
             }
         }
@@ -365,13 +372,7 @@ impl Controller {
                 amplitude: drive.amplitude,
                 period_us: drive.period_us,
             };
-            order(pulses, mail);
+            let _ = mail.order(pulses); // counted
         }
     }
-}
-
-/// The pulser empties its mailbox four times per tick, and a tick writes two
-/// orders and one for each channel under force control: there is room.
-fn order(order: ControlOrder, mail: &mut ControllerMail<'_>) {
-    let _ = mail.orders.enqueue(order);
 }

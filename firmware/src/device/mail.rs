@@ -1,5 +1,7 @@
 //! What the owners say to each other: single-producer, single-consumer.
 
+mod post;
+
 use super::Muscle;
 use crate::control::{Amplitudes, ForceControl, Joint};
 use crate::haptics::Wall;
@@ -10,6 +12,8 @@ use crate::safety::{Denied, FaultRecord, Notice, Setup, State};
 use crate::units::{Amplitude, Angle, AngularRate, ForceRate, Micros};
 use heapless::spsc::{Consumer, Producer, Queue};
 
+use post::{Lost, StopFlag};
+
 /// Session → pulser.
 #[derive(Clone, Copy, Debug)]
 pub struct Order {
@@ -17,6 +21,8 @@ pub struct Order {
     pub seq: u16,
     /// When its last byte arrived.
     pub at: Micros,
+    /// Stops raised when it was posted.
+    pub stops: u32,
     /// What to do.
     pub kind: OrderKind,
 }
@@ -27,7 +33,6 @@ pub enum OrderKind {
     /// Arm the setup that lies in the setup mailbox.
     Arm,
     Start,
-    Stop,
     Acknowledge,
     Status,
     KeepAlive,
@@ -50,6 +55,15 @@ pub enum Report {
         result: Result<(), Denied>,
         /// Whether it was a setpoint.
         setpoint: bool,
+        /// The state from then on.
+        state: State,
+    },
+    /// Stops up to this one are carried out; void is what was posted before.
+    Stopped {
+        /// As counted by the [`StopFlag`].
+        stops: u32,
+        /// When.
+        at: Micros,
         /// The state from then on.
         state: State,
     },
@@ -98,6 +112,15 @@ pub enum ControlPart {
 const PARTS: usize = CHANNELS + 2;
 
 /// Session → controller.
+#[derive(Clone, Copy, Debug)]
+pub struct Asked {
+    /// Stops raised when it was posted.
+    pub stops: u32,
+    /// What is asked.
+    pub request: ControlRequest,
+}
+
+/// What a session asks of the controller.
 #[derive(Clone, Copy, Debug)]
 pub enum ControlRequest {
     /// A wanted angle.
@@ -150,22 +173,18 @@ pub enum ControlRequest {
     Subscribe(u16),
 }
 
-/// Controller → session.
+/// Controller → session: answer to an angle, a force, a measurement or a change
+/// of rung.
 #[derive(Clone, Debug)]
-pub enum ControlReport {
-    /// Answer to an angle, a force, a measurement or a change of rung.
-    Verdict {
-        /// The request's number.
-        seq: u16,
-        /// When it was decided.
-        at: Micros,
-        /// The decision.
-        result: Result<(), Refusal<'static>>,
-        /// Whether it was a setpoint.
-        setpoint: bool,
-    },
-    /// A subscribed sample.
-    Telemetry(Telemetry),
+pub struct ControlVerdict {
+    /// The request's number.
+    pub seq: u16,
+    /// When it was decided.
+    pub at: Micros,
+    /// The decision.
+    pub result: Result<(), Refusal<'static>>,
+    /// Whether it was a setpoint.
+    pub setpoint: bool,
 }
 
 /// Controller → pulser. A word-sized tag, so that it is copied word by word.
@@ -223,15 +242,19 @@ pub struct Mailboxes {
     // A verdict for every order of one window, and what changes in it.
     reports: Queue<Report, 40>,
     control_parts: Queue<ControlPart, { PARTS + 1 }>,
-    control_requests: Queue<ControlRequest, 16>,
-    // A verdict for every request of one tick, and a sample.
-    control_reports: Queue<ControlReport, 24>,
+    control_requests: Queue<Asked, 16>,
+    // A verdict for every request of one tick, and then some.
+    control_reports: Queue<ControlVerdict, 24>,
+    // As many ticks as the session may be making tables.
+    samples: Queue<Telemetry, 9>,
     // Two a tick and one for each channel under force control, taken four
     // times a tick.
     control_orders: Queue<ControlOrder, 16>,
     // 4 windows of at most 20 pulses between two control ticks, and 2 of pulses
     // still to come.
     control_events: Queue<ControlEvent, 168>,
+    stop: StopFlag,
+    lost: Lost,
 }
 
 /// The pulser's ends.
@@ -241,15 +264,20 @@ pub struct PulserMail<'a> {
     pub(super) reports: Producer<'a, Report>,
     pub(super) control_orders: Consumer<'a, ControlOrder>,
     pub(super) control_events: Producer<'a, ControlEvent>,
+    pub(super) stop: &'a StopFlag,
+    lost: &'a Lost,
 }
 
 /// The controller's ends.
 pub struct ControllerMail<'a> {
     pub(super) parts: Consumer<'a, ControlPart>,
-    pub(super) requests: Consumer<'a, ControlRequest>,
-    pub(super) reports: Producer<'a, ControlReport>,
+    pub(super) requests: Consumer<'a, Asked>,
+    pub(super) reports: Producer<'a, ControlVerdict>,
+    samples: Producer<'a, Telemetry>,
     pub(super) orders: Producer<'a, ControlOrder>,
     pub(super) events: Consumer<'a, ControlEvent>,
+    pub(super) stop: &'a StopFlag,
+    lost: &'a Lost,
 }
 
 /// The session's ends.
@@ -258,8 +286,11 @@ pub struct SessionMail<'a> {
     pub(super) orders: Producer<'a, Order>,
     pub(super) reports: Consumer<'a, Report>,
     pub(super) control_parts: Producer<'a, ControlPart>,
-    pub(super) control_requests: Producer<'a, ControlRequest>,
-    pub(super) control_reports: Consumer<'a, ControlReport>,
+    pub(super) control_requests: Producer<'a, Asked>,
+    pub(super) control_reports: Consumer<'a, ControlVerdict>,
+    pub(super) samples: Consumer<'a, Telemetry>,
+    pub(super) stop: &'a StopFlag,
+    pub(super) lost: &'a Lost,
 }
 
 impl Mailboxes {
@@ -273,8 +304,11 @@ impl Mailboxes {
             control_parts: Queue::new(),
             control_requests: Queue::new(),
             control_reports: Queue::new(),
+            samples: Queue::new(),
             control_orders: Queue::new(),
             control_events: Queue::new(),
+            stop: StopFlag::new(),
+            lost: Lost::new(),
         }
     }
 
@@ -286,21 +320,28 @@ impl Mailboxes {
         let (control_parts_tx, control_parts_rx) = self.control_parts.split();
         let (requests_tx, requests_rx) = self.control_requests.split();
         let (control_reports_tx, control_reports_rx) = self.control_reports.split();
+        let (samples_tx, samples_rx) = self.samples.split();
         let (control_orders_tx, control_orders_rx) = self.control_orders.split();
         let (events_tx, events_rx) = self.control_events.split();
+        let (stop, lost) = (&self.stop, &self.lost);
         let pulser = PulserMail {
             setup: setup_rx,
             orders: orders_rx,
             reports: reports_tx,
             control_orders: control_orders_rx,
             control_events: events_tx,
+            stop,
+            lost,
         };
         let controller = ControllerMail {
             parts: control_parts_rx,
             requests: requests_rx,
             reports: control_reports_tx,
+            samples: samples_tx,
             orders: control_orders_tx,
             events: events_rx,
+            stop,
+            lost,
         };
         let session = SessionMail {
             setup: setup_tx,
@@ -309,6 +350,9 @@ impl Mailboxes {
             control_parts: control_parts_tx,
             control_requests: requests_tx,
             control_reports: control_reports_rx,
+            samples: samples_rx,
+            stop,
+            lost,
         };
         (pulser, controller, session)
     }

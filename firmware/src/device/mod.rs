@@ -16,7 +16,7 @@ mod session;
 pub use controller::{Controller, Muscle};
 pub use mail::{ControllerMail, Mailboxes, PulserMail, SessionMail};
 pub use pulser::Pulser;
-pub use session::{Identity, Session};
+pub use session::{Identity, Session, first_session};
 
 /// Windows from one control tick to the next: 1 kHz.
 pub const WINDOWS_PER_TICK: u32 = 4;

@@ -1,9 +1,11 @@
 //! The owner of time on the pins: renders each window, has the guard's word.
 
-use super::mail::{ControlEvent, ControlOrder, Order, OrderKind, PulserMail, Report};
+mod orders;
+
+use super::mail::{ControlEvent, ControlOrder, PulserMail, Report};
 use crate::pulse::{MAX_PULSES, Scheduler, WindowPlan};
 use crate::safety::{Denied, Fault, FaultRecord, Guard, Inputs, Notice, Setup, State};
-use crate::units::{Amplitude, Micros};
+use crate::units::Micros;
 use heapless::Vec;
 
 /// Owns the guard and the scheduler. On a board it is one interrupt.
@@ -16,6 +18,11 @@ pub struct Pulser {
     last_fault: Option<FaultRecord>,
     /// The state that the controller knows of.
     told: State,
+    /// Stops carried out, and those that the session was told of.
+    stops: u32,
+    stops_told: u32,
+    /// The controller has missed a change: it does not take its mail.
+    is_unheard: bool,
     pulses: u32,
     idle_triggers: u32,
     /// The channel sampled last, so that all take turns.
@@ -35,6 +42,9 @@ impl Pulser {
             arming: None,
             last_fault: latched,
             told: State::Boot,
+            stops: 0,
+            stops_told: 0,
+            is_unheard: false,
             pulses: 0,
             idle_triggers: 0,
             sampled: 0,
@@ -95,12 +105,7 @@ impl Pulser {
     /// Tells the controller of a new state, ahead of the pulses played in it.
     fn tell_state(&mut self, mail: &mut PulserMail<'_>) {
         let state = self.guard.state();
-        if state != self.told
-            && mail
-                .control_events
-                .enqueue(ControlEvent::State(state))
-                .is_ok()
-        {
+        if state != self.told && mail.tell(ControlEvent::State(state)).is_ok() {
             self.told = state;
         }
     }
@@ -112,9 +117,10 @@ impl Pulser {
         mail: &mut PulserMail<'_>,
         plan: &mut WindowPlan,
     ) -> Result<(), Fault> {
-        while let Some(order) = mail.orders.dequeue() {
-            self.take(order, start, inputs, mail);
+        if core::mem::take(&mut self.is_unheard) {
+            return Err(Fault::Watchdog);
         }
+        self.take_orders(start, inputs, mail);
         while let Some(order) = mail.control_orders.dequeue() {
             match order {
                 ControlOrder::Amplitudes(list) => {
@@ -160,101 +166,6 @@ impl Pulser {
         Ok(())
     }
 
-    fn take(&mut self, order: Order, start: Micros, inputs: &Inputs, mail: &mut PulserMail<'_>) {
-        let mut setpoint = false;
-        let result = match order.kind {
-            OrderKind::Arm => match self.arm(order.seq, start, inputs, mail) {
-                Ok(()) => return, // the verdict comes with the electrode check's
-                denied => {
-                    let _ = mail.control_events.enqueue(ControlEvent::Refused); // see `report_pulses`
-                    denied
-                }
-            },
-            OrderKind::Start => self.start(start, order.at, mail),
-            OrderKind::Stop => {
-                if let Some(notice) = self.guard.stop(start) {
-                    self.announce(notice, start, mail);
-                }
-                Ok(())
-            }
-            OrderKind::Acknowledge => self
-                .guard
-                .acknowledge(start)
-                .map(|()| self.scheduler.ground_all()),
-            OrderKind::KeepAlive => {
-                self.guard.heard(order.at);
-                Ok(())
-            }
-            OrderKind::Amplitudes { mask, values } => {
-                setpoint = true;
-                self.set_amplitudes(mask, &values)
-                    .map(|()| self.guard.heard(order.at))
-            }
-            OrderKind::Status => {
-                let report = Report::Status {
-                    seq: order.seq,
-                    at: start,
-                    state: self.guard.state(),
-                    pulses: self.pulses,
-                    idle_triggers: self.idle_triggers,
-                    fault: self.last_fault,
-                };
-                let _ = mail.reports.enqueue(report); // see `verdict`
-                return;
-            }
-        };
-        self.verdict(order.seq, start, result, setpoint, mail);
-    }
-
-    fn arm(
-        &mut self,
-        seq: u16,
-        start: Micros,
-        inputs: &Inputs,
-        mail: &mut PulserMail<'_>,
-    ) -> Result<(), Denied> {
-        // The session put a setup into the mailbox before it ordered.
-        let setup = mail
-            .setup
-            .dequeue()
-            .ok_or(Denied::WrongState(self.guard.state()))?;
-        let check = self.guard.arm(setup, inputs, start)?;
-        self.scheduler.start(&check.trains(), &[], None, start);
-        self.arming = Some(seq);
-        Ok(())
-    }
-
-    fn start(
-        &mut self,
-        start: Micros,
-        heard: Micros,
-        mail: &mut PulserMail<'_>,
-    ) -> Result<(), Denied> {
-        self.guard.start(heard)?;
-        if let Some(setup) = self.guard.setup() {
-            self.scheduler
-                .start(&setup.trains(), &setup.groups, setup.sync, start);
-        }
-        let _ = mail.control_events.enqueue(ControlEvent::Started); // see `report_pulses`
-        Ok(())
-    }
-
-    /// All or none: nothing is set before everything was checked.
-    fn set_amplitudes(&mut self, mask: u16, values: &[Amplitude]) -> Result<(), Denied> {
-        let pairs = || {
-            (0u8..16)
-                .filter(|c| mask & 1 << c != 0)
-                .zip(values.iter().copied())
-        };
-        for (channel, amplitude) in pairs() {
-            self.guard.check_amplitude(channel, amplitude)?;
-        }
-        for (channel, amplitude) in pairs() {
-            self.guard.set_amplitude(channel, amplitude)?;
-        }
-        Ok(())
-    }
-
     /// Carries a notice of the guard to whom it concerns.
     fn announce(&mut self, notice: Notice, at: Micros, mail: &mut PulserMail<'_>) {
         let event = match notice {
@@ -274,7 +185,7 @@ impl Pulser {
             self.last_fault = Some(record);
         }
         if let Some(event) = event {
-            let _ = mail.control_events.enqueue(event); // see `report_pulses`
+            self.tell(event, mail);
         }
         let result = match notice {
             Notice::Checked(result) => Some(result),
@@ -287,7 +198,7 @@ impl Pulser {
             self.verdict(seq, at, result, false, mail);
         }
         let state = self.guard.state();
-        let _ = mail.reports.enqueue(Report::Changed { at, state, notice }); // see `verdict`
+        let _ = mail.report(Report::Changed { at, state, notice }); // counted
     }
 
     /// Tells the controller of this window's pulses.
@@ -300,9 +211,7 @@ impl Pulser {
                 at: pulse.at,
                 amplitude,
             };
-            // 168 slots hold six windows of 20 pulses and every state change;
-            // a controller that misses its tick is caught by the watchdog.
-            let _ = mail.control_events.enqueue(event);
+            let _ = mail.tell_pulse(event); // counted
         }
         self.choose_sample(plan);
     }
@@ -330,8 +239,7 @@ impl Pulser {
         }
     }
 
-    /// Answers an order. The mailbox holds an answer for every order that fits
-    /// into one window; the session empties it after each.
+    /// Answers an order. The session has left room.
     fn verdict(
         &self,
         seq: u16,
@@ -340,12 +248,12 @@ impl Pulser {
         setpoint: bool,
         mail: &mut PulserMail<'_>,
     ) {
-        let _ = mail.reports.enqueue(Report::Verdict {
+        let _ = mail.report(Report::Verdict {
             seq,
             at,
             result,
             setpoint,
             state: self.guard.state(),
-        });
+        }); // counted
     }
 }

@@ -5,17 +5,18 @@
 //! which arming takes as a whole. What depends on the state is judged by the
 //! owner of the state, whose verdict becomes the answer.
 
+mod opening;
 mod requests;
 
+pub use opening::{Identity, first_session};
+
 use super::draft::Draft;
-use super::mail::{ControlReport, ControlRequest, Report, SessionMail};
-use crate::link::message::ResetCause;
+use super::mail::{Asked, ControlRequest, ControlVerdict, Report, SessionMail};
 use crate::link::{
-    Code, Counters, Decoder, Event, HelloInfo, Kind, Refusal, Request, Response, SCHEMA, Status,
-    ToDevice, encode,
+    Code, Counters, Decoder, Event, Head, Refusal, Request, Response, Status, ToDevice, encode,
+    too_long,
 };
-use crate::pulse::DEAD_TIME_US;
-use crate::safety::{FaultRecord, Notice, State};
+use crate::safety::{Notice, State};
 use crate::units::Micros;
 use heapless::Deque;
 
@@ -25,18 +26,12 @@ const OUTBOX: usize = 2048;
 /// Room that telemetry leaves for answers.
 const RESERVED: usize = 768;
 
-/// What a device says of itself.
-#[derive(Clone, Copy, Debug)]
-pub struct Identity {
-    /// What it is.
-    pub kind: Kind,
-    /// 96-bit unique number of the chip; zero in simulators.
-    pub unique_id: [u32; 3],
-    /// Why it last reset.
-    pub reset: ResetCause,
-    /// Fault that the reset found recorded.
-    pub last_fault: Option<FaultRecord>,
-}
+/// Room that all else leaves for the answers to stops.
+const STOP_RESERVED: usize = 128;
+
+/// Stops whose answers wait for the pulser; of more in one window the others are
+/// answered at once.
+const STOPS: usize = 8;
 
 /// Owns the link and the draft.
 #[derive(Debug)]
@@ -50,6 +45,8 @@ pub struct Session {
     state: State,
     draft: Draft,
     counters: Counters,
+    /// Number of each stop not yet answered, and the count at which it was raised.
+    stops: Deque<(u16, u32), STOPS>,
 }
 
 type Answer = Result<Reply, Refusal<'static>>;
@@ -70,7 +67,7 @@ impl Session {
             decoder: Decoder::default(),
             outbox: Deque::new(),
             owner: None,
-            last_session: 0,
+            last_session: identity.first_session.saturating_sub(1),
             expected: None,
             state: if identity.last_fault.is_some() {
                 State::Fault
@@ -79,6 +76,7 @@ impl Session {
             },
             draft: Draft::default(),
             counters: Counters::default(),
+            stops: Deque::new(),
         }
     }
 
@@ -87,17 +85,18 @@ impl Session {
         for &byte in bytes {
             let message = match self.decoder.push(byte) {
                 None => continue,
-                Some(Ok(message)) => postcard::take_from_bytes::<ToDevice>(message)
-                    .ok()
-                    .filter(|(_, rest)| rest.is_empty())
-                    .map(|(message, _)| message)
-                    .ok_or(Refusal::new(Code::UnknownMessage, "request")),
-                Some(Err(e)) => Err(Refusal::from(e)),
+                Some(Ok(message)) => read(message),
+                Some(Err(e)) => Err((None, e.into())),
             };
             self.decoder.clear();
             match message {
                 Ok(message) => self.serve(now, message, mail),
-                Err(refusal) => {
+                Err((Some(head), refusal)) => {
+                    self.counters.frames = self.counters.frames.saturating_add(1);
+                    let admitted = self.admit(head.session, head.seq);
+                    self.refuse(Some(head.seq), admitted.err().unwrap_or(refusal));
+                }
+                Err((None, refusal)) => {
                     self.counters.bad_frames = self.counters.bad_frames.saturating_add(1);
                     self.refuse(None, refusal);
                 }
@@ -107,24 +106,24 @@ impl Session {
 
     /// Carries the other owners' reports to the host.
     pub fn poll(&mut self, mail: &mut SessionMail<'_>) {
+        self.counters.lost_posts = mail.lost.count();
         while let Some(report) = mail.reports.dequeue() {
             self.pass_on(report);
         }
-        while let Some(report) = mail.control_reports.dequeue() {
-            match report {
-                ControlReport::Verdict {
-                    seq,
-                    at,
-                    result,
-                    setpoint,
-                } => self.verdict(seq, at, result, setpoint),
-                ControlReport::Telemetry(sample) => {
-                    if self.outbox.len() + RESERVED < OUTBOX {
-                        self.say(&Response::Telemetry(sample));
-                    } else {
-                        self.counters.dropped = self.counters.dropped.saturating_add(1);
-                    }
-                }
+        while let Some(verdict) = mail.control_reports.dequeue() {
+            let ControlVerdict {
+                seq,
+                at,
+                result,
+                setpoint,
+            } = verdict;
+            self.verdict(seq, at, result, setpoint);
+        }
+        while let Some(sample) = mail.samples.dequeue() {
+            if self.outbox.len() + RESERVED < OUTBOX {
+                self.say(&Response::Telemetry(sample));
+            } else {
+                self.counters.dropped = self.counters.dropped.saturating_add(1);
             }
         }
     }
@@ -152,20 +151,19 @@ impl Session {
         self.counters.frames = self.counters.frames.saturating_add(1);
         let seq = message.seq;
         if let Request::Hello { schema } = message.request {
-            // An arm order under way is as good as armed.
-            match self.hello(now, seq, message.session, schema, is_arming(mail)) {
-                Ok(info) => {
-                    // A session begins without a subscription.
-                    let _ = send(&mut mail.control_requests, ControlRequest::Subscribe(0));
-                    self.say(&Response::Hello(info));
-                }
+            match self.open(now, seq, message.session, schema, mail) {
+                Ok(info) => self.say(&Response::Hello(info)),
                 Err(refusal) => self.refuse(Some(seq), refusal),
             }
             return;
         }
-        let answer = self
-            .admit(message.session, seq)
-            .and_then(|()| self.answer(now, seq, message.request, mail));
+        let admitted = self.admit(message.session, seq);
+        if let Request::Stop = message.request {
+            // Whoever it is: stopping is never refused.
+            self.stop(now, seq, mail);
+            return;
+        }
+        let answer = admitted.and_then(|()| self.answer(now, seq, message.request, mail));
         match answer {
             Ok(Reply::Done) => self.say(&Response::Ack { seq, at: now }),
             Ok(Reply::Later) => {}
@@ -173,59 +171,25 @@ impl Session {
         }
     }
 
-    fn hello(
-        &mut self,
-        now: Micros,
-        seq: u16,
-        session: u16,
-        schema: u64,
-        is_arming: bool,
-    ) -> Result<HelloInfo, Refusal<'static>> {
-        if schema != SCHEMA {
-            return Err(Refusal::new(Code::SchemaMismatch, "schema"));
+    /// Raises the flag that the pulser sees before all orders, and that makes void
+    /// what was posted before.
+    fn stop(&mut self, now: Micros, seq: u16, mail: &SessionMail<'_>) {
+        let raised = mail.stop.raise();
+        if self.stops.push_back((seq, raised)).is_err() {
+            self.say_stopped(seq, now); // it is as good as done
         }
-        let busy = matches!(
-            self.state,
-            State::Armed | State::Stimulating | State::Stopping
-        );
-        if (busy || is_arming) && self.owner.is_some_and(|owner| owner != session) {
-            return Err(Refusal::new(Code::SessionTaken, "session"));
-        }
-        self.last_session = self.last_session.checked_add(1).unwrap_or(1);
-        self.owner = Some(self.last_session);
-        self.expected = Some(seq.wrapping_add(1));
-        self.draft.clear();
-        Ok(HelloInfo {
-            seq,
-            session: self.last_session,
-            schema: SCHEMA,
-            version: [0, 1, 0],
-            kind: self.identity.kind,
-            unique_id: self.identity.unique_id,
-            at: now,
-            state: self.state,
-            reset: self.identity.reset,
-            last_fault: self.identity.last_fault,
-            dead_time_us: DEAD_TIME_US,
-        })
     }
 
-    /// Only the session's owner is heard; gaps in its numbers are losses.
-    fn admit(&mut self, session: u16, seq: u16) -> Result<(), Refusal<'static>> {
-        match self.owner {
-            None => return Err(Refusal::new(Code::NoSession, "session")),
-            Some(owner) if owner != session => {
-                return Err(Refusal::new(Code::SessionTaken, "session"));
-            }
-            Some(_) => {}
+    /// Answers the stops that are carried out.
+    fn stopped(&mut self, stops: u32, at: Micros) {
+        // Counts wrap; no more than a few lie between two that are compared.
+        let is_done = |(_, raised): &(u16, u32)| stops.wrapping_sub(*raised) < 1 << 31;
+        while self.stops.front().is_some_and(is_done) {
+            let Some((seq, _)) = self.stops.pop_front() else {
+                break;
+            };
+            self.say_stopped(seq, at);
         }
-        let gap = seq.wrapping_sub(self.expected.unwrap_or(seq));
-        // A number from before is late or doubled; no gap follows it.
-        if gap < 1 << 15 {
-            self.counters.lost = self.counters.lost.saturating_add(gap.into());
-            self.expected = Some(seq.wrapping_add(1));
-        }
-        Ok(())
     }
 
     fn pass_on(&mut self, report: Report) {
@@ -239,6 +203,10 @@ impl Session {
             } => {
                 self.state = state;
                 self.verdict(seq, at, result.map_err(Refusal::from), setpoint);
+            }
+            Report::Stopped { stops, at, state } => {
+                self.state = state;
+                self.stopped(stops, at);
             }
             Report::Status {
                 seq,
@@ -302,16 +270,36 @@ impl Session {
         self.say(&Response::Refused { seq, refusal });
     }
 
-    /// Queues a whole message or, if the host does not read, none of it.
+    fn say_stopped(&mut self, seq: u16, at: Micros) {
+        self.say_within(OUTBOX, &Response::Ack { seq, at });
+    }
+
     fn say(&mut self, response: &Response<'_>) {
+        self.say_within(OUTBOX - STOP_RESERVED, response);
+    }
+
+    /// Queues a whole message or, if the host does not read, none of it.
+    fn say_within(&mut self, room: usize, response: &Response<'_>) {
         match encode(response) {
-            Some(frame) if self.outbox.len() + frame.len() <= OUTBOX => {
+            Some(frame) if self.outbox.len() + frame.len() <= room => {
                 for byte in frame {
                     let _ = self.outbox.push_back(byte); // room was just checked
                 }
             }
             _ => self.counters.dropped = self.counters.dropped.saturating_add(1),
         }
+    }
+}
+
+/// The request in a message; or why there is none, and whose it would have been
+/// if that can be told.
+fn read(message: &[u8]) -> Result<ToDevice, (Option<Head>, Refusal<'static>)> {
+    match postcard::take_from_bytes(message) {
+        Ok((request, [])) => Ok(request),
+        _ => Err(match too_long(message) {
+            Some((head, refusal)) => (Some(head), refusal),
+            None => (None, Refusal::new(Code::UnknownMessage, "request")),
+        }),
     }
 }
 
@@ -322,7 +310,18 @@ fn is_arming(mail: &SessionMail<'_>) -> bool {
 }
 
 fn send<T>(mailbox: &mut heapless::spsc::Producer<'_, T>, item: T) -> Result<(), Refusal<'static>> {
-    mailbox
-        .enqueue(item)
-        .map_err(|_| Refusal::new(Code::DeviceBusy, "device"))
+    mailbox.enqueue(item).map_err(|_| busy())
+}
+
+/// Asks the controller, if it can answer; after the stops raised so far.
+fn ask(request: ControlRequest, mail: &mut SessionMail<'_>) -> Result<(), Refusal<'static>> {
+    if !mail.has_room_for_request() {
+        return Err(busy());
+    }
+    let stops = mail.stop.raised();
+    send(&mut mail.control_requests, Asked { stops, request })
+}
+
+fn busy() -> Refusal<'static> {
+    Refusal::new(Code::DeviceBusy, "device")
 }

@@ -19,7 +19,8 @@ const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 /// Why bytes between two delimiters are not a message.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum FrameError {
-    /// Longer than [`MAX_FRAME`]; skipped up to the next delimiter.
+    /// Longer than [`MAX_FRAME`], and skipped up to the next delimiter; or its
+    /// message is longer than [`MAX_MESSAGE`].
     TooLong,
     /// Not COBS, or too short to hold a CRC.
     Malformed,
@@ -96,6 +97,9 @@ fn open(bytes: &mut [u8]) -> Result<usize, FrameError> {
     let (message, crc) = body.split_last_chunk::<4>().ok_or(FrameError::Malformed)?;
     if CRC.checksum(message) != u32::from_le_bytes(*crc) {
         return Err(FrameError::Crc);
+    }
+    if message.len() > MAX_MESSAGE {
+        return Err(FrameError::TooLong);
     }
     Ok(message.len())
 }

@@ -5,10 +5,12 @@
 //! what and when (`device::session`). docs/protocol.md says it byte by byte.
 
 pub mod frame;
+mod lists;
 pub mod message;
 mod refusal;
 
 pub use frame::{Decoder, FrameError, MAX_FRAME, MAX_MESSAGE, encode};
+pub use lists::{Head, too_long};
 pub use message::{
     BROADCAST, Counters, Event, ForceSample, HelloInfo, Kind, Request, Response, SCHEMA, Status,
     Telemetry, ToDevice,

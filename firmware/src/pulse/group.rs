@@ -86,16 +86,13 @@ pub enum GroupError {
     },
 }
 
-/// Checks all groups against the trains they join.
+/// Checks what groups say of themselves: their number, and that each has two or
+/// more of the ten channels, none of them in two groups.
 ///
 /// # Errors
 /// The first rule that some group breaks.
-pub fn check_groups(
-    specs: &[GroupSpec],
-    trains: &[Option<Train>; CHANNELS],
-) -> Result<Vec<Group, MAX_GROUPS>, GroupError> {
+pub fn check_members(specs: &[GroupSpec]) -> Result<(), GroupError> {
     let mut taken = 0u16;
-    let mut groups = Vec::new();
     let range =
         |field, value, max| OutOfRange::check(field, value, 0, max).map_err(GroupError::Members);
     range("groups", specs.len() as i64, MAX_GROUPS as i32)?;
@@ -108,15 +105,28 @@ pub fn check_groups(
                 max: 10,
             }));
         }
-        for channel in members(spec.members) {
-            if taken & 1 << channel != 0 {
-                return Err(GroupError::TwoGroups { channel });
-            }
-            if train(trains, channel).is_none() {
-                return Err(GroupError::NoTrain { channel });
-            }
+        if let Some(channel) = members(spec.members & taken).next() {
+            return Err(GroupError::TwoGroups { channel });
         }
         taken |= spec.members;
+    }
+    Ok(())
+}
+
+/// Checks all groups against the trains they join.
+///
+/// # Errors
+/// The first rule that some group breaks.
+pub fn check_groups(
+    specs: &[GroupSpec],
+    trains: &[Option<Train>; CHANNELS],
+) -> Result<Vec<Group, MAX_GROUPS>, GroupError> {
+    check_members(specs)?;
+    let mut groups = Vec::new();
+    for spec in specs {
+        if let Some(channel) = members(spec.members).find(|&c| train(trains, c).is_none()) {
+            return Err(GroupError::NoTrain { channel });
+        }
         if spec.partner == Partner::Isolated {
             check_isolation(spec.members, trains)?;
         }

@@ -50,6 +50,7 @@ impl Sink for Record {
 
 /// A response that owns what it says.
 #[derive(Clone, Debug, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "a test's, and few")]
 pub enum Heard {
     Hello(HelloInfo),
     Ack(u16, Micros),
@@ -108,6 +109,7 @@ impl Desk {
             unique_id: [0; 3],
             reset: ResetCause::PowerOn,
             last_fault,
+            first_session: 1,
         };
         let mut desk = Self {
             board: Lockstep::new(identity, at),

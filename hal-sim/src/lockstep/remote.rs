@@ -20,6 +20,7 @@ pub struct Remote<R, W> {
     sensors: Option<Sensors>,
     /// Commands carried out since the start.
     commands: u64,
+    first_session: u16,
 }
 
 impl<R: Read, W: Write> Remote<R, W> {
@@ -34,9 +35,15 @@ impl<R: Read, W: Write> Remote<R, W> {
             decoder: Decoder::default(),
             sensors: None,
             commands: 0,
+            first_session: 1,
         };
         remote.take_until_done(&mut Nothing)?;
         Ok(remote)
+    }
+
+    /// Numbers sessions from this on, after the next [`Self::boot`].
+    pub const fn number_sessions(&mut self, first_session: u16) {
+        self.first_session = first_session;
     }
 
     /// Commands carried out so far.
@@ -60,6 +67,7 @@ impl<R: Read, W: Write> Remote<R, W> {
             at,
             reset,
             last_fault,
+            first_session: self.first_session,
         };
         self.execute(&command, &mut Nothing)
     }

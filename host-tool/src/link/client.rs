@@ -26,7 +26,7 @@ const HEED_US: u64 = 2_000;
 #[derive(Clone, Debug)]
 pub enum Incoming {
     /// A telemetry sample.
-    Telemetry(Telemetry),
+    Telemetry(Box<Telemetry>),
     /// An event with its device time.
     Event(Micros, Event),
     /// A posted request was carried out, at this device time.
@@ -444,7 +444,7 @@ fn sort(response: Response<'_>) -> Sorted {
         }
         Response::Refused { seq, refusal } => Sorted::Answer(seq, Answer::Refused(refusal.into())),
         Response::Event { at, event } => Sorted::Other(Incoming::Event(at, event)),
-        Response::Telemetry(sample) => Sorted::Other(Incoming::Telemetry(sample)),
+        Response::Telemetry(sample) => Sorted::Other(Incoming::Telemetry(Box::new(sample))),
     }
 }
 

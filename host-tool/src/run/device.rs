@@ -15,7 +15,7 @@ use hal_sim::chip::image::ImageError;
 use hal_sim::chip::rtt::{Log, LogError, Logged};
 use hal_sim::chip::{self, soc::Pace};
 use hal_sim::images::{BuildError, Image};
-use hal_sim::native::{Device, native};
+use hal_sim::native::{Device, native_seeded};
 use hal_sim::qemu::{Qemu, StartError};
 use hal_sim::wire::faults::Faults;
 use hal_sim::world::{Output, World};
@@ -109,7 +109,8 @@ impl From<hal_sim::body::InvalidElbow> for OpenError {
 }
 
 impl DeviceName {
-    /// Opens the device for `session`; `seed` decides a simulated wearer's noise.
+    /// Opens the device for `session`; `seed` decides a simulated wearer's noise
+    /// and where a simulator's session numbers begin.
     ///
     /// # Errors
     /// [`OpenError`].
@@ -118,13 +119,14 @@ impl DeviceName {
             Self::Native => Box::new(simulated(
                 session,
                 seed,
-                Box::new(native(Micros(0))),
+                Box::new(native_seeded(Micros(0), seed)),
                 Micros(0),
             )?),
             Self::Chip => Box::new(on_chip(session, seed, &ChipOptions::default())?),
             Self::Qemu => {
                 let image = images::find(Image::Qemu).map_err(StartError::NotBuilt)?;
-                let device = Box::new(Qemu::start(&image)?);
+                let mut device = Box::new(Qemu::start(&image)?);
+                device.boot_seeded(seed).map_err(StartError::from)?;
                 let mut port = simulated(session, seed, device, Micros(0))?;
                 port.image = Some(image);
                 Box::new(port)

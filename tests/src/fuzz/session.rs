@@ -33,6 +33,7 @@ impl Session {
             unique_id: [0; 3],
             reset: ResetCause::PowerOn,
             last_fault: None,
+            first_session: 1,
         };
         let mut session = Self {
             board: Lockstep::new(identity, BOOT),

@@ -60,11 +60,12 @@ fn odd(message: impl serde::Serialize) -> Vec<u8> {
 }
 
 fn groups(session: u16, count: usize) -> Vec<u8> {
-    let group = GroupSpec {
-        members: 0b11,
+    let group = |n: usize| GroupSpec {
+        members: 0b11 << (2 * n),
         partner: Partner::Conducted,
     };
-    odd((session, SEQ, 6u32, &vec![group; count][..]))
+    let groups: Vec<GroupSpec> = (0..count).map(group).collect();
+    odd((session, SEQ, 6u32, &groups[..]))
 }
 
 fn values(session: u16, count: usize) -> Vec<u8> {
@@ -100,6 +101,13 @@ pub fn rows() -> Vec<FrameRow> {
         acks: 0,
         scenes: BOTH,
     };
+    let too_long = |name, bytes| FrameRow {
+        name,
+        bytes,
+        refusals: vec![(Some(SEQ), Code::OutOfRange)],
+        acks: 0,
+        scenes: BOTH,
+    };
     let taken = |name, bytes, scenes| FrameRow {
         name,
         bytes,
@@ -127,7 +135,7 @@ pub fn rows() -> Vec<FrameRow> {
         bad("half a message", |s| odd((s, SEQ)), UnknownMessage),
         bad(
             "an unknown request",
-            |s| odd((s, SEQ, 18u32)),
+            |s| odd((s, SEQ, 23u32)),
             UnknownMessage,
         ),
         bad(
@@ -145,8 +153,8 @@ pub fn rows() -> Vec<FrameRow> {
             |s| odd((s, SEQ, 1u32, 0u8)),
             UnknownMessage,
         ),
-        bad("six groups", |s| groups(s, 6), UnknownMessage),
-        bad("eleven amplitudes", |s| values(s, 11), UnknownMessage),
+        too_long("six groups", |s| groups(s, 6)),
+        too_long("eleven amplitudes", |s| values(s, 11)),
         silent("nothing", |_| Vec::new()),
         silent("one empty frame", |_| vec![0]),
         silent("a flood of zeros", |_| vec![0; 100_000]),
@@ -182,6 +190,26 @@ pub fn rows() -> Vec<FrameRow> {
             scenes: IDLE,
         },
     ];
+    rows.push(FrameRow {
+        name: "forty requests and a stop at once",
+        bytes: |s| {
+            let mut all = vec![Request::KeepAlive; 40];
+            all.push(Request::Stop);
+            repeated(s, &all)
+        },
+        refusals: (31..40)
+            .map(|n| (Some(SEQ + n), Code::DeviceBusy))
+            .collect(),
+        acks: 32,
+        scenes: IDLE,
+    });
+    rows.push(FrameRow {
+        name: "a start ahead of a stop",
+        bytes: |s| repeated(s, &[Request::Start, Request::Stop]),
+        refusals: vec![(Some(SEQ), Code::Stopped)],
+        acks: 1,
+        scenes: IDLE,
+    });
     let good = |name, bytes| FrameRow {
         acks: 1,
         ..silent(name, bytes)

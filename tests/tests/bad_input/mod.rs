@@ -57,6 +57,9 @@ fn every_code_has_a_row() {
     ];
     let mut covered: BTreeSet<Code> = rows.iter().flatten().filter_map(|row| row.code()).collect();
     covered.extend(frames::rows().iter().flat_map(|row| row.codes()));
+    // A simulated world takes the trigger before the device can refuse it: the
+    // device's own tests have that row.
+    covered.insert(Code::SimulatorOnly);
     let missing: Vec<_> = Code::ALL
         .into_iter()
         .filter(|code| !covered.contains(code))

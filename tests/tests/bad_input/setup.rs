@@ -231,7 +231,8 @@ fn channel_rows() -> Vec<Row> {
     rows
 }
 
-/// Groups are judged with the trains they join, when all are known: at arming.
+/// Groups are judged as they come, and with the trains they join when all are
+/// known: at arming.
 fn group_rows() -> Vec<Row> {
     fn grouped(groups: &[(u16, Partner)], edit: fn(&mut [ChannelSpec; 3])) -> Bench {
         let mut bench = Bench::draft();
@@ -247,6 +248,14 @@ fn group_rows() -> Vec<Row> {
     }
     use Partner::{Conducted, Isolated};
     let arm = |name, scene, expect| row(name, scene, Request::Arm, expect);
+    let groups = |name, masks: &[u16], expect| {
+        let spec = |&members| GroupSpec {
+            members,
+            partner: Conducted,
+        };
+        let groups = masks.iter().map(spec).collect();
+        row(name, Bench::draft, Request::Groups(groups), expect)
+    };
     let members = || refused(Code::OutOfRange, "members");
     vec![
         arm(
@@ -259,19 +268,19 @@ fn group_rows() -> Vec<Row> {
             || grouped(&[(0b111, Isolated)], |_| ()),
             Expect::Done,
         ),
-        arm(
+        groups(
             "no member",
-            || grouped(&[(0, Conducted)], |_| ()),
+            &[0],
             refused(Code::OutOfRange, "number of members").allowed(2, 10),
         ),
-        arm(
+        groups(
             "a lone member",
-            || grouped(&[(0b100, Conducted)], |_| ()),
+            &[0b100],
             refused(Code::OutOfRange, "number of members").allowed(2, 10),
         ),
-        arm(
+        groups(
             "an eleventh channel",
-            || grouped(&[(1 << 10 | 1, Conducted)], |_| ()),
+            &[1 << 10 | 1],
             members().allowed(0, 1023),
         ),
         arm(
@@ -279,9 +288,9 @@ fn group_rows() -> Vec<Row> {
             || grouped(&[(0b1001, Conducted)], |_| ()),
             refused(Code::NoTrain, "groups").on(4),
         ),
-        arm(
+        groups(
             "a member of two groups",
-            || grouped(&[(0b011, Conducted), (0b110, Conducted)], |_| ()),
+            &[0b011, 0b110],
             refused(Code::TwoGroups, "groups").on(2),
         ),
         arm(

@@ -215,8 +215,8 @@ fn joint() -> JointSpec {
     }
 }
 
-/// The whole log.
-pub fn thirty_seconds() -> Vec<Step> {
+/// The whole log, for a device whose first session has this number.
+pub fn thirty_seconds(session: u16) -> Vec<Step> {
     let mut host = Host {
         log: Vec::new(),
         now: 0,
@@ -226,7 +226,7 @@ pub fn thirty_seconds() -> Vec<Step> {
     };
     host.wait_ms(3);
     host.say(Request::Hello { schema: SCHEMA });
-    host.session = 1; // the first since boot
+    host.session = session;
     host.wait_ms(5);
     host.configure();
     host.arm_and_start();

@@ -19,7 +19,7 @@ mod tape;
 mod timebase;
 mod watchdog;
 
-use crate::device::{Controller, Identity, Mailboxes, Pulser, Session};
+use crate::device::{Controller, Identity, Mailboxes, Pulser, Session, first_session};
 use crate::link::Kind;
 use crate::link::message::ResetCause;
 use crate::safety::{Fault, FaultRecord};
@@ -87,11 +87,16 @@ pub async fn run(_: Spawner) -> ! {
         dp: peripherals.PA12,
         dm: peripherals.PA11,
     };
+    let unique_id = record::unique_id();
+    let [a, b, c] = unique_id;
+    // What the crystal and the PLL took to start is in the count of cycles.
+    let cycles = cortex_m::peripheral::DWT::cycle_count();
     let identity = Identity {
         kind: Kind::Board,
-        unique_id: record::unique_id(),
+        unique_id,
         reset: cause,
         last_fault: latched,
+        first_session: first_session(&[a, b, c, cycles]),
     };
     static SESSION: StaticCell<Session> = StaticCell::new();
     let session = SESSION.init_with(|| Session::new(identity));

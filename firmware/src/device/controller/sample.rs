@@ -1,7 +1,7 @@
 //! Telemetry: what the controller knows, every period that a host asked for.
 
 use super::{Acted, Controller, Phase};
-use crate::device::mail::{ControlReport, ControllerMail};
+use crate::device::mail::ControllerMail;
 use crate::haptics::Wall;
 use crate::link::{ForceSample, Telemetry};
 use crate::muscle::Model;
@@ -74,7 +74,7 @@ impl Controller {
             };
             let _ = sample.force_control.push(force); // same
         }
-        let _ = mail.reports.enqueue(ControlReport::Telemetry(sample)); // late readers lose samples
+        let _ = mail.sample(sample); // counted
     }
 
     /// What the joint is to follow; or where the wall stands, which needs no

@@ -33,6 +33,8 @@ pub enum Command<'a> {
         reset: ResetCause,
         /// The fault that the reset finds recorded.
         last_fault: Option<FaultRecord>,
+        /// Number of the first session.
+        first_session: u16,
     },
     /// The world is like this from the next command on, but for the joint,
     /// which moves all the time and is told each time. A trigger edge is seen
@@ -102,7 +104,7 @@ impl Port {
     pub fn new(kind: Kind) -> Self {
         Self {
             kind,
-            board: Lockstep::new(identity(kind, ResetCause::PowerOn, None), Micros(0)),
+            board: Lockstep::new(identity(kind, ResetCause::PowerOn, None, 1), Micros(0)),
             sensors: Sensors::default(),
         }
     }
@@ -114,8 +116,10 @@ impl Port {
                 at,
                 reset,
                 last_fault,
+                first_session,
             } => {
-                self.board = Lockstep::new(identity(self.kind, reset, last_fault), at);
+                let identity = identity(self.kind, reset, last_fault, first_session);
+                self.board = Lockstep::new(identity, at);
                 self.sensors = Sensors::default();
             }
             Command::Sense(sensors) => self.sensors = sensors,
@@ -152,12 +156,18 @@ impl Port {
 }
 
 /// Every kind of simulator has the same chip: none.
-const fn identity(kind: Kind, reset: ResetCause, last_fault: Option<FaultRecord>) -> Identity {
+const fn identity(
+    kind: Kind,
+    reset: ResetCause,
+    last_fault: Option<FaultRecord>,
+    first_session: u16,
+) -> Identity {
     Identity {
         kind,
         unique_id: [0; 3],
         reset,
         last_fault,
+        first_session,
     }
 }
 

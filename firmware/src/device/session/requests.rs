@@ -3,11 +3,11 @@
 
 use super::super::draft::check_channel;
 use super::super::mail::{ControlRequest, Order, OrderKind, SessionMail};
-use super::{Answer, Reply, Session, is_arming, send};
+use super::{Answer, Reply, Session, ask, busy, is_arming, send};
 use crate::control::Joint;
 use crate::haptics::Wall;
 use crate::link::{Code, Refusal, Request};
-use crate::pulse::CHANNELS;
+use crate::pulse::{CHANNELS, check_members};
 use crate::units::{Amplitude, Angle, AngularRate, ForceRate, Micros, OutOfRange};
 use fixed::types::I16F16;
 
@@ -21,7 +21,13 @@ impl Session {
         request: Request,
         mail: &mut SessionMail<'_>,
     ) -> Answer {
-        let order = |kind| Order { seq, at: now, kind };
+        let stops = mail.stop.raised();
+        let order = |kind| Order {
+            seq,
+            at: now,
+            stops,
+            kind,
+        };
         match request {
             Request::Clear => self.draft.clear(),
             Request::Wearer(spec) => {
@@ -33,7 +39,10 @@ impl Session {
                     .map_err(|e| Refusal::from(e).on(channel))?;
                 self.draft.set_channel(channel, spec)?;
             }
-            Request::Groups(groups) => self.draft.groups = groups,
+            Request::Groups(groups) => {
+                check_members(&groups)?;
+                self.draft.groups = groups;
+            }
             Request::Sync { channel } => {
                 if let Some(channel) = channel {
                     check_channel(channel)?;
@@ -58,14 +67,10 @@ impl Session {
             }
             Request::Subscribe { period_ms } => {
                 OutOfRange::check("period_ms", period_ms.into(), 0, 1000)?;
-                send(
-                    &mut mail.control_requests,
-                    ControlRequest::Subscribe(period_ms),
-                )?;
+                ask(ControlRequest::Subscribe(period_ms), mail)?;
             }
             Request::Arm => return self.arm(order(OrderKind::Arm), mail),
             Request::Start => return later(order(OrderKind::Start), mail),
-            Request::Stop => return later(order(OrderKind::Stop), mail),
             Request::Acknowledge => return later(order(OrderKind::Acknowledge), mail),
             Request::Status => return later(order(OrderKind::Status), mail),
             Request::KeepAlive => return later(order(OrderKind::KeepAlive), mail),
@@ -90,7 +95,7 @@ impl Session {
                     angle: Angle::from_centideg(centideg),
                     rate: centideg_per_s.map(rate).transpose()?,
                 };
-                send(&mut mail.control_requests, request)?;
+                ask(request, mail)?;
                 return Ok(Reply::Later);
             }
             Request::Force {
@@ -108,13 +113,13 @@ impl Session {
                     millinewton,
                     rate: millinewton_per_s.map(force_rate).transpose()?,
                 };
-                send(&mut mail.control_requests, request)?;
+                ask(request, mail)?;
                 return Ok(Reply::Later);
             }
             Request::Rung { channel, rung } => {
                 check_channel(channel)?;
                 let request = ControlRequest::Rung { seq, channel, rung };
-                send(&mut mail.control_requests, request)?;
+                ask(request, mail)?;
                 return Ok(Reply::Later);
             }
             Request::Measurement {
@@ -124,18 +129,17 @@ impl Session {
             } => {
                 OutOfRange::check("joint", joint.into(), 0, 0)?;
                 let angle = Angle::from_centideg(centideg);
-                send(
-                    &mut mail.control_requests,
-                    ControlRequest::Measurement { seq, at, angle },
-                )?;
+                ask(ControlRequest::Measurement { seq, at, angle }, mail)?;
                 return Ok(Reply::Later);
             }
             // Who serves a simulator takes it on its way here.
             Request::SimulateTrigger => {
                 return Err(Refusal::new(Code::SimulatorOnly, "trigger"));
             }
-            // Handled before admission.
-            Request::Hello { .. } => return Err(Refusal::new(Code::UnknownMessage, "request")),
+            // Handled before.
+            Request::Hello { .. } | Request::Stop => {
+                return Err(Refusal::new(Code::UnknownMessage, "request"));
+            }
         }
         Ok(Reply::Done)
     }
@@ -144,8 +148,8 @@ impl Session {
     fn arm(&mut self, order: Order, mail: &mut SessionMail<'_>) -> Answer {
         // One order at a time, and all of it: a part left behind would block the
         // next one.
-        if is_arming(mail) || !mail.setup.ready() || !mail.orders.ready() {
-            return Err(Refusal::new(Code::DeviceBusy, "device"));
+        if is_arming(mail) || !mail.setup.ready() || !mail.has_room_for_order() {
+            return Err(busy());
         }
         let setup = self.draft.check()?;
         // Nothing is refused from here on: every part was just built, and the
@@ -197,6 +201,9 @@ fn force_rate(millinewton_per_s: i32) -> Result<ForceRate, Refusal<'static>> {
 }
 
 fn later(order: Order, mail: &mut SessionMail<'_>) -> Answer {
+    if !mail.has_room_for_order() {
+        return Err(busy());
+    }
     send(&mut mail.orders, order)?;
     Ok(Reply::Later)
 }

@@ -1,0 +1,119 @@
+//! Posting: what finds no room is counted, and a `Stop` needs none.
+
+use super::{
+    ControlEvent, ControlOrder, ControlVerdict, ControllerMail, PulserMail, Report, SessionMail,
+};
+use crate::link::Telemetry;
+use core::sync::atomic::{AtomicU32, Ordering};
+use heapless::spsc::Producer;
+
+/// Slots of the event mailbox that pulses leave to changes of state, of which
+/// there are at most two a window.
+const RESERVED: usize = 16;
+
+/// The stops that hosts asked for, counted: raised by the session, looked at by
+/// pulser and controller. It is beside the mailboxes, so that a stop is never
+/// refused and waits behind nothing. Every order carries the count it was posted
+/// at: one from before the latest stop is void.
+#[derive(Debug, Default)]
+pub struct StopFlag(AtomicU32);
+
+impl StopFlag {
+    pub(super) const fn new() -> Self {
+        Self(AtomicU32::new(0))
+    }
+
+    /// Raises it once more; the session alone does. Returns the count then.
+    pub(in crate::device) fn raise(&self) -> u32 {
+        let raised = self.raised().wrapping_add(1);
+        self.0.store(raised, Ordering::Release);
+        raised
+    }
+
+    /// The count now.
+    pub(in crate::device) fn raised(&self) -> u32 {
+        self.0.load(Ordering::Acquire)
+    }
+}
+
+/// Messages that found no room since boot, of whichever owner.
+#[derive(Debug, Default)]
+pub struct Lost(AtomicU32);
+
+impl Lost {
+    pub(super) const fn new() -> Self {
+        Self(AtomicU32::new(0))
+    }
+
+    /// How many.
+    pub(in crate::device) fn count(&self) -> u32 {
+        self.0.load(Ordering::Relaxed)
+    }
+
+    fn post<T>(&self, mailbox: &mut Producer<'_, T>, item: T) -> Result<(), Full> {
+        mailbox.enqueue(item).map_err(|_| {
+            self.0.fetch_add(1, Ordering::Relaxed);
+            Full
+        })
+    }
+}
+
+/// A mailbox had no room; it was counted.
+#[derive(Clone, Copy, Debug)]
+pub struct Full;
+
+impl PulserMail<'_> {
+    /// Tells the session. It leaves room for the answer to every order that it
+    /// posts, so only an event can be lost here, and only if it is late.
+    pub(in crate::device) fn report(&mut self, report: Report) -> Result<(), Full> {
+        self.lost.post(&mut self.reports, report)
+    }
+
+    /// Tells the controller of a pulse. One that is lost is missing in its
+    /// muscle's model; a controller so late is caught by the watchdog.
+    pub(in crate::device) fn tell_pulse(&mut self, event: ControlEvent) -> Result<(), Full> {
+        if self.control_events.len() + RESERVED >= self.control_events.capacity() {
+            self.lost.0.fetch_add(1, Ordering::Relaxed);
+            return Err(Full);
+        }
+        self.tell(event)
+    }
+
+    /// Tells the controller of what must not be lost.
+    pub(in crate::device) fn tell(&mut self, event: ControlEvent) -> Result<(), Full> {
+        self.lost.post(&mut self.control_events, event)
+    }
+}
+
+impl ControllerMail<'_> {
+    /// Answers a request. The session leaves room for the answer to every one
+    /// that it posts.
+    pub(in crate::device) fn answer(&mut self, verdict: ControlVerdict) -> Result<(), Full> {
+        self.lost.post(&mut self.reports, verdict)
+    }
+
+    /// Posts a sample, if the session has taken those before it.
+    pub(in crate::device) fn sample(&mut self, sample: Telemetry) -> Result<(), Full> {
+        self.lost.post(&mut self.samples, sample)
+    }
+
+    /// Orders of the pulser, which takes them four times a tick: there is room
+    /// for a tick's. One that is lost is given again by the next tick.
+    pub(in crate::device) fn order(&mut self, order: ControlOrder) -> Result<(), Full> {
+        self.lost.post(&mut self.orders, order)
+    }
+}
+
+impl SessionMail<'_> {
+    /// Whether the pulser can answer one order more. Orders are looked at first:
+    /// one that is answered meanwhile counts twice, none is missed.
+    pub(in crate::device) fn has_room_for_order(&self) -> bool {
+        self.orders.len() + self.reports.len() < self.orders.capacity()
+    }
+
+    /// Whether the controller can answer one request more.
+    pub(in crate::device) fn has_room_for_request(&self) -> bool {
+        let waiting = self.control_requests.len() + self.control_reports.len();
+        waiting < self.control_reports.capacity() && self.control_requests.ready()
+    }
+}

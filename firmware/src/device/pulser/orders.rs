@@ -1,0 +1,163 @@
+//! What the session orders, and the stop that overtakes it.
+
+use super::Pulser;
+use crate::device::mail::{ControlEvent, Order, OrderKind, PulserMail, Report};
+use crate::safety::{Denied, Inputs};
+use crate::units::{Amplitude, Micros};
+
+impl Pulser {
+    /// First the stop, if one was raised; then what was posted: void if that was
+    /// before the stop, else judged in the state that now is. Nothing is raised or
+    /// posted meanwhile, for the session runs below.
+    pub(super) fn take_orders(
+        &mut self,
+        start: Micros,
+        inputs: &Inputs,
+        mail: &mut PulserMail<'_>,
+    ) {
+        let raised = mail.stop.raised();
+        if raised != self.stops {
+            self.stops = raised;
+            if let Some(notice) = self.guard.stop(start) {
+                self.announce(notice, start, mail);
+            }
+        }
+        if self.stops_told != raised {
+            let report = Report::Stopped {
+                stops: raised,
+                at: start,
+                state: self.guard.state(),
+            };
+            if mail.report(report).is_ok() {
+                self.stops_told = raised; // else again with the next window
+            }
+        }
+        while let Some(order) = mail.orders.dequeue() {
+            if order.stops == raised {
+                self.take(order, start, inputs, mail);
+            } else {
+                self.overtaken(order, start, inputs, mail);
+            }
+        }
+    }
+
+    /// An order that a stop has overtaken: void if it could put anything out.
+    fn overtaken(
+        &mut self,
+        order: Order,
+        start: Micros,
+        inputs: &Inputs,
+        mail: &mut PulserMail<'_>,
+    ) {
+        let denied = match order.kind {
+            OrderKind::Arm => {
+                while mail.setup.dequeue().is_some() {}
+                self.tell(ControlEvent::Refused, mail);
+                Denied::Cancelled
+            }
+            OrderKind::Start | OrderKind::Amplitudes { .. } => Denied::Stopped,
+            OrderKind::Acknowledge | OrderKind::Status | OrderKind::KeepAlive => {
+                return self.take(order, start, inputs, mail);
+            }
+        };
+        self.verdict(order.seq, start, Err(denied), false, mail);
+    }
+
+    /// Tells the controller of a change. One that does not take its mail would
+    /// go on as before: that is a fault.
+    pub(super) fn tell(&mut self, event: ControlEvent, mail: &mut PulserMail<'_>) {
+        self.is_unheard |= mail.tell(event).is_err();
+    }
+
+    fn take(&mut self, order: Order, start: Micros, inputs: &Inputs, mail: &mut PulserMail<'_>) {
+        let mut setpoint = false;
+        let result = match order.kind {
+            OrderKind::Arm => match self.arm(order.seq, start, inputs, mail) {
+                Ok(()) => return, // the verdict comes with the electrode check's
+                denied => {
+                    self.tell(ControlEvent::Refused, mail);
+                    denied
+                }
+            },
+            OrderKind::Start => self.start(start, order.at, mail),
+            OrderKind::Acknowledge => self
+                .guard
+                .acknowledge(start)
+                .map(|()| self.scheduler.ground_all()),
+            OrderKind::KeepAlive => {
+                self.guard.heard(order.at);
+                Ok(())
+            }
+            OrderKind::Amplitudes { mask, values } => {
+                setpoint = true;
+                self.set_amplitudes(mask, &values)
+                    .map(|()| self.guard.heard(order.at))
+            }
+            OrderKind::Status => {
+                let report = Report::Status {
+                    seq: order.seq,
+                    at: start,
+                    state: self.guard.state(),
+                    pulses: self.pulses,
+                    idle_triggers: self.idle_triggers,
+                    fault: self.last_fault,
+                };
+                let _ = mail.report(report); // counted
+                return;
+            }
+        };
+        self.verdict(order.seq, start, result, setpoint, mail);
+    }
+
+    fn arm(
+        &mut self,
+        seq: u16,
+        start: Micros,
+        inputs: &Inputs,
+        mail: &mut PulserMail<'_>,
+    ) -> Result<(), Denied> {
+        // The session put a setup into the mailbox before it ordered.
+        let setup = mail
+            .setup
+            .dequeue()
+            .ok_or(Denied::WrongState(self.guard.state()))?;
+        let check = self.guard.arm(setup, inputs, start)?;
+        self.scheduler.start(&check.trains(), &[], None, start);
+        self.arming = Some(seq);
+        Ok(())
+    }
+
+    fn start(
+        &mut self,
+        start: Micros,
+        heard: Micros,
+        mail: &mut PulserMail<'_>,
+    ) -> Result<(), Denied> {
+        if !mail.control_events.ready() {
+            return Err(Denied::Busy);
+        }
+        self.guard.start(heard)?;
+        if let Some(setup) = self.guard.setup() {
+            self.scheduler
+                .start(&setup.trains(), &setup.groups, setup.sync, start);
+        }
+        self.tell(ControlEvent::Started, mail);
+        Ok(())
+    }
+
+    /// All or none: nothing is set before everything was checked.
+    fn set_amplitudes(&mut self, mask: u16, values: &[Amplitude]) -> Result<(), Denied> {
+        let pairs = || {
+            (0u8..16)
+                .filter(|c| mask & 1 << c != 0)
+                .zip(values.iter().copied())
+        };
+        for (channel, amplitude) in pairs() {
+            self.guard.check_amplitude(channel, amplitude)?;
+        }
+        for (channel, amplitude) in pairs() {
+            self.guard.set_amplitude(channel, amplitude)?;
+        }
+        Ok(())
+    }
+}

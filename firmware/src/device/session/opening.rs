@@ -1,0 +1,114 @@
+//! Who the device is, who may speak to it, and how sessions are numbered.
+
+use super::super::mail::{ControlRequest, SessionMail};
+use super::{Session, ask, busy, is_arming};
+use crate::link::message::ResetCause;
+use crate::link::{Code, HelloInfo, Kind, Refusal, SCHEMA};
+use crate::pulse::DEAD_TIME_US;
+use crate::safety::{FaultRecord, State};
+use crate::units::Micros;
+
+/// What a device says of itself.
+#[derive(Clone, Copy, Debug)]
+pub struct Identity {
+    /// What it is.
+    pub kind: Kind,
+    /// 96-bit unique number of the chip; zero in simulators.
+    pub unique_id: [u32; 3],
+    /// Why it last reset.
+    pub reset: ResetCause,
+    /// Fault that the reset found recorded.
+    pub last_fault: Option<FaultRecord>,
+    /// Number of the first session, [`first_session`] or any; 0 counts as 1.
+    pub first_session: u16,
+}
+
+/// Where session numbers begin: a number that another host does not hit by
+/// chance. It is told to whoever asks by `Hello`, and so is no secret.
+#[must_use]
+pub fn first_session(seed: &[u32]) -> u16 {
+    // FNV-1a, folded.
+    let hash = seed.iter().fold(0x811C_9DC5_u32, |hash, &word| {
+        let bytes = word.to_le_bytes().into_iter();
+        bytes.fold(hash, |hash, byte| {
+            (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193)
+        })
+    });
+    ((hash >> 16 ^ hash) as u16).max(1) // its low half
+}
+
+impl Session {
+    /// Opens a session, which begins without a subscription.
+    pub(super) fn open(
+        &mut self,
+        now: Micros,
+        seq: u16,
+        session: u16,
+        schema: u64,
+        mail: &mut SessionMail<'_>,
+    ) -> Result<HelloInfo, Refusal<'static>> {
+        if !mail.has_room_for_request() {
+            return Err(busy()); // or the old one would go on
+        }
+        // An arm order under way is as good as armed.
+        let info = self.hello(now, seq, session, schema, is_arming(mail))?;
+        ask(ControlRequest::Subscribe(0), mail)?;
+        Ok(info)
+    }
+
+    fn hello(
+        &mut self,
+        now: Micros,
+        seq: u16,
+        session: u16,
+        schema: u64,
+        is_arming: bool,
+    ) -> Result<HelloInfo, Refusal<'static>> {
+        if schema != SCHEMA {
+            return Err(Refusal::new(Code::SchemaMismatch, "schema"));
+        }
+        let busy = matches!(
+            self.state,
+            State::Armed | State::Stimulating | State::Stopping
+        );
+        if (busy || is_arming) && self.owner.is_some_and(|owner| owner != session) {
+            return Err(Refusal::new(Code::SessionTaken, "session"));
+        }
+        self.last_session = self.last_session.checked_add(1).unwrap_or(1);
+        self.owner = Some(self.last_session);
+        self.expected = Some(seq.wrapping_add(1));
+        self.draft.clear();
+        Ok(HelloInfo {
+            seq,
+            session: self.last_session,
+            schema: SCHEMA,
+            version: [0, 1, 0],
+            kind: self.identity.kind,
+            unique_id: self.identity.unique_id,
+            at: now,
+            state: self.state,
+            reset: self.identity.reset,
+            last_fault: self.identity.last_fault,
+            dead_time_us: DEAD_TIME_US,
+        })
+    }
+
+    /// Only the session's owner is heard; gaps in its numbers are losses.
+    pub(super) fn admit(&mut self, session: u16, seq: u16) -> Result<(), Refusal<'static>> {
+        if self.owner != Some(session) {
+            self.counters.strangers = self.counters.strangers.saturating_add(1);
+            let code = match self.owner {
+                None => Code::NoSession,
+                Some(_) => Code::SessionTaken,
+            };
+            return Err(Refusal::new(code, "session"));
+        }
+        let gap = seq.wrapping_sub(self.expected.unwrap_or(seq));
+        // A number from before is late or doubled; no gap follows it.
+        if gap < 1 << 15 {
+            self.counters.lost = self.counters.lost.saturating_add(gap.into());
+            self.expected = Some(seq.wrapping_add(1));
+        }
+        Ok(())
+    }
+}

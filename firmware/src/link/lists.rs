@@ -1,0 +1,45 @@
+//! Which list of an unreadable message is too long. A list that no buffer holds
+//! ends the reading of its message; this reads it again, up to the list's length.
+
+use super::refusal::{Code, Refusal};
+use crate::control::LawSpec;
+use crate::pulse::{CHANNELS, MAX_GROUPS};
+use postcard::take_from_bytes;
+use serde::Deserialize;
+
+/// Numbers of the requests with a list.
+const GROUPS: u32 = 6;
+const JOINT: u32 = 9;
+const AMPLITUDES: u32 = 14;
+
+/// The beginning of every request.
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub struct Head {
+    /// As in `ToDevice`.
+    pub session: u16,
+    /// As in `ToDevice`.
+    pub seq: u16,
+    /// The request's number in the enum.
+    request: u32,
+}
+
+/// The request in `message`, which could not be read, and the refusal, if it is
+/// because of a list that is too long.
+#[must_use]
+pub fn too_long(message: &[u8]) -> Option<(Head, Refusal<'static>)> {
+    let (head, rest) = take_from_bytes::<Head>(message).ok()?;
+    let (field, least, most, rest) = match head.request {
+        GROUPS => ("groups", 0, MAX_GROUPS, rest),
+        AMPLITUDES => ("values", 0, CHANNELS, skip::<u16>(rest)?),
+        JOINT => ("flexors", 1, 2, skip::<(LawSpec, u8, u32)>(rest)?),
+        _ => return None,
+    };
+    let (count, _) = take_from_bytes::<u32>(rest).ok()?;
+    let most = most as i32; // at most 10
+    let refusal = Refusal::new(Code::OutOfRange, field).allowed(least, most);
+    (i64::from(count) > i64::from(most)).then_some((head, refusal))
+}
+
+fn skip<'a, T: Deserialize<'a>>(bytes: &'a [u8]) -> Option<&'a [u8]> {
+    take_from_bytes::<T>(bytes).ok().map(|(_, rest)| rest)
+}

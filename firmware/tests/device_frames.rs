@@ -1,0 +1,148 @@
+//! What is too long is refused by its name and number; groups are checked as
+//! they come; sessions are numbered from where they are told.
+
+use crate::device_desk::*;
+use firmware::device::Identity;
+use firmware::device::lockstep::Lockstep;
+use firmware::link::{Code, Kind, MAX_MESSAGE, Request, message::ResetCause};
+use firmware::pulse::{GroupSpec, MAX_GROUPS, Partner};
+use firmware::units::Micros;
+use serde::Serialize;
+
+const BOOT: Micros = Micros(0);
+const SEQ: u16 = 300;
+
+/// COBS and CRC around any message, of any length.
+fn framed(message: &[u8]) -> Vec<u8> {
+    let crc = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(message);
+    let body = [message, &crc.to_le_bytes()].concat();
+    let mut frame = vec![0; body.len() + body.len() / 254 + 2];
+    let used = cobs::try_encode(&body, &mut frame).unwrap();
+    frame.truncate(used);
+    frame.push(0);
+    frame
+}
+
+fn said(desk: &mut Desk, bytes: &[u8]) -> Vec<Heard> {
+    desk.heard();
+    let now = desk.now();
+    desk.board
+        .receive(now, bytes, &desk.sensors, &mut desk.record);
+    desk.wait(2_000);
+    desk.heard()
+}
+
+fn refused(seq: Option<u16>, code: Code, field: &str) -> Vec<Heard> {
+    vec![Heard::Refused(seq, code as u16, field.to_owned())]
+}
+
+fn bytes(message: impl Serialize) -> Vec<u8> {
+    let mut buffer = [0; 300];
+    postcard::to_slice(&message, &mut buffer).unwrap().to_vec()
+}
+
+#[test]
+fn a_list_that_is_too_long_is_named() {
+    let mut desk = Desk::open(BOOT);
+    let session = desk.session;
+    // Request numbers of docs/protocol.md: Groups, Joint, Amplitudes.
+    let groups = bytes((session, SEQ, 6u8, [(3u16, 0u8); MAX_GROUPS + 1].as_slice()));
+    let values = bytes((session, SEQ, 14u8, 1_023u16, [0u32; 11].as_slice()));
+    let law = (2u8, 1u32, 1u32, 1u32); // PID
+    let points = [(0u8, 0u32, 0u32); 3];
+    let flexors = bytes((session, SEQ, 9u8, law, 2u8, 6_000u32, points.as_slice()));
+    for (message, field) in [(groups, "groups"), (values, "values"), (flexors, "flexors")] {
+        let heard = said(&mut desk, &framed(&message));
+        assert_eq!(heard, refused(Some(SEQ), Code::OutOfRange, field));
+    }
+    // Of a stranger: that comes first. And it is a request, not a bad frame.
+    let foreign = bytes((session + 1, SEQ, 14u8, 1_023u16, [0u32; 11].as_slice()));
+    let heard = said(&mut desk, &framed(&foreign));
+    assert_eq!(heard, refused(Some(SEQ), Code::SessionTaken, "session"));
+    assert_eq!(desk.status().counters.bad_frames, 0);
+}
+
+#[test]
+fn the_longest_message_is_read_and_one_byte_more_is_too_long() {
+    let mut desk = Desk::open(BOOT);
+    for (length, code) in [
+        (MAX_MESSAGE, Code::UnknownMessage),
+        (MAX_MESSAGE + 1, Code::FrameTooLong),
+        (MAX_MESSAGE + 2, Code::FrameTooLong),
+        (MAX_MESSAGE + 3, Code::FrameTooLong),
+        (1_000, Code::FrameTooLong),
+    ] {
+        for fill in [1, 0xEE] {
+            let mut message = bytes((desk.session, SEQ, 1u8)); // KeepAlive
+            message.resize(length, fill);
+            let heard = said(&mut desk, &framed(&message));
+            let [Heard::Refused(None, number, _)] = &heard[..] else {
+                panic!("{heard:?}")
+            };
+            assert_eq!(*number, code as u16, "{length}");
+        }
+    }
+}
+
+/// Who serves a simulator takes it before it comes here.
+#[test]
+fn a_simulated_trigger_is_no_device_s() {
+    let mut desk = Desk::open(BOOT);
+    let only = (Code::SimulatorOnly as u16, "trigger".to_owned());
+    assert_eq!(desk.answer(Request::SimulateTrigger), Err(only));
+}
+
+#[test]
+fn groups_are_checked_as_they_come() {
+    let mut desk = Desk::open(BOOT);
+    let group = |members| GroupSpec {
+        members,
+        partner: Partner::Conducted,
+    };
+    let mut ask = |masks: &[u16]| {
+        let groups = masks.iter().copied().map(group).collect();
+        desk.answer(Request::Groups(groups)).map_err(|e| e.0)
+    };
+    assert_eq!(ask(&[0b11, 0b110]), Err(Code::TwoGroups as u16));
+    assert_eq!(ask(&[0b11, 0b11]), Err(Code::TwoGroups as u16));
+    assert_eq!(ask(&[0b1]), Err(Code::OutOfRange as u16));
+    assert_eq!(ask(&[0]), Err(Code::OutOfRange as u16));
+    assert_eq!(ask(&[1 << 10 | 1]), Err(Code::OutOfRange as u16));
+    assert_eq!(ask(&[0b11, 0b1100]), Ok(()));
+}
+
+#[test]
+fn sessions_are_numbered_from_where_they_are_told() {
+    for (first, numbers) in [(0, [1, 2]), (1, [1, 2]), (40_000, [40_000, 40_001])] {
+        let mut desk = Desk::boot(BOOT, None);
+        desk.board = Lockstep::new(
+            Identity {
+                kind: Kind::Native,
+                unique_id: [0; 3],
+                reset: ResetCause::PowerOn,
+                last_fault: None,
+                first_session: first,
+            },
+            desk.now(),
+        );
+        assert_eq!([desk.hello().session, desk.hello().session], numbers);
+    }
+    let mut desk = Desk::boot(BOOT, None);
+    desk.board = Lockstep::new(
+        Identity {
+            kind: Kind::Native,
+            unique_id: [0; 3],
+            reset: ResetCause::PowerOn,
+            last_fault: None,
+            first_session: u16::MAX,
+        },
+        desk.now(),
+    );
+    assert_eq!([desk.hello().session, desk.hello().session], [u16::MAX, 1]);
+    // Someone who guesses is counted.
+    desk.session = 1_234;
+    let taken = (Code::SessionTaken as u16, "session".to_owned());
+    assert_eq!(desk.answer(Request::KeepAlive), Err(taken));
+    desk.session = 1;
+    assert_eq!(desk.status().counters.strangers, 1);
+}

@@ -1,0 +1,249 @@
+//! `Stop` is never refused and waits behind nothing: what came before it is
+//! void, what comes behind it is judged after it.
+
+use crate::device_desk::*;
+use firmware::link::{Code, Event, Request, SCHEMA};
+use firmware::safety::{State, StopCause};
+use firmware::units::Micros;
+
+const BOOT: Micros = Micros(u32::MAX - 300_000);
+
+/// One write of several requests, from number `desk.seq` on. Their numbers.
+fn write(desk: &mut Desk, requests: &[Request]) -> Vec<u16> {
+    let numbers: Vec<u16> = (desk.seq..).take(requests.len()).collect();
+    let frames = numbers.iter().zip(requests);
+    let bytes: Vec<u8> = frames
+        .flat_map(|(&seq, request)| frame(desk.session, seq, request.clone()))
+        .collect();
+    desk.seq = desk.seq.wrapping_add(requests.len() as u16);
+    let now = desk.now();
+    desk.board
+        .receive(now, &bytes, &desk.sensors, &mut desk.record);
+    numbers
+}
+
+/// Stimulating on two channels, and nothing of that unheard.
+fn stimulating() -> Desk {
+    let mut desk = Desk::open(BOOT);
+    desk.run(wearer(), &[channel(PLAIN); 2], 10_000);
+    desk.wait(30_000);
+    desk.heard();
+    desk
+}
+
+fn armed() -> Desk {
+    let mut desk = Desk::open(BOOT);
+    desk.prepare(wearer(), &[channel(PLAIN); 2]);
+    desk.must(Request::Arm);
+    desk.heard();
+    desk
+}
+
+/// What number `seq` was answered.
+fn answer(heard: &[Heard], seq: u16) -> Result<Micros, u16> {
+    let mut answers = heard.iter().filter_map(|h| match h {
+        Heard::Ack(s, at) if *s == seq => Some(Ok(*at)),
+        Heard::Refused(Some(s), code, _) if *s == seq => Some(Err(*code)),
+        _ => None,
+    });
+    let first = answers
+        .next()
+        .unwrap_or_else(|| panic!("no answer to {seq}"));
+    assert_eq!(answers.next(), None, "{seq} has two answers");
+    first
+}
+
+/// When the fall began, as the device says.
+fn stopping(heard: &[Heard]) -> Option<Micros> {
+    heard.iter().find_map(|h| match h {
+        Heard::Event(at, Event::Stopping(StopCause::Request)) => Some(*at),
+        _ => None,
+    })
+}
+
+#[test]
+fn forty_keep_alives_do_not_keep_a_stop_out() {
+    let mut desk = stimulating();
+    let mut requests = vec![Request::KeepAlive; 40];
+    requests.push(Request::Stop);
+    let numbers = write(&mut desk, &requests);
+    desk.wait(1_000);
+    let heard = desk.heard();
+    assert_eq!(answer(&heard, numbers[40]).ok(), stopping(&heard));
+    assert_eq!(desk.state(), State::Stopping);
+    let codes = numbers.iter().filter_map(|&n| answer(&heard, n).err());
+    assert_eq!(codes.collect::<Vec<_>>(), [Code::DeviceBusy as u16; 9]);
+}
+
+#[test]
+fn a_start_ahead_of_a_stop_plays_no_pulse() {
+    let mut desk = armed();
+    let (t, edges) = (desk.time(), desk.record.levels.len());
+    let numbers = write(&mut desk, &[Request::Start, all(2, 10_000), Request::Stop]);
+    desk.wait(200_000);
+    let heard = desk.heard();
+    assert_eq!(answer(&heard, numbers[0]), Err(Code::Stopped as u16));
+    assert_eq!(answer(&heard, numbers[1]), Err(Code::Stopped as u16));
+    assert!(answer(&heard, numbers[2]).is_ok());
+    assert_eq!(desk.state(), State::Idle);
+    let after = &desk.record.levels[edges..];
+    assert!(
+        driven(after, 0)
+            .iter()
+            .chain(&driven(after, 1))
+            .all(|&d| d < t)
+    );
+    assert!(desk.isolated_since().is_some());
+    // It can be armed again, and nothing of the voided start is left.
+    desk.must(Request::Arm);
+    desk.must(Request::Start);
+    assert_eq!(desk.state(), State::Stimulating);
+}
+
+#[test]
+fn orders_behind_a_stop_are_judged_after_it() {
+    let mut desk = stimulating();
+    let requests = [
+        all(2, 5_000),
+        Request::Stop,
+        all(2, 6_000),
+        Request::Stop,
+        all(2, 7_000),
+        Request::Start,
+        Request::KeepAlive,
+    ];
+    let n = write(&mut desk, &requests);
+    desk.wait(1_000);
+    let heard = desk.heard();
+    assert_eq!(answer(&heard, n[0]), Err(Code::Stopped as u16));
+    assert_eq!(answer(&heard, n[1]), answer(&heard, n[3]));
+    assert_eq!(answer(&heard, n[1]).ok(), stopping(&heard));
+    assert_eq!(answer(&heard, n[2]), Err(Code::Stopped as u16));
+    assert_eq!(answer(&heard, n[4]), Err(Code::NotArmed as u16));
+    assert_eq!(answer(&heard, n[5]), Err(Code::WrongState as u16));
+    assert!(answer(&heard, n[6]).is_ok());
+}
+
+#[test]
+fn a_stop_ends_arming_wherever_it_is() {
+    for wait in [0, 100, 1_000, 10_000] {
+        let mut desk = Desk::open(BOOT);
+        desk.prepare(wearer(), &[channel(PLAIN); 2]);
+        let arm = write(&mut desk, &[Request::Arm])[0];
+        desk.wait(wait);
+        let stop = write(&mut desk, &[Request::Stop])[0];
+        desk.wait(30_000);
+        let heard = desk.heard();
+        assert_eq!(answer(&heard, arm), Err(Code::Cancelled as u16), "{wait}");
+        assert!(answer(&heard, stop).is_ok());
+        assert_eq!(desk.state(), State::Idle);
+        desk.must(Request::Arm); // nothing of the cancelled one blocks it
+    }
+}
+
+/// A thousand orders, a stop, a thousand more: the stop is carried out with the
+/// next window, and every request has exactly one answer.
+#[test]
+fn a_thousand_orders_do_not_delay_a_stop() {
+    let mut desk = stimulating();
+    let flood = |n: u32| match n % 4 {
+        0 => Request::KeepAlive,
+        1 => Request::Status,
+        2 => all(2, n),
+        _ => Request::Rung {
+            channel: 0,
+            rung: firmware::muscle::Rung::Static,
+        },
+    };
+    let mut requests: Vec<Request> = (0..1_000).map(flood).collect();
+    requests.push(Request::Stop);
+    requests.extend((0..1_000).map(flood));
+    let arrived = desk.now();
+    let numbers = write(&mut desk, &requests);
+    desk.wait(2_000);
+    let heard = desk.heard();
+    let at = answer(&heard, numbers[1_000]).unwrap();
+    println!(
+        "stop carried out {} us after its arrival",
+        at.since(arrived)
+    );
+    // The window that is rendered next begins within two windows.
+    assert!(at.since(arrived) <= 500);
+    assert_eq!(stopping(&heard), Some(at));
+    assert_eq!(desk.state(), State::Stopping);
+    let told = heard.iter().filter(|h| match h {
+        Heard::Ack(seq, _) | Heard::Refused(Some(seq), ..) | Heard::Status(seq, _) => {
+            numbers.contains(seq)
+        }
+        _ => false,
+    });
+    assert_eq!(told.count(), requests.len());
+    desk.wait(100_000);
+    assert_eq!(desk.state(), State::Idle);
+    assert_eq!(desk.status().counters.lost_posts, 0);
+}
+
+#[test]
+fn more_stops_than_the_session_remembers_are_all_answered() {
+    let mut desk = stimulating();
+    let numbers = write(&mut desk, &[const { Request::Stop }; 20]);
+    desk.wait(1_000);
+    let heard = desk.heard();
+    assert!(numbers.iter().all(|&n| answer(&heard, n).is_ok()));
+    assert_eq!(desk.state(), State::Stopping);
+}
+
+/// Of another session, of none: stopping is never refused. It is counted.
+#[test]
+fn a_stranger_s_stop_stops() {
+    let mut desk = stimulating();
+    let own = core::mem::replace(&mut desk.session, 7_777);
+    let stop = write(&mut desk, &[Request::KeepAlive, Request::Stop]);
+    desk.wait(1_000);
+    let heard = desk.heard();
+    assert_eq!(answer(&heard, stop[0]), Err(Code::SessionTaken as u16));
+    assert!(answer(&heard, stop[1]).is_ok());
+    assert_eq!(desk.state(), State::Stopping);
+    desk.session = own;
+    assert_eq!(desk.status().counters.strangers, 2);
+    // Before any session: nothing to stop, and nothing to refuse.
+    let mut desk = Desk::boot(BOOT, None);
+    desk.must(Request::Stop);
+    assert_eq!(desk.state(), State::Idle);
+}
+
+/// A setpoint that the controller has not taken yet is void as well.
+#[test]
+fn a_queued_angle_is_void() {
+    let mut desk = stimulating();
+    let angle = Request::Angle {
+        at: None,
+        centideg: 100,
+        centideg_per_s: None,
+    };
+    let n = write(&mut desk, &[angle.clone(), Request::Stop, angle]);
+    desk.wait(2_000);
+    let heard = desk.heard();
+    assert_eq!(answer(&heard, n[0]), Err(Code::Stopped as u16));
+    assert!(answer(&heard, n[1]).is_ok());
+    assert_eq!(answer(&heard, n[2]), Err(Code::NoJoint as u16));
+}
+
+/// Twenty requests fill the controller's mailbox: the `Hello` behind them is
+/// refused, or telemetry of the session before would go on into the new one.
+#[test]
+fn a_hello_that_could_not_end_a_subscription_is_refused() {
+    let mut desk = Desk::open(BOOT);
+    let mut requests = vec![Request::Subscribe { period_ms: 10 }; 20];
+    requests.push(Request::Hello { schema: SCHEMA });
+    let n = write(&mut desk, &requests);
+    desk.wait(2_000);
+    let heard = desk.heard();
+    assert_eq!(answer(&heard, n[14]).map(|_| ()), Ok(()));
+    assert_eq!(answer(&heard, n[15]), Err(Code::DeviceBusy as u16));
+    assert_eq!(answer(&heard, n[20]), Err(Code::DeviceBusy as u16));
+    desk.hello();
+    desk.heard();
+    desk.wait(50_000);
+    assert_eq!(desk.heard(), []);
+}

@@ -1,0 +1,152 @@
+//! Telemetry says what is, and "none" where nothing is.
+
+use crate::device_desk::*;
+use firmware::control::{ForceSpec, HoldPolicy};
+use firmware::link::{Request, Telemetry};
+use firmware::muscle::{CalciumForceSpec, MuscleSpec, RecruitmentSpec};
+use firmware::pulse::TrainSpec;
+use firmware::safety::State;
+use firmware::units::{Amplitude, Micros};
+
+const BOOT: Micros = Micros(u32::MAX - 300_000);
+
+fn samples(desk: &mut Desk) -> Vec<Telemetry> {
+    let heard = desk.heard().into_iter();
+    heard
+        .filter_map(|h| match h {
+            Heard::Telemetry(sample) => Some(sample),
+            _ => None,
+        })
+        .collect()
+}
+
+/// The last sample of the next `ms`, the host being alive.
+fn after(desk: &mut Desk, ms: u32) -> Telemetry {
+    for _ in 0..ms.div_ceil(10) {
+        desk.send(Request::KeepAlive);
+        desk.wait(10_000);
+    }
+    samples(desk).pop().unwrap()
+}
+
+#[test]
+fn a_repeated_subscription_keeps_its_phase() {
+    let mut desk = Desk::open(BOOT);
+    desk.must(Request::Subscribe { period_ms: 10 });
+    desk.heard();
+    for _ in 0..40 {
+        desk.send(Request::Subscribe { period_ms: 10 }); // to compare clocks
+        desk.wait(5_000);
+    }
+    let times: Vec<Micros> = samples(&mut desk).iter().map(|s| s.at).collect();
+    assert!((19..=20).contains(&times.len()), "{}", times.len());
+    assert!(times.windows(2).all(|t| t[1].since(t[0]) == 10_000));
+    // Another period begins anew.
+    desk.must(Request::Subscribe { period_ms: 20 });
+    desk.heard();
+    desk.wait(100_000);
+    assert_eq!(samples(&mut desk).len(), 5);
+}
+
+#[test]
+fn what_is_not_there_is_none_and_the_state_is_told() {
+    let mut desk = Desk::open(BOOT);
+    desk.must(Request::Subscribe { period_ms: 5 });
+    let idle = after(&mut desk, 20);
+    assert_eq!((idle.state, idle.amplitudes.len()), (State::Idle, 0));
+    desk.prepare(wearer(), &[channel(PLAIN); 2]);
+    desk.must(Request::Arm);
+    let armed = after(&mut desk, 20);
+    assert_eq!(armed.state, State::Armed);
+    assert_eq!(armed.amplitudes, [None, None]);
+    desk.must(Request::Start);
+    let silent = after(&mut desk, 60);
+    assert_eq!(silent.state, State::Stimulating);
+    assert_eq!(silent.amplitudes, [None, None]);
+    desk.must(all(1, 10_000));
+    let one = after(&mut desk, 60);
+    assert_eq!(one.amplitudes, [Some(Amplitude(10_000)), None]);
+    for sample in [&idle, &armed, &silent, &one] {
+        assert_eq!(sample.target_centideg, None);
+        assert_eq!(sample.measured_centideg, None);
+        assert_eq!(sample.effort_milli, None);
+    }
+    // An amplitude of 0 silences a channel with its next burst at the latest.
+    desk.must(all(1, 0));
+    assert_eq!(after(&mut desk, 30).amplitudes, [None, None]);
+    desk.must(all(1, 10_000));
+    after(&mut desk, 40);
+    desk.must(Request::Stop);
+    let falling = after(&mut desk, 25);
+    assert_eq!(falling.state, State::Stopping);
+    assert!(falling.amplitudes[0] < Some(Amplitude(10_000)));
+    let stopped = after(&mut desk, 100);
+    assert_eq!(stopped.state, State::Idle);
+    assert_eq!(stopped.amplitudes, [None, None]);
+}
+
+/// A finite train that has played puts nothing out while another plays on.
+#[test]
+fn a_train_that_has_played_is_none() {
+    let mut desk = Desk::open(BOOT);
+    let finite = TrainSpec {
+        repeats: 3,
+        ..PLAIN
+    };
+    desk.run(wearer(), &[channel(finite), channel(PLAIN)], 10_000);
+    desk.must(Request::Subscribe { period_ms: 5 });
+    let last = after(&mut desk, 150);
+    assert_eq!(last.amplitudes, [None, Some(Amplitude(10_000))]);
+}
+
+#[test]
+fn a_force_of_nothing_has_no_amplitude_and_no_rate() {
+    let mut desk = Desk::open(BOOT);
+    desk.prepare(wearer(), &[channel(PLAIN)]);
+    let force = CalciumForceSpec {
+        a_mn_per_s: 121_900,
+        k_micro: 300_000,
+        tau_c_us: 20_800,
+        tau1_us: 33_100,
+        tau2_us: 194_400,
+    };
+    let recruitment = RecruitmentSpec {
+        motor_threshold: Amplitude(10_000),
+        limit: Amplitude(20_000),
+        reference: Amplitude(20_000),
+        slope_micro: 300_000,
+    };
+    desk.must(Request::Muscle {
+        channel: 0,
+        spec: MuscleSpec::new(force, recruitment),
+    });
+    desk.must(Request::ForceControl {
+        channel: 0,
+        spec: ForceSpec {
+            min_period_us: 20_000,
+            hold: HoldPolicy::Hold,
+            max_period_us: None,
+        },
+    });
+    desk.must(Request::Subscribe { period_ms: 5 });
+    desk.must(Request::Arm);
+    desk.must(Request::Start);
+    let want = |millinewton| Request::Force {
+        channel: 0,
+        at: None,
+        millinewton,
+        millinewton_per_s: Some(0),
+    };
+    let before = after(&mut desk, 20).force_control[0];
+    assert_eq!((before.target_mn, before.period_us), (None, None));
+    desk.must(want(6_000));
+    let during = after(&mut desk, 60);
+    assert!(during.force_control[0].target_mn.unwrap().abs_diff(6_000) <= 1);
+    assert_eq!(during.force_control[0].period_us, Some(20_000));
+    assert!(during.amplitudes[0] > Some(Amplitude(10_000)), "{during:?}");
+    desk.must(want(0));
+    let none = after(&mut desk, 10);
+    assert_eq!(none.force_control[0].target_mn, Some(0));
+    assert_eq!(none.force_control[0].period_us, None);
+    assert_eq!(none.amplitudes, [None]);
+}
