@@ -68,8 +68,11 @@ fn json_lines_tell_a_moving_finger_and_the_counters() {
     assert!(output.status.success(), "{output:?}");
     let lines = objects(std::str::from_utf8(&output.stdout).unwrap());
     assert!(lines.len() >= 3, "{lines:?}");
-    // The last of them, of the second second or later.
-    let running = lines.iter().rfind(|line| line["state"] == "stimulating");
+    // The last of them before the target is low again, at 3 s.
+    let is_high = |line: &&Value| {
+        line["state"] == "stimulating" && line["t_s"].as_f64().is_some_and(|t_s| t_s < 2.3)
+    };
+    let running = lines.iter().rfind(is_high);
     let running = running.unwrap();
     assert!(
         running["measured_deg"].as_f64().unwrap() > 30.0,

@@ -19,6 +19,8 @@ mod live_frame;
 mod live_lines;
 mod muscle_cli;
 #[cfg(unix)]
+mod record_again;
+#[cfg(unix)]
 mod record_identity;
 mod report_page;
 mod run_cut_short;

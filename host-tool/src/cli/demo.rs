@@ -96,10 +96,10 @@ pub fn main(args: &Demo, output: Output) -> anyhow::Result<()> {
     let wall: f64 = trials.iter().map(|(_, wall)| wall).sum();
     record.trials = trials.into_iter().map(|(trial, _)| trial).collect();
     record.host.speed_factor = Some(simulated / wall);
-    if let Some(error) = error {
-        return Err(interrupt::conclude(dir, record, error.into()));
-    }
     let ten = ten_channel_speed(args.seed)?;
+    if let Err(error) = interrupt::after_runs(error, &interruption) {
+        return Err(interrupt::conclude(dir, record, error));
+    }
     (record.paper, record.assumptions) = (paper_rows(&record), assumptions(&record));
     write_run(dir, &record)?;
     record.ending = Ending::complete();

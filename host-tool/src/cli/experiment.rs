@@ -51,7 +51,8 @@ impl Experiment {
     /// The experiment of a record, again, in `out`; `None` for another command's.
     pub fn again(record: &Run, out: OutArgs, of: String) -> Option<Self> {
         let plan = record.plan.as_ref()?;
-        let Ok(device) = plan.device.parse();
+        let identity = record.trials.first()?.identity.as_ref()?;
+        let device = DeviceName::of(identity.kind)?;
         (plan.command == "experiment harris-wall").then_some(Self::HarrisWall(HarrisWall {
             device,
             arms: plan.arms?,
@@ -80,13 +81,19 @@ fn harris_wall(args: &HarrisWall, output: Output) -> anyhow::Result<()> {
     let mut record = Run::begin(title, &device, args.seed, plan);
     record.host.rerun_of = args.rerun_of.clone();
     write_run(dir, &record)?;
-    let error = scenarios(dir, args, &interruption, &mut record.trials, &bar)?;
-    if let Some(error) = error {
-        bar.finish();
-        return Err(interrupt::conclude(dir, record, error.into()));
+    let cut_short = scenarios(dir, args, &interruption, &mut record.trials, &bar)?;
+    let mut drawn = Vec::new();
+    if cut_short.is_none() {
+        drawn = harris_wall::drawn(args.arms, args.seed, &mut |part| {
+            bar.set(0.2 + 0.8 * part);
+            interruption.asked().is_none()
+        })?;
     }
-    let drawn = harris_wall::drawn(args.arms, args.seed, &mut |part| bar.set(0.2 + 0.8 * part))?;
     bar.finish();
+    let ended = interrupt::after_runs(cut_short, &interruption);
+    if let Err(error) = ended {
+        return Err(interrupt::conclude(dir, record, error));
+    }
     let shares = Shares::of(&drawn);
     record.assumptions = assumptions(&shares);
     write_run(dir, &record)?;

@@ -12,7 +12,7 @@ use std::sync::atomic::AtomicBool;
 
 /// A command that a signal ended in order, where no run has more to tell.
 #[derive(Debug, thiserror::Error)]
-#[error("E580 {0} came: {1}")]
+#[error("E580 {0} came {1}")]
 pub struct Ended(pub Signal, pub String);
 
 /// From now on the first signal only asks, and whoever stimulates stops; the
@@ -74,6 +74,22 @@ pub fn signal(error: &anyhow::Error) -> Option<Signal> {
             _ => None,
         }
     })
+}
+
+/// Whether something ended a command early: one of its runs, or a signal after
+/// the last.
+///
+/// # Errors
+/// It did.
+pub fn after_runs(cut_short: Option<RunError>, interruption: &Interruption) -> anyhow::Result<()> {
+    match (cut_short, interruption.asked()) {
+        (Some(error), _) => Err(error.into()),
+        (None, Some(signal)) => {
+            let when = "after the last stimulation: the rest was not computed".to_owned();
+            Err(Ended(signal, when).into())
+        }
+        (None, None) => Ok(()),
+    }
 }
 
 /// Marks the record of a run that `error` cut short, writes its page, and says

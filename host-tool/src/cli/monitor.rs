@@ -99,7 +99,11 @@ pub fn main(args: &Monitor, output: Output) -> anyhow::Result<()> {
     worked.unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
     shown?;
     match interruption.asked() {
-        Some(signal) => Err(interrupt::Ended(signal, "nothing is watched any more".into()).into()),
+        Some(signal) => Err(interrupt::Ended(
+            signal,
+            "and the watch ended: nothing was stimulated by it".into(),
+        )
+        .into()),
         None => Ok(()),
     }
 }

@@ -77,7 +77,7 @@ pub fn main(args: &Rerun, output: Output) -> anyhow::Result<()> {
         return tell(dir, &record, performed, output);
     }
     let new = out.dir().context("E577 no folder")?;
-    compared(dir, &record, &load(new)?).map_err(Into::into)
+    compared(&record, &load(new)?).map_err(Into::into)
 }
 
 /// The plan of a record that can be repeated.
@@ -93,7 +93,17 @@ fn planned(dir: &Path, record: &Run) -> Result<Plan, RerunError> {
         return Err(RerunError::RealTime { dir, device });
     }
     let what = "how it was ordered";
-    record.plan.clone().ok_or(RerunError::Unknown { dir, what })
+    let Some(plan) = record.plan.clone() else {
+        return Err(RerunError::Unknown { dir, what });
+    };
+    for (position, trial) in record.trials.iter().enumerate() {
+        let sum = sha256(trial.session_text.as_bytes());
+        if trial.session_sha256.as_deref() != Some(&sum) {
+            let folder = trial_folder(&dir, position, &trial.name);
+            return Err(RerunError::Altered(folder.join("session.toml")));
+        }
+    }
+    Ok(plan)
 }
 
 /// Runs the session of a record again, as it was ordered.
@@ -109,21 +119,14 @@ fn session_again(
         what,
     };
     let trial = record.trials.first().ok_or(unknown("what was run"))?;
-    let text = &trial.session_text;
-    if trial.session_sha256.as_deref() != Some(&sha256(text.as_bytes())) {
-        let folder = trial_folder(dir, 0, &trial.name);
-        return Err(RerunError::Altered(folder.join("session.toml")).into());
-    }
-    let mut session = SessionFile::parse(&trial.session_file, text)?;
+    let mut session = SessionFile::parse(&trial.session_file, &trial.session_text)?;
     if let Some(law) = &plan.law {
         let law = LawName::named(law).ok_or(unknown("a law that this flexor knows"))?;
         session.session = session.session.with_law(law)?;
     }
-    let device = match trial.identity.as_ref().map(|it| it.kind) {
-        Some(DeviceKind::Chip) => DeviceName::Chip,
-        Some(DeviceKind::Qemu) => DeviceName::Qemu,
-        _ => DeviceName::Native,
-    };
+    let kind = trial.identity.as_ref().map(|it| it.kind);
+    let device = kind.and_then(DeviceName::of);
+    let device = device.ok_or(unknown("which device ran it"))?;
     let chip = ChipArgs::with_image(plan.image.then(|| dir.join("image.elf")));
     let mut again = Run::begin(&record.title, &record.device, record.seed, plan.clone());
     again.study = record.study.clone();
@@ -144,7 +147,7 @@ fn tell(dir: &Path, record: &Run, performed: Performed, output: Output) -> anyho
     if performed.ended.is_err() && !record.ending.is_incomplete() {
         return performed.tell(output);
     }
-    let compared = compared(dir, record, &performed.record);
+    let compared = compared(record, &performed.record);
     let rows: usize = record.trials.iter().map(|t| t.samples.len()).sum();
     let new = performed.place.dir().display().to_string();
     let mut result = performed.machines();
@@ -154,10 +157,14 @@ fn tell(dir: &Path, record: &Run, performed: Performed, output: Output) -> anyho
         let error = error.into();
         return Err(Incomplete { error, result }.into());
     }
+    let whole = match record.ending.is_incomplete() {
+        true => "samples, as far as the record goes,",
+        false => "samples and every edge",
+    };
     output.say(
         || {
             format!(
-                "the same: {rows} samples and every edge of {}; the rerun is in {new}",
+                "the same: {rows} {whole} of {}; the rerun is in {new}",
                 dir.display()
             )
         },
@@ -166,7 +173,7 @@ fn tell(dir: &Path, record: &Run, performed: Performed, output: Output) -> anyho
 }
 
 /// Holds the rows of a rerun to those of the record.
-fn compared(dir: &Path, record: &Run, again: &Run) -> Result<(), RerunError> {
+fn compared(record: &Run, again: &Run) -> Result<(), RerunError> {
     let Some(differs) = compare_rows(record, again) else {
         return Ok(());
     };
@@ -182,7 +189,6 @@ fn compared(dir: &Path, record: &Run, again: &Run) -> Result<(), RerunError> {
             "the program was built from changed sources, so one name may be two programs".to_owned()
         }
     };
-    let _ = dir;
     Err(RerunError::Differs { differs, why })
 }
 

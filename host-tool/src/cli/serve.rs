@@ -105,7 +105,9 @@ pub fn main(args: &Serve, output: Output) -> anyhow::Result<()> {
         .is_none_or(|s| begin.elapsed().as_secs_f64() < s)
     {
         if let Some(signal) = interruption.asked() {
-            return Err(interrupt::Ended(signal, format!("the board at {place} is gone")).into());
+            return Err(
+                interrupt::Ended(signal, format!("and the board at {place} is gone")).into(),
+            );
         }
         let is_slow = pace.follow(world)?;
         if is_slow && !args.chip.is_debugged() {

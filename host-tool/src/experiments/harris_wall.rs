@@ -103,14 +103,15 @@ pub struct Shares {
 }
 
 /// Sends `arms` arms drawn from `seed` at each speed into each scenario's wall,
-/// without a board around it; `progress` hears the part done, 0 to 1.
+/// without a board around it; `go_on` hears the part done, 0 to 1, and may say no:
+/// then the visits until then are all.
 ///
 /// # Errors
 /// As [`sessions`].
 pub fn drawn(
     arms: u64,
     seed: u64,
-    progress: &mut dyn FnMut(f64),
+    go_on: &mut dyn FnMut(f64) -> bool,
 ) -> Result<Vec<Visits>, SessionError> {
     let walls: Vec<WallSpec> = sessions()?
         .iter()
@@ -136,7 +137,9 @@ pub fn drawn(
                 .collect()
         });
         all.extend(done.into_iter().flatten());
-        progress((first + 2).min(arms) as f64 / arms as f64);
+        if !go_on((first + 2).min(arms) as f64 / arms as f64) {
+            break;
+        }
     }
     Ok(all)
 }
@@ -207,10 +210,10 @@ mod tests {
 
     #[test]
     fn visits_repeat_and_the_pre_wall_keeps_the_arm_further_out() {
-        let some = drawn(6, 1, &mut |_| ()).unwrap();
-        assert_eq!(some, drawn(6, 1, &mut |_| ()).unwrap());
+        let some = drawn(6, 1, &mut |_| true).unwrap();
+        assert_eq!(some, drawn(6, 1, &mut |_| true).unwrap());
         assert_eq!(some.len(), 12);
-        assert_ne!(some, drawn(6, 2, &mut |_| ()).unwrap());
+        assert_ne!(some, drawn(6, 2, &mut |_| true).unwrap());
         assert!(Shares::of(&some).pre_wall_less_deep > 0.9);
     }
 }

@@ -218,10 +218,7 @@ pub(super) fn in_markdown(columns: &[Column]) -> String {
     for column in columns {
         let (name, unit) = match column.each {
             Each::Table => (column.name.to_owned(), column.unit),
-            Each::Channel => (
-                format!("{}_N_mA, …_V", column.name).to_lowercase(),
-                "the channel's",
-            ),
+            Each::Channel => (format!("{}_N_ma, …_v", column.name), "the channel's"),
             Each::Muscle | Each::Force => (
                 format!("{}_N_{}", column.name, column.unit.to_lowercase()),
                 column.unit,

@@ -48,6 +48,10 @@ pub fn load(dir: &Path) -> Result<Run, RecordError> {
         if edges.is_file() {
             trial.edges = read_edges(&edges)?;
         }
+        // One that nobody closed: it is as long as its rows.
+        if run.ending.is_incomplete() && trial.counters.is_empty() {
+            trial.duration_s = trial.samples.last().map_or(0.0, |sample| sample.t_s);
+        }
         // Records of the first format have no copy.
         let text = std::fs::read_to_string(folder.join("session.toml"));
         trial.session_text = text.unwrap_or_default();

@@ -10,6 +10,7 @@ mod difference;
 mod disk;
 mod document;
 mod ending;
+mod error;
 mod folder;
 mod identity;
 mod place;
@@ -22,6 +23,7 @@ pub use difference::{Difference, compare_rows};
 pub use disk::{Disk, FileSystem, replace_file};
 pub use document::document;
 pub use ending::{Completeness, Ending, write_summary};
+pub use error::RecordError;
 pub use folder::{load, save, trial_folder, write_run};
 pub use identity::{DeviceKind, Identity};
 pub use place::Place;
@@ -30,7 +32,6 @@ pub use recorder::Recorder;
 pub use table::{read_edges, read_samples, write_edges, write_samples};
 
 use serde::{Deserialize, Serialize};
-use std::path::PathBuf;
 
 /// Several trials of one purpose on one device.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
@@ -386,101 +387,4 @@ pub enum Role {
     PutIn,
     /// Computed by the run.
     CameOut,
-}
-
-/// Why a run could not be written or read.
-#[derive(Debug, thiserror::Error)]
-pub enum RecordError {
-    /// The file system refused.
-    #[error("{path}: {why}")]
-    Io {
-        /// The file or folder.
-        path: PathBuf,
-        /// What the system said.
-        why: std::io::Error,
-    },
-    /// The disk is full, or the file system refused otherwise.
-    #[error(
-        "E582 cannot write {path}: {why}; make room there or choose another --out; what was \
-         recorded before is kept"
-    )]
-    Write {
-        /// The file or folder.
-        path: PathBuf,
-        /// What the system said.
-        why: std::io::Error,
-    },
-    /// The folder for a new record holds something.
-    #[error(
-        "E590 {dir} is not empty: it holds {found}; choose another --out, or leave it out for a \
-         folder of its own; --overwrite replaces a record"
-    )]
-    Taken {
-        /// The folder.
-        dir: PathBuf,
-        /// One thing that it holds.
-        found: String,
-    },
-    /// Another program writes the record.
-    #[error("E591 another flexor writes in {dir}: wait for its end, or choose another folder")]
-    Busy {
-        /// The folder.
-        dir: PathBuf,
-    },
-    /// A folder that is no record was to be replaced.
-    #[error(
-        "E592 {dir} is no record, so --overwrite leaves it alone: it holds {found} and no run.json \
-         of flexor's; choose another --out"
-    )]
-    NotOurs {
-        /// The folder.
-        dir: PathBuf,
-        /// One thing that it holds.
-        found: String,
-    },
-    /// A folder without a record.
-    #[error("E593 {dir} is no record: it has no run.json; give a folder that flexor run wrote")]
-    Absent {
-        /// The folder.
-        dir: PathBuf,
-    },
-    /// A later program's record.
-    #[error(
-        "E594 the record in {dir} has format {format}, and this flexor knows formats up to \
-         {FORMAT}: use the flexor that wrote it ({program}), or a later one"
-    )]
-    Newer {
-        /// The folder.
-        dir: PathBuf,
-        /// Its format.
-        format: u64,
-        /// The version of the program that wrote it.
-        program: String,
-    },
-    /// A file is not what this program writes.
-    #[error("{path}, line {line}: {what}")]
-    Format {
-        /// The file.
-        path: PathBuf,
-        /// 1-based; the header is line 1.
-        line: usize,
-        /// The column and the reason.
-        what: String,
-    },
-}
-
-impl RecordError {
-    fn write(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
-        move |why| RecordError::Write {
-            path: path.to_owned(),
-            why,
-        }
-    }
-
-    pub(crate) fn io(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
-        move |why| RecordError::Io {
-            path: path.to_owned(),
-            why,
-        }
-    }
 }

@@ -112,15 +112,14 @@ pub fn compare_text(all: &[Compared]) -> String {
         "trial"
     );
     for row in compare_rows(all) {
-        let [length, rmse, force, deepest, pulses, marks] = cells(&row);
+        let [length, rmse, force, deepest, pulses, _] = cells(&row);
         let name: String = row.trial.chars().take(17).collect();
-        // 63 columns; the longest mark has 16 more with its blank.
+        // 63 columns before the mark.
         let mark = match (row.complete, row.simulated) {
             (false, _) => " incomplete",
             (true, true) => " simulated",
             (true, false) => "",
         };
-        let _ = marks;
         let number = row.number;
         let _ = writeln!(
             text,

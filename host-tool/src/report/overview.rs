@@ -59,7 +59,7 @@ fn draw_arm(root: &Area<'_>, trial: &Trial) -> Drawn {
     ))?;
     let [elbow, wrist, knuckles] = JOINTS;
     let corner = |dx: i32, y: i32| (px(ARM + dx), px(y));
-    let arm = vec![
+    let arm = [
         corner(-62, elbow),
         corner(-40, wrist),
         corner(-36, knuckles),
@@ -219,7 +219,7 @@ fn draw_angles(root: &Area<'_>, default: &Trial, paper: &Trial) -> Drawn {
         root.draw(&Text::new(tick.to_string(), at, style))?;
     }
     axis_names(root, ANGLE, "time (s)", "angle (°)", 54)?;
-    let courses: [(&Trial, fn(&Sample) -> Option<f64>, ShapeStyle); 3] = [
+    let courses: [(&Trial, Quantity, ShapeStyle); 3] = [
         (paper, |s| s.measured_deg, red),
         (default, |s| s.measured_deg, blue),
         (default, |s| s.target_deg, line(INK, 12)),
@@ -233,6 +233,9 @@ fn draw_angles(root: &Area<'_>, default: &Trial, paper: &Trial) -> Drawn {
     }
     Ok(())
 }
+
+/// What a course shows of a sample, degrees.
+type Quantity = fn(&Sample) -> Option<f64>;
 
 /// The samples in the part of a trial that is shown.
 fn shown(trial: &Trial) -> impl Iterator<Item = &Sample> {

@@ -5,6 +5,7 @@
 //! session files (`session`), pictures (`report`), the bytes (`link`).
 
 mod device;
+mod error;
 mod file;
 mod identity;
 pub mod images;
@@ -19,11 +20,12 @@ mod trial;
 pub use device::{
     ChipError, ChipOptions, DeviceName, OpenError, chip_image, on_chip, power_on, simulated,
 };
+pub use error::RunError;
 pub use file::SessionFile;
 pub use identity::{device_kind, identity};
-pub use interruption::heeding;
+pub use interruption::{Stopped, heeding};
 pub use observer::{Observer, Seen, Wish};
 pub use profile::{Booted, ProfileError, Profiled, profile};
 pub use recorded::{BeginError, Recorded, TrialPlace, record};
-pub use runner::{Outcome, RunError, acknowledge, run};
+pub use runner::{Outcome, acknowledge, run};
 pub use trial::{begin_trial, edges_between, edges_of_one_period, event, sample};

@@ -1,8 +1,8 @@
 //! The course of a session: configure, arm, start, stream, stop.
 
-use super::{Observer, Seen, SessionFile, Wish, interruption, pulses, trial};
-use crate::link::{Client, Error, Incoming, Port, Signal};
-use crate::record::{RecordError, Recorder, Trial};
+use super::{Observer, RunError, Seen, SessionFile, Stopped, Wish, pulses, trial};
+use crate::link::{Client, Error, Incoming, Port};
+use crate::record::{Recorder, Trial};
 use crate::session::{Session, Setpoint};
 use firmware::control::SensorSource;
 use firmware::link::{Code, Event, HelloInfo, Request};
@@ -19,50 +19,6 @@ const ACKNOWLEDGE_US: u64 = 300_000;
 /// A device that says nothing for so long is lost, µs. It owes telemetry every
 /// 100 ms at least.
 const SILENCE_US: u64 = 1_000_000;
-
-/// Why a session did not run to its end. What was recorded is kept.
-#[derive(Debug, thiserror::Error)]
-pub enum RunError {
-    /// The link or a refusal.
-    #[error(transparent)]
-    Link(#[from] Error),
-    /// The record on disk.
-    #[error(transparent)]
-    Record(#[from] RecordError),
-    /// The device stopped by itself.
-    #[error(
-        "E512 the device ended the session at {t_s:.2} s: {why}; {advice}; what was recorded is kept"
-    )]
-    Ended {
-        /// From the start, s.
-        t_s: f64,
-        /// The event.
-        why: String,
-        /// What to do about it.
-        advice: &'static str,
-    },
-    /// Only a simulated wearer has the glove that this session measures with.
-    #[error(
-        "E513 the session's angle is measured by the host, and {0} has no simulated glove; use sensor = \"adc\""
-    )]
-    NoGlove(String),
-    /// The observer wished for it.
-    #[error("E516 the session was stopped by hand at {t_s:.2} s; what was recorded is kept")]
-    Interrupted {
-        /// From the start, s.
-        t_s: f64,
-    },
-    /// A signal came.
-    #[error("E580 {}", interruption::told(*.signal, *.t_s, .unanswered.as_ref()))]
-    Signal {
-        /// Which.
-        signal: Signal,
-        /// From the start, s; `None` before it.
-        t_s: Option<f64>,
-        /// Why it is not known that the device was stopped.
-        unanswered: Option<Error>,
-    },
-}
 
 /// What came of a session, complete or not.
 pub struct Outcome {
@@ -110,7 +66,7 @@ pub fn run<P: Port>(
     let (client, info) = match Client::open_heeding(port, interruption) {
         Ok(opened) => opened,
         Err(error) => {
-            let error = Some(signalled(error.into(), None, Ok(())));
+            let error = Some(signalled(error.into(), None, Stopped::NotOpen));
             return (
                 Outcome {
                     trial,
@@ -143,14 +99,16 @@ pub fn run<P: Port>(
     let t_s = is_started.then(|| run.t_s());
     run.client.ignore_signals();
     // Whatever happened, ask for a stop; a lost device stops by itself.
-    let stopped = if is_started {
-        run.finish()
-    } else {
-        run.client.stop().map(drop).map_err(RunError::from)
+    let stopped = run.client.stop();
+    let finished = match &stopped {
+        Ok(_) if is_started => run.finish(),
+        _ => Ok(()),
     };
-    let result = match streamed {
-        Ok(()) => stopped,
-        Err(error) => Err(signalled(error, t_s, stopped)),
+    let result = match (streamed, stopped) {
+        (Ok(()), Ok(_)) => finished,
+        (Ok(()), Err(error)) => Err(error.into()),
+        (Err(error), Ok(_)) => Err(signalled(error, t_s, Stopped::Acknowledged)),
+        (Err(error), Err(why)) => Err(signalled(error, t_s, Stopped::Unanswered(why))),
     };
     run.clock();
     if let Err(error) = &result {
@@ -170,18 +128,14 @@ pub fn run<P: Port>(
 }
 
 /// What a signal ended, `t_s` after the start, is told as such.
-fn signalled(error: RunError, t_s: Option<f64>, stopped: Result<(), RunError>) -> RunError {
-    let RunError::Link(Error::Interrupted(signal)) = error else {
-        return error;
-    };
-    let unanswered = match stopped {
-        Err(RunError::Link(error)) => Some(error),
-        _ => None,
-    };
-    RunError::Signal {
-        signal,
-        t_s,
-        unanswered,
+fn signalled(error: RunError, t_s: Option<f64>, stopped: Stopped) -> RunError {
+    match error {
+        RunError::Link(Error::Interrupted(signal)) => RunError::Signal {
+            signal,
+            t_s,
+            stopped,
+        },
+        error => error,
     }
 }
 
@@ -452,9 +406,9 @@ impl<P: Port> Run<'_, P> {
         Ok(())
     }
 
-    /// Stops, waits until the outputs are reported isolated, asks for counters.
+    /// After a stop: waits until the outputs are reported isolated, asks for
+    /// counters.
     fn finish(&mut self) -> Result<(), RunError> {
-        self.client.stop()?;
         let until = self.client.port().now_us() + STOP_US;
         while let Some(incoming) = self.client.next(until)? {
             let is_end = matches!(

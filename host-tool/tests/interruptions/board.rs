@@ -84,7 +84,7 @@ impl Board {
     }
 
     /// Lets the board go on for 3 s by itself; whether all is isolated then.
-    pub fn is_isolated_at_last(mut self) -> bool {
+    pub fn ends_isolated(mut self) -> bool {
         self.order(Order::End);
         self.thread.take().unwrap().join().unwrap()
     }

@@ -1,6 +1,7 @@
 //! One run and what ends it, decided by a seed.
 
 use super::board::{Board, Order, Wire};
+use super::metronome::{Metronome, Stall};
 use super::program::Program;
 use host_tool::record::{self, Run};
 use host_tool::report::{Report, page};
@@ -92,6 +93,8 @@ pub struct Fate {
     pub rows: usize,
     /// From the signal to `Stop` at the board.
     pub until_stop: Option<Duration>,
+    /// How much this computer itself stalled meanwhile.
+    pub stall: Stall,
     /// How often something else ended the run before its time came.
     pub again: u32,
 }
@@ -149,6 +152,7 @@ fn try_case(case: Case, folder: &Path) -> Option<Fate> {
     let at = board.as_ref().map_or("native", |board| &board.at);
     let most = (case.way == Way::FullDisk).then_some(case.most_bytes);
     let arguments = ["run", "session.toml", "--device", at, "--out", "out"];
+    let metronome = Metronome::start(folder);
     let mut program = Program::start(folder, &arguments, most);
     let has_begun = || match &board {
         Some(board) => board.heard().hello.is_some(),
@@ -165,7 +169,7 @@ fn try_case(case: Case, folder: &Path) -> Option<Fate> {
     let status = program.wait();
     let heard = board.as_ref().map(Board::heard);
     if let Some(board) = board {
-        assert!(board.is_isolated_at_last(), "{case:?}");
+        assert!(board.ends_isolated(), "{case:?}");
     }
     if is_disturbed(case, status, &program.error()) {
         return None;
@@ -173,7 +177,7 @@ fn try_case(case: Case, folder: &Path) -> Option<Fate> {
     let rows = check(case, folder, status, &program.error());
     let stop = heard.and_then(|heard| heard.stop);
     let is_heard = !matches!(case.way, Way::Kill | Way::Cut | Way::Freeze);
-    if is_heard && heard.is_some_and(|heard| heard.hello.is_some()) {
+    if is_heard && heard.is_some_and(|heard| heard.start.is_some()) {
         assert!(
             stop.is_some(),
             "{case:?}: no Stop on the wire: {}",
@@ -182,9 +186,11 @@ fn try_case(case: Case, folder: &Path) -> Option<Fate> {
     }
     let is_signal = matches!(case.way, Way::Interrupt | Way::Terminate);
     let until_stop = asked.zip(stop).filter(|_| is_signal);
+    let stall = until_stop.map(|(asked, stop)| metronome.worst(asked, stop));
     Some(Fate {
         rows,
         until_stop: until_stop.map(|(asked, stop)| stop.saturating_duration_since(asked)),
+        stall: stall.unwrap_or_default(),
         again: 0,
     })
 }

@@ -45,8 +45,6 @@ impl Write for FullFile {
 
 /// Runs a session of 50 ms on a disk with room for `bytes`. `None` if all fits.
 fn run_on(bytes: usize, file: &SessionFile, out: &Path) -> Option<()> {
-    let _ = std::fs::remove_dir_all(out);
-    record::write_run(out, &Run::default()).unwrap();
     let disk = Full {
         left: Rc::new(Cell::new(bytes)),
     };
@@ -95,6 +93,7 @@ fn a_disk_that_fills_at_any_byte_stops_the_run_and_keeps_its_rows() {
     let text = super::case::OPEN_LOOP.replace("3600.0", "0.05");
     let file = SessionFile::parse("short.toml", &text).unwrap();
     let out = super::folder("disk");
+    record::write_run(&out, &Run::default()).unwrap();
     let mut bytes = 0;
     while run_on(bytes, &file, &out).is_some() {
         bytes += 1;

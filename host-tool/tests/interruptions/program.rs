@@ -76,6 +76,18 @@ impl Program {
         true
     }
 
+    /// Whether it handles the signal of this number by now, as Linux tells.
+    pub fn handles(&self, signal: u32) -> bool {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", self.process.id()));
+        let caught = status.ok().and_then(|status| {
+            let line = status
+                .lines()
+                .find_map(|line| line.strip_prefix("SigCgt:"))?;
+            u64::from_str_radix(line.trim(), 16).ok()
+        });
+        caught.is_some_and(|caught| caught & 1 << (signal - 1) != 0)
+    }
+
     pub fn wait(&mut self) -> ExitStatus {
         let begin = Instant::now();
         loop {

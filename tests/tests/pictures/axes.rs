@@ -34,12 +34,12 @@ pub fn find(drawing: &Drawing) -> Vec<String> {
 }
 
 /// Texts at one place across, in order of the other, cut where a new axis begins.
-fn axes<'a>(
-    mut words: Vec<&'a Words>,
+fn axes(
+    mut words: Vec<&Words>,
     line: impl Fn(&Words) -> f64,
     place: impl Fn(&Words) -> f64,
     least: usize,
-) -> Vec<Vec<&'a Words>> {
+) -> Vec<Vec<&Words>> {
     let key = |w: &Words| {
         (
             (line(w) * 2.0).round() as i64,

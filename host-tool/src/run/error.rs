@@ -1,0 +1,49 @@
+//! Why a session did not run to its end.
+
+use super::{Stopped, interruption};
+use crate::link::{Error, Signal};
+use crate::record::RecordError;
+
+/// Why a session did not run to its end. What was recorded is kept.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// The link or a refusal.
+    #[error(transparent)]
+    Link(#[from] Error),
+    /// The record on disk.
+    #[error(transparent)]
+    Record(#[from] RecordError),
+    /// The device stopped by itself.
+    #[error(
+        "E512 the device ended the session at {t_s:.2} s: {why}; {advice}; what was recorded is kept"
+    )]
+    Ended {
+        /// From the start, s.
+        t_s: f64,
+        /// The event.
+        why: String,
+        /// What to do about it.
+        advice: &'static str,
+    },
+    /// Only a simulated wearer has the glove that this session measures with.
+    #[error(
+        "E513 the session's angle is measured by the host, and {0} has no simulated glove; use sensor = \"adc\""
+    )]
+    NoGlove(String),
+    /// The observer wished for it.
+    #[error("E516 the session was stopped by hand at {t_s:.2} s; what was recorded is kept")]
+    Interrupted {
+        /// From the start, s.
+        t_s: f64,
+    },
+    /// A signal came.
+    #[error("E580 {}", interruption::told(*.signal, *.t_s, .stopped))]
+    Signal {
+        /// Which.
+        signal: Signal,
+        /// From the start, s; `None` before it.
+        t_s: Option<f64>,
+        /// Whether the device is known to have stopped.
+        stopped: Stopped,
+    },
+}

@@ -1,0 +1,374 @@
+//! Records used again: repeated, reported, compared, kept.
+
+use super::bad_input_cli::{flexor, folder, said};
+use host_tool::record::{self, sha256};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn session(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("sessions")
+        .join(name)
+}
+
+/// The session, shortened to `seconds`, in `folder`.
+fn shortened(folder: &Path, name: &str, seconds: f64) -> String {
+    let text = fs::read_to_string(session(name)).unwrap();
+    let line = text.lines().find(|l| l.starts_with("duration_s")).unwrap();
+    let text = text.replace(line, &format!("duration_s = {seconds:?}"));
+    let measure = text.find("[measure]");
+    let text = match measure {
+        Some(at) => {
+            let end = text[at + 1..]
+                .find("\n[")
+                .map_or(text.len(), |n| at + 1 + n);
+            format!("{}{}", &text[..at], &text[end..])
+        }
+        None => text,
+    };
+    let file = name.replace('/', "_");
+    fs::write(folder.join(&file), text).unwrap();
+    file
+}
+
+/// Runs a command that must end well; gives its JSON back.
+fn told(folder: &Path, line: &str) -> serde_json::Value {
+    let arguments: Vec<&str> = line.split_whitespace().collect();
+    let output = flexor(folder, &arguments).arg("--json").output().unwrap();
+    let (exit, json, error) = said(&output);
+    assert_eq!(exit, Some(0), "{line}: {error}{json}");
+    serde_json::from_str(json.lines().last().unwrap()).unwrap()
+}
+
+/// Exit code and message of a command.
+fn failed(folder: &Path, line: &str) -> (Option<i32>, String) {
+    let arguments: Vec<&str> = line.split_whitespace().collect();
+    let (exit, _, error) = said(&flexor(folder, &arguments).output().unwrap());
+    (exit, error)
+}
+
+/// Every file below a record, relative, with its bytes.
+fn files(dir: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+    let mut found = Vec::new();
+    let mut folders = vec![dir.to_owned()];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else {
+                let name = path.strip_prefix(dir).unwrap().to_owned();
+                found.push((name, fs::read(path).unwrap()));
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
+/// Two records are the same to the byte but for `host` in `run.json`.
+fn are_the_same(one: &Path, other: &Path) {
+    let (one, other) = (files(one), files(other));
+    let names = |all: &[(PathBuf, Vec<u8>)]| -> Vec<PathBuf> {
+        all.iter().map(|(name, _)| name.clone()).collect()
+    };
+    assert_eq!(names(&one), names(&other));
+    for ((name, a), (_, b)) in one.iter().zip(&other) {
+        if name == Path::new("run.json") {
+            let json = |bytes: &[u8]| {
+                let mut json: serde_json::Value = serde_json::from_slice(bytes).unwrap();
+                assert!(json["host"].take().is_object());
+                json
+            };
+            assert_eq!(json(a), json(b));
+        } else {
+            assert!(a == b, "{} differs", name.display());
+        }
+    }
+}
+
+/// Runs, then repeats from the folder alone: the session file is gone.
+fn repeats(name: &str, seconds: f64, options: &str) {
+    let folder = folder(&format!("again_{}", name.replace(['/', '.'], "_")));
+    let file = shortened(&folder, name, seconds);
+    told(&folder, &format!("run {file} --out first {options}"));
+    fs::remove_file(folder.join(&file)).unwrap();
+    fs::rename(folder.join("first"), folder.join("moved")).unwrap();
+    let json = told(&folder, "rerun moved --out second");
+    assert_eq!(json["same"], true, "{json}");
+    let samples = &record::load(&folder.join("second")).unwrap().trials[0].samples;
+    assert!(samples.len() > 20, "{name}: {} samples", samples.len());
+    if options.contains("--vcd") {
+        let given = fs::read(folder.join("out.vcd")).unwrap();
+        let made = folder.join("second/outputs.vcd");
+        assert!(given == fs::read(&made).unwrap(), "the waveforms differ");
+        fs::remove_file(made).unwrap();
+    }
+    are_the_same(&folder.join("moved"), &folder.join("second"));
+}
+
+#[test]
+fn pulses_repeat() {
+    repeats("ten_channels.toml", 1.0, "--vcd out.vcd --notes first");
+}
+
+#[test]
+fn a_joint_repeats_with_its_law_and_seed() {
+    repeats("hamana_exp4_two_point.toml", 2.0, "--law paper --seed 77");
+}
+
+#[test]
+fn forces_repeat() {
+    repeats("force_ramp.toml", 2.0, "--seed 3");
+}
+
+#[test]
+fn a_wall_repeats() {
+    repeats(
+        "harris_wall/3_pre_wall_co_contraction.toml",
+        2.0,
+        "--seed 5",
+    );
+}
+
+#[test]
+fn bursts_and_triggers_repeat() {
+    repeats("trigger.toml", 1.0, "");
+}
+
+#[test]
+fn the_flashed_image_and_qemu_repeat() {
+    for device in ["chip", "qemu"] {
+        let folder = folder(&format!("again_{device}"));
+        let file = shortened(&folder, "ten_channels.toml", 0.3);
+        told(
+            &folder,
+            &format!("run {file} --device {device} --out first"),
+        );
+        assert_eq!(told(&folder, "rerun first --out second")["same"], true);
+        are_the_same(&folder.join("first"), &folder.join("second"));
+    }
+}
+
+#[test]
+fn an_experiment_repeats() {
+    let folder = folder("again_experiment");
+    told(
+        &folder,
+        "experiment harris-wall --arms 1 --seed 9 --out first",
+    );
+    told(&folder, "rerun first --out second");
+    are_the_same(&folder.join("first"), &folder.join("second"));
+}
+
+#[test]
+fn runs_never_meet() {
+    let folder = folder("never_meet");
+    let file = shortened(&folder, "ten_channels.toml", 0.1);
+    let line = format!("run {file}");
+    let records: Vec<String> = std::thread::scope(|scope| {
+        let run = || told(&folder, &line)["record"].as_str().unwrap().to_owned();
+        let threads: Vec<_> = (0..3).map(|_| scope.spawn(run)).collect();
+        let joined = threads.into_iter().map(|thread| thread.join().unwrap());
+        joined.collect()
+    });
+    let mut names = records.clone();
+    names.sort();
+    names.dedup();
+    assert_eq!(names.len(), 3, "{records:?}");
+    for name in names {
+        assert!(
+            !record::load(&folder.join(name))
+                .unwrap()
+                .ending
+                .is_incomplete()
+        );
+    }
+}
+
+#[test]
+fn a_record_is_replaced_only_where_it_is_meant() {
+    let folder = folder("overwrite");
+    let file = shortened(&folder, "ten_channels.toml", 0.1);
+    told(&folder, &format!("run {file} --out one"));
+    fs::write(folder.join("one/thesis.tex"), "years").unwrap();
+    let before = files(&folder.join("one"));
+    let (exit, error) = failed(&folder, &format!("run {file} --out one --seed 2"));
+    assert_eq!(exit, Some(1));
+    assert!(error.contains("E590 one is not empty"), "{error}");
+    assert_eq!(files(&folder.join("one")), before);
+    told(
+        &folder,
+        &format!("run {file} --out one --seed 2 --overwrite"),
+    );
+    assert_eq!(record::load(&folder.join("one")).unwrap().seed, 2);
+    let kept = fs::read_to_string(folder.join("one/thesis.tex")).unwrap();
+    assert_eq!(kept, "years");
+    fs::create_dir(folder.join("other")).unwrap();
+    fs::write(folder.join("other/thesis.tex"), "years").unwrap();
+    let (_, error) = failed(&folder, &format!("run {file} --out other --overwrite"));
+    assert!(error.contains("E592 other is no record"), "{error}");
+    assert_eq!(files(&folder.join("other")).len(), 1);
+}
+
+#[test]
+fn what_is_no_record_is_named() {
+    let folder = folder("no_record");
+    let file = shortened(&folder, "ten_channels.toml", 0.1);
+    told(&folder, &format!("run {file} --out one"));
+    let change = |name: &str, change: &dyn Fn(&mut serde_json::Value)| {
+        let copy = folder.join(name);
+        for (file, bytes) in files(&folder.join("one")) {
+            let path = copy.join(file);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, bytes).unwrap();
+        }
+        for path in [
+            copy.join("run.json"),
+            copy.join("01-ten-channels/trial.json"),
+        ] {
+            let Ok(bytes) = fs::read(&path) else { continue };
+            let mut json = serde_json::from_slice(&bytes).unwrap();
+            change(&mut json);
+            fs::write(path, json.to_string()).unwrap();
+        }
+    };
+    change("newer", &|json| {
+        if json.get("format").is_some() {
+            json["format"] = 99.into();
+        }
+    });
+    change("board", &|json| {
+        if json.get("identity").is_some() {
+            json["identity"]["kind"] = "board".into();
+            json["identity"]["in_process"] = false.into();
+            json["identity"]["unique_id"] = "24003900".into();
+        }
+    });
+    change("port", &|json| {
+        if json.get("identity").is_some() {
+            json["identity"]["in_process"] = false.into();
+        }
+    });
+    change("altered", &|json| {
+        if json.get("session_sha256").is_some() {
+            json["session_sha256"] = sha256(b"another").into();
+        }
+    });
+    fs::create_dir(folder.join("empty")).unwrap();
+    let rows = [
+        ("rerun empty", "E593 empty is no record"),
+        ("report empty", "E593 empty is no record"),
+        ("compare one empty", "E593 empty is no record"),
+        ("report absent", "E593 absent is no record"),
+        ("report newer", "E594 the record in newer has format 99"),
+        ("rerun newer", "E594"),
+        ("rerun altered", "E595 altered/01-"),
+        (
+            "rerun board",
+            "E597 board is the record of a board (24003900)",
+        ),
+        ("rerun port", "E598 port was recorded in real time"),
+    ];
+    let before = files(&folder);
+    for (line, says) in rows {
+        let (exit, error) = failed(&folder, line);
+        assert_eq!(exit, Some(1), "{line}");
+        assert!(error.contains(says), "{line}: {error}");
+    }
+    assert_eq!(files(&folder), before, "something was touched");
+}
+
+#[test]
+fn a_row_that_differs_is_named() {
+    let folder = folder("differs");
+    let file = shortened(&folder, "ten_channels.toml", 0.3);
+    told(&folder, &format!("run {file} --out one"));
+    let trial = record::load(&folder.join("one")).unwrap().trials.remove(0);
+    let path = record::trial_folder(&folder.join("one"), 0, &trial.name).join("samples.csv");
+    let text = fs::read_to_string(&path).unwrap();
+    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+    lines[4] = lines[4].replacen("0.0", "0.1", 1);
+    fs::write(&path, lines.join("\n") + "\n").unwrap();
+    let (exit, error) = failed(&folder, "rerun one --out two");
+    assert_eq!(exit, Some(1));
+    assert!(error.contains("E596"), "{error}");
+    assert!(
+        error.contains("samples.csv") && error.contains("line 5"),
+        "{error}"
+    );
+}
+
+#[test]
+fn the_page_is_made_again_and_records_are_compared() {
+    let folder = folder("page_again");
+    let file = shortened(&folder, "hamana_exp4_two_point.toml", 2.0);
+    for (name, law) in [("one", "recommended"), ("two", "paper")] {
+        told(&folder, &format!("run {file} --law {law} --out {name}"));
+    }
+    let before = files(&folder.join("one"));
+    fs::remove_file(folder.join("one/report.html")).unwrap();
+    told(&folder, "report one");
+    assert_eq!(files(&folder.join("one")), before);
+    let page = fs::read_to_string(folder.join("one/report.html")).unwrap();
+    assert!(page.contains("flexor rerun ."), "how to reproduce");
+
+    let json = told(&folder, "compare one two --out both");
+    assert_eq!(json["rows"].as_array().unwrap().len(), 2);
+    let rmse = |row: usize| json["rows"][row]["rmse_deg"].as_f64().unwrap();
+    assert!(rmse(0) != rmse(1));
+    let page = fs::read_to_string(folder.join("both/compare.html")).unwrap();
+    assert!(page.contains("no evidence about people"));
+    for request in ["https:", "<script", "src=", "@import", "<link"] {
+        assert!(!page.contains(request), "{request}");
+    }
+    let output = flexor(&folder, &["compare", "one", "two"])
+        .output()
+        .unwrap();
+    let (_, text, _) = said(&output);
+    for line in text.lines().filter(|line| !line.starts_with("page:")) {
+        assert!(line.chars().count() <= 80, "{line}");
+    }
+}
+
+#[test]
+fn the_study_is_in_the_record_and_options_go_first() {
+    let folder = folder("study");
+    let file = shortened(&folder, "ten_channels.toml", 0.1);
+    let text = fs::read_to_string(folder.join(&file)).unwrap();
+    let study = "\n[study]\npseudonym = \"P07\"\nethics = \"EC 2026-014\"\n\
+                 electrodes = [{ channel = 1, place = \"wrist\" }]\n";
+    fs::write(folder.join(&file), format!("{text}{study}")).unwrap();
+    told(
+        &folder,
+        &format!("run {file} --out one --operator AB --electrode 1=elbow --pseudonym P08"),
+    );
+    let run = record::load(&folder.join("one")).unwrap();
+    assert_eq!(run.study.pseudonym.as_deref(), Some("P08"));
+    assert_eq!(run.study.operator.as_deref(), Some("AB"));
+    assert_eq!(run.study.ethics.as_deref(), Some("EC 2026-014"));
+    assert_eq!(run.study.notes, None);
+    assert_eq!(run.study.electrodes[0].place, "elbow");
+    let trial = &run.trials[0];
+    assert_eq!(trial.session_text, format!("{text}{study}"));
+    let sum = sha256(trial.session_text.as_bytes());
+    assert_eq!(trial.session_sha256, Some(sum));
+    assert!(trial.clock.unwrap().exchanges > 5);
+    assert!(run.host.started_utc.ends_with('Z'));
+    let (_, error) = failed(&folder, &format!("run {file} --electrode 11=nowhere"));
+    assert!(error.contains("E518 --electrode 11=nowhere"), "{error}");
+}
+
+#[test]
+fn docs_record_md_is_made_from_the_columns() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/record.md");
+    let text = record::document();
+    if std::env::var_os("FLEXOR_OVERWRITE").is_some() {
+        fs::write(&path, &text).unwrap();
+    }
+    let kept = fs::read_to_string(&path).unwrap_or_default();
+    assert!(
+        kept == text,
+        "docs/record.md is stale: FLEXOR_OVERWRITE=1 cargo test -p host-tool docs_record_md"
+    );
+}
