@@ -151,6 +151,17 @@ fn the_flashed_image_and_qemu_repeat() {
 }
 
 #[test]
+fn an_experiment_repeats() {
+    let folder = folder("again_experiment");
+    told(
+        &folder,
+        "experiment harris-wall --arms 1 --seed 9 --out first",
+    );
+    told(&folder, "rerun first --out second");
+    are_the_same(&folder.join("first"), &folder.join("second"));
+}
+
+#[test]
 fn runs_never_meet() {
     let folder = folder("never_meet");
     let file = shortened(&folder, "ten_channels.toml", 0.1);

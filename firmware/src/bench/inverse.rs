@@ -3,7 +3,7 @@
 use super::muscle::{FORCE, RECRUITMENT};
 use super::{Algorithm, Checksum, Random};
 use crate::control::{FeedForward, WearerModel};
-use crate::muscle::{Drive, Inverse, Recruitment};
+use crate::muscle::{CalciumForceSpec, Drive, Inverse, Recruitment};
 use crate::units::{Amplitude, Angle, AngularRate, Force};
 use fixed::types::I16F16;
 
@@ -107,6 +107,53 @@ impl Algorithm for Tabling {
     }
     fn digest(&self, sum: &mut Checksum) {
         sum.word(self.most.0.to_bits().cast_unsigned());
+    }
+}
+
+/// The longest table that any request asks for: as many periods as there are, each
+/// in as many steps as it may have.
+pub(super) struct SlowTabling {
+    recruitment: Option<Recruitment>,
+    periods_us: (u32, u32),
+    reach: (Force, Force),
+}
+
+impl SlowTabling {
+    /// τ1 at which the model's steps are the longest, and the train of 10 Hz.
+    const MUSCLE: CalciumForceSpec = CalciumForceSpec {
+        tau1_us: 4_000,
+        tau2_us: 1_000_000,
+        ..FORCE
+    };
+    const TRAIN_US: u32 = 100_000;
+
+    pub(super) fn new() -> Self {
+        Self {
+            recruitment: Recruitment::new(RECRUITMENT).ok(),
+            periods_us: (0, 0),
+            reach: (Force::default(), Force::default()),
+        }
+    }
+}
+
+impl Algorithm for SlowTabling {
+    fn prepare(&mut self, random: &mut Random) {
+        // 50 steps of 2 ms each.
+        let fastest_us = random.between(98_001, Self::TRAIN_US);
+        self.periods_us = (fastest_us, random.between(500_000, 2_000_000));
+    }
+    fn run(&mut self) {
+        let (fastest_us, slowest_us) = self.periods_us;
+        if let Some(curve) = &self.recruitment
+            && let Ok(inverse) =
+                Inverse::new(Self::MUSCLE, curve, Self::TRAIN_US, fastest_us, slowest_us)
+        {
+            self.reach = inverse.reach();
+        }
+    }
+    fn digest(&self, sum: &mut Checksum) {
+        sum.word(self.reach.0.0.to_bits().cast_unsigned());
+        sum.word(self.reach.1.0.to_bits().cast_unsigned());
     }
 }
 

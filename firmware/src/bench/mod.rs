@@ -228,6 +228,12 @@ pub fn run(clock: &impl Clock, mut row: impl FnMut(&Row)) {
         owners::ControlTick::new(),
     ));
     row(&measure(clock, "owner_refill", 800, owners::Refill::new()));
+    row(&measure(
+        clock,
+        "inverse_table_slow",
+        20,
+        inverse::SlowTabling::new(),
+    ));
 }
 
 /// One algorithm, all its runs.

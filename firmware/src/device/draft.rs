@@ -23,10 +23,10 @@ pub(super) struct Draft {
     muscles: [Option<MuscleSpec>; CHANNELS],
     forces: [Option<ForceSpec>; CHANNELS],
     /// What the three above come to, wherever all are there. A table takes some
-    /// 80,000 cycles, half as much again for a train of 10 Hz (row
-    /// `inverse_table` of docs/charts/cycles.csv), and up to five times as much with
-    /// rates down to 0.5 Hz: each is made with the request that completes or changes
-    /// it, so that arming makes none.
+    /// 80,000 cycles, and with the most steps and rates below the train's at most 2
+    /// ms (rows `inverse_table` and `inverse_table_slow` of docs/charts/cycles.csv):
+    /// each is made with the request that completes or changes it, so that arming
+    /// makes none.
     tables: [Option<Result<ForceControl, OutOfRange>>; CHANNELS],
 }
 

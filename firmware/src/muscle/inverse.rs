@@ -103,52 +103,43 @@ impl Inverse {
             ((share * u64::from(muscle.full_scale)) >> 32) as u32
         };
         // τ of a change of gain, and half a period until the next pulse is due.
-        let late = |period_us: u32| {
-            let Steady { force, activation } = steady(period_us);
+        let late = |period_us: u32, Steady { force, activation }: Steady| {
             let scale = u64::from(spec.tau1_us + spec.tau2_us); // below 2^21
             let tau = quotient(scale * u64::from(force), activation).unwrap_or(0);
             i64::from(tau) + i64::from(period_us / 2)
         };
         let span = train_us.saturating_sub(fastest_us);
         let train = steady(train_us);
+        let mut fastest = train;
         let mut forces = [newtons(train.force, gain); PIECES + 1];
         if span > 0 {
-            let mut before = 0;
-            // The index is at most 16.
-            for (index, force) in (0u32..).zip(&mut forces) {
-                let period_us = train_us.saturating_sub(span * index / PIECES as u32);
-                before = newtons(steady(period_us).force, gain).max(before);
+            let mut before = forces[0];
+            // The index is at most 16, where the period is the fastest.
+            for (index, force) in (0u32..).zip(&mut forces).skip(1) {
+                fastest = steady(train_us.saturating_sub(span * index / PIECES as u32));
+                before = newtons(fastest.force, gain).max(before);
                 *force = before;
             }
         }
-        let mut slow = [newtons(train.force, least); PIECES + 1];
+        let at_train = newtons(train.force, least);
+        let mut slow = [at_train; PIECES + 1];
         if slowest_us > train_us {
-            // Of τ1 and τc as much as the steps above take of the shortest, and
-            // half as many of them where a twitch is over before the next pulse:
-            // 0.1 % of truth for Lee's subjects from 0.5 to 10 Hz.
-            let is_slack = spec.tau1_us >= 8_000 && spec.tau_c_us >= 10_000;
-            let long_us = if is_slack { 4_000 } else { step_us };
             let mut before = 0;
-            for (index, force) in (0u64..).zip(&mut slow) {
-                let period_us = period_at(index << 16, slowest_us, train_us);
-                let step_us = if period_us > longest {
-                    long_us
-                } else {
-                    step_us
-                };
-                let twitches = muscle.steady(period_us, step_us);
-                before = newtons(twitches.force, least).max(before);
+            // At 16 the period is the train's.
+            for (index, force) in (0u64..).zip(&mut slow).take(PIECES) {
+                let twitches = steady(period_at(index << 16, slowest_us, train_us));
+                before = newtons(twitches.force, least).max(before).min(at_train);
                 *force = before;
             }
         }
-        let late_us = late(train_us);
+        let late_us = late(train_us, train);
         let beyond = forces
             .last()
             .copied()
             .unwrap_or(0)
             .saturating_sub(forces[0]);
         // Below 2^22 µs each: 2^52.
-        let late_change = late(fastest_us).saturating_sub(late_us) << 30;
+        let late_change = late(fastest_us, fastest).saturating_sub(late_us) << 30;
         Ok(Self {
             slowest_us,
             train_us,
@@ -275,4 +266,90 @@ fn period_at(place: u64, slowest_us: u32, train_us: u32) -> u32 {
     let rate = u64::from(low).wrapping_add(higher) as u32; // between the two
     let period_us = quotient(RATE, rate).unwrap_or(u32::MAX);
     period_us.max(train_us).min(slowest_us)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::settled::counting;
+    use super::*;
+    use crate::muscle::RecruitmentSpec;
+    use proptest::prelude::*;
+
+    /// Cycles of a step of the model's, of a long one, and of a period about them:
+    /// more than the chip simulator counts. Row `inverse_table_slow` of
+    /// docs/charts/cycles.csv is where all three are most.
+    const CYCLES: [u32; 3] = [210, 260, 800];
+
+    /// 2 ms. The watchdog bites 4.08 ms after its last feeding at the earliest; the
+    /// session's owner waits up to 1 ms of them for a request, and of the others'
+    /// interrupts a table may be made a third longer.
+    const CYCLES_MAX: u32 = 336_000;
+
+    fn cost(spec: CalciumForceSpec, [train, fastest, slowest]: [u32; 3]) -> u32 {
+        let recruitment = Recruitment::new(RecruitmentSpec {
+            motor_threshold: Amplitude(10_000),
+            limit: Amplitude(20_000),
+            reference: Amplitude(20_000),
+            slope_micro: 300_000,
+        });
+        counting::take();
+        Inverse::new(spec, &recruitment.unwrap(), train, fastest, slowest).unwrap();
+        let (short, long) = counting::take();
+        let periods = 2 * PIECES as u32 + 1;
+        let [step, long_step, period] = CYCLES;
+        short * step + long * long_step + periods * period
+    }
+
+    /// Whatever a host asks for, within all ranges.
+    #[test]
+    fn a_table_takes_less_than_the_watchdog_leaves() {
+        let mut worst = (0, None);
+        for k_micro in [2_000, 5_000_000] {
+            for tau_c_us in [5_000, 100_000] {
+                for tau1_us in [2_000, 3_999, 4_000, 200_000] {
+                    let spec = CalciumForceSpec {
+                        a_mn_per_s: 100_000,
+                        k_micro,
+                        tau_c_us,
+                        tau1_us,
+                        tau2_us: 1_000_000,
+                    };
+                    for train in (5_000..=100_000).step_by(1_000) {
+                        for fastest in [5_000, (5_000 + train) / 2, train.max(5_016) - 16, train] {
+                            for slowest in [train, 2 * train, 500_000, 2_000_000] {
+                                let periods = [train, fastest, slowest];
+                                let cycles = cost(spec, periods);
+                                if cycles > worst.0 {
+                                    worst = (cycles, Some((spec, periods)));
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        std::println!("most cycles of a table: {worst:?}");
+        assert!(
+            (CYCLES_MAX * 4 / 5..CYCLES_MAX).contains(&worst.0),
+            "{worst:?}"
+        );
+    }
+
+    proptest! {
+        #[test]
+        fn no_table_takes_more(
+            k_micro in 2_000u32..=5_000_000,
+            tau_c_us in 5_000u32..=100_000,
+            tau1_us in 2_000u32..=200_000,
+            tau2_us in 1_000u32..=1_000_000,
+            train in 5_000u32..=100_000,
+            faster in 0.0..=1.0,
+            slower in 0.0..=1.0,
+        ) {
+            let way = |from: u32, to: u32, part: f64| from + (f64::from(to - from) * part) as u32;
+            let spec = CalciumForceSpec { a_mn_per_s: 100_000, k_micro, tau_c_us, tau1_us, tau2_us };
+            let periods = [train, way(5_000, train, faster), way(train, 2_000_000, slower)];
+            prop_assert!(cost(spec, periods) < CYCLES_MAX);
+        }
+    }
 }

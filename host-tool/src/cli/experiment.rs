@@ -51,7 +51,8 @@ impl Experiment {
     /// The experiment of a record, again, in `out`; `None` for another command's.
     pub fn again(record: &Run, out: OutArgs, of: String) -> Option<Self> {
         let plan = record.plan.as_ref()?;
-        let Ok(device) = plan.device.parse();
+        let identity = record.trials.first()?.identity.as_ref()?;
+        let device = DeviceName::of(identity.kind)?;
         (plan.command == "experiment harris-wall").then_some(Self::HarrisWall(HarrisWall {
             device,
             arms: plan.arms?,

@@ -124,11 +124,9 @@ fn session_again(
         let law = LawName::named(law).ok_or(unknown("a law that this flexor knows"))?;
         session.session = session.session.with_law(law)?;
     }
-    let device = match trial.identity.as_ref().map(|it| it.kind) {
-        Some(DeviceKind::Chip) => DeviceName::Chip,
-        Some(DeviceKind::Qemu) => DeviceName::Qemu,
-        _ => DeviceName::Native,
-    };
+    let kind = trial.identity.as_ref().map(|it| it.kind);
+    let device = kind.and_then(DeviceName::of);
+    let device = device.ok_or(unknown("which device ran it"))?;
     let chip = ChipArgs::with_image(plan.image.then(|| dir.join("image.elf")));
     let mut again = Run::begin(&record.title, &record.device, record.seed, plan.clone());
     again.study = record.study.clone();
@@ -159,10 +157,14 @@ fn tell(dir: &Path, record: &Run, performed: Performed, output: Output) -> anyho
         let error = error.into();
         return Err(Incomplete { error, result }.into());
     }
+    let whole = match record.ending.is_incomplete() {
+        true => "samples, as far as the record goes,",
+        false => "samples and every edge",
+    };
     output.say(
         || {
             format!(
-                "the same: {rows} samples and every edge of {}; the rerun is in {new}",
+                "the same: {rows} {whole} of {}; the rerun is in {new}",
                 dir.display()
             )
         },

@@ -71,7 +71,7 @@ pub struct Electrode {
 pub struct Plan {
     /// "run", "demo", "experiment harris-wall".
     pub command: String,
-    /// As `--device` named it.
+    /// The device as `--device` named it, in words if it is of this program.
     pub device: String,
     /// The control law instead of the file's.
     pub law: Option<String>,

@@ -2,6 +2,7 @@
 
 use super::images;
 use crate::link::{Error, Port, SerialPort, SimulatedPort, TcpPort};
+use crate::record::DeviceKind;
 use crate::session::{BodySpec, Session, Unit};
 use firmware::control::SensorSource;
 use firmware::device::lockstep::Sensors;
@@ -55,6 +56,19 @@ impl FromStr for DeviceName {
                 None => Self::Serial(name.to_owned()),
             },
         })
+    }
+}
+
+impl DeviceName {
+    /// The device of this program that a record is of.
+    #[must_use]
+    pub const fn of(kind: DeviceKind) -> Option<Self> {
+        match kind {
+            DeviceKind::Native => Some(Self::Native),
+            DeviceKind::Chip => Some(Self::Chip),
+            DeviceKind::Qemu => Some(Self::Qemu),
+            DeviceKind::Board => None,
+        }
     }
 }
 

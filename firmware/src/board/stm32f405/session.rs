@@ -126,7 +126,7 @@ async fn converse(
             let bytes = packet.get(..count).unwrap_or(&packet);
             let now = timebase::now();
             // A packet may end several requests, and one may take a muscle's
-            // table, half a millisecond or more: each is a sign of life.
+            // table, up to 2 ms: each is a sign of life.
             for frame in bytes.split_inclusive(|&byte| byte == 0) {
                 session.receive(now, frame, &mut mail);
                 watchdog::check_in(Owner::Session);
