@@ -119,7 +119,19 @@ impl Device {
     }
 }
 
-/// Configures, arms and runs a device for a quarter of a second.
+/// From setpoint to setpoint, µs.
+const TURN_US: u32 = 23_000;
+
+/// How many setpoints a session is played for: two bursts at the slowest rate
+/// that force control may come to, and ten at least.
+fn turns(session: &Session) -> u64 {
+    let forces = session.channels.iter().filter_map(|c| c.force.as_ref());
+    let slowest_us = forces.filter_map(|force| force.max_period_us).max();
+    u64::from((2 * slowest_us.unwrap_or(0)).div_ceil(TURN_US)).max(10)
+}
+
+/// Configures, arms and runs a device for a quarter of a second, or for two bursts
+/// at the slowest rate.
 fn play(session: &Session) -> Device {
     let mut sensors = Sensors::default();
     if let Some(SensorSource::Adc {
@@ -143,13 +155,13 @@ fn play(session: &Session) -> Device {
     assert_eq!(device.board.state(), State::Armed);
     device.ask(Request::Start);
     device.heard.nonzero_codes = 0;
-    for index in 0..10 {
+    for index in 0..turns(session) {
         let due_us = session.setpoints.due_us(index);
         device.ask(session.setpoints.at(due_us).request(None));
         for setpoint in session.setpoints.with(due_us) {
             device.ask(setpoint.request(None));
         }
-        device.run(23_000);
+        device.run(TURN_US);
     }
     device.listen();
     assert_eq!(device.board.state(), State::Stimulating);
