@@ -143,3 +143,20 @@ fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T, RecordError> {
         what: error.to_string(),
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_moment_reads_back_as_it_was_written() {
+        let path = std::env::temp_dir().join(format!("flexor-moments-{}", std::process::id()));
+        let moments: Vec<f64> = (0..100_000)
+            .map(|i| f64::from(i * 613 + 7) * 1e-6)
+            .collect();
+        write_json(&FileSystem, &path, &moments).unwrap();
+        let back: Vec<f64> = read_json(&path).unwrap();
+        std::fs::remove_file(&path).unwrap();
+        assert_eq!(back, moments);
+    }
+}
