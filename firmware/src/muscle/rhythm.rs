@@ -155,16 +155,7 @@ impl Drive {
         let [rise, fall] = self.taus;
         // µs over τm in Q32: 2^21 · 2^31 / 2^10.
         let over_tau_m = |us: u32| (u64::from(us) * u64::from(muscle.length_per_us)) >> 10;
-        let left = |us: u32, tau: u32| {
-            let n = over_tau_m(us);
-            if n >> 5 >= u64::from(tau) {
-                return 0; // e^-32
-            }
-            // 2^37 · 2^26 fits; the quotient is below 32 · 2^26.
-            u64::from(exp_neg(
-                u64::from(quotient(n << 26, tau).unwrap_or(u32::MAX)) << 6,
-            ))
-        };
+        let left = |us: u32, tau: u32| u64::from(left_of(over_tau_m(us), tau));
         const ONE: u64 = 1 << 31;
         // All Q31 and at most 1; p·q < 1, as q is after 1 µs of 1.2 s or more.
         let (p, q) = (left(self.on_us, rise), left(off_us, fall));
@@ -187,6 +178,16 @@ impl Drive {
     pub(super) const fn left_us(&self, age_us: u32) -> u32 {
         self.on_us.saturating_sub(age_us)
     }
+}
+
+/// e^(−n/tau), Q31, for n below 2^41.
+#[inline(never)]
+fn left_of(n: u64, tau: u32) -> u32 {
+    if n >> 5 >= u64::from(tau) {
+        return 0; // e^-32
+    }
+    // 2^37 · 2^26 fits; the quotient is below 32 · 2^26.
+    exp_neg(u64::from(quotient(n << 26, tau).unwrap_or(u32::MAX)) << 6)
 }
 
 /// [`division::quotient`] in one copy: a dozen, inlined, make the closed form

@@ -335,8 +335,8 @@ pub static BODY: [[u16; 4]; 6] = [
 /// Most cycles of each rung's tick on the chip simulator, cheapest rung first.
 #[rustfmt::skip]
 pub const CYCLES: [Cycles; 4] = [
-    Cycles { tick: 143, tick_with_pulse: 1339 },
-    Cycles { tick: 159, tick_with_pulse: 1544 },
-    Cycles { tick: 162, tick_with_pulse: 315 },
-    Cycles { tick: 744, tick_with_pulse: 965 },
+    Cycles { tick: 128, tick_with_pulse: 1337 },
+    Cycles { tick: 158, tick_with_pulse: 1541 },
+    Cycles { tick: 162, tick_with_pulse: 323 },
+    Cycles { tick: 748, tick_with_pulse: 978 },
 ];
