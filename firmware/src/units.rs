@@ -134,6 +134,16 @@ impl Force {
         Self(I16F16::from_bits(((mn << 16) / 1000) as i32))
     }
 
+    /// To the nearest millinewton, which gives back what
+    /// [`Self::from_millinewton`] took; 0 for negative forces.
+    #[must_use]
+    pub fn to_nearest_millinewton(self) -> u32 {
+        // At most 2^31 · 1000 / 2^16. Rounding down lost less than 2^-16 N, and
+        // half a millinewton is 32 times that.
+        let bits = u64::from(self.0.to_bits().max(0).cast_unsigned());
+        ((bits * 1000 + 32_768) >> 16) as u32
+    }
+
     /// To millinewtons, rounded down; 0 for negative forces.
     #[must_use]
     pub fn to_millinewton(self) -> u32 {
@@ -190,5 +200,15 @@ mod tests {
         for c in i16::MIN..=i16::MAX {
             assert_eq!(Angle::from_centideg(c).to_centideg(), c);
         }
+    }
+
+    #[test]
+    fn millinewtons_round_trip() {
+        let all = (0..=100_000).chain(32_700_000..=32_767_000);
+        for mn in all {
+            assert_eq!(Force::from_millinewton(mn).to_nearest_millinewton(), mn);
+        }
+        let negative = Force(I16F16::from_bits(-65_536));
+        assert_eq!(negative.to_nearest_millinewton(), 0);
     }
 }

@@ -156,7 +156,7 @@ fn telemetry_tells_what_was_wanted_and_done() {
     });
     let sample = sample.unwrap();
     assert_eq!(sample.force_control.len(), 1);
-    assert!(sample.force_control[0].target_mn.unwrap().abs_diff(most()) <= 1);
+    assert_eq!(sample.force_control[0].target_mn, Some(most()));
     assert!(sample.force_control[0].period_us.unwrap().abs_diff(12_500) <= 3);
     // The model of the same muscle, ripple included, comes to what was asked.
     let got = f64::from(sample.forces_mn[0]) / f64::from(most());
@@ -237,19 +237,15 @@ fn what_cannot_be_controlled_is_refused_at_arming() {
         armed(&slow, vec![control(0, FORCE)]),
         (Some(Code::NoMuscle), "muscle".into())
     );
-    assert_eq!(armed(&slow, with(4_999)), range("min_period_us"));
     assert_eq!(armed(&slow, with(40_001)), range("min_period_us"));
-    // 2 s is the longest period of any train.
-    for max_period_us in [39_999, 2_000_001] {
-        let spec = ForceSpec {
-            max_period_us: Some(max_period_us),
-            ..FORCE
-        };
-        assert_eq!(
-            armed(&slow, vec![muscle(0), control(0, spec)]),
-            range("max_period_us")
-        );
-    }
+    let spec = ForceSpec {
+        max_period_us: Some(39_999),
+        ..FORCE
+    };
+    assert_eq!(
+        armed(&slow, vec![muscle(0), control(0, spec)]),
+        range("max_period_us")
+    );
     // A mean force needs 10 Hz.
     let twitches = TrainSpec {
         period_us: 100_001,

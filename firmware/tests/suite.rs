@@ -16,6 +16,7 @@ mod device_safety;
 mod device_stop;
 mod device_telemetry;
 mod device_wall;
+mod device_words;
 mod haptics_wall;
 mod methods_control;
 mod methods_muscle;

@@ -12,7 +12,7 @@ fn session(name: &str) -> PathBuf {
 }
 
 /// The session, shortened to `seconds`, in `folder`.
-fn shortened(folder: &Path, name: &str, seconds: f64) -> String {
+pub(crate) fn shortened(folder: &Path, name: &str, seconds: f64) -> String {
     let text = fs::read_to_string(session(name)).unwrap();
     let line = text.lines().find(|l| l.starts_with("duration_s")).unwrap();
     let text = text.replace(line, &format!("duration_s = {seconds:?}"));
@@ -32,7 +32,7 @@ fn shortened(folder: &Path, name: &str, seconds: f64) -> String {
 }
 
 /// Runs a command that must end well; gives its JSON back.
-fn told(folder: &Path, line: &str) -> serde_json::Value {
+pub(crate) fn told(folder: &Path, line: &str) -> serde_json::Value {
     let arguments: Vec<&str> = line.split_whitespace().collect();
     let output = flexor(folder, &arguments).arg("--json").output().unwrap();
     let (exit, json, error) = said(&output);
@@ -41,14 +41,14 @@ fn told(folder: &Path, line: &str) -> serde_json::Value {
 }
 
 /// Exit code and message of a command.
-fn failed(folder: &Path, line: &str) -> (Option<i32>, String) {
+pub(crate) fn failed(folder: &Path, line: &str) -> (Option<i32>, String) {
     let arguments: Vec<&str> = line.split_whitespace().collect();
     let (exit, _, error) = said(&flexor(folder, &arguments).output().unwrap());
     (exit, error)
 }
 
 /// Every file below a record, relative, with its bytes.
-fn files(dir: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+pub(crate) fn files(dir: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     let mut found = Vec::new();
     let mut folders = vec![dir.to_owned()];
     while let Some(folder) = folders.pop() {

@@ -21,6 +21,8 @@ mod muscle_cli;
 #[cfg(unix)]
 mod record_again;
 #[cfg(unix)]
+mod record_damage;
+#[cfg(unix)]
 mod record_identity;
 mod report_page;
 mod run_cut_short;

@@ -2,7 +2,9 @@
 //! pulse rate, through its muscle run backwards. Nothing is measured.
 
 use super::setpoint::{HoldPolicy, SetpointError, SetpointTrack};
-use crate::muscle::{CalciumForceSpec, Drive, Inverse, Limiting, OutOfRange, Recruitment};
+use crate::muscle::{
+    CalciumForceSpec, Drive, Inverse, LONGEST_US, Limiting, OutOfRange, PERIOD_US, Recruitment,
+};
 use crate::units::{self, Force, ForceRate, Micros};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -23,11 +25,29 @@ pub struct ForceSpec {
 }
 
 impl ForceSpec {
-    /// Checks what can be checked without the channel.
+    /// Checks what can be checked without the channel: that the periods are some
+    /// train's, not that they fit its own.
     ///
     /// # Errors
     /// The field and what it may be.
     pub fn check(&self) -> Result<(), units::OutOfRange> {
+        self.check_hold()?;
+        let (shortest, longest) = PERIOD_US;
+        let (shortest, longest) = (shortest.cast_signed(), longest.cast_signed());
+        let given = self.min_period_us.into();
+        units::OutOfRange::check("min_period_us", given, shortest, longest)?;
+        if let Some(given) = self.max_period_us {
+            let slowest = LONGEST_US.cast_signed(); // 2 s
+            units::OutOfRange::check("max_period_us", given.into(), shortest, slowest)?;
+        }
+        Ok(())
+    }
+
+    /// Checks what to do between setpoints alone.
+    ///
+    /// # Errors
+    /// As [`Self::check`].
+    pub fn check_hold(&self) -> Result<(), units::OutOfRange> {
         if let HoldPolicy::Extrapolate { max_ms } = self.hold {
             units::OutOfRange::check("max_ms", max_ms.into(), 1, 1000)?;
         }

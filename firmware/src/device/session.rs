@@ -30,7 +30,7 @@ const RESERVED: usize = 768;
 const STOP_RESERVED: usize = 128;
 
 /// Stops whose answers wait for the pulser; of more in one window the others are
-/// answered at once.
+/// answered at once, with the time of their arrival.
 const STOPS: usize = 8;
 
 /// Owns the link and the draft.

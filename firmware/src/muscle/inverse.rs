@@ -22,6 +22,9 @@ use fixed::types::{I16F16, U1F31};
 /// Hz, and 10 Hz, below which a muscle twitches and its mean force says little.
 pub const PERIOD_US: (u32, u32) = (5_000, 100_000);
 
+/// Longest period to which a rate may fall, µs.
+pub const LONGEST_US: u32 = SLOWEST_US;
+
 /// Pieces of a table. Between their ends the mean force of Lee's subjects is
 /// 0.9 % off from 10 to 100 Hz and 0.1 % from 20 to 60 Hz; below 20 Hz 1.7 %, of
 /// the subject whose force bends most at 11 Hz (K05), and 0.8 % of the others.

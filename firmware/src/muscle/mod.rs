@@ -29,7 +29,7 @@ use serde::{Deserialize, Serialize};
 
 pub use calcium_force::{CalciumForce, CalciumForceSpec, CalciumForceState};
 pub use fatigue::FatigueSpec;
-pub use inverse::{Drive, Inverse, Limiting};
+pub use inverse::{Drive, Inverse, LONGEST_US, Limiting, PERIOD_US};
 pub use ladder::{Ladder, LadderError, LadderState, Model, MuscleSpec, NoFatigue, Rung};
 pub use recruitment::{Recruitment, RecruitmentSpec};
 

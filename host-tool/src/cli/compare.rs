@@ -6,7 +6,7 @@ use crate::record::{Run, load};
 use crate::report::{self, Compared};
 use anyhow::Context;
 use clap::Args;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Set several records side by side: a table here, pictures on a page.
 #[derive(Args, Debug)]
@@ -21,11 +21,13 @@ pub struct Compare {
 /// Runs the command.
 ///
 /// # Errors
-/// Fewer than two records, a folder that is none, no room for the page.
+/// Fewer than two records, a folder that is none, one that the page would
+/// replace, no room for the page.
 pub fn main(args: &Compare, output: Output) -> anyhow::Result<()> {
     if args.records.len() < 2 {
         return Err(WrongUse("compare needs two records or more".to_owned()).into());
     }
+    args.out.apart_from(&args.records)?;
     let runs: Result<Vec<Run>, _> = args.records.iter().map(|dir| load(dir)).collect();
     let names = args.records.iter().map(|dir| dir.display().to_string());
     let all: Vec<Compared> = names
@@ -40,7 +42,9 @@ pub fn main(args: &Compare, output: Output) -> anyhow::Result<()> {
         || format!("{}\npage: {}", report::compare_text(&all), page.display()),
         || {
             let rows = report::compare_rows(&all);
-            serde_json::json!({ "rows": rows, "page": page, "error": null })
+            let of = |compared: &Compared| compared.run.damaged(Path::new(&compared.name));
+            let damaged: Vec<String> = all.iter().filter_map(of).map(|e| e.to_string()).collect();
+            serde_json::json!({ "rows": rows, "page": page, "damaged": damaged, "error": null })
         },
     )
 }

@@ -1,7 +1,7 @@
 //! SIGINT, SIGTERM and SIGHUP: the first ends in order, the second at once.
 
 use crate::link::{Interruption, Signal};
-use crate::record::{Ending, Run};
+use crate::record::{Ending, Run, write_header};
 use crate::report::{self, Report};
 use crate::run::RunError;
 use anyhow::Context;
@@ -96,7 +96,9 @@ pub fn after_runs(cut_short: Option<RunError>, interruption: &Interruption) -> a
 /// where it lies. Gives back what the command fails with.
 pub fn conclude(dir: &Path, mut run: Run, error: anyhow::Error) -> anyhow::Error {
     run.ending = Ending::cut_short(format!("{error:#}"), super::exit_code(&error));
-    if let Err(lost) = report::write(dir, &Report::of(&run)) {
+    let written = write_header(dir, &run);
+    let written = report::write(dir, &Report::of(&run)).and(written);
+    if let Err(lost) = written {
         eprintln!("error: {lost}");
     }
     super::lies_in(dir);

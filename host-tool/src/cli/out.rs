@@ -38,6 +38,28 @@ impl OutArgs {
         self.out.is_some()
     }
 
+    /// Holds the folder apart from records that the command reads.
+    ///
+    /// # Errors
+    /// E586: it is one of them, by whatever path.
+    pub fn apart_from(&self, records: &[PathBuf]) -> Result<(), RecordError> {
+        let Some(out) = &self.out else {
+            return Ok(());
+        };
+        // One that is not there yet is none of them.
+        let Ok(real) = out.canonicalize() else {
+            return Ok(());
+        };
+        let is_out = |record: &&PathBuf| record.canonicalize().is_ok_and(|it| it == real);
+        match records.iter().find(is_out) {
+            None => Ok(()),
+            Some(record) => Err(RecordError::Source {
+                out: out.clone(),
+                record: record.clone(),
+            }),
+        }
+    }
+
     /// Takes the folder for a record called `name`.
     ///
     /// # Errors

@@ -5,7 +5,7 @@ use super::chip::ChipArgs;
 use super::{Incomplete, Output, interrupt};
 use crate::analysis::{ForceMetrics, GapMetrics, Hit, force_metrics, hits, metrics};
 use crate::link::Port;
-use crate::record::{Ending, Place, RecordError, Recorder, Run, sha256, write_run};
+use crate::record::{Ending, Place, RecordError, Recorder, Run, sha256, write_header, write_run};
 use crate::report::{self, Report};
 use crate::run::{
     DeviceName, SessionFile, acknowledge, begin_trial, edges_of_one_period, heeding, run,
@@ -105,8 +105,9 @@ pub fn perform(
         Ok(()) => Ending::complete(),
         Err(error) => Ending::cut_short(format!("{error:#}"), super::exit_code(error)),
     };
+    let written = write_header(dir, &record).map_err(Into::into);
     let (report, lost) = match report::write(dir, &Report::of(&record)) {
-        Ok(path) => (Some(path), Ok(())),
+        Ok(path) => (Some(path), written),
         Err(error) => (None, Err(error.into())),
     };
     Ok(Performed {

@@ -18,15 +18,30 @@ pub struct ReportArgs {
 /// # Errors
 /// No record, one that is being written, or no room.
 pub fn main(args: &ReportArgs, output: Output) -> anyhow::Result<()> {
-    let mut run = load(&args.record)?;
+    load(&args.record)?; // what is no record gets no lock
     let _place = Place::existing(&args.record)?;
     // Its writer may have ended in between.
-    run.ending = load(&args.record)?.ending;
+    let run = load(&args.record)?;
     let page = report::write(&args.record, &Report::of(&run))?;
     let complete = !run.ending.is_incomplete();
-    let mark = if complete { "" } else { " (incomplete)" };
+    let damaged = run.damaged(&args.record).map(|error| error.to_string());
+    let mark = match &damaged {
+        Some(_) => " (damaged)",
+        None if !complete => " (incomplete)",
+        None => "",
+    };
     output.say(
-        || format!("{}{mark}: {}", run.title, page.display()),
-        || serde_json::json!({ "title": run.title, "complete": complete, "report": page, "error": null }),
+        || {
+            let made = format!("{}{mark}: {}", run.title, page.display());
+            damaged
+                .iter()
+                .fold(made, |made, what| format!("{made}\n{what}"))
+        },
+        || {
+            serde_json::json!({
+                "title": run.title, "complete": complete, "damaged": damaged, "report": page,
+                "error": null,
+            })
+        },
     )
 }

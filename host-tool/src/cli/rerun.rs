@@ -52,10 +52,15 @@ enum RerunError {
 /// Runs the command.
 ///
 /// # Errors
-/// No record, one that cannot be repeated, or a rerun that differs.
+/// No record, a damaged one, one that cannot be repeated, or a rerun that
+/// differs; a record to be replaced by its own rerun.
 pub fn main(args: &Rerun, output: Output) -> anyhow::Result<()> {
     let dir = args.record.as_path();
     let record = load(dir)?;
+    args.out.apart_from(std::slice::from_ref(&args.record))?;
+    if let Some(damaged) = record.damaged(dir) {
+        return Err(damaged.into());
+    }
     let plan = planned(dir, &record)?;
     let now = Program::this();
     if now != record.program {

@@ -1,5 +1,6 @@
 //! How a run ended: in `summary.json` from its first moment on.
 
+use super::damage::Counted;
 use super::disk::{FileSystem, replace};
 use super::{RecordError, Run};
 use serde::{Deserialize, Serialize};
@@ -105,9 +106,16 @@ pub fn write_summary(dir: &Path, summary: &impl Serialize) -> Result<(), RecordE
     replace(&FileSystem, &path, (text + "\n").as_bytes())
 }
 
-/// What `summary.json` says. Without one, or where it does not say, nobody came
-/// as far as writing it.
-pub(super) fn read(dir: &Path) -> Ending {
+/// What `summary.json` says: how the run ended, and what its trials held. Without
+/// one, or where it does not say, nobody came as far as writing it.
+pub(super) fn read(dir: &Path) -> (Ending, Vec<Counted>) {
+    #[derive(Default, Deserialize)]
+    struct Counts {
+        #[serde(default)]
+        trials: Vec<Counted>,
+    }
     let text = std::fs::read_to_string(dir.join("summary.json")).unwrap_or_default();
-    serde_json::from_str(&text).unwrap_or_default()
+    let ending = serde_json::from_str(&text).unwrap_or_default();
+    let counts: Counts = serde_json::from_str(&text).unwrap_or_default();
+    (ending, counts.trials)
 }

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
     /// The file system refused.
-    #[error("{path}: {why}")]
+    #[error("E583 {path} cannot be used: {why}; mend that, or give another folder")]
     Io {
         /// The file or folder.
         path: PathBuf,
@@ -72,8 +72,30 @@ pub enum RecordError {
         /// The version of the program that wrote it.
         program: String,
     },
+    /// A closed record has lost something.
+    #[error("E585 the record in {dir} is damaged: {what}; take it from where it was kept whole")]
+    Damaged {
+        /// The folder.
+        dir: PathBuf,
+        /// What is missing.
+        what: String,
+    },
+    /// The folder for something new is a record that it is made from.
+    #[error(
+        "E586 --out {out} is the record {record} itself, which is to be read and not replaced: \
+         choose another --out"
+    )]
+    Source {
+        /// The folder for the new.
+        out: PathBuf,
+        /// The record, as it was given.
+        record: PathBuf,
+    },
     /// A file is not what this program writes.
-    #[error("{path}, line {line}: {what}")]
+    #[error(
+        "E584 {path}, line {line}: {what}; flexor does not write it so: take the record from where \
+         it was kept unchanged"
+    )]
     Format {
         /// The file.
         path: PathBuf,

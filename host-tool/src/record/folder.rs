@@ -1,8 +1,11 @@
 //! A run as a folder: `run.json`, and per trial `NN-name/` with `trial.json`,
 //! `samples.csv` and `edges.csv`.
 
+use super::damage::{self, Held};
 use super::disk::{Disk, FileSystem, replace};
-use super::{FORMAT, RecordError, Recorder, Run, Trial, ending, read_edges, read_samples};
+use super::{
+    DeviceKind, FORMAT, RecordError, Recorder, Run, Trial, ending, read_edges, read_samples,
+};
 use serde::{Serialize, de::DeserializeOwned};
 use std::path::{Path, PathBuf};
 
@@ -21,7 +24,29 @@ pub fn trial_folder(dir: &Path, position: usize, name: &str) -> PathBuf {
 pub fn write_run(dir: &Path, run: &Run) -> Result<(), RecordError> {
     std::fs::create_dir_all(dir).map_err(RecordError::write(dir))?;
     ending::begin(dir, run)?;
-    write_json(&FileSystem, &dir.join("run.json"), run)
+    write_header(dir, run)
+}
+
+/// Replaces `run.json` alone: with what has been learnt of the device, once a
+/// trial knows it.
+///
+/// # Errors
+/// It cannot be written; the old one stays.
+pub fn write_header(dir: &Path, run: &Run) -> Result<(), RecordError> {
+    #[derive(Serialize)]
+    struct Header<'a> {
+        #[serde(flatten)]
+        run: &'a Run,
+        kind: Option<DeviceKind>,
+        simulated: Option<bool>,
+    }
+    let kind = run.kind();
+    let header = Header {
+        run,
+        kind,
+        simulated: kind.map(|_| run.is_simulated()),
+    };
+    write_json(&FileSystem, &dir.join("run.json"), &header)
 }
 
 /// Writes a whole run that is in memory.
@@ -35,14 +60,20 @@ pub fn save(dir: &Path, run: &Run) -> Result<(), RecordError> {
 }
 
 /// Reads a run back, also one that was interrupted. Trials are the folders
-/// with a `trial.json`, by name.
+/// with a `trial.json`, by name. What a closed one has lost is in
+/// [`Run::damage`].
 pub fn load(dir: &Path) -> Result<Run, RecordError> {
     let mut run = read_header(dir)?;
-    run.ending = ending::read(dir);
+    let (ending, counted) = ending::read(dir);
+    run.ending = ending;
+    let mut found = Vec::new();
     for folder in trial_folders(dir)? {
         let mut trial: Trial = read_json(&folder.join("trial.json"))?;
         let samples = folder.join("samples.csv");
-        trial.samples = read_samples(&samples)?;
+        match damage::missing(&samples)? {
+            Some(what) => run.damage.push(what),
+            None => trial.samples = read_samples(&samples)?,
+        }
         let edges = folder.join("edges.csv");
         // A trial stopped on its first steps has none.
         if edges.is_file() {
@@ -55,7 +86,12 @@ pub fn load(dir: &Path) -> Result<Run, RecordError> {
         // Records of the first format have no copy.
         let text = std::fs::read_to_string(folder.join("session.toml"));
         trial.session_text = text.unwrap_or_default();
+        found.push((folder, Held::by(&trial)));
         run.trials.push(trial);
+    }
+    // Of one that was cut short, the disk may hold less than the program knew.
+    if !run.ending.is_incomplete() {
+        run.damage.extend(damage::of(dir, &counted, &found));
     }
     Ok(run)
 }

@@ -6,6 +6,7 @@
 //! In: telemetry, edges, counters, events. Out: a folder that [`load`] reads back.
 
 mod columns;
+mod damage;
 mod difference;
 mod disk;
 mod document;
@@ -19,12 +20,13 @@ mod recorder;
 mod table;
 
 pub use columns::{Column, EDGES, Each, SAMPLES};
+pub use damage::Held;
 pub use difference::{Difference, compare_rows};
 pub use disk::{Disk, FileSystem, replace_file};
 pub use document::document;
 pub use ending::{Completeness, Ending, write_summary};
 pub use error::RecordError;
-pub use folder::{load, save, trial_folder, write_run};
+pub use folder::{load, save, trial_folder, write_header, write_run};
 pub use identity::{DeviceKind, Identity};
 pub use place::Place;
 pub use provenance::{ClockFit, Electrode, HostFacts, Plan, Program, Study};
@@ -73,6 +75,9 @@ pub struct Run {
     /// How it ended; kept in `summary.json`.
     #[serde(skip)]
     pub ending: Ending,
+    /// What it has lost since it was closed, a phrase each: found by [`load`].
+    #[serde(skip)]
+    pub damage: Vec<String>,
 }
 
 /// The format of the records that this program writes.
@@ -136,6 +141,13 @@ impl Run {
         self.trials.iter().any(|trial| said(trial) || known(trial))
     }
 
+    /// What stimulated; `None` until a device has answered.
+    #[must_use]
+    pub fn kind(&self) -> Option<DeviceKind> {
+        let mut said = self.trials.iter().filter_map(|it| it.identity.as_ref());
+        said.next().map(|it| it.kind)
+    }
+
     /// What stimulated, for people: what it said it is, and where.
     #[must_use]
     pub fn device_in_words(&self) -> String {
@@ -188,7 +200,8 @@ pub struct Trial {
     /// Why there was none, most likely.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub silent: Option<String>,
-    /// Named counts: frames sent, lost, faults, ….
+    /// Named counts of this trial: frames, pulses, …. Of a device that was
+    /// running before, what it counted between the trial's begin and its end.
     pub counters: Vec<(String, u64)>,
     /// What happened when, s.
     pub events: Vec<(f64, String)>,

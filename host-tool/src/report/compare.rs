@@ -6,6 +6,7 @@ use crate::analysis::{force_metrics, hits, metrics};
 use crate::record::{Run, Trial};
 use serde::Serialize;
 use std::fmt::Write;
+use std::path::Path;
 
 /// A record and what to call it.
 #[derive(Debug)]
@@ -31,6 +32,8 @@ pub struct CompareRow {
     pub simulated: bool,
     /// Whether the run came to its own end.
     pub complete: bool,
+    /// Whether the record has lost something since.
+    pub damaged: bool,
     /// Length, s.
     pub duration_s: f64,
     /// Of a joint that followed a target, degrees.
@@ -39,7 +42,7 @@ pub struct CompareRow {
     pub rmse_n: Option<f64>,
     /// At a virtual wall, degrees inside.
     pub deepest_deg: Option<f64>,
-    /// Pulses started.
+    /// Pulses of more than 0 that were played; not the electrode check's.
     pub pulses: Option<u64>,
 }
 
@@ -56,10 +59,6 @@ pub fn compare_rows(all: &[Compared]) -> Vec<CompareRow> {
 
 fn row(number: usize, compared: &Compared, trial: &Trial) -> CompareRow {
     let run = &compared.run;
-    let pulses = trial
-        .counters
-        .iter()
-        .find(|(name, _)| name == "pulses started");
     let forces = force_metrics(trial).into_iter().map(|m| m.rmse_n);
     let depths = hits(trial).into_iter().map(|hit| hit.deepest_deg);
     CompareRow {
@@ -69,11 +68,12 @@ fn row(number: usize, compared: &Compared, trial: &Trial) -> CompareRow {
         device: run.device_in_words(),
         simulated: run.is_simulated(),
         complete: !run.ending.is_incomplete(),
+        damaged: !run.damage.is_empty(),
         duration_s: trial.duration_s,
         rmse_deg: metrics(trial).map(|m| m.rmse_deg),
         rmse_n: forces.reduce(f64::max),
         deepest_deg: depths.reduce(f64::max),
-        pulses: pulses.map(|(_, count)| *count),
+        pulses: trial.pulses,
     }
 }
 
@@ -82,6 +82,9 @@ const HEADS: [&str; 6] = ["length", "RMSE", "force", "deepest", "pulses", ""];
 fn cells(row: &CompareRow) -> [String; 6] {
     let or_none = |text: Option<String>| text.unwrap_or_else(|| "–".to_owned());
     let mut marks = Vec::new();
+    if row.damaged {
+        marks.push("damaged");
+    }
     if !row.complete {
         marks.push("incomplete");
     }
@@ -104,6 +107,9 @@ pub fn compare_text(all: &[Compared]) -> String {
     let mut text = String::new();
     for (position, compared) in all.iter().enumerate() {
         let _ = writeln!(text, "{:>2}  {}", position + 1, compared.name);
+        if let Some(damaged) = compared.run.damaged(Path::new(&compared.name)) {
+            let _ = writeln!(text, "    {damaged}");
+        }
     }
     let [length, rmse, force, deepest, pulses, _] = HEADS;
     let _ = writeln!(
@@ -115,10 +121,11 @@ pub fn compare_text(all: &[Compared]) -> String {
         let [length, rmse, force, deepest, pulses, _] = cells(&row);
         let name: String = row.trial.chars().take(17).collect();
         // 63 columns before the mark.
-        let mark = match (row.complete, row.simulated) {
-            (false, _) => " incomplete",
-            (true, true) => " simulated",
-            (true, false) => "",
+        let mark = match &row {
+            row if row.damaged => " damaged",
+            row if !row.complete => " incomplete",
+            row if row.simulated => " simulated",
+            _ => "",
         };
         let number = row.number;
         let _ = writeln!(
@@ -148,11 +155,11 @@ pub fn compare_page(all: &[Compared]) -> String {
     for compared in all {
         let (name, title) = (escape(&compared.name), escape(&compared.run.title));
         let device = escape(&compared.run.device_in_words());
-        let ending = compared.run.ending.headline();
-        let ending = ending.map_or_else(String::new, |text| format!(" <b>{}</b>", escape(&text)));
+        let caveat = compared.run.caveat();
+        let caveat = caveat.map_or_else(String::new, |text| format!(" <b>{}</b>", escape(&text)));
         let _ = writeln!(
             out,
-            "<li>{title}: {device}, <code>{name}</code>{ending}</li>"
+            "<li>{title}: {device}, <code>{name}</code>{caveat}</li>"
         );
     }
     out += "</ol>\n<table><thead><tr><th>Record</th><th>Trial</th>";

@@ -42,10 +42,10 @@ pub fn page(report: &Report) -> String {
     out
 }
 
-/// Whether the run is whole, and what it shows.
+/// Whether the record is whole and the run complete, and what it shows.
 fn headline(run: &Run) -> String {
-    match run.ending.headline() {
-        Some(cut_short) => format!("{cut_short} {}", result(run)),
+    match run.caveat() {
+        Some(caveat) => format!("{caveat} {}", result(run)),
         None => result(run),
     }
 }

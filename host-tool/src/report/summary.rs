@@ -2,7 +2,7 @@
 
 use super::{Report, page};
 use crate::analysis::{ForceMetrics, Hit, Metrics, force_metrics, hits, metrics};
-use crate::record::{Assumption, Ending, PaperRow, RecordError, replace_file, write_summary};
+use crate::record::{Assumption, Ending, Held, PaperRow, RecordError, replace_file, write_summary};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -29,6 +29,8 @@ struct TrialSummary<'a> {
     no_pulse_was_played: Option<&'a str>,
     pulses: Option<u64>,
     session_file: &'a str,
+    #[serde(flatten)]
+    held: Held,
     duration_s: f64,
     metrics: Option<Metrics>,
     hits: Vec<Hit>,
@@ -38,7 +40,8 @@ struct TrialSummary<'a> {
 }
 
 /// Writes `report.html` into `dir` and replaces its `summary.json`; returns the
-/// page's path. The summary comes first: the page can be made again from it.
+/// page's path. The summary comes first: the page can be made again from it. Of
+/// a damaged record it stays: it alone knows what there was.
 ///
 /// # Errors
 /// They cannot be written; the old summary stays.
@@ -66,6 +69,7 @@ pub fn write(dir: &Path, report: &Report) -> Result<PathBuf, RecordError> {
                 no_pulse_was_played: trial.silent.as_deref(),
                 pulses: trial.pulses,
                 session_file: &trial.session_file,
+                held: Held::by(trial),
                 duration_s: trial.duration_s,
                 metrics: metrics(trial),
                 hits: hits(trial),
@@ -78,7 +82,9 @@ pub fn write(dir: &Path, report: &Report) -> Result<PathBuf, RecordError> {
         assumptions: report.assumptions,
     };
     let path = dir.join("report.html");
-    write_summary(dir, &summary)?;
+    if run.damage.is_empty() {
+        write_summary(dir, &summary)?;
+    }
     replace_file(&path, page(report).as_bytes())?;
     Ok(path)
 }

@@ -5,7 +5,7 @@ use crate::link::{Client, Error, Incoming, Port};
 use crate::record::{Recorder, Trial};
 use crate::session::{Session, Setpoint};
 use firmware::control::SensorSource;
-use firmware::link::{Code, Event, HelloInfo, Request};
+use firmware::link::{Code, Counters, Event, HelloInfo, Request};
 use firmware::safety::State;
 use firmware::units::Micros;
 use std::iter;
@@ -43,9 +43,11 @@ struct Run<'a, P> {
     epoch: Micros,
     /// The same in the port's time.
     epoch_us: u64,
-    /// A board's count of pulses after the electrode check, where no trace
-    /// tells.
+    /// A board's count of this run's pulses after the electrode check, where no
+    /// trace tells.
     checked: u32,
+    /// What the device had counted before: nothing if it booted for this.
+    begun: Counters,
     refused: usize,
     ended: Option<(String, &'static str)>,
     /// When the device last said something, in the port's time.
@@ -89,6 +91,7 @@ pub fn run<P: Port>(
         epoch: info.at,
         epoch_us: 0,
         checked: 0,
+        begun: Counters::default(),
         refused: 0,
         ended: None,
         heard_us: 0,
@@ -178,6 +181,10 @@ impl<P: Port> Run<'_, P> {
     }
 
     fn prepare(&mut self) -> Result<(), RunError> {
+        // It may have played for others since it booted.
+        if self.client.port().world().is_none() {
+            self.begun = self.client.status()?.counters;
+        }
         for request in self.session.requests() {
             self.client.request(request)?;
         }
@@ -188,7 +195,8 @@ impl<P: Port> Run<'_, P> {
         self.client.arm()?;
         self.heed()?;
         if self.client.port().world().is_none() {
-            self.checked = self.client.status()?.counters.pulses;
+            let pulses = self.client.status()?.counters.pulses;
+            self.checked = pulses.wrapping_sub(self.begun.pulses);
         }
         // The first setpoint is there before the first pulse.
         self.client
@@ -422,7 +430,7 @@ impl<P: Port> Run<'_, P> {
         }
         let status = self.client.status()?;
         self.observer.see(Seen::Status(&status));
-        self.trial.counters = trial::counters(&status.counters);
+        self.trial.counters = trial::counters(&self.begun, &status.counters);
         self.client.subscribe(0)?;
         Ok(())
     }

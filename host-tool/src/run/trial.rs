@@ -120,8 +120,15 @@ pub fn advice(event: &Event) -> &'static str {
     }
 }
 
-/// The device's counters, by name.
-pub fn counters(counters: &Counters) -> Vec<(String, u64)> {
+/// What a device counted from `begin` to `end`, by name; both since it booted.
+pub fn counters(begin: &Counters, end: &Counters) -> Vec<(String, u64)> {
+    let (begin, end) = (named(begin), named(end));
+    let both = begin.into_iter().zip(end);
+    let counted = both.map(|((name, begin), (_, end))| (name.to_owned(), end.wrapping_sub(begin)));
+    counted.map(|(name, n)| (name, u64::from(n))).collect()
+}
+
+fn named(counters: &Counters) -> [(&'static str, u32); 10] {
     [
         ("frames understood", counters.frames),
         ("bad frames", counters.bad_frames),
@@ -134,8 +141,6 @@ pub fn counters(counters: &Counters) -> Vec<(String, u64)> {
         ("internal messages lost", counters.lost_posts),
         ("requests of strangers", counters.strangers),
     ]
-    .map(|(name, count)| (name.to_owned(), u64::from(count)))
-    .to_vec()
 }
 
 /// The edges of the longest period of `session` that starts `after_us` after

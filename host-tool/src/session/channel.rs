@@ -389,7 +389,8 @@ fn read_force(t: &Table<'_>, channel: &Channel) -> Result<ForceSpec, SessionErro
         hold: read_hold(t)?,
         max_period_us: slowest_hz.map(|hz| (1e6 / hz).floor() as u32),
     };
-    let checked = spec.check();
+    // Its periods are judged with the train, to name the range that it leaves.
+    let checked = spec.check_hold();
     checked.map_err(|e| t.not_within("max_extrapolation_ms", e.min.into(), e.max.into(), 0))?;
     Ok(spec)
 }

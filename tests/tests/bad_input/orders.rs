@@ -169,18 +169,25 @@ fn amplitudes(mask: u16, values: &[u32]) -> Request {
 }
 
 fn amplitude_rows() -> Vec<Row> {
-    let mask = || refused(Code::OutOfRange, "mask").allowed(0, 1023);
+    let mask = || refused(Code::OutOfRange, "mask").allowed(1, 1023);
     let count = |n| refused(Code::AmplitudeCount, "values").allowed(n, n);
     let above = refused(Code::AboveWearerLimit, "values")
         .on(3)
         .allowed(0, 20_000);
     let (top, over) = (LIMIT.0, LIMIT.0 + 1);
     let mut rows = vec![
+        row("no amplitudes", Bench::armed, amplitudes(0, &[]), mask()),
         row(
-            "no amplitudes",
-            Bench::armed,
+            "no amplitudes in idle",
+            Bench::draft,
             amplitudes(0, &[]),
-            Expect::Done,
+            mask(),
+        ),
+        row(
+            "no amplitudes in use",
+            Bench::stimulating,
+            amplitudes(0, &[]),
+            mask(),
         ),
         row(
             "ten amplitudes",
@@ -235,7 +242,7 @@ fn amplitude_rows() -> Vec<Row> {
                 count(3),
             ),
             row("too many values", scene, amplitudes(0b1, &[0, 1]), count(1)),
-            row("values for nobody", scene, amplitudes(0, &[0]), count(0)),
+            row("values for nobody", scene, amplitudes(0, &[0]), mask()),
             row(
                 "a channel without a train",
                 scene,

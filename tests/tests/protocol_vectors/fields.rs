@@ -1,5 +1,5 @@
-//! What `Refusal::field` may name: every text that the device code puts there is
-//! a field of a table of protocol.md, or in its list.
+//! What `Refusal::field` may name: every text that the device code, or who serves
+//! it, puts there is a field of a table of protocol.md, or in its list.
 
 use super::{PROTOCOL, read, types};
 use std::collections::BTreeSet;
@@ -42,6 +42,9 @@ fn named() -> BTreeSet<String> {
     ] {
         sources(&root.join(room), &mut texts);
     }
+    // What `flexor serve` refuses in a device's stead.
+    let serving = root.join("../../host-tool/src/cli/serve.rs");
+    texts.push(std::fs::read_to_string(serving).expect("text"));
     let mut fields = BTreeSet::new();
     for text in &texts {
         for before in BEFORE {

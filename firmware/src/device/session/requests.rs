@@ -162,9 +162,10 @@ impl Session {
     }
 }
 
-/// One value per bit of `mask`, as an array with the values in front.
+/// One value per bit of `mask`, as an array with the values in front. A mask of
+/// nothing asks for nothing: it would only say that the host is there, in any state.
 fn spread(mask: u16, values: &[Amplitude]) -> Result<[Amplitude; CHANNELS], Refusal<'static>> {
-    OutOfRange::check("mask", mask.into(), 0, (1 << CHANNELS) - 1)?;
+    OutOfRange::check("mask", mask.into(), 1, (1 << CHANNELS) - 1)?;
     if mask.count_ones() as usize != values.len() {
         let count = mask.count_ones().cast_signed();
         return Err(Refusal::new(Code::AmplitudeCount, "values").allowed(count, count));

@@ -1,0 +1,217 @@
+//! Records that are read are never lost, and what they have lost is told.
+
+use super::bad_input_cli::{Board, flexor, folder, said};
+use super::record_again::{failed, files, shortened, told};
+use host_tool::record;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// A short record `one` in a folder of its own.
+fn recorded(test: &str) -> PathBuf {
+    let folder = folder(test);
+    let file = shortened(&folder, "ten_channels.toml", 0.2);
+    told(&folder, &format!("run {file} --out one"));
+    folder
+}
+
+/// A copy of the record `one` that `harm` has changed.
+fn harmed(folder: &Path, name: &str, harm: impl Fn(&Path)) {
+    let copy = folder.join(name);
+    for (file, bytes) in files(&folder.join("one")) {
+        let path = copy.join(file);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, bytes).unwrap();
+    }
+    harm(&copy);
+}
+
+fn trial_of(record: &Path) -> PathBuf {
+    let mut folders = fs::read_dir(record).unwrap().map(|e| e.unwrap().path());
+    folders.find(|path| path.is_dir()).unwrap()
+}
+
+fn json(path: &Path) -> serde_json::Value {
+    serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
+}
+
+#[test]
+fn what_is_read_is_never_replaced() {
+    let folder = recorded("sources");
+    harmed(&folder, "two", |_| ());
+    std::os::unix::fs::symlink(folder.join("one"), folder.join("link")).unwrap();
+    let before = files(&folder.join("one"));
+    let lines = [
+        "compare one two --out one --overwrite",
+        "compare two one --out ./one/../one --overwrite",
+        "compare one two --out link --overwrite",
+        "compare one two --out one",
+        "rerun one --out one --overwrite",
+        "rerun one --out link --overwrite",
+        "rerun link --out one --overwrite",
+    ];
+    for line in lines {
+        let (exit, error) = failed(&folder, line);
+        assert_eq!(exit, Some(1), "{line}");
+        assert!(error.contains("E586 --out"), "{line}: {error}");
+        assert!(files(&folder.join("one")) == before, "{line} touched it");
+    }
+    // Another record may be replaced.
+    told(&folder, "rerun one --out two --overwrite");
+    assert_eq!(files(&folder.join("one")), before);
+}
+
+#[test]
+fn what_a_record_has_lost_is_named() {
+    let folder = recorded("damage");
+    let summary = json(&folder.join("one/summary.json"));
+    let rows = summary["trials"][0]["sample_rows"].as_u64().unwrap();
+    let loaded = record::load(&folder.join("one")).unwrap();
+    assert_eq!(rows as usize, loaded.trials[0].samples.len());
+    assert!(rows > 10 && loaded.damage.is_empty(), "{rows} rows");
+
+    let cut = |file: &str, from_end: usize| {
+        let file = file.to_owned();
+        move |copy: &Path| {
+            let path = trial_of(copy).join(&file);
+            let text = fs::read_to_string(&path).unwrap();
+            let lines: Vec<&str> = text.lines().collect();
+            fs::write(path, lines[..lines.len() - from_end].join("\n") + "\n").unwrap();
+        }
+    };
+    let gone = |file: &str| {
+        let file = file.to_owned();
+        move |copy: &Path| fs::remove_file(trial_of(copy).join(&file)).unwrap()
+    };
+    harmed(&folder, "rows", cut("samples.csv", 3));
+    harmed(&folder, "edges", cut("edges.csv", 1));
+    harmed(&folder, "no_rows", gone("samples.csv"));
+    harmed(&folder, "no_edges", gone("edges.csv"));
+    harmed(&folder, "no_trial", gone("trial.json"));
+    harmed(&folder, "no_folder", |copy| {
+        fs::remove_dir_all(trial_of(copy)).unwrap();
+    });
+    let left = rows - 3;
+    let name = trial_of(&folder.join("one"));
+    let name = name.file_name().unwrap().to_string_lossy().into_owned();
+    for (copy, what) in [
+        (
+            "rows",
+            format!("{name}/samples.csv has {left} of {rows} rows"),
+        ),
+        ("edges", format!("{name}/edges.csv has ")),
+        ("no_rows", format!("{name}/samples.csv is missing")),
+        ("no_edges", format!("{name}/edges.csv is missing")),
+        ("no_trial", format!("{name}/trial.json is missing")),
+        ("no_folder", format!("the folder {name} is missing")),
+    ] {
+        let says = format!("E585 the record in {copy} is damaged: {what}");
+        let (exit, error) = failed(&folder, &format!("rerun {copy} --out again"));
+        assert_eq!(exit, Some(1), "{copy}");
+        assert!(error.contains(&says), "{copy}: {error}");
+        assert!(!folder.join("again").exists(), "{copy}");
+
+        // The page is made, says so, and a second one does as well.
+        for _ in 0..2 {
+            let reported = told(&folder, &format!("report {copy}"));
+            let said = reported["damaged"].as_str().unwrap();
+            assert!(said.contains(&says), "{copy}: {said}");
+            let page = fs::read_to_string(folder.join(copy).join("report.html")).unwrap();
+            let headline = format!("<p class=\"result\">Damaged: {what}");
+            assert!(page.contains(&headline), "{copy}");
+        }
+        assert_eq!(json(&folder.join(copy).join("summary.json")), summary);
+        let (_, text, _) = said(&flexor(&folder, &["report", copy]).output().unwrap());
+        assert!(
+            text.contains(" (damaged): ") && text.contains(&says),
+            "{text}"
+        );
+
+        let line = ["compare", "one", copy];
+        let (exit, text, error) = said(&flexor(&folder, &line).output().unwrap());
+        assert_eq!(exit, Some(0), "{copy}: {error}");
+        assert!(text.contains(&says), "{copy}: {text}");
+        let compared = told(&folder, &format!("compare one {copy}"));
+        assert_eq!(compared["damaged"].as_array().unwrap().len(), 1);
+        let page = fs::read_to_string(folder.join(compared["page"].as_str().unwrap())).unwrap();
+        assert!(page.contains(&format!("<b>Damaged: {what}")), "{copy}");
+    }
+    let whole = told(&folder, "report one");
+    assert_eq!(whole["damaged"], serde_json::Value::Null);
+}
+
+#[test]
+fn files_that_are_none_have_a_number() {
+    let folder = recorded("numbers");
+    harmed(&folder, "torn", |copy| {
+        fs::write(copy.join("run.json"), "{").unwrap();
+    });
+    harmed(&folder, "trial", |copy| {
+        fs::write(trial_of(copy).join("trial.json"), "{").unwrap();
+    });
+    harmed(&folder, "column", |copy| {
+        fs::write(trial_of(copy).join("samples.csv"), "a,b\n1,2\n").unwrap();
+    });
+    harmed(&folder, "bytes", |copy| {
+        fs::write(trial_of(copy).join("samples.csv"), [0xff, 0xfe]).unwrap();
+    });
+    for (copy, says) in [
+        ("torn", "E584 torn/run.json, line 1: EOF"),
+        ("trial", "E584 trial/01-"),
+        ("column", "E584 column/01-"),
+        ("bytes", "E583 bytes/01-"),
+    ] {
+        for command in ["report", "rerun"] {
+            let (exit, error) = failed(&folder, &format!("{command} {copy}"));
+            assert_eq!(exit, Some(1), "{command} {copy}");
+            assert!(error.contains(says), "{command} {copy}: {error}");
+        }
+    }
+}
+
+#[test]
+fn a_run_counts_its_own_pulses_on_a_device_that_played_before() {
+    let folder = folder("own_pulses");
+    let file = shortened(&folder, "ten_channels.toml", 0.5);
+    let board = Board::tcp(&folder);
+    for name in ["first", "second"] {
+        told(
+            &folder,
+            &format!("run {file} --device {} --out {name}", board.at),
+        );
+    }
+    drop(board);
+    let counted = |name: &str| {
+        let trial = record::load(&folder.join(name)).unwrap().trials.remove(0);
+        let of = |what: &str| trial.counters.iter().find(|(n, _)| n == what).unwrap().1;
+        let (all, frames) = (of("pulses started"), of("frames understood"));
+        (trial.pulses.unwrap(), all, frames)
+    };
+    let (first, first_all, first_frames) = counted("first");
+    let (second, second_all, second_frames) = counted("second");
+    // 301 in simulated time; here it is the real one.
+    for pulses in [first, second] {
+        assert!((250..=350).contains(&pulses), "{first} and {second} pulses");
+    }
+    // The electrode check's are the same.
+    assert_eq!(second_all - second, first_all - first);
+    assert!(
+        second_frames < first_frames * 3 / 2,
+        "{second_frames} frames"
+    );
+    let compared = told(&folder, "compare first second");
+    assert_eq!(compared["rows"][0]["pulses"], first);
+    assert_eq!(compared["rows"][1]["pulses"], second);
+}
+
+#[test]
+fn run_json_says_what_stimulated() {
+    let folder = recorded("kind");
+    let run = json(&folder.join("one/run.json"));
+    assert_eq!(run["kind"], "native");
+    assert_eq!(run["simulated"], true);
+    // Not before a device has answered.
+    let begun = folder.join("begun");
+    record::write_run(&begun, &record::Run::default()).unwrap();
+    let run = json(&begun.join("run.json"));
+    assert!(run["kind"].is_null() && run["simulated"].is_null(), "{run}");
+}
