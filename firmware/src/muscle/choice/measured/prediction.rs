@@ -335,8 +335,8 @@ pub static BODY: [[u16; 4]; 6] = [
 /// Most cycles of each rung's tick on the chip simulator, cheapest rung first.
 #[rustfmt::skip]
 pub const CYCLES: [Cycles; 4] = [
-    Cycles { tick: 128, tick_with_pulse: 1337 },
-    Cycles { tick: 158, tick_with_pulse: 1541 },
-    Cycles { tick: 162, tick_with_pulse: 323 },
-    Cycles { tick: 748, tick_with_pulse: 978 },
+    Cycles { tick: 131, tick_with_pulse: 1354 },
+    Cycles { tick: 157, tick_with_pulse: 1528 },
+    Cycles { tick: 163, tick_with_pulse: 321 },
+    Cycles { tick: 739, tick_with_pulse: 969 },
 ];
