@@ -92,7 +92,7 @@ impl Places {
     }
 }
 
-/// An image of the `firmware` package.
+/// An image of the `firmware` package, or of the `methods` it is compared with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Image {
     /// What is flashed on the board.
@@ -120,6 +120,13 @@ impl Image {
         }
     }
 
+    const fn package(self) -> &'static str {
+        match self {
+            Self::Stimulator | Self::Qemu | Self::Bench => "firmware",
+            Self::Methods | Self::Laws => "methods",
+        }
+    }
+
     const fn feature(self) -> &'static str {
         match self {
             Self::Stimulator => "stm32f405",
@@ -132,8 +139,9 @@ impl Image {
     #[must_use]
     pub fn command(self) -> String {
         format!(
-            "cargo build --release --package firmware --target thumbv7em-none-eabihf \
+            "cargo build --release --package {} --target thumbv7em-none-eabihf \
              --features {} --bin {}",
+            self.package(),
             self.feature(),
             self.name()
         )

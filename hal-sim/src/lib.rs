@@ -2,9 +2,11 @@
 //!
 //! `world` couples a device with a body in virtual time; `native` runs the
 //! device code in this process, `qemu` its Thumb build, `chip` the flashed
-//! image on a model of the chip; `lockstep` is what they have in common.
+//! image on a model of the chip; `lockstep`, below them all, is what a device
+//! in virtual time can do.
 //! `images` builds what the last two run. `body` and `trace` know nothing of
-//! the firmware, so that they cannot agree with its mistakes.
+//! the firmware, so that they cannot agree with its mistakes. `random` draws for
+//! all of them.
 
 pub mod body;
 pub mod chip;
@@ -12,6 +14,7 @@ pub mod images;
 pub mod lockstep;
 pub mod native;
 pub mod qemu;
+pub mod random;
 pub mod trace;
 pub mod wire;
 pub mod world;

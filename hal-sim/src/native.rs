@@ -2,11 +2,10 @@
 //! time. Any number can run side by side.
 
 use crate::body::Drive;
-pub use crate::lockstep::Device;
-use crate::world::Output;
-use firmware::device::lockstep::{Lockstep, Sensors, Sink};
+use crate::lockstep::{Device, Output};
 use firmware::device::{Identity, first_session};
 use firmware::link::{Kind, message::ResetCause};
+use firmware::lockstep::{Lockstep, Sensors, Sink};
 use firmware::pulse::{Group, Partner};
 use firmware::units::Micros;
 use std::io;

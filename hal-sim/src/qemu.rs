@@ -6,8 +6,8 @@
 use crate::images::{BuildError, Image};
 use crate::lockstep::{Device, Remote};
 use crate::native::seeded_session;
-use firmware::device::lockstep::{Sensors, Sink};
 use firmware::link::message::ResetCause;
+use firmware::lockstep::{Sensors, Sink};
 use firmware::safety::FaultRecord;
 use firmware::units::Micros;
 use std::io::{self, Read};

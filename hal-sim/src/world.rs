@@ -4,25 +4,16 @@
 //! trace of everything the device put out, the wearer's motion.
 
 use crate::body::{Body, CHANNELS, Drive, Load, Pulse};
-use crate::native::Device;
+use crate::lockstep::{Device, Output};
 use crate::trace::{Levels, State, Trace, Unwrap};
 use crate::wire::faults::{Faults, FaultyLine};
-use firmware::device::lockstep::{Sensors, Sink, cost};
 use firmware::link::{Decoder, Request, ToDevice, encode};
+use firmware::lockstep::{Sensors, Sink, cost};
 use firmware::units::{DacCode, Micros};
 use std::collections::VecDeque;
 
 /// The world moves in steps of one control tick, µs.
 const STEP_US: u64 = 1000;
-
-/// How each channel's code becomes volts or milliamperes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Output {
-    /// Full scale at code 65 535.
-    pub full_scale: Drive,
-    /// Whether the rest of its group is grounded while it pulses.
-    pub conducted: bool,
-}
 
 /// Everything a device put out, in time that does not wrap.
 #[derive(Debug, Default)]
@@ -117,6 +108,8 @@ pub struct World {
     /// Edges still to come on the trigger input, µs, rising.
     triggers: VecDeque<u64>,
     now_us: u64,
+    /// The body's, as the device was last told.
+    loads: [Load; CHANNELS],
 }
 
 impl World {
@@ -138,6 +131,7 @@ impl World {
             joint_adc: None,
             triggers: VecDeque::new(),
             now_us: boot.0.into(),
+            loads: [Load::Ohms(f64::NAN); CHANNELS], // like no body's
         }
     }
 
@@ -182,7 +176,7 @@ impl World {
             self.sense();
             let mut is_asked = false;
             while let Some((at, mut bytes)) = self.wire.pop_until(step - 1).next() {
-                is_asked |= takes_trigger(&mut bytes);
+                is_asked |= replace_trigger(&mut bytes);
                 let at = Micros(at.max(self.now_us) as u32);
                 self.device
                     .receive(at, &bytes, &self.sensors, &mut self.recorder)?;
@@ -226,11 +220,12 @@ impl World {
             let code = (zero + per_degree * self.body.sensed_deg()).round();
             self.sensors.joint = Some(code.clamp(0.0, 4095.0) as u16);
         }
-        for (ohm, load) in self.sensors.load_ohm.iter_mut().zip(self.body.loads()) {
-            *ohm = match load {
-                Load::Ohms(ohm) => *ohm as u32,
+        if self.loads != *self.body.loads() {
+            self.loads = *self.body.loads();
+            self.sensors.load_ohm = self.loads.map(|load| match load {
+                Load::Ohms(ohm) => ohm as u32,
                 Load::Open => u32::MAX,
-            };
+            });
         }
     }
 
@@ -261,15 +256,15 @@ const TRIGGER_FRAME: usize = 16;
 /// Whether a simulated trigger is among `bytes`. The device gets a sign of life
 /// with its number instead, so that it misses none and answers; the edge comes
 /// from the world.
-fn takes_trigger(bytes: &mut [u8]) -> bool {
-    let mut takes = false;
+fn replace_trigger(bytes: &mut [u8]) -> bool {
+    let mut is_there = false;
     for frame in bytes.split_inclusive_mut(|&byte| byte == 0) {
         if let Some(alive) = sign_of_life(frame) {
             frame.copy_from_slice(&alive);
-            takes = true;
+            is_there = true;
         }
     }
-    takes
+    is_there
 }
 
 /// What the device gets for `frame` if that is a simulated trigger.

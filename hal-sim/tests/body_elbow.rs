@@ -167,16 +167,12 @@ fn every_drawn_arm_can_be_and_a_wrong_number_is_named() {
         change(&mut spec);
         Elbow::new(spec, 1).unwrap_err()
     };
-    assert_eq!(
-        refused(|s| s.inertia_kg_m2 = 0.0),
-        InvalidElbow("inertia_kg_m2")
-    );
+    let expected = InvalidElbow("inertia_kg_m2");
+    assert_eq!(refused(|s| s.inertia_kg_m2 = 0.0), expected);
     assert_eq!(refused(|s| s.triceps.max_ma = 1.0), InvalidElbow("triceps"));
     assert_eq!(refused(|s| s.rest_deg = 200.0), InvalidElbow("rest_deg"));
-    assert_eq!(
-        refused(|s| s.person.push_nm = f64::NAN),
-        InvalidElbow("push_nm")
-    );
+    let expected = InvalidElbow("push_nm");
+    assert_eq!(refused(|s| s.person.push_nm = f64::NAN), expected);
     assert_eq!(
         refused(|s| {
             let approach = Approach {

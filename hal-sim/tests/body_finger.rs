@@ -1,7 +1,5 @@
 //! The simulated finger as a simulator sees it: pulses in, angle out.
 
-use std::time::Instant;
-
 use hal_sim::body::wearer::Participant;
 use hal_sim::body::{Body, Drive, Finger, FingerSpec, InvalidSpec, Load, Pulse, Still};
 
@@ -279,19 +277,13 @@ fn impossible_fingers_are_refused_by_name() {
         Finger::new(spec, 0).err()
     };
     assert_eq!(refused(|_| ()), None);
-    assert_eq!(
-        refused(|s| s.inertia_kg_m2 = 0.0),
-        Some(InvalidSpec("inertia_kg_m2"))
-    );
+    let expected = Some(InvalidSpec("inertia_kg_m2"));
+    assert_eq!(refused(|s| s.inertia_kg_m2 = 0.0), expected);
     assert_eq!(refused(|s| s.muscle.k = -1.0), Some(InvalidSpec("muscle")));
-    assert_eq!(
-        refused(|s| s.flexor_a.channel = 10),
-        Some(InvalidSpec("flexor_a, flexor_b, extensor"))
-    );
-    assert_eq!(
-        refused(|s| s.two_point_factor = f64::NAN),
-        Some(InvalidSpec("two_point_factor"))
-    );
+    let expected = Some(InvalidSpec("flexor_a, flexor_b, extensor"));
+    assert_eq!(refused(|s| s.flexor_a.channel = 10), expected);
+    let expected = Some(InvalidSpec("two_point_factor"));
+    assert_eq!(refused(|s| s.two_point_factor = f64::NAN), expected);
 }
 
 #[test]
@@ -302,24 +294,4 @@ fn a_still_body_is_still() {
     assert_eq!(still.angle_deg(), 30.0);
     assert_eq!(still.sensed_deg(), 30.0);
     assert_eq!(still.loads()[9], Load::NOMINAL);
-}
-
-/// Prints, never fails: a machine's speed is not a property of the code.
-#[test]
-fn speed_is_printed() {
-    let mut finger = Finger::new(spec(), 0).unwrap();
-    let seconds = 30;
-    let start = Instant::now();
-    for period in 0..50 * seconds {
-        let t_us = period * 20_000 + 337;
-        for (channel, volts) in [(0, 27.0), (1, 33.0), (2, 20.0)] {
-            finger.pulse(&pulse(t_us + 2000 * channel as u64, channel, volts, true));
-        }
-        for ms in 1..=20 {
-            finger.advance(period * 20_000 + 1000 * ms);
-        }
-    }
-    let per_ms = start.elapsed().as_nanos() as f64 / (1000 * seconds) as f64;
-    println!("finger, 3 muscles at 50 Hz: {per_ms:.0} ns per simulated ms");
-    assert!(finger.angle_deg() > 5.0);
 }

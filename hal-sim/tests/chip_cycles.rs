@@ -6,15 +6,7 @@
 //! is the time until two NOPs later, less those two. Where the manual gives a
 //! range (pipeline refill, division) so does the row.
 
-mod address;
-mod branches;
-mod conditional;
-mod data;
-mod fpu;
-mod fpu_results;
-mod loads;
-mod multiple;
-mod stores;
+mod rows;
 
 use hal_sim::chip::cpu::flat::Flat;
 use hal_sim::chip::cpu::{Cpu, Size};
@@ -30,6 +22,25 @@ pub struct Row {
     pub steps: u32,
     pub cycles: Cycles,
     pub rule: Rule,
+}
+
+/// In a table: name, assembly, code, steps, cycles, rule.
+const fn row(
+    name: &'static str,
+    assembly: &'static str,
+    code: &'static [u16],
+    steps: u32,
+    cycles: Cycles,
+    rule: Rule,
+) -> Row {
+    Row {
+        name,
+        assembly,
+        code,
+        steps,
+        cycles,
+        rule,
+    }
 }
 
 /// Fewest and most cycles by the manual.
@@ -113,25 +124,9 @@ const ELSEWHERE: u32 = Flat::FLASH + 0x400;
 const NOP: u16 = 0xBF00;
 const NOPS: u32 = 2;
 
-fn all() -> impl Iterator<Item = &'static Row> {
-    [
-        data::ROWS,
-        loads::ROWS,
-        stores::ROWS,
-        address::ROWS,
-        multiple::ROWS,
-        branches::ROWS,
-        conditional::ROWS,
-        fpu::ROWS,
-        fpu_results::ROWS,
-    ]
-    .into_iter()
-    .flatten()
-}
-
 /// Code at [`CODE`] between NOPs, and the words that loads find.
 fn memory(code: &[u16]) -> Flat {
-    let mut bus = Flat::new();
+    let mut bus = Flat::default();
     let mut flash = vec![NOP; 0x1000];
     let at = (CODE - Flat::FLASH) as usize / 2;
     flash[at..at + code.len()].copy_from_slice(code);
@@ -153,7 +148,7 @@ fn memory(code: &[u16]) -> Flat {
 
 /// A core about to execute at [`CODE`], floating point on and in use.
 fn core() -> Cpu {
-    let mut cpu = Cpu::new();
+    let mut cpu = Cpu::default();
     // CPACR: full access to CP10 and CP11.
     let written = cpu.system.write(0xE000_ED88, Size::Word, 0xF << 20, 0);
     written.unwrap();
@@ -195,7 +190,7 @@ const DISPUTED: &[(&str, u64)] = &[];
 fn every_sequence_takes_what_the_manual_says() {
     let (mut exact, mut ranges) = (0, 0);
     let (mut wrong, mut disputed) = (Vec::new(), Vec::new());
-    for row in all() {
+    for row in rows::ROWS {
         let Cycles(low, high) = row.cycles;
         let about = format!("{}: {} ({:?})", row.name, row.assembly, row.rule);
         let cycles = measure(row).unwrap_or_else(|stop| panic!("{about}: {stop}"));

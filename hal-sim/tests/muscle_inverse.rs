@@ -5,7 +5,7 @@
 //! prints the errors of steady forces of ten subjects, and the ripple of slow rates.
 
 use firmware::muscle::{CalciumForceSpec, Inverse, Limiting, Recruitment, RecruitmentSpec};
-use firmware::units::{Amplitude, Force};
+use firmware::units::{Amplitude, Force, ForceRate};
 use fixed::types::I16F16;
 use hal_sim::body::muscle::reference::integrate;
 use hal_sim::body::muscle::{Parameters, SUBJECTS};
@@ -75,11 +75,11 @@ fn ten_subjects_settle_at_the_force_wanted() {
         for (number, p) in (1..).zip(&SUBJECTS) {
             let inverse = Inverse::new(spec(p), &recruitment, slowest, fastest, slowest).unwrap();
             let (least, most) = inverse.reach();
-            let (least, most) = (least.0.to_num::<f64>(), most.0.to_num::<f64>());
+            let (least, most) = (least.get().to_num::<f64>(), most.get().to_num::<f64>());
             let mut own = 0f64;
             for i in 0..=40 {
                 let wanted = least + (most - least) * f64::from(i) / 40.0;
-                let drive = inverse.drive(&recruitment, Force(I16F16::from_num(wanted)));
+                let drive = inverse.drive(&recruitment, Force::new(I16F16::from_num(wanted)));
                 let driven = Parameters {
                     a_n_per_s: p.a_n_per_s * gain(drive.amplitude),
                     ..*p
@@ -114,15 +114,15 @@ fn without_a_slowest_rate_no_order_changes() {
         for (train, fastest) in [(50_000, 16_667), (100_000, 5_000), (20_000, 20_000)] {
             let inverse = Inverse::new(spec(p), &recruitment, train, fastest, train).unwrap();
             let (least, most) = inverse.reach();
-            fold(u64::from(least.0.to_bits().cast_unsigned()));
-            fold(u64::from(most.0.to_bits().cast_unsigned()));
+            fold(u64::from(least.get().to_bits().cast_unsigned()));
+            fold(u64::from(most.get().to_bits().cast_unsigned()));
             for i in -100..1900 {
                 // Half of them around the least.
                 let top = if i % 2 == 0 { least } else { most };
-                let force = top.0.to_num::<f64>() * f64::from(i) / 1500.0;
+                let force = top.get().to_num::<f64>() * f64::from(i) / 1500.0;
                 for rate in [0, 20] {
-                    let force = Force(I16F16::from_num(force));
-                    let ahead = inverse.ahead(force, I16F16::from_num(rate));
+                    let force = Force::new(I16F16::from_num(force));
+                    let ahead = inverse.ahead(force, ForceRate::new(I16F16::from_num(rate)));
                     let drive = inverse.drive(&recruitment, ahead);
                     fold(u64::from(drive.amplitude.0) << 32 | u64::from(drive.period_us));
                 }
@@ -143,12 +143,12 @@ fn a_slow_rate_closes_the_gap_below_threshold() {
         for (number, p) in (1..).zip(&SUBJECTS) {
             let inverse = Inverse::new(spec(p), &recruitment, 50_000, 16_667, slowest).unwrap();
             let fixed = Inverse::new(spec(p), &recruitment, 50_000, 16_667, 50_000).unwrap();
-            let newtons = |force: Force| force.0.to_num::<f64>();
+            let newtons = |force: Force| force.get().to_num::<f64>();
             let (least, most) = inverse.reach();
             let (least, most) = (newtons(least), newtons(most));
             let at_threshold = newtons(fixed.reach().0);
             let given = |wanted: f64| {
-                let drive = inverse.drive(&recruitment, Force(I16F16::from_num(wanted)));
+                let drive = inverse.drive(&recruitment, Force::new(I16F16::from_num(wanted)));
                 let driven = Parameters {
                     a_n_per_s: p.a_n_per_s * gain(drive.amplitude),
                     ..*p

@@ -65,10 +65,8 @@ fn a_second_host_is_told_and_the_first_goes_on() {
     second.read_to_end(&mut heard).expect("closed in order");
     assert_eq!(heard, REFUSAL);
     first.write_all(b"still here").expect("connected");
-    assert_eq!(
-        serve_until(&mut wire, |_, all| all.len() == 10),
-        b"still here"
-    );
+    let expected = b"still here";
+    assert_eq!(serve_until(&mut wire, |_, all| all.len() == 10), expected);
 }
 
 #[test]

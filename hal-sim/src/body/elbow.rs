@@ -5,10 +5,10 @@ mod draw;
 mod person;
 mod spec;
 
+use crate::random::Noise;
 use std::collections::VecDeque;
 
 use super::muscle::{Muscle, Step};
-use super::noise::standard_normal;
 use super::wearer::{effective_voltage, recruitment};
 use super::{Body, CHANNELS, Load, Pulse};
 pub use spec::{Approach, ElbowMuscle, ElbowSpec, InvalidElbow, Person, TORQUE_FREQUENCY_HZ};
@@ -31,7 +31,7 @@ struct Driven {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Elbow {
     spec: ElbowSpec,
-    seed: u64,
+    noise: Noise,
     loads: [Load; CHANNELS],
     /// Whole milliseconds passed.
     tick: u64,
@@ -51,7 +51,7 @@ impl Elbow {
     pub fn new(spec: ElbowSpec, seed: u64) -> Result<Self, InvalidElbow> {
         spec.validate()?;
         Ok(Self {
-            seed,
+            noise: Noise::new(seed),
             loads: [Load::Ohms(spec.load_ohm); CHANNELS],
             tick: 0,
             triceps: Driven::new(spec.triceps),
@@ -203,7 +203,7 @@ impl Body for Elbow {
     }
 
     fn sensed_deg(&self) -> f64 {
-        self.angle_deg() + self.spec.sensor_noise_deg * standard_normal(self.seed, self.tick)
+        self.angle_deg() + self.spec.sensor_noise_deg * self.noise.at(self.tick)
     }
 
     fn loads(&self) -> &[Load; CHANNELS] {

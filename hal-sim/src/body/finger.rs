@@ -4,10 +4,10 @@ mod joint;
 mod points;
 mod spec;
 
+use crate::random::Noise;
 use std::collections::VecDeque;
 
 use super::muscle::{Muscle, Step};
-use super::noise::standard_normal;
 use super::wearer::{Site, effective_voltage};
 use super::{Body, CHANNELS, Load, Pulse};
 use joint::Joint;
@@ -34,7 +34,7 @@ pub struct Finger {
     spec: FingerSpec,
     sites: [Site; 3],
     points: Points,
-    seed: u64,
+    noise: Noise,
     loads: [Load; CHANNELS],
     /// Whole steps passed.
     tick: u64,
@@ -60,7 +60,7 @@ impl Finger {
         Ok(Self {
             sites: spec.sites(),
             points: Points::new(&spec),
-            seed,
+            noise: Noise::new(seed),
             loads: [Load::NOMINAL; CHANNELS],
             tick: 0,
             muscles: [Muscle::new(spec.muscle); 3],
@@ -202,7 +202,7 @@ impl Body for Finger {
 
     fn sensed_deg(&self) -> f64 {
         let [low, high] = self.spec.stops_deg;
-        let noise = self.spec.sensor_noise_deg * standard_normal(self.seed, self.tick);
+        let noise = self.spec.sensor_noise_deg * self.noise.at(self.tick);
         let step = self.spec.sensor_resolution_deg;
         let reading = ((self.sensor_deg + noise) / step).round() * step;
         reading.clamp(low, high)

@@ -14,7 +14,6 @@ pub mod elbow;
 pub mod electrode;
 pub mod finger;
 pub mod muscle;
-mod noise;
 pub mod random_finger;
 mod still;
 pub mod wearer;

@@ -146,6 +146,11 @@ impl Muscle {
 
     /// Lets one step of time pass.
     pub fn step(&mut self, step: &Step) {
+        if self.force == 0.0 && self.recruitment == 0.0 {
+            // No force to keep and none to come: the sum below is 0 to the bit.
+            self.c *= step.left[2];
+            return;
+        }
         let p = &self.parameters;
         let [c1, c2] = [self.c * step.left[0], self.c * step.left[1]];
         let [bound1, bound2] = [c1 / (c1 + p.k), c2 / (c2 + p.k)];

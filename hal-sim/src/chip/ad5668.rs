@@ -37,10 +37,9 @@ pub struct Ad5668 {
     changes: Vec<Change>,
 }
 
-impl Ad5668 {
+impl Default for Ad5668 {
     /// After power-on: all codes 0, the internal reference off.
-    #[must_use]
-    pub const fn new() -> Self {
+    fn default() -> Self {
         Self {
             selected: false,
             shift: 0,
@@ -54,7 +53,9 @@ impl Ad5668 {
             changes: Vec::new(),
         }
     }
+}
 
+impl Ad5668 {
     /// The level of /SYNC: `low` selects the chip. A frame of fewer than 32
     /// clock edges is ignored.
     pub fn select(&mut self, low: bool) {
@@ -92,7 +93,6 @@ impl Ad5668 {
     }
 
     /// Code of output `n` (0–7, else 0): 0 while it is powered down.
-    #[must_use]
     pub fn output(&self, n: usize) -> u16 {
         match self.codes.get(n) {
             Some(code) if self.powered & 1 << n != 0 => *code,
@@ -102,13 +102,11 @@ impl Ad5668 {
 
     /// Whether the internal reference is on: without it, and without an outer
     /// one, outputs are at 0 V.
-    #[must_use]
     pub const fn has_reference(&self) -> bool {
         self.reference
     }
 
     /// Frames ignored because they had 1–31 clock edges.
-    #[must_use]
     pub const fn ignored_frames(&self) -> u32 {
         self.ignored
     }
@@ -144,7 +142,7 @@ impl Ad5668 {
                     edges: self.edges,
                     ignored: self.ignored,
                     changes: std::mem::take(&mut self.changes),
-                    ..Self::new()
+                    ..Self::default()
                 }
             }
             8 => self.reference = frame & 1 != 0,
@@ -191,12 +189,6 @@ impl Ad5668 {
     }
 }
 
-impl Default for Ad5668 {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -214,7 +206,7 @@ mod tests {
 
     #[test]
     fn write_and_update_changes_one_output_at_the_32nd_edge() {
-        let mut dac = Ad5668::new();
+        let mut dac = Ad5668::default();
         send(&mut dac, 0x0325_6780, 1000);
         assert_eq!(outputs(&dac), [0, 0, 0x5678, 0, 0, 0, 0, 0]);
         let change = Change {
@@ -232,7 +224,7 @@ mod tests {
 
     #[test]
     fn input_registers_wait_for_an_update() {
-        let mut dac = Ad5668::new();
+        let mut dac = Ad5668::default();
         send(&mut dac, 0x0000_0010, 500);
         send(&mut dac, 0x0010_0020, 1000);
         assert_eq!(outputs(&dac), [0; 8]);
@@ -247,7 +239,7 @@ mod tests {
 
     #[test]
     fn frames_that_are_too_short_are_ignored_and_further_edges_too() {
-        let mut dac = Ad5668::new();
+        let mut dac = Ad5668::default();
         dac.select(true);
         dac.shift(0x030F, 16, 100).unwrap();
         dac.shift(0x7FFF, 15, 200).unwrap();
@@ -268,7 +260,7 @@ mod tests {
 
     #[test]
     fn power_reference_and_reset() {
-        let mut dac = Ad5668::new();
+        let mut dac = Ad5668::default();
         assert!(!dac.has_reference());
         send(&mut dac, 0x0800_0001, 500);
         assert!(dac.has_reference());

@@ -93,7 +93,7 @@ pub fn run(image: &Image, wait: Wait) -> Result<Ended, AloneError> {
 
 fn run_on<B: Bus>(image: &Image, bus: &mut B) -> Result<Ended, AloneError> {
     let program = image.path().display().to_string();
-    let mut cpu = Cpu::new();
+    let mut cpu = Cpu::default();
     cpu.system.semihosting = Some(Semihosting::default());
     let ended = cpu.reset(bus).and_then(|()| cpu.run(bus, LIMIT));
     let console = cpu.system.semihosting.take().unwrap_or_default().console;

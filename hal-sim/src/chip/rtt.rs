@@ -8,10 +8,9 @@ use super::board::Around;
 use super::cpu::Size;
 use super::image::{Image, ImageError};
 use super::soc::Ram;
-use crate::lockstep::Device;
-use crate::world::Output;
+use crate::lockstep::{Device, Output};
 use defmt_decoder::{DecodeError, StreamDecoder, Table};
-use firmware::device::lockstep::{Sensors, Sink};
+use firmware::lockstep::{Sensors, Sink};
 use firmware::units::Micros;
 use std::io::{self, Write};
 
@@ -94,10 +93,8 @@ impl Log {
     pub fn new(image: &Image, out: Box<dyn Write + Send>) -> Result<Self, LogError> {
         image.require_defmt()?;
         let path = image.path();
-        let elf = std::fs::read(path).map_err(|why| ImageError::Unreadable {
-            path: path.to_owned(),
-            why,
-        })?;
+        let elf = std::fs::read(path);
+        let elf = elf.map_err(|why| ImageError::Unreadable(path.to_owned(), why))?;
         let unusable = |why: String| LogError::Table {
             path: path.to_owned(),
             why,

@@ -1,7 +1,7 @@
 //! Devices that live in virtual time, driven in lock-step.
 //!
-//! Lives here: [`Device`], what every simulated device can do, and [`Remote`],
-//! one at the other end of a line. Not here: the device code in this process
+//! Lives here: [`Device`], what every simulated device can do, the [`Output`]
+//! of its channels, and [`Remote`], one at the other end of a line. Not here: the device code in this process
 //! (`native`) and in an emulator (`qemu`).
 //! In: bytes, sensors and how far time goes. Out: levels, DAC codes, bytes.
 
@@ -9,11 +9,20 @@ mod remote;
 
 pub use remote::Remote;
 
-use crate::world::Output;
-use firmware::device::lockstep::{Sensors, Sink};
+use crate::body::Drive;
+use firmware::lockstep::{Sensors, Sink};
 use firmware::units::Micros;
 use std::io;
 use std::sync::{Arc, Mutex, MutexGuard};
+
+/// How a channel's code becomes volts or milliamperes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Output {
+    /// Full scale at code 65 535.
+    pub full_scale: Drive,
+    /// Whether the rest of its group is grounded while it pulses.
+    pub conducted: bool,
+}
 
 /// A device that lives in virtual time.
 pub trait Device: Send {

@@ -2,10 +2,10 @@
 //! outputs come back as frames.
 
 use super::Device;
-use firmware::device::lockstep::port::{Command, MAX_PIECE, Output};
-use firmware::device::lockstep::{Sensors, Sink};
 use firmware::link::message::ResetCause;
 use firmware::link::{Decoder, encode};
+use firmware::lockstep::port::{Command, MAX_PIECE, Output};
+use firmware::lockstep::{Sensors, Sink};
 use firmware::pulse::Levels;
 use firmware::safety::FaultRecord;
 use firmware::units::{DacCode, Micros};
@@ -37,7 +37,7 @@ impl<R: Read, W: Write> Remote<R, W> {
             commands: 0,
             first_session: 1,
         };
-        remote.take_until_done(&mut Nothing)?;
+        remote.read_until_done(&mut Nothing)?;
         Ok(remote)
     }
 
@@ -77,12 +77,12 @@ impl<R: Read, W: Write> Remote<R, W> {
         let frame = encode(command).ok_or(io::ErrorKind::InvalidInput)?;
         self.writer.write_all(&frame)?;
         self.writer.flush()?;
-        self.take_until_done(sink)?;
+        self.read_until_done(sink)?;
         self.commands += 1;
         Ok(())
     }
 
-    fn take_until_done(&mut self, sink: &mut dyn Sink) -> io::Result<()> {
+    fn read_until_done(&mut self, sink: &mut dyn Sink) -> io::Result<()> {
         loop {
             let mut byte = [0];
             self.reader.read_exact(&mut byte)?;
@@ -93,7 +93,7 @@ impl<R: Read, W: Write> Remote<R, W> {
                 message.map_err(|e| corrupt(&format!("a frame of the device is bad: {e:?}")))?;
             let output = postcard::from_bytes(message)
                 .map_err(|e| corrupt(&format!("a frame of the device is no output: {e}")))?;
-            let is_done = pass_on(&output, sink)?;
+            let is_done = emit(&output, sink)?;
             self.decoder.clear();
             if is_done {
                 return Ok(());
@@ -140,7 +140,7 @@ impl<R: Read + Send, W: Write + Send> Device for Remote<R, W> {
 }
 
 /// Whether it ends a command.
-fn pass_on(output: &Output<'_>, sink: &mut dyn Sink) -> io::Result<bool> {
+fn emit(output: &Output<'_>, sink: &mut dyn Sink) -> io::Result<bool> {
     match *output {
         Output::Levels { at, levels } => sink.levels(at, Levels(levels)),
         Output::Dac { at, channel, code } => sink.dac(at, channel, code),

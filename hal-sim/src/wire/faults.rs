@@ -3,6 +3,7 @@
 //! The same seed and the same pushes give the same faults, byte for byte. The
 //! line keeps the order of frames, as a serial line does.
 
+use crate::random::Random;
 use std::collections::VecDeque;
 
 /// End-of-frame byte of the link; a corruption that makes or destroys one
@@ -64,7 +65,7 @@ impl Counts {
 #[derive(Clone, Debug)]
 pub struct FaultyLine {
     faults: Faults,
-    random: SplitMix64,
+    random: Random,
     queue: VecDeque<(u64, Vec<u8>)>,
     last_arrival_us: u64,
     counts: Counts,
@@ -75,7 +76,7 @@ impl FaultyLine {
     pub fn new(faults: Faults, seed: u64) -> FaultyLine {
         FaultyLine {
             faults,
-            random: SplitMix64(seed),
+            random: Random::new(seed),
             queue: VecDeque::new(),
             last_arrival_us: 0,
             counts: Counts::default(),
@@ -88,7 +89,7 @@ impl FaultyLine {
         // All draws are made for every frame, so that changing one fault's
         // probability leaves the other faults where they were.
         let [loss, corruption, jitter] = std::array::from_fn(|_| self.random.unit());
-        let [which, place, change] = std::array::from_fn(|_| self.random.next());
+        let [which, place, change] = std::array::from_fn(|_| self.random.word());
         if loss < self.faults.loss {
             self.counts.lost += 1;
             return;
@@ -141,27 +142,6 @@ impl FaultyLine {
         }
         self.counts.delimiters_destroyed += u64::from(before == DELIMITER);
         self.counts.delimiters_made += u64::from(*byte == DELIMITER);
-    }
-}
-
-/// Random numbers by Steele, Lea and Flood, "Fast splittable pseudorandom number
-/// generators", OOPSLA 2014, figure 17: eight lines that never change, so that a
-/// seed means the same faults in every version.
-#[derive(Clone, Debug)]
-struct SplitMix64(u64);
-
-impl SplitMix64 {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
-    }
-
-    /// Uniform in [0, 1).
-    fn unit(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1u64 << 53) as f64
     }
 }
 

@@ -2,8 +2,8 @@
 
 use super::{RandomFingerSpec, Twitch};
 use crate::body::FingerSpec;
-use crate::body::noise::unit;
 use crate::body::wearer::{Participant, Site};
+use crate::random::unit;
 
 /// Even draws between two bounds, one after the other, from one seed.
 #[derive(Debug, Clone)]

@@ -11,9 +11,9 @@ mod reach;
 mod twitch;
 
 use super::finger::{A, B, EXTENSOR, Effect, Points};
-use super::noise::standard_normal;
 use super::wearer::effective_voltage;
 use super::{Body, CHANNELS, FingerSpec, InvalidSpec, Load, Pulse};
+use crate::random::Noise;
 pub use draw::Draws;
 pub use friction::{Hinge, Motion, Torque};
 pub use reach::Reach;
@@ -103,7 +103,7 @@ pub struct RandomFinger {
     spec: RandomFingerSpec,
     hinge: Hinge,
     points: Points,
-    seed: u64,
+    noise: Noise,
     loads: [Load; CHANNELS],
     tick: u64,
     muscles: [Moving; 3],
@@ -127,7 +127,7 @@ impl RandomFinger {
         Ok(Self {
             hinge,
             points: Points::new(&spec.finger),
-            seed,
+            noise: Noise::new(seed),
             loads: [Load::NOMINAL; CHANNELS],
             tick: 0,
             muscles: spec.muscles.map(Moving::new),
@@ -266,7 +266,7 @@ impl Body for RandomFinger {
     fn sensed_deg(&self) -> f64 {
         let finger = &self.spec.finger;
         let [low, high] = finger.stops_deg;
-        let noise = finger.sensor_noise_deg * standard_normal(self.seed, self.tick);
+        let noise = finger.sensor_noise_deg * self.noise.at(self.tick);
         let step = finger.sensor_resolution_deg;
         (((self.sensor_deg + noise) / step).round() * step).clamp(low, high)
     }

@@ -4,7 +4,7 @@
 use super::front_end::{current_ma, sense};
 use super::margin::Margins;
 use super::outputs::{Outputs, Phases};
-use super::wiring::{self, Pin, Port};
+use super::wiring::{self, Pin};
 use crate::chip::Cycle;
 use crate::chip::ad5668::Ad5668;
 use crate::chip::cpu::bus::{Bus, Denied, LINE_WORDS, Read, Size, Unmodelled};
@@ -13,9 +13,9 @@ use crate::chip::soc::gpio::Level;
 use crate::chip::soc::rcc::Cause;
 use crate::chip::soc::{Pace, Soc, playback};
 use crate::chip::usb::Host;
+use crate::lockstep::Output;
 use crate::trace::CHANNELS;
-use crate::world::Output;
-use firmware::device::lockstep::{Sensors, Sink};
+use firmware::lockstep::{Sensors, Sink};
 
 impl Unmodelled {
     /// Where the core was when it came about.
@@ -57,7 +57,7 @@ impl Around {
         Self {
             soc,
             host,
-            dacs: [Ad5668::new(), Ad5668::new()],
+            dacs: [Ad5668::default(), Ad5668::default()],
             outputs: Outputs::default(),
             stages,
             load_ohm: [2_000; CHANNELS],
@@ -70,8 +70,8 @@ impl Around {
     }
 
     /// Something from outside changed: let the core look at its next event.
-    pub(super) fn touch(&mut self) {
-        self.soc.touch();
+    pub(super) fn reschedule(&mut self) {
+        self.soc.reschedule();
     }
 
     /// The world as the sensors have it, from `at` on.
@@ -102,7 +102,7 @@ impl Around {
         let cause = self.soc.wants_reset().unwrap_or(Cause::Pin);
         self.soc.reset(cause, at)?;
         self.follow_clock(at);
-        self.settle()
+        self.collect()
     }
 
     /// The cycle at which the image's microsecond counter was, or would have
@@ -131,14 +131,12 @@ impl Around {
     }
 
     /// Cycle of device time 0.
-    #[must_use]
     pub const fn origin(&self) -> Cycle {
         self.outputs.origin()
     }
 
     /// How early the tape's windows were ready, since device time began or
     /// [`Self::restart_counts`].
-    #[must_use]
     pub const fn margins(&self) -> &Margins {
         &self.margins
     }
@@ -150,21 +148,20 @@ impl Around {
     }
 
     /// Where in their microsecond the pins' edges came.
-    #[must_use]
     pub const fn phases(&self) -> &Phases {
         self.outputs.phases()
     }
 
     /// Gives everything before `to_us` to `sink`.
-    pub(super) fn put_out(&mut self, to_us: u64, sink: &mut dyn Sink) {
+    pub(super) fn emit(&mut self, to_us: u64, sink: &mut dyn Sink) {
         while let Some((cycle, packet)) = self.host.received() {
             self.outputs.bytes(cycle, packet.bytes());
         }
-        self.outputs.put_out(to_us, sink);
+        self.outputs.emit(to_us, sink);
     }
 
     /// Pin edges, DAC words and USB packets up to now, in their order.
-    fn settle(&mut self) -> Result<(), Unmodelled> {
+    fn collect(&mut self) -> Result<(), Unmodelled> {
         for word in self.soc.spi3.words() {
             for dac in &mut self.dacs {
                 dac.shift(word.value, word.bits, word.end)?;
@@ -233,13 +230,13 @@ impl Around {
         self.soc.advance(to)?;
         self.follow_clock(to);
         self.host.advance(to, &mut self.soc.otg);
-        self.settle()?;
+        self.collect()?;
         if let Some(sample) = self.soc.adc.next_sample()
             && sample.at <= to
         {
             let code = self.convert(sample.channel);
             self.soc.adc.sampled(code);
-            self.soc.touch();
+            self.soc.reschedule();
         }
         self.now = to;
         self.lines = self.soc.lines();
@@ -322,14 +319,5 @@ impl Bus for Around {
 
     fn wants_reset(&self) -> bool {
         self.soc.wants_reset().is_some()
-    }
-}
-
-/// Ports whose pins the output stages hang on.
-pub(super) const fn output_port(port: u8) -> Option<Port> {
-    match port {
-        1 => Some(Port::B),
-        2 => Some(Port::C),
-        _ => None,
     }
 }

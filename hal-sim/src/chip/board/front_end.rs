@@ -12,7 +12,6 @@ const SENSE_MA: f64 = 120.0;
 
 /// Current that a stage of this full scale drives through `ohm` at `code`, mA;
 /// `u32::MAX` Ω is an electrode off.
-#[must_use]
 pub fn current_ma(full_scale: Drive, code: u16, ohm: u32) -> f64 {
     if ohm == u32::MAX {
         return 0.0;
@@ -26,7 +25,6 @@ pub fn current_ma(full_scale: Drive, code: u16, ohm: u32) -> f64 {
 }
 
 /// The 12-bit conversion of the current sense.
-#[must_use]
 pub fn sense(ma: f64) -> u16 {
     (ma.abs() / SENSE_MA * 4095.0).clamp(0.0, 4095.0) as u16
 }

@@ -29,11 +29,11 @@ impl Margins {
     #[inline]
     pub(super) fn wrote(&mut self, address: u32, at: Cycle) {
         if SRAM2.contains(&address) {
-            self.note(at);
+            self.record(at);
         }
     }
 
-    fn note(&mut self, at: Cycle) {
+    fn record(&mut self, at: Cycle) {
         let window = at / WINDOW;
         if self.last_window != Some(window) {
             self.last_window = Some(window);
@@ -60,10 +60,8 @@ mod tests {
         assert_eq!(margins, Margins::default(), "not the tape");
         margins.wrote(0x2001_C000, 1_000);
         margins.wrote(0x2001_C004, 2_000);
-        assert_eq!(
-            (margins.windows, margins.worst),
-            (1, Some(249 * 168 - 2_000))
-        );
+        let expected = (1, Some(249 * 168 - 2_000));
+        assert_eq!((margins.windows, margins.worst), expected);
         margins.wrote(0x2001_C008, 42_000 + 10_000);
         assert_eq!((margins.windows, margins.worst_window), (2, 1));
         margins.wrote(0x2001_C008, 2 * 42_000 - 1);

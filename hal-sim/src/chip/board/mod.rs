@@ -19,10 +19,9 @@ use super::Cycle;
 use super::cpu::{Cpu, Stop, run::Observer};
 use super::image::Image;
 use super::soc::Pace;
-use crate::lockstep::Device;
+use crate::lockstep::{Device, Output};
 use crate::trace::CHANNELS;
-use crate::world::Output;
-use firmware::device::lockstep::{Sensors, Sink};
+use firmware::lockstep::{Sensors, Sink};
 use firmware::units::Micros;
 use std::io;
 
@@ -88,7 +87,7 @@ impl<O: Observer> Board<O> {
         observer: O,
     ) -> Result<Self, BoardError> {
         let mut board = Self {
-            cpu: Cpu::new(),
+            cpu: Cpu::default(),
             around: Around::new(&image.flash, outputs, pace),
             observer,
             image,
@@ -137,13 +136,11 @@ impl<O: Observer> Board<O> {
     }
 
     /// Device time, which is world time.
-    #[must_use]
     pub const fn now_us(&self) -> u64 {
         self.now_us
     }
 
     /// The image that runs.
-    #[must_use]
     pub const fn image(&self) -> &Image {
         &self.image
     }
@@ -201,7 +198,7 @@ impl<O: Observer> Board<O> {
     ///
     /// # Errors
     /// The core stopped.
-    pub(super) fn go_on(&mut self, to: Micros, sensors: &Sensors) -> Result<(), BoardError> {
+    pub(super) fn resume(&mut self, to: Micros, sensors: &Sensors) -> Result<(), BoardError> {
         self.around
             .sense(sensors, self.cpu.cycle)
             .map_err(|what| self.explain(what.at(&self.cpu)))?;
@@ -220,8 +217,8 @@ impl<O: Observer> Board<O> {
     }
 
     /// Gives what the board put out so far to `sink`.
-    pub(super) fn put_out(&mut self, sink: &mut dyn Sink) {
-        self.around.put_out(self.now_us, sink);
+    pub(super) fn emit(&mut self, sink: &mut dyn Sink) {
+        self.around.emit(self.now_us, sink);
     }
 
     fn advance_to(&mut self, to: Micros) -> Result<(), BoardError> {
@@ -249,13 +246,13 @@ impl<O: Observer + Send> Device for Board<O> {
     ) -> io::Result<()> {
         self.advance(at, sensors, sink)?;
         self.around.host.send(bytes, self.cpu.cycle);
-        self.around.touch();
+        self.around.reschedule();
         Ok(())
     }
 
     fn advance(&mut self, to: Micros, sensors: &Sensors, sink: &mut dyn Sink) -> io::Result<()> {
-        self.go_on(to, sensors)?;
-        self.put_out(sink);
+        self.resume(to, sensors)?;
+        self.emit(sink);
         Ok(())
     }
 }

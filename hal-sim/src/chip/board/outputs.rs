@@ -1,13 +1,12 @@
 //! What the board put out, from cycles to microseconds.
 
 use super::CYCLES_PER_US;
-use super::around::output_port;
 use super::wiring::{self, Outputs as Pins, Port};
 use crate::chip::Cycle;
 use crate::chip::ad5668::Change;
 use crate::chip::soc::gpio::Edge;
 use crate::trace::Levels;
-use firmware::device::lockstep::Sink;
+use firmware::lockstep::Sink;
 use firmware::units::{DacCode, Micros};
 use std::collections::VecDeque;
 
@@ -32,7 +31,7 @@ const FNV: (u64, u64) = (0xCBF2_9CE4_8422_2325, 0x100_0000_01B3);
 
 impl Phases {
     /// `edge` of `port`, its cycle counted from `origin`.
-    fn note(&mut self, port: Port, edge: &Edge, origin: Cycle) {
+    fn record(&mut self, port: Port, edge: &Edge, origin: Cycle) {
         let cycle = edge.cycle.saturating_sub(origin);
         let counts = match port {
             Port::B => &mut self.b,
@@ -63,6 +62,15 @@ fn plays(port: Port, changed: u16) -> bool {
     let all = lines.chain([wiring::SYNC_OUT, wiring::PUMP]);
     all.filter(|pin| pin.0 == port)
         .any(|(_, pin)| changed >> pin & 1 == 1)
+}
+
+/// Ports whose pins the output stages hang on.
+const fn output_port(port: u8) -> Option<Port> {
+    match port {
+        1 => Some(Port::B),
+        2 => Some(Port::C),
+        _ => None,
+    }
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -135,7 +143,7 @@ impl Outputs {
             return;
         };
         if let Some(origin) = self.origin.filter(|_| plays(port, edge.changed)) {
-            self.phases.note(port, &edge, origin);
+            self.phases.record(port, &edge, origin);
         }
         match port {
             Port::B => self.pins.b = edge.levels,
@@ -170,7 +178,7 @@ impl Outputs {
     }
 
     /// Gives everything before `to_us` to `sink`, in the order of time.
-    pub fn put_out(&mut self, to_us: u64, sink: &mut dyn Sink) {
+    pub fn emit(&mut self, to_us: u64, sink: &mut dyn Sink) {
         if let Some(open) = self.open.filter(|&open| open < to_us) {
             self.waiting.push_back((open, Out::Levels(self.levels)));
             self.open = None;

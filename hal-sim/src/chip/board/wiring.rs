@@ -19,7 +19,6 @@ pub enum Port {
 
 impl Port {
     /// 0 for A, and so on.
-    #[must_use]
     pub const fn index(self) -> usize {
         self as usize
     }
@@ -72,7 +71,6 @@ pub struct Outputs {
 
 impl Outputs {
     /// What the output stages do with these levels.
-    #[must_use]
     pub fn levels(self) -> Levels {
         let high = |(port, pin): Pin| {
             let port = if port == Port::B { self.b } else { self.c };

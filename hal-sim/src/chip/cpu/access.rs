@@ -1,6 +1,7 @@
 //! Data accesses of instructions: alignment, MPU, private bus or `Bus`.
 
 use super::bus::Denied;
+use super::system::{actlr, ccr};
 use super::{Bus, Cpu, Fault, Size, Trap};
 use crate::chip::Cycle;
 
@@ -150,12 +151,12 @@ impl Cpu {
             Ok(wait) => {
                 let wait = Cycle::from(wait);
                 self.pipeline.buffer = at.wrapping_add(1 + wait);
-                if wait != 0 && self.system.disables_write_buffer() {
+                if wait != 0 && self.system.disables(actlr::WRITE_BUFFER) {
                     self.cycle += wait;
                 }
                 Ok(())
             }
-            Err(Denied::Error) if !self.system.disables_write_buffer() => {
+            Err(Denied::Error) if !self.system.disables(actlr::WRITE_BUFFER) => {
                 self.deadline = 0;
                 Ok(self.imprecise_fault()?)
             }
@@ -215,7 +216,7 @@ impl Cpu {
 
     fn check_unaligned(&self, address: u32) -> Result<(), Trap> {
         // The private bus has no unaligned accesses (TRM 3.4.2).
-        if self.system.unaligned_traps() || address >> 20 == PRIVATE {
+        if self.system.is_configured(ccr::UNALIGNED_TRAP) || address >> 20 == PRIVATE {
             return Err(Fault::Unaligned.into());
         }
         Ok(())

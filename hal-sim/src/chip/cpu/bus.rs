@@ -15,7 +15,6 @@ pub enum Size {
 
 impl Size {
     /// Number of bytes.
-    #[must_use]
     pub const fn bytes(self) -> u32 {
         match self {
             Self::Byte => 1,
@@ -28,6 +27,19 @@ impl Size {
 /// Something that nobody models; the run stops and names it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Unmodelled(pub &'static str);
+
+/// Stops the run with `what` if `unmodelled`.
+///
+/// # Errors
+/// [`Unmodelled`] then.
+#[inline]
+pub const fn refuse(unmodelled: bool, what: &'static str) -> Result<(), Unmodelled> {
+    if unmodelled {
+        Err(Unmodelled(what))
+    } else {
+        Ok(())
+    }
+}
 
 /// Why an access got no answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -126,13 +126,13 @@ impl Cpu {
             if event >= end {
                 return Ok(None);
             }
-            let event = self.let_happen(bus, event)?;
+            let event = self.advance_bus(bus, event)?;
             if self.preempting().is_some() {
                 return Ok(Some(event));
             }
             if bus.next_event() <= event {
                 // It asks for the present, whichever that is.
-                self.let_happen(bus, end.saturating_sub(1))?;
+                self.advance_bus(bus, end.saturating_sub(1))?;
                 return Ok(None);
             }
         }
@@ -146,7 +146,7 @@ impl Cpu {
     }
 
     /// Time never goes back: gives the cycle that it went on to.
-    fn let_happen<B: Bus>(&mut self, bus: &mut B, to: Cycle) -> Result<Cycle, Stop> {
+    fn advance_bus<B: Bus>(&mut self, bus: &mut B, to: Cycle) -> Result<Cycle, Stop> {
         let to = to.max(self.system.sampled_at());
         bus.advance(to).map_err(|Unmodelled(what)| Stop::Outside {
             pc: self.registers.r[15],

@@ -30,23 +30,9 @@ pub struct Flat {
     version: u32,
 }
 
-impl Flat {
-    /// Start of flash.
-    pub const FLASH: u32 = 0x0800_0000;
-    /// Start of SRAM.
-    pub const SRAM: u32 = 0x2000_0000;
-    /// Start of core-coupled RAM.
-    pub const CCM: u32 = 0x1000_0000;
-    /// Bytes of flash.
-    pub const FLASH_BYTES: u32 = 1 << 20;
-    /// Bytes of SRAM.
-    pub const SRAM_BYTES: u32 = 128 << 10;
-    /// Bytes of core-coupled RAM.
-    pub const CCM_BYTES: u32 = 64 << 10;
-
+impl Default for Flat {
     /// All memory zero, no interrupt, no wait states.
-    #[must_use]
-    pub fn new() -> Self {
+    fn default() -> Self {
         Self {
             lines: [0; LINE_WORDS],
             event: Cycle::MAX,
@@ -61,6 +47,21 @@ impl Flat {
             version: 0,
         }
     }
+}
+
+impl Flat {
+    /// Start of flash.
+    pub const FLASH: u32 = 0x0800_0000;
+    /// Start of SRAM.
+    pub const SRAM: u32 = 0x2000_0000;
+    /// Start of core-coupled RAM.
+    pub const CCM: u32 = 0x1000_0000;
+    /// Bytes of flash.
+    pub const FLASH_BYTES: u32 = 1 << 20;
+    /// Bytes of SRAM.
+    pub const SRAM_BYTES: u32 = 128 << 10;
+    /// Bytes of core-coupled RAM.
+    pub const CCM_BYTES: u32 = 64 << 10;
 
     /// Copies `bytes` to `address` on, in flash or RAM; whatever was decoded
     /// from flash is stale then. Says whether all of it fits one memory.
@@ -85,7 +86,6 @@ impl Flat {
     }
 
     /// The word at `address`, without time; `None` where no memory is.
-    #[must_use]
     pub fn word(&self, address: u32) -> Option<u32> {
         self.peek(address, Size::Word)
     }
@@ -106,12 +106,6 @@ impl Flat {
             address
         };
         self.flash.read(address, size)
-    }
-}
-
-impl Default for Flat {
-    fn default() -> Self {
-        Self::new()
     }
 }
 

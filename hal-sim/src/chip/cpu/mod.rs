@@ -6,18 +6,16 @@
 //! rest of the core. In: a `Bus`. Out: accesses in the order of their cycles.
 
 mod access;
-pub mod arithmetic;
+pub(crate) mod arithmetic;
 pub mod bus;
 mod decode;
 mod exception;
 mod execute;
 pub mod flat;
-pub mod fpu;
+pub(crate) mod fpu;
 pub mod registers;
 pub mod run;
 pub mod semihosting;
-#[cfg(test)]
-mod speed;
 pub mod stop;
 pub mod system;
 pub mod timing;

@@ -56,13 +56,11 @@ pub mod control {
 
 impl Registers {
     /// R13 is PSP now (thread mode with SPSEL).
-    #[must_use]
     pub const fn uses_psp(&self) -> bool {
         self.exception == 0 && self.control & control::SPSEL != 0
     }
 
     /// Main stack pointer.
-    #[must_use]
     pub const fn msp(&self) -> u32 {
         if self.uses_psp() {
             self.other_sp
@@ -72,7 +70,6 @@ impl Registers {
     }
 
     /// Process stack pointer.
-    #[must_use]
     pub const fn psp(&self) -> u32 {
         if self.uses_psp() {
             self.r[13]
@@ -82,7 +79,6 @@ impl Registers {
     }
 
     /// Handler mode, or thread mode without nPRIV.
-    #[must_use]
     pub const fn is_privileged(&self) -> bool {
         self.exception != 0 || self.control & control::NPRIV == 0
     }

@@ -37,10 +37,9 @@ pub trait Observer {
 
 impl Observer for () {}
 
-impl Cpu {
+impl Default for Cpu {
     /// A core that has power but was not reset yet.
-    #[must_use]
-    pub fn new() -> Self {
+    fn default() -> Self {
         Self {
             registers: super::Registers::default(),
             cycle: 0,
@@ -54,7 +53,9 @@ impl Cpu {
             exclusive: false,
         }
     }
+}
 
+impl Cpu {
     /// Runs until `until` is reached (passed by at most one instruction or
     /// exception entry). Sleep is skipped to the next event.
     ///
@@ -94,7 +95,7 @@ impl Cpu {
         observer: &mut O,
     ) -> Result<(), Stop> {
         loop {
-            self.attend(bus, until, observer)?;
+            self.service(bus, until, observer)?;
             decoded.check(bus.code_version());
             if self.cycle >= until {
                 return Ok(());
@@ -124,7 +125,7 @@ impl Cpu {
             _ => 0,
         };
         let before = self.registers.exception;
-        let entered = self.attend(bus, until, &mut ())?;
+        let entered = self.service(bus, until, &mut ())?;
         if self.asleep || entered || self.registers.exception != before {
             return Ok(());
         }
@@ -135,7 +136,6 @@ impl Cpu {
     }
 
     /// Whether the core sleeps (WFI, WFE).
-    #[must_use]
     pub const fn is_asleep(&self) -> bool {
         self.asleep
     }
@@ -148,19 +148,19 @@ impl Cpu {
     /// Lets happen what is due, takes what is pending, sleeps; sets the next
     /// deadline. Says whether an exception was taken.
     #[inline(never)]
-    fn attend<B: Bus, O: Observer>(
+    fn service<B: Bus, O: Observer>(
         &mut self,
         bus: &mut B,
         until: Cycle,
         observer: &mut O,
     ) -> Result<bool, Stop> {
         self.asleep |= self.system.takes_sleep_on_exit();
-        let mut entered = self.look(bus)?;
+        let mut entered = self.enter_pending(bus)?;
         while self.asleep && self.cycle < until {
             let (from, next) = (self.cycle, self.event(bus).max(self.cycle + 1));
             self.cycle = next.min(until);
             observer.asleep(from, self.cycle);
-            entered |= self.look(bus)?;
+            entered |= self.enter_pending(bus)?;
         }
         if bus.wants_reset() {
             let pc = self.registers.r[15];
@@ -181,7 +181,7 @@ impl Cpu {
     }
 
     /// Takes what is pending, which may wake the core.
-    fn look<B: Bus>(&mut self, bus: &mut B) -> Result<bool, Stop> {
+    fn enter_pending<B: Bus>(&mut self, bus: &mut B) -> Result<bool, Stop> {
         if self.take_pending(bus)? {
             self.asleep = false;
             self.exclusive = false;
@@ -269,11 +269,5 @@ impl Cpu {
             }
             Trap::Stop(stop) => Err(stop),
         }
-    }
-}
-
-impl Default for Cpu {
-    fn default() -> Self {
-        Self::new()
     }
 }

@@ -122,7 +122,6 @@ impl From<Stop> for Trap {
 impl Trap {
     /// What an access to `address` by the instruction at `pc` that was `denied`
     /// comes to.
-    #[must_use]
     pub const fn data(denied: Denied, address: u32, pc: u32) -> Self {
         match denied {
             Denied::Error => Self::Fault(Fault::DataBus(address)),

@@ -39,7 +39,6 @@ const AHEAD: u32 = 10;
 const STAGES: Cycle = 2;
 
 /// Whether `first` is the first half of a 32-bit instruction (Arm ARM A5.1).
-#[must_use]
 pub const fn is_wide(first: u16) -> bool {
     first >> 11 >= 0x1D
 }

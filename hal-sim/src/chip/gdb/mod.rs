@@ -16,7 +16,7 @@ use super::Cycle;
 use super::board::{Around, Board, BoardError, CYCLES_PER_US};
 use super::cpu::Stop;
 use crate::lockstep::Device;
-use firmware::device::lockstep::{Sensors, Sink};
+use firmware::lockstep::{Sensors, Sink};
 use firmware::units::Micros;
 use gdbstub::common::Signal;
 use gdbstub::conn::Connection;
@@ -102,7 +102,6 @@ impl Debugger {
     }
 
     /// The board.
-    #[must_use]
     pub const fn board(&self) -> &Board<Points> {
         &self.board
     }
@@ -115,25 +114,27 @@ impl Debugger {
         mut act: impl FnMut(&mut Board<Points>) -> Result<T, BoardError>,
     ) -> Result<T, BoardError> {
         loop {
-            self.attend(limit);
+            self.poll(limit);
             if self.killed {
                 return Err(BoardError::Killed);
             }
             match act(&mut self.board) {
-                Err(BoardError::Stopped { stop, .. }) if self.gdb.is_some() => self.tell(stop),
+                Err(BoardError::Stopped { stop, .. }) if self.gdb.is_some() => {
+                    self.report_stop(stop)
+                }
                 other => return other,
             }
         }
     }
 
     /// Serves gdb while it has the core.
-    fn attend(&mut self, limit: Cycle) {
+    fn poll(&mut self, limit: Cycle) {
         while let Some(gdb) = self.gdb.take() {
             if matches!(gdb, State::Running(_)) && self.board.observer.leaves {
                 self.gdb = Some(gdb);
                 self.board.observer.leaves = false;
                 if let Err(BoardError::Stopped { stop, .. }) = self.board.step() {
-                    self.tell(stop);
+                    self.report_stop(stop);
                 } else if self.board.observer.steps {
                     self.report(SingleThreadStopReason::DoneStep);
                 }
@@ -186,13 +187,13 @@ impl Debugger {
     }
 
     /// Tells gdb that the core stopped, and why, if that needs words.
-    fn tell(&mut self, stop: Stop) {
+    fn report_stop(&mut self, stop: Stop) {
         let reason = match stop {
             Stop::Breakpoint { .. } => SingleThreadStopReason::SwBreak(()),
             Stop::Exit(status) => SingleThreadStopReason::Exited(status as u8),
             _ => {
                 let function = self.board.image().symbols.describe(self.board.pc());
-                self.say(&format!("{stop} (in {function})\n"));
+                self.print(&format!("{stop} (in {function})\n"));
                 SingleThreadStopReason::Signal(signal(stop))
             }
         };
@@ -208,7 +209,7 @@ impl Debugger {
     }
 
     /// Prints `text` in gdb's console: the protocol's O packet.
-    fn say(&mut self, text: &str) {
+    fn print(&mut self, text: &str) {
         if let Some(State::Running(running)) = &mut self.gdb {
             let hex: String = text.bytes().map(|byte| format!("{byte:02x}")).collect();
             let sum = hex.bytes().fold(b'O', u8::wrapping_add);
@@ -261,8 +262,8 @@ impl Device for Debugger {
         let ahead = to.since(Micros(self.board.now_us() as u32)).max(0);
         let end = self.board.now_us() + u64::from(ahead.cast_unsigned());
         let limit = self.board.around.origin() + end * CYCLES_PER_US;
-        self.run(limit, |board| board.go_on(to, sensors))?;
-        self.board.put_out(sink);
+        self.run(limit, |board| board.resume(to, sensors))?;
+        self.board.emit(sink);
         Ok(())
     }
 }

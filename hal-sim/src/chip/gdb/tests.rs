@@ -43,7 +43,7 @@ impl Gdb {
     }
 
     /// The next packet, acknowledged.
-    fn hear(&mut self) -> String {
+    fn receive(&mut self) -> String {
         let (mut text, mut byte) = (String::new(), [0]);
         loop {
             self.stream.read_exact(&mut byte).unwrap();
@@ -58,14 +58,14 @@ impl Gdb {
         text
     }
 
-    fn ask(&mut self, packet: &str) -> String {
+    fn exchange(&mut self, packet: &str) -> String {
         self.send(packet);
-        self.hear()
+        self.receive()
     }
 
     /// Register `n` of R0–R15, from the packet of all.
     fn register(&mut self, n: usize) -> u32 {
-        let all = self.ask("g");
+        let all = self.exchange("g");
         u32::from_str_radix(&all[8 * n..8 * n + 8], 16)
             .unwrap()
             .swap_bytes()
@@ -75,17 +75,17 @@ impl Gdb {
 #[test]
 fn the_core_halts_at_reset_steps_and_stops_at_breakpoints() {
     let mut gdb = Gdb::attach(&LOOP);
-    assert_eq!(gdb.ask("?"), "T05thread:01;");
+    assert_eq!(gdb.exchange("?"), "T05thread:01;");
     assert_eq!(gdb.register(15), CODE);
-    assert_eq!(gdb.ask("s"), "S05");
+    assert_eq!(gdb.exchange("s"), "S05");
     assert_eq!((gdb.register(15), gdb.register(0)), (CODE + 2, 1));
-    assert_eq!(gdb.ask(&format!("Z1,{:x},2", CODE + 6)), "OK");
+    assert_eq!(gdb.exchange(&format!("Z1,{:x},2", CODE + 6)), "OK");
     for sum in [3, 5, 7] {
-        assert_eq!(gdb.ask("c"), "T05thread:01;swbreak:;");
+        assert_eq!(gdb.exchange("c"), "T05thread:01;swbreak:;");
         assert_eq!((gdb.register(15), gdb.register(0)), (CODE + 6, sum));
     }
-    assert_eq!(gdb.ask(&format!("z1,{:x},2", CODE + 6)), "OK");
-    assert_eq!(gdb.ask("D"), "OK");
+    assert_eq!(gdb.exchange(&format!("z1,{:x},2", CODE + 6)), "OK");
+    assert_eq!(gdb.exchange("D"), "OK");
     let debugger = gdb.device.join().unwrap().unwrap();
     assert!(
         debugger.board().cpu.cycle >= 20 * 16_000,
@@ -98,7 +98,7 @@ fn ctrl_c_stops_what_runs() {
     let mut gdb = Gdb::attach(&LOOP);
     gdb.send("c");
     Write::write_all(&mut gdb.stream, &[3]).unwrap();
-    assert_eq!(gdb.hear(), "S02");
+    assert_eq!(gdb.receive(), "S02");
     assert_ne!(gdb.register(15), CODE, "it ran");
     gdb.send("k");
     assert!(matches!(
@@ -110,21 +110,21 @@ fn ctrl_c_stops_what_runs() {
 #[test]
 fn memory_and_registers_are_read_and_written() {
     let mut gdb = Gdb::attach(&LOOP);
-    assert_eq!(gdb.ask(&format!("m{CODE:x},4")), "01200221");
-    assert_eq!(gdb.ask("M20000010,4:78563412"), "OK");
-    assert_eq!(gdb.ask("m20000011,2"), "5634");
+    assert_eq!(gdb.exchange(&format!("m{CODE:x},4")), "01200221");
+    assert_eq!(gdb.exchange("M20000010,4:78563412"), "OK");
+    assert_eq!(gdb.exchange("m20000011,2"), "5634");
     // CPUID; SCR, written as by the core; a register of a peripheral whose
     // clock is off has no answer, nor has flash a write.
-    assert_eq!(gdb.ask("me000ed00,4"), "41c20f41");
-    assert_eq!(gdb.ask("Me000ed10,4:04000000"), "OK");
-    assert_eq!(gdb.ask("me000ed10,4"), "04000000");
-    assert!(gdb.ask("m40000024,4").starts_with('E'));
-    assert!(gdb.ask(&format!("M{CODE:x},2:0000")).starts_with('E'));
-    let all = gdb.ask("g");
+    assert_eq!(gdb.exchange("me000ed00,4"), "41c20f41");
+    assert_eq!(gdb.exchange("Me000ed10,4:04000000"), "OK");
+    assert_eq!(gdb.exchange("me000ed10,4"), "04000000");
+    assert!(gdb.exchange("m40000024,4").starts_with('E'));
+    assert!(gdb.exchange(&format!("M{CODE:x},2:0000")).starts_with('E'));
+    let all = gdb.exchange("g");
     let changed = format!("efbeadde{}", &all[8..]);
-    assert_eq!(gdb.ask(&format!("G{changed}")), "OK");
-    assert_eq!(gdb.ask("g"), changed);
-    let features = gdb.ask("qXfer:features:read:target.xml:0,4000");
+    assert_eq!(gdb.exchange(&format!("G{changed}")), "OK");
+    assert_eq!(gdb.exchange("g"), changed);
+    let features = gdb.exchange("qXfer:features:read:target.xml:0,4000");
     assert!(features.contains("org.gnu.gdb.arm.m-profile"), "{features}");
     gdb.send("k");
     assert!(gdb.device.join().unwrap().is_err());
@@ -134,7 +134,7 @@ fn memory_and_registers_are_read_and_written() {
 fn what_nobody_models_is_told_in_words() {
     let mut gdb = Gdb::attach(&BEYOND);
     gdb.send("c");
-    let said = gdb.hear();
+    let said = gdb.receive();
     let bytes = said.as_bytes()[1..].chunks(2);
     let bytes = bytes.map(|hex| u8::from_str_radix(std::str::from_utf8(hex).unwrap(), 16));
     let said = String::from_utf8(bytes.collect::<Result<_, _>>().unwrap()).unwrap();
@@ -142,10 +142,10 @@ fn what_nobody_models_is_told_in_words() {
         said.contains("0x40001000") && said.contains("Reset"),
         "{said}"
     );
-    assert_eq!(gdb.hear(), "S0a", "SIGBUS");
+    assert_eq!(gdb.receive(), "S0a", "SIGBUS");
     assert_eq!(gdb.register(15), CODE + 2);
     // Without gdb, it is the end of the run.
-    assert_eq!(gdb.ask("D"), "OK");
+    assert_eq!(gdb.exchange("D"), "OK");
     assert!(matches!(
         gdb.device.join().unwrap(),
         Err(BoardError::Stopped { .. })

@@ -29,62 +29,34 @@ const STACKS: [Range<u32>; 2] = [0x1000_0000..0x1001_0000, 0x2000_0000..0x2002_0
 /// B1-4).
 const CORE_VECTORS: u32 = 16;
 
-/// What is wrong with an image, numbered; each names the file.
+/// What is wrong with an image, numbered; each names the file, then why.
 #[derive(Debug, Error)]
 pub enum ImageError {
-    /// The file cannot be read.
-    #[error("E530 the image {path} cannot be read: {why}")]
-    Unreadable {
-        /// The file.
-        path: PathBuf,
-        /// The system's words.
-        why: std::io::Error,
-    },
+    /// The file cannot be read: the system's words.
+    #[error("E530 the image {0} cannot be read: {1}")]
+    Unreadable(PathBuf, std::io::Error),
     /// No ELF, or a damaged one.
-    #[error("E531 {path} is not an ELF file that can be read: {why}")]
-    NotElf {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with it.
-        why: String,
-    },
+    #[error("E531 {0} is not an ELF file that can be read: {1}")]
+    NotElf(PathBuf, String),
     /// An ELF for something else.
-    #[error("E532 {path} is not for a Cortex-M: {why} (needed: 32-bit little-endian ARM, Thumb)")]
-    WrongArchitecture {
-        /// The file.
-        path: PathBuf,
-        /// What it is for.
-        why: String,
-    },
+    #[error("E532 {0} is not for a Cortex-M: {1} (needed: 32-bit little-endian ARM, Thumb)")]
+    WrongArchitecture(PathBuf, String),
     /// Nothing that the core could start from.
-    #[error("E533 {path} has no vector table at {start:#010x}: {why}", start = FLASH.start)]
-    NoVectorTable {
-        /// The file.
-        path: PathBuf,
-        /// What is there instead.
-        why: String,
-    },
+    #[error("E533 {0} has no vector table at {start:#010x}: {1}", start = FLASH.start)]
+    NoVectorTable(PathBuf, String),
     /// Bytes that have no place in flash.
     #[error(
-        "E534 {path} does not fit the flash {start:#010x}..{end:#010x} (1 MiB): {why}",
+        "E534 {0} does not fit the flash {start:#010x}..{end:#010x} (1 MiB): {1}",
         start = FLASH.start,
         end = FLASH.end
     )]
-    OutsideFlash {
-        /// The file.
-        path: PathBuf,
-        /// What lies where.
-        why: String,
-    },
+    OutsideFlash(PathBuf, String),
     /// Logs were asked for, but the image cannot say what they mean.
     #[error(
-        "E535 {path} has no defmt table: it was built without defmt, or stripped; \
+        "E535 {0} has no defmt table: it was built without defmt, or stripped; \
          its logs cannot be decoded"
     )]
-    NoDefmtTable {
-        /// The file.
-        path: PathBuf,
-    },
+    NoDefmtTable(PathBuf),
 }
 
 /// An image that can be flashed and started.
@@ -111,10 +83,8 @@ impl Image {
     /// # Errors
     /// [`ImageError`].
     pub fn open(path: &Path) -> Result<Self, ImageError> {
-        let bytes = std::fs::read(path).map_err(|why| ImageError::Unreadable {
-            path: path.to_owned(),
-            why,
-        })?;
+        let bytes = std::fs::read(path);
+        let bytes = bytes.map_err(|why| ImageError::Unreadable(path.to_owned(), why))?;
         Self::parse(path, &bytes)
     }
 
@@ -124,10 +94,7 @@ impl Image {
     /// [`ImageError`].
     pub fn parse(path: &Path, bytes: &[u8]) -> Result<Self, ImageError> {
         check_machine(path, bytes)?;
-        let not_elf = |why: object::Error| ImageError::NotElf {
-            path: path.to_owned(),
-            why: why.to_string(),
-        };
+        let not_elf = |why: object::Error| ImageError::NotElf(path.to_owned(), why.to_string());
         let elf = ElfFile32::<Endianness>::parse(bytes).map_err(not_elf)?;
         check_state(path, elf.elf_header())?;
         let (flash, size) = load(path, &elf, bytes)?;
@@ -146,7 +113,6 @@ impl Image {
     }
 
     /// The file it came from.
-    #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -159,21 +125,14 @@ impl Image {
         if self.has_defmt {
             return Ok(());
         }
-        Err(ImageError::NoDefmtTable {
-            path: self.path.clone(),
-        })
+        Err(ImageError::NoDefmtTable(self.path.clone()))
     }
 }
 
 /// The ELF identification and header, before anything depends on them: class,
 /// byte order, machine, ABI, type.
 fn check_machine(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
-    let wrong = |why: String| {
-        Err(ImageError::WrongArchitecture {
-            path: path.to_owned(),
-            why,
-        })
-    };
+    let wrong = |why: String| Err(ImageError::WrongArchitecture(path.to_owned(), why));
     let Some((ident, [_, _, machine @ ..])) = bytes.split_first_chunk::<16>() else {
         return not_elf(path, format!("it has only {} bytes", bytes.len()));
     };
@@ -209,17 +168,11 @@ fn check_state(path: &Path, header: &FileHeader32<Endianness>) -> Result<(), Ima
     } else {
         return Ok(());
     };
-    Err(ImageError::WrongArchitecture {
-        path: path.to_owned(),
-        why,
-    })
+    Err(ImageError::WrongArchitecture(path.to_owned(), why))
 }
 
 fn not_elf<T>(path: &Path, why: String) -> Result<T, ImageError> {
-    Err(ImageError::NotElf {
-        path: path.to_owned(),
-        why,
-    })
+    Err(ImageError::NotElf(path.to_owned(), why))
 }
 
 /// What flash holds, and how many bytes of it the segments fill.
@@ -241,10 +194,10 @@ fn load(
         // Within the file, so that the length fits; u64 so that the end does.
         let end = u64::from(at) + data.len() as u64;
         if at < FLASH.start || end > u64::from(FLASH.end) {
-            return Err(ImageError::OutsideFlash {
-                path: path.to_owned(),
-                why: format!("a segment of {} bytes lies at {at:#010x}", data.len()),
-            });
+            return Err(ImageError::OutsideFlash(
+                path.to_owned(),
+                format!("a segment of {} bytes lies at {at:#010x}", data.len()),
+            ));
         }
         let from = (at - FLASH.start) as usize;
         let to = from + data.len();
@@ -256,22 +209,17 @@ fn load(
         size = size.saturating_add(data.len() as u32);
     }
     if flash.is_empty() {
-        return Err(ImageError::OutsideFlash {
-            path: path.to_owned(),
-            why: "it loads nothing at all".into(),
-        });
+        return Err(ImageError::OutsideFlash(
+            path.to_owned(),
+            "it loads nothing at all".into(),
+        ));
     }
     Ok((flash, size))
 }
 
 /// Initial stack pointer and first instruction (Arm ARM B1.5.5).
 fn start(path: &Path, flash: &[u8]) -> Result<(u32, u32), ImageError> {
-    let none = |why: String| {
-        Err(ImageError::NoVectorTable {
-            path: path.to_owned(),
-            why,
-        })
-    };
+    let none = |why: String| Err(ImageError::NoVectorTable(path.to_owned(), why));
     let word = |n: usize| -> Option<u32> {
         let bytes = flash.get(4 * n..)?.first_chunk()?;
         Some(u32::from_le_bytes(*bytes))

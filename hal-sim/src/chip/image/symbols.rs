@@ -60,14 +60,12 @@ impl Symbols {
     }
 
     /// All functions, by rising address.
-    #[must_use]
     pub fn functions(&self) -> &[Symbol] {
         &self.functions
     }
 
     /// The function whose code holds `address`: the last that begins there or
     /// before and does not end before.
-    #[must_use]
     pub fn function_at(&self, address: u32) -> Option<&Symbol> {
         let after = self.functions.partition_point(|f| f.address <= address);
         let function = self.functions.get(after.checked_sub(1)?)?;
@@ -77,7 +75,6 @@ impl Symbols {
 
     /// Name of the function at `address` and the distance from its start, for
     /// messages.
-    #[must_use]
     pub fn describe(&self, address: u32) -> String {
         match self.function_at(address) {
             Some(symbol) => format!("{} + {:#x}", symbol.name, address - symbol.address),
@@ -86,7 +83,6 @@ impl Symbols {
     }
 
     /// The function or variable that the linker calls `raw`.
-    #[must_use]
     pub fn find(&self, raw: &str) -> Option<&Symbol> {
         let mut all = self.functions.iter().chain(&self.variables);
         all.find(|symbol| symbol.raw == raw)

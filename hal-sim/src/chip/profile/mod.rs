@@ -37,7 +37,6 @@ impl Owner {
     pub const ALL: [Self; 4] = [Self::Pulser, Self::Controller, Self::Session, Self::Other];
 
     /// Whose exception `number` is; 0 is thread mode.
-    #[must_use]
     pub const fn of(number: u16) -> Self {
         match number {
             exception::PVD | exception::EXTI9_5 | exception::TIM2 => Self::Pulser,
@@ -48,7 +47,6 @@ impl Owner {
     }
 
     /// As the documentation calls it.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Pulser => "Pulser",
@@ -76,7 +74,6 @@ pub mod exception {
     pub const OTG_FS: u16 = 16 + 67;
 
     /// What `number` is called, 0 for thread mode.
-    #[must_use]
     pub fn name(number: u16) -> String {
         match number {
             0 => "thread".into(),
@@ -140,7 +137,6 @@ pub struct Profile {
 
 impl Profile {
     /// Counts from power-on, by the functions of `image`.
-    #[must_use]
     pub fn new(image: &Image) -> Self {
         let functions = Functions::of(image);
         Self {
@@ -167,19 +163,16 @@ impl Profile {
     }
 
     /// Cycles counted.
-    #[must_use]
     pub const fn total(&self) -> Cycle {
         self.last - self.began
     }
 
     /// Cycles asleep.
-    #[must_use]
     pub const fn idle(&self) -> Cycle {
         self.idle
     }
 
     /// Cost by function, dearest first; those that never ran are left out.
-    #[must_use]
     pub fn functions(&self) -> Vec<(&str, Cost)> {
         let named = self.costs.iter().enumerate();
         let ran = named.filter(|(_, cost)| cost.cycles > 0);
@@ -191,7 +184,6 @@ impl Profile {
     }
 
     /// Cost of an owner.
-    #[must_use]
     pub fn owner(&self, owner: Owner) -> Cost {
         let mut sum = Cost::default();
         for (number, cost) in (0u16..).zip(&self.contexts) {
@@ -208,7 +200,6 @@ impl Profile {
     }
 
     /// Lowest stack pointer after any instruction since power-on.
-    #[must_use]
     pub const fn lowest_sp(&self) -> u32 {
         self.lowest_sp
     }

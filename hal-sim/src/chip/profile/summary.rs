@@ -38,13 +38,11 @@ pub struct Stack {
 
 impl Stack {
     /// Bytes used at the deepest.
-    #[must_use]
     pub const fn used(&self) -> u32 {
         self.top.saturating_sub(self.lowest)
     }
 
     /// Bytes left above the guard at the deepest.
-    #[must_use]
     pub fn free(&self) -> Option<u32> {
         self.limit.map(|limit| self.lowest.saturating_sub(limit))
     }
@@ -63,7 +61,6 @@ pub struct Phase {
 
 impl Phase {
     /// What was `found`, earliest first, places without edges left out.
-    #[must_use]
     pub fn all(found: &Phases) -> Vec<Self> {
         let lap = CYCLES_PER_US as usize;
         // Half a microsecond early at most, less than that late.
@@ -82,7 +79,6 @@ impl Phase {
 
     /// Cycles from the earliest of `all` to the latest, both counted; 0 without
     /// edges.
-    #[must_use]
     pub fn span(all: &[Self]) -> u64 {
         match (all.first(), all.last()) {
             (Some(first), Some(last)) => last.late.abs_diff(first.late) + 1,
@@ -112,7 +108,6 @@ pub struct Summary {
 
 impl Summary {
     /// Of `board`, as it is now.
-    #[must_use]
     pub fn of(board: &mut Board<Profile>) -> Self {
         let limit = stack_limit(board);
         let profile = &board.observer;
@@ -146,20 +141,17 @@ impl Summary {
     }
 
     /// Part of the time that the core was awake, %.
-    #[must_use]
     pub fn load_percent(&self) -> f64 {
         100.0 * (self.total - self.idle) as f64 / self.total.max(1) as f64
     }
 
     /// Cycles from the earliest edge's place to the latest's, both counted; 0
     /// without edges.
-    #[must_use]
     pub fn edge_span(&self) -> u64 {
         Phase::span(&self.phases)
     }
 
     /// Longest wait of any of these exceptions, cycles.
-    #[must_use]
     pub fn worst_latency(&self) -> Cycle {
         let waits = self.lines.iter().map(|line| line.latency.worst);
         waits.max().unwrap_or(0)

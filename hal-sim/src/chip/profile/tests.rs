@@ -40,10 +40,8 @@ fn every_cycle_is_counted_once() {
     seen.asleep(60, 90);
     seen.instruction(0x2000_0000, 4, 100, 0x2000_4000);
 
-    assert_eq!(
-        (seen.total(), seen.idle(), seen.lowest_sp()),
-        (100, 30, 0x2000_3FC0)
-    );
+    let expected = (100, 30, 0x2000_3FC0);
+    assert_eq!((seen.total(), seen.idle(), seen.lowest_sp()), expected);
     // Entry and return count for what they lead to; six cycles went by before
     // the last instruction.
     assert_eq!(seen.owner(Owner::Pulser), cost(12 + 3, 1));

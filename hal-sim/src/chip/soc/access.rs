@@ -67,7 +67,7 @@ impl Soc {
             }
             0x08 if address < 0x0810_0000 => {
                 let wait = self.flash.write(address, size, value, at)?;
-                self.look_again(at);
+                self.reschedule_at(at);
                 Ok(wait)
             }
             _ => Err(RESERVED),
@@ -75,7 +75,6 @@ impl Soc {
     }
 
     /// See [`crate::chip::cpu::Bus::read_at_once`]: SRAM1 while no DMA uses it.
-    #[must_use]
     #[inline(always)]
     pub fn read_at_once(&self, address: u32, size: Size) -> Option<u32> {
         if self.shares[0] || !SRAM1.contains(&address) {

@@ -1,11 +1,7 @@
 //! The RTC's backup registers (RM0090 section 26.6.20). The clock and calendar
 //! are not modelled.
 
-use super::Peripheral;
-use super::word::part;
-use crate::chip::Cycle;
-use crate::chip::cpu::Size;
-use crate::chip::cpu::bus::Unmodelled;
+use super::peripheral::{Cycle, Peripheral, Size, Unmodelled, part, refuse};
 
 const FIRST: u32 = 0x50;
 const COUNT: usize = 20;
@@ -45,9 +41,7 @@ impl Peripheral for Backup {
 
     fn write(&mut self, offset: u32, size: Size, value: u32, _at: Cycle) -> Result<(), Unmodelled> {
         let index = Self::index(offset)?;
-        if size != Size::Word {
-            return Err(Unmodelled("RTC_BKPxR: writes narrower than a word"));
-        }
+        refuse(size != Size::Word, "RTC_BKPxR: writes narrower than a word")?;
         if self.writable {
             self.words[index] = value;
         }
@@ -58,23 +52,24 @@ impl Peripheral for Backup {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::chip::soc::peripheral::Driven;
 
     #[test]
     fn twenty_words_behind_the_write_protection() {
         let mut backup = Backup::default();
-        backup.write(0x50, Size::Word, 1, 0).unwrap();
-        assert_eq!(backup.read(0x50, Size::Word, 0), Ok(0), "DBP is off");
+        backup.set(0x50, 1, 0);
+        assert_eq!(backup.get(0x50, 0), 0, "DBP is off");
         backup.set_writable(true);
         for n in 0..20 {
-            backup.write(0x50 + 4 * n, Size::Word, n + 1, 0).unwrap();
+            backup.set(0x50 + 4 * n, n + 1, 0);
         }
         backup.set_writable(false);
-        backup.write(0x9C, Size::Word, 99, 0).unwrap();
-        assert_eq!(backup.read(0x9C, Size::Word, 0), Ok(20));
+        backup.set(0x9C, 99, 0);
+        assert_eq!(backup.get(0x9C, 0), 20);
         assert!(backup.read(0xA0, Size::Word, 0).is_err());
         assert!(backup.read(0x4C, Size::Word, 0).is_err());
         assert!(backup.read(0, Size::Word, 0).is_err());
         backup.reset_domain();
-        assert_eq!(backup.read(0x50, Size::Word, 0), Ok(0));
+        assert_eq!(backup.get(0x50, 0), 0);
     }
 }

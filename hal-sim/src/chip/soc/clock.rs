@@ -21,39 +21,33 @@ pub struct Clocks {
 
 impl Clocks {
     /// Core cycles per APB1 cycle: 1, 2, 4, 8, 16.
-    #[must_use]
     pub const fn apb1_divider(&self) -> u32 {
         self.hclk_hz / self.pclk1_hz
     }
 
     /// Core cycles per APB2 cycle: 1, 2, 4, 8, 16.
-    #[must_use]
     pub const fn apb2_divider(&self) -> u32 {
         self.hclk_hz / self.pclk2_hz
     }
 
     /// Core cycles per timer cycle on APB1: 1, 2, 4, 8.
-    #[must_use]
     pub const fn timer1_divider(&self) -> u32 {
         self.hclk_hz / self.timer1_hz
     }
 
     /// Core cycles per timer cycle on APB2: 1, 2, 4, 8.
-    #[must_use]
     pub const fn timer2_divider(&self) -> u32 {
         self.hclk_hz / self.timer2_hz
     }
 }
 
 /// Core cycles in `ns` nanoseconds at `hz`, rounded up.
-#[must_use]
 pub const fn cycles_in(ns: u64, hz: u32) -> Cycle {
     (ns as u128 * hz as u128).div_ceil(1_000_000_000) as u64 // < 2^64: ns of 10^19 at 1 GHz
 }
 
 /// The cycle of something due at `due` in real time, when at cycle `at` the
 /// core clock changes from `old_hz` to `new_hz`. What is past, or never, stays.
-#[must_use]
 pub fn rescale(due: Cycle, at: Cycle, old_hz: u32, new_hz: u32) -> Cycle {
     if due <= at || due == Cycle::MAX || old_hz == 0 {
         return due;
@@ -77,7 +71,6 @@ pub struct Oscillator {
 impl Oscillator {
     /// An oscillator of `hz` (at least 1) with tick 0 at cycle `at`, while the
     /// core runs at `core_hz` (at least 1).
-    #[must_use]
     pub fn new(hz: u32, core_hz: u32, at: Cycle) -> Self {
         Self {
             hz: hz.max(1),
@@ -89,13 +82,11 @@ impl Oscillator {
     }
 
     /// Ticks gone at cycle `at`.
-    #[must_use]
     pub fn ticks(&self, at: Cycle) -> u64 {
         self.position(at).0
     }
 
     /// Cycle of tick `n`; the present anchor for ticks before it.
-    #[must_use]
     pub fn cycle_of(&self, n: u64) -> Cycle {
         let ticks = u128::from(n.saturating_sub(self.ticks));
         let parts = (ticks * u128::from(self.core_hz)).saturating_sub(u128::from(self.fraction));
@@ -117,7 +108,6 @@ impl Oscillator {
     }
 
     /// Frequency of the core that it is seen from, Hz.
-    #[must_use]
     pub const fn core_hz(&self) -> u32 {
         self.core_hz
     }

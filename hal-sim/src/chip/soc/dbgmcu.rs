@@ -2,11 +2,7 @@
 //! 38.16). A debugger's halt stops all time of the simulator, so the freeze
 //! bits are kept and have no further effect.
 
-use super::Peripheral;
-use super::word::part;
-use crate::chip::Cycle;
-use crate::chip::cpu::Size;
-use crate::chip::cpu::bus::Unmodelled;
+use super::peripheral::{Cycle, Peripheral, Size, Unmodelled, part};
 
 /// DBGMCU_IDCODE: device 0x413, revision 0x1007 (section 38.6.1).
 pub const IDCODE: u32 = 0x1007_6413;
@@ -47,15 +43,16 @@ impl Peripheral for Dbgmcu {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::chip::soc::peripheral::Driven;
 
     #[test]
     fn it_names_the_device_and_keeps_its_bits() {
         let mut dbgmcu = Dbgmcu::default();
-        assert_eq!(dbgmcu.read(0, Size::Word, 0), Ok(0x1007_6413));
+        assert_eq!(dbgmcu.get(0, 0), 0x1007_6413);
         assert_eq!(dbgmcu.read(2, Size::Half, 0), Ok(0x1007));
         for (offset, kept) in [(4, 0xE7), (8, 0x06E0_1DFF), (12, 0x0007_0003)] {
-            dbgmcu.write(offset, Size::Word, u32::MAX, 0).unwrap();
-            assert_eq!(dbgmcu.read(offset, Size::Word, 0), Ok(kept));
+            dbgmcu.set(offset, u32::MAX, 0);
+            assert_eq!(dbgmcu.get(offset, 0), kept);
         }
         assert!(dbgmcu.write(0, Size::Word, 0, 0).is_err());
         assert!(dbgmcu.read(16, Size::Word, 0).is_err());

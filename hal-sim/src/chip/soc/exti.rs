@@ -1,9 +1,7 @@
 //! EXTI (RM0090 chapter 12): 23 lines, edges of which are latched in PR.
 
-use super::{Peripheral, Syscfg};
-use crate::chip::Cycle;
-use crate::chip::cpu::Size;
-use crate::chip::cpu::bus::Unmodelled;
+use super::Syscfg;
+use super::peripheral::{Cycle, Peripheral, Size, Unmodelled};
 
 /// Line of the programmable voltage detector.
 pub const PVD: usize = 16;
@@ -44,7 +42,6 @@ impl Exti {
 
     /// Lines that ask for an interrupt, bit n is line n. Lines 5–9 and 10–15
     /// share one NVIC input each (RM0090 table 61).
-    #[must_use]
     pub const fn pending(&self) -> u32 {
         self.pr & self.imr
     }
@@ -89,41 +86,38 @@ impl Peripheral for Exti {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn write(exti: &mut Exti, offset: u32, value: u32) {
-        exti.write(offset, Size::Word, value, 0).unwrap();
-    }
+    use crate::chip::soc::peripheral::Driven;
 
     #[test]
     fn only_selected_edges_are_latched_and_writing_one_clears() {
         let mut exti = Exti::default();
-        write(&mut exti, FTSR, 1 << 7);
-        write(&mut exti, RTSR, 1 << PVD);
+        exti.set(FTSR, 1 << 7, 0);
+        exti.set(RTSR, 1 << PVD, 0);
         exti.edge(7, true);
         exti.edge(PVD, false);
         exti.edge(40, true);
-        assert_eq!(exti.read(PR, Size::Word, 0), Ok(0));
+        assert_eq!(exti.get(PR, 0), 0);
         exti.edge(7, false);
         exti.edge(PVD, true);
-        assert_eq!(exti.read(PR, Size::Word, 0), Ok(1 << 7 | 1 << PVD));
+        assert_eq!(exti.get(PR, 0), 1 << 7 | 1 << PVD);
         assert_eq!(exti.pending(), 0, "masked");
-        write(&mut exti, IMR, 1 << 7);
+        exti.set(IMR, 1 << 7, 0);
         assert_eq!(exti.pending(), 1 << 7);
-        write(&mut exti, PR, 1 << 7);
+        exti.set(PR, 1 << 7, 0);
         assert_eq!(exti.pending(), 0);
     }
 
     #[test]
     fn a_pin_reaches_its_line_through_syscfg_only() {
         let (mut exti, mut syscfg) = (Exti::default(), Syscfg::default());
-        write(&mut exti, FTSR, 1 << 7);
-        write(&mut exti, IMR, 1 << 7);
+        exti.set(FTSR, 1 << 7, 0);
+        exti.set(IMR, 1 << 7, 0);
         exti.pin(1, 7, false, &syscfg);
         assert_eq!(exti.pending(), 0);
         exti.pin(0, 7, false, &syscfg);
         assert_eq!(exti.pending(), 1 << 7);
-        write(&mut exti, PR, 1 << 7);
-        syscfg.write(0x0C, Size::Word, 1 << 12, 0).unwrap();
+        exti.set(PR, 1 << 7, 0);
+        syscfg.set(0x0C, 1 << 12, 0);
         exti.pin(1, 7, false, &syscfg);
         assert_eq!(exti.pending(), 1 << 7);
     }
@@ -131,12 +125,12 @@ mod tests {
     #[test]
     fn software_raises_a_line_once_until_it_is_cleared() {
         let mut exti = Exti::default();
-        write(&mut exti, IMR, 1);
-        write(&mut exti, SWIER, 1);
+        exti.set(IMR, 1, 0);
+        exti.set(SWIER, 1, 0);
         assert_eq!(exti.pending(), 1);
-        write(&mut exti, PR, 1);
-        assert_eq!(exti.read(SWIER, Size::Word, 0), Ok(0));
-        write(&mut exti, SWIER, 1);
+        exti.set(PR, 1, 0);
+        assert_eq!(exti.get(SWIER, 0), 0);
+        exti.set(SWIER, 1, 0);
         assert_eq!(exti.pending(), 1);
         assert!(exti.write(EMR, Size::Word, 1, 0).is_err());
     }

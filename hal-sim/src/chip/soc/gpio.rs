@@ -37,27 +37,16 @@ pub struct Edge {
 }
 
 /// Register offsets (RM0090 8.4).
-pub mod offset {
-    /// Mode.
-    pub const MODER: u32 = 0x00;
-    /// Output type.
-    pub const OTYPER: u32 = 0x04;
-    /// Output speed.
-    pub const OSPEEDR: u32 = 0x08;
-    /// Pull resistors.
-    pub const PUPDR: u32 = 0x0C;
-    /// Input data.
-    pub const IDR: u32 = 0x10;
-    /// Output data.
-    pub const ODR: u32 = 0x14;
-    /// Bit set and reset.
-    pub const BSRR: u32 = 0x18;
-    /// Configuration lock.
-    pub const LCKR: u32 = 0x1C;
-    /// Alternate function, pins 0–7.
-    pub const AFRL: u32 = 0x20;
-    /// Alternate function, pins 8–15.
-    pub const AFRH: u32 = 0x24;
+pub(crate) mod offset {
+    pub const MODER: u32 = 0x00; // Mode
+    pub const OTYPER: u32 = 0x04; // Output type
+    pub const OSPEEDR: u32 = 0x08; // Output speed
+    pub const PUPDR: u32 = 0x0C; // Pull resistors
+    pub const IDR: u32 = 0x10; // Input data
+    pub const ODR: u32 = 0x14; // Output data
+    pub const BSRR: u32 = 0x18; // Bit set and reset
+    pub const AFRL: u32 = 0x20; // Alternate function, pins 0–7
+    pub const AFRH: u32 = 0x24; // Alternate function, pins 8–15
 }
 
 #[derive(Clone, Debug, Default)]
@@ -103,7 +92,7 @@ impl Gpio {
         if let Some(p) = self.ports.get_mut(port) {
             let before = p.levels;
             p.reset(port);
-            self.note(port, before, at);
+            self.record(port, before, at);
         }
     }
 
@@ -161,7 +150,7 @@ impl Gpio {
             _ => return Err(Unmodelled("a GPIO register")),
         }
         p.refresh();
-        self.note(port, before, done);
+        self.record(port, before, done);
         Ok(())
     }
 
@@ -182,11 +171,10 @@ impl Gpio {
         } else {
             p.refresh();
         }
-        self.note(port, before, done);
+        self.record(port, before, done);
     }
 
     /// Output data of `port`, which must be one of `0..PORTS`.
-    #[must_use]
     #[inline]
     pub fn output(&self, port: usize) -> u16 {
         self.ports[port].odr
@@ -206,7 +194,6 @@ impl Gpio {
     }
 
     /// Level of a pin; low beyond I and 15.
-    #[must_use]
     pub fn level(&self, port: usize, pin: usize) -> bool {
         pin < 16
             && self
@@ -216,13 +203,11 @@ impl Gpio {
     }
 
     /// All levels of `port`, bit n is pin n; 0 beyond I.
-    #[must_use]
     pub fn levels(&self, port: usize) -> u16 {
         self.ports.get(port).map_or(0, |p| p.levels)
     }
 
     /// Whether a pin is in alternate-function mode with `function`.
-    #[must_use]
     pub fn has_function(&self, port: usize, pin: usize, function: u32) -> bool {
         let mode = 0b10 << (2 * pin);
         self.ports.get(port).is_some_and(|p| {
@@ -241,7 +226,7 @@ impl Gpio {
     }
 
     #[inline]
-    fn note(&mut self, port: usize, before: u16, cycle: Cycle) {
+    fn record(&mut self, port: usize, before: u16, cycle: Cycle) {
         let levels = self.ports[port].levels;
         if levels != before {
             self.edges.push(Edge {

@@ -5,12 +5,8 @@
 //! count after a reload may be cut short; a new prescaler or reload value
 //! arrives five LSI cycles after its write.
 
-use super::Peripheral;
 use super::clock::{Oscillator, cycles_in};
-use super::word::part;
-use crate::chip::Cycle;
-use crate::chip::cpu::Size;
-use crate::chip::cpu::bus::Unmodelled;
+use super::peripheral::{Cycle, Peripheral, Size, Unmodelled, part, refuse};
 
 /// LSI start-up, 15 µs typical (DS8626, LSI oscillator characteristics).
 const LSI_START_NS: u64 = 15_000;
@@ -74,7 +70,6 @@ pub struct Iwdg {
 
 impl Iwdg {
     /// At reset, on an LSI of `lsi_hz`: 32 kHz typical, 17–47 kHz (DS8626).
-    #[must_use]
     pub const fn new(lsi_hz: u32) -> Self {
         Self {
             lsi_hz,
@@ -104,13 +99,11 @@ impl Iwdg {
     }
 
     /// It asks for a reset of the chip.
-    #[must_use]
     pub const fn has_bitten(&self) -> bool {
         self.bitten
     }
 
     /// Cycle of its bite if nothing more happens; `Cycle::MAX` while it stands.
-    #[must_use]
     pub fn bites_at(&self) -> Cycle {
         self.running.as_ref().map_or(Cycle::MAX, |(lsi, counter)| {
             let divider = self.divider();
@@ -160,9 +153,10 @@ impl Iwdg {
         } else {
             &mut self.prescaler
         };
-        if register.pending.is_some() {
-            return Err(Unmodelled("IWDG: written while PVU or RVU is set"));
-        }
+        refuse(
+            register.pending.is_some(),
+            "IWDG: written while PVU or RVU is set",
+        )?;
         register.pending = Some((value, due));
         Ok(())
     }
@@ -202,9 +196,7 @@ impl Peripheral for Iwdg {
 
     fn write(&mut self, offset: u32, size: Size, value: u32, at: Cycle) -> Result<(), Unmodelled> {
         self.advance(at)?;
-        if size == Size::Byte {
-            return Err(Unmodelled("IWDG: byte writes"));
-        }
+        refuse(size == Size::Byte, "IWDG: byte writes")?;
         match offset {
             0x0 => {
                 let key = value & 0xFFFF;
@@ -214,13 +206,13 @@ impl Peripheral for Iwdg {
                     0xCCCC => self.start(at),
                     _ => {}
                 }
-                Ok(())
             }
-            0x4 => self.schedule(value & 7, at, false),
-            0x8 => self.schedule(value & 0xFFF, at, true),
-            0xC => Ok(()),
-            _ => Err(Unmodelled("IWDG register")),
+            0x4 => self.schedule(value & 7, at, false)?,
+            0x8 => self.schedule(value & 0xFFF, at, true)?,
+            0xC => {}
+            _ => return Err(Unmodelled("IWDG register")),
         }
+        Ok(())
     }
 
     fn advance(&mut self, to: Cycle) -> Result<(), Unmodelled> {
@@ -250,6 +242,7 @@ impl Peripheral for Iwdg {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::chip::soc::peripheral::Driven;
 
     const KR: u32 = 0;
     const PR: u32 = 4;
@@ -260,17 +253,13 @@ mod tests {
     /// Cycle of LSI tick 0: 15 µs.
     const FIRST: Cycle = 240;
 
-    fn write(iwdg: &mut Iwdg, offset: u32, value: u32, at: Cycle) {
-        iwdg.write(offset, Size::Word, value, at).unwrap();
-    }
-
     /// The board's set-up: start, unlock, divide by 4, 49 counts.
     fn board(lsi_hz: u32) -> Iwdg {
         let mut iwdg = Iwdg::new(lsi_hz);
-        write(&mut iwdg, KR, 0xCCCC, 0);
-        write(&mut iwdg, KR, 0x5555, 10);
-        write(&mut iwdg, PR, 0, 20);
-        write(&mut iwdg, RLR, 48, 30);
+        iwdg.set(KR, 0xCCCC, 0);
+        iwdg.set(KR, 0x5555, 10);
+        iwdg.set(PR, 0, 20);
+        iwdg.set(RLR, 48, 30);
         iwdg
     }
 
@@ -278,7 +267,7 @@ mod tests {
     fn it_stands_until_started_and_bites_after_the_longest_time() {
         let mut iwdg = Iwdg::new(32_000);
         assert_eq!(iwdg.next_event(), Cycle::MAX);
-        write(&mut iwdg, KR, 0xCCCC, 0);
+        iwdg.set(KR, 0xCCCC, 0);
         // Table: 512 ms at /4 and RL 0xFFF.
         let bite = FIRST + 4096 * 4 * TICK;
         assert_eq!(iwdg.next_event(), bite);
@@ -294,13 +283,13 @@ mod tests {
     #[test]
     fn new_values_arrive_after_five_lsi_cycles() {
         let mut iwdg = board(32_000);
-        assert_eq!(iwdg.read(SR, Size::Word, 40), Ok(3));
-        assert_eq!(iwdg.read(RLR, Size::Word, 40), Ok(48));
+        assert_eq!(iwdg.get(SR, 40), 3);
+        assert_eq!(iwdg.get(RLR, 40), 48);
         let arrival = FIRST + 5 * TICK;
-        assert_eq!(iwdg.read(SR, Size::Word, arrival - 1), Ok(3));
-        assert_eq!(iwdg.read(SR, Size::Word, arrival), Ok(0));
+        assert_eq!(iwdg.get(SR, arrival - 1), 3);
+        assert_eq!(iwdg.get(SR, arrival), 0);
         assert!(iwdg.bites_at() > 500_000, "not reloaded yet");
-        write(&mut iwdg, KR, 0xAAAA, arrival + 10);
+        iwdg.set(KR, 0xAAAA, arrival + 10);
         // Tick 5 lies in count 1, so 49 counts end with tick 4 * 50.
         assert_eq!(iwdg.bites_at(), FIRST + 200 * TICK);
     }
@@ -310,7 +299,7 @@ mod tests {
         let mut iwdg = board(32_000);
         let mut at = 10_000;
         for _ in 0..100 {
-            write(&mut iwdg, KR, 0xAAAA, at);
+            iwdg.set(KR, 0xAAAA, at);
             let wait = iwdg.bites_at() - at;
             assert!((48 * 4 * TICK..=49 * 4 * TICK).contains(&wait), "{wait}");
             at += 50_001;
@@ -324,7 +313,7 @@ mod tests {
             let mut iwdg = board(lsi_hz);
             for n in 0..50 {
                 let at = 20_000 + n * 1234;
-                write(&mut iwdg, KR, 0xAAAA, at);
+                iwdg.set(KR, 0xAAAA, at);
                 let us = (iwdg.bites_at() - at) / 16;
                 assert!((4_000..12_000).contains(&us), "{lsi_hz} Hz: {us} us");
             }
@@ -334,22 +323,22 @@ mod tests {
     #[test]
     fn registers_are_locked_but_for_the_key() {
         let mut iwdg = Iwdg::new(32_000);
-        write(&mut iwdg, KR, 0xCCCC, 0);
-        write(&mut iwdg, RLR, 1, 0);
-        assert_eq!(iwdg.read(RLR, Size::Word, 1), Ok(0xFFF));
-        write(&mut iwdg, KR, 0x5555, 2);
-        write(&mut iwdg, KR, 0xAAAA, 3);
-        write(&mut iwdg, PR, 1, 4);
-        assert_eq!(iwdg.read(PR, Size::Word, 5), Ok(0));
+        iwdg.set(KR, 0xCCCC, 0);
+        iwdg.set(RLR, 1, 0);
+        assert_eq!(iwdg.get(RLR, 1), 0xFFF);
+        iwdg.set(KR, 0x5555, 2);
+        iwdg.set(KR, 0xAAAA, 3);
+        iwdg.set(PR, 1, 4);
+        assert_eq!(iwdg.get(PR, 5), 0);
     }
 
     #[test]
     fn the_prescaler_slows_what_is_left() {
         let mut iwdg = board(32_000);
-        write(&mut iwdg, KR, 0xAAAA, 10_000);
-        write(&mut iwdg, KR, 0x5555, 10_000);
+        iwdg.set(KR, 0xAAAA, 10_000);
+        iwdg.set(KR, 0x5555, 10_000);
         let tick = (10_000 - FIRST) / TICK; // 19: count 4 of the prescaler
-        write(&mut iwdg, PR, 2, 10_000);
+        iwdg.set(PR, 2, 10_000);
         let due = FIRST + (tick + 5) * TICK; // tick 24: two counts later
         assert_eq!(iwdg.next_event(), due);
         iwdg.advance(due).unwrap();
@@ -360,7 +349,7 @@ mod tests {
     #[test]
     fn a_faster_core_changes_no_time() {
         let mut iwdg = board(32_000);
-        write(&mut iwdg, KR, 0xAAAA, 10_000);
+        iwdg.set(KR, 0xAAAA, 10_000);
         let left = iwdg.bites_at() - 10_000;
         iwdg.set_hz(160_000_000, 10_000);
         assert_eq!(iwdg.bites_at() - 10_000, left * 10);

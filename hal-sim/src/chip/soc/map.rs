@@ -36,7 +36,6 @@ pub enum Unit {
 }
 
 /// The block at `address`, from 0x4000_0000 on, and the offset within it.
-#[must_use]
 pub fn find(address: u32) -> Option<(Unit, u32)> {
     if address >> 18 == 0x5000_0000 >> 18 {
         return Some((Unit::Otg, address & 0x3_FFFF));
@@ -72,7 +71,6 @@ pub fn find(address: u32) -> Option<(Unit, u32)> {
 
 impl Unit {
     /// The bridge between it and AHB1; `None` if it is not behind AHB1.
-    #[must_use]
     pub const fn bridge(self) -> Option<Bridge> {
         Some(match self {
             Self::Playback(_) | Self::Rcc | Self::Flash => Bridge::None,
@@ -83,18 +81,13 @@ impl Unit {
     }
 
     /// The clock that it needs to answer; `None` if it always has one.
-    #[must_use]
     pub const fn clock(self) -> Option<Block> {
         Some(match self {
-            Self::Playback(playback::Block::Timer(1)) => Block::Tim1,
-            Self::Playback(playback::Block::Timer(2)) => Block::Tim2,
-            Self::Playback(playback::Block::Timer(3)) => Block::Tim3,
-            Self::Playback(playback::Block::Timer(4)) => Block::Tim4,
-            Self::Playback(playback::Block::Timer(_)) => Block::Tim5,
-            Self::Playback(playback::Block::Dma1) => Block::Dma1,
-            Self::Playback(playback::Block::Dma2) => Block::Dma2,
-            Self::Playback(playback::Block::Gpio(port)) => gpio_clock(port),
-            Self::Spi3 => Block::Spi3,
+            Self::Playback(playback::Block::Timer(n)) => Block::Timer(n),
+            Self::Playback(playback::Block::Dma1) => Block::Dma(1),
+            Self::Playback(playback::Block::Dma2) => Block::Dma(2),
+            Self::Playback(playback::Block::Gpio(port)) => Block::Gpio(port as u8), // 0–8
+            Self::Spi3 => Block::Spi(3),
             Self::Usart2 => Block::Usart2,
             Self::Pwr => Block::Pwr,
             Self::Adc => Block::Adc,
@@ -109,40 +102,13 @@ impl Unit {
     }
 }
 
-const fn gpio_clock(port: usize) -> Block {
-    match port {
-        0 => Block::GpioA,
-        1 => Block::GpioB,
-        2 => Block::GpioC,
-        3 => Block::GpioD,
-        4 => Block::GpioE,
-        5 => Block::GpioF,
-        6 => Block::GpioG,
-        7 => Block::GpioH,
-        _ => Block::GpioI,
-    }
-}
-
 /// What RCC's reset bit of `block` resets, if it lives in `Playback`.
-#[must_use]
 pub const fn playback_block(block: Block) -> Option<playback::Block> {
     Some(match block {
-        Block::Tim1 => playback::Block::Timer(1),
-        Block::Tim2 => playback::Block::Timer(2),
-        Block::Tim3 => playback::Block::Timer(3),
-        Block::Tim4 => playback::Block::Timer(4),
-        Block::Tim5 => playback::Block::Timer(5),
-        Block::Dma1 => playback::Block::Dma1,
-        Block::Dma2 => playback::Block::Dma2,
-        Block::GpioA => playback::Block::Gpio(0),
-        Block::GpioB => playback::Block::Gpio(1),
-        Block::GpioC => playback::Block::Gpio(2),
-        Block::GpioD => playback::Block::Gpio(3),
-        Block::GpioE => playback::Block::Gpio(4),
-        Block::GpioF => playback::Block::Gpio(5),
-        Block::GpioG => playback::Block::Gpio(6),
-        Block::GpioH => playback::Block::Gpio(7),
-        Block::GpioI => playback::Block::Gpio(8),
+        Block::Timer(n) => playback::Block::Timer(n),
+        Block::Dma(1) => playback::Block::Dma1,
+        Block::Dma(_) => playback::Block::Dma2,
+        Block::Gpio(port) => playback::Block::Gpio(port as usize),
         _ => return None,
     })
 }

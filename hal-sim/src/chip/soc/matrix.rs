@@ -80,14 +80,12 @@ impl Matrix {
 
     /// First cycle from `want` on in which `slave` can take up an access.
     #[inline]
-    #[must_use]
     pub fn ready(&self, slave: Slave, want: Cycle) -> Cycle {
         want.max(self.slaves[slave as usize].free)
     }
 
     /// Whose turn it is not, should others ask at the same cycle.
     #[inline]
-    #[must_use]
     pub fn last(&self, slave: Slave) -> Master {
         self.slaves[slave as usize].owner
     }
@@ -95,7 +93,7 @@ impl Matrix {
     /// Lets `master` use `slave` for one cycle from `want` on; gives the cycle
     /// from which the access is complete.
     #[inline]
-    pub fn take(&mut self, slave: Slave, master: Master, want: Cycle) -> Cycle {
+    pub fn grant(&mut self, slave: Slave, master: Master, want: Cycle) -> Cycle {
         let state = &mut self.slaves[slave as usize];
         let start = want.max(state.free) + Cycle::from(state.owner != master);
         *state = State {
@@ -107,8 +105,8 @@ impl Matrix {
 
     /// The core's access through `bridge`; gives the cycle from which it is
     /// complete.
-    pub fn take_core(&mut self, slave: Slave, bridge: Bridge, want: Cycle) -> Cycle {
-        let done = self.take(slave, Master::Core, want);
+    pub fn grant_core(&mut self, slave: Slave, bridge: Bridge, want: Cycle) -> Cycle {
+        let done = self.grant(slave, Master::Core, want);
         let divider = match bridge {
             Bridge::None => return done,
             Bridge::Apb1 => self.apb[0],
@@ -129,26 +127,26 @@ mod tests {
     #[test]
     fn a_master_that_stays_waits_for_nothing() {
         let mut matrix = Matrix::default();
-        assert_eq!(matrix.take(Slave::Sram2, Master::Core, 10), 11);
-        assert_eq!(matrix.take(Slave::Sram2, Master::Core, 11), 12);
+        assert_eq!(matrix.grant(Slave::Sram2, Master::Core, 10), 11);
+        assert_eq!(matrix.grant(Slave::Sram2, Master::Core, 11), 12);
     }
 
     #[test]
     fn a_change_of_master_costs_a_cycle_and_a_busy_slave_more() {
         let mut matrix = Matrix::default();
-        assert_eq!(matrix.take(Slave::Sram2, Master::Dma2Memory, 10), 12);
-        assert_eq!(matrix.take(Slave::Sram2, Master::Dma2Memory, 12), 13);
-        assert_eq!(matrix.take(Slave::Sram2, Master::Core, 12), 15);
-        assert_eq!(matrix.take(Slave::Ahb1, Master::Core, 12), 13);
+        assert_eq!(matrix.grant(Slave::Sram2, Master::Dma2Memory, 10), 12);
+        assert_eq!(matrix.grant(Slave::Sram2, Master::Dma2Memory, 12), 13);
+        assert_eq!(matrix.grant(Slave::Sram2, Master::Core, 12), 15);
+        assert_eq!(matrix.grant(Slave::Ahb1, Master::Core, 12), 13);
     }
 
     #[test]
     fn a_bridge_holds_ahb1_for_two_apb_cycles_from_an_apb_edge() {
         let mut matrix = Matrix::default();
         matrix.set_apb(4, 2);
-        assert_eq!(matrix.take_core(Slave::Ahb1, Bridge::Apb1, 0), 4 + 8);
-        assert_eq!(matrix.take_core(Slave::Ahb1, Bridge::Apb2, 12), 14 + 4);
+        assert_eq!(matrix.grant_core(Slave::Ahb1, Bridge::Apb1, 0), 4 + 8);
+        assert_eq!(matrix.grant_core(Slave::Ahb1, Bridge::Apb2, 12), 14 + 4);
         // DMA waits for the bridge, then for the change of master.
-        assert_eq!(matrix.take(Slave::Ahb1, Master::Dma2Peripheral, 13), 20);
+        assert_eq!(matrix.grant(Slave::Ahb1, Master::Dma2Peripheral, 13), 20);
     }
 }

@@ -102,21 +102,20 @@ pub struct Soc {
 
 impl Soc {
     /// A chip with erased flash, at power-on.
-    #[must_use]
     pub fn new(pace: Pace) -> Self {
         Self {
-            flash: Flash::new(),
+            flash: Flash::default(),
             ram: Ram::new(0x2000_0000, 0x2_0000),
             ccm: Ram::new(0x1000_0000, 0x1_0000),
             playback: Playback::new(pace),
             rcc: Rcc::new(CRYSTAL_HZ),
-            adc: Adc::new(),
-            spi3: Spi::new(),
+            adc: Adc::default(),
+            spi3: Spi::default(),
             otg: Otg::new(HSI_HZ.into()),
-            usart2: Usart::new(),
+            usart2: Usart::default(),
             backup: Backup::default(),
             exti: Exti::default(),
-            pwr: Pwr::new(),
+            pwr: Pwr::default(),
             iwdg: Iwdg::new(LSI_HZ),
             syscfg: Syscfg::default(),
             dbgmcu: Dbgmcu::default(),
@@ -136,7 +135,6 @@ impl Soc {
     }
 
     /// The reset that was asked for and not carried out yet.
-    #[must_use]
     pub const fn wants_reset(&self) -> Option<Cause> {
         self.reset
     }
@@ -160,12 +158,11 @@ impl Soc {
         self.iwdg.reset();
         self.syscfg = Syscfg::default();
         self.shares = [false; 2];
-        self.look_again(at);
+        self.reschedule_at(at);
         Ok(())
     }
 
     /// Core clock, Hz.
-    #[must_use]
     pub fn hz(&self) -> u32 {
         self.rcc.clocks().hclk_hz
     }

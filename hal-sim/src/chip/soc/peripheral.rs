@@ -1,8 +1,9 @@
 //! What all peripherals have in common.
 
-use crate::chip::Cycle;
-use crate::chip::cpu::Size;
-use crate::chip::cpu::bus::Unmodelled;
+pub(super) use super::word::part;
+pub(super) use crate::chip::Cycle;
+pub(super) use crate::chip::cpu::Size;
+pub(super) use crate::chip::cpu::bus::{Unmodelled, refuse};
 
 /// A block of registers. Wires to other peripherals, interrupt lines and pins
 /// are methods of each; `soc` joins them.
@@ -33,3 +34,22 @@ pub trait Peripheral {
         Cycle::MAX
     }
 }
+
+/// A program's accesses to words, which must be modelled.
+#[cfg(test)]
+pub trait Driven: Peripheral {
+    /// Writes the register at `offset`.
+    fn set(&mut self, offset: u32, value: u32, at: Cycle) {
+        self.advance(at).unwrap();
+        Peripheral::write(self, offset, Size::Word, value, at).unwrap();
+    }
+
+    /// Reads it.
+    fn get(&mut self, offset: u32, at: Cycle) -> u32 {
+        self.advance(at).unwrap();
+        Peripheral::read(self, offset, Size::Word, at).unwrap()
+    }
+}
+
+#[cfg(test)]
+impl<P: Peripheral> Driven for P {}

@@ -4,11 +4,7 @@
 //! Low-power modes other than sleep are not modelled. The detector's delay is
 //! taken as none.
 
-use super::Peripheral;
-use super::word::part;
-use crate::chip::Cycle;
-use crate::chip::cpu::Size;
-use crate::chip::cpu::bus::Unmodelled;
+use super::peripheral::{Cycle, Peripheral, Size, Unmodelled, part, refuse};
 
 const CR: u32 = 0;
 const CSR: u32 = 4;
@@ -47,10 +43,9 @@ pub struct Pwr {
     powered: bool,
 }
 
-impl Pwr {
+impl Default for Pwr {
     /// Registers at reset, with a supply of 3.3 V.
-    #[must_use]
-    pub const fn new() -> Self {
+    fn default() -> Self {
         Self {
             cr: VOS,
             supply_mv: 3300,
@@ -58,7 +53,9 @@ impl Pwr {
             powered: true,
         }
     }
+}
 
+impl Pwr {
     /// Reset of the block or the chip; the supply stays.
     pub fn reset(&mut self) {
         self.cr = VOS;
@@ -78,26 +75,22 @@ impl Pwr {
     }
 
     /// The supply, mV.
-    #[must_use]
     pub const fn supply_mv(&self) -> u32 {
         self.supply_mv
     }
 
     /// The supply is above the power-down level; while it is not the chip is
     /// held in power-on reset. Brown-out levels are off (`flash` option bytes).
-    #[must_use]
     pub const fn is_powered(&self) -> bool {
         self.powered
     }
 
     /// PVDO, the level of EXTI line 16: the supply is below the threshold.
-    #[must_use]
     pub const fn pvd(&self) -> bool {
         self.low
     }
 
     /// DBP: backup registers and RCC_BDCR can be written.
-    #[must_use]
     pub const fn is_backup_writable(&self) -> bool {
         self.cr & DBP != 0
     }
@@ -106,12 +99,6 @@ impl Pwr {
         let (falling, rising) = THRESHOLDS_MV[(self.cr >> 5 & 7) as usize];
         let threshold = if self.low { rising } else { falling };
         self.low = self.cr & PVDE != 0 && self.supply_mv < threshold;
-    }
-}
-
-impl Default for Pwr {
-    fn default() -> Self {
-        Self::new()
     }
 }
 
@@ -128,9 +115,7 @@ impl Peripheral for Pwr {
     fn write(&mut self, offset: u32, size: Size, value: u32, _at: Cycle) -> Result<(), Unmodelled> {
         match (offset, size) {
             (CR, Size::Word) => {
-                if value & VOS == 0 {
-                    return Err(Unmodelled("PWR_CR: regulator scale 2"));
-                }
+                refuse(value & VOS == 0, "PWR_CR: regulator scale 2")?;
                 if value & !(PVDE | 7 << 5 | DBP | VOS | RESERVED_VOS | CLEAR_FLAGS) != 0 {
                     return Err(Unmodelled("PWR_CR: low-power modes"));
                 }
@@ -147,23 +132,23 @@ impl Peripheral for Pwr {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::chip::soc::peripheral::Driven;
 
     #[test]
     fn the_supply_watch_has_the_thresholds_and_hysteresis_of_the_data_sheet() {
-        let mut pwr = Pwr::new();
+        let mut pwr = Pwr::default();
         pwr.supply(1900);
         assert!(!pwr.pvd(), "off after reset");
         pwr.supply(3300);
         for (level, (falling, rising)) in (0..).zip(THRESHOLDS_MV) {
             pwr.supply(3300);
-            pwr.write(CR, Size::Word, VOS | PVDE | level << 5, 0)
-                .unwrap();
+            pwr.set(CR, VOS | PVDE | level << 5, 0);
             assert!(!pwr.pvd());
             pwr.supply(falling);
             assert!(!pwr.pvd());
             pwr.supply(falling - 1);
             assert!(pwr.pvd());
-            assert_eq!(pwr.read(CSR, Size::Word, 0), Ok(VOSRDY | PVDO));
+            assert_eq!(pwr.get(CSR, 0), VOSRDY | PVDO);
             pwr.supply(rising - 1);
             assert!(pwr.pvd());
             pwr.supply(rising);
@@ -173,7 +158,7 @@ mod tests {
 
     #[test]
     fn power_goes_below_the_power_down_level() {
-        let mut pwr = Pwr::new();
+        let mut pwr = Pwr::default();
         pwr.supply(1680);
         assert!(pwr.is_powered());
         pwr.supply(1679);
@@ -186,14 +171,14 @@ mod tests {
 
     #[test]
     fn control_resets_as_printed_and_keeps_no_reserved_bit() {
-        let mut pwr = Pwr::new();
-        assert_eq!(pwr.read(CR, Size::Word, 0), Ok(0x4000));
+        let mut pwr = Pwr::default();
+        assert_eq!(pwr.get(CR, 0), 0x4000);
         assert!(!pwr.is_backup_writable());
-        pwr.write(CR, Size::Word, 0xC100, 0).unwrap();
-        assert_eq!(pwr.read(CR, Size::Word, 0), Ok(0x4100));
+        pwr.set(CR, 0xC100, 0);
+        assert_eq!(pwr.get(CR, 0), 0x4100);
         assert!(pwr.is_backup_writable());
         assert!(pwr.write(CR, Size::Word, 0x0100, 0).is_err());
         pwr.reset();
-        assert_eq!(pwr.read(CR, Size::Word, 0), Ok(0x4000));
+        assert_eq!(pwr.get(CR, 0), 0x4000);
     }
 }

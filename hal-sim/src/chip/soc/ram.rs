@@ -12,7 +12,6 @@ pub struct Ram {
 
 impl Ram {
     /// `length` bytes from `base` on; both multiples of 4.
-    #[must_use]
     pub fn new(base: u32, length: u32) -> Self {
         Self {
             base,
@@ -21,14 +20,12 @@ impl Ram {
     }
 
     /// Whether `address` lies in it.
-    #[must_use]
     #[inline]
     pub fn contains(&self, address: u32) -> bool {
         (address.wrapping_sub(self.base) as usize) < self.bytes.len()
     }
 
     /// Reads `size` bytes, zero-extended; `None` outside.
-    #[must_use]
     #[inline]
     pub fn read(&self, address: u32, size: Size) -> Option<u32> {
         let at = address.wrapping_sub(self.base) as usize;
@@ -55,7 +52,6 @@ impl Ram {
     }
 
     /// `words` words from `address` on, 4 bytes each; `None` outside.
-    #[must_use]
     pub fn words(&self, address: u32, words: usize) -> Option<&[[u8; 4]]> {
         let at = address.wrapping_sub(self.base) as usize;
         let bytes = self.bytes.get(at..)?.get(..4 * words)?;
@@ -63,7 +59,6 @@ impl Ram {
     }
 
     /// As [`Self::words`].
-    #[must_use]
     pub fn words_mut(&mut self, address: u32, words: usize) -> Option<&mut [[u8; 4]]> {
         let at = address.wrapping_sub(self.base) as usize;
         let bytes = self.bytes.get_mut(at..)?.get_mut(..4 * words)?;
@@ -71,7 +66,6 @@ impl Ram {
     }
 
     /// All bytes, for loaders and debuggers.
-    #[must_use]
     pub fn bytes_mut(&mut self) -> &mut [u8] {
         &mut self.bytes
     }

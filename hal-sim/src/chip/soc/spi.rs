@@ -4,11 +4,7 @@
 //! first bit begins in the cycle of the write to an idle SPI, and a buffered
 //! word follows without a pause.
 
-use super::Peripheral;
-use super::word::part;
-use crate::chip::Cycle;
-use crate::chip::cpu::Size;
-use crate::chip::cpu::bus::Unmodelled;
+use super::peripheral::{Cycle, Peripheral, Size, Unmodelled, part, refuse};
 
 mod cr1 {
     pub const CPHA: u32 = 1;
@@ -49,10 +45,9 @@ pub struct Spi {
     sent: Vec<Word>,
 }
 
-impl Spi {
+impl Default for Spi {
     /// At reset, its bus as fast as the core.
-    #[must_use]
-    pub const fn new() -> Self {
+    fn default() -> Self {
         Self {
             cr1: 0,
             bus_divider: 1,
@@ -61,13 +56,15 @@ impl Spi {
             sent: Vec::new(),
         }
     }
+}
 
+impl Spi {
     /// Reset of the block or the chip. A word cut off is never delivered.
     pub fn reset(&mut self) {
         *self = Self {
             bus_divider: self.bus_divider,
             sent: std::mem::take(&mut self.sent),
-            ..Self::new()
+            ..Self::default()
         };
     }
 
@@ -82,7 +79,6 @@ impl Spi {
     }
 
     /// The clock line is running: a word is under way.
-    #[must_use]
     pub const fn is_shifting(&self) -> bool {
         self.shifting.is_some()
     }
@@ -99,27 +95,23 @@ impl Spi {
     }
 
     fn write_cr1(&mut self, value: u32) -> Result<(), Unmodelled> {
-        if self.shifting.is_some() && value != self.cr1 {
-            return Err(Unmodelled("SPI_CR1: changed while busy"));
-        }
+        refuse(
+            self.shifting.is_some() && value != self.cr1,
+            "SPI_CR1: changed while busy",
+        )?;
         let must = cr1::MSTR | cr1::SSM | cr1::SSI | cr1::BIDIMODE | cr1::BIDIOE;
         let may = must | cr1::CPHA | cr1::CPOL | 7 << 3 | cr1::SPE | cr1::DFF;
-        if value & cr1::LSBFIRST != 0 {
-            return Err(Unmodelled("SPI_CR1: LSBFIRST"));
-        }
-        if value & cr1::SPE != 0 && (value & must != must || value & !may != 0) {
-            return Err(Unmodelled(
-                "SPI: all but a transmitting master on one line with software NSS",
-            ));
-        }
+        refuse(value & cr1::LSBFIRST != 0, "SPI_CR1: LSBFIRST")?;
+        refuse(
+            value & cr1::SPE != 0 && (value & must != must || value & !may != 0),
+            "SPI: all but a transmitting master on one line with software NSS",
+        )?;
         self.cr1 = value & 0xFFFF;
         Ok(())
     }
 
     fn write_data(&mut self, value: u32, at: Cycle) -> Result<(), Unmodelled> {
-        if self.cr1 & cr1::SPE == 0 {
-            return Err(Unmodelled("SPI_DR: written while SPE is off"));
-        }
+        refuse(self.cr1 & cr1::SPE == 0, "SPI_DR: written while SPE is off")?;
         let value = (value & 0xFFFF) as u16;
         if self.shifting.is_none() {
             self.begin(value, at);
@@ -129,12 +121,6 @@ impl Spi {
             return Err(Unmodelled("SPI_DR: written while TXE is clear"));
         }
         Ok(())
-    }
-}
-
-impl Default for Spi {
-    fn default() -> Self {
-        Self::new()
     }
 }
 
@@ -192,6 +178,7 @@ impl Peripheral for Spi {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::chip::soc::peripheral::Driven;
 
     const CR1: u32 = 0;
     const SR: u32 = 8;
@@ -200,26 +187,26 @@ mod tests {
     const BOARD: u32 = 0xCB45;
 
     fn spi(cr1: u32) -> Spi {
-        let mut spi = Spi::new();
+        let mut spi = Spi::default();
         spi.set_bus_divider(4);
-        spi.write(CR1, Size::Word, cr1, 0).unwrap();
+        spi.set(CR1, cr1, 0);
         spi
     }
 
     #[test]
     fn two_words_follow_each_other_through_buffer_and_shift_register() {
         let mut spi = spi(BOARD);
-        assert_eq!(spi.read(SR, Size::Word, 10), Ok(TXE));
-        spi.write(DR, Size::Word, 0x0730, 100).unwrap();
-        assert_eq!(spi.read(SR, Size::Word, 101), Ok(TXE | BSY));
+        assert_eq!(spi.get(SR, 10), TXE);
+        spi.set(DR, 0x0730, 100);
+        assert_eq!(spi.get(SR, 101), TXE | BSY);
         spi.write(DR, Size::Half, 0xBEEF, 110).unwrap();
-        assert_eq!(spi.read(SR, Size::Word, 111), Ok(BSY));
+        assert_eq!(spi.get(SR, 111), BSY);
         // 21 MHz: 8 cycles a bit, 128 a word.
-        assert_eq!(spi.read(SR, Size::Word, 227), Ok(BSY));
-        assert_eq!(spi.read(SR, Size::Word, 228), Ok(TXE | BSY));
+        assert_eq!(spi.get(SR, 227), BSY);
+        assert_eq!(spi.get(SR, 228), TXE | BSY);
         assert_eq!(spi.next_event(), 356);
-        assert_eq!(spi.read(SR, Size::Word, 355), Ok(TXE | BSY));
-        assert_eq!(spi.read(SR, Size::Word, 356), Ok(TXE));
+        assert_eq!(spi.get(SR, 355), TXE | BSY);
+        assert_eq!(spi.get(SR, 356), TXE);
         assert!(!spi.is_shifting());
         let words: Vec<_> = spi.words().map(|w| (w.end, w.value, w.bits)).collect();
         assert_eq!(words, [(228, 0x0730, 16), (356, 0xBEEF, 16)]);
@@ -250,7 +237,7 @@ mod tests {
         }
         assert!(spi.write(DR, Size::Half, 0, 1).is_err(), "TXE is clear");
         assert!(spi.write(CR1, Size::Word, 0, 1).is_err(), "busy");
-        let mut off = Spi::new();
+        let mut off = Spi::default();
         assert!(off.write(DR, Size::Half, 0, 0).is_err());
         for cr1 in [
             BOARD & !(1 << 15),

@@ -1,9 +1,6 @@
 //! SYSCFG (RM0090 chapter 9): which port feeds an EXTI line.
 
-use super::Peripheral;
-use crate::chip::Cycle;
-use crate::chip::cpu::Size;
-use crate::chip::cpu::bus::Unmodelled;
+use super::peripheral::{Cycle, Peripheral, Size, Unmodelled};
 
 const MEMRMP: u32 = 0x00;
 const PMC: u32 = 0x04;
@@ -20,7 +17,6 @@ pub struct Syscfg {
 
 impl Syscfg {
     /// Port (0 is A) that feeds EXTI line `line`, 0–15.
-    #[must_use]
     pub fn port(&self, line: usize) -> usize {
         let exticr = self.exticr.get(line / 4).copied().unwrap_or(0);
         (exticr >> (4 * (line % 4)) & 0xF) as usize
@@ -51,12 +47,13 @@ impl Peripheral for Syscfg {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::chip::soc::peripheral::Driven;
 
     #[test]
     fn each_line_has_four_bits_for_its_port() {
         let mut syscfg = Syscfg::default();
-        syscfg.write(0x0C, Size::Word, 0x2_1070, 0).unwrap();
-        assert_eq!(syscfg.read(0x0C, Size::Word, 0), Ok(0x1070));
+        syscfg.set(0x0C, 0x2_1070, 0);
+        assert_eq!(syscfg.get(0x0C, 0), 0x1070);
         assert_eq!([4, 5, 6, 7].map(|line| syscfg.port(line)), [0, 7, 0, 1]);
         assert!(syscfg.write(MEMRMP, Size::Word, 1, 0).is_err());
     }

@@ -27,7 +27,6 @@ impl Default for Signature {
 
 impl Signature {
     /// Reads `size` at `address`; `None` outside of number and flash size.
-    #[must_use]
     pub fn read(&self, address: u32, size: Size) -> Option<u32> {
         let word = match address & !3 {
             word @ UID..=0x1FFF_7A18 => self.uid[((word - UID) / 4) as usize], // at most 2

@@ -4,11 +4,7 @@
 //! In: bytes of the other side, one frame after another at this side's rate.
 //! Out: bytes with the cycle of their end, an interrupt line.
 
-use super::Peripheral;
-use super::word::part;
-use crate::chip::Cycle;
-use crate::chip::cpu::Size;
-use crate::chip::cpu::bus::Unmodelled;
+use super::peripheral::{Cycle, Peripheral, Size, Unmodelled, part, refuse};
 use std::collections::VecDeque;
 
 mod sr {
@@ -57,10 +53,9 @@ pub struct Usart {
     idle: Option<Cycle>,
 }
 
-impl Usart {
+impl Default for Usart {
     /// At reset, its bus as fast as the core.
-    #[must_use]
-    pub const fn new() -> Self {
+    fn default() -> Self {
         Self {
             bus_divider: 1,
             sr: sr::RESET,
@@ -77,7 +72,9 @@ impl Usart {
             idle: None,
         }
     }
+}
 
+impl Usart {
     /// Reset of the block or the chip. Bytes that the other side has not sent
     /// yet stay.
     pub fn reset(&mut self) {
@@ -85,7 +82,7 @@ impl Usart {
             bus_divider: self.bus_divider,
             sent: std::mem::take(&mut self.sent),
             incoming: std::mem::take(&mut self.incoming),
-            ..Self::new()
+            ..Self::default()
         };
     }
 
@@ -112,7 +109,6 @@ impl Usart {
     }
 
     /// Level of its interrupt line (table 148).
-    #[must_use]
     pub fn interrupt(&self) -> bool {
         let on = |enable: u32, flags: u32| self.cr1 & enable != 0 && self.sr & flags != 0;
         on(cr1::TXEIE, sr::TXE)
@@ -138,9 +134,10 @@ impl Usart {
     }
 
     fn write_data(&mut self, value: u32, at: Cycle) -> Result<(), Unmodelled> {
-        if !self.is_on(cr1::TE) {
-            return Err(Unmodelled("USART_DR: written while TE or UE is off"));
-        }
+        refuse(
+            !self.is_on(cr1::TE),
+            "USART_DR: written while TE or UE is off",
+        )?;
         let byte = (value & 0xFF) as u8;
         self.sr &= !sr::TC;
         if self.sending.is_none() {
@@ -187,9 +184,10 @@ impl Usart {
     }
 
     fn write_cr1(&mut self, value: u32) -> Result<(), Unmodelled> {
-        if value & !cr1::KNOWN != 0 {
-            return Err(Unmodelled("USART_CR1: parity, 9 bits, wake-up or break"));
-        }
+        refuse(
+            value & !cr1::KNOWN != 0,
+            "USART_CR1: parity, 9 bits, wake-up or break",
+        )?;
         self.cr1 = value;
         if value & cr1::UE == 0 || value & cr1::RE == 0 {
             self.receiving = None;
@@ -197,12 +195,6 @@ impl Usart {
             self.incoming.clear();
         }
         Ok(())
-    }
-}
-
-impl Default for Usart {
-    fn default() -> Self {
-        Self::new()
     }
 }
 
@@ -226,29 +218,19 @@ impl Peripheral for Usart {
 
     fn write(&mut self, offset: u32, size: Size, value: u32, at: Cycle) -> Result<(), Unmodelled> {
         self.advance(at)?;
-        if size == Size::Byte && offset != 0x04 {
-            return Err(Unmodelled("USART: byte writes"));
-        }
+        refuse(size == Size::Byte && offset != 0x04, "USART: byte writes")?;
         match offset {
             // rc_w0: RXNE and TC.
-            0x00 => {
-                self.sr &= value | !(sr::RXNE | sr::TC);
-                Ok(())
-            }
-            0x04 => self.write_data(value, at),
-            0x08 => {
-                self.brr = value & 0xFFFF;
-                Ok(())
-            }
-            0x0C => self.write_cr1(value),
+            0x00 => self.sr &= value | !(sr::RXNE | sr::TC),
+            0x04 => self.write_data(value, at)?,
+            0x08 => self.brr = value & 0xFFFF,
+            0x0C => self.write_cr1(value)?,
             // EIE: framing and noise errors do not occur here.
-            0x14 if value & !1 == 0 => {
-                self.cr3 = value;
-                Ok(())
-            }
-            0x10 | 0x18 if value == 0 => Ok(()),
-            _ => Err(Unmodelled("USART_CR2, CR3 or GTPR")),
+            0x14 if value & !1 == 0 => self.cr3 = value,
+            0x10 | 0x18 if value == 0 => {}
+            _ => return Err(Unmodelled("USART_CR2, CR3 or GTPR")),
         }
+        Ok(())
     }
 
     fn advance(&mut self, to: Cycle) -> Result<(), Unmodelled> {
@@ -278,6 +260,7 @@ impl Peripheral for Usart {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::chip::soc::peripheral::Driven;
 
     const SR: u32 = 0;
     const DR: u32 = 4;
@@ -286,12 +269,10 @@ mod tests {
 
     /// 115,200 baud at 42 MHz: USARTDIV 22.8125, 365 / 16.
     fn usart(interrupts: u32) -> Usart {
-        let mut usart = Usart::new();
+        let mut usart = Usart::default();
         usart.set_bus_divider(4);
-        usart.write(BRR, Size::Word, 365, 0).unwrap();
-        usart
-            .write(CR1, Size::Word, 0x200C | interrupts, 0)
-            .unwrap();
+        usart.set(BRR, 365, 0);
+        usart.set(CR1, 0x200C | interrupts, 0);
         usart
     }
 
@@ -300,15 +281,15 @@ mod tests {
     #[test]
     fn bytes_leave_one_frame_after_another() {
         let mut usart = usart(0);
-        assert_eq!(usart.read(SR, Size::Word, 0), Ok(0xC0));
-        usart.write(DR, Size::Word, 0x41, 100).unwrap();
-        assert_eq!(usart.read(SR, Size::Word, 100), Ok(0x80));
+        assert_eq!(usart.get(SR, 0), 0xC0);
+        usart.set(DR, 0x41, 100);
+        assert_eq!(usart.get(SR, 100), 0x80);
         usart.write(DR, Size::Byte, 0x42, 100).unwrap();
-        assert_eq!(usart.read(SR, Size::Word, 100), Ok(0));
+        assert_eq!(usart.get(SR, 100), 0);
         assert!(usart.write(DR, Size::Word, 0, 100).is_err());
-        assert_eq!(usart.read(SR, Size::Word, 100 + FRAME), Ok(0x80));
-        assert_eq!(usart.read(SR, Size::Word, 99 + 2 * FRAME), Ok(0x80));
-        assert_eq!(usart.read(SR, Size::Word, 100 + 2 * FRAME), Ok(0xC0));
+        assert_eq!(usart.get(SR, 100 + FRAME), 0x80);
+        assert_eq!(usart.get(SR, 99 + 2 * FRAME), 0x80);
+        assert_eq!(usart.get(SR, 100 + 2 * FRAME), 0xC0);
         let sent: Vec<_> = usart.sent().collect();
         assert_eq!(sent, [(100 + FRAME, 0x41), (100 + 2 * FRAME, 0x42)]);
     }
@@ -319,14 +300,14 @@ mod tests {
         for byte in [1, 2, 3] {
             usart.receive(byte, 0);
         }
-        assert_eq!(usart.read(SR, Size::Word, FRAME - 1), Ok(0xC0));
-        assert_eq!(usart.read(SR, Size::Word, FRAME), Ok(0xE0));
-        assert_eq!(usart.read(DR, Size::Word, FRAME), Ok(1));
-        assert_eq!(usart.read(SR, Size::Word, 3 * FRAME), Ok(0xE8), "ORE");
-        assert_eq!(usart.read(DR, Size::Word, 3 * FRAME), Ok(2), "3 is lost");
-        assert_eq!(usart.read(SR, Size::Word, 4 * FRAME), Ok(0xD0), "IDLE");
-        usart.read(DR, Size::Word, 4 * FRAME).unwrap();
-        assert_eq!(usart.read(SR, Size::Word, 4 * FRAME), Ok(0xC0));
+        assert_eq!(usart.get(SR, FRAME - 1), 0xC0);
+        assert_eq!(usart.get(SR, FRAME), 0xE0);
+        assert_eq!(usart.get(DR, FRAME), 1);
+        assert_eq!(usart.get(SR, 3 * FRAME), 0xE8, "ORE");
+        assert_eq!(usart.get(DR, 3 * FRAME), 2, "3 is lost");
+        assert_eq!(usart.get(SR, 4 * FRAME), 0xD0, "IDLE");
+        usart.get(DR, 4 * FRAME);
+        assert_eq!(usart.get(SR, 4 * FRAME), 0xC0);
         assert_eq!(usart.next_event(), Cycle::MAX);
     }
 
@@ -340,16 +321,16 @@ mod tests {
         usart.receive(9, 0);
         usart.advance(FRAME).unwrap();
         assert!(usart.interrupt(), "RXNEIE");
-        usart.read(DR, Size::Word, FRAME).unwrap();
+        usart.get(DR, FRAME);
         assert!(!usart.interrupt());
     }
 
     #[test]
     fn over8_has_its_own_divider() {
-        let mut usart = Usart::new();
-        usart.write(BRR, Size::Word, 0x2D5, 0).unwrap(); // 45 5/8
-        usart.write(CR1, Size::Word, 0xA008, 0).unwrap();
-        usart.write(DR, Size::Word, 0, 0).unwrap();
+        let mut usart = Usart::default();
+        usart.set(BRR, 0x2D5, 0); // 45 5/8
+        usart.set(CR1, 0xA008, 0);
+        usart.set(DR, 0, 0);
         assert_eq!(usart.next_event(), 10 * 365);
     }
 
@@ -359,7 +340,7 @@ mod tests {
         for (offset, value) in [(CR1, 1 << 12), (0x10, 1 << 13), (0x14, 1 << 7), (0x20, 0)] {
             assert!(usart.write(offset, Size::Word, value, 0).is_err());
         }
-        let mut off = Usart::new();
+        let mut off = Usart::default();
         assert!(off.write(DR, Size::Word, 0, 0).is_err());
         off.receive(1, 0);
         assert_eq!(off.next_event(), Cycle::MAX);

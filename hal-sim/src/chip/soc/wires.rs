@@ -60,18 +60,17 @@ impl Soc {
     }
 
     /// Earliest cycle at which `advance` must be called.
-    #[must_use]
     pub const fn next_event(&self) -> Cycle {
         self.due
     }
 
     /// Something from outside changed the state: look again.
-    pub const fn touch(&mut self) {
-        self.look_again(self.now);
+    pub const fn reschedule(&mut self) {
+        self.reschedule_at(self.now);
     }
 
     /// Something may happen from `at` on: everyone is to be asked.
-    pub(super) const fn look_again(&mut self, at: Cycle) {
+    pub(super) const fn reschedule_at(&mut self, at: Cycle) {
         self.event = at;
         self.due = at;
     }
@@ -93,7 +92,6 @@ impl Soc {
     }
 
     /// Level of every interrupt line.
-    #[must_use]
     pub fn lines(&self) -> [u32; LINE_WORDS] {
         let mut lines = self.playback.lines();
         let mut set = |line: u32, high: bool| {
@@ -130,7 +128,7 @@ impl Soc {
         if let Some(high) = change {
             self.exti.pin(port, pin, high, &self.syscfg);
         }
-        self.look_again(self.now.min(at));
+        self.reschedule_at(self.now.min(at));
         Ok(())
     }
 
@@ -145,7 +143,7 @@ impl Soc {
         if pvd != self.pvd {
             self.pvd = pvd;
             self.exti.edge(exti::PVD, pvd);
-            self.look_again(self.now);
+            self.reschedule_at(self.now);
         }
     }
 
@@ -182,7 +180,7 @@ impl Soc {
         }
         match block {
             Block::OtgFs => self.otg.reset_registers(at),
-            Block::Spi3 => self.spi3.reset(),
+            Block::Spi(3) => self.spi3.reset(),
             Block::Usart2 => self.usart2.reset(),
             Block::Pwr => self.pwr.reset(),
             Block::Adc => self.adc.reset(),

@@ -5,7 +5,6 @@ use crate::chip::cpu::Size;
 /// The part of the register value `word` that a read of `size` at `offset`
 /// gives, zero-extended (RM0090 section 2.1: APB and AHB slaves drive all
 /// lanes).
-#[must_use]
 #[inline]
 pub const fn part(word: u32, offset: u32, size: Size) -> u32 {
     match size {

@@ -115,7 +115,7 @@ impl Device {
                         max_packet: usize::from(short(part, 4) & 0x7FF),
                         interval: part.get(6).copied().unwrap_or(0),
                     };
-                    self.take_endpoint(class, address, attributes, endpoint)?;
+                    self.parse_endpoint(class, address, attributes, endpoint)?;
                 }
                 [length, _, ..] if length >= 2 => {}
                 _ => return Err(Failure::Descriptor("bLength in a configuration")),
@@ -124,7 +124,7 @@ impl Device {
         self.complete()
     }
 
-    fn take_endpoint(
+    fn parse_endpoint(
         &mut self,
         class: u8,
         address: u8,

@@ -30,7 +30,6 @@ pub mod pid {
 }
 
 /// Cycles of a clock of `hz` that `half_bits` take.
-#[must_use]
 pub fn cycles(half_bits: u64, hz: u64) -> Cycle {
     half_bits * hz / HALF_BITS_PER_S
 }
@@ -69,7 +68,6 @@ impl Bits {
 }
 
 /// Length of a token packet.
-#[must_use]
 pub fn token(pid: u8, address: u8, endpoint: usize) -> u64 {
     let fields = u32::from(address) | (endpoint as u32 & 0xF) << 7;
     let mut bits = Bits::after_sync();
@@ -80,7 +78,6 @@ pub fn token(pid: u8, address: u8, endpoint: usize) -> u64 {
 }
 
 /// Length of a data packet.
-#[must_use]
 pub fn data(bytes: &[u8], data1: bool) -> u64 {
     let pid = if data1 { pid::DATA1 } else { pid::DATA0 };
     let mut bits = Bits::after_sync();
@@ -98,7 +95,6 @@ pub const SOF: u64 = 2 * (8 + 8 + 11 + 5 + 3);
 
 /// Longest a bulk or control transaction of `bytes` bytes takes (5.11.3, less
 /// the host's delay): one that might not end within its frame is not begun.
-#[must_use]
 pub fn budget(bytes: usize, hz: u64) -> Cycle {
     let stuffed = 7 * 8 * bytes as u64 / 6;
     let ns = 9_107 + 8_354 * (3 + stuffed) / 100;

@@ -78,7 +78,6 @@ struct Write {
 
 impl Host {
     /// A host with an empty port; cycles are those of a clock of `hz` hertz.
-    #[must_use]
     pub fn new(hz: u64) -> Self {
         Self {
             hz,
@@ -131,7 +130,7 @@ impl Host {
     /// The cable is pulled at `at`. Bytes on their way are lost.
     pub fn unplug(&mut self, at: Cycle, otg: &mut Otg) {
         otg.set_vbus(false, at);
-        self.forget();
+        self.disconnect();
         self.port = Port::Empty;
         self.outlook = None;
         self.failure = None;
@@ -139,7 +138,7 @@ impl Host {
 
     /// A program opens the port again after [`Self::close`].
     pub fn open(&mut self, at: Cycle) {
-        self.ask_line_state(Request::Open, at);
+        self.request_line_state(Request::Open, at);
     }
 
     /// The program closes the port: DTR and RTS go off, and nothing is read or
@@ -148,7 +147,7 @@ impl Host {
         self.open = false;
         self.outlook = None;
         self.outgoing.clear();
-        self.ask_line_state(Request::Close, at);
+        self.request_line_state(Request::Close, at);
     }
 
     /// Queues `bytes` for the device, as one write of a program at `at`. The
@@ -166,14 +165,12 @@ impl Host {
     }
 
     /// Bytes that wait to be sent.
-    #[must_use]
     pub fn unsent(&self) -> usize {
         self.outgoing.iter().map(|w| w.bytes.len() - w.sent).sum()
     }
 
     /// The cycle at which the device's ACK of the last packet of sent bytes
     /// ended.
-    #[must_use]
     pub fn delivered(&self) -> Option<Cycle> {
         self.delivered
     }
@@ -185,31 +182,26 @@ impl Host {
     }
 
     /// Whether the device is configured and its line state set: bytes flow.
-    #[must_use]
     pub fn is_open(&self) -> bool {
         self.open
     }
 
     /// What the device says that it is, once it is configured.
-    #[must_use]
     pub fn device(&self) -> Option<&Device> {
         self.configured.then_some(&self.device)
     }
 
     /// Why the host gave up, if it did; unplugging clears it.
-    #[must_use]
     pub fn failure(&self) -> Option<Failure> {
         self.failure
     }
 
     /// Number (0–2047) of the frame at `at`, while the bus runs.
-    #[must_use]
     pub fn frame(&self, at: Cycle) -> Option<u16> {
         self.runs().then(|| (self.frames.index(at) & 0x7FF) as u16)
     }
 
     /// Start of the frame that `at` lies in, while the bus runs.
-    #[must_use]
     pub fn frame_start(&self, at: Cycle) -> Cycle {
         self.frames.start(self.frames.index(at))
     }

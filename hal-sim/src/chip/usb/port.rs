@@ -109,7 +109,6 @@ impl Host {
     /// Earliest cycle at which [`Self::advance`] is due: something may change
     /// for the device or for readers of bytes. Ask again after each access to
     /// the device's registers.
-    #[must_use]
     pub fn next_event(&self, otg: &Otg) -> Cycle {
         match self.outlook(otg) {
             Some(outlook) => outlook.event,
@@ -145,14 +144,14 @@ impl Host {
             (Port::Empty | Port::Powered(_), _) | (_, Some(_)) => {}
             // A disconnect is seen after 2.5 µs of SE0 (7.1.7.3): at once here.
             (_, None) => {
-                self.forget();
+                self.disconnect();
                 self.port = Port::Powered(self.now);
             }
         }
     }
 
     /// The device is gone, and all that was under way with it.
-    pub(super) fn forget(&mut self) {
+    pub(super) fn disconnect(&mut self) {
         self.flight = None;
         self.control = None;
         self.line_state = None;
@@ -189,7 +188,7 @@ impl Host {
                 self.address = 0;
                 self.free = at;
                 self.device.max_packet = 8;
-                self.ask(Request::MaxPacket, at);
+                self.request(Request::MaxPacket, at);
                 Port::Running
             }
             port => port,

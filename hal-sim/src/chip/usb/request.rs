@@ -113,7 +113,7 @@ impl Request {
 
     /// Takes what the device answered into `device`; gives wTotalLength if
     /// this request is the one that learns it.
-    pub fn take(self, bytes: &[u8], device: &mut Device) -> Result<Option<u16>, Failure> {
+    pub fn accept(self, bytes: &[u8], device: &mut Device) -> Result<Option<u16>, Failure> {
         match self {
             Self::MaxPacket => match bytes {
                 &[18, kind::DEVICE, .., size @ (8 | 16 | 32 | 64)] if bytes.len() == 8 => {

@@ -230,7 +230,7 @@ impl Host {
             Answer::Silent => self.cycles(TIME_OUT),
             _ => self.cycles(TURN_AROUND + HANDSHAKE),
         };
-        self.settle(kind, at + end, answer);
+        self.complete(kind, at + end, answer);
         if answer != Answer::Ack {
             return;
         }
@@ -278,12 +278,12 @@ impl Host {
             Answer::Silent => TIME_OUT,
             _ => TURN_AROUND + HANDSHAKE,
         };
-        self.settle(kind, at + self.cycles(end), answer);
+        self.complete(kind, at + self.cycles(end), answer);
     }
 
     fn ack_arrives(&mut self, kind: Kind, packet: Packet, at: Cycle, otg: &mut Otg) {
         otg.acknowledge(self.number(kind), packet.bytes().len());
-        self.settle(kind, at, Answer::Ack);
+        self.complete(kind, at, Answer::Ack);
         if kind == Kind::Control {
             self.control_data(packet, at);
             return;
@@ -320,7 +320,7 @@ impl Host {
     }
 
     /// A transaction of `kind` is over at `end`; the bus is free a little later.
-    fn settle(&mut self, kind: Kind, end: Cycle, answer: Answer) {
+    fn complete(&mut self, kind: Kind, end: Cycle, answer: Answer) {
         self.free = end + self.cycles(BETWEEN);
         let free = self.free;
         for other in [Kind::Control, Kind::Out, Kind::In] {

@@ -8,7 +8,7 @@ use crate::chip::Cycle;
 
 impl Host {
     /// Begins `request` with the frame after `at`.
-    pub(super) fn ask(&mut self, request: Request, at: Cycle) {
+    pub(super) fn request(&mut self, request: Request, at: Cycle) {
         self.outlook = None;
         let control = Control::new(request, &self.device, self.total, at, self.hz);
         self.control = Some(control);
@@ -30,7 +30,7 @@ impl Host {
             return;
         };
         if control.request.may_stall() {
-            self.go_on(control.request, at);
+            self.request_next(control.request, at);
         } else {
             self.fail(Failure::Stalled(control.request.name()));
         }
@@ -41,7 +41,7 @@ impl Host {
         let Some(control) = self.control.take() else {
             return;
         };
-        match control.request.take(&control.received, &mut self.device) {
+        match control.request.accept(&control.received, &mut self.device) {
             Ok(total) => self.total = total.unwrap_or(self.total),
             Err(failure) => {
                 self.fail(failure);
@@ -54,17 +54,17 @@ impl Host {
             Request::Open => self.open = true,
             _ => {}
         }
-        self.go_on(control.request, at);
+        self.request_next(control.request, at);
     }
 
-    fn go_on(&mut self, served: Request, at: Cycle) {
+    fn request_next(&mut self, served: Request, at: Cycle) {
         let next = served.next(&self.device).or(self.line_state.take());
         let rest = match served {
             Request::Address => ADDRESS_RECOVERY_MS * self.hz / 1_000,
             _ => 0,
         };
         if let Some(next) = next {
-            self.ask(next, at + rest);
+            self.request(next, at + rest);
         }
     }
 
@@ -84,13 +84,13 @@ impl Host {
     }
 
     /// Sets DTR and RTS as soon as endpoint 0 is free.
-    pub(super) fn ask_line_state(&mut self, request: Request, at: Cycle) {
+    pub(super) fn request_line_state(&mut self, request: Request, at: Cycle) {
         if !self.configured {
             return;
         }
         match self.control {
             Some(_) => self.line_state = Some(request),
-            None => self.ask(request, at),
+            None => self.request(request, at),
         }
     }
 }

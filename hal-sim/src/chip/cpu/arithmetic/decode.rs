@@ -4,7 +4,6 @@ use super::{Extend, Lanes, Long, Multiply, NONE, Op, Prefix, Reverse, Saturating
 
 /// Decodes; `None` for what the architecture leaves UNDEFINED or
 /// UNPREDICTABLE.
-#[must_use]
 pub fn decode(first: u16, second: u16) -> Option<Op> {
     let registers = Three {
         d: (second >> 8 & 15) as u8,
@@ -30,6 +29,7 @@ const fn all_general(x: Three) -> bool {
     general(x.d) && general(x.n) && general(x.m)
 }
 
+#[rustfmt::skip]
 fn shift_or_extend(first: u16, second: u16, top: u8, x: Three) -> Option<Op> {
     if top != 15 {
         return None;
@@ -43,11 +43,7 @@ fn shift_or_extend(first: u16, second: u16, top: u8, x: Three) -> Option<Op> {
             _ => Shift::Rotate,
         };
         let flags = op & 1 != 0;
-        return all_general(x).then_some(Op::Shift {
-            kind,
-            flags,
-            registers: x,
-        });
+        return all_general(x).then_some(Op::Shift { kind, flags, registers: x });
     }
     let kind = match (second & 0xC0 == 0x80, op) {
         (true, 0) => Extend::SignedHalf,
@@ -115,6 +111,7 @@ fn other(op: u16, sub: u16, x: Three) -> Option<Op> {
     }
 }
 
+#[rustfmt::skip]
 fn short(first: u16, second: u16, a: u8, x: Three) -> Option<Op> {
     let (bit, sub) = (second >> 4 & 1 != 0, second >> 4 & 15);
     if sub > 3 || !all_general(x) || a == 13 {
@@ -123,10 +120,7 @@ fn short(first: u16, second: u16, a: u8, x: Three) -> Option<Op> {
     let kind = match (first >> 4 & 7, sub) {
         (0, 0) => Multiply::Low,
         (0, 1) if a != NONE => Multiply::Subtract,
-        (1, _) => Multiply::Halves {
-            n_top: sub & 2 != 0,
-            m_top: bit,
-        },
+        (1, _) => Multiply::Halves { n_top: sub & 2 != 0, m_top: bit },
         (2, 0 | 1) => Multiply::DualAdd { exchange: bit },
         (3, 0 | 1) => Multiply::WordByHalf { m_top: bit },
         (4, 0 | 1) => Multiply::DualSubtract { exchange: bit },
@@ -135,13 +129,10 @@ fn short(first: u16, second: u16, a: u8, x: Three) -> Option<Op> {
         (7, 0) => Multiply::AbsoluteDifferences,
         _ => return None,
     };
-    Some(Op::Multiply {
-        kind,
-        registers: x,
-        a,
-    })
+    Some(Op::Multiply { kind, registers: x, a })
 }
 
+#[rustfmt::skip]
 fn long_or_divide(first: u16, second: u16, low: u8, x: Three) -> Option<Op> {
     let (op, sub) = (first >> 4 & 7, second >> 4 & 15);
     if !all_general(x) {
@@ -157,19 +148,12 @@ fn long_or_divide(first: u16, second: u16, low: u8, x: Three) -> Option<Op> {
         (0, 0) => Long::Signed,
         (2, 0) => Long::Unsigned,
         (4, 0) => Long::SignedAccumulate,
-        (4, 8..=11) => Long::Halves {
-            n_top: sub & 2 != 0,
-            m_top: bit,
-        },
+        (4, 8..=11) => Long::Halves { n_top: sub & 2 != 0, m_top: bit },
         (4, 12 | 13) => Long::DualAdd { exchange: bit },
         (5, 12 | 13) => Long::DualSubtract { exchange: bit },
         (6, 0) => Long::UnsignedAccumulate,
         (6, 6) => Long::UnsignedDoubleAccumulate,
         _ => return None,
     };
-    (general(low) && low != x.d).then_some(Op::Long {
-        kind,
-        registers: x,
-        low,
-    })
+    (general(low) && low != x.d).then_some(Op::Long { kind, registers: x, low })
 }

@@ -13,6 +13,7 @@ mod parallel;
 mod tests;
 
 use super::registers::flag;
+use super::system::ccr;
 use super::{Cpu, Fault, Registers, Trap};
 pub use decode::decode;
 pub use multiply::{Long, Multiply};
@@ -32,112 +33,62 @@ pub struct Three {
 /// Which way a register is shifted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shift {
-    /// Logical shift left.
-    Left,
-    /// Logical shift right.
-    Right,
-    /// Arithmetic shift right.
-    Arithmetic,
-    /// Rotation right.
-    Rotate,
+    Left,       // Logical shift left
+    Right,      // Logical shift right
+    Arithmetic, // Arithmetic shift right
+    Rotate,     // Rotation right
 }
 
 /// What part of a register is extended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Extend {
-    /// A byte, with its sign.
-    SignedByte,
-    /// A byte.
-    UnsignedByte,
-    /// A half-word, with its sign.
-    SignedHalf,
-    /// A half-word.
-    UnsignedHalf,
-    /// Bytes 0 and 2, each to a half-word, with its sign.
-    SignedBytes,
-    /// Bytes 0 and 2, each to a half-word.
-    UnsignedBytes,
+    SignedByte,    // A byte, with its sign
+    UnsignedByte,  // A byte
+    SignedHalf,    // A half-word, with its sign
+    UnsignedHalf,  // A half-word
+    SignedBytes,   // Bytes 0 and 2, each to a half-word, with its sign
+    UnsignedBytes, // Bytes 0 and 2, each to a half-word
 }
 
 /// Order of bits or bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reverse {
-    /// REV: bytes of the word.
-    Word,
-    /// REV16: bytes of each half-word.
-    Halves,
-    /// RBIT: all bits.
-    Bits,
-    /// REVSH: bytes of the lower half-word, sign-extended.
-    SignedHalf,
+    Word,       // REV: bytes of the word
+    Halves,     // REV16: bytes of each half-word
+    Bits,       // RBIT: all bits
+    SignedHalf, // REVSH: bytes of the lower half-word, sign-extended
 }
 
 /// Word arithmetic that saturates and sets Q.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Saturating {
-    /// QADD.
-    Add,
-    /// QDADD: the second addend is doubled, with saturation.
-    DoubleAdd,
-    /// QSUB.
-    Subtract,
-    /// QDSUB.
-    DoubleSubtract,
+    Add,            // QADD
+    DoubleAdd,      // QDADD: the second addend is doubled, with saturation
+    Subtract,       // QSUB
+    DoubleSubtract, // QDSUB
 }
 
 /// A decoded instruction of this family.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[rustfmt::skip]
 pub enum Op {
-    /// LSL, LSR, ASR, ROR by register, 32-bit encodings.
-    Shift {
-        /// Direction.
-        kind: Shift,
-        /// Sets N, Z, C (the S form).
-        flags: bool,
-        /// `n` is shifted by the lowest byte of `m`.
-        registers: Three,
-    },
-    /// SXTB … UXTAH.
-    Extend {
-        /// Which part.
-        kind: Extend,
-        /// The operand is rotated right by this before, 0, 8, 16 or 24 bits.
-        rotation: u8,
-        /// `m` is extended; `n` is added unless it is [`NONE`].
-        registers: Three,
-    },
-    /// SADD16 … UHSUB8.
-    Parallel(Prefix, Lanes, Three),
-    /// QADD, QDADD, QSUB, QDSUB.
-    Saturating(Saturating, Three),
-    /// REV, REV16, RBIT, REVSH of `m`.
-    Reverse(Reverse, Three),
-    /// SEL.
-    Select(Three),
-    /// CLZ of `m`.
-    CountLeadingZeros(Three),
-    /// Multiplications whose result is one register.
-    Multiply {
-        /// Which.
-        kind: Multiply,
-        /// Factors and destination.
-        registers: Three,
-        /// Accumulator, or [`NONE`].
-        a: u8,
-    },
-    /// Multiplications whose result is two registers.
-    Long {
-        /// Which.
-        kind: Long,
-        /// Factors; `d` is the upper word.
-        registers: Three,
-        /// Lower word.
-        low: u8,
-    },
-    /// SDIV.
-    SignedDivide(Three),
-    /// UDIV.
-    UnsignedDivide(Three),
+    /// LSL, LSR, ASR, ROR by register, 32-bit encodings: `n` is shifted by the
+    /// lowest byte of `m`; the S form sets N, Z, C.
+    Shift { kind: Shift, flags: bool, registers: Three },
+    /// SXTB … UXTAH: `m`, rotated right by 0, 8, 16 or 24 bits, is extended;
+    /// `n` is added unless it is [`NONE`].
+    Extend { kind: Extend, rotation: u8, registers: Three },
+    Parallel(Prefix, Lanes, Three), // SADD16 … UHSUB8
+    Saturating(Saturating, Three), // QADD, QDADD, QSUB, QDSUB
+    Reverse(Reverse, Three), // REV, REV16, RBIT, REVSH of `m`
+    Select(Three), // SEL
+    CountLeadingZeros(Three), // CLZ of `m`
+    /// Multiplications whose result is one register; `a` is the accumulator, or [`NONE`].
+    Multiply { kind: Multiply, registers: Three, a: u8 },
+    /// Multiplications whose result is two registers: `low` and, upper, `d`.
+    Long { kind: Long, registers: Three, low: u8 },
+    SignedDivide(Three), // SDIV
+    UnsignedDivide(Three), // UDIV
 }
 
 /// In place of a register: there is no accumulator.
@@ -154,7 +105,7 @@ impl Cpu {
         let by_zero = |m: u8| self.registers.r[usize::from(m & 15)] == 0;
         if let Op::SignedDivide(x) | Op::UnsignedDivide(x) = op
             && by_zero(x.m)
-            && self.system.divide_by_zero_traps()
+            && self.system.is_configured(ccr::DIVIDE_BY_ZERO_TRAP)
         {
             return Err(Fault::DivideByZero.into());
         }
@@ -164,18 +115,11 @@ impl Cpu {
 
 /// What `op` does to the registers, where a division by zero gives 0; its
 /// cycles.
+#[rustfmt::skip]
 fn execute(op: Op, registers: &mut Registers) -> u32 {
     match op {
-        Op::Shift {
-            kind,
-            flags,
-            registers: x,
-        } => shift(kind, flags, x, registers),
-        Op::Extend {
-            kind,
-            rotation,
-            registers: x,
-        } => {
+        Op::Shift { kind, flags, registers: x } => shift(kind, flags, x, registers),
+        Op::Extend { kind, rotation, registers: x } => {
             let part = extend(kind, get(registers, x.m).rotate_right(u32::from(rotation)));
             let sum = accumulate(kind, get_or_zero(registers, x.n), part);
             set(registers, x.d, sum);
@@ -200,16 +144,8 @@ fn execute(op: Op, registers: &mut Registers) -> u32 {
             set(registers, x.d, selected);
         }
         Op::CountLeadingZeros(x) => set(registers, x.d, get(registers, x.m).leading_zeros()),
-        Op::Multiply {
-            kind,
-            registers: x,
-            a,
-        } => return multiply::short(kind, x, a, registers),
-        Op::Long {
-            kind,
-            registers: x,
-            low,
-        } => multiply::long(kind, x, low, registers),
+        Op::Multiply { kind, registers: x, a } => return multiply::short(kind, x, a, registers),
+        Op::Long { kind, registers: x, low } => multiply::long(kind, x, low, registers),
         Op::SignedDivide(x) => return divide::signed(x, registers),
         Op::UnsignedDivide(x) => return divide::unsigned(x, registers),
     }

@@ -4,79 +4,35 @@ use super::{Three, get, get_or_zero, set, sticky};
 use crate::chip::cpu::Registers;
 
 /// A multiplication whose result is one register; an accumulator is added
-/// where there is one.
+/// where there is one. `n_top`, `m_top`: the upper half of that factor;
+/// `exchange`: the second factor's halves change places; `round`: instead of
+/// truncating.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[rustfmt::skip]
 pub enum Multiply {
-    /// MUL, MLA.
-    Low,
-    /// MLS: the product is subtracted.
-    Subtract,
-    /// SMULxy, SMLAxy.
-    Halves {
-        /// The upper half of the first factor.
-        n_top: bool,
-        /// The upper half of the second factor.
-        m_top: bool,
-    },
-    /// SMULWy, SMLAWy: the upper 32 of 48 bits.
-    WordByHalf {
-        /// The upper half of the second factor.
-        m_top: bool,
-    },
-    /// SMUAD, SMLAD.
-    DualAdd {
-        /// The second factor's halves change places.
-        exchange: bool,
-    },
-    /// SMUSD, SMLSD.
-    DualSubtract {
-        /// The second factor's halves change places.
-        exchange: bool,
-    },
-    /// SMMUL, SMMLA: the upper 32 of 64 bits.
-    High {
-        /// Rounds instead of truncating.
-        round: bool,
-    },
-    /// SMMLS.
-    HighSubtract {
-        /// Rounds instead of truncating.
-        round: bool,
-    },
-    /// USAD8, USADA8.
-    AbsoluteDifferences,
+    Low, // MUL, MLA
+    Subtract, // MLS: the product is subtracted
+    Halves { n_top: bool, m_top: bool }, // SMULxy, SMLAxy
+    WordByHalf { m_top: bool }, // SMULWy, SMLAWy: the upper 32 of 48 bits
+    DualAdd { exchange: bool }, // SMUAD, SMLAD
+    DualSubtract { exchange: bool }, // SMUSD, SMLSD
+    High { round: bool }, // SMMUL, SMMLA: the upper 32 of 64 bits
+    HighSubtract { round: bool }, // SMMLS
+    AbsoluteDifferences, // USAD8, USADA8
 }
 
-/// A multiplication whose result is two registers.
+/// A multiplication whose result is two registers; fields as above.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[rustfmt::skip]
 pub enum Long {
-    /// SMULL.
-    Signed,
-    /// UMULL.
-    Unsigned,
-    /// SMLAL.
-    SignedAccumulate,
-    /// UMLAL.
-    UnsignedAccumulate,
-    /// UMAAL: both words of the destination are added.
-    UnsignedDoubleAccumulate,
-    /// SMLALxy.
-    Halves {
-        /// The upper half of the first factor.
-        n_top: bool,
-        /// The upper half of the second factor.
-        m_top: bool,
-    },
-    /// SMLALD.
-    DualAdd {
-        /// The second factor's halves change places.
-        exchange: bool,
-    },
-    /// SMLSLD.
-    DualSubtract {
-        /// The second factor's halves change places.
-        exchange: bool,
-    },
+    Signed, // SMULL
+    Unsigned, // UMULL
+    SignedAccumulate, // SMLAL
+    UnsignedAccumulate, // UMLAL
+    UnsignedDoubleAccumulate, // UMAAL: both words of the destination are added
+    Halves { n_top: bool, m_top: bool }, // SMLALxy
+    DualAdd { exchange: bool }, // SMLALD
+    DualSubtract { exchange: bool }, // SMLSLD
 }
 
 /// One half-word of `x`, signed.

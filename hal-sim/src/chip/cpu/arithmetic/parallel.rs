@@ -4,35 +4,23 @@
 /// Interpretation of lanes and what becomes of their results.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Prefix {
-    /// S: wraps, sets GE.
-    Signed,
-    /// Q: saturates.
-    SignedSaturating,
-    /// SH: halves.
-    SignedHalving,
-    /// U: wraps, sets GE.
-    Unsigned,
-    /// UQ: saturates.
-    UnsignedSaturating,
-    /// UH: halves.
-    UnsignedHalving,
+    Signed,             // S: wraps, sets GE
+    SignedSaturating,   // Q: saturates
+    SignedHalving,      // SH: halves
+    Unsigned,           // U: wraps, sets GE
+    UnsignedSaturating, // UQ: saturates
+    UnsignedHalving,    // UH: halves
 }
 
 /// What is done to which lanes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lanes {
-    /// ADD16.
-    AddHalves,
-    /// ASX: top adds the other's bottom, bottom subtracts the other's top.
-    AddSubtractExchanged,
-    /// SAX: top subtracts the other's bottom, bottom adds the other's top.
-    SubtractAddExchanged,
-    /// SUB16.
-    SubtractHalves,
-    /// ADD8.
-    AddBytes,
-    /// SUB8.
-    SubtractBytes,
+    AddHalves,            // ADD16
+    AddSubtractExchanged, // ASX: top adds the other's bottom, bottom subtracts the other's top
+    SubtractAddExchanged, // SAX: top subtracts the other's bottom, bottom adds the other's top
+    SubtractHalves,       // SUB16
+    AddBytes,             // ADD8
+    SubtractBytes,        // SUB8
 }
 
 /// The result, and the four GE bits where the operation sets them.

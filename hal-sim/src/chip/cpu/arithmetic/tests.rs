@@ -28,12 +28,6 @@ fn with_accumulator(code: u32, n: u32, m: u32, a: u32) -> (u32, bool) {
     (after.r[0], after.apsr & flag::Q != 0)
 }
 
-/// R0 and GE after `code`.
-fn with_ge(code: u32, n: u32, m: u32) -> (u32, u32) {
-    let after = run(code, n, m, Registers::default());
-    (after.r[0], (after.apsr & flag::GE) >> 16)
-}
-
 /// R3 and R0 as one, after `code`, starting from `old`.
 fn long(code: u32, n: u32, m: u32, old: u64) -> u64 {
     let mut before = Registers::default();
@@ -60,10 +54,8 @@ fn shifts_by_more_than_a_word() {
     assert_eq!(flags(lsl, 1, 0x100, true), (1, flag::C)); // the lowest byte counts
     assert_eq!(flags(lsr, 1 << 31, 32, false), (0, flag::Z | flag::C));
     assert_eq!(flags(lsr, 1 << 31, 31, true), (1, 0));
-    assert_eq!(
-        flags(asr, 1 << 31, 200, false),
-        (u32::MAX, flag::N | flag::C)
-    );
+    let expected = (u32::MAX, flag::N | flag::C);
+    assert_eq!(flags(asr, 1 << 31, 200, false), expected);
     assert_eq!(flags(asr, 0x4000_0000, 40, true), (0, flag::Z));
     assert_eq!(flags(ror, 1, 1, false), (1 << 31, flag::N | flag::C));
     assert_eq!(flags(ror, 1 << 31, 32, false), (1 << 31, flag::N | flag::C));
@@ -83,57 +75,30 @@ fn extensions() {
     assert_eq!(result(0xFA31_F082, 0xFFFF_FFFF, 0x0001_0001), 0); // uxtab16
 }
 
-#[test]
-fn parallel_sums_set_ge() {
-    assert_eq!(
-        with_ge(0xFA91_F002, 0x7FFF_FFFF, 0x0001_0001),
-        (0x8000_0000, 0b1111)
-    ); // sadd16
-    assert_eq!(
-        with_ge(0xFA91_F042, 0x7FFF_FFFF, 0x0001_0001),
-        (0x8000_0000, 0b0011)
-    ); // uadd16
-    assert_eq!(
-        with_ge(0xFA81_F002, 0x80FF_0001, 0xFF01_0001),
-        (0x7F00_0002, 0b0111)
-    ); // sadd8
-    assert_eq!(
-        with_ge(0xFAC1_F042, 0x0102_0304, 0x0201_0403),
-        (0xFF01_FF01, 0b0101)
-    ); // usub8
+/// Text, code, operands, result, GE.
+#[rustfmt::skip]
+const PARALLEL: &[(&str, u32, u32, u32, u32, u32)] = &[
+    ("sadd16", 0xFA91_F002, 0x7FFF_FFFF, 0x0001_0001, 0x8000_0000, 0b1111),
+    ("uadd16", 0xFA91_F042, 0x7FFF_FFFF, 0x0001_0001, 0x8000_0000, 0b0011),
+    ("sadd8", 0xFA81_F002, 0x80FF_0001, 0xFF01_0001, 0x7F00_0002, 0b0111),
+    ("usub8", 0xFAC1_F042, 0x0102_0304, 0x0201_0403, 0xFF01_FF01, 0b0101),
     // Top adds the other's bottom; bottom subtracts the other's top.
-    assert_eq!(
-        with_ge(0xFAA1_F042, 0xFFFF_0001, 0x0002_0001),
-        (0x0000_FFFF, 0b1100)
-    ); // uasx
-    assert_eq!(
-        with_ge(0xFAE1_F002, 0x0001_0001, 0xFFFE_0002),
-        (0xFFFF_FFFF, 0)
-    ); // ssax
-}
+    ("uasx", 0xFAA1_F042, 0xFFFF_0001, 0x0002_0001, 0x0000_FFFF, 0b1100),
+    ("ssax", 0xFAE1_F002, 0x0001_0001, 0xFFFE_0002, 0xFFFF_FFFF, 0),
+    ("qadd16", 0xFA91_F012, 0x7FFF_8000, 0x0001_FFFF, 0x7FFF_8000, 0),
+    ("uqsub16", 0xFAD1_F052, 0x0001_FFFF, 0x0002_0001, 0x0000_FFFE, 0),
+    ("uqadd8", 0xFA81_F052, 0xFF80_0102, 0x0180_0101, 0xFFFF_0203, 0),
+    ("shadd16", 0xFA91_F022, 0x7FFF_8000, 0x7FFF_8000, 0x7FFF_8000, 0),
+    ("uhsub8", 0xFAC1_F062, 0x0000_0005, 0x0000_0102, 0x0000_FF01, 0),
+];
 
 #[test]
-fn parallel_sums_saturate_and_halve() {
-    assert_eq!(
-        with_ge(0xFA91_F012, 0x7FFF_8000, 0x0001_FFFF),
-        (0x7FFF_8000, 0)
-    ); // qadd16
-    assert_eq!(
-        with_ge(0xFAD1_F052, 0x0001_FFFF, 0x0002_0001),
-        (0x0000_FFFE, 0)
-    ); // uqsub16
-    assert_eq!(
-        with_ge(0xFA81_F052, 0xFF80_0102, 0x0180_0101),
-        (0xFFFF_0203, 0)
-    ); // uqadd8
-    assert_eq!(
-        with_ge(0xFA91_F022, 0x7FFF_8000, 0x7FFF_8000),
-        (0x7FFF_8000, 0)
-    ); // shadd16
-    assert_eq!(
-        with_ge(0xFAC1_F062, 0x0000_0005, 0x0000_0102),
-        (0x0000_FF01, 0)
-    ); // uhsub8
+fn parallel_sums_set_ge_saturate_and_halve() {
+    for &(name, code, n, m, expected, ge) in PARALLEL {
+        let after = run(code, n, m, Registers::default());
+        let found = (after.r[0], (after.apsr & flag::GE) >> 16);
+        assert_eq!(found, (expected, ge), "{name}");
+    }
 }
 
 #[test]
@@ -167,28 +132,28 @@ fn bits_and_bytes() {
 fn short_multiplications() {
     let minimum = 1 << 31;
     assert_eq!(with_accumulator(0xFB01_3002, 3, 5, 2), (17, false)); // mla
-    assert_eq!(
-        with_accumulator(0xFB01_3012, 3, 5, 2),
-        (-13_i32 as u32, false)
-    ); // mls
+    let expected = (-13_i32 as u32, false);
+    assert_eq!(with_accumulator(0xFB01_3012, 3, 5, 2), expected); // mls
     assert_eq!(result(0xFB11_F032, 0xFFFF_0000, 0x0003_0000), -3_i32 as u32); // smultt
     let max = i32::MAX as u32;
     assert_eq!(with_accumulator(0xFB11_3002, 1, 1, max), (minimum, true)); // smlabb
     assert_eq!(result(0xFB31_F002, minimum, 0x8000), 0x4000_0000); // smulwb
     assert_eq!(result(0xFB31_F002, u32::MAX, 1), u32::MAX); // floors
     // -2^15 squared twice: 2^31 does not fit.
+    let expected = (minimum, true);
     assert_eq!(
         with_accumulator(0xFB21_F002, 0x8000_8000, 0x8000_8000, 0),
-        (minimum, true)
+        expected
     );
     assert_eq!(result(0xFB21_F012, 0x0002_0003, 0x0005_0007), 29); // smuadx: 3×5 + 2×7
     assert_eq!(result(0xFB41_F002, 0x0002_0003, 0x0005_0007), 11); // smusd: 3×7 - 2×5
     assert_eq!(result(0xFB51_F002, 1 << 30, 3), 0); // smmul
     assert_eq!(result(0xFB51_F012, 1 << 30, 3), 1); // smmulr
     assert_eq!(with_accumulator(0xFB61_3002, 1, 1, 1), (0, false)); // smmls
+    let expected = (265, false);
     assert_eq!(
         with_accumulator(0xFB71_3002, 0x01FF_0005, 0x0200_0003, 7),
-        (265, false)
+        expected
     ); // usada8
 }
 

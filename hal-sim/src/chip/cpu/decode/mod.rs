@@ -4,6 +4,7 @@
 //! encodings (Arm ARM chapter A5), here they are kept. Not here: what an
 //! operation does (`execute`). In: half-words of code. Out: an `Entry` each.
 
+mod fields;
 mod narrow;
 mod op;
 mod wide;

@@ -14,6 +14,7 @@ const fn reg(code: u16, low: u32) -> Reg {
 }
 
 /// The 16-bit instruction `code` at `pc`.
+#[rustfmt::skip]
 pub fn decode(code: u16, pc: u32) -> Op {
     match code >> 10 {
         0x00..=0x0F => shift_add_move(code),
@@ -30,11 +31,7 @@ pub fn decode(code: u16, pc: u32) -> Op {
             d: reg(code, 8),
             imm: (pc.wrapping_add(4) & !3).wrapping_add(u32::from(code & 0xFF) << 2),
         },
-        0x2A | 0x2B => Op::AddImm {
-            d: reg(code, 8),
-            n: 13,
-            imm: u32::from(code & 0xFF) << 2,
-        },
+        0x2A | 0x2B => Op::AddImm { d: reg(code, 8), n: 13, imm: u32::from(code & 0xFF) << 2 },
         0x2C..=0x2F => miscellaneous(code, pc),
         0x30..=0x33 => multiple(code),
         0x34..=0x37 => conditional_branch(code, pc),
@@ -54,6 +51,7 @@ fn branch(pc: u32, offset: i32) -> Op {
 }
 
 /// A5.2.1.
+#[rustfmt::skip]
 fn shift_add_move(code: u16) -> Op {
     let (d, n, m) = (reg(code, 0), reg(code, 3), reg(code, 6));
     let wide = reg(code, 8);
@@ -76,60 +74,23 @@ fn shift_add_move(code: u16) -> Op {
         3 => match code >> 9 & 3 {
             0 => Op::AddsReg { d, n, m },
             1 => Op::SubsReg { d, n, m },
-            2 => Op::AddsImm {
-                d,
-                n,
-                imm: u32::from(m),
-            },
-            _ => Op::SubsImm {
-                d,
-                n,
-                imm: u32::from(m),
-            },
+            2 => Op::AddsImm { d, n, imm: u32::from(m) },
+            _ => Op::SubsImm { d, n, imm: u32::from(m) },
         },
-        4 => Op::MovsImm {
-            d: wide,
-            carry: Carry::Kept,
-            imm: byte,
-        },
+        4 => Op::MovsImm { d: wide, carry: Carry::Kept, imm: byte },
         5 => Op::CmpImm { n: wide, imm: byte },
-        6 => Op::AddsImm {
-            d: wide,
-            n: wide,
-            imm: byte,
-        },
-        _ => Op::SubsImm {
-            d: wide,
-            n: wide,
-            imm: byte,
-        },
+        6 => Op::AddsImm { d: wide, n: wide, imm: byte },
+        _ => Op::SubsImm { d: wide, n: wide, imm: byte },
     }
 }
 
 /// A5.2.2.
+#[rustfmt::skip]
 fn data_processing(code: u16) -> Op {
     let (d, m) = (reg(code, 0), reg(code, 3));
-    let alu = |alu| Op::DataReg {
-        alu,
-        flags: true,
-        d,
-        n: d,
-        m,
-        shift: Shift::NONE,
-    };
-    let test = |test| Op::TestReg {
-        test,
-        n: d,
-        m,
-        shift: Shift::NONE,
-    };
-    let shift = |kind| Op::ShiftReg {
-        kind,
-        flags: true,
-        d,
-        n: d,
-        m,
-    };
+    let alu = |alu| Op::DataReg { alu, flags: true, d, n: d, m, shift: Shift::NONE };
+    let test = |test| Op::TestReg { test, n: d, m, shift: Shift::NONE };
+    let shift = |kind| Op::ShiftReg { kind, flags: true, d, n: d, m };
     match bits(code, 6, 4) {
         0 => alu(Alu::And),
         1 => alu(Alu::Eor),
@@ -140,29 +101,18 @@ fn data_processing(code: u16) -> Op {
         6 => alu(Alu::Sbc),
         7 => shift(ShiftKind::Ror),
         8 => test(Test::Tst),
-        9 => Op::DataImm {
-            alu: Alu::Rsb,
-            flags: true,
-            carry: Carry::Kept,
-            d,
-            n: m,
-            imm: 0,
-        },
+        9 => Op::DataImm { alu: Alu::Rsb, flags: true, carry: Carry::Kept, d, n: m, imm: 0 },
         10 => Op::CmpReg { n: d, m },
         11 => test(Test::Cmn),
         12 => alu(Alu::Orr),
-        13 => Op::Mul {
-            flags: true,
-            d,
-            n: m,
-            m: d,
-        },
+        13 => Op::Mul { flags: true, d, n: m, m: d },
         14 => alu(Alu::Bic),
         _ => alu(Alu::Mvn),
     }
 }
 
 /// A5.2.3: high registers, BX, BLX.
+#[rustfmt::skip]
 fn special(code: u16, pc: u32) -> Op {
     let d = reg(code, 0) | bits(code, 7, 1) << 3;
     let m = bits(code, 3, 4);
@@ -175,10 +125,7 @@ fn special(code: u16, pc: u32) -> Op {
         (1, 15, _) | (1, _, 15) => unpredictable,
         (1, _, _) if d < 8 && m < 8 => unpredictable,
         (1, _, _) => Op::CmpReg { n: d, m },
-        (2, 15, 15) => Op::Branch {
-            refill: 0,
-            target: pc.wrapping_add(4),
-        },
+        (2, 15, 15) => Op::Branch { refill: 0, target: pc.wrapping_add(4) },
         (2, 15, _) => Op::MovToPc { m },
         (2, 13, 15) => Op::DataImm {
             alu: Alu::Mov,
@@ -188,10 +135,7 @@ fn special(code: u16, pc: u32) -> Op {
             n: 0,
             imm: pc.wrapping_add(4),
         },
-        (2, _, 15) => Op::MovImm {
-            d,
-            imm: pc.wrapping_add(4),
-        },
+        (2, _, 15) => Op::MovImm { d, imm: pc.wrapping_add(4) },
         (2, 13, _) => Op::AddToSp { n: m, imm: 0 },
         (2, _, _) => Op::MovReg { d, m },
         _ if code & 7 != 0 => unpredictable,
@@ -202,22 +146,11 @@ fn special(code: u16, pc: u32) -> Op {
 }
 
 /// A5.2.4, register offsets.
+#[rustfmt::skip]
 fn load_store_register(code: u16) -> Op {
     let (t, n, m) = (reg(code, 0), reg(code, 3), reg(code, 6));
-    let store = |size| Op::StoreReg {
-        size,
-        t,
-        n,
-        m,
-        shift: 0,
-    };
-    let load = |kind| Op::LoadReg {
-        kind,
-        t,
-        n,
-        m,
-        shift: 0,
-    };
+    let store = |size| Op::StoreReg { size, t, n, m, shift: 0 };
+    let load = |kind| Op::LoadReg { kind, t, n, m, shift: 0 };
     match code >> 9 & 7 {
         0 => store(Size::Word),
         1 => store(Size::Half),
@@ -231,48 +164,26 @@ fn load_store_register(code: u16) -> Op {
 }
 
 /// A5.2.4, immediate offsets.
+#[rustfmt::skip]
 fn load_store_immediate(code: u16) -> Op {
     let (t, n) = (reg(code, 0), reg(code, 3));
     let imm = u32::from(bits(code, 6, 5));
     let t_sp = reg(code, 8);
     let imm_sp = u32::from(code & 0xFF) << 2;
     match code >> 11 & 7 {
-        4 => Op::Str {
-            t,
-            n,
-            imm: imm << 2,
-        },
-        5 => Op::Ldr {
-            t,
-            n,
-            imm: imm << 2,
-        },
+        4 => Op::Str { t, n, imm: imm << 2 },
+        5 => Op::Ldr { t, n, imm: imm << 2 },
         6 => Op::Strb { t, n, imm },
         7 => Op::Ldrb { t, n, imm },
-        0 => Op::Strh {
-            t,
-            n,
-            imm: imm << 1,
-        },
-        1 => Op::Ldrh {
-            t,
-            n,
-            imm: imm << 1,
-        },
-        2 => Op::Str {
-            t: t_sp,
-            n: 13,
-            imm: imm_sp,
-        },
-        _ => Op::Ldr {
-            t: t_sp,
-            n: 13,
-            imm: imm_sp,
-        },
+        0 => Op::Strh { t, n, imm: imm << 1 },
+        1 => Op::Ldrh { t, n, imm: imm << 1 },
+        2 => Op::Str { t: t_sp, n: 13, imm: imm_sp },
+        _ => Op::Ldr { t: t_sp, n: 13, imm: imm_sp },
     }
 }
 
 /// A5.2.5.
+#[rustfmt::skip]
 fn miscellaneous(code: u16, pc: u32) -> Op {
     let (d, m) = (reg(code, 0), reg(code, 3));
     let byte = (code & 0xFF) as u8;
@@ -281,10 +192,7 @@ fn miscellaneous(code: u16, pc: u32) -> Op {
         0 => {
             let imm = u32::from(code & 0x7F) << 2;
             let down = code & 0x80 != 0;
-            Op::AddToSp {
-                n: 13,
-                imm: if down { imm.wrapping_neg() } else { imm },
-            }
+            Op::AddToSp { n: 13, imm: if down { imm.wrapping_neg() } else { imm } }
         }
         1 | 3 | 9 | 11 => Op::CompareBranch {
             n: d,
@@ -319,34 +227,22 @@ const fn rearrange(kind: Rearrange, d: Reg, m: Reg) -> Op {
 }
 
 /// PUSH if `push`, else POP.
+#[rustfmt::skip]
 const fn multiple_or_refuse(push: bool, list: u16) -> Op {
     match (list, push) {
         (0, _) => Op::Unpredictable,
-        (_, true) => Op::StoreMultiple {
-            n: 13,
-            writeback: true,
-            down: true,
-            list,
-        },
-        (_, false) => Op::LoadMultiple {
-            n: 13,
-            writeback: true,
-            down: false,
-            list,
-        },
+        (_, true) => Op::StoreMultiple { n: 13, writeback: true, down: true, list },
+        (_, false) => Op::LoadMultiple { n: 13, writeback: true, down: false, list },
     }
 }
 
 /// CPS (B5.2.1).
+#[rustfmt::skip]
 const fn change_state(code: u16) -> Op {
     if code & 0xC != 0 || code & 3 == 0 {
         return Op::Unpredictable;
     }
-    Op::ChangeState {
-        disable: code & 0x10 != 0,
-        primask: code & 2 != 0,
-        faultmask: code & 1 != 0,
-    }
+    Op::ChangeState { disable: code & 0x10 != 0, primask: code & 2 != 0, faultmask: code & 1 != 0 }
 }
 
 /// A5.2.6.
@@ -364,6 +260,7 @@ const fn it_or_hint(byte: u8) -> Op {
 }
 
 /// STM, LDM.
+#[rustfmt::skip]
 const fn multiple(code: u16) -> Op {
     let n = reg(code, 8);
     let list = code & 0xFF;
@@ -372,22 +269,12 @@ const fn multiple(code: u16) -> Op {
         return Op::Unpredictable;
     }
     if code & 0x800 != 0 {
-        return Op::LoadMultiple {
-            n,
-            writeback: !held,
-            down: false,
-            list,
-        };
+        return Op::LoadMultiple { n, writeback: !held, down: false, list };
     }
     if held && list.trailing_zeros() != n as u32 {
         return Op::Unpredictable;
     }
-    Op::StoreMultiple {
-        n,
-        writeback: true,
-        down: false,
-        list,
-    }
+    Op::StoreMultiple { n, writeback: true, down: false, list }
 }
 
 /// A5.2.7: B with a condition, UDF, SVC.

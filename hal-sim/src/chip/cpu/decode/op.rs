@@ -8,27 +8,19 @@ pub type Reg = u8;
 /// The carry that an immediate operand leaves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Carry {
-    /// As it was.
-    Kept,
-    /// 0.
-    Clear,
-    /// 1.
-    Set,
+    Kept,  // As it was
+    Clear, // 0
+    Set,   // 1
 }
 
 /// Kinds of shifts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ShiftKind {
-    /// Logical left.
-    Lsl,
-    /// Logical right.
-    Lsr,
-    /// Arithmetic right.
-    Asr,
-    /// Rotate right.
-    Ror,
-    /// Rotate right by one through the carry.
-    Rrx,
+    Lsl, // Logical left
+    Lsr, // Logical right
+    Asr, // Arithmetic right
+    Ror, // Rotate right
+    Rrx, // Rotate right by one through the carry
 }
 
 /// A shift by a constant: 0–31 for LSL, 1–32 for LSR and ASR, 1–31 for ROR.
@@ -51,88 +43,57 @@ impl Shift {
 /// Data processing with a result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Alu {
-    /// And.
-    And,
-    /// And not.
-    Bic,
-    /// Or.
-    Orr,
-    /// Or not.
-    Orn,
-    /// Exclusive or.
-    Eor,
-    /// The second operand.
-    Mov,
-    /// The second operand's complement.
-    Mvn,
-    /// Sum.
-    Add,
-    /// Sum with carry.
-    Adc,
-    /// Difference with borrow.
-    Sbc,
-    /// Difference.
-    Sub,
-    /// Second operand minus first.
-    Rsb,
+    And, // And
+    Bic, // And not
+    Orr, // Or
+    Orn, // Or not
+    Eor, // Exclusive or
+    Mov, // The second operand
+    Mvn, // The second operand's complement
+    Add, // Sum
+    Adc, // Sum with carry
+    Sbc, // Difference with borrow
+    Sub, // Difference
+    Rsb, // Second operand minus first
 }
 
 /// Data processing for the flags only.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Test {
-    /// And.
-    Tst,
-    /// Exclusive or.
-    Teq,
-    /// Sum.
-    Cmn,
-    /// Difference.
-    Cmp,
+    Tst, // And
+    Teq, // Exclusive or
+    Cmn, // Sum
+    Cmp, // Difference
 }
 
 /// What a load makes of memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Load {
-    /// Word.
-    Word,
-    /// Half-word, zero-extended.
-    Half,
-    /// Byte, zero-extended.
-    Byte,
-    /// Half-word, sign-extended.
-    SignedHalf,
-    /// Byte, sign-extended.
-    SignedByte,
+    Word,       // Word
+    Half,       // Half-word, zero-extended
+    Byte,       // Byte, zero-extended
+    SignedHalf, // Half-word, sign-extended
+    SignedByte, // Byte, sign-extended
 }
 
 /// How a base and an offset make an address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Index {
-    /// Base plus offset; the base stays.
-    Offset,
-    /// Base plus offset, which becomes the base.
-    Pre,
-    /// Base, which moves by the offset afterwards.
-    Post,
+    Offset, // Base plus offset; the base stays
+    Pre,    // Base plus offset, which becomes the base
+    Post,   // Base, which moves by the offset afterwards
 }
 
 /// 16-bit extensions and reversals.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rearrange {
-    /// Sign-extend a half-word.
-    Sxth,
-    /// Sign-extend a byte.
-    Sxtb,
-    /// Zero-extend a half-word.
-    Uxth,
-    /// Zero-extend a byte.
-    Uxtb,
-    /// Reverse the bytes.
-    Rev,
-    /// Reverse the bytes of each half-word.
-    Rev16,
-    /// Reverse the bytes of the lower half-word, sign-extended.
-    Revsh,
+    Sxth,  // Sign-extend a half-word
+    Sxtb,  // Sign-extend a byte
+    Uxth,  // Zero-extend a half-word
+    Uxtb,  // Zero-extend a byte
+    Rev,   // Reverse the bytes
+    Rev16, // Reverse the bytes of each half-word
+    Revsh, // Reverse the bytes of the lower half-word, sign-extended
 }
 
 /// An operation. Variants without a shift, a choice of the operator or a
@@ -142,8 +103,7 @@ pub enum Rearrange {
 #[rustfmt::skip]
 #[allow(missing_docs)] // d, n, m, t are the manual's registers; imm its constant
 pub enum Op {
-    /// Not decoded yet.
-    Missing,
+    Missing, // Not decoded yet
     MovImm { d: Reg, imm: u32 },
     MovsImm { d: Reg, carry: Carry, imm: u32 },
     AddImm { d: Reg, n: Reg, imm: u32 },
@@ -179,10 +139,8 @@ pub enum Op {
     Usat16 { d: Reg, n: Reg, bits: u8 },
     /// PKHBT, or PKHTB if `top`.
     Pkh { top: bool, d: Reg, n: Reg, m: Reg, shift: Shift },
-    /// 32-bit register arithmetic.
-    Arithmetic(arithmetic::Op),
-    /// Floating point.
-    Float(fpu::Op),
+    Arithmetic(arithmetic::Op), // 32-bit register arithmetic
+    Float(fpu::Op), // Floating point
 
     Ldr { t: Reg, n: Reg, imm: u32 },
     Ldrh { t: Reg, n: Reg, imm: u32 },
@@ -226,8 +184,7 @@ pub enum Op {
     TableBranch { n: Reg, m: Reg, half: bool },
 
     It { state: u8 },
-    /// NOP, YIELD, PLD, PLI, DBG.
-    Nop,
+    Nop, // NOP, YIELD, PLD, PLI, DBG
     WaitForInterrupt,
     WaitForEvent,
     SendEvent,
@@ -237,30 +194,22 @@ pub enum Op {
     ChangeState { disable: bool, primask: bool, faultmask: bool },
     ReadSpecial { d: Reg, sysm: u8 },
     WriteSpecial { n: Reg, sysm: u8, mask: u8 },
-    /// DMB, DSB.
-    DataBarrier,
-    /// ISB.
-    InstructionBarrier,
-    /// UNDEFINED by the architecture.
-    Undefined,
-    /// Of a coprocessor that this core lacks.
-    NoCoprocessor,
-    /// UNPREDICTABLE by the architecture: the run stops.
-    Unpredictable,
+    DataBarrier, // DMB, DSB
+    InstructionBarrier, // ISB
+    Undefined, // UNDEFINED by the architecture
+    NoCoprocessor, // Of a coprocessor that this core lacks
+    Unpredictable, // UNPREDICTABLE by the architecture: the run stops
 }
 
 impl Op {
     /// The same operation leaving the flags alone: what a 16-bit instruction
     /// does inside an IT block (Arm ARM A7.3.2, `setflags = !InITBlock()`).
+    #[rustfmt::skip]
     pub fn without_flags(self) -> Self {
         match self {
             Self::MovsImm { d, imm, .. } => Self::MovImm { d, imm },
             Self::AddsImm { d, n, imm } => Self::AddImm { d, n, imm },
-            Self::SubsImm { d, n, imm } => Self::AddImm {
-                d,
-                n,
-                imm: imm.wrapping_neg(),
-            },
+            Self::SubsImm { d, n, imm } => Self::AddImm { d, n, imm: imm.wrapping_neg() },
             Self::AddsReg { d, n, m } => Self::AddReg { d, n, m },
             Self::SubsReg { d, n, m } => Self::DataReg {
                 alu: Alu::Sub,

@@ -1,66 +1,9 @@
 //! 32-bit encodings: which family, branches, miscellaneous control
 //! (Arm ARM A5.3, A5.3.4).
 
-use super::{Op, Reg, wide_data, wide_memory};
+use super::fields::{Wide, is_bad};
+use super::{Op, wide_data, wide_memory};
 use crate::chip::cpu::{arithmetic, fpu};
-
-/// An instruction's two half-words and where it lies.
-#[derive(Clone, Copy)]
-pub struct Wide {
-    /// First half-word.
-    pub first: u16,
-    /// Second half-word.
-    pub second: u16,
-    /// Its address.
-    pub pc: u32,
-}
-
-impl Wide {
-    /// Rn, bits 3:0 of the first half-word.
-    pub const fn n(self) -> Reg {
-        (self.first & 0xF) as u8
-    }
-
-    /// Rd, bits 11:8.
-    pub const fn d(self) -> Reg {
-        (self.second >> 8 & 0xF) as u8
-    }
-
-    /// Rt (or Ra), bits 15:12.
-    pub const fn t(self) -> Reg {
-        (self.second >> 12) as u8
-    }
-
-    /// Rm, bits 3:0.
-    pub const fn m(self) -> Reg {
-        (self.second & 0xF) as u8
-    }
-
-    /// `width` bits from `low` on of the first half-word.
-    pub const fn first(self, low: u32, width: u32) -> u8 {
-        ((self.first >> low) & ((1 << width) - 1)) as u8
-    }
-
-    /// `width` bits from `low` on of the second half-word.
-    pub const fn second(self, low: u32, width: u32) -> u8 {
-        ((self.second >> low) & ((1 << width) - 1)) as u8
-    }
-
-    /// Address of the instruction plus 4.
-    pub const fn pc4(self) -> u32 {
-        self.pc.wrapping_add(4)
-    }
-
-    /// Address of the instruction plus 4, word-aligned.
-    pub const fn base(self) -> u32 {
-        self.pc4() & !3
-    }
-}
-
-/// R13 and R15, which most operands must not be.
-pub const fn is_bad(register: Reg) -> bool {
-    register == 13 || register == 15
-}
 
 /// The 32-bit instruction `first`, `second` at `pc`.
 pub fn decode(first: u16, second: u16, pc: u32) -> Op {
@@ -96,16 +39,11 @@ fn coprocessor(code: Wide) -> Op {
 }
 
 /// A5.3.4.
+#[rustfmt::skip]
 fn branch_or_control(code: Wide) -> Op {
     match code.second >> 12 & 5 {
-        5 => Op::BranchLink {
-            refill: 0,
-            target: long_target(code),
-        },
-        1 => Op::Branch {
-            refill: 0,
-            target: long_target(code),
-        },
+        5 => Op::BranchLink { refill: 0, target: long_target(code) },
+        1 => Op::Branch { refill: 0, target: long_target(code) },
         4 => Op::Undefined, // BLX to Arm state
         _ if code.first(6, 4) >> 1 != 7 => conditional(code),
         _ => control(code),
@@ -140,15 +78,12 @@ fn conditional(code: Wide) -> Op {
 }
 
 /// MSR, hints, barriers, MRS, UDF.
+#[rustfmt::skip]
 fn control(code: Wide) -> Op {
     let sysm = (code.second & 0xFF) as u8;
     match code.first(4, 7) {
         0x38 | 0x39 if is_bad(code.n()) || code.second(10, 2) == 0 => Op::Unpredictable,
-        0x38 | 0x39 => Op::WriteSpecial {
-            n: code.n(),
-            sysm,
-            mask: code.second(10, 2),
-        },
+        0x38 | 0x39 => Op::WriteSpecial { n: code.n(), sysm, mask: code.second(10, 2) },
         0x3A if code.second(8, 3) != 0 => Op::Undefined,
         0x3A => match sysm {
             2 => Op::WaitForEvent,

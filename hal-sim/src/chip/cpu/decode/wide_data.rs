@@ -1,7 +1,7 @@
 //! 32-bit data processing: shifted register, modified and plain immediates
 //! (Arm ARM A5.3.1, A5.3.3, A5.3.11).
 
-use super::wide::{Wide, is_bad};
+use super::fields::{Wide, is_bad};
 use super::{Alu, Carry, Op, Reg, Shift, ShiftKind, Test};
 
 /// The shift that `kind` and `imm5` encode (DecodeImmShift).
@@ -28,18 +28,12 @@ pub const fn add_imm(d: Reg, n: Reg, imm: u32) -> Op {
 }
 
 /// Rd = Rn + Rm without flags.
+#[rustfmt::skip]
 pub const fn add_reg(d: Reg, n: Reg, m: Reg) -> Op {
     if d != 13 {
         return Op::AddReg { d, n, m };
     }
-    Op::DataReg {
-        alu: Alu::Add,
-        flags: false,
-        d,
-        n,
-        m,
-        shift: Shift::NONE,
-    }
+    Op::DataReg { alu: Alu::Add, flags: false, d, n, m, shift: Shift::NONE }
 }
 
 /// The operation of both forms: number, with or without Rn, for flags only.
@@ -78,6 +72,7 @@ fn is_predictable(alu: Alu, test: Option<Test>, code: Wide) -> bool {
 }
 
 /// A5.3.11.
+#[rustfmt::skip]
 pub fn shifted_register(code: Wide) -> Op {
     if code.first(5, 4) == 6 {
         return pack(code);
@@ -103,14 +98,7 @@ pub fn shifted_register(code: Wide) -> Op {
         (Alu::Add, _) if plain && !flags => add_reg(d, n, m),
         (Alu::Add, _) if plain && d != 13 => Op::AddsReg { d, n, m },
         (Alu::Sub, _) if plain && flags && d != 13 => Op::SubsReg { d, n, m },
-        _ => Op::DataReg {
-            alu,
-            flags,
-            d,
-            n,
-            m,
-            shift,
-        },
+        _ => Op::DataReg { alu, flags, d, n, m, shift },
     }
 }
 
@@ -124,6 +112,7 @@ const fn move_register(d: Reg, m: Reg) -> Op {
 }
 
 /// PKHBT, PKHTB.
+#[rustfmt::skip]
 fn pack(code: Wide) -> Op {
     let (d, n, m) = (code.d(), code.n(), code.m());
     if code.first & 0x10 != 0 || code.second & 0x10 != 0 {
@@ -137,10 +126,7 @@ fn pack(code: Wide) -> Op {
         d,
         n,
         m,
-        shift: shift(
-            code.second >> 4 & 2,
-            code.second(12, 3) << 2 | code.second(6, 2),
-        ),
+        shift: shift(code.second >> 4 & 2, code.second(12, 3) << 2 | code.second(6, 2)),
     }
 }
 
@@ -176,6 +162,7 @@ pub const fn expand(imm12: u32) -> Option<(u32, Carry)> {
 }
 
 /// A5.3.1.
+#[rustfmt::skip]
 pub fn modified_immediate(code: Wide) -> Op {
     let Some((alu, test)) = operation(code) else {
         return Op::Undefined;
@@ -190,36 +177,21 @@ pub fn modified_immediate(code: Wide) -> Op {
     let (d, n) = (code.d(), code.n());
     match (alu, test) {
         (_, Some(Test::Cmp)) => Op::CmpImm { n, imm },
-        (_, Some(test)) => Op::TestImm {
-            test,
-            carry,
-            n,
-            imm,
-        },
+        (_, Some(test)) => Op::TestImm { test, carry, n, imm },
         (Alu::Mov, _) if !flags => Op::MovImm { d, imm },
         (Alu::Mov, _) => Op::MovsImm { d, carry, imm },
         (Alu::Mvn, _) if !flags => Op::MovImm { d, imm: !imm },
-        (Alu::Mvn, _) => Op::MovsImm {
-            d,
-            carry,
-            imm: !imm,
-        },
+        (Alu::Mvn, _) => Op::MovsImm { d, carry, imm: !imm },
         (Alu::Add, _) if !flags => add_imm(d, n, imm),
         (Alu::Sub, _) if !flags => add_imm(d, n, imm.wrapping_neg()),
         (Alu::Add, _) if d != 13 => Op::AddsImm { d, n, imm },
         (Alu::Sub, _) if d != 13 => Op::SubsImm { d, n, imm },
-        _ => Op::DataImm {
-            alu,
-            flags,
-            carry,
-            d,
-            n,
-            imm,
-        },
+        _ => Op::DataImm { alu, flags, carry, d, n, imm },
     }
 }
 
 /// A5.3.3.
+#[rustfmt::skip]
 pub fn plain_immediate(code: Wide) -> Op {
     let (d, n) = (code.d(), code.n());
     let imm = imm12(code);
@@ -229,14 +201,8 @@ pub fn plain_immediate(code: Wide) -> Op {
     }
     match code.first(4, 5) {
         0 | 10 if n == 15 && d == 13 => Op::Unpredictable,
-        0 if n == 15 => Op::MovImm {
-            d,
-            imm: code.base().wrapping_add(imm),
-        },
-        10 if n == 15 => Op::MovImm {
-            d,
-            imm: code.base().wrapping_sub(imm),
-        },
+        0 if n == 15 => Op::MovImm { d, imm: code.base().wrapping_add(imm) },
+        10 if n == 15 => Op::MovImm { d, imm: code.base().wrapping_sub(imm) },
         0 | 10 if d == 13 && n != 13 => Op::Unpredictable,
         0 => add_imm(d, n, imm),
         10 => add_imm(d, n, imm.wrapping_neg()),
@@ -250,6 +216,7 @@ pub fn plain_immediate(code: Wide) -> Op {
 }
 
 /// SSAT, USAT, SSAT16, USAT16.
+#[rustfmt::skip]
 fn saturate(code: Wide) -> Op {
     let (d, n) = (code.d(), code.n());
     if is_bad(n) {
@@ -262,28 +229,15 @@ fn saturate(code: Wide) -> Op {
     if arithmetic && amount == 0 {
         return match unsigned {
             _ if code.second & 0x30 != 0 => Op::Undefined,
-            false => Op::Ssat16 {
-                d,
-                n,
-                bits: (bits & 0xF) + 1,
-            },
-            true => Op::Usat16 {
-                d,
-                n,
-                bits: bits & 0xF,
-            },
+            false => Op::Ssat16 { d, n, bits: (bits & 0xF) + 1 },
+            true => Op::Usat16 { d, n, bits: bits & 0xF },
         };
     }
     let shift = shift(if arithmetic { 2 } else { 0 }, amount);
     if unsigned {
         Op::Usat { d, n, bits, shift }
     } else {
-        Op::Ssat {
-            d,
-            n,
-            bits: bits + 1,
-            shift,
-        }
+        Op::Ssat { d, n, bits: bits + 1, shift }
     }
 }
 

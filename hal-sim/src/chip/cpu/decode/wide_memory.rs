@@ -1,11 +1,12 @@
 //! 32-bit loads and stores: multiple, dual, exclusive, table branch, single
 //! (Arm ARM A5.3.5–A5.3.10).
 
-use super::wide::{Wide, is_bad};
+use super::fields::{Wide, is_bad};
 use super::{Index, Load, Op, Reg};
 use crate::chip::cpu::Size;
 
 /// A5.3.5.
+#[rustfmt::skip]
 pub fn multiple(code: Wide) -> Op {
     let n = code.n();
     let list = code.second;
@@ -23,23 +24,14 @@ pub fn multiple(code: Wide) -> Op {
         return Op::Unpredictable;
     }
     if load {
-        Op::LoadMultiple {
-            n,
-            writeback,
-            down,
-            list,
-        }
+        Op::LoadMultiple { n, writeback, down, list }
     } else {
-        Op::StoreMultiple {
-            n,
-            writeback,
-            down,
-            list,
-        }
+        Op::StoreMultiple { n, writeback, down, list }
     }
 }
 
 /// A5.3.6.
+#[rustfmt::skip]
 pub fn dual_exclusive_table(code: Wide) -> Op {
     let (n, t, t2) = (code.n(), code.t(), code.d());
     let before = code.first & 0x100 != 0;
@@ -54,54 +46,30 @@ pub fn dual_exclusive_table(code: Wide) -> Op {
     };
     match (code.first(4, 5), code.second(4, 4)) {
         (4, _) if n == 15 || is_bad(t) || is_bad(t2) || t2 == n || t2 == t => Op::Unpredictable,
-        (4, _) => Op::StoreExclusive {
-            size: Size::Word,
-            d: t2,
-            t,
-            n,
-            imm,
-        },
+        (4, _) => Op::StoreExclusive { size: Size::Word, d: t2, t, n, imm },
         (5, _) if n == 15 || is_bad(t) || t2 != 15 => Op::Unpredictable,
-        (5, _) => Op::LoadExclusive {
-            size: Size::Word,
-            t,
-            n,
-            imm,
-        },
+        (5, _) => Op::LoadExclusive { size: Size::Word, t, n, imm },
         (12, 4 | 5) => store_exclusive(code, unit),
         (13, 4 | 5) if n == 15 || is_bad(t) => Op::Unpredictable,
-        (13, 4 | 5) => Op::LoadExclusive {
-            size: unit,
-            t,
-            n,
-            imm: 0,
-        },
+        (13, 4 | 5) => Op::LoadExclusive { size: unit, t, n, imm: 0 },
         (13, 0 | 1) if n == 13 || is_bad(code.m()) => Op::Unpredictable,
-        (13, 0 | 1) => Op::TableBranch {
-            n,
-            m: code.m(),
-            half: unit == Size::Half,
-        },
+        (13, 0 | 1) => Op::TableBranch { n, m: code.m(), half: unit == Size::Half },
         _ => Op::Undefined,
     }
 }
 
 /// STREXB, STREXH.
+#[rustfmt::skip]
 fn store_exclusive(code: Wide, size: Size) -> Op {
     let (n, t, d) = (code.n(), code.t(), code.m());
     if n == 15 || is_bad(t) || is_bad(d) || d == n || d == t {
         return Op::Unpredictable;
     }
-    Op::StoreExclusive {
-        size,
-        d,
-        t,
-        n,
-        imm: 0,
-    }
+    Op::StoreExclusive { size, d, t, n, imm: 0 }
 }
 
 /// LDRD, STRD.
+#[rustfmt::skip]
 fn dual(code: Wide) -> Op {
     let (n, t, t2) = (code.n(), code.t(), code.d());
     let offset = u32::from(code.second & 0xFF) << 2;
@@ -117,26 +85,10 @@ fn dual(code: Wide) -> Op {
     }
     match (code.first & 0x10 != 0, n) {
         (false, 15) => Op::Unpredictable,
-        (false, _) => Op::StoreDual {
-            t,
-            t2,
-            n,
-            index,
-            imm,
-        },
+        (false, _) => Op::StoreDual { t, t2, n, index, imm },
         (true, _) if t == t2 => Op::Unpredictable,
-        (true, 15) => Op::LoadDualLiteral {
-            t,
-            t2,
-            address: code.base().wrapping_add(imm),
-        },
-        (true, _) => Op::LoadDual {
-            t,
-            t2,
-            n,
-            index,
-            imm,
-        },
+        (true, 15) => Op::LoadDualLiteral { t, t2, address: code.base().wrapping_add(imm) },
+        (true, _) => Op::LoadDual { t, t2, n, index, imm },
     }
 }
 
@@ -208,6 +160,7 @@ fn mode(code: Wide) -> Mode {
     }
 }
 
+#[rustfmt::skip]
 fn load_single(code: Wide, kind: Load) -> Op {
     let (n, t) = (code.n(), code.t());
     let hint = t == 15 && kind != Load::Word;
@@ -243,27 +196,16 @@ fn load_single(code: Wide, kind: Load) -> Op {
             _ => Op::LoadImm { kind, t, n, imm },
         },
         Mode::Register(m, _) if is_bad(m) => Op::Unpredictable,
-        Mode::Register(m, shift) => Op::LoadReg {
-            kind,
-            t,
-            n,
-            m,
-            shift,
-        },
+        Mode::Register(m, shift) => Op::LoadReg { kind, t, n, m, shift },
         Mode::Indexed(..) if n == t => Op::Unpredictable,
-        Mode::Indexed(index, imm) => Op::LoadIndexed {
-            kind,
-            t,
-            n,
-            index,
-            imm,
-        },
+        Mode::Indexed(index, imm) => Op::LoadIndexed { kind, t, n, index, imm },
         Mode::Unprivileged(_) if is_bad(t) => Op::Unpredictable,
         Mode::Unprivileged(imm) => Op::LoadUnprivileged { kind, t, n, imm },
         Mode::Undefined => Op::Undefined,
     }
 }
 
+#[rustfmt::skip]
 fn store_single(code: Wide, size: Size) -> Op {
     let (n, t) = (code.n(), code.t());
     if n == 15 {
@@ -279,21 +221,9 @@ fn store_single(code: Wide, size: Size) -> Op {
             Size::Byte => Op::Strb { t, n, imm },
         },
         Mode::Register(m, _) if is_bad(m) => Op::Unpredictable,
-        Mode::Register(m, shift) => Op::StoreReg {
-            size,
-            t,
-            n,
-            m,
-            shift,
-        },
+        Mode::Register(m, shift) => Op::StoreReg { size, t, n, m, shift },
         Mode::Indexed(..) if n == t => Op::Unpredictable,
-        Mode::Indexed(index, imm) => Op::StoreIndexed {
-            size,
-            t,
-            n,
-            index,
-            imm,
-        },
+        Mode::Indexed(index, imm) => Op::StoreIndexed { size, t, n, index, imm },
         Mode::Unprivileged(_) if is_bad(t) => Op::Unpredictable,
         Mode::Unprivileged(imm) => Op::StoreUnprivileged { size, t, n, imm },
         Mode::Undefined => Op::Undefined,

@@ -5,7 +5,7 @@ use super::{ENTRY, FP_WORDS, TAIL_CHAIN};
 use crate::chip::Cycle;
 use crate::chip::cpu::bus::Denied;
 use crate::chip::cpu::registers::control;
-use crate::chip::cpu::system::{Preempted, hfsr, number, nvic};
+use crate::chip::cpu::system::{Preempted, ccr, hfsr, number, nvic};
 use crate::chip::cpu::{Bus, Cpu, Fault, Size, Stop, Trap};
 
 /// Cycles of reading a vector without wait states; the rest of [`TAIL_CHAIN`]
@@ -111,7 +111,7 @@ impl Cpu {
     fn stack<B: Bus>(&mut self, bus: &mut B, approach: &mut Approach) -> Result<Cycle, Stop> {
         let began = self.cycle;
         let with_fp = self.registers.control & control::FPCA != 0;
-        let aligns = with_fp || self.system.scb.aligns_stack();
+        let aligns = with_fp || self.system.is_configured(ccr::STACK_ALIGN);
         let bytes = if with_fp { 0x68 } else { 0x20 };
         let sp = self.registers.r[13];
         let moved = aligns && sp & 4 != 0;
@@ -146,7 +146,7 @@ impl Cpu {
                 let preempted = self.preempted();
                 self.system
                     .floating
-                    .owe_save(frame.wrapping_add(0x20), preempted);
+                    .defer_save(frame.wrapping_add(0x20), preempted);
             } else {
                 self.push_fp(bus, frame, approach, &mut failed)?;
                 more = FP_WORDS;
@@ -285,7 +285,7 @@ impl Cpu {
         self.system.update(&self.registers);
         self.system
             .latencies
-            .note(approach.number, raised, self.cycle, behind);
+            .record(approach.number, raised, self.cycle, behind);
         let msp = self.registers.r[13];
         let deepest = self.system.deepest_msp.get_or_insert(msp);
         *deepest = msp.min(*deepest);

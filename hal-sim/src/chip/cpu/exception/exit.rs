@@ -3,7 +3,7 @@
 use super::{FP_WORDS, RETURN, TAIL_CHAIN};
 use crate::chip::Cycle;
 use crate::chip::cpu::registers::control;
-use crate::chip::cpu::system::{number, nvic};
+use crate::chip::cpu::system::{ccr, number, nvic};
 use crate::chip::cpu::{Bus, Cpu, Fault, Registers, Stop, Trap};
 
 /// Faults of unstacking.
@@ -60,7 +60,7 @@ impl Cpu {
         reserved
             && match exc_return & 0xF {
                 0b0001 => nested > 1,
-                0b1001 | 0b1101 => nested == 1 || self.system.scb.allows_thread_from_nested(),
+                0b1001 | 0b1101 => nested == 1 || self.system.is_configured(ccr::NON_BASE_THREAD),
                 _ => false,
             }
     }
@@ -90,8 +90,8 @@ impl Cpu {
             return Ok(None);
         };
         let mut more = 0;
-        if with_fp && self.system.floating.owes_save() {
-            self.system.floating.settle_save();
+        if with_fp && self.system.floating.is_save_pending() {
+            self.system.floating.complete_save();
         } else if with_fp {
             more = FP_WORDS;
             if !self.unstack_fp(bus, frame, privileged, &mut new)? {
@@ -102,7 +102,7 @@ impl Cpu {
         let popped = began + RETURN + more + waits;
         self.cycle = popped.max(fetched + REFILL);
         let bytes = if with_fp { 0x68 } else { 0x20 };
-        let aligned = with_fp || self.system.scb.aligns_stack();
+        let aligned = with_fp || self.system.is_configured(ccr::STACK_ALIGN);
         let moved = if aligned { xpsr >> 7 & 4 } else { 0 };
         let sp = frame.wrapping_add(bytes) | moved;
         restore(&mut new, exc_return, xpsr, sp);

@@ -2,7 +2,7 @@
 
 use super::FP_WORDS;
 use crate::chip::cpu::registers::control;
-use crate::chip::cpu::system::{hfsr, number, nvic};
+use crate::chip::cpu::system::{actlr, hfsr, number, nvic};
 use crate::chip::cpu::{Bus, Cpu, Fault, Stop, Trap};
 
 /// Faults of a lazy save.
@@ -27,11 +27,11 @@ impl Cpu {
         if !floating.is_allowed(self.registers.is_privileged()) {
             return Err(Fault::NoCoprocessor.into());
         }
-        if floating.owes_save() {
+        if floating.is_save_pending() {
             self.save_fp(bus)?;
         }
         let floating = &self.system.floating;
-        let sets_fpca = floating.is_saved_automatically() && !self.system.disables_fpca();
+        let sets_fpca = floating.is_saved_automatically() && !self.system.disables(actlr::FPCA);
         if sets_fpca && self.registers.control & control::FPCA == 0 {
             self.registers.fpscr = floating.fresh_status(self.registers.fpscr);
             self.registers.control |= control::FPCA;
@@ -51,7 +51,7 @@ impl Cpu {
             let address = address.wrapping_add(4 * index);
             self.stack_access(bus, address, Some(value), LAZY, privileged)?;
         }
-        self.system.floating.settle_save();
+        self.system.floating.complete_save();
         Ok(())
     }
 

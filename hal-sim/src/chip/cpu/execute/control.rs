@@ -1,6 +1,7 @@
 //! IT, hints, barriers, special registers, SVC, BKPT (Arm ARM A7.7, B5.2).
 
 use crate::chip::cpu::decode::Op;
+use crate::chip::cpu::system::actlr;
 use crate::chip::cpu::timing::{REFILL_REGISTER, Trail};
 use crate::chip::cpu::{Bus, Cpu, Fault, Trap};
 
@@ -9,6 +10,7 @@ use crate::chip::cpu::{Bus, Cpu, Fault, Trap};
 const SPECIAL_CYCLES: u32 = 2;
 
 impl Cpu {
+    #[rustfmt::skip]
     pub(super) fn execute_control<B: Bus>(
         &mut self,
         bus: &mut B,
@@ -19,7 +21,7 @@ impl Cpu {
         match op {
             Op::It { state } => {
                 self.registers.it = state;
-                if last.length() == 2 && !self.system.disables_folding() {
+                if last.length() == 2 && !self.system.disables(actlr::FOLDING) {
                     // Folded onto a 16-bit instruction (TRM table 3-1, note d).
                     self.pipeline.last = last;
                     return Ok(next);
@@ -40,11 +42,7 @@ impl Cpu {
                 self.breakpoint(bus, immediate)?;
                 self.deadline = 0;
             }
-            Op::ChangeState {
-                disable,
-                primask,
-                faultmask,
-            } => {
+            Op::ChangeState { disable, primask, faultmask } => {
                 self.change_masks(disable, primask, faultmask);
                 self.deadline = 0;
                 self.spend(SPECIAL_CYCLES - 1);

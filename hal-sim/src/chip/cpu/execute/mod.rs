@@ -87,6 +87,7 @@ impl Cpu {
     /// # Errors
     /// [`Trap`]: R15 and the base registers are as before.
     #[inline(always)]
+    #[rustfmt::skip]
     pub(super) fn execute<B: Bus>(&mut self, bus: &mut B, entry: &Entry) -> Result<u32, Trap> {
         let last = self.pipeline.last;
         self.pipeline.last = entry.trail;
@@ -99,43 +100,18 @@ impl Cpu {
             Op::SubsImm { d, n, imm } => self.subs(d, self.reg(n), imm),
             Op::CmpImm { n, imm } => self.compare(self.reg(n), imm),
             Op::AddToSp { n, imm } => self.set_any(13, self.reg(n).wrapping_add(imm)),
-            Op::DataImm {
-                alu,
-                flags,
-                carry,
-                d,
-                n,
-                imm,
-            } => self.data_imm(alu, flags, carry, d, n, imm),
-            Op::TestImm {
-                test,
-                carry,
-                n,
-                imm,
-            } => self.test_imm(test, carry, n, imm),
+            Op::DataImm { alu, flags, carry, d, n, imm } => self.data_imm(alu, flags, carry, d, n, imm),
+            Op::TestImm { test, carry, n, imm } => self.test_imm(test, carry, n, imm),
             Op::Movt { d, imm } => self.set(d, self.reg(d) & 0xFFFF | imm << 16),
             Op::MovReg { d, m } => self.set(d, self.reg(m)),
             Op::AddReg { d, n, m } => self.set(d, self.reg(n).wrapping_add(self.reg(m))),
             Op::AddsReg { d, n, m } => self.adds(d, self.reg(n), self.reg(m)),
             Op::SubsReg { d, n, m } => self.subs(d, self.reg(n), self.reg(m)),
             Op::CmpReg { n, m } => self.compare(self.reg(n), self.reg(m)),
-            Op::DataReg {
-                alu,
-                flags,
-                d,
-                n,
-                m,
-                shift,
-            } => self.data_reg(alu, flags, d, n, m, shift),
+            Op::DataReg { alu, flags, d, n, m, shift } => self.data_reg(alu, flags, d, n, m, shift),
             Op::TestReg { test, n, m, shift } => self.test_reg(test, n, m, shift),
             Op::ShiftImm { flags, d, m, shift } => self.shift_imm(flags, d, m, shift),
-            Op::ShiftReg {
-                kind,
-                flags,
-                d,
-                n,
-                m,
-            } => self.shift_reg(kind, flags, d, n, m),
+            Op::ShiftReg { kind, flags, d, n, m } => self.shift_reg(kind, flags, d, n, m),
             Op::Mul { flags, d, n, m } => self.mul(flags, d, n, m),
             Op::Rearrange { kind, d, m } => self.rearrange(kind, d, m),
             Op::Bfi { d, n, lsb, width } => self.insert(d, self.reg(n), lsb, width),
@@ -146,45 +122,15 @@ impl Cpu {
             Op::Usat { d, n, bits, shift } => self.saturate_unsigned(d, n, bits, shift),
             Op::Ssat16 { d, n, bits } => self.saturate_halves_signed(d, n, bits),
             Op::Usat16 { d, n, bits } => self.saturate_halves_unsigned(d, n, bits),
-            Op::Pkh {
-                top,
-                d,
-                n,
-                m,
-                shift,
-            } => self.pack(top, d, n, m, shift),
+            Op::Pkh { top, d, n, m, shift } => self.pack(top, d, n, m, shift),
 
-            Op::Ldr { t, n, imm } => {
-                self.load_simple(bus, last, t, n, imm, Size::Word)?;
-                return Ok(next);
-            }
-            Op::Ldrh { t, n, imm } => {
-                self.load_simple(bus, last, t, n, imm, Size::Half)?;
-                return Ok(next);
-            }
-            Op::Ldrb { t, n, imm } => {
-                self.load_simple(bus, last, t, n, imm, Size::Byte)?;
-                return Ok(next);
-            }
-            Op::Str { t, n, imm } => {
-                self.store_simple(bus, last, t, n, imm, Size::Word)?;
-                return Ok(next);
-            }
-            Op::Strh { t, n, imm } => {
-                self.store_simple(bus, last, t, n, imm, Size::Half)?;
-                return Ok(next);
-            }
-            Op::Strb { t, n, imm } => {
-                self.store_simple(bus, last, t, n, imm, Size::Byte)?;
-                return Ok(next);
-            }
-            Op::LoadReg {
-                kind: Load::Word,
-                t,
-                n,
-                m,
-                shift,
-            } if t < 13 => {
+            Op::Ldr { t, n, imm } => return self.load_simple(bus, last, t, n, imm, Size::Word).map(|()| next),
+            Op::Ldrh { t, n, imm } => return self.load_simple(bus, last, t, n, imm, Size::Half).map(|()| next),
+            Op::Ldrb { t, n, imm } => return self.load_simple(bus, last, t, n, imm, Size::Byte).map(|()| next),
+            Op::Str { t, n, imm } => return self.store_simple(bus, last, t, n, imm, Size::Word).map(|()| next),
+            Op::Strh { t, n, imm } => return self.store_simple(bus, last, t, n, imm, Size::Half).map(|()| next),
+            Op::Strb { t, n, imm } => return self.store_simple(bus, last, t, n, imm, Size::Byte).map(|()| next),
+            Op::LoadReg { kind: Load::Word, t, n, m, shift } if t < 13 => {
                 let address = self.reg(n).wrapping_add(self.reg(m) << (shift & 3));
                 let cycles = self.begin_load(last, waits(last, n) | waits(last, m));
                 let value = self.load(bus, address, Size::Word)?;
@@ -193,21 +139,12 @@ impl Cpu {
                 return Ok(next);
             }
             Op::Branch { refill, target } => return Ok(self.branch_to(bus, target, 1 + refill)),
-            Op::BranchIf {
-                condition,
-                refill,
-                target,
-            } => {
+            Op::BranchIf { condition, refill, target } => {
                 if self.holds(condition) {
                     return Ok(self.branch_to(bus, target, 1 + refill));
                 }
             }
-            Op::CompareBranch {
-                n,
-                nonzero,
-                refill,
-                target,
-            } => {
+            Op::CompareBranch { n, nonzero, refill, target } => {
                 if (self.reg(n) != 0) == nonzero {
                     return Ok(self.branch_to(bus, target, 1 + refill));
                 }
@@ -221,10 +158,7 @@ impl Cpu {
                 self.spend(cycles);
                 return Ok(next);
             }
-            Op::Float(op) => {
-                self.execute_floating(bus, op, last)?;
-                return Ok(next);
-            }
+            Op::Float(op) => return self.execute_floating(bus, op, last).map(|()| next),
             _ => return self.execute_other(bus, entry, last, next),
         }
         self.pass(1);
@@ -233,100 +167,32 @@ impl Cpu {
 
     /// The less frequent half of [`Self::execute`].
     #[inline(never)]
-    fn execute_other<B: Bus>(
-        &mut self,
-        bus: &mut B,
-        entry: &Entry,
-        last: Trail,
-        next: u32,
-    ) -> Result<u32, Trap> {
+    #[rustfmt::skip]
+    fn execute_other<B: Bus>(&mut self, bus: &mut B, entry: &Entry, last: Trail, next: u32) -> Result<u32, Trap> {
         match entry.op {
             Op::LoadImm { kind, t, n, imm } => {
                 let address = self.reg(n).wrapping_add(imm);
                 let hazard = waits(last, n);
                 self.load_single(bus, last, hazard, kind, t, address, next)
             }
-            Op::LoadReg {
-                kind,
-                t,
-                n,
-                m,
-                shift,
-            } => {
+            Op::LoadReg { kind, t, n, m, shift } => {
                 let address = self.reg(n).wrapping_add(self.reg(m) << (shift & 3));
                 let hazard = waits(last, n) | waits(last, m);
                 self.load_single(bus, last, hazard, kind, t, address, next)
             }
-            Op::LoadLiteral { kind, t, address } => {
-                self.load_single(bus, last, 0, kind, t, address, next)
-            }
-            Op::LoadIndexed {
-                kind,
-                t,
-                n,
-                index,
-                imm,
-            } => self.load_indexed(bus, last, kind, t, (n, index, imm), next),
-            Op::StoreReg {
-                size,
-                t,
-                n,
-                m,
-                shift,
-            } => self.store_register(bus, last, size, t, (n, m, shift), next),
-            Op::StoreIndexed {
-                size,
-                t,
-                n,
-                index,
-                imm,
-            } => self.store_indexed(bus, last, size, t, (n, index, imm), next),
-            Op::LoadUnprivileged { kind, t, n, imm } => {
-                self.load_unprivileged(bus, last, kind, t, n, imm)?;
-                Ok(next)
-            }
-            Op::StoreUnprivileged { size, t, n, imm } => {
-                self.store_unprivileged(bus, last, size, t, n, imm)?;
-                Ok(next)
-            }
-            Op::LoadDual {
-                t,
-                t2,
-                n,
-                index,
-                imm,
-            } => self.load_dual(bus, last, (t, t2), (n, index, imm), next),
-            Op::LoadDualLiteral { t, t2, address } => {
-                self.load_pair(bus, last, 0, (t, t2), address)?;
-                Ok(next)
-            }
-            Op::StoreDual {
-                t,
-                t2,
-                n,
-                index,
-                imm,
-            } => self.store_dual(bus, last, (t, t2), (n, index, imm), next),
-            Op::LoadMultiple {
-                n,
-                writeback,
-                down,
-                list,
-            } => self.load_multiple(bus, last, n, writeback, down, list, next),
-            Op::StoreMultiple {
-                n,
-                writeback,
-                down,
-                list,
-            } => self.store_multiple(bus, last, n, writeback, down, list, next),
-            Op::LoadExclusive { size, t, n, imm } => {
-                self.load_exclusive(bus, last, size, t, n, imm)?;
-                Ok(next)
-            }
-            Op::StoreExclusive { size, d, t, n, imm } => {
-                self.store_exclusive(bus, last, size, d, t, (n, imm))?;
-                Ok(next)
-            }
+            Op::LoadLiteral { kind, t, address } => self.load_single(bus, last, 0, kind, t, address, next),
+            Op::LoadIndexed { kind, t, n, index, imm } => self.load_indexed(bus, last, kind, t, (n, index, imm), next),
+            Op::StoreReg { size, t, n, m, shift } => self.store_register(bus, last, size, t, (n, m, shift), next),
+            Op::StoreIndexed { size, t, n, index, imm } => self.store_indexed(bus, last, size, t, (n, index, imm), next),
+            Op::LoadUnprivileged { kind, t, n, imm } => self.load_unprivileged(bus, last, kind, t, n, imm).map(|()| next),
+            Op::StoreUnprivileged { size, t, n, imm } => self.store_unprivileged(bus, last, size, t, n, imm).map(|()| next),
+            Op::LoadDual { t, t2, n, index, imm } => self.load_dual(bus, last, (t, t2), (n, index, imm), next),
+            Op::LoadDualLiteral { t, t2, address } => self.load_pair(bus, last, 0, (t, t2), address).map(|()| next),
+            Op::StoreDual { t, t2, n, index, imm } => self.store_dual(bus, last, (t, t2), (n, index, imm), next),
+            Op::LoadMultiple { n, writeback, down, list } => self.load_multiple(bus, last, n, writeback, down, list, next),
+            Op::StoreMultiple { n, writeback, down, list } => self.store_multiple(bus, last, n, writeback, down, list, next),
+            Op::LoadExclusive { size, t, n, imm } => self.load_exclusive(bus, last, size, t, n, imm).map(|()| next),
+            Op::StoreExclusive { size, d, t, n, imm } => self.store_exclusive(bus, last, size, d, t, (n, imm)).map(|()| next),
             Op::BranchExchange { m } => self.branch_exchange(bus, self.reg(m)),
             Op::BranchLinkExchange { m } => self.branch_link_exchange(bus, self.reg(m), next),
             Op::MovToPc { m } => Ok(self.branch_register(bus, self.reg(m))),

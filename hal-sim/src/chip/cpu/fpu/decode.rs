@@ -3,7 +3,6 @@
 use super::{Arithmetic, Fixed, Op, Transfer, Unary, Writeback};
 
 /// Decodes; `None` for what FPv4-SP leaves UNDEFINED or UNPREDICTABLE.
-#[must_use]
 pub fn decode(first: u16, second: u16) -> Option<Op> {
     if second >> 9 & 7 != 0b101 {
         return None;
@@ -41,6 +40,7 @@ const fn double(bits: u16, at: u32, high_bits: u16, high: u32) -> Option<u8> {
     }
 }
 
+#[rustfmt::skip]
 fn data(first: u16, second: u16) -> Option<Op> {
     if is_double(second) {
         return None;
@@ -51,32 +51,21 @@ fn data(first: u16, second: u16) -> Option<Op> {
     let minus = second & 0x40 != 0;
     let choose = |no, yes| if minus { yes } else { no };
     let kind = match (first >> 7 & 1, first >> 4 & 3) {
-        (0, 0) => Arithmetic::Accumulate {
-            minus_product: minus,
-            minus_addend: false,
-        },
-        (0, 1) => Arithmetic::Accumulate {
-            minus_product: minus,
-            minus_addend: true,
-        },
+        (0, 0) => Arithmetic::Accumulate { minus_product: minus, minus_addend: false },
+        (0, 1) => Arithmetic::Accumulate { minus_product: minus, minus_addend: true },
         (0, 2) => choose(Arithmetic::Multiply, Arithmetic::NegatedMultiply),
         (0, _) => choose(Arithmetic::Add, Arithmetic::Subtract),
         (_, 0) if minus => return None,
         (_, 0) => Arithmetic::Divide,
-        (_, 1) => Arithmetic::Fused {
-            minus_product: minus,
-            minus_addend: true,
-        },
-        (_, 2) => Arithmetic::Fused {
-            minus_product: minus,
-            minus_addend: false,
-        },
+        (_, 1) => Arithmetic::Fused { minus_product: minus, minus_addend: true },
+        (_, 2) => Arithmetic::Fused { minus_product: minus, minus_addend: false },
         _ => return one_operand(first, second, d, m),
     };
     Some(Op::Arithmetic(kind, d, n, m))
 }
 
 /// Bit 7 of `second` and four bits of `first` say what is done.
+#[rustfmt::skip]
 fn one_operand(first: u16, second: u16, d: u8, m: u8) -> Option<Op> {
     let (high, sub) = (second & 0x80 != 0, first & 15);
     if second & 0x40 == 0 {
@@ -91,21 +80,14 @@ fn one_operand(first: u16, second: u16, d: u8, m: u8) -> Option<Op> {
         (2, top) => Unary::FromHalf { top },
         (3, top) => Unary::ToHalf { top },
         (4, signal) => {
-            return Some(Op::Compare {
-                d,
-                m: Some(m),
-                signal,
-            });
+            return Some(Op::Compare { d, m: Some(m), signal });
         }
         (5, signal) => {
             let m = None;
             return (second & 0x2F == 0).then_some(Op::Compare { d, m, signal });
         }
         (8, signed) => Unary::FromInteger { signed },
-        (12 | 13, truncate) => Unary::ToInteger {
-            signed: sub & 1 != 0,
-            truncate,
-        },
+        (12 | 13, truncate) => Unary::ToInteger { signed: sub & 1 != 0, truncate },
         (10 | 11, _) => return Some(Op::Unary(Unary::FromFixed(fixed(first, second)?), d, d)),
         (14 | 15, _) => return Some(Op::Unary(Unary::ToFixed(fixed(first, second)?), d, d)),
         _ => return None,
@@ -182,6 +164,7 @@ fn two_core_registers(first: u16, second: u16) -> Option<Op> {
     })
 }
 
+#[rustfmt::skip]
 fn transfer(first: u16, second: u16) -> Option<Op> {
     let (n, imm8) = ((first & 15) as u8, (second & 0xFF) as u8);
     let [before, up, writes, load] = [8, 7, 5, 4].map(|bit| first >> bit & 1 != 0);
@@ -210,13 +193,7 @@ fn transfer(first: u16, second: u16) -> Option<Op> {
     if n == 15 && !from_code || odd || !fits {
         return None;
     }
-    let transfer = Transfer {
-        s,
-        count,
-        n,
-        writeback,
-        offset,
-    };
+    let transfer = Transfer { s, count, n, writeback, offset };
     Some(if load {
         Op::Load(transfer)
     } else {

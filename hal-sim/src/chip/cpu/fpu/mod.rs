@@ -20,167 +20,75 @@ pub use decode::decode;
 pub use transfer::{Transfer, Writeback};
 
 /// Bits of FPSCR (Arm ARM A2.5.3).
-pub mod fpscr {
-    /// N, Z, C, V of the last comparison.
-    pub const NZCV: u32 = 0xF << 28;
+pub(crate) mod fpscr {
+    pub const NZCV: u32 = 0xF << 28; // N, Z, C, V of the last comparison
     /// Half precision in the alternative format, without infinities and NaNs.
     pub const AHP: u32 = 1 << 26;
-    /// Every NaN result is the default NaN.
-    pub const DN: u32 = 1 << 25;
-    /// Denormal numbers are flushed to zero.
-    pub const FZ: u32 = 1 << 24;
-    /// Rounding mode: 0 nearest, 1 up, 2 down, 3 towards zero.
-    pub const RMODE: u32 = 3 << 22;
-    /// A denormal input was flushed.
-    pub const IDC: u32 = 1 << 7;
-    /// Inexact.
-    pub const IXC: u32 = 1 << 4;
-    /// Underflow.
-    pub const UFC: u32 = 1 << 3;
-    /// Overflow.
-    pub const OFC: u32 = 1 << 2;
-    /// Division by zero.
-    pub const DZC: u32 = 1 << 1;
-    /// Invalid operation.
-    pub const IOC: u32 = 1;
+    pub const DN: u32 = 1 << 25; // Every NaN result is the default NaN
+    pub const FZ: u32 = 1 << 24; // Denormal numbers are flushed to zero
+    pub const RMODE: u32 = 3 << 22; // Rounding mode: 0 nearest, 1 up, 2 down, 3 towards zero
+    pub const IDC: u32 = 1 << 7; // A denormal input was flushed
+    pub const IXC: u32 = 1 << 4; // Inexact
+    pub const UFC: u32 = 1 << 3; // Underflow
+    pub const OFC: u32 = 1 << 2; // Overflow
+    pub const DZC: u32 = 1 << 1; // Division by zero
+    pub const IOC: u32 = 1; // Invalid operation
     /// The bits that exist.
     pub const ALL: u32 = NZCV | AHP | DN | FZ | RMODE | IDC | IXC | UFC | OFC | DZC | IOC;
 }
 
-/// Arithmetic on two or three registers.
+/// Arithmetic on two or three registers. `minus_product`: the product's, or the
+/// first factor's, sign is changed; `minus_addend`: the accumulator's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[rustfmt::skip]
 pub enum Arithmetic {
-    /// VADD.
-    Add,
-    /// VSUB.
-    Subtract,
-    /// VMUL.
-    Multiply,
-    /// VNMUL.
-    NegatedMultiply,
-    /// VDIV.
-    Divide,
-    /// VMLA, VMLS, VNMLA, VNMLS: rounds twice.
-    Accumulate {
-        /// The product's sign is changed.
-        minus_product: bool,
-        /// The accumulator's sign is changed.
-        minus_addend: bool,
-    },
-    /// VFMA, VFMS, VFNMA, VFNMS: rounds once.
-    Fused {
-        /// The first factor's sign is changed.
-        minus_product: bool,
-        /// The accumulator's sign is changed.
-        minus_addend: bool,
-    },
+    Add, // VADD
+    Subtract, // VSUB
+    Multiply, // VMUL
+    NegatedMultiply, // VNMUL
+    Divide, // VDIV
+    Accumulate { minus_product: bool, minus_addend: bool }, // VMLA, VMLS, VNMLA, VNMLS: rounds twice
+    Fused { minus_product: bool, minus_addend: bool }, // VFMA, VFMS, VFNMA, VFNMS: rounds once
 }
 
 /// What is done to one register.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[rustfmt::skip]
 pub enum Unary {
-    /// VMOV.
-    Copy,
-    /// VABS.
-    Absolute,
-    /// VNEG.
-    Negate,
-    /// VSQRT.
-    SquareRoot,
-    /// VCVTB, VCVTT to single precision.
-    FromHalf {
-        /// The upper half-word of the operand.
-        top: bool,
-    },
-    /// VCVTB, VCVTT to half precision; the other half-word stays.
-    ToHalf {
-        /// Into the upper half-word.
-        top: bool,
-    },
-    /// VCVT from an integer, rounded as FPSCR says.
-    FromInteger {
-        /// It has a sign.
-        signed: bool,
-    },
-    /// VCVT, VCVTR to an integer.
-    ToInteger {
-        /// It has a sign.
-        signed: bool,
-        /// Towards zero, whatever FPSCR says.
-        truncate: bool,
-    },
-    /// VCVT from fixed point, rounded to nearest.
-    FromFixed(Fixed),
-    /// VCVT to fixed point, towards zero.
-    ToFixed(Fixed),
+    Copy, // VMOV
+    Absolute, // VABS
+    Negate, // VNEG
+    SquareRoot, // VSQRT
+    FromHalf { top: bool }, // VCVTB, VCVTT of the lower or upper half-word to single precision
+    ToHalf { top: bool }, // VCVTB, VCVTT to half precision; the other half-word stays
+    FromInteger { signed: bool }, // VCVT, rounded as FPSCR says
+    ToInteger { signed: bool, truncate: bool }, // VCVT, towards zero; VCVTR as FPSCR says
+    FromFixed(Fixed), // VCVT, rounded to nearest
+    ToFixed(Fixed), // VCVT, towards zero
 }
 
 /// A decoded floating-point instruction. `s`, `d`, `n`, `m` are S registers,
-/// a D register being two of them; `t` and `t2` core registers.
+/// a D register being two of them; `t` and `t2` core registers. `half`: half a
+/// D register is named, not an S register: one cycle instead of two (TRM table
+/// 7-1).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[rustfmt::skip]
 pub enum Op {
-    /// d = n op m.
-    Arithmetic(Arithmetic, u8, u8, u8),
-    /// d = op m.
-    Unary(Unary, u8, u8),
-    /// VMOV of a constant to a register.
-    Constant(u8, u32),
-    /// VCMP, VCMPE of d with m, or with zero.
-    Compare {
-        /// First operand.
-        d: u8,
-        /// Second operand; `None`: +0.
-        m: Option<u8>,
-        /// A quiet NaN is an invalid operation, too (VCMPE).
-        signal: bool,
-    },
-    /// VMOV of core register `t` to `s`.
-    FromCore {
-        /// Destination.
-        s: u8,
-        /// Core register.
-        t: u8,
-        /// Half a D register is named, not an S register: one cycle instead
-        /// of two (TRM table 7-1).
-        half: bool,
-    },
-    /// VMOV of `s` to core register `t`.
-    ToCore {
-        /// Source.
-        s: u8,
-        /// Core register.
-        t: u8,
-        /// As above.
-        half: bool,
-    },
-    /// VMOV of two core registers to `s` and its successor.
-    FromCorePair {
-        /// First destination.
-        s: u8,
-        /// First core register.
-        t: u8,
-        /// Second core register.
-        t2: u8,
-    },
-    /// VMOV of `s` and its successor to two core registers.
-    ToCorePair {
-        /// First source.
-        s: u8,
-        /// First core register.
-        t: u8,
-        /// Second core register.
-        t2: u8,
-    },
-    /// VMRS of FPSCR to a core register.
-    ReadStatus(u8),
-    /// VMRS of FPSCR's flags to APSR.
-    ReadFlags,
-    /// VMSR.
-    WriteStatus(u8),
-    /// VLDR, VLDM, VPOP.
-    Load(Transfer),
-    /// VSTR, VSTM, VPUSH.
-    Store(Transfer),
+    Arithmetic(Arithmetic, u8, u8, u8), // d = n op m
+    Unary(Unary, u8, u8), // d = op m
+    Constant(u8, u32), // VMOV of a constant
+    /// VCMP of d with m, or with +0; VCMPE, to which a quiet NaN is an invalid
+    /// operation too, if `signal`.
+    Compare { d: u8, m: Option<u8>, signal: bool },
+    FromCore { s: u8, t: u8, half: bool }, // VMOV of `t` to `s`
+    ToCore { s: u8, t: u8, half: bool }, // VMOV of `s` to `t`
+    FromCorePair { s: u8, t: u8, t2: u8 }, // VMOV to `s` and its successor
+    ToCorePair { s: u8, t: u8, t2: u8 }, // VMOV from `s` and its successor
+    ReadStatus(u8), // VMRS of FPSCR
+    ReadFlags, // VMRS of FPSCR's flags to APSR
+    WriteStatus(u8), // VMSR
+    Load(Transfer), // VLDR, VLDM, VPOP
+    Store(Transfer), // VSTR, VSTM, VPUSH
 }
 
 impl Cpu {
@@ -266,6 +174,7 @@ fn execute(op: Op, registers: &mut Registers) -> u32 {
     1
 }
 
+#[rustfmt::skip]
 fn arithmetic(kind: Arithmetic, [d, n, m]: [u8; 3], registers: &mut Registers) -> u32 {
     const SIGN: u32 = 1 << 31;
     let (a, b) = (get(registers, n), get(registers, m));
@@ -278,20 +187,11 @@ fn arithmetic(kind: Arithmetic, [d, n, m]: [u8; 3], registers: &mut Registers) -
         Arithmetic::Multiply => (operations::multiply(a, b, status), 1),
         Arithmetic::NegatedMultiply => (operations::multiply(a, b, status) ^ SIGN, 1),
         Arithmetic::Divide => (operations::divide(a, b, status), 14),
-        Arithmetic::Accumulate {
-            minus_product,
-            minus_addend,
-        } => {
+        Arithmetic::Accumulate { minus_product, minus_addend } => {
             let product = operations::multiply(a, b, status) ^ sign_if(minus_product);
-            (
-                operations::add(old ^ sign_if(minus_addend), product, status),
-                3,
-            )
+            (operations::add(old ^ sign_if(minus_addend), product, status), 3)
         }
-        Arithmetic::Fused {
-            minus_product,
-            minus_addend,
-        } => {
+        Arithmetic::Fused { minus_product, minus_addend } => {
             let (addend, a) = (old ^ sign_if(minus_addend), a ^ sign_if(minus_product));
             (operations::multiply_add(addend, a, b, status), 3)
         }

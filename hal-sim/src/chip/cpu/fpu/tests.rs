@@ -55,10 +55,8 @@ fn overflow_depends_on_mode_and_sign() {
     assert_eq!(double(GREATEST, 0), (INFINITY, OFC | IXC));
     assert_eq!(double(GREATEST, ZERO), (GREATEST, OFC | IXC));
     assert_eq!(double(GREATEST | MINUS, UP), (GREATEST | MINUS, OFC | IXC));
-    assert_eq!(
-        double(GREATEST | MINUS, DOWN),
-        (INFINITY | MINUS, OFC | IXC)
-    );
+    let expected = (INFINITY | MINUS, OFC | IXC);
+    assert_eq!(double(GREATEST | MINUS, DOWN), expected);
 }
 
 #[test]
@@ -72,10 +70,8 @@ fn tininess_is_found_before_rounding() {
     assert_eq!(product(FZ), (0, UFC));
     // A denormal that is exact underflows nothing.
     let half = 0x3F00_0000;
-    assert_eq!(
-        under(0, |f| multiply(half, LEAST_NORMAL, f)),
-        (LEAST_NORMAL / 2, 0)
-    );
+    let expected = (LEAST_NORMAL / 2, 0);
+    assert_eq!(under(0, |f| multiply(half, LEAST_NORMAL, f)), expected);
     // Less than half of the least denormal.
     assert_eq!(under(0, |f| multiply(1, 1, f)), (0, UFC | IXC));
     assert_eq!(under(UP, |f| multiply(1, 1, f)), (1, UFC | IXC));
@@ -117,10 +113,8 @@ fn invalid_operations_give_the_default_nan() {
     assert_eq!(under(0, |f| divide(INFINITY, INFINITY, f)), bad);
     assert_eq!(under(0, |f| square_root(ONE | MINUS, f)), bad);
     assert_eq!(under(0, |f| square_root(MINUS, f)), (MINUS, 0));
-    assert_eq!(
-        under(0, |f| divide(ONE | MINUS, 0, f)),
-        (INFINITY | MINUS, DZC)
-    );
+    let expected = (INFINITY | MINUS, DZC);
+    assert_eq!(under(0, |f| divide(ONE | MINUS, 0, f)), expected);
     let cancels = |f: &mut u32| multiply_add(INFINITY | MINUS, INFINITY, ONE, f);
     assert_eq!(under(0, cancels), bad);
 }
@@ -129,10 +123,8 @@ fn invalid_operations_give_the_default_nan() {
 fn fused_rounds_once() {
     // (1 + 2^-23)(1 - 2^-23) - 1 = -2^-46; rounded twice it would be 0.
     let (a, b) = (ONE + 1, ONE - 2);
-    assert_eq!(
-        under(0, |f| multiply_add(ONE | MINUS, a, b, f)),
-        (0x2880_0000 | MINUS, 0)
-    );
+    let expected = (0x2880_0000 | MINUS, 0);
+    assert_eq!(under(0, |f| multiply_add(ONE | MINUS, a, b, f)), expected);
     assert_eq!(under(0, |f| multiply(a, b, f)), (ONE, IXC));
 }
 
@@ -151,15 +143,11 @@ fn comparisons_signal_as_asked() {
     let quiet = DEFAULT;
     assert_eq!(under(0, |f| compare(ONE, quiet, false, f)), (3 << 28, 0));
     assert_eq!(under(0, |f| compare(ONE, quiet, true, f)), (3 << 28, IOC));
-    assert_eq!(
-        under(0, |f| compare(0x7F80_0001, 0, false, f)),
-        (3 << 28, IOC)
-    );
+    let expected = (3 << 28, IOC);
+    assert_eq!(under(0, |f| compare(0x7F80_0001, 0, false, f)), expected);
     assert_eq!(under(0, |f| compare(0, MINUS, true, f)), (6 << 28, 0));
-    assert_eq!(
-        under(0, |f| compare(ONE | MINUS, ONE, true, f)),
-        (8 << 28, 0)
-    );
+    let expected = (8 << 28, 0);
+    assert_eq!(under(0, |f| compare(ONE | MINUS, ONE, true, f)), expected);
     assert_eq!(under(0, |f| compare(INFINITY, ONE, true, f)), (2 << 28, 0));
 }
 

@@ -51,7 +51,6 @@ impl Default for Floating {
 
 impl Floating {
     /// Reads the register at `address`; `None`: not one of these.
-    #[must_use]
     pub const fn read(&self, address: u32) -> Option<u32> {
         Some(match address {
             0xE000_ED88 => self.cpacr,
@@ -84,7 +83,6 @@ impl Floating {
     }
 
     /// CPACR lets floating-point instructions run.
-    #[must_use]
     pub const fn is_allowed(&self, privileged: bool) -> bool {
         match self.cpacr >> 20 & 0b11 {
             0b11 => true,
@@ -94,25 +92,22 @@ impl Floating {
     }
 
     /// FPCCR.ASPEN: an instruction sets CONTROL.FPCA.
-    #[must_use]
     pub const fn is_saved_automatically(&self) -> bool {
         self.fpccr & ASPEN != 0
     }
 
     /// FPCCR.LSPEN: the save waits for the first instruction that needs it.
-    #[must_use]
     pub const fn is_lazy(&self) -> bool {
         self.fpccr & LSPEN != 0
     }
 
     /// FPCCR.LSPACT: a save is owed.
-    #[must_use]
-    pub const fn owes_save(&self) -> bool {
+    pub const fn is_save_pending(&self) -> bool {
         self.fpccr & LSPACT != 0
     }
 
     /// Owes a save to `address`.
-    pub fn owe_save(&mut self, address: u32, preempted: Preempted) {
+    pub fn defer_save(&mut self, address: u32, preempted: Preempted) {
         self.fpcar = address & !7;
         self.fpccr &= ASPEN | LSPEN;
         let bits = [
@@ -129,18 +124,16 @@ impl Floating {
     }
 
     /// Owes no save any more.
-    pub fn settle_save(&mut self) {
+    pub fn complete_save(&mut self) {
         self.fpccr &= !LSPACT;
     }
 
     /// FPCAR: where the owed save goes.
-    #[must_use]
     pub const fn save_address(&self) -> u32 {
         self.fpcar
     }
 
     /// What the context whose save is owed could do.
-    #[must_use]
     pub const fn preempted(&self) -> Preempted {
         Preempted {
             privileged: self.fpccr & USER == 0,
@@ -152,7 +145,6 @@ impl Floating {
     }
 
     /// FPSCR of a new floating-point context that was `fpscr`.
-    #[must_use]
     pub const fn fresh_status(&self, fpscr: u32) -> u32 {
         fpscr & !DEFAULT_BITS | self.fpdscr
     }

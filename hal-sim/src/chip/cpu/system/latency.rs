@@ -36,7 +36,7 @@ impl Default for Latencies {
 impl Latencies {
     /// The handler of `number`, raised at `raised`, begins at `at`; `behind`
     /// ran before.
-    pub fn note(&mut self, number: u16, raised: Cycle, at: Cycle, behind: u16) {
+    pub fn record(&mut self, number: u16, raised: Cycle, at: Cycle, behind: u16) {
         let Some(latency) = self.table.get_mut(usize::from(number)) else {
             return;
         };

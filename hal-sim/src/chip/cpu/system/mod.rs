@@ -20,8 +20,8 @@ mod tests;
 
 pub use floating::Preempted;
 pub use latency::{Latencies, Latency};
-pub use nvic::number;
-pub use scb::hfsr;
+pub(crate) use nvic::number;
+pub(crate) use scb::{actlr, ccr, hfsr};
 
 use super::bus::LINE_WORDS;
 use super::semihosting::Semihosting;
@@ -73,13 +73,11 @@ impl System {
     /// Whether the MPU lets data at `address` be accessed. Hot: one compare
     /// while no region denies anything nearby.
     #[inline]
-    #[must_use]
     pub fn may_access(&self, address: u32, write: bool, privileged: bool) -> bool {
         self.mpu.may_access(address, write, privileged)
     }
 
     /// Whether MPU and memory map let code at `address` be executed.
-    #[must_use]
     pub fn may_execute(&self, address: u32, privileged: bool) -> bool {
         self.mpu.may_execute(address, privileged)
     }
@@ -87,14 +85,12 @@ impl System {
     /// Whether unprivileged code may write the private register at `address`
     /// (only STIR, if CCR.USERSETMPEND is set); everything else is a bus error
     /// to it (Arm ARM B3.1.1).
-    #[must_use]
     pub const fn may_write_unprivileged(&self, address: u32) -> bool {
-        address == 0xE000_EF00 && self.scb.lets_users_pend()
+        address == 0xE000_EF00 && self.is_configured(ccr::USER_SET_PENDING)
     }
 
     /// Earliest cycle at which SysTick pends its exception.
     #[inline]
-    #[must_use]
     pub fn next_event(&self) -> Cycle {
         self.systick.next_event()
     }
@@ -104,53 +100,16 @@ impl System {
         self.trace.debugger = attached;
     }
 
-    /// CCR.DIV_0_TRP: a division by zero is a fault.
+    /// Whether CCR has any of `bits`.
     #[inline]
-    #[must_use]
-    pub const fn divide_by_zero_traps(&self) -> bool {
-        self.scb.divide_by_zero_traps()
+    pub const fn is_configured(&self, bits: u32) -> bool {
+        self.scb.ccr & bits != 0
     }
 
-    /// CCR.UNALIGN_TRP: every unaligned access is a fault.
+    /// Whether ACTLR has any of `bits`.
     #[inline]
-    #[must_use]
-    pub const fn unaligned_traps(&self) -> bool {
-        self.scb.unaligned_traps()
-    }
-
-    /// ACTLR.DISFOLD: IT is not folded.
-    #[inline]
-    #[must_use]
-    pub const fn disables_folding(&self) -> bool {
-        self.scb.disables_folding()
-    }
-
-    /// ACTLR.DISDEFWBUF: stores wait for their end.
-    #[inline]
-    #[must_use]
-    pub const fn disables_write_buffer(&self) -> bool {
-        self.scb.disables_write_buffer()
-    }
-
-    /// ACTLR.DISMCYCINT: LDM, STM, multiplications and divisions are not
-    /// interrupted.
-    #[inline]
-    #[must_use]
-    pub const fn disables_multi_cycle_interruption(&self) -> bool {
-        self.scb.disables_multi_cycle_interruption()
-    }
-
-    /// ACTLR.DISFPCA: floating-point instructions leave CONTROL.FPCA alone.
-    #[must_use]
-    pub const fn disables_fpca(&self) -> bool {
-        self.scb.disables_fpca()
-    }
-
-    /// ACTLR.DISOOFP: floating-point instructions complete in order.
-    #[inline]
-    #[must_use]
-    pub const fn disables_out_of_order_fp(&self) -> bool {
-        self.scb.disables_out_of_order_fp()
+    pub const fn disables(&self, bits: u32) -> bool {
+        self.scb.actlr & bits != 0
     }
 
     /// Brings the timer to `at` and samples the lines as they are then.
@@ -179,7 +138,7 @@ impl System {
     }
 
     fn note_pending(&mut self, new: u128) {
-        if new != 0 && self.scb.pending_is_event() {
+        if new != 0 && self.scb.scr & scb::scr::SEV_ON_PEND != 0 {
             self.event = true;
         }
     }

@@ -96,7 +96,6 @@ pub struct Mpu {
 impl Mpu {
     /// Whether data may be accessed: one compare away from every region.
     #[inline]
-    #[must_use]
     pub fn may_access(&self, address: u32, write: bool, privileged: bool) -> bool {
         if !self.is_on
             || privileged && u64::from(address.wrapping_sub(self.looked_up)) >= self.looked_up_bytes
@@ -108,7 +107,6 @@ impl Mpu {
     }
 
     /// Whether code may be fetched.
-    #[must_use]
     pub fn may_execute(&self, address: u32, privileged: bool) -> bool {
         let by_map = !matches!(address >> 29, 2 | 5..);
         by_map && (!self.is_on || self.look_up(address, Use::Execute, privileged))
@@ -152,7 +150,6 @@ impl Mpu {
     }
 
     /// Reads the register at `offset` from 0xE000_ED90.
-    #[must_use]
     pub fn read(&self, offset: u32) -> u32 {
         match offset {
             0x00 => TYPE,

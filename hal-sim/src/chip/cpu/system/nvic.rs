@@ -13,25 +13,16 @@ pub const LINES: usize = 82;
 pub const EXCEPTIONS: usize = 16 + LINES;
 
 /// Exception numbers (Arm ARM table B1-4).
-pub mod number {
-    /// Non-maskable interrupt.
-    pub const NMI: u16 = 2;
-    /// Hard fault.
-    pub const HARD_FAULT: u16 = 3;
-    /// Memory management fault.
-    pub const MEM_MANAGE: u16 = 4;
-    /// Bus fault.
-    pub const BUS_FAULT: u16 = 5;
-    /// Usage fault.
-    pub const USAGE_FAULT: u16 = 6;
-    /// Supervisor call.
-    pub const SV_CALL: u16 = 11;
-    /// Pendable service request.
-    pub const PEND_SV: u16 = 14;
-    /// System timer.
-    pub const SYS_TICK: u16 = 15;
-    /// Interrupt line 0.
-    pub const LINE_0: u16 = 16;
+pub(crate) mod number {
+    pub const NMI: u16 = 2; // Non-maskable interrupt
+    pub const HARD_FAULT: u16 = 3; // Hard fault
+    pub const MEM_MANAGE: u16 = 4; // Memory management fault
+    pub const BUS_FAULT: u16 = 5; // Bus fault
+    pub const USAGE_FAULT: u16 = 6; // Usage fault
+    pub const SV_CALL: u16 = 11; // Supervisor call
+    pub const PEND_SV: u16 = 14; // Pendable service request
+    pub const SYS_TICK: u16 = 15; // System timer
+    pub const LINE_0: u16 = 16; // Interrupt line 0
 }
 
 /// Priority of thread mode with nothing active: below every exception.
@@ -59,7 +50,6 @@ const SETTABLE: u128 = bit(number::MEM_MANAGE)
 const ALL_LINES: u128 = ((1 << LINES) - 1) << number::LINE_0;
 
 /// The bit of exception `number`.
-#[must_use]
 pub const fn bit(number: u16) -> u128 {
     1 << (number & 127)
 }
@@ -174,25 +164,21 @@ impl Nvic {
     }
 
     /// Bits of the exceptions that are active.
-    #[must_use]
     pub const fn active(&self) -> u128 {
         self.active
     }
 
     /// Bits of the exceptions that are pending, enabled or not.
-    #[must_use]
     pub const fn pending(&self) -> u128 {
         self.pending
     }
 
     /// Bits of the exceptions that are enabled.
-    #[must_use]
     pub const fn enabled(&self) -> u128 {
         self.enabled
     }
 
     /// Cycle at which `number` last became pending and enabled.
-    #[must_use]
     pub fn raised(&self, number: u16) -> Cycle {
         self.raised.get(usize::from(number)).copied().unwrap_or(0)
     }
@@ -203,7 +189,6 @@ impl Nvic {
     }
 
     /// The priority field of `number`: 0 where it has none.
-    #[must_use]
     pub fn priority(&self, number: u16) -> u8 {
         self.priority.get(usize::from(number)).copied().unwrap_or(0)
     }
@@ -219,7 +204,6 @@ impl Nvic {
 
     /// Priority by which `number` pre-empts: −2 NMI, −1 hard fault, else the
     /// group part of its priority field.
-    #[must_use]
     pub fn group_priority(&self, number: u16) -> i16 {
         match number {
             number::NMI => -2,
@@ -230,7 +214,6 @@ impl Nvic {
 
     /// Pending and enabled exception that goes first: by group priority, then
     /// sub-priority, then number.
-    #[must_use]
     pub fn first_pending(&self) -> Option<u16> {
         let candidates = self.pending & self.enabled;
         if candidates == 0 {
@@ -244,7 +227,6 @@ impl Nvic {
 
     /// Priority of what runs: of the active exceptions the most urgent, or
     /// more urgent by FAULTMASK, PRIMASK or BASEPRI (Arm ARM B1.5.4).
-    #[must_use]
     pub fn execution_priority(&self, registers: &Registers) -> i16 {
         let unmasked = self.priority_without_primask(registers);
         if registers.primask {
@@ -256,7 +238,6 @@ impl Nvic {
 
     /// As [`Self::execution_priority`], as if PRIMASK were clear: what WFI
     /// goes by.
-    #[must_use]
     pub fn priority_without_primask(&self, registers: &Registers) -> i16 {
         let mut priority = numbers(self.active)
             .map(|number| self.group_priority(number))
@@ -272,14 +253,12 @@ impl Nvic {
     }
 
     /// Pending exception that pre-empts `priority`, if any.
-    #[must_use]
     pub fn preempting(&self, priority: i16) -> Option<u16> {
         self.first_pending()
             .filter(|&number| self.group_priority(number) < priority)
     }
 
     /// Word `word` (lines 32·word on) of `bits`, as the registers show them.
-    #[must_use]
     pub const fn word(bits: u128, word: u32) -> u32 {
         if word < LINE_WORDS as u32 {
             (bits >> (16 + 32 * word)) as u32
@@ -289,7 +268,6 @@ impl Nvic {
     }
 
     /// The exceptions that bits of a register's word `word` stand for.
-    #[must_use]
     pub const fn exceptions(value: u32, word: u32) -> u128 {
         if word < LINE_WORDS as u32 {
             ((value as u128) << (16 + 32 * word)) & ALL_LINES

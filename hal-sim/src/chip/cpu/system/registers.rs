@@ -4,7 +4,7 @@ use super::nvic::{Nvic, bit, numbers};
 use super::{System, number};
 use crate::chip::Cycle;
 use crate::chip::cpu::Size;
-use crate::chip::cpu::bus::Unmodelled;
+use crate::chip::cpu::bus::{Unmodelled, refuse};
 
 /// The exceptions of SHCSR by its bits: (exception, active, pending, enable);
 /// 0 where it has no such bit (Arm ARM B3.2.13).
@@ -207,9 +207,10 @@ impl System {
 
     fn write_shcsr(&mut self, value: u32, at: Cycle) -> Result<(), Unmodelled> {
         let actives = SHCSR.iter().fold(0, |all, (_, active, ..)| all | active);
-        if (value ^ self.read_shcsr()) & actives != 0 {
-            return Err(Unmodelled("SCB_SHCSR: making exceptions active"));
-        }
+        refuse(
+            (value ^ self.read_shcsr()) & actives != 0,
+            "SCB_SHCSR: making exceptions active",
+        )?;
         for (exception, _, pending, enable) in SHCSR {
             let exception = bit(exception);
             if enable != 0 {

@@ -3,48 +3,48 @@
 
 use crate::chip::Cycle;
 use crate::chip::cpu::Fault;
-use crate::chip::cpu::bus::Unmodelled;
+use crate::chip::cpu::bus::{Unmodelled, refuse};
 
 /// CPUID of the STM32F405: Cortex-M4 r0p1 (TRM table 4-1).
 pub const CPUID: u32 = 0x410F_C241;
 
 /// SCR bits.
-mod scr {
-    pub const SLEEP_ON_EXIT: u32 = 1 << 1;
-    pub const SLEEP_DEEP: u32 = 1 << 2;
-    pub const SEV_ON_PEND: u32 = 1 << 4;
+pub mod scr {
+    pub const SLEEP_ON_EXIT: u32 = 1 << 1; // The core sleeps when it returns to thread mode
+    pub const SLEEP_DEEP: u32 = 1 << 2; // Sleep would stop the clocks
+    pub const SEV_ON_PEND: u32 = 1 << 4; // An exception that becomes pending is an event
 }
 
 /// CCR bits.
-mod ccr {
-    pub const NON_BASE_THREAD: u32 = 1;
-    pub const USER_SET_PENDING: u32 = 1 << 1;
-    pub const UNALIGNED_TRAP: u32 = 1 << 3;
-    pub const DIVIDE_BY_ZERO_TRAP: u32 = 1 << 4;
-    pub const IGNORE_BUS_FAULT: u32 = 1 << 8;
-    pub const STACK_ALIGN: u32 = 1 << 9;
+pub mod ccr {
+    pub const NON_BASE_THREAD: u32 = 1; // Thread mode may be returned to over a handler
+    pub const USER_SET_PENDING: u32 = 1 << 1; // Unprivileged code may write STIR
+    pub const UNALIGNED_TRAP: u32 = 1 << 3; // Every unaligned access is a fault
+    pub const DIVIDE_BY_ZERO_TRAP: u32 = 1 << 4; // A division by zero is a fault
+    pub const IGNORE_BUS_FAULT: u32 = 1 << 8; // Bus faults are ignored in hard fault and NMI
+    pub const STACK_ALIGN: u32 = 1 << 9; // Frames are aligned to 8 bytes
+    /// The bits that exist.
     pub const ALL: u32 =
         NON_BASE_THREAD | USER_SET_PENDING | UNALIGNED_TRAP | DIVIDE_BY_ZERO_TRAP | STACK_ALIGN;
 }
 
 /// ACTLR bits of the Cortex-M4 (TRM table 4-2).
-mod actlr {
+pub mod actlr {
+    /// LDM, STM, multiplications and divisions are not interrupted.
     pub const MULTI_CYCLE_INTERRUPTION: u32 = 1;
-    pub const WRITE_BUFFER: u32 = 1 << 1;
-    pub const FOLDING: u32 = 1 << 2;
-    pub const FPCA: u32 = 1 << 8;
-    pub const OUT_OF_ORDER_FP: u32 = 1 << 9;
+    pub const WRITE_BUFFER: u32 = 1 << 1; // Stores wait for their end
+    pub const FOLDING: u32 = 1 << 2; // IT is not folded
+    pub const FPCA: u32 = 1 << 8; // Floating-point instructions leave CONTROL.FPCA alone
+    pub const OUT_OF_ORDER_FP: u32 = 1 << 9; // Floating-point instructions complete in order
+    /// The bits that exist.
     pub const ALL: u32 = MULTI_CYCLE_INTERRUPTION | WRITE_BUFFER | FOLDING | FPCA | OUT_OF_ORDER_FP;
 }
 
 /// HFSR bits.
 pub mod hfsr {
-    /// Bus error of a vector.
-    pub const VECTTBL: u32 = 1 << 1;
-    /// Escalated from another fault.
-    pub const FORCED: u32 = 1 << 30;
-    /// A debug event without a debugger.
-    pub const DEBUGEVT: u32 = 1 << 31;
+    pub const VECTTBL: u32 = 1 << 1; // Bus error of a vector
+    pub const FORCED: u32 = 1 << 30; // Escalated from another fault
+    pub const DEBUGEVT: u32 = 1 << 31; // A debug event without a debugger
 }
 
 /// DFSR: a breakpoint instruction.
@@ -55,7 +55,6 @@ const BFARVALID: u32 = 1 << 15;
 
 /// The bit of CFSR that tells of `fault` (Arm ARM B3.2.15); 0 for a
 /// breakpoint.
-#[must_use]
 pub const fn cfsr_bit(fault: Fault) -> u32 {
     match fault {
         Fault::InstructionAccess => 1,
@@ -85,14 +84,17 @@ pub struct Scb {
     pub vtor: u32,
     /// AIRCR.PRIGROUP, at its place.
     pub prigroup: u32,
-    scr: u32,
-    ccr: u32,
+    /// System control.
+    pub scr: u32,
+    /// Configuration and control.
+    pub ccr: u32,
     cfsr: u32,
     hfsr: u32,
     dfsr: u32,
     mmfar: u32,
     bfar: u32,
-    actlr: u32,
+    /// Auxiliary control.
+    pub actlr: u32,
     /// Cycle at which AIRCR.SYSRESETREQ was written.
     pub reset_request: Option<Cycle>,
 }
@@ -148,7 +150,6 @@ impl Scb {
     }
 
     /// Reads the register at `address`; `None`: not one of these.
-    #[must_use]
     pub const fn read(&self, address: u32) -> Option<u32> {
         Some(match address {
             0xE000_E008 => self.actlr,
@@ -199,91 +200,11 @@ impl Scb {
         if value >> 16 != 0x05FA {
             return Ok(());
         }
-        if value & 0b11 != 0 {
-            return Err(Unmodelled("SCB_AIRCR.VECTRESET or VECTCLRACTIVE"));
-        }
+        refuse(value & 0b11 != 0, "SCB_AIRCR.VECTRESET or VECTCLRACTIVE")?;
         self.prigroup = value & 7 << 8;
         if value & 1 << 2 != 0 {
             self.reset_request = Some(at);
         }
         Ok(())
-    }
-
-    /// SCR.SLEEPONEXIT.
-    #[must_use]
-    pub const fn sleeps_on_exit(&self) -> bool {
-        self.scr & scr::SLEEP_ON_EXIT != 0
-    }
-
-    /// SCR.SLEEPDEEP.
-    #[must_use]
-    pub const fn sleeps_deep(&self) -> bool {
-        self.scr & scr::SLEEP_DEEP != 0
-    }
-
-    /// SCR.SEVONPEND.
-    #[must_use]
-    pub const fn pending_is_event(&self) -> bool {
-        self.scr & scr::SEV_ON_PEND != 0
-    }
-
-    /// CCR.NONBASETHRDENA.
-    #[must_use]
-    pub const fn allows_thread_from_nested(&self) -> bool {
-        self.ccr & ccr::NON_BASE_THREAD != 0
-    }
-
-    /// CCR.USERSETMPEND.
-    #[must_use]
-    pub const fn lets_users_pend(&self) -> bool {
-        self.ccr & ccr::USER_SET_PENDING != 0
-    }
-
-    /// CCR.STKALIGN.
-    #[must_use]
-    pub const fn aligns_stack(&self) -> bool {
-        self.ccr & ccr::STACK_ALIGN != 0
-    }
-
-    /// CCR.UNALIGN_TRP.
-    #[must_use]
-    pub const fn unaligned_traps(&self) -> bool {
-        self.ccr & ccr::UNALIGNED_TRAP != 0
-    }
-
-    /// CCR.DIV_0_TRP.
-    #[must_use]
-    pub const fn divide_by_zero_traps(&self) -> bool {
-        self.ccr & ccr::DIVIDE_BY_ZERO_TRAP != 0
-    }
-
-    /// ACTLR.DISMCYCINT.
-    #[must_use]
-    pub const fn disables_multi_cycle_interruption(&self) -> bool {
-        self.actlr & actlr::MULTI_CYCLE_INTERRUPTION != 0
-    }
-
-    /// ACTLR.DISDEFWBUF.
-    #[must_use]
-    pub const fn disables_write_buffer(&self) -> bool {
-        self.actlr & actlr::WRITE_BUFFER != 0
-    }
-
-    /// ACTLR.DISFOLD.
-    #[must_use]
-    pub const fn disables_folding(&self) -> bool {
-        self.actlr & actlr::FOLDING != 0
-    }
-
-    /// ACTLR.DISFPCA.
-    #[must_use]
-    pub const fn disables_fpca(&self) -> bool {
-        self.actlr & actlr::FPCA != 0
-    }
-
-    /// ACTLR.DISOOFP.
-    #[must_use]
-    pub const fn disables_out_of_order_fp(&self) -> bool {
-        self.actlr & actlr::OUT_OF_ORDER_FP != 0
     }
 }

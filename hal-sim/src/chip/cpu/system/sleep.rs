@@ -1,6 +1,7 @@
 //! WFI, WFE and the event register (Arm ARM B1.5.17, B1.5.18).
 
 use super::System;
+use super::scb::scr;
 use crate::chip::cpu::Registers;
 
 impl System {
@@ -23,9 +24,8 @@ impl System {
     }
 
     /// SCR.SLEEPDEEP: sleep would stop the clocks, which nobody models.
-    #[must_use]
     pub const fn sleeps_deep(&self) -> bool {
-        self.scb.sleeps_deep()
+        self.scb.scr & scr::SLEEP_DEEP != 0
     }
 
     /// The core returned to thread mode and sleeps now (SCR.SLEEPONEXIT), as
@@ -35,7 +35,7 @@ impl System {
     }
 
     pub(in crate::chip::cpu) fn note_return_to_thread(&mut self) {
-        self.sleeps_on_exit = self.scb.sleeps_on_exit();
+        self.sleeps_on_exit = self.scb.scr & scr::SLEEP_ON_EXIT != 0;
         self.sleeps_for_event &= !self.sleeps_on_exit;
     }
 

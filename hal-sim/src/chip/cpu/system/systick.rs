@@ -87,7 +87,6 @@ impl SysTick {
     }
 
     /// Cycle at which the exception pends next.
-    #[must_use]
     pub fn next_event(&self) -> Cycle {
         if self.control & (ENABLE | TICKINT) != ENABLE | TICKINT {
             return Cycle::MAX;

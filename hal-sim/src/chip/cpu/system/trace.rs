@@ -43,7 +43,6 @@ impl Trace {
     }
 
     /// Reads the register at `address`; `None`: not one of these.
-    #[must_use]
     pub const fn read(&self, address: u32, at: Cycle) -> Option<u32> {
         Some(match address {
             0xE000_1000 => DWT_CTRL | self.cyccntena as u32,

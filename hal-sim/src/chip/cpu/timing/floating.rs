@@ -9,6 +9,7 @@
 use super::{Trail, waits};
 use crate::chip::Cycle;
 use crate::chip::cpu::fpu::{Arithmetic, Op, Transfer, Unary};
+use crate::chip::cpu::system::actlr;
 use crate::chip::cpu::{Bus, Cpu, Trap};
 
 /// Where the floating-point unit is.
@@ -83,7 +84,7 @@ impl Cpu {
             unit.result = result;
             unit.ready = over + 1;
         }
-        if is_long(&op) && !self.system.disables_out_of_order_fp() {
+        if is_long(&op) && !self.system.disables(actlr::OUT_OF_ORDER_FP) {
             self.pipeline.floating.free = over;
             self.cycle = over - cycles + 1;
         }

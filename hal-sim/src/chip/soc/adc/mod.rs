@@ -14,7 +14,7 @@ mod tests;
 
 use super::clock::cycles_in;
 use crate::chip::Cycle;
-use crate::chip::cpu::bus::Unmodelled;
+use crate::chip::cpu::bus::{Unmodelled, refuse};
 
 /// Injected trigger latency, in ADC clocks (DS8626, ADC characteristics).
 const LATENCY: u64 = 3;
@@ -82,10 +82,9 @@ pub struct Adc {
     conversion: Option<Conversion>,
 }
 
-impl Adc {
+impl Default for Adc {
     /// At reset, core and bus at 16 MHz.
-    #[must_use]
-    pub const fn new() -> Self {
+    fn default() -> Self {
         Self {
             hz: super::rcc::HSI_HZ,
             bus_divider: 1,
@@ -101,13 +100,15 @@ impl Adc {
             conversion: None,
         }
     }
+}
 
+impl Adc {
     /// Reset of the block or the chip.
     pub fn reset(&mut self) {
         *self = Self {
             hz: self.hz,
             bus_divider: self.bus_divider,
-            ..Self::new()
+            ..Self::default()
         };
     }
 
@@ -129,18 +130,15 @@ impl Adc {
         {
             return Ok(());
         }
-        if self.conversion.is_some() {
-            return Err(Unmodelled("ADC: triggered while converting"));
-        }
-        if at < self.ready {
-            return Err(Unmodelled("ADC: triggered within its power-up time"));
-        }
+        refuse(self.conversion.is_some(), "ADC: triggered while converting")?;
+        refuse(at < self.ready, "ADC: triggered within its power-up time")?;
         if self.length() > 1 && self.cr1 & cr1::SCAN == 0 {
             return Err(Unmodelled("ADC: injected group of several without SCAN"));
         }
-        if self.clock() * 36_000_000 < u64::from(self.hz) {
-            return Err(Unmodelled("ADC: clock above 36 MHz"));
-        }
+        refuse(
+            self.clock() * 36_000_000 < u64::from(self.hz),
+            "ADC: clock above 36 MHz",
+        )?;
         self.sr |= sr::JSTRT;
         self.begin(0, at.saturating_add(LATENCY * self.clock()));
         Ok(())
@@ -148,7 +146,6 @@ impl Adc {
 
     /// The sample that is due next, if a conversion is sampling: the caller
     /// gives its code with `sampled` before it lets time go beyond it.
-    #[must_use]
     pub fn next_sample(&self) -> Option<Sample> {
         let conversion = self.conversion?;
         conversion.code.is_none().then_some(conversion.sample)
@@ -162,7 +159,6 @@ impl Adc {
     }
 
     /// Level of the ADC interrupt, line 18.
-    #[must_use]
     pub const fn interrupt(&self) -> bool {
         self.cr1 & cr1::JEOCIE != 0 && self.sr & sr::JEOC != 0
     }
@@ -242,11 +238,5 @@ impl Adc {
 
     fn switch_on(&mut self, at: Cycle) {
         self.ready = at.saturating_add(cycles_in(POWER_UP_NS, self.hz));
-    }
-}
-
-impl Default for Adc {
-    fn default() -> Self {
-        Self::new()
     }
 }

@@ -1,11 +1,7 @@
 //! ADC1 and common registers (RM0090 section 13.13), by offset from ADC1.
 
 use super::{Adc, cr1, cr2, sr};
-use crate::chip::Cycle;
-use crate::chip::cpu::Size;
-use crate::chip::cpu::bus::Unmodelled;
-use crate::chip::soc::Peripheral;
-use crate::chip::soc::word::part;
+use crate::chip::soc::peripheral::{Cycle, Peripheral, Size, Unmodelled, part, refuse};
 
 const CSR: u32 = 0x300;
 const CCR: u32 = 0x304;
@@ -14,9 +10,10 @@ const CCR_KNOWN: u32 = 3 << 16;
 
 impl Adc {
     fn write_cr2(&mut self, value: u32, at: Cycle) -> Result<(), Unmodelled> {
-        if value & !cr2::KNOWN != 0 {
-            return Err(Unmodelled("ADC_CR2: regular or software-started group"));
-        }
+        refuse(
+            value & !cr2::KNOWN != 0,
+            "ADC_CR2: regular or software-started group",
+        )?;
         if value & cr2::JEXTEN != 0
             && (value & cr2::JEXTEN != 1 << 20 || (value & cr2::JEXTSEL) >> 16 != super::TIM2_TRGO)
         {
@@ -52,9 +49,7 @@ impl Peripheral for Adc {
 
     fn write(&mut self, offset: u32, size: Size, value: u32, at: Cycle) -> Result<(), Unmodelled> {
         self.advance(at)?;
-        if size != Size::Word {
-            return Err(Unmodelled("ADC: writes narrower than a word"));
-        }
+        refuse(size != Size::Word, "ADC: writes narrower than a word")?;
         if self.conversion.is_some() && offset != 0 && offset != 0x08 {
             return Err(Unmodelled("ADC: set up while converting"));
         }

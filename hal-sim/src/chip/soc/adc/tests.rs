@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::chip::cpu::Size;
-use crate::chip::soc::Peripheral;
+use crate::chip::soc::peripheral::{Driven, Peripheral};
 
 const SR: u32 = 0;
 const CR1: u32 = 4;
@@ -15,24 +15,16 @@ const CCR: u32 = 0x304;
 /// JEXTSEL TIM2_TRGO, JEXTEN rising, ADON.
 const ARMED: u32 = 0x0013_0001;
 
-fn write(adc: &mut Adc, offset: u32, value: u32) {
-    adc.write(offset, Size::Word, value, 0).unwrap();
-}
-
-fn read(adc: &mut Adc, offset: u32, at: Cycle) -> u32 {
-    adc.read(offset, Size::Word, at).unwrap()
-}
-
 /// The board's: 168 MHz, APB2 / 2, / 4: 8 cycles a clock; channel 1 for 15
 /// clocks, then channel 0 for 84.
 fn board() -> Adc {
-    let mut adc = Adc::new();
+    let mut adc = Adc::default();
     adc.set_clock(168_000_000, 2);
-    write(&mut adc, CCR, 1 << 16);
-    write(&mut adc, CR1, 1 << 8);
-    write(&mut adc, SMPR2, 1 << 3 | 4);
-    write(&mut adc, JSQR, 1 << 20 | 1 << 10);
-    write(&mut adc, CR2, ARMED);
+    adc.set(CCR, 1 << 16, 0);
+    adc.set(CR1, 1 << 8, 0);
+    adc.set(SMPR2, 1 << 3 | 4, 0);
+    adc.set(JSQR, 1 << 20 | 1 << 10, 0);
+    adc.set(CR2, ARMED, 0);
     adc
 }
 
@@ -51,10 +43,10 @@ fn a_trigger_converts_both_channels_at_their_exact_times() {
     assert_eq!(adc.next_event(), first);
     adc.sampled(0x123);
     assert_eq!(adc.next_sample(), None);
-    assert_eq!(read(&mut adc, SR, first), 8, "JSTRT");
+    assert_eq!(adc.get(SR, first), 8, "JSTRT");
     let second = first + 8 * (12 + 84);
     adc.advance(first + 8 * 12).unwrap();
-    assert_eq!(read(&mut adc, JDR1, first + 8 * 12), 0x123);
+    assert_eq!(adc.get(JDR1, first + 8 * 12), 0x123);
     assert_eq!(
         adc.next_sample(),
         Some(Sample {
@@ -65,9 +57,9 @@ fn a_trigger_converts_both_channels_at_their_exact_times() {
     adc.sampled(0xFFF);
     let end = second + 8 * 12;
     assert_eq!(adc.next_event(), end);
-    assert_eq!(read(&mut adc, SR, end - 1), 8);
-    assert_eq!(read(&mut adc, SR, end), 8 | 4, "JEOC");
-    assert_eq!(read(&mut adc, JDR2, end), 0xFFF);
+    assert_eq!(adc.get(SR, end - 1), 8);
+    assert_eq!(adc.get(SR, end), 8 | 4, "JEOC");
+    assert_eq!(adc.get(JDR2, end), 0xFFF);
     assert_eq!(adc.next_event(), Cycle::MAX);
     // Within the 8 us that the firmware allows.
     assert!((end - 1000) < 8 * 168);
@@ -81,23 +73,19 @@ fn flags_clear_by_writing_0_and_ignore_1() {
     adc.advance(1300).unwrap();
     adc.sampled(2);
     adc.advance(3000).unwrap();
-    write_at(&mut adc, SR, u32::MAX, 3000);
-    assert_eq!(read(&mut adc, SR, 3000), 0xC);
-    write_at(&mut adc, SR, !4, 3000);
-    assert_eq!(read(&mut adc, SR, 3000), 8);
-    write_at(&mut adc, SR, !8, 3000);
-    assert_eq!(read(&mut adc, SR, 3000), 0);
-    assert_eq!(read(&mut adc, 0x300, 3000), 0);
-}
-
-fn write_at(adc: &mut Adc, offset: u32, value: u32, at: Cycle) {
-    adc.write(offset, Size::Word, value, at).unwrap();
+    adc.set(SR, u32::MAX, 3000);
+    assert_eq!(adc.get(SR, 3000), 0xC);
+    adc.set(SR, !4, 3000);
+    assert_eq!(adc.get(SR, 3000), 8);
+    adc.set(SR, !8, 3000);
+    assert_eq!(adc.get(SR, 3000), 0);
+    assert_eq!(adc.get(0x300, 3000), 0);
 }
 
 #[test]
 fn the_interrupt_follows_jeoc_and_jeocie() {
     let mut adc = board();
-    write(&mut adc, CR1, 1 << 8 | 1 << 7);
+    adc.set(CR1, 1 << 8 | 1 << 7, 0);
     adc.trigger(1000).unwrap();
     adc.sampled(1);
     adc.advance(1300).unwrap();
@@ -105,18 +93,18 @@ fn the_interrupt_follows_jeoc_and_jeocie() {
     assert!(!adc.interrupt());
     adc.advance(3000).unwrap();
     assert!(adc.interrupt());
-    write_at(&mut adc, SR, 0, 3000);
+    adc.set(SR, 0, 3000);
     assert!(!adc.interrupt());
 }
 
 #[test]
 fn a_group_of_one_is_jsq4_and_of_four_starts_at_jsq1() {
     let mut adc = board();
-    write(&mut adc, JSQR, 7 << 15);
+    adc.set(JSQR, 7 << 15, 0);
     adc.trigger(1000).unwrap();
     assert_eq!(adc.next_sample().map(|s| s.channel), Some(7));
     let mut adc = board();
-    write(&mut adc, JSQR, 3 << 20 | 4 << 15 | 3 << 10 | 2 << 5 | 1);
+    adc.set(JSQR, 3 << 20 | 4 << 15 | 3 << 10 | 2 << 5 | 1, 0);
     adc.trigger(1000).unwrap();
     for channel in 1..=4 {
         let sample = adc.next_sample().unwrap();
@@ -125,7 +113,7 @@ fn a_group_of_one_is_jsq4_and_of_four_starts_at_jsq1() {
         adc.advance(adc.next_event()).unwrap();
     }
     assert_eq!(adc.next_sample(), None);
-    let results = [0, 4, 8, 12].map(|n| read(&mut adc, JDR1 + n, 9000));
+    let results = [0, 4, 8, 12].map(|n| adc.get(JDR1 + n, 9000));
     assert_eq!(results, [101, 102, 103, 104]);
 }
 
@@ -142,12 +130,10 @@ fn sampling_times_resolutions_offsets_and_alignment() {
         (7, 480),
     ] {
         let mut adc = board();
-        write(&mut adc, SMPR2, bits << 3);
+        adc.set(SMPR2, bits << 3, 0);
         adc.trigger(1000).unwrap();
-        assert_eq!(
-            adc.next_sample().map(|s| s.at),
-            Some(1000 + 8 * (3 + clocks))
-        );
+        let expected = Some(1000 + 8 * (3 + clocks));
+        assert_eq!(adc.next_sample().map(|s| s.at), expected);
     }
     // RES, ALIGN, offset, JDR1 for 0xABC.
     for (res, align, offset, jdr, clocks) in [
@@ -162,15 +148,15 @@ fn sampling_times_resolutions_offsets_and_alignment() {
         (3, 1, 0, 0x0054, 6),
     ] {
         let mut adc = board();
-        write(&mut adc, CR1, res << 24);
-        write(&mut adc, 0x14, offset);
-        write(&mut adc, JSQR, 1 << 15);
-        write(&mut adc, CR2, ARMED | align << 11);
+        adc.set(CR1, res << 24, 0);
+        adc.set(0x14, offset, 0);
+        adc.set(JSQR, 1 << 15, 0);
+        adc.set(CR2, ARMED | align << 11, 0);
         adc.trigger(1000).unwrap();
         let held = adc.next_sample().unwrap().at;
         adc.sampled(0xABC);
         assert_eq!(adc.next_event(), held + 8 * clocks);
-        assert_eq!(read(&mut adc, JDR1, 5000), jdr, "RES {res} ALIGN {align}");
+        assert_eq!(adc.get(JDR1, 5000), jdr, "RES {res} ALIGN {align}");
     }
 }
 
@@ -183,15 +169,15 @@ fn triggers_that_do_not_count_and_those_that_stop_the_run() {
     assert!(adc.clone().trigger(1200).is_err(), "converting");
     assert!(adc.clone().advance(5000).is_err(), "no input");
     assert!(adc.write(JSQR, Size::Word, 0, 1001).is_err(), "converting");
-    write_at(&mut adc, CR2, 0, 1002);
+    adc.set(CR2, 0, 1002);
     assert_eq!(adc.next_sample(), None, "ADON off aborts");
     adc.trigger(1100).unwrap();
     assert_eq!(adc.next_sample(), None, "off");
     let mut adc = board();
-    write(&mut adc, CCR, 0);
+    adc.set(CCR, 0, 0);
     assert!(adc.trigger(1000).is_err(), "42 MHz");
     let mut adc = board();
-    write(&mut adc, CR1, 0);
+    adc.set(CR1, 0, 0);
     assert!(adc.trigger(1000).is_err(), "SCAN is off");
 }
 

@@ -10,8 +10,11 @@ mod registers;
 mod stream;
 
 use crate::chip::Cycle;
-pub use registers::{offset, stream_offset};
-pub use stream::{Stream, Target, bit};
+#[cfg(test)]
+pub(crate) use registers::offset;
+pub use registers::stream_offset;
+pub(crate) use stream::bit;
+pub use stream::{Stream, Target};
 
 /// Streams of a controller.
 pub const STREAMS: usize = 8;
@@ -31,7 +34,6 @@ pub struct Dma {
 
 impl Dma {
     /// Controller `number`, 1 or 2, as after reset.
-    #[must_use]
     pub fn new(number: u8) -> Self {
         Self {
             number,
@@ -41,7 +43,6 @@ impl Dma {
     }
 
     /// Stream `index`, 0–7.
-    #[must_use]
     #[inline]
     pub fn stream(&self, index: usize) -> &Stream {
         &self.streams[index]
@@ -54,7 +55,6 @@ impl Dma {
     }
 
     /// Streams that are enabled, bit n is stream n.
-    #[must_use]
     pub fn enabled(&self) -> u8 {
         (0..STREAMS).fold(0, |bits, n| {
             bits | u8::from(self.streams[n].is_enabled()) << n
@@ -69,7 +69,6 @@ impl Dma {
 
     /// The one of `candidates` (bits) that the arbiter of a port chooses: the
     /// highest priority level, then the lowest number (RM0090 10.3.4).
-    #[must_use]
     #[inline]
     pub fn choose(&self, candidates: u8) -> Option<usize> {
         if candidates & candidates.wrapping_sub(1) == 0 {
@@ -107,7 +106,6 @@ const SHIFTS: [u32; 4] = [0, 6, 16, 22];
 
 /// TIM1 events that `channel` of `stream` listens to on DMA2, or `None` if it
 /// is another peripheral's (RM0090 table 43). TIM1_TRIG and COM never ask here.
-#[must_use]
 pub fn tim1_events(stream: usize, channel: u32) -> Option<u8> {
     Some(match (channel, stream) {
         (0, 6) => 0b01110,

@@ -3,32 +3,21 @@
 use super::{Dma, STREAMS, Stream, bit, tim1_events};
 use crate::chip::Cycle;
 use crate::chip::cpu::Size;
-use crate::chip::cpu::bus::Unmodelled;
+use crate::chip::cpu::bus::{Unmodelled, refuse};
 
 /// Register offsets.
-pub mod offset {
-    /// Flags of streams 0–3.
-    pub const LISR: u32 = 0x00;
-    /// Flags of streams 4–7.
-    pub const HISR: u32 = 0x04;
-    /// Clears flags of streams 0–3.
-    pub const LIFCR: u32 = 0x08;
-    /// Clears flags of streams 4–7.
-    pub const HIFCR: u32 = 0x0C;
-    /// First register of stream 0.
-    pub const STREAM: u32 = 0x10;
-    /// Within a stream: control.
-    pub const CR: u32 = 0x00;
-    /// Within a stream: items left.
-    pub const NDTR: u32 = 0x04;
-    /// Within a stream: peripheral address.
-    pub const PAR: u32 = 0x08;
-    /// Within a stream: memory address.
-    pub const M0AR: u32 = 0x0C;
-    /// Within a stream: second memory address.
-    pub const M1AR: u32 = 0x10;
-    /// Within a stream: FIFO control.
-    pub const FCR: u32 = 0x14;
+pub(crate) mod offset {
+    pub const LISR: u32 = 0x00; // Flags of streams 0–3
+    pub const HISR: u32 = 0x04; // Flags of streams 4–7
+    pub const LIFCR: u32 = 0x08; // Clears flags of streams 0–3
+    pub const HIFCR: u32 = 0x0C; // Clears flags of streams 4–7
+    pub const STREAM: u32 = 0x10; // First register of stream 0
+    pub const CR: u32 = 0x00; // Within a stream: control
+    pub const NDTR: u32 = 0x04; // Within a stream: items left
+    pub const PAR: u32 = 0x08; // Within a stream: peripheral address
+    pub const M0AR: u32 = 0x0C; // Within a stream: memory address
+    pub const M1AR: u32 = 0x10; // Within a stream: second memory address
+    pub const FCR: u32 = 0x14; // Within a stream: FIFO control
 }
 
 /// Bytes of a stream's registers.
@@ -37,7 +26,6 @@ const STRIDE: u32 = 0x18;
 const FCR_SETTINGS: u32 = 0b111;
 
 /// Offset of `register` of `stream`.
-#[must_use]
 pub const fn stream_offset(stream: usize, register: u32) -> u32 {
     offset::STREAM + STRIDE * stream as u32 + register
 }
@@ -124,9 +112,7 @@ impl Dma {
     }
 
     fn write_cr(&mut self, index: usize, value: u32, done: Cycle) -> Result<(), Unmodelled> {
-        if value & bit::INTERRUPTS != 0 {
-            return Err(Unmodelled("a DMA interrupt"));
-        }
+        refuse(value & bit::INTERRUPTS != 0, "a DMA interrupt")?;
         let enable = value & bit::EN != 0;
         let stream = &mut self.streams[index];
         if stream.is_enabled() {
@@ -137,13 +123,12 @@ impl Dma {
         if !enable {
             return Ok(());
         }
-        if self.number == 1 {
-            return Err(Unmodelled("a DMA1 stream"));
-        }
+        refuse(self.number == 1, "a DMA1 stream")?;
         let is_apb = matches!(self.streams[index].par, 0x4000_0000..0x4002_0000);
-        if is_apb && self.enabled() != 0 {
-            return Err(Unmodelled("DMA2 serves AHB and APB at once (ES0182)"));
-        }
+        refuse(
+            is_apb && self.enabled() != 0,
+            "DMA2 serves AHB and APB at once (ES0182)",
+        )?;
         if tim1_events(index, self.streams[index].channel()).is_none() {
             return Err(Unmodelled("a DMA2 request other than TIM1's"));
         }

@@ -2,25 +2,18 @@
 
 use super::NEVER;
 use crate::chip::Cycle;
-use crate::chip::cpu::bus::Unmodelled;
+use crate::chip::cpu::bus::{Unmodelled, refuse};
 use crate::chip::soc::matrix::Slave;
 
 /// Bits of SxCR (RM0090 10.5.5) and flags of a stream, at stream 0's place.
-pub mod bit {
-    /// CR: enable.
-    pub const EN: u32 = 1;
-    /// CR: interrupt enables.
-    pub const INTERRUPTS: u32 = 0b1_1110;
-    /// CR: memory to peripheral.
-    pub const MEMORY_TO_PERIPHERAL: u32 = 1 << 6;
-    /// CR: circular.
-    pub const CIRC: u32 = 1 << 8;
-    /// FIFO error.
-    pub const FEIF: u32 = 1;
-    /// Half transfer.
-    pub const HTIF: u32 = 1 << 4;
-    /// Transfer complete.
-    pub const TCIF: u32 = 1 << 5;
+pub(crate) mod bit {
+    pub const EN: u32 = 1; // CR: enable
+    pub const INTERRUPTS: u32 = 0b1_1110; // CR: interrupt enables
+    pub const MEMORY_TO_PERIPHERAL: u32 = 1 << 6; // CR: memory to peripheral
+    pub const CIRC: u32 = 1 << 8; // CR: circular
+    pub const FEIF: u32 = 1; // FIFO error
+    pub const HTIF: u32 = 1 << 4; // Half transfer
+    pub const TCIF: u32 = 1 << 5; // Transfer complete
 }
 
 /// CR but CHSEL, PL, CIRC, DIR 0: words both sides, memory increments, and
@@ -86,60 +79,51 @@ impl Stream {
     }
 
     /// EN reads 1.
-    #[must_use]
     #[inline]
     pub const fn is_enabled(&self) -> bool {
         self.cr & bit::EN != 0
     }
 
     /// CIRC.
-    #[must_use]
     #[inline]
     pub const fn is_circular(&self) -> bool {
         self.cr & bit::CIRC != 0
     }
 
     /// Direction: memory to peripheral.
-    #[must_use]
     #[inline]
     pub const fn plays(&self) -> bool {
         self.cr & bit::MEMORY_TO_PERIPHERAL != 0
     }
 
     /// PL, 3 is very high.
-    #[must_use]
     pub const fn priority(&self) -> u32 {
         self.cr >> 16 & 0b11
     }
 
     /// CHSEL.
-    #[must_use]
     pub const fn channel(&self) -> u32 {
         self.cr >> 25 & 0b111
     }
 
     /// NDTR when it was enabled.
-    #[must_use]
     pub const fn length(&self) -> u16 {
         self.length
     }
 
     /// The far end of the peripheral port.
-    #[must_use]
     #[inline]
     pub const fn target(&self) -> Target {
         self.target
     }
 
     /// The slave that the memory port uses.
-    #[must_use]
     #[inline]
     pub const fn memory(&self) -> Slave {
         self.memory
     }
 
     /// The slave that the peripheral port uses.
-    #[must_use]
     #[inline]
     pub const fn far_slave(&self) -> Slave {
         match self.target {
@@ -149,7 +133,6 @@ impl Stream {
     }
 
     /// Address of the memory port's next item.
-    #[must_use]
     #[inline]
     pub const fn address(&self) -> u32 {
         self.m0ar.wrapping_add(4 * self.index as u32)
@@ -157,7 +140,6 @@ impl Stream {
 
     /// The peripheral port can move the next item at `at`: its word is there
     /// (playing) or the last one gone.
-    #[must_use]
     #[inline]
     pub const fn is_ready_at(&self, at: Cycle) -> bool {
         self.plays() == self.word.is_some() && self.turned <= at
@@ -173,13 +155,11 @@ impl Stream {
     }
 
     /// Whether a stream that plays has fetched, not being circular, all.
-    #[must_use]
     pub const fn has_fetched_all(&self) -> bool {
         !self.is_circular() && self.index == 0
     }
 
     /// Items that it can move before it begins anew or a flag rises.
-    #[must_use]
     pub fn uneventful(&self) -> u16 {
         let half = self.length / 2;
         let flag = if self.ndtr > half { half } else { 0 };
@@ -210,26 +190,22 @@ impl Stream {
 
     /// EN was written 1, complete from `done` on: takes the settings over.
     pub(super) fn switch_on(&mut self, done: Cycle) -> Result<(), Unmodelled> {
-        if self.cr & !FREE != WORDS {
-            return Err(Unmodelled(
-                "a DMA2 stream that does not move words, incrementing its memory only",
-            ));
-        }
-        if self.fcr & 0b100 != 0 {
-            return Err(Unmodelled("a DMA2 stream's FIFO"));
-        }
-        if self.ndtr == 0 {
-            return Err(Unmodelled("a DMA2 stream enabled with nothing to move"));
-        }
+        refuse(
+            self.cr & !FREE != WORDS,
+            "a DMA2 stream that does not move words, incrementing its memory only",
+        )?;
+        refuse(self.fcr & 0b100 != 0, "a DMA2 stream's FIFO")?;
+        refuse(self.ndtr == 0, "a DMA2 stream enabled with nothing to move")?;
         self.target = self.far_end()?;
         self.memory = sram(self.m0ar);
         let last = self.m0ar.wrapping_add(4 * (u32::from(self.ndtr) - 1));
         if !self.m0ar.is_multiple_of(4) || !is_sram(self.m0ar) || !is_sram(last) {
             return Err(Unmodelled("DMA2 memory other than SRAM1 and SRAM2"));
         }
-        if sram(last) != self.memory {
-            return Err(Unmodelled("a DMA2 buffer across SRAM1 and SRAM2"));
-        }
+        refuse(
+            sram(last) != self.memory,
+            "a DMA2 buffer across SRAM1 and SRAM2",
+        )?;
         self.cr |= bit::EN;
         (self.length, self.index) = (self.ndtr, 0);
         (self.word, self.stopping) = (None, false);

@@ -15,7 +15,7 @@ use super::clock::rescale;
 use super::word::part;
 use crate::chip::Cycle;
 use crate::chip::cpu::Size;
-use crate::chip::cpu::bus::{Denied, Read, Unmodelled};
+use crate::chip::cpu::bus::{Denied, Read, Unmodelled, refuse};
 use accelerator::Accelerator;
 use programming::Programming;
 
@@ -63,10 +63,9 @@ pub struct Flash {
     code_version: u32,
 }
 
-impl Flash {
+impl Default for Flash {
     /// Erased, registers at reset, core at 16 MHz.
-    #[must_use]
-    pub fn new() -> Self {
+    fn default() -> Self {
         Self {
             bytes: vec![0xFF; SIZE],
             accelerator: Accelerator::new(),
@@ -75,7 +74,9 @@ impl Flash {
             code_version: 0,
         }
     }
+}
 
+impl Flash {
     /// Puts `bytes` at `address`, as a programmer would; no time passes.
     ///
     /// # Errors
@@ -102,9 +103,7 @@ impl Flash {
         let cut_off = self.programming.is_busy(at);
         self.programming.reset();
         self.accelerator.reset();
-        if cut_off {
-            return Err(Unmodelled("reset while the flash was programmed or erased"));
-        }
+        refuse(cut_off, "reset while the flash was programmed or erased")?;
         Ok(())
     }
 
@@ -135,11 +134,10 @@ impl Flash {
             2100.. => 22_000_000,
             _ => 20_000_000,
         };
-        if self.accelerator.latency() < self.hz.div_ceil(step_hz).saturating_sub(1) {
-            return Err(Unmodelled(
-                "FLASH_ACR: too few wait states for this clock and supply",
-            ));
-        }
+        refuse(
+            self.accelerator.latency() < self.hz.div_ceil(step_hz).saturating_sub(1),
+            "FLASH_ACR: too few wait states for this clock and supply",
+        )?;
         Ok(())
     }
 
@@ -169,7 +167,6 @@ impl Flash {
     }
 
     /// What is at `address`; no time passes. For decoding and debuggers.
-    #[must_use]
     pub fn peek(&self, address: u32, size: Size) -> u32 {
         let offset = address & (SIZE as u32 - 1);
         part(self.word(offset & !3), offset, size)
@@ -192,13 +189,11 @@ impl Flash {
     }
 
     /// Counts up when the memory changed: decoded code is stale.
-    #[must_use]
     pub const fn code_version(&self) -> u32 {
         self.code_version
     }
 
     /// Level of the FLASH interrupt, line 4.
-    #[must_use]
     pub const fn interrupt(&self) -> bool {
         self.programming.interrupt()
     }
@@ -210,11 +205,5 @@ impl Flash {
             .get(offset as usize..)
             .and_then(|bytes| bytes.first_chunk())
             .map_or(u32::MAX, |bytes| u32::from_le_bytes(*bytes))
-    }
-}
-
-impl Default for Flash {
-    fn default() -> Self {
-        Self::new()
     }
 }

@@ -8,7 +8,7 @@
 use super::Flash;
 use crate::chip::Cycle;
 use crate::chip::cpu::Size;
-use crate::chip::cpu::bus::{Denied, Unmodelled};
+use crate::chip::cpu::bus::{Denied, Unmodelled, refuse};
 use crate::chip::soc::clock::cycles_in;
 use crate::chip::soc::word::part;
 use std::ops::Range;
@@ -219,9 +219,7 @@ impl Flash {
         if programming.cr & cr::LOCK != 0 {
             return Ok(()); // section 3.9.6: not accessible while locked
         }
-        if programming.end.is_some() {
-            return Err(Unmodelled("FLASH_CR: written while busy"));
-        }
+        refuse(programming.end.is_some(), "FLASH_CR: written while busy")?;
         if value & cr::MER != 0 || value & cr::PSIZE == cr::PSIZE {
             return Err(Unmodelled("FLASH_CR: mass erase or x64"));
         }
@@ -231,9 +229,10 @@ impl Flash {
         if value & cr::STRT == 0 {
             return Ok(());
         }
-        if value & (cr::SER | cr::PG) != cr::SER {
-            return Err(Unmodelled("FLASH_CR: STRT without SER alone"));
-        }
+        refuse(
+            value & (cr::SER | cr::PG) != cr::SER,
+            "FLASH_CR: STRT without SER alone",
+        )?;
         let number = (value & cr::SNB) >> 3;
         let sector = sector(number as usize).ok_or(Unmodelled("FLASH_CR: SNB above 11"))?;
         if programming.protected & 1 << number != 0 {

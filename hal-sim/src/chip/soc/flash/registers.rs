@@ -1,11 +1,7 @@
 //! The flash interface's registers (RM0090 section 3.9).
 
 use super::Flash;
-use crate::chip::Cycle;
-use crate::chip::cpu::Size;
-use crate::chip::cpu::bus::Unmodelled;
-use crate::chip::soc::Peripheral;
-use crate::chip::soc::word::part;
+use crate::chip::soc::peripheral::{Cycle, Peripheral, Size, Unmodelled, part, refuse};
 
 impl Peripheral for Flash {
     fn read(&mut self, offset: u32, size: Size, _at: Cycle) -> Result<u32, Unmodelled> {
@@ -21,9 +17,10 @@ impl Peripheral for Flash {
     }
 
     fn write(&mut self, offset: u32, size: Size, value: u32, at: Cycle) -> Result<(), Unmodelled> {
-        if size != Size::Word {
-            return Err(Unmodelled("FLASH: register writes narrower than a word"));
-        }
+        refuse(
+            size != Size::Word,
+            "FLASH: register writes narrower than a word",
+        )?;
         match offset {
             0x00 => self
                 .accelerator
@@ -41,9 +38,10 @@ impl Peripheral for Flash {
 
     fn advance(&mut self, to: Cycle) -> Result<(), Unmodelled> {
         self.programming.advance(to);
-        if self.accelerator.delivered_stale() {
-            return Err(Unmodelled("FLASH: code cached before it was changed"));
-        }
+        refuse(
+            self.accelerator.delivered_stale(),
+            "FLASH: code cached before it was changed",
+        )?;
         Ok(())
     }
 

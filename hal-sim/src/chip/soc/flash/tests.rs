@@ -1,7 +1,7 @@
 //! The flash against RM0090 chapter 3 and the times of DS8626.
 
 use super::*;
-use crate::chip::soc::Peripheral;
+use crate::chip::soc::peripheral::{Driven, Peripheral};
 use crate::chip::soc::uid::Signature;
 
 const ACR: u32 = 0x00;
@@ -14,20 +14,10 @@ const DCEN: u32 = 1 << 10;
 const ICRST: u32 = 1 << 11;
 const DCRST: u32 = 1 << 12;
 
-fn set(flash: &mut Flash, offset: u32, value: u32, at: Cycle) {
-    flash.advance(at).unwrap();
-    Peripheral::write(flash, offset, Size::Word, value, at).unwrap();
-}
-
-fn get(flash: &mut Flash, offset: u32, at: Cycle) -> u32 {
-    flash.advance(at).unwrap();
-    Peripheral::read(flash, offset, Size::Word, at).unwrap()
-}
-
 /// 5 wait states and `bits` of ACR.
 fn flash(bits: u32) -> Flash {
-    let mut flash = Flash::new();
-    set(&mut flash, ACR, 5 | bits, 0);
+    let mut flash = Flash::default();
+    flash.set(ACR, 5 | bits, 0);
     flash
 }
 
@@ -57,9 +47,9 @@ fn run(
 fn without_help_each_line_costs_the_wait_states() {
     let lines = [7, 7, 8, 7, 7, 8];
     assert_eq!(run(&mut flash(0), 0, lines, 8), [5, 0, 5, 5, 0, 5]);
-    let mut fast = Flash::new();
+    let mut fast = Flash::default();
     assert_eq!(run(&mut fast, 0, [7, 8, 7], 8), [0, 0, 0], "LATENCY 0");
-    set(&mut fast, ACR, 7, 100);
+    fast.set(ACR, 7, 100);
     assert_eq!(run(&mut fast, 100, [8, 9], 8), [7, 7], "LATENCY 7");
 }
 
@@ -118,10 +108,10 @@ fn a_prefetched_line_that_is_used_enters_the_cache() {
 
 #[test]
 fn the_reading_outlives_a_reset() {
-    let mut flash = Flash::new();
+    let mut flash = Flash::default();
     flash.set_prefetched(Prefetched::NotCached);
     flash.reset(0).unwrap();
-    set(&mut flash, ACR, 5 | ICEN | PRFTEN, 0);
+    flash.set(ACR, 5 | ICEN | PRFTEN, 0);
     let lines = [10, 11, 12, 10, 11];
     assert_eq!(run(&mut flash, 0, lines, 4), [5, 2, 2, 0, 4]);
 }
@@ -133,19 +123,19 @@ fn icrst_and_dcrst_forget_and_are_refused_while_on() {
     data_wait(&mut flash, BASE + 0x100, 2000);
     assert!(Peripheral::write(&mut flash, ACR, Size::Word, 5 | ICEN | ICRST, 0).is_err());
     assert!(Peripheral::write(&mut flash, ACR, Size::Word, 5 | DCEN | DCRST, 0).is_err());
-    set(&mut flash, ACR, 5, 2000);
-    set(&mut flash, ACR, 5 | ICEN | DCEN, 2000);
+    flash.set(ACR, 5, 2000);
+    flash.set(ACR, 5 | ICEN | DCEN, 2000);
     assert_eq!(run(&mut flash, 2000, [1], 8), [0], "kept while off");
-    set(&mut flash, ACR, 5, 3000);
-    set(&mut flash, ACR, 5 | ICRST, 3000);
-    set(&mut flash, ACR, 5 | ICEN | DCEN, 3000);
+    flash.set(ACR, 5, 3000);
+    flash.set(ACR, 5 | ICRST, 3000);
+    flash.set(ACR, 5 | ICEN | DCEN, 3000);
     assert_eq!(flash.fetch(2, 3000), 5);
     assert_eq!(data_wait(&mut flash, BASE + 0x10C, 3100), 0, "data stay");
-    set(&mut flash, ACR, 5, 3200);
-    set(&mut flash, ACR, 5 | DCRST, 3200);
-    set(&mut flash, ACR, 5 | ICEN | DCEN, 3200);
+    flash.set(ACR, 5, 3200);
+    flash.set(ACR, 5 | DCRST, 3200);
+    flash.set(ACR, 5 | ICEN | DCEN, 3200);
     assert_eq!(data_wait(&mut flash, BASE + 0x10C, 3200), 5);
-    assert_eq!(get(&mut flash, ACR, 3300), 5 | ICEN | DCEN);
+    assert_eq!(flash.get(ACR, 3300), 5 | ICEN | DCEN);
 }
 
 #[test]
@@ -187,7 +177,7 @@ fn data_go_before_a_prefetch_that_has_not_started() {
 
 #[test]
 fn both_aliases_show_the_program() {
-    let mut flash = Flash::new();
+    let mut flash = Flash::default();
     flash.load(BASE + 4, &[1, 2, 3, 4]).unwrap();
     assert_eq!(flash.read(4, Size::Word, 0).unwrap().value, 0x0403_0201);
     assert_eq!(flash.read(BASE + 6, Size::Half, 0).unwrap().value, 0x0403);
@@ -219,11 +209,11 @@ fn wait_states_must_suffice() {
     flash.set_hz(168_000_000, 0);
     assert!(flash.check_wait_states(2700).is_ok());
     assert!(flash.check_wait_states(2699).is_err());
-    set(&mut flash, ACR, 4, 0);
+    flash.set(ACR, 4, 0);
     assert!(flash.check_wait_states(3300).is_err());
     flash.set_hz(150_000_000, 0);
     assert!(flash.check_wait_states(3300).is_ok());
-    set(&mut flash, ACR, 0, 0);
+    flash.set(ACR, 0, 0);
     for (hz, mv, ok) in [
         (30_000_000, 3300, true),
         (30_000_001, 3300, false),
@@ -240,9 +230,9 @@ fn wait_states_must_suffice() {
 fn unlocked() -> Flash {
     let mut flash = flash(0);
     flash.set_hz(168_000_000, 0);
-    set(&mut flash, KEYR, 0x4567_0123, 0);
-    set(&mut flash, KEYR, 0xCDEF_89AB, 0);
-    set(&mut flash, CR, 2 << 8, 0);
+    flash.set(KEYR, 0x4567_0123, 0);
+    flash.set(KEYR, 0xCDEF_89AB, 0);
+    flash.set(CR, 2 << 8, 0);
     flash
 }
 
@@ -251,26 +241,26 @@ const US: Cycle = 168;
 #[test]
 fn keys_unlock_and_a_wrong_one_locks_until_reset() {
     let mut flash = flash(0);
-    assert_eq!(get(&mut flash, CR, 0), 1 << 31);
-    set(&mut flash, CR, 1, 0);
-    assert_eq!(get(&mut flash, CR, 0), 1 << 31, "locked");
+    assert_eq!(flash.get(CR, 0), 1 << 31);
+    flash.set(CR, 1, 0);
+    assert_eq!(flash.get(CR, 0), 1 << 31, "locked");
     let mut flash = unlocked();
-    assert_eq!(get(&mut flash, CR, 0), 0x200);
-    set(&mut flash, CR, 1 << 31, 0);
-    assert_eq!(get(&mut flash, CR, 0), 1 << 31);
+    assert_eq!(flash.get(CR, 0), 0x200);
+    flash.set(CR, 1 << 31, 0);
+    assert_eq!(flash.get(CR, 0), 1 << 31);
     assert!(Peripheral::write(&mut flash, KEYR, Size::Word, 1, 0).is_err());
     assert!(Peripheral::write(&mut flash, KEYR, Size::Word, 0x4567_0123, 0).is_err());
     flash.reset(0).unwrap();
-    set(&mut flash, KEYR, 0x4567_0123, 0);
+    flash.set(KEYR, 0x4567_0123, 0);
 }
 
 #[test]
 fn programming_clears_bits_takes_its_time_and_stalls_reads() {
     let mut flash = unlocked();
     let before = flash.code_version();
-    set(&mut flash, CR, 0x201, 0);
+    flash.set(CR, 0x201, 0);
     assert_eq!(flash.write(BASE + 8, Size::Word, 0xFFFF_0F0F, 1000), Ok(0));
-    assert_eq!(get(&mut flash, SR, 1001), 1 << 16);
+    assert_eq!(flash.get(SR, 1001), 1 << 16);
     assert_ne!(flash.code_version(), before);
     let end = 1000 + 100 * US;
     assert_eq!(
@@ -280,9 +270,9 @@ fn programming_clears_bits_takes_its_time_and_stalls_reads() {
             wait: (end - 2000) as u32 + 5
         }
     );
-    assert_eq!(get(&mut flash, SR, end - 1), 1 << 16);
+    assert_eq!(flash.get(SR, end - 1), 1 << 16);
     assert_eq!(flash.next_event(), end);
-    assert_eq!(get(&mut flash, SR, end), 0, "EOP needs EOPIE");
+    assert_eq!(flash.get(SR, end), 0, "EOP needs EOPIE");
     // A second write waits for the first.
     assert_eq!(flash.write(BASE + 8, Size::Word, 0x00FF_FFFF, end), Ok(0));
     let wait = flash.write(BASE + 12, Size::Word, 0, end + 10).unwrap();
@@ -307,19 +297,14 @@ fn sectors_are_erased_in_the_time_of_the_data_sheet() {
         ] {
             let mut flash = unlocked();
             flash.load(BASE, &[0; SIZE]).unwrap();
-            set(
-                &mut flash,
-                CR,
-                psize << 8 | sector << 3 | 2 | 1 << 24 | 1 << 16,
-                0,
-            );
+            flash.set(CR, psize << 8 | sector << 3 | 2 | 1 << 24 | 1 << 16, 0);
             assert_eq!(flash.next_event(), time * ms);
             assert!(!flash.interrupt());
-            assert_eq!(get(&mut flash, SR, time * ms), 1, "EOP");
+            assert_eq!(flash.get(SR, time * ms), 1, "EOP");
             assert!(flash.interrupt());
-            set(&mut flash, SR, 1, time * ms);
+            flash.set(SR, 1, time * ms);
             assert!(!flash.interrupt());
-            assert_eq!(get(&mut flash, CR, time * ms) & 1 << 16, 0, "STRT");
+            assert_eq!(flash.get(CR, time * ms) & 1 << 16, 0, "STRT");
             let erased: Vec<_> = (0..SIZE as u32)
                 .filter(|at| flash.peek(BASE + at, Size::Byte) == 0xFF)
                 .collect();
@@ -330,38 +315,38 @@ fn sectors_are_erased_in_the_time_of_the_data_sheet() {
 
 #[test]
 fn errors_have_their_flags() {
-    let status = |flash: &mut Flash| get(flash, SR, 0);
+    let status = |flash: &mut Flash| flash.get(SR, 0);
     let mut flash = unlocked();
     flash.write(BASE, Size::Word, 0, 0).unwrap();
     assert_eq!(status(&mut flash), 1 << 7, "PGSERR: PG is off");
-    set(&mut flash, SR, 1 << 7, 0);
-    set(&mut flash, CR, 0x201, 0);
+    flash.set(SR, 1 << 7, 0);
+    flash.set(CR, 0x201, 0);
     flash.write(BASE, Size::Half, 0, 0).unwrap();
     assert_eq!(status(&mut flash), 1 << 6, "PGPERR: PSIZE is x32");
-    set(&mut flash, SR, 1 << 6, 0);
+    flash.set(SR, 1 << 6, 0);
     flash.protect(1 << 1);
-    set(&mut flash, CR, 0x201 | 1 << 25, 0);
+    flash.set(CR, 0x201 | 1 << 25, 0);
     flash.write(BASE + 0x4000, Size::Word, 0, 0).unwrap();
     assert_eq!(status(&mut flash), 1 << 4 | 1 << 1, "WRPERR, OPERR");
     assert!(flash.interrupt());
-    set(&mut flash, SR, 0xF3, 0);
-    set(&mut flash, CR, 0x202 | 1 << 3 | 1 << 16, 0);
+    flash.set(SR, 0xF3, 0);
+    flash.set(CR, 0x202 | 1 << 3 | 1 << 16, 0);
     assert_eq!(status(&mut flash), 1 << 4, "WRPERR of an erasure");
     assert_eq!(
         flash.peek(BASE, Size::Word),
         u32::MAX,
         "nothing was written"
     );
-    assert_eq!(get(&mut flash, 0x14, 0), 0x0FFD_AAED);
+    assert_eq!(flash.get(0x14, 0), 0x0FFD_AAED);
 }
 
 #[test]
 fn stale_cache_lines_are_found_out() {
     let mut flash = unlocked();
-    set(&mut flash, ACR, 5 | ICEN | DCEN, 0);
+    flash.set(ACR, 5 | ICEN | DCEN, 0);
     flash.fetch(0x4000 / 16, 0);
     data_wait(&mut flash, BASE + 0x4100, 100);
-    set(&mut flash, CR, 0x202 | 1 << 3 | 1 << 16, 200);
+    flash.set(CR, 0x202 | 1 << 3 | 1 << 16, 200);
     let end = flash.next_event();
     flash.advance(end).unwrap();
     assert!(flash.read(BASE + 0x4100, Size::Word, end).is_err());
@@ -369,22 +354,19 @@ fn stale_cache_lines_are_found_out() {
     flash.fetch(0x4000 / 16, end + 100);
     assert!(flash.advance(end + 200).is_err());
     let mut flash = unlocked();
-    set(&mut flash, ACR, 5 | DCEN, 0);
+    flash.set(ACR, 5 | DCEN, 0);
     data_wait(&mut flash, BASE, 0);
-    set(&mut flash, CR, 0x201, 100);
+    flash.set(CR, 0x201, 100);
     flash.write(BASE, Size::Word, 7, 100).unwrap();
     let seen = flash.read(BASE, Size::Word, 200).unwrap();
-    assert_eq!(
-        seen,
-        Read { value: 7, wait: 0 },
-        "programming reaches the data cache"
-    );
+    let expected = Read { value: 7, wait: 0 };
+    assert_eq!(seen, expected, "programming reaches the data cache");
 }
 
 #[test]
 fn a_new_core_clock_keeps_the_time_of_an_operation() {
     let mut flash = unlocked();
-    set(&mut flash, CR, 0x201, 0);
+    flash.set(CR, 0x201, 0);
     flash.write(BASE, Size::Word, 0, 0).unwrap();
     assert_eq!(flash.next_event(), 16_800);
     flash.set_hz(16_000_000, 8_400);

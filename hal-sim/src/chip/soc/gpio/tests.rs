@@ -82,7 +82,7 @@ fn functions_need_mode_and_number() {
 #[test]
 fn the_lock_narrow_accesses_and_other_ports_are_refused() {
     let mut gpio = Gpio::default();
-    assert!(gpio.read(B, offset::LCKR, Size::Word).is_err());
+    assert!(gpio.read(B, 0x1C, Size::Word).is_err());
     assert!(gpio.write(B, offset::ODR, Size::Half, 0, 0).is_err());
     assert!(gpio.read(PORTS, offset::IDR, Size::Word).is_err());
 }

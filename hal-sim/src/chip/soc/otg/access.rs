@@ -4,7 +4,7 @@ use super::fifo::{self, Status};
 use super::registers::*;
 use super::{ENDPOINTS, Otg, Session};
 use crate::chip::Cycle;
-use crate::chip::cpu::bus::Unmodelled;
+use crate::chip::cpu::bus::{Unmodelled, refuse};
 
 /// A FIFO flush or core reset takes 8 cycles of the slower clock, the PHY's
 /// 48 MHz (RM0090 section 34.16.2, GRSTCTL).
@@ -82,9 +82,7 @@ impl Otg {
     }
 
     fn write_reset(&mut self, value: u32, at: Cycle) -> Result<(), Unmodelled> {
-        if value & rstctl::HOST != 0 {
-            return Err(Unmodelled("OTG_FS GRSTCTL HSRST or FCRST"));
-        }
+        refuse(value & rstctl::HOST != 0, "OTG_FS GRSTCTL HSRST or FCRST")?;
         let bits = value & (rstctl::CSRST | rstctl::RXFFLSH | rstctl::TXFFLSH);
         self.flushed = value & rstctl::TXFNUM;
         if bits & rstctl::CSRST != 0 {

@@ -42,7 +42,6 @@ pub struct Packet {
 
 impl Packet {
     /// A packet of the first 64 bytes of `bytes` at most.
-    #[must_use]
     pub fn new(bytes: &[u8], data1: bool) -> Self {
         let mut packet = Self {
             bytes: [0; 64],
@@ -56,7 +55,6 @@ impl Packet {
     }
 
     /// What it carries.
-    #[must_use]
     pub fn bytes(&self) -> &[u8] {
         self.bytes.get(..usize::from(self.length)).unwrap_or(&[])
     }
@@ -71,7 +69,6 @@ impl Otg {
     }
 
     /// Since when D+ has been pulled up, if it is.
-    #[must_use]
     pub fn attached(&self) -> Option<Cycle> {
         self.attached
     }
@@ -123,13 +120,11 @@ impl Otg {
     }
 
     /// Whether a start of frame can raise the interrupt line.
-    #[must_use]
     pub fn awaits_sof(&self) -> bool {
         self.mask & int::SOF != 0 && self.events & int::SOF == 0
     }
 
     /// Whether the end of the periodic part can raise the interrupt line.
-    #[must_use]
     pub fn awaits_periodic_end(&self) -> bool {
         self.mask & int::EOPF != 0 && self.events & int::EOPF == 0
     }
@@ -174,7 +169,6 @@ impl Otg {
 
     /// Whether an OUT transaction of `length` bytes would change anything:
     /// `false` means that it would be answered by NAK.
-    #[must_use]
     pub fn out_ready(&self, address: u8, endpoint: usize, length: usize) -> bool {
         let Some(out) = self.outs.get(endpoint) else {
             return true;
@@ -233,7 +227,6 @@ impl Otg {
 
     /// Whether an IN token would be answered by anything but NAK, or change
     /// anything.
-    #[must_use]
     pub fn in_ready(&self, address: u8, endpoint: usize) -> bool {
         let Some(source) = self.ins.get(endpoint) else {
             return true;

@@ -1,6 +1,6 @@
 //! The receive FIFO that all OUT endpoints share, and one transmit FIFO.
 
-use crate::chip::cpu::bus::Unmodelled;
+use crate::chip::cpu::bus::{Unmodelled, refuse};
 use std::collections::VecDeque;
 
 /// Words of the FIFO memory (RM0090 section 34.10: 1.25 Kbyte).
@@ -78,18 +78,20 @@ impl Receive {
 
     /// The next status word, left in place (GRXSTSR).
     pub fn peek(&self) -> Result<u32, Unmodelled> {
-        if self.unread > 0 {
-            return Err(Unmodelled("OTG_FS GRXSTSR read before the packet's data"));
-        }
+        refuse(
+            self.unread > 0,
+            "OTG_FS GRXSTSR read before the packet's data",
+        )?;
         let word = self.words.front().copied();
         word.ok_or(Unmodelled("OTG_FS GRXSTSR read while the RX FIFO is empty"))
     }
 
     /// Takes the next status word (GRXSTSP).
     pub fn pop(&mut self) -> Result<Popped, Unmodelled> {
-        if self.unread > 0 {
-            return Err(Unmodelled("OTG_FS GRXSTSP read before the packet's data"));
-        }
+        refuse(
+            self.unread > 0,
+            "OTG_FS GRXSTSP read before the packet's data",
+        )?;
         let word = self.words.pop_front();
         let word = word.ok_or(Unmodelled("OTG_FS GRXSTSP read while the RX FIFO is empty"))?;
         self.unread = (word >> 4 & 0x7FF).div_ceil(4) as usize;
@@ -161,9 +163,7 @@ impl Transmit {
 
     /// Appends a word.
     pub fn push(&mut self, word: u32) -> Result<(), Unmodelled> {
-        if self.free() == 0 {
-            return Err(Unmodelled("OTG_FS write to a full TX FIFO"));
-        }
+        refuse(self.free() == 0, "OTG_FS write to a full TX FIFO")?;
         self.words.push_back(word);
         Ok(())
     }

@@ -16,10 +16,7 @@ mod tests;
 
 pub use cable::{Answer, Packet, Reply};
 
-use crate::chip::Cycle;
-use crate::chip::cpu::Size;
-use crate::chip::cpu::bus::Unmodelled;
-use crate::chip::soc::Peripheral;
+use crate::chip::soc::peripheral::{Cycle, Peripheral, Size, Unmodelled, refuse};
 use endpoint::{Direction, Endpoint};
 use fifo::{Receive, Transmit};
 use registers::*;
@@ -92,7 +89,6 @@ enum Session {
 
 impl Otg {
     /// As after power-on, no VBUS, with a core clock of `hz` hertz.
-    #[must_use]
     pub fn new(hz: u64) -> Self {
         Self {
             hz,
@@ -152,14 +148,12 @@ impl Otg {
     }
 
     /// Level of the OTG_FS global interrupt (position 67).
-    #[must_use]
     pub const fn irq(&self) -> bool {
         self.line
     }
 
     /// Grows whenever the answers of [`Self::in_ready`], [`Self::out_ready`],
     /// [`Self::attached`] or [`Self::awaits_sof`] may have changed.
-    #[must_use]
     pub const fn changes(&self) -> u64 {
         self.changes
     }
@@ -243,9 +237,7 @@ impl Otg {
 
 impl Peripheral for Otg {
     fn read(&mut self, offset: u32, size: Size, at: Cycle) -> Result<u32, Unmodelled> {
-        if size != Size::Word {
-            return Err(Unmodelled("OTG_FS access other than 32 bits"));
-        }
+        refuse(size != Size::Word, "OTG_FS access other than 32 bits")?;
         self.advance(at)?;
         match offset {
             offset::FIFO..0x5000 => {
@@ -261,9 +253,7 @@ impl Peripheral for Otg {
     }
 
     fn write(&mut self, offset: u32, size: Size, value: u32, at: Cycle) -> Result<(), Unmodelled> {
-        if size != Size::Word {
-            return Err(Unmodelled("OTG_FS access other than 32 bits"));
-        }
+        refuse(size != Size::Word, "OTG_FS access other than 32 bits")?;
         self.advance(at)?;
         match offset {
             offset::FIFO..0x5000 => self.transmit[(offset >> 12) as usize - 1].push(value)?,

@@ -30,8 +30,7 @@ pub mod offset {
     pub const OUT_ENDPOINTS: u32 = 0xB00;
     pub const PCGCCTL: u32 = 0xE00;
     pub const FIFO: u32 = 0x1000;
-    /// Within the 0x20 bytes of an endpoint.
-    pub const EP_CTL: u32 = 0x00;
+    pub const EP_CTL: u32 = 0x00; // Within the 0x20 bytes of an endpoint
     pub const EP_INT: u32 = 0x08;
     pub const EP_TSIZ: u32 = 0x10;
     pub const EP_DTXFSTS: u32 = 0x18;
@@ -39,10 +38,8 @@ pub mod offset {
 
 /// GOTGCTL.
 pub mod otgctl {
-    /// ID pin high: a B device.
-    pub const CIDSTS: u32 = 1 << 16;
-    /// VBUS is valid for a B session.
-    pub const BSVLD: u32 = 1 << 19;
+    pub const CIDSTS: u32 = 1 << 16; // ID pin high: a B device
+    pub const BSVLD: u32 = 1 << 19; // VBUS is valid for a B session
 }
 
 /// GOTGINT: end of session, VBUS went away.
@@ -50,22 +47,17 @@ pub const SEDET: u32 = 1 << 2;
 
 /// GAHBCFG.
 pub mod ahbcfg {
-    /// Interrupts reach the NVIC.
-    pub const GINT: u32 = 1;
-    /// TXFE means completely empty, not half empty.
-    pub const TXFELVL: u32 = 1 << 7;
+    pub const GINT: u32 = 1; // Interrupts reach the NVIC
+    pub const TXFELVL: u32 = 1 << 7; // TXFE means completely empty, not half empty
 }
 
 /// GUSBCFG.
 pub mod usbcfg {
-    /// Embedded PHY, always set.
-    pub const PHSEL: u32 = 1 << 6;
-    /// Force host mode.
-    pub const FHMOD: u32 = 1 << 29;
+    pub const PHSEL: u32 = 1 << 6; // Embedded PHY, always set
+    pub const FHMOD: u32 = 1 << 29; // Force host mode
     /// TOCAL, SRPCAP, HNPCAP, TRDT, FDMOD.
     pub const WRITABLE: u32 = 0x7 | 0x3 << 8 | 0xF << 10 | 1 << 30;
-    /// After reset (section 34.16.2).
-    pub const RESET: u32 = 0x0000_0A00;
+    pub const RESET: u32 = 0x0000_0A00; // After reset (section 34.16.2)
 }
 
 /// GRSTCTL.
@@ -74,11 +66,9 @@ pub mod rstctl {
     pub const RXFFLSH: u32 = 1 << 4;
     pub const TXFFLSH: u32 = 1 << 5;
     pub const TXFNUM: u32 = 0x1F << 6;
-    /// TXFNUM: all transmit FIFOs.
-    pub const ALL: u32 = 0x10;
+    pub const ALL: u32 = 0x10; // TXFNUM: all transmit FIFOs
     pub const AHBIDL: u32 = 1 << 31;
-    /// HSRST and FCRST.
-    pub const HOST: u32 = 0b110;
+    pub const HOST: u32 = 0b110; // HSRST and FCRST
 }
 
 /// GINTSTS and GINTMSK.
@@ -114,24 +104,18 @@ pub mod int {
 
 /// GCCFG.
 pub mod ccfg {
-    /// Transceiver on (the name is its inverse).
-    pub const PWRDWN: u32 = 1 << 16;
-    /// VBUS sensing of an A device.
-    pub const VBUSASEN: u32 = 1 << 18;
-    /// VBUS sensing of a B device.
-    pub const VBUSBSEN: u32 = 1 << 19;
-    /// Frame pulse on a pin.
-    pub const SOFOUTEN: u32 = 1 << 20;
-    /// VBUS is taken as valid.
-    pub const NOVBUSSENS: u32 = 1 << 21;
+    pub const PWRDWN: u32 = 1 << 16; // Transceiver on (the name is its inverse)
+    pub const VBUSASEN: u32 = 1 << 18; // VBUS sensing of an A device
+    pub const VBUSBSEN: u32 = 1 << 19; // VBUS sensing of a B device
+    pub const SOFOUTEN: u32 = 1 << 20; // Frame pulse on a pin
+    pub const NOVBUSSENS: u32 = 1 << 21; // VBUS is taken as valid
 }
 
 /// DCFG.
 pub mod dcfg {
     pub const DSPD: u32 = 0b11;
     pub const PFIVL: u32 = 0b11 << 11;
-    /// NZLSOHSK, DAD, DSPD.
-    pub const WRITABLE: u32 = 0x07F7;
+    pub const WRITABLE: u32 = 0x07F7; // NZLSOHSK, DAD, DSPD
     pub const RESET: u32 = 0x0220_0000;
 }
 
@@ -145,15 +129,13 @@ pub mod dctl {
     pub const SGONAK: u32 = 1 << 9;
     pub const CGONAK: u32 = 1 << 10;
     pub const POPRGDNE: u32 = 1 << 11;
-    /// Remote wake-up and test modes.
-    pub const UNMODELLED: u32 = 1 | 0b111 << 4;
+    pub const UNMODELLED: u32 = 1 | 0b111 << 4; // Remote wake-up and test modes
 }
 
 /// DSTS.
 pub mod dsts {
     pub const SUSPSTS: u32 = 1;
-    /// ENUMSPD: full speed.
-    pub const FULL_SPEED: u32 = 0b11 << 1;
+    pub const FULL_SPEED: u32 = 0b11 << 1; // ENUMSPD: full speed
 }
 
 /// DIEPCTLn and DOEPCTLn.
@@ -164,8 +146,7 @@ pub mod ctl {
     pub const NAKSTS: u32 = 1 << 17;
     pub const EPTYP: u32 = 0b11 << 18;
     pub const ISOCHRONOUS: u32 = 0b01 << 18;
-    /// Snoop mode, OUT only.
-    pub const SNPM: u32 = 1 << 20;
+    pub const SNPM: u32 = 1 << 20; // Snoop mode, OUT only
     pub const STALL: u32 = 1 << 21;
     pub const TXFNUM: u32 = 0xF << 22;
     pub const CNAK: u32 = 1 << 26;
@@ -180,10 +161,7 @@ pub mod ctl {
 pub mod epint {
     pub const XFRC: u32 = 1;
     pub const EPDISD: u32 = 1 << 1;
-    /// OUT: SETUP phase done.
-    pub const STUP: u32 = 1 << 3;
-    /// IN: the NAK set by software is in effect.
-    pub const INEPNE: u32 = 1 << 6;
-    /// IN: transmit FIFO empty, a level.
-    pub const TXFE: u32 = 1 << 7;
+    pub const STUP: u32 = 1 << 3; // OUT: SETUP phase done
+    pub const INEPNE: u32 = 1 << 6; // IN: the NAK set by software is in effect
+    pub const TXFE: u32 = 1 << 7; // IN: transmit FIFO empty, a level
 }

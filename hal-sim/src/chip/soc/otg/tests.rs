@@ -209,10 +209,8 @@ fn setup_naks_both_directions_and_ends_with_the_next_token() {
     let request = [0x80, 6, 0, 1, 0, 0, 8, 0];
     assert_eq!(otg.setup(0, &request), Answer::Ack);
     assert_eq!(read(&mut otg, 0xB10) >> 29, 2, "STUPCNT counts down");
-    assert_eq!(
-        read(&mut otg, 0x900) & (ctl::STALL | ctl::NAKSTS),
-        ctl::NAKSTS
-    );
+    let expected = ctl::NAKSTS;
+    assert_eq!(read(&mut otg, 0x900) & (ctl::STALL | ctl::NAKSTS), expected);
     assert_eq!(read(&mut otg, offset::GRXSTSP), 6 << 17 | 8 << 4);
     assert_eq!(read(&mut otg, 0x1000), 0x0100_0680);
     assert_eq!(read(&mut otg, 0x1000), 0x0008_0000);

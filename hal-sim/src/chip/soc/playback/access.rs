@@ -4,7 +4,7 @@ use super::requests::Requests;
 use super::{MEMORY, PERIPHERAL, Playback};
 use crate::chip::Cycle;
 use crate::chip::cpu::Size;
-use crate::chip::cpu::bus::{Read, Unmodelled};
+use crate::chip::cpu::bus::{Read, Unmodelled, refuse};
 use crate::chip::soc::Ram;
 use crate::chip::soc::dma::{NEVER, STREAMS, tim1_events};
 use crate::chip::soc::matrix::{Bridge, Master, Slave};
@@ -145,14 +145,13 @@ impl Playback {
                 }
             }
         }
-        let done = self.matrix.take_core(slave, bridge, at);
+        let done = self.matrix.grant_core(slave, bridge, at);
         self.run(done, done, ram)?;
         Ok((done - at - 1) as u32) // some tens at most
     }
 
     /// Whether an enabled stream uses `slave`, so that the core's accesses to
     /// it must be announced by [`Self::pass`]. SRAM only: AHB1's always must.
-    #[must_use]
     #[inline]
     pub const fn shares(&self, slave: Slave) -> bool {
         match slave {
@@ -192,9 +191,7 @@ impl Playback {
             return Ok(());
         }
         let tim1 = &self.timers[0];
-        if !tim1.is_steady() {
-            return Err(Unmodelled("a preload of TIM1 while it asks for DMA"));
-        }
+        refuse(!tim1.is_steady(), "a preload of TIM1 while it asks for DMA")?;
         let due = std::array::from_fn(|event| match event {
             _ if enabled >> event & 1 == 0 => NEVER,
             0 => tim1.next_update(),

@@ -2,7 +2,7 @@
 //! through, what is erased is filled.
 
 use super::Playback;
-use super::rush::Transfer;
+use super::fast_forward::Transfer;
 use crate::chip::cpu::Size;
 use crate::chip::soc::Ram;
 use crate::chip::soc::dma::{Stream, Target};

@@ -8,9 +8,9 @@
 //! TIM1's event asks DMA2 at its own cycle (the handshake's delay is unknown).
 
 mod access;
+mod fast_forward;
 mod idle;
 mod requests;
-mod rush;
 mod transfers;
 
 pub use access::Block;
@@ -90,7 +90,6 @@ impl Default for Playback {
 
 impl Playback {
     /// All as after reset, with all clocks equal to HCLK.
-    #[must_use]
     pub fn new(pace: Pace) -> Self {
         Self {
             timers: std::array::from_fn(|n| Timer::new(n as u8 + 1)),
@@ -135,7 +134,6 @@ impl Playback {
 
     /// Earliest cycle at which `advance` must be called, later than the last
     /// `advance`, should no access come first.
-    #[must_use]
     pub fn next_event(&self) -> Cycle {
         match self.pace {
             Pace::Lazy => self.timer_event,
@@ -145,7 +143,6 @@ impl Playback {
 
     /// Interrupt lines of the timers, line n in bit n % 32 of word n / 32
     /// (RM0090 table 61).
-    #[must_use]
     pub fn lines(&self) -> [u32; LINE_WORDS] {
         let [tim1, tim2, tim3, tim4, tim5] = &self.timers;
         let line = |timer: &Timer, n: u32| u32::from(timer.interrupt()) << (n % 32);
@@ -156,7 +153,6 @@ impl Playback {
     }
 
     /// The ports, for levels.
-    #[must_use]
     pub const fn gpio(&self) -> &Gpio {
         &self.gpio
     }
@@ -175,7 +171,6 @@ impl Playback {
     }
 
     /// DMA items moved to or from a peripheral since power-on.
-    #[must_use]
     pub const fn transfers(&self) -> u64 {
         self.transfers
     }

@@ -3,5 +3,4 @@
 mod crowded;
 mod disturbed;
 mod scene;
-mod speed;
 mod tape;

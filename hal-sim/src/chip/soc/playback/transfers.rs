@@ -41,7 +41,7 @@ impl Playback {
             return Ok(());
         }
         loop {
-            self.rush(end, ram)?;
+            self.fast_forward(end, ram)?;
             let (at, step) = self.earliest();
             match step {
                 Step::Request(event) if at < requests_end => self.request(event, at),
@@ -162,7 +162,7 @@ impl Playback {
             return Ok(());
         };
         self.quiet_until = 0;
-        let done = self.matrix.take(slave, MASTERS[port], want);
+        let done = self.matrix.grant(slave, MASTERS[port], want);
         self.ports[port].free = done;
         if port == PERIPHERAL {
             self.serve_peripheral(stream, done, ram)

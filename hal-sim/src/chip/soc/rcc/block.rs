@@ -3,6 +3,8 @@
 /// Number of AHB and APB buses: AHB1, AHB2, AHB3, APB1, APB2.
 pub const BUSES: usize = 5;
 
+const AHB1: usize = 0;
+const AHB2: usize = 1;
 /// Bus index of APB1 in registers that come by bus.
 pub const APB1: usize = 3;
 /// Bus index of APB2.
@@ -13,89 +15,47 @@ pub const APB2: usize = 4;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)] // the names are the manual's
 pub enum Block {
-    GpioA,
-    GpioB,
-    GpioC,
-    GpioD,
-    GpioE,
-    GpioF,
-    GpioG,
-    GpioH,
-    GpioI,
-    Dma1,
-    Dma2,
+    /// 0 is port A, 8 port I.
+    Gpio(u8),
+    /// 1, 2.
+    Dma(u8),
     OtgFs,
-    Tim2,
-    Tim3,
-    Tim4,
-    Tim5,
-    Spi2,
-    Spi3,
+    /// 1–5.
+    Timer(u8),
+    /// 1–3.
+    Spi(u8),
     Usart2,
     Pwr,
-    Tim1,
     Adc,
-    Spi1,
     Syscfg,
 }
 
 impl Block {
-    /// All of them.
+    /// All of them, by bus and bit.
+    #[rustfmt::skip]
     pub const ALL: [Self; 24] = [
-        Self::GpioA,
-        Self::GpioB,
-        Self::GpioC,
-        Self::GpioD,
-        Self::GpioE,
-        Self::GpioF,
-        Self::GpioG,
-        Self::GpioH,
-        Self::GpioI,
-        Self::Dma1,
-        Self::Dma2,
+        Self::Gpio(0), Self::Gpio(1), Self::Gpio(2), Self::Gpio(3), Self::Gpio(4),
+        Self::Gpio(5), Self::Gpio(6), Self::Gpio(7), Self::Gpio(8), Self::Dma(1), Self::Dma(2),
         Self::OtgFs,
-        Self::Tim2,
-        Self::Tim3,
-        Self::Tim4,
-        Self::Tim5,
-        Self::Spi2,
-        Self::Spi3,
-        Self::Usart2,
-        Self::Pwr,
-        Self::Tim1,
-        Self::Adc,
-        Self::Spi1,
-        Self::Syscfg,
+        Self::Timer(2), Self::Timer(3), Self::Timer(4), Self::Timer(5),
+        Self::Spi(2), Self::Spi(3), Self::Usart2, Self::Pwr,
+        Self::Timer(1), Self::Adc, Self::Spi(1), Self::Syscfg,
     ];
 
     /// Bus index (AHB1, AHB2, AHB3, APB1, APB2) and bit, the same in the reset
     /// and the enable register.
-    #[must_use]
     pub const fn place(self) -> (usize, u32) {
         match self {
-            Self::GpioA => (0, 0),
-            Self::GpioB => (0, 1),
-            Self::GpioC => (0, 2),
-            Self::GpioD => (0, 3),
-            Self::GpioE => (0, 4),
-            Self::GpioF => (0, 5),
-            Self::GpioG => (0, 6),
-            Self::GpioH => (0, 7),
-            Self::GpioI => (0, 8),
-            Self::Dma1 => (0, 21),
-            Self::Dma2 => (0, 22),
-            Self::OtgFs => (1, 7),
-            Self::Tim2 => (APB1, 0),
-            Self::Tim3 => (APB1, 1),
-            Self::Tim4 => (APB1, 2),
-            Self::Tim5 => (APB1, 3),
-            Self::Spi2 => (APB1, 14),
-            Self::Spi3 => (APB1, 15),
+            Self::Gpio(port) => (AHB1, port as u32),
+            Self::Dma(n) => (AHB1, 20 + n as u32),
+            Self::OtgFs => (AHB2, 7),
+            Self::Timer(1) => (APB2, 0),
+            Self::Timer(n) => (APB1, n as u32 - 2),
+            Self::Spi(1) => (APB2, 12),
+            Self::Spi(n) => (APB1, 12 + n as u32),
             Self::Usart2 => (APB1, 17),
             Self::Pwr => (APB1, 28),
-            Self::Tim1 => (APB2, 0),
             Self::Adc => (APB2, 8),
-            Self::Spi1 => (APB2, 12),
             Self::Syscfg => (APB2, 14),
         }
     }

@@ -18,7 +18,7 @@ pub use tree::HSI_HZ;
 
 use super::clock::{Clocks, cycles_in, rescale};
 use crate::chip::Cycle;
-use crate::chip::cpu::bus::Unmodelled;
+use crate::chip::cpu::bus::{Unmodelled, refuse};
 use tree::{Pll, Source};
 
 /// HSI start-up, 2.2 µs typical (DS8626, HSI oscillator characteristics).
@@ -119,7 +119,6 @@ pub struct Rcc {
 
 impl Rcc {
     /// At power-on, with a crystal of `hse_hz`, 4–26 MHz.
-    #[must_use]
     pub fn new(hse_hz: u32) -> Self {
         let clocks = Clocks {
             hclk_hz: HSI_HZ,
@@ -173,7 +172,6 @@ impl Rcc {
     }
 
     /// Present frequencies.
-    #[must_use]
     pub const fn clocks(&self) -> &Clocks {
         &self.clocks
     }
@@ -202,11 +200,10 @@ impl Rcc {
     pub fn is_enabled(&self, block: Block, at: Cycle) -> Result<bool, Unmodelled> {
         let (bus, bit) = block.place();
         let mask = 1 << bit;
-        if self.fresh[bus] & mask != 0 && at < self.settled[bus] {
-            return Err(Unmodelled(
-                "access right after its clock enable (ES0182, delay after clock enabling)",
-            ));
-        }
+        refuse(
+            self.fresh[bus] & mask != 0 && at < self.settled[bus],
+            "access right after its clock enable (ES0182, delay after clock enabling)",
+        )?;
         Ok(self.enables[bus] & !self.resets[bus] & mask != 0)
     }
 
@@ -217,7 +214,6 @@ impl Rcc {
 
     /// Level of NMI, which is also the break input of TIM1: clock security
     /// found HSE failed and CIR.CSSC was not written yet.
-    #[must_use]
     pub const fn nmi(&self) -> bool {
         self.cssf
     }
@@ -258,12 +254,11 @@ impl Rcc {
     }
 
     fn write_cr(&mut self, value: u32, at: Cycle) -> Result<(), Unmodelled> {
-        if value & !cr::KNOWN != 0 {
-            return Err(Unmodelled("RCC_CR: PLLI2S"));
-        }
-        if value & cr::HSITRIM != cr::RESET & cr::HSITRIM {
-            return Err(Unmodelled("RCC_CR: HSITRIM"));
-        }
+        refuse(value & !cr::KNOWN != 0, "RCC_CR: PLLI2S")?;
+        refuse(
+            value & cr::HSITRIM != cr::RESET & cr::HSITRIM,
+            "RCC_CR: HSITRIM",
+        )?;
         let in_use = self.in_use();
         // What drives the core cannot be switched off.
         let value = value & (cr::HSION | cr::HSEON | cr::HSEBYP | cr::CSSON | cr::PLLON) | in_use;
@@ -302,12 +297,10 @@ impl Rcc {
         } else {
             cr::HSIRDY
         };
-        if self.cr & ready == 0 {
-            return Err(Unmodelled(
-                "RCC: PLL switched on before its source is ready",
-            ));
-        }
-        Ok(())
+        refuse(
+            self.cr & ready == 0,
+            "RCC: PLL switched on before its source is ready",
+        )
     }
 
     /// On bits of CR that the core clock needs.
@@ -325,9 +318,10 @@ impl Rcc {
     }
 
     fn write_cfgr(&mut self, value: u32, at: Cycle) -> Result<(), Unmodelled> {
-        if value & !0x0000_FCF3 & !0xC != 0 {
-            return Err(Unmodelled("RCC_CFGR: MCO, I2SSRC or RTCPRE"));
-        }
+        refuse(
+            value & !0x0000_FCF3 & !0xC != 0,
+            "RCC_CFGR: MCO, I2SSRC or RTCPRE",
+        )?;
         self.cfgr = value & 0xFCF3;
         self.follow_switch(at)
     }

@@ -2,12 +2,8 @@
 
 use super::{APB1, APB2, CSSC, CSSF, LPENR_RESET, PLLCFGR_FIELDS, PLLCFGR_RESET, RMVF, Rcc};
 use super::{LSI_START_NS, cr};
-use crate::chip::Cycle;
-use crate::chip::cpu::Size;
-use crate::chip::cpu::bus::Unmodelled;
-use crate::chip::soc::Peripheral;
 use crate::chip::soc::clock::cycles_in;
-use crate::chip::soc::word::part;
+use crate::chip::soc::peripheral::{Cycle, Peripheral, Size, Unmodelled, part, refuse};
 
 const CSR: u32 = 0x74;
 const LSION: u32 = 1;
@@ -63,18 +59,14 @@ impl Rcc {
         if !self.backup_writable {
             return Ok(()); // section 5.1.2: write-protected, ignored
         }
-        if value & !BDRST != 0 {
-            return Err(Unmodelled("RCC_BDCR: LSE and RTC clock"));
-        }
+        refuse(value & !BDRST != 0, "RCC_BDCR: LSE and RTC clock")?;
         self.backup_reset |= value & !self.bdcr & BDRST != 0;
         self.bdcr = value;
         Ok(())
     }
 
     fn write_cir(&mut self, value: u32) -> Result<(), Unmodelled> {
-        if value & 0x3F00 != 0 {
-            return Err(Unmodelled("RCC_CIR: ready interrupts"));
-        }
+        refuse(value & 0x3F00 != 0, "RCC_CIR: ready interrupts")?;
         if value & CSSC != 0 {
             self.cssf = false;
         }
@@ -88,13 +80,8 @@ impl Peripheral for Rcc {
             0x00 => self.cr,
             0x04 => self.pllcfgr,
             0x08 => self.cfgr & !0xC | self.source.field() << 2,
-            0x0C => {
-                if self.cssf {
-                    CSSF
-                } else {
-                    0
-                }
-            }
+            0x0C if self.cssf => CSSF,
+            0x0C => 0,
             0x70 => self.bdcr,
             CSR => self.csr,
             // 0x8C is DCKCFGR on the F405's successors, and embassy-stm32 reads
@@ -117,27 +104,22 @@ impl Peripheral for Rcc {
     }
 
     fn write(&mut self, offset: u32, size: Size, value: u32, at: Cycle) -> Result<(), Unmodelled> {
-        if size != Size::Word {
-            return Err(Unmodelled("RCC: writes narrower than a word"));
-        }
+        refuse(size != Size::Word, "RCC: writes narrower than a word")?;
         match offset {
-            0x00 => self.write_cr(value, at),
-            0x04 if value & PLLCFGR_FIELDS == self.pllcfgr & PLLCFGR_FIELDS => Ok(()),
-            0x04 if self.cr & cr::PLLON != 0 => {
-                Err(Unmodelled("RCC_PLLCFGR: written while the PLL is on"))
-            }
+            0x00 => self.write_cr(value, at)?,
+            0x04 if value & PLLCFGR_FIELDS == self.pllcfgr & PLLCFGR_FIELDS => {}
             0x04 => {
+                refuse(
+                    self.cr & cr::PLLON != 0,
+                    "RCC_PLLCFGR: written while the PLL is on",
+                )?;
                 self.pllcfgr = value & PLLCFGR_FIELDS | PLLCFGR_RESET & !PLLCFGR_FIELDS;
-                Ok(())
             }
-            0x08 => self.write_cfgr(value, at),
-            0x0C => self.write_cir(value),
-            0x70 => self.write_bdcr(value),
-            CSR => {
-                self.write_csr(value, at);
-                Ok(())
-            }
-            0x80 | 0x8C if value == 0 => Ok(()),
+            0x08 => self.write_cfgr(value, at)?,
+            0x0C => self.write_cir(value)?,
+            0x70 => self.write_bdcr(value)?,
+            CSR => self.write_csr(value, at),
+            0x80 | 0x8C if value == 0 => {}
             register => {
                 if let Some(bus) = bus(register, 0x10) {
                     self.write_reset(bus, value);
@@ -148,9 +130,9 @@ impl Peripheral for Rcc {
                 } else {
                     return Err(Unmodelled("RCC register"));
                 }
-                Ok(())
             }
         }
+        Ok(())
     }
 
     fn advance(&mut self, to: Cycle) -> Result<(), Unmodelled> {

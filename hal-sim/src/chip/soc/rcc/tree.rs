@@ -1,6 +1,6 @@
 //! The clock tree: from oscillators to bus clocks (RM0090 figure 21).
 
-use crate::chip::cpu::bus::Unmodelled;
+use crate::chip::cpu::bus::{Unmodelled, refuse};
 use crate::chip::soc::clock::Clocks;
 
 /// HSI frequency, Hz (DS8626, HSI oscillator characteristics).
@@ -19,7 +19,6 @@ pub enum Source {
 
 impl Source {
     /// From the field SW or SWS; `None` for the value that is not allowed.
-    #[must_use]
     pub const fn from_field(bits: u32) -> Option<Self> {
         match bits & 3 {
             0 => Some(Self::Hsi),
@@ -30,7 +29,6 @@ impl Source {
     }
 
     /// The field SWS.
-    #[must_use]
     pub const fn field(self) -> u32 {
         self as u32
     }
@@ -56,19 +54,22 @@ impl Pll {
         let field = |shift: u32, width: u32| pllcfgr >> shift & ((1 << width) - 1);
         let (m, n, q) = (field(0, 6), field(6, 9), field(24, 4));
         let p = 2 * (field(16, 2) + 1);
-        if m < 2 || !(2..=432).contains(&n) || q < 2 {
-            return Err(Unmodelled("RCC: PLL divider out of range"));
-        }
+        refuse(
+            m < 2 || !(2..=432).contains(&n) || q < 2,
+            "RCC: PLL divider out of range",
+        )?;
         let from_hse = pllcfgr & 1 << 22 != 0;
         let input = if from_hse { hse_hz } else { HSI_HZ };
         // Compared without division: 1–2 MHz in, 100–432 MHz VCO.
-        if input < m * 1_000_000 || input > m * 2_000_000 {
-            return Err(Unmodelled("RCC: PLL input not 1-2 MHz"));
-        }
+        refuse(
+            input < m * 1_000_000 || input > m * 2_000_000,
+            "RCC: PLL input not 1-2 MHz",
+        )?;
         let vco = u64::from(input) * u64::from(n) / u64::from(m); // < 2^30: 2 MHz × 432
-        if !(100_000_000..=432_000_000).contains(&vco) {
-            return Err(Unmodelled("RCC: PLL VCO not 100-432 MHz"));
-        }
+        refuse(
+            !(100_000_000..=432_000_000).contains(&vco),
+            "RCC: PLL VCO not 100-432 MHz",
+        )?;
         Ok(Self {
             from_hse,
             p_hz: vco as u32 / p,
@@ -92,15 +93,9 @@ pub fn buses(sysclk_hz: u32, usb_hz: u32, cfgr: u32) -> Result<Clocks, Unmodelle
         timer2_hz: hclk_hz / if two == 1 { 1 } else { two / 2 },
         usb_hz,
     };
-    if clocks.hclk_hz > 168_000_000 {
-        return Err(Unmodelled("RCC: HCLK above 168 MHz"));
-    }
-    if clocks.pclk1_hz > 42_000_000 {
-        return Err(Unmodelled("RCC: APB1 above 42 MHz"));
-    }
-    if clocks.pclk2_hz > 84_000_000 {
-        return Err(Unmodelled("RCC: APB2 above 84 MHz"));
-    }
+    refuse(clocks.hclk_hz > 168_000_000, "RCC: HCLK above 168 MHz")?;
+    refuse(clocks.pclk1_hz > 42_000_000, "RCC: APB1 above 42 MHz")?;
+    refuse(clocks.pclk2_hz > 84_000_000, "RCC: APB2 above 84 MHz")?;
     Ok(clocks)
 }
 

@@ -27,7 +27,7 @@ impl Capture {
 
     /// Takes a filtered edge at or before `to`: its cycle, and whether it rose.
     #[inline]
-    pub(super) fn take(&mut self, to: Cycle) -> Option<(Cycle, bool)> {
+    pub(super) fn pop(&mut self, to: Cycle) -> Option<(Cycle, bool)> {
         let at = self.change.filter(|&at| at <= to)?;
         self.change = None;
         self.filtered = !self.filtered;

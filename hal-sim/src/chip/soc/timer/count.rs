@@ -2,7 +2,7 @@
 
 use super::{IN_FORCE, Mode, Timer, WRITTEN, bit};
 use crate::chip::Cycle;
-use crate::chip::cpu::bus::Unmodelled;
+use crate::chip::cpu::bus::{Unmodelled, refuse};
 
 /// Cycles of future counts: single ones, then an arithmetic sequence.
 #[derive(Clone, Debug, Default)]
@@ -38,7 +38,7 @@ impl Ticks {
 
     /// Takes the counts at cycles up to `to`; gives how many.
     #[inline]
-    fn take(&mut self, to: Cycle) -> u64 {
+    fn pop(&mut self, to: Cycle) -> u64 {
         let singles = self.single.iter().take_while(|&&c| c <= to).count();
         self.single.drain(..singles);
         if self.period == 0 || self.next > to {
@@ -103,7 +103,7 @@ impl Timer {
         if to <= self.seen {
             return Ok(());
         }
-        while let Some((at, rising)) = self.input.take(to) {
+        while let Some((at, rising)) = self.input.pop(to) {
             self.count_to(at)?;
             self.capture(rising);
         }
@@ -128,10 +128,11 @@ impl Timer {
             return Ok(());
         }
         let (trigger, armed) = (self.next_match(2), self.has_armed_trigger());
-        let n = self.ticks.take(to);
-        if self.count > self.arr[IN_FORCE] {
-            return Err(Unmodelled("a timer counting beyond its ARR"));
-        }
+        let n = self.ticks.pop(to);
+        refuse(
+            self.count > self.arr[IN_FORCE],
+            "a timer counting beyond its ARR",
+        )?;
         for channel in 0..4 {
             if self.is_input(channel)
                 || self

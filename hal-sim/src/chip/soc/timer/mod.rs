@@ -17,7 +17,9 @@ use crate::chip::Cycle;
 use crate::chip::cpu::bus::Unmodelled;
 use capture::Capture;
 use count::Ticks;
-pub use registers::{bit, offset};
+pub(crate) use registers::bit;
+#[cfg(test)]
+pub(crate) use registers::offset;
 
 /// Timer clocks from a trigger's edge, once sampled, to the count it causes.
 /// RM0090 18.3.3 shows a resynchronisation stage and no figure: assumed.
@@ -66,7 +68,6 @@ const IN_FORCE: usize = 1;
 
 impl Timer {
     /// Timer `number`, 1–5, as after reset, clocked by HCLK.
-    #[must_use]
     pub fn new(number: u8) -> Self {
         let top = if matches!(number, 2 | 5) {
             u32::MAX
@@ -122,14 +123,12 @@ impl Timer {
     }
 
     /// Levels of TIM1's lines: update, capture/compare.
-    #[must_use]
     pub const fn interrupt_parts(&self) -> [bool; 2] {
         let active = self.sr & self.dier & bit::INTERRUPTS;
         [active & bit::UIE != 0, active & !bit::UIE != 0]
     }
 
     /// Level of the interrupt line of TIM2–5.
-    #[must_use]
     #[inline]
     pub fn interrupt(&self) -> bool {
         self.sr & self.dier & bit::INTERRUPTS != 0
@@ -137,7 +136,6 @@ impl Timer {
 
     /// Earliest cycle at which the interrupt line or an armed trigger output
     /// may rise, should no register change.
-    #[must_use]
     pub fn next_event(&self) -> Cycle {
         let mut next = Cycle::MAX;
         let waiting = self.dier & !self.sr & bit::INTERRUPTS;
@@ -172,7 +170,6 @@ impl Timer {
     }
 
     /// Next cycle after `seen` at which the counter overflows.
-    #[must_use]
     pub fn next_update(&self) -> Cycle {
         let arr = u64::from(self.arr[IN_FORCE]);
         self.ticks.at(arr.saturating_sub(self.count.into()) + 1)
@@ -180,7 +177,6 @@ impl Timer {
 
     /// Next cycle after `seen` at which the counter becomes CCR of `channel`
     /// (0–3), whether or not anybody asked; never if it is an input.
-    #[must_use]
     pub fn next_match(&self, channel: usize) -> Cycle {
         match self.distance(self.ccr[channel]) {
             Some(distance) if !self.is_input(channel) => self.ticks.at(distance),
@@ -189,13 +185,11 @@ impl Timer {
     }
 
     /// HCLK cycles from one overflow to the next.
-    #[must_use]
     pub fn lap(&self) -> u64 {
         self.ticks.period() * (u64::from(self.arr[IN_FORCE]) + 1)
     }
 
     /// Whether the time base stays as it is without a register access.
-    #[must_use]
     pub fn is_steady(&self) -> bool {
         self.psc[WRITTEN] == self.psc[IN_FORCE]
             && self.arr[WRITTEN] == self.arr[IN_FORCE]
@@ -203,13 +197,11 @@ impl Timer {
     }
 
     /// DMA requests enabled: bit 0 update, bits 1–4 the channels.
-    #[must_use]
     pub const fn requests_enabled(&self) -> u32 {
         self.dier >> 8 & 0x1F
     }
 
     /// Level of TRGO for a slave that counts it: OCxREF, else low.
-    #[must_use]
     pub fn trigger_level(&self) -> bool {
         match self.cr2 >> 4 & 0b111 {
             mms @ 4..=7 => self.level(mms as usize - 4),
@@ -248,13 +240,11 @@ impl Timer {
     }
 
     /// Whether this timer counts edges of ITR0 (external clock mode 1).
-    #[must_use]
     pub const fn is_slave(&self) -> bool {
         self.smcr & 0b111 == 0b111
     }
 
     /// HCLK cycles of one timer clock.
-    #[must_use]
     pub const fn clock(&self) -> u64 {
         self.divider
     }

@@ -6,73 +6,41 @@ use crate::chip::cpu::Size;
 use crate::chip::cpu::bus::Unmodelled;
 
 /// Register offsets.
-pub mod offset {
-    /// Control 1.
-    pub const CR1: u32 = 0x00;
-    /// Control 2.
-    pub const CR2: u32 = 0x04;
-    /// Slave mode.
-    pub const SMCR: u32 = 0x08;
-    /// DMA and interrupt enable.
-    pub const DIER: u32 = 0x0C;
-    /// Status.
-    pub const SR: u32 = 0x10;
-    /// Event generation.
-    pub const EGR: u32 = 0x14;
-    /// Capture/compare mode 1.
-    pub const CCMR1: u32 = 0x18;
-    /// Capture/compare mode 2.
-    pub const CCMR2: u32 = 0x1C;
-    /// Capture/compare enable.
-    pub const CCER: u32 = 0x20;
-    /// Counter.
-    pub const CNT: u32 = 0x24;
-    /// Prescaler.
-    pub const PSC: u32 = 0x28;
-    /// Auto-reload.
-    pub const ARR: u32 = 0x2C;
-    /// Repetition counter (TIM1).
-    pub const RCR: u32 = 0x30;
-    /// Capture/compare 1.
-    pub const CCR1: u32 = 0x34;
-    /// Capture/compare 4.
-    pub const CCR4: u32 = 0x40;
-    /// Break and dead time (TIM1).
-    pub const BDTR: u32 = 0x44;
+pub(crate) mod offset {
+    pub const CR1: u32 = 0x00; // Control 1
+    pub const CR2: u32 = 0x04; // Control 2
+    pub const SMCR: u32 = 0x08; // Slave mode
+    pub const DIER: u32 = 0x0C; // DMA and interrupt enable
+    pub const SR: u32 = 0x10; // Status
+    pub const EGR: u32 = 0x14; // Event generation
+    pub const CCMR1: u32 = 0x18; // Capture/compare mode 1
+    pub const CCMR2: u32 = 0x1C; // Capture/compare mode 2
+    pub const CCER: u32 = 0x20; // Capture/compare enable
+    pub const CNT: u32 = 0x24; // Counter
+    pub const PSC: u32 = 0x28; // Prescaler
+    pub const ARR: u32 = 0x2C; // Auto-reload
+    pub const RCR: u32 = 0x30; // Repetition counter (TIM1)
+    pub const CCR1: u32 = 0x34; // Capture/compare 1
+    pub const CCR4: u32 = 0x40; // Capture/compare 4
+    pub const BDTR: u32 = 0x44; // Break and dead time (TIM1)
 }
 
 /// Register bits.
-pub mod bit {
-    /// CR1: counter enable.
-    pub const CEN: u32 = 1;
-    /// CR1: update disable.
-    pub const UDIS: u32 = 1 << 1;
-    /// CR1: update requests from overflow only.
-    pub const URS: u32 = 1 << 2;
-    /// CR1: one-pulse mode.
-    pub const OPM: u32 = 1 << 3;
-    /// CR1: auto-reload preload.
-    pub const ARPE: u32 = 1 << 7;
-    /// DIER: update interrupt.
-    pub const UIE: u32 = 1;
-    /// DIER: channel 1 interrupt; the others follow.
-    pub const CC1IE: u32 = 1 << 1;
-    /// DIER: update DMA request; the channels follow.
-    pub const UDE: u32 = 1 << 8;
-    /// DIER and SR: update and channels 1–4.
-    pub const INTERRUPTS: u32 = 0x1F;
-    /// SR: update.
-    pub const UIF: u32 = 1;
-    /// SR: channel 1; the others follow.
-    pub const CC1IF: u32 = 1 << 1;
-    /// SR: channel 1 overcapture.
-    pub const CC1OF: u32 = 1 << 9;
-    /// EGR: update.
-    pub const UG: u32 = 1;
-    /// CCER: channel 1 enable.
-    pub const CC1E: u32 = 1;
-    /// CCER: channel 1 polarity.
-    pub const CC1P: u32 = 1 << 1;
+pub(crate) mod bit {
+    pub const CEN: u32 = 1; // CR1: counter enable
+    pub const UDIS: u32 = 1 << 1; // CR1: update disable
+    pub const URS: u32 = 1 << 2; // CR1: update requests from overflow only
+    pub const OPM: u32 = 1 << 3; // CR1: one-pulse mode
+    pub const ARPE: u32 = 1 << 7; // CR1: auto-reload preload
+    pub const UIE: u32 = 1; // DIER: update interrupt
+    pub const CC1IE: u32 = 1 << 1; // DIER: channel 1 interrupt; the others follow
+    pub const INTERRUPTS: u32 = 0x1F; // DIER and SR: update and channels 1–4
+    pub const UIF: u32 = 1; // SR: update
+    pub const CC1IF: u32 = 1 << 1; // SR: channel 1; the others follow
+    pub const CC1OF: u32 = 1 << 9; // SR: channel 1 overcapture
+    pub const UG: u32 = 1; // EGR: update
+    pub const CC1E: u32 = 1; // CCER: channel 1 enable
+    pub const CC1P: u32 = 1 << 1; // CCER: channel 1 polarity
 }
 
 /// CCMR bits that must be 0: OCxCE, OCxPE, OCxFE.

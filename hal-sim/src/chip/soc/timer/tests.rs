@@ -271,7 +271,7 @@ fn what_nobody_models_is_refused() {
     assert!(refused(3, reg::CR1, 1 << 4), "down-counting");
     assert!(refused(3, reg::SMCR, 7), "an ITR other than TIM2's 0");
     assert!(refused(2, reg::SMCR, 4), "reset mode");
-    assert!(refused(2, reg::DIER, bit::UDE), "DMA of TIM2");
+    assert!(refused(2, reg::DIER, 1 << 8), "DMA of TIM2");
     assert!(refused(3, reg::RCR, 0), "no such register");
     assert!(refused(1, reg::RCR, 1));
     assert!(refused(1, reg::BDTR, 1 << 15));

@@ -118,10 +118,8 @@ fn a_device_that_never_answers_a_request_is_too_slow() {
     board.mute = true;
     board.run(board.now + 6_000 * MS);
     let failure = board.host.failure();
-    assert_eq!(
-        failure,
-        Some(Failure::Slow("GET_DESCRIPTOR device, 8 bytes"))
-    );
+    let expected = Some(Failure::Slow("GET_DESCRIPTOR device, 8 bytes"));
+    assert_eq!(failure, expected);
 }
 
 /// What pulls D+ up without asking for VBUS is seen from the plug on.

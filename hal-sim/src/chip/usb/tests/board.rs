@@ -140,17 +140,17 @@ impl Board {
             }
             self.wakes += 1;
             self.now = self.now.max(next);
-            self.settle();
+            self.complete();
             if self.thread_at <= self.now {
                 self.thread_at = Cycle::MAX;
                 self.thread();
             }
         }
         self.now = self.now.max(to);
-        self.settle();
+        self.complete();
     }
 
-    fn settle(&mut self) {
+    fn complete(&mut self) {
         self.otg.advance(self.now).unwrap();
         self.host.advance(self.now, &mut self.otg);
     }

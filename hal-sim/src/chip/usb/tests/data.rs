@@ -185,10 +185,8 @@ fn an_idle_bus_costs_nothing() {
     let (wakes, frame) = (board.wakes, board.host.frame(board.now).unwrap());
     board.run(board.now + 1_000 * MS);
     assert_eq!(board.wakes, wakes);
-    assert_eq!(
-        board.host.frame(board.now).unwrap(),
-        (frame + 1_000) % 2_048
-    );
+    let expected = (frame + 1_000) % 2_048;
+    assert_eq!(board.host.frame(board.now).unwrap(), expected);
     assert_eq!(board.read(0x808) >> 8, (u32::from(frame) + 1_000) % 2_048);
 }
 

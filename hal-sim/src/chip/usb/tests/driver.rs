@@ -71,7 +71,7 @@ impl Board {
             self.write(0x018, 1 << 18 | 1 << 19 | 1 << 4);
         }
         while self.read(0x014) & 1 << 4 != 0 {
-            self.take_entry();
+            self.pop_entry();
         }
         if status & 1 << 18 != 0 {
             self.clear_endpoints(0x900, 0);
@@ -93,7 +93,7 @@ impl Board {
         }
     }
 
-    fn take_entry(&mut self) {
+    fn pop_entry(&mut self) {
         let word = self.read(0x020);
         let endpoint = (word & 0xF) as usize;
         let length = (word >> 4 & 0x7FF) as usize;

@@ -2,6 +2,5 @@
 
 mod attachment;
 mod board;
-mod cost;
 mod data;
 mod driver;

@@ -19,10 +19,8 @@ fn the_frame_is_what_the_manual_draws() {
     let words: Vec<u32> = (0..8).filter_map(|n| bus.word(frame + 4 * n)).collect();
     // ITSTATE 7:2 in bits 15:10, 1:0 in 26:25; T.
     let xpsr = 0xA80A_0000 | 0b10_1001 << 10 | 0b10 << 25 | 1 << 24;
-    assert_eq!(
-        words,
-        [0x100, 0x101, 0x102, 0x103, 0x10C, 0x0800_1235, MAIN, xpsr]
-    );
+    let expected = [0x100, 0x101, 0x102, 0x103, 0x10C, 0x0800_1235, MAIN, xpsr];
+    assert_eq!(words, expected);
     assert_eq!(cpu.registers.r[14], 0xFFFF_FFF9);
     assert_eq!(cpu.registers.r[15], handler(19));
     assert_eq!((cpu.registers.exception, cpu.registers.it), (19, 0));
@@ -37,16 +35,11 @@ fn the_frame_is_what_the_manual_draws() {
     assert_eq!(cpu.registers.r[..4], before.0[..4]);
     assert_eq!(cpu.registers.r[4..12], [7; 8]);
     assert_eq!(cpu.registers.r[12], 0x10C);
-    assert_eq!(
-        cpu.registers.r[13..],
-        [STACK, 0x0800_1235, MAIN],
-        "SP, LR, PC"
-    );
+    let expected = [STACK, 0x0800_1235, MAIN];
+    assert_eq!(cpu.registers.r[13..], expected, "SP, LR, PC");
     assert_eq!(cpu.registers.apsr, before.1);
-    assert_eq!(
-        (cpu.registers.it, cpu.registers.exception),
-        (0b1010_0110, 0)
-    );
+    let expected = (0b1010_0110, 0);
+    assert_eq!((cpu.registers.it, cpu.registers.exception), expected);
 }
 
 #[test]
@@ -109,9 +102,10 @@ fn wait_states_of_the_stack_delay_and_those_of_code_hide_behind_it() {
         bus.ram_wait = ram_wait;
         bus.line_wait = line_wait;
         pend(&mut cpu, 0, 0);
+        let expected = Some(cycles);
         assert_eq!(
             take(&mut cpu, &mut bus),
-            Some(cycles),
+            expected,
             "{ram_wait}, {line_wait}"
         );
     }

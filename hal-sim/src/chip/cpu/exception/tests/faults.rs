@@ -189,8 +189,8 @@ fn a_reset_request_reaches_the_bus() {
 
 #[test]
 fn without_a_vector_table_there_is_no_reset() {
-    let mut bus = Flat::new();
-    let mut cpu = Cpu::new();
+    let mut bus = Flat::default();
+    let mut cpu = Cpu::default();
     let none = Stop::Outside {
         pc: 0,
         what: "no vector table at address 0",
@@ -228,11 +228,8 @@ fn without_the_write_buffer_the_store_itself_faults() {
     code(&mut bus, MAIN, &STORE_TO_NOWHERE);
     assert_eq!(run(&mut cpu, &mut bus, 10), Ok(()));
     assert_eq!(cpu.registers.exception, number::BUS_FAULT);
-    assert_eq!(
-        get(&mut cpu, CFSR),
-        1 << 9 | 1 << 15,
-        "PRECISERR, BFARVALID"
-    );
+    let expected = 1 << 9 | 1 << 15;
+    assert_eq!(get(&mut cpu, CFSR), expected, "PRECISERR, BFARVALID");
     assert_eq!(get(&mut cpu, 0xE000_ED38), 0x3000_0000);
     assert_eq!(bus.word(STACK - 8), Some(MAIN + 4), "the store");
 }

@@ -24,7 +24,7 @@ const fn handler(number: u16) -> u32 {
 /// A core after reset with all lines enabled, handlers that return at once,
 /// and a main program that goes nowhere.
 fn machine() -> (Cpu, Flat) {
-    let mut bus = Flat::new();
+    let mut bus = Flat::default();
     let mut table = vec![STACK, MAIN | 1];
     table.extend((2..98).map(|number| handler(number) | 1));
     for (index, word) in (0..).zip(table) {
@@ -34,7 +34,7 @@ fn machine() -> (Cpu, Flat) {
     for number in 2..98 {
         code(&mut bus, handler(number), &[0x4770]); // bx lr
     }
-    let mut cpu = Cpu::new();
+    let mut cpu = Cpu::default();
     assert_eq!(cpu.reset(&mut bus), Ok(()));
     for word in 0..3 {
         set(&mut cpu, 0xE000_E100 + 4 * word, u32::MAX);

@@ -186,10 +186,8 @@ fn soak(seed: u32) -> u32 {
 
     let [now, then] = [&cpu.registers, &alone.registers];
     assert_eq!(now.r, then.r, "seed {seed}");
-    assert_eq!(
-        (now.apsr, now.s, now.fpscr),
-        (then.apsr, then.s, then.fpscr)
-    );
+    let expected = (then.apsr, then.s, then.fpscr);
+    assert_eq!((now.apsr, now.s, now.fpscr), expected);
     assert_eq!((now.control, now.exception, now.it), (then.control, 0, 0));
     assert_eq!(cpu.system.active().count(), 0);
     let count = |number: u32| bus.flat.word(0x2000_8000 + 4 * number).unwrap_or(0);
@@ -201,21 +199,4 @@ fn soak(seed: u32) -> u32 {
         assert!(latency.worst >= 12);
     }
     (15..22).map(count).sum()
-}
-
-/// `cargo test --release -p hal-sim --lib exceptions_per_second -- --ignored --nocapture`
-#[test]
-#[ignore = "a measurement"]
-fn exceptions_per_second() {
-    let (mut cpu, mut bus) = machine();
-    set(&mut cpu, 0xE000_E014, 99);
-    set(&mut cpu, 0xE000_E010, 0b111);
-    let begin = std::time::Instant::now();
-    assert_eq!(run(&mut cpu, &mut bus, 100_000_000), Ok(()));
-    let seconds = begin.elapsed().as_secs_f64();
-    let count: u64 = cpu.system.latencies.entered().map(|(_, l)| l.count).sum();
-    println!(
-        "{:.2} million exceptions a second",
-        count as f64 / seconds / 1e6
-    );
 }

@@ -86,10 +86,8 @@ fn pop_of_pc_returns() {
     let mut machine = Machine::new(&[0xBD11] /* pop {r0,r4,pc} */).with(&[(13, RAM)]);
     machine.poke(RAM, &[1, 2, CODE + 0x101]);
     machine.steps(1);
-    assert_eq!(
-        [0, 4, 13, 15].map(|n| machine.r(n)),
-        [1, 2, RAM + 12, CODE + 0x100]
-    );
+    let expected = [1, 2, RAM + 12, CODE + 0x100];
+    assert_eq!([0, 4, 13, 15].map(|n| machine.r(n)), expected);
 }
 
 #[test]

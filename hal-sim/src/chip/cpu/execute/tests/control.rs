@@ -17,10 +17,8 @@ fn enable(machine: &mut Machine, n: u32) {
 fn special_registers_are_moved() {
     let code = &[0xF380, 0x8811, 0xF3EF, 0x8111, 0xB672, 0xF3EF, 0x8210, 0xB662, 0xF3EF, 0x8310, 0xF384, 0x8800, 0xF3EF, 0x8500] /* msr basepri,r0; mrs r1,basepri; cpsid i; mrs r2,primask; cpsie i; mrs r3,primask; msr apsr_nzcvq,r4; mrs r5,apsr */;
     let machine = run(code, 8, &[(0, 0x45), (4, 0xF800_0000)]);
-    assert_eq!(
-        [1, 2, 3, 5].map(|n| machine.r(n)),
-        [0x40, 1, 0, 0xF800_0000]
-    );
+    let expected = [0x40, 1, 0, 0xF800_0000];
+    assert_eq!([1, 2, 3, 5].map(|n| machine.r(n)), expected);
 }
 
 #[test]

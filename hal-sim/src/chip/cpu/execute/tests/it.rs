@@ -20,10 +20,8 @@ fn sixteen_bit_instructions_leave_the_flags_alone() {
     let mut machine = Machine::new(code).with(&[(0, 0xFFFF_FFFF), (1, 1)]);
     machine.cpu.registers.apsr = 0xB << 28;
     machine.steps(5);
-    assert_eq!(
-        (machine.r(0), machine.cpu.registers.apsr),
-        (0xFFFF_FFFF, 0xB << 28)
-    );
+    let expected = (0xFFFF_FFFF, 0xB << 28);
+    assert_eq!((machine.r(0), machine.cpu.registers.apsr), expected);
     machine.steps(1);
     assert_eq!(machine.cpu.registers.apsr, 0x7 << 28);
 }

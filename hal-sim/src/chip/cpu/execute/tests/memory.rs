@@ -60,11 +60,8 @@ fn single_loads_extend_and_move_the_base() {
         (&[0xF851, 0x0E08] /* ldrt r0,[r1,#8] */, 0x1112_1314, 4),
     ] {
         let machine = one(code);
-        assert_eq!(
-            (machine.r(0), machine.r(1)),
-            (r0, RAM + base),
-            "{code:04X?}"
-        );
+        let expected = (r0, RAM + base);
+        assert_eq!((machine.r(0), machine.r(1)), expected, "{code:04X?}");
     }
 }
 
@@ -92,9 +89,10 @@ fn single_stores_write_their_bytes_only() {
         ),
     ] {
         let machine = one(code);
+        let expected = (word, RAM + base);
         assert_eq!(
             (machine.word(RAM + 4), machine.r(1)),
-            (word, RAM + base),
+            expected,
             "{code:04X?}"
         );
     }
@@ -122,20 +120,16 @@ fn doubles_take_two_words() {
     assert_eq!((machine.r(2), machine.r(3)), (WORDS[2], WORDS[3]));
     assert_eq!(machine.r(1), RAM + 8);
     let machine = one(&[0xE861, 0x2002] /* strd r2,r0,[r1],#-8 */);
-    assert_eq!(
-        (machine.word(RAM + 4), machine.word(RAM + 8)),
-        (2, 0xA1A2_A3A4)
-    );
+    let expected = (2, 0xA1A2_A3A4);
+    assert_eq!((machine.word(RAM + 4), machine.word(RAM + 8)), expected);
     assert_eq!(machine.r(1), RAM - 4);
 }
 
 #[test]
 fn multiples_go_up_from_the_lowest_address() {
     let machine = one(&[0xC92C] /* ldm r1!,{r2,r3,r5} */);
-    assert_eq!(
-        [2, 3, 5].map(|n| machine.r(n)),
-        [WORDS[1], WORDS[2], WORDS[3]]
-    );
+    let expected = [WORDS[1], WORDS[2], WORDS[3]];
+    assert_eq!([2, 3, 5].map(|n| machine.r(n)), expected);
     assert_eq!(machine.r(1), RAM + 16);
     let machine = one(&[0xC906] /* ldm r1,{r1,r2} */);
     assert_eq!([1, 2].map(|n| machine.r(n)), [WORDS[1], WORDS[2]]);
@@ -146,10 +140,8 @@ fn multiples_go_up_from_the_lowest_address() {
         Machine::new(&[0xE931, 0x0104] /* ldmdb r1!,{r2,r8} */).with(&[(1, RAM + 12)]);
     machine.poke(RAM, WORDS);
     machine.steps(1);
-    assert_eq!(
-        [2, 8, 1].map(|n| machine.r(n)),
-        [WORDS[1], WORDS[2], RAM + 4]
-    );
+    let expected = [WORDS[1], WORDS[2], RAM + 4];
+    assert_eq!([2, 8, 1].map(|n| machine.r(n)), expected);
     let mut machine = Machine::new(&[0xE901, 0x4104] /* stmdb r1,{r2,r8,lr} */);
     machine = machine.with(&[(1, RAM + 12), (2, 22), (8, 88), (14, 14)]);
     machine.steps(1);
@@ -245,9 +237,10 @@ fn ccr_can_forbid_all_unaligned_accesses() {
             .is_ok()
     );
     machine.steps(1);
+    let expected = (3, 1 << 24);
     assert_eq!(
         (machine.cpu.registers.exception, cfsr(&mut machine)),
-        (3, 1 << 24)
+        expected
     );
 }
 

@@ -28,7 +28,7 @@ impl Machine {
     /// RAM. A vector table at 0x800_8000 with all handlers at 0x800_9000, which
     /// holds an endless loop.
     pub fn new(code: &[u16]) -> Self {
-        let mut bus = Flat::new();
+        let mut bus = Flat::default();
         assert!(bus.load(CODE, &bytes(code)));
         let vectors: Vec<u8> = [0x0800_9001u32; 128]
             .iter()
@@ -36,7 +36,7 @@ impl Machine {
             .collect();
         assert!(bus.load(CODE + 0x8000, &vectors));
         assert!(bus.load(CODE + 0x9000, &bytes(&[0xE7FE])));
-        let mut cpu = Cpu::new();
+        let mut cpu = Cpu::default();
         cpu.system
             .write(0xE000_ED08, super::Size::Word, CODE + 0x8000, 0)
             .expect("VTOR is modelled");

@@ -4,6 +4,7 @@ use super::super::System;
 use super::{read, read_at, write, write_at};
 use crate::chip::cpu::Size;
 use crate::chip::cpu::bus::Unmodelled;
+use crate::chip::cpu::system::{actlr, ccr};
 use crate::chip::cpu::{Fault, Registers};
 
 #[test]
@@ -78,10 +79,8 @@ fn system_priorities_by_word_and_byte() {
 fn icsr_pends_and_shows() {
     let mut system = System::default();
     write(&mut system, 0xE000_ED04, 1 << 28 | 1 << 26 | 1 << 31);
-    assert_eq!(
-        read(&mut system, 0xE000_ED04),
-        1 << 31 | 1 << 28 | 1 << 26 | 1 << 11 | 2 << 12
-    );
+    let expected = 1 << 31 | 1 << 28 | 1 << 26 | 1 << 11 | 2 << 12;
+    assert_eq!(read(&mut system, 0xE000_ED04), expected);
     write(&mut system, 0xE000_ED04, 1 << 27 | 1 << 25);
     system.nvic.activate(2);
     assert_eq!(
@@ -107,9 +106,10 @@ fn aircr_needs_its_key() {
     write_at(&mut system, 0xE000_ED0C, 0x05FA_0304, 77);
     assert_eq!(read(&mut system, 0xE000_ED0C), 0xFA05_0300);
     assert_eq!(system.scb.reset_request, Some(77));
+    let expected = Err(Unmodelled("SCB_AIRCR.VECTRESET or VECTCLRACTIVE"));
     assert_eq!(
         system.write(0xE000_ED0C, Size::Word, 0x05FA_0001, 0),
-        Err(Unmodelled("SCB_AIRCR.VECTRESET or VECTCLRACTIVE"))
+        expected
     );
 }
 
@@ -185,33 +185,32 @@ fn auxiliary_control_has_its_five_bits() {
     let mut system = System::default();
     write(&mut system, 0xE000_E008, u32::MAX);
     assert_eq!(read(&mut system, 0xE000_E008), 0b11_0000_0111);
-    for (bit, expected) in [
-        (0, [true, false, false, false, false]),
-        (1, [false, true, false, false, false]),
-        (2, [false, false, true, false, false]),
-        (8, [false, false, false, true, false]),
-        (9, [false, false, false, false, true]),
-    ] {
+    let bits = [
+        (0, actlr::MULTI_CYCLE_INTERRUPTION),
+        (1, actlr::WRITE_BUFFER),
+        (2, actlr::FOLDING),
+        (8, actlr::FPCA),
+        (9, actlr::OUT_OF_ORDER_FP),
+    ];
+    for (bit, own) in bits {
         write(&mut system, 0xE000_E008, 1 << bit);
-        let disables = [
-            system.disables_multi_cycle_interruption(),
-            system.disables_write_buffer(),
-            system.disables_folding(),
-            system.disables_fpca(),
-            system.disables_out_of_order_fp(),
-        ];
-        assert_eq!(disables, expected, "bit {bit}");
+        for (_, other) in bits {
+            assert_eq!(system.disables(other), other == own, "bit {bit}");
+        }
     }
 }
 
 #[test]
 fn traps_are_as_ccr_says() {
     let mut system = System::default();
-    assert!(!system.unaligned_traps() && !system.divide_by_zero_traps());
+    let traps = |system: &System| {
+        [ccr::UNALIGNED_TRAP, ccr::DIVIDE_BY_ZERO_TRAP].map(|trap| system.is_configured(trap))
+    };
+    assert_eq!(traps(&system), [false, false]);
     write(&mut system, 0xE000_ED14, 1 << 3);
-    assert!(system.unaligned_traps() && !system.divide_by_zero_traps());
+    assert_eq!(traps(&system), [true, false]);
     write(&mut system, 0xE000_ED14, 1 << 4);
-    assert!(!system.unaligned_traps() && system.divide_by_zero_traps());
+    assert_eq!(traps(&system), [false, true]);
 }
 
 #[test]

@@ -98,10 +98,8 @@ fn a_request_before_the_word_is_gone_waits_for_it() {
         assert_eq!(scene.playback.transfers(), 3);
         assert_eq!(scene.flags()[1] >> 16 & FEIF, flag, "{second}");
         // The second read: grant, address, change of master, access.
-        assert_eq!(
-            scene.playback.ports[PERIPHERAL].free - overflow,
-            granted + 4
-        );
+        let expected = granted + 4;
+        assert_eq!(scene.playback.ports[PERIPHERAL].free - overflow, expected);
     }
 }
 
@@ -185,10 +183,8 @@ fn what_a_preload_would_do_to_requests_is_refused() {
     } = &mut scene;
     let size = crate::chip::cpu::Size::Word;
     let refused = playback.write(Block::Timer(1), tim::PSC, size, 3, *at, ram);
-    assert_eq!(
-        refused,
-        Err(Unmodelled("a preload of TIM1 while it asks for DMA"))
-    );
+    let expected = Err(Unmodelled("a preload of TIM1 while it asks for DMA"));
+    assert_eq!(refused, expected);
 }
 
 fn streams() -> impl Strategy<Value = Vec<(usize, u32, u32, u32)>> {

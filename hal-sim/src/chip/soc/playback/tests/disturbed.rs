@@ -138,10 +138,8 @@ fn the_trigger_input_is_captured_in_device_time() {
     scene.sleep(first + 50 * US);
     let edge = first + 100 * US + 80;
     let Scene { playback, ram, .. } = &mut scene;
-    assert_eq!(
-        playback.drive(0, 15, Level::High, edge, ram),
-        Ok(Some(true))
-    );
+    let expected = Ok(Some(true));
+    assert_eq!(playback.drive(0, 15, Level::High, edge, ram), expected);
     scene.sleep(edge + 200);
     assert_eq!(scene.read(Block::Timer(2), tim::SR) & 2, 2);
     assert_eq!(scene.read(Block::Timer(2), tim::CCR1), 100);

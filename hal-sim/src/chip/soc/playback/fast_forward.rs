@@ -33,7 +33,7 @@ impl Port {
 impl Playback {
     /// Does transfers that end before `end` as long as they are alone.
     #[inline]
-    pub(super) fn rush(&mut self, end: Cycle, ram: &mut Ram) -> Result<(), Unmodelled> {
+    pub(super) fn fast_forward(&mut self, end: Cycle, ram: &mut Ram) -> Result<(), Unmodelled> {
         let (at, _) = self.requests.next();
         if at.saturating_add(SPAN) > end || !self.is_quiet_at(at) {
             return Ok(());
@@ -75,10 +75,10 @@ impl Playback {
             return Ok(None);
         }
         self.requests.pass();
-        let item = self.matrix.take(far, MASTERS[PERIPHERAL], at + GRANT);
+        let item = self.matrix.grant(far, MASTERS[PERIPHERAL], at + GRANT);
         self.ports[PERIPHERAL].free = item;
         self.move_item(index, item, ram)?;
-        let word = self.matrix.take(near, MASTERS[MEMORY], item + GRANT);
+        let word = self.matrix.grant(near, MASTERS[MEMORY], item + GRANT);
         self.ports[MEMORY].free = word;
         self.move_word(index, word, ram)?;
         Ok(Some(Transfer {
