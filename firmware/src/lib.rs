@@ -2,24 +2,25 @@
 //!
 //! Bytes, samples and time come in; port words, DAC codes and bytes go out.
 //! The rooms, top of the data's way first: `link` → `device` → `haptics` →
-//! `control`, `muscle` → `safety` → `pulse`; `units` and `division` serve all.
-//! `board` exists only on a target and holds registers, nothing else. `bench`
-//! runs each algorithm for its cycles and results; `methods` are the
-//! alternatives to what is used.
+//! `control`, `muscle` → `safety` → `pulse`; `units`, `range` and `arithmetic`
+//! serve all. `board` exists only on a target and holds registers, nothing else.
+//! `lockstep` runs the device in virtual time, for simulators. `bench` runs each
+//! algorithm for its cycles and results.
 #![no_std]
 #![deny(unsafe_code)]
 
+pub mod arithmetic;
 pub mod bench;
 #[cfg(target_os = "none")]
 pub mod board;
 pub mod control;
 pub mod device;
-mod division;
 pub mod haptics;
 pub mod link;
-pub mod methods;
+pub mod lockstep;
 pub mod muscle;
 pub mod pulse;
+pub mod range;
 pub mod safety;
 pub mod units;
 

@@ -5,6 +5,7 @@
 //! acknowledgements must be exact; what a filter or a control law works on is
 //! binary fixed point from the `fixed` crate.
 
+use core::ops::{Add, Sub};
 use fixed::types::I16F16;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -13,6 +14,16 @@ use serde::{Deserialize, Serialize};
 ///
 /// Two instants can be compared when they are less than 2^31 µs (35.8 min)
 /// apart; every schedule, timeout and staleness check here is far shorter.
+///
+/// ```
+/// use firmware::units::Micros;
+///
+/// let before = Micros(u32::MAX - 9); // the clock wraps in 10 µs
+/// let after = before.plus(25);
+/// assert_eq!(after, Micros(15));
+/// assert!(after.has_reached(before));
+/// assert_eq!(after.since(before), 25);
+/// ```
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize, Schema)]
 pub struct Micros(pub u32);
 
@@ -79,9 +90,64 @@ impl Amplitude {
 )]
 pub struct DacCode(pub u16);
 
-/// A joint angle in degrees, flexion positive. Q15.16: ±32768°, 1.5e-5°.
-#[derive(Clone, Copy, PartialEq, PartialOrd, Debug, Default)]
-pub struct Angle(pub I16F16);
+/// Quantities in Q15.16 with the operators that are sound: sums and differences of
+/// the same quantity, which saturate.
+macro_rules! quantities {
+    ($($(#[$doc:meta])* $name:ident;)*) => {$(
+        $(#[$doc])*
+        #[derive(Clone, Copy, PartialEq, PartialOrd, Debug, Default)]
+        pub struct $name(I16F16);
+
+        impl $name {
+            /// From its number, in its unit.
+            #[must_use]
+            pub const fn new(number: I16F16) -> Self {
+                Self(number)
+            }
+
+            /// Its number, in its unit.
+            #[must_use]
+            pub const fn get(self) -> I16F16 {
+                self.0
+            }
+        }
+
+        impl Add for $name {
+            type Output = Self;
+            #[inline]
+            fn add(self, other: Self) -> Self {
+                Self(self.0.saturating_add(other.0))
+            }
+        }
+
+        impl Sub for $name {
+            type Output = Self;
+            #[inline]
+            fn sub(self, other: Self) -> Self {
+                Self(self.0.saturating_sub(other.0))
+            }
+        }
+    )*};
+}
+
+quantities! {
+    /// A joint angle in degrees, flexion positive. Q15.16: ±32768°, 1.5e-5°.
+    ///
+    /// ```
+    /// use firmware::units::Angle;
+    ///
+    /// let (bent, straight) = (Angle::from_centideg(9_050), Angle::from_centideg(-50));
+    /// assert_eq!((bent - straight).to_centideg(), 9_100);
+    /// assert_eq!(bent.to_millideg(), 90_500);
+    /// ```
+    Angle;
+    /// An angular rate in degrees per second. Q15.16: ±32768 °/s, 1.5e-5 °/s.
+    AngularRate;
+    /// A force in newtons. Q15.16: ±32768 N, 1.5e-5 N.
+    Force;
+    /// A change of force in newtons per second. Q15.16: ±32768 N/s, 1.5e-5 N/s.
+    ForceRate;
+}
 
 impl Angle {
     /// From hundredths of a degree, the link's unit. Exact to half an LSB.
@@ -117,14 +183,6 @@ impl Angle {
     }
 }
 
-/// An angular rate in degrees per second. Q15.16: ±32768 °/s, 1.5e-5 °/s.
-#[derive(Clone, Copy, PartialEq, PartialOrd, Debug, Default)]
-pub struct AngularRate(pub I16F16);
-
-/// A force in newtons. Q15.16: ±32768 N, 1.5e-5 N.
-#[derive(Clone, Copy, PartialEq, PartialOrd, Debug, Default)]
-pub struct Force(pub I16F16);
-
 impl Force {
     /// From millinewtons, rounded down, saturating at 32,767 N.
     #[must_use]
@@ -149,34 +207,6 @@ impl Force {
     pub fn to_millinewton(self) -> u32 {
         // At most 2^31 · 1000 / 2^16.
         ((u64::from(self.0.to_bits().max(0).cast_unsigned()) * 1000) >> 16) as u32
-    }
-}
-
-/// A change of force in newtons per second. Q15.16: ±32768 N/s, 1.5e-5 N/s.
-#[derive(Clone, Copy, PartialEq, PartialOrd, Debug, Default)]
-pub struct ForceRate(pub I16F16);
-
-/// A value outside its allowed range, by the field's name on the link.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct OutOfRange {
-    /// The field as docs/protocol.md names it, unit included.
-    pub field: &'static str,
-    /// Smallest allowed value, in the field's unit.
-    pub min: i32,
-    /// Largest allowed value, in the field's unit.
-    pub max: i32,
-}
-
-impl OutOfRange {
-    /// Checks `min <= value <= max`.
-    ///
-    /// # Errors
-    /// The field and its range when the value lies outside.
-    pub const fn check(field: &'static str, value: i64, min: i32, max: i32) -> Result<(), Self> {
-        if value < min as i64 || value > max as i64 {
-            return Err(Self { field, min, max });
-        }
-        Ok(())
     }
 }
 

@@ -1,6 +1,7 @@
 //! The nominal wearer's inverse against the same model in floating point.
 
-use firmware::control::{FeedForward, SpecError, SpecField, WearerModel};
+use firmware::control::{FeedForward, WearerModel};
+use firmware::range::Range;
 use firmware::units::{Angle, AngularRate};
 use fixed::types::I16F16;
 use proptest::prelude::*;
@@ -43,9 +44,9 @@ fn exact(m: &WearerModel, (low, high): (f64, f64), deg: f64, deg_per_s: f64) -> 
 fn fixed(m: &WearerModel, range: (f64, f64), deg: f64, rate: f64) -> f64 {
     let mdeg = |deg: f64| (deg * 1e3) as i32;
     let inverse = FeedForward::new(m, mdeg(range.0), mdeg(range.1)).unwrap();
-    let angle = Angle(I16F16::from_num(deg));
+    let angle = Angle::new(I16F16::from_num(deg));
     inverse
-        .effort(angle, AngularRate(I16F16::from_num(rate)))
+        .effort(angle, AngularRate::new(I16F16::from_num(rate)))
         .to_num()
 }
 
@@ -67,33 +68,23 @@ fn it_is_the_models_inverse() {
 #[test]
 fn each_field_is_named() {
     type Change = fn(&mut WearerModel);
-    let cases: [(SpecField, i32, i32, Change); 8] = [
-        (SpecField::Rest, -180_000, 180_000, |m| {
-            m.rest_mdeg = 180_001
-        }),
-        (SpecField::Stiffness, 0, 50_000_000, |m| {
-            m.stiffness_unm_per_rad = 50_000_001;
-        }),
-        (SpecField::Damping, 0, 5_000_000, |m| {
-            m.damping_unm_s_per_rad = u32::MAX;
-        }),
-        (SpecField::Flexion, 1_000, 200_000_000, |m| {
-            m.flexion_unm = 0
-        }),
-        (SpecField::Extension, 1_000, 200_000_000, |m| {
-            m.extension_unm = 999;
-        }),
-        (SpecField::TorqueLoss, 0, 900, |m| m.torque_loss_milli = 901),
-        (SpecField::Curvature, 100, 11_000, |m| {
-            m.curvature_milli = 99
-        }),
-        (SpecField::Lead, 0, 500, |m| m.lead_ms = 501),
+    #[rustfmt::skip]
+    let cases: [(Range, i64, Change); 8] = [
+        (WearerModel::REST_MDEG, 180_001, |m| m.rest_mdeg = 180_001),
+        (WearerModel::STIFFNESS_UNM_PER_RAD, 50_000_001, |m| m.stiffness_unm_per_rad = 50_000_001),
+        (WearerModel::DAMPING_UNM_S_PER_RAD, u32::MAX.into(), |m| m.damping_unm_s_per_rad = u32::MAX),
+        (WearerModel::FLEXION_UNM, 0, |m| m.flexion_unm = 0),
+        (WearerModel::EXTENSION_UNM, 999, |m| m.extension_unm = 999),
+        (WearerModel::TORQUE_LOSS_MILLI, 901, |m| m.torque_loss_milli = 901),
+        (WearerModel::CURVATURE_MILLI, 99, |m| m.curvature_milli = 99),
+        (WearerModel::LEAD_MS, 501, |m| m.lead_ms = 501),
     ];
-    for (field, min, max, change) in cases {
+    for (range, value, change) in cases {
         let mut model = FINGER;
         change(&mut model);
         let refused = FeedForward::new(&model, 0, 100_000).err();
-        assert_eq!(refused, Some(SpecError::OutOfRange { field, min, max }));
+        assert_eq!(refused, range.check(value).err());
+        assert!(refused.is_some());
     }
 }
 
@@ -124,7 +115,7 @@ proptest! {
     fn any_wearer_any_target(model in models(), a: i32, b: i32, rate: i32, low in -180_000i32..179_999, span in 1i32..360_000) {
         let high = (low + span).min(180_000);
         let inverse = FeedForward::new(&model, low, high).unwrap();
-        let effort = |bits| inverse.effort(Angle(I16F16::from_bits(bits)), AngularRate(I16F16::from_bits(rate)));
+        let effort = |bits| inverse.effort(Angle::new(I16F16::from_bits(bits)), AngularRate::new(I16F16::from_bits(rate)));
         let (near, far) = (effort(a.min(b)), effort(a.max(b)));
         prop_assert!((-1..=1).contains(&near) && (-1..=1).contains(&far));
         prop_assert!(near <= far, "{near} {far}");

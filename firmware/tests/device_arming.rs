@@ -3,14 +3,10 @@
 
 use crate::device_desk::*;
 use firmware::link::{Code, Event, Request, SCHEMA};
-use firmware::safety::{Fault, FaultRecord, State, StopCause};
-use firmware::units::Micros;
+use firmware::safety::{Fault, FaultRecord, StageSpec, State, StopCause};
+use firmware::units::{Amplitude, Micros};
 
 const BOOT: Micros = Micros(u32::MAX - 100_000);
-
-fn code(result: Result<(), (u16, String)>) -> Option<Code> {
-    result.err().and_then(|(code, _)| Code::from_number(code))
-}
 
 #[test]
 fn refused_arming_leaves_nothing_behind() {
@@ -18,20 +14,20 @@ fn refused_arming_leaves_nothing_behind() {
     desk.prepare(wearer(), &[channel(PLAIN)]);
     for _ in 0..5 {
         (desk.sensors.arm, desk.sensors.hand_stop) = (false, false);
-        assert_eq!(code(desk.answer(Request::Arm)), Some(Code::ArmInputOpen));
+        assert_eq!(desk.code(Request::Arm), Some(Code::ArmInputOpen));
         (desk.sensors.arm, desk.sensors.hand_stop) = (true, true);
         desk.sensors.load_ohm[0] = u32::MAX;
-        assert_eq!(code(desk.answer(Request::Arm)), Some(Code::ElectrodeOff));
+        assert_eq!(desk.code(Request::Arm), Some(Code::ElectrodeOff));
         desk.sensors.load_ohm[0] = 2_000;
         desk.wait(1_000);
     }
     desk.must(Request::Arm);
-    assert_eq!(code(desk.answer(Request::Arm)), Some(Code::WrongState));
+    assert_eq!(desk.code(Request::Arm), Some(Code::WrongState));
     desk.wait(1_000);
-    assert_eq!(code(desk.answer(Request::Arm)), Some(Code::WrongState));
+    assert_eq!(desk.code(Request::Arm), Some(Code::WrongState));
     desk.must(Request::Start);
     desk.must(all(1, 1_000));
-    assert_eq!(code(desk.answer(Request::Arm)), Some(Code::WrongState));
+    assert_eq!(desk.code(Request::Arm), Some(Code::WrongState));
     assert_eq!(desk.state(), State::Stimulating);
 }
 
@@ -40,19 +36,9 @@ fn refused_arming_leaves_nothing_behind() {
 fn arming_through_a_flood_works_afterwards() {
     let mut desk = Desk::open(BOOT);
     desk.prepare(wearer(), &[channel(PLAIN)]);
-    let mut bytes = Vec::new();
-    for i in 0..60 {
-        let request = if i == 45 {
-            Request::Arm
-        } else {
-            Request::KeepAlive
-        };
-        bytes.extend(frame(desk.session, desk.seq, request));
-        desk.seq += 1;
-    }
-    let now = desk.now();
-    desk.board
-        .receive(now, &bytes, &desk.sensors, &mut desk.record);
+    let mut requests = vec![Request::KeepAlive; 60];
+    requests[45] = Request::Arm;
+    desk.write(requests);
     desk.wait(60_000);
     let heard = desk.heard();
     let answers = heard
@@ -80,18 +66,11 @@ fn a_second_arm_order_during_the_check_is_refused_and_harms_nothing() {
     let second = desk.send(Request::Arm);
     desk.wait(40_000);
     let heard = desk.heard();
-    assert!(
-        heard
-            .iter()
-            .any(|h| matches!(h, Heard::Ack(s, _) if *s == first))
-    );
-    assert!(
-        heard
-            .iter()
-            .any(|h| matches!(h, Heard::Refused(Some(s), ..) if *s == second))
-    );
+    let mut answers = heard.iter();
+    assert!(answers.any(|h| matches!(h, Heard::Refused(Some(s), ..) if *s == second)));
+    assert!(answers.any(|h| matches!(h, Heard::Ack(s, _) if *s == first)));
     // The armed setup is the first one: it has no second channel.
-    assert_eq!(code(desk.answer(all(2, 1_000))), Some(Code::NoTrain));
+    assert_eq!(desk.code(all(2, 1_000)), Some(Code::NoTrain));
     desk.must(Request::Stop);
     desk.wait(2_000);
     desk.must(Request::Arm);
@@ -155,7 +134,7 @@ fn a_reading_from_before_arming_does_not_judge_its_electrodes() {
         desk.sensors.hand_stop = true;
         desk.sensors.load_ohm[0] = u32::MAX;
         assert_eq!(
-            code(desk.answer(Request::Arm)),
+            desk.code(Request::Arm),
             Some(Code::ElectrodeOff),
             "delay {delay}"
         );
@@ -179,17 +158,13 @@ fn arming_expires_after_ten_seconds_also_after_an_hour_of_idleness() {
         desk.heard();
         desk.wait(20_000);
         assert_eq!(desk.state(), State::Idle, "{idle_s}");
-        assert!(
-            desk.heard()
-                .iter()
-                .any(|h| matches!(h, Heard::Event(_, Event::Stopped(StopCause::ArmExpired))))
-        );
+        assert!(is_told(
+            &desk.heard(),
+            Event::Stopped(StopCause::ArmExpired)
+        ));
         desk.run(wearer(), &[channel(PLAIN)], 1_000);
         let before = desk.record.levels.len();
-        for _ in 0..20 {
-            desk.wait(50_000);
-            desk.must(Request::KeepAlive);
-        }
+        desk.keep_alive(20, 50_000);
         assert_eq!(desk.state(), State::Stimulating, "{idle_s}");
         assert!(desk.record.levels.len() > before + 150, "{idle_s}");
     }
@@ -207,7 +182,7 @@ fn a_fault_found_at_boot_is_latched_shown_and_cleared() {
     assert_eq!((info.state, info.last_fault), (State::Fault, Some(record)));
     desk.prepare(wearer(), &[channel(PLAIN)]);
     for request in [Request::Arm, Request::Start, all(1, 1)] {
-        assert_eq!(code(desk.answer(request)), Some(Code::FaultLatched));
+        assert_eq!(desk.code(request), Some(Code::FaultLatched));
     }
     desk.must(Request::Acknowledge);
     desk.wait(110_000);
@@ -249,14 +224,9 @@ fn a_second_client_is_refused_from_the_arm_order_on() {
         desk.send(Request::Arm);
         desk.wait(gap);
         let owner = std::mem::replace(&mut desk.session, 77);
-        let hello = Request::Hello { schema: SCHEMA };
-        assert_eq!(
-            code(desk.answer_to_hello(hello)),
-            Some(Code::SessionTaken),
-            "{gap}"
-        );
-        let alive = desk.answer(Request::KeepAlive);
-        assert_eq!(code(alive), Some(Code::SessionTaken));
+        for request in [Request::Hello { schema: SCHEMA }, Request::KeepAlive] {
+            assert_eq!(desk.code(request), Some(Code::SessionTaken), "{gap}");
+        }
         desk.session = owner;
         desk.wait(30_000);
         desk.must(Request::Start);
@@ -284,10 +254,7 @@ fn the_rise_cannot_be_dodged_by_an_amplitude_of_nothing() {
         ..firmware::safety::WearerSpec::default()
     };
     desk.run(slow, &[channel(PLAIN)], 1);
-    for _ in 0..20 {
-        desk.wait(50_000);
-        desk.must(Request::KeepAlive);
-    }
+    desk.keep_alive(20, 50_000);
     assert!(desk.record.dac.iter().all(|d| d.0 < 30_000 || d.2 == 0));
     desk.must(all(1, 20_000));
     desk.wait(45_000);
@@ -296,19 +263,59 @@ fn the_rise_cannot_be_dodged_by_an_amplitude_of_nothing() {
     assert!(u32::from(first) <= 65_535 / 5 * 8 / 100, "{first}");
 }
 
-trait HelloAnswer {
-    fn answer_to_hello(&mut self, request: Request) -> Result<(), (u16, String)>;
+/// Two volt stages, 1 kΩ and an electrode off: arming tells the current of both
+/// before it refuses the second; armed, that of the first alone.
+#[test]
+fn arming_tells_what_each_electrode_read() {
+    let mut desk = Desk::open(BOOT);
+    let volts = firmware::safety::ChannelSpec {
+        stage: StageSpec::Voltage {
+            full_scale_mv: 60_000,
+            load_ohm: 2_000,
+        },
+        ..channel(PLAIN)
+    };
+    desk.prepare(wearer(), &[volts, volts]);
+    desk.sensors.load_ohm = [1_000; 10];
+    desk.sensors.load_ohm[1] = u32::MAX;
+    let mut heard = desk.ask(Request::Arm);
+    desk.wait(30_000);
+    heard.extend(desk.heard());
+    let [(0, applied, current_ua), (1, same, 0)] = readings(&heard)[..] else {
+        panic!("{heard:?}");
+    };
+    let flows = f64::from(applied.0); // mV on 1 kΩ: µA
+    assert!(
+        (f64::from(current_ua) - flows).abs() <= 30.0,
+        "{applied:?}: {current_ua} µA"
+    );
+    assert_eq!(applied, same);
+    let last = heard.last();
+    assert!(
+        matches!(last, Some(Heard::Refused(_, Code::ElectrodeOff, _))),
+        "{last:?}"
+    );
+    desk.sensors.load_ohm[1] = 2_000;
+    let mut heard = desk.ask(Request::Arm);
+    desk.wait(30_000);
+    heard.extend(desk.heard());
+    let read = readings(&heard);
+    assert!(matches!(read[..], [(0, ..), (1, ..)]), "{read:?}");
+    assert!(read[1].2.abs_diff(current_ua / 2) <= 30, "{read:?}");
+    assert!(matches!(heard.last(), Some(Heard::Ack(..))), "{heard:?}");
 }
 
-impl HelloAnswer for Desk {
-    fn answer_to_hello(&mut self, request: Request) -> Result<(), (u16, String)> {
-        for heard in self.ask(request) {
-            match heard {
-                Heard::Hello(_) => return Ok(()),
-                Heard::Refused(_, code, field) => return Err((code, field)),
-                _ => {}
-            }
-        }
-        panic!("no answer")
-    }
+fn readings(heard: &[Heard]) -> Vec<(u8, Amplitude, u32)> {
+    let reading = |heard: &Heard| match *heard {
+        Heard::Event(
+            _,
+            Event::Electrode {
+                channel,
+                applied,
+                current_ua,
+            },
+        ) => Some((channel, applied, current_ua)),
+        _ => None,
+    };
+    heard.iter().filter_map(reading).collect()
 }

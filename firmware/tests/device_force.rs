@@ -1,12 +1,10 @@
 //! Force control on the whole device: pulses, refusals, silence.
 
 use crate::device_desk::*;
-use firmware::control::{
-    ForceControl, ForceSpec, HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource,
-};
+use firmware::control::{ForceControl, ForceSpec, HoldPolicy};
 use firmware::link::{Code, Request};
 use firmware::muscle::{CalciumForceSpec, MuscleSpec, Recruitment, RecruitmentSpec};
-use firmware::pulse::{GroupSpec, Partner, State as Line, TrainSpec};
+use firmware::pulse::{Partner, State as Line, TrainSpec};
 use firmware::safety::{ChannelSpec, State, WearerSpec};
 use firmware::units::{Amplitude, Micros};
 use proptest::prelude::*;
@@ -92,14 +90,19 @@ pub(crate) fn stimulating_by(spec: ForceSpec, host_timeout_ms: u16) -> Desk {
     desk.prepare(wearer, &[channel(SLOW), channel(PLAIN)]);
     desk.must(muscle(0));
     desk.must(control(0, spec));
-    desk.must(Request::Arm);
-    desk.must(Request::Start);
+    desk.start();
     desk
 }
 
-fn refused(result: Result<(), (u16, String)>) -> (Option<Code>, String) {
-    let (code, field) = result.expect_err("accepted");
-    (Code::from_number(code), field)
+/// Starts of a channel's pulses from `from` on.
+pub(crate) fn starts(desk: &Desk, channel: usize, from: u64) -> Vec<u64> {
+    let edges = driven(&desk.record.levels, channel).into_iter();
+    edges.filter(|&t| t > from).step_by(2).collect() // two phases
+}
+
+/// From each to the next.
+pub(crate) fn gaps(starts: &[u64]) -> Vec<u64> {
+    starts.windows(2).map(|w| w[1] - w[0]).collect()
 }
 
 #[test]
@@ -114,14 +117,8 @@ fn amplitude_answers_and_then_rate() {
         desk.wait(300_000);
         let from = desk.time();
         desk.wait(400_000);
-        let starts: Vec<u64> = driven(&desk.record.levels, 0)
-            .into_iter()
-            .filter(|&t| t > from)
-            .step_by(2) // two phases
-            .collect();
-        let code = desk.record.dac.iter().rev().find(|(_, c, _)| *c == 0);
-        let ua = code.map_or(0, |&(_, _, code)| u32::from(code) * 100_000 / 65_535);
-        let gaps: Vec<u64> = starts.windows(2).map(|w| w[1] - w[0]).collect();
+        let ua = last_code(&desk, 0) * 100_000 / 65_535;
+        let gaps = gaps(&starts(&desk, 0, from));
         assert!(gaps.iter().all(|&gap| gap == gaps[0]), "{gaps:?}");
         (gaps.first().copied(), ua)
     };
@@ -148,13 +145,9 @@ fn telemetry_tells_what_was_wanted_and_done() {
         desk.wait(100_000);
         desk.must(force(0, most()));
     }
-    let heard = desk.heard();
+    desk.heard();
     desk.wait(50_000);
-    let sample = desk.heard().into_iter().chain(heard).find_map(|h| match h {
-        Heard::Telemetry(sample) => Some(sample),
-        _ => None,
-    });
-    let sample = sample.unwrap();
+    let sample = desk.samples().remove(0);
     assert_eq!(sample.force_control.len(), 1);
     assert_eq!(sample.force_control[0].target_mn, Some(most()));
     assert!(sample.force_control[0].period_us.unwrap().abs_diff(12_500) <= 3);
@@ -166,65 +159,44 @@ fn telemetry_tells_what_was_wanted_and_done() {
 #[test]
 fn a_setpoint_that_cannot_be_met_is_refused_by_name() {
     let mut desk = stimulating(1000);
-    let out = |desk: &mut Desk, request| refused(desk.answer(request));
-    assert_eq!(
-        out(&mut desk, force(0, most() + 1)),
-        (Some(Code::ForceOutOfReach), "millinewton".into())
-    );
-    assert_eq!(
-        out(&mut desk, force(1, 100)),
-        (Some(Code::NoForceControl), "channel".into())
-    );
-    assert_eq!(
-        out(&mut desk, force(10, 100)),
-        (Some(Code::OutOfRange), "channel".into())
-    );
-    let steep = Request::Force {
+    let timed = |at, millinewton_per_s| Request::Force {
         channel: 0,
-        at: None,
+        at,
         millinewton: 1,
-        millinewton_per_s: Some(i32::MIN),
+        millinewton_per_s,
     };
-    assert_eq!(
-        out(&mut desk, steep),
-        (Some(Code::OutOfRange), "millinewton_per_s".into())
-    );
-    let early = Request::Force {
-        channel: 0,
-        at: Some(desk.now().minus(2_000_000)),
-        millinewton: 1,
-        millinewton_per_s: None,
-    };
-    assert_eq!(
-        out(&mut desk, early),
-        (Some(Code::SetpointTime), "at".into())
-    );
-    // One driver a channel: not both force control and the host.
-    assert_eq!(
-        out(&mut desk, all(2, 1_000)),
-        (Some(Code::Controlled), "channel".into())
-    );
+    let early = Some(desk.now().minus(2_000_000));
+    for (request, code, field) in [
+        (force(0, most() + 1), Code::ForceOutOfReach, "millinewton"),
+        (force(1, 100), Code::NoForceControl, "channel"),
+        (force(10, 100), Code::OutOfRange, "channel"),
+        (
+            timed(None, Some(i32::MIN)),
+            Code::OutOfRange,
+            "millinewton_per_s",
+        ),
+        (timed(early, None), Code::SetpointTime, "at"),
+        // One driver a channel: not both force control and the host.
+        (all(2, 1_000), Code::Controlled, "channel"),
+    ] {
+        assert_eq!(desk.refused(request), refusal(code, field));
+    }
     desk.must(Request::Stop);
     desk.wait(200_000);
-    assert_eq!(
-        out(&mut desk, force(0, 100)),
-        (Some(Code::NotArmed), "state".into())
-    );
+    let stopped = desk.refused(force(0, 100));
+    assert_eq!(stopped, refusal(Code::NotArmed, "state"));
 }
 
-/// What arming says to a draft of two channels of which `change` makes something.
-fn armed(specs: &[ChannelSpec], requests: Vec<Request>) -> (Option<Code>, String) {
+/// How arming refuses a draft of these channels and requests.
+fn armed(wearer: WearerSpec, specs: &[ChannelSpec], requests: Vec<Request>) -> (Code, String) {
     let mut desk = Desk::open(BOOT);
-    desk.prepare(wearer(), specs);
-    for request in requests {
-        desk.must(request);
-    }
-    refused(desk.answer(Request::Arm))
+    desk.prepare(wearer, specs);
+    desk.must_all(requests);
+    desk.refused(Request::Arm)
 }
 
 #[test]
 fn what_cannot_be_controlled_is_refused_at_arming() {
-    let slow = [channel(SLOW), channel(SLOW)];
     let with = |min_period_us| {
         let spec = ForceSpec {
             min_period_us,
@@ -232,73 +204,56 @@ fn what_cannot_be_controlled_is_refused_at_arming() {
         };
         vec![muscle(0), control(0, spec)]
     };
-    let range = |field: &str| (Some(Code::OutOfRange), field.to_owned());
-    assert_eq!(
-        armed(&slow, vec![control(0, FORCE)]),
-        (Some(Code::NoMuscle), "muscle".into())
-    );
-    assert_eq!(armed(&slow, with(40_001)), range("min_period_us"));
-    let spec = ForceSpec {
+    let falling = ForceSpec {
         max_period_us: Some(39_999),
         ..FORCE
     };
-    assert_eq!(
-        armed(&slow, vec![muscle(0), control(0, spec)]),
-        range("max_period_us")
-    );
+    let slow = channel(SLOW);
     // A mean force needs 10 Hz.
-    let twitches = TrainSpec {
+    let twitches = channel(TrainSpec {
         period_us: 100_001,
         ..PLAIN
-    };
-    assert_eq!(
-        armed(&[channel(twitches)], with(50_000)),
-        range("period_us")
-    );
-    let burst = TrainSpec {
+    });
+    let burst = channel(TrainSpec {
         burst_count: 2,
         burst_interval_us: 5_000,
         ..SLOW
-    };
-    assert_eq!(armed(&[channel(burst)], with(12_500)), range("burst_count"));
-    let triggered = TrainSpec {
+    });
+    let triggered = channel(TrainSpec {
         triggered: true,
         ..SLOW
+    });
+    // The muscle's own limit must lie in the channel's.
+    let low = ChannelSpec {
+        limit: Amplitude(19_999),
+        ..slow
     };
-    assert_eq!(
-        armed(&[channel(triggered)], with(12_500)),
-        range("triggered")
-    );
+    #[rustfmt::skip]
+    let cases = [
+        (slow, vec![control(0, FORCE)], Code::NoMuscle, "muscle"),
+        (slow, with(40_001), Code::OutOfRange, "min_period_us"),
+        (slow, vec![muscle(0), control(0, falling)], Code::OutOfRange, "max_period_us"),
+        (twitches, with(50_000), Code::OutOfRange, "period_us"),
+        (burst, with(12_500), Code::OutOfRange, "burst_count"),
+        (triggered, with(12_500), Code::OutOfRange, "triggered"),
+        (low, with(12_500), Code::AboveWearerLimit, "limit"),
+        (channel(PLAIN), vec![muscle(1), control(1, FORCE)], Code::NoTrain, "force"),
+    ];
+    for (spec, requests, code, field) in cases {
+        let refused = armed(wearer(), &[spec], requests);
+        assert_eq!(refused, refusal(code, field));
+    }
     // 20 mA, 2 · 500 µs: 3.16 mA rms at 25 Hz, 8.16 mA at 166 Hz.
-    let wide = TrainSpec {
+    let wide = channel(TrainSpec {
         width_us: 500,
         ..SLOW
-    };
-    let mut desk = Desk::open(BOOT);
+    });
     let tight = WearerSpec {
         max_rms_ua: 5_000,
         ..wearer()
     };
-    desk.prepare(tight, &[channel(wide)]);
-    desk.must(muscle(0));
-    desk.must(control(0, FORCE));
-    assert_eq!(
-        refused(desk.answer(Request::Arm)),
-        (Some(Code::RmsLimit), "limit".into())
-    );
-    // The muscle's own limit must lie in the channel's.
-    let low = ChannelSpec {
-        limit: Amplitude(19_999),
-        ..channel(SLOW)
-    };
-    assert_eq!(
-        armed(&[low], with(12_500)),
-        (Some(Code::AboveWearerLimit), "limit".into())
-    );
-    assert_eq!(
-        armed(&[channel(PLAIN)], vec![muscle(1), control(1, FORCE)]),
-        (Some(Code::NoTrain), "force".into())
-    );
+    let refused = armed(tight, &[wide], vec![muscle(0), control(0, FORCE)]);
+    assert_eq!(refused, refusal(Code::RmsLimit, "limit"));
 }
 
 /// The code of the amplitude that a channel was given last.
@@ -316,8 +271,7 @@ fn all_channels_can_be_under_force_control() {
         desk.must(muscle(channel));
         desk.must(control(channel, FORCE));
     }
-    desk.must(Request::Arm);
-    desk.must(Request::Start);
+    desk.start();
     for _ in 0..40 {
         for channel in 0..10 {
             // Each its own: from a seventh to the most.
@@ -375,19 +329,14 @@ fn the_order_of_requests_does_not_matter() {
             host_timeout_ms: 1000,
             ..wearer()
         }));
-        for request in requests {
-            desk.must(request);
-        }
-        desk.must(Request::Arm);
-        desk.must(Request::Start);
+        desk.must_all(requests);
+        desk.start();
         desk.must(force(0, most() * 4 / 5));
         let from = desk.time();
         desk.wait(500_000);
-        let starts = driven(&desk.record.levels, 0);
-        let starts: Vec<u64> = starts.into_iter().filter(|&t| t > from + 200_000).collect();
-        let gaps: Vec<u64> = starts.windows(2).map(|w| w[1] - w[0]).collect();
-        assert!(gaps.len() > 20);
-        (gaps[..20].iter().sum::<u64>(), last_code(&desk, 0))
+        let gaps = gaps(&starts(&desk, 0, from + 200_000));
+        assert!(gaps.len() > 10);
+        (gaps[..10].iter().sum::<u64>(), last_code(&desk, 0))
     });
     let first = courses.next().unwrap();
     assert!(courses.all(|course| course == first), "{first:?}");
@@ -400,18 +349,6 @@ fn an_isolated_group_keeps_its_rates() {
         ..SLOW
     };
     let specs = [channel(SLOW), channel(apart)];
-    let group = |partner| {
-        let groups = [GroupSpec {
-            members: 0b11,
-            partner,
-        }];
-        Request::Groups(groups.into_iter().collect())
-    };
-    let free = vec![group(Partner::Isolated), muscle(1), control(1, FORCE)];
-    assert_eq!(
-        armed(&specs, free),
-        (Some(Code::RateChanges), "groups".into())
-    );
     let fixed = ForceSpec {
         min_period_us: SLOW.period_us,
         ..FORCE
@@ -421,11 +358,12 @@ fn an_isolated_group_keeps_its_rates() {
         min_period_us: SLOW.period_us,
         ..RARE
     };
-    let falls = vec![group(Partner::Isolated), muscle(1), control(1, falling)];
-    assert_eq!(
-        armed(&specs, falls),
-        (Some(Code::RateChanges), "groups".into())
-    );
+    for changing in [FORCE, falling] {
+        let isolated = group(0b11, Partner::Isolated);
+        let requests = vec![isolated, muscle(1), control(1, changing)];
+        let refused = armed(wearer(), &specs, requests);
+        assert_eq!(refused, refusal(Code::RateChanges, "groups"));
+    }
     let said = ForceSpec {
         max_period_us: Some(SLOW.period_us),
         ..fixed
@@ -438,39 +376,17 @@ fn an_isolated_group_keeps_its_rates() {
     ] {
         let mut desk = Desk::open(BOOT);
         desk.prepare(wearer(), &specs);
-        desk.must(group(partner));
-        desk.must(muscle(1));
-        desk.must(control(1, spec));
+        desk.must_all([group(0b11, partner), muscle(1), control(1, spec)]);
         desk.must(Request::Arm);
     }
 }
 
 #[test]
 fn a_joint_and_force_control_do_not_share_a_channel() {
-    let point = |channel| PointSpec {
-        channel,
-        threshold: Amplitude(10_000),
-        max: Amplitude(20_000),
-    };
-    let joint = JointSpec {
-        law: LawSpec::ALONE,
-        law_period_ms: 2,
-        cutoff_mhz: 6_000,
-        flexors: [point(0)].into_iter().collect(),
-        extensor: point(1),
-        hold: HoldPolicy::Hold,
-        angle_min_mdeg: 0,
-        angle_max_mdeg: 100_000,
-        sensor: SensorSource::Host,
-        stale_after_ms: 50,
-        wearer: None,
-        response: None,
-    };
-    let requests = vec![muscle(0), control(0, FORCE), Request::Joint(joint)];
-    assert_eq!(
-        armed(&[channel(SLOW), channel(SLOW)], requests),
-        (Some(Code::Controlled), "force".into())
-    );
+    let joint = joint(0, 1, 10_000, 20_000);
+    let requests = vec![muscle(0), control(0, FORCE), joint];
+    let refused = armed(wearer(), &[channel(SLOW), channel(SLOW)], requests);
+    assert_eq!(refused, refusal(Code::Controlled, "force"));
 }
 
 #[test]
@@ -525,9 +441,7 @@ proptest! {
             prop_assert_eq!(pair[1].0 - pair[0].2, 100);
         }
         let starts: Vec<u64> = pulses.iter().step_by(2).map(|s| s.0).collect();
-        for pair in starts.windows(2) {
-            prop_assert!(pair[1] - pair[0] >= 12_500, "{}", pair[1] - pair[0]);
-        }
+        prop_assert!(gaps(&starts).iter().all(|&gap| gap >= 12_500), "{starts:?}");
         let limit = 20_000 * 65_535 / 100_000;
         prop_assert!(desk.record.dac.iter().all(|(_, _, code)| u32::from(*code) <= limit));
     }

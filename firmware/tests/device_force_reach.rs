@@ -2,17 +2,12 @@
 
 use crate::device_desk::*;
 use crate::device_force::{
-    BOOT, FORCE, RARE, SLOW, control, force, last_code, most, muscle, reach, stimulating_by,
+    BOOT, FORCE, RARE, SLOW, control, force, gaps, last_code, most, muscle, reach, starts,
+    stimulating_by,
 };
 use firmware::control::ForceGap;
 use firmware::link::{ForceSample, Request};
 use firmware::safety::{State, WearerSpec};
-
-/// Starts of channel 0's pulses from `from` on.
-fn starts(desk: &Desk, from: u64) -> Vec<u64> {
-    let edges = driven(&desk.record.levels, 0).into_iter();
-    edges.filter(|&t| t > from).step_by(2).collect() // two phases
-}
 
 /// The last sample in which channel 0 was told of, after `wait_us` of `millinewton`.
 fn sampled(desk: &mut Desk, millinewton: u32, wait_us: u32) -> (bool, ForceSample) {
@@ -20,12 +15,7 @@ fn sampled(desk: &mut Desk, millinewton: u32, wait_us: u32) -> (bool, ForceSampl
         desk.must(force(0, millinewton));
         desk.wait(50_000);
     }
-    let heard = desk.heard().into_iter().rev();
-    let mut samples = heard.filter_map(|h| match h {
-        Heard::Telemetry(sample) => Some(sample),
-        _ => None,
-    });
-    let sample = samples.next().unwrap();
+    let sample = desk.samples().pop().unwrap();
     (sample.limiting, sample.force_control[0])
 }
 
@@ -59,7 +49,7 @@ fn below_threshold_force_is_had_by_rate_or_said_to_be_out_of_reach() {
             "{asked} mN"
         );
         // The nearer: as ever.
-        let is_silent = starts(&desk, from).is_empty();
+        let is_silent = starts(&desk, 0, from).is_empty();
         assert_eq!(is_silent, 2 * asked < at_threshold, "{asked} mN");
     }
 
@@ -70,8 +60,7 @@ fn below_threshold_force_is_had_by_rate_or_said_to_be_out_of_reach() {
         let from = desk.time() + 1_000_000;
         let (is_limiting, sample) = sampled(&mut desk, asked, 3_000_000);
         assert_eq!((is_limiting, sample.gap), (false, None), "{asked} mN");
-        let starts = starts(&desk, from);
-        let gaps: Vec<u64> = starts.windows(2).map(|w| w[1] - w[0]).collect();
+        let gaps = gaps(&starts(&desk, 0, from));
         assert!(
             gaps.iter().all(|&gap| gap == gaps[0]),
             "{asked} mN: {gaps:?}"
@@ -106,7 +95,7 @@ fn a_slow_rate_outlives_neither_silence_nor_stop() {
         }
         desk.wait(3_000_000);
         assert_eq!(desk.state(), State::Idle);
-        let after = starts(&desk, last + 50_000 + 50_000 + 1_000);
+        let after = starts(&desk, 0, last + 50_000 + 50_000 + 1_000);
         assert!(after.is_empty(), "{after:?} after {last}");
     }
 }
@@ -124,8 +113,7 @@ fn a_slow_rate_rises_as_any() {
     desk.prepare(wearer, &[channel(SLOW)]);
     desk.must(muscle(0));
     desk.must(control(0, RARE));
-    desk.must(Request::Arm);
-    desk.must(Request::Start);
+    desk.start();
     let from = desk.time();
     for _ in 0..60 {
         desk.must(force(0, reach(&RARE).0));

@@ -2,9 +2,8 @@
 //! they come; sessions are numbered from where they are told.
 
 use crate::device_desk::*;
-use firmware::device::Identity;
-use firmware::device::lockstep::Lockstep;
-use firmware::link::{Code, Kind, MAX_MESSAGE, Request, message::ResetCause};
+use firmware::link::{Code, MAX_MESSAGE, Request};
+use firmware::lockstep::Lockstep;
 use firmware::pulse::{GroupSpec, MAX_GROUPS, Partner};
 use firmware::units::Micros;
 use serde::Serialize;
@@ -25,15 +24,13 @@ fn framed(message: &[u8]) -> Vec<u8> {
 
 fn said(desk: &mut Desk, bytes: &[u8]) -> Vec<Heard> {
     desk.heard();
-    let now = desk.now();
-    desk.board
-        .receive(now, bytes, &desk.sensors, &mut desk.record);
+    desk.receive(bytes);
     desk.wait(2_000);
     desk.heard()
 }
 
 fn refused(seq: Option<u16>, code: Code, field: &str) -> Vec<Heard> {
-    vec![Heard::Refused(seq, code as u16, field.to_owned())]
+    vec![Heard::Refused(seq, code, field.to_owned())]
 }
 
 fn bytes(message: impl Serialize) -> Vec<u8> {
@@ -79,7 +76,7 @@ fn the_longest_message_is_read_and_one_byte_more_is_too_long() {
             let [Heard::Refused(None, number, _)] = &heard[..] else {
                 panic!("{heard:?}")
             };
-            assert_eq!(*number, code as u16, "{length}");
+            assert_eq!(*number, code, "{length}");
         }
     }
 }
@@ -88,8 +85,8 @@ fn the_longest_message_is_read_and_one_byte_more_is_too_long() {
 #[test]
 fn a_simulated_trigger_is_no_device_s() {
     let mut desk = Desk::open(BOOT);
-    let only = (Code::SimulatorOnly as u16, "trigger".to_owned());
-    assert_eq!(desk.answer(Request::SimulateTrigger), Err(only));
+    let only = refusal(Code::SimulatorOnly, "trigger");
+    assert_eq!(desk.refused(Request::SimulateTrigger), only);
 }
 
 #[test]
@@ -101,48 +98,33 @@ fn groups_are_checked_as_they_come() {
     };
     let mut ask = |masks: &[u16]| {
         let groups = masks.iter().copied().map(group).collect();
-        desk.answer(Request::Groups(groups)).map_err(|e| e.0)
+        desk.code(Request::Groups(groups))
     };
-    assert_eq!(ask(&[0b11, 0b110]), Err(Code::TwoGroups as u16));
-    assert_eq!(ask(&[0b11, 0b11]), Err(Code::TwoGroups as u16));
-    assert_eq!(ask(&[0b1]), Err(Code::OutOfRange as u16));
-    assert_eq!(ask(&[0]), Err(Code::OutOfRange as u16));
-    assert_eq!(ask(&[1 << 10 | 1]), Err(Code::OutOfRange as u16));
-    assert_eq!(ask(&[0b11, 0b1100]), Ok(()));
+    assert_eq!(ask(&[0b11, 0b110]), Some(Code::TwoGroups));
+    assert_eq!(ask(&[0b11, 0b11]), Some(Code::TwoGroups));
+    assert_eq!(ask(&[0b1]), Some(Code::OutOfRange));
+    assert_eq!(ask(&[0]), Some(Code::OutOfRange));
+    assert_eq!(ask(&[1 << 10 | 1]), Some(Code::OutOfRange));
+    assert_eq!(ask(&[0b11, 0b1100]), None);
 }
 
 #[test]
 fn sessions_are_numbered_from_where_they_are_told() {
-    for (first, numbers) in [(0, [1, 2]), (1, [1, 2]), (40_000, [40_000, 40_001])] {
-        let mut desk = Desk::boot(BOOT, None);
-        desk.board = Lockstep::new(
-            Identity {
-                kind: Kind::Native,
-                unique_id: [0; 3],
-                reset: ResetCause::PowerOn,
-                last_fault: None,
-                first_session: first,
-            },
-            desk.now(),
-        );
+    let mut desk = Desk::boot(BOOT, None);
+    for (first, numbers) in [
+        (0, [1, 2]),
+        (1, [1, 2]),
+        (40_000, [40_000, 40_001]),
+        (u16::MAX, [u16::MAX, 1]),
+    ] {
+        desk = Desk::boot(BOOT, None);
+        desk.board = Lockstep::new(identity(first, None), desk.now());
         assert_eq!([desk.hello().session, desk.hello().session], numbers);
     }
-    let mut desk = Desk::boot(BOOT, None);
-    desk.board = Lockstep::new(
-        Identity {
-            kind: Kind::Native,
-            unique_id: [0; 3],
-            reset: ResetCause::PowerOn,
-            last_fault: None,
-            first_session: u16::MAX,
-        },
-        desk.now(),
-    );
-    assert_eq!([desk.hello().session, desk.hello().session], [u16::MAX, 1]);
     // Someone who guesses is counted.
     desk.session = 1_234;
-    let taken = (Code::SessionTaken as u16, "session".to_owned());
-    assert_eq!(desk.answer(Request::KeepAlive), Err(taken));
+    let taken = refusal(Code::SessionTaken, "session");
+    assert_eq!(desk.refused(Request::KeepAlive), taken);
     desk.session = 1;
     assert_eq!(desk.status().counters.strangers, 1);
 }

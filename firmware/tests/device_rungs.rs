@@ -86,10 +86,7 @@ fn sample(desk: &mut Desk, ms: u32) -> Vec<Telemetry> {
     for _ in 0..ms / 10 {
         desk.send(Request::KeepAlive);
         desk.wait(10_000);
-        samples.extend(desk.heard().into_iter().filter_map(|heard| match heard {
-            Heard::Telemetry(sample) => Some(sample),
-            _ => None,
-        }));
+        samples.extend(desk.samples());
     }
     samples
 }
@@ -181,14 +178,8 @@ fn a_rung_changes_without_a_step() {
             desk.wait(500);
             desk.send(Request::Rung { channel: 0, rung });
             desk.wait(3_000);
-            let forces: Vec<i64> = desk
-                .heard()
-                .into_iter()
-                .filter_map(|heard| match heard {
-                    Heard::Telemetry(sample) => Some(i64::from(sample.forces_mn[0])),
-                    _ => None,
-                })
-                .collect();
+            let samples = desk.samples().into_iter();
+            let forces: Vec<i64> = samples.map(|s| s.forces_mn[0].into()).collect();
             let step = forces
                 .windows(2)
                 .map(|w| (w[1] - w[0]).abs())
@@ -203,10 +194,6 @@ fn a_rung_changes_without_a_step() {
 
 #[test]
 fn a_rung_is_refused_by_name() {
-    let code = |answer: Result<(), (u16, String)>| {
-        let (code, field) = answer.unwrap_err();
-        (Code::from_number(code).unwrap(), field)
-    };
     let rung = |channel, rung| Request::Rung { channel, rung };
     let mut desk = Desk::open(BOOT);
     desk.prepare(wearer(), &[channel(MONO), channel(MONO)]);
@@ -215,20 +202,20 @@ fn a_rung_is_refused_by_name() {
         ..SPEC
     };
     desk.must(Request::Muscle { channel: 0, spec });
-    let early = code(desk.answer(rung(0, Rung::Lag)));
+    let early = desk.refused(rung(0, Rung::Lag));
     assert_eq!(early, (Code::NotArmed, "state".into()));
     let spec = MuscleSpec {
         rung: Rung::CalciumForceFatigue,
         ..spec
     };
-    let tireless = code(desk.answer(Request::Muscle { channel: 0, spec }));
+    let tireless = desk.refused(Request::Muscle { channel: 0, spec });
     assert_eq!(tireless, (Code::NoFatigue, "fatigue".into()));
     desk.must(Request::Arm);
     desk.must(rung(0, Rung::Static));
-    let bare = code(desk.answer(rung(1, Rung::Lag)));
+    let bare = desk.refused(rung(1, Rung::Lag));
     assert_eq!(bare, (Code::NoMuscle, "muscle".into()));
-    let none = code(desk.answer(rung(10, Rung::Lag)));
+    let none = desk.refused(rung(10, Rung::Lag));
     assert_eq!(none, (Code::OutOfRange, "channel".into()));
-    let tireless = code(desk.answer(rung(0, Rung::CalciumForceFatigue)));
+    let tireless = desk.refused(rung(0, Rung::CalciumForceFatigue));
     assert_eq!(tireless, (Code::NoFatigue, "fatigue".into()));
 }

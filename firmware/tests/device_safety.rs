@@ -2,20 +2,15 @@
 
 use crate::device_desk::*;
 use firmware::link::{Code, Event, Request};
-use firmware::pulse::{GroupSpec, Partner, State as Line, TrainSpec};
+use firmware::pulse::{Partner, State as Line, TrainSpec};
 use firmware::safety::{ChannelSpec, Fault, State, StopCause, WearerSpec};
 use firmware::units::Micros;
 
 pub const BOOT: Micros = Micros(u32::MAX - 3_000_000);
 
 /// Trains that make isolation hard: bursts, long groundings, isolated partners.
-fn scene(kind: usize) -> (Vec<ChannelSpec>, Option<GroupSpec>) {
-    let group = |partner| {
-        Some(GroupSpec {
-            members: 0b11,
-            partner,
-        })
-    };
+fn scene(kind: usize) -> (Vec<ChannelSpec>, Option<Request>) {
+    let group = |partner| Some(group(0b11, partner));
     let biphasic = TrainSpec {
         width_us: 500,
         gap_us: 200,
@@ -61,20 +56,11 @@ fn scene(kind: usize) -> (Vec<ChannelSpec>, Option<GroupSpec>) {
 
 /// Stimulates with 20 mA on the channels of scene `kind`.
 pub fn running(kind: usize, wearer: WearerSpec, boot: Micros) -> Desk {
-    let (mut specs, group) = scene(kind);
-    for spec in &mut specs {
-        // rms of the densest: 20 mA is fine everywhere.
-        spec.limit.0 = 20_000;
-    }
+    let (specs, group) = scene(kind); // 20 mA rms is fine everywhere
     let mut desk = Desk::open(boot);
     desk.prepare(wearer, &specs);
-    if let Some(group) = group {
-        desk.must(Request::Groups(
-            heapless::Vec::from_slice(&[group]).unwrap(),
-        ));
-    }
-    desk.must(Request::Arm);
-    desk.must(Request::Start);
+    desk.must_all(group);
+    desk.start();
     desk.must(all(specs.len(), 20_000));
     desk
 }
@@ -151,11 +137,8 @@ fn a_grounding_that_would_outlast_the_fall_is_refused() {
         ground_us: 3_801,
         ..MONO
     });
-    let refused = desk.answer(Request::Channel { channel: 0, spec });
-    assert_eq!(
-        refused,
-        Err((Code::OutOfRange as u16, "ground_us".to_string()))
-    );
+    let refused = desk.refused(Request::Channel { channel: 0, spec });
+    assert_eq!(refused, refusal(Code::OutOfRange, "ground_us"));
 }
 
 /// After the stop's last pulse nothing is driven, at any phase.
@@ -231,8 +214,7 @@ fn electrode_off(offset_us: u32) -> Desk {
 #[test]
 fn an_electrode_that_comes_off_while_stimulating_is_a_fault() {
     let mut desk = electrode_off(2_500);
-    let fault = desk.status().fault.map(|f| f.fault);
-    assert_eq!(fault, Some(Fault::ElectrodeOff));
+    assert_eq!(desk.fault(), Some(Fault::ElectrodeOff));
     assert_eq!(desk.state(), State::Fault);
 }
 
@@ -241,7 +223,7 @@ fn an_electrode_that_comes_off_while_stimulating_is_a_fault() {
 #[test]
 fn channels_that_always_overlap_are_not_judged() {
     let mut desk = electrode_off(0);
-    assert_eq!(desk.status().fault.map(|f| f.fault), None);
+    assert_eq!(desk.fault(), None);
     assert_eq!(desk.state(), State::Stimulating);
 }
 
@@ -313,15 +295,8 @@ fn isolated_partners_stay_apart_whatever_the_triggers() {
         let mut desk = Desk::open(BOOT);
         let specs = [triggered(20_000, 0), triggered(20_000, 10_000)];
         desk.prepare(wearer(), &specs);
-        let group = GroupSpec {
-            members: 3,
-            partner: Partner::Isolated,
-        };
-        desk.must(Request::Groups(
-            heapless::Vec::from_slice(&[group]).unwrap(),
-        ));
-        desk.must(Request::Arm);
-        desk.must(Request::Start);
+        desk.must(group(0b11, Partner::Isolated));
+        desk.start();
         desk.must(all(2, 10_000));
         for i in 0..60 {
             trigger_after(&mut desk, every);
@@ -365,27 +340,6 @@ fn a_risen_triggered_train_is_ready_after_forty_minutes() {
 
 #[test]
 fn a_normal_stop_stays_one_when_the_host_stops_measuring_with_it() {
-    use firmware::control::{HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
-    use firmware::units::Amplitude;
-    let point = |channel| PointSpec {
-        channel,
-        threshold: Amplitude(2_000),
-        max: Amplitude(10_000),
-    };
-    let joint = JointSpec {
-        law: LawSpec::ALONE,
-        law_period_ms: 2,
-        cutoff_mhz: 17_000,
-        flexors: heapless::Vec::from_slice(&[point(0)]).unwrap(),
-        extensor: point(1),
-        hold: HoldPolicy::Hold,
-        angle_min_mdeg: 0,
-        angle_max_mdeg: 90_000,
-        sensor: SensorSource::Host,
-        stale_after_ms: 40,
-        wearer: None,
-        response: None,
-    };
     let mut desk = Desk::open(BOOT);
     desk.prepare(
         WearerSpec {
@@ -394,55 +348,29 @@ fn a_normal_stop_stays_one_when_the_host_stops_measuring_with_it() {
         },
         &[channel(PLAIN); 2],
     );
-    desk.must(Request::Joint(joint));
+    desk.must(joint(0, 1, 2_000, 10_000));
     desk.must(Request::Arm);
-    let angle = Request::Angle {
-        at: None,
-        centideg: 4_000,
-        centideg_per_s: None,
-    };
-    let measure = |desk: &mut Desk| {
-        let at = desk.now();
-        desk.must(Request::Measurement {
-            joint: 0,
-            centideg: 3_000,
-            at,
-        });
+    let stream = |desk: &mut Desk| {
+        for _ in 0..30 {
+            desk.must(angle(4_000));
+            desk.measure(3_000);
+            desk.wait(10_000);
+        }
     };
     // Streaming may begin before the start, for as long as arming lasts.
-    for _ in 0..30 {
-        desk.must(angle.clone());
-        measure(&mut desk);
-        desk.wait(10_000);
-    }
+    stream(&mut desk);
     desk.must(Request::Start);
-    for _ in 0..30 {
-        desk.must(angle.clone());
-        measure(&mut desk);
-        desk.wait(10_000);
-    }
+    stream(&mut desk);
     assert!(driven(&desk.record.levels, 0).len() > 10);
     desk.must(Request::Stop);
     desk.wait(200_000);
-    let heard = desk.heard();
-    assert!(
-        heard
-            .iter()
-            .any(|h| matches!(h, Heard::Event(_, Event::Stopped(StopCause::Request)))),
-        "{heard:?}"
-    );
+    assert!(is_told(&desk.heard(), Event::Stopped(StopCause::Request)));
     // While stimulating, the same silence of the sensor is a fault.
     desk.must(Request::Arm);
-    measure(&mut desk);
+    desk.measure(3_000);
     desk.must(Request::Start);
-    for _ in 0..10 {
-        desk.must(Request::KeepAlive);
-        desk.wait(10_000);
-    }
-    assert_eq!(
-        desk.status().fault.map(|f| f.fault),
-        Some(Fault::SensorStale)
-    );
+    desk.keep_alive(10, 10_000);
+    assert_eq!(desk.fault(), Some(Fault::SensorStale));
 }
 
 /// A flood of setpoints that are all accepted must not crowd out a fault.
@@ -450,23 +378,16 @@ fn a_normal_stop_stays_one_when_the_host_stops_measuring_with_it() {
 fn every_request_of_a_flood_is_answered() {
     let mut desk = running(0, wearer(), BOOT);
     desk.heard();
-    let mut bytes = Vec::new();
-    let now = desk.now();
-    for i in 0..100u32 {
-        let request = match i % 3 {
-            0 => all(2, 100),
-            1 => Request::Measurement {
-                joint: 0,
-                centideg: 0,
-                at: now,
-            },
-            _ => Request::Status,
-        };
-        bytes.extend(frame(desk.session, desk.seq, request));
-        desk.seq += 1;
-    }
-    desk.board
-        .receive(now, &bytes, &desk.sensors, &mut desk.record);
+    let at = desk.now();
+    desk.write((0..100).map(|i| match i % 3 {
+        0 => all(2, 100),
+        1 => Request::Measurement {
+            joint: 0,
+            centideg: 0,
+            at,
+        },
+        _ => Request::Status,
+    }));
     desk.wait(5_000);
     let answers = desk
         .heard()

@@ -8,20 +8,6 @@ use firmware::units::Micros;
 
 const BOOT: Micros = Micros(u32::MAX - 300_000);
 
-/// One write of several requests, from number `desk.seq` on. Their numbers.
-fn write(desk: &mut Desk, requests: &[Request]) -> Vec<u16> {
-    let numbers: Vec<u16> = (desk.seq..).take(requests.len()).collect();
-    let frames = numbers.iter().zip(requests);
-    let bytes: Vec<u8> = frames
-        .flat_map(|(&seq, request)| frame(desk.session, seq, request.clone()))
-        .collect();
-    desk.seq = desk.seq.wrapping_add(requests.len() as u16);
-    let now = desk.now();
-    desk.board
-        .receive(now, &bytes, &desk.sensors, &mut desk.record);
-    numbers
-}
-
 /// Stimulating on two channels, and nothing of that unheard.
 fn stimulating() -> Desk {
     let mut desk = Desk::open(BOOT);
@@ -40,7 +26,7 @@ fn armed() -> Desk {
 }
 
 /// What number `seq` was answered.
-fn answer(heard: &[Heard], seq: u16) -> Result<Micros, u16> {
+fn answer(heard: &[Heard], seq: u16) -> Result<Micros, Code> {
     let mut answers = heard.iter().filter_map(|h| match h {
         Heard::Ack(s, at) if *s == seq => Some(Ok(*at)),
         Heard::Refused(Some(s), code, _) if *s == seq => Some(Err(*code)),
@@ -66,24 +52,24 @@ fn forty_keep_alives_do_not_keep_a_stop_out() {
     let mut desk = stimulating();
     let mut requests = vec![Request::KeepAlive; 40];
     requests.push(Request::Stop);
-    let numbers = write(&mut desk, &requests);
+    let numbers = desk.write(requests);
     desk.wait(1_000);
     let heard = desk.heard();
     assert_eq!(answer(&heard, numbers[40]).ok(), stopping(&heard));
     assert_eq!(desk.state(), State::Stopping);
     let codes = numbers.iter().filter_map(|&n| answer(&heard, n).err());
-    assert_eq!(codes.collect::<Vec<_>>(), [Code::DeviceBusy as u16; 9]);
+    assert_eq!(codes.collect::<Vec<_>>(), [Code::DeviceBusy; 9]);
 }
 
 #[test]
 fn a_start_ahead_of_a_stop_plays_no_pulse() {
     let mut desk = armed();
     let (t, edges) = (desk.time(), desk.record.levels.len());
-    let numbers = write(&mut desk, &[Request::Start, all(2, 10_000), Request::Stop]);
+    let numbers = desk.write([Request::Start, all(2, 10_000), Request::Stop]);
     desk.wait(200_000);
     let heard = desk.heard();
-    assert_eq!(answer(&heard, numbers[0]), Err(Code::Stopped as u16));
-    assert_eq!(answer(&heard, numbers[1]), Err(Code::Stopped as u16));
+    assert_eq!(answer(&heard, numbers[0]), Err(Code::Stopped));
+    assert_eq!(answer(&heard, numbers[1]), Err(Code::Stopped));
     assert!(answer(&heard, numbers[2]).is_ok());
     assert_eq!(desk.state(), State::Idle);
     let after = &desk.record.levels[edges..];
@@ -112,15 +98,15 @@ fn orders_behind_a_stop_are_judged_after_it() {
         Request::Start,
         Request::KeepAlive,
     ];
-    let n = write(&mut desk, &requests);
+    let n = desk.write(requests);
     desk.wait(1_000);
     let heard = desk.heard();
-    assert_eq!(answer(&heard, n[0]), Err(Code::Stopped as u16));
+    assert_eq!(answer(&heard, n[0]), Err(Code::Stopped));
     assert_eq!(answer(&heard, n[1]), answer(&heard, n[3]));
     assert_eq!(answer(&heard, n[1]).ok(), stopping(&heard));
-    assert_eq!(answer(&heard, n[2]), Err(Code::Stopped as u16));
-    assert_eq!(answer(&heard, n[4]), Err(Code::NotArmed as u16));
-    assert_eq!(answer(&heard, n[5]), Err(Code::WrongState as u16));
+    assert_eq!(answer(&heard, n[2]), Err(Code::Stopped));
+    assert_eq!(answer(&heard, n[4]), Err(Code::NotArmed));
+    assert_eq!(answer(&heard, n[5]), Err(Code::WrongState));
     assert!(answer(&heard, n[6]).is_ok());
 }
 
@@ -129,12 +115,12 @@ fn a_stop_ends_arming_wherever_it_is() {
     for wait in [0, 100, 1_000, 10_000] {
         let mut desk = Desk::open(BOOT);
         desk.prepare(wearer(), &[channel(PLAIN); 2]);
-        let arm = write(&mut desk, &[Request::Arm])[0];
+        let arm = desk.write([Request::Arm])[0];
         desk.wait(wait);
-        let stop = write(&mut desk, &[Request::Stop])[0];
+        let stop = desk.write([Request::Stop])[0];
         desk.wait(30_000);
         let heard = desk.heard();
-        assert_eq!(answer(&heard, arm), Err(Code::Cancelled as u16), "{wait}");
+        assert_eq!(answer(&heard, arm), Err(Code::Cancelled), "{wait}");
         assert!(answer(&heard, stop).is_ok());
         assert_eq!(desk.state(), State::Idle);
         desk.must(Request::Arm); // nothing of the cancelled one blocks it
@@ -159,7 +145,8 @@ fn a_thousand_orders_do_not_delay_a_stop() {
     requests.push(Request::Stop);
     requests.extend((0..1_000).map(flood));
     let arrived = desk.now();
-    let numbers = write(&mut desk, &requests);
+    let count = requests.len();
+    let numbers = desk.write(requests);
     desk.wait(2_000);
     let heard = desk.heard();
     let at = answer(&heard, numbers[1_000]).unwrap();
@@ -177,7 +164,7 @@ fn a_thousand_orders_do_not_delay_a_stop() {
         }
         _ => false,
     });
-    assert_eq!(told.count(), requests.len());
+    assert_eq!(told.count(), count);
     desk.wait(100_000);
     assert_eq!(desk.state(), State::Idle);
     assert_eq!(desk.status().counters.lost_posts, 0);
@@ -186,7 +173,7 @@ fn a_thousand_orders_do_not_delay_a_stop() {
 #[test]
 fn more_stops_than_the_session_remembers_are_all_answered() {
     let mut desk = stimulating();
-    let numbers = write(&mut desk, &[const { Request::Stop }; 20]);
+    let numbers = desk.write(vec![Request::Stop; 20]);
     desk.wait(1_000);
     let heard = desk.heard();
     assert!(numbers.iter().all(|&n| answer(&heard, n).is_ok()));
@@ -198,10 +185,10 @@ fn more_stops_than_the_session_remembers_are_all_answered() {
 fn a_stranger_s_stop_stops() {
     let mut desk = stimulating();
     let own = core::mem::replace(&mut desk.session, 7_777);
-    let stop = write(&mut desk, &[Request::KeepAlive, Request::Stop]);
+    let stop = desk.write([Request::KeepAlive, Request::Stop]);
     desk.wait(1_000);
     let heard = desk.heard();
-    assert_eq!(answer(&heard, stop[0]), Err(Code::SessionTaken as u16));
+    assert_eq!(answer(&heard, stop[0]), Err(Code::SessionTaken));
     assert!(answer(&heard, stop[1]).is_ok());
     assert_eq!(desk.state(), State::Stopping);
     desk.session = own;
@@ -216,17 +203,12 @@ fn a_stranger_s_stop_stops() {
 #[test]
 fn a_queued_angle_is_void() {
     let mut desk = stimulating();
-    let angle = Request::Angle {
-        at: None,
-        centideg: 100,
-        centideg_per_s: None,
-    };
-    let n = write(&mut desk, &[angle.clone(), Request::Stop, angle]);
+    let n = desk.write([angle(100), Request::Stop, angle(100)]);
     desk.wait(2_000);
     let heard = desk.heard();
-    assert_eq!(answer(&heard, n[0]), Err(Code::Stopped as u16));
+    assert_eq!(answer(&heard, n[0]), Err(Code::Stopped));
     assert!(answer(&heard, n[1]).is_ok());
-    assert_eq!(answer(&heard, n[2]), Err(Code::NoJoint as u16));
+    assert_eq!(answer(&heard, n[2]), Err(Code::NoJoint));
 }
 
 /// Twenty requests fill the controller's mailbox: the `Hello` behind them is
@@ -236,12 +218,12 @@ fn a_hello_that_could_not_end_a_subscription_is_refused() {
     let mut desk = Desk::open(BOOT);
     let mut requests = vec![Request::Subscribe { period_ms: 10 }; 20];
     requests.push(Request::Hello { schema: SCHEMA });
-    let n = write(&mut desk, &requests);
+    let n = desk.write(requests);
     desk.wait(2_000);
     let heard = desk.heard();
     assert_eq!(answer(&heard, n[14]).map(|_| ()), Ok(()));
-    assert_eq!(answer(&heard, n[15]), Err(Code::DeviceBusy as u16));
-    assert_eq!(answer(&heard, n[20]), Err(Code::DeviceBusy as u16));
+    assert_eq!(answer(&heard, n[15]), Err(Code::DeviceBusy));
+    assert_eq!(answer(&heard, n[20]), Err(Code::DeviceBusy));
     desk.hello();
     desk.heard();
     desk.wait(50_000);

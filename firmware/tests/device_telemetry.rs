@@ -1,24 +1,14 @@
 //! Telemetry says what is, and "none" where nothing is.
 
 use crate::device_desk::*;
-use firmware::control::{ForceSpec, HoldPolicy};
+use crate::device_force::{FORCE, control, force, muscle};
+use firmware::control::ForceSpec;
 use firmware::link::{Request, Telemetry};
-use firmware::muscle::{CalciumForceSpec, MuscleSpec, RecruitmentSpec};
 use firmware::pulse::TrainSpec;
 use firmware::safety::State;
 use firmware::units::{Amplitude, Micros};
 
 const BOOT: Micros = Micros(u32::MAX - 300_000);
-
-fn samples(desk: &mut Desk) -> Vec<Telemetry> {
-    let heard = desk.heard().into_iter();
-    heard
-        .filter_map(|h| match h {
-            Heard::Telemetry(sample) => Some(sample),
-            _ => None,
-        })
-        .collect()
-}
 
 /// The last sample of the next `ms`, the host being alive.
 fn after(desk: &mut Desk, ms: u32) -> Telemetry {
@@ -26,7 +16,7 @@ fn after(desk: &mut Desk, ms: u32) -> Telemetry {
         desk.send(Request::KeepAlive);
         desk.wait(10_000);
     }
-    samples(desk).pop().unwrap()
+    desk.samples().pop().unwrap()
 }
 
 #[test]
@@ -38,14 +28,14 @@ fn a_repeated_subscription_keeps_its_phase() {
         desk.send(Request::Subscribe { period_ms: 10 }); // to compare clocks
         desk.wait(5_000);
     }
-    let times: Vec<Micros> = samples(&mut desk).iter().map(|s| s.at).collect();
+    let times: Vec<Micros> = desk.samples().iter().map(|s| s.at).collect();
     assert!((19..=20).contains(&times.len()), "{}", times.len());
     assert!(times.windows(2).all(|t| t[1].since(t[0]) == 10_000));
     // Another period begins anew.
     desk.must(Request::Subscribe { period_ms: 20 });
     desk.heard();
     desk.wait(100_000);
-    assert_eq!(samples(&mut desk).len(), 5);
+    assert_eq!(desk.samples().len(), 5);
 }
 
 #[test]
@@ -103,48 +93,22 @@ fn a_train_that_has_played_is_none() {
 fn a_force_of_nothing_has_no_amplitude_and_no_rate() {
     let mut desk = Desk::open(BOOT);
     desk.prepare(wearer(), &[channel(PLAIN)]);
-    let force = CalciumForceSpec {
-        a_mn_per_s: 121_900,
-        k_micro: 300_000,
-        tau_c_us: 20_800,
-        tau1_us: 33_100,
-        tau2_us: 194_400,
+    desk.must(muscle(0));
+    let fixed = ForceSpec {
+        min_period_us: PLAIN.period_us,
+        ..FORCE
     };
-    let recruitment = RecruitmentSpec {
-        motor_threshold: Amplitude(10_000),
-        limit: Amplitude(20_000),
-        reference: Amplitude(20_000),
-        slope_micro: 300_000,
-    };
-    desk.must(Request::Muscle {
-        channel: 0,
-        spec: MuscleSpec::new(force, recruitment),
-    });
-    desk.must(Request::ForceControl {
-        channel: 0,
-        spec: ForceSpec {
-            min_period_us: 20_000,
-            hold: HoldPolicy::Hold,
-            max_period_us: None,
-        },
-    });
+    desk.must(control(0, fixed));
     desk.must(Request::Subscribe { period_ms: 5 });
-    desk.must(Request::Arm);
-    desk.must(Request::Start);
-    let want = |millinewton| Request::Force {
-        channel: 0,
-        at: None,
-        millinewton,
-        millinewton_per_s: Some(0),
-    };
+    desk.start();
     let before = after(&mut desk, 20).force_control[0];
     assert_eq!((before.target_mn, before.period_us), (None, None));
-    desk.must(want(6_000));
+    desk.must(force(0, 6_000));
     let during = after(&mut desk, 60);
     assert_eq!(during.force_control[0].target_mn, Some(6_000));
     assert_eq!(during.force_control[0].period_us, Some(20_000));
     assert!(during.amplitudes[0] > Some(Amplitude(10_000)), "{during:?}");
-    desk.must(want(0));
+    desk.must(force(0, 0));
     let none = after(&mut desk, 10);
     assert_eq!(none.force_control[0].target_mn, Some(0));
     assert_eq!(none.force_control[0].period_us, None);

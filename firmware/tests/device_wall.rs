@@ -2,7 +2,7 @@
 //! puts out, and what ends it.
 
 use crate::device_desk::*;
-use firmware::control::{HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
+use firmware::control::SensorSource;
 use firmware::haptics::{CoContraction, PreWall, Side, WallSpec};
 use firmware::link::{Code, Event, Request, Telemetry};
 use firmware::safety::{Fault, State, StopCause};
@@ -42,21 +42,12 @@ fn with(wall: WallSpec) -> Desk {
     desk
 }
 
-fn measure(desk: &mut Desk, centideg: i16) {
-    let at = desk.now();
-    desk.must(Request::Measurement {
-        joint: 0,
-        centideg,
-        at,
-    });
-}
-
 /// Armed and started with the limb at `centideg`.
 fn running(wall: WallSpec, centideg: i16) -> Desk {
     let mut desk = with(wall);
     desk.must(Request::Subscribe { period_ms: 5 });
     desk.must(Request::Arm);
-    measure(&mut desk, centideg);
+    desk.measure(centideg);
     desk.must(Request::Start);
     desk
 }
@@ -65,20 +56,10 @@ fn running(wall: WallSpec, centideg: i16) -> Desk {
 fn hold(desk: &mut Desk, centideg: i16) -> Telemetry {
     for _ in 0..10 {
         desk.must(Request::KeepAlive);
-        measure(desk, centideg);
+        desk.measure(centideg);
         desk.wait(5_000);
     }
-    let heard = desk.heard();
-    let sample = heard.into_iter().rev().find_map(|h| match h {
-        Heard::Telemetry(sample) => Some(sample),
-        _ => None,
-    });
-    sample.expect("telemetry was subscribed to")
-}
-
-fn refused(desk: &mut Desk, request: Request) -> (Option<Code>, String) {
-    let (code, field) = desk.answer(request).unwrap_err();
-    (Code::from_number(code), field)
+    desk.samples().pop().expect("telemetry was subscribed to")
 }
 
 #[test]
@@ -127,17 +108,9 @@ fn the_boards_converter_feeds_the_wall_by_the_same_path() {
     });
     desk.sensors.joint = Some(500 + 20 * 95);
     desk.must(Request::Subscribe { period_ms: 5 });
-    desk.must(Request::Arm);
-    desk.must(Request::Start);
-    for _ in 0..10 {
-        desk.must(Request::KeepAlive);
-        desk.wait(10_000);
-    }
-    let seen = desk.heard().into_iter().rev().find_map(|h| match h {
-        Heard::Telemetry(sample) => Some(sample),
-        _ => None,
-    });
-    let seen = seen.unwrap();
+    desk.start();
+    desk.keep_alive(10, 10_000);
+    let seen = desk.samples().pop().unwrap();
     assert_eq!(seen.measured_centideg, Some(9_500));
     assert_eq!(
         seen.amplitudes,
@@ -149,7 +122,7 @@ fn the_boards_converter_feeds_the_wall_by_the_same_path() {
         centideg: 0,
         at,
     };
-    assert_eq!(refused(&mut desk, host).0, Some(Code::SensorNotHost));
+    assert_eq!(desk.refused(host).0, Code::SensorNotHost);
 }
 
 #[test]
@@ -157,7 +130,7 @@ fn a_silent_host_ends_a_wall_whatever_it_measures() {
     let mut desk = running(WALL, 9_500);
     hold(&mut desk, 9_500);
     for _ in 0..20 {
-        measure(&mut desk, 9_500);
+        desk.measure(9_500);
         desk.wait(10_000);
         if desk.state() == State::Idle {
             break;
@@ -170,102 +143,68 @@ fn a_silent_host_ends_a_wall_whatever_it_measures() {
 #[test]
 fn a_sensor_that_cannot_be_believed_is_a_fault() {
     let mut desk = running(WALL, 9_500);
-    for _ in 0..10 {
-        desk.must(Request::KeepAlive);
-        desk.wait(10_000);
-    }
-    let fault = desk.status().fault.map(|f| f.fault);
-    assert_eq!(fault, Some(Fault::SensorStale));
+    desk.keep_alive(10, 10_000);
+    assert_eq!(desk.fault(), Some(Fault::SensorStale));
     let mut desk = running(WALL, 9_500);
-    measure(&mut desk, 17_001);
+    desk.measure(17_001);
     desk.wait(5_000);
-    let fault = desk.status().fault.map(|f| f.fault);
-    assert_eq!(fault, Some(Fault::SensorRange));
+    assert_eq!(desk.fault(), Some(Fault::SensorRange));
 }
 
 #[test]
 fn a_stop_lets_the_wall_fall_and_the_channels_are_its_own() {
     let mut desk = running(WALL, 9_500);
     hold(&mut desk, 9_500);
-    assert_eq!(refused(&mut desk, all(1, 1_000)).0, Some(Code::Controlled));
+    assert_eq!(desk.refused(all(1, 1_000)).0, Code::Controlled);
     desk.must(Request::Stop);
     desk.wait(200_000);
-    let heard = desk.heard();
-    let stopped = Event::Stopped(StopCause::Request);
-    assert!(
-        heard
-            .iter()
-            .any(|h| matches!(h, Heard::Event(_, e) if *e == stopped))
-    );
+    assert!(is_told(&desk.heard(), Event::Stopped(StopCause::Request)));
 }
 
 #[test]
 fn arming_names_what_does_not_fit() {
-    let own = |change: fn(&mut WallSpec)| {
+    type Change = fn(&mut WallSpec);
+    fn changed(change: Change) -> WallSpec {
         let mut wall = WALL;
         change(&mut wall);
-        let mut desk = with(wall);
-        let (code, field) = refused(&mut desk, Request::Arm);
-        (code.unwrap(), field)
-    };
-    let is = |code, field: &str| (code, field.to_string());
-    assert_eq!(own(|w| w.max.0 = 20_001), is(Code::AboveWearerLimit, "max"));
-    assert_eq!(
-        own(|w| w.co_contraction.as_mut().unwrap().amplitude.0 = 20_001),
-        is(Code::AboveWearerLimit, "amplitude")
-    );
-    assert_eq!(own(|w| w.channel = 5), is(Code::NoTrain, "wall"));
-    assert_eq!(
-        own(|w| w.co_contraction.as_mut().unwrap().channel = 9),
-        is(Code::NoTrain, "wall")
-    );
+        wall
+    }
+    fn other(wall: &mut WallSpec) -> &mut CoContraction {
+        wall.co_contraction.as_mut().unwrap()
+    }
+    #[rustfmt::skip]
+    let at_arming: [(Change, Code, &str); 4] = [
+        (|w| w.max.0 = 20_001, Code::AboveWearerLimit, "max"),
+        (|w| other(w).amplitude.0 = 20_001, Code::AboveWearerLimit, "amplitude"),
+        (|w| w.channel = 5, Code::NoTrain, "wall"),
+        (|w| other(w).channel = 9, Code::NoTrain, "wall"),
+    ];
+    for (change, code, field) in at_arming {
+        let mut desk = with(changed(change));
+        assert_eq!(desk.refused(Request::Arm), refusal(code, field));
+    }
     // What no setup could make right is refused at once.
     let mut desk = Desk::open(BOOT);
-    let mut bad = |change: fn(&mut WallSpec)| {
-        let mut wall = WALL;
-        change(&mut wall);
-        let (code, field) = refused(&mut desk, Request::Wall(wall));
-        (code.unwrap(), field)
-    };
-    assert_eq!(bad(|w| w.stiffness = 0), is(Code::OutOfRange, "stiffness"));
-    assert_eq!(bad(|w| w.at_mdeg = -1), is(Code::OutOfRange, "at_mdeg"));
-    assert_eq!(
-        bad(|w| w.stale_after_ms = 0),
-        is(Code::OutOfRange, "stale_after_ms")
-    );
-    assert_eq!(
-        bad(|w| w.co_contraction.as_mut().unwrap().channel = 0),
-        is(Code::ChannelTwice, "wall")
-    );
+    let at_once: [(Change, Code, &str); 4] = [
+        (|w| w.stiffness = 0, Code::OutOfRange, "stiffness"),
+        (|w| w.at_mdeg = -1, Code::OutOfRange, "at_mdeg"),
+        (|w| w.stale_after_ms = 0, Code::OutOfRange, "stale_after_ms"),
+        (|w| other(w).channel = 0, Code::ChannelTwice, "wall"),
+    ];
+    for (change, code, field) in at_once {
+        let wall = Request::Wall(changed(change));
+        assert_eq!(desk.refused(wall), refusal(code, field));
+    }
 }
 
 #[test]
 fn a_joint_and_a_wall_do_not_go_together() {
-    let point = |channel| PointSpec {
-        channel,
-        threshold: Amplitude(2_000),
-        max: Amplitude(10_000),
-    };
-    let joint = JointSpec {
-        law: LawSpec::ALONE,
-        law_period_ms: 2,
-        cutoff_mhz: 17_000,
-        flexors: heapless::Vec::from_slice(&[point(2)]).unwrap(),
-        extensor: point(1),
-        hold: HoldPolicy::Hold,
-        angle_min_mdeg: 0,
-        angle_max_mdeg: 90_000,
-        sensor: SensorSource::Host,
-        stale_after_ms: 40,
-        wearer: None,
-        response: None,
-    };
     let mut desk = Desk::open(BOOT);
     desk.prepare(wearer(), &[channel(PLAIN); 3]);
     desk.must(Request::Wall(WALL));
-    desk.must(Request::Joint(joint));
-    let expected = (Some(Code::JointAndWall), "wall".to_string());
-    assert_eq!(refused(&mut desk, Request::Arm), expected);
+    desk.must(joint(2, 1, 2_000, 10_000));
+    let expected = refusal(Code::JointAndWall, "wall");
+    assert_eq!(desk.refused(Request::Arm), expected);
     desk.must(Request::Clear);
     desk.prepare(wearer(), &[channel(PLAIN); 3]);
     desk.must(Request::Wall(WALL));

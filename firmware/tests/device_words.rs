@@ -2,19 +2,11 @@
 
 use crate::device_desk::*;
 use crate::device_force::{BOOT, FORCE, SLOW, control, force, muscle};
-use firmware::control::{HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
+use firmware::control::SensorSource;
 use firmware::haptics::{Side, WallSpec};
-use firmware::link::{Code, Event, Request, Telemetry};
+use firmware::link::{Code, Event, Request};
 use firmware::safety::{Fault, State, StopCause, WearerSpec};
-use firmware::units::{Amplitude, Micros};
-
-fn samples(heard: Vec<Heard>) -> Vec<Telemetry> {
-    let sample = |heard| match heard {
-        Heard::Telemetry(sample) => Some(sample),
-        _ => None,
-    };
-    heard.into_iter().filter_map(sample).collect()
-}
+use firmware::units::Amplitude;
 
 /// Stimulating with channel 0 under force control.
 fn following() -> Desk {
@@ -27,14 +19,8 @@ fn following() -> Desk {
     desk.must(muscle(0));
     desk.must(control(0, FORCE));
     desk.must(Request::Subscribe { period_ms: 1 });
-    desk.must(Request::Arm);
-    desk.must(Request::Start);
+    desk.start();
     desk
-}
-
-fn code(desk: &mut Desk, request: Request) -> Option<Code> {
-    let refusal = desk.answer(request).err()?;
-    Code::from_number(refusal.0)
 }
 
 #[test]
@@ -43,7 +29,7 @@ fn telemetry_gives_back_the_force_that_was_asked() {
     for wanted in 1..=2_000 {
         desk.send(force(0, wanted));
         desk.wait(2_000);
-        let last = samples(desk.heard()).pop().expect("a sample each ms");
+        let last = desk.samples().pop().expect("a sample each ms");
         assert_eq!(last.force_control[0].target_mn, Some(wanted));
     }
 }
@@ -55,8 +41,7 @@ fn a_mask_of_nothing_does_not_keep_the_host_from_being_silent() {
         values: heapless::Vec::new(),
     };
     let mut desk = Desk::open(BOOT);
-    let refused = Err((Code::OutOfRange as u16, "mask".to_owned()));
-    assert_eq!(desk.answer(nothing()), refused);
+    assert_eq!(desk.refused(nothing()), refusal(Code::OutOfRange, "mask"));
     desk.run(wearer(), &[channel(PLAIN)], 10_000);
     let setpoints = desk.status().counters.setpoints;
     desk.heard();
@@ -66,8 +51,7 @@ fn a_mask_of_nothing_does_not_keep_the_host_from_being_silent() {
         desk.wait(10_000);
         heard.extend(desk.heard());
     }
-    let silent = |h: &Heard| matches!(h, Heard::Event(_, Event::Stopping(StopCause::HostSilent)));
-    assert!(heard.iter().any(silent));
+    assert!(is_told(&heard, Event::Stopping(StopCause::HostSilent)));
     assert_eq!(desk.status().counters.setpoints, setpoints);
 }
 
@@ -79,13 +63,7 @@ fn twelve_stops_are_acknowledged_eight_with_the_windows_time() {
     desk.wait(100);
     desk.heard();
     let arrived = desk.now();
-    let numbers: Vec<u16> = (desk.seq..).take(12).collect();
-    let stops = numbers.iter();
-    let bytes: Vec<u8> = stops
-        .flat_map(|&seq| frame(desk.session, seq, Request::Stop))
-        .collect();
-    desk.board
-        .receive(arrived, &bytes, &desk.sensors, &mut desk.record);
+    let numbers = desk.write(vec![Request::Stop; 12]);
     desk.wait(1_000);
     let heard = desk.heard();
     let at = |seq| {
@@ -117,7 +95,7 @@ fn a_force_while_stopping_is_acknowledged_and_changes_nothing() {
     assert_eq!(desk.answer(force(0, 2_500)), Ok(()));
     desk.wait(200_000);
     assert_eq!(desk.state(), State::Idle);
-    assert_eq!(code(&mut desk, force(0, 100)), Some(Code::NotArmed));
+    assert_eq!(desk.code(force(0, 100)), Some(Code::NotArmed));
 }
 
 #[test]
@@ -130,9 +108,9 @@ fn an_untimed_force_while_a_timed_one_waits_is_out_of_order() {
         millinewton: 1_000,
         millinewton_per_s: None,
     });
-    assert_eq!(code(&mut desk, force(0, 900)), Some(Code::SetpointTime));
+    assert_eq!(desk.code(force(0, 900)), Some(Code::SetpointTime));
     desk.wait(60_000);
-    assert_eq!(code(&mut desk, force(0, 900)), None);
+    assert_eq!(desk.code(force(0, 900)), None);
 }
 
 fn wall() -> Request {
@@ -153,63 +131,28 @@ fn wall() -> Request {
     })
 }
 
-fn joint() -> Request {
-    let point = |channel| PointSpec {
-        channel,
-        threshold: Amplitude(5_000),
-        max: Amplitude(10_000),
-    };
-    Request::Joint(JointSpec {
-        law: LawSpec::ALONE,
-        law_period_ms: 2,
-        cutoff_mhz: 17_000,
-        flexors: heapless::Vec::from_slice(&[point(0)]).unwrap(),
-        extensor: point(1),
-        hold: HoldPolicy::Hold,
-        angle_min_mdeg: 0,
-        angle_max_mdeg: 90_000,
-        sensor: SensorSource::Host,
-        stale_after_ms: 40,
-        wearer: None,
-        response: None,
-    })
-}
-
 /// The host measures, and never has: nothing is put out, however long; one
 /// measurement, and its age counts.
 #[test]
 fn without_a_first_measurement_nothing_is_played() {
-    for request in [wall(), joint()] {
+    for request in [wall(), joint(0, 1, 5_000, 10_000)] {
         let is_joint = matches!(request, Request::Joint(_));
         let mut desk = Desk::open(BOOT);
         desk.prepare(wearer(), &[channel(PLAIN); 2]);
         desk.must(request);
-        desk.must(Request::Arm);
-        desk.must(Request::Start);
+        desk.start();
         let checked = desk.status().counters.pulses;
         for _ in 0..100 {
             desk.must(Request::KeepAlive);
             if is_joint {
-                desk.must(Request::Angle {
-                    at: None,
-                    centideg: 6_000,
-                    centideg_per_s: None,
-                });
+                desk.must(angle(6_000));
             }
             desk.wait(8_000);
         }
         assert_eq!(desk.state(), State::Stimulating);
         assert_eq!(desk.status().counters.pulses, checked);
-        let at: Micros = desk.now();
-        desk.must(Request::Measurement {
-            joint: 0,
-            centideg: 3_000,
-            at,
-        });
-        for _ in 0..6 {
-            desk.must(Request::KeepAlive);
-            desk.wait(8_000);
-        }
+        desk.measure(3_000);
+        desk.keep_alive(6, 8_000);
         let status = desk.status();
         assert!(status.counters.pulses > checked);
         assert_eq!(status.fault.map(|f| f.fault), Some(Fault::SensorStale));

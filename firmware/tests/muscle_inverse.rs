@@ -4,10 +4,11 @@
 //! prints the errors. Against another model's muscles: `hal-sim`.
 
 use firmware::muscle::{
-    CalciumForce, CalciumForceSpec, CalciumForceState, Inverse, Limiting, OutOfRange, Parameter,
-    Recruitment, RecruitmentSpec,
+    CalciumForce, CalciumForceSpec, CalciumForceState, Inverse, Limiting, Recruitment,
+    RecruitmentSpec,
 };
-use firmware::units::{Amplitude, Force, Micros};
+use firmware::range::OutOfRange;
+use firmware::units::{Amplitude, Force, ForceRate, Micros};
 use fixed::types::I16F16;
 use proptest::prelude::*;
 
@@ -50,7 +51,7 @@ fn settled(
                 Micros(at + (2 * step + 1) * period_us / (2 * steps)),
             );
             if pulse == pulses {
-                sum += model.force(&state).0.to_num::<f64>() / f64::from(steps);
+                sum += model.force(&state).get().to_num::<f64>() / f64::from(steps);
             }
         }
     }
@@ -58,7 +59,7 @@ fn settled(
 }
 
 fn error(spec: CalciumForceSpec, inverse: &Inverse, recruitment: &Recruitment, wanted: f64) -> f64 {
-    let drive = inverse.drive(recruitment, Force(I16F16::from_num(wanted)));
+    let drive = inverse.drive(recruitment, Force::new(I16F16::from_num(wanted)));
     assert_eq!(drive.limiting, None, "{wanted} N: {drive:?}");
     settled(spec, recruitment, drive.amplitude, drive.period_us) / wanted - 1.0
 }
@@ -75,7 +76,7 @@ fn the_model_gives_what_the_inverse_was_asked_for() {
     for (slowest, fastest, bound) in rates {
         let inverse = Inverse::new(K01, &recruitment, slowest, fastest, slowest).unwrap();
         let (least, most) = inverse.reach();
-        let (least, most) = (least.0.to_num::<f64>(), most.0.to_num::<f64>());
+        let (least, most) = (least.get().to_num::<f64>(), most.get().to_num::<f64>());
         let worst = (0..=100)
             .map(|i| least + (most - least) * f64::from(i) / 100.0)
             .map(|wanted| error(K01, &inverse, &recruitment, wanted).abs())
@@ -92,9 +93,9 @@ fn the_model_gives_what_the_inverse_was_asked_for() {
 fn amplitude_answers_first_and_then_rate() {
     let recruitment = Recruitment::new(RECRUITMENT).unwrap();
     let inverse = Inverse::new(K01, &recruitment, 50_000, 10_000, 50_000).unwrap();
-    let drive = |newtons: f64| inverse.drive(&recruitment, Force(I16F16::from_num(newtons)));
+    let drive = |newtons: f64| inverse.drive(&recruitment, Force::new(I16F16::from_num(newtons)));
     let (least, most) = inverse.reach();
-    let (least, most) = (least.0.to_num::<f64>(), most.0.to_num::<f64>());
+    let (least, most) = (least.get().to_num::<f64>(), most.get().to_num::<f64>());
 
     assert_eq!(drive(0.0).amplitude, Amplitude::ZERO);
     assert_eq!(drive(-3.0).amplitude, Amplitude::ZERO);
@@ -127,10 +128,10 @@ fn amplitude_answers_first_and_then_rate() {
 fn a_force_that_rises_is_wanted_ahead() {
     let recruitment = Recruitment::new(RECRUITMENT).unwrap();
     let inverse = Inverse::new(K01, &recruitment, 25_000, 10_000, 25_000).unwrap();
-    let force = |newtons: f64| Force(I16F16::from_num(newtons));
+    let force = |newtons: f64| Force::new(I16F16::from_num(newtons));
     let ahead = |newtons, rate: f64| {
-        let ahead = inverse.ahead(force(newtons), I16F16::from_num(rate));
-        ahead.0.to_num::<f64>()
+        let ahead = inverse.ahead(force(newtons), ForceRate::new(I16F16::from_num(rate)));
+        ahead.get().to_num::<f64>()
     };
     assert_eq!(ahead(5.0, 0.0), 5.0);
     // τ1 + τ2·x with x a half at 40 Hz, and 12.5 ms.
@@ -139,7 +140,7 @@ fn a_force_that_rises_is_wanted_ahead() {
     assert!((ahead(5.0, -10.0) - 5.0 + late).abs() < 1e-4);
     // More activation at a higher rate: slower.
     let (_, most) = inverse.reach();
-    let most = most.0.to_num::<f64>();
+    let most = most.get().to_num::<f64>();
     assert!(ahead(most, 10.0) - most > late);
 }
 
@@ -149,10 +150,10 @@ fn each_parameter_is_named() {
     let refuse =
         |spec, train, fastest, slowest| Inverse::new(spec, &recruitment, train, fastest, slowest);
     let refused = |spec, train, fastest| refuse(spec, train, fastest, train).err();
-    let out = |parameter, given, min, max| {
+    let out = |field, value, min, max| {
         Some(OutOfRange {
-            parameter,
-            given,
+            field,
+            value,
             min,
             max,
         })
@@ -160,24 +161,22 @@ fn each_parameter_is_named() {
     let no_k = CalciumForceSpec { k_micro: 0, ..K01 };
     assert_eq!(
         refused(no_k, 50_000, 10_000),
-        out(Parameter::K, 0, 2_000, 5_000_000)
+        out("k_micro", 0, 2_000, 5_000_000)
     );
     assert_eq!(
         refused(K01, 100_001, 10_000),
-        out(Parameter::Period, 100_001, 5_000, 100_000)
+        out("period_us", 100_001, 5_000, 100_000)
     );
-    assert_eq!(
-        refused(K01, 50_000, 4_999),
-        out(Parameter::ShortestPeriod, 4_999, 5_000, 50_000)
-    );
-    assert_eq!(
-        refused(K01, 50_000, 50_001),
-        out(Parameter::ShortestPeriod, 50_001, 5_000, 50_000)
-    );
+    for fastest in [4_999, 50_001] {
+        assert_eq!(
+            refused(K01, 50_000, fastest),
+            out("min_period_us", fastest.into(), 5_000, 50_000)
+        );
+    }
     for slowest in [49_999, 2_000_001] {
         assert_eq!(
             refuse(K01, 50_000, 10_000, slowest).err(),
-            out(Parameter::LongestPeriod, slowest, 50_000, 2_000_000)
+            out("max_period_us", slowest.into(), 50_000, 2_000_000)
         );
     }
 }
@@ -187,10 +186,10 @@ fn below_threshold_the_rate_answers() {
     let recruitment = Recruitment::new(RECRUITMENT).unwrap();
     let inverse = Inverse::new(K01, &recruitment, 50_000, 10_000, 1_000_000).unwrap();
     let fixed = Inverse::new(K01, &recruitment, 50_000, 10_000, 50_000).unwrap();
-    let drive = |newtons: f64| inverse.drive(&recruitment, Force(I16F16::from_num(newtons)));
+    let drive = |newtons: f64| inverse.drive(&recruitment, Force::new(I16F16::from_num(newtons)));
     let (least, most) = inverse.reach();
-    let least = least.0.to_num::<f64>();
-    let at_threshold = fixed.reach().0.0.to_num::<f64>();
+    let least = least.get().to_num::<f64>();
+    let at_threshold = fixed.reach().0.get().to_num::<f64>();
     assert_eq!(most, fixed.reach().1);
     // A pulse a second, not twenty of them.
     assert!((15.0..45.0).contains(&(at_threshold / least)), "{least} N");
@@ -206,13 +205,16 @@ fn below_threshold_the_rate_answers() {
     assert_eq!(gentle.limiting, None);
     // Where the amplitude begins to answer, all is as without.
     for share in [1.001, 1.5, 4.0, 10.0] {
-        let force = Force(I16F16::from_num(share * at_threshold));
+        let force = Force::new(I16F16::from_num(share * at_threshold));
         assert_eq!(
             inverse.drive(&recruitment, force),
             fixed.drive(&recruitment, force)
         );
     }
-    let rounded = fixed.drive(&recruitment, Force(I16F16::from_num(0.6 * at_threshold)));
+    let rounded = fixed.drive(
+        &recruitment,
+        Force::new(I16F16::from_num(0.6 * at_threshold)),
+    );
     assert_eq!(rounded.amplitude, RECRUITMENT.motor_threshold);
     assert_eq!(rounded.limiting, Some(Limiting::BelowLeast));
 }
@@ -279,12 +281,12 @@ proptest! {
         let (least, most) = inverse.reach();
         prop_assert!(least <= at_threshold && most == fixed.reach().1);
         let mut forces: Vec<i32> = forces;
-        forces.extend(share.iter().map(|s| (f64::from(most.0.to_bits()) * s) as i32));
-        forces.extend(share.iter().map(|s| (f64::from(at_threshold.0.to_bits()) * s) as i32));
+        forces.extend(share.iter().map(|s| (f64::from(most.get().to_bits()) * s) as i32));
+        forces.extend(share.iter().map(|s| (f64::from(at_threshold.get().to_bits()) * s) as i32));
         forces.sort_unstable();
         let mut before: Option<(Amplitude, u32)> = None;
         for bits in forces {
-            let force = Force(I16F16::from_bits(bits));
+            let force = Force::new(I16F16::from_bits(bits));
             let drive = inverse.drive(&recruitment, force);
             prop_assert!(drive.amplitude <= recruitment.spec().limit);
             prop_assert!((fastest..=slowest).contains(&drive.period_us));
@@ -309,7 +311,7 @@ proptest! {
             if force > at_threshold || slowest == train {
                 prop_assert_eq!(drive, fixed.drive(&recruitment, force));
             }
-            let _ = inverse.ahead(force, I16F16::from_bits(rate));
+            let _ = inverse.ahead(force, ForceRate::new(I16F16::from_bits(rate)));
         }
     }
 }
@@ -333,7 +335,7 @@ proptest! {
         let recruitment = Recruitment::new(RECRUITMENT).unwrap();
         let inverse = Inverse::new(muscle, &recruitment, 50_000, 12_500, 50_000).unwrap();
         let (least, most) = inverse.reach();
-        let (least, most) = (least.0.to_num::<f64>(), most.0.to_num::<f64>());
+        let (least, most) = (least.get().to_num::<f64>(), most.get().to_num::<f64>());
         let off = error(muscle, &inverse, &recruitment, least + (most - least) * part);
         prop_assert!(off.abs() < 7e-3, "{off:e}");
     }

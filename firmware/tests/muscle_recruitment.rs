@@ -1,6 +1,7 @@
 //! Recruitment against the exponential of Lee 2020, eqs. (5)–(6), in f64.
 
-use firmware::muscle::{Gain, OutOfRange, Parameter, Recruitment, RecruitmentSpec};
+use firmware::muscle::{Gain, Recruitment, RecruitmentSpec};
+use firmware::range::OutOfRange;
 use firmware::units::Amplitude;
 use fixed::types::{I16F16, U1F31};
 use proptest::prelude::*;
@@ -94,60 +95,26 @@ fn worst_errors_are_as_stated_from_both_sides() {
 
 #[test]
 fn every_parameter_is_refused_with_what_the_others_leave_it() {
-    use Parameter::{Limit, MotorThreshold, Reference, Slope};
+    let [threshold, limit, reference, slope] =
+        ["motor_threshold", "limit", "reference", "slope_micro"];
+    #[rustfmt::skip]
     let cases = [
-        (spec(0, 10, 20, 10_000), MotorThreshold, 0, 1, 999_999),
-        (
-            spec(8_000, 8_000, 12_000, 10_000),
-            Limit,
-            8_000,
-            8_001,
-            1_000_000,
-        ),
-        (
-            spec(8_000, 12_000, 11_999, 10_000),
-            Reference,
-            11_999,
-            12_000,
-            1_000_000,
-        ),
-        (
-            spec(8_000, 12_000, 1_000_001, 10_000),
-            Reference,
-            1_000_001,
-            12_000,
-            1_000_000,
-        ),
-        (
-            spec(8_000, 12_000, 12_000, 9_999),
-            Slope,
-            9_999,
-            10_000,
-            2_772_588,
-        ),
-        (
-            spec(8_000, 12_000, 12_000, 2_772_589),
-            Slope,
-            2_772_589,
-            10_000,
-            2_772_588,
-        ),
-        (
-            spec(8_000, 9_000, 9_000, 5_000_001),
-            Slope,
-            5_000_001,
-            10_000,
-            5_000_000,
-        ),
+        ((0, 10, 20, 10_000), threshold, 0, 1, 999_999),
+        ((8_000, 8_000, 12_000, 10_000), limit, 8_000, 8_001, 1_000_000),
+        ((8_000, 12_000, 11_999, 10_000), reference, 11_999, 12_000, 1_000_000),
+        ((8_000, 12_000, 1_000_001, 10_000), reference, 1_000_001, 12_000, 1_000_000),
+        ((8_000, 12_000, 12_000, 9_999), slope, 9_999, 10_000, 2_772_588),
+        ((8_000, 12_000, 12_000, 2_772_589), slope, 2_772_589, 10_000, 2_772_588),
+        ((8_000, 9_000, 9_000, 5_000_001), slope, 5_000_001, 10_000, 5_000_000),
     ];
-    for (spec, parameter, given, min, max) in cases {
+    for ((a, b, c, d), field, value, min, max) in cases {
         let refusal = OutOfRange {
-            parameter,
-            given,
+            field,
+            value,
             min,
             max,
         };
-        assert_eq!(Recruitment::new(spec).unwrap_err(), refusal);
+        assert_eq!(Recruitment::new(spec(a, b, c, d)).unwrap_err(), refusal);
     }
 }
 

@@ -3,7 +3,6 @@
 mod control_feed_forward;
 mod control_finger;
 mod control_joint;
-mod control_laws;
 mod device_arming;
 mod device_desk;
 mod device_force;
@@ -18,8 +17,6 @@ mod device_telemetry;
 mod device_wall;
 mod device_words;
 mod haptics_wall;
-mod methods_control;
-mod methods_muscle;
 mod muscle_accuracy;
 mod muscle_inverse;
 mod muscle_ladder;

@@ -1,9 +1,9 @@
 //! Control of one joint.
 
 use super::inverse::FINGER;
-use super::{Algorithm, Checksum, Random};
+use super::{Bench, Checksum, Clock, Random};
 use crate::control::differentiator::{Differentiator, DifferentiatorState};
-use crate::control::law::{Law, LawState, Q};
+use crate::control::law::LawState;
 use crate::control::response::Course;
 use crate::control::{
     Effort, HoldPolicy, Joint, JointSpec, JointState, LawSpec, PointSpec, ResponseSpec,
@@ -43,161 +43,124 @@ pub(super) fn finger(law: LawSpec, law_period_ms: u8) -> JointSpec {
     }
 }
 
-/// The pseudo-differentiator alone.
-pub(super) struct Differentiation {
-    filter: Option<Differentiator>,
-    state: DifferentiatorState,
-    x: Angle,
-    rate: i32,
-}
-
-impl Differentiation {
-    pub(super) fn new() -> Self {
-        Self {
-            filter: Differentiator::new(6_000, 2),
-            state: DifferentiatorState::default(),
-            x: Angle::default(),
-            rate: 0,
-        }
-    }
-}
-
-impl Algorithm for Differentiation {
-    fn prepare(&mut self, random: &mut Random) {
+pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
+    // The pseudo-differentiator alone.
+    bench.row(
+        "differentiator",
+        1000,
+        (
+            Differentiator::new(6_000, 2).ok()?,
+            DifferentiatorState::default(),
+        ),
         // 0…100°, in 0.01°; fits i16.
-        self.x = Angle::from_centideg(random.between(0, 10_000) as i16);
+        |_, random| Angle::from_centideg(random.between(0, 10_000) as i16),
+        |(filter, state), x| filter.step(state, *x).get().to_bits(),
+        |_, rate, sum| sum.word(rate.cast_unsigned()),
+    );
+    let learning = Some(ResponseSpec::RECOMMENDED);
+    law_alone(bench, "law_super_twisting", 1000, None)?;
+    law_alone(bench, "law_and_response", 1000, learning)?;
+    for (name, law) in [
+        ("joint_super_twisting", LawSpec::RECOMMENDED),
+        ("joint_paper", LawSpec::PAPER),
+        ("joint_pid", LawSpec::PID),
+    ] {
+        let joint = Moving::new(law, 1)?;
+        bench.row(
+            name,
+            1000,
+            joint,
+            Moving::next,
+            Moving::tick,
+            Moving::digest,
+        );
     }
-    fn run(&mut self) {
-        if let Some(filter) = &self.filter {
-            self.rate = filter.step(&mut self.state, self.x).0.to_bits();
-        }
-    }
-    fn digest(&self, sum: &mut Checksum) {
-        sum.word(self.rate.cast_unsigned());
-    }
+    // A tick in which the law rests: setpoint track, sensor, mapping.
+    bench.row(
+        "joint_without_law",
+        1000,
+        Moving::new(LawSpec::RECOMMENDED, 20)?,
+        |joint, random| {
+            let angle = joint.next(random);
+            // The law's own ticks, unmeasured: the first and every 20th after it.
+            if (joint.now.0 / 1000) % 20 == 1 {
+                joint.tick(&angle);
+                return joint.next(random);
+            }
+            angle
+        },
+        Moving::tick,
+        Moving::digest,
+    );
+    Some(())
 }
 
-/// A law with its differentiator, and with its predictor and learning or not,
-/// without a joint around it.
-pub(super) struct LawAlone {
-    law: Option<Law>,
-    state: LawState,
-    error: Angle,
-    effort: Effort,
-}
-
-impl LawAlone {
-    pub(super) fn new(law: LawSpec, response: Option<ResponseSpec>) -> Self {
-        let spec = JointSpec {
-            response,
-            ..finger(law, 1)
-        };
-        Self {
-            law: spec.law().ok(),
-            state: LawState::default(),
-            error: Angle::default(),
-            effort: Effort::Fraction(Q::ZERO),
-        }
-    }
-}
-
-impl Algorithm for LawAlone {
-    fn prepare(&mut self, random: &mut Random) {
+/// The default law with its differentiator, and with its predictor and learning or
+/// not, without a joint around it.
+pub fn law_alone<C: Clock, N>(
+    bench: &mut Bench<'_, C, N>,
+    name: N,
+    runs: u32,
+    response: Option<ResponseSpec>,
+) -> Option<()> {
+    let spec = JointSpec {
+        response,
+        ..finger(LawSpec::RECOMMENDED, 1)
+    };
+    bench.row(
+        name,
+        runs,
+        (spec.law().ok()?, LawState::default()),
         // ±20°, in 0.01°; fits i16.
-        self.error = Angle::from_centideg(random.between(0, 4_000) as i16 - 2_000);
-    }
-    fn run(&mut self) {
-        if let Some(law) = &self.law {
-            self.effort = law.step(&mut self.state, self.error, &Course::default());
-        }
-    }
-    fn digest(&self, sum: &mut Checksum) {
-        sum.word(self.effort.to_milli().cast_unsigned());
-    }
+        |_, random| Angle::from_centideg(random.between(0, 4_000) as i16 - 2_000),
+        |(law, state), error| Some(law.step(state, *error, &Course::default())),
+        |_, effort, sum| sum.word(effort.map_or(0, Effort::to_milli).cast_unsigned()),
+    );
+    Some(())
 }
 
-/// A joint in motion, ticked every millisecond; its law runs every `period_ms`.
-pub(super) struct Moving {
-    joint: Option<Joint>,
+/// A joint in motion, ticked every millisecond.
+struct Moving {
+    joint: Joint,
     state: JointState,
     now: Micros,
-    angle: Angle,
-    answer: Checksum,
 }
 
 impl Moving {
-    pub(super) fn new(law: LawSpec, period_ms: u8) -> Self {
-        Self {
-            joint: Joint::new(&finger(law, period_ms)).ok(),
+    /// Its law runs every `period_ms`.
+    fn new(law: LawSpec, period_ms: u8) -> Option<Self> {
+        Some(Self {
+            joint: Joint::new(&finger(law, period_ms)).ok()?,
             state: JointState::default(),
             now: Micros(0),
-            angle: Angle::default(),
-            answer: Checksum::new(),
-        }
+        })
     }
 
     /// A millisecond on; a new setpoint every 11 ms, as a glove sends them.
-    fn step(&mut self, random: &mut Random) {
+    fn next(&mut self, random: &mut Random) -> Angle {
         self.now = self.now.plus(1000);
         // Sweeps 0…100° in 0.4 s, with noise; fits i16.
         let sweep = self.now.0 / 1000 * 25 % 10_000;
-        self.angle = Angle::from_centideg((sweep + random.between(0, 200)) as i16);
-        if let Some(joint) = &self.joint
-            && (self.now.0 / 1000) % 11 == 1
-        {
+        let angle = Angle::from_centideg((sweep + random.between(0, 200)) as i16);
+        if (self.now.0 / 1000) % 11 == 1 {
             let wanted = Angle::from_centideg(random.between(2_000, 8_000) as i16);
+            let (state, now) = (&mut self.state, self.now);
             // In order, in range: always taken.
-            let _ = joint.setpoint(&mut self.state, self.now, self.now, wanted, None);
+            let _ = self.joint.setpoint(state, now, now, wanted, None);
         }
+        angle
     }
 
-    fn tick(&mut self) {
-        let Some(joint) = &self.joint else { return };
-        if let Ok(orders) = joint.tick(&mut self.state, self.now, Some(self.angle)) {
-            self.answer = Checksum::new();
-            for (channel, amplitude) in orders.amplitudes {
-                self.answer.word(u32::from(channel));
-                self.answer.word(amplitude.0);
-            }
-            self.answer.word(orders.effort.to_milli().cast_unsigned());
+    fn tick(&mut self, angle: &Angle) -> Checksum {
+        let mut answer = Checksum::default();
+        if let Ok(orders) = self.joint.tick(&mut self.state, self.now, Some(*angle)) {
+            answer.amplitudes(&orders.amplitudes);
+            answer.word(orders.effort.to_milli().cast_unsigned());
         }
+        answer
     }
-}
 
-impl Algorithm for Moving {
-    fn prepare(&mut self, random: &mut Random) {
-        self.step(random);
-    }
-    fn run(&mut self) {
-        self.tick();
-    }
-    fn digest(&self, sum: &mut Checksum) {
-        sum.word(self.answer.0);
-    }
-}
-
-/// A tick in which the law rests: setpoint track, sensor, mapping.
-pub(super) struct Mapping(Moving);
-
-impl Mapping {
-    pub(super) fn new() -> Self {
-        Self(Moving::new(LawSpec::RECOMMENDED, 20))
-    }
-}
-
-impl Algorithm for Mapping {
-    fn prepare(&mut self, random: &mut Random) {
-        self.0.step(random);
-        // The law's own ticks, unmeasured: the first and every 20th after it.
-        if (self.0.now.0 / 1000) % 20 == 1 {
-            self.0.tick();
-            self.0.step(random);
-        }
-    }
-    fn run(&mut self) {
-        self.0.tick();
-    }
-    fn digest(&self, sum: &mut Checksum) {
-        sum.word(self.0.answer.0);
+    fn digest(&self, answer: &Checksum, sum: &mut Checksum) {
+        sum.word(answer.value());
     }
 }

@@ -1,6 +1,6 @@
 //! The three owners at work: ten channels at 100 Hz, ten muscles, one finger.
 
-use super::{Algorithm, Checksum, Random, control, link, muscle, pulse};
+use super::{Bench, Checksum, Clock, Random, control, link, muscle, pulse};
 use crate::control::LawSpec;
 use crate::device::{Controller, Identity, Mailboxes, Pulser, Session, WINDOWS_PER_TICK};
 use crate::link::message::ResetCause;
@@ -65,7 +65,7 @@ impl Desk {
             frame: Vec::new(),
             code: 2_000,
             ok: true,
-            said: Checksum::new(),
+            said: Checksum::default(),
         };
         desk.configure();
         desk.ask(Request::Arm);
@@ -232,81 +232,55 @@ impl Desk {
     }
 }
 
-/// A setpoint of seven amplitudes from its bytes to the pulser's mailbox.
-pub(super) struct Setpoint(Desk);
-
-impl Setpoint {
-    pub(super) fn new() -> Self {
-        Self(Desk::new())
-    }
-}
-
-impl Algorithm for Setpoint {
-    fn prepare(&mut self, random: &mut Random) {
-        self.0.tick();
-        self.0.host(random);
-        let request = link::setpoint(DIRECT, random);
-        self.0.write(request);
-    }
-    fn run(&mut self) {
-        self.0.receive();
-    }
-    fn digest(&self, sum: &mut Checksum) {
-        self.0.digest(sum);
-    }
-}
-
-/// The controller's tick: events, the finger, ten muscles, every tenth time a
-/// sample.
-pub(super) struct ControlTick(Desk);
-
-impl ControlTick {
-    pub(super) fn new() -> Self {
-        Self(Desk::new())
-    }
-}
-
-impl Algorithm for ControlTick {
-    fn prepare(&mut self, random: &mut Random) {
-        self.0.listen();
-        self.0.host(random);
-        for _ in 0..WINDOWS_PER_TICK {
-            self.0.refill();
-            self.0.play();
-        }
-    }
-    fn run(&mut self) {
-        self.0.control();
-    }
-    fn digest(&self, sum: &mut Checksum) {
-        self.0.digest(sum);
-    }
-}
-
-/// The pulser's refill, without painting.
-pub(super) struct Refill(Desk);
-
-impl Refill {
-    pub(super) fn new() -> Self {
-        Self(Desk::new())
-    }
-}
-
-impl Algorithm for Refill {
-    fn prepare(&mut self, random: &mut Random) {
-        self.0.play();
-        if self.0.windows.is_multiple_of(WINDOWS_PER_TICK) {
-            self.0.control();
-            self.0.listen();
-            self.0.host(random);
-        }
-    }
-    fn run(&mut self) {
-        self.0.refill();
-    }
-    fn digest(&self, sum: &mut Checksum) {
-        self.0.digest(sum);
-    }
+pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
+    let digest = |desk: &Desk, (): &(), sum: &mut Checksum| desk.digest(sum);
+    // A setpoint of seven amplitudes from its bytes to the pulser's mailbox.
+    bench.row(
+        "session_setpoint",
+        300,
+        Desk::new(),
+        |desk, random| {
+            desk.tick();
+            desk.host(random);
+            desk.write(link::setpoint(DIRECT, random));
+        },
+        |desk, ()| desk.receive(),
+        digest,
+    );
+    // The controller's tick: events, the finger, ten muscles, every tenth time a
+    // sample.
+    bench.row(
+        "owner_control_tick",
+        500,
+        Desk::new(),
+        |desk, random| {
+            desk.listen();
+            desk.host(random);
+            for _ in 0..WINDOWS_PER_TICK {
+                desk.refill();
+                desk.play();
+            }
+        },
+        |desk, ()| desk.control(),
+        digest,
+    );
+    // The pulser's refill, without painting.
+    bench.row(
+        "owner_refill",
+        800,
+        Desk::new(),
+        |desk, random| {
+            desk.play();
+            if desk.windows.is_multiple_of(WINDOWS_PER_TICK) {
+                desk.control();
+                desk.listen();
+                desk.host(random);
+            }
+        },
+        |desk, ()| desk.refill(),
+        digest,
+    );
+    Some(())
 }
 
 #[cfg(test)]
@@ -315,7 +289,7 @@ mod tests {
 
     #[test]
     fn the_desk_stimulates_throughout() {
-        let (mut desk, mut random) = (Desk::new(), Random::new());
+        let (mut desk, mut random) = (Desk::new(), Random::default());
         assert!(desk.ok);
         for _ in 0..500 {
             desk.host(&mut random);

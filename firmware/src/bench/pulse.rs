@@ -1,26 +1,15 @@
 //! Rendering and painting of windows, ten channels at 100 Hz.
 
-use super::{Algorithm, Checksum, Random};
+use super::{Bench, Checksum, Clock};
 use crate::pulse::tape::{ISOLATED_B, ISOLATED_C, SLOTS, Window, paint};
-use crate::pulse::{CHANNELS, Scheduler, Shape, Supply, Train, TrainSpec, WINDOW_US, WindowPlan};
+use crate::pulse::{CHANNELS, Scheduler, Supply, Train, TrainSpec, WINDOW_US, WindowPlan};
 use crate::units::{DacCode, Micros};
 
 /// 100 Hz.
 const PERIOD_US: u32 = 10_000;
 
 /// 200 µs biphasic at 100 Hz.
-pub(super) const TRAIN: TrainSpec = TrainSpec {
-    shape: Shape::BiphasicCathodicFirst,
-    width_us: 200,
-    gap_us: 100,
-    ground_us: 0,
-    period_us: PERIOD_US,
-    offset_us: 0,
-    burst_count: 1,
-    burst_interval_us: 0,
-    repeats: 0,
-    triggered: false,
-};
+pub(super) const TRAIN: TrainSpec = TrainSpec::biphasic(200, 100, PERIOD_US);
 
 /// Lets every pulse pass.
 struct Always;
@@ -91,101 +80,48 @@ impl Trains {
     }
 }
 
-/// A window in which nothing happens: all pulses of the period are over.
-pub(super) struct RenderIdle(Trains);
-
-impl RenderIdle {
-    pub(super) fn new() -> Self {
-        Self(Trains::new(|n| n))
-    }
-}
-
-impl Algorithm for RenderIdle {
-    fn prepare(&mut self, _: &mut Random) {
-        self.0.skip_quiet(|phase| phase < 750);
-    }
-    fn run(&mut self) {
-        self.0.render();
-    }
-    fn digest(&self, sum: &mut Checksum) {
-        self.0.digest(sum);
-    }
-}
-
-/// Windows in turn, channels spread over the period.
-pub(super) struct Render(Trains);
-
-impl Render {
-    pub(super) fn new() -> Self {
-        Self(Trains::new(|n| n * 997))
-    }
-}
-
-impl Algorithm for Render {
-    fn prepare(&mut self, _: &mut Random) {}
-    fn run(&mut self) {
-        self.0.render();
-    }
-    fn digest(&self, sum: &mut Checksum) {
-        self.0.digest(sum);
-    }
-}
-
-/// Windows in which all ten channels start, or end a phase, a few µs apart.
-pub(super) struct RenderTogether(Trains);
-
-impl RenderTogether {
-    pub(super) fn new() -> Self {
-        Self(Trains::new(|n| n * 3))
-    }
-}
-
-impl Algorithm for RenderTogether {
-    fn prepare(&mut self, _: &mut Random) {
-        self.0.skip_quiet(|phase| phase >= 750);
-    }
-    fn run(&mut self) {
-        self.0.render();
-    }
-    fn digest(&self, sum: &mut Checksum) {
-        self.0.digest(sum);
-    }
-}
-
-/// Painting such a window on an erased tape.
-pub(super) struct Paint {
-    trains: Trains,
-    b: [u32; SLOTS],
-    c: [u32; SLOTS],
-}
-
-impl Paint {
-    pub(super) fn new() -> Self {
-        Self {
-            trains: Trains::new(|n| n * 3),
-            b: [0; SLOTS],
-            c: [0; SLOTS],
-        }
-    }
-}
-
-impl Algorithm for Paint {
-    fn prepare(&mut self, _: &mut Random) {
-        self.trains.skip_quiet(|phase| phase >= 750);
-        self.trains.render();
-        self.trains.plan.pump = true;
-        (self.b, self.c) = ([ISOLATED_B; SLOTS], [ISOLATED_C; SLOTS]);
-    }
-    fn run(&mut self) {
-        let mut window = Window {
-            b: &mut self.b,
-            c: &mut self.c,
-        };
-        paint(&self.trains.plan, &mut window);
-    }
-    fn digest(&self, sum: &mut Checksum) {
-        for &word in self.b.iter().chain(&self.c) {
-            sum.word(word);
-        }
-    }
+pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
+    let digest = |trains: &Trains, (): &(), sum: &mut Checksum| trains.digest(sum);
+    // A window in which nothing happens: all pulses of the period are over.
+    bench.row(
+        "render_idle_window",
+        400,
+        Trains::new(|n| n),
+        |trains, _| trains.skip_quiet(|phase| phase < 750),
+        |trains, ()| trains.render(),
+        digest,
+    );
+    // Windows in turn, channels spread over the period.
+    bench.row(
+        "render_window",
+        800,
+        Trains::new(|n| n * 997),
+        |_, _| (),
+        |trains, ()| trains.render(),
+        digest,
+    );
+    // Windows in which all ten channels start, or end a phase, a few µs apart.
+    bench.row(
+        "render_window_all_at_once",
+        300,
+        Trains::new(|n| n * 3),
+        |trains, _| trains.skip_quiet(|phase| phase >= 750),
+        |trains, ()| trains.render(),
+        digest,
+    );
+    // Painting such a window on an erased tape.
+    bench.row(
+        "paint_window",
+        300,
+        (Trains::new(|n| n * 3), [0; SLOTS], [0; SLOTS]),
+        |(trains, b, c), _| {
+            trains.skip_quiet(|phase| phase >= 750);
+            trains.render();
+            trains.plan.pump = true;
+            (*b, *c) = ([ISOLATED_B; SLOTS], [ISOLATED_C; SLOTS]);
+        },
+        |(trains, b, c), ()| paint(&trains.plan, &mut Window { b, c }),
+        |(_, b, c), (), sum| b.iter().chain(c).for_each(|&word| sum.word(word)),
+    );
+    Some(())
 }

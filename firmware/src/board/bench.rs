@@ -47,18 +47,8 @@ pub fn run() -> ! {
     print(|clock, row| crate::bench::run(clock, |r| row(r)))
 }
 
-/// The same for every method that the device could have used.
-pub fn run_methods() -> ! {
-    print(|clock, row| crate::bench::run_methods(clock, |r| row(r)))
-}
-
-/// The same for every control law with every combination of add-ons.
-pub fn run_laws() -> ! {
-    print(|clock, row| crate::bench::run_laws(clock, |r| row(r)))
-}
-
 /// A heading and the lines of `all`.
-fn print(all: impl FnOnce(&CycleCounter, &mut dyn FnMut(&dyn Display))) -> ! {
+pub fn print(all: impl FnOnce(&CycleCounter, &mut dyn FnMut(&dyn Display))) -> ! {
     let clock = CycleCounter::start();
     let mut out = hio::hstdout().ok();
     let mut line = |row: &dyn Display| {

@@ -1,7 +1,8 @@
 //! Pseudo-differentiation: a derivative behind a first-order low-pass,
 //! g·s / (s + g) with g = 2π·cutoff (Hamana 2022 §III-D: cutoff 3 Hz).
 
-use super::law::saturated;
+use crate::arithmetic::fixed_point::saturated;
+use crate::range::{OutOfRange, Range};
 use crate::units::{Angle, AngularRate};
 use fixed::types::I16F16;
 
@@ -11,16 +12,6 @@ const POLE_BITS: u32 = 30;
 const GAIN_BITS: u32 = 20;
 /// round(2π · 2^32).
 const TWO_PI_Q32: u64 = 26_986_075_409;
-
-/// Lowest cutoff accepted, mHz.
-pub const CUTOFF_MIN_MHZ: u32 = 500;
-/// Highest cutoff accepted, mHz: twice the 8 Hz that ever helped, and below
-/// half the rate of a 50 Hz law.
-pub const CUTOFF_MAX_MHZ: u32 = 20_000;
-/// Shortest step, ms.
-pub const STEP_MIN_MS: u8 = 1;
-/// Longest step, ms.
-pub const STEP_MAX_MS: u8 = 20;
 
 /// A pseudo-differentiator for one cutoff and one step length.
 ///
@@ -47,15 +38,19 @@ pub struct DifferentiatorState {
 }
 
 impl Differentiator {
-    /// For a cutoff in mHz ([`CUTOFF_MIN_MHZ`]…[`CUTOFF_MAX_MHZ`]) and a step
-    /// in ms ([`STEP_MIN_MS`]…[`STEP_MAX_MS`]); `None` outside these.
-    #[must_use]
-    pub fn new(cutoff_mhz: u32, step_ms: u8) -> Option<Self> {
-        let valid = (CUTOFF_MIN_MHZ..=CUTOFF_MAX_MHZ).contains(&cutoff_mhz)
-            && (STEP_MIN_MS..=STEP_MAX_MS).contains(&step_ms);
-        if !valid {
-            return None;
-        }
+    /// Cutoff: at most twice the 8 Hz that ever helped, and below half the rate of
+    /// a 50 Hz law.
+    pub const CUTOFF_MHZ: Range = Range::new("cutoff_mhz", 500, 20_000);
+    /// Step, which is a law's period.
+    pub const STEP_MS: Range = Range::new("law_period_ms", 1, 20);
+
+    /// For a cutoff in mHz and a step in ms.
+    ///
+    /// # Errors
+    /// Step or cutoff, and what it may be.
+    pub fn new(cutoff_mhz: u32, step_ms: u8) -> Result<Self, OutOfRange> {
+        Self::STEP_MS.check(step_ms)?;
+        Self::CUTOFF_MHZ.check(cutoff_mhz)?;
         // 20_000 · 20 · 2.7e10 = 1.1e16 < 2^63.
         let exponent = u64::from(cutoff_mhz) * u64::from(step_ms) * TWO_PI_Q32 / 1_000_000;
         let pole = exp_of_minus(exponent);
@@ -64,7 +59,7 @@ impl Differentiator {
             (((1 << POLE_BITS) - pole) * 1000 / i64::from(step_ms)) >> (POLE_BITS - GAIN_BITS);
         // pole <= 2^30 and gain < 2^27.
         let (pole, gain) = (pole as i32, gain as i32);
-        Some(Self { pole, gain })
+        Ok(Self { pole, gain })
     }
 
     /// The rate of change after one more sample. The first sample gives 0.
@@ -73,12 +68,12 @@ impl Differentiator {
         let before = state.previous.replace(x).unwrap_or(x);
         // |Δ| <= 2^31, gain < 2^27; |rate| <= 2^31, pole <= 2^30: both products
         // stay below 2^62, and what decayed within 32 bits.
-        let moved = x.0.saturating_sub(before.0).to_bits();
+        let moved = (x - before).get().to_bits();
         let driven = i64::from(self.gain).wrapping_mul(i64::from(moved)) >> GAIN_BITS;
-        let decayed = i64::from(self.pole).wrapping_mul(i64::from(state.rate.0.to_bits()));
+        let decayed = i64::from(self.pole).wrapping_mul(i64::from(state.rate.get().to_bits()));
         let decayed = decayed.wrapping_add(1 << (POLE_BITS - 1)) >> POLE_BITS;
         let rate = saturated(driven).saturating_add(decayed as i32);
-        state.rate = AngularRate(I16F16::from_bits(rate));
+        state.rate = AngularRate::new(I16F16::from_bits(rate));
         state.rate
     }
 }

@@ -1,9 +1,9 @@
 //! The effort that a nominal wearer's joint needs to be where it is wanted:
 //! the muscle and joint model run backwards, for a law to add to its own.
 
-use super::law::{Q, ratio};
-use super::spec::{SpecError, SpecField};
-use crate::muscle::exponential::{exp2_neg, log2_neg_coarse, mul_high};
+use crate::arithmetic::exponential::{exp2_neg, log2_neg_coarse, mul_high};
+use crate::arithmetic::fixed_point::{Q, ratio};
+use crate::range::{OutOfRange, Range};
 use crate::units::{Angle, AngularRate};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -88,8 +88,8 @@ impl FeedForward {
     /// and `high_mdeg` (within ±180 000 m°, low to high).
     ///
     /// # Errors
-    /// [`SpecError`] names the first offending field and what it allows.
-    pub fn new(model: &WearerModel, low_mdeg: i32, high_mdeg: i32) -> Result<Self, SpecError> {
+    /// [`OutOfRange`] names the first offending field and what it allows.
+    pub fn new(model: &WearerModel, low_mdeg: i32, high_mdeg: i32) -> Result<Self, OutOfRange> {
         model.check()?;
         // |m°| <= 180 000: below 2^24.
         let bits = |mdeg: i32| (i64::from(mdeg) * 65_536 / 1000) as i32;
@@ -127,10 +127,10 @@ impl FeedForward {
     /// (`firmware/tests/control_feed_forward.rs`).
     #[must_use]
     pub fn effort(&self, target: Angle, rate: AngularRate) -> Q {
-        let rate = rate.0.to_bits();
+        let rate = rate.get().to_bits();
         // 2^31 · 2^30 in 2^-47 leaves 2^30 in 2^-16.
         let lead = ((i64::from(rate) * i64::from(self.lead)) >> 31) as i32;
-        let angle = target.0.to_bits().saturating_add(lead).clamp(-FAR, FAR);
+        let angle = target.get().to_bits().saturating_add(lead).clamp(-FAR, FAR);
         let way = angle.wrapping_sub(self.rest); // below 2^27
         // 0…span, shifted below 2^32.
         let moved = angle.wrapping_sub(self.low).max(0).min(self.span);
@@ -192,6 +192,23 @@ impl Side {
 }
 
 impl WearerModel {
+    /// Of [`Self::rest_mdeg`].
+    pub const REST_MDEG: Range = Range::new("rest_mdeg", -180_000, 180_000);
+    /// Of [`Self::stiffness_unm_per_rad`].
+    pub const STIFFNESS_UNM_PER_RAD: Range = Range::new("stiffness_unm_per_rad", 0, 50_000_000);
+    /// Of [`Self::damping_unm_s_per_rad`].
+    pub const DAMPING_UNM_S_PER_RAD: Range = Range::new("damping_unm_s_per_rad", 0, 5_000_000);
+    /// Of [`Self::flexion_unm`].
+    pub const FLEXION_UNM: Range = Range::new("flexion_unm", 1_000, 200_000_000);
+    /// Of [`Self::extension_unm`].
+    pub const EXTENSION_UNM: Range = Range::new("extension_unm", 1_000, 200_000_000);
+    /// Of [`Self::torque_loss_milli`].
+    pub const TORQUE_LOSS_MILLI: Range = Range::new("torque_loss_milli", 0, 900);
+    /// Of [`Self::curvature_milli`].
+    pub const CURVATURE_MILLI: Range = Range::new("curvature_milli", 100, 11_000);
+    /// Of [`Self::lead_ms`].
+    pub const LEAD_MS: Range = Range::new("lead_ms", 0, 500);
+
     /// Angle at which the spring balances all flexion, mrad: how much a unit of
     /// effort moves, after which gains are scheduled. Within a quarter and four
     /// times [`WearerModel::REFERENCE_MRAD`].
@@ -218,27 +235,14 @@ impl WearerModel {
     /// two-point (0.484 N·m over 0.12 N·m/rad).
     pub const REFERENCE_MRAD: u32 = 4033;
 
-    fn check(&self) -> Result<(), SpecError> {
-        use SpecField as F;
-        let within = |field, value: i64, min: i32, max: i32| {
-            if (i64::from(min)..=i64::from(max)).contains(&value) {
-                Ok(())
-            } else {
-                Err(SpecError::OutOfRange { field, min, max })
-            }
-        };
-        within(F::Rest, self.rest_mdeg.into(), -180_000, 180_000)?;
-        within(
-            F::Stiffness,
-            self.stiffness_unm_per_rad.into(),
-            0,
-            50_000_000,
-        )?;
-        within(F::Damping, self.damping_unm_s_per_rad.into(), 0, 5_000_000)?;
-        within(F::Flexion, self.flexion_unm.into(), 1_000, 200_000_000)?;
-        within(F::Extension, self.extension_unm.into(), 1_000, 200_000_000)?;
-        within(F::TorqueLoss, self.torque_loss_milli.into(), 0, 900)?;
-        within(F::Curvature, self.curvature_milli.into(), 100, 11_000)?;
-        within(F::Lead, self.lead_ms.into(), 0, 500)
+    fn check(&self) -> Result<(), OutOfRange> {
+        Self::REST_MDEG.check(self.rest_mdeg)?;
+        Self::STIFFNESS_UNM_PER_RAD.check(self.stiffness_unm_per_rad)?;
+        Self::DAMPING_UNM_S_PER_RAD.check(self.damping_unm_s_per_rad)?;
+        Self::FLEXION_UNM.check(self.flexion_unm)?;
+        Self::EXTENSION_UNM.check(self.extension_unm)?;
+        Self::TORQUE_LOSS_MILLI.check(self.torque_loss_milli)?;
+        Self::CURVATURE_MILLI.check(self.curvature_milli)?;
+        Self::LEAD_MS.check(self.lead_ms)
     }
 }

@@ -2,10 +2,9 @@
 //! pulse rate, through its muscle run backwards. Nothing is measured.
 
 use super::setpoint::{HoldPolicy, SetpointError, SetpointTrack};
-use crate::muscle::{
-    CalciumForceSpec, Drive, Inverse, LONGEST_US, Limiting, OutOfRange, PERIOD_US, Recruitment,
-};
-use crate::units::{self, Force, ForceRate, Micros};
+use crate::muscle::{CalciumForceSpec, Drive, Inverse, Limiting, Recruitment};
+use crate::range::OutOfRange;
+use crate::units::{Force, ForceRate, Micros};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
@@ -30,15 +29,11 @@ impl ForceSpec {
     ///
     /// # Errors
     /// The field and what it may be.
-    pub fn check(&self) -> Result<(), units::OutOfRange> {
+    pub fn check(&self) -> Result<(), OutOfRange> {
         self.check_hold()?;
-        let (shortest, longest) = PERIOD_US;
-        let (shortest, longest) = (shortest.cast_signed(), longest.cast_signed());
-        let given = self.min_period_us.into();
-        units::OutOfRange::check("min_period_us", given, shortest, longest)?;
-        if let Some(given) = self.max_period_us {
-            let slowest = LONGEST_US.cast_signed(); // 2 s
-            units::OutOfRange::check("max_period_us", given.into(), shortest, slowest)?;
+        Inverse::MIN_PERIOD_US.check(self.min_period_us)?;
+        if let Some(longest_us) = self.max_period_us {
+            Inverse::MAX_PERIOD_US.check(longest_us)?;
         }
         Ok(())
     }
@@ -47,9 +42,9 @@ impl ForceSpec {
     ///
     /// # Errors
     /// As [`Self::check`].
-    pub fn check_hold(&self) -> Result<(), units::OutOfRange> {
+    pub fn check_hold(&self) -> Result<(), OutOfRange> {
         if let HoldPolicy::Extrapolate { max_ms } = self.hold {
-            units::OutOfRange::check("max_ms", max_ms.into(), 1, 1000)?;
+            HoldPolicy::MAX_MS.check(max_ms)?;
         }
         Ok(())
     }
@@ -173,7 +168,7 @@ impl ForceControl {
     /// muscle's lag, as far as limits and zero allow.
     pub fn tick(&self, state: &mut ForceState, now: Micros) -> Option<ForceOrders> {
         let (target, rate) = state.track.motion_at(now, self.hold)?;
-        let ahead = self.inverse.ahead(target, rate.0);
+        let ahead = self.inverse.ahead(target, rate);
         let drive = self.inverse.drive(&self.recruitment, ahead);
         let gap = (drive.limiting == Some(Limiting::BelowLeast)).then(|| ForceGap {
             below_mn: 0,

@@ -1,15 +1,48 @@
 //! One joint: its setpoint track, its sensor, its law and its points.
 
+use super::effort::Effort;
 use super::feed_forward::FeedForward;
-use super::law::{Effort, Law, LawState};
+use super::law::{Law, LawState};
 use super::mapping::{Amplitudes, Mapping};
+use super::refusal::SpecError;
 use super::response::Course;
 use super::sensor::{MeasurementError, Sensor, SensorFault, SensorState};
 use super::setpoint::{HoldPolicy, SetpointError, SetpointTrack};
-use super::spec::{JointSpec, SpecError};
+use super::spec::JointSpec;
 use crate::units::{Angle, AngularRate, Micros};
 
 /// A validated joint. Immutable; everything that changes is a [`JointState`].
+///
+/// ```
+/// use firmware::control::{
+///     HoldPolicy, Joint, JointSpec, JointState, LawSpec, PointSpec, SensorSource,
+/// };
+/// use firmware::units::{Amplitude, Angle, Micros};
+///
+/// let law = LawSpec::ALONE;
+/// let joint = Joint::new(&JointSpec {
+///     law,
+///     law_period_ms: law.default_period_ms(),
+///     cutoff_mhz: law.default_cutoff_mhz(),
+///     flexors: [PointSpec::of_pair(0, Amplitude(20_000), 700)].into_iter().collect(),
+///     extensor: PointSpec::of_pair(1, Amplitude(20_000), 700),
+///     hold: HoldPolicy::Hold,
+///     angle_min_mdeg: 0,
+///     angle_max_mdeg: 100_000,
+///     sensor: SensorSource::Host,
+///     stale_after_ms: 50,
+///     wearer: None,
+///     response: None,
+/// })
+/// .unwrap();
+/// let (mut state, now) = (JointState::default(), Micros(1_000));
+/// let (bent, wanted) = (Angle::from_centideg(1_000), Angle::from_centideg(5_000));
+/// joint.measurement(&mut state, now, now, bent).unwrap();
+/// joint.setpoint(&mut state, now, now, wanted, None).unwrap();
+/// let orders = joint.tick(&mut state, now, None).unwrap();
+/// let (flexor, extensor) = (orders.amplitudes[0].1, orders.amplitudes[1].1);
+/// assert!(flexor > extensor); // 40° too little: it flexes
+/// ```
 #[derive(Clone, Debug)]
 pub struct Joint {
     law: Law,
@@ -160,7 +193,7 @@ impl Joint {
         let effort = match state.effort {
             Some(effort) if self.is_waiting(state.law_due, now) => effort,
             held => {
-                let error = Angle(target.0.saturating_sub(measured.0));
+                let error = target - measured;
                 let course = self
                     .feed_forward
                     .map_or_else(Course::default, |wearer| Course {

@@ -1,20 +1,16 @@
-//! Which control law, with which gains; and what any law answers.
+//! Which control law, with which gains; and the law made of them.
 
 use super::differentiator::{Differentiator, DifferentiatorState};
+use super::effort::Effort;
 use super::feed_forward::WearerModel;
 use super::pid::{Pid, PidState};
-use super::response::{Course, Response, ResponseState};
+use super::response::{Course, Response, ResponseSpec, ResponseState};
 use super::super_twisting::{Paper, Recommended, TwistState};
+use crate::arithmetic::fixed_point::Q;
+use crate::range::OutOfRange;
 use crate::units::Angle;
-use fixed::types::I40F24;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
-
-/// The number format inside the laws: Q39.24, resolution 6e-8, range ±5.5e11.
-///
-/// 24 fraction bits hold the smallest coefficient that matters (h²·b·k2, about
-/// 6e-4 at 1 ms) to 1e-4 of itself; products saturate and round towards −∞.
-pub type Q = I40F24;
 
 /// A law and its gains as they travel on the wire; every gain in thousandths.
 ///
@@ -62,7 +58,7 @@ impl LawSpec {
         w_milli: 1_000,
     };
     /// At 2 ms and 8.71 Hz, for a wearer of [`WearerModel::REFERENCE_MRAD`], with
-    /// that wearer's model and [`super::ResponseSpec::RECOMMENDED`] beside it
+    /// that wearer's model and [`ResponseSpec::RECOMMENDED`] beside it
     /// ([`LawSpec::for_wearer`] for another); without them [`LawSpec::ALONE`] is
     /// better. See [`Recommended`] for how these were found.
     pub const RECOMMENDED: Self = Self::Recommended {
@@ -163,40 +159,46 @@ const fn inversely(gain: u32, strength_mrad: u64) -> u32 {
     }
 }
 
-/// What a law asks for: positive flexes, negative extends, before any clamp.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub enum Effort {
-    /// Volts (milliamperes on a current-controlled stage) above threshold.
-    AboveThreshold(Q),
-    /// Fraction of the way from threshold (0) to the wearer's maximum (±1).
-    Fraction(Q),
-}
-
-impl Effort {
-    /// In thousandths of its unit, for telemetry; saturating.
-    #[must_use]
-    pub fn to_milli(self) -> i32 {
-        let (Self::AboveThreshold(q) | Self::Fraction(q)) = self;
-        // Beyond 2^22 the thousandths do not fit anyway; 2^46 · 1000 < 2^56.
-        let bits = q.to_bits().clamp(-(1 << 46), 1 << 46);
-        let milli = (bits * 1000) >> Q::FRAC_NBITS;
-        milli.clamp(i32::MIN.into(), i32::MAX.into()) as i32
-    }
-}
-
 /// A validated law with its differentiator, for one period.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Law {
-    pub(super) kind: LawKind,
-    pub(super) differentiator: Differentiator,
-    pub(super) response: Option<Response>,
+    kind: LawKind,
+    differentiator: Differentiator,
+    response: Option<Response>,
 }
 
 #[derive(Clone, Copy, Debug)]
-pub(super) enum LawKind {
+enum LawKind {
     Paper(Paper),
     Recommended(Recommended),
     Pid(Pid),
+}
+
+impl LawKind {
+    fn new(spec: &LawSpec, period_ms: u8) -> Result<Self, OutOfRange> {
+        Ok(match *spec {
+            LawSpec::Paper {
+                lambda_milli,
+                w_milli,
+            } => Self::Paper(Paper::new(lambda_milli, w_milli, period_ms)?),
+            LawSpec::Recommended {
+                lambda_milli,
+                k1_milli,
+                k2_milli,
+                b_milli,
+                k3_milli,
+                ki_milli,
+            } => {
+                let twist = [k1_milli, k2_milli, b_milli, k3_milli];
+                Self::Recommended(Recommended::new(lambda_milli, ki_milli, twist, period_ms)?)
+            }
+            LawSpec::Pid {
+                kp_milli,
+                ki_milli,
+                kd_milli,
+            } => Self::Pid(Pid::new(kp_milli, ki_milli, kd_milli, period_ms)?),
+        })
+    }
 }
 
 /// What a law remembers between steps.
@@ -209,6 +211,21 @@ pub(crate) struct LawState {
 }
 
 impl Law {
+    /// Validates a law for a period of `period_ms`, its differentiator and the
+    /// wearer's response.
+    pub(crate) fn new(
+        spec: &LawSpec,
+        period_ms: u8,
+        cutoff_mhz: u32,
+        response: Option<&ResponseSpec>,
+    ) -> Result<Self, OutOfRange> {
+        Ok(Self {
+            differentiator: Differentiator::new(cutoff_mhz, period_ms)?,
+            kind: LawKind::new(spec, period_ms)?,
+            response: response.map(|r| r.response(period_ms)).transpose()?,
+        })
+    }
+
     /// No effort, in this law's unit.
     pub(super) fn rest(&self) -> Effort {
         match self.kind {
@@ -246,39 +263,3 @@ impl Law {
         }
     }
 }
-
-/// `numerator` / `denominator` in [`Q`], rounded to nearest. For gains, at
-/// construction only. The caller keeps numerator below 2^63 and the quotient
-/// below 2^38.
-pub(super) fn ratio(numerator: u64, denominator: u64) -> Q {
-    let n = u128::from(numerator) << Q::FRAC_NBITS;
-    let d = u128::from(denominator.max(1));
-    // 2^87 / d fits i64 by the caller's bound; clamp instead of trusting it.
-    Q::from_bits(((n + d / 2) / d).min(i64::MAX as u128) as i64)
-}
-
-/// a·b, rounded towards −∞, for |b| <= 128 and |a·b| < 2^39: two short products
-/// in place of a 128-bit one.
-pub(super) const fn product(a: Q, b: Q) -> Q {
-    let (a, b) = (a.to_bits(), b.to_bits());
-    // a = upper·2^32 + lower. lower · b < 2^32 · 2^31; everything else is exact
-    // modulo 2^64, and the sum fits by the caller's bound.
-    let (upper, lower) = (a >> 32, a & 0xFFFF_FFFF);
-    let fine = lower.wrapping_mul(b) >> Q::FRAC_NBITS;
-    let coarse = upper.wrapping_mul(b) << (32 - Q::FRAC_NBITS);
-    Q::from_bits(coarse.wrapping_add(fine))
-}
-
-/// `x`, or the nearest number of 32 bits.
-#[inline(always)]
-pub(super) const fn saturated(x: i64) -> i32 {
-    let low = x as i32;
-    if low as i64 == x {
-        low
-    } else {
-        (x >> 63) as i32 ^ i32::MAX
-    }
-}
-
-/// π/180 in [`Q`]: 0.017453292 within 1.4e-6 of itself.
-pub(super) const RAD_PER_DEG: Q = Q::from_bits(292_819);

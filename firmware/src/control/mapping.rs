@@ -1,7 +1,10 @@
 //! From a law's effort to amplitudes of flexor and extensor
 //! (Hamana 2022 (7)–(12), with V_Eth in (10) where V_Bth is printed).
 
-use super::law::{Effort, Q};
+use super::effort::Effort;
+use super::refusal::{AMPLITUDE_MAX, CHANNEL, SpecError};
+use crate::arithmetic::fixed_point::Q;
+use crate::range::{OutOfRange, Range};
 use crate::units::Amplitude;
 use heapless::Vec;
 use postcard_schema::Schema;
@@ -45,8 +48,8 @@ impl PointSpec {
 /// Validated points of one joint.
 #[derive(Clone, Debug)]
 pub struct Mapping {
-    pub(super) flexors: Vec<PointSpec, 2>,
-    pub(super) extensor: PointSpec,
+    flexors: Vec<PointSpec, 2>,
+    extensor: PointSpec,
 }
 
 /// One amplitude per channel of the joint.
@@ -57,6 +60,31 @@ pub type Amplitudes = Vec<(u8, Amplitude), CHANNELS>;
 const PULL_MAX: i64 = 1 << (19 + Q::FRAC_NBITS);
 
 impl Mapping {
+    /// How many flexor points there are.
+    pub const FLEXORS: Range = Range::new("flexors", 1, 2);
+
+    /// Validates the points: one or two flexors, no channel twice.
+    pub(super) fn new(flexors: &Vec<PointSpec, 2>, extensor: PointSpec) -> Result<Self, SpecError> {
+        // At most 2 by the type.
+        Self::FLEXORS.check(flexors.len() as u32)?;
+        let mut used = 0_u16;
+        for point in flexors.iter().chain([&extensor]) {
+            point.check()?;
+            // channel <= 9.
+            let bit = 1_u16 << point.channel;
+            if used & bit != 0 {
+                return Err(SpecError::ChannelTwice {
+                    channel: point.channel,
+                });
+            }
+            used |= bit;
+        }
+        Ok(Self {
+            flexors: flexors.clone(),
+            extensor,
+        })
+    }
+
     /// Amplitudes for an effort, and whether any met the wearer's maximum and
     /// had to be clamped. The side that does not work stays at its threshold,
     /// which stiffens the joint.
@@ -88,6 +116,17 @@ impl Mapping {
 }
 
 impl PointSpec {
+    /// Of [`Self::max`].
+    pub const MAX: Range = Range::new("max", 0, AMPLITUDE_MAX);
+    /// Of [`Self::threshold`], under the highest maximum.
+    pub const THRESHOLD: Range = Range::new("threshold", 0, AMPLITUDE_MAX);
+
+    fn check(&self) -> Result<(), OutOfRange> {
+        CHANNEL.check(self.channel)?;
+        Self::MAX.check(self.max.0)?;
+        Self::THRESHOLD.up_to(self.max.0).check(self.threshold.0)
+    }
+
     /// R(±u) of (7), (8) on top of the threshold, in mV or µA, rounded down;
     /// `limiting` is set if the maximum clamps it. `pull` is a [`Q`] in 0…2^19, a
     /// `fraction` of the point's range or volts.

@@ -9,24 +9,28 @@
 //! Integers only; the same inputs give the same bits on every machine.
 
 pub mod differentiator;
+pub mod effort;
 pub mod feed_forward;
 pub mod force;
 pub mod joint;
 pub mod law;
 pub mod mapping;
 pub mod pid;
+pub mod refusal;
 pub mod response;
 pub(crate) mod sensor;
 pub mod setpoint;
 pub mod spec;
 pub mod super_twisting;
 
+pub use effort::Effort;
 pub use feed_forward::{FeedForward, WearerModel};
 pub use force::{ForceControl, ForceError, ForceGap, ForceOrders, ForceSpec, ForceState};
 pub use joint::{Joint, JointState, Orders};
-pub use law::{Effort, LawSpec};
+pub use law::LawSpec;
 pub use mapping::{Amplitudes, Mapping, PointSpec};
+pub use refusal::SpecError;
 pub use response::ResponseSpec;
 pub use sensor::{CLOCK_ERROR_US, MeasurementError, SensorFault, SensorSource};
 pub use setpoint::{HoldPolicy, SetpointError};
-pub use spec::{JointSpec, SpecError, SpecField};
+pub use spec::JointSpec;

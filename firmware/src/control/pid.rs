@@ -1,6 +1,9 @@
 //! PID on the joint angle: the baseline every other law is measured against.
 
-use super::law::{Effort, Q, RAD_PER_DEG, product, ratio};
+use super::effort::Effort;
+use super::refusal::GAIN_MAX_MILLI;
+use crate::arithmetic::fixed_point::{Q, RAD_PER_DEG, product, ratio};
+use crate::range::{OutOfRange, Range};
 use crate::units::{Angle, AngularRate};
 
 /// u = kp·e + ki·∫e + kd·ė + the feed-forward in radians, with conditional integration: the
@@ -20,15 +23,23 @@ pub struct PidState {
 }
 
 impl Pid {
-    /// Gains in thousandths; ranges are checked by
-    /// [`super::joint::Joint::new`].
-    #[must_use]
-    pub(super) fn new(kp_milli: u32, ki_milli: u32, kd_milli: u32, period_ms: u8) -> Self {
-        Self {
-            kp: ratio(kp_milli.into(), 1000),
-            ki_step: ratio(u64::from(ki_milli) * u64::from(period_ms), 1_000_000),
-            kd: ratio(kd_milli.into(), 1000),
-        }
+    /// Of the proportional gain.
+    pub const KP_MILLI: Range = Range::new("kp_milli", 0, GAIN_MAX_MILLI);
+    /// Of the integral gain.
+    pub const KI_MILLI: Range = Range::new("ki_milli", 0, GAIN_MAX_MILLI);
+    /// Of the derivative gain.
+    pub const KD_MILLI: Range = Range::new("kd_milli", 0, GAIN_MAX_MILLI);
+
+    /// Gains in thousandths, as in [`super::LawSpec::Pid`].
+    pub(super) fn new(kp: u32, ki: u32, kd: u32, period_ms: u8) -> Result<Self, OutOfRange> {
+        Self::KP_MILLI.check(kp)?;
+        Self::KI_MILLI.check(ki)?;
+        Self::KD_MILLI.check(kd)?;
+        Ok(Self {
+            kp: ratio(kp.into(), 1000),
+            ki_step: ratio(u64::from(ki) * u64::from(period_ms), 1_000_000),
+            kd: ratio(kd.into(), 1000),
+        })
     }
 
     /// One period further: fraction of the range, not clamped.
@@ -41,8 +52,8 @@ impl Pid {
     ) -> Effort {
         // |e|, |ė| < 2^15 degrees are below 572 rad, gains at most 100: every
         // product fits.
-        let e = product(Q::from_num(error.0), RAD_PER_DEG);
-        let de = product(Q::from_num(rate.0), RAD_PER_DEG);
+        let e = product(Q::from_num(error.get()), RAD_PER_DEG);
+        let de = product(Q::from_num(rate.get()), RAD_PER_DEG);
         let u = product(e, self.kp)
             .saturating_add(product(de, self.kd))
             .saturating_add(state.integral)

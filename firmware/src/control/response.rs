@@ -2,10 +2,9 @@
 //! one differs: a predictor against delay, and gains adapted while it runs.
 
 use super::feed_forward::WearerModel;
-use super::law::{Q, ratio, saturated};
-use super::spec::{SpecError, SpecField, within};
-use super::super_twisting::radians;
-use crate::muscle::exponential::exp2_neg;
+use crate::arithmetic::exponential::exp2_neg;
+use crate::arithmetic::fixed_point::{Q, radians, ratio, saturated};
+use crate::range::{OutOfRange, Range};
 use crate::units::{Angle, AngularRate};
 use fixed::types::I16F16;
 use postcard_schema::Schema;
@@ -91,6 +90,19 @@ const SCALE: (i32, i32) = (-(1 << 23), 3 << 23);
 const DAMPING: i32 = 5_033_165;
 
 impl ResponseSpec {
+    /// Of [`Self::gain_mrad`].
+    pub const GAIN_MRAD: Range = Range::new("gain_mrad", 0, 10_000);
+    /// Of [`Self::muscle_ms`].
+    pub const MUSCLE_MS: Range = Range::new("muscle_ms", 1, 1_000);
+    /// Of [`Self::joint_ms`].
+    pub const JOINT_MS: Range = Range::new("joint_ms", 1, 1_000);
+    /// Of [`Self::delay_ms`].
+    pub const DELAY_MS: Range = Range::new("delay_ms", 0, 79);
+    /// Of [`Self::scale_milli`].
+    pub const SCALE_MILLI: Range = Range::new("scale_milli", 0, 100_000);
+    /// Of [`Self::damping_milli`].
+    pub const DAMPING_MILLI: Range = Range::new("damping_milli", 0, 10_000);
+
     /// Found with [`super::LawSpec::RECOMMENDED`], by the same search, for a wearer
     /// of [`WearerModel::REFERENCE_MRAD`].
     pub const RECOMMENDED: Self = Self {
@@ -125,14 +137,13 @@ impl ResponseSpec {
     }
 
     /// Validates it for a period of 1…20 ms.
-    pub(super) fn response(&self, period_ms: u8) -> Result<Response, SpecError> {
-        use SpecField as F;
-        within(F::ResponseGain, self.gain_mrad.into(), 0, 10_000)?;
-        within(F::MuscleLag, self.muscle_ms.into(), 1, 1000)?;
-        within(F::JointLag, self.joint_ms.into(), 1, 1000)?;
-        within(F::Delay, self.delay_ms.into(), 0, 79)?;
-        within(F::ScaleLearning, self.scale_milli, 0, 100_000)?;
-        within(F::DampingLearning, self.damping_milli, 0, 10_000)?;
+    pub(super) fn response(&self, period_ms: u8) -> Result<Response, OutOfRange> {
+        Self::GAIN_MRAD.check(self.gain_mrad)?;
+        Self::MUSCLE_MS.check(self.muscle_ms)?;
+        Self::JOINT_MS.check(self.joint_ms)?;
+        Self::DELAY_MS.check(self.delay_ms)?;
+        Self::SCALE_MILLI.check(self.scale_milli)?;
+        Self::DAMPING_MILLI.check(self.damping_milli)?;
         let h = u64::from(period_ms.max(1));
         // h/τ <= 20: below 2^38 in 2^-32.
         let keep = |tau_ms: u16| {
@@ -167,8 +178,8 @@ impl Response {
         // Both within ±1 and a bit: their difference fits, and with a gain below
         // 2^26 the product is below 2^28.
         let to_come = times(now.wrapping_sub(then), self.gain, 29) as i32;
-        let error = error.0.to_bits().saturating_sub(to_come);
-        Angle(I16F16::from_bits(error))
+        let error = error.get().to_bits().saturating_sub(to_come);
+        Angle::new(I16F16::from_bits(error))
     }
 
     /// The feed-forward as learnt so far.
@@ -177,7 +188,7 @@ impl Response {
         // |forward| <= 1; |scale| < 2, |damping| < 1, |rate| <= 72.
         let forward = course.forward.to_bits() as i32;
         let scaled = times(state.scale, forward, 24);
-        let damped = times(state.damping, radians(course.rate.0), 24);
+        let damped = times(state.damping, radians(course.rate.get()), 24);
         let learnt = Q::from_bits(scaled.wrapping_add(damped));
         course.forward.wrapping_add(learnt)
     }
@@ -189,15 +200,15 @@ impl Response {
     pub(super) fn learn(&self, state: &mut ResponseState, error: Angle, course: &Course, u: Q) {
         const ONE: i32 = 1 << 24;
         let u = saturated(u.to_bits());
-        let outward = (u > ONE && error.0 > 0) || (u < -ONE && error.0 < 0);
+        let outward = (u > ONE && error.get() > 0) || (u < -ONE && error.get() < 0);
         if !outward {
             // Within ±8 rad, steps below 4, |forward| <= 1: below 2^29.
-            let e = radians(error.0).clamp(-(8 << 24), 8 << 24);
+            let e = radians(error.get()).clamp(-(8 << 24), 8 << 24);
             let forward = course.forward.to_bits() as i32;
             let scale = times(times(self.scale_step, e, 24) as i32, forward, 24) as i32;
             state.scale = state.scale.saturating_add(scale).clamp(SCALE.0, SCALE.1);
             // Within ±72: the product is below 2^36, which saturates.
-            let rate = radians(course.rate.0);
+            let rate = radians(course.rate.get());
             let damping = saturated(times(times(self.damping_step, e, 24) as i32, rate, 24));
             state.damping = (state.damping.saturating_add(damping)).clamp(-DAMPING, DAMPING);
         }

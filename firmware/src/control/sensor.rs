@@ -1,8 +1,8 @@
 //! The one path of all angle measurements: from the board's converter or from
 //! the host, with one check of age and range.
 
-use super::spec::{SpecError, SpecField, within};
-use crate::division::quotient;
+use crate::arithmetic::division::quotient;
+use crate::range::{OutOfRange, Range};
 use crate::units::{Angle, Micros};
 use fixed::types::I16F16;
 use postcard_schema::Schema;
@@ -31,8 +31,17 @@ pub enum SensorSource {
 }
 
 impl SensorSource {
+    /// Of [`Self::Adc::code_at_0`].
+    pub const CODE_AT_0: Range = Range::new("code_at_0", 0, 4095);
+    /// Of [`Self::Adc::code_at_100`].
+    pub const CODE_AT_100: Range = Range::new("code_at_100", 0, 4095);
+    /// How far the two are apart.
+    pub const CODE_SPAN: Range = Range::new("code_at_100 - code_at_0", 100, 4095);
+    /// Age at which the last measurement is stale.
+    pub const STALE_AFTER_MS: Range = Range::new("stale_after_ms", 2, 500);
+
     /// Checks the calibration.
-    pub(crate) fn check(self) -> Result<(), SpecError> {
+    pub(crate) fn check(self) -> Result<(), OutOfRange> {
         let Self::Adc {
             code_at_0,
             code_at_100,
@@ -40,10 +49,9 @@ impl SensorSource {
         else {
             return Ok(());
         };
-        within(SpecField::CodeAt0, code_at_0.into(), 0, 4095)?;
-        within(SpecField::CodeAt100, code_at_100.into(), 0, 4095)?;
-        let span = code_at_0.abs_diff(code_at_100).into();
-        within(SpecField::CodeSpan, span, 100, 4095)
+        Self::CODE_AT_0.check(code_at_0)?;
+        Self::CODE_AT_100.check(code_at_100)?;
+        Self::CODE_SPAN.check(code_at_0.abs_diff(code_at_100))
     }
 }
 
@@ -104,9 +112,9 @@ impl Sensor {
         source: SensorSource,
         stale_after_ms: u16,
         range: (i32, i32),
-    ) -> Result<Self, SpecError> {
+    ) -> Result<Self, OutOfRange> {
         source.check()?;
-        within(SpecField::StaleAfter, stale_after_ms.into(), 2, 500)?;
+        SensorSource::STALE_AFTER_MS.check(stale_after_ms)?;
         let (min, max) = range;
         Ok(Self {
             source,
@@ -182,7 +190,7 @@ impl Sensor {
         } else {
             size.into()
         };
-        Some(Angle(I16F16::from_bits(
+        Some(Angle::new(I16F16::from_bits(
             bits.clamp(i32::MIN.into(), i32::MAX.into()) as i32,
         )))
     }

@@ -1,7 +1,8 @@
 //! A track of timed setpoints, angles or forces: what is wanted now, from what
 //! was said.
 
-use crate::division::quotient;
+use crate::arithmetic::division::quotient;
+use crate::range::Range;
 use crate::units::{Angle, AngularRate, Force, ForceRate, Micros};
 use core::marker::PhantomData;
 use fixed::types::I16F16;
@@ -30,6 +31,11 @@ pub enum HoldPolicy {
         /// Longest extrapolation, ms; 1…1000.
         max_ms: u16,
     },
+}
+
+impl HoldPolicy {
+    /// Of [`Self::Extrapolate::max_ms`].
+    pub const MAX_MS: Range = Range::new("max_ms", 1, 1_000);
 }
 
 /// Why a setpoint was not taken.
@@ -71,16 +77,16 @@ macro_rules! quantity {
         impl Quantity for $value {
             type Rate = $rate;
             fn new(value: I16F16) -> Self {
-                Self(value)
+                Self::new(value)
             }
             fn get(self) -> I16F16 {
-                self.0
+                self.get()
             }
             fn rate(per_s: I16F16) -> $rate {
-                $rate(per_s)
+                $rate::new(per_s)
             }
             fn per_s(rate: $rate) -> I16F16 {
-                rate.0
+                rate.get()
             }
         }
     };

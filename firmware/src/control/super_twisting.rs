@@ -6,11 +6,14 @@
 //! f32 has 24 bits, where its argument here has up to 39: the law would be
 //! converted there and back for a coarser root.
 
-use super::law::{Effort, Q, product, ratio, saturated};
-use crate::division;
+use super::differentiator::Differentiator;
+use super::effort::Effort;
+use super::refusal::GAIN_MAX_MILLI;
+use crate::arithmetic::division;
+use crate::arithmetic::fixed_point::{Q, product, radians, ratio, saturated};
+use crate::range::{OutOfRange, Range};
 use crate::units::{Angle, AngularRate};
 use core::cmp::Ordering;
-use fixed::types::I16F16;
 
 /// Bound of the sliding variable: 2^14 (°/s or rad/s), far beyond any joint.
 /// It makes the shifts below provably fit.
@@ -51,14 +54,19 @@ pub struct Paper {
 }
 
 impl Paper {
-    /// Gains in thousandths; ranges are checked by
-    /// [`super::joint::Joint::new`].
-    #[must_use]
-    pub(super) fn new(lambda_milli: u32, w_milli: u32, period_ms: u8) -> Self {
-        Self {
-            lambda: ratio(lambda_milli.into(), 1000),
-            w_step: ratio(u64::from(w_milli) * u64::from(period_ms), 1_000_000),
-        }
+    /// Of λ.
+    pub const LAMBDA_MILLI: Range = Range::new("lambda_milli", 1, GAIN_MAX_MILLI);
+    /// Of W.
+    pub const W_MILLI: Range = Range::new("w_milli", 0, GAIN_MAX_MILLI);
+
+    /// Gains in thousandths, as in [`super::LawSpec::Paper`].
+    pub(super) fn new(lambda: u32, w: u32, period_ms: u8) -> Result<Self, OutOfRange> {
+        Self::LAMBDA_MILLI.check(lambda)?;
+        Self::W_MILLI.check(w)?;
+        Ok(Self {
+            lambda: ratio(lambda.into(), 1000),
+            w_step: ratio(u64::from(w) * u64::from(period_ms), 1_000_000),
+        })
     }
 
     /// One period further: volts above threshold, not clamped.
@@ -115,20 +123,21 @@ const ROOT_GAIN_MAX: u64 = 200;
 const LINEAR_GAIN_MAX: u64 = 7;
 
 impl Twist {
+    /// Of b.
+    pub const B_MILLI: Range = Range::new("b_milli", 1_000, 1_000_000);
+
     /// k1 (effort·s^-½), k2 (effort/s), b (rate of s per effort) and k3 (effort
-    /// per s) in thousandths: 1…100 000, 0…100 000, 1000…1 000 000, 0…100 000;
-    /// period 1…20 ms. `None` outside these, or above [`Twist::k1_max_milli`] or
-    /// [`Twist::k3_max_milli`].
-    #[must_use]
-    pub fn new(k1: u32, k2: u32, b: u32, k3: u32, period_ms: u8) -> Option<Self> {
-        let valid = (1..=Self::k1_max_milli(b, period_ms)).contains(&k1)
-            && k2 <= 100_000
-            && (1000..=1_000_000).contains(&b)
-            && k3 <= Self::k3_max_milli(b, period_ms)
-            && (1..=20).contains(&period_ms);
-        if !valid {
-            return None;
-        }
+    /// per s) in thousandths; period 1…20 ms.
+    ///
+    /// # Errors
+    /// The first that is outside [`Self::k1_milli`], 0…100 000, [`Self::B_MILLI`],
+    /// [`Self::k3_milli`] and [`Differentiator::STEP_MS`].
+    pub fn new(k1: u32, k2: u32, b: u32, k3: u32, period_ms: u8) -> Result<Self, OutOfRange> {
+        Differentiator::STEP_MS.check(period_ms)?;
+        Self::B_MILLI.check(b)?;
+        Self::k1_milli(b, period_ms).check(k1)?;
+        Range::new("k2_milli", 0, GAIN_MAX_MILLI).check(k2)?;
+        Self::k3_milli(b, period_ms).check(k3)?;
         let [k1, k2, b, k3, h] = [
             k1.into(),
             k2.into(),
@@ -140,7 +149,7 @@ impl Twist {
         let bits = |numerator, denominator| ratio(numerator, denominator).to_bits() as u32;
         let linear = h * b * k3; // <= 7e9
         let half = bits(h * b * k1, 2_000_000_000);
-        Some(Self {
+        Ok(Self {
             k1: bits(k1, 1000),
             k3: bits(k3, 1000),
             slope: bits(1_000_000_000 + linear, 1_000_000_000),
@@ -153,16 +162,18 @@ impl Twist {
         })
     }
 
-    /// Highest k1 for this b and period, thousandths: h·b·k1 <= 200.
+    /// Of k1 for this b and period: h·b·k1 <= 200.
     #[must_use]
-    pub fn k1_max_milli(b_milli: u32, period_ms: u8) -> u32 {
-        gain_max(ROOT_GAIN_MAX, b_milli, period_ms)
+    pub fn k1_milli(b_milli: u32, period_ms: u8) -> Range {
+        let most = gain_max(ROOT_GAIN_MAX, b_milli, period_ms);
+        Range::new("k1_milli", 1, GAIN_MAX_MILLI).up_to(most)
     }
 
-    /// Highest k3 for this b and period, thousandths: h·b·k3 <= 7.
+    /// Of k3 for this b and period: h·b·k3 <= 7.
     #[must_use]
-    pub fn k3_max_milli(b_milli: u32, period_ms: u8) -> u32 {
-        gain_max(LINEAR_GAIN_MAX, b_milli, period_ms)
+    pub fn k3_milli(b_milli: u32, period_ms: u8) -> Range {
+        let most = gain_max(LINEAR_GAIN_MAX, b_milli, period_ms);
+        Range::new("k3_milli", 0, GAIN_MAX_MILLI).up_to(most)
     }
 
     /// The answer to `s`, bounded to ±128.
@@ -211,10 +222,10 @@ impl Twist {
     }
 }
 
-/// The k in thousandths for which h·b·k is `most`, at most 100.
+/// The k in thousandths for which h·b·k is `most`.
 fn gain_max(most: u64, b_milli: u32, period_ms: u8) -> u32 {
     let hb = (u64::from(b_milli) * u64::from(period_ms)).max(1);
-    (most * 1_000_000_000 / hb).min(100_000) as u32
+    (most * 1_000_000_000 / hb).min(u32::MAX.into()) as u32
 }
 
 /// [`Twist`] on the surface s = ė + λ·e in rad/s, with ki·e beside the sign in the
@@ -245,15 +256,33 @@ pub struct Recommended {
 }
 
 impl Recommended {
-    /// λ and ki in thousandths, 100…100 000 and 0…100 000.
-    #[must_use]
-    pub(super) fn new(lambda_milli: u32, ki_milli: u32, twist: Twist, period_ms: u8) -> Self {
-        let ki_step = ratio(u64::from(ki_milli) * u64::from(period_ms), 1_000_000);
-        Self {
-            lambda: ratio(lambda_milli.into(), 1000).to_bits() as i32,
+    /// Of λ.
+    pub const LAMBDA_MILLI: Range = Range::new("lambda_milli", 100, GAIN_MAX_MILLI);
+    /// Of k2.
+    pub const K2_MILLI: Range = Range::new("k2_milli", 10, GAIN_MAX_MILLI);
+    /// Of ki.
+    pub const KI_MILLI: Range = Range::new("ki_milli", 0, GAIN_MAX_MILLI);
+
+    /// λ, ki and [k1, k2, b, k3] in thousandths, as in
+    /// [`super::LawSpec::Recommended`].
+    pub(super) fn new(
+        lambda: u32,
+        ki: u32,
+        [k1, k2, b, k3]: [u32; 4],
+        period_ms: u8,
+    ) -> Result<Self, OutOfRange> {
+        Self::LAMBDA_MILLI.check(lambda)?;
+        Twist::B_MILLI.check(b)?;
+        Twist::k1_milli(b, period_ms).check(k1)?;
+        Self::K2_MILLI.check(k2)?;
+        let twist = Twist::new(k1, k2, b, k3, period_ms)?;
+        Self::KI_MILLI.check(ki)?;
+        let ki_step = ratio(u64::from(ki) * u64::from(period_ms), 1_000_000);
+        Ok(Self {
+            lambda: ratio(lambda.into(), 1000).to_bits() as i32,
             ki_step: ki_step.to_bits() as i32,
             twist,
-        }
+        })
     }
 
     /// One period further: fraction of the range, not clamped.
@@ -265,10 +294,10 @@ impl Recommended {
         rate: AngularRate,
         forward: Q,
     ) -> Effort {
-        let e = radians(error.0);
+        let e = radians(error.get());
         // Below 2^31 each: the product is below 2^62.
         let ahead = i64::from(self.lambda).wrapping_mul(i64::from(e)) >> Q::FRAC_NBITS;
-        let s = saturated(ahead).saturating_add(radians(rate.0));
+        let s = saturated(ahead).saturating_add(radians(rate.get()));
         let Push { push, growth } = self.twist.push_bits(s);
         let by_error = i64::from(self.ki_step).wrapping_mul(i64::from(e)) >> Q::FRAC_NBITS;
         let growth = growth.wrapping_add(Q::from_bits(by_error));
@@ -283,19 +312,9 @@ impl Recommended {
     }
 }
 
-/// From ° to rad in bits of [`Q`], within ±72: what is beyond ±4096° counts as that.
-#[inline(always)]
-pub(super) fn radians(degrees: I16F16) -> i32 {
-    /// π/180 in 2^-30.
-    const RAD_PER_DEG_Q30: i64 = 18_740_330;
-    let degrees = degrees.to_bits().clamp(-(1 << 28), (1 << 28) - 1);
-    // 2^28 · 2^24.2; 16 + 30 − 22 = 24 fraction bits, below 2^30.2.
-    (i64::from(degrees).wrapping_mul(RAD_PER_DEG_Q30) >> 22) as i32
-}
-
 /// ė + λ·e, in °/s: below 100 · 2^15 + 2^15 < 2^22.
 fn surface(lambda: Q, error: Angle, rate: AngularRate) -> Q {
-    product(Q::from_num(error.0), lambda) + Q::from_num(rate.0)
+    product(Q::from_num(error.get()), lambda) + Q::from_num(rate.get())
 }
 
 /// `size` with the sign of `s`; 0 if `s` is.

@@ -21,8 +21,6 @@ use in_force::InForce;
 use sample::Subscription;
 use setup::ControlSetup;
 
-pub use setup::Muscle;
-
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Phase {
     Off,
@@ -129,12 +127,12 @@ impl Controller {
             let Some(event) = mail.events.dequeue() else {
                 break;
             };
-            self.follow(event, now, mail);
+            self.handle(event, now, mail);
         }
         let mut heard = None;
         let raised = mail.stop.raised();
         while let Some(Asked { stops, request }) = mail.requests.dequeue() {
-            heard = self.take(request, stops == raised, now, mail).or(heard);
+            heard = self.accept(request, stops == raised, now, mail).or(heard);
         }
         if let Some(at) = heard {
             let _ = mail.order(ControlOrder::Heard(at)); // counted
@@ -148,13 +146,13 @@ impl Controller {
         self.sample(now, acted.as_ref(), mail);
     }
 
-    fn follow(&mut self, event: ControlEvent, now: Micros, mail: &mut ControllerMail<'_>) {
+    fn handle(&mut self, event: ControlEvent, now: Micros, mail: &mut ControllerMail<'_>) {
         match event {
             ControlEvent::Armed => {
                 // The session put all parts in before it ordered, and puts in
                 // none of another order before these are taken or dropped.
                 while let Some(part) = mail.parts.dequeue() {
-                    self.setup.put(part);
+                    self.setup.insert(part);
                 }
                 self.rest(now);
             }
@@ -221,7 +219,7 @@ impl Controller {
 
     /// Carries out a request; of one that a stop has overtaken, only what puts
     /// nothing out. When its last byte arrived if it was a setpoint.
-    fn take(
+    fn accept(
         &mut self,
         request: ControlRequest,
         is_latest: bool,
@@ -230,7 +228,7 @@ impl Controller {
     ) -> Option<Micros> {
         let (seq, result, setpoint) = match request {
             ControlRequest::Subscribe(period) => {
-                self.subscription.renew(period);
+                self.subscription.subscribe(period);
                 return None;
             }
             ControlRequest::Angle {
@@ -325,7 +323,7 @@ impl Controller {
             Ok(acted) => {
                 self.limiting |= acted.limiting;
                 for &(channel, amplitude) in &acted.amplitudes {
-                    self.follow_order(channel, amplitude);
+                    self.record_order(channel, amplitude);
                 }
                 let _ = mail.order(ControlOrder::Amplitudes(acted.amplitudes.clone())); // counted
                 Some(acted)
@@ -344,9 +342,9 @@ impl Controller {
     }
 
     /// What was ordered is in force only while stimulating: a fall goes its own way.
-    fn follow_order(&mut self, channel: u8, amplitude: Amplitude) {
+    fn record_order(&mut self, channel: u8, amplitude: Amplitude) {
         if self.state == State::Stimulating {
-            self.in_force.ordered(channel, amplitude);
+            self.in_force.set_amplitude(channel, amplitude);
         }
     }
 
@@ -364,8 +362,8 @@ impl Controller {
             followed.target_mn = Some(target.to_nearest_millinewton());
             followed.gap = gap.or(followed.gap); // since the last sample, as `limiting`
             if self.state == State::Stimulating {
-                self.in_force.ordered(force.channel, drive.amplitude);
-                self.in_force.paced(force.channel, drive.period_us);
+                self.in_force.set_amplitude(force.channel, drive.amplitude);
+                self.in_force.set_period(force.channel, drive.period_us);
             }
             let pulses = ControlOrder::Pulses {
                 channel: force.channel,

@@ -1,24 +1,45 @@
-//! The setup that a host edits, one request at a time, and arms as a whole.
+//! The setup that a host edits, one part at a time, and arms as a whole; and the
+//! rules between its parts, which stand nowhere else.
 
-use super::Muscle;
-use super::mail::ControlPart;
+use super::mistake::{Mistake, Part, Rule};
+use super::part::{ControlPart, Muscle};
 use crate::control::{ForceControl, ForceSpec, Joint, JointSpec};
 use crate::haptics::{Wall, WallSpec};
-use crate::link::{Code, Refusal};
-use crate::muscle::{MuscleSpec, OutOfRange, Recruitment};
-use crate::pulse::{CHANNELS, GroupSpec, MAX_GROUPS};
-use crate::safety::{Channel, ChannelSpec, Setup, WearerSpec};
+use crate::muscle::{MuscleSpec, Recruitment};
+use crate::pulse::{CHANNELS, GroupSpec, MAX_GROUPS, check_members};
+use crate::range::{OutOfRange, Range};
+use crate::safety::{Channel, ChannelSpec, Setup, SetupError, WearerSpec};
 use crate::units::Amplitude;
 use heapless::Vec;
 
 /// What a host has configured so far.
+///
+/// Every part is checked by itself when it is set; [`Self::examine`] checks all
+/// together. The device refuses by the first [`Mistake`]; a host that wants to tell
+/// all of them, before it sends any, asks the same draft.
+///
+/// ```
+/// use firmware::device::{Draft, Part, Rule};
+/// use std::convert::Infallible;
+///
+/// let mut draft = Draft::default();
+/// draft.set_sync(Some(3)).unwrap();
+/// let mut rules = Vec::new();
+/// let setup = draft.examine(|mistake| {
+///     rules.push((mistake.part, mistake.rule));
+///     Ok::<(), Infallible>(())
+/// });
+/// assert!(setup.unwrap().is_none());
+/// let no_train = (Part::Sync, Rule::NoTrain { channel: 3 });
+/// assert_eq!(rules, [(Part::Setup, Rule::NothingToArm), no_train]);
+/// ```
 #[derive(Debug, Default)]
-pub(super) struct Draft {
-    pub(super) wearer: WearerSpec,
-    pub(super) groups: Vec<GroupSpec, MAX_GROUPS>,
-    pub(super) sync: Option<u8>,
-    pub(super) joint: Option<JointSpec>,
-    pub(super) wall: Option<WallSpec>,
+pub struct Draft {
+    wearer: WearerSpec,
+    groups: Vec<GroupSpec, MAX_GROUPS>,
+    sync: Option<u8>,
+    joint: Option<JointSpec>,
+    wall: Option<WallSpec>,
     channels: [Option<ChannelSpec>; CHANNELS],
     muscles: [Option<MuscleSpec>; CHANNELS],
     forces: [Option<ForceSpec>; CHANNELS],
@@ -30,9 +51,15 @@ pub(super) struct Draft {
     tables: [Option<Result<ForceControl, OutOfRange>>; CHANNELS],
 }
 
+/// Of a channel's number.
+const CHANNEL: Range = Range::new("channel", 0, CHANNELS as i32 - 1);
+
+/// The parts, each checked by itself: the errors are of the part, or of the number
+/// of its channel. A part that is refused leaves the one before.
+#[expect(clippy::missing_errors_doc, reason = "said once for all")]
 impl Draft {
     /// Forgets everything, in place.
-    pub(super) fn clear(&mut self) {
+    pub fn clear(&mut self) {
         self.wearer = WearerSpec::default();
         self.groups.clear();
         (self.sync, self.joint, self.wall) = (None, None, None);
@@ -44,37 +71,68 @@ impl Draft {
         }
     }
 
-    /// Gives a channel its pulses.
-    pub(super) fn set_channel(
-        &mut self,
-        channel: u8,
-        spec: ChannelSpec,
-    ) -> Result<(), Refusal<'static>> {
+    /// The wearer's limits; [`WearerSpec::default`] until set.
+    pub fn set_wearer(&mut self, spec: WearerSpec) -> Result<(), Mistake> {
+        spec.validate().map_err(Mistake::of(Part::Wearer))?;
+        self.wearer = spec;
+        Ok(())
+    }
+
+    /// A channel's pulses, within the wearer's limits of now.
+    pub fn set_channel(&mut self, channel: u8, spec: ChannelSpec) -> Result<(), Mistake> {
+        let wearer = self.wearer.validate().map_err(Mistake::of(Part::Wearer))?;
+        let checked = spec.validate(&wearer);
+        checked.map_err(Mistake::of(Part::Channel(channel)))?;
         *slot(&mut self.channels, channel)? = Some(spec);
         self.tabulate(channel)
     }
 
-    /// Gives a channel a muscle.
-    pub(super) fn set_muscle(
-        &mut self,
-        channel: u8,
-        spec: MuscleSpec,
-    ) -> Result<(), Refusal<'static>> {
+    /// The muscle under a channel.
+    pub fn set_muscle(&mut self, channel: u8, spec: MuscleSpec) -> Result<(), Mistake> {
+        let checked = spec.validate();
+        checked.map_err(Mistake::of(Part::Muscle(channel)))?;
         *slot(&mut self.muscles, channel)? = Some(spec);
         self.tabulate(channel)
     }
 
-    /// Puts a channel under force control.
-    pub(super) fn set_force(
-        &mut self,
-        channel: u8,
-        spec: ForceSpec,
-    ) -> Result<(), Refusal<'static>> {
+    /// Force control of a channel.
+    pub fn set_force(&mut self, channel: u8, spec: ForceSpec) -> Result<(), Mistake> {
+        let checked = spec.check();
+        checked.map_err(Mistake::of(Part::Force(channel)))?;
         *slot(&mut self.forces, channel)? = Some(spec);
         self.tabulate(channel)
     }
 
-    fn tabulate(&mut self, channel: u8) -> Result<(), Refusal<'static>> {
+    /// Which channels share a muscle.
+    pub fn set_groups(&mut self, groups: Vec<GroupSpec, MAX_GROUPS>) -> Result<(), Mistake> {
+        let checked = check_members(&groups).map_err(SetupError::Group);
+        checked.map_err(Mistake::of(Part::Groups))?;
+        self.groups = groups;
+        Ok(())
+    }
+
+    /// The channel that drives sync out.
+    pub fn set_sync(&mut self, channel: Option<u8>) -> Result<(), Mistake> {
+        channel.map_or(Ok(()), check_channel)?;
+        self.sync = channel;
+        Ok(())
+    }
+
+    /// The controlled joint.
+    pub fn set_joint(&mut self, spec: JointSpec) -> Result<(), Mistake> {
+        Joint::new(&spec).map_err(Mistake::of(Part::Joint))?;
+        self.joint = Some(spec);
+        Ok(())
+    }
+
+    /// The virtual wall.
+    pub fn set_wall(&mut self, spec: WallSpec) -> Result<(), Mistake> {
+        Wall::new(&spec).map_err(Mistake::of(Part::Wall))?;
+        self.wall = Some(spec);
+        Ok(())
+    }
+
+    fn tabulate(&mut self, channel: u8) -> Result<(), Mistake> {
         let spec = slot(&mut self.channels, channel)?;
         let muscle = slot(&mut self.muscles, channel)?;
         if let (Some(spec), Some(muscle), Some(force)) =
@@ -88,12 +146,30 @@ impl Draft {
         }
         Ok(())
     }
+}
 
-    /// Checks everything again, together, and builds what the pulser works with.
-    /// What the controller works with are the [`Self::parts`], all of which can
-    /// be built then.
-    pub(super) fn check(&self) -> Result<Setup, Refusal<'static>> {
-        let wearer = self.wearer.validate()?;
+impl Draft {
+    /// Checks everything again, together. Hands each mistake to `found`, until that
+    /// answers with an error; a rule between parts is held only against parts that
+    /// are sound by themselves. What comes of no mistake is what the pulser works
+    /// with; what the controller works with are the [`Self::parts`], all of which
+    /// can be built then.
+    ///
+    /// # Errors
+    /// Those of `found`.
+    pub fn examine<E>(
+        &self,
+        mut found: impl FnMut(Mistake) -> Result<(), E>,
+    ) -> Result<Option<Setup>, E> {
+        let mut is_sound = true;
+        let mut found = |mistake| {
+            is_sound = false;
+            found(mistake)
+        };
+        let wearer = match self.wearer.validate() {
+            Ok(wearer) => wearer,
+            Err(e) => return found(Mistake::of(Part::Wearer)(e)).map(|()| None),
+        };
         let mut channels: [Option<Channel>; CHANNELS] = [None; CHANNELS];
         let specs = self.channels.iter().zip(&self.forces);
         for (index, (slot, (spec, force))) in (0u8..).zip(channels.iter_mut().zip(specs)) {
@@ -104,32 +180,39 @@ impl Draft {
                 }
                 None => spec.validate(&wearer),
             };
-            *slot = Some(channel.map_err(|e| Refusal::from(e).on(index))?);
+            match channel {
+                Ok(channel) => *slot = Some(channel),
+                Err(e) => found(Mistake::of(Part::Channel(index))(e))?,
+            }
         }
         if self.used() == 0 {
-            return Err(Refusal::new(Code::NothingToArm, "channels"));
+            found(Mistake::of(Part::Setup)(Rule::NothingToArm))?;
         }
-        let joint_or_wall = self.check_joint_and_wall(&channels)?;
-        let controlled = joint_or_wall | self.check_forces(&channels, joint_or_wall)?;
+        let joint_or_wall = self.examine_joint_and_wall(&mut found)?;
+        let controlled = joint_or_wall | self.examine_forces(joint_or_wall, &mut found)?;
         if let Some(sync) = self.sync
             && self.used() & 1 << sync == 0
         {
-            return Err(Refusal::new(Code::NoTrain, "sync").on(sync)); // sync <= 9
+            found(Mistake::of(Part::Sync)(Rule::NoTrain { channel: sync }))?; // sync <= 9
         }
         for part in self.parts() {
-            part?;
+            part.map_or_else(&mut found, |_| Ok(()))?;
         }
-        Ok(Setup::new(
-            wearer,
-            channels,
-            &self.groups,
-            self.sync,
-            controlled,
-        )?)
+        if channels.iter().flatten().count() as u32 != self.used().count_ones() {
+            return Ok(None); // groups are held against sound trains only
+        }
+        // Uses of channels that are not there have been told.
+        let used = self.used();
+        let sync = self.sync.filter(|sync| used & 1 << sync != 0);
+        let setup = Setup::new(wearer, channels, &self.groups, sync, controlled & used);
+        match setup {
+            Ok(setup) => Ok(is_sound.then_some(setup)),
+            Err(e) => found(Mistake::of(Part::Groups)(e)).map(|()| None),
+        }
     }
 
     /// What the controller works with; one is built at a time.
-    pub(super) fn parts(&self) -> impl Iterator<Item = Result<ControlPart, Refusal<'static>>> {
+    pub(super) fn parts(&self) -> impl Iterator<Item = Result<ControlPart, Mistake>> {
         let periods = self
             .channels
             .map(|spec| spec.map_or(0, |s| s.train.period_us));
@@ -137,39 +220,40 @@ impl Draft {
         let tables = self.tables.iter();
         let muscles = (0u8..).zip(self.muscles.iter().zip(tables));
         let muscles = muscles.filter_map(|(channel, (muscle, table))| {
-            let spec = muscle.as_ref()?;
-            let muscle = self.check_train(channel, spec);
-            let muscle = muscle.and_then(|()| Self::muscle(channel, spec, table.as_ref()));
-            Some(muscle.map_err(|refusal| refusal.on(channel)))
+            Some(self.muscle(channel, muscle.as_ref()?, table.as_ref()))
         });
-        let joint = self.joint.iter();
-        let joint = joint.map(|spec| Ok(Joint::new(spec).map(ControlPart::Joint)?));
-        let wall = self.wall.iter();
-        let wall = wall.map(|spec| Ok(Wall::new(spec).map(ControlPart::Wall)?));
+        let joint = self.joint.iter().map(|spec| {
+            let joint = Joint::new(spec).map_err(Mistake::of(Part::Joint));
+            Ok(ControlPart::Joint(joint?))
+        });
+        let wall = self.wall.iter().map(|spec| {
+            let wall = Wall::new(spec).map_err(Mistake::of(Part::Wall));
+            Ok(ControlPart::Wall(wall?))
+        });
         channels.chain(muscles).chain(joint).chain(wall)
     }
 
-    /// Whether a muscle's model can follow its channel's bursts.
-    fn check_train(&self, channel: u8, spec: &MuscleSpec) -> Result<(), Refusal<'static>> {
-        if let Some(Some(channel)) = self.channels.get(usize::from(channel)) {
-            let train = &channel.train;
-            spec.force.check_train(train.burst_count, train.period_us)?;
-        }
-        Ok(())
-    }
-
+    /// A muscle, if its model can follow its channel's bursts, and its table.
     fn muscle(
+        &self,
         channel: u8,
         spec: &MuscleSpec,
         table: Option<&Result<ForceControl, OutOfRange>>,
-    ) -> Result<ControlPart, Refusal<'static>> {
-        let (force, recruitment) = spec.validate()?;
+    ) -> Result<ControlPart, Mistake> {
+        let part = Part::Muscle(channel);
+        if let Some(Some(channel)) = self.channels.get(usize::from(channel)) {
+            let train = &channel.train;
+            let follows = spec.force.check_train(train.burst_count, train.period_us);
+            follows.map_err(Mistake::of(part))?;
+        }
+        let (force, recruitment) = spec.validate().map_err(Mistake::of(part))?;
         let muscle = Muscle {
             channel,
             recruitment,
             force,
         };
-        let control = table.cloned().transpose()?;
+        let control = table.cloned().transpose();
+        let control = control.map_err(Mistake::of(Part::Force(channel)))?;
         Ok(ControlPart::Muscle(muscle, control))
     }
 
@@ -182,96 +266,93 @@ impl Draft {
     }
 
     /// Checks the channels of the joint or the wall. Returns them, as bits.
-    fn check_joint_and_wall(
+    fn examine_joint_and_wall<E>(
         &self,
-        channels: &[Option<Channel>; CHANNELS],
-    ) -> Result<u16, Refusal<'static>> {
+        found: &mut impl FnMut(Mistake) -> Result<(), E>,
+    ) -> Result<u16, E> {
         let mut controlled = 0;
         if let Some(spec) = &self.joint {
             for point in spec.flexors.iter().chain([&spec.extensor]) {
-                within_limit(channels, "joint", (point.channel, point.max, "max"))?;
-                controlled |= 1 << point.channel; // a channel that exists
+                let demand = (point.channel, point.max, "max");
+                self.within_limit(Part::Joint, demand)
+                    .map_or_else(&mut *found, Ok)?;
+                controlled |= 1 << point.channel; // at most 9
             }
         }
         if let Some(spec) = &self.wall {
             // The device measures one angle, for a joint or for a wall.
             if self.joint.is_some() {
-                let refusal = Refusal::new(Code::JointAndWall, "wall");
                 let mut channels = spec.demands().map(|(channel, ..)| channel);
                 let shared = channels.find(|channel| controlled & 1 << channel != 0); // <= 9
-                return Err(shared.map_or(refusal, |channel| refusal.on(channel)));
+                found(Mistake::of(Part::Wall)(Rule::JointAndWall { shared }))?;
             }
             for demand in spec.demands() {
-                within_limit(channels, "wall", demand)?;
-                controlled |= 1 << demand.0; // it exists
+                self.within_limit(Part::Wall, demand)
+                    .map_or_else(&mut *found, Ok)?;
+                controlled |= 1 << demand.0; // at most 9
             }
         }
         Ok(controlled)
     }
 
     /// Checks the channels under force control. Returns them, as bits.
-    fn check_forces(
+    fn examine_forces<E>(
         &self,
-        channels: &[Option<Channel>; CHANNELS],
         controlled: u16,
-    ) -> Result<u16, Refusal<'static>> {
+        found: &mut impl FnMut(Mistake) -> Result<(), E>,
+    ) -> Result<u16, E> {
         let mut taken = 0;
         for (channel, (spec, muscle)) in (0u8..).zip(self.forces.iter().zip(&self.muscles)) {
             if spec.is_none() {
                 continue;
             }
-            let muscle = muscle.ok_or(Refusal::new(Code::NoMuscle, "muscle").on(channel))?;
-            within_limit(
-                channels,
-                "force",
-                (channel, muscle.recruitment.limit, "limit"),
-            )?;
+            let part = Part::Force(channel);
+            match muscle {
+                None => found(Mistake::of(part)(Rule::NoMuscle))?,
+                Some(muscle) => {
+                    let demand = (channel, muscle.recruitment.limit, "limit");
+                    self.within_limit(part, demand)
+                        .map_or_else(&mut *found, Ok)?;
+                }
+            }
             if controlled & 1 << channel != 0 {
-                return Err(Refusal::new(Code::Controlled, "force").on(channel));
+                found(Mistake::of(part)(Rule::Controlled))?;
             }
             taken |= 1 << channel; // below 10
         }
         Ok(taken)
     }
-}
 
-/// Checks that `user` finds its channel and asks for no more than its limit;
-/// a refusal names the field.
-fn within_limit(
-    channels: &[Option<Channel>; CHANNELS],
-    user: &'static str,
-    (channel, amplitude, field): (u8, Amplitude, &'static str),
-) -> Result<(), Refusal<'static>> {
-    let config = channels.get(usize::from(channel)).copied().flatten();
-    let limit = config
-        .ok_or(Refusal::new(Code::NoTrain, user).on(channel))?
-        .limit;
-    if amplitude > limit {
-        let max = i32::try_from(limit.0).unwrap_or(i32::MAX);
-        return Err(Refusal::new(Code::AboveWearerLimit, field)
-            .on(channel)
-            .allowed(0, max));
+    /// Checks that `part` finds its channel and asks for no more than its limit.
+    fn within_limit(
+        &self,
+        part: Part,
+        (channel, amplitude, field): (u8, Amplitude, &'static str),
+    ) -> Result<(), Mistake> {
+        let config = self.channels.get(usize::from(channel)).copied().flatten();
+        let limit = match config {
+            None => return Err(Mistake::of(part)(Rule::NoTrain { channel })),
+            Some(config) => config.limit,
+        };
+        if amplitude > limit {
+            return Err(Mistake::of(part)(Rule::AboveLimit {
+                channel,
+                field,
+                limit,
+            }));
+        }
+        Ok(())
     }
-    Ok(())
 }
 
 /// The draft's slot of a channel that a host named.
-fn slot<T>(
-    slots: &mut [Option<T>; CHANNELS],
-    channel: u8,
-) -> Result<&mut Option<T>, Refusal<'static>> {
-    slots.get_mut(usize::from(channel)).ok_or(named_channel())
+fn slot<T>(slots: &mut [Option<T>; CHANNELS], channel: u8) -> Result<&mut Option<T>, Mistake> {
+    check_channel(channel)?;
+    let none = Mistake::of(Part::Setup)(Rule::NothingToArm); // the number was just checked
+    slots.get_mut(usize::from(channel)).ok_or(none)
 }
 
 /// Checks the number of a channel that a host named.
-pub(super) fn check_channel(channel: u8) -> Result<(), Refusal<'static>> {
-    if usize::from(channel) < CHANNELS {
-        Ok(())
-    } else {
-        Err(named_channel())
-    }
-}
-
-fn named_channel() -> Refusal<'static> {
-    Refusal::new(Code::OutOfRange, "channel").allowed(0, CHANNELS as i32 - 1)
+pub(super) fn check_channel(channel: u8) -> Result<(), Mistake> {
+    CHANNEL.check(channel).map_err(Mistake::of(Part::Setup))
 }

@@ -2,9 +2,8 @@
 
 mod post;
 
-use super::Muscle;
-use crate::control::{Amplitudes, ForceControl, Joint};
-use crate::haptics::Wall;
+use super::part::ControlPart;
+use crate::control::Amplitudes;
 use crate::link::{Refusal, Telemetry};
 use crate::muscle::Rung;
 use crate::pulse::CHANNELS;
@@ -91,21 +90,6 @@ pub enum Report {
         /// What happened.
         notice: Notice,
     },
-}
-
-/// Session → controller: what an arm order is about, part by part, so that no
-/// whole setup is ever on a stack. The controller takes all parts or drops all.
-#[derive(Clone, Debug)]
-pub enum ControlPart {
-    /// The first part. Bit i: channel i is part of the setup; burst start to
-    /// burst start of its train, µs.
-    Channels(u16, [u32; CHANNELS]),
-    /// A muscle whose force is predicted, and controlled or not.
-    Muscle(Muscle, Option<ForceControl>),
-    /// The controlled joint.
-    Joint(Joint),
-    /// The virtual wall.
-    Wall(Wall),
 }
 
 /// Parts of the largest setup: the channels, a muscle for each, joint or wall.
@@ -310,6 +294,15 @@ impl Mailboxes {
             stop: StopFlag::new(),
             lost: Lost::new(),
         }
+    }
+
+    /// Whether nothing waits for the pulser that has told of `stops` stops, and
+    /// nothing of its own for the session.
+    pub(super) fn is_empty_for_pulser(&self, stops: u32) -> bool {
+        self.orders.is_empty()
+            && self.control_orders.is_empty()
+            && self.reports.is_empty()
+            && self.stop.raised() == stops
     }
 
     /// The three owners' ends.

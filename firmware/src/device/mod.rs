@@ -3,18 +3,23 @@
 //! [`Pulser`] refills 250 µs windows, [`Controller`] ticks at 1 kHz,
 //! [`Session`] takes bytes. Each is owned by one execution context and talks
 //! to the others through the single-producer mailboxes of [`Mailboxes`].
-//! [`lockstep`] runs the three in virtual time, for the native simulator and
+//! [`Draft`] is the one place of the rules between parts of a setup: the device and
+//! hosts ask it. `lockstep` runs the three in virtual time, for the native simulator and
 //! for QEMU; a board runs them from its interrupts and executors.
 
 mod controller;
 mod draft;
-pub mod lockstep;
 mod mail;
+mod mistake;
+mod part;
 mod pulser;
 mod session;
 
-pub use controller::{Controller, Muscle};
+pub use controller::Controller;
+pub use draft::Draft;
 pub use mail::{ControllerMail, Mailboxes, PulserMail, SessionMail};
+pub use mistake::{Mistake, Part, Rule};
+pub use part::Muscle;
 pub use pulser::Pulser;
 pub use session::{Identity, Session, first_session};
 

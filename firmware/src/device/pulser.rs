@@ -2,7 +2,7 @@
 
 mod orders;
 
-use super::mail::{ControlEvent, ControlOrder, PulserMail, Report};
+use super::mail::{ControlEvent, ControlOrder, Mailboxes, PulserMail, Report};
 use crate::pulse::{MAX_PULSES, Scheduler, WindowPlan};
 use crate::safety::{Denied, Fault, FaultRecord, Guard, Inputs, Notice, Setup, State};
 use crate::units::Micros;
@@ -92,6 +92,21 @@ impl Pulser {
         result
     }
 
+    /// Whether [`Self::refill`] of the window at `start` would do nothing but
+    /// reset `plan` to the levels that it ends with: nobody posted anything, the
+    /// guard rests, and no edge or mid-phase lies in the window. For simulators,
+    /// which may then leave the refill out.
+    #[must_use]
+    pub fn is_at_rest(&self, start: Micros, inputs: &Inputs, mail: &Mailboxes) -> bool {
+        self.scheduler.is_idle(start)
+            && self.phases.is_empty()
+            && inputs.trigger.is_none()
+            && !self.is_unheard
+            && self.told == self.guard.state()
+            && mail.is_empty_for_pulser(self.stops_told)
+            && self.guard.is_at_rest(start, inputs, &self.scheduler)
+    }
+
     /// Latches a fault found elsewhere at `now`; the caller isolates.
     pub fn fault(&mut self, fault: Fault, now: Micros, mail: &mut PulserMail<'_>) {
         if self.guard.is_latched() {
@@ -99,13 +114,13 @@ impl Pulser {
         }
         let notice = self.guard.fault(fault, now, self.scheduler.residual(now));
         self.announce(notice, now, mail);
-        self.tell_state(mail);
+        self.notify_state(mail);
     }
 
     /// Tells the controller of a new state, ahead of the pulses played in it.
-    fn tell_state(&mut self, mail: &mut PulserMail<'_>) {
+    fn notify_state(&mut self, mail: &mut PulserMail<'_>) {
         let state = self.guard.state();
-        if state != self.told && mail.tell(ControlEvent::State(state)).is_ok() {
+        if state != self.told && mail.notify(ControlEvent::State(state)).is_ok() {
             self.told = state;
         }
     }
@@ -120,12 +135,12 @@ impl Pulser {
         if core::mem::take(&mut self.is_unheard) {
             return Err(Fault::Watchdog);
         }
-        self.take_orders(start, inputs, mail);
+        self.accept_orders(start, inputs, mail);
         while let Some(order) = mail.control_orders.dequeue() {
             match order {
                 ControlOrder::Amplitudes(list) => {
                     for (channel, amplitude) in list {
-                        self.guard.order(channel, amplitude);
+                        self.guard.command(channel, amplitude);
                     }
                 }
                 ControlOrder::Pulses {
@@ -133,12 +148,12 @@ impl Pulser {
                     amplitude,
                     period_us,
                 } => {
-                    self.guard.order(channel, amplitude);
-                    if let Some(period_us) = self.guard.order_period(channel, period_us) {
+                    self.guard.command(channel, amplitude);
+                    if let Some(period_us) = self.guard.clamp_period(channel, period_us) {
                         self.scheduler.set_period(channel, period_us, start);
                     }
                 }
-                ControlOrder::Heard(at) => self.guard.heard(at),
+                ControlOrder::Heard(at) => self.guard.keep_alive(at),
                 ControlOrder::Fault(fault) if self.guard.state() == State::Stimulating => {
                     return Err(fault);
                 }
@@ -157,7 +172,7 @@ impl Pulser {
             Ok(Some(notice)) => self.announce(*notice, start, mail),
             Err(fault) => return Err(*fault),
         }
-        self.tell_state(mail);
+        self.notify_state(mail);
         self.scheduler
             .render(start, &mut self.guard, plan)
             .map_err(|_| Fault::MissedDeadline)?;
@@ -170,7 +185,7 @@ impl Pulser {
     fn announce(&mut self, notice: Notice, at: Micros, mail: &mut PulserMail<'_>) {
         let event = match notice {
             Notice::Checked(Ok(())) => Some(ControlEvent::Armed),
-            Notice::Stopping(_) => None,
+            Notice::Stopping(_) | Notice::Electrode { .. } => None,
             Notice::Checked(Err(_)) | Notice::Idle(_) | Notice::Faulted(_) | Notice::Recovered => {
                 self.scheduler.clear();
                 // Nothing else can end while an electrode check is under way.
@@ -185,7 +200,7 @@ impl Pulser {
             self.last_fault = Some(record);
         }
         if let Some(event) = event {
-            self.tell(event, mail);
+            self.notify(event, mail);
         }
         let result = match notice {
             Notice::Checked(result) => Some(result),
@@ -213,14 +228,14 @@ impl Pulser {
             };
             let _ = mail.tell_pulse(event); // counted
         }
-        self.choose_sample(plan);
+        self.schedule_sample(plan);
     }
 
     /// Picks the mid-phase to sample in this window. All stages share one sense
     /// resistor, whose currents add up: only a channel that pulses alone then
     /// can be judged. A phase is at most 500 µs, so its middle lies in the
     /// pulse's first window or the next.
-    fn choose_sample(&mut self, plan: &mut WindowPlan) {
+    fn schedule_sample(&mut self, plan: &mut WindowPlan) {
         self.phases.retain(|(_, at)| !at.is_before(plan.start));
         for pulse in &plan.pulses {
             let half = self.scheduler.phase_width_us(pulse.channel) / 2;

@@ -108,7 +108,7 @@ impl Session {
     pub fn poll(&mut self, mail: &mut SessionMail<'_>) {
         self.counters.lost_posts = mail.lost.count();
         while let Some(report) = mail.reports.dequeue() {
-            self.pass_on(report);
+            self.forward(report);
         }
         while let Some(verdict) = mail.control_reports.dequeue() {
             let ControlVerdict {
@@ -121,7 +121,7 @@ impl Session {
         }
         while let Some(sample) = mail.samples.dequeue() {
             if self.outbox.len() + RESERVED < OUTBOX {
-                self.say(&Response::Telemetry(sample));
+                self.respond(&Response::Telemetry(sample));
             } else {
                 self.counters.dropped = self.counters.dropped.saturating_add(1);
             }
@@ -152,7 +152,7 @@ impl Session {
         let seq = message.seq;
         if let Request::Hello { schema } = message.request {
             match self.open(now, seq, message.session, schema, mail) {
-                Ok(info) => self.say(&Response::Hello(info)),
+                Ok(info) => self.respond(&Response::Hello(info)),
                 Err(refusal) => self.refuse(Some(seq), refusal),
             }
             return;
@@ -165,7 +165,7 @@ impl Session {
         }
         let answer = admitted.and_then(|()| self.answer(now, seq, message.request, mail));
         match answer {
-            Ok(Reply::Done) => self.say(&Response::Ack { seq, at: now }),
+            Ok(Reply::Done) => self.respond(&Response::Ack { seq, at: now }),
             Ok(Reply::Later) => {}
             Err(refusal) => self.refuse(Some(seq), refusal),
         }
@@ -176,7 +176,7 @@ impl Session {
     fn stop(&mut self, now: Micros, seq: u16, mail: &SessionMail<'_>) {
         let raised = mail.stop.raise();
         if self.stops.push_back((seq, raised)).is_err() {
-            self.say_stopped(seq, now); // it is as good as done
+            self.acknowledge_stop(seq, now); // it is as good as done
         }
     }
 
@@ -188,11 +188,11 @@ impl Session {
             let Some((seq, _)) = self.stops.pop_front() else {
                 break;
             };
-            self.say_stopped(seq, at);
+            self.acknowledge_stop(seq, at);
         }
     }
 
-    fn pass_on(&mut self, report: Report) {
+    fn forward(&mut self, report: Report) {
         match report {
             Report::Verdict {
                 seq,
@@ -222,7 +222,7 @@ impl Session {
                     idle_triggers,
                     ..self.counters
                 };
-                self.say(&Response::Status {
+                self.respond(&Response::Status {
                     seq,
                     status: Status {
                         at,
@@ -243,8 +243,17 @@ impl Session {
                         Event::Faulted(record)
                     }
                     Notice::Recovered => Event::Recovered,
+                    Notice::Electrode {
+                        channel,
+                        applied,
+                        current_ua,
+                    } => Event::Electrode {
+                        channel,
+                        applied,
+                        current_ua,
+                    },
                 };
-                self.say(&Response::Event { at, event });
+                self.respond(&Response::Event { at, event });
             }
         }
     }
@@ -259,7 +268,7 @@ impl Session {
         match result {
             Ok(()) => {
                 self.counters.setpoints = self.counters.setpoints.saturating_add(setpoint.into());
-                self.say(&Response::Ack { seq, at });
+                self.respond(&Response::Ack { seq, at });
             }
             Err(refusal) => self.refuse(Some(seq), refusal),
         }
@@ -267,19 +276,19 @@ impl Session {
 
     fn refuse(&mut self, seq: Option<u16>, refusal: Refusal<'static>) {
         self.counters.refused = self.counters.refused.saturating_add(1);
-        self.say(&Response::Refused { seq, refusal });
+        self.respond(&Response::Refused { seq, refusal });
     }
 
-    fn say_stopped(&mut self, seq: u16, at: Micros) {
-        self.say_within(OUTBOX, &Response::Ack { seq, at });
+    fn acknowledge_stop(&mut self, seq: u16, at: Micros) {
+        self.enqueue(OUTBOX, &Response::Ack { seq, at });
     }
 
-    fn say(&mut self, response: &Response<'_>) {
-        self.say_within(OUTBOX - STOP_RESERVED, response);
+    fn respond(&mut self, response: &Response<'_>) {
+        self.enqueue(OUTBOX - STOP_RESERVED, response);
     }
 
     /// Queues a whole message or, if the host does not read, none of it.
-    fn say_within(&mut self, room: usize, response: &Response<'_>) {
+    fn enqueue(&mut self, room: usize, response: &Response<'_>) {
         match encode(response) {
             Some(frame) if self.outbox.len() + frame.len() <= room => {
                 for byte in frame {
@@ -314,7 +323,7 @@ fn send<T>(mailbox: &mut heapless::spsc::Producer<'_, T>, item: T) -> Result<(),
 }
 
 /// Asks the controller, if it can answer; after the stops raised so far.
-fn ask(request: ControlRequest, mail: &mut SessionMail<'_>) -> Result<(), Refusal<'static>> {
+fn submit(request: ControlRequest, mail: &mut SessionMail<'_>) -> Result<(), Refusal<'static>> {
     if !mail.has_room_for_request() {
         return Err(busy());
     }

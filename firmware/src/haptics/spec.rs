@@ -1,19 +1,12 @@
 //! What a host says about a wall, and the checks it must pass once.
 
-use crate::control::differentiator::{CUTOFF_MAX_MHZ, CUTOFF_MIN_MHZ};
-use crate::control::spec::{AMPLITUDE_MAX, CHANNEL_MAX, check_angles};
-use crate::control::{SensorSource, SpecError};
-use crate::units::{Amplitude, OutOfRange};
+use crate::control::SensorSource;
+use crate::control::differentiator::Differentiator;
+use crate::control::refusal::{AMPLITUDE_MAX, ANGLE_MIN_MDEG, CHANNEL, check_angles};
+use crate::range::{OutOfRange, Range};
+use crate::units::Amplitude;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
-
-/// Stiffest wall, µA or mV per degree: the whole of [`AMPLITUDE_MAX`] in one.
-const STIFFNESS_MAX: i32 = AMPLITUDE_MAX as i32;
-/// Most damping, µA·s or mV·s per degree: all of [`AMPLITUDE_MAX`] at 10 °/s,
-/// slower than any approach worth damping.
-const DAMPING_MAX: i32 = 20_000;
-/// Deepest pre-wall, m°: half a right angle, five times the paper's.
-const PRE_WALL_MAX_MDEG: i32 = 45_000;
 
 /// A virtual wall as it travels on the wire, unvalidated. Integers only.
 ///
@@ -80,6 +73,15 @@ pub struct PreWall {
     pub end: Amplitude,
 }
 
+impl PreWall {
+    /// Of [`Self::depth_mdeg`]: at most half a right angle, five times the paper's.
+    pub const DEPTH_MDEG: Range = Range::new("depth_mdeg", 100, 45_000);
+    /// Of [`Self::begin`], before the highest end.
+    pub const BEGIN: Range = Range::new("begin", 0, AMPLITUDE_MAX);
+    /// Of [`Self::end`], in the strongest wall.
+    pub const END: Range = Range::new("end", 0, AMPLITUDE_MAX);
+}
+
 /// A constant amplitude of the antagonist inside the wall.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub struct CoContraction {
@@ -89,13 +91,16 @@ pub struct CoContraction {
     pub amplitude: Amplitude,
 }
 
+impl CoContraction {
+    /// Of [`Self::amplitude`].
+    pub const AMPLITUDE: Range = Range::new("amplitude", 1, AMPLITUDE_MAX);
+}
+
 /// Why a [`WallSpec`] was refused.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum WallError {
     /// A field is outside what is allowed, given the fields before it.
     Range(OutOfRange),
-    /// The joint's angles, the sensor or its age; as a joint's.
-    Joint(SpecError),
     /// Wall and co-contraction name the same channel.
     ChannelTwice {
         /// That channel.
@@ -109,34 +114,43 @@ impl From<OutOfRange> for WallError {
     }
 }
 
-impl From<SpecError> for WallError {
-    fn from(e: SpecError) -> Self {
-        Self::Joint(e)
-    }
-}
-
 impl WallSpec {
+    /// Of [`Self::at_mdeg`], within the widest angles.
+    pub const AT_MDEG: Range = Range::new("at_mdeg", ANGLE_MIN_MDEG.min, ANGLE_MIN_MDEG.max);
+    /// Of [`Self::channel`] and of [`CoContraction::channel`].
+    pub const CHANNEL: Range = CHANNEL;
+    /// Of [`Self::max`].
+    pub const MAX: Range = Range::new("max", 1, AMPLITUDE_MAX);
+    /// Of [`Self::stiffness`]: at most the whole of an amplitude in a degree.
+    pub const STIFFNESS: Range = Range::new("stiffness", 1, AMPLITUDE_MAX);
+    /// Of [`Self::damping`]: at most all of an amplitude at 10 °/s, slower than any
+    /// approach worth damping.
+    pub const DAMPING: Range = Range::new("damping", 0, 20_000);
+    /// Of [`Self::cutoff_mhz`].
+    pub const CUTOFF_MHZ: Range = Differentiator::CUTOFF_MHZ;
+
     /// Checks everything but the sensor.
     pub(super) fn check(&self) -> Result<(), WallError> {
-        let check = |field, value: u32, min, max| OutOfRange::check(field, value.into(), min, max);
         check_angles(self.angle_min_mdeg, self.angle_max_mdeg)?;
-        let (min, max) = (self.angle_min_mdeg, self.angle_max_mdeg);
-        OutOfRange::check("at_mdeg", self.at_mdeg.into(), min, max)?;
-        check("channel", self.channel.into(), 0, CHANNEL_MAX.into())?;
-        check("max", self.max.0, 1, AMPLITUDE_MAX as i32)?;
-        check("stiffness", self.stiffness, 1, STIFFNESS_MAX)?;
-        check("damping", self.damping, 0, DAMPING_MAX)?;
-        let (low, high) = (CUTOFF_MIN_MHZ as i32, CUTOFF_MAX_MHZ as i32);
-        check("cutoff_mhz", self.cutoff_mhz, low, high)?;
+        let within_angles = Range {
+            min: self.angle_min_mdeg,
+            max: self.angle_max_mdeg,
+            ..Self::AT_MDEG
+        };
+        within_angles.check(self.at_mdeg)?;
+        Self::CHANNEL.check(self.channel)?;
+        Self::MAX.check(self.max.0)?;
+        Self::STIFFNESS.check(self.stiffness)?;
+        Self::DAMPING.check(self.damping)?;
+        Self::CUTOFF_MHZ.check(self.cutoff_mhz)?;
         if let Some(pre) = self.pre_wall {
-            check("depth_mdeg", pre.depth_mdeg, 100, PRE_WALL_MAX_MDEG)?;
-            // max <= 200 000.
-            check("end", pre.end.0, 0, self.max.0 as i32)?;
-            check("begin", pre.begin.0, 0, pre.end.0 as i32)?;
+            PreWall::DEPTH_MDEG.check(pre.depth_mdeg)?;
+            PreWall::END.up_to(self.max.0).check(pre.end.0)?;
+            PreWall::BEGIN.up_to(pre.end.0).check(pre.begin.0)?;
         }
         if let Some(other) = self.co_contraction {
-            check("channel", other.channel.into(), 0, CHANNEL_MAX.into())?;
-            check("amplitude", other.amplitude.0, 1, AMPLITUDE_MAX as i32)?;
+            Self::CHANNEL.check(other.channel)?;
+            CoContraction::AMPLITUDE.check(other.amplitude.0)?;
             if other.channel == self.channel {
                 let channel = other.channel;
                 return Err(WallError::ChannelTwice { channel });

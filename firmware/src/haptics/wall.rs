@@ -1,17 +1,44 @@
 //! A validated wall and what it asks for at each tick.
 
 use super::spec::{CoContraction, PreWall, Side, WallError, WallSpec};
+use crate::arithmetic::division::quotient;
 use crate::control::differentiator::{Differentiator, DifferentiatorState};
 use crate::control::sensor::{Sensor, SensorState};
 use crate::control::{Amplitudes, MeasurementError, SensorFault};
-use crate::division::quotient;
-use crate::units::{Amplitude, Angle, AngularRate, Micros, OutOfRange};
-use fixed::types::I16F16;
+use crate::units::{Amplitude, Angle, AngularRate, Micros};
 
 /// The wall runs at every control tick, ms.
 const STEP_MS: u8 = 1;
 
 /// A validated wall. Immutable; everything that changes is a [`WallState`].
+///
+/// ```
+/// use firmware::control::SensorSource;
+/// use firmware::haptics::{Side, Wall, WallSpec, WallState};
+/// use firmware::units::{Amplitude, Angle, Micros};
+///
+/// let wall = Wall::new(&WallSpec {
+///     at_mdeg: 90_000,
+///     side: Side::Flexion,
+///     channel: 0,
+///     max: Amplitude(20_000),
+///     stiffness: 4_000,
+///     damping: 0,
+///     cutoff_mhz: 10_000,
+///     pre_wall: None,
+///     co_contraction: None,
+///     angle_min_mdeg: 0,
+///     angle_max_mdeg: 150_000,
+///     sensor: SensorSource::Adc { code_at_0: 500, code_at_100: 2_500 },
+///     stale_after_ms: 10,
+/// })
+/// .unwrap();
+/// let mut state = WallState::default();
+/// // 2° inside: two times 4 mA.
+/// let inside = Some(Angle::from_centideg(9_200));
+/// let orders = wall.tick(&mut state, Micros(1_000), inside).unwrap();
+/// assert_eq!(orders.amplitudes[0], (0, Amplitude(8_000)));
+/// ```
 #[derive(Clone, Debug)]
 pub struct Wall {
     at: Angle,
@@ -67,12 +94,6 @@ impl Wall {
     /// [`WallError`] names the first offending field and what it allows.
     pub fn new(spec: &WallSpec) -> Result<Self, WallError> {
         spec.check()?;
-        // Checked: the cutoff's range is the differentiator's own.
-        let differentiator = Differentiator::new(spec.cutoff_mhz, STEP_MS).ok_or(OutOfRange {
-            field: "cutoff_mhz",
-            min: 0,
-            max: 0,
-        })?;
         let range = (spec.angle_min_mdeg, spec.angle_max_mdeg);
         Ok(Self {
             at: Angle::from_millideg(spec.at_mdeg),
@@ -81,7 +102,7 @@ impl Wall {
             max: spec.max.0,
             stiffness: spec.stiffness,
             damping: spec.damping,
-            differentiator,
+            differentiator: Differentiator::new(spec.cutoff_mhz, STEP_MS)?,
             pre_wall: spec.pre_wall.map(Ramp::new),
             co_contraction: spec.co_contraction,
             sensor: Sensor::of_joint(spec.sensor, spec.stale_after_ms, range)?,
@@ -143,7 +164,7 @@ impl Wall {
         // Two of three slots: push cannot fail.
         let _ = amplitudes.push((self.channel, amplitude));
         if let Some(other) = self.co_contraction {
-            let is_inside = penetration.0 > I16F16::ZERO;
+            let is_inside = penetration > Angle::default();
             let amplitude = if is_inside {
                 other.amplitude
             } else {
@@ -161,16 +182,16 @@ impl Wall {
     }
 
     fn penetration(&self, measured: Angle) -> Angle {
-        Angle(match self.side {
-            Side::Flexion => measured.0.saturating_sub(self.at.0),
-            Side::Extension => self.at.0.saturating_sub(measured.0),
-        })
+        match self.side {
+            Side::Flexion => measured - self.at,
+            Side::Extension => self.at - measured,
+        }
     }
 
     /// Amplitude at this penetration and rate, before any clamp; 0 or below
     /// where nothing is to be felt.
     fn wanted(&self, penetration: Angle, rate: AngularRate) -> i64 {
-        let depth = penetration.0.to_bits();
+        let depth = penetration.get().to_bits();
         let elastic = match self.pre_wall {
             _ if depth > 0 => {
                 let base = self.pre_wall.map_or(0, |ramp| ramp.end);
@@ -184,7 +205,7 @@ impl Wall {
             None => return 0,
         };
         // |rate| < 2^31, damping < 2^15.
-        let damped = (i64::from(rate.0.to_bits()) * i64::from(self.damping)) >> 16;
+        let damped = (i64::from(rate.get().to_bits()) * i64::from(self.damping)) >> 16;
         elastic + damped // |sum| < 2^34
     }
 }
@@ -193,7 +214,7 @@ impl Ramp {
     fn new(pre: PreWall) -> Self {
         // Validated: 100…45 000 m°, so 6553…2^22 in Q15.16.
         let depth = Angle::from_millideg(pre.depth_mdeg.cast_signed())
-            .0
+            .get()
             .to_bits();
         let (begin, end) = (pre.begin.0, pre.end.0);
         let way = u64::from(end.saturating_sub(begin)) << 16;

@@ -6,11 +6,26 @@ use crate::control::{ForceGap, ForceSpec, JointSpec};
 use crate::haptics::WallSpec;
 use crate::muscle::{MuscleSpec, Rung};
 use crate::pulse::{CHANNELS, GroupSpec, MAX_GROUPS};
+use crate::range::Range;
 use crate::safety::{ChannelSpec, FaultRecord, State, StopCause, WearerSpec};
 use crate::units::{Amplitude, Micros};
 use heapless::Vec;
 use postcard_schema::{Schema, key::hash::fnv1a64::hash_ty_path};
 use serde::{Deserialize, Serialize};
+
+impl Request {
+    /// Of a mask of amplitudes: a mask of nothing asks for nothing, and would only
+    /// say that the host is there, in any state.
+    pub const MASK: Range = Range::new("mask", 1, (1 << CHANNELS) - 1);
+    /// Of a measurement's joint.
+    pub const JOINT: Range = Range::new("joint", 0, 0);
+    /// Of telemetry's period.
+    pub const PERIOD_MS: Range = Range::new("period_ms", 0, 1_000);
+    /// Of an angle's rate: rates beyond are no finger's.
+    pub const CENTIDEG_PER_S: Range = Range::new("centideg_per_s", -2_000_000, 2_000_000);
+    /// Of a force's rate: rates beyond are no muscle's.
+    pub const MILLINEWTON_PER_S: Range = Range::new("millinewton_per_s", -32_767_000, 32_767_000);
+}
 
 /// A request on its way to the device.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
@@ -279,6 +294,16 @@ pub enum Event {
     Faulted(FaultRecord),
     /// An acknowledged fault is cleared.
     Recovered,
+    /// The electrode check of [`Request::Arm`] read a channel: what was applied
+    /// and what flowed, one event a channel, before the verdict.
+    Electrode {
+        /// From 0.
+        channel: u8,
+        /// What was applied, in the unit of its stage.
+        applied: Amplitude,
+        /// The current that flowed, µA.
+        current_ua: u32,
+    },
 }
 
 /// One telemetry sample. `None` is what is not there or not known: never a zero.

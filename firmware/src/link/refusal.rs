@@ -4,9 +4,9 @@
 use super::frame::FrameError;
 use crate::control::{ForceError, MeasurementError, SetpointError, SpecError};
 use crate::haptics::WallError;
-use crate::pulse::{GroupError, TrainError};
+use crate::pulse::{GroupError, TrainError, TrainSpec};
+use crate::range::OutOfRange;
 use crate::safety::{Denied, SetupError};
-use crate::units::OutOfRange;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
@@ -114,6 +114,17 @@ impl Code {
 }
 
 /// A refusal on the link: number, field and allowed range.
+///
+/// ```
+/// use firmware::link::{Code, Refusal};
+/// use firmware::pulse::TrainSpec;
+///
+/// let too_wide = TrainSpec::WIDTH_US.check(501_u16).unwrap_err();
+/// let refusal = Refusal::from(too_wide).on(2);
+/// assert_eq!(Code::from_number(refusal.code), Some(Code::OutOfRange));
+/// assert_eq!((refusal.field, refusal.channel), ("width_us", Some(2)));
+/// assert_eq!((refusal.min, refusal.max), (10, 500));
+/// ```
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub struct Refusal<'a> {
     /// A [`Code`].
@@ -186,10 +197,11 @@ impl From<TrainError> for Refusal<'static> {
             TrainError::Range(e) => e.into(),
             TrainError::BurstOverlaps { min_interval_us } => {
                 Self::new(Code::BurstOverlaps, "burst_interval_us")
-                    .allowed(bound(min_interval_us), 50_000)
+                    .allowed(bound(min_interval_us), TrainSpec::BURST_INTERVAL_US.max)
             }
             TrainError::BurstTooLong { min_period_us } => {
-                Self::new(Code::BurstTooLong, "period_us").allowed(bound(min_period_us), 2_000_000)
+                Self::new(Code::BurstTooLong, "period_us")
+                    .allowed(bound(min_period_us), TrainSpec::PERIOD_US.max)
             }
         }
     }
@@ -258,31 +270,6 @@ impl From<Denied> for Refusal<'static> {
     }
 }
 
-impl From<crate::muscle::OutOfRange> for Refusal<'static> {
-    fn from(e: crate::muscle::OutOfRange) -> Self {
-        use crate::muscle::Parameter::*;
-        let field = match e.parameter {
-            A => "a_mn_per_s",
-            K => "k_micro",
-            TauC => "tau_c_us",
-            Tau1 => "tau1_us",
-            Tau2 => "tau2_us",
-            AlphaA => "alpha_a_milli_per_s2",
-            AlphaK => "alpha_k_nano_per_n_s",
-            AlphaTau1 => "alpha_tau1_nano_per_n",
-            TauFat => "tau_fat_ms",
-            MotorThreshold => "motor_threshold",
-            Limit => "limit",
-            Reference => "reference",
-            Slope => "slope_micro",
-            Period => "period_us",
-            ShortestPeriod => "min_period_us",
-            LongestPeriod => "max_period_us",
-        };
-        Self::new(Code::OutOfRange, field).allowed(bound(e.min), bound(e.max))
-    }
-}
-
 impl From<crate::muscle::LadderError> for Refusal<'static> {
     fn from(e: crate::muscle::LadderError) -> Self {
         match e {
@@ -295,9 +282,7 @@ impl From<crate::muscle::LadderError> for Refusal<'static> {
 impl From<SpecError> for Refusal<'static> {
     fn from(e: SpecError) -> Self {
         match e {
-            SpecError::OutOfRange { field, min, max } => {
-                Self::new(Code::OutOfRange, spec_field(field)).allowed(min, max)
-            }
+            SpecError::Range(e) => e.into(),
             SpecError::ChannelTwice { channel } => {
                 Self::new(Code::ChannelTwice, "joint").on(channel)
             }
@@ -309,7 +294,6 @@ impl From<WallError> for Refusal<'static> {
     fn from(e: WallError) -> Self {
         match e {
             WallError::Range(e) => e.into(),
-            WallError::Joint(e) => e.into(),
             WallError::ChannelTwice { channel } => {
                 Self::new(Code::ChannelTwice, "wall").on(channel)
             }
@@ -354,47 +338,5 @@ impl From<MeasurementError> for Refusal<'static> {
                 Self::new(Code::MeasurementTime, "at")
             }
         }
-    }
-}
-
-const fn spec_field(field: crate::control::SpecField) -> &'static str {
-    use crate::control::SpecField::*;
-    match field {
-        Lambda => "lambda_milli",
-        W => "w_milli",
-        K1 => "k1_milli",
-        K2 => "k2_milli",
-        B => "b_milli",
-        Kp => "kp_milli",
-        Ki => "ki_milli",
-        Kd => "kd_milli",
-        LawPeriod => "law_period_ms",
-        Cutoff => "cutoff_mhz",
-        FlexorCount => "flexors",
-        Channel => "channel",
-        Threshold => "threshold",
-        Maximum => "max",
-        Extrapolation => "max_ms",
-        AngleMin => "angle_min_mdeg",
-        AngleMax => "angle_max_mdeg",
-        CodeAt0 => "code_at_0",
-        CodeAt100 => "code_at_100",
-        CodeSpan => "code_at_100 - code_at_0",
-        StaleAfter => "stale_after_ms",
-        Rest => "rest_mdeg",
-        Stiffness => "stiffness_unm_per_rad",
-        Damping => "damping_unm_s_per_rad",
-        Flexion => "flexion_unm",
-        Extension => "extension_unm",
-        TorqueLoss => "torque_loss_milli",
-        Curvature => "curvature_milli",
-        Lead => "lead_ms",
-        K3 => "k3_milli",
-        ResponseGain => "gain_mrad",
-        MuscleLag => "muscle_ms",
-        JointLag => "joint_ms",
-        Delay => "delay_ms",
-        ScaleLearning => "scale_milli",
-        DampingLearning => "damping_milli",
     }
 }

@@ -20,48 +20,18 @@
 
 use core::sync::atomic::{Ordering, compiler_fence};
 
-use fixed::types::{I16F16, U5F27};
-use postcard_schema::Schema;
-use serde::{Deserialize, Serialize};
+use fixed::types::I16F16;
 
-use super::exponential::{decay, decay_fraction, lag, mul_high};
-use super::reciprocal::Reciprocal;
-use super::{Gain, OutOfRange, Parameter, within};
+use super::Gain;
+use super::calcium_state::{self, CALCIUM_MAX_UPPER, CalciumForceState};
+use super::spec::CalciumForceSpec;
+use crate::arithmetic::exponential::{decay, decay_fraction, lag, mul_high};
+use crate::arithmetic::reciprocal::Reciprocal;
+use crate::range::OutOfRange;
 use crate::units::{Force, Micros};
 
 /// The longest step, and the one whose factors are computed beforehand.
 pub(super) const TICK_US: u32 = 1000;
-
-/// C of one pulse, U5F59.
-const ONE_PULSE: u64 = 1 << 59;
-
-/// Where C saturates, U5F59. The slowest τc allowed (100 ms) reaches 20.5 at
-/// the fastest train of single pulses allowed (200 Hz), and
-/// [`CalciumForceSpec::check_train`] refuses the bursts that pass it; with K ≤ 5 the
-/// sum K + C stays below 32.
-const CALCIUM_MAX: u64 = (CalciumForce::CALCIUM_END as u64) << 59;
-
-/// The upper word of that.
-pub(super) const CALCIUM_MAX_UPPER: u32 = CalciumForce::CALCIUM_END << 27;
-
-/// Shortest and longest τc, µs.
-const TAU_C_US: (u32, u32) = (5_000, 100_000);
-
-/// One muscle's parameters, as a host sends them. Table 4 of Lee 2020 lists
-/// ten subjects' (with τ2 of K06 misprinted: 176 ms, not 17.6).
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
-pub struct CalciumForceSpec {
-    /// A, the force scaling factor at [`Gain::FULL`], mN/s: 100…10,000,000.
-    pub a_mn_per_s: u32,
-    /// K, the calcium level of half activation, millionths: 2,000…5,000,000.
-    pub k_micro: u32,
-    /// τc, decay of calcium, µs: 5,000…100,000.
-    pub tau_c_us: u32,
-    /// τ1, decay of force without calcium, µs: 2,000…200,000.
-    pub tau1_us: u32,
-    /// τ2, what full activation adds to τ1, µs: 1,000…1,000,000.
-    pub tau2_us: u32,
-}
 
 /// What a step of some length h multiplies with; all Q32.
 #[derive(Clone, Copy, Debug)]
@@ -80,6 +50,25 @@ struct Step {
 /// Accuracy: for every subject of Lee's table 4 at 10–100 Hz the worst error
 /// is below 0.012 % of the train's peak; `firmware/tests/muscle_accuracy.rs`
 /// prints it. It grows with (1 ms/τ)², τ being the shortest time constant.
+///
+/// ```
+/// use firmware::muscle::{CalciumForce, CalciumForceSpec, CalciumForceState, Gain};
+/// use firmware::units::Micros;
+///
+/// let k01 = CalciumForceSpec {
+///     a_mn_per_s: 121_900,
+///     k_micro: 300_000,
+///     tau_c_us: 20_800,
+///     tau1_us: 33_100,
+///     tau2_us: 194_400,
+/// };
+/// let muscle = CalciumForce::new(k01)?;
+/// let mut state = CalciumForceState::at_rest(Micros(0));
+/// muscle.pulse(&mut state, Micros(250), Gain::FULL);
+/// muscle.advance(&mut state, Micros(60_000));
+/// assert!(muscle.force(&state).to_millinewton() > 1_000); // one twitch
+/// # Ok::<(), firmware::range::OutOfRange>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct CalciumForce {
     /// K, U5F27.
@@ -98,69 +87,9 @@ pub struct CalciumForce {
     pub(super) full_scale: u32,
 }
 
-/// Where one muscle is. 40 bytes, freely copied.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct CalciumForceState {
-    /// C, U5F59, at most `CALCIUM_MAX` and a lower word.
-    pub(super) calcium: u64,
-    /// F over full scale, Q63: 0 ≤ force < 2^63.
-    pub(super) force: i64,
-    /// Gain of the last pulse that reached the muscle, Q31.
-    pub(super) gain: u32,
-    /// The time all this holds for.
-    pub(super) at: Micros,
-    /// How far ahead of `at` a pulse is known of: below 1000 µs, 0 if none.
-    pub(super) waiting_us: u32,
-    /// That pulse's gain, Q31.
-    pub(super) next_gain: u32,
-}
-
-impl CalciumForceState {
-    /// A muscle without calcium or force, at time `at`.
-    #[must_use]
-    pub const fn at_rest(at: Micros) -> Self {
-        Self {
-            calcium: 0,
-            force: 0,
-            gain: 0,
-            at,
-            waiting_us: 0,
-            next_gain: 0,
-        }
-    }
-
-    /// Whether nothing is left of any pulse: calcium and force exactly zero,
-    /// and no pulse waits.
-    #[must_use]
-    pub const fn is_at_rest(&self) -> bool {
-        // A step that leaves an upper word 0 clears the lower one, force's
-        // once there is no calcium.
-        (self.calcium >> 32) as u32 | (self.force >> 32) as u32 | self.waiting_us == 0
-    }
-
-    /// A pulse's effect at once.
-    fn take(&mut self, gain: u32) {
-        self.gain = gain;
-        // 25 · 2^59 < 2^64: C never starts above CALCIUM_MAX.
-        self.calcium = self.calcium.wrapping_add(ONE_PULSE).min(CALCIUM_MAX);
-    }
-
-    /// C of eq. (2) at [`Self::at`], in pulses: 0…25, rounded down to 2^-27.
-    #[must_use]
-    pub const fn calcium(&self) -> U5F27 {
-        U5F27::from_bits((self.calcium >> 32) as u32)
-    }
-
-    /// The time the state holds for.
-    #[must_use]
-    pub const fn at(&self) -> Micros {
-        self.at
-    }
-}
-
 impl CalciumForce {
     /// C, in pulses, where the fixed point ends: there it saturates.
-    pub const CALCIUM_END: u32 = 24;
+    pub const CALCIUM_END: u32 = calcium_state::CALCIUM_END;
 
     /// Derives the constants of a muscle.
     ///
@@ -307,7 +236,7 @@ impl CalciumForce {
         // Q31 · Q16.16, rounded: below 2^31 · 2^30 + 2^30, so that the
         // shifted result fits 31 bits.
         let product = force as u64 * self.full_scale as u64;
-        Force(I16F16::from_bits(((product + (1 << 30)) >> 31) as i32))
+        Force::new(I16F16::from_bits(((product + (1 << 30)) >> 31) as i32))
     }
 
     /// The factors of a step of `us` ≤ 1000 microseconds.
@@ -425,37 +354,5 @@ impl CalciumForce {
         state.force = i64::from(force_upper) << 32 | i64::from(force as u32);
 
         state.gain = state.next_gain;
-    }
-}
-
-/// 1/ln(24/(24 − n)) in thousandths, rounded down, for bursts of n = 1…8 pulses.
-const PERIODS_PER_TAU: [u32; 8] = [23_496, 11_492, 7_488, 5_484, 4_280, 3_476, 2_899, 2_466];
-
-impl CalciumForceSpec {
-    /// Whether C stays below 24, where the fixed point ends, under a train of bursts
-    /// of `burst_count` pulses (1…8) every `period_us` (at least 5000).
-    ///
-    /// A burst's pulses counted as one at its start, C ends at n/(1 − e^(−T/τc)):
-    /// τc may be at most T/ln(24/(24 − n)). Single pulses pass at any rate.
-    ///
-    /// # Errors
-    /// [`Parameter::TauC`] with the longest τc that this train allows.
-    pub fn check_train(&self, burst_count: u8, period_us: u32) -> Result<(), OutOfRange> {
-        let place = usize::from(burst_count.max(1)).saturating_sub(1);
-        let thousandths = PERIODS_PER_TAU.get(place).copied().unwrap_or(0);
-        let longest_us = u64::from(period_us).saturating_mul(thousandths.into()) / 1_000;
-        let max = u32::try_from(longest_us)
-            .unwrap_or(u32::MAX)
-            .min(TAU_C_US.1);
-        within(Parameter::TauC, self.tau_c_us, TAU_C_US.0, max)
-    }
-
-    /// Each parameter against its documented range.
-    fn check(&self) -> Result<(), OutOfRange> {
-        within(Parameter::A, self.a_mn_per_s, 100, 10_000_000)?;
-        within(Parameter::K, self.k_micro, 2_000, 5_000_000)?;
-        within(Parameter::TauC, self.tau_c_us, TAU_C_US.0, TAU_C_US.1)?;
-        within(Parameter::Tau1, self.tau1_us, 2_000, 200_000)?;
-        within(Parameter::Tau2, self.tau2_us, 1_000, 1_000_000)
     }
 }

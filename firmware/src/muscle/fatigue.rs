@@ -18,17 +18,18 @@
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-use super::calcium_force::{CalciumForce, CalciumForceSpec};
-use super::exponential::{exp_neg, mul_high};
-use super::{OutOfRange, Parameter, within};
-use crate::division::quotient;
+use super::calcium_force::CalciumForce;
+use super::spec::CalciumForceSpec;
+use crate::arithmetic::division::quotient;
+use crate::arithmetic::exponential::{exp_neg, mul_high};
+use crate::range::{OutOfRange, Range};
 
 /// From one update to the next, µs.
 pub(super) const UPDATE_US: u32 = 1_000_000;
 
 /// The longest τ1 that fatigue reaches, µs, and the largest K, U5F27: the ends
 /// of the ranges of [`CalciumForceSpec`].
-const TAU1_MAX_US: u32 = 200_000;
+const TAU1_MAX_US: u32 = CalciumForceSpec::TAU1_US.max as u32;
 const K_MAX: u32 = 5 << 27;
 
 /// How one muscle tires and recovers.
@@ -54,6 +55,15 @@ impl FatigueSpec {
         alpha_tau1_nano_per_n: 21_000,
         tau_fat_ms: 127_000,
     };
+    /// Of [`Self::alpha_a_milli_per_s2`].
+    pub const ALPHA_A_MILLI_PER_S2: Range = Range::new("alpha_a_milli_per_s2", 0, 10_000);
+    /// Of [`Self::alpha_k_nano_per_n_s`].
+    pub const ALPHA_K_NANO_PER_N_S: Range = Range::new("alpha_k_nano_per_n_s", 0, 100_000_000);
+    /// Of [`Self::alpha_tau1_nano_per_n`].
+    pub const ALPHA_TAU1_NANO_PER_N: Range = Range::new("alpha_tau1_nano_per_n", 0, 100_000_000);
+    /// Of [`Self::tau_fat_ms`].
+    pub const TAU_FAT_MS: Range = Range::new("tau_fat_ms", 10_000, 1_000_000);
+
     /// A₀ of that quadriceps, mN/s.
     const QUADRICEPS_A: u64 = 3_009_000;
 
@@ -63,24 +73,29 @@ impl FatigueSpec {
     /// assumption, for want of values of other muscles.
     #[must_use]
     pub fn scaled_to(a_mn_per_s: u32) -> Self {
-        let per_newton = |alpha: u32| {
+        let per_newton = |alpha: u32, range: Range| {
             let scaled = u64::from(alpha) * Self::QUADRICEPS_A / u64::from(a_mn_per_s.max(1));
-            scaled.min(100_000_000) as u32
+            scaled.min(range.max as u64) as u32
         };
         Self {
-            alpha_k_nano_per_n_s: per_newton(Self::QUADRICEPS.alpha_k_nano_per_n_s),
-            alpha_tau1_nano_per_n: per_newton(Self::QUADRICEPS.alpha_tau1_nano_per_n),
+            alpha_k_nano_per_n_s: per_newton(
+                Self::QUADRICEPS.alpha_k_nano_per_n_s,
+                Self::ALPHA_K_NANO_PER_N_S,
+            ),
+            alpha_tau1_nano_per_n: per_newton(
+                Self::QUADRICEPS.alpha_tau1_nano_per_n,
+                Self::ALPHA_TAU1_NANO_PER_N,
+            ),
             ..Self::QUADRICEPS
         }
     }
 
     /// Each parameter against its documented range.
     fn check(&self) -> Result<(), OutOfRange> {
-        let most = 100_000_000;
-        within(Parameter::AlphaA, self.alpha_a_milli_per_s2, 0, 10_000)?;
-        within(Parameter::AlphaK, self.alpha_k_nano_per_n_s, 0, most)?;
-        within(Parameter::AlphaTau1, self.alpha_tau1_nano_per_n, 0, most)?;
-        within(Parameter::TauFat, self.tau_fat_ms, 10_000, 1_000_000)
+        Self::ALPHA_A_MILLI_PER_S2.check(self.alpha_a_milli_per_s2)?;
+        Self::ALPHA_K_NANO_PER_N_S.check(self.alpha_k_nano_per_n_s)?;
+        Self::ALPHA_TAU1_NANO_PER_N.check(self.alpha_tau1_nano_per_n)?;
+        Self::TAU_FAT_MS.check(self.tau_fat_ms)
     }
 }
 

@@ -13,9 +13,9 @@ use super::lag::LagState;
 use super::rhythm::{Rhythm, calcium};
 use super::steady::StaticState;
 use super::{
-    CalciumForce, CalciumForceSpec, CalciumForceState, Gain, OutOfRange, Recruitment,
-    RecruitmentSpec,
+    CalciumForce, CalciumForceSpec, CalciumForceState, Gain, Recruitment, RecruitmentSpec,
 };
+use crate::range::OutOfRange;
 use crate::units::{Force, Micros};
 
 /// How much of a muscle is modelled, least first.

@@ -5,8 +5,8 @@
 //! from the calcium–force parameters and the last interpulse interval.
 
 use super::calcium_force::{CalciumForce, TICK_US};
-use super::exponential::{decay_fraction, mul_high};
 use super::rhythm::{Drive, Rhythm, SLOWEST_US, share};
+use crate::arithmetic::exponential::{decay_fraction, mul_high};
 use crate::units::Micros;
 
 /// Where a lagging muscle is.

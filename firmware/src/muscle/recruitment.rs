@@ -6,8 +6,9 @@ use fixed::types::{I16F16, U1F31};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-use super::exponential::{exp2_neg, log2_neg};
-use super::{Gain, OutOfRange, Parameter, within};
+use super::Gain;
+use crate::arithmetic::exponential::{exp2_neg, log2_neg};
+use crate::range::{OutOfRange, Range};
 use crate::units::Amplitude;
 
 /// log2 e in 2^-60 per 10^9: turns millionths per thousandth into octaves.
@@ -17,7 +18,7 @@ const NANO_PER_OCTAVE: u64 = 45_426_093_625_177;
 
 /// No amplitude above one ampere or one kilovolt: far beyond what `safety`
 /// lets pass, low enough for the arithmetic here.
-const AMPLITUDE_MAX: u32 = 1_000_000;
+const AMPLITUDE_MAX: i32 = 1_000_000;
 
 /// The deepest threshold below the reference, octaves: force at threshold is
 /// at least 1/65,536 of the reference's, where a gain still has four digits.
@@ -41,8 +42,37 @@ pub struct RecruitmentSpec {
     pub slope_micro: u32,
 }
 
+impl RecruitmentSpec {
+    /// Of [`Self::motor_threshold`].
+    pub const MOTOR_THRESHOLD: Range = Range::new("motor_threshold", 1, AMPLITUDE_MAX - 1);
+    /// Of [`Self::limit`], above the lowest threshold.
+    pub const LIMIT: Range = Range::new("limit", 2, AMPLITUDE_MAX);
+    /// Of [`Self::reference`], above the lowest limit.
+    pub const REFERENCE: Range = Range::new("reference", 2, AMPLITUDE_MAX);
+    /// Of [`Self::slope_micro`].
+    pub const SLOPE_MICRO: Range = Range::new("slope_micro", 10_000, 5_000_000);
+}
+
 /// A validated recruitment curve: gain(I) = e^(b·(I − I_0)) for threshold ≤ I
 /// ≤ limit, 0 below.
+///
+/// ```
+/// use firmware::muscle::{Gain, Recruitment, RecruitmentSpec};
+/// use firmware::units::Amplitude;
+///
+/// let curve = Recruitment::new(RecruitmentSpec {
+///     motor_threshold: Amplitude(6_000), // 6 mA
+///     limit: Amplitude(20_000),
+///     reference: Amplitude(20_000),
+///     slope_micro: 250_000,
+/// })?;
+/// assert_eq!(curve.gain(Amplitude(5_999)), Gain::ZERO);
+/// assert_eq!(curve.gain(Amplitude(20_000)), Gain::FULL);
+/// // A quarter of the force needs ln 4 / 0.25 = 5.545 mA less.
+/// let quarter = Gain::new(fixed::types::U1F31::from_num(0.25));
+/// assert_eq!(curve.amplitude_for_gain(quarter), Amplitude(14_455));
+/// # Ok::<(), firmware::range::OutOfRange>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Recruitment {
     spec: RecruitmentSpec,
@@ -67,20 +97,18 @@ impl Recruitment {
             reference: Amplitude(reference),
             slope_micro,
         } = spec;
-        within(Parameter::MotorThreshold, threshold, 1, AMPLITUDE_MAX - 1)?;
+        RecruitmentSpec::MOTOR_THRESHOLD.check(threshold)?;
         // threshold < AMPLITUDE_MAX
-        within(Parameter::Limit, limit, threshold + 1, AMPLITUDE_MAX)?;
-        within(Parameter::Reference, reference, limit, AMPLITUDE_MAX)?;
+        RecruitmentSpec::LIMIT.from(threshold + 1).check(limit)?;
+        RecruitmentSpec::REFERENCE.from(limit).check(reference)?;
         // reference > threshold; 2^4 · 4.6e13 fits 64 bits, and so does the
-        // quotient 32 once compared with 5,000,000.
+        // quotient in 32 what matters of it.
         let span = u64::from(reference - threshold);
         let steepest = ((OCTAVES_MAX * NANO_PER_OCTAVE) >> 16) / span;
-        within(
-            Parameter::Slope,
-            slope_micro,
-            10_000,
-            steepest.min(5_000_000) as u32,
-        )?;
+        let steepest = u32::try_from(steepest).unwrap_or(u32::MAX);
+        RecruitmentSpec::SLOPE_MICRO
+            .up_to(steepest)
+            .check(slope_micro)?;
         let mut curve = Self {
             spec,
             // 5·10^6 · 1.7·10^9 = 8.3·10^15.

@@ -15,10 +15,11 @@
 //! nothing. Level X = (mean of x²)/x̄ and time w/X keep the area; where the
 //! next pulse comes before that time is over, level x̄ is what a period holds.
 
-use super::calcium_force::{CALCIUM_MAX_UPPER, CalciumForce, TICK_US};
-use super::exponential::{decay_fraction, exp_neg, ln_neg, mul_high};
-use super::reciprocal::Reciprocal;
-use crate::division;
+use super::calcium_force::{CalciumForce, TICK_US};
+use super::calcium_state::CALCIUM_MAX_UPPER;
+use crate::arithmetic::division;
+use crate::arithmetic::exponential::{decay_fraction, exp_neg, ln_neg, mul_high};
+use crate::arithmetic::reciprocal::Reciprocal;
 use crate::units::Micros;
 
 /// The slowest train, 0.5 Hz: a pulse later than this begins one. µs.

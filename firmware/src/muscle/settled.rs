@@ -1,9 +1,9 @@
 //! The force that a lasting train settles to, without waiting for it.
 
 use super::calcium_force::CalciumForce;
-use super::exponential::{decay_fraction, exp_neg, exp2_neg, lag, ln_neg, mul_high};
-use super::reciprocal::Reciprocal;
-use crate::division::quotient;
+use crate::arithmetic::division::quotient;
+use crate::arithmetic::exponential::{decay_fraction, exp_neg, exp2_neg, lag, ln_neg, mul_high};
+use crate::arithmetic::reciprocal::Reciprocal;
 
 /// log2 e, Q31.
 const LOG2_E: u64 = 3_098_164_009;
@@ -11,10 +11,10 @@ const LOG2_E: u64 = 3_098_164_009;
 /// Most steps of the model's that a period is given. One that would take more is
 /// integrated in [`STEPS_LONG`]: a table is made between two signs of life of the
 /// session's owner.
-const STEPS_MAX: u32 = 50;
+pub(super) const STEPS_MAX: u32 = 50;
 
 /// Steps of a period that would take more than [`STEPS_MAX`].
-const STEPS_LONG: u32 = 28;
+pub(super) const STEPS_LONG: u32 = 28;
 
 /// How long calcium is followed once it is at K, time constants: it is 0.1 % of K
 /// then, and what force is left decays with τ1.

@@ -5,8 +5,8 @@
 //! is late by more than another interval is over: the force is gone.
 
 use super::calcium_force::{CalciumForce, TICK_US};
-use super::exponential::{decay_fraction, mul_high};
 use super::rhythm::{Drive, Rhythm, SLOWEST_US, share};
+use crate::arithmetic::exponential::{decay_fraction, mul_high};
 use crate::units::Micros;
 
 /// Where a muscle without dynamics is.

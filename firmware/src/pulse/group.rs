@@ -2,7 +2,7 @@
 //! (Hamana 2022, section II-D and figure 6).
 
 use super::{CHANNELS, Train};
-use crate::units::OutOfRange;
+use crate::range::{OutOfRange, Range};
 use heapless::Vec;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -33,6 +33,21 @@ pub struct GroupSpec {
 pub struct Group {
     members: u16,
     partner: Partner,
+}
+
+impl GroupSpec {
+    /// How many groups there may be.
+    pub const COUNT: Range = Range::new("groups", 0, MAX_GROUPS as i32);
+    /// Of [`Self::members`].
+    pub const MEMBERS: Range = Range::new("members", 0, (1 << CHANNELS) - 1);
+    /// How many members a group may have.
+    pub const SIZE: Range = Range::new("number of members", 2, CHANNELS as i32);
+}
+
+impl From<OutOfRange> for GroupError {
+    fn from(e: OutOfRange) -> Self {
+        Self::Members(e)
+    }
 }
 
 impl Group {
@@ -93,18 +108,10 @@ pub enum GroupError {
 /// The first rule that some group breaks.
 pub fn check_members(specs: &[GroupSpec]) -> Result<(), GroupError> {
     let mut taken = 0u16;
-    let range =
-        |field, value, max| OutOfRange::check(field, value, 0, max).map_err(GroupError::Members);
-    range("groups", specs.len() as i64, MAX_GROUPS as i32)?;
+    GroupSpec::COUNT.check(specs.len() as i64)?;
     for spec in specs {
-        range("members", spec.members.into(), (1 << CHANNELS) - 1)?;
-        if spec.members.count_ones() < 2 {
-            return Err(GroupError::Members(OutOfRange {
-                field: "number of members",
-                min: 2,
-                max: 10,
-            }));
-        }
+        GroupSpec::MEMBERS.check(spec.members)?;
+        GroupSpec::SIZE.check(spec.members.count_ones())?;
         if let Some(channel) = members(spec.members & taken).next() {
             return Err(GroupError::TwoGroups { channel });
         }
@@ -259,15 +266,10 @@ fn first_interruption(
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Shape, TrainSpec, train::tests::PLAIN};
+    use super::super::{TrainSpec, train::tests::PLAIN};
     use super::*;
 
-    const MONO: TrainSpec = TrainSpec {
-        shape: Shape::MonophasicCathodic,
-        gap_us: 0,
-        ground_us: 1000,
-        ..PLAIN
-    };
+    const MONO: TrainSpec = TrainSpec::monophasic(200, 1_000, 20_000);
 
     fn two(a: TrainSpec, b: TrainSpec, partner: Partner) -> Result<(), GroupError> {
         let mut trains = [None; CHANNELS];

@@ -14,7 +14,7 @@ mod train;
 pub use group::{Group, GroupError, GroupSpec, MAX_GROUPS, Partner, check_groups, check_members};
 pub use plan::{Change, Levels, MAX_PULSES, PulseStart, State, WindowPlan};
 pub use scheduler::{RenderError, Scheduler, Supply};
-pub use train::{LONGEST_PERIOD_US, Shape, Train, TrainError, TrainSpec};
+pub use train::{Shape, Train, TrainError, TrainSpec};
 
 /// Stimulation channels of the board.
 pub const CHANNELS: usize = 10;

@@ -215,6 +215,13 @@ impl Scheduler {
         lanes.all(|lane| matches!(lane.phase, Phase::Rest | Phase::Recovering))
     }
 
+    /// Whether the window at `start` has no edge of its own.
+    #[must_use]
+    pub fn is_idle(&self, start: Micros) -> bool {
+        let end = start.plus(WINDOW_US);
+        self.next.is_none_or(|next| !next.is_before(end))
+    }
+
     /// Renders the window at `start` into `plan`.
     ///
     /// # Errors
@@ -262,21 +269,21 @@ impl Scheduler {
         }
         self.next = (next != u32::MAX).then(|| start.plus(next));
         if self.groups.iter().all(|g| g.partner() == Partner::Isolated) {
-            self.picture_to(plan, |picture, _| picture.levels())
+            self.emit(plan, |picture, _| picture.levels())
         } else {
-            self.picture_to(plan, with_groups)
+            self.emit(plan, with_groups)
         }
     }
 
     /// Carries what the agenda holds into the picture, and what `outputs`
     /// makes of it into the plan.
-    fn picture_to(
+    fn emit(
         &mut self,
         plan: &mut WindowPlan,
         outputs: impl Fn(Picture, &[Group]) -> Levels,
     ) -> Result<(), RenderError> {
         let (mut picture, mut last) = (self.picture, self.levels);
-        let result = self.agenda.hand_over(|slot, changes| {
+        let result = self.agenda.drain(|slot, changes| {
             picture.0 ^= changes;
             let levels = outputs(picture, &self.groups);
             if levels == last {
@@ -336,7 +343,7 @@ fn advance_together(
         for channel in bits(members.into()) {
             if let Some(Some(lane)) = lanes.get_mut(channel) {
                 let old = lane.shows;
-                lane.settle_grounding(now, pulsing != 0);
+                lane.update_grounding(now, pulsing != 0);
                 agenda.enter(slot, old.0 ^ lane.shows.0);
             }
         }

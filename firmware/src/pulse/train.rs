@@ -1,12 +1,9 @@
 //! One channel's pulse train: what a host asks for and its validated form.
 
 use super::{DEAD_TIME_US, WINDOW_US};
-use crate::units::OutOfRange;
+use crate::range::{OutOfRange, Range};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
-
-/// Longest period of a train, µs.
-pub const LONGEST_PERIOD_US: u32 = 2_000_000;
 
 /// Waveform of a single pulse.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
@@ -39,6 +36,18 @@ impl Shape {
 }
 
 /// A train as a host asks for it; nothing in it is trusted.
+///
+/// ```
+/// use firmware::pulse::{TrainError, TrainSpec};
+///
+/// // 200 µs a phase, 100 µs between them, 50 times a second, until stopped.
+/// let spec = TrainSpec::biphasic(200, 100, 20_000);
+/// assert_eq!(spec.validate().unwrap().burst_us(), 500);
+/// // Two pulses 400 µs apart would overlap.
+/// let doublet = TrainSpec { burst_count: 2, burst_interval_us: 400, ..spec };
+/// let overlaps = TrainError::BurstOverlaps { min_interval_us: 505 };
+/// assert_eq!(doublet.validate(), Err(overlaps));
+/// ```
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub struct TrainSpec {
     /// Waveform of each pulse.
@@ -97,6 +106,49 @@ pub struct Train {
 }
 
 impl TrainSpec {
+    /// Of [`Self::width_us`].
+    pub const WIDTH_US: Range = Range::new("width_us", 10, 500);
+    /// Of [`Self::gap_us`], of a biphasic pulse.
+    pub const GAP_US: Range = Range::new("gap_us", 0, 200);
+    /// Of [`Self::ground_us`], after a monophasic pulse.
+    pub const GROUND_US: Range = Range::new("ground_us", 1_000, 20_000);
+    /// Of [`Self::period_us`].
+    pub const PERIOD_US: Range = Range::new("period_us", 5_000, 2_000_000);
+    /// Of [`Self::offset_us`], at the longest period.
+    pub const OFFSET_US: Range = Range::new("offset_us", 0, Self::PERIOD_US.max);
+    /// Of [`Self::burst_count`].
+    pub const BURST_COUNT: Range = Range::new("burst_count", 1, 8);
+    /// Of [`Self::burst_interval_us`], of a burst of several pulses.
+    pub const BURST_INTERVAL_US: Range = Range::new("burst_interval_us", 200, 50_000);
+
+    /// Endless single pulses, cathodic phase first, every `period_us` from the epoch
+    /// on.
+    #[must_use]
+    pub const fn biphasic(width_us: u16, gap_us: u16, period_us: u32) -> Self {
+        Self {
+            shape: Shape::BiphasicCathodicFirst,
+            width_us,
+            gap_us,
+            ground_us: 0,
+            period_us,
+            offset_us: 0,
+            burst_count: 1,
+            burst_interval_us: 0,
+            repeats: 0,
+            triggered: false,
+        }
+    }
+
+    /// The same of one cathodic phase and grounding.
+    #[must_use]
+    pub const fn monophasic(width_us: u16, ground_us: u16, period_us: u32) -> Self {
+        Self {
+            shape: Shape::MonophasicCathodic,
+            ground_us,
+            ..Self::biphasic(width_us, 0, period_us)
+        }
+    }
+
     /// Checks every field and the relations between them.
     ///
     /// # Errors
@@ -104,28 +156,23 @@ impl TrainSpec {
     pub fn validate(&self) -> Result<Train, TrainError> {
         let biphasic = self.shape.is_biphasic();
         let burst = self.burst_count > 1;
-        let check = OutOfRange::check;
-        check("width_us", self.width_us.into(), 10, 500)?;
-        check(
-            "gap_us",
-            self.gap_us.into(),
-            0,
-            if biphasic { 200 } else { 0 },
-        )?;
-        let (g0, g1) = if biphasic { (0, 0) } else { (1000, 20_000) };
-        check("ground_us", self.ground_us.into(), g0, g1)?;
-        let longest = LONGEST_PERIOD_US.cast_signed(); // 2 s
-        check("period_us", self.period_us.into(), 5_000, longest)?;
-        // The period was just checked, so it fits i32.
-        check(
-            "offset_us",
-            self.offset_us.into(),
-            0,
-            self.period_us.cast_signed(),
-        )?;
-        check("burst_count", self.burst_count.into(), 1, 8)?;
-        let (i0, i1) = if burst { (200, 50_000) } else { (0, 0) };
-        check("burst_interval_us", self.burst_interval_us.into(), i0, i1)?;
+        // What does not apply must be 0.
+        let only_if = |applies, range: Range| {
+            if applies {
+                range
+            } else {
+                Range::new(range.field, 0, 0)
+            }
+        };
+        Self::WIDTH_US.check(self.width_us)?;
+        only_if(biphasic, Self::GAP_US).check(self.gap_us)?;
+        only_if(!biphasic, Self::GROUND_US).check(self.ground_us)?;
+        Self::PERIOD_US.check(self.period_us)?;
+        Self::OFFSET_US
+            .up_to(self.period_us)
+            .check(self.offset_us)?;
+        Self::BURST_COUNT.check(self.burst_count)?;
+        only_if(burst, Self::BURST_INTERVAL_US).check(self.burst_interval_us)?;
         let train = Train {
             spec: *self,
             gap_us: if biphasic {
@@ -197,18 +244,7 @@ pub(crate) mod tests {
     use super::*;
 
     /// 200 µs biphasic at 50 Hz.
-    pub(crate) const PLAIN: TrainSpec = TrainSpec {
-        shape: Shape::BiphasicCathodicFirst,
-        width_us: 200,
-        gap_us: 100,
-        ground_us: 0,
-        period_us: 20_000,
-        offset_us: 0,
-        burst_count: 1,
-        burst_interval_us: 0,
-        repeats: 0,
-        triggered: false,
-    };
+    pub(crate) const PLAIN: TrainSpec = TrainSpec::biphasic(200, 100, 20_000);
 
     #[test]
     fn ranges_are_named() {

@@ -2,7 +2,7 @@
 //! mid-phase current against what the amplitude lets expect.
 
 use super::Setup;
-use crate::pulse::{CHANNELS, Shape, Train, TrainSpec, WINDOW_US};
+use crate::pulse::{CHANNELS, Train, TrainSpec, WINDOW_US};
 
 /// Current sense at 4095 counts, µA (docs/hardware.md, current sense).
 const SENSE_FULL_SCALE_UA: u32 = 120_000;
@@ -19,16 +19,8 @@ const _: () = assert!(
 
 /// A sub-threshold pulse: 100 µs per phase, once.
 const PROBE: TrainSpec = TrainSpec {
-    shape: Shape::BiphasicCathodicFirst,
-    width_us: 100,
-    gap_us: 25,
-    ground_us: 0,
-    period_us: 100_000,
-    offset_us: 0,
-    burst_count: 1,
-    burst_interval_us: 0,
     repeats: 1,
-    triggered: false,
+    ..TrainSpec::biphasic(100, 25, 100_000)
 };
 
 /// A mid-phase current sample.

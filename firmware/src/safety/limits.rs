@@ -24,9 +24,6 @@ pub const VOLTAGE_STAGE_LIMITER_UA: u32 = 20_000;
 /// Longest fall of the amplitude when stimulation ends, ms.
 pub const MAX_FALL_MS: u16 = 100;
 
-/// Shortest and longest settable host silence, ms.
-pub const HOST_TIMEOUT_MS: (u16, u16) = (20, 1000);
-
 /// How long an armed device waits for a start, µs.
 pub const ARM_EXPIRY_US: u32 = 10_000_000;
 

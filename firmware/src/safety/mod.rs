@@ -13,10 +13,12 @@ mod ramp;
 mod setup;
 mod stage;
 mod state;
+mod wearer;
 
 pub use check::{ElectrodeCheck, Reading};
 pub use fault::{Fault, FaultRecord};
 pub use guard::Guard;
-pub use setup::{Channel, ChannelSpec, Setup, SetupError, Wearer, WearerSpec};
+pub use setup::{Channel, ChannelSpec, Setup, SetupError};
 pub use stage::{Stage, StageSpec};
 pub use state::{Denied, Inputs, Notice, State, StopCause};
+pub use wearer::{Wearer, WearerSpec};

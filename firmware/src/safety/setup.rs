@@ -1,12 +1,12 @@
 //! Everything a session configures, checked as a whole before arming.
 
-use super::limits;
-use super::{Stage, StageSpec};
+use super::{Stage, StageSpec, Wearer};
 use crate::pulse::{
-    CHANNELS, Group, GroupError, GroupSpec, LONGEST_PERIOD_US, MAX_GROUPS, Partner, Train,
-    TrainError, TrainSpec, check_groups,
+    CHANNELS, Group, GroupError, GroupSpec, MAX_GROUPS, Partner, Train, TrainError, TrainSpec,
+    check_groups,
 };
-use crate::units::{Amplitude, OutOfRange};
+use crate::range::{OutOfRange, Range};
+use crate::units::Amplitude;
 use heapless::Vec;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -14,112 +14,6 @@ use serde::{Deserialize, Serialize};
 /// Longest driven part of any pulse, µs: what a group's partner can put off the
 /// start of a grounding by.
 const LONGEST_PULSE_US: u32 = 1_200;
-
-/// The wearer's limits; each can only tighten a hard one.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
-pub struct WearerSpec {
-    /// Largest current on any channel, 100–100 000 µA.
-    pub max_current_ua: u32,
-    /// Largest charge of one phase, 1–40 000 nC.
-    pub max_charge_nc: u32,
-    /// Largest rms current of a channel, 10–50 000 µA.
-    pub max_rms_ua: u32,
-    /// Shortest rise of an amplitude from zero, 1–5000 ms.
-    pub rise_ms: u16,
-    /// Fall to zero when stimulation ends, 5–100 ms. A grounding after a
-    /// monophasic pulse must be at least 1.2 ms shorter.
-    pub fall_ms: u16,
-    /// Host silence that ends stimulation, 20–1000 ms.
-    pub host_timeout_ms: u16,
-}
-
-impl Default for WearerSpec {
-    fn default() -> Self {
-        Self {
-            max_current_ua: limits::MAX_CURRENT_UA,
-            max_charge_nc: limits::MAX_PHASE_CHARGE_NC,
-            max_rms_ua: limits::MAX_RMS_UA,
-            rise_ms: 500,
-            fall_ms: 50,
-            host_timeout_ms: 100,
-        }
-    }
-}
-
-/// Checked wearer's limits.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Wearer(WearerSpec);
-
-impl WearerSpec {
-    /// Checks the ranges.
-    ///
-    /// # Errors
-    /// The field and what it may be.
-    pub fn validate(&self) -> Result<Wearer, OutOfRange> {
-        let check = OutOfRange::check;
-        // The constants fit i32.
-        let max = |limit: u32| limit.cast_signed();
-        check(
-            "max_current_ua",
-            self.max_current_ua.into(),
-            100,
-            max(limits::MAX_CURRENT_UA),
-        )?;
-        check(
-            "max_charge_nc",
-            self.max_charge_nc.into(),
-            1,
-            max(limits::MAX_PHASE_CHARGE_NC),
-        )?;
-        check(
-            "max_rms_ua",
-            self.max_rms_ua.into(),
-            10,
-            max(limits::MAX_RMS_UA),
-        )?;
-        check("rise_ms", self.rise_ms.into(), 1, 5000)?;
-        check(
-            "fall_ms",
-            self.fall_ms.into(),
-            5,
-            limits::MAX_FALL_MS.into(),
-        )?;
-        let (low, high) = limits::HOST_TIMEOUT_MS;
-        check(
-            "host_timeout_ms",
-            self.host_timeout_ms.into(),
-            low.into(),
-            high.into(),
-        )?;
-        Ok(Wearer(*self))
-    }
-}
-
-impl Wearer {
-    /// The checked values.
-    #[must_use]
-    pub const fn spec(&self) -> &WearerSpec {
-        &self.0
-    }
-
-    /// Rise time in µs.
-    #[must_use]
-    pub const fn rise_us(&self) -> u32 {
-        self.0.rise_ms as u32 * 1000
-    }
-
-    /// Fall time in µs.
-    #[must_use]
-    pub const fn fall_us(&self) -> u32 {
-        self.0.fall_ms as u32 * 1000
-    }
-
-    /// Host silence in µs.
-    #[must_use]
-    pub const fn host_timeout_us(&self) -> u32 {
-        self.0.host_timeout_ms as u32 * 1000
-    }
-}
 
 /// A channel as a host configures it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
@@ -183,6 +77,9 @@ impl From<OutOfRange> for SetupError {
 }
 
 impl ChannelSpec {
+    /// Of [`Self::limit`], at the largest full scale.
+    pub const LIMIT: Range = Range::new("limit", 1, StageSpec::FULL_SCALE_MV.max);
+
     /// Checks the train, the stage and what the limit amounts to in current,
     /// charge per phase and rms current.
     ///
@@ -191,32 +88,33 @@ impl ChannelSpec {
     pub fn validate(&self, wearer: &Wearer) -> Result<Channel, SetupError> {
         let train = self.train.validate().map_err(SetupError::Train)?;
         let stage = self.stage.validate()?;
-        let full_scale = stage.full_scale().0.cast_signed(); // at most 150 000
-        OutOfRange::check("limit", self.limit.0.into(), 1, full_scale)?;
+        let up_to_full_scale = Self::LIMIT.up_to(stage.full_scale().0);
+        up_to_full_scale.check(self.limit.0)?;
         let spec = train.spec();
         let ua = stage.current_ua(self.limit);
-        let max_ua = wearer.0.max_current_ua.min(stage.max_current_ua());
+        let max_ua = wearer.spec().max_current_ua.min(stage.max_current_ua());
         if ua > max_ua {
             return Err(SetupError::Current { max_ua });
         }
         // The grounding after a pulse that began before the fall ends in it.
         if !spec.shape.is_biphasic() {
             let max = wearer.fall_us() - LONGEST_PULSE_US; // the fall takes 5 ms or more
-            OutOfRange::check("ground_us", spec.ground_us.into(), 1_000, max.cast_signed())?;
+            TrainSpec::GROUND_US.up_to(max).check(spec.ground_us)?;
         }
         // ua <= 100 000 from here on. pC = µA·µs, at most 5e7.
-        if u64::from(ua) * u64::from(spec.width_us) > u64::from(wearer.0.max_charge_nc) * 1000 {
+        if u64::from(ua) * u64::from(spec.width_us) > u64::from(wearer.spec().max_charge_nc) * 1000
+        {
             return Err(SetupError::Charge {
-                max_nc: wearer.0.max_charge_nc,
+                max_nc: wearer.spec().max_charge_nc,
             });
         }
         let phases = if spec.shape.is_biphasic() { 2 } else { 1 };
         let on_us = phases * u64::from(spec.width_us) * u64::from(spec.burst_count);
-        let max = u64::from(wearer.0.max_rms_ua);
+        let max = u64::from(wearer.spec().max_rms_ua);
         // At most 1e10 · 8000 and 2.5e9 · 2e6: both fit u64.
         if u64::from(ua) * u64::from(ua) * on_us > max * max * u64::from(spec.period_us) {
             return Err(SetupError::Rms {
-                max_ua: wearer.0.max_rms_ua,
+                max_ua: wearer.spec().max_rms_ua,
             });
         }
         Ok(Channel {
@@ -248,14 +146,19 @@ impl ChannelSpec {
             triggered,
             ..
         } = self.train;
-        OutOfRange::check("burst_count", burst_count.into(), 1, 1)?;
-        OutOfRange::check("triggered", triggered.into(), 0, 0)?;
-        // The period was just checked, so it fits i32.
-        let (given, longest) = (min_period_us.into(), period_us.cast_signed());
-        OutOfRange::check("min_period_us", given, 5_000, longest)?;
+        TrainSpec::BURST_COUNT.up_to(1).check(burst_count)?;
+        Range::new("triggered", 0, 0).check(triggered)?;
+        let shortest = Range {
+            field: "min_period_us",
+            ..TrainSpec::PERIOD_US
+        };
+        shortest.up_to(period_us).check(min_period_us)?;
         let max_period_us = max_period_us.unwrap_or(period_us);
-        let slowest = LONGEST_PERIOD_US.cast_signed(); // 2 s
-        OutOfRange::check("max_period_us", max_period_us.into(), longest, slowest)?;
+        let longest = Range {
+            field: "max_period_us",
+            ..TrainSpec::PERIOD_US
+        };
+        longest.from(period_us).check(max_period_us)?;
         let fastest = Self {
             train: TrainSpec {
                 period_us: min_period_us,
@@ -303,34 +206,36 @@ impl Setup {
     ) -> Result<Self, SetupError> {
         let groups = check_groups(groups, &channels.map(|c| c.map(|c| c.train)))
             .map_err(SetupError::Group)?;
-        let changes = |c: u8| {
-            let channel = channels.get(usize::from(c)).copied().flatten();
-            channel.is_some_and(|c| c.min_period_us != c.max_period_us)
-        };
-        for group in groups.iter().filter(|g| g.partner() == Partner::Isolated) {
-            let mut members = (0..CHANNELS as u8).filter(|c| group.members() & 1 << c != 0);
-            if let Some(channel) = members.find(|&c| changes(c)) {
-                return Err(SetupError::Group(GroupError::RateChanges { channel }));
-            }
-        }
-        let used = (0..CHANNELS as u8)
-            .filter(|c| controlled & 1 << c != 0)
-            .chain(sync);
-        for channel in used {
-            if channels
-                .get(usize::from(channel))
-                .is_none_or(Option::is_none)
-            {
-                return Err(SetupError::Group(GroupError::NoTrain { channel }));
-            }
-        }
-        Ok(Self {
+        let setup = Self {
             wearer,
             channels,
             groups,
             sync,
             controlled,
-        })
+        };
+        let members = |mask: u16| (0..CHANNELS as u8).filter(move |c| mask & 1 << c != 0);
+        let isolated = setup
+            .groups
+            .iter()
+            .filter(|g| g.partner() == Partner::Isolated);
+        for channel in isolated.flat_map(|group| members(group.members())) {
+            let changes = |c: &Channel| c.min_period_us != c.max_period_us;
+            if setup.channel(channel).is_some_and(changes) {
+                return Err(SetupError::Group(GroupError::RateChanges { channel }));
+            }
+        }
+        for channel in members(controlled).chain(sync) {
+            if setup.channel(channel).is_none() {
+                return Err(SetupError::Group(GroupError::NoTrain { channel }));
+            }
+        }
+        Ok(setup)
+    }
+
+    /// A configured channel.
+    #[must_use]
+    pub fn channel(&self, channel: u8) -> Option<&Channel> {
+        self.channels.get(usize::from(channel))?.as_ref()
     }
 
     /// The trains, by channel.
@@ -343,21 +248,10 @@ impl Setup {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::pulse::Shape;
+    use crate::safety::WearerSpec;
 
     pub(crate) const CHANNEL: ChannelSpec = ChannelSpec {
-        train: TrainSpec {
-            shape: Shape::BiphasicCathodicFirst,
-            width_us: 200,
-            gap_us: 100,
-            ground_us: 0,
-            period_us: 20_000,
-            offset_us: 0,
-            burst_count: 1,
-            burst_interval_us: 0,
-            repeats: 0,
-            triggered: false,
-        },
+        train: TrainSpec::biphasic(200, 100, 20_000),
         stage: StageSpec::Current {
             full_scale_ua: 100_000,
         },

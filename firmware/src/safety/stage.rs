@@ -1,7 +1,8 @@
 //! What drives a channel: a current- or a voltage-controlled output stage.
 
 use super::limits;
-use crate::units::{Amplitude, DacCode, OutOfRange};
+use crate::range::{OutOfRange, Range};
+use crate::units::{Amplitude, DacCode};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
@@ -28,28 +29,31 @@ pub enum StageSpec {
 pub struct Stage(StageSpec);
 
 impl StageSpec {
+    /// Of [`Self::Current::full_scale_ua`].
+    pub const FULL_SCALE_UA: Range = Range::new("full_scale_ua", 1_000, 100_000);
+    /// Of [`Self::Voltage::full_scale_mv`].
+    pub const FULL_SCALE_MV: Range = Range::new("full_scale_mv", 1_000, 150_000);
+    /// Of [`Self::Voltage::load_ohm`].
+    pub const LOAD_OHM: Range = Range::new("load_ohm", 200, 100_000);
+
     /// Checks the ranges.
     ///
     /// # Errors
     /// The field and what it may be.
     pub fn validate(&self) -> Result<Stage, OutOfRange> {
         match *self {
-            Self::Current { full_scale_ua } => {
-                OutOfRange::check("full_scale_ua", full_scale_ua.into(), 1_000, 100_000)?;
-            }
+            Self::Current { full_scale_ua } => Self::FULL_SCALE_UA.check(full_scale_ua)?,
             Self::Voltage {
                 full_scale_mv,
                 load_ohm,
             } => {
-                OutOfRange::check("full_scale_mv", full_scale_mv.into(), 1_000, 150_000)?;
-                OutOfRange::check("load_ohm", load_ohm.into(), 200, 100_000)?;
+                Self::FULL_SCALE_MV.check(full_scale_mv)?;
+                Self::LOAD_OHM.check(load_ohm)?;
             }
         }
         Ok(Stage(*self))
     }
-}
 
-impl StageSpec {
     /// Full scale in the stage's own thousandths.
     #[must_use]
     pub const fn full_scale(&self) -> Amplitude {

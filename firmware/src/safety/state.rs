@@ -112,4 +112,13 @@ pub enum Notice {
     Faulted(FaultRecord),
     /// The acknowledged fault is cleared.
     Recovered,
+    /// The electrode check read a channel.
+    Electrode {
+        /// From 0.
+        channel: u8,
+        /// What was applied, in the unit of its stage.
+        applied: Amplitude,
+        /// The current that flowed, µA.
+        current_ua: u32,
+    },
 }

@@ -51,21 +51,49 @@ fn one_point(law: LawSpec) -> JointSpec {
 }
 
 fn degrees(deg: f64) -> Angle {
-    Angle(I16F16::from_num(deg))
+    Angle::new(I16F16::from_num(deg))
+}
+
+/// A joint and what it remembers.
+struct Worn {
+    joint: Joint,
+    state: JointState,
+}
+
+impl Worn {
+    fn new(spec: &JointSpec) -> Self {
+        Self {
+            joint: Joint::new(spec).unwrap(),
+            state: JointState::default(),
+        }
+    }
+
+    fn measured(&mut self, now: Micros, at: Micros, deg: f64) -> Result<(), MeasurementError> {
+        self.joint
+            .measurement(&mut self.state, now, at, degrees(deg))
+    }
+
+    fn is_at(&mut self, now: Micros, deg: f64) {
+        self.measured(now, now, deg).unwrap();
+    }
+
+    fn want(&mut self, now: Micros, at: Micros, deg: f64) {
+        let (state, angle) = (&mut self.state, degrees(deg));
+        self.joint.setpoint(state, now, at, angle, None).unwrap();
+    }
+
+    fn tick(&mut self, now: Micros) -> Result<Orders, SensorFault> {
+        self.joint.tick(&mut self.state, now, None)
+    }
 }
 
 /// The orders of the first tick at this error, so without derivative.
 fn at_error(spec: &JointSpec, error: f64) -> Orders {
-    let joint = Joint::new(spec).unwrap();
-    let mut state = JointState::default();
+    let mut worn = Worn::new(spec);
     let now = Micros(u32::MAX);
-    joint
-        .measurement(&mut state, now, now, degrees(50.0))
-        .unwrap();
-    joint
-        .setpoint(&mut state, now, now, degrees(50.0 + error), None)
-        .unwrap();
-    joint.tick(&mut state, now, None).unwrap()
+    worn.is_at(now, 50.0);
+    worn.want(now, now, 50.0 + error);
+    worn.tick(now).unwrap()
 }
 
 fn millivolts(orders: &Orders) -> Vec<u32> {
@@ -76,43 +104,14 @@ fn millivolts(orders: &Orders) -> Vec<u32> {
 #[test]
 fn the_papers_mapping_at_participant_ps_voltages() {
     // Error °, one-point [A, E], two-point [A, B, E], limiting for each.
+    #[rustfmt::skip]
     let table = [
-        (
-            0.0,
-            [24_000, 14_000],
-            [19_600, 25_200, 14_000],
-            [false, false],
-        ),
-        (
-            0.009,
-            [27_011, 14_000],
-            [22_611, 28_211, 14_000],
-            [false, false],
-        ),
-        (
-            0.064,
-            [28_000, 14_000],
-            [27_611, 33_211, 14_000],
-            [true, false],
-        ),
-        (
-            0.1,
-            [28_000, 14_000],
-            [28_000, 35_211, 14_000],
-            [true, true],
-        ),
-        (
-            10.0,
-            [28_000, 14_000],
-            [28_000, 36_000, 14_000],
-            [true, true],
-        ),
-        (
-            -0.064,
-            [24_000, 22_011],
-            [19_600, 25_200, 22_011],
-            [false, false],
-        ),
+        (0.0, [24_000, 14_000], [19_600, 25_200, 14_000], [false, false]),
+        (0.009, [27_011, 14_000], [22_611, 28_211, 14_000], [false, false]),
+        (0.064, [28_000, 14_000], [27_611, 33_211, 14_000], [true, false]),
+        (0.1, [28_000, 14_000], [28_000, 35_211, 14_000], [true, true]),
+        (10.0, [28_000, 14_000], [28_000, 36_000, 14_000], [true, true]),
+        (-0.064, [24_000, 22_011], [19_600, 25_200, 22_011], [false, false]),
     ];
     for (error, one, two, limiting) in table {
         for (spec, expected, limits) in [
@@ -162,17 +161,12 @@ fn a_fraction_spans_threshold_to_maximum_of_each_point() {
 
 #[test]
 fn nothing_flows_before_the_first_setpoint_is_due() {
-    let joint = Joint::new(&two_point(LawSpec::PAPER)).unwrap();
-    let mut state = JointState::default();
+    let mut worn = Worn::new(&two_point(LawSpec::PAPER));
     let now = Micros(u32::MAX - 3000);
-    joint
-        .measurement(&mut state, now, now, degrees(30.0))
-        .unwrap();
-    joint
-        .setpoint(&mut state, now, now.plus(5000), degrees(80.0), None)
-        .unwrap();
+    worn.is_at(now, 30.0);
+    worn.want(now, now.plus(5000), 80.0);
     for ms in 0..10 {
-        let orders = joint.tick(&mut state, now.plus(ms * 1000), None).unwrap();
+        let orders = worn.tick(now.plus(ms * 1000)).unwrap();
         if ms < 5 {
             assert_eq!(millivolts(&orders), [0, 0, 0]);
             assert_eq!((orders.target, orders.limiting), (orders.measured, false));
@@ -185,20 +179,15 @@ fn nothing_flows_before_the_first_setpoint_is_due() {
 
 #[test]
 fn the_law_runs_once_a_period_across_the_wrap() {
-    let joint = Joint::new(&two_point(LawSpec::ALONE)).unwrap();
-    let mut state = JointState::default();
+    let mut worn = Worn::new(&two_point(LawSpec::ALONE));
     let start = Micros(u32::MAX - 50_000);
-    joint
-        .setpoint(&mut state, start, start, degrees(60.0), None)
-        .unwrap();
+    worn.want(start, start, 60.0);
     let mut changes = Vec::new();
     let mut before: Option<Effort> = None;
     for ms in 0..100 {
         let now = start.plus(ms * 1000);
-        joint
-            .measurement(&mut state, now, now, degrees(f64::from(ms) * 0.1))
-            .unwrap();
-        let effort = joint.tick(&mut state, now, None).unwrap().effort;
+        worn.is_at(now, f64::from(ms) * 0.1);
+        let effort = worn.tick(now).unwrap().effort;
         if before.replace(effort) != Some(effort) {
             changes.push(ms);
         }
@@ -208,64 +197,49 @@ fn the_law_runs_once_a_period_across_the_wrap() {
 
 #[test]
 fn a_bad_sensor_gives_a_named_fault_and_no_orders() {
-    let joint = Joint::new(&two_point(LawSpec::ALONE)).unwrap();
-    let mut state = JointState::default();
+    let mut worn = Worn::new(&two_point(LawSpec::ALONE));
     let t0 = Micros(u32::MAX - 50_000);
-    assert_eq!(joint.tick(&mut state, t0, None), Err(SensorFault::Absent));
-    joint
-        .measurement(&mut state, t0, t0, degrees(10.0))
-        .unwrap();
+    assert_eq!(worn.tick(t0), Err(SensorFault::Absent));
+    worn.is_at(t0, 10.0);
     let stale = Err(SensorFault::Stale { limit_ms: 100 });
-    assert!(joint.tick(&mut state, t0.plus(100_000), None).is_ok());
-    assert_eq!(joint.tick(&mut state, t0.plus(100_001), None), stale);
+    assert!(worn.tick(t0.plus(100_000)).is_ok());
+    assert_eq!(worn.tick(t0.plus(100_001)), stale);
     // A whole turn of the clock later it is still stale.
-    assert_eq!(joint.tick(&mut state, t0.plus(1), None), stale);
+    assert_eq!(worn.tick(t0.plus(1)), stale);
     let t1 = t0.plus(200_000);
-    joint
-        .measurement(&mut state, t1, t1, degrees(120.5))
-        .unwrap();
+    worn.is_at(t1, 120.5);
     let wild = Err(SensorFault::OutOfRange { centideg: 12_050 });
-    assert_eq!(joint.tick(&mut state, t1, None), wild);
-    joint
-        .measurement(&mut state, t1, t1.plus(1), degrees(-20.0))
-        .unwrap_err();
+    assert_eq!(worn.tick(t1), wild);
+    worn.measured(t1, t1.plus(1), -20.0).unwrap_err();
     let t2 = t1.plus(1000);
-    joint
-        .measurement(&mut state, t2, t2, degrees(-20.0))
-        .unwrap();
-    assert!(joint.tick(&mut state, t2, None).is_ok());
+    worn.is_at(t2, -20.0);
+    assert!(worn.tick(t2).is_ok());
 }
 
 #[test]
 fn measurements_have_one_order_and_one_source() {
     let spec = two_point(LawSpec::PAPER);
-    let joint = Joint::new(&spec).unwrap();
-    let mut state = JointState::default();
+    let mut worn = Worn::new(&spec);
     let now = Micros(3);
-    let at = |state: &mut JointState, at: Micros| joint.measurement(state, now, at, degrees(1.0));
-    assert_eq!(at(&mut state, now.minus(10)), Ok(()));
-    assert_eq!(
-        at(&mut state, now.minus(10)),
-        Err(MeasurementError::OutOfOrder)
-    );
-    assert_eq!(
-        at(&mut state, now.minus(11)),
-        Err(MeasurementError::OutOfOrder)
-    );
-    assert_eq!(
-        at(&mut state, now.plus(5001)),
-        Err(MeasurementError::InTheFuture)
-    );
-    assert_eq!(at(&mut state, now.plus(5000)), Ok(()));
+    for (at, taken) in [
+        (now.minus(10), Ok(())),
+        (now.minus(10), Err(MeasurementError::OutOfOrder)),
+        (now.minus(11), Err(MeasurementError::OutOfOrder)),
+        (now.plus(5001), Err(MeasurementError::InTheFuture)),
+        (now.plus(5000), Ok(())),
+    ] {
+        assert_eq!(worn.measured(now, at, 1.0), taken, "{at:?}");
+    }
+    assert!(worn.joint.angle_from_code(0).is_none());
 
     let sensor = SensorSource::Adc {
         code_at_0: 3000,
         code_at_100: 1000,
     };
-    let board = Joint::new(&JointSpec { sensor, ..spec }).unwrap();
-    let mut state = JointState::default();
-    let refused = board.measurement(&mut state, now, now, degrees(1.0));
+    let mut worn = Worn::new(&JointSpec { sensor, ..spec });
+    let refused = worn.measured(now, now, 1.0);
     assert_eq!(refused, Err(MeasurementError::NotFromHost));
+    let board = worn.joint;
     for (code, deg) in [
         (3000, 0.0),
         (1000, 100.0),
@@ -275,9 +249,7 @@ fn measurements_have_one_order_and_one_source() {
     ] {
         assert_eq!(board.angle_from_code(code), Some(degrees(deg)));
     }
-    assert!(joint.angle_from_code(0).is_none());
-    let orders = board
-        .tick(&mut state, now, board.angle_from_code(2000))
-        .unwrap();
+    let read = board.angle_from_code(2000);
+    let orders = board.tick(&mut worn.state, now, read).unwrap();
     assert_eq!(orders.measured, degrees(50.0));
 }

@@ -28,10 +28,10 @@ fn any_law() -> impl Strategy<Value = LawSpec> {
                 // As far as the slowest period allows.
                 LawSpec::Recommended {
                     lambda_milli,
-                    k1_milli: k1.min(Twist::k1_max_milli(b_milli, 20)),
+                    k1_milli: k1.min(Twist::k1_milli(b_milli, 20).max.cast_unsigned()),
                     k2_milli,
                     b_milli,
-                    k3_milli: k3.min(Twist::k3_max_milli(b_milli, 20)),
+                    k3_milli: k3.min(Twist::k3_milli(b_milli, 20).max.cast_unsigned()),
                     ki_milli,
                 }
             }),
@@ -121,8 +121,8 @@ proptest! {
         for (kind, gap, offset, bits, rate) in events {
             now = now.plus(gap);
             let at = now.plus(offset.cast_unsigned());
-            let angle = Angle(I16F16::from_bits(bits));
-            let rate = rate.map(|r| AngularRate(I16F16::from_bits(r)));
+            let angle = Angle::new(I16F16::from_bits(bits));
+            let rate = rate.map(|r| AngularRate::new(I16F16::from_bits(r)));
             match kind {
                 0 => { let _ = joint.setpoint(&mut state, now, at, angle, rate); }
                 1 => { let _ = joint.measurement(&mut state, now, at, angle); }

@@ -2,159 +2,104 @@
 
 use crate::control_joint::{point, two_point};
 use firmware::control::{
-    HoldPolicy, Joint, JointSpec, LawSpec, PointSpec, SensorSource, SpecError, SpecField,
+    HoldPolicy, Joint, JointSpec, LawSpec, PointSpec, SensorSource, SpecError,
 };
+use firmware::range::OutOfRange;
 
-/// Each wrong field by its name and what it allows.
-#[test]
-fn a_wrong_spec_is_refused_by_field() {
-    use SpecField as F;
-    let good = || two_point(LawSpec::PAPER);
-    let law = |law| JointSpec { law, ..good() };
-    let sliding = |lambda_milli, k1_milli, k2_milli, b_milli| {
-        law(LawSpec::Recommended {
-            lambda_milli,
-            k1_milli,
-            k2_milli,
-            b_milli,
-            k3_milli: 0,
-            ki_milli: 0,
-        })
-    };
-    let flexor = |p: PointSpec| JointSpec {
-        flexors: [p].into_iter().collect(),
-        ..good()
-    };
-    let adc = |code_at_0, code_at_100| JointSpec {
-        sensor: SensorSource::Adc {
+/// A good spec with one change.
+fn changed(change: impl FnOnce(&mut JointSpec)) -> Option<SpecError> {
+    let mut spec = two_point(LawSpec::PAPER);
+    change(&mut spec);
+    Joint::new(&spec).err()
+}
+
+fn law(law: LawSpec) -> Option<SpecError> {
+    changed(|spec| spec.law = law)
+}
+
+fn paper(lambda_milli: u32, w_milli: u32) -> Option<SpecError> {
+    law(LawSpec::Paper {
+        lambda_milli,
+        w_milli,
+    })
+}
+
+fn sliding([lambda_milli, k1_milli, k2_milli, b_milli, k3_milli]: [u32; 5]) -> Option<SpecError> {
+    law(LawSpec::Recommended {
+        lambda_milli,
+        k1_milli,
+        k2_milli,
+        b_milli,
+        k3_milli,
+        ki_milli: 0,
+    })
+}
+
+fn pid(kp_milli: u32, ki_milli: u32, kd_milli: u32) -> Option<SpecError> {
+    law(LawSpec::Pid {
+        kp_milli,
+        ki_milli,
+        kd_milli,
+    })
+}
+
+fn flexor(point: PointSpec) -> Option<SpecError> {
+    changed(|spec| spec.flexors = [point].into_iter().collect())
+}
+
+fn adc(code_at_0: u16, code_at_100: u16) -> Option<SpecError> {
+    changed(|spec| {
+        spec.sensor = SensorSource::Adc {
             code_at_0,
             code_at_100,
-        },
-        ..good()
-    };
-    let pid = |kp_milli, ki_milli, kd_milli| {
-        law(LawSpec::Pid {
-            kp_milli,
-            ki_milli,
-            kd_milli,
-        })
-    };
+        }
+    })
+}
+
+/// Each wrong field by its name, its value and what it allows.
+#[test]
+fn a_wrong_spec_is_refused_by_field() {
+    const BIG: u32 = u32::MAX;
+    #[rustfmt::skip]
     let table = [
-        (
-            law(LawSpec::Paper {
-                lambda_milli: 0,
-                w_milli: 1,
-            }),
-            F::Lambda,
-            1,
-            100_000,
-        ),
-        (
-            law(LawSpec::Paper {
-                lambda_milli: 1,
-                w_milli: 100_001,
-            }),
-            F::W,
-            0,
-            100_000,
-        ),
-        (sliding(99, 1, 100, 1000), F::Lambda, 100, 100_000),
-        (sliding(100, 0, 100, 1000), F::K1, 1, 100_000),
-        (sliding(100, 1, 9, 1000), F::K2, 10, 100_000),
-        (sliding(100, 1, 100, u32::MAX), F::B, 1000, 1_000_000),
-        (pid(100_001, 0, 0), F::Kp, 0, 100_000),
-        (pid(0, 100_001, 0), F::Ki, 0, 100_000),
-        (pid(0, 0, 100_001), F::Kd, 0, 100_000),
-        (
-            JointSpec {
-                law_period_ms: 0,
-                ..good()
-            },
-            F::LawPeriod,
-            1,
-            20,
-        ),
-        (
-            JointSpec {
-                law_period_ms: 21,
-                ..good()
-            },
-            F::LawPeriod,
-            1,
-            20,
-        ),
-        (
-            JointSpec {
-                cutoff_mhz: 499,
-                ..good()
-            },
-            F::Cutoff,
-            500,
-            20_000,
-        ),
-        (
-            JointSpec {
-                flexors: heapless::Vec::new(),
-                ..good()
-            },
-            F::FlexorCount,
-            1,
-            2,
-        ),
-        (flexor(point(10, 1, 2)), F::Channel, 0, 9),
-        (flexor(point(0, 1, 200_001)), F::Maximum, 0, 200_000),
-        (flexor(point(0, 28_001, 28_000)), F::Threshold, 0, 28_000),
-        (
-            JointSpec {
-                hold: HoldPolicy::Extrapolate { max_ms: 0 },
-                ..good()
-            },
-            F::Extrapolation,
-            1,
-            1000,
-        ),
-        (
-            JointSpec {
-                angle_min_mdeg: i32::MIN,
-                ..good()
-            },
-            F::AngleMin,
-            -180_000,
-            179_999,
-        ),
-        (
-            JointSpec {
-                angle_max_mdeg: 0,
-                ..good()
-            },
-            F::AngleMax,
-            1,
-            180_000,
-        ),
-        (adc(4096, 0), F::CodeAt0, 0, 4095),
-        (adc(0, 4096), F::CodeAt100, 0, 4095),
-        (adc(2000, 2099), F::CodeSpan, 100, 4095),
-        (
-            JointSpec {
-                stale_after_ms: 1,
-                ..good()
-            },
-            F::StaleAfter,
-            2,
-            500,
-        ),
+        (paper(0, 1), "lambda_milli", 0, 1, 100_000),
+        (paper(1, 100_001), "w_milli", 100_001, 0, 100_000),
+        (sliding([99, 1, 100, 1000, 0]), "lambda_milli", 99, 100, 100_000),
+        (sliding([100, 0, 100, 1000, 0]), "k1_milli", 0, 1, 100_000),
+        (sliding([100, 1, 9, 1000, 0]), "k2_milli", 9, 10, 100_000),
+        (sliding([100, 1, 100, BIG, 0]), "b_milli", BIG.into(), 1000, 1_000_000),
+        // h·b·k1 <= 200, h·b·k3 <= 7, at 11 ms.
+        (sliding([100, 18_182, 100, 1_000_000, 0]), "k1_milli", 18_182, 1, 18_181),
+        (sliding([100, 1, 100, 1_000_000, 637]), "k3_milli", 637, 0, 636),
+        (pid(100_001, 0, 0), "kp_milli", 100_001, 0, 100_000),
+        (pid(0, 100_001, 0), "ki_milli", 100_001, 0, 100_000),
+        (pid(0, 0, 100_001), "kd_milli", 100_001, 0, 100_000),
+        (changed(|s| s.law_period_ms = 0), "law_period_ms", 0, 1, 20),
+        (changed(|s| s.law_period_ms = 21), "law_period_ms", 21, 1, 20),
+        (changed(|s| s.cutoff_mhz = 499), "cutoff_mhz", 499, 500, 20_000),
+        (changed(|s| s.flexors.clear()), "flexors", 0, 1, 2),
+        (flexor(point(10, 1, 2)), "channel", 10, 0, 9),
+        (flexor(point(0, 1, 200_001)), "max", 200_001, 0, 200_000),
+        (flexor(point(0, 28_001, 28_000)), "threshold", 28_001, 0, 28_000),
+        (changed(|s| s.hold = HoldPolicy::Extrapolate { max_ms: 0 }), "max_ms", 0, 1, 1000),
+        (changed(|s| s.angle_min_mdeg = i32::MIN), "angle_min_mdeg", i32::MIN.into(), -180_000, 179_999),
+        (changed(|s| s.angle_max_mdeg = 0), "angle_max_mdeg", 0, 1, 180_000),
+        (adc(4096, 0), "code_at_0", 4096, 0, 4095),
+        (adc(0, 4096), "code_at_100", 4096, 0, 4095),
+        (adc(2000, 2099), "code_at_100 - code_at_0", 99, 100, 4095),
+        (changed(|s| s.stale_after_ms = 1), "stale_after_ms", 1, 2, 500),
     ];
-    for (spec, field, min, max) in table {
-        assert_eq!(
-            Joint::new(&spec).err(),
-            Some(SpecError::OutOfRange { field, min, max })
-        );
+    for (refused, field, value, min, max) in table {
+        let range = OutOfRange {
+            field,
+            value,
+            min,
+            max,
+        };
+        assert_eq!(refused, Some(SpecError::Range(range)));
     }
     let twice = flexor(point(2, 1, 2));
-    assert_eq!(
-        Joint::new(&twice).err(),
-        Some(SpecError::ChannelTwice { channel: 2 })
-    );
+    assert_eq!(twice, Some(SpecError::ChannelTwice { channel: 2 }));
 }
 
 #[test]

@@ -10,7 +10,7 @@ use fixed::types::I16F16;
 fn a_track_holds_or_goes_on_for_a_while() {
     let go_on = HoldPolicy::Extrapolate { max_ms: 50 };
     let t = Micros(u32::MAX - 20_000);
-    let rate = |deg| Some(AngularRate(I16F16::from_num(deg)));
+    let rate = |deg| Some(AngularRate::new(I16F16::from_num(deg)));
     // Rate given, wait in ms, policy, angle expected.
     let table = [
         (rate(100), 0, go_on, 10.0),

@@ -1,14 +1,15 @@
 //! A board on a desk: sends requests, keeps everything that comes out.
 
+use firmware::control::{HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
 use firmware::device::Identity;
-use firmware::device::lockstep::{Lockstep, Sensors, Sink};
 use firmware::link::message::ResetCause;
 use firmware::link::{
-    BROADCAST, Decoder, Event, HelloInfo, Kind, Refusal, Request, Response, SCHEMA, Status,
+    BROADCAST, Code, Decoder, Event, HelloInfo, Kind, Refusal, Request, Response, SCHEMA, Status,
     Telemetry, ToDevice, encode,
 };
-use firmware::pulse::{CHANNELS, Levels, Shape, State as Line, TrainSpec};
-use firmware::safety::{ChannelSpec, FaultRecord, StageSpec, State, WearerSpec};
+use firmware::lockstep::{Lockstep, Sensors, Sink};
+use firmware::pulse::{CHANNELS, GroupSpec, Levels, Partner, State as Line, TrainSpec};
+use firmware::safety::{ChannelSpec, Fault, FaultRecord, StageSpec, State, WearerSpec};
 use firmware::units::{Amplitude, DacCode, Micros};
 
 /// Everything that came out, in µs since boot, which never wraps.
@@ -54,7 +55,7 @@ impl Sink for Record {
 pub enum Heard {
     Hello(HelloInfo),
     Ack(u16, Micros),
-    Refused(Option<u16>, u16, String),
+    Refused(Option<u16>, Code, String),
     Status(u16, Status),
     Event(Micros, Event),
     Telemetry(Telemetry),
@@ -72,6 +73,7 @@ pub fn decode(bytes: &[u8]) -> Vec<Heard> {
                 Response::Ack { seq, at } => Heard::Ack(seq, at),
                 Response::Refused { seq, refusal } => {
                     let Refusal { code, field, .. } = refusal;
+                    let code = Code::from_number(code).expect("a code");
                     Heard::Refused(seq, code, field.to_string())
                 }
                 Response::Status { seq, status } => Heard::Status(seq, status),
@@ -104,15 +106,8 @@ pub struct Desk {
 
 impl Desk {
     pub fn boot(at: Micros, last_fault: Option<FaultRecord>) -> Self {
-        let identity = Identity {
-            kind: Kind::Native,
-            unique_id: [0; 3],
-            reset: ResetCause::PowerOn,
-            last_fault,
-            first_session: 1,
-        };
         let mut desk = Self {
-            board: Lockstep::new(identity, at),
+            board: Lockstep::new(identity(1, last_fault), at),
             record: Record {
                 boot: at,
                 ..Record::default()
@@ -160,13 +155,26 @@ impl Desk {
 
     /// Sends a request that arrives now and does not wait. Its number.
     pub fn send(&mut self, request: Request) -> u16 {
-        let bytes = frame(self.session, self.seq, request);
-        let seq = self.seq;
-        self.seq = self.seq.wrapping_add(1);
+        self.write([request])[0]
+    }
+
+    /// One write of several requests. Their numbers.
+    pub fn write(&mut self, requests: impl IntoIterator<Item = Request>) -> Vec<u16> {
+        let (mut numbers, mut bytes) = (Vec::new(), Vec::new());
+        for request in requests {
+            bytes.extend(frame(self.session, self.seq, request));
+            numbers.push(self.seq);
+            self.seq = self.seq.wrapping_add(1);
+        }
+        self.receive(&bytes);
+        numbers
+    }
+
+    /// Bytes that arrive now.
+    pub fn receive(&mut self, bytes: &[u8]) {
         let now = self.now();
         self.board
-            .receive(now, &bytes, &self.sensors, &mut self.record);
-        seq
+            .receive(now, bytes, &self.sensors, &mut self.record);
     }
 
     /// What was said since the last call.
@@ -174,6 +182,15 @@ impl Desk {
         let new = decode(&self.record.bytes[self.read..]);
         self.read = self.record.bytes.len();
         new
+    }
+
+    /// The telemetry in what was said since the last call.
+    pub fn samples(&mut self) -> Vec<Telemetry> {
+        let sample = |heard| match heard {
+            Heard::Telemetry(sample) => Some(sample),
+            _ => None,
+        };
+        self.heard().into_iter().filter_map(sample).collect()
     }
 
     /// Sends a request and gives the device 2 ms. Everything it said since.
@@ -186,7 +203,7 @@ impl Desk {
 
     /// Sends a request and waits for its own answer, at most 50 ms.
     /// `Err` is the code and field of the refusal.
-    pub fn answer(&mut self, request: Request) -> Result<(), (u16, String)> {
+    pub fn answer(&mut self, request: Request) -> Result<(), (Code, String)> {
         self.heard();
         let seq = self.send(request);
         for _ in 0..50 {
@@ -200,6 +217,22 @@ impl Desk {
             self.wait(1_000);
         }
         panic!("no answer to {seq}");
+    }
+
+    /// Code and field of a request's refusal.
+    pub fn refused(&mut self, request: Request) -> (Code, String) {
+        self.answer(request).expect_err("accepted")
+    }
+
+    /// The code of a request's refusal, if it was refused.
+    pub fn code(&mut self, request: Request) -> Option<Code> {
+        self.answer(request).err().map(|(code, _)| code)
+    }
+
+    pub fn must_all(&mut self, requests: impl IntoIterator<Item = Request>) {
+        for request in requests {
+            self.must(request);
+        }
     }
 
     pub fn must(&mut self, request: Request) {
@@ -218,12 +251,39 @@ impl Desk {
         status.unwrap_or_else(|| panic!("{heard:?}"))
     }
 
+    /// The latched or last fault.
+    pub fn fault(&mut self) -> Option<Fault> {
+        self.status().fault.map(|record| record.fault)
+    }
+
+    /// The host's measurement of this moment.
+    pub fn measure(&mut self, centideg: i16) {
+        let at = self.now();
+        self.must(Request::Measurement {
+            joint: 0,
+            centideg,
+            at,
+        });
+    }
+
+    /// `count` times `us` with the host alive.
+    pub fn keep_alive(&mut self, count: u32, us: u32) {
+        for _ in 0..count {
+            self.must(Request::KeepAlive);
+            self.wait(us);
+        }
+    }
+
+    /// Arms and starts.
+    pub fn start(&mut self) {
+        self.must_all([Request::Arm, Request::Start]);
+    }
+
     /// Puts a wearer and channels into the draft, arms, starts, asks for
     /// `amplitude` everywhere.
     pub fn run(&mut self, wearer: WearerSpec, specs: &[ChannelSpec], amplitude: u32) {
         self.prepare(wearer, specs);
-        self.must(Request::Arm);
-        self.must(Request::Start);
+        self.start();
         self.must(all(specs.len(), amplitude));
     }
 
@@ -246,6 +306,66 @@ impl Desk {
     }
 }
 
+/// A simulated device's.
+pub fn identity(first_session: u16, last_fault: Option<FaultRecord>) -> Identity {
+    Identity {
+        kind: Kind::Native,
+        unique_id: [0; 3],
+        reset: ResetCause::PowerOn,
+        last_fault,
+        first_session,
+    }
+}
+
+/// A refusal as tests write it.
+pub fn refusal(code: Code, field: &str) -> (Code, String) {
+    (code, field.to_owned())
+}
+
+/// Whether the device told of `event`.
+pub fn is_told(heard: &[Heard], event: Event) -> bool {
+    let is = |h: &Heard| matches!(h, Heard::Event(_, e) if *e == event);
+    heard.iter().any(is)
+}
+
+/// One group.
+pub fn group(members: u16, partner: Partner) -> Request {
+    let group = GroupSpec { members, partner };
+    Request::Groups([group].into_iter().collect())
+}
+
+/// A joint of two points, 0° to 90°, that the host measures.
+pub fn joint(flexor: u8, extensor: u8, threshold: u32, max: u32) -> Request {
+    let point = |channel| PointSpec {
+        channel,
+        threshold: Amplitude(threshold),
+        max: Amplitude(max),
+    };
+    Request::Joint(JointSpec {
+        law: LawSpec::ALONE,
+        law_period_ms: 2,
+        cutoff_mhz: 17_000,
+        flexors: [point(flexor)].into_iter().collect(),
+        extensor: point(extensor),
+        hold: HoldPolicy::Hold,
+        angle_min_mdeg: 0,
+        angle_max_mdeg: 90_000,
+        sensor: SensorSource::Host,
+        stale_after_ms: 40,
+        wearer: None,
+        response: None,
+    })
+}
+
+/// A wanted angle, from now on.
+pub fn angle(centideg: i16) -> Request {
+    Request::Angle {
+        at: None,
+        centideg,
+        centideg_per_s: None,
+    }
+}
+
 /// The same amplitude on the first `count` channels.
 pub fn all(count: usize, amplitude: u32) -> Request {
     let mut values = heapless::Vec::new();
@@ -258,25 +378,9 @@ pub fn all(count: usize, amplitude: u32) -> Request {
     }
 }
 
-pub const PLAIN: TrainSpec = TrainSpec {
-    shape: Shape::BiphasicCathodicFirst,
-    width_us: 200,
-    gap_us: 100,
-    ground_us: 0,
-    period_us: 20_000,
-    offset_us: 0,
-    burst_count: 1,
-    burst_interval_us: 0,
-    repeats: 0,
-    triggered: false,
-};
+pub const PLAIN: TrainSpec = TrainSpec::biphasic(200, 100, 20_000);
 
-pub const MONO: TrainSpec = TrainSpec {
-    shape: Shape::MonophasicCathodic,
-    gap_us: 0,
-    ground_us: 1_000,
-    ..PLAIN
-};
+pub const MONO: TrainSpec = TrainSpec::monophasic(200, 1_000, 20_000);
 
 /// 100 mA full scale, 20 mA limit.
 pub fn channel(train: TrainSpec) -> ChannelSpec {

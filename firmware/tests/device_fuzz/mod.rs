@@ -167,7 +167,7 @@ fn one_run(boot: u32, steps: &[Step], tally: &Tally) -> Result<(), TestCaseError
         judge_answers(&mut desk, &asked)?;
     }
     // Whatever happened, a session can be had and arming works.
-    desk.sensors = firmware::device::lockstep::Sensors::default();
+    desk.sensors = firmware::lockstep::Sensors::default();
     desk.wait(11_000_000);
     let now = desk.now();
     desk.board

@@ -57,6 +57,7 @@ fn cheap_rungs_are_their_formulas() {
         "fixed point against f64: static {:.4} %, lag {:.4} %",
         worst[0], worst[1]
     );
+    assert!(worst.iter().all(|worst| *worst < 0.05), "{worst:?}");
 }
 
 /// How well each rung stands in for the calcium–force model: rms, worst and

@@ -36,7 +36,7 @@ impl Fed {
             }
             let now = start.plus((tick * 1000) as u32);
             self.muscle.advance(&mut self.state, now);
-            self.muscle.force(&self.state).0.to_bits()
+            self.muscle.force(&self.state).get().to_bits()
         };
         (1..=ms).map(tick).collect()
     }

@@ -63,7 +63,7 @@ pub fn train(hz: f64, from_ms: u64, to_ms: u64) -> Vec<Pulse> {
 
 /// Force in N.
 pub fn newtons(ladder: &Ladder, state: &LadderState) -> f64 {
-    ladder.force(state).0.to_num()
+    ladder.force(state).get().to_num()
 }
 
 /// Force every millisecond, from ticks of 1 ms; `each` sees the state first.

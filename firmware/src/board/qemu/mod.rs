@@ -1,14 +1,14 @@
 //! The STM32F405 that QEMU models as `netduinoplus2`, where there is no clock
 //! to believe: time, sensors and bytes come over the lock-step port on
-//! USART2, outputs go back the same way (`device::lockstep::port`).
+//! USART2, outputs go back the same way (`lockstep::port`).
 //!
 //! Lives here: that UART. Not here: timers, DMA, USB, pins (QEMU models them
 //! wrongly or not at all), and so nothing about timing.
 
 mod usart;
 
-use crate::device::lockstep::port::Port;
 use crate::link::{Decoder, Kind};
+use crate::lockstep::port::Port;
 use usart::Usart;
 
 /// Serves the lock-step port for ever.

@@ -50,7 +50,7 @@ pub fn init() {
 
 /// The sequence that ended since the last call.
 #[must_use]
-pub fn take() -> Option<Samples> {
+pub fn read() -> Option<Samples> {
     if !ADC1.sr().read().jeoc() {
         return None;
     }

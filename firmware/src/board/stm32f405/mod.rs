@@ -48,7 +48,7 @@ enum Urgency {
 /// When called twice: every `expect` and static here is taken once.
 pub async fn run(_: Spawner) -> ! {
     pins::init();
-    let cause = record::take_reset_cause();
+    let cause = record::read_reset_cause();
     let latched = latched_fault(cause);
     let peripherals = embassy_stm32::init(clock::config());
     clock::harden();

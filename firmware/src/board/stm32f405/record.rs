@@ -19,7 +19,7 @@ const CHECK: usize = DETAIL + 1;
 /// it for the next time. Illegal low-power entry and the window watchdog, which
 /// are not in use, would show as `Pin`.
 #[must_use]
-pub fn take_reset_cause() -> ResetCause {
+pub fn read_reset_cause() -> ResetCause {
     let flags = RCC.csr().read();
     RCC.csr().modify(|w| w.set_rmvf(true));
     // Every reset also pulls the pin; every power-on also sets brown-out.

@@ -135,16 +135,14 @@ impl Refill {
         let rendered = self
             .pulser
             .refill(now, next, &inputs, &mut self.mail, &mut self.plan);
-        let put_out = checked
-            .and(rendered)
-            .and_then(|()| self.put_out(start, half));
+        let put_out = checked.and(rendered).and_then(|()| self.play(start, half));
         let half = put_out.unwrap_or_else(|fault| {
             self.fault(fault); // keeps an earlier one, the pulser's own included
             self.isolate();
             half.other()
         });
         self.playing = (next, half);
-        self.forget_acknowledged();
+        self.clear_acknowledged();
         self.tick(start.plus(REFILL_OFFSET_US));
         watchdog::check_in(Owner::Pulser);
     }
@@ -175,7 +173,7 @@ impl Refill {
     }
 
     fn inputs(&mut self) -> Inputs {
-        let samples: Option<Samples> = adc::take();
+        let samples: Option<Samples> = adc::read();
         self.angle = samples.map(|s| s.angle).or(self.angle);
         let reading = samples.and_then(|s| {
             let (channel, _) = self.sampling.take()?;
@@ -211,7 +209,7 @@ impl Refill {
     }
 
     /// Writes the plan's amplitudes and paints it. Returns the half it is on.
-    fn put_out(&mut self, start: Micros, playing: Half) -> Result<Half, Fault> {
+    fn play(&mut self, start: Micros, playing: Half) -> Result<Half, Fault> {
         for &(channel, code) in &self.plan.dac {
             dac::write(channel, code);
         }
@@ -242,7 +240,7 @@ impl Refill {
     }
 
     /// An acknowledged fault need not outlive the next reset.
-    fn forget_acknowledged(&mut self) {
+    fn clear_acknowledged(&mut self) {
         if self.recorded && self.pulser.state() != State::Fault {
             record::clear();
             self.recorded = false;

@@ -133,7 +133,7 @@ async fn converse(
             }
         }
         session.poll(&mut mail);
-        speak(session, outgoing);
+        transmit(session, outgoing);
         watchdog::check_in(Owner::Session);
     }
 }
@@ -149,7 +149,7 @@ async fn receive(rx: &mut Receiver<'static, Usb>, packet: &mut [u8; PACKET]) -> 
     }
 }
 
-fn speak(session: &mut Session, outgoing: &Bytes) {
+fn transmit(session: &mut Session, outgoing: &Bytes) {
     let mut chunk = [0; PACKET];
     while outgoing.free_capacity() >= PACKET {
         let count = session.transmit(&mut chunk);

@@ -37,7 +37,7 @@ impl InForce {
 
     /// The channel is ordered to play this amplitude: no burst will come to say
     /// that it is nothing.
-    pub(super) fn ordered(&mut self, channel: u8, amplitude: Amplitude) {
+    pub(super) fn set_amplitude(&mut self, channel: u8, amplitude: Amplitude) {
         if amplitude == Amplitude::ZERO
             && let Some(slot) = self.latest.get_mut(usize::from(channel))
         {
@@ -46,7 +46,7 @@ impl InForce {
     }
 
     /// The channel is ordered another period.
-    pub(super) fn paced(&mut self, channel: u8, period_us: u32) {
+    pub(super) fn set_period(&mut self, channel: u8, period_us: u32) {
         if let Some(slot) = self.periods_us.get_mut(usize::from(channel)) {
             *slot = period_us;
         }

@@ -19,7 +19,7 @@ pub(super) struct Subscription {
 impl Subscription {
     /// Samples every `period` ticks from now on. What is asked again keeps its
     /// phase: a host may repeat its subscription to compare clocks.
-    pub(super) const fn renew(&mut self, period: u16) {
+    pub(super) const fn subscribe(&mut self, period: u16) {
         if self.period != period {
             (self.period, self.until_sample) = (period, period);
         }

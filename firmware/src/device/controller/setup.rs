@@ -1,22 +1,10 @@
 //! What the controller works with, put together part by part.
 
-use super::super::mail::ControlPart;
+use super::super::part::{ControlPart, Muscle};
 use crate::control::{ForceControl, Joint};
 use crate::haptics::Wall;
-use crate::muscle::{Ladder, Recruitment};
 use crate::pulse::CHANNELS;
 use heapless::Vec;
-
-/// A channel's muscle: how it is recruited and how its force develops.
-#[derive(Clone, Debug)]
-pub struct Muscle {
-    /// From 0.
-    pub channel: u8,
-    /// Amplitude → gain.
-    pub recruitment: Recruitment,
-    /// Gain and pulses → force.
-    pub force: Ladder,
-}
 
 /// What the controller works with from arming on.
 #[derive(Debug, Default)]
@@ -37,7 +25,7 @@ pub(super) struct ControlSetup {
 
 impl ControlSetup {
     /// Puts a part in its place; the first one clears what was there before.
-    pub(super) fn put(&mut self, part: ControlPart) {
+    pub(super) fn insert(&mut self, part: ControlPart) {
         match part {
             ControlPart::Channels(channels, periods_us) => {
                 (self.channels, self.periods_us) = (channels, periods_us);

@@ -76,11 +76,11 @@ impl PulserMail<'_> {
             self.lost.0.fetch_add(1, Ordering::Relaxed);
             return Err(Full);
         }
-        self.tell(event)
+        self.notify(event)
     }
 
     /// Tells the controller of what must not be lost.
-    pub(in crate::device) fn tell(&mut self, event: ControlEvent) -> Result<(), Full> {
+    pub(in crate::device) fn notify(&mut self, event: ControlEvent) -> Result<(), Full> {
         self.lost.post(&mut self.control_events, event)
     }
 }

@@ -9,7 +9,7 @@ impl Pulser {
     /// First the stop, if one was raised; then what was posted: void if that was
     /// before the stop, else judged in the state that now is. Nothing is raised or
     /// posted meanwhile, for the session runs below.
-    pub(super) fn take_orders(
+    pub(super) fn accept_orders(
         &mut self,
         start: Micros,
         inputs: &Inputs,
@@ -34,30 +34,24 @@ impl Pulser {
         }
         while let Some(order) = mail.orders.dequeue() {
             if order.stops == raised {
-                self.take(order, start, inputs, mail);
+                self.accept(order, start, inputs, mail);
             } else {
-                self.overtaken(order, start, inputs, mail);
+                self.void(order, start, inputs, mail);
             }
         }
     }
 
     /// An order that a stop has overtaken: void if it could put anything out.
-    fn overtaken(
-        &mut self,
-        order: Order,
-        start: Micros,
-        inputs: &Inputs,
-        mail: &mut PulserMail<'_>,
-    ) {
+    fn void(&mut self, order: Order, start: Micros, inputs: &Inputs, mail: &mut PulserMail<'_>) {
         let denied = match order.kind {
             OrderKind::Arm => {
                 while mail.setup.dequeue().is_some() {}
-                self.tell(ControlEvent::Refused, mail);
+                self.notify(ControlEvent::Refused, mail);
                 Denied::Cancelled
             }
             OrderKind::Start | OrderKind::Amplitudes { .. } => Denied::Stopped,
             OrderKind::Acknowledge | OrderKind::Status | OrderKind::KeepAlive => {
-                return self.take(order, start, inputs, mail);
+                return self.accept(order, start, inputs, mail);
             }
         };
         self.verdict(order.seq, start, Err(denied), false, mail);
@@ -65,17 +59,17 @@ impl Pulser {
 
     /// Tells the controller of a change. One that does not take its mail would
     /// go on as before: that is a fault.
-    pub(super) fn tell(&mut self, event: ControlEvent, mail: &mut PulserMail<'_>) {
-        self.is_unheard |= mail.tell(event).is_err();
+    pub(super) fn notify(&mut self, event: ControlEvent, mail: &mut PulserMail<'_>) {
+        self.is_unheard |= mail.notify(event).is_err();
     }
 
-    fn take(&mut self, order: Order, start: Micros, inputs: &Inputs, mail: &mut PulserMail<'_>) {
+    fn accept(&mut self, order: Order, start: Micros, inputs: &Inputs, mail: &mut PulserMail<'_>) {
         let mut setpoint = false;
         let result = match order.kind {
             OrderKind::Arm => match self.arm(order.seq, start, inputs, mail) {
                 Ok(()) => return, // the verdict comes with the electrode check's
                 denied => {
-                    self.tell(ControlEvent::Refused, mail);
+                    self.notify(ControlEvent::Refused, mail);
                     denied
                 }
             },
@@ -85,13 +79,13 @@ impl Pulser {
                 .acknowledge(start)
                 .map(|()| self.scheduler.ground_all()),
             OrderKind::KeepAlive => {
-                self.guard.heard(order.at);
+                self.guard.keep_alive(order.at);
                 Ok(())
             }
             OrderKind::Amplitudes { mask, values } => {
                 setpoint = true;
                 self.set_amplitudes(mask, &values)
-                    .map(|()| self.guard.heard(order.at))
+                    .map(|()| self.guard.keep_alive(order.at))
             }
             OrderKind::Status => {
                 let report = Report::Status {
@@ -141,7 +135,7 @@ impl Pulser {
             self.scheduler
                 .start(&setup.trains(), &setup.groups, setup.sync, start);
         }
-        self.tell(ControlEvent::Started, mail);
+        self.notify(ControlEvent::Started, mail);
         Ok(())
     }
 

@@ -1,7 +1,7 @@
 //! Who the device is, who may speak to it, and how sessions are numbered.
 
 use super::super::mail::{ControlRequest, SessionMail};
-use super::{Session, ask, busy, is_arming};
+use super::{Session, busy, is_arming, submit};
 use crate::link::message::ResetCause;
 use crate::link::{Code, HelloInfo, Kind, Refusal, SCHEMA};
 use crate::pulse::DEAD_TIME_US;
@@ -52,7 +52,7 @@ impl Session {
         }
         // An arm order under way is as good as armed.
         let info = self.hello(now, seq, session, schema, is_arming(mail))?;
-        ask(ControlRequest::Subscribe(0), mail)?;
+        submit(ControlRequest::Subscribe(0), mail)?;
         Ok(info)
     }
 

@@ -3,12 +3,10 @@
 
 use super::super::draft::check_channel;
 use super::super::mail::{ControlRequest, Order, OrderKind, SessionMail};
-use super::{Answer, Reply, Session, ask, busy, is_arming, send};
-use crate::control::Joint;
-use crate::haptics::Wall;
+use super::{Answer, Reply, Session, busy, is_arming, send, submit};
 use crate::link::{Code, Refusal, Request};
-use crate::pulse::{CHANNELS, check_members};
-use crate::units::{Amplitude, Angle, AngularRate, ForceRate, Micros, OutOfRange};
+use crate::pulse::CHANNELS;
+use crate::units::{Amplitude, Angle, AngularRate, ForceRate, Micros};
 use fixed::types::I16F16;
 
 impl Session {
@@ -30,44 +28,17 @@ impl Session {
         };
         match request {
             Request::Clear => self.draft.clear(),
-            Request::Wearer(spec) => {
-                spec.validate()?;
-                self.draft.wearer = spec;
-            }
-            Request::Channel { channel, spec } => {
-                spec.validate(&self.draft.wearer.validate()?)
-                    .map_err(|e| Refusal::from(e).on(channel))?;
-                self.draft.set_channel(channel, spec)?;
-            }
-            Request::Groups(groups) => {
-                check_members(&groups)?;
-                self.draft.groups = groups;
-            }
-            Request::Sync { channel } => {
-                if let Some(channel) = channel {
-                    check_channel(channel)?;
-                }
-                self.draft.sync = channel;
-            }
-            Request::Muscle { channel, spec } => {
-                spec.validate().map_err(|e| Refusal::from(e).on(channel))?;
-                self.draft.set_muscle(channel, spec)?;
-            }
-            Request::Joint(spec) => {
-                Joint::new(&spec)?;
-                self.draft.joint = Some(spec);
-            }
-            Request::Wall(spec) => {
-                Wall::new(&spec)?;
-                self.draft.wall = Some(spec);
-            }
-            Request::ForceControl { channel, spec } => {
-                spec.check().map_err(|e| Refusal::from(e).on(channel))?;
-                self.draft.set_force(channel, spec)?;
-            }
+            Request::Wearer(spec) => self.draft.set_wearer(spec)?,
+            Request::Channel { channel, spec } => self.draft.set_channel(channel, spec)?,
+            Request::Groups(groups) => self.draft.set_groups(groups)?,
+            Request::Sync { channel } => self.draft.set_sync(channel)?,
+            Request::Muscle { channel, spec } => self.draft.set_muscle(channel, spec)?,
+            Request::Joint(spec) => self.draft.set_joint(spec)?,
+            Request::Wall(spec) => self.draft.set_wall(spec)?,
+            Request::ForceControl { channel, spec } => self.draft.set_force(channel, spec)?,
             Request::Subscribe { period_ms } => {
-                OutOfRange::check("period_ms", period_ms.into(), 0, 1000)?;
-                ask(ControlRequest::Subscribe(period_ms), mail)?;
+                Request::PERIOD_MS.check(period_ms)?;
+                submit(ControlRequest::Subscribe(period_ms), mail)?;
             }
             Request::Arm => return self.arm(order(OrderKind::Arm), mail),
             Request::Start => return later(order(OrderKind::Start), mail),
@@ -78,7 +49,7 @@ impl Session {
                 return later(
                     order(OrderKind::Amplitudes {
                         mask,
-                        values: spread(mask, &values)?,
+                        values: unpack(mask, &values)?,
                     }),
                     mail,
                 );
@@ -95,7 +66,7 @@ impl Session {
                     angle: Angle::from_centideg(centideg),
                     rate: centideg_per_s.map(rate).transpose()?,
                 };
-                ask(request, mail)?;
+                submit(request, mail)?;
                 return Ok(Reply::Later);
             }
             Request::Force {
@@ -113,13 +84,13 @@ impl Session {
                     millinewton,
                     rate: millinewton_per_s.map(force_rate).transpose()?,
                 };
-                ask(request, mail)?;
+                submit(request, mail)?;
                 return Ok(Reply::Later);
             }
             Request::Rung { channel, rung } => {
                 check_channel(channel)?;
                 let request = ControlRequest::Rung { seq, channel, rung };
-                ask(request, mail)?;
+                submit(request, mail)?;
                 return Ok(Reply::Later);
             }
             Request::Measurement {
@@ -127,9 +98,9 @@ impl Session {
                 centideg,
                 at,
             } => {
-                OutOfRange::check("joint", joint.into(), 0, 0)?;
+                Request::JOINT.check(joint)?;
                 let angle = Angle::from_centideg(centideg);
-                ask(ControlRequest::Measurement { seq, at, angle }, mail)?;
+                submit(ControlRequest::Measurement { seq, at, angle }, mail)?;
                 return Ok(Reply::Later);
             }
             // Who serves a simulator takes it on its way here.
@@ -151,7 +122,9 @@ impl Session {
         if is_arming(mail) || !mail.setup.ready() || !mail.has_room_for_order() {
             return Err(busy());
         }
-        let setup = self.draft.check()?;
+        // None only if a mistake was let pass.
+        let refuse = |mistake| Err(Refusal::from(mistake));
+        let setup = self.draft.examine(refuse)?.ok_or_else(busy)?;
         // Nothing is refused from here on: every part was just built, and the
         // mailboxes are as large as the largest setup.
         for part in self.draft.parts() {
@@ -162,10 +135,9 @@ impl Session {
     }
 }
 
-/// One value per bit of `mask`, as an array with the values in front. A mask of
-/// nothing asks for nothing: it would only say that the host is there, in any state.
-fn spread(mask: u16, values: &[Amplitude]) -> Result<[Amplitude; CHANNELS], Refusal<'static>> {
-    OutOfRange::check("mask", mask.into(), 1, (1 << CHANNELS) - 1)?;
+/// One value per bit of `mask`, as an array with the values in front.
+fn unpack(mask: u16, values: &[Amplitude]) -> Result<[Amplitude; CHANNELS], Refusal<'static>> {
+    Request::MASK.check(mask)?;
     if mask.count_ones() as usize != values.len() {
         let count = mask.count_ones().cast_signed();
         return Err(Refusal::new(Code::AmplitudeCount, "values").allowed(count, count));
@@ -177,26 +149,18 @@ fn spread(mask: u16, values: &[Amplitude]) -> Result<[Amplitude; CHANNELS], Refu
     Ok(all)
 }
 
-/// Rates beyond ±20 000 °/s are no finger's.
 fn rate(centideg_per_s: i32) -> Result<AngularRate, Refusal<'static>> {
-    OutOfRange::check(
-        "centideg_per_s",
-        centideg_per_s.into(),
-        -2_000_000,
-        2_000_000,
-    )?;
+    Request::CENTIDEG_PER_S.check(centideg_per_s)?;
     // 2e6 · 65 536 / 100 < 2^31.
-    Ok(AngularRate(I16F16::from_bits(
+    Ok(AngularRate::new(I16F16::from_bits(
         (i64::from(centideg_per_s) * 65_536 / 100) as i32,
     )))
 }
 
-/// Rates beyond ±32 767 N/s are no muscle's.
 fn force_rate(millinewton_per_s: i32) -> Result<ForceRate, Refusal<'static>> {
-    const MOST: i32 = 32_767_000;
-    OutOfRange::check("millinewton_per_s", millinewton_per_s.into(), -MOST, MOST)?;
+    Request::MILLINEWTON_PER_S.check(millinewton_per_s)?;
     // 32 767 000 · 65 536 / 1000 < 2^31.
-    Ok(ForceRate(I16F16::from_bits(
+    Ok(ForceRate::new(I16F16::from_bits(
         (i64::from(millinewton_per_s) * 65_536 / 1000) as i32,
     )))
 }

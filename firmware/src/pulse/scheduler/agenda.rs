@@ -62,7 +62,7 @@ impl Agenda {
 
     /// Hands over and forgets what changes, slot by slot, until `change` fails.
     #[inline]
-    pub(super) fn hand_over<E>(
+    pub(super) fn drain<E>(
         &mut self,
         mut change: impl FnMut(u8, u32) -> Result<(), E>,
     ) -> Result<(), E> {

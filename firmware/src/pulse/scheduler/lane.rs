@@ -211,7 +211,7 @@ impl Lane {
 
     /// In an isolated group at `now`: another member's pulse interrupts a
     /// grounding, which begins again once no member pulses.
-    pub(super) fn settle_grounding(&mut self, now: Micros, pulsing: bool) {
+    pub(super) fn update_grounding(&mut self, now: Micros, pulsing: bool) {
         let is_grounding = self.phase == Phase::Pulsing && self.shows.pulsing() == 0;
         if is_grounding && pulsing {
             (self.phase, self.shows) = (Phase::Interrupted, Picture::ISOLATED);

@@ -1,0 +1,24 @@
+//! What any control law answers.
+
+use crate::arithmetic::fixed_point::Q;
+
+/// What a law asks for: positive flexes, negative extends, before any clamp.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Effort {
+    /// Volts (milliamperes on a current-controlled stage) above threshold.
+    AboveThreshold(Q),
+    /// Fraction of the way from threshold (0) to the wearer's maximum (±1).
+    Fraction(Q),
+}
+
+impl Effort {
+    /// In thousandths of its unit, for telemetry; saturating.
+    #[must_use]
+    pub fn to_milli(self) -> i32 {
+        let (Self::AboveThreshold(q) | Self::Fraction(q)) = self;
+        // Beyond 2^22 the thousandths do not fit anyway; 2^46 · 1000 < 2^56.
+        let bits = q.to_bits().clamp(-(1 << 46), 1 << 46);
+        let milli = (bits * 1000) >> Q::FRAC_NBITS;
+        milli.clamp(i32::MIN.into(), i32::MAX.into()) as i32
+    }
+}

@@ -1,0 +1,33 @@
+//! What the controller works with, part by part, so that no whole setup is ever on
+//! a stack.
+
+use crate::control::{ForceControl, Joint};
+use crate::haptics::Wall;
+use crate::muscle::{Ladder, Recruitment};
+use crate::pulse::CHANNELS;
+
+/// A channel's muscle: how it is recruited and how its force develops.
+#[derive(Clone, Debug)]
+pub struct Muscle {
+    /// From 0.
+    pub channel: u8,
+    /// Amplitude → gain.
+    pub recruitment: Recruitment,
+    /// Gain and pulses → force.
+    pub force: Ladder,
+}
+
+/// A part of what an arm order is about. The controller takes all parts or drops
+/// all.
+#[derive(Clone, Debug)]
+pub enum ControlPart {
+    /// The first part. Bit i: channel i is part of the setup; burst start to
+    /// burst start of its train, µs.
+    Channels(u16, [u32; CHANNELS]),
+    /// A muscle whose force is predicted, and controlled or not.
+    Muscle(Muscle, Option<ForceControl>),
+    /// The controlled joint.
+    Joint(Joint),
+    /// The virtual wall.
+    Wall(Wall),
+}

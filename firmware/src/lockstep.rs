@@ -1,0 +1,412 @@
+//! The three owners in virtual time: the sequencer behind the native
+//! simulator and the QEMU image. It owns no clock; [`Lockstep::advance`] says
+//! how far time goes, and everything happens at its exact microsecond.
+//! [`port`] is the same over a line of bytes. Not here: what the owners do
+//! (`device`).
+
+pub mod port;
+
+use crate::device::{
+    Controller, Identity, Mailboxes, Pulser, REFILL_OFFSET_US, Session, WINDOWS_PER_TICK,
+};
+use crate::link::MAX_FRAME;
+use crate::pulse::{CHANNELS, Levels, WINDOW_US, WindowPlan};
+use crate::safety::{Fault, Inputs, Reading, Setup, Stage, State};
+use crate::units::{DacCode, Micros};
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
+
+/// What each owner's call costs on the device, µs: when its effects are seen.
+/// Between the mean and the most that the chip simulator measures at full load
+/// (docs/architecture.md).
+pub mod cost {
+    /// A refill, from its compare to its DAC writes.
+    pub const REFILL_US: u32 = 20;
+    /// A control tick.
+    pub const CONTROL_US: u32 = 30;
+    /// One frame's way through the session.
+    pub const SESSION_US: u32 = 40;
+}
+
+/// The outside world during one [`Lockstep::advance`].
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+pub struct Sensors {
+    /// The joint sensor's conversion, if one is connected.
+    pub joint: Option<u16>,
+    /// Load on each channel, Ω; `u32::MAX` is an electrode off.
+    pub load_ohm: [u32; CHANNELS],
+    /// Arm input closed.
+    pub arm: bool,
+    /// Hand-held stop closed.
+    pub hand_stop: bool,
+    /// Over-current comparator tripped.
+    pub over_current: bool,
+    /// A trigger edge in the time being advanced over; one from before it was
+    /// seen already.
+    pub trigger: Option<Micros>,
+}
+
+impl Default for Sensors {
+    fn default() -> Self {
+        Self {
+            joint: None,
+            load_ohm: [2_000; CHANNELS],
+            arm: true,
+            hand_stop: true,
+            over_current: false,
+            trigger: None,
+        }
+    }
+}
+
+/// Where a simulated board's outputs go, in time order per kind.
+pub trait Sink {
+    /// The outputs change.
+    fn levels(&mut self, at: Micros, levels: Levels);
+    /// A DAC is written.
+    fn dac(&mut self, at: Micros, channel: u8, code: DacCode);
+    /// Bytes leave for the host.
+    fn bytes(&mut self, at: Micros, bytes: &[u8]);
+}
+
+impl<S: Sink + ?Sized> Sink for &mut S {
+    fn levels(&mut self, at: Micros, levels: Levels) {
+        (**self).levels(at, levels);
+    }
+    fn dac(&mut self, at: Micros, channel: u8, code: DacCode) {
+        (**self).dac(at, channel, code);
+    }
+    fn bytes(&mut self, at: Micros, bytes: &[u8]) {
+        (**self).bytes(at, bytes);
+    }
+}
+
+/// A simulated board: owners, mailboxes, and the window being played.
+///
+/// A host opens a session and gets the device's answer:
+///
+/// ```
+/// use firmware::device::Identity;
+/// use firmware::link::message::ResetCause;
+/// use firmware::link::{BROADCAST, Decoder, Kind, Request, Response, SCHEMA, ToDevice, encode};
+/// use firmware::lockstep::{Lockstep, Sensors, Sink};
+/// use firmware::pulse::Levels;
+/// use firmware::units::{DacCode, Micros};
+///
+/// struct Line(Vec<u8>);
+/// impl Sink for Line {
+///     fn levels(&mut self, _: Micros, _: Levels) {}
+///     fn dac(&mut self, _: Micros, _: u8, _: DacCode) {}
+///     fn bytes(&mut self, _: Micros, bytes: &[u8]) {
+///         self.0.extend(bytes);
+///     }
+/// }
+///
+/// let identity = Identity {
+///     kind: Kind::Native,
+///     unique_id: [0; 3],
+///     reset: ResetCause::PowerOn,
+///     last_fault: None,
+///     first_session: 7,
+/// };
+/// let (mut board, mut line) = (Lockstep::new(identity, Micros(0)), Line(Vec::new()));
+/// let request = Request::Hello { schema: SCHEMA };
+/// let hello = encode(&ToDevice { session: BROADCAST, seq: 0, request }).unwrap();
+/// board.receive(Micros(1_000), &hello, &Sensors::default(), &mut line);
+/// board.advance(Micros(3_000), &Sensors::default(), &mut line);
+///
+/// let (delimiter, bytes) = line.0.split_last().unwrap();
+/// let mut decoder = Decoder::default();
+/// assert!(bytes.iter().all(|&byte| decoder.push(byte).is_none()));
+/// let answer = decoder.push(*delimiter).unwrap().unwrap();
+/// let Ok(Response::Hello(info)) = postcard::from_bytes(answer) else {
+///     panic!("no session");
+/// };
+/// assert_eq!(info.session, 7);
+/// ```
+#[derive(Debug)]
+pub struct Lockstep {
+    pulser: Pulser,
+    controller: Controller,
+    session: Session,
+    mail: Mailboxes,
+    /// Time up to which everything has happened.
+    now: Micros,
+    /// Windows since boot, for the control tick.
+    count: u32,
+    /// The window that plays.
+    playing: WindowPlan,
+    /// Changes of `playing` that have reached the pins.
+    played: usize,
+    /// The window after it.
+    next: WindowPlan,
+    levels: Levels,
+    dac: [DacCode; CHANNELS],
+    reading: Option<Reading>,
+    trigger: Option<Micros>,
+    tripped: bool,
+    /// When the latest refill has written its DACs.
+    written: Micros,
+    /// When bytes left last.
+    sent: Micros,
+    /// Refills that would do nothing are left out.
+    skips: bool,
+}
+
+impl Lockstep {
+    /// A board that boots at `boot`.
+    #[must_use]
+    pub fn new(identity: Identity, boot: Micros) -> Self {
+        let (mut playing, mut next) = (WindowPlan::new(), WindowPlan::new());
+        playing.reset(boot, Levels::ISOLATED);
+        next.reset(boot.plus(WINDOW_US), Levels::ISOLATED);
+        Self {
+            pulser: Pulser::new(identity.last_fault),
+            controller: Controller::new(),
+            session: Session::new(identity),
+            mail: Mailboxes::new(),
+            now: boot,
+            count: 0,
+            playing,
+            played: 0,
+            next,
+            levels: Levels::ISOLATED,
+            dac: [DacCode(0); CHANNELS],
+            reading: None,
+            trigger: None,
+            tripped: false,
+            written: boot,
+            sent: boot,
+            skips: true,
+        }
+    }
+
+    /// The same board, which calls every owner in every window as a board of
+    /// hardware does: slower, and otherwise no different, which tests show.
+    #[must_use]
+    pub const fn unskipping(mut self) -> Self {
+        self.skips = false;
+        self
+    }
+
+    /// Device time.
+    #[must_use]
+    pub const fn now(&self) -> Micros {
+        self.now
+    }
+
+    /// The device's state.
+    #[must_use]
+    pub const fn state(&self) -> State {
+        self.pulser.state()
+    }
+
+    /// The armed or last armed setup.
+    #[must_use]
+    pub const fn setup(&self) -> Option<&Setup> {
+        self.pulser.setup()
+    }
+
+    /// Takes bytes whose last one arrives at `at`; time first goes on to where
+    /// a frame that they complete is served.
+    pub fn receive(&mut self, at: Micros, bytes: &[u8], sensors: &Sensors, sink: &mut impl Sink) {
+        let served = if bytes.contains(&0) {
+            at.plus(cost::SESSION_US)
+        } else {
+            at
+        };
+        self.serve(at, served, bytes, sensors, sink);
+    }
+
+    /// [`Self::receive`] where it is known when the session is done with the
+    /// bytes: a refill from `served` on sees what they order. For replaying what
+    /// another device was seen to do.
+    pub fn serve(
+        &mut self,
+        at: Micros,
+        served: Micros,
+        bytes: &[u8],
+        sensors: &Sensors,
+        sink: &mut impl Sink,
+    ) {
+        self.advance(served, sensors, sink);
+        let (_, _, mut mail) = self.mail.split();
+        for frame in bytes.split_inclusive(|&byte| byte == 0) {
+            self.session.receive(at, frame, &mut mail);
+            transmit(&mut self.session, self.now, &mut self.sent, sink);
+        }
+    }
+
+    /// Lets time go on to `to`; does nothing if it is there already.
+    pub fn advance(&mut self, to: Micros, sensors: &Sensors, sink: &mut impl Sink) {
+        if sensors.trigger.is_some_and(|at| at.has_reached(self.now)) {
+            self.trigger = sensors.trigger;
+        }
+        if sensors.over_current && !self.tripped {
+            self.fault(Fault::OverCurrent, sink);
+        }
+        self.tripped = sensors.over_current;
+        loop {
+            let refill = self.playing.start.plus(REFILL_OFFSET_US);
+            let turn = self.playing.start.plus(WINDOW_US);
+            let is_rendered = refill.is_before(self.now);
+            let event = if is_rendered { turn } else { refill };
+            if !event.is_before(to) {
+                break;
+            }
+            if is_rendered {
+                self.turn(turn, sensors, sink);
+            } else {
+                self.refill(refill, sensors, sink);
+            }
+        }
+        if self.now.is_before(to) {
+            self.now = to;
+        }
+        self.play_until(to, sink);
+    }
+
+    /// Puts the changes of the playing window that lie before `to` on the pins.
+    fn play_until(&mut self, to: Micros, sink: &mut impl Sink) {
+        while let Some(change) = self.playing.changes.get(self.played).copied() {
+            let at = self.playing.start.plus(change.slot.into());
+            if !at.is_before(to) {
+                break;
+            }
+            self.played += 1; // below the number of changes
+            self.set_levels(at, change.levels, sink);
+        }
+    }
+
+    /// The next window begins to play.
+    fn turn(&mut self, start: Micros, sensors: &Sensors, sink: &mut impl Sink) {
+        self.play_until(start, sink);
+        self.measure(sensors);
+        // Copies what there is; the two plans are mostly empty and large.
+        self.playing.reset(start, self.next.initial);
+        let _ = self.playing.changes.extend_from_slice(&self.next.changes); // same capacity
+        self.playing.sample = self.next.sample;
+        self.played = 0;
+        self.now = start;
+        self.count = self.count.wrapping_add(1);
+        self.set_levels(start, self.playing.initial, sink);
+    }
+
+    /// The front end has converted the played window's mid-phase current.
+    fn measure(&mut self, sensors: &Sensors) {
+        let Some((channel, _)) = self.playing.sample.take() else {
+            return;
+        };
+        let index = usize::from(channel);
+        let (code, ohm) = (self.dac.get(index), sensors.load_ohm.get(index));
+        if let (Some(stage), Some(&code), Some(&ohm)) = (self.stage(channel), code, ohm) {
+            let ua = stage.current_through_ua(code, ohm);
+            self.reading = Some(Reading::from_ua(channel, ua));
+        }
+    }
+
+    fn stage(&self, channel: u8) -> Option<Stage> {
+        let channels = &self.pulser.setup()?.channels;
+        Some(channels.get(usize::from(channel)).copied().flatten()?.stage)
+    }
+
+    fn refill(&mut self, now: Micros, sensors: &Sensors, sink: &mut impl Sink) {
+        // Past the compare by one, so that the window counts as rendered.
+        self.now = now.plus(1);
+        let inputs = Inputs {
+            arm: sensors.arm,
+            hand_stop: sensors.hand_stop,
+            over_current: sensors.over_current,
+            trigger: self.trigger.take_if(|at| now.has_reached(*at)),
+            reading: self.reading.take(),
+        };
+        let start = self.playing.start.plus(WINDOW_US);
+        let done = now.plus(cost::REFILL_US);
+        let is_tick = self.count.is_multiple_of(WINDOWS_PER_TICK);
+        let rests = self.skips && self.pulser.is_at_rest(start, &inputs, &self.mail);
+        if rests {
+            let levels = self.next.last_levels();
+            self.next.reset(start, levels);
+            // The pulser would have done no more. It has told the session nothing,
+            // nor has the controller since the session last took its mail; and
+            // what the session says is transmitted as it says it.
+            if !is_tick {
+                self.written = done;
+                return;
+            }
+        }
+        let (mut mail, mut control_mail, mut session_mail) = self.mail.split();
+        let mut result = Ok(());
+        if !rests {
+            let plan = &mut self.next;
+            result = self.pulser.refill(now, start, &inputs, &mut mail, plan);
+            for &(channel, code) in &plan.dac {
+                if let Some(slot) = self.dac.get_mut(usize::from(channel)) {
+                    *slot = code;
+                }
+                sink.dac(done, channel, code);
+            }
+        }
+        let mut ready = done;
+        if is_tick {
+            self.controller.tick(now, sensors.joint, &mut control_mail);
+            ready = done.plus(cost::CONTROL_US);
+        }
+        self.session.poll(&mut session_mail);
+        if result.is_err() {
+            self.isolate(now, sink);
+        }
+        self.written = done;
+        transmit(&mut self.session, ready, &mut self.sent, sink);
+    }
+
+    /// A fault from outside the refill: outputs isolate here and now.
+    fn fault(&mut self, fault: Fault, sink: &mut impl Sink) {
+        let (mut mail, _, _) = self.mail.split();
+        self.pulser.fault(fault, self.now, &mut mail);
+        self.isolate(self.now, sink);
+    }
+
+    /// The hardware's fault stop: nothing rendered is played any more, and the
+    /// amplitudes go to zero, after the writes of a refill under way, which on
+    /// a board nothing interrupts.
+    fn isolate(&mut self, at: Micros, sink: &mut impl Sink) {
+        self.play_until(at, sink);
+        self.played = self.playing.changes.len();
+        self.playing.sample = None;
+        self.next.reset(self.next.start, Levels::ISOLATED);
+        self.set_levels(at, Levels::ISOLATED, sink);
+        let cleared = if at.is_before(self.written) {
+            self.written
+        } else {
+            at
+        };
+        for (channel, code) in (0..).zip(&mut self.dac) {
+            if *code != DacCode(0) {
+                *code = DacCode(0);
+                sink.dac(cleared, channel, DacCode(0));
+            }
+        }
+    }
+
+    fn set_levels(&mut self, at: Micros, levels: Levels, sink: &mut impl Sink) {
+        if levels != self.levels {
+            self.levels = levels;
+            sink.levels(at, levels);
+        }
+    }
+}
+
+/// Empties the outbox at `at`, but not before what was sent last: an owner's
+/// answer may be ready later than the next one's.
+fn transmit(session: &mut Session, at: Micros, sent: &mut Micros, sink: &mut impl Sink) {
+    while session.has_output() {
+        let mut buffer = [0; MAX_FRAME];
+        let ahead = sent.since(at);
+        // Further ahead than any owner's cost is a wrapped clock.
+        let is_ahead = (0..1000).contains(&ahead);
+        *sent = if is_ahead { *sent } else { at };
+        let count = session.transmit(&mut buffer);
+        sink.bytes(*sent, buffer.get(..count).unwrap_or_default());
+    }
+}

@@ -1,0 +1,63 @@
+//! What a host says about a muscle's force, and the checks it must pass once.
+
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
+
+use crate::range::{OutOfRange, Range};
+
+/// One muscle's parameters, as a host sends them. Table 4 of Lee 2020 lists
+/// ten subjects' (with τ2 of K06 misprinted: 176 ms, not 17.6).
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+pub struct CalciumForceSpec {
+    /// A, the force scaling factor at [`super::Gain::FULL`], mN/s: 100…10,000,000.
+    pub a_mn_per_s: u32,
+    /// K, the calcium level of half activation, millionths: 2,000…5,000,000.
+    pub k_micro: u32,
+    /// τc, decay of calcium, µs: 5,000…100,000.
+    pub tau_c_us: u32,
+    /// τ1, decay of force without calcium, µs: 2,000…200,000.
+    pub tau1_us: u32,
+    /// τ2, what full activation adds to τ1, µs: 1,000…1,000,000.
+    pub tau2_us: u32,
+}
+
+/// 1/ln(24/(24 − n)) in thousandths, rounded down, for bursts of n = 1…8 pulses.
+const PERIODS_PER_TAU: [u32; 8] = [23_496, 11_492, 7_488, 5_484, 4_280, 3_476, 2_899, 2_466];
+
+impl CalciumForceSpec {
+    /// Of [`Self::a_mn_per_s`].
+    pub const A_MN_PER_S: Range = Range::new("a_mn_per_s", 100, 10_000_000);
+    /// Of [`Self::k_micro`].
+    pub const K_MICRO: Range = Range::new("k_micro", 2_000, 5_000_000);
+    /// Of [`Self::tau_c_us`].
+    pub const TAU_C_US: Range = Range::new("tau_c_us", 5_000, 100_000);
+    /// Of [`Self::tau1_us`].
+    pub const TAU1_US: Range = Range::new("tau1_us", 2_000, 200_000);
+    /// Of [`Self::tau2_us`].
+    pub const TAU2_US: Range = Range::new("tau2_us", 1_000, 1_000_000);
+
+    /// Whether C stays below 24, where the fixed point ends, under a train of bursts
+    /// of `burst_count` pulses (1…8) every `period_us` (at least 5000).
+    ///
+    /// A burst's pulses counted as one at its start, C ends at n/(1 − e^(−T/τc)):
+    /// τc may be at most T/ln(24/(24 − n)). Single pulses pass at any rate.
+    ///
+    /// # Errors
+    /// `tau_c_us` with the longest τc that this train allows.
+    pub fn check_train(&self, burst_count: u8, period_us: u32) -> Result<(), OutOfRange> {
+        let place = usize::from(burst_count.max(1)).saturating_sub(1);
+        let thousandths = PERIODS_PER_TAU.get(place).copied().unwrap_or(0);
+        let longest_us = u64::from(period_us).saturating_mul(thousandths.into()) / 1_000;
+        let longest_us = u32::try_from(longest_us).unwrap_or(u32::MAX);
+        Self::TAU_C_US.up_to(longest_us).check(self.tau_c_us)
+    }
+
+    /// Each parameter against its documented range.
+    pub(super) fn check(&self) -> Result<(), OutOfRange> {
+        Self::A_MN_PER_S.check(self.a_mn_per_s)?;
+        Self::K_MICRO.check(self.k_micro)?;
+        Self::TAU_C_US.check(self.tau_c_us)?;
+        Self::TAU1_US.check(self.tau1_us)?;
+        Self::TAU2_US.check(self.tau2_us)
+    }
+}

@@ -1,0 +1,95 @@
+//! What a field may be, and what is not within it: the one check of ranges.
+//!
+//! A [`Range`] stands beside the field it bounds, once; hosts read it there. Not
+//! here: numbers for the wire (`link::Refusal`), rules between fields, which have
+//! errors of their own.
+
+use core::fmt;
+
+/// What a field may be: a closed range in the field's own unit.
+///
+/// ```
+/// use firmware::pulse::TrainSpec;
+///
+/// let width = TrainSpec::WIDTH_US;
+/// assert_eq!((width.field, width.min, width.max), ("width_us", 10, 500));
+/// assert!(width.check(200_u16).is_ok());
+/// let refused = width.check(501_u16).unwrap_err();
+/// assert_eq!(refused.to_string(), "width_us = 501 is outside 10..=500");
+/// ```
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Range {
+    /// The field as docs/protocol.md names it, unit included.
+    pub field: &'static str,
+    /// Smallest allowed value.
+    pub min: i32,
+    /// Largest allowed value.
+    pub max: i32,
+}
+
+/// A value outside its range.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct OutOfRange {
+    /// The field as docs/protocol.md names it, unit included.
+    pub field: &'static str,
+    /// The value it was given, in the field's unit.
+    pub value: i64,
+    /// Smallest allowed value.
+    pub min: i32,
+    /// Largest allowed value.
+    pub max: i32,
+}
+
+impl Range {
+    /// `min` to `max`, both allowed.
+    #[must_use]
+    pub const fn new(field: &'static str, min: i32, max: i32) -> Self {
+        Self { field, min, max }
+    }
+
+    /// What a field that needs at least `min` leaves of it; never more.
+    #[must_use]
+    pub fn from(self, min: u32) -> Self {
+        let min = i32::try_from(min).unwrap_or(i32::MAX).max(self.min);
+        Self { min, ..self }
+    }
+
+    /// What a field that allows at most `max` leaves of it; never more.
+    #[must_use]
+    pub fn up_to(self, max: u32) -> Self {
+        let max = i32::try_from(max).unwrap_or(i32::MAX).min(self.max);
+        Self { max, ..self }
+    }
+
+    /// Nothing, if `value` lies within.
+    ///
+    /// # Errors
+    /// The field, the value and the range.
+    pub fn check(self, value: impl Into<i64>) -> Result<(), OutOfRange> {
+        let Self { field, min, max } = self;
+        let value = value.into();
+        if (i64::from(min)..=i64::from(max)).contains(&value) {
+            return Ok(());
+        }
+        Err(OutOfRange {
+            field,
+            value,
+            min,
+            max,
+        })
+    }
+}
+
+impl fmt::Display for OutOfRange {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            field,
+            value,
+            min,
+            max,
+        } = self;
+        write!(f, "{field} = {value} is outside {min}..={max}")
+    }
+}
+
+impl core::error::Error for OutOfRange {}

@@ -1,0 +1,124 @@
+//! How much is put out: what was wanted, within limits, along rise and fall.
+
+use super::{Guard, Mode, check_amplitude};
+use crate::pulse::Supply;
+use crate::safety::Denied;
+use crate::safety::ramp::Rise;
+use crate::units::{Amplitude, DacCode, Micros};
+
+impl Guard {
+    /// A host's direct amplitude, refused beyond the wearer's limit.
+    ///
+    /// # Errors
+    /// Not armed, no such channel, a controlled channel, above the limit.
+    pub fn set_amplitude(&mut self, channel: u8, amplitude: Amplitude) -> Result<(), Denied> {
+        self.check_amplitude(channel, amplitude)?;
+        if let Some(wanted) = self.wanted.get_mut(usize::from(channel)) {
+            *wanted = amplitude;
+        }
+        Ok(())
+    }
+
+    /// Whether [`Guard::set_amplitude`] would accept this.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn check_amplitude(&self, channel: u8, amplitude: Amplitude) -> Result<(), Denied> {
+        match self.mode {
+            Mode::Armed { .. } | Mode::Stimulating => {}
+            Mode::Fault(record) => return Err(Denied::FaultLatched(record.fault)),
+            _ => return Err(Denied::NotArmed),
+        }
+        let setup = self.setup.as_ref().ok_or(Denied::NotArmed)?;
+        let config = setup
+            .channel(channel)
+            .ok_or(Denied::NoChannel { channel })?;
+        let limit = config.limit;
+        if setup.controlled & 1u16.checked_shl(channel.into()).unwrap_or(0) != 0 {
+            return Err(Denied::Controlled { channel });
+        }
+        if amplitude > limit {
+            return Err(Denied::AboveLimit { channel, limit });
+        }
+        Ok(())
+    }
+
+    /// An amplitude that the control law computed. A joint's points stay
+    /// within the limits of their channels, so the clamp here only matters if
+    /// that promise were broken; the law reports its own as *limiting*.
+    pub fn command(&mut self, channel: u8, amplitude: Amplitude) {
+        let index = usize::from(channel);
+        let config = self
+            .setup
+            .as_ref()
+            .and_then(|s| s.channel(channel).copied());
+        if let Mode::Armed { .. } | Mode::Stimulating = self.mode
+            && let (Some(config), Some(wanted)) = (config, self.wanted.get_mut(index))
+        {
+            *wanted = amplitude.min(config.limit);
+        }
+    }
+
+    /// The period nearest to `period_us` that the limits of `channel` were
+    /// checked for; `None` if nothing may be ordered now.
+    #[must_use]
+    pub fn clamp_period(&self, channel: u8, period_us: u32) -> Option<u32> {
+        let (Mode::Armed { .. } | Mode::Stimulating) = self.mode else {
+            return None;
+        };
+        let config = self.setup.as_ref()?.channel(channel)?;
+        // Not `clamp`, which panics if its bounds were the wrong way round.
+        Some(
+            period_us
+                .max(config.min_period_us)
+                .min(config.max_period_us),
+        )
+    }
+
+    /// Amplitude of the channel's latest burst.
+    #[must_use]
+    pub fn in_force(&self, channel: u8) -> Amplitude {
+        self.in_force
+            .get(usize::from(channel))
+            .copied()
+            .unwrap_or_default()
+    }
+}
+
+impl Supply for Guard {
+    fn burst(&mut self, channel: u8, at: Micros) -> Option<DacCode> {
+        let index = usize::from(channel);
+        let setup = self.setup.as_ref()?;
+        let config = *setup.channel(channel)?;
+        let wanted = self.wanted.get(index).copied()?;
+        let rise_us = setup.wearer.rise_us();
+        let rise = self.rises.get_mut(index)?;
+        let amplitude = match self.mode {
+            Mode::Checking { .. } => check_amplitude(&config),
+            // A ramp passes through code 0 without a gap in the schedule; a
+            // channel that nobody asked for anything stays out of it.
+            _ if wanted == Amplitude::ZERO => {
+                *rise = Rise::default();
+                return None;
+            }
+            // Too little for the DAC is nothing to rise from.
+            Mode::Stimulating if config.stage.code(wanted) == DacCode(0) => {
+                *rise = Rise::default();
+                wanted
+            }
+            Mode::Stimulating => rise.apply(wanted, at, rise_us),
+            Mode::Stopping { fall, .. } => fall.apply(rise.apply(wanted, at, rise_us), at),
+            _ => return None,
+        };
+        *self.in_force.get_mut(index)? = amplitude;
+        Some(config.stage.code(amplitude))
+    }
+
+    fn may_pulse(&mut self, _: u8, end: Micros) -> bool {
+        match self.mode {
+            Mode::Checking { .. } | Mode::Stimulating => true,
+            Mode::Stopping { fall, .. } => fall.end().has_reached(end),
+            _ => false,
+        }
+    }
+}

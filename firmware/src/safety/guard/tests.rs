@@ -1,0 +1,150 @@
+//! The chart of the module's documentation, cell by cell.
+
+use super::*;
+use crate::pulse::TrainSpec;
+use crate::safety::{ChannelSpec, Reading, StageSpec, WearerSpec};
+use std::format;
+use std::vec::Vec;
+
+const NOW: Micros = Micros(u32::MAX - 1_000_000); // the clock wraps on the way
+
+/// One channel that waits for a trigger, so that its train never ends by itself.
+fn setup() -> Setup {
+    let wearer = WearerSpec::default().validate().unwrap();
+    let train = TrainSpec {
+        repeats: 1,
+        triggered: true,
+        ..TrainSpec::biphasic(200, 100, 20_000)
+    };
+    let stage = StageSpec::Current {
+        full_scale_ua: 100_000,
+    };
+    let limit = Amplitude(20_000);
+    let spec = ChannelSpec {
+        train,
+        stage,
+        limit,
+    };
+    let mut channels = [None; CHANNELS];
+    channels[0] = Some(spec.validate(&wearer).unwrap());
+    Setup::new(wearer, channels, &[], None, 0).unwrap()
+}
+
+const CLOSED: Inputs = Inputs {
+    arm: true,
+    hand_stop: true,
+    over_current: false,
+    trigger: None,
+    reading: None,
+};
+
+/// A guard in the state of this name, and what the scheduler does in it.
+fn guard_in(state: &str) -> (Guard, Scheduler) {
+    let mut guard = Guard::new(None);
+    let mut scheduler = Scheduler::new();
+    let tick = |guard: &mut Guard, now, inputs: &Inputs, scheduler: &Scheduler| {
+        guard.tick(now, inputs, scheduler).unwrap();
+    };
+    let steps = match state {
+        "Boot" => 0,
+        "Idle" => 1,
+        "Checking" => 2,
+        "Armed" => 3,
+        "Stimulating" => 4,
+        "Stopping" => 5,
+        _ => 1,
+    };
+    if steps > 0 {
+        tick(&mut guard, NOW, &CLOSED, &scheduler);
+    }
+    if steps > 1 {
+        guard.arm(setup(), &CLOSED, NOW).unwrap();
+        let reading = Some(Reading::from_ua(0, 1_000));
+        let inputs = Inputs { reading, ..CLOSED };
+        tick(&mut guard, NOW.plus(2 * WINDOW_US), &inputs, &scheduler);
+    }
+    if steps > 2 {
+        let end = NOW.plus(ElectrodeCheck::length_us());
+        tick(&mut guard, end, &CLOSED, &scheduler);
+    }
+    if steps > 3 {
+        guard.start(NOW).unwrap();
+        scheduler.start(&setup().trains(), &[], None, NOW);
+    }
+    if steps > 4 {
+        guard.stop(NOW).unwrap();
+    }
+    if matches!(state, "Fault" | "Grounding") {
+        guard.fault(Fault::BrownOut, NOW, [0; CHANNELS]);
+    }
+    if state == "Grounding" {
+        guard.acknowledge(NOW).unwrap();
+    }
+    (guard, scheduler)
+}
+
+fn name(guard: &Guard) -> &'static str {
+    match guard.mode {
+        Mode::Boot => "Boot",
+        Mode::Idle => "Idle",
+        Mode::Checking { .. } => "Checking",
+        Mode::Armed { .. } => "Armed",
+        Mode::Stimulating => "Stimulating",
+        Mode::Stopping { .. } => "Stopping",
+        Mode::Fault(_) => "Fault",
+        Mode::Grounding { .. } => "Grounding",
+    }
+}
+
+/// Where `event` leads from `state`, in the chart's words.
+fn outcome(state: &str, event: &str) -> &'static str {
+    let (mut guard, scheduler) = guard_in(state);
+    assert_eq!(name(&guard), state);
+    let before = format!("{:?}", guard.mode);
+    let tick = |guard: &mut Guard, now: Micros, inputs: &Inputs| {
+        guard.tick(now, inputs, &scheduler).unwrap();
+        true
+    };
+    let opened = Inputs {
+        hand_stop: false,
+        ..CLOSED
+    };
+    let is_accepted = match event {
+        "`arm`" => guard.arm(setup(), &CLOSED, NOW).is_ok(),
+        "`start`" => guard.start(NOW).is_ok(),
+        "`acknowledge`" => guard.acknowledge(NOW).is_ok(),
+        "`stop`" => guard.stop(NOW).is_some() || name(&guard) == state,
+        "`fault`" => {
+            guard.fault(Fault::Panic, NOW, [0; CHANNELS]);
+            true
+        }
+        "stop opens" => tick(&mut guard, NOW.plus(2 * WINDOW_US), &opened),
+        "time is up" => tick(&mut guard, NOW.plus(11_000_000), &CLOSED),
+        other => panic!("{other}"),
+    };
+    let is_changed = format!("{:?}", guard.mode) != before;
+    match (is_accepted, is_changed) {
+        (false, is_changed) => {
+            assert!(!is_changed, "{state} × {event}: refused, but changed");
+            "refused"
+        }
+        (true, false) => "–",
+        (true, true) => name(&guard),
+    }
+}
+
+#[test]
+fn the_chart_is_what_the_guard_does() {
+    let rows: Vec<Vec<&str>> = include_str!("../guard.rs")
+        .lines()
+        .filter_map(|line| line.strip_prefix("//! | "))
+        .map(|row| row.trim_end_matches(" |").split(" | ").collect())
+        .collect();
+    let (header, states) = rows.split_first().unwrap();
+    assert_eq!((states.len(), header.len()), (8, 8));
+    for row in states {
+        for (event, expected) in header.iter().zip(row).skip(1) {
+            assert_eq!(outcome(row[0], event), *expected, "{} × {event}", row[0]);
+        }
+    }
+}

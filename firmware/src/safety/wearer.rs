@@ -1,0 +1,108 @@
+//! What a wearer agreed to: limits that only tighten the hard ones.
+
+use super::limits;
+use crate::range::{OutOfRange, Range};
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
+
+/// The wearer's limits; each can only tighten a hard one.
+///
+/// ```
+/// use firmware::safety::WearerSpec;
+///
+/// let careful = WearerSpec { max_current_ua: 10_000, ..WearerSpec::default() };
+/// assert_eq!(careful.validate().unwrap().spec().max_current_ua, 10_000);
+/// let loose = WearerSpec { max_current_ua: 100_001, ..careful };
+/// let refused = loose.validate().unwrap_err();
+/// assert_eq!(refused.to_string(), "max_current_ua = 100001 is outside 100..=100000");
+/// ```
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+pub struct WearerSpec {
+    /// Largest current on any channel, 100–100 000 µA.
+    pub max_current_ua: u32,
+    /// Largest charge of one phase, 1–40 000 nC.
+    pub max_charge_nc: u32,
+    /// Largest rms current of a channel, 10–50 000 µA.
+    pub max_rms_ua: u32,
+    /// Shortest rise of an amplitude from zero, 1–5000 ms.
+    pub rise_ms: u16,
+    /// Fall to zero when stimulation ends, 5–100 ms. A grounding after a
+    /// monophasic pulse must be at least 1.2 ms shorter.
+    pub fall_ms: u16,
+    /// Host silence that ends stimulation, 20–1000 ms.
+    pub host_timeout_ms: u16,
+}
+
+impl Default for WearerSpec {
+    fn default() -> Self {
+        Self {
+            max_current_ua: limits::MAX_CURRENT_UA,
+            max_charge_nc: limits::MAX_PHASE_CHARGE_NC,
+            max_rms_ua: limits::MAX_RMS_UA,
+            rise_ms: 500,
+            fall_ms: 50,
+            host_timeout_ms: 100,
+        }
+    }
+}
+
+/// Checked wearer's limits.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Wearer(WearerSpec);
+
+impl WearerSpec {
+    /// Of [`Self::max_current_ua`].
+    pub const MAX_CURRENT_UA: Range =
+        Range::new("max_current_ua", 100, limits::MAX_CURRENT_UA as i32);
+    /// Of [`Self::max_charge_nc`].
+    pub const MAX_CHARGE_NC: Range =
+        Range::new("max_charge_nc", 1, limits::MAX_PHASE_CHARGE_NC as i32);
+    /// Of [`Self::max_rms_ua`].
+    pub const MAX_RMS_UA: Range = Range::new("max_rms_ua", 10, limits::MAX_RMS_UA as i32);
+    /// Of [`Self::rise_ms`].
+    pub const RISE_MS: Range = Range::new("rise_ms", 1, 5_000);
+    /// Of [`Self::fall_ms`].
+    pub const FALL_MS: Range = Range::new("fall_ms", 5, limits::MAX_FALL_MS as i32);
+    /// Of [`Self::host_timeout_ms`].
+    pub const HOST_TIMEOUT_MS: Range = Range::new("host_timeout_ms", 20, 1_000);
+
+    /// Checks the ranges.
+    ///
+    /// # Errors
+    /// The field and what it may be.
+    pub fn validate(&self) -> Result<Wearer, OutOfRange> {
+        Self::MAX_CURRENT_UA.check(self.max_current_ua)?;
+        Self::MAX_CHARGE_NC.check(self.max_charge_nc)?;
+        Self::MAX_RMS_UA.check(self.max_rms_ua)?;
+        Self::RISE_MS.check(self.rise_ms)?;
+        Self::FALL_MS.check(self.fall_ms)?;
+        Self::HOST_TIMEOUT_MS.check(self.host_timeout_ms)?;
+        Ok(Wearer(*self))
+    }
+}
+
+impl Wearer {
+    /// The checked values.
+    #[must_use]
+    pub const fn spec(&self) -> &WearerSpec {
+        &self.0
+    }
+
+    /// Rise time in µs.
+    #[must_use]
+    pub const fn rise_us(&self) -> u32 {
+        self.0.rise_ms as u32 * 1000
+    }
+
+    /// Fall time in µs.
+    #[must_use]
+    pub const fn fall_us(&self) -> u32 {
+        self.0.fall_ms as u32 * 1000
+    }
+
+    /// Host silence in µs.
+    #[must_use]
+    pub const fn host_timeout_us(&self) -> u32 {
+        self.0.host_timeout_ms as u32 * 1000
+    }
+}
