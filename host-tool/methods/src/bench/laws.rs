@@ -1,0 +1,96 @@
+//! The control laws that the device could have used, in f32: each with each
+//! combination of add-ons, one period at a time.
+
+use crate::control::parameters::parameters;
+use crate::control::{AddOns, Controller, DelayCompensation, DerivativeKind, Form, Input, Law};
+use core::fmt;
+use firmware::bench::{Bench, Clock, Row, control, empty};
+use firmware::control::ResponseSpec;
+
+const RUNS: u32 = 400;
+
+/// What is measured.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum LawName {
+    /// The two markers alone.
+    Markers,
+    /// The device's own default, in fixed point.
+    Device,
+    /// A law with its add-ons, in f32.
+    Float(Form, AddOns),
+}
+
+impl fmt::Display for LawName {
+    /// No spaces: `form/derivative/delay` with `/forward` and `/adaptation`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (form, add_ons) = match self {
+            Self::Markers => return write!(f, "markers"),
+            Self::Device => return write!(f, "device"),
+            Self::Float(form, add_ons) => (form, add_ons),
+        };
+        for (n, word) in form.name().split(' ').enumerate() {
+            write!(f, "{}{word}", if n > 0 { "_" } else { "" })?;
+        }
+        write!(f, "/{:?}/{:?}", add_ons.derivative, add_ons.delay)?;
+        let on = |is_on, name| if is_on { name } else { "" };
+        write!(
+            f,
+            "{}{}",
+            on(add_ons.feed_forward, "/forward"),
+            on(add_ons.adaptation, "/adaptation")
+        )
+    }
+}
+
+/// Runs the markers, the device's default and every law with every combination
+/// of add-ons, and hands over each row when it is complete. The feed-forward
+/// itself, which a law is handed, is not in the row.
+pub fn run_laws(clock: &impl Clock, mut row: impl FnMut(&Row<LawName>)) {
+    let mut bench = Bench::new(clock, &mut row);
+    empty(&mut bench, LawName::Markers, RUNS);
+    let response = Some(ResponseSpec::RECOMMENDED);
+    // A constant within its ranges; else its row were missing.
+    let _ = control::law_alone(&mut bench, LawName::Device, RUNS, response);
+    for form in Form::ALL {
+        for derivative in DerivativeKind::ALL {
+            for delay in DelayCompensation::ALL {
+                for (feed_forward, adaptation) in [(false, false), (true, false), (true, true)] {
+                    let add_ons = AddOns {
+                        derivative,
+                        feed_forward,
+                        delay,
+                        adaptation,
+                    };
+                    let _ = law(&mut bench, form, add_ons);
+                }
+            }
+        }
+    }
+}
+
+/// A law in motion: the middle of its parameters, targets and readings anywhere.
+fn law<C: Clock>(bench: &mut Bench<'_, C, LawName>, form: Form, add_ons: AddOns) -> Option<()> {
+    let middle = parameters(form, add_ons);
+    let values: heapless::Vec<f32, 16> = middle
+        .iter()
+        .map(|p| ((p.low + p.high) * 0.5) as f32)
+        .collect();
+    bench.row(
+        LawName::Float(form, add_ons),
+        RUNS,
+        Controller::from_parameters(form, add_ons, 0.002, &values).ok()?,
+        |_, random| {
+            // Below 2^16: exact.
+            let mut part = || random.between(0, 1 << 16) as f32 / 65_536.0;
+            Input {
+                target: 1.7 * part(),
+                target_rate: 2.0 * part() - 1.0,
+                measured: 1.7 * part(),
+                feed_forward: 2.0 * part() - 1.0,
+            }
+        },
+        |law: &mut Controller<f32>, input| law.step(input),
+        |_, effort, sum| sum.word(effort.to_bits()),
+    );
+    Some(())
+}

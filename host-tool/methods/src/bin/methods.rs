@@ -1,0 +1,11 @@
+//! Results and cycles of each method that the device could have used, printed
+//! over semihosting.
+#![no_std]
+#![no_main]
+
+use cortex_m_rt::entry;
+
+#[entry]
+fn main() -> ! {
+    firmware::board::bench::print(|clock, row| methods::bench::run_methods(clock, |r| row(r)))
+}

@@ -1,0 +1,136 @@
+//! Any feedback with any add-ons: the law that harnesses run and search.
+
+use super::super::real::Real;
+use super::adaptation::Adaptation;
+use super::delay::SmithPredictor;
+use super::derivative::{DerivativeKind, Differentiator};
+use super::feedback::Feedback;
+use super::{Input, Law};
+
+/// What a feedback is combined with. Every feedback can have every combination.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct AddOns {
+    /// Where the error's rate comes from.
+    pub derivative: DerivativeKind,
+    /// The nominal wearer's inverse model.
+    pub feed_forward: bool,
+    /// Against the delay from effort to angle.
+    pub delay: DelayCompensation,
+    /// Learning of the feed-forward's scale and damping.
+    pub adaptation: bool,
+}
+
+/// What is done against the delay from effort to angle.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum DelayCompensation {
+    /// Nothing.
+    None,
+    /// The target is taken ahead along its rate.
+    Preview,
+    /// A Smith predictor.
+    Smith,
+    /// Both.
+    PreviewAndSmith,
+}
+
+impl DelayCompensation {
+    /// All of them.
+    pub const ALL: [Self; 4] = [
+        Self::None,
+        Self::Preview,
+        Self::Smith,
+        Self::PreviewAndSmith,
+    ];
+
+    /// Whether the target is taken ahead.
+    #[must_use]
+    pub const fn has_preview(self) -> bool {
+        matches!(self, Self::Preview | Self::PreviewAndSmith)
+    }
+
+    /// Whether there is a Smith predictor.
+    #[must_use]
+    pub const fn has_smith(self) -> bool {
+        matches!(self, Self::Smith | Self::PreviewAndSmith)
+    }
+}
+
+impl AddOns {
+    /// The paper's: its pseudo-differentiation and nothing else.
+    pub const NONE: Self = Self {
+        derivative: DerivativeKind::PseudoOfError,
+        feed_forward: false,
+        delay: DelayCompensation::None,
+        adaptation: false,
+    };
+}
+
+/// A law with its add-ons and its memory, for one period. Made by
+/// [`Controller::from_parameters`].
+#[derive(Clone, Copy, Debug)]
+pub struct Controller<R> {
+    pub(super) feedback: Feedback<R>,
+    pub(super) add_ons: AddOns,
+    pub(super) differentiator: Differentiator<R>,
+    pub(super) lead_s: R,
+    pub(super) preview_s: R,
+    pub(super) smith: Option<SmithPredictor<R>>,
+    pub(super) adaptation: Adaptation<R>,
+    pub(super) integral: R,
+}
+
+impl<R: Real> Controller<R> {
+    /// How far ahead of the target, s, the feed-forward handed in should look.
+    #[must_use]
+    pub const fn lead_s(&self) -> R {
+        self.lead_s
+    }
+
+    /// The integral term, effort.
+    #[must_use]
+    pub const fn integral(&self) -> R {
+        self.integral
+    }
+
+    /// The error and its rate.
+    fn error(&mut self, input: &Input<R>) -> (R, R) {
+        let mut measured = input.measured;
+        if let Some(smith) = &self.smith {
+            measured = measured + smith.ahead();
+        }
+        let error = input.target + self.preview_s * input.target_rate - measured;
+        let rate = match self.add_ons.derivative {
+            DerivativeKind::PseudoOfError => self.differentiator.step(error),
+            _ => input.target_rate - self.differentiator.step(measured),
+        };
+        (error, rate)
+    }
+}
+
+impl<R: Real> Law<R> for Controller<R> {
+    fn step(&mut self, input: &Input<R>) -> R {
+        let (error, rate) = self.error(input);
+        let push = self.feedback.push(error, rate, self.integral);
+        let mut forward = R::ZERO;
+        if self.add_ons.feed_forward {
+            forward = self
+                .adaptation
+                .applied(input.feed_forward, input.target_rate);
+        }
+        let effort = forward + self.integral + push.push;
+        let outward = |growth: R| {
+            (effort > R::ONE && growth > R::ZERO) || (effort < -R::ONE && growth < R::ZERO)
+        };
+        if !(self.feedback.has_anti_windup() && outward(push.growth)) {
+            self.integral = self.integral + push.growth;
+        }
+        if !outward(error) {
+            self.adaptation
+                .learn(error, input.feed_forward, input.target_rate);
+        }
+        if let Some(smith) = &mut self.smith {
+            smith.take(super::bounded(effort, R::ONE));
+        }
+        effort
+    }
+}

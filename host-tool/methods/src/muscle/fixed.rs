@@ -1,0 +1,192 @@
+//! Fixed point with a chosen number of fraction bits in a 32-bit word.
+
+use super::super::real::Real;
+use super::arithmetic::{Arithmetic, UNIT_US};
+use core::ops::{Add, Div, Mul, Neg, Sub};
+use firmware::arithmetic::division::quotient;
+use firmware::arithmetic::exponential::{exp2_neg, log2_neg};
+
+/// log2 e, Q31.
+const LOG2_E: u64 = 3_098_164_009;
+/// ln 2, Q32.
+const LN_2: i64 = 2_977_044_472;
+
+/// A number in 2^-`FRACTION` with 31 − `FRACTION` integer bits and a sign:
+/// Q15.16 is `Fixed<16>`, Q7.24 `Fixed<24>`; 14 to 30 have a meaning.
+///
+/// Products are rounded down, or to nearest with `NEAREST`; what does not fit
+/// wraps, as an explicit method that diverges does not fit. Quotients are the
+/// device's exact ones, exponentials the device's (3e-9 off): a translation of
+/// the floating-point program line by line, as one writes first.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub struct Fixed<const FRACTION: u32, const NEAREST: bool = false>(pub i32);
+
+impl<const F: u32, const NEAREST: bool> Fixed<F, NEAREST> {
+    /// The number with `from` ≥ F fraction bits, rounded as this type rounds.
+    fn round(bits: i64, from: u32) -> Self {
+        let dropped = from.saturating_sub(F);
+        let half = if NEAREST && dropped > 0 {
+            1i64 << (dropped - 1)
+        } else {
+            0
+        };
+        Self((bits.wrapping_add(half) >> dropped) as i32)
+    }
+
+    /// 2 to ±`octaves`, Q32, with this number's sign.
+    fn power(self, octaves: u64) -> Self {
+        let power = Self::round(i64::from(exp2_neg(octaves)), 31);
+        if self.0 <= 0 {
+            power
+        } else {
+            Self::ONE / power
+        }
+    }
+
+    /// log2 in Q32; of zero and below as of the smallest number.
+    fn octaves(self) -> i64 {
+        let bits = self.0.max(1).cast_unsigned();
+        let shift = bits.leading_zeros();
+        // bits = m·2^(32 − shift), 1/2 ≤ m < 1; shift is 1…31, F below 32.
+        let whole = i64::from(32 - shift) - i64::from(F);
+        (whole << 32) - log2_neg((bits << shift) >> 1) as i64
+    }
+}
+
+impl<const F: u32, const NEAREST: bool> Add for Fixed<F, NEAREST> {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Self(self.0.wrapping_add(other.0))
+    }
+}
+
+impl<const F: u32, const NEAREST: bool> Sub for Fixed<F, NEAREST> {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        Self(self.0.wrapping_sub(other.0))
+    }
+}
+
+impl<const F: u32, const NEAREST: bool> Neg for Fixed<F, NEAREST> {
+    type Output = Self;
+    fn neg(self) -> Self {
+        Self(self.0.wrapping_neg())
+    }
+}
+
+impl<const F: u32, const NEAREST: bool> Mul for Fixed<F, NEAREST> {
+    type Output = Self;
+    fn mul(self, other: Self) -> Self {
+        // Below 2^62.
+        Self::round(i64::from(self.0) * i64::from(other.0), 2 * F)
+    }
+}
+
+impl<const F: u32, const NEAREST: bool> Div for Fixed<F, NEAREST> {
+    type Output = Self;
+    /// Towards zero, or to nearest; what does not fit, and by zero, is the
+    /// largest number of its sign.
+    fn div(self, other: Self) -> Self {
+        let divisor = other.0.unsigned_abs();
+        let half = if NEAREST { divisor / 2 } else { 0 };
+        // Below 2^62 + 2^30.
+        let dividend = (u64::from(self.0.unsigned_abs()) << F) + u64::from(half);
+        let size = quotient(dividend, divisor).map(i32::try_from);
+        let size = size.and_then(Result::ok).unwrap_or(i32::MAX);
+        Self(if (self.0 ^ other.0) < 0 { -size } else { size })
+    }
+}
+
+impl<const F: u32, const NEAREST: bool> Real for Fixed<F, NEAREST> {
+    const ZERO: Self = Self(0);
+    const ONE: Self = Self(1 << F);
+    fn of(x: f64) -> Self {
+        // Nothing here that a compiler could not do to a constant; `as`
+        // saturates.
+        let half = if x < 0.0 { -0.5 } else { 0.5 };
+        Self((x * f64::from(1u32 << F) + half) as i32)
+    }
+    fn to_f64(self) -> f64 {
+        f64::from(self.0) / f64::from(1u32 << F)
+    }
+    fn exp(self) -> Self {
+        // 2^31 · 2^32; F ≥ 1 leaves Q32.
+        let octaves = (u64::from(self.0.unsigned_abs()) * LOG2_E) >> (F - 1);
+        self.power(octaves)
+    }
+    fn ln(self) -> Self {
+        // |octaves| < 2^38, its upper 31 bits are enough; Q25 · Q32.
+        Self::round(((self.octaves() >> 7) * LN_2) >> 25, 32)
+    }
+    fn sqrt(self) -> Self {
+        let wide = u64::from(self.0.max(0).cast_unsigned()) << F;
+        Self(wide.isqrt() as i32)
+    }
+}
+
+impl<const F: u32, const NEAREST: bool> Arithmetic for Fixed<F, NEAREST> {
+    type Design = f32;
+    fn of_micros(us: u32) -> Self {
+        // F ≥ 14 by the type's documentation: a shift, exact.
+        Self((us << F.saturating_sub(14)).cast_signed() >> 14u32.saturating_sub(F))
+    }
+    fn split(self, shift: u32) -> (usize, Self) {
+        let scaled = i64::from(self.0) << (shift & 31);
+        let rest = scaled as i32 & ((1 << F) - 1);
+        ((scaled >> F) as usize, Self(rest))
+    }
+    fn word(self) -> u32 {
+        self.0.cast_unsigned()
+    }
+    fn exp2(self) -> Self {
+        self.power(u64::from(self.0.unsigned_abs()) << (32 - F))
+    }
+    fn log2(self) -> Self {
+        Self::round(self.octaves(), 32)
+    }
+}
+
+const _: () = assert!(UNIT_US == (1u32 << 14) as f64);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn off<const F: u32>(is: Fixed<F>, truth: f64) -> f64 {
+        (is.to_f64() - truth).abs() * f64::from(1u32 << F)
+    }
+
+    #[test]
+    fn functions_are_exact_to_a_few_last_places() {
+        let mut worst = [0f64; 4];
+        // 1/x of less than 1/128 does not fit.
+        for i in 10..20_000u32 {
+            let x = f64::from(i) * 1e-3;
+            let y = Fixed::<24>::of(x);
+            let is = [
+                off((-y).exp(), (-y.to_f64()).exp()),
+                off(y.ln(), y.to_f64().ln()),
+                off(Fixed::ONE / y, 1.0 / y.to_f64()),
+                off(y.sqrt(), y.to_f64().sqrt()),
+            ];
+            for (w, o) in worst.iter_mut().zip(is) {
+                *w = w.max(o);
+            }
+        }
+        std::println!("exp, ln, 1/x, sqrt: {worst:?} last places");
+        assert!(worst.iter().all(|w| (0.9..=1.6).contains(w)), "{worst:?}");
+    }
+
+    #[test]
+    fn rounding_is_what_the_type_says() {
+        let (down, near) = (Fixed::<16>(3), Fixed::<16, true>(3));
+        let half = 1 << 15;
+        assert_eq!((down * Fixed(half)).0, 1);
+        assert_eq!((near * Fixed(half)).0, 2);
+        assert_eq!((-down * Fixed(half)).0, -2);
+        assert_eq!((Fixed::<16>::ONE / Fixed(0)).0, i32::MAX);
+        assert_eq!(Fixed::<24>::of_micros(1000).to_f64(), 1000.0 / UNIT_US);
+        assert_eq!(Fixed::<16>::of(2.75).split(4), (44, Fixed(0)));
+        assert_eq!(Fixed::<16>::of(2.3).split(0).0, 2);
+    }
+}

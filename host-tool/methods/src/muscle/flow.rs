@@ -1,0 +1,157 @@
+//! The exact solution over any time, from a table over the logarithm of C.
+//!
+//! Between pulses C only falls, and always along the same curve: log C is a
+//! clock. On it eq. (3) of Lee 2020 is linear with known coefficients, so that
+//! one solution Q tells all: F = Q + (F0 − Q0)·2^−R over a time t, with R =
+//! t/(τ1·ln 2) − (G0 − G), G = p·log2(1 + C/κ) (`event_driven`). Q, here the
+//! one that starts from no force at 32 pulses, and G are smooth in log C: one
+//! cubic per half octave gives both, whatever the muscle.
+
+use super::Arithmetic;
+use super::event_driven::Interval;
+use super::scheme::{Muscle, State};
+use crate::real::Real;
+use core::f64::consts::LN_2;
+use firmware::muscle::CalciumForceSpec;
+
+/// log2 of the cells per octave.
+const DENSITY: u32 = 1;
+/// Octaves from 2^-19 of a pulse, below which F only relaxes with τ1, to the
+/// 32 that no train of 200 Hz exceeds.
+pub(super) const OCTAVES: usize = 24;
+pub(super) const LOWEST: f64 = -19.0;
+const CELLS: usize = OCTAVES << DENSITY;
+
+/// No exponential over more than this, µs: what a fraction of it could
+/// overflow a fixed-point exponent.
+const LONGEST_US: u32 = 100_000;
+
+/// a0 + t·(a1 + t·(a2 + t·a3)), t in 0…1 across a cell.
+type Cubic<R> = [R; 4];
+
+/// One muscle's table. Octaves are log2 C − [`LOWEST`].
+#[derive(Clone, Copy, Debug)]
+pub struct Flow<R> {
+    /// Octaves that C falls per unit of time.
+    pub fall: R,
+    /// 1/(τ1·ln 2).
+    rate: R,
+    /// Q, N, and G, octaves, from [`LOWEST`] up.
+    cells: [(Cubic<R>, Cubic<R>); CELLS],
+}
+
+/// A muscle at some moment, ready to flow on from there.
+#[derive(Clone, Copy, Debug)]
+pub struct Start<R> {
+    /// Where C is.
+    pub octave: R,
+    /// F − Q, N.
+    gap: R,
+    /// G.
+    power: R,
+}
+
+impl<R: Arithmetic> Flow<R> {
+    /// Makes the table.
+    #[must_use]
+    pub fn new(spec: &CalciumForceSpec) -> Self {
+        let design = Muscle::<R::Design>::new(spec);
+        let octaves = R::Design::of(LN_2);
+        Self {
+            fall: R::of((design.rate_c / octaves).to_f64()),
+            rate: R::of((R::Design::ONE / (design.tau1 * octaves)).to_f64()),
+            cells: cells(&design),
+        }
+    }
+
+    /// C at an octave; none at the table's end.
+    pub fn calcium(octave: R) -> R {
+        if octave <= R::ZERO {
+            return R::ZERO;
+        }
+        (octave + R::of(LOWEST)).exp2()
+    }
+
+    /// The octave of C.
+    pub fn octave(c: R) -> R {
+        c.log2() - R::of(LOWEST)
+    }
+
+    /// Q and G.
+    #[inline(always)]
+    fn look_up(&self, octave: R) -> (R, R) {
+        let (index, t) = octave.split(DENSITY);
+        let Some((q, g)) = self.cells.get(index) else {
+            return (R::ZERO, R::ZERO);
+        };
+        let at = |[a0, a1, a2, a3]: &Cubic<R>| *a0 + t * (*a1 + t * (*a2 + t * *a3));
+        (at(q), at(g))
+    }
+
+    /// A muscle with force `f`; `octave` is not below 0.
+    #[inline(always)]
+    pub fn start(&self, octave: R, f: R) -> Start<R> {
+        let (q, power) = self.look_up(octave);
+        Start {
+            octave,
+            gap: f - q,
+            power,
+        }
+    }
+
+    /// Its force `time` later, when C is at `octave`, not below 0.
+    #[inline(always)]
+    pub fn force(&self, start: &Start<R>, time: R, octave: R) -> R {
+        let (q, g) = self.look_up(octave);
+        // Above 0 by no more than rounding.
+        let kept = (start.power - g - time * self.rate).exp2();
+        q + start.gap * kept
+    }
+
+    /// What τ1 alone leaves of a force after `us` microseconds.
+    pub fn relaxed(&self, mut f: R, mut us: u32) -> R {
+        while us > 0 && f > R::ZERO {
+            let part = us.min(LONGEST_US);
+            f = f * (-(R::of_micros(part) * self.rate)).exp2();
+            us = us.wrapping_sub(part);
+        }
+        f
+    }
+}
+
+/// Cubics through values and slopes of Q and G at both ends of each cell; Q
+/// exactly from cell to cell, downwards.
+fn cells<R: Arithmetic, D: Arithmetic>(muscle: &Muscle<D>) -> [(Cubic<R>, Cubic<R>); CELLS] {
+    let exact = Interval::new(muscle);
+    let width = D::of(LN_2 / f64::from(1u32 << DENSITY));
+    // The time that C takes across a cell.
+    let time = width / muscle.rate_c;
+    // Value and slope across a cell at C, of Q and of G.
+    let ends = |c: D, q: D| {
+        let slope = muscle.slope(State { c, f: q }).f;
+        let (g, g_slope) = exact.power_at(c);
+        [[q, -(slope * time)], [g, g_slope * width]]
+    };
+    let cubic = |[y0, m0]: [D; 2], [y1, m1]: [D; 2]| {
+        let rise = y1 - y0;
+        let [two, three] = [2.0, 3.0].map(D::of);
+        let all = [y0, m0, three * rise - two * m0 - m1, m0 + m1 - two * rise];
+        all.map(|a| R::of(a.to_f64()))
+    };
+    let c_at = |node: usize| {
+        let octaves = LOWEST * f64::from(1u32 << DENSITY) + node as f64;
+        (D::of(octaves) * width).exp()
+    };
+    let mut cells = [([R::ZERO; 4], [R::ZERO; 4]); CELLS];
+    let mut upper_c = c_at(CELLS);
+    let mut upper = ends(upper_c, D::ZERO);
+    for (node, cell) in cells.iter_mut().enumerate().rev() {
+        let (kept, added) = exact.kept_and_added::<4>(time, upper_c);
+        let [[q, _], _] = upper;
+        let c = c_at(node);
+        let lower = ends(c, q * kept + added);
+        *cell = (cubic(lower[0], upper[0]), cubic(lower[1], upper[1]));
+        (upper_c, upper) = (c, lower);
+    }
+    cells
+}

@@ -1,0 +1,114 @@
+//! A method run in steps of one length, split at pulses.
+
+use super::scheme::Scheme;
+use super::{Arithmetic, Integrator};
+use crate::real::Real;
+use firmware::muscle::CalciumForceSpec;
+use firmware::units::Micros;
+
+/// When a pulse acts.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Pulses {
+    /// At its own microsecond, which parts its step in two.
+    Split,
+    /// At the beginning of its step, as programs do that know only steps.
+    Snapped,
+}
+
+/// Steps that begin at multiples of one length. Reading between two of them
+/// parts a step too (with [`Pulses::Snapped`] it reads the last one's end).
+#[derive(Clone, Copy, Debug)]
+pub struct Stepped<S: Scheme> {
+    scheme: S,
+    whole: S::Factors,
+    step_us: u32,
+    pulses: Pulses,
+    state: S::State,
+    at: Micros,
+    /// How much of the present step is over: below `step_us`.
+    over_us: u32,
+}
+
+impl<S: Scheme> Stepped<S> {
+    /// A muscle at rest at time 0, in steps of `step_us`, 1 or more.
+    #[must_use]
+    pub fn new(spec: &CalciumForceSpec, step_us: u32, pulses: Pulses) -> Self {
+        let scheme = S::new(spec, step_us);
+        Self {
+            whole: scheme.factors(step_us),
+            state: scheme.rest(),
+            scheme,
+            step_us,
+            pulses,
+            at: Micros(0),
+            over_us: 0,
+        }
+    }
+
+    /// Where the muscle is.
+    pub fn state(&self) -> &S::State {
+        &self.state
+    }
+
+    /// Any time: what is left of a step, whole steps, part of one.
+    #[inline(never)]
+    fn advance_any(&mut self, to: Micros) {
+        let mut left_us = to.elapsed_since(self.at);
+        if self.over_us > 0 && left_us > 0 {
+            let us = left_us.min(self.step_us.wrapping_sub(self.over_us));
+            self.part(us);
+            left_us = left_us.wrapping_sub(us);
+        }
+        while left_us >= self.step_us {
+            self.scheme.step(&self.whole, &mut self.state);
+            left_us = left_us.wrapping_sub(self.step_us);
+        }
+        if left_us > 0 && self.pulses == Pulses::Split {
+            self.part(left_us);
+            left_us = 0;
+        }
+        // What a snapped run has not stepped over stays ahead of it.
+        if to.has_reached(self.at) {
+            self.at = to.minus(left_us);
+        }
+    }
+
+    /// A part of a step; the parts of one add up to it.
+    #[inline(never)]
+    fn part(&mut self, us: u32) {
+        self.scheme.step(&self.scheme.factors(us), &mut self.state);
+        self.over_us = self.over_us.wrapping_add(us);
+        if self.over_us >= self.step_us {
+            self.over_us = 0;
+        }
+    }
+}
+
+impl<S: Scheme> Integrator for Stepped<S> {
+    fn pulse(&mut self, at: Micros) {
+        self.advance_any(at);
+        self.scheme.pulse(&mut self.state);
+    }
+
+    fn advance(&mut self, to: Micros) {
+        // One whole step, the rule, without a detour.
+        if self.over_us == 0 && to.since(self.at) == self.step_us.cast_signed() {
+            self.at = to;
+            self.scheme.step(&self.whole, &mut self.state);
+        } else {
+            self.advance_any(to);
+        }
+    }
+
+    fn calcium(&self) -> f64 {
+        self.scheme.calcium(&self.state).to_f64()
+    }
+
+    fn force_n(&self) -> f64 {
+        self.scheme.force(&self.state).to_f64()
+    }
+
+    fn force_word(&self) -> u32 {
+        self.scheme.force(&self.state).word()
+    }
+}

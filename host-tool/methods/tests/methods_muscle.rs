@@ -1,0 +1,121 @@
+//! The muscle model's integrators: orders of convergence, reading without
+//! side effects, rest at the end.
+//!
+//! How wrong each is against an independent solution: tests/tests/accuracy.rs.
+
+use firmware::muscle::CalciumForceSpec;
+use firmware::units::Micros;
+use methods::muscle::{Integrator, Method, Number, Setting};
+
+/// K05 of Lee 2020, table 4: the fastest muscle, the smallest K.
+const K05: CalciumForceSpec = CalciumForceSpec {
+    a_mn_per_s: 130_800,
+    k_micro: 12_000,
+    tau_c_us: 11_500,
+    tau1_us: 5_000,
+    tau2_us: 124_100,
+};
+
+/// No two the same distance from a step's beginning.
+const PULSES_US: [u32; 12] = [
+    3_137, 26_411, 55_873, 80_009, 104_999, 133_500, 150_001, 181_234, 181_999, 205_050, 231_777,
+    256_123,
+];
+
+fn setting(method: Method, step_us: u32) -> Setting {
+    Setting {
+        method,
+        number: Number::F64,
+        step_us,
+    }
+}
+
+/// The force at 320 ms, N, read every `output_us` until then.
+fn run(muscle: &mut dyn Integrator, output_us: u32) -> f64 {
+    let mut pulses = PULSES_US.into_iter().peekable();
+    for at in (output_us..=320_000).step_by(output_us as usize) {
+        while let Some(pulse) = pulses.next_if(|us| *us <= at) {
+            muscle.pulse(Micros(pulse));
+        }
+        muscle.advance(Micros(at));
+        let _ = (muscle.force_n(), muscle.calcium());
+    }
+    muscle.force_n()
+}
+
+fn force(setting: Setting, output_us: u32) -> f64 {
+    setting.with(&K05, |muscle| run(muscle, output_us)).unwrap()
+}
+
+/// Four nodes over at most 10 ms: 6e-9 % of peak.
+fn exact() -> f64 {
+    force(setting(Method::EventDriven4, 10_000), 320_000)
+}
+
+#[test]
+fn halving_the_step_divides_the_error_by_two_to_the_order() {
+    for (method, order) in [
+        (Method::Euler, 1),
+        (Method::Heun, 2),
+        (Method::RungeKutta4, 4),
+        (Method::Etd1, 1),
+        (Method::EtdMidpoint, 2),
+        (Method::GaussExponential, 4),
+    ] {
+        let error = |us| (force(setting(method, us), 320_000) - exact()).abs();
+        let ratio = error(1000) / error(500);
+        let found = ratio.log2();
+        println!("{}: order {found:.2}", method.name());
+        assert!(
+            (found - f64::from(order)).abs() < 0.25,
+            "{} {found}",
+            method.name()
+        );
+    }
+}
+
+#[test]
+fn event_driven_methods_may_be_read_at_any_time() {
+    for (method, step_us) in [
+        (Method::EventDriven3, Setting::WHOLE_US),
+        (Method::LogFlow, Setting::WHOLE_US),
+    ] {
+        let [often, once] = [1000, 320_000].map(|us| force(setting(method, step_us), us));
+        assert!(
+            (often - once).abs() < 1e-9 * once,
+            "{} {often} {once}",
+            method.name()
+        );
+    }
+}
+
+/// Ten seconds later, in floating point, whether read often or rarely. (What
+/// fixed point leaves depends on word length and rounding; `flexor chart
+/// stability` maps it.)
+#[test]
+fn a_muscle_without_pulses_comes_to_rest() {
+    let is_floating = |n| matches!(n, Number::F64 | Number::F32 | Number::Micromath);
+    let coarse = Setting::all(1000).filter(|s| s.step_us >= 1000);
+    for setting in coarse.filter(|s| is_floating(s.number)) {
+        let left = |output_us: usize| {
+            let run = |muscle: &mut dyn Integrator| {
+                run(muscle, 1000);
+                for at in (400_000..=10_400_000).step_by(output_us) {
+                    muscle.advance(Micros(at));
+                }
+                muscle.force_n().abs()
+            };
+            setting.with(&K05, run).unwrap()
+        };
+        for output_us in [1000, 100_000] {
+            let left = left(output_us);
+            assert!(left <= 1e-9, "{setting}: {left:e} N");
+        }
+    }
+}
+
+#[test]
+fn the_shipped_method_refuses_what_the_device_refuses() {
+    let spec = CalciumForceSpec { k_micro: 0, ..K05 };
+    assert!(Setting::SHIPPED.with(&spec, |_| ()).is_err());
+}
