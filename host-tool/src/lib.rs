@@ -1,24 +1,9 @@
-//! The flexor library on the PC: everything that `flexor` does.
+//! The `flexor` program.
 //!
-//! `session` reads what to do, `run` does it through `link`, `record` and
-//! `analysis` keep and judge it, `report` draws it; `selftest` measures the
-//! device itself, `bench` its algorithms and cycles; `accuracy`, `ladder` and
-//! `tracking` compare muscle models, their rungs and control laws, `stability`
-//! maps where methods fail; `experiments` are the papers' protocols; `cli` is the
-//! command line.
+//! `cli` is the command line, `live` its dashboard, `selftest` measures the
+//! device itself. Sessions, runs and records are in `host-core`, comparisons in
+//! `studies`.
 
-pub mod accuracy;
-pub mod analysis;
-pub mod bench;
 pub mod cli;
-pub mod experiments;
-pub mod ladder;
-pub mod link;
 pub mod live;
-pub mod record;
-pub mod report;
-pub mod run;
 pub mod selftest;
-pub mod session;
-pub mod stability;
-pub mod tracking;

@@ -1,7 +1,6 @@
 //! `flexor bench`: cycles of each algorithm, and who agrees on its results.
 
 use super::{Output, interrupt};
-use crate::bench::{self, CoreMark, OnChip, PUBLISHED, Row, Speed, coremark};
 use anyhow::{Context, ensure};
 use clap::Args;
 use hal_sim::chip::alone::Wait;
@@ -9,6 +8,8 @@ use hal_sim::chip::soc::flash::Prefetched;
 use serde_json::{Value, json};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
+use studies::bench::{self, CoreMark, OnChip, PUBLISHED, Row, Speed, coremark};
+use studies::figures::cycles_picture;
 
 /// Measure every algorithm on the chip simulator; compare host, QEMU and chip.
 #[derive(Args, Debug)]
@@ -33,7 +34,7 @@ pub fn main(args: &Bench, output: Output) -> anyhow::Result<()> {
     bar.finish();
     let (found, yardstick) = yardstick?;
     write(args.csv.as_deref(), || found.chip.csv())?;
-    write(args.svg.as_deref(), || found.chip.svg())?;
+    write(args.svg.as_deref(), || cycles_picture(&found.chip))?;
     let differing = found.differing();
     output.say(
         || table(&found, &differing, &yardstick).trim_end().to_owned(),

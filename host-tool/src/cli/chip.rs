@@ -1,11 +1,11 @@
 //! Options of commands that can run on the chip simulator.
 
 use super::WrongUse;
-use crate::link::Port;
-use crate::run::{ChipOptions, DeviceName, on_chip};
-use crate::session::Session;
 use clap::{Args, ValueEnum};
 use hal_sim::chip::soc::flash;
+use host_core::link::Port;
+use host_core::run::{ChipOptions, DeviceName, on_chip};
+use host_core::session::Session;
 use std::path::{Path, PathBuf};
 
 /// How RM0090 is read about lines that were prefetched, then used.

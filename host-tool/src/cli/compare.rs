@@ -2,10 +2,10 @@
 
 use super::out::OutArgs;
 use super::{Output, WrongUse};
-use crate::record::{Run, load};
-use crate::report::{self, Compared};
 use anyhow::Context;
 use clap::Args;
+use host_core::record::{Run, load};
+use host_core::report::{self, Compared};
 use std::path::{Path, PathBuf};
 
 /// Set several records side by side: a table here, pictures on a page.

@@ -2,18 +2,20 @@
 
 use super::out::OutArgs;
 use super::{Bar, Output, interrupt};
-use crate::analysis::metrics;
-use crate::link::{Interruption, Port};
-use crate::record::{Assumption, Ending, PaperRow, Plan, Role, Run, Trial, write_run};
-use crate::report::{self, Report};
-use crate::run::{
-    DeviceName, Recorded, RunError, SessionFile, TrialPlace, edges_of_one_period, heeding, run,
-};
-use crate::session::LawName;
 use anyhow::Context;
 use clap::Args;
 use hal_sim::body::finger::TWO_POINT_FACTOR;
 use hal_sim::world::World;
+use host_core::analysis::metrics_but_lag;
+use host_core::link::{Interruption, Port};
+use host_core::record::{Assumption, Ending, PaperRow, Plan, Role, Run, Trial, write_run};
+use host_core::report::{self, Report};
+use host_core::run::{
+    DeviceName, Recorded, RunError, SessionFile, TrialPlace, edges_of_one_period, interruptible,
+    run,
+};
+use host_core::session::LawName;
+use rayon::prelude::*;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -118,7 +120,7 @@ pub fn main(args: &Demo, output: Output) -> anyhow::Result<()> {
 /// A trial with the wall time it took, s.
 type Timed = (Trial, f64);
 
-/// Every trial, and what cut them short. Two run side by side.
+/// Every trial, and what cut them short. One runs on each core.
 fn all_trials(
     dir: &Path,
     seed: u64,
@@ -131,17 +133,12 @@ fn all_trials(
         .enumerate()
         .collect();
     let mut results = Vec::new();
-    for pair in jobs.chunks(2) {
-        let done: Vec<_> = std::thread::scope(|scope| {
-            let threads: Vec<_> = pair
-                .iter()
-                .map(|job| scope.spawn(|| one_trial(*job, dir, seed, interruption)))
-                .collect();
-            threads.into_iter().map(|thread| thread.join()).collect()
-        });
+    for some in jobs.chunks(rayon::current_num_threads()) {
+        let run = |job: &Job| one_trial(*job, dir, seed, interruption);
+        let done: Vec<_> = some.par_iter().map(run).collect();
         let mut error = None;
         for result in done {
-            let recorded = result.map_err(|_| anyhow::anyhow!("a trial panicked"))??;
+            let recorded = result?;
             results.push((recorded.trial, recorded.took.as_secs_f64()));
             error = error.or(recorded.error);
         }
@@ -174,9 +171,9 @@ fn one_trial(
         position,
         name: &format!("{name}, {law_name}"),
     };
-    let watch = heeding(interruption, |_| ());
+    let watch = interruptible(interruption, |_| ());
     let device = (&DeviceName::Native, seed);
-    Ok(crate::run::record(
+    Ok(host_core::run::record(
         place, &session, device, 20_000_000, watch,
     )?)
 }
@@ -308,7 +305,7 @@ fn assumptions(record: &Run) -> Vec<Assumption> {
             .to_owned()),
     ];
     for trial in &record.trials {
-        if let Some(m) = metrics(trial) {
+        if let Some(m) = metrics_but_lag(trial) {
             all.push(Assumption {
                 role: Role::CameOut,
                 text: format!(
@@ -329,7 +326,7 @@ fn rows(record: &Run) -> impl Iterator<Item = (String, f64, f64, f64)> + '_ {
         .iter()
         .zip(paper_rows(record))
         .filter_map(|(trial, paper)| {
-            let m = metrics(trial)?;
+            let m = metrics_but_lag(trial)?;
             let mean = paper.mean()?;
             Some((
                 trial.name.clone(),

@@ -1,9 +1,9 @@
 //! `flexor edges`: every edge of a session's pulses.
 
 use super::{Output, WrongUse};
-use crate::run::{DeviceName, SessionFile, edges_between, run};
 use anyhow::{Context, bail};
 use clap::Args;
+use host_core::run::{DeviceName, SessionFile, edges_between, run};
 use std::path::PathBuf;
 
 /// Write every edge of a session: t_us,channel,state,dac_code.
@@ -55,7 +55,7 @@ pub fn main(args: &Edges, output: Output) -> anyhow::Result<()> {
     let edges = edges_between(&world.recorder.trace, epoch, epoch + length_us);
     let file = std::fs::File::create(&args.csv)
         .with_context(|| format!("cannot write {}", args.csv.display()))?;
-    crate::record::write_edges(&mut std::io::BufWriter::new(file), &edges)?;
+    host_core::record::write_edges(&mut std::io::BufWriter::new(file), &edges)?;
     output.say(
         || {
             format!(

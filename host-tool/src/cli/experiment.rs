@@ -2,14 +2,14 @@
 
 use super::out::OutArgs;
 use super::{Bar, Output, WrongUse, interrupt};
-use crate::analysis::Hit;
-use crate::experiments::harris_wall::{self, SPEEDS_DEG_PER_S, Shares, hit_at};
-use crate::link::Interruption;
-use crate::record::{Assumption, Ending, Plan, Role, Run, Trial, write_run};
-use crate::report::{self, Report};
-use crate::run::{DeviceName, RunError, TrialPlace, heeding, record};
 use clap::{Args, Subcommand};
+use host_core::analysis::Hit;
+use host_core::link::Interruption;
+use host_core::record::{Assumption, Ending, Plan, Role, Run, Trial, write_run};
+use host_core::report::{self, Report};
+use host_core::run::{DeviceName, RunError, TrialPlace, interruptible, record};
 use std::path::Path;
+use studies::experiments::harris_wall::{self, SPEEDS_DEG_PER_S, Shares, hit_at};
 
 /// Run a paper's protocol
 #[derive(Subcommand, Debug)]
@@ -123,7 +123,7 @@ fn scenarios(
             name,
         };
         let half_us = file.session.duration_us / 2;
-        let watch = heeding(interruption, |_| ());
+        let watch = interruptible(interruption, |_| ());
         let recorded = record(place, file, (&args.device, args.seed), half_us, watch)?;
         trials.push(recorded.trial);
         if recorded.error.is_some() {

@@ -1,16 +1,16 @@
 //! `flexor explain-model`: which muscle model each channel gets, and why.
 
 use super::{Output, WrongUse};
-use crate::ladder::table::RUNG_NAMES;
-use crate::session::scene::Needs;
-use crate::session::{Channel, Model, Session};
 use anyhow::{bail, ensure};
 use clap::Args;
 use firmware::muscle::Rung;
-use firmware::muscle::choice::{Cycles, Scene, Share, cycles, expected_change, expected_error};
+use host_core::choice::{Cycles, Scene, Share, cycles, expected_change, expected_error};
+use host_core::session::scene::Needs;
+use host_core::session::{Channel, Model, Session};
 use serde_json::{Value, json};
 use std::fmt::Write;
 use std::path::PathBuf;
+use studies::ladder::table::RUNG_NAMES;
 
 /// Tell which muscle model each channel of a session gets, and why.
 #[derive(Args, Debug)]

@@ -1,10 +1,10 @@
 //! SIGINT, SIGTERM and SIGHUP: the first ends in order, the second at once.
 
-use crate::link::{Interruption, Signal};
-use crate::record::{Ending, Run, write_header};
-use crate::report::{self, Report};
-use crate::run::RunError;
 use anyhow::Context;
+use host_core::link::{Interruption, Signal};
+use host_core::record::{Ending, Run, write_header};
+use host_core::report::{self, Report};
+use host_core::run::RunError;
 use signal_hook::flag;
 use std::path::Path;
 use std::sync::Arc;

@@ -2,6 +2,7 @@
 
 mod bench;
 mod chart;
+mod check;
 mod chip;
 mod compare;
 mod demo;
@@ -11,6 +12,7 @@ mod explain_model;
 mod interrupt;
 mod monitor;
 mod muscle;
+mod new;
 mod out;
 mod perform;
 mod profile;
@@ -47,6 +49,7 @@ enum Command {
     Bench(bench::Bench),
     #[command(subcommand)]
     Chart(chart::Chart),
+    Check(check::Check),
     Demo(demo::Demo),
     Run(run::RunArgs),
     Rerun(rerun::Rerun),
@@ -59,6 +62,7 @@ enum Command {
     Experiment(experiment::Experiment),
     Monitor(monitor::Monitor),
     Muscle(muscle::Muscle),
+    New(new::New),
     Profile(profile::ProfileArgs),
     Selftest(selftest::Selftest),
 }
@@ -134,6 +138,7 @@ pub fn main() -> ExitCode {
     let result = match &cli.command {
         Command::Bench(args) => bench::main(args, output),
         Command::Chart(chart) => chart::main(chart, output),
+        Command::Check(args) => check::main(args, output),
         Command::Demo(args) => demo::main(args, output),
         Command::Run(args) => run::main(args, output),
         Command::Rerun(args) => rerun::main(args, output),
@@ -145,6 +150,7 @@ pub fn main() -> ExitCode {
         Command::Experiment(experiment) => experiment::main(experiment, output),
         Command::Monitor(args) => monitor::main(args, output),
         Command::Muscle(args) => muscle::main(args, output),
+        Command::New(args) => new::main(args, output),
         Command::Profile(args) => profile::main(args, output),
         Command::Selftest(args) => selftest::main(args, output),
     };
@@ -194,13 +200,13 @@ struct Incomplete {
 
 /// One JSON object: what is known, and `error`.
 fn failure(error: &anyhow::Error) -> serde_json::Value {
-    use crate::session::SessionError;
+    use host_core::session::SessionError;
     let mut object = match error.downcast_ref::<Incomplete>() {
         Some(incomplete) => incomplete.result.clone(),
         None => serde_json::json!({}),
     };
     object["error"] = match error.downcast_ref::<SessionError>() {
-        Some(file) => file.one_line().into(),
+        Some(file) => file.lines().into(),
         None => format!("{error:#}").into(),
     };
     object
@@ -208,7 +214,7 @@ fn failure(error: &anyhow::Error) -> serde_json::Value {
 
 /// A session file's error shows the line; everything else is one sentence.
 fn complain(error: &anyhow::Error) {
-    use crate::session::SessionError;
+    use host_core::session::SessionError;
     match error.downcast_ref::<SessionError>() {
         Some(file) => eprintln!("{:?}", miette::Report::new(file.clone())),
         None => eprintln!("error: {error:#}"),

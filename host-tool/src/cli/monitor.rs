@@ -1,11 +1,11 @@
 //! `flexor monitor`: a device or a running session, live on the terminal.
 
 use super::{Output, interrupt};
-use crate::link::Interruption;
 use crate::live::{Model, Order, Plan, Shared, json, line, lines, screen, work};
-use crate::run::{DeviceName, SessionFile};
 use clap::error::ErrorKind;
 use clap::{Args, CommandFactory};
+use host_core::link::Interruption;
+use host_core::run::{DeviceName, SessionFile};
 use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};

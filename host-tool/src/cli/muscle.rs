@@ -3,9 +3,8 @@
 use super::{Output, WrongUse};
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
-use firmware::muscle::{
-    CalciumForce, CalciumForceSpec, CalciumForceState, Gain, OutOfRange, Parameter,
-};
+use firmware::muscle::{CalciumForce, CalciumForceSpec, CalciumForceState, Gain};
+use firmware::range::OutOfRange;
 use firmware::units::Micros;
 use hal_sim::body::muscle::{Parameters, reference};
 use std::path::PathBuf;
@@ -163,7 +162,7 @@ impl Muscle {
             muscle.advance(&mut state, Micros(tick_us as u32));
             if tick_us % ROW_US == 0 {
                 let t_s = tick_us as f64 * 1e-6;
-                let force_n = muscle.force(&state).0.to_num();
+                let force_n = muscle.force(&state).get().to_num();
                 rows.push(Row {
                     t_s,
                     c: state.calcium().to_num(),
@@ -176,12 +175,12 @@ impl Muscle {
 
     /// The device's refusal in this command's words.
     fn refused(&self, e: &OutOfRange) -> anyhow::Error {
-        let (name, given, factor) = match e.parameter {
-            Parameter::A => ("--a-n-per-s", self.a_n_per_s, 1e3),
-            Parameter::K => ("--k", self.k, 1e6),
-            Parameter::TauC => ("--tau-c-ms", self.tau_c_ms, 1e3),
-            Parameter::Tau1 => ("--tau1-ms", self.tau1_ms, 1e3),
-            Parameter::Tau2 => ("--tau2-ms", self.tau2_ms, 1e3),
+        let (name, given, factor) = match e.field {
+            "a_mn_per_s" => ("--a-n-per-s", self.a_n_per_s, 1e3),
+            "k_micro" => ("--k", self.k, 1e6),
+            "tau_c_us" => ("--tau-c-ms", self.tau_c_ms, 1e3),
+            "tau1_us" => ("--tau1-ms", self.tau1_ms, 1e3),
+            "tau2_us" => ("--tau2-ms", self.tau2_ms, 1e3),
             // A calcium-force model has no others.
             _ => return anyhow::anyhow!("{e}"),
         };

@@ -1,7 +1,7 @@
 //! Options of commands that write a record.
 
-use crate::record::{Place, RecordError};
 use clap::Args;
+use host_core::record::{Place, RecordError};
 use std::path::{Path, PathBuf};
 
 /// Where records go of which nobody says where.

@@ -3,16 +3,18 @@
 
 use super::chip::ChipArgs;
 use super::{Incomplete, Output, interrupt};
-use crate::analysis::{ForceMetrics, GapMetrics, Hit, force_metrics, hits, metrics};
-use crate::link::Port;
-use crate::record::{Ending, Place, RecordError, Recorder, Run, sha256, write_header, write_run};
-use crate::report::{self, Report};
-use crate::run::{
-    DeviceName, SessionFile, acknowledge, begin_trial, edges_of_one_period, heeding, run,
-};
-use crate::session::Session;
 use anyhow::Context;
 use hal_sim::trace::Trace;
+use host_core::analysis::{ForceMetrics, GapMetrics, Hit, force_metrics, hits, metrics_but_lag};
+use host_core::link::Port;
+use host_core::record::{
+    Ending, Place, RecordError, Recorder, Run, sha256, write_header, write_run,
+};
+use host_core::report::{self, Report};
+use host_core::run::{
+    DeviceName, SessionFile, acknowledge, begin_trial, edges_of_one_period, interruptible, run,
+};
+use host_core::session::Session;
 use std::path::{Path, PathBuf};
 
 /// What is run, beside what the record says.
@@ -59,10 +61,13 @@ pub fn perform(
         .chip
         .open(order.device, &session.session, record.seed)?;
     let image = port.image().map(Path::to_owned);
+    // Read at once: it may lie in the record that is about to be replaced.
+    let mut own_image = None;
     if let Some(path) = &image {
         let bytes = std::fs::read(path);
         let bytes = bytes.with_context(|| format!("E576 cannot read {}", path.display()))?;
         record.image_sha256 = Some(sha256(&bytes));
+        own_image = order.chip.image().map(|_| bytes);
     }
     if let Some(note) = ignored_trigger(&session.session, &mut port) {
         eprintln!("note: {note}");
@@ -75,13 +80,13 @@ pub fn perform(
     let place = place(&record.title)?;
     let dir = place.dir();
     write_run(dir, &record)?;
-    if let Some(image) = order.chip.image() {
-        let copied = std::fs::copy(image, dir.join("image.elf"));
-        copied.with_context(|| format!("cannot copy {} into the record", image.display()))?;
+    if let Some(bytes) = own_image {
+        let path = dir.join("image.elf");
+        std::fs::write(&path, bytes).map_err(RecordError::io(&path))?;
     }
     let mut recorder = Recorder::create(dir, 0, &begin_trial(session))?;
     let bar = output.bar(&record.title);
-    let watch = heeding(&interruption, |part| bar.set(part));
+    let watch = interruptible(&interruption, |part| bar.set(part));
     let (mut outcome, port) = run(session, port, Some(&mut recorder), watch);
     bar.finish();
     let mut vcd = Ok(());
@@ -142,7 +147,7 @@ impl Performed {
     /// For machines.
     pub fn machines(&self) -> serde_json::Value {
         let trial = self.record.trials.last();
-        let rmse = trial.and_then(metrics).map(|m| m.rmse_deg);
+        let rmse = trial.and_then(metrics_but_lag).map(|m| m.rmse_deg);
         let silent = trial.and_then(|trial| trial.silent.clone());
         let pulses = trial.and_then(|trial| trial.pulses);
         serde_json::json!({
@@ -161,7 +166,7 @@ impl Performed {
         for trial in &self.record.trials {
             let silence = trial.silent.iter();
             lines.extend(silence.map(|why| format!("no pulse was played: {why}")));
-            if let Some(m) = metrics(trial) {
+            if let Some(m) = metrics_but_lag(trial) {
                 tracked = format!("RMSE {:.2}° ", m.rmse_deg);
             }
             lines.extend(hits(trial).iter().map(in_words));

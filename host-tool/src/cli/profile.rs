@@ -2,9 +2,9 @@
 
 use super::chip::Prefetched;
 use super::{Output, WrongUse, interrupt};
-use crate::run::{Profiled, SessionFile, chip_image, heeding, profile};
 use clap::Args;
 use hal_sim::chip::profile::{Owner, exception};
+use host_core::run::{Profiled, SessionFile, chip_image, interruptible, profile};
 use serde_json::{Value, json};
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -47,7 +47,7 @@ pub fn main(args: &ProfileArgs, output: Output) -> anyhow::Result<()> {
     let image = chip_image(args.image.as_deref())?;
     let bar = output.bar(&file.session.title);
     let interruption = interrupt::heed()?;
-    let watch = heeding(&interruption, |part| bar.set(part));
+    let watch = interruptible(&interruption, |part| bar.set(part));
     let profiled = profile(&file, &image, args.prefetched.into(), args.seed, watch);
     bar.finish();
     let profiled = profiled?;

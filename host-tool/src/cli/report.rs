@@ -1,9 +1,9 @@
 //! `flexor report`: the page of a record, made again.
 
 use super::Output;
-use crate::record::{Place, load};
-use crate::report::{self, Report};
 use clap::Args;
+use host_core::record::{Place, load};
+use host_core::report::{self, Report};
 use std::path::PathBuf;
 
 /// Make the page and the summary of a record again, also of an interrupted run.

@@ -6,14 +6,14 @@ use super::experiment::{self, Experiment};
 use super::out::OutArgs;
 use super::perform::{Order, Performed, perform};
 use super::{Incomplete, Output};
-use crate::record::{
+use anyhow::Context;
+use clap::Args;
+use host_core::record::{
     DeviceKind, Difference, Place, Plan, Program, RecordError, Run, compare_rows, load, sha256,
     trial_folder,
 };
-use crate::run::{DeviceName, SessionFile};
-use crate::session::LawName;
-use anyhow::Context;
-use clap::Args;
+use host_core::run::{DeviceName, SessionFile};
+use host_core::session::LawName;
 use std::path::{Path, PathBuf};
 
 /// Repeat a simulated run from its record, and compare what comes of it.

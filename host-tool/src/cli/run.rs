@@ -5,10 +5,11 @@ use super::chip::ChipArgs;
 use super::out::OutArgs;
 use super::perform::{Order, perform};
 use super::study::StudyArgs;
-use crate::record::{Plan, Run};
-use crate::run::{DeviceName, SessionFile};
-use crate::session::LawName;
 use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use host_core::record::{Plan, Run};
+use host_core::run::{DeviceName, SessionFile};
+use host_core::session::LawName;
 use std::path::PathBuf;
 
 /// Run a session on a device; record it and write a report.
@@ -28,7 +29,7 @@ pub struct RunArgs {
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Another control law than the file's
-    #[arg(long)]
+    #[arg(long, value_parser = law())]
     law: Option<LawName>,
     /// Also write what a simulated device put out, as VCD
     #[arg(long)]
@@ -74,4 +75,11 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
     };
     let performed = perform(&order, record, |title| args.out.place(title), output)?;
     performed.tell(output)
+}
+
+/// The control laws by the names of session files.
+fn law() -> impl TypedValueParser<Value = LawName> {
+    let names = LawName::ALL.map(|law| PossibleValue::new(law.name()).help(law.meaning()));
+    PossibleValuesParser::new(names)
+        .try_map(|name| LawName::named(&name).ok_or("no law of this name"))
 }

@@ -2,9 +2,9 @@
 
 use super::chip::Prefetched;
 use super::{Output, WrongUse, interrupt};
-use crate::run::{DeviceName, chip_image};
 use crate::selftest::{Distribution, Latency, Path, Subject, latency, silence, soak};
 use clap::Args;
+use host_core::run::{DeviceName, chip_image};
 use serde_json::{Value, json};
 use std::fmt::Write;
 use std::path::PathBuf;

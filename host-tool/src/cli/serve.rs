@@ -2,13 +2,13 @@
 
 use super::chip::ChipArgs;
 use super::{Output, WrongUse, interrupt};
-use crate::link::Port;
-use crate::run::{DeviceName, SessionFile};
 use anyhow::{Context, bail};
 use clap::{ArgGroup, Args};
 use firmware::link::{Code, Refusal, Response, encode};
 use hal_sim::wire::{ByteStream, pty::PtyWire, tcp::TcpWire};
 use hal_sim::world::World;
+use host_core::link::Port;
+use host_core::run::{DeviceName, SessionFile};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 

@@ -2,9 +2,8 @@
 //! `[study]`.
 
 use super::WrongUse;
-use crate::record::{Electrode, Study};
-use crate::session::LONGEST_TEXT;
 use clap::Args;
+use host_core::session::{Electrode, LONGEST_TEXT, Study};
 
 /// What a publication must tell.
 #[derive(Args, Debug, Default)]

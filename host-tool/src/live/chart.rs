@@ -1,7 +1,7 @@
 //! Wanted and measured angle over the last seconds.
 
 use super::Model;
-use crate::record::Sample;
+use host_core::record::Sample;
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::{Color, Style, Stylize};

@@ -1,8 +1,8 @@
 //! The model in one line, for pipes: words or JSON.
 
 use super::model::Model;
-use crate::record::Sample;
 use firmware::safety::State;
+use host_core::record::Sample;
 use serde_json::{Value, json as object};
 use std::fmt::Write;
 

@@ -1,9 +1,9 @@
 //! What is known of the device at this moment.
 
-use crate::record::{DeviceKind, Sample};
-use crate::run::{Seen, SessionFile, device_kind, event};
 use firmware::link::{Counters, Event, HelloInfo, Status};
 use firmware::safety::{FaultRecord, State};
+use host_core::record::{DeviceKind, Sample};
+use host_core::run::{Seen, SessionFile, device_kind, event};
 use std::collections::VecDeque;
 
 /// Telemetry kept for the chart, s.
@@ -193,6 +193,7 @@ impl Model {
         match seen {
             Event::Stopping(_) => self.state = State::Stopping,
             Event::Stopped(_) | Event::Recovered => self.state = State::Idle,
+            Event::Electrode { .. } => {}
             Event::Faulted(record) => {
                 self.state = State::Fault;
                 self.fault = Some(*record);

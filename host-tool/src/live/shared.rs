@@ -1,8 +1,8 @@
 //! What the thread at the device and the thread at the terminal share.
 
 use super::{Model, Order};
-use crate::link::Interruption;
-use crate::run::{Observer, Seen, Wish};
+use host_core::link::Interruption;
+use host_core::run::{Observer, Seen, Wish};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};

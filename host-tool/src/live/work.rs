@@ -1,12 +1,12 @@
 //! The thread that talks to the device.
 
 use super::{Shared, Watch};
-use crate::link::{Client, Error, Incoming, Paced, Port, SerialPort, TcpPort};
-use crate::run::{DeviceName, Observer, RunError, Seen, SessionFile, Wish, run, sample};
-use crate::session::Session;
 use firmware::link::Request;
 use firmware::safety::State;
 use firmware::units::Micros;
+use host_core::link::{Client, Error, Incoming, Paced, Port, SerialPort, TcpPort};
+use host_core::run::{DeviceName, Observer, RunError, Seen, SessionFile, Wish, run, sample};
+use host_core::session::Session;
 
 /// Telemetry period while nothing runs, ms.
 const TELEMETRY_MS: u16 = 20;

@@ -1,16 +1,17 @@
 //! From the last byte of a setpoint to the earliest slot it can change.
 
+use super::channel;
 use super::subject::{Opened, Subject};
-use super::{Random, channel};
-use crate::link::{Client, Error, Incoming, SimulatedPort};
-use crate::run::OpenError;
 use firmware::control::{HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
 use firmware::link::Request;
 use firmware::pulse::{CHANNELS, WINDOW_US};
 use firmware::safety::WearerSpec;
 use firmware::units::Amplitude;
 use hal_sim::body::Still;
+use hal_sim::random::Random;
 use hal_sim::trace::State;
+use host_core::link::{Client, Error, Incoming, SimulatedPort};
+use host_core::run::OpenError;
 
 /// Which way a setpoint takes through the device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -136,7 +137,7 @@ pub fn latency(
     arrivals: u32,
     seed: u64,
 ) -> Result<Latency, OpenError> {
-    let mut random = Random(seed);
+    let mut random = Random::new(seed);
     let mut deadlines = Deadlines::default();
     let mut sent = Vec::new();
     let mut unseen = 0;

@@ -1,10 +1,10 @@
 //! How long after its last word a silent host's outputs are still driven.
 
 use super::{channel, idle_until, open};
-use crate::link::Error;
 use firmware::safety::WearerSpec;
 use firmware::units::Amplitude;
 use hal_sim::wire::faults::Faults;
+use host_core::link::Error;
 
 /// What was found for one timeout, µs.
 #[derive(Clone, Copy, Debug)]

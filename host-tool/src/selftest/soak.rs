@@ -1,12 +1,13 @@
 //! A long session over a bad wire: nothing unasked for, nothing uncounted.
 
-use super::{Random, channel, open};
-use crate::link::{Error, Incoming};
-use firmware::link::Request;
+use super::{channel, open};
+use firmware::link::{Event, Request};
 use firmware::safety::WearerSpec;
 use firmware::units::{Amplitude, Micros};
+use hal_sim::random::Random;
 use hal_sim::trace::{State, Trace};
 use hal_sim::wire::faults::{Counts, Faults, FaultyLine};
+use host_core::link::{Error, Incoming};
 use std::collections::HashMap;
 
 /// Setpoints come at 90 Hz.
@@ -56,7 +57,7 @@ impl Soak {
 /// # Errors
 /// The simulated device refused something that did not get lost.
 pub fn soak(seconds: u64, seed: u64, mut progress: impl FnMut(f64)) -> Result<Soak, Error> {
-    let mut random = Random(seed);
+    let mut random = Random::new(seed);
     let mut client = open(Faults::default(), seed)?;
     client.wearer(WearerSpec {
         rise_ms: 10,
@@ -106,6 +107,7 @@ pub fn soak(seconds: u64, seed: u64, mut progress: impl FnMut(f64)) -> Result<So
                     let at = unwrap(at, client.port().world.now_us());
                     accepted.extend(asked.remove(&seq).map(|values| (at, values)));
                 }
+                Incoming::Event(_, Event::Electrode { .. }) => {}
                 Incoming::Event(..) => soak.stops += 1,
                 Incoming::Telemetry(_) | Incoming::Status(_) | Incoming::Refused(..) => {}
             }

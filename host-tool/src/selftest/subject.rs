@@ -1,9 +1,7 @@
 //! What is measured, and a client of it.
 
 use super::{BOOT, open_with};
-use crate::link::{Client, SimulatedPort};
-use crate::run::{ChipError, OpenError};
-use firmware::device::lockstep::Sensors;
+use firmware::lockstep::Sensors;
 use firmware::units::Micros;
 use hal_sim::body::{Body, Drive};
 use hal_sim::chip::Cycle;
@@ -11,8 +9,11 @@ use hal_sim::chip::board::{Board, CYCLES_PER_US};
 use hal_sim::chip::image::Image;
 use hal_sim::chip::soc::Pace;
 use hal_sim::chip::soc::flash::Prefetched;
+use hal_sim::lockstep::Output;
 use hal_sim::wire::faults::Faults;
-use hal_sim::world::{Output, World};
+use hal_sim::world::World;
+use host_core::link::{Client, SimulatedPort};
+use host_core::run::{ChipError, OpenError};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// What is measured.
@@ -78,7 +79,7 @@ fn boot(board: &mut Board, plugged: Cycle) -> Result<(), hal_sim::chip::board::B
     board.run_to(plugged)?;
     let (around, at) = (&mut board.around, board.cpu.cycle);
     around.host.plug(at, &mut around.soc.otg);
-    around.soc.touch();
+    around.soc.reschedule();
     board.boot(&Sensors::default())
 }
 

@@ -1,16 +1,16 @@
 //! `flexor chart accuracy`: muscle integrators, error against cycles.
 
-use crate::accuracy::study::{self, Found};
-use crate::accuracy::{Chart, Point, WANTED_PCT, cases, digits, measure};
 use crate::cli::Output;
-use crate::report::accuracy_picture;
 use anyhow::{Context, ensure};
 use clap::Args;
-use firmware::bench::OUTPUTS_US;
-use firmware::methods::muscle::Setting;
+use methods::bench::OUTPUTS_US;
+use methods::muscle::Setting;
 use serde_json::{Value, json};
 use std::fmt::Write;
 use std::path::PathBuf;
+use studies::accuracy::study::{self, Found};
+use studies::accuracy::{Chart, Point, WANTED_PCT, cases, digits, measure};
+use studies::figures::accuracy_picture;
 
 /// Chart the muscle model's integrators: error against cycles
 #[derive(Args, Debug)]

@@ -1,19 +1,19 @@
 //! `flexor chart control`: control laws on random plants, error against cycles.
 
 use crate::cli::{Output, WrongUse};
-use crate::report::control_picture;
-use crate::tracking::campaign::{Campaign, Plan};
-use crate::tracking::candidate::Equipment;
-use crate::tracking::contender::Contender;
-use crate::tracking::cost::Cost;
-use crate::tracking::gains;
-use crate::tracking::search::{TRAINING_SEED, Training};
-use crate::tracking::table;
-use crate::tracking::target::Course;
 use anyhow::{Context, ensure};
 use clap::{Args, ValueEnum};
-use firmware::methods::control::Form;
+use methods::control::Form;
 use std::path::{Path, PathBuf};
+use studies::figures::control_picture;
+use studies::tracking::campaign::{Campaign, Plan};
+use studies::tracking::candidate::Equipment;
+use studies::tracking::contender::Contender;
+use studies::tracking::cost::Cost;
+use studies::tracking::gains;
+use studies::tracking::search::{TRAINING_SEED, Training};
+use studies::tracking::table;
+use studies::tracking::target::Course;
 
 /// The most plants: each is a few kilobytes and a second of computing.
 const MOST_PLANTS: u64 = 100_000;

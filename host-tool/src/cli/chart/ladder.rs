@@ -1,16 +1,17 @@
 //! `flexor chart ladder`: each rung of the muscle ladder per kind of scene.
 
 use crate::cli::{Output, WrongUse};
-use crate::ladder::adequacy::{self, Summary, Verdict};
-use crate::ladder::table::{self, RUNG_NAMES};
-use crate::ladder::{self, motion, picture, source};
 use anyhow::Context;
 use clap::Args;
 use firmware::muscle::Rung;
-use firmware::muscle::choice::Share;
-use firmware::muscle::choice::grid::STEPS_MS;
+use host_core::choice::Share;
+use host_core::choice::grid::STEPS_MS;
 use serde_json::json;
 use std::path::{Path, PathBuf};
+use studies::figures::ladder_picture;
+use studies::ladder::adequacy::{self, Summary, Verdict};
+use studies::ladder::table::{self, RUNG_NAMES};
+use studies::ladder::{self, motion, source};
 
 /// Measure the rungs of the muscle ladder per kind of scene
 #[derive(Args, Debug)]
@@ -41,7 +42,7 @@ const TOLERANCES: [Share; 3] = [Share::JUST_NOTICEABLE, Share(300), Share(3_000)
 /// The verdicts, from the workspace.
 const HELD_OUT: &str = "docs/charts/ladder_held_out.csv";
 /// The firmware's tables, from the workspace.
-const FIRMWARE: &str = "firmware/src/muscle/choice/measured";
+const FIRMWARE: &str = "host-tool/core/src/choice/measured";
 
 /// Runs the command.
 ///
@@ -71,7 +72,7 @@ pub fn main(args: &Ladder, output: Output) -> anyhow::Result<()> {
         is_stale |= std::fs::read_to_string(&file).is_ok_and(|before| before != text);
         write(&file, &text)?;
     }
-    write(&place("docs/charts/ladder.svg"), &picture::picture(&rows))?;
+    write(&place("docs/charts/ladder.svg"), &ladder_picture(&rows))?;
     if args.no_judging {
         return output.say(
             || format!("{} measurements in docs/charts/ladder.csv", rows.len()),

@@ -1,12 +1,12 @@
 //! `flexor chart stability`: where each method fails, and where theory says so.
 
 use crate::cli::{Output, WrongUse};
-use crate::report::map_picture;
-use crate::stability::{Entry, MAPS, Map, SEED};
 use anyhow::{Context, ensure};
 use clap::Args;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
+use studies::figures::map_picture;
+use studies::stability::{Entry, MAPS, Map, SEED};
 
 /// Map where each method fails, beside where theory says so
 #[derive(Args, Debug)]
@@ -93,7 +93,7 @@ fn people(maps: &[Map], out: &Path) -> String {
 fn machines(maps: &[Map]) -> Value {
     let one = |map: &Map| {
         let found = map.agreement();
-        let panel = |p: &crate::stability::Panel| {
+        let panel = |p: &studies::stability::Panel| {
             let rows: Vec<Vec<Option<f64>>> = (p.rows.iter())
                 .map(|row| {
                     row.iter()

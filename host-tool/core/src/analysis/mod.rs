@@ -1,0 +1,196 @@
+//! Numbers computed from a recorded trial: how well did the joint follow?
+//!
+//! Not here: the data (`record`), its pictures (`report`), fits (`identify`).
+//! In: a [`Trial`]. Out: [`Metrics`] of a joint, [`ForceMetrics`], or the [`Hit`]s of a
+//! virtual wall. Every sample counts alike, as in the papers, so samples are expected at
+//! a steady rate.
+
+mod contact;
+mod force;
+mod lag;
+
+pub use contact::{Hit, hits};
+pub use force::{ForceMetrics, GapMetrics, force_metrics};
+pub use lag::lag_s;
+
+use crate::record::{Sample, Trial};
+use serde::{Deserialize, Serialize};
+
+/// How well a trial followed its target within the measured window.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+pub struct Metrics {
+    /// First moment judged, s.
+    pub from_s: f64,
+    /// Last moment judged, s.
+    pub to_s: f64,
+    /// Samples judged: those with a target and a measured angle.
+    pub samples: usize,
+    /// Root mean square of measured − target, degrees.
+    pub rmse_deg: f64,
+    /// The same with the simulated body's true angle; `None` if any sample lacks it.
+    pub rmse_true_deg: Option<f64>,
+    /// Largest |measured − target|, degrees.
+    pub max_abs_deg: f64,
+    /// Mean of |measured − target|, degrees.
+    pub mean_abs_deg: f64,
+    /// Share of samples in which an amplitude was clamped, 0–1.
+    pub limiting_share: f64,
+    /// How far the measured angle trails the target, s ([`lag_s`]).
+    pub lag_s: Option<f64>,
+}
+
+/// A sample that can be judged.
+struct Judged {
+    t_s: f64,
+    target: f64,
+    measured: f64,
+    truth: Option<f64>,
+    limiting: bool,
+}
+
+/// Metrics of a trial over its `measure` window, both ends included, or over
+/// all of it. `None` when no sample lies in the window, and without a joint:
+/// nothing then follows the target.
+pub fn metrics(trial: &Trial) -> Option<Metrics> {
+    judge(trial, true)
+}
+
+/// The same but for the lag, whose search costs more than all else: `None`.
+pub fn metrics_but_lag(trial: &Trial) -> Option<Metrics> {
+    judge(trial, false)
+}
+
+fn judge(trial: &Trial, searches_lag: bool) -> Option<Metrics> {
+    if !trial.joint {
+        return None;
+    }
+    let (from_s, to_s) = window(trial)?;
+    let inside = |sample: &&Sample| (from_s..=to_s).contains(&sample.t_s);
+    // Only what has both angles can be judged.
+    let both = |s: &Sample| {
+        Some(Judged {
+            t_s: s.t_s,
+            target: s.target_deg?,
+            measured: s.measured_deg?,
+            truth: s.true_deg,
+            limiting: s.limiting,
+        })
+    };
+    let samples = trial.samples.iter().filter(inside).filter_map(both);
+    let samples: Vec<Judged> = samples.collect();
+    if samples.is_empty() {
+        return None;
+    }
+    let errors = |angle: fn(&Judged) -> Option<f64>| -> Option<Vec<f64>> {
+        let error = |s: &Judged| angle(s).map(|angle| angle - s.target);
+        samples.iter().map(error).collect()
+    };
+    let measured = errors(|s| Some(s.measured))?;
+    let absolute: Vec<f64> = measured.iter().map(|error| error.abs()).collect();
+    let limiting: Vec<f64> = samples.iter().map(|s| f64::from(s.limiting)).collect();
+    let column = |f: fn(&Judged) -> f64| samples.iter().map(f).collect::<Vec<f64>>();
+    let search = || {
+        let (target, measured) = (column(|s| s.target), column(|s| s.measured));
+        lag_s(&column(|s| s.t_s), &target, &measured)
+    };
+    Some(Metrics {
+        from_s,
+        to_s,
+        samples: samples.len(),
+        rmse_deg: root_mean_square(&measured),
+        rmse_true_deg: errors(|s| s.truth).map(|errors| root_mean_square(&errors)),
+        max_abs_deg: absolute.iter().copied().fold(0.0, f64::max),
+        mean_abs_deg: mean(&absolute),
+        limiting_share: mean(&limiting),
+        lag_s: searches_lag.then(search).flatten(),
+    })
+}
+
+/// The measured window, or first to last sample.
+fn window(trial: &Trial) -> Option<(f64, f64)> {
+    let last_s = trial.samples.last()?.t_s;
+    match trial.measure {
+        Some((from_s, to_s)) if to_s > last_s + LATE_S => Some((from_s, last_s)),
+        Some(window) => Some(window),
+        None => Some((trial.samples.first()?.t_s, last_s)),
+    }
+}
+
+/// Samples come at least so often, s: a window that ends later than this after
+/// the last one was not reached.
+const LATE_S: f64 = 0.25;
+
+/// √(Σx²/n); not a number for an empty slice.
+pub fn root_mean_square(values: &[f64]) -> f64 {
+    let squares: Vec<f64> = values.iter().map(|value| value * value).collect();
+    mean(&squares).sqrt()
+}
+
+/// Σx/n; not a number for an empty slice.
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sample(t_s: f64, target_deg: f64, measured_deg: f64, limiting: bool) -> Sample {
+        Sample {
+            t_s,
+            target_deg: Some(target_deg),
+            measured_deg: Some(measured_deg),
+            true_deg: Some(measured_deg + 1.0),
+            limiting,
+            ..Sample::default()
+        }
+    }
+
+    /// Errors 1, −2, 2, 0 inside the window: Σe² = 9, Σ|e| = 5; with the true
+    /// angle one degree higher 2, −1, 3, 1: Σe² = 15.
+    fn trial() -> Trial {
+        Trial {
+            joint: true,
+            samples: vec![
+                sample(0.0, 0.0, 50.0, true),
+                sample(1.0, 10.0, 11.0, true),
+                sample(2.0, 20.0, 18.0, false),
+                sample(3.0, 30.0, 32.0, false),
+                sample(4.0, 40.0, 40.0, false),
+                sample(5.0, 0.0, 70.0, true),
+            ],
+            measure: Some((1.0, 4.0)),
+            ..Trial::default()
+        }
+    }
+
+    #[test]
+    fn metrics_match_values_computed_by_hand() {
+        let m = metrics(&trial()).unwrap();
+        assert_eq!(m.samples, 4);
+        assert_eq!(m.rmse_deg, 1.5);
+        assert_eq!(m.rmse_true_deg, Some((15.0_f64 / 4.0).sqrt()));
+        assert_eq!(m.max_abs_deg, 2.0);
+        assert_eq!(m.mean_abs_deg, 1.25);
+        assert_eq!(m.limiting_share, 0.25);
+        assert_eq!((m.from_s, m.to_s), (1.0, 4.0));
+    }
+
+    #[test]
+    fn no_window_judges_all_and_an_unknown_true_angle_has_no_rmse() {
+        let mut trial = trial();
+        trial.measure = None;
+        trial.samples[3].true_deg = None;
+        let m = metrics(&trial).unwrap();
+        assert_eq!((m.samples, m.max_abs_deg), (6, 70.0));
+        assert_eq!(m.rmse_true_deg, None);
+    }
+
+    #[test]
+    fn an_empty_window_has_no_metrics() {
+        let mut trial = trial();
+        trial.measure = Some((6.0, 9.0));
+        assert_eq!(metrics(&trial), None);
+        assert_eq!(metrics(&Trial::default()), None);
+    }
+}

@@ -1,0 +1,14 @@
+//! What a program that stimulates needs, `flexor` or another.
+//!
+//! `session` reads what to do, `choice` its models; `run` does it through
+//! `link`, `record` and `analysis` keep and judge it, `report` draws it with
+//! `plot`.
+
+pub mod analysis;
+pub mod choice;
+pub mod link;
+pub mod plot;
+pub mod record;
+pub mod report;
+pub mod run;
+pub mod session;

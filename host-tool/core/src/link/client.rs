@@ -1,0 +1,318 @@
+//! A host's view of one device.
+
+use super::clock::{Clock, Fit};
+use super::{Error, Interruption, Port, Refused};
+use firmware::link::{
+    Code, Decoder, Event, HelloInfo, Request, Response, SCHEMA, Status, Telemetry, ToDevice, encode,
+};
+use firmware::units::Micros;
+use std::collections::VecDeque;
+
+/// How long an ordinary answer may take, µs.
+const ANSWER_US: u64 = 500_000;
+
+/// Posted requests whose answers are still awaited, at most.
+const MAX_AWAITED: usize = 256;
+
+/// Longest wait between two looks for a signal, µs of port time; a multiple of
+/// the steps in which virtual time goes on, so that it changes nothing there.
+const POLL_US: u64 = 2_000;
+
+/// What arrived without being waited for.
+#[derive(Clone, Debug)]
+pub enum Incoming {
+    /// A telemetry sample.
+    Telemetry(Box<Telemetry>),
+    /// An event with its device time.
+    Event(Micros, Event),
+    /// A posted request was carried out, at this device time.
+    Acknowledged(u16, Micros),
+    /// The answer to a posted [`Request::Status`].
+    Status(Box<Status>),
+    /// A posted request, or a frame (`None`), was refused.
+    Refused(Option<u16>, Refused),
+}
+
+enum Answer {
+    Ack(Micros),
+    Hello(Box<HelloInfo>),
+    Status(Box<Status>),
+    Refused(Refused),
+}
+
+/// A session with a device.
+pub struct Client<P> {
+    port: P,
+    decoder: Decoder,
+    session: u16,
+    seq: u16,
+    clock: Clock,
+    awaited: VecDeque<(u16, u64)>,
+    incoming: VecDeque<Incoming>,
+    interruption: Option<Interruption>,
+}
+
+impl<P: Port> Client<P> {
+    /// Opens a session through `port`.
+    ///
+    /// # Errors
+    /// The device refuses (another schema, another host) or does not answer.
+    pub fn open(port: P) -> Result<(Self, HelloInfo), Error> {
+        Self::open_interruptible(port, None)
+    }
+
+    /// The same, and every wait ends soon after a signal, with
+    /// [`Error::Interrupted`]. What to stop is the caller's to decide.
+    ///
+    /// # Errors
+    /// As [`Client::open`], and the signal.
+    pub fn open_interruptible(
+        port: P,
+        interruption: Option<Interruption>,
+    ) -> Result<(Self, HelloInfo), Error> {
+        let mut client = Self {
+            port,
+            decoder: Decoder::default(),
+            session: 0,
+            seq: 0,
+            clock: Clock::default(),
+            awaited: VecDeque::new(),
+            incoming: VecDeque::new(),
+            interruption,
+        };
+        let info = client.hello()?;
+        Ok((client, info))
+    }
+
+    /// Opens the session again, for instance after a reset.
+    ///
+    /// # Errors
+    /// As [`Client::open`].
+    pub fn hello(&mut self) -> Result<HelloInfo, Error> {
+        // Ends what an earlier host may have left half said.
+        self.port.send(&[0])?;
+        let sent_us = self.port.now_us();
+        let seq = self.send("Hello", Request::Hello { schema: SCHEMA })?;
+        while self.port.now_us() < sent_us + ANSWER_US {
+            match self.receive(sent_us + ANSWER_US, Some((seq, sent_us)))? {
+                Some(Answer::Hello(info)) => {
+                    // What came before it was meant for an earlier host.
+                    self.incoming.clear();
+                    self.awaited.clear();
+                    self.session = info.session;
+                    return Ok(*info);
+                }
+                Some(Answer::Refused(refused)) => return Err(Error::Refused(refused)),
+                _ => {}
+            }
+        }
+        Err(no_answer("Hello", ANSWER_US))
+    }
+
+    /// From now on waits last as long as they must: for the answer to a stop.
+    pub fn ignore_signals(&mut self) {
+        self.interruption = None;
+    }
+
+    /// The port.
+    pub fn port(&mut self) -> &mut P {
+        &mut self.port
+    }
+
+    /// Gives the port back; the device notices silence.
+    pub fn into_port(self) -> P {
+        self.port
+    }
+
+    /// Device time at host time `host_us`, as far as answers tell.
+    pub fn device_time(&self, host_us: u64) -> Option<Micros> {
+        self.clock.device_at(host_us)
+    }
+
+    /// The device's clock against the host's, over the whole session.
+    pub fn clock_fit(&self) -> Option<Fit> {
+        self.clock.fit()
+    }
+
+    /// Asks for state, faults and counters.
+    ///
+    /// # Errors
+    /// [`Error`].
+    pub fn status(&mut self) -> Result<Status, Error> {
+        match self.call("Status", Request::Status, ANSWER_US)? {
+            Answer::Status(status) => Ok(*status),
+            _ => Err(no_answer("Status", ANSWER_US)),
+        }
+    }
+
+    /// Sends a request without waiting; its answer comes as [`Incoming`].
+    ///
+    /// # Errors
+    /// [`Error::Lost`], [`Error::TooLarge`].
+    pub fn post(&mut self, request: Request) -> Result<u16, Error> {
+        let seq = self.send("request", request)?;
+        self.awaited.push_back((seq, self.port.now_us()));
+        if self.awaited.len() > MAX_AWAITED {
+            self.awaited.pop_front();
+        }
+        Ok(seq)
+    }
+
+    /// The next message that nobody waits for, by `until_us` at the latest.
+    ///
+    /// # Errors
+    /// [`Error::Lost`].
+    pub fn next(&mut self, until_us: u64) -> Result<Option<Incoming>, Error> {
+        loop {
+            if let Some(incoming) = self.incoming.pop_front() {
+                return Ok(Some(incoming));
+            }
+            self.receive(until_us, None)?;
+            if self.incoming.is_empty() && self.port.now_us() >= until_us {
+                return Ok(None);
+            }
+        }
+    }
+
+    /// Sends `request`, called `name` in errors, and waits for its acknowledgement.
+    pub(super) fn ack(&mut self, name: &'static str, request: Request) -> Result<Micros, Error> {
+        match self.call(name, request, ANSWER_US)? {
+            Answer::Ack(at) => Ok(at),
+            _ => Err(no_answer(name, ANSWER_US)),
+        }
+    }
+
+    fn call(
+        &mut self,
+        name: &'static str,
+        request: Request,
+        wait_us: u64,
+    ) -> Result<Answer, Error> {
+        let sent_us = self.port.now_us();
+        let seq = self.send(name, request)?;
+        let until = sent_us + wait_us;
+        while self.port.now_us() < until {
+            match self.receive(until, Some((seq, sent_us)))? {
+                Some(Answer::Refused(refused)) => return Err(Error::Refused(refused)),
+                Some(answer) => return Ok(answer),
+                None => {}
+            }
+        }
+        Err(no_answer(name, wait_us))
+    }
+
+    fn send(&mut self, name: &'static str, request: Request) -> Result<u16, Error> {
+        let seq = self.seq;
+        self.seq = self.seq.wrapping_add(1);
+        let message = ToDevice {
+            session: self.session,
+            seq,
+            request,
+        };
+        let frame = encode(&message).ok_or(Error::TooLarge(name))?;
+        self.port.send(&frame)?;
+        Ok(seq)
+    }
+
+    /// How long to wait at most before the next look for a signal.
+    fn poll_signal(&mut self, until_us: u64) -> Result<u64, Error> {
+        let Some(interruption) = &self.interruption else {
+            return Ok(until_us);
+        };
+        if let Some(signal) = interruption.asked() {
+            return Err(Error::Interrupted(signal));
+        }
+        Ok(until_us.min(self.port.now_us() + POLL_US))
+    }
+
+    /// Takes what arrives by `until_us`, or none before that; returns the answer
+    /// to `wanted`.
+    fn receive(
+        &mut self,
+        until_us: u64,
+        wanted: Option<(u16, u64)>,
+    ) -> Result<Option<Answer>, Error> {
+        let until_us = self.poll_signal(until_us)?;
+        let bytes = self.port.receive(until_us)?;
+        let now_us = self.port.now_us();
+        let mut answer = None;
+        for byte in bytes {
+            let Some(Ok(message)) = self.decoder.push(byte) else {
+                continue;
+            };
+            let response = postcard::from_bytes::<Response<'_>>(message);
+            let sorted = response.map(sort);
+            self.decoder.clear();
+            if let Ok(sorted) = sorted {
+                answer = self.dispatch(sorted, wanted, now_us).or(answer);
+            }
+        }
+        Ok(answer)
+    }
+
+    /// The answer waited for; any other message goes to the incoming ones.
+    fn dispatch(
+        &mut self,
+        sorted: Sorted,
+        wanted: Option<(u16, u64)>,
+        now_us: u64,
+    ) -> Option<Answer> {
+        let (seq, answer) = match sorted {
+            Sorted::Answer(seq, answer) => (seq, answer),
+            Sorted::Other(other) => {
+                self.incoming.push_back(other);
+                return None;
+            }
+        };
+        let posted = self.awaited.iter().position(|(s, _)| Some(*s) == seq);
+        let sent_us = match (posted, wanted) {
+            (Some(index), _) => self.awaited.remove(index).map(|(_, sent)| sent),
+            (None, Some((s, sent))) if Some(s) == seq => Some(sent),
+            _ => None,
+        };
+        if let (Answer::Ack(at), Some(sent_us)) = (&answer, sent_us) {
+            self.clock.observe(sent_us, now_us, *at);
+        }
+        // Who serves another host turns this one away before it hears a number.
+        let turned_away = seq.is_none() && is_session_taken(&answer);
+        if posted.is_none() && wanted.is_some_and(|(s, _)| Some(s) == seq || turned_away) {
+            return Some(answer);
+        }
+        self.incoming.extend(match answer {
+            Answer::Ack(at) => seq.map(|seq| Incoming::Acknowledged(seq, at)),
+            Answer::Refused(refused) => Some(Incoming::Refused(seq, refused)),
+            Answer::Status(status) => Some(Incoming::Status(status)),
+            Answer::Hello(_) => None,
+        });
+        None
+    }
+}
+
+enum Sorted {
+    Answer(Option<u16>, Answer),
+    Other(Incoming),
+}
+
+fn sort(response: Response<'_>) -> Sorted {
+    match response {
+        Response::Ack { seq, at } => Sorted::Answer(Some(seq), Answer::Ack(at)),
+        Response::Hello(info) => Sorted::Answer(Some(info.seq), Answer::Hello(Box::new(info))),
+        Response::Status { seq, status } => {
+            Sorted::Answer(Some(seq), Answer::Status(Box::new(status)))
+        }
+        Response::Refused { seq, refusal } => Sorted::Answer(seq, Answer::Refused(refusal.into())),
+        Response::Event { at, event } => Sorted::Other(Incoming::Event(at, event)),
+        Response::Telemetry(sample) => Sorted::Other(Incoming::Telemetry(Box::new(sample))),
+    }
+}
+
+fn is_session_taken(answer: &Answer) -> bool {
+    matches!(answer, Answer::Refused(refused) if refused.code() == Some(Code::SessionTaken))
+}
+
+fn no_answer(request: &'static str, waited_us: u64) -> Error {
+    Error::NoAnswer {
+        request,
+        waited_ms: waited_us / 1000,
+    }
+}

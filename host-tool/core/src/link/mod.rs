@@ -1,0 +1,22 @@
+//! The client side of the link: one typed method per request.
+//!
+//! Lives here: [`Client`], the [`Port`] it talks through (real or virtual
+//! time), refusals with what to do about them, the device-clock estimate.
+//! Not here: what a session asks for (`session`, `run`).
+
+mod client;
+mod clock;
+mod error;
+mod interruption;
+mod paced;
+mod port;
+mod requests;
+mod serial;
+
+pub use client::{Client, Incoming};
+pub use clock::Fit;
+pub use error::{Error, Refused, advice, what};
+pub use interruption::{Interruption, Signal};
+pub use paced::Paced;
+pub use port::{Port, SimulatedPort};
+pub use serial::{SerialPort, TcpPort};

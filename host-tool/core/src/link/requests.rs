@@ -1,0 +1,97 @@
+//! One typed method for each request that a device acknowledges.
+
+use super::{Client, Error, Port};
+use firmware::control::JointSpec;
+use firmware::link::Request;
+use firmware::muscle::{MuscleSpec, Rung};
+use firmware::pulse::{CHANNELS, GroupSpec, MAX_GROUPS};
+use firmware::safety::{ChannelSpec, WearerSpec};
+use firmware::units::{Amplitude, Micros};
+
+/// Methods that send a request, wait for its acknowledgement and give the device
+/// time of it: each a name in errors, its arguments and the request.
+macro_rules! requests {
+    ($($doc:literal $name:literal $method:ident($($argument:ident: $type:ty),*) $request:expr;)*) => {
+        impl<P: Port> Client<P> {
+            $(
+                #[doc = $doc]
+                ///
+                /// # Errors
+                /// Refused, not answered, or the device is lost.
+                pub fn $method(&mut self, $($argument: $type),*) -> Result<Micros, Error> {
+                    self.ack($name, $request)
+                }
+            )*
+        }
+    };
+}
+
+requests! {
+    "Tells the device that the host is alive."
+    "KeepAlive" keep_alive() Request::KeepAlive;
+    "Empties the draft setup."
+    "Clear" clear() Request::Clear;
+    "Sets the wearer's limits in the draft."
+    "Wearer" wearer(spec: WearerSpec) Request::Wearer(spec);
+    "Configures a channel (from 0) in the draft."
+    "Channel" channel(channel: u8, spec: ChannelSpec) Request::Channel { channel, spec };
+    "Chooses the channel that drives sync out."
+    "Sync" sync(channel: Option<u8>) Request::Sync { channel };
+    "Gives a channel a muscle whose force is predicted."
+    "Muscle" muscle(channel: u8, spec: MuscleSpec) Request::Muscle { channel, spec };
+    "Changes the rung of an armed muscle."
+    "Rung" rung(channel: u8, rung: Rung) Request::Rung { channel, rung };
+    "Configures the controlled joint in the draft."
+    "Joint" joint(spec: JointSpec) Request::Joint(spec);
+    "Checks the draft and the electrodes, and arms."
+    "Arm" arm() Request::Arm;
+    "Starts the armed trains."
+    "Start" start() Request::Start;
+    "Ends stimulation or disarms."
+    "Stop" stop() Request::Stop;
+    "Acknowledges a fault."
+    "Acknowledge" acknowledge() Request::Acknowledge;
+    "Sets the wanted angle, 0.01° and 0.01 °/s."
+    "Angle" angle(at: Option<Micros>, centideg: i16, rate: Option<i32>)
+    Request::Angle { at, centideg, centideg_per_s: rate };
+    "Sends an angle that the host measured, 0.01°."
+    "Measurement" measurement(centideg: i16, at: Micros)
+    Request::Measurement { joint: 0, centideg, at };
+    "Subscribes to telemetry every `period_ms`; 0 ends it."
+    "Subscribe" subscribe(period_ms: u16) Request::Subscribe { period_ms };
+    "Sends any request."
+    "request" request(request: Request) request;
+}
+
+impl<P: Port> Client<P> {
+    /// Groups channels in the draft.
+    ///
+    /// # Errors
+    /// As all; more than five groups are too large.
+    pub fn groups(&mut self, groups: &[GroupSpec]) -> Result<Micros, Error> {
+        if groups.len() > MAX_GROUPS {
+            return Err(Error::TooLarge("Groups"));
+        }
+        let groups = groups.iter().copied().collect();
+        self.ack("Groups", Request::Groups(groups))
+    }
+
+    /// Sets amplitudes by (channel from 0, amplitude) in any order, all or none of
+    /// them.
+    ///
+    /// # Errors
+    /// As all; more than ten amplitudes are too large.
+    pub fn amplitudes(&mut self, list: &[(u8, Amplitude)]) -> Result<Micros, Error> {
+        if list.len() > CHANNELS {
+            return Err(Error::TooLarge("Amplitudes"));
+        }
+        // A channel named twice is left for the device to refuse.
+        let mut sorted = list.to_vec();
+        sorted.sort_by_key(|(channel, _)| *channel);
+        let mask = sorted.iter().fold(0, |mask, (channel, _)| {
+            mask | 1u16.checked_shl((*channel).into()).unwrap_or(0)
+        });
+        let values = sorted.iter().map(|(_, amplitude)| *amplitude).collect();
+        self.ack("Amplitudes", Request::Amplitudes { mask, values })
+    }
+}

@@ -1,0 +1,281 @@
+//! Scales, ticks and what stands along an axis.
+
+use super::ink::{ChannelMark, Color, INK, MUTED};
+use super::series::round_step;
+use super::words::{power_of_ten, width};
+
+/// Between the parts of a cut axis, pixels.
+const CUT: f64 = 20.0;
+
+/// How values become places. What lies beyond the ends is held at them.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Scale {
+    /// Even, from one end to the other.
+    Linear(f64, f64),
+    /// Even in the logarithm; both ends above 0.
+    Log(f64, f64),
+    /// This many rows or columns; number n has its middle at n, from 0.
+    Rows(f64),
+    /// Even, with what lies between these stretches cut out.
+    Parts(Vec<(f64, f64)>),
+}
+
+impl Scale {
+    /// The place of a value between the pixels of both ends.
+    #[must_use]
+    pub fn place(&self, value: f64, from: f64, to: f64) -> f64 {
+        let along = |part: f64| from + (to - from) * part.clamp(0.0, 1.0);
+        match self {
+            Self::Linear(low, high) => along((value - low) / (high - low)),
+            Self::Log(low, high) => along((value.max(1e-300) / low).ln() / (high / low).ln()),
+            Self::Rows(count) => along((value + 0.5) / count),
+            Self::Parts(parts) => {
+                let cuts = CUT * (parts.len().saturating_sub(1)) as f64;
+                let per_pixel = self.span() / (to - from - cuts);
+                let mut left = from;
+                for (low, high) in parts {
+                    if value <= *high {
+                        return left + (value.max(*low) - low) / per_pixel;
+                    }
+                    left += (high - low) / per_pixel + CUT;
+                }
+                left - CUT
+            }
+        }
+    }
+
+    /// What is shown in all, in the axis' unit.
+    #[must_use]
+    pub fn span(&self) -> f64 {
+        match self {
+            Self::Linear(low, high) | Self::Log(low, high) => high - low,
+            Self::Rows(count) => *count,
+            Self::Parts(parts) => parts.iter().map(|(low, high)| high - low).sum(),
+        }
+    }
+
+    /// The places where time was cut out, pixels.
+    pub(super) fn cuts(&self, from: f64, to: f64) -> Vec<f64> {
+        let Self::Parts(parts) = self else {
+            return Vec::new();
+        };
+        let starts = parts.iter().skip(1);
+        starts
+            .map(|(low, _)| self.place(*low, from, to) - CUT / 2.0)
+            .collect()
+    }
+}
+
+/// A name before a row, at the panel's left edge.
+#[derive(Clone, Debug, Default)]
+pub struct Head {
+    /// Where.
+    pub at: f64,
+    /// The channel's, before its name.
+    pub mark: Option<ChannelMark>,
+    /// In ink.
+    pub name: String,
+    /// Below it, smaller; may be empty.
+    pub more: String,
+    /// Whether the name is bold.
+    pub bold: bool,
+}
+
+/// Words at the far side of a panel.
+#[derive(Clone, Debug)]
+pub struct Far {
+    /// Where.
+    pub at: f64,
+    /// What stands there, kept apart from its neighbours.
+    pub words: String,
+    /// Of a line through the panel to it, if there is one; else of a short lead.
+    pub rule: Option<Color>,
+    /// Of the words.
+    pub color: Color,
+}
+
+/// One axis of a panel.
+#[derive(Clone, Debug)]
+pub struct Axis {
+    /// What is counted, with its unit.
+    pub name: String,
+    /// How values become places.
+    pub scale: Scale,
+    /// Values with what stands beside them.
+    pub ticks: Vec<(f64, String)>,
+    /// Whether a faint line goes through every tick.
+    pub grid: bool,
+    /// Names at the left edge; of a y axis only.
+    pub heads: Vec<Head>,
+    /// Words at the far side.
+    pub far: Vec<Far>,
+}
+
+impl Axis {
+    /// An axis without ticks.
+    #[must_use]
+    pub fn new(name: &str, scale: Scale) -> Self {
+        Self {
+            name: name.to_owned(),
+            scale,
+            ticks: Vec::new(),
+            grid: true,
+            heads: Vec::new(),
+            far: Vec::new(),
+        }
+    }
+
+    /// From one value to another, at most `parts` round steps.
+    #[must_use]
+    pub fn linear(name: &str, (low, high): (f64, f64), parts: f64) -> Self {
+        let step = round_step(high - low, parts);
+        let digits = (-step.log10().floor()).max(0.0) as usize;
+        let from = (low / step - 1e-9).ceil() as i64;
+        let to = (high / step + 1e-9).floor() as i64;
+        let tick = |n: i64| (n as f64 * step, format!("{:.digits$}", n as f64 * step));
+        Self {
+            ticks: (from..=to).map(tick).collect(),
+            ..Self::new(name, Scale::Linear(low, high))
+        }
+    }
+
+    /// Decades from one power of ten to another.
+    #[must_use]
+    pub fn decades(name: &str, (low, high): (i32, i32)) -> Self {
+        let tick = |n: i32| (10f64.powi(n), power_of_ten(n));
+        Self {
+            ticks: (low..=high).map(tick).collect(),
+            ..Self::new(name, Scale::Log(10f64.powi(low), 10f64.powi(high)))
+        }
+    }
+
+    /// Rows or columns with these names.
+    #[must_use]
+    pub fn rows(name: &str, names: impl IntoIterator<Item = String>) -> Self {
+        let ticks: Vec<_> = (0..).map(f64::from).zip(names).collect();
+        Self {
+            grid: false,
+            ..Self::new(name, Scale::Rows(ticks.len() as f64)).ticks(ticks)
+        }
+    }
+
+    /// With these ticks.
+    #[must_use]
+    pub fn ticks(self, ticks: Vec<(f64, String)>) -> Self {
+        Self { ticks, ..self }
+    }
+
+    /// Without words: they stand at another panel of the same axis.
+    #[must_use]
+    pub fn silent(mut self, silent: bool) -> Self {
+        if silent {
+            self.name.clear();
+            self.heads.clear();
+            self.ticks.iter_mut().for_each(|(_, words)| words.clear());
+        }
+        self
+    }
+
+    /// With a line through the panel and its name at the far side.
+    #[must_use]
+    pub fn rule(self, at: f64, words: &str, color: Color) -> Self {
+        let rule = Some(color);
+        self.far(at, words, rule, MUTED)
+    }
+
+    /// With words at the far side.
+    #[must_use]
+    pub fn aside(self, at: f64, words: &str) -> Self {
+        self.far(at, words, None, INK)
+    }
+
+    /// The same with all that is to say.
+    #[must_use]
+    pub fn far(mut self, at: f64, words: &str, rule: Option<Color>, color: Color) -> Self {
+        let words = words.to_owned();
+        self.far.push(Far {
+            at,
+            words,
+            rule,
+            color,
+        });
+        self
+    }
+
+    /// Whether anything stands along it.
+    pub(super) fn speaks(&self) -> bool {
+        !self.name.is_empty() || self.ticks.iter().any(|(_, words)| !words.is_empty())
+    }
+
+    /// The widest tick, pixels.
+    pub(super) fn widest(&self, size: f64) -> f64 {
+        let widths = self
+            .ticks
+            .iter()
+            .map(|(_, words)| width(size, words, false));
+        widths.fold(0.0, f64::max)
+    }
+}
+
+/// Places moved apart until neighbours are `gap` apart, within two ends if there is
+/// room, in the order given.
+pub(super) fn apart(places: &[f64], gaps: &[f64], low: f64, high: f64) -> Vec<f64> {
+    let mut order: Vec<usize> = (0..places.len()).collect();
+    order.sort_by(|a, b| places[*a].total_cmp(&places[*b]));
+    // Neighbours that would touch form a block around their common middle.
+    let mut blocks: Vec<(Vec<usize>, f64)> = Vec::new();
+    let wide = |block: &[usize]| block.iter().map(|n| gaps[*n]).sum::<f64>();
+    for n in order {
+        let mut block = vec![n];
+        let mut middle = places[n];
+        while let Some((before, at)) = blocks.pop() {
+            if at + wide(&before) / 2.0 + wide(&block) / 2.0 <= middle {
+                blocks.push((before, at));
+                break;
+            }
+            block.splice(0..0, before);
+            let all = block.iter().map(|n| places[*n]);
+            middle = all.sum::<f64>() / block.len() as f64;
+        }
+        let half = wide(&block) / 2.0;
+        let middle = middle.min(high - half).max(low + half);
+        blocks.push((block, middle));
+    }
+    let mut out = places.to_vec();
+    for (block, middle) in blocks {
+        let mut from = middle - wide(&block) / 2.0;
+        for n in block {
+            out[n] = from + gaps[n] / 2.0;
+            from += gaps[n];
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_grow_with_decades_and_stay_on_the_scale() {
+        let cycles = Scale::Log(1e4, 1e8);
+        let at = [1e4, 1e6, 1e99, 0.0].map(|x| cycles.place(x, 100.0, 500.0).round());
+        assert_eq!(at, [100.0, 300.0, 500.0, 100.0]);
+        assert_eq!(Scale::Rows(4.0).place(0.0, 0.0, 80.0), 10.0);
+    }
+
+    #[test]
+    fn a_cut_axis_joins_its_parts() {
+        let cut = Scale::Parts(vec![(0.0, 10.0), (90.0, 100.0)]);
+        let at = [0.0, 10.0, 50.0, 90.0, 100.0].map(|x| cut.place(x, 0.0, 220.0));
+        assert_eq!(at, [0.0, 100.0, 120.0, 120.0, 220.0]);
+        assert_eq!(cut.cuts(0.0, 220.0), [110.0]);
+    }
+
+    #[test]
+    fn names_that_crowd_are_moved_apart() {
+        let at = apart(&[50.0, 51.0, 49.0], &[10.0; 3], 0.0, 100.0);
+        assert_eq!(at, [50.0, 60.0, 40.0]);
+        assert!(apart(&[99.0, 99.0], &[10.0; 2], 0.0, 100.0) == [85.0, 95.0]);
+    }
+}

@@ -1,0 +1,210 @@
+//! An SVG's parts, in CSS pixels from its top left.
+
+use super::At;
+use super::ink::{self, Color, Paint, Shape, Stroke};
+use std::fmt::Write;
+
+/// What is drawn so far.
+#[derive(Clone, Debug, Default)]
+pub struct Canvas {
+    body: String,
+}
+
+/// How text is set: its left end at its place unless said otherwise, its middle
+/// height there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Words {
+    /// CSS pixels.
+    pub size: f64,
+    /// On a light screen.
+    pub color: Color,
+    /// In bold.
+    pub bold: bool,
+    /// What lies at its place: 0 its left end, 0.5 its middle, 1 its right end.
+    pub anchor: f64,
+    /// Set upwards.
+    pub turned: bool,
+}
+
+impl Words {
+    /// Text of this size and colour.
+    #[must_use]
+    pub const fn new(size: f64, color: Color) -> Self {
+        Self {
+            size,
+            color,
+            bold: false,
+            anchor: 0.0,
+            turned: false,
+        }
+    }
+
+    /// The same in bold.
+    #[must_use]
+    pub const fn bold(self) -> Self {
+        Self { bold: true, ..self }
+    }
+
+    /// The same centred on its place.
+    #[must_use]
+    pub const fn centred(self) -> Self {
+        Self {
+            anchor: 0.5,
+            ..self
+        }
+    }
+
+    /// The same ending at its place.
+    #[must_use]
+    pub const fn ending(self) -> Self {
+        Self {
+            anchor: 1.0,
+            ..self
+        }
+    }
+
+    /// The same centred and set upwards.
+    #[must_use]
+    pub const fn turned(self) -> Self {
+        Self {
+            turned: true,
+            ..self.centred()
+        }
+    }
+}
+
+/// A number to a tenth, as short as it can be written.
+fn short(value: f64) -> f64 {
+    // 0 has no sign.
+    (value * 10.0).round() / 10.0 + 0.0
+}
+
+fn path(points: &[At]) -> String {
+    let each = points
+        .iter()
+        .map(|(x, y)| format!("{},{}", short(*x), short(*y)));
+    each.collect::<Vec<_>>().join(" ")
+}
+
+impl Canvas {
+    /// Writes one element; a `String` takes every byte.
+    fn element(&mut self, element: std::fmt::Arguments) {
+        let _ = writeln!(self.body, "{element}");
+    }
+
+    /// An upright box between two corners.
+    pub fn area(&mut self, from: At, to: At, paint: Paint) {
+        let (x, y) = (short(from.0.min(to.0)), short(from.1.min(to.1)));
+        let (w, h) = (short((to.0 - from.0).abs()), short((to.1 - from.1).abs()));
+        self.element(format_args!(
+            "<rect x=\"{x}\" y=\"{y}\" width=\"{w}\" height=\"{h}\" {}/>",
+            painted(paint)
+        ));
+    }
+
+    /// A line through some points; nothing for fewer than two.
+    pub fn line(&mut self, points: &[At], stroke: Stroke) {
+        if points.len() < 2 {
+            return;
+        }
+        let Stroke { color, width } = stroke;
+        self.element(format_args!(
+            "<polyline fill=\"none\" stroke=\"{color}\" stroke-width=\"{width}\" points=\"{}\"/>",
+            path(points)
+        ));
+    }
+
+    /// A closed outline.
+    pub fn polygon(&mut self, corners: &[At], paint: Paint) {
+        let points = path(corners);
+        self.element(format_args!(
+            "<polygon {} points=\"{points}\"/>",
+            painted(paint)
+        ));
+    }
+
+    /// A mark of this radius.
+    pub fn mark(&mut self, (x, y): At, shape: Shape, radius: f64, paint: Paint) {
+        if shape != Shape::Disc {
+            let corners = shape.corners().into_iter();
+            let placed = corners.map(|(dx, dy)| (x + dx * radius, y + dy * radius));
+            return self.polygon(&placed.collect::<Vec<_>>(), paint);
+        }
+        let (x, y, paint) = (short(x), short(y), painted(paint));
+        self.element(format_args!(
+            "<circle cx=\"{x}\" cy=\"{y}\" r=\"{radius}\" {paint}/>"
+        ));
+    }
+
+    /// Text.
+    pub fn text(&mut self, (x, y): At, text: &str, style: Words) {
+        if text.is_empty() {
+            return;
+        }
+        let (x, y) = (short(x), short(y));
+        let anchor = match style.anchor {
+            0.0 => "",
+            1.0 => " text-anchor=\"end\"",
+            _ => " text-anchor=\"middle\"",
+        };
+        let bold = if style.bold {
+            " font-weight=\"bold\""
+        } else {
+            ""
+        };
+        let turned = match style.turned {
+            true => format!(" transform=\"rotate(270,{x},{y})\""),
+            false => String::new(),
+        };
+        self.element(format_args!(
+            "<text x=\"{x}\" y=\"{y}\" dy=\"0.36em\" font-size=\"{}\" fill=\"{}\"{anchor}{bold}{turned}>{}</text>",
+            short(style.size),
+            style.color,
+            escape(text)
+        ));
+    }
+
+    /// The SVG of this width and height that scales with its page; `description` is
+    /// what a screen reader says.
+    #[must_use]
+    pub fn svg(&self, (width, height): At, description: &str) -> String {
+        let (width, height) = (width.ceil(), height.ceil());
+        format!(
+            "<svg class=\"figure\" xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" \
+             width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" \
+             aria-label=\"{}\">\n{}</svg>\n",
+            escape(description),
+            self.body
+        )
+    }
+}
+
+fn painted(paint: Paint) -> String {
+    match paint {
+        Paint::Full(color) => format!("fill=\"{color}\""),
+        Paint::Tint(color) => format!("fill=\"{color}\" fill-opacity=\"0.22\""),
+        Paint::Ring(color, width) => {
+            format!("fill=\"none\" stroke=\"{color}\" stroke-width=\"{width}\"")
+        }
+    }
+}
+
+/// Text made safe to stand in HTML, also within quotes.
+#[must_use]
+pub fn escape(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
+}
+
+/// The figure with its style and background, so that it is a file of its own.
+#[must_use]
+pub fn standalone(figure: &str) -> String {
+    let open = figure.find('>').map_or(0, |end| end + 1);
+    let (head, body) = figure.split_at(open);
+    let (style, paper) = (ink::style(), ink::PAPER);
+    format!(
+        "{head}<style>{style}</style><rect width=\"100%\" height=\"100%\" fill=\"{paper}\"/>{body}"
+    )
+}

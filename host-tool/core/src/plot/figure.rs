@@ -1,0 +1,162 @@
+//! A whole figure: what it shows in words, its legend, its panels, notes below.
+
+use super::canvas::{Canvas, Words, standalone};
+use super::ink::{EDGE, HALO, INK, MUTED, Paint, Shape, Stroke, stroke};
+use super::panel::{Letters, Margins, Panel};
+use super::words::{folded, width};
+
+/// Width of every figure, CSS pixels.
+pub const WIDTH: f64 = 1000.0;
+/// A line of the legend and of the notes, pixels.
+const LEGEND: f64 = 22.0;
+const NOTE: f64 = 18.0;
+
+/// How a legend entry is drawn.
+#[derive(Clone, Copy, Debug)]
+pub enum Key {
+    /// As a line.
+    Line(Stroke),
+    /// As a filled box.
+    Box(Paint),
+    /// As a mark.
+    Dot(Shape, Paint),
+    /// As a line with a mark on it.
+    Marked(Stroke, Shape),
+}
+
+/// What a figure shows.
+#[derive(Clone, Debug, Default)]
+pub struct Figure {
+    /// Above all, in bold; may be empty.
+    pub title: String,
+    /// Below it.
+    pub subtitle: String,
+    /// What a screen reader says.
+    pub description: String,
+    /// What colours and marks mean, in rows as many as needed.
+    pub legend: Vec<(Key, String)>,
+    /// Rows of panels; those of one column stand exactly below each other.
+    pub rows: Vec<Vec<Panel>>,
+    /// Paragraphs below.
+    pub notes: Vec<String>,
+}
+
+impl Figure {
+    /// The figure for a page, which has [`super::ink::style`].
+    #[must_use]
+    pub fn svg(&self) -> String {
+        let mut canvas = Canvas::default();
+        let mut y = self.head(&mut canvas);
+        y = legend(&mut canvas, Letters(1.0), (0.0, y), &self.legend, WIDTH);
+        y = self.panels(&mut canvas, y);
+        if !self.notes.is_empty() {
+            y += NOTE / 2.0;
+        }
+        for line in self.notes.iter().flat_map(|note| folded(12.0, note, WIDTH)) {
+            canvas.text((0.0, y + NOTE / 2.0), &line, Words::new(12.0, MUTED));
+            y += NOTE;
+        }
+        canvas.svg((WIDTH, y), &self.description)
+    }
+
+    /// The figure as a file of its own.
+    #[must_use]
+    pub fn file(&self) -> String {
+        standalone(&self.svg())
+    }
+
+    fn head(&self, canvas: &mut Canvas) -> f64 {
+        let mut y = 0.0;
+        if !self.title.is_empty() {
+            canvas.text((0.0, 14.0), &self.title, Words::new(15.0, INK).bold());
+            y = 28.0;
+        }
+        let lines = folded(12.0, &self.subtitle, WIDTH).into_iter();
+        for line in lines.filter(|line| !line.is_empty()) {
+            canvas.text((0.0, y + NOTE / 2.0), &line, Words::new(12.0, INK));
+            y += NOTE;
+        }
+        y
+    }
+
+    fn panels(&self, canvas: &mut Canvas, top: f64) -> f64 {
+        let letters = Letters(1.0);
+        let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0);
+        let column = |n: usize| self.rows.iter().filter_map(move |row| row.get(n));
+        let of = |n: usize, part: fn(&Margins) -> f64| {
+            let margins = column(n).map(|panel| part(&panel.margins(letters, WIDTH)));
+            margins.fold(0.0, f64::max)
+        };
+        let lefts: Vec<f64> = (0..columns).map(|n| of(n, |m| m.left)).collect();
+        let rights: Vec<f64> = (0..columns).map(|n| of(n, |m| m.right)).collect();
+        let share = |n: usize| column(n).map(|panel| panel.share).fold(0.0, f64::max);
+        let shares: Vec<f64> = (0..columns).map(share).collect();
+        let room = WIDTH - lefts.iter().sum::<f64>() - rights.iter().sum::<f64>();
+        let unit = room / shares.iter().sum::<f64>();
+        let mut y = top;
+        for (n, row) in self.rows.iter().enumerate() {
+            let margins = |c: usize| row[c].margins(letters, unit * shares[c]);
+            // What has nothing below it in its column needs no row for its axis.
+            let counts = |c: &usize| self.rows.get(n + 1).is_none_or(|below| *c < below.len());
+            let above = (0..row.len()).map(|c| margins(c).top).fold(0.0, f64::max);
+            let high = row.iter().map(|panel| panel.height).fold(0.0, f64::max);
+            let below = (0..row.len())
+                .filter(counts)
+                .map(|c| margins(c).bottom)
+                .fold(0.0, f64::max);
+            let mut x = 0.0;
+            for (c, panel) in row.iter().enumerate() {
+                let from = (x + lefts[c], y + above);
+                let to = (from.0 + unit * shares[c], from.1 + panel.height);
+                panel.draw(canvas, letters, above, (from, to));
+                x = to.0 + rights[c];
+            }
+            y += above + high + below + 8.0;
+        }
+        y
+    }
+}
+
+/// Draws legend entries in rows from a place, no further right than `right`; the
+/// place below them.
+pub fn legend(
+    canvas: &mut Canvas,
+    letters: Letters,
+    (left, top): super::At,
+    entries: &[(Key, String)],
+    right: f64,
+) -> f64 {
+    let style = letters.name();
+    let key = 22.0 * letters.0;
+    let (mut x, mut y) = (left, top + LEGEND * letters.0 / 2.0);
+    for (sign, name) in entries {
+        let wide = key + 6.0 + width(style.size, name, false);
+        if x + wide > right && x > left {
+            (x, y) = (left, y + LEGEND * letters.0);
+        }
+        let (line, middle) = ([(x, y), (x + key, y)], (x + key / 2.0, y));
+        // What is never exchanged for a dark screen's is set off there too.
+        match sign {
+            Key::Line(own) if own.color == EDGE => canvas.line(&line, stroke(HALO, 4.8)),
+            Key::Dot(_, Paint::Full(EDGE)) => {
+                canvas.mark(middle, Shape::Disc, 5.5, Paint::Full(HALO));
+            }
+            _ => {}
+        }
+        match sign {
+            Key::Line(stroke) => canvas.line(&line, *stroke),
+            Key::Box(paint) => canvas.area((x, y - 6.0), (x + key, y + 6.0), *paint),
+            Key::Dot(shape, paint) => canvas.mark(middle, *shape, 4.0, *paint),
+            Key::Marked(stroke, shape) => {
+                canvas.line(&line, *stroke);
+                canvas.mark(middle, *shape, 4.0, Paint::Full(stroke.color));
+            }
+        }
+        canvas.text((x + key + 6.0, y), name, style);
+        x += wide + 22.0;
+    }
+    if entries.is_empty() {
+        return top;
+    }
+    y + LEGEND * letters.0 / 2.0 + 4.0
+}

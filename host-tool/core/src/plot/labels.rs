@@ -1,0 +1,112 @@
+//! Where a label stands: beside its point, away from other labels, marks and lines.
+
+use super::At;
+
+/// A label's box: left, top, right, bottom.
+pub(super) type Box4 = [f64; 4];
+
+/// What is taken in a panel.
+#[derive(Default)]
+pub(super) struct Taken {
+    labels: Vec<Box4>,
+    marks: Vec<Box4>,
+    lines: Vec<(At, At)>,
+}
+
+/// How bad it is to lie on another label, to leave the panel, on a mark, on a line.
+const COSTS: [f64; 4] = [1000.0, 400.0, 60.0, 25.0];
+
+impl Taken {
+    pub(super) fn mark(&mut self, (x, y): At, radius: f64) {
+        self.marks
+            .push([x - radius, y - radius, x + radius, y + radius]);
+    }
+
+    pub(super) fn line(&mut self, points: &[At]) {
+        self.lines
+            .extend(points.windows(2).map(|pair| (pair[0], pair[1])));
+    }
+
+    pub(super) fn label(&mut self, label: Box4) {
+        self.labels.push(label);
+    }
+
+    /// The left middle of a label of this size that belongs to a point, at the
+    /// best of many places around it; it is taken from then on.
+    pub(super) fn place(&mut self, (x, y): At, (wide, high): At, bounds: Box4) -> At {
+        let mut best = (f64::MAX, (x, y));
+        for (ring, distance) in [9.0, 18.0, 30.0, 46.0, 66.0, 90.0].into_iter().enumerate() {
+            for n in 0..16u32 {
+                let angle = f64::from(n) * std::f64::consts::TAU / 16.0;
+                let (dx, dy) = (angle.cos(), angle.sin());
+                let left = x + dx * distance - wide * (0.5 - dx * 0.5);
+                let middle = y + dy * (distance + high * 0.3);
+                let label = [left, middle - high / 2.0, left + wide, middle + high / 2.0];
+                // Beside it reads best; the further away, the worse.
+                let cost = self.cost(label, bounds) + 5.0 * ring as f64 + 2.0 * dy.abs();
+                if cost < best.0 {
+                    best = (cost, (left, middle));
+                }
+            }
+        }
+        let (left, middle) = best.1;
+        self.label([left, middle - high / 2.0, left + wide, middle + high / 2.0]);
+        best.1
+    }
+
+    fn cost(&self, label: Box4, bounds: Box4) -> f64 {
+        let hits = |boxes: &[Box4]| boxes.iter().filter(|other| meet(label, **other)).count();
+        let leaves = label[0] < bounds[0]
+            || label[1] < bounds[1]
+            || label[2] > bounds[2]
+            || label[3] > bounds[3];
+        let lines = self.lines.iter().filter(|line| crosses(label, **line));
+        let counts = [
+            hits(&self.labels),
+            usize::from(leaves),
+            hits(&self.marks),
+            lines.count(),
+        ];
+        let costs = COSTS.iter().zip(counts);
+        costs.map(|(cost, count)| cost * count as f64).sum()
+    }
+}
+
+fn meet(a: Box4, b: Box4) -> bool {
+    a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3]
+}
+
+/// Whether a line goes through a box: looked at in steps of a few pixels.
+fn crosses(label: Box4, (from, to): (At, At)) -> bool {
+    let length = (to.0 - from.0).hypot(to.1 - from.1);
+    let steps = (length / 4.0).ceil().max(1.0) as u32;
+    (0..=steps).any(|n| {
+        let part = f64::from(n) / f64::from(steps);
+        let (x, y) = (
+            from.0 + (to.0 - from.0) * part,
+            from.1 + (to.1 - from.1) * part,
+        );
+        meet(label, [x, y, x, y])
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn labels_of_one_point_stand_side_by_side_within_their_panel() {
+        let mut taken = Taken::default();
+        taken.mark((50.0, 50.0), 4.0);
+        let bounds = [0.0, 0.0, 200.0, 100.0];
+        let placed: Vec<At> = (0..4)
+            .map(|_| taken.place((50.0, 50.0), (60.0, 14.0), bounds))
+            .collect();
+        for (n, (x, y)) in placed.iter().enumerate() {
+            assert!(*x >= 0.0 && x + 60.0 <= 200.0 && (7.0..=93.0).contains(y));
+            for (ox, oy) in &placed[..n] {
+                assert!((x - ox).abs() >= 60.0 || (y - oy).abs() >= 14.0);
+            }
+        }
+    }
+}

@@ -1,0 +1,420 @@
+//! A plot between two axes.
+
+use super::At;
+use super::axis::{Axis, Scale, apart};
+use super::canvas::{Canvas, Words};
+use super::ink::{Color, GRID, INK, MUTED, PALETTE, Paint, Shape, Stroke, stroke};
+use super::labels::Taken;
+use super::words::{shortened, width};
+
+/// The most that names at a panel's left edge take, pixels.
+const HEADS: f64 = 150.0;
+/// Room for a bold name's own tick at the right of it, pixels.
+const OWN_TICK: f64 = 70.0;
+/// Between words and what they belong to, pixels.
+const NEAR: f64 = 6.0;
+
+/// What is drawn between the axes, in their units.
+#[derive(Clone, Debug)]
+pub enum Mark {
+    /// A line.
+    Line(Vec<At>, Stroke),
+    /// A closed outline.
+    Outline(Vec<At>, Paint),
+    /// From x to x, then from y to y: a bar, a band, a cell; infinite ends reach the
+    /// panel's.
+    Area(At, At, Paint),
+    /// At a point, this many pixels in radius.
+    Dot(At, Shape, f64, Paint),
+    /// Words that find a free place near a point.
+    Label(At, String, Color),
+    /// Words this many pixels to the right of a point.
+    Beside(At, f64, String),
+}
+
+/// A plot between two axes.
+#[derive(Clone, Debug)]
+pub struct Panel {
+    /// Over its left end, in bold.
+    pub title: String,
+    /// Over its right end, in bold and blue.
+    pub result: String,
+    /// Across.
+    pub x: Axis,
+    /// Up; rows go down.
+    pub y: Axis,
+    /// Of the plot alone, pixels.
+    pub height: f64,
+    /// Of its width beside its neighbours'.
+    pub share: f64,
+    /// Under the grid.
+    pub ground: Vec<Mark>,
+    /// Over it, in order.
+    pub marks: Vec<Mark>,
+}
+
+/// Pixels left, above, right of and below a plot.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Margins {
+    /// Names, ticks and the axis' name.
+    pub left: f64,
+    /// Titles and far words.
+    pub top: f64,
+    /// Far words.
+    pub right: f64,
+    /// Ticks and the axis' name.
+    pub bottom: f64,
+}
+
+/// How large the letters are, as a part of the usual.
+#[derive(Clone, Copy, Debug)]
+pub struct Letters(pub f64);
+
+impl Letters {
+    fn tick(self) -> Words {
+        Words::new(11.0 * self.0, MUTED)
+    }
+
+    pub(super) fn name(self) -> Words {
+        Words::new(12.0 * self.0, INK)
+    }
+
+    pub(super) fn title(self) -> Words {
+        Words::new(13.0 * self.0, INK).bold()
+    }
+
+    /// Height of a line of ticks.
+    fn line(self) -> f64 {
+        15.0 * self.0
+    }
+}
+
+impl Panel {
+    /// An empty plot of this height.
+    #[must_use]
+    pub fn new(title: &str, x: Axis, y: Axis, height: f64) -> Self {
+        Self {
+            title: title.to_owned(),
+            result: String::new(),
+            x,
+            y,
+            height,
+            share: 1.0,
+            ground: Vec::new(),
+            marks: Vec::new(),
+        }
+    }
+
+    /// Room for what stands around a plot `wide` pixels wide.
+    #[must_use]
+    pub fn margins(&self, letters: Letters, wide: f64) -> Margins {
+        let ticks = self.y.widest(letters.tick().size);
+        let name = if self.y.name.is_empty() {
+            0.0
+        } else {
+            letters.line() + 3.0
+        };
+        let heads = self.heads_wide(letters);
+        let far = |words: &str| width(letters.tick().size, words, false);
+        let beyond = self.y.far.iter().map(|f| far(&f.words) + 14.0);
+        let title = !self.title.is_empty() || !self.result.is_empty();
+        let bottom = match (self.x.speaks(), self.x.name.is_empty()) {
+            (false, _) => 0.0,
+            (true, unnamed) => {
+                let lines = self.crowd(letters, wide).1 + if unnamed { 0.0 } else { 1.3 };
+                3.0 + lines * letters.line()
+            }
+        };
+        Margins {
+            left: (heads + name + ticks + NEAR).max(12.0),
+            top: if title { 23.0 * letters.0 } else { 8.0 }
+                + if self.x.far.is_empty() {
+                    0.0
+                } else {
+                    letters.line()
+                },
+            right: beyond.fold(16.0, f64::max),
+            bottom,
+        }
+    }
+
+    fn heads_wide(&self, letters: Letters) -> f64 {
+        let head = |h: &super::axis::Head| {
+            let name = width(letters.title().size, &h.name, false);
+            let more = width(letters.tick().size, &h.more, false);
+            name.max(more) + if h.mark.is_some() { 20.0 } else { 0.0 } + 12.0
+        };
+        // A bold name stands among the ticks, where its own is short.
+        let beside = self.y.heads.iter().filter(|head| !head.bold);
+        let widest = beside.map(head).fold(0.0, f64::max);
+        widest.min(HEADS * letters.0)
+    }
+
+    /// Every how many columns are named, and in how many lines.
+    fn crowd(&self, letters: Letters, wide: f64) -> (usize, f64) {
+        let Scale::Rows(count) = self.x.scale else {
+            return (1, 1.0);
+        };
+        let columns = (self.x.widest(letters.tick().size) + 4.0) / (wide / count);
+        if columns <= 1.0 {
+            (1, 1.0)
+        } else {
+            ((columns / 2.0).ceil() as usize, 2.0)
+        }
+    }
+
+    /// Draws it, the plot between its left top and its right bottom, its title
+    /// `above` pixels over it.
+    pub fn draw(&self, canvas: &mut Canvas, letters: Letters, above: f64, (from, to): (At, At)) {
+        let drawn = Drawn {
+            panel: self,
+            letters,
+            above,
+            from,
+            to,
+        };
+        let mut taken = Taken::default();
+        drawn.marks(canvas, &self.ground, &mut taken);
+        drawn.grid(canvas);
+        drawn.marks(canvas, &self.marks, &mut taken);
+        drawn.words(canvas);
+        drawn.labels(canvas, &mut taken);
+    }
+}
+
+/// A panel at its place.
+struct Drawn<'a> {
+    panel: &'a Panel,
+    letters: Letters,
+    above: f64,
+    from: At,
+    to: At,
+}
+
+impl Drawn<'_> {
+    fn x(&self, value: f64) -> f64 {
+        self.panel.x.scale.place(value, self.from.0, self.to.0)
+    }
+
+    fn y(&self, value: f64) -> f64 {
+        match self.panel.y.scale {
+            Scale::Rows(_) => self.panel.y.scale.place(value, self.from.1, self.to.1),
+            _ => self.panel.y.scale.place(value, self.to.1, self.from.1),
+        }
+    }
+
+    fn at(&self, (x, y): At) -> At {
+        (self.x(x), self.y(y))
+    }
+
+    fn path(&self, points: &[At]) -> Vec<At> {
+        points.iter().map(|point| self.at(*point)).collect()
+    }
+
+    /// Faint lines at the ticks, lines that are named, and the axis that is cut.
+    fn grid(&self, canvas: &mut Canvas) {
+        let across = |x: f64| [(x, self.from.1), (x, self.to.1)];
+        let up = |y: f64| [(self.from.0, y), (self.to.0, y)];
+        for (value, _) in self.panel.x.ticks.iter().filter(|_| self.panel.x.grid) {
+            canvas.line(&across(self.x(*value)), stroke(GRID, 1.0));
+        }
+        for (value, _) in self.panel.y.ticks.iter().filter(|_| self.panel.y.grid) {
+            canvas.line(&up(self.y(*value)), stroke(GRID, 1.0));
+        }
+        for far in &self.panel.x.far {
+            if let Some(color) = far.rule {
+                canvas.line(&across(self.x(far.at)), stroke(color, 1.4));
+            }
+        }
+        for far in &self.panel.y.far {
+            if let Some(color) = far.rule {
+                canvas.line(&up(self.y(far.at)), stroke(color, 1.4));
+            }
+        }
+        for cut in self.panel.x.scale.cuts(self.from.0, self.to.0) {
+            for at in [cut - 3.0, cut + 3.0] {
+                let slant = [(at - 3.0, self.to.1 + 5.0), (at + 3.0, self.to.1 - 5.0)];
+                canvas.line(&slant, stroke(MUTED, 1.0));
+            }
+        }
+    }
+
+    fn marks(&self, canvas: &mut Canvas, marks: &[Mark], taken: &mut Taken) {
+        for mark in marks {
+            match mark {
+                Mark::Line(points, stroke) => {
+                    let path = self.path(points);
+                    taken.line(&path);
+                    canvas.line(&path, *stroke);
+                }
+                Mark::Outline(points, paint) => canvas.polygon(&self.path(points), *paint),
+                Mark::Area((x, to_x), (y, to_y), paint) => {
+                    let (from, to) = (self.at((*x, *y)), self.at((*to_x, *to_y)));
+                    canvas.area(from, to, *paint);
+                }
+                Mark::Dot(at, shape, radius, paint) => {
+                    taken.mark(self.at(*at), *radius + 1.0);
+                    canvas.mark(self.at(*at), *shape, *radius, *paint);
+                }
+                Mark::Beside(at, distance, words) => {
+                    let ((x, y), style) = (self.at(*at), self.letters.tick());
+                    let wide = width(style.size, words, false);
+                    taken.label([x, y - 7.0, x + distance + wide, y + 7.0]);
+                    canvas.text((x + distance, y), words, style);
+                }
+                Mark::Label(..) => {}
+            }
+        }
+    }
+
+    /// After everything else, so that they see what is taken.
+    fn labels(&self, canvas: &mut Canvas, taken: &mut Taken) {
+        let bounds = [self.from.0, self.from.1, self.to.0, self.to.1];
+        for mark in &self.panel.marks {
+            let Mark::Label(at, words, color) = mark else {
+                continue;
+            };
+            let style = Words::new(self.letters.tick().size, *color);
+            let size = (width(style.size, words, false), style.size * 1.2);
+            let (x, y) = self.at(*at);
+            let (left, middle) = taken.place((x, y), size, bounds);
+            // A lead where it stands further off.
+            let near = (x.clamp(left, left + size.0), middle);
+            if (near.0 - x).hypot(near.1 - y) > 16.0 {
+                let end = (near.0, middle + (y - middle).signum() * size.1 / 2.0);
+                canvas.line(&[(x, y), end], stroke(*color, 0.8));
+            }
+            canvas.text((left, middle), words, style);
+        }
+    }
+
+    /// Titles, heads, ticks, names and far words.
+    fn words(&self, canvas: &mut Canvas) {
+        let (panel, letters) = (self.panel, self.letters);
+        let over = self.from.1 - self.above + 11.0 * letters.0;
+        canvas.text((self.from.0, over), &panel.title, letters.title());
+        let result = Words {
+            color: PALETTE[0],
+            ..letters.title().ending()
+        };
+        canvas.text((self.to.0, over), &panel.result, result);
+        self.across(canvas);
+        self.up(canvas);
+        self.far(canvas);
+    }
+
+    fn across(&self, canvas: &mut Canvas) {
+        let (axis, letters) = (&self.panel.x, self.letters);
+        if !axis.speaks() {
+            return;
+        }
+        let style = letters.tick().centred();
+        let (every, lines) = self.panel.crowd(letters, self.to.0 - self.from.0);
+        let mut free = f64::MIN;
+        for (n, (value, words)) in axis.ticks.iter().enumerate().step_by(every) {
+            let x = self.x(*value);
+            let half = width(style.size, words, false) / 2.0;
+            let below = if lines > 1.0 {
+                (n / every % 2) as f64
+            } else {
+                0.0
+            };
+            if lines > 1.0 || x - half >= free {
+                let y = self.to.1 + 4.0 + letters.line() * (0.5 + below);
+                canvas.text((x, y), words, style);
+                free = x + half + 5.0;
+            }
+        }
+        let middle = (self.from.0 + self.to.0) / 2.0;
+        let y = self.to.1 + 3.0 + letters.line() * (lines + 0.65);
+        canvas.text((middle, y), &axis.name, letters.name().centred());
+    }
+
+    fn up(&self, canvas: &mut Canvas) {
+        let (axis, letters) = (&self.panel.y, self.letters);
+        let style = letters.tick().ending();
+        let mut free = f64::NEG_INFINITY;
+        let mut ticks: Vec<_> = axis.ticks.iter().map(|(v, w)| (self.y(*v), w)).collect();
+        ticks.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for (y, words) in ticks.iter().filter(|(_, words)| !words.is_empty()) {
+            if *y - free >= style.size * 1.05 {
+                canvas.text((self.from.0 - NEAR, *y), words, style);
+                free = *y;
+            }
+        }
+        let wide = self.from.0 - NEAR - axis.widest(style.size);
+        let middle = (self.from.1 + self.to.1) / 2.0;
+        let at = (wide - letters.line() * 0.6, middle);
+        canvas.text(at, &axis.name, letters.name().turned());
+        let name = if axis.name.is_empty() {
+            0.0
+        } else {
+            letters.line() + 3.0
+        };
+        let left = wide - name - self.panel.heads_wide(letters);
+        for head in &axis.heads {
+            let right = if head.bold {
+                self.from.0 - OWN_TICK
+            } else {
+                wide - NEAR
+            };
+            self.head(canvas, head, left, right);
+        }
+    }
+
+    fn head(&self, canvas: &mut Canvas, head: &super::axis::Head, mut left: f64, right: f64) {
+        let letters = self.letters;
+        let y = self.y(head.at);
+        let (up, down) = if head.more.is_empty() {
+            (0.0, 0.0)
+        } else {
+            (8.0, 9.0)
+        };
+        if let Some(mark) = head.mark {
+            canvas.mark((left + 8.0, y - up), Shape::Disc, 5.0, mark.dot());
+            left += 20.0;
+        }
+        let style = Words {
+            bold: head.bold,
+            ..Words::new(13.0 * letters.0, INK)
+        };
+        let name = shortened(style.size, &head.name, right - left, head.bold);
+        canvas.text((left, y - up), &name, style);
+        canvas.text((left, y + down), &head.more, letters.tick());
+    }
+
+    fn far(&self, canvas: &mut Canvas) {
+        let letters = self.letters;
+        let style = |color: Color| Words {
+            color,
+            ..letters.tick()
+        };
+        let size = letters.tick().size;
+        let far = &self.panel.y.far;
+        let places: Vec<f64> = far.iter().map(|f| self.y(f.at)).collect();
+        let gaps = vec![size * 1.25; far.len()];
+        let at = apart(&places, &gaps, self.from.1 - 8.0, self.to.1 + 8.0);
+        for ((far, y), place) in far.iter().zip(at).zip(places) {
+            let lead = [(self.to.0 + 1.0, place), (self.to.0 + 8.0, y)];
+            if far.rule.is_none() && far.color != INK || (y - place).abs() > 1.0 {
+                canvas.line(&lead, stroke(far.rule.unwrap_or(far.color), 1.0));
+            }
+            let text = (self.to.0 + 11.0, y);
+            let color = if far.rule.is_some() { MUTED } else { INK };
+            canvas.text(text, &far.words, style(color));
+        }
+        let far = &self.panel.x.far;
+        let places: Vec<f64> = far.iter().map(|f| self.x(f.at)).collect();
+        let gaps: Vec<f64> = far
+            .iter()
+            .map(|f| width(size, &f.words, false) + 8.0)
+            .collect();
+        let at = apart(&places, &gaps, self.from.0 - 20.0, self.to.0 + 40.0);
+        for ((far, x), place) in far.iter().zip(at).zip(places) {
+            let y = self.from.1 - letters.line() * 0.7;
+            let lead = [(place, self.from.1), (x, y + size * 0.6)];
+            canvas.line(&lead, stroke(far.rule.unwrap_or(MUTED), 1.0));
+            canvas.text((x, y), &far.words, style(MUTED).centred());
+        }
+    }
+}

@@ -1,0 +1,88 @@
+//! Long signals made short enough to draw, without losing a peak.
+
+/// Time and value.
+pub type Point = (f64, f64);
+
+/// Rows further apart than this are not joined: nothing was recorded there, s.
+const GAP_S: f64 = 0.5;
+
+/// Splits a signal where nothing was recorded and keeps of each bucket the
+/// smallest and the largest value, in their order: at most two points a bucket.
+/// Values that are not finite are left out.
+pub fn shorten(points: impl Iterator<Item = Point>, buckets: usize) -> Vec<Vec<Point>> {
+    let points: Vec<Point> = points
+        .filter(|(t, value)| t.is_finite() && value.is_finite())
+        .collect();
+    let per_bucket = points.len().div_ceil(buckets.max(1)).max(2);
+    points
+        .chunk_by(|a, b| b.0 - a.0 <= GAP_S)
+        .map(|part| part.chunks(per_bucket).flat_map(extremes).collect())
+        .collect()
+}
+
+/// The smallest and the largest of some points, earlier first; one if they are the same.
+fn extremes(points: &[Point]) -> Vec<Point> {
+    let by_value = |a: &&Point, b: &&Point| a.1.total_cmp(&b.1);
+    let low = points.iter().min_by(by_value).copied();
+    let high = points.iter().max_by(by_value).copied();
+    let mut both: Vec<Point> = low.into_iter().chain(high).collect();
+    both.sort_by(|a, b| a.0.total_cmp(&b.0));
+    both.dedup();
+    both
+}
+
+/// Smallest and largest of some values; `None` if none is finite.
+pub fn range(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
+    values
+        .filter(|value| value.is_finite())
+        .fold(None, |range, value| match range {
+            None => Some((value, value)),
+            Some((low, high)) => Some((value.min(low), value.max(high))),
+        })
+}
+
+/// A round step (1, 2 or 5 times a power of ten) that divides `span` into at most `parts`.
+pub fn round_step(span: f64, parts: f64) -> f64 {
+    let rough = (span / parts).max(1e-9);
+    let decade = 10f64.powf(rough.log10().floor());
+    let steps = [1.0, 2.0, 5.0, 10.0].map(|factor| factor * decade);
+    steps
+        .into_iter()
+        .find(|step| *step >= rough * (1.0 - 1e-9))
+        .unwrap_or(10.0 * decade)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shortening_keeps_every_peak_and_the_gap() {
+        let signal = (0..10_000).map(|i| {
+            let t = f64::from(i) * 0.01 + if i >= 5000 { 10.0 } else { 0.0 };
+            (
+                t,
+                if i == 1234 {
+                    9.0
+                } else if i == 8765 {
+                    -7.0
+                } else {
+                    0.0
+                },
+            )
+        });
+        let parts = shorten(signal, 100);
+        assert_eq!(parts.len(), 2);
+        assert!(parts.concat().len() <= 200);
+        let low_high = range(parts.concat().iter().map(|point| point.1));
+        assert_eq!(low_high, Some((-7.0, 9.0)));
+        assert!(parts[0].contains(&(12.34, 9.0)));
+    }
+
+    #[test]
+    fn steps_are_round() {
+        assert_eq!(round_step(30.0, 8.0), 5.0);
+        assert_eq!(round_step(2800.0, 10.0), 500.0);
+        assert_eq!(round_step(1.0, 5.0), 0.2);
+    }
+}

@@ -1,0 +1,141 @@
+//! A run as a folder: `run.json`, and per trial `NN-name/` with `trial.json`,
+//! `samples.csv` and `edges.csv`.
+
+use super::damage::{self, Held};
+use super::disk::{FileSystem, write_json};
+use super::recorder::Recorder;
+use super::{DeviceKind, FORMAT, RecordError, Run, Trial, ending, read_edges, read_samples};
+use serde::{Serialize, de::DeserializeOwned};
+use std::path::{Path, PathBuf};
+
+/// Writes `run.json`: everything of the run but its trials, and a `summary.json`
+/// that says that the run is incomplete, as long as nothing replaces it. Call it
+/// before the first [`Recorder`], so that an interrupted run can be loaded.
+pub fn write_run(dir: &Path, run: &Run) -> Result<(), RecordError> {
+    std::fs::create_dir_all(dir).map_err(RecordError::write(dir))?;
+    ending::begin(dir, run)?;
+    write_header(dir, run)
+}
+
+/// Replaces `run.json` alone: with what has been learnt of the device, once a
+/// trial knows it.
+///
+/// # Errors
+/// It cannot be written; the old one stays.
+pub fn write_header(dir: &Path, run: &Run) -> Result<(), RecordError> {
+    #[derive(Serialize)]
+    struct Header<'a> {
+        #[serde(flatten)]
+        run: &'a Run,
+        kind: Option<DeviceKind>,
+        simulated: Option<bool>,
+    }
+    let kind = run.kind();
+    let header = Header {
+        run,
+        kind,
+        simulated: kind.map(|_| run.is_simulated()),
+    };
+    write_json(&FileSystem, &dir.join("run.json"), &header)
+}
+
+/// Writes a whole run that is in memory.
+pub fn save(dir: &Path, run: &Run) -> Result<(), RecordError> {
+    write_run(dir, run)?;
+    for (position, trial) in run.trials.iter().enumerate() {
+        let recorder = Recorder::create(dir, position, trial)?;
+        recorder.finish(&trial.counters, trial.duration_s)?;
+    }
+    Ok(())
+}
+
+/// Reads a run back, also one that was interrupted. Trials are the folders
+/// with a `trial.json`, by name. What a closed one has lost is in
+/// [`Run::damage`].
+pub fn load(dir: &Path) -> Result<Run, RecordError> {
+    let mut run = read_header(dir)?;
+    let (ending, counted) = ending::read(dir);
+    run.ending = ending;
+    let mut found = Vec::new();
+    for folder in trial_folders(dir)? {
+        let mut trial: Trial = read_json(&folder.join("trial.json"))?;
+        let samples = folder.join("samples.csv");
+        match damage::missing(&samples)? {
+            Some(what) => run.damage.push(what),
+            None => trial.samples = read_samples(&samples)?,
+        }
+        let edges = folder.join("edges.csv");
+        // A trial stopped on its first steps has none.
+        if edges.is_file() {
+            trial.edges = read_edges(&edges)?;
+        }
+        // One that nobody closed: it is as long as its rows.
+        if run.ending.is_incomplete() && trial.counters.is_empty() {
+            trial.duration_s = trial.samples.last().map_or(0.0, |sample| sample.t_s);
+        }
+        // Records of the first format have no copy.
+        let text = std::fs::read_to_string(folder.join("session.toml"));
+        trial.session_text = text.unwrap_or_default();
+        found.push((folder, Held::by(&trial)));
+        run.trials.push(trial);
+    }
+    // Of one that was cut short, the disk may hold less than the program knew.
+    if !run.ending.is_incomplete() {
+        run.damage.extend(damage::of(dir, &counted, &found));
+    }
+    Ok(run)
+}
+
+/// Reads `run.json` alone.
+pub(super) fn read_header(dir: &Path) -> Result<Run, RecordError> {
+    let path = dir.join("run.json");
+    if !path.is_file() {
+        let dir = dir.to_owned();
+        return Err(RecordError::Absent { dir });
+    }
+    let any: serde_json::Value = read_json(&path)?;
+    let format = any["format"].as_u64().unwrap_or(1);
+    if format > u64::from(FORMAT) {
+        return Err(RecordError::Newer {
+            dir: dir.to_owned(),
+            format,
+            program: any["program"]["version"].as_str().unwrap_or("?").to_owned(),
+        });
+    }
+    read_json(&path)
+}
+
+/// The folders of the trials, in their order.
+pub(super) fn trial_folders(dir: &Path) -> Result<Vec<PathBuf>, RecordError> {
+    let entries = std::fs::read_dir(dir).map_err(RecordError::io(dir))?;
+    let mut folders: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
+    folders.retain(|folder| folder.join("trial.json").is_file());
+    folders.sort();
+    Ok(folders)
+}
+
+fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T, RecordError> {
+    let text = std::fs::read_to_string(path).map_err(RecordError::io(path))?;
+    serde_json::from_str(&text).map_err(|error| RecordError::Format {
+        path: path.to_owned(),
+        line: error.line(),
+        what: error.to_string(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_moment_reads_back_as_it_was_written() {
+        let path = std::env::temp_dir().join(format!("flexor-moments-{}", std::process::id()));
+        let moments: Vec<f64> = (0..100_000)
+            .map(|i| f64::from(i * 613 + 7) * 1e-6)
+            .collect();
+        write_json(&FileSystem, &path, &moments).unwrap();
+        let back: Vec<f64> = read_json(&path).unwrap();
+        std::fs::remove_file(&path).unwrap();
+        assert_eq!(back, moments);
+    }
+}

@@ -1,0 +1,421 @@
+//! The data of a run: what was asked, what the device answered, what its pins did.
+//!
+//! Here: [`Run`] and its parts, CSV in and out, and the [`Recorder`] that keeps
+//! every row on disk while a trial is still running. Not here: numbers computed
+//! from the data (`analysis`), pictures (`report`).
+//! In: telemetry, edges, counters, events. Out: a folder that [`load`] reads back.
+
+mod columns;
+mod damage;
+mod difference;
+mod disk;
+mod document;
+mod ending;
+mod error;
+mod folder;
+mod identity;
+mod place;
+mod provenance;
+mod recorder;
+mod table;
+
+pub use columns::{Column, EDGES, Each, SAMPLES};
+pub use damage::Held;
+pub use difference::{Difference, compare_rows};
+pub use disk::{Disk, FileSystem, replace_file, trial_folder};
+pub use document::document;
+pub use ending::{Completeness, Ending, write_summary};
+pub use error::RecordError;
+pub use folder::{load, save, write_header, write_run};
+pub use identity::{DeviceKind, Identity};
+pub use place::Place;
+pub use provenance::{ClockFit, HostFacts, Plan, Program};
+pub use recorder::Recorder;
+pub use table::{read_edges, read_samples, write_edges, write_samples};
+
+use crate::session::Study;
+use serde::{Deserialize, Serialize};
+
+/// Several trials of one purpose on one device.
+#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
+pub struct Run {
+    /// Of the record: [`FORMAT`] in what this program writes, 1 before there was
+    /// a number.
+    #[serde(default = "first_format")]
+    pub format: u32,
+    /// What the run is about; the heading of its report.
+    pub title: String,
+    /// How the device was named: "native simulator", a port's name, ….
+    pub device: String,
+    /// Seed of all that was random.
+    pub seed: u64,
+    /// The program that recorded.
+    #[serde(default)]
+    pub program: Program,
+    /// What was ordered; `None` in records of the first format.
+    #[serde(default)]
+    pub plan: Option<Plan>,
+    /// What only people know.
+    #[serde(default)]
+    pub study: Study,
+    /// The SHA-256 of the image that the device ran, where it was this program's.
+    #[serde(default)]
+    pub image_sha256: Option<String>,
+    /// In the order they were run; each has a folder of its own.
+    #[serde(skip)]
+    pub trials: Vec<Trial>,
+    /// What a paper printed for the same trials.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub paper: Vec<PaperRow>,
+    /// What was put into a simulation and what came out.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub assumptions: Vec<Assumption>,
+    /// What the host knows: a rerun differs in this alone.
+    #[serde(default)]
+    pub host: HostFacts,
+    /// How it ended; kept in `summary.json`.
+    #[serde(skip)]
+    pub ending: Ending,
+    /// What it has lost since it was closed, a phrase each: found by [`load`].
+    #[serde(skip)]
+    pub damage: Vec<String>,
+}
+
+/// The format of the records that this program writes.
+pub const FORMAT: u32 = 2;
+
+const fn first_format() -> u32 {
+    1
+}
+
+/// The SHA-256 of `bytes`, 64 hexadecimal digits.
+#[must_use]
+pub fn sha256(bytes: &[u8]) -> String {
+    use sha2::Digest;
+    let digest = sha2::Sha256::digest(bytes);
+    digest.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+impl Run {
+    /// A run without trials that this program begins now.
+    #[must_use]
+    pub fn begin(title: &str, device: &str, seed: u64, plan: Plan) -> Self {
+        Self {
+            format: FORMAT,
+            title: title.to_owned(),
+            device: device.to_owned(),
+            seed,
+            program: Program::this(),
+            plan: Some(plan),
+            host: HostFacts::now(),
+            ..Self::default()
+        }
+    }
+
+    /// What repeats it, typed in its folder: for a simulated run of this program
+    /// the same bytes, for any other the same session.
+    #[must_use]
+    pub fn how_to_reproduce(&self) -> &'static str {
+        match self.is_repeatable() {
+            true => "flexor rerun .",
+            false => "flexor run 01-*/session.toml --device PORT",
+        }
+    }
+
+    /// Whether every device that answered ran in this program, in virtual time.
+    #[must_use]
+    pub fn is_repeatable(&self) -> bool {
+        let mut devices = self
+            .trials
+            .iter()
+            .filter_map(|trial| trial.identity.as_ref());
+        devices.all(|it| it.in_process)
+    }
+
+    /// Whether a simulator stood in for the wearer: the device said so, or a
+    /// true angle is known, which only a simulated body can tell. A name, which
+    /// anybody can give, is no evidence.
+    #[must_use]
+    pub fn is_simulated(&self) -> bool {
+        let said = |trial: &Trial| trial.identity.as_ref().is_some_and(|it| it.simulated);
+        let known = |trial: &Trial| trial.samples.iter().any(|s| s.true_deg.is_some());
+        self.trials.iter().any(|trial| said(trial) || known(trial))
+    }
+
+    /// What stimulated; `None` until a device has answered.
+    #[must_use]
+    pub fn kind(&self) -> Option<DeviceKind> {
+        let mut said = self.trials.iter().filter_map(|it| it.identity.as_ref());
+        said.next().map(|it| it.kind)
+    }
+
+    /// What stimulated, for people: what it said it is, and where.
+    #[must_use]
+    pub fn device_in_words(&self) -> String {
+        let said = self.trials.iter().find_map(|trial| trial.identity.as_ref());
+        said.map_or_else(|| self.device.clone(), |it| it.kind.at(&self.device))
+    }
+}
+
+/// One uninterrupted stimulation.
+#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
+pub struct Trial {
+    /// For people: "two-point".
+    pub name: String,
+    /// The session file that described it.
+    pub session_file: String,
+    /// The device, as it told itself; `None` if it never answered.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub identity: Option<Identity>,
+    /// The text of the session file, kept beside the rows as `session.toml`.
+    #[serde(skip)]
+    pub session_text: String,
+    /// Its SHA-256, 64 hexadecimal digits.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub session_sha256: Option<String>,
+    /// The device's clock against the host's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub clock: Option<ClockFit>,
+    /// Length, s.
+    pub duration_s: f64,
+    /// The channels in use; `Sample::amplitudes` has this order.
+    pub channels: Vec<ChannelInfo>,
+    /// Telemetry, oldest first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub samples: Vec<Sample>,
+    /// Switch states of one period, oldest first. A channel is isolated until
+    /// its first edge.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub edges: Vec<Edge>,
+    /// Whether the device drove a joint after a target: only then is its angle judged.
+    #[serde(default)]
+    pub joint: bool,
+    /// The virtual wall, if there was one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wall: Option<WallPlace>,
+    /// The part that metrics judge, from–to in s; all of it when `None`.
+    pub measure: Option<(f64, f64)>,
+    /// Pulses of more than 0 that were played; `None` if nobody could tell.
+    #[serde(default)]
+    pub pulses: Option<u64>,
+    /// Why there was none, most likely.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub silent: Option<String>,
+    /// Named counts of this trial: frames, pulses, …. Of a device that was
+    /// running before, what it counted between the trial's begin and its end.
+    pub counters: Vec<(String, u64)>,
+    /// What happened when, s.
+    pub events: Vec<(f64, String)>,
+    /// What the electrode check of arming read, in the order it did.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub electrode_check: Vec<ElectrodeReading>,
+}
+
+/// What the electrode check of arming read of a channel.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+pub struct ElectrodeReading {
+    /// 1-based.
+    pub channel: u8,
+    /// What was applied, in the channel's unit.
+    pub applied: f64,
+    /// The current that flowed, mA.
+    pub current_ma: f64,
+    /// Of a voltage stage: volts by current, Ω; `None` for a current stage, which
+    /// does not measure its voltage, and without any current.
+    pub load_ohm: Option<f64>,
+}
+
+impl Trial {
+    /// The predicted force of a channel, N; `None` without a muscle.
+    #[must_use]
+    pub fn force_n(&self, sample: &Sample, channel: u8) -> Option<f64> {
+        let place = self.place(channel, |c| c.muscle)?;
+        sample.forces_n.get(place).copied()
+    }
+
+    /// The wanted force of a channel, N; `None` without force control and before
+    /// its first setpoint.
+    #[must_use]
+    pub fn wanted_n(&self, sample: &Sample, channel: u8) -> Option<f64> {
+        let place = self.place(channel, |c| c.force)?;
+        sample.wanted_n.get(place).copied().flatten()
+    }
+
+    /// The pulse rate that force control gives a channel, Hz; `None` without, and
+    /// while the channel plays nothing.
+    #[must_use]
+    pub fn rate_hz(&self, sample: &Sample, channel: u8) -> Option<f64> {
+        let place = self.place(channel, |c| c.force)?;
+        sample.rates_hz.get(place).copied().flatten()
+    }
+
+    /// The two forces that a channel's limits can give, N, if they could not give
+    /// the wanted one between them.
+    #[must_use]
+    pub fn gap_n(&self, sample: &Sample, channel: u8) -> Option<(f64, f64)> {
+        let place = self.place(channel, |c| c.force)?;
+        let side = |list: &[Option<f64>]| list.get(place).copied().flatten();
+        side(&sample.below_n).zip(side(&sample.above_n))
+    }
+
+    /// A channel's place among those that have something.
+    fn place(&self, channel: u8, has: fn(&ChannelInfo) -> bool) -> Option<usize> {
+        let mut such = self.channels.iter().filter(|c| has(c));
+        such.position(|c| c.number == channel)
+    }
+}
+
+/// Where a trial's virtual wall stands.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+pub struct WallPlace {
+    /// The wall, degrees.
+    pub at_deg: f64,
+    /// Whether the limb is inside at larger angles, or at smaller ones.
+    pub stops_flexion: bool,
+    /// How far in front of it its pre-wall begins, degrees; 0 for none.
+    pub pre_wall_deg: f64,
+}
+
+/// A channel of a trial.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+pub struct ChannelInfo {
+    /// 1-based.
+    pub number: u8,
+    /// For people: "flexor A".
+    pub name: String,
+    /// Of its amplitude: "V" or "mA".
+    pub unit: String,
+    /// The wearer's limit, in that unit.
+    pub limit: f64,
+    /// Whether its muscle's force is predicted: a place in `Sample::forces_n`.
+    #[serde(default)]
+    pub muscle: bool,
+    /// Whether that force is controlled: a place in `Sample::wanted_n`.
+    #[serde(default)]
+    pub force: bool,
+}
+
+/// One telemetry sample.
+#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
+pub struct Sample {
+    /// Since the trial's start, s.
+    pub t_s: f64,
+    /// Wanted joint angle, or where a wall stands, degrees; `None` before the
+    /// first setpoint, and without joint or wall.
+    pub target_deg: Option<f64>,
+    /// Joint angle the sensor gave, degrees; `None` before the first measurement,
+    /// and without joint or wall.
+    pub measured_deg: Option<f64>,
+    /// Joint angle of a simulated body, degrees; nobody knows a person's.
+    pub true_deg: Option<f64>,
+    /// What the control law asked for, in its own unit; with a wall, how far the
+    /// limb is inside, degrees. `None` while neither runs.
+    pub effort: Option<f64>,
+    /// A computed amplitude was clamped to the wearer's limit.
+    pub limiting: bool,
+    /// The device's state.
+    pub state: DeviceState,
+    /// Amplitude of each channel, in the channel's unit; `None` while it plays
+    /// nothing.
+    pub amplitudes: Vec<Option<f64>>,
+    /// Predicted force of each channel that has a muscle, N, in channel order.
+    pub forces_n: Vec<f64>,
+    /// Wanted force of each channel under force control, N, in channel order;
+    /// `None` before its first setpoint.
+    #[serde(default)]
+    pub wanted_n: Vec<Option<f64>>,
+    /// Pulse rate that force control gives it, Hz; `None` while it plays nothing.
+    #[serde(default)]
+    pub rates_hz: Vec<Option<f64>>,
+    /// The force below the wanted one that its limits can give, N, where they
+    /// cannot give that itself; in the place of `wanted_n`.
+    #[serde(default)]
+    pub below_n: Vec<Option<f64>>,
+    /// The force above it that they can give, N, likewise.
+    #[serde(default)]
+    pub above_n: Vec<Option<f64>>,
+}
+
+/// The state of a device, by its word in `samples.csv`.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum DeviceState {
+    /// Reset, nothing decided yet.
+    #[default]
+    Boot,
+    /// Outputs isolated, supply down. Includes the electrode check.
+    Idle,
+    /// Ready to start.
+    Armed,
+    /// Trains play.
+    Stimulating,
+    /// Amplitudes fall.
+    Stopping,
+    /// Isolated until acknowledged.
+    Fault,
+}
+
+/// A change of one channel's switch state.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+pub struct Edge {
+    /// Device time, µs.
+    pub t_us: u64,
+    /// 1-based.
+    pub channel: u8,
+    /// From this moment on.
+    pub state: State,
+    /// Amplitude code of the channel's DAC, 0–65535.
+    pub dac_code: u16,
+}
+
+/// How a channel's output switches stand.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum State {
+    /// Both electrodes open.
+    Isolated,
+    /// Current out of the active electrode.
+    Anodic,
+    /// Current into the active electrode.
+    Cathodic,
+    /// Both electrodes shorted to the return.
+    Grounded,
+}
+
+/// What a paper printed for a trial of this kind. A trial may have several.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+pub struct PaperRow {
+    /// [`Trial::name`] it is compared with.
+    pub trial: String,
+    /// RMSE of the paper's own trials, degrees, in print order.
+    pub values: Vec<f64>,
+    /// Where it is printed: "table 8, participant P".
+    pub source: String,
+}
+
+impl PaperRow {
+    /// Arithmetic mean of the values, degrees; `None` without values.
+    pub fn mean(&self) -> Option<f64> {
+        (!self.values.is_empty())
+            .then(|| self.values.iter().sum::<f64>() / self.values.len() as f64)
+    }
+}
+
+/// One thing a reader must know to judge a simulated result.
+#[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
+pub struct Assumption {
+    /// Put in by us, or an outcome.
+    pub role: Role,
+    /// One sentence.
+    pub text: String,
+}
+
+/// Which side of a simulation a statement describes.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Role {
+    /// Typed into the simulated body or the experiment.
+    PutIn,
+    /// Computed by the run.
+    CameOut,
+}

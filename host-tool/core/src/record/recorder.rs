@@ -1,0 +1,140 @@
+//! Keeps a trial on disk while it runs.
+
+use super::disk::{Disk, FileSystem, replace, trial_folder, write_json};
+use super::{
+    ClockFit, Edge, ElectrodeReading, Identity, RecordError, Sample, Trial, columns, table,
+};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// Appends the rows of one trial to its folder, each in one piece and at once.
+/// What was recorded survives an unplugged device, an error, a full disk and a
+/// killed program; not a power cut, since the disk is not forced.
+pub struct Recorder {
+    disk: Box<dyn Disk>,
+    folder: PathBuf,
+    trial: Trial,
+    samples: Box<dyn Write>,
+    /// A row on its way.
+    row: Vec<u8>,
+}
+
+impl Recorder {
+    /// Begins trial `position` (from 0) of the run in `dir`. Name, channels and
+    /// window of `trial` are written at once, rows that it already holds as well.
+    pub fn create(dir: &Path, position: usize, trial: &Trial) -> Result<Self, RecordError> {
+        Self::create_on(Box::new(FileSystem), dir, position, trial)
+    }
+
+    /// The same, on a disk that may not be what it seems.
+    pub fn create_on(
+        disk: Box<dyn Disk>,
+        dir: &Path,
+        position: usize,
+        trial: &Trial,
+    ) -> Result<Self, RecordError> {
+        let folder = trial_folder(dir, position, &trial.name);
+        std::fs::create_dir_all(&folder).map_err(RecordError::write(&folder))?;
+        let path = folder.join("samples.csv");
+        let samples = disk.create(&path).map_err(RecordError::write(&path))?;
+        let mut recorder = Recorder {
+            disk,
+            folder,
+            trial: Trial {
+                samples: Vec::new(),
+                edges: Vec::new(),
+                ..trial.clone()
+            },
+            samples,
+            row: Vec::new(),
+        };
+        recorder.describe()?;
+        recorder.accompany(trial)?;
+        table::write_sample_header(&mut recorder.row, &trial.channels)
+            .and_then(|()| recorder.append())
+            .map_err(RecordError::write(&path))?;
+        recorder.edges(&trial.edges)?;
+        trial.samples.iter().try_for_each(|s| recorder.sample(s))?;
+        Ok(recorder)
+    }
+
+    /// Appends a sample.
+    pub fn sample(&mut self, sample: &Sample) -> Result<(), RecordError> {
+        table::write_sample(&mut self.row, sample, &self.trial.channels)
+            .and_then(|()| self.append())
+            .map_err(|source| RecordError::write(&self.folder.join("samples.csv"))(source))
+    }
+
+    /// Hands the row to the system in one write, so that a program killed at any
+    /// moment leaves whole rows.
+    fn append(&mut self) -> std::io::Result<()> {
+        let written = self.samples.write_all(&self.row);
+        self.row.clear();
+        written
+    }
+
+    /// Replaces `edges.csv` by these edges of one period.
+    pub fn edges(&mut self, edges: &[Edge]) -> Result<(), RecordError> {
+        let path = self.folder.join("edges.csv");
+        let mut text = Vec::new();
+        table::write_edges(&mut text, edges).map_err(RecordError::write(&path))?;
+        replace(&*self.disk, &path, &text)
+    }
+
+    /// Notes which device answered.
+    pub fn identity(&mut self, identity: &Identity) -> Result<(), RecordError> {
+        self.trial.identity = Some(identity.clone());
+        self.describe()
+    }
+
+    /// Notes that something happened `t_s` seconds into the trial.
+    pub fn event(&mut self, t_s: f64, text: &str) -> Result<(), RecordError> {
+        self.trial.events.push((t_s, text.to_owned()));
+        self.describe()
+    }
+
+    /// Notes what the electrode check read.
+    pub fn electrode(&mut self, reading: ElectrodeReading) -> Result<(), RecordError> {
+        self.trial.electrode_check.push(reading);
+        self.describe()
+    }
+
+    /// Keeps how many pulses were played and, if none, why; written with what
+    /// comes next.
+    pub fn played(&mut self, pulses: Option<u64>, silent: Option<&str>) {
+        self.trial.pulses = pulses;
+        self.trial.silent = silent.map(str::to_owned);
+    }
+
+    /// Ends the trial with its counters and its actual length, s.
+    pub fn finish(
+        mut self,
+        counters: &[(String, u64)],
+        duration_s: f64,
+    ) -> Result<(), RecordError> {
+        self.trial.counters = counters.to_vec();
+        self.trial.duration_s = duration_s;
+        self.describe()
+    }
+
+    /// Notes how the device's clock ran.
+    pub fn clock(&mut self, clock: Option<ClockFit>) {
+        self.trial.clock = clock;
+    }
+
+    /// Writes what explains the rows: the session file and the dictionary of
+    /// columns.
+    fn accompany(&self, trial: &Trial) -> Result<(), RecordError> {
+        if !trial.session_text.is_empty() {
+            let path = self.folder.join("session.toml");
+            std::fs::write(&path, &trial.session_text).map_err(RecordError::io(&path))?;
+        }
+        let path = self.folder.join("columns.csv");
+        let written = columns::dictionary(&trial.channels).and_then(|it| std::fs::write(&path, it));
+        written.map_err(RecordError::io(&path))
+    }
+
+    fn describe(&self) -> Result<(), RecordError> {
+        write_json(&*self.disk, &self.folder.join("trial.json"), &self.trial)
+    }
+}

@@ -1,0 +1,338 @@
+//! CSV of samples and edges. Numbers are written so that they read back exactly.
+
+use super::{ChannelInfo, DeviceState, Edge, RecordError, Sample, State, columns};
+use std::io::{self, Write};
+use std::path::Path;
+use std::str::FromStr;
+
+/// Columns every sample has, units in their names.
+const FIXED: [&str; 7] = [
+    "t_s",
+    "target_deg",
+    "measured_deg",
+    "true_deg",
+    "effort",
+    "limiting",
+    "state",
+];
+const AMPLITUDE: &str = "amplitude_";
+const FORCE: &str = "force_";
+const WANTED: &str = "wanted_";
+const RATE: &str = "rate_";
+const BELOW: &str = "below_";
+const ABOVE: &str = "above_";
+
+/// Writes the header of `samples.csv`.
+pub(super) fn write_sample_header(
+    out: &mut impl Write,
+    channels: &[ChannelInfo],
+) -> io::Result<()> {
+    writeln!(out, "{}", columns::header(&columns::SAMPLES, channels))
+}
+
+/// Writes one row. What is not known or not there becomes an empty field, never
+/// a zero; surplus amplitudes or forces have no column and are left out.
+pub(super) fn write_sample(
+    out: &mut impl Write,
+    sample: &Sample,
+    channels: &[ChannelInfo],
+) -> io::Result<()> {
+    let predicted = channels.iter().filter(|c| c.muscle).count();
+    let controlled = channels.iter().filter(|c| c.force).count();
+    write_number(out, sample.t_s)?;
+    for value in [sample.target_deg, sample.measured_deg, sample.true_deg] {
+        write_field(out, value)?;
+    }
+    write_field(out, sample.effort)?;
+    let state = device_state_name(sample.state);
+    write!(out, ",{},{state}", u8::from(sample.limiting))?;
+    let forces: Vec<Option<f64>> = sample.forces_n.iter().copied().map(Some).collect();
+    for (values, columns) in [
+        (&sample.amplitudes, channels.len()),
+        (&forces, predicted),
+        (&sample.wanted_n, controlled),
+        (&sample.rates_hz, controlled),
+        (&sample.below_n, controlled),
+        (&sample.above_n, controlled),
+    ] {
+        for column in 0..columns {
+            write_field(out, values.get(column).copied().flatten())?;
+        }
+    }
+    writeln!(out)
+}
+
+/// Writes a comma and the value, if there is one.
+fn write_field(out: &mut impl Write, value: Option<f64>) -> io::Result<()> {
+    match value {
+        Some(value) => {
+            out.write_all(b",")?;
+            write_number(out, value)
+        }
+        None => out.write_all(b","),
+    }
+}
+
+/// Writes the shortest decimal that reads back exactly, as `Display` does at
+/// several times the cost: only what that may write otherwise is left to it.
+fn write_number(out: &mut impl Write, value: f64) -> io::Result<()> {
+    let mut buffer = zmij::Buffer::new();
+    let text = buffer.format(value);
+    if !value.is_finite() || text.contains('e') || may_tie(value) {
+        return write!(out, "{value}");
+    }
+    out.write_all(text.strip_suffix(".0").unwrap_or(text).as_bytes())
+}
+
+/// Writes samples with their header.
+pub fn write_samples(
+    out: &mut impl Write,
+    channels: &[ChannelInfo],
+    samples: &[Sample],
+) -> io::Result<()> {
+    write_sample_header(out, channels)?;
+    for sample in samples {
+        write_sample(out, sample, channels)?;
+    }
+    Ok(())
+}
+
+/// Writes edges as `t_us,channel,state,dac_code`, the columns of `flexor edges`.
+pub fn write_edges(out: &mut impl Write, edges: &[Edge]) -> io::Result<()> {
+    writeln!(out, "{}", columns::header(&columns::EDGES, &[]))?;
+    for edge in edges {
+        let state = state_name(edge.state);
+        writeln!(
+            out,
+            "{},{},{state},{}",
+            edge.t_us, edge.channel, edge.dac_code
+        )?;
+    }
+    Ok(())
+}
+
+/// Reads `samples.csv`. A last line without its end was cut by a crash and is
+/// dropped; anything else that does not fit is an error with its line.
+pub fn read_samples(path: &Path) -> Result<Vec<Sample>, RecordError> {
+    let rows = Rows::open(path)?;
+    if rows.text.is_empty() {
+        return Ok(Vec::new()); // not even its header was whole
+    }
+    let columns = |prefix: &str| -> Vec<usize> {
+        let named = rows.header.iter().enumerate();
+        named
+            .filter(|(_, name)| name.starts_with(prefix))
+            .map(|(column, _)| column)
+            .collect()
+    };
+    let (amplitudes, forces) = (columns(AMPLITUDE), columns(FORCE));
+    let (wanted, rates) = (columns(WANTED), columns(RATE));
+    let (below, above) = (columns(BELOW), columns(ABOVE));
+    let fixed = FIXED.map(|name| rows.column(name));
+    let [t, target, measured, truth, effort, limiting, state] = fixed;
+    let (t, target, measured) = (t?, target?, measured?);
+    let (truth, effort, limiting, state) = (truth?, effort?, limiting?, state?);
+    rows.map(|row| {
+        // An empty field keeps its place.
+        let list = |columns: &[usize]| -> Result<Vec<Option<f64>>, RecordError> {
+            columns.iter().map(|&column| row.optional(column)).collect()
+        };
+        Ok(Sample {
+            t_s: row.get(t)?,
+            target_deg: row.optional(target)?,
+            measured_deg: row.optional(measured)?,
+            true_deg: row.optional(truth)?,
+            effort: row.optional(effort)?,
+            limiting: row.get::<u8>(limiting)? != 0,
+            state: device_state(row.text(state)).ok_or_else(|| row.error(state))?,
+            amplitudes: list(&amplitudes)?,
+            // Every muscle's force is known from arming on.
+            forces_n: list(&forces)?.into_iter().flatten().collect(),
+            wanted_n: list(&wanted)?,
+            rates_hz: list(&rates)?,
+            below_n: list(&below)?,
+            above_n: list(&above)?,
+        })
+    })
+}
+
+/// Reads `edges.csv`; errors as [`read_samples`].
+pub fn read_edges(path: &Path) -> Result<Vec<Edge>, RecordError> {
+    let rows = Rows::open(path)?;
+    let (t, channel) = (rows.column("t_us")?, rows.column("channel")?);
+    let (state, code) = (rows.column("state")?, rows.column("dac_code")?);
+    rows.map(|row| {
+        Ok(Edge {
+            t_us: row.get(t)?,
+            channel: row.get(channel)?,
+            state: match row.text(state) {
+                "isolated" => State::Isolated,
+                "anodic" => State::Anodic,
+                "cathodic" => State::Cathodic,
+                "grounded" => State::Grounded,
+                _ => return Err(row.error(state)),
+            },
+            dac_code: row.get(code)?,
+        })
+    })
+}
+
+/// The word for a state in `edges.csv`.
+fn state_name(state: State) -> &'static str {
+    match state {
+        State::Isolated => "isolated",
+        State::Anodic => "anodic",
+        State::Cathodic => "cathodic",
+        State::Grounded => "grounded",
+    }
+}
+
+/// The word for a device's state in `samples.csv`.
+fn device_state_name(state: DeviceState) -> &'static str {
+    match state {
+        DeviceState::Boot => "boot",
+        DeviceState::Idle => "idle",
+        DeviceState::Armed => "armed",
+        DeviceState::Stimulating => "stimulating",
+        DeviceState::Stopping => "stopping",
+        DeviceState::Fault => "fault",
+    }
+}
+
+/// The state of this word.
+fn device_state(name: &str) -> Option<DeviceState> {
+    use DeviceState::{Armed, Boot, Fault, Idle, Stimulating, Stopping};
+    let all = [Boot, Idle, Armed, Stimulating, Stopping, Fault];
+    all.into_iter().find(|&s| device_state_name(s) == name)
+}
+
+/// The complete lines of a CSV file.
+struct Rows<'a> {
+    path: &'a Path,
+    header: Vec<String>,
+    text: String,
+}
+
+impl<'a> Rows<'a> {
+    fn open(path: &'a Path) -> Result<Self, RecordError> {
+        let mut text = std::fs::read_to_string(path).map_err(RecordError::io(path))?;
+        text.truncate(text.rfind('\n').map_or(0, |end| end + 1));
+        let header = text.lines().next().unwrap_or_default();
+        let header = header.split(',').map(str::to_owned).collect();
+        Ok(Rows { path, header, text })
+    }
+
+    fn column(&self, name: &str) -> Result<usize, RecordError> {
+        let found = self.header.iter().position(|column| column == name);
+        found.ok_or_else(|| RecordError::Format {
+            path: self.path.to_owned(),
+            line: 1,
+            what: format!("the column {name} is missing"),
+        })
+    }
+
+    fn map<T>(
+        &self,
+        parse: impl Fn(&Row) -> Result<T, RecordError>,
+    ) -> Result<Vec<T>, RecordError> {
+        let mut reader = csv::Reader::from_reader(self.text.as_bytes());
+        let records = reader.records().enumerate();
+        let rows = records.map(|(row, record)| {
+            let line = row + 2;
+            let record = record.map_err(|error| RecordError::Format {
+                path: self.path.to_owned(),
+                line,
+                what: error.to_string(),
+            })?;
+            parse(&Row {
+                rows: self,
+                record,
+                line,
+            })
+        });
+        rows.collect()
+    }
+}
+
+struct Row<'a> {
+    rows: &'a Rows<'a>,
+    record: csv::StringRecord,
+    line: usize,
+}
+
+impl Row<'_> {
+    fn text(&self, column: usize) -> &str {
+        self.record.get(column).unwrap_or_default()
+    }
+
+    fn get<T: FromStr>(&self, column: usize) -> Result<T, RecordError> {
+        self.text(column).parse().map_err(|_| self.error(column))
+    }
+
+    fn optional(&self, column: usize) -> Result<Option<f64>, RecordError> {
+        match self.text(column) {
+            "" => Ok(None),
+            _ => self.get(column).map(Some),
+        }
+    }
+
+    fn error(&self, column: usize) -> RecordError {
+        RecordError::Format {
+            path: self.rows.path.to_owned(),
+            line: self.line,
+            what: format!(
+                "{}: \"{}\" is not a value of this column",
+                self.rows.header[column],
+                self.text(column)
+            ),
+        }
+    }
+}
+
+/// Whether two shortest decimals may be equally near `value`, of which either could
+/// be written. Then its exact decimal has one digit more and ends in 5. An odd
+/// number m of 53 − t bits over 2^k has the digits of m·5^k, at most 18 for that:
+/// k ≤ 3.4 + 0.43·t; and half a unit of the digit before lies within half of the
+/// last bit's: k ≥ 1.4 + 0.43·t. Bounds here are a little wider.
+fn may_tie(value: f64) -> bool {
+    let bits = value.to_bits();
+    let t = bits.trailing_zeros().min(52) as i32;
+    let exponent = (bits >> 52 & 0x7FF) as i32 - 1023;
+    let k = 52 - t - exponent;
+    (3 * t..=3 * t + 35).contains(&(7 * k))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hal_sim::random::Random;
+
+    #[test]
+    fn numbers_are_written_as_they_are_displayed() {
+        let is_same = |value: f64| {
+            let mut written = Vec::new();
+            write_number(&mut written, value).unwrap();
+            assert_eq!(String::from_utf8(written).unwrap(), value.to_string());
+        };
+        let edges = [
+            0.0, -0.0, 1.0, -3.0, 1e15, 1e16, 1e17, 1e300, 1e-4, 1e-5, 1e-7, 5e-324,
+        ];
+        let odd = [
+            f64::NAN,
+            f64::INFINITY,
+            f64::NEG_INFINITY,
+            f64::MAX,
+            0.1 + 0.2,
+        ];
+        edges.into_iter().chain(odd).for_each(is_same);
+        let mut random = Random::new(1);
+        for _ in 0..50_000 {
+            is_same(f64::from_bits(random.word()));
+            is_same(random.below(1 << 24) as f64 * 1e-3);
+            is_same(random.log_between(1e-9, 1e18));
+            // Odd numbers over powers of two, among which there are ties.
+            let odd = (random.word() >> (11 + random.below(52)) | 1) as f64;
+            is_same(odd / (random.below(60) as f64).exp2());
+        }
+    }
+}

@@ -1,0 +1,117 @@
+//! RMSE of this run beside what a paper printed.
+
+use super::tables::degrees;
+use crate::analysis::metrics_but_lag;
+use crate::plot::axis::Head;
+use crate::plot::ink::{EDGE, HALO, INK, PALETTE};
+use crate::plot::words::shortened;
+use crate::plot::{Axis, Figure, Key, Mark, Paint, Panel, Scale, Shape};
+use crate::record::{PaperRow, Trial};
+
+/// Pixels of a bar with its space; of a bar's name.
+const PITCH: f64 = 24.0;
+const NAME: f64 = 300.0;
+
+/// One bar.
+struct Bar<'a> {
+    label: &'a str,
+    value: f64,
+    dots: &'a [f64],
+}
+
+/// Bars of every trial that has paper rows, or nothing.
+pub(super) fn figure(trials: &[Trial], paper: &[PaperRow]) -> String {
+    let groups = trials
+        .iter()
+        .filter_map(|trial| Some((trial.name.as_str(), group(trial, paper)?)));
+    let (mut heads, mut ticks, mut marks) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut at, mut most) = (0.0, 1.0f64);
+    for (name, bars) in groups {
+        heads.push(Head {
+            at,
+            name: name.to_owned(),
+            bold: true,
+            ..Head::default()
+        });
+        for bar in bars {
+            ticks.push((at, shortened(11.0, bar.label, NAME, false)));
+            most = most.max(draw(&mut marks, at, &bar));
+            at += 1.0;
+        }
+        at += 0.6;
+    }
+    if ticks.is_empty() {
+        return String::new();
+    }
+    let y = Axis {
+        grid: false,
+        heads,
+        ..Axis::new("", Scale::Rows(at - 0.6)).ticks(ticks)
+    };
+    // Room for the number beyond the longest bar.
+    let x = Axis::linear("RMSE (°)", (0.0, most * 1.15), 7.0);
+    let legend = [
+        (Key::Box(Paint::Full(PALETTE[0])), "this run"),
+        (
+            Key::Box(Paint::Full(PALETTE[4])),
+            "mean of the paper's trials",
+        ),
+        (
+            Key::Dot(Shape::Disc, Paint::Full(INK)),
+            "each of the paper's trials",
+        ),
+    ];
+    let panel = Panel {
+        marks,
+        ..Panel::new("", x, y, (at - 0.6) * PITCH)
+    };
+    Figure {
+        description: "RMSE of this run and of the paper".to_owned(),
+        legend: legend.map(|(key, name)| (key, name.to_owned())).into(),
+        rows: vec![vec![panel]],
+        ..Figure::default()
+    }
+    .svg()
+}
+
+fn group<'a>(trial: &Trial, paper: &'a [PaperRow]) -> Option<Vec<Bar<'a>>> {
+    let rows = paper.iter().filter(|row| row.trial == trial.name);
+    let printed = rows.filter_map(|row| {
+        Some(Bar {
+            label: &row.source,
+            value: row.mean()?,
+            dots: &row.values,
+        })
+    });
+    let mut bars = vec![Bar {
+        label: "this run",
+        value: metrics_but_lag(trial)?.rmse_deg,
+        dots: &[],
+    }];
+    bars.extend(printed);
+    (bars.len() > 1).then_some(bars)
+}
+
+/// Draws a bar with its dots and its number; how far it reaches.
+fn draw(marks: &mut Vec<Mark>, at: f64, bar: &Bar) -> f64 {
+    let (color, words) = match bar.dots {
+        [] => (PALETTE[0], degrees(bar.value)),
+        _ => (PALETTE[4], format!("mean {}", degrees(bar.value))),
+    };
+    let (from, to) = ((0.0, bar.value), (at - 0.33, at + 0.33));
+    marks.push(Mark::Area(from, to, Paint::Full(color)));
+    for &dot in bar.dots {
+        for (radius, color) in [(4.0, HALO), (3.0, EDGE)] {
+            marks.push(Mark::Dot(
+                (dot, at),
+                Shape::Disc,
+                radius,
+                Paint::Full(color),
+            ));
+        }
+    }
+    // Beyond the last dot, or the number would sit on one.
+    let end = bar.dots.iter().copied().fold(bar.value, f64::max);
+    marks.push(Mark::Beside((end, at), 8.0, words));
+    end
+}

@@ -1,0 +1,195 @@
+//! Several records side by side.
+
+use super::tables::{degrees, newtons, seconds};
+use super::trajectory;
+use crate::analysis::{force_metrics, hits, metrics_but_lag};
+use crate::plot::canvas::escape;
+use crate::record::{Run, Trial};
+use serde::Serialize;
+use std::fmt::Write;
+use std::path::Path;
+
+/// A record and what to call it.
+#[derive(Debug)]
+pub struct Compared {
+    /// Its folder, as given.
+    pub name: String,
+    /// What it holds.
+    pub run: Run,
+}
+
+/// One trial of one record in numbers. `None`: it has no such thing.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct CompareRow {
+    /// The record, from 1.
+    pub number: usize,
+    /// Its folder.
+    pub record: String,
+    /// The trial.
+    pub trial: String,
+    /// What stimulated.
+    pub device: String,
+    /// Whether that was a simulator.
+    pub simulated: bool,
+    /// Whether the run came to its own end.
+    pub complete: bool,
+    /// Whether the record has lost something since.
+    pub damaged: bool,
+    /// Length, s.
+    pub duration_s: f64,
+    /// Of a joint that followed a target, degrees.
+    pub rmse_deg: Option<f64>,
+    /// Of the worst channel under force control, N.
+    pub rmse_n: Option<f64>,
+    /// At a virtual wall, degrees inside.
+    pub deepest_deg: Option<f64>,
+    /// Pulses of more than 0 that were played; not the electrode check's.
+    pub pulses: Option<u64>,
+}
+
+/// A row for each trial of each record, in the order given.
+#[must_use]
+pub fn compare_rows(all: &[Compared]) -> Vec<CompareRow> {
+    let numbered = all.iter().enumerate();
+    let rows = numbered.flat_map(|(position, compared)| {
+        let trials = compared.run.trials.iter();
+        trials.map(move |trial| row(position + 1, compared, trial))
+    });
+    rows.collect()
+}
+
+fn row(number: usize, compared: &Compared, trial: &Trial) -> CompareRow {
+    let run = &compared.run;
+    let forces = force_metrics(trial).into_iter().map(|m| m.rmse_n);
+    let depths = hits(trial).into_iter().map(|hit| hit.deepest_deg);
+    CompareRow {
+        number,
+        record: compared.name.clone(),
+        trial: trial.name.clone(),
+        device: run.device_in_words(),
+        simulated: run.is_simulated(),
+        complete: !run.ending.is_incomplete(),
+        damaged: !run.damage.is_empty(),
+        duration_s: trial.duration_s,
+        rmse_deg: metrics_but_lag(trial).map(|m| m.rmse_deg),
+        rmse_n: forces.reduce(f64::max),
+        deepest_deg: depths.reduce(f64::max),
+        pulses: trial.pulses,
+    }
+}
+
+const HEADS: [&str; 6] = ["length", "RMSE", "force", "deepest", "pulses", ""];
+
+fn cells(row: &CompareRow) -> [String; 6] {
+    let or_none = |text: Option<String>| text.unwrap_or_else(|| "–".to_owned());
+    let mut marks = Vec::new();
+    if row.damaged {
+        marks.push("damaged");
+    }
+    if !row.complete {
+        marks.push("incomplete");
+    }
+    if row.simulated {
+        marks.push("simulated");
+    }
+    [
+        format!("{} s", seconds(row.duration_s)),
+        or_none(row.rmse_deg.map(degrees)),
+        or_none(row.rmse_n.map(newtons)),
+        or_none(row.deepest_deg.map(degrees)),
+        or_none(row.pulses.map(|count| count.to_string())),
+        marks.join(", "),
+    ]
+}
+
+/// A table for a terminal of 80 columns.
+#[must_use]
+pub fn compare_text(all: &[Compared]) -> String {
+    let mut text = String::new();
+    for (position, compared) in all.iter().enumerate() {
+        let _ = writeln!(text, "{:>2}  {}", position + 1, compared.name);
+        if let Some(damaged) = compared.run.damaged(Path::new(&compared.name)) {
+            let _ = writeln!(text, "    {damaged}");
+        }
+    }
+    let [length, rmse, force, deepest, pulses, _] = HEADS;
+    let _ = writeln!(
+        text,
+        "\n    {:<18}{length:>9}{rmse:>8}{force:>9}{deepest:>8}{pulses:>7}",
+        "trial"
+    );
+    for row in compare_rows(all) {
+        let [length, rmse, force, deepest, pulses, _] = cells(&row);
+        let name: String = row.trial.chars().take(17).collect();
+        // 63 columns before the mark.
+        let mark = match &row {
+            row if row.damaged => " damaged",
+            row if !row.complete => " incomplete",
+            row if row.simulated => " simulated",
+            _ => "",
+        };
+        let number = row.number;
+        let _ = writeln!(
+            text,
+            "{number:>2}  {name:<18}{length:>9}{rmse:>8}{force:>9}{deepest:>8}{pulses:>7}{mark}"
+        );
+    }
+    text.trim_end().to_owned()
+}
+
+/// A self-contained HTML document: the table, and every trial's course.
+#[must_use]
+pub fn compare_page(all: &[Compared]) -> String {
+    let style = include_str!("page.css");
+    let title = format!("{} records side by side", all.len());
+    let mut out = format!(
+        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\
+         <meta name=\"color-scheme\" content=\"light dark\">\
+         <title>{title}</title><style>{style}{}</style></head><body><main>\n<h1>{title}</h1>\n",
+        crate::plot::ink::style()
+    );
+    if all.iter().any(|compared| compared.run.is_simulated()) {
+        out += "<p class=\"facts\"><b>Simulated wearer: no evidence about people.</b></p>\n";
+    }
+    out += "<ol>\n";
+    for compared in all {
+        let (name, title) = (escape(&compared.name), escape(&compared.run.title));
+        let device = escape(&compared.run.device_in_words());
+        let caveat = compared.run.caveat();
+        let caveat = caveat.map_or_else(String::new, |text| format!(" <b>{}</b>", escape(&text)));
+        let _ = writeln!(
+            out,
+            "<li>{title}: {device}, <code>{name}</code>{caveat}</li>"
+        );
+    }
+    out += "</ol>\n<table><thead><tr><th>Record</th><th>Trial</th>";
+    for head in HEADS {
+        let _ = write!(out, "<th>{head}</th>");
+    }
+    out += "</tr></thead><tbody>\n";
+    for row in compare_rows(all) {
+        let cells = cells(&row).map(|cell| format!("<td>{}</td>", escape(&cell)));
+        let (number, name, cells) = (row.number, escape(&row.trial), cells.concat());
+        let _ = writeln!(
+            out,
+            "<tr><td>{number}</td><th scope=\"row\">{name}</th>{cells}</tr>"
+        );
+    }
+    out += "</tbody></table>\n";
+    let numbered = all.iter().enumerate();
+    let trials: Vec<Trial> = numbered
+        .flat_map(|(position, compared)| {
+            let trials = compared.run.trials.iter().cloned();
+            trials.map(move |trial| Trial {
+                name: format!("{}: {}", position + 1, trial.name),
+                ..trial
+            })
+        })
+        .collect();
+    let figure = trajectory::figure(&trials);
+    if !figure.is_empty() {
+        let _ = writeln!(out, "<figure>{figure}</figure>");
+    }
+    out + "</main></body></html>\n"
+}

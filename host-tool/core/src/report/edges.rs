@@ -1,0 +1,177 @@
+//! The switch states of one period, a row per channel. Long stretches in which
+//! nothing changes are cut out of the time axis.
+
+use crate::plot::axis::Head;
+use crate::plot::ink::{GRID, INK, channel_mark, stroke};
+use crate::plot::series::round_step;
+use crate::plot::{At, Axis, Figure, Key, Mark, Paint, Panel, Scale};
+use crate::record::{Edge, State, Trial};
+
+const ROW: f64 = 54.0;
+/// Half the height of a pulse, parts of a row.
+const LEVEL: f64 = 0.35;
+/// A stretch without an edge longer than this is cut, µs; the shorter ones are
+/// tried when the narrowest phase would otherwise be too thin to see.
+const CUTS_US: [u64; 4] = [2500, 1000, 400, 100];
+/// Of a plot: too thin to see; about what a cut takes.
+const THIN: f64 = 10.0 / 840.0;
+const CUT: f64 = 20.0 / 840.0;
+
+/// One channel's states: from, to (µs since the first edge), state.
+type Stretch = (u64, u64, State);
+
+/// Edges of one trial, or nothing if none were recorded.
+pub(super) fn figure(trial: &Trial) -> String {
+    let Some(start) = trial.edges.iter().map(|edge| edge.t_us).min() else {
+        return String::new();
+    };
+    let mut edges: Vec<Edge> = trial.edges.clone();
+    edges.sort_by_key(|edge| edge.t_us);
+    edges.iter_mut().for_each(|edge| edge.t_us -= start);
+    let known = trial.channels.iter().map(|channel| channel.number);
+    let mut channels: Vec<u8> = known.chain(edges.iter().map(|edge| edge.channel)).collect();
+    channels.sort_unstable();
+    channels.dedup();
+    let parts = parts(&edges);
+    let mut y = Axis::new("", Scale::Rows(channels.len() as f64));
+    let mut marks = Vec::new();
+    for (row, channel) in (0..).map(f64::from).zip(&channels) {
+        y.heads.push(head(trial, &edges, *channel, row));
+        for part in &parts {
+            draw(
+                &mut marks,
+                &stretches(&edges, *channel, *part),
+                *channel,
+                row,
+            );
+        }
+    }
+    let legend = [
+        (
+            Key::Line(stroke(INK, 1.0)),
+            "up: anodic · middle: isolated · down: cathodic",
+        ),
+        (Key::Box(Paint::Full(GRID)), "grounded"),
+    ];
+    let panel = Panel {
+        marks,
+        ..Panel::new("", time(&parts), y, channels.len() as f64 * ROW)
+    };
+    Figure {
+        description: format!("Edges of one period, {}", trial.name),
+        legend: legend.map(|(key, name)| (key, name.to_owned())).into(),
+        rows: vec![vec![panel]],
+        ..Figure::default()
+    }
+    .svg()
+}
+
+/// Time with ticks in every part.
+fn time(parts: &[(u64, u64)]) -> Axis {
+    let real = parts.iter().map(|(from, to)| (*from as f64, *to as f64));
+    let scale = Scale::Parts(real.collect());
+    let step = round_step(scale.span(), 16.0).max(1.0) as u64;
+    let ticks = parts
+        .iter()
+        .flat_map(|(from, to)| from.div_ceil(step)..=to / step)
+        .map(|n| ((n * step) as f64, (n * step).to_string()));
+    Axis::new("time since the first edge (µs)", scale).ticks(ticks.collect())
+}
+
+/// The stretches that are drawn, µs: the longest cuts that leave the narrowest
+/// phase to be seen.
+fn parts(edges: &[Edge]) -> Vec<(u64, u64)> {
+    let narrowest = narrowest_phase(edges) as f64;
+    let seen = |parts: &Vec<(u64, u64)>| {
+        let drawn: u64 = parts.iter().map(|(from, to)| to - from).sum();
+        let room = 1.0 - CUT * (parts.len() - 1) as f64;
+        narrowest / drawn.max(1) as f64 * room
+    };
+    let all = CUTS_US.map(|longest| cut(edges, longest));
+    let fits = all.iter().find(|parts| seen(parts) >= THIN);
+    let best = fits.or_else(|| all.iter().max_by(|a, b| seen(a).total_cmp(&seen(b))));
+    best.cloned().unwrap_or_default()
+}
+
+/// Parts of the period with no stretch without an edge longer than `longest` µs.
+fn cut(edges: &[Edge], longest: u64) -> Vec<(u64, u64)> {
+    let groups: Vec<(u64, u64)> = edges
+        .chunk_by(|a, b| b.t_us - a.t_us <= longest)
+        .map(|group| (group[0].t_us, group[group.len() - 1].t_us))
+        .collect();
+    let widest = groups.iter().map(|(from, to)| to - from).max();
+    let pad = (widest.unwrap_or(0) / 20).clamp(20, longest / 3);
+    let padded = groups.iter();
+    padded
+        .map(|(from, to)| (from.saturating_sub(pad), to + pad))
+        .collect()
+}
+
+/// The shortest anodic or cathodic stretch, µs.
+fn narrowest_phase(edges: &[Edge]) -> u64 {
+    let phases = edges.iter().enumerate().filter(|(_, e)| is_phase(e.state));
+    let length = |(i, phase): (usize, &Edge)| {
+        let next = edges[i + 1..].iter().find(|e| e.channel == phase.channel)?;
+        Some(next.t_us - phase.t_us)
+    };
+    phases.filter_map(length).min().unwrap_or(100)
+}
+
+fn is_phase(state: State) -> bool {
+    matches!(state, State::Anodic | State::Cathodic)
+}
+
+/// A channel's states within one part.
+fn stretches(edges: &[Edge], channel: u8, (from, to): (u64, u64)) -> Vec<Stretch> {
+    let mut stretches: Vec<Stretch> = vec![(from, to, State::Isolated)];
+    for edge in edges.iter().filter(|edge| edge.channel == channel) {
+        if let Some(last) = stretches.last_mut() {
+            last.1 = edge.t_us.clamp(from, to);
+        }
+        stretches.push((edge.t_us.clamp(from, to), to, edge.state));
+    }
+    stretches.retain(|(from, to, _)| to > from);
+    stretches
+}
+
+/// Channel name, and its DAC code where a phase was emitted.
+fn head(trial: &Trial, edges: &[Edge], channel: u8, at: f64) -> Head {
+    let info = trial.channels.iter().find(|info| info.number == channel);
+    let name = info.map_or(String::new(), |info| info.name.clone());
+    let codes = edges.iter();
+    let codes = codes.filter(|edge| edge.channel == channel && is_phase(edge.state));
+    Head {
+        at,
+        mark: Some(channel_mark(channel)),
+        name: format!("{channel} {name}"),
+        more: match codes.map(|edge| edge.dac_code).max() {
+            Some(code) => format!("DAC code {code}"),
+            None => "no pulse".to_owned(),
+        },
+        bold: false,
+    }
+}
+
+fn draw(marks: &mut Vec<Mark>, stretches: &[Stretch], channel: u8, row: f64) {
+    let mark = channel_mark(channel);
+    let mut path: Vec<At> = Vec::new();
+    for &(from, to, state) in stretches {
+        let across = (from as f64, to as f64);
+        let level = match state {
+            State::Anodic => row - LEVEL,
+            State::Cathodic => row + LEVEL,
+            State::Isolated | State::Grounded => row,
+        };
+        if state == State::Grounded {
+            // Above and below the line, which would be pale on it.
+            for band in [(row - 0.13, row - 0.04), (row + 0.04, row + 0.13)] {
+                marks.push(Mark::Area(across, band, Paint::Full(GRID)));
+            }
+        }
+        if let (true, Some(tint)) = (is_phase(state), mark.tint()) {
+            marks.push(Mark::Area(across, (level, row), tint));
+        }
+        path.extend([(across.0, level), (across.1, level)]);
+    }
+    marks.push(Mark::Line(path, stroke(mark.color, 1.6)));
+}

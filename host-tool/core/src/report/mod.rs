@@ -1,0 +1,50 @@
+//! What people look at: figures, tables and one self-contained HTML page.
+//!
+//! Here: SVG figures (declared for `plot`), [`page`] and [`picture`]. Not here: the
+//! numbers (`analysis`) and the data (`record`). The page needs no network,
+//! script or font file. Nothing in it is typed in: every number comes from the
+//! run, from a [`PaperRow`] with its source, or from an [`Assumption`].
+//! In: a [`Report`]. Out: `report.html` and `summary.json`.
+
+mod bars;
+mod compare;
+mod edges;
+mod lanes;
+mod overview;
+mod page;
+mod summary;
+mod tables;
+mod trajectory;
+
+pub use compare::{CompareRow, Compared, compare_page, compare_rows, compare_text};
+pub use overview::picture as overview_picture;
+pub use page::page;
+pub use summary::write;
+
+use crate::record::{Assumption, PaperRow, Run};
+
+/// Everything a page shows.
+#[derive(Clone, Copy, Debug)]
+pub struct Report<'a> {
+    /// The data.
+    pub run: &'a Run,
+    /// What a paper printed for the same trials; may be empty.
+    pub paper: &'a [PaperRow],
+    /// What was put into a simulation and what came out; may be empty.
+    pub assumptions: &'a [Assumption],
+    /// The command line that repeats the run, typed in its folder.
+    pub command: &'a str,
+}
+
+impl<'a> Report<'a> {
+    /// Everything that a record shows.
+    #[must_use]
+    pub fn of(run: &'a Run) -> Self {
+        Self {
+            run,
+            paper: &run.paper,
+            assumptions: &run.assumptions,
+            command: run.how_to_reproduce(),
+        }
+    }
+}

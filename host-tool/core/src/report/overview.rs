@@ -1,0 +1,184 @@
+//! The README's picture: an arm with ten electrodes, the ten lanes of pulses of
+//! one period, and the finger's angle under the device's default and under the
+//! paper's law. Narrow and with large letters, so that a phone shows it too.
+
+use super::tables::degrees;
+use super::trajectory::course;
+use crate::analysis::metrics_but_lag;
+use crate::plot::canvas::standalone;
+use crate::plot::figure::legend;
+use crate::plot::ink::{Color, GRID, INK, MUTED, PALETTE, PAPER, channel_mark, stroke};
+use crate::plot::panel::Letters;
+use crate::plot::series::range;
+use crate::plot::{At, Axis, Canvas, Key, Mark, Paint, Panel, Shape, Words};
+use crate::record::{Edge, Sample, State, Trial};
+
+/// CSS pixels. On a screen of 360 a README has 328: the smallest letters are then
+/// 9.7 pixels high.
+const SIZE: At = (540.0, 690.0);
+const LETTERS: Letters = Letters(16.0 / 11.0);
+const WORDS: Words = Words::new(16.0, INK);
+/// Left top and right bottom of the two plots.
+const LANES: (At, At) = ((262.0, 92.0), (524.0, 332.0));
+const ANGLE: (At, At) = ((72.0, 470.0), (524.0, 630.0));
+/// The arm's middle, and the elbow's, the wrist's and the knuckles' heights.
+const ARM: f64 = 96.0;
+const JOINTS: [f64; 3] = [380.0, 248.0, 196.0];
+/// The finger: its first bone, and what the angle turns.
+const BONES: [f64; 2] = [46.0, 62.0];
+/// What of the trials is shown, s: two periods of the target.
+const SHOWN_S: (f64, f64) = (10.0, 20.0);
+
+/// One picture of the same session under the device's default law, with the edges
+/// of one period, and under the paper's.
+#[must_use]
+pub fn picture(default: &Trial, paper: &Trial) -> String {
+    let mut canvas = Canvas::default();
+    let title = Words {
+        size: 18.0,
+        ..WORDS.bold().centred()
+    };
+    let words = "Simulated: no board has been built yet";
+    canvas.text((SIZE.0 / 2.0, 20.0), words, title);
+    draw_arm(&mut canvas, default);
+    let (left, top) = (LANES.0.0 - 22.0, LANES.0.1 - 32.0);
+    canvas.text((left, top), "ten pulse lanes, one period", WORDS);
+    lanes(&default.edges).draw(&mut canvas, LETTERS, 0.0, LANES);
+    draw_angles(&mut canvas, default, paper);
+    let what = "Simulated: ten channels of pulses drive a finger, whose angle follows its target \
+                under the device's default law, and less well under the paper's";
+    standalone(&canvas.svg(SIZE, what))
+}
+
+/// The arm from the elbow up, its ten electrodes, and the finger at its
+/// straightest and at its most bent.
+fn draw_arm(canvas: &mut Canvas, trial: &Trial) {
+    canvas.text((6.0, 60.0), "ten electrodes, one finger", WORDS);
+    let [elbow, wrist, knuckles] = JOINTS;
+    let corners = [
+        (-62.0, elbow),
+        (-40.0, wrist),
+        (-36.0, knuckles),
+        (28.0, knuckles),
+    ];
+    let corners = corners.into_iter().chain([(40.0, wrist), (62.0, elbow)]);
+    let arm: Vec<At> = corners.map(|(dx, y)| (ARM + dx, y)).collect();
+    canvas.polygon(&arm, Paint::Ring(MUTED, 1.8));
+    let angles = shown(trial).filter_map(|sample| sample.measured_deg);
+    let (least, most) = range(angles).unwrap_or((0.0, 90.0));
+    draw_finger(canvas, least, GRID);
+    draw_finger(canvas, most, MUTED);
+    for (words, down) in [
+        (format!("{least:.0}° to"), 60.0),
+        (format!("{most:.0}°"), 40.0),
+    ] {
+        canvas.text((ARM + 100.0, knuckles - down), &words, WORDS);
+    }
+    // In two columns down the forearm.
+    for number in 1..=10u8 {
+        let side = if number <= 5 { -1.0 } else { 1.0 };
+        let y = wrist + 18.0 + 24.0 * f64::from((number - 1) % 5);
+        let dot = channel_mark(number).dot();
+        canvas.mark((ARM + side * 13.0, y), Shape::Disc, 8.0, dot);
+        canvas.text((ARM + side * 34.0, y), &number.to_string(), WORDS.centred());
+    }
+}
+
+/// Two bones in outline; the joint between them is bent by `angle_deg`.
+fn draw_finger(canvas: &mut Canvas, angle_deg: f64, color: Color) {
+    let start = (ARM + 12.0, JOINTS[2] + 4.0);
+    let joint = (start.0, start.1 - BONES[0]);
+    let (sin, cos) = angle_deg.to_radians().sin_cos();
+    let tip = (joint.0 + BONES[1] * sin, joint.1 - BONES[1] * cos);
+    for (color, half) in [(color, 13.0), (PAPER, 11.2)] {
+        for at in [start, joint, tip] {
+            canvas.mark(at, Shape::Disc, half, Paint::Full(color));
+        }
+        for (from, to) in [(start, joint), (joint, tip)] {
+            let length = (to.0 - from.0).hypot(to.1 - from.1);
+            let across = (to.1 - from.1) / length * half;
+            let along = (to.0 - from.0) / length * half;
+            let bone = [
+                (from.0 + across, from.1 - along),
+                (to.0 + across, to.1 - along),
+                (to.0 - across, to.1 + along),
+                (from.0 - across, from.1 + along),
+            ];
+            canvas.polygon(&bone, Paint::Full(color));
+        }
+    }
+}
+
+/// A row per channel: up while anodic, down while cathodic.
+fn lanes(edges: &[Edge]) -> Panel {
+    let names = (1..=10).map(|number| number.to_string());
+    let mut panel = Panel::new(
+        "",
+        Axis::linear("time (ms)", (0.0, 20.0), 4.0),
+        Axis::rows("channel", names),
+        0.0,
+    );
+    for number in 1..=10u8 {
+        let row = f64::from(number - 1);
+        let mut path = vec![(0.0, row)];
+        let mut before = row;
+        for edge in edges.iter().filter(|edge| edge.channel == number) {
+            let at = edge.t_us as f64 / 1000.0;
+            let level = match edge.state {
+                State::Anodic => row - 0.38,
+                State::Cathodic => row + 0.38,
+                State::Isolated | State::Grounded => row,
+            };
+            path.extend([(at, before), (at, level)]);
+            before = level;
+        }
+        path.push((20.0, row));
+        let line = stroke(channel_mark(number).color, 2.0);
+        panel.marks.push(Mark::Line(path, line));
+    }
+    panel
+}
+
+/// Target and angle under both laws, each with its RMSE.
+fn draw_angles(canvas: &mut Canvas, default: &Trial, paper: &Trial) {
+    let error =
+        |trial: &Trial| metrics_but_lag(trial).map_or(String::new(), |m| degrees(m.rmse_deg));
+    let (blue, red) = (stroke(PALETTE[0], 2.6), stroke(PALETTE[1], 2.0));
+    let ink = stroke(INK, 1.2);
+    let keys = [
+        (
+            Key::Line(blue),
+            format!("device's default, RMSE {}", error(default)),
+        ),
+        (Key::Line(ink), "target".to_owned()),
+        (
+            Key::Line(red),
+            format!("paper's law, RMSE {}", error(paper)),
+        ),
+    ];
+    legend(
+        canvas,
+        Letters(16.0 / 12.0),
+        (6.0, ANGLE.0.1 - 66.0),
+        &keys,
+        SIZE.0,
+    );
+    let x = Axis::linear("time (s)", SHOWN_S, 5.0);
+    let y = Axis::linear("angle (°)", (0.0, 100.0), 2.0);
+    let measured = |s: &Sample| s.measured_deg;
+    let marks = course(shown(paper), measured, red, 400)
+        .chain(course(shown(default), measured, blue, 400))
+        .chain(course(shown(default), |s| s.target_deg, ink, 400));
+    Panel {
+        marks: marks.collect(),
+        ..Panel::new("", Axis { grid: false, ..x }, y, 0.0)
+    }
+    .draw(canvas, LETTERS, 0.0, ANGLE);
+}
+
+/// The samples in the part of a trial that is shown.
+fn shown(trial: &Trial) -> impl Iterator<Item = &Sample> {
+    let (from, to) = SHOWN_S;
+    let samples = trial.samples.iter();
+    samples.filter(move |sample| (from..=to).contains(&sample.t_s))
+}

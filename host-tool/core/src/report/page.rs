@@ -1,0 +1,287 @@
+//! The HTML page: result first, then the pictures, then what to know about them.
+
+use super::tables::{
+    counter_table, degrees, electrode_table, event_table, force_table, hits_table, metrics_table,
+    newtons, paper_table, seconds,
+};
+use super::{Report, bars, edges, lanes, trajectory};
+use crate::analysis::{Metrics, force_metrics, hits, metrics_but_lag};
+use crate::plot::canvas::escape;
+use crate::record::{Assumption, Role, Run, Trial};
+use std::fmt::Write;
+
+/// A self-contained HTML document, about 50 kB a trial. No script, no request.
+pub fn page(report: &Report) -> String {
+    let run = report.run;
+    let title = escape(&run.title);
+    let style = include_str!("page.css");
+    let mut out = format!(
+        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\
+         <meta name=\"color-scheme\" content=\"light dark\">\
+         <title>{title}</title><style>{style}{}</style></head><body><main>\n<h1>{title}</h1>\n",
+        crate::plot::ink::style()
+    );
+    let _ = writeln!(out, "<p class=\"result\">{}</p>", escape(&headline(run)));
+    out.push_str(&figure(&trajectory::figure(&run.trials), ""));
+    let _ = writeln!(out, "<p class=\"facts\">{}</p>", facts(run));
+
+    let tables = metrics_table(&run.trials) + &hits_table(&run.trials) + &force_table(&run.trials);
+    section(&mut out, "Result", &tables);
+    section(&mut out, "Stimulation", &stimulation(run));
+    section(&mut out, "Edges of one period", &periods(run));
+    section(&mut out, "Comparison with the paper", &comparison(report));
+    section(
+        &mut out,
+        "What was put in and what came out",
+        &assumptions(report.assumptions),
+    );
+    let log =
+        counter_table(&run.trials) + &electrode_table(&run.trials) + &event_table(&run.trials);
+    section(&mut out, "Counters and events", &log);
+    section(&mut out, "How to reproduce", &reproduce(report));
+    out.push_str("</main></body></html>\n");
+    out
+}
+
+/// Whether the record is whole and the run complete, and what it shows.
+fn headline(run: &Run) -> String {
+    match run.caveat() {
+        Some(caveat) => format!("{caveat} {}", result(run)),
+        None => result(run),
+    }
+}
+
+/// The run in one sentence.
+fn result(run: &Run) -> String {
+    let judged = run.trials.iter();
+    let judged = judged.filter_map(|trial| Some((trial.name.as_str(), metrics_but_lag(trial)?)));
+    let mut judged: Vec<(&str, Metrics)> = judged.collect();
+    judged.sort_by(|a, b| a.1.rmse_deg.total_cmp(&b.1.rmse_deg));
+    let Some(((name, best), others)) = judged.split_first() else {
+        if run.trials.iter().all(|trial| trial.samples.is_empty()) {
+            return "No samples were recorded.".to_owned();
+        }
+        let other = wall_result(run).or_else(|| force_result(run));
+        return other.unwrap_or_else(|| nothing_judged(run).to_owned());
+    };
+    let window = format!("{}–{} s", seconds(best.from_s), seconds(best.to_s));
+    let rmse = degrees(best.rmse_deg);
+    let name = capitalised(name);
+    let (count, others) = (judged.len(), others.iter());
+    let others: Vec<String> = others
+        .map(|(name, m)| format!("{} ({name})", degrees(m.rmse_deg)))
+        .collect();
+    match others.as_slice() {
+        [] => {
+            format!("{name}: the joint followed its target with an RMSE of {rmse} over {window}.")
+        }
+        [.., last] if count > 4 => format!(
+            "{name}: RMSE {rmse} over {window}, the lowest of {count}; the highest is {last}."
+        ),
+        all => format!(
+            "{name}: RMSE {rmse} over {window}, the lowest, against {}.",
+            all.join(" and ")
+        ),
+    }
+}
+
+/// Why there is nothing to judge.
+fn nothing_judged(run: &Run) -> &'static str {
+    let follows = |trial: &Trial| {
+        trial.joint || trial.wall.is_some() || trial.channels.iter().any(|c| c.force)
+    };
+    if run.trials.iter().any(follows) {
+        "Nothing was recorded of the time that is judged."
+    } else {
+        "Open loop: nothing was to be followed."
+    }
+}
+
+/// The same for trials under force control: the channel that followed worst.
+fn force_result(run: &Run) -> Option<String> {
+    let all = run.trials.iter().flat_map(|trial| {
+        let own = force_metrics(trial).into_iter();
+        own.map(|m| (trial.name.as_str(), m))
+    });
+    let all: Vec<_> = all.collect();
+    let (name, m) = all
+        .iter()
+        .max_by(|a, b| a.1.rmse_n.total_cmp(&b.1.rmse_n))?;
+    let which = match all.len() {
+        1 => String::new(),
+        count => format!(" of channel {}, the furthest off of {count},", m.channel),
+    };
+    Some(format!(
+        "{}: the predicted force{which} followed the wanted one with an RMSE of {} over {}–{} s. \
+         Nothing measures force.",
+        capitalised(name),
+        newtons(m.rmse_n),
+        seconds(m.from_s),
+        seconds(m.to_s),
+    ))
+}
+
+/// The same for trials at a virtual wall.
+fn wall_result(run: &Run) -> Option<String> {
+    let depths = run.trials.iter().filter_map(|trial| {
+        let deepest = hits(trial).into_iter().map(|hit| hit.deepest_deg);
+        Some((trial.name.as_str(), deepest.reduce(f64::max)?))
+    });
+    let mut depths: Vec<(&str, f64)> = depths.collect();
+    depths.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let [(name, least), others @ ..] = depths.as_slice() else {
+        let wall = run.trials.iter().any(|trial| trial.wall.is_some());
+        return wall.then(|| "The virtual wall was not touched.".to_owned());
+    };
+    let (name, least) = (capitalised(name), depth(*least));
+    Some(match others.last() {
+        None => format!("{name}: at its deepest the limb was {least}."),
+        Some((other, most)) => format!(
+            "{name}: at its deepest the limb was {least}, the least of {}; the most is {} ({other}).",
+            depths.len(),
+            depth(*most)
+        ),
+    })
+}
+
+fn depth(deg: f64) -> String {
+    if deg > 0.0 {
+        format!("{} inside the wall", degrees(deg))
+    } else {
+        format!("{} in front of the wall", degrees(-deg))
+    }
+}
+
+fn capitalised(name: &str) -> String {
+    let mut letters = name.chars();
+    let first = letters
+        .next()
+        .map(|letter| letter.to_uppercase().to_string());
+    first.unwrap_or_default() + letters.as_str()
+}
+
+/// Where the numbers come from, in one line under the main figure.
+fn facts(run: &Run) -> String {
+    let mut facts = format!(
+        "Device: {} · seed {}",
+        escape(&run.device_in_words()),
+        run.seed
+    );
+    if let Some(factor) = run.host.speed_factor {
+        let _ = write!(facts, " · {factor:.0} × real time");
+    }
+    if run.is_simulated() {
+        facts.push_str(" · <b>Simulated wearer: no evidence about people.</b>");
+    }
+    facts
+}
+
+fn section(out: &mut String, title: &str, body: &str) {
+    if !body.is_empty() {
+        let _ = writeln!(out, "<section><h2>{title}</h2>\n{body}</section>");
+    }
+}
+
+/// A figure with a caption; nothing for an empty one.
+fn figure(svg: &str, caption: &str) -> String {
+    match (svg, caption) {
+        ("", _) => String::new(),
+        (_, "") => format!("<figure>{svg}</figure>\n"),
+        _ => format!("<figure>{svg}<figcaption>{caption}</figcaption></figure>\n"),
+    }
+}
+
+fn stimulation(run: &Run) -> String {
+    figure(
+        &lanes::amplitudes(&run.trials),
+        "Amplitude of the latest burst of every channel. The upper line is the wearer's limit.",
+    ) + &figure(
+        &lanes::forces(&run.trials),
+        "Force that the device's muscle model predicts from the pulses emitted; dark: the \
+         wanted force, where it is controlled.",
+    ) + &figure(
+        &lanes::rates(&run.trials),
+        "Pulse rate that force control gives each channel.",
+    )
+}
+
+fn periods(run: &Run) -> String {
+    let drawn = run.trials.iter().map(|trial| {
+        let svg = edges::figure(trial);
+        let heading = format!("<h3>{}</h3>", escape(&trial.name));
+        let body = figure(&svg, "");
+        if body.is_empty() {
+            body
+        } else {
+            heading + &body
+        }
+    });
+    let drawn: String = drawn.collect();
+    if drawn.is_empty() {
+        return drawn;
+    }
+    // Many of them: printed smaller.
+    format!("<div class=\"edges\">\n{drawn}</div>\n")
+}
+
+fn comparison(report: &Report) -> String {
+    let trials = &report.run.trials;
+    let table = paper_table(trials, report.paper);
+    if table.is_empty() {
+        return table;
+    }
+    let mut text = figure(&bars::figure(trials, report.paper), "") + &table;
+    if report.run.is_simulated() {
+        text.push_str(
+            "<p class=\"note\">The paper's numbers come from people, these from a simulated \
+             body. Agreement shows that the simulation is plausible; it is no evidence about \
+             people and does not confirm the paper.</p>\n",
+        );
+    }
+    text
+}
+
+fn assumptions(all: &[Assumption]) -> String {
+    let list = |role: Role, title: &str| {
+        let own = all.iter().filter(|assumption| assumption.role == role);
+        let items: String = own
+            .map(|assumption| format!("<li>{}</li>\n", escape(&assumption.text)))
+            .collect();
+        if items.is_empty() {
+            return items;
+        }
+        format!("<div><h3>{title}</h3><ul>\n{items}</ul></div>\n")
+    };
+    let both = list(Role::PutIn, "Put in") + &list(Role::CameOut, "Came out");
+    if both.is_empty() {
+        return both;
+    }
+    format!("<div class=\"columns\">\n{both}</div>\n")
+}
+
+fn reproduce(report: &Report) -> String {
+    let run = report.run;
+    let mut text = format!(
+        "<pre>{}</pre>\n<p>Seed {}, Flexor {}. The data are beside this page: a folder per \
+         trial with <code>samples.csv</code> and <code>edges.csv</code>, and \
+         <code>summary.json</code>.</p>\n",
+        escape(report.command),
+        run.seed,
+        env!("CARGO_PKG_VERSION"),
+    );
+    let files = run
+        .trials
+        .iter()
+        .filter(|trial| !trial.session_file.is_empty());
+    let items: String = files
+        .map(|trial| {
+            let (name, file) = (escape(&trial.name), escape(&trial.session_file));
+            format!("<li>{name}: <code>{file}</code></li>\n")
+        })
+        .collect();
+    if !items.is_empty() {
+        let _ = write!(text, "<ul>\n{items}</ul>\n");
+    }
+    text
+}

@@ -1,0 +1,151 @@
+//! Target and measured angle over time, one panel a trial.
+
+use super::tables::{degrees, seconds};
+use crate::analysis::{hits, metrics_but_lag};
+use crate::plot::ink::{INK, PALETTE, SHADE};
+use crate::plot::series::{range, round_step, shorten};
+use crate::plot::{At, Axis, Figure, Key, Mark, Paint, Panel, Stroke, ink::stroke};
+use crate::record::{Sample, Trial};
+
+const HEIGHT: f64 = 130.0;
+/// More than a screen shows, few enough for a small page.
+const BUCKETS: usize = 600;
+/// Panels beyond this number are set in two columns, or the first screen would not hold them.
+const ONE_COLUMN: usize = 3;
+const MEASURED: Stroke = stroke(PALETTE[0], 1.8);
+const TARGET: Stroke = stroke(INK, 1.0);
+
+/// Picks an angle of a sample, degrees, if it is known.
+pub(super) type Angle = fn(&Sample) -> Option<f64>;
+
+/// The last recorded or planned moment of any trial, s; never zero.
+pub(super) fn end_s(trials: &[Trial]) -> f64 {
+    let last = |trial: &Trial| trial.samples.last().map_or(0.0, |sample| sample.t_s);
+    let ends = trials.iter().map(|trial| last(trial).max(trial.duration_s));
+    ends.filter(|end| end.is_finite())
+        .fold(0.0, f64::max)
+        .max(0.01)
+}
+
+/// An angle's course as lines.
+pub(super) fn course<'a>(
+    samples: impl Iterator<Item = &'a Sample>,
+    angle: Angle,
+    stroke: Stroke,
+    buckets: usize,
+) -> impl Iterator<Item = Mark> {
+    let points = samples.filter_map(|s| Some((s.t_s, angle(s)?)));
+    let parts = shorten(points, buckets).into_iter();
+    parts.map(move |part| Mark::Line(part, stroke))
+}
+
+/// The main figure; nothing where no angle matters.
+pub(super) fn figure(trials: &[Trial]) -> String {
+    let has_angle = |trial: &Trial| trial.joint || trial.wall.is_some();
+    if !trials.is_empty() && !trials.iter().any(has_angle) {
+        return String::new();
+    }
+    // Scales shared by all panels, so that they compare at a glance.
+    let samples = || trials.iter().flat_map(|trial| &trial.samples);
+    let angles = samples().flat_map(|s| [s.target_deg, s.measured_deg]);
+    let (low, high) = range(angles.flatten()).unwrap_or((0.0, 90.0));
+    let step = round_step((high - low).max(1.0), 4.0);
+    let ends = (
+        (low / step).floor() * step,
+        ((high / step).floor() + 1.0) * step,
+    );
+    let panel = |n: usize, is_last: bool| {
+        let x = Axis {
+            grid: false,
+            ..Axis::linear("time (s)", (0.0, end_s(trials)), 10.0).silent(!is_last)
+        };
+        panel(&trials[n], x, Axis::linear("angle (°)", ends, 5.0))
+    };
+    // Down the first column, then down the second.
+    let columns = if trials.len() > ONE_COLUMN { 2 } else { 1 };
+    let rows = trials.len().div_ceil(columns);
+    let row = |r: usize| {
+        let own = (0..columns).map(|c| c * rows + r);
+        let own = own.filter(|n| *n < trials.len());
+        own.map(|n| panel(n, (n + 1) % rows == 0 || n + 1 == trials.len()))
+            .collect()
+    };
+    Figure {
+        description: "Target and measured angle over time".to_owned(),
+        legend: legend(trials),
+        rows: (0..rows).map(row).collect(),
+        ..Figure::default()
+    }
+    .svg()
+}
+
+fn legend(trials: &[Trial]) -> Vec<(Key, String)> {
+    let walls = || trials.iter().filter_map(|trial| trial.wall);
+    let shade = Key::Box(Paint::Full(SHADE));
+    let target = if walls().next().is_some() {
+        "wall"
+    } else {
+        "target"
+    };
+    let mut keys = vec![
+        (Key::Line(TARGET), target),
+        (Key::Line(MEASURED), "measured"),
+    ];
+    if walls().any(|wall| wall.pre_wall_deg > 0.0) {
+        keys.push((shade, "pre-wall"));
+    }
+    if trials.iter().any(|trial| trial.measure.is_some()) {
+        keys.push((shade, "not counted in the RMSE"));
+    }
+    keys.into_iter()
+        .map(|(key, name)| (key, name.to_owned()))
+        .collect()
+}
+
+fn panel(trial: &Trial, x: Axis, y: Axis) -> Panel {
+    let whole = (f64::NEG_INFINITY, f64::INFINITY);
+    let mut shaded: Vec<(At, At)> = Vec::new();
+    if let Some((from, to)) = trial.measure {
+        shaded.extend([((whole.0, from), whole), ((to, whole.1), whole)]);
+    }
+    if let Some(wall) = trial.wall {
+        let front = if wall.stops_flexion { -1.0 } else { 1.0 } * wall.pre_wall_deg;
+        shaded.push((whole, (wall.at_deg + front, wall.at_deg)));
+    }
+    let area = |(across, up)| Mark::Area(across, up, Paint::Full(SHADE));
+    let curves = [
+        (MEASURED, (|s: &Sample| s.measured_deg) as Angle),
+        // On top, or a joint that follows well would hide its target.
+        (TARGET, |s| s.target_deg),
+    ];
+    let curves = curves.map(|(stroke, angle)| course(trial.samples.iter(), angle, stroke, BUCKETS));
+    Panel {
+        result: result(trial),
+        ground: shaded.into_iter().map(area).collect(),
+        marks: curves.into_iter().flatten().collect(),
+        ..Panel::new(&trial.name, x, y, HEIGHT)
+    }
+}
+
+/// How the trial went, in a few words.
+fn result(trial: &Trial) -> String {
+    match (trial.wall, metrics_but_lag(trial)) {
+        (Some(_), _) => deepest(trial),
+        (None, Some(m)) => {
+            let (from, to) = (seconds(m.from_s), seconds(m.to_s));
+            format!("RMSE {} ({from}–{to} s)", degrees(m.rmse_deg))
+        }
+        (None, None) if trial.samples.is_empty() => "no samples".to_owned(),
+        (None, None) => "open loop".to_owned(),
+    }
+}
+
+/// The deepest penetration of each hit of a wall.
+fn deepest(trial: &Trial) -> String {
+    let depths = hits(trial).into_iter().map(|hit| degrees(hit.deepest_deg));
+    let depths: Vec<String> = depths.collect();
+    if depths.is_empty() {
+        return "not touched".to_owned();
+    }
+    format!("deepest {}", depths.join(", "))
+}

@@ -1,0 +1,323 @@
+//! Devices by name: simulators in this process, boards behind ports.
+
+use super::images;
+use crate::link::{Error, Port, SerialPort, SimulatedPort, TcpPort};
+use crate::record::DeviceKind;
+use crate::session::{BodySpec, Session, Unit};
+use firmware::control::SensorSource;
+use firmware::lockstep::Sensors;
+use firmware::pulse::{GroupSpec, Partner};
+use firmware::units::Micros;
+use hal_sim::body::{Body, CHANNELS, Drive, Elbow, Finger, Load, Still};
+use hal_sim::chip::board::{Around, Board, BoardError};
+use hal_sim::chip::cpu::run::Observer;
+use hal_sim::chip::gdb::{Debugger, Points};
+use hal_sim::chip::image::ImageError;
+use hal_sim::chip::rtt::{Log, LogError, Logged};
+use hal_sim::chip::{self, soc::Pace};
+use hal_sim::images::{BuildError, Image};
+use hal_sim::lockstep::{Device, Output};
+use hal_sim::native::native_seeded;
+use hal_sim::qemu::{Qemu, StartError};
+use hal_sim::wire::faults::Faults;
+use hal_sim::world::World;
+use std::convert::Infallible;
+use std::fmt;
+use std::fs::File;
+use std::io;
+use std::net::TcpListener;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+/// A device as `--device` names it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum DeviceName {
+    /// The native simulator.
+    Native,
+    /// The flashed image on the chip simulator.
+    Chip,
+    /// The device code under QEMU.
+    Qemu,
+    /// Whatever answers behind a socket.
+    Tcp(String),
+    /// Whatever answers on a serial port.
+    Serial(String),
+}
+
+impl FromStr for DeviceName {
+    type Err = Infallible;
+
+    fn from_str(name: &str) -> Result<Self, Infallible> {
+        Ok(match name {
+            "native" => Self::Native,
+            "chip" => Self::Chip,
+            "qemu" => Self::Qemu,
+            _ => match name.strip_prefix("tcp:") {
+                Some(address) => Self::Tcp(address.to_owned()),
+                None => Self::Serial(name.to_owned()),
+            },
+        })
+    }
+}
+
+impl DeviceName {
+    /// The device of this program that a record is of.
+    #[must_use]
+    pub const fn of(kind: DeviceKind) -> Option<Self> {
+        match kind {
+            DeviceKind::Native => Some(Self::Native),
+            DeviceKind::Chip => Some(Self::Chip),
+            DeviceKind::Qemu => Some(Self::Qemu),
+            DeviceKind::Board => None,
+        }
+    }
+}
+
+impl fmt::Display for DeviceName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Native => f.write_str("native simulator"),
+            Self::Chip => f.write_str("chip simulator"),
+            Self::Qemu => f.write_str("QEMU"),
+            Self::Tcp(address) => write!(f, "tcp:{address}"),
+            Self::Serial(path) => f.write_str(path),
+        }
+    }
+}
+
+/// Why a device could not be opened.
+#[derive(Debug, thiserror::Error)]
+pub enum OpenError {
+    /// The port.
+    #[error(transparent)]
+    Port(#[from] Error),
+    /// QEMU or its image.
+    #[error("E510 {0}")]
+    Qemu(StartError),
+    /// The chip simulator or its image.
+    #[error(transparent)]
+    Chip(#[from] ChipError),
+    /// The simulated wearer.
+    #[error("E511 the session's body cannot be: {0}")]
+    Body(hal_sim::body::InvalidSpec),
+    /// The simulated arm.
+    #[error("E570 the session's body cannot be: {0}")]
+    Elbow(hal_sim::body::InvalidElbow),
+}
+
+impl From<StartError> for OpenError {
+    fn from(error: StartError) -> Self {
+        Self::Qemu(error)
+    }
+}
+
+impl From<hal_sim::body::InvalidSpec> for OpenError {
+    fn from(error: hal_sim::body::InvalidSpec) -> Self {
+        Self::Body(error)
+    }
+}
+
+impl From<hal_sim::body::InvalidElbow> for OpenError {
+    fn from(error: hal_sim::body::InvalidElbow) -> Self {
+        Self::Elbow(error)
+    }
+}
+
+impl DeviceName {
+    /// Opens the device for `session`; `seed` decides a simulated wearer's noise
+    /// and where a simulator's session numbers begin.
+    ///
+    /// # Errors
+    /// [`OpenError`].
+    pub fn open(&self, session: &Session, seed: u64) -> Result<Box<dyn Port>, OpenError> {
+        Ok(match self {
+            Self::Native => Box::new(simulated(
+                session,
+                seed,
+                Box::new(native_seeded(Micros(0), seed)),
+                Micros(0),
+            )?),
+            Self::Chip => Box::new(on_chip(session, seed, &ChipOptions::default())?),
+            Self::Qemu => {
+                let image = images::find(Image::Qemu).map_err(StartError::NotBuilt)?;
+                let mut device = Box::new(Qemu::start(&image)?);
+                device.boot_seeded(seed).map_err(StartError::from)?;
+                let mut port = simulated(session, seed, device, Micros(0))?;
+                port.image = Some(image);
+                Box::new(port)
+            }
+            Self::Tcp(address) => Box::new(TcpPort::connect(address)?),
+            Self::Serial(path) => Box::new(SerialPort::open(path)?),
+        })
+    }
+}
+
+/// A simulated world around `device`, which boots at `boot`, with the
+/// session's wearer and angle sensor.
+///
+/// # Errors
+/// The session names a wearer that cannot be.
+pub fn simulated(
+    session: &Session,
+    seed: u64,
+    device: Box<dyn Device>,
+    boot: Micros,
+) -> Result<SimulatedPort, OpenError> {
+    let body: Box<dyn Body> = match &session.body {
+        Some(BodySpec::Elbow(spec)) => Box::new(Elbow::new((**spec).clone(), seed)?),
+        Some(BodySpec::Finger(spec)) => Box::new(Finger::new((**spec).clone(), seed)?),
+        Some(BodySpec::Still { load_ohm }) => {
+            let mut body = Still::new(0.0);
+            *body.loads_mut() = [Load::Ohms((*load_ohm).into()); CHANNELS];
+            Box::new(body)
+        }
+        None => Box::new(Still::new(0.0)),
+    };
+    let mut world = World::new(device, body, boot, Faults::default(), seed);
+    if let Some(SensorSource::Adc {
+        code_at_0,
+        code_at_100,
+    }) = session.sensor()
+    {
+        let zero = f64::from(code_at_0);
+        world.joint_adc = Some(((f64::from(code_at_100) - zero) / 100.0, zero));
+    }
+    world.outputs = outputs(session);
+    Ok(SimulatedPort::new(world))
+}
+
+/// The output stages that the session's board has.
+fn outputs(session: &Session) -> [Option<Output>; CHANNELS] {
+    let mut outputs = [None; CHANNELS];
+    for channel in &session.channels {
+        let full_scale = f64::from(channel.spec.stage.full_scale().0) * 1e-3;
+        let is_member = |group: &&GroupSpec| group.members & 1 << channel.index() != 0;
+        let group = session.groups.iter().find(is_member);
+        outputs[usize::from(channel.index())] = Some(Output {
+            full_scale: match channel.unit() {
+                Unit::Milliampere => Drive::Milliamps(full_scale),
+                Unit::Volt => Drive::Volts(full_scale),
+            },
+            conducted: group.is_some_and(|group| group.partner == Partner::Conducted),
+        });
+    }
+    outputs
+}
+
+/// Why there is no chip simulator.
+#[derive(Debug, thiserror::Error)]
+pub enum ChipError {
+    /// The image was not built.
+    #[error("E543 {0}")]
+    Build(BuildError),
+    /// The image cannot be flashed.
+    #[error(transparent)]
+    Image(#[from] ImageError),
+    /// The board does not run.
+    #[error(transparent)]
+    Board(#[from] BoardError),
+    /// The image's log cannot be had.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// The log's file, or gdb's port.
+    #[error("E547 {0}")]
+    Outside(io::Error),
+}
+
+impl From<BuildError> for ChipError {
+    fn from(error: BuildError) -> Self {
+        Self::Build(error)
+    }
+}
+
+/// The image to flash: the file at `path`, or the board's own, from beside this
+/// program or built in its checkout if it is not newer than its sources.
+///
+/// # Errors
+/// It does not build, or cannot be flashed.
+pub fn chip_image(path: Option<&Path>) -> Result<chip::image::Image, ChipError> {
+    Ok(match path {
+        Some(path) => chip::image::Image::open(path)?,
+        None => chip::image::Image::open(&images::find(Image::Stimulator)?)?,
+    })
+}
+
+/// A board of the chip simulator with the session's output stages and `image`
+/// in its flash, watched by `observer`; nothing has run yet.
+///
+/// # Errors
+/// What stops the core from starting.
+pub fn power_on<O: Observer>(
+    session: &Session,
+    image: &chip::image::Image,
+    observer: O,
+) -> Result<Board<O>, ChipError> {
+    let (outputs, pace) = (outputs(session), Pace::Lazy);
+    Ok(Board::power_on(image.clone(), outputs, pace, observer)?)
+}
+
+/// How a session is to be run on the chip simulator.
+#[derive(Debug, Default)]
+pub struct ChipOptions {
+    /// ELF to flash, for the board's own.
+    pub image: Option<PathBuf>,
+    /// Port on this machine at which gdb is waited for, the core halted.
+    pub gdb: Option<u16>,
+    /// File for the image's log; `-` is standard error.
+    pub log: Option<PathBuf>,
+}
+
+/// The world of [`simulated`] around a board on the chip simulator, its port
+/// open.
+///
+/// # Errors
+/// As there, and what stops the board from booting.
+pub fn on_chip(
+    session: &Session,
+    seed: u64,
+    options: &ChipOptions,
+) -> Result<SimulatedPort, OpenError> {
+    let image = chip_image(options.image.as_deref())?;
+    let log = options.log.as_deref().map(|path| open_log(path, &image));
+    let log = log.transpose()?;
+    let (sensors, outside) = (Sensors::default(), ChipError::Outside);
+    let (device, boot) = if let Some(port) = options.gdb {
+        let board = power_on(session, &image, Points::default())?;
+        let listener = TcpListener::bind(("127.0.0.1", port)).map_err(outside)?;
+        let at = listener.local_addr().map_err(outside)?;
+        eprintln!("the core is halted at reset; gdb: target remote {at}");
+        let mut debugger = Debugger::accept(&listener, board).map_err(outside)?;
+        debugger.boot(&sensors).map_err(ChipError::Board)?;
+        let boot = debugger.board().now_us();
+        (with_log(debugger, log), boot)
+    } else {
+        let mut board = power_on(session, &image, ())?;
+        board.boot(&sensors).map_err(ChipError::Board)?;
+        let boot = board.now_us();
+        (with_log(board, log), boot)
+    };
+    let mut port = simulated(session, seed, device, Micros(boot as u32))?; // far from wrapping
+    port.image = Some(image.path().to_owned());
+    Ok(port)
+}
+
+fn open_log(path: &Path, image: &chip::image::Image) -> Result<Log, ChipError> {
+    let out: Box<dyn io::Write + Send> = if path == Path::new("-") {
+        Box::new(io::stderr())
+    } else {
+        Box::new(io::BufWriter::new(File::create(path).map_err(|why| {
+            ChipError::Outside(io::Error::new(
+                why.kind(),
+                format!("cannot write {}: {why}", path.display()),
+            ))
+        })?))
+    };
+    Ok(Log::new(image, out)?)
+}
+
+fn with_log<D: Device + AsMut<Around> + 'static>(device: D, log: Option<Log>) -> Box<dyn Device> {
+    match log {
+        Some(log) => Box::new(Logged::new(device, log)),
+        None => Box::new(device),
+    }
+}

@@ -1,0 +1,31 @@
+//! Runs a session on a device, whatever the device is.
+//!
+//! Lives here: opening a device by name ([`DeviceName`]), configuring, arming,
+//! streaming setpoints, collecting telemetry into a `record::Trial`. Not here:
+//! session files (`session`), pictures (`report`), the bytes (`link`).
+
+mod device;
+mod error;
+mod file;
+mod identity;
+pub mod images;
+mod interruption;
+mod observer;
+mod profile;
+mod pulses;
+mod recorded;
+mod runner;
+mod trial;
+
+pub use device::{
+    ChipError, ChipOptions, DeviceName, OpenError, chip_image, on_chip, power_on, simulated,
+};
+pub use error::RunError;
+pub use file::SessionFile;
+pub use identity::{device_kind, identity};
+pub use interruption::{Stopped, interruptible};
+pub use observer::{Observer, Seen, Wish};
+pub use profile::{Booted, ProfileError, Profiled, profile};
+pub use recorded::{BeginError, Recorded, TrialPlace, record};
+pub use runner::{Outcome, acknowledge, run};
+pub use trial::{begin_trial, edges_between, edges_of_one_period, event, sample};

@@ -1,0 +1,63 @@
+//! Whether a session played a pulse; if it did not, why, most likely.
+
+use crate::session::{Course, Session};
+use firmware::pulse::CHANNELS;
+use firmware::units::Amplitude;
+use hal_sim::trace::{State, Trace};
+
+/// Pulses of `session` in a simulated device's trace from `epoch_us` on: first
+/// phases of more than code 0. The electrode check's come before.
+pub(super) fn played(session: &Session, trace: &Trace, epoch_us: u64) -> u64 {
+    let first: [Option<State>; CHANNELS] = std::array::from_fn(|channel| {
+        let shape = session.channel(channel as u8)?.spec.train.shape;
+        Some(if shape.cathodic_first() {
+            State::Cathodic
+        } else {
+            State::Anodic
+        })
+    });
+    let edges = trace.edges().skip_while(|edge| edge.t_us < epoch_us);
+    let starts = edges
+        .filter(|edge| edge.dac_code > 0 && first[usize::from(edge.channel)] == Some(edge.state));
+    starts.count() as u64
+}
+
+/// The likely reason why `session` played no pulse in `length_us`;
+/// `idle_triggers` edges came that found no train.
+pub(super) fn why_silent(session: &Session, length_us: u64, idle_triggers: u64) -> &'static str {
+    let trains = || session.channels.iter().map(|c| c.spec.train);
+    if trains().all(|train| train.triggered) {
+        return if idle_triggers > 0 {
+            "edges came to the trigger input when no train was ready for them"
+        } else {
+            "every channel waits for a trigger, and none came before the end; \
+             [simulated_trigger] in the session file gives a simulator edges"
+        };
+    }
+    let first = trains()
+        .filter(|train| !train.triggered)
+        .map(|train| train.offset_us);
+    if first
+        .min()
+        .is_some_and(|offset| u64::from(offset) >= length_us)
+    {
+        return "it ended before the first channel's offset_us";
+    }
+    let setpoints = &session.setpoints;
+    let is_zero = |values: &[(u8, Amplitude)]| values.iter().all(|(_, a)| *a == Amplitude::ZERO);
+    match &setpoints.course {
+        Course::Amplitudes(values) if is_zero(values) && is_zero(&setpoints.beside) => {
+            "all amplitudes that it asks for are 0"
+        }
+        Course::KeepAlive => "nothing asked for an amplitude: the wall was not touched",
+        Course::AngleSine { .. } | Course::AngleSteps(_) => {
+            "the control law asked for no amplitude above 0: the joint was where it should be, or \
+             nothing measured it"
+        }
+        Course::Force(..) => "force control asked for no amplitude above 0: the wanted force is 0",
+        Course::Amplitudes(_) => {
+            "every amplitude was below the first step of its DAC, or the ramp \
+                                  had not begun"
+        }
+    }
+}

@@ -1,0 +1,333 @@
+//! The course of a session: configure, arm, start, stream, stop.
+
+mod record;
+
+use super::{Observer, RunError, Seen, SessionFile, Stopped, Wish, trial};
+use crate::link::{Client, Error, Incoming, Port};
+use crate::record::{Recorder, Trial};
+use crate::session::{Session, Setpoint};
+use firmware::control::SensorSource;
+use firmware::link::{Counters, Event, HelloInfo, Request};
+use firmware::safety::State;
+use firmware::units::Micros;
+use std::iter;
+
+/// Longest wait for the outputs to be reported isolated after a stop, µs.
+const STOP_US: u64 = 300_000;
+
+/// Longest wait for the grounding that follows an acknowledgement, µs.
+const ACKNOWLEDGE_US: u64 = 300_000;
+
+/// A device that says nothing for so long is lost, µs. It owes telemetry every
+/// 100 ms at least.
+const SILENCE_US: u64 = 1_000_000;
+
+/// What came of a session, complete or not.
+pub struct Outcome {
+    /// Everything recorded.
+    pub trial: Trial,
+    /// Who ran it.
+    pub device: Option<HelloInfo>,
+    /// Epoch of the trains in the port's own time, µs.
+    pub epoch_us: Option<u64>,
+    /// Requests refused while it ran.
+    pub refused: usize,
+    /// Why it ended early, if it did.
+    pub error: Option<RunError>,
+}
+
+struct Run<'a, P> {
+    session: &'a Session,
+    client: Client<P>,
+    trial: Trial,
+    recorder: Option<&'a mut Recorder>,
+    observer: &'a mut dyn Observer,
+    epoch: Micros,
+    /// The same in the port's time.
+    epoch_us: u64,
+    /// A board's count of this run's pulses after the electrode check, where no
+    /// trace tells.
+    checked: u32,
+    /// What the device had counted before: nothing if it booted for this.
+    begun: Counters,
+    refused: usize,
+    ended: Option<(String, &'static str)>,
+    /// When the device last said something, in the port's time.
+    heard_us: u64,
+}
+
+/// Runs `session` through `port` and gives the port back with the outcome.
+/// `observer` sees it run and may end it; a closure hears the part done, 0 to 1.
+pub fn run<P: Port>(
+    file: &SessionFile,
+    port: P,
+    recorder: Option<&mut Recorder>,
+    mut observer: impl Observer,
+) -> (Outcome, Option<P>) {
+    let session = &file.session;
+    let trial = trial::begin_trial(file);
+    let interruption = observer.interruption();
+    let (client, info) = match Client::open_interruptible(port, interruption) {
+        Ok(opened) => opened,
+        Err(error) => {
+            let error = Some(signalled(error.into(), None, Stopped::NotOpen));
+            return (
+                Outcome {
+                    trial,
+                    device: None,
+                    epoch_us: None,
+                    refused: 0,
+                    error,
+                },
+                None,
+            );
+        }
+    };
+    observer.see(Seen::Hello(&info));
+    let mut run = Run {
+        session,
+        client,
+        trial,
+        recorder,
+        observer: &mut observer,
+        epoch: info.at,
+        epoch_us: 0,
+        checked: 0,
+        begun: Counters::default(),
+        refused: 0,
+        ended: None,
+        heard_us: 0,
+    };
+    let started = run.identify(&info).and_then(|()| run.prepare());
+    let is_started = started.is_ok();
+    let streamed = match started {
+        Ok(()) => run.stream(),
+        Err(error) => {
+            // The first error is the one to tell.
+            let _ = run.read_electrodes();
+            Err(error)
+        }
+    };
+    let t_s = is_started.then(|| run.t_s());
+    run.client.ignore_signals();
+    // Whatever happened, ask for a stop; a lost device stops by itself.
+    let stopped = run.client.stop();
+    let finished = match &stopped {
+        Ok(_) if is_started => run.finish(),
+        _ => Ok(()),
+    };
+    let result = match (streamed, stopped) {
+        (Ok(()), Ok(_)) => finished,
+        (Ok(()), Err(error)) => Err(error.into()),
+        (Err(error), Ok(_)) => Err(signalled(error, t_s, Stopped::Acknowledged)),
+        (Err(error), Err(why)) => Err(signalled(error, t_s, Stopped::Unanswered(why))),
+    };
+    run.clock();
+    if let Err(error) = &result {
+        run.cut_short(error);
+    }
+    if is_started {
+        run.count_pulses();
+    }
+    let outcome = Outcome {
+        trial: run.trial,
+        device: Some(info),
+        epoch_us: is_started.then_some(run.epoch_us),
+        refused: run.refused,
+        error: result.err(),
+    };
+    (outcome, Some(run.client.into_port()))
+}
+
+/// What a signal ended, `t_s` after the start, is told as such.
+fn signalled(error: RunError, t_s: Option<f64>, stopped: Stopped) -> RunError {
+    match error {
+        RunError::Link(Error::Interrupted(signal)) => RunError::Signal {
+            signal,
+            t_s,
+            stopped,
+        },
+        error => error,
+    }
+}
+
+/// Clears a latched fault, if there is one, and gives the port back.
+///
+/// # Errors
+/// The device does not answer, or another host holds its session.
+pub fn acknowledge<P: Port>(port: P) -> Result<P, Error> {
+    let (mut client, info) = Client::open(port)?;
+    if info.state == State::Fault {
+        client.acknowledge()?;
+        let until = client.port().now_us() + ACKNOWLEDGE_US;
+        while client.status()?.state == State::Fault && client.port().now_us() < until {
+            let soon = client.port().now_us() + 10_000;
+            client.next(soon)?;
+        }
+    }
+    Ok(client.into_port())
+}
+
+impl<P: Port> Run<'_, P> {
+    fn prepare(&mut self) -> Result<(), RunError> {
+        // It may have played for others since it booted.
+        if self.client.port().world().is_none() {
+            self.begun = self.client.status()?.counters;
+        }
+        for request in self.session.requests() {
+            self.client.request(request)?;
+        }
+        if self.measures() && self.client.port().glove_deg().is_none() {
+            return Err(RunError::NoGlove("this device".to_owned()));
+        }
+        self.client.subscribe(self.session.telemetry_ms)?;
+        self.client.arm()?;
+        self.poll_observer()?;
+        if self.client.port().world().is_none() {
+            let pulses = self.client.status()?.counters.pulses;
+            self.checked = pulses.wrapping_sub(self.begun.pulses);
+        }
+        // The first setpoint is there before the first pulse.
+        self.client
+            .request(self.session.setpoints.at(0).request(None))?;
+        self.epoch = self.client.start()?;
+        let now_us = self.client.port().now_us();
+        self.heard_us = now_us;
+        let is_simulated = self.client.port().world().is_some();
+        // In a simulated world, host time and device time are one.
+        let device_now = if is_simulated {
+            Some(Micros(now_us as u32))
+        } else {
+            self.client.device_time(now_us)
+        };
+        let now = device_now.unwrap_or(self.epoch);
+        // The epoch is at most a few milliseconds from now.
+        self.epoch_us = now_us.saturating_add_signed(self.epoch.since(now).into());
+        Ok(())
+    }
+
+    fn stream(&mut self) -> Result<(), RunError> {
+        let begin = self.epoch_us;
+        let end = begin + self.session.duration_us;
+        let mut asked_us = 0;
+        for index in 1.. {
+            let due = self.session.setpoints.due_us(index);
+            self.trigger(asked_us, due);
+            asked_us = due;
+            self.listen((begin + due).min(end))?;
+            if begin + due >= end {
+                break;
+            }
+            self.post(self.session.setpoints.due_us(index - 1), due)?;
+            if index % 90 == 0 {
+                let part = due as f64 / self.session.duration_us as f64;
+                self.observer.see(Seen::Progress(part));
+            }
+        }
+        self.observer.see(Seen::Progress(1.0));
+        Ok(())
+    }
+
+    /// Sends what is due `due` µs after the start, and changes of rung since
+    /// `before`.
+    fn post(&mut self, before: u64, due: u64) -> Result<(), RunError> {
+        if self.measures()
+            && let Some(deg) = self.client.port().glove_deg()
+        {
+            let now = self.client.port().now_us();
+            let at = self.client.device_time(now).unwrap_or(self.epoch);
+            let centideg = (deg * 100.0).round() as i16; // saturates
+            self.client.post(Request::Measurement {
+                joint: 0,
+                centideg,
+                at,
+            })?;
+        }
+        for request in self.session.rungs(before, due) {
+            self.client.post(request)?;
+        }
+        let setpoints = &self.session.setpoints;
+        for setpoint in iter::once(setpoints.at(due)).chain(setpoints.with(due)) {
+            let at = match setpoint {
+                // Wrapping: device time is modulo 2^32.
+                Setpoint::Angle { .. } | Setpoint::Force { .. } => {
+                    Some(self.epoch.plus(due as u32))
+                }
+                Setpoint::Amplitudes(_) | Setpoint::KeepAlive => None,
+            };
+            self.client.post(setpoint.request(at))?;
+        }
+        Ok(())
+    }
+
+    /// Asks a simulated trigger input for its edges of `from..to`, µs after the
+    /// start. A board has a real one.
+    fn trigger(&mut self, from: u64, to: u64) {
+        let begin = self.epoch_us;
+        if let (Some(trigger), Some(world)) = (&self.session.trigger, self.client.port().world()) {
+            for at in trigger.between(from, to) {
+                world.trigger(begin + at);
+            }
+        }
+    }
+
+    fn measures(&self) -> bool {
+        self.session.sensor() == Some(SensorSource::Host)
+    }
+
+    /// Files what arrives by `until_us`.
+    fn listen(&mut self, until_us: u64) -> Result<(), RunError> {
+        while let Some(incoming) = self.client.next(until_us)? {
+            self.heard_us = self.client.port().now_us();
+            self.file(incoming)?;
+            if let Some((why, advice)) = self.ended.take() {
+                let t_s = self.trial.events.last().map_or(0.0, |(t, _)| *t);
+                return Err(RunError::Ended { t_s, why, advice });
+            }
+            self.poll_observer()?;
+        }
+        let silence_us = self.client.port().now_us().saturating_sub(self.heard_us);
+        if silence_us > SILENCE_US {
+            return Err(RunError::Link(Error::NoAnswer {
+                request: "setpoints",
+                waited_ms: silence_us / 1000,
+            }));
+        }
+        self.poll_observer()
+    }
+
+    /// Does what the observer wishes.
+    fn poll_observer(&mut self) -> Result<(), RunError> {
+        match self.observer.wish() {
+            Wish::Nothing => {}
+            Wish::Status => {
+                self.client.post(Request::Status)?;
+            }
+            Wish::Stop => {
+                return Err(RunError::Interrupted { t_s: self.t_s() });
+            }
+        }
+        Ok(())
+    }
+
+    /// After a stop: waits until the outputs are reported isolated, asks for
+    /// counters.
+    fn finish(&mut self) -> Result<(), RunError> {
+        let until = self.client.port().now_us() + STOP_US;
+        while let Some(incoming) = self.client.next(until)? {
+            let is_end = matches!(
+                incoming,
+                Incoming::Event(_, Event::Stopped(_) | Event::Faulted(_))
+            );
+            self.file(incoming)?;
+            if is_end {
+                break;
+            }
+        }
+        let status = self.client.status()?;
+        self.observer.see(Seen::Status(&status));
+        self.trial.counters = trial::counters(&self.begun, &status.counters);
+        self.client.subscribe(0)?;
+        Ok(())
+    }
+}

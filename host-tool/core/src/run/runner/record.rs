@@ -1,0 +1,155 @@
+//! What a run's record is told of what arrives.
+
+use super::{Run, RunError};
+use crate::link::{Incoming, Port};
+use crate::run::{Seen, identity, pulses, trial};
+use firmware::link::{Code, Event, HelloInfo};
+use firmware::units::Micros;
+
+impl<P: Port> Run<'_, P> {
+    /// The record says who answered.
+    pub(super) fn identify(&mut self, info: &HelloInfo) -> Result<(), RunError> {
+        let in_process = self.client.port().world().is_some();
+        let identity = identity(info, in_process);
+        if let Some(recorder) = &mut self.recorder {
+            recorder.identity(&identity)?;
+        }
+        self.trial.identity = Some(identity);
+        Ok(())
+    }
+
+    /// The record of a run that was not started says what the electrode check
+    /// had read.
+    pub(super) fn read_electrodes(&mut self) -> Result<(), RunError> {
+        let now_us = self.client.port().now_us();
+        while let Ok(Some(incoming)) = self.client.next(now_us) {
+            if let Incoming::Event(_, event) = incoming {
+                self.file_electrode(&event)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether the event was a reading of the electrode check.
+    fn file_electrode(&mut self, event: &Event) -> Result<bool, RunError> {
+        let &Event::Electrode {
+            channel,
+            applied,
+            current_ua,
+        } = event
+        else {
+            return Ok(false);
+        };
+        let reading = trial::electrode(&self.trial.channels, channel, applied, current_ua);
+        if let Some(recorder) = &mut self.recorder {
+            recorder.electrode(reading)?;
+        }
+        self.trial.electrode_check.push(reading);
+        Ok(true)
+    }
+
+    /// The record says how the device's clock ran.
+    pub(super) fn clock(&mut self) {
+        let clock = self.client.clock_fit().map(identity::clock);
+        if let Some(recorder) = &mut self.recorder {
+            recorder.clock(clock);
+        }
+        self.trial.clock = clock;
+    }
+
+    /// The record says whether anything was played. A device that was lost has
+    /// not told how much.
+    pub(super) fn count_pulses(&mut self) {
+        let counted = |name: &str| {
+            let found = self.trial.counters.iter().find(|(n, _)| n == name);
+            found.map(|&(_, count)| count)
+        };
+        let idle = counted("triggers without a train").unwrap_or(0);
+        let told = counted("pulses started").map(|n| (n as u32).wrapping_sub(self.checked));
+        let played = match self.client.port().world() {
+            Some(world) => {
+                let trace = &world.recorder.trace;
+                Some(pulses::played(self.session, trace, self.epoch_us))
+            }
+            None => told.map(u64::from),
+        };
+        self.trial.pulses = played;
+        if played == Some(0) {
+            let length_us = (self.trial.duration_s * 1e6).round() as u64;
+            let why = pulses::why_silent(self.session, length_us, idle);
+            self.trial.silent = Some(why.to_owned());
+        }
+        if let Some(recorder) = &mut self.recorder {
+            recorder.played(played, self.trial.silent.as_deref());
+        }
+    }
+
+    /// Time of the latest sample, s.
+    pub(super) fn t_s(&self) -> f64 {
+        self.trial.samples.last().map_or(0.0, |sample| sample.t_s)
+    }
+
+    /// The record says how far it goes and why it ends there.
+    pub(super) fn cut_short(&mut self, error: &RunError) {
+        let t_s = self.t_s();
+        self.trial.duration_s = t_s;
+        let text = error.to_string();
+        if let Some(recorder) = &mut self.recorder {
+            let _ = recorder.event(t_s, &text); // the first error is the one to tell
+        }
+        self.trial.events.push((t_s, text));
+    }
+
+    pub(super) fn file(&mut self, incoming: Incoming) -> Result<(), RunError> {
+        match incoming {
+            Incoming::Telemetry(telemetry) => {
+                if telemetry.at.has_reached(self.epoch) {
+                    let true_deg = self.client.port().true_deg();
+                    let sample = trial::sample(&telemetry, self.epoch, true_deg);
+                    if let Some(recorder) = &mut self.recorder {
+                        recorder.sample(&sample)?;
+                    }
+                    self.observer.see(Seen::Sample(&sample));
+                    self.trial.samples.push(sample);
+                }
+            }
+            Incoming::Event(at, event) => {
+                if self.file_electrode(&event)? {
+                    return Ok(());
+                }
+                let text = trial::event(&event);
+                let t_s = f64::from(at.since(self.epoch)) * 1e-6;
+                self.observer.see(Seen::Event(t_s, &event));
+                self.note(at, text.clone())?;
+                if matches!(
+                    event,
+                    Event::Faulted(_) | Event::Stopping(_) | Event::Stopped(_)
+                ) {
+                    self.ended = Some((text, trial::advice(&event)));
+                }
+            }
+            // The last setpoints, which a stop has overtaken; its event tells of it.
+            Incoming::Refused(_, refused) if refused.number == Code::Stopped as u16 => {}
+            Incoming::Refused(_, refused) => {
+                self.refused += 1;
+                let now = self.client.port().now_us();
+                let at = self.client.device_time(now).unwrap_or(self.epoch);
+                let t_s = f64::from(at.since(self.epoch)) * 1e-6;
+                self.observer.see(Seen::Refused(t_s, &refused));
+                self.note(at, refused.to_string())?;
+            }
+            Incoming::Status(status) => self.observer.see(Seen::Status(&status)),
+            Incoming::Acknowledged(..) => {}
+        }
+        Ok(())
+    }
+
+    fn note(&mut self, at: Micros, text: String) -> Result<(), RunError> {
+        let t_s = f64::from(at.since(self.epoch)) * 1e-6;
+        if let Some(recorder) = &mut self.recorder {
+            recorder.event(t_s, &text)?;
+        }
+        self.trial.events.push((t_s, text));
+        Ok(())
+    }
+}

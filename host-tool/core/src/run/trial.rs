@@ -1,0 +1,213 @@
+//! From what a device says to what is recorded.
+
+use super::SessionFile;
+use crate::record::{
+    ChannelInfo, DeviceState, Edge, ElectrodeReading, Sample, State, Trial, WallPlace, sha256,
+};
+use crate::session::Session;
+use firmware::control::ForceGap;
+use firmware::haptics::Side;
+use firmware::link::{Counters, Event, ForceSample, Telemetry};
+use firmware::safety::{self, StopCause};
+use firmware::units::{Amplitude, Micros};
+use hal_sim::trace::{State as TraceState, Trace};
+
+/// An empty trial of `file`'s session.
+#[must_use]
+pub fn begin_trial(file: &SessionFile) -> Trial {
+    let session = &file.session;
+    Trial {
+        name: session.title.clone(),
+        session_file: file.name.clone(),
+        identity: None,
+        session_text: file.text.clone(),
+        session_sha256: Some(sha256(file.text.as_bytes())),
+        clock: None,
+        duration_s: session.duration_us as f64 * 1e-6,
+        channels: session
+            .channels
+            .iter()
+            .map(|channel| ChannelInfo {
+                number: channel.number,
+                name: channel.name.clone(),
+                unit: channel.unit().symbol().to_owned(),
+                limit: f64::from(channel.spec.limit.0) * 1e-3,
+                muscle: channel.muscle.is_some(),
+                force: channel.force.is_some(),
+            })
+            .collect(),
+        samples: Vec::new(),
+        edges: Vec::new(),
+        measure: session
+            .measure
+            .map(|(from, to)| (from as f64 * 1e-6, to as f64 * 1e-6)),
+        joint: session.joint.is_some(),
+        wall: session.wall.map(|wall| WallPlace {
+            at_deg: f64::from(wall.at_mdeg) * 1e-3,
+            stops_flexion: wall.side == Side::Flexion,
+            pre_wall_deg: wall
+                .pre_wall
+                .map_or(0.0, |pre| f64::from(pre.depth_mdeg) * 1e-3),
+        }),
+        pulses: None,
+        silent: None,
+        counters: Vec::new(),
+        events: Vec::new(),
+        electrode_check: Vec::new(),
+    }
+}
+
+/// What the electrode check read of one of `channels`; `channel` counts from 0.
+pub fn electrode(
+    channels: &[ChannelInfo],
+    channel: u8,
+    applied: Amplitude,
+    current_ua: u32,
+) -> ElectrodeReading {
+    let number = channel.saturating_add(1);
+    let of_volts = |c: &ChannelInfo| c.number == number && c.unit == "V";
+    let is_voltage = channels.iter().any(of_volts) && current_ua > 0;
+    ElectrodeReading {
+        channel: number,
+        applied: f64::from(applied.0) * 1e-3,
+        current_ma: f64::from(current_ua) * 1e-3,
+        load_ohm: is_voltage.then(|| f64::from(applied.0) * 1e3 / f64::from(current_ua)),
+    }
+}
+
+/// A telemetry sample; times count from `epoch`.
+pub fn sample(telemetry: &Telemetry, epoch: Micros, true_deg: Option<f64>) -> Sample {
+    let degrees = |centi: Option<i16>| centi.map(|c| f64::from(c) * 1e-2);
+    let milli = |value: u32| f64::from(value) * 1e-3;
+    let force =
+        |f: fn(&ForceSample) -> Option<f64>| telemetry.force_control.iter().map(f).collect();
+    let side = |f: fn(ForceGap) -> u32| {
+        let gaps = telemetry.force_control.iter().map(|sample| sample.gap);
+        gaps.map(|gap| gap.map(|gap| milli(f(gap)))).collect()
+    };
+    let amplitudes = telemetry.amplitudes.iter();
+    Sample {
+        t_s: f64::from(telemetry.at.since(epoch)) * 1e-6,
+        target_deg: degrees(telemetry.target_centideg),
+        measured_deg: degrees(telemetry.measured_centideg),
+        true_deg,
+        effort: telemetry.effort_milli.map(|e| f64::from(e) * 1e-3),
+        limiting: telemetry.limiting,
+        state: state(telemetry.state),
+        amplitudes: amplitudes.map(|a| a.map(|a| milli(a.0))).collect(),
+        forces_n: telemetry.forces_mn.iter().map(|&f| milli(f)).collect(),
+        wanted_n: force(|f| f.target_mn.map(|mn| f64::from(mn) * 1e-3)),
+        rates_hz: force(|f| f.period_us.map(|us| 1e6 / f64::from(us))),
+        below_n: side(|gap| gap.below_mn),
+        above_n: side(|gap| gap.above_mn),
+    }
+}
+
+/// A device's state as it is recorded.
+fn state(state: safety::State) -> DeviceState {
+    match state {
+        safety::State::Boot => DeviceState::Boot,
+        safety::State::Idle => DeviceState::Idle,
+        safety::State::Armed => DeviceState::Armed,
+        safety::State::Stimulating => DeviceState::Stimulating,
+        safety::State::Stopping => DeviceState::Stopping,
+        safety::State::Fault => DeviceState::Fault,
+    }
+}
+
+/// An event in words.
+pub fn event(event: &Event) -> String {
+    match event {
+        Event::Stopping(cause) => format!("stopping: {cause:?}"),
+        Event::Stopped(cause) => format!("stopped: {cause:?}"),
+        Event::Faulted(record) => format!("fault {}: {:?}", record.fault.number(), record.fault),
+        Event::Recovered => "fault acknowledged".to_owned(),
+        Event::Electrode {
+            channel,
+            current_ua,
+            ..
+        } => format!("electrode {}: {current_ua} µA", channel.saturating_add(1)),
+    }
+}
+
+/// What to do when a device ends a session with this event.
+pub fn advice(event: &Event) -> &'static str {
+    let (Event::Stopping(cause) | Event::Stopped(cause)) = event else {
+        return "find the fault's cause, then run again with --acknowledge";
+    };
+    match cause {
+        StopCause::Request => "something else asked it to stop; run again",
+        StopCause::HostSilent => {
+            "the link or this computer stalled for longer than wearer.host_timeout_ms; run again"
+        }
+        StopCause::HandStop => "the hand-held stop was opened; close it and run again",
+        StopCause::ArmExpired => "it waited too long for a start; run again",
+        StopCause::Finished => "every train had played: shorten duration_s or raise repeats",
+    }
+}
+
+/// What a device counted from `begin` to `end`, by name; both since it booted.
+pub fn counters(begin: &Counters, end: &Counters) -> Vec<(String, u64)> {
+    let (begin, end) = (named(begin), named(end));
+    let both = begin.into_iter().zip(end);
+    let counted = both.map(|((name, begin), (_, end))| (name.to_owned(), end.wrapping_sub(begin)));
+    counted.map(|(name, n)| (name, u64::from(n))).collect()
+}
+
+fn named(counters: &Counters) -> [(&'static str, u32); 10] {
+    [
+        ("frames understood", counters.frames),
+        ("bad frames", counters.bad_frames),
+        ("frames lost", counters.lost),
+        ("setpoints carried out", counters.setpoints),
+        ("requests refused", counters.refused),
+        ("pulses started", counters.pulses),
+        ("triggers without a train", counters.idle_triggers),
+        ("messages dropped", counters.dropped),
+        ("internal messages lost", counters.lost_posts),
+        ("requests of strangers", counters.strangers),
+    ]
+}
+
+/// The edges of the longest period of `session` that starts `after_us` after
+/// `epoch_us`, with times counted from that period's start.
+#[must_use]
+pub fn edges_of_one_period(
+    session: &Session,
+    trace: &Trace,
+    epoch_us: u64,
+    after_us: u64,
+) -> Vec<Edge> {
+    let period = session
+        .channels
+        .iter()
+        .map(|c| {
+            let slowest_us = c.force.and_then(|force| force.max_period_us);
+            u64::from(slowest_us.unwrap_or(c.spec.train.period_us))
+        })
+        .max()
+        .unwrap_or(0);
+    let begin = epoch_us + after_us.checked_div(period).unwrap_or(0) * period;
+    edges_between(trace, begin, begin + period)
+}
+
+/// Edges in `from_us..to_us`, with times counted from `from_us`.
+#[must_use]
+pub fn edges_between(trace: &Trace, from_us: u64, to_us: u64) -> Vec<Edge> {
+    trace
+        .edges()
+        .skip_while(|edge| edge.t_us < from_us)
+        .take_while(|edge| edge.t_us < to_us)
+        .map(|edge| Edge {
+            t_us: edge.t_us - from_us,
+            channel: edge.channel + 1,
+            state: match edge.state {
+                TraceState::Isolated => State::Isolated,
+                TraceState::Cathodic => State::Cathodic,
+                TraceState::Anodic => State::Anodic,
+                TraceState::Grounded => State::Grounded,
+            },
+            dac_code: edge.dac_code,
+        })
+        .collect()
+}

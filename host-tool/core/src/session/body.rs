@@ -1,0 +1,87 @@
+//! `[body]`: the simulated wearer. A board has a real one and ignores it.
+
+use hal_sim::body::elbow::Approach;
+use hal_sim::body::{ElbowSpec, FingerSpec};
+
+use super::error::Problem;
+use super::fields::PARTICIPANTS;
+use super::table::Table;
+
+/// The simulated wearer of a session.
+#[derive(Clone, PartialEq, Debug)]
+pub enum BodySpec {
+    /// An index finger.
+    Finger(Box<FingerSpec>),
+    /// A forearm and the person who moves it.
+    Elbow(Box<ElbowSpec>),
+    /// A dummy load on every channel.
+    Still {
+        /// Ω.
+        load_ohm: u32,
+    },
+}
+
+/// Reads `[body]`.
+pub(super) fn read_body(t: &Table<'_>) -> Option<BodySpec> {
+    if !t.is_sound() {
+        return None;
+    }
+    Some(match t.word("kind") {
+        "finger" => BodySpec::Finger(Box::new(read_finger(t)?)),
+        "elbow" => BodySpec::Elbow(Box::new(read_elbow(t)?)),
+        _ => BodySpec::Still {
+            load_ohm: t.whole("load_ohm"),
+        },
+    })
+}
+
+/// Channels, from 0, that the file names, whether or not the session uses them; each
+/// another.
+fn read_sites<const N: usize>(t: &Table<'_>, names: [&str; N]) -> Option<[usize; N]> {
+    let numbers = names.map(|name| t.whole::<u8>(name));
+    for (place, (name, &channel)) in names.iter().zip(&numbers).enumerate() {
+        if numbers.iter().take(place).any(|taken| *taken == channel) {
+            let field = "body".into();
+            t.say(name, Problem::ChannelTwice { field, channel });
+            return None;
+        }
+    }
+    Some(numbers.map(|number| usize::from(number) - 1)) // 1–10
+}
+
+/// A participant's finger.
+fn read_finger(t: &Table<'_>) -> Option<FingerSpec> {
+    let mut spec = FingerSpec::participant(t.named("participant", &PARTICIPANTS)?);
+    let [flexor_a, flexor_b, extensor] = read_sites(t, ["flexor_a", "flexor_b", "extensor"])?;
+    spec.flexor_a.channel = flexor_a;
+    spec.flexor_b.channel = flexor_b;
+    spec.extensor.channel = extensor;
+    Some(spec)
+}
+
+/// An elbow; numbers left out keep [`ElbowSpec::default`].
+fn read_elbow(t: &Table<'_>) -> Option<ElbowSpec> {
+    let mut spec = ElbowSpec::default();
+    let [triceps, biceps] = read_sites(t, ["triceps", "biceps"])?;
+    spec.triceps.channel = triceps;
+    spec.biceps.channel = biceps;
+    let real = |name, default: &mut f64| *default = t.real(name).unwrap_or(*default);
+    real("damping_nm_s_per_rad", &mut spec.damping_nm_s_per_rad);
+    real("start_deg", &mut spec.person.start_deg);
+    real("push_nm", &mut spec.person.push_nm);
+    for item in t.tables("approaches").iter().filter(|item| item.is_sound()) {
+        let milli = |name| item.whole::<i64>(name) as f64 * 1e-3;
+        let approach = Approach {
+            at_s: milli("at_s"),
+            speed_deg_per_s: milli("speed_deg_per_s"),
+            for_s: milli("for_s"),
+        };
+        let before = spec.person.approaches.last();
+        if before.is_some_and(|b| b.at_s + b.for_s > approach.at_s) {
+            item.not_after("at_s", "the end of the approach before it".into());
+            return None;
+        }
+        spec.person.approaches.push(approach);
+    }
+    Some(spec)
+}

@@ -1,0 +1,301 @@
+//! What can be wrong with a session file, and where in it.
+
+use std::fmt;
+use std::ops::Range;
+use std::sync::Arc;
+
+use miette::{Diagnostic, LabeledSpan, NamedSource, Severity, SourceCode};
+
+/// As many mistakes are told one by one.
+pub(super) const MOST: usize = 200;
+
+/// Declares [`Problem`]: number, fields, message, and what to do where the message
+/// does not say it.
+macro_rules! problems {
+    ($($number:literal $name:ident { $($field:ident: $type:ty),* } $message:literal $remedy:literal)*) => {
+        /// Everything a session file is refused for. This is the only list of the
+        /// numbers E400–E499; they are stable. `field` is the path of the field in
+        /// the file, `given` what stands there, `allowed` what may stand there.
+        #[derive(Clone, PartialEq, Debug, thiserror::Error)]
+        #[expect(missing_docs, reason = "each message explains its fields")]
+        pub enum Problem {
+            $(#[error($message)] $name { $($field: $type),* },)*
+        }
+
+        impl Problem {
+            /// The stable number, 400–499.
+            #[must_use]
+            pub const fn number(&self) -> u16 {
+                match self {
+                    $(Self::$name { .. } => $number,)*
+                }
+            }
+
+            /// What to do about it, where the message does not say so.
+            const fn remedy(&self) -> &'static str {
+                match self {
+                    $(Self::$name { .. } => $remedy,)*
+                }
+            }
+        }
+    };
+}
+
+problems! {
+    400 Unreadable { reason: String }
+        "the session file cannot be read: {reason}" ""
+    401 Syntax { reason: String }
+        "not valid TOML: {reason}" ""
+    402 UnknownField { field: String, close: Option<String>, known: String }
+        "there is no field `{field}`" ""
+    403 WrongType { field: String, expected: &'static str, given: &'static str }
+        "`{field}` must be {expected}, not {given}" ""
+    404 MissingField { field: String }
+        "`{field}` is missing" ""
+    405 NotExact { field: String, given: String, step: String }
+        "`{field}` is {given}: the device counts in steps of {step}" ""
+    406 NotFinite { field: String, given: String, allowed: Option<String> }
+        "`{field}` is {given}, which is no finite number of at most 38 digits" ""
+    407 OutOfRange { field: String, given: String, allowed: String }
+        "`{field}` is {given}, allowed is {allowed}" ""
+    408 UnknownChoice { field: String, given: String, close: Option<String>, known: String }
+        "`{field}` cannot be {given}" ""
+    409 SaidTwice { field: String, other: String }
+        "`{field}` and `{other}` say the same: give one of them" ""
+    410 NotInOrder { field: String, given: String, after: String }
+        "`{field}` is {given}, but it must come after {after}" ""
+    411 More { count: usize }
+        "there are {count} more mistakes" "mend these first"
+    420 ChannelTwice { field: String, channel: u8 }
+        "channel {channel} is named twice in `{field}`" ""
+    421 NoSuchChannel { field: String, channel: u8 }
+        "`{field}` names channel {channel}, which the file does not have" ""
+    430 TwoGroups { channel: u8 }
+        "channel {channel} is in two groups" ""
+    431 IsolationOverlaps { channel: u8, other: u8 }
+        "channels {channel} and {other} cannot isolate each other: their pulses overlap at some time"
+        "give them the same period and offsets at least a pulse width apart, or set partner = \"conducted\""
+    432 NoTimeToGround { channel: u8 }
+        "channel {channel} has no time to ground: isolation interrupts it, and no unbroken `ground_us` remains before its next pulse"
+        "move the offsets further apart, shorten `ground_us`, or give all members the same period"
+    440 BurstOverlaps { field: String, min_us: u32 }
+        "pulses of a burst overlap: `{field}` must be at least {min_us} µs" ""
+    441 BurstTooLong { field: String, min_us: u32 }
+        "a burst runs into the next one: the period must be at least {min_us} µs" ""
+    450 CurrentLimit { field: String, given: String, current_ma: f64, max_ma: String }
+        "`{field}` = {given} is {current_ma} mA, allowed are {max_ma} mA" ""
+    451 ChargeLimit { field: String, given: String, current_ma: f64, max_uc: String }
+        "at `{field}` = {given} ({current_ma} mA) one phase exceeds {max_uc} µC"
+        "lower the limit or the pulse width"
+    452 RmsLimit { field: String, given: String, current_ma: f64, max_ma: String }
+        "at `{field}` = {given} ({current_ma} mA) the train exceeds {max_ma} mA rms"
+        "lower the limit, the pulse width, the frequency or the number of pulses in a burst"
+    453 AboveChannelLimit { field: String, given: String, channel: u8, limit: String }
+        "`{field}` is {given}, above channel {channel}'s limit of {limit}" ""
+    460 Controlled { field: String, channel: u8 }
+        "`{field}` names channel {channel}, which the joint or the wall drives" ""
+    461 NoJoint { wanted: &'static str }
+        "{wanted} needs a `[joint]`, and the file has none" ""
+    462 TooSlow { field: String, given: String, timeout_ms: u16 }
+        "`{field}` is {given}: setpoints would be further apart than the {timeout_ms} ms of silence that end stimulation"
+        "raise it, or `wearer.host_timeout_ms`"
+    463 NoFatigue { field: String }
+        "`{field}` is calcium-force-fatigue, but nothing says how the muscle tires"
+        "give the muscle `fatigue`; `fatigue = {}` takes the quadriceps' of Ding 2003"
+    464 NothingToFit {}
+        "no channel has a `muscle`, so there is nothing to choose by"
+        "give the channels a `muscle`, or leave `[fidelity]` out"
+    465 NothingTriggered {}
+        "no channel waits for a trigger, so `[simulated_trigger]` would start nothing"
+        "give a channel's train `triggered = true`, or leave `[simulated_trigger]` out"
+    470 OutOfReach { field: String, given: String, channel: u8, min_n: f64, max_n: f64 }
+        "`{field}` is {given} N: within its limits channel {channel} gives 0 N, and from {min_n} to {max_n} N"
+        "ask for less, or raise the channel's `limit` or its `force.max_frequency_hz`"
+    471 NoForceControl { field: String, channel: u8 }
+        "`{field}` names channel {channel}, which has no `force`" ""
+    472 NoMuscle { channel: u8 }
+        "channel {channel} has a `force` and no `muscle` to find it with" ""
+    473 RateChanges { channel: u8 }
+        "channel {channel} may change its pulse rate, and is in an isolated group, whose pulses would then meet"
+        "leave `force.max_frequency_hz` and `force.min_frequency_hz` out, or set partner = \"conducted\""
+    474 ForceControlled { field: String, channel: u8 }
+        "`{field}` names channel {channel}, which is under force control" ""
+    480 JointAndWall {}
+        "a `[joint]` and a `[wall]` cannot run together: the device measures one angle"
+        "keep one of them"
+}
+
+impl Problem {
+    /// What to do about it, where the message does not say so.
+    fn help(&self) -> Option<String> {
+        match self {
+            Self::UnknownField { close, known, .. } | Self::UnknownChoice { close, known, .. } => {
+                Some(match close {
+                    Some(close) => format!("did you mean `{close}`? Possible here: {known}"),
+                    None => format!("possible here: {known}"),
+                })
+            }
+            _ => Some(self.remedy().to_owned()).filter(|remedy| !remedy.is_empty()),
+        }
+    }
+
+    /// What is written under the place in the file.
+    fn label(&self) -> String {
+        match self {
+            Self::UnknownField { .. } => "unknown".into(),
+            Self::WrongType { expected, .. } => format!("expected {expected}"),
+            Self::MissingField { .. } => "missing from here".into(),
+            Self::OutOfRange { allowed, .. }
+            | Self::NotFinite {
+                allowed: Some(allowed),
+                ..
+            } => allowed.clone(),
+            _ => "here".into(),
+        }
+    }
+}
+
+/// A refused session file: what is wrong, in which file, and where; with all else
+/// that is.
+///
+/// Rendered by `miette`, all of it; [`fmt::Display`] gives the first bare message.
+#[derive(Clone)]
+pub struct SessionError(Box<Inner>);
+
+#[derive(Clone)]
+struct Inner {
+    problem: Problem,
+    code: String,
+    file: Option<NamedSource<Arc<str>>>,
+    label: Option<LabeledSpan>,
+    /// What else is wrong.
+    further: Vec<SessionError>,
+}
+
+impl SessionError {
+    /// A problem at `span` (bytes) of a file's text.
+    pub(super) fn at(problem: Problem, name: &str, text: &Arc<str>, span: Range<usize>) -> Self {
+        let mut error = Self::nowhere(problem);
+        let label = Some(error.0.problem.label());
+        error.0.label = Some(LabeledSpan::new_primary_with_span(label, span));
+        error.0.file = Some(NamedSource::new(name, Arc::clone(text)));
+        error
+    }
+
+    /// All of them, by their place in the file; nothing for none. Beyond
+    /// [`MOST`] they are counted.
+    pub(super) fn all_of(mut errors: Vec<Self>) -> Option<Self> {
+        errors.sort_by_key(Self::place);
+        let count = errors.len().saturating_sub(MOST);
+        errors.truncate(MOST);
+        if count > 0 {
+            errors.push(Self::nowhere(Problem::More { count }));
+        }
+        let mut errors = errors.into_iter();
+        let mut first = errors.next()?;
+        first.0.further = errors.collect();
+        Some(first)
+    }
+
+    /// Where in the file, bytes.
+    pub(super) fn place(&self) -> usize {
+        self.0
+            .label
+            .as_ref()
+            .map_or(usize::MAX, LabeledSpan::offset)
+    }
+
+    /// Every mistake, this one first.
+    pub fn all(&self) -> impl Iterator<Item = &Self> {
+        std::iter::once(self).chain(&self.0.further)
+    }
+
+    /// A problem that has no place in a text.
+    pub(super) fn nowhere(problem: Problem) -> Self {
+        Self(Box::new(Inner {
+            code: format!("E{}", problem.number()),
+            file: None,
+            label: None,
+            further: Vec::new(),
+            problem,
+        }))
+    }
+
+    /// Line and column in the file, from 1.
+    #[must_use]
+    pub fn line_and_column(&self) -> Option<(usize, usize)> {
+        let (file, label) = self.0.file.as_ref().zip(self.0.label.as_ref())?;
+        let before = file.inner().get(..label.offset()).unwrap_or_default();
+        let line = before.bytes().filter(|&byte| byte == b'\n').count() + 1;
+        let column = before.chars().rev().take_while(|&c| c != '\n').count() + 1;
+        Some((line, column))
+    }
+
+    /// Number, file, line, column, problem and help in one line, for machines.
+    #[must_use]
+    pub fn one_line(&self) -> String {
+        let Inner { problem, code, .. } = &*self.0;
+        let place = self.0.file.as_ref().zip(self.line_and_column());
+        let place =
+            place.map(|(file, (line, column))| format!("{}:{line}:{column}: ", file.name()));
+        let help = problem.help().map(|help| format!("; {help}"));
+        let (place, help) = (place.unwrap_or_default(), help.unwrap_or_default());
+        format!("{code} {place}{problem}{help}")
+    }
+
+    /// All of them, a line each.
+    #[must_use]
+    pub fn lines(&self) -> String {
+        let lines: Vec<String> = self.all().map(Self::one_line).collect();
+        lines.join("\n")
+    }
+
+    /// What is wrong.
+    #[must_use]
+    pub fn problem(&self) -> &Problem {
+        &self.0.problem
+    }
+}
+
+impl fmt::Display for SessionError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.problem.fmt(f)
+    }
+}
+
+impl fmt::Debug for SessionError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {:?}", self.0.code, self.0.problem)
+    }
+}
+
+impl std::error::Error for SessionError {}
+
+impl Diagnostic for SessionError {
+    fn code(&self) -> Option<Box<dyn fmt::Display + '_>> {
+        Some(Box::new(&self.0.code))
+    }
+
+    fn severity(&self) -> Option<Severity> {
+        Some(Severity::Error)
+    }
+
+    fn help(&self) -> Option<Box<dyn fmt::Display + '_>> {
+        let help = self.0.problem.help()?;
+        Some(Box::new(help))
+    }
+
+    fn related<'a>(&'a self) -> Option<Box<dyn Iterator<Item = &'a dyn Diagnostic> + 'a>> {
+        let further = self.0.further.iter().map(|e| e as &dyn Diagnostic);
+        (!self.0.further.is_empty()).then(|| Box::new(further) as Box<_>)
+    }
+
+    fn source_code(&self) -> Option<&dyn SourceCode> {
+        self.0.file.as_ref().map(|file| file as &dyn SourceCode)
+    }
+
+    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
+        let label = self.0.label.clone()?;
+        Some(Box::new(std::iter::once(label)))
+    }
+}

@@ -1,0 +1,320 @@
+//! The fields of a session file, each declared once: name, what it is with unit
+//! and range, what stands in for it, and what it means. A range is the firmware's,
+//! which stands beside the field that it bounds, or the host's own.
+
+use std::sync::LazyLock;
+
+use firmware::muscle::{CalciumForceSpec, FatigueSpec, RecruitmentSpec, Rung};
+use firmware::pulse::{CHANNELS, MAX_GROUPS, Partner, Shape, TrainSpec};
+use firmware::range::Range;
+use firmware::safety::{ChannelSpec, StageSpec, WearerSpec};
+use hal_sim::body::ElbowSpec;
+use hal_sim::body::wearer::Participant;
+
+use super::control_fields::{amplitude, hold, joint, wall};
+use super::field::Need::{Optional, Or, OrTold, OrWord, Required};
+use super::field::{CHANNEL, Kind, Number, Section, UNIT, channel, f, list, n, nb, one_of};
+
+/// The whole file.
+pub(super) static FILE: LazyLock<Section> = LazyLock::new(file);
+
+/// Waveforms by name.
+pub(super) const SHAPES: [(&str, Shape); 4] = [
+    ("biphasic-cathodic-first", Shape::BiphasicCathodicFirst),
+    ("biphasic-anodic-first", Shape::BiphasicAnodicFirst),
+    ("monophasic-cathodic", Shape::MonophasicCathodic),
+    ("monophasic-anodic", Shape::MonophasicAnodic),
+];
+/// Rungs of the muscle's ladder by name.
+pub(super) const RUNGS: [(&str, Rung); 4] = [
+    ("static", Rung::Static),
+    ("lag", Rung::Lag),
+    ("calcium-force", Rung::CalciumForce),
+    ("calcium-force-fatigue", Rung::CalciumForceFatigue),
+];
+/// What a silent member of a group is, by name.
+pub(super) const PARTNERS: [(&str, Partner); 2] = [
+    ("conducted", Partner::Conducted),
+    ("isolated", Partner::Isolated),
+];
+/// The participants of Hamana 2022 by name.
+pub(super) const PARTICIPANTS: [(&str, Participant); 3] = [
+    ("P", Participant::P),
+    ("Q", Participant::Q),
+    ("S", Participant::S),
+];
+
+/// Longest session, µs: a day.
+pub(super) const DAY_US: i64 = 86_400_000_000;
+/// Longest text of a field, characters; of the notes.
+pub const LONGEST: usize = 200;
+const LONGEST_NOTES: usize = 4000;
+/// Edges of a trigger are at least this far apart, µs: a train starts 1000 µs after
+/// its edge.
+pub(super) const TRIGGER_LEAST_US: i64 = 1_000;
+/// No edge comes sooner after the start, µs: until its acknowledgement is here,
+/// nobody knows when that was.
+pub(super) const TRIGGER_FIRST_US: i64 = 10_000;
+/// A time of the session, µs.
+fn time(least_us: i64) -> Kind {
+    Kind::Whole(Number::within("s", 6, least_us, DAY_US).bound("to `duration_s`"))
+}
+
+/// What may also be 0, where there is none of it.
+const fn or_none(range: Range) -> Range {
+    Range::new(range.field, 0, range.max)
+}
+
+#[rustfmt::skip]
+fn file() -> Section {
+    vec![
+        f("title", Kind::Text(None), Required, "name in reports"),
+        f("duration_s", Kind::Whole(Number::within("s", 6, 1_000, DAY_US)), Required, "how long it stimulates"),
+        f("wearer", Kind::Table(wearer()), Optional, "the wearer's limits"),
+        f("channel", list(channels(), 1, Some(CHANNELS), "channels"), Required, "channels"),
+        f("group", list(group(), 0, Some(MAX_GROUPS), "groups"), Optional, "channels that share a muscle"),
+        f("sync", Kind::Table(vec![f("channel", channel(), Required, "whose first phases drive sync out")]), Optional, "`channel`: whose first phases drive sync out"),
+        f("joint", Kind::Table(joint()), Optional, "closed loop on the device"),
+        f("wall", Kind::Table(wall()), Optional, "virtual wall on the device; not beside a `[joint]` (E480)"),
+        f("setpoints", Kind::Table(setpoints()), Required, "what the host streams"),
+        f("measure", Kind::Table(measure()), Optional, "window in which errors are scored"),
+        f("body", Kind::Table(body()), Optional, "the simulated wearer, dummy loads without it; a board ignores it"),
+        f("simulated_trigger", Kind::Table(trigger()), Optional, "edges of a simulated trigger input; a board ignores them and `flexor run` says so"),
+        f("fidelity", Kind::Table(fidelity()), Optional, "how exact the simulation and the models must be"),
+        f("study", Kind::Table(study()), Optional, "what a publication must tell and no device knows"),
+    ]
+}
+
+#[rustfmt::skip]
+fn study() -> Section {
+    let electrodes = vec![
+        f("channel", channel(), Required, "a channel of the file"),
+        f("place", Kind::Text(Some(LONGEST)), Required, "where its electrodes are, in words"),
+    ];
+    vec![
+        f("pseudonym", Kind::Text(Some(LONGEST)), Optional, "the wearer's; never a name"),
+        f("operator", Kind::Text(Some(LONGEST)), Optional, "who operates the device"),
+        f("ethics", Kind::Text(Some(LONGEST)), Optional, "the ethics vote"),
+        f("notes", Kind::Text(Some(LONGEST_NOTES)), Optional, "anything worth knowing"),
+        f("electrodes", list(electrodes, 0, Some(CHANNELS), "electrodes"), Optional, "`{ channel, place }`: where each channel's electrodes are, in words"),
+    ]
+}
+
+#[rustfmt::skip]
+fn wearer() -> Section {
+    type W = WearerSpec;
+    let d = W::default();
+    vec![
+        f("max_current_ma", n("mA", 3, W::MAX_CURRENT_UA), Or(d.max_current_ua.into()), "largest current"),
+        f("max_charge_uc", n("µC", 3, W::MAX_CHARGE_NC), Or(d.max_charge_nc.into()), "largest charge of one phase"),
+        f("max_rms_ma", n("mA", 3, W::MAX_RMS_UA), Or(d.max_rms_ua.into()), "largest rms current of a channel"),
+        f("rise_ms", n("ms", 0, W::RISE_MS), Or(d.rise_ms.into()), "rise of an amplitude from zero"),
+        f("fall_ms", n("ms", 0, W::FALL_MS), Or(d.fall_ms.into()), "fall when stimulation ends"),
+        f("host_timeout_ms", n("ms", 0, W::HOST_TIMEOUT_MS), Or(d.host_timeout_ms.into()), "host silence that ends stimulation"),
+    ]
+}
+
+#[rustfmt::skip]
+fn channels() -> Section {
+    vec![
+        f("number", channel(), Required, "its number on the board"),
+        f("name", Kind::Text(None), Required, "what the wearer calls it"),
+        f("stage", Kind::Table(stage()), Required, "output stage"),
+        f("limit", nb(UNIT, 3, ChannelSpec::LIMIT, "to full scale"), Required, "largest amplitude; must keep the wearer's current, charge and rms limits"),
+        f("train", Kind::Table(train()), Required, "its pulses"),
+        f("muscle", Kind::Table(muscle()), Optional, "predict its force"),
+        f("force", Kind::Table(force()), Optional, "control the muscle's force; needs `muscle`"),
+    ]
+}
+
+#[rustfmt::skip]
+fn stage() -> Section {
+    vec![
+        f("kind", Kind::Choice(vec!["voltage", "current"]), Required, "what the stage controls"),
+        f("full_scale_ma", n("mA", 3, StageSpec::FULL_SCALE_UA), Required, "output at full DAC code").when("kind", &["current"]),
+        f("full_scale_v", n("V", 3, StageSpec::FULL_SCALE_MV), Required, "output at full DAC code").when("kind", &["voltage"]),
+        f("load_ohm", n("Ω", 0, StageSpec::LOAD_OHM), Required, "load through which volts are judged against current limits; 2000 is usual; a voltage stage is limited to 20 mA").when("kind", &["voltage"]),
+    ]
+}
+
+#[rustfmt::skip]
+fn train() -> Section {
+    type T = TrainSpec;
+    vec![
+        f("shape", one_of(&SHAPES), Required, "waveform"),
+        f("width_us", n("µs", 0, T::WIDTH_US), Required, "one phase"),
+        f("gap_us", nb("µs", 0, T::GAP_US, "0 for monophasic"), Or(0), "between the phases; 5 at least is kept"),
+        f("ground_us", nb("µs", 0, or_none(T::GROUND_US), "at least 1000 for monophasic and at most `fall_ms` less 1.2 ms, 0 for biphasic"), Or(0), "grounding after a monophasic phase"),
+        f("frequency_hz", Kind::Real(Number::rate_of(T::PERIOD_US.field, T::PERIOD_US)), Required, "rounded to a whole period; a note says so").without("period_us"),
+        f("period_us", n("µs", 0, T::PERIOD_US), Optional, "burst start to burst start"),
+        f("offset_us", nb("µs", 0, T::OFFSET_US, "to the period"), Or(0), "against the common start"),
+        f("burst_count", n("", 0, T::BURST_COUNT), Or(1), "pulses per burst"),
+        f("burst_interval_us", nb("µs", 0, or_none(T::BURST_INTERVAL_US), "at least 200 for bursts, 0 for single pulses"), Or(0), "pulse start to pulse start"),
+        f("repeats", Kind::Whole(Number::within("", 0, 0, u16::MAX as i64)), Or(0), "bursts to play, 0 until stopped"),
+        f("triggered", Kind::Flag, OrWord("false"), "wait for the trigger input; [`[simulated_trigger]`](#simulated_trigger) tries it at a desk"),
+    ]
+}
+
+#[rustfmt::skip]
+fn muscle() -> Section {
+    type M = CalciumForceSpec;
+    type R = RecruitmentSpec;
+    let changes = vec![
+        f("at_s", time(1), Required, "from when on"),
+        f("model", one_of(&RUNGS), Required, "which model"),
+    ];
+    let models = std::iter::once("auto").chain(RUNGS.map(|(name, _)| name));
+    vec![
+        f("a_n_per_s", n("N/s", 3, M::A_MN_PER_S), Required, "A"),
+        f("k", n("", 6, M::K_MICRO), Required, "K"),
+        f("tau_c_ms", nb("ms", 3, M::TAU_C_US, "under bursts of n pulses every T at most T/ln(24/(24 − n))"), Required, "τc"),
+        f("tau1_ms", n("ms", 3, M::TAU1_US), Required, "τ1"),
+        f("tau2_ms", n("ms", 3, M::TAU2_US), Required, "τ2"),
+        f("motor_threshold", nb(UNIT, 3, R::MOTOR_THRESHOLD, "below `limit`"), Required, "smallest amplitude that moves"),
+        f("reference", nb(UNIT, 3, R::REFERENCE, "from `limit`"), Required, "amplitude at which A was measured"),
+        f("slope_per_unit", nb("per unit", 6, R::SLOPE_MICRO, "at most 16 octaves from threshold to reference"), Required, "b"),
+        f("model", Kind::Choice(models.collect()), OrWord("auto"), "which model of the muscle the device computes ([what each is](protocol.md#rung)); `\"auto\"` is the lowest that will do in this scene: `flexor explain-model` tells which and why ([muscle.md](muscle.md))"),
+        f("fatigue", Kind::Table(fatigue()), Optional, "how it tires; `\"calcium-force-fatigue\"` needs it"),
+        f("changes", list(changes, 0, None, "changes"), Optional, "`{ at_s, model }`: other models, each from its time on, with the next setpoint; times rise"),
+    ]
+}
+
+#[rustfmt::skip]
+fn fatigue() -> Section {
+    type F = FatigueSpec;
+    let q = F::QUADRICEPS;
+    vec![
+        f("alpha_a_per_s2", n("s⁻²", 3, F::ALPHA_A_MILLI_PER_S2), Or(q.alpha_a_milli_per_s2.into()), "what force takes from A"),
+        f("alpha_k_per_n_s", n("N⁻¹s⁻¹", 9, F::ALPHA_K_NANO_PER_N_S), OrTold("0.0572 / A in N/s".into()), "what it adds to K"),
+        f("alpha_tau1_per_n", n("N⁻¹", 9, F::ALPHA_TAU1_NANO_PER_N), OrTold("0.0632 / A in N/s".into()), "what it adds to τ1"),
+        f("tau_fat_s", n("s", 3, F::TAU_FAT_MS), Or(q.tau_fat_ms.into()), "recovery"),
+    ]
+}
+
+#[rustfmt::skip]
+fn force() -> Section {
+    let rate = |period_us, bound| Kind::Real(Number::rate_of(period_us, TrainSpec::PERIOD_US).bound(bound));
+    let mut all = vec![
+        f("max_frequency_hz", rate("min_period_us", "from the train's"), OrTold("the train's".into()), "highest pulse rate, at `limit`"),
+        f("min_frequency_hz", rate("max_period_us", "to the train's"), OrTold("the train's".into()), "lowest pulse rate, at `motor_threshold`: gives forces below those of threshold at the train's rate, with [ripple](muscle.md#forces-that-can-be-had) below 10 Hz; without it the device is *limiting* there and gives the nearer of that and none"),
+    ];
+    all.extend(hold("between and after setpoints; held, the muscle's lag is not made up for"));
+    all
+}
+
+#[rustfmt::skip]
+fn group() -> Section {
+    vec![
+        f("channels", Kind::Wholes(CHANNEL, "a list of channel numbers"), Required, "2–10 members; each in one group only"),
+        f("partner", one_of(&PARTNERS), Required, "a silent member is grounded, or isolated, while another pulses"),
+    ]
+}
+
+/// What a force over time is told by: its points, or a sine.
+#[rustfmt::skip]
+fn force_points() -> Section {
+    vec![
+        f("at_s", Kind::Whole(Number::within("s", 6, 0, DAY_US).bound("the first 0, then rising")), Required, "when"),
+        f("n", Kind::Whole(Number::any("N", 3, "what the limits can give")), Required, "which force"),
+    ]
+}
+
+fn sine_of_force() -> [Kind; 3] {
+    let force = || Kind::Real(Number::any("N", 3, "between 0 and what the limits allow"));
+    [force(), force(), Kind::Real(SINE)]
+}
+
+/// A sine's frequency, mHz. 180° at 10 Hz is 11 300 °/s, which the link's rates hold.
+const SINE: Number = Number::within("Hz", 3, 0, 10_000);
+
+#[rustfmt::skip]
+fn values() -> Section {
+    vec![
+        f("channel", channel(), Required, "a channel of the file"),
+        f("value", amplitude(), Required, "its amplitude"),
+    ]
+}
+
+#[rustfmt::skip]
+fn setpoints() -> Section {
+    let steps = vec![
+        f("at_s", Kind::Whole(Number::within("s", 6, 0, DAY_US).bound("the first 0, then rising")), Required, "when"),
+        f("deg", Kind::Whole(Number::any("°", 2, "within the joint's range")), Required, "which angle"),
+    ];
+    let [offset, amplitude, frequency] = sine_of_force();
+    let forces = vec![
+        f("channel", channel(), Required, "a channel with `force`"),
+        f("points", list(force_points(), 1, None, "points"), Optional, "as of a `force-ramp`"),
+        f("offset_n", offset, Required, "as of a `force-sine`").without("points"),
+        f("amplitude_n", amplitude, Required, "as of a `force-sine`").without("points"),
+        f("frequency_hz", frequency, Required, "as of a `force-sine`").without("points"),
+    ];
+    let [offset, amplitude, _] = sine_of_force();
+    let angle = || Kind::Real(Number::any("°", 3, "within the joint's range"));
+    vec![
+        f("kind", Kind::Choice(vec!["keep-alive", "amplitudes", "angle-sine", "angle-steps", "force-ramp", "force-sine"]), Required, "what is streamed; angles need a `[joint]`, forces a channel's `force`; `\"keep-alive\"` is nothing but a sign of life: all that a `[wall]` needs"),
+        f("rate_hz", Kind::Real(Number::within("Hz", 0, 1, 1000).bound("above 1000/`host_timeout_ms`")), Required, "how often"),
+        f("offset_deg", angle(), Required, "centre").when("kind", &["angle-sine"]),
+        f("amplitude_deg", angle(), Required, "of the sine").when("kind", &["angle-sine"]),
+        f("steps", list(steps, 1, None, "steps"), Required, "`{ at_s, deg }`: each angle from its time on").when("kind", &["angle-steps"]),
+        f("channel", channel(), Required, "whose force").when("kind", &["force-ramp", "force-sine"]),
+        f("points", list(force_points(), 1, None, "points"), Required, "`{ at_s, n }`: forces, straight between their times; the last one stays; more than 1000 N/s is a step").when("kind", &["force-ramp"]),
+        f("offset_n", offset, Required, "centre").when("kind", &["force-sine"]),
+        f("amplitude_n", amplitude, Required, "of the sine").when("kind", &["force-sine"]),
+        f("frequency_hz", Kind::Real(SINE), Required, "of the sine").when("kind", &["angle-sine", "force-sine"]),
+        f("forces", list(forces, 0, Some(CHANNELS), "forces"), Optional, "forces of further channels with `force`, sent with every setpoint of any kind: each `{ channel, points }` as of a `force-ramp` or `{ channel, offset_n, amplitude_n, frequency_hz }` as of a `force-sine`; for up to ten, with `kind = \"keep-alive\"`, see `host-tool/sessions/ten_forces.toml`"),
+        f("values", list(values(), 1, Some(CHANNELS), "channels"), Required, "`{ channel, value }`: constant amplitudes; not for the joint's or the wall's channels").when("kind", &["amplitudes"]),
+        f("values", list(values(), 1, Some(CHANNELS), "channels"), Optional, "the same beside all that is wanted").when("kind", &["keep-alive", "angle-sine", "angle-steps", "force-ramp", "force-sine"]),
+    ]
+}
+
+#[rustfmt::skip]
+fn measure() -> Section {
+    vec![
+        f("from_s", time(0), Or(0), "its begin"),
+        f("to_s", time(0), OrTold("`duration_s`".into()), "its end, after `from_s`"),
+    ]
+}
+
+#[rustfmt::skip]
+fn body() -> Section {
+    let seconds = |least| Kind::Whole(Number::within("s", 3, least, DAY_US / 1000));
+    let approaches = vec![
+        f("at_s", seconds(0), Required, "when it begins, in rising order"),
+        f("speed_deg_per_s", Kind::Whole(Number::within("°/s", 3, 1_000, 360_000)), Required, "into flexion"),
+        f("for_s", seconds(1), Required, "how long it is held and pushed"),
+    ];
+    let d = ElbowSpec::default();
+    let real = |unit, most| Kind::Real(Number::within(unit, 0, 0, most));
+    let or = |value: f64| OrTold(value.to_string());
+    let mut all = vec![
+        f("kind", Kind::Choice(vec!["finger", "elbow", "still"]), Required, "an index finger, a forearm and the person who moves it, or dummy loads"),
+        f("participant", one_of(&PARTICIPANTS), Required, "of Hamana 2022, table 7").when("kind", &["finger"]),
+    ];
+    all.extend(["flexor_a", "flexor_b", "extensor"].map(|point| f(point, channel(), Required, "where this point is, used or not; each another").when("kind", &["finger"])));
+    all.extend(["triceps", "biceps"].map(|muscle| f(muscle, channel(), Required, "where its electrodes are; each another").when("kind", &["elbow"])));
+    all.extend([
+        f("damping_nm_s_per_rad", real("N·m·s/rad", 100), or(d.damping_nm_s_per_rad), "passive friction").when("kind", &["elbow"]),
+        f("start_deg", real("°", 145), or(d.person.start_deg), "where the arm waits and goes back to").when("kind", &["elbow"]),
+        f("push_nm", real("N·m", 100), or(d.person.push_nm), "the person's strongest torque").when("kind", &["elbow"]),
+        f("approaches", list(approaches, 0, None, "approaches"), Required, "`{ at_s, speed_deg_per_s, for_s }`: movements into flexion, each held and pushed for `for_s`; seconds from when the simulated world begins, a few tenths before the trains").when("kind", &["elbow"]),
+        f("load_ohm", Kind::Whole(Number::within("Ω", 0, 1, 1_000_000)), Or(2_000), "on every channel").when("kind", &["still"]),
+    ]);
+    all
+}
+
+#[rustfmt::skip]
+fn trigger() -> Section {
+    vec![
+        f("at_s", Kind::Wholes(Number::within("s", 6, TRIGGER_FIRST_US, DAY_US).bound("to `duration_s`"), "a list of numbers"), Optional, "edges at these times, rising, at least 1 ms apart"),
+        f("every_s", time(TRIGGER_LEAST_US), Required, "from edge to edge").without("at_s"),
+        f("from_s", time(TRIGGER_FIRST_US), OrTold("`every_s`, 0.01 at least".into()), "the first edge").without("at_s"),
+    ]
+}
+
+#[rustfmt::skip]
+fn fidelity() -> Section {
+    vec![
+        f("tolerance_percent", Kind::Whole(Number::within("%", 2, 1, 60_000)), Required, "how far the session may be from the most accurate"),
+    ]
+}

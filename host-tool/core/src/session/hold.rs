@@ -1,0 +1,41 @@
+//! What a joint shares with a wall or a force: what to do between setpoints, and
+//! where an angle is measured.
+
+use firmware::control::{HoldPolicy, SensorSource};
+
+use super::control_fields::STALE_AFTER_MS;
+use super::table::Table;
+
+/// Reads what to do between and after setpoints.
+pub(super) fn read_hold(t: &Table<'_>) -> HoldPolicy {
+    match t.word("hold") {
+        "hold" => HoldPolicy::Hold,
+        _ => HoldPolicy::Extrapolate {
+            max_ms: t.whole("max_extrapolation_ms"),
+        },
+    }
+}
+
+/// Reads where an angle is measured.
+pub(super) fn read_sensor(t: &Table<'_>) -> SensorSource {
+    match t.word("sensor") {
+        "host" => SensorSource::Host,
+        _ => SensorSource::Adc {
+            code_at_0: t.whole("code_at_0_deg"),
+            code_at_100: t.whole("code_at_100_deg"),
+        },
+    }
+}
+
+/// Reads how old its measurement may be, ms.
+pub(super) fn read_stale(t: &Table<'_>, sensor: SensorSource) -> u16 {
+    let (adc, host) = STALE_AFTER_MS;
+    t.whole_or(
+        "stale_after_ms",
+        if sensor == SensorSource::Host {
+            host
+        } else {
+            adc
+        },
+    )
+}

@@ -1,0 +1,281 @@
+//! Session files: what is stimulated, how, and what the host streams.
+//!
+//! Lives here: reading a TOML file in people's units, converting it exactly to
+//! the device's integers, checking it with the firmware's own validators, and
+//! naming the line of whatever is wrong (numbers E4xx in [`Problem`]).
+//! Not here: the link, running a session, the simulated body's behaviour.
+//! In: a file. Out: a checked [`Session`] and the requests that configure a
+//! device for it. The files in `host-tool/sessions/` show the format.
+
+mod body;
+mod channel;
+mod control_fields;
+mod decimal;
+mod error;
+mod fidelity;
+mod field;
+mod fields;
+mod hold;
+mod joint;
+mod law;
+mod manual;
+mod muscle;
+pub mod scene;
+mod schema;
+mod setpoints;
+mod setup;
+mod study;
+mod table;
+mod trigger;
+mod wall;
+
+use std::io::Read;
+use std::path::Path;
+
+use crate::choice::Share;
+use firmware::control::{JointSpec, SensorSource};
+use firmware::haptics::WallSpec;
+use firmware::link::Request;
+use firmware::pulse::GroupSpec;
+use firmware::safety::WearerSpec;
+use toml::de::DeTable;
+
+pub use body::BodySpec;
+pub use channel::{Channel, Unit};
+use error::MOST;
+pub use error::{Problem, SessionError};
+pub use fields::LONGEST as LONGEST_TEXT;
+use fields::{DAY_US, FILE};
+pub use law::LawName;
+pub use manual::manual;
+pub use muscle::{Model, Muscle};
+pub use schema::schema;
+use setpoints::read_setpoints;
+pub use setpoints::{Course, ForceCourse, Setpoint, Setpoints};
+pub use study::{Electrode, Study};
+use table::{Document, Table};
+pub use trigger::SimulatedTrigger;
+
+/// A session that the firmware will arm: everything a run needs.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Session {
+    /// What the session is called in reports.
+    pub title: String,
+    /// How long it stimulates, µs; 1 ms to a day.
+    pub duration_us: u64,
+    /// The wearer's limits.
+    pub wearer: WearerSpec,
+    /// Its channels, by rising number.
+    pub channels: Vec<Channel>,
+    /// Channels that share a muscle.
+    pub groups: Vec<GroupSpec>,
+    /// The channel on the link (0–9) that drives sync out.
+    pub sync: Option<u8>,
+    /// The joint that the device controls.
+    pub joint: Option<JointSpec>,
+    /// The virtual wall that the device makes felt; not beside a joint.
+    pub wall: Option<WallSpec>,
+    /// What the host streams.
+    pub setpoints: Setpoints,
+    /// The window in which errors are scored, µs from the start.
+    pub measure: Option<(u64, u64)>,
+    /// The simulated wearer; no matter to a board.
+    pub body: Option<BodySpec>,
+    /// Edges of a simulated trigger input; no matter to a board.
+    pub trigger: Option<SimulatedTrigger>,
+    /// How far predicted forces may be from the best model's: what `"auto"` models
+    /// are chosen for.
+    pub tolerance: Share,
+    /// Telemetry period, ms.
+    pub telemetry_ms: u16,
+    /// What is played differently from what the file says, for people: a
+    /// frequency whose period is no whole number of microseconds.
+    pub notes: Vec<String>,
+    /// What only people know of the study, for its record.
+    pub study: Study,
+}
+
+/// Telemetry period unless `[fidelity]` allows another, ms.
+const TELEMETRY_MS: u16 = 10;
+
+/// The longest session file read: what never ends must not fill the memory.
+const LARGEST_BYTES: u64 = 1 << 20;
+
+impl Session {
+    /// Reads and checks a session file.
+    ///
+    /// # Errors
+    /// [`SessionError`], which `miette` renders with every line concerned.
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, SessionError> {
+        let path = path.as_ref();
+        Self::parse(&path.display().to_string(), &Self::text(path)?)
+    }
+
+    /// Reads the text of a session file.
+    ///
+    /// # Errors
+    /// It cannot be read, or is no session for its length.
+    pub fn text(path: &Path) -> Result<String, SessionError> {
+        let name = path.display().to_string();
+        let unreadable = |why: &dyn std::fmt::Display| {
+            let reason = format!("{name}: {why}");
+            SessionError::nowhere(Problem::Unreadable { reason })
+        };
+        let file = std::fs::File::open(path).map_err(|e| unreadable(&e))?;
+        let mut text = String::new();
+        let mut some = file.take(LARGEST_BYTES + 1);
+        some.read_to_string(&mut text).map_err(|e| unreadable(&e))?;
+        if text.len() as u64 > LARGEST_BYTES {
+            return Err(unreadable(&"more than 1 MiB; no session is that long"));
+        }
+        Ok(text)
+    }
+
+    /// Reads and checks the text of a session file called `name`.
+    ///
+    /// # Errors
+    /// As [`Session::load`].
+    pub fn parse(name: &str, text: &str) -> Result<Self, SessionError> {
+        let doc = Document::new(name, text);
+        let (root, broken) = DeTable::parse_recoverable(text);
+        let mut is_broken = false;
+        let line = |at: usize| text.get(..at).map(|before| before.matches('\n').count());
+        let mut told = None;
+        for e in broken.iter().take(MOST) {
+            let span = e.span().unwrap_or(0..0);
+            // A second table or field takes nothing from the first.
+            is_broken |= !e.message().contains("duplicate key");
+            // What follows on the line is a consequence.
+            if told.replace(line(span.start)) != Some(line(span.start)) {
+                let reason = e.message().into();
+                doc.say(Problem::Syntax { reason }, span);
+            }
+        }
+        let session = (!is_broken).then(|| Self::read(&doc, &Table::root(&doc, &root, &FILE)));
+        match (doc.finish(), session.flatten()) {
+            (Some(e), _) => Err(e),
+            (None, Some(session)) => Ok(session),
+            (None, None) => unreachable!("a session is read, or something is told"),
+        }
+    }
+
+    /// Reads what can be read; nothing, or not a true session, if anything is told.
+    fn read(doc: &Document, t: &Table<'_>) -> Option<Self> {
+        let duration_us = t.whole_or("duration_s", DAY_US as u64); // not negative
+        let mut notes = Vec::new();
+        let setup = setup::read_setup(t, duration_us, &mut notes)?;
+        let has_joint = t.has("joint");
+        let setpoints = t.part("setpoints", |s| read_setpoints(s, &setup, has_joint));
+        let study = t.part("study", |s| study::read_study(s, &setup.channels));
+        let trigger = t.part("simulated_trigger", |s| {
+            trigger::read_trigger(s, &setup.channels, duration_us)
+        });
+        let measure = t.part("measure", |m| read_measure(m, duration_us));
+        let body = t.part("body", body::read_body);
+        let mut session = Self {
+            title: t.text("title")?.to_owned(),
+            duration_us,
+            wearer: setup.wearer,
+            channels: setup.channels.list,
+            groups: setup.groups,
+            sync: setup.sync,
+            joint: setup.joint.map(|(spec, _)| spec),
+            wall: setup.wall,
+            setpoints: setpoints??,
+            measure: measure?,
+            body: body?,
+            trigger: trigger?,
+            tolerance: Share::JUST_NOTICEABLE,
+            telemetry_ms: TELEMETRY_MS,
+            notes,
+            study: study?.unwrap_or_default(),
+        };
+        if doc.is_sound() {
+            fidelity::settle(t, &mut session);
+        }
+        Some(session)
+    }
+
+    /// The requests that configure a device, in an order in which each can be
+    /// checked as it comes.
+    #[must_use]
+    pub fn requests(&self) -> Vec<Request> {
+        let mut all = vec![Request::Clear, Request::Wearer(self.wearer)];
+        all.extend(self.channels.iter().map(|c| Request::Channel {
+            channel: c.index(),
+            spec: c.spec,
+        }));
+        if !self.groups.is_empty() {
+            // As many as the link holds: checked.
+            all.push(Request::Groups(self.groups.iter().copied().collect()));
+        }
+        if let Some(channel) = self.sync {
+            let channel = Some(channel);
+            all.push(Request::Sync { channel });
+        }
+        all.extend(self.channels.iter().filter_map(|c| {
+            let (channel, spec) = (c.index(), c.muscle.as_ref()?.spec());
+            Some(Request::Muscle { channel, spec })
+        }));
+        all.extend(self.channels.iter().filter_map(|c| {
+            let channel = c.index();
+            c.force.map(|spec| Request::ForceControl { channel, spec })
+        }));
+        all.extend(self.joint.clone().map(Request::Joint));
+        all.extend(self.wall.map(Request::Wall));
+        all
+    }
+
+    /// Where the angle of its joint or of its wall is measured.
+    #[must_use]
+    pub fn sensor(&self) -> Option<SensorSource> {
+        let joint = self.joint.as_ref().map(|joint| joint.sensor);
+        joint.or(self.wall.map(|wall| wall.sensor))
+    }
+
+    /// The changes of rung due after `from_us` and until `to_us` from the
+    /// start, both in µs.
+    pub fn rungs(&self, from_us: u64, to_us: u64) -> impl Iterator<Item = Request> + '_ {
+        let due = move |at: u64| from_us < at && at <= to_us;
+        self.channels.iter().flat_map(move |c| {
+            let changes = c.muscle.iter().flat_map(|muscle| &muscle.changes);
+            let channel = c.index();
+            changes
+                .filter(move |(at, _)| due(*at))
+                .map(move |&(_, rung)| Request::Rung { channel, rung })
+        })
+    }
+
+    /// The same session under another control law, with that law's default
+    /// gains, period and cutoff.
+    ///
+    /// # Errors
+    /// [`Problem::NoJoint`] if the session has none.
+    pub fn with_law(mut self, law: LawName) -> Result<Self, SessionError> {
+        let wanted = "another control law";
+        let none = || SessionError::nowhere(Problem::NoJoint { wanted });
+        let joint = self.joint.take().ok_or_else(none)?;
+        self.joint = Some(law::with_law(joint, law));
+        Ok(self)
+    }
+
+    /// The channel with this number on the link, 0–9.
+    #[must_use]
+    pub fn channel(&self, index: u8) -> Option<&Channel> {
+        self.channels.iter().find(|c| c.index() == index)
+    }
+}
+
+/// Reads `[measure]`.
+fn read_measure(t: &Table<'_>, duration_us: u64) -> Option<(u64, u64)> {
+    let from = t.time("from_s", 0, duration_us);
+    let to = match t.has("to_s") {
+        true => t.time("to_s", 0, duration_us)?,
+        false => duration_us,
+    };
+    if from.is_some_and(|from| to <= from) {
+        t.not_after("to_s", "`from_s`".into());
+        return None;
+    }
+    Some((from?, to))
+}

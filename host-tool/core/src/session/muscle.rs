@@ -1,0 +1,144 @@
+//! `[channel.muscle]`: its force model, its recruitment, how it tires, and
+//! which rung of the ladder predicts its force.
+
+use firmware::muscle::{
+    CalciumForceSpec, FatigueSpec, LadderError, MuscleSpec, RecruitmentSpec, Rung,
+};
+use firmware::units::Amplitude;
+
+use super::error::Problem;
+use super::fields::RUNGS;
+use super::table::Table;
+
+/// The muscle under a channel.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Muscle {
+    /// Its force model.
+    pub force: CalciumForceSpec,
+    /// How amplitude recruits it, up to the channel's limit.
+    pub recruitment: RecruitmentSpec,
+    /// How it tires, if the file says so.
+    pub fatigue: Option<FatigueSpec>,
+    /// Which rung it starts on.
+    pub model: Model,
+    /// What `"auto"` comes to in this session; see [`super::scene`].
+    pub auto: Rung,
+    /// Later rungs, each from its µs after the start on, rising.
+    pub changes: Vec<(u64, Rung)>,
+}
+
+/// What a file says of a muscle's rung.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Model {
+    /// The lowest that is good enough.
+    Auto,
+    /// This one.
+    Fixed(Rung),
+}
+
+impl Muscle {
+    /// The rung that the muscle starts on.
+    #[must_use]
+    pub const fn rung(&self) -> Rung {
+        match self.model {
+            Model::Auto => self.auto,
+            Model::Fixed(rung) => rung,
+        }
+    }
+
+    /// The muscle as the device gets it.
+    #[must_use]
+    pub const fn spec(&self) -> MuscleSpec {
+        MuscleSpec {
+            force: self.force,
+            recruitment: self.recruitment,
+            fatigue: self.fatigue,
+            rung: self.rung(),
+        }
+    }
+}
+
+/// Reads a `muscle` table; the recruitment curve ends at the limit of its channel,
+/// changes of rung end with the session.
+pub(super) fn read_muscle(
+    t: &Table<'_>,
+    channel: &Table<'_>,
+    limit: Amplitude,
+    duration_us: u64,
+) -> Option<Muscle> {
+    let force = CalciumForceSpec {
+        a_mn_per_s: t.whole("a_n_per_s"),
+        k_micro: t.whole("k"),
+        tau_c_us: t.whole("tau_c_ms"),
+        tau1_us: t.whole("tau1_ms"),
+        tau2_us: t.whole("tau2_ms"),
+    };
+    let recruitment = RecruitmentSpec {
+        motor_threshold: Amplitude(t.whole("motor_threshold")),
+        limit,
+        reference: Amplitude(t.whole("reference")),
+        slope_micro: t.whole("slope_per_unit"),
+    };
+    let fatigue = t.part("fatigue", |f| Some(read_fatigue(f, force.a_mn_per_s)))?;
+    let changes = read_changes(t, duration_us);
+    let model = t.named("model", &RUNGS).map_or(Model::Auto, Model::Fixed);
+    let muscle = Muscle {
+        force,
+        recruitment,
+        fatigue,
+        model,
+        // Until the whole session is read.
+        auto: Rung::CalciumForce,
+        changes: changes?,
+    };
+    let rungs = std::iter::once((t, muscle.rung()));
+    let changed = t
+        .tables("changes")
+        .iter()
+        .zip(muscle.changes.iter().map(|&(_, rung)| rung));
+    let tires = |(_, rung): &(&Table<'_>, Rung)| *rung == Rung::CalciumForceFatigue;
+    if let (None, Some((t, _))) = (fatigue, rungs.chain(changed).find(tires)) {
+        let field = t.path_of("model");
+        t.say("model", Problem::NoFatigue { field });
+        return None;
+    }
+    let refused = |e| match e {
+        // Full scales stay far below the recruitment curve's own bound, so a limit
+        // can only be too low for the threshold.
+        LadderError::Range(e) if e.field == RecruitmentSpec::LIMIT.field => {
+            let allowed = format!("below the channel's limit of {}", channel.given("limit"));
+            t.out_of_range("motor_threshold", allowed);
+        }
+        e => t.refuse(e),
+    };
+    muscle.spec().validate().map_err(refused).ok()?;
+    Some(muscle)
+}
+
+/// Reads `fatigue`; what is left out is the quadriceps', scaled to A.
+fn read_fatigue(t: &Table<'_>, a_mn_per_s: u32) -> FatigueSpec {
+    let scaled = FatigueSpec::scaled_to(a_mn_per_s);
+    FatigueSpec {
+        alpha_a_milli_per_s2: t.whole("alpha_a_per_s2"),
+        alpha_k_nano_per_n_s: t.whole_or("alpha_k_per_n_s", scaled.alpha_k_nano_per_n_s),
+        alpha_tau1_nano_per_n: t.whole_or("alpha_tau1_per_n", scaled.alpha_tau1_nano_per_n),
+        tau_fat_ms: t.whole("tau_fat_s"),
+    }
+}
+
+/// Reads `changes`, in rising order and within the session.
+fn read_changes(t: &Table<'_>, duration_us: u64) -> Option<Vec<(u64, Rung)>> {
+    let mut changes: Vec<(u64, Rung)> = Vec::new();
+    for item in t.tables("changes") {
+        let rung = item.named("model", &RUNGS).filter(|_| item.is_sound())?;
+        let at_us = item.time("at_s", 1, duration_us)?;
+        if let Some(&(before, _)) = changes.last()
+            && at_us <= before
+        {
+            item.not_after("at_s", format!("the change at {} s", before as f64 / 1e6));
+            return None;
+        }
+        changes.push((at_us, rung));
+    }
+    Some(changes)
+}

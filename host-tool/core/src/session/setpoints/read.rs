@@ -1,0 +1,229 @@
+//! Reads `[setpoints]` and asks the firmware whether it would take them.
+
+use firmware::control::{Joint, JointState, SetpointError};
+use firmware::units::{Amplitude, Angle, Micros};
+
+use super::super::channel::{Channel, Channels};
+use super::super::error::Problem;
+use super::super::setup::SetupSpec;
+use super::super::table::Table;
+use super::{Course, ForceCourse, Setpoints, to_centi};
+
+/// Reads `[setpoints]` and checks what it asks for against the setup.
+pub(in super::super) fn read_setpoints(
+    t: &Table<'_>,
+    setup: &SetupSpec,
+    has_joint: bool,
+) -> Option<Setpoints> {
+    let rate_hz = t.real("rate_hz");
+    let timeout_ms = setup.wearer.host_timeout_ms;
+    if rate_hz.is_some_and(|hz| hz * f64::from(timeout_ms) <= 1000.0) {
+        let (field, given) = (t.path_of("rate_hz"), t.given("rate_hz"));
+        let problem = Problem::TooSlow {
+            field,
+            given,
+            timeout_ms,
+        };
+        t.say("rate_hz", problem);
+    }
+    let values = t.has("values").then(|| read_amplitudes(t, setup));
+    let course = read_course(t, setup, has_joint);
+    let forces = read_further_forces(t, &setup.channels, course.as_ref());
+    let (course, values) = (course?, values.map_or(Some(Vec::new()), |values| values)?);
+    let (course, beside) = match course {
+        Course::Amplitudes(_) => (Course::Amplitudes(values), Vec::new()),
+        course => (course, values),
+    };
+    Some(Setpoints {
+        rate_hz: rate_hz?,
+        course,
+        forces: forces?,
+        beside,
+    })
+}
+
+/// Reads what is streamed by its kind; amplitudes are the caller's.
+fn read_course(t: &Table<'_>, setup: &SetupSpec, has_joint: bool) -> Option<Course> {
+    let kind = t.word("kind");
+    let joint = setup.joint.as_ref().map(|(_, joint)| joint);
+    match kind {
+        "keep-alive" => Some(Course::KeepAlive),
+        "amplitudes" => Some(Course::Amplitudes(Vec::new())),
+        "angle-sine" | "angle-steps" if !has_joint => {
+            let wanted = "an angle";
+            t.say("kind", Problem::NoJoint { wanted });
+            None
+        }
+        "angle-sine" => read_sine(t, joint?),
+        "angle-steps" => read_steps(t, joint?),
+        "force-ramp" | "force-sine" => {
+            let channel = find_controlled(t, &setup.channels)?;
+            let course = match kind {
+                "force-ramp" => read_ramp(t, channel)?,
+                _ => read_force_sine(t, channel)?,
+            };
+            Some(Course::Force(channel.index(), course))
+        }
+        _ => None,
+    }
+}
+
+/// Reads `values`: of channels that nothing else drives, by rising channel.
+fn read_amplitudes(t: &Table<'_>, setup: &SetupSpec) -> Option<Vec<(u8, Amplitude)>> {
+    let mut values: Vec<(u8, Amplitude)> = Vec::new();
+    for item in t.tables("values").iter().filter(|item| item.is_sound()) {
+        let Some(channel) = setup.channels.find_free(item, "channel") else {
+            continue;
+        };
+        let (field, number) = (item.path_of("channel"), channel.number);
+        if setup.controlled & 1 << channel.index() != 0 {
+            let channel = number;
+            item.say("channel", Problem::Controlled { field, channel });
+        } else if values.iter().any(|&(index, _)| index == channel.index()) {
+            let channel = number;
+            item.say("channel", Problem::ChannelTwice { field, channel });
+        } else if let Some(value) = channel.read_amplitude(item, "value") {
+            values.push((channel.index(), value));
+        }
+    }
+    values.sort_unstable_by_key(|&(index, _)| index);
+    Some(values)
+}
+
+/// Reads `forces`, of channels that the course does not drive: each a ramp or a
+/// sine.
+fn read_further_forces(
+    t: &Table<'_>,
+    channels: &Channels,
+    course: Option<&Course>,
+) -> Option<Vec<(u8, ForceCourse)>> {
+    let mut taken = match course {
+        Some(Course::Force(channel, _)) => 1u16 << channel, // 0–9
+        _ => 0,
+    };
+    let mut forces = Vec::new();
+    for item in t.tables("forces").iter().filter(|item| item.is_sound()) {
+        let Some(channel) = find_controlled(item, channels) else {
+            continue;
+        };
+        let bit = 1u16 << channel.index();
+        if taken & bit != 0 {
+            let (field, channel) = (item.path_of("channel"), channel.number);
+            item.say("channel", Problem::ChannelTwice { field, channel });
+        }
+        taken |= bit;
+        let course = match item.has("points") {
+            true => read_ramp(item, channel),
+            false => read_force_sine(item, channel),
+        };
+        forces.extend(course.map(|course| (channel.index(), course)));
+    }
+    Some(forces)
+}
+
+/// The channel that a force names; it must be under force control.
+fn find_controlled<'c>(t: &Table<'_>, channels: &'c Channels) -> Option<&'c Channel> {
+    let channel = channels.find(t, "channel")?;
+    if channel.force.is_none() {
+        let (field, channel) = (t.path_of("channel"), channel.number);
+        t.say("channel", Problem::NoForceControl { field, channel });
+        return None;
+    }
+    Some(channel)
+}
+
+fn read_ramp(t: &Table<'_>, channel: &Channel) -> Option<ForceCourse> {
+    let mut points: Vec<(u64, u32)> = Vec::new();
+    for item in t.tables("points").iter().filter(|item| item.is_sound()) {
+        let at_us = read_time(item, points.last().map(|&(at_us, _)| at_us), "point")?;
+        let mn = item.whole::<i64>("n");
+        check_force(item, "n", channel, mn as f64 / 1e3)?;
+        points.push((at_us, mn as u32)); // not negative, within reach
+    }
+    Some(ForceCourse::Ramp(points))
+}
+
+fn read_force_sine(t: &Table<'_>, channel: &Channel) -> Option<ForceCourse> {
+    let (offset_n, amplitude_n) = (t.real("offset_n")?, t.real("amplitude_n")?);
+    check_force(t, "offset_n", channel, offset_n)?;
+    for extreme in [offset_n - amplitude_n, offset_n + amplitude_n] {
+        check_force(t, "amplitude_n", channel, extreme)?;
+    }
+    Some(ForceCourse::Sine {
+        offset_n,
+        amplitude_n,
+        frequency_hz: t.real("frequency_hz")?,
+    })
+}
+
+/// Asks the firmware's inverse whether it would take this force.
+fn check_force(t: &Table<'_>, name: &str, channel: &Channel, newton: f64) -> Option<()> {
+    let control = channel.force_control();
+    let reach_mn = control.map_or((0, 0), |control| control.reach_mn());
+    let (min_n, max_n) = (f64::from(reach_mn.0) / 1e3, f64::from(reach_mn.1) / 1e3);
+    if (0.0..=max_n).contains(&newton) {
+        return Some(());
+    }
+    let problem = Problem::OutOfReach {
+        field: t.path_of(name),
+        given: newton.to_string(),
+        channel: channel.number,
+        min_n,
+        max_n,
+    };
+    t.say(name, problem);
+    None
+}
+
+/// Reads the `at_s` of the next of a list, in µs.
+fn read_time(item: &Table<'_>, before: Option<u64>, what: &str) -> Option<u64> {
+    let at_us = item.whole::<u64>("at_s");
+    match before {
+        None if at_us != 0 => item.out_of_range("at_s", "0 at first".into()),
+        Some(before) if at_us <= before => {
+            item.not_after("at_s", format!("the {what} at {} s", before as f64 / 1e6));
+        }
+        _ => return Some(at_us),
+    }
+    None
+}
+
+fn read_sine(t: &Table<'_>, joint: &Joint) -> Option<Course> {
+    let (offset_deg, amplitude_deg) = (t.real("offset_deg")?, t.real("amplitude_deg")?);
+    check_angle(t, "offset_deg", joint, offset_deg)?;
+    for extreme in [offset_deg - amplitude_deg, offset_deg + amplitude_deg] {
+        check_angle(t, "amplitude_deg", joint, extreme)?;
+    }
+    Some(Course::AngleSine {
+        offset_deg,
+        amplitude_deg,
+        frequency_hz: t.real("frequency_hz")?,
+    })
+}
+
+fn read_steps(t: &Table<'_>, joint: &Joint) -> Option<Course> {
+    let mut steps: Vec<(u64, i16)> = Vec::new();
+    for item in t.tables("steps").iter().filter(|item| item.is_sound()) {
+        let at_us = read_time(item, steps.last().map(|&(at_us, _)| at_us), "step")?;
+        let centideg: i16 = item.whole("deg");
+        check_angle(item, "deg", joint, f64::from(centideg) / 100.0)?;
+        steps.push((at_us, centideg));
+    }
+    Some(Course::AngleSteps(steps))
+}
+
+/// Asks the firmware's joint whether it would take this angle.
+fn check_angle(t: &Table<'_>, name: &str, joint: &Joint, deg: f64) -> Option<()> {
+    let centideg = to_centi(deg) as i16; // saturates
+    let (state, now) = (&mut JointState::default(), Micros(0));
+    match joint.setpoint(state, now, now, Angle::from_centideg(centideg), None) {
+        Err(SetpointError::OutOfRange { min_mdeg, max_mdeg }) => {
+            let (min, max) = (f64::from(min_mdeg) / 1e3, f64::from(max_mdeg) / 1e3);
+            let allowed = format!("what keeps the angle in the joint's {min}° to {max}°");
+            t.out_of_range(name, allowed);
+            None
+        }
+        // A fresh state refuses nothing else.
+        _ => Some(()),
+    }
+}

@@ -1,0 +1,364 @@
+//! A TOML table that remembers where it stands, held against its declared fields.
+//!
+//! `read` tells every mistake that a field makes by itself, so that what comes
+//! after reads only sound tables and asks what fields mean together.
+
+mod read;
+
+use std::cell::RefCell;
+use std::collections::{BTreeMap, HashSet};
+use std::ops::Range;
+use std::sync::Arc;
+
+use firmware::link::Refusal;
+
+use super::decimal::between;
+use super::error::{Problem, SessionError};
+use super::field::{Field, Need, Section, When};
+
+/// The text of a session file, and what is wrong with it.
+pub(super) struct Document {
+    name: String,
+    text: Arc<str>,
+    told: RefCell<Vec<SessionError>>,
+    /// Numbers beyond all that their field may be: told unless a rule between
+    /// fields refuses them more precisely.
+    doubts: RefCell<Vec<SessionError>>,
+}
+
+impl Document {
+    pub(super) fn new(name: &str, text: &str) -> Self {
+        Self {
+            name: name.into(),
+            text: text.into(),
+            told: RefCell::default(),
+            doubts: RefCell::default(),
+        }
+    }
+
+    /// Tells a problem at a place.
+    pub(super) fn say(&self, problem: Problem, span: Range<usize>) {
+        let error = SessionError::at(problem, &self.name, &self.text, span);
+        self.told.borrow_mut().push(error);
+    }
+
+    fn doubt(&self, problem: Problem, span: Range<usize>) {
+        let error = SessionError::at(problem, &self.name, &self.text, span);
+        self.doubts.borrow_mut().push(error);
+    }
+
+    /// Whether nothing is wrong so far.
+    pub(super) fn is_sound(&self) -> bool {
+        self.told.borrow().is_empty() && self.doubts.borrow().is_empty()
+    }
+
+    /// Everything that is wrong.
+    pub(super) fn finish(self) -> Option<SessionError> {
+        let mut told = self.told.into_inner();
+        let places: HashSet<usize> = told.iter().map(SessionError::place).collect();
+        let doubts = self.doubts.into_inner().into_iter();
+        told.extend(doubts.filter(|doubt| !places.contains(&doubt.place())));
+        SessionError::all_of(told)
+    }
+
+    /// What the file says at `span`, at most one line.
+    fn given(&self, span: &Range<usize>) -> String {
+        let text = self.text.get(span.clone()).unwrap_or_default();
+        text.lines().next().unwrap_or_default().trim().into()
+    }
+}
+
+/// One table of the file.
+pub(super) struct Table<'a> {
+    doc: &'a Document,
+    path: String,
+    span: Range<usize>,
+    section: &'static Section,
+    entries: BTreeMap<&'static str, Entry<'a>>,
+    sound: bool,
+}
+
+/// A field that the file has.
+struct Entry<'a> {
+    span: Range<usize>,
+    /// Nothing if it is wrong.
+    value: Option<Value<'a>>,
+}
+
+enum Value<'a> {
+    Text(&'a str),
+    Flag(bool),
+    Word(&'static str),
+    /// In the device's steps.
+    Whole(i64),
+    Real(f64),
+    /// Each with its place.
+    Wholes(Vec<(i64, Range<usize>)>),
+    Table(Table<'a>),
+    Tables(Vec<Table<'a>>),
+}
+
+/// What is read of a sound table.
+impl<'a> Table<'a> {
+    /// Whether no field of it is wrong by itself; tables in it are for themselves.
+    pub(super) const fn is_sound(&self) -> bool {
+        self.sound
+    }
+
+    /// Whether the file says something in this field.
+    pub(super) fn has(&self, name: &str) -> bool {
+        self.entries.contains_key(name)
+    }
+
+    fn get(&self, name: &str) -> Option<&Value<'a>> {
+        self.entries.get(name)?.value.as_ref()
+    }
+
+    /// The declaration of a field that applies here.
+    fn field(&self, name: &str) -> Option<&'static Field> {
+        let mut same = self.section.iter().filter(|field| field.name == name);
+        same.find(|field| self.applies(field))
+    }
+
+    fn applies(&self, field: &Field) -> bool {
+        match field.when {
+            Some(When::Is(tag, words)) => {
+                self.word_of(tag).is_none_or(|word| words.contains(&word))
+            }
+            _ => true,
+        }
+    }
+
+    fn whole_of(&self, name: &str) -> Option<i64> {
+        match (self.get(name), self.field(name).map(|field| &field.need)) {
+            (Some(Value::Whole(value)), _) => Some(*value),
+            (None, Some(Need::Or(value))) => Some(*value),
+            _ => None,
+        }
+    }
+
+    /// The number here, or what stands in for it; the largest of `T` if it does not
+    /// fit that, which no rule of the firmware accepts.
+    pub(super) fn whole<T: Whole>(&self, name: &str) -> T {
+        self.whole_or(name, T::TOP)
+    }
+
+    /// The same with what stands in for it.
+    pub(super) fn whole_or<T: Whole>(&self, name: &str, default: T) -> T {
+        self.whole_of(name)
+            .map_or(default, |value| T::try_from(value).unwrap_or(T::TOP))
+    }
+
+    /// Any number; nothing if it is left out.
+    pub(super) fn real(&self, name: &str) -> Option<f64> {
+        match self.get(name) {
+            Some(Value::Real(value)) => Some(*value),
+            _ => None,
+        }
+    }
+
+    /// A list of numbers, in steps.
+    pub(super) fn wholes(&self, name: &str) -> &[(i64, Range<usize>)] {
+        match self.get(name) {
+            Some(Value::Wholes(values)) => values,
+            _ => &[],
+        }
+    }
+
+    /// A truth value.
+    pub(super) fn flag(&self, name: &str) -> bool {
+        matches!(self.get(name), Some(Value::Flag(true)))
+    }
+
+    fn word_of(&self, name: &str) -> Option<&'static str> {
+        match self.entries.get(name).map(|entry| &entry.value) {
+            Some(Some(Value::Word(word))) => Some(word),
+            Some(_) => None,
+            None => self
+                .section
+                .iter()
+                .find(|f| f.name == name)
+                .and_then(|f| match f.need {
+                    Need::OrWord(word) => Some(word),
+                    _ => None,
+                }),
+        }
+    }
+
+    /// A word; nothing if it is left out and nothing stands in for it.
+    pub(super) fn word(&self, name: &str) -> &'static str {
+        self.word_of(name).unwrap_or_default()
+    }
+
+    /// What a word names.
+    pub(super) fn named<T: Copy>(&self, name: &str, choices: &[(&str, T)]) -> Option<T> {
+        let word = self.word(name);
+        choices
+            .iter()
+            .find(|(known, _)| *known == word)
+            .map(|(_, value)| *value)
+    }
+
+    /// A text; nothing if it is left out.
+    pub(super) fn text(&self, name: &str) -> Option<&'a str> {
+        match self.get(name) {
+            Some(Value::Text(text)) => Some(text),
+            _ => None,
+        }
+    }
+
+    /// A table in this one; nothing if it is left out.
+    pub(super) fn table(&self, name: &str) -> Option<&Self> {
+        match self.get(name) {
+            Some(Value::Table(table)) => Some(table),
+            _ => None,
+        }
+    }
+
+    /// What `read` makes of a table in this one. Nothing inside if it is left out,
+    /// nothing at all if it is wrong.
+    pub(super) fn part<T>(
+        &self,
+        name: &str,
+        read: impl FnOnce(&Self) -> Option<T>,
+    ) -> Option<Option<T>> {
+        match self.table(name) {
+            None => (!self.has(name)).then_some(None),
+            Some(table) if table.sound => read(table).map(Some),
+            Some(_) => None,
+        }
+    }
+
+    /// Tables in this one; none if they are left out.
+    pub(super) fn tables(&self, name: &str) -> &[Self] {
+        match self.get(name) {
+            Some(Value::Tables(tables)) => tables,
+            _ => &[],
+        }
+    }
+}
+
+/// What fields break together.
+impl Table<'_> {
+    /// The field's path in the file.
+    pub(super) fn path_of(&self, name: &str) -> String {
+        if self.path.is_empty() {
+            name.into()
+        } else {
+            format!("{}.{name}", self.path)
+        }
+    }
+
+    /// What the file says in this field; empty if it says nothing.
+    pub(super) fn given(&self, name: &str) -> String {
+        let entry = self.entries.get(name);
+        entry.map_or_else(String::new, |entry| self.doc.given(&entry.span))
+    }
+
+    /// Tells a problem at this field, or at the table if the field is left out.
+    pub(super) fn say(&self, name: &str, problem: Problem) {
+        let entry = self.entries.get(name);
+        let span = entry.map_or_else(|| self.span.clone(), |entry| entry.span.clone());
+        self.doc.say(problem, span);
+    }
+
+    /// Tells that the field is outside what is allowed.
+    pub(super) fn out_of_range(&self, name: &str, allowed: String) {
+        let given = Some(self.given(name)).filter(|given| !given.is_empty());
+        let problem = Problem::OutOfRange {
+            field: self.path_of(name),
+            given: given.unwrap_or_else(|| "left out".into()),
+            allowed,
+        };
+        self.say(name, problem);
+    }
+
+    /// Tells a problem of the table as such.
+    pub(super) fn say_here(&self, problem: Problem) {
+        self.doc.say(problem, self.span.clone());
+    }
+
+    /// Tells that the field must come after something.
+    pub(super) fn not_after(&self, name: &str, after: String) {
+        let (field, given) = (self.path_of(name), self.given(name));
+        let problem = Problem::NotInOrder {
+            field,
+            given,
+            after,
+        };
+        self.say(name, problem);
+    }
+
+    /// A time, µs, from `least` to the session's end.
+    pub(super) fn time(&self, name: &str, least: i64, duration_us: u64) -> Option<u64> {
+        let (at, end) = (self.whole::<i64>(name), duration_us as i64); // at most a day
+        if (least..=end).contains(&at) {
+            return Some(at as u64); // not negative
+        }
+        self.out_of_range(name, between(least, end, 6));
+        None
+    }
+
+    /// A list of times, µs, likewise.
+    pub(super) fn times(&self, name: &str, least: i64, duration_us: u64) -> Option<Vec<u64>> {
+        let end = duration_us as i64; // at most a day
+        let times = self.wholes(name);
+        let Some((_, span)) = times.iter().find(|(at, _)| !(least..=end).contains(at)) else {
+            return Some(times.iter().map(|(at, _)| *at as u64).collect()); // not negative
+        };
+        let problem = Problem::OutOfRange {
+            field: self.path_of(name),
+            given: self.doc.given(span),
+            allowed: between(least, end, 6),
+        };
+        self.doc.say(problem, span.clone());
+        None
+    }
+
+    /// Puts the firmware's refusal on the field concerned, of this table or of one
+    /// in it.
+    pub(super) fn refuse(&self, e: impl Into<Refusal<'static>>) {
+        let Refusal {
+            field, min, max, ..
+        } = e.into();
+        match self.find(field) {
+            Some((table, found)) => {
+                let allowed = found
+                    .number()
+                    .map(|number| number.told(min.into(), max.into()));
+                table.out_of_range(found.name, allowed.unwrap_or_default());
+            }
+            None => self.out_of_range(field, format!("{min} to {max}")),
+        }
+    }
+
+    /// Where the firmware's field is told, or would be.
+    fn find(&self, device: &str) -> Option<(&Self, &'static Field)> {
+        let is = |field: &&Field| field.number().is_some_and(|number| number.device == device);
+        let mut own = self.section.iter().filter(is);
+        let told = own.clone().find(|field| self.has(field.name));
+        let found = told.or_else(|| own.find(|field| self.applies(field)));
+        found.map(|field| (self, field)).or_else(|| {
+            let mut entries = self.entries.values();
+            entries.find_map(|entry| match &entry.value {
+                Some(Value::Table(table)) => table.find(device),
+                _ => None,
+            })
+        })
+    }
+}
+
+/// An integer type of the link.
+pub(super) trait Whole: TryFrom<i64> {
+    /// The largest value.
+    const TOP: Self;
+}
+
+macro_rules! whole {
+    ($($t:ty),*) => {$(
+        impl Whole for $t {
+            const TOP: Self = <$t>::MAX;
+        }
+    )*};
+}
+whole!(u8, u16, u32, u64, i16, i32, i64);

@@ -1,0 +1,68 @@
+//! A client talks to the native simulator over a simulated wire.
+
+use firmware::link::Code;
+use firmware::pulse::TrainSpec;
+use firmware::safety::{ChannelSpec, StageSpec, State, WearerSpec};
+use firmware::units::{Amplitude, Micros};
+use hal_sim::body::Still;
+use hal_sim::native::native;
+use hal_sim::wire::faults::Faults;
+use hal_sim::world::World;
+use host_core::link::{Client, Error, Port, SimulatedPort};
+
+const BOOT: Micros = Micros(u32::MAX - 2_000_000);
+
+fn channel(offset_us: u32) -> ChannelSpec {
+    ChannelSpec {
+        train: TrainSpec {
+            offset_us,
+            ..TrainSpec::biphasic(200, 100, 20_000)
+        },
+        stage: StageSpec::Current {
+            full_scale_ua: 100_000,
+        },
+        limit: Amplitude(20_000),
+    }
+}
+
+fn open() -> Client<SimulatedPort> {
+    let body = Box::new(Still::new(0.0));
+    let world = World::new(Box::new(native(BOOT)), body, BOOT, Faults::default(), 1);
+    Client::open(SimulatedPort::new(world)).unwrap().0
+}
+
+#[test]
+fn ten_channels_pulse_until_stopped() {
+    let mut client = open();
+    client
+        .wearer(WearerSpec {
+            rise_ms: 10,
+            ..WearerSpec::default()
+        })
+        .unwrap();
+    for c in 0..10u8 {
+        client.channel(c, channel(u32::from(c) * 700)).unwrap();
+    }
+    match client.amplitudes(&[(0, Amplitude(1000))]) {
+        Err(Error::Refused(refused)) => assert_eq!(refused.code(), Some(Code::NotArmed)),
+        other => panic!("{other:?}"),
+    }
+    client.arm().unwrap();
+    client.start().unwrap();
+    let all: Vec<_> = (0..10).map(|c| (c, Amplitude(10_000))).collect();
+    let begin = client.port().now_us();
+    for tick in 1..=180 {
+        client.amplitudes(&all).unwrap();
+        let next = begin + tick * 11_111;
+        while client.next(next).unwrap().is_some() {}
+    }
+    let status = client.status().unwrap();
+    assert_eq!(status.state, State::Stimulating);
+    assert!(status.counters.pulses > 990, "{status:?}");
+    client.stop().unwrap();
+    let end = client.port().now_us() + 200_000;
+    while client.next(end).unwrap().is_some() {}
+    let status = client.status().unwrap();
+    assert_eq!(status.state, State::Idle);
+    assert_eq!(client.port().world.recorder.trace.last_levels().0, 0);
+}

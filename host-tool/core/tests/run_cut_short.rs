@@ -1,0 +1,212 @@
+//! What ends a session before its time, in virtual time: the reason is named,
+//! the record is kept, the outputs are isolated.
+
+use firmware::safety::State;
+use hal_sim::body::Load;
+use hal_sim::world::World;
+use host_core::link::{Client, Port, SimulatedPort};
+use host_core::record::{self, Recorder};
+use host_core::run::{SessionFile, acknowledge, begin_trial, run};
+use std::io;
+use std::path::Path;
+
+const SESSION: &str = r#"
+title = "One channel"
+duration_s = 4.0
+
+[wearer]
+rise_ms = 10
+
+[[channel]]
+number = 1
+name = "one"
+stage = { kind = "current", full_scale_ma = 100.0 }
+limit = 15.0
+train = { shape = "biphasic-cathodic-first", width_us = 200, frequency_hz = 50.0 }
+
+[setpoints]
+kind = "amplitudes"
+values = [{ channel = 1, value = 5.0 }]
+rate_hz = 50
+"#;
+
+/// When things happen, µs after boot.
+const AT_US: u64 = 2_000_000;
+
+#[derive(Clone, Copy)]
+enum Happening {
+    Nothing,
+    /// The path breaks, and the system says so.
+    Gone,
+    /// Nothing comes any more, and nobody says why.
+    Silent,
+    /// The world changes.
+    World(fn(&mut World)),
+}
+
+/// A simulated board to which something happens.
+struct Accident {
+    port: SimulatedPort,
+    happening: Happening,
+}
+
+impl Accident {
+    fn is_over(&self) -> bool {
+        self.port.world.now_us() >= AT_US
+    }
+}
+
+impl Port for Accident {
+    fn now_us(&mut self) -> u64 {
+        self.port.now_us()
+    }
+
+    fn send(&mut self, frame: &[u8]) -> io::Result<()> {
+        match self.happening {
+            Happening::Gone if self.is_over() => Err(io::ErrorKind::BrokenPipe.into()),
+            Happening::Silent if self.is_over() => Ok(()),
+            _ => self.port.send(frame),
+        }
+    }
+
+    fn receive(&mut self, until_us: u64) -> io::Result<Vec<u8>> {
+        if !self.is_over() {
+            return self.port.receive(until_us.min(AT_US));
+        }
+        match self.happening {
+            Happening::Gone => Err(io::ErrorKind::BrokenPipe.into()),
+            Happening::Silent => {
+                while !self.port.receive(until_us)?.is_empty() {}
+                Ok(Vec::new())
+            }
+            Happening::World(change) => {
+                change(&mut self.port.world);
+                self.port.receive(until_us)
+            }
+            Happening::Nothing => self.port.receive(until_us),
+        }
+    }
+
+    fn world(&mut self) -> Option<&mut World> {
+        Some(&mut self.port.world)
+    }
+}
+
+struct Row {
+    name: &'static str,
+    happening: Happening,
+    /// All in the message.
+    says: &'static [&'static str],
+    /// Whether the device must be acknowledged before the next session.
+    faulted: bool,
+}
+
+const ROWS: &[Row] = &[
+    Row {
+        name: "gone",
+        happening: Happening::Gone,
+        says: &["E502 lost the device", "reconnect and run again"],
+        faulted: false,
+    },
+    Row {
+        name: "silent",
+        happening: Happening::Silent,
+        says: &["E501 no answer to setpoints", "is the device powered"],
+        faulted: false,
+    },
+    Row {
+        name: "over-current",
+        happening: Happening::World(|world| world.sensors.over_current = true),
+        says: &["E512", "fault 6: OverCurrent", "--acknowledge", "is kept"],
+        faulted: true,
+    },
+    Row {
+        name: "electrode off",
+        happening: Happening::World(|world| world.body.loads_mut()[0] = Load::Open),
+        says: &["E512", "fault 7: ElectrodeOff", "--acknowledge", "is kept"],
+        faulted: true,
+    },
+    Row {
+        name: "hand-held stop",
+        happening: Happening::World(|world| world.sensors.hand_stop = false),
+        says: &["E512", "stopping: HandStop", "close it", "is kept"],
+        faulted: false,
+    },
+];
+
+#[test]
+fn the_reason_is_named_and_the_record_is_kept() {
+    for row in ROWS {
+        check(row);
+    }
+}
+
+fn check(row: &Row) {
+    let name = row.name;
+    let file = SessionFile::parse("one.toml", SESSION).unwrap();
+    let port = accident(&file, row.happening);
+    let out = Path::new(env!("CARGO_TARGET_TMPDIR"))
+        .join("cut_short")
+        .join(name);
+    let _ = std::fs::remove_dir_all(&out);
+    record::write_run(&out, &record::Run::default()).unwrap();
+    let mut recorder = Recorder::create(&out, 0, &begin_trial(&file)).unwrap();
+    let (outcome, port) = run(&file, port, Some(&mut recorder), |_| ());
+    let message = outcome.error.expect(name).to_string();
+    for part in row.says {
+        assert!(message.contains(part), "{name}: no `{part}` in {message}");
+    }
+    // As it lies on the disk without the recorder's last word.
+    drop(recorder);
+    let kept = &record::load(&out).unwrap().trials[0];
+    assert_eq!(kept.samples, outcome.trial.samples, "{name}");
+    let last = kept.samples.last().expect(name).t_s;
+    // Telemetry goes on while the run waits for the outputs to be isolated.
+    assert!((1.8..2.5).contains(&last), "{name}: {last} s");
+    assert_eq!(outcome.trial.duration_s, last, "{name}");
+    assert!(
+        kept.events.iter().any(|(_, text)| *text == message),
+        "{name}"
+    );
+    let [read] = kept.electrode_check[..] else {
+        panic!("{name}: {:?}", kept.electrode_check);
+    };
+    assert_eq!((read.channel, read.load_ohm), (1, None), "{name}");
+    // A current stage: as much flows as was applied, to a count of the sense.
+    assert!(
+        (read.applied - read.current_ma).abs() < 0.03,
+        "{name}: {read:?}"
+    );
+    let mut port = port.expect(name);
+    let now = port.now_us();
+    port.port.world.run_until(now + 500_000).unwrap();
+    assert_eq!(port.port.world.recorder.trace.last_levels().0, 0, "{name}");
+    runs_again(row, port, &file);
+}
+
+/// Once the cause is gone, the next session runs: acknowledged if need be.
+fn runs_again(row: &Row, mut port: Accident, file: &SessionFile) {
+    port.happening = Happening::Nothing;
+    let world = &mut port.port.world;
+    (world.sensors.over_current, world.sensors.hand_stop) = (false, true);
+    world.body.loads_mut()[0] = Load::NOMINAL;
+    if row.faulted {
+        let (outcome, back) = run(file, port, None, |_| ());
+        let message = outcome.error.expect(row.name).to_string();
+        assert!(message.contains("E306"), "{}: {message}", row.name);
+        assert!(message.contains("--acknowledge"), "{}: {message}", row.name);
+        port = acknowledge(back.unwrap()).unwrap();
+    }
+    let (outcome, port) = run(file, port, None, |_| ());
+    assert!(outcome.error.is_none(), "{}: {:?}", row.name, outcome.error);
+    let (_, info) = Client::open(port.unwrap()).unwrap();
+    assert_eq!(info.state, State::Idle, "{}", row.name);
+}
+
+/// A native board with the session's wearer.
+fn accident(file: &SessionFile, happening: Happening) -> Accident {
+    let boot = firmware::units::Micros(0);
+    let device = Box::new(hal_sim::native::native(boot));
+    let port = host_core::run::simulated(&file.session, 1, device, boot).unwrap();
+    Accident { port, happening }
+}

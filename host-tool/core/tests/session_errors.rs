@@ -1,0 +1,444 @@
+//! Bad session files, and what their authors are told.
+
+use std::collections::BTreeSet;
+use std::fmt::Write;
+
+use firmware::link::Request;
+use firmware::muscle::{CalciumForceSpec, FatigueSpec, Rung};
+use firmware::units::Amplitude;
+use host_core::session::{Model, Session, SessionError};
+use miette::{GraphicalReportHandler, GraphicalTheme};
+
+const GOOD: &str = r#"title = "Good"
+duration_s = 10.0
+
+[wearer]
+max_current_ma = 20.0
+max_charge_uc = 5.0
+rise_ms = 200
+
+[[channel]]
+number = 1
+name = "flexor A"
+stage = { kind = "voltage", full_scale_v = 60.0, load_ohm = 2000 }
+limit = 28.0
+train = { shape = "monophasic-cathodic", width_us = 200, ground_us = 1000, frequency_hz = 50.0 }
+[channel.muscle]
+a_n_per_s = 265.1
+k = 0.2
+tau_c_ms = 20
+tau1_ms = 50.5
+tau2_ms = 100
+motor_threshold = 20.0
+reference = 28.0
+slope_per_unit = 0.3
+
+[[channel]]
+number = 2
+name = "flexor B"
+stage = { kind = "voltage", full_scale_v = 60.0, load_ohm = 2000 }
+limit = 36.0
+train = { shape = "monophasic-cathodic", width_us = 200, ground_us = 1000, period_us = 20_000, offset_us = 2000 }
+
+[[channel]]
+number = 3
+name = "extensor"
+stage = { kind = "current", full_scale_ma = 100.0 }
+limit = 13.0
+train = { shape = "biphasic-cathodic-first", width_us = 200, frequency_hz = 40, burst_count = 2, burst_interval_us = 5000 }
+
+[[channel]]
+number = 4
+name = "spare"
+stage = { kind = "current", full_scale_ma = 100.0 }
+limit = 13.0
+train = { shape = "biphasic-cathodic-first", width_us = 200, frequency_hz = 40, repeats = 7 }
+
+[[group]]
+channels = [1, 2]
+partner = "isolated"
+
+[[group]]
+channels = [3, 4]
+partner = "conducted"
+
+[sync]
+channel = 2
+
+[joint]
+law = "recommended"
+flexors = [
+    { channel = 1, threshold = 20.0, max = 28.0 },
+    { channel = 2, threshold = 25.0, max = 36.0 },
+]
+extensor = { channel = 3, threshold = 7.0, max = 13.0 }
+hold = "extrapolate"
+sensor = "adc"
+gains = { k1 = 0.08 }
+
+[setpoints]
+kind = "angle-sine"
+offset_deg = 45.0
+amplitude_deg = 40.0
+frequency_hz = 0.2
+rate_hz = 90
+
+[measure]
+from_s = 5.0
+to_s = 10.0
+
+[body]
+kind = "finger"
+participant = "P"
+flexor_a = 1
+flexor_b = 2
+extensor = 3
+"#;
+
+/// What is replaced in [`GOOD`], by what: several of them joined by `;`, with
+/// `⏎` for a new line.
+const BAD: &[&str] = &[
+    // Syntax, names and types.
+    "limit = 28.0 → limit = = 28.0",
+    "max_charge_uc → max_charge_mc",
+    "width_us → widht_us",
+    "[sync] → [sink]",
+    "k1 = → kp =",
+    "name = \"flexor B\" → name = 2",
+    "duration_s = 10.0 → duration_s = \"10 s\"",
+    "channels = [1, 2] → channels = 1",
+    "repeats = 7 → triggered = 1",
+    "title = → # title =",
+    "limit = 36.0 → # no limit",
+    "frequency_hz = 50.0 → offset_us = 0",
+    "monophasic-cathodic → monophasic-catodic",
+    "law = \"recommended\" → law = \"sliding\"",
+    "ground_us = 1000, freq → period_us = 20_000, freq",
+    // Numbers that cannot be converted.
+    "limit = 28.0 → limit = 28.0005",
+    "tau1_ms = 50.5 → tau1_ms = 50.5005",
+    "limit = 28.0 → limit = nan",
+    "frequency_hz = 50.0 → frequency_hz = inf",
+    "repeats = 7 → repeats = 70_000",
+    // Ranges.
+    "duration_s = 10.0 → duration_s = 0",
+    "max_current_ma = 20.0 → max_current_ma = 120",
+    "rise_ms = 200 → rise_ms = -1",
+    "number = 2 → number = 11",
+    "load_ohm = 2000 → load_ohm = 20",
+    "limit = 28.0 → limit = 61.0",
+    "width_us = 200 → width_us = 70_000",
+    "ground_us = 1000, freq → freq",
+    "frequency_hz = 50.0 → frequency_hz = 201",
+    "frequency_hz = 50.0 → frequency_hz = -50",
+    "period_us = 20_000 → period_us = 4_999",
+    "k = 0.2 → k = 0.0001",
+    "k = 0.2 → k = 0",
+    "k = 0.2 → k = nan",
+    "tau_c_ms = 20 → tau_c_ms = -20",
+    "duration_s = 10.0 → duration_s = 10.0 ⏎ fidelity = { tolerance_percent = 0 }",
+    "duration_s = 10.0 → duration_s = 10.0 ⏎ fidelity = { tolerance_percent = nan }",
+    "duration_s = 10.0 → duration_s = 10.0 ⏎ fidelity = { tolerance_percent = 10, telemetry_ms = 5 }",
+    "duration_s = 10.0 → duration_s = 10.0 ⏎ fidelity = { tolerance_percent = 1 }; k = 0.2 → k = 0.2 ⏎ fatigue = {}",
+    "frequency_hz = 50.0 → frequency_hz = 50.0, burst_count = 8, burst_interval_us = 1300; tau_c_ms = 20 → tau_c_ms = 60",
+    "tau1_ms = 50.5 → tau1_ms = 0",
+    "tau2_ms = 100 → tau2_ms = inf",
+    "a_n_per_s = 265.1 → a_n_per_s = 0",
+    "k = 0.2 → k = 0.2 ⏎ fatigue = { alpha_a_per_s2 = 10.001 }",
+    "k = 0.2 → k = 0.2 ⏎ fatigue = { alpha_k_per_n_s = -0.1 }",
+    "k = 0.2 → k = 0.2 ⏎ fatigue = { alpha_tau1_per_n = 0.2 }",
+    "k = 0.2 → k = 0.2 ⏎ fatigue = { tau_fat_s = 0 }",
+    "k = 0.2 → k = 0.2 ⏎ fatigue = { tau_fat_s = nan }",
+    "k = 0.2 → k = 0.2 ⏎ fatigue = { tau_s = 127 }",
+    // The ladder.
+    "k = 0.2 → k = 0.2 ⏎ model = \"lags\"",
+    "k = 0.2 → k = 0.2 ⏎ model = \"calcium-force-fatigue\"",
+    "k = 0.2 → k = 0.2 ⏎ changes = [{ at_s = 2, model = \"calcium-force-fatigue\" }]",
+    "k = 0.2 → k = 0.2 ⏎ changes = [{ at_s = 2, model = \"auto\" }]",
+    "k = 0.2 → k = 0.2 ⏎ changes = [{ at_s = 11, model = \"lag\" }]",
+    "k = 0.2 → k = 0.2 ⏎ changes = [{ at_s = 2, model = \"lag\" }, { at_s = 2, model = \"static\" }]",
+    "motor_threshold = 20.0 → motor_threshold = 30.0",
+    "slope_per_unit = 0.3 → slope_per_unit = 9",
+    "k1 = 0.08 → k1 = 200",
+    "threshold = 25.0 → threshold = 37.0",
+    "max = 13.0 → max = -1.0",
+    "sensor = \"adc\" → sensor = \"adc\" ⏎ code_at_100_deg = 850",
+    "hold = \"extrapolate\" → hold = \"hold\" ⏎ max_extrapolation_ms = 50",
+    "flexors = [ → flexors = [] ⏎ # [; { channel = 1, → #; { channel = 2, → #; ] ⏎ extensor → extensor",
+    "amplitude_deg = 40.0 → amplitude_deg = 60.0",
+    "from_s = 5.0 → from_s = 10.0",
+    "kind = \"angle-sine\" → kind = \"angle-steps\" ⏎ steps = [{ at_s = 0, deg = 10 }, { at_s = 2, deg = 50 }, { at_s = 1.5, deg = 10 }]; offset_deg → #; amplitude_deg → #; frequency_hz = 0.2 → #",
+    // Channels and groups.
+    "number = 2 → number = 1",
+    "{ channel = 3, → { channel = 1,",
+    "flexor_b = 2 → flexor_b = 3",
+    "[sync] ⏎ channel = 2 → [sync] ⏎ channel = 5",
+    "channels = [3, 4] → channels = [3, 3]",
+    "channels = [3, 4] → channels = [3, 7]",
+    "channels = [3, 4] → channels = [3, 12]",
+    "channels = [3, 4] → channels = [3]",
+    "channels = [3, 4] → channels = [2, 3]",
+    "offset_us = 2000 → offset_us = 100",
+    "ground_us = 1000, freq → ground_us = 18_500, freq",
+    "burst_interval_us = 5000 → burst_interval_us = 300",
+    "burst_interval_us = 5000 → burst_interval_us = 30_000",
+    // Limits.
+    "limit = 36.0 → limit = 41.0",
+    "max_charge_uc = 5.0 → max_charge_uc = 3.5",
+    "max_charge_uc = 5.0 → max_rms_ma = 1.5",
+    "max = 36.0 → max = 37.0",
+    "kind = \"angle-sine\" → kind = \"amplitudes\" ⏎ values = [{ channel = 4, value = 14.0 }]; offset_deg → #; amplitude_deg → #; frequency_hz = 0.2 → #",
+    // Setpoints that the device would not take.
+    "kind = \"angle-sine\" → kind = \"amplitudes\" ⏎ values = [{ channel = 1, value = 14.0 }]; offset_deg → #; amplitude_deg → #; frequency_hz = 0.2 → #",
+    "rate_hz = 90 → rate_hz = 10",
+    "[joint] → # no joint; law = → #; flexors = [ → #; { channel = 1, → #; { channel = 2, → #; ] ⏎ extensor = → #; hold = \"ex → #; sensor = → #; gains = → #",
+];
+
+/// A wall with everything that it can have.
+const GOOD_WALL: &str = include_str!("../../sessions/harris_wall/3_pre_wall_co_contraction.toml");
+
+/// The same for [`GOOD_WALL`].
+const BAD_WALL: &[&str] = &[
+    "sensor = \"adc\" → sensor = \"adc\" ⏎ [joint]",
+    "stiffness_per_deg → stiffness",
+    "stops = \"flexion\" → stops = \"flexing\"",
+    "at_deg = 90.0 → at_deg = 151.0",
+    "stiffness_per_deg = 8.889 → stiffness_per_deg = 0",
+    "stiffness_per_deg = 8.889 → stiffness_per_deg = 8.889 ⏎ damping_s_per_deg = 21",
+    "stiffness_per_deg = 8.889 → stiffness_per_deg = 8.889 ⏎ cutoff_hz = 40",
+    "depth_deg = 9.0 → depth_deg = 60",
+    "begin = 20.0 → begin = 90.0",
+    "end = 80.0 → end = 80.1",
+    "max = 80.0 ⏎ stiff → max = 80.001 ⏎ stiff",
+    "max = 80.0 ⏎ stiff → max = -1 ⏎ stiff",
+    "channel = 1 ⏎ max → channel = 3 ⏎ max",
+    "channel = 2, amplitude = 40.0 → channel = 1, amplitude = 40.0",
+    "amplitude = 40.0 → amplitude = 40.5",
+    "amplitude = 40.0 → amplitude = 0",
+    "angle_max_deg = 150.0 → angle_max_deg = 190.0",
+    "sensor = \"adc\" → sensor = \"adc\" ⏎ stale_after_ms = 1",
+    "rate_hz = 50 → rate_hz = 50 ⏎ values = [{ channel = 2, value = 5.0 }]",
+    "kind = \"elbow\" → kind = \"knee\"",
+    "biceps = 2 → biceps = 1",
+    "push_nm = 1.5 → push_nm = -1",
+    "speed_deg_per_s = 15.0 → speed_deg_per_s = 0",
+    "at_s = 8.0 → at_s = 5.5",
+];
+
+/// Force control of one muscle.
+const GOOD_FORCE: &str = include_str!("../../sessions/force_ramp.toml");
+
+/// The same for [`GOOD_FORCE`].
+const BAD_FORCE: &[&str] = &[
+    "n = 12.0 → n = 30.0",
+    "n = 6.0 → n = -1.0",
+    "at_s = 3.0 → at_s = 0.5",
+    "points = [ → point = [",
+    "channel = 1 ⏎ points → channel = 2 ⏎ points",
+    "force = { → # {",
+    "muscle = { → # {",
+    "max_frequency_hz = 60.0 → max_frequency_hz = 19.0",
+    "max_frequency_hz = 60.0 → max_frequency_hz = 0",
+    "max_frequency_hz = 60.0 → max_frequency_hz = 60.0, max_extrapolation_ms = 0",
+    "max_frequency_hz = 60.0 → min_frequency_hz = 21.0",
+    "max_frequency_hz = 60.0 → min_frequency_hz = 0.499",
+    "max_frequency_hz = 60.0 → min_frequency_hz = 0",
+    "frequency_hz = 20.0 → frequency_hz = 9.0",
+    "frequency_hz = 20.0 → frequency_hz = 20.0, burst_count = 2, burst_interval_us = 5000",
+    "frequency_hz = 20.0 → frequency_hz = 20.0, triggered = true",
+    "max_rms_ma = 6.0 → max_rms_ma = 2.0",
+    "rate_hz = 90 → rate_hz = 90 ⏎ values = [{ channel = 1, value = 5.0 }]",
+    "[setpoints] → [[channel]] ⏎ number = 2 ⏎ name = \"other\" ⏎ stage = { kind = \"current\", full_scale_ma = 50.0 } ⏎ limit = 20.0 ⏎ train = { shape = \"biphasic-cathodic-first\", width_us = 200, frequency_hz = 20.0, offset_us = 25000 } ⏎ [[group]] ⏎ channels = [1, 2] ⏎ partner = \"isolated\" ⏎ [setpoints]",
+];
+
+/// Ten channels under force control.
+const GOOD_FORCES: &str = include_str!("../../sessions/ten_forces.toml");
+
+/// The same for [`GOOD_FORCES`].
+const BAD_FORCES: &[&str] = &[
+    "channel = 2, points → channel = 1, points",
+    "channel = 2, points → channel = 11, points",
+    "offset_n = 3.0 → offset_n = 300.0",
+    "offset_n = 3.0, → ",
+    "channel = 2, points → channel = 2, offset_n = 1.0, points",
+    "force = { → # {",
+    "kind = \"keep-alive\" → kind = \"force-sine\" ⏎ channel = 10 ⏎ offset_n = 2.0 ⏎ amplitude_n = 1.0 ⏎ frequency_hz = 1.0",
+];
+
+/// Trains that wait for the trigger input.
+const GOOD_TRIGGER: &str = include_str!("../../sessions/trigger.toml");
+
+/// The same for [`GOOD_TRIGGER`].
+const BAD_TRIGGER: &[&str] = &[
+    "every_s → each_s",
+    "every_s = 1.0 → every_s = 0.0009",
+    "every_s = 1.0 → every_s = 1.0000001",
+    "every_s = 1.0 → every_s = 1.0 ⏎ from_s = 11.0",
+    "every_s = 1.0 → from_s = 1.0",
+    "every_s = 1.0 → every_s = 1.0 ⏎ at_s = [1.0]",
+    "every_s = 1.0 → at_s = 1.0",
+    "every_s = 1.0 → at_s = [1.0, \"two\"]",
+    "every_s = 1.0 → at_s = [1.0, 10.5]",
+    "every_s = 1.0 → at_s = [0.0099]",
+    "every_s = 1.0 → at_s = [nan]",
+    "every_s = 1.0 → at_s = [0.0000005]",
+    "every_s = 1.0 → at_s = [1.0, 1.0005]",
+    "triggered = true → triggered = false; triggered = true → triggered = false",
+];
+
+/// A good file with some text replaced.
+fn spoil(good: &str, edits: &str) -> String {
+    let mut text = good.to_owned();
+    for edit in edits.split("; ") {
+        let (find, replace) = edit.split_once(" → ").unwrap_or((edit, ""));
+        let find = find.replace(" ⏎ ", "\n");
+        assert!(text.contains(&find), "{find:?} is not in the file");
+        text = text.replacen(&find, &replace.replace(" ⏎ ", "\n"), 1);
+    }
+    text
+}
+
+fn render(e: &SessionError) -> String {
+    let mut text = String::new();
+    GraphicalReportHandler::new_themed(GraphicalTheme::unicode_nocolor())
+        .with_width(100)
+        .with_links(false)
+        .render_report(&mut text, e)
+        .unwrap();
+    text
+}
+
+#[test]
+fn every_mistake_is_named_with_its_line() {
+    let mut all = String::new();
+    let mut numbers = BTreeSet::new();
+    let mut add = |case: &str, e: &SessionError| {
+        numbers.insert(e.problem().number());
+        writeln!(all, "# {case}\n\n{}", render(e)).unwrap();
+    };
+    let files = [
+        (GOOD, BAD),
+        (GOOD_WALL, BAD_WALL),
+        (GOOD_FORCE, BAD_FORCE),
+        (GOOD_FORCES, BAD_FORCES),
+        (GOOD_TRIGGER, BAD_TRIGGER),
+    ];
+    for (good, bad) in files {
+        for edits in bad {
+            match Session::parse("bad.toml", &spoil(good, edits)) {
+                Err(e) => add(edits, &e),
+                Ok(_) => panic!("accepted: {edits}"),
+            }
+        }
+    }
+    let missing = Session::load("no/such/session.toml").unwrap_err();
+    add("a file that is not there", &missing);
+    insta::assert_snapshot!(all);
+    let expected = [
+        400, 401, 402, 403, 404, 405, 406, 407, 408, 409, 410, 420, 421, 430, 431, 432, 440, 441,
+        450, 451, 452, 453, 460, 461, 462, 463, 465, 470, 471, 472, 473, 474, 480,
+    ];
+    assert_eq!(numbers, expected.into_iter().collect());
+}
+
+#[test]
+fn physical_values_convert_exactly() {
+    let session = Session::parse("good.toml", GOOD).unwrap();
+    assert_eq!(session.requests().len(), 2 + 4 + 1 + 1 + 1 + 1);
+    assert_eq!(session.wearer.max_current_ua, 20_000);
+    assert_eq!(session.wearer.max_charge_nc, 5_000);
+    let muscle = session.channels[0].muscle.clone().unwrap();
+    let (force, recruitment) = (muscle.force, muscle.recruitment);
+    let expected = CalciumForceSpec {
+        a_mn_per_s: 265_100,
+        k_micro: 200_000,
+        tau_c_us: 20_000,
+        tau1_us: 50_500,
+        tau2_us: 100_000,
+    };
+    assert_eq!(force, expected);
+    assert_eq!(recruitment.limit, Amplitude(28_000));
+    assert_eq!(recruitment.slope_micro, 300_000);
+    assert_eq!(session.channels[2].spec.train.period_us, 25_000);
+    assert_eq!(session.channels[2].index(), 2);
+}
+
+#[test]
+fn a_muscle_names_its_rungs() {
+    let muscle = |edit: &str| {
+        let session = Session::parse("rungs.toml", &spoil(GOOD, edit)).unwrap();
+        (session.channels[0].muscle.clone().unwrap(), session)
+    };
+    let (plain, _) = muscle("k = 0.2 → k = 0.2");
+    assert_eq!((plain.model, plain.fatigue), (Model::Auto, None));
+    for (name, rung) in [
+        ("static", Rung::Static),
+        ("lag", Rung::Lag),
+        ("calcium-force", Rung::CalciumForce),
+        ("calcium-force-fatigue", Rung::CalciumForceFatigue),
+    ] {
+        let edit = format!("k = 0.2 → k = 0.2 ⏎ fatigue = {{}} ⏎ model = \"{name}\"");
+        let (muscle, session) = muscle(&edit);
+        assert_eq!((muscle.model, muscle.rung()), (Model::Fixed(rung), rung));
+        assert_eq!(muscle.fatigue, Some(FatigueSpec::scaled_to(265_100)));
+        let spec = muscle.spec();
+        assert!(
+            session
+                .requests()
+                .contains(&Request::Muscle { channel: 0, spec })
+        );
+    }
+    let (muscle, session) = muscle(
+        "k = 0.2 → k = 0.2 ⏎ fatigue = { tau_fat_s = 90.5, alpha_a_per_s2 = 0.35 } ⏎ \
+         changes = [{ at_s = 2, model = \"lag\" }, { at_s = 4.5, model = \"static\" }]",
+    );
+    let expected = FatigueSpec {
+        alpha_a_milli_per_s2: 350,
+        tau_fat_ms: 90_500,
+        ..FatigueSpec::scaled_to(265_100)
+    };
+    assert_eq!(muscle.fatigue, Some(expected));
+    let due = |from, to| session.rungs(from, to).collect::<Vec<_>>();
+    let rung = |rung| Request::Rung { channel: 0, rung };
+    assert_eq!(due(0, 1_999_999), []);
+    assert_eq!(due(1_999_999, 2_000_000), [rung(Rung::Lag)]);
+    assert_eq!(due(2_000_000, 10_000_000), [rung(Rung::Static)]);
+}
+
+#[test]
+fn a_rounded_frequency_is_said() {
+    let text = spoil(
+        GOOD,
+        "frequency_hz = 40, repeats → frequency_hz = 30, repeats",
+    );
+    let session = Session::parse("rounded.toml", &text).unwrap();
+    assert_eq!(session.channels[3].spec.train.period_us, 33_333);
+    let note = "channel 4: 30 Hz is played with a period of 33333 µs, 30.0003 Hz";
+    assert_eq!(session.notes, [note]);
+}
+
+/// A file that never ends is refused, not read until the memory is full.
+#[cfg(unix)]
+#[test]
+fn a_file_without_end_is_refused() {
+    let e = Session::load("/dev/zero").unwrap_err();
+    let told = format!("{:?} {}", e.problem().number(), e.one_line());
+    assert!(told.contains("400") && told.contains("1 MiB"), "{told}");
+}
+
+/// What a field may be only beside others is not refused where they are there.
+#[test]
+fn fields_that_may_be_nothing_may_say_so() {
+    for edit in [
+        "frequency_hz = 40, repeats → frequency_hz = 40, ground_us = 0, burst_interval_us = 0, repeats",
+        "rate_hz = 90 → rate_hz = 90 ⏎ values = [{ channel = 4, value = 0 }]",
+    ] {
+        Session::parse("good.toml", &spoil(GOOD, edit)).unwrap();
+    }
+    let none = "kind = \"angle-sine\" → kind = \"amplitudes\"; offset_deg → #; amplitude_deg → #; frequency_hz = 0.2 → #";
+    let e = Session::parse("bad.toml", &spoil(GOOD, none)).unwrap_err();
+    assert_eq!(
+        e.one_line(),
+        "E404 bad.toml:68:1: `setpoints.values` is missing"
+    );
+}

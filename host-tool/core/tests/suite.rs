@@ -1,0 +1,9 @@
+//! The tests of sessions, runs and reports, one program: a room each.
+
+mod link_native;
+mod report_page;
+mod run_cut_short;
+mod run_rungs;
+mod session_errors;
+mod session_files;
+mod session_schema;
