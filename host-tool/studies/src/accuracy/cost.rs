@@ -1,0 +1,56 @@
+//! What each setting costs on the chip.
+
+use crate::bench::{BenchError, Row, rows_on_chip};
+use firmware::bench::NoClock;
+use hal_sim::images::Image;
+
+/// The rows of the loop around a setting begin so.
+const EMPTY: &str = "empty@";
+/// The rows of making a muscle begin so.
+const MAKE: &str = "make:";
+
+/// What the image printed: rows in its order.
+#[derive(Clone, Debug)]
+pub struct Cost {
+    /// Every setting's, without the loop around it.
+    pub runs: Vec<Row>,
+    /// Of making the muscles of [`methods::bench::MADE`].
+    pub makes: Vec<Row>,
+}
+
+impl Cost {
+    fn new(rows: Vec<Row>) -> Self {
+        let mut overhead = 0;
+        let mut cost = Self {
+            runs: vec![],
+            makes: vec![],
+        };
+        for mut row in rows {
+            if row.name.starts_with(EMPTY) {
+                overhead = row.mean;
+            } else if row.name.starts_with(MAKE) {
+                cost.makes.push(row);
+            } else {
+                row.take_off(overhead);
+                cost.runs.push(row);
+            }
+        }
+        cost
+    }
+
+    /// From the chip simulator.
+    ///
+    /// # Errors
+    /// [`BenchError`].
+    pub fn on_chip() -> Result<Self, BenchError> {
+        Ok(Self::new(rows_on_chip(Image::Methods)?))
+    }
+
+    /// From this computer: results without cycles.
+    #[must_use]
+    pub fn on_host() -> Self {
+        let mut rows = vec![];
+        methods::bench::run_methods(&NoClock, |row| rows.push(Row::from(row)));
+        Self::new(rows)
+    }
+}

@@ -1,0 +1,43 @@
+//! How far a setting is from the truth.
+
+use super::cases::{Case, DURATION_US};
+use firmware::units::Micros;
+use methods::muscle::{Integrator, Setting};
+
+/// Worst difference from the truth at every `output_us`, % of the case's
+/// peak; infinite where a force is no number.
+#[must_use]
+pub fn of_case(case: &Case, setting: Setting, output_us: u32) -> f64 {
+    setting
+        .with(&case.spec, |muscle| {
+            of_run(case, muscle, output_us, DURATION_US)
+        })
+        .unwrap_or(f64::INFINITY)
+}
+
+/// The same for an integrator at rest at time 0, up to `until_us`, at most
+/// [`DURATION_US`].
+pub fn of_run(case: &Case, muscle: &mut dyn Integrator, output_us: u32, until_us: u32) -> f64 {
+    let mut pulses = case.pulses_us.iter().peekable();
+    let mut worst = 0f64;
+    for at_us in (output_us..=until_us).step_by(output_us as usize) {
+        while let Some(pulse_us) = pulses.next_if(|us| **us <= at_us) {
+            muscle.pulse(Micros(*pulse_us));
+        }
+        muscle.advance(Micros(at_us));
+        let off = (muscle.force_n() - case.truth_n(at_us)).abs();
+        worst = if off.is_nan() {
+            f64::INFINITY
+        } else {
+            worst.max(off)
+        };
+    }
+    worst / case.peak_n * 100.0
+}
+
+/// The worst of `cases`.
+#[must_use]
+pub fn worst(cases: &[Case], setting: Setting, output_us: u32) -> f64 {
+    let errors = cases.iter().map(|case| of_case(case, setting, output_us));
+    errors.fold(0.0, f64::max)
+}

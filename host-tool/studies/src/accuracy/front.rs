@@ -1,0 +1,164 @@
+//! Every setting's error and cost together, and which of them nothing beats.
+
+use super::cases::Case;
+use super::cost::Cost;
+use super::errors;
+use crate::bench::BenchError;
+use methods::bench::{MADE, OUTPUTS_US, RUN_US};
+use methods::muscle::Setting;
+use std::fmt::Write;
+
+/// The error that the device's model must keep, %.
+pub const WANTED_PCT: f64 = 0.02;
+
+/// A setting, how often its force is read, and what that gives and takes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point {
+    /// The setting.
+    pub setting: Setting,
+    /// Between two readings, µs.
+    pub output_us: u32,
+    /// Worst of all cases, % of peak; infinite if it diverges.
+    pub error_pct: f64,
+    /// Core clock cycles per simulated second and muscle.
+    pub cycles_per_s: u64,
+    /// Whether no other point of its `output_us` is better in one of the two
+    /// and not worse in the other.
+    pub on_front: bool,
+}
+
+/// The settings in the image's order, each with how often it is read.
+fn settings() -> impl Iterator<Item = (Setting, u32)> {
+    OUTPUTS_US
+        .into_iter()
+        .flat_map(|output_us| Setting::all(output_us).map(move |s| (s, output_us)))
+}
+
+/// Every setting's error, in the image's order; `step` hears the part done.
+#[must_use]
+pub fn all_errors(cases: &[Case], step: impl Fn(f64)) -> Vec<f64> {
+    let settings: Vec<_> = settings().collect();
+    let mut found = vec![];
+    for (n, (setting, output_us)) in settings.iter().enumerate() {
+        step(n as f64 / settings.len() as f64);
+        found.push(errors::worst(cases, *setting, *output_us));
+    }
+    found
+}
+
+/// All points.
+#[derive(Clone, Debug)]
+pub struct Chart {
+    /// In the image's order.
+    pub points: Vec<Point>,
+    /// Core clock cycles of making a muscle, constants and tables, by some
+    /// settings.
+    pub makes: Vec<(Setting, u64)>,
+    /// Names of the settings whose forces are other bits on the chip than on
+    /// this computer.
+    pub differing: Vec<String>,
+}
+
+/// Measures everything; `step` hears the part done.
+///
+/// # Errors
+/// [`BenchError`].
+pub fn measure(cases: &[Case], step: impl Fn(f64)) -> Result<Chart, BenchError> {
+    // First what may be missing: an image.
+    let chip = Cost::on_chip()?;
+    step(0.65);
+    let errors = all_errors(cases, |part| step(0.65 + part * 0.3));
+    Ok(Chart::new(&errors, &chip, &Cost::on_host()))
+}
+
+impl Chart {
+    /// Puts together what was measured, all in the image's order.
+    #[must_use]
+    pub fn new(errors: &[f64], chip: &Cost, host: &Cost) -> Self {
+        let pairs = chip.runs.iter().zip(&host.runs);
+        let differing = pairs.filter(|(c, h)| c.checksum != h.checksum || c.name != h.name);
+        let points = settings().zip(errors).zip(&chip.runs);
+        let points = points.map(|(((setting, output_us), error_pct), row)| Point {
+            setting,
+            output_us,
+            error_pct: *error_pct,
+            cycles_per_s: (row.mean * 1_000_000 + u64::from(RUN_US) / 2) / u64::from(RUN_US),
+            on_front: false,
+        });
+        let mut chart = Self {
+            differing: differing.map(|(c, _)| c.name.clone()).collect(),
+            points: points.collect(),
+            makes: MADE
+                .into_iter()
+                .zip(chip.makes.iter().map(|row| row.mean))
+                .collect(),
+        };
+        chart.mark_front();
+        chart
+    }
+
+    fn mark_front(&mut self) {
+        let beats = |a: &Point, b: &Point| {
+            a.output_us == b.output_us
+                && a.cycles_per_s <= b.cycles_per_s
+                && a.error_pct <= b.error_pct
+                && (a.cycles_per_s < b.cycles_per_s || a.error_pct < b.error_pct)
+        };
+        let all = self.points.clone();
+        for point in &mut self.points {
+            point.on_front = !all.iter().any(|other| beats(other, point));
+        }
+    }
+
+    /// Points read every `output_us`.
+    pub fn read_every(&self, output_us: u32) -> impl Iterator<Item = &Point> {
+        self.points.iter().filter(move |p| p.output_us == output_us)
+    }
+
+    /// The cheapest within [`WANTED_PCT`].
+    #[must_use]
+    pub fn cheapest(&self, output_us: u32) -> Option<&Point> {
+        self.read_every(output_us)
+            .filter(|p| p.error_pct <= WANTED_PCT)
+            .min_by_key(|p| p.cycles_per_s)
+    }
+
+    /// One setting's point.
+    #[must_use]
+    pub fn point(&self, setting: Setting, output_us: u32) -> Option<&Point> {
+        self.read_every(output_us).find(|p| p.setting == setting)
+    }
+
+    /// The committed table; docs/methods.md explains its columns.
+    #[must_use]
+    pub fn csv(&self) -> String {
+        let mut text =
+            "method,arithmetic,step_us,output_us,error_pct,cycles_per_s,front\n".to_owned();
+        for point in &self.points {
+            let Point {
+                setting, output_us, ..
+            } = point;
+            let step = match setting.step_us {
+                Setting::WHOLE_US => String::new(),
+                us => us.to_string(),
+            };
+            // Writing to a `String` cannot fail.
+            let _ = writeln!(
+                text,
+                "{},{},{step},{output_us},{},{},{}",
+                setting.method.name(),
+                setting.number.name(),
+                digits(point.error_pct),
+                point.cycles_per_s,
+                u8::from(point.on_front)
+            );
+        }
+        text
+    }
+}
+
+/// Three significant digits; `inf` beyond all numbers.
+#[must_use]
+pub fn digits(error_pct: f64) -> String {
+    format!("{error_pct:.2e}")
+}

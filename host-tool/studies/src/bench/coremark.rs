@@ -1,0 +1,126 @@
+//! CoreMark on the chip simulator: a yardstick that nothing was fitted to.
+
+use super::{BenchError, RowError};
+use hal_sim::chip::alone::{self, Wait};
+use hal_sim::chip::image::Image;
+use host_core::run::images;
+
+/// CoreMark per MHz as published for the STM32F405 at 168 MHz (ST) and for the
+/// core (Arm): the C program, other compilers.
+pub const PUBLISHED: [f64; 2] = [3.37, 3.40];
+
+/// One run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reading {
+    /// How the flash answers.
+    pub wait: Wait,
+    /// Iterations that count.
+    pub iterations: u64,
+    /// Cycles that they took.
+    pub cycles: u64,
+    /// Cycles that as many took with prefetch off.
+    pub cycles_without_prefetch: u64,
+}
+
+impl Reading {
+    /// Iterations per second and MHz.
+    #[must_use]
+    pub fn per_mhz(&self) -> f64 {
+        self.iterations as f64 * 1e6 / self.cycles.max(1) as f64
+    }
+
+    /// The same with prefetch off.
+    #[must_use]
+    pub fn per_mhz_without_prefetch(&self) -> f64 {
+        self.iterations as f64 * 1e6 / self.cycles_without_prefetch.max(1) as f64
+    }
+}
+
+/// What CoreMark gave.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CoreMark {
+    /// The same program with the flash read each way.
+    pub readings: Vec<Reading>,
+    /// Compiler and its options, as the program prints them.
+    pub compiler: String,
+    /// Instructions of a whole run divided by all its iterations: an upper
+    /// bound of those of one iteration.
+    pub instructions_per_iteration: u64,
+}
+
+/// Builds CoreMark and runs it with each reading of the flash.
+///
+/// # Errors
+/// [`BenchError`]; wrong results too.
+pub fn coremark() -> Result<CoreMark, BenchError> {
+    let elf = images::find_coremark()?;
+    let image = Image::open(&elf)?;
+    let mut readings = Vec::new();
+    let mut compiler = String::new();
+    let mut instructions_per_iteration = 0;
+    for wait in Wait::ALL {
+        let ended = alone::run(&image, wait)?;
+        let said = read(wait, &ended.console);
+        let (reading, words) = said.ok_or_else(|| RowError::new(&ended.console))?;
+        // The program runs one iteration, then one and those that count, and all
+        // that again with prefetch off.
+        instructions_per_iteration = ended.instructions / (2 * (reading.iterations + 2));
+        readings.push(reading);
+        compiler = words;
+    }
+    Ok(CoreMark {
+        readings,
+        compiler,
+        instructions_per_iteration,
+    })
+}
+
+/// `iterations N cycles N`, `CoreMark/MHz X COMPILER` and, further on, the
+/// former again behind `prefetch off: `.
+fn read(wait: Wait, console: &str) -> Option<(Reading, String)> {
+    let lines: Vec<&str> = console.lines().collect();
+    let [_, counts, words, _, without, ..] = lines[..] else {
+        return None;
+    };
+    let (iterations, cycles) = counted(counts)?;
+    let (as_many, cycles_without_prefetch) = counted(without.strip_prefix("prefetch off: ")?)?;
+    let (_, compiler) = words.strip_prefix("CoreMark/MHz ")?.split_once(' ')?;
+    let reading = Reading {
+        wait,
+        iterations,
+        cycles,
+        cycles_without_prefetch,
+    };
+    (as_many == iterations).then(|| (reading, compiler.to_owned()))
+}
+
+/// Iterations and cycles of a line.
+fn counted(line: &str) -> Option<(u64, u64)> {
+    let counts: Vec<&str> = line.split(' ').collect();
+    let ["iterations", iterations, "cycles", cycles] = counts[..] else {
+        return None;
+    };
+    Some((iterations.parse().ok()?, cycles.parse().ok()?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn its_words_are_read() {
+        let console = "crclist e714 valid\niterations 10 cycles 5000000\n\
+                       CoreMark/MHz 2.000 rustc 1.95.0 opt-level=3\n\
+                       prefetch off: crclist e714 valid\n\
+                       prefetch off: iterations 10 cycles 4000000\n\
+                       prefetch off: CoreMark/MHz 2.500 rustc 1.95.0 opt-level=3\n";
+        let (reading, compiler) = read(Wait::Never, console).unwrap();
+        assert_eq!(reading.per_mhz(), 2.0);
+        assert_eq!(reading.per_mhz_without_prefetch(), 2.5);
+        assert_eq!(compiler, "rustc 1.95.0 opt-level=3");
+        let other = console.replace("iterations 10 cycles 4", "iterations 9 cycles 4");
+        for wrong in ["crclist\niterations ten cycles 1\n", &other] {
+            assert_eq!(read(Wait::Never, wrong), None);
+        }
+    }
+}

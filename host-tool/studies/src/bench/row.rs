@@ -1,0 +1,187 @@
+//! One algorithm's line, and the table of all.
+
+use std::fmt::Write;
+use std::str::FromStr;
+
+/// Cycles of one refill window, 250 µs at 168 MHz.
+const WINDOW: u64 = 42_000;
+/// Cycles of one control tick, 1 ms at 168 MHz.
+const TICK: u64 = 168_000;
+
+/// What one algorithm gave and took.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Row {
+    /// Which.
+    pub name: String,
+    /// How often it ran, each time on other inputs.
+    pub calls: u32,
+    /// Of all its results.
+    pub checksum: u32,
+    /// Fewest cycles of a call.
+    pub min: u64,
+    /// Mean cycles of a call, to the nearest.
+    pub mean: u64,
+    /// Most cycles of a call.
+    pub max: u64,
+}
+
+/// By when an algorithm's work must be done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Deadline {
+    /// Before the next window of 250 µs.
+    Window,
+    /// Before the next control tick of 1 ms.
+    Tick,
+}
+
+impl Deadline {
+    /// Cycles at 168 MHz.
+    #[must_use]
+    pub const fn cycles(self) -> u64 {
+        match self {
+            Self::Window => WINDOW,
+            Self::Tick => TICK,
+        }
+    }
+}
+
+impl Row {
+    /// The deadline of the owner that calls it; `None` for what is done per
+    /// frame of the link, in the thread.
+    #[must_use]
+    pub fn deadline(&self) -> Option<Deadline> {
+        let is = |beginnings: &[&str]| beginnings.iter().any(|b| self.name.starts_with(b));
+        if is(&["render_", "paint_", "owner_refill"]) {
+            Some(Deadline::Window)
+        } else if is(&[
+            "calcium_",
+            "recruitment_",
+            "joint_",
+            "differentiator",
+            "owner_control",
+        ]) {
+            Some(Deadline::Tick)
+        } else {
+            None
+        }
+    }
+
+    /// Worst call in percent of its deadline.
+    #[must_use]
+    pub fn load_percent(&self) -> Option<f64> {
+        let deadline = self.deadline()?;
+        Some(self.max as f64 * 100.0 / deadline.cycles() as f64)
+    }
+
+    pub(crate) const fn take_off(&mut self, cycles: u64) {
+        self.min = self.min.saturating_sub(cycles);
+        self.mean = self.mean.saturating_sub(cycles);
+        self.max = self.max.saturating_sub(cycles);
+    }
+}
+
+impl<N: ToString> From<&firmware::bench::Row<N>> for Row {
+    fn from(row: &firmware::bench::Row<N>) -> Self {
+        Self {
+            name: row.name.to_string(),
+            calls: row.runs,
+            checksum: row.checksum,
+            min: row.min.into(),
+            mean: row.mean(),
+            max: row.max.into(),
+        }
+    }
+}
+
+/// A line that is no row.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("E573 an image that measures printed what cannot be read: {0}")]
+pub struct RowError(String);
+
+impl RowError {
+    pub(super) fn new(said: &str) -> Self {
+        Self(said.trim().to_owned())
+    }
+}
+
+impl FromStr for Row {
+    type Err = RowError;
+
+    fn from_str(line: &str) -> Result<Self, RowError> {
+        let parts: Vec<&str> = line.split(' ').collect();
+        let row = || {
+            let [name, calls, checksum, min, mean, max] = parts[..] else {
+                return None;
+            };
+            Some(Self {
+                name: name.to_owned(),
+                calls: calls.parse().ok()?,
+                checksum: u32::from_str_radix(checksum, 16).ok()?,
+                min: min.parse().ok()?,
+                mean: mean.parse().ok()?,
+                max: max.parse().ok()?,
+            })
+        };
+        row().ok_or_else(|| RowError(line.to_owned()))
+    }
+}
+
+/// All lines of the image but its heading.
+pub(super) fn parse(console: &str) -> Result<Vec<Row>, RowError> {
+    console.lines().skip(1).map(str::parse).collect()
+}
+
+/// A table of `rows` with a heading, checksums in hexadecimal; behind each its
+/// cycles of `not_cached`, the same rows if the flash does not cache prefetched
+/// lines.
+#[must_use]
+pub fn csv(rows: &[Row], not_cached: &[Row]) -> String {
+    let mut text = "algorithm,calls,checksum,min_cycles,mean_cycles,max_cycles,\
+                    min_cycles_prefetched_not_cached,mean_cycles_prefetched_not_cached,\
+                    max_cycles_prefetched_not_cached\n"
+        .to_owned();
+    for (row, other) in rows.iter().zip(not_cached) {
+        let Row {
+            name,
+            calls,
+            checksum,
+            min,
+            mean,
+            max,
+        } = row;
+        // Writing to a `String` cannot fail.
+        let _ = writeln!(
+            text,
+            "{name},{calls},{checksum:08x},{min},{mean},{max},{},{},{}",
+            other.min, other.mean, other.max
+        );
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_is_read_and_written_again() {
+        let console = "name runs checksum min mean max\nowner_refill 800 2107ebdc 737 2206 5390\n";
+        let mut rows = parse(console).unwrap();
+        assert_eq!(rows.len(), 1);
+        rows[0].take_off(23);
+        let mut other = rows.clone();
+        other[0].take_off(14);
+        let table = csv(&rows, &other);
+        assert!(table.ends_with("\nowner_refill,800,2107ebdc,714,2183,5367,700,2169,5353\n"));
+        assert_eq!(rows[0].deadline(), Some(Deadline::Window));
+        let load = rows[0].load_percent().unwrap();
+        assert!((load - 5367.0 / 420.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn what_is_no_row_is_shown() {
+        for line in ["", "a 1 2 3 4", "a 1 2 3 4 5 6", "a x 2 3 4 5", "panicked"] {
+            assert_eq!(line.parse::<Row>(), Err(RowError(line.to_owned())));
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! Control laws on random wearers: cycles, mean and 95th percentile of the error.
+
+use crate::tracking::campaign::Campaign;
+use crate::tracking::contender::Contender;
+use crate::tracking::table::{TWO_POINT_MEAN, TWO_POINT_P95};
+use crate::tracking::wearer::Points;
+use host_core::plot::ink::{Color, MUTED, PALETTE, SHADE, stroke};
+use host_core::plot::{Axis, Figure, Key, Mark, Paint, Panel, Scale, Shape};
+
+const PITCH: f64 = 24.0;
+/// Errors run from 0 to this, degrees; what goes beyond ends at the edge in an
+/// arrow, with its number.
+const ERROR_TOP: f64 = 10.0;
+
+/// Rows by cycles; a file of its own.
+#[must_use]
+pub fn picture(campaign: &Campaign) -> String {
+    let mut order: Vec<usize> = (0..campaign.contenders.len()).collect();
+    order.sort_by_key(|n| campaign.cycles[*n].unwrap_or(u64::MAX));
+    let errors = Points::ALL.map(|points| errors(campaign, &order, points));
+    let dots = [
+        ("mean, law alone", PALETTE[0], Shape::Disc),
+        ("mean, with add-ons (+)", PALETTE[2], Shape::Up),
+        ("mean, device default", PALETTE[1], Shape::Star),
+    ];
+    let dots =
+        dots.map(|(name, color, shape)| (Key::Dot(shape, Paint::Full(color)), name.to_owned()));
+    let to = (
+        Key::Line(stroke(MUTED, 2.0)),
+        "to the 95th percentile".to_owned(),
+    );
+    Figure {
+        description: format!(
+            "Tracking error and cycles of {} control laws on {} random simulated wearers",
+            order.len(),
+            campaign.plan.plants
+        ),
+        legend: dots.into_iter().chain([to]).collect(),
+        rows: vec![[cost(campaign, &order)].into_iter().chain(errors).collect()],
+        notes: vec![
+            "Optimum: mean of what no law can beat, found offline with the whole target known. \
+             Goals: what the mean and the 95th percentile of two-point control were to reach."
+                .to_owned(),
+        ],
+        ..Figure::default()
+    }
+    .file()
+}
+
+fn mark(contender: &Contender) -> (Color, Shape) {
+    match contender {
+        Contender::Shipped => (PALETTE[1], Shape::Star),
+        Contender::Searched(..) if contender.name().ends_with('+') => (PALETTE[2], Shape::Up),
+        Contender::Searched(..) => (PALETTE[0], Shape::Disc),
+    }
+}
+
+/// An empty panel with the device's row shaded.
+fn panel(campaign: &Campaign, order: &[usize], title: &str, x: Axis, silent: bool) -> Panel {
+    let names = order.iter().map(|n| campaign.contenders[*n].name());
+    let is_shipped = |n: &usize| matches!(campaign.contenders[*n], Contender::Shipped);
+    let shaded = order.iter().position(is_shipped).map(|row| {
+        let (row, whole) = (row as f64, (f64::NEG_INFINITY, f64::INFINITY));
+        Mark::Area(whole, (row - 0.5, row + 0.5), Paint::Full(SHADE))
+    });
+    let y = Axis::rows("", names).silent(silent);
+    Panel {
+        ground: shaded.into_iter().collect(),
+        ..Panel::new(title, x, y, order.len() as f64 * PITCH)
+    }
+}
+
+fn cost(campaign: &Campaign, order: &[usize]) -> Panel {
+    let cycles = [100.0, 300.0, 1000.0, 3000.0, 10_000.0].map(|n| (n, format!("{n}")));
+    let x = Axis::new("cycles of the law in its tick", Scale::Log(100.0, 10_000.0));
+    let mut panel = panel(campaign, order, "Cost", x.ticks(cycles.into()), false);
+    panel.share = 0.8;
+    for (row, n) in (0..).map(f64::from).zip(order) {
+        let (color, shape) = mark(&campaign.contenders[*n]);
+        if let Some(cycles) = campaign.cycles[*n] {
+            let at = (cycles as f64, row);
+            panel
+                .marks
+                .push(Mark::Dot(at, shape, 4.0, Paint::Full(color)));
+            panel.marks.push(Mark::Beside(at, 10.0, cycles.to_string()));
+        }
+    }
+    panel
+}
+
+fn errors(campaign: &Campaign, order: &[usize], points: Points) -> Panel {
+    let name = "RMSE to the reachable target (°)";
+    let mut x = Axis::linear(name, (0.0, ERROR_TOP), 5.0);
+    x = x.rule(campaign.optimum(points).0, "optimum", MUTED);
+    if points == Points::Two {
+        x = x.rule(TWO_POINT_MEAN, "goal, mean", MUTED);
+        x = x.rule(TWO_POINT_P95, "goal, 95 %", MUTED);
+    }
+    let mut panel = panel(campaign, order, points.name(), x, true);
+    for (row, n) in (0..).map(f64::from).zip(order) {
+        let (color, shape) = mark(&campaign.contenders[*n]);
+        let score = campaign.score(points, *n);
+        let (mean, p95) = ((score.mean, row), (score.p95, row));
+        let end = match score.p95 > ERROR_TOP {
+            true => Shape::Beyond,
+            false => Shape::End,
+        };
+        panel.marks.extend([
+            Mark::Line(vec![mean, p95], stroke(color, 2.0)),
+            Mark::Dot(p95, end, 4.0, Paint::Full(color)),
+            Mark::Dot(mean, shape, 4.0, Paint::Full(color)),
+        ]);
+        if score.p95 > ERROR_TOP {
+            panel.y = panel.y.aside(row, &format!("{:.1}", score.p95));
+        }
+    }
+    panel
+}

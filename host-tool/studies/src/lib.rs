@@ -1,0 +1,14 @@
+//! What is compared, apart from what is flashed.
+//!
+//! `bench` measures the device's algorithms and cycles; `accuracy`, `ladder` and
+//! `tracking` compare muscle models, their rungs and control laws, `stability`
+//! maps where methods fail; `experiments` are the papers' protocols; `figures`
+//! draw them.
+
+pub mod accuracy;
+pub mod bench;
+pub mod experiments;
+pub mod figures;
+pub mod ladder;
+pub mod stability;
+pub mod tracking;

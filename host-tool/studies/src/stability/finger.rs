@@ -1,0 +1,124 @@
+//! The device's own joint code on the simulated finger, tick by tick: what the
+//! maps of delay and of lost setpoints drive.
+
+use crate::tracking::wearer::{self, Points};
+use firmware::control::{
+    HoldPolicy, Joint, JointSpec, JointState, LawSpec, PointSpec, SensorSource,
+};
+use firmware::units::{Amplitude, Angle, Micros};
+use hal_sim::body::wearer::Participant;
+use hal_sim::body::{Body, Drive, Finger, FingerSpec, Pulse};
+
+/// Control ticks, and the body's, are 1 ms.
+const TICK_US: u64 = 1000;
+/// Stimulation at 50 Hz (Hamana 2022 §II-D).
+pub(super) const PULSE_PERIOD_US: u64 = 20_000;
+const WIDTH_US: u32 = 200;
+
+/// Participant P's finger with a sensor that neither rustles nor rounds, so
+/// that what moves is the loop's.
+pub(super) fn quiet_finger() -> FingerSpec {
+    FingerSpec {
+        sensor_noise_deg: 0.0,
+        sensor_resolution_deg: 1e-6,
+        ..FingerSpec::participant(Participant::P)
+    }
+}
+
+/// Participant P's joint with flexor point A and the extensor, voltages as in
+/// Hamana 2022, table 7, at the law's own period and cutoff.
+pub(super) fn one_point(law: LawSpec, hold: HoldPolicy) -> JointSpec {
+    let [(threshold, max), _, extensor] = Participant::P.voltages();
+    let point = |channel, (threshold, max): (f64, f64)| PointSpec {
+        channel,
+        threshold: Amplitude((threshold * 1000.0) as u32),
+        max: Amplitude((max * 1000.0) as u32),
+    };
+    JointSpec {
+        law,
+        law_period_ms: law.default_period_ms(),
+        cutoff_mhz: law.default_cutoff_mhz(),
+        flexors: [point(0, (threshold, max))].into_iter().collect(),
+        extensor: point(2, extensor),
+        hold,
+        angle_min_mdeg: 0,
+        angle_max_mdeg: 100_000,
+        sensor: SensorSource::Host,
+        stale_after_ms: 100,
+        wearer: None,
+        response: None,
+    }
+}
+
+/// Participant P's joint as the device ships it, with all that the wearer file gives
+/// the law: feed-forward, predictor and learning.
+pub(super) fn default_one_point(hold: HoldPolicy) -> JointSpec {
+    JointSpec {
+        hold,
+        ..wearer::shipped(Points::One)
+    }
+}
+
+/// An angle as the link carries it, in hundredths of a degree.
+pub(super) fn angle(deg: f64) -> Angle {
+    Angle::from_centideg((deg * 100.0).round() as i16)
+}
+
+/// A closed loop in motion.
+pub(super) struct Loop {
+    joint: Joint,
+    state: JointState,
+    finger: Finger,
+    tick: u64,
+}
+
+impl Loop {
+    /// At rest. Both specifications come from this room and are valid.
+    pub(super) fn new(finger: FingerSpec, joint: &JointSpec, seed: u64) -> Self {
+        Self {
+            joint: Joint::new(joint).expect("a valid joint"),
+            state: JointState::default(),
+            finger: Finger::new(finger, seed).expect("a valid finger"),
+            tick: 0,
+        }
+    }
+
+    /// A setpoint for now, degrees.
+    pub(super) fn setpoint(&mut self, deg: f64) {
+        let now = self.now();
+        let taken = self
+            .joint
+            .setpoint(&mut self.state, now, now, angle(deg), None);
+        taken.expect("setpoints come in order and within range");
+    }
+
+    fn now(&self) -> Micros {
+        Micros((self.tick * TICK_US) as u32)
+    }
+
+    /// One millisecond: measure, control, pulse, move. Returns the true angle
+    /// at its end, degrees.
+    pub(super) fn step(&mut self) -> f64 {
+        let now = self.now();
+        let seen = angle(self.finger.sensed_deg());
+        let taken = self.joint.measurement(&mut self.state, now, now, seen);
+        taken.expect("measurements come in order");
+        let orders = self.joint.tick(&mut self.state, now, None);
+        let orders = orders.expect("a fresh and believable angle");
+        let t_us = self.tick * TICK_US;
+        if t_us.is_multiple_of(PULSE_PERIOD_US) {
+            for &(channel, amplitude) in &orders.amplitudes {
+                self.finger.pulse(&Pulse {
+                    t_us,
+                    channel: channel.into(),
+                    drive: Drive::Volts(f64::from(amplitude.0) / 1000.0),
+                    width_us: WIDTH_US,
+                    conducted: false,
+                });
+            }
+        }
+        self.tick += 1;
+        self.finger.advance(self.tick * TICK_US);
+        self.finger.angle_deg()
+    }
+}

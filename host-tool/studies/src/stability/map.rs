@@ -1,0 +1,396 @@
+//! A map of classes over two axes, in panels for a third, and its text.
+//!
+//! Every cell holds what was found and, where there is a theory, what it
+//! predicts. Both are verdicts of the same kind, so that the boundaries can be
+//! drawn over each other and their disagreement counted.
+
+use rayon::prelude::*;
+use std::fmt::{self, Write};
+
+/// Widest text.
+const COLUMNS: usize = 80;
+
+/// One axis: what it is, its unit, and a label per row or column.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Axis {
+    /// What varies.
+    pub name: &'static str,
+    /// Its unit; empty for names and pure numbers.
+    pub unit: &'static str,
+    /// One label per row or column.
+    pub labels: Vec<String>,
+}
+
+/// One class of cells.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Class {
+    /// Its mark in the text.
+    pub mark: char,
+    /// The largest number in it; what is larger is in a later class.
+    pub up_to: f64,
+    /// What it means.
+    pub meaning: &'static str,
+    /// The verdict: 0 holds, above it fails, the worse the higher (at most 2).
+    pub verdict: u8,
+}
+
+/// One cell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cell {
+    /// Index into [`Map::classes`].
+    pub class: usize,
+    /// What was measured, in [`Map::quantity`].
+    pub number: f64,
+    /// The verdict that theory predicts, of the kind of [`Class::verdict`];
+    /// `None` where it says nothing.
+    pub predicted: Option<u8>,
+    /// The number that it gives, where it gives one.
+    pub told: Option<f64>,
+}
+
+/// One value of the third axis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Panel {
+    /// That value, in words.
+    pub title: String,
+    /// The cells, row by row, as many as the axes have labels.
+    pub rows: Vec<Vec<Cell>>,
+    /// A word after each row; empty for none.
+    pub remarks: Vec<String>,
+}
+
+/// A map.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Map {
+    /// File stem in docs/maps.
+    pub name: &'static str,
+    /// One line.
+    pub title: &'static str,
+    /// The columns.
+    pub across: Axis,
+    /// The rows.
+    pub down: Axis,
+    /// What a cell's number is, with its unit.
+    pub quantity: &'static str,
+    /// The classes, from the best to the worst.
+    pub classes: &'static [Class],
+    /// The panels, in order.
+    pub panels: Vec<Panel>,
+    /// The formula of the predicted boundary, with its source.
+    pub theory: &'static str,
+    /// Whether the picture shows found and told numbers as lines, not cells.
+    pub as_lines: bool,
+    /// Panels beside each other in the picture.
+    pub side_by_side: usize,
+    /// Whether the panels go down each column of the picture, not along its rows.
+    pub by_columns: bool,
+    /// What else a reader must know: method, fixed numbers, assumptions.
+    pub notes: Vec<String>,
+}
+
+impl Axis {
+    /// An axis of numbers; `label` writes one.
+    pub fn new<T>(
+        name: &'static str,
+        unit: &'static str,
+        values: &[T],
+        label: impl Fn(&T) -> String,
+    ) -> Self {
+        Self {
+            name,
+            unit,
+            labels: values.iter().map(label).collect(),
+        }
+    }
+
+    /// Name and unit.
+    #[must_use]
+    pub fn caption(&self) -> String {
+        match self.unit {
+            "" => self.name.to_owned(),
+            unit => format!("{} ({unit})", self.name),
+        }
+    }
+}
+
+impl Class {
+    /// A class with this mark, largest number, meaning and verdict.
+    #[must_use]
+    pub const fn new(mark: char, up_to: f64, meaning: &'static str, verdict: u8) -> Self {
+        Self {
+            mark,
+            up_to,
+            meaning,
+            verdict,
+        }
+    }
+}
+
+/// The class of a number; what lies on a limit does so up to rounding.
+#[must_use]
+pub fn class_of(classes: &[Class], number: f64) -> usize {
+    let above = |class: &&Class| number > class.up_to * (1.0 + 1e-9);
+    classes.iter().take_while(above).count()
+}
+
+impl Cell {
+    /// A number by its class, beside the number that theory gives, by its.
+    #[must_use]
+    pub fn told(classes: &[Class], number: f64, told: Option<f64>) -> Self {
+        Self {
+            class: class_of(classes, number),
+            number,
+            predicted: told.map(|told| classes[class_of(classes, told)].verdict),
+            told,
+        }
+    }
+
+    /// A number by its class, beside the verdict that theory gives.
+    #[must_use]
+    pub fn judged(classes: &[Class], number: f64, predicted: Option<u8>) -> Self {
+        Self {
+            predicted,
+            ..Self::told(classes, number, None)
+        }
+    }
+}
+
+impl Panel {
+    /// The cells, row by row.
+    pub fn cells(&self) -> impl Iterator<Item = &Cell> {
+        self.rows.iter().flatten()
+    }
+}
+
+/// Panels in the making: their cells are computed on all cores.
+pub struct Panels<'a> {
+    /// In all.
+    count: usize,
+    /// Hears the part done, 0 to 1.
+    progress: &'a mut dyn FnMut(f64),
+    /// Those that are made.
+    pub made: Vec<Panel>,
+}
+
+impl<'a> Panels<'a> {
+    /// None yet, of `count`.
+    pub fn new(count: usize, progress: &'a mut dyn FnMut(f64)) -> Self {
+        Self {
+            count,
+            progress,
+            made: Vec::new(),
+        }
+    }
+
+    /// One more, of the cell at each row and column.
+    pub fn add<R: Sync, C: Sync>(
+        &mut self,
+        title: String,
+        rows: &[R],
+        columns: &[C],
+        cell: impl Fn(&R, &C) -> Cell + Sync,
+    ) {
+        let mut panel = Panel {
+            title,
+            rows: Vec::new(),
+            remarks: Vec::new(),
+        };
+        for row in rows {
+            let cells = columns.par_iter().map(|column| cell(row, column));
+            panel.rows.push(cells.collect());
+            let part = panel.rows.len() as f64 / rows.len() as f64;
+            (self.progress)((self.made.len() as f64 + part) / self.count as f64);
+        }
+        self.made.push(panel);
+    }
+}
+
+/// The smallest and the largest of what theory tells over what was found.
+pub fn extremes(ratios: impl Iterator<Item = f64>) -> (f64, f64) {
+    ratios.fold((f64::MAX, 0.0), |(low, high), x| (low.min(x), high.max(x)))
+}
+
+/// How found and predicted verdicts compare over a map.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Agreement {
+    /// Cells with a prediction.
+    pub predicted: usize,
+    /// Found worse than predicted.
+    pub worse: usize,
+    /// Found better than predicted.
+    pub better: usize,
+}
+
+impl Map {
+    /// The found verdict of a cell.
+    #[must_use]
+    pub fn verdict(&self, cell: &Cell) -> u8 {
+        self.classes[cell.class].verdict
+    }
+
+    /// Counts the cells in which found and predicted verdicts differ.
+    #[must_use]
+    pub fn agreement(&self) -> Agreement {
+        let mut all = Agreement::default();
+        for cell in self.panels.iter().flat_map(Panel::cells) {
+            let Some(predicted) = cell.predicted else {
+                continue;
+            };
+            let found = self.verdict(cell);
+            all.predicted += 1;
+            all.worse += usize::from(found > predicted);
+            all.better += usize::from(found < predicted);
+        }
+        all
+    }
+
+    /// The text: at most 80 columns, one mark per cell, `|` between cells where
+    /// theory's verdict changes.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let mut out = String::new();
+        // Writing to a `String` cannot fail.
+        let _ = self.write(&mut out);
+        out
+    }
+
+    fn write(&self, out: &mut String) -> fmt::Result {
+        writeln!(out, "{}\n", self.title)?;
+        writeln!(out, "across: {}", self.across.caption())?;
+        writeln!(out, "down:   {}", self.down.caption())?;
+        writeln!(out, "marks:  {}", self.quantity)?;
+        for class in self.classes {
+            let verdict = ["", "  fails", "  fails badly"][usize::from(class.verdict.min(2))];
+            writeln!(out, "   {}    {}{verdict}", class.mark, class.meaning)?;
+        }
+        wrapped(out, "   |    theory's verdict changes here: ", self.theory)?;
+        writeln!(out)?;
+        for panel in &self.panels {
+            self.write_panel(out, panel)?;
+        }
+        for note in &self.notes {
+            wrapped(out, "", note)?;
+        }
+        let Agreement {
+            predicted,
+            worse,
+            better,
+        } = self.agreement();
+        writeln!(
+            out,
+            "{} of {predicted} cells disagree with theory: {worse} worse, {better} better.",
+            worse + better
+        )
+    }
+
+    fn write_panel(&self, out: &mut String, panel: &Panel) -> fmt::Result {
+        let margin = self.down.labels.iter().map(|l| l.chars().count()).max();
+        let margin = margin.unwrap_or(0);
+        if !panel.title.is_empty() {
+            writeln!(out, "{}", panel.title)?;
+        }
+        // Column labels stand upright, read from the top.
+        let tall = self.across.labels.iter().map(|l| l.chars().count()).max();
+        for line in 0..tall.unwrap_or(0) {
+            let letters = self.across.labels.iter().map(|label| {
+                let skip = tall.unwrap_or(0) - label.chars().count();
+                let letter = line.checked_sub(skip).and_then(|n| label.chars().nth(n));
+                format!(" {}", letter.unwrap_or(' '))
+            });
+            let letters: String = letters.collect();
+            writeln!(out, "{}", format!("{:margin$} {letters}", "").trim_end())?;
+        }
+        for (n, (label, row)) in self.down.labels.iter().zip(&panel.rows).enumerate() {
+            write!(out, "{label:>margin$} ")?;
+            // Every row begins where nothing fails, or where theory is silent.
+            let mut before = row.first().and_then(|c| c.predicted).map(|_| 0);
+            for cell in row {
+                let edge = if cell.predicted == before { ' ' } else { '|' };
+                write!(out, "{edge}{}", self.classes[cell.class].mark)?;
+                before = cell.predicted;
+            }
+            let remark = panel.remarks.get(n).map_or("", String::as_str);
+            writeln!(
+                out,
+                "{}",
+                if remark.is_empty() {
+                    String::new()
+                } else {
+                    format!("  {remark}")
+                }
+            )?;
+        }
+        writeln!(out)
+    }
+}
+
+/// `words` after `head`, broken at 80 columns and indented below the head.
+fn wrapped(out: &mut String, head: &str, words: &str) -> fmt::Result {
+    let indent = head.chars().count().min(8);
+    let mut line = head.to_owned();
+    let mut fresh = true;
+    for word in words.split_whitespace() {
+        if !fresh && line.chars().count() + 1 + word.chars().count() > COLUMNS {
+            writeln!(out, "{}", line.trim_end())?;
+            line = " ".repeat(indent);
+            fresh = true;
+        }
+        if !fresh {
+            line.push(' ');
+        }
+        line.push_str(word);
+        fresh = false;
+    }
+    writeln!(out, "{}", line.trim_end())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CLASSES: [Class; 2] = [
+        Class::new('.', 5.0, "holds", 0),
+        Class::new('X', f64::INFINITY, "grows", 1),
+    ];
+
+    fn map() -> Map {
+        let (rows, columns) = ([1.0, 5.0, 0.5], [1.0, 2.0, 10.0]);
+        let mut tell = |_| {};
+        let mut panels = Panels::new(1, &mut tell);
+        panels.add("one".to_owned(), &rows, &columns, |limit, x| {
+            Cell::judged(&CLASSES, *x, Some(u8::from(x > limit)))
+        });
+        Map {
+            name: "test",
+            title: "A test",
+            across: Axis::new("step", "ms", &columns, |x| format!("{x}")),
+            down: Axis::new("limit", "ms", &rows, |x| format!("{x}")),
+            quantity: "the step",
+            classes: &CLASSES,
+            panels: panels.made,
+            theory: "step > limit",
+            as_lines: false,
+            side_by_side: 1,
+            by_columns: false,
+            notes: vec!["Nothing is assumed.".to_owned()],
+        }
+    }
+
+    #[test]
+    fn the_text_shows_both_boundaries_and_counts_where_they_differ() {
+        let map = map();
+        let agreement = Agreement {
+            predicted: 9,
+            worse: 0,
+            better: 3,
+        };
+        assert_eq!(map.agreement(), agreement);
+        let text = map.text();
+        assert!(
+            text.contains("\n         1\n     1 2 0\n  1  .|. X\n  5  . .|X\n0.5 |. . X\n"),
+            "{text}"
+        );
+        assert!(text.contains("3 of 9 cells disagree with theory: 0 worse, 3 better."));
+        assert!(text.lines().all(|line| line.chars().count() <= COLUMNS));
+    }
+}

@@ -1,0 +1,244 @@
+//! One law with its add-ons and numbers, as a search proposes it and a table
+//! keeps it.
+
+use super::TrackingError;
+use super::driver::Floating;
+use super::wearer::{self, Points};
+use firmware::control::{HoldPolicy, LawSpec, WearerModel};
+use methods::control::parameters::parameters;
+use methods::control::{AddOns, Controller, DelayCompensation, DerivativeKind, Form, Parameter};
+use methods::real::Real;
+use std::collections::BTreeMap;
+
+/// Which add-ons a law may use.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub enum Equipment {
+    /// The law, its differentiator, extrapolation of setpoints.
+    Alone,
+    /// Feed-forward, delay compensation and gain adaptation as well.
+    Equipped,
+}
+
+impl Equipment {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Alone, Self::Equipped];
+
+    /// For tables.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Alone => "alone",
+            Self::Equipped => "equipped",
+        }
+    }
+}
+
+/// Periods a law may run at, ms.
+pub const PERIODS_MS: [u32; 3] = [2, 5, 11];
+/// How long lost setpoints may be extrapolated, ms; 0 is held.
+pub const EXTRAPOLATIONS_MS: [u16; 4] = [0, 50, 100, 200];
+/// A law with everything decided.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Candidate {
+    /// The law.
+    pub form: Form,
+    /// Its add-ons.
+    pub add_ons: AddOns,
+    /// Its period, ms.
+    pub period_ms: u32,
+    /// Extrapolation of lost setpoints, ms; 0 is held.
+    pub extrapolation_ms: u16,
+    /// Its numbers, by the names of [`parameters`].
+    pub values: BTreeMap<String, f64>,
+}
+
+impl Candidate {
+    /// What to do with lost setpoints.
+    #[must_use]
+    pub const fn hold(&self) -> HoldPolicy {
+        match self.extrapolation_ms {
+            0 => HoldPolicy::Hold,
+            max_ms => HoldPolicy::Extrapolate { max_ms },
+        }
+    }
+
+    /// The law in this arithmetic, ready to drive.
+    ///
+    /// # Errors
+    /// [`TrackingError::Law`] if a number is missing or unusable.
+    pub fn driver<R: Real>(&self, points: Points) -> Result<Floating<R>, TrackingError> {
+        let wanted = parameters(self.form, self.add_ons);
+        let value = |p: &Parameter| {
+            let value = self.values.get(p.name).copied().unwrap_or(f64::NAN);
+            if self.add_ons.feed_forward {
+                value * schedule(p.name, points)
+            } else {
+                value
+            }
+        };
+        let values: Vec<R> = wanted.iter().map(|p| R::of(value(p))).collect();
+        let h = R::of(f64::from(self.period_ms) / 1000.0);
+        let law = Controller::from_parameters(self.form, self.add_ons, h, &values)?;
+        Floating::new(law, self.period_ms, self.hold(), points)
+    }
+}
+
+/// What the nominal wearer's strength with these points makes of a number: the
+/// same rule for every law that knows the wearer as for the device's default
+/// ([`LawSpec::for_wearer`]).
+fn schedule(name: &str, points: Points) -> f64 {
+    let strength = f64::from(wearer::model(points, 0).strength_mrad())
+        / f64::from(WearerModel::REFERENCE_MRAD);
+    match name {
+        "k1" | "k2_per_rad" | "kp_per_rad" | "ki_per_rad_s" | "kd_s_per_rad" => 1.0 / strength,
+        "smith_gain_rad" | "adapt_scale_per_rad_s" => strength,
+        _ => 1.0,
+    }
+}
+
+/// Every number any law has, each with the place that a search gives it in 0…1,
+/// and every choice. Mutating one that a law does not use changes nothing.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) struct Genome {
+    /// By parameter name.
+    pub places: BTreeMap<&'static str, f64>,
+    /// Derivative, delay, period, extrapolation, feed-forward, adaptation: 0…1.
+    pub choices: [f64; 6],
+}
+
+fn pick<T: Copy>(all: &[T], place: f64) -> T {
+    let n = (place * all.len() as f64) as usize;
+    all[n.min(all.len() - 1)]
+}
+
+impl Genome {
+    /// What a law makes of it.
+    pub fn candidate(&self, form: Form, equipment: Equipment) -> Candidate {
+        let [
+            derivative,
+            delay,
+            period,
+            extrapolation,
+            forward,
+            adaptation,
+        ] = self.choices;
+        let derivative = pick(&DerivativeKind::ALL, derivative);
+        let add_ons = match equipment {
+            Equipment::Alone => AddOns {
+                derivative,
+                ..AddOns::NONE
+            },
+            // Three in four try the feed-forward; adaptation needs it.
+            Equipment::Equipped => AddOns {
+                derivative,
+                feed_forward: forward < 0.75,
+                delay: pick(&DelayCompensation::ALL, delay),
+                adaptation: forward < 0.75 && adaptation < 0.5,
+            },
+        };
+        let place = |p: &Parameter| self.places.get(p.name).copied().unwrap_or(0.5);
+        let value = |p: &Parameter| {
+            if p.is_log {
+                p.low * (p.high / p.low).powf(place(p))
+            } else {
+                p.low + (p.high - p.low) * place(p)
+            }
+        };
+        let all = parameters(form, add_ons);
+        Candidate {
+            form,
+            add_ons,
+            period_ms: pick(&PERIODS_MS, period),
+            extrapolation_ms: pick(&EXTRAPOLATIONS_MS, extrapolation),
+            values: all.iter().map(|p| (p.name.to_owned(), value(p))).collect(),
+        }
+    }
+
+    /// All numbers that any form with any add-ons has, by name.
+    pub fn parameters() -> Vec<Parameter> {
+        let mut all: Vec<Parameter> = Vec::new();
+        for form in Form::ALL {
+            for derivative in DerivativeKind::ALL {
+                let add_ons = AddOns {
+                    derivative,
+                    feed_forward: true,
+                    delay: DelayCompensation::PreviewAndSmith,
+                    adaptation: true,
+                };
+                all.extend(parameters(form, add_ons));
+            }
+        }
+        all.sort_by_key(|p| p.name);
+        all.dedup_by_key(|p| p.name);
+        all
+    }
+
+    /// What the device's default uses of them, as far as it does: the first
+    /// thing that the search tries for every law. A PID gets the default's linear
+    /// terms; what the default lacks is in the middle.
+    pub fn of_default(form: Form) -> Self {
+        let known = default_numbers();
+        let place = |p: &Parameter| {
+            let Some((_, x)) = known.iter().find(|(name, _)| *name == p.name) else {
+                return 0.5;
+            };
+            let place = if p.is_log {
+                (x / p.low).ln() / (p.high / p.low).ln()
+            } else {
+                (x - p.low) / (p.high - p.low)
+            };
+            place.clamp(0.0, 1.0)
+        };
+        // The form's own bounds where its name has several.
+        let mut all = Self::parameters();
+        all.extend(form.parameters());
+        Self {
+            places: all.iter().map(|p| (p.name, place(p))).collect(),
+            // Pseudo-derivative of the error, Smith, 2 ms, 200 ms, both on.
+            choices: [0.0, 0.6, 0.0, 0.9, 0.0, 0.0],
+        }
+    }
+}
+
+/// The device's default by the names of [`parameters`].
+fn default_numbers() -> Vec<(&'static str, f64)> {
+    let spec = wearer::shipped(Points::Two);
+    let milli = |x: u32| f64::from(x) / 1000.0;
+    let mut known = vec![("cutoff_hz", milli(spec.cutoff_mhz))];
+    if let LawSpec::Recommended {
+        lambda_milli,
+        k1_milli,
+        k2_milli,
+        b_milli,
+        k3_milli,
+        ki_milli,
+    } = spec.law
+    {
+        let (lambda, k3) = (milli(lambda_milli), milli(k3_milli));
+        known.extend([
+            ("lambda_per_s", lambda),
+            ("k1", milli(k1_milli)),
+            ("k2_per_rad", milli(k2_milli)),
+            ("b_rad_per_s2", milli(b_milli)),
+            ("kd_s_per_rad", k3),
+            ("ki_per_rad_s", milli(ki_milli)),
+            ("kp_per_rad", lambda * k3),
+        ]);
+    }
+    if let Some(model) = spec.wearer {
+        known.push(("feed_forward_lead_s", milli(model.lead_ms.into())));
+    }
+    if let Some(response) = spec.response {
+        known.extend([
+            ("smith_gain_rad", milli(response.gain_mrad.into())),
+            ("smith_muscle_s", milli(response.muscle_ms.into())),
+            ("smith_joint_s", milli(response.joint_ms.into())),
+            ("smith_delay_s", milli(response.delay_ms.into())),
+        ]);
+        known.extend([
+            ("adapt_scale_per_rad_s", milli(response.scale_milli)),
+            ("adapt_damping_per_rad2", milli(response.damping_milli)),
+        ]);
+    }
+    known
+}

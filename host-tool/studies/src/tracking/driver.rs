@@ -1,0 +1,191 @@
+//! Who drives the finger: the device's own joint, or any law in floats.
+
+use super::TrackingError;
+use super::wearer::{self, Points, Volts};
+use firmware::arithmetic::fixed_point::Q;
+use firmware::control::setpoint::SetpointTrack;
+use firmware::control::{Effort, FeedForward, HoldPolicy, Joint, JointSpec, JointState, Mapping};
+use firmware::units::{Amplitude, Angle, Micros};
+use methods::control::{Controller, Input, Law};
+use methods::real::Real;
+
+/// What stands between frames and amplitudes. Angles in degrees.
+pub trait Driver {
+    /// A setpoint valid from `at` arrives at `now`.
+    fn setpoint(&mut self, now: Micros, at: Micros, degrees: f64);
+    /// An angle measured at `at` arrives at `now`.
+    fn measurement(&mut self, now: Micros, at: Micros, degrees: f64);
+    /// One millisecond's tick.
+    fn tick(&mut self, now: Micros) -> Volts;
+}
+
+fn angle(degrees: f64) -> Angle {
+    Angle::from_centideg((degrees * 100.0).round() as i16)
+}
+
+pub(super) fn volts(amplitudes: &[(u8, Amplitude)]) -> Volts {
+    let mut all = [0.0; 3];
+    for (channel, amplitude) in amplitudes {
+        if let Some(slot) = all.get_mut(usize::from(*channel)) {
+            *slot = f64::from(amplitude.0) / 1000.0;
+        }
+    }
+    all
+}
+
+impl Driver for Box<dyn Driver> {
+    fn setpoint(&mut self, now: Micros, at: Micros, degrees: f64) {
+        (**self).setpoint(now, at, degrees);
+    }
+
+    fn measurement(&mut self, now: Micros, at: Micros, degrees: f64) {
+        (**self).measurement(now, at, degrees);
+    }
+
+    fn tick(&mut self, now: Micros) -> Volts {
+        (**self).tick(now)
+    }
+}
+
+/// Another driver, and the volts that it asked for in each tick.
+#[derive(Debug)]
+pub struct Recorded<D> {
+    /// Who drives.
+    pub driver: D,
+    /// One entry per tick so far.
+    pub volts: Vec<Volts>,
+}
+
+impl<D: Driver> Driver for Recorded<D> {
+    fn setpoint(&mut self, now: Micros, at: Micros, degrees: f64) {
+        self.driver.setpoint(now, at, degrees);
+    }
+
+    fn measurement(&mut self, now: Micros, at: Micros, degrees: f64) {
+        self.driver.measurement(now, at, degrees);
+    }
+
+    fn tick(&mut self, now: Micros) -> Volts {
+        let volts = self.driver.tick(now);
+        self.volts.push(volts);
+        volts
+    }
+}
+
+/// The device's own code, fixed point.
+#[derive(Debug)]
+pub struct Device {
+    joint: Joint,
+    state: JointState,
+}
+
+impl Device {
+    /// A joint of this specification.
+    ///
+    /// # Errors
+    /// [`TrackingError::Joint`] names the first offending field.
+    pub fn new(spec: &JointSpec) -> Result<Self, TrackingError> {
+        Ok(Self {
+            joint: Joint::new(spec)?,
+            state: JointState::default(),
+        })
+    }
+}
+
+impl Driver for Device {
+    fn setpoint(&mut self, now: Micros, at: Micros, degrees: f64) {
+        // A frame that overtook another is refused, as on the board.
+        let _ = self
+            .joint
+            .setpoint(&mut self.state, now, at, angle(degrees), None);
+    }
+
+    fn measurement(&mut self, now: Micros, at: Micros, degrees: f64) {
+        let _ = self
+            .joint
+            .measurement(&mut self.state, now, at, angle(degrees));
+    }
+
+    /// Silent while the joint reports a sensor fault, as on the board.
+    fn tick(&mut self, now: Micros) -> Volts {
+        match self.joint.tick(&mut self.state, now, None) {
+            Ok(orders) => volts(&orders.amplitudes),
+            Err(_) => [0.0; 3],
+        }
+    }
+}
+
+/// A law in floats behind the device's setpoint track, feed-forward and mapping.
+#[derive(Debug)]
+pub struct Floating<R> {
+    law: Controller<R>,
+    period_ms: u32,
+    hold: HoldPolicy,
+    forward: FeedForward,
+    mapping: Mapping,
+    track: SetpointTrack,
+    measured: Option<f64>,
+    wait_ms: u32,
+    held: Volts,
+}
+
+impl<R: Real> Floating<R> {
+    /// This law every `period_ms`.
+    ///
+    /// # Errors
+    /// [`TrackingError::Joint`] if the law asks for a lead above half a second.
+    pub fn new(
+        law: Controller<R>,
+        period_ms: u32,
+        hold: HoldPolicy,
+        points: Points,
+    ) -> Result<Self, TrackingError> {
+        let lead_ms = (law.lead_s().to_f64() * 1000.0).round() as u16;
+        Ok(Self {
+            law,
+            period_ms,
+            hold,
+            forward: wearer::feed_forward(points, lead_ms)?,
+            mapping: wearer::mapping(points)?,
+            track: SetpointTrack::default(),
+            measured: None,
+            wait_ms: 0,
+            held: [0.0; 3],
+        })
+    }
+}
+
+impl<R: Real> Driver for Floating<R> {
+    fn setpoint(&mut self, now: Micros, at: Micros, degrees: f64) {
+        let _ = self.track.accept(now, at, angle(degrees), None);
+    }
+
+    fn measurement(&mut self, _: Micros, _: Micros, degrees: f64) {
+        self.measured = Some(degrees);
+    }
+
+    fn tick(&mut self, now: Micros) -> Volts {
+        let motion = self.track.motion_at(now, self.hold);
+        let (Some((target, rate)), Some(measured)) = (motion, self.measured) else {
+            return [0.0; 3];
+        };
+        if self.wait_ms > 0 {
+            self.wait_ms -= 1;
+            return self.held;
+        }
+        self.wait_ms = self.period_ms - 1;
+        let forward: f64 = self.forward.effort(target, rate).to_num();
+        let radians = |degrees: f64| R::of(degrees.to_radians());
+        let effort = self.law.step(&Input {
+            target: radians(target.get().to_num()),
+            target_rate: radians(rate.get().to_num()),
+            measured: radians(measured),
+            feed_forward: R::of(forward),
+        });
+        // Beyond ±2 the mapping has clamped long before.
+        let effort = Q::from_num(effort.to_f64().clamp(-2.0, 2.0));
+        let (amplitudes, _) = self.mapping.amplitudes(Effort::Fraction(effort));
+        self.held = volts(&amplitudes);
+        self.held
+    }
+}

@@ -1,0 +1,67 @@
+//! Control laws compared on random wearers.
+//!
+//! Lives here: a campaign's plants (`plant`), the nominal wearer that laws know
+//! (`wearer`), targets and the part of them in reach (`target`, `reach`), who
+//! drives (`driver`), one trial (`trial`), the best anyone could do (`optimum`).
+//! Not here: laws (`firmware::control`, `methods::control`), fingers
+//! (`hal_sim::body`), pictures (`figures`), the command line (`cli::chart`).
+//! In: laws with their numbers, seeds. Out: angles, errors, who wins.
+
+pub mod campaign;
+pub mod candidate;
+pub mod contender;
+pub mod cost;
+pub mod driver;
+pub mod gains;
+pub mod optimum;
+pub mod plant;
+pub mod reach;
+pub mod search;
+pub mod statistics;
+pub mod table;
+pub mod target;
+pub mod trial;
+pub mod wearer;
+
+use firmware::control::SpecError;
+use firmware::range::OutOfRange;
+use hal_sim::body::InvalidSpec;
+use methods::control::ParameterError;
+
+/// Why a trial cannot be run.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
+pub enum TrackingError {
+    /// The plant's finger cannot be.
+    #[error("E560 {0}")]
+    Plant(InvalidSpec),
+    /// The device refuses the joint.
+    #[error("E561 the device refuses the joint: {0:?}")]
+    Joint(SpecError),
+    /// These numbers make no law.
+    #[error("E562 these numbers make no law: {0:?}")]
+    Law(ParameterError),
+}
+
+impl From<InvalidSpec> for TrackingError {
+    fn from(error: InvalidSpec) -> Self {
+        Self::Plant(error)
+    }
+}
+
+impl From<SpecError> for TrackingError {
+    fn from(error: SpecError) -> Self {
+        Self::Joint(error)
+    }
+}
+
+impl From<OutOfRange> for TrackingError {
+    fn from(error: OutOfRange) -> Self {
+        Self::Joint(error.into())
+    }
+}
+
+impl From<ParameterError> for TrackingError {
+    fn from(error: ParameterError) -> Self {
+        Self::Law(error)
+    }
+}

@@ -1,0 +1,362 @@
+//! The best that anyone could do with a plant: one amplitude per pulse, chosen
+//! offline with full knowledge of it, noise-free, inside the same limits.
+//!
+//! Damped Gauss-Newton on the true plant (norm-optimal iterative learning:
+//! Bristow, Tharayil & Alleyne 2006). Each round runs the plant, compares its
+//! angle with the target period by period, and corrects the efforts through the
+//! plant's own answer to one pulse; what does not help is taken back. It starts
+//! from what would hold each angle, and from what the best law under test did: an
+//! offline optimum may know that as well, and is never worse than what it knows.
+
+use super::TrackingError;
+use super::plant::Plant;
+use super::reach::volts_at;
+use super::trial::{PULSE_EVERY_MS, pulse, rmse};
+use super::wearer::{self, Points};
+use firmware::control::Mapping;
+use hal_sim::body::{Body, RandomFinger, RandomFingerSpec};
+
+/// Pulse periods for which one pulse's effect is followed: 1.2 s.
+const MEMORY: usize = 60;
+/// How many periods a delay and a muscle take, about: one start looks so far ahead.
+const MUSCLE_PERIODS: usize = 10;
+/// Rounds of learning, from each start.
+const ROUNDS: u32 = 20;
+/// Rounds without a hundredth of gain after which nothing more is expected.
+const PATIENCE: u32 = 4;
+/// Slope of torque over effort is never taken for less than this part of its
+/// mean, so that nobody is caught below a threshold.
+const LEAST_SLOPE: f64 = 0.3;
+
+/// The best found.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Optimum {
+    /// RMSE over the scored part, degrees.
+    pub rmse: f64,
+    /// The true angle each millisecond, degrees.
+    pub angles: Vec<f32>,
+}
+
+/// Looks for the efforts with which this plant follows `target` (its reachable
+/// part, one angle per millisecond) best, from three starts of its own and from
+/// `known` efforts, one per pulse in −1…1, if there are any.
+///
+/// # Errors
+/// If the plant's finger cannot be.
+pub fn optimum(
+    plant: &Plant,
+    points: Points,
+    target: &[f64],
+    known: Option<Vec<f64>>,
+) -> Result<Optimum, TrackingError> {
+    let mapping = wearer::mapping(points)?;
+    let play = |efforts: &[f64]| run(&plant.finger, &mapping, efforts, target.len());
+    let torques = Torques::new(&plant.finger, &mapping);
+    let wanted = by_period(target.iter().copied());
+    let middle = wanted.iter().sum::<f64>() / wanted.len() as f64;
+    let learner = Learner {
+        kernel: kernel(
+            &plant.finger,
+            &mapping,
+            torques.around(spring(&plant.finger, middle)),
+        )?,
+        wanted,
+        torques,
+    };
+    let mut found = Vec::new();
+    let friction = plant.finger.static_friction_nm;
+    for (friction_nm, ahead) in [(0.0, 0), (friction, 0), (friction, MUSCLE_PERIODS)] {
+        let first = learner.first(&plant.finger, friction_nm, ahead);
+        found.push(learn(&learner, &play, first, target)?);
+    }
+    if let Some(known) = known {
+        found.push(learn(&learner, &play, known, target)?);
+    }
+    found.sort_by(|a, b| a.rmse.total_cmp(&b.rmse));
+    Ok(found.swap_remove(0))
+}
+
+/// The best over the scored part in [`ROUNDS`] from these efforts on. Learning
+/// itself heeds the whole trial.
+fn learn(
+    learner: &Learner,
+    play: &impl Fn(&[f64]) -> Result<Vec<f32>, TrackingError>,
+    mut efforts: Vec<f64>,
+    target: &[f64],
+) -> Result<Optimum, TrackingError> {
+    let mut angles = play(&efforts)?;
+    let mut cost = learner.cost(&angles);
+    let mut best = Optimum {
+        rmse: rmse(&angles, target),
+        angles: angles.clone(),
+    };
+    let mut damping = 0.1;
+    let mut failures = 0;
+    for _ in 0..ROUNDS {
+        let tried = learner.corrected(&efforts, &angles, damping);
+        let after = play(&tried)?;
+        let now = learner.cost(&after);
+        let scored = rmse(&after, target);
+        if scored < best.rmse {
+            best = Optimum {
+                rmse: scored,
+                angles: after.clone(),
+            };
+        }
+        failures = if now < 0.99 * cost { 0 } else { failures + 1 };
+        if now < cost {
+            (cost, efforts, angles) = (now, tried, after);
+            damping = (damping * 0.4_f64).max(1e-5);
+        } else {
+            damping *= 6.0;
+        }
+        if failures == PATIENCE {
+            break;
+        }
+    }
+    Ok(best)
+}
+
+/// The true angle each millisecond while these efforts, one per pulse, play.
+fn run(
+    spec: &RandomFingerSpec,
+    mapping: &Mapping,
+    efforts: &[f64],
+    ms: usize,
+) -> Result<Vec<f32>, TrackingError> {
+    let mut finger = RandomFinger::new(spec.clone(), 0)?;
+    let mut angles = Vec::with_capacity(ms);
+    for n in 0..ms {
+        let now_us = n as u64 * 1000;
+        if n % PULSE_EVERY_MS == 0 {
+            let effort = efforts.get(n / PULSE_EVERY_MS).copied().unwrap_or(0.0);
+            pulse(&mut finger, now_us, volts_at(mapping, effort));
+        }
+        finger.advance(now_us + 1000);
+        angles.push(finger.angle_deg() as f32);
+    }
+    Ok(angles)
+}
+
+/// Mean of each pulse period.
+fn by_period(angles: impl Iterator<Item = f64>) -> Vec<f64> {
+    let all: Vec<f64> = angles.collect();
+    let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
+    all.chunks(PULSE_EVERY_MS).map(mean).collect()
+}
+
+/// What a pulse stronger by one N·m of steady torque does to the mean angle of
+/// its own and each following period, degrees: found on the plant without dry
+/// friction, between two efforts whose torques differ by `more` N·m.
+fn kernel(
+    spec: &RandomFingerSpec,
+    mapping: &Mapping,
+    (from, to, more): (f64, f64, f64),
+) -> Result<Vec<f64>, TrackingError> {
+    let smooth = RandomFingerSpec {
+        static_friction_nm: 0.0,
+        coulomb_friction_nm: 0.0,
+        ..spec.clone()
+    };
+    const SETTLED: usize = 150;
+    let ms = (SETTLED + MEMORY) * PULSE_EVERY_MS;
+    let mut efforts = vec![from; SETTLED + MEMORY];
+    let before = run(&smooth, mapping, &efforts, ms)?;
+    efforts[SETTLED] = to;
+    let after = run(&smooth, mapping, &efforts, ms)?;
+    let change = before.iter().zip(&after).map(|(b, a)| f64::from(a - b));
+    // A wearer whom nothing moves: nothing can be learned either.
+    let scale = if more > 1e-9 { 1.0 / more } else { 0.0 };
+    Ok(by_period(change)[SETTLED..]
+        .iter()
+        .map(|c| c * scale)
+        .collect())
+}
+
+/// Torque of the spring at this angle, N·m.
+fn spring(spec: &RandomFingerSpec, degrees: f64) -> f64 {
+    spec.finger.stiffness_nm_per_rad * (degrees - spec.finger.rest_deg).to_radians()
+}
+
+/// Settled torque over effort, −1…1, half way through the range of motion.
+struct Torques(Vec<f64>);
+
+impl Torques {
+    const STEPS: usize = 100;
+    const WIDTH: f64 = 2.0 / Self::STEPS as f64;
+
+    fn new(spec: &RandomFingerSpec, mapping: &Mapping) -> Self {
+        let at = |n| spec.steady_torque_nm(volts_at(mapping, Self::effort(n)), 45.0);
+        Self((0..=Self::STEPS).map(at).collect())
+    }
+
+    fn effort(n: usize) -> f64 {
+        n as f64 * Self::WIDTH - 1.0
+    }
+
+    /// Slope at this effort; see [`LEAST_SLOPE`].
+    fn slope(&self, effort: f64) -> f64 {
+        let place = ((effort + 1.0) / Self::WIDTH) as usize;
+        let n = place.min(Self::STEPS - 1);
+        let all = (self.0[Self::STEPS] - self.0[0]) / 2.0;
+        ((self.0[n + 1] - self.0[n]) / Self::WIDTH).max(LEAST_SLOPE * all)
+    }
+
+    /// Two efforts around this torque, apart by a thirtieth of all torque, and
+    /// how far apart they are, N·m.
+    fn around(&self, torque_nm: f64) -> (f64, f64, f64) {
+        let all = self.0[Self::STEPS] - self.0[0];
+        let low = self.0.partition_point(|t| *t < torque_nm).saturating_sub(1);
+        let higher = |t: &f64| *t < self.0[low] + all / 30.0;
+        let high = self.0.partition_point(higher).min(Self::STEPS);
+        let more = self.0[high] - self.0[low];
+        (Self::effort(low), Self::effort(high), more)
+    }
+
+    /// The least effort for this torque.
+    fn effort_for(&self, torque_nm: f64) -> f64 {
+        Self::effort(self.0.partition_point(|t| *t < torque_nm).min(Self::STEPS))
+    }
+}
+
+struct Learner {
+    kernel: Vec<f64>,
+    torques: Torques,
+    wanted: Vec<f64>,
+}
+
+impl Learner {
+    /// What would hold each angle if there were time, against so much friction
+    /// and so many periods ahead: where learning starts.
+    fn first(&self, spec: &RandomFingerSpec, friction_nm: f64, ahead: usize) -> Vec<f64> {
+        let last = self.wanted.len() - 1;
+        let wanted = |n: usize| self.wanted[(n + ahead).min(last)];
+        let held = (0..=last).map(|n| {
+            let rising = (wanted(n + 1) - wanted(n)).signum();
+            let torque = spring(spec, wanted(n)) + rising * friction_nm;
+            self.torques.effort_for(torque)
+        });
+        held.collect()
+    }
+
+    fn errors(&self, angles: &[f32]) -> Vec<f64> {
+        let reached = by_period(angles.iter().map(|a| f64::from(*a)));
+        self.wanted
+            .iter()
+            .zip(reached)
+            .map(|(w, r)| w - r)
+            .collect()
+    }
+
+    fn cost(&self, angles: &[f32]) -> f64 {
+        self.errors(angles).iter().map(|e| e * e).sum()
+    }
+
+    /// Efforts after one damped Gauss-Newton step.
+    fn corrected(&self, efforts: &[f64], angles: &[f32], damping: f64) -> Vec<f64> {
+        let errors = self.errors(angles);
+        // What each effort should gain: kernel, turned round, on the errors.
+        let gain = |n: usize| -> f64 {
+            let later = errors[n..].iter().zip(&self.kernel);
+            later.map(|(e, k)| e * k).sum::<f64>() * self.torques.slope(efforts[n])
+        };
+        let gradient: Vec<f64> = (0..efforts.len()).map(gain).collect();
+        // Who is at a limit and wants past it stays out of this round.
+        let slopes: Vec<f64> = (efforts.iter().zip(&gradient))
+            .map(|(e, g)| {
+                let is_held = (*e >= 1.0 && *g > 0.0) || (*e <= -1.0 && *g < 0.0);
+                if is_held { 0.0 } else { self.torques.slope(*e) }
+            })
+            .collect();
+        let right = gradient
+            .iter()
+            .zip(&slopes)
+            .map(|(g, s)| if *s > 0.0 { *g } else { 0.0 });
+        let step = self
+            .normal_equations(&slopes, damping)
+            .solve(right.collect());
+        let moved = efforts
+            .iter()
+            .zip(step)
+            .map(|(e, s)| (e + s).clamp(-1.0, 1.0));
+        moved.collect()
+    }
+
+    /// S·HᵀH·S + damping, H the Toeplitz matrix of the kernel. HᵀH itself is
+    /// Toeplitz but for its last rows, whose futures are cut off; taking them as
+    /// if they were not only shortens the last steps.
+    fn normal_equations(&self, slopes: &[f64], damping: f64) -> Banded {
+        let correlation: Vec<f64> = (0..MEMORY)
+            .map(|lag| {
+                let shifted = self.kernel.iter().skip(lag);
+                self.kernel.iter().zip(shifted).map(|(a, b)| a * b).sum()
+            })
+            .collect();
+        let typical = slopes.iter().map(|s| s * s).sum::<f64>() / slopes.len() as f64;
+        let floor = damping * correlation[0] * typical + 1e-12;
+        let rows = (0..slopes.len()).map(|row| {
+            let lags = correlation.iter().enumerate().take(row + 1);
+            let mut entries: Vec<f64> = lags
+                .map(|(lag, c)| c * slopes[row] * slopes[row - lag])
+                .collect();
+            entries[0] += floor;
+            entries
+        });
+        Banded {
+            rows: rows.collect(),
+        }
+    }
+}
+
+/// A symmetric positive matrix: each row from the diagonal backwards.
+struct Banded {
+    rows: Vec<Vec<f64>>,
+}
+
+impl Banded {
+    /// Solves for this right side, by Cholesky within the band.
+    fn solve(mut self, mut right: Vec<f64>) -> Vec<f64> {
+        for row in 0..self.rows.len() {
+            let (done, rest) = self.rows.split_at_mut(row);
+            let entries = &mut rest[0];
+            for lag in (1..entries.len()).rev() {
+                let other = &done[row - lag];
+                let both = entries[lag + 1..].iter().zip(&other[1..]);
+                let sum: f64 = both.map(|(a, b)| a * b).sum();
+                entries[lag] = (entries[lag] - sum) / other[0];
+            }
+            let sum: f64 = entries[1..].iter().map(|e| e * e).sum();
+            entries[0] = (entries[0] - sum).sqrt();
+            let before = entries[1..].iter().enumerate();
+            let sum: f64 = before.map(|(i, e)| e * right[row - 1 - i]).sum();
+            right[row] = (right[row] - sum) / entries[0];
+        }
+        for row in (0..self.rows.len()).rev() {
+            let entries = &self.rows[row];
+            right[row] /= entries[0];
+            let solved = right[row];
+            for (i, e) in entries[1..].iter().enumerate() {
+                right[row - 1 - i] -= e * solved;
+            }
+        }
+        right
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Banded;
+
+    #[test]
+    fn a_banded_system_is_solved() {
+        // 4 on the diagonal, 1 and 0.5 beside it; solution 1, 2, … 6.
+        let rows = (0..6).map(|row| [4.0, 1.0, 0.5][..(row + 1).min(3)].to_vec());
+        let rows: Vec<Vec<f64>> = rows.collect();
+        let entry = |i: usize, j: usize| [4.0, 1.0, 0.5].get(i.abs_diff(j)).copied().unwrap_or(0.0);
+        let right = (0..6).map(|i| (0..6).map(|j| entry(i, j) * (j + 1) as f64).sum());
+        let solution = Banded { rows }.solve(right.collect());
+        for (i, x) in solution.iter().enumerate() {
+            assert!((x - (i + 1) as f64).abs() < 1e-12, "{solution:?}");
+        }
+    }
+}

@@ -1,0 +1,60 @@
+//! The part of a target that a plant can hold.
+
+use super::TrackingError;
+use super::plant::Plant;
+use super::trial::SCORED_FROM_MS;
+use super::wearer::{self, Points, Volts};
+use firmware::arithmetic::fixed_point::Q;
+use firmware::control::{Effort, Mapping};
+use hal_sim::body::random_finger::Reach;
+
+/// A target, as far as one plant can follow it.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Reachable {
+    /// The angle to be scored against, each millisecond, degrees: the target,
+    /// clipped to what the plant can hold inside the nominal wearer's amplitudes
+    /// at that time, as tired as following it so far has made it
+    /// ([`Reach`]; no law has a part in it).
+    pub angles: Vec<f64>,
+    /// Part of the scored time at which the target is further than
+    /// [`REACH_MARGIN_DEG`] out of reach.
+    pub unreachable: f64,
+}
+
+/// What counts as out of reach, degrees.
+pub const REACH_MARGIN_DEG: f64 = 0.5;
+/// The range of angles is found anew so often, ms.
+const EVERY_MS: usize = 20;
+
+/// Volts of the nominal wearer's amplitudes at this effort, −1…1.
+pub(super) fn volts_at(mapping: &Mapping, effort: f64) -> Volts {
+    let effort = Effort::Fraction(Q::from_num(effort.clamp(-1.0, 1.0)));
+    super::driver::volts(&mapping.amplitudes(effort).0)
+}
+
+impl Reachable {
+    /// What this plant can follow of a target with these points.
+    ///
+    /// # Errors
+    /// None: the nominal wearer is valid (tested).
+    pub fn new(plant: &Plant, points: Points, wanted: &[f64]) -> Result<Self, TrackingError> {
+        let mapping = wearer::mapping(points)?;
+        let [flexing, extending] = [1.0, -1.0].map(|effort| volts_at(&mapping, effort));
+        let mut reach = Reach::new(&plant.finger, flexing, extending);
+        let mut angles = Vec::with_capacity(wanted.len());
+        for window in wanted.chunks(EVERY_MS) {
+            let [lowest, highest] = reach.range_deg();
+            angles.extend(window.iter().map(|w| w.clamp(lowest, highest)));
+            if let Some(first) = window.first() {
+                reach.follow(*first, window.len() as f64 / 1000.0);
+            }
+        }
+        let scored = || wanted.iter().zip(&angles).skip(SCORED_FROM_MS);
+        let out = scored().filter(|(w, a)| (*w - *a).abs() > REACH_MARGIN_DEG);
+        let unreachable = out.count() as f64 / scored().count().max(1) as f64;
+        Ok(Self {
+            angles,
+            unreachable,
+        })
+    }
+}

@@ -1,0 +1,296 @@
+//! A campaign and a search as tables: for people, for machines, as CSV.
+
+use super::campaign::{Campaign, Score};
+use super::contender::Contender;
+use super::gains::Row;
+use super::target::Course;
+use super::wearer::Points;
+use hal_sim::body::finger::TWO_POINT_FACTOR;
+use serde_json::{Value, json};
+use std::fmt::Write;
+
+/// Goal of the device default: mean RMSE two-point, on plants in reach, degrees.
+pub const TWO_POINT_MEAN: f64 = 3.0;
+/// Goal: 95th percentile of the same.
+pub const TWO_POINT_P95: f64 = 4.5;
+/// Goal: RMSE two-point on the nominal wearer, degrees.
+const NOMINAL: f64 = 1.0;
+/// Goal: upper end of the interval of RMSE - the best PID variant's, degrees.
+const OVER_PID: f64 = 0.2;
+
+impl Course {
+    /// For tables.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Sine => "45 ± 40° at 0.2 Hz",
+            Self::Smooth { .. } => "four slow sines, 45 ± 40°",
+        }
+    }
+}
+
+/// One goal of the issue, and what was measured.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Goal {
+    /// What.
+    pub name: String,
+    /// Measured, degrees.
+    pub value: f64,
+    /// At most, degrees.
+    pub at_most: f64,
+}
+
+impl Goal {
+    /// Whether it is reached.
+    #[must_use]
+    pub fn is_hit(&self) -> bool {
+        self.value <= self.at_most
+    }
+}
+
+/// The goals of the contender that is shipped; none if it does not take part.
+#[must_use]
+pub fn goals(campaign: &Campaign) -> Vec<Goal> {
+    let Some(shipped) = shipped(campaign) else {
+        return Vec::new();
+    };
+    let two = campaign.score(Points::Two, shipped);
+    let goal = |name: &str, value, at_most| Goal {
+        name: name.to_owned(),
+        value,
+        at_most,
+    };
+    let mut goals = vec![
+        goal("two-point, in reach, mean", two.reaching, TWO_POINT_MEAN),
+        goal("two-point, in reach, p95", two.reaching_p95, TWO_POINT_P95),
+        goal("two-point, nominal wearer", two.nominal, NOMINAL),
+    ];
+    goals.extend(Points::ALL.map(|points| {
+        let name = format!("{}, all, over best PID, upper end", points.name());
+        let high = campaign.score(points, shipped).against_pid.high;
+        goal(&name, high, OVER_PID)
+    }));
+    goals
+}
+
+fn shipped(campaign: &Campaign) -> Option<usize> {
+    let is = |c: &Contender| matches!(c, Contender::Shipped);
+    campaign.contenders.iter().position(is)
+}
+
+/// For people, at most 80 columns.
+#[must_use]
+pub fn text(campaign: &Campaign) -> String {
+    let mut out = String::new();
+    // Writing to a `String` cannot fail.
+    let _ = write_text(&mut out, campaign);
+    out
+}
+
+fn write_text(out: &mut String, campaign: &Campaign) -> std::fmt::Result {
+    let plan = campaign.plan;
+    writeln!(
+        out,
+        "{} random wearers, seed {}, {}, 10…30 s scored, RMSE in degrees",
+        plan.plants,
+        plan.seed,
+        plan.course.name()
+    )?;
+    writeln!(
+        out,
+        "against what each can reach; +: with add-ons. Simulated wearers, not people."
+    )?;
+    for points in Points::ALL {
+        write_points(out, campaign, points)?;
+    }
+    writeln!(out, "\ngoals of the device default:")?;
+    for goal in goals(campaign) {
+        let verdict = if goal.is_hit() { "hit " } else { "MISS" };
+        writeln!(
+            out,
+            "{verdict} {:<44}{:>7.2} of {:.1}",
+            goal.name, goal.value, goal.at_most
+        )?;
+    }
+    let beaten = campaign.beaten_by();
+    writeln!(
+        out,
+        "no law beats the optimum by more than {:.2}°",
+        beaten.max(0.0)
+    )
+}
+
+fn write_points(out: &mut String, campaign: &Campaign, points: Points) -> std::fmt::Result {
+    let (unreachable, reaching) = campaign.reach(points);
+    let (optimum, optimum_p95) = campaign.optimum(points);
+    let typed_in = match points {
+        Points::One => String::new(),
+        Points::Two => format!(" ({TWO_POINT_FACTOR} × one point is typed in)"),
+    };
+    writeln!(
+        out,
+        "\n{}{typed_in}: {:.1} % of the time out of reach,\n\
+         {:.0} % of wearers reach all of it; optimum {optimum:.2}°, p95 {optimum_p95:.2}°",
+        points.name(),
+        unreachable * 100.0,
+        reaching * 100.0
+    )?;
+    writeln!(
+        out,
+        "{:<22}{:>7}{:>6}{:>6}{:>7}{:>8}  - best PID [95 %]",
+        "law", "cycles", "mean", "p95", "regret", "nominal"
+    )?;
+    for (n, contender) in campaign.contenders.iter().enumerate() {
+        let Score {
+            mean,
+            p95,
+            regret,
+            nominal,
+            against_pid: d,
+            ..
+        } = campaign.score(points, n);
+        writeln!(
+            out,
+            "{:<22}{:>7}{mean:>6.2}{p95:>6.2}{regret:>7.2}{nominal:>8.2}  {:+.2} [{:+.2} {:+.2}]",
+            contender.name(),
+            campaign.cycles[n].map_or_else(String::new, |c| c.to_string()),
+            d.mean,
+            d.low,
+            d.high
+        )?;
+    }
+    let name = |n: usize| campaign.contenders[n].name();
+    writeln!(out, "best: {}", name(campaign.best(points, |_| true)))?;
+    let pid = campaign.best_pid(points);
+    writeln!(out, "best PID: {}", name(pid))?;
+    if let Some(shipped) = shipped(campaign) {
+        let d = campaign.score(points, shipped).against_pid;
+        writeln!(
+            out,
+            "device default against it: {:+.2}° [{:+.2} {:+.2}]",
+            d.mean, d.low, d.high
+        )?;
+    }
+    Ok(())
+}
+
+/// A line per contender and number of points.
+#[must_use]
+pub fn csv(campaign: &Campaign) -> String {
+    let mut out =
+        "points,law,arithmetic,cycles,seed,plants,unreachable_pct,optimum_deg,mean_deg,p95_deg,\
+                   regret_deg,regret_p95_deg,in_reach_mean_deg,in_reach_p95_deg,nominal_deg,\
+                   over_pid_deg,over_pid_low_deg,over_pid_high_deg\n"
+            .to_owned();
+    for points in Points::ALL {
+        let (unreachable, _) = campaign.reach(points);
+        let (optimum, _) = campaign.optimum(points);
+        for (n, contender) in campaign.contenders.iter().enumerate() {
+            let s = campaign.score(points, n);
+            let d = s.against_pid;
+            let _ = write!(
+                out,
+                "{},{},{},{},{},{},{:.2},{optimum:.3}",
+                points.name(),
+                contender.name(),
+                contender.arithmetic(),
+                campaign.cycles[n].map_or_else(String::new, |c| c.to_string()),
+                campaign.plan.seed,
+                campaign.plan.plants,
+                unreachable * 100.0
+            );
+            let numbers = [
+                s.mean,
+                s.p95,
+                s.regret,
+                s.regret_p95,
+                s.reaching,
+                s.reaching_p95,
+            ];
+            for number in numbers
+                .into_iter()
+                .chain([s.nominal, d.mean, d.low, d.high])
+            {
+                let _ = write!(out, ",{number:.3}");
+            }
+            out.push('\n');
+        }
+    }
+    out
+}
+
+/// The same for machines.
+#[must_use]
+pub fn json(campaign: &Campaign) -> Value {
+    let points = Points::ALL.map(|points| {
+        let (unreachable, reaching) = campaign.reach(points);
+        let (optimum, optimum_p95) = campaign.optimum(points);
+        let laws = campaign
+            .contenders
+            .iter()
+            .enumerate()
+            .map(|(n, contender)| {
+                let s = campaign.score(points, n);
+                let d = s.against_pid;
+                json!({
+                    "law": contender.name(), "arithmetic": contender.arithmetic(),
+                "cycles": campaign.cycles[n],
+                    "mean_deg": s.mean, "p95_deg": s.p95,
+                    "regret_deg": s.regret, "regret_p95_deg": s.regret_p95,
+                    "in_reach_mean_deg": s.reaching, "in_reach_p95_deg": s.reaching_p95,
+                    "nominal_deg": s.nominal,
+                    "over_best_pid_deg": { "mean": d.mean, "low": d.low, "high": d.high },
+                })
+            });
+        json!({
+            "points": points.name(), "unreachable_share": unreachable,
+            "plants_in_reach": reaching, "optimum_deg": optimum,
+            "optimum_p95_deg": optimum_p95,
+            "best": campaign.contenders[campaign.best(points, |_| true)].name(),
+            "best_pid": campaign.contenders[campaign.best_pid(points)].name(),
+            "laws": laws.collect::<Vec<_>>(),
+        })
+    });
+    let goal = |g: Goal| json!({ "goal": g.name, "deg": g.value, "at_most_deg": g.at_most, "hit": g.is_hit() });
+    json!({
+        "seed": campaign.plan.seed, "plants": campaign.plan.plants,
+        "course": campaign.plan.course.name(),
+        "two_point_factor_typed_in": TWO_POINT_FACTOR,
+        "points": points,
+        "goals": goals(campaign).into_iter().map(goal).collect::<Vec<_>>(),
+        "optimum_beaten_by_deg": campaign.beaten_by().max(0.0),
+    })
+}
+
+/// What a search found, for people.
+#[must_use]
+pub fn found(rows: &[Row], evaluations: usize) -> String {
+    let mut out = format!("{evaluations} evaluations each; RMSE on the training plants\n");
+    for (equipment, found) in rows {
+        let c = &found.candidate;
+        let _ = writeln!(
+            out,
+            "{:<22}{:<10}{:>6.2}°  {:>2} ms  {:?}{}  {:?}",
+            c.form.name(),
+            equipment.name(),
+            found.cost,
+            c.period_ms,
+            c.add_ons.derivative,
+            if c.add_ons.feed_forward { " +ff" } else { "" },
+            c.add_ons.delay
+        );
+    }
+    out
+}
+
+/// The same for machines.
+#[must_use]
+pub fn found_json(rows: &[Row], evaluations: usize) -> Value {
+    let one = |(equipment, found): &Row| {
+        json!({
+            "law": found.candidate.form.name(), "equipment": equipment.name(),
+            "training_rmse_deg": found.cost, "numbers": found.candidate.values,
+        })
+    };
+    json!({ "evaluations": evaluations, "laws": rows.iter().map(one).collect::<Vec<_>>() })
+}

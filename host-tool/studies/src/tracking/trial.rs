@@ -1,0 +1,149 @@
+//! One closed-loop trial: a driver, a plant, half a minute.
+
+use super::TrackingError;
+use super::driver::Driver;
+use super::plant::{FRAME_HZ, Line, Plant};
+use super::wearer::Volts;
+use firmware::units::Micros;
+use hal_sim::body::random_finger::Draws;
+use hal_sim::body::{Body, Drive, Pulse, RandomFinger};
+use std::collections::VecDeque;
+
+/// Length of a trial, ms.
+pub const TRIAL_MS: usize = 30_000;
+/// Scored from here on, ms.
+pub const SCORED_FROM_MS: usize = 10_000;
+/// Pulses come every so many ms (50 Hz, Hamana 2022 §II-D), 200 µs wide.
+pub const PULSE_EVERY_MS: usize = 20;
+const PULSE_US: u32 = 200;
+/// Trials begin 15 s before the device's 32-bit microseconds wrap.
+const START: Micros = Micros(u32::MAX - 15_000_000);
+
+/// A frame on its way.
+#[derive(Clone, Copy, Debug)]
+struct Frame {
+    due_us: u64,
+    at_us: u64,
+    setpoint: Option<f64>,
+    measured: f64,
+}
+
+/// The frames of a trial as the line delivers them.
+#[derive(Debug)]
+struct Frames {
+    line: Line,
+    luck: Draws,
+    taken: u64,
+    sample_us: f64,
+    under_way: VecDeque<Frame>,
+}
+
+impl Frames {
+    fn new(plant: &Plant) -> Self {
+        let mut frames = Self {
+            line: plant.line,
+            luck: Draws::new(plant.seed, 0, 4),
+            taken: 0,
+            sample_us: 0.0,
+            under_way: VecDeque::with_capacity(4),
+        };
+        frames.sample_us = frames.late();
+        frames
+    }
+
+    /// When the next frame is really sampled.
+    fn late(&mut self) -> f64 {
+        let nominal_us = self.taken as f64 * 1e6 / FRAME_HZ;
+        nominal_us + self.luck.even(0.0, self.line.sampling_jitter_us)
+    }
+
+    /// Takes a frame if it is time. A frame states the time it should have been
+    /// sampled at.
+    fn take(&mut self, now_us: u64, wanted: &[f64], finger: &RandomFinger) {
+        if self.sample_us > now_us as f64 {
+            return;
+        }
+        let at_us = (self.taken as f64 * 1e6 / FRAME_HZ) as u64;
+        let ms = (at_us / 1000) as usize;
+        let way = self.line.transport_us + self.luck.even(0.0, self.line.transport_jitter_us);
+        // The first setpoint always arrives: without it nobody stimulates.
+        let is_lost = self.luck.even(0.0, 1.0) < self.line.loss && self.taken > 0;
+        self.under_way.push_back(Frame {
+            due_us: now_us + way as u64,
+            at_us,
+            setpoint: wanted.get(ms).copied().filter(|_| !is_lost),
+            measured: finger.sensed_deg(),
+        });
+        self.taken += 1;
+        self.sample_us = self.late();
+    }
+
+    /// Hands over what has arrived; frames stay in order.
+    fn deliver(&mut self, now_us: u64, driver: &mut impl Driver) {
+        let device_time = |us: u64| START.plus(us as u32);
+        let now = device_time(now_us);
+        while let Some(frame) = self.under_way.front().copied() {
+            if frame.due_us > now_us {
+                break;
+            }
+            self.under_way.pop_front();
+            let at = device_time(frame.at_us);
+            if let Some(degrees) = frame.setpoint {
+                driver.setpoint(now, at, degrees);
+            }
+            driver.measurement(now, at, frame.measured);
+        }
+    }
+}
+
+/// Lets a pulse of these volts go out on each channel.
+pub(super) fn pulse(finger: &mut RandomFinger, now_us: u64, volts: Volts) {
+    for (channel, v) in volts.into_iter().enumerate() {
+        if v > 0.0 {
+            finger.pulse(&Pulse {
+                t_us: now_us + 100,
+                channel,
+                drive: Drive::Volts(v),
+                width_us: PULSE_US,
+                conducted: true,
+            });
+        }
+    }
+}
+
+/// The true angle after each millisecond, degrees, while `driver` lets the
+/// plant's finger follow `wanted` (one angle per millisecond).
+///
+/// # Errors
+/// [`TrackingError::Plant`] if the plant's finger cannot be.
+pub fn run(
+    plant: &Plant,
+    driver: &mut impl Driver,
+    wanted: &[f64],
+) -> Result<Vec<f32>, TrackingError> {
+    let mut finger = RandomFinger::new(plant.finger.clone(), plant.seed)?;
+    let mut frames = Frames::new(plant);
+    let mut angles = Vec::with_capacity(wanted.len());
+    for ms in 0..wanted.len() {
+        let now_us = ms as u64 * 1000;
+        frames.take(now_us, wanted, &finger);
+        frames.deliver(now_us, driver);
+        let volts = driver.tick(START.plus(now_us as u32));
+        if ms % PULSE_EVERY_MS == 0 {
+            pulse(&mut finger, now_us, volts);
+        }
+        finger.advance(now_us + 1000);
+        angles.push(finger.angle_deg() as f32);
+    }
+    Ok(angles)
+}
+
+/// RMSE between angles and a target over the scored part, degrees.
+#[must_use]
+pub fn rmse(angles: &[f32], target: &[f64]) -> f64 {
+    let scored = angles.iter().zip(target).skip(SCORED_FROM_MS);
+    let (sum, n) = scored.fold((0.0, 0u32), |(sum, n), (a, t)| {
+        (sum + (f64::from(*a) - t).powi(2), n + 1)
+    });
+    (sum / f64::from(n.max(1))).sqrt()
+}

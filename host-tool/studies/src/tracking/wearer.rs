@@ -1,0 +1,159 @@
+//! The nominal wearer file: all that control laws, feed-forward and the mapping
+//! to amplitudes know of whom they drive.
+
+use super::TrackingError;
+use firmware::control::{
+    FeedForward, HoldPolicy, JointSpec, LawSpec, Mapping, PointSpec, ResponseSpec, SensorSource,
+    SpecError, WearerModel,
+};
+use firmware::units::Amplitude;
+use hal_sim::body::FingerSpec;
+use hal_sim::body::finger::TWO_POINT_FACTOR;
+use hal_sim::body::wearer::{Participant, TWO_POINT_THRESHOLD_RATIO};
+
+/// One amplitude per channel 0, 1, 2 (A, B, extensor), volts; 0 is no pulse.
+pub type Volts = [f64; 3];
+
+/// How the flexor is stimulated.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Hash)]
+pub enum Points {
+    /// Point A alone.
+    One,
+    /// A and B as a conducted pair, whose strength over one point,
+    /// [`TWO_POINT_FACTOR`], is typed in.
+    Two,
+}
+
+impl Points {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::One, Self::Two];
+
+    /// For tables.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::One => "one-point",
+            Self::Two => "two-point",
+        }
+    }
+}
+
+/// Range of angles a setpoint may ask for, m°: the finger's.
+const RANGE_MDEG: (i32, i32) = (0, 100_000);
+
+/// What the device's default does with lost setpoints.
+pub const SHIPPED_HOLD: HoldPolicy = HoldPolicy::Extrapolate { max_ms: 200 };
+
+fn millivolts(volts: f64) -> Amplitude {
+    Amplitude((volts * 1000.0).round() as u32)
+}
+
+/// Participant P of Hamana 2022 (table 7) as the file describes the finger.
+#[must_use]
+pub fn nominal() -> FingerSpec {
+    FingerSpec::participant(Participant::P)
+}
+
+/// The nominal wearer's model for feed-forward.
+#[must_use]
+pub fn model(points: Points, lead_ms: u16) -> WearerModel {
+    let finger = nominal();
+    let micro = |x: f64| (x * 1e6).round() as u32;
+    let factor = match points {
+        Points::One => 1.0,
+        Points::Two => TWO_POINT_FACTOR,
+    };
+    WearerModel {
+        rest_mdeg: (finger.rest_deg * 1000.0) as i32,
+        stiffness_unm_per_rad: micro(finger.stiffness_nm_per_rad),
+        damping_unm_s_per_rad: micro(finger.damping_nm_s_per_rad),
+        flexion_unm: micro(finger.flexor_torque_nm * factor),
+        extension_unm: micro(finger.extensor_torque_nm),
+        torque_loss_milli: (finger.torque_loss * 1000.0) as u16,
+        curvature_milli: (finger.recruitment_curvature * 1000.0) as u16,
+        lead_ms,
+    }
+}
+
+/// The joint of the nominal wearer for the device, with this law.
+#[must_use]
+pub fn joint(law: LawSpec, points: Points, hold: HoldPolicy) -> JointSpec {
+    let finger = nominal();
+    let whole = |site: hal_sim::body::wearer::Site| PointSpec {
+        channel: site.channel as u8,
+        threshold: millivolts(site.threshold_v),
+        max: millivolts(site.max_v),
+    };
+    let ratio_milli = (TWO_POINT_THRESHOLD_RATIO * 1000.0) as u16;
+    let half = |site: hal_sim::body::wearer::Site| {
+        PointSpec::of_pair(site.channel as u8, millivolts(site.max_v), ratio_milli)
+    };
+    JointSpec {
+        law,
+        law_period_ms: law.default_period_ms(),
+        cutoff_mhz: law.default_cutoff_mhz(),
+        flexors: match points {
+            Points::One => [whole(finger.flexor_a)].into_iter().collect(),
+            Points::Two => [half(finger.flexor_a), half(finger.flexor_b)]
+                .into_iter()
+                .collect(),
+        },
+        extensor: whole(finger.extensor),
+        hold,
+        angle_min_mdeg: RANGE_MDEG.0,
+        angle_max_mdeg: RANGE_MDEG.1,
+        sensor: SensorSource::Host,
+        stale_after_ms: 100,
+        wearer: None,
+        response: None,
+    }
+}
+
+/// The device's default: [`LawSpec::RECOMMENDED`] with all that the nominal wearer
+/// file gives it, scheduled by that wearer's strength.
+#[must_use]
+pub fn shipped(points: Points) -> JointSpec {
+    let model = model(points, LawSpec::RECOMMENDED.default_lead_ms());
+    JointSpec {
+        wearer: Some(model),
+        response: Some(ResponseSpec::RECOMMENDED.for_wearer(&model)),
+        ..joint(
+            LawSpec::RECOMMENDED.for_wearer(&model),
+            points,
+            SHIPPED_HOLD,
+        )
+    }
+}
+
+/// From an effort to the nominal wearer's amplitudes.
+///
+/// # Errors
+/// None: the nominal wearer is valid (tested).
+pub fn mapping(points: Points) -> Result<Mapping, TrackingError> {
+    joint(LawSpec::RECOMMENDED, points, HoldPolicy::Hold)
+        .mapping()
+        .map_err(Into::into)
+}
+
+/// The effort, −1…1, that the nominal wearer's mapping turns into these volts.
+#[must_use]
+pub fn effort_of(points: Points, [a, _, extensor]: Volts) -> f64 {
+    let spec = joint(LawSpec::RECOMMENDED, points, HoldPolicy::Hold);
+    let share = |point: &PointSpec, volts: f64| {
+        let [low, high] = [point.threshold, point.max].map(|v| f64::from(v.0) / 1000.0);
+        ((volts - low) / (high - low)).clamp(0.0, 1.0)
+    };
+    // Both points of a pair go the same part of their way.
+    let flexion = spec.flexors.first().map_or(0.0, |point| share(point, a));
+    flexion - share(&spec.extensor, extensor)
+}
+
+/// The nominal wearer's inverse.
+///
+/// # Errors
+/// [`TrackingError::Joint`] for a lead above half a second.
+pub fn feed_forward(points: Points, lead_ms: u16) -> Result<FeedForward, TrackingError> {
+    let (low, high) = RANGE_MDEG;
+    let refused = |e| TrackingError::Joint(SpecError::Range(e));
+    FeedForward::new(&model(points, lead_ms), low, high).map_err(refused)
+}

@@ -1,0 +1,155 @@
+//! A short campaign: repeatable to the bit, scored against what is in reach,
+//! never better than the optimum.
+
+use firmware::units::Micros;
+use hal_sim::body::{Body, RandomFinger, RandomFingerSpec};
+use methods::control::{AddOns, DelayCompensation, DerivativeKind, Form};
+use studies::tracking::campaign::{Campaign, Plan};
+use studies::tracking::candidate::{Candidate, Equipment};
+use studies::tracking::contender::Contender;
+use studies::tracking::driver::Driver;
+use studies::tracking::plant::Plant;
+use studies::tracking::reach::Reachable;
+use studies::tracking::target::Course;
+use studies::tracking::trial::{self, TRIAL_MS};
+use studies::tracking::wearer::{Points, Volts};
+
+/// A PID with feed-forward, its numbers round.
+fn pid() -> Contender {
+    let numbers = [
+        ("kp_per_rad", 1.5),
+        ("ki_per_rad_s", 1.5),
+        ("kd_s_per_rad", 0.06),
+        ("cutoff_hz", 5.0),
+        ("feed_forward_lead_s", 0.19),
+    ];
+    let candidate = Candidate {
+        form: Form::Pid,
+        add_ons: AddOns {
+            derivative: DerivativeKind::Pseudo,
+            feed_forward: true,
+            delay: DelayCompensation::None,
+            adaptation: false,
+        },
+        period_ms: 2,
+        extrapolation_ms: 100,
+        values: numbers.map(|(name, x)| (name.to_owned(), x)).into(),
+    };
+    Contender::Searched(Equipment::Equipped, candidate)
+}
+
+fn campaign() -> Campaign {
+    let plan = Plan {
+        seed: 3,
+        plants: 8,
+        course: Course::Sine,
+    };
+    Campaign::run(plan, vec![pid(), Contender::Shipped], |_| {}).expect("a campaign")
+}
+
+#[test]
+fn a_campaign_repeats_to_the_bit_and_nobody_beats_the_optimum() {
+    let found = campaign();
+    assert_eq!(found, campaign());
+    assert_eq!(found.cases.len(), 16, "no draw is dropped");
+    // It starts from what the best law did; amplitudes are rounded to millivolts.
+    assert!(found.beaten_by() <= 0.005, "{}", found.beaten_by());
+    for points in Points::ALL {
+        let (unreachable, reaching) = found.reach(points);
+        let (optimum, _) = found.optimum(points);
+        println!("{points:?} {unreachable} {reaching} {optimum}");
+        assert!((0.0..1.0).contains(&unreachable) && (0.0..=1.0).contains(&reaching));
+        assert!(optimum < 1.0, "{optimum}");
+    }
+    // A pair that pulls 2.2 times as hard reaches more.
+    assert!(found.reach(Points::Two).0 < found.reach(Points::One).0);
+    let worst = found
+        .cases
+        .iter()
+        .flat_map(|c| &c.rmse)
+        .copied()
+        .fold(0.0, f64::max);
+    assert!(worst < 30.0 && worst > 0.5, "{worst}");
+}
+
+/// Full flexion, or none at all.
+struct Always(f64);
+
+impl Driver for Always {
+    fn setpoint(&mut self, _: Micros, _: Micros, _: f64) {}
+    fn measurement(&mut self, _: Micros, _: Micros, _: f64) {}
+    fn tick(&mut self, _: Micros) -> Volts {
+        // Participant P's maxima, and the extensor's threshold.
+        [28.0 * self.0, 36.0 * self.0, 14.0 * self.0]
+    }
+}
+
+/// What is called reachable is what full stimulation does reach, fatigue
+/// included: neither less nor more by much.
+#[test]
+fn the_reachable_angle_is_what_full_stimulation_holds() {
+    let up = vec![100.0; TRIAL_MS];
+    for index in 0..12 {
+        let plant = Plant::drawn(5, index);
+        let reachable = Reachable::new(&plant, Points::Two, &up).expect("reach");
+        let angles = trial::run(&plant, &mut Always(1.0), &up).expect("a trial");
+        let (wanted, held) = (reachable.angles[29_000], f64::from(angles[29_000]));
+        // Up to a hundredth of the range, and what dry friction may hold.
+        let friction = plant.finger.static_friction_nm / plant.finger.finger.stiffness_nm_per_rad;
+        let slack = 1.0 + friction.to_degrees();
+        assert!(
+            (wanted - held).abs() < slack,
+            "{index}: {wanted:.1} {held:.1} {slack:.1}"
+        );
+    }
+}
+
+#[test]
+fn a_finger_that_nobody_stimulates_stays_at_rest() {
+    let plant = Plant::drawn(5, 0);
+    let up = vec![100.0; 2000];
+    let angles = trial::run(&plant, &mut Always(0.0), &up).expect("a trial");
+    assert!(angles.iter().all(|a| (a - 5.0).abs() < 1e-3));
+}
+
+/// What is drawn is what the docstring says, over a thousand wearers.
+#[test]
+fn draws_fill_their_ranges() {
+    let nominal = RandomFingerSpec::nominal();
+    let all: Vec<RandomFingerSpec> = (0..1000).map(|i| RandomFingerSpec::drawn(9, i)).collect();
+    let span = |of: &dyn Fn(&RandomFingerSpec) -> f64, low: f64, high: f64| {
+        let values: Vec<f64> = all.iter().map(of).collect();
+        let least = values.iter().copied().fold(f64::MAX, f64::min);
+        let most = values.iter().copied().fold(f64::MIN, f64::max);
+        let near = 0.01 * (high - low);
+        assert!(least >= low && least < low + near, "{least} of {low}");
+        assert!(most <= high && most > high - near, "{most} of {high}");
+    };
+    for i in 0..3 {
+        let torque = nominal.muscles[i].torque_nm;
+        span(&|s| s.muscles[i].torque_nm / torque, 0.5, 1.5);
+    }
+    span(
+        &|s| f64::from(s.finger.electromechanical_delay_us),
+        0.0,
+        60_000.0,
+    );
+    span(&|s| s.finger.fatigue_floor, 0.5, 1.0);
+    let threshold = nominal.finger.flexor_a.threshold_v;
+    span(&|s| s.finger.flexor_a.threshold_v / threshold, 0.95, 1.20);
+    for spec in &all {
+        assert!(RandomFinger::new(spec.clone(), 0).is_ok());
+        assert!(
+            spec.capacity
+                .iter()
+                .all(|c| *c >= spec.finger.fatigue_floor)
+        );
+    }
+    assert_ne!(
+        RandomFingerSpec::drawn(9, 0),
+        RandomFingerSpec::drawn(10, 0)
+    );
+    let mut finger = RandomFinger::new(nominal, 0).expect("the nominal finger");
+    finger.advance(1_000_000);
+    assert!((finger.angle_deg() - 5.0).abs() < 1e-9);
+}

@@ -1,0 +1,8 @@
+//! The studies' tests, one program: a room each.
+
+mod accuracy_study;
+mod control_campaign;
+mod control_twin;
+mod harris_wall;
+mod ladder_adequacy;
+mod ladder_table;
