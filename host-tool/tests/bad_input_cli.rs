@@ -2,8 +2,8 @@
 //! sentence that says what to do, and the record up to that moment.
 
 use hal_sim::wire::pty::PtyWire;
-use host_tool::link::{Client, TcpPort};
-use host_tool::record;
+use host_core::link::{Client, TcpPort};
+use host_core::record;
 use std::io::{BufRead, BufReader};
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};

@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 /// Every source file of the host program and the simulators, with its text.
 fn sources() -> Vec<(PathBuf, String)> {
     let package = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let mut folders = vec![package.join("src"), package.join("../hal-sim/src")];
+    let rooms = ["src", "core/src", "studies/src", "../hal-sim/src"];
+    let mut folders = rooms.map(|room| package.join(room)).to_vec();
     let mut sources = Vec::new();
     while let Some(folder) = folders.pop() {
         for entry in std::fs::read_dir(folder).unwrap() {
@@ -103,16 +104,16 @@ fn a_cause_is_told_once() {
 #[test]
 fn a_lost_device_is_told_once() {
     let why = || std::io::Error::other("the cable burns");
-    let link = host_tool::link::Error::from(why());
-    let run = host_tool::run::RunError::from(host_tool::link::Error::from(why()));
+    let link = host_core::link::Error::from(why());
+    let run = host_core::run::RunError::from(host_core::link::Error::from(why()));
     let unbuilt = || hal_sim::images::BuildError::NoBuilder {
         image: "qemu",
         program: "cargo".to_owned(),
         why: why(),
     };
-    let (image, chip) = (unbuilt(), host_tool::run::ChipError::from(unbuilt()));
+    let (image, chip) = (unbuilt(), host_core::run::ChipError::from(unbuilt()));
     let qemu = hal_sim::qemu::StartError::NotBuilt(unbuilt());
-    let open = host_tool::run::OpenError::from(qemu);
+    let open = host_core::run::OpenError::from(qemu);
     for error in [
         anyhow::Error::from(link),
         run.into(),

@@ -1,8 +1,8 @@
 //! `flexor explain-model`, and the scenes that sessions become.
 
 use firmware::muscle::Rung;
-use firmware::muscle::choice::{Scene, Share};
-use host_tool::session::Session;
+use host_core::choice::{Scene, Share};
+use host_core::session::Session;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
@@ -43,7 +43,7 @@ fn parsed(text: &str) -> Session {
     Session::parse("test", text).unwrap()
 }
 
-fn needs(text: &str) -> host_tool::session::scene::Needs {
+fn needs(text: &str) -> host_core::session::scene::Needs {
     let session = parsed(text);
     let needs = session.needs(&session.channels[0], Share::JUST_NOTICEABLE);
     needs.unwrap()

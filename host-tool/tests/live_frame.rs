@@ -5,9 +5,9 @@ use firmware::link::{
 };
 use firmware::safety::{Fault, FaultRecord, State, StopCause};
 use firmware::units::Micros;
+use host_core::record::Sample;
+use host_core::run::{Seen, SessionFile};
 use host_tool::live::{Model, draw, json, line};
-use host_tool::record::Sample;
-use host_tool::run::{Seen, SessionFile};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 

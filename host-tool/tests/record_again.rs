@@ -1,7 +1,7 @@
 //! Records used again: repeated, reported, compared, kept.
 
 use super::bad_input_cli::{flexor, folder, said};
-use host_tool::record::{self, sha256};
+use host_core::record::{self, sha256};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -148,6 +148,22 @@ fn the_flashed_image_and_qemu_repeat() {
         assert_eq!(told(&folder, "rerun first --out second")["same"], true);
         are_the_same(&folder.join("first"), &folder.join("second"));
     }
+}
+
+/// An image that lies in the record which is replaced is read before it goes.
+#[test]
+fn an_image_inside_the_replaced_record_survives() {
+    let folder = folder("own_image");
+    let file = shortened(&folder, "ten_channels.toml", 0.1);
+    told(&folder, &format!("run {file} --device chip --out first"));
+    let image = hal_sim::images::Image::Stimulator
+        .build(&Path::new(env!("CARGO_MANIFEST_DIR")).join(".."))
+        .unwrap();
+    fs::copy(&image, folder.join("first/image.elf")).unwrap();
+    let line = format!("run {file} --device chip --image first/image.elf --out first --overwrite");
+    told(&folder, &line);
+    let kept = fs::read(folder.join("first/image.elf")).unwrap();
+    assert_eq!(kept, fs::read(image).unwrap());
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use super::bad_input_cli::{Board, flexor, folder, said};
 use super::record_again::{failed, files, shortened, told};
-use host_tool::record;
+use host_core::record;
 use std::fs;
 use std::path::{Path, PathBuf};
 

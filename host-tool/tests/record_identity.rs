@@ -3,10 +3,10 @@
 use super::bad_input_cli::{Board, flexor, folder, said};
 use firmware::link::{Decoder, Kind, Response, encode};
 use hal_sim::native::native;
-use host_tool::link::{Port, SimulatedPort};
-use host_tool::record::{self, DeviceKind, Recorder, Run};
-use host_tool::report::{self, Report};
-use host_tool::run::{SessionFile, begin_trial, run, simulated};
+use host_core::link::{Port, SimulatedPort};
+use host_core::record::{self, DeviceKind, Recorder, Run};
+use host_core::report::{self, Report};
+use host_core::run::{SessionFile, begin_trial, run, simulated};
 use std::io;
 use std::path::Path;
 

@@ -1,6 +1,6 @@
 //! `flexor serve` lets a client in only when it can answer.
 
-use host_tool::link::{Client, TcpPort};
+use host_core::link::{Client, TcpPort};
 use std::net::TcpListener;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};

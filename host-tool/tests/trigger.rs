@@ -3,8 +3,8 @@
 
 use firmware::link::Request;
 use hal_sim::trace::State;
-use host_tool::link::{Client, Port};
-use host_tool::run::{DeviceName, Outcome, SessionFile, run};
+use host_core::link::{Client, Port};
+use host_core::run::{DeviceName, Outcome, SessionFile, run};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 

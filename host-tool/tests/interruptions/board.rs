@@ -5,7 +5,7 @@ use firmware::link::{Decoder, Request, ToDevice};
 use hal_sim::native::native;
 use hal_sim::wire::{ByteStream, pty::PtyWire, tcp::TcpWire};
 use hal_sim::world::World;
-use host_tool::run::{SessionFile, simulated};
+use host_core::run::{SessionFile, simulated};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::sync::{Arc, Mutex, mpsc};

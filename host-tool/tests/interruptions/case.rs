@@ -3,8 +3,8 @@
 use super::board::{Board, Order, Wire};
 use super::metronome::{Metronome, Stall};
 use super::program::Program;
-use host_tool::record::{self, Run};
-use host_tool::report::{Report, page};
+use host_core::record::{self, Run};
+use host_core::report::{Report, page};
 use std::path::Path;
 use std::process::ExitStatus;
 use std::time::{Duration, Instant};
@@ -101,13 +101,7 @@ pub struct Fate {
 
 impl Case {
     pub fn of(seed: u64) -> Self {
-        let random = |place: u64, end: u64| {
-            // splitmix64's last steps: a seed means the same run for ever.
-            let mut z = (seed * 8 + place + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
-            z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-            z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-            (z ^ (z >> 31)) % end
-        };
+        let random = |place: u64, end: u64| hal_sim::random::word(0, seed * 8 + place) % end;
         let way = Way::ALL[(seed % 6) as usize];
         let wire = match (seed / 6 + seed % 6) % 3 {
             0 => Some(Wire::Pty),

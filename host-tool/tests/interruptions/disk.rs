@@ -1,8 +1,8 @@
 //! A disk that is full after so many bytes.
 
-use host_tool::link::Port;
-use host_tool::record::{self, Disk, Recorder, Run};
-use host_tool::run::{RunError, SessionFile, begin_trial, run, simulated};
+use host_core::link::Port;
+use host_core::record::{self, Disk, Recorder, Run};
+use host_core::run::{RunError, SessionFile, begin_trial, run, simulated};
 use std::cell::Cell;
 use std::io::{self, Write};
 use std::path::Path;

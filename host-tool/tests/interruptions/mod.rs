@@ -134,7 +134,7 @@ fn ends(name: &str, words: &str, ready: Option<&str>, signal: &str, code: i32) {
         program.error()
     );
     if ready.is_some() {
-        let record = host_tool::record::load(&folder.join("out")).unwrap();
+        let record = host_core::record::load(&folder.join("out")).unwrap();
         let reason = record.ending.reason.expect(name);
         assert!(
             reason.contains(&format!("SIG{signal} came")),

@@ -1,0 +1,260 @@
+//! `flexor new`: a first session file, from a few questions or from options.
+
+use super::{Output, WrongUse};
+use clap::Args;
+use host_core::record::RecordError;
+use host_core::session::Session;
+use std::fmt::Write as _;
+use std::io::{BufRead, IsTerminal, Write};
+use std::path::{Path, PathBuf};
+
+/// Write a session file that `flexor check` accepts: answers from a terminal, else
+/// options.
+#[derive(Args, Debug)]
+pub struct New {
+    /// The file; one that is there is never replaced
+    session: PathBuf,
+    /// Name in reports
+    #[arg(long)]
+    title: Option<String>,
+    /// How long it stimulates, s
+    #[arg(long)]
+    seconds: Option<String>,
+    /// How many channels, 1 to 10
+    #[arg(long)]
+    channels: Option<String>,
+    /// Output stage: current or voltage
+    #[arg(long)]
+    stage: Option<String>,
+    /// Largest amplitude of each channel, mA or V
+    #[arg(long)]
+    limit: Option<String>,
+    /// Amplitude of each channel, mA or V
+    #[arg(long)]
+    amplitude: Option<String>,
+    /// Width of one phase, µs
+    #[arg(long)]
+    width: Option<String>,
+    /// Pulses per second
+    #[arg(long)]
+    frequency: Option<String>,
+    /// A JSON schema that editors shall use, as a path from the file
+    #[arg(long)]
+    schema: Option<String>,
+}
+
+/// What is asked, and the answer without one: option, question, answer.
+const QUESTIONS: [(&str, &str, &str); 8] = [
+    ("title", "Name in reports", "A first session"),
+    ("seconds", "How long does it stimulate, s", "10"),
+    ("channels", "How many channels, 1 to 10", "1"),
+    ("stage", "Output stage, current or voltage", "current"),
+    ("limit", "Largest amplitude of each channel, mA or V", "10"),
+    ("amplitude", "Amplitude of each channel, mA or V", "5"),
+    ("width", "Width of one phase, µs", "200"),
+    ("frequency", "Pulses per second", "30"),
+];
+
+/// The answers, in the order of [`QUESTIONS`].
+type Answers = [String; QUESTIONS.len()];
+
+/// Runs the command.
+///
+/// # Errors
+/// E518: an answer that makes no session. E525: the file is there. What stands against
+/// writing it.
+pub fn main(args: &New, output: Output) -> anyhow::Result<()> {
+    if args.session.exists() {
+        return Err(taken(&args.session));
+    }
+    let given = [
+        &args.title,
+        &args.seconds,
+        &args.channels,
+        &args.stage,
+        &args.limit,
+        &args.amplitude,
+        &args.width,
+        &args.frequency,
+    ];
+    let asks =
+        std::io::stdin().is_terminal() && !output.json && given.iter().any(|it| it.is_none());
+    let answers = if asks {
+        ask(
+            given,
+            &mut std::io::stdin().lock(),
+            &mut std::io::stderr().lock(),
+        )?
+    } else {
+        std::array::from_fn(|at| {
+            given[at]
+                .clone()
+                .unwrap_or_else(|| QUESTIONS[at].2.to_owned())
+        })
+    };
+    let head = args
+        .schema
+        .as_ref()
+        .map(|schema| format!("#:schema {schema}\n"));
+    let text = head.unwrap_or_default() + &accepted(&answers).map_err(WrongUse)?;
+    let file = std::fs::File::create_new(&args.session);
+    match file.and_then(|mut file| file.write_all(text.as_bytes())) {
+        Err(e) if e.kind() == std::io::ErrorKind::AlreadyExists => {
+            return Err(taken(&args.session));
+        }
+        written => written.map_err(RecordError::io(&args.session))?,
+    }
+    output.say(
+        || {
+            format!(
+                "{0} is written; next: flexor run {0}",
+                args.session.display()
+            )
+        },
+        || serde_json::json!({ "session": args.session, "error": null }),
+    )
+}
+
+fn taken(path: &Path) -> anyhow::Error {
+    anyhow::anyhow!(
+        "E525 {} is there already; give another name",
+        path.display()
+    )
+}
+
+/// Asks what no option says, again until it makes a session.
+fn ask(
+    given: [&Option<String>; QUESTIONS.len()],
+    from: &mut impl BufRead,
+    to: &mut impl Write,
+) -> anyhow::Result<Answers> {
+    let mut answers = QUESTIONS.map(|(_, _, answer)| answer.to_owned());
+    for (at, (_, question, usual)) in QUESTIONS.into_iter().enumerate() {
+        if let Some(answer) = given[at] {
+            answers[at].clone_from(answer);
+            continue;
+        }
+        loop {
+            write!(to, "{question} [{usual}]: ")?;
+            to.flush()?;
+            let mut line = String::new();
+            let ended = from.read_line(&mut line)? == 0;
+            let answer = line.trim();
+            answers[at] = if answer.is_empty() { usual } else { answer }.to_owned();
+            match accepted(&answers) {
+                Err(why) if !ended => writeln!(to, "{why}")?,
+                _ => break,
+            }
+        }
+    }
+    Ok(answers)
+}
+
+/// The file of these answers.
+///
+/// # Errors
+/// Why they make no session.
+fn accepted(answers: &Answers) -> Result<String, String> {
+    let text = compose(answers)?;
+    match Session::parse("session", &text) {
+        Ok(_) => Ok(text),
+        Err(e) => Err(e
+            .all()
+            .map(|e| format!("E{} {e}", e.problem().number()))
+            .collect::<Vec<_>>()
+            .join("; ")),
+    }
+}
+
+fn compose(
+    [
+        title,
+        seconds,
+        channels,
+        stage,
+        limit,
+        amplitude,
+        width,
+        frequency,
+    ]: &Answers,
+) -> Result<String, String> {
+    let numbers = [
+        ("seconds", seconds),
+        ("limit", limit),
+        ("amplitude", amplitude),
+        ("width", width),
+        ("frequency", frequency),
+    ];
+    if let Some((name, given)) = numbers
+        .iter()
+        .find(|(_, given)| given.parse::<f64>().is_err())
+    {
+        return Err(format!("{name} is {given}, which is no number"));
+    }
+    let stage = match stage.as_str() {
+        "current" => "{ kind = \"current\", full_scale_ma = 100.0 }",
+        "voltage" => "{ kind = \"voltage\", full_scale_v = 150.0, load_ohm = 2000 }",
+        other => return Err(format!("stage is {other}: current or voltage")),
+    };
+    let count = channels
+        .parse::<u32>()
+        .ok()
+        .filter(|count| (1..=10).contains(count));
+    let count = count.ok_or_else(|| format!("channels is {channels}: 1 to 10"))?;
+    let hz: f64 = frequency.parse().unwrap_or(0.0);
+    let mut text = format!("title = {}\nduration_s = {seconds}\n", toml_text(title));
+    for number in 1..=count {
+        // One after the other within a period.
+        let offset_us = 1e6 / hz.max(1.0) * f64::from(number - 1) / f64::from(count);
+        let _ = write!(
+            text,
+            "\n[[channel]]\nnumber = {number}\nname = \"channel {number}\"\nstage = {stage}\n\
+             limit = {limit}\ntrain = {{ shape = \"biphasic-cathodic-first\", width_us = {width}, \
+             frequency_hz = {frequency}, offset_us = {} }}\n",
+            offset_us.floor()
+        );
+    }
+    let each =
+        (1..=count).map(|number| format!("    {{ channel = {number}, value = {amplitude} }},\n"));
+    let each: String = each.collect();
+    let _ = write!(
+        text,
+        "\n[setpoints]\nkind = \"amplitudes\"\nvalues = [\n{each}]\nrate_hz = 50\n"
+    );
+    Ok(text)
+}
+
+/// A basic string of TOML: those of JSON are.
+fn toml_text(text: &str) -> serde_json::Value {
+    text.into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Each answer that makes no session is told why, and asked again.
+    #[test]
+    fn questions_are_asked_until_a_session_comes_of_them() {
+        let said = "My \"first\"\n\n11\n3\nvoltage\n30\n31\n20\n1000\n250\n0\n50\n";
+        let mut told = Vec::new();
+        let answers = ask([&None; 8], &mut said.as_bytes(), &mut told).unwrap();
+        let told = String::from_utf8(told).unwrap();
+        for why in [
+            "channels is 11",
+            "E453",
+            "E407 `channel.train.width_us`",
+            "E407 `channel.train.frequency_hz`",
+        ] {
+            assert!(told.contains(why), "{why}: {told}");
+        }
+        let text = accepted(&answers).unwrap();
+        let session = Session::parse("new.toml", &text).unwrap();
+        assert_eq!(
+            (session.title.as_str(), session.channels.len()),
+            ("My \"first\"", 3)
+        );
+        assert_eq!(session.duration_us, 10_000_000);
+        assert_eq!(session.channels[2].spec.train.width_us, 250);
+    }
+}

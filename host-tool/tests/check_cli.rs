@@ -1,0 +1,140 @@
+//! `flexor check` and `flexor new`: every mistake of every file, and a first file.
+
+use crate::bad_input_cli::{flexor, folder, said};
+use std::fmt::Write as _;
+use std::path::Path;
+use std::time::Instant;
+
+/// Exit code, the object for machines, and what people are told.
+fn checked(folder: &Path, files: &[&str]) -> (Option<i32>, serde_json::Value, String) {
+    let begun = Instant::now();
+    let arguments = [&["--json", "check"], files].concat();
+    let (exit, out, _) = said(&flexor(folder, &arguments).output().unwrap());
+    println!("{files:?}: {} ms", begun.elapsed().as_millis());
+    let arguments = [&["check"], files].concat();
+    let (_, _, told) = said(&flexor(folder, &arguments).output().unwrap());
+    (exit, serde_json::from_str(&out).unwrap(), told)
+}
+
+/// The numbers of a file's mistakes, and whether each says where and what to do.
+fn numbers(checked: &serde_json::Value, file: usize) -> Vec<&str> {
+    let mistakes = checked["sessions"][file]["mistakes"].as_array().unwrap();
+    let each = mistakes.iter().map(|it| it["number"].as_str().unwrap());
+    each.collect()
+}
+
+#[test]
+fn good_files_are_good_and_every_mistake_of_every_bad_one_is_told() {
+    let folder = folder("check_files");
+    let good = std::fs::read_to_string(folder.join("session.toml")).unwrap();
+    let (exit, told, _) = checked(&folder, &["session.toml"]);
+    assert_eq!((exit, &told["error"]), (Some(0), &serde_json::Value::Null));
+    assert_eq!(numbers(&told, 0), [""; 0]);
+    let bad = good
+        .replace("rise_ms = 10", "rise_ms = 0")
+        .replace("width_us", "widht_us");
+    std::fs::write(folder.join("bad.toml"), bad).unwrap();
+    std::fs::create_dir(folder.join("folder.toml")).unwrap();
+    let files = ["bad.toml", "session.toml", "absent.toml", "folder.toml"];
+    let (exit, told, people) = checked(&folder, &files);
+    assert_eq!(exit, Some(1));
+    assert_eq!(numbers(&told, 0), ["E407", "E402"]);
+    assert_eq!(told["sessions"][0]["mistakes"][1]["line"], 14);
+    assert_eq!(numbers(&told, 1), [""; 0]);
+    assert_eq!(numbers(&told, 2), ["E400"]);
+    assert_eq!(numbers(&told, 3), ["E400"]);
+    for told in [
+        "bad.toml:6:11",
+        "did you mean `width_us`?",
+        "absent.toml",
+        "E524 4 mistakes in 3 of 4",
+    ] {
+        assert!(people.contains(told), "{told}: {people}");
+    }
+    assert_eq!(
+        said(&flexor(&folder, &["check"]).output().unwrap()).0,
+        Some(2)
+    );
+}
+
+/// Files that no person writes are refused as well, and at once: the time is printed.
+#[test]
+fn monstrous_files_are_told_apart() {
+    let folder = folder("check_monsters");
+    let good = std::fs::read_to_string(folder.join("session.toml")).unwrap();
+    let huge = format!("{good}{}", "# nothing\n".repeat(1 << 20));
+    let mut hundred = good.replace("duration_s = 30.0", "duration_s = 30.0\n");
+    hundred.push_str("[simulated_trigger]\nat_s = [1.0]\n[study]\n");
+    for number in 0..100 {
+        let _ = writeln!(hundred, "mistake_{number} = {number}");
+    }
+    // The largest file that is read at all, of nothing but mistakes.
+    let mut worst = String::from("[study]\n");
+    while worst.len() < (1 << 20) - 30 {
+        let _ = writeln!(worst, "m{} = 1", worst.len());
+    }
+    let digits = "1234567890".repeat(4);
+    let long = good
+        .replace("limit = 15.0", &format!("limit = {digits}.5"))
+        .replace("width_us = 200", &format!("width_us = {digits}"));
+    let twice = format!("{good}\n[wearer]\nrise_ms = 20\n[setpoints]\nrate_hz = 1\n");
+    let cases: [(&str, &str, &[&str], usize); 5] = [
+        ("huge.toml", &huge, &["E400"], 1),
+        ("hundred.toml", &hundred, &["E402", "E465"], 101),
+        ("worst.toml", &worst, &["E402", "E404", "E411"], 201),
+        ("long.toml", &long, &["E406"], 2),
+        ("twice.toml", &twice, &["E401"], 4),
+    ];
+    for (name, text, expected, count) in cases {
+        std::fs::write(folder.join(name), text).unwrap();
+        let (exit, told, people) = checked(&folder, &[name]);
+        let mut numbers = numbers(&told, 0);
+        assert_eq!(
+            (exit, numbers.len()),
+            (Some(1), count),
+            "{name}: {numbers:?}"
+        );
+        numbers.sort_unstable();
+        numbers.dedup();
+        assert_eq!(numbers, expected, "{name}");
+        assert!(people.contains("E524"), "{name}: {people}");
+    }
+}
+
+#[test]
+fn a_new_file_is_good_and_never_replaces_one() {
+    let folder = folder("new");
+    let new = |arguments: &[&str]| {
+        let arguments = [&["--json", "new"], arguments].concat();
+        let (exit, out, _) = said(&flexor(&folder, &arguments).output().unwrap());
+        (exit, out)
+    };
+    assert_eq!(new(&["plain.toml"]).0, Some(0));
+    let options = [
+        "ten.toml",
+        "--channels",
+        "10",
+        "--stage",
+        "voltage",
+        "--limit",
+        "30",
+        "--title",
+        "Ten \"new\"",
+        "--schema",
+        "schema.json",
+    ];
+    assert_eq!(new(&options).0, Some(0));
+    let (exit, told, _) = checked(&folder, &["plain.toml", "ten.toml"]);
+    assert_eq!(
+        (exit, &told["sessions"][1]["title"]),
+        (Some(0), &"Ten \"new\"".into())
+    );
+    let before = std::fs::read(folder.join("ten.toml")).unwrap();
+    assert!(before.starts_with(b"#:schema schema.json\n"));
+    let (exit, out) = new(&["ten.toml"]);
+    assert!(exit == Some(1) && out.contains("E525"), "{out}");
+    assert_eq!(std::fs::read(folder.join("ten.toml")).unwrap(), before);
+    let (exit, out) = new(&["bad.toml", "--frequency", "300"]);
+    assert!(exit == Some(2) && out.contains("frequency_hz"), "{out}");
+    assert!(!folder.join("bad.toml").exists());
+}
