@@ -4,7 +4,7 @@
 use firmware::pulse::{GroupSpec, Partner, Shape as WireShape, TrainSpec as Wire};
 use hal_sim::trace::check::{Expectation, Group, GroupKind, Limits, Shape, TrainSpec};
 use hal_sim::trace::{Polarity, Trace};
-use host_tool::session::{Course, Session};
+use host_core::session::{Course, Session};
 use std::ops::Range;
 
 /// The expectation for stimulation from `epoch_us` to `end_us`, every pulse of

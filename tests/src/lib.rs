@@ -10,4 +10,6 @@ pub mod differential;
 pub mod expectation;
 #[cfg(feature = "devices")]
 pub mod fuzz;
+#[cfg(feature = "devices")]
+pub mod record;
 pub mod verify;

@@ -2,9 +2,9 @@
 //! take: errors from this computer, cycles from the chip simulator, both the
 //! same in every run, so every change of code shows in their diff.
 
-use host_tool::accuracy::{Chart, all_errors, cases, digits, measure};
-use host_tool::report::accuracy_picture;
 use std::path::Path;
+use studies::accuracy::{Chart, all_errors, cases, digits, measure};
+use studies::figures::accuracy_picture;
 
 const RENEW: &str = "cargo run --release -p host-tool -- chart accuracy";
 

@@ -2,40 +2,25 @@
 //! isolated outputs within two windows and is reported with its number, after
 //! a reset too.
 
-use firmware::device::lockstep::{Sensors, Sink};
 use firmware::link::message::ResetCause;
 use firmware::link::{
     BROADCAST, Decoder, Event, HelloInfo, Refusal, Request, Response, SCHEMA, ToDevice, encode,
 };
-use firmware::pulse::{Levels, Shape, TrainSpec};
+use firmware::lockstep::Sensors;
+use firmware::pulse::TrainSpec;
 use firmware::safety::{ChannelSpec, Fault, StageSpec, StopCause, WearerSpec};
-use firmware::units::{Amplitude, DacCode, Micros};
+use firmware::units::{Amplitude, Micros};
 use hal_sim::body::Drive;
 use hal_sim::chip::board::Board;
 use hal_sim::chip::cpu::Size;
 use hal_sim::chip::soc::Pace;
-use hal_sim::lockstep::Device;
-use hal_sim::world::Output;
-use host_tool::run::chip_image;
+use hal_sim::lockstep::{Device, Output};
+use hal_sim::trace::Levels;
+use host_core::run::chip_image;
+use tests::record::Record;
 
 /// Isolated from a fault on after two windows, µs.
 const TWO_WINDOWS_US: u64 = 500;
-
-#[derive(Default)]
-struct Record {
-    levels: Vec<(u64, Levels)>,
-    bytes: Vec<u8>,
-}
-
-impl Sink for Record {
-    fn levels(&mut self, at: Micros, levels: Levels) {
-        self.levels.push((at.0.into(), levels));
-    }
-    fn dac(&mut self, _: Micros, _: u8, _: DacCode) {}
-    fn bytes(&mut self, _: Micros, bytes: &[u8]) {
-        self.bytes.extend_from_slice(bytes);
-    }
-}
 
 /// A board and its host.
 struct Bench {
@@ -154,18 +139,25 @@ impl Bench {
 
     /// Whether anything is driven in the next `ms`.
     fn drives_within(&mut self, ms: u64) -> bool {
-        self.record.levels.clear();
+        self.record.trace.levels.clear();
         self.run_us(ms * 1000);
         self.record
+            .trace
             .levels
             .iter()
-            .any(|(_, l)| (0..10).any(|c| l.drives(c)))
+            .any(|(_, l)| (0..10).any(|c| l.state(c).is_driven()))
     }
 
     /// Runs until a channel is driven, for `us` into its phase.
     fn run_into_pulse(&mut self, us: u64) {
-        self.record.levels.clear();
-        while !self.record.levels.last().is_some_and(|(_, l)| l.drives(0)) {
+        self.record.trace.levels.clear();
+        while !self
+            .record
+            .trace
+            .levels
+            .last()
+            .is_some_and(|(_, l)| l.state(0).is_driven())
+        {
             self.run_us(10);
         }
         self.run_us(us);
@@ -175,10 +167,16 @@ impl Bench {
     fn expect_isolated(&mut self, since_us: u64, ms: u64) {
         self.run_us(ms * 1000);
         let end = since_us + TWO_WINDOWS_US;
-        let last = self.record.levels.iter().rfind(|(t, _)| *t <= end);
+        let last = self.record.trace.levels.iter().rfind(|(t, _)| *t <= end);
         assert_eq!(last.map(|l| l.1), Some(Levels::ISOLATED));
-        let later = self.record.levels.iter().filter(|(t, _)| *t > end).count();
-        let end = self.record.levels.last().unwrap().0;
+        let later = self
+            .record
+            .trace
+            .levels
+            .iter()
+            .filter(|(t, _)| *t > end)
+            .count();
+        let end = self.record.trace.levels.last().unwrap().0;
         println!("isolated {} us after", end.saturating_sub(since_us));
         assert_eq!(later, 0);
     }
@@ -231,16 +229,8 @@ impl Bench {
 fn spec(channel: u8) -> ChannelSpec {
     ChannelSpec {
         train: TrainSpec {
-            shape: Shape::BiphasicCathodicFirst,
-            width_us: 200,
-            gap_us: 20,
-            ground_us: 0,
-            period_us: 5_000,
             offset_us: 300 * u32::from(channel),
-            burst_count: 1,
-            burst_interval_us: 0,
-            repeats: 0,
-            triggered: false,
+            ..TrainSpec::biphasic(200, 20, 5_000)
         },
         stage: StageSpec::Current {
             full_scale_ua: 24_000,
@@ -283,7 +273,7 @@ fn the_watchdog_bites_when_an_owner_freezes() {
         let at = bench.now();
         lines.iter().for_each(|line| bench.disable(*line));
         bench.run_us(13_000);
-        let last = *bench.record.levels.last().unwrap();
+        let last = *bench.record.trace.levels.last().unwrap();
         println!("{lines:?}: isolated {} us after", last.0 - at);
         assert_eq!(last.1, Levels::ISOLATED);
         // A pulser that lives goes on until the bite.
@@ -322,7 +312,7 @@ fn a_dead_crystal_isolates_and_is_recorded() {
     bench.run_into_pulse(20);
     let (at, cycle) = (bench.now(), bench.board.cpu.cycle);
     bench.board.around.soc.rcc.hse_fails(cycle).unwrap();
-    bench.board.around.soc.touch();
+    bench.board.around.soc.reschedule();
     bench.expect_isolated(at, 5);
     let cycle = bench.board.cpu.cycle;
     let head = bench.board.around.soc.read(0x4000_2850, Size::Word, cycle);

@@ -2,7 +2,7 @@
 //! the flashed image on the chip simulator, in both readings of its flash.
 
 use hal_sim::chip::soc::flash::Prefetched;
-use host_tool::run::chip_image;
+use host_core::run::chip_image;
 use host_tool::selftest::{Latency, Path, Subject, latency};
 
 #[test]

@@ -3,7 +3,7 @@
 
 use hal_sim::chip::profile::{Owner, exception};
 use hal_sim::chip::soc::flash::Prefetched;
-use host_tool::run::{Profiled, SessionFile, chip_image, profile};
+use host_core::run::{Profiled, SessionFile, chip_image, profile};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::Path;

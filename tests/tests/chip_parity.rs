@@ -5,40 +5,18 @@ mod watched;
 
 use crate::qemu_parity::session::{BOOT, Step, channel_spec, thirty_seconds};
 use firmware::device::Identity;
-use firmware::device::lockstep::{Lockstep, Sensors, Sink};
 use firmware::link::message::ResetCause;
 use firmware::link::{Decoder, Event, HelloInfo, Kind, Response};
-use firmware::pulse::Levels;
+use firmware::lockstep::{Lockstep, Sensors};
 use firmware::safety::{FaultRecord, StageSpec};
-use firmware::units::{DacCode, Micros};
+use firmware::units::Micros;
 use hal_sim::body::Drive;
 use hal_sim::chip::soc::Pace;
-use hal_sim::trace::{self, Edge, State, Trace};
-use hal_sim::world::Output;
+use hal_sim::lockstep::Output;
+use hal_sim::trace::{Edge, State, Trace};
 use std::time::Instant;
+use tests::record::Record;
 use watched::{Served, Watched};
-
-/// Everything that a device put out.
-#[derive(Default)]
-struct Record {
-    trace: Trace,
-    bytes: Vec<u8>,
-}
-
-impl Sink for Record {
-    fn levels(&mut self, at: Micros, levels: Levels) {
-        self.trace
-            .record_levels(at.0.into(), trace::Levels(levels.0));
-    }
-
-    fn dac(&mut self, at: Micros, channel: u8, code: DacCode) {
-        self.trace.record_dac(at.0.into(), channel, code.0);
-    }
-
-    fn bytes(&mut self, _: Micros, bytes: &[u8]) {
-        self.bytes.extend_from_slice(bytes);
-    }
-}
 
 /// The stages of the session's channels.
 fn stages() -> [Option<Output>; 10] {

@@ -1,7 +1,7 @@
 //! The paper's stimulation patterns and ten channels from the flashed image on
 //! the chip simulator: every edge on its microsecond, and where in it.
 
-use firmware::device::lockstep::{Sensors, Sink};
+use firmware::lockstep::{Sensors, Sink};
 use firmware::pulse::Levels;
 use firmware::units::{DacCode, Micros};
 use hal_sim::body::Drive;
@@ -9,10 +9,9 @@ use hal_sim::chip::board::{Board, Phases};
 use hal_sim::chip::image::Image;
 use hal_sim::chip::profile::Phase;
 use hal_sim::chip::soc::Pace;
-use hal_sim::lockstep::Device;
+use hal_sim::lockstep::{Device, Output};
 use hal_sim::trace::Trace;
-use hal_sim::world::Output;
-use host_tool::run::{SessionFile, chip_image, power_on, run, simulated};
+use host_core::run::{SessionFile, chip_image, power_on, run, simulated};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};

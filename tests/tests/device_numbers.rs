@@ -1,8 +1,8 @@
 //! The bounds that `flexor selftest` prints numbers for, held from the outside.
 
-use host_tool::run::{DeviceName, SessionFile, run};
+use host_core::run::{DeviceName, SessionFile, run};
+use host_core::session::LawName;
 use host_tool::selftest::{Path, Subject, latency, silence, soak};
-use host_tool::session::LawName;
 use std::path;
 
 /// Issue: 0.6 ms for a direct amplitude (Harris's stimulator: 1.22–1.30 ms),
@@ -66,7 +66,7 @@ fn the_finger_follows_as_well_as_it_did() {
         let port = DeviceName::Native.open(&file.session, 1).unwrap();
         let (outcome, _) = run(&file, port, None, |_| ());
         assert!(outcome.error.is_none(), "{name}: {:?}", outcome.error);
-        let rmse = host_tool::analysis::metrics(&outcome.trial)
+        let rmse = host_core::analysis::metrics(&outcome.trial)
             .unwrap()
             .rmse_deg;
         println!("{name} {law:?}: {rmse:.3}");

@@ -3,43 +3,21 @@
 //! hand-held stop or by themselves, twice over, judged by the independent
 //! checker of traces.
 
-use firmware::device::lockstep::{Lockstep, Sensors, Sink};
 use firmware::link::{Decoder, Request, Response, SCHEMA, ToDevice, encode};
-use firmware::pulse::{GroupSpec, Levels, Partner, Shape, TrainSpec};
+use firmware::lockstep::{Lockstep, Sensors};
+use firmware::pulse::{GroupSpec, Partner, Shape, TrainSpec};
 use firmware::safety::{ChannelSpec, StageSpec, State, WearerSpec};
-use firmware::units::{Amplitude, DacCode, Micros};
+use firmware::units::{Amplitude, Micros};
 use hal_sim::native::native;
-use hal_sim::trace::{Trace, Unwrap, check};
+use hal_sim::trace::{Unwrap, check};
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
 use std::cell::Cell;
 use tests::expectation::{of_setup, since};
+use tests::record::Record;
 
 const FULL_SCALE_UA: u32 = 100_000;
 const LIMIT_UA: u32 = 20_000;
-
-#[derive(Default)]
-struct Record {
-    trace: Trace,
-    levels: Unwrap,
-    dac: Unwrap,
-    bytes: Vec<u8>,
-}
-
-impl Sink for Record {
-    fn levels(&mut self, at: Micros, levels: Levels) {
-        let t = self.levels.at(at.0);
-        self.trace
-            .record_levels(t, hal_sim::trace::Levels(levels.0));
-    }
-    fn dac(&mut self, at: Micros, channel: u8, code: DacCode) {
-        let t = self.dac.at(at.0);
-        self.trace.record_dac(t, channel, code.0);
-    }
-    fn bytes(&mut self, _: Micros, bytes: &[u8]) {
-        self.bytes.extend_from_slice(bytes);
-    }
-}
 
 struct Desk {
     board: Lockstep,
@@ -52,14 +30,11 @@ struct Desk {
 
 impl Desk {
     fn boot(at: Micros) -> Self {
-        let mut record = Record::default();
         let mut clock = Unwrap::default();
-        for unwrap in [&mut record.levels, &mut record.dac, &mut clock] {
-            unwrap.at(at.0);
-        }
+        clock.at(at.0);
         let mut desk = Self {
             board: native(at),
-            record,
+            record: Record::from(at),
             sensors: Sensors::default(),
             session: 0,
             seq: 0,

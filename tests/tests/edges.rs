@@ -1,8 +1,8 @@
 //! Every edge of the paper's 29 stimulation patterns, on its microsecond.
 
 use hal_sim::trace::{Levels, Trace};
-use host_tool::link::Port;
-use host_tool::run::{DeviceName, SessionFile, edges_between, run};
+use host_core::link::Port;
+use host_core::run::{DeviceName, SessionFile, edges_between, run};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use tests::expectation::{of_session, since};
@@ -75,7 +75,7 @@ fn ten_channels_are_exact() {
         };
         let is_constant = matches!(
             file.session.setpoints.course,
-            host_tool::session::Course::Amplitudes(_)
+            host_core::session::Course::Amplitudes(_)
         );
         let is_triggered = file.session.channels.iter().any(|c| c.spec.train.triggered);
         if !is_constant || is_triggered {

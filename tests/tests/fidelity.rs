@@ -1,8 +1,8 @@
 //! `[fidelity]`: a session made as coarse as its scenes allow is as good as the file's
 //! own, within the tolerance.
 
-use host_tool::run::{DeviceName, SessionFile, run};
-use host_tool::session::BodySpec;
+use host_core::run::{DeviceName, SessionFile, run};
+use host_core::session::BodySpec;
 
 /// A committed session with some tolerance, or as it is.
 fn session(name: &str, tolerance: Option<f64>) -> SessionFile {
@@ -16,7 +16,7 @@ fn session(name: &str, tolerance: Option<f64>) -> SessionFile {
 
 /// Telemetry period found, ms, and root mean square of what `of` gives for a sample
 /// from 10 s on.
-fn played(file: &SessionFile, of: impl Fn(&host_tool::record::Sample) -> f64) -> (f64, f64) {
+fn played(file: &SessionFile, of: impl Fn(&host_core::record::Sample) -> f64) -> (f64, f64) {
     let port = DeviceName::Native.open(&file.session, 1).unwrap();
     let (outcome, _) = run(file, port, None, |_| ());
     assert!(outcome.error.is_none(), "{}", outcome.error.unwrap());
@@ -32,7 +32,7 @@ fn played(file: &SessionFile, of: impl Fn(&host_tool::record::Sample) -> f64) ->
 #[test]
 fn a_finger_is_followed_as_well_at_what_its_scenes_need() {
     let name = "hamana_exp4_two_point";
-    let error = |s: &host_tool::record::Sample| s.target_deg.unwrap() - s.true_deg.unwrap();
+    let error = |s: &host_core::record::Sample| s.target_deg.unwrap() - s.true_deg.unwrap();
     let (period_ms, as_filed) = played(&session(name, None), error);
     assert!((period_ms - 10.0).abs() < 0.1, "{period_ms}");
     let mut coarsest = 0;

@@ -5,82 +5,17 @@
 //! ten subjects' forces follow. No evidence about people: the device knows each
 //! muscle's parameters exactly.
 
-use firmware::control::{ForceControl, ForceSpec, HoldPolicy};
-use firmware::muscle::{CalciumForceSpec, Recruitment, RecruitmentSpec};
-use firmware::units::Amplitude;
+use crate::force_reach::{channel, control, play, session};
 use hal_sim::body::muscle::{Muscle, Parameters, SUBJECTS, Step};
 use hal_sim::trace::Trace;
-use host_tool::link::Port;
-use host_tool::run::{DeviceName, SessionFile, run};
-use host_tool::session::{Session, Setpoint};
+use host_core::run::{DeviceName, SessionFile, run};
+use host_core::session::{Session, Setpoint};
 use std::path::Path;
 
 const END_US: u64 = 9_000_000;
 /// What is judged: after the first second, in which the amplitude rises.
 const FROM_MS: usize = 1_500;
 const TO_MS: usize = 8_500;
-
-/// The device's most for a subject between 20 and 60 Hz, N.
-fn most(p: &Parameters) -> f64 {
-    let whole = |value: f64| value.round() as u32;
-    let muscle = CalciumForceSpec {
-        a_mn_per_s: whole(p.a_n_per_s * 1e3),
-        k_micro: whole(p.k * 1e6),
-        tau_c_us: whole(p.tau_c_s * 1e6),
-        tau1_us: whole(p.tau1_s * 1e6),
-        tau2_us: whole(p.tau2_s * 1e6),
-    };
-    let recruitment = RecruitmentSpec {
-        motor_threshold: Amplitude(10_000),
-        limit: Amplitude(20_000),
-        reference: Amplitude(20_000),
-        slope_micro: 300_000,
-    };
-    let spec = ForceSpec {
-        min_period_us: 16_667,
-        hold: HoldPolicy::Hold,
-        max_period_us: None,
-    };
-    let recruitment = Recruitment::new(recruitment).unwrap();
-    let control = ForceControl::new(0, &spec, muscle, recruitment, 50_000).unwrap();
-    control.reach().1.0.to_num()
-}
-
-fn session(p: &Parameters, hold: &str, setpoints: &str) -> SessionFile {
-    let text = format!(
-        r#"
-title = "force"
-duration_s = 9.1
-wearer = {{ rise_ms = 1 }}
-[[channel]]
-number = 1
-name = "muscle"
-stage = {{ kind = "current", full_scale_ma = 50.0 }}
-limit = 20.0
-train = {{ shape = "biphasic-cathodic-first", width_us = 200, gap_us = 50, frequency_hz = 20.0 }}
-force = {{ max_frequency_hz = 60.0, hold = "{hold}" }}
-[channel.muscle]
-a_n_per_s = {:.3}
-k = {:.6}
-tau_c_ms = {:.3}
-tau1_ms = {:.3}
-tau2_ms = {:.3}
-motor_threshold = 10.0
-reference = 20.0
-slope_per_unit = 0.3
-[setpoints]
-rate_hz = 90
-channel = 1
-{setpoints}
-"#,
-        p.a_n_per_s,
-        p.k,
-        p.tau_c_s * 1e3,
-        p.tau1_s * 1e3,
-        p.tau2_s * 1e3,
-    );
-    SessionFile::parse("force.toml", &text).unwrap()
-}
 
 /// Force at each millisecond that the channel's pulses give, N.
 fn force(p: &Parameters, trace: &Trace, epoch_us: u64) -> Vec<f64> {
@@ -169,16 +104,14 @@ fn courses(n: f64) -> [(&'static str, String); 4] {
 fn mean_errors(hold: &str) -> [(f64, f64); 4] {
     let mut means = [(0.0, 0.0); 4];
     for p in &SUBJECTS {
-        let most = most(p);
+        let most: f64 = control(p, None).reach().1.get().to_num();
         for ((_, course), mean) in courses(most).into_iter().zip(&mut means) {
-            let file = session(p, hold, &course);
-            let port = DeviceName::Native.open(&file.session, 1).unwrap();
-            let (outcome, mut port) = run(&file, port, None, |_| ());
-            assert!(outcome.error.is_none(), "{}", outcome.error.unwrap());
-            assert_eq!(outcome.refused, 0);
-            let epoch = outcome.epoch_us.unwrap();
-            let trace = &port.as_mut().unwrap().world().unwrap().recorder.trace;
-            let (smooth, raw) = errors(&wanted(&file.session), &force(p, trace, epoch));
+            let channel = channel(1, p, (10.0, 0.3), &format!("hold = \"{hold}\""));
+            let file = session(9.1, &channel, &format!("channel = 1\n{course}"));
+            let played = play(&file);
+            assert_eq!(played.outcome.refused, 0);
+            let force = force(p, &played.trace, played.epoch_us);
+            let (smooth, raw) = errors(&wanted(&file.session), &force);
             mean.0 += smooth / most / SUBJECTS.len() as f64;
             mean.1 += raw / most / SUBJECTS.len() as f64;
         }

@@ -9,8 +9,8 @@ use firmware::units::Amplitude;
 use hal_sim::body::muscle::reference::integrate;
 use hal_sim::body::muscle::{Muscle, Parameters, SUBJECTS, Step};
 use hal_sim::trace::Trace;
-use host_tool::link::Port;
-use host_tool::run::{DeviceName, SessionFile, run};
+use host_core::link::Port;
+use host_core::run::{DeviceName, Outcome, SessionFile, run};
 use std::path::Path;
 
 /// FNV-1a over words.
@@ -49,18 +49,60 @@ fn without_a_slowest_rate_nothing_changes() {
     let found = sessions.map(|(name, _)| {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../host-tool/sessions");
         let file = SessionFile::load(&folder.join(name)).unwrap();
-        let port = DeviceName::Native.open(&file.session, 1).unwrap();
-        let (outcome, mut port) = run(&file, port, None, |_| ());
-        assert!(outcome.error.is_none(), "{}", outcome.error.unwrap());
-        let trace = &port.as_mut().unwrap().world().unwrap().recorder.trace;
-        (name, edges(trace, outcome.epoch_us.unwrap()).0)
+        let played = play(&file);
+        (name, edges(&played.trace, played.epoch_us).0)
     });
     println!("{found:#x?}");
     assert_eq!(found, sessions);
 }
 
+/// A session that was played on a device: what came of it, and its pins since `epoch_us`.
+pub struct Played {
+    pub outcome: Outcome,
+    pub trace: Trace,
+    pub epoch_us: u64,
+}
+
+/// Plays `file` on the native device.
+pub fn play(file: &SessionFile) -> Played {
+    let port = DeviceName::Native.open(&file.session, 1).unwrap();
+    let (mut outcome, port) = run(file, port, None, |_| ());
+    assert!(outcome.error.is_none(), "{}", outcome.error.unwrap());
+    let epoch_us = outcome.epoch_us.take().unwrap();
+    let trace = port.unwrap().world().unwrap().recorder.trace.clone();
+    Played {
+        outcome,
+        trace,
+        epoch_us,
+    }
+}
+
+/// Force control of a subject's muscle at 20 Hz, to 60 Hz, from 10 to 20 mA.
+pub fn control(p: &Parameters, max_period_us: Option<u32>) -> ForceControl {
+    let whole = |value: f64| value.round() as u32;
+    let muscle = CalciumForceSpec {
+        a_mn_per_s: whole(p.a_n_per_s * 1e3),
+        k_micro: whole(p.k * 1e6),
+        tau_c_us: whole(p.tau_c_s * 1e6),
+        tau1_us: whole(p.tau1_s * 1e6),
+        tau2_us: whole(p.tau2_s * 1e6),
+    };
+    let recruitment = Recruitment::new(RecruitmentSpec {
+        motor_threshold: Amplitude(10_000),
+        limit: Amplitude(20_000),
+        reference: Amplitude(20_000),
+        slope_micro: 300_000,
+    });
+    let spec = ForceSpec {
+        min_period_us: 16_667,
+        hold: HoldPolicy::Hold,
+        max_period_us,
+    };
+    ForceControl::new(0, &spec, muscle, recruitment.unwrap(), 50_000).unwrap()
+}
+
 /// A channel under force control, `extra` in its `force` table.
-fn channel(number: usize, p: &Parameters, recruits: (f64, f64), extra: &str) -> String {
+pub fn channel(number: usize, p: &Parameters, recruits: (f64, f64), extra: &str) -> String {
     let (threshold, slope) = recruits;
     format!(
         r#"
@@ -70,7 +112,7 @@ name = "muscle {number}"
 stage = {{ kind = "current", full_scale_ma = 50.0 }}
 limit = 20.0
 train = {{ shape = "biphasic-cathodic-first", width_us = 200, gap_us = 50, frequency_hz = 20.0, offset_us = {} }}
-force = {{ max_frequency_hz = 60.0, hold = "hold"{extra} }}
+force = {{ max_frequency_hz = 60.0, {extra} }}
 [channel.muscle]
 a_n_per_s = {:.3}
 k = {:.6}
@@ -90,7 +132,7 @@ slope_per_unit = {slope}
     )
 }
 
-fn session(duration_s: f64, channels: &str, setpoints: &str) -> SessionFile {
+pub fn session(duration_s: f64, channels: &str, setpoints: &str) -> SessionFile {
     let text = format!(
         "title = \"reach\"\nduration_s = {duration_s}\nwearer = {{ rise_ms = 1 }}\n{channels}\n\
          [setpoints]\nrate_hz = 90\n{setpoints}\n"
@@ -170,15 +212,20 @@ fn reference_force(p: &Parameters, pulses: &[Pulse], from_us: u64) -> f64 {
 fn four_newtons_of_k03() {
     let k03 = &SUBJECTS[2];
     let recruits = (17.0, 0.3213);
+    let hold = "hold = \"hold\"";
     for (extra, given) in [("", 7.59), (", min_frequency_hz = 2.0", 4.0)] {
         let setpoints = "kind = \"force-ramp\"\nchannel = 1\npoints = [{ at_s = 0.0, n = 4.0 }]";
-        let file = session(9.0, &channel(1, k03, recruits, extra), setpoints);
-        let port = DeviceName::Native.open(&file.session, 1).unwrap();
-        let (outcome, mut port) = run(&file, port, None, |_| ());
-        assert!(outcome.error.is_none(), "{}", outcome.error.unwrap());
-        let epoch = outcome.epoch_us.unwrap();
-        let trace = &port.as_mut().unwrap().world().unwrap().recorder.trace;
-        let pulses = pulses(trace, epoch + 9_000_000, 0, recruits);
+        let file = session(
+            9.0,
+            &channel(1, k03, recruits, &format!("{hold}{extra}")),
+            setpoints,
+        );
+        let Played {
+            outcome,
+            trace,
+            epoch_us: epoch,
+        } = play(&file);
+        let pulses = pulses(&trace, epoch + 9_000_000, 0, recruits);
         let pulses: Vec<Pulse> = pulses.into_iter().filter(|p| p.0 >= epoch).collect();
         let force = reference_force(k03, &pulses, epoch + 4_000_000);
         let apart = (pulses[pulses.len() - 1].0 - pulses[pulses.len() - 2].0) as f64;
@@ -190,7 +237,7 @@ fn four_newtons_of_k03() {
             outcome.trial.gap_n(last, 1)
         );
         assert!((force / given - 1.0).abs() < 0.01, "{force} N");
-        let metrics = host_tool::analysis::force_metrics(&outcome.trial);
+        let metrics = host_core::analysis::force_metrics(&outcome.trial);
         if extra.is_empty() {
             let (below, above) = outcome.trial.gap_n(last, 1).unwrap();
             assert!(
@@ -213,36 +260,12 @@ fn four_newtons_of_k03() {
 fn ten_subjects_have_every_force_but_the_least() {
     const STEP_S: f64 = 5.0;
     const RECRUITS: (f64, f64) = (10.0, 0.3);
-    let extra = ", min_frequency_hz = 1.0";
+    let extra = "hold = \"hold\", min_frequency_hz = 1.0";
     let channels: String = (1..=10)
         .map(|n| channel(n, &SUBJECTS[n - 1], RECRUITS, extra))
         .collect();
     // What each can: none, and from … to … mN; and its threshold's at 20 Hz.
-    let reach = |slowest_us| {
-        SUBJECTS.map(|p| {
-            let whole = |value: f64| value.round() as u32;
-            let muscle = CalciumForceSpec {
-                a_mn_per_s: whole(p.a_n_per_s * 1e3),
-                k_micro: whole(p.k * 1e6),
-                tau_c_us: whole(p.tau_c_s * 1e6),
-                tau1_us: whole(p.tau1_s * 1e6),
-                tau2_us: whole(p.tau2_s * 1e6),
-            };
-            let recruitment = Recruitment::new(RecruitmentSpec {
-                motor_threshold: Amplitude(10_000),
-                limit: Amplitude(20_000),
-                reference: Amplitude(20_000),
-                slope_micro: 300_000,
-            });
-            let spec = ForceSpec {
-                min_period_us: 16_667,
-                hold: HoldPolicy::Hold,
-                max_period_us: slowest_us,
-            };
-            let control = ForceControl::new(0, &spec, muscle, recruitment.unwrap(), 50_000);
-            control.unwrap().reach_mn()
-        })
-    };
+    let reach = |slowest_us| SUBJECTS.map(|p| control(&p, slowest_us).reach_mn());
     let (slow, fixed) = (reach(Some(1_000_000)), reach(None));
     let wanted: Vec<Vec<u32>> = (0..10)
         .map(|i| {
@@ -273,15 +296,15 @@ fn ten_subjects_have_every_force_but_the_least() {
     let steps = wanted[0].len();
     let setpoints = format!("kind = \"keep-alive\"\nforces = [{}]", stairs.join(",\n"));
     let file = session(STEP_S * steps as f64, &channels, &setpoints);
-    let port = DeviceName::Native.open(&file.session, 1).unwrap();
-    let (outcome, mut port) = run(&file, port, None, |_| ());
-    assert!(outcome.error.is_none(), "{}", outcome.error.unwrap());
-    let epoch = outcome.epoch_us.unwrap();
-    let trace = &port.as_mut().unwrap().world().unwrap().recorder.trace;
+    let Played {
+        outcome,
+        trace,
+        epoch_us: epoch,
+    } = play(&file);
     let mut worst = 0f64;
     for (i, p) in SUBJECTS.iter().enumerate() {
         let end_us = epoch + (STEP_S * steps as f64 * 1e6) as u64;
-        let pulses = pulses(trace, end_us, i, RECRUITS);
+        let pulses = pulses(&trace, end_us, i, RECRUITS);
         for (step, &mn) in wanted[i].iter().enumerate() {
             let at_s = |part: f64| STEP_S * (step as f64 + part);
             let at_us = |part: f64| epoch + (at_s(part) * 1e6) as u64;

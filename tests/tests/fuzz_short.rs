@@ -65,6 +65,12 @@ fn lockstep() {
     run("lockstep", fuzz::lockstep, 50_000);
 }
 
+/// A board that leaves out refills that would do nothing is the same board.
+#[test]
+fn skipping() {
+    run("lockstep", fuzz::skipping, 5_000);
+}
+
 #[test]
 fn edge_file() {
     run("edge_file", fuzz::edge_file, 20_000);

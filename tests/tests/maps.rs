@@ -1,8 +1,8 @@
 //! docs/maps/*.txt are what the code does: a map that changes shows in the diff.
 
-use host_tool::report::map_picture;
-use host_tool::stability::{MAPS, Map, SEED};
 use std::path::{Path, PathBuf};
+use studies::figures::map_picture;
+use studies::stability::{MAPS, Map, SEED};
 
 const RENEW: &str = "cargo run --release -p host-tool -- chart stability";
 

@@ -12,7 +12,7 @@ use hal_sim::native::native;
 use hal_sim::trace::{Trace, check};
 use hal_sim::wire::faults::Faults;
 use hal_sim::world::World;
-use host_tool::link::{Client, Error, SimulatedPort};
+use host_core::link::{Client, Error, SimulatedPort};
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;

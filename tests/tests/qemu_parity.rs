@@ -5,10 +5,10 @@
 pub mod session;
 
 use firmware::device::Identity;
-use firmware::device::lockstep::port::MAX_PIECE;
-use firmware::device::lockstep::{Lockstep, Sensors, Sink};
 use firmware::link::message::ResetCause;
 use firmware::link::{Code, Decoder, Event, Kind, Response};
+use firmware::lockstep::port::MAX_PIECE;
+use firmware::lockstep::{Lockstep, Sensors, Sink};
 use firmware::pulse::Levels;
 use firmware::safety::StopCause;
 use firmware::units::{DacCode, Micros};

@@ -2,8 +2,8 @@
 //! exactly 1000 µs after its edge.
 
 use hal_sim::trace::{Edge, State};
-use host_tool::link::Port;
-use host_tool::run::{DeviceName, SessionFile, run};
+use host_core::link::Port;
+use host_core::run::{DeviceName, SessionFile, run};
 use std::path::Path;
 
 /// Off every grid: the window's 250 µs, the tick's and the world's 1000.

@@ -17,12 +17,12 @@ const STEPS: u64 = 10_000_000;
 /// # Errors
 /// The core stops, or the program does not end.
 pub fn records(program: &Program, encodings: &Encodings, executed: &mut [u32]) -> Result<Vec<u8>> {
-    let mut bus = Flat::new();
+    let mut bus = Flat::default();
     ensure!(
         bus.load(Flat::FLASH, &program.flash),
         "the image does not fit"
     );
-    let mut cpu = Cpu::new();
+    let mut cpu = Cpu::default();
     cpu.reset(&mut bus)?;
     let start = program.cases.first().map_or(0, |(at, _)| *at);
     let [open, write, exit] = program.calls;

@@ -1,8 +1,12 @@
 //! Random cases: a few instructions, and what is in the registers before.
 
 use super::encodings::{Encodings, Form, Kind, Pattern};
-use super::program::{SCRATCH, SCRATCH_BYTES};
 use super::random::Random;
+
+/// Scratch memory, which cases load from and store to.
+pub(super) const SCRATCH: u32 = 0x2000_1000;
+/// Its size; accesses of cases stay inside. The stack is in it, too.
+pub(super) const SCRATCH_BYTES: u32 = 256;
 
 /// Registers before a case.
 #[derive(Clone, Debug)]

@@ -1,13 +1,9 @@
 //! An image of cases and the harness that runs them.
 
 use super::encodings::Encodings;
-use super::generate::{self, Case};
+use super::generate::{self, Case, SCRATCH, SCRATCH_BYTES};
 use super::random::Random;
 
-/// Scratch memory, which cases load from and store to.
-pub(super) const SCRATCH: u32 = RAM + 0x1000;
-/// Its size; accesses of cases stay inside. The stack is in it, too.
-pub(super) const SCRATCH_BYTES: u32 = 256;
 /// What a case leaves: APSR, FPSCR, SP, S0–S31, R0–R12, LR, the scratch memory.
 pub const RECORD_WORDS: usize = 49 + SCRATCH_BYTES as usize / 4;
 

@@ -1,22 +1,19 @@
 //! Numbers from a seed.
 
+use hal_sim::random;
 use std::ops::Range;
 
-/// `SplitMix64`.
+/// Draws what an instruction's operands hold.
 #[derive(Clone, Debug)]
-pub(super) struct Random(u64);
+pub(super) struct Random(random::Random);
 
 impl Random {
     pub(super) const fn new(seed: u64) -> Self {
-        Self(seed)
+        Self(random::Random::new(seed))
     }
 
     pub(super) fn word(&mut self) -> u32 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut x = self.0;
-        x = (x ^ x >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        x = (x ^ x >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
-        (x ^ x >> 31) as u32
+        self.0.word() as u32
     }
 
     /// A number of `range`, which is not empty.

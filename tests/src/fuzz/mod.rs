@@ -10,7 +10,7 @@ mod watch;
 
 use firmware::link::Request;
 use hal_sim::trace::{read_csv, write_csv};
-use host_tool::session::Session as SessionFile;
+use host_core::session::Session as SessionFile;
 pub use session::{Session, payload, sealed};
 
 /// Whatever bytes arrive on a session's line: the device never panics, drives
@@ -32,7 +32,15 @@ pub fn frame(data: &[u8]) {
 /// A step is a byte for its kind, a byte `n`, and for a request `n` bytes of
 /// payload, for a joint reading two bytes.
 pub fn lockstep(data: &[u8]) {
-    let mut session = Session::open();
+    steps(Session::open(), data);
+}
+
+/// The same, beside a board that leaves no refill out: both put out the same.
+pub fn skipping(data: &[u8]) {
+    steps(Session::beside_unskipping(), data);
+}
+
+fn steps(mut session: Session, data: &[u8]) {
     let mut rest = data;
     let mut budget_us = MAX_US;
     for _ in 0..MAX_STEPS {

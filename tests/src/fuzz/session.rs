@@ -2,10 +2,11 @@
 
 use super::watch::Watch;
 use firmware::device::Identity;
-use firmware::device::lockstep::{Lockstep, Sensors};
 use firmware::link::message::ResetCause;
 use firmware::link::{Decoder, Kind, MAX_MESSAGE, Request, Response, SCHEMA, ToDevice, encode};
-use firmware::units::Micros;
+use firmware::lockstep::{Lockstep, Sensors, Sink};
+use firmware::pulse::Levels;
+use firmware::units::{DacCode, Micros};
 
 /// The board boots shortly before its clock wraps.
 const BOOT: Micros = Micros(u32::MAX - 20_000);
@@ -19,6 +20,8 @@ const SESSION: u16 = 1;
 /// A native board with an open session, and a watch on its outputs.
 pub struct Session {
     board: Lockstep,
+    /// One that is to put out the same.
+    twin: Option<Lockstep>,
     sensors: Sensors,
     watch: Watch,
     heard: Decoder,
@@ -28,6 +31,15 @@ pub struct Session {
 impl Session {
     /// A freshly booted board that has answered `Hello`.
     pub fn open() -> Self {
+        Self::boot(false)
+    }
+
+    /// The same, beside a board that leaves no refill out.
+    pub fn beside_unskipping() -> Self {
+        Self::boot(true)
+    }
+
+    fn boot(has_twin: bool) -> Self {
         let identity = Identity {
             kind: Kind::Native,
             unique_id: [0; 3],
@@ -37,6 +49,7 @@ impl Session {
         };
         let mut session = Self {
             board: Lockstep::new(identity, BOOT),
+            twin: has_twin.then(|| Lockstep::new(identity, BOOT).unskipping()),
             sensors: Sensors::default(),
             watch: Watch::default(),
             heard: Decoder::default(),
@@ -58,9 +71,23 @@ impl Session {
         }
         let now = self.board.now();
         self.watch.look(now, self.board.state());
-        self.board
-            .receive(now, bytes, &self.sensors, &mut self.watch);
+        self.drive(|board, sensors, sink| board.receive(now, bytes, sensors, sink));
         self.watch.look(self.board.now(), self.board.state());
+    }
+
+    /// Drives the board, and its twin to the same.
+    fn drive(&mut self, drive: impl Fn(&mut Lockstep, &Sensors, &mut Outputs)) {
+        let mut outputs = Outputs::default();
+        drive(&mut self.board, &self.sensors, &mut outputs);
+        if let Some(twin) = &mut self.twin {
+            let mut others = Outputs::default();
+            drive(twin, &self.sensors, &mut others);
+            assert_eq!(outputs, others, "a board that skips differs");
+            assert_eq!(self.board.state(), twin.state());
+        }
+        for put_out in outputs.0 {
+            put_out.tell(&mut self.watch);
+        }
     }
 
     /// A well-formed frame arrives whose request is `payload`, whatever it says.
@@ -79,7 +106,7 @@ impl Session {
             let next = self.board.now().plus(LOOK_US);
             let to = if next.is_before(end) { next } else { end };
             self.watch.look(self.board.now(), self.board.state());
-            self.board.advance(to, &self.sensors, &mut self.watch);
+            self.drive(|board, sensors, sink| board.advance(to, sensors, sink));
             self.watch.look(self.board.now(), self.board.state());
             self.sensors.trigger = None;
         }
@@ -118,6 +145,41 @@ impl Session {
     /// Requests that the board carried out, and those that it refused.
     pub fn answers(&self) -> (u32, u32) {
         (self.watch.acknowledged, self.watch.refused)
+    }
+}
+
+/// What a board put out, in order.
+#[derive(PartialEq, Debug, Default)]
+struct Outputs(Vec<PutOut>);
+
+#[derive(PartialEq, Debug)]
+enum PutOut {
+    Levels(Micros, Levels),
+    Dac(Micros, u8, DacCode),
+    Bytes(Micros, Vec<u8>),
+}
+
+impl PutOut {
+    fn tell(&self, sink: &mut impl Sink) {
+        match self {
+            Self::Levels(at, levels) => sink.levels(*at, *levels),
+            Self::Dac(at, channel, code) => sink.dac(*at, *channel, *code),
+            Self::Bytes(at, bytes) => sink.bytes(*at, bytes),
+        }
+    }
+}
+
+impl Sink for Outputs {
+    fn levels(&mut self, at: Micros, levels: Levels) {
+        self.0.push(PutOut::Levels(at, levels));
+    }
+
+    fn dac(&mut self, at: Micros, channel: u8, code: DacCode) {
+        self.0.push(PutOut::Dac(at, channel, code));
+    }
+
+    fn bytes(&mut self, at: Micros, bytes: &[u8]) {
+        self.0.push(PutOut::Bytes(at, bytes.to_vec()));
     }
 }
 

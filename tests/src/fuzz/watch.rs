@@ -1,8 +1,8 @@
 //! The promises about a board's outputs and answers that hold for any input.
 //! It decides by what comes out, not by how the scheduler works.
 
-use firmware::device::lockstep::Sink;
 use firmware::link::{Decoder, Response};
+use firmware::lockstep::Sink;
 use firmware::pulse::{CHANNELS, Levels, State as Line};
 use firmware::safety::State;
 use firmware::units::{DacCode, Micros};

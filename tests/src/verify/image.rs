@@ -11,7 +11,10 @@ use std::path::PathBuf;
 /// The chip's target.
 pub(super) const TARGET: &str = "thumbv7em-none-eabihf";
 
-/// A binary of the firmware package. All of them are images.
+/// The packages whose binaries all are images.
+const PACKAGES: [&str; 2] = ["firmware", "host-tool/methods"];
+
+/// A binary of one of [`PACKAGES`].
 #[derive(Clone, PartialEq, Eq, Debug, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) struct Image {
@@ -20,6 +23,9 @@ pub(super) struct Image {
     /// What it is built with.
     #[serde(default)]
     required_features: Vec<String>,
+    /// Where its package is.
+    #[serde(skip)]
+    folder: &'static str,
 }
 
 #[derive(Deserialize)]
@@ -29,12 +35,17 @@ struct Manifest {
 }
 
 impl Image {
-    /// Every image, as the firmware's manifest lists them.
+    /// Every image, as the packages' manifests list them.
     pub fn all(at: &Workspace) -> anyhow::Result<Vec<Self>> {
-        let path = at.root.join("firmware/Cargo.toml");
-        let text = std::fs::read_to_string(&path)
-            .with_context(|| format!("{} cannot be read", path.display()))?;
-        parse(&text)
+        let mut all = Vec::new();
+        for folder in PACKAGES {
+            let path = at.root.join(folder).join("Cargo.toml");
+            let text = std::fs::read_to_string(&path)
+                .with_context(|| format!("{} cannot be read", path.display()))?;
+            let images = parse(&text)?.into_iter();
+            all.extend(images.map(|image| Self { folder, ..image }));
+        }
+        Ok(all)
     }
 
     /// Where the linked image is.
@@ -50,7 +61,8 @@ impl Image {
         rest: &[&str],
     ) -> anyhow::Result<Report> {
         let features = self.required_features.join(",");
-        let mut arguments = vec![command, "--release", "--package", "firmware"];
+        let package = self.folder.rsplit('/').next().unwrap_or(self.folder);
+        let mut arguments = vec![command, "--release", "--package", package];
         arguments.extend(["--target", TARGET, "--bin", &self.name]);
         if !features.is_empty() {
             arguments.extend(["--features", &features]);
@@ -87,9 +99,7 @@ fn each(
         report.add(image.cargo(at, console, command, rest)?);
     }
     if report == Report::default() {
-        report
-            .lines
-            .push("note: firmware/Cargo.toml lists no image".into());
+        report.lines.push("note: no manifest lists an image".into());
     }
     Ok(report)
 }

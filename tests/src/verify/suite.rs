@@ -211,27 +211,23 @@ test result: ok. 1 passed; 0 failed; 0 ignored; 0 measured; 0 filtered out; fini
     fn every_suite_is_read() {
         let suites = parse(&lines(OUTPUT));
         let names: Vec<_> = suites.iter().map(|s| s.name.as_str()).collect();
-        assert_eq!(
-            names,
-            [
-                "hal_sim src/lib.rs",
-                "hal_sim tests/crash.rs",
-                "firmware doc-tests"
-            ]
-        );
+        let expected = [
+            "hal_sim src/lib.rs",
+            "hal_sim tests/crash.rs",
+            "firmware doc-tests",
+        ];
+        assert_eq!(names, expected);
         let first = &suites[0];
         assert_eq!((first.passed, first.failed), (1, 1));
         assert_eq!(first.failing, ["a::bad"]);
         assert_eq!(first.ignored, ["a::slow, needs a board"]);
         assert_eq!(first.time, Duration::from_millis(12_500));
-        assert_eq!(
-            first.details,
-            [
-                "---- a::bad stdout ----",
-                "thread 'a::bad' panicked at x.rs:1:2:",
-                "no"
-            ]
-        );
+        let expected = [
+            "---- a::bad stdout ----",
+            "thread 'a::bad' panicked at x.rs:1:2:",
+            "no",
+        ];
+        assert_eq!(first.details, expected);
         assert!(!suites[1].has_result);
         assert!(suites[2].has_result);
     }

@@ -2,14 +2,14 @@
 
 use firmware::control::{HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
 use firmware::link::{Decoder, Response, ToDevice, encode};
-use firmware::pulse::{CHANNELS, Shape, TrainSpec};
+use firmware::pulse::{CHANNELS, TrainSpec};
 use firmware::safety::{ChannelSpec, StageSpec, WearerSpec};
 use firmware::units::{Amplitude, Micros};
 use hal_sim::body::Still;
 use hal_sim::native::native;
 use hal_sim::wire::faults::Faults;
 use hal_sim::world::World;
-use host_tool::link::{Client, Port, SimulatedPort};
+use host_core::link::{Client, Port, SimulatedPort};
 
 /// Device time at boot: the clock wraps while rows run.
 const BOOT: Micros = Micros(u32::MAX - 1_000_000);
@@ -47,16 +47,8 @@ pub fn world() -> World {
 pub fn channel(offset_us: u32) -> ChannelSpec {
     ChannelSpec {
         train: TrainSpec {
-            shape: Shape::BiphasicCathodicFirst,
-            width_us: 200,
-            gap_us: 100,
-            ground_us: 0,
-            period_us: 20_000,
             offset_us,
-            burst_count: 1,
-            burst_interval_us: 0,
-            repeats: 0,
-            triggered: false,
+            ..TrainSpec::biphasic(200, 100, 20_000)
         },
         stage: StageSpec::Current {
             full_scale_ua: 100_000,

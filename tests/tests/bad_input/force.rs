@@ -2,7 +2,7 @@
 
 use crate::bad_input::bench::{Bench, LIMIT, channel};
 use crate::bad_input::setup;
-use crate::bad_input::table::{Expect, Field, Row, refused, row};
+use crate::bad_input::table::{Expect, Row, all, field, refused, row};
 use firmware::control::{ForceControl, ForceSpec, HoldPolicy};
 use firmware::link::{Code, Request};
 use firmware::muscle::{MuscleSpec, Recruitment, RecruitmentSpec};
@@ -66,207 +66,114 @@ fn armed() -> Bench {
     bench
 }
 
+#[rustfmt::skip]
 pub fn rows() -> Vec<Row> {
-    let channels = |scene, name, channel| Field {
-        scene,
-        name,
-        min: 0,
-        max: 9,
-        channel,
-    };
-    let mut rows =
-        channels(Bench::draft, "channel", None).rows(|v| Some(control(v.try_into().ok()?, FORCE)));
-    let longest = Field {
-        scene: Bench::draft,
-        name: "max_ms",
-        min: 1,
-        max: 1_000,
-        channel: Some(1),
-    };
-    rows.extend(longest.rows(|v| {
-        let hold = HoldPolicy::Extrapolate {
-            max_ms: v.try_into().ok()?,
-        };
-        Some(control(0, ForceSpec { hold, ..FORCE }))
-    }));
-    let shortest = Field {
-        scene: Bench::draft,
-        name: "min_period_us",
-        min: 5_000,
-        max: 100_000,
-        channel: Some(1),
-    };
-    rows.extend(shortest.rows(|v| {
-        let min_period_us = v.try_into().ok()?;
-        Some(control(
-            0,
-            ForceSpec {
-                min_period_us,
-                ..FORCE
-            },
-        ))
-    }));
-    let slowest = Field {
-        scene: Bench::draft,
-        name: "max_period_us",
-        min: 5_000,
-        max: 2_000_000,
-        channel: Some(1),
-    };
-    rows.extend(slowest.rows(|v| {
-        let max_period_us = Some(v.try_into().ok()?);
-        Some(control(
-            0,
-            ForceSpec {
-                max_period_us,
-                ..FORCE
-            },
-        ))
-    }));
-    let rate = Field {
-        scene: armed,
-        name: "millinewton_per_s",
-        min: -32_767_000,
-        max: 32_767_000,
-        channel: None,
-    };
-    rows.extend(rate.rows(|v| {
-        Some(Request::Force {
-            channel: 0,
-            at: None,
-            millinewton: 0,
-            millinewton_per_s: Some(v.try_into().ok()?),
-        })
-    }));
+    let first = |name, min, max| field(Bench::draft, name, min, max).on(1);
+    let mut rows = all([
+        field(Bench::draft, "channel", 0, 9).rows(|v| Some(control(v.try_into().ok()?, FORCE))),
+        first("max_ms", 1, 1_000).rows(|v| {
+            let hold = HoldPolicy::Extrapolate { max_ms: v.try_into().ok()? };
+            Some(control(0, ForceSpec { hold, ..FORCE }))
+        }),
+        first("min_period_us", 5_000, 100_000).rows(|v| {
+            Some(control(0, ForceSpec { min_period_us: v.try_into().ok()?, ..FORCE }))
+        }),
+        first("max_period_us", 5_000, 2_000_000).rows(|v| {
+            Some(control(0, ForceSpec { max_period_us: Some(v.try_into().ok()?), ..FORCE }))
+        }),
+        field(armed, "millinewton_per_s", -32_767_000, 32_767_000).rows(|v| {
+            let millinewton_per_s = Some(v.try_into().ok()?);
+            Some(Request::Force { channel: 0, at: None, millinewton: 0, millinewton_per_s })
+        }),
+    ]);
     rows.extend(setpoint_rows());
     rows.extend(arm_rows());
     rows
 }
 
+#[rustfmt::skip]
 fn setpoint_rows() -> [Row; 8] {
     let (least, most) = reach_mn();
-    let reach = refused(Code::ForceOutOfReach, "millinewton").on(1);
     // And none, as "a force too weak" shows.
-    let reach = reach.allowed(least.cast_signed(), most.cast_signed());
+    let reach = || refused(Code::ForceOutOfReach, "millinewton").on(1).allowed(least.cast_signed(), most.cast_signed());
     let none = refused(Code::NoForceControl, "channel").on(2);
     let nowhere = refused(Code::OutOfRange, "channel").allowed(0, 9);
-    let not_armed = refused(Code::NotArmed, "state");
     [
         row("the most force", armed, force(0, most), Expect::Done),
         row("no force", armed, force(0, 0), Expect::Done),
         // Telemetry says that it is limiting, and what is given.
         row("a force too weak", armed, force(0, least - 1), Expect::Done),
-        row(
-            "a force beyond reach",
-            armed,
-            force(0, most + 1),
-            reach.clone(),
-        ),
-        row("a force beyond numbers", armed, force(0, u32::MAX), reach),
+        row("a force beyond reach", armed, force(0, most + 1), reach()),
+        row("a force beyond numbers", armed, force(0, u32::MAX), reach()),
         row("a force elsewhere", armed, force(1, 0), none),
         row("a force nowhere", armed, force(10, 0), nowhere),
-        row("a force too early", controlled, force(0, 0), not_armed),
+        row("a force too early", controlled, force(0, 0), refused(Code::NotArmed, "state")),
     ]
 }
 
+fn no_muscle() -> Bench {
+    let mut bench = Bench::draft();
+    bench.client.request(control(0, FORCE)).unwrap();
+    bench
+}
+
+/// Force control as `spec` says, in `bench`.
+fn respecified(mut bench: Bench, spec: ForceSpec) -> Bench {
+    bench.client.request(control(0, spec)).unwrap();
+    bench
+}
+
+fn fastest(min_period_us: u32) -> Bench {
+    let spec = ForceSpec {
+        min_period_us,
+        ..FORCE
+    };
+    respecified(draft(), spec)
+}
+
+fn slowest(period_us: u32) -> Bench {
+    let spec = ForceSpec {
+        max_period_us: Some(period_us),
+        ..FORCE
+    };
+    respecified(draft(), spec)
+}
+
+fn isolated() -> Bench {
+    let mut bench = controlled();
+    bench.client.channel(1, channel(10_000)).unwrap();
+    let group = GroupSpec {
+        members: 0b11,
+        partner: Partner::Isolated,
+    };
+    let groups = Request::Groups([group].into_iter().collect());
+    bench.client.request(groups).unwrap();
+    bench
+}
+
+fn isolated_falling() -> Bench {
+    let spec = ForceSpec {
+        min_period_us: 20_000,
+        max_period_us: Some(2_000_000),
+        ..FORCE
+    };
+    respecified(isolated(), spec)
+}
+
 /// Arming refuses what only the whole draft shows.
+#[rustfmt::skip]
 fn arm_rows() -> [Row; 7] {
-    fn no_muscle() -> Bench {
-        let mut bench = Bench::draft();
-        bench.client.request(control(0, FORCE)).unwrap();
-        bench
-    }
-    fn periods(min_period_us: u32) -> Bench {
-        let mut bench = draft();
-        let spec = ForceSpec {
-            min_period_us,
-            ..FORCE
-        };
-        bench.client.request(control(0, spec)).unwrap();
-        bench
-    }
-    fn slowest(period_us: u32) -> Bench {
-        let mut bench = draft();
-        let spec = ForceSpec {
-            max_period_us: Some(period_us),
-            ..FORCE
-        };
-        bench.client.request(control(0, spec)).unwrap();
-        bench
-    }
-    fn isolated_falling() -> Bench {
-        let mut bench = isolated();
-        let spec = ForceSpec {
-            min_period_us: 20_000,
-            max_period_us: Some(2_000_000),
-            ..FORCE
-        };
-        bench.client.request(control(0, spec)).unwrap();
-        bench
-    }
-    fn isolated() -> Bench {
-        let mut bench = controlled();
-        bench.client.channel(1, channel(10_000)).unwrap();
-        let group = GroupSpec {
-            members: 0b11,
-            partner: Partner::Isolated,
-        };
-        let groups = Request::Groups([group].into_iter().collect());
-        bench.client.request(groups).unwrap();
-        bench
-    }
-    let range = || {
-        refused(Code::OutOfRange, "min_period_us")
-            .on(1)
-            .allowed(5_000, 20_000)
-    };
-    let longest = || {
-        refused(Code::OutOfRange, "max_period_us")
-            .on(1)
-            .allowed(20_000, 2_000_000)
-    };
+    let arm = |name, scene, expect| row(name, scene, Request::Arm, expect);
+    let rate = || refused(Code::RateChanges, "groups").on(1);
+    let shortest = refused(Code::OutOfRange, "min_period_us").on(1).allowed(5_000, 20_000);
+    let longest = refused(Code::OutOfRange, "max_period_us").on(1).allowed(20_000, 2_000_000);
     [
-        row(
-            "force without a muscle",
-            no_muscle,
-            Request::Arm,
-            refused(Code::NoMuscle, "muscle").on(1),
-        ),
-        row(
-            "a rate that changes in an isolated group",
-            isolated,
-            Request::Arm,
-            refused(Code::RateChanges, "groups").on(1),
-        ),
-        row(
-            "a rate that falls in an isolated group",
-            isolated_falling,
-            Request::Arm,
-            refused(Code::RateChanges, "groups").on(1),
-        ),
-        row(
-            "a lowest rate above the train's",
-            || slowest(19_999),
-            Request::Arm,
-            longest(),
-        ),
-        row(
-            "the lowest rate",
-            || slowest(2_000_000),
-            Request::Arm,
-            Expect::Done,
-        ),
-        row(
-            "a rate below the train's",
-            || periods(20_001),
-            Request::Arm,
-            range(),
-        ),
-        row(
-            "the highest rate",
-            || periods(5_000),
-            Request::Arm,
-            Expect::Done,
-        ),
+        arm("force without a muscle", no_muscle, refused(Code::NoMuscle, "muscle").on(1)),
+        arm("a rate that changes in an isolated group", isolated, rate()),
+        arm("a rate that falls in an isolated group", isolated_falling, rate()),
+        arm("a lowest rate above the train's", || slowest(19_999), longest),
+        arm("the lowest rate", || slowest(2_000_000), Expect::Done),
+        arm("a rate below the train's", || fastest(20_001), shortest),
+        arm("the highest rate", || fastest(5_000), Expect::Done),
     ]
 }

@@ -6,7 +6,7 @@ use firmware::link::{Code, Decoder, FrameError, MAX_FRAME, Request, SCHEMA, enco
 use firmware::pulse::{GroupSpec, Partner};
 use firmware::safety::State;
 use firmware::units::Amplitude;
-use host_tool::link::SimulatedPort;
+use host_core::link::SimulatedPort;
 
 /// Bytes of a host whose session is given, and what the device says to them.
 pub struct FrameRow {
@@ -86,146 +86,51 @@ fn repeated(session: u16, requests: &[Request]) -> Vec<u8> {
         .collect()
 }
 
+/// Nine of forty orders do not fit between two windows.
+fn nine_too_many() -> Vec<(Option<u16>, Code)> {
+    (31..40)
+        .map(|n| (Some(SEQ + n), Code::DeviceBusy))
+        .collect()
+}
+
+#[rustfmt::skip]
 pub fn rows() -> Vec<FrameRow> {
-    let bad = |name, bytes, code| FrameRow {
-        name,
-        bytes,
-        refusals: vec![(None, code)],
-        acks: 0,
-        scenes: BOTH,
-    };
-    let silent = |name, bytes| FrameRow {
-        name,
-        bytes,
-        refusals: Vec::new(),
-        acks: 0,
-        scenes: BOTH,
-    };
-    let too_long = |name, bytes| FrameRow {
-        name,
-        bytes,
-        refusals: vec![(Some(SEQ), Code::OutOfRange)],
-        acks: 0,
-        scenes: BOTH,
-    };
-    let taken = |name, bytes, scenes| FrameRow {
-        name,
-        bytes,
-        refusals: vec![(Some(SEQ), Code::SessionTaken)],
-        acks: 0,
-        scenes,
-    };
-    use Code::{BadCrc, FrameTooLong, MalformedFrame, UnknownMessage};
-    let mut rows = vec![
+    use Code::{BadCrc, Cancelled, FrameTooLong, MalformedFrame, NoSession, OutOfRange, SessionTaken, Stopped, UnknownMessage};
+    let frame = |name, bytes, refusals, acks, scenes| FrameRow { name, bytes, refusals, acks, scenes };
+    let bad = |name, bytes, code| frame(name, bytes, vec![(None, code)], 0, BOTH);
+    let silent = |name, bytes| frame(name, bytes, vec![], 0, BOTH);
+    let answered = |name, bytes, code, scenes| frame(name, bytes, vec![(Some(SEQ), code)], 0, scenes);
+    vec![
         bad("wrong CRC", flipped, BadCrc),
         bad("a CRC alone", |_| vec![5, 1, 2, 3, 4, 0], BadCrc),
         bad("too short for a CRC", |_| vec![3, 1, 2, 0], MalformedFrame),
         bad("no COBS", |_| vec![200, 1, 2, 0], MalformedFrame),
-        bad(
-            "longer than any frame",
-            |_| [vec![1; MAX_FRAME + 1], vec![0]].concat(),
-            FrameTooLong,
-        ),
-        bad(
-            "a megabyte",
-            |_| [vec![7; 1 << 20], vec![0]].concat(),
-            FrameTooLong,
-        ),
+        bad("longer than any frame", |_| [vec![1; MAX_FRAME + 1], vec![0]].concat(), FrameTooLong),
+        bad("a megabyte", |_| [vec![7; 1 << 20], vec![0]].concat(), FrameTooLong),
         bad("an empty message", |_| odd(()), UnknownMessage),
         bad("half a message", |s| odd((s, SEQ)), UnknownMessage),
-        bad(
-            "an unknown request",
-            |s| odd((s, SEQ, 23u32)),
-            UnknownMessage,
-        ),
-        bad(
-            "a request from far off",
-            |s| odd((s, SEQ, u32::MAX)),
-            UnknownMessage,
-        ),
-        bad(
-            "an unknown pulse shape",
-            |s| odd((s, SEQ, 5u32, 0u8, 4u32, [0u8; 20])),
-            UnknownMessage,
-        ),
-        bad(
-            "trailing bytes",
-            |s| odd((s, SEQ, 1u32, 0u8)),
-            UnknownMessage,
-        ),
-        too_long("six groups", |s| groups(s, 6)),
-        too_long("eleven amplitudes", |s| values(s, 11)),
+        bad("an unknown request", |s| odd((s, SEQ, 23u32)), UnknownMessage),
+        bad("a request from far off", |s| odd((s, SEQ, u32::MAX)), UnknownMessage),
+        bad("an unknown pulse shape", |s| odd((s, SEQ, 5u32, 0u8, 4u32, [0u8; 20])), UnknownMessage),
+        bad("trailing bytes", |s| odd((s, SEQ, 1u32, 0u8)), UnknownMessage),
+        answered("six groups", |s| groups(s, 6), OutOfRange, BOTH),
+        answered("eleven amplitudes", |s| values(s, 11), OutOfRange, BOTH),
         silent("nothing", |_| Vec::new()),
         silent("one empty frame", |_| vec![0]),
         silent("a flood of zeros", |_| vec![0; 100_000]),
-        taken("someone else's session", |s| alive(s + 1), BOTH),
-        taken("no session's number", |_| alive(0), BOTH),
-        taken(
-            "a second host",
-            |_| Bench::frame(0, SEQ, Request::Hello { schema: SCHEMA }),
-            BUSY,
-        ),
-        FrameRow {
-            name: "half a frame, then a whole one",
-            bytes: |s| [&alive(s)[..4], &[0], &alive(s)].concat(),
-            refusals: vec![(None, MalformedFrame)],
-            acks: 1,
-            scenes: BOTH,
-        },
-        // 31 orders fit between two windows.
-        FrameRow {
-            name: "forty requests at once",
-            bytes: |s| repeated(s, &vec![Request::KeepAlive; 40]),
-            refusals: (31..40)
-                .map(|n| (Some(SEQ + n), Code::DeviceBusy))
-                .collect(),
-            acks: 31,
-            scenes: BOTH,
-        },
-        FrameRow {
-            name: "a stop while electrodes are checked",
-            bytes: |s| repeated(s, &[Request::Arm, Request::Stop]),
-            refusals: vec![(Some(SEQ), Code::Cancelled)],
-            acks: 1,
-            scenes: IDLE,
-        },
-    ];
-    rows.push(FrameRow {
-        name: "forty requests and a stop at once",
-        bytes: |s| {
-            let mut all = vec![Request::KeepAlive; 40];
-            all.push(Request::Stop);
-            repeated(s, &all)
-        },
-        refusals: (31..40)
-            .map(|n| (Some(SEQ + n), Code::DeviceBusy))
-            .collect(),
-        acks: 32,
-        scenes: IDLE,
-    });
-    rows.push(FrameRow {
-        name: "a start ahead of a stop",
-        bytes: |s| repeated(s, &[Request::Start, Request::Stop]),
-        refusals: vec![(Some(SEQ), Code::Stopped)],
-        acks: 1,
-        scenes: IDLE,
-    });
-    let good = |name, bytes| FrameRow {
-        acks: 1,
-        ..silent(name, bytes)
-    };
-    // The same builders just inside: what they say is what is meant.
-    rows.push(good("five groups", |s| groups(s, 5)));
-    rows.push(FrameRow {
-        scenes: BUSY,
-        ..good("three amplitudes", |s| values(s, 3))
-    });
-    rows.push(FrameRow {
-        scenes: &[],
-        refusals: vec![(Some(SEQ), Code::NoSession)],
-        ..silent("no session at all", alive)
-    });
-    rows
+        answered("someone else's session", |s| alive(s + 1), SessionTaken, BOTH),
+        answered("no session's number", |_| alive(0), SessionTaken, BOTH),
+        answered("a second host", |_| Bench::frame(0, SEQ, Request::Hello { schema: SCHEMA }), SessionTaken, BUSY),
+        frame("half a frame, then a whole one", |s| [&alive(s)[..4], &[0], &alive(s)].concat(), vec![(None, MalformedFrame)], 1, BOTH),
+        frame("forty requests at once", |s| repeated(s, &vec![Request::KeepAlive; 40]), nine_too_many(), 31, BOTH),
+        frame("a stop while electrodes are checked", |s| repeated(s, &[Request::Arm, Request::Stop]), vec![(Some(SEQ), Cancelled)], 1, IDLE),
+        frame("forty requests and a stop at once", |s| repeated(s, &[vec![Request::KeepAlive; 40], vec![Request::Stop]].concat()), nine_too_many(), 32, IDLE),
+        frame("a start ahead of a stop", |s| repeated(s, &[Request::Start, Request::Stop]), vec![(Some(SEQ), Stopped)], 1, IDLE),
+        // The same builders just inside: what they say is what is meant.
+        frame("five groups", |s| groups(s, 5), vec![], 1, BOTH),
+        frame("three amplitudes", |s| values(s, 3), vec![], 1, BUSY),
+        answered("no session at all", alive, NoSession, &[]),
+    ]
 }
 
 pub fn check_all(rows: &[FrameRow]) {
@@ -250,11 +155,8 @@ fn check(row: &FrameRow, mut bench: Bench) {
     let name = row.name;
     assert_eq!(after.state, before.state, "{name}");
     let bad = row.refusals.iter().filter(|(seq, _)| seq.is_none()).count() as u32;
-    assert_eq!(
-        after.counters.bad_frames,
-        before.counters.bad_frames + bad,
-        "{name}"
-    );
+    let expected = before.counters.bad_frames + bad;
+    assert_eq!(after.counters.bad_frames, expected, "{name}");
     if after.state == State::Stimulating {
         bench.wait(50_000);
         let later = bench.client.status().unwrap();

@@ -1,9 +1,10 @@
 //! Requests whose answer depends on the state: arming, starting, setpoints,
 //! measurements, telemetry, a second host.
 
-use crate::bad_input::bench::{Bench, LIMIT, channel};
+use crate::bad_input::bench::{Bench, LIMIT, channel, joint};
 use crate::bad_input::setup;
-use crate::bad_input::table::{Expect, Field, Row, refused, row};
+use crate::bad_input::table::{Expect, Row, all, field, live, refused, row};
+use firmware::control::SensorSource;
 use firmware::link::{Code, Request, SCHEMA};
 use firmware::muscle::{FatigueSpec, MuscleSpec, Rung};
 use firmware::safety::{StageSpec, WearerSpec};
@@ -11,7 +12,7 @@ use firmware::units::Amplitude;
 use hal_sim::body::Load;
 
 pub fn rows() -> Vec<Row> {
-    let parts = [
+    all([
         session_rows(),
         arm_rows(),
         state_rows(),
@@ -20,146 +21,94 @@ pub fn rows() -> Vec<Row> {
         measurement_rows(),
         rung_rows(),
         subscribe_rows(),
-    ];
-    parts.into_iter().flatten().collect()
+    ])
 }
 
 fn session_rows() -> Vec<Row> {
-    let old = SCHEMA.wrapping_sub(1);
     let schema = |name, schema| {
         let expect = refused(Code::SchemaMismatch, "schema");
         row(name, Bench::stimulating, Request::Hello { schema }, expect)
     };
-    vec![schema("an old schema", old), schema("no schema", 0)]
-}
-
-fn arm_rows() -> Vec<Row> {
-    fn loaded(load: Load) -> Bench {
-        let mut bench = Bench::draft();
-        bench.client.port().world.body.loads_mut()[1] = load;
-        bench
-    }
-    fn shorted() -> Bench {
-        let mut bench = Bench::open();
-        let mut spec = channel(0);
-        spec.stage = StageSpec::Voltage {
-            full_scale_mv: 60_000,
-            load_ohm: 2_000,
-        };
-        spec.limit = Amplitude(1_000);
-        bench.client.channel(0, spec).unwrap();
-        bench.client.port().world.body.loads_mut()[0] = Load::Ohms(20.0);
-        bench
-    }
-    fn open_inputs() -> Bench {
-        let mut bench = Bench::draft();
-        let sensors = &mut bench.client.port().world.sensors;
-        (sensors.arm, sensors.hand_stop) = (false, false);
-        bench
-    }
-    fn tightened() -> Bench {
-        let mut bench = Bench::draft();
-        let tight = WearerSpec {
-            max_current_ua: 19_999,
-            ..WearerSpec::default()
-        };
-        bench.client.wearer(tight).unwrap();
-        bench
-    }
-    let arm = |name, scene, expect| row(name, scene, Request::Arm, expect);
     vec![
-        arm("arm", Bench::draft, Expect::Done),
-        arm(
-            "nothing to arm",
-            Bench::open,
-            refused(Code::NothingToArm, "channels"),
-        ),
-        arm(
-            "arm input open",
-            open_inputs,
-            refused(Code::ArmInputOpen, "arm input"),
-        ),
-        arm(
-            "electrode off",
-            || loaded(Load::Open),
-            refused(Code::ElectrodeOff, "electrode").on(2),
-        ),
-        arm(
-            "electrodes shorted",
-            shorted,
-            refused(Code::ElectrodeShort, "electrode").on(1),
-        ),
-        arm(
-            "limit tightened after its channel",
-            tightened,
-            refused(Code::CurrentLimit, "limit")
-                .on(1)
-                .allowed(0, 19_999),
-        ),
-        arm(
-            "arm twice",
-            Bench::armed,
-            refused(Code::WrongState, "state"),
-        ),
-        arm(
-            "arm in use",
-            Bench::stimulating,
-            refused(Code::WrongState, "state"),
-        ),
+        schema("an old schema", SCHEMA.wrapping_sub(1)),
+        schema("no schema", 0),
     ]
 }
 
+fn loaded(load: Load) -> Bench {
+    let mut bench = Bench::draft();
+    bench.client.port().world.body.loads_mut()[1] = load;
+    bench
+}
+
+fn shorted() -> Bench {
+    let mut bench = Bench::open();
+    let mut spec = channel(0);
+    spec.stage = StageSpec::Voltage {
+        full_scale_mv: 60_000,
+        load_ohm: 2_000,
+    };
+    spec.limit = Amplitude(1_000);
+    bench.client.channel(0, spec).unwrap();
+    bench.client.port().world.body.loads_mut()[0] = Load::Ohms(20.0);
+    bench
+}
+
+fn open_inputs() -> Bench {
+    let mut bench = Bench::draft();
+    let sensors = &mut bench.client.port().world.sensors;
+    (sensors.arm, sensors.hand_stop) = (false, false);
+    bench
+}
+
+fn tightened() -> Bench {
+    let mut bench = Bench::draft();
+    let tight = WearerSpec {
+        max_current_ua: 19_999,
+        ..WearerSpec::default()
+    };
+    bench.client.wearer(tight).unwrap();
+    bench
+}
+
+#[rustfmt::skip]
+fn arm_rows() -> Vec<Row> {
+    let arm = |name, scene, expect| row(name, scene, Request::Arm, expect);
+    vec![
+        arm("arm", Bench::draft, Expect::Done),
+        arm("nothing to arm", Bench::open, refused(Code::NothingToArm, "channels")),
+        arm("arm input open", open_inputs, refused(Code::ArmInputOpen, "arm input")),
+        arm("electrode off", || loaded(Load::Open), refused(Code::ElectrodeOff, "electrode").on(2)),
+        arm("electrodes shorted", shorted, refused(Code::ElectrodeShort, "electrode").on(1)),
+        arm("limit tightened after its channel", tightened, refused(Code::CurrentLimit, "limit").on(1).allowed(0, 19_999)),
+        arm("arm twice", Bench::armed, refused(Code::WrongState, "state")),
+        arm("arm in use", Bench::stimulating, refused(Code::WrongState, "state")),
+    ]
+}
+
+#[rustfmt::skip]
 fn state_rows() -> Vec<Row> {
+    use Request::{Acknowledge, Arm, Clear, KeepAlive, Start, Stop};
     let zero = || amplitudes(1, &[0]);
     let wrong = || refused(Code::WrongState, "state");
     let latched = || refused(Code::FaultLatched, "fault").allowed(6, 6);
     let not_armed = || refused(Code::NotArmed, "state");
     vec![
-        row("start before arming", Bench::draft, Request::Start, wrong()),
-        row("start twice", Bench::stimulating, Request::Start, wrong()),
-        row(
-            "acknowledge nothing",
-            Bench::draft,
-            Request::Acknowledge,
-            wrong(),
-        ),
-        row(
-            "acknowledge in use",
-            Bench::stimulating,
-            Request::Acknowledge,
-            wrong(),
-        ),
+        row("start before arming", Bench::draft, Start, wrong()),
+        row("start twice", Bench::stimulating, Start, wrong()),
+        row("acknowledge nothing", Bench::draft, Acknowledge, wrong()),
+        row("acknowledge in use", Bench::stimulating, Acknowledge, wrong()),
         row("setpoint before arming", Bench::draft, zero(), not_armed()),
-        row(
-            "angle before arming",
-            Bench::joint_draft,
-            angle(0),
-            not_armed(),
-        ),
-        row("arm in fault", Bench::faulted, Request::Arm, latched()),
-        row("start in fault", Bench::faulted, Request::Start, latched()),
+        row("angle before arming", Bench::joint_draft, angle(0), not_armed()),
+        row("arm in fault", Bench::faulted, Arm, latched()),
+        row("start in fault", Bench::faulted, Start, latched()),
         row("setpoint in fault", Bench::faulted, zero(), latched()),
         row("angle in fault", Bench::faulted, angle(0), not_armed()),
-        row(
-            "acknowledge a fault",
-            Bench::faulted,
-            Request::Acknowledge,
-            Expect::Done,
-        ),
-        row("stop in fault", Bench::faulted, Request::Stop, Expect::Done),
-        row("stop in idle", Bench::draft, Request::Stop, Expect::Done),
-        row(
-            "keep alive in idle",
-            Bench::open,
-            Request::KeepAlive,
-            Expect::Done,
-        ),
-        row(
-            "clear in use",
-            Bench::stimulating,
-            Request::Clear,
-            Expect::Done,
-        ),
+        row("acknowledge a fault", Bench::faulted, Acknowledge, Expect::Done),
+        row("stop in fault", Bench::faulted, Stop, Expect::Done),
+        row("stop in idle", Bench::draft, Stop, Expect::Done),
+        row("keep alive in idle", Bench::open, KeepAlive, Expect::Done),
+        row("clear in use", Bench::stimulating, Clear, Expect::Done),
     ]
 }
 
@@ -168,95 +117,34 @@ fn amplitudes(mask: u16, values: &[u32]) -> Request {
     Request::Amplitudes { mask, values }
 }
 
+#[rustfmt::skip]
 fn amplitude_rows() -> Vec<Row> {
     let mask = || refused(Code::OutOfRange, "mask").allowed(1, 1023);
     let count = |n| refused(Code::AmplitudeCount, "values").allowed(n, n);
-    let above = refused(Code::AboveWearerLimit, "values")
-        .on(3)
-        .allowed(0, 20_000);
+    let above = || refused(Code::AboveWearerLimit, "values").on(3).allowed(0, 20_000);
     let (top, over) = (LIMIT.0, LIMIT.0 + 1);
     let mut rows = vec![
         row("no amplitudes", Bench::armed, amplitudes(0, &[]), mask()),
-        row(
-            "no amplitudes in idle",
-            Bench::draft,
-            amplitudes(0, &[]),
-            mask(),
-        ),
-        row(
-            "no amplitudes in use",
-            Bench::stimulating,
-            amplitudes(0, &[]),
-            mask(),
-        ),
-        row(
-            "ten amplitudes",
-            Bench::ten_armed,
-            amplitudes(1023, &[top; 10]),
-            Expect::Done,
-        ),
-        row(
-            "amplitude of channel 11",
-            Bench::ten_armed,
-            amplitudes(1024, &[0]),
-            mask(),
-        ),
-        row(
-            "all bits",
-            Bench::ten_armed,
-            amplitudes(u16::MAX, &[0; 10]),
-            mask(),
-        ),
+        row("no amplitudes in idle", Bench::draft, amplitudes(0, &[]), mask()),
+        row("no amplitudes in use", Bench::stimulating, amplitudes(0, &[]), mask()),
+        row("ten amplitudes", Bench::ten_armed, amplitudes(1023, &[top; 10]), Expect::Done),
+        row("amplitude of channel 11", Bench::ten_armed, amplitudes(1024, &[0]), mask()),
+        row("all bits", Bench::ten_armed, amplitudes(u16::MAX, &[0; 10]), mask()),
+        row("a channel of the joint", Bench::joint_armed, amplitudes(0b10, &[0]), refused(Code::Controlled, "channel").on(2)),
     ];
     for scene in [Bench::armed as fn() -> Bench, Bench::stimulating] {
         rows.extend([
-            row(
-                "the limit itself",
-                scene,
-                amplitudes(0b100, &[top]),
-                Expect::Done,
-            ),
-            row(
-                "above the limit",
-                scene,
-                amplitudes(0b100, &[over]),
-                above.clone(),
-            ),
+            row("the limit itself", scene, amplitudes(0b100, &[top]), Expect::Done),
+            row("above the limit", scene, amplitudes(0b100, &[over]), above()),
             // All or none: the first two are within their limits.
-            row(
-                "one of three above",
-                scene,
-                amplitudes(0b111, &[0, 1, over]),
-                above.clone(),
-            ),
-            row(
-                "the largest number",
-                scene,
-                amplitudes(0b100, &[u32::MAX]),
-                above.clone(),
-            ),
-            row(
-                "too few values",
-                scene,
-                amplitudes(0b111, &[0, 1]),
-                count(3),
-            ),
+            row("one of three above", scene, amplitudes(0b111, &[0, 1, over]), above()),
+            row("the largest number", scene, amplitudes(0b100, &[u32::MAX]), above()),
+            row("too few values", scene, amplitudes(0b111, &[0, 1]), count(3)),
             row("too many values", scene, amplitudes(0b1, &[0, 1]), count(1)),
             row("values for nobody", scene, amplitudes(0, &[0]), mask()),
-            row(
-                "a channel without a train",
-                scene,
-                amplitudes(0b1001, &[0, 0]),
-                refused(Code::NoTrain, "channel").on(4),
-            ),
+            row("a channel without a train", scene, amplitudes(0b1001, &[0, 0]), refused(Code::NoTrain, "channel").on(4)),
         ]);
     }
-    rows.push(row(
-        "a channel of the joint",
-        Bench::joint_armed,
-        amplitudes(0b10, &[0]),
-        refused(Code::Controlled, "channel").on(2),
-    ));
     rows
 }
 
@@ -270,63 +158,45 @@ fn angle(centideg: i16) -> Request {
 
 /// An angle `ahead` µs after the device's present time.
 fn timed_angle(name: &str, scene: fn() -> Bench, ahead: i32, expect: Expect) -> Row {
-    Row {
-        name: name.to_owned(),
-        scene,
-        request: Box::new(move |bench| Request::Angle {
-            at: Some(bench.now().plus(ahead.cast_unsigned())),
-            centideg: 0,
-            centideg_per_s: None,
-        }),
-        expect,
-    }
+    let request = move |bench: &mut Bench| Request::Angle {
+        at: Some(bench.now().plus(ahead.cast_unsigned())),
+        centideg: 0,
+        centideg_per_s: None,
+    };
+    live(name, scene, request, expect)
 }
 
+/// Angles from 0.011° to 89.989°, which no hundredth of a degree meets.
+fn odd_range() -> Bench {
+    let mut bench = Bench::draft();
+    let mut spec = joint(SensorSource::Host);
+    (spec.angle_min_mdeg, spec.angle_max_mdeg) = (-89_989, -11);
+    bench.client.joint(spec).unwrap();
+    bench.client.arm().unwrap();
+    bench
+}
+
+/// `count` timed angles wait.
+fn waiting(count: i32) -> Bench {
+    let mut bench = Bench::joint_armed();
+    for n in 1..=count {
+        let at = bench.now().plus(500_000 + n.cast_unsigned());
+        bench.client.angle(Some(at), 0, None).unwrap();
+    }
+    bench
+}
+
+#[rustfmt::skip]
 fn angle_rows() -> Vec<Row> {
-    /// Angles from 0.011° to 89.989°, which no hundredth of a degree meets.
-    fn odd_range() -> Bench {
-        let mut bench = Bench::draft();
-        let mut spec = crate::bad_input::bench::joint(firmware::control::SensorSource::Host);
-        (spec.angle_min_mdeg, spec.angle_max_mdeg) = (-89_989, -11);
-        bench.client.joint(spec).unwrap();
-        bench.client.arm().unwrap();
-        bench
-    }
-    fn waiting(count: i32) -> Bench {
-        let mut bench = Bench::joint_armed();
-        for n in 1..=count {
-            let at = bench.now().plus(500_000 + n.cast_unsigned());
-            bench.client.angle(Some(at), 0, None).unwrap();
-        }
-        bench
-    }
-    let field = |scene, name, min, max| Field {
-        scene,
-        name,
-        min,
-        max,
-        channel: None,
-    };
     let time = || refused(Code::SetpointTime, "at");
     let centideg = |v: i64| Some(angle(v.try_into().ok()?));
     let rate = |v: i64| {
-        Some(Request::Angle {
-            at: None,
-            centideg: 0,
-            centideg_per_s: Some(v.try_into().ok()?),
-        })
+        let centideg_per_s = Some(v.try_into().ok()?);
+        Some(Request::Angle { at: None, centideg: 0, centideg_per_s })
     };
     let armed = Bench::joint_armed as fn() -> Bench;
-    let mut rows = field(armed, "centideg", 0, 9_000).rows(centideg);
-    rows.extend(field(odd_range, "centideg", -8_998, -2).rows(centideg));
-    rows.extend(field(armed, "centideg_per_s", -2_000_000, 2_000_000).rows(rate));
-    rows.extend([
-        row(
-            "an angle without a joint",
-            Bench::armed,
-            angle(0),
-            refused(Code::NoJoint, "joint"),
-        ),
+    let mut rows = vec![
+        row("an angle without a joint", Bench::armed, angle(0), refused(Code::NoJoint, "joint")),
         // A control tick, 1 ms, passes before an angle is judged.
         timed_angle("990 ms ahead", armed, 990_000, Expect::Done),
         timed_angle("1010 ms ahead", armed, 1_010_000, time()),
@@ -336,102 +206,82 @@ fn angle_rows() -> Vec<Row> {
         timed_angle("seven wait", || waiting(7), 600_000, Expect::Done),
         timed_angle("eight wait", || waiting(8), 600_000, time()),
         timed_angle("out of order", || waiting(1), 400_000, time()),
-    ]);
+    ];
+    rows.extend(field(armed, "centideg", 0, 9_000).rows(centideg));
+    rows.extend(field(odd_range, "centideg", -8_998, -2).rows(centideg));
+    rows.extend(field(armed, "centideg_per_s", -2_000_000, 2_000_000).rows(rate));
     rows
 }
 
-/// A measurement made `ahead` µs after the device's present time.
-fn measurement(name: &str, scene: fn() -> Bench, ahead: i32, expect: Expect) -> Row {
-    Row {
-        name: name.to_owned(),
-        scene,
-        request: Box::new(move |bench| Request::Measurement {
-            joint: 0,
-            centideg: 0,
-            at: bench.now().plus(ahead.cast_unsigned()),
-        }),
-        expect,
-    }
+/// A measurement of `joint` made `ahead` µs after the device's present time.
+fn measurement(name: &str, scene: fn() -> Bench, joint: u8, ahead: i32, expect: Expect) -> Row {
+    let request = move |bench: &mut Bench| Request::Measurement {
+        joint,
+        centideg: 0,
+        at: bench.now().plus(ahead.cast_unsigned()),
+    };
+    live(name, scene, request, expect)
 }
 
+fn measured() -> Bench {
+    let mut bench = Bench::joint_armed();
+    let at = bench.now();
+    bench.client.measurement(0, at).unwrap();
+    bench
+}
+
+#[rustfmt::skip]
 fn measurement_rows() -> Vec<Row> {
-    fn measured() -> Bench {
-        let mut bench = Bench::joint_armed();
-        let at = bench.now();
-        bench.client.measurement(0, at).unwrap();
-        bench
-    }
     let time = || refused(Code::MeasurementTime, "at");
-    let joint = |name, joint, expect| Row {
-        name: String::from(name),
-        scene: Bench::joint_armed,
-        request: Box::new(move |bench| Request::Measurement {
-            joint,
-            centideg: 0,
-            at: bench.now(),
-        }),
-        expect,
-    };
     let no_joint = || refused(Code::OutOfRange, "joint").allowed(0, 0);
     vec![
-        joint("joint 0", 0, Expect::Done),
-        joint("joint 1", 1, no_joint()),
-        joint("joint 255", 255, no_joint()),
-        measurement(
-            "before arming",
-            Bench::joint_draft,
-            0,
-            refused(Code::NotArmed, "state"),
-        ),
-        measurement(
-            "without a joint",
-            Bench::armed,
-            0,
-            refused(Code::NoJoint, "joint"),
-        ),
-        measurement(
-            "with its own",
-            Bench::adc_joint_armed,
-            0,
-            refused(Code::SensorNotHost, "sensor"),
-        ),
-        measurement("4 ms ahead", Bench::joint_armed, 4_000, Expect::Done),
-        measurement("10 ms ahead", Bench::joint_armed, 10_000, time()),
-        measurement("older than the last", measured, -50_000, time()),
+        measurement("joint 0", Bench::joint_armed, 0, 0, Expect::Done),
+        measurement("joint 1", Bench::joint_armed, 1, 0, no_joint()),
+        measurement("joint 255", Bench::joint_armed, 255, 0, no_joint()),
+        measurement("before arming", Bench::joint_draft, 0, 0, refused(Code::NotArmed, "state")),
+        measurement("without a joint", Bench::armed, 0, 0, refused(Code::NoJoint, "joint")),
+        measurement("with its own", Bench::adc_joint_armed, 0, 0, refused(Code::SensorNotHost, "sensor")),
+        measurement("4 ms ahead", Bench::joint_armed, 0, 4_000, Expect::Done),
+        measurement("10 ms ahead", Bench::joint_armed, 0, 10_000, time()),
+        measurement("older than the last", measured, 0, -50_000, time()),
     ]
 }
 
+/// Channel 0 has a muscle, channel 1 one that tires.
+fn muscles() -> Bench {
+    let mut bench = Bench::draft();
+    bench.client.muscle(0, setup::MUSCLE).unwrap();
+    let tires = MuscleSpec {
+        fatigue: Some(FatigueSpec::QUADRICEPS),
+        ..setup::MUSCLE
+    };
+    bench.client.muscle(1, tires).unwrap();
+    bench
+}
+
+fn muscles_armed() -> Bench {
+    let mut bench = muscles();
+    bench.client.arm().unwrap();
+    bench
+}
+
+fn muscles_stimulating() -> Bench {
+    let mut bench = muscles_armed();
+    bench.client.start().unwrap();
+    bench
+}
+
+fn muscles_stopped() -> Bench {
+    let mut bench = muscles_stimulating();
+    bench.client.stop().unwrap();
+    bench.wait(300_000);
+    bench
+}
+
+#[rustfmt::skip]
 fn rung_rows() -> Vec<Row> {
     const LAG: Rung = Rung::Lag;
     const TIRES: Rung = Rung::CalciumForceFatigue;
-    fn draft() -> Bench {
-        let mut bench = Bench::draft();
-        bench.client.muscle(0, setup::MUSCLE).unwrap();
-        let fatigue = Some(FatigueSpec::QUADRICEPS);
-        let tires = MuscleSpec {
-            fatigue,
-            ..setup::MUSCLE
-        };
-        bench.client.muscle(1, tires).unwrap();
-        bench
-    }
-    fn armed() -> Bench {
-        let mut bench = draft();
-        bench.client.arm().unwrap();
-        bench
-    }
-    fn stimulating() -> Bench {
-        let mut bench = armed();
-        bench.client.start().unwrap();
-        bench
-    }
-    fn stopped() -> Bench {
-        let mut bench = stimulating();
-        bench.client.stop().unwrap();
-        bench.wait(300_000);
-        bench
-    }
-    let to = |rung| move |v: i64| channel_of(v).map(|channel| Request::Rung { channel, rung });
     let ask = |name: &str, scene: fn() -> Bench, channel, rung, expect| {
         row(name, scene, Request::Rung { channel, rung }, expect)
     };
@@ -439,38 +289,21 @@ fn rung_rows() -> Vec<Row> {
     let no_muscle = |channel| refused(Code::NoMuscle, "muscle").on(channel);
     let no_fatigue = refused(Code::NoFatigue, "fatigue").on(1);
     let mut rows = vec![
-        ask("a rung before arming", draft, 0, LAG, not_armed()),
-        ask("a rung after a stop", stopped, 0, LAG, not_armed()),
-        ask("a rung, armed", armed, 0, LAG, Expect::Done),
-        ask("a rung, stimulating", stimulating, 1, TIRES, Expect::Done),
-        ask("a rung of a bare channel", armed, 2, LAG, no_muscle(3)),
-        ask("a rung of no channel", stimulating, 9, LAG, no_muscle(10)),
-        ask("fatigue that is not there", armed, 0, TIRES, no_fatigue),
+        ask("a rung before arming", muscles, 0, LAG, not_armed()),
+        ask("a rung after a stop", muscles_stopped, 0, LAG, not_armed()),
+        ask("a rung, armed", muscles_armed, 0, LAG, Expect::Done),
+        ask("a rung, stimulating", muscles_stimulating, 1, TIRES, Expect::Done),
+        ask("a rung of a bare channel", muscles_armed, 2, LAG, no_muscle(3)),
+        ask("a rung of no channel", muscles_stimulating, 9, LAG, no_muscle(10)),
+        ask("fatigue that is not there", muscles_armed, 0, TIRES, no_fatigue),
     ];
-    let channels = Field {
-        scene: Bench::ten_muscles_armed,
-        name: "channel",
-        min: 0,
-        max: 9,
-        channel: None,
-    };
-    rows.extend(channels.rows(to(LAG)));
+    let lag = |v: i64| Some(Request::Rung { channel: v.try_into().ok()?, rung: LAG });
+    rows.extend(field(Bench::ten_muscles_armed, "channel", 0, 9).rows(lag));
     rows
 }
 
-fn channel_of(v: i64) -> Option<u8> {
-    v.try_into().ok()
-}
-
 fn subscribe_rows() -> Vec<Row> {
-    let period = Field {
-        scene: Bench::stimulating,
-        name: "period_ms",
-        min: 0,
-        max: 1_000,
-        channel: None,
-    };
-    period.rows(|v| {
+    field(Bench::stimulating, "period_ms", 0, 1_000).rows(|v| {
         let period_ms = v.try_into().ok()?;
         Some(Request::Subscribe { period_ms })
     })

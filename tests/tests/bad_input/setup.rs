@@ -1,15 +1,15 @@
 //! Requests that configure: wearer, channels, groups, sync, muscles.
 
 use crate::bad_input::bench::{Bench, channel, wearer};
-use crate::bad_input::table::{Expect, Field, Row, refused, row};
+use crate::bad_input::table::{self, Expect, Field, Row, all, refused, row};
 use firmware::link::{Code, Request};
 use firmware::muscle::{CalciumForceSpec, FatigueSpec, MuscleSpec, RecruitmentSpec, Rung};
 use firmware::pulse::{GroupSpec, Partner, Shape};
-use firmware::safety::{ChannelSpec, StageSpec, WearerSpec};
+use firmware::safety::{ChannelSpec, StageSpec};
 use firmware::units::Amplitude;
 
 pub fn rows() -> Vec<Row> {
-    let parts = [
+    all([
         wearer_rows(),
         train_rows(),
         stage_rows(),
@@ -17,55 +17,36 @@ pub fn rows() -> Vec<Row> {
         group_rows(),
         muscle_rows(),
         sync_rows(),
-    ];
-    parts.into_iter().flatten().collect()
+    ])
 }
 
 fn field(name: &'static str, min: i32, max: i32) -> Field {
-    Field {
-        scene: Bench::draft,
-        name,
-        min,
-        max,
-        channel: None,
-    }
+    table::field(Bench::draft, name, min, max)
 }
 
 fn on_channel_1(name: &'static str, min: i32, max: i32) -> Field {
-    Field {
-        channel: Some(1),
-        ..field(name, min, max)
-    }
+    field(name, min, max).on(1)
 }
 
 fn wearer_rows() -> Vec<Row> {
-    let make = |set: fn(&mut WearerSpec, i64) -> Option<()>| {
-        move |v| {
-            let mut spec = wearer();
-            set(&mut spec, v)?;
-            Some(Request::Wearer(spec))
-        }
-    };
     /// Sets one field from a number that may not fit it.
     macro_rules! set {
         ($field:ident) => {
-            make(|s, v| {
-                s.$field = v.try_into().ok()?;
-                Some(())
-            })
+            |v: i64| {
+                let mut spec = wearer();
+                spec.$field = v.try_into().ok()?;
+                Some(Request::Wearer(spec))
+            }
         };
     }
-    [
+    all([
         field("max_current_ua", 100, 100_000).rows(set!(max_current_ua)),
         field("max_charge_nc", 1, 40_000).rows(set!(max_charge_nc)),
         field("max_rms_ua", 10, 50_000).rows(set!(max_rms_ua)),
         field("rise_ms", 1, 5_000).rows(set!(rise_ms)),
         field("fall_ms", 5, 100).rows(set!(fall_ms)),
         field("host_timeout_ms", 20, 1_000).rows(set!(host_timeout_ms)),
-    ]
-    .into_iter()
-    .flatten()
-    .collect()
+    ])
 }
 
 /// A channel on which no limit of the wearer is near.
@@ -110,7 +91,7 @@ fn train_rows() -> Vec<Row> {
         spec.train.burst_interval_us = if v > 1 { 2_000 } else { 0 };
         Some(on_first(spec))
     };
-    [
+    all([
         on_channel_1("width_us", 10, 500).rows(set!(faint(), width_us)),
         on_channel_1("gap_us", 0, 200).rows(set!(faint(), gap_us)),
         on_channel_1("gap_us", 0, 0).rows(set!(monophasic(), gap_us)),
@@ -122,12 +103,10 @@ fn train_rows() -> Vec<Row> {
         on_channel_1("burst_interval_us", 200, 50_000).rows(set!(burst(), burst_interval_us)),
         on_channel_1("burst_interval_us", 0, 0).rows(set!(faint(), burst_interval_us)),
         on_channel_1("repeats", 0, 65_535).rows(set!(faint(), repeats)),
-    ]
-    .into_iter()
-    .flatten()
-    .collect()
+    ])
 }
 
+#[rustfmt::skip]
 fn stage_rows() -> Vec<Row> {
     let current = |v: i64| {
         let full_scale_ua = v.try_into().ok()?;
@@ -135,10 +114,7 @@ fn stage_rows() -> Vec<Row> {
         Some(on_first(ChannelSpec { stage, ..faint() }))
     };
     let voltage = |full_scale_mv, load_ohm| {
-        let stage = StageSpec::Voltage {
-            full_scale_mv,
-            load_ohm,
-        };
+        let stage = StageSpec::Voltage { full_scale_mv, load_ohm };
         on_first(ChannelSpec { stage, ..faint() })
     };
     let volts = |v: i64| Some(voltage(v.try_into().ok()?, 2_000));
@@ -147,17 +123,15 @@ fn stage_rows() -> Vec<Row> {
         let limit = Amplitude(v.try_into().ok()?);
         Some(on_first(ChannelSpec { limit, ..faint() }))
     };
-    [
+    all([
         on_channel_1("full_scale_ua", 1_000, 100_000).rows(current),
         on_channel_1("full_scale_mv", 1_000, 150_000).rows(volts),
         on_channel_1("load_ohm", 200, 100_000).rows(load),
         on_channel_1("limit", 1, 100_000).rows(limit),
-    ]
-    .into_iter()
-    .flatten()
-    .collect()
+    ])
 }
 
+#[rustfmt::skip]
 fn channel_rows() -> Vec<Row> {
     let at = |v: i64| {
         let channel = v.try_into().ok()?;
@@ -181,10 +155,7 @@ fn channel_rows() -> Vec<Row> {
         s.train.period_us = 18_499;
     };
     let volts = |s: &mut ChannelSpec| {
-        s.stage = StageSpec::Voltage {
-            full_scale_mv: 60_000,
-            load_ohm: 2_000,
-        };
+        s.stage = StageSpec::Voltage { full_scale_mv: 60_000, load_ohm: 2_000 };
         s.limit = Amplitude(40_001);
     };
     let charge = |s: &mut ChannelSpec| (s.limit, s.train.width_us) = (Amplitude(80_001), 500);
@@ -194,146 +165,77 @@ fn channel_rows() -> Vec<Row> {
     };
     let mut rows = field("channel", 0, 9).rows(at);
     rows.extend([
-        refusal(
-            "burst overlaps",
-            close,
-            Code::BurstOverlaps,
-            "burst_interval_us",
-            505,
-            50_000,
-        ),
-        refusal(
-            "burst too long",
-            long,
-            Code::BurstTooLong,
-            "period_us",
-            18_500,
-            2_000_000,
-        ),
-        refusal(
-            "40.001 V into 2 kΩ",
-            volts,
-            Code::CurrentLimit,
-            "limit",
-            0,
-            20_000,
-        ),
-        refusal(
-            "80.001 mA for 500 µs",
-            charge,
-            Code::ChargeLimit,
-            "limit",
-            0,
-            40_000,
-        ),
+        refusal("burst overlaps", close, Code::BurstOverlaps, "burst_interval_us", 505, 50_000),
+        refusal("burst too long", long, Code::BurstTooLong, "period_us", 18_500, 2_000_000),
+        refusal("40.001 V into 2 kΩ", volts, Code::CurrentLimit, "limit", 0, 20_000),
+        refusal("80.001 mA for 500 µs", charge, Code::ChargeLimit, "limit", 0, 40_000),
         refusal("50.6 mA rms", rms, Code::RmsLimit, "limit", 0, 50_000),
     ]);
     rows
 }
 
+/// Three trains, `edit`ed, and `groups` of them.
+fn grouped(groups: &[(u16, Partner)], edit: fn(&mut [ChannelSpec; 3])) -> Bench {
+    let mut bench = Bench::draft();
+    let mut specs = [channel(0), channel(1_500), channel(3_000)];
+    edit(&mut specs);
+    for (c, spec) in (0..).zip(specs) {
+        bench.client.channel(c, spec).unwrap();
+    }
+    let spec = |&(members, partner)| GroupSpec { members, partner };
+    let groups: Vec<_> = groups.iter().map(spec).collect();
+    bench.client.groups(&groups).unwrap();
+    bench
+}
+
+fn long_to_ground() -> Bench {
+    grouped(&[(0b011, Partner::Isolated)], |s| {
+        s[0].train.shape = Shape::MonophasicCathodic;
+        (s[0].train.gap_us, s[0].train.ground_us) = (0, 10_000);
+        s[1].train.offset_us = 10_000;
+    })
+}
+
 /// Groups are judged as they come, and with the trains they join when all are
 /// known: at arming.
+#[rustfmt::skip]
 fn group_rows() -> Vec<Row> {
-    fn grouped(groups: &[(u16, Partner)], edit: fn(&mut [ChannelSpec; 3])) -> Bench {
-        let mut bench = Bench::draft();
-        let mut specs = [channel(0), channel(1_500), channel(3_000)];
-        edit(&mut specs);
-        for (c, spec) in (0..).zip(specs) {
-            bench.client.channel(c, spec).unwrap();
-        }
-        let spec = |&(members, partner)| GroupSpec { members, partner };
-        let groups: Vec<_> = groups.iter().map(spec).collect();
-        bench.client.groups(&groups).unwrap();
-        bench
-    }
     use Partner::{Conducted, Isolated};
     let arm = |name, scene, expect| row(name, scene, Request::Arm, expect);
     let groups = |name, masks: &[u16], expect| {
-        let spec = |&members| GroupSpec {
-            members,
-            partner: Conducted,
-        };
+        let spec = |&members| GroupSpec { members, partner: Conducted };
         let groups = masks.iter().map(spec).collect();
         row(name, Bench::draft, Request::Groups(groups), expect)
     };
     let members = || refused(Code::OutOfRange, "members");
     vec![
-        arm(
-            "conducted pair",
-            || grouped(&[(0b11, Conducted)], |_| ()),
-            Expect::Done,
-        ),
-        arm(
-            "isolated trio",
-            || grouped(&[(0b111, Isolated)], |_| ()),
-            Expect::Done,
-        ),
-        groups(
-            "no member",
-            &[0],
-            refused(Code::OutOfRange, "number of members").allowed(2, 10),
-        ),
-        groups(
-            "a lone member",
-            &[0b100],
-            refused(Code::OutOfRange, "number of members").allowed(2, 10),
-        ),
-        groups(
-            "an eleventh channel",
-            &[1 << 10 | 1],
-            members().allowed(0, 1023),
-        ),
-        arm(
-            "a member without a train",
-            || grouped(&[(0b1001, Conducted)], |_| ()),
-            refused(Code::NoTrain, "groups").on(4),
-        ),
-        groups(
-            "a member of two groups",
-            &[0b011, 0b110],
-            refused(Code::TwoGroups, "groups").on(2),
-        ),
-        arm(
-            "isolated and overlapping",
-            || grouped(&[(0b011, Isolated)], |s| s[1].train.offset_us = 499),
-            refused(Code::IsolationOverlaps, "groups").on(1),
-        ),
-        arm(
-            "isolated too long to ground",
-            || {
-                grouped(&[(0b011, Isolated)], |s| {
-                    s[0].train.shape = Shape::MonophasicCathodic;
-                    (s[0].train.gap_us, s[0].train.ground_us) = (0, 10_000);
-                    s[1].train.offset_us = 10_000;
-                })
-            },
-            refused(Code::NoTimeToGround, "groups").on(1),
-        ),
+        arm("conducted pair", || grouped(&[(0b11, Conducted)], |_| ()), Expect::Done),
+        arm("isolated trio", || grouped(&[(0b111, Isolated)], |_| ()), Expect::Done),
+        groups("no member", &[0], refused(Code::OutOfRange, "number of members").allowed(2, 10)),
+        groups("a lone member", &[0b100], refused(Code::OutOfRange, "number of members").allowed(2, 10)),
+        groups("an eleventh channel", &[1 << 10 | 1], members().allowed(0, 1023)),
+        arm("a member without a train", || grouped(&[(0b1001, Conducted)], |_| ()), refused(Code::NoTrain, "groups").on(4)),
+        groups("a member of two groups", &[0b011, 0b110], refused(Code::TwoGroups, "groups").on(2)),
+        arm("isolated and overlapping", || grouped(&[(0b011, Isolated)], |s| s[1].train.offset_us = 499), refused(Code::IsolationOverlaps, "groups").on(1)),
+        arm("isolated too long to ground", long_to_ground, refused(Code::NoTimeToGround, "groups").on(1)),
     ]
 }
 
+fn sync_of_none() -> Bench {
+    let mut bench = Bench::draft();
+    bench.client.sync(Some(7)).unwrap();
+    bench
+}
+
+#[rustfmt::skip]
 fn sync_rows() -> Vec<Row> {
     let some = |v: i64| {
         let channel = Some(v.try_into().ok()?);
         Some(Request::Sync { channel })
     };
     let mut rows = field("channel", 0, 9).rows(some);
-    rows.push(row(
-        "no sync",
-        Bench::draft,
-        Request::Sync { channel: None },
-        Expect::Done,
-    ));
-    rows.push(row(
-        "sync on a channel without a train",
-        || {
-            let mut bench = Bench::draft();
-            bench.client.sync(Some(7)).unwrap();
-            bench
-        },
-        Request::Arm,
-        refused(Code::NoTrain, "sync").on(8),
-    ));
+    rows.push(row("no sync", Bench::draft, Request::Sync { channel: None }, Expect::Done));
+    rows.push(row("sync on a channel without a train", sync_of_none, Request::Arm, refused(Code::NoTrain, "sync").on(8)));
     rows
 }
 
@@ -355,6 +257,21 @@ const RECRUITMENT: RecruitmentSpec = RecruitmentSpec {
 /// A muscle that the device takes.
 pub const MUSCLE: MuscleSpec = MuscleSpec::new(FORCE, RECRUITMENT);
 
+fn slow_calcium() -> Bench {
+    let mut bench = Bench::draft();
+    let mut bursts = channel(0);
+    (bursts.train.burst_count, bursts.train.burst_interval_us) = (8, 1_000);
+    bench.client.channel(0, bursts).unwrap();
+    let slow = CalciumForceSpec {
+        tau_c_us: 60_000,
+        ..FORCE
+    };
+    let muscle = MuscleSpec::new(slow, RECRUITMENT);
+    bench.client.muscle(0, muscle).unwrap();
+    bench
+}
+
+#[rustfmt::skip]
 fn muscle_rows() -> Vec<Row> {
     let request = |channel, force, recruitment| Request::Muscle {
         channel,
@@ -369,10 +286,7 @@ fn muscle_rows() -> Vec<Row> {
             |v: i64| {
                 let mut fatigue = FatigueSpec::QUADRICEPS;
                 fatigue.$field = v.try_into().ok()?;
-                let spec = MuscleSpec {
-                    fatigue: Some(fatigue),
-                    ..MuscleSpec::new(FORCE, RECRUITMENT)
-                };
+                let spec = MuscleSpec { fatigue: Some(fatigue), ..MuscleSpec::new(FORCE, RECRUITMENT) };
                 Some(Request::Muscle { channel: 0, spec })
             }
         };
@@ -407,7 +321,7 @@ fn muscle_rows() -> Vec<Row> {
     let slope = recruits(|s, v| s.slope_micro = v);
     let gentle = recruits(|s, v| (s.slope_micro, s.reference) = (v, Amplitude(10_000)));
     let at = |v: i64| Some(request(v.try_into().ok()?, FORCE, RECRUITMENT));
-    [
+    all([
         field("channel", 0, 9).rows(at),
         on_channel_1("a_mn_per_s", 100, 10_000_000).rows(force!(a_mn_per_s)),
         on_channel_1("k_micro", 2_000, 5_000_000).rows(force!(k_micro)),
@@ -427,26 +341,7 @@ fn muscle_rows() -> Vec<Row> {
         // 20 ms / ln(24/(24 − 8)).
         vec![row(
             "a muscle whose calcium bursts would carry past 24 pulses",
-            || {
-                let mut bench = Bench::draft();
-                let mut bursts = channel(0);
-                (bursts.train.burst_count, bursts.train.burst_interval_us) = (8, 1_000);
-                bench.client.channel(0, bursts).unwrap();
-                let slow = CalciumForceSpec {
-                    tau_c_us: 60_000,
-                    ..FORCE
-                };
-                let muscle = MuscleSpec::new(slow, RECRUITMENT);
-                bench.client.muscle(0, muscle).unwrap();
-                bench
-            },
-            Request::Arm,
-            refused(Code::OutOfRange, "tau_c_us")
-                .on(1)
-                .allowed(5_000, 49_320),
+            slow_calcium, Request::Arm, refused(Code::OutOfRange, "tau_c_us").on(1).allowed(5_000, 49_320),
         )],
-    ]
-    .into_iter()
-    .flatten()
-    .collect()
+    ])
 }

@@ -4,7 +4,7 @@ use crate::bad_input::bench::{Bench, LIMIT};
 use firmware::link::{Code, Request};
 use firmware::safety::State;
 use firmware::units::Amplitude;
-use host_tool::link::{Error, Refused};
+use host_core::link::{Error, Refused};
 
 /// A request in a state, and what it must get.
 pub struct Row {
@@ -62,25 +62,53 @@ impl Expect {
 
 /// A request that is the same whatever the device says.
 pub fn row(name: &str, scene: fn() -> Bench, request: Request, expect: Expect) -> Row {
+    live(name, scene, move |_| request.clone(), expect)
+}
+
+/// A request that depends on what the device says.
+pub fn live(
+    name: &str,
+    scene: fn() -> Bench,
+    request: impl Fn(&mut Bench) -> Request + 'static,
+    expect: Expect,
+) -> Row {
     Row {
         name: name.to_owned(),
         scene,
-        request: Box::new(move |_| request.clone()),
+        request: Box::new(request),
         expect,
     }
 }
 
 /// A field of a request, with its range.
 pub struct Field {
-    pub scene: fn() -> Bench,
-    pub name: &'static str,
-    pub min: i32,
-    pub max: i32,
-    /// From 1, if the refusal names a channel.
-    pub channel: Option<u8>,
+    scene: fn() -> Bench,
+    name: &'static str,
+    min: i32,
+    max: i32,
+    channel: Option<u8>,
+}
+
+/// The field `name`, which may be from `min` to `max` in `scene`.
+pub fn field(scene: fn() -> Bench, name: &'static str, min: i32, max: i32) -> Field {
+    Field {
+        scene,
+        name,
+        min,
+        max,
+        channel: None,
+    }
 }
 
 impl Field {
+    /// The refusal names channel `number`, from 1.
+    pub fn on(self, number: u8) -> Self {
+        Self {
+            channel: Some(number),
+            ..self
+        }
+    }
+
     /// The range's ends, which are taken, and the values beside them, which
     /// are not. `make` gives `None` for what the field's type cannot say.
     pub fn rows(&self, make: impl Fn(i64) -> Option<Request>) -> Vec<Row> {
@@ -93,21 +121,32 @@ impl Field {
             channel: self.channel,
             allowed: Some((self.min, self.max)),
         };
-        [min, max]
-            .into_iter()
-            .map(|v| (v, Expect::Done))
-            .chain(
-                [min - 1, max + 1]
-                    .into_iter()
-                    .chain(beyond)
-                    .map(|v| (v, out.clone())),
-            )
+        let inside = [min, max].map(|v| (v, Expect::Done)).into_iter();
+        let outside = [min - 1, max + 1].into_iter().chain(beyond);
+        inside
+            .chain(outside.map(|v| (v, out.clone())))
             .filter_map(|(value, expect)| {
                 let name = format!("{} = {value}", self.name);
                 Some(row(&name, self.scene, make(value)?, expect))
             })
             .collect()
     }
+}
+
+/// What puts a number into a spec, if the field's type can say it.
+macro_rules! edit {
+    ($spec:ident, $v:ident => $edit:expr) => {
+        |$spec, $v| {
+            $edit;
+            Some(())
+        }
+    };
+}
+pub(super) use edit;
+
+/// The rows of all parts.
+pub fn all<const N: usize>(parts: [Vec<Row>; N]) -> Vec<Row> {
+    parts.into_iter().flatten().collect()
 }
 
 pub fn check_all(rows: &[Row]) {
@@ -207,7 +246,7 @@ fn is_helpful(refused: &Refused) -> Result<(), String> {
         &format!("E{}", refused.number),
         &refused.field,
         &range,
-        host_tool::link::advice(code),
+        host_core::link::advice(code),
     ] {
         if !text.contains(part) {
             return Err(format!("`{text}` does not say `{part}`"));

@@ -1,7 +1,7 @@
 //! The virtual wall's request.
 
 use crate::bad_input::bench::{Bench, LIMIT};
-use crate::bad_input::table::{Field, Row, refused, row};
+use crate::bad_input::table::{Row, all, edit, field, refused, row};
 use firmware::control::SensorSource;
 use firmware::haptics::{CoContraction, PreWall, Side, WallSpec};
 use firmware::link::{Code, Request};
@@ -37,91 +37,56 @@ fn rows_of(
     max: i32,
     edit: fn(&mut WallSpec, i64) -> Option<()>,
 ) -> Vec<Row> {
-    let field = Field {
-        scene: Bench::draft,
-        name,
-        min,
-        max,
-        channel: None,
-    };
-    field.rows(|v| {
+    field(Bench::draft, name, min, max).rows(|v| {
         let mut spec = wall();
         edit(&mut spec, v)?;
         Some(Request::Wall(spec))
     })
 }
 
+#[rustfmt::skip]
 pub fn rows() -> Vec<Row> {
-    macro_rules! field {
-        ($name:literal, $min:literal, $max:literal, $s:ident, $v:ident => $edit:expr) => {
-            rows_of($name, $min, $max, |$s, $v| {
-                $edit;
-                Some(())
-            })
-        };
-    }
-    let mut rows: Vec<Row> = [
-        field!("at_mdeg", 0, 140_000, s, v => s.at_mdeg = v.try_into().ok()?),
-        field!("channel", 0, 9, s, v => s.channel = v.try_into().ok()?),
-        field!("stiffness", 1, 200_000, s, v => s.stiffness = v.try_into().ok()?),
-        field!("damping", 0, 20_000, s, v => s.damping = v.try_into().ok()?),
-        field!("cutoff_mhz", 500, 20_000, s, v => s.cutoff_mhz = v.try_into().ok()?),
-        field!("depth_mdeg", 100, 45_000, s, v => {
+    let mut rows = all([
+        rows_of("at_mdeg", 0, 140_000, edit!(s, v => s.at_mdeg = v.try_into().ok()?)),
+        rows_of("channel", 0, 9, edit!(s, v => s.channel = v.try_into().ok()?)),
+        rows_of("stiffness", 1, 200_000, edit!(s, v => s.stiffness = v.try_into().ok()?)),
+        rows_of("damping", 0, 20_000, edit!(s, v => s.damping = v.try_into().ok()?)),
+        rows_of("cutoff_mhz", 500, 20_000, edit!(s, v => s.cutoff_mhz = v.try_into().ok()?)),
+        rows_of("depth_mdeg", 100, 45_000, edit!(s, v => {
             s.pre_wall = Some(PreWall { depth_mdeg: v.try_into().ok()?, ..PRE_WALL });
-        }),
-        field!("begin", 0, 2_000, s, v => {
+        })),
+        rows_of("begin", 0, 2_000, edit!(s, v => {
             s.pre_wall = Some(PreWall { begin: Amplitude(v.try_into().ok()?), ..PRE_WALL });
-        }),
-        field!("stale_after_ms", 2, 500, s, v => s.stale_after_ms = v.try_into().ok()?),
-    ]
-    .into_iter()
-    .flatten()
-    .collect();
+        })),
+        rows_of("stale_after_ms", 2, 500, edit!(s, v => s.stale_after_ms = v.try_into().ok()?)),
+    ]);
     rows.extend(whole_rows());
     rows
 }
 
+fn beside_a_joint() -> Bench {
+    let mut bench = Bench::joint_draft();
+    bench.client.request(Request::Wall(wall())).unwrap();
+    bench
+}
+
+fn above_the_limit() -> Bench {
+    let mut bench = Bench::draft();
+    let max = Amplitude(LIMIT.0 + 1);
+    let spec = WallSpec { max, ..wall() };
+    bench.client.request(Request::Wall(spec)).unwrap();
+    bench
+}
+
 /// What is wrong only beside something else.
+#[rustfmt::skip]
 fn whole_rows() -> [Row; 3] {
-    fn beside_a_joint() -> Bench {
-        let mut bench = Bench::joint_draft();
-        bench.client.request(Request::Wall(wall())).unwrap();
-        bench
-    }
-    fn above_the_limit() -> Bench {
-        let mut bench = Bench::draft();
-        let max = Amplitude(LIMIT.0 + 1);
-        let spec = WallSpec { max, ..wall() };
-        bench.client.request(Request::Wall(spec)).unwrap();
-        bench
-    }
-    let antagonist = CoContraction {
-        channel: 0,
-        amplitude: Amplitude(1_000),
-    };
-    let twice = WallSpec {
-        co_contraction: Some(antagonist),
-        ..wall()
-    };
-    let limit = refused(Code::AboveWearerLimit, "max").on(1);
+    let antagonist = CoContraction { channel: 0, amplitude: Amplitude(1_000) };
+    let twice = Request::Wall(WallSpec { co_contraction: Some(antagonist), ..wall() });
+    let limit = refused(Code::AboveWearerLimit, "max").on(1).allowed(0, LIMIT.0.cast_signed());
     [
-        row(
-            "its own antagonist",
-            Bench::draft,
-            Request::Wall(twice),
-            refused(Code::ChannelTwice, "wall").on(1),
-        ),
-        row(
-            "a wall beside a joint",
-            beside_a_joint,
-            Request::Arm,
-            refused(Code::JointAndWall, "wall").on(1),
-        ),
-        row(
-            "a wall above the channel's limit",
-            above_the_limit,
-            Request::Arm,
-            limit.allowed(0, LIMIT.0.cast_signed()),
-        ),
+        row("its own antagonist", Bench::draft, twice, refused(Code::ChannelTwice, "wall").on(1)),
+        row("a wall beside a joint", beside_a_joint, Request::Arm, refused(Code::JointAndWall, "wall").on(1)),
+        row("a wall above the channel's limit", above_the_limit, Request::Arm, limit),
     ]
 }

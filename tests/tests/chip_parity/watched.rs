@@ -1,35 +1,40 @@
 //! A board on the chip simulator whose session owner is watched: when bytes
 //! were handed to it, what time it was told, and when it was done with them.
 
-use firmware::device::lockstep::{Sensors, Sink};
+use firmware::lockstep::{Sensors, Sink};
 use firmware::units::Micros;
 use hal_sim::chip::board::{Board, BoardError, CYCLES_PER_US, wiring};
 use hal_sim::chip::cpu::run::Observer;
 use hal_sim::chip::cpu::{Size, Stop};
 use hal_sim::chip::soc::{Pace, gpio::Level};
-use hal_sim::lockstep::Device;
-use hal_sim::world::Output;
-use host_tool::run::chip_image;
+use hal_sim::lockstep::{Device, Output};
+use host_core::run::chip_image;
 
 /// One call of `Session::receive`.
 pub struct Served {
     /// The time that the session was told.
     pub at: Micros,
-    /// When the call returned, µs of device time, rounded down.
+    /// When its last order was posted, or, if it had none for the pulser, when the
+    /// call returned; µs of device time, rounded down.
     pub done: Micros,
     /// What it was handed.
     pub bytes: Vec<u8>,
 }
 
-/// Stops where `Session::receive` begins and where the call under way ends.
+/// Stops where `Session::receive` begins and where the call under way ends; and
+/// where an order in it begins and has been posted: a refill that interrupts the
+/// call from there on sees the order.
 pub struct Gate {
     entry: u32,
     exit: Option<u32>,
+    order: u32,
+    posted: Option<u32>,
+    has_posted: bool,
 }
 
 impl Observer for Gate {
     fn stops_before(&mut self, pc: u32) -> bool {
-        pc == self.entry || Some(pc) == self.exit
+        pc == self.entry || pc == self.order || [self.exit, self.posted].contains(&Some(pc))
     }
 }
 
@@ -43,11 +48,20 @@ impl Watched {
     /// A board that has booted.
     pub fn boot(stages: [Option<Output>; 10], sensors: &Sensors, pace: Pace) -> Self {
         let image = chip_image(None).unwrap_or_else(|e| panic!("{e}"));
-        let functions = image.symbols.functions().iter();
-        let mut receive = functions.filter(|f| f.name.ends_with("session::Session::receive"));
-        let entry = receive.next().expect("the session's entry").address;
-        assert!(receive.next().is_none());
-        let gate = Gate { entry, exit: None };
+        let function = |name: &str| {
+            let functions = image.symbols.functions().iter();
+            let mut found = functions.filter(|f| f.name.ends_with(name));
+            let address = found.next().expect(name).address;
+            assert!(found.next().is_none(), "{name}");
+            address
+        };
+        let gate = Gate {
+            entry: function("session::Session::receive"),
+            exit: None,
+            order: function("session::requests::later"),
+            posted: None,
+            has_posted: false,
+        };
         let mut board = Board::power_on(image, stages, pace, gate).unwrap();
         board.boot(sensors).unwrap_or_else(|e| panic!("{e}"));
         Self {
@@ -77,7 +91,7 @@ impl Watched {
     pub fn send(&mut self, bytes: &[u8]) {
         let cycle = self.board.cpu.cycle;
         self.board.around.host.send(bytes, cycle);
-        self.board.around.soc.touch();
+        self.board.around.soc.reschedule();
     }
 
     fn step(&mut self, to_us: u64, sensors: &Sensors, sink: &mut dyn Sink) {
@@ -102,13 +116,19 @@ impl Watched {
         let now = (board.cpu.cycle - board.around.origin()) / CYCLES_PER_US;
         let registers = &board.cpu.registers;
         // An exception may come between the stop and the instruction.
-        let (before, is_entry) = (board.cpu.instructions, pc == board.observer.entry);
+        let before = board.cpu.instructions;
         let (exit, r) = (registers.r[14] & !1, registers.r);
         board.cpu.step(&mut board.around).unwrap();
         if board.cpu.instructions == before {
             return;
         }
-        if is_entry {
+        let gate = &mut board.observer;
+        if pc == gate.order {
+            gate.posted = Some(exit);
+        } else if Some(pc) == gate.posted {
+            (gate.posted, gate.has_posted) = (None, true);
+            self.served.last_mut().unwrap().done = Micros(now as u32);
+        } else if pc == gate.entry {
             let byte = |address| {
                 let soc = &board.around.soc;
                 let ram = if soc.ccm.contains(address) {
@@ -123,10 +143,12 @@ impl Watched {
                 done: Micros(now as u32),
                 bytes: (0..r[3]).map(|n| byte(r[2] + n)).collect(),
             });
-            board.observer.exit = Some(exit);
+            (board.observer.exit, board.observer.has_posted) = (Some(exit), false);
         } else {
-            self.served.last_mut().unwrap().done = Micros(now as u32);
-            board.observer.exit = None;
+            if !gate.has_posted {
+                self.served.last_mut().unwrap().done = Micros(now as u32);
+            }
+            gate.exit = None;
         }
     }
 }

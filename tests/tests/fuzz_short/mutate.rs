@@ -1,5 +1,7 @@
 //! Inputs like those of a corpus, but wrong: seeded, so that a run repeats.
 
+use hal_sim::random::Random;
+
 /// Longest input, bytes.
 const LONGEST: usize = 4096;
 
@@ -8,7 +10,7 @@ const TELLING: [u8; 8] = [0, 1, 2, 0x7F, 0x80, 0xFE, 0xFF, b','];
 
 /// An endless source of mutated inputs.
 pub struct Mutator {
-    state: u64,
+    random: Random,
     corpus: Vec<Vec<u8>>,
 }
 
@@ -17,21 +19,13 @@ impl Mutator {
     pub fn new(seed: u64, corpus: Vec<Vec<u8>>) -> Self {
         assert!(!corpus.is_empty());
         Self {
-            state: seed,
+            random: Random::new(seed),
             corpus,
         }
     }
 
-    /// SplitMix64 (Steele, Lea & Flood 2014).
-    fn random(&mut self) -> u64 {
-        self.state = self.state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let z = (self.state ^ (self.state >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
-    }
-
     fn below(&mut self, bound: usize) -> usize {
-        (self.random() % bound.max(1) as u64) as usize
+        self.random.below(bound.max(1) as u64) as usize
     }
 
     fn pick(&mut self) -> Vec<u8> {
@@ -43,7 +37,7 @@ impl Mutator {
     pub fn next(&mut self) -> Vec<u8> {
         if self.below(16) == 0 {
             let length = self.below(64);
-            return (0..length).map(|_| self.random() as u8).collect();
+            return (0..length).map(|_| self.random.word() as u8).collect();
         }
         let mut data = self.pick();
         for _ in 0..1 << self.below(4) {
@@ -58,10 +52,10 @@ impl Mutator {
         let end = (at + 1 + self.below(16)).min(data.len());
         match self.below(8) {
             0 if !data.is_empty() => data[at] ^= 1 << self.below(8),
-            1 if !data.is_empty() => data[at] = self.random() as u8,
+            1 if !data.is_empty() => data[at] = self.random.word() as u8,
             2 if !data.is_empty() => data[at] = TELLING[self.below(TELLING.len())],
             3 if !data.is_empty() => drop(data.drain(at..end)),
-            4 => data.insert(at, self.random() as u8),
+            4 => data.insert(at, self.random.word() as u8),
             5 => {
                 let again = data[at..end].to_vec();
                 data.splice(at..at, again);

@@ -97,18 +97,7 @@ fn channel(channel: u8, train: TrainSpec) -> Step {
     Ask(Request::Channel { channel, spec })
 }
 
-const TRAIN: TrainSpec = TrainSpec {
-    shape: Shape::BiphasicCathodicFirst,
-    width_us: 200,
-    gap_us: 100,
-    ground_us: 0,
-    period_us: 5_000,
-    offset_us: 0,
-    burst_count: 1,
-    burst_interval_us: 0,
-    repeats: 0,
-    triggered: false,
-};
+const TRAIN: TrainSpec = TrainSpec::biphasic(200, 100, 5_000);
 
 fn wearer() -> Step {
     Ask(Request::Wearer(WearerSpec {

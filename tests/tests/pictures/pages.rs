@@ -2,10 +2,10 @@
 
 use super::drawing::Drawing;
 use super::{SCREENS, findings, top};
+use host_core::record::Run;
+use host_core::report::{Report, page};
+use host_core::run::{DeviceName, SessionFile, edges_of_one_period, run};
 use host_tool::cli::overview;
-use host_tool::record::Run;
-use host_tool::report::{Report, page};
-use host_tool::run::{DeviceName, SessionFile, edges_of_one_period, run};
 
 const RENEW: &str = "cargo demo && cp out/demo/picture.svg docs/demo.svg";
 /// A page's own background in light and dark.

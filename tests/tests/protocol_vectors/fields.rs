@@ -6,14 +6,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 /// Texts that follow one of these, white space aside, are fields of refusals.
-const BEFORE: [&str; 6] = [
-    "OutOfRange::check(",
-    "check(",
-    "range(",
-    "field:",
-    "within_limit(channels,",
-    "spec_field(",
-];
+const BEFORE: [&str; 2] = ["Range::new(", "field:"];
 
 fn sources(folder: &Path, all: &mut Vec<String>) {
     for entry in std::fs::read_dir(folder).expect("the device code") {
@@ -60,14 +53,12 @@ fn named() -> BTreeSet<String> {
             }
         }
     }
-    // The tables of names in the list of refusals.
+    // The names of a setup's parts.
+    let parts = std::fs::read_to_string(root.join("device/mistake.rs")).expect("text");
+    let names = parts.split("=>").filter_map(literal);
+    fields.extend(names.map(str::to_owned));
+    // And a name alone on its line, in the list of refusals.
     let refusal = std::fs::read_to_string(root.join("link/refusal.rs")).expect("text");
-    let arms = refusal.split("=> \"").skip(1);
-    fields.extend(
-        arms.filter_map(|rest| rest.split('"').next())
-            .map(str::to_owned),
-    );
-    // And a name alone on its line.
     let alone = refusal.lines().filter_map(|l| l.trim().strip_suffix("\","));
     fields.extend(alone.filter_map(|l| l.strip_prefix('"')).map(str::to_owned));
     fields

@@ -14,18 +14,7 @@ use firmware::pulse::{GroupSpec, Partner, Shape, TrainSpec};
 use firmware::safety::{ChannelSpec, Fault, FaultRecord, StageSpec, State, StopCause, WearerSpec};
 use firmware::units::{Amplitude, Micros};
 
-const BIPHASIC: TrainSpec = TrainSpec {
-    shape: Shape::BiphasicCathodicFirst,
-    width_us: 200,
-    gap_us: 50,
-    ground_us: 0,
-    period_us: 20_000,
-    offset_us: 0,
-    burst_count: 1,
-    burst_interval_us: 0,
-    repeats: 0,
-    triggered: false,
-};
+const BIPHASIC: TrainSpec = TrainSpec::biphasic(200, 50, 20_000);
 const MONOPHASIC: TrainSpec = TrainSpec {
     shape: Shape::MonophasicCathodic,
     gap_us: 0,
@@ -94,26 +83,13 @@ fn joint(law: LawSpec, flexors: &[PointSpec], sensor: SensorSource) -> Request {
     })
 }
 
+#[rustfmt::skip]
 fn joints() -> [(&'static str, Request); 3] {
-    let a = PointSpec {
-        channel: 0,
-        threshold: Amplitude(20_000),
-        max: Amplitude(28_000),
-    };
-    let b = PointSpec {
-        channel: 1,
-        threshold: Amplitude(25_000),
-        max: Amplitude(36_000),
-    };
-    let adc = SensorSource::Adc {
-        code_at_0: 800,
-        code_at_100: 3_300,
-    };
+    let a = PointSpec { channel: 0, threshold: Amplitude(20_000), max: Amplitude(28_000) };
+    let b = PointSpec { channel: 1, threshold: Amplitude(25_000), max: Amplitude(36_000) };
+    let adc = SensorSource::Adc { code_at_0: 800, code_at_100: 3_300 };
     [
-        (
-            "joint, recommended law, two flexor points, board's sensor",
-            joint(LawSpec::ALONE, &[a, b], adc),
-        ),
+        ("joint, recommended law, two flexor points, board's sensor", joint(LawSpec::ALONE, &[a, b], adc)),
         (
             "joint, the paper's law, one flexor point, host's sensor",
             joint(LawSpec::PAPER, &[a], SensorSource::Host),
@@ -147,6 +123,7 @@ fn muscle() -> MuscleSpec {
     MuscleSpec::new(force, recruitment)
 }
 
+#[rustfmt::skip]
 fn muscles() -> Vec<(&'static str, Request)> {
     let request = |channel, spec| Request::Muscle { channel, spec };
     let tires = MuscleSpec {
@@ -154,10 +131,7 @@ fn muscles() -> Vec<(&'static str, Request)> {
         rung: Rung::CalciumForceFatigue,
         ..muscle()
     };
-    let held = MuscleSpec {
-        rung: Rung::Static,
-        ..muscle()
-    };
+    let held = MuscleSpec { rung: Rung::Static, ..muscle() };
     vec![
         ("muscle", request(0, muscle())),
         ("muscle that tires", request(9, tires)),
@@ -165,6 +139,7 @@ fn muscles() -> Vec<(&'static str, Request)> {
     ]
 }
 
+#[rustfmt::skip]
 fn walls() -> [(&'static str, Request); 2] {
     let plain = WallSpec {
         at_mdeg: 70_000,
@@ -184,27 +159,15 @@ fn walls() -> [(&'static str, Request); 2] {
     let full = WallSpec {
         side: Side::Extension,
         damping: 10,
-        pre_wall: Some(PreWall {
-            depth_mdeg: 9_000,
-            begin: Amplitude(6_000),
-            end: Amplitude(20_000),
-        }),
-        co_contraction: Some(CoContraction {
-            channel: 0,
-            amplitude: Amplitude(8_000),
-        }),
+        pre_wall: Some(PreWall { depth_mdeg: 9_000, begin: Amplitude(6_000), end: Amplitude(20_000) }),
+        co_contraction: Some(CoContraction { channel: 0, amplitude: Amplitude(8_000) }),
         ..plain
     };
-    [
-        ("wall", Request::Wall(plain)),
-        (
-            "wall, with pre-wall and co-contraction",
-            Request::Wall(full),
-        ),
-    ]
+    [("wall", Request::Wall(plain)), ("wall, with pre-wall and co-contraction", Request::Wall(full))]
 }
 
 /// Force control in the draft, and two forces asked for.
+#[rustfmt::skip]
 fn forces() -> [(&'static str, Request); 4] {
     let force = |at, millinewton_per_s| Request::Force {
         channel: 9,
@@ -217,27 +180,16 @@ fn forces() -> [(&'static str, Request); 4] {
         hold: HoldPolicy::Extrapolate { max_ms: 100 },
         max_period_us: None,
     };
-    let slower = ForceSpec {
-        max_period_us: Some(1_000_000),
-        ..spec
-    };
+    let slower = ForceSpec { max_period_us: Some(1_000_000), ..spec };
     [
         ("force control", Request::ForceControl { channel: 9, spec }),
-        (
-            "force control, down to a pulse a second",
-            Request::ForceControl {
-                channel: 8,
-                spec: slower,
-            },
-        ),
+        ("force control, down to a pulse a second", Request::ForceControl { channel: 8, spec: slower }),
         ("force, on arrival", force(None, None)),
-        (
-            "force, timed, with its rate",
-            force(Some(Micros(1_000_000)), Some(-400)),
-        ),
+        ("force, timed, with its rate", force(Some(Micros(1_000_000)), Some(-400))),
     ]
 }
 
+#[rustfmt::skip]
 pub fn requests() -> Vec<(&'static str, ToDevice)> {
     let mut all = vec![
         ("hello", Request::Hello { schema: SCHEMA }),
@@ -246,10 +198,7 @@ pub fn requests() -> Vec<(&'static str, ToDevice)> {
         ("clear", Request::Clear),
         ("wearer, defaults", Request::Wearer(WearerSpec::default())),
         ("channel, biphasic, current stage", plain_channel()),
-        (
-            "channel, doublets, voltage stage",
-            channel(9, DOUBLETS, VOLTS),
-        ),
+        ("channel, doublets, voltage stage", channel(9, DOUBLETS, VOLTS)),
         ("channel, monophasic", channel(1, MONOPHASIC, VOLTS)),
         ("channel, triggered", channel(2, TRIGGERED, AMPS)),
         ("groups", groups(&[Partner::Conducted, Partner::Isolated])),
@@ -267,14 +216,7 @@ pub fn requests() -> Vec<(&'static str, ToDevice)> {
         ("stop", Request::Stop),
         ("acknowledge", Request::Acknowledge),
         ("amplitudes", amplitudes(&[(0, 10_000), (9, 0)])),
-        (
-            "angle, on arrival",
-            Request::Angle {
-                at: None,
-                centideg: 4_500,
-                centideg_per_s: None,
-            },
-        ),
+        ("angle, on arrival", Request::Angle { at: None, centideg: 4_500, centideg_per_s: None }),
         (
             "angle, timed, with its rate",
             Request::Angle {
@@ -283,31 +225,14 @@ pub fn requests() -> Vec<(&'static str, ToDevice)> {
                 centideg_per_s: Some(-5_027),
             },
         ),
-        (
-            "measurement",
-            Request::Measurement {
-                joint: 0,
-                centideg: 4_321,
-                at: Micros(1_000_000),
-            },
-        ),
+        ("measurement", Request::Measurement { joint: 0, centideg: 4_321, at: Micros(1_000_000) }),
         ("subscribe", Request::Subscribe { period_ms: 20 }),
-        (
-            "rung",
-            Request::Rung {
-                channel: 9,
-                rung: Rung::Lag,
-            },
-        ),
+        ("rung", Request::Rung { channel: 9, rung: Rung::Lag }),
         ("simulated trigger", Request::SimulateTrigger),
     ]);
     let number = |(seq, (name, request)): (u16, _)| {
         let session = if seq == 0 { 0 } else { 1 };
-        let message = ToDevice {
-            session,
-            seq,
-            request,
-        };
+        let message = ToDevice { session, seq, request };
         (name, message)
     };
     (0u16..).zip(all).map(number).collect()
@@ -441,5 +366,10 @@ fn events() -> Vec<Event> {
     stops
         .chain(faults.map(|f| Event::Faulted(fault(f))))
         .chain([Event::Recovered])
+        .chain([Event::Electrode {
+            channel: 9,
+            applied: Amplitude(2_000),
+            current_ua: 996,
+        }])
         .collect()
 }

@@ -12,7 +12,7 @@ mod session;
 use firmware::link::{Code, MAX_MESSAGE, Refusal, Response, SCHEMA, ToDevice, encode};
 use firmware::pulse::{CHANNELS, MAX_GROUPS};
 use firmware::safety::Fault;
-use host_tool::link::{advice, what};
+use host_core::link::{advice, what};
 use postcard_schema::{Schema, schema::NamedType};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};

@@ -3,8 +3,8 @@
 //! bad frames, refusals, a trigger, a fault and a silent host.
 
 use firmware::control::{HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
-use firmware::device::lockstep::Sensors;
 use firmware::link::{BROADCAST, Request, SCHEMA, ToDevice, encode};
+use firmware::lockstep::Sensors;
 use firmware::muscle::{CalciumForceSpec, MuscleSpec, RecruitmentSpec};
 use firmware::pulse::{GroupSpec, Partner, Shape, TrainSpec};
 use firmware::safety::{ChannelSpec, StageSpec, WearerSpec};

@@ -31,121 +31,34 @@ const fn twice(w: u32) -> bool {
 }
 
 /// More special ones first.
+#[rustfmt::skip]
 pub(super) const ENCODINGS: &[Encoding] = &[
     // Modified immediates.
-    valid(
-        "TST (imm)",
-        "11110i000001nnnn 0iii1111iiiiiiii",
-        is_modified,
-    ),
-    valid(
-        "TEQ (imm)",
-        "11110i001001nnnn 0iii1111iiiiiiii",
-        is_modified,
-    ),
-    valid(
-        "CMN (imm)",
-        "11110i010001nnnn 0iii1111iiiiiiii",
-        is_modified,
-    ),
-    valid(
-        "CMP (imm, T2)",
-        "11110i011011nnnn 0iii1111iiiiiiii",
-        is_modified,
-    ),
-    valid(
-        "MOV (imm, T2)",
-        "11110i00010s1111 0iiiddddiiiiiiii",
-        is_modified,
-    ),
-    valid(
-        "MVN (imm)",
-        "11110i00011s1111 0iiiddddiiiiiiii",
-        is_modified,
-    ),
-    valid(
-        "AND (imm)",
-        "11110i00000snnnn 0iiiddddiiiiiiii",
-        is_modified,
-    ),
-    valid(
-        "BIC (imm)",
-        "11110i00001snnnn 0iiiddddiiiiiiii",
-        is_modified,
-    ),
-    valid(
-        "ORR (imm)",
-        "11110i00010snnnn 0iiiddddiiiiiiii",
-        is_modified,
-    ),
-    valid(
-        "ORN (imm)",
-        "11110i00011snnnn 0iiiddddiiiiiiii",
-        is_modified,
-    ),
-    valid(
-        "EOR (imm)",
-        "11110i00100snnnn 0iiiddddiiiiiiii",
-        is_modified,
-    ),
-    unit(
-        "ADD (SP to SP, T3)",
-        "11110i01000011010iii1101iiiiiiii",
-        Unit::Adjust,
-    ),
-    unit(
-        "SUB (SP to SP, T2)",
-        "11110i01101011010iii1101iiiiiiii",
-        Unit::Adjust,
-    ),
-    valid(
-        "ADD (SP + imm, T3)",
-        "11110i01000s1101 0iiiddddiiiiiiii",
-        is_modified,
-    ),
-    valid(
-        "SUB (SP - imm, T2)",
-        "11110i01101s1101 0iiiddddiiiiiiii",
-        is_modified,
-    ),
-    valid(
-        "ADD (imm, T3)",
-        "11110i01000snnnn 0iiiddddiiiiiiii",
-        is_modified,
-    ),
-    valid(
-        "ADC (imm)",
-        "11110i01010snnnn 0iiiddddiiiiiiii",
-        is_modified,
-    ),
-    valid(
-        "SBC (imm)",
-        "11110i01011snnnn 0iiiddddiiiiiiii",
-        is_modified,
-    ),
-    valid(
-        "SUB (imm, T3)",
-        "11110i01101snnnn 0iiiddddiiiiiiii",
-        is_modified,
-    ),
-    valid(
-        "RSB (imm, T2)",
-        "11110i01110snnnn 0iiiddddiiiiiiii",
-        is_modified,
-    ),
+    valid("TST (imm)", "11110i000001nnnn 0iii1111iiiiiiii", is_modified),
+    valid("TEQ (imm)", "11110i001001nnnn 0iii1111iiiiiiii", is_modified),
+    valid("CMN (imm)", "11110i010001nnnn 0iii1111iiiiiiii", is_modified),
+    valid("CMP (imm, T2)", "11110i011011nnnn 0iii1111iiiiiiii", is_modified),
+    valid("MOV (imm, T2)", "11110i00010s1111 0iiiddddiiiiiiii", is_modified),
+    valid("MVN (imm)", "11110i00011s1111 0iiiddddiiiiiiii", is_modified),
+    valid("AND (imm)", "11110i00000snnnn 0iiiddddiiiiiiii", is_modified),
+    valid("BIC (imm)", "11110i00001snnnn 0iiiddddiiiiiiii", is_modified),
+    valid("ORR (imm)", "11110i00010snnnn 0iiiddddiiiiiiii", is_modified),
+    valid("ORN (imm)", "11110i00011snnnn 0iiiddddiiiiiiii", is_modified),
+    valid("EOR (imm)", "11110i00100snnnn 0iiiddddiiiiiiii", is_modified),
+    unit("ADD (SP to SP, T3)", "11110i01000011010iii1101iiiiiiii", Unit::Adjust),
+    unit("SUB (SP to SP, T2)", "11110i01101011010iii1101iiiiiiii", Unit::Adjust),
+    valid("ADD (SP + imm, T3)", "11110i01000s1101 0iiiddddiiiiiiii", is_modified),
+    valid("SUB (SP - imm, T2)", "11110i01101s1101 0iiiddddiiiiiiii", is_modified),
+    valid("ADD (imm, T3)", "11110i01000snnnn 0iiiddddiiiiiiii", is_modified),
+    valid("ADC (imm)", "11110i01010snnnn 0iiiddddiiiiiiii", is_modified),
+    valid("SBC (imm)", "11110i01011snnnn 0iiiddddiiiiiiii", is_modified),
+    valid("SUB (imm, T3)", "11110i01101snnnn 0iiiddddiiiiiiii", is_modified),
+    valid("RSB (imm, T2)", "11110i01110snnnn 0iiiddddiiiiiiii", is_modified),
     // Plain immediates.
     plain("ADR (T3)", "11110i1000001111 0iiiddddiiiiiiii"),
     plain("ADR (T2)", "11110i1010101111 0iiiddddiiiiiiii"),
-    unit(
-        "ADDW (SP to SP)",
-        "11110i10000011010iii1101iiiiiiii",
-        Unit::Adjust,
-    ),
-    unit(
-        "SUBW (SP to SP)",
-        "11110i10101011010iii1101iiiiiiii",
-        Unit::Adjust,
-    ),
+    unit("ADDW (SP to SP)", "11110i10000011010iii1101iiiiiiii", Unit::Adjust),
+    unit("SUBW (SP to SP)", "11110i10101011010iii1101iiiiiiii", Unit::Adjust),
     plain("ADDW (SP)", "11110i1000001101 0iiiddddiiiiiiii"),
     plain("SUBW (SP)", "11110i1010101101 0iiiddddiiiiiiii"),
     plain("ADDW", "11110i100000nnnn 0iiiddddiiiiiiii"),
@@ -277,21 +190,9 @@ pub(super) const ENCODINGS: &[Encoding] = &[
     plain("MRS (IPSR)", "1111001111101111 1000dddd00000101"),
     plain("MRS (CONTROL)", "1111001111101111 1000dddd00010100"),
     plain("MRS (MSP)", "1111001111101111 1000dddd00001000"),
-    unit(
-        "MRS (PRIMASK, BASEPRI)",
-        "1111001111101111 1000dddd0001000w",
-        Unit::Mask,
-    ),
-    unit(
-        "MSR (PRIMASK, BASEPRI)",
-        "111100111000nnnn 100010000001000w",
-        Unit::Mask,
-    ),
-    left(
-        "MSR (other)",
-        "111100111000ffff 1000ffffffffffff",
-        "changes the stack or mode",
-    ),
+    unit("MRS (PRIMASK, BASEPRI)", "1111001111101111 1000dddd0001000w", Unit::Mask),
+    unit("MSR (PRIMASK, BASEPRI)", "111100111000nnnn 100010000001000w", Unit::Mask),
+    left("MSR (other)", "111100111000ffff 1000ffffffffffff", "changes the stack or mode"),
     plain("NOP (T2)", "1111001110101111 1000000000000000"),
     plain("CLREX", "1111001110111111 1000111100101111"),
     plain("DSB", "1111001110111111 1000111101001111"),
@@ -300,16 +201,8 @@ pub(super) const ENCODINGS: &[Encoding] = &[
     // Branches.
     unit("BL", "11110iiiiiiiiiii 11w1wiiiiiiiiiii", Unit::Skip),
     unit("B (T4)", "11110iiiiiiiiiii 10w1wiiiiiiiiiii", Unit::Skip),
-    left(
-        "UDF (T2)",
-        "111101111111ffff 1010ffffffffffff",
-        "faults, and a fault ends the program",
-    ),
-    unit(
-        "B (cond, T3)",
-        "11110scccciiiiii 10j0jiiiiiiiiiii",
-        Unit::Skip,
-    ),
+    left("UDF (T2)", "111101111111ffff 1010ffffffffffff", "faults, and a fault ends the program"),
+    unit("B (cond, T3)", "11110scccciiiiii 10j0jiiiiiiiiiii", Unit::Skip),
     unit("TBB", "111010001101 1111 11110000 0000 xxxx", Unit::Table),
     unit("TBH", "111010001101 1111 11110000 0001 xxxx", Unit::Table),
 ];

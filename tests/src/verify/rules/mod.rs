@@ -2,6 +2,7 @@
 //!
 //! In: the working tree. Out: where a rule is broken, as `file:line`.
 
+mod layers;
 mod modules;
 mod source;
 
@@ -10,14 +11,16 @@ pub(super) use source::Source;
 use source::words;
 use std::path::Path;
 
-/// Longer files are reported, and above the second number fail.
-const LONG_LINES: usize = 500;
-const TOO_LONG_LINES: usize = 600;
+/// Longer files are reported, and above these fail: those of the product, and tests.
+const LONG_LINES: usize = 400;
+const TOO_LONG_LINES: usize = 450;
+const TOO_LONG_TEST_LINES: usize = 600;
 
 /// Files and folders that hold nothing of ours.
 const FOREIGN: [&str; 4] = [".git", "target", "out", "artifacts"];
 
 const BOARD: &str = "firmware/src/board/";
+const METHODS: &str = "host-tool/methods/src/";
 const IMAGES: &str = "firmware/src/bin/";
 
 /// What can end a program.
@@ -41,7 +44,10 @@ const RULES: [Rule; 7] = [
     ("device code cannot panic without a proof", panics),
     ("the pulse path has no float", floats),
     ("bodies and traces know no firmware", dependent_simulator),
-    ("no file has more than 600 lines", too_long),
+    (
+        "no file has more than 450 lines, no test more than 600",
+        too_long,
+    ),
     ("no path of one machine is committed", machine_paths),
     ("tests draw from one committed seed", own_seeds),
 ];
@@ -68,7 +74,8 @@ fn judge(sources: &[Source]) -> Report {
         (statement, findings)
     });
     let lost = (NO_FILE_IS_LOST, modules::lost(sources));
-    for (statement, findings) in each.into_iter().chain([lost]) {
+    let wide = [lost].into_iter().chain(layers::judge(sources));
+    for (statement, findings) in each.into_iter().chain(wide) {
         if findings.is_empty() {
             report.add(Report::pass());
         } else {
@@ -83,7 +90,7 @@ fn judge(sources: &[Source]) -> Report {
     }
     for source in sources.iter().filter(|s| s.is_rust()) {
         let count = source.text.lines().count();
-        if (LONG_LINES + 1..=TOO_LONG_LINES).contains(&count) {
+        if (LONG_LINES + 1..=longest(source)).contains(&count) {
             let note = format!("note: {} has {count} lines: split it?", source.path);
             report.lines.push(note);
         }
@@ -126,7 +133,8 @@ fn unsafe_elsewhere(source: &Source) -> Findings {
 
 /// In images and boards a comment on the line or the one above is the proof.
 fn panics(source: &Source) -> Findings {
-    if !source.is_rust() || !source.path.starts_with("firmware/src/") {
+    let is_device = |room| source.path.starts_with(room);
+    if !source.is_rust() || !["firmware/src/", METHODS].iter().any(is_device) {
         return Vec::new();
     }
     let may_prove = source.path.starts_with(BOARD) || source.path.starts_with(IMAGES);
@@ -156,9 +164,17 @@ fn dependent_simulator(source: &Source) -> Findings {
     source.places(words(&source.shipped, "firmware"))
 }
 
+/// Most lines of a file like this.
+fn longest(source: &Source) -> usize {
+    match source.is_test() {
+        true => TOO_LONG_TEST_LINES,
+        false => TOO_LONG_LINES,
+    }
+}
+
 fn too_long(source: &Source) -> Findings {
     let count = source.text.lines().count();
-    if source.is_rust() && count > TOO_LONG_LINES {
+    if source.is_rust() && count > longest(source) {
         vec![format!("{}: {count} lines", source.path)]
     } else {
         Vec::new()
@@ -265,10 +281,16 @@ mod tests {
 
     #[test]
     fn long_files_are_noted_then_refused() {
-        let report = |lines: usize| judge(&[Source::new("a.rs", "\n".repeat(lines))]);
-        assert!(report(500).lines.is_empty());
-        assert_eq!((report(600).failed, report(600).lines.len()), (0, 1));
-        assert_eq!(report(601).failed, 1);
+        for (path, most) in [("a/src/b.rs", 450), ("a/tests/b.rs", 600)] {
+            let report = |lines: usize| {
+                let suite = Source::new("a/tests/suite.rs", "mod b;".to_owned());
+                let lib = Source::new("a/src/lib.rs", "mod b;".to_owned());
+                judge(&[suite, lib, Source::new(path, "\n".repeat(lines))])
+            };
+            assert!(report(400).lines.is_empty());
+            assert_eq!((report(most).failed, report(most).lines.len()), (0, 1));
+            assert_eq!(report(most + 1).failed, 1);
+        }
     }
 
     #[test]

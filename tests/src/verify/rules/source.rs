@@ -18,8 +18,7 @@ impl Source {
     pub fn new(path: &str, text: String) -> Self {
         let is_rust = is_rust(path);
         let code = if is_rust { code(&text) } else { String::new() };
-        let is_test = path.contains("/tests/") || path.ends_with("/tests.rs");
-        let shipped = if is_test {
+        let shipped = if is_test(path) {
             String::new()
         } else {
             without_tests(&code)
@@ -30,6 +29,10 @@ impl Source {
             code,
             shipped,
         }
+    }
+
+    pub fn is_test(&self) -> bool {
+        is_test(&self.path)
     }
 
     pub fn is_rust(&self) -> bool {
@@ -55,6 +58,10 @@ impl Source {
         let lines = lines.by_ref().take(if number == 0 { 1 } else { 2 });
         lines.into_iter().any(|line| line.contains("//"))
     }
+}
+
+fn is_test(path: &str) -> bool {
+    path.contains("/tests/") || path.ends_with("/tests.rs")
 }
 
 fn is_rust(path: &str) -> bool {

@@ -1,0 +1,106 @@
+//! `cargo instructions`: what a second of a session costs the native simulator,
+//! in instructions of the processor, which neither load nor clock of a machine
+//! changes. Builds the release `flexor`, runs sessions under callgrind, prints a
+//! table, and fails where one costs more than its budget.
+//!
+//! `cargo instructions --keep DIR` leaves callgrind's files there, for
+//! `callgrind_annotate`.
+
+use anyhow::{Context, bail};
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode};
+
+/// Sessions, and the most that a second of each may cost, in millions: what it
+/// costs now and little more. What is owed is in docs/architecture.md.
+const SESSIONS: [(&str, f64); 3] = [
+    ("ten_channels_and_finger", 13.2),
+    ("hamana_exp4_two_point", 8.2),
+    ("full_load", 16.8),
+];
+
+/// The C library's functions for any processor of this kind, so that the same are
+/// counted everywhere.
+const TUNABLES: &str =
+    "glibc.cpu.hwcaps=-AVX,-AVX2,-AVX512F,-AVX512VL,-BMI2,-ERMS,-FMA,-FMA4,-FSRM,-RTM,-XSAVEC";
+
+fn main() -> anyhow::Result<ExitCode> {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let keep = match words.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        [] => None,
+        ["--keep", folder] => Some(PathBuf::from(folder)),
+        _ => bail!("usage: cargo instructions [--keep DIR]"),
+    };
+    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = package.parent().context("the package is in a workspace")?;
+    let flexor = build(root)?;
+    let scratch = std::env::temp_dir().join(format!("flexor-instructions-{}", std::process::id()));
+    let files = keep.as_deref().unwrap_or(&scratch);
+    std::fs::create_dir_all(files)?;
+    println!("GLIBC_TUNABLES={TUNABLES}");
+    println!(
+        "{:<26} {:>4} {:>14} {:>10} {:>7}",
+        "session", "s", "instructions", "M per s", "budget"
+    );
+    let mut is_within = true;
+    for (name, budget) in SESSIONS {
+        let session = root.join(format!("host-tool/sessions/{name}.toml"));
+        let seconds = duration_s(&session)?;
+        let count = instructions(&flexor, &session, &files.join(name), &scratch.join(name))?;
+        let each = count as f64 / seconds * 1e-6;
+        let mark = if each > budget { "  above" } else { "" };
+        println!("{name:<26} {seconds:>4} {count:>14} {each:>10.2} {budget:>7}{mark}");
+        is_within &= each <= budget;
+    }
+    let _ = std::fs::remove_dir_all(&scratch); // of use to nobody
+    Ok(ExitCode::from(u8::from(!is_within)))
+}
+
+/// The release build of `flexor`.
+fn build(root: &Path) -> anyhow::Result<PathBuf> {
+    let arguments = "build --quiet --release --package host-tool --bin flexor";
+    let status = Command::new("cargo")
+        .args(arguments.split(' '))
+        .current_dir(root)
+        .status()?;
+    if !status.success() {
+        bail!("`cargo {arguments}` failed");
+    }
+    // This program is <target>/debug/instructions.
+    let program = std::env::current_exe()?;
+    let target = program.ancestors().nth(2).context("cargo runs this")?;
+    Ok(target.join("release/flexor"))
+}
+
+/// How long the session in the file at `path` lasts.
+fn duration_s(path: &Path) -> anyhow::Result<f64> {
+    let text = std::fs::read_to_string(path);
+    let text = text.with_context(|| format!("cannot read {}", path.display()))?;
+    let table: toml::Table = text.parse()?;
+    let duration = table.get("duration_s").and_then(toml::Value::as_float);
+    duration.with_context(|| format!("{}: no duration_s", path.display()))
+}
+
+/// Runs `session` into the record `out` under callgrind, which writes `profile`;
+/// its count of instructions.
+fn instructions(flexor: &Path, session: &Path, profile: &Path, out: &Path) -> anyhow::Result<u64> {
+    let ran = Command::new("valgrind")
+        .arg("--tool=callgrind")
+        .arg(format!("--callgrind-out-file={}", profile.display()))
+        .arg(flexor)
+        .arg("run")
+        .arg(session)
+        .arg("--out")
+        .arg(out)
+        .env("GLIBC_TUNABLES", TUNABLES)
+        .output()
+        .context("valgrind cannot be started: install the package valgrind")?;
+    let said = String::from_utf8_lossy(&ran.stderr);
+    if !ran.status.success() {
+        bail!("flexor failed under valgrind:\n{said}");
+    }
+    let count = said
+        .lines()
+        .find_map(|line| line.split_once("Collected : "));
+    let (_, count) = count.with_context(|| format!("callgrind told no count:\n{said}"))?;
+    Ok(count.trim().parse()?)
+}

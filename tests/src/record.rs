@@ -1,0 +1,44 @@
+//! Everything that a device put out, its times unwrapped.
+
+use firmware::lockstep::Sink;
+use firmware::pulse::Levels;
+use firmware::units::{DacCode, Micros};
+use hal_sim::trace::{self, Trace, Unwrap};
+
+/// What a device put out so far.
+#[derive(Default)]
+pub struct Record {
+    /// Levels and DAC codes.
+    pub trace: Trace,
+    /// What it said.
+    pub bytes: Vec<u8>,
+    levels: Unwrap,
+    dac: Unwrap,
+}
+
+impl Record {
+    /// Of a device that boots at `at`.
+    #[must_use]
+    pub fn from(at: Micros) -> Self {
+        let mut record = Self::default();
+        record.levels.at(at.0);
+        record.dac.at(at.0);
+        record
+    }
+}
+
+impl Sink for Record {
+    fn levels(&mut self, at: Micros, levels: Levels) {
+        let t = self.levels.at(at.0);
+        self.trace.record_levels(t, trace::Levels(levels.0));
+    }
+
+    fn dac(&mut self, at: Micros, channel: u8, code: DacCode) {
+        let t = self.dac.at(at.0);
+        self.trace.record_dac(t, channel, code.0);
+    }
+
+    fn bytes(&mut self, _: Micros, bytes: &[u8]) {
+        self.bytes.extend_from_slice(bytes);
+    }
+}

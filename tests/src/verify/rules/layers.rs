@@ -1,0 +1,217 @@
+//! Who calls whom: rooms call downward only, and no two files need each other.
+//!
+//! A file needs another if it names an item that is defined there; names that
+//! are re-exported (`pub use`) lead to where they come from. What a room's own
+//! `mod.rs` says, its files may use: that is what a room is for.
+
+mod names;
+
+use super::Findings;
+use super::source::Source;
+use names::{Module, Needs, Package};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// The rooms of each package, each above all that follow it. Rooms in one entry
+/// are side by side: neither calls the other. `""` is the package's own root.
+const LAYERS: &[(&str, &[&[&str]])] = &[
+    (
+        "firmware",
+        &[
+            &["board"],
+            &["bench"],
+            &["lockstep"],
+            &["device"],
+            &["link"],
+            &["haptics"],
+            &["control"],
+            &["muscle"],
+            &["safety"],
+            &["pulse"],
+            &["arithmetic", "range", "units"],
+        ],
+    ),
+    (
+        "hal-sim",
+        &[
+            &["chip", "qemu"],
+            &["world"],
+            &["native"],
+            &["lockstep"],
+            &["body", "images", "trace", "wire"],
+            &["random"],
+        ],
+    ),
+    ("host-tool", &[&["cli"], &["live", "selftest"]]),
+    (
+        "host-tool/core",
+        &[
+            &["report"],
+            &["run"],
+            &["analysis"],
+            &["record"],
+            &["session"],
+            &["choice", "link", "plot"],
+        ],
+    ),
+    (
+        "host-tool/methods",
+        &[&["bench"], &["control", "muscle"], &["real"]],
+    ),
+    (
+        "host-tool/studies",
+        &[
+            &["experiments", "figures"],
+            &["accuracy", "ladder", "stability"],
+            &["tracking"],
+            &["bench"],
+        ],
+    ),
+    (
+        "tests",
+        &[&["differential", "expectation", "fuzz", "verify"]],
+    ),
+];
+
+/// Both rules, and what breaks them.
+pub(super) fn judge(sources: &[Source]) -> [(&'static str, Findings); 2] {
+    let (mut calls, mut circles) = (Findings::new(), Findings::new());
+    for (name, layers) in LAYERS {
+        let needs = Package::read(name, sources).needs();
+        calls.extend(upward(name, layers, &needs));
+        circles.extend(circular(name, &needs));
+    }
+    [
+        ("a room calls only rooms below it", calls),
+        ("no two files need each other", circles),
+    ]
+}
+
+/// Calls between rooms that do not go down, and rooms that have no place.
+fn upward(name: &str, layers: &[&[&str]], needs: &Needs) -> Findings {
+    let depth = |room: &str| layers.iter().position(|rooms| rooms.contains(&room));
+    let mut found = Findings::new();
+    let mut lost = BTreeSet::new();
+    for (from, needed) in needs {
+        for (to, place) in needed {
+            let (Some(a), Some(b)) = (from.first(), to.first()) else {
+                continue;
+            };
+            match (depth(a), depth(b)) {
+                (Some(above), Some(below)) if a == b || above < below => {}
+                (Some(_), Some(_)) => found.push(format!("{place}: {a} calls {b}")),
+                (None, _) => drop(lost.insert(a)),
+                (_, None) => drop(lost.insert(b)),
+            }
+        }
+    }
+    let lost = lost.into_iter();
+    found.extend(lost.map(|room| format!("{name}: `{room}` has no layer")));
+    found
+}
+
+/// Files that need each other, directly or around corners: one line a circle.
+fn circular(name: &str, needs: &Needs) -> Findings {
+    let reach: BTreeMap<_, _> = needs
+        .keys()
+        .map(|from| (from, reached(from, needs)))
+        .collect();
+    let mut found = BTreeSet::new();
+    for (from, all) in reach.iter().filter(|(from, all)| all.contains(*from)) {
+        let is_back = |to: &&&Module| reach.get(*to).is_some_and(|back| back.contains(from));
+        let names = all.iter().filter(is_back).map(|module| module.join("::"));
+        found.insert(format!("{name}: {}", names.collect::<Vec<_>>().join(", ")));
+    }
+    found.into_iter().collect()
+}
+
+/// All that `from` needs, and what that needs.
+fn reached<'a>(from: &'a Module, needs: &'a Needs) -> BTreeSet<&'a Module> {
+    let mut reached = BTreeSet::new();
+    let mut open: Vec<&Module> = vec![from];
+    while let Some(module) = open.pop() {
+        let next = needs.get(module).into_iter().flat_map(BTreeMap::keys);
+        open.extend(next.filter(|to| reached.insert(*to)));
+    }
+    reached
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sources(files: &[(&str, &str)]) -> Vec<Source> {
+        let source = |(path, text): &(&str, &str)| Source::new(path, (*text).to_owned());
+        files.iter().map(source).collect()
+    }
+
+    fn broken(files: &[Source]) -> [Findings; 2] {
+        judge(files).map(|(_, findings)| findings)
+    }
+
+    #[test]
+    fn a_call_upward_is_found_with_its_line() {
+        let files = sources(&[
+            ("firmware/src/lib.rs", "pub mod device;\npub mod pulse;\n"),
+            (
+                "firmware/src/device.rs",
+                "use crate::pulse::Train;\npub struct Device(Train);",
+            ),
+            (
+                "firmware/src/pulse.rs",
+                "pub struct Train;\nfn f() { crate::device::Device; }",
+            ),
+        ]);
+        let [calls, circles] = broken(&files);
+        assert_eq!(calls, ["firmware/src/pulse.rs:2: pulse calls device"]);
+        assert_eq!(circles, ["firmware: device, pulse"]);
+    }
+
+    #[test]
+    fn names_are_followed_to_where_they_are_defined() {
+        let files = sources(&[
+            ("firmware/src/lib.rs", "pub mod pulse;"),
+            (
+                "firmware/src/pulse/mod.rs",
+                "mod a; mod b; pub use a::{A, Other as Named};",
+            ),
+            (
+                "firmware/src/pulse/a.rs",
+                "use super::b;\npub struct A; pub struct Other; fn f() { b::g() }",
+            ),
+            (
+                "firmware/src/pulse/b.rs",
+                "use super::Named;\npub fn g() {}",
+            ),
+        ]);
+        let pair = vec!["firmware: pulse::a, pulse::b".to_owned()];
+        assert_eq!(broken(&files), [vec![], pair]);
+    }
+
+    #[test]
+    fn a_room_s_files_may_use_what_the_room_says_and_tests_anything() {
+        let files = sources(&[
+            ("firmware/src/lib.rs", "pub mod pulse; pub mod device;"),
+            ("firmware/src/device.rs", "pub struct Device;"),
+            (
+                "firmware/src/pulse/mod.rs",
+                "mod a; pub struct Room; fn f() { a::g() }",
+            ),
+            (
+                "firmware/src/pulse/a.rs",
+                "use super::Room; pub fn g() {}\n#[cfg(test)]\nmod tests { use crate::device::Device; }",
+            ),
+        ]);
+        assert_eq!(broken(&files), [Findings::new(), Findings::new()]);
+    }
+
+    #[test]
+    fn a_room_without_a_layer_is_named() {
+        let files = sources(&[
+            ("hal-sim/src/lib.rs", "mod new; mod trace;"),
+            ("hal-sim/src/new.rs", "use crate::trace::Trace;"),
+            ("hal-sim/src/trace.rs", "pub struct Trace;"),
+        ]);
+        let [calls, _] = broken(&files);
+        assert_eq!(calls, ["hal-sim: `new` has no layer"]);
+    }
+}

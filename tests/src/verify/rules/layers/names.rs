@@ -1,0 +1,259 @@
+//! Which file of a package defines each name that another file uses.
+
+use super::super::source::Source;
+use std::collections::{BTreeMap, BTreeSet};
+use syn::visit::{self, Visit};
+
+/// A module's path below its package: empty for the package itself.
+pub(super) type Module = Vec<String>;
+
+/// For each module those that it needs, each with a place where it says so.
+pub(super) type Needs = BTreeMap<Module, BTreeMap<Module, String>>;
+
+/// What a package's `src` holds, tests aside.
+pub(super) struct Package<'a> {
+    modules: BTreeMap<Module, File<'a>>,
+}
+
+/// What one file says.
+#[derive(Default)]
+struct File<'a> {
+    path: &'a str,
+    /// Names that it re-exports, and from where.
+    exports: BTreeMap<String, Module>,
+    /// Rooms all of whose names it re-exports.
+    globs: Vec<Module>,
+    /// Names that it imports for itself, and from where.
+    imports: BTreeMap<String, Module>,
+    /// Items of its own.
+    defines: BTreeSet<String>,
+    /// Paths that it uses, from the package's root, with their lines.
+    uses: Vec<(Module, usize)>,
+}
+
+impl<'a> Package<'a> {
+    /// The files of `name`/src. One that does not parse is left to the compiler.
+    pub fn read(name: &str, sources: &'a [Source]) -> Self {
+        let files: Vec<_> = sources
+            .iter()
+            .filter(|source| source.is_rust() && !source.shipped.is_empty())
+            .filter_map(|source| Some((module(name, &source.path)?, source)))
+            .collect();
+        let known: BTreeSet<Module> = files.iter().map(|(module, _)| module.clone()).collect();
+        let read = |(module, source): (Module, &'a Source)| {
+            let mut reader = Reader {
+                known: &known,
+                here: module.clone(),
+                file: File {
+                    path: &source.path,
+                    ..File::default()
+                },
+            };
+            if let Ok(parsed) = syn::parse_file(&source.text) {
+                reader.visit_file(&parsed);
+            }
+            (module, reader.file)
+        };
+        Self {
+            modules: files.into_iter().map(read).collect(),
+        }
+    }
+
+    /// Who needs whom. What is defined in a module above is not counted.
+    pub fn needs(&self) -> Needs {
+        let mut needs = Needs::new();
+        for (from, file) in &self.modules {
+            let needed = needs.entry(from.clone()).or_default();
+            for (path, line) in &file.uses {
+                let first = path.first().and_then(|name| file.imports.get(name));
+                let path = match first {
+                    Some(import) => [import, &path[1..]].concat(),
+                    None => path.clone(),
+                };
+                if let Some(to) = self.definer(&path, 0)
+                    && !from.starts_with(to)
+                {
+                    let place = || format!("{}:{line}", file.path);
+                    needed.entry(to.clone()).or_insert_with(place);
+                }
+            }
+        }
+        needs
+    }
+
+    /// The module that defines the item at `path`, through re-exports.
+    fn definer(&self, path: &[String], depth: usize) -> Option<&Module> {
+        let longest = (0..=path.len()).rev();
+        let (module, file) = longest
+            .filter_map(|end| self.modules.get_key_value(&path[..end]))
+            .next()?;
+        let (Some(name), true) = (path.get(module.len()), depth < 8) else {
+            return Some(module);
+        };
+        if file.defines.contains(name) {
+            return Some(module);
+        }
+        if let Some(from) = file.exports.get(name) {
+            let rest = &path[module.len() + 1..];
+            return self.definer(&[from, rest].concat(), depth + 1);
+        }
+        let from_glob = |glob: &Module| {
+            let path = [glob.clone(), vec![name.clone()]].concat();
+            let to = self.definer(&path, depth + 1)?;
+            self.modules[to].defines.contains(name).then_some(to)
+        };
+        Some(file.globs.iter().find_map(from_glob).unwrap_or(module))
+    }
+}
+
+/// The module that a source file is; nothing for programs and other packages.
+fn module(package: &str, path: &str) -> Option<Module> {
+    let path = path.strip_prefix(package)?.strip_prefix("/src/")?;
+    let mut names: Module = path
+        .strip_suffix(".rs")?
+        .split('/')
+        .map(str::to_owned)
+        .collect();
+    if names[0] == "bin" || names == ["main"] {
+        return None;
+    }
+    names.pop_if(|last| last == "mod" || last == "lib");
+    Some(names)
+}
+
+/// Walks through a file, modules inside it and all.
+struct Reader<'k, 'a> {
+    known: &'k BTreeSet<Module>,
+    here: Module,
+    file: File<'a>,
+}
+
+impl Reader<'_, '_> {
+    /// The same path from the package's root; nothing if it leads outside, and
+    /// names that may be imports as they are.
+    fn absolute(&self, path: &[String]) -> Option<Module> {
+        let mut base = self.here.clone();
+        let mut rest = path;
+        match path.first()?.as_str() {
+            "crate" => return Some(path[1..].to_vec()),
+            "self" => rest = &path[1..],
+            "super" => {
+                while let Some((name, after)) = rest.split_first()
+                    && name == "super"
+                {
+                    base.pop();
+                    rest = after;
+                }
+            }
+            child => {
+                let below = [&base[..], &[child.to_owned()]].concat();
+                if !self.known.contains(&below) {
+                    return None;
+                }
+            }
+        }
+        Some([&base[..], rest].concat())
+    }
+
+    fn import(&mut self, tree: &syn::UseTree, before: &[String], is_public: bool) {
+        let with = |name: &syn::Ident| [before, &[name.to_string()]].concat();
+        let (path, name, at) = match tree {
+            syn::UseTree::Path(path) => {
+                return self.import(&path.tree, &with(&path.ident), is_public);
+            }
+            syn::UseTree::Group(group) => {
+                let items = group.items.iter();
+                return items.for_each(|item| self.import(item, before, is_public));
+            }
+            syn::UseTree::Name(name) => (with(&name.ident), name.ident.to_string(), &name.ident),
+            syn::UseTree::Rename(new) => (with(&new.ident), new.rename.to_string(), &new.ident),
+            syn::UseTree::Glob(glob) => {
+                let line = glob.star_token.spans[0].start().line;
+                if let Some(path) = self.absolute(before) {
+                    if is_public {
+                        self.file.globs.push(path);
+                    } else {
+                        self.file.uses.push((path, line));
+                    }
+                }
+                return;
+            }
+        };
+        let (path, name) = match name.as_str() {
+            "self" => (before.to_vec(), before.last().cloned().unwrap_or_default()),
+            _ => (path, name),
+        };
+        let Some(path) = self.absolute(&path) else {
+            return;
+        };
+        if is_public {
+            self.file.exports.insert(name, path);
+        } else {
+            self.file.uses.push((path.clone(), at.span().start().line));
+            self.file.imports.insert(name, path);
+        }
+    }
+}
+
+impl<'ast> Visit<'ast> for Reader<'_, '_> {
+    fn visit_item(&mut self, item: &'ast syn::Item) {
+        let (attributes, name) = named(item);
+        if attributes.iter().any(is_test) {
+            return;
+        }
+        if let (Some(name), syn::Item::Mod(_)) = (name, item) {
+            self.here.push(name.to_string());
+            visit::visit_item(self, item);
+            self.here.pop();
+            return;
+        }
+        self.file.defines.extend(name.map(ToString::to_string));
+        visit::visit_item(self, item);
+    }
+
+    fn visit_item_use(&mut self, item: &'ast syn::ItemUse) {
+        let is_public = !matches!(item.vis, syn::Visibility::Inherited);
+        self.import(&item.tree, &[], is_public);
+    }
+
+    fn visit_path(&mut self, path: &'ast syn::Path) {
+        let names: Vec<_> = path.segments.iter().map(|s| s.ident.to_string()).collect();
+        let line = path
+            .segments
+            .first()
+            .map_or(1, |s| s.ident.span().start().line);
+        let is_import = names.len() > 1 && self.file.imports.contains_key(&names[0]);
+        match self.absolute(&names) {
+            Some(absolute) => self.file.uses.push((absolute, line)),
+            None if is_import => self.file.uses.push((names, line)),
+            None => {}
+        }
+        visit::visit_path(self, path);
+    }
+}
+
+fn is_test(attribute: &syn::Attribute) -> bool {
+    let is_cfg = attribute.path().is_ident("cfg");
+    is_cfg
+        && attribute
+            .parse_args::<syn::Ident>()
+            .is_ok_and(|what| what == "test")
+}
+
+/// An item's attributes, and the name that others know it by.
+fn named(item: &syn::Item) -> (&[syn::Attribute], Option<&syn::Ident>) {
+    use syn::Item;
+    match item {
+        Item::Const(it) => (&it.attrs, Some(&it.ident)),
+        Item::Enum(it) => (&it.attrs, Some(&it.ident)),
+        Item::Fn(it) => (&it.attrs, Some(&it.sig.ident)),
+        Item::Mod(it) => (&it.attrs, Some(&it.ident)),
+        Item::Static(it) => (&it.attrs, Some(&it.ident)),
+        Item::Struct(it) => (&it.attrs, Some(&it.ident)),
+        Item::Trait(it) => (&it.attrs, Some(&it.ident)),
+        Item::Type(it) => (&it.attrs, Some(&it.ident)),
+        Item::Impl(it) => (&it.attrs, None),
+        Item::Use(it) => (&it.attrs, None),
+        _ => (&[], None),
+    }
+}
