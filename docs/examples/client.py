@@ -19,7 +19,7 @@ import sys
 import time
 import zlib
 
-SCHEMA = 0x67F68E716A606932  # docs/protocol.md, "Schema hash"
+SCHEMA = 0xAC6C5DE1FB9C257A  # docs/protocol.md, "Schema hash"
 
 # --- postcard: types are functions (encode) and methods of Reader (decode) ---
 
@@ -204,6 +204,9 @@ def from_device(message):
         if event < 2:
             name = ["Stopping", "Stopped"][event]
             return "Event", {"at": at, "event": {name: CAUSES[r.varint()]}}
+        if event == 4:
+            reading = {"channel": r.u8(), "applied": r.varint(), "current_ua": r.varint()}
+            return "Event", {"at": at, "event": {"Electrode": reading}}
         return "Event", {"at": at, "event": ["Faulted", "Recovered"][event - 2]}
     return ["Status", "Telemetry"][kind == 5], {}
 
