@@ -85,6 +85,8 @@ pub fn main(args: &Serve, output: Output) -> anyhow::Result<()> {
     };
     let mut port = args.chip.open(&args.device, &session.session, args.seed)?;
     let image = port.image().map(std::path::Path::to_owned);
+    // Before anyone learns that there is something to end.
+    let interruption = interrupt::heed()?;
     // A client that is let in is answered: the device has booted.
     let (mut wire, place) = args.wire()?;
     let world = port.world().context("the device is no simulator")?;
@@ -96,7 +98,6 @@ pub fn main(args: &Serve, output: Output) -> anyhow::Result<()> {
         || format!("a simulated board is at {place}; end with Ctrl-C"),
         || serde_json::json!({ "device": name, "at": place, "image": image }),
     )?;
-    let interruption = interrupt::heed()?;
     let begin = Instant::now();
     let mut pace = Pace::new(world.now_us());
     let mut buffer = [0; 4096];
