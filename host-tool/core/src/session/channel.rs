@@ -1,20 +1,19 @@
 //! `[wearer]` and `[[channel]]`: limits, output stages, trains, muscles.
 
 use firmware::control::{ForceControl, ForceSpec};
+use firmware::device::Draft;
 use firmware::muscle::Recruitment;
-use firmware::pulse::{CHANNELS, Shape, TrainError, TrainSpec};
-use firmware::range::OutOfRange;
-use firmware::safety::{
-    Channel as Checked, ChannelSpec, SetupError, Stage, StageSpec, Wearer, WearerSpec,
-};
+use firmware::pulse::{CHANNELS, Shape, TrainSpec};
+use firmware::safety::{ChannelSpec, StageSpec, WearerSpec};
 use firmware::units::Amplitude;
 
-use super::decimal::{between, in_units};
+use super::decimal::in_units;
 use super::error::Problem;
 use super::fields::SHAPES;
 use super::hold::read_hold;
 use super::muscle::{Muscle, read_muscle};
 use super::table::Table;
+use super::verdict::{tell_channel, tell_muscle};
 
 /// What a channel's amplitudes are.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -82,24 +81,10 @@ impl Channel {
         }
     }
 
-    /// Reads an amplitude that its limit allows.
-    pub(super) fn read_amplitude(&self, t: &Table<'_>, name: &str) -> Option<Amplitude> {
-        let limit = self.spec.limit;
-        let value = t.whole::<i64>(name);
-        if value > i64::from(limit.0) {
-            let problem = Problem::AboveChannelLimit {
-                field: t.path_of(name),
-                given: format!("{} {}", t.given(name), self.unit().symbol()),
-                channel: self.number,
-                limit: self.display(limit),
-            };
-            t.say(name, problem);
-            return None;
-        }
-        if value < 0 {
-            t.out_of_range(name, between(0, limit.0.into(), 3));
-        }
-        u32::try_from(value).map(Amplitude).ok()
+    /// Tells that a field asks for more than its limit.
+    pub(super) fn tell_above_limit(&self, t: &Table<'_>, name: &str) {
+        let (channel, limit) = (self.number, self.display(self.spec.limit));
+        t.say(name, Problem::AboveChannelLimit { channel, limit });
     }
 
     /// An amplitude of this channel for people: "28 V".
@@ -115,8 +100,6 @@ impl Channel {
 pub(super) struct Channels {
     /// By rising number.
     pub(super) list: Vec<Channel>,
-    /// What the firmware made of them.
-    pub(super) checked: [Option<Checked>; CHANNELS],
     /// Bit i: channel i on the link is in the file, right or wrong.
     named: u16,
     /// Whether any is wrong.
@@ -126,11 +109,11 @@ pub(super) struct Channels {
 }
 
 impl Channels {
-    /// Reads every `[[channel]]` of a session of `duration_us`. What had to be
-    /// rounded goes to `notes`.
+    /// Reads every `[[channel]]` of a session of `duration_us` into `draft`. What had
+    /// to be rounded goes to `notes`.
     pub(super) fn read(
         root: &Table<'_>,
-        wearer: &Wearer,
+        draft: &mut Draft,
         duration_us: u64,
         notes: &mut Vec<String>,
     ) -> Self {
@@ -143,19 +126,17 @@ impl Channels {
                 all.unknown = true;
                 continue;
             };
-            if all.named & 1 << index != 0 {
-                let field = t.path_of("number");
-                let channel = number;
-                t.say("number", Problem::ChannelTwice { field, channel });
+            let is_second = all.named & 1 << index != 0;
+            if is_second {
+                t.say("number", Problem::ChannelTwice { channel: number });
                 all.unknown = true;
             }
             all.named |= 1 << index;
-            match read_channel(t, wearer, duration_us, notes) {
-                Some((channel, checked)) => {
-                    all.list.push(channel);
-                    all.checked[usize::from(index)] = Some(checked); // 0–9
-                }
-                None => all.wrong = true,
+            let mut aside = Draft::default();
+            let draft = if is_second { &mut aside } else { &mut *draft };
+            match read_channel(t, draft, duration_us, notes) {
+                Some(channel) if !is_second => all.list.push(channel),
+                _ => all.wrong = true,
             }
         }
         all.list.sort_unstable_by_key(|c| c.number);
@@ -181,30 +162,17 @@ impl Channels {
         let is_named = self.named.checked_shr(index.into()).unwrap_or(0) & 1 != 0;
         let is_number = usize::from(index) < CHANNELS;
         if found.is_none() && !is_named && !self.unknown && is_number {
-            let field = t.path_of(name);
-            let channel = number;
-            t.say(name, Problem::NoSuchChannel { field, channel });
+            t.say(name, Problem::NoSuchChannel { channel: number });
         }
         found
-    }
-
-    /// The channel that a field names, which must not be under force control.
-    pub(super) fn find_free(&self, t: &Table<'_>, name: &str) -> Option<&Channel> {
-        let channel = self.find(t, name)?;
-        if channel.force.is_some() {
-            let (field, channel) = (t.path_of(name), channel.number);
-            t.say(name, Problem::ForceControlled { field, channel });
-            return None;
-        }
-        Some(channel)
     }
 }
 
 /// Reads `[wearer]`. What is wrong by itself judges nothing else: then the loosest
 /// limits are checked.
-pub(super) fn read_wearer(root: &Table<'_>) -> (WearerSpec, Option<Wearer>) {
+pub(super) fn read_wearer(root: &Table<'_>) -> WearerSpec {
     let default = WearerSpec::default();
-    let spec = match root.table("wearer").filter(|t| t.is_sound()) {
+    match root.table("wearer").filter(|t| t.is_sound()) {
         None if root.has("wearer") => WearerSpec {
             fall_ms: WearerSpec::FALL_MS.max as u16, // 100 ms
             host_timeout_ms: WearerSpec::HOST_TIMEOUT_MS.max as u16, // 1 s
@@ -219,23 +187,20 @@ pub(super) fn read_wearer(root: &Table<'_>) -> (WearerSpec, Option<Wearer>) {
             fall_ms: t.whole("fall_ms"),
             host_timeout_ms: t.whole("host_timeout_ms"),
         },
-    };
-    let refused = |e| root.table("wearer").unwrap_or(root).refuse(e);
-    (spec, spec.validate().map_err(refused).ok())
+    }
 }
 
-/// Reads one `[[channel]]`.
+/// Reads one `[[channel]]` into `draft`, and tells what that says of it.
 fn read_channel(
     t: &Table<'_>,
-    wearer: &Wearer,
+    draft: &mut Draft,
     duration_us: u64,
     notes: &mut Vec<String>,
-) -> Option<(Channel, Checked)> {
+) -> Option<Channel> {
     let number = t.whole("number");
-    let stage = t.part("stage", |s| read_stage(s))?;
+    let stage = t.part("stage", |s| Some(read_stage(s)))?;
     let train = t.part("train", |it| Some(read_train(it, number, notes)))?;
-    let (stage, checked_stage) = stage?;
-    let (train, train_table) = (train?, t.table("train")?);
+    let (stage, train) = (stage?, train?);
     if !t.is_sound() {
         return None;
     }
@@ -251,71 +216,27 @@ fn read_channel(
         muscle: None,
         force: None,
     };
-    let refuse = |channel: &Channel, e| refuse(t, train_table, &checked_stage, channel, e);
-    let checked = spec
-        .validate(wearer)
-        .map_err(|e| refuse(&channel, e))
-        .ok()?;
+    let (index, plain) = (channel.index(), channel.clone());
+    let told = |mistake| tell_channel(t, &plain, mistake);
+    draft.set_channel(index, spec).map_err(told).ok()?;
     channel.muscle = t.part("muscle", |m| {
-        let read = read_muscle(m, t, spec.limit, duration_us)?;
-        follows(m, &read, &spec.train).then_some(read)
+        let muscle = read_muscle(m, spec.limit, duration_us)?;
+        for (place, spec) in muscle.rungs(m) {
+            let told = |mistake| tell_muscle(place, t, mistake);
+            draft.set_muscle(index, spec).map_err(told).ok()?;
+        }
+        Some(muscle)
     })?;
-    channel.force = t.part("force", |f| read_force(f, &channel))?;
-    let (Some(force), Some(force_table)) = (channel.force, t.table("force")) else {
-        return Some((channel, checked));
-    };
-    let rates = spec.validate_rates(force.min_period_us, force.max_period_us, wearer);
-    let refused = |e| match e {
-        SetupError::Range(e) if e.field.ends_with("period_us") => force_table.refuse(e),
-        SetupError::Range(e) if e.field == "triggered" => {
-            train_table.out_of_range("triggered", "false with a `force`".into());
-        }
-        SetupError::Range(e) if e.field == TrainSpec::BURST_COUNT.field => {
-            train_table.out_of_range("burst_count", "1 with a `force`".into());
-        }
-        e => refuse(&channel, e),
-    };
-    let checked = rates.map_err(refused).ok()?;
-    let Some(muscle) = &channel.muscle else {
-        let channel = channel.number;
-        t.say("force", Problem::NoMuscle { channel });
-        return None;
-    };
-    let control = Recruitment::new(muscle.recruitment).and_then(|recruitment| {
-        let period_us = spec.train.period_us;
-        ForceControl::new(
-            channel.index(),
-            &force,
-            muscle.force,
-            recruitment,
-            period_us,
-        )
-    });
-    let refused = |e: OutOfRange| match e.field == TrainSpec::PERIOD_US.field {
-        true => train_table.refuse(e),
-        false => force_table.refuse(e),
-    };
-    control.map_err(refused).ok()?;
-    Some((channel, checked))
+    channel.force = t.part("force", |f| {
+        let force = read_force(f, &spec.train);
+        draft.set_force(index, force).map_err(told).ok()?;
+        Some(force)
+    })?;
+    Some(channel)
 }
 
-/// Whether the muscle's model can follow the train; tells if not.
-fn follows(t: &Table<'_>, muscle: &Muscle, train: &TrainSpec) -> bool {
-    let (count, period_us) = (train.burst_count, train.period_us);
-    let checked = muscle.force.check_train(count, period_us);
-    let refused = checked.map_err(|e| {
-        let every = f64::from(period_us) / 1e3;
-        let range = between(e.min.into(), e.max.into(), 3);
-        t.out_of_range(
-            "tau_c_ms",
-            format!("{range} with bursts of {count} every {every} ms"),
-        );
-    });
-    refused.is_ok()
-}
-
-fn read_stage(t: &Table<'_>) -> Option<(StageSpec, Stage)> {
-    let spec = match t.word("kind") {
+fn read_stage(t: &Table<'_>) -> StageSpec {
+    match t.word("kind") {
         "voltage" => StageSpec::Voltage {
             full_scale_mv: t.whole("full_scale_v"),
             load_ohm: t.whole("load_ohm"),
@@ -323,9 +244,7 @@ fn read_stage(t: &Table<'_>) -> Option<(StageSpec, Stage)> {
         _ => StageSpec::Current {
             full_scale_ua: t.whole("full_scale_ma"),
         },
-    };
-    let checked = spec.validate().map_err(|e| t.refuse(e)).ok()?;
-    Some((spec, checked))
+    }
 }
 
 fn read_train(t: &Table<'_>, number: u8, notes: &mut Vec<String>) -> TrainSpec {
@@ -362,71 +281,19 @@ fn read_period(t: &Table<'_>, number: u8, notes: &mut Vec<String>) -> u32 {
     period_us
 }
 
-/// Puts the firmware's verdict on the field concerned.
-fn refuse(t: &Table<'_>, train: &Table<'_>, stage: &Stage, channel: &Channel, e: SetupError) {
-    let field = t.path_of("limit");
-    let given = channel.display(channel.spec.limit);
-    let current_ma = f64::from(stage.current_ua(channel.spec.limit)) / 1e3;
-    let milli = |value: u32| in_units(value.into(), 3);
-    let problem = match e {
-        SetupError::Train(e) => return refuse_train(train, e),
-        SetupError::Current { max_ua } => Problem::CurrentLimit {
-            field,
-            given,
-            current_ma,
-            max_ma: milli(max_ua),
-        },
-        SetupError::Charge { max_nc } => Problem::ChargeLimit {
-            field,
-            given,
-            current_ma,
-            max_uc: milli(max_nc),
-        },
-        SetupError::Rms { max_ua } => Problem::RmsLimit {
-            field,
-            given,
-            current_ma,
-            max_ma: milli(max_ua),
-        },
-        // A single channel has no groups.
-        e => return t.refuse(e),
-    };
-    t.say("limit", problem);
-}
-
-fn refuse_train(t: &Table<'_>, e: TrainError) {
-    match e {
-        TrainError::Range(e) => t.refuse(e),
-        TrainError::BurstOverlaps { min_interval_us } => {
-            let field = t.path_of("burst_interval_us");
-            let min_us = min_interval_us;
-            t.say(
-                "burst_interval_us",
-                Problem::BurstOverlaps { field, min_us },
-            );
-        }
-        TrainError::BurstTooLong { min_period_us } => {
-            let period = ["period_us", "frequency_hz"][usize::from(!t.has("period_us"))];
-            let field = t.path_of(period);
-            let min_us = min_period_us;
-            t.say(period, Problem::BurstTooLong { field, min_us });
-        }
-    }
-}
-
 /// Reads a `force` table. The highest and the lowest rate are the train's own if
 /// it says none.
-fn read_force(t: &Table<'_>, channel: &Channel) -> Option<ForceSpec> {
+fn read_force(t: &Table<'_>, train: &TrainSpec) -> ForceSpec {
     let min_period_us = match t.real("max_frequency_hz") {
         // Never faster than asked for; saturates, and 0 Hz is refused as the rest.
         Some(hz) => (1e6 / hz).ceil() as u32,
-        None => channel.spec.train.period_us,
+        None => train.period_us,
     };
     // Never slower than asked for; saturates, and 0 Hz is refused as the rest.
     let slowest_hz = t.real("min_frequency_hz");
-    Some(ForceSpec {
+    ForceSpec {
         min_period_us,
         hold: read_hold(t),
         max_period_us: slowest_hz.map(|hz| (1e6 / hz).floor() as u32),
-    })
+    }
 }
