@@ -3,7 +3,7 @@
 use firmware::control::{JointSpec, LawSpec, PointSpec, ResponseSpec, WearerModel};
 use firmware::units::Amplitude;
 
-use super::channel::Channels;
+use super::channels::Channels;
 use super::hold::{read_hold, read_sensor, read_stale};
 use super::law::{LAWS, LawName};
 use super::table::Table;

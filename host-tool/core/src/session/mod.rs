@@ -9,6 +9,7 @@
 
 mod body;
 mod channel;
+mod channels;
 mod control_fields;
 mod decimal;
 mod error;

@@ -8,7 +8,7 @@ use firmware::haptics::WallSpec;
 use firmware::pulse::{GroupSpec, Partner};
 use firmware::safety::{SetupError, WearerSpec};
 
-use super::channel::{Channels, read_wearer};
+use super::channels::{Channels, read_wearer};
 use super::error::Problem;
 use super::fields::PARTNERS;
 use super::joint::read_joint;

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::channel::Channels;
+use super::channels::Channels;
 use super::error::Problem;
 use super::table::Table;
 

@@ -1,7 +1,7 @@
 //! `[simulated_trigger]`: edges that a simulated trigger input sees. A board has a
 //! real one and ignores them.
 
-use super::channel::Channels;
+use super::channels::Channels;
 use super::error::Problem;
 use super::fields::{TRIGGER_FIRST_US, TRIGGER_LEAST_US};
 use super::table::Table;

@@ -3,7 +3,7 @@
 use firmware::haptics::{CoContraction, PreWall, Side, WallSpec};
 use firmware::units::Amplitude;
 
-use super::channel::Channels;
+use super::channels::Channels;
 use super::control_fields::SIDES;
 use super::hold::{read_sensor, read_stale};
 use super::table::Table;

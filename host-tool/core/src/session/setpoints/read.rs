@@ -3,7 +3,8 @@
 use firmware::control::{Joint, JointState, SetpointError};
 use firmware::units::{Amplitude, Angle, Micros};
 
-use super::super::channel::{Channel, Channels};
+use super::super::channel::Channel;
+use super::super::channels::Channels;
 use super::super::error::Problem;
 use super::super::setup::SetupSpec;
 use super::super::table::Table;
