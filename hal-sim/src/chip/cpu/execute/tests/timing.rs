@@ -86,16 +86,9 @@ const CASES: &[Case] = &[
 ];
 
 /// R1 = 1, R2 = 8, R5 = 4, R0 = R6 = 0 unless listed; R8–R11 addresses, R12 code.
+#[rustfmt::skip]
 const REGISTERS: &[(usize, u32)] = &[
-    (0, 5),
-    (1, 1),
-    (2, 8),
-    (5, 4),
-    (8, RAM),
-    (9, RAM + 0x100),
-    (10, RAM + 0x200),
-    (11, RAM + 0x300),
-    (12, CODE + 5),
+    (0, 5), (1, 1), (2, 8), (5, 4), (8, RAM), (9, RAM + 0x100), (10, RAM + 0x200), (11, RAM + 0x300), (12, CODE + 5),
 ];
 
 fn machine(code: &[u16]) -> Machine {
@@ -106,111 +99,51 @@ fn machine(code: &[u16]) -> Machine {
 
 #[test]
 fn sequences_take_the_manuals_cycles() {
-    let mut wrong = Vec::new();
     for (name, code, count, cycles, why) in CASES {
         let mut machine = machine(code);
         machine.steps(*count);
-        if machine.cpu.cycle != *cycles {
-            wrong.push(format!(
-                "{name} ({why}): {} not {cycles}",
-                machine.cpu.cycle
-            ));
-        }
+        assert_eq!(machine.cpu.cycle, *cycles, "{name} ({why})");
         assert_eq!(machine.cpu.registers.exception, 0, "{name}");
     }
-    assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
-/// Cycles of `count` instructions with wait states of RAM and of new lines.
-fn waiting(code: &[u16], count: usize, ram: u32, line: u32) -> u64 {
-    let mut machine = machine(code);
-    machine.bus.ram_wait = ram;
-    machine.bus.line_wait = line;
-    machine.bus.fetch(CODE >> 4, 0);
-    machine.steps(count);
-    machine.cpu.cycle
-}
+/// Text, code, instructions, wait states of RAM and of a new line, cycles, why.
+type Waiting = (
+    &'static str,
+    &'static [u16],
+    usize,
+    [u32; 2],
+    u64,
+    &'static str,
+);
 
-#[test]
-fn wait_states_of_stores_stall_the_next_access_only() {
-    // Data phase from cycle 1, three cycles long: over at 4.
-    assert_eq!(waiting(&[0xF8C8, 0x0000] /* str.w r0,[r8] */, 1, 2, 0), 1);
-    // The load's own data phase would begin at 2, begins at 4, ends at 7.
-    assert_eq!(
-        waiting(
-            &[0xF8C8, 0x0000, 0xF8D9, 0x1000], /* str.w r0,[r8]; ldr.w r1,[r9] */
-            2,
-            2,
-            0
-        ),
-        7
-    );
-    // Two instructions hide two of the cycles.
-    assert_eq!(
-        waiting(
-            &[0xF8C8, 0x0000, 0xBF00, 0xBF00, 0xF8D9, 0x1000], /* str.w r0,[r8]; nop; nop; ldr.w r1,[r9] */
-            4,
-            2,
-            0
-        ),
-        7
-    );
-    // One entry: the second store waits until the first is over.
-    assert_eq!(
-        waiting(
-            &[0xF8C8, 0x0000, 0xF8C8, 0x0000], /* str.w r0,[r8]; str.w r0,[r8] */
-            2,
-            2,
-            0
-        ),
-        4
-    );
-    // DSB waits for the buffer.
-    assert_eq!(
-        waiting(
-            &[0xF8C8, 0x0000, 0xF3BF, 0x8F4F], /* str.w r0,[r8]; dsb */
-            2,
-            2,
-            0
-        ),
-        4
-    );
-}
-
-#[test]
-fn wait_states_of_loads_pass_each_time() {
-    assert_eq!(
-        waiting(
-            &[0xF8D8, 0x0000, 0xF8D9, 0x1000], /* ldr.w r0,[r8]; ldr.w r1,[r9] */
-            2,
-            1,
-            0
-        ),
-        5
-    );
-    assert_eq!(
-        waiting(&[0xE898, 0x000F] /* ldm.w r8,{r0-r3} */, 1, 2, 0),
-        5 + 4 * 2
-    );
-}
-
-#[test]
-fn code_is_fetched_ahead() {
+#[rustfmt::skip]
+const WAITING: &[Waiting] = &[
+    ("str.w r0,[r8]", &[0xF8C8, 0x0000], 1, [2, 0], 1, "its data phase, cycles 1 to 4, stalls the next access only"),
+    ("str.w r0,[r8]; ldr.w r1,[r9]", &[0xF8C8, 0x0000, 0xF8D9, 0x1000], 2, [2, 0], 7, "the load's would begin at 2, begins at 4"),
+    ("str.w r0,[r8]; nop; nop; ldr.w r1,[r9]", &[0xF8C8, 0x0000, 0xBF00, 0xBF00, 0xF8D9, 0x1000], 4, [2, 0], 7, "two instructions hide two cycles"),
+    ("str.w r0,[r8]; str.w r0,[r8]", &[0xF8C8, 0x0000, 0xF8C8, 0x0000], 2, [2, 0], 4, "one entry: the second waits for the first"),
+    ("str.w r0,[r8]; dsb", &[0xF8C8, 0x0000, 0xF3BF, 0x8F4F], 2, [2, 0], 4, "DSB waits for the buffer"),
+    ("ldr.w r0,[r8]; ldr.w r1,[r9]", &[0xF8D8, 0x0000, 0xF8D9, 0x1000], 2, [1, 0], 5, "loads wait each time"),
+    ("ldm.w r8,{r0-r3}", &[0xE898, 0x000F], 1, [2, 0], 5 + 4 * 2, "loads wait each time"),
     // The line behind is asked for when the fourth of eight 16-bit instructions
-    // begins (10 bytes ahead reach it): cycle 3. It is there 2 + 5 later, at 10;
-    // it was needed at 8.
-    assert_eq!(waiting(&[0xBF00; 9], 8, 0, 5), 8);
-    assert_eq!(waiting(&[0xBF00; 9], 9, 0, 5), 11);
-    // Two wait states are hidden altogether.
-    assert_eq!(waiting(&[0xBF00; 9], 9, 0, 3), 9);
-}
+    // begins (10 bytes ahead reach it): cycle 3. It is there 2 + 5 later, at 10.
+    ("8 × nop", &[0xBF00; 9], 8, [0, 5], 8, "the second line is not needed"),
+    ("9 × nop", &[0xBF00; 9], 9, [0, 5], 11, "it was needed at 8"),
+    ("9 × nop", &[0xBF00; 9], 9, [0, 3], 9, "two wait states are hidden altogether"),
+    ("b . + 32", &[0xE00E], 1, [0, 5], 7, "a branch waits for its line"),
+    ("b .", &[0xE7FE], 1, [0, 5], 2, "not for the one fetched last"),
+];
 
 #[test]
-fn a_branch_waits_for_its_line() {
-    // b . + 32: 2 cycles and the wait states of the line.
-    assert_eq!(waiting(&[0xE00E], 1, 0, 5), 7);
-    // Back into the line fetched last: none.
-    assert_eq!(waiting(&[0xE7FE], 1, 0, 5), 2);
+fn wait_states_pass_where_they_must() {
+    for (name, code, count, [ram, line], cycles, why) in WAITING {
+        let mut machine = machine(code);
+        (machine.bus.ram_wait, machine.bus.line_wait) = (*ram, *line);
+        machine.bus.fetch(CODE >> 4, 0);
+        machine.steps(*count);
+        assert_eq!(machine.cpu.cycle, *cycles, "{name} ({why})");
+    }
 }
 
 #[test]
