@@ -5,7 +5,7 @@
 //! an image. Out: what it printed, instructions, cycles.
 
 use super::Cycle;
-use super::cpu::bus::{Bus, Denied, LINE_WORDS, Read, Unmodelled};
+use super::cpu::bus::{Bus, Denied, LINE_WORDS, Modelled, Read};
 use super::cpu::semihosting::Semihosting;
 use super::cpu::{Cpu, Size, Stop};
 use super::image::Image;
@@ -91,7 +91,7 @@ pub fn run(image: &Image, wait: Wait) -> Result<Ended, AloneError> {
     }
 }
 
-fn run_on<B: Bus>(image: &Image, bus: &mut B) -> Result<Ended, AloneError> {
+fn run_on(image: &Image, bus: &mut impl Bus) -> Result<Ended, AloneError> {
     let program = image.path().display().to_string();
     let mut cpu = Cpu::default();
     cpu.system.semihosting = Some(Semihosting::default());
@@ -150,7 +150,7 @@ impl Bus for Ideal {
         self.0.code_version()
     }
 
-    fn advance(&mut self, to: Cycle) -> Result<(), Unmodelled> {
+    fn advance(&mut self, to: Cycle) -> Modelled {
         self.0.advance(to)
     }
 

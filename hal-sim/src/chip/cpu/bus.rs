@@ -28,12 +28,12 @@ impl Size {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Unmodelled(pub &'static str);
 
+/// What there is only where all that it takes is modelled.
+pub type Modelled<T = ()> = Result<T, Unmodelled>;
+
 /// Stops the run with `what` if `unmodelled`.
-///
-/// # Errors
-/// [`Unmodelled`] then.
 #[inline]
-pub const fn refuse(unmodelled: bool, what: &'static str) -> Result<(), Unmodelled> {
+pub const fn refuse(unmodelled: bool, what: &'static str) -> Modelled {
     if unmodelled {
         Err(Unmodelled(what))
     } else {
@@ -118,7 +118,7 @@ pub trait Bus {
     ///
     /// # Errors
     /// [`Unmodelled`] behaviour that time brought about.
-    fn advance(&mut self, to: Cycle) -> Result<(), Unmodelled>;
+    fn advance(&mut self, to: Cycle) -> Modelled;
 
     /// Earliest cycle at which `advance` must be called: an interrupt line may
     /// change then. An access can make it earlier, even now.

@@ -1,7 +1,7 @@
 //! The plainest chip around the core: code, RAM, no peripherals, for tests.
 
 use super::Size;
-use super::bus::{Bus, Denied, LINE_WORDS, Read, Unmodelled};
+use super::bus::{Bus, Denied, LINE_WORDS, Modelled, Read};
 use crate::chip::Cycle;
 use crate::chip::soc::Ram;
 
@@ -149,7 +149,7 @@ impl Bus for Flat {
         self.version
     }
 
-    fn advance(&mut self, to: Cycle) -> Result<(), Unmodelled> {
+    fn advance(&mut self, to: Cycle) -> Modelled {
         if to >= self.event {
             self.event = Cycle::MAX;
             for (line, raise) in self.lines.iter_mut().zip(self.raise) {

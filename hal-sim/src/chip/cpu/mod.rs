@@ -23,7 +23,7 @@ pub mod timing;
 pub use bus::{Bus, Size};
 pub use registers::Registers;
 pub use run::Observer;
-pub use stop::{Fault, Stop, Trap};
+pub use stop::{Fault, Stop, Trap, Trapped};
 
 use super::Cycle;
 

@@ -5,7 +5,7 @@ use super::matrix::{Bridge, Slave};
 use super::{Peripheral, Soc, playback};
 use crate::chip::Cycle;
 use crate::chip::cpu::Size;
-use crate::chip::cpu::bus::{Denied, Read, Unmodelled};
+use crate::chip::cpu::bus::{Denied, Modelled, Read, Unmodelled};
 
 /// First address of SRAM2.
 const SRAM2: u32 = 0x2001_C000;
@@ -158,7 +158,7 @@ impl Soc {
     }
 
     /// Silicon answers 0 and loses writes; here it is a mistake of the program.
-    fn check_clock(&self, unit: Unit, at: Cycle) -> Result<(), Unmodelled> {
+    fn check_clock(&self, unit: Unit, at: Cycle) -> Modelled {
         // An access reaches a block behind a bridge with a later APB clock.
         let clocks = self.rcc.clocks();
         let divider = match unit.bridge() {
@@ -175,7 +175,7 @@ impl Soc {
         }
     }
 
-    fn pass_register(&mut self, unit: Unit, at: Cycle) -> Result<u32, Unmodelled> {
+    fn pass_register(&mut self, unit: Unit, at: Cycle) -> Modelled<u32> {
         match unit.bridge() {
             Some(bridge) => self.playback.pass(Slave::Ahb1, bridge, at, &mut self.ram),
             None => Ok(UNSHARED_WAIT),

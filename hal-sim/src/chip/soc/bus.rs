@@ -3,7 +3,7 @@
 use super::Soc;
 use crate::chip::Cycle;
 use crate::chip::cpu::Size;
-use crate::chip::cpu::bus::{Bus, Denied, LINE_WORDS, Read, Unmodelled};
+use crate::chip::cpu::bus::{Bus, Denied, LINE_WORDS, Modelled, Read, Unmodelled};
 
 impl Bus for Soc {
     #[inline]
@@ -54,7 +54,7 @@ impl Bus for Soc {
         self.flash.code_version()
     }
 
-    fn advance(&mut self, to: Cycle) -> Result<(), Unmodelled> {
+    fn advance(&mut self, to: Cycle) -> Modelled {
         Self::advance(self, to)
     }
 

@@ -39,7 +39,7 @@ pub use ram::Ram;
 pub use syscfg::Syscfg;
 
 use crate::chip::Cycle;
-use crate::chip::cpu::bus::Unmodelled;
+use crate::chip::cpu::bus::Modelled;
 use adc::Adc;
 use backup::Backup;
 use dbgmcu::Dbgmcu;
@@ -143,7 +143,7 @@ impl Soc {
     ///
     /// # Errors
     /// What nobody models.
-    pub fn reset(&mut self, cause: Cause, at: Cycle) -> Result<(), Unmodelled> {
+    pub fn reset(&mut self, cause: Cause, at: Cycle) -> Modelled {
         self.reset = None;
         self.rcc.reset(cause);
         self.follow_clocks(at)?;

@@ -5,7 +5,7 @@ use super::map::{Unit, playback_block};
 use super::rcc::{Block, Cause};
 use super::{Exti, Peripheral, Soc, Syscfg, exti, gpio};
 use crate::chip::Cycle;
-use crate::chip::cpu::bus::{LINE_WORDS, Unmodelled};
+use crate::chip::cpu::bus::{LINE_WORDS, Modelled};
 
 /// Positions in the vector table (RM0090 table 61).
 mod line {
@@ -25,7 +25,7 @@ impl Soc {
     ///
     /// # Errors
     /// Behaviour that nobody models.
-    pub fn advance(&mut self, to: Cycle) -> Result<(), Unmodelled> {
+    pub fn advance(&mut self, to: Cycle) -> Modelled {
         self.now = to;
         if to < self.due {
             return Ok(());
@@ -117,13 +117,7 @@ impl Soc {
     ///
     /// # Errors
     /// What nobody models.
-    pub fn drive(
-        &mut self,
-        port: usize,
-        pin: usize,
-        level: gpio::Level,
-        at: Cycle,
-    ) -> Result<(), Unmodelled> {
+    pub fn drive(&mut self, port: usize, pin: usize, level: gpio::Level, at: Cycle) -> Modelled {
         let change = self.playback.drive(port, pin, level, at, &mut self.ram)?;
         if let Some(high) = change {
             self.exti.pin(port, pin, high, &self.syscfg);
@@ -148,7 +142,7 @@ impl Soc {
     }
 
     /// What a register write of `unit` means to others.
-    pub(super) fn follow_write(&mut self, unit: Unit, at: Cycle) -> Result<(), Unmodelled> {
+    pub(super) fn follow_write(&mut self, unit: Unit, at: Cycle) -> Modelled {
         match unit {
             Unit::Rcc => {
                 self.event = self.now; // a clock changes everything
@@ -173,7 +167,7 @@ impl Soc {
         }
     }
 
-    fn reset_block(&mut self, block: Block, at: Cycle) -> Result<(), Unmodelled> {
+    fn reset_block(&mut self, block: Block, at: Cycle) -> Modelled {
         if let Some(block) = playback_block(block) {
             self.shares = [true; 2]; // until DMA2 is next written
             return self.playback.reset(block, at, &mut self.ram);
@@ -194,7 +188,7 @@ impl Soc {
     }
 
     /// Tells everyone about new frequencies.
-    pub(super) fn follow_clocks(&mut self, at: Cycle) -> Result<(), Unmodelled> {
+    pub(super) fn follow_clocks(&mut self, at: Cycle) -> Modelled {
         let Some(clocks) = self.rcc.take_change() else {
             return Ok(());
         };

@@ -15,7 +15,7 @@ use super::clock::rescale;
 use super::word::part;
 use crate::chip::Cycle;
 use crate::chip::cpu::Size;
-use crate::chip::cpu::bus::{Denied, Read, Unmodelled, refuse};
+use crate::chip::cpu::bus::{Denied, Modelled, Read, Unmodelled, refuse};
 use accelerator::Accelerator;
 use programming::Programming;
 
@@ -99,7 +99,7 @@ impl Flash {
     ///
     /// # Errors
     /// An operation was under way.
-    pub fn reset(&mut self, at: Cycle) -> Result<(), Unmodelled> {
+    pub fn reset(&mut self, at: Cycle) -> Modelled {
         let cut_off = self.programming.is_busy(at);
         self.programming.reset();
         self.accelerator.reset();
@@ -127,7 +127,7 @@ impl Flash {
     ///
     /// # Errors
     /// It does not: the flash would deliver wrong code.
-    pub fn check_wait_states(&self, supply_mv: u32) -> Result<(), Unmodelled> {
+    pub fn check_wait_states(&self, supply_mv: u32) -> Modelled {
         let step_hz = match supply_mv {
             2700.. => 30_000_000,
             2400.. => 24_000_000,

@@ -21,7 +21,7 @@ use super::gpio::{Edge, Gpio, Level};
 use super::matrix::{Matrix, Slave};
 use super::timer::Timer;
 use crate::chip::Cycle;
-use crate::chip::cpu::bus::{LINE_WORDS, Unmodelled};
+use crate::chip::cpu::bus::{LINE_WORDS, Modelled};
 use requests::Requests;
 
 /// When the core must let time pass.
@@ -114,7 +114,7 @@ impl Playback {
     ///
     /// # Errors
     /// What nobody models.
-    pub fn advance(&mut self, to: Cycle, ram: &mut Ram) -> Result<(), Unmodelled> {
+    pub fn advance(&mut self, to: Cycle, ram: &mut Ram) -> Modelled {
         // Bus accesses of `to` itself wait: the core may ask at `to`, too.
         self.run(to, to.saturating_add(1), ram)?;
         if self.timer_event <= to {
@@ -187,7 +187,7 @@ impl Playback {
         level: Level,
         at: Cycle,
         ram: &mut Ram,
-    ) -> Result<Option<bool>, Unmodelled> {
+    ) -> Modelled<Option<bool>> {
         self.run(at, at, ram)?;
         let change = self.gpio.drive(port, pin, level);
         self.feed_capture(at)?;
@@ -199,13 +199,7 @@ impl Playback {
     ///
     /// # Errors
     /// What nobody models.
-    pub fn set_clocks(
-        &mut self,
-        apb1: u32,
-        apb2: u32,
-        done: Cycle,
-        ram: &mut Ram,
-    ) -> Result<(), Unmodelled> {
+    pub fn set_clocks(&mut self, apb1: u32, apb2: u32, done: Cycle, ram: &mut Ram) -> Modelled {
         self.run(done, done, ram)?;
         self.matrix.set_apb(apb1, apb2);
         for (n, timer) in self.timers.iter_mut().enumerate() {
@@ -220,7 +214,7 @@ impl Playback {
     ///
     /// # Errors
     /// What nobody models.
-    pub fn reset(&mut self, block: Block, done: Cycle, ram: &mut Ram) -> Result<(), Unmodelled> {
+    pub fn reset(&mut self, block: Block, done: Cycle, ram: &mut Ram) -> Modelled {
         self.run(done, done, ram)?;
         match block {
             Block::Timer(number) => {
@@ -248,7 +242,7 @@ impl Playback {
     ///
     /// # Errors
     /// What nobody models.
-    pub fn reset_all(&mut self, done: Cycle, ram: &mut Ram) -> Result<(), Unmodelled> {
+    pub fn reset_all(&mut self, done: Cycle, ram: &mut Ram) -> Modelled {
         for number in 1..=5 {
             self.reset(Block::Timer(number), done, ram)?;
         }

@@ -1,7 +1,7 @@
 //! Interrupts at random moments leave no trace in what they interrupt.
 
 use super::*;
-use crate::chip::cpu::bus::{Denied, LINE_WORDS, Read, Unmodelled};
+use crate::chip::cpu::bus::{Denied, LINE_WORDS, Modelled, Read};
 use std::collections::VecDeque;
 
 /// Integer and floating-point arithmetic on R4, R5 and S0, with an IT block,
@@ -86,7 +86,7 @@ impl Bus for Pulsed {
         self.flat.is_writable_code(address)
     }
 
-    fn advance(&mut self, to: Cycle) -> Result<(), Unmodelled> {
+    fn advance(&mut self, to: Cycle) -> Modelled {
         while let Some((_, level)) = self.schedule.pop_front_if(|(at, _)| *at <= to) {
             self.flat.lines[0] = level;
         }
