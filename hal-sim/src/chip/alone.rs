@@ -75,9 +75,6 @@ pub enum AloneError {
 
 /// Runs `image` from reset, at HSI unless it sets up a clock, until it ends
 /// with exit code 0.
-///
-/// # Errors
-/// [`AloneError`].
 pub fn run(image: &Image, wait: Wait) -> Result<Ended, AloneError> {
     let mut soc = Soc::new(Pace::Lazy);
     // `Image` has checked that it fits.

@@ -22,9 +22,6 @@ const fn is_private(address: u32) -> bool {
 impl Cpu {
     /// Loads from `address` and counts the wait states; words and half-words
     /// may be unaligned (Arm ARM A3.2.1).
-    ///
-    /// # Errors
-    /// [`Trap`].
     #[inline(always)]
     pub(super) fn load(&mut self, bus: &mut impl Bus, address: u32, size: Size) -> Trapped<u32> {
         self.load_as(bus, address, size, self.registers.is_privileged())
@@ -32,9 +29,6 @@ impl Cpu {
 
     /// Stores to `address`; wait states stall whoever needs the bus next (one
     /// buffered store, TRM 3.5). May be unaligned.
-    ///
-    /// # Errors
-    /// [`Trap`].
     #[inline(always)]
     pub(super) fn store(
         &mut self,
@@ -49,9 +43,6 @@ impl Cpu {
 
     /// [`Self::load`] of a word for instructions that never allow unaligned
     /// addresses: LDM, LDRD, LDREX, VLDR.
-    ///
-    /// # Errors
-    /// [`Trap`].
     #[inline(always)]
     pub(super) fn load_aligned(
         &mut self,
@@ -64,9 +55,6 @@ impl Cpu {
     }
 
     /// [`Self::store`] for instructions that never allow unaligned addresses.
-    ///
-    /// # Errors
-    /// [`Trap`].
     #[inline(always)]
     pub(super) fn store_aligned(
         &mut self,

@@ -69,9 +69,6 @@ impl Cpu {
     /// instructions, whenever something may have changed. Lets the bus's
     /// events up to now happen, each at its cycle, so that the wait of an
     /// interrupt is counted from the rise of its line.
-    ///
-    /// # Errors
-    /// [`Stop`].
     pub(super) fn take_pending(&mut self, bus: &mut impl Bus) -> Result<bool, Stop> {
         self.sample(bus)?;
         if self.preempting().is_none() {
@@ -113,9 +110,6 @@ impl Cpu {
     /// exception pre-empts; gives the cycle of the event that did it. For
     /// instructions that can be interrupted before their end, too: `end` may
     /// lie ahead, and time then has gone on to the cycle given.
-    ///
-    /// # Errors
-    /// [`Stop::Outside`].
     pub(super) fn interrupted_before(
         &mut self,
         bus: &mut impl Bus,
@@ -158,9 +152,6 @@ impl Cpu {
 
     /// Takes `fault` of the instruction at R15, escalated where its exception
     /// is disabled or its priority does not suffice.
-    ///
-    /// # Errors
-    /// [`Stop::LockUp`].
     pub(super) fn take_fault(&mut self, bus: &mut impl Bus, fault: Fault) -> Result<(), Stop> {
         let pended = match fault {
             Fault::LazyStackingAccess | Fault::LazyStackingBus => self.pend_lazy_fault(fault),
@@ -185,9 +176,6 @@ impl Cpu {
 
     /// A store met a bus error in the write buffer (TRM section 3.5): its
     /// instruction is over. The caller takes what is pending afterwards.
-    ///
-    /// # Errors
-    /// [`Stop::LockUp`].
     pub(super) fn imprecise_fault(&mut self) -> Result<(), Stop> {
         let priority = self.execution_priority();
         self.system

@@ -58,9 +58,6 @@ impl Default for Cpu {
 impl Cpu {
     /// Runs until `until` is reached (passed by at most one instruction or
     /// exception entry). Sleep is skipped to the next event.
-    ///
-    /// # Errors
-    /// [`Stop`].
     pub fn run(&mut self, bus: &mut impl Bus, until: Cycle) -> Result<(), Stop> {
         self.run_observed(bus, until, &mut ())
     }
@@ -115,9 +112,6 @@ impl Cpu {
 
     /// Executes exactly one instruction or takes one exception; asleep, goes
     /// on to the next event.
-    ///
-    /// # Errors
-    /// [`Stop`].
     pub fn step(&mut self, bus: &mut impl Bus) -> Result<(), Stop> {
         let until = match self.event(bus) {
             Cycle::MAX => 0, // nothing will ever wake it

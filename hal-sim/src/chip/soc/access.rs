@@ -16,9 +16,6 @@ const UNSHARED_WAIT: u32 = 0;
 
 impl Soc {
     /// See [`crate::chip::cpu::Bus::read`].
-    ///
-    /// # Errors
-    /// [`Denied`].
     #[inline]
     pub fn read(&mut self, address: u32, size: Size, at: Cycle) -> Result<Read, Denied> {
         match address >> 24 {
@@ -43,9 +40,6 @@ impl Soc {
     }
 
     /// See [`crate::chip::cpu::Bus::write`].
-    ///
-    /// # Errors
-    /// [`Denied`].
     #[inline]
     pub fn write(
         &mut self,

@@ -97,9 +97,6 @@ impl Gpio {
     }
 
     /// Reads the register at `offset` of `port` (0 is A).
-    ///
-    /// # Errors
-    /// Sub-word accesses, the lock, and gaps.
     pub fn read(&self, port: usize, offset: u32, size: Size) -> Modelled<u32> {
         let p = self.port(port)?;
         word(size)?;
@@ -119,9 +116,6 @@ impl Gpio {
 
     /// Writes the register at `offset` of `port`; the new value holds from
     /// `done` on.
-    ///
-    /// # Errors
-    /// Sub-word accesses, the lock, and gaps.
     pub fn write(
         &mut self,
         port: usize,

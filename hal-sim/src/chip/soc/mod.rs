@@ -140,9 +140,6 @@ impl Soc {
     }
 
     /// System reset at `at`. Flash, RAM, backup and debug registers stay.
-    ///
-    /// # Errors
-    /// What nobody models.
     pub fn reset(&mut self, cause: Cause, at: Cycle) -> Modelled {
         self.reset = None;
         self.rcc.reset(cause);

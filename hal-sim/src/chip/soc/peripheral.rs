@@ -10,21 +10,12 @@ pub(super) use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse};
 pub trait Peripheral {
     /// Reads the register at `offset` from the block's base. Sub-word accesses
     /// come as they are: a peripheral refuses the sizes that it does not model.
-    ///
-    /// # Errors
-    /// A register, or a use of it, that nobody models.
     fn read(&mut self, offset: u32, size: Size, at: Cycle) -> Modelled<u32>;
 
     /// Writes the register at `offset`.
-    ///
-    /// # Errors
-    /// A register, or a use of it, that nobody models.
     fn write(&mut self, offset: u32, size: Size, value: u32, at: Cycle) -> Modelled;
 
     /// Lets time go on to `to`. Every access is preceded by it.
-    ///
-    /// # Errors
-    /// Behaviour that nobody models.
     fn advance(&mut self, _to: Cycle) -> Modelled {
         Ok(())
     }

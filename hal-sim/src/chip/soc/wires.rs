@@ -22,9 +22,6 @@ mod line {
 impl Soc {
     /// Lets everything happen up to `to`, in the order of cycles. A sample of
     /// the ADC must have been given before time goes beyond it.
-    ///
-    /// # Errors
-    /// Behaviour that nobody models.
     pub fn advance(&mut self, to: Cycle) -> Modelled {
         self.now = to;
         if to < self.due {
@@ -114,9 +111,6 @@ impl Soc {
     }
 
     /// Connects `level` to a pin (port 0 is A) at `at`.
-    ///
-    /// # Errors
-    /// What nobody models.
     pub fn drive(&mut self, port: usize, pin: usize, level: gpio::Level, at: Cycle) -> Modelled {
         let change = self.playback.drive(port, pin, level, at, &mut self.ram)?;
         if let Some(high) = change {

@@ -17,9 +17,6 @@ impl Cpu {
     /// Returns from an exception: a branch to `exc_return` (0xFxxx_xxxx) in
     /// handler mode. Tail-chains where another is pending. `cycle` is the end
     /// of the branch without its refill.
-    ///
-    /// # Errors
-    /// [`Trap`].
     pub(in crate::chip::cpu) fn return_from_exception(
         &mut self,
         bus: &mut impl Bus,

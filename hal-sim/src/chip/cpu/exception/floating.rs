@@ -10,9 +10,6 @@ const LAZY: (Fault, Fault) = (Fault::LazyStackingAccess, Fault::LazyStackingBus)
 
 impl Cpu {
     /// Before every floating-point instruction: CPACR, lazy stacking, FPCA.
-    ///
-    /// # Errors
-    /// [`Trap`].
     #[inline]
     pub(in crate::chip::cpu) fn prepare_fp(&mut self, bus: &mut impl Bus) -> Trapped {
         if self.system.fp_is_ready {

@@ -83,9 +83,6 @@ impl Cpu {
 
     /// Executes the instruction at R15, whose condition has passed; gives the
     /// address of the next.
-    ///
-    /// # Errors
-    /// [`Trap`]: R15 and the base registers are as before.
     #[inline(always)]
     #[rustfmt::skip]
     pub(super) fn execute(&mut self, bus: &mut impl Bus, entry: &Entry) -> Trapped<u32> {

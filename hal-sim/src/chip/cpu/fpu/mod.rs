@@ -94,9 +94,6 @@ pub enum Op {
 impl Cpu {
     /// Executes (the condition has passed), after `prepare_fp`, which it calls;
     /// gives its cycles without pipeline effects (TRM table 7-1).
-    ///
-    /// # Errors
-    /// [`Trap`].
     #[inline]
     pub(super) fn execute_fpu(&mut self, bus: &mut impl Bus, op: Op) -> Trapped<u32> {
         self.prepare_fp(bus)?;

@@ -44,9 +44,6 @@ const fn mask(size: Size) -> u32 {
 
 impl System {
     /// Reads a private register at `at`; `address` is aligned to `size`.
-    ///
-    /// # Errors
-    /// A register, or a size of access to it, that nobody models.
     pub fn read(&mut self, address: u32, size: Size, at: Cycle) -> Modelled<u32> {
         check_size(address, size)?;
         let word = self.read_word(address & !3, at)?;
@@ -54,9 +51,6 @@ impl System {
     }
 
     /// Writes a private register. The caller takes what is pending afterwards.
-    ///
-    /// # Errors
-    /// A register, or a use of it, that nobody models.
     pub fn write(&mut self, address: u32, size: Size, value: u32, at: Cycle) -> Modelled {
         check_size(address, size)?;
         self.fp_is_ready = false;

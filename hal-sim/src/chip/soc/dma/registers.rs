@@ -32,9 +32,6 @@ pub const fn stream_offset(stream: usize, register: u32) -> u32 {
 
 impl Dma {
     /// Reads the register at `offset`.
-    ///
-    /// # Errors
-    /// Sub-word accesses and gaps.
     pub fn read(&self, offset: u32, size: Size) -> Modelled<u32> {
         word(size)?;
         if offset < offset::STREAM {
@@ -60,9 +57,6 @@ impl Dma {
 
     /// Writes the register at `offset`, complete from `done` on. Clearing EN of
     /// a stream sets its `stopping`; who moves its items switches it off.
-    ///
-    /// # Errors
-    /// Sub-word accesses, gaps, and settings that nobody models.
     pub fn write(&mut self, offset: u32, size: Size, value: u32, done: Cycle) -> Modelled {
         word(size)?;
         match offset {

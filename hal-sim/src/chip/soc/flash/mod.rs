@@ -78,9 +78,6 @@ impl Default for Flash {
 
 impl Flash {
     /// Puts `bytes` at `address`, as a programmer would; no time passes.
-    ///
-    /// # Errors
-    /// They do not fit.
     pub fn load(&mut self, address: u32, bytes: &[u8]) -> Result<(), OutsideFlash> {
         let outside = OutsideFlash {
             address,

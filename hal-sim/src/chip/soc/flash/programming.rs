@@ -176,9 +176,6 @@ impl Flash {
 
     /// A data write of `size` at `address`; gives its wait states. It programs
     /// if FLASH_CR allows it, else it sets an error flag.
-    ///
-    /// # Errors
-    /// None of its own: the type is the bus's.
     pub fn write(
         &mut self,
         address: u32,

@@ -40,9 +40,6 @@ impl Block {
 impl Playback {
     /// The core reads `size` at `offset` of `block`, its data phase beginning
     /// at `at`.
-    ///
-    /// # Errors
-    /// What nobody models.
     pub fn read(
         &mut self,
         block: Block,
@@ -71,9 +68,6 @@ impl Playback {
     }
 
     /// The core writes `value`; gives the wait states.
-    ///
-    /// # Errors
-    /// What nobody models.
     pub fn write(
         &mut self,
         block: Block,
@@ -122,9 +116,6 @@ impl Playback {
     /// SRAM1 or SRAM2 while [`Self::shares`] says so, and everything on AHB1,
     /// APB1, APB2. Its data phase begins at `at`; all that comes before its end
     /// has happened when this returns its wait states.
-    ///
-    /// # Errors
-    /// What nobody models.
     pub fn pass(
         &mut self,
         slave: Slave,

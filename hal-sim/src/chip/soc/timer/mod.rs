@@ -108,9 +108,6 @@ impl Timer {
     }
 
     /// HCLK cycles per timer clock, at least 1 (RCC_CFGR PPRE), from `done` on.
-    ///
-    /// # Errors
-    /// As [`Self::advance`].
     pub fn set_divider(&mut self, divider: u32, done: Cycle) -> Modelled {
         let divider = u64::from(divider.max(1));
         if divider != self.divider {
@@ -286,9 +283,6 @@ impl Timer {
     }
 
     /// The input of channel 1 became `high` at `at`.
-    ///
-    /// # Errors
-    /// As [`Self::advance`].
     pub fn set_input(&mut self, high: bool, at: Cycle) -> Modelled {
         self.advance(at.saturating_sub(1))?;
         let filter = self.filter_clocks();

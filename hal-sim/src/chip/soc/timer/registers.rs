@@ -48,9 +48,6 @@ const CCMR_OUTPUT: u32 = 0x8C8C;
 
 impl Timer {
     /// Reads the register at `offset` in an access complete from `done` on.
-    ///
-    /// # Errors
-    /// Sub-word accesses, registers that nobody models, and what time brings.
     pub fn read(&mut self, offset: u32, size: Size, done: Cycle) -> Modelled<u32> {
         self.check(offset, size)?;
         self.advance(done.saturating_sub(1))?;
@@ -71,9 +68,6 @@ impl Timer {
     }
 
     /// Writes the register at `offset`; it holds from `done` on.
-    ///
-    /// # Errors
-    /// Sub-word accesses, settings that nobody models, and what time brings.
     pub fn write(&mut self, offset: u32, size: Size, value: u32, done: Cycle) -> Modelled {
         self.check(offset, size)?;
         self.advance(done.saturating_sub(1))?;
