@@ -99,7 +99,7 @@ impl Around {
 
     /// Resets the chip for the reason it asked for.
     pub(super) fn reset(&mut self, at: Cycle) -> Modelled {
-        let cause = self.soc.wants_reset().unwrap_or(Cause::Pin);
+        let cause = self.soc.reset.unwrap_or(Cause::Pin);
         self.soc.reset(cause, at)?;
         self.follow_clock(at);
         self.collect()
@@ -313,11 +313,11 @@ impl Bus for Around {
         self.soc.rcc.nmi()
     }
 
-    fn request_reset(&mut self, _at: Cycle) {
-        self.soc.request_reset();
+    fn request_reset(&mut self, at: Cycle) {
+        self.soc.request_reset(at);
     }
 
     fn wants_reset(&self) -> bool {
-        self.soc.wants_reset().is_some()
+        self.soc.wants_reset()
     }
 }

@@ -4,7 +4,6 @@
 //! In: the core's accesses, pins, USB packets. Out: pin edges, interrupt
 //! lines, what the DACs hold. RM0090 is the reference manual.
 
-mod access;
 pub mod adc;
 pub mod backup;
 mod bus;
@@ -89,8 +88,8 @@ pub struct Soc {
     signature: Signature,
     /// Whether DMA uses SRAM1, SRAM2.
     shares: [bool; 2],
-    /// A reset that was asked for.
-    reset: Option<Cause>,
+    /// A reset that was asked for and not carried out yet.
+    pub(in crate::chip) reset: Option<Cause>,
     pvd: bool,
     now: Cycle,
     /// Nothing happens inside before this; an access can make it earlier.
@@ -127,16 +126,6 @@ impl Soc {
             event: 0,
             due: 0,
         }
-    }
-
-    /// The core asks for a system reset.
-    pub fn request_reset(&mut self) {
-        self.reset.get_or_insert(Cause::Software);
-    }
-
-    /// The reset that was asked for and not carried out yet.
-    pub const fn wants_reset(&self) -> Option<Cause> {
-        self.reset
     }
 
     /// System reset at `at`. Flash, RAM, backup and debug registers stay.

@@ -109,6 +109,12 @@ impl Flash {
         self.accelerator.set_prefetched(prefetched);
     }
 
+    /// As fast as the core from now on, whatever the program sets; kept over
+    /// resets. To see what hangs on wait states: no board's.
+    pub const fn never_wait(&mut self) {
+        self.accelerator.never_wait();
+    }
+
     /// From cycle `at` on the core runs at `hz`.
     pub fn set_hz(&mut self, hz: u32, at: Cycle) {
         if self.programming.is_busy(at) {
