@@ -37,24 +37,6 @@ pub trait Observer {
 
 impl Observer for () {}
 
-impl Default for Cpu {
-    /// A core that has power but was not reset yet.
-    fn default() -> Self {
-        Self {
-            registers: super::Registers::default(),
-            cycle: 0,
-            instructions: 0,
-            system: super::system::System::default(),
-            decoded: super::decode::Cache::default(),
-            pipeline: super::timing::Pipeline::default(),
-            deadline: 0,
-            asleep: false,
-            context: Some(0),
-            exclusive: false,
-        }
-    }
-}
-
 impl Cpu {
     /// Runs until `until` is reached (passed by at most one instruction or
     /// exception entry). Sleep is skipped to the next event.
@@ -161,13 +143,13 @@ impl Cpu {
             return Err(Stop::Reset { pc });
         }
         let number = self.registers.exception;
-        if self.context != Some(number) {
+        if self.entered || self.context != number {
             let context = Context {
                 number,
                 depth: self.system.nvic.active().count_ones(),
-                entered: self.context.is_none(),
+                entered: std::mem::take(&mut self.entered),
             };
-            self.context = Some(number);
+            self.context = number;
             observer.context(context, self.cycle);
         }
         self.deadline = self.event(bus).min(until);

@@ -275,7 +275,7 @@ impl Cpu {
         }
         registers.control &= !(control::SPSEL | control::FPCA);
         registers.exception = approach.number;
-        self.context = None;
+        self.entered = true;
         registers.it = 0;
         registers.r[14] = exc_return;
         registers.r[15] = approach.vector & !1;

@@ -25,8 +25,7 @@ fn an_interrupt_comes_between_instructions_and_bx_lr_returns() {
     let handler = super::bytes(&[0x4770] /* bx lr */);
     assert!(machine.bus.load(CODE + 0x9000, &handler));
     enable(&mut machine, 5);
-    machine.bus.event = 20;
-    machine.bus.raise[0] = 1 << 5;
+    machine.bus.schedule.push_back((20, [1 << 5, 0, 0]));
     assert_eq!(machine.cpu.run(&mut machine.bus, 25), Ok(()));
     assert_eq!(machine.cpu.registers.exception, 21);
     machine.bus.lines[0] = 0;
@@ -42,8 +41,7 @@ fn wfi_sleeps_until_an_interrupt_even_a_masked_one() {
     let code = &[0xB672, 0xBF30, 0x2001, 0xE7FE] /* cpsid i; wfi; movs r0,#1; b . */;
     let mut machine = Machine::new(code);
     enable(&mut machine, 40);
-    machine.bus.event = 5_000;
-    machine.bus.raise[1] = 1 << 8;
+    machine.bus.schedule.push_back((5_000, [0, 1 << 8, 0]));
     assert_eq!(machine.cpu.run(&mut machine.bus, 4_000), Ok(()));
     assert!(machine.cpu.is_asleep());
     assert_eq!((machine.cpu.cycle, machine.cpu.instructions), (4_000, 2));
