@@ -247,23 +247,16 @@ impl<'a> Table<'a> {
         found: &Spanned<DeValue<'_>>,
     ) -> Option<Option<i64>> {
         let decimal = decimal(found.get_ref())?;
-        let (name, given) = (self.path_of(field.name), self.doc.given(&found.span()));
+        let name = self.path_of(field.name);
         let Some(decimal) = decimal else {
-            let allowed = number.allowed();
-            let problem = Problem::NotFinite {
-                field: name,
-                given,
-                allowed,
-            };
-            self.doc.say(problem, found.span());
+            self.not_finite(name, number, found.span());
             return Some(None);
         };
         let Some(value) = decimal.scaled(number.places) else {
-            let step = in_units(1, number.places);
             let problem = Problem::NotExact {
                 field: name,
-                given,
-                step,
+                given: self.doc.given(&found.span()),
+                step: in_units(1, number.places),
             };
             self.doc.say(problem, found.span());
             return Some(None);
@@ -272,6 +265,17 @@ impl<'a> Table<'a> {
             .range
             .is_none_or(|(min, max)| (min..=max).contains(&value));
         Some(self.fitting(number, fits, value, name, found.span()))
+    }
+
+    fn not_finite(&self, field: String, number: &Number, span: Range<usize>) {
+        let given = self.doc.given(&span);
+        let allowed = number.allowed();
+        let problem = Problem::NotFinite {
+            field,
+            given,
+            allowed,
+        };
+        self.doc.say(problem, span);
     }
 
     /// A number that need not be whole, likewise.
@@ -289,14 +293,7 @@ impl<'a> Table<'a> {
         };
         let name = self.path_of(field.name);
         if !f64::is_finite(value) {
-            let given = self.doc.given(&found.span());
-            let allowed = number.allowed();
-            let problem = Problem::NotFinite {
-                field: name,
-                given,
-                allowed,
-            };
-            self.doc.say(problem, found.span());
+            self.not_finite(name, number, found.span());
             return Some(None);
         }
         let steps = 10_f64.powi(number.places);
