@@ -72,7 +72,7 @@ impl Bench {
             request,
         })
         .unwrap();
-        let now = Micros(self.board.now_us() as u32);
+        let now = Micros::new(self.board.now_us() as u32);
         let done = self
             .board
             .receive(now, &frame, &self.sensors, &mut self.record);
@@ -80,7 +80,7 @@ impl Bench {
     }
 
     fn run_us(&mut self, us: u64) {
-        let to = Micros((self.board.now_us() + us) as u32);
+        let to = Micros::new((self.board.now_us() + us) as u32);
         let done = self.board.advance(to, &self.sensors, &mut self.record);
         done.unwrap_or_else(|e| panic!("{e}"));
         let mut decoder = Decoder::default();
@@ -131,7 +131,7 @@ impl Bench {
         for _ in 0..ms / 5 {
             self.say(Request::Amplitudes {
                 mask: 0b10_0001,
-                values: [Amplitude(5_000); 2].into_iter().collect(),
+                values: [Amplitude::new(5_000); 2].into_iter().collect(),
             });
             self.run_us(5_000);
         }
@@ -235,7 +235,7 @@ fn spec(channel: u8) -> ChannelSpec {
         stage: StageSpec::Current {
             full_scale_ua: 24_000,
         },
-        limit: Amplitude(18_000),
+        limit: Amplitude::new(18_000),
     }
 }
 

@@ -89,7 +89,7 @@ fn stimulate(file: &SessionFile, mut board: Board) -> Stimulated {
     board
         .boot(&Sensors::default())
         .unwrap_or_else(|e| panic!("{e}"));
-    let boot = Micros(board.now_us() as u32);
+    let boot = Micros::new(board.now_us() as u32);
     let board = Arc::new(Mutex::new(board));
     let packets = Arc::new(Mutex::new(Vec::new()));
     let device = Tapped {

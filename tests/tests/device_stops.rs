@@ -7,7 +7,7 @@ use firmware::link::{Decoder, Request, Response, SCHEMA, ToDevice, encode};
 use firmware::lockstep::{Lockstep, Sensors};
 use firmware::pulse::{GroupSpec, Partner, Shape, TrainSpec};
 use firmware::safety::{ChannelSpec, StageSpec, State, WearerSpec};
-use firmware::units::{Amplitude, Micros};
+use firmware::units::{Amplitude, Micros, us};
 use hal_sim::native::native;
 use hal_sim::trace::{Unwrap, check};
 use proptest::prelude::*;
@@ -31,7 +31,7 @@ struct Desk {
 impl Desk {
     fn boot(at: Micros) -> Self {
         let mut clock = Unwrap::default();
-        clock.at(at.0);
+        clock.at(at.get());
         let mut desk = Self {
             board: native(at),
             record: Record::from(at),
@@ -47,11 +47,11 @@ impl Desk {
     }
 
     fn now(&mut self) -> u64 {
-        self.clock.at(self.board.now().0)
+        self.clock.at(self.board.now().get())
     }
 
-    fn wait(&mut self, us: u32) {
-        let to = self.board.now().plus(us);
+    fn wait(&mut self, length_us: u32) {
+        let to = self.board.now() + us(length_us);
         self.board.advance(to, &self.sensors, &mut self.record);
     }
 
@@ -80,7 +80,9 @@ impl Desk {
                     continue;
                 };
                 match postcard::from_bytes(frame.unwrap()).unwrap() {
-                    Response::Ack { seq: s, at } if s == seq => return Some(self.clock.at(at.0)),
+                    Response::Ack { seq: s, at } if s == seq => {
+                        return Some(self.clock.at(at.get()));
+                    }
                     Response::Hello(_) => return Some(0),
                     Response::Refused { seq: Some(s), .. } if s == seq => return None,
                     _ => decoder.clear(),
@@ -163,7 +165,7 @@ fn run(
     let epoch = desk.ask(Request::Start).unwrap();
     let mut values = heapless::Vec::new();
     for _ in trains {
-        values.push(Amplitude(LIMIT_UA)).unwrap();
+        values.push(Amplitude::new(LIMIT_UA)).unwrap();
     }
     let mask = (1 << trains.len()) - 1;
     desk.ask(Request::Amplitudes { mask, values }).unwrap();
@@ -211,7 +213,7 @@ fn however_it_ends_every_pulse_is_whole() {
         ..ProptestConfig::default()
     };
     let result = TestRunner::new(config).run(&strategy, |(boot, trains, partner, ends)| {
-        let mut desk = Desk::boot(Micros(boot));
+        let mut desk = Desk::boot(Micros::new(boot));
         let wearer = WearerSpec {
             rise_ms: 5,
             fall_ms: 5,
@@ -223,7 +225,7 @@ fn however_it_ends_every_pulse_is_whole() {
             let stage = StageSpec::Current {
                 full_scale_ua: FULL_SCALE_UA,
             };
-            let limit = Amplitude(LIMIT_UA);
+            let limit = Amplitude::new(LIMIT_UA);
             let spec = ChannelSpec {
                 train,
                 stage,

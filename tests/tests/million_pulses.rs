@@ -130,7 +130,7 @@ fn play(trains: &[TrainSpec], mut groups: Vec<GroupSpec>, boot: Micros) -> Playe
                 ChannelSpec {
                     train,
                     stage,
-                    limit: Amplitude(10_000),
+                    limit: Amplitude::new(10_000),
                 },
             )
             .unwrap();
@@ -152,12 +152,12 @@ fn play(trains: &[TrainSpec], mut groups: Vec<GroupSpec>, boot: Micros) -> Playe
         }
     }
     let all: Vec<_> = (0..10u8)
-        .map(|c| (c, Amplitude(1_000 + 900 * u32::from(c))))
+        .map(|c| (c, Amplitude::new(1_000 + 900 * u32::from(c))))
         .collect();
     client.amplitudes(&all).unwrap();
     let epoch = client.start().unwrap();
     let now = client.port().world.now_us();
-    let epoch = now.saturating_add_signed(epoch.since(Micros(now as u32)).into());
+    let epoch = now.saturating_add_signed((epoch - Micros::new(now as u32)).us().into());
     let end = epoch + SECONDS * 1_000_000;
     while client.port().world.now_us() < end {
         client.keep_alive().unwrap();
@@ -183,9 +183,9 @@ fn a_million_pulses_are_exact() {
         let wanted = groups().new_tree(&mut runner).unwrap().current();
         set_apart(&mut trains, &wanted);
         let boot = if setups % 2 == 0 {
-            Micros(u32::MAX - 5_000_000)
+            Micros::new(u32::MAX - 5_000_000)
         } else {
-            Micros(1_000)
+            Micros::new(1_000)
         };
         let played = play(&trains, wanted, boot);
         let end = played.epoch + SECONDS * 1_000_000;

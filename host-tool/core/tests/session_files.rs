@@ -9,7 +9,7 @@ use firmware::link::{Decoder, Event, Kind, Request, Response, SCHEMA, ToDevice, 
 use firmware::lockstep::{Lockstep, Sensors, Sink};
 use firmware::pulse::{Levels, Partner};
 use firmware::safety::State;
-use firmware::units::{Amplitude, DacCode, Micros};
+use firmware::units::{Amplitude, DacCode, Micros, us};
 use host_core::session::{LawName, Problem, Session, Setpoint};
 
 pub(crate) fn files() -> Vec<PathBuf> {
@@ -45,7 +45,7 @@ struct Heard {
 impl Sink for Heard {
     fn levels(&mut self, _: Micros, _: Levels) {}
     fn dac(&mut self, _: Micros, _: u8, code: DacCode) {
-        self.nonzero_codes += usize::from(code.0 > 0);
+        self.nonzero_codes += usize::from(code.get() > 0);
     }
     fn bytes(&mut self, _: Micros, bytes: &[u8]) {
         self.bytes.extend_from_slice(bytes);
@@ -71,7 +71,7 @@ impl Device {
             first_session: 1,
         };
         let mut device = Self {
-            board: Lockstep::new(identity, Micros(u32::MAX - 200_000)),
+            board: Lockstep::new(identity, Micros::new(u32::MAX - 200_000)),
             sensors,
             heard: Heard::default(),
             session: 0,
@@ -81,8 +81,8 @@ impl Device {
         device
     }
 
-    fn run(&mut self, us: u32) {
-        let to = self.board.now().plus(us);
+    fn run(&mut self, length_us: u32) {
+        let to = self.board.now() + us(length_us);
         self.board.advance(to, &self.sensors, &mut self.heard);
     }
 
@@ -96,7 +96,7 @@ impl Device {
             request,
         })
         .unwrap();
-        let at = self.board.now().plus(100);
+        let at = self.board.now() + us(100);
         self.board
             .receive(at, &frame, &self.sensors, &mut self.heard);
         self.run(2_000);
@@ -197,7 +197,7 @@ fn experiment_4_is_as_printed() {
     let joint = session.joint.as_ref().unwrap();
     let points = joint.flexors.iter().chain([&joint.extensor]);
     let ranges: Vec<_> = points
-        .map(|p| (p.channel, p.threshold.0, p.max.0))
+        .map(|p| (p.channel, p.threshold.get(), p.max.get()))
         .collect();
     let expected = [
         (0, 20_000, 28_000),
@@ -253,19 +253,19 @@ fn experiment_2_has_the_patterns_of_figure_5() {
             panic!("{name}: no amplitudes");
         };
         let values: Vec<_> = values.iter().map(|&(_, v)| v).collect();
-        let (a, b) = (Amplitude(26_000), Amplitude(30_000));
+        let (a, b) = (Amplitude::new(26_000), Amplitude::new(30_000));
         if values == [a, b] {
             let delay = offset(1) - offset(0);
             assert!(name.contains(&format!("_{}us", delay.abs())), "{name}");
             assert_eq!(name.contains("b_to_a"), delay < 0, "{name}");
             two.push((isolated, delay));
         } else {
-            let point = if values == [a, Amplitude(0)] {
+            let point = if values == [a, Amplitude::new(0)] {
                 'a'
             } else {
                 'b'
             };
-            assert!(point == 'a' || values == [Amplitude(0), b], "{name}");
+            assert!(point == 'a' || values == [Amplitude::new(0), b], "{name}");
             assert!(name.contains(&format!("one_point_{point}")), "{name}");
             one.push((isolated, point));
         }

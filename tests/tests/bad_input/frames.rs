@@ -75,7 +75,7 @@ fn values(session: u16, count: usize) -> Vec<u8> {
         SEQ,
         14u32,
         mask,
-        &vec![Amplitude(5_000); count][..],
+        &vec![Amplitude::new(5_000); count][..],
     ))
 }
 

@@ -216,7 +216,10 @@ fn draft_is_the_bench_s(bench: &mut Bench) -> Result<(), String> {
         .client
         .amplitudes(&[(2, LIMIT)])
         .map_err(|e| e.to_string())?;
-    match bench.client.amplitudes(&[(2, Amplitude(LIMIT.0 + 1))]) {
+    match bench
+        .client
+        .amplitudes(&[(2, Amplitude::new(LIMIT.get() + 1))])
+    {
         Err(Error::Refused(r)) if r.code() == Some(Code::AboveWearerLimit) => Ok(()),
         other => Err(format!("the draft changed: {other:?}")),
     }

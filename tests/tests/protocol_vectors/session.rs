@@ -10,8 +10,8 @@ use std::fmt::Write;
 
 pub fn transcript() -> String {
     let body = Box::new(Still::new(0.0));
-    let device = Box::new(native(Micros(0)));
-    let mut world = World::new(device, body, Micros(0), Faults::default(), 1);
+    let device = Box::new(native(Micros::new(0)));
+    let mut world = World::new(device, body, Micros::new(0), Faults::default(), 1);
     let (mut out, mut session) = (String::from("```text\n"), 0);
     // What is asked, and how long the host then listens, ms.
     let script = [

@@ -22,9 +22,9 @@ pub fn of_run(case: &Case, muscle: &mut dyn Integrator, output_us: u32, until_us
     let mut worst = 0f64;
     for at_us in (output_us..=until_us).step_by(output_us as usize) {
         while let Some(pulse_us) = pulses.next_if(|us| **us <= at_us) {
-            muscle.pulse(Micros(*pulse_us));
+            muscle.pulse(Micros::new(*pulse_us));
         }
-        muscle.advance(Micros(at_us));
+        muscle.advance(Micros::new(at_us));
         let off = (muscle.force_n() - case.truth_n(at_us)).abs();
         worst = if off.is_nan() {
             f64::INFINITY

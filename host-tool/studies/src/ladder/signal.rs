@@ -3,12 +3,12 @@
 
 use super::protocol::Protocol;
 use firmware::muscle::{CalciumForceSpec, Gain, Model};
-use firmware::units::Micros;
+use firmware::units::{Micros, us};
 use fixed::types::U1F31;
 use hal_sim::body::muscle::{Muscle, Parameters, SUBJECTS, Step};
 
 /// Every run wraps the device's 32-bit clock within its first second.
-pub const START: Micros = Micros(u32::MAX - 400_000);
+pub const START: Micros = Micros::new(u32::MAX - 400_000);
 
 /// Lee 2020's ten subjects as a host would send them.
 #[must_use]
@@ -38,9 +38,9 @@ pub fn predicted<M: Model>(model: &M, protocol: &Protocol) -> Vec<f64> {
         .map(|ms| {
             while let Some(&(at_us, gain)) = pulses.next_if(|p| p.0 <= ms * 1000) {
                 let gain = Gain::new(U1F31::saturating_from_num(gain));
-                model.pulse(&mut state, START.plus(at_us), gain);
+                model.pulse(&mut state, START + us(at_us), gain);
             }
-            model.advance(&mut state, START.plus(ms * 1000));
+            model.advance(&mut state, START + us(ms * 1000));
             model.force(&state).get().to_num()
         })
         .collect()

@@ -31,8 +31,8 @@ pub(super) fn one_point(law: LawSpec, hold: HoldPolicy) -> JointSpec {
     let [(threshold, max), _, extensor] = Participant::P.voltages();
     let point = |channel, (threshold, max): (f64, f64)| PointSpec {
         channel,
-        threshold: Amplitude((threshold * 1000.0) as u32),
-        max: Amplitude((max * 1000.0) as u32),
+        threshold: Amplitude::new((threshold * 1000.0) as u32),
+        max: Amplitude::new((max * 1000.0) as u32),
     };
     JointSpec {
         law,
@@ -93,7 +93,7 @@ impl Loop {
     }
 
     fn now(&self) -> Micros {
-        Micros((self.tick * TICK_US) as u32)
+        Micros::new((self.tick * TICK_US) as u32)
     }
 
     /// One millisecond: measure, control, pulse, move. Returns the true angle
@@ -111,7 +111,7 @@ impl Loop {
                 self.finger.pulse(&Pulse {
                     t_us,
                     channel: channel.into(),
-                    drive: Drive::Volts(f64::from(amplitude.0) / 1000.0),
+                    drive: Drive::Volts(f64::from(amplitude.get()) / 1000.0),
                     width_us: WIDTH_US,
                     conducted: false,
                 });

@@ -154,9 +154,9 @@ fn judge(muscle: &mut dyn Integrator, pulses: &[u32], truth: &[Sample], step_us:
     for (sample, n) in truth.iter().zip(0u32..) {
         let now = n * step_us;
         while let Some(at) = pulses.next_if(|at| **at <= now) {
-            muscle.pulse(Micros(*at));
+            muscle.pulse(Micros::new(*at));
         }
-        muscle.advance(Micros(now));
+        muscle.advance(Micros::new(now));
         let force = muscle.force_n();
         finite &= force.is_finite();
         error = error.max((force - sample.force_n).abs());

@@ -193,9 +193,9 @@ fn error(p: &Parameters, train: &Train, step_us: u32, pulses: Pulses) -> f64 {
     for (sample, n) in truth.iter().zip(0u32..) {
         let now = n * step_us;
         while let Some(at) = waiting.next_if(|at| **at <= now) {
-            muscle.pulse(Micros(*at));
+            muscle.pulse(Micros::new(*at));
         }
-        muscle.advance(Micros(now));
+        muscle.advance(Micros::new(now));
         error = error.max((muscle.force_n() - sample.force_n).abs());
         peak = peak.max(sample.force_n);
     }
