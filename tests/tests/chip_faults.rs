@@ -9,7 +9,7 @@ use firmware::pulse::TrainSpec;
 use firmware::safety::{ChannelSpec, Fault, StopCause};
 use firmware::units::{Amplitude, Micros};
 use hal_sim::chip::board::Board;
-use hal_sim::chip::cpu::Size;
+use hal_sim::chip::cpu::{Bus, Size};
 use hal_sim::chip::soc::Pace;
 use hal_sim::lockstep::Device;
 use hal_sim::trace::Levels;
