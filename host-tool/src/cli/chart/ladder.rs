@@ -11,20 +11,18 @@ use std::path::{Path, PathBuf};
 use studies::figures::ladder_picture;
 use studies::ladder::adequacy::{self, Summary, Verdict};
 use studies::ladder::table::{self, RUNG_NAMES};
-use studies::ladder::{self, motion, source};
+use studies::ladder::{self, motion};
 
 /// Measure the rungs of the muscle ladder per kind of scene
 #[derive(Args, Debug)]
 pub struct Ladder {
-    /// Where the workspace is whose docs/charts/ladder.* and firmware table are
-    /// written anew
+    /// Where the workspace is whose docs/charts/ladder* are written anew
     #[arg(long, default_value = ".")]
     workspace: PathBuf,
-    /// Only write picture and firmware table anew from docs/charts/ladder.csv
+    /// Only draw docs/charts/ladder.csv and judge held-out scenes anew
     #[arg(long)]
     no_measuring: bool,
-    /// Leave the held-out scenes as they were judged: right after new cycles,
-    /// which no choice rests on
+    /// Leave the held-out scenes as they were judged
     #[arg(long, requires = "no_measuring")]
     no_judging: bool,
     /// Held-out scenes for each rung and tolerance, on which its choice is tried in
@@ -41,8 +39,6 @@ pub struct Ladder {
 const TOLERANCES: [Share; 3] = [Share::JUST_NOTICEABLE, Share(300), Share(3_000)];
 /// The verdicts, from the workspace.
 const HELD_OUT: &str = "docs/charts/ladder_held_out.csv";
-/// The firmware's tables, from the workspace.
-const FIRMWARE: &str = "host-tool/core/src/choice/measured";
 
 /// Runs the command.
 ///
@@ -55,23 +51,14 @@ pub fn main(args: &Ladder, output: Output) -> anyhow::Result<()> {
     }
     let place = |file: &str| args.workspace.join(file);
     let table_file = place("docs/charts/ladder.csv");
-    let rows = if args.no_measuring {
-        table::parse(&read(&table_file)?)?
-    } else {
+    if !args.no_measuring {
         let bar = output.bar("ladder");
         let measured = ladder::measure(|part| bar.set(part));
         bar.finish();
-        let rows = measured?;
-        write(&table_file, &table::csv(&rows)?)?;
-        rows
-    };
-    let cycles = read(&place("docs/charts/cycles.csv"))?;
-    let mut is_stale = false;
-    for (name, text) in source::firmware_sources(&rows, &cycles)? {
-        let file = place(FIRMWARE).join(name);
-        is_stale |= std::fs::read_to_string(&file).is_ok_and(|before| before != text);
-        write(&file, &text)?;
+        write(&table_file, &table::csv(&measured?)?)?;
     }
+    let measured = read(&table_file)?;
+    let rows = table::parse(&measured)?;
     write(&place("docs/charts/ladder.svg"), &ladder_picture(&rows))?;
     if args.no_judging {
         return output.say(
@@ -97,10 +84,10 @@ pub fn main(args: &Ladder, output: Output) -> anyhow::Result<()> {
         .iter()
         .map(|&step| motion::speed(step))
         .collect::<Result<_, _>>()?;
-    if is_stale {
+    if measured != table::COMMITTED {
         eprintln!(
-            "note: the firmware's tables have changed, but this program chooses by those it was \
-             built with: build it and run `flexor chart ladder --no-measuring`"
+            "note: the table has changed, but this program chooses by the one it was built with: \
+             build it and run `flexor chart ladder --no-measuring`"
         );
     }
     output.say(
