@@ -1,11 +1,11 @@
 //! `flexor explain-model`, and the scenes that sessions become.
 
+use crate::flexor::{FLEXOR, folder, has, run};
 use firmware::muscle::Rung;
 use host_core::choice::{Scene, Share};
 use host_core::session::Session;
 use serde_json::Value;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Stdio};
 
 const HEAD: &str = r#"
 title = "One muscle"
@@ -98,37 +98,25 @@ fn each_kind_of_scene_gets_its_rung() {
     assert_eq!(needs(&fixed).choice.unwrap().rung, Rung::Static);
 }
 
-/// A session file in a folder of its own.
-fn written(name: &str, text: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("explain_model");
-    std::fs::create_dir_all(&folder).unwrap();
-    let file = folder.join(name);
-    std::fs::write(&file, text).unwrap();
-    file
-}
-
-fn flexor(name: &str, text: &str, arguments: &[&str]) -> Output {
-    let file = written(name, text);
-    let folder = file.parent().unwrap();
-    let mut command = Command::new(env!("CARGO_BIN_EXE_flexor"));
-    command.current_dir(folder).arg("explain-model").arg(name);
-    command.args(arguments).env("NO_COLOR", "1");
-    command.output().unwrap()
+/// Exit code, what is said, and what is complained of.
+fn explained(name: &str, text: &str, arguments: &[&str]) -> (Option<i32>, String, String) {
+    let folder = folder(&format!("explain_model/{name}"));
+    std::fs::write(folder.join(name), text).unwrap();
+    run(&folder, &[&["explain-model", name], arguments].concat())
 }
 
 #[test]
 fn the_table_is_for_people_and_machines() {
     let text = session("frequency_hz = 50.0", "");
-    let people = flexor("people.toml", &text, &[]);
-    let said = String::from_utf8(people.stdout).unwrap();
-    assert!(people.status.success(), "{said}");
-    assert!(said.contains("channel 1, one: static"), "{said}");
+    let (exit, said, _) = explained("people.toml", &text, &[]);
+    assert_eq!(exit, Some(0), "{said}");
+    has(&said, &["channel 1, one: static"]);
     assert!(
         said.lines().all(|line| line.chars().count() <= 80),
         "{said}"
     );
-    let machines = flexor("machines.toml", &text, &["--json"]);
-    let value: Value = serde_json::from_slice(&machines.stdout).unwrap();
+    let (_, machines, _) = explained("machines.toml", &text, &["--json"]);
+    let value: Value = serde_json::from_str(&machines).unwrap();
     let channel = &value["channels"][0];
     assert_eq!(channel["model"], "static");
     assert_eq!(channel["models"].as_array().unwrap().len(), 4);
@@ -136,8 +124,8 @@ fn the_table_is_for_people_and_machines() {
     assert!(change > 1.0 && change <= 10.0, "{change}");
     assert!(channel["error_pct"].as_f64().unwrap() > 1.0);
     assert!(channel["change_if_it_tires_pct"].as_f64().unwrap() > change);
-    let finer = flexor("finer.toml", &text, &["--json", "--tolerance", "2"]);
-    let value: Value = serde_json::from_slice(&finer.stdout).unwrap();
+    let (_, finer, _) = explained("finer.toml", &text, &["--json", "--tolerance", "2"]);
+    let value: Value = serde_json::from_str(&finer).unwrap();
     assert_eq!(value["channels"][0]["model"], "lag");
 }
 
@@ -145,34 +133,27 @@ fn the_table_is_for_people_and_machines() {
 fn what_cannot_be_explained_is_refused_by_name() {
     let plain = session("frequency_hz = 50.0", "");
     let tiring = session("frequency_hz = 50.0", ", fatigue = {}");
+    let none = session("frequency_hz = 50.0", "none");
     for (name, text, tolerance, code, words) in [
-        (
-            "none.toml",
-            &session("frequency_hz = 50.0", "none"),
-            "10",
-            1,
-            ["E554", "muscle"],
-        ),
+        ("none.toml", &none, "10", 1, ["E554", "muscle"]),
         ("zero.toml", &plain, "0", 2, ["E518", "--tolerance"]),
         ("nan.toml", &plain, "NaN", 2, ["E518", "--tolerance"]),
         ("much.toml", &plain, "601", 2, ["E518", "600"]),
         ("fine.toml", &tiring, "1", 1, ["E553", "least possible"]),
     ] {
-        let output = flexor(name, text, &["--tolerance", tolerance]);
-        let said = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(code), "{name}: {said}");
-        for word in words {
-            assert!(said.contains(word), "{name}: {said}");
-        }
+        let (exit, _, said) = explained(name, text, &["--tolerance", tolerance]);
+        assert_eq!(exit, Some(code), "{name}: {said}");
+        has(&said, &words);
     }
 }
 
 /// `flexor explain-model … | head` and `… > /a/full/disk`.
 #[test]
 fn a_reader_that_went_is_no_failure_and_a_full_disk_is_one() {
-    let file = written("gone.toml", &session("frequency_hz = 50.0", ""));
+    let file = folder("explain_model/gone").join("gone.toml");
+    std::fs::write(&file, session("frequency_hz = 50.0", "")).unwrap();
     let explain = |stdout: Stdio| {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_flexor"))
+        let mut child = Command::new(FLEXOR)
             .arg("explain-model")
             .arg(&file)
             .stdout(stdout)

@@ -1,8 +1,9 @@
 //! `flexor monitor` in a pipe: a paced session, a line per second, proper ends.
 
+use crate::flexor::{Board, FLEXOR};
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Read};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -18,7 +19,7 @@ fn session(seconds: u32) -> PathBuf {
 }
 
 fn monitor() -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_flexor"));
+    let mut command = Command::new(FLEXOR);
     command.arg("monitor");
     command
 }
@@ -150,18 +151,10 @@ fn a_simulator_without_a_session_is_wrong_use() {
 
 #[test]
 fn a_device_is_watched_without_a_session() {
-    let mut serve = Command::new(env!("CARGO_BIN_EXE_flexor"));
-    let serve = serve.args(["serve", "--json", "--seconds", "6", "--tcp", "127.0.0.1:0"]);
-    let mut board = serve.stdout(Stdio::piped()).spawn().unwrap();
-    let mut said = String::new();
-    let stdout = board.stdout.as_mut().unwrap();
-    std::io::BufRead::read_line(&mut std::io::BufReader::new(stdout), &mut said).unwrap();
-    let said: Value = serde_json::from_str(&said).unwrap();
+    let board = Board::tcp(Path::new("."));
     let mut command = monitor();
     let command = command.args(["--json", "--seconds", "1.5", "--device"]);
-    let output = command.arg(said["at"].as_str().unwrap()).output().unwrap();
-    board.kill().unwrap();
-    board.wait().unwrap();
+    let output = command.arg(&board.at).output().unwrap();
     assert!(output.status.success(), "{output:?}");
     let lines = objects(std::str::from_utf8(&output.stdout).unwrap());
     let last = lines.last().unwrap();

@@ -1,8 +1,8 @@
 //! `flexor muscle` as other people's checks use it: columns, both models against
 //! the 40-digit solution, and what bad input is told.
 
+use crate::flexor::{has, run};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 
 const GOLDEN: &str = concat!(
     env!("CARGO_MANIFEST_DIR"),
@@ -10,18 +10,7 @@ const GOLDEN: &str = concat!(
 );
 
 /// K01 of Lee 2020, table 4.
-const K01: [&str; 10] = [
-    "--a-n-per-s",
-    "121.9",
-    "--k",
-    "0.3",
-    "--tau-c-ms",
-    "20.8",
-    "--tau1-ms",
-    "33.1",
-    "--tau2-ms",
-    "194.4",
-];
+const K01: &str = "--a-n-per-s 121.9 --k 0.3 --tau-c-ms 20.8 --tau1-ms 33.1 --tau2-ms 194.4";
 
 fn csv_of(test: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("muscle");
@@ -29,21 +18,19 @@ fn csv_of(test: &str) -> PathBuf {
     folder.join(format!("{test}.csv"))
 }
 
-fn flexor(csv: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_flexor"))
-        .arg("muscle")
-        .args(arguments)
-        .arg("--csv")
-        .arg(csv)
-        .output()
-        .unwrap()
+/// Exit code and standard error of `flexor muscle`.
+fn muscle(csv: &Path, line: &str) -> (Option<i32>, String) {
+    let csv = ["--csv", csv.to_str().unwrap()];
+    let arguments = ["muscle"].into_iter().chain(line.split(' ')).chain(csv);
+    let (exit, _, said) = run(Path::new("."), &arguments.collect::<Vec<_>>());
+    (exit, said)
 }
 
 /// Rows of t_s, c, force_n.
-fn rows(test: &str, arguments: &[&str]) -> Vec<[f64; 3]> {
+fn rows(test: &str, line: &str) -> Vec<[f64; 3]> {
     let csv = csv_of(test);
-    let output = flexor(&csv, arguments);
-    assert!(output.status.success(), "{output:?}");
+    let (exit, said) = muscle(&csv, line);
+    assert_eq!(exit, Some(0), "{said}");
     let text = std::fs::read_to_string(csv).unwrap();
     let mut lines = text.lines();
     assert_eq!(lines.next(), Some("t_s,c,force_n"));
@@ -64,35 +51,23 @@ fn both_models_meet_the_forty_digit_solution() {
         let subject = case["subject"].as_str().unwrap();
         let index: usize = subject[1..].parse().unwrap();
         let p = hal_sim::body::muscle::SUBJECTS[index - 1];
-        let hz = number(&case["freq_hz"]).to_string();
-        let values = [
+        let line = format!(
+            "--a-n-per-s {:.6} --k {:.6} --tau-c-ms {:.6} --tau1-ms {:.6} --tau2-ms {:.6} \
+             --frequency-hz {} --train-s 1 --duration-s 1.5",
             p.a_n_per_s,
             p.k,
             p.tau_c_s * 1e3,
             p.tau1_s * 1e3,
             p.tau2_s * 1e3,
-        ]
-        .map(|v| format!("{v:.6}"));
-        let names = ["--a-n-per-s", "--k", "--tau-c-ms", "--tau1-ms", "--tau2-ms"];
-        let mut arguments: Vec<&str> = names
-            .iter()
-            .zip(&values)
-            .flat_map(|(n, v)| [*n, v])
-            .collect();
-        arguments.extend([
-            "--frequency-hz",
-            &hz,
-            "--train-s",
-            "1",
-            "--duration-s",
-            "1.5",
-        ]);
+            number(&case["freq_hz"])
+        );
         let force: Vec<f64> = case["F_N"].as_array().unwrap().iter().map(number).collect();
         let peak = number(&case["peak_N"]);
         for (i, model) in ["reference", "fixed"].into_iter().enumerate() {
-            let mut arguments = arguments.clone();
-            arguments.extend(["--model", model]);
-            let rows = rows(&format!("{name}_{model}"), &arguments);
+            let rows = rows(
+                &format!("{name}_{model}"),
+                &format!("{line} --model {model}"),
+            );
             assert_eq!(rows.len(), force.len());
             for (n, (row, truth)) in rows.iter().zip(&force).enumerate() {
                 assert!((row[0] - n as f64 * 0.01).abs() < 1e-9);
@@ -114,13 +89,12 @@ fn a_file_of_pulses_is_the_train_it_lists() {
     let times: Vec<String> = (0..40).map(|i| (i * 25_000).to_string()).collect();
     std::fs::write(&pulses, times.join("\n")).unwrap();
     for model in ["fixed", "reference"] {
-        let with = |extra: &[&str]| {
-            let end = ["--duration-s", "1.2", "--model", model];
-            let arguments = [&K01[..], extra, &end[..]].concat();
-            rows(&format!("pulses_{model}_{}", extra.len()), &arguments)
+        let with = |name: &str, extra: &str| {
+            let line = format!("{K01} {extra} --duration-s 1.2 --model {model}");
+            rows(&format!("pulses_{model}_{name}"), &line)
         };
-        let train = with(&["--frequency-hz", "40", "--train-s", "1"]);
-        let listed = with(&["--pulses-us", pulses.to_str().unwrap()]);
+        let train = with("train", "--frequency-hz 40 --train-s 1");
+        let listed = with("listed", &format!("--pulses-us {}", pulses.display()));
         for (a, b) in train.iter().zip(&listed) {
             assert!((a[2] - b[2]).abs() < 1e-12 && (a[1] - b[1]).abs() < 1e-12);
         }
@@ -132,86 +106,35 @@ fn a_file_of_pulses_is_the_train_it_lists() {
 
 #[test]
 fn bad_input_is_named_with_what_is_allowed() {
-    let train = [
-        "--frequency-hz",
-        "40",
-        "--train-s",
-        "1",
-        "--duration-s",
-        "1",
-    ];
-    let cases = [
-        ("fixed", "--k", "0", "--k is 0: allowed is 0.002 to 5"),
-        ("fixed", "--k", "nan", "--k is NaN: allowed is 0.002 to 5"),
-        ("fixed", "--k", "-1", "--k is -1: allowed is 0.002 to 5"),
-        (
-            "fixed",
-            "--tau1-ms",
-            "0",
-            "--tau1-ms is 0: allowed is 2 to 200",
-        ),
-        (
-            "fixed",
-            "--tau2-ms",
-            "1001",
-            "--tau2-ms is 1001: allowed is 1 to 1000",
-        ),
-        (
-            "fixed",
-            "--tau-c-ms",
-            "inf",
-            "--tau-c-ms is inf: allowed is 5 to 100",
-        ),
-        (
-            "fixed",
-            "--a-n-per-s",
-            "0",
-            "--a-n-per-s is 0: allowed is 0.1 to 10000",
-        ),
-        ("reference", "--k", "0", "--k is 0: allowed is 0.002 to 5"),
-        (
-            "reference",
-            "--tau1-ms",
-            "-5",
-            "--tau1-ms is -5: allowed is 2 to 200",
-        ),
-        (
-            "reference",
-            "--tau-c-ms",
-            "nan",
-            "--tau-c-ms is NaN: allowed is 5 to 100",
-        ),
-        (
-            "fixed",
-            "--frequency-hz",
-            "201",
-            "--frequency-hz is 201: allowed is 0.5 to 200",
-        ),
-        (
-            "fixed",
-            "--duration-s",
-            "nan",
-            "--duration-s is NaN: allowed is 0 to 3600",
-        ),
-    ];
-    for (model, name, value, expected) in cases {
-        let mut arguments = [&K01[..], &train[..], &["--model", model]].concat();
-        let at = arguments.iter().position(|a| *a == name).unwrap();
+    let good = format!("{K01} --frequency-hz 40 --train-s 1 --duration-s 1");
+    for (model, name, value, allowed) in [
+        ("fixed", "--k", "0", "0.002 to 5"),
+        ("fixed", "--k", "NaN", "0.002 to 5"),
+        ("fixed", "--k", "-1", "0.002 to 5"),
+        ("fixed", "--tau1-ms", "0", "2 to 200"),
+        ("fixed", "--tau2-ms", "1001", "1 to 1000"),
+        ("fixed", "--tau-c-ms", "inf", "5 to 100"),
+        ("fixed", "--a-n-per-s", "0", "0.1 to 10000"),
+        ("reference", "--k", "0", "0.002 to 5"),
+        ("reference", "--tau1-ms", "-5", "2 to 200"),
+        ("reference", "--tau-c-ms", "NaN", "5 to 100"),
+        ("fixed", "--frequency-hz", "201", "0.5 to 200"),
+        ("fixed", "--duration-s", "NaN", "0 to 3600"),
+    ] {
+        let mut words: Vec<&str> = good.split(' ').chain(["--model", model]).collect();
+        let at = words.iter().position(|word| *word == name).unwrap();
         // With a space, as people type it.
-        arguments[at + 1] = value;
-        let output = flexor(&csv_of("bad"), &arguments);
-        let said = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{name} {value}: {said}");
-        assert!(said.contains(expected), "{name} {value}: {said}");
+        words[at + 1] = value;
+        let (exit, said) = muscle(&csv_of("bad"), &words.join(" "));
+        assert_eq!(exit, Some(2), "{name} {value}: {said}");
+        has(
+            &said,
+            &[&format!("{name} is {value}: allowed is {allowed}")],
+        );
     }
-    let unknown = [&K01[..], &train[..], &["--model", "exact"]].concat();
-    let output = flexor(&csv_of("bad"), &unknown);
-    assert_eq!(output.status.code(), Some(2));
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(
-        said.contains("fixed") && said.contains("reference"),
-        "{said}"
-    );
+    let (exit, said) = muscle(&csv_of("bad"), &format!("{good} --model exact"));
+    assert_eq!(exit, Some(2));
+    has(&said, &["fixed", "reference"]);
 }
 
 /// Eight pulses every 5 ms for a second: the reference answers, the device's fixed
@@ -226,14 +149,13 @@ fn pulses_too_fast_for_the_fixed_point_are_refused_by_name() {
     }
     let file = csv_of("bursts").with_extension("txt");
     std::fs::write(&file, times).unwrap();
-    let file = file.to_str().unwrap();
     let run = |model| {
-        let rest = ["--pulses-us", file, "--duration-s", "2", "--model", model];
-        flexor(&csv_of("bursts"), &[&K01[..], &rest[..]].concat())
+        let rest = format!("--duration-s 2 --model {model}");
+        let line = format!("{K01} --pulses-us {} {rest}", file.display());
+        muscle(&csv_of("bursts"), &line)
     };
-    let refused = run("fixed");
-    let said = String::from_utf8_lossy(&refused.stderr);
-    assert_eq!(refused.status.code(), Some(2), "{said}");
-    assert!(said.contains("--tau-c-ms") && said.contains("24"), "{said}");
-    assert!(run("reference").status.success());
+    let (exit, said) = run("fixed");
+    assert_eq!(exit, Some(2), "{said}");
+    has(&said, &["--tau-c-ms", "24"]);
+    assert_eq!(run("reference").0, Some(0));
 }

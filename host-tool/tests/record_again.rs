@@ -1,6 +1,6 @@
 //! Records used again: repeated, reported, compared, kept.
 
-use super::bad_input_cli::{flexor, folder, said};
+use super::flexor::{failed, folder, run, told};
 use host_core::record::{self, sha256};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -31,22 +31,6 @@ pub(crate) fn shortened(folder: &Path, name: &str, seconds: f64) -> String {
     file
 }
 
-/// Runs a command that must end well; gives its JSON back.
-pub(crate) fn told(folder: &Path, line: &str) -> serde_json::Value {
-    let arguments: Vec<&str> = line.split_whitespace().collect();
-    let output = flexor(folder, &arguments).arg("--json").output().unwrap();
-    let (exit, json, error) = said(&output);
-    assert_eq!(exit, Some(0), "{line}: {error}{json}");
-    serde_json::from_str(json.lines().last().unwrap()).unwrap()
-}
-
-/// Exit code and message of a command.
-pub(crate) fn failed(folder: &Path, line: &str) -> (Option<i32>, String) {
-    let arguments: Vec<&str> = line.split_whitespace().collect();
-    let (exit, _, error) = said(&flexor(folder, &arguments).output().unwrap());
-    (exit, error)
-}
-
 /// Every file below a record, relative, with its bytes.
 pub(crate) fn files(dir: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     let mut found = Vec::new();
@@ -64,6 +48,17 @@ pub(crate) fn files(dir: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     }
     found.sort();
     found
+}
+
+/// A copy of the record `from` in the same folder.
+pub(crate) fn copied(folder: &Path, from: &str, name: &str) -> PathBuf {
+    let copy = folder.join(name);
+    for (file, bytes) in files(&folder.join(from)) {
+        let path = copy.join(file);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, bytes).unwrap();
+    }
+    copy
 }
 
 /// Two records are the same to the byte but for `host` in `run.json`.
@@ -113,26 +108,14 @@ fn pulses_repeat() {
 }
 
 #[test]
-fn a_joint_repeats_with_its_law_and_seed() {
+fn joints_forces_walls_bursts_and_triggers_repeat() {
     repeats("hamana_exp4_two_point.toml", 2.0, "--law paper --seed 77");
-}
-
-#[test]
-fn forces_repeat() {
     repeats("force_ramp.toml", 2.0, "--seed 3");
-}
-
-#[test]
-fn a_wall_repeats() {
     repeats(
         "harris_wall/3_pre_wall_co_contraction.toml",
         2.0,
         "--seed 5",
     );
-}
-
-#[test]
-fn bursts_and_triggers_repeat() {
     repeats("trigger.toml", 1.0, "");
 }
 
@@ -233,16 +216,9 @@ fn what_is_no_record_is_named() {
     let file = shortened(&folder, "ten_channels.toml", 0.1);
     told(&folder, &format!("run {file} --out one"));
     let change = |name: &str, change: &dyn Fn(&mut serde_json::Value)| {
-        let copy = folder.join(name);
-        for (file, bytes) in files(&folder.join("one")) {
+        let copy = copied(&folder, "one", name);
+        for file in ["run.json", "01-ten-channels/trial.json"] {
             let path = copy.join(file);
-            fs::create_dir_all(path.parent().unwrap()).unwrap();
-            fs::write(path, bytes).unwrap();
-        }
-        for path in [
-            copy.join("run.json"),
-            copy.join("01-ten-channels/trial.json"),
-        ] {
             let Ok(bytes) = fs::read(&path) else { continue };
             let mut json = serde_json::from_slice(&bytes).unwrap();
             change(&mut json);
@@ -338,10 +314,7 @@ fn the_page_is_made_again_and_records_are_compared() {
     for request in ["https:", "<script", "src=", "@import", "<link"] {
         assert!(!page.contains(request), "{request}");
     }
-    let output = flexor(&folder, &["compare", "one", "two"])
-        .output()
-        .unwrap();
-    let (_, text, _) = said(&output);
+    let (_, text, _) = run(&folder, &["compare", "one", "two"]);
     for line in text.lines().filter(|line| !line.starts_with("page:")) {
         assert!(line.chars().count() <= 80, "{line}");
     }

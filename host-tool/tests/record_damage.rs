@@ -1,7 +1,7 @@
 //! Records that are read are never lost, and what they have lost is told.
 
-use super::bad_input_cli::{Board, flexor, folder, said};
-use super::record_again::{failed, files, shortened, told};
+use super::flexor::{Board, failed, folder, has, run, told};
+use super::record_again::{copied, files, shortened};
 use host_core::record;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -16,13 +16,7 @@ fn recorded(test: &str) -> PathBuf {
 
 /// A copy of the record `one` that `harm` has changed.
 fn harmed(folder: &Path, name: &str, harm: impl Fn(&Path)) {
-    let copy = folder.join(name);
-    for (file, bytes) in files(&folder.join("one")) {
-        let path = copy.join(file);
-        fs::create_dir_all(path.parent().unwrap()).unwrap();
-        fs::write(path, bytes).unwrap();
-    }
-    harm(&copy);
+    harm(&copied(folder, "one", name));
 }
 
 fn trial_of(record: &Path) -> PathBuf {
@@ -120,14 +114,10 @@ fn what_a_record_has_lost_is_named() {
             assert!(page.contains(&headline), "{copy}");
         }
         assert_eq!(json(&folder.join(copy).join("summary.json")), summary);
-        let (_, text, _) = said(&flexor(&folder, &["report", copy]).output().unwrap());
-        assert!(
-            text.contains(" (damaged): ") && text.contains(&says),
-            "{text}"
-        );
+        let (_, text, _) = run(&folder, &["report", copy]);
+        has(&text, &[" (damaged): ", &says]);
 
-        let line = ["compare", "one", copy];
-        let (exit, text, error) = said(&flexor(&folder, &line).output().unwrap());
+        let (exit, text, error) = run(&folder, &["compare", "one", copy]);
         assert_eq!(exit, Some(0), "{copy}: {error}");
         assert!(text.contains(&says), "{copy}: {text}");
         let compared = told(&folder, &format!("compare one {copy}"));

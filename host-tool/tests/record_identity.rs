@@ -1,6 +1,6 @@
 //! Whether a run was simulated is what the device says, not what it is called.
 
-use super::bad_input_cli::{Board, flexor, folder, said};
+use super::flexor::{Board, ONE_CHANNEL, flexor, folder, said};
 use firmware::link::{Decoder, Kind, Response, encode};
 use hal_sim::native::native;
 use host_core::link::{Port, SimulatedPort};
@@ -10,26 +10,11 @@ use host_core::run::{SessionFile, begin_trial, run, simulated};
 use std::io;
 use std::path::Path;
 
-const SHORT: &str = r#"
-title = "One channel"
-duration_s = 0.3
-
-[wearer]
-rise_ms = 10
-host_timeout_ms = 1000
-
-[[channel]]
-number = 1
-name = "one"
-stage = { kind = "current", full_scale_ma = 100.0 }
-limit = 15.0
-train = { shape = "biphasic-cathodic-first", width_us = 200, frequency_hz = 50.0 }
-
-[setpoints]
-kind = "amplitudes"
-values = [{ channel = 1, value = 5.0 }]
-rate_hz = 20
-"#;
+/// A session that is over soon.
+fn short() -> String {
+    let text = ONE_CHANNEL.replace("duration_s = 30.0", "duration_s = 0.3");
+    text.replace("rate_hz = 50\n", "rate_hz = 20\n")
+}
 
 const WARNING: &str = "Simulated wearer: no evidence about people.";
 
@@ -62,22 +47,15 @@ fn is_recorded_as_simulated(folder: &Path, device: &str, kind: DeviceKind) {
 #[test]
 fn simulators_behind_sockets_terminals_and_pipes_are_recorded_as_simulated() {
     let folder = folder("identity");
-    std::fs::write(folder.join("short.toml"), SHORT).unwrap();
+    std::fs::write(folder.join("short.toml"), short()).unwrap();
     let native = Board::tcp(&folder);
     is_recorded_as_simulated(&folder, &native.at, DeviceKind::Native);
     drop(native);
     let terminal = Board::serve(&folder, &["--pty", "port"]);
     is_recorded_as_simulated(&folder, &terminal.at, DeviceKind::Native);
     drop(terminal);
-    let wire = [
-        "--tcp",
-        "127.0.0.1:0",
-        "--device",
-        "chip",
-        "--body",
-        "short.toml",
-    ];
-    let chip = Board::serve(&folder, &wire);
+    let wire = "--tcp 127.0.0.1:0 --device chip --body short.toml";
+    let chip = Board::serve(&folder, &wire.split(' ').collect::<Vec<_>>());
     is_recorded_as_simulated(&folder, &chip.at, DeviceKind::Chip);
     drop(chip);
     is_recorded_as_simulated(&folder, "qemu", DeviceKind::Qemu);
@@ -119,7 +97,7 @@ impl Port for Disguised {
 
 /// The page of a run on a device with this number, called "chip simulator".
 fn page_of(unique_id: [u32; 3]) -> String {
-    let file = SessionFile::parse("short.toml", SHORT).unwrap();
+    let file = SessionFile::parse("short.toml", &short()).unwrap();
     let boot = firmware::units::Micros(0);
     let port = simulated(&file.session, 1, Box::new(native(boot)), boot).unwrap();
     let port = Disguised {

@@ -7,6 +7,7 @@ mod check_cli;
 mod chip_cli;
 mod errors;
 mod explain_model;
+mod flexor;
 mod images;
 #[cfg(unix)]
 mod interruptions;

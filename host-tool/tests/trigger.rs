@@ -1,14 +1,12 @@
 //! A triggered session at a desk: edges from the session file, trains exactly
 //! 1000 µs after them; a session that plays nothing says so first.
 
+use crate::flexor::{folder, run as run_program};
 use firmware::link::Request;
 use hal_sim::trace::State;
 use host_core::link::{Client, Port};
 use host_core::run::{DeviceName, Outcome, SessionFile, run};
-use std::path::{Path, PathBuf};
-use std::process::Command;
 
-const FLEXOR: &str = env!("CARGO_BIN_EXE_flexor");
 const TRIGGER: &str = include_str!("../sessions/trigger.toml");
 
 /// Runs `text` natively: the outcome, and when each channel's first phases began,
@@ -69,16 +67,6 @@ fn each_edge_starts_its_trains_exactly_1000_us_later() {
     }
 }
 
-/// An empty folder of this test's own.
-fn folder(test: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"))
-        .join("trigger")
-        .join(test);
-    let _ = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).unwrap();
-    folder
-}
-
 #[test]
 fn a_session_without_a_pulse_says_so_first() {
     let without = TRIGGER.replace("[simulated_trigger]\nevery_s = 1.0\n", "");
@@ -96,30 +84,18 @@ fn a_session_without_a_pulse_says_so_first() {
             "frequency_hz = 50.0",
             "period_us = 1000000, offset_us = 900000",
         );
-    for (name, text, why) in [
-        (
-            "untriggered",
-            &without,
-            "every channel waits for a trigger, and none came",
-        ),
+    #[rustfmt::skip]
+    let rows = [
+        ("untriggered", &without, "every channel waits for a trigger, and none came"),
         ("zero", &zero, "all amplitudes that it asks for are 0"),
-        (
-            "late",
-            &late,
-            "it ended before the first channel's offset_us",
-        ),
-    ] {
-        let folder = folder(name);
+        ("late", &late, "it ended before the first channel's offset_us"),
+    ];
+    for (name, text, why) in rows {
+        let folder = folder(&format!("trigger/{name}"));
         std::fs::write(folder.join("session.toml"), text).unwrap();
-        let flexor = |arguments: &[&str]| {
-            let mut command = Command::new(FLEXOR);
-            command
-                .current_dir(&folder)
-                .arg("run")
-                .arg("session.toml")
-                .args(arguments);
-            let output = command.output().unwrap();
-            String::from_utf8(output.stdout).unwrap()
+        let flexor = |rest: &[&str]| {
+            let arguments = [&["run", "session.toml"], rest].concat();
+            run_program(&folder, &arguments).1
         };
         let said = flexor(&["--out", "people"]);
         let first = said.lines().next().unwrap();

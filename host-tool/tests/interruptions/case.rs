@@ -3,34 +3,18 @@
 use super::board::{Board, Order, Wire};
 use super::metronome::{Metronome, Stall};
 use super::program::Program;
+use crate::flexor::ONE_CHANNEL;
 use host_core::record::{self, Run};
 use host_core::report::{Report, page};
 use std::path::Path;
 use std::process::ExitStatus;
 use std::time::{Duration, Instant};
 
-/// An open loop of one channel. A test's computer stalls at times: the device
-/// is patient.
-pub const OPEN_LOOP: &str = r#"
-title = "One channel"
-duration_s = 3600.0
-
-[wearer]
-rise_ms = 10
-host_timeout_ms = 1000
-
-[[channel]]
-number = 1
-name = "one"
-stage = { kind = "current", full_scale_ma = 100.0 }
-limit = 15.0
-train = { shape = "biphasic-cathodic-first", width_us = 200, frequency_hz = 50.0 }
-
-[setpoints]
-kind = "amplitudes"
-values = [{ channel = 1, value = 5.0 }]
-rate_hz = 2
-"#;
+/// An open loop of one channel, in which a setpoint comes every half second.
+pub fn open_loop() -> String {
+    let text = ONE_CHANNEL.replace("duration_s = 30.0", "duration_s = 3600.0");
+    text.replace("rate_hz = 50\n", "rate_hz = 2\n")
+}
 
 /// A finger that follows a sine, judged from 10 s on.
 fn closed_loop() -> String {
@@ -135,11 +119,9 @@ pub fn run_case(case: Case, folder: &Path) -> Fate {
 
 fn try_case(case: Case, folder: &Path) -> Option<Fate> {
     let session = folder.join("session.toml");
-    let closed_loop = closed_loop();
-    let text = if case.is_closed_loop {
-        &closed_loop
-    } else {
-        OPEN_LOOP
+    let text = match case.is_closed_loop {
+        true => closed_loop(),
+        false => open_loop(),
     };
     std::fs::write(&session, text).unwrap();
     let board = case.wire.map(|wire| Board::serve(wire, folder, &session));
@@ -266,7 +248,7 @@ fn headline_is_true(case: Case, run: &Run, reason: &str, out: &Path) {
 /// code of a second signal then.
 pub fn signal_twice(folder: &Path) -> Option<i32> {
     let session = folder.join("session.toml");
-    std::fs::write(&session, OPEN_LOOP).unwrap();
+    std::fs::write(&session, open_loop()).unwrap();
     let board = Board::serve(Wire::Tcp, folder, &session);
     let arguments = ["run", "session.toml", "--device", &board.at, "--out", "out"];
     let mut program = Program::start(folder, &arguments, None);

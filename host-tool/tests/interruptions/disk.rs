@@ -90,7 +90,7 @@ fn run_on(bytes: usize, file: &SessionFile, out: &Path) -> Option<()> {
 /// Every byte at which the disk can be full, of a run that is short enough.
 #[test]
 fn a_disk_that_fills_at_any_byte_stops_the_run_and_keeps_its_rows() {
-    let text = super::case::OPEN_LOOP.replace("3600.0", "0.05");
+    let text = super::case::open_loop().replace("3600.0", "0.05");
     let file = SessionFile::parse("short.toml", &text).unwrap();
     let out = super::folder("disk");
     record::write_run(&out, &Run::default()).unwrap();

@@ -13,9 +13,10 @@ mod disk;
 mod metronome;
 mod program;
 
+use crate::flexor::has;
 use case::{Case, Fate, Way, run_case};
 use program::Program;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
@@ -27,12 +28,7 @@ use std::time::Duration;
 const HALF_WITHIN: Duration = Duration::from_millis(100);
 
 fn folder(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"))
-        .join("interruptions")
-        .join(name);
-    let _ = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).unwrap();
-    folder
+    crate::flexor::folder(&format!("interruptions/{name}"))
 }
 
 /// Runs the cases of these seeds, two at a time, and tells of them.
@@ -116,7 +112,7 @@ fn two_hundred_random_interruptions() {
 /// What ends a command, started with these words in a folder of its own.
 fn ends(name: &str, words: &str, ready: Option<&str>, signal: &str, code: i32) {
     let folder = folder(&format!("commands/{name}-{signal}"));
-    std::fs::write(folder.join("session.toml"), case::OPEN_LOOP).unwrap();
+    std::fs::write(folder.join("session.toml"), case::open_loop()).unwrap();
     let arguments: Vec<&str> = words.split_whitespace().collect();
     let mut program = Program::start(&folder, &arguments, None);
     let out = folder.join("stdout");
@@ -127,25 +123,13 @@ fn ends(name: &str, words: &str, ready: Option<&str>, signal: &str, code: i32) {
     assert!(program.waits_for(is_ready), "{name}: {}", program.error());
     program.signal(signal);
     let status = program.wait();
-    assert_eq!(status.code(), Some(code), "{name}: {}", program.error());
-    assert!(
-        program.error().contains(&format!("SIG{signal} came")),
-        "{name}: {}",
-        program.error()
-    );
+    let (came, error) = (format!("SIG{signal} came"), program.error());
+    assert_eq!(status.code(), Some(code), "{name}: {error}");
+    has(&error, &[&came]);
     if ready.is_some() {
         let record = host_core::record::load(&folder.join("out")).unwrap();
-        let reason = record.ending.reason.expect(name);
-        assert!(
-            reason.contains(&format!("SIG{signal} came")),
-            "{name}: {reason}"
-        );
-        assert!(
-            program
-                .error()
-                .contains("the record, marked incomplete, is in out"),
-            "{name}"
-        );
+        has(&record.ending.reason.expect(name), &[&came]);
+        has(&error, &["the record, marked incomplete, is in out"]);
         assert!(folder.join("out/report.html").is_file(), "{name}");
     }
 }
