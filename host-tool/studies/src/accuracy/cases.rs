@@ -33,7 +33,6 @@ pub struct Case {
 
 impl Case {
     /// Solves a case with `hal_sim`'s reference.
-    #[must_use]
     pub fn new(subject: usize, rate_hz: u32, pulses_us: Vec<u32>) -> Self {
         let parameters = SUBJECTS[subject];
         let pulses_s: Vec<f64> = pulses_us.iter().map(|us| f64::from(*us) * 1e-6).collect();
@@ -56,14 +55,12 @@ impl Case {
     }
 
     /// True force, N, at `at_us`, a whole number of ms up to [`DURATION_US`].
-    #[must_use]
     pub fn truth_n(&self, at_us: u32) -> f64 {
         self.truth[(at_us / FINEST_US) as usize]
     }
 }
 
 /// The parameters as the device takes them; table 4's are whole there.
-#[must_use]
 pub fn spec(p: &Parameters) -> CalciumForceSpec {
     let whole = |value: f64, per: f64| (value * per).round() as u32;
     CalciumForceSpec {
@@ -78,7 +75,6 @@ pub fn spec(p: &Parameters) -> CalciumForceSpec {
 /// Every subject at every rate, each with two trains: regular from an
 /// arbitrary first pulse on, and every pulse up to 45 % of a period off its
 /// place.
-#[must_use]
 pub fn all() -> Vec<Case> {
     let mut random = Random(0x9E37_79B9);
     let mut cases = vec![];

@@ -19,7 +19,6 @@ const AT_ONCE_MS: f64 = 30.0;
 const DECADES: (i32, i32) = (-3, 2);
 
 /// The picture of a table, a file of its own.
-#[must_use]
 pub fn picture(rows: &[Row]) -> String {
     let force = |burst_ms, ramp_ms, slowest_mhz, fastest_mhz| {
         let session_s = 0;

@@ -22,7 +22,6 @@ const DISAGREES: [(Color, f64); 2] = [(HALO, 3.0), (EDGE, 2.0)];
 
 /// The map as a file of its own: as lines where theory gives numbers, else as
 /// coloured cells.
-#[must_use]
 pub fn picture(map: &Map) -> String {
     let (legend, subtitle) = match map.as_lines {
         true => (lines_legend(map), lines_subtitle(map)),

@@ -34,7 +34,6 @@ impl Cell {
 }
 
 /// All grid scenes.
-#[must_use]
 pub fn grid() -> Vec<Scene> {
     super::grid(&BURSTS_MS, &RAMPS_MS, &RATES_MHZ, 0)
 }

@@ -103,7 +103,6 @@ pub fn measure(step: impl Fn(f64) + Sync) -> Result<Vec<Row>, MeasureError> {
 }
 
 /// Rows of [`Quantity::Force`].
-#[must_use]
 pub fn force_rows(scenes: &[Scene], cells: &[dynamics::Cell]) -> Vec<Row> {
     let rows = scenes.iter().zip(cells).flat_map(|(scene, cell)| {
         cell.rungs.iter().enumerate().map(|(i, error)| Row {
@@ -161,9 +160,6 @@ fn motion_rows(step: impl Fn(f64) + Sync) -> Result<Vec<Row>, MotionError> {
 
 /// The same of one ramp: the law against the better of the two at 1 ms, the
 /// body against its own step of 1 ms under that law.
-///
-/// # Errors
-/// [`MotionError`].
 pub fn motion_rows_of(ramp_ms: u32) -> Result<Vec<Row>, MotionError> {
     const LAWS: [Discretization; 2] = [Discretization::Explicit, Discretization::Implicit];
     let finest = Setting {

@@ -18,22 +18,17 @@ use host_core::choice::grid::{
 const SEEDS: [u64; 2] = [1, 2];
 
 /// The scenes of a rested muscle.
-#[must_use]
 pub fn rested_grid() -> Vec<Scene> {
     grid(&LOOP_BURSTS_MS, &LOOP_RAMPS_MS, &LOOP_RATES_MHZ, 0)
 }
 
 /// The scenes of a muscle at work, each as long as the longest time at work.
-#[must_use]
 pub fn work_grid() -> Vec<Scene> {
     let longest = WORK_SESSIONS_S[WORK_SESSIONS_S.len() - 1];
     grid(&WORK_BURSTS_MS, &WORK_RAMPS_MS, &WORK_RATES_MHZ, longest)
 }
 
 /// Rows of one rested scene: static and lag.
-///
-/// # Errors
-/// [`MeasureError`].
 pub fn rested_rows(scene: &Scene) -> Result<[Row; 2], MeasureError> {
     let protocols = SEEDS.map(|seed| Protocol::draw(scene, seed));
     let [at_once, lag, _] = changes(scene, &protocols, &[])?;
@@ -42,9 +37,6 @@ pub fn rested_rows(scene: &Scene) -> Result<[Row; 2], MeasureError> {
 }
 
 /// Rows of one scene at work: calcium-force after each time at work.
-///
-/// # Errors
-/// [`MeasureError`].
 pub fn work_rows(scene: &Scene) -> Result<Vec<Row>, MeasureError> {
     let protocol = Protocol::draw(scene, SEEDS[0]);
     let mut worst = [0f64; WORK_SESSIONS_S.len()];
@@ -65,9 +57,6 @@ pub fn work_rows(scene: &Scene) -> Result<Vec<Row>, MeasureError> {
 }
 
 /// Rows of both grids; `step` hears the part done.
-///
-/// # Errors
-/// [`MeasureError`].
 pub fn campaign(step: impl Fn(f64) + Sync) -> Result<Vec<Row>, MeasureError> {
     let rested = each(&rested_grid(), |part| step(0.5 * part), rested_rows)?;
     let work = each(&work_grid(), |part| step(0.5 + 0.5 * part), work_rows)?;

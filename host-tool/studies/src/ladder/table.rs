@@ -7,7 +7,6 @@ pub use host_core::choice::measured::{
 
 /// A row without a scene of this worst error, a part of the peak; to four decimals
 /// of a percent.
-#[must_use]
 pub fn row(quantity: Quantity, candidate: impl Into<String>, worst: f64) -> Row {
     Row {
         quantity,
@@ -24,7 +23,6 @@ pub fn row(quantity: Quantity, candidate: impl Into<String>, worst: f64) -> Row 
 }
 
 /// The same in a scene, whose time at work is left out.
-#[must_use]
 pub fn row_in(scene: &Scene, quantity: Quantity, candidate: impl Into<String>, worst: f64) -> Row {
     Row {
         burst_ms: Some(scene.burst_ms),
@@ -36,7 +34,6 @@ pub fn row_in(scene: &Scene, quantity: Quantity, candidate: impl Into<String>, w
 }
 
 /// A part in percent, to four decimals.
-#[must_use]
 pub fn percent(part: f64) -> f64 {
     (part * 1e6).round() / 1e4
 }

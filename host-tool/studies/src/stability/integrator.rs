@@ -2,8 +2,8 @@
 
 use super::map::class_of;
 use super::{Axis, Cell, Class, Map, Panels};
-use firmware::muscle::CalciumForceSpec;
-use firmware::units::Micros;
+use crate::accuracy::cases::spec;
+use crate::accuracy::errors::forces;
 use hal_sim::body::muscle::reference::{Sample, integrate};
 use hal_sim::body::muscle::{Parameters, SUBJECTS};
 use methods::muscle::{Integrator, Method, Number, Setting};
@@ -121,11 +121,7 @@ pub fn run(p: &Parameters, step_us: u32) -> Vec<Outcome> {
         let seconds: Vec<f64> = pulses.iter().map(|us| f64::from(*us) * 1e-6).collect();
         let truth = integrate(p, &seconds, DURATION_S, f64::from(step_us) * 1e-6);
         for ((method, number), worst) in METHODS.iter().zip(&mut worst) {
-            let setting = Setting {
-                method: *method,
-                number: *number,
-                step_us,
-            };
+            let setting = Setting::new(*method, *number, step_us);
             let judged = setting.with(&spec(p), |m| judge(m, &pulses, &truth, step_us));
             let judged = judged.expect("table 4 is within the device's ranges");
             *worst = Some(worst.map_or(judged, |w| w.or_worse(judged)));
@@ -150,14 +146,8 @@ fn judge(muscle: &mut dyn Integrator, pulses: &[u32], truth: &[Sample], step_us:
     let (mut error, mut lowest) = (0.0f64, 0.0f64);
     let mut ends = [0.0f64; 2];
     let mut finite = true;
-    let mut pulses = pulses.iter().peekable();
-    for (sample, n) in truth.iter().zip(0u32..) {
-        let now = n * step_us;
-        while let Some(at) = pulses.next_if(|at| **at <= now) {
-            muscle.pulse(Micros(*at));
-        }
-        muscle.advance(Micros(now));
-        let force = muscle.force_n();
+    let times = || (0..truth.len() as u32).map(|n| n * step_us);
+    for ((force, now), sample) in forces(muscle, pulses, times()).zip(times()).zip(truth) {
         finite &= force.is_finite();
         error = error.max((force - sample.force_n).abs());
         lowest = lowest.min(force);
@@ -171,18 +161,6 @@ fn judge(muscle: &mut dyn Integrator, pulses: &[u32], truth: &[Sample], step_us:
         error: error / peak * 100.0,
         negative: lowest < -NEGATIVE * peak,
         diverges: !finite || error > peak || ends[1] > ends[0],
-    }
-}
-
-/// The same muscle as the device takes it.
-pub(super) fn spec(p: &Parameters) -> CalciumForceSpec {
-    let whole = |x: f64| x.round() as u32;
-    CalciumForceSpec {
-        a_mn_per_s: whole(p.a_n_per_s * 1e3),
-        k_micro: whole(p.k * 1e6),
-        tau_c_us: whole(p.tau_c_s * 1e6),
-        tau1_us: whole(p.tau1_s * 1e6),
-        tau2_us: whole(p.tau2_s * 1e6),
     }
 }
 

@@ -104,7 +104,6 @@ impl Axis {
     }
 
     /// Name and unit.
-    #[must_use]
     pub fn caption(&self) -> String {
         match self.unit {
             "" => self.name.to_owned(),
@@ -115,7 +114,6 @@ impl Axis {
 
 impl Class {
     /// A class with this mark, largest number, meaning and verdict.
-    #[must_use]
     pub const fn new(mark: char, up_to: f64, meaning: &'static str, verdict: u8) -> Self {
         Self {
             mark,
@@ -127,7 +125,6 @@ impl Class {
 }
 
 /// The class of a number; what lies on a limit does so up to rounding.
-#[must_use]
 pub fn class_of(classes: &[Class], number: f64) -> usize {
     let above = |class: &&Class| number > class.up_to * (1.0 + 1e-9);
     classes.iter().take_while(above).count()
@@ -135,7 +132,6 @@ pub fn class_of(classes: &[Class], number: f64) -> usize {
 
 impl Cell {
     /// A number by its class, beside the number that theory gives, by its.
-    #[must_use]
     pub fn told(classes: &[Class], number: f64, told: Option<f64>) -> Self {
         Self {
             class: class_of(classes, number),
@@ -146,7 +142,6 @@ impl Cell {
     }
 
     /// A number by its class, beside the verdict that theory gives.
-    #[must_use]
     pub fn judged(classes: &[Class], number: f64, predicted: Option<u8>) -> Self {
         Self {
             predicted,
@@ -223,13 +218,11 @@ pub struct Agreement {
 
 impl Map {
     /// The found verdict of a cell.
-    #[must_use]
     pub fn verdict(&self, cell: &Cell) -> u8 {
         self.classes[cell.class].verdict
     }
 
     /// Counts the cells in which found and predicted verdicts differ.
-    #[must_use]
     pub fn agreement(&self) -> Agreement {
         let mut all = Agreement::default();
         for cell in self.panels.iter().flat_map(Panel::cells) {
@@ -246,7 +239,6 @@ impl Map {
 
     /// The text: at most 80 columns, one mark per cell, `|` between cells where
     /// theory's verdict changes.
-    #[must_use]
     pub fn text(&self) -> String {
         let mut out = String::new();
         // Writing to a `String` cannot fail.

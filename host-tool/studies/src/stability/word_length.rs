@@ -98,28 +98,11 @@ type PanelOf = (
 
 /// What is left, and the worst error. Rounded down nothing is left, at any word
 /// length (a note and a test say so): a panel of it would be empty.
+#[rustfmt::skip]
 const PANELS: [PanelOf; 3] = [
-    (
-        "left 6 s after the last pulse; C rounded to nearest",
-        Rounding::Nearest,
-        1,
-        |of| of.residual,
-        |p, bits, _| predicted_residual(p, bits),
-    ),
-    (
-        "worst error; C rounded to nearest",
-        Rounding::Nearest,
-        0,
-        |of| of.error,
-        predicted_error,
-    ),
-    (
-        "worst error; C rounded down",
-        Rounding::Down,
-        0,
-        |of| of.error,
-        predicted_error,
-    ),
+    ("left 6 s after the last pulse; C rounded to nearest", Rounding::Nearest, 1, |of| of.residual, |p, bits, _| predicted_residual(p, bits)),
+    ("worst error; C rounded to nearest", Rounding::Nearest, 0, |of| of.error, predicted_error),
+    ("worst error; C rounded down", Rounding::Down, 0, |of| of.error, predicted_error),
 ];
 
 /// How long C rounded down takes to reach 0 after the last pulse, ms, and the
@@ -136,7 +119,6 @@ fn slowest_to_zero() -> (u32, f64) {
 }
 
 /// Runs one muscle with `bits` fraction bits for C.
-#[must_use]
 pub fn run(p: &Parameters, bits: u32, rounding: Rounding) -> Outcome {
     let one = 1u128 << bits;
     let factor = ((-H / p.tau_c_s).exp() * (1u64 << 32) as f64) as u128;
