@@ -8,7 +8,7 @@ use host_core::record::{
 };
 use host_core::report::{self, Report};
 use std::f64::consts::TAU;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// A sine as in Hamana's experiment 4, and a finger that follows it late, with
 /// ripple, and not beyond `reach_deg`.
@@ -247,16 +247,22 @@ fn a_run_reads_back_exactly() {
     assert_eq!(Run { ending, ..loaded }, run());
 }
 
-#[test]
-fn an_interrupted_trial_keeps_its_complete_rows() {
-    let dir = folder("interrupted");
+/// The run, its first trial without a sample, and who records that.
+fn begun(dir: &Path) -> (Run, Trial, Recorder) {
     let run = run();
     let trial = Trial {
         samples: Vec::new(),
         ..run.trials[0].clone()
     };
-    record::write_run(&dir, &run).unwrap();
-    let mut recorder = Recorder::create(&dir, 0, &trial).unwrap();
+    record::write_run(dir, &run).unwrap();
+    let recorder = Recorder::create(dir, 0, &trial).unwrap();
+    (run, trial, recorder)
+}
+
+#[test]
+fn an_interrupted_trial_keeps_its_complete_rows() {
+    let dir = folder("interrupted");
+    let (run, trial, mut recorder) = begun(&dir);
     for sample in &run.trials[0].samples[..250] {
         recorder.sample(sample).unwrap();
     }
@@ -280,13 +286,7 @@ fn an_interrupted_trial_keeps_its_complete_rows() {
 #[test]
 fn rows_reach_the_disk_while_the_trial_runs() {
     let dir = folder("streaming");
-    let run = run();
-    let trial = Trial {
-        samples: Vec::new(),
-        ..run.trials[0].clone()
-    };
-    record::write_run(&dir, &run).unwrap();
-    let mut recorder = Recorder::create(&dir, 0, &trial).unwrap();
+    let (run, _, mut recorder) = begun(&dir);
     let samples = &run.trials[0].samples;
     recorder.sample(&samples[0]).unwrap();
     recorder.sample(&samples[1]).unwrap();

@@ -58,8 +58,6 @@ const QUESTIONS: [(&str, &str, &str); 8] = [
 /// The answers, in the order of [`QUESTIONS`].
 type Answers = [String; QUESTIONS.len()];
 
-/// Runs the command.
-///
 /// # Errors
 /// E518: an answer that makes no session. E525: the file is there. What stands against
 /// writing it.

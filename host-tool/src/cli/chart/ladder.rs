@@ -1,6 +1,7 @@
 //! `flexor chart ladder`: each rung of the muscle ladder per kind of scene.
 
-use crate::cli::{Output, WrongUse};
+use super::write;
+use crate::cli::{Output, within};
 use anyhow::Context;
 use clap::Args;
 use firmware::muscle::Rung;
@@ -40,15 +41,10 @@ const TOLERANCES: [Share; 3] = [Share::JUST_NOTICEABLE, Share(300), Share(3_000)
 /// The verdicts, from the workspace.
 const HELD_OUT: &str = "docs/charts/ladder_held_out.csv";
 
-/// Runs the command.
-///
 /// # Errors
 /// Files that cannot be read or written.
 pub fn main(args: &Ladder, output: Output) -> anyhow::Result<()> {
-    if !(1..=1000).contains(&args.scenes) {
-        let wrong = format!("--scenes is {}: allowed is 1 to 1000", args.scenes);
-        return Err(WrongUse(wrong).into());
-    }
+    within("--scenes", args.scenes as f64, 1.0, 1000.0)?;
     let place = |file: &str| args.workspace.join(file);
     let table_file = place("docs/charts/ladder.csv");
     if !args.no_measuring {
@@ -175,8 +171,4 @@ fn speeds_line(speeds: &[f64]) -> String {
 
 fn read(path: &Path) -> anyhow::Result<String> {
     std::fs::read_to_string(path).with_context(|| format!("E552 cannot read {}", path.display()))
-}
-
-fn write(path: &Path, text: &str) -> anyhow::Result<()> {
-    std::fs::write(path, text).with_context(|| format!("E575 cannot write {}", path.display()))
 }

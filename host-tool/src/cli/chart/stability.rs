@@ -1,7 +1,8 @@
 //! `flexor chart stability`: where each method fails, and where theory says so.
 
+use super::write;
 use crate::cli::{Output, WrongUse};
-use anyhow::{Context, ensure};
+use anyhow::ensure;
 use clap::Args;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -21,8 +22,6 @@ pub struct Stability {
     out: PathBuf,
 }
 
-/// Runs the command.
-///
 /// # Errors
 /// E518: no such map. E565: no such folder. E575: a file cannot be
 /// written.
@@ -65,10 +64,6 @@ fn chosen(names: &[String]) -> anyhow::Result<Vec<Entry>> {
             })
     };
     names.iter().map(find).collect()
-}
-
-fn write(path: &Path, contents: &str) -> anyhow::Result<()> {
-    std::fs::write(path, contents).with_context(|| format!("E575 cannot write {}", path.display()))
 }
 
 fn people(maps: &[Map], out: &Path) -> String {
