@@ -5,7 +5,7 @@ use super::grid::{
     LOOP_BURSTS_MS, LOOP_RAMPS_MS, LOOP_RATES_MHZ, WORK_BURSTS_MS, WORK_RAMPS_MS, WORK_RATES_MHZ,
     WORK_SESSIONS_S,
 };
-use super::measured::MEASURED;
+use super::measured::{Quantity, table};
 use super::{Scene, Share, is_measured, rates};
 use firmware::muscle::Rung;
 
@@ -77,7 +77,7 @@ fn rested(scene: &Scene, candidate: usize) -> Option<u16> {
         ramp(&LOOP_RAMPS_MS, scene),
     ];
     let around = rates(scene).map(|rate| Place::on(&LOOP_RATES_MHZ, 0, rate));
-    between::value(&MEASURED.change, times, around, candidate)
+    between::value(table(Quantity::Change), times, around, candidate)
 }
 
 /// The change that fatigue makes in this scene.
@@ -92,7 +92,7 @@ fn tiring(scene: &Scene) -> Option<u16> {
         ramp(&WORK_RAMPS_MS, scene),
     ];
     let around = rates(scene).map(|rate| Place::on(&WORK_RATES_MHZ, 0, rate));
-    let within = between::value(&MEASURED.tiring, times, around, 0)?;
+    let within = between::value(table(Quantity::Tiring), times, around, 0)?;
     let longer = u32::from(within).saturating_mul(scene.session_s.max(longest)) / longest;
     Some(u16::try_from(longer).unwrap_or(u16::MAX))
 }

@@ -12,7 +12,7 @@ use std::sync::LazyLock;
 
 /// The measurements that this program chooses by.
 pub const COMMITTED: &str = include_str!("../../../../docs/charts/ladder.csv");
-const CYCLES: &str = include_str!("../../../../docs/charts/cycles.csv");
+const CYCLES_CSV: &str = include_str!("../../../../docs/charts/cycles.csv");
 
 /// Names of the rungs in rows.
 pub const RUNG_NAMES: [&str; 4] = ["static", "lag", "calcium-force", "calcium-force-fatigue"];
@@ -113,6 +113,59 @@ pub fn parse(text: &str) -> Result<Vec<Row>, csv::Error> {
 /// What varies along an axis of a [`Table`], and its rising points.
 type Axis = (fn(&Row) -> Option<u32>, &'static [u32]);
 
+const BURST: fn(&Row) -> Option<u32> = |row| row.burst_ms;
+const RAMP: fn(&Row) -> Option<u32> = |row| row.ramp_ms;
+const SLOWEST: fn(&Row) -> Option<u32> = |row| row.slowest_mhz;
+const FASTEST: fn(&Row) -> Option<u32> = |row| row.fastest_mhz;
+const SESSION: fn(&Row) -> Option<u32> = |row| row.session_s;
+
+impl Quantity {
+    const ALL: [Self; 7] = [
+        Self::Force,
+        Self::Fatigue,
+        Self::Telemetry,
+        Self::Law,
+        Self::Body,
+        Self::Change,
+        Self::Tiring,
+    ];
+
+    /// What it was measured over, in the order of a table's places.
+    #[rustfmt::skip]
+    const fn axes(self) -> &'static [Axis] {
+        match self {
+            Self::Force => &[(BURST, &BURSTS_MS), (RAMP, &RAMPS_MS), (SLOWEST, &RATES_MHZ), (FASTEST, &RATES_MHZ)],
+            Self::Fatigue => &[(SESSION, &SESSIONS_S), (FASTEST, &RATES_MHZ)],
+            Self::Telemetry => &[(BURST, &BURSTS_MS), (SLOWEST, &RATES_MHZ)],
+            Self::Law | Self::Body => &[(RAMP, &RAMPS_MS)],
+            Self::Change => &[(BURST, &LOOP_BURSTS_MS), (RAMP, &LOOP_RAMPS_MS), (SLOWEST, &LOOP_RATES_MHZ), (FASTEST, &LOOP_RATES_MHZ)],
+            Self::Tiring => &[(SESSION, &WORK_SESSIONS_S), (BURST, &WORK_BURSTS_MS), (RAMP, &WORK_RAMPS_MS), (SLOWEST, &WORK_RATES_MHZ), (FASTEST, &WORK_RATES_MHZ)],
+        }
+    }
+
+    /// Who was measured: of the law explicit at each period, then implicit.
+    fn candidates(self) -> Vec<String> {
+        fn ms<T: ToString>(all: &[T], name: &str) -> Vec<String> {
+            let each = all.iter().map(|ms| format!("{name}{} ms", ms.to_string()));
+            each.collect()
+        }
+        let rungs = RUNG_NAMES.map(str::to_owned);
+        match self {
+            Self::Force => rungs[..3].to_vec(),
+            Self::Fatigue => rungs[2..].to_vec(),
+            Self::Telemetry => ms(&TELEMETRY_MS, ""),
+            Self::Law => [
+                ms(&LAW_PERIODS_MS, "explicit "),
+                ms(&LAW_PERIODS_MS, "implicit "),
+            ]
+            .concat(),
+            Self::Body => ms(&STEPS_MS, ""),
+            Self::Change => rungs[..2].to_vec(),
+            Self::Tiring => rungs[2..3].to_vec(),
+        }
+    }
+}
+
 /// The shares of one quantity over some axes and, last, its candidates.
 pub(super) struct Table {
     lengths: Vec<usize>,
@@ -120,7 +173,8 @@ pub(super) struct Table {
 }
 
 impl Table {
-    fn of(all: &[Row], quantity: Quantity, axes: &[Axis], candidates: &[String]) -> Self {
+    fn of(all: &[Row], quantity: Quantity) -> Self {
+        let (axes, candidates) = (quantity.axes(), quantity.candidates());
         let lengths = axes.iter().map(|(_, points)| points.len());
         let lengths: Vec<usize> = lengths.chain([candidates.len()]).collect();
         let mut cells = vec![None; lengths.iter().product()];
@@ -134,11 +188,8 @@ impl Table {
             for row in [row, &turned] {
                 let place = |(of, points): &Axis| points.iter().position(|p| Some(*p) == of(row));
                 let candidate = candidates.iter().position(|name| *name == row.candidate);
-                let places = axes.iter().map(place).chain([candidate]);
-                let cell = places
-                    .zip(&lengths)
-                    .try_fold(0, |at, (n, length)| Some(at * length + n?));
-                if let Some(cell) = cell {
+                let mut places = axes.iter().map(place).chain([candidate]).zip(&lengths);
+                if let Some(cell) = places.try_fold(0, |at, (n, length)| Some(at * length + n?)) {
                     cells[cell] = Some(row.share().0);
                 }
             }
@@ -184,92 +235,19 @@ impl Table {
     }
 }
 
-/// All that was measured.
-pub(super) struct Measured {
-    /// Error of the prediction of static, lag and calcium-force by burst, ramp,
-    /// lowest and highest rate.
-    pub(super) dynamics: Table,
-    /// Error without and with fatigue in the model, by time at work and rate.
-    pub(super) fatigue: Table,
-    /// Loss of tracking by ramp: explicit at each law period, then implicit.
-    pub(super) law: Table,
-    /// Error of a force drawn from telemetry by burst and slowest rate, at each
-    /// period.
-    pub(super) telemetry: Table,
-    /// Change of the simulated body's motion by ramp, at each step.
-    pub(super) body: Table,
-    /// Change of the true force in closed loop if the top rung replaces static or
-    /// lag, by burst, ramp, lowest and highest rate.
-    pub(super) change: Table,
-    /// Change of the true force of a muscle that tires, in closed loop, if the top
-    /// rung replaces calcium-force, by time at work, burst, ramp, lowest and highest
-    /// rate.
-    pub(super) tiring: Table,
-    /// Most cycles of each rung's tick on the chip simulator, cheapest rung first.
-    pub(super) cycles: [Cycles; 4],
+/// [`COMMITTED`], by quantity.
+static TABLES: LazyLock<[Table; 7]> = LazyLock::new(|| {
+    let rows = parse(COMMITTED).expect("the committed table reads");
+    Quantity::ALL.map(|quantity| Table::of(&rows, quantity))
+});
+
+/// All that was measured of a quantity.
+pub(super) fn table(quantity: Quantity) -> &'static Table {
+    &TABLES[quantity as usize]
 }
 
-/// [`COMMITTED`], by place.
-pub(super) static MEASURED: LazyLock<Measured> = LazyLock::new(|| {
-    let rows = parse(COMMITTED).expect("the committed table reads");
-    let of = |quantity, axes: &[Axis], candidates: &[String]| {
-        Table::of(&rows, quantity, axes, candidates)
-    };
-    let rungs = RUNG_NAMES.map(str::to_owned);
-    let ms = |all: &[u32], name: &str| {
-        all.iter()
-            .map(|ms| format!("{name}{ms} ms"))
-            .collect::<Vec<_>>()
-    };
-    let periods = LAW_PERIODS_MS.map(u32::from);
-    let laws = DISCRETIZATION_NAMES.map(|name| ms(&periods, &format!("{name} ")));
-    let burst = |row: &Row| row.burst_ms;
-    let ramp = |row: &Row| row.ramp_ms;
-    let slowest = |row: &Row| row.slowest_mhz;
-    let fastest = |row: &Row| row.fastest_mhz;
-    let session = |row: &Row| row.session_s;
-    let scenes: [Axis; 4] = [
-        (burst, &BURSTS_MS),
-        (ramp, &RAMPS_MS),
-        (slowest, &RATES_MHZ),
-        (fastest, &RATES_MHZ),
-    ];
-    let looped: [Axis; 4] = [
-        (burst, &LOOP_BURSTS_MS),
-        (ramp, &LOOP_RAMPS_MS),
-        (slowest, &LOOP_RATES_MHZ),
-        (fastest, &LOOP_RATES_MHZ),
-    ];
-    let worked: [Axis; 5] = [
-        (session, &WORK_SESSIONS_S),
-        (burst, &WORK_BURSTS_MS),
-        (ramp, &WORK_RAMPS_MS),
-        (slowest, &WORK_RATES_MHZ),
-        (fastest, &WORK_RATES_MHZ),
-    ];
-    Measured {
-        dynamics: of(Quantity::Force, &scenes, &rungs[..3]),
-        fatigue: of(
-            Quantity::Fatigue,
-            &[(session, &SESSIONS_S), (fastest, &RATES_MHZ)],
-            &rungs[2..],
-        ),
-        law: of(Quantity::Law, &[(ramp, &RAMPS_MS)], &laws.concat()),
-        telemetry: of(
-            Quantity::Telemetry,
-            &[(burst, &BURSTS_MS), (slowest, &RATES_MHZ)],
-            &ms(&TELEMETRY_MS.map(u32::from), ""),
-        ),
-        body: of(
-            Quantity::Body,
-            &[(ramp, &RAMPS_MS)],
-            &ms(&STEPS_MS.map(u32::from), ""),
-        ),
-        change: of(Quantity::Change, &looped, &rungs[..2]),
-        tiring: of(Quantity::Tiring, &worked, &rungs[2..3]),
-        cycles: cycles(),
-    }
-});
+/// Most cycles of each rung's tick on the chip simulator, cheapest rung first.
+pub(super) static CYCLES: LazyLock<[Cycles; 4]> = LazyLock::new(cycles);
 
 /// The columns `algorithm` and `max_cycles` of the cycles' table.
 #[derive(Deserialize)]
@@ -279,7 +257,7 @@ struct CycleRow {
 }
 
 fn cycles() -> [Cycles; 4] {
-    let mut reader = csv::Reader::from_reader(CYCLES.as_bytes());
+    let mut reader = csv::Reader::from_reader(CYCLES_CSV.as_bytes());
     let rows: Vec<CycleRow> = reader.deserialize().flatten().collect();
     let most = |name: &str| {
         let row = rows.iter().find(|row| row.algorithm == name);

@@ -20,7 +20,8 @@ use grid::{
     BURSTS_MS, Discretization, LAW_PERIODS_MS, RAMPS_MS, RATES_MHZ, SESSIONS_S, STEPS_MS,
     TELEMETRY_MS, enclosing,
 };
-use measured::MEASURED;
+use measured::Quantity::{Body, Fatigue, Force, Law, Telemetry};
+use measured::{CYCLES, table};
 
 /// What a muscle is asked to do.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -171,7 +172,7 @@ pub fn choose(scene: &Scene, tolerance: Share) -> Result<Choice, NoRung> {
 /// What a rung costs.
 #[must_use]
 pub fn cycles(rung: Rung) -> Cycles {
-    MEASURED.cycles[rung as usize]
+    CYCLES[rung as usize]
 }
 
 /// The error to expect of a rung's own prediction in a scene: the worst over all
@@ -194,9 +195,9 @@ pub fn expected_error(scene: &Scene, rung: Rung) -> Share {
     let burst = enclosing(&BURSTS_MS, scene.burst_ms);
     let ramp = enclosing(&RAMPS_MS, scene.ramp_ms);
     let session = enclosing(&SESSIONS_S, scene.session_s);
-    let dynamics = (MEASURED.dynamics).worst([burst, ramp, slowest, fastest.clone()], column);
+    let dynamics = table(Force).worst([burst, ramp, slowest, fastest.clone()], column);
     let with_fatigue = usize::from(rung == Rung::CalciumForceFatigue);
-    let fatigue = MEASURED.fatigue.worst([session, fastest], with_fatigue);
+    let fatigue = table(Fatigue).worst([session, fastest], with_fatigue);
     match (dynamics, fatigue) {
         (Some(dynamics), Some(fatigue)) => Share(dynamics.saturating_add(fatigue)),
         _ => Share::UNKNOWN,
@@ -232,9 +233,7 @@ fn coarsest<T: Copy>(
 fn law(scene: &Scene, tolerance: Share) -> (u8, Discretization) {
     let error = |discretization: usize, period: usize| {
         let candidate = discretization * LAW_PERIODS_MS.len() + period;
-        MEASURED
-            .law
-            .worst([enclosing(&RAMPS_MS, scene.ramp_ms)], candidate)
+        table(Law).worst([enclosing(&RAMPS_MS, scene.ramp_ms)], candidate)
     };
     let better = |period| Some(error(0, period)?.min(error(1, period)?));
     let places: [usize; LAW_PERIODS_MS.len()] = std::array::from_fn(|n| n);
@@ -254,15 +253,13 @@ fn telemetry(scene: &Scene, tolerance: Share) -> u16 {
             enclosing(&BURSTS_MS, scene.burst_ms),
             enclosing(&RATES_MHZ, slowest),
         ];
-        MEASURED.telemetry.worst(around, period)
+        table(Telemetry).worst(around, period)
     })
 }
 
 /// The longest step of the body.
 fn body_step(scene: &Scene, tolerance: Share) -> u8 {
     coarsest(&STEPS_MS, tolerance, |step| {
-        MEASURED
-            .body
-            .worst([enclosing(&RAMPS_MS, scene.ramp_ms)], step)
+        table(Body).worst([enclosing(&RAMPS_MS, scene.ramp_ms)], step)
     })
 }
