@@ -1,7 +1,7 @@
 //! Integrator × step for every subject: which step each method survives.
 
 use super::map::class_of;
-use super::{Axis, Cell, Class, Map, Panels};
+use super::{Axis, Cell, Class, Layout, Map, Panels};
 use crate::accuracy::cases::spec;
 use crate::accuracy::errors::forces;
 use hal_sim::body::muscle::reference::{Sample, integrate};
@@ -86,9 +86,7 @@ pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
         quantity: "worst error, % of peak, over 20, 40 and 80 Hz",
         classes: &CLASSES,
         panels: panels.made,
-        as_lines: false,
-        side_by_side: 2,
-        by_columns: false,
+        layout: Layout::Beside(2),
         theory: "explicit methods diverge where the step is more than 2 (Euler, Heun) or 2.785 \
                  (RK4) times τ1 or τc, or an inner value of C passes the pole of x = C/(C + K) at \
                  -K: from Cmax (h/τc − 1) > K on for Euler and Heun, near h = 1.3 τc for RK4. \

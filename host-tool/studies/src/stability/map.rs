@@ -59,6 +59,17 @@ pub struct Panel {
     pub remarks: Vec<String>,
 }
 
+/// How a map's picture shows its panels, so many beside each other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Layout {
+    /// Cells, panels along each row.
+    Beside(usize),
+    /// Cells, panels down each column.
+    Down(usize),
+    /// Found and told numbers as lines, panels along each row.
+    Lines(usize),
+}
+
 /// A map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Map {
@@ -78,12 +89,8 @@ pub struct Map {
     pub panels: Vec<Panel>,
     /// The formula of the predicted boundary, with its source.
     pub theory: &'static str,
-    /// Whether the picture shows found and told numbers as lines, not cells.
-    pub as_lines: bool,
-    /// Panels beside each other in the picture.
-    pub side_by_side: usize,
-    /// Whether the panels go down each column of the picture, not along its rows.
-    pub by_columns: bool,
+    /// Its picture.
+    pub layout: Layout,
     /// What else a reader must know: method, fixed numbers, assumptions.
     pub notes: Vec<String>,
 }
@@ -361,9 +368,7 @@ mod tests {
             classes: &CLASSES,
             panels: panels.made,
             theory: "step > limit",
-            as_lines: false,
-            side_by_side: 1,
-            by_columns: false,
+            layout: Layout::Beside(1),
             notes: vec!["Nothing is assumed.".to_owned()],
         }
     }

@@ -2,7 +2,7 @@
 //! pulses or pulses snapped to steps.
 
 use super::chance::even;
-use super::{Axis, Cell, Class, Map, Panels};
+use super::{Axis, Cell, Class, Layout, Map, Panels};
 use crate::accuracy::cases::spec;
 use crate::accuracy::errors::forces;
 use hal_sim::body::muscle::reference::integrate;
@@ -64,9 +64,7 @@ pub fn draw(seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
         quantity: "worst error, % of the train's peak",
         classes: &CLASSES,
         panels: panels.made,
-        as_lines: false,
-        side_by_side: 2,
-        by_columns: true,
+        layout: Layout::Down(2),
         theory: "split: E' = −E/τ + h² [(a'' − r''F)/24 + (r a' − r'a)/12] along the exact \
                  solution, a = A x, r = 1/τ, h the step, among pulses the time between them if that \
                  is shorter. Snapped: that at the full step, and max|F'| h/2, a pulse being half a step \

@@ -3,7 +3,7 @@
 //! ETD midpoint with C alone in fixed point and everything else in f64, so that
 //! nothing but C's word can be to blame. C ← round(C·e^(−h/τc)) once per step.
 
-use super::{Axis, Cell, Class, Map, Panels};
+use super::{Axis, Cell, Class, Layout, Map, Panels};
 use hal_sim::body::muscle::{Parameters, SUBJECTS};
 
 /// The step, s: the device's tick.
@@ -71,9 +71,7 @@ pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
         quantity: "force, % of the train's peak",
         classes: &CLASSES,
         panels: panels.made,
-        as_lines: false,
-        side_by_side: 2,
-        by_columns: false,
+        layout: Layout::Beside(2),
         theory: "C freezes where rounding takes back its decay, at the largest whole n with \
                  n (1 − e^(−h/τc)) < 1/2 of the last bit; rounded down it loses up to \
                  1/(1 − e^(−h/τc)) of them. Both times dF/dC of the steady force \
