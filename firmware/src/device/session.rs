@@ -43,6 +43,8 @@ pub struct Session {
     last_session: u16,
     expected: Option<u16>,
     state: State,
+    /// Number of the `Start` not yet answered.
+    starting: Option<u16>,
     draft: Draft,
     counters: Counters,
     /// Number of each stop not yet answered, and the count at which it was raised.
@@ -74,6 +76,7 @@ impl Session {
             } else {
                 State::Idle
             },
+            starting: None,
             draft: Draft::default(),
             counters: Counters::default(),
             stops: Deque::new(),
@@ -171,6 +174,15 @@ impl Session {
         }
     }
 
+    /// Refuses what takes longer to carry out than a `Stop` behind it may wait.
+    fn check_at_rest(&self) -> Result<(), Refusal<'static>> {
+        let plays = matches!(self.state, State::Stimulating | State::Stopping);
+        if plays || self.starting.is_some() {
+            return Err(Refusal::new(Code::WrongState, "state"));
+        }
+        Ok(())
+    }
+
     /// Raises the flag that the pulser sees before all orders, and that makes void
     /// what was posted before.
     fn stop(&mut self, now: Micros, seq: u16, mail: &SessionMail<'_>) {
@@ -265,6 +277,7 @@ impl Session {
         result: Result<(), Refusal<'static>>,
         setpoint: bool,
     ) {
+        self.starting = self.starting.filter(|start| *start != seq);
         match result {
             Ok(()) => {
                 self.counters.setpoints = self.counters.setpoints.saturating_add(setpoint.into());
