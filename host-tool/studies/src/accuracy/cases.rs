@@ -1,8 +1,9 @@
 //! The trains that integrators are judged on, and the truth of each.
 
+use crate::subjects::spec;
 use firmware::muscle::CalciumForceSpec;
+use hal_sim::body::muscle::SUBJECTS;
 use hal_sim::body::muscle::reference::integrate;
-use hal_sim::body::muscle::{Parameters, SUBJECTS};
 
 /// Pulse rates, Hz.
 pub const RATES_HZ: [u32; 7] = [10, 20, 30, 40, 50, 70, 100];
@@ -57,18 +58,6 @@ impl Case {
     /// True force, N, at `at_us`, a whole number of ms up to [`DURATION_US`].
     pub fn truth_n(&self, at_us: u32) -> f64 {
         self.truth[(at_us / FINEST_US) as usize]
-    }
-}
-
-/// The parameters as the device takes them; table 4's are whole there.
-pub fn spec(p: &Parameters) -> CalciumForceSpec {
-    let whole = |value: f64, per: f64| (value * per).round() as u32;
-    CalciumForceSpec {
-        a_mn_per_s: whole(p.a_n_per_s, 1e3),
-        k_micro: whole(p.k, 1e6),
-        tau_c_us: whole(p.tau_c_s, 1e6),
-        tau1_us: whole(p.tau1_s, 1e6),
-        tau2_us: whole(p.tau2_s, 1e6),
     }
 }
 

@@ -1,7 +1,7 @@
 //! How far a setting is from the truth.
 
 use super::cases::{Case, DURATION_US};
-use firmware::units::Micros;
+use crate::subjects::forces;
 use methods::muscle::{Integrator, Setting};
 
 /// Worst difference from the truth at every `output_us`, % of the case's
@@ -28,22 +28,6 @@ pub fn of_run(case: &Case, muscle: &mut dyn Integrator, output_us: u32, until_us
         };
     }
     worst / case.peak_n * 100.0
-}
-
-/// The force at each of these rising times under these pulses, N.
-pub fn forces(
-    muscle: &mut dyn Integrator,
-    pulses_us: &[u32],
-    times_us: impl Iterator<Item = u32>,
-) -> impl Iterator<Item = f64> {
-    let mut pulses = pulses_us.iter().peekable();
-    times_us.map(move |at_us| {
-        while let Some(pulse_us) = pulses.next_if(|us| **us <= at_us) {
-            muscle.pulse(Micros(*pulse_us));
-        }
-        muscle.advance(Micros(at_us));
-        muscle.force_n()
-    })
 }
 
 /// The worst of `cases`.

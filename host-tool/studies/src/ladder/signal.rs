@@ -2,7 +2,7 @@
 //! f64 model that shares nothing with it.
 
 use super::protocol::Protocol;
-pub use crate::accuracy::cases::spec;
+pub(super) use crate::subjects::spec;
 use firmware::muscle::{CalciumForceSpec, Gain, Model};
 use firmware::units::Micros;
 use fixed::types::U1F31;

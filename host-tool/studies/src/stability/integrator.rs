@@ -2,8 +2,8 @@
 
 use super::map::class_of;
 use super::{Axis, Cell, Class, Layout, Map, Panels};
-use crate::accuracy::cases::spec;
-use crate::accuracy::errors::forces;
+use crate::subjects::forces;
+use crate::subjects::spec;
 use hal_sim::body::muscle::reference::{Sample, integrate};
 use hal_sim::body::muscle::{Parameters, SUBJECTS};
 use methods::muscle::{Integrator, Method, Number, Setting};

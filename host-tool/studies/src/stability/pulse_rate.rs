@@ -3,8 +3,8 @@
 
 use super::chance::even;
 use super::{Axis, Cell, Class, Layout, Map, Panels};
-use crate::accuracy::cases::spec;
-use crate::accuracy::errors::forces;
+use crate::subjects::forces;
+use crate::subjects::spec;
 use hal_sim::body::muscle::reference::integrate;
 use hal_sim::body::muscle::{Muscle, Parameters, Step};
 use methods::muscle::exponential::EtdMidpoint;
