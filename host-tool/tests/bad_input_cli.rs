@@ -1,7 +1,7 @@
 //! What bad input gets from the `flexor` program: an exit code, a number, a
 //! sentence that says what to do, and the record up to that moment.
 
-use crate::flexor::{Board, ONE_CHANNEL, flexor, run, said, with_session};
+use crate::program::{Board, SESSION, flexor, folder, ran, said};
 use hal_sim::wire::pty::PtyWire;
 use host_core::link::{Client, TcpPort};
 use host_core::record;
@@ -13,146 +13,136 @@ use std::time::{Duration, Instant};
 /// Nothing here takes so long unless it hangs.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// A command line, its exit code, and what all is in the message.
-type Row<'a> = (&'a str, i32, &'a [&'a str]);
-
+/// What it is, the words after `flexor`, the exit code, and what is all said.
+type Row<'a> = (&'a str, &'a str, i32, &'a [&'a str]);
 /// People read it on standard error; machines get one JSON object with the
 /// same message on standard output, if the command got as far as running.
-fn check(folder: &Path, (line, code, says): Row) {
-    let arguments: Vec<&str> = line.split_whitespace().collect();
-    let (exit, _, error) = run(folder, &arguments);
-    assert_eq!(exit, Some(code), "{line}: {error}");
+fn check(folder: &Path, (name, line, code, says): Row) {
+    let mut arguments: Vec<&str> = line.split_whitespace().collect();
+    let (exit, _, error) = ran(folder, &arguments);
+    assert_eq!(exit, Some(code), "{name}: {error}");
     // The words may be broken over lines of a terminal.
-    let words = error.split_whitespace().collect::<Vec<_>>().join(" ");
-    for part in says {
-        assert!(words.contains(part), "{line}: no `{part}` in {error}");
-    }
-    assert!(!error.contains("panicked"), "{line}: {error}");
-    let (exit, json, _) = run(folder, &[&arguments[..], &["--json"]].concat());
-    assert_eq!(exit, Some(code), "{line} --json");
+    let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
+    let says_all = |told: &str| {
+        for part in says {
+            assert!(told.contains(part), "{name}: no `{part}` in {told}");
+        }
+    };
+    says_all(&words(&error));
+    assert!(!error.contains("panicked"), "{name}: {error}");
+    arguments.push("--json");
+    let (exit, json, _) = ran(folder, &arguments);
+    assert_eq!(exit, Some(code), "{name} --json");
     if error.contains("Usage:") || error.contains("--help") {
         return; // clap never heard of --json
     }
     let json: serde_json::Value = serde_json::from_str(&json).unwrap();
-    let message = json["error"].as_str().unwrap();
-    for part in says {
-        assert!(message.contains(part), "{line}: no `{part}` in {message}");
-    }
+    says_all(json["error"].as_str().unwrap());
 }
 
-#[rustfmt::skip]
-const WRONG_ARGUMENTS: [Row; 9] = [
-    ("", 2, &["Usage"]),
-    ("runn session.toml", 2, &["run"]),
-    ("run session.toml --devise native", 2, &["--device"]),
-    ("run", 2, &["SESSION"]),
-    ("run session.toml --seed x", 2, &["--seed", "invalid digit"]),
-    ("run session.toml --law pidd", 2, &["pid"]),
-    ("serve", 2, &["--pty", "--tcp"]),
-    ("edges session.toml --seconds 0 --csv x.csv", 2, &["E518 --seconds is 0: allowed is 0.001 to 3600"]),
-    ("edges session.toml --seconds nan --csv x.csv", 2, &["E518", "NaN"]),
-];
-
 #[test]
+#[rustfmt::skip]
 fn wrong_arguments_exit_with_2() {
-    let folder = with_session("arguments");
-    for row in WRONG_ARGUMENTS {
-        check(&folder, row);
-    }
+    let folder = folder("arguments");
+    let rows: [Row; 9] = [
+        ("no command", "", 2, &["Usage"]),
+        ("unknown command", "runn session.toml", 2, &["run"]),
+        ("unknown option", "run session.toml --devise native", 2, &["--device"]),
+        ("no session", "run", 2, &["SESSION"]),
+        ("a word for a seed", "run session.toml --seed x", 2, &["--seed", "invalid digit"]),
+        ("unknown law", "run session.toml --law pidd", 2, &["pid"]),
+        ("serve on nothing", "serve", 2, &["--pty", "--tcp"]),
+        ("seconds out of range", "edges session.toml --seconds 0 --csv x.csv", 2, &["E518 --seconds is 0: allowed is 0.001 to 3600"]),
+        ("no number", "edges session.toml --seconds nan --csv x.csv", 2, &["E518", "NaN"]),
+    ];
+    rows.into_iter().for_each(|row| check(&folder, row));
 }
 
-#[rustfmt::skip]
-const BAD_FILES_AND_ABSENT_DEVICES: [Row; 11] = [
-    ("run typo.toml", 1, &["E402", "typo.toml:6:1", "did you mean `rise_ms`?"]),
-    ("run range.toml", 1, &["E407", "range.toml:14:", "501", "10 to 500"]),
-    ("run syntax.toml", 1, &["E401", "syntax.toml:13:"]),
-    ("run charge.toml", 1, &["E451", "1 µC"]),
-    ("run absent.toml", 1, &["E400", "absent.toml", "No such file"]),
-    ("run .", 1, &["E400"]),
-    ("run session.toml --device /dev/nonexistent", 1, &["E504 cannot open /dev/nonexistent", "plug the board in"]),
-    ("run session.toml --device session.toml", 1, &["E504 cannot open session.toml", "give the port of a board"]),
-    ("run session.toml --device tcp:nowhere", 1, &["E504", "tcp:nowhere"]),
-    ("edges session.toml --seconds 1 --csv x.csv --device /dev/nonexistent", 1, &["E504"]),
-    ("serve --tcp 256.0.0.1:1", 1, &["cannot listen at 256.0.0.1:1"]),
-];
-
 #[test]
+#[rustfmt::skip]
 fn bad_files_and_absent_devices_exit_with_1() {
-    let folder = with_session("absent");
-    for (name, from, to) in [
+    let folder = folder("absent");
+    let edits = [
         ("typo.toml", "rise_ms", "rise_sm"),
         ("range.toml", "width_us = 200", "width_us = 501"),
         ("syntax.toml", "limit = ", "limit = = "),
         ("charge.toml", "rise_ms = 10", "max_charge_uc = 1.0"),
-    ] {
-        assert!(ONE_CHANNEL.contains(from));
-        std::fs::write(folder.join(name), ONE_CHANNEL.replace(from, to)).unwrap();
+    ];
+    for (name, from, to) in edits {
+        assert!(SESSION.contains(from));
+        std::fs::write(folder.join(name), SESSION.replace(from, to)).unwrap();
     }
-    for row in BAD_FILES_AND_ABSENT_DEVICES {
-        check(&folder, row);
-    }
-    let free = TcpListener::bind("127.0.0.1:0")
-        .unwrap()
-        .local_addr()
-        .unwrap();
+    let free = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
     let nobody = format!("run session.toml --device tcp:{free}");
-    check(
-        &folder,
-        (
-            &nobody,
-            1,
-            &["E504 cannot open tcp:127.0.0.1", "flexor serve"],
-        ),
-    );
+    let rows: [Row; 12] = [
+        ("typo", "run typo.toml", 1, &["E402", "typo.toml:6:1", "did you mean `rise_ms`?"]),
+        ("out of range", "run range.toml", 1, &["E407", "range.toml:14:", "501", "10 to 500"]),
+        ("no TOML", "run syntax.toml", 1, &["E401", "syntax.toml:13:"]),
+        ("too much charge", "run charge.toml", 1, &["E451", "1 µC"]),
+        ("no file", "run absent.toml", 1, &["E400", "absent.toml", "No such file"]),
+        ("a folder", "run .", 1, &["E400"]),
+        ("no serial port", "run session.toml --device /dev/nonexistent", 1, &["E504 cannot open /dev/nonexistent", "plug the board in"]),
+        ("no terminal", "run session.toml --device session.toml", 1, &["E504 cannot open session.toml", "give the port of a board"]),
+        ("nobody listens", &nobody, 1, &["E504 cannot open tcp:127.0.0.1", "flexor serve"]),
+        ("no address", "run session.toml --device tcp:nowhere", 1, &["E504", "tcp:nowhere"]),
+        ("no looking into a board", "edges session.toml --seconds 1 --csv x.csv --device /dev/nonexistent", 1, &["E504"]),
+        ("no place to listen", "serve --tcp 256.0.0.1:1", 1, &["cannot listen at 256.0.0.1:1"]),
+    ];
+    rows.into_iter().for_each(|row| check(&folder, row));
     // Nothing was recorded, so nothing was overwritten.
     assert!(!folder.join("out").exists());
 }
 
 #[test]
 fn a_busy_serial_port_is_refused() {
-    let folder = with_session("busy");
+    let folder = folder("busy");
     let _board = PtyWire::open(folder.join("port")).unwrap();
     let path = folder.join("port").display().to_string();
     let _monitor = serialport::new(path, 115_200).open().unwrap();
     let says = &["E504 cannot open port", "another program uses it"];
-    check(&folder, ("run session.toml --device port", 1, says));
+    let run = "run session.toml --device port";
+    check(&folder, ("busy", run, 1, says));
 }
 
 #[test]
 fn a_port_where_nobody_answers_is_refused() {
-    let folder = with_session("silent");
+    let folder = folder("silent");
     let _board = PtyWire::open(folder.join("port")).unwrap();
     let says = &["E501 no answer to Hello", "is this its port?"];
-    check(&folder, ("run session.toml --device port", 1, says));
+    let run = "run session.toml --device port";
+    check(&folder, ("silent", run, 1, says));
 }
 
 #[test]
 fn a_second_client_is_refused_and_the_first_goes_on() {
-    let folder = with_session("second");
+    let folder = folder("second");
     let board = Board::tcp(&folder);
     let address = board.at.strip_prefix("tcp:").unwrap();
     let (mut first, _) = Client::open(TcpPort::connect(address).unwrap()).unwrap();
     let line = format!("run session.toml --device {}", board.at);
-    let says = &[
+    let says = [
         "E112",
         "another host holds the session",
         "close the other program",
     ];
-    check(&folder, (&line, 1, says));
+    check(&folder, ("second", &line, 1, &says));
     first.keep_alive().unwrap();
 }
 
 /// Runs the session on a board, and takes the board away once there is data.
 fn unplug(folder: &Path, board: Board) {
-    let run = flexor(
-        folder,
-        &["--json", "run", "session.toml", "--out", "out", "--device"],
-    )
-    .arg(&board.at)
-    .stdout(Stdio::piped())
-    .stderr(Stdio::piped())
-    .spawn()
-    .unwrap();
+    let run = [
+        "--json",
+        "run",
+        "session.toml",
+        "--out",
+        "out",
+        "--device",
+        &board.at,
+    ];
+    let mut run = flexor(folder, &run);
+    let run = run.stdout(Stdio::piped()).stderr(Stdio::piped());
+    let run = run.spawn().unwrap();
     let samples = folder.join("out/01-one-channel/samples.csv");
     let start = Instant::now();
     while std::fs::metadata(&samples).map_or(0, |file| file.len()) < 1000 {
@@ -160,7 +150,7 @@ fn unplug(folder: &Path, board: Board) {
         std::thread::sleep(Duration::from_millis(20));
     }
     drop(board);
-    let (exit, json, error) = said(&run.wait_with_output().unwrap());
+    let (exit, json, error) = said(run.wait_with_output().unwrap());
     assert!(start.elapsed() < PATIENCE);
     assert_eq!(exit, Some(1), "{error}");
     let json: serde_json::Value = serde_json::from_str(&json).unwrap();
@@ -196,14 +186,14 @@ fn is_kept(out: &Path) {
 
 #[test]
 fn a_board_unplugged_from_a_socket_leaves_the_record() {
-    let folder = with_session("unplugged_tcp");
+    let folder = folder("unplugged_tcp");
     let board = Board::tcp(&folder);
     unplug(&folder, board);
 }
 
 #[test]
 fn a_board_unplugged_from_a_serial_port_leaves_the_record() {
-    let folder = with_session("unplugged_pty");
+    let folder = folder("unplugged_pty");
     let board = Board::serve(&folder, &["--pty", "port"]);
     unplug(&folder, board);
 }

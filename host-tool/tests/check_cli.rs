@@ -1,6 +1,6 @@
 //! `flexor check` and `flexor new`: every mistake of every file, and a first file.
 
-use crate::flexor::{run, with_session};
+use crate::program::{folder, ran, written};
 use std::fmt::Write as _;
 use std::path::Path;
 use std::time::Instant;
@@ -9,10 +9,10 @@ use std::time::Instant;
 fn checked(folder: &Path, files: &[&str]) -> (Option<i32>, serde_json::Value, String) {
     let begun = Instant::now();
     let arguments = [&["--json", "check"], files].concat();
-    let (exit, out, _) = run(folder, &arguments);
+    let (exit, out, _) = ran(folder, &arguments);
     println!("{files:?}: {} ms", begun.elapsed().as_millis());
     let arguments = [&["check"], files].concat();
-    let (_, _, told) = run(folder, &arguments);
+    let (_, _, told) = ran(folder, &arguments);
     (exit, serde_json::from_str(&out).unwrap(), told)
 }
 
@@ -25,7 +25,7 @@ fn numbers(checked: &serde_json::Value, file: usize) -> Vec<&str> {
 
 #[test]
 fn good_files_are_good_and_every_mistake_of_every_bad_one_is_told() {
-    let folder = with_session("check_files");
+    let folder = folder("check_files");
     let good = std::fs::read_to_string(folder.join("session.toml")).unwrap();
     let (exit, told, _) = checked(&folder, &["session.toml"]);
     assert_eq!((exit, &told["error"]), (Some(0), &serde_json::Value::Null));
@@ -43,21 +43,22 @@ fn good_files_are_good_and_every_mistake_of_every_bad_one_is_told() {
     assert_eq!(numbers(&told, 1), [""; 0]);
     assert_eq!(numbers(&told, 2), ["E400"]);
     assert_eq!(numbers(&told, 3), ["E400"]);
-    for told in [
+    let parts = [
         "bad.toml:6:11",
         "did you mean `width_us`?",
         "absent.toml",
         "E524 4 mistakes in 3 of 4",
-    ] {
+    ];
+    for told in parts {
         assert!(people.contains(told), "{told}: {people}");
     }
-    assert_eq!(run(&folder, &["check"]).0, Some(2));
+    assert_eq!(ran(&folder, &["check"]).0, Some(2));
 }
 
 /// Files that no person writes are refused as well, and at once: the time is printed.
 #[test]
 fn monstrous_files_are_told_apart() {
-    let folder = with_session("check_monsters");
+    let folder = folder("check_monsters");
     let good = std::fs::read_to_string(folder.join("session.toml")).unwrap();
     let huge = format!("{good}{}", "# nothing\n".repeat(1 << 20));
     let mut hundred = good.replace("duration_s = 30.0", "duration_s = 30.0\n");
@@ -83,7 +84,7 @@ fn monstrous_files_are_told_apart() {
         ("twice.toml", &twice, &["E401"], 4),
     ];
     for (name, text, expected, count) in cases {
-        std::fs::write(folder.join(name), text).unwrap();
+        written(&folder, name, text);
         let (exit, told, people) = checked(&folder, &[name]);
         let mut numbers = numbers(&told, 0);
         assert_eq!(
@@ -100,21 +101,19 @@ fn monstrous_files_are_told_apart() {
 
 #[test]
 fn a_new_file_is_good_and_never_replaces_one() {
-    let folder = with_session("new");
+    let folder = folder("new");
     let new = |arguments: &[&str]| {
         let arguments = [&["--json", "new"], arguments].concat();
-        let (exit, out, _) = run(&folder, &arguments);
+        let (exit, out, _) = ran(&folder, &arguments);
         (exit, out)
     };
     assert_eq!(new(&["plain.toml"]).0, Some(0));
-    let options = "ten.toml --channels 10 --stage voltage --limit 30 --schema schema.json --title";
-    let options: Vec<&str> = options.split(' ').chain(["Ten \"new\""]).collect();
+    let line = "ten.toml --channels 10 --stage voltage --limit 30 --schema schema.json --title";
+    let options: Vec<_> = line.split(' ').chain(["Ten \"new\""]).collect();
     assert_eq!(new(&options).0, Some(0));
     let (exit, told, _) = checked(&folder, &["plain.toml", "ten.toml"]);
-    assert_eq!(
-        (exit, &told["sessions"][1]["title"]),
-        (Some(0), &"Ten \"new\"".into())
-    );
+    assert_eq!(exit, Some(0));
+    assert_eq!(told["sessions"][1]["title"], "Ten \"new\"");
     let before = std::fs::read(folder.join("ten.toml")).unwrap();
     assert!(before.starts_with(b"#:schema schema.json\n"));
     let (exit, out) = new(&["ten.toml"]);

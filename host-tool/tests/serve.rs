@@ -1,14 +1,23 @@
 //! `flexor serve` lets a client in only when it can answer.
 
-use crate::flexor::{Board, flexor};
+use crate::program::flexor;
 use host_core::link::{Client, TcpPort};
 use std::net::TcpListener;
 use std::path::Path;
-use std::process::Stdio;
+use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
 
 /// Building the image and booting it take no longer.
 const PATIENCE: Duration = Duration::from_secs(600);
+
+struct Served(Child);
+
+impl Drop for Served {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
 
 /// A client that knocks from the first moment on is answered as soon as it is
 /// let in: the chip has booted by then.
@@ -19,20 +28,17 @@ fn the_first_connection_is_answered() {
         let at = free.local_addr().unwrap().to_string();
         drop(free);
         let mut command = flexor(Path::new("."), &["serve", "--device", device, "--tcp", &at]);
-        let process = command.stdout(Stdio::null()).spawn().unwrap();
-        let mut served = Board { process, at };
+        command.stdout(Stdio::null());
+        let mut served = Served(command.spawn().unwrap());
         let begin = Instant::now();
         let mut refused = 0;
         let port = loop {
-            match TcpPort::connect(&served.at) {
+            match TcpPort::connect(&at) {
                 Ok(port) => break port,
                 Err(_) => refused += 1,
             }
             assert!(begin.elapsed() < PATIENCE, "{device} was never served");
-            assert!(
-                served.process.try_wait().unwrap().is_none(),
-                "{device} ended"
-            );
+            assert!(served.0.try_wait().unwrap().is_none(), "{device} ended");
             std::thread::sleep(Duration::from_millis(1));
         };
         let waited = begin.elapsed();

@@ -7,13 +7,13 @@ mod check_cli;
 mod chip_cli;
 mod errors;
 mod explain_model;
-mod flexor;
 mod images;
 #[cfg(unix)]
 mod interruptions;
 mod live_frame;
 mod live_lines;
 mod muscle_cli;
+mod program;
 #[cfg(unix)]
 mod record_again;
 #[cfg(unix)]

@@ -1,7 +1,7 @@
 //! A triggered session at a desk: edges from the session file, trains exactly
 //! 1000 µs after them; a session that plays nothing says so first.
 
-use crate::flexor::{folder, run as run_program};
+use crate::program::{folder, ran, written};
 use firmware::link::Request;
 use hal_sim::trace::State;
 use host_core::link::{Client, Port};
@@ -31,11 +31,7 @@ fn play(text: &str) -> (Outcome, [Vec<u64>; 2]) {
 
 /// Ten pulses at 50 Hz, `delay` µs after each of `edges`.
 fn trains(edges: &[u64], delay: u64) -> Vec<u64> {
-    let train = |edge: &u64| {
-        (0..10)
-            .map(move |n| edge + delay + n * 20_000)
-            .collect::<Vec<_>>()
-    };
+    let train = |&edge: &u64| (0..10).map(move |n| edge + delay + n * 20_000);
     edges.iter().flat_map(train).collect()
 }
 
@@ -49,20 +45,15 @@ fn each_edge_starts_its_trains_exactly_1000_us_later() {
         let (outcome, begins) = play(text);
         assert_eq!(begins[0], trains(&edges, 1_000));
         assert_eq!(begins[1], trains(&edges, 3_000));
-        let idle = outcome
-            .trial
-            .counters
-            .iter()
-            .find(|(name, _)| name.contains("without a train"));
+        let mut counters = outcome.trial.counters.iter();
+        let idle = counters.find(|(name, _)| name.contains("without a train"));
         assert_eq!(idle.unwrap().1, 0);
         // A ramp's first slot may be code 0.
         let pulses = outcome.trial.pulses.unwrap();
         let slots = begins.iter().map(|b| b.len() as u64).sum::<u64>();
-        println!(
-            "{pulses} pulses above 0 in {slots} slots, from {} edges",
-            edges.len()
-        );
-        assert!(pulses <= slots && pulses + 2 * edges.len() as u64 >= slots);
+        let edges = edges.len() as u64;
+        println!("{pulses} pulses above 0 in {slots} slots, from {edges} edges");
+        assert!(pulses <= slots && pulses + 2 * edges >= slots);
         assert_eq!(outcome.trial.silent, None);
     }
 }
@@ -70,32 +61,33 @@ fn each_edge_starts_its_trains_exactly_1000_us_later() {
 #[test]
 fn a_session_without_a_pulse_says_so_first() {
     let without = TRIGGER.replace("[simulated_trigger]\nevery_s = 1.0\n", "");
-    let zero = without
-        .replace(", triggered = true", "")
-        .replace("value = 10.0", "value = 0.0");
-    let late = without
-        .replace(", triggered = true", "")
+    let untriggered = without.replace(", triggered = true", "");
+    let zero = untriggered.replace("value = 10.0", "value = 0.0");
+    let late = untriggered
         .replace("duration_s = 10.0", "duration_s = 0.5")
-        .replace(
-            "frequency_hz = 50.0, offset_us = 2000",
-            "frequency_hz = 50.0",
-        )
+        .replace("50.0, offset_us = 2000", "50.0")
         .replace(
             "frequency_hz = 50.0",
             "period_us = 1000000, offset_us = 900000",
         );
-    #[rustfmt::skip]
-    let rows = [
-        ("untriggered", &without, "every channel waits for a trigger, and none came"),
+    for (name, text, why) in [
+        (
+            "untriggered",
+            &without,
+            "every channel waits for a trigger, and none came",
+        ),
         ("zero", &zero, "all amplitudes that it asks for are 0"),
-        ("late", &late, "it ended before the first channel's offset_us"),
-    ];
-    for (name, text, why) in rows {
+        (
+            "late",
+            &late,
+            "it ended before the first channel's offset_us",
+        ),
+    ] {
         let folder = folder(&format!("trigger/{name}"));
-        std::fs::write(folder.join("session.toml"), text).unwrap();
-        let flexor = |rest: &[&str]| {
-            let arguments = [&["run", "session.toml"], rest].concat();
-            run_program(&folder, &arguments).1
+        written(&folder, "session.toml", text);
+        let flexor = |arguments: &[&str]| {
+            let (_, out, _) = ran(&folder, &[&["run", "session.toml"], arguments].concat());
+            out
         };
         let said = flexor(&["--out", "people"]);
         let first = said.lines().next().unwrap();

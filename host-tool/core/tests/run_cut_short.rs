@@ -10,7 +10,12 @@ use host_core::run::{SessionFile, acknowledge, begin_trial, run};
 use std::io;
 use std::path::Path;
 
-const ONE_CHANNEL: &str = include_str!("../../tests/one_channel.toml");
+/// One channel at 50 Hz; the device waits for its host as long as it does by default.
+fn session() -> SessionFile {
+    let text = include_str!("../../tests/one_channel.toml");
+    let text = text.replace("duration_s = 30.0", "duration_s = 4.0");
+    SessionFile::parse("one.toml", &text.replace("host_timeout_ms = 1000\n", "")).unwrap()
+}
 
 /// When things happen, µs after boot.
 const AT_US: u64 = 2_000_000;
@@ -74,7 +79,7 @@ impl Port for Accident {
     }
 }
 
-/// Name, what happens, what all is in the message, and whether the device must be
+/// What happens, what is all in the message, and whether the device must be
 /// acknowledged before the next session.
 type Row = (&'static str, Happening, &'static [&'static str], bool);
 
@@ -86,18 +91,13 @@ const ROWS: [Row; 5] = [
     ("electrode off", Happening::World(|world| world.body.loads_mut()[0] = Load::Open), &["E512", "fault 7: ElectrodeOff", "--acknowledge", "is kept"], true),
     ("hand-held stop", Happening::World(|world| world.sensors.hand_stop = false), &["E512", "stopping: HandStop", "close it", "is kept"], false),
 ];
-
 #[test]
 fn the_reason_is_named_and_the_record_is_kept() {
-    for row in ROWS {
-        check(row);
-    }
+    ROWS.into_iter().for_each(check);
 }
 
-fn check((name, happening, says, faulted): Row) {
-    let text = ONE_CHANNEL.replace("duration_s = 30.0", "duration_s = 4.0");
-    let text = text.replace("host_timeout_ms = 1000\n", "");
-    let file = SessionFile::parse("one.toml", &text).unwrap();
+fn check((name, happening, says, is_faulted): Row) {
+    let file = session();
     let port = accident(&file, happening);
     let out = Path::new(env!("CARGO_TARGET_TMPDIR"))
         .join("cut_short")
@@ -118,33 +118,29 @@ fn check((name, happening, says, faulted): Row) {
     // Telemetry goes on while the run waits for the outputs to be isolated.
     assert!((1.8..2.5).contains(&last), "{name}: {last} s");
     assert_eq!(outcome.trial.duration_s, last, "{name}");
-    assert!(
-        kept.events.iter().any(|(_, text)| *text == message),
-        "{name}"
-    );
+    let mut events = kept.events.iter();
+    assert!(events.any(|(_, text)| *text == message), "{name}");
     let [read] = kept.electrode_check[..] else {
         panic!("{name}: {:?}", kept.electrode_check);
     };
     assert_eq!((read.channel, read.load_ohm), (1, None), "{name}");
     // A current stage: as much flows as was applied, to a count of the sense.
-    assert!(
-        (read.applied - read.current_ma).abs() < 0.03,
-        "{name}: {read:?}"
-    );
+    let off_ma = (read.applied - read.current_ma).abs();
+    assert!(off_ma < 0.03, "{name}: {read:?}");
     let mut port = port.expect(name);
     let now = port.now_us();
     port.port.world.run_until(now + 500_000).unwrap();
     assert_eq!(port.port.world.recorder.trace.last_levels().0, 0, "{name}");
-    runs_again(name, faulted, port, &file);
+    runs_again(name, is_faulted, port, &file);
 }
 
 /// Once the cause is gone, the next session runs: acknowledged if need be.
-fn runs_again(name: &str, faulted: bool, mut port: Accident, file: &SessionFile) {
+fn runs_again(name: &str, is_faulted: bool, mut port: Accident, file: &SessionFile) {
     port.happening = Happening::Nothing;
     let world = &mut port.port.world;
     (world.sensors.over_current, world.sensors.hand_stop) = (false, true);
     world.body.loads_mut()[0] = Load::NOMINAL;
-    if faulted {
+    if is_faulted {
         let (outcome, back) = run(file, port, None, |_| ());
         let message = outcome.error.expect(name).to_string();
         assert!(message.contains("E306"), "{name}: {message}");

@@ -1,6 +1,6 @@
 //! The `flexor` program while it runs, and the shell that sends it signals.
 
-use crate::flexor::FLEXOR;
+use crate::program::FLEXOR;
 use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
