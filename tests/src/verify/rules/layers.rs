@@ -63,12 +63,15 @@ const LAYERS: &[(&str, &[&[&str]])] = &[
             &["experiments", "figures"],
             &["accuracy", "ladder", "stability"],
             &["tracking"],
-            &["bench"],
+            &["bench", "subjects"],
         ],
     ),
     (
         "tests",
-        &[&["differential", "expectation", "fuzz", "verify"]],
+        &[
+            &["differential", "expectation", "fuzz", "verify"],
+            &["desk"],
+        ],
     ),
 ];
 
