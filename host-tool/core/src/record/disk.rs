@@ -64,11 +64,15 @@ pub(super) fn write_json(
     replace(disk, path, (text + "\n").as_bytes())
 }
 
+/// The longest name that file systems have, bytes.
+const LONGEST_NAME: usize = 255;
+
 /// The folder of trial `position` (from 0) within the run's folder:
-/// `01-two-point` for the first if that is its name.
+/// `01-two-point` for the first if that is its name, cut where it is too long.
 pub fn trial_folder(dir: &Path, position: usize, name: &str) -> PathBuf {
     let words = name.split(|c: char| !c.is_alphanumeric());
     let words: Vec<_> = words.filter(|word| !word.is_empty()).collect();
-    let slug = words.join("-").to_lowercase();
-    dir.join(format!("{:02}-{slug}", position + 1))
+    let mut folder = format!("{:02}-{}", position + 1, words.join("-").to_lowercase());
+    folder.truncate(folder.floor_char_boundary(LONGEST_NAME));
+    dir.join(folder)
 }
