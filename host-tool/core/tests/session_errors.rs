@@ -421,9 +421,19 @@ fn a_rounded_frequency_is_said() {
 #[cfg(unix)]
 #[test]
 fn a_file_without_end_is_refused() {
-    let e = Session::load("/dev/zero").unwrap_err();
-    let told = format!("{:?} {}", e.problem().number(), e.one_line());
-    assert!(told.contains("400") && told.contains("1 MiB"), "{told}");
+    let long = std::env::temp_dir().join(format!("flexor-long-{}", std::process::id()));
+    let file = std::fs::File::create(&long).unwrap();
+    file.set_len(1 << 40).unwrap();
+    let files = [
+        ("/dev/zero", "no regular file"),
+        (long.to_str().unwrap(), "1 MiB"),
+    ];
+    for (file, why) in files {
+        let e = Session::load(file).unwrap_err();
+        let told = format!("{:?} {}", e.problem().number(), e.one_line());
+        assert!(told.contains("400") && told.contains(why), "{told}");
+    }
+    std::fs::remove_file(long).unwrap();
 }
 
 /// What a field may be only beside others is not refused where they are there.

@@ -3,7 +3,7 @@
 
 use super::{Incomplete, Output};
 use clap::Args;
-use host_core::session::{Session, SessionError};
+use host_core::session::{Session, SessionError, visible};
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
@@ -40,7 +40,7 @@ pub fn main(args: &Check, output: Output) -> anyhow::Result<()> {
     let people = || {
         let lines = checked.iter().filter_map(|(path, it)| {
             let session = it.as_ref().ok()?;
-            let good = format!("{}: good: {}", path.display(), session.title);
+            let good = format!("{}: good: {}", path.display(), visible(&session.title));
             Some(
                 std::iter::once(good)
                     .chain(session.notes.clone())

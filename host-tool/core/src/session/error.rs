@@ -4,6 +4,7 @@ use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
 
+use super::visible::visible;
 use miette::{Diagnostic, LabeledSpan, NamedSource, Severity, SourceCode};
 
 /// As many mistakes are told one by one.
@@ -287,7 +288,7 @@ impl SessionError {
 
 impl fmt::Display for SessionError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.0.problem.message(&self.0.place))
+        f.write_str(&visible(&self.0.problem.message(&self.0.place)))
     }
 }
 

@@ -29,6 +29,7 @@ mod study;
 mod table;
 mod trigger;
 mod verdict;
+mod visible;
 mod wall;
 
 use std::io::Read;
@@ -57,6 +58,7 @@ pub use setpoints::{Course, ForceCourse, Setpoint, Setpoints};
 pub use study::{Electrode, Study};
 use table::{Document, Table};
 pub use trigger::SimulatedTrigger;
+pub use visible::visible;
 
 /// A session that the firmware will arm: everything a run needs.
 #[derive(Clone, PartialEq, Debug)]
@@ -123,6 +125,11 @@ impl Session {
             let reason = format!("{name}: {why}");
             SessionError::nowhere(Problem::Unreadable { reason })
         };
+        // Opening a pipe waits for somebody who writes.
+        let is = path.metadata().map_err(|e| unreadable(&e))?;
+        if !is.is_file() && !is.is_dir() {
+            return Err(unreadable(&"no regular file"));
+        }
         let file = std::fs::File::open(path).map_err(|e| unreadable(&e))?;
         let mut text = String::new();
         let mut some = file.take(LARGEST_BYTES + 1);

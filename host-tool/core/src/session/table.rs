@@ -15,6 +15,7 @@ use firmware::link::Refusal;
 use super::decimal::between;
 use super::error::{Place, Problem, SessionError};
 use super::field::{Field, Need, Section, When};
+use super::visible::{blanked, visible};
 
 /// The text of a session file, and what is wrong with it.
 pub(super) struct Document {
@@ -29,8 +30,8 @@ pub(super) struct Document {
 impl Document {
     pub(super) fn new(name: &str, text: &str) -> Self {
         Self {
-            name: name.into(),
-            text: text.into(),
+            name: visible(name),
+            text: blanked(text).into(),
             told: RefCell::default(),
             doubts: RefCell::default(),
         }

@@ -1,0 +1,49 @@
+//! What a file says, made fit to be printed: a terminal obeys control characters,
+//! and marks of direction show text in another order than it has.
+
+fn is_obeyed(c: char) -> bool {
+    let turns = ['\u{61c}', '\u{200e}', '\u{200f}'].contains(&c);
+    let embeds = ('\u{202a}'..='\u{202e}').contains(&c) || ('\u{2066}'..='\u{2069}').contains(&c);
+    c.is_control() && c != '\t' || turns || embeds
+}
+
+/// A line with such characters as escapes: `\u{1b}`.
+#[must_use]
+pub fn visible(line: &str) -> String {
+    let mut text = String::with_capacity(line.len());
+    for c in line.chars() {
+        match is_obeyed(c) {
+            true => text.extend(c.escape_unicode()),
+            false => text.push(c),
+        }
+    }
+    text
+}
+
+/// A text with such characters but tabs and ends of lines replaced by others of the
+/// same length, so that every place in it stays.
+pub(super) fn blanked(text: &str) -> String {
+    let blank = |c: char| match c.len_utf8() {
+        _ if !is_obeyed(c) || c == '\n' => c,
+        _ if c == '\r' => ' ',
+        1 => '?',
+        2 => '¿',
+        _ => char::REPLACEMENT_CHARACTER,
+    };
+    text.chars().map(blank).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_printed_is_obeyed_and_places_stay() {
+        let text = "a\u{1b}[2Jb\0\u{9b}µ\u{202e}\u{61c}筋\u{7f}\t\r\n";
+        assert!(visible(text).chars().all(|c| !is_obeyed(c)));
+        assert_eq!(visible("筋 45°"), "筋 45°");
+        let blanked = blanked(text);
+        assert_eq!(blanked, "a?[2Jb?¿µ\u{fffd}¿筋?\t \n");
+        assert_eq!(blanked.len(), text.len());
+    }
+}
