@@ -190,7 +190,7 @@ fn a_record_is_replaced_only_where_it_is_meant() {
     assert_eq!(files(&folder.join("one")), before);
     let line = format!("run {file} --out one --seed 2 --overwrite");
     told(&folder, &line);
-    assert_eq!(record::load(&folder.join("one")).unwrap().seed, 2);
+    assert_eq!(record::load(&folder.join("one")).unwrap().seed, Some(2));
     let kept = fs::read_to_string(folder.join("one/thesis.tex")).unwrap();
     assert_eq!(kept, "years");
     fs::create_dir(folder.join("other")).unwrap();

@@ -13,6 +13,8 @@ mod interruptions;
 mod live_frame;
 mod live_lines;
 mod muscle_cli;
+#[cfg(unix)]
+mod places;
 mod program;
 #[cfg(unix)]
 mod record_again;

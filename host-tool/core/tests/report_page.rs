@@ -103,7 +103,7 @@ fn run() -> Run {
     Run {
         title: "Finger angle by one-point and two-point stimulation (synthetic data)".to_owned(),
         device: "native simulator".to_owned(),
-        seed: 1,
+        seed: Some(1),
         trials: vec![
             trial("one-point A", 0.25, 66.0, edges(3, 8000, false)),
             trial("one-point B", 0.35, 58.0, edges(3, 8000, false)),

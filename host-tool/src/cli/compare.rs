@@ -2,9 +2,8 @@
 
 use super::out::OutArgs;
 use super::{Output, wrong};
-use anyhow::Context;
 use clap::Args;
-use host_core::record::{Run, load};
+use host_core::record::{Run, load, replace_file};
 use host_core::report::{self, Compared};
 use std::path::{Path, PathBuf};
 
@@ -32,10 +31,11 @@ pub fn main(args: &Compare, output: Output) -> anyhow::Result<()> {
         .zip(runs?)
         .map(|(name, run)| Compared { name, run })
         .collect();
+    // Made before an old one goes.
+    let text = report::compare_page(&all);
     let place = args.out.place("compare")?;
     let page = place.dir().join("compare.html");
-    std::fs::write(&page, report::compare_page(&all))
-        .with_context(|| format!("cannot write {}", page.display()))?;
+    replace_file(&page, text.as_bytes())?;
     output.say(
         || format!("{}\npage: {}", report::compare_text(&all), page.display()),
         || {

@@ -9,7 +9,7 @@ use hal_sim::world::World;
 use host_core::analysis::metrics_but_lag;
 use host_core::link::{Interruption, Port};
 use host_core::record::{Assumption, Ending, PaperRow, Plan, Role, Run, Trial, write_run};
-use host_core::report::{self, Report};
+use host_core::report;
 use host_core::run::{
     DeviceName, Recorded, RunError, SessionFile, TrialPlace, edges_of_one_period, interruptible,
     run,
@@ -33,13 +33,14 @@ pub struct Demo {
 }
 
 impl Demo {
-    /// The demo of a record, again, in `out`.
-    pub fn again(record: &Run, out: OutArgs, of: String) -> Self {
-        Self {
+    /// The demo of a record, again, in `out`; `None` for another command's.
+    pub fn again(record: &Run, out: OutArgs, of: String) -> Option<Self> {
+        let plan = record.plan.as_ref()?;
+        (plan.command == "demo").then_some(Self {
             out,
-            seed: record.seed,
+            seed: record.seed?,
             rerun_of: Some(of),
-        }
+        })
     }
 }
 
@@ -76,7 +77,7 @@ pub fn main(args: &Demo, output: Output) -> anyhow::Result<()> {
     let interruption = interrupt::heed()?;
     let title = "Hamana 2022, experiment 4: following 45 ± 40° with one and two points";
     let device = DeviceName::Native.to_string();
-    let mut record = Run::begin(title, &device, args.seed, Plan::of("demo", &device));
+    let mut record = Run::begin(title, &device, Some(args.seed), Plan::of("demo", &device));
     record.host.rerun_of = args.rerun_of.clone();
     write_run(dir, &record)?;
     let (trials, error) = all_trials(dir, args.seed, &interruption, &bar)?;
@@ -92,7 +93,7 @@ pub fn main(args: &Demo, output: Output) -> anyhow::Result<()> {
     (record.paper, record.assumptions) = (paper_rows(&record), assumptions(&record));
     write_run(dir, &record)?;
     record.ending = Ending::complete();
-    let page = report::write(dir, &Report::of(&record))?;
+    let page = interrupt::close(dir, &mut record).inspect_err(|_| super::lies_in(dir))?;
     let picture = dir.join("picture.svg");
     std::fs::write(&picture, overview(args.seed)?)
         .with_context(|| format!("cannot write {}", picture.display()))?;

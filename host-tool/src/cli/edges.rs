@@ -3,7 +3,9 @@
 use super::{Output, within};
 use anyhow::{Context, bail};
 use clap::Args;
+use host_core::record::{RecordError, may_write, write_edges};
 use host_core::run::{DeviceName, SessionFile, edges_between, run};
+use std::io::Write;
 use std::path::PathBuf;
 
 /// Write every edge of a session: t_us,channel,state,dac_code.
@@ -23,6 +25,9 @@ pub struct Edges {
     /// Where to write the edges; times count from the trains' epoch
     #[arg(long)]
     csv: PathBuf,
+    /// Replace the file of that name
+    #[arg(long)]
+    overwrite: bool,
 }
 
 /// # Errors
@@ -30,6 +35,7 @@ pub struct Edges {
 pub fn main(args: &Edges, output: Output) -> anyhow::Result<()> {
     let mut session = SessionFile::load(&args.session)?;
     within("--seconds", args.seconds, 0.001, 3600.0)?;
+    may_write(&args.csv, args.overwrite, &[&args.session], None)?;
     let length_us = (args.seconds * 1e6).round() as u64;
     session.session.duration_us = length_us;
     let port = args.device.open(&session.session, args.seed)?;
@@ -48,9 +54,12 @@ pub fn main(args: &Edges, output: Output) -> anyhow::Result<()> {
     };
     let epoch = outcome.epoch_us.context("the session did not start")?;
     let edges = edges_between(&world.recorder.trace, epoch, epoch + length_us);
-    let file = std::fs::File::create(&args.csv)
-        .with_context(|| format!("cannot write {}", args.csv.display()))?;
-    host_core::record::write_edges(&mut std::io::BufWriter::new(file), &edges)?;
+    let written = std::fs::File::create(&args.csv).and_then(|file| {
+        let mut file = std::io::BufWriter::new(file);
+        write_edges(&mut file, &edges)?;
+        file.flush()
+    });
+    written.map_err(RecordError::write(&args.csv))?;
     output.say(
         || {
             format!(

@@ -6,7 +6,6 @@ use clap::{Args, Subcommand};
 use host_core::analysis::Hit;
 use host_core::link::Interruption;
 use host_core::record::{Assumption, Ending, Plan, Role, Run, Trial, write_run};
-use host_core::report::{self, Report};
 use host_core::run::{DeviceName, RunError, TrialPlace, interruptible, record};
 use std::path::Path;
 use studies::experiments::harris_wall::{self, SPEEDS_DEG_PER_S, Shares, hit_at};
@@ -52,7 +51,7 @@ impl Experiment {
         (plan.command == "experiment harris-wall").then_some(Self::HarrisWall(HarrisWall {
             device,
             arms: plan.arms?,
-            seed: record.seed,
+            seed: record.seed?,
             out,
             rerun_of: Some(of),
         }))
@@ -74,7 +73,7 @@ fn harris_wall(args: &HarrisWall, output: Output) -> anyhow::Result<()> {
         arms: Some(args.arms),
         ..Plan::of("experiment harris-wall", &device)
     };
-    let mut record = Run::begin(title, &device, args.seed, plan);
+    let mut record = Run::begin(title, &device, Some(args.seed), plan);
     record.host.rerun_of = args.rerun_of.clone();
     write_run(dir, &record)?;
     let cut_short = scenarios(dir, args, &interruption, &mut record.trials, &bar)?;
@@ -94,7 +93,7 @@ fn harris_wall(args: &HarrisWall, output: Output) -> anyhow::Result<()> {
     record.assumptions = assumptions(&shares);
     write_run(dir, &record)?;
     record.ending = Ending::complete();
-    let page = report::write(dir, &Report::of(&record))?;
+    let page = interrupt::close(dir, &mut record).inspect_err(|_| super::lies_in(dir))?;
     let page = page.display().to_string();
     output.say(
         || people(&record.trials, &shares, &page),

@@ -2,11 +2,11 @@
 
 use anyhow::Context;
 use host_core::link::{Interruption, Signal};
-use host_core::record::{Ending, Run, write_header};
+use host_core::record::{Ending, RecordError, Run, write_header};
 use host_core::report::{self, Report};
 use host_core::run::RunError;
 use signal_hook::flag;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -57,6 +57,21 @@ fn at_once(signal: Signal, condition: &Arc<AtomicBool>) -> std::io::Result<()> {
     flag::register_conditional_shutdown(number, code, Arc::clone(condition)).map(drop)
 }
 
+/// From now on a file that may not grow any more is an error of writing it, and no
+/// signal that ends the program without a word.
+///
+/// # Errors
+/// As [`heed`].
+#[cfg(unix)]
+pub fn outgrow() -> anyhow::Result<()> {
+    let unread = Arc::new(AtomicBool::new(false));
+    let registered = flag::register(signal_hook::consts::SIGXFSZ, unread);
+    let signal = "SIGXFSZ";
+    registered
+        .map(drop)
+        .with_context(|| format!("E581 {signal} cannot be handled"))
+}
+
 /// The signals that this system has.
 fn known() -> impl Iterator<Item = Signal> {
     let has = |signal: &Signal| cfg!(unix) || *signal != Signal::HangUp;
@@ -90,6 +105,21 @@ pub fn after_runs(cut_short: Option<RunError>, interruption: &Interruption) -> a
         }
         (None, None) => Ok(()),
     }
+}
+
+/// Closes the record of `run` as its ending says and writes its page. If only the
+/// page is lost, `summary.json` says that of a complete run.
+///
+/// # Errors
+/// What could not be written.
+pub fn close(dir: &Path, run: &mut Run) -> Result<PathBuf, RecordError> {
+    report::write(dir, &Report::of(run)).inspect_err(|lost| {
+        if run.ending == Ending::complete() {
+            run.ending = Ending::complete_but(lost.to_string());
+            // The summary comes first, and the page was lost before.
+            let _ = report::write(dir, &Report::of(run));
+        }
+    })
 }
 
 /// Marks the record of a run that `error` cut short, writes its page, and says

@@ -27,6 +27,8 @@ pub use demo::overview;
 
 use anyhow::Context;
 use clap::{Parser, Subcommand};
+use host_core::record::Ending;
+use host_core::session::visible;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::Write;
 use std::path::Path;
@@ -89,14 +91,14 @@ impl Output {
         let text = if self.json {
             machines().to_string()
         } else {
-            people()
+            printable(&people())
         };
         print_line(&text)
     }
 
     /// Begins a progress bar.
     pub fn bar(self, what: &str) -> Bar {
-        let bar = ProgressBar::new(1000).with_message(what.to_owned());
+        let bar = ProgressBar::new(1000).with_message(visible(what));
         if let Ok(style) = ProgressStyle::with_template("{msg} [{bar:40}] {percent:>3} % {elapsed}")
         {
             bar.set_style(style);
@@ -117,6 +119,12 @@ impl Bar {
     }
 }
 
+/// Lines with nothing in them that a terminal would obey.
+fn printable(text: &str) -> String {
+    let lines: Vec<String> = text.split('\n').map(visible).collect();
+    lines.join("\n")
+}
+
 /// Prints a line to the standard output. A reader that has gone, as `head` does
 /// when it has enough, misses nothing that it wants.
 fn print_line(line: &str) -> anyhow::Result<()> {
@@ -133,6 +141,11 @@ fn print_line(line: &str) -> anyhow::Result<()> {
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
     let output = Output { json: cli.json };
+    #[cfg(unix)]
+    if let Err(error) = interrupt::outgrow() {
+        complain(&error);
+        return ExitCode::FAILURE;
+    }
     let result = match &cli.command {
         Command::Bench(args) => bench::main(args, output),
         Command::Chart(chart) => chart::main(chart, output),
@@ -166,9 +179,16 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// Says where the record of a run that was cut short lies.
+/// Says where the record of a run that failed lies, and what it says of itself.
 fn lies_in(dir: &Path) {
-    eprintln!("the record, marked incomplete, is in {}", dir.display());
+    let place = dir.display();
+    if Ending::of(dir).is_incomplete() {
+        eprintln!("the record, marked incomplete, is in {place}");
+    } else if dir.join("report.html").is_file() {
+        eprintln!("the record is whole and in {place}");
+    } else {
+        eprintln!("the record is whole and in {place}; `flexor report {place}` makes its page");
+    }
 }
 
 /// What a command that failed exits with.
@@ -228,7 +248,7 @@ fn complain(error: &anyhow::Error) {
     use host_core::session::SessionError;
     match error.downcast_ref::<SessionError>() {
         Some(file) => eprintln!("{:?}", miette::Report::new(file.clone())),
-        None => eprintln!("error: {error:#}"),
+        None => eprintln!("error: {}", printable(&format!("{error:#}"))),
     }
 }
 

@@ -1,7 +1,7 @@
 //! Options of commands that write a record.
 
-use clap::Args;
-use host_core::record::{Place, RecordError};
+use clap::{ArgGroup, Args};
+use host_core::record::{Place, RecordError, may_write};
 use std::path::{Path, PathBuf};
 
 /// Where records go of which nobody says where.
@@ -9,13 +9,14 @@ const BASE: &str = "out";
 
 /// Where the record goes.
 #[derive(Args, Clone, Debug)]
+#[command(group = ArgGroup::new("replaced").multiple(true))]
 pub struct OutArgs {
     /// Folder for the record and the report, absent or empty; default: a new
     /// one in out/, named after title, date and time
-    #[arg(long)]
+    #[arg(long, group = "replaced")]
     out: Option<PathBuf>,
-    /// Replace the record that --out holds
-    #[arg(long, requires = "out")]
+    /// Replace the record, or the page, that --out holds
+    #[arg(long, requires = "replaced")]
     overwrite: bool,
 }
 
@@ -53,11 +54,29 @@ impl OutArgs {
         let is_out = |record: &&PathBuf| record.canonicalize().is_ok_and(|it| it == real);
         match records.iter().find(is_out) {
             None => Ok(()),
-            Some(record) => Err(RecordError::Source {
-                out: out.clone(),
-                record: record.clone(),
-            }),
+            Some(record) => Err(RecordError::Source(
+                format!("--out {}", out.display()),
+                format!("the record {} itself", record.display()),
+            )),
         }
+    }
+
+    /// That `--vcd` may be written beside the record: as [`may_write`], and in the
+    /// record itself only under its own name there.
+    ///
+    /// # Errors
+    /// As [`may_write`].
+    pub fn beside(&self, vcd: &Path, reads: &[&Path]) -> Result<(), RecordError> {
+        let own = self.out.as_ref().map(|out| out.join("outputs.vcd"));
+        match own {
+            Some(own) if own == vcd => Ok(()),
+            _ => may_write(vcd, self.overwrite, reads, self.dir()),
+        }
+    }
+
+    /// Whether a record may be replaced.
+    pub const fn overwrites(&self) -> bool {
+        self.overwrite
     }
 
     /// Takes the folder for a record called `name`.

@@ -10,12 +10,15 @@ use host_core::link::Port;
 use host_core::record::{
     Ending, Place, RecordError, Recorder, Run, sha256, write_header, write_run,
 };
-use host_core::report::{self, Report};
 use host_core::run::{
-    DeviceName, SessionFile, acknowledge, begin_trial, edges_of_one_period, interruptible, run,
+    DeviceName, SessionFile, acknowledge, begin_trial, edges_of_one_period, greet, interruptible,
+    run,
 };
-use host_core::session::Session;
+use host_core::session::{Session, visible};
 use std::path::{Path, PathBuf};
+
+/// The seed of a simulated wearer that nobody chose.
+pub const SEED: u64 = 1;
 
 /// What is run, beside what the record says.
 pub struct Order<'a> {
@@ -27,6 +30,8 @@ pub struct Order<'a> {
     pub chip: &'a ChipArgs,
     /// File for what a simulated device puts out.
     pub vcd: Option<&'a Path>,
+    /// Whether an older record may lie where the new one goes.
+    pub replaces: bool,
 }
 
 /// What came of it, complete or not.
@@ -55,11 +60,10 @@ pub fn perform(
 ) -> anyhow::Result<Performed> {
     let session = order.session;
     for note in &session.session.notes {
-        eprintln!("note: {note}");
+        eprintln!("note: {}", visible(note));
     }
-    let mut port = order
-        .chip
-        .open(order.device, &session.session, record.seed)?;
+    let seed = record.seed.unwrap_or(SEED); // a port has its own
+    let mut port = order.chip.open(order.device, &session.session, seed)?;
     let image = port.image().map(Path::to_owned);
     // Read at once: it may lie in the record that is about to be replaced.
     let mut own_image = None;
@@ -76,13 +80,16 @@ pub fn perform(
     let is_planned = record.plan.as_ref().is_some_and(|plan| plan.acknowledge);
     if is_planned {
         port = acknowledge(port)?;
+    } else if order.replaces && port.world().is_none() {
+        // No record goes for a device that is not there; a simulator is.
+        port = greet(port, &interruption)?;
     }
     let place = place(&record.title)?;
     let dir = place.dir();
     write_run(dir, &record)?;
     if let Some(bytes) = own_image {
         let path = dir.join("image.elf");
-        std::fs::write(&path, bytes).map_err(RecordError::io(&path))?;
+        std::fs::write(&path, bytes).map_err(RecordError::write(&path))?;
     }
     let mut recorder = Recorder::create(dir, 0, &begin_trial(session))?;
     let bar = output.bar(&record.title);
@@ -104,16 +111,17 @@ pub fn perform(
         .edges(&outcome.trial.edges)
         .and_then(|()| recorder.finish(&outcome.trial.counters, outcome.trial.duration_s));
     let ended = outcome.error.map_or(Ok(()), |error| Err(error.into()));
-    let ended: anyhow::Result<()> = ended.and(closed.map_err(Into::into)).and(vcd);
+    let ended: anyhow::Result<()> = ended.and(closed.map_err(Into::into));
     record.trials.push(outcome.trial);
-    record.ending = match &ended {
-        Ok(()) => Ending::complete(),
-        Err(error) => Ending::cut_short(format!("{error:#}"), super::exit_code(error)),
+    let lost = vcd.and(write_header(dir, &record));
+    record.ending = match (&ended, &lost) {
+        (Ok(()), Ok(())) => Ending::complete(),
+        (Ok(()), Err(lost)) => Ending::complete_but(lost.to_string()),
+        (Err(error), _) => Ending::cut_short(format!("{error:#}"), super::exit_code(error)),
     };
-    let written = write_header(dir, &record).map_err(Into::into);
-    let (report, lost) = match report::write(dir, &Report::of(&record)) {
-        Ok(path) => (Some(path), written),
-        Err(error) => (None, Err(error.into())),
+    let (report, lost) = match interrupt::close(dir, &mut record) {
+        Ok(path) => (Some(path), lost),
+        Err(error) => (None, lost.and(Err(error))),
     };
     Ok(Performed {
         record,
@@ -122,7 +130,7 @@ pub fn perform(
         image,
         refused: outcome.refused,
         // The first that went wrong is the one to tell.
-        ended: ended.and(lost),
+        ended: ended.and(lost.map_err(Into::into)),
     })
 }
 
@@ -172,7 +180,7 @@ impl Performed {
             lines.extend(hits(trial).iter().map(in_words));
             lines.extend(force_metrics(trial).iter().map(followed));
         }
-        let (title, refused) = (&self.record.title, self.refused);
+        let (title, refused) = (visible(&self.record.title), self.refused);
         let page = self.report.as_ref();
         let report = page.map(|path| format!("; report: {}", path.display()));
         let report = report.unwrap_or_default();
@@ -190,10 +198,10 @@ fn ignored_trigger(session: &Session, port: &mut dyn Port) -> Option<&'static st
     )
 }
 
-fn write_vcd(path: &Path, trace: &Trace) -> anyhow::Result<()> {
+fn write_vcd(path: &Path, trace: &Trace) -> Result<(), RecordError> {
     std::fs::File::create(path)
         .and_then(|file| hal_sim::trace::write_vcd(std::io::BufWriter::new(file), trace))
-        .with_context(|| format!("cannot write {}", path.display()))
+        .map_err(RecordError::write(path))
 }
 
 /// How a force was followed, for people.

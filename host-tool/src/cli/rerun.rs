@@ -71,8 +71,8 @@ pub fn main(args: &Rerun, output: Output) -> anyhow::Result<()> {
         OutArgs::to(beside(dir)?)
     };
     let of = dir.display().to_string();
-    if plan.command == "demo" {
-        demo::main(&Demo::again(&record, out.clone(), of), output)?;
+    if let Some(again) = Demo::again(&record, out.clone(), of.clone()) {
+        demo::main(&again, output)?;
     } else if let Some(again) = Experiment::again(&record, out.clone(), of.clone()) {
         experiment::main(&again, output)?;
     } else {
@@ -131,6 +131,7 @@ fn session_again(
     let device = kind.and_then(DeviceName::of);
     let device = device.ok_or(unknown("which device ran it"))?;
     let chip = ChipArgs::with_image(plan.image.then(|| dir.join("image.elf")));
+    record.seed.ok_or(unknown("which seed it had"))?;
     let mut again = Run::begin(&record.title, &record.device, record.seed, plan.clone());
     again.study = record.study.clone();
     again.host.rerun_of = Some(dir.display().to_string());
@@ -141,6 +142,7 @@ fn session_again(
         device: &device,
         chip: &chip,
         vcd: vcd.as_deref(),
+        replaces: out.overwrites(),
     };
     perform(&order, again, |title| out.place(title), output)
 }

@@ -1,10 +1,10 @@
 //! `flexor run`: a session on any device, recorded and reported.
 
-use super::Output;
 use super::chip::ChipArgs;
 use super::out::OutArgs;
-use super::perform::{Order, perform};
+use super::perform::{Order, SEED, perform};
 use super::study::StudyArgs;
+use super::{Output, wrong};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use host_core::record::{Plan, Run};
@@ -25,14 +25,15 @@ pub struct RunArgs {
     /// Acknowledge a latched fault first, once its cause is found
     #[arg(long)]
     acknowledge: bool,
-    /// Seed of a simulated wearer
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
+    /// Seed of a wearer that this program simulates; default: 1
+    #[arg(long)]
+    seed: Option<u64>,
     /// Another control law than the file's
     #[arg(long, value_parser = law())]
     law: Option<LawName>,
-    /// Also write what a simulated device put out, as VCD
-    #[arg(long)]
+    /// Also write what a simulated device put out, as VCD; one that is there only
+    /// with --overwrite
+    #[arg(long, group = "replaced")]
     vcd: Option<PathBuf>,
     #[command(flatten)]
     chip: ChipArgs,
@@ -49,6 +50,18 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
     if let Some(law) = args.law {
         session.session = session.session.with_law(law)?;
     }
+    if args.device.is_port() && (args.seed.is_some() || args.vcd.is_some()) {
+        return wrong(
+            "--seed and --vcd need --device native, chip or qemu: a device behind a port has its \
+             own seed, and nobody sees its outputs",
+        );
+    }
+    if let Some(vcd) = &args.vcd {
+        let mut reads = vec![args.session.as_path()];
+        reads.extend(args.chip.image());
+        args.out.beside(vcd, &reads)?;
+    }
+    let seed = (!args.device.is_port()).then_some(args.seed.unwrap_or(SEED));
     let plan = Plan {
         command: "run".to_owned(),
         device: args.device.to_string(),
@@ -58,18 +71,14 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
         image: args.chip.image().is_some(),
         arms: None,
     };
-    let mut record = Run::begin(
-        &session.session.title,
-        &args.device.to_string(),
-        args.seed,
-        plan,
-    );
+    let mut record = Run::begin(&session.session.title, &args.device.to_string(), seed, plan);
     record.study = study;
     let order = Order {
         session: &session,
         device: &args.device,
         chip: &args.chip,
         vcd: args.vcd.as_deref(),
+        replaces: args.out.overwrites(),
     };
     let performed = perform(&order, record, |title| args.out.place(title), output)?;
     performed.tell(output)

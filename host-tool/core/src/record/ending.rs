@@ -12,11 +12,12 @@ use std::path::Path;
 pub struct Ending {
     /// Whether it came to its own end.
     pub status: Completeness,
-    /// What cut it short, with the error's number; `None` where nobody could
-    /// write it any more, and for a complete run.
+    /// What cut it short, with the error's number; of a complete run what was lost
+    /// of its results. `None` where nobody could write it any more, and where
+    /// nothing was lost.
     pub reason: Option<String>,
-    /// What the program exited with: 0 for a complete run, 130 for SIGINT, 143
-    /// for SIGTERM; `None` where nobody could write it any more.
+    /// What the program exited with: 0 for a complete run with all its results,
+    /// 130 for SIGINT, 143 for SIGTERM; `None` where nobody could write it any more.
     pub exit_code: Option<u8>,
 }
 
@@ -40,6 +41,23 @@ impl Ending {
             reason: None,
             exit_code: Some(0),
         }
+    }
+
+    /// It came to its own end, but not all that was asked for could be written:
+    /// the page, or a file beside the record.
+    #[must_use]
+    pub const fn complete_but(lost: String) -> Self {
+        Self {
+            status: Completeness::Complete,
+            reason: Some(lost),
+            exit_code: Some(1),
+        }
+    }
+
+    /// What the record in `dir` says of itself.
+    #[must_use]
+    pub fn of(dir: &Path) -> Self {
+        read(dir).0
     }
 
     /// `reason` cut it short, and the program exits with `exit_code`.
@@ -77,7 +95,7 @@ impl Ending {
 struct Beginning<'a> {
     title: &'a str,
     device: &'a str,
-    seed: u64,
+    seed: Option<u64>,
     version: &'a str,
     #[serde(flatten)]
     ending: Ending,

@@ -47,17 +47,13 @@ pub enum RecordError {
     /// A closed record has lost this.
     #[error("E585 the record in {0} is damaged: {1}; take it from where it was kept whole")]
     Damaged(PathBuf, String),
-    /// The folder for something new is a record that it is made from.
-    #[error(
-        "E586 --out {out} is the record {record} itself, which is to be read and not replaced: \
-         choose another --out"
-    )]
-    Source {
-        /// The folder for the new.
-        out: PathBuf,
-        /// The record, as it was given.
-        record: PathBuf,
-    },
+    /// The place for something new, with its option where that needs naming, is this
+    /// of what is read or recorded.
+    #[error("E586 {0} is {1}, which is to be read and not replaced: choose another place")]
+    Source(String, String),
+    /// The file for something new is there.
+    #[error("E587 {0} is there already: choose another name; --overwrite replaces it")]
+    FileTaken(PathBuf),
     /// A file is not what this program writes: its line, from 1 for the header, and
     /// the column with the reason.
     #[error(
@@ -68,7 +64,8 @@ pub enum RecordError {
 }
 
 impl RecordError {
-    pub(super) fn write(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
+    /// What became of writing `path`.
+    pub fn write(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
         move |why| RecordError::Write {
             path: path.to_owned(),
             why,

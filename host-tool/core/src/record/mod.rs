@@ -28,7 +28,7 @@ pub use ending::{Completeness, Ending, write_summary};
 pub use error::RecordError;
 pub use folder::{load, save, write_header, write_run};
 pub use identity::{DeviceKind, Identity};
-pub use place::Place;
+pub use place::{Place, may_write};
 pub use provenance::{ClockFit, HostFacts, Plan, Program};
 pub use recorder::Recorder;
 pub use table::{read_edges, read_samples, write_edges, write_samples};
@@ -47,8 +47,8 @@ pub struct Run {
     pub title: String,
     /// How the device was named: "native simulator", a port's name, ….
     pub device: String,
-    /// Seed of all that was random.
-    pub seed: u64,
+    /// Seed of all that was random; `None` where only who serves the device knows.
+    pub seed: Option<u64>,
     /// The program that recorded.
     #[serde(default)]
     pub program: Program,
@@ -99,7 +99,7 @@ pub fn sha256(bytes: &[u8]) -> String {
 impl Run {
     /// A run without trials that this program begins now.
     #[must_use]
-    pub fn begin(title: &str, device: &str, seed: u64, plan: Plan) -> Self {
+    pub fn begin(title: &str, device: &str, seed: Option<u64>, plan: Plan) -> Self {
         Self {
             format: FORMAT,
             title: title.to_owned(),
@@ -140,6 +140,13 @@ impl Run {
         let said = |trial: &Trial| trial.identity.as_ref().is_some_and(|it| it.simulated);
         let known = |trial: &Trial| trial.samples.iter().any(|s| s.true_deg.is_some());
         self.trials.iter().any(|trial| said(trial) || known(trial))
+    }
+
+    /// The seed for people.
+    #[must_use]
+    pub fn seed_in_words(&self) -> String {
+        self.seed
+            .map_or_else(|| "unknown".to_owned(), |seed| seed.to_string())
     }
 
     /// What stimulated; `None` until a device has answered.

@@ -1,7 +1,7 @@
 //! The folder of a new record: a run never destroys another.
 
 use super::{RecordError, folder};
-use std::ffi::OsStr;
+use std::ffi::{OsStr, OsString};
 use std::fs::{File, TryLockError};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -11,7 +11,11 @@ use std::path::{Path, PathBuf};
 const LOCK: &str = ".lock";
 
 /// What a record has beside its trials' folders.
-const RUN_FILES: &str = "run.json summary.json report.html picture.svg image.elf outputs.vcd";
+const RUN_FILES: &str =
+    "run.json summary.json report.html picture.svg image.elf outputs.vcd compare.html";
+
+/// What a comparison of records has alone in its folder.
+const COMPARE_PAGE: &str = "compare.html";
 
 /// What a trial's folder has.
 const TRIAL_FILES: &str = "trial.json samples.csv edges.csv columns.csv session.toml";
@@ -63,10 +67,11 @@ impl Place {
     /// # Errors
     /// E590: it holds something else; E591: another program writes it.
     pub fn given(dir: &Path, overwrite: bool) -> Result<Self, RecordError> {
+        leads_somewhere(dir)?;
         std::fs::create_dir_all(dir).map_err(RecordError::io(dir))?;
         let found = foreign(dir)?;
         if let Some(found) = found
-            && !(overwrite && folder::read_header(dir).is_ok())
+            && !(overwrite && is_ours(dir))
         {
             let dir = dir.to_owned();
             return Err(match overwrite {
@@ -105,21 +110,97 @@ impl Place {
     }
 }
 
+/// That a command may write the file `path`, as far as can be told before it is
+/// needed: nothing is there, or `overwrite` allows to replace that, and it is
+/// neither a file that the command `reads` nor part of a record, also of the one
+/// that begins in `out`. A pipe or a device is nothing to lose.
+///
+/// # Errors
+/// E586: it is read or recorded; E587: it is there; E583: it cannot be.
+pub fn may_write(
+    path: &Path,
+    overwrite: bool,
+    reads: &[&Path],
+    out: Option<&Path>,
+) -> Result<(), RecordError> {
+    let there = path.metadata();
+    if there.as_ref().is_ok_and(|it| !it.is_file() && !it.is_dir()) {
+        return Ok(());
+    }
+    leads_somewhere(path)?;
+    let real = match path.parent().zip(path.file_name()) {
+        Some((folder, name)) if there.is_err() => {
+            let folder = Path::new(".").join(folder).canonicalize();
+            folder.map_err(RecordError::io(path))?.join(name)
+        }
+        _ => path.canonicalize().map_err(RecordError::io(path))?,
+    };
+    let is_it = |read: &&&Path| read.canonicalize().is_ok_and(|it| it == real);
+    let out = out.and_then(|out| out.canonicalize().ok());
+    let is_record = |dir: &&Path| {
+        let header = folder::read_header(dir);
+        matches!(header, Ok(_) | Err(RecordError::Newer(..))) || out.as_deref() == Some(dir)
+    };
+    let kept = match reads.iter().find(is_it) {
+        Some(read) => Some(format!("{} itself", read.display())),
+        None => {
+            let record = real.ancestors().skip(1).find(is_record);
+            record.map(|dir| format!("part of the record {}", dir.display()))
+        }
+    };
+    if let Some(kept) = kept {
+        let out = path.display().to_string();
+        return Err(RecordError::Source(out, kept));
+    }
+    if there.is_ok_and(|it| it.is_file()) && !overwrite {
+        return Err(RecordError::FileTaken(path.to_owned()));
+    }
+    let is_new = !real.exists();
+    let opened = File::options().create(true).append(true).open(&real);
+    opened.map_err(RecordError::io(path))?;
+    if is_new {
+        std::fs::remove_file(&real).map_err(RecordError::io(path))?;
+    }
+    Ok(())
+}
+
+/// That `path` is no link to nothing, which can be neither opened nor made.
+fn leads_somewhere(path: &Path) -> Result<(), RecordError> {
+    match path.is_symlink() && !path.exists() {
+        false => Ok(()),
+        true => Err(RecordError::io(path)(std::io::Error::other(
+            "it is a link that leads nowhere",
+        ))),
+    }
+}
+
 /// Something in `dir` that is no lock, if there is something.
 fn foreign(dir: &Path) -> Result<Option<String>, RecordError> {
+    let first = names(dir)?.into_iter().next();
+    Ok(first.map(|name| name.to_string_lossy().into_owned()))
+}
+
+/// What `dir` holds but for the lock, sorted.
+fn names(dir: &Path) -> Result<Vec<OsString>, RecordError> {
     let entries = std::fs::read_dir(dir).map_err(RecordError::io(dir))?;
     let names = entries.flatten().map(|entry| entry.file_name());
     let mut names: Vec<_> = names.filter(|name| name != OsStr::new(LOCK)).collect();
     names.sort();
-    let first = names.into_iter().next();
-    Ok(first.map(|name| name.to_string_lossy().into_owned()))
+    Ok(names)
+}
+
+/// Whether `dir` is what this program writes: a record, or a page alone.
+fn is_ours(dir: &Path) -> bool {
+    folder::read_header(dir).is_ok() || names(dir).is_ok_and(|names| names == [COMPARE_PAGE])
 }
 
 /// Takes away what the record in `dir` consists of, and nothing else.
 fn clear(dir: &Path) -> Result<(), RecordError> {
     for folder in folder::trial_folders(dir)? {
         if folder.is_symlink() {
-            continue; // what it leads to is not this record's
+            // What it leads to is not this record's.
+            std::fs::remove_file(&folder).map_err(RecordError::io(&folder))?;
+            continue;
         }
         remove(&folder, TRIAL_FILES)?;
         // With somebody's own files in it, it stays.

@@ -34,6 +34,10 @@ impl Recorder {
         trial: &Trial,
     ) -> Result<Self, RecordError> {
         let folder = trial_folder(dir, position, &trial.name);
+        if folder.is_symlink() {
+            // What it leads to is somebody else's.
+            std::fs::remove_file(&folder).map_err(RecordError::io(&folder))?;
+        }
         std::fs::create_dir_all(&folder).map_err(RecordError::write(&folder))?;
         let path = folder.join("samples.csv");
         let samples = disk.create(&path).map_err(RecordError::write(&path))?;
@@ -127,11 +131,11 @@ impl Recorder {
     fn accompany(&self, trial: &Trial) -> Result<(), RecordError> {
         if !trial.session_text.is_empty() {
             let path = self.folder.join("session.toml");
-            std::fs::write(&path, &trial.session_text).map_err(RecordError::io(&path))?;
+            std::fs::write(&path, &trial.session_text).map_err(RecordError::write(&path))?;
         }
         let path = self.folder.join("columns.csv");
         let written = columns::dictionary(&trial.channels).and_then(|it| std::fs::write(&path, it));
-        written.map_err(RecordError::io(&path))
+        written.map_err(RecordError::write(&path))
     }
 
     fn describe(&self) -> Result<(), RecordError> {

@@ -173,7 +173,7 @@ fn facts(run: &Run) -> String {
     let mut facts = format!(
         "Device: {} · seed {}",
         escape(&run.device_in_words()),
-        run.seed
+        run.seed_in_words()
     );
     if let Some(factor) = run.host.speed_factor {
         let _ = write!(facts, " · {factor:.0} × real time");
@@ -268,7 +268,7 @@ fn reproduce(report: &Report) -> String {
          trial with <code>samples.csv</code> and <code>edges.csv</code>, and \
          <code>summary.json</code>.</p>\n",
         escape(report.command),
-        run.seed,
+        run.seed_in_words(),
         env!("CARGO_PKG_VERSION"),
     );
     let files = run

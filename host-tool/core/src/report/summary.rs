@@ -13,7 +13,7 @@ struct Summary<'a> {
     ending: &'a Ending,
     device: String,
     simulated: bool,
-    seed: u64,
+    seed: Option<u64>,
     speed_factor: Option<f64>,
     version: &'a str,
     command: &'a str,

@@ -61,6 +61,12 @@ impl FromStr for DeviceName {
 }
 
 impl DeviceName {
+    /// Whether it is behind a port: what it is, and its seed, are its own.
+    #[must_use]
+    pub const fn is_port(&self) -> bool {
+        matches!(self, Self::Tcp(_) | Self::Serial(_))
+    }
+
     /// The device of this program that a record is of.
     #[must_use]
     pub const fn of(kind: DeviceKind) -> Option<Self> {

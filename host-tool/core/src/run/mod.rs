@@ -27,5 +27,5 @@ pub use interruption::{Stopped, interruptible};
 pub use observer::{Observer, Seen, Wish};
 pub use profile::{Booted, ProfileError, Profiled, profile};
 pub use recorded::{BeginError, Recorded, TrialPlace, record};
-pub use runner::{Outcome, acknowledge, run};
+pub use runner::{Outcome, acknowledge, greet, run};
 pub use trial::{begin_trial, edges_between, edges_of_one_period, event, sample};

@@ -3,7 +3,7 @@
 mod record;
 
 use super::{Observer, RunError, Seen, SessionFile, Stopped, Wish, trial};
-use crate::link::{Client, Error, Incoming, Port};
+use crate::link::{Client, Error, Incoming, Interruption, Port};
 use crate::record::{Recorder, Trial};
 use crate::session::{Session, Setpoint};
 use firmware::control::SensorSource;
@@ -67,7 +67,7 @@ pub fn run<P: Port>(
     let session = &file.session;
     let trial = trial::begin_trial(file);
     let interruption = observer.interruption();
-    let (client, info) = match Client::open_interruptible(port, interruption) {
+    let (client, info) = match open(port, interruption) {
         Ok(opened) => opened,
         Err(error) => {
             let outcome = Outcome {
@@ -75,7 +75,7 @@ pub fn run<P: Port>(
                 device: None,
                 epoch_us: None,
                 refused: 0,
-                error: Some(signalled(error.into(), None, Stopped::NotOpen)),
+                error: Some(error),
             };
             return (outcome, None);
         }
@@ -131,6 +131,24 @@ pub fn run<P: Port>(
         error: result.err(),
     };
     (outcome, Some(run.client.into_port()))
+}
+
+/// The device's first answer.
+fn open<P: Port>(
+    port: P,
+    interruption: Option<Interruption>,
+) -> Result<(Client<P>, HelloInfo), RunError> {
+    let opened = Client::open_interruptible(port, interruption);
+    opened.map_err(|error| signalled(error.into(), None, Stopped::NotOpen))
+}
+
+/// Waits until the device has answered, and gives the port back.
+///
+/// # Errors
+/// It does not answer, another host holds its session, or a signal came.
+pub fn greet<P: Port>(port: P, interruption: &Interruption) -> Result<P, RunError> {
+    let (client, _) = open(port, Some(interruption.clone()))?;
+    Ok(client.into_port())
 }
 
 /// What a signal ended, `t_s` after the start, is told as such.
