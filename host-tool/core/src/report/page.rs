@@ -8,14 +8,13 @@ use super::{Report, bars, edges, lanes, trajectory};
 use crate::analysis::{Metrics, force_metrics, hits, metrics_but_lag};
 use crate::plot::canvas::escape;
 use crate::record::{Assumption, Role, Run, Trial};
-use std::fmt::Write;
 
 /// A self-contained HTML document, about 50 kB a trial. No script, no request.
 pub fn page(report: &Report) -> String {
     let run = report.run;
     let mut out = format!("<p class=\"result\">{}</p>\n", escape(&headline(run)));
     out.push_str(&figure(&trajectory::figure(&run.trials), ""));
-    let _ = writeln!(out, "<p class=\"facts\">{}</p>", facts(run));
+    out.push_str(&format!("<p class=\"facts\">{}</p>\n", facts(run)));
 
     let tables = metrics_table(&run.trials) + &hits_table(&run.trials) + &force_table(&run.trials);
     let log =
@@ -33,7 +32,7 @@ pub fn page(report: &Report) -> String {
         ("How to reproduce", reproduce(report)),
     ] {
         if !body.is_empty() {
-            let _ = writeln!(out, "<section><h2>{title}</h2>\n{body}</section>");
+            out.push_str(&format!("<section><h2>{title}</h2>\n{body}</section>\n"));
         }
     }
     document(&escape(&run.title), &out)
@@ -176,7 +175,7 @@ fn facts(run: &Run) -> String {
         run.seed
     );
     if let Some(factor) = run.host.speed_factor {
-        let _ = write!(facts, " · {factor:.0} × real time");
+        facts.push_str(&format!(" · {factor:.0} × real time"));
     }
     if run.is_simulated() {
         facts.push_str(" · <b>Simulated wearer: no evidence about people.</b>");
@@ -282,7 +281,7 @@ fn reproduce(report: &Report) -> String {
         })
         .collect();
     if !items.is_empty() {
-        let _ = write!(text, "<ul>\n{items}</ul>\n");
+        text.push_str(&format!("<ul>\n{items}</ul>\n"));
     }
     text
 }
