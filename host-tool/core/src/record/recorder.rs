@@ -16,7 +16,7 @@ pub struct Recorder {
     trial: Trial,
     samples: Box<dyn Write>,
     /// A row on its way.
-    row: Vec<u8>,
+    row: String,
 }
 
 impl Recorder {
@@ -46,13 +46,12 @@ impl Recorder {
                 ..trial.clone()
             },
             samples,
-            row: Vec::new(),
+            row: String::new(),
         };
         recorder.describe()?;
         recorder.accompany(trial)?;
-        table::write_sample_header(&mut recorder.row, &trial.channels)
-            .and_then(|()| recorder.append())
-            .map_err(RecordError::write(&path))?;
+        table::push_sample_header(&mut recorder.row, &trial.channels);
+        recorder.append().map_err(RecordError::write(&path))?;
         recorder.edges(&trial.edges)?;
         trial.samples.iter().try_for_each(|s| recorder.sample(s))?;
         Ok(recorder)
@@ -60,15 +59,15 @@ impl Recorder {
 
     /// Appends a sample.
     pub fn sample(&mut self, sample: &Sample) -> Result<(), RecordError> {
-        table::write_sample(&mut self.row, sample, &self.trial.channels)
-            .and_then(|()| self.append())
+        table::push_sample(&mut self.row, sample, &self.trial.channels);
+        self.append()
             .map_err(|source| RecordError::write(&self.folder.join("samples.csv"))(source))
     }
 
     /// Hands the row to the system in one write, so that a program killed at any
     /// moment leaves whole rows.
     fn append(&mut self) -> std::io::Result<()> {
-        let written = self.samples.write_all(&self.row);
+        let written = self.samples.write_all(self.row.as_bytes());
         self.row.clear();
         written
     }

@@ -51,6 +51,7 @@ const LAYERS: &[(&str, &[&[&str]])] = &[
             &["record"],
             &["session"],
             &["choice", "link", "plot"],
+            &["number"],
         ],
     ),
     (
