@@ -241,14 +241,6 @@ impl Trial {
         sample.wanted_n.get(place).copied().flatten()
     }
 
-    /// The pulse rate that force control gives a channel, Hz; `None` without, and
-    /// while the channel plays nothing.
-    #[must_use]
-    pub fn rate_hz(&self, sample: &Sample, channel: u8) -> Option<f64> {
-        let place = self.place(channel, |c| c.force)?;
-        sample.rates_hz.get(place).copied().flatten()
-    }
-
     /// The two forces that a channel's limits can give, N, if they could not give
     /// the wanted one between them.
     #[must_use]
@@ -259,7 +251,7 @@ impl Trial {
     }
 
     /// A channel's place among those that have something.
-    fn place(&self, channel: u8, has: fn(&ChannelInfo) -> bool) -> Option<usize> {
+    pub(crate) fn place(&self, channel: u8, has: fn(&ChannelInfo) -> bool) -> Option<usize> {
         let mut such = self.channels.iter().filter(|c| has(c));
         such.position(|c| c.number == channel)
     }
