@@ -87,17 +87,23 @@ impl Decoder {
     /// Takes one byte. At a delimiter, returns the message's bytes (without
     /// CRC) or why there is none; empty frames are silence.
     pub fn push(&mut self, byte: u8) -> Option<Result<&[u8], FrameError>> {
-        if byte != 0 {
-            self.too_long |= self.bytes.push(byte).is_err();
-            return None;
-        }
-        let too_long = core::mem::take(&mut self.too_long);
-        if self.bytes.is_empty() {
-            return None;
-        }
-        if too_long {
+        self.take(&mut &[byte][..])
+    }
+
+    /// [`Self::push`] of all bytes up to the first delimiter, which it takes as well;
+    /// `bytes` keeps the rest.
+    pub fn take(&mut self, bytes: &mut &[u8]) -> Option<Result<&[u8], FrameError>> {
+        let mut parts = bytes.splitn(2, |&byte| byte == 0);
+        let (run, rest) = (parts.next().unwrap_or_default(), parts.next());
+        self.too_long |= self.bytes.extend_from_slice(run).is_err();
+        *bytes = rest.unwrap_or_default();
+        rest?;
+        if core::mem::take(&mut self.too_long) {
             self.bytes.clear();
             return Some(Err(FrameError::TooLong));
+        }
+        if self.bytes.is_empty() {
+            return None;
         }
         let message = open(&mut self.bytes);
         // The slice is copied out by the caller before the next byte arrives:
@@ -114,7 +120,7 @@ impl Decoder {
         }
     }
 
-    /// Forgets the frame that [`Decoder::push`] returned.
+    /// Forgets the frame that [`Decoder::push`] or [`Decoder::take`] returned.
     pub fn clear(&mut self) {
         self.bytes.clear();
     }
