@@ -62,6 +62,15 @@ impl Parameters {
         }
     }
 
+    /// [`Self::mean_subject`] as [`Self::normalised_at`] 50 Hz makes it, which takes
+    /// as long as simulating a second: whoever reads a session needs it.
+    pub fn mean_subject_at_50_hz() -> Self {
+        Self {
+            a_n_per_s: 8.538_139_871_176_81,
+            ..Self::mean_subject()
+        }
+    }
+
     /// The same dynamics with A chosen so that a long train at `frequency_hz`
     /// (above zero) has a mean force of 1.
     pub fn normalised_at(self, frequency_hz: f64) -> Self {

@@ -1,6 +1,6 @@
 //! A trace as rows: one per change of a channel's state.
 
-use super::levels::{CHANNELS, Levels, State};
+use super::levels::{CHANNELS, Changed, Levels, State};
 use super::record::{DacWrite, Trace};
 
 /// One channel entered a state.
@@ -23,8 +23,8 @@ pub struct Edges<'a> {
     codes: [u16; CHANNELS],
     t_us: u64,
     now: Levels,
-    /// Bits of the channels whose change at `t_us` is not yet given out.
-    pending: u32,
+    /// The channels whose change at `t_us` is not yet given out.
+    pending: Changed,
 }
 
 impl Trace {
@@ -36,7 +36,7 @@ impl Trace {
             codes: [0; CHANNELS],
             t_us: 0,
             now: Levels::ISOLATED,
-            pending: 0,
+            pending: Changed::default(),
         }
     }
 
@@ -49,17 +49,19 @@ impl Trace {
 impl Iterator for Edges<'_> {
     type Item = Edge;
 
+    #[inline]
     fn next(&mut self) -> Option<Edge> {
-        while self.pending == 0 {
+        let channel = loop {
+            if let Some(channel) = self.pending.next() {
+                break channel;
+            }
             let &(t_us, levels) = self.levels.next()?;
             while let Some(write) = self.writes.next_if(|write| write.t_us < t_us) {
                 self.codes[usize::from(write.channel)] = write.code;
             }
-            self.pending = levels.changed(self.now).fold(0, |set, ch| set | 1 << ch);
+            self.pending = levels.changed(self.now);
             (self.t_us, self.now) = (t_us, levels);
-        }
-        let channel = self.pending.trailing_zeros() as u8;
-        self.pending &= self.pending - 1;
+        };
         Some(Edge {
             t_us: self.t_us,
             channel,

@@ -113,16 +113,26 @@ impl Levels {
     }
 
     /// Channels whose state differs from `before`, ascending.
-    pub fn changed(self, before: Levels) -> impl Iterator<Item = u8> {
-        let mut rest = (self.0 ^ before.0) & (SYNC - 1);
-        std::iter::from_fn(move || {
-            if rest == 0 {
-                return None;
-            }
-            let channel = rest.trailing_zeros() / 2;
-            rest &= !(0b11 << (2 * channel));
-            Some(channel as u8)
-        })
+    pub const fn changed(self, before: Levels) -> Changed {
+        Changed((self.0 ^ before.0) & (SYNC - 1))
+    }
+}
+
+/// Channels that changed, ascending: those with a bit set of their two.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Changed(u32);
+
+impl Iterator for Changed {
+    type Item = u8;
+
+    #[inline]
+    fn next(&mut self) -> Option<u8> {
+        if self.0 == 0 {
+            return None;
+        }
+        let channel = self.0.trailing_zeros() / 2;
+        self.0 &= !(0b11 << (2 * channel));
+        Some(channel as u8)
     }
 }
 

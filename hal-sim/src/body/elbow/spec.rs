@@ -113,7 +113,7 @@ impl Default for ElbowSpec {
     /// thresholds (80 mA at 35 µs is Harris' strongest triceps stimulation, 40 mA
     /// at 25 µs his biceps at "25 % to 50 %" co-contraction), load, push.
     fn default() -> Self {
-        let dynamics = Parameters::mean_subject().normalised_at(TORQUE_FREQUENCY_HZ);
+        let dynamics = Parameters::mean_subject_at_50_hz(); // TORQUE_FREQUENCY_HZ
         Self {
             triceps: ElbowMuscle {
                 channel: 0,

@@ -103,7 +103,7 @@ impl FingerSpec {
             two_point_factor: TWO_POINT_FACTOR,
             isolated_two_point_factor: ISOLATED_TWO_POINT_FACTOR,
             recruitment_curvature: RECRUITMENT_CURVATURE,
-            muscle: Parameters::mean_subject().normalised_at(TORQUE_FREQUENCY_HZ),
+            muscle: Parameters::mean_subject_at_50_hz(), // TORQUE_FREQUENCY_HZ
             flexor_torque_nm: 0.22,
             extensor_torque_nm: 0.15,
             torque_loss: 0.25,
