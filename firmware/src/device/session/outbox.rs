@@ -73,7 +73,7 @@ mod tests {
 
     #[test]
     fn it_is_a_queue_wherever_the_ring_ends() {
-        let (mut outbox, mut queue) = (Outbox::new(), VecDeque::new());
+        let (mut outbox, mut queue) = (Outbox::new(), VecDeque::<u8>::new());
         let mut buffer = [0; 700];
         for round in 0..2_000_usize {
             let frame: [u8; 391] = core::array::from_fn(|n| (n + round) as u8);
