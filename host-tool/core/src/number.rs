@@ -2,7 +2,7 @@
 //! fraction of its cost. For rows and pictures, which have hundreds of thousands.
 
 /// Appends `value` to `text` as `Display` writes it.
-pub fn push(text: &mut String, value: f64) {
+pub fn push(text: &mut Vec<u8>, value: f64) {
     match millionths(value) {
         Some(millionths) => push_millionths(text, millionths),
         None => push_any(text, value),
@@ -20,32 +20,48 @@ fn millionths(value: f64) -> Option<i64> {
     (is_whole && (nearest != 0 || value.is_sign_positive())).then_some(nearest)
 }
 
-fn push_millionths(text: &mut String, millionths: i64) {
-    let mut digits = itoa::Buffer::new();
+fn push_millionths(text: &mut Vec<u8>, millionths: i64) {
+    let (mut left, mut behind) = (millionths.unsigned_abs(), 6);
+    // Most are thousandths.
+    if left.is_multiple_of(1000) {
+        (left, behind) = (left / 1000, 3);
+    }
+    while behind > 0 && left.is_multiple_of(10) {
+        (left, behind) = (left / 10, behind - 1);
+    }
+    // From the last digit to the first, at least one before the point: 16 characters
+    // and a sign.
+    let mut digits = [0; 20];
+    let mut start = digits.len();
+    let mut put = |character| {
+        start -= 1;
+        digits[start] = character;
+    };
+    for place in 0.. {
+        if place == behind && place > 0 {
+            put(b'.');
+        }
+        put(b'0' + (left % 10) as u8);
+        left /= 10;
+        if left == 0 && place >= behind {
+            break;
+        }
+    }
     if millionths < 0 {
-        text.push('-');
+        put(b'-');
     }
-    let (whole, part) = (
-        millionths.unsigned_abs() / 1_000_000,
-        millionths.unsigned_abs() % 1_000_000,
-    );
-    text.push_str(digits.format(whole));
-    if part != 0 {
-        // Seven digits, the first of them a 1 in the point's place.
-        text.push('.');
-        let part = digits.format(1_000_000 + part as u32);
-        text.push_str(part[1..].trim_end_matches('0'));
-    }
+    text.extend_from_slice(&digits[start..]);
 }
 
-fn push_any(text: &mut String, value: f64) {
+fn push_any(text: &mut Vec<u8>, value: f64) {
     let mut buffer = zmij::Buffer::new();
     let shortest = buffer.format(value);
     if !value.is_finite() || shortest.contains('e') || may_tie(value) {
         // What may be written otherwise is left to `Display`.
-        return text.push_str(&value.to_string());
+        return text.extend_from_slice(value.to_string().as_bytes());
     }
-    text.push_str(shortest.strip_suffix(".0").unwrap_or(shortest));
+    let shortest = shortest.strip_suffix(".0").unwrap_or(shortest);
+    text.extend_from_slice(shortest.as_bytes());
 }
 
 /// Whether two shortest decimals may be equally near `value`, of which either could
@@ -69,9 +85,9 @@ mod tests {
     #[test]
     fn numbers_are_written_as_they_are_displayed() {
         let is_same = |value: f64| {
-            let mut written = String::new();
+            let mut written = Vec::new();
             push(&mut written, value);
-            assert_eq!(written, value.to_string());
+            assert_eq!(String::from_utf8(written).unwrap(), value.to_string());
         };
         let edges = [
             0.0, -0.0, 1.0, -3.0, 1e15, 1e16, 1e17, 1e300, 1e-4, 1e-5, 1e-7, 5e-324,

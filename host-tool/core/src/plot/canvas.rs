@@ -82,15 +82,15 @@ fn short(value: f64) -> f64 {
 
 /// Points as an SVG lists them.
 fn path(points: &[At]) -> String {
-    let mut all = String::with_capacity(12 * points.len());
+    let mut all = Vec::with_capacity(12 * points.len());
     for (x, y) in points {
         number::push(&mut all, short(*x));
-        all.push(',');
+        all.push(b',');
         number::push(&mut all, short(*y));
-        all.push(' ');
+        all.push(b' ');
     }
     all.pop(); // the last space
-    all
+    String::from_utf8(all).unwrap_or_default() // numbers are
 }
 
 impl Canvas {

@@ -16,7 +16,7 @@ pub struct Recorder {
     trial: Trial,
     samples: Box<dyn Write>,
     /// A row on its way.
-    row: String,
+    row: Vec<u8>,
 }
 
 impl Recorder {
@@ -46,7 +46,7 @@ impl Recorder {
                 ..trial.clone()
             },
             samples,
-            row: String::new(),
+            row: Vec::new(),
         };
         recorder.describe()?;
         recorder.accompany(trial)?;
@@ -67,7 +67,7 @@ impl Recorder {
     /// Hands the row to the system in one write, so that a program killed at any
     /// moment leaves whole rows.
     fn append(&mut self) -> std::io::Result<()> {
-        let written = self.samples.write_all(self.row.as_bytes());
+        let written = self.samples.write_all(&self.row);
         self.row.clear();
         written
     }

@@ -24,14 +24,14 @@ const BELOW: &str = "below_";
 const ABOVE: &str = "above_";
 
 /// Appends the header of `samples.csv`.
-pub(super) fn push_sample_header(text: &mut String, channels: &[ChannelInfo]) {
-    text.push_str(&columns::header(&columns::SAMPLES, channels));
-    text.push('\n');
+pub(super) fn push_sample_header(text: &mut Vec<u8>, channels: &[ChannelInfo]) {
+    text.extend_from_slice(columns::header(&columns::SAMPLES, channels).as_bytes());
+    text.push(b'\n');
 }
 
 /// Appends one row. What is not known or not there becomes an empty field, never
 /// a zero; surplus amplitudes or forces have no column and are left out.
-pub(super) fn push_sample(text: &mut String, sample: &Sample, channels: &[ChannelInfo]) {
+pub(super) fn push_sample(text: &mut Vec<u8>, sample: &Sample, channels: &[ChannelInfo]) {
     let predicted = channels.iter().filter(|c| c.muscle).count();
     let controlled = channels.iter().filter(|c| c.force).count();
     number::push(text, sample.t_s);
@@ -39,8 +39,8 @@ pub(super) fn push_sample(text: &mut String, sample: &Sample, channels: &[Channe
         push_field(text, value);
     }
     push_field(text, sample.effort);
-    text.push_str(if sample.limiting { ",1," } else { ",0," });
-    text.push_str(device_state_name(sample.state));
+    text.extend_from_slice(if sample.limiting { b",1," } else { b",0," });
+    text.extend_from_slice(device_state_name(sample.state).as_bytes());
     for column in 0..channels.len() {
         push_field(text, sample.amplitudes.get(column).copied().flatten());
     }
@@ -57,12 +57,12 @@ pub(super) fn push_sample(text: &mut String, sample: &Sample, channels: &[Channe
             push_field(text, values.get(column).copied().flatten());
         }
     }
-    text.push('\n');
+    text.push(b'\n');
 }
 
 /// Appends a comma and the value, if there is one.
-fn push_field(text: &mut String, value: Option<f64>) {
-    text.push(',');
+fn push_field(text: &mut Vec<u8>, value: Option<f64>) {
+    text.push(b',');
     if let Some(value) = value {
         number::push(text, value);
     }
@@ -74,12 +74,12 @@ pub fn write_samples(
     channels: &[ChannelInfo],
     samples: &[Sample],
 ) -> io::Result<()> {
-    let mut text = String::new();
+    let mut text = Vec::new();
     push_sample_header(&mut text, channels);
     for sample in samples {
         push_sample(&mut text, sample, channels);
     }
-    out.write_all(text.as_bytes())
+    out.write_all(&text)
 }
 
 /// Writes edges as `t_us,channel,state,dac_code`, the columns of `flexor edges`.
