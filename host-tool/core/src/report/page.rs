@@ -5,13 +5,19 @@ use super::tables::{
     newtons, paper_table, seconds,
 };
 use super::{Report, bars, edges, lanes, trajectory};
-use crate::analysis::{Metrics, force_metrics, hits, metrics_but_lag};
+use crate::analysis::{Metrics, force_metrics, hits, metrics, metrics_but_lag};
 use crate::plot::canvas::escape;
 use crate::record::{Assumption, Role, Run, Trial};
 use std::fmt::Write;
 
 /// A self-contained HTML document, about 50 kB a trial. No script, no request.
 pub fn page(report: &Report) -> String {
+    let judged: Vec<_> = report.run.trials.iter().map(metrics).collect();
+    judged_page(report, &judged)
+}
+
+/// [`page`] with the [`metrics`] of each trial.
+pub(super) fn judged_page(report: &Report, judged: &[Option<Metrics>]) -> String {
     let run = report.run;
     let title = escape(&run.title);
     let style = include_str!("page.css");
@@ -26,7 +32,8 @@ pub fn page(report: &Report) -> String {
     out.push_str(&figure(&trajectory::figure(&run.trials), ""));
     let _ = writeln!(out, "<p class=\"facts\">{}</p>", facts(run));
 
-    let tables = metrics_table(&run.trials) + &hits_table(&run.trials) + &force_table(&run.trials);
+    let tables =
+        metrics_table(&run.trials, judged) + &hits_table(&run.trials) + &force_table(&run.trials);
     section(&mut out, "Result", &tables);
     section(&mut out, "Stimulation", &stimulation(run));
     section(&mut out, "Edges of one period", &periods(run));

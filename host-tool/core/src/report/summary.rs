@@ -1,6 +1,7 @@
 //! The two files of a report: one for people, one for machines.
 
-use super::{Report, page};
+use super::Report;
+use super::page::judged_page;
 use crate::analysis::{ForceMetrics, Hit, Metrics, force_metrics, hits, metrics};
 use crate::record::{Assumption, Ending, Held, PaperRow, RecordError, replace_file, write_summary};
 use serde::Serialize;
@@ -52,6 +53,7 @@ pub fn write(dir: &Path, report: &Report) -> Result<PathBuf, RecordError> {
     };
     std::fs::create_dir_all(dir).map_err(failed)?;
     let run = report.run;
+    let judged: Vec<_> = run.trials.iter().map(metrics).collect();
     let summary = Summary {
         title: &run.title,
         ending: &run.ending,
@@ -64,14 +66,15 @@ pub fn write(dir: &Path, report: &Report) -> Result<PathBuf, RecordError> {
         trials: run
             .trials
             .iter()
-            .map(|trial| TrialSummary {
+            .zip(&judged)
+            .map(|(trial, judged)| TrialSummary {
                 name: &trial.name,
                 no_pulse_was_played: trial.silent.as_deref(),
                 pulses: trial.pulses,
                 session_file: &trial.session_file,
                 held: Held::by(trial),
                 duration_s: trial.duration_s,
-                metrics: metrics(trial),
+                metrics: *judged,
                 hits: hits(trial),
                 forces: force_metrics(trial),
                 counters: &trial.counters,
@@ -85,6 +88,6 @@ pub fn write(dir: &Path, report: &Report) -> Result<PathBuf, RecordError> {
     if run.damage.is_empty() {
         write_summary(dir, &summary)?;
     }
-    replace_file(&path, page(report).as_bytes())?;
+    replace_file(&path, judged_page(report, &judged).as_bytes())?;
     Ok(path)
 }

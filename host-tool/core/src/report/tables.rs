@@ -1,6 +1,6 @@
 //! Text and tables of the page.
 
-use crate::analysis::{Hit, Metrics, force_metrics, hits, metrics, metrics_but_lag};
+use crate::analysis::{Hit, Metrics, force_metrics, hits, metrics_but_lag};
 use crate::plot::canvas::escape;
 use crate::record::{PaperRow, Trial};
 use std::fmt::Write;
@@ -62,14 +62,13 @@ fn hit_cells(hit: &Hit) -> String {
     cells.map(|cell| format!("<td>{cell}</td>")).concat()
 }
 
-/// How each trial that followed a target went; nothing if none did.
-pub(super) fn metrics_table(trials: &[Trial]) -> String {
+/// How each trial that followed a target went, with its metrics; nothing if none did.
+pub(super) fn metrics_table(trials: &[Trial], judged: &[Option<Metrics>]) -> String {
     let mut rows = String::new();
-    for trial in trials.iter().filter(|trial| trial.joint) {
+    for (trial, judged) in trials.iter().zip(judged).filter(|(trial, _)| trial.joint) {
         let name = escape(&trial.name);
-        let cells = metrics(trial).map_or("<td colspan=\"8\">no samples</td>".to_owned(), |m| {
-            metric_cells(&m)
-        });
+        let none = || "<td colspan=\"8\">no samples</td>".to_owned();
+        let cells = judged.as_ref().map_or_else(none, metric_cells);
         let _ = writeln!(rows, "<tr><th scope=\"row\">{name}</th>{cells}</tr>");
     }
     if rows.is_empty() {
