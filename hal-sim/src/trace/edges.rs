@@ -40,6 +40,18 @@ impl Trace {
         }
     }
 
+    /// The edges from `from_us` on, without going through those before.
+    pub fn edges_from(&self, from_us: u64) -> Edges<'_> {
+        let (before, levels) = self
+            .levels
+            .split_at(self.levels.partition_point(|entry| entry.0 < from_us));
+        Edges {
+            levels: levels.iter(),
+            now: before.last().map_or(Levels::ISOLATED, |entry| entry.1),
+            ..self.edges()
+        }
+    }
+
     /// The edges of one channel (0…9), in order of time.
     pub fn channel_edges(&self, channel: u8) -> impl Iterator<Item = Edge> {
         self.edges().filter(move |edge| edge.channel == channel)
@@ -102,5 +114,9 @@ mod tests {
             ]
         );
         assert_eq!(trace.channel_edges(5).collect::<Vec<_>>(), all[1..2]);
+        for from_us in [0, 99, 100, 101, 150, 151, 300, 301] {
+            let edges = trace.edges().filter(|edge| edge.t_us >= from_us);
+            assert!(trace.edges_from(from_us).eq(edges), "{from_us}");
+        }
     }
 }

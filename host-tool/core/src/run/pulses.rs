@@ -16,7 +16,7 @@ pub(super) fn played(session: &Session, trace: &Trace, epoch_us: u64) -> u64 {
             State::Anodic
         })
     });
-    let edges = trace.edges().skip_while(|edge| edge.t_us < epoch_us);
+    let edges = trace.edges_from(epoch_us);
     let starts = edges
         .filter(|edge| edge.dac_code > 0 && first[usize::from(edge.channel)] == Some(edge.state));
     starts.count() as u64
