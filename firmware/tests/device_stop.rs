@@ -229,3 +229,28 @@ fn a_hello_that_could_not_end_a_subscription_is_refused() {
     desk.wait(50_000);
     assert_eq!(desk.heard(), []);
 }
+
+#[test]
+fn no_table_is_made_while_a_stop_may_come() {
+    let setup = || Request::Channel {
+        channel: 0,
+        spec: channel(PLAIN),
+    };
+    let mut desk = armed();
+    desk.must(setup());
+    let numbers = desk.write([Request::Start, setup(), Request::Stop]);
+    desk.wait(200_000);
+    let heard = desk.heard();
+    assert_eq!(answer(&heard, numbers[1]), Err(Code::WrongState));
+    assert_eq!(desk.state(), State::Idle);
+    desk.must(setup());
+
+    let mut desk = stimulating();
+    assert_eq!(desk.refused(setup()), refusal(Code::WrongState, "state"));
+    desk.must(Request::Stop);
+    assert_eq!(desk.state(), State::Stopping);
+    assert_eq!(desk.code(setup()), Some(Code::WrongState));
+    desk.wait(2_000_000);
+    assert_eq!(desk.state(), State::Idle);
+    desk.must(setup());
+}

@@ -9,113 +9,51 @@
 mod rows;
 
 use hal_sim::chip::cpu::flat::Flat;
-use hal_sim::chip::cpu::{Cpu, Size};
+use hal_sim::chip::cpu::{Cpu, Size, Stop};
+use std::ops::RangeInclusive;
 
-/// One sequence.
-pub struct Row {
-    pub name: &'static str,
-    /// In unified syntax; branch targets relative to the instruction + 4.
-    pub assembly: &'static str,
-    /// As llvm-mc encodes it.
-    pub code: &'static [u16],
-    /// Instructions executed: less than written where it branches away.
-    pub steps: u32,
-    pub cycles: Cycles,
-    pub rule: Rule,
-}
-
-/// In a table: name, assembly, code, steps, cycles, rule.
-const fn row(
-    name: &'static str,
-    assembly: &'static str,
-    code: &'static [u16],
-    steps: u32,
-    cycles: Cycles,
-    rule: Rule,
-) -> Row {
-    Row {
-        name,
-        assembly,
-        code,
-        steps,
-        cycles,
-        rule,
-    }
-}
-
-/// Fewest and most cycles by the manual.
-#[derive(Clone, Copy, Debug)]
-pub struct Cycles(pub u64, pub u64);
-
-pub const fn exactly(n: u64) -> Cycles {
-    Cycles(n, n)
-}
-
-pub const fn between(low: u64, high: u64) -> Cycles {
-    Cycles(low, high)
-}
+/// One sequence: name; assembly in unified syntax, branch targets relative to the
+/// instruction + 4; as llvm-mc encodes it; instructions executed, less than
+/// written where it branches away; cycles by the manual; what they rest on.
+pub type Row = (
+    &'static str,
+    &'static str,
+    &'static [u16],
+    u32,
+    RangeInclusive<u64>,
+    Rule,
+);
 
 /// What in the manual a row rests on.
 #[derive(Clone, Copy, Debug)]
+#[rustfmt::skip]
 pub enum Rule {
-    /// Table 3-1: cycles of the instructions, added up.
-    Table,
-    /// Table 3-2: every DSP instruction takes one.
-    Dsp,
-    /// Table 3-1: 2 to 12, by leading zeros and ones of the operands.
-    Divide,
-    /// 3.3.3: a literal's load may meet a fetch.
-    Literal,
-    /// 3.3.3: a load or store right after a load is one cycle shorter,
-    /// unless its address needs what was loaded.
-    Pipelined,
-    /// Not said whether a base written back counts as loaded.
-    Writeback,
-    /// 3.3.3: one cycle more on a half-word or byte-aligned half-word, two
-    /// on a byte-aligned word.
-    Unaligned,
-    /// 3.3.3: a store with an immediate offset takes one.
-    Store,
-    /// 3.3.3: nothing is pipelined after a store.
-    AfterStore,
-    /// Not said whether such a store waits for its address.
-    StoreThrough,
-    /// Both said: more cycles for unaligned stores, and that the write
-    /// buffer hides them.
-    UnalignedStore,
-    /// 3.3.3: an address made by the data processing instruction right
-    /// before costs a cycle.
-    Address,
-    /// 3.3.3: two words together take three; not pipelined around.
-    Double,
-    /// Table 3-1: 1 + N; 3.3.3: not pipelined around.
-    Multiple,
-    /// Table 3-1: a branch that is not taken takes one.
-    NotTaken,
-    /// Table 3-1: P, a pipeline refill, is 1 to 3.
-    Refill,
-    /// 3.3.3: two for the load and three for the refill.
-    LoadPc,
-    /// 3.3.3: two for the load, one for the sum, three for the refill.
-    TableBranch,
-    /// Table 3-1: DMB and DSB need not wait, ISB refills.
-    Barrier,
-    /// Table 3-1: 1 or 2.
-    Special,
-    /// Table 3-1: IT takes one or is folded; what is not done takes one.
-    It,
-    /// Table 7-1: cycles of the instructions, added up.
-    Fpu,
-    /// 7.2.3: arithmetic, multiply-accumulate and conversion take one more
-    /// if the next instruction consumes the result; nothing else does.
-    Consumed,
-    /// 7.2.3: a multiply-accumulate needs its addend one cycle later.
-    Addend,
-    /// Table 7-1 says 3; not said whether integer instructions after it wait.
-    MacAlone,
-    /// 7.2.3: VDIV and VSQRT take one cycle until the next floating-point
-    /// instruction, which waits for their 14.
-    OutOfOrder,
+    Table, // Table 3-1: cycles of the instructions, added up
+    Dsp, // Table 3-2: every DSP instruction takes one
+    Divide, // Table 3-1: 2 to 12, by leading zeros and ones of the operands
+    Literal, // 3.3.3: a literal's load may meet a fetch
+    Pipelined, // 3.3.3: right after a load one less, unless its address needs what was loaded
+    Writeback, // Not said whether a base written back counts as loaded
+    Unaligned, // 3.3.3: one more on a half-word or byte-aligned half-word, two on a byte-aligned word
+    Store, // 3.3.3: a store with an immediate offset takes one
+    AfterStore, // 3.3.3: nothing is pipelined after a store
+    StoreThrough, // Not said whether such a store waits for its address
+    UnalignedStore, // Both said: more cycles for unaligned stores, and that the write buffer hides them
+    Address, // 3.3.3: an address made by the data processing instruction right before costs a cycle
+    Double, // 3.3.3: two words together take three; not pipelined around
+    Multiple, // Table 3-1: 1 + N; 3.3.3: not pipelined around
+    NotTaken, // Table 3-1: a branch that is not taken takes one
+    Refill, // Table 3-1: P, a pipeline refill, is 1 to 3
+    LoadPc, // 3.3.3: two for the load and three for the refill
+    TableBranch, // 3.3.3: two for the load, one for the sum, three for the refill
+    Barrier, // Table 3-1: DMB and DSB need not wait, ISB refills
+    Special, // Table 3-1: 1 or 2
+    It, // Table 3-1: IT takes one or is folded; what is not done takes one
+    Fpu, // Table 7-1: cycles of the instructions, added up
+    Consumed, // 7.2.3: arithmetic takes one more if the next instruction consumes the result
+    Addend, // 7.2.3: a multiply-accumulate needs its addend one cycle later
+    MacAlone, // Table 7-1 says 3; not said whether integer instructions after it wait
+    OutOfOrder, // 7.2.3: VDIV and VSQRT take one until the next floating-point instruction, which waits for their 14
 }
 
 const CODE: u32 = Flat::FLASH + 0x100;
@@ -167,60 +105,44 @@ fn core() -> Cpu {
     cpu
 }
 
-/// What `row` takes here.
-fn measure(row: &Row) -> Result<u64, String> {
-    let (mut cpu, mut bus) = (core(), memory(row.code));
+/// What `code` takes here.
+fn measure(code: &[u16], count: u32) -> Result<u64, Stop> {
+    let (mut cpu, mut bus) = (core(), memory(code));
     let mut steps = |n| {
-        for _ in 0..n {
-            cpu.step(&mut bus).map_err(|stop| stop.to_string())?;
-        }
-        Ok::<_, String>(cpu.cycle)
+        (0..n)
+            .try_for_each(|_| cpu.step(&mut bus))
+            .map(|()| cpu.cycle)
     };
     let begin = steps(NOPS)?;
-    let end = steps(row.steps + NOPS)?;
+    let end = steps(count + NOPS)?;
     Ok(end - begin - u64::from(NOPS))
 }
 
-/// Where `chip::cpu` and the manual, as read here, disagree today: the row's
-/// name and what the core takes. Not accepted, only known: the test fails when
-/// a row joins or leaves, so that this list can only shrink on purpose.
-const DISPUTED: &[(&str, u64)] = &[];
-
 #[test]
 fn every_sequence_takes_what_the_manual_says() {
-    let (mut exact, mut ranges) = (0, 0);
-    let (mut wrong, mut disputed) = (Vec::new(), Vec::new());
-    for row in rows::ROWS {
-        let Cycles(low, high) = row.cycles;
-        let about = format!("{}: {} ({:?})", row.name, row.assembly, row.rule);
-        let cycles = measure(row).unwrap_or_else(|stop| panic!("{about}: {stop}"));
-        if low == high {
+    let mut exact = 0;
+    let mut wrong = Vec::new();
+    for (name, assembly, code, steps, cycles, rule) in rows::ROWS {
+        let about = format!("{name}: {assembly} ({rule:?})");
+        let found = measure(code, *steps).unwrap_or_else(|stop| panic!("{about}: {stop}"));
+        if cycles.start() == cycles.end() {
             exact += 1;
         } else {
-            ranges += 1;
-            println!("{cycles} of {low}..={high}: {about}");
+            println!("{found} of {cycles:?}: {about}");
         }
-        if DISPUTED.contains(&(row.name, cycles)) {
-            println!("DISPUTED: {cycles}, by the manual {low}: {about}");
-            disputed.push((row.name, cycles));
-        } else if !(low..=high).contains(&cycles) {
-            wrong.push(format!("{cycles}, not {low}..={high}: {about}"));
+        if !cycles.contains(&found) {
+            wrong.push(format!("{found}, not {cycles:?}: {about}"));
         }
     }
     println!(
-        "{exact} exact sequences, {ranges} ranges, {} disputed",
-        disputed.len()
+        "{exact} exact sequences, {} ranges",
+        rows::ROWS.len() - exact
     );
-    assert!(exact - disputed.len() >= 100, "{exact}");
+    assert!(exact >= 100, "{exact}");
     assert!(
         wrong.is_empty(),
         "{} wrong:\n{}",
         wrong.len(),
         wrong.join("\n")
-    );
-    let settled: Vec<_> = DISPUTED.iter().filter(|d| !disputed.contains(d)).collect();
-    assert!(
-        settled.is_empty(),
-        "settled, take out of DISPUTED: {settled:?}"
     );
 }

@@ -9,7 +9,6 @@ mod chip_image;
 mod images;
 mod muscle_inverse;
 mod trace_file;
-mod trace_million;
 mod trace_scheduler;
 mod trace_vcd;
 #[cfg(unix)]

@@ -4,7 +4,7 @@
 
 use firmware::pulse::{
     CHANNELS, Group as FirmwareGroup, GroupSpec, Partner, Scheduler, Shape as FirmwareShape,
-    Supply, Train, TrainError, TrainSpec as FirmwareSpec, WINDOW_US, WindowPlan, check_groups,
+    Supply, Train, TrainError, TrainSpec as FirmwareSpec, WINDOW_US, WindowPlan, check_members,
 };
 use firmware::units::{DacCode, Micros};
 use hal_sim::trace::{
@@ -208,7 +208,8 @@ fn a_million_random_pulses_are_exact() {
         let trains = std::array::from_fn(|c| scene.specs[c].validate().ok());
         prop_assert!(trains.iter().all(Option::is_some), "{:?}", scene.specs);
         let (pulses, conducted, isolated, refused) = tally.get();
-        let Ok(groups) = check_groups(&scene.groups, &trains) else {
+        let checked: Result<Vec<_>, _> = scene.groups.iter().map(|g| g.check(&trains)).collect();
+        let Ok(groups) = check_members(&scene.groups).and(checked) else {
             tally.set((pulses, conducted, isolated, refused + 1));
             return Ok(());
         };

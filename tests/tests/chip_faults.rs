@@ -12,7 +12,7 @@ use firmware::safety::{ChannelSpec, Fault, StageSpec, StopCause, WearerSpec};
 use firmware::units::{Amplitude, Micros};
 use hal_sim::body::Drive;
 use hal_sim::chip::board::Board;
-use hal_sim::chip::cpu::Size;
+use hal_sim::chip::cpu::{Bus, Size};
 use hal_sim::chip::soc::Pace;
 use hal_sim::lockstep::{Device, Output};
 use hal_sim::trace::Levels;

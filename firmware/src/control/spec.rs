@@ -44,6 +44,11 @@ pub struct JointSpec {
 }
 
 impl JointSpec {
+    /// Its points, flexors first.
+    pub fn points(&self) -> impl Iterator<Item = &PointSpec> {
+        self.flexors.iter().chain([&self.extensor])
+    }
+
     /// Checks everything but the law, which [`JointSpec::law`] checks.
     pub(super) fn check(&self) -> Result<(), OutOfRange> {
         if let HoldPolicy::Extrapolate { max_ms } = self.hold {

@@ -6,9 +6,9 @@ use super::part::{ControlPart, Muscle};
 use crate::control::{ForceControl, ForceSpec, Joint, JointSpec};
 use crate::haptics::{Wall, WallSpec};
 use crate::muscle::{MuscleSpec, Recruitment};
-use crate::pulse::{CHANNELS, GroupSpec, MAX_GROUPS, check_members};
+use crate::pulse::{CHANNELS, GroupError, GroupSpec, MAX_GROUPS, check_members};
 use crate::range::{OutOfRange, Range};
-use crate::safety::{Channel, ChannelSpec, Setup, SetupError, WearerSpec};
+use crate::safety::{Channel, ChannelSpec, Setup, SetupError, WearerSpec, check_group};
 use crate::units::Amplitude;
 use heapless::Vec;
 
@@ -188,8 +188,8 @@ impl Draft {
         if self.used() == 0 {
             found(Mistake::of(Part::Setup)(Rule::NothingToArm))?;
         }
-        let joint_or_wall = self.examine_joint_and_wall(&mut found)?;
-        let controlled = joint_or_wall | self.examine_forces(joint_or_wall, &mut found)?;
+        self.examine_joint_and_wall(&mut found)?;
+        self.examine_forces(&mut found)?;
         if let Some(sync) = self.sync
             && self.used() & 1 << sync == 0
         {
@@ -198,17 +198,46 @@ impl Draft {
         for part in self.parts() {
             part.map_or_else(&mut found, |_| Ok(()))?;
         }
-        if channels.iter().flatten().count() as u32 != self.used().count_ones() {
-            return Ok(None); // groups are held against sound trains only
-        }
-        // Uses of channels that are not there have been told.
         let used = self.used();
-        let sync = self.sync.filter(|sync| used & 1 << sync != 0);
-        let setup = Setup::new(wearer, channels, &self.groups, sync, controlled & used);
-        match setup {
-            Ok(setup) => Ok(is_sound.then_some(setup)),
-            Err(e) => found(Mistake::of(Part::Groups)(e)).map(|()| None),
+        let trains = channels.map(|channel| channel.map(|c| c.train));
+        let mut groups = Vec::new();
+        for spec in &self.groups {
+            match check_group(spec, &channels, &trains) {
+                Ok(group) => {
+                    let _ = groups.push(group); // as many as there are specs
+                }
+                // Of a train that is there, but not sound, everything has been told.
+                Err(GroupError::NoTrain { channel }) if used & 1 << channel != 0 => {} // <= 9
+                Err(e) => found(Mistake::of(Part::Groups)(SetupError::Group(e)))?,
+            }
         }
+        Ok(is_sound.then_some(Setup {
+            wearer,
+            channels,
+            groups,
+            sync: self.sync,
+            controlled: self.controlled(),
+        }))
+    }
+
+    /// Channels that the joint, the wall or force control drives, as bits: a host
+    /// may not.
+    #[must_use]
+    pub fn controlled(&self) -> u16 {
+        let forces = (0u8..)
+            .zip(&self.forces)
+            .filter(|(_, force)| force.is_some());
+        forces.fold(self.guided(), |mask, (channel, _)| mask | 1 << channel) // below 10
+    }
+
+    /// Channels of the joint and of the wall, as bits.
+    fn guided(&self) -> u16 {
+        let joint = self.joint.iter().flat_map(JointSpec::points);
+        let wall = self.wall.iter().flat_map(WallSpec::demands);
+        let all = joint
+            .map(|p| p.channel)
+            .chain(wall.map(|(channel, ..)| channel));
+        all.fold(0, |mask, channel| mask | 1 << channel) // at most 9
     }
 
     /// What the controller works with; one is built at a time.
@@ -265,43 +294,35 @@ impl Draft {
         })
     }
 
-    /// Checks the channels of the joint or the wall. Returns them, as bits.
+    /// Checks the channels of the joint or the wall.
     fn examine_joint_and_wall<E>(
         &self,
         found: &mut impl FnMut(Mistake) -> Result<(), E>,
-    ) -> Result<u16, E> {
-        let mut controlled = 0;
-        if let Some(spec) = &self.joint {
-            for point in spec.flexors.iter().chain([&spec.extensor]) {
-                let demand = (point.channel, point.max, "max");
-                self.within_limit(Part::Joint, demand)
-                    .map_or_else(&mut *found, Ok)?;
-                controlled |= 1 << point.channel; // at most 9
-            }
+    ) -> Result<(), E> {
+        for point in self.joint.iter().flat_map(JointSpec::points) {
+            let demand = (point.channel, point.max, "max");
+            self.within_limit(Part::Joint, demand)
+                .map_or_else(&mut *found, Ok)?;
         }
-        if let Some(spec) = &self.wall {
-            // The device measures one angle, for a joint or for a wall.
-            if self.joint.is_some() {
-                let mut channels = spec.demands().map(|(channel, ..)| channel);
-                let shared = channels.find(|channel| controlled & 1 << channel != 0); // <= 9
-                found(Mistake::of(Part::Wall)(Rule::JointAndWall { shared }))?;
-            }
-            for demand in spec.demands() {
-                self.within_limit(Part::Wall, demand)
-                    .map_or_else(&mut *found, Ok)?;
-                controlled |= 1 << demand.0; // at most 9
-            }
+        let Some(wall) = &self.wall else {
+            return Ok(());
+        };
+        // The device measures one angle, for a joint or for a wall.
+        if let Some(joint) = &self.joint {
+            let mut channels = wall.demands().map(|(channel, ..)| channel);
+            let shared = channels.find(|c| joint.points().any(|point| point.channel == *c));
+            found(Mistake::of(Part::Wall)(Rule::JointAndWall { shared }))?;
         }
-        Ok(controlled)
+        for demand in wall.demands() {
+            self.within_limit(Part::Wall, demand)
+                .map_or_else(&mut *found, Ok)?;
+        }
+        Ok(())
     }
 
-    /// Checks the channels under force control. Returns them, as bits.
-    fn examine_forces<E>(
-        &self,
-        controlled: u16,
-        found: &mut impl FnMut(Mistake) -> Result<(), E>,
-    ) -> Result<u16, E> {
-        let mut taken = 0;
+    /// Checks the channels under force control.
+    fn examine_forces<E>(&self, found: &mut impl FnMut(Mistake) -> Result<(), E>) -> Result<(), E> {
+        let guided = self.guided();
         for (channel, (spec, muscle)) in (0u8..).zip(self.forces.iter().zip(&self.muscles)) {
             if spec.is_none() {
                 continue;
@@ -315,12 +336,11 @@ impl Draft {
                         .map_or_else(&mut *found, Ok)?;
                 }
             }
-            if controlled & 1 << channel != 0 {
-                found(Mistake::of(part)(Rule::Controlled))?;
+            if guided & 1 << channel != 0 {
+                found(Mistake::of(part)(Rule::Controlled))?; // below 10
             }
-            taken |= 1 << channel; // below 10
         }
-        Ok(taken)
+        Ok(())
     }
 
     /// Checks that `part` finds its channel and asks for no more than its limit.

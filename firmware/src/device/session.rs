@@ -42,6 +42,8 @@ pub struct Session {
     last_session: u16,
     expected: Option<u16>,
     state: State,
+    /// Number of the `Start` not yet answered.
+    starting: Option<u16>,
     draft: Draft,
     counters: Counters,
     /// Number of each stop not yet answered, and the count at which it was raised.
@@ -73,6 +75,7 @@ impl Session {
             } else {
                 State::Idle
             },
+            starting: None,
             draft: Draft::default(),
             counters: Counters::default(),
             stops: Deque::new(),
@@ -160,6 +163,15 @@ impl Session {
             Ok(Reply::Later) => {}
             Err(refusal) => self.refuse(Some(seq), refusal),
         }
+    }
+
+    /// Refuses what takes longer to carry out than a `Stop` behind it may wait.
+    fn check_at_rest(&self) -> Result<(), Refusal<'static>> {
+        let plays = matches!(self.state, State::Stimulating | State::Stopping);
+        if plays || self.starting.is_some() {
+            return Err(Refusal::new(Code::WrongState, "state"));
+        }
+        Ok(())
     }
 
     /// Raises the flag that the pulser sees before all orders, and that makes void
@@ -256,6 +268,7 @@ impl Session {
         result: Result<(), Refusal<'static>>,
         setpoint: bool,
     ) {
+        self.starting = self.starting.filter(|start| *start != seq);
         match result {
             Ok(()) => {
                 self.counters.setpoints = self.counters.setpoints.saturating_add(setpoint.into());

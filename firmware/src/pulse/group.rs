@@ -3,7 +3,6 @@
 
 use super::{CHANNELS, Train};
 use crate::range::{OutOfRange, Range};
-use heapless::Vec;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
@@ -42,6 +41,21 @@ impl GroupSpec {
     pub const MEMBERS: Range = Range::new("members", 0, (1 << CHANNELS) - 1);
     /// How many members a group may have.
     pub const SIZE: Range = Range::new("number of members", 2, CHANNELS as i32);
+
+    /// Checks it against the trains it joins.
+    ///
+    /// # Errors
+    /// The first rule between them that it breaks.
+    pub fn check(&self, trains: &[Option<Train>; CHANNELS]) -> Result<Group, GroupError> {
+        let &Self { members, partner } = self;
+        if let Some(channel) = channels(members).find(|&c| train(trains, c).is_none()) {
+            return Err(GroupError::NoTrain { channel });
+        }
+        if partner == Partner::Isolated {
+            check_isolation(members, trains)?;
+        }
+        Ok(Group { members, partner })
+    }
 }
 
 impl From<OutOfRange> for GroupError {
@@ -112,7 +126,7 @@ pub fn check_members(specs: &[GroupSpec]) -> Result<(), GroupError> {
     for spec in specs {
         GroupSpec::MEMBERS.check(spec.members)?;
         GroupSpec::SIZE.check(spec.members.count_ones())?;
-        if let Some(channel) = members(spec.members & taken).next() {
+        if let Some(channel) = channels(spec.members & taken).next() {
             return Err(GroupError::TwoGroups { channel });
         }
         taken |= spec.members;
@@ -120,33 +134,7 @@ pub fn check_members(specs: &[GroupSpec]) -> Result<(), GroupError> {
     Ok(())
 }
 
-/// Checks all groups against the trains they join.
-///
-/// # Errors
-/// The first rule that some group breaks.
-pub fn check_groups(
-    specs: &[GroupSpec],
-    trains: &[Option<Train>; CHANNELS],
-) -> Result<Vec<Group, MAX_GROUPS>, GroupError> {
-    check_members(specs)?;
-    let mut groups = Vec::new();
-    for spec in specs {
-        if let Some(channel) = members(spec.members).find(|&c| train(trains, c).is_none()) {
-            return Err(GroupError::NoTrain { channel });
-        }
-        if spec.partner == Partner::Isolated {
-            check_isolation(spec.members, trains)?;
-        }
-        // Cannot fail: at most MAX_GROUPS specs, checked above.
-        let _ = groups.push(Group {
-            members: spec.members,
-            partner: spec.partner,
-        });
-    }
-    Ok(groups)
-}
-
-fn members(mask: u16) -> impl Iterator<Item = u8> {
+fn channels(mask: u16) -> impl Iterator<Item = u8> {
     (0..CHANNELS as u8).filter(move |c| mask & 1 << c != 0)
 }
 
@@ -155,11 +143,11 @@ fn train(trains: &[Option<Train>; CHANNELS], channel: u8) -> Option<&Train> {
 }
 
 fn check_isolation(mask: u16, trains: &[Option<Train>; CHANNELS]) -> Result<(), GroupError> {
-    for channel in members(mask) {
+    for channel in channels(mask) {
         let Some(a) = train(trains, channel) else {
             continue;
         };
-        for other in members(mask).filter(|&o| o > channel) {
+        for other in channels(mask).filter(|&o| o > channel) {
             let Some(b) = train(trains, other) else {
                 continue;
             };
@@ -212,7 +200,7 @@ fn can_ground(channel: u8, mask: u16, trains: &[Option<Train>; CHANNELS]) -> boo
         return false;
     };
     let period = i64::from(own.spec().period_us);
-    if members(mask)
+    if channels(mask)
         .any(|m| train(trains, m).is_none_or(|t| i64::from(t.spec().period_us) != period))
     {
         return false;
@@ -246,7 +234,7 @@ fn first_interruption(
     mask: u16,
     trains: &[Option<Train>; CHANNELS],
 ) -> Option<i64> {
-    members(mask)
+    channels(mask)
         .filter(|&m| m != channel)
         .filter_map(|m| train(trains, m))
         .find_map(|t| {
@@ -275,14 +263,11 @@ mod tests {
         let mut trains = [None; CHANNELS];
         trains[0] = Some(a.validate().unwrap());
         trains[1] = Some(b.validate().unwrap());
-        check_groups(
-            &[GroupSpec {
-                members: 0b11,
-                partner,
-            }],
-            &trains,
-        )
-        .map(|_| ())
+        let spec = GroupSpec {
+            members: 0b11,
+            partner,
+        };
+        spec.check(&trains).map(|_| ())
     }
 
     #[test]
@@ -352,19 +337,11 @@ mod tests {
             members,
             partner: Partner::Conducted,
         };
-        assert!(matches!(
-            check_groups(&[one(1)], &trains),
-            Err(GroupError::Members(_))
-        ));
-        assert_eq!(
-            check_groups(&[one(3)], &trains),
-            Err(GroupError::NoTrain { channel: 1 })
-        );
-        trains[1] = trains[0];
-        trains[2] = trains[0];
-        assert_eq!(
-            check_groups(&[one(3), one(6)], &trains),
-            Err(GroupError::TwoGroups { channel: 1 })
-        );
+        let single = check_members(&[one(1)]);
+        assert!(matches!(single, Err(GroupError::Members(_))));
+        let no_train = Err(GroupError::NoTrain { channel: 1 });
+        assert_eq!(one(3).check(&trains), no_train);
+        let two_groups = Err(GroupError::TwoGroups { channel: 1 });
+        assert_eq!(check_members(&[one(3), one(6)]), two_groups);
     }
 }

@@ -18,7 +18,7 @@ mod wearer;
 pub use check::{ElectrodeCheck, Reading};
 pub use fault::{Fault, FaultRecord};
 pub use guard::Guard;
-pub use setup::{Channel, ChannelSpec, Setup, SetupError};
+pub use setup::{Channel, ChannelSpec, Setup, SetupError, check_group};
 pub use stage::{Stage, StageSpec};
 pub use state::{Denied, Inputs, Notice, State, StopCause};
 pub use wearer::{Wearer, WearerSpec};

@@ -3,7 +3,6 @@
 use super::{Stage, StageSpec, Wearer};
 use crate::pulse::{
     CHANNELS, Group, GroupError, GroupSpec, MAX_GROUPS, Partner, Train, TrainError, TrainSpec,
-    check_groups,
 };
 use crate::range::{OutOfRange, Range};
 use crate::units::Amplitude;
@@ -192,46 +191,6 @@ pub struct Setup {
 }
 
 impl Setup {
-    /// Joins checked channels to a setup.
-    ///
-    /// # Errors
-    /// A group rule broken, a rate that may change in an isolated group, or sync
-    /// or control on a channel without a train.
-    pub fn new(
-        wearer: Wearer,
-        channels: [Option<Channel>; CHANNELS],
-        groups: &[GroupSpec],
-        sync: Option<u8>,
-        controlled: u16,
-    ) -> Result<Self, SetupError> {
-        let groups = check_groups(groups, &channels.map(|c| c.map(|c| c.train)))
-            .map_err(SetupError::Group)?;
-        let setup = Self {
-            wearer,
-            channels,
-            groups,
-            sync,
-            controlled,
-        };
-        let members = |mask: u16| (0..CHANNELS as u8).filter(move |c| mask & 1 << c != 0);
-        let isolated = setup
-            .groups
-            .iter()
-            .filter(|g| g.partner() == Partner::Isolated);
-        for channel in isolated.flat_map(|group| members(group.members())) {
-            let changes = |c: &Channel| c.min_period_us != c.max_period_us;
-            if setup.channel(channel).is_some_and(changes) {
-                return Err(SetupError::Group(GroupError::RateChanges { channel }));
-            }
-        }
-        for channel in members(controlled).chain(sync) {
-            if setup.channel(channel).is_none() {
-                return Err(SetupError::Group(GroupError::NoTrain { channel }));
-            }
-        }
-        Ok(setup)
-    }
-
     /// A configured channel.
     #[must_use]
     pub fn channel(&self, channel: u8) -> Option<&Channel> {
@@ -242,6 +201,28 @@ impl Setup {
     #[must_use]
     pub fn trains(&self) -> [Option<Train>; CHANNELS] {
         self.channels.map(|c| c.map(|c| c.train))
+    }
+}
+
+/// Checks a group against the channels it joins and their trains.
+///
+/// # Errors
+/// The first rule between them that it breaks: its trains', or that the rate of an
+/// isolated group's member may change.
+pub fn check_group(
+    spec: &GroupSpec,
+    channels: &[Option<Channel>; CHANNELS],
+    trains: &[Option<Train>; CHANNELS],
+) -> Result<Group, GroupError> {
+    let group = spec.check(trains)?;
+    let changes = |c: &Channel| c.min_period_us != c.max_period_us;
+    let mut members = (0u8..)
+        .zip(channels)
+        .filter(|(c, _)| spec.members & 1 << c != 0); // c <= 9
+    let changing = members.find(|(_, channel)| channel.as_ref().is_some_and(changes));
+    match (spec.partner, changing) {
+        (Partner::Isolated, Some((channel, _))) => Err(GroupError::RateChanges { channel }),
+        _ => Ok(group),
     }
 }
 

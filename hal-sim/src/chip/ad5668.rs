@@ -4,7 +4,7 @@
 //! Settling, glitches and the voltage are not modelled: outputs are codes.
 
 use super::Cycle;
-use super::cpu::bus::Unmodelled;
+use super::cpu::bus::{Modelled, Unmodelled};
 
 /// Number of outputs.
 pub const OUTPUTS: usize = 8;
@@ -75,7 +75,7 @@ impl Ad5668 {
     ///
     /// # Errors
     /// A command that the data sheet reserves.
-    pub fn shift(&mut self, bits: u16, count: u8, at: Cycle) -> Result<(), Unmodelled> {
+    pub fn shift(&mut self, bits: u16, count: u8, at: Cycle) -> Modelled {
         if !self.selected {
             return Ok(());
         }
@@ -117,7 +117,7 @@ impl Ad5668 {
     }
 
     /// Bits 31–28 unused, 27–24 command, 23–20 address, 19–4 data (figure 57).
-    fn execute(&mut self, frame: u32, at: Cycle) -> Result<(), Unmodelled> {
+    fn execute(&mut self, frame: u32, at: Cycle) -> Modelled {
         let before: [u16; OUTPUTS] = std::array::from_fn(|n| self.output(n));
         let command = frame >> 24 & 0xF;
         let chosen: u8 = match frame >> 20 & 0xF {

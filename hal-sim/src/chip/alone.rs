@@ -5,9 +5,8 @@
 //! an image. Out: what it printed, instructions, cycles.
 
 use super::Cycle;
-use super::cpu::bus::{Bus, Denied, LINE_WORDS, Read, Unmodelled};
 use super::cpu::semihosting::Semihosting;
-use super::cpu::{Cpu, Size, Stop};
+use super::cpu::{Cpu, Stop};
 use super::image::Image;
 use super::soc::flash::{self, Prefetched};
 use super::soc::{Pace, Soc};
@@ -75,27 +74,18 @@ pub enum AloneError {
 
 /// Runs `image` from reset, at HSI unless it sets up a clock, until it ends
 /// with exit code 0.
-///
-/// # Errors
-/// [`AloneError`].
 pub fn run(image: &Image, wait: Wait) -> Result<Ended, AloneError> {
     let mut soc = Soc::new(Pace::Lazy);
     // `Image` has checked that it fits.
     let _ = soc.flash.load(flash::BASE, &image.flash);
     match wait {
-        Wait::States(prefetched) => {
-            soc.flash.set_prefetched(prefetched);
-            run_on(image, &mut soc)
-        }
-        Wait::Never => run_on(image, &mut Ideal(soc)),
+        Wait::States(prefetched) => soc.flash.set_prefetched(prefetched),
+        Wait::Never => soc.flash.never_wait(),
     }
-}
-
-fn run_on<B: Bus>(image: &Image, bus: &mut B) -> Result<Ended, AloneError> {
     let program = image.path().display().to_string();
     let mut cpu = Cpu::default();
     cpu.system.semihosting = Some(Semihosting::default());
-    let ended = cpu.reset(bus).and_then(|()| cpu.run(bus, LIMIT));
+    let ended = cpu.reset(&mut soc).and_then(|()| cpu.run(&mut soc, LIMIT));
     let console = cpu.system.semihosting.take().unwrap_or_default().console;
     let console = String::from_utf8_lossy(&console).into_owned();
     match ended {
@@ -111,62 +101,5 @@ fn run_on<B: Bus>(image: &Image, bus: &mut B) -> Result<Ended, AloneError> {
             function: image.symbols.describe(cpu.registers.r[15]),
             console,
         }),
-    }
-}
-
-/// The chip with a flash that never makes the core wait.
-struct Ideal(Soc);
-
-impl Bus for Ideal {
-    #[inline]
-    fn read(&mut self, address: u32, size: Size, at: Cycle) -> Result<Read, Denied> {
-        let read = self.0.read(address, size, at)?;
-        let wait = match address >> 24 {
-            0x00 | 0x08 => 0,
-            _ => read.wait,
-        };
-        Ok(Read { wait, ..read })
-    }
-
-    #[inline]
-    fn write(&mut self, address: u32, size: Size, value: u32, at: Cycle) -> Result<u32, Denied> {
-        self.0.write(address, size, value, at)
-    }
-
-    fn code(&mut self, address: u32) -> Result<u16, Denied> {
-        self.0.code(address)
-    }
-
-    #[inline]
-    fn fetch(&mut self, _line: u32, _at: Cycle) -> u32 {
-        0
-    }
-
-    fn is_writable_code(&self, address: u32) -> bool {
-        self.0.is_writable_code(address)
-    }
-
-    fn code_version(&self) -> u32 {
-        self.0.code_version()
-    }
-
-    fn advance(&mut self, to: Cycle) -> Result<(), Unmodelled> {
-        self.0.advance(to)
-    }
-
-    fn next_event(&self) -> Cycle {
-        self.0.next_event()
-    }
-
-    fn lines(&self) -> [u32; LINE_WORDS] {
-        self.0.lines()
-    }
-
-    fn request_reset(&mut self, _at: Cycle) {
-        self.0.request_reset();
-    }
-
-    fn wants_reset(&self) -> bool {
-        self.0.wants_reset().is_some()
     }
 }

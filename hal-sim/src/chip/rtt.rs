@@ -87,9 +87,6 @@ pub struct Log {
 impl Log {
     /// The log of `image`, line by line to `out`. The decoded table stays in
     /// memory for the rest of the program.
-    ///
-    /// # Errors
-    /// [`LogError`].
     pub fn new(image: &Image, out: Box<dyn Write + Send>) -> Result<Self, LogError> {
         image.require_defmt()?;
         let path = image.path();

@@ -3,6 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
+use hal_sim::random::Random;
 use host_core::session::{Session, SessionError, manual, schema};
 use jsonschema::Validator;
 use serde_json::Value;
@@ -84,19 +85,6 @@ fn every_shipped_file_names_and_keeps_the_schema() {
     }
 }
 
-/// SplitMix64 (Steele, Lea, Flood 2014).
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, end: usize) -> usize {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) % end as u64) as usize
-    }
-}
-
 /// What one mutation does to a field.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Kind {
@@ -154,7 +142,9 @@ fn spoilt(
         Kind::Choice => !schema["enum"].is_null(),
         Kind::Range => !schema["maximum"].is_null(),
     });
-    let (path, schema) = all.get(random.below(all.len().max(1)))?.clone();
+    let (path, schema) = all
+        .get(random.below(all.len().max(1) as u64) as usize)?
+        .clone();
     let (holder, name) = at(&mut value, &path);
     if let (Kind::Key, Some(table)) = (kind, holder.as_table_mut()) {
         let field = table.remove(&name)?;
@@ -187,11 +177,11 @@ fn numbers(e: &SessionError) -> Vec<u16> {
 #[test]
 fn ninety_mistakes_within_a_field_are_refused_by_schema_and_reader() {
     let (validator, shipped) = (validator(), shipped());
-    let mut random = Random(12);
+    let mut random = Random::new(12);
     let mut made = 0;
     while made < 90 {
         let kind = [Kind::Key, Kind::Type, Kind::Choice, Kind::Range][made % 4];
-        let (path, _, document) = &shipped[random.below(shipped.len())];
+        let (path, _, document) = &shipped[random.below(shipped.len() as u64) as usize];
         let Some((what, bad)) = spoilt(document, kind, &mut random) else {
             continue;
         };

@@ -26,6 +26,12 @@ impl Session {
             stops,
             kind,
         };
+        // Each may make a table of force control.
+        if let Request::Channel { .. } | Request::Muscle { .. } | Request::ForceControl { .. } =
+            request
+        {
+            self.check_at_rest()?;
+        }
         match request {
             Request::Clear => self.draft.clear(),
             Request::Wearer(spec) => self.draft.set_wearer(spec)?,
@@ -41,7 +47,11 @@ impl Session {
                 submit(ControlRequest::Subscribe(period_ms), mail)?;
             }
             Request::Arm => return self.arm(order(OrderKind::Arm), mail),
-            Request::Start => return later(order(OrderKind::Start), mail),
+            Request::Start => {
+                let reply = later(order(OrderKind::Start), mail)?;
+                self.starting = Some(seq);
+                return Ok(reply);
+            }
             Request::Acknowledge => return later(order(OrderKind::Acknowledge), mail),
             Request::Status => return later(order(OrderKind::Status), mail),
             Request::KeepAlive => return later(order(OrderKind::KeepAlive), mail),

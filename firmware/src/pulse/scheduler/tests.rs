@@ -79,8 +79,8 @@ fn an_interrupted_grounding_starts_again() {
         members: 3,
         partner: Partner::Isolated,
     };
-    let groups = crate::pulse::check_groups(&[spec], &trains).unwrap();
-    let states: std::vec::Vec<_> = edges(&[mono, other], &groups, 79, Micros(0))
+    let group = spec.check(&trains).unwrap();
+    let states: std::vec::Vec<_> = edges(&[mono, other], &[group], 79, Micros(0))
         .into_iter()
         .map(|(t, l)| (t, l.state(0), l.state(1)))
         .collect();

@@ -27,7 +27,13 @@ fn setup() -> Setup {
     };
     let mut channels = [None; CHANNELS];
     channels[0] = Some(spec.validate(&wearer).unwrap());
-    Setup::new(wearer, channels, &[], None, 0).unwrap()
+    Setup {
+        wearer,
+        channels,
+        groups: heapless::Vec::new(),
+        sync: None,
+        controlled: 0,
+    }
 }
 
 const CLOSED: Inputs = Inputs {

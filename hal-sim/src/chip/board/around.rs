@@ -7,7 +7,7 @@ use super::outputs::{Outputs, Phases};
 use super::wiring::{self, Pin};
 use crate::chip::Cycle;
 use crate::chip::ad5668::Ad5668;
-use crate::chip::cpu::bus::{Bus, Denied, LINE_WORDS, Read, Size, Unmodelled};
+use crate::chip::cpu::bus::{Bus, Denied, LINE_WORDS, Modelled, Read, Size, Unmodelled};
 use crate::chip::cpu::{Cpu, Stop};
 use crate::chip::soc::gpio::Level;
 use crate::chip::soc::rcc::Cause;
@@ -75,7 +75,7 @@ impl Around {
     }
 
     /// The world as the sensors have it, from `at` on.
-    pub(super) fn sense(&mut self, sensors: &Sensors, at: Cycle) -> Result<(), Unmodelled> {
+    pub(super) fn sense(&mut self, sensors: &Sensors, at: Cycle) -> Modelled {
         self.load_ohm = sensors.load_ohm;
         // A sensor that is not connected is pulled down by the front end.
         self.joint = sensors.joint.unwrap_or(0);
@@ -85,11 +85,11 @@ impl Around {
     }
 
     /// The level of the trigger input.
-    pub(super) fn trigger(&mut self, high: bool, at: Cycle) -> Result<(), Unmodelled> {
+    pub(super) fn trigger(&mut self, high: bool, at: Cycle) -> Modelled {
         self.drive(wiring::TRIGGER, high, at)
     }
 
-    fn drive(&mut self, (port, pin): Pin, high: bool, at: Cycle) -> Result<(), Unmodelled> {
+    fn drive(&mut self, (port, pin): Pin, high: bool, at: Cycle) -> Modelled {
         if self.soc.playback.gpio().level(port.index(), pin.into()) == high {
             return Ok(());
         }
@@ -98,8 +98,8 @@ impl Around {
     }
 
     /// Resets the chip for the reason it asked for.
-    pub(super) fn reset(&mut self, at: Cycle) -> Result<(), Unmodelled> {
-        let cause = self.soc.wants_reset().unwrap_or(Cause::Pin);
+    pub(super) fn reset(&mut self, at: Cycle) -> Modelled {
+        let cause = self.soc.reset.unwrap_or(Cause::Pin);
         self.soc.reset(cause, at)?;
         self.follow_clock(at);
         self.collect()
@@ -161,7 +161,7 @@ impl Around {
     }
 
     /// Pin edges, DAC words and USB packets up to now, in their order.
-    fn collect(&mut self) -> Result<(), Unmodelled> {
+    fn collect(&mut self) -> Modelled {
         for word in self.soc.spi3.words() {
             for dac in &mut self.dacs {
                 dac.shift(word.value, word.bits, word.end)?;
@@ -226,7 +226,7 @@ impl Around {
     }
 
     /// One step of [`Bus::advance`], up to the next thing that must be seen.
-    fn advance_step(&mut self, to: Cycle) -> Result<(), Unmodelled> {
+    fn advance_step(&mut self, to: Cycle) -> Modelled {
         self.soc.advance(to)?;
         self.follow_clock(to);
         self.host.advance(to, &mut self.soc.otg);
@@ -287,7 +287,7 @@ impl Bus for Around {
         self.soc.code_version()
     }
 
-    fn advance(&mut self, to: Cycle) -> Result<(), Unmodelled> {
+    fn advance(&mut self, to: Cycle) -> Modelled {
         loop {
             let next = self.next_event().max(self.now);
             if next >= to {
@@ -313,11 +313,11 @@ impl Bus for Around {
         self.soc.rcc.nmi()
     }
 
-    fn request_reset(&mut self, _at: Cycle) {
-        self.soc.request_reset();
+    fn request_reset(&mut self, at: Cycle) {
+        self.soc.request_reset(at);
     }
 
     fn wants_reset(&self) -> bool {
-        self.soc.wants_reset().is_some()
+        self.soc.wants_reset()
     }
 }

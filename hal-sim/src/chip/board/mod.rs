@@ -77,9 +77,6 @@ pub struct Board<O = ()> {
 impl<O: Observer> Board<O> {
     /// Power comes on at a board with `image` in its flash and `outputs` as
     /// its stages; the USB cable is in. Nothing has run yet.
-    ///
-    /// # Errors
-    /// The core cannot start.
     pub fn power_on(
         image: Image,
         outputs: [Option<Output>; CHANNELS],
@@ -100,9 +97,6 @@ impl<O: Observer> Board<O> {
 
     /// Runs until the host has opened the device's port: clocks, tape, USB
     /// enumeration. World time begins here.
-    ///
-    /// # Errors
-    /// [`BoardError`].
     pub fn boot(&mut self, sensors: &Sensors) -> Result<(), BoardError> {
         while !self.boot_on(sensors)? {}
         Ok(())
@@ -110,9 +104,6 @@ impl<O: Observer> Board<O> {
 
     /// [`Self::boot`] by at most a millisecond at the fastest clock; says
     /// whether it is done.
-    ///
-    /// # Errors
-    /// [`BoardError`].
     pub(super) fn boot_on(&mut self, sensors: &Sensors) -> Result<bool, BoardError> {
         self.around
             .sense(sensors, self.cpu.cycle)
@@ -146,9 +137,6 @@ impl<O: Observer> Board<O> {
     }
 
     /// Lets the core run up to `cycle`, through resets.
-    ///
-    /// # Errors
-    /// The core stopped.
     pub fn run_to(&mut self, cycle: Cycle) -> Result<(), BoardError> {
         while self.cpu.cycle < cycle {
             let run = self
@@ -164,9 +152,6 @@ impl<O: Observer> Board<O> {
     }
 
     /// One instruction or exception, through a reset.
-    ///
-    /// # Errors
-    /// The core stopped.
     pub(super) fn step(&mut self) -> Result<(), BoardError> {
         match self.cpu.step(&mut self.around) {
             Err(Stop::Reset { .. }) => self.reset(),
@@ -195,9 +180,6 @@ impl<O: Observer> Board<O> {
 
     /// Lets the core run to `to`, in the world that `sensors` has; asked again
     /// after a stop, goes on.
-    ///
-    /// # Errors
-    /// The core stopped.
     pub(super) fn resume(&mut self, to: Micros, sensors: &Sensors) -> Result<(), BoardError> {
         self.around
             .sense(sensors, self.cpu.cycle)

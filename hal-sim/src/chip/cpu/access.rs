@@ -2,7 +2,7 @@
 
 use super::bus::Denied;
 use super::system::{actlr, ccr};
-use super::{Bus, Cpu, Fault, Size, Trap};
+use super::{Bus, Cpu, Fault, Size, Trap, Trapped};
 use crate::chip::Cycle;
 
 /// Start of the peripheral regions: from here on an access can bring an event
@@ -22,64 +22,47 @@ const fn is_private(address: u32) -> bool {
 impl Cpu {
     /// Loads from `address` and counts the wait states; words and half-words
     /// may be unaligned (Arm ARM A3.2.1).
-    ///
-    /// # Errors
-    /// [`Trap`].
     #[inline(always)]
-    pub(super) fn load<B: Bus>(
-        &mut self,
-        bus: &mut B,
-        address: u32,
-        size: Size,
-    ) -> Result<u32, Trap> {
+    pub(super) fn load(&mut self, bus: &mut impl Bus, address: u32, size: Size) -> Trapped<u32> {
         self.load_as(bus, address, size, self.registers.is_privileged())
     }
 
     /// Stores to `address`; wait states stall whoever needs the bus next (one
     /// buffered store, TRM 3.5). May be unaligned.
-    ///
-    /// # Errors
-    /// [`Trap`].
     #[inline(always)]
-    pub(super) fn store<B: Bus>(
+    pub(super) fn store(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         address: u32,
         size: Size,
         value: u32,
-    ) -> Result<(), Trap> {
+    ) -> Trapped {
         let privileged = self.registers.is_privileged();
         self.store_as(bus, address, size, value, privileged)
     }
 
     /// [`Self::load`] of a word for instructions that never allow unaligned
     /// addresses: LDM, LDRD, LDREX, VLDR.
-    ///
-    /// # Errors
-    /// [`Trap`].
     #[inline(always)]
-    pub(super) fn load_aligned<B: Bus>(
+    pub(super) fn load_aligned(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         address: u32,
         size: Size,
-    ) -> Result<u32, Trap> {
+    ) -> Trapped<u32> {
         Self::check_aligned(address, size)?;
         self.load_whole(bus, address, size, self.registers.is_privileged())
     }
 
     /// [`Self::store`] for instructions that never allow unaligned addresses.
-    ///
-    /// # Errors
-    /// [`Trap`].
     #[inline(always)]
-    pub(super) fn store_aligned<B: Bus>(
+    pub(super) fn store_aligned(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         address: u32,
         size: Size,
         value: u32,
-    ) -> Result<(), Trap> {
+    ) -> Trapped {
         Self::check_aligned(address, size)?;
         let privileged = self.registers.is_privileged();
         self.store_whole(bus, address, size, value, privileged)
@@ -87,13 +70,13 @@ impl Cpu {
 
     /// Loads from an aligned address.
     #[inline(always)]
-    fn load_whole<B: Bus>(
+    fn load_whole(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         address: u32,
         size: Size,
         privileged: bool,
-    ) -> Result<u32, Trap> {
+    ) -> Trapped<u32> {
         if !self.system.may_access(address, false, privileged) {
             return Err(Fault::DataAccess(address).into());
         }
@@ -122,14 +105,14 @@ impl Cpu {
 
     /// Stores to an aligned address.
     #[inline(always)]
-    fn store_whole<B: Bus>(
+    fn store_whole(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         address: u32,
         size: Size,
         value: u32,
         privileged: bool,
-    ) -> Result<(), Trap> {
+    ) -> Trapped {
         if !self.system.may_access(address, true, privileged) {
             return Err(Fault::DataAccess(address).into());
         }
@@ -171,7 +154,7 @@ impl Cpu {
         size: Size,
         at: Cycle,
         privileged: bool,
-    ) -> Result<u32, Trap> {
+    ) -> Trapped<u32> {
         if !privileged {
             return Err(Fault::DataBus(address).into());
         }
@@ -187,7 +170,7 @@ impl Cpu {
         value: u32,
         at: Cycle,
         privileged: bool,
-    ) -> Result<(), Trap> {
+    ) -> Trapped {
         if !privileged && !self.system.may_write_unprivileged(address) {
             return Err(Fault::DataBus(address).into());
         }
@@ -207,14 +190,14 @@ impl Cpu {
     }
 
     /// Refuses an unaligned address.
-    pub(super) fn check_aligned(address: u32, size: Size) -> Result<(), Trap> {
+    pub(super) fn check_aligned(address: u32, size: Size) -> Trapped {
         if address & (size.bytes() - 1) != 0 {
             return Err(Fault::Unaligned.into());
         }
         Ok(())
     }
 
-    fn check_unaligned(&self, address: u32) -> Result<(), Trap> {
+    fn check_unaligned(&self, address: u32) -> Trapped {
         // The private bus has no unaligned accesses (TRM 3.4.2).
         if self.system.is_configured(ccr::UNALIGNED_TRAP) || address >> 20 == PRIVATE {
             return Err(Fault::Unaligned.into());
@@ -224,13 +207,13 @@ impl Cpu {
 
     /// [`Self::load`] with another privilege than the core's: LDRT and its kin.
     #[inline(always)]
-    pub(super) fn load_as<B: Bus>(
+    pub(super) fn load_as(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         address: u32,
         size: Size,
         privileged: bool,
-    ) -> Result<u32, Trap> {
+    ) -> Trapped<u32> {
         if address & (size.bytes() - 1) != 0 {
             return self.load_unaligned(bus, address, size, privileged);
         }
@@ -239,14 +222,14 @@ impl Cpu {
 
     /// [`Self::store`] with another privilege than the core's: STRT and its kin.
     #[inline(always)]
-    pub(super) fn store_as<B: Bus>(
+    pub(super) fn store_as(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         address: u32,
         size: Size,
         value: u32,
         privileged: bool,
-    ) -> Result<(), Trap> {
+    ) -> Trapped {
         if address & (size.bytes() - 1) != 0 {
             return self.store_unaligned(bus, address, size, value, privileged);
         }
@@ -254,13 +237,13 @@ impl Cpu {
     }
 
     #[inline(never)]
-    fn load_unaligned<B: Bus>(
+    fn load_unaligned(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         address: u32,
         size: Size,
         privileged: bool,
-    ) -> Result<u32, Trap> {
+    ) -> Trapped<u32> {
         self.check_unaligned(address)?;
         let (mut value, mut shift) = (0, 0);
         let pieces = Self::pieces(address, size);
@@ -275,14 +258,14 @@ impl Cpu {
     }
 
     #[inline(never)]
-    fn store_unaligned<B: Bus>(
+    fn store_unaligned(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         address: u32,
         size: Size,
         value: u32,
         privileged: bool,
-    ) -> Result<(), Trap> {
+    ) -> Trapped {
         self.check_unaligned(address)?;
         let mut shift = 0;
         for piece in Self::pieces(address, size) {

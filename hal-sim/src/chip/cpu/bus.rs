@@ -28,12 +28,12 @@ impl Size {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Unmodelled(pub &'static str);
 
+/// What there is only where all that it takes is modelled.
+pub type Modelled<T = ()> = Result<T, Unmodelled>;
+
 /// Stops the run with `what` if `unmodelled`.
-///
-/// # Errors
-/// [`Unmodelled`] then.
 #[inline]
-pub const fn refuse(unmodelled: bool, what: &'static str) -> Result<(), Unmodelled> {
+pub const fn refuse(unmodelled: bool, what: &'static str) -> Modelled {
     if unmodelled {
         Err(Unmodelled(what))
     } else {
@@ -72,15 +72,9 @@ pub const LINE_WORDS: usize = 3;
 /// core's own. Accesses come in the order of their cycles, naturally aligned.
 pub trait Bus {
     /// A data read of `size` at `address` whose data phase begins at `at`.
-    ///
-    /// # Errors
-    /// [`Denied`].
     fn read(&mut self, address: u32, size: Size, at: Cycle) -> Result<Read, Denied>;
 
     /// A data write; gives its wait states.
-    ///
-    /// # Errors
-    /// [`Denied`].
     fn write(&mut self, address: u32, size: Size, value: u32, at: Cycle) -> Result<u32, Denied>;
 
     /// A data read without wait states, told apart from others in a few steps;
@@ -96,9 +90,6 @@ pub trait Bus {
     }
 
     /// The half-word of code at `address`, for decoding: no time passes.
-    ///
-    /// # Errors
-    /// [`Denied`].
     fn code(&mut self, address: u32) -> Result<u16, Denied>;
 
     /// The core begins to need code of the 16-byte line at `line` (its address
@@ -115,10 +106,7 @@ pub trait Bus {
     }
 
     /// Lets everything outside the core happen up to `to`.
-    ///
-    /// # Errors
-    /// [`Unmodelled`] behaviour that time brought about.
-    fn advance(&mut self, to: Cycle) -> Result<(), Unmodelled>;
+    fn advance(&mut self, to: Cycle) -> Modelled;
 
     /// Earliest cycle at which `advance` must be called: an interrupt line may
     /// change then. An access can make it earlier, even now.

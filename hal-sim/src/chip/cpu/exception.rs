@@ -18,7 +18,7 @@ mod special;
 mod tests;
 
 use super::bus::{Denied, Unmodelled};
-use super::{Bus, Cpu, Fault, Registers, Size, Stop, Trap};
+use super::{Bus, Cpu, Fault, Registers, Size, Stop, Trap, Trapped};
 use crate::chip::Cycle;
 
 /// Cycles from the cycle at which an exception is taken to the first
@@ -44,7 +44,7 @@ impl Cpu {
     ///
     /// # Errors
     /// [`Stop`]: no vector table.
-    pub fn reset<B: Bus>(&mut self, bus: &mut B) -> Result<(), Stop> {
+    pub fn reset(&mut self, bus: &mut impl Bus) -> Result<(), Stop> {
         self.registers = Registers::default();
         self.system.reset();
         self.pipeline = super::timing::Pipeline::default();
@@ -69,10 +69,7 @@ impl Cpu {
     /// instructions, whenever something may have changed. Lets the bus's
     /// events up to now happen, each at its cycle, so that the wait of an
     /// interrupt is counted from the rise of its line.
-    ///
-    /// # Errors
-    /// [`Stop`].
-    pub(super) fn take_pending<B: Bus>(&mut self, bus: &mut B) -> Result<bool, Stop> {
+    pub(super) fn take_pending(&mut self, bus: &mut impl Bus) -> Result<bool, Stop> {
         self.sample(bus)?;
         if self.preempting().is_none() {
             return Ok(false);
@@ -100,7 +97,7 @@ impl Cpu {
     }
 
     /// Lets everything up to now happen, and samples the lines.
-    fn sample<B: Bus>(&mut self, bus: &mut B) -> Result<(), Stop> {
+    fn sample(&mut self, bus: &mut impl Bus) -> Result<(), Stop> {
         if let Some(at) = self.system.scb.reset_request.take() {
             bus.request_reset(at);
         }
@@ -113,12 +110,9 @@ impl Cpu {
     /// exception pre-empts; gives the cycle of the event that did it. For
     /// instructions that can be interrupted before their end, too: `end` may
     /// lie ahead, and time then has gone on to the cycle given.
-    ///
-    /// # Errors
-    /// [`Stop::Outside`].
-    pub(super) fn interrupted_before<B: Bus>(
+    pub(super) fn interrupted_before(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         end: Cycle,
     ) -> Result<Option<Cycle>, Stop> {
         loop {
@@ -140,13 +134,13 @@ impl Cpu {
 
     /// Lets events up to now happen until an exception pre-empts; whether one
     /// did.
-    fn interrupted_by_now<B: Bus>(&mut self, bus: &mut B) -> Result<bool, Stop> {
+    fn interrupted_by_now(&mut self, bus: &mut impl Bus) -> Result<bool, Stop> {
         let end = self.cycle.saturating_add(1);
         Ok(self.interrupted_before(bus, end)?.is_some())
     }
 
     /// Time never goes back: gives the cycle that it went on to.
-    fn advance_bus<B: Bus>(&mut self, bus: &mut B, to: Cycle) -> Result<Cycle, Stop> {
+    fn advance_bus(&mut self, bus: &mut impl Bus, to: Cycle) -> Result<Cycle, Stop> {
         let to = to.max(self.system.sampled_at());
         bus.advance(to).map_err(|Unmodelled(what)| Stop::Outside {
             pc: self.registers.r[15],
@@ -158,10 +152,7 @@ impl Cpu {
 
     /// Takes `fault` of the instruction at R15, escalated where its exception
     /// is disabled or its priority does not suffice.
-    ///
-    /// # Errors
-    /// [`Stop::LockUp`].
-    pub(super) fn take_fault<B: Bus>(&mut self, bus: &mut B, fault: Fault) -> Result<(), Stop> {
+    pub(super) fn take_fault(&mut self, bus: &mut impl Bus, fault: Fault) -> Result<(), Stop> {
         let pended = match fault {
             Fault::LazyStackingAccess | Fault::LazyStackingBus => self.pend_lazy_fault(fault),
             _ => self.pend_fault(fault),
@@ -185,9 +176,6 @@ impl Cpu {
 
     /// A store met a bus error in the write buffer (TRM section 3.5): its
     /// instruction is over. The caller takes what is pending afterwards.
-    ///
-    /// # Errors
-    /// [`Stop::LockUp`].
     pub(super) fn imprecise_fault(&mut self) -> Result<(), Stop> {
         let priority = self.execution_priority();
         self.system
@@ -203,14 +191,14 @@ impl Cpu {
 
     /// A load or store of the core itself, at its cycle, which it moves on by
     /// one and the wait states; `Err` of a fault: `access` or `bus_error`.
-    fn stack_access<B: Bus>(
+    fn stack_access(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         address: u32,
         store: Option<u32>,
         (access, bus_error): (Fault, Fault),
         privileged: bool,
-    ) -> Result<u32, Trap> {
+    ) -> Trapped<u32> {
         if address >> 20 == 0xE00 {
             return Err(bus_error.into());
         }

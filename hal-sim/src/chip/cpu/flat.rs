@@ -1,9 +1,10 @@
 //! The plainest chip around the core: code, RAM, no peripherals, for tests.
 
 use super::Size;
-use super::bus::{Bus, Denied, LINE_WORDS, Read, Unmodelled};
+use super::bus::{Bus, Denied, LINE_WORDS, Modelled, Read};
 use crate::chip::Cycle;
 use crate::chip::soc::Ram;
+use std::collections::VecDeque;
 
 /// Flash at 0x0800_0000 with its alias at 0, SRAM at 0x2000_0000, CCM at
 /// 0x1000_0000, as large as the STM32F405's. Everything else is a bus error.
@@ -12,11 +13,8 @@ use crate::chip::soc::Ram;
 pub struct Flat {
     /// Levels of the interrupt lines.
     pub lines: [u32; LINE_WORDS],
-    /// Cycle at which `advance` must be called, for instance because the test
-    /// changes `lines` then. Reaching it sets it to never.
-    pub event: Cycle,
-    /// Lines that `advance` raises when it reaches `event`.
-    pub raise: [u32; LINE_WORDS],
+    /// Levels that `lines` takes from a cycle on, ascending.
+    pub schedule: VecDeque<(Cycle, [u32; LINE_WORDS])>,
     /// Cycle of the last request for a system reset.
     pub reset_requested: Option<Cycle>,
     /// Wait states of every data access to RAM.
@@ -35,8 +33,7 @@ impl Default for Flat {
     fn default() -> Self {
         Self {
             lines: [0; LINE_WORDS],
-            event: Cycle::MAX,
-            raise: [0; LINE_WORDS],
+            schedule: VecDeque::new(),
             reset_requested: None,
             ram_wait: 0,
             line_wait: 0,
@@ -149,19 +146,16 @@ impl Bus for Flat {
         self.version
     }
 
-    fn advance(&mut self, to: Cycle) -> Result<(), Unmodelled> {
-        if to >= self.event {
-            self.event = Cycle::MAX;
-            for (line, raise) in self.lines.iter_mut().zip(self.raise) {
-                *line |= raise;
-            }
+    fn advance(&mut self, to: Cycle) -> Modelled {
+        while let Some((_, levels)) = self.schedule.pop_front_if(|(at, _)| *at <= to) {
+            self.lines = levels;
         }
         Ok(())
     }
 
     #[inline]
     fn next_event(&self) -> Cycle {
-        self.event
+        self.schedule.front().map_or(Cycle::MAX, |(at, _)| *at)
     }
 
     fn lines(&self) -> [u32; LINE_WORDS] {

@@ -23,12 +23,13 @@ pub mod timing;
 pub use bus::{Bus, Size};
 pub use registers::Registers;
 pub use run::Observer;
-pub use stop::{Fault, Stop, Trap};
+pub use stop::{Fault, Stop, Trap, Trapped};
 
 use super::Cycle;
 
-/// The core: registers, private peripherals, and where it is in time.
-#[derive(Debug)]
+/// The core: registers, private peripherals, and where it is in time. By
+/// default it has power but was not reset yet.
+#[derive(Debug, Default)]
 pub struct Cpu {
     /// R0–R15, flags, masks, S0–S31.
     pub registers: Registers,
@@ -45,8 +46,9 @@ pub struct Cpu {
     deadline: Cycle,
     /// WFI or WFE waits.
     asleep: bool,
-    /// Exception number that observers know of; none since one was entered.
-    context: Option<u16>,
+    /// Exception number that observers know of, unless one was entered since.
+    context: u16,
+    entered: bool,
     /// The exclusive monitor is set (LDREX).
     exclusive: bool,
 }

@@ -2,7 +2,7 @@
 
 use super::decode::{Cache, Entry, Op};
 use super::timing::Trail;
-use super::{Bus, Cpu, Stop, Trap};
+use super::{Bus, Cpu, Stop, Trap, Trapped};
 use crate::chip::Cycle;
 
 /// What the core runs.
@@ -37,31 +37,10 @@ pub trait Observer {
 
 impl Observer for () {}
 
-impl Default for Cpu {
-    /// A core that has power but was not reset yet.
-    fn default() -> Self {
-        Self {
-            registers: super::Registers::default(),
-            cycle: 0,
-            instructions: 0,
-            system: super::system::System::default(),
-            decoded: super::decode::Cache::default(),
-            pipeline: super::timing::Pipeline::default(),
-            deadline: 0,
-            asleep: false,
-            context: Some(0),
-            exclusive: false,
-        }
-    }
-}
-
 impl Cpu {
     /// Runs until `until` is reached (passed by at most one instruction or
     /// exception entry). Sleep is skipped to the next event.
-    ///
-    /// # Errors
-    /// [`Stop`].
-    pub fn run<B: Bus>(&mut self, bus: &mut B, until: Cycle) -> Result<(), Stop> {
+    pub fn run(&mut self, bus: &mut impl Bus, until: Cycle) -> Result<(), Stop> {
         self.run_observed(bus, until, &mut ())
     }
 
@@ -69,11 +48,11 @@ impl Cpu {
     ///
     /// # Errors
     /// [`Stop`]; after a breakpoint, `step` goes on.
-    pub fn run_observed<B: Bus, O: Observer>(
+    pub fn run_observed(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         until: Cycle,
-        observer: &mut O,
+        observer: &mut impl Observer,
     ) -> Result<(), Stop> {
         self.with_decoded(|cpu, decoded| cpu.go(bus, decoded, until, observer))
     }
@@ -87,12 +66,12 @@ impl Cpu {
         done
     }
 
-    fn go<B: Bus, O: Observer>(
+    fn go(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         decoded: &mut Cache,
         until: Cycle,
-        observer: &mut O,
+        observer: &mut impl Observer,
     ) -> Result<(), Stop> {
         loop {
             self.service(bus, until, observer)?;
@@ -115,10 +94,7 @@ impl Cpu {
 
     /// Executes exactly one instruction or takes one exception; asleep, goes
     /// on to the next event.
-    ///
-    /// # Errors
-    /// [`Stop`].
-    pub fn step<B: Bus>(&mut self, bus: &mut B) -> Result<(), Stop> {
+    pub fn step(&mut self, bus: &mut impl Bus) -> Result<(), Stop> {
         let until = match self.event(bus) {
             Cycle::MAX => 0, // nothing will ever wake it
             event if self.asleep => event,
@@ -141,18 +117,18 @@ impl Cpu {
     }
 
     /// Earliest event inside or outside the core.
-    fn event<B: Bus>(&self, bus: &B) -> Cycle {
+    fn event(&self, bus: &impl Bus) -> Cycle {
         bus.next_event().min(self.system.next_event())
     }
 
     /// Lets happen what is due, takes what is pending, sleeps; sets the next
     /// deadline. Says whether an exception was taken.
     #[inline(never)]
-    fn service<B: Bus, O: Observer>(
+    fn service(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         until: Cycle,
-        observer: &mut O,
+        observer: &mut impl Observer,
     ) -> Result<bool, Stop> {
         self.asleep |= self.system.takes_sleep_on_exit();
         let mut entered = self.enter_pending(bus)?;
@@ -167,13 +143,13 @@ impl Cpu {
             return Err(Stop::Reset { pc });
         }
         let number = self.registers.exception;
-        if self.context != Some(number) {
+        if self.entered || self.context != number {
             let context = Context {
                 number,
                 depth: self.system.nvic.active().count_ones(),
-                entered: self.context.is_none(),
+                entered: std::mem::take(&mut self.entered),
             };
-            self.context = Some(number);
+            self.context = number;
             observer.context(context, self.cycle);
         }
         self.deadline = self.event(bus).min(until);
@@ -181,7 +157,7 @@ impl Cpu {
     }
 
     /// Takes what is pending, which may wake the core.
-    fn enter_pending<B: Bus>(&mut self, bus: &mut B) -> Result<bool, Stop> {
+    fn enter_pending(&mut self, bus: &mut impl Bus) -> Result<bool, Stop> {
         if self.take_pending(bus)? {
             self.asleep = false;
             self.exclusive = false;
@@ -195,11 +171,11 @@ impl Cpu {
 
     /// The instruction at R15.
     #[inline(always)]
-    fn instruction<B: Bus, O: Observer>(
+    fn instruction(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         decoded: &mut Cache,
-        observer: &mut O,
+        observer: &mut impl Observer,
     ) -> Result<(), Stop> {
         let pc = self.registers.r[15];
         let start = self.cycle;
@@ -233,7 +209,7 @@ impl Cpu {
     /// An instruction with the condition of its place in an IT block; 16-bit
     /// ones leave the flags alone there (Arm ARM A7.3.2).
     #[inline(never)]
-    fn execute_in_it_block<B: Bus>(&mut self, bus: &mut B, entry: Entry) -> Result<u32, Trap> {
+    fn execute_in_it_block(&mut self, bus: &mut impl Bus, entry: Entry) -> Trapped<u32> {
         let it = self.registers.it;
         // What returns from an exception brings an IT state of its own.
         self.registers.it = if it & 7 == 0 {
@@ -260,7 +236,7 @@ impl Cpu {
 
     #[cold]
     #[inline(never)]
-    fn trap<B: Bus>(&mut self, bus: &mut B, trap: Trap) -> Result<(), Stop> {
+    fn trap(&mut self, bus: &mut impl Bus, trap: Trap) -> Result<(), Stop> {
         self.deadline = 0;
         match trap {
             Trap::Fault(fault) => {

@@ -2,7 +2,7 @@
 //! as far as the bench image and test programs do. Files live in memory.
 
 use super::bus::Denied;
-use super::{Bus, Cpu, Fault, Size, Stop, Trap};
+use super::{Bus, Cpu, Fault, Size, Stop, Trapped};
 use std::collections::BTreeMap;
 
 /// BKPT's immediate.
@@ -97,7 +97,7 @@ impl Cpu {
     ///
     /// # Errors
     /// [`Trap`]: the program ended, or asked what nobody models.
-    pub(super) fn breakpoint<B: Bus>(&mut self, bus: &mut B, immediate: u8) -> Result<(), Trap> {
+    pub(super) fn breakpoint(&mut self, bus: &mut impl Bus, immediate: u8) -> Trapped {
         if immediate != BREAKPOINT {
             return Err(Fault::Breakpoint.into());
         }
@@ -113,9 +113,9 @@ impl Cpu {
     }
 
     /// The new R0, if it changes.
-    fn call_host<B: Bus>(
+    fn call_host(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         host: &mut Semihosting,
     ) -> Result<Option<u32>, Stop> {
         let [number, block, ..] = self.registers.r;
@@ -163,7 +163,7 @@ impl Cpu {
         }))
     }
 
-    fn block<B: Bus, const N: usize>(&self, bus: &mut B, address: u32) -> Result<[u32; N], Stop> {
+    fn block<const N: usize>(&self, bus: &mut impl Bus, address: u32) -> Result<[u32; N], Stop> {
         let mut words = [0; N];
         for (word, offset) in words.iter_mut().zip((0..).step_by(4)) {
             *word = self.guest_word(bus, address.wrapping_add(offset), Size::Word)?;
@@ -171,14 +171,14 @@ impl Cpu {
         Ok(words)
     }
 
-    fn guest_bytes<B: Bus>(&self, bus: &mut B, start: u32, length: u32) -> Result<Vec<u8>, Stop> {
+    fn guest_bytes(&self, bus: &mut impl Bus, start: u32, length: u32) -> Result<Vec<u8>, Stop> {
         (0..length)
             .map(|offset| self.guest_byte(bus, start.wrapping_add(offset)))
             .collect()
     }
 
     /// Up to the first zero.
-    fn guest_text<B: Bus>(&self, bus: &mut B, start: u32) -> Result<Vec<u8>, Stop> {
+    fn guest_text(&self, bus: &mut impl Bus, start: u32) -> Result<Vec<u8>, Stop> {
         let mut text = vec![];
         let mut address = start;
         loop {
@@ -190,12 +190,12 @@ impl Cpu {
         }
     }
 
-    fn guest_byte<B: Bus>(&self, bus: &mut B, address: u32) -> Result<u8, Stop> {
+    fn guest_byte(&self, bus: &mut impl Bus, address: u32) -> Result<u8, Stop> {
         self.guest_word(bus, address, Size::Byte)
             .map(|word| (word & 0xFF) as u8)
     }
 
-    fn guest_word<B: Bus>(&self, bus: &mut B, address: u32, size: Size) -> Result<u32, Stop> {
+    fn guest_word(&self, bus: &mut impl Bus, address: u32, size: Size) -> Result<u32, Stop> {
         let read = bus.read(address, size, self.cycle);
         read.map(|read| read.value).map_err(|denied| Stop::Access {
             address,

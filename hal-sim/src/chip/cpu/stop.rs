@@ -107,6 +107,9 @@ pub enum Trap {
     Stop(Stop),
 }
 
+/// What an instruction gives that may not complete.
+pub type Trapped<T = ()> = Result<T, Trap>;
+
 impl From<Fault> for Trap {
     fn from(fault: Fault) -> Self {
         Self::Fault(fault)

@@ -45,7 +45,7 @@ pub const fn is_wide(first: u16) -> bool {
 
 /// 1 if the instruction at `target` is a 32-bit one that straddles two words,
 /// so that two fetches are needed before it can be decoded.
-pub(super) fn straddles<B: Bus>(bus: &mut B, target: u32) -> u8 {
+pub(super) fn straddles(bus: &mut impl Bus, target: u32) -> u8 {
     let wide = target & 2 != 0 && bus.code(target).is_ok_and(is_wide);
     u8::from(wide)
 }
@@ -233,7 +233,7 @@ impl Cpu {
 
     /// Fetches ahead before the instruction of `length` bytes at `pc`.
     #[inline(always)]
-    pub(super) fn fetch_ahead<B: Bus>(&mut self, bus: &mut B, pc: u32, length: u8) {
+    pub(super) fn fetch_ahead(&mut self, bus: &mut impl Bus, pc: u32, length: u8) {
         let pipeline = &self.pipeline;
         if pc.wrapping_sub(pipeline.quiet_from) >= pipeline.quiet_bytes {
             self.fetch_line(bus, pc, length);
@@ -241,7 +241,7 @@ impl Cpu {
     }
 
     #[inline(never)]
-    fn fetch_line<B: Bus>(&mut self, bus: &mut B, pc: u32, length: u8) {
+    fn fetch_line(&mut self, bus: &mut impl Bus, pc: u32, length: u8) {
         let ahead = pc.wrapping_add(AHEAD) >> 4;
         let needed = pc.wrapping_add(u32::from(length)).wrapping_sub(1) >> 4;
         let pipeline = &mut self.pipeline;
@@ -266,7 +266,7 @@ impl Cpu {
 
     /// Goes on at `target` after `cycles`, refill included; gives `target`.
     #[inline(always)]
-    pub(super) fn branch_to<B: Bus>(&mut self, bus: &mut B, target: u32, cycles: u8) -> u32 {
+    pub(super) fn branch_to(&mut self, bus: &mut impl Bus, target: u32, cycles: u8) -> u32 {
         self.pass(cycles.into());
         let fetch = self.cycle.wrapping_sub(STAGES);
         self.pipeline.last = Trail::NONE;
@@ -278,9 +278,9 @@ impl Cpu {
 
     /// Goes on at `target`, which the code could not name: a register's value
     /// after 1 + `refill` cycles.
-    pub(super) fn branch_far<B: Bus>(
+    pub(super) fn branch_far(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         target: u32,
         before: u8,
         refill: u8,
@@ -292,7 +292,7 @@ impl Cpu {
 
     /// Fetches the line of `target` at `at`; its wait states pass.
     #[inline(never)]
-    pub(super) fn refill<B: Bus>(&mut self, bus: &mut B, target: u32, at: Cycle) {
+    pub(super) fn refill(&mut self, bus: &mut impl Bus, target: u32, at: Cycle) {
         let line = target >> 4;
         let pipeline = &mut self.pipeline;
         if pipeline.asked != line {

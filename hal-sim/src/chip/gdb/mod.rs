@@ -76,9 +76,6 @@ pub struct Debugger {
 
 impl Debugger {
     /// Waits for gdb at `listener`, with `board`'s core halted at reset.
-    ///
-    /// # Errors
-    /// The socket.
     pub fn accept(listener: &TcpListener, mut board: Board<Points>) -> io::Result<Self> {
         let (stream, _) = listener.accept()?;
         board.cpu.system.set_debugger(true);
@@ -93,9 +90,6 @@ impl Debugger {
     }
 
     /// [`Board::boot`], as gdb lets it.
-    ///
-    /// # Errors
-    /// [`BoardError`].
     pub fn boot(&mut self, sensors: &Sensors) -> Result<(), BoardError> {
         while !self.run(0, |board| board.boot_on(sensors))? {}
         Ok(())

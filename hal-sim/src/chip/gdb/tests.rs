@@ -19,6 +19,10 @@ struct Gdb {
 impl Gdb {
     /// Attaches to a board that runs `code` and is then let go on for 20 ms.
     fn attach(code: &[u16]) -> Self {
+        Self::attach_for(code, 20)
+    }
+
+    fn attach_for(code: &[u16], length_ms: u64) -> Self {
         let image = program(code, &[("Reset", CODE, 12)]);
         let outputs = [None; CHANNELS];
         let board = Board::power_on(image, outputs, Pace::Lazy, Points::default()).unwrap();
@@ -28,7 +32,7 @@ impl Gdb {
         stream.set_read_timeout(Some(wait)).unwrap();
         let device = std::thread::spawn(move || {
             let mut debugger = Debugger::accept(&listener, board).unwrap();
-            for step in 1..=20 {
+            for step in 1..=length_ms {
                 let end = step * 16_000; // 16 MHz after reset
                 debugger.run(end, |board| board.run_to(end))?;
             }
@@ -95,7 +99,8 @@ fn the_core_halts_at_reset_steps_and_stops_at_breakpoints() {
 
 #[test]
 fn ctrl_c_stops_what_runs() {
-    let mut gdb = Gdb::attach(&LOOP);
+    // For ever, as it seems to gdb: it must not end before Ctrl-C comes.
+    let mut gdb = Gdb::attach_for(&LOOP, u64::from(u32::MAX));
     gdb.send("c");
     Write::write_all(&mut gdb.stream, &[3]).unwrap();
     assert_eq!(gdb.receive(), "S02");

@@ -79,9 +79,6 @@ pub struct Image {
 
 impl Image {
     /// Reads and checks the file at `path`.
-    ///
-    /// # Errors
-    /// [`ImageError`].
     pub fn open(path: &Path) -> Result<Self, ImageError> {
         let bytes = std::fs::read(path);
         let bytes = bytes.map_err(|why| ImageError::Unreadable(path.to_owned(), why))?;
@@ -89,9 +86,6 @@ impl Image {
     }
 
     /// Checks `bytes`, the contents of the file that errors call `path`.
-    ///
-    /// # Errors
-    /// [`ImageError`].
     pub fn parse(path: &Path, bytes: &[u8]) -> Result<Self, ImageError> {
         check_machine(path, bytes)?;
         let not_elf = |why: object::Error| ImageError::NotElf(path.to_owned(), why.to_string());

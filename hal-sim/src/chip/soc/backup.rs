@@ -1,7 +1,7 @@
 //! The RTC's backup registers (RM0090 section 26.6.20). The clock and calendar
 //! are not modelled.
 
-use super::peripheral::{Cycle, Peripheral, Size, Unmodelled, part, refuse};
+use super::peripheral::{Cycle, Modelled, Peripheral, Size, Unmodelled, part, refuse};
 
 const FIRST: u32 = 0x50;
 const COUNT: usize = 20;
@@ -24,7 +24,7 @@ impl Backup {
         self.words = [0; COUNT];
     }
 
-    fn index(offset: u32) -> Result<usize, Unmodelled> {
+    fn index(offset: u32) -> Modelled<usize> {
         let index = (offset.wrapping_sub(FIRST) / 4) as usize;
         if offset >= FIRST && index < COUNT {
             Ok(index)
@@ -35,11 +35,11 @@ impl Backup {
 }
 
 impl Peripheral for Backup {
-    fn read(&mut self, offset: u32, size: Size, _at: Cycle) -> Result<u32, Unmodelled> {
+    fn read(&mut self, offset: u32, size: Size, _at: Cycle) -> Modelled<u32> {
         Ok(part(self.words[Self::index(offset)?], offset, size))
     }
 
-    fn write(&mut self, offset: u32, size: Size, value: u32, _at: Cycle) -> Result<(), Unmodelled> {
+    fn write(&mut self, offset: u32, size: Size, value: u32, _at: Cycle) -> Modelled {
         let index = Self::index(offset)?;
         refuse(size != Size::Word, "RTC_BKPxR: writes narrower than a word")?;
         if self.writable {

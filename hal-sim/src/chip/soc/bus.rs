@@ -1,29 +1,96 @@
-//! The chip as the core's bus.
+//! The chip as the core's bus: accesses by the memory map, time, interrupt lines.
 
-use super::Soc;
+use super::map::{self, Unit};
+use super::matrix::{Bridge, Slave};
+use super::rcc::Cause;
+use super::{Peripheral, Soc, exti, playback};
 use crate::chip::Cycle;
 use crate::chip::cpu::Size;
-use crate::chip::cpu::bus::{Bus, Denied, LINE_WORDS, Read, Unmodelled};
+use crate::chip::cpu::bus::{Bus, Denied, LINE_WORDS, Modelled, Read, Unmodelled};
+
+/// First address of SRAM2.
+const SRAM2: u32 = 0x2001_C000;
+/// SRAM1.
+const SRAM1: std::ops::Range<u32> = 0x2000_0000..SRAM2;
+/// An access to AHB2 or to the debug support: the manuals give no wait states.
+const UNSHARED_WAIT: u32 = 0;
+
+const RESERVED: Denied = Denied::Unmodelled(Unmodelled("an address where nothing is modelled"));
+const BEYOND_RAM: Denied = Denied::Unmodelled(Unmodelled("an address beyond the RAM"));
+
+/// Positions in the vector table (RM0090 table 61).
+mod line {
+    pub const PVD: u32 = 1;
+    pub const FLASH: u32 = 4;
+    pub const EXTI0: u32 = 6;
+    pub const ADC: u32 = 18;
+    pub const EXTI9_5: u32 = 23;
+    pub const USART2: u32 = 38;
+    pub const EXTI15_10: u32 = 40;
+    pub const OTG_FS: u32 = 67;
+}
 
 impl Bus for Soc {
     #[inline]
     fn read(&mut self, address: u32, size: Size, at: Cycle) -> Result<Read, Denied> {
-        Self::read(self, address, size, at)
+        match address >> 24 {
+            0x20 => {
+                let wait = self.pass_ram(address, at)?;
+                let value = self.ram.read(address, size).ok_or(BEYOND_RAM)?;
+                Ok(Read { value, wait })
+            }
+            0x08 if address < 0x0810_0000 => self.flash.read(address, size, at),
+            0x40..=0x50 | 0xE0 => self.read_register(address, size, at),
+            0x10 => {
+                let value = self.ccm.read(address, size).ok_or(BEYOND_RAM)?;
+                Ok(Read { value, wait: 0 })
+            }
+            0x00 if address < 0x0010_0000 => self.flash.read(address, size, at),
+            0x1F => self
+                .flash
+                .read_information(&self.signature, address, size, at)
+                .ok_or(Denied::Unmodelled(Unmodelled("system memory"))),
+            _ => Err(RESERVED),
+        }
     }
 
     #[inline]
     fn write(&mut self, address: u32, size: Size, value: u32, at: Cycle) -> Result<u32, Denied> {
-        Self::write(self, address, size, value, at)
+        match address >> 24 {
+            0x20 => {
+                let wait = self.pass_ram(address, at)?;
+                self.ram.write(address, size, value).ok_or(BEYOND_RAM)?;
+                Ok(wait)
+            }
+            0x40..=0x50 | 0xE0 => self.write_register(address, size, value, at),
+            0x10 => {
+                self.ccm.write(address, size, value).ok_or(BEYOND_RAM)?;
+                Ok(0)
+            }
+            0x08 if address < 0x0810_0000 => {
+                let wait = self.flash.write(address, size, value, at)?;
+                self.reschedule_at(at);
+                Ok(wait)
+            }
+            _ => Err(RESERVED),
+        }
     }
 
+    /// SRAM1 while no DMA uses it.
     #[inline(always)]
     fn read_at_once(&self, address: u32, size: Size) -> Option<u32> {
-        Self::read_at_once(self, address, size)
+        if self.shares[0] || !SRAM1.contains(&address) {
+            return None;
+        }
+        self.ram.read(address, size)
     }
 
+    /// SRAM1 while no DMA uses it.
     #[inline(always)]
     fn write_at_once(&mut self, address: u32, size: Size, value: u32) -> bool {
-        Self::write_at_once(self, address, size, value)
+        !self.shares[0]
+            && SRAM1.contains(&address)
+            && self.ram.write(address, size, value).is_some()
     }
 
     fn code(&mut self, address: u32) -> Result<u16, Denied> {
@@ -54,16 +121,65 @@ impl Bus for Soc {
         self.flash.code_version()
     }
 
-    fn advance(&mut self, to: Cycle) -> Result<(), Unmodelled> {
-        Self::advance(self, to)
+    /// In the order of cycles. A sample of the ADC must have been given before time
+    /// goes beyond it.
+    fn advance(&mut self, to: Cycle) -> Modelled {
+        self.now = to;
+        if to < self.due {
+            return Ok(());
+        }
+        if to < self.event {
+            // An access asked for it: all that can be new is a line's level.
+            self.due = self.event;
+            self.otg.advance(to)?;
+            return self.playback.advance(to, &mut self.ram);
+        }
+        self.playback.advance(to, &mut self.ram)?;
+        let triggers = self.playback.triggers_mut();
+        if !triggers.is_empty() {
+            for at in triggers.drain(..) {
+                self.adc.trigger(at)?;
+            }
+        }
+        self.rcc.advance(to)?;
+        self.follow_clocks(to)?;
+        self.adc.advance(to)?;
+        self.spi3.advance(to)?;
+        self.flash.advance(to)?;
+        self.usart2.advance(to)?;
+        self.otg.advance(to)?;
+        self.iwdg.advance(to)?;
+        if self.iwdg.has_bitten() {
+            self.reset = Some(Cause::Watchdog);
+        }
+        self.event = self.find_event();
+        self.due = self.event;
+        Ok(())
     }
 
     fn next_event(&self) -> Cycle {
-        Self::next_event(self)
+        self.due
     }
 
     fn lines(&self) -> [u32; LINE_WORDS] {
-        Self::lines(self)
+        let mut lines = self.playback.lines();
+        let mut set = |line: u32, high: bool| {
+            lines[(line / 32) as usize] |= u32::from(high) << (line % 32);
+        };
+        let pending = self.exti.pending();
+        if pending != 0 {
+            set(line::PVD, pending & 1 << exti::PVD != 0);
+            for n in 0..5 {
+                set(line::EXTI0 + n, pending & 1 << n != 0);
+            }
+            set(line::EXTI9_5, pending & 0x03E0 != 0);
+            set(line::EXTI15_10, pending & 0xFC00 != 0);
+        }
+        set(line::FLASH, self.flash.interrupt());
+        set(line::ADC, self.adc.interrupt());
+        set(line::USART2, self.usart2.interrupt());
+        set(line::OTG_FS, self.otg.irq());
+        lines
     }
 
     fn nmi(&self) -> bool {
@@ -71,10 +187,121 @@ impl Bus for Soc {
     }
 
     fn request_reset(&mut self, _at: Cycle) {
-        Self::request_reset(self);
+        self.reset.get_or_insert(Cause::Software);
     }
 
     fn wants_reset(&self) -> bool {
-        Self::wants_reset(self).is_some()
+        self.reset.is_some()
+    }
+}
+
+impl Soc {
+    /// Wait states of an access to SRAM1 or SRAM2.
+    #[inline]
+    fn pass_ram(&mut self, address: u32, at: Cycle) -> Result<u32, Denied> {
+        let (slave, shared) = if address < SRAM2 {
+            (Slave::Sram1, self.shares[0])
+        } else {
+            (Slave::Sram2, self.shares[1])
+        };
+        if !shared {
+            return Ok(0);
+        }
+        Ok(self.playback.pass(slave, Bridge::None, at, &mut self.ram)?)
+    }
+
+    #[inline(never)]
+    fn read_register(&mut self, address: u32, size: Size, at: Cycle) -> Result<Read, Denied> {
+        let (unit, offset) = map::find(address).ok_or(RESERVED)?;
+        self.check_clock(unit, at)?;
+        self.due = at;
+        if let Unit::Playback(block) = unit {
+            let read = self.playback.read(block, offset, size, at, &mut self.ram)?;
+            self.event = self.event.min(self.playback.next_event());
+            return Ok(read);
+        }
+        let wait = self.pass_register(unit, at)?;
+        let done = at + Cycle::from(wait);
+        let unit = self.peripheral(unit);
+        unit.advance(done)?;
+        let value = unit.read(offset, size, done)?;
+        let event = unit.next_event();
+        self.event = self.event.min(event);
+        Ok(Read { value, wait })
+    }
+
+    #[inline(never)]
+    fn write_register(
+        &mut self,
+        address: u32,
+        size: Size,
+        value: u32,
+        at: Cycle,
+    ) -> Result<u32, Denied> {
+        let (unit, offset) = map::find(address).ok_or(RESERVED)?;
+        self.check_clock(unit, at)?;
+        self.due = at;
+        if let Unit::Playback(block) = unit {
+            let wait = self
+                .playback
+                .write(block, offset, size, value, at, &mut self.ram)?;
+            self.event = self.event.min(self.playback.next_event());
+            if block == playback::Block::Dma2 {
+                self.shares = [Slave::Sram1, Slave::Sram2].map(|s| self.playback.shares(s));
+            }
+            return Ok(wait);
+        }
+        let wait = self.pass_register(unit, at)?;
+        let done = at + Cycle::from(wait);
+        let peripheral = self.peripheral(unit);
+        peripheral.advance(done)?;
+        peripheral.write(offset, size, value, done)?;
+        let event = peripheral.next_event();
+        self.event = self.event.min(event);
+        self.follow_write(unit, done)?;
+        Ok(wait)
+    }
+
+    /// Silicon answers 0 and loses writes; here it is a mistake of the program.
+    fn check_clock(&self, unit: Unit, at: Cycle) -> Modelled {
+        // An access reaches a block behind a bridge with a later APB clock.
+        let clocks = self.rcc.clocks();
+        let divider = match unit.bridge() {
+            Some(Bridge::Apb1) => clocks.apb1_divider(),
+            Some(Bridge::Apb2) => clocks.apb2_divider(),
+            _ => 1,
+        };
+        let reached = (at + 1).next_multiple_of(divider.into());
+        match unit.clock() {
+            Some(block) if !self.rcc.is_enabled(block, reached)? => {
+                Err(Unmodelled("a peripheral whose clock is off"))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn pass_register(&mut self, unit: Unit, at: Cycle) -> Modelled<u32> {
+        match unit.bridge() {
+            Some(bridge) => self.playback.pass(Slave::Ahb1, bridge, at, &mut self.ram),
+            None => Ok(UNSHARED_WAIT),
+        }
+    }
+
+    fn peripheral(&mut self, unit: Unit) -> &mut dyn Peripheral {
+        match unit {
+            Unit::Backup => &mut self.backup,
+            Unit::Iwdg => &mut self.iwdg,
+            Unit::Spi3 => &mut self.spi3,
+            Unit::Usart2 => &mut self.usart2,
+            Unit::Pwr => &mut self.pwr,
+            Unit::Adc => &mut self.adc,
+            Unit::Syscfg => &mut self.syscfg,
+            Unit::Exti => &mut self.exti,
+            Unit::Rcc => &mut self.rcc,
+            Unit::Flash => &mut self.flash,
+            Unit::Otg => &mut self.otg,
+            // `Playback` is served before.
+            Unit::Dbgmcu | Unit::Playback(_) => &mut self.dbgmcu,
+        }
     }
 }

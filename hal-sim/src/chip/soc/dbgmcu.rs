@@ -2,7 +2,7 @@
 //! 38.16). A debugger's halt stops all time of the simulator, so the freeze
 //! bits are kept and have no further effect.
 
-use super::peripheral::{Cycle, Peripheral, Size, Unmodelled, part};
+use super::peripheral::{Cycle, Modelled, Peripheral, Size, Unmodelled, part};
 
 /// DBGMCU_IDCODE: device 0x413, revision 0x1007 (section 38.6.1).
 pub const IDCODE: u32 = 0x1007_6413;
@@ -19,7 +19,7 @@ impl Dbgmcu {
 }
 
 impl Peripheral for Dbgmcu {
-    fn read(&mut self, offset: u32, size: Size, _at: Cycle) -> Result<u32, Unmodelled> {
+    fn read(&mut self, offset: u32, size: Size, _at: Cycle) -> Modelled<u32> {
         let word = match offset & !3 {
             0 => IDCODE,
             register @ 4..=0xC => self.registers[register as usize / 4 - 1],
@@ -28,7 +28,7 @@ impl Peripheral for Dbgmcu {
         Ok(part(word, offset, size))
     }
 
-    fn write(&mut self, offset: u32, size: Size, value: u32, _at: Cycle) -> Result<(), Unmodelled> {
+    fn write(&mut self, offset: u32, size: Size, value: u32, _at: Cycle) -> Modelled {
         match (offset, size) {
             (4 | 8 | 0xC, Size::Word) => {
                 let index = offset as usize / 4 - 1;

@@ -1,7 +1,7 @@
 //! EXTI (RM0090 chapter 12): 23 lines, edges of which are latched in PR.
 
 use super::Syscfg;
-use super::peripheral::{Cycle, Peripheral, Size, Unmodelled};
+use super::peripheral::{Cycle, Modelled, Peripheral, Size, Unmodelled};
 
 /// Line of the programmable voltage detector.
 pub const PVD: usize = 16;
@@ -48,7 +48,7 @@ impl Exti {
 }
 
 impl Peripheral for Exti {
-    fn read(&mut self, offset: u32, size: Size, _at: Cycle) -> Result<u32, Unmodelled> {
+    fn read(&mut self, offset: u32, size: Size, _at: Cycle) -> Modelled<u32> {
         match (offset, size) {
             (IMR, Size::Word) => Ok(self.imr),
             (EMR, Size::Word) => Ok(0),
@@ -60,7 +60,7 @@ impl Peripheral for Exti {
         }
     }
 
-    fn write(&mut self, offset: u32, size: Size, value: u32, _: Cycle) -> Result<(), Unmodelled> {
+    fn write(&mut self, offset: u32, size: Size, value: u32, _: Cycle) -> Modelled {
         let value = value & LINES;
         match (offset, size) {
             (IMR, Size::Word) => self.imr = value,

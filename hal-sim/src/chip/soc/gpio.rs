@@ -7,7 +7,7 @@
 
 use crate::chip::Cycle;
 use crate::chip::cpu::Size;
-use crate::chip::cpu::bus::Unmodelled;
+use crate::chip::cpu::bus::{Modelled, Unmodelled};
 
 /// Ports A to I.
 pub const PORTS: usize = 9;
@@ -97,10 +97,7 @@ impl Gpio {
     }
 
     /// Reads the register at `offset` of `port` (0 is A).
-    ///
-    /// # Errors
-    /// Sub-word accesses, the lock, and gaps.
-    pub fn read(&self, port: usize, offset: u32, size: Size) -> Result<u32, Unmodelled> {
+    pub fn read(&self, port: usize, offset: u32, size: Size) -> Modelled<u32> {
         let p = self.port(port)?;
         word(size)?;
         Ok(match offset {
@@ -119,9 +116,6 @@ impl Gpio {
 
     /// Writes the register at `offset` of `port`; the new value holds from
     /// `done` on.
-    ///
-    /// # Errors
-    /// Sub-word accesses, the lock, and gaps.
     pub fn write(
         &mut self,
         port: usize,
@@ -129,7 +123,7 @@ impl Gpio {
         size: Size,
         value: u32,
         done: Cycle,
-    ) -> Result<(), Unmodelled> {
+    ) -> Modelled {
         word(size)?;
         self.port(port)?;
         if offset == offset::BSRR {
@@ -221,7 +215,7 @@ impl Gpio {
         &mut self.edges
     }
 
-    fn port(&self, port: usize) -> Result<&Port, Unmodelled> {
+    fn port(&self, port: usize) -> Modelled<&Port> {
         self.ports.get(port).ok_or(Unmodelled("a GPIO port"))
     }
 
@@ -289,7 +283,7 @@ pub const fn after_bsrr(odr: u16, value: u32) -> u16 {
     odr & !reset | set
 }
 
-fn word(size: Size) -> Result<(), Unmodelled> {
+fn word(size: Size) -> Modelled {
     if size == Size::Word {
         Ok(())
     } else {

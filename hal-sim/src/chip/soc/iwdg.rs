@@ -6,7 +6,7 @@
 //! arrives five LSI cycles after its write.
 
 use super::clock::{Oscillator, cycles_in};
-use super::peripheral::{Cycle, Peripheral, Size, Unmodelled, part, refuse};
+use super::peripheral::{Cycle, Modelled, Peripheral, Size, Unmodelled, part, refuse};
 
 /// LSI start-up, 15 µs typical (DS8626, LSI oscillator characteristics).
 const LSI_START_NS: u64 = 15_000;
@@ -140,7 +140,7 @@ impl Iwdg {
         }
     }
 
-    fn schedule(&mut self, value: u32, at: Cycle, reload: bool) -> Result<(), Unmodelled> {
+    fn schedule(&mut self, value: u32, at: Cycle, reload: bool) -> Modelled {
         if !self.unlocked {
             return Ok(());
         }
@@ -179,7 +179,7 @@ impl Iwdg {
 }
 
 impl Peripheral for Iwdg {
-    fn read(&mut self, offset: u32, size: Size, at: Cycle) -> Result<u32, Unmodelled> {
+    fn read(&mut self, offset: u32, size: Size, at: Cycle) -> Modelled<u32> {
         self.advance(at)?;
         let word = match offset & !3 {
             0x0 => 0,
@@ -194,7 +194,7 @@ impl Peripheral for Iwdg {
         Ok(part(word, offset, size))
     }
 
-    fn write(&mut self, offset: u32, size: Size, value: u32, at: Cycle) -> Result<(), Unmodelled> {
+    fn write(&mut self, offset: u32, size: Size, value: u32, at: Cycle) -> Modelled {
         self.advance(at)?;
         refuse(size == Size::Byte, "IWDG: byte writes")?;
         match offset {
@@ -215,7 +215,7 @@ impl Peripheral for Iwdg {
         Ok(())
     }
 
-    fn advance(&mut self, to: Cycle) -> Result<(), Unmodelled> {
+    fn advance(&mut self, to: Cycle) -> Modelled {
         if let Some((lsi, _)) = &self.running {
             let tick = lsi.ticks(to);
             if self.prescaler.pending.is_some() || self.reload.pending.is_some() {

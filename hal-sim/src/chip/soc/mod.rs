@@ -4,7 +4,6 @@
 //! In: the core's accesses, pins, USB packets. Out: pin edges, interrupt
 //! lines, what the DACs hold. RM0090 is the reference manual.
 
-mod access;
 pub mod adc;
 pub mod backup;
 mod bus;
@@ -39,7 +38,7 @@ pub use ram::Ram;
 pub use syscfg::Syscfg;
 
 use crate::chip::Cycle;
-use crate::chip::cpu::bus::Unmodelled;
+use crate::chip::cpu::bus::Modelled;
 use adc::Adc;
 use backup::Backup;
 use dbgmcu::Dbgmcu;
@@ -89,8 +88,8 @@ pub struct Soc {
     signature: Signature,
     /// Whether DMA uses SRAM1, SRAM2.
     shares: [bool; 2],
-    /// A reset that was asked for.
-    reset: Option<Cause>,
+    /// A reset that was asked for and not carried out yet.
+    pub(in crate::chip) reset: Option<Cause>,
     pvd: bool,
     now: Cycle,
     /// Nothing happens inside before this; an access can make it earlier.
@@ -129,21 +128,8 @@ impl Soc {
         }
     }
 
-    /// The core asks for a system reset.
-    pub fn request_reset(&mut self) {
-        self.reset.get_or_insert(Cause::Software);
-    }
-
-    /// The reset that was asked for and not carried out yet.
-    pub const fn wants_reset(&self) -> Option<Cause> {
-        self.reset
-    }
-
     /// System reset at `at`. Flash, RAM, backup and debug registers stay.
-    ///
-    /// # Errors
-    /// What nobody models.
-    pub fn reset(&mut self, cause: Cause, at: Cycle) -> Result<(), Unmodelled> {
+    pub fn reset(&mut self, cause: Cause, at: Cycle) -> Modelled {
         self.reset = None;
         self.rcc.reset(cause);
         self.follow_clocks(at)?;

@@ -3,29 +3,20 @@
 pub(super) use super::word::part;
 pub(super) use crate::chip::Cycle;
 pub(super) use crate::chip::cpu::Size;
-pub(super) use crate::chip::cpu::bus::{Unmodelled, refuse};
+pub(super) use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse};
 
 /// A block of registers. Wires to other peripherals, interrupt lines and pins
 /// are methods of each; `soc` joins them.
 pub trait Peripheral {
     /// Reads the register at `offset` from the block's base. Sub-word accesses
     /// come as they are: a peripheral refuses the sizes that it does not model.
-    ///
-    /// # Errors
-    /// A register, or a use of it, that nobody models.
-    fn read(&mut self, offset: u32, size: Size, at: Cycle) -> Result<u32, Unmodelled>;
+    fn read(&mut self, offset: u32, size: Size, at: Cycle) -> Modelled<u32>;
 
     /// Writes the register at `offset`.
-    ///
-    /// # Errors
-    /// A register, or a use of it, that nobody models.
-    fn write(&mut self, offset: u32, size: Size, value: u32, at: Cycle) -> Result<(), Unmodelled>;
+    fn write(&mut self, offset: u32, size: Size, value: u32, at: Cycle) -> Modelled;
 
     /// Lets time go on to `to`. Every access is preceded by it.
-    ///
-    /// # Errors
-    /// Behaviour that nobody models.
-    fn advance(&mut self, _to: Cycle) -> Result<(), Unmodelled> {
+    fn advance(&mut self, _to: Cycle) -> Modelled {
         Ok(())
     }
 

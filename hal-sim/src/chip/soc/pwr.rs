@@ -4,7 +4,7 @@
 //! Low-power modes other than sleep are not modelled. The detector's delay is
 //! taken as none.
 
-use super::peripheral::{Cycle, Peripheral, Size, Unmodelled, part, refuse};
+use super::peripheral::{Cycle, Modelled, Peripheral, Size, Unmodelled, part, refuse};
 
 const CR: u32 = 0;
 const CSR: u32 = 4;
@@ -103,7 +103,7 @@ impl Pwr {
 }
 
 impl Peripheral for Pwr {
-    fn read(&mut self, offset: u32, size: Size, _at: Cycle) -> Result<u32, Unmodelled> {
+    fn read(&mut self, offset: u32, size: Size, _at: Cycle) -> Modelled<u32> {
         let word = match offset & !3 {
             CR => self.cr,
             CSR => VOSRDY | if self.low { PVDO } else { 0 },
@@ -112,7 +112,7 @@ impl Peripheral for Pwr {
         Ok(part(word, offset, size))
     }
 
-    fn write(&mut self, offset: u32, size: Size, value: u32, _at: Cycle) -> Result<(), Unmodelled> {
+    fn write(&mut self, offset: u32, size: Size, value: u32, _at: Cycle) -> Modelled {
         match (offset, size) {
             (CR, Size::Word) => {
                 refuse(value & VOS == 0, "PWR_CR: regulator scale 2")?;

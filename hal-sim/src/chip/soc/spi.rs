@@ -4,7 +4,7 @@
 //! first bit begins in the cycle of the write to an idle SPI, and a buffered
 //! word follows without a pause.
 
-use super::peripheral::{Cycle, Peripheral, Size, Unmodelled, part, refuse};
+use super::peripheral::{Cycle, Modelled, Peripheral, Size, Unmodelled, part, refuse};
 
 mod cr1 {
     pub const CPHA: u32 = 1;
@@ -94,7 +94,7 @@ impl Spi {
         });
     }
 
-    fn write_cr1(&mut self, value: u32) -> Result<(), Unmodelled> {
+    fn write_cr1(&mut self, value: u32) -> Modelled {
         refuse(
             self.shifting.is_some() && value != self.cr1,
             "SPI_CR1: changed while busy",
@@ -110,7 +110,7 @@ impl Spi {
         Ok(())
     }
 
-    fn write_data(&mut self, value: u32, at: Cycle) -> Result<(), Unmodelled> {
+    fn write_data(&mut self, value: u32, at: Cycle) -> Modelled {
         refuse(self.cr1 & cr1::SPE == 0, "SPI_DR: written while SPE is off")?;
         let value = (value & 0xFFFF) as u16;
         if self.shifting.is_none() {
@@ -125,7 +125,7 @@ impl Spi {
 }
 
 impl Peripheral for Spi {
-    fn read(&mut self, offset: u32, size: Size, at: Cycle) -> Result<u32, Unmodelled> {
+    fn read(&mut self, offset: u32, size: Size, at: Cycle) -> Modelled<u32> {
         self.advance(at)?;
         let word = match offset & !3 {
             0x00 => self.cr1,
@@ -143,7 +143,7 @@ impl Peripheral for Spi {
         Ok(part(word, offset, size))
     }
 
-    fn write(&mut self, offset: u32, size: Size, value: u32, at: Cycle) -> Result<(), Unmodelled> {
+    fn write(&mut self, offset: u32, size: Size, value: u32, at: Cycle) -> Modelled {
         self.advance(at)?;
         if size == Size::Byte {
             return Err(Unmodelled("SPI: byte writes")); // section 28.5
@@ -158,7 +158,7 @@ impl Peripheral for Spi {
         }
     }
 
-    fn advance(&mut self, to: Cycle) -> Result<(), Unmodelled> {
+    fn advance(&mut self, to: Cycle) -> Modelled {
         while let Some(word) = self.shifting.filter(|word| word.end <= to) {
             self.sent.push(word);
             self.shifting = None;

@@ -1,6 +1,6 @@
 //! SYSCFG (RM0090 chapter 9): which port feeds an EXTI line.
 
-use super::peripheral::{Cycle, Peripheral, Size, Unmodelled};
+use super::peripheral::{Cycle, Modelled, Peripheral, Size, Unmodelled};
 
 const MEMRMP: u32 = 0x00;
 const PMC: u32 = 0x04;
@@ -24,7 +24,7 @@ impl Syscfg {
 }
 
 impl Peripheral for Syscfg {
-    fn read(&mut self, offset: u32, size: Size, _at: Cycle) -> Result<u32, Unmodelled> {
+    fn read(&mut self, offset: u32, size: Size, _at: Cycle) -> Modelled<u32> {
         match (offset, size) {
             (MEMRMP | PMC | CMPCR, Size::Word) => Ok(0),
             (EXTICR1..=EXTICR4, Size::Word) => Ok(self.exticr[(offset - EXTICR1) as usize / 4]),
@@ -32,7 +32,7 @@ impl Peripheral for Syscfg {
         }
     }
 
-    fn write(&mut self, offset: u32, size: Size, value: u32, _: Cycle) -> Result<(), Unmodelled> {
+    fn write(&mut self, offset: u32, size: Size, value: u32, _: Cycle) -> Modelled {
         match (offset, size, value) {
             (MEMRMP | PMC | CMPCR, Size::Word, 0) => (),
             (EXTICR1..=EXTICR4, Size::Word, _) => {

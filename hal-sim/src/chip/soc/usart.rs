@@ -4,7 +4,7 @@
 //! In: bytes of the other side, one frame after another at this side's rate.
 //! Out: bytes with the cycle of their end, an interrupt line.
 
-use super::peripheral::{Cycle, Peripheral, Size, Unmodelled, part, refuse};
+use super::peripheral::{Cycle, Modelled, Peripheral, Size, Unmodelled, part, refuse};
 use std::collections::VecDeque;
 
 mod sr {
@@ -133,7 +133,7 @@ impl Usart {
         FRAME_BITS * u64::from(bit) * u64::from(self.bus_divider)
     }
 
-    fn write_data(&mut self, value: u32, at: Cycle) -> Result<(), Unmodelled> {
+    fn write_data(&mut self, value: u32, at: Cycle) -> Modelled {
         refuse(
             !self.is_on(cr1::TE),
             "USART_DR: written while TE or UE is off",
@@ -183,7 +183,7 @@ impl Usart {
         self.idle = self.incoming.is_empty().then_some(next);
     }
 
-    fn write_cr1(&mut self, value: u32) -> Result<(), Unmodelled> {
+    fn write_cr1(&mut self, value: u32) -> Modelled {
         refuse(
             value & !cr1::KNOWN != 0,
             "USART_CR1: parity, 9 bits, wake-up or break",
@@ -199,7 +199,7 @@ impl Usart {
 }
 
 impl Peripheral for Usart {
-    fn read(&mut self, offset: u32, size: Size, at: Cycle) -> Result<u32, Unmodelled> {
+    fn read(&mut self, offset: u32, size: Size, at: Cycle) -> Modelled<u32> {
         self.advance(at)?;
         let word = match offset & !3 {
             0x00 => {
@@ -216,7 +216,7 @@ impl Peripheral for Usart {
         Ok(part(word, offset, size))
     }
 
-    fn write(&mut self, offset: u32, size: Size, value: u32, at: Cycle) -> Result<(), Unmodelled> {
+    fn write(&mut self, offset: u32, size: Size, value: u32, at: Cycle) -> Modelled {
         self.advance(at)?;
         refuse(size == Size::Byte && offset != 0x04, "USART: byte writes")?;
         match offset {
@@ -233,7 +233,7 @@ impl Peripheral for Usart {
         Ok(())
     }
 
-    fn advance(&mut self, to: Cycle) -> Result<(), Unmodelled> {
+    fn advance(&mut self, to: Cycle) -> Modelled {
         while let Some((end, byte)) = self.sending.filter(|(end, _)| *end <= to) {
             self.end_of_sent(end, byte);
         }

@@ -1,69 +1,13 @@
-//! Wires between the blocks: clocks, resets, interrupt lines, and time.
+//! Wires between the blocks: clocks, resets, pins.
 
 use super::clock::Clocks;
 use super::map::{Unit, playback_block};
-use super::rcc::{Block, Cause};
+use super::rcc::Block;
 use super::{Exti, Peripheral, Soc, Syscfg, exti, gpio};
 use crate::chip::Cycle;
-use crate::chip::cpu::bus::{LINE_WORDS, Unmodelled};
-
-/// Positions in the vector table (RM0090 table 61).
-mod line {
-    pub const PVD: u32 = 1;
-    pub const FLASH: u32 = 4;
-    pub const EXTI0: u32 = 6;
-    pub const ADC: u32 = 18;
-    pub const EXTI9_5: u32 = 23;
-    pub const USART2: u32 = 38;
-    pub const EXTI15_10: u32 = 40;
-    pub const OTG_FS: u32 = 67;
-}
+use crate::chip::cpu::bus::Modelled;
 
 impl Soc {
-    /// Lets everything happen up to `to`, in the order of cycles. A sample of
-    /// the ADC must have been given before time goes beyond it.
-    ///
-    /// # Errors
-    /// Behaviour that nobody models.
-    pub fn advance(&mut self, to: Cycle) -> Result<(), Unmodelled> {
-        self.now = to;
-        if to < self.due {
-            return Ok(());
-        }
-        if to < self.event {
-            // An access asked for it: all that can be new is a line's level.
-            self.due = self.event;
-            self.otg.advance(to)?;
-            return self.playback.advance(to, &mut self.ram);
-        }
-        self.playback.advance(to, &mut self.ram)?;
-        let triggers = self.playback.triggers_mut();
-        if !triggers.is_empty() {
-            for at in triggers.drain(..) {
-                self.adc.trigger(at)?;
-            }
-        }
-        self.rcc.advance(to)?;
-        self.follow_clocks(to)?;
-        self.adc.advance(to)?;
-        self.spi3.advance(to)?;
-        self.flash.advance(to)?;
-        self.usart2.advance(to)?;
-        self.otg.advance(to)?;
-        self.iwdg.advance(to)?;
-        if self.iwdg.has_bitten() {
-            self.reset = Some(Cause::Watchdog);
-        }
-        self.event = self.find_event();
-        self.due = self.event;
-        Ok(())
-    }
-
-    /// Earliest cycle at which `advance` must be called.
-    pub const fn next_event(&self) -> Cycle {
-        self.due
-    }
-
     /// Something from outside changed the state: look again.
     pub const fn reschedule(&mut self) {
         self.reschedule_at(self.now);
@@ -75,7 +19,7 @@ impl Soc {
         self.due = at;
     }
 
-    fn find_event(&self) -> Cycle {
+    pub(super) fn find_event(&self) -> Cycle {
         let sample = self.adc.next_sample().map_or(Cycle::MAX, |s| s.at);
         [
             self.playback.next_event(),
@@ -91,39 +35,8 @@ impl Soc {
         .fold(Cycle::MAX, Cycle::min)
     }
 
-    /// Level of every interrupt line.
-    pub fn lines(&self) -> [u32; LINE_WORDS] {
-        let mut lines = self.playback.lines();
-        let mut set = |line: u32, high: bool| {
-            lines[(line / 32) as usize] |= u32::from(high) << (line % 32);
-        };
-        let pending = self.exti.pending();
-        if pending != 0 {
-            set(line::PVD, pending & 1 << exti::PVD != 0);
-            for n in 0..5 {
-                set(line::EXTI0 + n, pending & 1 << n != 0);
-            }
-            set(line::EXTI9_5, pending & 0x03E0 != 0);
-            set(line::EXTI15_10, pending & 0xFC00 != 0);
-        }
-        set(line::FLASH, self.flash.interrupt());
-        set(line::ADC, self.adc.interrupt());
-        set(line::USART2, self.usart2.interrupt());
-        set(line::OTG_FS, self.otg.irq());
-        lines
-    }
-
     /// Connects `level` to a pin (port 0 is A) at `at`.
-    ///
-    /// # Errors
-    /// What nobody models.
-    pub fn drive(
-        &mut self,
-        port: usize,
-        pin: usize,
-        level: gpio::Level,
-        at: Cycle,
-    ) -> Result<(), Unmodelled> {
+    pub fn drive(&mut self, port: usize, pin: usize, level: gpio::Level, at: Cycle) -> Modelled {
         let change = self.playback.drive(port, pin, level, at, &mut self.ram)?;
         if let Some(high) = change {
             self.exti.pin(port, pin, high, &self.syscfg);
@@ -148,7 +61,7 @@ impl Soc {
     }
 
     /// What a register write of `unit` means to others.
-    pub(super) fn follow_write(&mut self, unit: Unit, at: Cycle) -> Result<(), Unmodelled> {
+    pub(super) fn follow_write(&mut self, unit: Unit, at: Cycle) -> Modelled {
         match unit {
             Unit::Rcc => {
                 self.event = self.now; // a clock changes everything
@@ -173,7 +86,7 @@ impl Soc {
         }
     }
 
-    fn reset_block(&mut self, block: Block, at: Cycle) -> Result<(), Unmodelled> {
+    fn reset_block(&mut self, block: Block, at: Cycle) -> Modelled {
         if let Some(block) = playback_block(block) {
             self.shares = [true; 2]; // until DMA2 is next written
             return self.playback.reset(block, at, &mut self.ram);
@@ -194,7 +107,7 @@ impl Soc {
     }
 
     /// Tells everyone about new frequencies.
-    pub(super) fn follow_clocks(&mut self, at: Cycle) -> Result<(), Unmodelled> {
+    pub(super) fn follow_clocks(&mut self, at: Cycle) -> Modelled {
         let Some(clocks) = self.rcc.take_change() else {
             return Ok(());
         };

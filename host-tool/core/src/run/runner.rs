@@ -100,18 +100,15 @@ pub fn run<P: Port>(
     };
     let started = run.identify(&info).and_then(|()| run.prepare());
     let is_started = started.is_ok();
-    let streamed = match started {
-        Ok(()) => run.stream(),
-        Err(error) => {
-            // The first error is the one to tell.
-            let _ = run.read_electrodes();
-            Err(error)
-        }
-    };
+    let streamed = started.and_then(|()| run.stream());
     let t_s = is_started.then(|| run.t_s());
     run.client.ignore_signals();
     // Whatever happened, ask for a stop; a lost device stops by itself.
     let stopped = run.client.stop();
+    if !is_started {
+        // The first error is the one to tell.
+        let _ = run.read_electrodes();
+    }
     let finished = match &stopped {
         Ok(_) if is_started => run.finish(),
         _ => Ok(()),

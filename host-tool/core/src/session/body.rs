@@ -41,8 +41,7 @@ fn read_sites<const N: usize>(t: &Table<'_>, names: [&str; N]) -> Option<[usize;
     let numbers = names.map(|name| t.whole::<u8>(name));
     for (place, (name, &channel)) in names.iter().zip(&numbers).enumerate() {
         if numbers.iter().take(place).any(|taken| *taken == channel) {
-            let field = "body".into();
-            t.say(name, Problem::ChannelTwice { field, channel });
+            t.say(name, Problem::ChannelTwice { channel });
             return None;
         }
     }

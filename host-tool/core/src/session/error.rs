@@ -9,17 +9,27 @@ use miette::{Diagnostic, LabeledSpan, NamedSource, Severity, SourceCode};
 /// As many mistakes are told one by one.
 pub(super) const MOST: usize = 200;
 
+/// Where in a file something is wrong.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Place {
+    /// The path of the field.
+    pub(super) field: String,
+    /// What stands there.
+    pub(super) given: String,
+    /// Bytes of the text.
+    pub(super) span: Range<usize>,
+}
+
 /// Declares [`Problem`]: number, fields, message, and what to do where the message
-/// does not say it.
+/// does not say it. A message may name its place.
 macro_rules! problems {
-    ($($number:literal $name:ident { $($field:ident: $type:ty),* } $message:literal $remedy:literal)*) => {
+    (at $path:ident, $given:ident: $($number:literal $name:ident { $($field:ident: $type:ty),* } $message:literal $remedy:literal)*) => {
         /// Everything a session file is refused for. This is the only list of the
-        /// numbers E400–E499; they are stable. `field` is the path of the field in
-        /// the file, `given` what stands there, `allowed` what may stand there.
-        #[derive(Clone, PartialEq, Debug, thiserror::Error)]
+        /// numbers E400–E499; they are stable. `allowed` is what may stand there.
+        #[derive(Clone, PartialEq, Debug)]
         #[expect(missing_docs, reason = "each message explains its fields")]
         pub enum Problem {
-            $(#[error($message)] $name { $($field: $type),* },)*
+            $(#[doc = $message] $name { $($field: $type),* },)*
         }
 
         impl Problem {
@@ -28,6 +38,17 @@ macro_rules! problems {
             pub const fn number(&self) -> u16 {
                 match self {
                     $(Self::$name { .. } => $number,)*
+                }
+            }
+
+            /// What is wrong at a place.
+            fn message(&self, place: &Place) -> String {
+                let Place { field: $path, given: $given, .. } = place;
+                match self {
+                    $(Self::$name { $($field),* } => {
+                        let _ = ($path, $given, $($field),*); // most name some of them
+                        format!($message)
+                    })*
                 }
             }
 
@@ -42,33 +63,34 @@ macro_rules! problems {
 }
 
 problems! {
+    at field, given:
     400 Unreadable { reason: String }
         "the session file cannot be read: {reason}" ""
     401 Syntax { reason: String }
         "not valid TOML: {reason}" ""
-    402 UnknownField { field: String, close: Option<String>, known: String }
+    402 UnknownField { close: Option<String>, known: String }
         "there is no field `{field}`" ""
-    403 WrongType { field: String, expected: &'static str, given: &'static str }
-        "`{field}` must be {expected}, not {given}" ""
-    404 MissingField { field: String }
+    403 WrongType { expected: &'static str, found: &'static str }
+        "`{field}` must be {expected}, not {found}" ""
+    404 MissingField {}
         "`{field}` is missing" ""
-    405 NotExact { field: String, given: String, step: String }
+    405 NotExact { step: String }
         "`{field}` is {given}: the device counts in steps of {step}" ""
-    406 NotFinite { field: String, given: String, allowed: Option<String> }
+    406 NotFinite { allowed: Option<String> }
         "`{field}` is {given}, which is no finite number of at most 38 digits" ""
-    407 OutOfRange { field: String, given: String, allowed: String }
+    407 OutOfRange { allowed: String }
         "`{field}` is {given}, allowed is {allowed}" ""
-    408 UnknownChoice { field: String, given: String, close: Option<String>, known: String }
+    408 UnknownChoice { close: Option<String>, known: String }
         "`{field}` cannot be {given}" ""
-    409 SaidTwice { field: String, other: String }
+    409 SaidTwice { other: String }
         "`{field}` and `{other}` say the same: give one of them" ""
-    410 NotInOrder { field: String, given: String, after: String }
+    410 NotInOrder { after: String }
         "`{field}` is {given}, but it must come after {after}" ""
     411 More { count: usize }
         "there are {count} more mistakes" "mend these first"
-    420 ChannelTwice { field: String, channel: u8 }
-        "channel {channel} is named twice in `{field}`" ""
-    421 NoSuchChannel { field: String, channel: u8 }
+    420 ChannelTwice { channel: u8 }
+        "channel {channel} is named once more by `{field}`" ""
+    421 NoSuchChannel { channel: u8 }
         "`{field}` names channel {channel}, which the file does not have" ""
     430 TwoGroups { channel: u8 }
         "channel {channel} is in two groups" ""
@@ -78,28 +100,28 @@ problems! {
     432 NoTimeToGround { channel: u8 }
         "channel {channel} has no time to ground: isolation interrupts it, and no unbroken `ground_us` remains before its next pulse"
         "move the offsets further apart, shorten `ground_us`, or give all members the same period"
-    440 BurstOverlaps { field: String, min_us: u32 }
+    440 BurstOverlaps { min_us: u32 }
         "pulses of a burst overlap: `{field}` must be at least {min_us} µs" ""
-    441 BurstTooLong { field: String, min_us: u32 }
+    441 BurstTooLong { min_us: u32 }
         "a burst runs into the next one: the period must be at least {min_us} µs" ""
-    450 CurrentLimit { field: String, given: String, current_ma: f64, max_ma: String }
-        "`{field}` = {given} is {current_ma} mA, allowed are {max_ma} mA" ""
-    451 ChargeLimit { field: String, given: String, current_ma: f64, max_uc: String }
-        "at `{field}` = {given} ({current_ma} mA) one phase exceeds {max_uc} µC"
+    450 CurrentLimit { limit: String, max_ma: String }
+        "`{field}` = {limit}, allowed are {max_ma} mA" ""
+    451 ChargeLimit { limit: String, max_uc: String }
+        "at `{field}` = {limit} one phase exceeds {max_uc} µC"
         "lower the limit or the pulse width"
-    452 RmsLimit { field: String, given: String, current_ma: f64, max_ma: String }
-        "at `{field}` = {given} ({current_ma} mA) the train exceeds {max_ma} mA rms"
+    452 RmsLimit { limit: String, max_ma: String }
+        "at `{field}` = {limit} the train exceeds {max_ma} mA rms"
         "lower the limit, the pulse width, the frequency or the number of pulses in a burst"
-    453 AboveChannelLimit { field: String, given: String, channel: u8, limit: String }
+    453 AboveChannelLimit { channel: u8, limit: String }
         "`{field}` is {given}, above channel {channel}'s limit of {limit}" ""
-    460 Controlled { field: String, channel: u8 }
+    460 Controlled { channel: u8 }
         "`{field}` names channel {channel}, which the joint or the wall drives" ""
     461 NoJoint { wanted: &'static str }
         "{wanted} needs a `[joint]`, and the file has none" ""
-    462 TooSlow { field: String, given: String, timeout_ms: u16 }
+    462 TooSlow { timeout_ms: u16 }
         "`{field}` is {given}: setpoints would be further apart than the {timeout_ms} ms of silence that end stimulation"
         "raise it, or `wearer.host_timeout_ms`"
-    463 NoFatigue { field: String }
+    463 NoFatigue {}
         "`{field}` is calcium-force-fatigue, but nothing says how the muscle tires"
         "give the muscle `fatigue`; `fatigue = {}` takes the quadriceps' of Ding 2003"
     464 NothingToFit {}
@@ -108,17 +130,17 @@ problems! {
     465 NothingTriggered {}
         "no channel waits for a trigger, so `[simulated_trigger]` would start nothing"
         "give a channel's train `triggered = true`, or leave `[simulated_trigger]` out"
-    470 OutOfReach { field: String, given: String, channel: u8, min_n: f64, max_n: f64 }
-        "`{field}` is {given} N: within its limits channel {channel} gives 0 N, and from {min_n} to {max_n} N"
+    470 OutOfReach { newton: f64, channel: u8, min_n: f64, max_n: f64 }
+        "`{field}` is {newton} N: within its limits channel {channel} gives 0 N, and from {min_n} to {max_n} N"
         "ask for less, or raise the channel's `limit` or its `force.max_frequency_hz`"
-    471 NoForceControl { field: String, channel: u8 }
+    471 NoForceControl { channel: u8 }
         "`{field}` names channel {channel}, which has no `force`" ""
     472 NoMuscle { channel: u8 }
         "channel {channel} has a `force` and no `muscle` to find it with" ""
     473 RateChanges { channel: u8 }
         "channel {channel} may change its pulse rate, and is in an isolated group, whose pulses would then meet"
         "leave `force.max_frequency_hz` and `force.min_frequency_hz` out, or set partner = \"conducted\""
-    474 ForceControlled { field: String, channel: u8 }
+    474 ForceControlled { channel: u8 }
         "`{field}` names channel {channel}, which is under force control" ""
     480 JointAndWall {}
         "a `[joint]` and a `[wall]` cannot run together: the device measures one angle"
@@ -165,6 +187,7 @@ pub struct SessionError(Box<Inner>);
 #[derive(Clone)]
 struct Inner {
     problem: Problem,
+    place: Place,
     code: String,
     file: Option<NamedSource<Arc<str>>>,
     label: Option<LabeledSpan>,
@@ -173,19 +196,23 @@ struct Inner {
 }
 
 impl SessionError {
-    /// A problem at `span` (bytes) of a file's text.
-    pub(super) fn at(problem: Problem, name: &str, text: &Arc<str>, span: Range<usize>) -> Self {
+    /// A problem at a place of a file's text.
+    pub(super) fn at(problem: Problem, name: &str, text: &Arc<str>, place: Place) -> Self {
+        let label = Some(problem.label());
         let mut error = Self::nowhere(problem);
-        let label = Some(error.0.problem.label());
-        error.0.label = Some(LabeledSpan::new_primary_with_span(label, span));
+        error.0.label = Some(LabeledSpan::new_primary_with_span(
+            label,
+            place.span.clone(),
+        ));
         error.0.file = Some(NamedSource::new(name, Arc::clone(text)));
+        error.0.place = place;
         error
     }
 
     /// All of them, by their place in the file; nothing for none. Beyond
     /// [`MOST`] they are counted.
     pub(super) fn all_of(mut errors: Vec<Self>) -> Option<Self> {
-        errors.sort_by_key(Self::place);
+        errors.sort_by_key(Self::offset);
         let count = errors.len().saturating_sub(MOST);
         errors.truncate(MOST);
         if count > 0 {
@@ -198,7 +225,7 @@ impl SessionError {
     }
 
     /// Where in the file, bytes.
-    pub(super) fn place(&self) -> usize {
+    pub(super) fn offset(&self) -> usize {
         self.0
             .label
             .as_ref()
@@ -217,6 +244,7 @@ impl SessionError {
             file: None,
             label: None,
             further: Vec::new(),
+            place: Place::default(),
             problem,
         }))
     }
@@ -240,7 +268,7 @@ impl SessionError {
             place.map(|(file, (line, column))| format!("{}:{line}:{column}: ", file.name()));
         let help = problem.help().map(|help| format!("; {help}"));
         let (place, help) = (place.unwrap_or_default(), help.unwrap_or_default());
-        format!("{code} {place}{problem}{help}")
+        format!("{code} {place}{self}{help}")
     }
 
     /// All of them, a line each.
@@ -259,7 +287,7 @@ impl SessionError {
 
 impl fmt::Display for SessionError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.problem.fmt(f)
+        f.write_str(&self.0.problem.message(&self.0.place))
     }
 }
 

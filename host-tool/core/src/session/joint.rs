@@ -1,18 +1,15 @@
 //! `[joint]`: a closed loop on the device.
 
-use firmware::control::{
-    Joint, JointSpec, LawSpec, PointSpec, ResponseSpec, SpecError, WearerModel,
-};
+use firmware::control::{JointSpec, LawSpec, PointSpec, ResponseSpec, WearerModel};
 use firmware::units::Amplitude;
 
-use super::channel::Channels;
-use super::error::Problem;
+use super::channels::Channels;
 use super::hold::{read_hold, read_sensor, read_stale};
 use super::law::{LAWS, LawName};
 use super::table::Table;
 
-/// Reads `[joint]`, and checks it and its points against the channels.
-pub(super) fn read_joint(t: &Table<'_>, channels: &Channels) -> Option<(JointSpec, Joint)> {
+/// Reads `[joint]`; its points name channels of the file.
+pub(super) fn read_joint(t: &Table<'_>, channels: &Channels) -> Option<JointSpec> {
     let name = t.named("law", &LAWS).unwrap_or(LawName::Recommended);
     let law = name.spec(t.has("wearer"));
     let wearer = t.part("wearer", |w| read_wearer_model(w, law))?;
@@ -21,20 +18,16 @@ pub(super) fn read_joint(t: &Table<'_>, channels: &Channels) -> Option<(JointSpe
         .part("gains", |g| Some(read_gains(g, law)))?
         .unwrap_or(law);
     let response = t.part("response", |r| Some(read_response(r, wearer)))?;
-    let points: Vec<&Table<'_>> = t
-        .tables("flexors")
-        .iter()
-        .chain(t.table("extensor"))
-        .collect();
     // Every one is read, so that every mistake is told.
-    let specs: Vec<Option<PointSpec>> = points.iter().map(|p| read_point(p, channels)).collect();
-    let specs: Vec<PointSpec> = specs.into_iter().collect::<Option<_>>()?;
-    let (extensor, flexors) = specs.split_last()?;
+    let points = t.tables("flexors").iter().chain(t.table("extensor"));
+    let points: Vec<_> = points.map(|p| read_point(p, channels)).collect();
+    let points: Vec<PointSpec> = points.into_iter().collect::<Option<_>>()?;
+    let (extensor, flexors) = points.split_last()?;
     if !t.is_sound() {
         return None;
     }
     let sensor = read_sensor(t);
-    let spec = JointSpec {
+    Some(JointSpec {
         law,
         law_period_ms: t.whole_or("law_period_ms", law.default_period_ms()),
         cutoff_mhz: t.whole_or("cutoff_hz", law.default_cutoff_mhz()),
@@ -47,9 +40,7 @@ pub(super) fn read_joint(t: &Table<'_>, channels: &Channels) -> Option<(JointSpe
         stale_after_ms: read_stale(t, sensor),
         wearer,
         response,
-    };
-    let joint = Joint::new(&spec).map_err(|e| refuse(t, &points, &specs, e));
-    Some((spec, joint.ok()?))
+    })
 }
 
 /// `law` with the gains that the file states.
@@ -118,37 +109,11 @@ fn read_response(r: &Table<'_>, wearer: Option<WearerModel>) -> ResponseSpec {
     }
 }
 
-/// Reads a point and holds it to its channel's limit, as arming will.
 fn read_point(t: &Table<'_>, channels: &Channels) -> Option<PointSpec> {
-    let channel = channels.find_free(t, "channel");
-    let channel = channel.filter(|_| t.is_sound())?;
-    Some(PointSpec {
+    let channel = channels.find(t, "channel")?;
+    t.is_sound().then(|| PointSpec {
         channel: channel.index(),
         threshold: Amplitude(t.whole("threshold")),
-        max: channel.read_amplitude(t, "max")?,
+        max: Amplitude(t.whole("max")),
     })
-}
-
-/// Puts the firmware's verdict on the field concerned.
-fn refuse(t: &Table<'_>, points: &[&Table<'_>], specs: &[PointSpec], e: SpecError) {
-    // The point that breaks a rule.
-    let point = |breaks: &dyn Fn(&PointSpec) -> bool| {
-        let found = specs.iter().zip(points).rfind(|(p, _)| breaks(p));
-        found.map_or(t, |(_, table)| *table)
-    };
-    match e {
-        SpecError::ChannelTwice { channel: c } => {
-            let (field, channel) = ("joint".into(), c + 1); // at most 10
-            let problem = Problem::ChannelTwice { field, channel };
-            point(&|p| p.channel == c).say("channel", problem);
-        }
-        SpecError::Range(range) => match range.field {
-            "code_at_100 - code_at_0" => {
-                let least = format!("at least {} from `code_at_0_deg`", range.min);
-                t.out_of_range("code_at_100_deg", least);
-            }
-            "threshold" => point(&|p| p.threshold > p.max).refuse(e),
-            _ => t.refuse(e),
-        },
-    }
 }

@@ -9,6 +9,7 @@
 
 mod body;
 mod channel;
+mod channels;
 mod control_fields;
 mod decimal;
 mod error;
@@ -27,6 +28,7 @@ mod setup;
 mod study;
 mod table;
 mod trigger;
+mod verdict;
 mod wall;
 
 use std::io::Read;
@@ -42,7 +44,7 @@ use toml::de::DeTable;
 
 pub use body::BodySpec;
 pub use channel::{Channel, Unit};
-use error::MOST;
+use error::{MOST, Place};
 pub use error::{Problem, SessionError};
 pub use fields::LONGEST as LONGEST_TEXT;
 use fields::{DAY_US, FILE};
@@ -148,7 +150,11 @@ impl Session {
             // What follows on the line is a consequence.
             if told.replace(line(span.start)) != Some(line(span.start)) {
                 let reason = e.message().into();
-                doc.say(Problem::Syntax { reason }, span);
+                let place = Place {
+                    span,
+                    ..Place::default()
+                };
+                doc.say(Problem::Syntax { reason }, place);
             }
         }
         let session = (!is_broken).then(|| Self::read(&doc, &Table::root(&doc, &root, &FILE)));
@@ -163,7 +169,7 @@ impl Session {
     fn read(doc: &Document, t: &Table<'_>) -> Option<Self> {
         let duration_us = t.whole_or("duration_s", DAY_US as u64); // not negative
         let mut notes = Vec::new();
-        let setup = setup::read_setup(t, duration_us, &mut notes)?;
+        let setup = setup::read_setup(t, duration_us, &mut notes);
         let has_joint = t.has("joint");
         let setpoints = t.part("setpoints", |s| read_setpoints(s, &setup, has_joint));
         let study = t.part("study", |s| study::read_study(s, &setup.channels));
@@ -179,7 +185,7 @@ impl Session {
             channels: setup.channels.list,
             groups: setup.groups,
             sync: setup.sync,
-            joint: setup.joint.map(|(spec, _)| spec),
+            joint: setup.joint,
             wall: setup.wall,
             setpoints: setpoints??,
             measure: measure?,

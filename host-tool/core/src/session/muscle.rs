@@ -1,12 +1,9 @@
 //! `[channel.muscle]`: its force model, its recruitment, how it tires, and
 //! which rung of the ladder predicts its force.
 
-use firmware::muscle::{
-    CalciumForceSpec, FatigueSpec, LadderError, MuscleSpec, RecruitmentSpec, Rung,
-};
+use firmware::muscle::{CalciumForceSpec, FatigueSpec, MuscleSpec, RecruitmentSpec, Rung};
 use firmware::units::Amplitude;
 
-use super::error::Problem;
 use super::fields::RUNGS;
 use super::table::Table;
 
@@ -56,16 +53,24 @@ impl Muscle {
             rung: self.rung(),
         }
     }
+
+    /// The muscle on every rung that it comes to, with the table that says so: its
+    /// own, and those of its changes.
+    pub(super) fn rungs<'t>(
+        &self,
+        t: &'t Table<'t>,
+    ) -> impl Iterator<Item = (&'t Table<'t>, MuscleSpec)> {
+        let spec = self.spec();
+        let changes = self.changes.iter().map(|&(_, rung)| rung);
+        let changes = t.tables("changes").iter().zip(changes);
+        let all = std::iter::once((t, spec.rung)).chain(changes);
+        all.map(move |(t, rung)| (t, MuscleSpec { rung, ..spec }))
+    }
 }
 
 /// Reads a `muscle` table; the recruitment curve ends at the limit of its channel,
 /// changes of rung end with the session.
-pub(super) fn read_muscle(
-    t: &Table<'_>,
-    channel: &Table<'_>,
-    limit: Amplitude,
-    duration_us: u64,
-) -> Option<Muscle> {
+pub(super) fn read_muscle(t: &Table<'_>, limit: Amplitude, duration_us: u64) -> Option<Muscle> {
     let force = CalciumForceSpec {
         a_mn_per_s: t.whole("a_n_per_s"),
         k_micro: t.whole("k"),
@@ -82,7 +87,7 @@ pub(super) fn read_muscle(
     let fatigue = t.part("fatigue", |f| Some(read_fatigue(f, force.a_mn_per_s)))?;
     let changes = read_changes(t, duration_us);
     let model = t.named("model", &RUNGS).map_or(Model::Auto, Model::Fixed);
-    let muscle = Muscle {
+    Some(Muscle {
         force,
         recruitment,
         fatigue,
@@ -90,29 +95,7 @@ pub(super) fn read_muscle(
         // Until the whole session is read.
         auto: Rung::CalciumForce,
         changes: changes?,
-    };
-    let rungs = std::iter::once((t, muscle.rung()));
-    let changed = t
-        .tables("changes")
-        .iter()
-        .zip(muscle.changes.iter().map(|&(_, rung)| rung));
-    let tires = |(_, rung): &(&Table<'_>, Rung)| *rung == Rung::CalciumForceFatigue;
-    if let (None, Some((t, _))) = (fatigue, rungs.chain(changed).find(tires)) {
-        let field = t.path_of("model");
-        t.say("model", Problem::NoFatigue { field });
-        return None;
-    }
-    let refused = |e| match e {
-        // Full scales stay far below the recruitment curve's own bound, so a limit
-        // can only be too low for the threshold.
-        LadderError::Range(e) if e.field == RecruitmentSpec::LIMIT.field => {
-            let allowed = format!("below the channel's limit of {}", channel.given("limit"));
-            t.out_of_range("motor_threshold", allowed);
-        }
-        e => t.refuse(e),
-    };
-    muscle.spec().validate().map_err(refused).ok()?;
-    Some(muscle)
+    })
 }
 
 /// Reads `fatigue`; what is left out is the quadriceps', scaled to A.

@@ -107,7 +107,7 @@ impl Session {
             return (CONTACT_MS, 0);
         }
         let by_joint = self.joint.as_ref().is_some_and(|joint| {
-            let mut points = joint.flexors.iter().chain([&joint.extensor]);
+            let mut points = joint.points();
             points.any(|point| point.channel == index)
         });
         match &self.setpoints.course {

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::channel::Channels;
+use super::channels::Channels;
 use super::error::Problem;
 use super::table::Table;
 
@@ -37,8 +37,7 @@ pub(super) fn read_study(t: &Table<'_>, channels: &Channels) -> Option<Study> {
         let channel: u8 = item.whole("channel");
         channels.find(item, "channel");
         if electrodes.iter().any(|known| known.channel == channel) {
-            let field = item.path_of("channel");
-            item.say("channel", Problem::ChannelTwice { field, channel });
+            item.say("channel", Problem::ChannelTwice { channel });
         }
         let place = item.text("place").unwrap_or_default().to_owned();
         electrodes.push(Electrode { channel, place });

@@ -13,7 +13,7 @@ use std::sync::Arc;
 use firmware::link::Refusal;
 
 use super::decimal::between;
-use super::error::{Problem, SessionError};
+use super::error::{Place, Problem, SessionError};
 use super::field::{Field, Need, Section, When};
 
 /// The text of a session file, and what is wrong with it.
@@ -37,13 +37,13 @@ impl Document {
     }
 
     /// Tells a problem at a place.
-    pub(super) fn say(&self, problem: Problem, span: Range<usize>) {
-        let error = SessionError::at(problem, &self.name, &self.text, span);
+    pub(super) fn say(&self, problem: Problem, place: Place) {
+        let error = SessionError::at(problem, &self.name, &self.text, place);
         self.told.borrow_mut().push(error);
     }
 
-    fn doubt(&self, problem: Problem, span: Range<usize>) {
-        let error = SessionError::at(problem, &self.name, &self.text, span);
+    fn doubt(&self, problem: Problem, place: Place) {
+        let error = SessionError::at(problem, &self.name, &self.text, place);
         self.doubts.borrow_mut().push(error);
     }
 
@@ -52,12 +52,14 @@ impl Document {
         self.told.borrow().is_empty() && self.doubts.borrow().is_empty()
     }
 
-    /// Everything that is wrong.
+    /// Everything that is wrong, once.
     pub(super) fn finish(self) -> Option<SessionError> {
         let mut told = self.told.into_inner();
-        let places: HashSet<usize> = told.iter().map(SessionError::place).collect();
+        let mut seen = HashSet::new();
+        told.retain(|e| seen.insert((e.offset(), e.to_string())));
+        let places: HashSet<usize> = told.iter().map(SessionError::offset).collect();
         let doubts = self.doubts.into_inner().into_iter();
-        told.extend(doubts.filter(|doubt| !places.contains(&doubt.place())));
+        told.extend(doubts.filter(|doubt| !places.contains(&doubt.offset())));
         SessionError::all_of(told)
     }
 
@@ -249,69 +251,75 @@ impl Table<'_> {
         }
     }
 
-    /// What the file says in this field; empty if it says nothing.
-    pub(super) fn given(&self, name: &str) -> String {
+    /// The place of a field; the table, if it is left out.
+    pub(super) fn at(&self, name: &str) -> Place {
         let entry = self.entries.get(name);
-        entry.map_or_else(String::new, |entry| self.doc.given(&entry.span))
+        Place {
+            field: self.path_of(name),
+            given: entry.map_or_else(|| "left out".into(), |entry| self.doc.given(&entry.span)),
+            span: entry.map_or_else(|| self.span.clone(), |entry| entry.span.clone()),
+        }
+    }
+
+    fn place(&self, name: &str, span: Range<usize>) -> Place {
+        Place {
+            field: self.path_of(name),
+            given: self.doc.given(&span),
+            span,
+        }
     }
 
     /// Tells a problem at this field, or at the table if the field is left out.
     pub(super) fn say(&self, name: &str, problem: Problem) {
-        let entry = self.entries.get(name);
-        let span = entry.map_or_else(|| self.span.clone(), |entry| entry.span.clone());
-        self.doc.say(problem, span);
+        self.doc.say(problem, self.at(name));
     }
 
     /// Tells that the field is outside what is allowed.
     pub(super) fn out_of_range(&self, name: &str, allowed: String) {
-        let given = Some(self.given(name)).filter(|given| !given.is_empty());
-        let problem = Problem::OutOfRange {
-            field: self.path_of(name),
-            given: given.unwrap_or_else(|| "left out".into()),
-            allowed,
-        };
-        self.say(name, problem);
-    }
-
-    /// Tells a problem of the table as such.
-    pub(super) fn say_here(&self, problem: Problem) {
-        self.doc.say(problem, self.span.clone());
+        self.say(name, Problem::OutOfRange { allowed });
     }
 
     /// Tells that the field must come after something.
     pub(super) fn not_after(&self, name: &str, after: String) {
-        let (field, given) = (self.path_of(name), self.given(name));
-        let problem = Problem::NotInOrder {
-            field,
-            given,
-            after,
-        };
-        self.say(name, problem);
+        self.say(name, Problem::NotInOrder { after });
     }
 
     /// A time, µs, from `least` to the session's end.
     pub(super) fn time(&self, name: &str, least: i64, duration_us: u64) -> Option<u64> {
-        let (at, end) = (self.whole::<i64>(name), duration_us as i64); // at most a day
+        let time = self.whole(name);
+        self.within(time, self.at(name), least, duration_us)
+    }
+
+    /// A list of times, µs, likewise, rising by at least `apart`.
+    pub(super) fn times(
+        &self,
+        name: &str,
+        least: i64,
+        apart: u64,
+        duration_us: u64,
+    ) -> Option<Vec<u64>> {
+        let mut times: Vec<u64> = Vec::new();
+        for (at, span) in self.wholes(name) {
+            let place = self.place(name, span.clone());
+            let at = self.within(*at, place.clone(), least, duration_us)?;
+            if let Some(before) = times.last().filter(|before| at < *before + apart) {
+                let (before, apart) = (*before as f64 * 1e-6, apart as f64 * 1e-6);
+                let after = format!("{before} s, by at least {apart} s");
+                self.doc.say(Problem::NotInOrder { after }, place);
+                return None;
+            }
+            times.push(at);
+        }
+        Some(times)
+    }
+
+    fn within(&self, at: i64, place: Place, least: i64, duration_us: u64) -> Option<u64> {
+        let end = duration_us as i64; // at most a day
         if (least..=end).contains(&at) {
             return Some(at as u64); // not negative
         }
-        self.out_of_range(name, between(least, end, 6));
-        None
-    }
-
-    /// A list of times, µs, likewise.
-    pub(super) fn times(&self, name: &str, least: i64, duration_us: u64) -> Option<Vec<u64>> {
-        let end = duration_us as i64; // at most a day
-        let times = self.wholes(name);
-        let Some((_, span)) = times.iter().find(|(at, _)| !(least..=end).contains(at)) else {
-            return Some(times.iter().map(|(at, _)| *at as u64).collect()); // not negative
-        };
-        let problem = Problem::OutOfRange {
-            field: self.path_of(name),
-            given: self.doc.given(span),
-            allowed: between(least, end, 6),
-        };
-        self.doc.say(problem, span.clone());
+        let allowed = between(least, end, 6);
+        self.doc.say(Problem::OutOfRange { allowed }, place);
         None
     }
 
@@ -323,10 +331,14 @@ impl Table<'_> {
         } = e.into();
         match self.find(field) {
             Some((table, found)) => {
-                let allowed = found
-                    .number()
-                    .map(|number| number.told(min.into(), max.into()));
-                table.out_of_range(found.name, allowed.unwrap_or_default());
+                let bounds = (min.into(), max.into());
+                let number = found.number();
+                // What the field says of itself says more.
+                let own = number.filter(|n| !n.bound.is_empty() && n.range == Some(bounds));
+                if own.is_none() || !table.has(found.name) {
+                    let allowed = number.map(|number| number.told(bounds.0, bounds.1));
+                    table.out_of_range(found.name, allowed.unwrap_or_default());
+                }
             }
             None => self.out_of_range(field, format!("{min} to {max}")),
         }

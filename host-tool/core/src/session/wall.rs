@@ -1,17 +1,16 @@
 //! `[wall]`: a virtual wall on the device.
 
-use firmware::haptics::{CoContraction, PreWall, Side, Wall, WallError, WallSpec};
+use firmware::haptics::{CoContraction, PreWall, Side, WallSpec};
 use firmware::units::Amplitude;
 
-use super::channel::Channels;
+use super::channels::Channels;
 use super::control_fields::SIDES;
-use super::error::Problem;
 use super::hold::{read_sensor, read_stale};
 use super::table::Table;
 
-/// Reads `[wall]`, and checks it against the channels.
+/// Reads `[wall]`; it names channels of the file.
 pub(super) fn read_wall(t: &Table<'_>, channels: &Channels) -> Option<WallSpec> {
-    let channel = channels.find_free(t, "channel");
+    let channel = channels.find(t, "channel");
     let pre_wall = t.part("pre_wall", |p| {
         Some(PreWall {
             depth_mdeg: p.whole("depth_deg"),
@@ -20,19 +19,19 @@ pub(super) fn read_wall(t: &Table<'_>, channels: &Channels) -> Option<WallSpec> 
         })
     });
     let co_contraction = t.part("co_contraction", |c| {
-        let channel = channels.find_free(c, "channel")?;
+        let channel = channels.find(c, "channel")?;
         Some(CoContraction {
             channel: channel.index(),
-            amplitude: channel.read_amplitude(c, "amplitude")?,
+            amplitude: Amplitude(c.whole("amplitude")),
         })
     });
     let channel = channel.filter(|_| t.is_sound())?;
     let sensor = read_sensor(t);
-    let spec = WallSpec {
+    Some(WallSpec {
         at_mdeg: t.whole("at_deg"),
         side: t.named("stops", &SIDES).unwrap_or(Side::Flexion),
         channel: channel.index(),
-        max: channel.read_amplitude(t, "max")?,
+        max: Amplitude(t.whole("max")),
         stiffness: t.whole("stiffness_per_deg"),
         damping: t.whole("damping_s_per_deg"),
         cutoff_mhz: t.whole("cutoff_hz"),
@@ -42,17 +41,5 @@ pub(super) fn read_wall(t: &Table<'_>, channels: &Channels) -> Option<WallSpec> 
         angle_max_mdeg: t.whole("angle_max_deg"),
         sensor,
         stale_after_ms: read_stale(t, sensor),
-    };
-    let refused = |e| match e {
-        WallError::ChannelTwice { channel } => {
-            let (field, channel) = ("wall".into(), channel + 1); // at most 10
-            let problem = Problem::ChannelTwice { field, channel };
-            t.table("co_contraction")
-                .unwrap_or(t)
-                .say("channel", problem);
-        }
-        e => t.refuse(e),
-    };
-    Wall::new(&spec).map_err(refused).ok()?;
-    Some(spec)
+    })
 }

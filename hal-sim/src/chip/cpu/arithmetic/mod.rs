@@ -14,7 +14,7 @@ mod tests;
 
 use super::registers::flag;
 use super::system::ccr;
-use super::{Cpu, Fault, Registers, Trap};
+use super::{Cpu, Fault, Registers, Trapped};
 pub use decode::decode;
 pub use multiply::{Long, Multiply};
 pub use parallel::{Lanes, Prefix};
@@ -101,7 +101,7 @@ impl Cpu {
     /// # Errors
     /// [`Fault::DivideByZero`] where CCR.DIV_0_TRP asks for it.
     #[inline]
-    pub(super) fn execute_arithmetic(&mut self, op: Op) -> Result<u32, Trap> {
+    pub(super) fn execute_arithmetic(&mut self, op: Op) -> Trapped<u32> {
         let by_zero = |m: u8| self.registers.r[usize::from(m & 15)] == 0;
         if let Op::SignedDivide(x) | Op::UnsignedDivide(x) = op
             && by_zero(x.m)

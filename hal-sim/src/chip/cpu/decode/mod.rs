@@ -14,7 +14,7 @@ mod wide_memory;
 pub(super) use op::{Alu, Carry, Index, Load, Op, Rearrange, Reg, Shift, ShiftKind, Test};
 
 use super::timing::{self, Trail};
-use super::{Bus, Cpu, Fault, Stop, Trap};
+use super::{Bus, Cpu, Fault, Stop, Trap, Trapped};
 
 /// A decoded instruction, 16 bytes.
 #[derive(Clone, Copy, Debug)]
@@ -90,7 +90,7 @@ impl Cache {
 
 /// Decodes the instruction at `pc`; `target` looks at code elsewhere, for the
 /// refill of branches.
-pub(super) fn decode<B: Bus>(bus: &mut B, pc: u32) -> Result<Entry, Fault> {
+pub(super) fn decode(bus: &mut impl Bus, pc: u32) -> Result<Entry, Fault> {
     let first = bus.code(pc).map_err(|_| Fault::InstructionBus)?;
     if !timing::is_wide(first) {
         let mut op = narrow::decode(first, pc);
@@ -109,7 +109,7 @@ pub(super) fn decode<B: Bus>(bus: &mut B, pc: u32) -> Result<Entry, Fault> {
 }
 
 /// Works out the refill of a branch whose target is known.
-fn add_refill<B: Bus>(op: &mut Op, bus: &mut B) {
+fn add_refill(op: &mut Op, bus: &mut impl Bus) {
     if let Op::Branch { refill, target }
     | Op::BranchIf { refill, target, .. }
     | Op::BranchLink { refill, target }
@@ -124,12 +124,12 @@ impl Cpu {
     /// unless it lies in RAM.
     #[cold]
     #[inline(never)]
-    pub(super) fn decode_missing<B: Bus>(
+    pub(super) fn decode_missing(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         decoded: &mut Cache,
         pc: u32,
-    ) -> Result<Entry, Trap> {
+    ) -> Trapped<Entry> {
         let kept = decoded.lookup_alias(pc);
         if kept.op != Op::Missing {
             return Ok(kept);
@@ -149,7 +149,7 @@ impl Cpu {
 
     /// The stop that names the instruction at R15.
     #[cold]
-    pub(super) fn refuse<B: Bus>(&self, bus: &mut B, what: &'static str) -> Trap {
+    pub(super) fn refuse(&self, bus: &mut impl Bus, what: &'static str) -> Trap {
         let pc = self.registers.r[15];
         let mut code = |at| u32::from(bus.code(at).unwrap_or(0));
         let first = code(pc);

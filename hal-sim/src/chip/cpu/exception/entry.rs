@@ -33,7 +33,7 @@ const EXC_RETURN: u32 = 0xFFFF_FFE0;
 impl Cpu {
     /// Enters the pending exception of highest priority, which pre-empts: late
     /// arrivals included.
-    pub(super) fn enter_exception<B: Bus>(&mut self, bus: &mut B) -> Result<(), Stop> {
+    pub(super) fn enter_exception(&mut self, bus: &mut impl Bus) -> Result<(), Stop> {
         let Some(number) = self.preempting() else {
             return Ok(());
         };
@@ -57,9 +57,9 @@ impl Cpu {
 
     /// Reads the vector of `number` at `at`: from code memory over its own
     /// bus, beside stacking. A vector that cannot be read is a hard fault.
-    pub(super) fn approach<B: Bus>(
+    pub(super) fn approach(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         number: u16,
         at: Cycle,
     ) -> Result<Approach, Stop> {
@@ -96,7 +96,7 @@ impl Cpu {
     }
 
     /// Fetches the handler's first line.
-    fn fetch_handler<B: Bus>(&mut self, bus: &mut B, approach: &mut Approach) -> Cycle {
+    fn fetch_handler(&mut self, bus: &mut impl Bus, approach: &mut Approach) -> Cycle {
         if let Some(ready) = approach.ready {
             return ready;
         }
@@ -108,7 +108,7 @@ impl Cpu {
 
     /// Pushes the frame, in the order PC, xPSR, R0–R3, R12, LR, then S0–S15
     /// and FPSCR; gives when an exception whose code is there can begin.
-    fn stack<B: Bus>(&mut self, bus: &mut B, approach: &mut Approach) -> Result<Cycle, Stop> {
+    fn stack(&mut self, bus: &mut impl Bus, approach: &mut Approach) -> Result<Cycle, Stop> {
         let began = self.cycle;
         let with_fp = self.registers.control & control::FPCA != 0;
         let aligns = with_fp || self.system.is_configured(ccr::STACK_ALIGN);
@@ -157,9 +157,9 @@ impl Cpu {
         Ok(began + ENTRY + more + waits)
     }
 
-    fn push_fp<B: Bus>(
+    fn push_fp(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         frame: u32,
         approach: &mut Approach,
         failed: &mut bool,
@@ -184,9 +184,9 @@ impl Cpu {
 
     /// Pushes one word; after a fault no more are written, but their time
     /// passes.
-    fn push<B: Bus>(
+    fn push(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         address: u32,
         value: u32,
         approach: &mut Approach,
@@ -224,9 +224,9 @@ impl Cpu {
     }
 
     /// Turns to an exception that became pending meanwhile and goes first.
-    fn look_for_late_arrival<B: Bus>(
+    fn look_for_late_arrival(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         approach: &mut Approach,
     ) -> Result<(), Stop> {
         self.interrupted_by_now(bus)?;
@@ -242,9 +242,9 @@ impl Cpu {
 
     /// Waits for stack and code, and begins the handler, or that of one that
     /// arrives until then.
-    pub(super) fn arrive<B: Bus>(
+    pub(super) fn arrive(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         mut approach: Approach,
         stacked: Cycle,
         exc_return: u32,
@@ -262,9 +262,9 @@ impl Cpu {
         self.begin_handler(bus, approach, exc_return, behind)
     }
 
-    fn begin_handler<B: Bus>(
+    fn begin_handler(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         approach: Approach,
         exc_return: u32,
         behind: u16,
@@ -275,7 +275,7 @@ impl Cpu {
         }
         registers.control &= !(control::SPSEL | control::FPCA);
         registers.exception = approach.number;
-        self.context = None;
+        self.entered = true;
         registers.it = 0;
         registers.r[14] = exc_return;
         registers.r[15] = approach.vector & !1;

@@ -4,7 +4,7 @@ use super::{FP_WORDS, RETURN, TAIL_CHAIN};
 use crate::chip::Cycle;
 use crate::chip::cpu::registers::control;
 use crate::chip::cpu::system::{ccr, number, nvic};
-use crate::chip::cpu::{Bus, Cpu, Fault, Registers, Stop, Trap};
+use crate::chip::cpu::{Bus, Cpu, Fault, Registers, Stop, Trap, Trapped};
 
 /// Faults of unstacking.
 const UNSTACKING: (Fault, Fault) = (Fault::UnstackingAccess, Fault::UnstackingBus);
@@ -17,14 +17,11 @@ impl Cpu {
     /// Returns from an exception: a branch to `exc_return` (0xFxxx_xxxx) in
     /// handler mode. Tail-chains where another is pending. `cycle` is the end
     /// of the branch without its refill.
-    ///
-    /// # Errors
-    /// [`Trap`].
-    pub(in crate::chip::cpu) fn return_from_exception<B: Bus>(
+    pub(in crate::chip::cpu) fn return_from_exception(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         exc_return: u32,
-    ) -> Result<(), Trap> {
+    ) -> Trapped {
         let returning = self.registers.exception;
         let active = self.system.nvic.active();
         let legal = active & nvic::bit(returning) != 0
@@ -66,7 +63,7 @@ impl Cpu {
     }
 
     /// Goes on with the pending exception; the stack stays as it is.
-    fn tail_chain<B: Bus>(&mut self, bus: &mut B, exc_return: u32) -> Result<(), Stop> {
+    fn tail_chain(&mut self, bus: &mut impl Bus, exc_return: u32) -> Result<(), Stop> {
         let Some(first) = self.preempting() else {
             return Err(self.lock_up());
         };
@@ -78,7 +75,7 @@ impl Cpu {
 
     /// What the frame holds; `None`, and nothing has changed, where an exception
     /// pre-empts meanwhile.
-    fn unstack<B: Bus>(&mut self, bus: &mut B, exc_return: u32) -> Result<Option<Registers>, Trap> {
+    fn unstack(&mut self, bus: &mut impl Bus, exc_return: u32) -> Trapped<Option<Registers>> {
         let began = self.cycle;
         let to_thread = exc_return & 1 << 3 != 0;
         let from_psp = exc_return & 0b1111 == 0b1101;
@@ -117,13 +114,13 @@ impl Cpu {
 
     /// Pops the eight words in the order in which they were pushed, and fetches
     /// the code at PC meanwhile; gives xPSR and when the code is there.
-    fn unstack_core<B: Bus>(
+    fn unstack_core(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         frame: u32,
         privileged: bool,
         new: &mut Registers,
-    ) -> Result<Option<(u32, Cycle)>, Trap> {
+    ) -> Trapped<Option<(u32, Cycle)>> {
         let mut xpsr = 0;
         let mut fetched = self.cycle;
         self.cycle = self.cycle.max(self.pipeline.buffer) + 1;
@@ -155,13 +152,13 @@ impl Cpu {
     }
 
     /// Pops S0–S15 and FPSCR; `false` where an exception pre-empts meanwhile.
-    fn unstack_fp<B: Bus>(
+    fn unstack_fp(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         frame: u32,
         privileged: bool,
         new: &mut Registers,
-    ) -> Result<bool, Trap> {
+    ) -> Trapped<bool> {
         if !self.system.floating.is_allowed(privileged) {
             return Err(Fault::NoCoprocessor.into());
         }
@@ -180,7 +177,7 @@ impl Cpu {
     }
 
     /// Goes on where the exception came.
-    fn resume<B: Bus>(&mut self, bus: &mut B, new: Registers) -> Result<(), Stop> {
+    fn resume(&mut self, bus: &mut impl Bus, new: Registers) -> Result<(), Stop> {
         let to_thread = new.exception == 0;
         let thumb = new.r[15] & 1 == 0;
         self.registers = new;

@@ -3,18 +3,15 @@
 use super::FP_WORDS;
 use crate::chip::cpu::registers::control;
 use crate::chip::cpu::system::{actlr, hfsr, number, nvic};
-use crate::chip::cpu::{Bus, Cpu, Fault, Stop, Trap};
+use crate::chip::cpu::{Bus, Cpu, Fault, Stop, Trapped};
 
 /// Faults of a lazy save.
 const LAZY: (Fault, Fault) = (Fault::LazyStackingAccess, Fault::LazyStackingBus);
 
 impl Cpu {
     /// Before every floating-point instruction: CPACR, lazy stacking, FPCA.
-    ///
-    /// # Errors
-    /// [`Trap`].
     #[inline]
-    pub(in crate::chip::cpu) fn prepare_fp<B: Bus>(&mut self, bus: &mut B) -> Result<(), Trap> {
+    pub(in crate::chip::cpu) fn prepare_fp(&mut self, bus: &mut impl Bus) -> Trapped {
         if self.system.fp_is_ready {
             return Ok(());
         }
@@ -22,7 +19,7 @@ impl Cpu {
     }
 
     #[cold]
-    fn prepare_fp_in_full<B: Bus>(&mut self, bus: &mut B) -> Result<(), Trap> {
+    fn prepare_fp_in_full(&mut self, bus: &mut impl Bus) -> Trapped {
         let floating = &self.system.floating;
         if !floating.is_allowed(self.registers.is_privileged()) {
             return Err(Fault::NoCoprocessor.into());
@@ -42,7 +39,7 @@ impl Cpu {
 
     /// Saves S0–S15 and FPSCR where the exception's frame left room, with the
     /// rights of the context that it pre-empted.
-    fn save_fp<B: Bus>(&mut self, bus: &mut B) -> Result<(), Trap> {
+    fn save_fp(&mut self, bus: &mut impl Bus) -> Trapped {
         let address = self.system.floating.save_address();
         let privileged = self.system.floating.preempted().privileged;
         let words = self.registers.s;

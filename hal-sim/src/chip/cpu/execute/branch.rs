@@ -3,18 +3,18 @@
 use crate::chip::Cycle;
 use crate::chip::cpu::decode::Reg;
 use crate::chip::cpu::timing::{REFILL_LOAD, REFILL_REGISTER, Trail, waits};
-use crate::chip::cpu::{Bus, Cpu, Fault, Size, Trap};
+use crate::chip::cpu::{Bus, Cpu, Fault, Size, Trapped};
 
 impl Cpu {
     /// Goes on at `value` with bit 0 saying Thumb, or returns from the
     /// exception (BXWritePC), after `before` cycles and a refill.
-    pub(super) fn interwork<B: Bus>(
+    pub(super) fn interwork(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         value: u32,
         before: u8,
         refill: u8,
-    ) -> Result<u32, Trap> {
+    ) -> Trapped<u32> {
         if value >> 28 == 0xF && self.registers.exception != 0 {
             self.cycle += Cycle::from(before);
             return self.leave_handler(bus, value);
@@ -27,23 +27,23 @@ impl Cpu {
         Ok(target)
     }
 
-    fn leave_handler<B: Bus>(&mut self, bus: &mut B, value: u32) -> Result<u32, Trap> {
+    fn leave_handler(&mut self, bus: &mut impl Bus, value: u32) -> Trapped<u32> {
         self.return_from_exception(bus, value)?;
         self.exclusive = false;
         self.deadline = 0;
         Ok(self.registers.r[15])
     }
 
-    pub(super) fn branch_exchange<B: Bus>(&mut self, bus: &mut B, value: u32) -> Result<u32, Trap> {
+    pub(super) fn branch_exchange(&mut self, bus: &mut impl Bus, value: u32) -> Trapped<u32> {
         self.interwork(bus, value, 1, REFILL_REGISTER)
     }
 
-    pub(super) fn branch_link_exchange<B: Bus>(
+    pub(super) fn branch_link_exchange(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         value: u32,
         next: u32,
-    ) -> Result<u32, Trap> {
+    ) -> Trapped<u32> {
         self.set(14, next | 1);
         let target = self.branch_far(bus, value & !1, 1, REFILL_REGISTER);
         if value & 1 == 0 {
@@ -54,19 +54,19 @@ impl Cpu {
     }
 
     /// A branch without interworking (BranchWritePC).
-    pub(super) fn branch_register<B: Bus>(&mut self, bus: &mut B, value: u32) -> u32 {
+    pub(super) fn branch_register(&mut self, bus: &mut impl Bus, value: u32) -> u32 {
         self.branch_far(bus, value & !1, 1, REFILL_REGISTER)
     }
 
     /// TBB, TBH: two cycles to load, one to add, three to refill (TRM 3.3.2).
-    pub(super) fn table_branch<B: Bus>(
+    pub(super) fn table_branch(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         last: Trail,
         n: Reg,
         m: Reg,
         half: bool,
-    ) -> Result<u32, Trap> {
+    ) -> Trapped<u32> {
         let pc = self.registers.r[15].wrapping_add(4);
         let base = if n == 15 { pc } else { self.reg(n) };
         let index = self.reg(m);

@@ -3,7 +3,7 @@
 use crate::chip::cpu::decode::Op;
 use crate::chip::cpu::system::actlr;
 use crate::chip::cpu::timing::{REFILL_REGISTER, Trail};
-use crate::chip::cpu::{Bus, Cpu, Fault, Trap};
+use crate::chip::cpu::{Bus, Cpu, Fault, Trapped};
 
 /// CPS, MRS and MSR take "1 or 2" cycles (TRM table 3-1, no rule given): the
 /// more, so that a load is never flattered.
@@ -11,13 +11,13 @@ const SPECIAL_CYCLES: u32 = 2;
 
 impl Cpu {
     #[rustfmt::skip]
-    pub(super) fn execute_control<B: Bus>(
+    pub(super) fn execute_control(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         op: Op,
         last: Trail,
         next: u32,
-    ) -> Result<u32, Trap> {
+    ) -> Trapped<u32> {
         match op {
             Op::It { state } => {
                 self.registers.it = state;
@@ -72,7 +72,7 @@ impl Cpu {
     }
 
     /// Sleeps from the next instruction on.
-    fn sleep<B: Bus>(&mut self, bus: &mut B) -> Result<(), Trap> {
+    fn sleep(&mut self, bus: &mut impl Bus) -> Trapped {
         if self.system.sleeps_deep() {
             return Err(self.refuse(bus, "deep sleep (SCR.SLEEPDEEP) is not modelled"));
         }

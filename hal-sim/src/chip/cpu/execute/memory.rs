@@ -3,7 +3,7 @@
 use crate::chip::Cycle;
 use crate::chip::cpu::decode::{Index, Load, Reg};
 use crate::chip::cpu::timing::{REFILL_LOAD, Trail, waits};
-use crate::chip::cpu::{Bus, Cpu, Size, Trap};
+use crate::chip::cpu::{Bus, Cpu, Size, Trapped};
 
 /// Base register, how the offset applies, offset.
 type Indexed = (Reg, Index, u32);
@@ -63,15 +63,15 @@ impl Cpu {
 
     /// Load of base plus constant into a register below 13 or 14.
     #[inline(always)]
-    pub(super) fn load_simple<B: Bus>(
+    pub(super) fn load_simple(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         last: Trail,
         t: Reg,
         n: Reg,
         imm: u32,
         size: Size,
-    ) -> Result<(), Trap> {
+    ) -> Trapped {
         let cycles = self.begin_load(last, waits(last, n));
         let address = self.reg(n).wrapping_add(imm);
         let value = self.load(bus, address, size)?;
@@ -81,15 +81,15 @@ impl Cpu {
     }
 
     #[inline(always)]
-    pub(super) fn store_simple<B: Bus>(
+    pub(super) fn store_simple(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         last: Trail,
         t: Reg,
         n: Reg,
         imm: u32,
         size: Size,
-    ) -> Result<(), Trap> {
+    ) -> Trapped {
         let cycles = self.begin_store(last, waits(last, n));
         let address = self.reg(n).wrapping_add(imm);
         self.store(bus, address, size, self.reg(t))?;
@@ -99,16 +99,16 @@ impl Cpu {
 
     /// Any load from `address` into any register.
     #[allow(clippy::too_many_arguments)] // what one encoding holds
-    pub(super) fn load_single<B: Bus>(
+    pub(super) fn load_single(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         last: Trail,
         hazard: u16,
         kind: Load,
         t: Reg,
         address: u32,
         next: u32,
-    ) -> Result<u32, Trap> {
+    ) -> Trapped<u32> {
         let cycles = self.begin_load(last, hazard);
         let value = self.load(bus, address, kind.size())?;
         self.pass(cycles);
@@ -120,19 +120,19 @@ impl Cpu {
     }
 
     /// Goes on where a load into R15 says (LoadWritePC).
-    pub(super) fn load_to_pc<B: Bus>(&mut self, bus: &mut B, value: u32) -> Result<u32, Trap> {
+    pub(super) fn load_to_pc(&mut self, bus: &mut impl Bus, value: u32) -> Trapped<u32> {
         self.interwork(bus, value, 0, REFILL_LOAD)
     }
 
-    pub(super) fn load_indexed<B: Bus>(
+    pub(super) fn load_indexed(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         last: Trail,
         kind: Load,
         t: Reg,
         (n, index, imm): Indexed,
         next: u32,
-    ) -> Result<u32, Trap> {
+    ) -> Trapped<u32> {
         let (address, base) = index.apply(self.reg(n), imm);
         let cycles = self.begin_load(last, waits(last, n));
         let value = self.load(bus, address, kind.size())?;
@@ -147,15 +147,15 @@ impl Cpu {
 
     /// Base plus register: the address takes a cycle of its own, except in
     /// the shadow of a load.
-    pub(super) fn store_register<B: Bus>(
+    pub(super) fn store_register(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         last: Trail,
         size: Size,
         t: Reg,
         (n, m, shift): (Reg, Reg, u8),
         next: u32,
-    ) -> Result<u32, Trap> {
+    ) -> Trapped<u32> {
         let cycles = self.begin_load(last, waits(last, n) | waits(last, m));
         self.pipeline.phase = cycles;
         let address = self.reg(n).wrapping_add(self.reg(m) << (shift & 3));
@@ -164,15 +164,15 @@ impl Cpu {
         Ok(next)
     }
 
-    pub(super) fn store_indexed<B: Bus>(
+    pub(super) fn store_indexed(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         last: Trail,
         size: Size,
         t: Reg,
         (n, index, imm): Indexed,
         next: u32,
-    ) -> Result<u32, Trap> {
+    ) -> Trapped<u32> {
         let (address, base) = index.apply(self.reg(n), imm);
         let cycles = self.begin_store(last, waits(last, n));
         self.store(bus, address, size, self.reg(t))?;
@@ -181,15 +181,15 @@ impl Cpu {
         Ok(next)
     }
 
-    pub(super) fn load_unprivileged<B: Bus>(
+    pub(super) fn load_unprivileged(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         last: Trail,
         kind: Load,
         t: Reg,
         n: Reg,
         imm: u8,
-    ) -> Result<(), Trap> {
+    ) -> Trapped {
         let cycles = self.begin_load(last, waits(last, n));
         let address = self.reg(n).wrapping_add(u32::from(imm));
         let value = self.load_as(bus, address, kind.size(), false)?;
@@ -198,15 +198,15 @@ impl Cpu {
         Ok(())
     }
 
-    pub(super) fn store_unprivileged<B: Bus>(
+    pub(super) fn store_unprivileged(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         last: Trail,
         size: Size,
         t: Reg,
         n: Reg,
         imm: u8,
-    ) -> Result<(), Trap> {
+    ) -> Trapped {
         let cycles = self.begin_store(last, waits(last, n));
         let address = self.reg(n).wrapping_add(u32::from(imm));
         self.store_as(bus, address, size, self.reg(t), false)?;
@@ -215,15 +215,15 @@ impl Cpu {
     }
 
     /// LDREX: the monitor covers all addresses (TRM 3.6).
-    pub(super) fn load_exclusive<B: Bus>(
+    pub(super) fn load_exclusive(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         last: Trail,
         size: Size,
         t: Reg,
         n: Reg,
         imm: u16,
-    ) -> Result<(), Trap> {
+    ) -> Trapped {
         let cycles = self.begin_load(last, waits(last, n));
         let address = self.reg(n).wrapping_add(u32::from(imm));
         let value = self.load_aligned(bus, address, size)?;
@@ -234,15 +234,15 @@ impl Cpu {
     }
 
     /// STREX: timed like a load (TRM 3.3.2).
-    pub(super) fn store_exclusive<B: Bus>(
+    pub(super) fn store_exclusive(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         last: Trail,
         size: Size,
         d: Reg,
         t: Reg,
         (n, imm): (Reg, u16),
-    ) -> Result<(), Trap> {
+    ) -> Trapped {
         let cycles = self.begin_load(last, waits(last, n));
         let address = self.reg(n).wrapping_add(u32::from(imm));
         if self.exclusive {

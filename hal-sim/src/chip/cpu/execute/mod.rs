@@ -14,7 +14,7 @@ mod multiple;
 mod tests;
 
 use super::decode::{Entry, Load, Op, Reg, ShiftKind};
-use super::{Bus, Cpu, Size, Trap};
+use super::{Bus, Cpu, Size, Trapped};
 use crate::chip::Cycle;
 use crate::chip::cpu::timing::{Trail, waits};
 
@@ -83,12 +83,9 @@ impl Cpu {
 
     /// Executes the instruction at R15, whose condition has passed; gives the
     /// address of the next.
-    ///
-    /// # Errors
-    /// [`Trap`]: R15 and the base registers are as before.
     #[inline(always)]
     #[rustfmt::skip]
-    pub(super) fn execute<B: Bus>(&mut self, bus: &mut B, entry: &Entry) -> Result<u32, Trap> {
+    pub(super) fn execute(&mut self, bus: &mut impl Bus, entry: &Entry) -> Trapped<u32> {
         let last = self.pipeline.last;
         self.pipeline.last = entry.trail;
         let next = self.registers.r[15].wrapping_add(u32::from(entry.trail.length()));
@@ -168,7 +165,7 @@ impl Cpu {
     /// The less frequent half of [`Self::execute`].
     #[inline(never)]
     #[rustfmt::skip]
-    fn execute_other<B: Bus>(&mut self, bus: &mut B, entry: &Entry, last: Trail, next: u32) -> Result<u32, Trap> {
+    fn execute_other(&mut self, bus: &mut impl Bus, entry: &Entry, last: Trail, next: u32) -> Trapped<u32> {
         match entry.op {
             Op::LoadImm { kind, t, n, imm } => {
                 let address = self.reg(n).wrapping_add(imm);

@@ -3,7 +3,7 @@
 use crate::chip::Cycle;
 use crate::chip::cpu::decode::{Index, Reg};
 use crate::chip::cpu::timing::{Trail, waits};
-use crate::chip::cpu::{Bus, Cpu, Size, Trap};
+use crate::chip::cpu::{Bus, Cpu, Size, Trapped};
 
 /// Lowest address of the words of `list`, and where the base moves to.
 #[inline(always)]
@@ -30,16 +30,16 @@ impl Cpu {
     /// The registers are written when all words are there, so that a fault
     /// leaves them alone.
     #[allow(clippy::too_many_arguments)] // what one encoding holds
-    pub(super) fn load_multiple<B: Bus>(
+    pub(super) fn load_multiple(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         last: Trail,
         n: Reg,
         writeback: bool,
         down: bool,
         list: u16,
         next: u32,
-    ) -> Result<u32, Trap> {
+    ) -> Trapped<u32> {
         let before = self.begin_several(last, waits(last, n));
         let (mut address, moved) = span(self.reg(n), down, list);
         let mut values = [0; 16];
@@ -67,16 +67,16 @@ impl Cpu {
     }
 
     #[allow(clippy::too_many_arguments)] // what one encoding holds
-    pub(super) fn store_multiple<B: Bus>(
+    pub(super) fn store_multiple(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         last: Trail,
         n: Reg,
         writeback: bool,
         down: bool,
         list: u16,
         next: u32,
-    ) -> Result<u32, Trap> {
+    ) -> Trapped<u32> {
         let before = self.begin_several(last, waits(last, n));
         let (mut address, moved) = span(self.reg(n), down, list);
         let mut left = list;
@@ -93,14 +93,14 @@ impl Cpu {
         Ok(next)
     }
 
-    pub(super) fn load_pair<B: Bus>(
+    pub(super) fn load_pair(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         last: Trail,
         hazard: u16,
         (t, t2): (Reg, Reg),
         address: u32,
-    ) -> Result<(), Trap> {
+    ) -> Trapped {
         let before = self.begin_several(last, hazard);
         let low = self.load_aligned(bus, address, Size::Word)?;
         let high = self.load_aligned(bus, address.wrapping_add(4), Size::Word)?;
@@ -110,14 +110,14 @@ impl Cpu {
         Ok(())
     }
 
-    pub(super) fn load_dual<B: Bus>(
+    pub(super) fn load_dual(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         last: Trail,
         pair: (Reg, Reg),
         (n, index, imm): (Reg, Index, u32),
         next: u32,
-    ) -> Result<u32, Trap> {
+    ) -> Trapped<u32> {
         let (address, base) = index.apply(self.reg(n), imm);
         self.load_pair(bus, last, waits(last, n), pair, address)?;
         if index != Index::Offset {
@@ -126,14 +126,14 @@ impl Cpu {
         Ok(next)
     }
 
-    pub(super) fn store_dual<B: Bus>(
+    pub(super) fn store_dual(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         last: Trail,
         (t, t2): (Reg, Reg),
         (n, index, imm): (Reg, Index, u32),
         next: u32,
-    ) -> Result<u32, Trap> {
+    ) -> Trapped<u32> {
         let (address, base) = index.apply(self.reg(n), imm);
         let before = self.begin_several(last, waits(last, n));
         self.store_aligned(bus, address, Size::Word, self.reg(t))?;

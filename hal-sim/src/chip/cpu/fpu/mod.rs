@@ -14,7 +14,7 @@ mod tests;
 mod transfer;
 
 use super::registers::flag;
-use super::{Bus, Cpu, Registers, Trap};
+use super::{Bus, Cpu, Registers, Trapped};
 pub use convert::Fixed;
 pub use decode::decode;
 pub use transfer::{Transfer, Writeback};
@@ -94,11 +94,8 @@ pub enum Op {
 impl Cpu {
     /// Executes (the condition has passed), after `prepare_fp`, which it calls;
     /// gives its cycles without pipeline effects (TRM table 7-1).
-    ///
-    /// # Errors
-    /// [`Trap`].
     #[inline]
-    pub(super) fn execute_fpu<B: Bus>(&mut self, bus: &mut B, op: Op) -> Result<u32, Trap> {
+    pub(super) fn execute_fpu(&mut self, bus: &mut impl Bus, op: Op) -> Trapped<u32> {
         self.prepare_fp(bus)?;
         match op {
             Op::Load(transfer) => self.load_singles(bus, transfer),

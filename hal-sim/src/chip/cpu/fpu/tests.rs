@@ -1,17 +1,16 @@
-//! Against the Arm ARM's pseudo-code, by hand, and against the host's
-//! arithmetic where that is exact.
+//! Corners that random numbers rarely meet, by hand from the Arm ARM's
+//! pseudo-code; and that the host may compute in the integers' place. Every
+//! operation, its flags and modes: `qemu_instructions`.
 
 use super::convert::{half_to_single, single_to_half};
-use super::fpscr::{AHP, DN, DZC, FZ, IDC, IOC, IXC, OFC, UFC};
-use super::operations::{add, compare, divide, multiply, multiply_add, square_root, subtract};
-use super::{Arithmetic, Fixed, Op, Registers, Transfer, Unary, Writeback, decode, execute};
+use super::fpscr::{AHP, DN, FZ, IOC, IXC, OFC, UFC};
+use super::operations::{add, divide, multiply, multiply_add, square_root, subtract};
 
 const UP: u32 = 1 << 22;
 const DOWN: u32 = 2 << 22;
 const ZERO: u32 = 3 << 22;
 const ONE: u32 = 0x3F80_0000;
 const INFINITY: u32 = 0x7F80_0000;
-const GREATEST: u32 = 0x7F7F_FFFF;
 const LEAST_NORMAL: u32 = 0x0080_0000;
 const MINUS: u32 = 1 << 31;
 const DEFAULT: u32 = 0x7FC0_0000;
@@ -22,41 +21,6 @@ fn under(mode: u32, f: impl Fn(&mut u32) -> u32) -> (u32, u32) {
     let result = f(&mut fpscr);
     assert_eq!(fpscr & !0x9F, mode & !0x9F, "only flags may change");
     (result, fpscr & 0x9F)
-}
-
-#[test]
-fn addition_rounds_as_asked() {
-    // 1 + 2^-24 is half way between 1 and its successor.
-    let tiny = 0x3380_0000;
-    let sum = |mode| under(mode, |f| add(ONE, tiny, f));
-    assert_eq!(sum(0), (ONE, IXC));
-    assert_eq!(sum(UP), (ONE + 1, IXC));
-    assert_eq!(sum(DOWN), (ONE, IXC));
-    assert_eq!(sum(ZERO), (ONE, IXC));
-    // The successor of 1 plus the same is half way, too: to even, upwards.
-    assert_eq!(under(0, |f| add(ONE + 1, tiny, f)), (ONE + 2, IXC));
-    // Far below the last bit, it still sticks.
-    assert_eq!(under(UP, |f| add(ONE, 1, f)), (ONE + 1, IXC));
-    assert_eq!(under(DOWN, |f| subtract(ONE, 1, f)), (ONE - 1, IXC));
-}
-
-#[test]
-fn zeros_have_the_sign_of_the_mode() {
-    assert_eq!(under(0, |f| subtract(ONE, ONE, f)), (0, 0));
-    assert_eq!(under(DOWN, |f| subtract(ONE, ONE, f)), (MINUS, 0));
-    assert_eq!(under(0, |f| add(MINUS, MINUS, f)), (MINUS, 0));
-    assert_eq!(under(DOWN, |f| add(0, 0, f)), (0, 0));
-    assert_eq!(under(DOWN, |f| add(0, MINUS, f)), (MINUS, 0));
-}
-
-#[test]
-fn overflow_depends_on_mode_and_sign() {
-    let double = |x, mode| under(mode, |f| add(x, x, f));
-    assert_eq!(double(GREATEST, 0), (INFINITY, OFC | IXC));
-    assert_eq!(double(GREATEST, ZERO), (GREATEST, OFC | IXC));
-    assert_eq!(double(GREATEST | MINUS, UP), (GREATEST | MINUS, OFC | IXC));
-    let expected = (INFINITY | MINUS, OFC | IXC);
-    assert_eq!(double(GREATEST | MINUS, DOWN), expected);
 }
 
 #[test]
@@ -78,15 +42,6 @@ fn tininess_is_found_before_rounding() {
 }
 
 #[test]
-fn denormal_inputs_are_flushed_under_fz() {
-    assert_eq!(under(FZ, |f| add(1, MINUS | 1, f)), (0, IDC));
-    assert_eq!(under(FZ, |f| add(ONE, 1, f)), (ONE, IDC));
-    assert_eq!(under(0, |f| add(1, 1, f)), (2, 0));
-    assert_eq!(under(FZ, |f| compare(1, 0, false, f)), (0x6000_0000, IDC));
-    assert_eq!(under(FZ, |f| divide(ONE, 1, f)), (INFINITY, DZC | IDC));
-}
-
-#[test]
 fn nans_are_quieted_in_order() {
     let (first, second) = (0x7F80_0001, 0xFFA0_0002);
     let (quiet_1, quiet_2) = (0x7FC0_0003, 0xFFC0_0004);
@@ -105,105 +60,12 @@ fn nans_are_quieted_in_order() {
 }
 
 #[test]
-fn invalid_operations_give_the_default_nan() {
-    let bad = (DEFAULT, IOC);
-    assert_eq!(under(0, |f| subtract(INFINITY, INFINITY, f)), bad);
-    assert_eq!(under(0, |f| multiply(INFINITY | MINUS, 0, f)), bad);
-    assert_eq!(under(0, |f| divide(0, 0, f)), bad);
-    assert_eq!(under(0, |f| divide(INFINITY, INFINITY, f)), bad);
-    assert_eq!(under(0, |f| square_root(ONE | MINUS, f)), bad);
-    assert_eq!(under(0, |f| square_root(MINUS, f)), (MINUS, 0));
-    let expected = (INFINITY | MINUS, DZC);
-    assert_eq!(under(0, |f| divide(ONE | MINUS, 0, f)), expected);
-    let cancels = |f: &mut u32| multiply_add(INFINITY | MINUS, INFINITY, ONE, f);
-    assert_eq!(under(0, cancels), bad);
-}
-
-#[test]
 fn fused_rounds_once() {
     // (1 + 2^-23)(1 - 2^-23) - 1 = -2^-46; rounded twice it would be 0.
     let (a, b) = (ONE + 1, ONE - 2);
     let expected = (0x2880_0000 | MINUS, 0);
     assert_eq!(under(0, |f| multiply_add(ONE | MINUS, a, b, f)), expected);
     assert_eq!(under(0, |f| multiply(a, b, f)), (ONE, IXC));
-}
-
-#[test]
-fn division_and_root() {
-    let (two, three) = (0x4000_0000, 0x4040_0000);
-    assert_eq!(under(0, |f| divide(ONE, three, f)), (0x3EAA_AAAB, IXC));
-    assert_eq!(under(ZERO, |f| divide(ONE, three, f)), (0x3EAA_AAAA, IXC));
-    assert_eq!(under(0, |f| square_root(two, f)), (0x3FB5_04F3, IXC));
-    assert_eq!(under(UP, |f| square_root(two, f)), (0x3FB5_04F4, IXC));
-    assert_eq!(under(0, |f| square_root(0x4110_0000, f)), (three, 0)); // 9
-}
-
-#[test]
-fn comparisons_signal_as_asked() {
-    let quiet = DEFAULT;
-    assert_eq!(under(0, |f| compare(ONE, quiet, false, f)), (3 << 28, 0));
-    assert_eq!(under(0, |f| compare(ONE, quiet, true, f)), (3 << 28, IOC));
-    let expected = (3 << 28, IOC);
-    assert_eq!(under(0, |f| compare(0x7F80_0001, 0, false, f)), expected);
-    assert_eq!(under(0, |f| compare(0, MINUS, true, f)), (6 << 28, 0));
-    let expected = (8 << 28, 0);
-    assert_eq!(under(0, |f| compare(ONE | MINUS, ONE, true, f)), expected);
-    assert_eq!(under(0, |f| compare(INFINITY, ONE, true, f)), (2 << 28, 0));
-}
-
-/// One unary operation on S1, into S0, which holds `old`.
-fn unary(kind: Unary, x: u32, old: u32, mode: u32) -> (u32, u32) {
-    let mut registers = Registers {
-        fpscr: mode,
-        ..Registers::default()
-    };
-    registers.s[0] = old;
-    registers.s[1] = x;
-    assert_eq!(execute(Op::Unary(kind, 0, 1), &mut registers), 1);
-    (registers.s[0], registers.fpscr & 0x9F)
-}
-
-#[test]
-fn integers_saturate_and_round() {
-    let to = |x: f32, signed, truncate, mode| {
-        unary(Unary::ToInteger { signed, truncate }, x.to_bits(), 0, mode)
-    };
-    assert_eq!(to(-1.5, true, true, 0), (-1_i32 as u32, IXC));
-    assert_eq!(to(-1.5, true, false, 0), (-2_i32 as u32, IXC));
-    assert_eq!(to(2.5, true, false, 0), (2, IXC));
-    assert_eq!(to(2.5, true, false, UP), (3, IXC));
-    assert_eq!(to(-0.5, false, false, 0), (0, IXC));
-    assert_eq!(to(-0.5, false, false, DOWN), (0, IOC));
-    assert_eq!(to(f32::NAN, true, true, 0), (0, IOC));
-    assert_eq!(to(f32::INFINITY, true, true, 0), (i32::MAX as u32, IOC));
-    assert_eq!(to(4_294_967_296.0, false, true, 0), (u32::MAX, IOC));
-    assert_eq!(to(-2_147_483_648.0, true, true, 0), (1 << 31, 0));
-    assert_eq!(to(f32::from_bits(1), false, false, UP), (1, IXC));
-    let from = |x, signed, mode| unary(Unary::FromInteger { signed }, x, 0, mode);
-    assert_eq!(from(u32::MAX, true, 0), (ONE | MINUS, 0));
-    assert_eq!(from(u32::MAX, false, 0), (0x4F80_0000, IXC));
-    assert_eq!(from(u32::MAX, false, ZERO), (0x4F7F_FFFF, IXC));
-    assert_eq!(from(0, true, DOWN), (0, 0));
-}
-
-#[test]
-fn fixed_point() {
-    let q = |half_word, signed, fraction| Fixed {
-        signed,
-        half_word,
-        fraction,
-    };
-    let to = |x: f32, fixed| unary(Unary::ToFixed(fixed), x.to_bits(), 0, 0);
-    assert_eq!(to(1.5, q(false, true, 16)), (0x1_8000, 0));
-    assert_eq!(to(-1.0, q(true, true, 15)), (0xFFFF_8000, 0));
-    assert_eq!(to(1.0, q(true, true, 15)), (0x7FFF, IOC));
-    assert_eq!(to(-1.0 / 3.0, q(true, true, 8)), (-85_i32 as u32, IXC));
-    assert_eq!(to(0.0, q(false, false, 32)), (0, 0));
-    let from = |x, fixed| unary(Unary::FromFixed(fixed), x, 0, UP);
-    assert_eq!(from(0xABCD_8000, q(true, true, 15)), (ONE | MINUS, 0));
-    assert_eq!(from(0x8000, q(true, false, 15)), (ONE, 0));
-    // To nearest, though FPSCR says up.
-    assert_eq!(from(0x0100_0001, q(false, true, 24)), (ONE, IXC));
 }
 
 #[test]
@@ -222,31 +84,6 @@ fn half_precision() {
     assert_eq!(single(f32::NEG_INFINITY, AHP), (0xFFFF, IOC));
     assert_eq!(single(f32::NAN, AHP), (0, IOC));
     assert_eq!(single(3e-8, FZ), (0x0001, UFC | IXC));
-    let kept = unary(Unary::ToHalf { top: true }, ONE, 0x1234_5678, 0);
-    assert_eq!(kept, (0x3C00_5678, 0));
-}
-
-#[test]
-fn decodes_what_the_assembler_encodes() {
-    let at = |code: u32| decode((code >> 16) as u16, code as u16);
-    let sum = Arithmetic::Add;
-    assert_eq!(at(0xEE30_0A81), Some(Op::Arithmetic(sum, 0, 1, 2))); // vadd.f32 s0, s1, s2
-    let fnms = Arithmetic::Fused {
-        minus_product: false,
-        minus_addend: true,
-    };
-    assert_eq!(at(0xEE90_0A81), Some(Op::Arithmetic(fnms, 0, 1, 2))); // vfnms.f32
-    assert_eq!(at(0xEEB7_0A00), Some(Op::Constant(0, ONE))); // vmov.f32 s0, #1
-    assert_eq!(at(0xEEF1_FA10), Some(Op::ReadFlags)); // vmrs APSR_nzcv, fpscr
-    assert_eq!(at(0xEE30_0B01), None); // vadd.f64: not here
-    let push = Transfer {
-        s: 16,
-        count: 4,
-        n: 13,
-        writeback: Writeback::Down,
-        offset: -16,
-    };
-    assert_eq!(at(0xED2D_8B04), Some(Op::Store(push))); // vpush {d8, d9}
 }
 
 /// Numbers of every kind, from a fixed seed.

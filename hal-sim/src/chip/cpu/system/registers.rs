@@ -4,7 +4,7 @@ use super::nvic::{Nvic, bit, numbers};
 use super::{System, number};
 use crate::chip::Cycle;
 use crate::chip::cpu::Size;
-use crate::chip::cpu::bus::{Unmodelled, refuse};
+use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse};
 
 /// The exceptions of SHCSR by its bits: (exception, active, pending, enable);
 /// 0 where it has no such bit (Arm ARM B3.2.13).
@@ -44,26 +44,14 @@ const fn mask(size: Size) -> u32 {
 
 impl System {
     /// Reads a private register at `at`; `address` is aligned to `size`.
-    ///
-    /// # Errors
-    /// A register, or a size of access to it, that nobody models.
-    pub fn read(&mut self, address: u32, size: Size, at: Cycle) -> Result<u32, Unmodelled> {
+    pub fn read(&mut self, address: u32, size: Size, at: Cycle) -> Modelled<u32> {
         check_size(address, size)?;
         let word = self.read_word(address & !3, at)?;
         Ok(word >> (8 * (address & 3)) & mask(size))
     }
 
     /// Writes a private register. The caller takes what is pending afterwards.
-    ///
-    /// # Errors
-    /// A register, or a use of it, that nobody models.
-    pub fn write(
-        &mut self,
-        address: u32,
-        size: Size,
-        value: u32,
-        at: Cycle,
-    ) -> Result<(), Unmodelled> {
+    pub fn write(&mut self, address: u32, size: Size, value: u32, at: Cycle) -> Modelled {
         check_size(address, size)?;
         self.fp_is_ready = false;
         let value = value & mask(size);
@@ -82,7 +70,7 @@ impl System {
         Ok(())
     }
 
-    fn read_word(&mut self, address: u32, at: Cycle) -> Result<u32, Unmodelled> {
+    fn read_word(&mut self, address: u32, at: Cycle) -> Modelled<u32> {
         let word = address >> 2 & 7;
         Ok(match address {
             // ICTR: 96 lines or fewer.
@@ -114,7 +102,7 @@ impl System {
         })
     }
 
-    fn write_word(&mut self, address: u32, value: u32, at: Cycle) -> Result<(), Unmodelled> {
+    fn write_word(&mut self, address: u32, value: u32, at: Cycle) -> Modelled {
         let exceptions = Nvic::exceptions(value, address >> 2 & 7);
         match address {
             0xE000_E010..=0xE000_E01C => {
@@ -205,7 +193,7 @@ impl System {
         })
     }
 
-    fn write_shcsr(&mut self, value: u32, at: Cycle) -> Result<(), Unmodelled> {
+    fn write_shcsr(&mut self, value: u32, at: Cycle) -> Modelled {
         let actives = SHCSR.iter().fold(0, |all, (_, active, ..)| all | active);
         refuse(
             (value ^ self.read_shcsr()) & actives != 0,
@@ -231,7 +219,7 @@ impl System {
     }
 }
 
-fn check_size(address: u32, size: Size) -> Result<(), Unmodelled> {
+fn check_size(address: u32, size: Size) -> Modelled {
     if size == Size::Word || is_byte_accessible(address) {
         Ok(())
     } else {

@@ -3,7 +3,7 @@
 
 use crate::chip::Cycle;
 use crate::chip::cpu::Fault;
-use crate::chip::cpu::bus::{Unmodelled, refuse};
+use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse};
 
 /// CPUID of the STM32F405: Cortex-M4 r0p1 (TRM table 4-1).
 pub const CPUID: u32 = 0x410F_C241;
@@ -169,7 +169,7 @@ impl Scb {
     }
 
     /// Writes it; `None`: not one of these.
-    pub fn write(&mut self, address: u32, value: u32, at: Cycle) -> Option<Result<(), Unmodelled>> {
+    pub fn write(&mut self, address: u32, value: u32, at: Cycle) -> Option<Modelled> {
         match address {
             0xE000_E008 => self.actlr = value & actlr::ALL,
             0xE000_ED00 | 0xE000_ED3C => {}
@@ -196,7 +196,7 @@ impl Scb {
         Some(Ok(()))
     }
 
-    fn write_aircr(&mut self, value: u32, at: Cycle) -> Result<(), Unmodelled> {
+    fn write_aircr(&mut self, value: u32, at: Cycle) -> Modelled {
         if value >> 16 != 0x05FA {
             return Ok(());
         }

@@ -2,7 +2,7 @@
 //! debugger: DEMCR, DHCSR, DWT's cycle counter (Arm ARM C1.6, C1.8).
 
 use crate::chip::Cycle;
-use crate::chip::cpu::bus::Unmodelled;
+use crate::chip::cpu::bus::{Modelled, Unmodelled};
 
 const TRCENA: u32 = 1 << 24;
 const CYCCNTENA: u32 = 1;
@@ -60,7 +60,7 @@ impl Trace {
     }
 
     /// Writes it; `None`: not one of these.
-    pub fn write(&mut self, address: u32, value: u32, at: Cycle) -> Option<Result<(), Unmodelled>> {
+    pub fn write(&mut self, address: u32, value: u32, at: Cycle) -> Option<Modelled> {
         let counter = self.counter(at);
         match address {
             0xE000_1000 => {

@@ -10,7 +10,7 @@ use super::{Trail, waits};
 use crate::chip::Cycle;
 use crate::chip::cpu::fpu::{Arithmetic, Op, Transfer, Unary};
 use crate::chip::cpu::system::actlr;
-use crate::chip::cpu::{Bus, Cpu, Trap};
+use crate::chip::cpu::{Bus, Cpu, Trapped};
 
 /// Where the floating-point unit is.
 #[derive(Debug, Default)]
@@ -59,12 +59,12 @@ const fn is_long(op: &Op) -> bool {
 impl Cpu {
     /// Executes `op` when the unit and its operands are there.
     #[inline]
-    pub(in crate::chip::cpu) fn execute_floating<B: Bus>(
+    pub(in crate::chip::cpu) fn execute_floating(
         &mut self,
-        bus: &mut B,
+        bus: &mut impl Bus,
         op: Op,
         last: Trail,
-    ) -> Result<(), Trap> {
+    ) -> Trapped {
         let unit = &self.pipeline.floating;
         let mut start = self.cycle.max(unit.free);
         if start < unit.ready && needs(&op, unit.result) {

@@ -14,7 +14,7 @@ mod tests;
 
 use super::clock::cycles_in;
 use crate::chip::Cycle;
-use crate::chip::cpu::bus::{Unmodelled, refuse};
+use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse};
 
 /// Injected trigger latency, in ADC clocks (DS8626, ADC characteristics).
 const LATENCY: u64 = 3;
@@ -123,7 +123,7 @@ impl Adc {
     ///
     /// # Errors
     /// The group is converting still, or the ADC was just switched on.
-    pub fn trigger(&mut self, at: Cycle) -> Result<(), Unmodelled> {
+    pub fn trigger(&mut self, at: Cycle) -> Modelled {
         let enabled = cr2::ADON | 1 << 20; // JEXTEN: rising edge
         if self.cr2 & (cr2::ADON | cr2::JEXTEN) != enabled
             || (self.cr2 & cr2::JEXTSEL) >> 16 != TIM2_TRGO

@@ -1,7 +1,7 @@
 //! ADC1 and common registers (RM0090 section 13.13), by offset from ADC1.
 
 use super::{Adc, cr1, cr2, sr};
-use crate::chip::soc::peripheral::{Cycle, Peripheral, Size, Unmodelled, part, refuse};
+use crate::chip::soc::peripheral::{Cycle, Modelled, Peripheral, Size, Unmodelled, part, refuse};
 
 const CSR: u32 = 0x300;
 const CCR: u32 = 0x304;
@@ -9,7 +9,7 @@ const CCR: u32 = 0x304;
 const CCR_KNOWN: u32 = 3 << 16;
 
 impl Adc {
-    fn write_cr2(&mut self, value: u32, at: Cycle) -> Result<(), Unmodelled> {
+    fn write_cr2(&mut self, value: u32, at: Cycle) -> Modelled {
         refuse(
             value & !cr2::KNOWN != 0,
             "ADC_CR2: regular or software-started group",
@@ -31,7 +31,7 @@ impl Adc {
 }
 
 impl Peripheral for Adc {
-    fn read(&mut self, offset: u32, size: Size, at: Cycle) -> Result<u32, Unmodelled> {
+    fn read(&mut self, offset: u32, size: Size, at: Cycle) -> Modelled<u32> {
         self.advance(at)?;
         let word = match offset & !3 {
             0x00 | CSR => self.sr,
@@ -47,7 +47,7 @@ impl Peripheral for Adc {
         Ok(part(word, offset, size))
     }
 
-    fn write(&mut self, offset: u32, size: Size, value: u32, at: Cycle) -> Result<(), Unmodelled> {
+    fn write(&mut self, offset: u32, size: Size, value: u32, at: Cycle) -> Modelled {
         self.advance(at)?;
         refuse(size != Size::Word, "ADC: writes narrower than a word")?;
         if self.conversion.is_some() && offset != 0 && offset != 0x08 {
@@ -75,7 +75,7 @@ impl Peripheral for Adc {
         Ok(())
     }
 
-    fn advance(&mut self, to: Cycle) -> Result<(), Unmodelled> {
+    fn advance(&mut self, to: Cycle) -> Modelled {
         while let Some(conversion) = self.conversion.filter(|c| c.end <= to) {
             let code = conversion
                 .code

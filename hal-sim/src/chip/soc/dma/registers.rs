@@ -3,7 +3,7 @@
 use super::{Dma, STREAMS, Stream, bit, tim1_events};
 use crate::chip::Cycle;
 use crate::chip::cpu::Size;
-use crate::chip::cpu::bus::{Unmodelled, refuse};
+use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse};
 
 /// Register offsets.
 pub(crate) mod offset {
@@ -32,10 +32,7 @@ pub const fn stream_offset(stream: usize, register: u32) -> u32 {
 
 impl Dma {
     /// Reads the register at `offset`.
-    ///
-    /// # Errors
-    /// Sub-word accesses and gaps.
-    pub fn read(&self, offset: u32, size: Size) -> Result<u32, Unmodelled> {
+    pub fn read(&self, offset: u32, size: Size) -> Modelled<u32> {
         word(size)?;
         if offset < offset::STREAM {
             return match offset {
@@ -60,16 +57,7 @@ impl Dma {
 
     /// Writes the register at `offset`, complete from `done` on. Clearing EN of
     /// a stream sets its `stopping`; who moves its items switches it off.
-    ///
-    /// # Errors
-    /// Sub-word accesses, gaps, and settings that nobody models.
-    pub fn write(
-        &mut self,
-        offset: u32,
-        size: Size,
-        value: u32,
-        done: Cycle,
-    ) -> Result<(), Unmodelled> {
+    pub fn write(&mut self, offset: u32, size: Size, value: u32, done: Cycle) -> Modelled {
         word(size)?;
         match offset {
             offset::LISR | offset::HISR => return Ok(()), // read only
@@ -84,13 +72,7 @@ impl Dma {
     }
 
     /// All but EN is writable only while EN is 0 (RM0090 10.5.5–10.5.10).
-    fn write_stream(
-        &mut self,
-        index: usize,
-        register: u32,
-        value: u32,
-        done: Cycle,
-    ) -> Result<(), Unmodelled> {
+    fn write_stream(&mut self, index: usize, register: u32, value: u32, done: Cycle) -> Modelled {
         if register == offset::CR {
             return self.write_cr(index, value, done);
         }
@@ -111,7 +93,7 @@ impl Dma {
         Ok(())
     }
 
-    fn write_cr(&mut self, index: usize, value: u32, done: Cycle) -> Result<(), Unmodelled> {
+    fn write_cr(&mut self, index: usize, value: u32, done: Cycle) -> Modelled {
         refuse(value & bit::INTERRUPTS != 0, "a DMA interrupt")?;
         let enable = value & bit::EN != 0;
         let stream = &mut self.streams[index];
@@ -136,7 +118,7 @@ impl Dma {
     }
 }
 
-fn place(offset: u32) -> Result<(usize, u32), Unmodelled> {
+fn place(offset: u32) -> Modelled<(usize, u32)> {
     let stream = (offset.wrapping_sub(offset::STREAM) / STRIDE) as usize;
     if stream < STREAMS {
         Ok((stream, (offset - offset::STREAM) % STRIDE))
@@ -151,7 +133,7 @@ fn fcr(stream: &Stream) -> u32 {
     stream.fcr | level << 3
 }
 
-fn word(size: Size) -> Result<(), Unmodelled> {
+fn word(size: Size) -> Modelled {
     if size == Size::Word {
         Ok(())
     } else {

@@ -2,7 +2,7 @@
 
 use super::NEVER;
 use crate::chip::Cycle;
-use crate::chip::cpu::bus::{Unmodelled, refuse};
+use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse};
 use crate::chip::soc::matrix::Slave;
 
 /// Bits of SxCR (RM0090 10.5.5) and flags of a stream, at stream 0's place.
@@ -189,7 +189,7 @@ impl Stream {
     }
 
     /// EN was written 1, complete from `done` on: takes the settings over.
-    pub(super) fn switch_on(&mut self, done: Cycle) -> Result<(), Unmodelled> {
+    pub(super) fn switch_on(&mut self, done: Cycle) -> Modelled {
         refuse(
             self.cr & !FREE != WORDS,
             "a DMA2 stream that does not move words, incrementing its memory only",
@@ -214,7 +214,7 @@ impl Stream {
         Ok(())
     }
 
-    fn far_end(&self) -> Result<Target, Unmodelled> {
+    fn far_end(&self) -> Modelled<Target> {
         let port = self.par.wrapping_sub(0x4002_0018);
         if self.plays() && port <= 0x2000 && port.is_multiple_of(0x400) {
             Ok(Target::Bsrr(port as usize / 0x400))

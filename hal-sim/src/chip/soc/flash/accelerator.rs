@@ -72,6 +72,8 @@ pub(super) struct Accelerator {
     /// Code was delivered that the flash no longer holds.
     delivered_stale: bool,
     prefetched: Prefetched,
+    /// Nothing waits, whatever the program sets: no board's.
+    ideal: bool,
 }
 
 impl Accelerator {
@@ -89,12 +91,14 @@ impl Accelerator {
             data: Lines::new(),
             delivered_stale: false,
             prefetched: Prefetched::Cached,
+            ideal: false,
         }
     }
 
     pub(super) fn reset(&mut self) {
         *self = Self {
             prefetched: self.prefetched,
+            ideal: self.ideal,
             ..Self::new()
         };
     }
@@ -109,6 +113,10 @@ impl Accelerator {
 
     pub(super) const fn set_prefetched(&mut self, prefetched: Prefetched) {
         self.prefetched = prefetched;
+    }
+
+    pub(super) const fn never_wait(&mut self) {
+        self.ideal = true;
     }
 
     pub(super) const fn delivered_stale(&self) -> bool {
@@ -140,7 +148,7 @@ impl Accelerator {
     /// The core needs code of `line` (0–65535) at `at`; gives the wait states.
     #[inline(always)]
     pub(super) fn fetch(&mut self, line: u32, at: Cycle) -> u32 {
-        if line == self.current {
+        if line == self.current || self.ideal {
             return 0;
         }
         if self.caches_code && self.code.hit(line) {
@@ -184,7 +192,7 @@ impl Accelerator {
     /// deliver what the flash no longer holds.
     #[inline]
     pub(super) fn read(&mut self, line: u32, at: Cycle) -> Option<u32> {
-        if self.caches_data && self.data.hit(line) {
+        if self.ideal || self.caches_data && self.data.hit(line) {
             return Some(0);
         }
         if self.caches_data {

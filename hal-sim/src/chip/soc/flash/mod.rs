@@ -15,7 +15,7 @@ use super::clock::rescale;
 use super::word::part;
 use crate::chip::Cycle;
 use crate::chip::cpu::Size;
-use crate::chip::cpu::bus::{Denied, Read, Unmodelled, refuse};
+use crate::chip::cpu::bus::{Denied, Modelled, Read, Unmodelled, refuse};
 use accelerator::Accelerator;
 use programming::Programming;
 
@@ -78,9 +78,6 @@ impl Default for Flash {
 
 impl Flash {
     /// Puts `bytes` at `address`, as a programmer would; no time passes.
-    ///
-    /// # Errors
-    /// They do not fit.
     pub fn load(&mut self, address: u32, bytes: &[u8]) -> Result<(), OutsideFlash> {
         let outside = OutsideFlash {
             address,
@@ -99,7 +96,7 @@ impl Flash {
     ///
     /// # Errors
     /// An operation was under way.
-    pub fn reset(&mut self, at: Cycle) -> Result<(), Unmodelled> {
+    pub fn reset(&mut self, at: Cycle) -> Modelled {
         let cut_off = self.programming.is_busy(at);
         self.programming.reset();
         self.accelerator.reset();
@@ -110,6 +107,12 @@ impl Flash {
     /// How the manual is read from now on; kept over resets.
     pub const fn set_prefetched(&mut self, prefetched: Prefetched) {
         self.accelerator.set_prefetched(prefetched);
+    }
+
+    /// As fast as the core from now on, whatever the program sets; kept over
+    /// resets. To see what hangs on wait states: no board's.
+    pub const fn never_wait(&mut self) {
+        self.accelerator.never_wait();
     }
 
     /// From cycle `at` on the core runs at `hz`.
@@ -127,7 +130,7 @@ impl Flash {
     ///
     /// # Errors
     /// It does not: the flash would deliver wrong code.
-    pub fn check_wait_states(&self, supply_mv: u32) -> Result<(), Unmodelled> {
+    pub fn check_wait_states(&self, supply_mv: u32) -> Modelled {
         let step_hz = match supply_mv {
             2700.. => 30_000_000,
             2400.. => 24_000_000,

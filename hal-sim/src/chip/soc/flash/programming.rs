@@ -8,7 +8,7 @@
 use super::Flash;
 use crate::chip::Cycle;
 use crate::chip::cpu::Size;
-use crate::chip::cpu::bus::{Denied, Unmodelled, refuse};
+use crate::chip::cpu::bus::{Denied, Modelled, Unmodelled, refuse};
 use crate::chip::soc::clock::cycles_in;
 use crate::chip::soc::word::part;
 use std::ops::Range;
@@ -133,7 +133,7 @@ impl Programming {
         OPTCR & !((self.protected as u32) << 16)
     }
 
-    pub(super) fn write_key(&mut self, key: u32) -> Result<(), Unmodelled> {
+    pub(super) fn write_key(&mut self, key: u32) -> Modelled {
         let written = self.keys.filter(|n| KEYS.get(*n) == Some(&key));
         self.keys = written.map(|n| n + 1);
         match self.keys {
@@ -176,9 +176,6 @@ impl Flash {
 
     /// A data write of `size` at `address`; gives its wait states. It programs
     /// if FLASH_CR allows it, else it sets an error flag.
-    ///
-    /// # Errors
-    /// None of its own: the type is the bus's.
     pub fn write(
         &mut self,
         address: u32,
@@ -214,7 +211,7 @@ impl Flash {
         Ok(wait)
     }
 
-    pub(super) fn write_cr(&mut self, value: u32, at: Cycle) -> Result<(), Unmodelled> {
+    pub(super) fn write_cr(&mut self, value: u32, at: Cycle) -> Modelled {
         let programming = &mut self.programming;
         if programming.cr & cr::LOCK != 0 {
             return Ok(()); // section 3.9.6: not accessible while locked

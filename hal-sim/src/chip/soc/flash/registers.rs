@@ -1,10 +1,10 @@
 //! The flash interface's registers (RM0090 section 3.9).
 
 use super::Flash;
-use crate::chip::soc::peripheral::{Cycle, Peripheral, Size, Unmodelled, part, refuse};
+use crate::chip::soc::peripheral::{Cycle, Modelled, Peripheral, Size, Unmodelled, part, refuse};
 
 impl Peripheral for Flash {
-    fn read(&mut self, offset: u32, size: Size, _at: Cycle) -> Result<u32, Unmodelled> {
+    fn read(&mut self, offset: u32, size: Size, _at: Cycle) -> Modelled<u32> {
         let word = match offset & !3 {
             0x00 => self.accelerator.acr(),
             0x04 | 0x08 => 0,
@@ -16,7 +16,7 @@ impl Peripheral for Flash {
         Ok(part(word, offset, size))
     }
 
-    fn write(&mut self, offset: u32, size: Size, value: u32, at: Cycle) -> Result<(), Unmodelled> {
+    fn write(&mut self, offset: u32, size: Size, value: u32, at: Cycle) -> Modelled {
         refuse(
             size != Size::Word,
             "FLASH: register writes narrower than a word",
@@ -36,7 +36,7 @@ impl Peripheral for Flash {
         }
     }
 
-    fn advance(&mut self, to: Cycle) -> Result<(), Unmodelled> {
+    fn advance(&mut self, to: Cycle) -> Modelled {
         self.programming.advance(to);
         refuse(
             self.accelerator.delivered_stale(),

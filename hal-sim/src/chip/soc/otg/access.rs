@@ -4,14 +4,14 @@ use super::fifo::{self, Status};
 use super::registers::*;
 use super::{ENDPOINTS, Otg, Session};
 use crate::chip::Cycle;
-use crate::chip::cpu::bus::{Unmodelled, refuse};
+use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse};
 
 /// A FIFO flush or core reset takes 8 cycles of the slower clock, the PHY's
 /// 48 MHz (RM0090 section 34.16.2, GRSTCTL).
 const RESET_PHY_CYCLES: u64 = 8;
 
 impl Otg {
-    pub(super) fn read_core(&mut self, offset: u32) -> Result<u32, Unmodelled> {
+    pub(super) fn read_core(&mut self, offset: u32) -> Modelled<u32> {
         Ok(match offset {
             offset::GOTGCTL if self.session == Session::Valid => otgctl::CIDSTS | otgctl::BSVLD,
             offset::GOTGCTL => otgctl::CIDSTS,
@@ -41,12 +41,7 @@ impl Otg {
         })
     }
 
-    pub(super) fn write_core(
-        &mut self,
-        offset: u32,
-        value: u32,
-        at: Cycle,
-    ) -> Result<(), Unmodelled> {
+    pub(super) fn write_core(&mut self, offset: u32, value: u32, at: Cycle) -> Modelled {
         match offset {
             offset::GOTGINT => self.otgint &= !value,
             offset::GAHBCFG => self.ahbcfg = value & (ahbcfg::GINT | ahbcfg::TXFELVL),
@@ -81,7 +76,7 @@ impl Otg {
         Ok(())
     }
 
-    fn write_reset(&mut self, value: u32, at: Cycle) -> Result<(), Unmodelled> {
+    fn write_reset(&mut self, value: u32, at: Cycle) -> Modelled {
         refuse(value & rstctl::HOST != 0, "OTG_FS GRSTCTL HSRST or FCRST")?;
         let bits = value & (rstctl::CSRST | rstctl::RXFFLSH | rstctl::TXFFLSH);
         self.flushed = value & rstctl::TXFNUM;
@@ -121,7 +116,7 @@ impl Otg {
     }
 
     /// GRXSTSP: some entries act when they are taken (section 34.17.6).
-    fn pop(&mut self) -> Result<u32, Unmodelled> {
+    fn pop(&mut self) -> Modelled<u32> {
         let popped = self.receive.pop()?;
         let endpoint = &mut self.outs[popped.endpoint.min(ENDPOINTS - 1)];
         match popped.status {
@@ -140,7 +135,7 @@ impl Otg {
         Ok(popped.word)
     }
 
-    pub(super) fn read_device(&mut self, offset: u32) -> Result<u32, Unmodelled> {
+    pub(super) fn read_device(&mut self, offset: u32) -> Modelled<u32> {
         Ok(match offset {
             offset::DCFG => self.dcfg,
             offset::DCTL => self.dctl,
@@ -154,12 +149,7 @@ impl Otg {
         })
     }
 
-    pub(super) fn write_device(
-        &mut self,
-        offset: u32,
-        value: u32,
-        at: Cycle,
-    ) -> Result<(), Unmodelled> {
+    pub(super) fn write_device(&mut self, offset: u32, value: u32, at: Cycle) -> Modelled {
         let interrupts = epint::XFRC | epint::EPDISD;
         match offset {
             offset::DCFG if value & dcfg::DSPD != dcfg::DSPD => {
@@ -214,7 +204,7 @@ impl Otg {
         self.update_pull_up(at);
     }
 
-    pub(super) fn read_in_endpoint(&mut self, offset: u32) -> Result<u32, Unmodelled> {
+    pub(super) fn read_in_endpoint(&mut self, offset: u32) -> Modelled<u32> {
         let (n, register) = endpoint_register(offset)?;
         Ok(match register {
             offset::EP_CTL => self.ins[n].control(),
@@ -225,7 +215,7 @@ impl Otg {
         })
     }
 
-    pub(super) fn write_in_endpoint(&mut self, offset: u32, value: u32) -> Result<(), Unmodelled> {
+    pub(super) fn write_in_endpoint(&mut self, offset: u32, value: u32) -> Modelled {
         let (n, register) = endpoint_register(offset)?;
         match register {
             offset::EP_CTL => self.ins[n].write_control(value)?,
@@ -236,7 +226,7 @@ impl Otg {
         Ok(())
     }
 
-    pub(super) fn read_out_endpoint(&mut self, offset: u32) -> Result<u32, Unmodelled> {
+    pub(super) fn read_out_endpoint(&mut self, offset: u32) -> Modelled<u32> {
         let (n, register) = endpoint_register(offset)?;
         Ok(match register {
             offset::EP_CTL => self.outs[n].control(),
@@ -246,7 +236,7 @@ impl Otg {
         })
     }
 
-    pub(super) fn write_out_endpoint(&mut self, offset: u32, value: u32) -> Result<(), Unmodelled> {
+    pub(super) fn write_out_endpoint(&mut self, offset: u32, value: u32) -> Modelled {
         let (n, register) = endpoint_register(offset)?;
         match register {
             offset::EP_CTL => self.outs[n].write_control(value)?,
@@ -265,7 +255,7 @@ fn tx_fifo(offset: u32) -> usize {
 
 /// Endpoint and register within it; the file holds those of one direction from
 /// a multiple of 0x100 on.
-fn endpoint_register(offset: u32) -> Result<(usize, u32), Unmodelled> {
+fn endpoint_register(offset: u32) -> Modelled<(usize, u32)> {
     let n = ((offset % 0x200) / 0x20) as usize;
     // 0x900 and 0xB00 both lie 0x100 past a multiple of 0x200.
     match n.checked_sub(8).filter(|n| *n < ENDPOINTS) {

@@ -1,7 +1,7 @@
 //! One endpoint: its control, interrupt and transfer size registers.
 
 use super::registers::{ctl, epint};
-use crate::chip::cpu::bus::{Unmodelled, refuse};
+use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse};
 
 /// Which way an endpoint's data go, as the host names it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,7 +85,7 @@ impl Endpoint {
     ///
     /// # Errors
     /// Isochronous endpoints, snooping, a TX FIFO that is another endpoint's.
-    pub fn write_control(&mut self, value: u32) -> Result<(), Unmodelled> {
+    pub fn write_control(&mut self, value: u32) -> Modelled {
         let plain = self.plain_bits();
         let next = self.control & !plain | value & plain;
         refuse(

@@ -1,6 +1,6 @@
 //! The receive FIFO that all OUT endpoints share, and one transmit FIFO.
 
-use crate::chip::cpu::bus::{Unmodelled, refuse};
+use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse};
 use std::collections::VecDeque;
 
 /// Words of the FIFO memory (RM0090 section 34.10: 1.25 Kbyte).
@@ -77,7 +77,7 @@ impl Receive {
     }
 
     /// The next status word, left in place (GRXSTSR).
-    pub fn peek(&self) -> Result<u32, Unmodelled> {
+    pub fn peek(&self) -> Modelled<u32> {
         refuse(
             self.unread > 0,
             "OTG_FS GRXSTSR read before the packet's data",
@@ -87,7 +87,7 @@ impl Receive {
     }
 
     /// Takes the next status word (GRXSTSP).
-    pub fn pop(&mut self) -> Result<Popped, Unmodelled> {
+    pub fn pop(&mut self) -> Modelled<Popped> {
         refuse(
             self.unread > 0,
             "OTG_FS GRXSTSP read before the packet's data",
@@ -103,7 +103,7 @@ impl Receive {
     }
 
     /// Takes the next word of data (a read of any FIFO).
-    pub fn data(&mut self) -> Result<u32, Unmodelled> {
+    pub fn data(&mut self) -> Modelled<u32> {
         let empty = Unmodelled("OTG_FS FIFO read without data: pop GRXSTSP first");
         self.unread = self.unread.checked_sub(1).ok_or(empty)?;
         self.words.pop_front().ok_or(empty)
@@ -133,7 +133,7 @@ impl Transmit {
     }
 
     /// Writes DIEPTXFn.
-    pub fn configure(&mut self, value: u32) -> Result<(), Unmodelled> {
+    pub fn configure(&mut self, value: u32) -> Modelled {
         let (start, depth) = (value & 0xFFFF, value >> 16);
         if depth < 16 || start + depth > MEMORY_WORDS {
             return Err(Unmodelled("OTG_FS DIEPTXFn beyond 320 words or under 16"));
@@ -162,7 +162,7 @@ impl Transmit {
     }
 
     /// Appends a word.
-    pub fn push(&mut self, word: u32) -> Result<(), Unmodelled> {
+    pub fn push(&mut self, word: u32) -> Modelled {
         refuse(self.free() == 0, "OTG_FS write to a full TX FIFO")?;
         self.words.push_back(word);
         Ok(())

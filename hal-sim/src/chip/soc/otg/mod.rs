@@ -16,7 +16,7 @@ mod tests;
 
 pub use cable::{Answer, Packet, Reply};
 
-use crate::chip::soc::peripheral::{Cycle, Peripheral, Size, Unmodelled, refuse};
+use crate::chip::soc::peripheral::{Cycle, Modelled, Peripheral, Size, refuse};
 use endpoint::{Direction, Endpoint};
 use fifo::{Receive, Transmit};
 use registers::*;
@@ -236,7 +236,7 @@ impl Otg {
 }
 
 impl Peripheral for Otg {
-    fn read(&mut self, offset: u32, size: Size, at: Cycle) -> Result<u32, Unmodelled> {
+    fn read(&mut self, offset: u32, size: Size, at: Cycle) -> Modelled<u32> {
         refuse(size != Size::Word, "OTG_FS access other than 32 bits")?;
         self.advance(at)?;
         match offset {
@@ -252,7 +252,7 @@ impl Peripheral for Otg {
         }
     }
 
-    fn write(&mut self, offset: u32, size: Size, value: u32, at: Cycle) -> Result<(), Unmodelled> {
+    fn write(&mut self, offset: u32, size: Size, value: u32, at: Cycle) -> Modelled {
         refuse(size != Size::Word, "OTG_FS access other than 32 bits")?;
         self.advance(at)?;
         match offset {
@@ -266,7 +266,7 @@ impl Peripheral for Otg {
         Ok(())
     }
 
-    fn advance(&mut self, to: Cycle) -> Result<(), Unmodelled> {
+    fn advance(&mut self, to: Cycle) -> Modelled {
         self.now = to;
         if let Session::ValidFrom(then) = self.session
             && then <= to

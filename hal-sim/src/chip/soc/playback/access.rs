@@ -4,7 +4,7 @@ use super::requests::Requests;
 use super::{MEMORY, PERIPHERAL, Playback};
 use crate::chip::Cycle;
 use crate::chip::cpu::Size;
-use crate::chip::cpu::bus::{Read, Unmodelled, refuse};
+use crate::chip::cpu::bus::{Modelled, Read, refuse};
 use crate::chip::soc::Ram;
 use crate::chip::soc::dma::{NEVER, STREAMS, tim1_events};
 use crate::chip::soc::matrix::{Bridge, Master, Slave};
@@ -40,9 +40,6 @@ impl Block {
 impl Playback {
     /// The core reads `size` at `offset` of `block`, its data phase beginning
     /// at `at`.
-    ///
-    /// # Errors
-    /// What nobody models.
     pub fn read(
         &mut self,
         block: Block,
@@ -50,7 +47,7 @@ impl Playback {
         size: Size,
         at: Cycle,
         ram: &mut Ram,
-    ) -> Result<Read, Unmodelled> {
+    ) -> Modelled<Read> {
         let wait = self.pass(Slave::Ahb1, block.bridge(), at, ram)?;
         let done = at + Cycle::from(wait) + 1;
         let value = match block {
@@ -71,9 +68,6 @@ impl Playback {
     }
 
     /// The core writes `value`; gives the wait states.
-    ///
-    /// # Errors
-    /// What nobody models.
     pub fn write(
         &mut self,
         block: Block,
@@ -82,7 +76,7 @@ impl Playback {
         value: u32,
         at: Cycle,
         ram: &mut Ram,
-    ) -> Result<u32, Unmodelled> {
+    ) -> Modelled<u32> {
         let wait = self.pass(Slave::Ahb1, block.bridge(), at, ram)?;
         let done = at + Cycle::from(wait) + 1;
         match block {
@@ -122,16 +116,13 @@ impl Playback {
     /// SRAM1 or SRAM2 while [`Self::shares`] says so, and everything on AHB1,
     /// APB1, APB2. Its data phase begins at `at`; all that comes before its end
     /// has happened when this returns its wait states.
-    ///
-    /// # Errors
-    /// What nobody models.
     pub fn pass(
         &mut self,
         slave: Slave,
         bridge: Bridge,
         at: Cycle,
         ram: &mut Ram,
-    ) -> Result<u32, Unmodelled> {
+    ) -> Modelled<u32> {
         self.run(at, at, ram)?;
         // Both ask at once: the core waits if the slave was its own last.
         if self.matrix.last(slave) == Master::Core {
@@ -163,13 +154,13 @@ impl Playback {
 
     /// A timer changed at `done`: the wire from TIM1 to TIM2, TIM1's requests,
     /// and what is to be foreseen.
-    pub(super) fn link(&mut self, done: Cycle) -> Result<(), Unmodelled> {
+    pub(super) fn link(&mut self, done: Cycle) -> Modelled {
         self.link_trigger(done)?;
         self.foresee();
         self.link_requests()
     }
 
-    fn link_trigger(&mut self, done: Cycle) -> Result<(), Unmodelled> {
+    fn link_trigger(&mut self, done: Cycle) -> Modelled {
         let [tim1, tim2, ..] = &mut self.timers;
         tim1.advance(done.saturating_sub(1))?;
         if tim2.is_slave() {
@@ -181,7 +172,7 @@ impl Playback {
     }
 
     /// TIM1 has just been advanced.
-    fn link_requests(&mut self) -> Result<(), Unmodelled> {
+    fn link_requests(&mut self) -> Modelled {
         let enabled = self.timers[0].requests_enabled();
         self.quiet_until = 0;
         self.requests = Requests::NONE;
@@ -215,7 +206,7 @@ impl Playback {
     }
 
     /// The level that TIM2's channel 1 sees at PA15 (AF1, DS8626 table 9).
-    pub(super) fn feed_capture(&mut self, at: Cycle) -> Result<(), Unmodelled> {
+    pub(super) fn feed_capture(&mut self, at: Cycle) -> Modelled {
         let high = self.gpio.has_function(0, 15, 1) && self.gpio.level(0, 15);
         if high != self.capture_input {
             self.capture_input = high;

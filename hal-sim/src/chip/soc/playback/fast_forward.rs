@@ -6,7 +6,7 @@
 use super::transfers::{GRANT, MASTERS};
 use super::{MEMORY, PERIPHERAL, Playback, Port};
 use crate::chip::Cycle;
-use crate::chip::cpu::bus::Unmodelled;
+use crate::chip::cpu::bus::Modelled;
 use crate::chip::soc::Ram;
 use crate::chip::soc::dma::EVENTS;
 use crate::chip::soc::matrix::Slave;
@@ -33,7 +33,7 @@ impl Port {
 impl Playback {
     /// Does transfers that end before `end` as long as they are alone.
     #[inline]
-    pub(super) fn fast_forward(&mut self, end: Cycle, ram: &mut Ram) -> Result<(), Unmodelled> {
+    pub(super) fn fast_forward(&mut self, end: Cycle, ram: &mut Ram) -> Modelled {
         let (at, _) = self.requests.next();
         if at.saturating_add(SPAN) > end || !self.is_quiet_at(at) {
             return Ok(());
@@ -57,11 +57,7 @@ impl Playback {
     /// The next transfer, if it ends before `end` and the next request. All is
     /// quiet when its request comes, and again when it is over.
     #[inline(always)]
-    fn transfer_alone(
-        &mut self,
-        end: Cycle,
-        ram: &mut Ram,
-    ) -> Result<Option<Transfer>, Unmodelled> {
+    fn transfer_alone(&mut self, end: Cycle, ram: &mut Ram) -> Modelled<Option<Transfer>> {
         let (at, event) = self.requests.next();
         let listeners = self.listeners[event];
         let over = at.saturating_add(SPAN);
@@ -98,7 +94,7 @@ impl Playback {
         lap: u64,
         end: Cycle,
         ram: &mut Ram,
-    ) -> Result<bool, Unmodelled> {
+    ) -> Modelled<bool> {
         let mut transfers = [Transfer::default(); EVENTS];
         let transfers = &mut transfers[..asking];
         for _ in 0..2 {

@@ -21,7 +21,7 @@ use super::gpio::{Edge, Gpio, Level};
 use super::matrix::{Matrix, Slave};
 use super::timer::Timer;
 use crate::chip::Cycle;
-use crate::chip::cpu::bus::{LINE_WORDS, Unmodelled};
+use crate::chip::cpu::bus::{LINE_WORDS, Modelled};
 use requests::Requests;
 
 /// When the core must let time pass.
@@ -111,10 +111,7 @@ impl Playback {
 
     /// Lets everything happen up to `to`. `ram` holds SRAM2, or SRAM1 and
     /// SRAM2 in one block.
-    ///
-    /// # Errors
-    /// What nobody models.
-    pub fn advance(&mut self, to: Cycle, ram: &mut Ram) -> Result<(), Unmodelled> {
+    pub fn advance(&mut self, to: Cycle, ram: &mut Ram) -> Modelled {
         // Bus accesses of `to` itself wait: the core may ask at `to`, too.
         self.run(to, to.saturating_add(1), ram)?;
         if self.timer_event <= to {
@@ -177,9 +174,6 @@ impl Playback {
 
     /// Connects `level` to a pin (port 0 is A) at `at`; gives the level that
     /// the pin now has if that changed.
-    ///
-    /// # Errors
-    /// What nobody models.
     pub fn drive(
         &mut self,
         port: usize,
@@ -187,7 +181,7 @@ impl Playback {
         level: Level,
         at: Cycle,
         ram: &mut Ram,
-    ) -> Result<Option<bool>, Unmodelled> {
+    ) -> Modelled<Option<bool>> {
         self.run(at, at, ram)?;
         let change = self.gpio.drive(port, pin, level);
         self.feed_capture(at)?;
@@ -196,16 +190,7 @@ impl Playback {
 
     /// Sets the HCLK cycles of an APB1 and an APB2 clock (RCC_CFGR PPRE): the
     /// timers run at twice that clock unless it equals HCLK (RM0090 7.2).
-    ///
-    /// # Errors
-    /// What nobody models.
-    pub fn set_clocks(
-        &mut self,
-        apb1: u32,
-        apb2: u32,
-        done: Cycle,
-        ram: &mut Ram,
-    ) -> Result<(), Unmodelled> {
+    pub fn set_clocks(&mut self, apb1: u32, apb2: u32, done: Cycle, ram: &mut Ram) -> Modelled {
         self.run(done, done, ram)?;
         self.matrix.set_apb(apb1, apb2);
         for (n, timer) in self.timers.iter_mut().enumerate() {
@@ -217,10 +202,7 @@ impl Playback {
 
     /// Resets one block (RCC_AHB1RSTR, RCC_APBxRSTR), complete from `done` on.
     /// An access of DMA2 that is under way is dropped.
-    ///
-    /// # Errors
-    /// What nobody models.
-    pub fn reset(&mut self, block: Block, done: Cycle, ram: &mut Ram) -> Result<(), Unmodelled> {
+    pub fn reset(&mut self, block: Block, done: Cycle, ram: &mut Ram) -> Modelled {
         self.run(done, done, ram)?;
         match block {
             Block::Timer(number) => {
@@ -245,10 +227,7 @@ impl Playback {
 
     /// Resets everything (system reset); the clocks and what is connected to
     /// pins stay.
-    ///
-    /// # Errors
-    /// What nobody models.
-    pub fn reset_all(&mut self, done: Cycle, ram: &mut Ram) -> Result<(), Unmodelled> {
+    pub fn reset_all(&mut self, done: Cycle, ram: &mut Ram) -> Modelled {
         for number in 1..=5 {
             self.reset(Block::Timer(number), done, ram)?;
         }

@@ -9,7 +9,7 @@
 use super::{Access, MEMORY, PERIPHERAL, Playback};
 use crate::chip::Cycle;
 use crate::chip::cpu::Size;
-use crate::chip::cpu::bus::Unmodelled;
+use crate::chip::cpu::bus::{Modelled, Unmodelled};
 use crate::chip::soc::Ram;
 use crate::chip::soc::dma::{EVENTS, NEVER, STREAMS, Target, bit};
 use crate::chip::soc::matrix::{Master, Slave};
@@ -31,12 +31,7 @@ impl Playback {
     /// Does all that comes before `end`, and latches requests before
     /// `requests_end`.
     #[inline]
-    pub(super) fn run(
-        &mut self,
-        end: Cycle,
-        requests_end: Cycle,
-        ram: &mut Ram,
-    ) -> Result<(), Unmodelled> {
+    pub(super) fn run(&mut self, end: Cycle, requests_end: Cycle, ram: &mut Ram) -> Modelled {
         if requests_end.max(end) <= self.quiet_until {
             return Ok(());
         }
@@ -152,7 +147,7 @@ impl Playback {
     }
 
     /// Does the access that `port` was granted.
-    pub(super) fn serve(&mut self, port: usize, ram: &mut Ram) -> Result<(), Unmodelled> {
+    pub(super) fn serve(&mut self, port: usize, ram: &mut Ram) -> Modelled {
         let Some(Access {
             stream,
             slave,
@@ -171,7 +166,7 @@ impl Playback {
         }
     }
 
-    fn serve_peripheral(&mut self, index: usize, done: Cycle, ram: &Ram) -> Result<(), Unmodelled> {
+    fn serve_peripheral(&mut self, index: usize, done: Cycle, ram: &Ram) -> Modelled {
         let more = self.move_item(index, done, ram)?;
         let stream = self.dma[1].stream_mut(index);
         if stream.plays() && (stream.stopping || !more) {
@@ -187,12 +182,7 @@ impl Playback {
     /// The peripheral port's access, complete from `done` on; gives whether
     /// more items are to come.
     #[inline(always)]
-    pub(super) fn move_item(
-        &mut self,
-        index: usize,
-        done: Cycle,
-        ram: &Ram,
-    ) -> Result<bool, Unmodelled> {
+    pub(super) fn move_item(&mut self, index: usize, done: Cycle, ram: &Ram) -> Modelled<bool> {
         self.transfers += 1;
         let stream = self.dma[1].stream_mut(index);
         stream.turned = done;
@@ -210,7 +200,7 @@ impl Playback {
         Ok(self.dma[1].count(index))
     }
 
-    fn serve_memory(&mut self, index: usize, done: Cycle, ram: &mut Ram) -> Result<(), Unmodelled> {
+    fn serve_memory(&mut self, index: usize, done: Cycle, ram: &mut Ram) -> Modelled {
         self.move_word(index, done, ram)?;
         let stream = self.dma[1].stream_mut(index);
         let over = !stream.plays() && stream.has_fetched_all();
@@ -223,12 +213,7 @@ impl Playback {
 
     /// The memory port's access, complete from `done` on.
     #[inline(always)]
-    pub(super) fn move_word(
-        &mut self,
-        index: usize,
-        done: Cycle,
-        ram: &mut Ram,
-    ) -> Result<(), Unmodelled> {
+    pub(super) fn move_word(&mut self, index: usize, done: Cycle, ram: &mut Ram) -> Modelled {
         let stream = self.dma[1].stream_mut(index);
         let address = stream.address();
         stream.step();

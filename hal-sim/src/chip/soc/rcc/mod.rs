@@ -18,7 +18,7 @@ pub use tree::HSI_HZ;
 
 use super::clock::{Clocks, cycles_in, rescale};
 use crate::chip::Cycle;
-use crate::chip::cpu::bus::{Unmodelled, refuse};
+use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse};
 use tree::{Pll, Source};
 
 /// HSI start-up, 2.2 µs typical (DS8626, HSI oscillator characteristics).
@@ -197,7 +197,7 @@ impl Rcc {
     /// # Errors
     /// An access sooner after enabling than the errata allow.
     #[inline]
-    pub fn is_enabled(&self, block: Block, at: Cycle) -> Result<bool, Unmodelled> {
+    pub fn is_enabled(&self, block: Block, at: Cycle) -> Modelled<bool> {
         let (bus, bit) = block.place();
         let mask = 1 << bit;
         refuse(
@@ -222,7 +222,7 @@ impl Rcc {
     ///
     /// # Errors
     /// The core would have no clock, since clock security is off.
-    pub fn hse_fails(&mut self, at: Cycle) -> Result<(), Unmodelled> {
+    pub fn hse_fails(&mut self, at: Cycle) -> Modelled {
         self.hse_works = false;
         self.starting.hse = Cycle::MAX;
         if self.cr & cr::HSERDY == 0 {
@@ -253,7 +253,7 @@ impl Rcc {
         self.update_clocks(at)
     }
 
-    fn write_cr(&mut self, value: u32, at: Cycle) -> Result<(), Unmodelled> {
+    fn write_cr(&mut self, value: u32, at: Cycle) -> Modelled {
         refuse(value & !cr::KNOWN != 0, "RCC_CR: PLLI2S")?;
         refuse(
             value & cr::HSITRIM != cr::RESET & cr::HSITRIM,
@@ -291,7 +291,7 @@ impl Rcc {
         self.update_clocks(at)
     }
 
-    fn check_pll_source(&self) -> Result<(), Unmodelled> {
+    fn check_pll_source(&self) -> Modelled {
         let ready = if Pll::decode(self.pllcfgr, self.hse_hz)?.from_hse {
             cr::HSERDY
         } else {
@@ -317,7 +317,7 @@ impl Rcc {
         }
     }
 
-    fn write_cfgr(&mut self, value: u32, at: Cycle) -> Result<(), Unmodelled> {
+    fn write_cfgr(&mut self, value: u32, at: Cycle) -> Modelled {
         refuse(
             value & !0x0000_FCF3 & !0xC != 0,
             "RCC_CFGR: MCO, I2SSRC or RTCPRE",
@@ -327,7 +327,7 @@ impl Rcc {
     }
 
     /// SW takes effect as soon as its source is ready.
-    fn follow_switch(&mut self, at: Cycle) -> Result<(), Unmodelled> {
+    fn follow_switch(&mut self, at: Cycle) -> Modelled {
         let Some(wanted) = Source::from_field(self.cfgr) else {
             return Err(Unmodelled("RCC_CFGR: SW = 3"));
         };
@@ -342,7 +342,7 @@ impl Rcc {
         self.update_clocks(at)
     }
 
-    fn update_clocks(&mut self, at: Cycle) -> Result<(), Unmodelled> {
+    fn update_clocks(&mut self, at: Cycle) -> Modelled {
         let pll = if self.cr & cr::PLLRDY != 0 {
             Some(Pll::decode(self.pllcfgr, self.hse_hz)?)
         } else {

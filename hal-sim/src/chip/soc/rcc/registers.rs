@@ -3,7 +3,7 @@
 use super::{APB1, APB2, CSSC, CSSF, LPENR_RESET, PLLCFGR_FIELDS, PLLCFGR_RESET, RMVF, Rcc};
 use super::{LSI_START_NS, cr};
 use crate::chip::soc::clock::cycles_in;
-use crate::chip::soc::peripheral::{Cycle, Peripheral, Size, Unmodelled, part, refuse};
+use crate::chip::soc::peripheral::{Cycle, Modelled, Peripheral, Size, Unmodelled, part, refuse};
 
 const CSR: u32 = 0x74;
 const LSION: u32 = 1;
@@ -55,7 +55,7 @@ impl Rcc {
         }
     }
 
-    fn write_bdcr(&mut self, value: u32) -> Result<(), Unmodelled> {
+    fn write_bdcr(&mut self, value: u32) -> Modelled {
         if !self.backup_writable {
             return Ok(()); // section 5.1.2: write-protected, ignored
         }
@@ -65,7 +65,7 @@ impl Rcc {
         Ok(())
     }
 
-    fn write_cir(&mut self, value: u32) -> Result<(), Unmodelled> {
+    fn write_cir(&mut self, value: u32) -> Modelled {
         refuse(value & 0x3F00 != 0, "RCC_CIR: ready interrupts")?;
         if value & CSSC != 0 {
             self.cssf = false;
@@ -75,7 +75,7 @@ impl Rcc {
 }
 
 impl Peripheral for Rcc {
-    fn read(&mut self, offset: u32, size: Size, _at: Cycle) -> Result<u32, Unmodelled> {
+    fn read(&mut self, offset: u32, size: Size, _at: Cycle) -> Modelled<u32> {
         let word = match offset & !3 {
             0x00 => self.cr,
             0x04 => self.pllcfgr,
@@ -103,7 +103,7 @@ impl Peripheral for Rcc {
         Ok(part(word, offset, size))
     }
 
-    fn write(&mut self, offset: u32, size: Size, value: u32, at: Cycle) -> Result<(), Unmodelled> {
+    fn write(&mut self, offset: u32, size: Size, value: u32, at: Cycle) -> Modelled {
         refuse(size != Size::Word, "RCC: writes narrower than a word")?;
         match offset {
             0x00 => self.write_cr(value, at)?,
@@ -135,7 +135,7 @@ impl Peripheral for Rcc {
         Ok(())
     }
 
-    fn advance(&mut self, to: Cycle) -> Result<(), Unmodelled> {
+    fn advance(&mut self, to: Cycle) -> Modelled {
         let due = |at: &mut Cycle| {
             let is_due = *at <= to;
             let when = *at;

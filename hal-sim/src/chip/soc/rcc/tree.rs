@@ -1,6 +1,6 @@
 //! The clock tree: from oscillators to bus clocks (RM0090 figure 21).
 
-use crate::chip::cpu::bus::{Unmodelled, refuse};
+use crate::chip::cpu::bus::{Modelled, refuse};
 use crate::chip::soc::clock::Clocks;
 
 /// HSI frequency, Hz (DS8626, HSI oscillator characteristics).
@@ -50,7 +50,7 @@ impl Pll {
     ///
     /// # Errors
     /// Dividers, or frequencies, that the manual does not allow.
-    pub fn decode(pllcfgr: u32, hse_hz: u32) -> Result<Self, Unmodelled> {
+    pub fn decode(pllcfgr: u32, hse_hz: u32) -> Modelled<Self> {
         let field = |shift: u32, width: u32| pllcfgr >> shift & ((1 << width) - 1);
         let (m, n, q) = (field(0, 6), field(6, 9), field(24, 4));
         let p = 2 * (field(16, 2) + 1);
@@ -82,7 +82,7 @@ impl Pll {
 ///
 /// # Errors
 /// A bus above its limit (DS8626, general operating conditions).
-pub fn buses(sysclk_hz: u32, usb_hz: u32, cfgr: u32) -> Result<Clocks, Unmodelled> {
+pub fn buses(sysclk_hz: u32, usb_hz: u32, cfgr: u32) -> Modelled<Clocks> {
     let hclk_hz = sysclk_hz / ahb_divider(cfgr >> 4 & 0xF);
     let (one, two) = (apb_divider(cfgr >> 10 & 7), apb_divider(cfgr >> 13 & 7));
     let clocks = Clocks {

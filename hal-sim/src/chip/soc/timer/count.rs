@@ -2,7 +2,7 @@
 
 use super::{IN_FORCE, Mode, Timer, WRITTEN, bit};
 use crate::chip::Cycle;
-use crate::chip::cpu::bus::{Unmodelled, refuse};
+use crate::chip::cpu::bus::{Modelled, refuse};
 
 /// Cycles of future counts: single ones, then an arithmetic sequence.
 #[derive(Clone, Debug, Default)]
@@ -99,7 +99,7 @@ impl Timer {
     /// # Errors
     /// A counter beyond its auto-reload value.
     #[inline]
-    pub fn advance(&mut self, to: Cycle) -> Result<(), Unmodelled> {
+    pub fn advance(&mut self, to: Cycle) -> Modelled {
         if to <= self.seen {
             return Ok(());
         }
@@ -112,7 +112,7 @@ impl Timer {
         Ok(())
     }
 
-    fn count_to(&mut self, to: Cycle) -> Result<(), Unmodelled> {
+    fn count_to(&mut self, to: Cycle) -> Modelled {
         if !self.is_steady() {
             let update = self.next_update();
             if update <= to {
@@ -123,7 +123,7 @@ impl Timer {
         self.count_by(to)
     }
 
-    fn count_by(&mut self, to: Cycle) -> Result<(), Unmodelled> {
+    fn count_by(&mut self, to: Cycle) -> Modelled {
         if self.ticks.at(1) > to {
             return Ok(());
         }

@@ -14,7 +14,7 @@ mod count;
 mod registers;
 
 use crate::chip::Cycle;
-use crate::chip::cpu::bus::Unmodelled;
+use crate::chip::cpu::bus::{Modelled, Unmodelled};
 use capture::Capture;
 use count::Ticks;
 pub(crate) use registers::bit;
@@ -108,10 +108,7 @@ impl Timer {
     }
 
     /// HCLK cycles per timer clock, at least 1 (RCC_CFGR PPRE), from `done` on.
-    ///
-    /// # Errors
-    /// As [`Self::advance`].
-    pub fn set_divider(&mut self, divider: u32, done: Cycle) -> Result<(), Unmodelled> {
+    pub fn set_divider(&mut self, divider: u32, done: Cycle) -> Modelled {
         let divider = u64::from(divider.max(1));
         if divider != self.divider {
             self.advance(done.saturating_sub(1))?;
@@ -215,7 +212,7 @@ impl Timer {
     /// # Errors
     /// An output that the slave, of `slave_clock` cycles, may miss or that
     /// nobody models.
-    pub fn trigger_edges(&self, slave_clock: u64) -> Result<Option<(Cycle, u64)>, Unmodelled> {
+    pub fn trigger_edges(&self, slave_clock: u64) -> Modelled<Option<(Cycle, u64)>> {
         if !self.ticks.are_running() || self.number != 1 {
             return Ok(None);
         }
@@ -263,7 +260,7 @@ impl Timer {
     ///
     /// # Errors
     /// A prescaler.
-    pub fn follow(&mut self, edges: Option<(Cycle, u64)>, now: Cycle) -> Result<(), Unmodelled> {
+    pub fn follow(&mut self, edges: Option<(Cycle, u64)>, now: Cycle) -> Modelled {
         if !self.is_slave() {
             return Ok(());
         }
@@ -286,10 +283,7 @@ impl Timer {
     }
 
     /// The input of channel 1 became `high` at `at`.
-    ///
-    /// # Errors
-    /// As [`Self::advance`].
-    pub fn set_input(&mut self, high: bool, at: Cycle) -> Result<(), Unmodelled> {
+    pub fn set_input(&mut self, high: bool, at: Cycle) -> Modelled {
         self.advance(at.saturating_sub(1))?;
         let filter = self.filter_clocks();
         self.input.set(high, at, self.divider, filter);
@@ -304,7 +298,7 @@ impl Timer {
         self.ccmr[channel / 2] >> (8 * (channel % 2)) & 0b11 != 0
     }
 
-    fn mode(&self, channel: usize) -> Result<Mode, Unmodelled> {
+    fn mode(&self, channel: usize) -> Modelled<Mode> {
         match self.ccmr[channel / 2] >> (8 * (channel % 2) + 4) & 0b111 {
             0 => Ok(Mode::Frozen),
             1 => Ok(Mode::ActiveOnMatch),

@@ -3,7 +3,7 @@
 use super::{IN_FORCE, Mode, Timer, WRITTEN};
 use crate::chip::Cycle;
 use crate::chip::cpu::Size;
-use crate::chip::cpu::bus::Unmodelled;
+use crate::chip::cpu::bus::{Modelled, Unmodelled};
 
 /// Register offsets.
 pub(crate) mod offset {
@@ -48,10 +48,7 @@ const CCMR_OUTPUT: u32 = 0x8C8C;
 
 impl Timer {
     /// Reads the register at `offset` in an access complete from `done` on.
-    ///
-    /// # Errors
-    /// Sub-word accesses, registers that nobody models, and what time brings.
-    pub fn read(&mut self, offset: u32, size: Size, done: Cycle) -> Result<u32, Unmodelled> {
+    pub fn read(&mut self, offset: u32, size: Size, done: Cycle) -> Modelled<u32> {
         self.check(offset, size)?;
         self.advance(done.saturating_sub(1))?;
         Ok(match offset {
@@ -71,16 +68,7 @@ impl Timer {
     }
 
     /// Writes the register at `offset`; it holds from `done` on.
-    ///
-    /// # Errors
-    /// Sub-word accesses, settings that nobody models, and what time brings.
-    pub fn write(
-        &mut self,
-        offset: u32,
-        size: Size,
-        value: u32,
-        done: Cycle,
-    ) -> Result<(), Unmodelled> {
+    pub fn write(&mut self, offset: u32, size: Size, value: u32, done: Cycle) -> Modelled {
         self.check(offset, size)?;
         self.advance(done.saturating_sub(1))?;
         let value = if self.is_wide(offset) {
@@ -115,7 +103,7 @@ impl Timer {
         Ok(())
     }
 
-    fn check(&self, offset: u32, size: Size) -> Result<(), Unmodelled> {
+    fn check(&self, offset: u32, size: Size) -> Modelled {
         // The bridge doubles a half-word (RM0090 section 2.3): the same to
         // registers of 16 bits.
         if size == Size::Byte || size == Size::Half && self.is_wide(offset) {
@@ -147,7 +135,7 @@ impl Timer {
         self.ccr[channel]
     }
 
-    fn write_cr1(&mut self, value: u32, done: Cycle) -> Result<(), Unmodelled> {
+    fn write_cr1(&mut self, value: u32, done: Cycle) -> Modelled {
         let allowed = bit::CEN | bit::UDIS | bit::URS | bit::OPM | bit::ARPE;
         let before = self.cr1;
         self.cr1 = known(value, allowed, "a TIM_CR1 mode other than up-counting")?;
@@ -161,7 +149,7 @@ impl Timer {
         Ok(())
     }
 
-    fn write_smcr(&mut self, value: u32, done: Cycle) -> Result<(), Unmodelled> {
+    fn write_smcr(&mut self, value: u32, done: Cycle) -> Modelled {
         let was_slave = self.is_slave();
         match value {
             0 => (),
@@ -178,7 +166,7 @@ impl Timer {
         Ok(())
     }
 
-    fn write_dier(&mut self, value: u32) -> Result<(), Unmodelled> {
+    fn write_dier(&mut self, value: u32) -> Modelled {
         let requests = if self.number == 1 { 0x1F00 } else { 0 };
         self.dier = known(value, bit::INTERRUPTS | requests, "a TIM_DIER bit")?;
         Ok(())
@@ -187,7 +175,7 @@ impl Timer {
     /// UG: the counter and prescaler restart and the preloads come into force;
     /// UIF only if URS is 0 (RM0090 18.3.2). The counter becomes 0, which is a
     /// match of every CCR that is 0.
-    fn write_egr(&mut self, value: u32, done: Cycle) -> Result<(), Unmodelled> {
+    fn write_egr(&mut self, value: u32, done: Cycle) -> Modelled {
         if known(value, bit::UG, "a TIM_EGR bit")? == 0 {
             return Ok(());
         }
@@ -221,7 +209,7 @@ impl Timer {
         Ok(())
     }
 
-    fn write_ccmr(&mut self, half: usize, value: u32) -> Result<(), Unmodelled> {
+    fn write_ccmr(&mut self, half: usize, value: u32) -> Modelled {
         for channel in [2 * half, 2 * half + 1] {
             let field = value >> (8 * (channel % 2)) & 0xFF;
             match (field & 0b11, channel) {
@@ -242,7 +230,7 @@ impl Timer {
         Ok(())
     }
 
-    fn write_ccer(&mut self, value: u32) -> Result<(), Unmodelled> {
+    fn write_ccer(&mut self, value: u32) -> Modelled {
         let allowed = if self.is_input(0) { 0b11 } else { 0 };
         self.ccer = known(value, allowed, "a TIM output or input (CCER)")?;
         Ok(())
@@ -264,7 +252,7 @@ impl Timer {
 }
 
 /// `value` if it has no bits but `allowed`.
-fn known(value: u32, allowed: u32, what: &'static str) -> Result<u32, Unmodelled> {
+fn known(value: u32, allowed: u32, what: &'static str) -> Modelled<u32> {
     if value & !allowed == 0 {
         Ok(value)
     } else {

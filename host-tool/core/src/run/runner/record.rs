@@ -4,7 +4,6 @@ use super::{Run, RunError};
 use crate::link::{Incoming, Port};
 use crate::run::{Seen, identity, pulses, trial};
 use firmware::link::{Code, Event, HelloInfo};
-use firmware::units::Micros;
 
 impl<P: Port> Run<'_, P> {
     /// The record says who answered.
@@ -120,7 +119,7 @@ impl<P: Port> Run<'_, P> {
                 let text = trial::event(&event);
                 let t_s = f64::from(at.since(self.epoch)) * 1e-6;
                 self.observer.see(Seen::Event(t_s, &event));
-                self.note(at, text.clone())?;
+                self.note(t_s, text.clone())?;
                 if matches!(
                     event,
                     Event::Faulted(_) | Event::Stopping(_) | Event::Stopped(_)
@@ -136,7 +135,7 @@ impl<P: Port> Run<'_, P> {
                 let at = self.client.device_time(now).unwrap_or(self.epoch);
                 let t_s = f64::from(at.since(self.epoch)) * 1e-6;
                 self.observer.see(Seen::Refused(t_s, &refused));
-                self.note(at, refused.to_string())?;
+                self.note(t_s, refused.to_string())?;
             }
             Incoming::Status(status) => self.observer.see(Seen::Status(&status)),
             Incoming::Acknowledged(..) => {}
@@ -144,8 +143,7 @@ impl<P: Port> Run<'_, P> {
         Ok(())
     }
 
-    fn note(&mut self, at: Micros, text: String) -> Result<(), RunError> {
-        let t_s = f64::from(at.since(self.epoch)) * 1e-6;
+    fn note(&mut self, t_s: f64, text: String) -> Result<(), RunError> {
         if let Some(recorder) = &mut self.recorder {
             recorder.event(t_s, &text)?;
         }

@@ -3,7 +3,8 @@
 use firmware::control::{Joint, JointState, SetpointError};
 use firmware::units::{Amplitude, Angle, Micros};
 
-use super::super::channel::{Channel, Channels};
+use super::super::channel::Channel;
+use super::super::channels::Channels;
 use super::super::error::Problem;
 use super::super::setup::SetupSpec;
 use super::super::table::Table;
@@ -18,13 +19,7 @@ pub(in super::super) fn read_setpoints(
     let rate_hz = t.real("rate_hz");
     let timeout_ms = setup.wearer.host_timeout_ms;
     if rate_hz.is_some_and(|hz| hz * f64::from(timeout_ms) <= 1000.0) {
-        let (field, given) = (t.path_of("rate_hz"), t.given("rate_hz"));
-        let problem = Problem::TooSlow {
-            field,
-            given,
-            timeout_ms,
-        };
-        t.say("rate_hz", problem);
+        t.say("rate_hz", Problem::TooSlow { timeout_ms });
     }
     let values = t.has("values").then(|| read_amplitudes(t, setup));
     let course = read_course(t, setup, has_joint);
@@ -45,7 +40,7 @@ pub(in super::super) fn read_setpoints(
 /// Reads what is streamed by its kind; amplitudes are the caller's.
 fn read_course(t: &Table<'_>, setup: &SetupSpec, has_joint: bool) -> Option<Course> {
     let kind = t.word("kind");
-    let joint = setup.joint.as_ref().map(|(_, joint)| joint);
+    let joint = setup.joint.as_ref().and_then(|spec| Joint::new(spec).ok());
     match kind {
         "keep-alive" => Some(Course::KeepAlive),
         "amplitudes" => Some(Course::Amplitudes(Vec::new())),
@@ -54,8 +49,8 @@ fn read_course(t: &Table<'_>, setup: &SetupSpec, has_joint: bool) -> Option<Cour
             t.say("kind", Problem::NoJoint { wanted });
             None
         }
-        "angle-sine" => read_sine(t, joint?),
-        "angle-steps" => read_steps(t, joint?),
+        "angle-sine" => read_sine(t, &joint?),
+        "angle-steps" => read_steps(t, &joint?),
         "force-ramp" | "force-sine" => {
             let channel = find_controlled(t, &setup.channels)?;
             let course = match kind {
@@ -72,18 +67,21 @@ fn read_course(t: &Table<'_>, setup: &SetupSpec, has_joint: bool) -> Option<Cour
 fn read_amplitudes(t: &Table<'_>, setup: &SetupSpec) -> Option<Vec<(u8, Amplitude)>> {
     let mut values: Vec<(u8, Amplitude)> = Vec::new();
     for item in t.tables("values").iter().filter(|item| item.is_sound()) {
-        let Some(channel) = setup.channels.find_free(item, "channel") else {
+        let Some(found) = setup.channels.find(item, "channel") else {
             continue;
         };
-        let (field, number) = (item.path_of("channel"), channel.number);
-        if setup.controlled & 1 << channel.index() != 0 {
-            let channel = number;
-            item.say("channel", Problem::Controlled { field, channel });
-        } else if values.iter().any(|&(index, _)| index == channel.index()) {
-            let channel = number;
-            item.say("channel", Problem::ChannelTwice { field, channel });
-        } else if let Some(value) = channel.read_amplitude(item, "value") {
-            values.push((channel.index(), value));
+        let channel = found.number;
+        let value = Amplitude(item.whole("value"));
+        if found.force.is_some() {
+            item.say("channel", Problem::ForceControlled { channel });
+        } else if setup.controlled & 1 << found.index() != 0 {
+            item.say("channel", Problem::Controlled { channel });
+        } else if values.iter().any(|&(index, _)| index == found.index()) {
+            item.say("channel", Problem::ChannelTwice { channel });
+        } else if value > found.spec.limit {
+            found.tell_above_limit(item, "value");
+        } else {
+            values.push((found.index(), value));
         }
     }
     values.sort_unstable_by_key(|&(index, _)| index);
@@ -108,8 +106,8 @@ fn read_further_forces(
         };
         let bit = 1u16 << channel.index();
         if taken & bit != 0 {
-            let (field, channel) = (item.path_of("channel"), channel.number);
-            item.say("channel", Problem::ChannelTwice { field, channel });
+            let channel = channel.number;
+            item.say("channel", Problem::ChannelTwice { channel });
         }
         taken |= bit;
         let course = match item.has("points") {
@@ -125,8 +123,8 @@ fn read_further_forces(
 fn find_controlled<'c>(t: &Table<'_>, channels: &'c Channels) -> Option<&'c Channel> {
     let channel = channels.find(t, "channel")?;
     if channel.force.is_none() {
-        let (field, channel) = (t.path_of("channel"), channel.number);
-        t.say("channel", Problem::NoForceControl { field, channel });
+        let channel = channel.number;
+        t.say("channel", Problem::NoForceControl { channel });
         return None;
     }
     Some(channel)
@@ -158,15 +156,17 @@ fn read_force_sine(t: &Table<'_>, channel: &Channel) -> Option<ForceCourse> {
 
 /// Asks the firmware's inverse whether it would take this force.
 fn check_force(t: &Table<'_>, name: &str, channel: &Channel, newton: f64) -> Option<()> {
-    let control = channel.force_control();
-    let reach_mn = control.map_or((0, 0), |control| control.reach_mn());
+    // Of one that the device would not take, everything has been told.
+    let Some(control) = channel.force_control() else {
+        return Some(());
+    };
+    let reach_mn = control.reach_mn();
     let (min_n, max_n) = (f64::from(reach_mn.0) / 1e3, f64::from(reach_mn.1) / 1e3);
     if (0.0..=max_n).contains(&newton) {
         return Some(());
     }
     let problem = Problem::OutOfReach {
-        field: t.path_of(name),
-        given: newton.to_string(),
+        newton,
         channel: channel.number,
         min_n,
         max_n,

@@ -7,7 +7,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::super::decimal::{Decimal, in_units};
-use super::super::error::Problem;
+use super::super::error::{Place, Problem};
 use super::super::field::{Field, Kind, Need, Number, Section, When};
 use super::{Document, Entry, Table, Value};
 
@@ -50,15 +50,15 @@ impl<'a> Table<'a> {
             if section.iter().all(|field| field.name != name) {
                 let (problem, close) = table.unknown(name);
                 meant.extend(close);
-                table.wrong(problem, key.span());
+                table.wrong(problem, table.place(name, key.span()));
             }
         }
         // A slip of the pen leaves nothing out.
         let required = |f: &&Field| matches!(f.need, Need::Required) && !meant.contains(&f.name);
         for field in section.iter().filter(required) {
             if !file.contains_key(field.name) && table.may_have(field, file) == Some(true) {
-                let field = table.path_of(field.name);
-                table.wrong(Problem::MissingField { field }, table.span.clone());
+                let place = table.place(field.name, table.span.clone());
+                table.wrong(Problem::MissingField {}, place);
             }
         }
         table
@@ -106,31 +106,30 @@ impl<'a> Table<'a> {
     ) {
         match field.when {
             Some(When::Without(first)) => {
-                let (said, other) = (self.path_of(first), self.path_of(field.name));
-                let place = file.get(first).map_or(span, Spanned::span);
-                self.wrong(Problem::SaidTwice { field: said, other }, place);
+                let other = self.path_of(field.name);
+                let place = self.place(first, file.get(first).map_or(span, Spanned::span));
+                self.wrong(Problem::SaidTwice { other }, place);
             }
             // What the first field says is what the table is.
             Some(When::Is(tag, _)) if self.section.first().is_some_and(|f| f.name == tag) => {
                 let (problem, _) = self.unknown(field.name);
-                self.wrong(problem, key);
+                self.wrong(problem, self.place(field.name, key));
             }
             Some(When::Is(tag, _)) => {
                 let word = self.word_of(tag).unwrap_or_default();
-                let problem = Problem::OutOfRange {
-                    field: self.path_of(field.name),
-                    given: self.doc.given(&span),
-                    allowed: format!("none with {tag} = \"{word}\""),
-                };
-                self.wrong(problem, span);
+                let allowed = format!("none with {tag} = \"{word}\"");
+                self.wrong(
+                    Problem::OutOfRange { allowed },
+                    self.place(field.name, span),
+                );
             }
             None => {}
         }
     }
 
-    fn wrong(&mut self, problem: Problem, span: Range<usize>) {
+    fn wrong(&mut self, problem: Problem, place: Place) {
         self.sound = false;
-        self.doc.say(problem, span);
+        self.doc.say(problem, place);
     }
 
     /// That there is no such field here, and which one is meant.
@@ -142,47 +141,50 @@ impl<'a> Table<'a> {
             }
         }
         let close = closest(name, known.iter().copied());
-        let problem = Problem::UnknownField {
-            field: self.path_of(name),
-            close: close.map(Into::into),
-            known: known.join(", "),
-        };
-        (problem, close)
+        let (known, likely) = (known.join(", "), close.map(Into::into));
+        (
+            Problem::UnknownField {
+                close: likely,
+                known,
+            },
+            close,
+        )
     }
 
+    /// What a field says; nothing if it is wrong, which is told.
     fn value(&self, field: &'static Field, found: &'a Spanned<DeValue<'a>>) -> Option<Value<'a>> {
+        let (file, place) = (found.get_ref(), self.place(field.name, found.span()));
+        let wrong = |problem| {
+            self.doc.say(problem, place.clone());
+            None
+        };
         let read = match &field.kind {
-            Kind::Text(longest) => found.get_ref().as_str().map(|text| {
+            Kind::Text(longest) => file.as_str().map(|text| {
                 let fits = |most: usize| !text.trim().is_empty() && text.chars().count() <= most;
                 if let Some(most) = longest.filter(|most| !fits(*most)) {
                     let allowed = format!("1 to {most} characters");
-                    return self.refuse_value(field, found.span(), allowed);
+                    return wrong(Problem::OutOfRange { allowed });
                 }
                 Some(Value::Text(text))
             }),
-            Kind::Flag => found.get_ref().as_bool().map(|is| Some(Value::Flag(is))),
-            Kind::Choice(words) => found.get_ref().as_str().map(|given| {
+            Kind::Flag => file.as_bool().map(|is| Some(Value::Flag(is))),
+            Kind::Choice(words) => file.as_str().map(|given| {
                 let word = words.iter().find(|word| **word == given);
-                if word.is_none() {
-                    let problem = Problem::UnknownChoice {
-                        field: self.path_of(field.name),
-                        given: self.doc.given(&found.span()),
-                        close: closest(given, words.iter().copied()).map(Into::into),
-                        known: words.join(", "),
-                    };
-                    self.doc.say(problem, found.span());
-                }
-                word.map(|word| Value::Word(word))
+                let close = closest(given, words.iter().copied()).map(Into::into);
+                let known = words.join(", ");
+                let unknown = || wrong(Problem::UnknownChoice { close, known });
+                word.map_or_else(unknown, |word| Some(Value::Word(word)))
             }),
             Kind::Whole(number) => self
-                .whole_value(field, number, found)
+                .whole_value(number, file, place.clone())
                 .map(|it| it.map(Value::Whole)),
             Kind::Real(number) => self
-                .real_value(field, number, found)
+                .real_value(number, file, place.clone())
                 .map(|it| it.map(Value::Real)),
-            Kind::Wholes(number, _) => found.get_ref().as_array().and_then(|list| {
+            Kind::Wholes(number, _) => file.as_array().and_then(|list| {
                 let each = list.iter().map(|item| {
-                    let read = self.whole_value(field, number, item);
+                    let place = self.place(field.name, item.span());
+                    let read = self.whole_value(number, item.get_ref(), place);
                     read.map(|value| value.map(|value| (value, item.span())))
                 });
                 let each: Vec<Option<_>> = each.collect::<Option<_>>()?;
@@ -191,24 +193,20 @@ impl<'a> Table<'a> {
             Kind::Table(section) => self
                 .inner(field, found, section)
                 .map(|t| Some(Value::Table(t))),
-            Kind::Tables(section, count) => found.get_ref().as_array().and_then(|list| {
+            Kind::Tables(section, count) => file.as_array().and_then(|list| {
                 let each = list.iter().map(|item| self.inner(field, item, section));
                 let tables: Vec<_> = each.collect::<Option<_>>()?;
                 let most = count.most.unwrap_or(usize::MAX);
                 if !(count.least..=most).contains(&tables.len()) {
-                    return Some(self.refuse_value(field, found.span(), count.allowed()));
+                    let allowed = count.allowed();
+                    return Some(wrong(Problem::OutOfRange { allowed }));
                 }
                 Some(Some(Value::Tables(tables)))
             }),
         };
         read.unwrap_or_else(|| {
-            let problem = Problem::WrongType {
-                field: self.path_of(field.name),
-                expected: field.kind.expected(),
-                given: kind(found.get_ref()),
-            };
-            self.doc.say(problem, found.span());
-            None
+            let (expected, found) = (field.kind.expected(), kind(file));
+            wrong(Problem::WrongType { expected, found })
         })
     }
 
@@ -218,128 +216,71 @@ impl<'a> Table<'a> {
         found: &'a Spanned<DeValue<'a>>,
         section: &'static Section,
     ) -> Option<Self> {
-        let file = found.get_ref().as_table()?;
-        Some(Self::read(
-            self.doc,
-            self.path_of(field.name),
-            found.span(),
-            file,
-            section,
-        ))
-    }
-
-    fn refuse_value<T>(&self, field: &Field, span: Range<usize>, allowed: String) -> Option<T> {
-        let problem = Problem::OutOfRange {
-            field: self.path_of(field.name),
-            given: self.doc.given(&span),
-            allowed,
-        };
-        self.doc.say(problem, span);
-        None
+        let (file, path) = (found.get_ref().as_table()?, self.path_of(field.name));
+        Some(Self::read(self.doc, path, found.span(), file, section))
     }
 
     /// The number here in its field's steps, which must be whole; nothing if it is
     /// no number, inside nothing if it is a wrong one.
     fn whole_value(
         &self,
-        field: &Field,
         number: &Number,
-        found: &Spanned<DeValue<'_>>,
+        value: &DeValue<'_>,
+        place: Place,
     ) -> Option<Option<i64>> {
-        let decimal = decimal(found.get_ref())?;
-        let (name, given) = (self.path_of(field.name), self.doc.given(&found.span()));
-        let Some(decimal) = decimal else {
+        let Some(decimal) = decimal(value)? else {
             let allowed = number.allowed();
-            let problem = Problem::NotFinite {
-                field: name,
-                given,
-                allowed,
-            };
-            self.doc.say(problem, found.span());
+            self.doc.say(Problem::NotFinite { allowed }, place);
             return Some(None);
         };
         let Some(value) = decimal.scaled(number.places) else {
             let step = in_units(1, number.places);
-            let problem = Problem::NotExact {
-                field: name,
-                given,
-                step,
-            };
-            self.doc.say(problem, found.span());
+            self.doc.say(Problem::NotExact { step }, place);
             return Some(None);
         };
         let fits = number
             .range
             .is_none_or(|(min, max)| (min..=max).contains(&value));
-        Some(self.fitting(number, fits, value, name, found.span()))
+        Some(self.fitting(number, fits, value, place))
     }
 
     /// A number that need not be whole, likewise.
     fn real_value(
         &self,
-        field: &Field,
         number: &Number,
-        found: &Spanned<DeValue<'_>>,
+        value: &DeValue<'_>,
+        place: Place,
     ) -> Option<Option<f64>> {
-        let value = match found.get_ref() {
+        let value = match value {
             DeValue::Float(float) => float.as_str().replace('_', "").parse().ok()?,
             DeValue::Integer(integer) => i128::from_str_radix(integer.as_str(), integer.radix())
                 .map_or(f64::INFINITY, |whole| whole as f64),
             _ => return None,
         };
-        let name = self.path_of(field.name);
         if !f64::is_finite(value) {
-            let given = self.doc.given(&found.span());
             let allowed = number.allowed();
-            let problem = Problem::NotFinite {
-                field: name,
-                given,
-                allowed,
-            };
-            self.doc.say(problem, found.span());
+            self.doc.say(Problem::NotFinite { allowed }, place);
             return Some(None);
         }
         let steps = 10_f64.powi(number.places);
         let fits = number
             .range
             .is_none_or(|(min, max)| (min as f64 / steps..=max as f64 / steps).contains(&value));
-        Some(self.fitting(number, fits, value, name, found.span()))
+        Some(self.fitting(number, fits, value, place))
     }
 
     /// `value`, if it fits or if what other fields leave of the range decides.
-    fn fitting<T>(
-        &self,
-        number: &Number,
-        fits: bool,
-        value: T,
-        field: String,
-        span: Range<usize>,
-    ) -> Option<T> {
+    fn fitting<T>(&self, number: &Number, fits: bool, value: T, place: Place) -> Option<T> {
         if fits {
             return Some(value);
         }
         let allowed = number.allowed().unwrap_or_default();
-        let given = self.doc.given(&span);
         if number.bound.is_empty() {
-            self.doc.say(
-                Problem::OutOfRange {
-                    field,
-                    given,
-                    allowed,
-                },
-                span,
-            );
+            self.doc.say(Problem::OutOfRange { allowed }, place);
             return None;
         }
         let allowed = format!("{allowed}, {}", number.bound);
-        self.doc.doubt(
-            Problem::OutOfRange {
-                field,
-                given,
-                allowed,
-            },
-            span,
-        );
+        self.doc.doubt(Problem::OutOfRange { allowed }, place);
         Some(value)
     }
 }

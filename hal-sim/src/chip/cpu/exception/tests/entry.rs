@@ -120,8 +120,7 @@ fn a_later_but_more_urgent_one_takes_the_entry_over() {
         cpu.cycle = 100;
         cpu.system.nvic.set_priority(17, 0x10);
         pend(&mut cpu, 0, 0x40);
-        bus.event = 100 + after;
-        bus.raise = [0b10, 0, 0];
+        bus.schedule.push_back((100 + after, [0b10, 0, 0]));
         assert_eq!(take(&mut cpu, &mut bus), Some(cycles), "{after}");
         assert_eq!(cpu.registers.exception, 17);
         assert_eq!(cpu.registers.r[13], STACK - 0x20, "one frame");
@@ -137,8 +136,7 @@ fn a_later_one_of_the_same_priority_waits() {
     let (mut cpu, mut bus) = machine();
     pend(&mut cpu, 5, 0x40);
     cpu.system.nvic.set_priority(22, 0x40);
-    bus.event = 4;
-    bus.raise = [1 << 6, 0, 0];
+    bus.schedule.push_back((4, [1 << 6, 0, 0]));
     assert_eq!(take(&mut cpu, &mut bus), Some(12));
     assert_eq!(cpu.registers.exception, 21);
     assert_eq!(take(&mut cpu, &mut bus), None);
@@ -148,8 +146,7 @@ fn a_later_one_of_the_same_priority_waits() {
 fn latency_counts_from_the_rise_of_the_line() {
     let (mut cpu, mut bus) = machine();
     // The line rises 7 cycles into something that lasts 10.
-    bus.event = 1007;
-    bus.raise = [1 << 9, 0, 0];
+    bus.schedule.push_back((1007, [1 << 9, 0, 0]));
     cpu.cycle = 1010;
     assert_eq!(take(&mut cpu, &mut bus), Some(12));
     let found: Vec<_> = cpu.system.latencies.entered().collect();
@@ -161,8 +158,7 @@ fn latency_counts_from_the_rise_of_the_line() {
     // The next waits for it: from its rise to the end of the handler.
     cpu.system.nvic.set_priority(26, 0x0);
     bus.lines = [0; 3];
-    bus.event = 1030;
-    bus.raise = [1 << 10, 0, 0];
+    bus.schedule.push_back((1030, [1 << 10, 0, 0]));
     cpu.cycle = 1100;
     assert_eq!(take(&mut cpu, &mut bus), None);
     assert_eq!(leave(&mut cpu, &mut bus), 6);
@@ -185,8 +181,7 @@ fn a_program_is_interrupted_where_it_is() {
     let literal = handler(16) + 12;
     assert!(bus.load(literal, &counter.to_le_bytes()));
     for n in 0..5 {
-        bus.event = cpu.cycle + 50;
-        bus.raise = [1, 0, 0];
+        bus.schedule.push_back((cpu.cycle + 50, [1, 0, 0]));
         let until = cpu.cycle + 60;
         assert_eq!(run(&mut cpu, &mut bus, until), Ok(()));
         bus.lines = [0; 3];

@@ -54,8 +54,7 @@ fn unstacking_is_given_up_for_an_exception() {
         take(&mut cpu, &mut bus);
         let sp = cpu.registers.r[13];
         cpu.registers.r[0] = 0xAAAA;
-        bus.event = cpu.cycle + after;
-        bus.raise = [0b10, 0, 0];
+        bus.schedule.push_back((cpu.cycle + after, [0b10, 0, 0]));
         assert_eq!(leave(&mut cpu, &mut bus), cycles, "{after}");
         assert_eq!(cpu.registers.exception, 17);
         assert_eq!(cpu.registers.r[13], sp, "the frame is still there");
@@ -170,8 +169,7 @@ fn faultmask_ends_with_the_handler_but_not_with_nmi() {
 fn sleep_on_exit() {
     let (mut cpu, mut bus) = machine();
     set(&mut cpu, 0xE000_ED10, 1 << 1);
-    bus.event = 20;
-    bus.raise = [1, 0, 0];
+    bus.schedule.push_back((20, [1, 0, 0]));
     code(&mut bus, handler(16), &[0x4770]);
     assert_eq!(run(&mut cpu, &mut bus, 40), Ok(()));
     bus.lines = [0; 3];

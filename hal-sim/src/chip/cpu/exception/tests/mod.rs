@@ -81,6 +81,6 @@ fn leave(cpu: &mut Cpu, bus: &mut Flat) -> Cycle {
 }
 
 /// Runs until `until`, from where the core is.
-fn run<B: Bus>(cpu: &mut Cpu, bus: &mut B, until: Cycle) -> Result<(), Stop> {
+fn run(cpu: &mut Cpu, bus: &mut impl Bus, until: Cycle) -> Result<(), Stop> {
     cpu.run(bus, until)
 }

@@ -1,7 +1,6 @@
 //! Interrupts at random moments leave no trace in what they interrupt.
 
 use super::*;
-use crate::chip::cpu::bus::{Denied, LINE_WORDS, Read, Unmodelled};
 use std::collections::VecDeque;
 
 /// Integer and floating-point arithmetic on R4, R5 and S0, with an IT block,
@@ -58,54 +57,6 @@ const HANDLER: &[u16] = &[
     0x4770, // bx lr
 ];
 
-/// A flat bus whose lines follow a schedule.
-struct Pulsed {
-    flat: Flat,
-    /// Levels of the lines from a cycle on, ascending.
-    schedule: VecDeque<(Cycle, u32)>,
-}
-
-impl Bus for Pulsed {
-    fn read(&mut self, address: u32, size: Size, at: Cycle) -> Result<Read, Denied> {
-        self.flat.read(address, size, at)
-    }
-
-    fn write(&mut self, address: u32, size: Size, value: u32, at: Cycle) -> Result<u32, Denied> {
-        self.flat.write(address, size, value, at)
-    }
-
-    fn code(&mut self, address: u32) -> Result<u16, Denied> {
-        self.flat.code(address)
-    }
-
-    fn fetch(&mut self, line: u32, at: Cycle) -> u32 {
-        self.flat.fetch(line, at)
-    }
-
-    fn is_writable_code(&self, address: u32) -> bool {
-        self.flat.is_writable_code(address)
-    }
-
-    fn advance(&mut self, to: Cycle) -> Result<(), Unmodelled> {
-        while let Some((_, level)) = self.schedule.pop_front_if(|(at, _)| *at <= to) {
-            self.flat.lines[0] = level;
-        }
-        Ok(())
-    }
-
-    fn next_event(&self) -> Cycle {
-        self.schedule.front().map_or(Cycle::MAX, |(at, _)| *at)
-    }
-
-    fn lines(&self) -> [u32; LINE_WORDS] {
-        self.flat.lines
-    }
-
-    fn request_reset(&mut self, at: Cycle) {
-        self.flat.request_reset(at);
-    }
-}
-
 /// Numerical Recipes' 32-bit generator; the upper bits.
 struct Random(u32);
 
@@ -121,7 +72,7 @@ const SYSTICK_PERIOD: u32 = 1999;
 
 /// Each line pulses for 1–8 cycles, at random, at least 600 cycles apart; the
 /// number of pulses of each.
-fn schedule(random: &mut Random, until: Cycle) -> (VecDeque<(Cycle, u32)>, [u32; 6]) {
+fn schedule(random: &mut Random, until: Cycle) -> (VecDeque<(Cycle, [u32; 3])>, [u32; 6]) {
     let mut edges = vec![];
     let mut pulses = [0; 6];
     for line in 0..LINES {
@@ -138,7 +89,7 @@ fn schedule(random: &mut Random, until: Cycle) -> (VecDeque<(Cycle, u32)>, [u32;
     let mut schedule = VecDeque::new();
     for (at, line, up) in edges {
         level = if up { level | line } else { level & !line };
-        schedule.push_back((at, level));
+        schedule.push_back((at, [level, 0, 0]));
     }
     (schedule, pulses)
 }
@@ -173,7 +124,7 @@ fn soak(seed: u32) -> u32 {
     let (mut alone, mut bus) = prepared(&mut random);
     assert_eq!(run(&mut alone, &mut bus, 200_000), Ok(()));
     let mut random = Random(seed);
-    let (mut cpu, flat) = prepared(&mut random);
+    let (mut cpu, mut bus) = prepared(&mut random);
     for number in 15..22 {
         let priority = (random.below(4) << 6) as u8;
         cpu.system.nvic.set_priority(number, priority);
@@ -181,7 +132,7 @@ fn soak(seed: u32) -> u32 {
     set(&mut cpu, 0xE000_E014, SYSTICK_PERIOD - 1);
     set(&mut cpu, 0xE000_E010, 0b111);
     let (schedule, pulses) = schedule(&mut random, 195_000);
-    let mut bus = Pulsed { flat, schedule };
+    bus.schedule = schedule;
     assert_eq!(run(&mut cpu, &mut bus, 199_800), Ok(()));
 
     let [now, then] = [&cpu.registers, &alone.registers];
@@ -190,7 +141,7 @@ fn soak(seed: u32) -> u32 {
     assert_eq!((now.apsr, now.s, now.fpscr), expected);
     assert_eq!((now.control, now.exception, now.it), (then.control, 0, 0));
     assert_eq!(cpu.system.active().count(), 0);
-    let count = |number: u32| bus.flat.word(0x2000_8000 + 4 * number).unwrap_or(0);
+    let count = |number: u32| bus.word(0x2000_8000 + 4 * number).unwrap_or(0);
     for (number, pulses) in (16..).zip(pulses) {
         assert_eq!(count(number), pulses, "seed {seed}, exception {number}");
     }

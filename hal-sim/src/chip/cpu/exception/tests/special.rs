@@ -85,8 +85,7 @@ fn an_interrupt_wakes_wfi_under_primask_and_waits_for_cpsie() {
     let (mut cpu, mut bus) = machine();
     // cpsid i; wfi; movs r0, #1; cpsie i; b .
     code(&mut bus, MAIN, &[0xB672, 0xBF30, 0x2001, 0xB662, 0xE7FE]);
-    bus.event = 500;
-    bus.raise = [1, 0, 0];
+    bus.schedule.push_back((500, [1, 0, 0]));
     code(&mut bus, handler(16), &[0xE7FE]);
     assert_eq!(run(&mut cpu, &mut bus, 490), Ok(()));
     assert!(cpu.is_asleep());
@@ -102,8 +101,7 @@ fn basepri_holds_wfi_back() {
     code(&mut bus, MAIN, &[0xBF30, 0xE7FE]); // wfi; b .
     cpu.write_special(17, 2, 0x40);
     cpu.system.nvic.set_priority(16, 0x40);
-    bus.event = 50;
-    bus.raise = [1, 0, 0];
+    bus.schedule.push_back((50, [1, 0, 0]));
     assert_eq!(run(&mut cpu, &mut bus, 100), Ok(()));
     assert!(cpu.is_asleep());
 }

@@ -2,8 +2,6 @@
 
 mod branch;
 mod control;
-mod data;
-mod data_table;
 mod it;
 mod memory;
 mod refused;
@@ -30,10 +28,7 @@ impl Machine {
     pub fn new(code: &[u16]) -> Self {
         let mut bus = Flat::default();
         assert!(bus.load(CODE, &bytes(code)));
-        let vectors: Vec<u8> = [0x0800_9001u32; 128]
-            .iter()
-            .flat_map(|v| v.to_le_bytes())
-            .collect();
+        let vectors = 0x0800_9001_u32.to_le_bytes().repeat(128);
         assert!(bus.load(CODE + 0x8000, &vectors));
         assert!(bus.load(CODE + 0x9000, &bytes(&[0xE7FE])));
         let mut cpu = Cpu::default();

@@ -1,0 +1,218 @@
+//! `[wearer]` and `[[channel]]`: limits, output stages, trains, muscles.
+
+use firmware::control::ForceSpec;
+use firmware::device::Draft;
+use firmware::pulse::{CHANNELS, Shape, TrainSpec};
+use firmware::safety::{ChannelSpec, StageSpec, WearerSpec};
+use firmware::units::Amplitude;
+
+use super::channel::Channel;
+use super::error::Problem;
+use super::fields::SHAPES;
+use super::hold::read_hold;
+use super::muscle::read_muscle;
+use super::table::Table;
+use super::verdict::{tell_channel, tell_muscle};
+
+/// The channels of a file: those that can be read, and which others it has.
+#[derive(Default)]
+pub(super) struct Channels {
+    /// By rising number.
+    pub(super) list: Vec<Channel>,
+    /// Bit i: channel i on the link is in the file, right or wrong.
+    named: u16,
+    /// Whether any is wrong.
+    wrong: bool,
+    /// Whether one is, and nobody knows which.
+    unknown: bool,
+}
+
+impl Channels {
+    /// Reads every `[[channel]]` of a session of `duration_us` into `draft`. What had
+    /// to be rounded goes to `notes`.
+    pub(super) fn read(
+        root: &Table<'_>,
+        draft: &mut Draft,
+        duration_us: u64,
+        notes: &mut Vec<String>,
+    ) -> Self {
+        let mut all = Self::default();
+        let tables = root.tables("channel");
+        all.unknown = tables.is_empty();
+        for t in tables {
+            let number = t.whole::<u8>("number");
+            let Some(index) = number.checked_sub(1).filter(|i| usize::from(*i) < CHANNELS) else {
+                all.unknown = true;
+                continue;
+            };
+            let is_second = all.named & 1 << index != 0;
+            if is_second {
+                t.say("number", Problem::ChannelTwice { channel: number });
+                all.unknown = true;
+            }
+            all.named |= 1 << index;
+            let mut aside = Draft::default();
+            let draft = if is_second { &mut aside } else { &mut *draft };
+            match read_channel(t, draft, duration_us, notes) {
+                Some(channel) if !is_second => all.list.push(channel),
+                _ => all.wrong = true,
+            }
+        }
+        all.list.sort_unstable_by_key(|c| c.number);
+        all
+    }
+
+    /// Whether every channel of the file could be read.
+    pub(super) const fn are_whole(&self) -> bool {
+        !self.wrong && !self.unknown
+    }
+
+    /// The channel that a field names. Tells if the file has none of this number; of
+    /// one that is wrong itself, everything is told.
+    pub(super) fn find(&self, t: &Table<'_>, name: &str) -> Option<&Channel> {
+        let number = t.whole(name);
+        self.numbered(t, name, number)
+    }
+
+    /// The channel of this number, which a field names.
+    pub(super) fn numbered(&self, t: &Table<'_>, name: &str, number: u8) -> Option<&Channel> {
+        let found = self.list.iter().find(|c| c.number == number);
+        let index = number.checked_sub(1)?;
+        let is_named = self.named.checked_shr(index.into()).unwrap_or(0) & 1 != 0;
+        let is_number = usize::from(index) < CHANNELS;
+        if found.is_none() && !is_named && !self.unknown && is_number {
+            t.say(name, Problem::NoSuchChannel { channel: number });
+        }
+        found
+    }
+}
+
+/// Reads `[wearer]`. What is wrong by itself judges nothing else: then the loosest
+/// limits are checked.
+pub(super) fn read_wearer(root: &Table<'_>) -> WearerSpec {
+    let default = WearerSpec::default();
+    match root.table("wearer").filter(|t| t.is_sound()) {
+        None if root.has("wearer") => WearerSpec {
+            fall_ms: WearerSpec::FALL_MS.max as u16, // 100 ms
+            host_timeout_ms: WearerSpec::HOST_TIMEOUT_MS.max as u16, // 1 s
+            ..default
+        },
+        None => default,
+        Some(t) => WearerSpec {
+            max_current_ua: t.whole("max_current_ma"),
+            max_charge_nc: t.whole("max_charge_uc"),
+            max_rms_ua: t.whole("max_rms_ma"),
+            rise_ms: t.whole("rise_ms"),
+            fall_ms: t.whole("fall_ms"),
+            host_timeout_ms: t.whole("host_timeout_ms"),
+        },
+    }
+}
+
+/// Reads one `[[channel]]` into `draft`, and tells what that says of it.
+fn read_channel(
+    t: &Table<'_>,
+    draft: &mut Draft,
+    duration_us: u64,
+    notes: &mut Vec<String>,
+) -> Option<Channel> {
+    let number = t.whole("number");
+    let stage = t.part("stage", |s| Some(read_stage(s)))?;
+    let train = t.part("train", |it| Some(read_train(it, number, notes)))?;
+    let (stage, train) = (stage?, train?);
+    if !t.is_sound() {
+        return None;
+    }
+    let spec = ChannelSpec {
+        train,
+        stage,
+        limit: Amplitude(t.whole("limit")),
+    };
+    let mut channel = Channel {
+        number,
+        name: t.text("name")?.to_owned(),
+        spec,
+        muscle: None,
+        force: None,
+    };
+    let (index, plain) = (channel.index(), channel.clone());
+    let told = |mistake| tell_channel(t, &plain, mistake);
+    draft.set_channel(index, spec).map_err(told).ok()?;
+    channel.muscle = t.part("muscle", |m| {
+        let muscle = read_muscle(m, spec.limit, duration_us)?;
+        for (place, spec) in muscle.rungs(m) {
+            let told = |mistake| tell_muscle(place, t, mistake);
+            draft.set_muscle(index, spec).map_err(told).ok()?;
+        }
+        Some(muscle)
+    })?;
+    channel.force = t.part("force", |f| {
+        let force = read_force(f, &spec.train);
+        draft.set_force(index, force).map_err(told).ok()?;
+        Some(force)
+    })?;
+    Some(channel)
+}
+
+fn read_stage(t: &Table<'_>) -> StageSpec {
+    match t.word("kind") {
+        "voltage" => StageSpec::Voltage {
+            full_scale_mv: t.whole("full_scale_v"),
+            load_ohm: t.whole("load_ohm"),
+        },
+        _ => StageSpec::Current {
+            full_scale_ua: t.whole("full_scale_ma"),
+        },
+    }
+}
+
+fn read_train(t: &Table<'_>, number: u8, notes: &mut Vec<String>) -> TrainSpec {
+    TrainSpec {
+        shape: t
+            .named("shape", &SHAPES)
+            .unwrap_or(Shape::BiphasicCathodicFirst),
+        width_us: t.whole("width_us"),
+        gap_us: t.whole("gap_us"),
+        ground_us: t.whole("ground_us"),
+        period_us: read_period(t, number, notes),
+        offset_us: t.whole("offset_us"),
+        burst_count: t.whole("burst_count"),
+        burst_interval_us: t.whole("burst_interval_us"),
+        repeats: t.whole("repeats"),
+        triggered: t.flag("triggered"),
+    }
+}
+
+/// The period in µs, from `period_us` or, to the nearest µs, `frequency_hz`.
+fn read_period(t: &Table<'_>, number: u8, notes: &mut Vec<String>) -> u32 {
+    let Some(hz) = t.real("frequency_hz") else {
+        return t.whole("period_us");
+    };
+    let exact_us = 1e6 / hz;
+    let period_us = exact_us.round() as u32; // saturates
+    // A frequency given to seven digits or more counts as exact.
+    if (exact_us - f64::from(period_us)).abs() > 1e-7 * exact_us && period_us > 0 {
+        notes.push(format!(
+            "channel {number}: {hz} Hz is played with a period of {period_us} µs, {:.4} Hz",
+            1e6 / f64::from(period_us)
+        ));
+    }
+    period_us
+}
+
+/// Reads a `force` table. The highest and the lowest rate are the train's own if
+/// it says none.
+fn read_force(t: &Table<'_>, train: &TrainSpec) -> ForceSpec {
+    let min_period_us = match t.real("max_frequency_hz") {
+        // Never faster than asked for; saturates, and 0 Hz is refused as the rest.
+        Some(hz) => (1e6 / hz).ceil() as u32,
+        None => train.period_us,
+    };
+    // Never slower than asked for; saturates, and 0 Hz is refused as the rest.
+    let slowest_hz = t.real("min_frequency_hz");
+    ForceSpec {
+        min_period_us,
+        hold: read_hold(t),
+        max_period_us: slowest_hz.map(|hz| (1e6 / hz).floor() as u32),
+    }
+}

@@ -1,0 +1,227 @@
+//! What the device says of a setup, told where the file says it.
+//!
+//! The rules are the device's ([`firmware::device::Draft`]); here is only which field
+//! each is about, and in which words.
+
+use firmware::control::SpecError;
+use firmware::device::{Mistake, Part, Rule};
+use firmware::haptics::WallError;
+use firmware::muscle::{CalciumForceSpec, LadderError, RecruitmentSpec};
+use firmware::pulse::{GroupError, GroupSpec, TrainError, TrainSpec};
+use firmware::range::{OutOfRange, Range};
+use firmware::safety::SetupError;
+
+use super::channel::Channel;
+use super::decimal::{between, in_units};
+use super::error::Problem;
+use super::table::Table;
+
+/// The longest τc, which a train may leave less of.
+const TAU_C_US: Range = CalciumForceSpec::TAU_C_US;
+
+/// Tells what is wrong with the setup of the file `root`, of which `channels` could
+/// be read.
+pub(super) fn tell(root: &Table<'_>, channels: &[Channel], mistake: Mistake) {
+    match mistake.part {
+        Part::Wearer => root.table("wearer").unwrap_or(root).refuse(mistake),
+        Part::Channel(index) | Part::Muscle(index) | Part::Force(index) => {
+            let mut tables = root.tables("channel").iter();
+            let channel = channels.iter().find(|c| c.index() == index);
+            match (tables.find(|t| names(t, "number", index)), channel) {
+                (_, Some(channel)) if mistake.rule == Rule::Controlled => {
+                    if let Some(point) = points(root).find(|t| names(t, "channel", index)) {
+                        let channel = channel.number;
+                        point.say("channel", Problem::ForceControlled { channel });
+                    }
+                }
+                (Some(table), Some(channel)) => tell_channel(table, channel, mistake),
+                _ => {} // it is wrong by itself
+            }
+        }
+        Part::Groups => {
+            if let Rule::Setup(SetupError::Group(e)) = mistake.rule {
+                tell_group(root.tables("group"), e);
+            }
+        }
+        Part::Joint | Part::Wall => {
+            let name = ["joint", "wall"][usize::from(mistake.part == Part::Wall)];
+            if let Some(t) = root.table(name) {
+                tell_joint_or_wall(t, channels, mistake);
+            }
+        }
+        // That a channel is not there, or none: told where it is named.
+        Part::Setup | Part::Sync => {}
+    }
+}
+
+/// The tables that name the channels of the joint and of the wall.
+fn points<'r>(root: &'r Table<'r>) -> impl Iterator<Item = &'r Table<'r>> {
+    let both = root.table("joint").into_iter().chain(root.table("wall"));
+    both.flat_map(points_of)
+}
+
+/// The tables that name the channels of a joint or a wall.
+fn points_of<'r>(t: &'r Table<'r>) -> impl Iterator<Item = &'r Table<'r>> {
+    let other = t.table("extensor").or(t.table("co_contraction"));
+    std::iter::once(t).chain(t.tables("flexors")).chain(other)
+}
+
+/// Whether a field names the channel `index`, from 0.
+fn names(t: &Table<'_>, field: &str, index: u8) -> bool {
+    t.has(field) && t.whole::<u8>(field) == index + 1 // at most 10
+}
+
+/// Tells what is wrong with a channel, its muscle or its force control.
+pub(super) fn tell_channel(t: &Table<'_>, channel: &Channel, mistake: Mistake) {
+    let Channel { number, spec, .. } = channel;
+    let train = t.table("train").unwrap_or(t);
+    let milli = |value: u32| in_units(value.into(), 3);
+    let limit = || {
+        let stage = spec.stage.validate();
+        let current_ua = stage.map_or(0, |stage| stage.current_ua(spec.limit));
+        format!("{} ({} mA)", channel.display(spec.limit), milli(current_ua))
+    };
+    match mistake.rule {
+        Rule::Setup(SetupError::Current { max_ua }) => {
+            let (limit, max_ma) = (limit(), milli(max_ua));
+            t.say("limit", Problem::CurrentLimit { limit, max_ma });
+        }
+        Rule::Setup(SetupError::Charge { max_nc }) => {
+            let (limit, max_uc) = (limit(), milli(max_nc));
+            t.say("limit", Problem::ChargeLimit { limit, max_uc });
+        }
+        Rule::Setup(SetupError::Rms { max_ua }) => {
+            let (limit, max_ma) = (limit(), milli(max_ua));
+            t.say("limit", Problem::RmsLimit { limit, max_ma });
+        }
+        Rule::Setup(SetupError::Train(TrainError::BurstOverlaps {
+            min_interval_us: min_us,
+        })) => {
+            train.say("burst_interval_us", Problem::BurstOverlaps { min_us });
+        }
+        Rule::Setup(SetupError::Train(TrainError::BurstTooLong {
+            min_period_us: min_us,
+        })) => {
+            let period = ["period_us", "frequency_hz"][usize::from(!train.has("period_us"))];
+            train.say(period, Problem::BurstTooLong { min_us });
+        }
+        Rule::NoMuscle => t.say("force", Problem::NoMuscle { channel: *number }),
+        Rule::Setup(SetupError::Range(e)) if e.field == "triggered" => {
+            train.out_of_range("triggered", "false with a `force`".into());
+        }
+        Rule::Setup(SetupError::Range(e)) if e.field == TrainSpec::BURST_COUNT.field => {
+            train.out_of_range("burst_count", "1 with a `force`".into());
+        }
+        // The train leaves less of a force's rates.
+        Rule::Range(e) if e.field == "min_period_us" => {
+            let max = e.max.min(spec.train.period_us.cast_signed());
+            t.refuse(OutOfRange { max, ..e });
+        }
+        Rule::Range(e) if e.field == "max_period_us" => {
+            let min = e.min.max(spec.train.period_us.cast_signed());
+            t.refuse(OutOfRange { min, ..e });
+        }
+        // And of a muscle's calcium.
+        Rule::Range(e) if e.field == TAU_C_US.field && e.max < TAU_C_US.max => {
+            let range = between(e.min.into(), e.max.into(), 3);
+            let (count, every_ms) = (spec.train.burst_count, milli(spec.train.period_us));
+            let allowed = format!("{range} with bursts of {count} every {every_ms} ms");
+            let muscle = t.table("muscle").unwrap_or(t);
+            muscle.out_of_range("tau_c_ms", allowed);
+        }
+        _ => t.refuse(mistake),
+    }
+}
+
+/// Tells what is wrong with the muscle of the table `t`, or of a change in it, under
+/// the channel of the table `channel`.
+pub(super) fn tell_muscle(t: &Table<'_>, channel: &Table<'_>, mistake: Mistake) {
+    match mistake.rule {
+        Rule::Muscle(LadderError::NoFatigue) => {
+            t.say("model", Problem::NoFatigue {});
+        }
+        // Full scales stay far below the recruitment curve's own bound, so a limit
+        // can only be too low for the threshold.
+        Rule::Muscle(LadderError::Range(e)) if e.field == RecruitmentSpec::LIMIT.field => {
+            let allowed = format!("below the channel's limit of {}", channel.at("limit").given);
+            t.out_of_range("motor_threshold", allowed);
+        }
+        _ => t.refuse(mistake),
+    }
+}
+
+/// Tells what a group breaks: the one of that channel, or the last of `groups`.
+pub(super) fn tell_group(groups: &[Table<'_>], e: GroupError) {
+    let (channel, problem) = match e {
+        GroupError::IsolationOverlaps { channel: c, other } => {
+            let (channel, other) = (c + 1, other + 1); // at most 10
+            (c, Problem::IsolationOverlaps { channel, other })
+        }
+        GroupError::NoTimeToGround { channel: c } => {
+            (c, Problem::NoTimeToGround { channel: c + 1 })
+        }
+        GroupError::RateChanges { channel: c } => (c, Problem::RateChanges { channel: c + 1 }),
+        GroupError::TwoGroups { channel: c } => (u8::MAX, Problem::TwoGroups { channel: c + 1 }),
+        GroupError::Members(_) => {
+            let size = GroupSpec::SIZE;
+            let allowed = format!("{} to {} channels", size.min, size.max);
+            (u8::MAX, Problem::OutOfRange { allowed })
+        }
+        GroupError::NoTrain { .. } => return, // told where it is named
+    };
+    let has = |t: &&Table<'_>| {
+        t.wholes("channels")
+            .iter()
+            .any(|(c, _)| *c == i64::from(channel) + 1)
+    };
+    if let Some(t) = groups.iter().find(has).or(groups.last()) {
+        t.say("channels", problem);
+    }
+}
+
+/// Tells what is wrong with a joint or a wall, at the point concerned.
+fn tell_joint_or_wall(t: &Table<'_>, channels: &[Channel], mistake: Mistake) {
+    let naming = |index| points_of(t).filter(move |t| names(t, "channel", index));
+    match mistake.rule {
+        Rule::AboveLimit {
+            channel: index,
+            field,
+            ..
+        } => {
+            let channel = channels.iter().find(|c| c.index() == index);
+            if let (Some(point), Some(channel)) = (naming(index).next(), channel) {
+                channel.tell_above_limit(point, field);
+            }
+        }
+        Rule::Joint(SpecError::ChannelTwice { channel: index })
+        | Rule::Wall(WallError::ChannelTwice { channel: index }) => {
+            if let Some(point) = naming(index).last() {
+                let channel = index + 1; // at most 10
+                point.say("channel", Problem::ChannelTwice { channel });
+            }
+        }
+        Rule::Joint(SpecError::Range(e)) if e.field == "code_at_100 - code_at_0" => {
+            let least = format!("at least {} from `code_at_0_deg`", e.min);
+            t.out_of_range("code_at_100_deg", least);
+        }
+        Rule::Joint(SpecError::Range(e)) if e.field == "threshold" => {
+            let above = |t: &&Table<'_>| t.whole::<u32>("threshold") > t.whole::<u32>("max");
+            let mut points = points_of(t).filter(|t| t.has("threshold"));
+            points.find(above).unwrap_or(t).refuse(e);
+        }
+        // The channel's limit leaves less of an amplitude.
+        Rule::Joint(SpecError::Range(e)) | Rule::Wall(WallError::Range(e))
+            if matches!(e.field, "max" | "amplitude") =>
+        {
+            let is =
+                |t: &&Table<'_>| t.has(e.field) && i64::from(t.whole::<u32>(e.field)) == e.value;
+            let point = points_of(t).find(is).unwrap_or(t);
+            let channel = channels.iter().find(|c| names(point, "channel", c.index()));
+            let max = channel.map_or(e.max, |c| e.max.min(c.spec.limit.0.cast_signed()));
+            point.refuse(OutOfRange { max, ..e });
+        }
+        // Uses of channels that are not there, and a joint beside a wall: told.
+        Rule::NoTrain { .. } | Rule::JointAndWall { .. } => {}
+        _ => t.refuse(mistake),
+    }
+}
