@@ -23,11 +23,7 @@ const PULSES_US: [u32; 12] = [
 ];
 
 fn setting(method: Method, step_us: u32) -> Setting {
-    Setting {
-        method,
-        number: Number::F64,
-        step_us,
-    }
+    Setting::new(method, Number::F64, step_us)
 }
 
 /// The force at 320 ms, N, read every `output_us` until then.

@@ -20,7 +20,6 @@ pub struct Silence {
 
 impl Silence {
     /// Timeout plus fall, µs.
-    #[must_use]
     pub const fn allowed_us(&self) -> u64 {
         (self.timeout_ms as u64 + self.fall_ms as u64) * 1000
     }

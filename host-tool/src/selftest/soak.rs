@@ -44,7 +44,6 @@ pub struct Soak {
 
 impl Soak {
     /// Whether every frame sent was understood or counted as lost.
-    #[must_use]
     pub const fn is_accounted(&self) -> bool {
         self.understood + self.counted_lost == self.sent
     }

@@ -108,9 +108,9 @@ impl<O: Observer> Board<O> {
         self.around
             .sense(sensors, self.cpu.cycle)
             .map_err(|what| self.explain(what.at(&self.cpu)))?;
-        if !self.around.host.is_open() {
+        if !self.around.host.open {
             if self.cpu.cycle > BOOT_LIMIT_S * 168_000_000 {
-                let failure = self.around.host.failure();
+                let failure = self.around.host.failure;
                 let why = failure.map_or_else(String::new, |f| format!(": {f}"));
                 return Err(BoardError::NoPort { why });
             }

@@ -1,7 +1,6 @@
 //! The two files of a report: one for people, one for machines.
 
-use super::Report;
-use super::page::judged_page;
+use super::{Report, page};
 use crate::analysis::{ForceMetrics, Hit, Metrics, force_metrics, hits, metrics};
 use crate::record::{Assumption, Ending, Held, PaperRow, RecordError, replace_file, write_summary};
 use serde::Serialize;
@@ -53,7 +52,6 @@ pub fn write(dir: &Path, report: &Report) -> Result<PathBuf, RecordError> {
     };
     std::fs::create_dir_all(dir).map_err(failed)?;
     let run = report.run;
-    let judged: Vec<_> = run.trials.iter().map(metrics).collect();
     let summary = Summary {
         title: &run.title,
         ending: &run.ending,
@@ -66,15 +64,14 @@ pub fn write(dir: &Path, report: &Report) -> Result<PathBuf, RecordError> {
         trials: run
             .trials
             .iter()
-            .zip(&judged)
-            .map(|(trial, judged)| TrialSummary {
+            .map(|trial| TrialSummary {
                 name: &trial.name,
                 no_pulse_was_played: trial.silent.as_deref(),
                 pulses: trial.pulses,
                 session_file: &trial.session_file,
                 held: Held::by(trial),
                 duration_s: trial.duration_s,
-                metrics: *judged,
+                metrics: metrics(trial),
                 hits: hits(trial),
                 forces: force_metrics(trial),
                 counters: &trial.counters,
@@ -88,6 +85,6 @@ pub fn write(dir: &Path, report: &Report) -> Result<PathBuf, RecordError> {
     if run.damage.is_empty() {
         write_summary(dir, &summary)?;
     }
-    replace_file(&path, judged_page(report, &judged).as_bytes())?;
+    replace_file(&path, page(report).as_bytes())?;
     Ok(path)
 }

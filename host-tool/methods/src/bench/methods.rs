@@ -62,16 +62,8 @@ impl fmt::Display for MethodName {
 /// it does without.
 pub const MADE: [Setting; 3] = [
     Setting::SHIPPED,
-    Setting {
-        method: Method::LogTable,
-        number: Number::Q7_24,
-        step_us: 1000,
-    },
-    Setting {
-        method: Method::LogFlow,
-        number: Number::Q7_24,
-        step_us: Setting::WHOLE_US,
-    },
+    Setting::new(Method::LogTable, Number::Q7_24, 1000),
+    Setting::new(Method::LogFlow, Number::Q7_24, Setting::WHOLE_US),
 ];
 
 /// Runs all settings and hands over each row when it is complete: for each

@@ -113,7 +113,6 @@ pub struct EventDriven<R, const NODES: usize> {
 impl<R: Arithmetic, const NODES: usize> EventDriven<R, NODES> {
     /// A muscle at rest at time 0; no integral over more than `longest_us`, 1
     /// or more.
-    #[must_use]
     pub fn new(spec: &CalciumForceSpec, longest_us: u32) -> Self {
         Self {
             interval: Interval::new(&Muscle::new(spec)),

@@ -23,7 +23,6 @@ pub struct LogFlow<R> {
 
 impl<R: Arithmetic> LogFlow<R> {
     /// A muscle at rest at time 0.
-    #[must_use]
     pub fn new(spec: &CalciumForceSpec) -> Self {
         Self {
             flow: Flow::new(spec),

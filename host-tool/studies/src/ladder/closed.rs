@@ -73,7 +73,6 @@ pub struct Wearer {
 impl Wearer {
     /// One who tires as Ding's quadriceps scaled to the strength, or not at all
     /// if the scene leaves fatigue aside.
-    #[must_use]
     pub fn new(nominal: &Parameters, scene: &Scene) -> Self {
         let tires = FatigueSpec::scaled_to(spec(nominal).a_mn_per_s);
         let never = FatigueSpec {

@@ -34,7 +34,6 @@ const STEP_S: f64 = 1e-3;
 
 impl Tiring {
     /// A fresh muscle.
-    #[must_use]
     pub fn new(fresh: Parameters, fatigue: &FatigueSpec) -> Self {
         Self {
             fresh,
@@ -56,7 +55,6 @@ impl Tiring {
     }
 
     /// Force, N.
-    #[must_use]
     pub const fn force(&self) -> f64 {
         self.force
     }
@@ -95,23 +93,17 @@ impl Tiring {
 }
 
 /// What this muscle does, N, at every millisecond.
-#[must_use]
 pub fn reference(parameters: &Parameters, fatigue: &FatigueSpec, protocol: &Protocol) -> Vec<f64> {
     let mut muscle = Tiring::new(*parameters, fatigue);
-    let mut pulses = protocol.pulses.iter().peekable();
     let mut now_us = 0;
-    (0..=protocol.duration_ms)
-        .map(|ms| {
-            while let Some(&(at_us, gain)) = pulses.next_if(|p| p.0 <= ms * 1000) {
-                muscle.pass(at_us - now_us);
-                now_us = at_us;
-                muscle.pulse(gain);
-            }
-            muscle.pass(ms * 1000 - now_us);
-            now_us = ms * 1000;
-            muscle.force()
-        })
-        .collect()
+    protocol.play(|us, pulse| {
+        muscle.pass(us - now_us);
+        now_us = us;
+        if let Some(gain) = pulse {
+            muscle.pulse(gain);
+        }
+        muscle.force()
+    })
 }
 
 /// Errors of calcium-force and calcium-force-fatigue after each session of the

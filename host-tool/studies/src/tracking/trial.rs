@@ -79,7 +79,7 @@ impl Frames {
     }
 
     /// Hands over what has arrived; frames stay in order.
-    fn deliver(&mut self, now_us: u64, driver: &mut impl Driver) {
+    fn deliver(&mut self, now_us: u64, driver: &mut dyn Driver) {
         let device_time = |us: u64| START.plus(us as u32);
         let now = device_time(now_us);
         while let Some(frame) = self.under_way.front().copied() {
@@ -118,7 +118,7 @@ pub(super) fn pulse(finger: &mut RandomFinger, now_us: u64, volts: Volts) {
 /// [`TrackingError::Plant`] if the plant's finger cannot be.
 pub fn run(
     plant: &Plant,
-    driver: &mut impl Driver,
+    driver: &mut dyn Driver,
     wanted: &[f64],
 ) -> Result<Vec<f32>, TrackingError> {
     let mut finger = RandomFinger::new(plant.finger.clone(), plant.seed)?;
@@ -139,7 +139,6 @@ pub fn run(
 }
 
 /// RMSE between angles and a target over the scored part, degrees.
-#[must_use]
 pub fn rmse(angles: &[f32], target: &[f64]) -> f64 {
     let scored = angles.iter().zip(target).skip(SCORED_FROM_MS);
     let (sum, n) = scored.fold((0.0, 0u32), |(sum, n), (a, t)| {

@@ -64,7 +64,7 @@ const LAYERS: &[(&str, &[&[&str]])] = &[
             &["experiments", "figures"],
             &["accuracy", "ladder", "stability"],
             &["tracking"],
-            &["bench"],
+            &["bench", "subjects"],
         ],
     ),
     (
