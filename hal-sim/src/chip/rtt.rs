@@ -154,7 +154,7 @@ impl<D: Device + AsMut<Around>> Logged<D> {
     }
 
     fn drain(&mut self, at: Micros) -> io::Result<()> {
-        let at_us = self.now.at(at.0);
+        let at_us = self.now.at(at.get());
         self.log.drain(&mut self.device.as_mut().soc.ram, at_us)
     }
 }
