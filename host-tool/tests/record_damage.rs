@@ -90,6 +90,13 @@ fn what_a_record_has_lost_is_named() {
     harmed(&folder, "no_folder", |copy| {
         fs::remove_dir_all(trial_of(copy)).unwrap();
     });
+    harmed(&folder, "added", |copy| {
+        let (first, added) = (trial_of(copy), copy.join("02-of-another"));
+        fs::create_dir(&added).unwrap();
+        for file in ["trial.json", "samples.csv", "edges.csv", "session.toml"] {
+            fs::copy(first.join(file), added.join(file)).unwrap();
+        }
+    });
     let left = rows - 3;
     let name = trial_of(&folder.join("one"));
     let name = name.file_name().unwrap().to_string_lossy().into_owned();
@@ -103,6 +110,7 @@ fn what_a_record_has_lost_is_named() {
         ("no_edges", format!("{name}/edges.csv is missing")),
         ("no_trial", format!("{name}/trial.json is missing")),
         ("no_folder", format!("the folder {name} is missing")),
+        ("added", "the folder 02-of-another was added".to_owned()),
     ] {
         let says = format!("E585 the record in {copy} is damaged: {what}");
         let (exit, error) = failed(&folder, &format!("rerun {copy} --out again"));
