@@ -1,11 +1,8 @@
 //! What the `flexor` program says of images that cannot be flashed, and of
 //! options that have no place: one line, a number, exit code 1 or 2.
 
+use crate::program::{TRIGGER, folder, ran, written};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
-
-const FLEXOR: &str = env!("CARGO_BIN_EXE_flexor");
-const SESSION: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/sessions/trigger.toml");
 
 /// Header, one program header, `segment` at `address` of flash: an ELF without
 /// sections, of `machine`.
@@ -38,123 +35,74 @@ fn code() -> Vec<u8> {
 const ARM: u16 = 40;
 
 fn image(name: &str, bytes: &[u8]) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("chip_cli");
-    std::fs::create_dir_all(&folder).unwrap();
-    let path = folder.join(name);
-    std::fs::write(&path, bytes).unwrap();
-    path
-}
-
-fn flexor(arguments: &[&str], image: &Path) -> Output {
-    let mut command = Command::new(FLEXOR);
-    command.args(arguments).arg("--image").arg(image);
-    command.env("NO_COLOR", "1").output().unwrap()
+    written(&folder(&format!("images/{name}")), name, bytes)
 }
 
 /// The one line on standard error, after `error: `.
 #[track_caller]
 fn refused(arguments: &[&str], image: &Path, exit: i32) -> String {
-    let output = flexor(arguments, image);
-    let text = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(exit), "{text}");
-    let errors: Vec<_> = text
-        .lines()
-        .filter(|line| !line.starts_with("note: "))
-        .collect();
+    let arguments = [arguments, &["--image", image.to_str().unwrap()]].concat();
+    let (code, _, text) = ran(Path::new("."), &arguments);
+    assert_eq!(code, Some(exit), "{text}");
+    let errors = text.lines().filter(|line| !line.starts_with("note: "));
+    let errors: Vec<_> = errors.collect();
     assert_eq!(errors.len(), 1, "{text}");
     errors[0].strip_prefix("error: ").unwrap().to_owned()
 }
 
-const RUN: [&str; 4] = ["run", SESSION, "--device", "chip"];
+const RUN: [&str; 4] = ["run", TRIGGER, "--device", "chip"];
+
+/// What `error` begins with, and what else it has.
+#[track_caller]
+fn is_told(error: &str, number: &str, parts: &[&str]) {
+    assert!(error.starts_with(number), "{error}");
+    assert!(parts.iter().all(|part| error.contains(part)), "{error}");
+}
 
 #[test]
+#[rustfmt::skip]
 fn an_image_that_cannot_be_flashed_is_named_with_the_reason() {
-    let even = {
-        let mut code = code();
-        code[4] = 0x40;
-        code
-    };
-    let rows: [(&str, Vec<u8>, &str, &str); 6] = [
-        (
-            "text.elf",
-            b"#!/bin/sh\nexit 0 # no ELF".to_vec(),
-            "E531",
-            "magic",
-        ),
-        (
-            "cut.elf",
-            elf(ARM, 0x0800_0000, &code())[..100].to_vec(),
-            "E531",
-            "end of the file",
-        ),
-        (
-            "riscv.elf",
-            elf(243, 0x0800_0000, &code()),
-            "E532",
-            "machine number is 243",
-        ),
-        ("even.elf", elf(ARM, 0x0800_0000, &even), "E533", "even"),
-        (
-            "ram.elf",
-            elf(ARM, 0x2000_0000, &code()),
-            "E534",
-            "0x20000000",
-        ),
-        (
-            "big.elf",
-            elf(ARM, 0x0800_0000, &vec![0; (1 << 20) + 4]),
-            "E534",
-            "1048580 bytes",
-        ),
+    let mut even = code();
+    even[4] = 0x40;
+    let flash = 0x0800_0000;
+    let rows = [
+        ("text.elf", b"#!/bin/sh\nexit 0 # no ELF".to_vec(), "E531", "magic"),
+        ("cut.elf", elf(ARM, flash, &code())[..100].to_vec(), "E531", "end of the file"),
+        ("riscv.elf", elf(243, flash, &code()), "E532", "machine number is 243"),
+        ("even.elf", elf(ARM, flash, &even), "E533", "even"),
+        ("ram.elf", elf(ARM, 0x2000_0000, &code()), "E534", "0x20000000"),
+        ("big.elf", elf(ARM, flash, &vec![0; (1 << 20) + 4]), "E534", "1048580 bytes"),
     ];
+    let serve = ["serve", "--device", "chip", "--tcp", "127.0.0.1:0"];
     for (name, bytes, number, reason) in rows {
         let path = image(name, &bytes);
-        for command in [
-            &RUN[..],
-            &["profile", SESSION],
-            &["serve", "--device", "chip", "--tcp", "127.0.0.1:0"],
-        ] {
-            let error = refused(command, &path, 1);
-            assert!(error.starts_with(number), "{error}");
-            assert!(error.contains(name) && error.contains(reason), "{error}");
+        for command in [&RUN[..], &["profile", TRIGGER], &serve] {
+            is_told(&refused(command, &path, 1), number, &[name, reason]);
         }
     }
     let error = refused(&RUN, Path::new("nowhere.elf"), 1);
-    assert!(
-        error.starts_with("E530") && error.contains("nowhere.elf"),
-        "{error}"
-    );
+    is_told(&error, "E530", &["nowhere.elf"]);
 }
 
 #[test]
 fn logs_without_a_table_are_refused_before_anything_runs() {
     let path = image("silent.elf", &elf(ARM, 0x0800_0000, &code()));
     let error = refused(&[&RUN[..], &["--log", "-"]].concat(), &path, 1);
-    assert!(
-        error.starts_with("E535") && error.contains("silent.elf"),
-        "{error}"
-    );
+    is_told(&error, "E535", &["silent.elf"]);
 }
 
 #[test]
 fn an_image_that_never_opens_its_port_is_told_after_its_time() {
     let path = image("idle.elf", &elf(ARM, 0x0800_0000, &code()));
     let error = refused(&RUN, &path, 1);
-    assert!(
-        error.starts_with("E541") && error.contains("3 s"),
-        "{error}"
-    );
+    is_told(&error, "E541", &["3 s"]);
 }
 
 #[test]
 fn options_of_the_chip_need_the_chip() {
     let path = image("fine.elf", &elf(ARM, 0x0800_0000, &code()));
     let readings = ["selftest", "--prefetched", "not-cached"];
-    for command in [&["run", SESSION][..], &readings] {
-        let error = refused(command, &path, 2);
-        assert!(
-            error.starts_with("E518") && error.contains("--device chip"),
-            "{error}"
-        );
+    for command in [&["run", TRIGGER][..], &readings] {
+        is_told(&refused(command, &path, 2), "E518", &["--device chip"]);
     }
 }

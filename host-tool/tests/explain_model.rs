@@ -1,11 +1,11 @@
 //! `flexor explain-model`, and the scenes that sessions become.
 
+use crate::program::{self, Said, ran, written};
 use firmware::muscle::Rung;
 use host_core::choice::{Scene, Share};
 use host_core::session::Session;
 use serde_json::Value;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::Stdio;
 
 const HEAD: &str = r#"
 title = "One muscle"
@@ -77,16 +77,14 @@ fn a_session_becomes_the_scene_that_it_is() {
 /// The lowest sufficient rung of each kind, and what `"auto"` makes of it.
 #[test]
 fn each_kind_of_scene_gets_its_rung() {
-    for (train, muscle, rung) in [
+    #[rustfmt::skip]
+    let rows = [
         ("frequency_hz = 50.0", "", Rung::Static),
-        (
-            "frequency_hz = 50.0",
-            ", fatigue = {}",
-            Rung::CalciumForceFatigue,
-        ),
+        ("frequency_hz = 50.0", ", fatigue = {}", Rung::CalciumForceFatigue),
         ("frequency_hz = 40.0, repeats = 4", "", Rung::CalciumForce),
         ("frequency_hz = 10.0", "", Rung::CalciumForce),
-    ] {
+    ];
+    for (train, muscle, rung) in rows {
         let text = session(train, muscle);
         assert_eq!(needs(&text).rung, rung, "{train} {muscle}");
         let muscle = parsed(&text).channels[0].muscle.clone().unwrap();
@@ -98,37 +96,24 @@ fn each_kind_of_scene_gets_its_rung() {
     assert_eq!(needs(&fixed).choice.unwrap().rung, Rung::Static);
 }
 
-/// A session file in a folder of its own.
-fn written(name: &str, text: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("explain_model");
-    std::fs::create_dir_all(&folder).unwrap();
-    let file = folder.join(name);
-    std::fs::write(&file, text).unwrap();
-    file
+fn flexor(name: &str, text: &str, arguments: &[&str]) -> Said {
+    let folder = program::folder(&format!("explained/{name}"));
+    written(&folder, name, text);
+    ran(&folder, &[&["explain-model", name], arguments].concat())
 }
-
-fn flexor(name: &str, text: &str, arguments: &[&str]) -> Output {
-    let file = written(name, text);
-    let folder = file.parent().unwrap();
-    let mut command = Command::new(env!("CARGO_BIN_EXE_flexor"));
-    command.current_dir(folder).arg("explain-model").arg(name);
-    command.args(arguments).env("NO_COLOR", "1");
-    command.output().unwrap()
-}
-
 #[test]
 fn the_table_is_for_people_and_machines() {
     let text = session("frequency_hz = 50.0", "");
-    let people = flexor("people.toml", &text, &[]);
-    let said = String::from_utf8(people.stdout).unwrap();
-    assert!(people.status.success(), "{said}");
+    let (exit, said, _) = flexor("people.toml", &text, &[]);
+    assert_eq!(exit, Some(0), "{said}");
     assert!(said.contains("channel 1, one: static"), "{said}");
-    assert!(
-        said.lines().all(|line| line.chars().count() <= 80),
-        "{said}"
-    );
-    let machines = flexor("machines.toml", &text, &["--json"]);
-    let value: Value = serde_json::from_slice(&machines.stdout).unwrap();
+    let widest = said.lines().map(|line| line.chars().count()).max();
+    assert!(widest <= Some(80), "{said}");
+    let json = |name, options: &[&str]| -> Value {
+        let (_, said, _) = flexor(name, &text, options);
+        serde_json::from_str(&said).unwrap()
+    };
+    let value = json("machines.toml", &["--json"]);
     let channel = &value["channels"][0];
     assert_eq!(channel["model"], "static");
     assert_eq!(channel["models"].as_array().unwrap().len(), 4);
@@ -136,8 +121,7 @@ fn the_table_is_for_people_and_machines() {
     assert!(change > 1.0 && change <= 10.0, "{change}");
     assert!(channel["error_pct"].as_f64().unwrap() > 1.0);
     assert!(channel["change_if_it_tires_pct"].as_f64().unwrap() > change);
-    let finer = flexor("finer.toml", &text, &["--json", "--tolerance", "2"]);
-    let value: Value = serde_json::from_slice(&finer.stdout).unwrap();
+    let value = json("finer.toml", &["--json", "--tolerance", "2"]);
     assert_eq!(value["channels"][0]["model"], "lag");
 }
 
@@ -145,22 +129,16 @@ fn the_table_is_for_people_and_machines() {
 fn what_cannot_be_explained_is_refused_by_name() {
     let plain = session("frequency_hz = 50.0", "");
     let tiring = session("frequency_hz = 50.0", ", fatigue = {}");
+    let none = session("frequency_hz = 50.0", "none");
     for (name, text, tolerance, code, words) in [
-        (
-            "none.toml",
-            &session("frequency_hz = 50.0", "none"),
-            "10",
-            1,
-            ["E554", "muscle"],
-        ),
+        ("none.toml", &none, "10", 1, ["E554", "muscle"]),
         ("zero.toml", &plain, "0", 2, ["E518", "--tolerance"]),
         ("nan.toml", &plain, "NaN", 2, ["E518", "--tolerance"]),
         ("much.toml", &plain, "601", 2, ["E518", "600"]),
         ("fine.toml", &tiring, "1", 1, ["E553", "least possible"]),
     ] {
-        let output = flexor(name, text, &["--tolerance", tolerance]);
-        let said = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(code), "{name}: {said}");
+        let (exit, _, said) = flexor(name, text, &["--tolerance", tolerance]);
+        assert_eq!(exit, Some(code), "{name}: {said}");
         for word in words {
             assert!(said.contains(word), "{name}: {said}");
         }
@@ -170,15 +148,12 @@ fn what_cannot_be_explained_is_refused_by_name() {
 /// `flexor explain-model … | head` and `… > /a/full/disk`.
 #[test]
 fn a_reader_that_went_is_no_failure_and_a_full_disk_is_one() {
-    let file = written("gone.toml", &session("frequency_hz = 50.0", ""));
+    let folder = program::folder("explained/gone");
+    written(&folder, "gone.toml", session("frequency_hz = 50.0", ""));
     let explain = |stdout: Stdio| {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_flexor"))
-            .arg("explain-model")
-            .arg(&file)
-            .stdout(stdout)
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap();
+        let mut command = program::flexor(&folder, &["explain-model", "gone.toml"]);
+        let command = command.stdout(stdout).stderr(Stdio::piped());
+        let mut child = command.spawn().unwrap();
         drop(child.stdout.take());
         child.wait_with_output().unwrap()
     };

@@ -1,27 +1,14 @@
 //! `flexor muscle` as other people's checks use it: columns, both models against
 //! the 40-digit solution, and what bad input is told.
 
+use crate::program;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
 
-const GOLDEN: &str = concat!(
-    env!("CARGO_MANIFEST_DIR"),
-    "/../tests/golden/golden_force.json"
-);
+const GOLDEN: &str = include_str!("../../tests/golden/golden_force.json");
 
 /// K01 of Lee 2020, table 4.
-const K01: [&str; 10] = [
-    "--a-n-per-s",
-    "121.9",
-    "--k",
-    "0.3",
-    "--tau-c-ms",
-    "20.8",
-    "--tau1-ms",
-    "33.1",
-    "--tau2-ms",
-    "194.4",
-];
+const K01: &str = "--a-n-per-s 121.9 --k 0.3 --tau-c-ms 20.8 --tau1-ms 33.1 --tau2-ms 194.4";
 
 fn csv_of(test: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("muscle");
@@ -29,20 +16,17 @@ fn csv_of(test: &str) -> PathBuf {
     folder.join(format!("{test}.csv"))
 }
 
-fn flexor(csv: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_flexor"))
-        .arg("muscle")
-        .args(arguments)
-        .arg("--csv")
-        .arg(csv)
-        .output()
-        .unwrap()
+/// Runs `flexor muscle` with these words.
+fn flexor(csv: &Path, words: &str) -> Output {
+    let mut command = program::flexor(csv.parent().unwrap(), &["muscle"]);
+    command.args(words.split(' ')).arg("--csv").arg(csv);
+    command.output().unwrap()
 }
 
 /// Rows of t_s, c, force_n.
-fn rows(test: &str, arguments: &[&str]) -> Vec<[f64; 3]> {
+fn rows(test: &str, words: &str) -> Vec<[f64; 3]> {
     let csv = csv_of(test);
-    let output = flexor(&csv, arguments);
+    let output = flexor(&csv, words);
     assert!(output.status.success(), "{output:?}");
     let text = std::fs::read_to_string(csv).unwrap();
     let mut lines = text.lines();
@@ -56,43 +40,25 @@ fn rows(test: &str, arguments: &[&str]) -> Vec<[f64; 3]> {
 
 #[test]
 fn both_models_meet_the_forty_digit_solution() {
-    let golden: serde_json::Value =
-        serde_json::from_str(&std::fs::read_to_string(GOLDEN).unwrap()).unwrap();
+    let golden: serde_json::Value = serde_json::from_str(GOLDEN).unwrap();
     let mut worst = [0f64; 2];
     for (name, case) in golden["cases"].as_object().unwrap() {
         let number = |value: &serde_json::Value| value.as_f64().unwrap();
         let subject = case["subject"].as_str().unwrap();
         let index: usize = subject[1..].parse().unwrap();
         let p = hal_sim::body::muscle::SUBJECTS[index - 1];
-        let hz = number(&case["freq_hz"]).to_string();
-        let values = [
-            p.a_n_per_s,
-            p.k,
-            p.tau_c_s * 1e3,
-            p.tau1_s * 1e3,
-            p.tau2_s * 1e3,
-        ]
-        .map(|v| format!("{v:.6}"));
-        let names = ["--a-n-per-s", "--k", "--tau-c-ms", "--tau1-ms", "--tau2-ms"];
-        let mut arguments: Vec<&str> = names
-            .iter()
-            .zip(&values)
-            .flat_map(|(n, v)| [*n, v])
-            .collect();
-        arguments.extend([
-            "--frequency-hz",
-            &hz,
-            "--train-s",
-            "1",
-            "--duration-s",
-            "1.5",
-        ]);
+        let (a, hz) = (p.a_n_per_s, number(&case["freq_hz"]));
+        let [c, t1, t2] = [p.tau_c_s, p.tau1_s, p.tau2_s].map(|s| s * 1e3);
+        let muscle = format!(
+            "--a-n-per-s {a:.6} --k {:.6} --tau-c-ms {c:.6} --tau1-ms {t1:.6} --tau2-ms {t2:.6}",
+            p.k
+        );
+        let train = format!("--frequency-hz {hz} --train-s 1 --duration-s 1.5");
         let force: Vec<f64> = case["F_N"].as_array().unwrap().iter().map(number).collect();
         let peak = number(&case["peak_N"]);
         for (i, model) in ["reference", "fixed"].into_iter().enumerate() {
-            let mut arguments = arguments.clone();
-            arguments.extend(["--model", model]);
-            let rows = rows(&format!("{name}_{model}"), &arguments);
+            let words = format!("{muscle} {train} --model {model}");
+            let rows = rows(&format!("{name}_{model}"), &words);
             assert_eq!(rows.len(), force.len());
             for (n, (row, truth)) in rows.iter().zip(&force).enumerate() {
                 assert!((row[0] - n as f64 * 0.01).abs() < 1e-9);
@@ -100,11 +66,8 @@ fn both_models_meet_the_forty_digit_solution() {
             }
         }
     }
-    println!(
-        "reference {:.1e} of peak, fixed {:.4} %",
-        worst[0],
-        worst[1] * 100.0
-    );
+    let (reference, fixed_pct) = (worst[0], worst[1] * 100.0);
+    println!("reference {reference:.1e} of peak, fixed {fixed_pct:.4} %");
     assert!(worst[0] <= 1e-12 && worst[1] <= 2e-4, "{worst:?}");
 }
 
@@ -114,13 +77,12 @@ fn a_file_of_pulses_is_the_train_it_lists() {
     let times: Vec<String> = (0..40).map(|i| (i * 25_000).to_string()).collect();
     std::fs::write(&pulses, times.join("\n")).unwrap();
     for model in ["fixed", "reference"] {
-        let with = |extra: &[&str]| {
-            let end = ["--duration-s", "1.2", "--model", model];
-            let arguments = [&K01[..], extra, &end[..]].concat();
-            rows(&format!("pulses_{model}_{}", extra.len()), &arguments)
+        let with = |test: &str, extra: &str| {
+            let words = format!("{K01} {extra} --duration-s 1.2 --model {model}");
+            rows(&format!("pulses_{model}_{test}"), &words)
         };
-        let train = with(&["--frequency-hz", "40", "--train-s", "1"]);
-        let listed = with(&["--pulses-us", pulses.to_str().unwrap()]);
+        let train = with("train", "--frequency-hz 40 --train-s 1");
+        let listed = with("listed", "--pulses-us pulses.txt");
         for (a, b) in train.iter().zip(&listed) {
             assert!((a[2] - b[2]).abs() < 1e-12 && (a[1] - b[1]).abs() < 1e-12);
         }
@@ -131,87 +93,35 @@ fn a_file_of_pulses_is_the_train_it_lists() {
 }
 
 #[test]
+#[rustfmt::skip]
 fn bad_input_is_named_with_what_is_allowed() {
-    let train = [
-        "--frequency-hz",
-        "40",
-        "--train-s",
-        "1",
-        "--duration-s",
-        "1",
-    ];
+    let good = format!("{K01} --frequency-hz 40 --train-s 1 --duration-s 1");
     let cases = [
         ("fixed", "--k", "0", "--k is 0: allowed is 0.002 to 5"),
         ("fixed", "--k", "nan", "--k is NaN: allowed is 0.002 to 5"),
         ("fixed", "--k", "-1", "--k is -1: allowed is 0.002 to 5"),
-        (
-            "fixed",
-            "--tau1-ms",
-            "0",
-            "--tau1-ms is 0: allowed is 2 to 200",
-        ),
-        (
-            "fixed",
-            "--tau2-ms",
-            "1001",
-            "--tau2-ms is 1001: allowed is 1 to 1000",
-        ),
-        (
-            "fixed",
-            "--tau-c-ms",
-            "inf",
-            "--tau-c-ms is inf: allowed is 5 to 100",
-        ),
-        (
-            "fixed",
-            "--a-n-per-s",
-            "0",
-            "--a-n-per-s is 0: allowed is 0.1 to 10000",
-        ),
+        ("fixed", "--tau1-ms", "0", "--tau1-ms is 0: allowed is 2 to 200"),
+        ("fixed", "--tau2-ms", "1001", "--tau2-ms is 1001: allowed is 1 to 1000"),
+        ("fixed", "--tau-c-ms", "inf", "--tau-c-ms is inf: allowed is 5 to 100"),
+        ("fixed", "--a-n-per-s", "0", "--a-n-per-s is 0: allowed is 0.1 to 10000"),
         ("reference", "--k", "0", "--k is 0: allowed is 0.002 to 5"),
-        (
-            "reference",
-            "--tau1-ms",
-            "-5",
-            "--tau1-ms is -5: allowed is 2 to 200",
-        ),
-        (
-            "reference",
-            "--tau-c-ms",
-            "nan",
-            "--tau-c-ms is NaN: allowed is 5 to 100",
-        ),
-        (
-            "fixed",
-            "--frequency-hz",
-            "201",
-            "--frequency-hz is 201: allowed is 0.5 to 200",
-        ),
-        (
-            "fixed",
-            "--duration-s",
-            "nan",
-            "--duration-s is NaN: allowed is 0 to 3600",
-        ),
+        ("reference", "--tau1-ms", "-5", "--tau1-ms is -5: allowed is 2 to 200"),
+        ("reference", "--tau-c-ms", "nan", "--tau-c-ms is NaN: allowed is 5 to 100"),
+        ("fixed", "--frequency-hz", "201", "--frequency-hz is 201: allowed is 0.5 to 200"),
+        ("fixed", "--duration-s", "nan", "--duration-s is NaN: allowed is 0 to 3600"),
+        ("exact", "--k", "0.3", "fixed"),
+        ("exact", "--k", "0.3", "reference"),
     ];
     for (model, name, value, expected) in cases {
-        let mut arguments = [&K01[..], &train[..], &["--model", model]].concat();
-        let at = arguments.iter().position(|a| *a == name).unwrap();
+        let (before, after) = good.split_once(&format!("{name} ")).unwrap();
+        let rest = after.split_once(' ').map_or("", |(_, rest)| rest);
         // With a space, as people type it.
-        arguments[at + 1] = value;
-        let output = flexor(&csv_of("bad"), &arguments);
+        let words = format!("{before}{name} {value} {rest}");
+        let output = flexor(&csv_of("bad"), &format!("{} --model {model}", words.trim()));
         let said = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(2), "{name} {value}: {said}");
         assert!(said.contains(expected), "{name} {value}: {said}");
     }
-    let unknown = [&K01[..], &train[..], &["--model", "exact"]].concat();
-    let output = flexor(&csv_of("bad"), &unknown);
-    assert_eq!(output.status.code(), Some(2));
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(
-        said.contains("fixed") && said.contains("reference"),
-        "{said}"
-    );
 }
 
 /// Eight pulses every 5 ms for a second: the reference answers, the device's fixed
@@ -226,10 +136,9 @@ fn pulses_too_fast_for_the_fixed_point_are_refused_by_name() {
     }
     let file = csv_of("bursts").with_extension("txt");
     std::fs::write(&file, times).unwrap();
-    let file = file.to_str().unwrap();
     let run = |model| {
-        let rest = ["--pulses-us", file, "--duration-s", "2", "--model", model];
-        flexor(&csv_of("bursts"), &[&K01[..], &rest[..]].concat())
+        let words = format!("{K01} --pulses-us bursts.txt --duration-s 2 --model {model}");
+        flexor(&csv_of("bursts"), &words)
     };
     let refused = run("fixed");
     let said = String::from_utf8_lossy(&refused.stderr);

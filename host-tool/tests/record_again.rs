@@ -1,6 +1,6 @@
 //! Records used again: repeated, reported, compared, kept.
 
-use super::bad_input_cli::{flexor, folder, said};
+use super::program::{folder, ran, written};
 use host_core::record::{self, sha256};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -16,26 +16,17 @@ pub(crate) fn shortened(folder: &Path, name: &str, seconds: f64) -> String {
     let text = fs::read_to_string(session(name)).unwrap();
     let line = text.lines().find(|l| l.starts_with("duration_s")).unwrap();
     let text = text.replace(line, &format!("duration_s = {seconds:?}"));
-    let measure = text.find("[measure]");
-    let text = match measure {
-        Some(at) => {
-            let end = text[at + 1..]
-                .find("\n[")
-                .map_or(text.len(), |n| at + 1 + n);
-            format!("{}{}", &text[..at], &text[end..])
-        }
-        None => text,
-    };
+    let (before, measure) = text.split_once("[measure]").unwrap_or((&text, ""));
+    let after = measure.find("\n[").map_or("", |at| &measure[at..]);
     let file = name.replace('/', "_");
-    fs::write(folder.join(&file), text).unwrap();
+    written(folder, &file, format!("{before}{after}"));
     file
 }
 
 /// Runs a command that must end well; gives its JSON back.
 pub(crate) fn told(folder: &Path, line: &str) -> serde_json::Value {
-    let arguments: Vec<&str> = line.split_whitespace().collect();
-    let output = flexor(folder, &arguments).arg("--json").output().unwrap();
-    let (exit, json, error) = said(&output);
+    let arguments: Vec<&str> = line.split_whitespace().chain(["--json"]).collect();
+    let (exit, json, error) = ran(folder, &arguments);
     assert_eq!(exit, Some(0), "{line}: {error}{json}");
     serde_json::from_str(json.lines().last().unwrap()).unwrap()
 }
@@ -43,7 +34,7 @@ pub(crate) fn told(folder: &Path, line: &str) -> serde_json::Value {
 /// Exit code and message of a command.
 pub(crate) fn failed(folder: &Path, line: &str) -> (Option<i32>, String) {
     let arguments: Vec<&str> = line.split_whitespace().collect();
-    let (exit, _, error) = said(&flexor(folder, &arguments).output().unwrap());
+    let (exit, _, error) = ran(folder, &arguments);
     (exit, error)
 }
 
@@ -66,12 +57,20 @@ pub(crate) fn files(dir: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     found
 }
 
+/// A copy of one record in `folder` by another name.
+pub(crate) fn copied(folder: &Path, record: &str, name: &str) -> PathBuf {
+    let copy = folder.join(name);
+    for (file, bytes) in files(&folder.join(record)) {
+        fs::create_dir_all(copy.join(&file).parent().unwrap()).unwrap();
+        written(&copy, file.to_str().unwrap(), bytes);
+    }
+    copy
+}
+
 /// Two records are the same to the byte but for `host` in `run.json`.
 fn are_the_same(one: &Path, other: &Path) {
     let (one, other) = (files(one), files(other));
-    let names = |all: &[(PathBuf, Vec<u8>)]| -> Vec<PathBuf> {
-        all.iter().map(|(name, _)| name.clone()).collect()
-    };
+    let names = |all: &[(PathBuf, Vec<u8>)]| all.iter().map(|f| f.0.clone()).collect::<Vec<_>>();
     assert_eq!(names(&one), names(&other));
     for ((name, a), (_, b)) in one.iter().zip(&other) {
         if name == Path::new("run.json") {
@@ -108,43 +107,25 @@ fn repeats(name: &str, seconds: f64, options: &str) {
 }
 
 #[test]
-fn pulses_repeat() {
-    repeats("ten_channels.toml", 1.0, "--vcd out.vcd --notes first");
+fn each_kind_of_session_repeats() {
+    let wall = "harris_wall/3_pre_wall_co_contraction.toml";
+    for (name, seconds, options) in [
+        ("ten_channels.toml", 1.0, "--vcd out.vcd --notes first"),
+        ("hamana_exp4_two_point.toml", 2.0, "--law paper --seed 77"),
+        ("force_ramp.toml", 2.0, "--seed 3"),
+        (wall, 2.0, "--seed 5"),
+        ("trigger.toml", 1.0, ""),
+    ] {
+        repeats(name, seconds, options);
+    }
 }
-
-#[test]
-fn a_joint_repeats_with_its_law_and_seed() {
-    repeats("hamana_exp4_two_point.toml", 2.0, "--law paper --seed 77");
-}
-
-#[test]
-fn forces_repeat() {
-    repeats("force_ramp.toml", 2.0, "--seed 3");
-}
-
-#[test]
-fn a_wall_repeats() {
-    repeats(
-        "harris_wall/3_pre_wall_co_contraction.toml",
-        2.0,
-        "--seed 5",
-    );
-}
-
-#[test]
-fn bursts_and_triggers_repeat() {
-    repeats("trigger.toml", 1.0, "");
-}
-
 #[test]
 fn the_flashed_image_and_qemu_repeat() {
     for device in ["chip", "qemu"] {
         let folder = folder(&format!("again_{device}"));
         let file = shortened(&folder, "ten_channels.toml", 0.3);
-        told(
-            &folder,
-            &format!("run {file} --device {device} --out first"),
-        );
+        let line = format!("run {file} --device {device} --out first");
+        told(&folder, &line);
         assert_eq!(told(&folder, "rerun first --out second")["same"], true);
         are_the_same(&folder.join("first"), &folder.join("second"));
     }
@@ -169,10 +150,8 @@ fn an_image_inside_the_replaced_record_survives() {
 #[test]
 fn an_experiment_repeats() {
     let folder = folder("again_experiment");
-    told(
-        &folder,
-        "experiment harris-wall --arms 1 --seed 9 --out first",
-    );
+    let line = "experiment harris-wall --arms 1 --seed 9 --out first";
+    told(&folder, line);
     told(&folder, "rerun first --out second");
     are_the_same(&folder.join("first"), &folder.join("second"));
 }
@@ -193,12 +172,8 @@ fn runs_never_meet() {
     names.dedup();
     assert_eq!(names.len(), 3, "{records:?}");
     for name in names {
-        assert!(
-            !record::load(&folder.join(name))
-                .unwrap()
-                .ending
-                .is_incomplete()
-        );
+        let kept = record::load(&folder.join(name)).unwrap();
+        assert!(!kept.ending.is_incomplete());
     }
 }
 
@@ -213,10 +188,8 @@ fn a_record_is_replaced_only_where_it_is_meant() {
     assert_eq!(exit, Some(1));
     assert!(error.contains("E590 one is not empty"), "{error}");
     assert_eq!(files(&folder.join("one")), before);
-    told(
-        &folder,
-        &format!("run {file} --out one --seed 2 --overwrite"),
-    );
+    let line = format!("run {file} --out one --seed 2 --overwrite");
+    told(&folder, &line);
     assert_eq!(record::load(&folder.join("one")).unwrap().seed, 2);
     let kept = fs::read_to_string(folder.join("one/thesis.tex")).unwrap();
     assert_eq!(kept, "years");
@@ -232,45 +205,30 @@ fn what_is_no_record_is_named() {
     let folder = folder("no_record");
     let file = shortened(&folder, "ten_channels.toml", 0.1);
     told(&folder, &format!("run {file} --out one"));
-    let change = |name: &str, change: &dyn Fn(&mut serde_json::Value)| {
-        let copy = folder.join(name);
-        for (file, bytes) in files(&folder.join("one")) {
-            let path = copy.join(file);
-            fs::create_dir_all(path.parent().unwrap()).unwrap();
-            fs::write(path, bytes).unwrap();
-        }
-        for path in [
-            copy.join("run.json"),
-            copy.join("01-ten-channels/trial.json"),
-        ] {
-            let Ok(bytes) = fs::read(&path) else { continue };
-            let mut json = serde_json::from_slice(&bytes).unwrap();
-            change(&mut json);
-            fs::write(path, json.to_string()).unwrap();
+    // Changes what one of these keys is in.
+    let change = |name: &str, key: &str, to: &[(&str, serde_json::Value)]| {
+        let copy = copied(&folder, "one", name);
+        for file in ["run.json", "01-ten-channels/trial.json"] {
+            let bytes = fs::read(copy.join(file)).unwrap();
+            let mut json: serde_json::Value = serde_json::from_slice(&bytes).unwrap();
+            if json.get(key).is_some() {
+                for (pointer, value) in to {
+                    *json.pointer_mut(pointer).unwrap() = value.clone();
+                }
+            }
+            written(&copy, file, json.to_string());
         }
     };
-    change("newer", &|json| {
-        if json.get("format").is_some() {
-            json["format"] = 99.into();
-        }
-    });
-    change("board", &|json| {
-        if json.get("identity").is_some() {
-            json["identity"]["kind"] = "board".into();
-            json["identity"]["in_process"] = false.into();
-            json["identity"]["unique_id"] = "24003900".into();
-        }
-    });
-    change("port", &|json| {
-        if json.get("identity").is_some() {
-            json["identity"]["in_process"] = false.into();
-        }
-    });
-    change("altered", &|json| {
-        if json.get("session_sha256").is_some() {
-            json["session_sha256"] = sha256(b"another").into();
-        }
-    });
+    change("newer", "format", &[("/format", 99.into())]);
+    let board = [
+        ("/identity/kind", "board".into()),
+        ("/identity/in_process", false.into()),
+        ("/identity/unique_id", "24003900".into()),
+    ];
+    change("board", "identity", &board);
+    change("port", "identity", &board[1..2]);
+    let another = sha256(b"another").into();
+    change("altered", "session_sha256", &[("/session_sha256", another)]);
     fs::create_dir(folder.join("empty")).unwrap();
     let rows = [
         ("rerun empty", "E593 empty is no record"),
@@ -309,10 +267,8 @@ fn a_row_that_differs_is_named() {
     let (exit, error) = failed(&folder, "rerun one --out two");
     assert_eq!(exit, Some(1));
     assert!(error.contains("E596"), "{error}");
-    assert!(
-        error.contains("samples.csv") && error.contains("line 5"),
-        "{error}"
-    );
+    assert!(error.contains("samples.csv"), "{error}");
+    assert!(error.contains("line 5"), "{error}");
 }
 
 #[test]
@@ -338,10 +294,7 @@ fn the_page_is_made_again_and_records_are_compared() {
     for request in ["https:", "<script", "src=", "@import", "<link"] {
         assert!(!page.contains(request), "{request}");
     }
-    let output = flexor(&folder, &["compare", "one", "two"])
-        .output()
-        .unwrap();
-    let (_, text, _) = said(&output);
+    let (_, text, _) = ran(&folder, &["compare", "one", "two"]);
     for line in text.lines().filter(|line| !line.starts_with("page:")) {
         assert!(line.chars().count() <= 80, "{line}");
     }
@@ -355,10 +308,8 @@ fn the_study_is_in_the_record_and_options_go_first() {
     let study = "\n[study]\npseudonym = \"P07\"\nethics = \"EC 2026-014\"\n\
                  electrodes = [{ channel = 1, place = \"wrist\" }]\n";
     fs::write(folder.join(&file), format!("{text}{study}")).unwrap();
-    told(
-        &folder,
-        &format!("run {file} --out one --operator AB --electrode 1=elbow --pseudonym P08"),
-    );
+    let options = "--operator AB --electrode 1=elbow --pseudonym P08";
+    told(&folder, &format!("run {file} --out one {options}"));
     let run = record::load(&folder.join("one")).unwrap();
     assert_eq!(run.study.pseudonym.as_deref(), Some("P08"));
     assert_eq!(run.study.operator.as_deref(), Some("AB"));

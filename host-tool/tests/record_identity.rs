@@ -1,6 +1,6 @@
 //! Whether a run was simulated is what the device says, not what it is called.
 
-use super::bad_input_cli::{Board, flexor, folder, said};
+use super::program::{Board, flexor, folder, one_channel, said, written};
 use firmware::link::{Decoder, Kind, Response, encode};
 use hal_sim::native::native;
 use host_core::link::{Port, SimulatedPort};
@@ -10,27 +10,6 @@ use host_core::run::{SessionFile, begin_trial, run, simulated};
 use std::io;
 use std::path::Path;
 
-const SHORT: &str = r#"
-title = "One channel"
-duration_s = 0.3
-
-[wearer]
-rise_ms = 10
-host_timeout_ms = 1000
-
-[[channel]]
-number = 1
-name = "one"
-stage = { kind = "current", full_scale_ma = 100.0 }
-limit = 15.0
-train = { shape = "biphasic-cathodic-first", width_us = 200, frequency_hz = 50.0 }
-
-[setpoints]
-kind = "amplitudes"
-values = [{ channel = 1, value = 5.0 }]
-rate_hz = 20
-"#;
-
 const WARNING: &str = "Simulated wearer: no evidence about people.";
 
 /// Runs the short session on `device` and holds the record to `kind`.
@@ -39,16 +18,15 @@ fn is_recorded_as_simulated(folder: &Path, device: &str, kind: DeviceKind) {
     let dir = folder.join(format!("{name}-{}", device.len()));
     let arguments = ["run", "short.toml", "--device", device, "--out"];
     let output = flexor(folder, &arguments).arg(&dir).output().unwrap();
-    let (exit, _, error) = said(&output);
+    let (exit, _, error) = said(output);
     assert_eq!(exit, Some(0), "{device}: {error}");
     let run = record::load(&dir).unwrap();
     assert!(run.is_simulated(), "{device}");
     let identity = run.trials[0].identity.as_ref().unwrap();
     assert!(identity.simulated, "{device}");
     assert_eq!(identity.kind, kind, "{device}");
-    let is_chip = identity.unique_id.as_ref().is_some_and(|id| {
-        id.starts_with("464c45584f522053") // "FLEXOR S"
-    });
+    let begins = |id: &String| id.starts_with("464c45584f522053"); // "FLEXOR S"
+    let is_chip = identity.unique_id.as_ref().is_some_and(begins);
     assert_eq!(is_chip, kind == DeviceKind::Chip, "{identity:?}");
     let page = std::fs::read_to_string(dir.join("report.html")).unwrap();
     assert!(page.contains(WARNING), "{device}");
@@ -62,22 +40,15 @@ fn is_recorded_as_simulated(folder: &Path, device: &str, kind: DeviceKind) {
 #[test]
 fn simulators_behind_sockets_terminals_and_pipes_are_recorded_as_simulated() {
     let folder = folder("identity");
-    std::fs::write(folder.join("short.toml"), SHORT).unwrap();
+    written(&folder, "short.toml", one_channel(0.3, 20));
     let native = Board::tcp(&folder);
     is_recorded_as_simulated(&folder, &native.at, DeviceKind::Native);
     drop(native);
     let terminal = Board::serve(&folder, &["--pty", "port"]);
     is_recorded_as_simulated(&folder, &terminal.at, DeviceKind::Native);
     drop(terminal);
-    let wire = [
-        "--tcp",
-        "127.0.0.1:0",
-        "--device",
-        "chip",
-        "--body",
-        "short.toml",
-    ];
-    let chip = Board::serve(&folder, &wire);
+    let wire = "--tcp 127.0.0.1:0 --device chip --body short.toml";
+    let chip = Board::serve(&folder, &wire.split(' ').collect::<Vec<_>>());
     is_recorded_as_simulated(&folder, &chip.at, DeviceKind::Chip);
     drop(chip);
     is_recorded_as_simulated(&folder, "qemu", DeviceKind::Qemu);
@@ -119,7 +90,7 @@ impl Port for Disguised {
 
 /// The page of a run on a device with this number, called "chip simulator".
 fn page_of(unique_id: [u32; 3]) -> String {
-    let file = SessionFile::parse("short.toml", SHORT).unwrap();
+    let file = SessionFile::parse("short.toml", &one_channel(0.3, 20)).unwrap();
     let boot = firmware::units::Micros(0);
     let port = simulated(&file.session, 1, Box::new(native(boot)), boot).unwrap();
     let port = Disguised {
@@ -128,12 +99,9 @@ fn page_of(unique_id: [u32; 3]) -> String {
         unique_id,
     };
     let dir = folder(&format!("identity-{:08x}", unique_id[0]));
-    let device = "/dev/simulated-qemu".to_owned();
-    let (title, trials) = ("One".to_owned(), Vec::new());
     let mut whole = Run {
-        title,
-        device,
-        trials,
+        title: "One".to_owned(),
+        device: "/dev/simulated-qemu".to_owned(),
         ..Run::default()
     };
     record::write_run(&dir, &whole).unwrap();
@@ -141,10 +109,8 @@ fn page_of(unique_id: [u32; 3]) -> String {
     let (outcome, _) = run(&file, port, Some(&mut recorder), |_| ());
     assert!(outcome.error.is_none(), "{:?}", outcome.error);
     drop(recorder);
-    assert_eq!(
-        record::load(&dir).unwrap().trials[0].identity,
-        outcome.trial.identity
-    );
+    let loaded = record::load(&dir).unwrap();
+    assert_eq!(loaded.trials[0].identity, outcome.trial.identity);
     whole.trials.push(outcome.trial);
     report::page(&Report {
         run: &whole,

@@ -1,11 +1,11 @@
 //! `flexor serve` lets a client in only when it can answer.
 
+use crate::program::flexor;
 use host_core::link::{Client, TcpPort};
 use std::net::TcpListener;
-use std::process::{Child, Command, Stdio};
+use std::path::Path;
+use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
-
-const FLEXOR: &str = env!("CARGO_BIN_EXE_flexor");
 
 /// Building the image and booting it take no longer.
 const PATIENCE: Duration = Duration::from_secs(600);
@@ -27,8 +27,7 @@ fn the_first_connection_is_answered() {
         let free = TcpListener::bind("127.0.0.1:0").unwrap();
         let at = free.local_addr().unwrap().to_string();
         drop(free);
-        let mut command = Command::new(FLEXOR);
-        command.args(["serve", "--device", device, "--tcp", &at]);
+        let mut command = flexor(Path::new("."), &["serve", "--device", device, "--tcp", &at]);
         command.stdout(Stdio::null());
         let mut served = Served(command.spawn().unwrap());
         let begin = Instant::now();

@@ -13,6 +13,7 @@ mod interruptions;
 mod live_frame;
 mod live_lines;
 mod muscle_cli;
+mod program;
 #[cfg(unix)]
 mod record_again;
 #[cfg(unix)]

@@ -1,14 +1,12 @@
 //! A triggered session at a desk: edges from the session file, trains exactly
 //! 1000 µs after them; a session that plays nothing says so first.
 
+use crate::program::{folder, ran, written};
 use firmware::link::Request;
 use hal_sim::trace::State;
 use host_core::link::{Client, Port};
 use host_core::run::{DeviceName, Outcome, SessionFile, run};
-use std::path::{Path, PathBuf};
-use std::process::Command;
 
-const FLEXOR: &str = env!("CARGO_BIN_EXE_flexor");
 const TRIGGER: &str = include_str!("../sessions/trigger.toml");
 
 /// Runs `text` natively: the outcome, and when each channel's first phases began,
@@ -33,11 +31,7 @@ fn play(text: &str) -> (Outcome, [Vec<u64>; 2]) {
 
 /// Ten pulses at 50 Hz, `delay` µs after each of `edges`.
 fn trains(edges: &[u64], delay: u64) -> Vec<u64> {
-    let train = |edge: &u64| {
-        (0..10)
-            .map(move |n| edge + delay + n * 20_000)
-            .collect::<Vec<_>>()
-    };
+    let train = |&edge: &u64| (0..10).map(move |n| edge + delay + n * 20_000);
     edges.iter().flat_map(train).collect()
 }
 
@@ -51,47 +45,27 @@ fn each_edge_starts_its_trains_exactly_1000_us_later() {
         let (outcome, begins) = play(text);
         assert_eq!(begins[0], trains(&edges, 1_000));
         assert_eq!(begins[1], trains(&edges, 3_000));
-        let idle = outcome
-            .trial
-            .counters
-            .iter()
-            .find(|(name, _)| name.contains("without a train"));
+        let mut counters = outcome.trial.counters.iter();
+        let idle = counters.find(|(name, _)| name.contains("without a train"));
         assert_eq!(idle.unwrap().1, 0);
         // A ramp's first slot may be code 0.
         let pulses = outcome.trial.pulses.unwrap();
         let slots = begins.iter().map(|b| b.len() as u64).sum::<u64>();
-        println!(
-            "{pulses} pulses above 0 in {slots} slots, from {} edges",
-            edges.len()
-        );
-        assert!(pulses <= slots && pulses + 2 * edges.len() as u64 >= slots);
+        let edges = edges.len() as u64;
+        println!("{pulses} pulses above 0 in {slots} slots, from {edges} edges");
+        assert!(pulses <= slots && pulses + 2 * edges >= slots);
         assert_eq!(outcome.trial.silent, None);
     }
-}
-
-/// An empty folder of this test's own.
-fn folder(test: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"))
-        .join("trigger")
-        .join(test);
-    let _ = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).unwrap();
-    folder
 }
 
 #[test]
 fn a_session_without_a_pulse_says_so_first() {
     let without = TRIGGER.replace("[simulated_trigger]\nevery_s = 1.0\n", "");
-    let zero = without
-        .replace(", triggered = true", "")
-        .replace("value = 10.0", "value = 0.0");
-    let late = without
-        .replace(", triggered = true", "")
+    let untriggered = without.replace(", triggered = true", "");
+    let zero = untriggered.replace("value = 10.0", "value = 0.0");
+    let late = untriggered
         .replace("duration_s = 10.0", "duration_s = 0.5")
-        .replace(
-            "frequency_hz = 50.0, offset_us = 2000",
-            "frequency_hz = 50.0",
-        )
+        .replace("50.0, offset_us = 2000", "50.0")
         .replace(
             "frequency_hz = 50.0",
             "period_us = 1000000, offset_us = 900000",
@@ -109,17 +83,11 @@ fn a_session_without_a_pulse_says_so_first() {
             "it ended before the first channel's offset_us",
         ),
     ] {
-        let folder = folder(name);
-        std::fs::write(folder.join("session.toml"), text).unwrap();
+        let folder = folder(&format!("trigger/{name}"));
+        written(&folder, "session.toml", text);
         let flexor = |arguments: &[&str]| {
-            let mut command = Command::new(FLEXOR);
-            command
-                .current_dir(&folder)
-                .arg("run")
-                .arg("session.toml")
-                .args(arguments);
-            let output = command.output().unwrap();
-            String::from_utf8(output.stdout).unwrap()
+            let (_, out, _) = ran(&folder, &[&["run", "session.toml"], arguments].concat());
+            out
         };
         let said = flexor(&["--out", "people"]);
         let first = said.lines().next().unwrap();

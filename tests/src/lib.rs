@@ -5,6 +5,8 @@
 //! one of them does not compile.
 
 #[cfg(feature = "devices")]
+pub mod desk;
+#[cfg(feature = "devices")]
 pub mod differential;
 #[cfg(feature = "devices")]
 pub mod expectation;

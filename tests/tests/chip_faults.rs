@@ -3,20 +3,17 @@
 //! a reset too.
 
 use firmware::link::message::ResetCause;
-use firmware::link::{
-    BROADCAST, Decoder, Event, HelloInfo, Refusal, Request, Response, SCHEMA, ToDevice, encode,
-};
+use firmware::link::{BROADCAST, Event, HelloInfo, Refusal, Request, Response, SCHEMA};
 use firmware::lockstep::Sensors;
 use firmware::pulse::TrainSpec;
-use firmware::safety::{ChannelSpec, Fault, StageSpec, StopCause, WearerSpec};
+use firmware::safety::{ChannelSpec, Fault, StopCause};
 use firmware::units::{Amplitude, Micros};
-use hal_sim::body::Drive;
 use hal_sim::chip::board::Board;
 use hal_sim::chip::cpu::{Bus, Size};
 use hal_sim::chip::soc::Pace;
-use hal_sim::lockstep::{Device, Output};
+use hal_sim::lockstep::Device;
 use hal_sim::trace::Levels;
-use host_core::run::chip_image;
+use tests::desk;
 use tests::record::Record;
 
 /// Isolated from a fault on after two windows, µs.
@@ -37,12 +34,8 @@ struct Bench {
 impl Bench {
     /// Booted, with two channels that stimulate.
     fn stimulating() -> Self {
-        let stage = Output {
-            full_scale: Drive::Milliamps(24.0),
-            conducted: false,
-        };
-        let image = chip_image(None).unwrap_or_else(|e| panic!("{e}"));
-        let mut board = Board::power_on(image, [Some(stage); 10], Pace::Lazy, ()).unwrap();
+        let (image, stages) = (desk::flashed(), desk::stages(24.0));
+        let mut board = Board::power_on(image, stages, Pace::Lazy, ()).unwrap();
         let sensors = Sensors::default();
         board.boot(&sensors).unwrap_or_else(|e| panic!("{e}"));
         let mut bench = Self {
@@ -64,18 +57,11 @@ impl Bench {
     }
 
     fn say(&mut self, request: Request) {
-        let (session, seq) = (self.session, self.seq);
+        let frame = desk::frame(self.session, self.seq, request);
         self.seq = self.seq.wrapping_add(1);
-        let frame = encode(&ToDevice {
-            session,
-            seq,
-            request,
-        })
-        .unwrap();
         let now = Micros(self.board.now_us() as u32);
-        let done = self
-            .board
-            .receive(now, &frame, &self.sensors, &mut self.record);
+        let (sensors, record) = (&self.sensors, &mut self.record);
+        let done = self.board.receive(now, &frame, sensors, record);
         done.unwrap_or_else(|e| panic!("{e}"));
     }
 
@@ -83,12 +69,8 @@ impl Bench {
         let to = Micros((self.board.now_us() + us) as u32);
         let done = self.board.advance(to, &self.sensors, &mut self.record);
         done.unwrap_or_else(|e| panic!("{e}"));
-        let mut decoder = Decoder::default();
-        for byte in std::mem::take(&mut self.record.bytes) {
-            let Some(message) = decoder.push(byte) else {
-                continue;
-            };
-            match postcard::from_bytes(message.unwrap_or(&[])) {
+        for message in desk::messages(&std::mem::take(&mut self.record.bytes)) {
+            match postcard::from_bytes(&message) {
                 Ok(Response::Event { event, .. }) => self.events.push(event),
                 Ok(Response::Hello(hello)) => self.hello = Some(hello),
                 Ok(Response::Refused { refusal, .. }) => {
@@ -97,7 +79,6 @@ impl Bench {
                 }
                 _ => {}
             }
-            decoder.clear();
         }
     }
 
@@ -111,15 +92,10 @@ impl Bench {
     }
 
     fn arm_and_start(&mut self) {
-        self.say(Request::Wearer(WearerSpec {
-            rise_ms: 1,
-            ..WearerSpec::default()
-        }));
+        self.say(Request::Wearer(desk::wearer(100)));
         for channel in [0, 5] {
-            self.say(Request::Channel {
-                channel,
-                spec: spec(channel),
-            });
+            let spec = spec(channel);
+            self.say(Request::Channel { channel, spec });
         }
         self.say(Request::Arm);
         self.run_us(40_000);
@@ -141,23 +117,14 @@ impl Bench {
     fn drives_within(&mut self, ms: u64) -> bool {
         self.record.trace.levels.clear();
         self.run_us(ms * 1000);
-        self.record
-            .trace
-            .levels
-            .iter()
-            .any(|(_, l)| (0..10).any(|c| l.state(c).is_driven()))
+        let mut levels = self.record.trace.levels.iter();
+        levels.any(|(_, l)| (0..10).any(|c| l.state(c).is_driven()))
     }
 
     /// Runs until a channel is driven, for `us` into its phase.
     fn run_into_pulse(&mut self, us: u64) {
         self.record.trace.levels.clear();
-        while !self
-            .record
-            .trace
-            .levels
-            .last()
-            .is_some_and(|(_, l)| l.state(0).is_driven())
-        {
+        while !self.record.trace.last_levels().state(0).is_driven() {
             self.run_us(10);
         }
         self.run_us(us);
@@ -167,16 +134,11 @@ impl Bench {
     fn expect_isolated(&mut self, since_us: u64, ms: u64) {
         self.run_us(ms * 1000);
         let end = since_us + TWO_WINDOWS_US;
-        let last = self.record.trace.levels.iter().rfind(|(t, _)| *t <= end);
+        let levels = &self.record.trace.levels;
+        let last = levels.iter().rfind(|(t, _)| *t <= end);
         assert_eq!(last.map(|l| l.1), Some(Levels::ISOLATED));
-        let later = self
-            .record
-            .trace
-            .levels
-            .iter()
-            .filter(|(t, _)| *t > end)
-            .count();
-        let end = self.record.trace.levels.last().unwrap().0;
+        let later = levels.iter().filter(|(t, _)| *t > end).count();
+        let end = levels.last().unwrap().0;
         println!("isolated {} us after", end.saturating_sub(since_us));
         assert_eq!(later, 0);
     }
@@ -203,23 +165,38 @@ impl Bench {
         self.greet()
     }
 
-    fn faulted(&self) -> Option<Fault> {
-        self.events.iter().find_map(|event| match event {
+    /// It told this fault, and stimulates again once that is acknowledged.
+    fn recovers_from(mut self, fault: Fault) {
+        let told = self.events.iter().find_map(|event| match event {
             Event::Faulted(record) => Some(record.fault),
             _ => None,
-        })
+        });
+        assert_eq!(told, Some(fault));
+        self.recovers();
+    }
+
+    /// It came back by this reset and tells of this fault, likewise.
+    fn recovers_after(mut self, reset: ResetCause, fault: Fault) {
+        let hello = self.after_reset();
+        assert_eq!(hello.reset, reset);
+        assert_eq!(hello.last_fault.map(|f| f.fault), Some(fault));
+        self.recovers();
+    }
+
+    /// Stimulating, 20 µs into a pulse; and when that is.
+    fn in_a_pulse() -> (Self, u64) {
+        let mut bench = Self::stimulating();
+        bench.run_into_pulse(20);
+        let at = bench.now();
+        (bench, at)
     }
 
     /// Acknowledged, it stimulates again.
     fn recovers(&mut self) {
         self.say(Request::Acknowledge);
         self.run_us(150_000);
-        assert!(
-            self.events.contains(&Event::Recovered),
-            "{:?} {:?}",
-            self.events,
-            self.refused
-        );
+        let is_recovered = self.events.contains(&Event::Recovered);
+        assert!(is_recovered, "{:?} {:?}", self.events, self.refused);
         self.arm_and_start();
         self.stimulate(20);
         assert!(self.drives_within(10));
@@ -227,28 +204,20 @@ impl Bench {
 }
 
 fn spec(channel: u8) -> ChannelSpec {
-    ChannelSpec {
-        train: TrainSpec {
-            offset_us: 300 * u32::from(channel),
-            ..TrainSpec::biphasic(200, 20, 5_000)
-        },
-        stage: StageSpec::Current {
-            full_scale_ua: 24_000,
-        },
-        limit: Amplitude(18_000),
-    }
+    let train = TrainSpec {
+        offset_us: 300 * u32::from(channel),
+        ..TrainSpec::biphasic(200, 20, 5_000)
+    };
+    desk::channel(train, 24_000, 18_000)
 }
 
 #[test]
 fn over_current_isolates_and_the_tape_starts_again() {
-    let mut bench = Bench::stimulating();
-    bench.run_into_pulse(20);
-    let at = bench.now();
+    let (mut bench, at) = Bench::in_a_pulse();
     bench.sensors.over_current = true;
     bench.expect_isolated(at, 5);
-    assert_eq!(bench.faulted(), Some(Fault::OverCurrent));
     bench.sensors.over_current = false;
-    bench.recovers();
+    bench.recovers_from(Fault::OverCurrent);
 }
 
 #[test]
@@ -268,9 +237,7 @@ fn a_released_hand_stop_ends_stimulation() {
 #[test]
 fn the_watchdog_bites_when_an_owner_freezes() {
     for lines in [&[28][..], &[55], &[50, 67]] {
-        let mut bench = Bench::stimulating();
-        bench.run_into_pulse(20);
-        let at = bench.now();
+        let (mut bench, at) = Bench::in_a_pulse();
         lines.iter().for_each(|line| bench.disable(*line));
         bench.run_us(13_000);
         let last = *bench.record.trace.levels.last().unwrap();
@@ -283,34 +250,25 @@ fn the_watchdog_bites_when_an_owner_freezes() {
             12_000
         };
         assert!(last.0 <= at + limit);
-        let hello = bench.after_reset();
-        assert_eq!(hello.reset, ResetCause::Watchdog);
-        assert_eq!(hello.last_fault.map(|f| f.fault), Some(Fault::Watchdog));
-        bench.recovers();
+        bench.recovers_after(ResetCause::Watchdog, Fault::Watchdog);
     }
 }
 
 #[test]
 fn a_falling_supply_is_remembered_through_the_reset() {
-    let mut bench = Bench::stimulating();
-    bench.run_into_pulse(20);
-    let at = bench.now();
+    let (mut bench, at) = Bench::in_a_pulse();
     bench.board.around.soc.supply(2_700);
     bench.run_us(100);
     bench.board.around.soc.supply(3_300);
     bench.expect_isolated(at, 5);
-    let hello = bench.after_reset();
-    assert_eq!(hello.reset, ResetCause::Software);
-    assert_eq!(hello.last_fault.map(|f| f.fault), Some(Fault::BrownOut));
-    bench.recovers();
+    bench.recovers_after(ResetCause::Software, Fault::BrownOut);
 }
 
 /// A crystal that is dead stays dead: the record is in the backup registers.
 #[test]
 fn a_dead_crystal_isolates_and_is_recorded() {
-    let mut bench = Bench::stimulating();
-    bench.run_into_pulse(20);
-    let (at, cycle) = (bench.now(), bench.board.cpu.cycle);
+    let (mut bench, at) = Bench::in_a_pulse();
+    let cycle = bench.board.cpu.cycle;
     bench.board.around.soc.rcc.hse_fails(cycle).unwrap();
     bench.board.around.soc.reschedule();
     bench.expect_isolated(at, 5);
@@ -325,29 +283,24 @@ fn a_dead_crystal_isolates_and_is_recorded() {
 /// Stream 2 erases port B's tape; the isolated words live at the tape's end.
 #[test]
 fn a_tape_that_slips_is_a_fault() {
-    let mut bench = Bench::stimulating();
-    bench.run_into_pulse(20);
-    let (at, cycle) = (bench.now(), bench.board.cpu.cycle);
+    let (mut bench, at) = Bench::in_a_pulse();
+    let cycle = bench.board.cpu.cycle;
     let cr = 0x4002_6410 + 0x18 * 2;
     let soc = &mut bench.board.around.soc;
     let on = soc.read(cr, Size::Word, cycle).unwrap().value;
     soc.write(cr, Size::Word, on & !1, cycle).unwrap();
     bench.expect_isolated(at, 5);
-    assert_eq!(bench.faulted(), Some(Fault::TapeSlip));
-    bench.recovers();
+    bench.recovers_from(Fault::TapeSlip);
 }
 
 #[test]
 fn interrupts_masked_for_two_windows_are_a_missed_deadline() {
-    let mut bench = Bench::stimulating();
-    bench.run_into_pulse(20);
-    let at = bench.now();
+    let (mut bench, at) = Bench::in_a_pulse();
     bench.board.cpu.registers.primask = true;
     bench.run_us(600);
     bench.board.cpu.registers.primask = false;
     bench.expect_isolated(at, 5);
-    assert_eq!(bench.faulted(), Some(Fault::MissedDeadline));
-    bench.recovers();
+    bench.recovers_from(Fault::MissedDeadline);
 }
 
 #[test]
@@ -362,8 +315,5 @@ fn a_stack_that_overflows_meets_its_guard() {
     let guard = cpu.system.read(0xE000_ED9C, Size::Word, cpu.cycle).unwrap() & !31;
     cpu.registers.r[13] = guard + 32;
     bench.expect_isolated(at, 5);
-    let hello = bench.after_reset();
-    assert_eq!(hello.reset, ResetCause::Software);
-    assert_eq!(hello.last_fault.map(|f| f.fault), Some(Fault::StackGuard));
-    bench.recovers();
+    bench.recovers_after(ResetCause::Software, Fault::StackGuard);
 }

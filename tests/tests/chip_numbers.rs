@@ -3,14 +3,14 @@
 
 use hal_sim::chip::profile::{Owner, exception};
 use hal_sim::chip::soc::flash::Prefetched;
-use host_core::run::{Profiled, SessionFile, chip_image, profile};
+use host_core::run::{Profiled, profile};
 use serde::Deserialize;
 use std::collections::BTreeMap;
-use std::path::Path;
 use std::sync::OnceLock;
+use tests::desk::{flashed, load};
 
 /// Ten channels at 100 Hz, ten calcium–force muscles, one finger controller.
-const SESSION: &str = "../host-tool/sessions/full_load.toml";
+const SESSION: &str = "full_load.toml";
 /// How long it is watched, s of device time.
 const SECONDS: f64 = 4.0;
 
@@ -41,11 +41,9 @@ fn found() -> &'static Profiled {
 }
 
 fn measured(prefetched: Prefetched) -> Profiled {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(SESSION);
-    let mut file = SessionFile::load(&path).unwrap();
+    let mut file = load(SESSION);
     file.session.duration_us = (SECONDS * 1e6) as u64;
-    let image = chip_image(None).unwrap();
-    profile(&file, &image, prefetched, 1, |_| ()).unwrap()
+    profile(&file, &flashed(), prefetched, 1, |_| ()).unwrap()
 }
 
 #[test]
@@ -71,42 +69,26 @@ fn keeps_its_budgets(found: &Profiled) {
     let row =
         |what: &str, found: f64, budget: f64| println!("{what:<28} {found:>10.2} {budget:>10.2}");
     let load = summary.load_percent();
-    row("load, %", load, budget.load_percent);
-    for owner in Owner::ALL {
-        let part = found.owner_percent(owner);
-        println!("  {:<26} {part:>10.2}", owner.name());
-    }
+    let worst = margin as f64;
     row(
         "refill margin, cycles",
-        margin as f64,
+        worst,
         budget.refill_margin_cycles as f64,
     );
-    row(
-        "stack, bytes",
-        summary.stack.used().into(),
-        budget.stack_bytes.into(),
-    );
-    row(
-        "edge span, cycles",
-        summary.edge_span() as f64,
-        budget.edge_span_cycles as f64,
-    );
+    let stack = summary.stack.used();
+    row("stack, bytes", stack.into(), budget.stack_bytes.into());
+    let span = summary.edge_span() as f64;
+    row("edge span, cycles", span, budget.edge_span_cycles as f64);
     for line in &summary.lines {
         let name = exception::name(line.number);
         let allowed = budget.interrupt_latency_cycles.get(&name);
         let allowed = *allowed.unwrap_or_else(|| panic!("{name} has no budget"));
-        row(
-            &format!("latency of {name}, cycles"),
-            line.latency.worst as f64,
-            allowed as f64,
-        );
-        assert!(line.latency.worst <= allowed, "{name}: {line:?}");
+        let (what, worst) = (format!("latency of {name}, cycles"), line.latency.worst);
+        row(&what, worst as f64, allowed as f64);
+        assert!(worst <= allowed, "{name}: {line:?}");
     }
-    println!(
-        "{:.1} million instructions per second, {:.1} x real time",
-        found.mips(),
-        found.times_real_time()
-    );
+    let (mips, times) = (found.mips(), found.times_real_time());
+    println!("{mips:.1} million instructions per second, {times:.1} x real time");
     assert!(load <= budget.load_percent);
     assert!(margin >= budget.refill_margin_cycles);
     assert!(summary.stack.used() <= budget.stack_bytes);
@@ -119,40 +101,23 @@ fn keeps_its_budgets(found: &Profiled) {
 fn every_cycle_and_edge_of_it_is_accounted_for() {
     let found = found();
     let summary = &found.summary;
-    let by_function: u64 = found
-        .profile
-        .functions()
-        .iter()
-        .map(|(_, c)| c.cycles)
-        .sum();
-    let by_owner: u64 = Owner::ALL
-        .map(|owner| found.profile.owner(owner).cycles)
-        .iter()
-        .sum();
+    let functions = found.profile.functions();
+    let by_function: u64 = functions.iter().map(|(_, c)| c.cycles).sum();
+    let cycles = |owner| found.profile.owner(owner).cycles;
+    let by_owner: u64 = Owner::ALL.map(cycles).iter().sum();
     assert_eq!(by_function, by_owner);
     assert_eq!(by_owner + summary.idle, summary.total);
-    assert_eq!(
-        found.profile.owner(Owner::Other).cycles,
-        0,
-        "no fault handler ran"
-    );
+    assert_eq!(cycles(Owner::Other), 0, "no fault handler ran");
     let seconds = found.seconds();
-    assert!(
-        (SECONDS - 0.02..SECONDS + 0.02).contains(&seconds),
-        "{seconds}"
-    );
+    assert!((seconds - SECONDS).abs() < 0.02, "{seconds}");
     let windows = 4000.0 * seconds;
     assert!((summary.margins.windows as f64 - windows).abs() <= 2.0);
-    let ticks = summary
-        .lines
-        .iter()
-        .find(|line| line.number == exception::TIM7);
+    let mut lines = summary.lines.iter();
+    let ticks = lines.find(|line| line.number == exception::TIM7);
     assert!((ticks.unwrap().count as f64 - 1000.0 * seconds).abs() <= 2.0);
     // The pump toggles every 25 µs on port B.
     let edges: u64 = summary.phases.iter().map(|p| p.b).sum();
     assert!(edges as f64 >= 40_000.0 * seconds - 100.0, "{edges}");
-    assert!(
-        summary.phases.iter().any(|p| p.c > 0),
-        "channels 1 to 5 pulse"
-    );
+    let has_c = summary.phases.iter().any(|p| p.c > 0);
+    assert!(has_c, "channels 1 to 5 pulse");
 }

@@ -5,8 +5,7 @@ mod watched;
 
 use crate::qemu_parity::session::{BOOT, Step, channel_spec, thirty_seconds};
 use firmware::device::Identity;
-use firmware::link::message::ResetCause;
-use firmware::link::{Decoder, Event, HelloInfo, Kind, Response};
+use firmware::link::{Event, HelloInfo, Kind, Response};
 use firmware::lockstep::{Lockstep, Sensors};
 use firmware::safety::{FaultRecord, StageSpec};
 use firmware::units::Micros;
@@ -15,19 +14,17 @@ use hal_sim::chip::soc::Pace;
 use hal_sim::lockstep::Output;
 use hal_sim::trace::{Edge, State, Trace};
 use std::time::Instant;
+use tests::desk::{identity, messages};
 use tests::record::Record;
 use watched::{Served, Watched};
 
 /// The stages of the session's channels.
 fn stages() -> [Option<Output>; 10] {
+    let milli = |value: u32| f64::from(value) * 1e-3;
     std::array::from_fn(|channel| {
         let full_scale = match channel_spec(channel as u8).stage {
-            StageSpec::Current { full_scale_ua } => {
-                Drive::Milliamps(f64::from(full_scale_ua) * 1e-3)
-            }
-            StageSpec::Voltage { full_scale_mv, .. } => {
-                Drive::Volts(f64::from(full_scale_mv) * 1e-3)
-            }
+            StageSpec::Current { full_scale_ua } => Drive::Milliamps(milli(full_scale_ua)),
+            StageSpec::Voltage { full_scale_mv, .. } => Drive::Volts(milli(full_scale_mv)),
         };
         Some(Output {
             full_scale,
@@ -46,26 +43,19 @@ fn on_chip(log: &[Step], pace: Pace) -> (Watched, Record, Vec<(Micros, Sensors)>
     let (mut record, mut worlds) = (Record::default(), Vec::new());
     board.advance(begin, &Sensors::default(), &mut record);
     for step in log {
-        match step {
-            Step::Receive(at, bytes, sensors) => {
-                let sensors = Sensors {
-                    trigger: None,
-                    ..*sensors
-                };
-                worlds.push((time(*at), sensors));
-                board.advance(time(*at).0.into(), &sensors, &mut record);
-                board.send(bytes);
-            }
-            Step::Advance(to, sensors) => {
-                let trigger = sensors.trigger.map(time);
-                let sensors = Sensors {
-                    trigger,
-                    ..*sensors
-                };
-                worlds.push((time(*to), sensors));
-                board.advance(time(*to).0.into(), &sensors, &mut record);
-            }
-        }
+        let (at, bytes, sensors) = match step {
+            Step::Receive(at, bytes, sensors) => (at, Some(bytes), sensors),
+            Step::Advance(to, sensors) => (to, None, sensors),
+        };
+        // An edge comes with a step of time, never with bytes.
+        let trigger = sensors.trigger.filter(|_| bytes.is_none()).map(time);
+        let sensors = Sensors {
+            trigger,
+            ..*sensors
+        };
+        worlds.push((time(*at), sensors));
+        board.advance(time(*at).0.into(), &sensors, &mut record);
+        bytes.inspect(|bytes| board.send(bytes));
     }
     (board, record, worlds)
 }
@@ -73,11 +63,8 @@ fn on_chip(log: &[Step], pace: Pace) -> (Watched, Record, Vec<(Micros, Sensors)>
 /// The same worlds and the same calls on the device code in this process.
 fn in_process(chip: &Watched, worlds: &[(Micros, Sensors)], hello: &HelloInfo) -> Record {
     let identity = Identity {
-        kind: Kind::Board,
         unique_id: hello.unique_id,
-        reset: ResetCause::PowerOn,
-        last_fault: None,
-        first_session: hello.session,
+        ..identity(Kind::Board, hello.session)
     };
     let mut record = Record::default();
     let boot = worlds[0].0.0 / 1000 * 1000 - 1000;
@@ -91,17 +78,6 @@ fn in_process(chip: &Watched, worlds: &[(Micros, Sensors)], hello: &HelloInfo) -
     }
     assert!(calls.next().is_none());
     record
-}
-
-fn messages(bytes: &[u8]) -> impl Iterator<Item = Vec<u8>> {
-    let mut decoder = Decoder::default();
-    bytes.iter().filter_map(move |&byte| {
-        let message = decoder.push(byte).map(|m| m.unwrap().to_vec());
-        if message.is_some() {
-            decoder.clear();
-        }
-        message
-    })
 }
 
 #[test]
@@ -138,10 +114,8 @@ fn compare(log: &[Step]) {
     let phases = board.board.around.phases();
     for (port, counts) in [("B", &phases.b), ("C", &phases.c)] {
         let at = counts.iter().enumerate().filter(|(_, count)| **count > 0);
-        println!(
-            "edges of port {port} by cycle of their microsecond: {:?}",
-            at.collect::<Vec<_>>()
-        );
+        let at: Vec<_> = at.collect();
+        println!("edges of port {port} by cycle of their microsecond: {at:?}");
     }
     same_edges(&chip.trace, &native.trace);
     same_messages(&chip.bytes, &native.bytes);
@@ -151,12 +125,8 @@ fn compare(log: &[Step]) {
 /// the processor isolates after the comparator's interrupt, up to a refill late.
 fn same_edges(chip: &Trace, native: &Trace) {
     let (chip, native): (Vec<_>, Vec<_>) = (chip.edges().collect(), native.edges().collect());
-    let order = |edges: &[Edge]| {
-        edges
-            .iter()
-            .map(|e| (e.channel, e.state))
-            .collect::<Vec<_>>()
-    };
+    let kind = |e: &Edge| (e.channel, e.state);
+    let is_in_order = chip.iter().map(kind).eq(native.iter().map(kind));
     let (mut stopped, mut differ) = (Vec::new(), 0);
     for (a, b) in chip.iter().zip(&native).filter(|(a, b)| a != b) {
         if a.state == State::Isolated && (1..100).contains(&(a.t_us.wrapping_sub(b.t_us))) {
@@ -168,12 +138,9 @@ fn same_edges(chip: &Trace, native: &Trace) {
             }
         }
     }
-    println!(
-        "{} edges, {} of a fault stop {stopped:?} us late, {differ} other differences",
-        chip.len(),
-        stopped.len()
-    );
-    assert!(chip.len() > 30_000 && order(&chip) == order(&native));
+    let (edges, late) = (chip.len(), stopped.len());
+    println!("{edges} edges, {late} of a fault stop {stopped:?} us late, {differ} others differ");
+    assert!(chip.len() > 30_000 && is_in_order);
     assert_eq!(differ, 0);
     assert!(stopped.len() <= 10);
 }
@@ -193,17 +160,11 @@ fn same_messages(chip: &[u8], native: &[u8]) {
         all
     };
     let (chip, native) = (apart(chip), apart(native));
-    println!(
-        "{} messages from the chip, {} in process",
-        chip.len(),
-        native.len()
-    );
+    let (from_chip, here) = (chip.len(), native.len());
+    println!("{from_chip} messages from the chip, {here} in process");
     let mut differ = 0;
     for (a, b) in chip.iter().zip(&native).filter(|(a, b)| a != b) {
-        let (a, b) = (
-            postcard::from_bytes(a).unwrap(),
-            postcard::from_bytes(b).unwrap(),
-        );
+        let [a, b] = [a, b].map(|message| postcard::from_bytes(message).unwrap());
         if without_stop(&a) != without_stop(&b) {
             differ += 1;
             if differ < 10 {

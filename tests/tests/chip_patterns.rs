@@ -4,31 +4,23 @@
 use firmware::lockstep::{Sensors, Sink};
 use firmware::pulse::Levels;
 use firmware::units::{DacCode, Micros};
-use hal_sim::body::Drive;
 use hal_sim::chip::board::{Board, Phases};
 use hal_sim::chip::image::Image;
 use hal_sim::chip::profile::Phase;
 use hal_sim::chip::soc::Pace;
-use hal_sim::lockstep::{Device, Output};
+use hal_sim::lockstep::Device;
 use hal_sim::trace::Trace;
-use host_core::run::{SessionFile, chip_image, power_on, run, simulated};
+use host_core::run::{SessionFile, power_on, run, simulated};
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::{Arc, Mutex};
+use tests::desk::{self, flashed, load, shipped, shipped_in};
 use tests::expectation::{of_session, since};
 
 /// How long each pattern is watched, µs.
 const PATTERN_US: u64 = 300_000;
 /// Issue: bus contention may move an edge by so many cycles.
 const SPAN_CYCLES: u64 = 20;
-
-fn sessions() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../host-tool/sessions")
-}
-
-fn image() -> Image {
-    chip_image(None).unwrap_or_else(|e| panic!("{e}"))
-}
 
 /// What the device sent, each with its time.
 type Packets = Vec<(Micros, Vec<u8>)>;
@@ -86,17 +78,16 @@ struct Stimulated {
 
 /// Runs `file` on `board`, which has not run yet.
 fn stimulate(file: &SessionFile, mut board: Board) -> Stimulated {
-    board
-        .boot(&Sensors::default())
-        .unwrap_or_else(|e| panic!("{e}"));
+    let booted = board.boot(&Sensors::default());
+    booted.unwrap_or_else(|e| panic!("{e}"));
     let boot = Micros(board.now_us() as u32);
     let board = Arc::new(Mutex::new(board));
     let packets = Arc::new(Mutex::new(Vec::new()));
-    let device = Tapped {
+    let device = Box::new(Tapped {
         board: board.clone(),
         packets: packets.clone(),
-    };
-    let port = simulated(&file.session, 1, Box::new(device), boot).unwrap();
+    });
+    let port = simulated(&file.session, 1, device, boot).unwrap();
     let (outcome, port) = run(file, port, None, |_| ());
     if let Some(error) = outcome.error {
         panic!("{}: {error}", file.session.title);
@@ -132,15 +123,10 @@ fn exact(path: &Path, image: &Image, length_us: u64) -> (usize, Phases) {
 
 #[test]
 fn every_edge_of_every_pattern_is_exact() {
-    let image = image();
-    let entries = std::fs::read_dir(sessions().join("hamana_exp2")).unwrap();
-    let mut files: Vec<_> = entries
-        .map(|entry| entry.unwrap().path())
-        .filter(|path| path.extension().is_some_and(|e| e == "toml"))
-        .collect();
+    let image = flashed();
+    let mut files = shipped_in("hamana_exp2");
     assert_eq!(files.len(), 29);
-    files.sort();
-    files.push(sessions().join("ten_channels.toml"));
+    files.push(shipped("ten_channels.toml"));
     let (mut edges, mut all) = (0, Phases::default());
     for path in files {
         let (count, phases) = exact(&path, &image, PATTERN_US);
@@ -170,15 +156,11 @@ fn every_edge_of_every_pattern_is_exact() {
 /// DMA caught up when somebody looks, and DMA one request at a time.
 #[test]
 fn lazy_dma_changes_nothing() {
-    let image = image();
-    let mut file = SessionFile::load(&sessions().join("ten_channels.toml")).unwrap();
+    let image = flashed();
+    let mut file = load("ten_channels.toml");
     file.session.duration_us = 2_000_000;
-    let stage = Output {
-        full_scale: Drive::Milliamps(100.0),
-        conducted: false,
-    };
     let [lazy, each] = [Pace::Lazy, Pace::PerRequest].map(|pace| {
-        let board = Board::power_on(image.clone(), [Some(stage); 10], pace, ()).unwrap();
+        let board = Board::power_on(image.clone(), desk::stages(100.0), pace, ()).unwrap();
         stimulate(&file, board)
     });
     assert!(lazy.trace.levels.len() > 2_000 && lazy.trace.dac.len() > 10);

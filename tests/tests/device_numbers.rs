@@ -1,9 +1,9 @@
 //! The bounds that `flexor selftest` prints numbers for, held from the outside.
 
-use host_core::run::{DeviceName, SessionFile, run};
+use host_core::run::DeviceName;
 use host_core::session::LawName;
 use host_tool::selftest::{Path, Subject, latency, silence, soak};
-use std::path;
+use tests::desk::{load, play};
 
 /// Issue: 0.6 ms for a direct amplitude (Harris's stimulator: 1.22–1.30 ms),
 /// one control tick more through the control law.
@@ -18,10 +18,8 @@ fn setpoints_change_the_outputs_in_time() {
         assert_eq!(found.device, found.whole, "no wire");
     }
     assert!(direct.worst_phase_us <= 600, "{direct:?}");
-    assert!(
-        control.worst_phase_us <= direct.worst_phase_us + 1000,
-        "{control:?}"
-    );
+    let allowed_us = direct.worst_phase_us + 1000;
+    assert!(control.worst_phase_us <= allowed_us, "{control:?}");
 }
 
 #[test]
@@ -30,10 +28,8 @@ fn a_silent_host_leaves_the_outputs_isolated_for_every_timeout() {
         let found = silence(timeout_ms, 5 + timeout_ms % 96).unwrap();
         assert!(found.until_isolated_us <= found.allowed_us(), "{found:?}");
         // The last pulse before the fall began was not given away either.
-        assert!(
-            found.until_isolated_us + 100_000 > found.allowed_us(),
-            "{found:?}"
-        );
+        let end_us = found.until_isolated_us + 100_000;
+        assert!(end_us > found.allowed_us(), "{found:?}");
     }
 }
 
@@ -59,20 +55,13 @@ fn the_finger_follows_as_well_as_it_did() {
         ("hamana_exp4_one_point_b.toml", LawName::Paper, 10.20),
         ("hamana_exp4_two_point.toml", LawName::Paper, 15.74),
     ];
-    let folder = path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../host-tool/sessions");
     for (name, law, expected) in golden {
-        let mut file = SessionFile::load(&folder.join(name)).unwrap();
+        let mut file = load(name);
         file.session = file.session.with_law(law).unwrap();
-        let port = DeviceName::Native.open(&file.session, 1).unwrap();
-        let (outcome, _) = run(&file, port, None, |_| ());
-        assert!(outcome.error.is_none(), "{name}: {:?}", outcome.error);
-        let rmse = host_core::analysis::metrics(&outcome.trial)
-            .unwrap()
-            .rmse_deg;
+        let trial = play(&file, &DeviceName::Native).outcome.trial;
+        let rmse = host_core::analysis::metrics(&trial).unwrap().rmse_deg;
         println!("{name} {law:?}: {rmse:.3}");
-        assert!(
-            (rmse / expected - 1.0).abs() < 0.05,
-            "{name} {law:?}: {rmse:.3}, was {expected}"
-        );
+        let off = (rmse / expected - 1.0).abs();
+        assert!(off < 0.05, "{name} {law:?}: {rmse:.3}, was {expected}");
     }
 }

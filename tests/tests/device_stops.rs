@@ -3,16 +3,17 @@
 //! hand-held stop or by themselves, twice over, judged by the independent
 //! checker of traces.
 
-use firmware::link::{Decoder, Request, Response, SCHEMA, ToDevice, encode};
+use firmware::link::{Request, Response, SCHEMA};
 use firmware::lockstep::{Lockstep, Sensors};
 use firmware::pulse::{GroupSpec, Partner, Shape, TrainSpec};
-use firmware::safety::{ChannelSpec, StageSpec, State, WearerSpec};
+use firmware::safety::{State, WearerSpec};
 use firmware::units::{Amplitude, Micros};
 use hal_sim::native::native;
 use hal_sim::trace::{Unwrap, check};
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
 use std::cell::Cell;
+use tests::desk;
 use tests::expectation::{of_setup, since};
 use tests::record::Record;
 
@@ -56,13 +57,9 @@ impl Desk {
     }
 
     fn send(&mut self, request: Request) {
-        let message = ToDevice {
-            session: self.session,
-            seq: self.seq,
-            request,
-        };
+        let bytes = desk::frame(self.session, self.seq, request);
         self.seq = self.seq.wrapping_add(1);
-        let (bytes, at) = (encode(&message).unwrap(), self.board.now());
+        let at = self.board.now();
         self.board
             .receive(at, &bytes, &self.sensors, &mut self.record);
     }
@@ -74,16 +71,12 @@ impl Desk {
         self.send(request);
         self.wait(1_000);
         for _ in 0..30 {
-            let mut decoder = Decoder::default();
-            for &byte in &self.record.bytes {
-                let Some(frame) = decoder.push(byte) else {
-                    continue;
-                };
-                match postcard::from_bytes(frame.unwrap()).unwrap() {
+            for message in desk::messages(&self.record.bytes) {
+                match postcard::from_bytes(&message).unwrap() {
                     Response::Ack { seq: s, at } if s == seq => return Some(self.clock.at(at.0)),
                     Response::Hello(_) => return Some(0),
                     Response::Refused { seq: Some(s), .. } if s == seq => return None,
-                    _ => decoder.clear(),
+                    _ => {}
                 }
             }
             self.wait(1_000);
@@ -101,12 +94,12 @@ enum End {
 }
 
 fn train() -> impl Strategy<Value = TrainSpec> {
-    let shape = prop_oneof![
-        Just(Shape::BiphasicCathodicFirst),
-        Just(Shape::BiphasicAnodicFirst),
-        Just(Shape::MonophasicCathodic),
-        Just(Shape::MonophasicAnodic),
-    ];
+    let shape = prop::sample::select(vec![
+        Shape::BiphasicCathodicFirst,
+        Shape::BiphasicAnodicFirst,
+        Shape::MonophasicCathodic,
+        Shape::MonophasicAnodic,
+    ]);
     let period = prop::sample::select(vec![10_000u32, 20_000, 10_007, 7_500]);
     let offset = prop_oneof![0u32..=5_000, Just(10_000), Just(0)];
     (
@@ -142,12 +135,8 @@ fn train() -> impl Strategy<Value = TrainSpec> {
 }
 
 fn end() -> impl Strategy<Value = End> {
-    prop_oneof![
-        Just(End::Stop),
-        Just(End::Silence),
-        Just(End::HandStop),
-        Just(End::HandStopWhileStopping),
-    ]
+    use End::{HandStop, HandStopWhileStopping, Silence, Stop};
+    prop::sample::select(vec![Stop, Silence, HandStop, HandStopWhileStopping])
 }
 
 /// One stimulation of `us` µs, judged. How many pulses it had.
@@ -161,10 +150,7 @@ fn run(
     desk.sensors.hand_stop = true;
     prop_assert!(desk.ask(Request::Arm).is_some());
     let epoch = desk.ask(Request::Start).unwrap();
-    let mut values = heapless::Vec::new();
-    for _ in trains {
-        values.push(Amplitude(LIMIT_UA)).unwrap();
-    }
+    let values = trains.iter().map(|_| Amplitude(LIMIT_UA)).collect();
     let mask = (1 << trains.len()) - 1;
     desk.ask(Request::Amplitudes { mask, values }).unwrap();
     for _ in 0..us / 10_000 {
@@ -211,45 +197,32 @@ fn however_it_ends_every_pulse_is_whole() {
         ..ProptestConfig::default()
     };
     let result = TestRunner::new(config).run(&strategy, |(boot, trains, partner, ends)| {
-        let mut desk = Desk::boot(Micros(boot));
+        let mut host = Desk::boot(Micros(boot));
         let wearer = WearerSpec {
             rise_ms: 5,
             fall_ms: 5,
             host_timeout_ms: 25,
             ..WearerSpec::default()
         };
-        desk.ask(Request::Wearer(wearer)).unwrap();
+        host.ask(Request::Wearer(wearer)).unwrap();
         for (channel, &train) in (0u8..).zip(&trains) {
-            let stage = StageSpec::Current {
-                full_scale_ua: FULL_SCALE_UA,
-            };
-            let limit = Amplitude(LIMIT_UA);
-            let spec = ChannelSpec {
-                train,
-                stage,
-                limit,
-            };
-            desk.ask(Request::Channel { channel, spec }).unwrap();
+            let spec = desk::channel(train, FULL_SCALE_UA, LIMIT_UA);
+            host.ask(Request::Channel { channel, spec }).unwrap();
         }
-        let groups: Vec<GroupSpec> = partner
-            .map(|partner| GroupSpec {
-                members: 0b11,
-                partner,
-            })
-            .into_iter()
-            .collect();
-        let vec = heapless::Vec::from_slice(&groups).unwrap();
-        desk.ask(Request::Groups(vec)).unwrap();
-        if desk.ask(Request::Arm).is_none() {
+        let members = 0b11;
+        let groups = partner.map(|partner| GroupSpec { members, partner });
+        let groups: heapless::Vec<_, _> = groups.into_iter().collect();
+        host.ask(Request::Groups(groups.clone())).unwrap();
+        if host.ask(Request::Arm).is_none() {
             // Isolation with overlap; anything else is armed.
             prop_assert_eq!(partner, Some(Partner::Isolated));
             refused.set(refused.get() + 1);
             return Ok(());
         }
-        desk.ask(Request::Stop).unwrap();
+        host.ask(Request::Stop).unwrap();
         armed.set(armed.get() + 1);
         for &(us, end) in &ends {
-            changes.set(changes.get() + run(&mut desk, &trains, &groups, us, end)?);
+            changes.set(changes.get() + run(&mut host, &trains, &groups, us, end)?);
         }
         Ok(())
     });
@@ -259,7 +232,5 @@ fn however_it_ends_every_pulse_is_whole() {
         refused.get(),
         changes.get()
     );
-    if let Err(e) = result {
-        panic!("{e}");
-    }
+    result.unwrap_or_else(|e| panic!("{e}"));
 }

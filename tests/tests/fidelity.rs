@@ -1,13 +1,13 @@
 //! `[fidelity]`: a session made as coarse as its scenes allow is as good as the file's
 //! own, within the tolerance.
 
-use host_core::run::{DeviceName, SessionFile, run};
+use host_core::run::{DeviceName, SessionFile};
 use host_core::session::BodySpec;
+use tests::desk::{play, shipped};
 
 /// A committed session with some tolerance, or as it is.
 fn session(name: &str, tolerance: Option<f64>) -> SessionFile {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../host-tool/sessions");
-    let mut text = std::fs::read_to_string(format!("{folder}/{name}.toml")).unwrap();
+    let mut text = std::fs::read_to_string(shipped(&format!("{name}.toml"))).unwrap();
     if let Some(percent) = tolerance {
         text.push_str(&format!("\n[fidelity]\ntolerance_percent = {percent}\n"));
     }
@@ -17,10 +17,7 @@ fn session(name: &str, tolerance: Option<f64>) -> SessionFile {
 /// Telemetry period found, ms, and root mean square of what `of` gives for a sample
 /// from 10 s on.
 fn played(file: &SessionFile, of: impl Fn(&host_core::record::Sample) -> f64) -> (f64, f64) {
-    let port = DeviceName::Native.open(&file.session, 1).unwrap();
-    let (outcome, _) = run(file, port, None, |_| ());
-    assert!(outcome.error.is_none(), "{}", outcome.error.unwrap());
-    let samples = &outcome.trial.samples;
+    let samples = play(file, &DeviceName::Native).outcome.trial.samples;
     let (first, last) = (samples[1].t_s, samples[samples.len() - 1].t_s);
     let period_ms = (last - first) / (samples.len() - 2) as f64 * 1e3;
     let scored: Vec<f64> = samples.iter().filter(|s| s.t_s >= 10.0).map(of).collect();

@@ -5,12 +5,12 @@
 //! ten subjects' forces follow. No evidence about people: the device knows each
 //! muscle's parameters exactly.
 
-use crate::force_reach::{channel, control, play, session};
+use crate::force_reach::{channel, control, session};
 use hal_sim::body::muscle::{Muscle, Parameters, SUBJECTS, Step};
 use hal_sim::trace::Trace;
-use host_core::run::{DeviceName, SessionFile, run};
+use host_core::run::DeviceName;
 use host_core::session::{Session, Setpoint};
-use std::path::Path;
+use tests::desk::{load, play};
 
 const END_US: u64 = 9_000_000;
 /// What is judged: after the first second, in which the amplitude rises.
@@ -80,9 +80,8 @@ fn courses(n: f64) -> [(&'static str, String); 4] {
     };
     let sine = |hz: f64| {
         let (offset, amplitude) = (0.45 * n, 0.35 * n);
-        format!(
-            "kind = \"force-sine\"\noffset_n = {offset:.6}\namplitude_n = {amplitude:.6}\nfrequency_hz = {hz}"
-        )
+        let sizes = format!("offset_n = {offset:.6}\namplitude_n = {amplitude:.6}");
+        format!("kind = \"force-sine\"\n{sizes}\nfrequency_hz = {hz}")
     };
     let steps = [
         (0.0, 0.3),
@@ -108,7 +107,7 @@ fn mean_errors(hold: &str) -> [(f64, f64); 4] {
         for ((_, course), mean) in courses(most).into_iter().zip(&mut means) {
             let channel = channel(1, p, (10.0, 0.3), &format!("hold = \"{hold}\""));
             let file = session(9.1, &channel, &format!("channel = 1\n{course}"));
-            let played = play(&file);
+            let played = play(&file, &DeviceName::Native);
             assert_eq!(played.outcome.refused, 0);
             let force = force(p, &played.trace, played.epoch_us);
             let (smooth, raw) = errors(&wanted(&file.session), &force);
@@ -123,13 +122,10 @@ fn mean_errors(hold: &str) -> [(f64, f64); 4] {
 /// told, on the native simulator and by the flashed image alike.
 #[test]
 fn ten_forces_at_once_are_followed_on_both_simulators() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../host-tool/sessions/ten_forces.toml");
-    let mut file = SessionFile::load(&path).unwrap();
+    let mut file = load("ten_forces.toml");
     file.session.duration_us = 3_000_000;
     for device in [DeviceName::Native, DeviceName::Chip] {
-        let port = device.open(&file.session, 1).unwrap();
-        let (outcome, _) = run(&file, port, None, |_| ());
-        assert!(outcome.error.is_none(), "{}", outcome.error.unwrap());
+        let outcome = play(&file, &device).outcome;
         assert_eq!(outcome.refused, 0);
         let samples = outcome.trial.samples.iter().filter(|s| s.t_s > 1.0);
         let mut squares = [0.0; 10];
@@ -164,14 +160,10 @@ fn forces_follow_what_is_wanted() {
         let names = courses(1.0).map(|(name, _)| name);
         for ((name, (smooth, raw)), bound) in names.into_iter().zip(mean_errors(hold)).zip(bounds) {
             let (smooth_pct, raw_pct) = (1e2 * smooth, 1e2 * raw);
-            println!(
-                "{hold:11} {name:11} {smooth_pct:5.2} % of the most, {raw_pct:5.2} % with ripple"
-            );
+            let told = format!("{hold:11} {name:11} {smooth_pct:5.2} % of the most");
+            println!("{told}, {raw_pct:5.2} % with ripple");
             // From both sides: twice as good would mean that something changed.
-            assert!(
-                (bound / 2.0..bound).contains(&smooth),
-                "{hold}, {name}: {smooth:e}"
-            );
+            assert!((bound / 2.0..bound).contains(&smooth), "{told}");
         }
     }
 }

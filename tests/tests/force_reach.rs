@@ -9,9 +9,8 @@ use firmware::units::Amplitude;
 use hal_sim::body::muscle::reference::integrate;
 use hal_sim::body::muscle::{Muscle, Parameters, SUBJECTS, Step};
 use hal_sim::trace::Trace;
-use host_core::link::Port;
-use host_core::run::{DeviceName, Outcome, SessionFile, run};
-use std::path::Path;
+use host_core::run::{DeviceName, SessionFile};
+use tests::desk::{load, play};
 
 /// FNV-1a over words.
 #[derive(Clone, Copy)]
@@ -47,34 +46,11 @@ fn without_a_slowest_rate_nothing_changes() {
         ("ten_forces.toml", 0x551a_299a_f6da_45ce),
     ];
     let found = sessions.map(|(name, _)| {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../host-tool/sessions");
-        let file = SessionFile::load(&folder.join(name)).unwrap();
-        let played = play(&file);
+        let played = play(&load(name), &DeviceName::Native);
         (name, edges(&played.trace, played.epoch_us).0)
     });
     println!("{found:#x?}");
     assert_eq!(found, sessions);
-}
-
-/// A session that was played on a device: what came of it, and its pins since `epoch_us`.
-pub struct Played {
-    pub outcome: Outcome,
-    pub trace: Trace,
-    pub epoch_us: u64,
-}
-
-/// Plays `file` on the native device.
-pub fn play(file: &SessionFile) -> Played {
-    let port = DeviceName::Native.open(&file.session, 1).unwrap();
-    let (mut outcome, port) = run(file, port, None, |_| ());
-    assert!(outcome.error.is_none(), "{}", outcome.error.unwrap());
-    let epoch_us = outcome.epoch_us.take().unwrap();
-    let trace = port.unwrap().world().unwrap().recorder.trace.clone();
-    Played {
-        outcome,
-        trace,
-        epoch_us,
-    }
 }
 
 /// Force control of a subject's muscle at 20 Hz, to 60 Hz, from 10 to 20 mA.
@@ -215,16 +191,9 @@ fn four_newtons_of_k03() {
     let hold = "hold = \"hold\"";
     for (extra, given) in [("", 7.59), (", min_frequency_hz = 2.0", 4.0)] {
         let setpoints = "kind = \"force-ramp\"\nchannel = 1\npoints = [{ at_s = 0.0, n = 4.0 }]";
-        let file = session(
-            9.0,
-            &channel(1, k03, recruits, &format!("{hold}{extra}")),
-            setpoints,
-        );
-        let Played {
-            outcome,
-            trace,
-            epoch_us: epoch,
-        } = play(&file);
+        let channel = channel(1, k03, recruits, &format!("{hold}{extra}"));
+        let played = play(&session(9.0, &channel, setpoints), &DeviceName::Native);
+        let (outcome, trace, epoch) = (played.outcome, played.trace, played.epoch_us);
         let pulses = pulses(&trace, epoch + 9_000_000, 0, recruits);
         let pulses: Vec<Pulse> = pulses.into_iter().filter(|p| p.0 >= epoch).collect();
         let force = reference_force(k03, &pulses, epoch + 4_000_000);
@@ -240,10 +209,8 @@ fn four_newtons_of_k03() {
         let metrics = host_core::analysis::force_metrics(&outcome.trial);
         if extra.is_empty() {
             let (below, above) = outcome.trial.gap_n(last, 1).unwrap();
-            assert!(
-                last.limiting && below == 0.0 && (above - 7.59).abs() < 0.01,
-                "{above} N"
-            );
+            let is_threshold = below == 0.0 && (above - 7.59).abs() < 0.01;
+            assert!(last.limiting && is_threshold, "{above} N");
             let gap = metrics[0].gap.unwrap();
             assert!(gap.share > 0.99 && gap.above_n == above, "{gap:?}");
         } else {
@@ -275,32 +242,22 @@ fn ten_subjects_have_every_force_but_the_least() {
             [[0, least / 3, least, 2 * least].as_slice(), &below, &above].concat()
         })
         .collect();
-    let stairs: Vec<String> = (0..10)
-        .map(|i| {
-            let points: Vec<String> = wanted[i]
-                .iter()
-                .enumerate()
-                .map(|(step, &mn)| {
-                    let (from, n) = (STEP_S * step as f64, f64::from(mn) * 1e-3);
-                    let to = from + STEP_S - 1e-6;
-                    format!("{{ at_s = {from:.6}, n = {n:.3} }}, {{ at_s = {to:.6}, n = {n:.3} }}")
-                })
-                .collect();
-            format!(
-                "{{ channel = {}, points = [{}] }}",
-                i + 1,
-                points.join(", ")
-            )
-        })
-        .collect();
+    let point = |(step, &mn): (usize, &u32)| {
+        let (from, n) = (STEP_S * step as f64, f64::from(mn) * 1e-3);
+        let to = from + STEP_S - 1e-6;
+        format!("{{ at_s = {from:.6}, n = {n:.3} }}, {{ at_s = {to:.6}, n = {n:.3} }}")
+    };
+    let stair = |(channel, wanted): (u32, &Vec<u32>)| {
+        let points: Vec<String> = wanted.iter().enumerate().map(point).collect();
+        let points = points.join(", ");
+        format!("{{ channel = {channel}, points = [{points}] }}")
+    };
+    let stairs: Vec<String> = (1..).zip(&wanted).map(stair).collect();
     let steps = wanted[0].len();
     let setpoints = format!("kind = \"keep-alive\"\nforces = [{}]", stairs.join(",\n"));
     let file = session(STEP_S * steps as f64, &channels, &setpoints);
-    let Played {
-        outcome,
-        trace,
-        epoch_us: epoch,
-    } = play(&file);
+    let played = play(&file, &DeviceName::Native);
+    let (outcome, trace, epoch) = (played.outcome, played.trace, played.epoch_us);
     let mut worst = 0f64;
     for (i, p) in SUBJECTS.iter().enumerate() {
         let end_us = epoch + (STEP_S * steps as f64 * 1e6) as u64;
@@ -313,18 +270,16 @@ fn ten_subjects_have_every_force_but_the_least() {
             let samples = outcome.trial.samples.iter();
             let mut samples = samples.filter(|s| s.t_s > at_s(0.5) && s.t_s < at_s(1.0));
             let gap = samples.find_map(|s| outcome.trial.gap_n(s, i as u8 + 1));
-            println!(
-                "K{:02}: {n:.3} N wanted, {force:.3} N given, {gap:?}",
-                i + 1
-            );
+            let k = i + 1;
+            println!("K{k:02}: {n:.3} N wanted, {force:.3} N given, {gap:?}");
             if mn == 0 || mn >= slow[i].0 {
-                assert_eq!(gap, None, "K{:02}, {n} N", i + 1);
+                assert_eq!(gap, None, "K{k:02}, {n} N");
                 let off = if mn == 0 { force } else { force / n - 1.0 };
                 worst = worst.max(off.abs());
             } else {
                 let least = f64::from(slow[i].0) * 1e-3;
-                assert_eq!(gap, Some((0.0, least)), "K{:02}, {n} N", i + 1);
-                assert!((force - n).abs() <= 0.5 * least, "K{:02}, {n} N", i + 1);
+                assert_eq!(gap, Some((0.0, least)), "K{k:02}, {n} N");
+                assert!((force - n).abs() <= 0.5 * least, "K{k:02}, {n} N");
             }
         }
     }

@@ -35,13 +35,10 @@ fn the_committed_maps_are_those_of_the_code() {
     let names = committed("txt");
     let drawn = std::thread::scope(|scope| {
         // Two at a time would do; the maps are few and differ much in length.
-        let work: Vec<_> = names
-            .iter()
-            .map(|name| scope.spawn(|| draw(name)))
-            .collect();
-        work.into_iter()
-            .map(|w| w.join().expect("a map"))
-            .collect::<Vec<_>>()
+        let work = names.iter().map(|name| scope.spawn(|| draw(name)));
+        let work: Vec<_> = work.collect();
+        let drawn = work.into_iter().map(|w| w.join().expect("a map"));
+        drawn.collect::<Vec<_>>()
     });
     let mut stale = Vec::new();
     for map in drawn {
@@ -51,11 +48,8 @@ fn the_committed_maps_are_those_of_the_code() {
         };
         let (was, is) = (read("txt"), map.text());
         if was != is {
-            stale.push(format!(
-                "docs/maps/{}.txt\n{}",
-                map.name,
-                difference(&was, &is)
-            ));
+            let lines = difference(&was, &is);
+            stale.push(format!("docs/maps/{}.txt\n{lines}", map.name));
         } else if read("svg") != map_picture(&map) {
             stale.push(format!("docs/maps/{}.svg\n", map.name));
         }

@@ -5,18 +5,14 @@
 
 use firmware::link::Code;
 use firmware::pulse::{GroupSpec, Partner, Shape, TrainSpec};
-use firmware::safety::{ChannelSpec, StageSpec, WearerSpec};
 use firmware::units::{Amplitude, Micros};
-use hal_sim::body::Still;
-use hal_sim::native::native;
 use hal_sim::trace::{Trace, check};
-use hal_sim::wire::faults::Faults;
-use hal_sim::world::World;
-use host_core::link::{Client, Error, SimulatedPort};
+use host_core::link::Error;
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
-use tests::expectation::of_setup;
+use tests::desk;
+use tests::expectation::{of_setup, since};
 
 const PULSES: usize = 1_000_000;
 const SECONDS: u64 = 12;
@@ -56,14 +52,10 @@ fn train() -> impl Strategy<Value = TrainSpec> {
 /// Gives the members of isolated groups one period, single pulses and offsets
 /// at least 2 ms apart: isolation of random trains is almost always refused.
 fn set_apart(trains: &mut [TrainSpec], groups: &[GroupSpec]) {
-    for group in groups
-        .iter()
-        .filter(|group| group.partner == Partner::Isolated)
-    {
-        let members = trains
-            .iter_mut()
-            .enumerate()
-            .filter(|(c, _)| group.members & 1 << c != 0);
+    let isolated = groups.iter().filter(|g| g.partner == Partner::Isolated);
+    for group in isolated {
+        let members = trains.iter_mut().enumerate();
+        let members = members.filter(|(c, _)| group.members & 1 << c != 0);
         for (place, (_, train)) in (0u32..).zip(members) {
             train.period_us = 10_000 + u32::from(group.members) * 37;
             train.offset_us = train.offset_us % 700 + place * 3_000;
@@ -80,21 +72,10 @@ fn valid() -> impl Strategy<Value = TrainSpec> {
 fn groups() -> impl Strategy<Value = Vec<GroupSpec>> {
     let partner = prop_oneof![3 => Just(Partner::Conducted), 1 => Just(Partner::Isolated)];
     (partner.clone(), partner, 0..4u8).prop_map(|(first, second, which)| {
-        let all = [
-            GroupSpec {
-                members: 0b11,
-                partner: first,
-            },
-            GroupSpec {
-                members: 0b111 << 4,
-                partner: second,
-            },
-        ];
-        all.into_iter()
-            .enumerate()
-            .filter(|(i, _)| which & 1 << i != 0)
-            .map(|(_, group)| group)
-            .collect()
+        let all = [(1, 0b11, first), (2, 0b111 << 4, second)];
+        let chosen = all.into_iter().filter(|(bit, ..)| which & bit != 0);
+        let spec = |(_, members, partner)| GroupSpec { members, partner };
+        chosen.map(spec).collect()
     })
 }
 
@@ -105,35 +86,11 @@ struct Played {
 }
 
 fn play(trains: &[TrainSpec], mut groups: Vec<GroupSpec>, boot: Micros) -> Played {
-    let world = World::new(
-        Box::new(native(boot)),
-        Box::new(Still::new(0.0)),
-        boot,
-        Faults::default(),
-        1,
-    );
-    let (mut client, _) = Client::open(SimulatedPort::new(world)).unwrap();
-    client
-        .wearer(WearerSpec {
-            rise_ms: 1,
-            host_timeout_ms: 1000,
-            ..WearerSpec::default()
-        })
-        .unwrap();
+    let (mut client, _) = desk::open(boot);
+    client.wearer(desk::wearer(1_000)).unwrap();
     for (channel, &train) in (0u8..).zip(trains) {
-        let stage = StageSpec::Current {
-            full_scale_ua: 100_000,
-        };
-        client
-            .channel(
-                channel,
-                ChannelSpec {
-                    train,
-                    stage,
-                    limit: Amplitude(10_000),
-                },
-            )
-            .unwrap();
+        let spec = desk::channel(train, 100_000, 10_000);
+        client.channel(channel, spec).unwrap();
     }
     loop {
         client.groups(&groups).unwrap();
@@ -151,9 +108,8 @@ fn play(trains: &[TrainSpec], mut groups: Vec<GroupSpec>, boot: Micros) -> Playe
             Err(e) => panic!("{e}"),
         }
     }
-    let all: Vec<_> = (0..10u8)
-        .map(|c| (c, Amplitude(1_000 + 900 * u32::from(c))))
-        .collect();
+    let amplitude = |c: u8| (c, Amplitude(1_000 + 900 * u32::from(c)));
+    let all: Vec<_> = (0..10).map(amplitude).collect();
     client.amplitudes(&all).unwrap();
     let epoch = client.start().unwrap();
     let now = client.port().world.now_us();
@@ -182,14 +138,10 @@ fn a_million_pulses_are_exact() {
             .collect();
         let wanted = groups().new_tree(&mut runner).unwrap().current();
         set_apart(&mut trains, &wanted);
-        let boot = if setups % 2 == 0 {
-            Micros(u32::MAX - 5_000_000)
-        } else {
-            Micros(1_000)
-        };
+        let boot = Micros([u32::MAX - 5_000_000, 1_000][setups % 2]);
         let played = play(&trains, wanted, boot);
         let end = played.epoch + SECONDS * 1_000_000;
-        let trace = tests::expectation::since(&played.trace, played.epoch).until(end);
+        let trace = since(&played.trace, played.epoch).until(end);
         let expected = of_setup(&trains, &played.groups, played.epoch, end);
         let violations = check(&trace, &expected);
         assert!(
@@ -199,11 +151,8 @@ fn a_million_pulses_are_exact() {
             played.groups
         );
         pulses += trace.pulses(end).iter().map(Vec::len).sum::<usize>();
-        isolated += played
-            .groups
-            .iter()
-            .filter(|g| g.partner == Partner::Isolated)
-            .count();
+        let apart = |g: &&GroupSpec| g.partner == Partner::Isolated;
+        isolated += played.groups.iter().filter(apart).count();
         setups += 1;
     }
     println!("{pulses} pulses of {setups} setups ({isolated} isolated groups): no violation");

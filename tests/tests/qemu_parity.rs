@@ -6,7 +6,7 @@ pub mod session;
 
 use firmware::device::Identity;
 use firmware::link::message::ResetCause;
-use firmware::link::{Code, Decoder, Event, Kind, Response};
+use firmware::link::{Code, Event, Kind, Response};
 use firmware::lockstep::port::MAX_PIECE;
 use firmware::lockstep::{Lockstep, Sensors, Sink};
 use firmware::pulse::Levels;
@@ -16,8 +16,10 @@ use hal_sim::images::Image;
 use hal_sim::lockstep::Device;
 use hal_sim::qemu::Qemu;
 use session::{BOOT, Step, thirty_seconds};
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::Instant;
+use tests::desk;
 
 /// One thing that a device put out.
 #[derive(Debug, PartialEq)]
@@ -63,19 +65,15 @@ fn replay(device: &mut dyn Device, log: &[Step]) -> Record {
 
 fn in_qemu() -> Qemu {
     let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    let image = Image::Qemu
-        .build(&workspace)
-        .unwrap_or_else(|e| panic!("{e}"));
+    let image = Image::Qemu.build(&workspace);
+    let image = image.unwrap_or_else(|e| panic!("{e}"));
     Qemu::start(&image).unwrap_or_else(|e| panic!("{e}"))
 }
 
 fn in_process() -> Lockstep {
     let identity = Identity {
-        kind: Kind::Qemu,
-        unique_id: [0; 3],
         reset: ResetCause::Watchdog,
-        last_fault: None,
-        first_session: 1,
+        ..desk::identity(Kind::Qemu, 1)
     };
     Lockstep::new(identity, BOOT)
 }
@@ -104,68 +102,47 @@ fn a_session_of_30_s_is_the_same_to_the_bit() {
 
 /// A comparison of two silent devices would prove nothing.
 fn exercises_what_it_claims(record: &Record) {
-    let mut seen: [(&str, usize); 8] = [
-        ("hello", 0),
-        ("acknowledgements", 0),
-        ("bad frames", 0),
-        ("limits named", 0),
-        ("telemetry", 0),
-        ("over-current", 0),
-        ("host silence", 0),
-        ("recovery", 0),
-    ];
-    let (mut driven, mut codes, mut wrapped) = (0, 0, false);
-    let mut decoder = Decoder::default();
+    let mut seen: BTreeMap<&str, usize> = BTreeMap::new();
+    let (mut driven, mut codes, mut wrapped, mut said) = (0, 0, false, Vec::new());
     for put in &record.0 {
-        let bytes = match put {
+        match put {
             Put::Levels(at, bits) => {
                 wrapped |= at.0 < BOOT.0;
                 driven |= bits;
-                continue;
             }
-            Put::Dac(..) => {
-                codes += 1;
-                continue;
-            }
-            Put::Bytes(_, bytes) => bytes,
-        };
-        for &byte in bytes {
-            let Some(message) = decoder.push(byte) else {
-                continue;
-            };
-            let kind = match postcard::from_bytes(message.unwrap()).unwrap() {
-                Response::Hello(_) => Some(0),
-                Response::Ack { .. } => Some(1),
-                Response::Refused { seq: None, .. } => Some(2),
-                Response::Refused { refusal, .. } => {
-                    assert_eq!(refusal.code, Code::AboveWearerLimit as u16, "{refusal:?}");
-                    Some(3)
-                }
-                Response::Telemetry(_) => Some(4),
-                Response::Event {
-                    event: Event::Faulted(_),
-                    ..
-                } => Some(5),
-                Response::Event {
-                    event: Event::Stopped(StopCause::HostSilent),
-                    ..
-                } => Some(6),
-                Response::Event {
-                    event: Event::Recovered,
-                    ..
-                } => Some(7),
-                _ => None,
-            };
-            if let Some(kind) = kind {
-                seen[kind].1 += 1;
-            }
-            decoder.clear();
+            Put::Dac(..) => codes += 1,
+            Put::Bytes(_, bytes) => said.extend_from_slice(bytes),
         }
+    }
+    for message in desk::messages(&said) {
+        let response = postcard::from_bytes(&message).unwrap();
+        *seen.entry(kind(&response)).or_default() += 1;
     }
     println!("{seen:?}, {codes} DAC writes");
     assert!(wrapped, "the clock did not wrap");
     assert_eq!(driven, (1 << 21) - 1, "a line never rose");
-    assert!(codes > 1000 && seen.iter().all(|(_, count)| *count > 0));
+    seen.remove("else");
+    assert!(codes > 1000 && seen.len() == 8);
+}
+
+fn kind(response: &Response) -> &'static str {
+    match response {
+        Response::Hello(_) => "hello",
+        Response::Ack { .. } => "acknowledgements",
+        Response::Refused { seq: None, .. } => "bad frames",
+        Response::Refused { refusal, .. } => {
+            assert_eq!(refusal.code, Code::AboveWearerLimit as u16, "{refusal:?}");
+            "limits named"
+        }
+        Response::Telemetry(_) => "telemetry",
+        Response::Event { event, .. } => match event {
+            Event::Faulted(_) => "over-current",
+            Event::Stopped(StopCause::HostSilent) => "host silence",
+            Event::Recovered => "recovery",
+            _ => "else",
+        },
+        Response::Status { .. } => "else",
+    }
 }
 
 #[test]

@@ -2,17 +2,15 @@
 //! exactly 1000 µs after its edge.
 
 use hal_sim::trace::{Edge, State};
-use host_core::link::Port;
-use host_core::run::{DeviceName, SessionFile, run};
-use std::path::Path;
+use host_core::run::{DeviceName, SessionFile};
+use tests::desk::{play, shipped};
 
 /// Off every grid: the window's 250 µs, the tick's and the world's 1000.
 const EDGES_US: [u64; 4] = [100_000, 350_013, 600_999, 850_251];
 
 /// Edges of the pins from the start on, with times from there.
 fn edges(device: &DeviceName) -> Vec<Edge> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../host-tool/sessions/trigger.toml");
-    let text = std::fs::read_to_string(path).unwrap();
+    let text = std::fs::read_to_string(shipped("trigger.toml")).unwrap();
     let list: Vec<_> = EDGES_US.iter().map(|us| format!("0.{us:06}")).collect();
     let listed = format!("at_s = [{}]", list.join(", "));
     let text = text
@@ -20,29 +18,25 @@ fn edges(device: &DeviceName) -> Vec<Edge> {
         .replace("= 10.0\n\n[w", "= 1.2\n\n[w");
     let file = SessionFile::parse("trigger.toml", &text).unwrap();
     assert_eq!(file.session.duration_us, 1_200_000);
-    let port = device
-        .open(&file.session, 1)
-        .unwrap_or_else(|e| panic!("{e}"));
-    let (outcome, port) = run(&file, port, None, |_| ());
-    if let Some(error) = outcome.error {
-        panic!("{device}: {error}");
-    }
-    let epoch = outcome.epoch_us.unwrap();
-    let mut port = port.unwrap();
-    let trace = &port.world().unwrap().recorder.trace;
-    let since = trace.edges().filter(|edge| edge.t_us >= epoch);
-    let since = since.map(|edge| Edge {
-        t_us: edge.t_us - epoch,
-        ..edge
-    });
-    since.collect()
+    let played = play(&file, device);
+    let since = played
+        .trace
+        .edges()
+        .map(|edge| (edge.t_us.checked_sub(played.epoch_us), edge));
+    since
+        .filter_map(|(t_us, edge)| {
+            Some(Edge {
+                t_us: t_us?,
+                ..edge
+            })
+        })
+        .collect()
 }
 
 fn assert_exact(device: &DeviceName, edges: &[Edge]) {
     for (channel, delay) in [(0, 1_000), (1, 3_000)] {
-        let first = edges
-            .iter()
-            .filter(|e| e.channel == channel && e.state == State::Cathodic);
+        let is_first = |e: &&Edge| e.channel == channel && e.state == State::Cathodic;
+        let first = edges.iter().filter(is_first);
         let found: Vec<_> = first.map(|e| e.t_us).collect();
         let train = |edge: u64| (0..10).map(move |n| edge + delay + n * 20_000);
         let expected: Vec<_> = EDGES_US.into_iter().flat_map(train).collect();

@@ -25,21 +25,20 @@ fn channel(offset_us: u32) -> ChannelSpec {
     }
 }
 
-fn open() -> Client<SimulatedPort> {
+/// A native device that boots at `boot`, on a wearer who does not move.
+pub fn native_world(boot: Micros) -> World {
     let body = Box::new(Still::new(0.0));
-    let world = World::new(Box::new(native(BOOT)), body, BOOT, Faults::default(), 1);
-    Client::open(SimulatedPort::new(world)).unwrap().0
+    World::new(Box::new(native(boot)), body, boot, Faults::default(), 1)
 }
 
 #[test]
 fn ten_channels_pulse_until_stopped() {
-    let mut client = open();
-    client
-        .wearer(WearerSpec {
-            rise_ms: 10,
-            ..WearerSpec::default()
-        })
-        .unwrap();
+    let (mut client, _) = Client::open(SimulatedPort::new(native_world(BOOT))).unwrap();
+    let wearer = WearerSpec {
+        rise_ms: 10,
+        ..WearerSpec::default()
+    };
+    client.wearer(wearer).unwrap();
     for c in 0..10u8 {
         client.channel(c, channel(u32::from(c) * 700)).unwrap();
     }

@@ -8,7 +8,7 @@ use host_core::record::{
 };
 use host_core::report::{self, Report};
 use std::f64::consts::TAU;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// A sine as in Hamana's experiment 4, and a finger that follows it late, with
 /// ripple, and not beyond `reach_deg`.
@@ -19,11 +19,8 @@ fn samples(channels: usize, delay_s: f64, reach_deg: f64) -> Vec<Sample> {
         let true_deg = target(t_s - delay_s).min(reach_deg) + 2.0 * (TAU * 3.1 * t_s).sin();
         let effort = (target(t_s) - true_deg) / 10.0;
         let amplitude = |channel: usize| {
-            let share = if channel + 1 == channels {
-                -effort
-            } else {
-                effort
-            };
+            let is_extensor = channel + 1 == channels;
+            let share = if is_extensor { -effort } else { effort };
             14.0 + 12.0 * share.clamp(0.0, 1.0)
         };
         Sample {
@@ -93,14 +90,10 @@ fn trial(name: &str, delay_s: f64, reach_deg: f64, edges: Vec<Edge>) -> Trial {
         samples: samples(3, delay_s, reach_deg),
         edges,
         joint: true,
-        wall: None,
         measure: Some((10.0, 30.0)),
-        pulses: None,
-        silent: None,
-        counters: vec![
-            ("setpoints sent".to_owned(), 2700),
-            ("frames lost".to_owned(), 3),
-        ],
+        counters: [("setpoints sent", 2700), ("frames lost", 3)]
+            .map(|(name, count)| (name.to_owned(), count))
+            .to_vec(),
         events: vec![(0.0, "armed <ok>".to_owned()), (30.0, "stopped".to_owned())],
         ..Trial::default()
     }
@@ -146,16 +139,15 @@ fn folder(name: &str) -> PathBuf {
 #[test]
 fn a_page_stands_alone_and_shows_the_numbers_of_the_run() {
     let run = run();
+    let torque = "Conducted two-point stimulation has 2.2 times one-point's torque.";
     let assumptions = [
-        Assumption {
-            role: Role::PutIn,
-            text: "Conducted two-point stimulation has 2.2 times one-point's torque.".to_owned(),
-        },
-        Assumption {
-            role: Role::CameOut,
-            text: "The RMSE of each trial.".to_owned(),
-        },
-    ];
+        (Role::PutIn, torque),
+        (Role::CameOut, "The RMSE of each trial."),
+    ]
+    .map(|(role, text)| Assumption {
+        role,
+        text: text.to_owned(),
+    });
     let report = Report {
         run: &run,
         paper: &paper(),
@@ -172,9 +164,7 @@ fn a_page_stands_alone_and_shows_the_numbers_of_the_run() {
 
     assert!(html.len() < 1_500_000, "{} bytes", html.len());
     let without_names = html.replace("http://www.w3.org/2000/svg", "");
-    for request in [
-        "http:", "https:", "<script", "src=", "url(", "@import", "<link",
-    ] {
+    for request in "http: https: <script src= url( @import <link".split(' ') {
         assert!(
             !without_names.contains(request),
             "the page asks for {request}"
@@ -183,11 +173,8 @@ fn a_page_stands_alone_and_shows_the_numbers_of_the_run() {
     for trial in &run.trials {
         // In the sentence, above the panel and in the table.
         let rmse = metrics(trial).unwrap().rmse_deg;
-        let printed = if rmse < 9.995 {
-            format!("{rmse:.2}°")
-        } else {
-            format!("{rmse:.1}°")
-        };
+        let digits = if rmse < 9.995 { 2 } else { 1 };
+        let printed = format!("{rmse:.digits$}°");
         assert!(html.matches(&printed).count() >= 3, "{printed}");
     }
     assert!(html.contains("no evidence about people"));
@@ -198,10 +185,8 @@ fn a_page_stands_alone_and_shows_the_numbers_of_the_run() {
 
     let summary = std::fs::read_to_string(dir.join("summary.json")).unwrap();
     let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
-    let written = summary["trials"][2]["metrics"]["rmse_deg"]
-        .as_f64()
-        .unwrap();
-    assert_eq!(written, metrics(&run.trials[2]).unwrap().rmse_deg);
+    let written = &summary["trials"][2]["metrics"]["rmse_deg"];
+    assert_eq!(*written, metrics(&run.trials[2]).unwrap().rmse_deg);
 }
 
 #[test]
@@ -247,23 +232,29 @@ fn a_run_reads_back_exactly() {
     assert_eq!(Run { ending, ..loaded }, run());
 }
 
-#[test]
-fn an_interrupted_trial_keeps_its_complete_rows() {
-    let dir = folder("interrupted");
+/// The record of a run whose first trial has no row yet.
+fn begun(dir: &Path) -> (Run, Recorder) {
     let run = run();
     let trial = Trial {
         samples: Vec::new(),
         ..run.trials[0].clone()
     };
-    record::write_run(&dir, &run).unwrap();
-    let mut recorder = Recorder::create(&dir, 0, &trial).unwrap();
+    record::write_run(dir, &run).unwrap();
+    let recorder = Recorder::create(dir, 0, &trial).unwrap();
+    (run, recorder)
+}
+
+#[test]
+fn an_interrupted_trial_keeps_its_complete_rows() {
+    let dir = folder("interrupted");
+    let (run, mut recorder) = begun(&dir);
     for sample in &run.trials[0].samples[..250] {
         recorder.sample(sample).unwrap();
     }
     recorder.event(2.5, "device unplugged").unwrap();
     drop(recorder);
     // The last row cut within its last number still looks like a number.
-    let path = record::trial_folder(&dir, 0, &trial.name).join("samples.csv");
+    let path = record::trial_folder(&dir, 0, &run.trials[0].name).join("samples.csv");
     let text = std::fs::read_to_string(&path).unwrap();
     std::fs::write(&path, &text[..text.len() - 3]).unwrap();
 
@@ -271,22 +262,14 @@ fn an_interrupted_trial_keeps_its_complete_rows() {
     assert_eq!(loaded.trials.len(), 1);
     assert_eq!(loaded.trials[0].samples, run.trials[0].samples[..249]);
     assert_eq!(loaded.trials[0].edges, run.trials[0].edges);
-    assert_eq!(
-        loaded.trials[0].events.last().unwrap().1,
-        "device unplugged"
-    );
+    let (_, last) = loaded.trials[0].events.last().unwrap();
+    assert_eq!(last, "device unplugged");
 }
 
 #[test]
 fn rows_reach_the_disk_while_the_trial_runs() {
     let dir = folder("streaming");
-    let run = run();
-    let trial = Trial {
-        samples: Vec::new(),
-        ..run.trials[0].clone()
-    };
-    record::write_run(&dir, &run).unwrap();
-    let mut recorder = Recorder::create(&dir, 0, &trial).unwrap();
+    let (run, mut recorder) = begun(&dir);
     let samples = &run.trials[0].samples;
     recorder.sample(&samples[0]).unwrap();
     recorder.sample(&samples[1]).unwrap();
@@ -302,8 +285,6 @@ fn a_damaged_file_is_named_with_its_line() {
     let text = std::fs::read_to_string(&path).unwrap();
     std::fs::write(&path, text.replacen("cathodic", "cathodik", 1)).unwrap();
     let error = record::load(&dir).unwrap_err().to_string();
-    assert!(
-        error.contains("edges.csv, line 2: state: \"cathodik\""),
-        "{error}"
-    );
+    let place = "edges.csv, line 2: state: \"cathodik\"";
+    assert!(error.contains(place), "{error}");
 }

@@ -10,25 +10,12 @@ use host_core::run::{SessionFile, acknowledge, begin_trial, run};
 use std::io;
 use std::path::Path;
 
-const SESSION: &str = r#"
-title = "One channel"
-duration_s = 4.0
-
-[wearer]
-rise_ms = 10
-
-[[channel]]
-number = 1
-name = "one"
-stage = { kind = "current", full_scale_ma = 100.0 }
-limit = 15.0
-train = { shape = "biphasic-cathodic-first", width_us = 200, frequency_hz = 50.0 }
-
-[setpoints]
-kind = "amplitudes"
-values = [{ channel = 1, value = 5.0 }]
-rate_hz = 50
-"#;
+/// One channel at 50 Hz; the device waits for its host as long as it does by default.
+fn session() -> SessionFile {
+    let text = include_str!("../../tests/one_channel.toml");
+    let text = text.replace("duration_s = 30.0", "duration_s = 4.0");
+    SessionFile::parse("one.toml", &text.replace("host_timeout_ms = 1000\n", "")).unwrap()
+}
 
 /// When things happen, µs after boot.
 const AT_US: u64 = 2_000_000;
@@ -92,59 +79,26 @@ impl Port for Accident {
     }
 }
 
-struct Row {
-    name: &'static str,
-    happening: Happening,
-    /// All in the message.
-    says: &'static [&'static str],
-    /// Whether the device must be acknowledged before the next session.
-    faulted: bool,
-}
+/// What happens, what is all in the message, and whether the device must be
+/// acknowledged before the next session.
+type Row = (&'static str, Happening, &'static [&'static str], bool);
 
-const ROWS: &[Row] = &[
-    Row {
-        name: "gone",
-        happening: Happening::Gone,
-        says: &["E502 lost the device", "reconnect and run again"],
-        faulted: false,
-    },
-    Row {
-        name: "silent",
-        happening: Happening::Silent,
-        says: &["E501 no answer to setpoints", "is the device powered"],
-        faulted: false,
-    },
-    Row {
-        name: "over-current",
-        happening: Happening::World(|world| world.sensors.over_current = true),
-        says: &["E512", "fault 6: OverCurrent", "--acknowledge", "is kept"],
-        faulted: true,
-    },
-    Row {
-        name: "electrode off",
-        happening: Happening::World(|world| world.body.loads_mut()[0] = Load::Open),
-        says: &["E512", "fault 7: ElectrodeOff", "--acknowledge", "is kept"],
-        faulted: true,
-    },
-    Row {
-        name: "hand-held stop",
-        happening: Happening::World(|world| world.sensors.hand_stop = false),
-        says: &["E512", "stopping: HandStop", "close it", "is kept"],
-        faulted: false,
-    },
+#[rustfmt::skip]
+const ROWS: [Row; 5] = [
+    ("gone", Happening::Gone, &["E502 lost the device", "reconnect and run again"], false),
+    ("silent", Happening::Silent, &["E501 no answer to setpoints", "is the device powered"], false),
+    ("over-current", Happening::World(|world| world.sensors.over_current = true), &["E512", "fault 6: OverCurrent", "--acknowledge", "is kept"], true),
+    ("electrode off", Happening::World(|world| world.body.loads_mut()[0] = Load::Open), &["E512", "fault 7: ElectrodeOff", "--acknowledge", "is kept"], true),
+    ("hand-held stop", Happening::World(|world| world.sensors.hand_stop = false), &["E512", "stopping: HandStop", "close it", "is kept"], false),
 ];
-
 #[test]
 fn the_reason_is_named_and_the_record_is_kept() {
-    for row in ROWS {
-        check(row);
-    }
+    ROWS.into_iter().for_each(check);
 }
 
-fn check(row: &Row) {
-    let name = row.name;
-    let file = SessionFile::parse("one.toml", SESSION).unwrap();
-    let port = accident(&file, row.happening);
+fn check((name, happening, says, is_faulted): Row) {
+    let file = session();
+    let port = accident(&file, happening);
     let out = Path::new(env!("CARGO_TARGET_TMPDIR"))
         .join("cut_short")
         .join(name);
@@ -153,7 +107,7 @@ fn check(row: &Row) {
     let mut recorder = Recorder::create(&out, 0, &begin_trial(&file)).unwrap();
     let (outcome, port) = run(&file, port, Some(&mut recorder), |_| ());
     let message = outcome.error.expect(name).to_string();
-    for part in row.says {
+    for part in says {
         assert!(message.contains(part), "{name}: no `{part}` in {message}");
     }
     // As it lies on the disk without the recorder's last word.
@@ -164,43 +118,39 @@ fn check(row: &Row) {
     // Telemetry goes on while the run waits for the outputs to be isolated.
     assert!((1.8..2.5).contains(&last), "{name}: {last} s");
     assert_eq!(outcome.trial.duration_s, last, "{name}");
-    assert!(
-        kept.events.iter().any(|(_, text)| *text == message),
-        "{name}"
-    );
+    let mut events = kept.events.iter();
+    assert!(events.any(|(_, text)| *text == message), "{name}");
     let [read] = kept.electrode_check[..] else {
         panic!("{name}: {:?}", kept.electrode_check);
     };
     assert_eq!((read.channel, read.load_ohm), (1, None), "{name}");
     // A current stage: as much flows as was applied, to a count of the sense.
-    assert!(
-        (read.applied - read.current_ma).abs() < 0.03,
-        "{name}: {read:?}"
-    );
+    let off_ma = (read.applied - read.current_ma).abs();
+    assert!(off_ma < 0.03, "{name}: {read:?}");
     let mut port = port.expect(name);
     let now = port.now_us();
     port.port.world.run_until(now + 500_000).unwrap();
     assert_eq!(port.port.world.recorder.trace.last_levels().0, 0, "{name}");
-    runs_again(row, port, &file);
+    runs_again(name, is_faulted, port, &file);
 }
 
 /// Once the cause is gone, the next session runs: acknowledged if need be.
-fn runs_again(row: &Row, mut port: Accident, file: &SessionFile) {
+fn runs_again(name: &str, is_faulted: bool, mut port: Accident, file: &SessionFile) {
     port.happening = Happening::Nothing;
     let world = &mut port.port.world;
     (world.sensors.over_current, world.sensors.hand_stop) = (false, true);
     world.body.loads_mut()[0] = Load::NOMINAL;
-    if row.faulted {
+    if is_faulted {
         let (outcome, back) = run(file, port, None, |_| ());
-        let message = outcome.error.expect(row.name).to_string();
-        assert!(message.contains("E306"), "{}: {message}", row.name);
-        assert!(message.contains("--acknowledge"), "{}: {message}", row.name);
+        let message = outcome.error.expect(name).to_string();
+        assert!(message.contains("E306"), "{name}: {message}");
+        assert!(message.contains("--acknowledge"), "{name}: {message}");
         port = acknowledge(back.unwrap()).unwrap();
     }
     let (outcome, port) = run(file, port, None, |_| ());
-    assert!(outcome.error.is_none(), "{}: {:?}", row.name, outcome.error);
+    assert!(outcome.error.is_none(), "{name}: {:?}", outcome.error);
     let (_, info) = Client::open(port.unwrap()).unwrap();
-    assert_eq!(info.state, State::Idle, "{}", row.name);
+    assert_eq!(info.state, State::Idle, "{name}");
 }
 
 /// A native board with the session's wearer.

@@ -2,12 +2,10 @@
 //! rung tells its force, and no change is a step.
 
 use firmware::units::Micros;
-use hal_sim::body::Still;
-use hal_sim::native::native;
-use hal_sim::wire::faults::Faults;
-use hal_sim::world::World;
 use host_core::link::SimulatedPort;
 use host_core::run::{SessionFile, run};
+
+use crate::link_native::native_world;
 
 const SESSION: &str = r#"
 title = "Rungs under way"
@@ -52,9 +50,8 @@ const BOOT: Micros = Micros(u32::MAX - 2_000_000);
 #[test]
 fn a_session_changes_rungs_without_a_step() {
     let file = SessionFile::parse("rungs.toml", SESSION).unwrap();
-    let body = Box::new(Still::new(0.0));
-    let world = World::new(Box::new(native(BOOT)), body, BOOT, Faults::default(), 1);
-    let (outcome, _) = run(&file, SimulatedPort::new(world), None, |_| ());
+    let port = SimulatedPort::new(native_world(BOOT));
+    let (outcome, _) = run(&file, port, None, |_| ());
     assert!(outcome.error.is_none(), "{:?}", outcome.error);
     assert_eq!(outcome.refused, 0);
     let samples = &outcome.trial.samples;

@@ -3,14 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use firmware::control::{LawSpec, SensorSource};
-use firmware::device::Identity;
-use firmware::link::message::ResetCause;
-use firmware::link::{Decoder, Event, Kind, Request, Response, SCHEMA, ToDevice, encode};
-use firmware::lockstep::{Lockstep, Sensors, Sink};
-use firmware::pulse::{Levels, Partner};
+use firmware::link::Event;
+use firmware::pulse::Partner;
 use firmware::safety::State;
-use firmware::units::{Amplitude, DacCode, Micros};
+use firmware::units::{Amplitude, Micros};
+use host_core::link::{Client, Incoming, Port, SimulatedPort};
 use host_core::session::{LawName, Problem, Session, Setpoint};
+
+use crate::link_native::native_world;
 
 pub(crate) fn files() -> Vec<PathBuf> {
     fn walk(folder: &Path, found: &mut Vec<PathBuf>) {
@@ -35,144 +35,63 @@ fn load(name: &str) -> Session {
     Session::load(folder.join(name)).unwrap()
 }
 
-/// What the device answers, and how many bursts got an amplitude.
-#[derive(Default)]
-struct Heard {
-    bytes: Vec<u8>,
-    nonzero_codes: usize,
-}
-
-impl Sink for Heard {
-    fn levels(&mut self, _: Micros, _: Levels) {}
-    fn dac(&mut self, _: Micros, _: u8, code: DacCode) {
-        self.nonzero_codes += usize::from(code.0 > 0);
-    }
-    fn bytes(&mut self, _: Micros, bytes: &[u8]) {
-        self.bytes.extend_from_slice(bytes);
+/// Lets time go on: the device says nothing of a refusal, a fault or a stop.
+fn listen(client: &mut Client<SimulatedPort>, us: u64) {
+    let until = client.port().now_us() + us;
+    while let Some(incoming) = client.next(until).unwrap() {
+        let is_reading = matches!(incoming, Incoming::Event(_, Event::Electrode { .. }));
+        let is_telemetry = matches!(incoming, Incoming::Telemetry(_));
+        assert!(is_reading || is_telemetry, "{incoming:?}");
     }
 }
-
-/// The firmware behind its real link.
-struct Device {
-    board: Lockstep,
-    sensors: Sensors,
-    heard: Heard,
-    session: u16,
-    seq: u16,
-}
-
-impl Device {
-    fn new(sensors: Sensors) -> Self {
-        let identity = Identity {
-            kind: Kind::Native,
-            unique_id: [0; 3],
-            reset: ResetCause::PowerOn,
-            last_fault: None,
-            first_session: 1,
-        };
-        let mut device = Self {
-            board: Lockstep::new(identity, Micros(u32::MAX - 200_000)),
-            sensors,
-            heard: Heard::default(),
-            session: 0,
-            seq: 0,
-        };
-        device.ask(Request::Hello { schema: SCHEMA });
-        device
-    }
-
-    fn run(&mut self, us: u32) {
-        let to = self.board.now().plus(us);
-        self.board.advance(to, &self.sensors, &mut self.heard);
-    }
-
-    /// Sends a request; panics on a refusal, a fault or an unwanted stop.
-    fn ask(&mut self, request: Request) {
-        self.seq += 1;
-        let (session, seq) = (self.session, self.seq);
-        let frame = encode(&ToDevice {
-            session,
-            seq,
-            request,
-        })
-        .unwrap();
-        let at = self.board.now().plus(100);
-        self.board
-            .receive(at, &frame, &self.sensors, &mut self.heard);
-        self.run(2_000);
-        self.listen();
-    }
-
-    fn listen(&mut self) {
-        let mut decoder = Decoder::default();
-        for byte in std::mem::take(&mut self.heard.bytes) {
-            let Some(message) = decoder.push(byte) else {
-                continue;
-            };
-            match postcard::from_bytes::<Response>(message.unwrap()).unwrap() {
-                Response::Hello(info) => self.session = info.session,
-                Response::Ack { .. } | Response::Status { .. } | Response::Telemetry(_) => {}
-                // Arming tells what each electrode read.
-                Response::Event {
-                    event: Event::Electrode { .. },
-                    ..
-                } => {}
-                unwanted => panic!("{unwanted:?}"),
-            }
-            decoder.clear();
-        }
-    }
-}
-
 /// From setpoint to setpoint, µs.
-const TURN_US: u32 = 23_000;
+const TURN_US: u64 = 23_000;
 
 /// How many setpoints a session is played for: two bursts at the slowest rate
 /// that force control may come to, and ten at least.
 fn turns(session: &Session) -> u64 {
     let forces = session.channels.iter().filter_map(|c| c.force.as_ref());
     let slowest_us = forces.filter_map(|force| force.max_period_us).max();
-    u64::from((2 * slowest_us.unwrap_or(0)).div_ceil(TURN_US)).max(10)
+    (2 * u64::from(slowest_us.unwrap_or(0)))
+        .div_ceil(TURN_US)
+        .max(10)
 }
 
 /// Configures, arms and runs a device for a quarter of a second, or for two bursts
-/// at the slowest rate.
-fn play(session: &Session) -> Device {
-    let mut sensors = Sensors::default();
-    if let Some(SensorSource::Adc {
-        code_at_0,
-        code_at_100,
-    }) = session.joint.as_ref().map(|joint| joint.sensor)
+/// at the slowest rate. How many bursts got an amplitude.
+fn play(session: &Session) -> usize {
+    // The clock wraps while it runs.
+    let mut world = native_world(Micros(u32::MAX - 200_000));
+    if let Some(joint) = &session.joint
+        && let SensorSource::Adc {
+            code_at_0,
+            code_at_100,
+        } = joint.sensor
     {
-        sensors.joint = Some(u16::midpoint(code_at_0, code_at_100));
+        world.sensors.joint = Some(u16::midpoint(code_at_0, code_at_100));
     }
-    let mut device = Device::new(sensors);
+    let (mut client, _) = Client::open(SimulatedPort::new(world)).unwrap();
     for request in session.requests() {
-        device.ask(request);
+        client.request(request).unwrap();
     }
-    device.ask(Request::Arm);
-    for _ in 0..100 {
-        if device.board.state() != State::Armed {
-            device.run(20_000);
-            device.listen();
-        }
-    }
-    assert_eq!(device.board.state(), State::Armed);
-    device.ask(Request::Start);
-    device.heard.nonzero_codes = 0;
+    client.arm().unwrap();
+    assert_eq!(client.status().unwrap().state, State::Armed);
+    client.start().unwrap();
+    let armed = client.port().world.recorder.trace.dac.len();
     for index in 0..turns(session) {
         let due_us = session.setpoints.due_us(index);
-        device.ask(session.setpoints.at(due_us).request(None));
+        client
+            .request(session.setpoints.at(due_us).request(None))
+            .unwrap();
         for setpoint in session.setpoints.with(due_us) {
-            device.ask(setpoint.request(None));
+            client.request(setpoint.request(None)).unwrap();
         }
-        device.run(TURN_US);
+        listen(&mut client, TURN_US);
     }
-    device.listen();
-    assert_eq!(device.board.state(), State::Stimulating);
-    device
+    assert_eq!(client.status().unwrap().state, State::Stimulating);
+    let writes = &client.port().world.recorder.trace.dac[armed..];
+    writes.iter().filter(|write| write.code > 0).count()
 }
-
 #[test]
 fn every_file_runs_on_a_device() {
     let files = files();
@@ -180,11 +99,10 @@ fn every_file_runs_on_a_device() {
     for file in files {
         let session = Session::load(&file).unwrap_or_else(|e| panic!("{file:?}: {e}"));
         println!("{}", file.display());
-        let device = play(&session);
         // A trigger, or an arm in the wall, is yet to come.
-        let waits =
-            session.wall.is_some() || session.channels.iter().all(|c| c.spec.train.triggered);
-        assert_eq!(device.heard.nonzero_codes > 0, !waits, "{file:?}");
+        let is_triggered = session.channels.iter().all(|c| c.spec.train.triggered);
+        let waits = session.wall.is_some() || is_triggered;
+        assert_eq!(play(&session) > 0, !waits, "{file:?}");
         assert_eq!(session.notes, [""; 0], "{file:?}");
     }
 }
@@ -199,12 +117,8 @@ fn experiment_4_is_as_printed() {
     let ranges: Vec<_> = points
         .map(|p| (p.channel, p.threshold.0, p.max.0))
         .collect();
-    let expected = [
-        (0, 20_000, 28_000),
-        (1, 25_000, 36_000),
-        (2, 14_000, 26_000),
-    ];
-    assert_eq!(ranges, expected);
+    let [a, b] = [(0, 20_000, 28_000), (1, 25_000, 36_000)];
+    assert_eq!(ranges, [a, b, (2, 14_000, 26_000)]);
     assert_eq!(joint.law, LawSpec::ALONE);
     let trains: Vec<_> = session.channels.iter().map(|c| c.spec.train).collect();
     let offsets: Vec<_> = trains.iter().map(|t| t.offset_us).collect();
@@ -260,11 +174,8 @@ fn experiment_2_has_the_patterns_of_figure_5() {
             assert_eq!(name.contains("b_to_a"), delay < 0, "{name}");
             two.push((isolated, delay));
         } else {
-            let point = if values == [a, Amplitude(0)] {
-                'a'
-            } else {
-                'b'
-            };
+            let is_a = values == [a, Amplitude(0)];
+            let point = if is_a { 'a' } else { 'b' };
             assert!(point == 'a' || values == [Amplitude(0), b], "{name}");
             assert!(name.contains(&format!("one_point_{point}")), "{name}");
             one.push((isolated, point));

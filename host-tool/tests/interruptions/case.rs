@@ -3,34 +3,17 @@
 use super::board::{Board, Order, Wire};
 use super::metronome::{Metronome, Stall};
 use super::program::Program;
+use crate::program::{one_channel, written};
 use host_core::record::{self, Run};
 use host_core::report::{Report, page};
 use std::path::Path;
 use std::process::ExitStatus;
 use std::time::{Duration, Instant};
 
-/// An open loop of one channel. A test's computer stalls at times: the device
-/// is patient.
-pub const OPEN_LOOP: &str = r#"
-title = "One channel"
-duration_s = 3600.0
-
-[wearer]
-rise_ms = 10
-host_timeout_ms = 1000
-
-[[channel]]
-number = 1
-name = "one"
-stage = { kind = "current", full_scale_ma = 100.0 }
-limit = 15.0
-train = { shape = "biphasic-cathodic-first", width_us = 200, frequency_hz = 50.0 }
-
-[setpoints]
-kind = "amplitudes"
-values = [{ channel = 1, value = 5.0 }]
-rate_hz = 2
-"#;
+/// An open loop of one channel.
+pub fn open_loop() -> String {
+    one_channel(3600.0, 2)
+}
 
 /// A finger that follows a sine, judged from 10 s on.
 fn closed_loop() -> String {
@@ -134,14 +117,11 @@ pub fn run_case(case: Case, folder: &Path) -> Fate {
 }
 
 fn try_case(case: Case, folder: &Path) -> Option<Fate> {
-    let session = folder.join("session.toml");
-    let closed_loop = closed_loop();
-    let text = if case.is_closed_loop {
-        &closed_loop
-    } else {
-        OPEN_LOOP
+    let text = match case.is_closed_loop {
+        true => closed_loop(),
+        false => open_loop(),
     };
-    std::fs::write(&session, text).unwrap();
+    let session = written(folder, "session.toml", text);
     let board = case.wire.map(|wire| Board::serve(wire, folder, &session));
     let at = board.as_ref().map_or("native", |board| &board.at);
     let most = (case.way == Way::FullDisk).then_some(case.most_bytes);
@@ -172,11 +152,8 @@ fn try_case(case: Case, folder: &Path) -> Option<Fate> {
     let stop = heard.and_then(|heard| heard.stop);
     let is_heard = !matches!(case.way, Way::Kill | Way::Cut | Way::Freeze);
     if is_heard && heard.is_some_and(|heard| heard.start.is_some()) {
-        assert!(
-            stop.is_some(),
-            "{case:?}: no Stop on the wire: {}",
-            program.error()
-        );
+        let error = program.error();
+        assert!(stop.is_some(), "{case:?}: no Stop on the wire: {error}");
     }
     let is_signal = matches!(case.way, Way::Interrupt | Way::Terminate);
     let until_stop = asked.zip(stop).filter(|_| is_signal);
@@ -248,10 +225,9 @@ fn headline_is_true(case: Case, run: &Run, reason: &str, out: &Path) {
         page[begin..begin + end].to_owned()
     };
     let headline = result(&page(&report));
-    assert!(
-        headline.contains("Incomplete: ") && headline.contains(reason),
-        "{case:?}: {headline}"
-    );
+    for part in ["Incomplete: ", reason] {
+        assert!(headline.contains(part), "{case:?}: {headline}");
+    }
     let says_open = headline.contains("Open loop");
     let is_open = !case.is_closed_loop && !run.trials[0].samples.is_empty();
     assert_eq!(says_open, is_open, "{case:?}: {headline}");
@@ -265,26 +241,18 @@ fn headline_is_true(case: Case, run: &Run, reason: &str, out: &Path) {
 /// A frozen wire keeps the program waiting for the answer to its stop; the exit
 /// code of a second signal then.
 pub fn signal_twice(folder: &Path) -> Option<i32> {
-    let session = folder.join("session.toml");
-    std::fs::write(&session, OPEN_LOOP).unwrap();
+    let session = written(folder, "session.toml", open_loop());
     let board = Board::serve(Wire::Tcp, folder, &session);
     let arguments = ["run", "session.toml", "--device", &board.at, "--out", "out"];
     let mut program = Program::start(folder, &arguments, None);
-    assert!(
-        program.waits_for(|| board.heard().start.is_some()),
-        "{}",
-        program.error()
-    );
+    let has_started = program.waits_for(|| board.heard().start.is_some());
+    assert!(has_started, "{}", program.error());
     board.order(Order::Freeze);
     program.signal("TERM");
     std::thread::sleep(Duration::from_millis(30));
     program.signal("TERM");
     let code = program.wait().code();
-    assert!(
-        record::load(&folder.join("out"))
-            .unwrap()
-            .ending
-            .is_incomplete()
-    );
+    let kept = record::load(&folder.join("out")).unwrap();
+    assert!(kept.ending.is_incomplete());
     code
 }

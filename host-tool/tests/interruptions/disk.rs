@@ -1,5 +1,6 @@
 //! A disk that is full after so many bytes.
 
+use crate::program::{folder, one_channel};
 use host_core::link::Port;
 use host_core::record::{self, Disk, Recorder, Run};
 use host_core::run::{RunError, SessionFile, begin_trial, run, simulated};
@@ -90,9 +91,9 @@ fn run_on(bytes: usize, file: &SessionFile, out: &Path) -> Option<()> {
 /// Every byte at which the disk can be full, of a run that is short enough.
 #[test]
 fn a_disk_that_fills_at_any_byte_stops_the_run_and_keeps_its_rows() {
-    let text = super::case::OPEN_LOOP.replace("3600.0", "0.05");
+    let text = one_channel(0.05, 2);
     let file = SessionFile::parse("short.toml", &text).unwrap();
-    let out = super::folder("disk");
+    let out = folder("interruptions/disk");
     record::write_run(&out, &Run::default()).unwrap();
     let mut bytes = 0;
     while run_on(bytes, &file, &out).is_some() {

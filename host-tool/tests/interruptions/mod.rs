@@ -13,9 +13,9 @@ mod disk;
 mod metronome;
 mod program;
 
+use crate::program::{folder, written};
 use case::{Case, Fate, Way, run_case};
 use program::Program;
-use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
@@ -25,15 +25,6 @@ use std::time::Duration;
 /// half of the stops must come within this, so that none waits for an answer
 /// or for the next setpoint (500 ms).
 const HALF_WITHIN: Duration = Duration::from_millis(100);
-
-fn folder(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"))
-        .join("interruptions")
-        .join(name);
-    let _ = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).unwrap();
-    folder
-}
 
 /// Runs the cases of these seeds, two at a time, and tells of them.
 fn campaign(name: &str, count: u64) -> Vec<(Case, Fate)> {
@@ -48,7 +39,7 @@ fn campaign(name: &str, count: u64) -> Vec<(Case, Fate)> {
                         return;
                     }
                     let case = Case::of(seed);
-                    let fate = run_case(case, &folder(&format!("{name}/{seed}")));
+                    let fate = run_case(case, &folder(&format!("interruptions/{name}/{seed}")));
                     fates.lock().unwrap().push((case, fate));
                 }
             });
@@ -63,10 +54,8 @@ fn tell(fates: &[(Case, Fate)]) {
         let own: Vec<&Fate> = own.map(|(_, fate)| fate).collect();
         let rows: usize = own.iter().map(|fate| fate.rows).sum();
         let again: u32 = own.iter().map(|fate| fate.again).sum();
-        println!(
-            "{way:?}: {} runs, {rows} rows kept, {again} begun again",
-            own.len()
-        );
+        let runs = own.len();
+        println!("{way:?}: {runs} runs, {rows} rows kept, {again} begun again");
     }
     let mut times: Vec<f64> = fates
         .iter()
@@ -87,10 +76,8 @@ fn tell(fates: &[(Case, Fate)]) {
     println!("later than 20 ms: {late}");
     for (case, fate) in fates {
         if fate.until_stop.is_some_and(|time| time.as_millis() >= 20) {
-            println!(
-                "{case:?}: {fate:?}; a thread of this test in that time: {:?}",
-                fate.stall
-            );
+            let stall = fate.stall;
+            println!("{case:?}: {fate:?}; a thread of this test in that time: {stall:?}");
         }
     }
 }
@@ -115,8 +102,8 @@ fn two_hundred_random_interruptions() {
 
 /// What ends a command, started with these words in a folder of its own.
 fn ends(name: &str, words: &str, ready: Option<&str>, signal: &str, code: i32) {
-    let folder = folder(&format!("commands/{name}-{signal}"));
-    std::fs::write(folder.join("session.toml"), case::OPEN_LOOP).unwrap();
+    let folder = folder(&format!("interruptions/{name}-{signal}"));
+    written(&folder, "session.toml", case::open_loop());
     let arguments: Vec<&str> = words.split_whitespace().collect();
     let mut program = Program::start(&folder, &arguments, None);
     let out = folder.join("stdout");
@@ -128,24 +115,15 @@ fn ends(name: &str, words: &str, ready: Option<&str>, signal: &str, code: i32) {
     program.signal(signal);
     let status = program.wait();
     assert_eq!(status.code(), Some(code), "{name}: {}", program.error());
-    assert!(
-        program.error().contains(&format!("SIG{signal} came")),
-        "{name}: {}",
-        program.error()
-    );
+    let error = program.error();
+    let came = format!("SIG{signal} came");
+    assert!(error.contains(&came), "{name}: {error}");
     if ready.is_some() {
         let record = host_core::record::load(&folder.join("out")).unwrap();
         let reason = record.ending.reason.expect(name);
-        assert!(
-            reason.contains(&format!("SIG{signal} came")),
-            "{name}: {reason}"
-        );
-        assert!(
-            program
-                .error()
-                .contains("the record, marked incomplete, is in out"),
-            "{name}"
-        );
+        assert!(reason.contains(&came), "{name}: {reason}");
+        let kept = "the record, marked incomplete, is in out";
+        assert!(error.contains(kept), "{name}: {error}");
         assert!(folder.join("out/report.html").is_file(), "{name}");
     }
 }
@@ -170,7 +148,7 @@ fn every_command_that_stimulates_ends_in_order() {
 fn what_records_nothing_ends_at_once() {
     for (signal, number, code) in [("INT", 2, 130), ("TERM", 15, 143)] {
         for words in ["selftest", "bench"] {
-            let folder = folder(&format!("commands/{words}-{signal}"));
+            let folder = folder(&format!("interruptions/{words}-{signal}"));
             let mut program = Program::start(&folder, &[words], None);
             let begin = std::time::Instant::now();
             while !program.handles(number) && begin.elapsed() < Duration::from_secs(60) {
@@ -178,19 +156,15 @@ fn what_records_nothing_ends_at_once() {
                 std::thread::sleep(Duration::from_millis(2));
             }
             program.signal(signal);
-            assert_eq!(
-                program.wait().code(),
-                Some(code),
-                "{words}: {}",
-                program.error()
-            );
+            let exit = program.wait().code();
+            assert_eq!(exit, Some(code), "{words}: {}", program.error());
         }
     }
 }
 
 #[test]
 fn a_second_signal_ends_the_program_at_once() {
-    let folder = folder("second");
+    let folder = folder("interruptions/second");
     let fate = case::signal_twice(&folder);
     assert_eq!(fate, Some(143));
 }

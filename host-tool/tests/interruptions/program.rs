@@ -1,12 +1,11 @@
 //! The `flexor` program while it runs, and the shell that sends it signals.
 
+use crate::program::FLEXOR;
 use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
-
-const FLEXOR: &str = env!("CARGO_BIN_EXE_flexor");
 
 /// Nothing here takes so long unless it hangs.
 const PATIENCE: Duration = Duration::from_secs(120);

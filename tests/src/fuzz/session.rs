@@ -1,8 +1,7 @@
 //! A board whose host sends anything.
 
 use super::watch::Watch;
-use firmware::device::Identity;
-use firmware::link::message::ResetCause;
+use crate::desk;
 use firmware::link::{Decoder, Kind, MAX_MESSAGE, Request, Response, SCHEMA, ToDevice, encode};
 use firmware::lockstep::{Lockstep, Sensors, Sink};
 use firmware::pulse::Levels;
@@ -40,13 +39,7 @@ impl Session {
     }
 
     fn boot(has_twin: bool) -> Self {
-        let identity = Identity {
-            kind: Kind::Native,
-            unique_id: [0; 3],
-            reset: ResetCause::PowerOn,
-            last_fault: None,
-            first_session: 1,
-        };
+        let identity = desk::identity(Kind::Native, SESSION);
         let mut session = Self {
             board: Lockstep::new(identity, BOOT),
             twin: has_twin.then(|| Lockstep::new(identity, BOOT).unskipping()),
@@ -199,12 +192,7 @@ impl serde::Serialize for Raw<'_> {
 
 /// The frame of a request in the session that [`Session::open`] opens.
 pub fn sealed(request: &Request, seq: u16) -> Vec<u8> {
-    let message = ToDevice {
-        session: SESSION,
-        seq,
-        request: request.clone(),
-    };
-    encode(&message).expect("every request fits").to_vec()
+    desk::frame(SESSION, seq, request.clone())
 }
 
 /// A request as it stands in a message.

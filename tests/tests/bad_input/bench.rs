@@ -1,15 +1,14 @@
 //! A native device on the bench, brought into the state that a row needs.
 
+use crate::bad_input::setup;
 use firmware::control::{HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
-use firmware::link::{Decoder, Response, ToDevice, encode};
+use firmware::link::{Request, Response};
 use firmware::pulse::{CHANNELS, TrainSpec};
-use firmware::safety::{ChannelSpec, StageSpec, WearerSpec};
+use firmware::safety::ChannelSpec;
 use firmware::units::{Amplitude, Micros};
-use hal_sim::body::Still;
-use hal_sim::native::native;
-use hal_sim::wire::faults::Faults;
 use hal_sim::world::World;
 use host_core::link::{Client, Port, SimulatedPort};
+use tests::desk;
 
 /// Device time at boot: the clock wraps while rows run.
 const BOOT: Micros = Micros(u32::MAX - 1_000_000);
@@ -39,32 +38,17 @@ pub enum Heard {
 }
 
 pub fn world() -> World {
-    let body = Box::new(Still::new(0.0));
-    World::new(Box::new(native(BOOT)), body, BOOT, Faults::default(), 1)
+    desk::world(BOOT)
 }
 
 /// 200 µs at 50 Hz, up to [`LIMIT`].
 pub fn channel(offset_us: u32) -> ChannelSpec {
-    ChannelSpec {
-        train: TrainSpec {
-            offset_us,
-            ..TrainSpec::biphasic(200, 100, 20_000)
-        },
-        stage: StageSpec::Current {
-            full_scale_ua: 100_000,
-        },
-        limit: LIMIT,
-    }
+    let train = TrainSpec {
+        offset_us,
+        ..TrainSpec::biphasic(200, 100, 20_000)
+    };
+    desk::channel(train, 100_000, LIMIT.0)
 }
-
-pub fn wearer() -> WearerSpec {
-    WearerSpec {
-        rise_ms: 1,
-        host_timeout_ms: 1000,
-        ..WearerSpec::default()
-    }
-}
-
 /// A joint on channels 0 (flexor) and 1 (extensor), 0° to 90°.
 pub fn joint(sensor: SensorSource) -> JointSpec {
     let point = |channel| PointSpec {
@@ -98,12 +82,17 @@ pub fn joint(sensor: SensorSource) -> JointSpec {
 impl Bench {
     /// A session is open, nothing is configured.
     pub fn open() -> Self {
-        let port = SimulatedPort::new(world());
-        let (client, info) = Client::open(port).unwrap();
-        Self {
-            client,
-            session: info.session,
+        let (client, info) = desk::open(BOOT);
+        let session = info.session;
+        Self { client, session }
+    }
+
+    /// After these requests, none of them refused.
+    pub fn after(mut self, requests: impl IntoIterator<Item = Request>) -> Self {
+        for request in requests {
+            self.client.request(request).unwrap();
         }
+        self
     }
 
     /// Three channels are configured.
@@ -112,76 +101,64 @@ impl Bench {
     }
 
     fn with_channels(count: u8) -> Self {
-        let mut bench = Self::open();
-        bench.client.wearer(wearer()).unwrap();
-        for c in 0..count {
-            let spec = channel(1500 * u32::from(c));
-            bench.client.channel(c, spec).unwrap();
-        }
-        bench
+        Self::open()
+            .after([Request::Wearer(desk::wearer(1_000))])
+            .after((0..count).map(|c| Request::Channel {
+                channel: c,
+                spec: channel(1500 * u32::from(c)),
+            }))
+    }
+
+    /// The draft is armed.
+    pub fn arm(self) -> Self {
+        self.after([Request::Arm])
     }
 
     /// Three channels are armed.
     pub fn armed() -> Self {
-        let mut bench = Self::draft();
-        bench.client.arm().unwrap();
-        bench
+        Self::draft().arm()
     }
 
     /// All ten channels are armed.
     pub fn ten_armed() -> Self {
-        let mut bench = Self::with_channels(10);
-        bench.client.arm().unwrap();
-        bench
+        Self::with_channels(10).arm()
     }
 
     /// All ten channels are armed with a muscle each.
     pub fn ten_muscles_armed() -> Self {
-        let mut bench = Self::with_channels(10);
-        for c in 0..10 {
-            bench
-                .client
-                .muscle(c, crate::bad_input::setup::MUSCLE)
-                .unwrap();
-        }
-        bench.client.arm().unwrap();
-        bench
+        let spec = setup::MUSCLE;
+        let muscles = (0..10).map(|channel| Request::Muscle { channel, spec });
+        Self::with_channels(10).after(muscles).arm()
     }
 
     /// Three channels stimulate.
     pub fn stimulating() -> Self {
-        let mut bench = Self::armed();
-        bench.client.start().unwrap();
-        bench.flow();
+        let mut bench = Self::armed().after([Request::Start]);
+        let all = [0, 1, 2].map(|channel| (channel, FLOWING));
+        bench.client.amplitudes(&all).unwrap();
+        bench.wait(50_000);
         bench
     }
 
     /// A joint measured by the host is configured beside channel 2.
     pub fn joint_draft() -> Self {
-        let mut bench = Self::draft();
-        bench.client.joint(joint(SensorSource::Host)).unwrap();
-        bench
+        Self::draft().after([Request::Joint(joint(SensorSource::Host))])
     }
 
     /// A joint measured by the host is armed.
     pub fn joint_armed() -> Self {
-        let mut bench = Self::joint_draft();
-        bench.client.arm().unwrap();
-        bench
+        Self::joint_draft().arm()
     }
 
     /// A joint measured by the board is armed.
     pub fn adc_joint_armed() -> Self {
-        let mut bench = Self::draft();
+        let (code_at_0, code_at_100) = (500, 3500);
         let sensor = SensorSource::Adc {
-            code_at_0: 500,
-            code_at_100: 3500,
+            code_at_0,
+            code_at_100,
         };
-        bench.client.joint(joint(sensor)).unwrap();
-        bench.client.arm().unwrap();
-        bench
+        Self::draft().after([Request::Joint(joint(sensor))]).arm()
     }
-
     /// Over-current tripped while stimulating, and is over.
     pub fn faulted() -> Self {
         let mut bench = Self::stimulating();
@@ -190,13 +167,6 @@ impl Bench {
         bench.client.port().world.sensors.over_current = false;
         bench.wait(5_000);
         bench
-    }
-
-    /// Sets every channel to what flows, and waits until it does.
-    fn flow(&mut self) {
-        let all = [(0, FLOWING), (1, FLOWING), (2, FLOWING)];
-        self.client.amplitudes(&all).unwrap();
-        self.wait(50_000);
     }
 
     /// Lets time go on, and forgets what arrives.
@@ -223,32 +193,16 @@ impl Bench {
     pub fn is_isolated(&mut self) -> bool {
         self.client.port().world.recorder.trace.last_levels().0 == 0
     }
-
-    /// A frame of the owner, or of someone else.
-    pub fn frame(session: u16, seq: u16, request: firmware::link::Request) -> Vec<u8> {
-        let message = ToDevice {
-            session,
-            seq,
-            request,
-        };
-        encode(&message).unwrap().to_vec()
-    }
 }
-
 /// Sends bytes as they are and collects the answers.
 pub fn exchange(port: &mut SimulatedPort, bytes: &[u8]) -> Vec<Heard> {
     port.send(bytes).unwrap();
     let until = port.now_us() + ANSWERS_US;
-    let (mut decoder, mut heard) = (Decoder::default(), Vec::new());
+    let mut heard = Vec::new();
     while port.now_us() < until {
-        for byte in port.receive(until).unwrap() {
-            if let Some(message) = decoder.push(byte) {
-                heard.push(understand(message.expect("the device sends whole frames")));
-                decoder.clear();
-            }
-        }
+        heard.extend(port.receive(until).unwrap());
     }
-    heard
+    desk::messages(&heard).map(|it| understand(&it)).collect()
 }
 
 fn understand(message: &[u8]) -> Heard {

@@ -49,23 +49,17 @@ fn force(channel: u8, millinewton: u32) -> Request {
 }
 
 fn draft() -> Bench {
-    let mut bench = Bench::draft();
-    bench.client.muscle(0, muscle()).unwrap();
-    bench
+    let spec = muscle();
+    Bench::draft().after([Request::Muscle { channel: 0, spec }])
 }
 
 fn controlled() -> Bench {
-    let mut bench = draft();
-    bench.client.request(control(0, FORCE)).unwrap();
-    bench
+    draft().after([control(0, FORCE)])
 }
 
 fn armed() -> Bench {
-    let mut bench = controlled();
-    bench.client.arm().unwrap();
-    bench
+    controlled().arm()
 }
-
 #[rustfmt::skip]
 pub fn rows() -> Vec<Row> {
     let first = |name, min, max| field(Bench::draft, name, min, max).on(1);
@@ -112,15 +106,7 @@ fn setpoint_rows() -> [Row; 8] {
 }
 
 fn no_muscle() -> Bench {
-    let mut bench = Bench::draft();
-    bench.client.request(control(0, FORCE)).unwrap();
-    bench
-}
-
-/// Force control as `spec` says, in `bench`.
-fn respecified(mut bench: Bench, spec: ForceSpec) -> Bench {
-    bench.client.request(control(0, spec)).unwrap();
-    bench
+    Bench::draft().after([control(0, FORCE)])
 }
 
 fn fastest(min_period_us: u32) -> Bench {
@@ -128,27 +114,23 @@ fn fastest(min_period_us: u32) -> Bench {
         min_period_us,
         ..FORCE
     };
-    respecified(draft(), spec)
+    draft().after([control(0, spec)])
 }
 
 fn slowest(period_us: u32) -> Bench {
+    let max_period_us = Some(period_us);
     let spec = ForceSpec {
-        max_period_us: Some(period_us),
+        max_period_us,
         ..FORCE
     };
-    respecified(draft(), spec)
+    draft().after([control(0, spec)])
 }
 
 fn isolated() -> Bench {
-    let mut bench = controlled();
-    bench.client.channel(1, channel(10_000)).unwrap();
-    let group = GroupSpec {
-        members: 0b11,
-        partner: Partner::Isolated,
-    };
-    let groups = Request::Groups([group].into_iter().collect());
-    bench.client.request(groups).unwrap();
-    bench
+    let (channel, spec) = (1, channel(10_000));
+    let (members, partner) = (0b11, Partner::Isolated);
+    let groups = [GroupSpec { members, partner }].into_iter().collect();
+    controlled().after([Request::Channel { channel, spec }, Request::Groups(groups)])
 }
 
 fn isolated_falling() -> Bench {
@@ -157,9 +139,8 @@ fn isolated_falling() -> Bench {
         max_period_us: Some(2_000_000),
         ..FORCE
     };
-    respecified(isolated(), spec)
+    isolated().after([control(0, spec)])
 }
-
 /// Arming refuses what only the whole draft shows.
 #[rustfmt::skip]
 fn arm_rows() -> [Row; 7] {

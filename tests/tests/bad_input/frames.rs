@@ -7,6 +7,7 @@ use firmware::pulse::{GroupSpec, Partner};
 use firmware::safety::State;
 use firmware::units::Amplitude;
 use host_core::link::SimulatedPort;
+use tests::desk;
 
 /// Bytes of a host whose session is given, and what the device says to them.
 pub struct FrameRow {
@@ -31,7 +32,7 @@ const IDLE: &[fn() -> Bench] = &[Bench::draft];
 const SEQ: u16 = 1000;
 
 fn alive(session: u16) -> Vec<u8> {
-    Bench::frame(session, SEQ, Request::KeepAlive)
+    desk::frame(session, SEQ, Request::KeepAlive)
 }
 
 fn flipped(session: u16) -> Vec<u8> {
@@ -43,15 +44,13 @@ fn flipped(session: u16) -> Vec<u8> {
     });
     let mut only_the_crc = flips.filter(|bad| {
         let mut decoder = Decoder::default();
-        let results: Vec<_> = bad
+        let results = bad
             .iter()
-            .filter_map(|&byte| Some(decoder.push(byte)?.err()))
-            .collect();
-        results == [Some(FrameError::Crc)]
+            .filter_map(|&byte| Some(decoder.push(byte)?.err()));
+        results.eq([Some(FrameError::Crc)])
     });
-    only_the_crc
-        .next()
-        .expect("a flip that COBS does not notice")
+    let found = only_the_crc.next();
+    found.expect("a flip that COBS does not notice")
 }
 
 /// A frame whose CRC is right, of what is no message.
@@ -70,27 +69,20 @@ fn groups(session: u16, count: usize) -> Vec<u8> {
 
 fn values(session: u16, count: usize) -> Vec<u8> {
     let mask = (1u16 << count.min(3)) - 1;
-    odd((
-        session,
-        SEQ,
-        14u32,
-        mask,
-        &vec![Amplitude(5_000); count][..],
-    ))
+    let values = vec![Amplitude(5_000); count];
+    odd((session, SEQ, 14u32, mask, &values[..]))
 }
 
 fn repeated(session: u16, requests: &[Request]) -> Vec<u8> {
-    (SEQ..)
-        .zip(requests)
-        .flat_map(|(seq, request)| Bench::frame(session, seq, request.clone()))
-        .collect()
+    let numbered = (SEQ..).zip(requests);
+    let frame = |(seq, request): (u16, &Request)| desk::frame(session, seq, request.clone());
+    numbered.flat_map(frame).collect()
 }
 
 /// Nine of forty orders do not fit between two windows.
 fn nine_too_many() -> Vec<(Option<u16>, Code)> {
-    (31..40)
-        .map(|n| (Some(SEQ + n), Code::DeviceBusy))
-        .collect()
+    let busy = |n| (Some(SEQ + n), Code::DeviceBusy);
+    (31..40).map(busy).collect()
 }
 
 #[rustfmt::skip]
@@ -120,7 +112,7 @@ pub fn rows() -> Vec<FrameRow> {
         silent("a flood of zeros", |_| vec![0; 100_000]),
         answered("someone else's session", |s| alive(s + 1), SessionTaken, BOTH),
         answered("no session's number", |_| alive(0), SessionTaken, BOTH),
-        answered("a second host", |_| Bench::frame(0, SEQ, Request::Hello { schema: SCHEMA }), SessionTaken, BUSY),
+        answered("a second host", |_| desk::frame(0, SEQ, Request::Hello { schema: SCHEMA }), SessionTaken, BUSY),
         frame("half a frame, then a whole one", |s| [&alive(s)[..4], &[0], &alive(s)].concat(), vec![(None, MalformedFrame)], 1, BOTH),
         frame("forty requests at once", |s| repeated(s, &vec![Request::KeepAlive; 40]), nine_too_many(), 31, BOTH),
         frame("a stop while electrodes are checked", |s| repeated(s, &[Request::Arm, Request::Stop]), vec![(Some(SEQ), Cancelled)], 1, IDLE),

@@ -1,7 +1,7 @@
 //! The joint's request: law, mapping, sensor.
 
 use crate::bad_input::bench::{Bench, joint};
-use crate::bad_input::table::{Expect, Row, all, edit, field, refused, row};
+use crate::bad_input::table::{Edit, Expect, Row, all, edit, field, refused, row};
 use firmware::control::{HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
 use firmware::link::{Code, Request};
 use firmware::units::Amplitude;
@@ -16,17 +16,10 @@ pub fn rows() -> Vec<Row> {
     ])
 }
 
-fn rows_of(
-    name: &'static str,
-    min: i32,
-    max: i32,
-    edit: fn(&mut JointSpec, i64) -> Option<()>,
-) -> Vec<Row> {
-    field(Bench::draft, name, min, max).rows(|v| {
-        let mut spec = joint(SensorSource::Host);
-        edit(&mut spec, v)?;
-        Some(Request::Joint(spec))
-    })
+/// Rows of a field that `edit` sets, if it can hold the number.
+fn rows_of(name: &'static str, min: i32, max: i32, edit: Edit<JointSpec>) -> Vec<Row> {
+    let joint = || joint(SensorSource::Host);
+    field(Bench::draft, name, min, max).edits(joint, edit, Request::Joint)
 }
 
 #[rustfmt::skip]
@@ -138,9 +131,7 @@ fn sensor_rows() -> Vec<Row> {
 }
 
 fn with(edit: fn(&mut JointSpec)) -> Bench {
-    let mut bench = Bench::draft();
-    bench.client.joint(edited(edit)).unwrap();
-    bench
+    Bench::draft().after([Request::Joint(edited(edit))])
 }
 
 /// What can only be judged with the channels: at arming.

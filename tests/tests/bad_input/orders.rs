@@ -42,14 +42,13 @@ fn loaded(load: Load) -> Bench {
 }
 
 fn shorted() -> Bench {
-    let mut bench = Bench::open();
     let mut spec = channel(0);
     spec.stage = StageSpec::Voltage {
         full_scale_mv: 60_000,
         load_ohm: 2_000,
     };
     spec.limit = Amplitude(1_000);
-    bench.client.channel(0, spec).unwrap();
+    let mut bench = Bench::open().after([Request::Channel { channel: 0, spec }]);
     bench.client.port().world.body.loads_mut()[0] = Load::Ohms(20.0);
     bench
 }
@@ -62,13 +61,11 @@ fn open_inputs() -> Bench {
 }
 
 fn tightened() -> Bench {
-    let mut bench = Bench::draft();
     let tight = WearerSpec {
         max_current_ua: 19_999,
         ..WearerSpec::default()
     };
-    bench.client.wearer(tight).unwrap();
-    bench
+    Bench::draft().after([Request::Wearer(tight)])
 }
 
 #[rustfmt::skip]
@@ -168,12 +165,9 @@ fn timed_angle(name: &str, scene: fn() -> Bench, ahead: i32, expect: Expect) -> 
 
 /// Angles from 0.011° to 89.989°, which no hundredth of a degree meets.
 fn odd_range() -> Bench {
-    let mut bench = Bench::draft();
     let mut spec = joint(SensorSource::Host);
     (spec.angle_min_mdeg, spec.angle_max_mdeg) = (-89_989, -11);
-    bench.client.joint(spec).unwrap();
-    bench.client.arm().unwrap();
-    bench
+    Bench::draft().after([Request::Joint(spec)]).arm()
 }
 
 /// `count` timed angles wait.
@@ -249,35 +243,27 @@ fn measurement_rows() -> Vec<Row> {
 
 /// Channel 0 has a muscle, channel 1 one that tires.
 fn muscles() -> Bench {
-    let mut bench = Bench::draft();
-    bench.client.muscle(0, setup::MUSCLE).unwrap();
     let tires = MuscleSpec {
         fatigue: Some(FatigueSpec::QUADRICEPS),
         ..setup::MUSCLE
     };
-    bench.client.muscle(1, tires).unwrap();
-    bench
+    let specs = (0..).zip([setup::MUSCLE, tires]);
+    Bench::draft().after(specs.map(|(channel, spec)| Request::Muscle { channel, spec }))
 }
 
 fn muscles_armed() -> Bench {
-    let mut bench = muscles();
-    bench.client.arm().unwrap();
-    bench
+    muscles().arm()
 }
 
 fn muscles_stimulating() -> Bench {
-    let mut bench = muscles_armed();
-    bench.client.start().unwrap();
-    bench
+    muscles_armed().after([Request::Start])
 }
 
 fn muscles_stopped() -> Bench {
-    let mut bench = muscles_stimulating();
-    bench.client.stop().unwrap();
+    let mut bench = muscles_stimulating().after([Request::Stop]);
     bench.wait(300_000);
     bench
 }
-
 #[rustfmt::skip]
 fn rung_rows() -> Vec<Row> {
     const LAG: Rung = Rung::Lag;

@@ -1,12 +1,13 @@
 //! Requests that configure: wearer, channels, groups, sync, muscles.
 
-use crate::bad_input::bench::{Bench, channel, wearer};
+use crate::bad_input::bench::{Bench, channel};
 use crate::bad_input::table::{self, Expect, Field, Row, all, refused, row};
 use firmware::link::{Code, Request};
 use firmware::muscle::{CalciumForceSpec, FatigueSpec, MuscleSpec, RecruitmentSpec, Rung};
 use firmware::pulse::{GroupSpec, Partner, Shape};
 use firmware::safety::{ChannelSpec, StageSpec};
 use firmware::units::Amplitude;
+use tests::desk;
 
 pub fn rows() -> Vec<Row> {
     all([
@@ -33,7 +34,7 @@ fn wearer_rows() -> Vec<Row> {
     macro_rules! set {
         ($field:ident) => {
             |v: i64| {
-                let mut spec = wearer();
+                let mut spec = desk::wearer(1_000);
                 spec.$field = v.try_into().ok()?;
                 Some(Request::Wearer(spec))
             }
@@ -176,16 +177,13 @@ fn channel_rows() -> Vec<Row> {
 
 /// Three trains, `edit`ed, and `groups` of them.
 fn grouped(groups: &[(u16, Partner)], edit: fn(&mut [ChannelSpec; 3])) -> Bench {
-    let mut bench = Bench::draft();
     let mut specs = [channel(0), channel(1_500), channel(3_000)];
     edit(&mut specs);
-    for (c, spec) in (0..).zip(specs) {
-        bench.client.channel(c, spec).unwrap();
-    }
     let spec = |&(members, partner)| GroupSpec { members, partner };
-    let groups: Vec<_> = groups.iter().map(spec).collect();
-    bench.client.groups(&groups).unwrap();
-    bench
+    let groups = Request::Groups(groups.iter().map(spec).collect());
+    let channels = (0..).zip(specs);
+    let channels = channels.map(|(channel, spec)| Request::Channel { channel, spec });
+    Bench::draft().after(channels).after([groups])
 }
 
 fn long_to_ground() -> Bench {
@@ -222,9 +220,7 @@ fn group_rows() -> Vec<Row> {
 }
 
 fn sync_of_none() -> Bench {
-    let mut bench = Bench::draft();
-    bench.client.sync(Some(7)).unwrap();
-    bench
+    Bench::draft().after([Request::Sync { channel: Some(7) }])
 }
 
 #[rustfmt::skip]
@@ -258,17 +254,12 @@ const RECRUITMENT: RecruitmentSpec = RecruitmentSpec {
 pub const MUSCLE: MuscleSpec = MuscleSpec::new(FORCE, RECRUITMENT);
 
 fn slow_calcium() -> Bench {
-    let mut bench = Bench::draft();
     let mut bursts = channel(0);
     (bursts.train.burst_count, bursts.train.burst_interval_us) = (8, 1_000);
-    bench.client.channel(0, bursts).unwrap();
-    let slow = CalciumForceSpec {
-        tau_c_us: 60_000,
-        ..FORCE
-    };
-    let muscle = MuscleSpec::new(slow, RECRUITMENT);
-    bench.client.muscle(0, muscle).unwrap();
-    bench
+    let mut slow = FORCE;
+    slow.tau_c_us = 60_000;
+    let spec = MuscleSpec::new(slow, RECRUITMENT);
+    Bench::draft().after([on_first(bursts), Request::Muscle { channel: 0, spec }])
 }
 
 #[rustfmt::skip]

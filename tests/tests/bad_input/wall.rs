@@ -1,7 +1,7 @@
 //! The virtual wall's request.
 
 use crate::bad_input::bench::{Bench, LIMIT};
-use crate::bad_input::table::{Row, all, edit, field, refused, row};
+use crate::bad_input::table::{Edit, Row, all, edit, field, refused, row};
 use firmware::control::SensorSource;
 use firmware::haptics::{CoContraction, PreWall, Side, WallSpec};
 use firmware::link::{Code, Request};
@@ -31,17 +31,9 @@ const PRE_WALL: PreWall = PreWall {
     end: Amplitude(2_000),
 };
 
-fn rows_of(
-    name: &'static str,
-    min: i32,
-    max: i32,
-    edit: fn(&mut WallSpec, i64) -> Option<()>,
-) -> Vec<Row> {
-    field(Bench::draft, name, min, max).rows(|v| {
-        let mut spec = wall();
-        edit(&mut spec, v)?;
-        Some(Request::Wall(spec))
-    })
+/// Rows of a field that `edit` sets, if it can hold the number.
+fn rows_of(name: &'static str, min: i32, max: i32, edit: Edit<WallSpec>) -> Vec<Row> {
+    field(Bench::draft, name, min, max).edits(wall, edit, Request::Wall)
 }
 
 #[rustfmt::skip]
@@ -65,19 +57,13 @@ pub fn rows() -> Vec<Row> {
 }
 
 fn beside_a_joint() -> Bench {
-    let mut bench = Bench::joint_draft();
-    bench.client.request(Request::Wall(wall())).unwrap();
-    bench
+    Bench::joint_draft().after([Request::Wall(wall())])
 }
 
 fn above_the_limit() -> Bench {
-    let mut bench = Bench::draft();
     let max = Amplitude(LIMIT.0 + 1);
-    let spec = WallSpec { max, ..wall() };
-    bench.client.request(Request::Wall(spec)).unwrap();
-    bench
+    Bench::draft().after([Request::Wall(WallSpec { max, ..wall() })])
 }
-
 /// What is wrong only beside something else.
 #[rustfmt::skip]
 fn whole_rows() -> [Row; 3] {

@@ -8,7 +8,7 @@ use hal_sim::chip::cpu::run::Observer;
 use hal_sim::chip::cpu::{Size, Stop};
 use hal_sim::chip::soc::{Pace, gpio::Level};
 use hal_sim::lockstep::{Device, Output};
-use host_core::run::chip_image;
+use tests::desk::flashed;
 
 /// One call of `Session::receive`.
 pub struct Served {
@@ -47,7 +47,7 @@ pub struct Watched {
 impl Watched {
     /// A board that has booted.
     pub fn boot(stages: [Option<Output>; 10], sensors: &Sensors, pace: Pace) -> Self {
-        let image = chip_image(None).unwrap_or_else(|e| panic!("{e}"));
+        let image = flashed();
         let function = |name: &str| {
             let functions = image.symbols.functions().iter();
             let mut found = functions.filter(|f| f.name.ends_with(name));
@@ -131,11 +131,8 @@ impl Watched {
         } else if pc == gate.entry {
             let byte = |address| {
                 let soc = &board.around.soc;
-                let ram = if soc.ccm.contains(address) {
-                    &soc.ccm
-                } else {
-                    &soc.ram
-                };
+                let is_ccm = soc.ccm.contains(address);
+                let ram = if is_ccm { &soc.ccm } else { &soc.ram };
                 ram.read(address, Size::Byte).unwrap() as u8
             };
             self.served.push(Served {

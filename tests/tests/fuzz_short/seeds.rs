@@ -5,8 +5,9 @@ use firmware::control::{HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource}
 use firmware::link::Request;
 use firmware::muscle::{CalciumForceSpec, MuscleSpec, RecruitmentSpec};
 use firmware::pulse::{GroupSpec, Partner, Shape, TrainSpec};
-use firmware::safety::{ChannelSpec, StageSpec, WearerSpec};
+use firmware::safety::WearerSpec;
 use firmware::units::Amplitude;
+use tests::desk;
 use tests::fuzz::{Session, payload, sealed};
 
 /// One step of a conversation.
@@ -85,15 +86,7 @@ pub fn conversations() -> [(&'static str, Vec<Step>); 4] {
 const LIMIT: Amplitude = Amplitude(20_000);
 
 fn channel(channel: u8, train: TrainSpec) -> Step {
-    let stage = StageSpec::Current {
-        full_scale_ua: 100_000,
-    };
-    let limit = LIMIT;
-    let spec = ChannelSpec {
-        train,
-        stage,
-        limit,
-    };
+    let spec = desk::channel(train, 100_000, LIMIT.0);
     Ask(Request::Channel { channel, spec })
 }
 
@@ -101,10 +94,8 @@ const TRAIN: TrainSpec = TrainSpec::biphasic(200, 100, 5_000);
 
 fn wearer() -> Step {
     Ask(Request::Wearer(WearerSpec {
-        rise_ms: 1,
         fall_ms: 5,
-        host_timeout_ms: 20,
-        ..WearerSpec::default()
+        ..desk::wearer(20)
     }))
 }
 
@@ -127,41 +118,30 @@ fn two_channels() -> Vec<Step> {
         offset_us: 700,
         ..TRAIN
     };
-    let muscle = Request::Muscle {
-        channel: 0,
-        spec: MuscleSpec::new(
-            CalciumForceSpec {
-                a_mn_per_s: 1_473_000,
-                k_micro: 200_000,
-                tau_c_us: 20_000,
-                tau1_us: 30_000,
-                tau2_us: 120_000,
-            },
-            RecruitmentSpec {
-                motor_threshold: Amplitude(5_000),
-                limit: LIMIT,
-                reference: LIMIT,
-                slope_micro: 300_000,
-            },
-        ),
+    let force = CalciumForceSpec {
+        a_mn_per_s: 1_473_000,
+        k_micro: 200_000,
+        tau_c_us: 20_000,
+        tau1_us: 30_000,
+        tau2_us: 120_000,
     };
+    let recruitment = RecruitmentSpec {
+        motor_threshold: Amplitude(5_000),
+        limit: LIMIT,
+        reference: LIMIT,
+        slope_micro: 300_000,
+    };
+    let spec = MuscleSpec::new(force, recruitment);
+    let muscle = Request::Muscle { channel: 0, spec };
     let mut steps = vec![wearer(), channel(0, TRAIN), channel(9, octuplet)];
     let sync = Request::Sync { channel: Some(0) };
     steps.extend([Ask(sync), Ask(muscle)]);
     steps.push(Ask(Request::Subscribe { period_ms: 5 }));
     steps.extend(arm_and_start());
-    steps.extend([
-        amplitudes(0x201, 10_000),
-        Wait(150),
-        Ask(Request::KeepAlive),
-    ]);
-    steps.extend([
-        Wait(150),
-        Ask(Request::Status),
-        Ask(Request::Stop),
-        Wait(100),
-    ]);
-    steps.push(Ask(Request::Clear));
+    steps.extend([amplitudes(0x201, 10_000), Wait(150)]);
+    steps.extend([Ask(Request::KeepAlive), Wait(150)]);
+    steps.extend([Request::Status, Request::Stop].map(Ask));
+    steps.extend([Wait(100), Ask(Request::Clear)]);
     steps
 }
 
@@ -182,11 +162,8 @@ fn group_and_trigger() -> Vec<Step> {
         offset_us: 3_000,
         ..single
     };
-    let pair = GroupSpec {
-        members: 0b11,
-        partner: Partner::Conducted,
-    };
-    let groups = [pair].into_iter().collect();
+    let (members, partner) = (0b11, Partner::Conducted);
+    let groups = [GroupSpec { members, partner }].into_iter().collect();
     let mut steps = vec![wearer(), channel(0, single), channel(1, other)];
     steps.extend([channel(5, once), Ask(Request::Groups(groups))]);
     steps.extend(arm_and_start());

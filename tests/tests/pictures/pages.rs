@@ -4,8 +4,9 @@ use super::drawing::Drawing;
 use super::{SCREENS, findings, top};
 use host_core::record::Run;
 use host_core::report::{Report, page};
-use host_core::run::{DeviceName, SessionFile, edges_of_one_period, run};
+use host_core::run::{DeviceName, edges_of_one_period};
 use host_tool::cli::overview;
+use tests::desk::{load, play};
 
 const RENEW: &str = "cargo demo && cp out/demo/picture.svg docs/demo.svg";
 /// A page's own background in light and dark.
@@ -15,20 +16,10 @@ const LOWEST: f64 = 9.0;
 
 /// The page of one session on the native simulator.
 fn page_of(file: &str) -> String {
-    let path = top().join("host-tool/sessions").join(file);
-    let text = std::fs::read_to_string(path).expect("a shipped session");
-    let session = SessionFile::parse(file, &text).expect("a session");
-    let port = DeviceName::Native
-        .open(&session.session, 1)
-        .expect("the simulator");
-    let (outcome, port) = run(&session, port, None, |_| ());
-    let mut trial = outcome.trial;
-    if let (Some(mut port), Some(epoch)) = (port, outcome.epoch_us)
-        && let Some(world) = port.world()
-    {
-        let trace = &world.recorder.trace;
-        trial.edges = edges_of_one_period(&session.session, trace, epoch, 2_000_000);
-    }
+    let session = load(file);
+    let played = play(&session, &DeviceName::Native);
+    let mut trial = played.outcome.trial;
+    trial.edges = edges_of_one_period(&session.session, &played.trace, played.epoch_us, 2_000_000);
     let run = Run {
         title: session.session.title.clone(),
         device: DeviceName::Native.to_string(),
@@ -92,20 +83,13 @@ fn the_figures_of_every_page_can_be_read() {
             figures.len()
         );
         for (n, svg) in figures.iter().enumerate() {
-            let found = findings(svg, PAPER);
-            wrong.extend(
-                found
-                    .into_iter()
-                    .map(|what| format!("{file}, figure {}: {what}", n + 1)),
-            );
+            let name = format!("{file}, figure {}", n + 1);
+            let found = findings(svg, PAPER).into_iter();
+            wrong.extend(found.map(|what| format!("{name}: {what}")));
             // On a narrow screen a figure keeps 820 pixels, and is moved sideways.
             let (size, width) = smallest(svg);
             let size = size * 820.0 / width;
-            assert!(
-                size >= LOWEST,
-                "{file}, figure {}: letters of {size:.1} px",
-                n + 1
-            );
+            assert!(size >= LOWEST, "{name}: letters of {size:.1} px");
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
@@ -117,37 +101,29 @@ fn the_readme_shows_what_the_simulator_gives() {
     let drawn = overview(1).expect("a picture");
     let wrong = findings(&drawn, SCREENS);
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
-    let words: Vec<String> = Drawing::read(&drawn)
-        .expect("an SVG")
-        .words()
-        .map(|w| w.text.clone())
-        .collect();
-    assert!(
-        words.iter().any(|text| text.contains("Simulated")),
-        "{words:?}"
-    );
-    for part in ["target", "device's default, RMSE", "paper's law, RMSE"] {
-        assert!(
-            words.iter().any(|text| text.contains(part)),
-            "no {part} in {words:?}"
-        );
+    let drawing = Drawing::read(&drawn).expect("an SVG");
+    let words: Vec<&str> = drawing.words().map(|w| w.text.as_str()).collect();
+    for part in [
+        "Simulated",
+        "target",
+        "device's default, RMSE",
+        "paper's law, RMSE",
+    ] {
+        let is_there = words.iter().any(|text| text.contains(part));
+        assert!(is_there, "no {part} in {words:?}");
     }
     // Electrodes and lanes.
-    for number in 1..=10 {
-        let times = words
-            .iter()
-            .filter(|text| **text == number.to_string())
-            .count();
+    for number in (1..=10).map(|number| number.to_string()) {
+        let times = words.iter().filter(|text| **text == number).count();
         assert!(times >= 2, "{number} stands {times} times");
     }
     // GitHub leaves 16 pixels at either side of a screen of 360.
     let (size, width) = smallest(&drawn);
+    let size = size * 328.0 / width;
+    assert!(size >= LOWEST, "letters of {size} px");
+    let is_current = committed == drawn;
     assert!(
-        size * 328.0 / width >= LOWEST,
-        "letters of {size} px in {width}"
-    );
-    assert!(
-        committed == drawn,
+        is_current,
         "docs/demo.svg is stale: renew it with\n  {RENEW}"
     );
 }

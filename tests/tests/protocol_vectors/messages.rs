@@ -13,6 +13,7 @@ use firmware::muscle::{CalciumForceSpec, FatigueSpec, MuscleSpec, RecruitmentSpe
 use firmware::pulse::{GroupSpec, Partner, Shape, TrainSpec};
 use firmware::safety::{ChannelSpec, Fault, FaultRecord, StageSpec, State, StopCause, WearerSpec};
 use firmware::units::{Amplitude, Micros};
+use tests::desk;
 
 const BIPHASIC: TrainSpec = TrainSpec::biphasic(200, 50, 20_000);
 const MONOPHASIC: TrainSpec = TrainSpec {
@@ -46,11 +47,9 @@ const VOLTS: StageSpec = StageSpec::Voltage {
 
 /// The channel of the worked session.
 pub fn channel(channel: u8, train: TrainSpec, stage: StageSpec) -> Request {
-    let limit = Amplitude(20_000);
     let spec = ChannelSpec {
-        train,
         stage,
-        limit,
+        ..desk::channel(train, 100_000, 20_000)
     };
     Request::Channel { channel, spec }
 }
@@ -240,9 +239,7 @@ pub fn requests() -> Vec<(&'static str, ToDevice)> {
 
 pub fn amplitudes(list: &[(u8, u32)]) -> Request {
     Request::Amplitudes {
-        mask: list
-            .iter()
-            .fold(0, |mask, (channel, _)| mask | 1 << channel),
+        mask: list.iter().map(|(channel, _)| 1 << channel).sum(),
         values: list.iter().map(|&(_, value)| Amplitude(value)).collect(),
     }
 }
@@ -263,13 +260,9 @@ pub fn responses() -> Vec<(String, Response<'static>)> {
     }
     let at = Micros(2_000_000);
     add("acknowledged".into(), Response::Ack { seq: 300, at });
+    let width = Refusal::new(Code::OutOfRange, "width_us").on(3);
     let refusals = [
-        (
-            Some(7),
-            Refusal::new(Code::OutOfRange, "width_us")
-                .on(3)
-                .allowed(10, 500),
-        ),
+        (Some(7), width.allowed(10, 500)),
         (None, Refusal::new(Code::BadCrc, "frame")),
     ];
     for (seq, refusal) in refusals {
@@ -290,43 +283,40 @@ pub fn responses() -> Vec<(String, Response<'static>)> {
         add("status".into(), Response::Status { seq: 2, status });
     }
     for event in events() {
-        add(
-            format!("event, {event:?}").chars().take(40).collect(),
-            Response::Event { at, event },
-        );
+        let name = format!("event, {event:?}").chars().take(40).collect();
+        add(name, Response::Event { at, event });
     }
     for channels in [0, 3] {
-        add(
-            format!("telemetry, {channels} channels"),
-            Response::Telemetry(Telemetry {
-                at,
-                target_centideg: (channels != 0).then_some(4_500),
-                measured_centideg: (channels != 0).then_some(-120),
-                effort_milli: (channels != 0).then_some(-999),
-                limiting: channels != 0,
-                amplitudes: (0..channels)
-                    .map(|c| (c != 0).then_some(Amplitude(c * 10_000)))
-                    .collect(),
-                forces_mn: (0..channels).map(|c| c * 100).collect(),
-                force_control: (0..channels.min(2))
-                    .map(|c| ForceSample {
-                        target_mn: (c != 0).then_some(2_500),
-                        period_us: (c != 0).then_some(20_000),
-                        gap: (c != 0).then_some(ForceGap {
-                            below_mn: 0,
-                            above_mn: 4_096,
-                        }),
-                    })
-                    .collect(),
-                state: if channels == 0 {
-                    State::Idle
-                } else {
-                    State::Stimulating
-                },
-            }),
-        );
+        let name = format!("telemetry, {channels} channels");
+        add(name, Response::Telemetry(telemetry(at, channels)));
     }
     all
+}
+
+/// Of so many channels: all that there is, or nothing.
+fn telemetry(at: Micros, channels: u32) -> Telemetry {
+    let is_full = channels != 0;
+    let gap = ForceGap {
+        below_mn: 0,
+        above_mn: 4_096,
+    };
+    let force = |c| ForceSample {
+        target_mn: (c != 0).then_some(2_500),
+        period_us: (c != 0).then_some(20_000),
+        gap: (c != 0).then_some(gap),
+    };
+    let amplitude = |c| (c != 0).then_some(Amplitude(c * 10_000));
+    Telemetry {
+        at,
+        target_centideg: is_full.then_some(4_500),
+        measured_centideg: is_full.then_some(-120),
+        effort_milli: is_full.then_some(-999),
+        limiting: is_full,
+        amplitudes: (0..channels).map(amplitude).collect(),
+        forces_mn: (0..channels).map(|c| c * 100).collect(),
+        force_control: (0..channels.min(2)).map(force).collect(),
+        state: [State::Idle, State::Stimulating][usize::from(is_full)],
+    }
 }
 
 fn hellos() -> impl Iterator<Item = HelloInfo> {
@@ -360,16 +350,14 @@ fn events() -> Vec<Event> {
         Finished,
     ];
     let faults = (1..).map_while(Fault::from_number);
-    let stops = causes
-        .into_iter()
-        .flat_map(|c| [Event::Stopping(c), Event::Stopped(c)]);
-    stops
-        .chain(faults.map(|f| Event::Faulted(fault(f))))
-        .chain([Event::Recovered])
-        .chain([Event::Electrode {
-            channel: 9,
-            applied: Amplitude(2_000),
-            current_ua: 996,
-        }])
-        .collect()
+    let stops = causes.map(|c| [Event::Stopping(c), Event::Stopped(c)]);
+    let mut all = stops.concat();
+    all.extend(faults.map(|f| Event::Faulted(fault(f))));
+    let electrode = Event::Electrode {
+        channel: 9,
+        applied: Amplitude(2_000),
+        current_ua: 996,
+    };
+    all.extend([Event::Recovered, electrode]);
+    all
 }

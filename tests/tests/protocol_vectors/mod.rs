@@ -16,7 +16,6 @@ use host_core::link::{advice, what};
 use postcard_schema::{Schema, schema::NamedType};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt::Write;
 
 const PROTOCOL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/protocol.md");
 const VECTORS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/protocol_vectors.json");
@@ -50,9 +49,9 @@ fn directions() -> [&'static NamedType; 2] {
 
 fn types() -> BTreeMap<String, schema::Rows> {
     let mut all = BTreeMap::new();
-    directions()
-        .iter()
-        .for_each(|t| schema::tables(t, &mut all));
+    for t in directions() {
+        schema::tables(t, &mut all);
+    }
     all
 }
 
@@ -72,32 +71,22 @@ fn vector<T: Serialize>(name: &str, direction: &str, message: &T) -> (String, Ve
 #[test]
 fn vectors_are_what_the_code_encodes_and_decodes() {
     let mut lines = vec![];
-    let enums = types()
-        .into_iter()
-        .filter(|(_, rows)| rows.iter().all(|(n, _)| n.contains(' ')));
-    let variants = |(t, rows): (String, schema::Rows)| {
-        let name = |row: (String, String)| row.0.split_once(' ').expect("an enum").1.to_owned();
-        rows.into_iter()
-            .map(move |row| (t.clone(), name(row)))
-            .collect::<Vec<_>>()
-    };
-    let mut left: BTreeSet<_> = enums.flat_map(variants).collect();
+    let mut left = BTreeSet::new();
+    for (t, rows) in types() {
+        // Of an enum each row begins with its number.
+        let variants = rows.iter().filter_map(|(name, _)| name.split_once(' '));
+        left.extend(variants.map(|(_, name)| (t.clone(), name.to_owned())));
+    }
     for (name, message) in messages::requests() {
         let (line, bytes) = vector(name, "to device", &message);
-        assert_eq!(
-            postcard::from_bytes::<ToDevice>(&bytes).as_ref(),
-            Ok(&message)
-        );
+        assert_eq!(postcard::from_bytes(&bytes).as_ref(), Ok(&message));
         let json = serde_json::to_value(&message).expect("plain data");
         schema::tick_off(ToDevice::SCHEMA, &json, &mut left);
         lines.push(line);
     }
     for (name, message) in messages::responses() {
         let (line, bytes) = vector(&name, "to host", &message);
-        assert_eq!(
-            postcard::from_bytes::<Response<'_>>(&bytes).as_ref(),
-            Ok(&message)
-        );
+        assert_eq!(postcard::from_bytes(&bytes).as_ref(), Ok(&message));
         let json = serde_json::to_value(&message).expect("plain data");
         schema::tick_off(Response::SCHEMA, &json, &mut left);
         lines.push(line);
@@ -134,13 +123,8 @@ fn the_largest_messages_fit() {
         min: i32::MIN,
         max: i32::MIN,
     };
-    assert!(
-        encode(&Response::Refused {
-            seq: Some(u16::MAX),
-            refusal
-        })
-        .is_some()
-    );
+    let seq = Some(u16::MAX);
+    assert!(encode(&Response::Refused { seq, refusal }).is_some());
 }
 
 /// The first table below each heading of the form "### `Name`".
@@ -154,10 +138,8 @@ fn tables_of(text: &str) -> BTreeMap<String, schema::Rows> {
         let (Some(name), Some(row)) = (heading, line.strip_prefix('|')) else {
             continue;
         };
-        let cells: Vec<String> = row
-            .split('|')
-            .map(|c| c.replace('`', "").trim().to_owned())
-            .collect();
+        let cells = row.split('|').map(|c| c.replace('`', "").trim().to_owned());
+        let cells: Vec<String> = cells.collect();
         let is_head = cells[0].starts_with("---") || ["Field", "No."].contains(&cells[0].as_str());
         if !is_head {
             let is_enum = cells[0].parse::<u16>().is_ok() && cells.len() > 4;
@@ -182,35 +164,25 @@ fn protocol_md_tells_every_type() {
             "table of `{name}` in protocol.md"
         );
     }
+    let count = types().len();
     assert_eq!(
         told.len(),
-        types().len(),
+        count,
         "protocol.md tells types that are not on the link"
     );
-    let faults = (1..).map_while(Fault::from_number);
-    for fault in faults {
-        let row = format!(
-            "| {} | `{fault:?}` | – | fault {}:",
-            fault.number() - 1,
-            fault.number()
-        );
-        assert!(
-            read(PROTOCOL).contains(&row),
-            "protocol.md has no row {row}"
-        );
+    let text = read(PROTOCOL);
+    for fault in (1..).map_while(Fault::from_number) {
+        let (place, number) = (fault.number() - 1, fault.number());
+        let row = format!("| {place} | `{fault:?}` | – | fault {number}:");
+        assert!(text.contains(&row), "protocol.md has no row {row}");
     }
 }
 
 fn codes() -> String {
     let mut table = String::from("| No. | Name | Meaning | What to do |\n|---|---|---|---|\n");
     for code in Code::ALL {
-        let (what, advice) = (what(code), advice(code));
-        writeln!(
-            table,
-            "| {} | `{code:?}` | {what} | {advice} |",
-            code as u16
-        )
-        .expect("a string");
+        let (number, what, advice) = (code as u16, what(code), advice(code));
+        table += &format!("| {number} | `{code:?}` | {what} | {advice} |\n");
     }
     table
 }

@@ -1,17 +1,13 @@
 //! The worked session of protocol.md, as the native simulator answers it.
 
 use super::{hex, messages};
-use firmware::link::{Decoder, Request, Response, SCHEMA, ToDevice, encode};
+use firmware::link::{Request, Response, SCHEMA, ToDevice, encode};
 use firmware::units::Micros;
-use hal_sim::body::Still;
-use hal_sim::wire::faults::Faults;
-use hal_sim::{native::native, world::World};
 use std::fmt::Write;
+use tests::desk;
 
 pub fn transcript() -> String {
-    let body = Box::new(Still::new(0.0));
-    let device = Box::new(native(Micros(0)));
-    let mut world = World::new(device, body, Micros(0), Faults::default(), 1);
+    let mut world = desk::world(Micros(0));
     let (mut out, mut session) = (String::from("```text\n"), 0);
     // What is asked, and how long the host then listens, ms.
     let script = [
@@ -51,14 +47,10 @@ pub fn transcript() -> String {
 }
 
 pub fn decode(frame: &[u8]) -> Vec<u8> {
-    let mut decoder = Decoder::default();
-    let (end, rest) = frame.split_last().expect("a delimiter");
-    assert!(rest.iter().all(|&byte| decoder.push(byte).is_none()));
-    decoder
-        .push(*end)
-        .expect("a frame")
-        .expect("whole")
-        .to_vec()
+    let mut messages = desk::messages(frame);
+    let message = messages.next().expect("a frame");
+    assert!(messages.next().is_none());
+    message
 }
 
 fn write_frame(out: &mut String, who: &str, at_us: u64, json: &str, frame: &[u8]) {

@@ -3,13 +3,13 @@
 //! bad frames, refusals, a trigger, a fault and a silent host.
 
 use firmware::control::{HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
-use firmware::link::{BROADCAST, Request, SCHEMA, ToDevice, encode};
+use firmware::link::{BROADCAST, Request, SCHEMA};
 use firmware::lockstep::Sensors;
 use firmware::muscle::{CalciumForceSpec, MuscleSpec, RecruitmentSpec};
 use firmware::pulse::{GroupSpec, Partner, Shape, TrainSpec};
 use firmware::safety::{ChannelSpec, StageSpec, WearerSpec};
 use firmware::units::{Amplitude, Micros};
-use heapless::Vec as List;
+use tests::desk;
 
 /// The clock wraps ten seconds into the session.
 pub const BOOT: Micros = Micros(u32::MAX - 10_000_000);
@@ -31,13 +31,9 @@ struct Host {
 
 impl Host {
     fn say(&mut self, request: Request) {
-        let message = ToDevice {
-            session: self.session,
-            seq: self.seq,
-            request,
-        };
+        let frame = desk::frame(self.session, self.seq, request);
         self.seq = self.seq.wrapping_add(1);
-        self.send(encode(&message).unwrap().to_vec());
+        self.send(frame);
     }
 
     /// Bytes arrive between two of the steps that time goes in.
@@ -52,8 +48,8 @@ impl Host {
             self.now += 1000;
             let phase = f64::from(self.now) * 1e-6 * 2.0;
             self.sensors.joint = Some((1200.0 + 800.0 * phase.sin()) as u16);
-            self.log
-                .push(Step::Advance(BOOT.plus(self.now), self.sensors));
+            let to = BOOT.plus(self.now);
+            self.log.push(Step::Advance(to, self.sensors));
             self.sensors.trigger = None;
         }
     }
@@ -68,13 +64,9 @@ impl Host {
             self.say(Request::Channel { channel, spec });
             self.wait_ms(1);
         }
-        self.say(Request::Groups(
-            List::from_slice(&[GroupSpec {
-                members: 1 << 8 | 1 << 9,
-                partner: Partner::Conducted,
-            }])
-            .unwrap(),
-        ));
+        let (members, partner) = (1 << 8 | 1 << 9, Partner::Conducted);
+        let pair = GroupSpec { members, partner };
+        self.say(Request::Groups([pair].into_iter().collect()));
         self.say(Request::Sync { channel: Some(0) });
         for channel in [0, 1, 4] {
             self.say(muscle(channel));
@@ -109,7 +101,7 @@ impl Host {
                 20 => self.send(vec![0]),
                 31 => self.say(Request::Amplitudes {
                     mask: 1,
-                    values: List::from_slice(&[Amplitude(99_999)]).unwrap(),
+                    values: [Amplitude(99_999)].into_iter().collect(),
                 }),
                 43 => self.sensors.trigger = Some(BOOT.plus(self.now + 411)),
                 _ => {}
@@ -121,7 +113,7 @@ impl Host {
 
 /// Every waveform, each with its own rate, width and offset.
 pub fn channel_spec(channel: u8) -> ChannelSpec {
-    let c = u32::from(channel);
+    let (c, is_one_phase) = (u32::from(channel), channel % 3 == 2);
     let mut train = TrainSpec {
         shape: match channel % 3 {
             0 => Shape::BiphasicCathodicFirst,
@@ -129,12 +121,12 @@ pub fn channel_spec(channel: u8) -> ChannelSpec {
             _ => Shape::MonophasicCathodic,
         },
         width_us: 150 + 13 * u16::from(channel),
-        gap_us: if channel % 3 == 2 {
+        gap_us: if is_one_phase {
             0
         } else {
             11 * u16::from(channel)
         },
-        ground_us: if channel % 3 == 2 { 1_500 } else { 0 },
+        ground_us: if is_one_phase { 1_500 } else { 0 },
         period_us: 20_011 + 1_237 * c,
         offset_us: 731 * c,
         burst_count: 1,
@@ -154,22 +146,15 @@ pub fn channel_spec(channel: u8) -> ChannelSpec {
         (train.gap_us, train.ground_us, train.period_us) = (20, 0, 25_000);
         train.offset_us = 9_000 * (c - 8);
     }
-    let full_scale = 24_000;
-    let stage = if channel.is_multiple_of(2) {
-        StageSpec::Current {
-            full_scale_ua: full_scale,
-        }
-    } else {
-        StageSpec::Voltage {
-            full_scale_mv: full_scale,
-            load_ohm: 2_000,
-        }
-    };
-    ChannelSpec {
-        train,
-        stage,
-        limit: Amplitude(18_000),
+    let mut spec = desk::channel(train, 24_000, 18_000);
+    if !channel.is_multiple_of(2) {
+        let (full_scale_mv, load_ohm) = (24_000, 2_000);
+        spec.stage = StageSpec::Voltage {
+            full_scale_mv,
+            load_ohm,
+        };
     }
+    spec
 }
 
 /// A muscle within the allowed ranges; nobody's in particular.

@@ -40,6 +40,9 @@ enum Answer {
     Refused(Refused),
 }
 
+/// The number of the request whose answer is waited for, and when it was sent, µs.
+type Wanted = Option<(u16, u64)>;
+
 /// A session with a device.
 pub struct Client<P> {
     port: P,
@@ -106,7 +109,7 @@ impl<P: Port> Client<P> {
                 _ => {}
             }
         }
-        Err(no_answer("Hello", ANSWER_US))
+        Err(no_answer("Hello"))
     }
 
     /// From now on waits last as long as they must: for the answer to a stop.
@@ -139,9 +142,9 @@ impl<P: Port> Client<P> {
     /// # Errors
     /// [`Error`].
     pub fn status(&mut self) -> Result<Status, Error> {
-        match self.call("Status", Request::Status, ANSWER_US)? {
+        match self.call("Status", Request::Status)? {
             Answer::Status(status) => Ok(*status),
-            _ => Err(no_answer("Status", ANSWER_US)),
+            _ => Err(no_answer("Status")),
         }
     }
 
@@ -176,21 +179,16 @@ impl<P: Port> Client<P> {
 
     /// Sends `request`, called `name` in errors, and waits for its acknowledgement.
     pub(super) fn ack(&mut self, name: &'static str, request: Request) -> Result<Micros, Error> {
-        match self.call(name, request, ANSWER_US)? {
+        match self.call(name, request)? {
             Answer::Ack(at) => Ok(at),
-            _ => Err(no_answer(name, ANSWER_US)),
+            _ => Err(no_answer(name)),
         }
     }
 
-    fn call(
-        &mut self,
-        name: &'static str,
-        request: Request,
-        wait_us: u64,
-    ) -> Result<Answer, Error> {
+    fn call(&mut self, name: &'static str, request: Request) -> Result<Answer, Error> {
         let sent_us = self.port.now_us();
         let seq = self.send(name, request)?;
-        let until = sent_us + wait_us;
+        let until = sent_us + ANSWER_US;
         while self.port.now_us() < until {
             match self.receive(until, Some((seq, sent_us)))? {
                 Some(Answer::Refused(refused)) => return Err(Error::Refused(refused)),
@@ -198,7 +196,7 @@ impl<P: Port> Client<P> {
                 None => {}
             }
         }
-        Err(no_answer(name, wait_us))
+        Err(no_answer(name))
     }
 
     fn send(&mut self, name: &'static str, request: Request) -> Result<u16, Error> {
@@ -227,11 +225,7 @@ impl<P: Port> Client<P> {
 
     /// Takes what arrives by `until_us`, or none before that; returns the answer
     /// to `wanted`.
-    fn receive(
-        &mut self,
-        until_us: u64,
-        wanted: Option<(u16, u64)>,
-    ) -> Result<Option<Answer>, Error> {
+    fn receive(&mut self, until_us: u64, wanted: Wanted) -> Result<Option<Answer>, Error> {
         let until_us = self.poll_signal(until_us)?;
         let bytes = self.port.receive(until_us)?;
         let now_us = self.port.now_us();
@@ -251,12 +245,7 @@ impl<P: Port> Client<P> {
     }
 
     /// The answer waited for; any other message goes to the incoming ones.
-    fn dispatch(
-        &mut self,
-        sorted: Sorted,
-        wanted: Option<(u16, u64)>,
-        now_us: u64,
-    ) -> Option<Answer> {
+    fn dispatch(&mut self, sorted: Sorted, wanted: Wanted, now_us: u64) -> Option<Answer> {
         let (seq, answer) = match sorted {
             Sorted::Answer(seq, answer) => (seq, answer),
             Sorted::Other(other) => {
@@ -310,9 +299,7 @@ fn is_session_taken(answer: &Answer) -> bool {
     matches!(answer, Answer::Refused(refused) if refused.code() == Some(Code::SessionTaken))
 }
 
-fn no_answer(request: &'static str, waited_us: u64) -> Error {
-    Error::NoAnswer {
-        request,
-        waited_ms: waited_us / 1000,
-    }
+fn no_answer(request: &'static str) -> Error {
+    let waited_ms = ANSWER_US / 1000;
+    Error::NoAnswer { request, waited_ms }
 }

@@ -12,7 +12,7 @@ pub struct Clock {
 
 /// A straight line through all exchanges: device time less host time, over host
 /// time.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Line {
     first: Exchange,
     shortest_us: u64,
@@ -51,13 +51,7 @@ impl Line {
             first,
             shortest_us: first.round_trip_us,
             last: first.difference(),
-            gained_us: 0,
-            count: 0.0,
-            mean_s: 0.0,
-            mean_us: 0.0,
-            ss: 0.0,
-            su: 0.0,
-            uu: 0.0,
+            ..Self::default()
         }
     }
 
@@ -94,7 +88,7 @@ impl Line {
     }
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Exchange {
     round_trip_us: u64,
     host_us: u64,
@@ -121,9 +115,8 @@ impl Clock {
             host_us: sent_us + round_trip_us / 2,
             device,
         };
-        self.line
-            .get_or_insert_with(|| Line::new(exchange))
-            .add(exchange);
+        let line = self.line.get_or_insert_with(|| Line::new(exchange));
+        line.add(exchange);
         let keep = self.best.is_some_and(|best| {
             best.round_trip_us <= round_trip_us
                 && received_us.saturating_sub(best.host_us) < KEEP_US
@@ -161,11 +154,8 @@ mod tests {
             let host_us = 10_000 * i;
             let device = (u32::MAX - 999_999).wrapping_add((host_us + host_us / 25_000) as u32);
             let half = 150 + i % 7;
-            clock.observe(
-                host_us + 1_000 - half,
-                host_us + 1_000 + half,
-                Micros(device),
-            );
+            let middle = host_us + 1_000;
+            clock.observe(middle - half, middle + half, Micros(device));
         }
         let fit = clock.fit().unwrap();
         assert_eq!((fit.exchanges, fit.round_trip_us), (1_000, 300));

@@ -89,9 +89,8 @@ impl Refused {
     /// The fault that is latched, if that is the reason.
     #[must_use]
     pub fn fault(&self) -> Option<Fault> {
-        let (number, _) = self
-            .allowed
-            .filter(|_| self.code() == Some(Code::FaultLatched))?;
+        let allowed = self.allowed;
+        let (number, _) = allowed.filter(|_| self.code() == Some(Code::FaultLatched))?;
         Fault::from_number(u16::try_from(number).ok()?)
     }
 }
@@ -123,108 +122,60 @@ impl fmt::Display for Refused {
 /// What a refusal means.
 #[must_use]
 pub fn what(code: Code) -> &'static str {
-    match code {
-        Code::BadCrc => "a frame arrived with a wrong CRC",
-        Code::MalformedFrame => "bytes between delimiters are no frame",
-        Code::FrameTooLong => "a frame is longer than any message",
-        Code::UnknownMessage => "a frame holds no message of this protocol",
-        Code::SchemaMismatch => "host and device speak different versions",
-        Code::NoSession => "no session is open",
-        Code::SessionTaken => "another host holds the session",
-        Code::DeviceBusy => "the device cannot take more requests now",
-        Code::SimulatorOnly => "only who serves a simulator takes this",
-        Code::OutOfRange => "outside the allowed range",
-        Code::BurstOverlaps => "pulses of a burst would overlap",
-        Code::BurstTooLong => "the burst does not end two windows before the next",
-        Code::CurrentLimit => "the limit exceeds the current limit in µA",
-        Code::ChargeLimit => "the limit exceeds the charge limit per phase in nC",
-        Code::RmsLimit => "the limit exceeds the rms current limit in µA",
-        Code::AboveWearerLimit => "above the wearer's limit for this channel",
-        Code::NoTrain => "this channel has no train in the setup",
-        Code::TwoGroups => "the channel is in two groups",
-        Code::IsolationOverlaps => {
-            "isolated pulses would overlap, which isolation makes impossible"
-        }
-        Code::NoTimeToGround => {
-            "isolation leaves too little time to ground after a monophasic pulse"
-        }
-        Code::ChannelTwice => "the channel is named twice",
-        Code::Controlled => "a joint, a wall or force control drives this channel",
-        Code::RateChanges => {
-            "its pulse rate may change, and in an isolated group that would make pulses meet"
-        }
-        Code::NoMuscle => "force control needs the channel's muscle",
-        Code::AmplitudeCount => "there must be one amplitude per channel in the mask",
-        Code::NothingToArm => "no channel is configured",
-        Code::JointAndWall => {
-            "a joint and a wall cannot run together: the device measures one angle"
-        }
-        Code::WrongState => "not possible in the device's present state",
-        Code::NotArmed => "a setpoint before arming",
-        Code::ArmInputOpen => "neither the arm input nor the hand-held stop is closed",
-        Code::ElectrodeOff => "the electrode check saw too little current",
-        Code::ElectrodeShort => "the electrode check saw too much current",
-        Code::Cancelled => "arming was cancelled by a stop",
-        Code::FaultLatched => "a fault is latched",
-        Code::Stopped => "a stop came before this was carried out",
-        Code::NoJoint => "no joint and no wall is configured",
-        Code::SetpointTime => "the setpoint's time is too far off or out of order",
-        Code::MeasurementTime => "the measurement's time is ahead or out of order",
-        Code::SensorNotHost => "the angle is measured by the board",
-        Code::NoForceControl => "this channel is not under force control",
-        Code::ForceOutOfReach => "the wearer's limits cannot give this force",
-        Code::NoFatigue => "this muscle has no fatigue parameters",
-    }
+    words(code).0
 }
 
 /// What to do about a refusal.
 #[must_use]
 pub fn advice(code: Code) -> &'static str {
+    words(code).1
+}
+
+/// What a refusal means, and what to do about it.
+#[rustfmt::skip]
+const fn words(code: Code) -> (&'static str, &'static str) {
     match code {
-        Code::BadCrc | Code::MalformedFrame | Code::FrameTooLong => {
-            "check the cable and send it again"
-        }
-        Code::UnknownMessage | Code::SchemaMismatch => "use the flexor and firmware of one version",
-        Code::NoSession => "send Hello first",
-        Code::SessionTaken => "close the other program, or wait for the host timeout",
-        Code::DeviceBusy => "send setpoints at most once per millisecond",
-        Code::SimulatorOnly => "send it to flexor serve with a simulator",
-        Code::OutOfRange => "choose a value in the range",
-        Code::BurstOverlaps => "lengthen burst_interval_us or shorten the pulse",
-        Code::BurstTooLong => "lower the frequency or shorten the burst",
-        Code::CurrentLimit | Code::ChargeLimit | Code::RmsLimit => {
-            "lower the channel's limit, its width or its rate"
-        }
-        Code::AboveWearerLimit => "ask for less, or agree on a new limit with the wearer",
-        Code::NoTrain => "configure the channel before arming",
-        Code::TwoGroups | Code::ChannelTwice => "name each channel once",
-        Code::IsolationOverlaps => "separate the pulses by their offsets, or use a conducted group",
-        Code::NoTimeToGround => "lower the rate, shorten ground_us or move the offsets",
-        Code::Controlled => "set the joint's angle or the channel's force instead",
-        Code::RateChanges => {
-            "fix its rate (min_period_us = period_us, no max_period_us), or use a conducted group"
-        }
-        Code::NoMuscle => "configure the channel's muscle before arming",
-        Code::AmplitudeCount => "send as many values as the mask has bits",
-        Code::NothingToArm => "configure at least one channel",
-        Code::JointAndWall => "send Clear and configure one of them",
-        Code::WrongState => "ask for Status and stop, acknowledge or arm first",
-        Code::NotArmed => "arm and start first",
-        Code::ArmInputOpen => "close the arm switch or press the hand-held stop",
-        Code::ElectrodeOff => "check electrode, gel and lead of this channel",
-        Code::ElectrodeShort => "check this channel's electrodes for contact with each other",
-        Code::Cancelled => "arm again",
-        Code::FaultLatched => {
-            "find the fault's cause, then acknowledge it (flexor run --acknowledge)"
-        }
-        Code::Stopped => "arm and start again if that is wanted",
-        Code::NoJoint => "configure a joint before arming",
-        Code::SetpointTime | Code::MeasurementTime => "refresh the clock offset and send in order",
-        Code::SensorNotHost => "configure the joint's sensor as host",
-        Code::NoForceControl => "put the channel under force control before arming",
-        Code::ForceOutOfReach => {
-            "ask for less, or agree on a new limit or a higher pulse rate with the wearer"
-        }
-        Code::NoFatigue => "configure the muscle with its fatigue, or choose another rung",
+        Code::BadCrc => ("a frame arrived with a wrong CRC", "check the cable and send it again"),
+        Code::MalformedFrame => ("bytes between delimiters are no frame", "check the cable and send it again"),
+        Code::FrameTooLong => ("a frame is longer than any message", "check the cable and send it again"),
+        Code::UnknownMessage => ("a frame holds no message of this protocol", "use the flexor and firmware of one version"),
+        Code::SchemaMismatch => ("host and device speak different versions", "use the flexor and firmware of one version"),
+        Code::NoSession => ("no session is open", "send Hello first"),
+        Code::SessionTaken => ("another host holds the session", "close the other program, or wait for the host timeout"),
+        Code::DeviceBusy => ("the device cannot take more requests now", "send setpoints at most once per millisecond"),
+        Code::SimulatorOnly => ("only who serves a simulator takes this", "send it to flexor serve with a simulator"),
+        Code::OutOfRange => ("outside the allowed range", "choose a value in the range"),
+        Code::BurstOverlaps => ("pulses of a burst would overlap", "lengthen burst_interval_us or shorten the pulse"),
+        Code::BurstTooLong => ("the burst does not end two windows before the next", "lower the frequency or shorten the burst"),
+        Code::CurrentLimit => ("the limit exceeds the current limit in µA", "lower the channel's limit, its width or its rate"),
+        Code::ChargeLimit => ("the limit exceeds the charge limit per phase in nC", "lower the channel's limit, its width or its rate"),
+        Code::RmsLimit => ("the limit exceeds the rms current limit in µA", "lower the channel's limit, its width or its rate"),
+        Code::AboveWearerLimit => ("above the wearer's limit for this channel", "ask for less, or agree on a new limit with the wearer"),
+        Code::NoTrain => ("this channel has no train in the setup", "configure the channel before arming"),
+        Code::TwoGroups => ("the channel is in two groups", "name each channel once"),
+        Code::IsolationOverlaps => ("isolated pulses would overlap, which isolation makes impossible", "separate the pulses by their offsets, or use a conducted group"),
+        Code::NoTimeToGround => ("isolation leaves too little time to ground after a monophasic pulse", "lower the rate, shorten ground_us or move the offsets"),
+        Code::ChannelTwice => ("the channel is named twice", "name each channel once"),
+        Code::Controlled => ("a joint, a wall or force control drives this channel", "set the joint's angle or the channel's force instead"),
+        Code::RateChanges => ("its pulse rate may change, and in an isolated group that would make pulses meet", "fix its rate (min_period_us = period_us, no max_period_us), or use a conducted group"),
+        Code::NoMuscle => ("force control needs the channel's muscle", "configure the channel's muscle before arming"),
+        Code::AmplitudeCount => ("there must be one amplitude per channel in the mask", "send as many values as the mask has bits"),
+        Code::NothingToArm => ("no channel is configured", "configure at least one channel"),
+        Code::JointAndWall => ("a joint and a wall cannot run together: the device measures one angle", "send Clear and configure one of them"),
+        Code::WrongState => ("not possible in the device's present state", "ask for Status and stop, acknowledge or arm first"),
+        Code::NotArmed => ("a setpoint before arming", "arm and start first"),
+        Code::ArmInputOpen => ("neither the arm input nor the hand-held stop is closed", "close the arm switch or press the hand-held stop"),
+        Code::ElectrodeOff => ("the electrode check saw too little current", "check electrode, gel and lead of this channel"),
+        Code::ElectrodeShort => ("the electrode check saw too much current", "check this channel's electrodes for contact with each other"),
+        Code::Cancelled => ("arming was cancelled by a stop", "arm again"),
+        Code::FaultLatched => ("a fault is latched", "find the fault's cause, then acknowledge it (flexor run --acknowledge)"),
+        Code::Stopped => ("a stop came before this was carried out", "arm and start again if that is wanted"),
+        Code::NoJoint => ("no joint and no wall is configured", "configure a joint before arming"),
+        Code::SetpointTime => ("the setpoint's time is too far off or out of order", "refresh the clock offset and send in order"),
+        Code::MeasurementTime => ("the measurement's time is ahead or out of order", "refresh the clock offset and send in order"),
+        Code::SensorNotHost => ("the angle is measured by the board", "configure the joint's sensor as host"),
+        Code::NoForceControl => ("this channel is not under force control", "put the channel under force control before arming"),
+        Code::ForceOutOfReach => ("the wearer's limits cannot give this force", "ask for less, or agree on a new limit or a higher pulse rate with the wearer"),
+        Code::NoFatigue => ("this muscle has no fatigue parameters", "configure the muscle with its fatigue, or choose another rung"),
     }
 }

@@ -1,7 +1,7 @@
 //! Real-time ports: a serial port and a TCP socket.
 
 use super::{Error, Port};
-use std::io::{self, Read, Write};
+use std::io::{self, ErrorKind, Read, Write};
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
@@ -35,11 +35,11 @@ impl SerialPort {
                 serialport::ErrorKind::NoDevice => {
                     "another program uses it (a serial monitor, another flexor): close that one"
                 }
-                serialport::ErrorKind::Io(io::ErrorKind::NotFound) => {
+                serialport::ErrorKind::Io(ErrorKind::NotFound) => {
                     "plug the board in and look for its port, on Linux /dev/ttyACM0 or similar; \
                      without --device the native simulator runs"
                 }
-                serialport::ErrorKind::Io(io::ErrorKind::PermissionDenied) => {
+                serialport::ErrorKind::Io(ErrorKind::PermissionDenied) => {
                     "on Linux add yourself to the group `dialout` and log in again"
                 }
                 _ => "give the port of a board, on Linux /dev/ttyACM0 or similar",
@@ -96,25 +96,20 @@ impl<S: Read + Write> Port for Stream<S> {
         loop {
             match self.stream.read(&mut buffer) {
                 Ok(0) => {
-                    return Err(io::Error::new(
-                        io::ErrorKind::UnexpectedEof,
-                        "the device closed the connection",
-                    ));
+                    let closed = "the device closed the connection";
+                    return Err(io::Error::new(ErrorKind::UnexpectedEof, closed));
                 }
                 Ok(count) => return Ok(buffer[..count].to_vec()),
-                Err(e)
-                    if matches!(
-                        e.kind(),
-                        io::ErrorKind::TimedOut | io::ErrorKind::WouldBlock
-                    ) =>
-                {
-                    if self.elapsed_us() >= until_us {
-                        return Ok(Vec::new());
+                Err(e) => match e.kind() {
+                    ErrorKind::TimedOut | ErrorKind::WouldBlock => {
+                        if self.elapsed_us() >= until_us {
+                            return Ok(Vec::new());
+                        }
                     }
-                }
-                // A signal: whoever waits may want to end.
-                Err(e) if e.kind() == io::ErrorKind::Interrupted => return Ok(Vec::new()),
-                Err(e) => return Err(e),
+                    // A signal: whoever waits may want to end.
+                    ErrorKind::Interrupted => return Ok(Vec::new()),
+                    _ => return Err(e),
+                },
             }
         }
     }

@@ -32,7 +32,8 @@ pub enum Each {
     Force,
 }
 
-const fn once(
+const fn column(
+    each: Each,
     name: &'static str,
     unit: &'static str,
     meaning: &'static str,
@@ -43,147 +44,55 @@ const fn once(
         unit,
         meaning,
         source,
-        each: Each::Table,
+        each,
     }
 }
 
 /// The columns of `samples.csv`, in their order.
+#[rustfmt::skip]
 pub const SAMPLES: [Column; 13] = [
-    once(
-        "t_s",
-        "s",
-        "time since the start of the trains",
-        "device clock, 1 µs",
-    ),
-    once(
-        "target_deg",
-        "°",
-        "wanted joint angle, or where the wall stands; empty before the first setpoint and without \
-         joint or wall",
-        "device: the setpoint it follows, held or extrapolated",
-    ),
-    once(
-        "measured_deg",
-        "°",
-        "joint angle; empty before the first measurement and without joint or wall",
-        "the session's sensor, as the device took it",
-    ),
-    once(
-        "true_deg",
-        "°",
-        "joint angle of the simulated body; empty unless one runs in this program",
-        "simulated body",
-    ),
-    once(
-        "effort",
-        "",
-        "what the control law asks for, 1 is all; at a wall the penetration in °; empty while neither \
-         runs",
-        "device: control law",
-    ),
-    once(
-        "limiting",
-        "0, 1",
-        "1 while a computed amplitude is held at the wearer's limit",
-        "device: guard",
-    ),
-    once(
-        "state",
-        "",
-        "the device's state: boot, idle, armed, stimulating, stopping or fault",
-        "device",
-    ),
-    Column {
-        name: "amplitude",
-        unit: "",
-        meaning: "amplitude in force; empty while the channel plays nothing",
-        source: "device: as sent to the DAC; no measurement",
-        each: Each::Channel,
-    },
-    Column {
-        name: "force",
-        unit: "N",
-        meaning: "force that the muscle model predicts from the pulses played",
-        source: "device: muscle model; no measurement",
-        each: Each::Muscle,
-    },
-    Column {
-        name: "wanted",
-        unit: "N",
-        meaning: "wanted force; empty before its first setpoint",
-        source: "device: the setpoint it follows",
-        each: Each::Force,
-    },
-    Column {
-        name: "rate",
-        unit: "Hz",
-        meaning: "pulse rate in force; empty while the channel plays nothing",
-        source: "device: force control",
-        each: Each::Force,
-    },
-    Column {
-        name: "below",
-        unit: "N",
-        meaning: "force below the wanted one that the limits can give; empty unless they cannot give \
-                  the wanted one",
-        source: "device: force control",
-        each: Each::Force,
-    },
-    Column {
-        name: "above",
-        unit: "N",
-        meaning: "force above the wanted one that the limits can give; empty as before",
-        source: "device: force control",
-        each: Each::Force,
-    },
+    column(Each::Table, "t_s", "s", "time since the start of the trains", "device clock, 1 µs"),
+    column(Each::Table, "target_deg", "°", "wanted joint angle, or where the wall stands; empty before the first setpoint and without joint or wall", "device: the setpoint it follows, held or extrapolated"),
+    column(Each::Table, "measured_deg", "°", "joint angle; empty before the first measurement and without joint or wall", "the session's sensor, as the device took it"),
+    column(Each::Table, "true_deg", "°", "joint angle of the simulated body; empty unless one runs in this program", "simulated body"),
+    column(Each::Table, "effort", "", "what the control law asks for, 1 is all; at a wall the penetration in °; empty while neither runs", "device: control law"),
+    column(Each::Table, "limiting", "0, 1", "1 while a computed amplitude is held at the wearer's limit", "device: guard"),
+    column(Each::Table, "state", "", "the device's state: boot, idle, armed, stimulating, stopping or fault", "device"),
+    column(Each::Channel, "amplitude", "", "amplitude in force; empty while the channel plays nothing", "device: as sent to the DAC; no measurement"),
+    column(Each::Muscle, "force", "N", "force that the muscle model predicts from the pulses played", "device: muscle model; no measurement"),
+    column(Each::Force, "wanted", "N", "wanted force; empty before its first setpoint", "device: the setpoint it follows"),
+    column(Each::Force, "rate", "Hz", "pulse rate in force; empty while the channel plays nothing", "device: force control"),
+    column(Each::Force, "below", "N", "force below the wanted one that the limits can give; empty unless they cannot give the wanted one", "device: force control"),
+    column(Each::Force, "above", "N", "force above the wanted one that the limits can give; empty as before", "device: force control"),
 ];
 
 /// The columns of `edges.csv`, in their order.
+#[rustfmt::skip]
 pub const EDGES: [Column; 4] = [
-    once(
-        "t_us",
-        "µs",
-        "time since the start of the period drawn",
-        "simulated pins",
-    ),
-    once("channel", "", "channel, from 1", "simulated pins"),
-    once(
-        "state",
-        "",
-        "from now on: isolated, cathodic, anodic or grounded; isolated before the first row",
-        "simulated pins",
-    ),
-    once(
-        "dac_code",
-        "0–65535",
-        "amplitude code of the channel's DAC",
-        "simulated pins",
-    ),
+    column(Each::Table, "t_us", "µs", "time since the start of the period drawn", "simulated pins"),
+    column(Each::Table, "channel", "", "channel, from 1", "simulated pins"),
+    column(Each::Table, "state", "", "from now on: isolated, cathodic, anodic or grounded; isolated before the first row", "simulated pins"),
+    column(Each::Table, "dac_code", "0–65535", "amplitude code of the channel's DAC", "simulated pins"),
 ];
 
 impl Column {
     /// The names and units that the column has with these channels.
     fn with(&self, channels: &[ChannelInfo]) -> Vec<(String, String)> {
+        if self.each == Each::Table {
+            return vec![(self.name.to_owned(), self.unit.to_owned())];
+        }
         let own = channels.iter().filter(|channel| match self.each {
-            Each::Table => false,
-            Each::Channel => true,
+            Each::Table | Each::Channel => true,
             Each::Muscle => channel.muscle,
             Each::Force => channel.force,
         });
-        let mut all: Vec<_> = own
-            .map(|channel| {
-                let unit = match self.each {
-                    Each::Channel => channel.unit.as_str(),
-                    _ => self.unit,
-                };
-                let name = format!("{}_{}_{}", self.name, channel.number, unit.to_lowercase());
-                (name, unit.to_owned())
-            })
-            .collect();
-        if self.each == Each::Table {
-            all.push((self.name.to_owned(), self.unit.to_owned()));
-        }
-        all
+        let named = own.map(|channel| {
+            let is_own = self.each == Each::Channel;
+            let unit = if is_own { &channel.unit } else { self.unit };
+            let name = format!("{}_{}_{}", self.name, channel.number, unit.to_lowercase());
+            (name, unit.to_owned())
+        });
+        named.collect()
     }
 }
 

@@ -41,10 +41,8 @@ impl Run {
     /// That the record in `dir` is not what was closed; nothing for a whole one.
     #[must_use]
     pub fn damaged(&self, dir: &Path) -> Option<RecordError> {
-        (!self.damage.is_empty()).then(|| RecordError::Damaged {
-            dir: dir.to_owned(),
-            what: self.damage.join("; "),
-        })
+        let what = self.damage.join("; ");
+        (!what.is_empty()).then(|| RecordError::Damaged(dir.to_owned(), what))
     }
 
     /// For the first line of a page: what is missing of it, and what cut it
@@ -65,11 +63,10 @@ pub(super) fn of(dir: &Path, counted: &[Counted], found: &[(PathBuf, Held)]) -> 
         let folder = trial_folder(dir, position, &trial.name);
         match found.iter().find(|(known, _)| *known == folder) {
             None => vec![absent(&folder)],
-            Some((_, now)) => trial
-                .held
-                .iter()
-                .flat_map(|h| rows(&folder, h, now))
-                .collect(),
+            Some((_, now)) => {
+                let held = trial.held.iter();
+                held.flat_map(|held| rows(&folder, held, now)).collect()
+            }
         }
     });
     let known = |folder: &PathBuf| {
@@ -123,8 +120,6 @@ pub(super) fn missing(path: &Path) -> Result<Option<String>, RecordError> {
 }
 
 fn last(path: &Path) -> String {
-    path.file_name()
-        .unwrap_or_default()
-        .to_string_lossy()
-        .into_owned()
+    let name = path.file_name().unwrap_or_default();
+    name.to_string_lossy().into_owned()
 }

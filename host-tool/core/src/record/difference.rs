@@ -82,14 +82,9 @@ fn samples(trial: &Trial) -> Vec<String> {
 
 /// The lines before the trial was cut short: its last event says when.
 fn until_cut(trial: &Trial, rows: &[String]) -> usize {
-    let cut = trial
-        .events
-        .iter()
-        .map(|(t_s, _)| *t_s)
-        .fold(f64::NAN, f64::min);
-    let before = trial
-        .samples
-        .iter()
-        .take_while(|s| cut.is_nan() || s.t_s < cut);
+    let times = trial.events.iter().map(|(t_s, _)| *t_s);
+    let cut = times.fold(f64::NAN, f64::min);
+    let samples = trial.samples.iter();
+    let before = samples.take_while(|s| cut.is_nan() || s.t_s < cut);
     rows.len().min(before.count() + 1)
 }

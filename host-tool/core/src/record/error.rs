@@ -6,14 +6,9 @@ use std::path::PathBuf;
 /// Why a run could not be written or read.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
-    /// The file system refused.
-    #[error("E583 {path} cannot be used: {why}; mend that, or give another folder")]
-    Io {
-        /// The file or folder.
-        path: PathBuf,
-        /// What the system said.
-        why: std::io::Error,
-    },
+    /// The file system refused this file or folder.
+    #[error("E583 {0} cannot be used: {1}; mend that, or give another folder")]
+    Io(PathBuf, std::io::Error),
     /// The disk is full, or the file system refused otherwise.
     #[error(
         "E582 cannot write {path}: {why}; make room there or choose another --out; what was \
@@ -27,59 +22,31 @@ pub enum RecordError {
     },
     /// The folder for a new record holds something.
     #[error(
-        "E590 {dir} is not empty: it holds {found}; choose another --out, or leave it out for a \
+        "E590 {0} is not empty: it holds {1}; choose another --out, or leave it out for a \
          folder of its own; --overwrite replaces a record"
     )]
-    Taken {
-        /// The folder.
-        dir: PathBuf,
-        /// One thing that it holds.
-        found: String,
-    },
-    /// Another program writes the record.
-    #[error("E591 another flexor writes in {dir}: wait for its end, or choose another folder")]
-    Busy {
-        /// The folder.
-        dir: PathBuf,
-    },
-    /// A folder that is no record was to be replaced.
+    Taken(PathBuf, String),
+    /// Another program writes the record in this folder.
+    #[error("E591 another flexor writes in {0}: wait for its end, or choose another folder")]
+    Busy(PathBuf),
+    /// A folder that is no record, but holds this, was to be replaced.
     #[error(
-        "E592 {dir} is no record, so --overwrite leaves it alone: it holds {found} and no run.json \
+        "E592 {0} is no record, so --overwrite leaves it alone: it holds {1} and no run.json \
          of flexor's; choose another --out"
     )]
-    NotOurs {
-        /// The folder.
-        dir: PathBuf,
-        /// One thing that it holds.
-        found: String,
-    },
+    NotOurs(PathBuf, String),
     /// A folder without a record.
-    #[error("E593 {dir} is no record: it has no run.json; give a folder that flexor run wrote")]
-    Absent {
-        /// The folder.
-        dir: PathBuf,
-    },
-    /// A later program's record.
+    #[error("E593 {0} is no record: it has no run.json; give a folder that flexor run wrote")]
+    Absent(PathBuf),
+    /// A record of this later format, which this version of the program wrote.
     #[error(
-        "E594 the record in {dir} has format {format}, and this flexor knows formats up to \
-         {FORMAT}: use the flexor that wrote it ({program}), or a later one"
+        "E594 the record in {0} has format {1}, and this flexor knows formats up to \
+         {FORMAT}: use the flexor that wrote it ({2}), or a later one"
     )]
-    Newer {
-        /// The folder.
-        dir: PathBuf,
-        /// Its format.
-        format: u64,
-        /// The version of the program that wrote it.
-        program: String,
-    },
-    /// A closed record has lost something.
-    #[error("E585 the record in {dir} is damaged: {what}; take it from where it was kept whole")]
-    Damaged {
-        /// The folder.
-        dir: PathBuf,
-        /// What is missing.
-        what: String,
-    },
+    Newer(PathBuf, u64, String),
+    /// A closed record has lost this.
+    #[error("E585 the record in {0} is damaged: {1}; take it from where it was kept whole")]
+    Damaged(PathBuf, String),
     /// The folder for something new is a record that it is made from.
     #[error(
         "E586 --out {out} is the record {record} itself, which is to be read and not replaced: \
@@ -91,19 +58,13 @@ pub enum RecordError {
         /// The record, as it was given.
         record: PathBuf,
     },
-    /// A file is not what this program writes.
+    /// A file is not what this program writes: its line, from 1 for the header, and
+    /// the column with the reason.
     #[error(
-        "E584 {path}, line {line}: {what}; flexor does not write it so: take the record from where \
+        "E584 {0}, line {1}: {2}; flexor does not write it so: take the record from where \
          it was kept unchanged"
     )]
-    Format {
-        /// The file.
-        path: PathBuf,
-        /// 1-based; the header is line 1.
-        line: usize,
-        /// The column and the reason.
-        what: String,
-    },
+    Format(PathBuf, usize, String),
 }
 
 impl RecordError {
@@ -116,9 +77,6 @@ impl RecordError {
 
     /// What became of reading `path`.
     pub fn io(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
-        move |why| RecordError::Io {
-            path: path.to_owned(),
-            why,
-        }
+        move |why| Self::Io(path.to_owned(), why)
     }
 }

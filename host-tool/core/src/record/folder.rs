@@ -90,17 +90,13 @@ pub fn load(dir: &Path) -> Result<Run, RecordError> {
 pub(super) fn read_header(dir: &Path) -> Result<Run, RecordError> {
     let path = dir.join("run.json");
     if !path.is_file() {
-        let dir = dir.to_owned();
-        return Err(RecordError::Absent { dir });
+        return Err(RecordError::Absent(dir.to_owned()));
     }
     let any: serde_json::Value = read_json(&path)?;
     let format = any["format"].as_u64().unwrap_or(1);
     if format > u64::from(FORMAT) {
-        return Err(RecordError::Newer {
-            dir: dir.to_owned(),
-            format,
-            program: any["program"]["version"].as_str().unwrap_or("?").to_owned(),
-        });
+        let program = any["program"]["version"].as_str().unwrap_or("?").to_owned();
+        return Err(RecordError::Newer(dir.to_owned(), format, program));
     }
     read_json(&path)
 }
@@ -116,11 +112,8 @@ pub(super) fn trial_folders(dir: &Path) -> Result<Vec<PathBuf>, RecordError> {
 
 fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T, RecordError> {
     let text = std::fs::read_to_string(path).map_err(RecordError::io(path))?;
-    serde_json::from_str(&text).map_err(|error| RecordError::Format {
-        path: path.to_owned(),
-        line: error.line(),
-        what: error.to_string(),
-    })
+    let read = serde_json::from_str(&text);
+    read.map_err(|why| RecordError::Format(path.to_owned(), why.line(), why.to_string()))
 }
 
 #[cfg(test)]
@@ -130,9 +123,8 @@ mod tests {
     #[test]
     fn every_moment_reads_back_as_it_was_written() {
         let path = std::env::temp_dir().join(format!("flexor-moments-{}", std::process::id()));
-        let moments: Vec<f64> = (0..100_000)
-            .map(|i| f64::from(i * 613 + 7) * 1e-6)
-            .collect();
+        let moment = |i| f64::from(i * 613 + 7) * 1e-6;
+        let moments: Vec<f64> = (0..100_000).map(moment).collect();
         write_json(&FileSystem, &path, &moments).unwrap();
         let back: Vec<f64> = read_json(&path).unwrap();
         std::fs::remove_file(&path).unwrap();

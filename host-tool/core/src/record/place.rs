@@ -11,23 +11,10 @@ use std::path::{Path, PathBuf};
 const LOCK: &str = ".lock";
 
 /// What a record has beside its trials' folders.
-const RUN_FILES: [&str; 6] = [
-    "run.json",
-    "summary.json",
-    "report.html",
-    "picture.svg",
-    "image.elf",
-    "outputs.vcd",
-];
+const RUN_FILES: &str = "run.json summary.json report.html picture.svg image.elf outputs.vcd";
 
 /// What a trial's folder has.
-const TRIAL_FILES: [&str; 5] = [
-    "trial.json",
-    "samples.csv",
-    "edges.csv",
-    "columns.csv",
-    "session.toml",
-];
+const TRIAL_FILES: &str = "trial.json samples.csv edges.csv columns.csv session.toml";
 
 /// A folder that this program alone writes, until it is dropped or the program
 /// ends, however it ends.
@@ -83,8 +70,8 @@ impl Place {
         {
             let dir = dir.to_owned();
             return Err(match overwrite {
-                true => RecordError::NotOurs { dir, found },
-                false => RecordError::Taken { dir, found },
+                true => RecordError::NotOurs(dir, found),
+                false => RecordError::Taken(dir, found),
             });
         }
         let place = Self::lock(dir.to_owned())?;
@@ -92,8 +79,7 @@ impl Place {
             clear(dir)?;
         } else if let Some(found) = foreign(dir)? {
             // Another program was faster, and has already ended.
-            let dir = dir.to_owned();
-            return Err(RecordError::Taken { dir, found });
+            return Err(RecordError::Taken(dir.to_owned(), found));
         }
         Ok(place)
     }
@@ -113,7 +99,7 @@ impl Place {
         let lock = lock.map_err(RecordError::io(&path))?;
         match lock.try_lock() {
             Ok(()) => Ok(Self { dir, _lock: lock }),
-            Err(TryLockError::WouldBlock) => Err(RecordError::Busy { dir }),
+            Err(TryLockError::WouldBlock) => Err(RecordError::Busy(dir)),
             Err(TryLockError::Error(e)) => Err(RecordError::io(&path)(e)),
         }
     }
@@ -135,15 +121,15 @@ fn clear(dir: &Path) -> Result<(), RecordError> {
         if folder.is_symlink() {
             continue; // what it leads to is not this record's
         }
-        remove(&folder, &TRIAL_FILES)?;
+        remove(&folder, TRIAL_FILES)?;
         // With somebody's own files in it, it stays.
         let _ = std::fs::remove_dir(&folder);
     }
-    remove(dir, &RUN_FILES)
+    remove(dir, RUN_FILES)
 }
 
-fn remove(dir: &Path, names: &[&str]) -> Result<(), RecordError> {
-    for name in names {
+fn remove(dir: &Path, names: &str) -> Result<(), RecordError> {
+    for name in names.split(' ') {
         for path in [dir.join(name), dir.join(format!("{name}.partial"))] {
             match std::fs::remove_file(&path) {
                 Err(e) if e.kind() != ErrorKind::NotFound => {

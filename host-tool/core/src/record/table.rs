@@ -15,13 +15,6 @@ const FIXED: [&str; 7] = [
     "limiting",
     "state",
 ];
-const AMPLITUDE: &str = "amplitude_";
-const FORCE: &str = "force_";
-const WANTED: &str = "wanted_";
-const RATE: &str = "rate_";
-const BELOW: &str = "below_";
-const ABOVE: &str = "above_";
-
 /// Writes the header of `samples.csv`.
 pub(super) fn write_sample_header(
     out: &mut impl Write,
@@ -44,7 +37,7 @@ pub(super) fn write_sample(
         write_field(out, value)?;
     }
     write_field(out, sample.effort)?;
-    let state = device_state_name(sample.state);
+    let state = word(&DEVICE_STATES, sample.state);
     write!(out, ",{},{state}", u8::from(sample.limiting))?;
     let forces: Vec<Option<f64>> = sample.forces_n.iter().copied().map(Some).collect();
     for (values, columns) in [
@@ -101,12 +94,8 @@ pub fn write_samples(
 pub fn write_edges(out: &mut impl Write, edges: &[Edge]) -> io::Result<()> {
     writeln!(out, "{}", columns::header(&columns::EDGES, &[]))?;
     for edge in edges {
-        let state = state_name(edge.state);
-        writeln!(
-            out,
-            "{},{},{state},{}",
-            edge.t_us, edge.channel, edge.dac_code
-        )?;
+        let (state, code) = (word(&STATES, edge.state), edge.dac_code);
+        writeln!(out, "{},{},{state},{code}", edge.t_us, edge.channel)?;
     }
     Ok(())
 }
@@ -118,16 +107,21 @@ pub fn read_samples(path: &Path) -> Result<Vec<Sample>, RecordError> {
     if rows.text.is_empty() {
         return Ok(Vec::new()); // not even its header was whole
     }
-    let columns = |prefix: &str| -> Vec<usize> {
+    let columns = |kind: &str| -> Vec<usize> {
         let named = rows.header.iter().enumerate();
-        named
-            .filter(|(_, name)| name.starts_with(prefix))
-            .map(|(column, _)| column)
-            .collect()
+        let such = named.filter(|(_, name)| name.starts_with(kind));
+        such.map(|(column, _)| column).collect()
     };
-    let (amplitudes, forces) = (columns(AMPLITUDE), columns(FORCE));
-    let (wanted, rates) = (columns(WANTED), columns(RATE));
-    let (below, above) = (columns(BELOW), columns(ABOVE));
+    let lists = [
+        "amplitude_",
+        "force_",
+        "wanted_",
+        "rate_",
+        "below_",
+        "above_",
+    ]
+    .map(columns);
+    let [amplitudes, forces, wanted, rates, below, above] = lists;
     let fixed = FIXED.map(|name| rows.column(name));
     let [t, target, measured, truth, effort, limiting, state] = fixed;
     let (t, target, measured) = (t?, target?, measured?);
@@ -144,7 +138,7 @@ pub fn read_samples(path: &Path) -> Result<Vec<Sample>, RecordError> {
             true_deg: row.optional(truth)?,
             effort: row.optional(effort)?,
             limiting: row.get::<u8>(limiting)? != 0,
-            state: device_state(row.text(state)).ok_or_else(|| row.error(state))?,
+            state: row.state(&DEVICE_STATES, state)?,
             amplitudes: list(&amplitudes)?,
             // Every muscle's force is known from arming on.
             forces_n: list(&forces)?.into_iter().flatten().collect(),
@@ -165,47 +159,35 @@ pub fn read_edges(path: &Path) -> Result<Vec<Edge>, RecordError> {
         Ok(Edge {
             t_us: row.get(t)?,
             channel: row.get(channel)?,
-            state: match row.text(state) {
-                "isolated" => State::Isolated,
-                "anodic" => State::Anodic,
-                "cathodic" => State::Cathodic,
-                "grounded" => State::Grounded,
-                _ => return Err(row.error(state)),
-            },
+            state: row.state(&STATES, state)?,
             dac_code: row.get(code)?,
         })
     })
 }
 
-/// The word for a state in `edges.csv`.
-fn state_name(state: State) -> &'static str {
-    match state {
-        State::Isolated => "isolated",
-        State::Anodic => "anodic",
-        State::Cathodic => "cathodic",
-        State::Grounded => "grounded",
-    }
-}
+/// The words for states in `edges.csv`.
+const STATES: [(State, &str); 4] = [
+    (State::Isolated, "isolated"),
+    (State::Anodic, "anodic"),
+    (State::Cathodic, "cathodic"),
+    (State::Grounded, "grounded"),
+];
 
-/// The word for a device's state in `samples.csv`.
-fn device_state_name(state: DeviceState) -> &'static str {
-    match state {
-        DeviceState::Boot => "boot",
-        DeviceState::Idle => "idle",
-        DeviceState::Armed => "armed",
-        DeviceState::Stimulating => "stimulating",
-        DeviceState::Stopping => "stopping",
-        DeviceState::Fault => "fault",
-    }
-}
+/// The words for a device's states in `samples.csv`.
+const DEVICE_STATES: [(DeviceState, &str); 6] = [
+    (DeviceState::Boot, "boot"),
+    (DeviceState::Idle, "idle"),
+    (DeviceState::Armed, "armed"),
+    (DeviceState::Stimulating, "stimulating"),
+    (DeviceState::Stopping, "stopping"),
+    (DeviceState::Fault, "fault"),
+];
 
-/// The state of this word.
-fn device_state(name: &str) -> Option<DeviceState> {
-    use DeviceState::{Armed, Boot, Fault, Idle, Stimulating, Stopping};
-    let all = [Boot, Idle, Armed, Stimulating, Stopping, Fault];
-    all.into_iter().find(|&s| device_state_name(s) == name)
+/// The word for `state`, which is among `words`.
+fn word<S: PartialEq>(words: &[(S, &'static str)], state: S) -> &'static str {
+    let found = words.iter().find(|(it, _)| *it == state);
+    found.map_or("", |(_, word)| word)
 }
-
 /// The complete lines of a CSV file.
 struct Rows<'a> {
     path: &'a Path,
@@ -224,11 +206,7 @@ impl<'a> Rows<'a> {
 
     fn column(&self, name: &str) -> Result<usize, RecordError> {
         let found = self.header.iter().position(|column| column == name);
-        found.ok_or_else(|| RecordError::Format {
-            path: self.path.to_owned(),
-            line: 1,
-            what: format!("the column {name} is missing"),
-        })
+        found.ok_or_else(|| self.error(1, format!("the column {name} is missing")))
     }
 
     fn map<T>(
@@ -239,18 +217,15 @@ impl<'a> Rows<'a> {
         let records = reader.records().enumerate();
         let rows = records.map(|(row, record)| {
             let line = row + 2;
-            let record = record.map_err(|error| RecordError::Format {
-                path: self.path.to_owned(),
-                line,
-                what: error.to_string(),
-            })?;
-            parse(&Row {
-                rows: self,
-                record,
-                line,
-            })
+            let record = record.map_err(|why| self.error(line, why.to_string()))?;
+            let rows = self;
+            parse(&Row { rows, record, line })
         });
         rows.collect()
+    }
+
+    fn error(&self, line: usize, what: String) -> RecordError {
+        RecordError::Format(self.path.to_owned(), line, what)
     }
 }
 
@@ -276,16 +251,17 @@ impl Row<'_> {
         }
     }
 
+    fn state<S: Copy>(&self, words: &[(S, &str)], column: usize) -> Result<S, RecordError> {
+        let found = words.iter().find(|(_, word)| *word == self.text(column));
+        found
+            .map(|(state, _)| *state)
+            .ok_or_else(|| self.error(column))
+    }
+
     fn error(&self, column: usize) -> RecordError {
-        RecordError::Format {
-            path: self.rows.path.to_owned(),
-            line: self.line,
-            what: format!(
-                "{}: \"{}\" is not a value of this column",
-                self.rows.header[column],
-                self.text(column)
-            ),
-        }
+        let (name, text) = (&self.rows.header[column], self.text(column));
+        let what = format!("{name}: \"{text}\" is not a value of this column");
+        self.rows.error(self.line, what)
     }
 }
 
@@ -314,17 +290,15 @@ mod tests {
             write_number(&mut written, value).unwrap();
             assert_eq!(String::from_utf8(written).unwrap(), value.to_string());
         };
-        let edges = [
-            0.0, -0.0, 1.0, -3.0, 1e15, 1e16, 1e17, 1e300, 1e-4, 1e-5, 1e-7, 5e-324,
-        ];
-        let odd = [
-            f64::NAN,
-            f64::INFINITY,
-            f64::NEG_INFINITY,
-            f64::MAX,
-            0.1 + 0.2,
-        ];
-        edges.into_iter().chain(odd).for_each(is_same);
+        [0.0, -0.0, 1.0, -3.0, 0.1 + 0.2, f64::NAN]
+            .into_iter()
+            .for_each(is_same);
+        [1e15, 1e16, 1e17, 1e300, f64::MAX, f64::INFINITY]
+            .into_iter()
+            .for_each(is_same);
+        [1e-4, 1e-5, 1e-7, 5e-324, f64::NEG_INFINITY]
+            .into_iter()
+            .for_each(is_same);
         let mut random = Random::new(1);
         for _ in 0..50_000 {
             is_same(f64::from_bits(random.word()));

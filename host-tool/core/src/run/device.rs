@@ -8,7 +8,7 @@ use firmware::control::SensorSource;
 use firmware::lockstep::Sensors;
 use firmware::pulse::{GroupSpec, Partner};
 use firmware::units::Micros;
-use hal_sim::body::{Body, CHANNELS, Drive, Elbow, Finger, Load, Still};
+use hal_sim::body::{Body, CHANNELS, Drive, Elbow, Finger, InvalidElbow, InvalidSpec, Load, Still};
 use hal_sim::chip::board::{Around, Board, BoardError};
 use hal_sim::chip::cpu::run::Observer;
 use hal_sim::chip::gdb::{Debugger, Points};
@@ -99,30 +99,29 @@ pub enum OpenError {
     Chip(#[from] ChipError),
     /// The simulated wearer.
     #[error("E511 the session's body cannot be: {0}")]
-    Body(hal_sim::body::InvalidSpec),
+    Body(InvalidSpec),
     /// The simulated arm.
     #[error("E570 the session's body cannot be: {0}")]
-    Elbow(hal_sim::body::InvalidElbow),
+    Elbow(InvalidElbow),
 }
 
-impl From<StartError> for OpenError {
-    fn from(error: StartError) -> Self {
-        Self::Qemu(error)
-    }
+/// Errors that a message has in full, so that they are no cause beside it.
+macro_rules! told {
+    ($($whole:ident::$variant:ident($error:ty);)*) => {
+        $(impl From<$error> for $whole {
+            fn from(error: $error) -> Self {
+                Self::$variant(error)
+            }
+        })*
+    };
 }
 
-impl From<hal_sim::body::InvalidSpec> for OpenError {
-    fn from(error: hal_sim::body::InvalidSpec) -> Self {
-        Self::Body(error)
-    }
+told! {
+    OpenError::Qemu(StartError);
+    OpenError::Body(InvalidSpec);
+    OpenError::Elbow(InvalidElbow);
+    ChipError::Build(BuildError);
 }
-
-impl From<hal_sim::body::InvalidElbow> for OpenError {
-    fn from(error: hal_sim::body::InvalidElbow) -> Self {
-        Self::Elbow(error)
-    }
-}
-
 impl DeviceName {
     /// Opens the device for `session`; `seed` decides a simulated wearer's noise
     /// and where a simulator's session numbers begin.
@@ -131,12 +130,10 @@ impl DeviceName {
     /// [`OpenError`].
     pub fn open(&self, session: &Session, seed: u64) -> Result<Box<dyn Port>, OpenError> {
         Ok(match self {
-            Self::Native => Box::new(simulated(
-                session,
-                seed,
-                Box::new(native_seeded(Micros(0), seed)),
-                Micros(0),
-            )?),
+            Self::Native => {
+                let device = Box::new(native_seeded(Micros(0), seed));
+                Box::new(simulated(session, seed, device, Micros(0))?)
+            }
             Self::Chip => Box::new(on_chip(session, seed, &ChipOptions::default())?),
             Self::Qemu => {
                 let image = images::find(Image::Qemu).map_err(StartError::NotBuilt)?;
@@ -224,12 +221,6 @@ pub enum ChipError {
     Outside(io::Error),
 }
 
-impl From<BuildError> for ChipError {
-    fn from(error: BuildError) -> Self {
-        Self::Build(error)
-    }
-}
-
 /// The image to flash: the file at `path`, or the board's own, from beside this
 /// program or built in its checkout if it is not newer than its sources.
 ///
@@ -305,12 +296,11 @@ fn open_log(path: &Path, image: &chip::image::Image) -> Result<Log, ChipError> {
     let out: Box<dyn io::Write + Send> = if path == Path::new("-") {
         Box::new(io::stderr())
     } else {
-        Box::new(io::BufWriter::new(File::create(path).map_err(|why| {
-            ChipError::Outside(io::Error::new(
-                why.kind(),
-                format!("cannot write {}: {why}", path.display()),
-            ))
-        })?))
+        let file = File::create(path).map_err(|why| {
+            let told = format!("cannot write {}: {why}", path.display());
+            ChipError::Outside(io::Error::new(why.kind(), told))
+        })?;
+        Box::new(io::BufWriter::new(file))
     };
     Ok(Log::new(image, out)?)
 }

@@ -37,6 +37,7 @@ pub fn device_kind(info: &HelloInfo) -> DeviceKind {
 pub fn identity(info: &HelloInfo, in_process: bool) -> Identity {
     let kind = device_kind(info);
     let bytes = bytes(info);
+    let has_id = bytes.iter().any(|byte| *byte != 0);
     let [major, minor, patch] = info.version;
     let reset = match info.reset {
         ResetCause::PowerOn => "power on",
@@ -49,10 +50,7 @@ pub fn identity(info: &HelloInfo, in_process: bool) -> Identity {
         kind,
         simulated: in_process || kind != DeviceKind::Board,
         in_process,
-        unique_id: bytes
-            .iter()
-            .any(|byte| *byte != 0)
-            .then(|| bytes.iter().map(|byte| format!("{byte:02x}")).collect()),
+        unique_id: has_id.then(|| bytes.iter().map(|byte| format!("{byte:02x}")).collect()),
         firmware: format!("{major}.{minor}.{patch}"),
         schema: format!("{:016x}", info.schema),
         reset: reset.to_owned(),
@@ -62,8 +60,6 @@ pub fn identity(info: &HelloInfo, in_process: bool) -> Identity {
 
 /// The unique id as it lies in the chip.
 fn bytes(info: &HelloInfo) -> Vec<u8> {
-    info.unique_id
-        .iter()
-        .flat_map(|w| w.to_le_bytes())
-        .collect()
+    let words = info.unique_id.into_iter();
+    words.flat_map(u32::to_le_bytes).collect()
 }

@@ -3,23 +3,23 @@
 use crate::session::{Course, ForceCourse, Session};
 use firmware::pulse::CHANNELS;
 use firmware::units::Amplitude;
-use hal_sim::trace::{State, Trace};
+use hal_sim::trace::{Edge, State, Trace};
 
 /// Pulses of `session` in a simulated device's trace from `epoch_us` on: first
 /// phases of more than code 0. The electrode check's come before.
 pub(super) fn played(session: &Session, trace: &Trace, epoch_us: u64) -> u64 {
     let first: [Option<State>; CHANNELS] = std::array::from_fn(|channel| {
         let shape = session.channel(channel as u8)?.spec.train.shape;
-        Some(if shape.cathodic_first() {
-            State::Cathodic
-        } else {
-            State::Anodic
+        Some(match shape.cathodic_first() {
+            true => State::Cathodic,
+            false => State::Anodic,
         })
     });
     let edges = trace.edges().skip_while(|edge| edge.t_us < epoch_us);
-    let starts = edges
-        .filter(|edge| edge.dac_code > 0 && first[usize::from(edge.channel)] == Some(edge.state));
-    starts.count() as u64
+    let first = |edge: &Edge| first[usize::from(edge.channel)] == Some(edge.state);
+    edges
+        .filter(|edge| edge.dac_code > 0 && first(edge))
+        .count() as u64
 }
 
 /// The likely reason why `session` played no pulse in `length_us`;
@@ -34,13 +34,9 @@ pub(super) fn why_silent(session: &Session, length_us: u64, idle_triggers: u64) 
              [simulated_trigger] in the session file gives a simulator edges"
         };
     }
-    let first = trains()
-        .filter(|train| !train.triggered)
-        .map(|train| train.offset_us);
-    if first
-        .min()
-        .is_some_and(|offset| u64::from(offset) >= length_us)
-    {
+    let first = trains().filter(|train| !train.triggered);
+    let first = first.map(|train| u64::from(train.offset_us)).min();
+    if first.is_some_and(|offset| offset >= length_us) {
         return "it ended before the first channel's offset_us";
     }
     if trains().all(|train| u64::from(train.offset_us + train.period_us) >= length_us) {

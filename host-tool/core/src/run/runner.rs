@@ -70,17 +70,14 @@ pub fn run<P: Port>(
     let (client, info) = match Client::open_interruptible(port, interruption) {
         Ok(opened) => opened,
         Err(error) => {
-            let error = Some(signalled(error.into(), None, Stopped::NotOpen));
-            return (
-                Outcome {
-                    trial,
-                    device: None,
-                    epoch_us: None,
-                    refused: 0,
-                    error,
-                },
-                None,
-            );
+            let outcome = Outcome {
+                trial,
+                device: None,
+                epoch_us: None,
+                refused: 0,
+                error: Some(signalled(error.into(), None, Stopped::NotOpen)),
+            };
+            return (outcome, None);
         }
     };
     observer.see(Seen::Hello(&info));
@@ -233,23 +230,23 @@ impl<P: Port> Run<'_, P> {
         {
             let now = self.client.port().now_us();
             let at = self.client.device_time(now).unwrap_or(self.epoch);
-            let centideg = (deg * 100.0).round() as i16; // saturates
-            self.client.post(Request::Measurement {
-                joint: 0,
+            let (joint, centideg) = (0, (deg * 100.0).round() as i16); // saturates
+            let measured = Request::Measurement {
+                joint,
                 centideg,
                 at,
-            })?;
+            };
+            self.client.post(measured)?;
         }
         for request in self.session.rungs(before, due) {
             self.client.post(request)?;
         }
+        // Wrapping: device time is modulo 2^32.
+        let now = self.epoch.plus(due as u32);
         let setpoints = &self.session.setpoints;
         for setpoint in iter::once(setpoints.at(due)).chain(setpoints.with(due)) {
             let at = match setpoint {
-                // Wrapping: device time is modulo 2^32.
-                Setpoint::Angle { .. } | Setpoint::Force { .. } => {
-                    Some(self.epoch.plus(due as u32))
-                }
+                Setpoint::Angle { .. } | Setpoint::Force { .. } => Some(now),
                 Setpoint::Amplitudes(_) | Setpoint::KeepAlive => None,
             };
             self.client.post(setpoint.request(at))?;

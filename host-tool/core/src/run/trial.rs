@@ -16,44 +16,36 @@ use hal_sim::trace::{State as TraceState, Trace};
 #[must_use]
 pub fn begin_trial(file: &SessionFile) -> Trial {
     let session = &file.session;
+    let seconds = |us: u64| us as f64 * 1e-6;
+    let milli = |value: f64| value * 1e-3;
+    let channels = session.channels.iter().map(|channel| ChannelInfo {
+        number: channel.number,
+        name: channel.name.clone(),
+        unit: channel.unit().symbol().to_owned(),
+        limit: milli(channel.spec.limit.0.into()),
+        muscle: channel.muscle.is_some(),
+        force: channel.force.is_some(),
+    });
+    let wall = session.wall.map(|wall| WallPlace {
+        at_deg: milli(wall.at_mdeg.into()),
+        stops_flexion: wall.side == Side::Flexion,
+        pre_wall_deg: wall
+            .pre_wall
+            .map_or(0.0, |pre| milli(pre.depth_mdeg.into())),
+    });
     Trial {
         name: session.title.clone(),
         session_file: file.name.clone(),
-        identity: None,
         session_text: file.text.clone(),
         session_sha256: Some(sha256(file.text.as_bytes())),
-        clock: None,
-        duration_s: session.duration_us as f64 * 1e-6,
-        channels: session
-            .channels
-            .iter()
-            .map(|channel| ChannelInfo {
-                number: channel.number,
-                name: channel.name.clone(),
-                unit: channel.unit().symbol().to_owned(),
-                limit: f64::from(channel.spec.limit.0) * 1e-3,
-                muscle: channel.muscle.is_some(),
-                force: channel.force.is_some(),
-            })
-            .collect(),
-        samples: Vec::new(),
-        edges: Vec::new(),
+        duration_s: seconds(session.duration_us),
+        channels: channels.collect(),
         measure: session
             .measure
-            .map(|(from, to)| (from as f64 * 1e-6, to as f64 * 1e-6)),
+            .map(|(from, to)| (seconds(from), seconds(to))),
         joint: session.joint.is_some(),
-        wall: session.wall.map(|wall| WallPlace {
-            at_deg: f64::from(wall.at_mdeg) * 1e-3,
-            stops_flexion: wall.side == Side::Flexion,
-            pre_wall_deg: wall
-                .pre_wall
-                .map_or(0.0, |pre| f64::from(pre.depth_mdeg) * 1e-3),
-        }),
-        pulses: None,
-        silent: None,
-        counters: Vec::new(),
-        events: Vec::new(),
-        electrode_check: Vec::new(),
+        wall,
+        ..Trial::default()
     }
 }
 
@@ -178,15 +170,11 @@ pub fn edges_of_one_period(
     epoch_us: u64,
     after_us: u64,
 ) -> Vec<Edge> {
-    let period = session
-        .channels
-        .iter()
-        .map(|c| {
-            let slowest_us = c.force.and_then(|force| force.max_period_us);
-            u64::from(slowest_us.unwrap_or(c.spec.train.period_us))
-        })
-        .max()
-        .unwrap_or(0);
+    let periods = session.channels.iter().map(|c| {
+        let slowest_us = c.force.and_then(|force| force.max_period_us);
+        u64::from(slowest_us.unwrap_or(c.spec.train.period_us))
+    });
+    let period = periods.max().unwrap_or(0);
     let begin = epoch_us + after_us.checked_div(period).unwrap_or(0) * period;
     edges_between(trace, begin, begin + period)
 }

@@ -68,7 +68,10 @@ const LAYERS: &[(&str, &[&[&str]])] = &[
     ),
     (
         "tests",
-        &[&["differential", "expectation", "fuzz", "verify"]],
+        &[
+            &["differential", "expectation", "fuzz", "verify"],
+            &["desk"],
+        ],
     ),
 ];
 

@@ -1,0 +1,92 @@
+//! The `flexor` program as people and scripts start it, each test in a folder of
+//! its own.
+
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+
+pub const FLEXOR: &str = env!("CARGO_BIN_EXE_flexor");
+
+/// A shipped session that waits for a trigger.
+pub const TRIGGER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/sessions/trigger.toml");
+
+/// An open loop of one channel, 30 s at 50 Hz.
+pub const SESSION: &str = include_str!("one_channel.toml");
+
+/// The same, as long as this, with so many setpoints a second. A test's computer
+/// stalls at times: the device is patient.
+pub fn one_channel(seconds: f64, rate_hz: u32) -> String {
+    let long = SESSION.replace("duration_s = 30.0", &format!("duration_s = {seconds:?}"));
+    long.replace("rate_hz = 50", &format!("rate_hz = {rate_hz}"))
+}
+
+/// An empty folder of this test's own, with [`SESSION`] in it.
+pub fn folder(test: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join("session.toml"), SESSION).unwrap();
+    folder
+}
+
+/// A file of this text in the folder of a test.
+pub fn written(folder: &Path, name: &str, text: impl AsRef<[u8]>) -> PathBuf {
+    let path = folder.join(name);
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+pub fn flexor(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(FLEXOR);
+    command.current_dir(folder).args(arguments);
+    command.env("NO_COLOR", "1");
+    command
+}
+
+/// Exit code, standard output, standard error.
+pub type Said = (Option<i32>, String, String);
+
+pub fn said(output: Output) -> Said {
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    (
+        output.status.code(),
+        text(output.stdout),
+        text(output.stderr),
+    )
+}
+
+/// Runs `flexor` to its end.
+pub fn ran(folder: &Path, arguments: &[&str]) -> Said {
+    said(flexor(folder, arguments).output().unwrap())
+}
+
+/// A simulated board in a process of its own, killed when dropped.
+pub struct Board {
+    process: Child,
+    /// As `--device` names it.
+    pub at: String,
+}
+
+impl Board {
+    pub fn serve(folder: &Path, wire: &[&str]) -> Self {
+        let mut command = flexor(folder, &["--json", "serve", "--seconds", "60"]);
+        let mut process = command.args(wire).stdout(Stdio::piped()).spawn().unwrap();
+        let mut line = String::new();
+        let stdout = process.stdout.take().unwrap();
+        BufReader::new(stdout).read_line(&mut line).unwrap();
+        let hello: serde_json::Value = serde_json::from_str(&line).unwrap();
+        let at = hello["at"].as_str().unwrap().to_owned();
+        Self { process, at }
+    }
+
+    pub fn tcp(folder: &Path) -> Self {
+        Self::serve(folder, &["--tcp", "127.0.0.1:0"])
+    }
+}
+
+impl Drop for Board {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}

@@ -1,0 +1,156 @@
+//! What tests across packages begin with: shipped sessions, a device and its
+//! host, plain trains, frames. What cannot be had panics.
+
+use firmware::device::Identity;
+use firmware::link::message::ResetCause;
+use firmware::link::{Decoder, HelloInfo, Kind, Request, ToDevice, encode};
+use firmware::pulse::TrainSpec;
+use firmware::safety::{ChannelSpec, StageSpec, WearerSpec};
+use firmware::units::{Amplitude, Micros};
+use hal_sim::body::{Drive, Still};
+use hal_sim::chip::image::Image;
+use hal_sim::lockstep::Output;
+use hal_sim::native::native;
+use hal_sim::trace::Trace;
+use hal_sim::wire::faults::Faults;
+use hal_sim::world::World;
+use host_core::link::{Client, SimulatedPort};
+use host_core::run::{DeviceName, Outcome, SessionFile, chip_image, run};
+use std::path::{Path, PathBuf};
+
+/// A shipped session's file.
+#[must_use]
+pub fn shipped(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../host-tool/sessions");
+    folder.join(name)
+}
+
+/// The session files of a folder of them, by name.
+#[must_use]
+pub fn shipped_in(folder: &str) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(shipped(folder)).unwrap();
+    let mut files: Vec<_> = entries.map(|entry| entry.unwrap().path()).collect();
+    files.retain(|path| path.extension().is_some_and(|e| e == "toml"));
+    files.sort();
+    files
+}
+
+/// A shipped session.
+#[must_use]
+pub fn load(name: &str) -> SessionFile {
+    SessionFile::load(&shipped(name)).unwrap()
+}
+
+/// A session that was played to its end: what came of it, and the pins of a
+/// simulated device, whose trains began at `epoch_us`.
+pub struct Played {
+    /// What the host recorded.
+    pub outcome: Outcome,
+    /// What the device put out.
+    pub trace: Trace,
+    /// The port's time, µs.
+    pub epoch_us: u64,
+}
+
+/// Plays `file` on a simulated device.
+#[must_use]
+pub fn play(file: &SessionFile, device: &DeviceName) -> Played {
+    let name = &file.name;
+    let port = device.open(&file.session, 1);
+    let port = port.unwrap_or_else(|e| panic!("{name} on {device}: {e}"));
+    let (outcome, port) = run(file, port, None, |_| ());
+    if let Some(error) = &outcome.error {
+        panic!("{name} on {device}: {error}");
+    }
+    let world = &mut port.unwrap();
+    let trace = std::mem::take(&mut world.world().unwrap().recorder.trace);
+    let epoch_us = outcome.epoch_us.unwrap();
+    Played {
+        outcome,
+        trace,
+        epoch_us,
+    }
+}
+
+/// The image that boards are flashed with.
+#[must_use]
+pub fn flashed() -> Image {
+    chip_image(None).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Ten output stages of this current, none of a conducted group.
+#[must_use]
+pub const fn stages(full_scale_ma: f64) -> [Option<Output>; 10] {
+    let full_scale = Drive::Milliamps(full_scale_ma);
+    let conducted = false;
+    [Some(Output {
+        full_scale,
+        conducted,
+    }); 10]
+}
+
+/// A native device that boots at `boot`, on a wearer who does not move.
+#[must_use]
+pub fn world(boot: Micros) -> World {
+    let body = Box::new(Still::new(0.0));
+    World::new(Box::new(native(boot)), body, boot, Faults::default(), 1)
+}
+
+/// A host with a session on it, and the answer to its `Hello`.
+#[must_use]
+pub fn open(boot: Micros) -> (Client<SimulatedPort>, HelloInfo) {
+    Client::open(SimulatedPort::new(world(boot))).unwrap()
+}
+
+/// Who a device is that has just got its power.
+#[must_use]
+pub const fn identity(kind: Kind, first_session: u16) -> Identity {
+    Identity {
+        kind,
+        unique_id: [0; 3],
+        reset: ResetCause::PowerOn,
+        last_fault: None,
+        first_session,
+    }
+}
+
+/// A channel on a current stage, up to `limit_ua`.
+#[must_use]
+pub const fn channel(train: TrainSpec, full_scale_ua: u32, limit_ua: u32) -> ChannelSpec {
+    ChannelSpec {
+        train,
+        stage: StageSpec::Current { full_scale_ua },
+        limit: Amplitude(limit_ua),
+    }
+}
+
+/// A wearer whose amplitudes rise within 1 ms.
+#[must_use]
+pub fn wearer(host_timeout_ms: u16) -> WearerSpec {
+    WearerSpec {
+        rise_ms: 1,
+        host_timeout_ms,
+        ..WearerSpec::default()
+    }
+}
+
+/// A host's frame.
+#[must_use]
+pub fn frame(session: u16, seq: u16, request: Request) -> Vec<u8> {
+    let message = ToDevice {
+        session,
+        seq,
+        request,
+    };
+    encode(&message).expect("every request fits").to_vec()
+}
+
+/// The messages in whole frames.
+pub fn messages(bytes: &[u8]) -> impl Iterator<Item = Vec<u8>> {
+    let mut decoder = Decoder::default();
+    bytes.iter().filter_map(move |&byte| {
+        let message = decoder.push(byte)?.expect("whole frames").to_vec();
+        decoder.clear();
+        Some(message)
+    })
+}
