@@ -63,7 +63,7 @@ const LAYERS: &[(&str, &[&[&str]])] = &[
             &["experiments", "figures"],
             &["accuracy", "ladder", "stability"],
             &["tracking"],
-            &["bench"],
+            &["bench", "subjects"],
         ],
     ),
     (
