@@ -25,8 +25,7 @@ pub fn find(drawing: &Drawing) -> Vec<String> {
     }
     let right: Vec<&Words> = upright().filter(|w| w.anchor == "end").collect();
     for column in axes(right, |w| w.at.0, |w| w.at.1, 2) {
-        let named = words.iter().any(|name| names_column(name, &column));
-        if !named {
+        if !words.iter().any(|name| names_column(name, &column)) {
             found.push(format!("axis up without a name: {}", ticks(&column)));
         }
     }
@@ -40,12 +39,8 @@ fn axes(
     place: impl Fn(&Words) -> f64,
     least: usize,
 ) -> Vec<Vec<&Words>> {
-    let key = |w: &Words| {
-        (
-            (line(w) * 2.0).round() as i64,
-            (w.size * 4.0).round() as i64,
-        )
-    };
+    let whole = |value: f64| value.round() as i64;
+    let key = |w: &Words| (whole(line(w) * 2.0), whole(w.size * 4.0));
     words.sort_by(|a, b| key(a).cmp(&key(b)).then(place(a).total_cmp(&place(b))));
     let mut all = Vec::new();
     for group in words.chunk_by(|a, b| key(a) == key(b)) {
@@ -81,20 +76,13 @@ fn starts_new(axis: &[&Words], next: &Words, place: &impl Fn(&Words) -> f64) -> 
 
 /// The number a tick begins with, in its unit.
 fn value(text: &str) -> Option<f64> {
-    let plain: String = text
-        .replace('−', "-")
-        .chars()
-        .filter(|c| !c.is_whitespace())
-        .collect();
-    let end = plain
-        .find(|c: char| !(c.is_ascii_digit() || ".-+".contains(c)))
-        .unwrap_or(plain.len());
+    let plain = text.replace('−', "-").replace(char::is_whitespace, "");
+    let end = plain.find(|c: char| !(c.is_ascii_digit() || ".-+".contains(c)));
+    let end = end.unwrap_or(plain.len());
     let number: f64 = plain[..end].parse().ok()?;
     let unit = match &plain[end..] {
         "ms" => 1e-3,
-        power if power.starts_with(['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹', '⁻']) => {
-            exponent(power)
-        }
+        power if power.starts_with(|c| c == '⁻' || RAISED.contains(c)) => exponent(power),
         _ => 1.0,
     };
     Some(number * unit)
@@ -102,36 +90,28 @@ fn value(text: &str) -> Option<f64> {
 
 /// 10³ over 10: what raised digits multiply the ten before them by.
 fn exponent(text: &str) -> f64 {
-    const RAISED: &str = "⁰¹²³⁴⁵⁶⁷⁸⁹";
     let digits = text.trim_start_matches('⁻').chars();
-    let power = digits
-        .map_while(|c| RAISED.chars().position(|r| r == c))
-        .fold(0, |power, digit| 10 * power + digit as i32);
-    10f64.powi(
-        if text.starts_with('⁻') {
-            -power
-        } else {
-            power
-        } - 1,
-    )
+    let digits = digits.map_while(|c| RAISED.chars().position(|r| r == c));
+    let power = digits.fold(0, |power, digit| 10 * power + digit as i32);
+    let sign = if text.starts_with('⁻') { -1 } else { 1 };
+    10f64.powi(sign * power - 1)
 }
 
+const RAISED: &str = "⁰¹²³⁴⁵⁶⁷⁸⁹";
+
 fn span(axis: &[&Words]) -> Box2 {
-    let corners = axis.iter().flat_map(|w| {
-        [
-            (w.bounds.left, w.bounds.top),
-            (w.bounds.right, w.bounds.bottom),
-        ]
-    });
+    let corners = |w: &&Words| {
+        let b = w.bounds;
+        [(b.left, b.top), (b.right, b.bottom)]
+    };
+    let corners = axis.iter().flat_map(corners);
     Box2::around(&corners.collect::<Vec<_>>())
 }
 
 /// Says what is counted, and only on this axis.
 fn is_name(name: &Words) -> bool {
     let letters = name.text.chars().filter(|c| c.is_alphabetic()).count();
-    let both = ["; down:", "; up:"]
-        .iter()
-        .any(|other| name.text.contains(other));
+    let both = ["; down:", "; up:"].iter().any(|it| name.text.contains(it));
     letters > 0 && value(&name.text).is_none() && !both
 }
 

@@ -92,21 +92,17 @@ fn along(bounds: &Box2) -> Vec<(f64, f64)> {
     let y = |n| bounds.top + (bounds.bottom - bounds.top) * part(n);
     let upright = bounds.bottom - bounds.top > bounds.right - bounds.left;
     let (mx, my) = bounds.middle();
-    (0..5)
-        .map(|n| if upright { (mx, y(n)) } else { (x(n), my) })
-        .collect()
+    let at = |n| if upright { (mx, y(n)) } else { (x(n), my) };
+    (0..5).map(at).collect()
 }
 
 /// The middle of a path's longest part.
 fn middle(path: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let length = |pair: &&[(f64, f64)]| (pair[1].0 - pair[0].0).hypot(pair[1].1 - pair[0].1);
-    let longest = path
-        .windows(2)
-        .max_by(|a, b| length(a).total_cmp(&length(b)));
-    longest
-        .map(|pair| ((pair[0].0 + pair[1].0) / 2.0, (pair[0].1 + pair[1].1) / 2.0))
-        .into_iter()
-        .collect()
+    let parts = path.windows(2);
+    let longest = parts.max_by(|a, b| length(a).total_cmp(&length(b)));
+    let middle = |pair: &[(f64, f64)]| Box2::around(pair).middle();
+    longest.map(middle).into_iter().collect()
 }
 
 /// The colour at a place after some items are painted: areas and halos. Lines and
@@ -140,13 +136,8 @@ fn inside(corners: &[(f64, f64)], (x, y): (f64, f64)) -> bool {
     let crosses = |(a, b): (&(f64, f64), &(f64, f64))| {
         (a.1 > y) != (b.1 > y) && x < a.0 + (y - a.1) / (b.1 - a.1) * (b.0 - a.0)
     };
-    corners
-        .iter()
-        .zip(next)
-        .filter(|pair| crosses(*pair))
-        .count()
-        % 2
-        == 1
+    let crossed = corners.iter().zip(next).filter(|pair| crosses(*pair));
+    crossed.count() % 2 == 1
 }
 
 /// Distance of a place from a path.

@@ -15,25 +15,18 @@ pub struct Box2 {
 
 impl Box2 {
     pub fn around(points: &[(f64, f64)]) -> Self {
-        let start = Box2 {
-            left: f64::MAX,
-            top: f64::MAX,
-            right: f64::MIN,
-            bottom: f64::MIN,
-        };
-        points.iter().fold(start, |b, (x, y)| Box2 {
-            left: b.left.min(*x),
-            top: b.top.min(*y),
-            right: b.right.max(*x),
-            bottom: b.bottom.max(*y),
-        })
+        let (x, y) = (|| points.iter().map(|p| p.0), || points.iter().map(|p| p.1));
+        Box2 {
+            left: x().fold(f64::MAX, f64::min),
+            top: y().fold(f64::MAX, f64::min),
+            right: x().fold(f64::MIN, f64::max),
+            bottom: y().fold(f64::MIN, f64::max),
+        }
     }
 
     pub fn middle(&self) -> (f64, f64) {
-        (
-            (self.left + self.right) / 2.0,
-            (self.top + self.bottom) / 2.0,
-        )
+        let half = |a: f64, b: f64| (a + b) / 2.0;
+        (half(self.left, self.right), half(self.top, self.bottom))
     }
 
     /// Width and height of what two boxes share; not positive where they do not.
@@ -99,20 +92,17 @@ impl Drawing {
     pub fn read(svg: &str) -> Result<Self, String> {
         let document = Document::parse(svg).map_err(|error| error.to_string())?;
         let root = document.root_element();
-        let css: String = document
+        let styles = document
             .descendants()
-            .filter(|node| node.has_tag_name("style") || node.tag_name().name() == "style")
-            .filter_map(|node| node.text())
-            .collect();
+            .filter(|it| it.tag_name().name() == "style");
+        let css: String = styles.filter_map(|node| node.text()).collect();
         let (light, dark) = split(&css);
         let view: Vec<f64> = numbers(root.attribute("viewBox").ok_or("no viewBox")?);
         let &[0.0, 0.0, wide, high] = view.as_slice() else {
             return Err(format!("a viewBox of {view:?}"));
         };
-        let width = root
-            .attribute("width")
-            .map_or(Ok(wide), str::parse)
-            .map_err(|error| format!("width: {error}"))?;
+        let width = root.attribute("width").map_or(Ok(wide), str::parse);
+        let width = width.map_err(|error| format!("width: {error}"))?;
         let scale = width / wide;
         let reader = Reader {
             sheets: Sheets::parse(&light, &dark),
@@ -166,9 +156,8 @@ impl Reader<'_> {
                 let [x, y, r] = ["cx", "cy", "r"].map(|name| self.length(node, name));
                 let (x, y, r) = (x?, y?, r?);
                 let turn = |n: u32| f64::from(n) * std::f64::consts::TAU / 16.0;
-                (0..16)
-                    .map(|n| (x + r * turn(n).cos(), y + r * turn(n).sin()))
-                    .collect()
+                let corner = |n| (x + r * turn(n).cos(), y + r * turn(n).sin());
+                (0..16).map(corner).collect()
             }
             "line" => {
                 let [x1, y1, x2, y2] = ["x1", "y1", "x2", "y2"].map(|name| self.length(node, name));
@@ -181,10 +170,8 @@ impl Reader<'_> {
         if node.ancestors().any(|node| node.has_attribute("transform")) {
             return Err("a transform of what is no text".to_owned());
         }
-        let corners: Vec<_> = corners
-            .iter()
-            .map(|(x, y)| (x * self.scale, y * self.scale))
-            .collect();
+        let scaled = |(x, y): &(f64, f64)| (x * self.scale, y * self.scale);
+        let mut corners: Vec<_> = corners.iter().map(scaled).collect();
         let is_stroke = ["line", "polyline"].contains(&node.tag_name().name());
         let fill = self.paints(node, "fill", (!is_stroke).then_some("#000"))?;
         if fill.iter().any(Option::is_some) {
@@ -194,18 +181,13 @@ impl Reader<'_> {
         let stroke = self.paints(node, "stroke", None)?;
         if stroke.iter().any(Option::is_some) {
             let width = self.sheets.inherited(node, "stroke-width", false);
-            let width: f64 = width
-                .map_or(Ok(1.0), |w| w.parse())
-                .map_err(|_| "a stroke's width")?;
-            let mut corners = corners;
+            let width = width.map_or(Ok(1.0), |w| w.parse::<f64>());
+            let width = width.map_err(|_| "a stroke's width")?;
             if !is_stroke && node.tag_name().name() != "path" {
                 corners.extend(corners.first().copied());
             }
-            let form = Form::Line(corners, width * self.scale);
-            items.push(Item {
-                form,
-                paint: stroke,
-            });
+            let (form, paint) = (Form::Line(corners, width * self.scale), stroke);
+            items.push(Item { form, paint });
         }
         Ok(())
     }
@@ -213,32 +195,26 @@ impl Reader<'_> {
     fn length(&self, node: Node, name: &str) -> Result<f64, String> {
         let text = node.attribute(name).unwrap_or("0");
         if let Some(part) = text.strip_suffix('%') {
-            let whole = if name.contains('x') || name == "width" {
+            let is_across = name.contains('x') || name == "width";
+            let whole = if is_across {
                 self.canvas.0
             } else {
                 self.canvas.1
             };
-            return part
-                .parse::<f64>()
-                .map(|part| part / 100.0 * whole)
-                .map_err(|e| e.to_string());
+            let part: f64 = part.parse().map_err(|e| format!("{name} {text:?}: {e}"))?;
+            return Ok(part / 100.0 * whole);
         }
-        text.parse()
-            .map_err(|error| format!("{name} {text:?}: {error}"))
+        text.parse().map_err(|e| format!("{name} {text:?}: {e}"))
     }
 
     fn words(&self, node: Node) -> Result<Words, String> {
-        let text: String = node
-            .descendants()
-            .filter_map(|n| n.is_text().then(|| n.text()).flatten())
-            .collect();
+        let texts = node.descendants().filter(Node::is_text);
+        let text: String = texts.filter_map(|n| n.text()).collect();
         let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
         let style = |name: &str| self.sheets.inherited(node, name, false);
         let size = style("font-size").unwrap_or_else(|| "16".to_owned());
-        let size: f64 = size
-            .trim_end_matches("px")
-            .parse()
-            .map_err(|_| format!("a size of {size:?}"))?;
+        let size = size.trim_end_matches("px").parse::<f64>();
+        let size = size.map_err(|why| format!("a size: {why}"))?;
         let weight = style("font-weight").unwrap_or_default();
         let bold = weight == "bold" || weight.parse::<u32>().is_ok_and(|weight| weight >= 600);
         let anchor = style("text-anchor").unwrap_or_else(|| "start".to_owned());
@@ -260,12 +236,8 @@ impl Reader<'_> {
         let (above, below) = font::reach(&text);
         let base = y + down;
         let (top, bottom) = (base - above * size, base + below * size);
-        let corners = [
-            (left, top),
-            (left + width, top),
-            (left + width, bottom),
-            (left, bottom),
-        ];
+        let right = left + width;
+        let corners = [(left, top), (right, top), (right, bottom), (left, bottom)];
         let angle = turn(node)?;
         let placed = corners.map(|corner| {
             let (px, py) = angle.map_or(corner, |angle| rotated(corner, angle));
@@ -294,9 +266,8 @@ impl Reader<'_> {
             let rgb = color(said).ok_or_else(|| format!("{name} {said:?}"))?;
             let cover = |name: &str| {
                 let said = self.sheets.inherited(node, name, dark);
-                said.map_or(Ok(1.0), |text| {
-                    text.parse::<f64>().map_err(|e| format!("{name}: {e}"))
-                })
+                let cover = said.map_or(Ok(1.0), |text| text.parse::<f64>());
+                cover.map_err(|e| format!("{name}: {e}"))
             };
             let cover = cover("opacity")? * cover(&format!("{name}-opacity"))?;
             Ok(Some(Paint { rgb, cover }))
@@ -307,17 +278,14 @@ impl Reader<'_> {
 
 /// `rotate(angle, x, y)`, if the text is turned.
 fn turn(node: Node) -> Result<Option<(f64, f64, f64)>, String> {
-    let above = node
-        .ancestors()
-        .skip(1)
-        .any(|node| node.has_attribute("transform"));
+    let mut above = node.ancestors().skip(1);
+    let above = above.any(|node| node.has_attribute("transform"));
     match (node.attribute("transform"), above) {
         (_, true) => Err("a transform of a group".to_owned()),
         (None, _) => Ok(None),
         (Some(text), _) => {
-            let inner = text
-                .strip_prefix("rotate(")
-                .and_then(|t| t.strip_suffix(')'));
+            let inner = text.strip_prefix("rotate(");
+            let inner = inner.and_then(|t| t.strip_suffix(')'));
             match inner.map(numbers).as_deref() {
                 Some(&[angle, x, y]) => Ok(Some((angle, x, y))),
                 _ => Err(format!("transform {text:?}")),
@@ -349,20 +317,15 @@ fn numbers(text: &str) -> Vec<f64> {
 }
 
 fn pairs(numbers: &[f64]) -> Vec<(f64, f64)> {
-    numbers
-        .chunks_exact(2)
-        .map(|pair| (pair[0], pair[1]))
-        .collect()
+    let pairs = numbers.chunks_exact(2);
+    pairs.map(|pair| (pair[0], pair[1])).collect()
 }
 
 /// Corners of a path of straight parts (M, L, H, V, z) or of the ends of its curves.
 fn outline(data: &str) -> Result<Vec<(f64, f64)>, String> {
     let mut corners: Vec<(f64, f64)> = Vec::new();
-    let starts: Vec<usize> = data
-        .char_indices()
-        .filter(|(_, c)| c.is_alphabetic())
-        .map(|(at, _)| at)
-        .collect();
+    let letters = data.match_indices(char::is_alphabetic);
+    let starts: Vec<usize> = letters.map(|(at, _)| at).collect();
     let ends = starts.iter().skip(1).copied().chain([data.len()]);
     for (&start, end) in starts.iter().zip(ends) {
         let (letter, values) = (&data[start..=start], numbers(&data[start + 1..end]));
@@ -373,11 +336,8 @@ fn outline(data: &str) -> Result<Vec<(f64, f64)>, String> {
             "V" => corners.extend(values.iter().map(|y| (last.0, *y))),
             "C" | "Q" => {
                 let step = if letter == "C" { 6 } else { 4 };
-                corners.extend(
-                    values
-                        .chunks_exact(step)
-                        .map(|c| (c[step - 2], c[step - 1])),
-                );
+                let curves = values.chunks_exact(step);
+                corners.extend(curves.map(|c| (c[step - 2], c[step - 1])));
             }
             "Z" | "z" => corners.extend(corners.first().copied()),
             other => return Err(format!("path command {other}")),

@@ -64,46 +64,31 @@ fn every_committed_picture_can_be_read_but_for_what_is_listed() {
     let mut files = Vec::new();
     pictures(&top().join("docs"), &mut files);
     files.sort();
-    assert!(
-        files.len() >= 15,
-        "only {} pictures below docs",
-        files.len()
-    );
+    let count = files.len();
+    assert!(count >= 15, "only {count} pictures below docs");
     let mut found = BTreeSet::new();
     for file in &files {
         let svg = std::fs::read_to_string(file).expect("a picture");
-        let name = file
-            .strip_prefix(top())
-            .expect("below the top")
-            .display()
-            .to_string();
-        found.extend(
-            findings(&svg, SCREENS)
-                .into_iter()
-                .map(|what| format!("{name} | {what}")),
-        );
+        let name = file.strip_prefix(top()).expect("below the top").display();
+        let findings = findings(&svg, SCREENS).into_iter();
+        found.extend(findings.map(|what| format!("{name} | {what}")));
     }
     let list = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(KNOWN));
     let list = list.expect("the list is there");
     let lines = list
         .lines()
-        .filter(|line| !line.is_empty() && !line.starts_with('#'));
-    let known: BTreeSet<String> = lines
-        .map(|line| {
-            let (what, reason) = line.rsplit_once(" | ").expect("picture | finding | reason");
-            assert!(!reason.trim().is_empty(), "no reason: {line}");
-            what.to_owned()
-        })
-        .collect();
+        .filter(|l| !l.is_empty() && !l.starts_with('#'));
+    let known = lines.map(|line| {
+        let (what, reason) = line.rsplit_once(" | ").expect("picture | finding | reason");
+        assert!(!reason.trim().is_empty(), "no reason: {line}");
+        what.to_owned()
+    });
+    let known: BTreeSet<String> = known.collect();
     let only = |a: &BTreeSet<String>, b: &BTreeSet<String>| {
         a.difference(b).cloned().collect::<Vec<_>>().join("\n")
     };
     let (new, gone) = (only(&found, &known), only(&known, &found));
-    println!(
-        "{} pictures, {} findings, all listed",
-        files.len(),
-        found.len()
-    );
+    println!("{count} pictures, {} findings, all listed", found.len());
     assert!(new.is_empty(), "new in the pictures:\n{new}");
     assert!(
         gone.is_empty(),
@@ -138,22 +123,12 @@ fn text_on_text_and_beyond_the_canvas_is_found() {
     let over = text((10, 50), "start", "", "force") + &text((30, 53), "start", "", "angle");
     assert_eq!(on_white(&over), ["text over text: \"force\" and \"angle\""]);
     // The same two, one turned out of the way of the other.
-    let turned = text((10, 50), "start", "", "force")
-        + &text(
-            (60, 53),
-            "start",
-            "transform=\"rotate(270, 60, 53)\"",
-            "angle",
-        );
+    let up = "transform=\"rotate(270, 60, 53)\"";
+    let turned = text((10, 50), "start", "", "force") + &text((60, 53), "start", up, "angle");
     assert_eq!(on_white(&turned), [""; 0]);
     let out = text((190, 50), "start", "", "force") + &text((100, 5), "end", "", "angle");
-    assert_eq!(
-        on_white(&out),
-        [
-            "text leaves the canvas: \"angle\"",
-            "text leaves the canvas: \"force\""
-        ]
-    );
+    let told = ["angle", "force"].map(|it| format!("text leaves the canvas: {it:?}"));
+    assert_eq!(on_white(&out), told);
 }
 
 #[test]
@@ -170,12 +145,8 @@ fn an_axis_needs_a_name_of_its_own() {
     assert_eq!(on_white(&(ticks.clone() + &time)), [no_y]);
     let both = text((80, 85), "middle", "", "time (s); up: angle (°)");
     assert_eq!(on_white(&(ticks.clone() + &both)), [no_x, no_y]);
-    let angle = text(
-        (10, 40),
-        "middle",
-        "transform=\"rotate(270, 10, 40)\"",
-        "angle (°)",
-    );
+    let up = "transform=\"rotate(270, 10, 40)\"";
+    let angle = text((10, 40), "middle", up, "angle (°)");
     assert_eq!(on_white(&(ticks + &time + &angle)), [""; 0]);
 }
 
