@@ -39,7 +39,7 @@ impl Recorder {
             &mut recorder.dac_time,
             &mut recorder.byte_time,
         ] {
-            time.at(boot.0);
+            time.at(boot.get());
         }
         recorder
     }
@@ -61,7 +61,7 @@ impl Recorder {
 
 impl Sink for Recorder {
     fn levels(&mut self, at: Micros, levels: firmware::pulse::Levels) {
-        let t = self.level_time.at(at.0);
+        let t = self.level_time.at(at.get());
         let (before, now) = (self.levels, Levels(levels.0));
         self.levels = now;
         self.trace.record_levels(t, now);
@@ -79,13 +79,13 @@ impl Sink for Recorder {
     }
 
     fn dac(&mut self, at: Micros, channel: u8, code: DacCode) {
-        let t = self.dac_time.at(at.0);
-        self.codes[usize::from(channel)] = code.0;
-        self.trace.record_dac(t, channel, code.0);
+        let t = self.dac_time.at(at.get());
+        self.codes[usize::from(channel)] = code.get();
+        self.trace.record_dac(t, channel, code.get());
     }
 
     fn bytes(&mut self, at: Micros, bytes: &[u8]) {
-        let t = self.byte_time.at(at.0);
+        let t = self.byte_time.at(at.get());
         self.bytes.push_back((t, bytes.to_vec()));
     }
 }
@@ -130,7 +130,7 @@ impl World {
             outputs: [None; CHANNELS],
             joint_adc: None,
             triggers: VecDeque::new(),
-            now_us: boot.0.into(),
+            now_us: boot.get().into(),
             loads: [Load::Ohms(f64::NAN); CHANNELS], // like no body's
         }
     }
@@ -170,14 +170,14 @@ impl World {
             // A device that is serving bytes may be ahead by what that costs.
             let ahead = step + u64::from(cost::SESSION_US);
             if let Some(&at) = self.triggers.front().filter(|&&at| at < ahead) {
-                self.sensors.trigger = Some(Micros(at as u32));
+                self.sensors.trigger = Some(Micros::new(at as u32));
             }
             self.triggers.pop_front_if(|at| *at < step);
             self.sense();
             let mut is_asked = false;
             while let Some((at, mut bytes)) = self.wire.pop_until(step - 1).next() {
                 is_asked |= replace_trigger(&mut bytes);
-                let at = Micros(at.max(self.now_us) as u32);
+                let at = Micros::new(at.max(self.now_us) as u32);
                 self.device
                     .receive(at, &bytes, &self.sensors, &mut self.recorder)?;
             }
@@ -186,7 +186,7 @@ impl World {
                 self.trigger(ahead);
             }
             self.device
-                .advance(Micros(step as u32), &self.sensors, &mut self.recorder)?;
+                .advance(Micros::new(step as u32), &self.sensors, &mut self.recorder)?;
             self.sensors.trigger = None;
             self.now_us = step;
             self.excite();

@@ -5,7 +5,7 @@ mod orders;
 use super::mail::{ControlEvent, ControlOrder, Mailboxes, PulserMail, Report};
 use crate::pulse::{MAX_PULSES, Scheduler, WindowPlan};
 use crate::safety::{Denied, Fault, FaultRecord, Guard, Inputs, Notice, Setup, State};
-use crate::units::Micros;
+use crate::units::{Micros, us};
 use heapless::Vec;
 
 /// Owns the guard and the scheduler. On a board it is one interrupt.
@@ -241,7 +241,7 @@ impl Pulser {
             let half = self.scheduler.phase_width_us(pulse.channel) / 2;
             let _ = self
                 .phases
-                .push((pulse.channel, pulse.at.plus(half.into()))); // as many slots
+                .push((pulse.channel, pulse.at + us(half.into()))); // as many slots
         }
         let turn = |channel: u8| channel.wrapping_sub(self.sampled).wrapping_sub(1) % 16;
         let alone = self

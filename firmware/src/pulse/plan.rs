@@ -121,7 +121,7 @@ impl WindowPlan {
     #[must_use]
     pub const fn new() -> Self {
         Self {
-            start: Micros(0),
+            start: Micros::new(0),
             initial: Levels::ISOLATED,
             changes: Vec::new(),
             dac: Vec::new(),
@@ -146,7 +146,7 @@ impl WindowPlan {
     /// driven from there on for the 2 µs in which a sample is held.
     #[must_use]
     pub fn drives_alone(&self, channel: u8, at: Micros) -> bool {
-        let slot = at.since(self.start);
+        let slot = (at - self.start).us();
         let held = 0..super::WINDOW_US as i32 - 1;
         let levels_at = |slot: i32| {
             let passed = |change: &&Change| i32::from(change.slot) <= slot;

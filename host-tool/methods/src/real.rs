@@ -35,46 +35,32 @@ pub trait Real:
     }
 }
 
-impl Real for f64 {
-    const ZERO: Self = 0.0;
-    const ONE: Self = 1.0;
-    fn of(x: f64) -> Self {
-        x
-    }
-    fn to_f64(self) -> f64 {
-        self
-    }
-    fn exp(self) -> Self {
-        libm::exp(self)
-    }
-    fn ln(self) -> Self {
-        libm::log(self)
-    }
-    fn sqrt(self) -> Self {
-        libm::sqrt(self)
-    }
+/// With libm's functions: exact to about one unit in the last place.
+macro_rules! float {
+    ($float:ident, $exp:ident, $ln:ident, $sqrt:ident) => {
+        impl Real for $float {
+            const ZERO: Self = 0.0;
+            const ONE: Self = 1.0;
+            fn of(x: f64) -> Self {
+                x as Self
+            }
+            fn to_f64(self) -> f64 {
+                self.into()
+            }
+            fn exp(self) -> Self {
+                libm::$exp(self)
+            }
+            fn ln(self) -> Self {
+                libm::$ln(self)
+            }
+            fn sqrt(self) -> Self {
+                libm::$sqrt(self)
+            }
+        }
+    };
 }
-
-/// f32 with libm's functions: exact to about one unit in the last place.
-impl Real for f32 {
-    const ZERO: Self = 0.0;
-    const ONE: Self = 1.0;
-    fn of(x: f64) -> Self {
-        x as Self
-    }
-    fn to_f64(self) -> f64 {
-        self.into()
-    }
-    fn exp(self) -> Self {
-        libm::expf(self)
-    }
-    fn ln(self) -> Self {
-        libm::logf(self)
-    }
-    fn sqrt(self) -> Self {
-        libm::sqrtf(self)
-    }
-}
+float!(f64, exp, log, sqrt);
+float!(f32, expf, logf, sqrtf);
 
 /// f32 with micromath's functions: cheap, and wrong by up to 0.24 % (exp) or
 /// 6 % (square root).

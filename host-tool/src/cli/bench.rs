@@ -22,8 +22,6 @@ pub struct Bench {
     svg: Option<PathBuf>,
 }
 
-/// Runs the command.
-///
 /// # Errors
 /// Images or machines fail, or two machines disagree on a result.
 pub fn main(args: &Bench, output: Output) -> anyhow::Result<()> {

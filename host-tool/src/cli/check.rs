@@ -15,8 +15,6 @@ pub struct Check {
     sessions: Vec<PathBuf>,
 }
 
-/// Runs the command.
-///
 /// # Errors
 /// E524: a file has a mistake; each was told.
 pub fn main(args: &Check, output: Output) -> anyhow::Result<()> {

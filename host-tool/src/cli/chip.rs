@@ -1,6 +1,6 @@
 //! Options of commands that can run on the chip simulator.
 
-use super::WrongUse;
+use super::wrong;
 use clap::{Args, ValueEnum};
 use hal_sim::chip::soc::flash;
 use host_core::link::Port;
@@ -86,8 +86,7 @@ impl ChipArgs {
             return Ok(Box::new(on_chip(session, seed, &options)?));
         }
         if options.image.is_some() || options.gdb.is_some() || options.log.is_some() {
-            let wrong = "--image, --gdb and --log need --device chip";
-            return Err(WrongUse(wrong.to_owned()).into());
+            return wrong("--image, --gdb and --log need --device chip");
         }
         Ok(device.open(session, seed)?)
     }

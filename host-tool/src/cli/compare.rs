@@ -1,7 +1,7 @@
 //! `flexor compare`: several records side by side.
 
 use super::out::OutArgs;
-use super::{Output, WrongUse};
+use super::{Output, wrong};
 use anyhow::Context;
 use clap::Args;
 use host_core::record::{Run, load};
@@ -18,14 +18,12 @@ pub struct Compare {
     out: OutArgs,
 }
 
-/// Runs the command.
-///
 /// # Errors
 /// Fewer than two records, a folder that is none, one that the page would
 /// replace, no room for the page.
 pub fn main(args: &Compare, output: Output) -> anyhow::Result<()> {
     if args.records.len() < 2 {
-        return Err(WrongUse("compare needs two records or more".to_owned()).into());
+        return wrong("compare needs two records or more");
     }
     args.out.apart_from(&args.records)?;
     let runs: Result<Vec<Run>, _> = args.records.iter().map(|dir| load(dir)).collect();

@@ -43,22 +43,11 @@ impl Demo {
     }
 }
 
+#[rustfmt::skip]
 const SESSIONS: [(&str, &str, &str); 3] = [
-    (
-        "one-point A",
-        "hamana_exp4_one_point_a.toml",
-        include_str!("../../sessions/hamana_exp4_one_point_a.toml"),
-    ),
-    (
-        "one-point B",
-        "hamana_exp4_one_point_b.toml",
-        include_str!("../../sessions/hamana_exp4_one_point_b.toml"),
-    ),
-    (
-        "two-point",
-        "hamana_exp4_two_point.toml",
-        include_str!("../../sessions/hamana_exp4_two_point.toml"),
-    ),
+    ("one-point A", "hamana_exp4_one_point_a.toml", include_str!("../../sessions/hamana_exp4_one_point_a.toml")),
+    ("one-point B", "hamana_exp4_one_point_b.toml", include_str!("../../sessions/hamana_exp4_one_point_b.toml")),
+    ("two-point", "hamana_exp4_two_point.toml", include_str!("../../sessions/hamana_exp4_two_point.toml")),
 ];
 
 /// Ten channels, three of them on the finger.
@@ -77,8 +66,6 @@ const LAWS: [(LawName, &str); 2] = [
 const TABLE_8_ONE: [f64; 5] = [8.40, 19.0, 20.5, 13.5, 26.6];
 const TABLE_8_TWO: [f64; 5] = [9.00, 11.0, 12.6, 10.6, 10.2];
 
-/// Runs the command.
-///
 /// # Errors
 /// A session that does not run, a folder that cannot be written.
 pub fn main(args: &Demo, output: Output) -> anyhow::Result<()> {

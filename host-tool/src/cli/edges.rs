@@ -1,6 +1,6 @@
 //! `flexor edges`: every edge of a session's pulses.
 
-use super::{Output, WrongUse};
+use super::{Output, within};
 use anyhow::{Context, bail};
 use clap::Args;
 use host_core::run::{DeviceName, SessionFile, edges_between, run};
@@ -25,16 +25,11 @@ pub struct Edges {
     csv: PathBuf,
 }
 
-/// Runs the command.
-///
 /// # Errors
 /// The session, the device or the file.
 pub fn main(args: &Edges, output: Output) -> anyhow::Result<()> {
     let mut session = SessionFile::load(&args.session)?;
-    if !(0.001..=3600.0).contains(&args.seconds) {
-        let wrong = format!("--seconds is {}: allowed is 0.001 to 3600", args.seconds);
-        return Err(WrongUse(wrong).into());
-    }
+    within("--seconds", args.seconds, 0.001, 3600.0)?;
     let length_us = (args.seconds * 1e6).round() as u64;
     session.session.duration_us = length_us;
     let port = args.device.open(&session.session, args.seed)?;

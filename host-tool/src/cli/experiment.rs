@@ -1,7 +1,7 @@
 //! `flexor experiment`: the papers' protocols.
 
 use super::out::OutArgs;
-use super::{Bar, Output, WrongUse, interrupt};
+use super::{Bar, Output, interrupt, wrong};
 use clap::{Args, Subcommand};
 use host_core::analysis::Hit;
 use host_core::link::Interruption;
@@ -17,10 +17,6 @@ pub enum Experiment {
     HarrisWall(HarrisWall),
 }
 
-/// Runs the command.
-///
-/// # Errors
-/// The experiment's own.
 pub fn main(experiment: &Experiment, output: Output) -> anyhow::Result<()> {
     match experiment {
         Experiment::HarrisWall(args) => harris_wall(args, output),
@@ -66,7 +62,7 @@ impl Experiment {
 fn harris_wall(args: &HarrisWall, output: Output) -> anyhow::Result<()> {
     if !(1..=100_000).contains(&args.arms) {
         let arms = args.arms;
-        return Err(WrongUse(format!("--arms is {arms}, allowed is 1 to 100000")).into());
+        return wrong(format!("--arms is {arms}, allowed is 1 to 100000"));
     }
     let interruption = interrupt::heed()?;
     let place = args.out.place("harris-wall")?;
@@ -169,54 +165,34 @@ fn row(name: &str, speed: f64, hit: &Hit) -> String {
 }
 
 /// What was asked of the drawn arms, and its share.
+#[rustfmt::skip]
 fn findings(shares: &Shares) -> [(&'static str, f64); 6] {
     [
-        (
-            "pre-wall: less deep inside the wall (paper: less)",
-            shares.pre_wall_less_deep,
-        ),
-        (
-            "pre-wall: less far beyond where current begins",
-            shares.pre_wall_less_beyond_begin,
-        ),
-        (
-            "pre-wall: swings no more (paper: less)",
-            shares.pre_wall_swings_no_more,
-        ),
-        (
-            "co-contraction: swings less, with pre-wall (paper: less)",
-            shares.co_contraction_helps_with_pre_wall,
-        ),
-        (
-            "co-contraction: swings less, without pre-wall (paper: no)",
-            shares.co_contraction_helps_without,
-        ),
-        (
-            "co-contraction: helps only with pre-wall (the paper's conclusion)",
-            shares.helps_only_with_pre_wall,
-        ),
+        ("pre-wall: less deep inside the wall (paper: less)", shares.pre_wall_less_deep),
+        ("pre-wall: less far beyond where current begins", shares.pre_wall_less_beyond_begin),
+        ("pre-wall: swings no more (paper: less)", shares.pre_wall_swings_no_more),
+        ("co-contraction: swings less, with pre-wall (paper: less)", shares.co_contraction_helps_with_pre_wall),
+        ("co-contraction: swings less, without pre-wall (paper: no)", shares.co_contraction_helps_without),
+        ("co-contraction: helps only with pre-wall (the paper's conclusion)", shares.helps_only_with_pre_wall),
     ]
 }
+
+/// What the experiment assumes.
+const PUT_IN: [&str; 4] = [
+    "The arm: inertia 0.06 kg m², muscle dynamics and delay of the finger, everything else assumed.",
+    "The person moves at a meant speed with at most 1.5 N m and pushes on with that; no reflexes, \
+     no reaction, no sight.",
+    "Stiffness and pulse rate are not stated in the paper: 80 mA over 9° and 50 Hz are assumed.",
+    "The paper's pre-wall reaches full current at the wall, so it is also the same ramp 9° further \
+     out.",
+];
 
 fn assumptions(shares: &Shares) -> Vec<Assumption> {
     let put = |text: &str| Assumption {
         role: Role::PutIn,
         text: text.to_owned(),
     };
-    let mut all = vec![
-        put(
-            "The arm: inertia 0.06 kg m², muscle dynamics and delay of the finger, everything else assumed.",
-        ),
-        put(
-            "The person moves at a meant speed with at most 1.5 N m and pushes on with that; no reflexes, no reaction, no sight.",
-        ),
-        put(
-            "Stiffness and pulse rate are not stated in the paper: 80 mA over 9° and 50 Hz are assumed.",
-        ),
-        put(
-            "The paper's pre-wall reaches full current at the wall, so it is also the same ramp 9° further out.",
-        ),
-    ];
+    let mut all = PUT_IN.map(put).to_vec();
     all.extend(findings(shares).map(|(what, share)| Assumption {
         role: Role::CameOut,
         text: format!(

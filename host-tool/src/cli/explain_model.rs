@@ -1,6 +1,6 @@
 //! `flexor explain-model`: which muscle model each channel gets, and why.
 
-use super::{Output, WrongUse};
+use super::{Output, wrong};
 use anyhow::{bail, ensure};
 use clap::Args;
 use firmware::muscle::Rung;
@@ -23,8 +23,6 @@ pub struct ExplainModel {
     tolerance: Option<f64>,
 }
 
-/// Runs the command.
-///
 /// # Errors
 /// The session; a tolerance that is none (E518) or that no model meets (E553);
 /// a session without a muscle (E554).
@@ -60,8 +58,9 @@ pub fn main(args: &ExplainModel, output: Output) -> anyhow::Result<()> {
 /// Hundredths of a percent.
 fn share(percent: f64) -> anyhow::Result<Share> {
     if !(0.01..=600.0).contains(&percent) {
-        let wrong = format!("--tolerance is {percent}: allowed is 0.01 to 600 percent");
-        return Err(WrongUse(wrong).into());
+        return wrong(format!(
+            "--tolerance is {percent}: allowed is 0.01 to 600 percent"
+        ));
     }
     // Down: never more than what is allowed. At most 60 000.
     Ok(Share((percent * 100.0 + 1e-9) as u16))

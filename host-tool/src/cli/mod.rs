@@ -95,7 +95,6 @@ impl Output {
     }
 
     /// Begins a progress bar.
-    #[must_use]
     pub fn bar(self, what: &str) -> Bar {
         let bar = ProgressBar::new(1000).with_message(what.to_owned());
         if let Ok(style) = ProgressStyle::with_template("{msg} [{bar:40}] {percent:>3} % {elapsed}")
@@ -131,7 +130,6 @@ fn print_line(line: &str) -> anyhow::Result<()> {
 
 /// Parses the command line and runs it. Exit code 0: done, 1: failed, 2: wrong
 /// use, 130, 143 and 129: ended by SIGINT, SIGTERM and SIGHUP.
-#[must_use]
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
     let output = Output { json: cli.json };
@@ -189,6 +187,19 @@ fn exit_code(error: &anyhow::Error) -> u8 {
 #[derive(Debug, thiserror::Error)]
 #[error("E518 {0}")]
 struct WrongUse(String);
+
+/// Refuses what an option must not be.
+fn wrong<T>(what: impl Into<String>) -> anyhow::Result<T> {
+    Err(WrongUse(what.into()).into())
+}
+
+/// Refuses an option's value beyond these ends.
+fn within(name: &str, value: f64, min: f64, max: f64) -> anyhow::Result<()> {
+    match (min..=max).contains(&value) {
+        true => Ok(()),
+        false => wrong(format!("{name} is {value}: allowed is {min} to {max}")),
+    }
+}
 
 /// A command that failed on its way, with what it has to tell all the same.
 #[derive(Debug, thiserror::Error)]

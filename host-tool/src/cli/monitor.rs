@@ -38,8 +38,6 @@ impl Drop for QuitAtEnd<'_> {
     }
 }
 
-/// Runs the command.
-///
 /// # Errors
 /// The session file, the device or the terminal; a session that ended early.
 pub fn main(args: &Monitor, output: Output) -> anyhow::Result<()> {

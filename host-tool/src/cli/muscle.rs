@@ -1,6 +1,6 @@
 //! `flexor muscle`: the force model on its own.
 
-use super::{Output, WrongUse};
+use super::{Output, WrongUse, within, wrong};
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use firmware::muscle::{CalciumForce, CalciumForceSpec, CalciumForceState, Gain};
@@ -63,8 +63,6 @@ struct Row {
     force_n: f64,
 }
 
-/// Runs the command.
-///
 /// # Errors
 /// A parameter outside its range, by name; files that cannot be read or written.
 pub fn main(args: &Muscle, output: Output) -> anyhow::Result<()> {
@@ -112,17 +110,31 @@ impl Muscle {
             .collect())
     }
 
+    /// The device's field, the option, its value, and how many of the device's units
+    /// make one of its.
+    #[rustfmt::skip]
+    const fn parameters(&self) -> [(&'static str, &'static str, f64, f64); 5] {
+        [
+            ("a_mn_per_s", "--a-n-per-s", self.a_n_per_s, 1e3),
+            ("k_micro", "--k", self.k, 1e6),
+            ("tau_c_us", "--tau-c-ms", self.tau_c_ms, 1e3),
+            ("tau1_us", "--tau1-ms", self.tau1_ms, 1e3),
+            ("tau2_us", "--tau2-ms", self.tau2_ms, 1e3),
+        ]
+    }
+
     /// The muscle as the device takes it, which holds for the reference too: within
     /// its ranges either model answers soon. Values are rounded to the link's units;
     /// what is no number, negative or beyond them all becomes 0 or the largest.
     fn device(&self) -> anyhow::Result<CalciumForce> {
-        let scaled = |value: f64, factor: f64| (value * factor).round() as u32;
+        let [a_mn_per_s, k_micro, tau_c_us, tau1_us, tau2_us] =
+            (self.parameters()).map(|(_, _, value, factor)| (value * factor).round() as u32);
         let spec = CalciumForceSpec {
-            a_mn_per_s: scaled(self.a_n_per_s, 1e3),
-            k_micro: scaled(self.k, 1e6),
-            tau_c_us: scaled(self.tau_c_ms, 1e3),
-            tau1_us: scaled(self.tau1_ms, 1e3),
-            tau2_us: scaled(self.tau2_ms, 1e3),
+            a_mn_per_s,
+            k_micro,
+            tau_c_us,
+            tau1_us,
+            tau2_us,
         };
         CalciumForce::new(spec).map_err(|e| self.refused(&e))
     }
@@ -137,12 +149,11 @@ impl Muscle {
             last = at;
             if c >= f64::from(end) {
                 let at_s = at as f64 * 1e-6;
-                return Err(WrongUse(format!(
+                return wrong(format!(
                     "the pulse at {at_s} s brings C to {c:.1}, and the device's fixed point ends \
                      at {end}: give fewer at a time, a shorter --tau-c-ms, or --model \
                      reference"
-                ))
-                .into());
+                ));
             }
         }
         Ok(())
@@ -151,15 +162,15 @@ impl Muscle {
     fn fixed(&self, pulses: &[u64]) -> anyhow::Result<Vec<Row>> {
         let muscle = self.device()?;
         self.check_pulses(pulses)?;
-        let mut state = CalciumForceState::at_rest(Micros(0));
+        let mut state = CalciumForceState::at_rest(Micros::new(0));
         let mut pulses = pulses.iter().copied().peekable();
         let mut rows = Vec::new();
         // The device ticks at 1 kHz and is told each pulse's own microsecond.
         for tick_us in (0..=self.duration_us()).step_by(1000) {
             while let Some(at) = pulses.next_if(|&at| at <= tick_us) {
-                muscle.pulse(&mut state, Micros(at as u32), Gain::FULL);
+                muscle.pulse(&mut state, Micros::new(at as u32), Gain::FULL);
             }
-            muscle.advance(&mut state, Micros(tick_us as u32));
+            muscle.advance(&mut state, Micros::new(tick_us as u32));
             if tick_us % ROW_US == 0 {
                 let t_s = tick_us as f64 * 1e-6;
                 let force_n = muscle.force(&state).get().to_num();
@@ -175,14 +186,9 @@ impl Muscle {
 
     /// The device's refusal in this command's words.
     fn refused(&self, e: &OutOfRange) -> anyhow::Error {
-        let (name, given, factor) = match e.field {
-            "a_mn_per_s" => ("--a-n-per-s", self.a_n_per_s, 1e3),
-            "k_micro" => ("--k", self.k, 1e6),
-            "tau_c_us" => ("--tau-c-ms", self.tau_c_ms, 1e3),
-            "tau1_us" => ("--tau1-ms", self.tau1_ms, 1e3),
-            "tau2_us" => ("--tau2-ms", self.tau2_ms, 1e3),
-            // A calcium-force model has no others.
-            _ => return anyhow::anyhow!("{e}"),
+        let all = self.parameters();
+        let Some((_, name, given, factor)) = all.into_iter().find(|it| it.0 == e.field) else {
+            return anyhow::anyhow!("{e}"); // a calcium-force model has no others
         };
         let (min, max) = (f64::from(e.min) / factor, f64::from(e.max) / factor);
         WrongUse(format!("{name} is {given}: allowed is {min} to {max}")).into()
@@ -242,12 +248,4 @@ fn read_pulses(path: &PathBuf) -> anyhow::Result<Vec<u64>> {
         pulses.push(at);
     }
     Ok(pulses)
-}
-
-fn within(name: &str, value: f64, min: f64, max: f64) -> anyhow::Result<()> {
-    if !(min..=max).contains(&value) {
-        let wrong = format!("{name} is {value}: allowed is {min} to {max}");
-        return Err(WrongUse(wrong).into());
-    }
-    Ok(())
 }

@@ -4,13 +4,14 @@ use super::{Output, WrongUse};
 use clap::Args;
 use host_core::record::RecordError;
 use host_core::session::Session;
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io::{BufRead, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
 /// Write a session file that `flexor check` accepts: answers from a terminal, else
 /// options.
-#[derive(Args, Debug)]
+#[derive(Args, Debug, Default)]
 pub struct New {
     /// The file; one that is there is never replaced
     session: PathBuf,
@@ -43,23 +44,29 @@ pub struct New {
     schema: Option<String>,
 }
 
-/// What is asked, and the answer without one: option, question, answer.
-const QUESTIONS: [(&str, &str, &str); 8] = [
-    ("title", "Name in reports", "A first session"),
-    ("seconds", "How long does it stimulate, s", "10"),
-    ("channels", "How many channels, 1 to 10", "1"),
-    ("stage", "Output stage, current or voltage", "current"),
-    ("limit", "Largest amplitude of each channel, mA or V", "10"),
-    ("amplitude", "Amplitude of each channel, mA or V", "5"),
-    ("width", "Width of one phase, µs", "200"),
-    ("frequency", "Pulses per second", "30"),
+/// What is asked: its name, the question, the answer without one, the option.
+type Question = (
+    &'static str,
+    &'static str,
+    &'static str,
+    fn(&New) -> &Option<String>,
+);
+
+#[rustfmt::skip]
+const QUESTIONS: [Question; 8] = [
+    ("title", "Name in reports", "A first session", |new| &new.title),
+    ("seconds", "How long does it stimulate, s", "10", |new| &new.seconds),
+    ("channels", "How many channels, 1 to 10", "1", |new| &new.channels),
+    ("stage", "Output stage, current or voltage", "current", |new| &new.stage),
+    ("limit", "Largest amplitude of each channel, mA or V", "10", |new| &new.limit),
+    ("amplitude", "Amplitude of each channel, mA or V", "5", |new| &new.amplitude),
+    ("width", "Width of one phase, µs", "200", |new| &new.width),
+    ("frequency", "Pulses per second", "30", |new| &new.frequency),
 ];
 
-/// The answers, in the order of [`QUESTIONS`].
-type Answers = [String; QUESTIONS.len()];
+/// The answers by name.
+type Answers = BTreeMap<&'static str, String>;
 
-/// Runs the command.
-///
 /// # Errors
 /// E518: an answer that makes no session. E525: the file is there. What stands against
 /// writing it.
@@ -67,30 +74,15 @@ pub fn main(args: &New, output: Output) -> anyhow::Result<()> {
     if args.session.exists() {
         return Err(taken(&args.session));
     }
-    let given = [
-        &args.title,
-        &args.seconds,
-        &args.channels,
-        &args.stage,
-        &args.limit,
-        &args.amplitude,
-        &args.width,
-        &args.frequency,
-    ];
-    let asks =
-        std::io::stdin().is_terminal() && !output.json && given.iter().any(|it| it.is_none());
-    let answers = if asks {
+    let is_complete = QUESTIONS.iter().all(|(.., given)| given(args).is_some());
+    let answers = if std::io::stdin().is_terminal() && !output.json && !is_complete {
         ask(
-            given,
+            args,
             &mut std::io::stdin().lock(),
             &mut std::io::stderr().lock(),
         )?
     } else {
-        std::array::from_fn(|at| {
-            given[at]
-                .clone()
-                .unwrap_or_else(|| QUESTIONS[at].2.to_owned())
-        })
+        known(args)
     };
     let head = args
         .schema
@@ -122,16 +114,21 @@ fn taken(path: &Path) -> anyhow::Error {
     )
 }
 
+/// What options say, and else the usual.
+fn known(args: &New) -> Answers {
+    let known = |(name, _, usual, given): Question| {
+        let answer = given(args).clone();
+        (name, answer.unwrap_or_else(|| usual.to_owned()))
+    };
+    QUESTIONS.map(known).into()
+}
+
 /// Asks what no option says, again until it makes a session.
-fn ask(
-    given: [&Option<String>; QUESTIONS.len()],
-    from: &mut impl BufRead,
-    to: &mut impl Write,
-) -> anyhow::Result<Answers> {
-    let mut answers = QUESTIONS.map(|(_, _, answer)| answer.to_owned());
-    for (at, (_, question, usual)) in QUESTIONS.into_iter().enumerate() {
-        if let Some(answer) = given[at] {
-            answers[at].clone_from(answer);
+fn ask(args: &New, from: &mut impl BufRead, to: &mut impl Write) -> anyhow::Result<Answers> {
+    let mut answers = known(&New::default());
+    for (name, question, usual, given) in QUESTIONS {
+        if let Some(answer) = given(args) {
+            answers.insert(name, answer.clone());
             continue;
         }
         loop {
@@ -140,7 +137,8 @@ fn ask(
             let mut line = String::new();
             let ended = from.read_line(&mut line)? == 0;
             let answer = line.trim();
-            answers[at] = if answer.is_empty() { usual } else { answer }.to_owned();
+            let answer = if answer.is_empty() { usual } else { answer };
+            answers.insert(name, answer.to_owned());
             match accepted(&answers) {
                 Err(why) if !ended => writeln!(to, "{why}")?,
                 _ => break,
@@ -166,31 +164,17 @@ fn accepted(answers: &Answers) -> Result<String, String> {
     }
 }
 
-fn compose(
-    [
-        title,
-        seconds,
-        channels,
-        stage,
-        limit,
-        amplitude,
-        width,
-        frequency,
-    ]: &Answers,
-) -> Result<String, String> {
-    let numbers = [
-        ("seconds", seconds),
-        ("limit", limit),
-        ("amplitude", amplitude),
-        ("width", width),
-        ("frequency", frequency),
-    ];
-    if let Some((name, given)) = numbers
-        .iter()
-        .find(|(_, given)| given.parse::<f64>().is_err())
-    {
-        return Err(format!("{name} is {given}, which is no number"));
+fn compose(answers: &Answers) -> Result<String, String> {
+    for name in ["seconds", "limit", "amplitude", "width", "frequency"] {
+        let given = &answers[name];
+        if given.parse::<f64>().is_err() {
+            return Err(format!("{name} is {given}, which is no number"));
+        }
     }
+    let [title, seconds, channels, stage] =
+        ["title", "seconds", "channels", "stage"].map(|name| &answers[name]);
+    let [limit, amplitude, width, frequency] =
+        ["limit", "amplitude", "width", "frequency"].map(|name| &answers[name]);
     let stage = match stage.as_str() {
         "current" => "{ kind = \"current\", full_scale_ma = 100.0 }",
         "voltage" => "{ kind = \"voltage\", full_scale_v = 150.0, load_ohm = 2000 }",
@@ -238,7 +222,7 @@ mod tests {
     fn questions_are_asked_until_a_session_comes_of_them() {
         let said = "My \"first\"\n\n11\n3\nvoltage\n30\n31\n20\n1000\n250\n0\n50\n";
         let mut told = Vec::new();
-        let answers = ask([&None; 8], &mut said.as_bytes(), &mut told).unwrap();
+        let answers = ask(&New::default(), &mut said.as_bytes(), &mut told).unwrap();
         let told = String::from_utf8(told).unwrap();
         for why in [
             "channels is 11",

@@ -1,7 +1,7 @@
 //! `flexor profile`: what a session costs the flashed image, cycle by cycle.
 
 use super::chip::Prefetched;
-use super::{Output, WrongUse, interrupt};
+use super::{Output, interrupt, within};
 use clap::Args;
 use hal_sim::chip::profile::{Owner, exception};
 use host_core::run::{Profiled, SessionFile, chip_image, interruptible, profile};
@@ -31,17 +31,12 @@ pub struct ProfileArgs {
     prefetched: Prefetched,
 }
 
-/// Runs the command.
-///
 /// # Errors
 /// The session, the image, or what stops them.
 pub fn main(args: &ProfileArgs, output: Output) -> anyhow::Result<()> {
     let mut file = SessionFile::load(&args.session)?;
     if let Some(seconds) = args.seconds {
-        if !(0.05..=3600.0).contains(&seconds) {
-            let wrong = format!("--seconds is {seconds}: allowed is 0.05 to 3600");
-            return Err(WrongUse(wrong).into());
-        }
+        within("--seconds", seconds, 0.05, 3600.0)?;
         file.session.duration_us = (seconds * 1e6).round() as u64;
     }
     let image = chip_image(args.image.as_deref())?;

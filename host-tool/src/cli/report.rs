@@ -13,8 +13,6 @@ pub struct ReportArgs {
     record: PathBuf,
 }
 
-/// Runs the command.
-///
 /// # Errors
 /// No record, one that is being written, or no room.
 pub fn main(args: &ReportArgs, output: Output) -> anyhow::Result<()> {

@@ -49,8 +49,6 @@ enum RerunError {
     Unknown { dir: PathBuf, what: &'static str },
 }
 
-/// Runs the command.
-///
 /// # Errors
 /// No record, a damaged one, one that cannot be repeated, or a rerun that
 /// differs; a record to be replaced by its own rerun.

@@ -40,8 +40,6 @@ pub struct RunArgs {
     study: StudyArgs,
 }
 
-/// Runs the command.
-///
 /// # Errors
 /// The session, the device or the record; what was recorded is kept.
 pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {

@@ -37,8 +37,6 @@ pub struct Selftest {
 /// The bounds for a direct amplitude over USB, µs.
 const CHIP_BOUNDS_US: (u64, u64) = (700, 2_000);
 
-/// Runs the command.
-///
 /// # Errors
 /// A measurement that could not be made, or a bound that does not hold.
 pub fn main(args: &Selftest, output: Output) -> anyhow::Result<()> {

@@ -1,7 +1,7 @@
 //! `flexor serve`: a simulated board for any client, in real time.
 
 use super::chip::ChipArgs;
-use super::{Output, WrongUse, interrupt};
+use super::{Output, interrupt, wrong};
 use anyhow::{Context, bail};
 use clap::{ArgGroup, Args};
 use firmware::link::{Code, Refusal, Response, encode};
@@ -65,8 +65,6 @@ impl Serve {
 
 /// Runs the command until a signal or `--seconds` ends it.
 ///
-/// # Errors
-/// The wire cannot be opened.
 pub fn main(args: &Serve, output: Output) -> anyhow::Result<()> {
     if !matches!(args.device, DeviceName::Native | DeviceName::Chip) {
         bail!(
@@ -75,8 +73,9 @@ pub fn main(args: &Serve, output: Output) -> anyhow::Result<()> {
         );
     }
     if let Some(seconds) = args.seconds.filter(|s| !(*s > 0.0 && s.is_finite())) {
-        let wrong = format!("--seconds is {seconds}: a time above 0, or leave it out");
-        return Err(WrongUse(wrong).into());
+        return wrong(format!(
+            "--seconds is {seconds}: a time above 0, or leave it out"
+        ));
     }
     let text = include_str!("../../sessions/hamana_exp4_two_point.toml");
     let session = match &args.body {

@@ -14,7 +14,6 @@ pub enum Order {
 }
 
 /// What `key` orders. A raw terminal sends Ctrl-C as a key.
-#[must_use]
 pub fn order(key: KeyEvent) -> Option<Order> {
     if key.kind == KeyEventKind::Release {
         return None;

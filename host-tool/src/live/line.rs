@@ -4,10 +4,9 @@ use super::model::Model;
 use firmware::safety::State;
 use host_core::record::Sample;
 use serde_json::{Value, json as object};
-use std::fmt::Write;
 
 /// The state in one word.
-fn word(state: State) -> &'static str {
+pub(super) fn word(state: State) -> &'static str {
     match state {
         State::Boot => "connecting",
         State::Idle => "idle",
@@ -19,52 +18,43 @@ fn word(state: State) -> &'static str {
 }
 
 /// What is known, in one line; notes after the first `told` at its end.
-#[must_use]
 pub fn line(model: &Model, told: usize) -> String {
     let mut text = format!("{:>7.2} s  {:<11}", model.t_s, word(model.state));
-    if let Some(sample) = angles(model) {
-        for (name, angle) in [
-            ("target", sample.target_deg),
-            ("measured", sample.measured_deg),
-        ] {
-            match angle {
-                Some(angle) => add(&mut text, format_args!("  {name} {angle:>5.1}°")),
-                None => add(&mut text, format_args!("  {name}     – ")),
-            }
+    if let Some(Sample {
+        target_deg,
+        measured_deg,
+        ..
+    }) = angles(model)
+    {
+        for (name, angle) in [("target", target_deg), ("measured", measured_deg)] {
+            text += &match angle {
+                Some(angle) => format!("  {name} {angle:>5.1}°"),
+                None => format!("  {name}     – "),
+            };
         }
     }
     for (index, channel) in model.channels.iter().enumerate() {
         let value = model.amplitude(index);
-        add(
-            &mut text,
-            format_args!("  {}: {value:.1} {}", channel.number, channel.unit),
-        );
+        text += &format!("  {}: {value:.1} {}", channel.number, channel.unit);
         if let Some(force) = model.force_n(channel) {
-            add(&mut text, format_args!(" {force:.1} N"));
+            text += &format!(" {force:.1} N");
         }
     }
     if model.is_limiting() {
         text += "  limiting";
     }
     let count = &model.counters;
-    add(
-        &mut text,
-        format_args!(
-            "  frames {} lost {} bad {} refused {}",
-            count.frames, count.lost, count.bad_frames, count.refused
-        ),
+    text += &format!(
+        "  frames {} lost {} bad {} refused {}",
+        count.frames, count.lost, count.bad_frames, count.refused
     );
     for note in fresh(model, told) {
-        add(
-            &mut text,
-            format_args!("  | {:.2} s {}", note.t_s, note.text),
-        );
+        text += &format!("  | {:.2} s {}", note.t_s, note.text);
     }
     text
 }
 
 /// The same as JSON. What is not known now is null.
-#[must_use]
 pub fn json(model: &Model, told: usize) -> Value {
     let joint = angles(model);
     let channels = model.channels.iter().enumerate().map(|(index, channel)| {
@@ -109,9 +99,4 @@ fn fresh(model: &Model, told: usize) -> impl Iterator<Item = &super::Note> {
         .notes
         .iter()
         .skip(model.notes.len().saturating_sub(count))
-}
-
-fn add(text: &mut String, part: std::fmt::Arguments<'_>) {
-    // Writing into a string cannot fail.
-    let _ = text.write_fmt(part);
 }

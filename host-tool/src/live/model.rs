@@ -45,7 +45,7 @@ pub struct Note {
 }
 
 /// What is known of a device, and of its session if one is run.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, Default)]
 pub struct Model {
     /// The session's title.
     pub title: String,
@@ -81,24 +81,11 @@ pub struct Model {
 
 impl Model {
     /// Nothing heard yet of `device`, on which `session` will run.
-    #[must_use]
     pub fn new(device: &str, session: Option<&SessionFile>) -> Self {
         let mut model = Self {
             title: "watching, no session".to_owned(),
             device: device.to_owned(),
-            kind: None,
-            duration_s: None,
-            channels: Vec::new(),
-            has_joint: false,
-            t_s: 0.0,
-            state: State::Boot,
-            fault: None,
-            counters: Counters::default(),
-            samples: VecDeque::new(),
-            notes: VecDeque::new(),
-            noted: 0,
-            silent_s: 0.0,
-            is_ending: false,
+            ..Self::default()
         };
         if let Some(SessionFile { session, .. }) = session {
             let mut forces = 0..;
@@ -109,7 +96,7 @@ impl Model {
                 number: channel.number,
                 name: channel.name.clone(),
                 unit: channel.unit().symbol(),
-                limit: f64::from(channel.spec.limit.0) * 1e-3,
+                limit: f64::from(channel.spec.limit.get()) * 1e-3,
                 force: channel.muscle.as_ref().and_then(|_| forces.next()),
             });
             model.channels = channels.collect();
@@ -143,7 +130,6 @@ impl Model {
     }
 
     /// Whether a computed amplitude was clamped in the last half second.
-    #[must_use]
     pub fn is_limiting(&self) -> bool {
         let from = self.t_s - LIMITING_S;
         let recent = self.samples.iter().rev().take_while(|s| s.t_s >= from);
@@ -151,13 +137,11 @@ impl Model {
     }
 
     /// Whether pulses may play.
-    #[must_use]
     pub fn is_on(&self) -> bool {
         matches!(self.state, State::Stimulating | State::Stopping)
     }
 
     /// Amplitude of the `index`-th channel, in its unit: 0 when nothing plays.
-    #[must_use]
     pub fn amplitude(&self, index: usize) -> f64 {
         let sample = self.samples.back().filter(|_| self.is_on());
         let amplitude = sample.and_then(|s| s.amplitudes.get(index));
@@ -165,7 +149,6 @@ impl Model {
     }
 
     /// Predicted force of a channel, N; nobody tells it when nothing plays.
-    #[must_use]
     pub fn force_n(&self, channel: &Channel) -> Option<f64> {
         let sample = self.samples.back().filter(|_| self.is_on())?;
         sample.forces_n.get(channel.force?).copied()

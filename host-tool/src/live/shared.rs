@@ -21,7 +21,6 @@ pub struct Shared {
 
 impl Shared {
     /// No orders yet; `interruption` ends a run at once.
-    #[must_use]
     pub fn new(model: Model, interruption: Interruption) -> Self {
         Self {
             model: Mutex::new(model),
@@ -48,7 +47,6 @@ impl Shared {
     }
 
     /// Whether leaving was ordered.
-    #[must_use]
     pub fn is_quitting(&self) -> bool {
         self.quit.load(Ordering::Acquire)
     }
@@ -71,7 +69,6 @@ pub struct Watch<'a> {
 
 impl<'a> Watch<'a> {
     /// Watches for `shared`.
-    #[must_use]
     pub fn new(shared: &'a Shared) -> Self {
         Self {
             shared,

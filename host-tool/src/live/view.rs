@@ -1,5 +1,6 @@
 //! The dashboard's frame: where everything stands.
 
+use super::line::word;
 use super::{Model, Note, channels, chart};
 use firmware::safety::State;
 use ratatui::Frame;
@@ -67,19 +68,15 @@ fn draw_title(frame: &mut Frame<'_>, area: Rect, model: &Model) {
 }
 
 fn status_line(model: &Model) -> Line<'_> {
-    let badge = match model.state {
-        State::Boot => ("CONNECTING", Color::Gray),
-        State::Idle => ("IDLE", Color::Blue),
-        State::Armed => ("ARMED", Color::Yellow),
-        State::Stimulating => ("STIMULATING", Color::Green),
-        State::Stopping => ("STOPPING", Color::Yellow),
-        State::Fault => ("FAULT", Color::Red),
+    let color = match model.state {
+        State::Boot => Color::Gray,
+        State::Idle => Color::Blue,
+        State::Armed | State::Stopping => Color::Yellow,
+        State::Stimulating => Color::Green,
+        State::Fault => Color::Red,
     };
-    let mut line = Line::from(vec![
-        Span::raw(" "),
-        label(badge.0, badge.1),
-        Span::raw("  "),
-    ]);
+    let badge = label(&word(model.state).to_uppercase(), color);
+    let mut line = Line::from(vec![Span::raw(" "), badge, Span::raw("  ")]);
     let t_s = model.t_s;
     line.push_span(match model.duration_s {
         Some(end) => format!("{t_s:.1} s of {end:.1} s"),

@@ -222,7 +222,7 @@ fn setpoint(path: Path, index: u32) -> Request {
     let high = index.is_multiple_of(2);
     match path {
         Path::Direct => {
-            let value = Amplitude(if high { 15_000 } else { 10_000 });
+            let value = Amplitude::new(if high { 15_000 } else { 10_000 });
             Request::Amplitudes {
                 mask: 0x3FF,
                 values: [value; CHANNELS].into_iter().collect(),
@@ -284,8 +284,8 @@ fn prepared(subject: Subject<'_>, path: Path, shift_us: u64) -> Result<Opened, O
 fn joint() -> JointSpec {
     let point = |channel| PointSpec {
         channel,
-        threshold: Amplitude(5_000),
-        max: Amplitude(20_000),
+        threshold: Amplitude::new(5_000),
+        max: Amplitude::new(20_000),
     };
     JointSpec {
         law: LawSpec::Pid {

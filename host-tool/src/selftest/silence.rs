@@ -20,7 +20,6 @@ pub struct Silence {
 
 impl Silence {
     /// Timeout plus fall, µs.
-    #[must_use]
     pub const fn allowed_us(&self) -> u64 {
         (self.timeout_ms as u64 + self.fall_ms as u64) * 1000
     }
@@ -44,7 +43,7 @@ pub fn silence(timeout_ms: u16, fall_ms: u16) -> Result<Silence, Error> {
     }
     client.arm()?;
     client.start()?;
-    let all: Vec<_> = (0..10).map(|c| (c, Amplitude(10_000))).collect();
+    let all: Vec<_> = (0..10).map(|c| (c, Amplitude::new(10_000))).collect();
     let mut heard = 0;
     for _ in 0..3 {
         heard = client.port().world.now_us();

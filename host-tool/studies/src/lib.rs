@@ -3,7 +3,7 @@
 //! `bench` measures the device's algorithms and cycles; `accuracy`, `ladder` and
 //! `tracking` compare muscle models, their rungs and control laws, `stability`
 //! maps where methods fail; `experiments` are the papers' protocols; `figures`
-//! draw them.
+//! draw them. `subjects` are whom muscle models are compared on.
 
 pub mod accuracy;
 pub mod bench;
@@ -11,4 +11,5 @@ pub mod experiments;
 pub mod figures;
 pub mod ladder;
 pub mod stability;
+mod subjects;
 pub mod tracking;

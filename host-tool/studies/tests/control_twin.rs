@@ -1,7 +1,9 @@
 //! The device's default law against its twin in f64, in closed loop.
 
-use firmware::control::{JointSpec, LawSpec};
-use methods::control::{AddOns, Controller, DelayCompensation, DerivativeKind, Form};
+use firmware::control::JointSpec;
+use methods::control::parameters::parameters;
+use methods::control::{AddOns, Controller, DelayCompensation, DerivativeKind, Form, Parameter};
+use studies::tracking::candidate::numbers_of;
 use studies::tracking::driver::{Device, Floating};
 use studies::tracking::plant::Plant;
 use studies::tracking::reach::Reachable;
@@ -15,44 +17,20 @@ const PLANTS: u64 = 24;
 
 /// The same law with the same numbers, from `methods`.
 fn twin(spec: &JointSpec) -> Controller<f64> {
-    let LawSpec::Recommended {
-        lambda_milli,
-        k1_milli,
-        k2_milli,
-        b_milli,
-        k3_milli,
-        ki_milli,
-    } = spec.law
-    else {
-        panic!("the default is a super-twisting law");
-    };
+    let known = numbers_of(spec);
     // The twin's b is a constant.
-    assert_eq!(b_milli, 100_000);
-    let milli = |x: u32| f64::from(x) * 1e-3;
-    let (wearer, response) = (spec.wearer.unwrap(), spec.response.unwrap());
+    assert!(known.contains(&("b_rad_per_s2", 100.0)));
     let add_ons = AddOns {
         derivative: DerivativeKind::PseudoOfError,
         feed_forward: true,
         delay: DelayCompensation::Smith,
         adaptation: true,
     };
-    let values = [
-        milli(lambda_milli),
-        milli(k3_milli),
-        milli(ki_milli),
-        milli(k1_milli),
-        milli(k2_milli),
-        milli(spec.cutoff_mhz),
-        milli(wearer.lead_ms.into()),
-        milli(response.gain_mrad.into()),
-        milli(response.muscle_ms.into()),
-        milli(response.joint_ms.into()),
-        milli(response.delay_ms.into()),
-        milli(response.scale_milli),
-        milli(response.damping_milli),
-    ];
+    let form = Form::TwistingWithLinear;
+    let number = |p: &Parameter| known.iter().find(|(name, _)| *name == p.name).unwrap().1;
+    let values: Vec<f64> = parameters(form, add_ons).iter().map(number).collect();
     let h = f64::from(spec.law_period_ms) * 1e-3;
-    Controller::from_parameters(Form::TwistingWithLinear, add_ons, h, &values).unwrap()
+    Controller::from_parameters(form, add_ons, h, &values).unwrap()
 }
 
 #[test]

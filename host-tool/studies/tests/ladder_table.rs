@@ -1,30 +1,61 @@
-//! The firmware's table of measured errors, the committed measurements and a
-//! short new measurement are one and the same.
+//! What the choice is made from is what was measured, and a short new measurement
+//! is the same.
 
+use firmware::muscle::Rung;
 use hal_sim::body::muscle::SUBJECTS;
-use host_core::choice::grid::{BURSTS_MS, RAMPS_MS, pair};
-use host_core::choice::{DYNAMICS, Scene};
-use studies::ladder::source::firmware_sources;
-use studies::ladder::table::{Key, Quantity, Row, parse};
+use host_core::choice::{Scene, Share, expected_change, expected_error};
+use studies::ladder::table::{COMMITTED, Quantity, RUNG_NAMES, Row, parse};
 use studies::ladder::{dynamics, fatigue, force_rows, motion_rows_of, replaced};
 
-const TABLE: &str = include_str!("../../../docs/charts/ladder.csv");
-const CYCLES: &str = include_str!("../../../docs/charts/cycles.csv");
-const FIRMWARE: [&str; 3] = [
-    include_str!("../../core/src/choice/measured/prediction.rs"),
-    include_str!("../../core/src/choice/measured/replaced.rs"),
-    include_str!("../../core/src/choice/measured/tiring.rs"),
-];
-
+/// At a measured scene an error is the measured one, and a change larger by a 32nd:
+/// every row is found by its place, and none is missing. (A burst shorter than a
+/// period is a single pulse, and an unbroken one has no longer ramps than its time
+/// at work: such changes are another row's.)
 #[test]
-fn the_firmware_has_the_committed_measurements() {
-    let rows = parse(TABLE).unwrap();
-    let sources = firmware_sources(&rows, CYCLES).unwrap();
-    for ((name, source), committed) in sources.iter().zip(FIRMWARE) {
-        assert!(
-            source == committed,
-            "{name}: run `flexor chart ladder --no-measuring`"
+fn measured_scenes_are_what_was_measured() {
+    let rows = parse(COMMITTED).unwrap();
+    let of = |quantity| rows.iter().filter(move |row| row.quantity == quantity);
+    let scene = |row: &Row, session_s| Scene {
+        burst_ms: row.burst_ms.unwrap(),
+        slowest_mhz: row.slowest_mhz.unwrap(),
+        fastest_mhz: row.fastest_mhz.unwrap(),
+        ramp_ms: row.ramp_ms.unwrap(),
+        session_s,
+    };
+    let rung = |row: &Row| {
+        let place = RUNG_NAMES.iter().position(|name| *name == row.candidate);
+        Rung::ALL[place.unwrap()]
+    };
+    // A logarithm knows no 0.
+    let larger = |share: Share| Share(share.0.saturating_add(share.0 / 32).max(1));
+    assert_eq!(of(Quantity::Force).count(), 3 * dynamics::grid().len());
+    for row in of(Quantity::Force) {
+        assert_eq!(
+            expected_error(&scene(row, 0), rung(row)),
+            row.share(),
+            "{row:?}"
         );
+    }
+    assert_eq!(
+        of(Quantity::Change).count(),
+        2 * replaced::rested_grid().len()
+    );
+    let is_own = |row: &&Row| {
+        let burst_ms = row.burst_ms.unwrap();
+        burst_ms == 1 || burst_ms > 1_000_000 / row.fastest_mhz.unwrap()
+    };
+    for row in of(Quantity::Change).filter(is_own) {
+        let change = expected_change(&scene(row, 0), rung(row));
+        assert_eq!(change, larger(row.share()), "{row:?}");
+    }
+    assert_eq!(
+        of(Quantity::Tiring).count(),
+        7 * replaced::work_grid().len()
+    );
+    let is_broken = |row: &&Row| row.burst_ms < Some(Scene::UNBROKEN);
+    for row in of(Quantity::Tiring).filter(is_own).filter(is_broken) {
+        let change = expected_change(&scene(row, row.session_s.unwrap()), rung(row));
+        assert_eq!(change, larger(row.share()), "{row:?}");
     }
 }
 
@@ -44,7 +75,7 @@ fn same(committed: &[Row], now: &Row) {
 /// One scene of each kind: a pulse, a burst, a modulated hold, a slow hold.
 #[test]
 fn forces_measured_anew_are_the_committed_ones() {
-    let committed = parse(TABLE).unwrap();
+    let committed = parse(COMMITTED).unwrap();
     let wanted = [
         (1, 0, 5, 5),
         (100, 0, 40, 40),
@@ -70,7 +101,7 @@ fn forces_measured_anew_are_the_committed_ones() {
 /// A pulse, a burst, a modulated and a slow hold.
 #[test]
 fn changes_measured_anew_are_the_committed_ones() {
-    let committed = parse(TABLE).unwrap();
+    let committed = parse(COMMITTED).unwrap();
     let scenes = replaced::rested_grid();
     for (burst_ms, ramp_ms, slowest_mhz, fastest_mhz) in [
         (1, 0, 5_000, 5_000),
@@ -98,17 +129,16 @@ fn changes_measured_anew_are_the_committed_ones() {
 
 #[test]
 fn fatigue_and_motion_measured_anew_are_the_committed_ones() {
-    let committed = parse(TABLE).unwrap();
+    let committed = parse(COMMITTED).unwrap();
     for row in motion_rows_of(300).unwrap() {
         same(&committed, &row);
     }
     // The table has the worst subject: none may be worse, one must be that.
-    let key = Key {
-        fastest_mhz: Some(40_000),
-        session_s: Some(3),
-        ..Key::new(Quantity::Fatigue, "calcium-force")
+    let is_it = |row: &&Row| {
+        let scene = [None, None, None, Some(40_000), Some(3)];
+        row.key() == (Quantity::Fatigue, scene, "calcium-force")
     };
-    let then = committed.iter().find(|row| row.key() == key).unwrap();
+    let then = committed.iter().find(is_it).unwrap();
     let worst = SUBJECTS
         .iter()
         .map(|subject| fatigue::work(40_000, subject, 3).unwrap()[2][0].worst)
@@ -117,24 +147,4 @@ fn fatigue_and_motion_measured_anew_are_the_committed_ones() {
         (worst * 100.0 - then.worst_pct).abs() <= 2e-4,
         "{worst} {then:?}"
     );
-}
-
-/// The table's axes are the grid's: a cell by its name is the same cell by its
-/// place.
-#[test]
-fn the_table_is_in_the_order_of_the_grid() {
-    let rows = parse(TABLE).unwrap();
-    for (slow, fast) in [(0, 0), (1, 3), (4, 5)] {
-        let rates = host_core::choice::grid::RATES_MHZ;
-        let key = Key {
-            burst_ms: Some(BURSTS_MS[3]),
-            ramp_ms: Some(RAMPS_MS[1]),
-            slowest_mhz: Some(rates[slow]),
-            fastest_mhz: Some(rates[fast]),
-            ..Key::new(Quantity::Force, "lag")
-        };
-        let row = rows.iter().find(|row| row.key() == key).unwrap();
-        let share = (row.worst_pct * 100.0).ceil() as u16;
-        assert_eq!(DYNAMICS[3][1][pair(rates.len(), slow, fast)][1], share);
-    }
 }

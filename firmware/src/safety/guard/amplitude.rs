@@ -102,7 +102,7 @@ impl Supply for Guard {
                 return None;
             }
             // Too little for the DAC is nothing to rise from.
-            Mode::Stimulating if config.stage.code(wanted) == DacCode(0) => {
+            Mode::Stimulating if config.stage.code(wanted) == DacCode::new(0) => {
                 *rise = Rise::default();
                 wanted
             }

@@ -5,7 +5,7 @@
 //! powers, not lines. Of a pair of rates, slow ≤ fast, the cell that a diagonal
 //! cuts is a triangle, so that equal rates lie between equal rates only.
 
-use super::grid::pair;
+use super::measured::Table;
 
 /// Weights are parts of this along one axis.
 const WHOLE: u64 = 1 << 8;
@@ -25,28 +25,22 @@ impl Place {
         let above = axis.partition_point(|&point| point <= value);
         let low = above.saturating_sub(1);
         let position = |value: u32| u64::from(log2(value.saturating_add(offset)));
-        let (Some(&from), Some(&to)) = (axis.get(low), axis.get(above)) else {
-            return Self { low, part: 0 };
+        let part = match axis.get(above) {
+            Some(&to) if value > axis[low] => {
+                let from = position(axis[low]);
+                (position(value) - from) * WHOLE / (position(to) - from)
+            }
+            _ => 0,
         };
-        if value <= from {
-            return Self { low, part: 0 };
-        }
-        let (from, to, here) = (position(from), position(to), position(value));
-        let passed = here.saturating_sub(from).saturating_mul(WHOLE);
-        let part = passed.checked_div(to.saturating_sub(from)).unwrap_or(0);
-        Self {
-            low,
-            part: part.min(WHOLE),
-        }
+        Self { low, part }
     }
 
     /// This place, but not before the first point above `least`: the next one if
     /// it lies between.
     pub(super) fn above(self, axis: &[u32], least: u32) -> Self {
-        let is_below = axis.get(self.low).is_some_and(|&point| point <= least);
-        if is_below && self.part > 0 {
+        if axis[self.low] <= least && self.part > 0 {
             return Self {
-                low: self.low.saturating_add(1),
+                low: self.low + 1,
                 part: 0,
             };
         }
@@ -55,83 +49,70 @@ impl Place {
 
     /// The two points and their weights.
     fn ends(self) -> [(usize, u64); 2] {
-        let high = self.low.saturating_add(1);
-        [
-            (self.low, WHOLE.saturating_sub(self.part)),
-            (high, self.part),
-        ]
+        [(self.low, WHOLE - self.part), (self.low + 1, self.part)]
     }
 }
 
-/// The pairs around two rates, `slow` ≤ `fast`, among `rates`, and their weights
-/// in parts of [`WHOLE`]².
-fn pairs(rates: usize, slow: Place, fast: Place) -> [(usize, u64); 4] {
-    let square = |weight: u64| weight.saturating_mul(WHOLE);
+/// The pairs around two rates, `slow` ≤ `fast`, and their weights in parts of
+/// [`WHOLE`]².
+fn pairs(slow: Place, fast: Place) -> Vec<([usize; 2], u64)> {
     if slow.low == fast.low {
-        let (low, high) = (slow.low, slow.low.saturating_add(1));
-        return [
-            (
-                pair(rates, low, low),
-                square(WHOLE.saturating_sub(fast.part)),
-            ),
-            (
-                pair(rates, low, high),
-                square(fast.part.saturating_sub(slow.part)),
-            ),
-            (pair(rates, high, high), square(slow.part)),
-            (0, 0),
+        let (low, high) = (slow.low, slow.low + 1);
+        return vec![
+            ([low, low], WHOLE * (WHOLE - fast.part)),
+            ([low, high], WHOLE * (fast.part - slow.part)),
+            ([high, high], WHOLE * slow.part),
         ];
     }
-    let [(a, of_a), (b, of_b)] = slow.ends();
-    let [(c, of_c), (d, of_d)] = fast.ends();
-    [
-        (pair(rates, a, c), of_a.saturating_mul(of_c)),
-        (pair(rates, a, d), of_a.saturating_mul(of_d)),
-        (pair(rates, b, c), of_b.saturating_mul(of_c)),
-        (pair(rates, b, d), of_b.saturating_mul(of_d)),
-    ]
+    let of_slow = |(a, of_a)| fast.ends().map(|(b, of_b)| ([a, b], of_a * of_b));
+    slow.ends().into_iter().flat_map(of_slow).collect()
 }
 
-/// The value among up to 32 measured ones around a scene. `measured` gives the
-/// one at a time at work, a burst, a ramp and a pair of rates. None if one with
-/// a weight is missing.
+/// The value of a candidate among up to 32 measured ones around a scene: `times`
+/// are its places on the table's first axes, the others are its rates. None if one
+/// with a weight is missing.
 ///
 /// On the careful side: half of how far the neighbours are from their mean, on
 /// average, is added to it. A measured scene is itself, and where neighbours
 /// agree nothing is added.
-pub(super) fn value(
-    times: [Place; 3],
-    rates: usize,
+pub(super) fn value<const N: usize>(
+    table: &Table,
+    times: [Place; N],
     [slow, fast]: [Place; 2],
-    measured: impl Fn(usize, usize, usize, usize) -> Option<u16>,
+    candidate: usize,
 ) -> Option<u16> {
-    let pairs = pairs(rates, slow, fast);
-    let [session, burst, ramp] = times.map(Place::ends);
-    // The mean of a function of the logarithms.
-    let mean = |function: &dyn Fn(u32) -> u32| {
-        let mut sum = 0u64;
-        for (session, of_session) in session {
-            for (burst, of_burst) in burst {
-                for (ramp, of_ramp) in ramp {
-                    let times = of_session.saturating_mul(of_burst).saturating_mul(of_ramp);
-                    for (pair, of_pair) in pairs {
-                        // At most 2^24 · 2^16, and all weights together are that;
-                        // a logarithm is below 2^20.
-                        let weight = times.saturating_mul(of_pair);
-                        if weight > 0 {
-                            let log = log2(measured(session, burst, ramp, pair)?.into());
-                            let part = weight.saturating_mul(function(log).into());
-                            sum = sum.saturating_add(part);
-                        }
-                    }
-                }
+    let mut around = vec![(0, 1)];
+    for (place, length) in times.into_iter().zip(table.lengths()) {
+        let along = |(at, weight)| {
+            place
+                .ends()
+                .map(|(n, part)| (at * length + n, weight * part))
+        };
+        around = around.into_iter().flat_map(along).collect();
+    }
+    let [rates, candidates] = [table.lengths()[N], table.lengths()[N + 2]];
+    let mut weighted = Vec::new();
+    for (at, weight) in around {
+        for ([slow, fast], part) in pairs(slow, fast) {
+            if weight * part > 0 {
+                let cell = ((at * rates + slow) * rates + fast) * candidates + candidate;
+                weighted.push((log2(table.cell(cell)?.into()), weight * part));
             }
         }
-        Some((sum >> 40) as u32) // below 2^20
+    }
+    // All weights together are a power of two of at most 2^40, a logarithm is below
+    // 2^20.
+    let whole: u64 = weighted.iter().map(|(_, weight)| weight).sum();
+    let mean = |of: &dyn Fn(u32) -> u32| {
+        let sum: u64 = weighted
+            .iter()
+            .map(|(log, weight)| weight * u64::from(of(*log)))
+            .sum();
+        (sum / whole) as u32
     };
-    let middle = mean(&|log| log)?;
-    let apart = mean(&|log| log.abs_diff(middle))?;
-    Some(exp2(middle.saturating_add(apart / 2)))
+    let middle = mean(&|log| log);
+    let apart = mean(&|log| log.abs_diff(middle));
+    Some(exp2(middle + apart / 2))
 }
 
 /// log2 in 2^-16, a straight line between powers of two; 0 counts as 1.
@@ -140,7 +121,7 @@ fn log2(x: u32) -> u32 {
     let whole = x.ilog2();
     // 2^16 to 2^17 − 1.
     let mantissa = (u64::from(x) << 16) >> whole;
-    (whole << 16).saturating_add((mantissa as u32).saturating_sub(1 << 16))
+    (whole << 16) + mantissa as u32 - (1 << 16)
 }
 
 /// Its inverse, up to 65,535.
@@ -149,7 +130,7 @@ fn exp2(log: u32) -> u16 {
     if whole >= 16 {
         return u16::MAX;
     }
-    let mantissa = u64::from(fraction).saturating_add(1 << 16);
+    let mantissa = u64::from(fraction) + (1 << 16);
     ((mantissa << whole) >> 16) as u16 // below 2^16
 }
 
@@ -178,16 +159,14 @@ mod tests {
 
     #[test]
     fn weights_are_whole_and_equal_rates_lie_between_equal_rates() {
+        let on = |value| Place::on(&[1, 4, 16, 20], 0, value);
         for slow in 0..=20 {
             for fast in slow..=20 {
-                let on = |value| Place::on(&[1, 4, 16, 20], 0, value);
-                let sum: u64 = pairs(4, on(slow), on(fast)).iter().map(|p| p.1).sum();
+                let sum: u64 = pairs(on(slow), on(fast)).iter().map(|p| p.1).sum();
                 assert_eq!(sum, WHOLE * WHOLE, "{slow} {fast}");
             }
-            let here = Place::on(&[1, 4, 16, 20], 0, slow);
-            for (place, weight) in pairs(4, here, here) {
-                let is_equal = [0, 4, 7, 9].contains(&place);
-                assert!(is_equal || weight == 0, "{slow} {place}");
+            for ([a, b], weight) in pairs(on(slow), on(slow)) {
+                assert!(a == b || weight == 0, "{slow} {a} {b}");
             }
         }
     }
@@ -196,23 +175,17 @@ mod tests {
     fn a_power_is_met_between_its_points() {
         // Errors 100·2^place over an axis of powers of four.
         let axis = [1u32, 4, 16, 64];
-        let measured = |_, burst: usize, _, _| Some(100u16 << burst);
+        let table = Table::by(&[4, 1, 1, 1], |cell| Some(100u16 << cell));
         let none = Place { low: 0, part: 0 };
-        let at = |value| {
-            let burst = Place::on(&axis, 0, value);
-            value_of(burst, none, measured).unwrap()
-        };
+        let at = |value| value_of(&table, Place::on(&axis, 0, value), none).unwrap();
         assert_eq!([at(1), at(4), at(64)], [100, 200, 800]);
         // Half a power of two apart from both: 283, and a quarter of it more.
         assert!((at(8)).abs_diff(336) < 20, "{}", at(8));
-        assert_eq!(value_of(none, none, |_, _, _, _| None), None);
+        let empty = Table::by(&[1, 1, 1, 1], |_| None);
+        assert_eq!(value_of(&empty, none, none), None);
     }
 
-    fn value_of(
-        burst: Place,
-        none: Place,
-        measured: impl Fn(usize, usize, usize, usize) -> Option<u16>,
-    ) -> Option<u16> {
-        value([none, burst, none], 1, [none, none], measured)
+    fn value_of(table: &Table, burst: Place, rate: Place) -> Option<u16> {
+        value(table, [burst], [rate, rate], 0)
     }
 }

@@ -2,10 +2,11 @@
 
 use super::between::{self, Place};
 use super::grid::{
-    FASTEST_MEASURED_MHZ, LOOP_BURSTS_MS, LOOP_RAMPS_MS, LOOP_RATES_MHZ, SLOWEST_MEASURED_MHZ,
-    WORK_BURSTS_MS, WORK_RAMPS_MS, WORK_RATES_MHZ, WORK_SESSIONS_S,
+    LOOP_BURSTS_MS, LOOP_RAMPS_MS, LOOP_RATES_MHZ, WORK_BURSTS_MS, WORK_RAMPS_MS, WORK_RATES_MHZ,
+    WORK_SESSIONS_S,
 };
-use super::{CHANGE, Scene, Share, TIRING, rates};
+use super::measured::{Quantity, table};
+use super::{Scene, Share, is_measured, rates};
 use firmware::muscle::Rung;
 
 /// Added to ramps, whose axis begins at 0, before their logarithm is taken, ms:
@@ -29,22 +30,17 @@ const MARGIN: u64 = 32;
 /// they lack for want of fatigue add up by their squares.
 #[must_use]
 pub fn expected_change(scene: &Scene, rung: Rung) -> Share {
-    let (slowest, fastest) = rates(scene);
-    let is_measured = slowest >= SLOWEST_MEASURED_MHZ && fastest <= FASTEST_MEASURED_MHZ;
     let rested = match rung {
-        Rung::Static | Rung::Lag if !is_measured => None,
+        Rung::Static | Rung::Lag if !is_measured(scene) => None,
         Rung::Static => rested(scene, 0),
         Rung::Lag => rested(scene, 1),
         Rung::CalciumForce => Some(0),
         Rung::CalciumForceFatigue => return Share(0),
     };
-    let squared = |part: u16| u64::from(part).saturating_mul(u64::from(part));
     match (rested, tiring(scene)) {
-        (Some(u16::MAX), _) | (_, Some(u16::MAX)) => Share::UNKNOWN,
-        (Some(rested), Some(tiring)) => {
-            let root = squared(rested).saturating_add(squared(tiring)).isqrt();
-            let careful = root.saturating_add(root / MARGIN);
-            Share(u16::try_from(careful).unwrap_or(u16::MAX))
+        (Some(rested), Some(tiring)) if rested.max(tiring) < u16::MAX => {
+            let root = (u64::from(rested).pow(2) + u64::from(tiring).pow(2)).isqrt();
+            Share(u16::try_from(root + root / MARGIN).unwrap_or(u16::MAX))
         }
         _ => Share::UNKNOWN,
     }
@@ -54,7 +50,7 @@ pub fn expected_change(scene: &Scene, rung: Rung) -> Share {
 /// highest rate is a single pulse, however long it is; one of several pulses lies
 /// between bursts that are of several at the measured rate below, too.
 fn burst(axis: &[u32], rates_mhz: &[u32], scene: &Scene) -> Place {
-    let (_, fastest) = rates(scene);
+    let [_, fastest] = rates(scene);
     let period_ms = |mhz: u32| 1_000_000 / mhz.max(1);
     if scene.burst_ms <= period_ms(fastest) {
         return Place::on(axis, 0, 0);
@@ -74,56 +70,29 @@ fn ramp(axis: &[u32], scene: &Scene) -> Place {
     Place::on(axis, RAMP_OFFSET_MS, scene.ramp_ms.min(longest))
 }
 
-/// [`CHANGE`] of static (0) or lag (1) for this scene.
-fn rested(scene: &Scene, column: usize) -> Option<u16> {
-    let (slowest, fastest) = rates(scene);
+/// The change that static (0) or lag (1) makes of a rested muscle in this scene.
+fn rested(scene: &Scene, candidate: usize) -> Option<u16> {
     let times = [
-        Place::on(&[0], 0, 0),
         burst(&LOOP_BURSTS_MS, &LOOP_RATES_MHZ, scene),
         ramp(&LOOP_RAMPS_MS, scene),
     ];
-    let around = [slowest, fastest].map(|rate| Place::on(&LOOP_RATES_MHZ, 0, rate));
-    between::value(
-        times,
-        LOOP_RATES_MHZ.len(),
-        around,
-        |_, burst, ramp, pair| {
-            CHANGE
-                .get(burst)?
-                .get(ramp)?
-                .get(pair)?
-                .get(column)
-                .copied()
-        },
-    )
+    let around = rates(scene).map(|rate| Place::on(&LOOP_RATES_MHZ, 0, rate));
+    between::value(table(Quantity::Change), times, around, candidate)
 }
 
-/// [`TIRING`] for this scene.
+/// The change that fatigue makes in this scene.
 fn tiring(scene: &Scene) -> Option<u16> {
     if scene.session_s == 0 {
         return Some(0);
     }
-    let (slowest, fastest) = rates(scene);
-    let longest = WORK_SESSIONS_S.last().copied().unwrap_or(1);
+    let longest = WORK_SESSIONS_S[WORK_SESSIONS_S.len() - 1];
     let times = [
         Place::on(&WORK_SESSIONS_S, 0, scene.session_s),
         burst(&WORK_BURSTS_MS, &WORK_RATES_MHZ, scene),
         ramp(&WORK_RAMPS_MS, scene),
     ];
-    let around = [slowest, fastest].map(|rate| Place::on(&WORK_RATES_MHZ, 0, rate));
-    let within = between::value(
-        times,
-        WORK_RATES_MHZ.len(),
-        around,
-        |session, burst, ramp, pair| {
-            TIRING
-                .get(burst)?
-                .get(ramp)?
-                .get(pair)?
-                .get(session)
-                .copied()
-        },
-    )?;
-    let longer = u32::from(within).saturating_mul(scene.session_s.max(longest)) / longest.max(1);
+    let around = rates(scene).map(|rate| Place::on(&WORK_RATES_MHZ, 0, rate));
+    let within = between::value(table(Quantity::Tiring), times, around, 0)?;
+    let longer = u32::from(within).saturating_mul(scene.session_s.max(longest)) / longest;
     Some(u16::try_from(longer).unwrap_or(u16::MAX))
 }

@@ -8,14 +8,8 @@ pub const HOLD_MS: u32 = 30_000;
 pub const BURSTS_MS: [u32; 7] = [1, 10, 100, 300, 1_000, 3_000, HOLD_MS];
 /// Ramps of the drive, ms.
 pub const RAMPS_MS: [u32; 6] = [0, 100, 300, 1_000, 3_000, 10_000];
-/// Pulse rates, mHz.
+/// Pulse rates, mHz; the last is the highest of any train's.
 pub const RATES_MHZ: [u32; 6] = [5_000, 10_000, 20_000, 40_000, 80_000, 200_000];
-/// The lowest of them.
-pub const SLOWEST_MEASURED_MHZ: u32 = 5_000;
-/// The highest of them, which is the highest of any train's.
-pub const FASTEST_MEASURED_MHZ: u32 = 200_000;
-/// Pairs of a lowest and a highest rate, the same twice included.
-pub const PAIRS: usize = 21;
 /// Time at work, s, measured without a pause, which tires most; 0 where fatigue
 /// is of no interest.
 pub const SESSIONS_S: [u32; 8] = [0, 1, 3, 10, 30, 100, 300, 600];
@@ -34,8 +28,6 @@ pub const LOOP_RAMPS_MS: [u32; 8] = [0, 50, 120, 300, 700, 1_700, 4_000, 10_000]
 pub const LOOP_RATES_MHZ: [u32; 9] = [
     5_000, 9_000, 13_000, 17_000, 22_000, 30_000, 48_000, 90_000, 200_000,
 ];
-/// Pairs of them.
-pub const LOOP_PAIRS: usize = 45;
 /// Times at work of the scenes that tire, pauses included, s.
 pub const WORK_SESSIONS_S: [u32; 7] = [1, 2, 4, 8, 16, 32, 64];
 /// Their bursts, ms.
@@ -44,8 +36,6 @@ pub const WORK_BURSTS_MS: [u32; 7] = [1, 30, 100, 300, 1_000, 3_000, HOLD_MS];
 pub const WORK_RAMPS_MS: [u32; 2] = [0, 2_000];
 /// Their pulse rates, mHz.
 pub const WORK_RATES_MHZ: [u32; 7] = [5_000, 10_000, 15_000, 21_000, 30_000, 60_000, 200_000];
-/// Pairs of them.
-pub const WORK_PAIRS: usize = 28;
 
 /// How the control law is made discrete.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -69,17 +59,6 @@ pub(super) fn enclosing(axis: &[u32], value: u32) -> core::ops::RangeInclusive<u
     }
 }
 
-/// Place of a pair of `rates` rates, `slow` ≤ `fast` < `rates`, row by row of
-/// `slow`.
-#[must_use]
-pub const fn pair(rates: usize, slow: usize, fast: usize) -> usize {
-    // Rows are `rates`, `rates` − 1 … long. A place beyond the last is beyond the
-    // table's end, whose users look it up with `get`.
-    let square = slow.saturating_mul(slow.saturating_sub(1)) / 2;
-    let before = slow.saturating_mul(rates).saturating_sub(square);
-    fast.saturating_sub(slow).saturating_add(before)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -98,14 +77,5 @@ mod tests {
         ] {
             assert_eq!(enclosing(&axis, value), around, "{value}");
         }
-    }
-
-    #[test]
-    fn every_pair_has_its_place() {
-        let all = (0..6).flat_map(|slow| (slow..6).map(move |fast| pair(6, slow, fast)));
-        assert!(all.eq(0..PAIRS));
-        assert_eq!(pair(6, 6, 6), PAIRS);
-        assert_eq!(pair(9, 8, 8), LOOP_PAIRS - 1);
-        assert_eq!(pair(7, 6, 6), WORK_PAIRS - 1);
     }
 }

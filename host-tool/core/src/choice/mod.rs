@@ -1,26 +1,27 @@
 //! The lowest sufficient model for a kind of scene, looked up in committed
 //! measurements.
 //!
-//! Lives here: `grid` (what was measured), `measured` (what came out, written by
-//! `flexor chart ladder`), `change` (what replacing a rung does, by which is
-//! chosen) and `between` (points of a grid). Not here: the rungs themselves, how a
-//! session becomes scenes (host).
+//! Lives here: `grid` (what was measured), `measured` (what came out, read from
+//! what `flexor chart ladder` commits), `change` (what replacing a rung does, by
+//! which is chosen) and `between` (points of a grid). Not here: the rungs
+//! themselves, how a session becomes scenes (`session`).
 //! In: a [`Scene`] and a tolerance. Out: a [`Choice`] with its expected change
 //! and cycles, or [`NoRung`].
 
 mod between;
 mod change;
 pub mod grid;
-mod measured;
+pub mod measured;
 
 pub use change::expected_change;
 use core::fmt;
 use firmware::muscle::Rung;
 use grid::{
-    BURSTS_MS, Discretization, FASTEST_MEASURED_MHZ, LAW_PERIODS_MS, RAMPS_MS, RATES_MHZ,
-    SESSIONS_S, SLOWEST_MEASURED_MHZ, STEPS_MS, TELEMETRY_MS, enclosing, pair,
+    BURSTS_MS, Discretization, LAW_PERIODS_MS, RAMPS_MS, RATES_MHZ, SESSIONS_S, STEPS_MS,
+    TELEMETRY_MS, enclosing,
 };
-pub use measured::{BODY, CHANGE, CYCLES, DYNAMICS, FATIGUE, LAW, TELEMETRY, TIRING};
+use measured::Quantity::{Body, Fatigue, Force, Law, Telemetry};
+use measured::{CYCLES, table};
 
 /// What a muscle is asked to do.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -170,14 +171,8 @@ pub fn choose(scene: &Scene, tolerance: Share) -> Result<Choice, NoRung> {
 
 /// What a rung costs.
 #[must_use]
-pub const fn cycles(rung: Rung) -> Cycles {
-    let [at_once, lag, calcium_force, fatigue] = CYCLES;
-    match rung {
-        Rung::Static => at_once,
-        Rung::Lag => lag,
-        Rung::CalciumForce => calcium_force,
-        Rung::CalciumForceFatigue => fatigue,
-    }
+pub fn cycles(rung: Rung) -> Cycles {
+    CYCLES[rung as usize]
 }
 
 /// The error to expect of a rung's own prediction in a scene: the worst over all
@@ -190,23 +185,19 @@ pub const fn cycles(rung: Rung) -> Cycles {
 /// is added to what it lacks otherwise, as if both fell on the same moment.
 #[must_use]
 pub fn expected_error(scene: &Scene, rung: Rung) -> Share {
-    let (slowest, fastest) = rates(scene);
-    let is_measured = slowest >= SLOWEST_MEASURED_MHZ && fastest <= FASTEST_MEASURED_MHZ;
-    let (column, with_fatigue) = match rung {
-        Rung::Static | Rung::Lag if !is_measured => return Share::UNKNOWN,
-        Rung::Static => (0, 0),
-        Rung::Lag => (1, 0),
-        Rung::CalciumForce => (2, 0),
-        Rung::CalciumForceFatigue => (2, 1),
+    let column = match rung {
+        Rung::Static | Rung::Lag if !is_measured(scene) => return Share::UNKNOWN,
+        Rung::Static => 0,
+        Rung::Lag => 1,
+        Rung::CalciumForce | Rung::CalciumForceFatigue => 2,
     };
-    let dynamics = around_dynamics(scene)
-        .map(|cell| cell.get(column).copied())
-        .fold(Some(0), worse);
-    let rates = enclosing(&RATES_MHZ, fastest);
-    let fatigue = enclosing(&SESSIONS_S, scene.session_s)
-        .flat_map(|session| rates.clone().map(move |rate| (session, rate)))
-        .map(|(session, rate)| FATIGUE.get(session)?.get(rate)?.get(with_fatigue).copied())
-        .fold(Some(0), worse);
+    let [slowest, fastest] = rates(scene).map(|rate| enclosing(&RATES_MHZ, rate));
+    let burst = enclosing(&BURSTS_MS, scene.burst_ms);
+    let ramp = enclosing(&RAMPS_MS, scene.ramp_ms);
+    let session = enclosing(&SESSIONS_S, scene.session_s);
+    let dynamics = table(Force).worst([burst, ramp, slowest, fastest.clone()], column);
+    let with_fatigue = usize::from(rung == Rung::CalciumForceFatigue);
+    let fatigue = table(Fatigue).worst([session, fastest], with_fatigue);
     match (dynamics, fatigue) {
         (Some(dynamics), Some(fatigue)) => Share(dynamics.saturating_add(fatigue)),
         _ => Share::UNKNOWN,
@@ -214,85 +205,61 @@ pub fn expected_error(scene: &Scene, rung: Rung) -> Share {
 }
 
 /// Lowest and highest pulse rate, mHz.
-fn rates(scene: &Scene) -> (u32, u32) {
+fn rates(scene: &Scene) -> [u32; 2] {
     let (a, b) = (scene.slowest_mhz, scene.fastest_mhz);
-    (a.min(b), a.max(b))
+    [a.min(b), a.max(b)]
 }
 
-/// The worse of two errors; what is not measured stays so.
-fn worse(a: Option<u16>, b: Option<u16>) -> Option<u16> {
-    Some(a?.max(b?))
+/// Whether its pulse rates lie within the measured ones, without which nothing is
+/// known of the two lowest rungs.
+fn is_measured(scene: &Scene) -> bool {
+    let [slowest, fastest] = rates(scene);
+    slowest >= RATES_MHZ[0] && fastest <= RATES_MHZ[RATES_MHZ.len() - 1]
 }
 
-/// The measured scenes around this one.
-fn around_dynamics(scene: &Scene) -> impl Iterator<Item = &'static [u16; 3]> {
-    let (slowest, fastest) = rates(scene);
-    let (slow, fast) = (
-        enclosing(&RATES_MHZ, slowest),
-        enclosing(&RATES_MHZ, fastest),
-    );
-    // slowest ≤ fastest, but between the same two points either may come first.
-    let pairs = slow
-        .flat_map(move |slow| fast.clone().map(move |fast| (slow, fast)))
-        .filter(|(slow, fast)| slow <= fast)
-        .map(|(slow, fast)| pair(RATES_MHZ.len(), slow, fast));
-    let ramps = enclosing(&RAMPS_MS, scene.ramp_ms);
-    enclosing(&BURSTS_MS, scene.burst_ms)
-        .filter_map(|burst| DYNAMICS.get(burst))
-        .flat_map(move |rows| ramps.clone().filter_map(|ramp| rows.get(ramp)))
-        .flat_map(move |row| pairs.clone().filter_map(|pair| row.get(pair)))
+/// The last of the candidates, finest first, up to which all are within the
+/// tolerance; the finest if none is.
+fn coarsest<T: Copy>(
+    candidates: &[T],
+    tolerance: Share,
+    error: impl Fn(usize) -> Option<u16>,
+) -> T {
+    let is_within = |n: &usize| error(*n).is_some_and(|error| Share(error) <= tolerance);
+    let last = (0..candidates.len()).take_while(is_within).last();
+    candidates[last.unwrap_or(0)]
 }
 
-/// The longest period, and the better discretization at it, up to which all are
-/// within the tolerance; the shortest if none is.
+/// The longest period, and the better discretization at it.
 fn law(scene: &Scene, tolerance: Share) -> (u8, Discretization) {
     let error = |discretization: usize, period: usize| {
-        enclosing(&RAMPS_MS, scene.ramp_ms)
-            .map(|ramp| LAW.get(ramp)?.get(discretization)?.get(period).copied())
-            .fold(Some(0), worse)
+        let candidate = discretization * LAW_PERIODS_MS.len() + period;
+        table(Law).worst([enclosing(&RAMPS_MS, scene.ramp_ms)], candidate)
     };
-    let enough = |(index, period)| {
-        let (explicit, implicit) = (error(0, index)?, error(1, index)?);
-        let discretization = if explicit < implicit {
-            Discretization::Explicit
-        } else {
-            Discretization::Implicit
-        };
-        let is_within = Share(explicit.min(implicit)) <= tolerance;
-        is_within.then_some((period, discretization))
+    let better = |period| Some(error(0, period)?.min(error(1, period)?));
+    let places: [usize; LAW_PERIODS_MS.len()] = std::array::from_fn(|n| n);
+    let period = coarsest(&places, tolerance, better);
+    let discretization = match error(0, period) < error(1, period) {
+        true => Discretization::Explicit,
+        false => Discretization::Implicit,
     };
-    let periods = LAW_PERIODS_MS.into_iter().enumerate();
-    let last = periods.map_while(enough).last();
-    last.unwrap_or((1, Discretization::Implicit))
+    (LAW_PERIODS_MS[period], discretization)
 }
 
-/// The longest telemetry period up to which all are within the tolerance; the
-/// shortest if none is.
+/// The longest telemetry period.
 fn telemetry(scene: &Scene, tolerance: Share) -> u16 {
-    let (slowest, _) = rates(scene);
-    let is_enough = |(index, _): &(usize, u16)| {
-        let rates = enclosing(&RATES_MHZ, slowest);
-        enclosing(&BURSTS_MS, scene.burst_ms)
-            .flat_map(|burst| rates.clone().map(move |rate| (burst, rate)))
-            .map(|(burst, rate)| TELEMETRY.get(burst)?.get(rate)?.get(*index).copied())
-            .fold(Some(0), worse)
-            .is_some_and(|error| Share(error) <= tolerance)
-    };
-    let periods = TELEMETRY_MS.into_iter().enumerate();
-    let last = periods.take_while(is_enough).last();
-    last.map_or(1, |(_, period)| period)
+    let [slowest, _] = rates(scene);
+    coarsest(&TELEMETRY_MS, tolerance, |period| {
+        let around = [
+            enclosing(&BURSTS_MS, scene.burst_ms),
+            enclosing(&RATES_MHZ, slowest),
+        ];
+        table(Telemetry).worst(around, period)
+    })
 }
 
-/// The longest step of the body up to which all are within the tolerance; the
-/// shortest if none is.
+/// The longest step of the body.
 fn body_step(scene: &Scene, tolerance: Share) -> u8 {
-    let is_enough = |(index, _): &(usize, u8)| {
-        enclosing(&RAMPS_MS, scene.ramp_ms)
-            .map(|ramp| BODY.get(ramp)?.get(*index).copied())
-            .fold(Some(0), worse)
-            .is_some_and(|error| Share(error) <= tolerance)
-    };
-    let steps = STEPS_MS.into_iter().enumerate();
-    let last = steps.take_while(is_enough).last();
-    last.map_or(1, |(_, step)| step)
+    coarsest(&STEPS_MS, tolerance, |step| {
+        table(Body).worst([enclosing(&RAMPS_MS, scene.ramp_ms)], step)
+    })
 }

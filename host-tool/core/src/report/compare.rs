@@ -1,6 +1,7 @@
 //! Several records side by side.
 
-use super::tables::{degrees, newtons, seconds};
+use super::page::document;
+use super::tables::{degrees, headed, newtons, seconds};
 use super::trajectory;
 use crate::analysis::{force_metrics, hits, metrics_but_lag};
 use crate::plot::canvas::escape;
@@ -140,15 +141,8 @@ pub fn compare_text(all: &[Compared]) -> String {
 /// A self-contained HTML document: the table, and every trial's course.
 #[must_use]
 pub fn compare_page(all: &[Compared]) -> String {
-    let style = include_str!("page.css");
     let title = format!("{} records side by side", all.len());
-    let mut out = format!(
-        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\
-         <meta name=\"color-scheme\" content=\"light dark\">\
-         <title>{title}</title><style>{style}{}</style></head><body><main>\n<h1>{title}</h1>\n",
-        crate::plot::ink::style()
-    );
+    let mut out = String::new();
     if all.iter().any(|compared| compared.run.is_simulated()) {
         out += "<p class=\"facts\"><b>Simulated wearer: no evidence about people.</b></p>\n";
     }
@@ -163,20 +157,14 @@ pub fn compare_page(all: &[Compared]) -> String {
             "<li>{title}: {device}, <code>{name}</code>{caveat}</li>"
         );
     }
-    out += "</ol>\n<table><thead><tr><th>Record</th><th>Trial</th>";
-    for head in HEADS {
-        let _ = write!(out, "<th>{head}</th>");
-    }
-    out += "</tr></thead><tbody>\n";
-    for row in compare_rows(all) {
+    out += "</ol>\n";
+    let rows = compare_rows(all).into_iter().map(|row| {
         let cells = cells(&row).map(|cell| format!("<td>{}</td>", escape(&cell)));
         let (number, name, cells) = (row.number, escape(&row.trial), cells.concat());
-        let _ = writeln!(
-            out,
-            "<tr><td>{number}</td><th scope=\"row\">{name}</th>{cells}</tr>"
-        );
-    }
-    out += "</tbody></table>\n";
+        format!("<tr><td>{number}</td><th scope=\"row\">{name}</th>{cells}</tr>\n")
+    });
+    let heads = ["Record", "Trial"].into_iter().chain(HEADS);
+    out += &headed(heads, &rows.collect::<String>());
     let numbered = all.iter().enumerate();
     let trials: Vec<Trial> = numbered
         .flat_map(|(position, compared)| {
@@ -191,5 +179,5 @@ pub fn compare_page(all: &[Compared]) -> String {
     if !figure.is_empty() {
         let _ = writeln!(out, "<figure>{figure}</figure>");
     }
-    out + "</main></body></html>\n"
+    document(&title, &out)
 }

@@ -13,35 +13,42 @@ use std::fmt::Write;
 /// A self-contained HTML document, about 50 kB a trial. No script, no request.
 pub fn page(report: &Report) -> String {
     let run = report.run;
-    let title = escape(&run.title);
-    let style = include_str!("page.css");
-    let mut out = format!(
-        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\
-         <meta name=\"color-scheme\" content=\"light dark\">\
-         <title>{title}</title><style>{style}{}</style></head><body><main>\n<h1>{title}</h1>\n",
-        crate::plot::ink::style()
-    );
-    let _ = writeln!(out, "<p class=\"result\">{}</p>", escape(&headline(run)));
+    let mut out = format!("<p class=\"result\">{}</p>\n", escape(&headline(run)));
     out.push_str(&figure(&trajectory::figure(&run.trials), ""));
     let _ = writeln!(out, "<p class=\"facts\">{}</p>", facts(run));
 
     let tables = metrics_table(&run.trials) + &hits_table(&run.trials) + &force_table(&run.trials);
-    section(&mut out, "Result", &tables);
-    section(&mut out, "Stimulation", &stimulation(run));
-    section(&mut out, "Edges of one period", &periods(run));
-    section(&mut out, "Comparison with the paper", &comparison(report));
-    section(
-        &mut out,
-        "What was put in and what came out",
-        &assumptions(report.assumptions),
-    );
     let log =
         counter_table(&run.trials) + &electrode_table(&run.trials) + &event_table(&run.trials);
-    section(&mut out, "Counters and events", &log);
-    section(&mut out, "How to reproduce", &reproduce(report));
-    out.push_str("</main></body></html>\n");
-    out
+    for (title, body) in [
+        ("Result", tables),
+        ("Stimulation", stimulation(run)),
+        ("Edges of one period", periods(run)),
+        ("Comparison with the paper", comparison(report)),
+        (
+            "What was put in and what came out",
+            assumptions(report.assumptions),
+        ),
+        ("Counters and events", log),
+        ("How to reproduce", reproduce(report)),
+    ] {
+        if !body.is_empty() {
+            let _ = writeln!(out, "<section><h2>{title}</h2>\n{body}</section>");
+        }
+    }
+    document(&escape(&run.title), &out)
+}
+
+/// A page of this title, both HTML, with the style of all.
+pub(super) fn document(title: &str, body: &str) -> String {
+    let (style, figures) = (include_str!("page.css"), crate::plot::ink::style());
+    format!(
+        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\
+         <meta name=\"color-scheme\" content=\"light dark\">\
+         <title>{title}</title><style>{style}{figures}</style></head><body><main>\n\
+         <h1>{title}</h1>\n{body}</main></body></html>\n"
+    )
 }
 
 /// Whether the record is whole and the run complete, and what it shows.
@@ -175,12 +182,6 @@ fn facts(run: &Run) -> String {
         facts.push_str(" · <b>Simulated wearer: no evidence about people.</b>");
     }
     facts
-}
-
-fn section(out: &mut String, title: &str, body: &str) {
-    if !body.is_empty() {
-        let _ = writeln!(out, "<section><h2>{title}</h2>\n{body}</section>");
-    }
 }
 
 /// A figure with a caption; nothing for an empty one.

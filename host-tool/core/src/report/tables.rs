@@ -1,6 +1,6 @@
 //! Text and tables of the page.
 
-use crate::analysis::{Hit, Metrics, force_metrics, hits, metrics, metrics_but_lag};
+use crate::analysis::{Metrics, force_metrics, hits, metrics, metrics_but_lag};
 use crate::plot::canvas::escape;
 use crate::record::{PaperRow, Trial};
 use std::fmt::Write;
@@ -29,109 +29,124 @@ fn three_digits(value: f64) -> String {
     format!("{value:.decimals$}")
 }
 
-/// How each trial at a virtual wall went; nothing without one.
-pub(super) fn hits_table(trials: &[Trial]) -> String {
-    let mut rows = String::new();
-    for trial in trials {
-        let name = escape(&trial.name);
-        for hit in hits(trial) {
-            let cells = hit_cells(&hit);
-            let _ = writeln!(rows, "<tr><th scope=\"row\">{name}</th>{cells}</tr>");
-        }
+/// Columns of text: set to the left.
+const WORDS: [&str; 2] = ["Source", "Event"];
+
+/// A table of these rows with a note below it; nothing without a row.
+fn table<'a>(heads: impl Iterator<Item = &'a str>, rows: &str, note: &str) -> String {
+    match (rows, note) {
+        ("", _) => String::new(),
+        (_, "") => headed(heads, rows),
+        _ => headed(heads, rows) + &format!("<p class=\"note\">{note}</p>\n"),
     }
-    if rows.is_empty() {
-        return rows;
-    }
-    format!(
-        "<table><thead><tr><th>Trial</th><th>Hit</th><th>Approach</th><th>Deepest</th>\
-         <th>Turns</th><th>Swing late</th><th>Depth late</th></tr></thead><tbody>\n{rows}\
-         </tbody></table>\n<p class=\"note\">Depths are inside the wall itself, negative in front \
-         of it. Late is the third quarter of a hit.</p>\n"
-    )
 }
 
-fn hit_cells(hit: &Hit) -> String {
-    let cells = [
-        format!("{}–{} s", seconds(hit.at_s), seconds(hit.at_s + hit.for_s)),
-        format!("{:.0} °/s", hit.speed_deg_per_s),
-        format!("<b>{}</b>", degrees(hit.deepest_deg)),
-        hit.turns.to_string(),
-        degrees(hit.late_swing_deg),
-        degrees(hit.late_depth_deg),
-    ];
-    cells.map(|cell| format!("<td>{cell}</td>")).concat()
+/// A table of these rows, if any.
+pub(super) fn headed<'a>(heads: impl Iterator<Item = &'a str>, rows: &str) -> String {
+    let head = |name: &str| match WORDS.contains(&name) {
+        true => format!("<th class=\"words\">{name}</th>"),
+        false => format!("<th>{name}</th>"),
+    };
+    let heads: String = heads.map(head).collect();
+    format!("<table><thead><tr>{heads}</tr></thead><tbody>\n{rows}</tbody></table>\n")
+}
+
+/// A row of such a table; the cells are HTML.
+fn row(name: &str, cells: impl IntoIterator<Item = String>) -> String {
+    let cells = cells.into_iter().map(|cell| format!("<td>{cell}</td>"));
+    let (name, cells) = (escape(name), cells.collect::<String>());
+    format!("<tr><th scope=\"row\">{name}</th>{cells}</tr>\n")
+}
+
+/// A stretch of time.
+fn span(from_s: f64, to_s: f64) -> String {
+    format!("{}–{} s", seconds(from_s), seconds(to_s))
+}
+
+/// How each trial at a virtual wall went; nothing without one.
+pub(super) fn hits_table(trials: &[Trial]) -> String {
+    let all = trials
+        .iter()
+        .flat_map(|trial| hits(trial).into_iter().map(move |hit| (trial, hit)));
+    let rows = all.map(|(trial, hit)| {
+        let cells = [
+            span(hit.at_s, hit.at_s + hit.for_s),
+            format!("{:.0} °/s", hit.speed_deg_per_s),
+            format!("<b>{}</b>", degrees(hit.deepest_deg)),
+            hit.turns.to_string(),
+            degrees(hit.late_swing_deg),
+            degrees(hit.late_depth_deg),
+        ];
+        row(&trial.name, cells)
+    });
+    table(
+        "Trial|Hit|Approach|Deepest|Turns|Swing late|Depth late".split('|'),
+        &rows.collect::<String>(),
+        "Depths are inside the wall itself, negative in front of it. Late is the third quarter of \
+         a hit.",
+    )
 }
 
 /// How each trial that followed a target went; nothing if none did.
 pub(super) fn metrics_table(trials: &[Trial]) -> String {
-    let mut rows = String::new();
-    for trial in trials.iter().filter(|trial| trial.joint) {
-        let name = escape(&trial.name);
-        let cells = metrics(trial).map_or("<td colspan=\"8\">no samples</td>".to_owned(), |m| {
-            metric_cells(&m)
+    let rows = trials
+        .iter()
+        .filter(|trial| trial.joint)
+        .map(|trial| match metrics(trial) {
+            Some(m) => row(&trial.name, metric_cells(&m)),
+            None => {
+                let name = escape(&trial.name);
+                format!("<tr><th scope=\"row\">{name}</th><td colspan=\"8\">no samples</td></tr>\n")
+            }
         });
-        let _ = writeln!(rows, "<tr><th scope=\"row\">{name}</th>{cells}</tr>");
-    }
-    if rows.is_empty() {
-        return rows;
-    }
-    format!(
-        "<table><thead><tr><th>Trial</th><th>Window</th><th>RMSE</th><th>RMSE, true \
-         angle</th><th>Mean error</th><th>Largest error</th><th>Lag</th><th>Limiting</th>\
-         <th>Samples</th></tr></thead><tbody>\n{rows}</tbody></table>\n"
+    table(
+        "Trial|Window|RMSE|RMSE, true angle|Mean error|Largest error|Lag|Limiting|Samples"
+            .split('|'),
+        &rows.collect::<String>(),
+        "",
     )
 }
 
 /// How the predicted forces followed the wanted ones; nothing without any.
 pub(super) fn force_table(trials: &[Trial]) -> String {
-    let mut rows = String::new();
-    for trial in trials {
-        let name = escape(&trial.name);
-        for m in force_metrics(trial) {
-            let cells = [
-                m.channel.to_string(),
-                format!("{}–{} s", seconds(m.from_s), seconds(m.to_s)),
-                format!("<b>{}</b>", newtons(m.rmse_n)),
-                newtons(m.max_abs_n),
-                newtons(m.peak_n),
-                m.gap.map_or("–".to_owned(), |gap| {
-                    let (below, above) = (gap.below_n, newtons(gap.above_n));
-                    format!("{:.0} %: {below} or {above}", gap.share * 100.0)
-                }),
-                m.samples.to_string(),
-            ];
-            let cells = cells.map(|cell| format!("<td>{cell}</td>")).concat();
-            let _ = writeln!(rows, "<tr><th scope=\"row\">{name}</th>{cells}</tr>");
-        }
-    }
-    if rows.is_empty() {
-        return rows;
-    }
-    format!(
-        "<table><thead><tr><th>Trial</th><th>Channel</th><th>Window</th><th>RMSE</th>\
-         <th>Largest error</th><th>Most wanted</th><th>Limiting</th><th>Samples</th></tr></thead>\
-         <tbody>\n{rows}</tbody></table>\n<p class=\"note\">Of the force that the muscle model \
-         predicts; nothing measures force. Limiting: how often a force between two was wanted that \
-         the limits cannot give, and the nearer of the two given.</p>\n"
+    let all = trials
+        .iter()
+        .flat_map(|trial| force_metrics(trial).into_iter().map(move |m| (trial, m)));
+    let rows = all.map(|(trial, m)| {
+        let cells = [
+            m.channel.to_string(),
+            span(m.from_s, m.to_s),
+            format!("<b>{}</b>", newtons(m.rmse_n)),
+            newtons(m.max_abs_n),
+            newtons(m.peak_n),
+            m.gap.map_or("–".to_owned(), |gap| {
+                let (below, above) = (gap.below_n, newtons(gap.above_n));
+                format!("{:.0} %: {below} or {above}", gap.share * 100.0)
+            }),
+            m.samples.to_string(),
+        ];
+        row(&trial.name, cells)
+    });
+    table(
+        "Trial|Channel|Window|RMSE|Largest error|Most wanted|Limiting|Samples".split('|'),
+        &rows.collect::<String>(),
+        "Of the force that the muscle model predicts; nothing measures force. Limiting: how often a \
+         force between two was wanted that the limits cannot give, and the nearer of the two given.",
     )
 }
 
-fn metric_cells(m: &Metrics) -> String {
-    let truth = m.rmse_true_deg.map_or("–".to_owned(), degrees);
-    let lag = m
-        .lag_s
-        .map_or("–".to_owned(), |lag| format!("{:.0} ms", lag * 1e3));
-    let cells = [
-        format!("{}–{} s", seconds(m.from_s), seconds(m.to_s)),
+fn metric_cells(m: &Metrics) -> [String; 8] {
+    let lag = |lag: f64| format!("{:.0} ms", lag * 1e3);
+    [
+        span(m.from_s, m.to_s),
         format!("<b>{}</b>", degrees(m.rmse_deg)),
-        truth,
+        m.rmse_true_deg.map_or("–".to_owned(), degrees),
         degrees(m.mean_abs_deg),
         degrees(m.max_abs_deg),
-        lag,
+        m.lag_s.map_or("–".to_owned(), lag),
         format!("{:.0} %", m.limiting_share * 100.0),
         m.samples.to_string(),
-    ];
-    cells.map(|cell| format!("<td>{cell}</td>")).concat()
+    ]
 }
 
 /// This run beside the paper, a line per paper row; nothing without one.
@@ -160,13 +175,10 @@ pub(super) fn paper_table(trials: &[Trial], paper: &[PaperRow]) -> String {
             );
         }
     }
-    if rows.is_empty() {
-        return rows;
-    }
-    format!(
-        "<table><thead><tr><th>Trial</th><th>RMSE here</th><th>Paper's trials</th>\
-         <th>Paper's mean</th><th class=\"words\">Source</th></tr></thead><tbody>\n{rows}\
-         </tbody></table>\n"
+    table(
+        "Trial|RMSE here|Paper's trials|Paper's mean|Source".split('|'),
+        &rows,
+        "",
     )
 }
 
@@ -178,26 +190,16 @@ pub(super) fn counter_table(trials: &[Trial]) -> String {
             names.push(name);
         }
     }
-    if names.is_empty() {
-        return String::new();
-    }
-    let heads = trials
-        .iter()
-        .map(|trial| format!("<th>{}</th>", escape(&trial.name)));
-    let mut rows = String::new();
-    for name in names {
-        let _ = write!(rows, "<tr><th scope=\"row\">{}</th>", escape(name));
-        for trial in trials {
+    let rows = names.into_iter().map(|name| {
+        let value = |trial: &Trial| {
             let found = trial.counters.iter().find(|(own, _)| own == name);
-            let value = found.map_or("–".to_owned(), |(_, value)| value.to_string());
-            let _ = write!(rows, "<td>{value}</td>");
-        }
-        rows.push_str("</tr>\n");
-    }
-    let heads: String = heads.collect();
-    format!(
-        "<table><thead><tr><th>Counter</th>{heads}</tr></thead><tbody>\n{rows}</tbody></table>\n"
-    )
+            found.map_or("–".to_owned(), |(_, value)| value.to_string())
+        };
+        row(name, trials.iter().map(value))
+    });
+    let heads: Vec<String> = trials.iter().map(|trial| escape(&trial.name)).collect();
+    let heads = std::iter::once("Counter").chain(heads.iter().map(String::as_str));
+    table(heads, &rows.collect::<String>(), "")
 }
 
 /// What the electrode check read; nothing without one.
@@ -207,27 +209,20 @@ pub(super) fn electrode_table(trials: &[Trial]) -> String {
         for reading in &trial.electrode_check {
             let channel = trial.channels.iter().find(|c| c.number == reading.channel);
             let unit = channel.map_or("", |channel| &channel.unit);
-            let load = match reading.load_ohm {
-                Some(ohm) => format!("{} kΩ", three_digits(ohm * 1e-3)),
-                None => "–".to_owned(),
-            };
-            let _ = writeln!(
-                rows,
-                "<tr><th scope=\"row\">{}</th><td>{}</td><td>{:.1} {unit}</td>\
-                 <td>{:.2} mA</td><td>{load}</td></tr>",
-                escape(&trial.name),
-                reading.channel,
-                reading.applied,
-                reading.current_ma,
-            );
+            let load = |ohm: f64| format!("{} kΩ", three_digits(ohm * 1e-3));
+            let cells = [
+                reading.channel.to_string(),
+                format!("{:.1} {unit}", reading.applied),
+                format!("{:.2} mA", reading.current_ma),
+                reading.load_ohm.map_or("–".to_owned(), load),
+            ];
+            rows += &row(&trial.name, cells);
         }
     }
-    if rows.is_empty() {
-        return rows;
-    }
-    format!(
-        "<table><thead><tr><th>Electrodes at arming</th><th>Channel</th><th>Applied</th>\
-         <th>Current</th><th>Load</th></tr></thead><tbody>\n{rows}</tbody></table>\n"
+    table(
+        "Electrodes at arming|Channel|Applied|Current|Load".split('|'),
+        &rows,
+        "",
     )
 }
 
@@ -243,13 +238,7 @@ pub(super) fn event_table(trials: &[Trial]) -> String {
             );
         }
     }
-    if rows.is_empty() {
-        return rows;
-    }
-    format!(
-        "<table><thead><tr><th>Trial</th><th>Time</th><th class=\"words\">Event</th></tr></thead>\
-         <tbody>\n{rows}</tbody></table>\n"
-    )
+    table("Trial|Time|Event".split('|'), &rows, "")
 }
 
 #[cfg(test)]

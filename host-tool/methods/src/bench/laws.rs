@@ -2,7 +2,7 @@
 //! combination of add-ons, one period at a time.
 
 use crate::control::parameters::parameters;
-use crate::control::{AddOns, Controller, DelayCompensation, DerivativeKind, Form, Input, Law};
+use crate::control::{AddOns, Controller, Form, Input, Law};
 use core::fmt;
 use firmware::bench::{Bench, Clock, Row, control, empty};
 use firmware::control::ResponseSpec;
@@ -52,18 +52,8 @@ pub fn run_laws(clock: &impl Clock, mut row: impl FnMut(&Row<LawName>)) {
     // A constant within its ranges; else its row were missing.
     let _ = control::law_alone(&mut bench, LawName::Device, RUNS, response);
     for form in Form::ALL {
-        for derivative in DerivativeKind::ALL {
-            for delay in DelayCompensation::ALL {
-                for (feed_forward, adaptation) in [(false, false), (true, false), (true, true)] {
-                    let add_ons = AddOns {
-                        derivative,
-                        feed_forward,
-                        delay,
-                        adaptation,
-                    };
-                    let _ = law(&mut bench, form, add_ons);
-                }
-            }
+        for add_ons in AddOns::all() {
+            let _ = law(&mut bench, form, add_ons);
         }
     }
 }

@@ -27,7 +27,6 @@ pub struct Adaptation<R> {
 impl<R: Real> Adaptation<R> {
     /// Rates of learning: of the scale in 1/(rad·s), of the damping in 1/rad²
     /// (both 0: nothing is learnt); period h in s.
-    #[must_use]
     pub fn new(scale_rate: R, damping_rate: R, h: R) -> Self {
         Self {
             scale_step: scale_rate * h,
@@ -38,7 +37,6 @@ impl<R: Real> Adaptation<R> {
     }
 
     /// The effort in place of this feed-forward for a target of this rate, rad/s.
-    #[must_use]
     pub fn applied(&self, feed_forward: R, target_rate: R) -> R {
         self.scale * feed_forward + self.damping * target_rate
     }

@@ -43,13 +43,11 @@ impl DelayCompensation {
     ];
 
     /// Whether the target is taken ahead.
-    #[must_use]
     pub const fn has_preview(self) -> bool {
         matches!(self, Self::Preview | Self::PreviewAndSmith)
     }
 
     /// Whether there is a Smith predictor.
-    #[must_use]
     pub const fn has_smith(self) -> bool {
         matches!(self, Self::Smith | Self::PreviewAndSmith)
     }
@@ -63,6 +61,21 @@ impl AddOns {
         delay: DelayCompensation::None,
         adaptation: false,
     };
+
+    /// Every combination; adaptation needs the feed-forward.
+    pub fn all() -> impl Iterator<Item = Self> {
+        let pairs = DerivativeKind::ALL
+            .into_iter()
+            .flat_map(|derivative| DelayCompensation::ALL.map(|delay| (derivative, delay)));
+        pairs.flat_map(|(derivative, delay)| {
+            [(false, false), (true, false), (true, true)].map(|(feed_forward, adaptation)| Self {
+                derivative,
+                feed_forward,
+                delay,
+                adaptation,
+            })
+        })
+    }
 }
 
 /// A law with its add-ons and its memory, for one period. Made by
@@ -81,13 +94,11 @@ pub struct Controller<R> {
 
 impl<R: Real> Controller<R> {
     /// How far ahead of the target, s, the feed-forward handed in should look.
-    #[must_use]
     pub const fn lead_s(&self) -> R {
         self.lead_s
     }
 
     /// The integral term, effort.
-    #[must_use]
     pub const fn integral(&self) -> R {
         self.integral
     }

@@ -23,7 +23,6 @@ pub struct SmithPredictor<R> {
 impl<R: Real> SmithPredictor<R> {
     /// `gain` in rad per effort, the time constants of muscle and joint and the
     /// delay in s, period `h` in s. A delay beyond 80 periods is cut there.
-    #[must_use]
     pub fn new(gain: R, lags_s: [R; 2], delay_s: R, h: R) -> Self {
         // In 0…80, so it fits.
         let periods = (delay_s / h).to_f64() + 0.5;
@@ -39,7 +38,6 @@ impl<R: Real> SmithPredictor<R> {
     }
 
     /// What to add to the angle measured now.
-    #[must_use]
     pub fn ahead(&self) -> R {
         let then = self
             .past

@@ -67,7 +67,6 @@ pub enum Differentiator<R> {
 
 impl<R: Real> Differentiator<R> {
     /// Pseudo-differentiation with a cutoff in Hz, period h in s.
-    #[must_use]
     pub fn pseudo(cutoff_hz: R, h: R) -> Self {
         let pole = (-(R::of(core::f64::consts::TAU) * cutoff_hz * h)).exp();
         Self::Pseudo {
@@ -80,7 +79,6 @@ impl<R: Real> Differentiator<R> {
 
     /// First order, for accelerations up to `bound`, rad/s²: λ1 = 1.5·√bound,
     /// λ2 = 1.1·bound (Levant 1998).
-    #[must_use]
     pub fn robust_exact(bound: R, h: R) -> Self {
         Self::RobustExact {
             h,
@@ -93,7 +91,6 @@ impl<R: Real> Differentiator<R> {
     /// Second order, for jerks up to `bound`, rad/s³: λ2 = 2·bound^⅓,
     /// λ1 = 2.12·bound^⅔, λ0 = 1.1·bound (Levant 2003, in the form without
     /// recursion).
-    #[must_use]
     pub fn robust_exact_second_order(bound: R, h: R) -> Self {
         let third = (bound.ln() / R::of(3.0)).exp();
         Self::RobustExactSecondOrder {

@@ -36,7 +36,6 @@ impl Form {
     ];
 
     /// A name for tables.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Paper => "paper",
@@ -89,7 +88,6 @@ pub enum Feedback<R> {
 impl<R: Real> Feedback<R> {
     /// The answer to an error e (rad) of rate ė (rad/s) while the integral is
     /// `v`.
-    #[must_use]
     pub fn push(&self, e: R, rate: R, v: R) -> Push<R> {
         match self {
             Self::Paper { lambda, w_step } => {
@@ -119,7 +117,6 @@ impl<R: Real> Feedback<R> {
 
     /// Whether the integral rests while the effort is clamped. The paper's does
     /// not.
-    #[must_use]
     pub const fn has_anti_windup(&self) -> bool {
         !matches!(self, Self::Paper { .. })
     }

@@ -60,14 +60,12 @@ impl<R: Real> Loop<R> {
     /// the disturbance: k2 > L and k1 > √(k2 + L) (Seeber & Horn, "Stability
     /// proof for a well-established super-twisting parameter setting",
     /// Automatica 84 (2017)), to which the proper implicit form keeps.
-    #[must_use]
     pub fn fulfils_theorem(&self) -> bool {
         self.k2 > self.slope && self.k1 * self.k1 > self.k2 + self.slope
     }
 
     /// Largest |σ| at the sampling instants once settled, in units of σ; stops
     /// at 10^9·L·h², where nothing returns.
-    #[must_use]
     pub fn worst(&self, discretization: Discretization, disturbance: Disturbance) -> R {
         let twist = Twist::new(discretization, self.k1, self.k2, R::ONE, self.h);
         let mut integral = R::ZERO;
@@ -110,7 +108,6 @@ impl<R: Real> Loop<R> {
     }
 
     /// Largest |σ| over [`Disturbance::ALL`].
-    #[must_use]
     pub fn worst_of_all(&self, discretization: Discretization) -> R {
         let each = Disturbance::ALL.map(|d| self.worst(discretization, d));
         each.into_iter()
@@ -130,7 +127,6 @@ fn outward<R: Real>(x: R, unit: R) -> R {
 
 /// The p of the straight line through ln y over ln x for y ~ x^p, by least
 /// squares; `None` for fewer than two points or any that is not positive.
-#[must_use]
 pub fn fitted_order(points: &[(f64, f64)]) -> Option<f64> {
     if points.len() < 2 || points.iter().any(|(x, y)| !(*x > 0.0 && *y > 0.0)) {
         return None;

@@ -42,22 +42,20 @@ pub enum ParameterError {
 }
 
 const fn log(name: &'static str, low: f64, high: f64) -> Parameter {
-    let is_log = true;
     Parameter {
         name,
         low,
         high,
-        is_log,
+        is_log: true,
     }
 }
 
 const fn linear(name: &'static str, low: f64, high: f64) -> Parameter {
-    let is_log = false;
     Parameter {
         name,
         low,
         high,
-        is_log,
+        is_log: false,
     }
 }
 
@@ -100,7 +98,6 @@ const ADAPTATION: [Parameter; 2] = [
 
 impl Form {
     /// Its own numbers, in order. The explicit form does not use b.
-    #[must_use]
     pub fn parameters(self) -> &'static [Parameter] {
         match self {
             Self::Paper => &PAPER,
@@ -114,7 +111,6 @@ impl Form {
 
 /// The numbers of a law with its add-ons, in the order
 /// [`Controller::from_parameters`] takes them.
-#[must_use]
 pub fn parameters(form: Form, add_ons: AddOns) -> Vec<Parameter, PARAMETERS_MAX> {
     let mut all = Vec::new();
     // 5 + 1 + 1 + 1 + 4 + 2 at most: extending cannot fail.

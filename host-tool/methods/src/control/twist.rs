@@ -50,7 +50,6 @@ impl Discretization {
     ];
 
     /// A name for tables.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Explicit => "explicit",
@@ -92,7 +91,6 @@ pub struct Push<R> {
 impl<R: Real> Twist<R> {
     /// k1 in effort·s^-½, k2 in effort/s, b the gain from effort to the rate of
     /// s, h the period in s; all above 0.
-    #[must_use]
     pub fn new(discretization: Discretization, k1: R, k2: R, b: R, h: R) -> Self {
         let hb = h * b;
         Self {
@@ -108,14 +106,12 @@ impl<R: Real> Twist<R> {
 
     /// With a term k3·s beside the root (linear correction: Moreno & Osorio, IEEE
     /// CDC 2008), in effort/s; the implicit forms take it of the next s too.
-    #[must_use]
     pub fn with_linear(mut self, k3: R) -> Self {
         self.linear = k3;
         self
     }
 
     /// The answer to the sliding variable `s` while the integral is `v`.
-    #[must_use]
     pub fn push(&self, s: R, v: R) -> Push<R> {
         match self.discretization {
             Discretization::Explicit => {

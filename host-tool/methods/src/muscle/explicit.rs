@@ -67,7 +67,6 @@ pub struct Explicit<M, R> {
 }
 
 impl<M: Rule, R: Arithmetic> Scheme for Explicit<M, R> {
-    type Number = R;
     type State = State<R>;
     /// The step's length.
     type Factors = R;
@@ -78,25 +77,10 @@ impl<M: Rule, R: Arithmetic> Scheme for Explicit<M, R> {
             rule: PhantomData,
         }
     }
-    fn rest(&self) -> State<R> {
-        State {
-            c: R::ZERO,
-            f: R::ZERO,
-        }
-    }
     fn factors(&self, us: u32) -> R {
         R::of_micros(us)
     }
     fn step(&self, time: &R, state: &mut State<R>) {
         *state = M::moved(&self.muscle, *time, *state);
-    }
-    fn pulse(&self, state: &mut State<R>) {
-        state.c = state.c + R::ONE;
-    }
-    fn calcium(&self, state: &State<R>) -> R {
-        state.c
-    }
-    fn force(&self, state: &State<R>) -> R {
-        state.f
     }
 }

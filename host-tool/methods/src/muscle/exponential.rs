@@ -25,18 +25,11 @@ pub struct HeldFactors<R> {
 }
 
 impl<R: Arithmetic, const MIDDLE: bool> Scheme for Held<R, MIDDLE> {
-    type Number = R;
     type State = State<R>;
     type Factors = HeldFactors<R>;
 
     fn new(spec: &CalciumForceSpec, _: u32) -> Self {
         Self(Muscle::new(spec))
-    }
-    fn rest(&self) -> State<R> {
-        State {
-            c: R::ZERO,
-            f: R::ZERO,
-        }
     }
     fn factors(&self, us: u32) -> HeldFactors<R> {
         let time = R::of_micros(us);
@@ -57,15 +50,6 @@ impl<R: Arithmetic, const MIDDLE: bool> Scheme for Held<R, MIDDLE> {
         let share = R::ONE - (-(step.time / tau)).exp();
         state.f = state.f + share * (muscle.a * x * tau - state.f);
         state.c = state.c * end;
-    }
-    fn pulse(&self, state: &mut State<R>) {
-        state.c = state.c + R::ONE;
-    }
-    fn calcium(&self, state: &State<R>) -> R {
-        state.c
-    }
-    fn force(&self, state: &State<R>) -> R {
-        state.f
     }
 }
 
@@ -114,18 +98,11 @@ impl<R: Arithmetic> GaussExponential<R> {
 }
 
 impl<R: Arithmetic> Scheme for GaussExponential<R> {
-    type Number = R;
     type State = State<R>;
     type Factors = GaussFactors<R>;
 
     fn new(spec: &CalciumForceSpec, _: u32) -> Self {
         Self(Muscle::new(spec))
-    }
-    fn rest(&self) -> State<R> {
-        State {
-            c: R::ZERO,
-            f: R::ZERO,
-        }
     }
     fn factors(&self, us: u32) -> GaussFactors<R> {
         let time = R::of_micros(us);
@@ -140,14 +117,5 @@ impl<R: Arithmetic> Scheme for GaussExponential<R> {
     fn step(&self, step: &GaussFactors<R>, state: &mut State<R>) {
         state.f = self.force_after(step, state.c, state.f);
         state.c = state.c * step.left[2];
-    }
-    fn pulse(&self, state: &mut State<R>) {
-        state.c = state.c + R::ONE;
-    }
-    fn calcium(&self, state: &State<R>) -> R {
-        state.c
-    }
-    fn force(&self, state: &State<R>) -> R {
-        state.f
     }
 }

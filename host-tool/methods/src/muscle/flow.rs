@@ -53,7 +53,6 @@ pub struct Start<R> {
 
 impl<R: Arithmetic> Flow<R> {
     /// Makes the table.
-    #[must_use]
     pub fn new(spec: &CalciumForceSpec) -> Self {
         let design = Muscle::<R::Design>::new(spec);
         let octaves = R::Design::of(LN_2);

@@ -9,7 +9,7 @@
 use super::Arithmetic;
 use super::event_driven::Interval;
 use super::flow::{Flow, LOWEST, OCTAVES};
-use super::scheme::{Muscle, Scheme};
+use super::scheme::{Muscle, Place, Scheme};
 use crate::real::Real;
 use core::f64::consts::LN_2;
 use firmware::muscle::CalciumForceSpec;
@@ -32,6 +32,24 @@ pub struct LogTable<R> {
 pub struct LogState<R> {
     octave: R,
     f: R,
+}
+
+impl<R: Arithmetic> Place for LogState<R> {
+    type Number = R;
+    /// The table's end: 2^-19 of a pulse is none.
+    const REST: Self = Self {
+        octave: R::ZERO,
+        f: R::ZERO,
+    };
+    fn pulse(&mut self) {
+        self.octave = Flow::octave(Flow::calcium(self.octave) + R::ONE);
+    }
+    fn calcium(&self) -> R {
+        Flow::calcium(self.octave)
+    }
+    fn force(&self) -> R {
+        self.f
+    }
 }
 
 /// A step's length.
@@ -73,7 +91,6 @@ impl<R: Arithmetic> LogTable<R> {
 }
 
 impl<R: Arithmetic> Scheme for LogTable<R> {
-    type Number = R;
     type State = LogState<R>;
     type Factors = LogFactors<R>;
 
@@ -93,13 +110,6 @@ impl<R: Arithmetic> Scheme for LogTable<R> {
             entries: core::array::from_fn(entry),
         }
     }
-    fn rest(&self) -> LogState<R> {
-        // The table's end: 2^-19 of a pulse is none.
-        LogState {
-            octave: R::ZERO,
-            f: R::ZERO,
-        }
-    }
     fn factors(&self, us: u32) -> LogFactors<R> {
         let time = R::of_micros(us);
         LogFactors {
@@ -117,14 +127,5 @@ impl<R: Arithmetic> Scheme for LogTable<R> {
         state.f = state.f * kept + added;
         let end = state.octave - step.fall;
         state.octave = if end > R::ZERO { end } else { R::ZERO };
-    }
-    fn pulse(&self, state: &mut LogState<R>) {
-        state.octave = Flow::octave(Flow::calcium(state.octave) + R::ONE);
-    }
-    fn calcium(&self, state: &LogState<R>) -> R {
-        Flow::calcium(state.octave)
-    }
-    fn force(&self, state: &LogState<R>) -> R {
-        state.f
     }
 }

@@ -22,7 +22,6 @@ pub struct Muscle<R> {
 impl<R: Arithmetic> Muscle<R> {
     /// Each constant to the nearest number of this arithmetic. `spec` need not
     /// be one that the device takes; time constants must be above zero.
-    #[must_use]
     pub fn new(spec: &CalciumForceSpec) -> Self {
         let units = |us: u32| f64::from(us) / UNIT_US;
         Self {
@@ -78,27 +77,48 @@ impl<R: Arithmetic> State<R> {
     }
 }
 
+/// Where a muscle is, in a method's own terms.
+pub trait Place: Copy {
+    /// What it is told in.
+    type Number: Arithmetic;
+    /// Without calcium and force.
+    const REST: Self;
+    /// A pulse: C grows by 1.
+    fn pulse(&mut self);
+    /// C, in pulses.
+    fn calcium(&self) -> Self::Number;
+    /// F, N.
+    fn force(&self) -> Self::Number;
+}
+
+impl<R: Arithmetic> Place for State<R> {
+    type Number = R;
+    const REST: Self = Self {
+        c: R::ZERO,
+        f: R::ZERO,
+    };
+    fn pulse(&mut self) {
+        self.c = self.c + R::ONE;
+    }
+    fn calcium(&self) -> R {
+        self.c
+    }
+    fn force(&self) -> R {
+        self.f
+    }
+}
+
 /// One method: how a muscle gets over a step without a pulse.
 pub trait Scheme {
-    /// What it computes in.
-    type Number: Arithmetic;
     /// Where a muscle is.
-    type State: Copy;
+    type State: Place;
     /// What a step of some length needs that does not depend on the state.
     type Factors: Copy;
 
     /// Of a muscle whose whole steps will be `step_us` microseconds.
     fn new(spec: &CalciumForceSpec, step_us: u32) -> Self;
-    /// A muscle without calcium and force.
-    fn rest(&self) -> Self::State;
     /// Of a step of `us` microseconds.
     fn factors(&self, us: u32) -> Self::Factors;
     /// Over one step.
     fn step(&self, factors: &Self::Factors, state: &mut Self::State);
-    /// A pulse: C grows by 1.
-    fn pulse(&self, state: &mut Self::State);
-    /// C, in pulses.
-    fn calcium(&self, state: &Self::State) -> Self::Number;
-    /// F, N.
-    fn force(&self, state: &Self::State) -> Self::Number;
 }

@@ -64,7 +64,6 @@ impl Method {
     ];
 
     /// Lower-case, of letters, digits and underscores.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Euler => "euler",
@@ -84,14 +83,12 @@ impl Method {
     }
 
     /// Whether it goes from pulse to pulse in one go, whatever the step.
-    #[must_use]
     pub const fn has_no_step(self) -> bool {
         matches!(self, Self::LogFlow)
     }
 
     /// Whether its step is but the longest stretch without a pulse that it
     /// takes in one go.
-    #[must_use]
     pub const fn is_event_driven(self) -> bool {
         matches!(
             self,
@@ -100,7 +97,6 @@ impl Method {
     }
 
     /// Whether it calls exponentials or logarithms: if not, micromath is f32.
-    #[must_use]
     pub const fn calls_functions(self) -> bool {
         !matches!(
             self,
@@ -137,7 +133,6 @@ impl Number {
     ];
 
     /// Lower-case, of letters, digits and underscores.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::F64 => "f64",
@@ -165,21 +160,22 @@ pub struct Setting {
 
 impl Setting {
     /// The product's choice: `muscle::CalciumForce` in ticks of 1 ms.
-    pub const SHIPPED: Self = Self {
-        method: Method::Shipped,
-        number: Number::Device,
-        step_us: 1000,
-    };
+    pub const SHIPPED: Self = Self::new(Method::Shipped, Number::Device, 1000);
 
     /// Lee 2020's own: Runge–Kutta at 0.2 ms, in f32, pulses on that grid.
-    pub const PAPER: Self = Self {
-        method: Method::RungeKutta4Snapped,
-        number: Number::F32,
-        step_us: 200,
-    };
+    pub const PAPER: Self = Self::new(Method::RungeKutta4Snapped, Number::F32, 200);
 
     /// The step of an event-driven method that takes any stretch in one go, µs.
     pub const WHOLE_US: u32 = 2_000_000;
+
+    /// This method in this arithmetic at this step.
+    pub const fn new(method: Method, number: Number, step_us: u32) -> Self {
+        Self {
+            method,
+            number,
+            step_us,
+        }
+    }
 
     /// Every setting worth showing at which the force can be read every
     /// `output_us`, of which steps are whole parts.
@@ -201,11 +197,7 @@ impl Setting {
         };
         let generic = Method::GENERIC.into_iter().flat_map(move |method| {
             Number::GENERIC.into_iter().flat_map(move |number| {
-                steps(method).map(move |step_us| Self {
-                    method,
-                    number,
-                    step_us,
-                })
+                steps(method).map(move |step_us| Self::new(method, number, step_us))
             })
         });
         generic

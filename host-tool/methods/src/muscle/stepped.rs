@@ -1,10 +1,10 @@
 //! A method run in steps of one length, split at pulses.
 
-use super::scheme::Scheme;
+use super::scheme::{Place, Scheme};
 use super::{Arithmetic, Integrator};
 use crate::real::Real;
 use firmware::muscle::CalciumForceSpec;
-use firmware::units::Micros;
+use firmware::units::{Micros, us};
 
 /// When a pulse acts.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -31,23 +31,17 @@ pub struct Stepped<S: Scheme> {
 
 impl<S: Scheme> Stepped<S> {
     /// A muscle at rest at time 0, in steps of `step_us`, 1 or more.
-    #[must_use]
     pub fn new(spec: &CalciumForceSpec, step_us: u32, pulses: Pulses) -> Self {
         let scheme = S::new(spec, step_us);
         Self {
             whole: scheme.factors(step_us),
-            state: scheme.rest(),
+            state: S::State::REST,
             scheme,
             step_us,
             pulses,
-            at: Micros(0),
+            at: Micros::new(0),
             over_us: 0,
         }
-    }
-
-    /// Where the muscle is.
-    pub fn state(&self) -> &S::State {
-        &self.state
     }
 
     /// Any time: what is left of a step, whole steps, part of one.
@@ -69,7 +63,7 @@ impl<S: Scheme> Stepped<S> {
         }
         // What a snapped run has not stepped over stays ahead of it.
         if to.has_reached(self.at) {
-            self.at = to.minus(left_us);
+            self.at = to - us(left_us);
         }
     }
 
@@ -87,12 +81,12 @@ impl<S: Scheme> Stepped<S> {
 impl<S: Scheme> Integrator for Stepped<S> {
     fn pulse(&mut self, at: Micros) {
         self.advance_any(at);
-        self.scheme.pulse(&mut self.state);
+        self.state.pulse();
     }
 
     fn advance(&mut self, to: Micros) {
         // One whole step, the rule, without a detour.
-        if self.over_us == 0 && to.since(self.at) == self.step_us.cast_signed() {
+        if self.over_us == 0 && (to - self.at).us() == self.step_us.cast_signed() {
             self.at = to;
             self.scheme.step(&self.whole, &mut self.state);
         } else {
@@ -101,14 +95,14 @@ impl<S: Scheme> Integrator for Stepped<S> {
     }
 
     fn calcium(&self) -> f64 {
-        self.scheme.calcium(&self.state).to_f64()
+        self.state.calcium().to_f64()
     }
 
     fn force_n(&self) -> f64 {
-        self.scheme.force(&self.state).to_f64()
+        self.state.force().to_f64()
     }
 
     fn force_word(&self) -> u32 {
-        self.scheme.force(&self.state).word()
+        self.state.force().word()
     }
 }

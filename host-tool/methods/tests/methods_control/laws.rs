@@ -8,29 +8,6 @@ use methods::control::{
 use methods::real::{Micro, Real};
 use std::f64::consts::TAU;
 
-fn all_add_ons() -> Vec<AddOns> {
-    let delays = [
-        DelayCompensation::None,
-        DelayCompensation::Preview,
-        DelayCompensation::Smith,
-        DelayCompensation::PreviewAndSmith,
-    ];
-    let mut all = Vec::new();
-    for derivative in DerivativeKind::ALL {
-        for delay in delays {
-            for (feed_forward, adaptation) in [(false, false), (true, false), (true, true)] {
-                all.push(AddOns {
-                    derivative,
-                    feed_forward,
-                    delay,
-                    adaptation,
-                });
-            }
-        }
-    }
-    all
-}
-
 /// The middle of every bound.
 fn middle<R: Real>(form: Form, add_ons: AddOns) -> Vec<R> {
     parameters(form, add_ons)
@@ -77,7 +54,7 @@ fn tracked<R: Real>(form: Form, add_ons: AddOns) -> f64 {
 fn every_law_with_every_add_on_follows_a_simple_joint() {
     for form in Form::ALL {
         let mut worst = (0.0, AddOns::NONE);
-        for add_ons in all_add_ons() {
+        for add_ons in AddOns::all() {
             let rmse = tracked::<f64>(form, add_ons);
             assert!(rmse.is_finite());
             if rmse > worst.0 {

@@ -20,8 +20,6 @@ pub struct Accuracy {
     out: PathBuf,
 }
 
-/// Runs the command.
-///
 /// # Errors
 /// The image fails, the files cannot be written, or host and chip disagree.
 pub fn main(args: &Accuracy, output: Output) -> anyhow::Result<()> {

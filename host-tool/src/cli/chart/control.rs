@@ -1,10 +1,11 @@
 //! `flexor chart control`: control laws on random plants, error against cycles.
 
-use crate::cli::{Output, WrongUse};
-use anyhow::{Context, ensure};
+use super::write;
+use crate::cli::{Output, wrong};
+use anyhow::ensure;
 use clap::{Args, ValueEnum};
 use methods::control::Form;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use studies::figures::control_picture;
 use studies::tracking::campaign::{Campaign, Plan};
 use studies::tracking::candidate::Equipment;
@@ -49,8 +50,6 @@ enum CourseName {
     Smooth,
 }
 
-/// Runs the command.
-///
 /// # Errors
 /// E560 to E564. E575: a file cannot be written.
 pub fn main(args: &Control, output: Output) -> anyhow::Result<()> {
@@ -62,7 +61,6 @@ pub fn main(args: &Control, output: Output) -> anyhow::Result<()> {
     if args.search {
         return search(args, output);
     }
-    let wrong = |what: &str| Err(WrongUse(what.to_owned()).into());
     if args.plants > MOST_PLANTS {
         return wrong("--plants: 100000 at most; 200 for a chart");
     }
@@ -107,13 +105,9 @@ pub fn main(args: &Control, output: Output) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn write(path: &Path, contents: &str) -> anyhow::Result<()> {
-    std::fs::write(path, contents).with_context(|| format!("E575 cannot write {}", path.display()))
-}
-
 fn search(args: &Control, output: Output) -> anyhow::Result<()> {
     if args.evaluations < 12 {
-        return Err(WrongUse("--evaluations: 12 or more".to_owned()).into());
+        return wrong("--evaluations: 12 or more");
     }
     let bar = output.bar("search");
     let training = Training::new()?;

@@ -1,6 +1,7 @@
 //! `flexor chart ladder`: each rung of the muscle ladder per kind of scene.
 
-use crate::cli::{Output, WrongUse};
+use super::write;
+use crate::cli::{Output, within};
 use anyhow::Context;
 use clap::Args;
 use firmware::muscle::Rung;
@@ -11,20 +12,18 @@ use std::path::{Path, PathBuf};
 use studies::figures::ladder_picture;
 use studies::ladder::adequacy::{self, Summary, Verdict};
 use studies::ladder::table::{self, RUNG_NAMES};
-use studies::ladder::{self, motion, source};
+use studies::ladder::{self, motion};
 
 /// Measure the rungs of the muscle ladder per kind of scene
 #[derive(Args, Debug)]
 pub struct Ladder {
-    /// Where the workspace is whose docs/charts/ladder.* and firmware table are
-    /// written anew
+    /// Where the workspace is whose docs/charts/ladder* are written anew
     #[arg(long, default_value = ".")]
     workspace: PathBuf,
-    /// Only write picture and firmware table anew from docs/charts/ladder.csv
+    /// Only draw docs/charts/ladder.csv and judge held-out scenes anew
     #[arg(long)]
     no_measuring: bool,
-    /// Leave the held-out scenes as they were judged: right after new cycles,
-    /// which no choice rests on
+    /// Leave the held-out scenes as they were judged
     #[arg(long, requires = "no_measuring")]
     no_judging: bool,
     /// Held-out scenes for each rung and tolerance, on which its choice is tried in
@@ -41,37 +40,21 @@ pub struct Ladder {
 const TOLERANCES: [Share; 3] = [Share::JUST_NOTICEABLE, Share(300), Share(3_000)];
 /// The verdicts, from the workspace.
 const HELD_OUT: &str = "docs/charts/ladder_held_out.csv";
-/// The firmware's tables, from the workspace.
-const FIRMWARE: &str = "host-tool/core/src/choice/measured";
 
-/// Runs the command.
-///
 /// # Errors
 /// Files that cannot be read or written.
 pub fn main(args: &Ladder, output: Output) -> anyhow::Result<()> {
-    if !(1..=1000).contains(&args.scenes) {
-        let wrong = format!("--scenes is {}: allowed is 1 to 1000", args.scenes);
-        return Err(WrongUse(wrong).into());
-    }
+    within("--scenes", args.scenes as f64, 1.0, 1000.0)?;
     let place = |file: &str| args.workspace.join(file);
     let table_file = place("docs/charts/ladder.csv");
-    let rows = if args.no_measuring {
-        table::parse(&read(&table_file)?)?
-    } else {
+    if !args.no_measuring {
         let bar = output.bar("ladder");
         let measured = ladder::measure(|part| bar.set(part));
         bar.finish();
-        let rows = measured?;
-        write(&table_file, &table::csv(&rows)?)?;
-        rows
-    };
-    let cycles = read(&place("docs/charts/cycles.csv"))?;
-    let mut is_stale = false;
-    for (name, text) in source::firmware_sources(&rows, &cycles)? {
-        let file = place(FIRMWARE).join(name);
-        is_stale |= std::fs::read_to_string(&file).is_ok_and(|before| before != text);
-        write(&file, &text)?;
+        write(&table_file, &table::csv(&measured?)?)?;
     }
+    let measured = read(&table_file)?;
+    let rows = table::parse(&measured)?;
     write(&place("docs/charts/ladder.svg"), &ladder_picture(&rows))?;
     if args.no_judging {
         return output.say(
@@ -97,10 +80,10 @@ pub fn main(args: &Ladder, output: Output) -> anyhow::Result<()> {
         .iter()
         .map(|&step| motion::speed(step))
         .collect::<Result<_, _>>()?;
-    if is_stale {
+    if measured != table::COMMITTED {
         eprintln!(
-            "note: the firmware's tables have changed, but this program chooses by those it was \
-             built with: build it and run `flexor chart ladder --no-measuring`"
+            "note: the table has changed, but this program chooses by the one it was built with: \
+             build it and run `flexor chart ladder --no-measuring`"
         );
     }
     output.say(
@@ -188,8 +171,4 @@ fn speeds_line(speeds: &[f64]) -> String {
 
 fn read(path: &Path) -> anyhow::Result<String> {
     std::fs::read_to_string(path).with_context(|| format!("E552 cannot read {}", path.display()))
-}
-
-fn write(path: &Path, text: &str) -> anyhow::Result<()> {
-    std::fs::write(path, text).with_context(|| format!("E575 cannot write {}", path.display()))
 }

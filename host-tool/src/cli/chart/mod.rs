@@ -6,7 +6,9 @@ mod ladder;
 mod stability;
 
 use super::Output;
+use anyhow::Context;
 use clap::Subcommand;
+use std::path::Path;
 
 /// Make the charts of docs/charts anew.
 #[derive(Subcommand, Debug)]
@@ -17,10 +19,6 @@ pub enum Chart {
     Stability(stability::Stability),
 }
 
-/// Runs the command.
-///
-/// # Errors
-/// Each chart's own.
 pub fn main(chart: &Chart, output: Output) -> anyhow::Result<()> {
     match chart {
         Chart::Accuracy(args) => accuracy::main(args, output),
@@ -28,4 +26,9 @@ pub fn main(chart: &Chart, output: Output) -> anyhow::Result<()> {
         Chart::Ladder(args) => ladder::main(args, output),
         Chart::Stability(args) => stability::main(args, output),
     }
+}
+
+/// Writes a chart.
+fn write(path: &Path, contents: &str) -> anyhow::Result<()> {
+    std::fs::write(path, contents).with_context(|| format!("E575 cannot write {}", path.display()))
 }

@@ -1,12 +1,13 @@
 //! `flexor chart stability`: where each method fails, and where theory says so.
 
-use crate::cli::{Output, WrongUse};
-use anyhow::{Context, ensure};
+use super::write;
+use crate::cli::{Output, wrong};
+use anyhow::ensure;
 use clap::Args;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use studies::figures::map_picture;
-use studies::stability::{Entry, MAPS, Map, SEED};
+use studies::stability::{Draw, MAPS, Map, SEED};
 
 /// Map where each method fails, beside where theory says so
 #[derive(Args, Debug)]
@@ -21,8 +22,6 @@ pub struct Stability {
     out: PathBuf,
 }
 
-/// Runs the command.
-///
 /// # Errors
 /// E518: no such map. E565: no such folder. E575: a file cannot be
 /// written.
@@ -35,9 +34,9 @@ pub fn main(args: &Stability, output: Output) -> anyhow::Result<()> {
     let entries = chosen(&args.names)?;
     let bar = output.bar("stability");
     let mut maps = Vec::new();
-    for (entry, n) in entries.iter().zip(0u32..) {
+    for (draw, n) in entries.iter().zip(0u32..) {
         let done = |part| bar.set((f64::from(n) + part) / entries.len() as f64);
-        maps.push((entry.draw)(args.seed, &mut { done }));
+        maps.push(draw(args.seed, &mut { done }));
     }
     bar.finish();
     for map in &maps {
@@ -51,24 +50,18 @@ pub fn main(args: &Stability, output: Output) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn chosen(names: &[String]) -> anyhow::Result<Vec<Entry>> {
+fn chosen(names: &[String]) -> anyhow::Result<Vec<Draw>> {
     if names.is_empty() {
-        return Ok(MAPS.to_vec());
+        return Ok(MAPS.map(|(_, draw)| draw).to_vec());
     }
-    let find = |name: &String| {
-        let known: Vec<_> = MAPS.iter().map(|m| m.name).collect();
-        MAPS.iter()
-            .find(|m| m.name == name)
-            .copied()
-            .ok_or_else(|| {
-                WrongUse(format!("no map `{name}`; there are {}", known.join(", "))).into()
-            })
+    let find = |name: &String| match MAPS.iter().find(|(known, _)| known == name) {
+        Some((_, draw)) => Ok(*draw),
+        None => {
+            let known = MAPS.map(|(known, _)| known).join(", ");
+            wrong(format!("no map `{name}`; there are {known}"))
+        }
     };
     names.iter().map(find).collect()
-}
-
-fn write(path: &Path, contents: &str) -> anyhow::Result<()> {
-    std::fs::write(path, contents).with_context(|| format!("E575 cannot write {}", path.display()))
 }
 
 fn people(maps: &[Map], out: &Path) -> String {

@@ -1,8 +1,9 @@
 //! The trains that integrators are judged on, and the truth of each.
 
+use crate::subjects::spec;
 use firmware::muscle::CalciumForceSpec;
+use hal_sim::body::muscle::SUBJECTS;
 use hal_sim::body::muscle::reference::integrate;
-use hal_sim::body::muscle::{Parameters, SUBJECTS};
 
 /// Pulse rates, Hz.
 pub const RATES_HZ: [u32; 7] = [10, 20, 30, 40, 50, 70, 100];
@@ -33,7 +34,6 @@ pub struct Case {
 
 impl Case {
     /// Solves a case with `hal_sim`'s reference.
-    #[must_use]
     pub fn new(subject: usize, rate_hz: u32, pulses_us: Vec<u32>) -> Self {
         let parameters = SUBJECTS[subject];
         let pulses_s: Vec<f64> = pulses_us.iter().map(|us| f64::from(*us) * 1e-6).collect();
@@ -56,29 +56,14 @@ impl Case {
     }
 
     /// True force, N, at `at_us`, a whole number of ms up to [`DURATION_US`].
-    #[must_use]
     pub fn truth_n(&self, at_us: u32) -> f64 {
         self.truth[(at_us / FINEST_US) as usize]
-    }
-}
-
-/// The parameters as the device takes them; table 4's are whole there.
-#[must_use]
-pub fn spec(p: &Parameters) -> CalciumForceSpec {
-    let whole = |value: f64, per: f64| (value * per).round() as u32;
-    CalciumForceSpec {
-        a_mn_per_s: whole(p.a_n_per_s, 1e3),
-        k_micro: whole(p.k, 1e6),
-        tau_c_us: whole(p.tau_c_s, 1e6),
-        tau1_us: whole(p.tau1_s, 1e6),
-        tau2_us: whole(p.tau2_s, 1e6),
     }
 }
 
 /// Every subject at every rate, each with two trains: regular from an
 /// arbitrary first pulse on, and every pulse up to 45 % of a period off its
 /// place.
-#[must_use]
 pub fn all() -> Vec<Case> {
     let mut random = Random(0x9E37_79B9);
     let mut cases = vec![];

@@ -39,15 +39,11 @@ impl Cost {
     }
 
     /// From the chip simulator.
-    ///
-    /// # Errors
-    /// [`BenchError`].
     pub fn on_chip() -> Result<Self, BenchError> {
         Ok(Self::new(rows_on_chip(Image::Methods)?))
     }
 
     /// From this computer: results without cycles.
-    #[must_use]
     pub fn on_host() -> Self {
         let mut rows = vec![];
         methods::bench::run_methods(&NoClock, |row| rows.push(Row::from(row)));

@@ -1,12 +1,11 @@
 //! How far a setting is from the truth.
 
 use super::cases::{Case, DURATION_US};
-use firmware::units::Micros;
+use crate::subjects::forces;
 use methods::muscle::{Integrator, Setting};
 
 /// Worst difference from the truth at every `output_us`, % of the case's
 /// peak; infinite where a force is no number.
-#[must_use]
 pub fn of_case(case: &Case, setting: Setting, output_us: u32) -> f64 {
     setting
         .with(&case.spec, |muscle| {
@@ -18,14 +17,10 @@ pub fn of_case(case: &Case, setting: Setting, output_us: u32) -> f64 {
 /// The same for an integrator at rest at time 0, up to `until_us`, at most
 /// [`DURATION_US`].
 pub fn of_run(case: &Case, muscle: &mut dyn Integrator, output_us: u32, until_us: u32) -> f64 {
-    let mut pulses = case.pulses_us.iter().peekable();
+    let times = || (output_us..=until_us).step_by(output_us as usize);
     let mut worst = 0f64;
-    for at_us in (output_us..=until_us).step_by(output_us as usize) {
-        while let Some(pulse_us) = pulses.next_if(|us| **us <= at_us) {
-            muscle.pulse(Micros(*pulse_us));
-        }
-        muscle.advance(Micros(at_us));
-        let off = (muscle.force_n() - case.truth_n(at_us)).abs();
+    for (force, at_us) in forces(muscle, &case.pulses_us, times()).zip(times()) {
+        let off = (force - case.truth_n(at_us)).abs();
         worst = if off.is_nan() {
             f64::INFINITY
         } else {
@@ -36,7 +31,6 @@ pub fn of_run(case: &Case, muscle: &mut dyn Integrator, output_us: u32, until_us
 }
 
 /// The worst of `cases`.
-#[must_use]
 pub fn worst(cases: &[Case], setting: Setting, output_us: u32) -> f64 {
     let errors = cases.iter().map(|case| of_case(case, setting, output_us));
     errors.fold(0.0, f64::max)

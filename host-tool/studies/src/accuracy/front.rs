@@ -35,7 +35,6 @@ fn settings() -> impl Iterator<Item = (Setting, u32)> {
 }
 
 /// Every setting's error, in the image's order; `step` hears the part done.
-#[must_use]
 pub fn all_errors(cases: &[Case], step: impl Fn(f64)) -> Vec<f64> {
     let settings: Vec<_> = settings().collect();
     let mut found = vec![];
@@ -60,9 +59,6 @@ pub struct Chart {
 }
 
 /// Measures everything; `step` hears the part done.
-///
-/// # Errors
-/// [`BenchError`].
 pub fn measure(cases: &[Case], step: impl Fn(f64)) -> Result<Chart, BenchError> {
     // First what may be missing: an image.
     let chip = Cost::on_chip()?;
@@ -73,7 +69,6 @@ pub fn measure(cases: &[Case], step: impl Fn(f64)) -> Result<Chart, BenchError> 
 
 impl Chart {
     /// Puts together what was measured, all in the image's order.
-    #[must_use]
     pub fn new(errors: &[f64], chip: &Cost, host: &Cost) -> Self {
         let pairs = chip.runs.iter().zip(&host.runs);
         let differing = pairs.filter(|(c, h)| c.checksum != h.checksum || c.name != h.name);
@@ -116,7 +111,6 @@ impl Chart {
     }
 
     /// The cheapest within [`WANTED_PCT`].
-    #[must_use]
     pub fn cheapest(&self, output_us: u32) -> Option<&Point> {
         self.read_every(output_us)
             .filter(|p| p.error_pct <= WANTED_PCT)
@@ -124,13 +118,11 @@ impl Chart {
     }
 
     /// One setting's point.
-    #[must_use]
     pub fn point(&self, setting: Setting, output_us: u32) -> Option<&Point> {
         self.read_every(output_us).find(|p| p.setting == setting)
     }
 
     /// The committed table; docs/methods.md explains its columns.
-    #[must_use]
     pub fn csv(&self) -> String {
         let mut text =
             "method,arithmetic,step_us,output_us,error_pct,cycles_per_s,front\n".to_owned();
@@ -158,7 +150,6 @@ impl Chart {
 }
 
 /// Three significant digits; `inf` beyond all numbers.
-#[must_use]
 pub fn digits(error_pct: f64) -> String {
     format!("{error_pct:.2e}")
 }

@@ -57,7 +57,6 @@ const STUDY: [(Method, u32, f64); 24] = [
 
 /// Every row of the study, run again. Forces are read every 10 ms, at steps of
 /// 20 ms every 20 ms.
-#[must_use]
 pub fn repeat() -> Vec<Found> {
     let cases = thirty_cases();
     let found = |(method, step_us, study_pct)| Found {
@@ -80,11 +79,7 @@ fn thirty_cases() -> Vec<Case> {
 }
 
 fn worst(cases: &[Case], method: Method, step_us: u32) -> f64 {
-    let setting = Setting {
-        method,
-        number: Number::F64,
-        step_us,
-    };
+    let setting = Setting::new(method, Number::F64, step_us);
     let until_us = match method.is_event_driven() {
         true => TRAIN_US,
         false => DURATION_US,

@@ -24,13 +24,11 @@ pub struct Reading {
 
 impl Reading {
     /// Iterations per second and MHz.
-    #[must_use]
     pub fn per_mhz(&self) -> f64 {
         self.iterations as f64 * 1e6 / self.cycles.max(1) as f64
     }
 
     /// The same with prefetch off.
-    #[must_use]
     pub fn per_mhz_without_prefetch(&self) -> f64 {
         self.iterations as f64 * 1e6 / self.cycles_without_prefetch.max(1) as f64
     }

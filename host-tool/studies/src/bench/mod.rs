@@ -69,7 +69,6 @@ pub struct Speed {
 
 impl Speed {
     /// Million instructions per second.
-    #[must_use]
     pub fn mips(&self) -> f64 {
         self.instructions as f64 * 1e-6 / self.time.as_secs_f64().max(1e-9)
     }
@@ -94,7 +93,6 @@ pub struct OnChip {
 
 impl OnChip {
     /// The committed table.
-    #[must_use]
     pub fn csv(&self) -> String {
         csv(&self.rows, &self.not_cached)
     }
@@ -128,7 +126,6 @@ pub struct Bench {
 impl Bench {
     /// Names of the algorithms whose results are not the same on all three and
     /// in both readings of the flash, or that are missing somewhere.
-    #[must_use]
     pub fn differing(&self) -> Vec<String> {
         let result = |rows: &[Row], name: &str| {
             let row = rows.iter().find(|row| row.name == name)?;
@@ -152,9 +149,6 @@ impl Bench {
 }
 
 /// Builds the image and runs it everywhere; `step` hears the part done.
-///
-/// # Errors
-/// [`BenchError`].
 pub fn bench(step: impl Fn(f64)) -> Result<Bench, BenchError> {
     let elf = images::find(Image::Bench)?;
     step(0.3);
@@ -180,18 +174,12 @@ pub fn bench(step: impl Fn(f64)) -> Result<Bench, BenchError> {
 
 /// Builds the image and runs it on the chip simulator only, the flash read in
 /// both ways.
-///
-/// # Errors
-/// [`BenchError`].
 pub fn on_chip() -> Result<OnChip, BenchError> {
     run_on_chip(&images::find(Image::Bench)?)
 }
 
 /// Builds an image that prints rows and runs it on the chip simulator, the
 /// flash read in the default way.
-///
-/// # Errors
-/// [`BenchError`].
 pub fn rows_on_chip(image: Image) -> Result<Vec<Row>, BenchError> {
     let elf = images::find(image)?;
     let ended = alone::run(&image::Image::open(&elf)?, Wait::default())?;

@@ -36,7 +36,6 @@ pub enum Deadline {
 
 impl Deadline {
     /// Cycles at 168 MHz.
-    #[must_use]
     pub const fn cycles(self) -> u64 {
         match self {
             Self::Window => WINDOW,
@@ -48,7 +47,6 @@ impl Deadline {
 impl Row {
     /// The deadline of the owner that calls it; `None` for what is done per
     /// frame of the link, in the thread.
-    #[must_use]
     pub fn deadline(&self) -> Option<Deadline> {
         let is = |beginnings: &[&str]| beginnings.iter().any(|b| self.name.starts_with(b));
         if is(&["render_", "paint_", "owner_refill"]) {
@@ -67,7 +65,6 @@ impl Row {
     }
 
     /// Worst call in percent of its deadline.
-    #[must_use]
     pub fn load_percent(&self) -> Option<f64> {
         let deadline = self.deadline()?;
         Some(self.max as f64 * 100.0 / deadline.cycles() as f64)
@@ -134,7 +131,6 @@ pub(super) fn parse(console: &str) -> Result<Vec<Row>, RowError> {
 /// A table of `rows` with a heading, checksums in hexadecimal; behind each its
 /// cycles of `not_cached`, the same rows if the flash does not cache prefetched
 /// lines.
-#[must_use]
 pub fn csv(rows: &[Row], not_cached: &[Row]) -> String {
     let mut text = "algorithm,calls,checksum,min_cycles,mean_cycles,max_cycles,\
                     min_cycles_prefetched_not_cached,mean_cycles_prefetched_not_cached,\

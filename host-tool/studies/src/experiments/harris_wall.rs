@@ -16,27 +16,12 @@ use host_core::session::SessionError;
 use rayon::prelude::*;
 
 /// The four scenarios in the paper's order: name, file, text.
+#[rustfmt::skip]
 const SESSIONS: [(&str, &str, &str); 4] = [
-    (
-        "pre-wall",
-        "harris_wall/1_pre_wall.toml",
-        include_str!("../../../sessions/harris_wall/1_pre_wall.toml"),
-    ),
-    (
-        "proportional only",
-        "harris_wall/2_proportional.toml",
-        include_str!("../../../sessions/harris_wall/2_proportional.toml"),
-    ),
-    (
-        "pre-wall, co-contraction",
-        "harris_wall/3_pre_wall_co_contraction.toml",
-        include_str!("../../../sessions/harris_wall/3_pre_wall_co_contraction.toml"),
-    ),
-    (
-        "co-contraction",
-        "harris_wall/4_co_contraction.toml",
-        include_str!("../../../sessions/harris_wall/4_co_contraction.toml"),
-    ),
+    ("pre-wall", "harris_wall/1_pre_wall.toml", include_str!("../../../sessions/harris_wall/1_pre_wall.toml")),
+    ("proportional only", "harris_wall/2_proportional.toml", include_str!("../../../sessions/harris_wall/2_proportional.toml")),
+    ("pre-wall, co-contraction", "harris_wall/3_pre_wall_co_contraction.toml", include_str!("../../../sessions/harris_wall/3_pre_wall_co_contraction.toml")),
+    ("co-contraction", "harris_wall/4_co_contraction.toml", include_str!("../../../sessions/harris_wall/4_co_contraction.toml")),
 ];
 
 /// The paper's approach speeds, °/s.
@@ -61,7 +46,6 @@ pub fn sessions() -> Result<Vec<(&'static str, SessionFile)>, SessionError> {
 }
 
 /// The hit of a trial whose speed is nearest to `speed_deg_per_s`.
-#[must_use]
 pub fn hit_at(trial: &Trial, speed_deg_per_s: f64) -> Option<Hit> {
     let far = |hit: &Hit| (hit.speed_deg_per_s - speed_deg_per_s).abs();
     hits(trial)
@@ -176,7 +160,6 @@ fn visit(wall: &WallSpec, arm: &ElbowSpec) -> Visit {
 
 impl Shares {
     /// Of these visits.
-    #[must_use]
     pub fn of(all: &[Visits]) -> Self {
         let share = |is: &dyn Fn(&Visits) -> bool| {
             all.iter().filter(|v| is(v)).count() as f64 / all.len().max(1) as f64

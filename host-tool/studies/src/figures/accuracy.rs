@@ -21,7 +21,6 @@ const ROWS: [(Number, &str, (i32, i32)); 5] = [
 const DECADE: f64 = 34.0;
 
 /// All panels, as a file of its own.
-#[must_use]
 pub fn picture(chart: &Chart) -> String {
     let mut legend: Vec<(Key, String)> = Vec::new();
     for method in Method::GENERIC {

@@ -13,7 +13,6 @@ const PITCH: f64 = 24.0;
 const ERROR_TOP: f64 = 10.0;
 
 /// Rows by cycles; a file of its own.
-#[must_use]
 pub fn picture(campaign: &Campaign) -> String {
     let mut order: Vec<usize> = (0..campaign.contenders.len()).collect();
     order.sort_by_key(|n| campaign.cycles[*n].unwrap_or(u64::MAX));

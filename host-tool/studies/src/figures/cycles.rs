@@ -11,7 +11,6 @@ const MEAN: (Shape, Paint) = (Shape::Disc, Paint::Full(PALETTE[0]));
 const MOST: (Shape, Paint) = (Shape::Up, Paint::Full(PALETTE[4]));
 
 /// A row per algorithm, in the default reading of the flash; a file of its own.
-#[must_use]
 pub fn picture(chip: &OnChip) -> String {
     let rows: Vec<_> = chip.algorithms().collect();
     let mut x = Axis::decades("cycles of one call", (1, 6));

@@ -1,6 +1,7 @@
 //! Error of each rung of the muscle ladder over four kinds of scene.
 
-use crate::ladder::table::{Key as Measured, Quantity, RUNG_NAMES, Row};
+use crate::ladder::table::{Quantity, RUNG_NAMES, Row, row, row_in};
+use host_core::choice::Scene;
 use host_core::choice::grid::{BURSTS_MS, HOLD_MS, RAMPS_MS, RATES_MHZ, SESSIONS_S};
 use host_core::plot::ink::{INK, PALETTE, stroke};
 use host_core::plot::{At, Axis, Figure, Key, Mark, Paint, Panel, Scale, Shape};
@@ -18,22 +19,25 @@ const AT_ONCE_MS: f64 = 30.0;
 const DECADES: (i32, i32) = (-3, 2);
 
 /// The picture of a table, a file of its own.
-#[must_use]
 pub fn picture(rows: &[Row]) -> String {
-    let force = |burst_ms, ramp_ms, slowest_mhz, fastest_mhz| Measured {
-        burst_ms: Some(burst_ms),
-        ramp_ms: Some(ramp_ms),
-        slowest_mhz: Some(slowest_mhz),
-        fastest_mhz: Some(fastest_mhz),
-        ..Measured::new(Quantity::Force, "")
+    let force = |burst_ms, ramp_ms, slowest_mhz, fastest_mhz| {
+        let session_s = 0;
+        let scene = Scene {
+            burst_ms,
+            slowest_mhz,
+            fastest_mhz,
+            ramp_ms,
+            session_s,
+        };
+        row_in(&scene, Quantity::Force, "", 0.0)
     };
-    let bursts = BURSTS_MS.map(|ms| match ms {
-        HOLD_MS => (
-            f64::from(ms),
-            "hold".to_owned(),
-            force(ms, 0, 40_000, 40_000),
-        ),
-        _ => (f64::from(ms), time(ms), force(ms, 0, 40_000, 40_000)),
+    let bursts = BURSTS_MS.map(|ms| {
+        let name = if ms == HOLD_MS {
+            "hold".to_owned()
+        } else {
+            time(ms)
+        };
+        (f64::from(ms), name, force(ms, 0, 40_000, 40_000))
     });
     let ramps = RAMPS_MS.map(|ms| {
         let at = f64::from(ms).max(AT_ONCE_MS);
@@ -45,10 +49,10 @@ pub fn picture(rows: &[Row]) -> String {
         (hz, format!("{hz}"), key)
     });
     let work = SESSIONS_S.into_iter().skip(1).map(|session_s| {
-        let key = Measured {
+        let key = Row {
             fastest_mhz: Some(40_000),
             session_s: Some(session_s),
-            ..Measured::new(Quantity::Fatigue, "")
+            ..row(Quantity::Fatigue, "", 0.0)
         };
         (f64::from(session_s), session_s.to_string(), key)
     });
@@ -97,18 +101,18 @@ fn panel(
     title: &str,
     axis: &str,
     rungs: Range<usize>,
-    places: &[(f64, String, Measured)],
+    places: &[(f64, String, Row)],
 ) -> Panel {
     let ends = (places[0].0 * 0.7, places[places.len() - 1].0 * 1.4);
     let ticks = places.iter().map(|(at, name, _)| (*at, name.clone()));
     let x = Axis::new(axis, Scale::Log(ends.0, ends.1)).ticks(ticks.collect());
-    let worst = |rung: usize, key: &Measured| {
+    let worst = |rung: usize, scene: &Row| {
         let candidate = RUNG_NAMES[rung].to_owned();
-        let key = Measured {
+        let wanted = Row {
             candidate,
-            ..key.clone()
+            ..scene.clone()
         };
-        let row = rows.iter().find(|row| row.key() == key)?;
+        let row = rows.iter().find(|row| row.key() == wanted.key())?;
         Some(row.worst_pct)
     };
     let marks = rungs.flat_map(|rung| {

@@ -2,7 +2,7 @@
 //! line over them, a dot where the two disagree; where theory gives numbers, lines
 //! over it.
 
-use crate::stability::{Cell, Class, Map, Panel as Found};
+use crate::stability::{Cell, Class, Layout, Map, Panel as Found};
 use host_core::plot::ink::{EDGE, GRID, HALO, MUTED, PALETTE, stroke};
 use host_core::plot::series::range;
 use host_core::plot::{At, Axis, Color, Figure, Key, Mark, Paint, Panel, Scale, Shape};
@@ -22,23 +22,23 @@ const DISAGREES: [(Color, f64); 2] = [(HALO, 3.0), (EDGE, 2.0)];
 
 /// The map as a file of its own: as lines where theory gives numbers, else as
 /// coloured cells.
-#[must_use]
 pub fn picture(map: &Map) -> String {
-    let (legend, subtitle) = match map.as_lines {
+    let is_lines = matches!(map.layout, Layout::Lines(_));
+    let (legend, subtitle) = match is_lines {
         true => (lines_legend(map), lines_subtitle(map)),
         false => (cells_legend(map), cells_subtitle(map)),
     };
-    let panel = |n: usize| match map.as_lines {
+    let panel = |n: usize| match is_lines {
         true => lines(map, &map.panels[n]),
         false => cells(map, &map.panels[n]),
     };
     let count = map.panels.len();
-    let columns = map.side_by_side.min(count);
+    let (Layout::Beside(beside) | Layout::Down(beside) | Layout::Lines(beside)) = map.layout;
+    let columns = beside.min(count);
     let rows = count.div_ceil(columns);
-    // Down each column where the order says so, else along each row.
-    let place = |r: usize, c: usize| match map.by_columns {
-        true => c * rows + r,
-        false => r * columns + c,
+    let place = |r: usize, c: usize| match map.layout {
+        Layout::Down(_) => c * rows + r,
+        _ => r * columns + c,
     };
     let row = |r| {
         let own = (0..columns).map(|c| place(r, c));

@@ -44,7 +44,6 @@ pub struct Verdict {
 
 /// A scene off the grid. Every second one has a constant pulse rate, every
 /// third one is unbroken, every second one is long enough to tire.
-#[must_use]
 pub fn held_out(seed: u64, index: u64) -> Scene {
     let mut random = Random::new(seed.wrapping_mul(0x0DD5_EED5).wrapping_add(index));
     let mut between = |low: f64, high: f64| random.log_between(low, high) as u32;
@@ -113,7 +112,6 @@ pub fn judge(
 /// The first `per_rung` held-out scenes of a seed for which each rung is chosen,
 /// among [`DRAWN`]: cheap rungs suffice few of the scenes drawn, and are to be
 /// judged all the same. In order of rung, then of drawing.
-#[must_use]
 pub fn scenes(seed: u64, per_rung: usize, tolerance: Share) -> Vec<(u64, Scene)> {
     let mut of_rung: [Vec<(u64, Scene)>; 4] = Default::default();
     for index in 0..DRAWN {
@@ -130,16 +128,12 @@ pub fn scenes(seed: u64, per_rung: usize, tolerance: Share) -> Vec<(u64, Scene)>
 
 /// Of all held-out scenes of a seed, the part for which no rung's own prediction is
 /// within the tolerance, so that none is chosen: they are not judged.
-#[must_use]
 pub fn refused(seed: u64, tolerance: Share) -> f64 {
     let is_refused = |index: &u64| choose(&held_out(seed, *index), tolerance).is_err();
     (0..DRAWN).filter(is_refused).count() as f64 / DRAWN as f64
 }
 
 /// [`judge`] on [`scenes`].
-///
-/// # Errors
-/// [`MeasureError`].
 pub fn campaign(
     seed: u64,
     per_rung: usize,
@@ -190,7 +184,6 @@ impl Summary {
 }
 
 /// The committed table of verdicts, `docs/charts/ladder_held_out.csv`; percent.
-#[must_use]
 pub fn csv(judged: &[(Share, Vec<Verdict>)]) -> String {
     let mut out =
         "tolerance_pct,burst_ms,slowest_mhz,fastest_mhz,ramp_ms,session_s,chosen,expected_pct,\

@@ -6,7 +6,7 @@ use super::{MeasureError, each, telemetry};
 use firmware::muscle::{CalciumForceSpec, Ladder, Rung};
 use hal_sim::body::muscle::{Parameters, SUBJECTS};
 use host_core::choice::Scene;
-use host_core::choice::grid::{BURSTS_MS, PAIRS, RAMPS_MS, RATES_MHZ, TELEMETRY_MS};
+use host_core::choice::grid::{BURSTS_MS, RAMPS_MS, RATES_MHZ, TELEMETRY_MS};
 
 /// Draws of each scene's random parts.
 pub const SEEDS: [u64; 2] = [1, 2];
@@ -33,26 +33,9 @@ impl Cell {
     }
 }
 
-/// All grid scenes: burst, then ramp, then pair of rates.
-#[must_use]
+/// All grid scenes.
 pub fn grid() -> Vec<Scene> {
-    let mut all = Vec::with_capacity(BURSTS_MS.len() * RAMPS_MS.len() * PAIRS);
-    for burst_ms in BURSTS_MS {
-        for ramp_ms in RAMPS_MS {
-            for (slow, &slowest_mhz) in RATES_MHZ.iter().enumerate() {
-                for &fastest_mhz in &RATES_MHZ[slow..] {
-                    all.push(Scene {
-                        burst_ms,
-                        slowest_mhz,
-                        fastest_mhz,
-                        ramp_ms,
-                        session_s: 0,
-                    });
-                }
-            }
-        }
-    }
-    all
+    super::grid(&BURSTS_MS, &RAMPS_MS, &RATES_MHZ, 0)
 }
 
 /// One scene with every subject and seed.

@@ -5,6 +5,7 @@ use super::protocol::Protocol;
 use super::signal::{Difference, START, spec};
 use super::{MeasureError, each};
 use firmware::muscle::{FatigueSpec, Gain, Ladder, Model, Rung};
+use firmware::units::us;
 use hal_sim::body::muscle::{Parameters, SUBJECTS};
 use host_core::choice::grid::{RATES_MHZ, SESSIONS_S};
 
@@ -34,7 +35,6 @@ const STEP_S: f64 = 1e-3;
 
 impl Tiring {
     /// A fresh muscle.
-    #[must_use]
     pub fn new(fresh: Parameters, fatigue: &FatigueSpec) -> Self {
         Self {
             fresh,
@@ -56,7 +56,6 @@ impl Tiring {
     }
 
     /// Force, N.
-    #[must_use]
     pub const fn force(&self) -> f64 {
         self.force
     }
@@ -95,23 +94,17 @@ impl Tiring {
 }
 
 /// What this muscle does, N, at every millisecond.
-#[must_use]
 pub fn reference(parameters: &Parameters, fatigue: &FatigueSpec, protocol: &Protocol) -> Vec<f64> {
     let mut muscle = Tiring::new(*parameters, fatigue);
-    let mut pulses = protocol.pulses.iter().peekable();
     let mut now_us = 0;
-    (0..=protocol.duration_ms)
-        .map(|ms| {
-            while let Some(&(at_us, gain)) = pulses.next_if(|p| p.0 <= ms * 1000) {
-                muscle.pass(at_us - now_us);
-                now_us = at_us;
-                muscle.pulse(gain);
-            }
-            muscle.pass(ms * 1000 - now_us);
-            now_us = ms * 1000;
-            muscle.force()
-        })
-        .collect()
+    protocol.play(|us, pulse| {
+        muscle.pass(us - now_us);
+        now_us = us;
+        if let Some(gain) = pulse {
+            muscle.pulse(gain);
+        }
+        muscle.force()
+    })
 }
 
 /// Errors of calcium-force and calcium-force-fatigue after each session of the
@@ -170,14 +163,14 @@ pub fn work(rate_mhz: u32, subject: &Parameters, seconds: u32) -> Result<Course,
             now_us = at_us;
             truth.pulse(1.0);
             for (model, state) in models.iter().zip(&mut states) {
-                model.pulse(state, START.plus(at_us), Gain::FULL);
+                model.pulse(state, START + us(at_us), Gain::FULL);
             }
         }
         truth.pass(end_us - now_us);
         now_us = end_us;
         peak = peak.max(truth.force());
         for (i, (model, state)) in models.iter().zip(&mut states).enumerate() {
-            model.advance(state, START.plus(end_us));
+            model.advance(state, START + us(end_us));
             let off = (model.force(state).get().to_num::<f64>() - truth.force()).abs();
             worst[i] = worst[i].max(off);
             squares[i] += off * off;

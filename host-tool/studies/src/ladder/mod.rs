@@ -5,7 +5,7 @@
 //! Not here: the rungs and the choice among them (`firmware::muscle`), other
 //! integrators of the same equations (`accuracy`), control laws (`tracking`).
 //! In: the grid of `host_core::choice`, or any scene. Out: errors in
-//! parts of a scene's peak, the committed table and the firmware's.
+//! parts of a scene's peak, and the committed table.
 
 pub mod adequacy;
 pub mod closed;
@@ -15,11 +15,11 @@ pub mod motion;
 pub mod protocol;
 pub mod replaced;
 pub mod signal;
-pub mod source;
 pub mod table;
 pub mod telemetry;
 
 use firmware::muscle::LadderError;
+use host_core::choice::Scene;
 use host_core::choice::grid::{
     BURSTS_MS, Discretization, LAW_PERIODS_MS, RAMPS_MS, RATES_MHZ, SESSIONS_S, STEPS_MS,
     TELEMETRY_MS,
@@ -27,7 +27,7 @@ use host_core::choice::grid::{
 use motion::{MotionError, Setting};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use table::{DISCRETIZATION_NAMES, Key, Quantity, RUNG_NAMES, Row};
+use table::{DISCRETIZATION_NAMES, Quantity, RUNG_NAMES, Row, percent, row, row_in};
 
 /// Why nothing was measured.
 #[derive(Debug, thiserror::Error)]
@@ -44,6 +44,25 @@ impl From<LadderError> for MeasureError {
     fn from(error: LadderError) -> Self {
         Self::Muscle(error)
     }
+}
+
+/// All scenes of a grid: burst, then ramp, then pair of rates.
+fn grid(bursts: &[u32], ramps: &[u32], rates: &[u32], session_s: u32) -> Vec<Scene> {
+    let mut all = Vec::new();
+    for &burst_ms in bursts {
+        for &ramp_ms in ramps {
+            for (slow, &slowest_mhz) in rates.iter().enumerate() {
+                all.extend(rates[slow..].iter().map(|&fastest_mhz| Scene {
+                    burst_ms,
+                    slowest_mhz,
+                    fastest_mhz,
+                    ramp_ms,
+                    session_s,
+                }));
+            }
+        }
+    }
+    all
 }
 
 /// `work` on every one of `jobs`, in parallel; the results in their order.
@@ -84,19 +103,12 @@ pub fn measure(step: impl Fn(f64) + Sync) -> Result<Vec<Row>, MeasureError> {
 }
 
 /// Rows of [`Quantity::Force`].
-#[must_use]
-pub fn force_rows(scenes: &[host_core::choice::Scene], cells: &[dynamics::Cell]) -> Vec<Row> {
+pub fn force_rows(scenes: &[Scene], cells: &[dynamics::Cell]) -> Vec<Row> {
     let rows = scenes.iter().zip(cells).flat_map(|(scene, cell)| {
-        cell.rungs.iter().enumerate().map(|(i, error)| {
-            let key = Key {
-                burst_ms: Some(scene.burst_ms),
-                ramp_ms: Some(scene.ramp_ms),
-                slowest_mhz: Some(scene.slowest_mhz),
-                fastest_mhz: Some(scene.fastest_mhz),
-                ..Key::new(Quantity::Force, RUNG_NAMES[i])
-            };
-            let against_top = cell.against_top.get(i).copied();
-            Row::new(key, error.worst, Some(error.rms), against_top)
+        cell.rungs.iter().enumerate().map(|(i, error)| Row {
+            rms_pct: Some(percent(error.rms)),
+            against_top_pct: cell.against_top.get(i).map(|part| percent(*part)),
+            ..row_in(scene, Quantity::Force, RUNG_NAMES[i], error.worst)
         })
     });
     rows.collect()
@@ -107,12 +119,12 @@ fn fatigue_rows(courses: &[fatigue::Course]) -> Vec<Row> {
     for (&rate, course) in RATES_MHZ.iter().zip(courses) {
         for (&session_s, errors) in SESSIONS_S.iter().zip(course) {
             for (rung, error) in RUNG_NAMES[2..].iter().zip(errors) {
-                let key = Key {
+                rows.push(Row {
                     fastest_mhz: Some(rate),
                     session_s: Some(session_s),
-                    ..Key::new(Quantity::Fatigue, *rung)
-                };
-                rows.push(Row::new(key, error.worst, Some(error.rms), None));
+                    rms_pct: Some(percent(error.rms)),
+                    ..row(Quantity::Fatigue, *rung, error.worst)
+                });
             }
         }
     }
@@ -120,23 +132,20 @@ fn fatigue_rows(courses: &[fatigue::Course]) -> Vec<Row> {
 }
 
 /// The worst over ramps and fastest rates of each burst and slowest rate.
-fn telemetry_rows(scenes: &[host_core::choice::Scene], cells: &[dynamics::Cell]) -> Vec<Row> {
+fn telemetry_rows(scenes: &[Scene], cells: &[dynamics::Cell]) -> Vec<Row> {
     let mut rows = Vec::new();
     for burst_ms in BURSTS_MS {
         for slowest_mhz in RATES_MHZ {
             for (i, period) in TELEMETRY_MS.iter().enumerate() {
-                let worst = scenes
-                    .iter()
-                    .zip(cells)
-                    .filter(|(s, _)| s.burst_ms == burst_ms && s.slowest_mhz == slowest_mhz)
-                    .map(|(_, cell)| cell.telemetry[i])
-                    .fold(0.0, f64::max);
-                let key = Key {
+                let own = scenes.iter().zip(cells);
+                let own =
+                    own.filter(|(s, _)| (s.burst_ms, s.slowest_mhz) == (burst_ms, slowest_mhz));
+                let worst = own.map(|(_, cell)| cell.telemetry[i]).fold(0.0, f64::max);
+                rows.push(Row {
                     burst_ms: Some(burst_ms),
                     slowest_mhz: Some(slowest_mhz),
-                    ..Key::new(Quantity::Telemetry, format!("{period} ms"))
-                };
-                rows.push(Row::new(key, worst, None, None));
+                    ..row(Quantity::Telemetry, format!("{period} ms"), worst)
+                });
             }
         }
     }
@@ -151,9 +160,6 @@ fn motion_rows(step: impl Fn(f64) + Sync) -> Result<Vec<Row>, MotionError> {
 
 /// The same of one ramp: the law against the better of the two at 1 ms, the
 /// body against its own step of 1 ms under that law.
-///
-/// # Errors
-/// [`MotionError`].
 pub fn motion_rows_of(ramp_ms: u32) -> Result<Vec<Row>, MotionError> {
     const LAWS: [Discretization; 2] = [Discretization::Explicit, Discretization::Implicit];
     let finest = Setting {
@@ -163,9 +169,9 @@ pub fn motion_rows_of(ramp_ms: u32) -> Result<Vec<Row>, MotionError> {
         step_ms: 1,
     };
     let fine = motion::errors_deg(&finest)?;
-    let key = |quantity, candidate: String| Key {
+    let of_ramp = |quantity, candidate, worst| Row {
         ramp_ms: Some(ramp_ms),
-        ..Key::new(quantity, candidate)
+        ..row(quantity, candidate, worst)
     };
     let mut rows = Vec::new();
     for (discretization, name) in LAWS.into_iter().zip(DISCRETIZATION_NAMES) {
@@ -175,16 +181,17 @@ pub fn motion_rows_of(ramp_ms: u32) -> Result<Vec<Row>, MotionError> {
                 discretization,
                 ..finest
             };
-            let key = key(Quantity::Law, format!("{name} {law_period_ms} ms"));
             let loss = motion::loss(&setting, &fine)?;
-            rows.push(Row::new(key, loss, None, None));
+            rows.push(of_ramp(
+                Quantity::Law,
+                format!("{name} {law_period_ms} ms"),
+                loss,
+            ));
         }
     }
     for step_ms in STEPS_MS {
-        let setting = Setting { step_ms, ..finest };
-        let key = key(Quantity::Body, format!("{step_ms} ms"));
-        let change = motion::change(&setting, &fine)?;
-        rows.push(Row::new(key, change, None, None));
+        let change = motion::change(&Setting { step_ms, ..finest }, &fine)?;
+        rows.push(of_ramp(Quantity::Body, format!("{step_ms} ms"), change));
     }
     Ok(rows)
 }

@@ -72,9 +72,6 @@ fn course(ramp_ms: u32, seed: u64) -> Vec<(f64, f64)> {
 }
 
 /// Root-mean-square errors of tracking, degrees, trial by trial.
-///
-/// # Errors
-/// [`MotionError`].
 pub fn errors_deg(setting: &Setting) -> Result<[f64; TRIALS.len()], MotionError> {
     let mut all = [0.0; TRIALS.len()];
     for (error, (participant, seed)) in all.iter_mut().zip(TRIALS) {
@@ -165,34 +162,24 @@ impl Hand {
 
 /// What `setting` costs against `best`, as a part of the way the angle goes:
 /// the worst trial's rise of the error of tracking, at least 0.
-///
-/// # Errors
-/// [`MotionError`].
 pub fn loss(setting: &Setting, best: &[f64]) -> Result<f64, MotionError> {
-    let errors = errors_deg(setting)?;
-    let rises = errors.iter().zip(best).map(|(now, best)| now - best);
-    Ok(rises.fold(0.0, f64::max) / (ENDS_DEG[1] - ENDS_DEG[0]))
+    worst(setting, best, |rise| rise)
 }
 
 /// What `setting` changes against `fine`, either way, as a part of the way.
-///
-/// # Errors
-/// [`MotionError`].
 pub fn change(setting: &Setting, fine: &[f64]) -> Result<f64, MotionError> {
+    worst(setting, fine, f64::abs)
+}
+
+fn worst(setting: &Setting, best: &[f64], of: fn(f64) -> f64) -> Result<f64, MotionError> {
     let errors = errors_deg(setting)?;
-    let changes = errors
-        .iter()
-        .zip(fine)
-        .map(|(now, fine)| (now - fine).abs());
-    Ok(changes.fold(0.0, f64::max) / (ENDS_DEG[1] - ENDS_DEG[0]))
+    let rises = errors.iter().zip(best).map(|(now, best)| of(now - best));
+    Ok(rises.fold(0.0, f64::max) / (ENDS_DEG[1] - ENDS_DEG[0]))
 }
 
 /// How many times faster than real time the simulated finger alone runs on this
 /// computer at a step of the grid, both flexors and the extensor pulsed: the
 /// best of ten tries, as other work only slows it. Differs from run to run.
-///
-/// # Errors
-/// [`MotionError`].
 pub fn speed(step_ms: u8) -> Result<f64, MotionError> {
     const SECONDS: u64 = 10;
     let longest = usize::from(STEPS_MS[STEPS_MS.len() - 1]);

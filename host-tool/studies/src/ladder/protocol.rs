@@ -101,9 +101,21 @@ impl Burst {
 }
 
 impl Protocol {
+    /// Goes to each pulse, which has a gain, and to each millisecond, both in µs; what
+    /// that gives at 0, 1 … `duration_ms` ms.
+    pub fn play(&self, mut go_to: impl FnMut(u32, Option<f64>) -> f64) -> Vec<f64> {
+        let mut pulses = self.pulses.iter().peekable();
+        let each = (0..=self.duration_ms).map(|ms| {
+            while let Some(&(at_us, gain)) = pulses.next_if(|pulse| pulse.0 <= ms * 1000) {
+                go_to(at_us, Some(gain));
+            }
+            go_to(ms * 1000, None)
+        });
+        each.collect()
+    }
+
     /// The scene with its random parts (phase against the tick, pauses, times
     /// at each rate) drawn from `seed`, as long as its session.
-    #[must_use]
     pub fn draw(scene: &Scene, seed: u64) -> Self {
         let mut random = Random::new(seed ^ 0x1A77E5);
         let is_hold = scene.burst_ms >= Scene::UNBROKEN;

@@ -3,8 +3,8 @@
 
 use super::closed::{Off, Wearer, changes};
 use super::protocol::Protocol;
-use super::table::{Key, Quantity, RUNG_NAMES, Row};
-use super::{MeasureError, each};
+use super::table::{Quantity, RUNG_NAMES, Row, row_in};
+use super::{MeasureError, each, grid};
 use firmware::muscle::Rung;
 use hal_sim::body::muscle::SUBJECTS;
 use host_core::choice::Scene;
@@ -17,65 +17,26 @@ use host_core::choice::grid::{
 /// change begin with either.
 const SEEDS: [u64; 2] = [1, 2];
 
-/// All scenes of a grid: burst, then ramp, then pair of rates.
-fn grid(bursts: &[u32], ramps: &[u32], rates: &[u32], session_s: u32) -> Vec<Scene> {
-    let mut all = Vec::new();
-    for &burst_ms in bursts {
-        for &ramp_ms in ramps {
-            for (slow, &slowest_mhz) in rates.iter().enumerate() {
-                for &fastest_mhz in &rates[slow..] {
-                    all.push(Scene {
-                        burst_ms,
-                        slowest_mhz,
-                        fastest_mhz,
-                        ramp_ms,
-                        session_s,
-                    });
-                }
-            }
-        }
-    }
-    all
-}
-
 /// The scenes of a rested muscle.
-#[must_use]
 pub fn rested_grid() -> Vec<Scene> {
     grid(&LOOP_BURSTS_MS, &LOOP_RAMPS_MS, &LOOP_RATES_MHZ, 0)
 }
 
 /// The scenes of a muscle at work, each as long as the longest time at work.
-#[must_use]
 pub fn work_grid() -> Vec<Scene> {
     let longest = WORK_SESSIONS_S[WORK_SESSIONS_S.len() - 1];
     grid(&WORK_BURSTS_MS, &WORK_RAMPS_MS, &WORK_RATES_MHZ, longest)
 }
 
-fn key(quantity: Quantity, scene: &Scene, rung: usize) -> Key {
-    Key {
-        burst_ms: Some(scene.burst_ms),
-        ramp_ms: Some(scene.ramp_ms),
-        slowest_mhz: Some(scene.slowest_mhz),
-        fastest_mhz: Some(scene.fastest_mhz),
-        ..Key::new(quantity, RUNG_NAMES[rung])
-    }
-}
-
 /// Rows of one rested scene: static and lag.
-///
-/// # Errors
-/// [`MeasureError`].
 pub fn rested_rows(scene: &Scene) -> Result<[Row; 2], MeasureError> {
     let protocols = SEEDS.map(|seed| Protocol::draw(scene, seed));
     let [at_once, lag, _] = changes(scene, &protocols, &[])?;
-    let row = |rung, change| Row::new(key(Quantity::Change, scene, rung), change, None, None);
+    let row = |rung: usize, change| row_in(scene, Quantity::Change, RUNG_NAMES[rung], change);
     Ok([row(0, at_once), row(1, lag)])
 }
 
 /// Rows of one scene at work: calcium-force after each time at work.
-///
-/// # Errors
-/// [`MeasureError`].
 pub fn work_rows(scene: &Scene) -> Result<Vec<Row>, MeasureError> {
     let protocol = Protocol::draw(scene, SEEDS[0]);
     let mut worst = [0f64; WORK_SESSIONS_S.len()];
@@ -88,20 +49,14 @@ pub fn work_rows(scene: &Scene) -> Result<Vec<Row>, MeasureError> {
             *worst = worst.max(course[until]);
         }
     }
-    let row = |(session_s, change)| {
-        let key = Key {
-            session_s: Some(session_s),
-            ..key(Quantity::Tiring, scene, 2)
-        };
-        Row::new(key, change, None, None)
+    let row = |(session_s, change)| Row {
+        session_s: Some(session_s),
+        ..row_in(scene, Quantity::Tiring, RUNG_NAMES[2], change)
     };
     Ok(WORK_SESSIONS_S.into_iter().zip(worst).map(row).collect())
 }
 
 /// Rows of both grids; `step` hears the part done.
-///
-/// # Errors
-/// [`MeasureError`].
 pub fn campaign(step: impl Fn(f64) + Sync) -> Result<Vec<Row>, MeasureError> {
     let rested = each(&rested_grid(), |part| step(0.5 * part), rested_rows)?;
     let work = each(&work_grid(), |part| step(0.5 + 0.5 * part), work_rows)?;

@@ -2,75 +2,51 @@
 //! f64 model that shares nothing with it.
 
 use super::protocol::Protocol;
+pub(super) use crate::subjects::spec;
 use firmware::muscle::{CalciumForceSpec, Gain, Model};
-use firmware::units::Micros;
+use firmware::units::{Micros, us};
 use fixed::types::U1F31;
 use hal_sim::body::muscle::{Muscle, Parameters, SUBJECTS, Step};
 
 /// Every run wraps the device's 32-bit clock within its first second.
-pub const START: Micros = Micros(u32::MAX - 400_000);
+pub const START: Micros = Micros::new(u32::MAX - 400_000);
 
 /// Lee 2020's ten subjects as a host would send them.
-#[must_use]
 pub fn subjects() -> [CalciumForceSpec; 10] {
     SUBJECTS.map(|p| spec(&p))
 }
 
-/// A muscle's parameters in the device's units.
-#[must_use]
-pub fn spec(p: &Parameters) -> CalciumForceSpec {
-    let whole = |value: f64| value.round() as u32;
-    CalciumForceSpec {
-        a_mn_per_s: whole(p.a_n_per_s * 1e3),
-        k_micro: whole(p.k * 1e6),
-        tau_c_us: whole(p.tau_c_s * 1e6),
-        tau1_us: whole(p.tau1_s * 1e6),
-        tau2_us: whole(p.tau2_s * 1e6),
-    }
-}
-
 /// What a rung predicts, N, at 0, 1 … `duration_ms` ms.
-#[must_use]
 pub fn predicted<M: Model>(model: &M, protocol: &Protocol) -> Vec<f64> {
     let mut state = model.at_rest(START);
-    let mut pulses = protocol.pulses.iter().peekable();
-    (0..=protocol.duration_ms)
-        .map(|ms| {
-            while let Some(&(at_us, gain)) = pulses.next_if(|p| p.0 <= ms * 1000) {
-                let gain = Gain::new(U1F31::saturating_from_num(gain));
-                model.pulse(&mut state, START.plus(at_us), gain);
-            }
-            model.advance(&mut state, START.plus(ms * 1000));
-            model.force(&state).get().to_num()
-        })
-        .collect()
+    protocol.play(|at_us, pulse| {
+        let Some(gain) = pulse else {
+            model.advance(&mut state, START + us(at_us));
+            return model.force(&state).get().to_num();
+        };
+        let gain = Gain::new(U1F31::saturating_from_num(gain));
+        model.pulse(&mut state, START + us(at_us), gain);
+        0.0
+    })
 }
 
 /// What the rested muscle does, N, at the same times: the simulated wearer's
 /// own model, split at every pulse, within 1e-8 of peak.
-#[must_use]
 pub fn reference(parameters: &Parameters, protocol: &Protocol) -> Vec<f64> {
     let mut muscle = Muscle::new(*parameters);
     let whole = Step::new(parameters, 1e-3);
-    let mut pulses = protocol.pulses.iter().peekable();
     let mut now_us = 0;
-    (0..=protocol.duration_ms)
-        .map(|ms| {
-            let end_us = ms * 1000;
-            while let Some(&(at_us, gain)) = pulses.next_if(|p| p.0 <= end_us) {
-                pass(&mut muscle, parameters, at_us - now_us);
-                now_us = at_us;
-                muscle.pulse(gain);
-            }
-            if end_us - now_us == 1000 {
-                muscle.step(&whole);
-            } else {
-                pass(&mut muscle, parameters, end_us - now_us);
-            }
-            now_us = end_us;
-            muscle.force()
-        })
-        .collect()
+    protocol.play(|at_us, pulse| {
+        match (at_us - now_us, pulse) {
+            (1000, None) => muscle.step(&whole),
+            (left_us, _) => pass(&mut muscle, parameters, left_us),
+        }
+        now_us = at_us;
+        if let Some(gain) = pulse {
+            muscle.pulse(gain);
+        }
+        muscle.force()
+    })
 }
 
 fn pass(muscle: &mut Muscle, parameters: &Parameters, us: u32) {
@@ -91,7 +67,6 @@ pub struct Difference {
 impl Difference {
     /// Of `model` from `truth`, whose peak is above zero; as long as the
     /// shorter of the two.
-    #[must_use]
     pub fn of(truth: &[f64], model: &[f64]) -> Self {
         let peak = truth.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
         let apart = truth.iter().zip(model).map(|(t, m)| (t - m).abs() / peak);
@@ -106,7 +81,6 @@ impl Difference {
     }
 
     /// The larger of each.
-    #[must_use]
     pub fn max(self, other: Self) -> Self {
         Self {
             worst: self.worst.max(other.worst),

@@ -4,7 +4,6 @@
 /// millisecond and straight lines through every `period_ms`-th of them. The
 /// worst over where the first sample falls; of the end after the last sample
 /// nothing is known, and nothing is scored.
-#[must_use]
 pub fn error(force: &[f64], period_ms: usize) -> f64 {
     if period_ms <= 1 {
         return 0.0;

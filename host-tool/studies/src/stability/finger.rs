@@ -2,10 +2,8 @@
 //! maps of delay and of lost setpoints drive.
 
 use crate::tracking::wearer::{self, Points};
-use firmware::control::{
-    HoldPolicy, Joint, JointSpec, JointState, LawSpec, PointSpec, SensorSource,
-};
-use firmware::units::{Amplitude, Angle, Micros};
+use firmware::control::{HoldPolicy, Joint, JointSpec, JointState, LawSpec};
+use firmware::units::{Angle, Micros};
 use hal_sim::body::wearer::Participant;
 use hal_sim::body::{Body, Drive, Finger, FingerSpec, Pulse};
 
@@ -25,29 +23,10 @@ pub(super) fn quiet_finger() -> FingerSpec {
     }
 }
 
-/// Participant P's joint with flexor point A and the extensor, voltages as in
-/// Hamana 2022, table 7, at the law's own period and cutoff.
+/// Participant P's joint with flexor point A and the extensor at the law's own period
+/// and cutoff.
 pub(super) fn one_point(law: LawSpec, hold: HoldPolicy) -> JointSpec {
-    let [(threshold, max), _, extensor] = Participant::P.voltages();
-    let point = |channel, (threshold, max): (f64, f64)| PointSpec {
-        channel,
-        threshold: Amplitude((threshold * 1000.0) as u32),
-        max: Amplitude((max * 1000.0) as u32),
-    };
-    JointSpec {
-        law,
-        law_period_ms: law.default_period_ms(),
-        cutoff_mhz: law.default_cutoff_mhz(),
-        flexors: [point(0, (threshold, max))].into_iter().collect(),
-        extensor: point(2, extensor),
-        hold,
-        angle_min_mdeg: 0,
-        angle_max_mdeg: 100_000,
-        sensor: SensorSource::Host,
-        stale_after_ms: 100,
-        wearer: None,
-        response: None,
-    }
+    wearer::joint(law, Points::One, hold)
 }
 
 /// Participant P's joint as the device ships it, with all that the wearer file gives
@@ -93,7 +72,7 @@ impl Loop {
     }
 
     fn now(&self) -> Micros {
-        Micros((self.tick * TICK_US) as u32)
+        Micros::new((self.tick * TICK_US) as u32)
     }
 
     /// One millisecond: measure, control, pulse, move. Returns the true angle
@@ -111,7 +90,7 @@ impl Loop {
                 self.finger.pulse(&Pulse {
                     t_us,
                     channel: channel.into(),
-                    drive: Drive::Volts(f64::from(amplitude.0) / 1000.0),
+                    drive: Drive::Volts(f64::from(amplitude.get()) / 1000.0),
                     width_us: WIDTH_US,
                     conducted: false,
                 });

@@ -10,7 +10,7 @@
 use super::describing::{Efforts, Plant};
 use super::finger::{Loop, default_one_point, one_point, quiet_finger};
 use super::map::extremes;
-use super::{Axis, Cell, Class, Map, Panel, Panels};
+use super::{Axis, Cell, Class, Layout, Map, Panel, Panels};
 use firmware::control::{HoldPolicy, JointSpec, LawSpec};
 use hal_sim::body::FingerSpec;
 
@@ -67,9 +67,7 @@ pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
         quantity: "angle, peak to peak over the last 5 s",
         classes: &CLASSES,
         panels: panels.made,
-        as_lines: false,
-        side_by_side: 3,
-        by_columns: false,
+        layout: Layout::Beside(3),
         theory: "N(A, ω) P(jω) = -1 with 2 A = 2°: N is the describing function of the \
                  device's law (its own fixed-point code, differentiator and mapping included), \
                  P the finger linearised where it holds the target.",

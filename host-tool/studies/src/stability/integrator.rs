@@ -1,9 +1,9 @@
 //! Integrator × step for every subject: which step each method survives.
 
 use super::map::class_of;
-use super::{Axis, Cell, Class, Map, Panels};
-use firmware::muscle::CalciumForceSpec;
-use firmware::units::Micros;
+use super::{Axis, Cell, Class, Layout, Map, Panels};
+use crate::subjects::forces;
+use crate::subjects::spec;
 use hal_sim::body::muscle::reference::{Sample, integrate};
 use hal_sim::body::muscle::{Parameters, SUBJECTS};
 use methods::muscle::{Integrator, Method, Number, Setting};
@@ -86,9 +86,7 @@ pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
         quantity: "worst error, % of peak, over 20, 40 and 80 Hz",
         classes: &CLASSES,
         panels: panels.made,
-        as_lines: false,
-        side_by_side: 2,
-        by_columns: false,
+        layout: Layout::Beside(2),
         theory: "explicit methods diverge where the step is more than 2 (Euler, Heun) or 2.785 \
                  (RK4) times τ1 or τc, or an inner value of C passes the pole of x = C/(C + K) at \
                  -K: from Cmax (h/τc − 1) > K on for Euler and Heun, near h = 1.3 τc for RK4. \
@@ -121,11 +119,7 @@ pub fn run(p: &Parameters, step_us: u32) -> Vec<Outcome> {
         let seconds: Vec<f64> = pulses.iter().map(|us| f64::from(*us) * 1e-6).collect();
         let truth = integrate(p, &seconds, DURATION_S, f64::from(step_us) * 1e-6);
         for ((method, number), worst) in METHODS.iter().zip(&mut worst) {
-            let setting = Setting {
-                method: *method,
-                number: *number,
-                step_us,
-            };
+            let setting = Setting::new(*method, *number, step_us);
             let judged = setting.with(&spec(p), |m| judge(m, &pulses, &truth, step_us));
             let judged = judged.expect("table 4 is within the device's ranges");
             *worst = Some(worst.map_or(judged, |w| w.or_worse(judged)));
@@ -150,14 +144,8 @@ fn judge(muscle: &mut dyn Integrator, pulses: &[u32], truth: &[Sample], step_us:
     let (mut error, mut lowest) = (0.0f64, 0.0f64);
     let mut ends = [0.0f64; 2];
     let mut finite = true;
-    let mut pulses = pulses.iter().peekable();
-    for (sample, n) in truth.iter().zip(0u32..) {
-        let now = n * step_us;
-        while let Some(at) = pulses.next_if(|at| **at <= now) {
-            muscle.pulse(Micros(*at));
-        }
-        muscle.advance(Micros(now));
-        let force = muscle.force_n();
+    let times = || (0..truth.len() as u32).map(|n| n * step_us);
+    for ((force, now), sample) in forces(muscle, pulses, times()).zip(times()).zip(truth) {
         finite &= force.is_finite();
         error = error.max((force - sample.force_n).abs());
         lowest = lowest.min(force);
@@ -171,18 +159,6 @@ fn judge(muscle: &mut dyn Integrator, pulses: &[u32], truth: &[Sample], step_us:
         error: error / peak * 100.0,
         negative: lowest < -NEGATIVE * peak,
         diverges: !finite || error > peak || ends[1] > ends[0],
-    }
-}
-
-/// The same muscle as the device takes it.
-pub(super) fn spec(p: &Parameters) -> CalciumForceSpec {
-    let whole = |x: f64| x.round() as u32;
-    CalciumForceSpec {
-        a_mn_per_s: whole(p.a_n_per_s * 1e3),
-        k_micro: whole(p.k * 1e6),
-        tau_c_us: whole(p.tau_c_s * 1e6),
-        tau1_us: whole(p.tau1_s * 1e6),
-        tau2_us: whole(p.tau2_s * 1e6),
     }
 }
 

@@ -3,7 +3,7 @@
 
 use super::chance::even;
 use super::finger::{Loop, angle, default_one_point, one_point, quiet_finger};
-use super::{Axis, Cell, Class, Map, Panels};
+use super::{Axis, Cell, Class, Layout, Map, Panels};
 use crate::tracking::wearer::SHIPPED_HOLD;
 use firmware::control::setpoint::SetpointTrack;
 use firmware::control::{HoldPolicy, JointSpec, LawSpec};
@@ -108,9 +108,7 @@ pub fn draw(seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
         quantity: "RMSE over 10…30 s",
         classes: &CLASSES,
         panels: panels.made,
-        as_lines: false,
-        side_by_side: 3,
-        by_columns: false,
+        layout: Layout::Beside(3),
         theory: "mean square of rate (a - m) + acceleration (a² + g m)/2 is (2°)², a the age \
                  of the newest setpoint, m the part of it that is extrapolated, g the gap before \
                  it; gaps geometric. On the finger, beside the error without loss.",
@@ -157,7 +155,7 @@ pub fn of_track(reach_ms: u16, loss_percent: u32, seed: u64) -> f64 {
     let mut frames = Frames::new(loss_percent, seed);
     let mut square = 0.0;
     for ms in 0..SCORED_MS.end {
-        let (t, now) = (f64::from(ms) / 1000.0, Micros(ms * 1000));
+        let (t, now) = (f64::from(ms) / 1000.0, Micros::new(ms * 1000));
         if frames.arrives(ms) {
             let taken = track.accept(now, now, angle(wanted(t)), None);
             taken.expect("setpoints come in order");

@@ -59,6 +59,17 @@ pub struct Panel {
     pub remarks: Vec<String>,
 }
 
+/// How a map's picture shows its panels, so many beside each other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Layout {
+    /// Cells, panels along each row.
+    Beside(usize),
+    /// Cells, panels down each column.
+    Down(usize),
+    /// Found and told numbers as lines, panels along each row.
+    Lines(usize),
+}
+
 /// A map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Map {
@@ -78,12 +89,8 @@ pub struct Map {
     pub panels: Vec<Panel>,
     /// The formula of the predicted boundary, with its source.
     pub theory: &'static str,
-    /// Whether the picture shows found and told numbers as lines, not cells.
-    pub as_lines: bool,
-    /// Panels beside each other in the picture.
-    pub side_by_side: usize,
-    /// Whether the panels go down each column of the picture, not along its rows.
-    pub by_columns: bool,
+    /// Its picture.
+    pub layout: Layout,
     /// What else a reader must know: method, fixed numbers, assumptions.
     pub notes: Vec<String>,
 }
@@ -104,7 +111,6 @@ impl Axis {
     }
 
     /// Name and unit.
-    #[must_use]
     pub fn caption(&self) -> String {
         match self.unit {
             "" => self.name.to_owned(),
@@ -115,7 +121,6 @@ impl Axis {
 
 impl Class {
     /// A class with this mark, largest number, meaning and verdict.
-    #[must_use]
     pub const fn new(mark: char, up_to: f64, meaning: &'static str, verdict: u8) -> Self {
         Self {
             mark,
@@ -127,7 +132,6 @@ impl Class {
 }
 
 /// The class of a number; what lies on a limit does so up to rounding.
-#[must_use]
 pub fn class_of(classes: &[Class], number: f64) -> usize {
     let above = |class: &&Class| number > class.up_to * (1.0 + 1e-9);
     classes.iter().take_while(above).count()
@@ -135,7 +139,6 @@ pub fn class_of(classes: &[Class], number: f64) -> usize {
 
 impl Cell {
     /// A number by its class, beside the number that theory gives, by its.
-    #[must_use]
     pub fn told(classes: &[Class], number: f64, told: Option<f64>) -> Self {
         Self {
             class: class_of(classes, number),
@@ -146,7 +149,6 @@ impl Cell {
     }
 
     /// A number by its class, beside the verdict that theory gives.
-    #[must_use]
     pub fn judged(classes: &[Class], number: f64, predicted: Option<u8>) -> Self {
         Self {
             predicted,
@@ -223,13 +225,11 @@ pub struct Agreement {
 
 impl Map {
     /// The found verdict of a cell.
-    #[must_use]
     pub fn verdict(&self, cell: &Cell) -> u8 {
         self.classes[cell.class].verdict
     }
 
     /// Counts the cells in which found and predicted verdicts differ.
-    #[must_use]
     pub fn agreement(&self) -> Agreement {
         let mut all = Agreement::default();
         for cell in self.panels.iter().flat_map(Panel::cells) {
@@ -246,7 +246,6 @@ impl Map {
 
     /// The text: at most 80 columns, one mark per cell, `|` between cells where
     /// theory's verdict changes.
-    #[must_use]
     pub fn text(&self) -> String {
         let mut out = String::new();
         // Writing to a `String` cannot fail.
@@ -369,9 +368,7 @@ mod tests {
             classes: &CLASSES,
             panels: panels.made,
             theory: "step > limit",
-            as_lines: false,
-            side_by_side: 1,
-            by_columns: false,
+            layout: Layout::Beside(1),
             notes: vec!["Nothing is assumed.".to_owned()],
         }
     }

@@ -18,35 +18,23 @@ pub mod wall;
 pub(crate) mod wall_loop;
 pub mod word_length;
 
-pub use map::{Axis, Cell, Class, Map, Panel, Panels};
+pub use map::{Axis, Cell, Class, Layout, Map, Panel, Panels};
 
-/// A map by the name of its files in docs/maps.
-#[derive(Clone, Copy, Debug)]
-pub struct Entry {
-    /// File stem.
-    pub name: &'static str,
-    /// Computes it from a seed; tells the part done, 0 to 1, on the way.
-    pub draw: fn(u64, &mut dyn FnMut(f64)) -> Map,
-}
+/// Computes a map from a seed; tells the part done, 0 to 1, on the way.
+pub type Draw = fn(u64, &mut dyn FnMut(f64)) -> Map;
 
 /// The seed of the committed maps.
 pub const SEED: u64 = 1;
 
-/// Every map.
-pub const MAPS: &[Entry] = &[
-    Entry::new("gain_delay", gain_delay::draw),
-    Entry::new("integrator", integrator::draw),
-    Entry::new("loss", loss::draw),
-    Entry::new("pulse_rate", pulse_rate::draw),
-    Entry::new("sigma_gains", sigma::gains),
-    Entry::new("sigma_order", sigma::order),
-    Entry::new("wall", wall::draw),
-    Entry::new("wall_classical", wall::draw_classical),
-    Entry::new("word_length", word_length::draw),
+/// Every map by the name of its files in docs/maps.
+pub const MAPS: [(&str, Draw); 9] = [
+    ("gain_delay", gain_delay::draw),
+    ("integrator", integrator::draw),
+    ("loss", loss::draw),
+    ("pulse_rate", pulse_rate::draw),
+    ("sigma_gains", sigma::gains),
+    ("sigma_order", sigma::order),
+    ("wall", wall::draw),
+    ("wall_classical", wall::draw_classical),
+    ("word_length", word_length::draw),
 ];
-
-impl Entry {
-    const fn new(name: &'static str, draw: fn(u64, &mut dyn FnMut(f64)) -> Map) -> Self {
-        Self { name, draw }
-    }
-}

@@ -2,12 +2,11 @@
 //! pulses or pulses snapped to steps.
 
 use super::chance::even;
-use super::integrator::spec;
-use super::{Axis, Cell, Class, Map, Panels};
-use firmware::units::Micros;
+use super::{Axis, Cell, Class, Layout, Map, Panels};
+use crate::subjects::forces;
+use crate::subjects::spec;
 use hal_sim::body::muscle::reference::integrate;
 use hal_sim::body::muscle::{Muscle, Parameters, Step};
-use methods::muscle::Integrator;
 use methods::muscle::exponential::EtdMidpoint;
 use methods::muscle::stepped::{Pulses, Stepped};
 
@@ -65,9 +64,7 @@ pub fn draw(seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
         quantity: "worst error, % of the train's peak",
         classes: &CLASSES,
         panels: panels.made,
-        as_lines: false,
-        side_by_side: 2,
-        by_columns: true,
+        layout: Layout::Down(2),
         theory: "split: E' = −E/τ + h² [(a'' − r''F)/24 + (r a' − r'a)/12] along the exact \
                  solution, a = A x, r = 1/τ, h the step, among pulses the time between them if that \
                  is shorter. Snapped: that at the full step, and max|F'| h/2, a pulse being half a step \
@@ -188,15 +185,10 @@ fn error(p: &Parameters, train: &Train, step_us: u32, pulses: Pulses) -> f64 {
         .collect();
     let truth = integrate(p, &seconds, DURATION_S, f64::from(step_us) * 1e-6);
     let mut muscle = Stepped::<EtdMidpoint<f64>>::new(&spec(p), step_us, pulses);
-    let mut waiting = train.pulses_us.iter().peekable();
+    let times = (0..truth.len() as u32).map(|n| n * step_us);
     let (mut error, mut peak) = (0.0f64, 0.0f64);
-    for (sample, n) in truth.iter().zip(0u32..) {
-        let now = n * step_us;
-        while let Some(at) = waiting.next_if(|at| **at <= now) {
-            muscle.pulse(Micros(*at));
-        }
-        muscle.advance(Micros(now));
-        error = error.max((muscle.force_n() - sample.force_n).abs());
+    for (force, sample) in forces(&mut muscle, &train.pulses_us, times).zip(&truth) {
+        error = error.max((force - sample.force_n).abs());
         peak = peak.max(sample.force_n);
     }
     error / peak * 100.0

@@ -2,7 +2,7 @@
 //! discretization of super-twisting: against the period, and over the gains.
 
 use super::map::extremes;
-use super::{Axis, Cell, Class, Map, Panel, Panels};
+use super::{Axis, Cell, Class, Layout, Map, Panel, Panels};
 use firmware::arithmetic::fixed_point::Q;
 use firmware::control::super_twisting;
 use methods::control::integrator::{Disturbance, Loop, fitted_order};
@@ -253,9 +253,7 @@ pub fn order(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
         quantity: "largest |σ| once settled, in L h²",
         classes: &ENDLESS,
         panels,
-        as_lines: true,
-        side_by_side: 2,
-        by_columns: false,
+        layout: Layout::Lines(2),
         theory: "1 for the proper implicit form (Seeber & Andritsch 2025); |d| / (L h) for \
                  the resolvent, which grows without end where |d| does. None for the others' \
                  constants: their order is 2.",
@@ -341,9 +339,7 @@ pub fn gains(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
         quantity: "largest |σ| once settled, in L h²",
         classes: &CLASSES,
         panels: panels.made,
-        as_lines: false,
-        side_by_side: 2,
-        by_columns: false,
+        layout: Layout::Beside(2),
         theory: "from the left, the worst disturbance no longer drives σ ever further out (in \
                  continuous time; below k2 = L nothing follows it); then, of the proper implicit \
                  form, the theorem k2 > L, k1² > k2 + L promises |σ| ≤ L h². Between the two it \

@@ -15,7 +15,7 @@
 //! holding. b: the joint's friction, passive and of the working muscles.
 
 use super::wall_loop::{LATENCY_MS, PERIOD_MS, WALL_MDEG, angles, leaning, wall};
-use super::{Axis, Cell, Class, Map, Panels};
+use super::{Axis, Cell, Class, Layout, Map, Panels};
 use hal_sim::body::ElbowSpec;
 use hal_sim::body::muscle::Parameters;
 use std::f64::consts::{PI, TAU};
@@ -115,9 +115,7 @@ fn map(
         quantity: "peak to peak over the last 4 s of 40 s, leaning with a constant torque",
         classes: &CLASSES,
         panels: panels.made,
-        as_lines: false,
-        side_by_side: 2,
-        by_columns: false,
+        layout: Layout::Beside(2),
         theory,
         notes: vec![notes()],
     }

@@ -3,7 +3,7 @@
 //! ETD midpoint with C alone in fixed point and everything else in f64, so that
 //! nothing but C's word can be to blame. C ← round(C·e^(−h/τc)) once per step.
 
-use super::{Axis, Cell, Class, Map, Panels};
+use super::{Axis, Cell, Class, Layout, Map, Panels};
 use hal_sim::body::muscle::{Parameters, SUBJECTS};
 
 /// The step, s: the device's tick.
@@ -71,9 +71,7 @@ pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
         quantity: "force, % of the train's peak",
         classes: &CLASSES,
         panels: panels.made,
-        as_lines: false,
-        side_by_side: 2,
-        by_columns: false,
+        layout: Layout::Beside(2),
         theory: "C freezes where rounding takes back its decay, at the largest whole n with \
                  n (1 − e^(−h/τc)) < 1/2 of the last bit; rounded down it loses up to \
                  1/(1 − e^(−h/τc)) of them. Both times dF/dC of the steady force \
@@ -98,28 +96,11 @@ type PanelOf = (
 
 /// What is left, and the worst error. Rounded down nothing is left, at any word
 /// length (a note and a test say so): a panel of it would be empty.
+#[rustfmt::skip]
 const PANELS: [PanelOf; 3] = [
-    (
-        "left 6 s after the last pulse; C rounded to nearest",
-        Rounding::Nearest,
-        1,
-        |of| of.residual,
-        |p, bits, _| predicted_residual(p, bits),
-    ),
-    (
-        "worst error; C rounded to nearest",
-        Rounding::Nearest,
-        0,
-        |of| of.error,
-        predicted_error,
-    ),
-    (
-        "worst error; C rounded down",
-        Rounding::Down,
-        0,
-        |of| of.error,
-        predicted_error,
-    ),
+    ("left 6 s after the last pulse; C rounded to nearest", Rounding::Nearest, 1, |of| of.residual, |p, bits, _| predicted_residual(p, bits)),
+    ("worst error; C rounded to nearest", Rounding::Nearest, 0, |of| of.error, predicted_error),
+    ("worst error; C rounded down", Rounding::Down, 0, |of| of.error, predicted_error),
 ];
 
 /// How long C rounded down takes to reach 0 after the last pulse, ms, and the
@@ -136,7 +117,6 @@ fn slowest_to_zero() -> (u32, f64) {
 }
 
 /// Runs one muscle with `bits` fraction bits for C.
-#[must_use]
 pub fn run(p: &Parameters, bits: u32, rounding: Rounding) -> Outcome {
     let one = 1u128 << bits;
     let factor = ((-H / p.tau_c_s).exp() * (1u64 << 32) as f64) as u128;

@@ -143,7 +143,6 @@ impl Campaign {
 
     /// Mean part of the scored time in which the target is out of reach, and the
     /// part of the plants that can reach all of it.
-    #[must_use]
     pub fn reach(&self, points: Points) -> (f64, f64) {
         let shares: Vec<f64> = self.with(points).iter().map(|c| c.unreachable).collect();
         let reaching = shares.iter().filter(|s| **s < WHOLLY).count();
@@ -151,7 +150,6 @@ impl Campaign {
     }
 
     /// Mean RMSE of the optimum over all plants, and its 95th percentile.
-    #[must_use]
     pub fn optimum(&self, points: Points) -> (f64, f64) {
         let all: Vec<f64> = self.with(points).iter().map(|c| c.optimum).collect();
         (mean(&all), percentile(&all, 0.95))
@@ -159,7 +157,6 @@ impl Campaign {
 
     /// By how much a contender beats the optimum at most, degrees; what is above
     /// zero is how far the optimum is from one.
-    #[must_use]
     pub fn beaten_by(&self) -> f64 {
         let by = |c: &Case| {
             c.rmse
@@ -179,13 +176,11 @@ impl Campaign {
 
     /// The PID variant with the least mean RMSE; the first contender if there is
     /// no PID.
-    #[must_use]
     pub fn best_pid(&self, points: Points) -> usize {
         self.best(points, Contender::is_pid)
     }
 
     /// The contender with the least mean RMSE among some.
-    #[must_use]
     pub fn best(&self, points: Points, among: impl Fn(&Contender) -> bool) -> usize {
         let of = |n: &usize| mean(&self.rmse(points, *n));
         let some = (0..self.contenders.len()).filter(|n| among(&self.contenders[*n]));
@@ -193,7 +188,6 @@ impl Campaign {
     }
 
     /// A contender's score.
-    #[must_use]
     pub fn score(&self, points: Points, contender: usize) -> Score {
         let cases = self.with(points);
         let all = self.rmse(points, contender);

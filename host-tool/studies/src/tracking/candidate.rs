@@ -4,7 +4,7 @@
 use super::TrackingError;
 use super::driver::Floating;
 use super::wearer::{self, Points};
-use firmware::control::{HoldPolicy, LawSpec, WearerModel};
+use firmware::control::{HoldPolicy, JointSpec, LawSpec, WearerModel};
 use methods::control::parameters::parameters;
 use methods::control::{AddOns, Controller, DelayCompensation, DerivativeKind, Form, Parameter};
 use methods::real::Real;
@@ -24,7 +24,6 @@ impl Equipment {
     pub const ALL: [Self; 2] = [Self::Alone, Self::Equipped];
 
     /// For tables.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Alone => "alone",
@@ -54,7 +53,6 @@ pub struct Candidate {
 
 impl Candidate {
     /// What to do with lost setpoints.
-    #[must_use]
     pub const fn hold(&self) -> HoldPolicy {
         match self.extrapolation_ms {
             0 => HoldPolicy::Hold,
@@ -177,7 +175,7 @@ impl Genome {
     /// thing that the search tries for every law. A PID gets the default's linear
     /// terms; what the default lacks is in the middle.
     pub fn of_default(form: Form) -> Self {
-        let known = default_numbers();
+        let known = numbers_of(&wearer::shipped(Points::Two));
         let place = |p: &Parameter| {
             let Some((_, x)) = known.iter().find(|(name, _)| *name == p.name) else {
                 return 0.5;
@@ -200,9 +198,8 @@ impl Genome {
     }
 }
 
-/// The device's default by the names of [`parameters`].
-fn default_numbers() -> Vec<(&'static str, f64)> {
-    let spec = wearer::shipped(Points::Two);
+/// The numbers of a device's super-twisting law by the names of [`parameters`].
+pub fn numbers_of(spec: &JointSpec) -> Vec<(&'static str, f64)> {
     let milli = |x: u32| f64::from(x) / 1000.0;
     let mut known = vec![("cutoff_hz", milli(spec.cutoff_mhz))];
     if let LawSpec::Recommended {

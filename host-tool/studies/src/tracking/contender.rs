@@ -20,7 +20,6 @@ pub enum Contender {
 
 impl Contender {
     /// For tables; a plus is for add-ons.
-    #[must_use]
     pub fn name(&self) -> String {
         match self {
             Self::Searched(Equipment::Alone, candidate) => candidate.form.name().to_owned(),
@@ -32,13 +31,11 @@ impl Contender {
     }
 
     /// Whether it is a PID: the baseline.
-    #[must_use]
     pub fn is_pid(&self) -> bool {
         matches!(self, Self::Searched(_, candidate) if candidate.form == Form::Pid)
     }
 
     /// The arithmetic it runs in.
-    #[must_use]
     pub const fn arithmetic(&self) -> &'static str {
         match self {
             Self::Searched(..) => "f64",
@@ -56,7 +53,7 @@ impl Contender {
         points: Points,
         wanted: &[f64],
     ) -> Result<Vec<f32>, TrackingError> {
-        trial::run(plant, &mut self.driver(points)?, wanted)
+        trial::run(plant, &mut *self.driver(points)?, wanted)
     }
 
     /// The effort of each pulse, −1…1, while it drives this plant.

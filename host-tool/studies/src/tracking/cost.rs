@@ -11,9 +11,6 @@ pub struct Cost(Vec<Row>);
 
 impl Cost {
     /// Runs the image `laws` on the chip simulator.
-    ///
-    /// # Errors
-    /// [`BenchError`].
     pub fn on_chip() -> Result<Self, BenchError> {
         let mut rows = rows_on_chip(Image::Laws)?;
         let markers = LawName::Markers.to_string();
@@ -28,7 +25,6 @@ impl Cost {
     /// Mean core clock cycles of a contender's law in a tick in which it runs:
     /// in f32, the device's own in fixed point; setpoint track, feed-forward
     /// and mapping to amplitudes, which are the same for all, not in it.
-    #[must_use]
     pub fn of(&self, contender: &Contender) -> Option<u64> {
         let name = match contender {
             Contender::Searched(_, c) => LawName::Float(c.form, c.add_ons),

@@ -27,36 +27,21 @@ pub(super) fn volts(amplitudes: &[(u8, Amplitude)]) -> Volts {
     let mut all = [0.0; 3];
     for (channel, amplitude) in amplitudes {
         if let Some(slot) = all.get_mut(usize::from(*channel)) {
-            *slot = f64::from(amplitude.0) / 1000.0;
+            *slot = f64::from(amplitude.get()) / 1000.0;
         }
     }
     all
 }
 
-impl Driver for Box<dyn Driver> {
-    fn setpoint(&mut self, now: Micros, at: Micros, degrees: f64) {
-        (**self).setpoint(now, at, degrees);
-    }
-
-    fn measurement(&mut self, now: Micros, at: Micros, degrees: f64) {
-        (**self).measurement(now, at, degrees);
-    }
-
-    fn tick(&mut self, now: Micros) -> Volts {
-        (**self).tick(now)
-    }
-}
-
 /// Another driver, and the volts that it asked for in each tick.
-#[derive(Debug)]
-pub struct Recorded<D> {
+pub struct Recorded {
     /// Who drives.
-    pub driver: D,
+    pub driver: Box<dyn Driver>,
     /// One entry per tick so far.
     pub volts: Vec<Volts>,
 }
 
-impl<D: Driver> Driver for Recorded<D> {
+impl Driver for Recorded {
     fn setpoint(&mut self, now: Micros, at: Micros, degrees: f64) {
         self.driver.setpoint(now, at, degrees);
     }

@@ -3,6 +3,7 @@
 use super::candidate::{Candidate, Equipment};
 use super::search::Found;
 use methods::control::{AddOns, DelayCompensation, DerivativeKind, Form};
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// The committed table, docs/charts/control_gains.csv.
@@ -23,51 +24,42 @@ pub struct GainsError {
     pub what: String,
 }
 
-const HEADER: [&str; 11] = [
-    "law",
-    "equipment",
-    "evaluations",
-    "training_rmse_deg",
-    "period_ms",
-    "extrapolation_ms",
-    "derivative",
-    "feed_forward",
-    "delay",
-    "adaptation",
-    "numbers",
-];
-
-/// Names of the choices, as they stand in the table.
-fn derivative_name(kind: DerivativeKind) -> String {
-    format!("{kind:?}")
+/// A line as it stands in the table.
+#[derive(Serialize, Deserialize)]
+struct Line {
+    law: String,
+    equipment: String,
+    evaluations: usize,
+    training_rmse_deg: String,
+    period_ms: u32,
+    extrapolation_ms: u16,
+    derivative: String,
+    feed_forward: bool,
+    delay: String,
+    adaptation: bool,
+    numbers: String,
 }
 
 /// The table of what a search of so many evaluations found.
-#[must_use]
 pub fn write(rows: &[Row], evaluations: usize) -> String {
     let mut out = csv::Writer::from_writer(Vec::new());
-    // Writing to memory cannot fail.
-    let _ = out.write_record(HEADER);
     for (equipment, found) in rows {
         let c = &found.candidate;
-        let numbers = c
-            .values
-            .iter()
-            .map(|(name, value)| format!("{name}={value:.6e}"));
-        let numbers: Vec<String> = numbers.collect();
-        let _ = out.write_record([
-            c.form.name().to_owned(),
-            equipment.name().to_owned(),
-            evaluations.to_string(),
-            format!("{:.4}", found.cost),
-            c.period_ms.to_string(),
-            c.extrapolation_ms.to_string(),
-            derivative_name(c.add_ons.derivative),
-            c.add_ons.feed_forward.to_string(),
-            format!("{:?}", c.add_ons.delay),
-            c.add_ons.adaptation.to_string(),
-            numbers.join(" "),
-        ]);
+        let numbers = c.values.iter().map(|(name, x)| format!("{name}={x:.6e}"));
+        // Writing to memory cannot fail.
+        let _ = out.serialize(Line {
+            law: c.form.name().to_owned(),
+            equipment: equipment.name().to_owned(),
+            evaluations,
+            training_rmse_deg: format!("{:.4}", found.cost),
+            period_ms: c.period_ms,
+            extrapolation_ms: c.extrapolation_ms,
+            derivative: format!("{:?}", c.add_ons.derivative),
+            feed_forward: c.add_ons.feed_forward,
+            delay: format!("{:?}", c.add_ons.delay),
+            adaptation: c.add_ons.adaptation,
+            numbers: numbers.collect::<Vec<_>>().join(" "),
+        });
     }
     let bytes = out.into_inner().unwrap_or_default();
     String::from_utf8(bytes).unwrap_or_default()
@@ -79,60 +71,61 @@ pub fn write(rows: &[Row], evaluations: usize) -> String {
 /// [`GainsError`] names the line and the field.
 pub fn read(table: &str) -> Result<Vec<Row>, GainsError> {
     let mut reader = csv::Reader::from_reader(table.as_bytes());
-    let mut rows = Vec::new();
-    for record in reader.records() {
-        let line = rows.len() as u64 + 2;
+    let lines = (2..).zip(reader.deserialize());
+    let read = |(line, read): (u64, csv::Result<Line>)| {
         let wrong = |what: String| GainsError { line, what };
-        let record = record.map_err(|e| wrong(e.to_string()))?;
-        rows.push(row(&record).map_err(|field| wrong(format!("`{field}` cannot be read")))?);
-    }
-    Ok(rows)
+        let read = read.map_err(|e| wrong(e.to_string()))?;
+        row(&read).map_err(|field| wrong(format!("`{field}` cannot be read")))
+    };
+    lines.map(read).collect()
+}
+
+/// One of some options by how it is written; or the name of the field that is wrong.
+fn named<T: Copy>(
+    all: &[T],
+    written: impl Fn(T) -> String,
+    text: &str,
+    field: &'static str,
+) -> Result<T, &'static str> {
+    all.iter()
+        .copied()
+        .find(|it| written(*it) == text)
+        .ok_or(field)
 }
 
 /// One line, or the name of the field that is wrong.
-fn row(record: &csv::StringRecord) -> Result<Row, &'static str> {
-    let field = |name: &'static str| {
-        let place = HEADER.iter().position(|h| *h == name);
-        place.and_then(|n| record.get(n)).ok_or(name)
-    };
-    fn number<T: std::str::FromStr>(text: &str, name: &'static str) -> Result<T, &'static str> {
-        text.parse().map_err(|_| name)
-    }
-    let named = |name| {
-        let text = field(name)?;
-        Ok::<_, &'static str>(move |option: String| option == text)
-    };
-    let is_form = named("law")?;
-    let is_equipment = named("equipment")?;
-    let is_derivative = named("derivative")?;
-    let is_delay = named("delay")?;
+fn row(line: &Line) -> Result<Row, &'static str> {
+    let number = |text: &str, field| text.parse::<f64>().map_err(|_| field);
     let mut values = BTreeMap::new();
-    for pair in field("numbers")?.split_whitespace() {
+    for pair in line.numbers.split_whitespace() {
         let (name, value) = pair.split_once('=').ok_or("numbers")?;
         values.insert(name.to_owned(), number(value, "numbers")?);
     }
+    let delays = DelayCompensation::ALL;
     let candidate = Candidate {
-        form: (Form::ALL.into_iter())
-            .find(|f| is_form(f.name().to_owned()))
-            .ok_or("law")?,
+        form: named(&Form::ALL, |f| f.name().to_owned(), &line.law, "law")?,
         add_ons: AddOns {
-            derivative: (DerivativeKind::ALL.into_iter())
-                .find(|d| is_derivative(derivative_name(*d)))
-                .ok_or("derivative")?,
-            feed_forward: number(field("feed_forward")?, "feed_forward")?,
-            delay: (DelayCompensation::ALL.into_iter())
-                .find(|d| is_delay(format!("{d:?}")))
-                .ok_or("delay")?,
-            adaptation: number(field("adaptation")?, "adaptation")?,
+            derivative: named(
+                &DerivativeKind::ALL,
+                |d| format!("{d:?}"),
+                &line.derivative,
+                "derivative",
+            )?,
+            feed_forward: line.feed_forward,
+            delay: named(&delays, |d| format!("{d:?}"), &line.delay, "delay")?,
+            adaptation: line.adaptation,
         },
-        period_ms: number(field("period_ms")?, "period_ms")?,
-        extrapolation_ms: number(field("extrapolation_ms")?, "extrapolation_ms")?,
+        period_ms: line.period_ms,
+        extrapolation_ms: line.extrapolation_ms,
         values,
     };
-    let equipment = (Equipment::ALL.into_iter())
-        .find(|e| is_equipment(e.name().to_owned()))
-        .ok_or("equipment")?;
-    let cost = number(field("training_rmse_deg")?, "training_rmse_deg")?;
+    let equipment = named(
+        &Equipment::ALL,
+        |e| e.name().to_owned(),
+        &line.equipment,
+        "equipment",
+    )?;
+    let cost = number(&line.training_rmse_deg, "training_rmse_deg")?;
     Ok((equipment, Found { candidate, cost }))
 }
 

@@ -53,7 +53,6 @@ pub struct Plant {
 
 impl Plant {
     /// The wearer of the nominal file, on a sound line.
-    #[must_use]
     pub fn nominal(seed: u64) -> Self {
         Self {
             finger: RandomFingerSpec::nominal(),
@@ -63,7 +62,6 @@ impl Plant {
     }
 
     /// Plant `index` of campaign `seed`; see [`RandomFingerSpec::drawn`].
-    #[must_use]
     pub fn drawn(seed: u64, index: u64) -> Self {
         Self {
             finger: RandomFingerSpec::drawn(seed, index),

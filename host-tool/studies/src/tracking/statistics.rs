@@ -6,14 +6,12 @@ use hal_sim::body::random_finger::Draws;
 const RESAMPLES: usize = 4000;
 
 /// Arithmetic mean; 0 of nothing.
-#[must_use]
 pub fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len().max(1) as f64
 }
 
 /// The value that `part` (0…1) of all values do not exceed, linear between
 /// neighbours; 0 of nothing.
-#[must_use]
 pub fn percentile(values: &[f64], part: f64) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -39,7 +37,6 @@ pub struct Interval {
 
 /// Mean of `ours` - `theirs` with its 95 % percentile-bootstrap interval
 /// (Efron & Tibshirani 1993, ch. 13) over the pairs. Deterministic.
-#[must_use]
 pub fn paired(ours: &[f64], theirs: &[f64]) -> Interval {
     let differences: Vec<f64> = ours.iter().zip(theirs).map(|(a, b)| a - b).collect();
     let n = differences.len();

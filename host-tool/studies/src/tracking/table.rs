@@ -20,7 +20,6 @@ const OVER_PID: f64 = 0.2;
 
 impl Course {
     /// For tables.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Sine => "45 ± 40° at 0.2 Hz",
@@ -42,14 +41,12 @@ pub struct Goal {
 
 impl Goal {
     /// Whether it is reached.
-    #[must_use]
     pub fn is_hit(&self) -> bool {
         self.value <= self.at_most
     }
 }
 
 /// The goals of the contender that is shipped; none if it does not take part.
-#[must_use]
 pub fn goals(campaign: &Campaign) -> Vec<Goal> {
     let Some(shipped) = shipped(campaign) else {
         return Vec::new();
@@ -79,7 +76,6 @@ fn shipped(campaign: &Campaign) -> Option<usize> {
 }
 
 /// For people, at most 80 columns.
-#[must_use]
 pub fn text(campaign: &Campaign) -> String {
     let mut out = String::new();
     // Writing to a `String` cannot fail.
@@ -174,44 +170,44 @@ fn write_points(out: &mut String, campaign: &Campaign, points: Points) -> std::f
     Ok(())
 }
 
+/// The numbers of a score, as tables name them.
+const NUMBERS: [(&str, fn(&Score) -> f64); 7] = [
+    ("mean_deg", |s| s.mean),
+    ("p95_deg", |s| s.p95),
+    ("regret_deg", |s| s.regret),
+    ("regret_p95_deg", |s| s.regret_p95),
+    ("in_reach_mean_deg", |s| s.reaching),
+    ("in_reach_p95_deg", |s| s.reaching_p95),
+    ("nominal_deg", |s| s.nominal),
+];
+
 /// A line per contender and number of points.
-#[must_use]
 pub fn csv(campaign: &Campaign) -> String {
-    let mut out =
-        "points,law,arithmetic,cycles,seed,plants,unreachable_pct,optimum_deg,mean_deg,p95_deg,\
-                   regret_deg,regret_p95_deg,in_reach_mean_deg,in_reach_p95_deg,nominal_deg,\
-                   over_pid_deg,over_pid_low_deg,over_pid_high_deg\n"
-            .to_owned();
+    let mut out = format!(
+        "points,law,arithmetic,cycles,seed,plants,unreachable_pct,optimum_deg,{},over_pid_deg,\
+         over_pid_low_deg,over_pid_high_deg\n",
+        NUMBERS.map(|(name, _)| name).join(",")
+    );
     for points in Points::ALL {
         let (unreachable, _) = campaign.reach(points);
         let (optimum, _) = campaign.optimum(points);
         for (n, contender) in campaign.contenders.iter().enumerate() {
             let s = campaign.score(points, n);
             let d = s.against_pid;
-            let _ = write!(
-                out,
-                "{},{},{},{},{},{},{:.2},{optimum:.3}",
-                points.name(),
-                contender.name(),
-                contender.arithmetic(),
-                campaign.cycles[n].map_or_else(String::new, |c| c.to_string()),
-                campaign.plan.seed,
-                campaign.plan.plants,
-                unreachable * 100.0
+            let cycles = campaign.cycles[n].map_or_else(String::new, |c| c.to_string());
+            let (seed, plants) = (campaign.plan.seed, campaign.plan.plants);
+            let (points, law, arithmetic) =
+                (points.name(), contender.name(), contender.arithmetic());
+            let unreachable = unreachable * 100.0;
+            out += &format!(
+                "{points},{law},{arithmetic},{cycles},{seed},{plants},{unreachable:.2},{optimum:.3}"
             );
-            let numbers = [
-                s.mean,
-                s.p95,
-                s.regret,
-                s.regret_p95,
-                s.reaching,
-                s.reaching_p95,
-            ];
-            for number in numbers
+            for number in NUMBERS
+                .map(|(_, of)| of(&s))
                 .into_iter()
-                .chain([s.nominal, d.mean, d.low, d.high])
+                .chain([d.mean, d.low, d.high])
             {
-                let _ = write!(out, ",{number:.3}");
+                out += &format!(",{number:.3}");
             }
             out.push('\n');
         }
@@ -220,7 +216,6 @@ pub fn csv(campaign: &Campaign) -> String {
 }
 
 /// The same for machines.
-#[must_use]
 pub fn json(campaign: &Campaign) -> Value {
     let points = Points::ALL.map(|points| {
         let (unreachable, reaching) = campaign.reach(points);
@@ -232,15 +227,15 @@ pub fn json(campaign: &Campaign) -> Value {
             .map(|(n, contender)| {
                 let s = campaign.score(points, n);
                 let d = s.against_pid;
-                json!({
+                let mut law = json!({
                     "law": contender.name(), "arithmetic": contender.arithmetic(),
-                "cycles": campaign.cycles[n],
-                    "mean_deg": s.mean, "p95_deg": s.p95,
-                    "regret_deg": s.regret, "regret_p95_deg": s.regret_p95,
-                    "in_reach_mean_deg": s.reaching, "in_reach_p95_deg": s.reaching_p95,
-                    "nominal_deg": s.nominal,
+                    "cycles": campaign.cycles[n],
                     "over_best_pid_deg": { "mean": d.mean, "low": d.low, "high": d.high },
-                })
+                });
+                for (name, of) in NUMBERS {
+                    law[name] = of(&s).into();
+                }
+                law
             });
         json!({
             "points": points.name(), "unreachable_share": unreachable,
@@ -263,7 +258,6 @@ pub fn json(campaign: &Campaign) -> Value {
 }
 
 /// What a search found, for people.
-#[must_use]
 pub fn found(rows: &[Row], evaluations: usize) -> String {
     let mut out = format!("{evaluations} evaluations each; RMSE on the training plants\n");
     for (equipment, found) in rows {
@@ -284,7 +278,6 @@ pub fn found(rows: &[Row], evaluations: usize) -> String {
 }
 
 /// The same for machines.
-#[must_use]
 pub fn found_json(rows: &[Row], evaluations: usize) -> Value {
     let one = |(equipment, found): &Row| {
         json!({

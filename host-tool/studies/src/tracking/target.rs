@@ -18,7 +18,6 @@ pub enum Course {
 
 impl Course {
     /// The wanted angle at each millisecond of `ms`, degrees.
-    #[must_use]
     pub fn angles(self, ms: usize) -> Vec<f64> {
         let parts = match self {
             Self::Sine => vec![(40.0, 0.2, 0.0)],

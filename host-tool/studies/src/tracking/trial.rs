@@ -4,7 +4,7 @@ use super::TrackingError;
 use super::driver::Driver;
 use super::plant::{FRAME_HZ, Line, Plant};
 use super::wearer::Volts;
-use firmware::units::Micros;
+use firmware::units::{Micros, us};
 use hal_sim::body::random_finger::Draws;
 use hal_sim::body::{Body, Drive, Pulse, RandomFinger};
 use std::collections::VecDeque;
@@ -17,7 +17,7 @@ pub const SCORED_FROM_MS: usize = 10_000;
 pub const PULSE_EVERY_MS: usize = 20;
 const PULSE_US: u32 = 200;
 /// Trials begin 15 s before the device's 32-bit microseconds wrap.
-const START: Micros = Micros(u32::MAX - 15_000_000);
+const START: Micros = Micros::new(u32::MAX - 15_000_000);
 
 /// A frame on its way.
 #[derive(Clone, Copy, Debug)]
@@ -79,8 +79,8 @@ impl Frames {
     }
 
     /// Hands over what has arrived; frames stay in order.
-    fn deliver(&mut self, now_us: u64, driver: &mut impl Driver) {
-        let device_time = |us: u64| START.plus(us as u32);
+    fn deliver(&mut self, now_us: u64, driver: &mut dyn Driver) {
+        let device_time = |at_us: u64| START + us(at_us as u32);
         let now = device_time(now_us);
         while let Some(frame) = self.under_way.front().copied() {
             if frame.due_us > now_us {
@@ -118,7 +118,7 @@ pub(super) fn pulse(finger: &mut RandomFinger, now_us: u64, volts: Volts) {
 /// [`TrackingError::Plant`] if the plant's finger cannot be.
 pub fn run(
     plant: &Plant,
-    driver: &mut impl Driver,
+    driver: &mut dyn Driver,
     wanted: &[f64],
 ) -> Result<Vec<f32>, TrackingError> {
     let mut finger = RandomFinger::new(plant.finger.clone(), plant.seed)?;
@@ -128,7 +128,7 @@ pub fn run(
         let now_us = ms as u64 * 1000;
         frames.take(now_us, wanted, &finger);
         frames.deliver(now_us, driver);
-        let volts = driver.tick(START.plus(now_us as u32));
+        let volts = driver.tick(START + us(now_us as u32));
         if ms % PULSE_EVERY_MS == 0 {
             pulse(&mut finger, now_us, volts);
         }
@@ -139,7 +139,6 @@ pub fn run(
 }
 
 /// RMSE between angles and a target over the scored part, degrees.
-#[must_use]
 pub fn rmse(angles: &[f32], target: &[f64]) -> f64 {
     let scored = angles.iter().zip(target).skip(SCORED_FROM_MS);
     let (sum, n) = scored.fold((0.0, 0u32), |(sum, n), (a, t)| {

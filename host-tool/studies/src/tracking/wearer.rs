@@ -29,7 +29,6 @@ impl Points {
     pub const ALL: [Self; 2] = [Self::One, Self::Two];
 
     /// For tables.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::One => "one-point",
@@ -45,17 +44,15 @@ const RANGE_MDEG: (i32, i32) = (0, 100_000);
 pub const SHIPPED_HOLD: HoldPolicy = HoldPolicy::Extrapolate { max_ms: 200 };
 
 fn millivolts(volts: f64) -> Amplitude {
-    Amplitude((volts * 1000.0).round() as u32)
+    Amplitude::new((volts * 1000.0).round() as u32)
 }
 
 /// Participant P of Hamana 2022 (table 7) as the file describes the finger.
-#[must_use]
 pub fn nominal() -> FingerSpec {
     FingerSpec::participant(Participant::P)
 }
 
 /// The nominal wearer's model for feed-forward.
-#[must_use]
 pub fn model(points: Points, lead_ms: u16) -> WearerModel {
     let finger = nominal();
     let micro = |x: f64| (x * 1e6).round() as u32;
@@ -76,7 +73,6 @@ pub fn model(points: Points, lead_ms: u16) -> WearerModel {
 }
 
 /// The joint of the nominal wearer for the device, with this law.
-#[must_use]
 pub fn joint(law: LawSpec, points: Points, hold: HoldPolicy) -> JointSpec {
     let finger = nominal();
     let whole = |site: hal_sim::body::wearer::Site| PointSpec {
@@ -111,7 +107,6 @@ pub fn joint(law: LawSpec, points: Points, hold: HoldPolicy) -> JointSpec {
 
 /// The device's default: [`LawSpec::RECOMMENDED`] with all that the nominal wearer
 /// file gives it, scheduled by that wearer's strength.
-#[must_use]
 pub fn shipped(points: Points) -> JointSpec {
     let model = model(points, LawSpec::RECOMMENDED.default_lead_ms());
     JointSpec {
@@ -136,11 +131,10 @@ pub fn mapping(points: Points) -> Result<Mapping, TrackingError> {
 }
 
 /// The effort, −1…1, that the nominal wearer's mapping turns into these volts.
-#[must_use]
 pub fn effort_of(points: Points, [a, _, extensor]: Volts) -> f64 {
     let spec = joint(LawSpec::RECOMMENDED, points, HoldPolicy::Hold);
     let share = |point: &PointSpec, volts: f64| {
-        let [low, high] = [point.threshold, point.max].map(|v| f64::from(v.0) / 1000.0);
+        let [low, high] = [point.threshold, point.max].map(|v| f64::from(v.get()) / 1000.0);
         ((volts - low) / (high - low)).clamp(0.0, 1.0)
     };
     // Both points of a pair go the same part of their way.

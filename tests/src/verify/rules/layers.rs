@@ -20,7 +20,7 @@ const LAYERS: &[(&str, &[&[&str]])] = &[
     ("host-tool", &[&["cli"], &["live", "selftest"]]),
     ("host-tool/core", &[&["report"], &["run"], &["analysis"], &["record"], &["session"], &["choice", "link", "plot"]]),
     ("host-tool/methods", &[&["bench"], &["control", "muscle"], &["real"]]),
-    ("host-tool/studies", &[&["experiments", "figures"], &["accuracy", "ladder", "stability"], &["tracking"], &["bench"]]),
+    ("host-tool/studies", &[&["experiments", "figures"], &["accuracy", "ladder", "stability"], &["tracking"], &["bench", "subjects"]]),
     ("tests", &[&["differential", "expectation", "fuzz", "verify"], &["desk"]]),
 ];
 
