@@ -50,6 +50,17 @@ pub const SUBJECTS: [Parameters; 10] = [
 ];
 
 impl Parameters {
+    /// All five, in their order.
+    pub const fn all(self) -> [f64; 5] {
+        [
+            self.a_n_per_s,
+            self.k,
+            self.tau_c_s,
+            self.tau1_s,
+            self.tau2_s,
+        ]
+    }
+
     /// Arithmetic mean of [`SUBJECTS`], constant by constant.
     pub fn mean_subject() -> Self {
         let mean = |f: fn(&Self) -> f64| SUBJECTS.iter().map(f).sum::<f64>() / 10.0;

@@ -226,6 +226,13 @@ pub struct ElectrodeReading {
 }
 
 impl Trial {
+    /// Whether anything was to be followed: an angle, a wall or a force. What
+    /// follows nothing is open loop.
+    #[must_use]
+    pub fn follows(&self) -> bool {
+        self.joint || self.wall.is_some() || self.channels.iter().any(|c| c.force)
+    }
+
     /// The predicted force of a channel, N; `None` without a muscle.
     #[must_use]
     pub fn force_n(&self, sample: &Sample, channel: u8) -> Option<f64> {
