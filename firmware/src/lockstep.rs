@@ -12,7 +12,7 @@ use crate::device::{
 use crate::link::MAX_FRAME;
 use crate::pulse::{CHANNELS, Levels, WINDOW_US, WindowPlan};
 use crate::safety::{Fault, Inputs, Reading, Setup, Stage, State};
-use crate::units::{DacCode, Micros};
+use crate::units::{DacCode, Micros, us};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
@@ -109,11 +109,11 @@ impl<S: Sink + ?Sized> Sink for &mut S {
 ///     last_fault: None,
 ///     first_session: 7,
 /// };
-/// let (mut board, mut line) = (Lockstep::new(identity, Micros(0)), Line(Vec::new()));
+/// let (mut board, mut line) = (Lockstep::new(identity, Micros::new(0)), Line(Vec::new()));
 /// let request = Request::Hello { schema: SCHEMA };
 /// let hello = encode(&ToDevice { session: BROADCAST, seq: 0, request }).unwrap();
-/// board.receive(Micros(1_000), &hello, &Sensors::default(), &mut line);
-/// board.advance(Micros(3_000), &Sensors::default(), &mut line);
+/// board.receive(Micros::new(1_000), &hello, &Sensors::default(), &mut line);
+/// board.advance(Micros::new(3_000), &Sensors::default(), &mut line);
 ///
 /// let (delimiter, bytes) = line.0.split_last().unwrap();
 /// let mut decoder = Decoder::default();
@@ -159,7 +159,7 @@ impl Lockstep {
     pub fn new(identity: Identity, boot: Micros) -> Self {
         let (mut playing, mut next) = (WindowPlan::new(), WindowPlan::new());
         playing.reset(boot, Levels::ISOLATED);
-        next.reset(boot.plus(WINDOW_US), Levels::ISOLATED);
+        next.reset(boot + us(WINDOW_US), Levels::ISOLATED);
         Self {
             pulser: Pulser::new(identity.last_fault),
             controller: Controller::new(),
@@ -171,7 +171,7 @@ impl Lockstep {
             played: 0,
             next,
             levels: Levels::ISOLATED,
-            dac: [DacCode(0); CHANNELS],
+            dac: [DacCode::new(0); CHANNELS],
             reading: None,
             trigger: None,
             tripped: false,
@@ -211,7 +211,7 @@ impl Lockstep {
     /// a frame that they complete is served.
     pub fn receive(&mut self, at: Micros, bytes: &[u8], sensors: &Sensors, sink: &mut impl Sink) {
         let served = if bytes.contains(&0) {
-            at.plus(cost::SESSION_US)
+            at + us(cost::SESSION_US)
         } else {
             at
         };
@@ -247,8 +247,8 @@ impl Lockstep {
         }
         self.tripped = sensors.over_current;
         loop {
-            let refill = self.playing.start.plus(REFILL_OFFSET_US);
-            let turn = self.playing.start.plus(WINDOW_US);
+            let refill = self.playing.start + us(REFILL_OFFSET_US);
+            let turn = self.playing.start + us(WINDOW_US);
             let is_rendered = refill.is_before(self.now);
             let event = if is_rendered { turn } else { refill };
             if !event.is_before(to) {
@@ -269,7 +269,7 @@ impl Lockstep {
     /// Puts the changes of the playing window that lie before `to` on the pins.
     fn play_until(&mut self, to: Micros, sink: &mut impl Sink) {
         while let Some(change) = self.playing.changes.get(self.played).copied() {
-            let at = self.playing.start.plus(change.slot.into());
+            let at = self.playing.start + us(change.slot.into());
             if !at.is_before(to) {
                 break;
             }
@@ -300,8 +300,8 @@ impl Lockstep {
         let index = usize::from(channel);
         let (code, ohm) = (self.dac.get(index), sensors.load_ohm.get(index));
         if let (Some(stage), Some(&code), Some(&ohm)) = (self.stage(channel), code, ohm) {
-            let ua = stage.current_through_ua(code, ohm);
-            self.reading = Some(Reading::from_ua(channel, ua));
+            let current = stage.current_through(code, ohm);
+            self.reading = Some(Reading::of(channel, current));
         }
     }
 
@@ -312,7 +312,7 @@ impl Lockstep {
 
     fn refill(&mut self, now: Micros, sensors: &Sensors, sink: &mut impl Sink) {
         // Past the compare by one, so that the window counts as rendered.
-        self.now = now.plus(1);
+        self.now = now + us(1);
         let inputs = Inputs {
             arm: sensors.arm,
             hand_stop: sensors.hand_stop,
@@ -320,10 +320,10 @@ impl Lockstep {
             trigger: self.trigger.take_if(|at| now.has_reached(*at)),
             reading: self.reading.take(),
         };
-        let start = self.playing.start.plus(WINDOW_US);
-        let done = now.plus(cost::REFILL_US);
+        let start = self.playing.start + us(WINDOW_US);
+        let done = now + us(cost::REFILL_US);
         let is_tick = self.count.is_multiple_of(WINDOWS_PER_TICK);
-        let rests = self.skips && self.pulser.is_at_rest(start, &inputs, &self.mail);
+        let rests = self.skips && self.pulser.rest(start, &inputs, &mut self.mail);
         if rests {
             let levels = self.next.last_levels();
             self.next.reset(start, levels);
@@ -335,9 +335,9 @@ impl Lockstep {
                 return;
             }
         }
-        let (mut mail, mut control_mail, mut session_mail) = self.mail.split();
         let mut result = Ok(());
         if !rests {
+            let (mut mail, _, _) = self.mail.split();
             let plan = &mut self.next;
             result = self.pulser.refill(now, start, &inputs, &mut mail, plan);
             for &(channel, code) in &plan.dac {
@@ -349,10 +349,14 @@ impl Lockstep {
         }
         let mut ready = done;
         if is_tick {
-            self.controller.tick(now, sensors.joint, &mut control_mail);
-            ready = done.plus(cost::CONTROL_US);
+            let (_, mut mail, _) = self.mail.split();
+            self.controller.tick(now, sensors.joint, &mut mail);
+            ready = done + us(cost::CONTROL_US);
         }
-        self.session.poll(&mut session_mail);
+        if !self.skips || self.mail.has_for_session() {
+            let (_, _, mut mail) = self.mail.split();
+            self.session.poll(&mut mail);
+        }
         if result.is_err() {
             self.isolate(now, sink);
         }
@@ -382,9 +386,9 @@ impl Lockstep {
             at
         };
         for (channel, code) in (0..).zip(&mut self.dac) {
-            if *code != DacCode(0) {
-                *code = DacCode(0);
-                sink.dac(cleared, channel, DacCode(0));
+            if *code != DacCode::new(0) {
+                *code = DacCode::new(0);
+                sink.dac(cleared, channel, DacCode::new(0));
             }
         }
     }
@@ -402,7 +406,7 @@ impl Lockstep {
 fn transmit(session: &mut Session, at: Micros, sent: &mut Micros, sink: &mut impl Sink) {
     while session.has_output() {
         let mut buffer = [0; MAX_FRAME];
-        let ahead = sent.since(at);
+        let ahead = (*sent - at).us();
         // Further ahead than any owner's cost is a wrapped clock.
         let is_ahead = (0..1000).contains(&ahead);
         *sent = if is_ahead { *sent } else { at };

@@ -5,7 +5,7 @@
 //! acknowledgements must be exact; what a filter or a control law works on is
 //! binary fixed point from the `fixed` crate.
 
-use core::ops::{Add, Sub};
+use core::ops::{Add, AddAssign, Sub};
 use fixed::types::I16F16;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -16,79 +16,173 @@ use serde::{Deserialize, Serialize};
 /// apart; every schedule, timeout and staleness check here is far shorter.
 ///
 /// ```
+/// use firmware::units::{Micros, us};
+///
+/// let before = Micros::new(u32::MAX - 9); // the clock wraps in 10 µs
+/// let after = before + us(25);
+/// assert_eq!(after, Micros::new(15));
+/// assert!(after.has_reached(before));
+/// assert_eq!(after - before, us(25));
+/// ```
+///
+/// Two instants have no sum:
+///
+/// ```compile_fail
 /// use firmware::units::Micros;
 ///
-/// let before = Micros(u32::MAX - 9); // the clock wraps in 10 µs
-/// let after = before.plus(25);
-/// assert_eq!(after, Micros(15));
-/// assert!(after.has_reached(before));
-/// assert_eq!(after.since(before), 25);
+/// let sum = Micros::new(1) + Micros::new(2);
 /// ```
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize, Schema)]
-pub struct Micros(pub u32);
+pub struct Micros(u32);
+
+/// A length of time, from one instant to another: µs, negative if the second comes
+/// first. Up to 2^31 µs (35.8 min) either way.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
+pub struct Duration(i32);
+
+/// So many microseconds.
+#[inline]
+#[must_use]
+pub const fn us(number: u32) -> Duration {
+    Duration(number.cast_signed())
+}
+
+impl Duration {
+    /// Its microseconds.
+    #[inline]
+    #[must_use]
+    pub const fn us(self) -> i32 {
+        self.0
+    }
+}
 
 impl Micros {
-    /// The instant `us` microseconds later, wrapping.
+    /// From the clock's count.
     #[must_use]
-    pub const fn plus(self, us: u32) -> Self {
-        Self(self.0.wrapping_add(us))
+    pub const fn new(us: u32) -> Self {
+        Self(us)
     }
 
-    /// The instant `us` microseconds earlier, wrapping.
+    /// The clock's count.
     #[must_use]
-    pub const fn minus(self, us: u32) -> Self {
-        Self(self.0.wrapping_sub(us))
-    }
-
-    /// Signed microseconds from `earlier` to `self`.
-    #[must_use]
-    pub const fn since(self, earlier: Self) -> i32 {
-        self.0.wrapping_sub(earlier.0).cast_signed()
+    pub const fn get(self) -> u32 {
+        self.0
     }
 
     /// Whether `self` comes strictly before `other`.
     #[must_use]
     pub const fn is_before(self, other: Self) -> bool {
-        self.since(other) < 0
+        self.0.wrapping_sub(other.0).cast_signed() < 0
     }
 
     /// Whether `self` is `other` or later.
     #[must_use]
     pub const fn has_reached(self, other: Self) -> bool {
-        self.since(other) >= 0
+        !self.is_before(other)
     }
 
     /// Unsigned microseconds from `earlier`, 0 if `earlier` is in the future.
     #[must_use]
     pub const fn elapsed_since(self, earlier: Self) -> u32 {
-        let signed = self.since(earlier);
-        if signed < 0 {
+        if self.is_before(earlier) {
             0
         } else {
-            signed.cast_unsigned()
+            self.0.wrapping_sub(earlier.0)
         }
     }
 }
 
-/// A stimulation amplitude in thousandths of the stage's own unit: µA on a
-/// current-controlled stage, mV on a voltage-controlled one. Always positive;
-/// polarity belongs to the pulse shape.
-#[derive(
-    Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default, Serialize, Deserialize, Schema,
-)]
-pub struct Amplitude(pub u32);
+impl Add<Duration> for Micros {
+    type Output = Self;
+    #[inline]
+    fn add(self, length: Duration) -> Self {
+        Self(self.0.wrapping_add_signed(length.0))
+    }
+}
+
+impl AddAssign<Duration> for Micros {
+    #[inline]
+    fn add_assign(&mut self, length: Duration) {
+        *self = *self + length;
+    }
+}
+
+impl Sub<Duration> for Micros {
+    type Output = Self;
+    #[inline]
+    fn sub(self, length: Duration) -> Self {
+        Self(self.0.wrapping_sub(length.0.cast_unsigned()))
+    }
+}
+
+impl Sub for Micros {
+    type Output = Duration;
+    #[inline]
+    fn sub(self, earlier: Self) -> Duration {
+        Duration(self.0.wrapping_sub(earlier.0).cast_signed())
+    }
+}
+
+/// Whole numbers in a unit. None of one unit is another's, nor a bare number.
+macro_rules! counts {
+    ($($(#[$doc:meta])* $name:ident($number:ident);)*) => {$(
+        $(#[$doc])*
+        #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
+        #[derive(Serialize, Deserialize, Schema)]
+        pub struct $name($number);
+
+        impl $name {
+            /// From its number, in its unit.
+            #[must_use]
+            pub const fn new(number: $number) -> Self {
+                Self(number)
+            }
+
+            /// Its number, in its unit.
+            #[must_use]
+            pub const fn get(self) -> $number {
+                self.0
+            }
+        }
+    )*};
+}
+
+counts! {
+    /// A stimulation amplitude in thousandths of the stage's own unit: µA on a
+    /// current-controlled stage, mV on a voltage-controlled one. Always positive;
+    /// polarity belongs to the pulse shape. Only its stage knows which it is
+    /// ([`Stage::current`](crate::safety::Stage::current)), so it cannot be held against
+    /// either:
+    ///
+    /// ```compile_fail
+    /// use firmware::units::{Amplitude, MicroAmps};
+    ///
+    /// let is_allowed = Amplitude::new(20_000) <= MicroAmps::new(20_000);
+    /// ```
+    Amplitude(u32);
+    /// A current, µA.
+    MicroAmps(u32);
+    /// A voltage, mV.
+    MilliVolts(u32);
+    /// What the DAC gets: 0…65535 over the stage's full scale, rounded down so
+    /// that an output never exceeds what was asked.
+    DacCode(u16);
+}
+
+impl MilliVolts {
+    /// The current through a load of `ohm`, rounded up, saturating; of 0 Ω as of 1 Ω.
+    #[must_use]
+    pub fn through(self, ohm: u32) -> MicroAmps {
+        // The product fits u64.
+        let ua = (u64::from(self.0) * 1000).div_ceil(u64::from(ohm.max(1)));
+        MicroAmps(u32::try_from(ua).unwrap_or(u32::MAX))
+    }
+}
 
 impl Amplitude {
     /// No stimulation.
     pub const ZERO: Self = Self(0);
 }
-
-/// What the DAC gets: 0…65535 over the stage's full scale, rounded down so
-/// that an output never exceeds what was asked.
-#[derive(
-    Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default, Serialize, Deserialize, Schema,
-)]
-pub struct DacCode(pub u16);
 
 /// Quantities in Q15.16 with the operators that are sound: sums and differences of
 /// the same quantity, which saturate.
@@ -216,10 +310,10 @@ mod tests {
 
     #[test]
     fn comparisons_survive_the_wrap() {
-        let before = Micros(u32::MAX - 9);
-        let after = before.plus(20);
-        assert_eq!(after, Micros(10));
-        assert_eq!(after.since(before), 20);
+        let before = Micros::new(u32::MAX - 9);
+        let after = before + us(20);
+        assert_eq!((after, after - us(20)), (Micros::new(10), before));
+        assert_eq!((after - before, (before - after).us()), (us(20), -20));
         assert!(before.is_before(after));
         assert!(after.has_reached(before));
         assert_eq!(before.elapsed_since(after), 0);

@@ -6,7 +6,7 @@ use firmware::link::{Code, Event, Request, SCHEMA};
 use firmware::safety::{Fault, FaultRecord, StageSpec, State, StopCause};
 use firmware::units::{Amplitude, Micros};
 
-const BOOT: Micros = Micros(u32::MAX - 100_000);
+const BOOT: Micros = Micros::new(u32::MAX - 100_000);
 
 #[test]
 fn refused_arming_leaves_nothing_behind() {
@@ -174,7 +174,7 @@ fn arming_expires_after_ten_seconds_also_after_an_hour_of_idleness() {
 fn a_fault_found_at_boot_is_latched_shown_and_cleared() {
     let record = FaultRecord {
         fault: Fault::Watchdog,
-        at: Micros(5),
+        at: Micros::new(5),
         residual: [7; 10],
     };
     let mut desk = Desk::boot(BOOT, Some(record));
@@ -284,7 +284,7 @@ fn arming_tells_what_each_electrode_read() {
     let [(0, applied, current_ua), (1, same, 0)] = readings(&heard)[..] else {
         panic!("{heard:?}");
     };
-    let flows = f64::from(applied.0); // mV on 1 kΩ: µA
+    let flows = f64::from(applied.get()); // mV on 1 kΩ: µA
     assert!(
         (f64::from(current_ua) - flows).abs() <= 30.0,
         "{applied:?}: {current_ua} µA"

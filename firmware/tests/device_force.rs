@@ -6,10 +6,10 @@ use firmware::link::{Code, Request};
 use firmware::muscle::{CalciumForceSpec, MuscleSpec, Recruitment, RecruitmentSpec};
 use firmware::pulse::{Partner, State as Line, TrainSpec};
 use firmware::safety::{ChannelSpec, State, WearerSpec};
-use firmware::units::{Amplitude, Micros};
+use firmware::units::{Amplitude, Micros, us};
 use proptest::prelude::*;
 
-pub(crate) const BOOT: Micros = Micros(u32::MAX - 300_000);
+pub(crate) const BOOT: Micros = Micros::new(u32::MAX - 300_000);
 
 /// K01 of Lee 2020, table 4.
 const K01: CalciumForceSpec = CalciumForceSpec {
@@ -21,9 +21,9 @@ const K01: CalciumForceSpec = CalciumForceSpec {
 };
 
 pub(crate) const RECRUITMENT: RecruitmentSpec = RecruitmentSpec {
-    motor_threshold: Amplitude(10_000),
-    limit: Amplitude(20_000),
-    reference: Amplitude(20_000),
+    motor_threshold: Amplitude::new(10_000),
+    limit: Amplitude::new(20_000),
+    reference: Amplitude::new(20_000),
     slope_micro: 300_000,
 };
 
@@ -165,7 +165,7 @@ fn a_setpoint_that_cannot_be_met_is_refused_by_name() {
         millinewton: 1,
         millinewton_per_s,
     };
-    let early = Some(desk.now().minus(2_000_000));
+    let early = Some(desk.now() - us(2_000_000));
     for (request, code, field) in [
         (force(0, most() + 1), Code::ForceOutOfReach, "millinewton"),
         (force(1, 100), Code::NoForceControl, "channel"),
@@ -225,7 +225,7 @@ fn what_cannot_be_controlled_is_refused_at_arming() {
     });
     // The muscle's own limit must lie in the channel's.
     let low = ChannelSpec {
-        limit: Amplitude(19_999),
+        limit: Amplitude::new(19_999),
         ..slow
     };
     #[rustfmt::skip]

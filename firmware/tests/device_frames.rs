@@ -8,7 +8,7 @@ use firmware::pulse::{GroupSpec, MAX_GROUPS, Partner};
 use firmware::units::Micros;
 use serde::Serialize;
 
-const BOOT: Micros = Micros(0);
+const BOOT: Micros = Micros::new(0);
 const SEQ: u16 = 300;
 
 /// COBS and CRC around any message, of any length.

@@ -5,6 +5,7 @@ use crate::device_safety::{BOOT, running};
 use firmware::link::{Event, Request};
 use firmware::pulse::{Levels, Shape, State as Line, TrainSpec};
 use firmware::safety::{Fault, State};
+use firmware::units::us;
 
 /// Over-current at every microsecond of a pulse: isolated at that microsecond,
 /// and the recorded residual is what the pins say.
@@ -32,7 +33,7 @@ fn over_current_truncates_and_records_the_charge_left() {
     };
     let mut seen = 0;
     for step in 0..1_700u32 {
-        let mut desk = Desk::open(BOOT.plus(step * 991));
+        let mut desk = Desk::open(BOOT + us(step * 991));
         desk.run(
             wearer(),
             &[channel(burst), channel(mono), channel(slow)],
@@ -113,7 +114,7 @@ fn over_current_truncates_and_records_the_charge_left() {
 fn amplitudes_are_zero_after_a_fault_at_any_moment_of_a_refill() {
     let mut cleared = 0;
     for step in 0..500u32 {
-        let mut desk = running(0, wearer(), BOOT.plus(step * 991));
+        let mut desk = running(0, wearer(), BOOT + us(step * 991));
         desk.wait(30_000);
         let pulse = *driven(&desk.record.levels, 0).last().unwrap();
         let until = pulse + u64::from(2 * PLAIN.period_us - 500 + step) - desk.time();

@@ -9,7 +9,7 @@ use firmware::pulse::TrainSpec;
 use firmware::units::{Amplitude, Micros};
 
 /// The clock wraps while the trains run.
-const BOOT: Micros = Micros(u32::MAX - 700_000);
+const BOOT: Micros = Micros::new(u32::MAX - 700_000);
 
 /// K05 of Lee 2020, table 4: the subject with the shortest time constant.
 const K05: Muscle = Muscle {
@@ -29,9 +29,9 @@ const SPEC: MuscleSpec = MuscleSpec {
         tau2_us: 124_100,
     },
     recruitment: RecruitmentSpec {
-        motor_threshold: Amplitude(2_000),
-        limit: Amplitude(20_000),
-        reference: Amplitude(20_000),
+        motor_threshold: Amplitude::new(2_000),
+        limit: Amplitude::new(20_000),
+        reference: Amplitude::new(20_000),
         // So flat that a DAC code tells the gain within 0.002 %.
         slope_micro: 10_000,
     },
@@ -98,7 +98,7 @@ fn gain(desk: &Desk, channel: usize, at: u64) -> f64 {
     let code = before.next_back().map_or(0, |&(.., code)| code);
     let microampere = (f64::from(code) / 65_536.0 * 100_000.0).round();
     let (_, recruitment) = SPEC.validate().unwrap();
-    let gain = recruitment.gain(Amplitude(microampere as u32));
+    let gain = recruitment.gain(Amplitude::new(microampere as u32));
     gain.get().to_num()
 }
 

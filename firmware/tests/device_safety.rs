@@ -6,7 +6,7 @@ use firmware::pulse::{Partner, State as Line, TrainSpec};
 use firmware::safety::{ChannelSpec, Fault, State, StopCause, WearerSpec};
 use firmware::units::Micros;
 
-pub const BOOT: Micros = Micros(u32::MAX - 3_000_000);
+pub const BOOT: Micros = Micros::new(u32::MAX - 3_000_000);
 
 /// Trains that make isolation hard: bursts, long groundings, isolated partners.
 fn scene(kind: usize) -> (Vec<ChannelSpec>, Option<Request>) {
@@ -79,7 +79,7 @@ fn silence_isolates_within_timeout_and_fall_for_every_timeout() {
                 ..WearerSpec::default()
             };
             // Any phase against the windows, across the wrap.
-            let boot = Micros(u32::MAX - 200_000 - 37 * u32::from(host_timeout_ms));
+            let boot = Micros::new(u32::MAX - 200_000 - 37 * u32::from(host_timeout_ms));
             let mut desk = running(kind, wearer, boot);
             desk.wait(7_000 + u32::from(host_timeout_ms) * 13 % 5_000);
             desk.send(Request::KeepAlive);

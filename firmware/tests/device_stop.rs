@@ -6,7 +6,7 @@ use firmware::link::{Code, Event, Request, SCHEMA};
 use firmware::safety::{State, StopCause};
 use firmware::units::Micros;
 
-const BOOT: Micros = Micros(u32::MAX - 300_000);
+const BOOT: Micros = Micros::new(u32::MAX - 300_000);
 
 /// Stimulating on two channels, and nothing of that unheard.
 fn stimulating() -> Desk {
@@ -152,10 +152,10 @@ fn a_thousand_orders_do_not_delay_a_stop() {
     let at = answer(&heard, numbers[1_000]).unwrap();
     println!(
         "stop carried out {} us after its arrival",
-        at.since(arrived)
+        (at - arrived).us()
     );
     // The window that is rendered next begins within two windows.
-    assert!(at.since(arrived) <= 500);
+    assert!((at - arrived).us() <= 500);
     assert_eq!(stopping(&heard), Some(at));
     assert_eq!(desk.state(), State::Stopping);
     let told = heard.iter().filter(|h| match h {

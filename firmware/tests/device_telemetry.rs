@@ -8,7 +8,7 @@ use firmware::pulse::TrainSpec;
 use firmware::safety::State;
 use firmware::units::{Amplitude, Micros};
 
-const BOOT: Micros = Micros(u32::MAX - 300_000);
+const BOOT: Micros = Micros::new(u32::MAX - 300_000);
 
 /// The last sample of the next `ms`, the host being alive.
 fn after(desk: &mut Desk, ms: u32) -> Telemetry {
@@ -30,7 +30,7 @@ fn a_repeated_subscription_keeps_its_phase() {
     }
     let times: Vec<Micros> = desk.samples().iter().map(|s| s.at).collect();
     assert!((19..=20).contains(&times.len()), "{}", times.len());
-    assert!(times.windows(2).all(|t| t[1].since(t[0]) == 10_000));
+    assert!(times.windows(2).all(|t| (t[1] - t[0]).us() == 10_000));
     // Another period begins anew.
     desk.must(Request::Subscribe { period_ms: 20 });
     desk.heard();
@@ -55,7 +55,7 @@ fn what_is_not_there_is_none_and_the_state_is_told() {
     assert_eq!(silent.amplitudes, [None, None]);
     desk.must(all(1, 10_000));
     let one = after(&mut desk, 60);
-    assert_eq!(one.amplitudes, [Some(Amplitude(10_000)), None]);
+    assert_eq!(one.amplitudes, [Some(Amplitude::new(10_000)), None]);
     for sample in [&idle, &armed, &silent, &one] {
         assert_eq!(sample.target_centideg, None);
         assert_eq!(sample.measured_centideg, None);
@@ -69,7 +69,7 @@ fn what_is_not_there_is_none_and_the_state_is_told() {
     desk.must(Request::Stop);
     let falling = after(&mut desk, 25);
     assert_eq!(falling.state, State::Stopping);
-    assert!(falling.amplitudes[0] < Some(Amplitude(10_000)));
+    assert!(falling.amplitudes[0] < Some(Amplitude::new(10_000)));
     let stopped = after(&mut desk, 100);
     assert_eq!(stopped.state, State::Idle);
     assert_eq!(stopped.amplitudes, [None, None]);
@@ -86,7 +86,7 @@ fn a_train_that_has_played_is_none() {
     desk.run(wearer(), &[channel(finite), channel(PLAIN)], 10_000);
     desk.must(Request::Subscribe { period_ms: 5 });
     let last = after(&mut desk, 150);
-    assert_eq!(last.amplitudes, [None, Some(Amplitude(10_000))]);
+    assert_eq!(last.amplitudes, [None, Some(Amplitude::new(10_000))]);
 }
 
 #[test]
@@ -107,7 +107,10 @@ fn a_force_of_nothing_has_no_amplitude_and_no_rate() {
     let during = after(&mut desk, 60);
     assert_eq!(during.force_control[0].target_mn, Some(6_000));
     assert_eq!(during.force_control[0].period_us, Some(20_000));
-    assert!(during.amplitudes[0] > Some(Amplitude(10_000)), "{during:?}");
+    assert!(
+        during.amplitudes[0] > Some(Amplitude::new(10_000)),
+        "{during:?}"
+    );
     desk.must(force(0, 0));
     let none = after(&mut desk, 10);
     assert_eq!(none.force_control[0].target_mn, Some(0));

@@ -8,25 +8,25 @@ use firmware::link::{Code, Event, Request, Telemetry};
 use firmware::safety::{Fault, State, StopCause};
 use firmware::units::{Amplitude, Micros};
 
-const BOOT: Micros = Micros(u32::MAX - 100_000);
+const BOOT: Micros = Micros::new(u32::MAX - 100_000);
 
 /// 1 mA/° from 90° on, 5 to 10 mA over the 9° before it, 4 mA on the antagonist.
 const WALL: WallSpec = WallSpec {
     at_mdeg: 90_000,
     side: Side::Flexion,
     channel: 0,
-    max: Amplitude(20_000),
+    max: Amplitude::new(20_000),
     stiffness: 1_000,
     damping: 0,
     cutoff_mhz: 10_000,
     pre_wall: Some(PreWall {
         depth_mdeg: 9_000,
-        begin: Amplitude(5_000),
-        end: Amplitude(10_000),
+        begin: Amplitude::new(5_000),
+        end: Amplitude::new(10_000),
     }),
     co_contraction: Some(CoContraction {
         channel: 1,
-        amplitude: Amplitude(4_000),
+        amplitude: Amplitude::new(4_000),
     }),
     angle_min_mdeg: 0,
     angle_max_mdeg: 150_000,
@@ -73,19 +73,19 @@ fn depth_becomes_amplitude_and_telemetry_shows_both() {
     // In the middle of the pre-wall.
     let near = hold(&mut desk, 8_550);
     assert!(
-        (7_499..=7_500).contains(&near.amplitudes[0].unwrap().0),
+        (7_499..=7_500).contains(&near.amplitudes[0].unwrap().get()),
         "{near:?}"
     );
     assert_eq!(near.amplitudes[1], None);
     let inside = hold(&mut desk, 9_500);
     assert_eq!(
         inside.amplitudes,
-        [Some(Amplitude(15_000)), Some(Amplitude(4_000))]
+        [Some(Amplitude::new(15_000)), Some(Amplitude::new(4_000))]
     );
     assert_eq!(inside.effort_milli, Some(5_000));
     assert!(!inside.limiting);
     let deep = hold(&mut desk, 11_000);
-    assert_eq!(deep.amplitudes[0], Some(Amplitude(20_000)));
+    assert_eq!(deep.amplitudes[0], Some(Amplitude::new(20_000)));
     assert!(deep.limiting);
     // Out again: silence, and telemetry says so.
     let out = hold(&mut desk, 8_000);
@@ -114,7 +114,7 @@ fn the_boards_converter_feeds_the_wall_by_the_same_path() {
     assert_eq!(seen.measured_centideg, Some(9_500));
     assert_eq!(
         seen.amplitudes,
-        [Some(Amplitude(15_000)), Some(Amplitude(4_000))]
+        [Some(Amplitude::new(15_000)), Some(Amplitude::new(4_000))]
     );
     let at = desk.now();
     let host = Request::Measurement {
@@ -174,8 +174,8 @@ fn arming_names_what_does_not_fit() {
     }
     #[rustfmt::skip]
     let at_arming: [(Change, Code, &str); 4] = [
-        (|w| w.max.0 = 20_001, Code::AboveWearerLimit, "max"),
-        (|w| other(w).amplitude.0 = 20_001, Code::AboveWearerLimit, "amplitude"),
+        (|w| w.max = Amplitude::new(20_001), Code::AboveWearerLimit, "max"),
+        (|w| other(w).amplitude = Amplitude::new(20_001), Code::AboveWearerLimit, "amplitude"),
         (|w| w.channel = 5, Code::NoTrain, "wall"),
         (|w| other(w).channel = 9, Code::NoTrain, "wall"),
     ];

@@ -6,7 +6,7 @@ use firmware::control::SensorSource;
 use firmware::haptics::{Side, WallSpec};
 use firmware::link::{Code, Event, Request};
 use firmware::safety::{Fault, State, StopCause, WearerSpec};
-use firmware::units::Amplitude;
+use firmware::units::{Amplitude, us};
 
 /// Stimulating with channel 0 under force control.
 fn following() -> Desk {
@@ -101,7 +101,7 @@ fn a_force_while_stopping_is_acknowledged_and_changes_nothing() {
 #[test]
 fn an_untimed_force_while_a_timed_one_waits_is_out_of_order() {
     let mut desk = following();
-    let at = Some(desk.now().plus(50_000));
+    let at = Some(desk.now() + us(50_000));
     desk.must(Request::Force {
         channel: 0,
         at,
@@ -118,7 +118,7 @@ fn wall() -> Request {
         at_mdeg: 10_000,
         side: Side::Flexion,
         channel: 0,
-        max: Amplitude(10_000),
+        max: Amplitude::new(10_000),
         stiffness: 1_000,
         damping: 0,
         cutoff_mhz: 10_000,

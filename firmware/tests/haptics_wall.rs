@@ -14,7 +14,7 @@ const PLAIN: WallSpec = WallSpec {
     at_mdeg: 90_000,
     side: Side::Flexion,
     channel: 0,
-    max: Amplitude(80_000),
+    max: Amplitude::new(80_000),
     stiffness: 8_889,
     damping: 0,
     cutoff_mhz: 10_000,
@@ -28,14 +28,14 @@ const PLAIN: WallSpec = WallSpec {
 
 const PRE_WALL: PreWall = PreWall {
     depth_mdeg: 9_000,
-    begin: Amplitude(20_000),
-    end: Amplitude(80_000),
+    begin: Amplitude::new(20_000),
+    end: Amplitude::new(80_000),
 };
 
 /// One tick at rest at this angle, hundredths of a degree.
 fn at(spec: &WallSpec, centideg: i16) -> WallOrders {
     let wall = Wall::new(spec).unwrap();
-    let (mut state, now) = (WallState::default(), Micros(u32::MAX - 3));
+    let (mut state, now) = (WallState::default(), Micros::new(u32::MAX - 3));
     let angle = Angle::from_centideg(centideg);
     wall.measurement(&mut state, now, now, angle).unwrap();
     wall.tick(&mut state, now, None).unwrap()
@@ -43,7 +43,7 @@ fn at(spec: &WallSpec, centideg: i16) -> WallOrders {
 
 fn amplitudes(spec: &WallSpec, centideg: i16) -> Vec<u32> {
     let orders = at(spec, centideg);
-    orders.amplitudes.iter().map(|(_, a)| a.0).collect()
+    orders.amplitudes.iter().map(|(_, a)| a.get()).collect()
 }
 
 #[test]
@@ -53,7 +53,7 @@ fn the_papers_equation_1_holds_on_both_sides_of_the_wall() {
     assert_eq!(amplitudes(&PLAIN, 9_100), [8_889]);
     assert_eq!(amplitudes(&PLAIN, 9_500), [44_445]);
     let deep = at(&PLAIN, 11_000);
-    assert_eq!(deep.amplitudes[0], (0, Amplitude(80_000)));
+    assert_eq!(deep.amplitudes[0], (0, Amplitude::new(80_000)));
     assert!(deep.limiting && !at(&PLAIN, 9_500).limiting);
     assert_eq!(deep.penetration, Angle::from_centideg(2_000));
     assert_eq!(deep.wall, Angle::from_centideg(9_000));
@@ -81,7 +81,7 @@ fn the_pre_wall_ramps_from_its_begin_to_its_end_and_the_wall_goes_on_from_there(
     assert!((79_999..=80_000).contains(&amplitudes(&paper, 9_000)[0]));
     let gentle = WallSpec {
         pre_wall: Some(PreWall {
-            end: Amplitude(30_000),
+            end: Amplitude::new(30_000),
             ..PRE_WALL
         }),
         ..PLAIN
@@ -95,7 +95,7 @@ fn the_antagonist_works_inside_the_wall_only() {
         pre_wall: Some(PRE_WALL),
         co_contraction: Some(CoContraction {
             channel: 1,
-            amplitude: Amplitude(40_000),
+            amplitude: Amplitude::new(40_000),
         }),
         ..PLAIN
     };
@@ -112,10 +112,12 @@ fn follow(spec: &WallSpec, course: impl Iterator<Item = f64>) -> Vec<u32> {
     (0u32..)
         .zip(course)
         .map(|(ms, deg)| {
-            let now = Micros(ms * 1000);
+            let now = Micros::new(ms * 1000);
             let angle = Angle::from_centideg((deg * 100.0).round() as i16);
             wall.measurement(&mut state, now, now, angle).unwrap();
-            wall.tick(&mut state, now, None).unwrap().amplitudes[0].1.0
+            wall.tick(&mut state, now, None).unwrap().amplitudes[0]
+                .1
+                .get()
         })
         .collect()
 }
@@ -148,16 +150,16 @@ fn measurements_are_judged_as_a_joints_are() {
     let wall = Wall::new(&PLAIN).unwrap();
     let mut state = WallState::default();
     assert_eq!(
-        wall.tick(&mut state, Micros(0), None),
+        wall.tick(&mut state, Micros::new(0), None),
         Err(SensorFault::Absent)
     );
     let angle = Angle::from_centideg(9_500);
-    wall.measurement(&mut state, Micros(0), Micros(0), angle)
+    wall.measurement(&mut state, Micros::new(0), Micros::new(0), angle)
         .unwrap();
-    assert!(wall.tick(&mut state, Micros(50_000), None).is_ok());
+    assert!(wall.tick(&mut state, Micros::new(50_000), None).is_ok());
     let stale = SensorFault::Stale { limit_ms: 50 };
-    assert_eq!(wall.tick(&mut state, Micros(50_001), None), Err(stale));
-    let (now, far) = (Micros(60_000), Angle::from_centideg(17_001));
+    assert_eq!(wall.tick(&mut state, Micros::new(50_001), None), Err(stale));
+    let (now, far) = (Micros::new(60_000), Angle::from_centideg(17_001));
     wall.measurement(&mut state, now, now, far).unwrap();
     let centideg = 17_001;
     assert_eq!(
@@ -171,7 +173,7 @@ fn refused(change: impl FnOnce(&mut WallSpec)) -> WallError {
         pre_wall: Some(PRE_WALL),
         co_contraction: Some(CoContraction {
             channel: 1,
-            amplitude: Amplitude(40_000),
+            amplitude: Amplitude::new(40_000),
         }),
         ..PLAIN
     };
@@ -204,16 +206,16 @@ fn every_field_out_of_range_is_named_with_what_it_allows() {
         (refused(|s| s.at_mdeg = 150_001), range("at_mdeg", 150_001, 0, 150_000)),
         (refused(|s| s.at_mdeg = -1), range("at_mdeg", -1, 0, 150_000)),
         (refused(|s| s.channel = 10), range("channel", 10, 0, 9)),
-        (refused(|s| s.max.0 = 0), range("max", 0, 1, amplitude)),
-        (refused(|s| s.max.0 = u32::MAX), range("max", u32::MAX.into(), 1, amplitude)),
+        (refused(|s| s.max = Amplitude::new(0)), range("max", 0, 1, amplitude)),
+        (refused(|s| s.max = Amplitude::new(u32::MAX)), range("max", u32::MAX.into(), 1, amplitude)),
         (refused(|s| s.stiffness = 0), range("stiffness", 0, 1, amplitude)),
         (refused(|s| s.damping = 20_001), range("damping", 20_001, 0, 20_000)),
         (refused(|s| s.cutoff_mhz = 499), range("cutoff_mhz", 499, 500, 20_000)),
         (pre(|p| p.depth_mdeg = 99), range("depth_mdeg", 99, 100, 45_000)),
-        (pre(|p| p.end.0 = 80_001), range("end", 80_001, 0, 80_000)),
-        (pre(|p| p.begin.0 = 80_001), range("begin", 80_001, 0, 80_000)),
+        (pre(|p| p.end = Amplitude::new(80_001)), range("end", 80_001, 0, 80_000)),
+        (pre(|p| p.begin = Amplitude::new(80_001)), range("begin", 80_001, 0, 80_000)),
         (co(|c| c.channel = 10), range("channel", 10, 0, 9)),
-        (co(|c| c.amplitude.0 = 0), range("amplitude", 0, 1, amplitude)),
+        (co(|c| c.amplitude = Amplitude::new(0)), range("amplitude", 0, 1, amplitude)),
         (refused(|s| s.angle_max_mdeg = 180_001), range("angle_max_mdeg", 180_001, 1, 180_000)),
         (refused(|s| s.stale_after_ms = 1), range("stale_after_ms", 1, 2, 500)),
         (refused(|s| s.sensor = short), range("code_at_100 - code_at_0", 99, 100, 4095)),
@@ -238,8 +240,8 @@ fn any_spec() -> impl Strategy<Value = WallSpec> {
             let (flexion, pre, both) = rest;
             let pre_wall = pre.map(|(depth_mdeg, a, b)| PreWall {
                 depth_mdeg,
-                begin: Amplitude(a.min(b).min(max)),
-                end: Amplitude(a.max(b).min(max)),
+                begin: Amplitude::new(a.min(b).min(max)),
+                end: Amplitude::new(a.max(b).min(max)),
             });
             WallSpec {
                 at_mdeg,
@@ -248,14 +250,14 @@ fn any_spec() -> impl Strategy<Value = WallSpec> {
                 } else {
                     Side::Extension
                 },
-                max: Amplitude(max),
+                max: Amplitude::new(max),
                 stiffness,
                 damping,
                 cutoff_mhz,
                 pre_wall,
                 co_contraction: both.then_some(CoContraction {
                     channel: 9,
-                    amplitude: Amplitude(max),
+                    amplitude: Amplitude::new(max),
                 }),
                 angle_min_mdeg: -180_000,
                 angle_max_mdeg: 180_000,
@@ -275,7 +277,7 @@ proptest! {
         let wall = Wall::new(&spec).unwrap();
         let mut state = WallState::default();
         for (ms, centideg) in (0u32..).zip(angles) {
-            let now = Micros((u32::MAX - 20_000).wrapping_add(ms * 1000));
+            let now = Micros::new((u32::MAX - 20_000).wrapping_add(ms * 1000));
             let angle = Angle::from_centideg(centideg);
             wall.measurement(&mut state, now, now, angle).unwrap();
             let orders = wall.tick(&mut state, now, None).unwrap();
@@ -286,7 +288,7 @@ proptest! {
                 let p = sign * (deg(angle) - deg(orders.wall));
                 let (depth, begin, end) = spec.pre_wall.map_or((0.0, 0.0, 0.0), |pre| {
                     let depth = deg(Angle::from_millideg(pre.depth_mdeg as i32));
-                    (depth, f64::from(pre.begin.0), f64::from(pre.end.0))
+                    (depth, f64::from(pre.begin.get()), f64::from(pre.end.get()))
                 });
                 let exact = if p > 0.0 {
                     end + p * f64::from(spec.stiffness)
@@ -295,8 +297,8 @@ proptest! {
                 } else {
                     0.0
                 };
-                let exact = exact.min(f64::from(spec.max.0));
-                let got = f64::from(orders.amplitudes[0].1.0);
+                let exact = exact.min(f64::from(spec.max.get()));
+                let got = f64::from(orders.amplitudes[0].1.get());
                 // Both are cut off: the ramp's slope at 2^-26 of itself a bit of
                 // angle, the amplitude at 1.
                 let cut = 1.0 + (p + depth).max(0.0) / 1024.0;

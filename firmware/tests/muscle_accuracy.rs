@@ -8,6 +8,7 @@
 use crate::muscle_ladder::twins::{self, Muscle, Pulse, Tiring};
 use crate::muscle_ladder::{START, error_pct, spec, subjects, train};
 use firmware::muscle::{CalciumForce, CalciumForceState, Gain};
+use firmware::units::us;
 
 const GOLDEN: &str = include_str!("../../tests/golden/lee2020/golden_force.csv");
 
@@ -25,9 +26,9 @@ fn fixed(subject: &Muscle, pulses: &[Pulse], ms: u64) -> Vec<f64> {
     for sample in 0..=ms {
         while let Some((at, gain)) = pulses.next_if(|p| p.0 <= sample * 1000) {
             let gain = Gain::new(fixed::types::U1F31::from_num(*gain));
-            muscle.pulse(&mut state, START.plus(*at as u32), gain);
+            muscle.pulse(&mut state, START + us(*at as u32), gain);
         }
-        muscle.advance(&mut state, START.plus((sample * 1000) as u32));
+        muscle.advance(&mut state, START + us((sample * 1000) as u32));
         samples.push(muscle.force(&state).get().to_num());
     }
     samples

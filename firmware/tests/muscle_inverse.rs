@@ -23,9 +23,9 @@ const K01: CalciumForceSpec = CalciumForceSpec {
 
 /// From 10 to 20 mA, force at threshold 5 % of that at the limit.
 const RECRUITMENT: RecruitmentSpec = RecruitmentSpec {
-    motor_threshold: Amplitude(10_000),
-    limit: Amplitude(20_000),
-    reference: Amplitude(20_000),
+    motor_threshold: Amplitude::new(10_000),
+    limit: Amplitude::new(20_000),
+    reference: Amplitude::new(20_000),
     slope_micro: 300_000,
 };
 
@@ -37,18 +37,18 @@ fn settled(
     period_us: u32,
 ) -> f64 {
     let model = CalciumForce::new(spec).unwrap();
-    let mut state = CalciumForceState::at_rest(Micros(0));
+    let mut state = CalciumForceState::at_rest(Micros::new(0));
     let gain = recruitment.gain(amplitude);
     let slow = spec.tau_c_us + spec.tau1_us + spec.tau2_us;
     let pulses = (15 * slow) / period_us + 2;
     let (mut sum, steps) = (0.0, period_us / 250);
     for pulse in 0..=pulses {
         let at = pulse * period_us;
-        model.pulse(&mut state, Micros(at), gain);
+        model.pulse(&mut state, Micros::new(at), gain);
         for step in 0..steps {
             model.advance(
                 &mut state,
-                Micros(at + (2 * step + 1) * period_us / (2 * steps)),
+                Micros::new(at + (2 * step + 1) * period_us / (2 * steps)),
             );
             if pulse == pulses {
                 sum += model.force(&state).get().to_num::<f64>() / f64::from(steps);
@@ -241,9 +241,9 @@ prop_compose! {
         let span = f64::from(range + beyond);
         let steepest = (11.09e6 / span).clamp(1e4, 5e6);
         Recruitment::new(RecruitmentSpec {
-            motor_threshold: Amplitude(threshold),
-            limit: Amplitude(threshold + range),
-            reference: Amplitude(threshold + range + beyond),
+            motor_threshold: Amplitude::new(threshold),
+            limit: Amplitude::new(threshold + range),
+            reference: Amplitude::new(threshold + range + beyond),
             slope_micro: (1e4 + slope * (steepest - 1e4)) as u32,
         }).unwrap()
     }

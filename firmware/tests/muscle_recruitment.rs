@@ -8,9 +8,9 @@ use proptest::prelude::*;
 
 fn spec(threshold: u32, limit: u32, reference: u32, slope_micro: u32) -> RecruitmentSpec {
     RecruitmentSpec {
-        motor_threshold: Amplitude(threshold),
-        limit: Amplitude(limit),
-        reference: Amplitude(reference),
+        motor_threshold: Amplitude::new(threshold),
+        limit: Amplitude::new(limit),
+        reference: Amplitude::new(reference),
         slope_micro,
     }
 }
@@ -29,7 +29,7 @@ fn number(gain: Gain) -> f64 {
 
 /// Eq. (6): A(I)/A(I_0).
 fn truth(spec: &RecruitmentSpec, amplitude: u32) -> f64 {
-    let below = f64::from(spec.reference.0) - f64::from(amplitude);
+    let below = f64::from(spec.reference.get()) - f64::from(amplitude);
     (-f64::from(spec.slope_micro) * 1e-9 * below).exp()
 }
 
@@ -50,12 +50,12 @@ fn any_spec() -> impl Strategy<Value = RecruitmentSpec> {
 #[test]
 fn k01_is_the_papers_curve() {
     let curve = k01();
-    assert_eq!(curve.gain(Amplitude(12_000)), Gain::FULL);
+    assert_eq!(curve.gain(Amplitude::new(12_000)), Gain::FULL);
     // 1.47 N at 8 mA, 8.95 N at 12 mA (table 2, 20 Hz).
-    assert!((number(curve.gain(Amplitude(8_000))) - 1.47 / 8.95).abs() < 1e-4);
-    assert_eq!(curve.gain(Amplitude(7_999)), Gain::ZERO);
-    assert_eq!(curve.gain(Amplitude(u32::MAX)), Gain::FULL);
-    assert_eq!(curve.amplitude_for_gain(Gain::FULL), Amplitude(12_000));
+    assert!((number(curve.gain(Amplitude::new(8_000))) - 1.47 / 8.95).abs() < 1e-4);
+    assert_eq!(curve.gain(Amplitude::new(7_999)), Gain::ZERO);
+    assert_eq!(curve.gain(Amplitude::new(u32::MAX)), Gain::FULL);
+    assert_eq!(curve.amplitude_for_gain(Gain::FULL), Amplitude::new(12_000));
     assert_eq!(curve.amplitude_for_gain(Gain::ZERO), Amplitude::ZERO);
 }
 
@@ -63,7 +63,7 @@ fn k01_is_the_papers_curve() {
 fn gain_rises_with_every_microampere_and_comes_back() {
     let curve = k01();
     let mut last = Gain::ZERO;
-    for amplitude in (8_000..=12_000).map(Amplitude) {
+    for amplitude in (8_000..=12_000).map(Amplitude::new) {
         let gain = curve.gain(amplitude);
         assert!(gain > last, "{amplitude:?}");
         assert_eq!(curve.amplitude_for_gain(gain), amplitude);
@@ -77,14 +77,14 @@ fn worst_errors_are_as_stated_from_both_sides() {
     for slope in (10_000..=1_000_000).step_by(9_000) {
         let curve = Recruitment::new(spec(2_000, 12_000, 13_000, slope)).unwrap();
         for amplitude in (2_000..12_000).step_by(7) {
-            let gain = curve.gain(Amplitude(amplitude));
+            let gain = curve.gain(Amplitude::new(amplitude));
             let exact = truth(curve.spec(), amplitude);
             of_gain = of_gain.max(((number(gain) - exact).abs() - 2f64.powi(-31)) / exact);
             // An arbitrary gain in between, not one that gain() returned.
             let asked = Gain::new(gain.get() + U1F31::from_bits(9_999));
             let below = -number(asked).ln() / f64::from(slope) * 1e9;
             let inverse = (13_000.0 - below).clamp(2_000.0, 12_000.0);
-            let got = f64::from(curve.amplitude_for_gain(asked).0);
+            let got = f64::from(curve.amplitude_for_gain(asked).get());
             of_amplitude = of_amplitude.max((got - inverse).abs());
         }
     }
@@ -122,10 +122,10 @@ proptest! {
     #[test]
     fn gain_is_the_exponential(spec in any_spec(), where_in in 0.0f64..1.0) {
         let curve = Recruitment::new(spec).unwrap();
-        let (low, high) = (spec.motor_threshold.0, spec.limit.0);
+        let (low, high) = (spec.motor_threshold.get(), spec.limit.get());
         let amplitude = low + (f64::from(high - low) * where_in) as u32;
         let exact = truth(&spec, amplitude);
-        let got = number(curve.gain(Amplitude(amplitude)));
+        let got = number(curve.gain(Amplitude::new(amplitude)));
         prop_assert!((got - exact).abs() <= 9.2e-9 * exact + 2f64.powi(-31), "{} {}", got, exact);
     }
 
@@ -134,10 +134,10 @@ proptest! {
     #[test]
     fn amplitude_comes_back(spec in any_spec(), where_in in 0.0f64..1.0) {
         let curve = Recruitment::new(spec).unwrap();
-        let (low, high) = (spec.motor_threshold.0, spec.limit.0);
+        let (low, high) = (spec.motor_threshold.get(), spec.limit.get());
         let amplitude = low + (f64::from(high - low) * where_in) as u32;
-        let gain = curve.gain(Amplitude(amplitude));
-        let back = curve.amplitude_for_gain(gain).0;
+        let gain = curve.gain(Amplitude::new(amplitude));
+        let back = curve.amplitude_for_gain(gain).get();
         let unit = 2f64.powi(-31) / number(gain) * 1e9 / f64::from(spec.slope_micro);
         prop_assert!(f64::from(back.abs_diff(amplitude)) <= 0.6 + unit, "{} {}", back, amplitude);
     }
@@ -179,7 +179,7 @@ proptest! {
     #[test]
     fn gain_never_falls(spec in any_spec(), one in any::<u32>(), other in any::<u32>()) {
         let curve = Recruitment::new(spec).unwrap();
-        let inside = |a: u32| Amplitude(a % (spec.limit.0 + 10));
+        let inside = |a: u32| Amplitude::new(a % (spec.limit.get() + 10));
         let (less, more) = (inside(one).min(inside(other)), inside(one).max(inside(other)));
         prop_assert!(curve.gain(less) <= curve.gain(more));
     }

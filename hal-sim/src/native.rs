@@ -48,7 +48,7 @@ impl Device for Lockstep {
     fn output(&self, channel: usize) -> Option<Output> {
         let setup = self.setup()?;
         let stage = setup.channels.get(channel).copied().flatten()?.stage;
-        let full_scale = f64::from(stage.full_scale().0) * 1e-3;
+        let full_scale = f64::from(stage.full_scale().get()) * 1e-3;
         let partner = |group: &&Group| group.members() & 1 << channel != 0;
         let group = setup.groups.iter().find(partner);
         Some(Output {

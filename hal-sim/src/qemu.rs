@@ -95,7 +95,7 @@ impl Qemu {
     /// QEMU has ended or hangs.
     pub fn boot_seeded(&mut self, seed: u64) -> io::Result<()> {
         self.remote.number_sessions(seeded_session(seed));
-        self.boot(Micros(0), ResetCause::PowerOn, None)
+        self.boot(Micros::new(0), ResetCause::PowerOn, None)
     }
 
     /// Commands sent on the lock-step port so far.

@@ -12,15 +12,15 @@ use hal_sim::body::muscle::{Parameters, SUBJECTS};
 
 /// 10–20 mA; force at threshold is e^−3, 5 %, of that at the limit.
 const RECRUITMENT: RecruitmentSpec = RecruitmentSpec {
-    motor_threshold: Amplitude(10_000),
-    limit: Amplitude(20_000),
-    reference: Amplitude(20_000),
+    motor_threshold: Amplitude::new(10_000),
+    limit: Amplitude::new(20_000),
+    reference: Amplitude::new(20_000),
     slope_micro: 300_000,
 };
 
 /// Equation 6 in floating point.
 fn gain(amplitude: Amplitude) -> f64 {
-    (0.3e-3 * (f64::from(amplitude.0) - 20_000.0)).exp()
+    (0.3e-3 * (f64::from(amplitude.get()) - 20_000.0)).exp()
 }
 
 fn spec(p: &Parameters) -> CalciumForceSpec {
@@ -124,7 +124,7 @@ fn without_a_slowest_rate_no_order_changes() {
                     let force = Force::new(I16F16::from_num(force));
                     let ahead = inverse.ahead(force, ForceRate::new(I16F16::from_num(rate)));
                     let drive = inverse.drive(&recruitment, ahead);
-                    fold(u64::from(drive.amplitude.0) << 32 | u64::from(drive.period_us));
+                    fold(u64::from(drive.amplitude.get()) << 32 | u64::from(drive.period_us));
                 }
             }
         }

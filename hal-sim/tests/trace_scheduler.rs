@@ -6,7 +6,7 @@ use firmware::pulse::{
     CHANNELS, Group as FirmwareGroup, GroupSpec, Partner, Scheduler, Shape as FirmwareShape,
     Supply, Train, TrainError, TrainSpec as FirmwareSpec, WINDOW_US, WindowPlan, check_members,
 };
-use firmware::units::{DacCode, Micros};
+use firmware::units::{DacCode, Micros, us};
 use hal_sim::trace::{
     Expectation, Group, GroupKind, Levels, Limits, Polarity, Shape, Trace, TrainSpec, check,
 };
@@ -23,7 +23,9 @@ struct Changing;
 
 impl Supply for Changing {
     fn burst(&mut self, channel: u8, at: Micros) -> Option<DacCode> {
-        Some(DacCode((at.0 / 13 + u32::from(channel) * 977) as u16))
+        Some(DacCode::new(
+            (at.get() / 13 + u32::from(channel) * 977) as u16,
+        ))
     }
     fn may_pulse(&mut self, _: u8, _: Micros) -> bool {
         true
@@ -125,17 +127,17 @@ fn scene() -> impl Strategy<Value = Scene> {
 impl Scene {
     fn render(&self, trains: &[Option<Train>; CHANNELS], groups: &[FirmwareGroup]) -> Trace {
         let mut scheduler = Scheduler::new();
-        let epoch = Micros(self.start).plus(self.lead_us);
+        let epoch = Micros::new(self.start) + us(self.lead_us);
         scheduler.start(trains, groups, Some(0), epoch);
         let (mut trace, mut plan) = (Trace::default(), WindowPlan::new());
         for window in 0..WINDOWS {
             let t_us = u64::from(self.start) + window * u64::from(WINDOW_US);
             scheduler
-                .render(Micros(t_us as u32), &mut Changing, &mut plan)
+                .render(Micros::new(t_us as u32), &mut Changing, &mut plan)
                 .expect("no window is late or full");
             for &(channel, code) in &plan.dac {
                 let written_us = t_us - u64::from(WINDOW_US) + REFILL_US;
-                trace.record_dac(written_us, channel, code.0);
+                trace.record_dac(written_us, channel, code.get());
             }
             for change in &plan.changes {
                 let levels = Levels(change.levels.0);

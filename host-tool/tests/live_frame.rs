@@ -25,7 +25,7 @@ fn model(session: &str) -> Model {
         version: [0, 1, 0],
         kind: Kind::Native,
         unique_id: [0; 3],
-        at: Micros(0),
+        at: Micros::new(0),
         state: State::Idle,
         reset: ResetCause::PowerOn,
         last_fault: None,
@@ -36,7 +36,7 @@ fn model(session: &str) -> Model {
 
 fn status(state: State, fault: Option<FaultRecord>) -> Status {
     Status {
-        at: Micros(12_000_000),
+        at: Micros::new(12_000_000),
         state,
         fault,
         counters: Counters {
@@ -86,7 +86,7 @@ fn faulted() -> Model {
     play(&mut model);
     let record = FaultRecord {
         fault: Fault::OverCurrent,
-        at: Micros(12_000_000),
+        at: Micros::new(12_000_000),
         residual: [0; 10],
     };
     model.see(Seen::Event(12.0, &Event::Faulted(record)));

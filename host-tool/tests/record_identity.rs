@@ -91,7 +91,7 @@ impl Port for Disguised {
 /// The page of a run on a device with this number, called "chip simulator".
 fn page_of(unique_id: [u32; 3]) -> String {
     let file = SessionFile::parse("short.toml", &one_channel(0.3, 20)).unwrap();
-    let boot = firmware::units::Micros(0);
+    let boot = firmware::units::Micros::new(0);
     let port = simulated(&file.session, 1, Box::new(native(boot)), boot).unwrap();
     let port = Disguised {
         port,

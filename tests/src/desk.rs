@@ -120,7 +120,7 @@ pub const fn channel(train: TrainSpec, full_scale_ua: u32, limit_ua: u32) -> Cha
     ChannelSpec {
         train,
         stage: StageSpec::Current { full_scale_ua },
-        limit: Amplitude(limit_ua),
+        limit: Amplitude::new(limit_ua),
     }
 }
 

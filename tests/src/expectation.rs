@@ -17,7 +17,7 @@ pub fn of_session(session: &Session, epoch_us: u64, end_us: u64) -> Expectation 
     let Course::Amplitudes(values) = &session.setpoints.course else {
         panic!("constant amplitudes only");
     };
-    let is_driven = |index: u8| values.iter().any(|(c, a)| *c == index && a.0 > 0);
+    let is_driven = |index: u8| values.iter().any(|(c, a)| *c == index && a.get() > 0);
     let driven = session.channels.iter().filter(|c| is_driven(c.index()));
     let trains = driven.map(|c| train(c.index(), &c.spec.train, epoch_us..end_us + 1));
     expectation(trains.collect(), &session.groups, end_us)

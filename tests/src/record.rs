@@ -21,21 +21,21 @@ impl Record {
     #[must_use]
     pub fn from(at: Micros) -> Self {
         let mut record = Self::default();
-        record.levels.at(at.0);
-        record.dac.at(at.0);
+        record.levels.at(at.get());
+        record.dac.at(at.get());
         record
     }
 }
 
 impl Sink for Record {
     fn levels(&mut self, at: Micros, levels: Levels) {
-        let t = self.levels.at(at.0);
+        let t = self.levels.at(at.get());
         self.trace.record_levels(t, trace::Levels(levels.0));
     }
 
     fn dac(&mut self, at: Micros, channel: u8, code: DacCode) {
-        let t = self.dac.at(at.0);
-        self.trace.record_dac(t, channel, code.0);
+        let t = self.dac.at(at.get());
+        self.trace.record_dac(t, channel, code.get());
     }
 
     fn bytes(&mut self, _: Micros, bytes: &[u8]) {

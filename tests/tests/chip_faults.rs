@@ -59,14 +59,14 @@ impl Bench {
     fn say(&mut self, request: Request) {
         let frame = desk::frame(self.session, self.seq, request);
         self.seq = self.seq.wrapping_add(1);
-        let now = Micros(self.board.now_us() as u32);
+        let now = Micros::new(self.board.now_us() as u32);
         let (sensors, record) = (&self.sensors, &mut self.record);
         let done = self.board.receive(now, &frame, sensors, record);
         done.unwrap_or_else(|e| panic!("{e}"));
     }
 
     fn run_us(&mut self, us: u64) {
-        let to = Micros((self.board.now_us() + us) as u32);
+        let to = Micros::new((self.board.now_us() + us) as u32);
         let done = self.board.advance(to, &self.sensors, &mut self.record);
         done.unwrap_or_else(|e| panic!("{e}"));
         for message in desk::messages(&std::mem::take(&mut self.record.bytes)) {
@@ -107,7 +107,7 @@ impl Bench {
         for _ in 0..ms / 5 {
             self.say(Request::Amplitudes {
                 mask: 0b10_0001,
-                values: [Amplitude(5_000); 2].into_iter().collect(),
+                values: [Amplitude::new(5_000); 2].into_iter().collect(),
             });
             self.run_us(5_000);
         }

@@ -8,7 +8,7 @@ use firmware::device::Identity;
 use firmware::link::{Event, HelloInfo, Kind, Response};
 use firmware::lockstep::{Lockstep, Sensors};
 use firmware::safety::{FaultRecord, StageSpec};
-use firmware::units::Micros;
+use firmware::units::{Micros, us};
 use hal_sim::body::Drive;
 use hal_sim::chip::soc::Pace;
 use hal_sim::lockstep::Output;
@@ -39,7 +39,7 @@ fn on_chip(log: &[Step], pace: Pace) -> (Watched, Record, Vec<(Micros, Sensors)>
     // The wearer moves just after a control tick has looked: the chip converts
     // the angle up to four times before the next, the last of them may be late.
     let begin = (board.board.now_us() / 1000 + 1) * 1000 + 20;
-    let time = |at: Micros| Micros(begin as u32).plus(at.elapsed_since(BOOT));
+    let time = |at: Micros| Micros::new(begin as u32) + us(at.elapsed_since(BOOT));
     let (mut record, mut worlds) = (Record::default(), Vec::new());
     board.advance(begin, &Sensors::default(), &mut record);
     for step in log {
@@ -54,7 +54,7 @@ fn on_chip(log: &[Step], pace: Pace) -> (Watched, Record, Vec<(Micros, Sensors)>
             ..*sensors
         };
         worlds.push((time(*at), sensors));
-        board.advance(time(*at).0.into(), &sensors, &mut record);
+        board.advance(time(*at).get().into(), &sensors, &mut record);
         bytes.inspect(|bytes| board.send(bytes));
     }
     (board, record, worlds)
@@ -67,8 +67,8 @@ fn in_process(chip: &Watched, worlds: &[(Micros, Sensors)], hello: &HelloInfo) -
         ..identity(Kind::Board, hello.session)
     };
     let mut record = Record::default();
-    let boot = worlds[0].0.0 / 1000 * 1000 - 1000;
-    let mut board = Lockstep::new(identity, Micros(boot));
+    let boot = worlds[0].0.get() / 1000 * 1000 - 1000;
+    let mut board = Lockstep::new(identity, Micros::new(boot));
     let mut calls = chip.served.iter().peekable();
     for (to, sensors) in worlds {
         while let Some(call) = calls.next_if(|call| call.done.is_before(*to)) {
@@ -102,8 +102,9 @@ fn compare(log: &[Step]) {
     let wall = start.elapsed().as_secs_f64();
     let hello = hello(&chip);
     let native = in_process(&board, &worlds, &hello);
-    let late =
-        |call: &&Served| call.at.0.wrapping_sub(2) % 250 + call.done.elapsed_since(call.at) >= 250;
+    let late = |call: &&Served| {
+        call.at.get().wrapping_sub(2) % 250 + call.done.elapsed_since(call.at) >= 250
+    };
     let costs = board.served.iter().map(|c| c.done.elapsed_since(c.at));
     println!(
         "the chip took {wall:.1} s; the session was called {} times, longest {} us, {} over a refill",
@@ -177,13 +178,14 @@ fn same_messages(chip: &[u8], native: &[u8]) {
 
 fn without_stop(response: &Response<'_>) -> String {
     let mut response = response.clone();
-    let forget = |record: &mut FaultRecord| (record.at, record.residual) = (Micros(0), [0; 10]);
+    let forget =
+        |record: &mut FaultRecord| (record.at, record.residual) = (Micros::new(0), [0; 10]);
     match &mut response {
         Response::Event {
             at,
             event: Event::Faulted(record),
         } => {
-            *at = Micros(0);
+            *at = Micros::new(0);
             forget(record);
         }
         Response::Status { status, .. } => status.fault.iter_mut().for_each(forget),

@@ -80,7 +80,7 @@ struct Stimulated {
 fn stimulate(file: &SessionFile, mut board: Board) -> Stimulated {
     let booted = board.boot(&Sensors::default());
     booted.unwrap_or_else(|e| panic!("{e}"));
-    let boot = Micros(board.now_us() as u32);
+    let boot = Micros::new(board.now_us() as u32);
     let board = Arc::new(Mutex::new(board));
     let packets = Arc::new(Mutex::new(Vec::new()));
     let device = Box::new(Tapped {

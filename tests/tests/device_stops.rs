@@ -7,7 +7,7 @@ use firmware::link::{Request, Response, SCHEMA};
 use firmware::lockstep::{Lockstep, Sensors};
 use firmware::pulse::{GroupSpec, Partner, Shape, TrainSpec};
 use firmware::safety::{State, WearerSpec};
-use firmware::units::{Amplitude, Micros};
+use firmware::units::{Amplitude, Micros, us};
 use hal_sim::native::native;
 use hal_sim::trace::{Unwrap, check};
 use proptest::prelude::*;
@@ -32,7 +32,7 @@ struct Desk {
 impl Desk {
     fn boot(at: Micros) -> Self {
         let mut clock = Unwrap::default();
-        clock.at(at.0);
+        clock.at(at.get());
         let mut desk = Self {
             board: native(at),
             record: Record::from(at),
@@ -48,11 +48,11 @@ impl Desk {
     }
 
     fn now(&mut self) -> u64 {
-        self.clock.at(self.board.now().0)
+        self.clock.at(self.board.now().get())
     }
 
-    fn wait(&mut self, us: u32) {
-        let to = self.board.now().plus(us);
+    fn wait(&mut self, length_us: u32) {
+        let to = self.board.now() + us(length_us);
         self.board.advance(to, &self.sensors, &mut self.record);
     }
 
@@ -73,7 +73,9 @@ impl Desk {
         for _ in 0..30 {
             for message in desk::messages(&self.record.bytes) {
                 match postcard::from_bytes(&message).unwrap() {
-                    Response::Ack { seq: s, at } if s == seq => return Some(self.clock.at(at.0)),
+                    Response::Ack { seq: s, at } if s == seq => {
+                        return Some(self.clock.at(at.get()));
+                    }
                     Response::Hello(_) => return Some(0),
                     Response::Refused { seq: Some(s), .. } if s == seq => return None,
                     _ => {}
@@ -150,7 +152,7 @@ fn run(
     desk.sensors.hand_stop = true;
     prop_assert!(desk.ask(Request::Arm).is_some());
     let epoch = desk.ask(Request::Start).unwrap();
-    let values = trains.iter().map(|_| Amplitude(LIMIT_UA)).collect();
+    let values = trains.iter().map(|_| Amplitude::new(LIMIT_UA)).collect();
     let mask = (1 << trains.len()) - 1;
     desk.ask(Request::Amplitudes { mask, values }).unwrap();
     for _ in 0..us / 10_000 {
@@ -197,7 +199,7 @@ fn however_it_ends_every_pulse_is_whole() {
         ..ProptestConfig::default()
     };
     let result = TestRunner::new(config).run(&strategy, |(boot, trains, partner, ends)| {
-        let mut host = Desk::boot(Micros(boot));
+        let mut host = Desk::boot(Micros::new(boot));
         let wearer = WearerSpec {
             rise_ms: 5,
             fall_ms: 5,

@@ -64,9 +64,9 @@ pub fn control(p: &Parameters, max_period_us: Option<u32>) -> ForceControl {
         tau2_us: whole(p.tau2_s * 1e6),
     };
     let recruitment = Recruitment::new(RecruitmentSpec {
-        motor_threshold: Amplitude(10_000),
-        limit: Amplitude(20_000),
-        reference: Amplitude(20_000),
+        motor_threshold: Amplitude::new(10_000),
+        limit: Amplitude::new(20_000),
+        reference: Amplitude::new(20_000),
         slope_micro: 300_000,
     });
     let spec = ForceSpec {

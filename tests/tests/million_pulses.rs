@@ -108,12 +108,12 @@ fn play(trains: &[TrainSpec], mut groups: Vec<GroupSpec>, boot: Micros) -> Playe
             Err(e) => panic!("{e}"),
         }
     }
-    let amplitude = |c: u8| (c, Amplitude(1_000 + 900 * u32::from(c)));
+    let amplitude = |c: u8| (c, Amplitude::new(1_000 + 900 * u32::from(c)));
     let all: Vec<_> = (0..10).map(amplitude).collect();
     client.amplitudes(&all).unwrap();
     let epoch = client.start().unwrap();
     let now = client.port().world.now_us();
-    let epoch = now.saturating_add_signed(epoch.since(Micros(now as u32)).into());
+    let epoch = now.saturating_add_signed((epoch - Micros::new(now as u32)).us().into());
     let end = epoch + SECONDS * 1_000_000;
     while client.port().world.now_us() < end {
         client.keep_alive().unwrap();
@@ -138,7 +138,7 @@ fn a_million_pulses_are_exact() {
             .collect();
         let wanted = groups().new_tree(&mut runner).unwrap().current();
         set_apart(&mut trains, &wanted);
-        let boot = Micros([u32::MAX - 5_000_000, 1_000][setups % 2]);
+        let boot = Micros::new([u32::MAX - 5_000_000, 1_000][setups % 2]);
         let played = play(&trains, wanted, boot);
         let end = played.epoch + SECONDS * 1_000_000;
         let trace = since(&played.trace, played.epoch).until(end);

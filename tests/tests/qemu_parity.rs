@@ -11,7 +11,7 @@ use firmware::lockstep::port::MAX_PIECE;
 use firmware::lockstep::{Lockstep, Sensors, Sink};
 use firmware::pulse::Levels;
 use firmware::safety::StopCause;
-use firmware::units::{DacCode, Micros};
+use firmware::units::{DacCode, Micros, us};
 use hal_sim::images::Image;
 use hal_sim::lockstep::Device;
 use hal_sim::qemu::Qemu;
@@ -107,7 +107,7 @@ fn exercises_what_it_claims(record: &Record) {
     for put in &record.0 {
         match put {
             Put::Levels(at, bits) => {
-                wrapped |= at.0 < BOOT.0;
+                wrapped |= at.get() < BOOT.get();
                 driven |= bits;
             }
             Put::Dac(..) => codes += 1,
@@ -151,7 +151,7 @@ fn bytes_beyond_a_frame_go_in_pieces_and_none_is_lost() {
     let mut board = in_process();
     qemu.boot(BOOT, ResetCause::Watchdog, None).unwrap();
     let noise: Vec<u8> = (0..20_000u32).map(|i| (i * 7 + i / 256) as u8).collect();
-    let (at, sensors) = (BOOT.plus(5), Sensors::default());
+    let (at, sensors) = (BOOT + us(5), Sensors::default());
     let (mut thumb, mut host) = (Record::default(), Record::default());
     qemu.receive(at, &noise, &sensors, &mut thumb).unwrap();
     for piece in noise.chunks(MAX_PIECE) {

@@ -9,14 +9,14 @@ use crate::control::{
     Effort, HoldPolicy, Joint, JointSpec, JointState, LawSpec, PointSpec, ResponseSpec,
     SensorSource,
 };
-use crate::units::{Amplitude, Angle, Micros};
+use crate::units::{Amplitude, Angle, Micros, us};
 
 /// A finger on channels 0, 1 (flexors) and 2, its sensor on the board.
 pub(super) fn finger(law: LawSpec, law_period_ms: u8) -> JointSpec {
     let point = |channel| PointSpec {
         channel,
-        threshold: Amplitude(6_000),
-        max: Amplitude(20_000),
+        threshold: Amplitude::new(6_000),
+        max: Amplitude::new(20_000),
     };
     let mut flexors = heapless::Vec::new();
     // Two of two.
@@ -83,7 +83,7 @@ pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
         |joint, random| {
             let angle = joint.next(random);
             // The law's own ticks, unmeasured: the first and every 20th after it.
-            if (joint.now.0 / 1000) % 20 == 1 {
+            if (joint.now.get() / 1000) % 20 == 1 {
                 joint.tick(&angle);
                 return joint.next(random);
             }
@@ -132,17 +132,17 @@ impl Moving {
         Some(Self {
             joint: Joint::new(&finger(law, period_ms)).ok()?,
             state: JointState::default(),
-            now: Micros(0),
+            now: Micros::new(0),
         })
     }
 
     /// A millisecond on; a new setpoint every 11 ms, as a glove sends them.
     fn next(&mut self, random: &mut Random) -> Angle {
-        self.now = self.now.plus(1000);
+        self.now += us(1000);
         // Sweeps 0…100° in 0.4 s, with noise; fits i16.
-        let sweep = self.now.0 / 1000 * 25 % 10_000;
+        let sweep = self.now.get() / 1000 * 25 % 10_000;
         let angle = Angle::from_centideg((sweep + random.between(0, 200)) as i16);
-        if (self.now.0 / 1000) % 11 == 1 {
+        if (self.now.get() / 1000) % 11 == 1 {
             let wanted = Angle::from_centideg(random.between(2_000, 8_000) as i16);
             let (state, now) = (&mut self.state, self.now);
             // In order, in range: always taken.

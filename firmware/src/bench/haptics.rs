@@ -3,25 +3,25 @@
 use super::{Bench, Checksum, Clock};
 use crate::control::SensorSource;
 use crate::haptics::{CoContraction, PreWall, Side, Wall, WallSpec, WallState};
-use crate::units::{Amplitude, Angle, Micros};
+use crate::units::{Amplitude, Angle, Micros, us};
 
 /// Everything that a wall can have.
 const WALL: WallSpec = WallSpec {
     at_mdeg: 90_000,
     side: Side::Flexion,
     channel: 0,
-    max: Amplitude(80_000),
+    max: Amplitude::new(80_000),
     stiffness: 8_900,
     damping: 200,
     cutoff_mhz: 10_000,
     pre_wall: Some(PreWall {
         depth_mdeg: 9_000,
-        begin: Amplitude(20_000),
-        end: Amplitude(40_000),
+        begin: Amplitude::new(20_000),
+        end: Amplitude::new(40_000),
     }),
     co_contraction: Some(CoContraction {
         channel: 1,
-        amplitude: Amplitude(40_000),
+        amplitude: Amplitude::new(40_000),
     }),
     angle_min_mdeg: 0,
     angle_max_mdeg: 150_000,
@@ -37,11 +37,11 @@ pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
     bench.row(
         "wall_tick",
         1000,
-        (Wall::new(&WALL).ok()?, WallState::default(), Micros(0)),
+        (Wall::new(&WALL).ok()?, WallState::default(), Micros::new(0)),
         |(_, _, now), random| {
-            *now = now.plus(1000);
+            *now += us(1000);
             // Sweeps 75…105° in 0.3 s, with noise; fits i16.
-            let sweep = 7_500 + now.0 / 1000 * 10 % 3_000;
+            let sweep = 7_500 + now.get() / 1000 * 10 % 3_000;
             Angle::from_centideg((sweep + random.between(0, 50)) as i16)
         },
         |(wall, state, now), angle| {

@@ -44,7 +44,7 @@ pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
         },
         |(curve, inverse), &(force, rate)| {
             let drive = inverse.drive(curve, inverse.ahead(force, rate));
-            (drive.amplitude.0, drive.period_us)
+            (drive.amplitude.get(), drive.period_us)
         },
         |_, &(amplitude, period_us), sum| {
             sum.word(amplitude);

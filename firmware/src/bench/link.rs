@@ -11,7 +11,7 @@ pub(super) fn setpoint(mask: u16, random: &mut Random) -> Request {
     let mut values = Vec::new();
     for _ in 0..mask.count_ones() {
         // As many slots as channels.
-        let _ = values.push(Amplitude(random.between(0, 20_000)));
+        let _ = values.push(Amplitude::new(random.between(0, 20_000)));
     }
     Request::Amplitudes { mask, values }
 }
@@ -44,7 +44,7 @@ pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
             let Some(message) = message else { return };
             sum.word(u32::from(message.seq));
             if let Request::Amplitudes { values, .. } = &message.request {
-                values.iter().for_each(|value| sum.word(value.0));
+                values.iter().for_each(|value| sum.word(value.get()));
             }
         },
     );
@@ -62,7 +62,7 @@ pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
 /// A telemetry sample of ten channels and muscles.
 fn telemetry(random: &mut Random) -> Telemetry {
     let mut sample = Telemetry {
-        at: Micros(random.word()),
+        at: Micros::new(random.word()),
         target_centideg: Some(random.between(0, 10_000) as i16),
         measured_centideg: Some(random.between(0, 10_000) as i16),
         effort_milli: Some(random.between(0, 2_000).cast_signed() - 1_000),
@@ -70,7 +70,7 @@ fn telemetry(random: &mut Random) -> Telemetry {
     };
     for _ in 0..CHANNELS {
         // As many slots as channels.
-        let amplitude = Amplitude(random.between(0, 20_000));
+        let amplitude = Amplitude::new(random.between(0, 20_000));
         let _ = sample.amplitudes.push(Some(amplitude));
         let _ = sample.forces_mn.push(random.between(0, 30_000));
     }

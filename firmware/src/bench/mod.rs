@@ -227,7 +227,7 @@ impl Checksum {
     fn amplitudes(&mut self, amplitudes: &Amplitudes) {
         for (channel, amplitude) in amplitudes {
             self.word(u32::from(*channel));
-            self.word(amplitude.0);
+            self.word(amplitude.get());
         }
     }
 

@@ -5,7 +5,7 @@ use crate::muscle::{
     CalciumForce, CalciumForceSpec, FatigueSpec, Gain, Ladder, Model, Recruitment, RecruitmentSpec,
     Rung,
 };
-use crate::units::{Amplitude, Micros};
+use crate::units::{Amplitude, Micros, us};
 use fixed::types::{I16F16, U1F31};
 
 /// A muscle within the ranges of table 4 of Lee 2020 but for its strength; none of
@@ -20,9 +20,9 @@ pub(super) const FORCE: CalciumForceSpec = CalciumForceSpec {
 
 /// From 6 mA to 20 mA.
 pub(super) const RECRUITMENT: RecruitmentSpec = RecruitmentSpec {
-    motor_threshold: Amplitude(6_000),
-    limit: Amplitude(20_000),
-    reference: Amplitude(20_000),
+    motor_threshold: Amplitude::new(6_000),
+    limit: Amplitude::new(20_000),
+    reference: Amplitude::new(20_000),
     slope_micro: 250_000,
 };
 
@@ -39,15 +39,15 @@ struct Moving<M: Model> {
 
 impl<M: Model> Moving<M> {
     fn new(muscle: M) -> Self {
-        let to = Micros(0);
+        let to = Micros::new(0);
         let state = muscle.at_rest(to);
         Self { muscle, state, to }
     }
 
     /// A millisecond on; a pulse somewhere inside it.
     fn next(&mut self, random: &mut Random) -> (Micros, Gain) {
-        let at = self.to.plus(random.between(1, TICK_US));
-        self.to = self.to.plus(TICK_US);
+        let at = self.to + us(random.between(1, TICK_US));
+        self.to += us(TICK_US);
         (at, Gain::new(U1F31::from_bits(random.word() >> 1)))
     }
 
@@ -102,7 +102,7 @@ fn calcium_force<C: Clock>(bench: &mut Bench<'_, C>, active: Moving<CalciumForce
         |active, random| {
             let (begin, (_, gain)) = (active.to, active.next(random));
             // Where the train's tick ends, for a pulse at its beginning.
-            if active.to.0.is_multiple_of(25 * TICK_US) {
+            if active.to.get().is_multiple_of(25 * TICK_US) {
                 active.muscle.pulse(&mut active.state, begin, gain);
             }
         },
@@ -135,7 +135,7 @@ fn on_a_rung<C: Clock>(
         1000,
         (climbing.clone(), Gain::ZERO),
         |(climbing, gain), random| {
-            if climbing.to.0.is_multiple_of(25 * TICK_US) {
+            if climbing.to.get().is_multiple_of(25 * TICK_US) {
                 let at = climbing.to;
                 climbing.muscle.pulse(&mut climbing.state, at, *gain);
             }
@@ -162,7 +162,7 @@ fn recruitment<C: Clock>(bench: &mut Bench<'_, C>, curve: Recruitment) {
         "recruitment_gain",
         1000,
         curve,
-        |_, random| Amplitude(random.between(6_000, 20_000)),
+        |_, random| Amplitude::new(random.between(6_000, 20_000)),
         |curve, amplitude| curve.gain(*amplitude).get().to_bits(),
         digest,
     );
@@ -174,7 +174,7 @@ fn recruitment<C: Clock>(bench: &mut Bench<'_, C>, curve: Recruitment) {
         |_, random| random.between(1 << 26, 1 << 31),
         |curve, gain| {
             let gain = Gain::new(U1F31::from_bits(*gain));
-            curve.amplitude_for_gain(gain).0
+            curve.amplitude_for_gain(gain).get()
         },
         digest,
     );
@@ -183,7 +183,7 @@ fn recruitment<C: Clock>(bench: &mut Bench<'_, C>, curve: Recruitment) {
         1000,
         curve,
         |_, random| I16F16::from_bits(random.between(0, 1 << 16).cast_signed()),
-        |curve, effort| curve.amplitude_for_effort(*effort).0,
+        |curve, effort| curve.amplitude_for_effort(*effort).get(),
         digest,
     );
 }

@@ -8,7 +8,7 @@ use crate::link::{BROADCAST, Kind, MAX_FRAME, Request, SCHEMA, ToDevice, encode}
 use crate::muscle::MuscleSpec;
 use crate::pulse::{CHANNELS, TrainSpec, WINDOW_US, WindowPlan};
 use crate::safety::{ChannelSpec, Inputs, Reading, StageSpec, State, WearerSpec};
-use crate::units::{Amplitude, DacCode, Micros};
+use crate::units::{Amplitude, DacCode, Micros, us};
 use heapless::Vec;
 
 /// Channels that a host drives; the finger has the others.
@@ -56,10 +56,10 @@ impl Desk {
             session: Session::new(identity),
             mail: Mailboxes::new(),
             plan: WindowPlan::new(),
-            dac: [DacCode(0); CHANNELS],
+            dac: [DacCode::new(0); CHANNELS],
             sample: None,
             reading: None,
-            start: Micros(WINDOW_US),
+            start: Micros::new(WINDOW_US),
             windows: 0,
             seq: 0,
             frame: Vec::new(),
@@ -94,7 +94,7 @@ impl Desk {
                 stage: StageSpec::Current {
                     full_scale_ua: 100_000,
                 },
-                limit: Amplitude(20_000),
+                limit: Amplitude::new(20_000),
             };
             self.ask(Request::Channel { channel, spec });
             self.ask(Request::Muscle {
@@ -145,7 +145,7 @@ impl Desk {
             reading: self.reading.take(),
         };
         let (mut mail, _, _) = self.mail.split();
-        let now = self.start.minus(WINDOW_US);
+        let now = self.start - us(WINDOW_US);
         let result = self
             .pulser
             .refill(now, self.start, &inputs, &mut mail, &mut self.plan);
@@ -158,8 +158,8 @@ impl Desk {
         self.reading = self.sample.take().and_then(|channel| {
             let code = self.dac.get(usize::from(channel))?;
             let stage = self.pulser.setup()?.channels.get(usize::from(channel))?;
-            let ua = stage.as_ref()?.stage.current_through_ua(*code, 2_000);
-            Some(Reading::from_ua(channel, ua))
+            let current = stage.as_ref()?.stage.current_through(*code, 2_000);
+            Some(Reading::of(channel, current))
         });
         self.sample = self.plan.sample.take().map(|(channel, _)| channel);
         for &(channel, code) in &self.plan.dac {
@@ -167,13 +167,13 @@ impl Desk {
                 *slot = code;
             }
         }
-        self.start = self.start.plus(WINDOW_US);
+        self.start += us(WINDOW_US);
         self.windows = self.windows.wrapping_add(1);
     }
 
     fn control(&mut self) {
         let (_, mut mail, _) = self.mail.split();
-        let now = self.start.minus(WINDOW_US);
+        let now = self.start - us(WINDOW_US);
         self.controller.tick(now, Some(self.code), &mut mail);
     }
 
@@ -227,7 +227,7 @@ impl Desk {
         }
         for (channel, code) in &self.plan.dac {
             sum.word(u32::from(*channel));
-            sum.word(u32::from(code.0));
+            sum.word(u32::from(code.get()));
         }
     }
 }

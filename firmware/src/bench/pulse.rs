@@ -3,7 +3,7 @@
 use super::{Bench, Checksum, Clock};
 use crate::pulse::tape::{ISOLATED_B, ISOLATED_C, SLOTS, Window, paint};
 use crate::pulse::{CHANNELS, Scheduler, Supply, Train, TrainSpec, WINDOW_US, WindowPlan};
-use crate::units::{DacCode, Micros};
+use crate::units::{DacCode, Micros, us};
 
 /// 100 Hz.
 const PERIOD_US: u32 = 10_000;
@@ -16,7 +16,7 @@ struct Always;
 
 impl Supply for Always {
     fn burst(&mut self, channel: u8, _: Micros) -> Option<DacCode> {
-        Some(DacCode(1000 + u16::from(channel)))
+        Some(DacCode::new(1000 + u16::from(channel)))
     }
     fn may_pulse(&mut self, _: u8, _: Micros) -> bool {
         true
@@ -43,11 +43,11 @@ impl Trains {
             *train = spec.validate().ok();
         }
         let mut scheduler = Scheduler::new();
-        scheduler.start(&trains, &[], Some(0), Micros(0));
+        scheduler.start(&trains, &[], Some(0), Micros::new(0));
         Self {
             scheduler,
             plan: WindowPlan::new(),
-            start: Micros(0),
+            start: Micros::new(0),
             ok: true,
         }
     }
@@ -57,12 +57,12 @@ impl Trains {
             .scheduler
             .render(self.start, &mut Always, &mut self.plan);
         self.ok &= result.is_ok();
-        self.start = self.start.plus(WINDOW_US);
+        self.start += us(WINDOW_US);
     }
 
     /// Renders windows until one is about to begin in which something happens.
     fn skip_quiet(&mut self, quiet: impl Fn(u32) -> bool) {
-        while quiet(self.start.0 % PERIOD_US) {
+        while quiet(self.start.get() % PERIOD_US) {
             self.render();
         }
     }
@@ -75,7 +75,7 @@ impl Trains {
         }
         for pulse in &self.plan.pulses {
             sum.word(u32::from(pulse.channel));
-            sum.word(pulse.at.0);
+            sum.word(pulse.at.get());
         }
     }
 }

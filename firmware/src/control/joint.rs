@@ -9,7 +9,7 @@ use super::response::Course;
 use super::sensor::{MeasurementError, Sensor, SensorFault, SensorState};
 use super::setpoint::{HoldPolicy, SetpointError, SetpointTrack};
 use super::spec::JointSpec;
-use crate::units::{Angle, AngularRate, Micros};
+use crate::units::{Angle, AngularRate, Micros, us};
 
 /// A validated joint. Immutable; everything that changes is a [`JointState`].
 ///
@@ -24,8 +24,8 @@ use crate::units::{Angle, AngularRate, Micros};
 ///     law,
 ///     law_period_ms: law.default_period_ms(),
 ///     cutoff_mhz: law.default_cutoff_mhz(),
-///     flexors: [PointSpec::of_pair(0, Amplitude(20_000), 700)].into_iter().collect(),
-///     extensor: PointSpec::of_pair(1, Amplitude(20_000), 700),
+///     flexors: [PointSpec::of_pair(0, Amplitude::new(20_000), 700)].into_iter().collect(),
+///     extensor: PointSpec::of_pair(1, Amplitude::new(20_000), 700),
 ///     hold: HoldPolicy::Hold,
 ///     angle_min_mdeg: 0,
 ///     angle_max_mdeg: 100_000,
@@ -35,7 +35,7 @@ use crate::units::{Angle, AngularRate, Micros};
 ///     response: None,
 /// })
 /// .unwrap();
-/// let (mut state, now) = (JointState::default(), Micros(1_000));
+/// let (mut state, now) = (JointState::default(), Micros::new(1_000));
 /// let (bent, wanted) = (Angle::from_centideg(1_000), Angle::from_centideg(5_000));
 /// joint.measurement(&mut state, now, now, bent).unwrap();
 /// joint.setpoint(&mut state, now, now, wanted, None).unwrap();
@@ -219,18 +219,18 @@ impl Joint {
     /// Whether the next step lies ahead, within a period: any further is a
     /// wrapped clock.
     fn is_waiting(&self, due: Micros, now: Micros) -> bool {
-        let ahead = due.since(now);
+        let ahead = (due - now).us();
         ahead > 0 && ahead.cast_unsigned() <= self.law_period_us
     }
 
     /// One period after the last due time, so that the rate does not drift; one
     /// period from now at the start and after a gap.
     fn next_due(&self, due: Micros, now: Micros, running: bool) -> Micros {
-        let next = due.plus(self.law_period_us);
+        let next = due + us(self.law_period_us);
         if running && now.is_before(next) {
             next
         } else {
-            now.plus(self.law_period_us)
+            now + us(self.law_period_us)
         }
     }
 }

@@ -35,8 +35,8 @@ impl PointSpec {
         } else {
             r_th_milli as u64
         };
-        // At most max.0, so it fits u32.
-        let threshold = Amplitude((max.0 as u64 * share / 1000) as u32);
+        // At most max, so it fits u32.
+        let threshold = Amplitude::new((max.get() as u64 * share / 1000) as u32);
         Self {
             channel,
             threshold,
@@ -123,8 +123,10 @@ impl PointSpec {
 
     fn check(&self) -> Result<(), OutOfRange> {
         CHANNEL.check(self.channel)?;
-        Self::MAX.check(self.max.0)?;
-        Self::THRESHOLD.up_to(self.max.0).check(self.threshold.0)
+        Self::MAX.check(self.max.get())?;
+        Self::THRESHOLD
+            .up_to(self.max.get())
+            .check(self.threshold.get())
     }
 
     /// R(±u) of (7), (8) on top of the threshold, in mV or µA, rounded down;
@@ -134,13 +136,13 @@ impl PointSpec {
         if pull == 0 {
             return self.threshold; // the side that rests
         }
-        let range = self.max.0.saturating_sub(self.threshold.0);
+        let range = self.max.get().saturating_sub(self.threshold.get());
         let scale = if fraction { range } else { 1000 };
         // 2^43 · 2^18 = 2^61.
         let above = pull.wrapping_mul(u64::from(scale)) >> Q::FRAC_NBITS;
         *limiting |= above > u64::from(range);
         // Range and threshold add up to the maximum.
         let above = above.min(u64::from(range)) as u32;
-        Amplitude(self.threshold.0.saturating_add(above))
+        Amplitude::new(self.threshold.get().saturating_add(above))
     }
 }

@@ -202,7 +202,7 @@ impl Sensor {
         at: Micros,
         angle: Angle,
     ) -> Result<(), MeasurementError> {
-        let lead = at.since(now);
+        let lead = (at - now).us();
         if lead > CLOCK_ERROR_US {
             return Err(MeasurementError::InTheFuture);
         }
@@ -224,7 +224,7 @@ impl Sensor {
     /// age is one beyond half the clock's range.
     fn grow_stale(&self, state: &mut SensorState, now: Micros) {
         if let Some(m) = &mut state.0 {
-            let age = now.since(m.at);
+            let age = (now - m.at).us();
             m.stale |= age < 0 || age.cast_unsigned() > self.stale_after_us;
         }
     }

@@ -143,7 +143,7 @@ impl<Q: Quantity> SetpointTrack<Q> {
         value: Q,
         rate: Option<Q::Rate>,
     ) -> Result<(), SetpointError> {
-        let lead = at.since(now);
+        let lead = (at - now).us();
         if lead > HORIZON_US.cast_signed() {
             return Err(SetpointError::TooFarAhead);
         }

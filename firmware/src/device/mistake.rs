@@ -150,7 +150,7 @@ impl From<Mistake> for Refusal<'static> {
                 field,
                 limit,
             } => {
-                let max = i32::try_from(limit.0).unwrap_or(i32::MAX);
+                let max = i32::try_from(limit.get()).unwrap_or(i32::MAX);
                 let refusal = Self::new(Code::AboveWearerLimit, field);
                 refusal.on(channel).allowed(0, max)
             }

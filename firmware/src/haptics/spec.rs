@@ -139,18 +139,18 @@ impl WallSpec {
         };
         within_angles.check(self.at_mdeg)?;
         Self::CHANNEL.check(self.channel)?;
-        Self::MAX.check(self.max.0)?;
+        Self::MAX.check(self.max.get())?;
         Self::STIFFNESS.check(self.stiffness)?;
         Self::DAMPING.check(self.damping)?;
         Self::CUTOFF_MHZ.check(self.cutoff_mhz)?;
         if let Some(pre) = self.pre_wall {
             PreWall::DEPTH_MDEG.check(pre.depth_mdeg)?;
-            PreWall::END.up_to(self.max.0).check(pre.end.0)?;
-            PreWall::BEGIN.up_to(pre.end.0).check(pre.begin.0)?;
+            PreWall::END.up_to(self.max.get()).check(pre.end.get())?;
+            PreWall::BEGIN.up_to(pre.end.get()).check(pre.begin.get())?;
         }
         if let Some(other) = self.co_contraction {
             Self::CHANNEL.check(other.channel)?;
-            CoContraction::AMPLITUDE.check(other.amplitude.0)?;
+            CoContraction::AMPLITUDE.check(other.amplitude.get())?;
             if other.channel == self.channel {
                 let channel = other.channel;
                 return Err(WallError::ChannelTwice { channel });

@@ -21,7 +21,7 @@ const STEP_MS: u8 = 1;
 ///     at_mdeg: 90_000,
 ///     side: Side::Flexion,
 ///     channel: 0,
-///     max: Amplitude(20_000),
+///     max: Amplitude::new(20_000),
 ///     stiffness: 4_000,
 ///     damping: 0,
 ///     cutoff_mhz: 10_000,
@@ -36,8 +36,8 @@ const STEP_MS: u8 = 1;
 /// let mut state = WallState::default();
 /// // 2° inside: two times 4 mA.
 /// let inside = Some(Angle::from_centideg(9_200));
-/// let orders = wall.tick(&mut state, Micros(1_000), inside).unwrap();
-/// assert_eq!(orders.amplitudes[0], (0, Amplitude(8_000)));
+/// let orders = wall.tick(&mut state, Micros::new(1_000), inside).unwrap();
+/// assert_eq!(orders.amplitudes[0], (0, Amplitude::new(8_000)));
 /// ```
 #[derive(Clone, Debug)]
 pub struct Wall {
@@ -99,7 +99,7 @@ impl Wall {
             at: Angle::from_millideg(spec.at_mdeg),
             side: spec.side,
             channel: spec.channel,
-            max: spec.max.0,
+            max: spec.max.get(),
             stiffness: spec.stiffness,
             damping: spec.damping,
             differentiator: Differentiator::new(spec.cutoff_mhz, STEP_MS)?,
@@ -159,7 +159,7 @@ impl Wall {
         let wanted = self.wanted(penetration, rate);
         let max = i64::from(self.max);
         // 0…max, so it fits.
-        let amplitude = Amplitude(wanted.clamp(0, max) as u32);
+        let amplitude = Amplitude::new(wanted.clamp(0, max) as u32);
         let mut amplitudes = Amplitudes::new();
         // Two of three slots: push cannot fail.
         let _ = amplitudes.push((self.channel, amplitude));
@@ -216,7 +216,7 @@ impl Ramp {
         let depth = Angle::from_millideg(pre.depth_mdeg.cast_signed())
             .get()
             .to_bits();
-        let (begin, end) = (pre.begin.0, pre.end.0);
+        let (begin, end) = (pre.begin.get(), pre.end.get());
         let way = u64::from(end.saturating_sub(begin)) << 16;
         // way < 2^34 over at least 6553 is below 2^22; that in Q.16 fits u64.
         let slope = quotient(way << 10, depth.unsigned_abs()).map_or(0, |q| u64::from(q) << 6);

@@ -229,14 +229,14 @@ impl From<SetupError> for Refusal<'static> {
             SetupError::Range(e) => e.into(),
             SetupError::Train(e) => e.into(),
             SetupError::Group(e) => e.into(),
-            SetupError::Current { max_ua } => {
-                Self::new(Code::CurrentLimit, "limit").allowed(0, bound(max_ua))
+            SetupError::Current { max } => {
+                Self::new(Code::CurrentLimit, "limit").allowed(0, bound(max.get()))
             }
             SetupError::Charge { max_nc } => {
                 Self::new(Code::ChargeLimit, "limit").allowed(0, bound(max_nc))
             }
-            SetupError::Rms { max_ua } => {
-                Self::new(Code::RmsLimit, "limit").allowed(0, bound(max_ua))
+            SetupError::Rms { max } => {
+                Self::new(Code::RmsLimit, "limit").allowed(0, bound(max.get()))
             }
         }
     }
@@ -265,7 +265,7 @@ impl From<Denied> for Refusal<'static> {
             Denied::Controlled { channel } => Self::new(Code::Controlled, "channel").on(channel),
             Denied::AboveLimit { channel, limit } => Self::new(Code::AboveWearerLimit, "values")
                 .on(channel)
-                .allowed(0, bound(limit.0)),
+                .allowed(0, bound(limit.get())),
         }
     }
 }

@@ -104,7 +104,7 @@ impl Port {
     pub fn new(kind: Kind) -> Self {
         Self {
             kind,
-            board: Lockstep::new(identity(kind, ResetCause::PowerOn, None, 1), Micros(0)),
+            board: Lockstep::new(identity(kind, ResetCause::PowerOn, None, 1), Micros::new(0)),
             sensors: Sensors::default(),
         }
     }

@@ -63,9 +63,9 @@ struct Step {
 ///     tau2_us: 194_400,
 /// };
 /// let muscle = CalciumForce::new(k01)?;
-/// let mut state = CalciumForceState::at_rest(Micros(0));
-/// muscle.pulse(&mut state, Micros(250), Gain::FULL);
-/// muscle.advance(&mut state, Micros(60_000));
+/// let mut state = CalciumForceState::at_rest(Micros::new(0));
+/// muscle.pulse(&mut state, Micros::new(250), Gain::FULL);
+/// muscle.advance(&mut state, Micros::new(60_000));
 /// assert!(muscle.force(&state).to_millinewton() > 1_000); // one twitch
 /// # Ok::<(), firmware::range::OutOfRange>(())
 /// ```
@@ -147,7 +147,7 @@ impl CalciumForce {
     /// [`Self::pulse`] with a gain in Q31: above 0, at most 1.
     #[inline(always)]
     pub(super) fn pulse_with(&self, state: &mut CalciumForceState, at: Micros, gain: u32) {
-        let ahead_us = at.since(state.at).cast_unsigned();
+        let ahead_us = (at - state.at).us().cast_unsigned();
         if state.waiting_us == 0 && ahead_us < TICK_US && ahead_us > 0 {
             state.waiting_us = ahead_us;
             state.next_gain = gain;
@@ -174,7 +174,7 @@ impl CalciumForce {
     /// 7,000 steps (2,500 for the muscles of table 4).
     #[inline]
     pub fn advance(&self, state: &mut CalciumForceState, to: Micros) {
-        if to.since(state.at) == TICK_US.cast_signed() {
+        if (to - state.at).us() == TICK_US.cast_signed() {
             state.at = to;
             self.tick(state);
         } else {

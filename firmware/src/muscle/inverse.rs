@@ -299,9 +299,9 @@ mod tests {
 
     fn cost(spec: CalciumForceSpec, [train, fastest, slowest]: [u32; 3]) -> u32 {
         let recruitment = Recruitment::new(RecruitmentSpec {
-            motor_threshold: Amplitude(10_000),
-            limit: Amplitude(20_000),
-            reference: Amplitude(20_000),
+            motor_threshold: Amplitude::new(10_000),
+            limit: Amplitude::new(20_000),
+            reference: Amplitude::new(20_000),
             slope_micro: 300_000,
         });
         counting::take();

@@ -16,7 +16,7 @@ use super::{
     CalciumForce, CalciumForceSpec, CalciumForceState, Gain, Recruitment, RecruitmentSpec,
 };
 use crate::range::OutOfRange;
-use crate::units::{Force, Micros};
+use crate::units::{Force, Micros, us};
 
 /// How much of a muscle is modelled, least first.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize, Deserialize, Schema)]
@@ -360,7 +360,7 @@ impl Ladder {
             Motion::Lag(motion) => motion.advance(&mut state.rhythm, to),
             Motion::Static(motion) => motion.advance(&mut state.rhythm, to),
             Motion::CalciumForce(motion) | Motion::CalciumForceFatigue(motion) => {
-                if to.since(motion.at) == TICK_US.cast_signed() {
+                if (to - motion.at).us() == TICK_US.cast_signed() {
                     state.muscle.advance(motion, to);
                     self.tire(state, TICK_US);
                 } else {
@@ -384,7 +384,7 @@ impl Ladder {
                 TICK_US
             };
             let step_us = ahead_us.min(longest_us);
-            let end = motion.at.plus(step_us);
+            let end = motion.at + us(step_us);
             state.muscle.advance(motion, end);
             self.tire(state, step_us);
         }

@@ -78,7 +78,7 @@ impl LagState {
     /// Lets time pass until `to`; an earlier time changes nothing.
     #[inline(always)]
     pub(super) fn advance(&mut self, rhythm: &mut Rhythm, to: Micros) {
-        if to.since(self.at) == TICK_US.cast_signed() && self.on_us >= TICK_US {
+        if (to - self.at).us() == TICK_US.cast_signed() && self.on_us >= TICK_US {
             self.at = to;
             self.on_us = self.on_us.wrapping_sub(TICK_US);
             self.approach(self.target, self.rise_share);

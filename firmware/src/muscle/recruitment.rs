@@ -61,16 +61,16 @@ impl RecruitmentSpec {
 /// use firmware::units::Amplitude;
 ///
 /// let curve = Recruitment::new(RecruitmentSpec {
-///     motor_threshold: Amplitude(6_000), // 6 mA
-///     limit: Amplitude(20_000),
-///     reference: Amplitude(20_000),
+///     motor_threshold: Amplitude::new(6_000), // 6 mA
+///     limit: Amplitude::new(20_000),
+///     reference: Amplitude::new(20_000),
 ///     slope_micro: 250_000,
 /// })?;
-/// assert_eq!(curve.gain(Amplitude(5_999)), Gain::ZERO);
-/// assert_eq!(curve.gain(Amplitude(20_000)), Gain::FULL);
+/// assert_eq!(curve.gain(Amplitude::new(5_999)), Gain::ZERO);
+/// assert_eq!(curve.gain(Amplitude::new(20_000)), Gain::FULL);
 /// // A quarter of the force needs ln 4 / 0.25 = 5.545 mA less.
 /// let quarter = Gain::new(fixed::types::U1F31::from_num(0.25));
-/// assert_eq!(curve.amplitude_for_gain(quarter), Amplitude(14_455));
+/// assert_eq!(curve.amplitude_for_gain(quarter), Amplitude::new(14_455));
 /// # Ok::<(), firmware::range::OutOfRange>(())
 /// ```
 #[derive(Clone, Copy, Debug)]
@@ -91,12 +91,9 @@ impl Recruitment {
     /// [`OutOfRange`] naming the first of motor threshold, limit, reference
     /// and slope that breaks its rule, with what the others leave it.
     pub fn new(spec: RecruitmentSpec) -> Result<Self, OutOfRange> {
-        let RecruitmentSpec {
-            motor_threshold: Amplitude(threshold),
-            limit: Amplitude(limit),
-            reference: Amplitude(reference),
-            slope_micro,
-        } = spec;
+        let RecruitmentSpec { slope_micro, .. } = spec;
+        let [threshold, limit, reference] =
+            [spec.motor_threshold, spec.limit, spec.reference].map(Amplitude::get);
         RecruitmentSpec::MOTOR_THRESHOLD.check(threshold)?;
         // threshold < AMPLITUDE_MAX
         RecruitmentSpec::LIMIT.from(threshold + 1).check(limit)?;
@@ -138,7 +135,7 @@ impl Recruitment {
         } else if amplitude >= self.spec.limit {
             self.gain_at_limit
         } else {
-            self.exponential(amplitude.0)
+            self.exponential(amplitude.get())
         }
     }
 
@@ -158,8 +155,8 @@ impl Recruitment {
         let octaves = log2_neg(gain.get().to_bits()) >> 8;
         let below = (octaves * self.steps_per_octave + (1 << 39)) >> 40;
         // At most 2^21; saturating for the sake of a reference near zero.
-        let amplitude = self.spec.reference.0.saturating_sub(below as u32);
-        Amplitude(amplitude).clamp(self.spec.motor_threshold, self.spec.limit)
+        let amplitude = self.spec.reference.get().saturating_sub(below as u32);
+        Amplitude::new(amplitude).clamp(self.spec.motor_threshold, self.spec.limit)
     }
 
     /// The amplitude for an effort between 0 (no stimulation at all) and 1
@@ -182,7 +179,7 @@ impl Recruitment {
 
     /// e^(b·(I − I_0)) for threshold ≤ I ≤ reference.
     fn exponential(&self, amplitude: u32) -> Gain {
-        let below = u64::from(self.spec.reference.0.saturating_sub(amplitude));
+        let below = u64::from(self.spec.reference.get().saturating_sub(amplitude));
         // 10^6 · 2^41 < 2^61.
         let octaves = (below * self.octaves_per_step) >> 16;
         Gain::new(U1F31::from_bits(exp2_neg(octaves)))

@@ -42,8 +42,8 @@ pub(super) struct Rhythm {
 
 impl Rhythm {
     pub(super) const NONE: Self = Self {
-        last: Micros(0),
-        before: Micros(0),
+        last: Micros::new(0),
+        before: Micros::new(0),
         known: 0,
         gain: 0,
     };

@@ -2,7 +2,7 @@
 
 use super::plan::{Change, Levels, State, WindowPlan};
 use super::{CHANNELS, Group, MAX_GROUPS, Partner, TRIGGER_DELAY_US, Train, WINDOW_US};
-use crate::units::{DacCode, Micros};
+use crate::units::{DacCode, Micros, us};
 use heapless::Vec;
 
 mod agenda;
@@ -157,7 +157,7 @@ impl Scheduler {
     /// them; trains whose last period is not over are left alone, and so is an
     /// isolated group with such a train, whose distances hold from one trigger.
     pub fn trigger(&mut self, at: Micros) -> usize {
-        let epoch = at.plus(TRIGGER_DELAY_US);
+        let epoch = at + us(TRIGGER_DELAY_US);
         let mut busy = 0u16;
         for (channel, lane) in self.lanes.iter().enumerate() {
             let is_busy = lane.as_ref().is_some_and(|lane| !lane.is_free(epoch));
@@ -218,7 +218,7 @@ impl Scheduler {
     /// Whether the window at `start` has no edge of its own.
     #[must_use]
     pub fn is_idle(&self, start: Micros) -> bool {
-        let end = start.plus(WINDOW_US);
+        let end = start + us(WINDOW_US);
         self.next.is_none_or(|next| !next.is_before(end))
     }
 
@@ -234,7 +234,7 @@ impl Scheduler {
         plan: &mut WindowPlan,
     ) -> Result<(), RenderError> {
         plan.reset(start, self.levels);
-        let Some(next) = self.next.filter(|n| n.is_before(start.plus(WINDOW_US))) else {
+        let Some(next) = self.next.filter(|n| n.is_before(start + us(WINDOW_US))) else {
             return Ok(());
         };
         if next.is_before(start) {
@@ -267,7 +267,7 @@ impl Scheduler {
                 next = next.min(self.agenda.ahead(lane.due));
             }
         }
-        self.next = (next != u32::MAX).then(|| start.plus(next));
+        self.next = (next != u32::MAX).then(|| start + us(next));
         if self.groups.iter().all(|g| g.partner() == Partner::Isolated) {
             self.emit(plan, |picture, _| picture.levels())
         } else {

@@ -137,7 +137,7 @@ mod tests {
         let driven = Levels::ISOLATED
             .with(3, State::Cathodic)
             .with(8, State::Anodic);
-        plan.reset(Micros(0), Levels::GROUNDED);
+        plan.reset(Micros::new(0), Levels::GROUNDED);
         plan.pump = true;
         plan.changes
             .push(Change {

@@ -3,6 +3,7 @@
 
 use super::Setup;
 use crate::pulse::{CHANNELS, Train, TrainSpec, WINDOW_US};
+use crate::units::{Amplitude, MicroAmps};
 
 /// Current sense at 4095 counts, µA (docs/hardware.md, current sense).
 const SENSE_FULL_SCALE_UA: u32 = 120_000;
@@ -33,17 +34,17 @@ pub struct Reading {
 }
 
 impl Reading {
-    /// The current, µA.
+    /// The current.
     #[must_use]
-    pub const fn ua(&self) -> u32 {
+    pub const fn current(&self) -> MicroAmps {
         // At most 65 535 · 120 000 / 4095 before the division fits u64.
-        (self.raw as u64 * SENSE_FULL_SCALE_UA as u64 / 4095) as u32
+        MicroAmps::new((self.raw as u64 * SENSE_FULL_SCALE_UA as u64 / 4095) as u32)
     }
 
-    /// The conversion that `ua` gives on the reference board, saturating.
+    /// The conversion that `current` gives on the reference board, saturating.
     #[must_use]
-    pub fn from_ua(channel: u8, ua: u32) -> Self {
-        let raw = u64::from(ua) * 4095 / u64::from(SENSE_FULL_SCALE_UA);
+    pub fn of(channel: u8, current: MicroAmps) -> Self {
+        let raw = u64::from(current.get()) * 4095 / u64::from(SENSE_FULL_SCALE_UA);
         Self {
             channel,
             raw: raw.min(4095) as u16,
@@ -117,17 +118,14 @@ impl ElectrodeCheck {
 
 /// Judges `reading` on a channel put to `amplitude` by `stage`.
 #[must_use]
-pub fn judge(
-    reading: Reading,
-    stage: &super::Stage,
-    amplitude: crate::units::Amplitude,
-) -> Electrode {
-    let (low, high) = stage.plausible_ua(amplitude);
+pub fn judge(reading: Reading, stage: &super::Stage, amplitude: Amplitude) -> Electrode {
+    let (low, high) = stage.plausible(amplitude);
     // One count is 29 µA: below two counts of slack nothing is known.
     let slack = 2 * SENSE_FULL_SCALE_UA / 4095;
-    if reading.ua() + slack < low {
+    let ua = reading.current().get();
+    if ua + slack < low.get() {
         Electrode::Off
-    } else if reading.ua() > high.saturating_add(slack) {
+    } else if ua > high.get().saturating_add(slack) {
         Electrode::Short
     } else {
         Electrode::Fine
@@ -138,7 +136,6 @@ pub fn judge(
 mod tests {
     use super::*;
     use crate::safety::StageSpec;
-    use crate::units::Amplitude;
 
     #[test]
     fn open_and_shorted_electrodes_are_told_apart() {
@@ -148,8 +145,9 @@ mod tests {
         }
         .validate()
         .unwrap();
-        let v2 = Amplitude(20_000);
-        let at = |ohm: u32| judge(Reading::from_ua(0, 20_000_000 / ohm), &volts, v2);
+        let reading = |ua| Reading::of(0, MicroAmps::new(ua));
+        let v2 = Amplitude::new(20_000);
+        let at = |ohm: u32| judge(reading(20_000_000 / ohm), &volts, v2);
         assert_eq!(at(2_000), Electrode::Fine);
         assert_eq!(at(1_000_000), Electrode::Off);
         assert_eq!(at(180), Electrode::Fine);
@@ -158,7 +156,7 @@ mod tests {
         }
         .validate()
         .unwrap();
-        let i = |ua| judge(Reading::from_ua(0, ua), &amps, Amplitude(10_000));
+        let i = |ua| judge(reading(ua), &amps, Amplitude::new(10_000));
         assert_eq!(i(10_000), Electrode::Fine);
         assert_eq!(i(100), Electrode::Off);
         assert_eq!(i(30_000), Electrode::Short);

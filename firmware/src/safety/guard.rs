@@ -30,7 +30,7 @@ use super::ramp::{Fall, Rise};
 use super::{Channel, ElectrodeCheck, Fault, FaultRecord, Setup, limits};
 use super::{Denied, Inputs, Notice, State, StopCause};
 use crate::pulse::{CHANNELS, Scheduler, WINDOW_US};
-use crate::units::{Amplitude, Micros};
+use crate::units::{Amplitude, Micros, us};
 
 #[derive(Clone, Copy, Debug)]
 enum Mode {
@@ -78,7 +78,7 @@ impl Guard {
             rises: [Rise::default(); CHANNELS],
             in_force: [Amplitude::ZERO; CHANNELS],
             implausible: [0; CHANNELS],
-            heard: Micros(0),
+            heard: Micros::new(0),
             held_by_stop: false,
         }
     }
@@ -142,7 +142,7 @@ impl Guard {
         self.clear_amplitudes();
         self.mode = Mode::Checking {
             check,
-            until: epoch.plus(ElectrodeCheck::length_us()),
+            until: epoch + us(ElectrodeCheck::length_us()),
         };
         Ok(check)
     }
@@ -185,7 +185,7 @@ impl Guard {
             return Err(Denied::WrongState(self.state()));
         };
         self.mode = Mode::Grounding {
-            until: now.plus(limits::RECOVERY_GROUND_US),
+            until: now + us(limits::RECOVERY_GROUND_US),
         };
         Ok(())
     }
@@ -302,8 +302,8 @@ impl Guard {
     fn silent_since(&self, now: Micros) -> Option<Micros> {
         let setup = self.setup.as_ref();
         let timeout_us = setup.map_or(0, |s| s.wearer.host_timeout_us());
-        let is_silent = now.plus(WINDOW_US).elapsed_since(self.heard) > timeout_us;
-        is_silent.then(|| self.heard.plus(timeout_us))
+        let is_silent = (now + us(WINDOW_US)).elapsed_since(self.heard) > timeout_us;
+        is_silent.then(|| self.heard + us(timeout_us))
     }
 
     fn clear_amplitudes(&mut self) {

@@ -4,22 +4,24 @@
 //! IEC 60601-2-10 is quoted second-hand (from a survey of stimulator design,
 //! not from the standard's own text): check before relying on it.
 
-/// Largest current on any channel, µA. Project limit (design, "Safety"): the
+use crate::units::MicroAmps;
+
+/// Largest current on any channel. Project limit (design, "Safety"): the
 /// largest figure IEC 60601-2-10 allows at any rate, second-hand.
-pub const MAX_CURRENT_UA: u32 = 100_000;
+pub const MAX_CURRENT: MicroAmps = MicroAmps::new(100_000);
 
 /// Largest charge of one phase, nC. Project limit (design, "Safety").
 pub const MAX_PHASE_CHARGE_NC: u32 = 40_000;
 
-/// Largest rms current of one channel, µA: 50 mA up to 400 Hz
+/// Largest rms current of one channel: 50 mA up to 400 Hz
 /// (IEC 60601-2-10, second-hand).
-pub const MAX_RMS_UA: u32 = 50_000;
+pub const MAX_RMS: MicroAmps = MicroAmps::new(50_000);
 
 /// Largest energy of one pulse into 500 Ω, µJ (IEC 60601-2-10, second-hand).
 pub const MAX_PULSE_ENERGY_UJ: u64 = 300_000;
 
-/// Current limiter of a voltage-controlled stage, µA (Hamana 2022, II-A).
-pub const VOLTAGE_STAGE_LIMITER_UA: u32 = 20_000;
+/// Current limiter of a voltage-controlled stage (Hamana 2022, II-A).
+pub const VOLTAGE_STAGE_LIMITER: MicroAmps = MicroAmps::new(20_000);
 
 /// Longest fall of the amplitude when stimulation ends, ms.
 pub const MAX_FALL_MS: u16 = 100;
@@ -33,7 +35,7 @@ pub const RECOVERY_GROUND_US: u32 = 100_000;
 // 100 mA for two phases of 500 µs into 500 Ω: 1e5² µA² · 500 Ω · 1e-3 s
 // = 5000 µJ. No allowed setting reaches the energy limit.
 const _: () = {
-    let current = MAX_CURRENT_UA as u64;
+    let current = MAX_CURRENT.get() as u64;
     let joules_e18 = current * current * 500 * 2 * 500; // µA²·Ω·µs = 1e-18 J
     assert!(joules_e18 / 1_000_000_000_000 < MAX_PULSE_ENERGY_UJ);
 };

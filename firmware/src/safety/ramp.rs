@@ -1,6 +1,6 @@
 //! Amplitude envelopes: a rise from zero and one common fall.
 
-use crate::units::{Amplitude, Micros};
+use crate::units::{Amplitude, Micros, us};
 
 /// Rise of one channel. Restarts whenever its wanted amplitude was zero.
 #[derive(Clone, Copy, Debug, Default)]
@@ -29,7 +29,7 @@ impl Rise {
             return wanted;
         };
         // Time goes forward: a negative distance is one beyond half the clock.
-        let elapsed = now.since(since).cast_unsigned();
+        let elapsed = (now - since).us().cast_unsigned();
         if elapsed >= rise_us {
             *self = Self::Done;
             return wanted;
@@ -54,8 +54,8 @@ impl Fall {
 
     /// When every output is isolated at the latest.
     #[must_use]
-    pub const fn end(&self) -> Micros {
-        self.from.plus(self.length_us)
+    pub fn end(&self) -> Micros {
+        self.from + us(self.length_us)
     }
 
     /// What is left of `amplitude` at `now`.
@@ -68,9 +68,9 @@ impl Fall {
 
 /// `amplitude · part / whole`, rounded down; zero for `whole` = 0.
 fn scale(amplitude: Amplitude, part: u32, whole: u32) -> Amplitude {
-    let scaled = (u64::from(amplitude.0) * u64::from(part)).checked_div(u64::from(whole));
+    let scaled = (u64::from(amplitude.get()) * u64::from(part)).checked_div(u64::from(whole));
     // part <= whole, so the quotient is at most `amplitude`.
-    Amplitude(scaled.unwrap_or(0) as u32)
+    Amplitude::new(scaled.unwrap_or(0) as u32)
 }
 
 #[cfg(test)]
@@ -80,25 +80,31 @@ mod tests {
     #[test]
     fn rises_linearly_and_restarts_from_zero() {
         let mut rise = Rise::default();
-        let full = Amplitude(10_000);
-        let t0 = Micros(u32::MAX - 50_000);
-        assert_eq!(rise.apply(full, t0, 100_000), Amplitude(0));
-        assert_eq!(rise.apply(full, t0.plus(25_000), 100_000), Amplitude(2_500));
-        assert_eq!(rise.apply(full, t0.plus(100_000), 100_000), full);
+        let full = Amplitude::new(10_000);
+        let t0 = Micros::new(u32::MAX - 50_000);
+        assert_eq!(rise.apply(full, t0, 100_000), Amplitude::new(0));
         assert_eq!(
-            rise.apply(Amplitude::ZERO, t0.plus(120_000), 100_000),
+            rise.apply(full, t0 + us(25_000), 100_000),
+            Amplitude::new(2_500)
+        );
+        assert_eq!(rise.apply(full, t0 + us(100_000), 100_000), full);
+        assert_eq!(
+            rise.apply(Amplitude::ZERO, t0 + us(120_000), 100_000),
             Amplitude::ZERO
         );
-        assert_eq!(rise.apply(full, t0.plus(140_000), 100_000), Amplitude(0));
+        assert_eq!(
+            rise.apply(full, t0 + us(140_000), 100_000),
+            Amplitude::new(0)
+        );
     }
 
     #[test]
     fn falls_to_zero_at_its_end() {
-        let fall = Fall::new(Micros(1000), 50_000);
-        let full = Amplitude(1000);
-        assert_eq!(fall.apply(full, Micros(0)), full);
-        assert_eq!(fall.apply(full, Micros(26_000)), Amplitude(500));
+        let fall = Fall::new(Micros::new(1000), 50_000);
+        let full = Amplitude::new(1000);
+        assert_eq!(fall.apply(full, Micros::new(0)), full);
+        assert_eq!(fall.apply(full, Micros::new(26_000)), Amplitude::new(500));
         assert_eq!(fall.apply(full, fall.end()), Amplitude::ZERO);
-        assert_eq!(fall.apply(full, fall.end().plus(9)), Amplitude::ZERO);
+        assert_eq!(fall.apply(full, fall.end() + us(9)), Amplitude::ZERO);
     }
 }

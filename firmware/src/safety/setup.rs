@@ -5,7 +5,7 @@ use crate::pulse::{
     CHANNELS, Group, GroupError, GroupSpec, MAX_GROUPS, Partner, Train, TrainError, TrainSpec,
 };
 use crate::range::{OutOfRange, Range};
-use crate::units::Amplitude;
+use crate::units::{Amplitude, MicroAmps};
 use heapless::Vec;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -51,10 +51,10 @@ pub enum SetupError {
     /// The groups cannot be kept.
     Group(GroupError),
     /// At its limit the channel would exceed a current limit; the largest
-    /// allowed current is `max_ua`.
+    /// allowed current is `max`.
     Current {
-        /// µA.
-        max_ua: u32,
+        /// That current.
+        max: MicroAmps,
     },
     /// At its limit one phase would exceed the charge limit.
     Charge {
@@ -64,8 +64,8 @@ pub enum SetupError {
     /// At its limit the channel would exceed the rms limit; every pulse of a
     /// burst counts.
     Rms {
-        /// µA.
-        max_ua: u32,
+        /// That limit.
+        max: MicroAmps,
     },
 }
 
@@ -87,14 +87,15 @@ impl ChannelSpec {
     pub fn validate(&self, wearer: &Wearer) -> Result<Channel, SetupError> {
         let train = self.train.validate().map_err(SetupError::Train)?;
         let stage = self.stage.validate()?;
-        let up_to_full_scale = Self::LIMIT.up_to(stage.full_scale().0);
-        up_to_full_scale.check(self.limit.0)?;
+        let up_to_full_scale = Self::LIMIT.up_to(stage.full_scale().get());
+        up_to_full_scale.check(self.limit.get())?;
         let spec = train.spec();
-        let ua = stage.current_ua(self.limit);
-        let max_ua = wearer.spec().max_current_ua.min(stage.max_current_ua());
-        if ua > max_ua {
-            return Err(SetupError::Current { max_ua });
+        let current = stage.current(self.limit);
+        let max = wearer.max_current().min(stage.max_current());
+        if current > max {
+            return Err(SetupError::Current { max });
         }
+        let ua = current.get();
         // The grounding after a pulse that began before the fall ends in it.
         if !spec.shape.is_biphasic() {
             let max = wearer.fall_us() - LONGEST_PULSE_US; // the fall takes 5 ms or more
@@ -109,12 +110,11 @@ impl ChannelSpec {
         }
         let phases = if spec.shape.is_biphasic() { 2 } else { 1 };
         let on_us = phases * u64::from(spec.width_us) * u64::from(spec.burst_count);
-        let max = u64::from(wearer.spec().max_rms_ua);
+        let max = wearer.max_rms();
+        let max_ua = u64::from(max.get());
         // At most 1e10 · 8000 and 2.5e9 · 2e6: both fit u64.
-        if u64::from(ua) * u64::from(ua) * on_us > max * max * u64::from(spec.period_us) {
-            return Err(SetupError::Rms {
-                max_ua: wearer.spec().max_rms_ua,
-            });
+        if u64::from(ua) * u64::from(ua) * on_us > max_ua * max_ua * u64::from(spec.period_us) {
+            return Err(SetupError::Rms { max });
         }
         Ok(Channel {
             train,
@@ -236,7 +236,7 @@ pub(super) mod tests {
         stage: StageSpec::Current {
             full_scale_ua: 100_000,
         },
-        limit: Amplitude(20_000),
+        limit: Amplitude::new(20_000),
     };
 
     fn try_channel(change: impl FnOnce(&mut ChannelSpec)) -> Result<Channel, SetupError> {
@@ -249,27 +249,33 @@ pub(super) mod tests {
     fn each_limit_is_named() {
         assert!(try_channel(|_| ()).is_ok());
         assert_eq!(
-            try_channel(|c| (c.limit, c.train.width_us) = (Amplitude(80_001), 500)),
+            try_channel(|c| (c.limit, c.train.width_us) = (Amplitude::new(80_001), 500)),
             Err(SetupError::Charge { max_nc: 40_000 })
         );
-        assert!(try_channel(|c| (c.limit, c.train.width_us) = (Amplitude(80_000), 500)).is_ok());
+        assert!(
+            try_channel(|c| (c.limit, c.train.width_us) = (Amplitude::new(80_000), 500)).is_ok()
+        );
         // 80 mA, 2 · 500 µs, 8 pulses in 20 ms: 80 · sqrt(8/20) = 50.6 mA rms.
         let octuplet = |c: &mut ChannelSpec| {
-            (c.limit, c.train.width_us) = (Amplitude(80_000), 500);
+            (c.limit, c.train.width_us) = (Amplitude::new(80_000), 500);
             (c.train.burst_count, c.train.burst_interval_us) = (8, 1_200);
         };
         assert_eq!(
             try_channel(octuplet),
-            Err(SetupError::Rms { max_ua: 50_000 })
+            Err(SetupError::Rms {
+                max: MicroAmps::new(50_000)
+            })
         );
         let volts = StageSpec::Voltage {
             full_scale_mv: 60_000,
             load_ohm: 2_000,
         };
-        assert!(try_channel(|c| (c.stage, c.limit) = (volts, Amplitude(40_000))).is_ok());
+        assert!(try_channel(|c| (c.stage, c.limit) = (volts, Amplitude::new(40_000))).is_ok());
         assert_eq!(
-            try_channel(|c| (c.stage, c.limit) = (volts, Amplitude(40_001))),
-            Err(SetupError::Current { max_ua: 20_000 })
+            try_channel(|c| (c.stage, c.limit) = (volts, Amplitude::new(40_001))),
+            Err(SetupError::Current {
+                max: MicroAmps::new(20_000)
+            })
         );
     }
 
@@ -286,7 +292,9 @@ pub(super) mod tests {
         };
         assert_eq!(
             CHANNEL.validate(&tight.validate().unwrap()),
-            Err(SetupError::Current { max_ua: 10_000 })
+            Err(SetupError::Current {
+                max: MicroAmps::new(10_000)
+            })
         );
     }
 
@@ -294,11 +302,11 @@ pub(super) mod tests {
     fn codes_never_exceed_what_was_asked() {
         let stage = CHANNEL.stage.validate().unwrap();
         for ua in (0..=100_000).step_by(37) {
-            let code = stage.code(Amplitude(ua));
-            assert!(u64::from(code.0) * 100_000 <= u64::from(ua) * 65_535);
-            assert!(stage.amplitude(code) <= Amplitude(ua));
+            let code = stage.code(Amplitude::new(ua));
+            assert!(u64::from(code.get()) * 100_000 <= u64::from(ua) * 65_535);
+            assert!(stage.amplitude(code) <= Amplitude::new(ua));
         }
-        assert_eq!(stage.code(Amplitude(100_000)), DacCode(65_535));
+        assert_eq!(stage.code(Amplitude::new(100_000)), DacCode::new(65_535));
     }
 
     use crate::units::DacCode;

@@ -2,7 +2,7 @@
 
 use super::limits;
 use crate::range::{OutOfRange, Range};
-use crate::units::{Amplitude, DacCode};
+use crate::units::{Amplitude, DacCode, MicroAmps, MilliVolts};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
@@ -58,8 +58,8 @@ impl StageSpec {
     #[must_use]
     pub const fn full_scale(&self) -> Amplitude {
         match *self {
-            Self::Current { full_scale_ua } => Amplitude(full_scale_ua),
-            Self::Voltage { full_scale_mv, .. } => Amplitude(full_scale_mv),
+            Self::Current { full_scale_ua } => Amplitude::new(full_scale_ua),
+            Self::Voltage { full_scale_mv, .. } => Amplitude::new(full_scale_mv),
         }
     }
 }
@@ -77,24 +77,22 @@ impl Stage {
         self.0.full_scale()
     }
 
-    /// The current limit of this kind of stage, µA.
+    /// The current limit of this kind of stage.
     #[must_use]
-    pub const fn max_current_ua(&self) -> u32 {
+    pub const fn max_current(&self) -> MicroAmps {
         match self.0 {
-            StageSpec::Current { .. } => limits::MAX_CURRENT_UA,
-            StageSpec::Voltage { .. } => limits::VOLTAGE_STAGE_LIMITER_UA,
+            StageSpec::Current { .. } => limits::MAX_CURRENT,
+            StageSpec::Voltage { .. } => limits::VOLTAGE_STAGE_LIMITER,
         }
     }
 
-    /// Current at `amplitude`, µA, rounded up (limits are judged with it).
+    /// Current at `amplitude`, rounded up (limits are judged with it).
     #[must_use]
-    pub fn current_ua(&self, amplitude: Amplitude) -> u32 {
+    pub fn current(&self, amplitude: Amplitude) -> MicroAmps {
         match self.0 {
-            StageSpec::Current { .. } => amplitude.0,
+            StageSpec::Current { .. } => MicroAmps::new(amplitude.get()),
             StageSpec::Voltage { load_ohm, .. } => {
-                // load_ohm >= 200 and the product fits u64.
-                let ua = (u64::from(amplitude.0) * 1000).div_ceil(u64::from(load_ohm));
-                u32::try_from(ua).unwrap_or(u32::MAX)
+                MilliVolts::new(amplitude.get()).through(load_ohm)
             }
         }
     }
@@ -103,51 +101,51 @@ impl Stage {
     #[must_use]
     pub fn code(&self, amplitude: Amplitude) -> DacCode {
         // full_scale >= 1000; the product fits u64.
-        let code = u64::from(amplitude.0) * 65_535 / u64::from(self.full_scale().0);
-        DacCode(u16::try_from(code).unwrap_or(u16::MAX))
+        let code = u64::from(amplitude.get()) * 65_535 / u64::from(self.full_scale().get());
+        DacCode::new(u16::try_from(code).unwrap_or(u16::MAX))
     }
 
     /// The amplitude that `code` puts out, in thousandths, rounded down.
     #[must_use]
     pub fn amplitude(&self, code: DacCode) -> Amplitude {
         // At most 65 535 · 150 000 / 65 535.
-        Amplitude((u64::from(code.0) * u64::from(self.full_scale().0) / 65_535) as u32)
+        Amplitude::new((u64::from(code.get()) * u64::from(self.full_scale().get()) / 65_535) as u32)
     }
 
-    /// Current that the reference stage drives through `ohm` at `code`, µA:
-    /// up to 100 V from a current stage, up to the limiter from a voltage
-    /// stage. For simulated boards.
+    /// Current that the reference stage drives through `ohm` at `code`: up to 100 V
+    /// from a current stage, up to the limiter from a voltage stage, rounded down. For
+    /// simulated boards.
     #[must_use]
-    pub fn current_through_ua(&self, code: DacCode, ohm: u32) -> u32 {
-        let set = u64::from(self.amplitude(code).0);
+    pub fn current_through(&self, code: DacCode, ohm: u32) -> MicroAmps {
+        let set = u64::from(self.amplitude(code).get());
         let ohm = u64::from(ohm.max(1));
         let ua = match self.0 {
             StageSpec::Current { .. } => set.min(100_000_000 / ohm),
             // mV · 1000 / Ω = µA.
-            StageSpec::Voltage { .. } => {
-                (set * 1000 / ohm).min(limits::VOLTAGE_STAGE_LIMITER_UA.into())
-            }
+            StageSpec::Voltage { .. } => (set * 1000 / ohm).min(self.max_current().get().into()),
         };
-        ua as u32 // at most 150 000
+        MicroAmps::new(ua as u32) // at most 150 000
     }
 
-    /// Smallest and largest plausible current at `amplitude`, µA: below, the
-    /// electrode is off; above, it is shorted. A current stage must reach half
-    /// of what it is set to; a voltage stage must see 100 Ω to 20 kΩ.
+    /// Smallest and largest plausible current at `amplitude`: below, the electrode is
+    /// off; above, it is shorted. A current stage must reach half of what it is set to;
+    /// a voltage stage must see 100 Ω to 20 kΩ.
     #[must_use]
-    pub fn plausible_ua(&self, amplitude: Amplitude) -> (u32, u32) {
-        match self.0 {
-            StageSpec::Current { .. } => (amplitude.0 / 2, amplitude.0.saturating_mul(3) / 2),
-            StageSpec::Voltage { .. } => (amplitude.0 / 20, amplitude.0.saturating_mul(10)),
-        }
+    pub fn plausible(&self, amplitude: Amplitude) -> (MicroAmps, MicroAmps) {
+        let set = amplitude.get();
+        let (low, high) = match self.0 {
+            StageSpec::Current { .. } => (set / 2, set.saturating_mul(3) / 2),
+            StageSpec::Voltage { .. } => (set / 20, set.saturating_mul(10)),
+        };
+        (MicroAmps::new(low), MicroAmps::new(high))
     }
 
     /// Amplitude of the electrode check: sub-threshold, 1 mA or 2 V.
     #[must_use]
     pub const fn check_amplitude(&self) -> Amplitude {
         match self.0 {
-            StageSpec::Current { .. } => Amplitude(1_000),
-            StageSpec::Voltage { .. } => Amplitude(2_000),
+            StageSpec::Current { .. } => Amplitude::new(1_000),
+            StageSpec::Voltage { .. } => Amplitude::new(2_000),
         }
     }
 }

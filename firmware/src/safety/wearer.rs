@@ -2,6 +2,7 @@
 
 use super::limits;
 use crate::range::{OutOfRange, Range};
+use crate::units::MicroAmps;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
@@ -36,9 +37,9 @@ pub struct WearerSpec {
 impl Default for WearerSpec {
     fn default() -> Self {
         Self {
-            max_current_ua: limits::MAX_CURRENT_UA,
+            max_current_ua: limits::MAX_CURRENT.get(),
             max_charge_nc: limits::MAX_PHASE_CHARGE_NC,
-            max_rms_ua: limits::MAX_RMS_UA,
+            max_rms_ua: limits::MAX_RMS.get(),
             rise_ms: 500,
             fall_ms: 50,
             host_timeout_ms: 100,
@@ -53,12 +54,12 @@ pub struct Wearer(WearerSpec);
 impl WearerSpec {
     /// Of [`Self::max_current_ua`].
     pub const MAX_CURRENT_UA: Range =
-        Range::new("max_current_ua", 100, limits::MAX_CURRENT_UA as i32);
+        Range::new("max_current_ua", 100, limits::MAX_CURRENT.get() as i32);
     /// Of [`Self::max_charge_nc`].
     pub const MAX_CHARGE_NC: Range =
         Range::new("max_charge_nc", 1, limits::MAX_PHASE_CHARGE_NC as i32);
     /// Of [`Self::max_rms_ua`].
-    pub const MAX_RMS_UA: Range = Range::new("max_rms_ua", 10, limits::MAX_RMS_UA as i32);
+    pub const MAX_RMS_UA: Range = Range::new("max_rms_ua", 10, limits::MAX_RMS.get() as i32);
     /// Of [`Self::rise_ms`].
     pub const RISE_MS: Range = Range::new("rise_ms", 1, 5_000);
     /// Of [`Self::fall_ms`].
@@ -86,6 +87,18 @@ impl Wearer {
     #[must_use]
     pub const fn spec(&self) -> &WearerSpec {
         &self.0
+    }
+
+    /// Largest current on any channel.
+    #[must_use]
+    pub const fn max_current(&self) -> MicroAmps {
+        MicroAmps::new(self.0.max_current_ua)
+    }
+
+    /// Largest rms current of a channel.
+    #[must_use]
+    pub const fn max_rms(&self) -> MicroAmps {
+        MicroAmps::new(self.0.max_rms_ua)
     }
 
     /// Rise time in µs.

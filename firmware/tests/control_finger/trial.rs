@@ -4,7 +4,7 @@ use crate::control_finger::plant::{Body, Finger, Random, STEP_S};
 use firmware::control::{
     HoldPolicy, Joint, JointSpec, JointState, LawSpec, PointSpec, SensorSource,
 };
-use firmware::units::{Amplitude, Angle, Micros};
+use firmware::units::{Amplitude, Angle, Micros, us};
 use std::f64::consts::TAU;
 
 /// How participant P's flexor is stimulated (table 7).
@@ -18,16 +18,16 @@ pub enum Points {
 fn point(channel: u8, threshold: u32, max: u32) -> PointSpec {
     PointSpec {
         channel,
-        threshold: Amplitude(threshold),
-        max: Amplitude(max),
+        threshold: Amplitude::new(threshold),
+        max: Amplitude::new(max),
     }
 }
 
 /// Participant P's joint.
 pub fn spec(law: LawSpec, law_period_ms: u8, cutoff_mhz: u32, points: Points) -> JointSpec {
     let pair = [
-        PointSpec::of_pair(0, Amplitude(28_000), 700),
-        PointSpec::of_pair(1, Amplitude(36_000), 700),
+        PointSpec::of_pair(0, Amplitude::new(28_000), 700),
+        PointSpec::of_pair(1, Amplitude::new(36_000), 700),
     ];
     let flexors = match points {
         Points::A => [point(0, 24_000, 28_000)].into_iter().collect(),
@@ -86,7 +86,7 @@ pub fn run(spec: &JointSpec, finger: Finger, seed: u64, wire: Wire) -> Outcome {
     let mut body = Body::new(finger, seed);
     let two_point = spec.flexors.len() == 2;
     let reach = finger.reach_deg(two_point);
-    let start = Micros(u32::MAX - 15_000_000);
+    let start = Micros::new(u32::MAX - 15_000_000);
     let per_tick = (0.001 / STEP_S).round() as usize;
     let (mut flex, mut extend) = (0.0, 0.0);
     let (mut sum, mut sum_reachable, mut limiting, mut samples) = (0.0, 0.0, 0u32, 0u32);
@@ -95,7 +95,7 @@ pub fn run(spec: &JointSpec, finger: Finger, seed: u64, wire: Wire) -> Outcome {
     let mut luck = Random(seed ^ 0x5E7);
     for ms in 0..30_000_u32 {
         let t = f64::from(ms) / 1000.0;
-        let now = start.plus(ms * 1000);
+        let now = start + us(ms * 1000);
         // The host's frame at 90 Hz: a sample taken now, on the wire 2 ms long.
         if t * 90.0 >= f64::from(frames) {
             frames += 1;
@@ -106,7 +106,7 @@ pub fn run(spec: &JointSpec, finger: Finger, seed: u64, wire: Wire) -> Outcome {
                     .expect("a setpoint");
             }
         }
-        if let Some((at, deg)) = glove.filter(|(at, _)| ms == 0 || now.since(*at) >= 2000) {
+        if let Some((at, deg)) = glove.filter(|(at, _)| ms == 0 || (now - *at).us() >= 2000) {
             glove = None;
             // Mirroring the joint about the target turns the law's sign.
             let deg = if wire == Wire::PrintedSign {
@@ -147,7 +147,8 @@ fn amplitude(spec: &JointSpec, orders: &[(u8, Amplitude)]) -> Option<f64> {
         let p = all()
             .find(|p| p.channel == *channel)
             .expect("a known channel");
-        (f64::from(a.0) - f64::from(p.threshold.0)) / f64::from(p.max.0 - p.threshold.0)
+        (f64::from(a.get()) - f64::from(p.threshold.get()))
+            / f64::from(p.max.get() - p.threshold.get())
     });
     (!orders.is_empty()).then(|| each.sum::<f64>() / orders.len() as f64)
 }

@@ -9,22 +9,22 @@ use firmware::control::{
     Effort, HoldPolicy, Joint, JointSpec, JointState, LawSpec, MeasurementError, Orders, PointSpec,
     SensorFault, SensorSource,
 };
-use firmware::units::{Amplitude, Angle, Micros};
+use firmware::units::{Amplitude, Angle, Micros, us};
 use fixed::types::I16F16;
 
 fn point(channel: u8, threshold: u32, max: u32) -> PointSpec {
     PointSpec {
         channel,
-        threshold: Amplitude(threshold),
-        max: Amplitude(max),
+        threshold: Amplitude::new(threshold),
+        max: Amplitude::new(max),
     }
 }
 
 /// Participant P (Hamana 2022 table 7), two-point.
 fn two_point(law: LawSpec) -> JointSpec {
     let pair = [
-        PointSpec::of_pair(0, Amplitude(28_000), 700),
-        PointSpec::of_pair(1, Amplitude(36_000), 700),
+        PointSpec::of_pair(0, Amplitude::new(28_000), 700),
+        PointSpec::of_pair(1, Amplitude::new(36_000), 700),
     ];
     JointSpec {
         law,
@@ -90,14 +90,14 @@ impl Worn {
 /// The orders of the first tick at this error, so without derivative.
 fn at_error(spec: &JointSpec, error: f64) -> Orders {
     let mut worn = Worn::new(spec);
-    let now = Micros(u32::MAX);
+    let now = Micros::new(u32::MAX);
     worn.is_at(now, 50.0);
     worn.want(now, now, 50.0 + error);
     worn.tick(now).unwrap()
 }
 
 fn millivolts(orders: &Orders) -> Vec<u32> {
-    orders.amplitudes.iter().map(|(_, a)| a.0).collect()
+    orders.amplitudes.iter().map(|(_, a)| a.get()).collect()
 }
 
 /// u = 10·√(10·|e|) + 0.011 V against hand-computed volts: (7)–(12).
@@ -162,11 +162,11 @@ fn a_fraction_spans_threshold_to_maximum_of_each_point() {
 #[test]
 fn nothing_flows_before_the_first_setpoint_is_due() {
     let mut worn = Worn::new(&two_point(LawSpec::PAPER));
-    let now = Micros(u32::MAX - 3000);
+    let now = Micros::new(u32::MAX - 3000);
     worn.is_at(now, 30.0);
-    worn.want(now, now.plus(5000), 80.0);
+    worn.want(now, now + us(5000), 80.0);
     for ms in 0..10 {
-        let orders = worn.tick(now.plus(ms * 1000)).unwrap();
+        let orders = worn.tick(now + us(ms * 1000)).unwrap();
         if ms < 5 {
             assert_eq!(millivolts(&orders), [0, 0, 0]);
             assert_eq!((orders.target, orders.limiting), (orders.measured, false));
@@ -180,12 +180,12 @@ fn nothing_flows_before_the_first_setpoint_is_due() {
 #[test]
 fn the_law_runs_once_a_period_across_the_wrap() {
     let mut worn = Worn::new(&two_point(LawSpec::ALONE));
-    let start = Micros(u32::MAX - 50_000);
+    let start = Micros::new(u32::MAX - 50_000);
     worn.want(start, start, 60.0);
     let mut changes = Vec::new();
     let mut before: Option<Effort> = None;
     for ms in 0..100 {
-        let now = start.plus(ms * 1000);
+        let now = start + us(ms * 1000);
         worn.is_at(now, f64::from(ms) * 0.1);
         let effort = worn.tick(now).unwrap().effort;
         if before.replace(effort) != Some(effort) {
@@ -198,20 +198,20 @@ fn the_law_runs_once_a_period_across_the_wrap() {
 #[test]
 fn a_bad_sensor_gives_a_named_fault_and_no_orders() {
     let mut worn = Worn::new(&two_point(LawSpec::ALONE));
-    let t0 = Micros(u32::MAX - 50_000);
+    let t0 = Micros::new(u32::MAX - 50_000);
     assert_eq!(worn.tick(t0), Err(SensorFault::Absent));
     worn.is_at(t0, 10.0);
     let stale = Err(SensorFault::Stale { limit_ms: 100 });
-    assert!(worn.tick(t0.plus(100_000)).is_ok());
-    assert_eq!(worn.tick(t0.plus(100_001)), stale);
+    assert!(worn.tick(t0 + us(100_000)).is_ok());
+    assert_eq!(worn.tick(t0 + us(100_001)), stale);
     // A whole turn of the clock later it is still stale.
-    assert_eq!(worn.tick(t0.plus(1)), stale);
-    let t1 = t0.plus(200_000);
+    assert_eq!(worn.tick(t0 + us(1)), stale);
+    let t1 = t0 + us(200_000);
     worn.is_at(t1, 120.5);
     let wild = Err(SensorFault::OutOfRange { centideg: 12_050 });
     assert_eq!(worn.tick(t1), wild);
-    worn.measured(t1, t1.plus(1), -20.0).unwrap_err();
-    let t2 = t1.plus(1000);
+    worn.measured(t1, t1 + us(1), -20.0).unwrap_err();
+    let t2 = t1 + us(1000);
     worn.is_at(t2, -20.0);
     assert!(worn.tick(t2).is_ok());
 }
@@ -220,13 +220,13 @@ fn a_bad_sensor_gives_a_named_fault_and_no_orders() {
 fn measurements_have_one_order_and_one_source() {
     let spec = two_point(LawSpec::PAPER);
     let mut worn = Worn::new(&spec);
-    let now = Micros(3);
+    let now = Micros::new(3);
     for (at, taken) in [
-        (now.minus(10), Ok(())),
-        (now.minus(10), Err(MeasurementError::OutOfOrder)),
-        (now.minus(11), Err(MeasurementError::OutOfOrder)),
-        (now.plus(5001), Err(MeasurementError::InTheFuture)),
-        (now.plus(5000), Ok(())),
+        (now - us(10), Ok(())),
+        (now - us(10), Err(MeasurementError::OutOfOrder)),
+        (now - us(11), Err(MeasurementError::OutOfOrder)),
+        (now + us(5001), Err(MeasurementError::InTheFuture)),
+        (now + us(5000), Ok(())),
     ] {
         assert_eq!(worn.measured(now, at, 1.0), taken, "{at:?}");
     }

@@ -5,7 +5,7 @@ use firmware::control::super_twisting::Twist;
 use firmware::control::{
     HoldPolicy, Joint, JointSpec, JointState, LawSpec, PointSpec, SensorSource,
 };
-use firmware::units::{Amplitude, Angle, AngularRate, Micros};
+use firmware::units::{Amplitude, Angle, AngularRate, Micros, us};
 use fixed::types::I16F16;
 use proptest::prelude::*;
 
@@ -114,13 +114,13 @@ proptest! {
         let Ok(joint) = Joint::new(&spec) else { return Ok(()) };
         let points: Vec<PointSpec> = spec.flexors.iter().copied().chain([spec.extensor]).collect();
         let mut state = JointState::default();
-        let mut now = Micros(start);
+        let mut now = Micros::new(start);
         let middle = f64::from(spec.angle_min_mdeg / 2 + spec.angle_max_mdeg / 2) / 1000.0;
         joint.setpoint(&mut state, now, now, degrees(middle), None).unwrap();
         let _ = joint.measurement(&mut state, now, now, degrees(middle));
         for (kind, gap, offset, bits, rate) in events {
-            now = now.plus(gap);
-            let at = now.plus(offset.cast_unsigned());
+            now += us(gap);
+            let at = now + us(offset.cast_unsigned());
             let angle = Angle::new(I16F16::from_bits(bits));
             let rate = rate.map(|r| AngularRate::new(I16F16::from_bits(r)));
             match kind {

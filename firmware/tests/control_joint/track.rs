@@ -3,13 +3,13 @@
 use crate::control_joint::{degrees, two_point};
 use firmware::control::setpoint::{HORIZON_US, SetpointTrack};
 use firmware::control::{HoldPolicy, Joint, JointState, LawSpec, SetpointError};
-use firmware::units::{AngularRate, Micros};
+use firmware::units::{AngularRate, Micros, us};
 use fixed::types::I16F16;
 
 #[test]
 fn a_track_holds_or_goes_on_for_a_while() {
     let go_on = HoldPolicy::Extrapolate { max_ms: 50 };
-    let t = Micros(u32::MAX - 20_000);
+    let t = Micros::new(u32::MAX - 20_000);
     let rate = |deg| Some(AngularRate::new(I16F16::from_num(deg)));
     // Rate given, wait in ms, policy, angle expected.
     let table = [
@@ -24,9 +24,9 @@ fn a_track_holds_or_goes_on_for_a_while() {
     for (rate, wait, policy, expected) in table {
         let mut track = SetpointTrack::default();
         track.accept(t, t, degrees(10.0), rate).unwrap();
-        assert_eq!(track.value_at(t.minus(1), policy), None);
+        assert_eq!(track.value_at(t - us(1), policy), None);
         assert_eq!(
-            track.value_at(t.plus(wait * 1000), policy),
+            track.value_at(t + us(wait * 1000), policy),
             Some(degrees(expected))
         );
     }
@@ -35,10 +35,10 @@ fn a_track_holds_or_goes_on_for_a_while() {
         let mut track = SetpointTrack::default();
         track.accept(t, t, degrees(10.0), None).unwrap();
         track
-            .accept(t, t.plus(10_000), degrees(second), None)
+            .accept(t, t + us(10_000), degrees(second), None)
             .unwrap();
         assert_eq!(
-            track.value_at(t.plus(30_000), go_on),
+            track.value_at(t + us(30_000), go_on),
             Some(degrees(expected))
         );
     }
@@ -47,10 +47,10 @@ fn a_track_holds_or_goes_on_for_a_while() {
 #[test]
 fn a_track_keeps_its_angle_for_hours_and_then_listens() {
     let mut track = SetpointTrack::default();
-    let mut now = Micros(7);
+    let mut now = Micros::new(7);
     track.accept(now, now, degrees(10.0), None).unwrap();
     for _ in 0..400 {
-        now = now.plus(30_000_000);
+        now += us(30_000_000);
         assert_eq!(track.value_at(now, HoldPolicy::Hold), Some(degrees(10.0)));
     }
     track.accept(now, now, degrees(20.0), None).unwrap();
@@ -61,7 +61,7 @@ fn a_track_keeps_its_angle_for_hours_and_then_listens() {
 fn setpoints_out_of_place_are_refused_by_name() {
     let joint = Joint::new(&two_point(LawSpec::PAPER)).unwrap();
     let mut state = JointState::default();
-    let now = Micros(100);
+    let now = Micros::new(100);
     let mut set = |at: Micros, deg: f64| joint.setpoint(&mut state, now, at, degrees(deg), None);
     let range = SetpointError::OutOfRange {
         min_mdeg: 0,
@@ -70,17 +70,17 @@ fn setpoints_out_of_place_are_refused_by_name() {
     assert_eq!(set(now, -0.1), Err(range));
     assert_eq!(set(now, 100.1), Err(range));
     assert_eq!(
-        set(now.plus(HORIZON_US + 1), 1.0),
+        set(now + us(HORIZON_US + 1), 1.0),
         Err(SetpointError::TooFarAhead)
     );
     assert_eq!(
-        set(now.minus(HORIZON_US + 1), 1.0),
+        set(now - us(HORIZON_US + 1), 1.0),
         Err(SetpointError::TooOld)
     );
     // The first is due at once; eight more may wait.
     for i in 0..9 {
-        assert_eq!(set(now.plus(i * 1000), 1.0), Ok(()));
+        assert_eq!(set(now + us(i * 1000), 1.0), Ok(()));
     }
-    assert_eq!(set(now.plus(8000), 1.0), Err(SetpointError::OutOfOrder));
-    assert_eq!(set(now.plus(9000), 1.0), Err(SetpointError::TooManyWaiting));
+    assert_eq!(set(now + us(8000), 1.0), Err(SetpointError::OutOfOrder));
+    assert_eq!(set(now + us(9000), 1.0), Err(SetpointError::TooManyWaiting));
 }

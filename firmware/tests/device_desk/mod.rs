@@ -10,7 +10,7 @@ use firmware::link::{
 use firmware::lockstep::{Lockstep, Sensors, Sink};
 use firmware::pulse::{CHANNELS, GroupSpec, Levels, Partner, State as Line, TrainSpec};
 use firmware::safety::{ChannelSpec, Fault, FaultRecord, StageSpec, State, WearerSpec};
-use firmware::units::{Amplitude, DacCode, Micros};
+use firmware::units::{Amplitude, DacCode, Micros, us};
 
 /// Everything that came out, in µs since boot, which never wraps.
 #[derive(Default)]
@@ -26,8 +26,8 @@ pub struct Record {
 impl Record {
     pub fn time(&mut self, at: Micros) -> u64 {
         // Relative to the latest known time, either way.
-        let now = self.boot.plus(self.last as u32);
-        let t = self.last.wrapping_add_signed(at.since(now).into());
+        let now = self.boot + us(self.last as u32);
+        let t = self.last.wrapping_add_signed((at - now).us().into());
         self.last = self.last.max(t);
         t
     }
@@ -40,7 +40,7 @@ impl Sink for Record {
     }
     fn dac(&mut self, at: Micros, channel: u8, code: DacCode) {
         let t = self.time(at);
-        self.dac.push((t, channel, code.0));
+        self.dac.push((t, channel, code.get()));
     }
     fn bytes(&mut self, at: Micros, bytes: &[u8]) {
         let t = self.time(at);
@@ -148,8 +148,8 @@ impl Desk {
         self.record.time(now)
     }
 
-    pub fn wait(&mut self, us: u32) {
-        let to = self.now().plus(us);
+    pub fn wait(&mut self, length_us: u32) {
+        let to = self.now() + us(length_us);
         self.board.advance(to, &self.sensors, &mut self.record);
     }
 
@@ -338,8 +338,8 @@ pub fn group(members: u16, partner: Partner) -> Request {
 pub fn joint(flexor: u8, extensor: u8, threshold: u32, max: u32) -> Request {
     let point = |channel| PointSpec {
         channel,
-        threshold: Amplitude(threshold),
-        max: Amplitude(max),
+        threshold: Amplitude::new(threshold),
+        max: Amplitude::new(max),
     };
     Request::Joint(JointSpec {
         law: LawSpec::ALONE,
@@ -370,7 +370,7 @@ pub fn angle(centideg: i16) -> Request {
 pub fn all(count: usize, amplitude: u32) -> Request {
     let mut values = heapless::Vec::new();
     for _ in 0..count {
-        values.push(Amplitude(amplitude)).unwrap();
+        values.push(Amplitude::new(amplitude)).unwrap();
     }
     Request::Amplitudes {
         mask: (1 << count) - 1,
@@ -389,7 +389,7 @@ pub fn channel(train: TrainSpec) -> ChannelSpec {
         stage: StageSpec::Current {
             full_scale_ua: 100_000,
         },
-        limit: Amplitude(20_000),
+        limit: Amplitude::new(20_000),
     }
 }
 

@@ -47,7 +47,7 @@ fn train(
 }
 
 fn channel(channel: u8, train: TrainSpec, stage: StageSpec) -> Request {
-    let limit = Amplitude(20_000);
+    let limit = Amplitude::new(20_000);
     let spec = ChannelSpec {
         train,
         stage,
@@ -57,7 +57,7 @@ fn channel(channel: u8, train: TrainSpec, stage: StageSpec) -> Request {
 }
 
 fn amplitudes(mask: u16, values: &[u32]) -> Request {
-    let values = values.iter().copied().map(Amplitude).collect();
+    let values = values.iter().copied().map(Amplitude::new).collect();
     Request::Amplitudes { mask, values }
 }
 
@@ -126,7 +126,7 @@ fn over_current_during_a_refill_leaves_the_dacs_at_zero() {
             amplitudes(1, &[9_280]),
             Request::Start,
             Request::KeepAlive,
-            Request::Force { channel: 3, at: Some(Micros(1_463_634_632)), millinewton: 19_481, millinewton_per_s: Some(-1_906_972_468) },
+            Request::Force { channel: 3, at: Some(Micros::new(1_463_634_632)), millinewton: 19_481, millinewton_per_s: Some(-1_906_972_468) },
             Request::Start,
             Request::Subscribe { period_ms: 343 },
             channel(0, train(MonophasicCathodic, (375, 0, 3_203), (1_307_375, 512_167), (6, 3_957, 7), false), FULL),

@@ -123,7 +123,7 @@ pub fn channel_spec() -> impl Strategy<Value = ChannelSpec> {
         .prop_map(|(train, stage, limit)| ChannelSpec {
             train,
             stage,
-            limit: Amplitude(limit),
+            limit: Amplitude::new(limit),
         })
 }
 
@@ -153,8 +153,8 @@ pub fn wearer_spec() -> impl Strategy<Value = WearerSpec> {
 pub fn point() -> impl Strategy<Value = PointSpec> {
     (near(0, 9), near(0, 3_000), near(0, 10_000)).prop_map(|(channel, threshold, max)| PointSpec {
         channel: channel as u8,
-        threshold: Amplitude(threshold),
-        max: Amplitude(max),
+        threshold: Amplitude::new(threshold),
+        max: Amplitude::new(max),
     })
 }
 
@@ -250,9 +250,9 @@ pub fn muscle() -> impl Strategy<Value = Request> {
                     tau2_us,
                 };
                 let recruitment = RecruitmentSpec {
-                    motor_threshold: Amplitude(threshold),
-                    limit: Amplitude(threshold.saturating_add(9_000)),
-                    reference: Amplitude(threshold.saturating_add(9_000)),
+                    motor_threshold: Amplitude::new(threshold),
+                    limit: Amplitude::new(threshold.saturating_add(9_000)),
+                    reference: Amplitude::new(threshold.saturating_add(9_000)),
                     slope_micro,
                 };
                 Request::Muscle {
@@ -304,7 +304,7 @@ pub fn amplitudes() -> impl Strategy<Value = Request> {
     });
     let any_mask = (any::<u16>(), vec(near(0, 20_000), 0..=10));
     prop_oneof![3 => sane, 1 => any_mask].prop_map(|(mask, values)| {
-        let values: Vec<Amplitude> = values.into_iter().map(Amplitude).collect();
+        let values: Vec<Amplitude> = values.into_iter().map(Amplitude::new).collect();
         Request::Amplitudes {
             mask,
             values: heapless::Vec::from_slice(&values).unwrap(),
@@ -331,11 +331,11 @@ pub fn request() -> impl Strategy<Value = Request> {
         2 => Just(Request::Stop),
         2 => Just(Request::Acknowledge),
         8 => amplitudes(),
-        2 => (option::of(any::<u32>()), any::<i16>(), option::of(any::<i32>())).prop_map(|(at, centideg, centideg_per_s)| Request::Angle { at: at.map(Micros), centideg, centideg_per_s }),
+        2 => (option::of(any::<u32>()), any::<i16>(), option::of(any::<i32>())).prop_map(|(at, centideg, centideg_per_s)| Request::Angle { at: at.map(Micros::new), centideg, centideg_per_s }),
         2 => (0i16..9_000).prop_map(|centideg| Request::Angle { at: None, centideg, centideg_per_s: None }),
-        2 => (near(0, 0), any::<i16>(), any::<u32>()).prop_map(|(joint, centideg, at)| Request::Measurement { joint: joint as u8, centideg, at: Micros(at) }),
+        2 => (near(0, 0), any::<i16>(), any::<u32>()).prop_map(|(joint, centideg, at)| Request::Measurement { joint: joint as u8, centideg, at: Micros::new(at) }),
         2 => (near(0, 3), near(12_500, 20_000), option::of(near(20_000, 2_000_000))).prop_map(|(channel, period_us, slowest)| Request::ForceControl { channel: channel as u8, spec: ForceSpec { min_period_us: period_us, hold: HoldPolicy::Extrapolate { max_ms: 100 }, max_period_us: slowest } }),
-        3 => (near(0, 3), option::of(any::<u32>()), 0u32..30_000, option::of(any::<i32>())).prop_map(|(channel, at, millinewton, rate)| Request::Force { channel: channel as u8, at: at.map(Micros), millinewton, millinewton_per_s: rate }),
+        3 => (near(0, 3), option::of(any::<u32>()), 0u32..30_000, option::of(any::<i32>())).prop_map(|(channel, at, millinewton, rate)| Request::Force { channel: channel as u8, at: at.map(Micros::new), millinewton, millinewton_per_s: rate }),
         1 => near16(0, 1_000).prop_map(|period_ms| Request::Subscribe { period_ms }),
         1 => any::<u64>().prop_map(|schema| Request::Hello { schema }),
     ]

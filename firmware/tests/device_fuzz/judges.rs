@@ -46,7 +46,7 @@ pub fn desk_faults(desk: &mut Desk) -> Vec<u64> {
     said.iter()
         .filter_map(|h| match h {
             Heard::Event(_, Event::Faulted(record)) => {
-                Some(end.wrapping_add_signed(record.at.since(now).into()))
+                Some(end.wrapping_add_signed((record.at - now).us().into()))
             }
             _ => None,
         })
@@ -169,7 +169,7 @@ impl Allowed {
         self.longest_us = self.longest_us.max(silence);
         for (c, channel) in setup.channels.iter().enumerate() {
             let Some(channel) = channel else { continue };
-            self.code[c] = self.code[c].max(channel.stage.code(channel.limit).0);
+            self.code[c] = self.code[c].max(channel.stage.code(channel.limit).get());
             self.monophasic[c] |= !channel.train.spec().shape.is_biphasic();
         }
     }

@@ -9,7 +9,7 @@ mod walls;
 use crate::device_desk::*;
 use firmware::link::{Request, SCHEMA};
 use firmware::pulse::Levels;
-use firmware::units::Micros;
+use firmware::units::{Micros, us};
 use hosts::*;
 use judges::*;
 use proptest::collection::vec;
@@ -77,14 +77,14 @@ fn apply(desk: &mut Desk, step: &Step, asked: &mut Vec<(u64, u16, Request)>) {
         }
         Step::Load(channel, ohm) => desk.sensors.load_ohm[usize::from(*channel)] = *ohm,
         Step::Joint(code) => desk.sensors.joint = *code,
-        Step::Trigger(us) => {
-            desk.sensors.trigger = Some(now.plus(us / 2));
-            desk.wait(*us);
+        Step::Trigger(apart_us) => {
+            desk.sensors.trigger = Some(now + us(apart_us / 2));
+            desk.wait(*apart_us);
             desk.sensors.trigger = None;
         }
         Step::Stamped(request, by) => {
             // Any past; the future only a little, or time would run there.
-            let at = now.plus_signed((*by).min(5_000));
+            let at = now + us((*by).min(5_000).cast_unsigned());
             let bytes = frame(desk.session, desk.seq, request.clone());
             let t = desk.time() + u64::from((*by).clamp(0, 5_000).cast_unsigned());
             asked.push((t, desk.seq, request.clone()));
@@ -92,16 +92,6 @@ fn apply(desk: &mut Desk, step: &Step, asked: &mut Vec<(u64, u16, Request)>) {
             desk.board
                 .receive(at, &bytes, &desk.sensors, &mut desk.record);
         }
-    }
-}
-
-trait PlusSigned {
-    fn plus_signed(self, us: i32) -> Self;
-}
-
-impl PlusSigned for Micros {
-    fn plus_signed(self, us: i32) -> Self {
-        Micros(self.0.wrapping_add_signed(us))
     }
 }
 
@@ -148,7 +138,7 @@ impl Tally {
 }
 
 fn one_run(boot: u32, steps: &[Step], tally: &Tally) -> Result<(), TestCaseError> {
-    let mut desk = Desk::boot(Micros(boot), None);
+    let mut desk = Desk::boot(Micros::new(boot), None);
     let (mut asked, mut allowed) = (Vec::new(), Allowed::default());
     for step in steps {
         apply(&mut desk, step, &mut asked);
@@ -208,7 +198,7 @@ fn nothing_breaks_a_promise() {
 
 /// The same bytes, whole or cut anywhere, at the same instants.
 fn split_run(requests: &[Request], cuts: &[u16]) -> Record {
-    let mut desk = Desk::open(Micros(u32::MAX - 30_000));
+    let mut desk = Desk::open(Micros::new(u32::MAX - 30_000));
     desk.prepare(wearer(), &[channel(PLAIN), channel(MONO)]);
     desk.must(Request::Arm);
     desk.must(Request::Start);

@@ -10,13 +10,13 @@ pub fn wall() -> impl Strategy<Value = WallSpec> {
     let pre_wall = (near(100, 45_000), near(0, 10_000), near(0, 20_000)).prop_map(
         |(depth_mdeg, begin, end)| PreWall {
             depth_mdeg,
-            begin: Amplitude(begin),
-            end: Amplitude(end),
+            begin: Amplitude::new(begin),
+            end: Amplitude::new(end),
         },
     );
     let antagonist = (near(1, 3), near(1, 20_000)).prop_map(|(channel, amplitude)| CoContraction {
         channel: channel as u8,
-        amplitude: Amplitude(amplitude),
+        amplitude: Amplitude::new(amplitude),
     });
     (
         prop_oneof![3 => Just((0, 100_000)), 1 => any::<(i32, i32)>()],
@@ -40,7 +40,7 @@ pub fn wall() -> impl Strategy<Value = WallSpec> {
                         Side::Extension
                     },
                     channel: channel as u8,
-                    max: Amplitude(max),
+                    max: Amplitude::new(max),
                     stiffness,
                     damping: damper.0,
                     cutoff_mhz: damper.1,

@@ -3,10 +3,10 @@
 use super::twins::{self, Muscle, Pulse, Tiring};
 use super::{error_pct, peak, spec, subjects};
 use firmware::muscle::{CalciumForce, CalciumForceSpec, CalciumForceState, Gain};
-use firmware::units::Micros;
+use firmware::units::{Micros, us};
 
 /// 60 s before the 32-bit clock wraps.
-const BEFORE_WRAP: Micros = Micros(u32::MAX - 60_000_000);
+const BEFORE_WRAP: Micros = Micros::new(u32::MAX - 60_000_000);
 
 const LSB: f64 = 1.0 / 65_536.0;
 
@@ -31,10 +31,10 @@ impl Fed {
         let mut pulses = pulses.iter().peekable();
         let tick = |tick: u64| {
             while let Some(&at) = pulses.next_if(|at| **at <= tick * 1000) {
-                let at = start.plus(at as u32);
+                let at = start + us(at as u32);
                 self.muscle.pulse(&mut self.state, at, Gain::FULL);
             }
-            let now = start.plus((tick * 1000) as u32);
+            let now = start + us((tick * 1000) as u32);
             self.muscle.advance(&mut self.state, now);
             self.muscle.force(&self.state).get().to_bits()
         };

@@ -10,13 +10,13 @@ mod switching;
 pub mod twins;
 
 use firmware::muscle::{CalciumForceSpec, FatigueSpec, Gain, Ladder, LadderState, Model, Rung};
-use firmware::units::Micros;
+use firmware::units::{Micros, us};
 use twins::{Muscle, Pulse};
 
 const TABLE_4: &str = include_str!("../../../tests/golden/lee2020/table4_force_model.csv");
 
 /// Runs start so that the 32-bit clock wraps within them.
-pub const START: Micros = Micros(u32::MAX - 400_000);
+pub const START: Micros = Micros::new(u32::MAX - 400_000);
 
 /// Lee's ten subjects.
 pub fn subjects() -> Vec<(String, Muscle)> {
@@ -77,10 +77,10 @@ pub fn run(
     let mut pulses = pulses.iter().peekable();
     let mut samples = vec![];
     for tick in 0..=ms {
-        let now = START.plus((tick * 1000) as u32);
+        let now = START + us((tick * 1000) as u32);
         while let Some((at, gain)) = pulses.next_if(|p| p.0 <= tick * 1000) {
             let gain = Gain::new(fixed::types::U1F31::from_num(*gain));
-            ladder.pulse(&mut state, START.plus(*at as u32), gain);
+            ladder.pulse(&mut state, START + us(*at as u32), gain);
         }
         ladder.advance(&mut state, now);
         each(tick, &mut state);

@@ -3,6 +3,7 @@
 use super::twins::{self, Muscle, Pulse, Tiring};
 use super::{START, ladder, newtons, peak, run, subjects, train};
 use firmware::muscle::{CalciumForceSpec, FatigueSpec, Gain, Ladder, Model, NoFatigue, Rung};
+use firmware::units::us;
 use fixed::types::U1F31;
 use proptest::prelude::*;
 
@@ -59,11 +60,11 @@ proptest! {
     ) {
         let ladder = Ladder::new(spec, Some(fatigue), first).unwrap();
         let full = f64::from(spec.a_mn_per_s) * 1e-3 * f64::from(200_000 + spec.tau2_us) * 1e-6;
-        let mut now = firmware::units::Micros(start);
+        let mut now = firmware::units::Micros::new(start);
         let mut state = ladder.at_rest(now);
         for (gap, gain, rung, ticks) in events {
-            ladder.pulse(&mut state, now.plus(gap % 1500), Gain::new(U1F31::from_bits(gain)));
-            now = now.plus(gap);
+            ladder.pulse(&mut state, now + us(gap % 1500), Gain::new(U1F31::from_bits(gain)));
+            now += us(gap);
             ladder.advance(&mut state, now);
             if let Some(rung) = rung {
                 let before = newtons(&ladder, &state);
@@ -73,13 +74,13 @@ proptest! {
                 prop_assert!((after - before).abs() <= TWO_LSB, "{} {}", before, after);
             }
             for _ in 0..ticks {
-                now = now.plus(1000);
+                now += us(1000);
                 ladder.advance(&mut state, now);
                 let force = newtons(&ladder, &state);
                 prop_assert!((0.0..=full * (1.0 + 1e-6) + 1e-4).contains(&force));
             }
         }
-        now = now.plus(30_000_000);
+        now += us(30_000_000);
         ladder.advance(&mut state, now);
         prop_assert_eq!(newtons(&ladder, &state), 0.0);
     }

@@ -3,7 +3,7 @@
 use crate::muscle_ladder::{spec, subjects};
 use firmware::muscle::{CalciumForce, CalciumForceSpec, CalciumForceState, Gain};
 use firmware::range::OutOfRange;
-use firmware::units::{Force, Micros};
+use firmware::units::{Force, Micros, us};
 use fixed::types::U1F31;
 use proptest::prelude::*;
 
@@ -42,15 +42,15 @@ fn newtons(muscle: &CalciumForce, state: &CalciumForceState) -> f64 {
     muscle.force(state).get().to_num()
 }
 
-/// Lets `us` pass.
-fn wait(muscle: &CalciumForce, state: &mut CalciumForceState, us: u32) {
-    let to = state.at().plus(us);
+/// Lets `length_us` pass.
+fn wait(muscle: &CalciumForce, state: &mut CalciumForceState, length_us: u32) {
+    let to = state.at() + us(length_us);
     muscle.advance(state, to);
 }
 
-/// A pulse in `us` from the state's time.
-fn pulse_after(muscle: &CalciumForce, state: &mut CalciumForceState, us: u32, gain: Gain) {
-    let at = state.at().plus(us);
+/// A pulse in `length_us` from the state's time.
+fn pulse_after(muscle: &CalciumForce, state: &mut CalciumForceState, length_us: u32, gain: Gain) {
+    let at = state.at() + us(length_us);
     muscle.pulse(state, at, gain);
 }
 
@@ -64,9 +64,9 @@ fn stimulate(
 ) {
     let start = state.at();
     for i in 0..n {
-        muscle.pulse(state, start.plus(i * period_us), Gain::FULL);
+        muscle.pulse(state, start + us(i * period_us), Gain::FULL);
         each(state);
-        let end = start.plus((i + 1) * period_us);
+        let end = start + us((i + 1) * period_us);
         while state.at() != end {
             let left = end.elapsed_since(state.at());
             wait(muscle, state, left.min(1000));
@@ -80,7 +80,7 @@ fn calcium_never_saturates_at_200_hz() {
     let slowest = spec_of([HIGHEST[0], LOWEST[1], HIGHEST[2], HIGHEST[3], HIGHEST[4]]);
     for spec in table_4().into_iter().chain([slowest]) {
         let muscle = CalciumForce::new(spec).unwrap();
-        let mut state = CalciumForceState::at_rest(Micros(0));
+        let mut state = CalciumForceState::at_rest(Micros::new(0));
         let (mut highest, mut strongest) = (0f64, 0f64);
         stimulate(&muscle, &mut state, 1000, 5000, |now| {
             highest = highest.max(now.calcium().to_num());
@@ -115,13 +115,13 @@ fn calcium_never_saturates_in_a_burst_that_is_allowed() {
             };
             spec.check_train(count, period_us).unwrap();
             let muscle = CalciumForce::new(spec).unwrap();
-            let mut state = CalciumForceState::at_rest(Micros(0));
+            let mut state = CalciumForceState::at_rest(Micros::new(0));
             let mut highest = 0.0f64;
             for n in 0..400u32 {
                 for pulse in 0..u32::from(count) {
-                    let at = Micros(n * period_us + pulse * 200);
+                    let at = Micros::new(n * period_us + pulse * 200);
                     muscle.pulse(&mut state, at, Gain::FULL);
-                    muscle.advance(&mut state, at.plus(1));
+                    muscle.advance(&mut state, at + us(1));
                     highest = highest.max(state.calcium().to_num());
                 }
             }
@@ -143,7 +143,7 @@ fn force_reaches_exactly_zero_and_soon() {
     let cases = table_4().into_iter().map(|spec| (spec, 2_500));
     for (spec, bound_ms) in cases.chain([(slowest, 7_000)]) {
         let muscle = CalciumForce::new(spec).unwrap();
-        let mut state = CalciumForceState::at_rest(Micros(0));
+        let mut state = CalciumForceState::at_rest(Micros::new(0));
         stimulate(&muscle, &mut state, 500, 5000, |_| ());
         let mut steps = 0;
         while !state.is_at_rest() {
@@ -162,11 +162,11 @@ fn force_reaches_exactly_zero_and_soon() {
 fn ten_minutes_of_on_and_off_do_not_drift() {
     for spec in table_4() {
         let muscle = CalciumForce::new(spec).unwrap();
-        let mut state = CalciumForceState::at_rest(Micros(u32::MAX - 300_000_000));
+        let mut state = CalciumForceState::at_rest(Micros::new(u32::MAX - 300_000_000));
         let mut settled = vec![];
         for cycle in 0..857 {
             let mut forces = vec![];
-            let end = state.at().plus(700_000);
+            let end = state.at() + us(700_000);
             stimulate(&muscle, &mut state, 20, 25_000, |now| {
                 forces.push(newtons(&muscle, now));
             });
@@ -186,13 +186,13 @@ fn ten_minutes_of_on_and_off_do_not_drift() {
 #[test]
 fn a_gap_of_35_minutes_is_one_call() {
     let muscle = CalciumForce::new(table_4()[0]).unwrap();
-    let mut state = CalciumForceState::at_rest(Micros(u32::MAX - 1_000_000));
+    let mut state = CalciumForceState::at_rest(Micros::new(u32::MAX - 1_000_000));
     stimulate(&muscle, &mut state, 40, 25_000, |_| ());
-    let end = state.at().plus(35 * 60 * 1_000_000);
+    let end = state.at() + us(35 * 60 * 1_000_000);
     muscle.advance(&mut state, end);
     assert!(state.is_at_rest());
     assert_eq!(state.at(), end);
-    muscle.advance(&mut state, end.minus(1)); // the past changes nothing
+    muscle.advance(&mut state, end - us(1)); // the past changes nothing
     assert_eq!(state.at(), end);
 }
 
@@ -202,18 +202,18 @@ fn microsecond_steps_stay_within_two_hundredths_of_a_percent() {
     for spec in table_4() {
         let muscle = CalciumForce::new(spec).unwrap();
         let (mut coarse, mut fine) = (
-            CalciumForceState::at_rest(Micros(0)),
-            CalciumForceState::at_rest(Micros(0)),
+            CalciumForceState::at_rest(Micros::new(0)),
+            CalciumForceState::at_rest(Micros::new(0)),
         );
         let (mut worst, mut peak) = (0f64, 0f64);
         for ms in 0..1500u32 {
             if ms < 1000 && ms % 50 == 0 {
-                muscle.pulse(&mut coarse, Micros(ms * 1000), Gain::FULL);
-                muscle.pulse(&mut fine, Micros(ms * 1000), Gain::FULL);
+                muscle.pulse(&mut coarse, Micros::new(ms * 1000), Gain::FULL);
+                muscle.pulse(&mut fine, Micros::new(ms * 1000), Gain::FULL);
             }
-            muscle.advance(&mut coarse, Micros((ms + 1) * 1000));
+            muscle.advance(&mut coarse, Micros::new((ms + 1) * 1000));
             for us in 1..=1000 {
-                muscle.advance(&mut fine, Micros(ms * 1000 + us));
+                muscle.advance(&mut fine, Micros::new(ms * 1000 + us));
             }
             let (a, b) = (newtons(&muscle, &coarse), newtons(&muscle, &fine));
             (worst, peak) = (worst.max((a - b).abs()), peak.max(b));
@@ -226,12 +226,12 @@ fn microsecond_steps_stay_within_two_hundredths_of_a_percent() {
 #[test]
 fn a_pulse_below_threshold_changes_nothing() {
     let muscle = CalciumForce::new(table_4()[4]).unwrap();
-    let mut state = CalciumForceState::at_rest(Micros(7));
-    muscle.pulse(&mut state, Micros(7), Gain::ZERO);
+    let mut state = CalciumForceState::at_rest(Micros::new(7));
+    muscle.pulse(&mut state, Micros::new(7), Gain::ZERO);
     assert!(state.is_at_rest());
-    muscle.pulse(&mut state, Micros(9), Gain::FULL);
+    muscle.pulse(&mut state, Micros::new(9), Gain::FULL);
     let before = state;
-    muscle.pulse(&mut state, Micros(9), Gain::ZERO);
+    muscle.pulse(&mut state, Micros::new(9), Gain::ZERO);
     assert_eq!(state, before);
 }
 
@@ -274,12 +274,12 @@ proptest! {
         steps in prop::collection::vec((0u32..30_000, 1u32..9, any::<u32>()), 1..200),
     ) {
         let muscle = CalciumForce::new(spec).unwrap();
-        let mut state = CalciumForceState::at_rest(Micros(start));
+        let mut state = CalciumForceState::at_rest(Micros::new(start));
         let scale = full_scale(&spec) * (1.0 + 1e-6) + 1e-4;
         for (gap, burst, gain) in steps {
             let begin = state.at();
             for i in 1..=burst {
-                let at = begin.plus(i * (gap / 8));
+                let at = begin + us(i * (gap / 8));
                 muscle.pulse(&mut state, at, Gain::new(U1F31::from_bits(gain)));
             }
             for _ in 0..=gap / 1000 {
@@ -302,7 +302,7 @@ proptest! {
     ) {
         let muscle = CalciumForce::new(table_4()[which]).unwrap();
         let run = |start: u32| {
-            let mut state = CalciumForceState::at_rest(Micros(start));
+            let mut state = CalciumForceState::at_rest(Micros::new(start));
             let mut forces = vec![];
             for &gap in &gaps {
                 pulse_after(&muscle, &mut state, gap, Gain::FULL);
@@ -326,12 +326,12 @@ proptest! {
     ) {
         let muscle = CalciumForce::new(table_4()[which]).unwrap();
         let (mut whole, mut split) =
-            (CalciumForceState::at_rest(Micros(0)), CalciumForceState::at_rest(Micros(0)));
+            (CalciumForceState::at_rest(Micros::new(0)), CalciumForceState::at_rest(Micros::new(0)));
         let (mut worst, mut peak) = (0f64, 0f64);
         for (gap, pieces) in gaps {
-            let at = whole.at().plus(gap);
+            let at = whole.at() + us(gap);
             for piece in pieces {
-                let to = split.at().plus(piece);
+                let to = split.at() + us(piece);
                 if to.is_before(at) {
                     muscle.advance(&mut split, to);
                 }
@@ -351,11 +351,11 @@ proptest! {
     fn constant_gain_scales_force(which in 0usize..10, gain in 0.01f64..1.0) {
         let muscle = CalciumForce::new(table_4()[which]).unwrap();
         let run = |gain: Gain| {
-            let mut state = CalciumForceState::at_rest(Micros(0));
+            let mut state = CalciumForceState::at_rest(Micros::new(0));
             for i in 0..25 {
-                muscle.pulse(&mut state, Micros(i * 20_000), gain);
+                muscle.pulse(&mut state, Micros::new(i * 20_000), gain);
             }
-            muscle.advance(&mut state, Micros(25 * 20_000));
+            muscle.advance(&mut state, Micros::new(25 * 20_000));
             newtons(&muscle, &state)
         };
         let (full, part) = (run(Gain::FULL), run(Gain::new(U1F31::from_num(gain))));

@@ -2,7 +2,7 @@
 
 use super::{newtons, table_4, wait};
 use firmware::muscle::{CalciumForce, CalciumForceSpec, CalciumForceState, Gain};
-use firmware::units::Micros;
+use firmware::units::{Micros, us};
 use fixed::types::U1F31;
 use proptest::prelude::*;
 
@@ -42,8 +42,8 @@ fn ticks_are_their_parts(which: usize, pulses: &[(u32, u32, u32)]) -> Result<(),
     let spec = table_4()[which];
     let muscle = CalciumForce::new(spec).unwrap();
     let (mut whole, mut parted) = (
-        CalciumForceState::at_rest(Micros(0)),
-        CalciumForceState::at_rest(Micros(0)),
+        CalciumForceState::at_rest(Micros::new(0)),
+        CalciumForceState::at_rest(Micros::new(0)),
     );
     let (mut peak, mut left_out, mut before) = (0f64, 0f64, 0.0);
     let mut apart = Vec::new();
@@ -57,7 +57,7 @@ fn ticks_are_their_parts(which: usize, pulses: &[(u32, u32, u32)]) -> Result<(),
             wait(&muscle, &mut whole, 1000);
             wait(&muscle, &mut parted, 1000);
         }
-        let (at, end) = (whole.at().plus(ahead), whole.at().plus(1000));
+        let (at, end) = (whole.at() + us(ahead), whole.at() + us(1000));
         let gain = Gain::new(U1F31::from_bits(gain));
         let now: f64 = gain.get().to_num();
         left_out += tick_less_parts(&spec, parted.calcium().to_num(), ahead, [before, now]).abs();

@@ -32,8 +32,11 @@ pub struct Ad5668 {
     powered: u8,
     /// Outputs that follow their input register at once (LDAC register).
     transparent: u8,
-    reference: bool,
-    ignored: u32,
+    /// Whether the internal reference is on: without it, and without an outer
+    /// one, outputs are at 0 V.
+    pub(crate) reference: bool,
+    /// Frames ignored because they had 1–31 clock edges.
+    pub(crate) ignored: u32,
     changes: Vec<Change>,
 }
 
@@ -98,17 +101,6 @@ impl Ad5668 {
             Some(code) if self.powered & 1 << n != 0 => *code,
             _ => 0,
         }
-    }
-
-    /// Whether the internal reference is on: without it, and without an outer
-    /// one, outputs are at 0 V.
-    pub const fn has_reference(&self) -> bool {
-        self.reference
-    }
-
-    /// Frames ignored because they had 1–31 clock edges.
-    pub const fn ignored_frames(&self) -> u32 {
-        self.ignored
     }
 
     /// Changes of outputs since the last call, oldest first.
@@ -244,7 +236,7 @@ mod tests {
         dac.shift(0x030F, 16, 100).unwrap();
         dac.shift(0x7FFF, 15, 200).unwrap();
         dac.select(false);
-        assert_eq!((outputs(&dac), dac.ignored_frames()), ([0; 8], 1));
+        assert_eq!((outputs(&dac), dac.ignored), ([0; 8], 1));
         dac.shift(1, 1, 300).unwrap();
         assert_eq!(outputs(&dac), [0; 8], "not selected");
         dac.select(true);
@@ -252,18 +244,18 @@ mod tests {
             dac.shift(half, 16, 400).unwrap();
         }
         dac.select(false);
-        assert_eq!((outputs(&dac)[0], dac.ignored_frames()), (1, 1));
+        assert_eq!((outputs(&dac)[0], dac.ignored), (1, 1));
         dac.select(true);
         dac.select(false);
-        assert_eq!(dac.ignored_frames(), 1, "no edge, no frame");
+        assert_eq!(dac.ignored, 1, "no edge, no frame");
     }
 
     #[test]
     fn power_reference_and_reset() {
         let mut dac = Ad5668::default();
-        assert!(!dac.has_reference());
+        assert!(!dac.reference);
         send(&mut dac, 0x0800_0001, 500);
-        assert!(dac.has_reference());
+        assert!(dac.reference);
         send(&mut dac, 0x03F1_2340, 1000);
         send(&mut dac, 0x0400_0102, 1500);
         assert_eq!(dac.output(1), 0, "1 kOhm to ground");
@@ -272,7 +264,7 @@ mod tests {
         assert_eq!(dac.changes().count(), 10);
         send(&mut dac, 0x0700_0000, 2500);
         assert_eq!(outputs(&dac), [0; 8]);
-        assert!(!dac.has_reference());
+        assert!(!dac.reference);
         assert_eq!(dac.changes().map(|c| c.at).collect::<Vec<_>>(), [2500; 8]);
         dac.select(true);
         dac.shift(0x0900, 16, 2600).unwrap();

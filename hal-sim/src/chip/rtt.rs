@@ -154,7 +154,7 @@ impl<D: Device + AsMut<Around>> Logged<D> {
     }
 
     fn drain(&mut self, at: Micros) -> io::Result<()> {
-        let at_us = self.now.at(at.0);
+        let at_us = self.now.at(at.get());
         self.log.drain(&mut self.device.as_mut().soc.ram, at_us)
     }
 }
@@ -219,9 +219,9 @@ mod tests {
         for (offset, word) in [(0, 0), (WRITE, 8), (READ, 9), (BUFFER, 0x4000_0000)] {
             let (mut ram, channel) = (ram(), Channel { block: BLOCK });
             ram.write(BLOCK + offset, Size::Word, word).unwrap();
-            let before = ram.clone().bytes_mut().to_vec();
+            let before = ram.clone().bytes.to_vec();
             assert!(channel.drain(&mut ram).is_empty(), "{offset}");
-            assert_eq!(ram.bytes_mut(), before);
+            assert_eq!(ram.bytes, before);
         }
     }
 }

@@ -10,7 +10,7 @@ use hal_sim::wire::faults::Faults;
 use hal_sim::world::World;
 use host_core::link::{Client, Error, Port, SimulatedPort};
 
-const BOOT: Micros = Micros(u32::MAX - 2_000_000);
+const BOOT: Micros = Micros::new(u32::MAX - 2_000_000);
 
 fn channel(offset_us: u32) -> ChannelSpec {
     ChannelSpec {
@@ -21,7 +21,7 @@ fn channel(offset_us: u32) -> ChannelSpec {
         stage: StageSpec::Current {
             full_scale_ua: 100_000,
         },
-        limit: Amplitude(20_000),
+        limit: Amplitude::new(20_000),
     }
 }
 
@@ -42,13 +42,13 @@ fn ten_channels_pulse_until_stopped() {
     for c in 0..10u8 {
         client.channel(c, channel(u32::from(c) * 700)).unwrap();
     }
-    match client.amplitudes(&[(0, Amplitude(1000))]) {
+    match client.amplitudes(&[(0, Amplitude::new(1000))]) {
         Err(Error::Refused(refused)) => assert_eq!(refused.code(), Some(Code::NotArmed)),
         other => panic!("{other:?}"),
     }
     client.arm().unwrap();
     client.start().unwrap();
-    let all: Vec<_> = (0..10).map(|c| (c, Amplitude(10_000))).collect();
+    let all: Vec<_> = (0..10).map(|c| (c, Amplitude::new(10_000))).collect();
     let begin = client.port().now_us();
     for tick in 1..=180 {
         client.amplitudes(&all).unwrap();

@@ -155,7 +155,7 @@ fn runs_again(name: &str, is_faulted: bool, mut port: Accident, file: &SessionFi
 
 /// A native board with the session's wearer.
 fn accident(file: &SessionFile, happening: Happening) -> Accident {
-    let boot = firmware::units::Micros(0);
+    let boot = firmware::units::Micros::new(0);
     let device = Box::new(hal_sim::native::native(boot));
     let port = host_core::run::simulated(&file.session, 1, device, boot).unwrap();
     Accident { port, happening }

@@ -45,7 +45,7 @@ rate_hz = 50
 "#;
 
 /// The clock wraps while the session runs.
-const BOOT: Micros = Micros(u32::MAX - 2_000_000);
+const BOOT: Micros = Micros::new(u32::MAX - 2_000_000);
 
 #[test]
 fn a_session_changes_rungs_without_a_step() {

@@ -357,7 +357,7 @@ fn physical_values_convert_exactly() {
         tau2_us: 100_000,
     };
     assert_eq!(force, expected);
-    assert_eq!(recruitment.limit, Amplitude(28_000));
+    assert_eq!(recruitment.limit, Amplitude::new(28_000));
     assert_eq!(recruitment.slope_micro, 300_000);
     assert_eq!(session.channels[2].spec.train.period_us, 25_000);
     assert_eq!(session.channels[2].index(), 2);

@@ -61,7 +61,7 @@ fn turns(session: &Session) -> u64 {
 /// at the slowest rate. How many bursts got an amplitude.
 fn play(session: &Session) -> usize {
     // The clock wraps while it runs.
-    let mut world = native_world(Micros(u32::MAX - 200_000));
+    let mut world = native_world(Micros::new(u32::MAX - 200_000));
     if let Some(joint) = &session.joint
         && let SensorSource::Adc {
             code_at_0,
@@ -115,7 +115,7 @@ fn experiment_4_is_as_printed() {
     let joint = session.joint.as_ref().unwrap();
     let points = joint.flexors.iter().chain([&joint.extensor]);
     let ranges: Vec<_> = points
-        .map(|p| (p.channel, p.threshold.0, p.max.0))
+        .map(|p| (p.channel, p.threshold.get(), p.max.get()))
         .collect();
     let [a, b] = [(0, 20_000, 28_000), (1, 25_000, 36_000)];
     assert_eq!(ranges, [a, b, (2, 14_000, 26_000)]);
@@ -167,16 +167,16 @@ fn experiment_2_has_the_patterns_of_figure_5() {
             panic!("{name}: no amplitudes");
         };
         let values: Vec<_> = values.iter().map(|&(_, v)| v).collect();
-        let (a, b) = (Amplitude(26_000), Amplitude(30_000));
+        let (a, b) = (Amplitude::new(26_000), Amplitude::new(30_000));
         if values == [a, b] {
             let delay = offset(1) - offset(0);
             assert!(name.contains(&format!("_{}us", delay.abs())), "{name}");
             assert_eq!(name.contains("b_to_a"), delay < 0, "{name}");
             two.push((isolated, delay));
         } else {
-            let is_a = values == [a, Amplitude(0)];
+            let is_a = values == [a, Amplitude::new(0)];
             let point = if is_a { 'a' } else { 'b' };
-            assert!(point == 'a' || values == [Amplitude(0), b], "{name}");
+            assert!(point == 'a' || values == [Amplitude::new(0), b], "{name}");
             assert!(name.contains(&format!("one_point_{point}")), "{name}");
             one.push((isolated, point));
         }

@@ -4,7 +4,7 @@ use firmware::control::differentiator::{Differentiator, DifferentiatorState};
 use firmware::control::{
     Effort, HoldPolicy, Joint, JointSpec, JointState, LawSpec, PointSpec, SensorSource,
 };
-use firmware::units::{Amplitude, Angle, Micros};
+use firmware::units::{Amplitude, Angle, Micros, us};
 use fixed::types::I16F16;
 use methods::control::derivative::Differentiator as Differentiating;
 use methods::control::feedback::{Feedback, PAPER_RANGE_V};
@@ -16,8 +16,8 @@ const LAWS: [LawSpec; 3] = [LawSpec::PAPER, LawSpec::ALONE, LawSpec::PID];
 fn point(channel: u8, threshold: u32, max: u32) -> PointSpec {
     PointSpec {
         channel,
-        threshold: Amplitude(threshold),
-        max: Amplitude(max),
+        threshold: Amplitude::new(threshold),
+        max: Amplitude::new(max),
     }
 }
 
@@ -59,7 +59,7 @@ fn efforts(spec: &JointSpec, steps: u32, at: impl Fn(f64) -> (f64, f64)) -> Vec<
     let period = u32::from(spec.law_period_ms) * 1000;
     (0..steps)
         .map(|i| {
-            let now = Micros(u32::MAX - 1_000_000).plus(i * period);
+            let now = Micros::new(u32::MAX - 1_000_000) + us(i * period);
             let (target, angle) = at(f64::from(i * period) * 1e-6);
             joint
                 .setpoint(&mut state, now, now, degrees(target), None)
@@ -190,7 +190,7 @@ fn a_finger_too_straight_is_flexed_by_every_law() {
         for (error, side) in [(10.0, 0), (-10.0, 1)] {
             let joint = Joint::new(&spec(law, 11, 3000)).unwrap();
             let mut state = JointState::default();
-            let now = Micros(5);
+            let now = Micros::new(5);
             joint
                 .setpoint(&mut state, now, now, degrees(40.0 + error), None)
                 .unwrap();
@@ -200,7 +200,7 @@ fn a_finger_too_straight_is_flexed_by_every_law() {
                 .amplitudes
                 .iter()
                 .zip(above)
-                .map(|(a, th)| a.1.0 > th)
+                .map(|(a, th)| a.1.get() > th)
                 .collect();
             assert_eq!(
                 lifted,

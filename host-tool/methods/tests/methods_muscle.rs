@@ -31,9 +31,9 @@ fn run(muscle: &mut dyn Integrator, output_us: u32) -> f64 {
     let mut pulses = PULSES_US.into_iter().peekable();
     for at in (output_us..=320_000).step_by(output_us as usize) {
         while let Some(pulse) = pulses.next_if(|us| *us <= at) {
-            muscle.pulse(Micros(pulse));
+            muscle.pulse(Micros::new(pulse));
         }
-        muscle.advance(Micros(at));
+        muscle.advance(Micros::new(at));
         let _ = (muscle.force_n(), muscle.calcium());
     }
     muscle.force_n()
@@ -97,7 +97,7 @@ fn a_muscle_without_pulses_comes_to_rest() {
             let run = |muscle: &mut dyn Integrator| {
                 run(muscle, 1000);
                 for at in (400_000..=10_400_000).step_by(output_us) {
-                    muscle.advance(Micros(at));
+                    muscle.advance(Micros::new(at));
                 }
                 muscle.force_n().abs()
             };

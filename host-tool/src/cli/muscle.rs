@@ -162,15 +162,15 @@ impl Muscle {
     fn fixed(&self, pulses: &[u64]) -> anyhow::Result<Vec<Row>> {
         let muscle = self.device()?;
         self.check_pulses(pulses)?;
-        let mut state = CalciumForceState::at_rest(Micros(0));
+        let mut state = CalciumForceState::at_rest(Micros::new(0));
         let mut pulses = pulses.iter().copied().peekable();
         let mut rows = Vec::new();
         // The device ticks at 1 kHz and is told each pulse's own microsecond.
         for tick_us in (0..=self.duration_us()).step_by(1000) {
             while let Some(at) = pulses.next_if(|&at| at <= tick_us) {
-                muscle.pulse(&mut state, Micros(at as u32), Gain::FULL);
+                muscle.pulse(&mut state, Micros::new(at as u32), Gain::FULL);
             }
-            muscle.advance(&mut state, Micros(tick_us as u32));
+            muscle.advance(&mut state, Micros::new(tick_us as u32));
             if tick_us % ROW_US == 0 {
                 let t_s = tick_us as f64 * 1e-6;
                 let force_n = muscle.force(&state).get().to_num();

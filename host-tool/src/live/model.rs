@@ -96,7 +96,7 @@ impl Model {
                 number: channel.number,
                 name: channel.name.clone(),
                 unit: channel.unit().symbol(),
-                limit: f64::from(channel.spec.limit.0) * 1e-3,
+                limit: f64::from(channel.spec.limit.get()) * 1e-3,
                 force: channel.muscle.as_ref().and_then(|_| forces.next()),
             });
             model.channels = channels.collect();

@@ -150,7 +150,7 @@ struct Elapsed {
 
 impl Elapsed {
     fn at(&mut self, at: Micros) -> f64 {
-        let since = at.since(self.last);
+        let since = (at - self.last).us();
         if since > 0 {
             self.s += f64::from(since) * 1e-6;
             self.last = at;

@@ -222,7 +222,7 @@ fn setpoint(path: Path, index: u32) -> Request {
     let high = index.is_multiple_of(2);
     match path {
         Path::Direct => {
-            let value = Amplitude(if high { 15_000 } else { 10_000 });
+            let value = Amplitude::new(if high { 15_000 } else { 10_000 });
             Request::Amplitudes {
                 mask: 0x3FF,
                 values: [value; CHANNELS].into_iter().collect(),
@@ -252,7 +252,7 @@ fn prepared(subject: Subject<'_>, path: Path, shift_us: u64) -> Result<Opened, O
     // A joint that rests in the middle, seen by the board's converter.
     let mut opened = subject.open(Box::new(Still::new(50.0)), shift_us)?;
     let client = &mut opened.client;
-    client.port().world.joint_adc = Some((40.0, 48.0));
+    client.port().world.connect_joint(40.0, 48.0);
     client.wearer(WearerSpec {
         rise_ms: 1,
         ..WearerSpec::default()
@@ -284,8 +284,8 @@ fn prepared(subject: Subject<'_>, path: Path, shift_us: u64) -> Result<Opened, O
 fn joint() -> JointSpec {
     let point = |channel| PointSpec {
         channel,
-        threshold: Amplitude(5_000),
-        max: Amplitude(20_000),
+        threshold: Amplitude::new(5_000),
+        max: Amplitude::new(20_000),
     };
     JointSpec {
         law: LawSpec::Pid {

@@ -24,7 +24,7 @@ use hal_sim::world::World;
 use host_core::link::{Client, Error, SimulatedPort};
 
 /// Every measurement begins 60 s before the 32-bit clock wraps.
-pub const BOOT: Micros = Micros(u32::MAX - 60_000_000 + 1);
+pub const BOOT: Micros = Micros::new(u32::MAX - 60_000_000 + 1);
 
 /// A client of a native board with dummy loads.
 fn open(faults: Faults, seed: u64) -> Result<Client<SimulatedPort>, Error> {
@@ -50,7 +50,7 @@ fn channel(period_us: u32, offset_us: u32) -> ChannelSpec {
         stage: StageSpec::Current {
             full_scale_ua: 100_000,
         },
-        limit: Amplitude(20_000),
+        limit: Amplitude::new(20_000),
     }
 }
 

@@ -43,7 +43,7 @@ pub fn silence(timeout_ms: u16, fall_ms: u16) -> Result<Silence, Error> {
     }
     client.arm()?;
     client.start()?;
-    let all: Vec<_> = (0..10).map(|c| (c, Amplitude(10_000))).collect();
+    let all: Vec<_> = (0..10).map(|c| (c, Amplitude::new(10_000))).collect();
     let mut heard = 0;
     for _ in 0..3 {
         heard = client.port().world.now_us();

@@ -91,7 +91,7 @@ pub fn soak(seconds: u64, seed: u64, mut progress: impl FnMut(f64)) -> Result<So
     let mut now = begin;
     while now < end {
         let values: Vec<_> = (0..10)
-            .map(|_| Amplitude(5_000 + random.below(10_000) as u32))
+            .map(|_| Amplitude::new(5_000 + random.below(10_000) as u32))
             .collect();
         let request = Request::Amplitudes {
             mask: 0x3FF,
@@ -133,7 +133,7 @@ pub fn soak(seconds: u64, seed: u64, mut progress: impl FnMut(f64)) -> Result<So
 
 /// Device time in the world's time, which is less than 35 min ahead.
 fn unwrap(at: Micros, now_us: u64) -> u64 {
-    now_us.saturating_add_signed(at.since(Micros(now_us as u32)).into())
+    now_us.saturating_add_signed((at - Micros::new(now_us as u32)).us().into())
 }
 
 /// Compares every pulse in `from_us..to_us` with the latest setpoint accepted
@@ -155,7 +155,7 @@ fn judge(
             .checked_sub(1)
             .and_then(|last| accepted[last].1.get(usize::from(edge.channel)));
         // 100 mA at code 65 535, rounded down.
-        let code = wanted.map(|amplitude| u64::from(amplitude.0) * 65_535 / 100_000);
+        let code = wanted.map(|amplitude| u64::from(amplitude.get()) * 65_535 / 100_000);
         soak.unasked += u64::from(code != Some(edge.dac_code.into()));
     }
 }

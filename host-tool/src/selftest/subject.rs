@@ -62,7 +62,7 @@ impl Subject<'_> {
             Board::power_on(image.clone(), stages, Pace::Lazy, ()).map_err(ChipError::Board)?;
         board.around.soc.flash.set_prefetched(prefetched);
         boot(&mut board, Self::PLUGGED + shift_us * CYCLES_PER_US).map_err(ChipError::Board)?;
-        let boot = Micros(board.now_us() as u32); // far from wrapping
+        let boot = Micros::new(board.now_us() as u32); // far from wrapping
         let board = Arc::new(Mutex::new(board));
         let world = World::new(Box::new(board.clone()), body, boot, Faults::default(), 1);
         Ok(Opened {
@@ -95,7 +95,7 @@ impl Opened {
     pub const fn epoch_us(&self) -> u64 {
         match self.board {
             Some(_) => 0,
-            None => BOOT.0 as u64,
+            None => BOOT.get() as u64,
         }
     }
 

@@ -26,9 +26,9 @@ pub fn forces(
     let mut pulses = pulses_us.iter().peekable();
     times_us.map(move |at_us| {
         while let Some(pulse_us) = pulses.next_if(|us| **us <= at_us) {
-            muscle.pulse(Micros(*pulse_us));
+            muscle.pulse(Micros::new(*pulse_us));
         }
-        muscle.advance(Micros(at_us));
+        muscle.advance(Micros::new(at_us));
         muscle.force_n()
     })
 }

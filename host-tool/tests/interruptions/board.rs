@@ -60,7 +60,7 @@ impl Board {
             move || {
                 let (wire, at) = open(wire, pty);
                 told.send(at).unwrap();
-                let boot = firmware::units::Micros(0);
+                let boot = firmware::units::Micros::new(0);
                 let port = simulated(&file.session, 1, Box::new(native(boot)), boot).unwrap();
                 serve(wire, port.world, &heard, &order)
             }

@@ -62,7 +62,7 @@ fn run_on(bytes: usize, file: &SessionFile, out: &Path) -> Option<()> {
             return Some(());
         }
     };
-    let boot = firmware::units::Micros(0);
+    let boot = firmware::units::Micros::new(0);
     let device = Box::new(hal_sim::native::native(boot));
     let port = simulated(&file.session, 1, device, boot).unwrap();
     let (outcome, port) = run(file, port, Some(&mut recorder), |_| ());

@@ -5,10 +5,10 @@ use crate::desk;
 use firmware::link::{Decoder, Kind, MAX_MESSAGE, Request, Response, SCHEMA, ToDevice, encode};
 use firmware::lockstep::{Lockstep, Sensors, Sink};
 use firmware::pulse::Levels;
-use firmware::units::{DacCode, Micros};
+use firmware::units::{DacCode, Micros, us};
 
 /// The board boots shortly before its clock wraps.
-const BOOT: Micros = Micros(u32::MAX - 20_000);
+const BOOT: Micros = Micros::new(u32::MAX - 20_000);
 
 /// The longest step between two looks at the device's state, µs.
 const LOOK_US: u32 = 250;
@@ -92,11 +92,11 @@ impl Session {
         self.receive(&frame);
     }
 
-    /// Time goes on by `us`.
-    pub fn advance(&mut self, us: u32) {
-        let end = self.board.now().plus(us);
+    /// Time goes on by `length_us`.
+    pub fn advance(&mut self, length_us: u32) {
+        let end = self.board.now() + us(length_us);
         while self.board.now().is_before(end) {
-            let next = self.board.now().plus(LOOK_US);
+            let next = self.board.now() + us(LOOK_US);
             let to = if next.is_before(end) { next } else { end };
             self.watch.look(self.board.now(), self.board.state());
             self.drive(|board, sensors, sink| board.advance(to, sensors, sink));

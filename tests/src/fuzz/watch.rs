@@ -5,7 +5,7 @@ use firmware::link::{Decoder, Response};
 use firmware::lockstep::Sink;
 use firmware::pulse::{CHANNELS, Levels, State as Line};
 use firmware::safety::State;
-use firmware::units::{DacCode, Micros};
+use firmware::units::{DacCode, Micros, us};
 
 /// From a request to arm to the last pulse of the electrode check: an order
 /// waits for at most two windows, ten pulses come 2 ms apart.
@@ -47,7 +47,7 @@ impl Default for Watch {
     fn default() -> Self {
         let quiet = Channel {
             line: Line::Isolated,
-            since: Micros(0),
+            since: Micros::new(0),
             drive: None,
         };
         Self {
@@ -64,13 +64,13 @@ impl Default for Watch {
 impl Watch {
     /// The host has asked the board to arm.
     pub fn asked_to_arm(&mut self, now: Micros) {
-        self.allow(now.plus(CHECK_US));
+        self.allow(now + us(CHECK_US));
     }
 
     /// The board is in `state` at `now`. Must be told at least every window.
     pub fn look(&mut self, now: Micros, state: State) {
         if matches!(state, State::Armed | State::Stimulating | State::Stopping) {
-            self.allow(now.plus(RENDERED_US));
+            self.allow(now + us(RENDERED_US));
         }
     }
 
@@ -83,13 +83,13 @@ impl Watch {
     fn change(&mut self, index: usize, line: Line, at: Micros) {
         let channel = &mut self.channels[index];
         if is_driven(channel.line) {
-            let length = at.0.wrapping_sub(channel.since.0);
+            let length = at.get().wrapping_sub(channel.since.get());
             assert!(length <= MAX_PHASE_US, "channel {index}: {length} µs phase");
             channel.drive = Some((channel.line, at));
         }
         if is_driven(line) {
             if let Some((before, end)) = channel.drive {
-                let apart = at.0.wrapping_sub(end.0);
+                let apart = at.get().wrapping_sub(end.get());
                 let is_safe = before == line || apart >= DEAD_TIME_US;
                 assert!(is_safe, "channel {index}: reversed within {apart} µs");
             }
@@ -144,11 +144,11 @@ mod tests {
     fn objects(armed: bool, lines: &[(u32, Line)]) -> bool {
         let mut watch = Watch::default();
         if armed {
-            watch.look(Micros(0), State::Armed);
+            watch.look(Micros::new(0), State::Armed);
         }
         let play = || {
             for (at, line) in lines {
-                watch.levels(Micros(*at), Levels::ISOLATED.with(3, *line));
+                watch.levels(Micros::new(*at), Levels::ISOLATED.with(3, *line));
             }
         };
         catch_unwind(AssertUnwindSafe(play)).is_err()

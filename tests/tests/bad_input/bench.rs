@@ -11,13 +11,13 @@ use host_core::link::{Client, Port, SimulatedPort};
 use tests::desk;
 
 /// Device time at boot: the clock wraps while rows run.
-const BOOT: Micros = Micros(u32::MAX - 1_000_000);
+const BOOT: Micros = Micros::new(u32::MAX - 1_000_000);
 
 /// The largest amplitude of every channel of the benches, µA.
-pub const LIMIT: Amplitude = Amplitude(20_000);
+pub const LIMIT: Amplitude = Amplitude::new(20_000);
 
 /// What flows while the benches stimulate, µA.
-const FLOWING: Amplitude = Amplitude(5_000);
+const FLOWING: Amplitude = Amplitude::new(5_000);
 
 /// Answers are waited for this long, µs: longer than an electrode check.
 const ANSWERS_US: u64 = 60_000;
@@ -47,14 +47,14 @@ pub fn channel(offset_us: u32) -> ChannelSpec {
         offset_us,
         ..TrainSpec::biphasic(200, 100, 20_000)
     };
-    desk::channel(train, 100_000, LIMIT.0)
+    desk::channel(train, 100_000, LIMIT.get())
 }
 /// A joint on channels 0 (flexor) and 1 (extensor), 0° to 90°.
 pub fn joint(sensor: SensorSource) -> JointSpec {
     let point = |channel| PointSpec {
         channel,
-        threshold: Amplitude(1_000),
-        max: Amplitude(10_000),
+        threshold: Amplitude::new(1_000),
+        max: Amplitude::new(10_000),
     };
     JointSpec {
         law: LawSpec::Recommended {
@@ -177,7 +177,7 @@ impl Bench {
 
     /// Device time.
     pub fn now(&mut self) -> Micros {
-        Micros(self.client.port().now_us() as u32)
+        Micros::new(self.client.port().now_us() as u32)
     }
 
     /// Codes in the DACs.

@@ -20,7 +20,7 @@ const FORCE: ForceSpec = ForceSpec {
 fn muscle() -> MuscleSpec {
     MuscleSpec {
         recruitment: RecruitmentSpec {
-            motor_threshold: Amplitude(10_000),
+            motor_threshold: Amplitude::new(10_000),
             limit: LIMIT,
             reference: LIMIT,
             slope_micro: 300_000,

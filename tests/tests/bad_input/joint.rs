@@ -102,15 +102,15 @@ fn point_rows() -> Vec<Row> {
             s.flexors[0].channel = 8;
             s.extensor.channel = v.try_into().ok()?;
         })),
-        rows_of("threshold", 0, 10_000, edit!(s, v => s.flexors[0].threshold = Amplitude(v.try_into().ok()?))),
-        rows_of("threshold", 0, 10_000, edit!(s, v => s.extensor.threshold = Amplitude(v.try_into().ok()?))),
+        rows_of("threshold", 0, 10_000, edit!(s, v => s.flexors[0].threshold = Amplitude::new(v.try_into().ok()?))),
+        rows_of("threshold", 0, 10_000, edit!(s, v => s.extensor.threshold = Amplitude::new(v.try_into().ok()?))),
         rows_of("max", 0, 200_000, edit!(s, v => {
             s.flexors[0].threshold = Amplitude::ZERO;
-            s.flexors[0].max = Amplitude(v.try_into().ok()?);
+            s.flexors[0].max = Amplitude::new(v.try_into().ok()?);
         })),
         rows_of("max", 0, 200_000, edit!(s, v => {
             s.extensor.threshold = Amplitude::ZERO;
-            s.extensor.max = Amplitude(v.try_into().ok()?);
+            s.extensor.max = Amplitude::new(v.try_into().ok()?);
         })),
     ])
 }
@@ -142,7 +142,7 @@ fn arm_rows() -> Vec<Row> {
     vec![
         arm("a joint within its channels", || with(|_| ()), Expect::Done),
         arm("a joint on a channel without a train", || with(|s| s.extensor.channel = 5), refused(Code::NoTrain, "joint").on(6)),
-        arm("a joint up to its channel's limit", || with(|s| s.extensor.max = Amplitude(20_000)), Expect::Done),
-        arm("a joint above its channel's limit", || with(|s| s.extensor.max = Amplitude(20_001)), above),
+        arm("a joint up to its channel's limit", || with(|s| s.extensor.max = Amplitude::new(20_000)), Expect::Done),
+        arm("a joint above its channel's limit", || with(|s| s.extensor.max = Amplitude::new(20_001)), above),
     ]
 }

@@ -8,7 +8,7 @@ use firmware::control::SensorSource;
 use firmware::link::{Code, Request, SCHEMA};
 use firmware::muscle::{FatigueSpec, MuscleSpec, Rung};
 use firmware::safety::{StageSpec, WearerSpec};
-use firmware::units::Amplitude;
+use firmware::units::{Amplitude, us};
 use hal_sim::body::Load;
 
 pub fn rows() -> Vec<Row> {
@@ -47,7 +47,7 @@ fn shorted() -> Bench {
         full_scale_mv: 60_000,
         load_ohm: 2_000,
     };
-    spec.limit = Amplitude(1_000);
+    spec.limit = Amplitude::new(1_000);
     let mut bench = Bench::open().after([Request::Channel { channel: 0, spec }]);
     bench.client.port().world.body.loads_mut()[0] = Load::Ohms(20.0);
     bench
@@ -110,7 +110,7 @@ fn state_rows() -> Vec<Row> {
 }
 
 fn amplitudes(mask: u16, values: &[u32]) -> Request {
-    let values = values.iter().map(|&v| Amplitude(v)).collect();
+    let values = values.iter().map(|&v| Amplitude::new(v)).collect();
     Request::Amplitudes { mask, values }
 }
 
@@ -119,7 +119,7 @@ fn amplitude_rows() -> Vec<Row> {
     let mask = || refused(Code::OutOfRange, "mask").allowed(1, 1023);
     let count = |n| refused(Code::AmplitudeCount, "values").allowed(n, n);
     let above = || refused(Code::AboveWearerLimit, "values").on(3).allowed(0, 20_000);
-    let (top, over) = (LIMIT.0, LIMIT.0 + 1);
+    let (top, over) = (LIMIT.get(), LIMIT.get() + 1);
     let mut rows = vec![
         row("no amplitudes", Bench::armed, amplitudes(0, &[]), mask()),
         row("no amplitudes in idle", Bench::draft, amplitudes(0, &[]), mask()),
@@ -156,7 +156,7 @@ fn angle(centideg: i16) -> Request {
 /// An angle `ahead` µs after the device's present time.
 fn timed_angle(name: &str, scene: fn() -> Bench, ahead: i32, expect: Expect) -> Row {
     let request = move |bench: &mut Bench| Request::Angle {
-        at: Some(bench.now().plus(ahead.cast_unsigned())),
+        at: Some(bench.now() + us(ahead.cast_unsigned())),
         centideg: 0,
         centideg_per_s: None,
     };
@@ -174,7 +174,7 @@ fn odd_range() -> Bench {
 fn waiting(count: i32) -> Bench {
     let mut bench = Bench::joint_armed();
     for n in 1..=count {
-        let at = bench.now().plus(500_000 + n.cast_unsigned());
+        let at = bench.now() + us(500_000 + n.cast_unsigned());
         bench.client.angle(Some(at), 0, None).unwrap();
     }
     bench
@@ -212,7 +212,7 @@ fn measurement(name: &str, scene: fn() -> Bench, joint: u8, ahead: i32, expect: 
     let request = move |bench: &mut Bench| Request::Measurement {
         joint,
         centideg: 0,
-        at: bench.now().plus(ahead.cast_unsigned()),
+        at: bench.now() + us(ahead.cast_unsigned()),
     };
     live(name, scene, request, expect)
 }

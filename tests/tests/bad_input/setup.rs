@@ -53,7 +53,7 @@ fn wearer_rows() -> Vec<Row> {
 /// A channel on which no limit of the wearer is near.
 fn faint() -> ChannelSpec {
     let mut spec = channel(0);
-    spec.limit = Amplitude(1_000);
+    spec.limit = Amplitude::new(1_000);
     spec.train.width_us = 10;
     spec.train.gap_us = 0;
     spec.train.period_us = 2_000_000;
@@ -121,7 +121,7 @@ fn stage_rows() -> Vec<Row> {
     let volts = |v: i64| Some(voltage(v.try_into().ok()?, 2_000));
     let load = |v: i64| Some(voltage(60_000, v.try_into().ok()?));
     let limit = |v: i64| {
-        let limit = Amplitude(v.try_into().ok()?);
+        let limit = Amplitude::new(v.try_into().ok()?);
         Some(on_first(ChannelSpec { limit, ..faint() }))
     };
     all([
@@ -157,11 +157,11 @@ fn channel_rows() -> Vec<Row> {
     };
     let volts = |s: &mut ChannelSpec| {
         s.stage = StageSpec::Voltage { full_scale_mv: 60_000, load_ohm: 2_000 };
-        s.limit = Amplitude(40_001);
+        s.limit = Amplitude::new(40_001);
     };
-    let charge = |s: &mut ChannelSpec| (s.limit, s.train.width_us) = (Amplitude(80_001), 500);
+    let charge = |s: &mut ChannelSpec| (s.limit, s.train.width_us) = (Amplitude::new(80_001), 500);
     let rms = |s: &mut ChannelSpec| {
-        (s.limit, s.train.width_us) = (Amplitude(80_000), 500);
+        (s.limit, s.train.width_us) = (Amplitude::new(80_000), 500);
         (s.train.burst_count, s.train.burst_interval_us) = (8, 1_200);
     };
     let mut rows = field("channel", 0, 9).rows(at);
@@ -244,9 +244,9 @@ const FORCE: CalciumForceSpec = CalciumForceSpec {
 };
 
 const RECRUITMENT: RecruitmentSpec = RecruitmentSpec {
-    motor_threshold: Amplitude(5_000),
-    limit: Amplitude(10_000),
-    reference: Amplitude(15_000),
+    motor_threshold: Amplitude::new(5_000),
+    limit: Amplitude::new(10_000),
+    reference: Amplitude::new(15_000),
     slope_micro: 300_000,
 };
 
@@ -300,17 +300,17 @@ fn muscle_rows() -> Vec<Row> {
     };
     // Limit and reference must leave room above the highest threshold.
     let threshold = recruits(|s, v| {
-        s.motor_threshold = Amplitude(v);
+        s.motor_threshold = Amplitude::new(v);
         s.slope_micro = 10_000;
-        (s.limit, s.reference) = (Amplitude(1_000_000), Amplitude(1_000_000));
+        (s.limit, s.reference) = (Amplitude::new(1_000_000), Amplitude::new(1_000_000));
     });
     let limit = recruits(|s, v| {
         s.slope_micro = 10_000;
-        (s.limit, s.reference) = (Amplitude(v), Amplitude(1_000_000));
+        (s.limit, s.reference) = (Amplitude::new(v), Amplitude::new(1_000_000));
     });
-    let reference = recruits(|s, v| (s.slope_micro, s.reference) = (10_000, Amplitude(v)));
+    let reference = recruits(|s, v| (s.slope_micro, s.reference) = (10_000, Amplitude::new(v)));
     let slope = recruits(|s, v| s.slope_micro = v);
-    let gentle = recruits(|s, v| (s.slope_micro, s.reference) = (v, Amplitude(10_000)));
+    let gentle = recruits(|s, v| (s.slope_micro, s.reference) = (v, Amplitude::new(10_000)));
     let at = |v: i64| Some(request(v.try_into().ok()?, FORCE, RECRUITMENT));
     all([
         field("channel", 0, 9).rows(at),

@@ -225,7 +225,10 @@ fn check(row: &Row) -> Result<(), String> {
 fn draft_is_the_bench_s(bench: &mut Bench) -> Result<(), String> {
     let taken = bench.client.amplitudes(&[(2, LIMIT)]);
     taken.map_err(|e| e.to_string())?;
-    match bench.client.amplitudes(&[(2, Amplitude(LIMIT.0 + 1))]) {
+    match bench
+        .client
+        .amplitudes(&[(2, Amplitude::new(LIMIT.get() + 1))])
+    {
         Err(Error::Refused(r)) if r.code() == Some(Code::AboveWearerLimit) => Ok(()),
         other => Err(format!("the draft changed: {other:?}")),
     }

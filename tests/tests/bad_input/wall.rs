@@ -27,8 +27,8 @@ fn wall() -> WallSpec {
 
 const PRE_WALL: PreWall = PreWall {
     depth_mdeg: 9_000,
-    begin: Amplitude(1_000),
-    end: Amplitude(2_000),
+    begin: Amplitude::new(1_000),
+    end: Amplitude::new(2_000),
 };
 
 /// Rows of a field that `edit` sets, if it can hold the number.
@@ -48,7 +48,7 @@ pub fn rows() -> Vec<Row> {
             s.pre_wall = Some(PreWall { depth_mdeg: v.try_into().ok()?, ..PRE_WALL });
         })),
         rows_of("begin", 0, 2_000, edit!(s, v => {
-            s.pre_wall = Some(PreWall { begin: Amplitude(v.try_into().ok()?), ..PRE_WALL });
+            s.pre_wall = Some(PreWall { begin: Amplitude::new(v.try_into().ok()?), ..PRE_WALL });
         })),
         rows_of("stale_after_ms", 2, 500, edit!(s, v => s.stale_after_ms = v.try_into().ok()?)),
     ]);
@@ -61,15 +61,15 @@ fn beside_a_joint() -> Bench {
 }
 
 fn above_the_limit() -> Bench {
-    let max = Amplitude(LIMIT.0 + 1);
+    let max = Amplitude::new(LIMIT.get() + 1);
     Bench::draft().after([Request::Wall(WallSpec { max, ..wall() })])
 }
 /// What is wrong only beside something else.
 #[rustfmt::skip]
 fn whole_rows() -> [Row; 3] {
-    let antagonist = CoContraction { channel: 0, amplitude: Amplitude(1_000) };
+    let antagonist = CoContraction { channel: 0, amplitude: Amplitude::new(1_000) };
     let twice = Request::Wall(WallSpec { co_contraction: Some(antagonist), ..wall() });
-    let limit = refused(Code::AboveWearerLimit, "max").on(1).allowed(0, LIMIT.0.cast_signed());
+    let limit = refused(Code::AboveWearerLimit, "max").on(1).allowed(0, LIMIT.get().cast_signed());
     [
         row("its own antagonist", Bench::draft, twice, refused(Code::ChannelTwice, "wall").on(1)),
         row("a wall beside a joint", beside_a_joint, Request::Arm, refused(Code::JointAndWall, "wall").on(1)),

@@ -2,7 +2,7 @@
 //! were handed to it, what time it was told, and when it was done with them.
 
 use firmware::lockstep::{Sensors, Sink};
-use firmware::units::Micros;
+use firmware::units::{Micros, us};
 use hal_sim::chip::board::{Board, BoardError, CYCLES_PER_US, wiring};
 use hal_sim::chip::cpu::run::Observer;
 use hal_sim::chip::cpu::{Size, Stop};
@@ -76,8 +76,8 @@ impl Watched {
         let trigger = sensors.trigger.take();
         self.step(self.board.now_us(), &sensors, sink);
         if let Some(at) = trigger {
-            for (level, at) in [(Level::High, at), (Level::Low, at.plus(2))] {
-                self.step(at.0.into(), &sensors, sink);
+            for (level, at) in [(Level::High, at), (Level::Low, at + us(2))] {
+                self.step(at.get().into(), &sensors, sink);
                 let (port, pin) = wiring::TRIGGER;
                 let cycle = self.board.cpu.cycle;
                 let soc = &mut self.board.around.soc;
@@ -107,7 +107,7 @@ impl Watched {
             }
         }
         // There already: only gives out.
-        let done = self.board.advance(Micros(to_us as u32), sensors, sink);
+        let done = self.board.advance(Micros::new(to_us as u32), sensors, sink);
         done.unwrap_or_else(|e| panic!("{e}"));
     }
 
@@ -127,7 +127,7 @@ impl Watched {
             gate.posted = Some(exit);
         } else if Some(pc) == gate.posted {
             (gate.posted, gate.has_posted) = (None, true);
-            self.served.last_mut().unwrap().done = Micros(now as u32);
+            self.served.last_mut().unwrap().done = Micros::new(now as u32);
         } else if pc == gate.entry {
             let byte = |address| {
                 let soc = &board.around.soc;
@@ -136,14 +136,14 @@ impl Watched {
                 ram.read(address, Size::Byte).unwrap() as u8
             };
             self.served.push(Served {
-                at: Micros(r[1]),
-                done: Micros(now as u32),
+                at: Micros::new(r[1]),
+                done: Micros::new(now as u32),
                 bytes: (0..r[3]).map(|n| byte(r[2] + n)).collect(),
             });
             (board.observer.exit, board.observer.has_posted) = (Some(exit), false);
         } else {
             if !gate.has_posted {
-                self.served.last_mut().unwrap().done = Micros(now as u32);
+                self.served.last_mut().unwrap().done = Micros::new(now as u32);
             }
             gate.exit = None;
         }

@@ -83,10 +83,10 @@ pub fn conversations() -> [(&'static str, Vec<Step>); 4] {
     ]
 }
 
-const LIMIT: Amplitude = Amplitude(20_000);
+const LIMIT: Amplitude = Amplitude::new(20_000);
 
 fn channel(channel: u8, train: TrainSpec) -> Step {
-    let spec = desk::channel(train, 100_000, LIMIT.0);
+    let spec = desk::channel(train, 100_000, LIMIT.get());
     Ask(Request::Channel { channel, spec })
 }
 
@@ -105,7 +105,7 @@ fn arm_and_start() -> [Step; 4] {
 }
 
 fn amplitudes(mask: u16, ua: u32) -> Step {
-    let values = (0..mask.count_ones()).map(|_| Amplitude(ua)).collect();
+    let values = (0..mask.count_ones()).map(|_| Amplitude::new(ua)).collect();
     Ask(Request::Amplitudes { mask, values })
 }
 
@@ -126,7 +126,7 @@ fn two_channels() -> Vec<Step> {
         tau2_us: 120_000,
     };
     let recruitment = RecruitmentSpec {
-        motor_threshold: Amplitude(5_000),
+        motor_threshold: Amplitude::new(5_000),
         limit: LIMIT,
         reference: LIMIT,
         slope_micro: 300_000,
@@ -175,7 +175,7 @@ fn group_and_trigger() -> Vec<Step> {
 fn joint() -> Vec<Step> {
     let point = |channel| PointSpec {
         channel,
-        threshold: Amplitude(4_000),
+        threshold: Amplitude::new(4_000),
         max: LIMIT,
     };
     let spec = JointSpec {

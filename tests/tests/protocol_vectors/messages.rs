@@ -66,8 +66,8 @@ fn joint(law: LawSpec, flexors: &[PointSpec], sensor: SensorSource) -> Request {
         flexors: flexors.iter().copied().collect(),
         extensor: PointSpec {
             channel: 2,
-            threshold: Amplitude(14_000),
-            max: Amplitude(26_000),
+            threshold: Amplitude::new(14_000),
+            max: Amplitude::new(26_000),
         },
         hold: match sensor {
             SensorSource::Adc { .. } => HoldPolicy::Extrapolate { max_ms: 100 },
@@ -84,8 +84,8 @@ fn joint(law: LawSpec, flexors: &[PointSpec], sensor: SensorSource) -> Request {
 
 #[rustfmt::skip]
 fn joints() -> [(&'static str, Request); 3] {
-    let a = PointSpec { channel: 0, threshold: Amplitude(20_000), max: Amplitude(28_000) };
-    let b = PointSpec { channel: 1, threshold: Amplitude(25_000), max: Amplitude(36_000) };
+    let a = PointSpec { channel: 0, threshold: Amplitude::new(20_000), max: Amplitude::new(28_000) };
+    let b = PointSpec { channel: 1, threshold: Amplitude::new(25_000), max: Amplitude::new(36_000) };
     let adc = SensorSource::Adc { code_at_0: 800, code_at_100: 3_300 };
     [
         ("joint, recommended law, two flexor points, board's sensor", joint(LawSpec::ALONE, &[a, b], adc)),
@@ -114,9 +114,9 @@ fn muscle() -> MuscleSpec {
         tau2_us: 100_000,
     };
     let recruitment = RecruitmentSpec {
-        motor_threshold: Amplitude(8_000),
-        limit: Amplitude(20_000),
-        reference: Amplitude(20_000),
+        motor_threshold: Amplitude::new(8_000),
+        limit: Amplitude::new(20_000),
+        reference: Amplitude::new(20_000),
         slope_micro: 300_000,
     };
     MuscleSpec::new(force, recruitment)
@@ -144,7 +144,7 @@ fn walls() -> [(&'static str, Request); 2] {
         at_mdeg: 70_000,
         side: Side::Flexion,
         channel: 1,
-        max: Amplitude(20_000),
+        max: Amplitude::new(20_000),
         stiffness: 2_000,
         damping: 0,
         cutoff_mhz: 6_000,
@@ -158,8 +158,8 @@ fn walls() -> [(&'static str, Request); 2] {
     let full = WallSpec {
         side: Side::Extension,
         damping: 10,
-        pre_wall: Some(PreWall { depth_mdeg: 9_000, begin: Amplitude(6_000), end: Amplitude(20_000) }),
-        co_contraction: Some(CoContraction { channel: 0, amplitude: Amplitude(8_000) }),
+        pre_wall: Some(PreWall { depth_mdeg: 9_000, begin: Amplitude::new(6_000), end: Amplitude::new(20_000) }),
+        co_contraction: Some(CoContraction { channel: 0, amplitude: Amplitude::new(8_000) }),
         ..plain
     };
     [("wall", Request::Wall(plain)), ("wall, with pre-wall and co-contraction", Request::Wall(full))]
@@ -184,7 +184,7 @@ fn forces() -> [(&'static str, Request); 4] {
         ("force control", Request::ForceControl { channel: 9, spec }),
         ("force control, down to a pulse a second", Request::ForceControl { channel: 8, spec: slower }),
         ("force, on arrival", force(None, None)),
-        ("force, timed, with its rate", force(Some(Micros(1_000_000)), Some(-400))),
+        ("force, timed, with its rate", force(Some(Micros::new(1_000_000)), Some(-400))),
     ]
 }
 
@@ -219,12 +219,12 @@ pub fn requests() -> Vec<(&'static str, ToDevice)> {
         (
             "angle, timed, with its rate",
             Request::Angle {
-                at: Some(Micros(4_294_967_295)),
+                at: Some(Micros::new(4_294_967_295)),
                 centideg: -1_250,
                 centideg_per_s: Some(-5_027),
             },
         ),
-        ("measurement", Request::Measurement { joint: 0, centideg: 4_321, at: Micros(1_000_000) }),
+        ("measurement", Request::Measurement { joint: 0, centideg: 4_321, at: Micros::new(1_000_000) }),
         ("subscribe", Request::Subscribe { period_ms: 20 }),
         ("rung", Request::Rung { channel: 9, rung: Rung::Lag }),
         ("simulated trigger", Request::SimulateTrigger),
@@ -240,14 +240,17 @@ pub fn requests() -> Vec<(&'static str, ToDevice)> {
 pub fn amplitudes(list: &[(u8, u32)]) -> Request {
     Request::Amplitudes {
         mask: list.iter().map(|(channel, _)| 1 << channel).sum(),
-        values: list.iter().map(|&(_, value)| Amplitude(value)).collect(),
+        values: list
+            .iter()
+            .map(|&(_, value)| Amplitude::new(value))
+            .collect(),
     }
 }
 
 fn fault(fault: Fault) -> FaultRecord {
     FaultRecord {
         fault,
-        at: Micros(123_456_789),
+        at: Micros::new(123_456_789),
         residual: [-1_310_600, 0, 0, 0, 0, 0, 0, 0, 0, 65_535],
     }
 }
@@ -258,7 +261,7 @@ pub fn responses() -> Vec<(String, Response<'static>)> {
     for hello in hellos() {
         add(format!("hello, {:?}", hello.state), Response::Hello(hello));
     }
-    let at = Micros(2_000_000);
+    let at = Micros::new(2_000_000);
     add("acknowledged".into(), Response::Ack { seq: 300, at });
     let width = Refusal::new(Code::OutOfRange, "width_us").on(3);
     let refusals = [
@@ -305,7 +308,7 @@ fn telemetry(at: Micros, channels: u32) -> Telemetry {
         period_us: (c != 0).then_some(20_000),
         gap: (c != 0).then_some(gap),
     };
-    let amplitude = |c| (c != 0).then_some(Amplitude(c * 10_000));
+    let amplitude = |c| (c != 0).then_some(Amplitude::new(c * 10_000));
     Telemetry {
         at,
         target_centideg: is_full.then_some(4_500),
@@ -332,7 +335,7 @@ fn hellos() -> impl Iterator<Item = HelloInfo> {
         version: [0, 1, 0],
         kind,
         unique_id: [0x0031_0020, 0x3436_5101, 0x2036_3643],
-        at: Micros(10_040),
+        at: Micros::new(10_040),
         state,
         reset,
         last_fault: (reset == Watchdog).then(|| fault(Fault::Watchdog)),
@@ -355,7 +358,7 @@ fn events() -> Vec<Event> {
     all.extend(faults.map(|f| Event::Faulted(fault(f))));
     let electrode = Event::Electrode {
         channel: 9,
-        applied: Amplitude(2_000),
+        applied: Amplitude::new(2_000),
         current_ua: 996,
     };
     all.extend([Event::Recovered, electrode]);

@@ -7,7 +7,7 @@ use std::fmt::Write;
 use tests::desk;
 
 pub fn transcript() -> String {
-    let mut world = desk::world(Micros(0));
+    let mut world = desk::world(Micros::new(0));
     let (mut out, mut session) = (String::from("```text\n"), 0);
     // What is asked, and how long the host then listens, ms.
     let script = [

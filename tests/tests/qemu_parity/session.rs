@@ -8,11 +8,11 @@ use firmware::lockstep::Sensors;
 use firmware::muscle::{CalciumForceSpec, MuscleSpec, RecruitmentSpec};
 use firmware::pulse::{GroupSpec, Partner, Shape, TrainSpec};
 use firmware::safety::{ChannelSpec, StageSpec, WearerSpec};
-use firmware::units::{Amplitude, Micros};
+use firmware::units::{Amplitude, Micros, us};
 use tests::desk;
 
 /// The clock wraps ten seconds into the session.
-pub const BOOT: Micros = Micros(u32::MAX - 10_000_000);
+pub const BOOT: Micros = Micros::new(u32::MAX - 10_000_000);
 
 /// What a device is told.
 pub enum Step {
@@ -38,7 +38,7 @@ impl Host {
 
     /// Bytes arrive between two of the steps that time goes in.
     fn send(&mut self, bytes: Vec<u8>) {
-        let at = BOOT.plus(self.now + 137);
+        let at = BOOT + us(self.now + 137);
         self.log.push(Step::Receive(at, bytes, self.sensors));
     }
 
@@ -48,7 +48,7 @@ impl Host {
             self.now += 1000;
             let phase = f64::from(self.now) * 1e-6 * 2.0;
             self.sensors.joint = Some((1200.0 + 800.0 * phase.sin()) as u16);
-            let to = BOOT.plus(self.now);
+            let to = BOOT + us(self.now);
             self.log.push(Step::Advance(to, self.sensors));
             self.sensors.trigger = None;
         }
@@ -85,7 +85,7 @@ impl Host {
     /// Stimulates for `ms`, with a setpoint of every kind at 90 Hz.
     fn stimulate(&mut self, ms: u32) {
         for step in 0..ms / 11 {
-            let amplitude = |c: u32| Amplitude(2_000 + 150 * ((step * (c + 3)) % 40));
+            let amplitude = |c: u32| Amplitude::new(2_000 + 150 * ((step * (c + 3)) % 40));
             self.say(Request::Amplitudes {
                 mask: 0b11_1111_0001,
                 values: [0, 4, 5, 6, 7, 8, 9].map(amplitude).into_iter().collect(),
@@ -101,9 +101,9 @@ impl Host {
                 20 => self.send(vec![0]),
                 31 => self.say(Request::Amplitudes {
                     mask: 1,
-                    values: [Amplitude(99_999)].into_iter().collect(),
+                    values: [Amplitude::new(99_999)].into_iter().collect(),
                 }),
-                43 => self.sensors.trigger = Some(BOOT.plus(self.now + 411)),
+                43 => self.sensors.trigger = Some(BOOT + us(self.now + 411)),
                 _ => {}
             }
             self.wait_ms(11);
@@ -170,9 +170,9 @@ fn muscle(channel: u8) -> Request {
                 tau2_us: 80_000,
             },
             RecruitmentSpec {
-                motor_threshold: Amplitude(1_500),
-                limit: Amplitude(18_000),
-                reference: Amplitude(18_000),
+                motor_threshold: Amplitude::new(1_500),
+                limit: Amplitude::new(18_000),
+                reference: Amplitude::new(18_000),
                 slope_micro: 300_000,
             },
         ),
@@ -180,7 +180,7 @@ fn muscle(channel: u8) -> Request {
 }
 
 fn joint() -> JointSpec {
-    let point = |channel| PointSpec::of_pair(channel, Amplitude(15_000), 400);
+    let point = |channel| PointSpec::of_pair(channel, Amplitude::new(15_000), 400);
     JointSpec {
         law: LawSpec::ALONE,
         law_period_ms: 2,

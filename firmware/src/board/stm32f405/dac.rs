@@ -57,13 +57,13 @@ pub fn write(channel: u8, code: DacCode) {
     // 4 bits unused, 4 command, 4 address, 16 data, 4 unused.
     send(
         dac,
-        WRITE_AND_UPDATE << 24 | u32::from(output) << 20 | u32::from(code.0) << 4,
+        WRITE_AND_UPDATE << 24 | u32::from(output) << 20 | u32::from(code.get()) << 4,
     );
 }
 
 /// Every output to zero.
 pub fn clear() {
-    (0..CHANNELS as u8).for_each(|channel| write(channel, DacCode(0)));
+    (0..CHANNELS as u8).for_each(|channel| write(channel, DacCode::new(0)));
 }
 
 fn send(dac: Dac, word: u32) {

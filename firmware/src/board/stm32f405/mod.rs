@@ -114,7 +114,7 @@ fn latched_fault(cause: ResetCause) -> Option<FaultRecord> {
     (cause == ResetCause::Watchdog).then(|| {
         let bite = FaultRecord {
             fault: Fault::Watchdog,
-            at: Micros(0),
+            at: Micros::new(0),
             residual: [0; crate::pulse::CHANNELS],
         };
         record::store(&bite, 0);

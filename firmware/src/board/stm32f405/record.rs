@@ -50,7 +50,7 @@ pub fn store(record: &FaultRecord, detail: u32) {
     unlock();
     write(CHECK, 0);
     write(HEAD, MAGIC | u32::from(record.fault.number()));
-    write(AT, record.at.0);
+    write(AT, record.at.get());
     for (index, charge) in record.residual.iter().enumerate() {
         write(RESIDUAL + index, charge.cast_unsigned());
     }
@@ -72,7 +72,7 @@ pub fn load() -> Option<(FaultRecord, u32)> {
     Some((
         FaultRecord {
             fault: Fault::from_number((head & 0xFFFF) as u16)?,
-            at: Micros(read(AT)),
+            at: Micros::new(read(AT)),
             residual,
         },
         read(DETAIL),

@@ -13,7 +13,7 @@ use crate::device::{Pulser, PulserMail, REFILL_OFFSET_US, WINDOWS_PER_TICK};
 use crate::pulse::tape::paint;
 use crate::pulse::{Levels, WINDOW_US, WindowPlan};
 use crate::safety::{Fault, Inputs, Reading, State};
-use crate::units::Micros;
+use crate::units::{Micros, us};
 use core::ptr::null_mut;
 use core::sync::atomic::{AtomicPtr, Ordering};
 use cortex_m::peripheral::NVIC;
@@ -73,7 +73,7 @@ pub unsafe fn start(
         mail,
         tape: Some(tape),
         plan,
-        playing: (Micros(0), Half::First),
+        playing: (Micros::new(0), Half::First),
         sampling: None,
         angle: None,
         windows: 0,
@@ -125,8 +125,8 @@ impl Refill {
     fn run(&mut self) {
         let synchronised = self.synchronise();
         let (start, half) = self.playing;
-        let next = start.plus(WINDOW_US);
-        timebase::refill_at(next.plus(REFILL_OFFSET_US));
+        let next = start + us(WINDOW_US);
+        timebase::refill_at(next + us(REFILL_OFFSET_US));
         let inputs = self.inputs();
         self.arm_conversion(start);
         let checked = synchronised.and_then(|()| self.check(start, half));
@@ -143,7 +143,7 @@ impl Refill {
         });
         self.playing = (next, half);
         self.clear_acknowledged();
-        self.tick(start.plus(REFILL_OFFSET_US));
+        self.tick(start + us(REFILL_OFFSET_US));
         watchdog::check_in(Owner::Pulser);
     }
 
@@ -155,8 +155,8 @@ impl Refill {
     /// is a fault if anything plays.
     fn synchronise(&mut self) -> Result<(), Fault> {
         let mut late = false;
-        while timebase::now().has_reached(self.playing.0.plus(WINDOW_US)) {
-            self.playing = (self.playing.0.plus(WINDOW_US), self.playing.1.other());
+        while timebase::now().has_reached(self.playing.0 + us(WINDOW_US)) {
+            self.playing = (self.playing.0 + us(WINDOW_US), self.playing.1.other());
             late = true;
         }
         if late && self.tape.is_some() {
@@ -198,12 +198,12 @@ impl Refill {
     fn arm_conversion(&mut self, start: Micros) {
         let now = timebase::now();
         if let Some((_, at)) = self.sampling
-            && now.since(at) < adc::SEQUENCE_US
+            && (now - at).us() < adc::SEQUENCE_US
         {
             return;
         }
         let asked = self.plan.sample;
-        let at = asked.map_or(start.plus(DEFAULT_SAMPLE_US), |(_, at)| at);
+        let at = asked.map_or(start + us(DEFAULT_SAMPLE_US), |(_, at)| at);
         let armed = timebase::sample_at(at);
         self.sampling = asked.filter(|_| armed);
     }

@@ -7,7 +7,7 @@
 use super::pac::timer::vals;
 use super::pac::{RCC, TIM1, TIM2};
 use crate::device::REFILL_OFFSET_US;
-use crate::units::Micros;
+use crate::units::{Micros, us};
 use cortex_m::peripheral::DWT;
 
 const CAPTURE: usize = 0;
@@ -38,10 +38,10 @@ pub fn start(first: Micros) {
     TIM2.ccer().write(|w| w.set_cce(CAPTURE, true)); // rising edge
     TIM2.cr2().write(|w| w.set_mms(vals::Mms::COMPARE_OC3));
     TIM2.egr().write(|w| w.set_ug(true));
-    TIM2.cnt().write_value(first.minus(1).0);
+    TIM2.cnt().write_value((first - us(1)).get());
     TIM2.sr().write(|w| w.0 = 0);
     // By then the window before has been erased to its last slot.
-    refill_at(first.plus(REFILL_OFFSET_US));
+    refill_at(first + us(REFILL_OFFSET_US));
     TIM2.dier().write(|w| w.set_ccie(REFILL, true));
     TIM2.cr1().modify(|w| w.set_cen(true));
 }
@@ -49,7 +49,7 @@ pub fn start(first: Micros) {
 /// Device time.
 #[must_use]
 pub fn now() -> Micros {
-    Micros(TIM2.cnt().read())
+    Micros::new(TIM2.cnt().read())
 }
 
 /// Device time to the tick of TIM1, and the core cycle at which it was read.
@@ -92,7 +92,7 @@ const CYCLES_PER_US: u32 = 168;
 
 /// Sets the next refill and clears the request of the last.
 pub fn refill_at(at: Micros) {
-    TIM2.ccr(REFILL).write_value(at.0);
+    TIM2.ccr(REFILL).write_value(at.get());
     // Flags clear by writing 0 and ignore 1 (RM0090 18.4.5).
     TIM2.sr().write(|w| {
         w.0 = u32::MAX;
@@ -106,7 +106,7 @@ pub fn captured() -> Option<Micros> {
     TIM2.sr()
         .read()
         .ccif(CAPTURE)
-        .then(|| Micros(TIM2.ccr(CAPTURE).read()))
+        .then(|| Micros::new(TIM2.ccr(CAPTURE).read()))
 }
 
 /// Starts the injected conversion at `at`, by a rising edge of OC3REF. `false`
@@ -114,10 +114,10 @@ pub fn captured() -> Option<Micros> {
 pub fn sample_at(at: Micros) -> bool {
     let mode = |m| TIM2.ccmr_output(1).write(|w| w.set_ocm(SAMPLE - 2, m));
     mode(vals::Ocm::FORCE_INACTIVE);
-    if at.since(now()) < 2 {
+    if (at - now()).us() < 2 {
         return false;
     }
-    TIM2.ccr(SAMPLE).write_value(at.0);
+    TIM2.ccr(SAMPLE).write_value(at.get());
     mode(vals::Ocm::ACTIVE_ON_MATCH);
     true
 }

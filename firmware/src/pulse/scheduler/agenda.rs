@@ -21,7 +21,7 @@ pub(super) struct Agenda {
 impl Agenda {
     pub(super) const fn new() -> Self {
         Self {
-            start: Micros(0),
+            start: Micros::new(0),
             slots: [0; _],
             changes: [0; _],
         }
@@ -34,17 +34,17 @@ impl Agenda {
 
     /// When `at` is, µs after the window's start; most without.
     #[inline]
-    pub(super) const fn ahead(&self, at: Option<Micros>) -> u32 {
+    pub(super) fn ahead(&self, at: Option<Micros>) -> u32 {
         match at {
-            Some(at) => at.0.wrapping_sub(self.start.0),
+            Some(at) => (at - self.start).us().cast_unsigned(),
             None => u32::MAX,
         }
     }
 
     /// The slot of `at`, not before the window; none after it.
     #[inline]
-    pub(super) const fn slot(&self, at: Micros) -> Option<u32> {
-        let slot = at.0.wrapping_sub(self.start.0);
+    pub(super) fn slot(&self, at: Micros) -> Option<u32> {
+        let slot = (at - self.start).us().cast_unsigned();
         if slot < WINDOW_US { Some(slot) } else { None }
     }
 

@@ -3,7 +3,7 @@
 use super::{Agenda, Picture, RenderError, Supply};
 use crate::pulse::Train;
 use crate::pulse::plan::{Levels, PulseStart, State, WindowPlan};
-use crate::units::{DacCode, Micros};
+use crate::units::{DacCode, Micros, us};
 use core::num::NonZeroU16;
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -103,14 +103,14 @@ impl Lane {
             stretches,
             stretch: 0,
             due: None,
-            burst_start: Micros(0),
+            burst_start: Micros::new(0),
             period_us: train.spec().period_us,
             since_burst_us: 0,
             pulse: 0,
             code: None,
             bursts_left: 0,
             tail_us: 0,
-            recent: [(Micros(0), DacCode(0)); 4],
+            recent: [(Micros::new(0), DacCode::new(0)); 4],
             oldest: 0,
         }
     }
@@ -122,9 +122,9 @@ impl Lane {
         let second = width + i32::from(self.train.gap_us());
         let biphasic = self.train.spec().shape.is_biphasic();
         let under_way = self.recent.iter().find_map(|&(start, code)| {
-            let t = at.since(start);
+            let t = (at - start).us();
             let end = self.train.occupied_us().cast_signed(); // at most 20 500 µs
-            (code.0 != 0 && (0..end).contains(&t)).then_some((t, i32::from(code.0)))
+            (code.get() != 0 && (0..end).contains(&t)).then_some((t, i32::from(code.get())))
         });
         let Some((t, code)) = under_way else { return 0 };
         let balance = if biphasic {
@@ -143,7 +143,7 @@ impl Lane {
 
     pub(super) fn begin(&mut self, epoch: Micros) {
         self.phase = Phase::Rest;
-        self.burst_start = epoch.plus(self.train.spec().offset_us);
+        self.burst_start = epoch + us(self.train.spec().offset_us);
         self.due = Some(self.burst_start);
         self.since_burst_us = 0;
         self.pulse = 0;
@@ -202,7 +202,7 @@ impl Lane {
     fn enter(&mut self, stretch: u8, now: Micros) {
         if let Some(Some(next)) = self.stretches.get(usize::from(stretch)) {
             self.shows = next.shows;
-            self.due = Some(now.plus(next.length_us.get().into()));
+            self.due = Some(now + us(next.length_us.get().into()));
             self.stretch = stretch;
         } else {
             self.rest();
@@ -238,7 +238,7 @@ impl Lane {
                     .map_err(|_| RenderError::Full)?;
             }
         }
-        let end = now.plus(self.train.occupied_us() + u32::from(self.tail_us));
+        let end = now + us(self.train.occupied_us() + u32::from(self.tail_us));
         match self.code {
             Some(code) if supply.may_pulse(channel, end) => {
                 let pulse = PulseStart {
@@ -267,23 +267,20 @@ impl Lane {
         (self.phase, self.shows) = (Phase::Rest, Picture::ISOLATED);
         self.pulse = self.pulse.saturating_add(1);
         if self.pulse < spec.burst_count {
-            self.due = Some(
-                self.burst_start
-                    .plus(self.train.pulse_offset_us(self.pulse)),
-            );
+            self.due = Some(self.burst_start + us(self.train.pulse_offset_us(self.pulse)));
             return;
         }
         self.pulse = 0;
         if self.bursts_left == 1 {
             self.due = spec.triggered.then(|| {
                 self.phase = Phase::Recovering;
-                self.burst_start.plus(self.period_us)
+                self.burst_start + us(self.period_us)
             });
             return;
         }
         self.bursts_left = self.bursts_left.saturating_sub(1); // 0 stays: endless
         self.since_burst_us = self.period_us;
-        self.burst_start = self.burst_start.plus(self.period_us);
+        self.burst_start += us(self.period_us);
         self.due = Some(self.burst_start);
     }
 
@@ -302,8 +299,8 @@ impl Lane {
         {
             return false;
         }
-        let before = self.burst_start.minus(self.since_burst_us);
-        let next = before.plus(period_us);
+        let before = self.burst_start - us(self.since_burst_us);
+        let next = before + us(period_us);
         self.burst_start = if next.is_before(earliest) {
             earliest
         } else {

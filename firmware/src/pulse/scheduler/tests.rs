@@ -1,10 +1,11 @@
 use super::*;
 use crate::pulse::{Shape, TrainSpec, train::tests::PLAIN};
+use crate::units::us;
 
 struct Always;
 impl Supply for Always {
     fn burst(&mut self, _: u8, _: Micros) -> Option<DacCode> {
-        Some(DacCode(1000))
+        Some(DacCode::new(1000))
     }
     fn may_pulse(&mut self, _: u8, _: Micros) -> bool {
         true
@@ -26,10 +27,10 @@ fn edges(
     let mut plan = WindowPlan::new();
     let mut out = std::vec::Vec::new();
     for k in 0..windows {
-        let start = epoch.plus(k * WINDOW_US);
+        let start = epoch + us(k * WINDOW_US);
         scheduler.render(start, &mut Always, &mut plan).unwrap();
         for c in &plan.changes {
-            out.push((start.plus(c.slot.into()).since(epoch), c.levels));
+            out.push((((start + us(c.slot.into())) - epoch).us(), c.levels));
         }
     }
     out
@@ -43,7 +44,7 @@ fn biphasic_edges_fall_on_their_microsecond_across_the_wrap() {
     };
     let s = |state| Levels::ISOLATED.with(0, state);
     let sync = |l: Levels| Levels(l.0 | Levels::SYNC);
-    for epoch in [Micros(0), Micros(u32::MAX - 150)] {
+    for epoch in [Micros::new(0), Micros::new(u32::MAX - 150)] {
         assert_eq!(
             edges(&[spec], &[], 100, epoch),
             [
@@ -80,7 +81,7 @@ fn an_interrupted_grounding_starts_again() {
         partner: Partner::Isolated,
     };
     let group = spec.check(&trains).unwrap();
-    let states: std::vec::Vec<_> = edges(&[mono, other], &[group], 79, Micros(0))
+    let states: std::vec::Vec<_> = edges(&[mono, other], &[group], 79, Micros::new(0))
         .into_iter()
         .map(|(t, l)| (t, l.state(0), l.state(1)))
         .collect();
@@ -102,8 +103,8 @@ fn a_missed_window_is_an_error() {
     let mut trains = [None; CHANNELS];
     trains[0] = Some(PLAIN.validate().unwrap());
     let mut scheduler = Scheduler::new();
-    scheduler.start(&trains, &[], None, Micros(0));
-    let late = scheduler.render(Micros(250), &mut Always, &mut WindowPlan::new());
+    scheduler.start(&trains, &[], None, Micros::new(0));
+    let late = scheduler.render(Micros::new(250), &mut Always, &mut WindowPlan::new());
     assert_eq!(late, Err(RenderError::Late));
 }
 
@@ -117,20 +118,22 @@ fn a_trigger_starts_a_prepared_train_once() {
     let mut trains = [None; CHANNELS];
     trains[4] = Some(spec.validate().unwrap());
     let mut scheduler = Scheduler::new();
-    scheduler.start(&trains, &[], None, Micros(0));
+    scheduler.start(&trains, &[], None, Micros::new(0));
     let mut plan = WindowPlan::new();
-    scheduler.render(Micros(0), &mut Always, &mut plan).unwrap();
+    scheduler
+        .render(Micros::new(0), &mut Always, &mut plan)
+        .unwrap();
     assert!(plan.changes.is_empty() && !scheduler.is_finished());
-    assert_eq!(scheduler.trigger(Micros(77)), 1);
-    assert_eq!(scheduler.trigger(Micros(99)), 0);
+    assert_eq!(scheduler.trigger(Micros::new(77)), 1);
+    assert_eq!(scheduler.trigger(Micros::new(99)), 0);
     let mut starts = std::vec::Vec::new();
     for k in 1..400 {
         scheduler
-            .render(Micros(k * 250), &mut Always, &mut plan)
+            .render(Micros::new(k * 250), &mut Always, &mut plan)
             .unwrap();
         starts.extend(plan.pulses.iter().map(|p| p.at));
     }
-    assert_eq!(starts, [Micros(1077)]);
+    assert_eq!(starts, [Micros::new(1077)]);
 }
 
 /// Starts of one channel's bursts, with periods set before given windows.
@@ -147,19 +150,19 @@ fn starts(
     let mut plan = WindowPlan::new();
     let mut out = std::vec::Vec::new();
     for k in 0..windows {
-        let start = epoch.plus(k * WINDOW_US);
+        let start = epoch + us(k * WINDOW_US);
         for &(_, period_us) in changes.iter().filter(|(window, _)| *window == k) {
             scheduler.set_period(0, period_us, start);
         }
         scheduler.render(start, &mut Always, &mut plan).unwrap();
-        out.extend(plan.pulses.iter().map(|p| p.at.since(epoch)));
+        out.extend(plan.pulses.iter().map(|p| (p.at - epoch).us()));
     }
     out
 }
 
 #[test]
 fn a_period_changes_between_pulses() {
-    for epoch in [Micros(0), Micros(u32::MAX - 30_000)] {
+    for epoch in [Micros::new(0), Micros::new(u32::MAX - 30_000)] {
         let starts = |changes: &[(u32, u32)]| starts(PLAIN, changes, 240, epoch);
         assert_eq!(starts(&[]), [0, 20_000, 40_000]);
         // Before the first burst: it stays, the rest follows.
@@ -183,12 +186,15 @@ fn a_period_never_hurries_the_first_burst_nor_a_finished_train() {
         offset_us: 12_345,
         ..PLAIN
     };
-    assert_eq!(starts(late, &[(3, 6_000)], 80, Micros(0)), [12_345, 18_345]);
+    assert_eq!(
+        starts(late, &[(3, 6_000)], 80, Micros::new(0)),
+        [12_345, 18_345]
+    );
     let once = TrainSpec {
         repeats: 1,
         ..PLAIN
     };
-    assert_eq!(starts(once, &[(3, 6_000)], 80, Micros(0)), [0]);
+    assert_eq!(starts(once, &[(3, 6_000)], 80, Micros::new(0)), [0]);
 }
 
 proptest::proptest! {
@@ -201,7 +207,7 @@ proptest::proptest! {
     ) {
         let all = || changes.iter().map(|&(_, period)| period).chain([PLAIN.period_us]);
         let (least, most) = (all().min().unwrap(), all().max().unwrap());
-        let starts = starts(PLAIN, &changes, 800, Micros(epoch));
+        let starts = starts(PLAIN, &changes, 800, Micros::new(epoch));
         for pair in starts.windows(2) {
             let distance = (pair[1] - pair[0]).cast_unsigned();
             proptest::prop_assert!((least..=most).contains(&distance), "{distance}");

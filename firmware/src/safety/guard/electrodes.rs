@@ -43,7 +43,7 @@ impl Guard {
         Some(Notice::Electrode {
             channel,
             applied,
-            current_ua: reading.ua(),
+            current_ua: reading.current().get(),
         })
     }
 

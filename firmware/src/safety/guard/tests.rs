@@ -3,10 +3,11 @@
 use super::*;
 use crate::pulse::TrainSpec;
 use crate::safety::{ChannelSpec, Reading, StageSpec, WearerSpec};
+use crate::units::{MicroAmps, us};
 use std::format;
 use std::vec::Vec;
 
-const NOW: Micros = Micros(u32::MAX - 1_000_000); // the clock wraps on the way
+const NOW: Micros = Micros::new(u32::MAX - 1_000_000); // the clock wraps on the way
 
 /// One channel that waits for a trigger, so that its train never ends by itself.
 fn setup() -> Setup {
@@ -19,7 +20,7 @@ fn setup() -> Setup {
     let stage = StageSpec::Current {
         full_scale_ua: 100_000,
     };
-    let limit = Amplitude(20_000);
+    let limit = Amplitude::new(20_000);
     let spec = ChannelSpec {
         train,
         stage,
@@ -65,12 +66,12 @@ fn guard_in(state: &str) -> (Guard, Scheduler) {
     }
     if steps > 1 {
         guard.arm(setup(), &CLOSED, NOW).unwrap();
-        let reading = Some(Reading::from_ua(0, 1_000));
+        let reading = Some(Reading::of(0, MicroAmps::new(1_000)));
         let inputs = Inputs { reading, ..CLOSED };
-        tick(&mut guard, NOW.plus(2 * WINDOW_US), &inputs, &scheduler);
+        tick(&mut guard, NOW + us(2 * WINDOW_US), &inputs, &scheduler);
     }
     if steps > 2 {
-        let end = NOW.plus(ElectrodeCheck::length_us());
+        let end = NOW + us(ElectrodeCheck::length_us());
         tick(&mut guard, end, &CLOSED, &scheduler);
     }
     if steps > 3 {
@@ -124,8 +125,8 @@ fn outcome(state: &str, event: &str) -> &'static str {
             guard.fault(Fault::Panic, NOW, [0; CHANNELS]);
             true
         }
-        "stop opens" => tick(&mut guard, NOW.plus(2 * WINDOW_US), &opened),
-        "time is up" => tick(&mut guard, NOW.plus(11_000_000), &CLOSED),
+        "stop opens" => tick(&mut guard, NOW + us(2 * WINDOW_US), &opened),
+        "time is up" => tick(&mut guard, NOW + us(11_000_000), &CLOSED),
         other => panic!("{other}"),
     };
     let is_changed = format!("{:?}", guard.mode) != before;

@@ -39,7 +39,9 @@ pub struct Around {
     stages: [Option<Output>; CHANNELS],
     load_ohm: [u32; CHANNELS],
     joint: u16,
-    margins: Margins,
+    /// How early the tape's windows were ready, since device time began or
+    /// [`Self::restart_counts`].
+    pub(crate) margins: Margins,
     hz: u32,
     now: Cycle,
     /// Interrupt lines at `now`.
@@ -90,7 +92,7 @@ impl Around {
     }
 
     fn drive(&mut self, (port, pin): Pin, high: bool, at: Cycle) -> Modelled {
-        if self.soc.playback.gpio().level(port.index(), pin.into()) == high {
+        if self.soc.playback.gpio.level(port.index(), pin.into()) == high {
             return Ok(());
         }
         let level = if high { Level::High } else { Level::Low };
@@ -135,12 +137,6 @@ impl Around {
         self.outputs.origin()
     }
 
-    /// How early the tape's windows were ready, since device time began or
-    /// [`Self::restart_counts`].
-    pub const fn margins(&self) -> &Margins {
-        &self.margins
-    }
-
     /// Begins margins and phases anew.
     pub fn restart_counts(&mut self) {
         self.margins = Margins::default();
@@ -172,7 +168,7 @@ impl Around {
                 self.outputs.dac(chip, change);
             }
         }
-        let edges = self.soc.playback.edges_mut();
+        let edges = &mut self.soc.playback.gpio.edges;
         for edge in edges.drain(..) {
             self.outputs.edge(edge);
             for (dac, (port, pin)) in self.dacs.iter_mut().zip(wiring::DAC_SYNC) {
@@ -310,7 +306,7 @@ impl Bus for Around {
     }
 
     fn nmi(&self) -> bool {
-        self.soc.rcc.nmi()
+        self.soc.rcc.cssf
     }
 
     fn request_reset(&mut self, at: Cycle) {

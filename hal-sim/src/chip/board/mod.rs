@@ -22,7 +22,7 @@ use super::soc::Pace;
 use crate::lockstep::{Device, Output};
 use crate::trace::CHANNELS;
 use firmware::lockstep::{Sensors, Sink};
-use firmware::units::Micros;
+use firmware::units::{Micros, us};
 use std::io;
 
 /// Longest time from power-on to an open port, s.
@@ -108,9 +108,9 @@ impl<O: Observer> Board<O> {
         self.around
             .sense(sensors, self.cpu.cycle)
             .map_err(|what| self.explain(what.at(&self.cpu)))?;
-        if !self.around.host.is_open() {
+        if !self.around.host.open {
             if self.cpu.cycle > BOOT_LIMIT_S * 168_000_000 {
-                let failure = self.around.host.failure();
+                let failure = self.around.host.failure;
                 let why = failure.map_or_else(String::new, |f| format!(": {f}"));
                 return Err(BoardError::NoPort { why });
             }
@@ -186,8 +186,8 @@ impl<O: Observer> Board<O> {
             .map_err(|what| self.explain(what.at(&self.cpu)))?;
         if let Some(at) = sensors.trigger.filter(|at| at.is_before(to)) {
             // The edge at its microsecond, the level low again 2 µs later.
-            for (high, at) in [(true, at), (false, at.plus(2))] {
-                if at.since(Micros(self.now_us as u32)) < 0 {
+            for (high, at) in [(true, at), (false, at + us(2))] {
+                if (at - Micros::new(self.now_us as u32)).us() < 0 {
                     continue; // done before a stop
                 }
                 self.advance_to(at)?;
@@ -204,7 +204,7 @@ impl<O: Observer> Board<O> {
     }
 
     fn advance_to(&mut self, to: Micros) -> Result<(), BoardError> {
-        let ahead = to.since(Micros(self.now_us as u32));
+        let ahead = (to - Micros::new(self.now_us as u32)).us();
         let Ok(ahead) = u64::try_from(ahead) else {
             return Ok(()); // there already
         };

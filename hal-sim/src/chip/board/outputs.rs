@@ -186,14 +186,14 @@ impl Outputs {
         // DAC words are noted at once, levels when their microsecond is over.
         self.waiting.make_contiguous().sort_by_key(|(us, _)| *us);
         for (us, out) in self.waiting.drain(..) {
-            let at = Micros(us as u32);
+            let at = Micros::new(us as u32);
             match out {
                 Out::Levels(levels) => sink.levels(at, firmware::pulse::Levels(levels.0)),
-                Out::Dac(channel, code) => sink.dac(at, channel, DacCode(code)),
+                Out::Dac(channel, code) => sink.dac(at, channel, DacCode::new(code)),
             }
         }
         for (us, bytes) in self.bytes.drain(..) {
-            sink.bytes(Micros(us as u32), &bytes);
+            sink.bytes(Micros::new(us as u32), &bytes);
         }
     }
 }

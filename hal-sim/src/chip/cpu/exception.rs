@@ -141,7 +141,7 @@ impl Cpu {
 
     /// Time never goes back: gives the cycle that it went on to.
     fn advance_bus(&mut self, bus: &mut impl Bus, to: Cycle) -> Result<Cycle, Stop> {
-        let to = to.max(self.system.sampled_at());
+        let to = to.max(self.system.sampled);
         bus.advance(to).map_err(|Unmodelled(what)| Stop::Outside {
             pc: self.registers.r[15],
             what,

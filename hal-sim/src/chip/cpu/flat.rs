@@ -70,7 +70,7 @@ impl Flat {
             (&mut self.ccm, Self::CCM),
         ] {
             let at = address.wrapping_sub(base) as usize;
-            let Some(room) = memory.bytes_mut().get_mut(at..) else {
+            let Some(room) = memory.bytes.get_mut(at..) else {
                 continue;
             };
             let Some(room) = room.get_mut(..bytes.len()) else {

@@ -146,7 +146,7 @@ impl Cpu {
         if self.entered || self.context != number {
             let context = Context {
                 number,
-                depth: self.system.nvic.active().count_ones(),
+                depth: self.system.nvic.active.count_ones(),
                 entered: std::mem::take(&mut self.entered),
             };
             self.context = number;

@@ -253,7 +253,7 @@ impl Device for Debugger {
     }
 
     fn advance(&mut self, to: Micros, sensors: &Sensors, sink: &mut dyn Sink) -> io::Result<()> {
-        let ahead = to.since(Micros(self.board.now_us() as u32)).max(0);
+        let ahead = (to - Micros::new(self.board.now_us() as u32)).us().max(0);
         let end = self.board.now_us() + u64::from(ahead.cast_unsigned());
         let limit = self.board.around.origin() + end * CYCLES_PER_US;
         self.run(limit, |board| board.resume(to, sensors))?;

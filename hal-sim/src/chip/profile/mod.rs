@@ -128,11 +128,13 @@ pub struct Profile {
     runs: [Runs; EXCEPTIONS],
     /// What is active, outermost first, and its cycles so far.
     active: Vec<(u16, Cycle)>,
-    idle: Cycle,
+    /// Cycles asleep.
+    pub(crate) idle: Cycle,
     began: Cycle,
     /// All before is counted.
     last: Cycle,
-    lowest_sp: u32,
+    /// Lowest stack pointer after any instruction since power-on.
+    pub(crate) lowest_sp: u32,
 }
 
 impl Profile {
@@ -167,11 +169,6 @@ impl Profile {
         self.last - self.began
     }
 
-    /// Cycles asleep.
-    pub const fn idle(&self) -> Cycle {
-        self.idle
-    }
-
     /// Cost by function, dearest first; those that never ran are left out.
     pub fn functions(&self) -> Vec<(&str, Cost)> {
         let named = self.costs.iter().enumerate();
@@ -197,11 +194,6 @@ impl Profile {
     /// Runs by exception number, those that occurred.
     pub fn runs(&self) -> impl Iterator<Item = (u16, Runs)> + '_ {
         (0..).zip(self.runs).filter(|(_, runs)| runs.count > 0)
-    }
-
-    /// Lowest stack pointer after any instruction since power-on.
-    pub const fn lowest_sp(&self) -> u32 {
-        self.lowest_sp
     }
 
     #[inline]

@@ -119,7 +119,7 @@ impl Summary {
         };
         Self {
             total: profile.total(),
-            idle: profile.idle(),
+            idle: profile.idle,
             instructions: owners.iter().map(|cost| cost.instructions).sum(),
             lines: profile
                 .runs()
@@ -132,10 +132,10 @@ impl Summary {
                 .collect(),
             stack: Stack {
                 top: board.image().initial_sp,
-                lowest: profile.lowest_sp(),
+                lowest: profile.lowest_sp,
                 limit,
             },
-            margins: *board.around.margins(),
+            margins: board.around.margins,
             phases: Phase::all(board.around.phases()),
         }
     }

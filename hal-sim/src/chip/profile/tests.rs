@@ -41,7 +41,7 @@ fn every_cycle_is_counted_once() {
     seen.instruction(0x2000_0000, 4, 100, 0x2000_4000);
 
     let expected = (100, 30, 0x2000_3FC0);
-    assert_eq!((seen.total(), seen.idle(), seen.lowest_sp()), expected);
+    assert_eq!((seen.total(), seen.idle, seen.lowest_sp), expected);
     // Entry and return count for what they lead to; six cycles went by before
     // the last instruction.
     assert_eq!(seen.owner(Owner::Pulser), cost(12 + 3, 1));
@@ -50,13 +50,13 @@ fn every_cycle_is_counted_once() {
     assert_eq!(seen.owner(Owner::Other), cost(0, 0));
     let functions = seen.functions();
     let sum: Cycle = functions.iter().map(|(_, cost)| cost.cycles).sum();
-    assert_eq!(sum + seen.idle(), seen.total());
+    assert_eq!(sum + seen.idle, seen.total());
     assert!(functions.contains(&("first", cost(13, 3))));
     assert!(functions.contains(&("second", cost(4, 2))));
     assert!(functions.contains(&("(no symbol)", cost(4, 1))));
 
     seen.restart();
-    assert_eq!((seen.total(), seen.idle()), (0, 0));
+    assert_eq!((seen.total(), seen.idle), (0, 0));
     assert!(seen.functions().is_empty());
 }
 

@@ -149,7 +149,7 @@ impl Bus for Soc {
         self.usart2.advance(to)?;
         self.otg.advance(to)?;
         self.iwdg.advance(to)?;
-        if self.iwdg.has_bitten() {
+        if self.iwdg.bitten {
             self.reset = Some(Cause::Watchdog);
         }
         self.event = self.find_event();
@@ -178,12 +178,12 @@ impl Bus for Soc {
         set(line::FLASH, self.flash.interrupt());
         set(line::ADC, self.adc.interrupt());
         set(line::USART2, self.usart2.interrupt());
-        set(line::OTG_FS, self.otg.irq());
+        set(line::OTG_FS, self.otg.line);
         lines
     }
 
     fn nmi(&self) -> bool {
-        self.rcc.nmi()
+        self.rcc.cssf
     }
 
     fn request_reset(&mut self, _at: Cycle) {
@@ -265,7 +265,7 @@ impl Soc {
     /// Silicon answers 0 and loses writes; here it is a mistake of the program.
     fn check_clock(&self, unit: Unit, at: Cycle) -> Modelled {
         // An access reaches a block behind a bridge with a later APB clock.
-        let clocks = self.rcc.clocks();
+        let clocks = self.rcc.clocks;
         let divider = match unit.bridge() {
             Some(Bridge::Apb1) => clocks.apb1_divider(),
             Some(Bridge::Apb2) => clocks.apb2_divider(),

@@ -69,7 +69,10 @@ struct Port {
 #[derive(Clone, Debug)]
 pub struct Gpio {
     ports: [Port; PORTS],
-    edges: Vec<Edge>,
+    /// Edges that writes made since the last drain, ascending in cycle: up to the
+    /// last `advance` or access, and an access of DMA2 that had begun then (up
+    /// to two cycles later).
+    pub(crate) edges: Vec<Edge>,
 }
 
 impl Default for Gpio {
@@ -208,11 +211,6 @@ impl Gpio {
             p.moder & 0b11 << (2 * pin) == mode
                 && p.afr[pin / 8] >> (4 * (pin % 8)) & 0xF == function
         })
-    }
-
-    /// Edges that writes made since the last drain, ascending in cycle.
-    pub fn edges_mut(&mut self) -> &mut Vec<Edge> {
-        &mut self.edges
     }
 
     fn port(&self, port: usize) -> Modelled<&Port> {

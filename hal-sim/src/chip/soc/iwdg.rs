@@ -65,7 +65,8 @@ pub struct Iwdg {
     reload: Synchronized,
     /// LSI and counter; it runs once it was started.
     running: Option<(Oscillator, Counter)>,
-    bitten: bool,
+    /// It asks for a reset of the chip.
+    pub(crate) bitten: bool,
 }
 
 impl Iwdg {
@@ -96,11 +97,6 @@ impl Iwdg {
         if let Some((lsi, _)) = &mut self.running {
             lsi.set_core_hz(hz, at);
         }
-    }
-
-    /// It asks for a reset of the chip.
-    pub const fn has_bitten(&self) -> bool {
-        self.bitten
     }
 
     /// Cycle of its bite if nothing more happens; `Cycle::MAX` while it stands.
@@ -272,11 +268,11 @@ mod tests {
         let bite = FIRST + 4096 * 4 * TICK;
         assert_eq!(iwdg.next_event(), bite);
         iwdg.advance(bite - 1).unwrap();
-        assert!(!iwdg.has_bitten());
+        assert!(!iwdg.bitten);
         iwdg.advance(bite).unwrap();
-        assert!(iwdg.has_bitten());
+        assert!(iwdg.bitten);
         iwdg.reset();
-        assert!(!iwdg.has_bitten());
+        assert!(!iwdg.bitten);
         assert_eq!(iwdg.next_event(), Cycle::MAX);
     }
 
@@ -304,7 +300,7 @@ mod tests {
             assert!((48 * 4 * TICK..=49 * 4 * TICK).contains(&wait), "{wait}");
             at += 50_001;
         }
-        assert!(!iwdg.has_bitten());
+        assert!(!iwdg.bitten);
     }
 
     #[test]

@@ -150,6 +150,6 @@ impl Soc {
 
     /// Core clock, Hz.
     pub fn hz(&self) -> u32 {
-        self.rcc.clocks().hclk_hz
+        self.rcc.clocks.hclk_hz
     }
 }

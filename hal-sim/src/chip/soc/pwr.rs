@@ -38,9 +38,13 @@ const POWER_ON_MV: u32 = 1720;
 #[derive(Clone, Debug)]
 pub struct Pwr {
     cr: u32,
-    supply_mv: u32,
-    low: bool,
-    powered: bool,
+    /// The supply, mV.
+    pub(crate) supply_mv: u32,
+    /// PVDO, the level of EXTI line 16: the supply is below the threshold.
+    pub(crate) low: bool,
+    /// The supply is above the power-down level; while it is not the chip is
+    /// held in power-on reset. Brown-out levels are off (`flash` option bytes).
+    pub(crate) powered: bool,
 }
 
 impl Default for Pwr {
@@ -72,22 +76,6 @@ impl Pwr {
                 POWER_ON_MV
             };
         self.watch();
-    }
-
-    /// The supply, mV.
-    pub const fn supply_mv(&self) -> u32 {
-        self.supply_mv
-    }
-
-    /// The supply is above the power-down level; while it is not the chip is
-    /// held in power-on reset. Brown-out levels are off (`flash` option bytes).
-    pub const fn is_powered(&self) -> bool {
-        self.powered
-    }
-
-    /// PVDO, the level of EXTI line 16: the supply is below the threshold.
-    pub const fn pvd(&self) -> bool {
-        self.low
     }
 
     /// DBP: backup registers and RCC_BDCR can be written.
@@ -138,21 +126,21 @@ mod tests {
     fn the_supply_watch_has_the_thresholds_and_hysteresis_of_the_data_sheet() {
         let mut pwr = Pwr::default();
         pwr.supply(1900);
-        assert!(!pwr.pvd(), "off after reset");
+        assert!(!pwr.low, "off after reset");
         pwr.supply(3300);
         for (level, (falling, rising)) in (0..).zip(THRESHOLDS_MV) {
             pwr.supply(3300);
             pwr.set(CR, VOS | PVDE | level << 5, 0);
-            assert!(!pwr.pvd());
+            assert!(!pwr.low);
             pwr.supply(falling);
-            assert!(!pwr.pvd());
+            assert!(!pwr.low);
             pwr.supply(falling - 1);
-            assert!(pwr.pvd());
+            assert!(pwr.low);
             assert_eq!(pwr.get(CSR, 0), VOSRDY | PVDO);
             pwr.supply(rising - 1);
-            assert!(pwr.pvd());
+            assert!(pwr.low);
             pwr.supply(rising);
-            assert!(!pwr.pvd());
+            assert!(!pwr.low);
         }
     }
 
@@ -160,13 +148,13 @@ mod tests {
     fn power_goes_below_the_power_down_level() {
         let mut pwr = Pwr::default();
         pwr.supply(1680);
-        assert!(pwr.is_powered());
+        assert!(pwr.powered);
         pwr.supply(1679);
-        assert!(!pwr.is_powered());
+        assert!(!pwr.powered);
         pwr.supply(1700);
-        assert!(!pwr.is_powered());
+        assert!(!pwr.powered);
         pwr.supply(1720);
-        assert!(pwr.is_powered());
+        assert!(pwr.powered);
     }
 
     #[test]

@@ -7,7 +7,8 @@ use crate::chip::cpu::Size;
 #[derive(Clone, Debug)]
 pub struct Ram {
     base: u32,
-    bytes: Vec<u8>,
+    /// All bytes, for loaders and debuggers.
+    pub(crate) bytes: Vec<u8>,
 }
 
 impl Ram {
@@ -63,10 +64,5 @@ impl Ram {
         let at = address.wrapping_sub(self.base) as usize;
         let bytes = self.bytes.get_mut(at..)?.get_mut(..4 * words)?;
         Some(bytes.as_chunks_mut().0)
-    }
-
-    /// All bytes, for loaders and debuggers.
-    pub fn bytes_mut(&mut self) -> &mut [u8] {
-        &mut self.bytes
     }
 }

@@ -52,7 +52,7 @@ impl Soc {
     }
 
     fn follow_supply(&mut self) {
-        let pvd = self.pwr.pvd();
+        let pvd = self.pwr.low;
         if pvd != self.pvd {
             self.pvd = pvd;
             self.exti.edge(exti::PVD, pvd);
@@ -81,7 +81,7 @@ impl Soc {
                 self.follow_supply();
                 Ok(())
             }
-            Unit::Flash => self.flash.check_wait_states(self.pwr.supply_mv()),
+            Unit::Flash => self.flash.check_wait_states(self.pwr.supply_mv),
             _ => Ok(()),
         }
     }
@@ -115,7 +115,7 @@ impl Soc {
         let (apb1, apb2) = (clocks.apb1_divider(), clocks.apb2_divider());
         self.playback.set_clocks(apb1, apb2, at, &mut self.ram)?;
         self.flash.set_hz(hclk_hz, at);
-        self.flash.check_wait_states(self.pwr.supply_mv())?;
+        self.flash.check_wait_states(self.pwr.supply_mv)?;
         self.iwdg.set_hz(hclk_hz, at);
         self.otg.set_hz(hclk_hz.into(), at);
         self.adc.set_clock(hclk_hz, apb2);

@@ -59,13 +59,15 @@ pub struct Host {
     data_in: Pipe,
     data_out: Pipe,
     configured: bool,
-    open: bool,
+    /// Whether the device is configured and its line state set: bytes flow.
+    pub(crate) open: bool,
     /// The OUT pipe had the bus last: IN goes first at a tie.
     out_was_last: bool,
     outgoing: VecDeque<Write>,
     incoming: VecDeque<(Cycle, Packet)>,
     delivered: Option<Cycle>,
-    failure: Option<Failure>,
+    /// Why the host gave up, if it did; unplugging clears it.
+    pub(crate) failure: Option<Failure>,
 }
 
 /// Bytes that a program wrote at once: they share no packet with others.
@@ -181,19 +183,9 @@ impl Host {
         self.incoming.pop_front()
     }
 
-    /// Whether the device is configured and its line state set: bytes flow.
-    pub fn is_open(&self) -> bool {
-        self.open
-    }
-
     /// What the device says that it is, once it is configured.
     pub fn device(&self) -> Option<&Device> {
         self.configured.then_some(&self.device)
-    }
-
-    /// Why the host gave up, if it did; unplugging clears it.
-    pub fn failure(&self) -> Option<Failure> {
-        self.failure
     }
 
     /// Number (0–2047) of the frame at `at`, while the bus runs.

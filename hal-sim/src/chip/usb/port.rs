@@ -95,7 +95,7 @@ impl Host {
         self.now = self.now.max(to);
         let step = self.next_step(otg).unwrap_or(Cycle::MAX);
         self.outlook = Some(Outlook {
-            changes: otg.changes(),
+            changes: otg.changes,
             step: step.min(self.next_announcement(otg)),
             event: self.find_event(otg),
         });
@@ -103,7 +103,7 @@ impl Host {
 
     /// What was found last, unless the device changed since.
     fn outlook(&self, otg: &Otg) -> Option<Outlook> {
-        self.outlook.filter(|found| found.changes == otg.changes())
+        self.outlook.filter(|found| found.changes == otg.changes)
     }
 
     /// Earliest cycle at which [`Self::advance`] is due: something may change

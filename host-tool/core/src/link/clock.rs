@@ -1,6 +1,6 @@
 //! An estimate of device time from the answers' time stamps.
 
-use firmware::units::Micros;
+use firmware::units::{Micros, us};
 
 /// Device time against host time. The exchange with the shortest round trip
 /// since the last refresh decides.
@@ -98,7 +98,7 @@ struct Exchange {
 impl Exchange {
     /// Device time less host time, µs modulo 2^32.
     fn difference(&self) -> u32 {
-        self.device.0.wrapping_sub(self.host_us as u32)
+        self.device.get().wrapping_sub(self.host_us as u32)
     }
 }
 
@@ -137,7 +137,7 @@ impl Clock {
     pub fn device_at(&self, host_us: u64) -> Option<Micros> {
         // Wrapping on purpose: device time is modulo 2^32.
         self.best
-            .map(|best| best.device.plus(host_us.wrapping_sub(best.host_us) as u32))
+            .map(|best| best.device + us(host_us.wrapping_sub(best.host_us) as u32))
     }
 }
 
@@ -155,7 +155,7 @@ mod tests {
             let device = (u32::MAX - 999_999).wrapping_add((host_us + host_us / 25_000) as u32);
             let half = 150 + i % 7;
             let middle = host_us + 1_000;
-            clock.observe(middle - half, middle + half, Micros(device));
+            clock.observe(middle - half, middle + half, Micros::new(device));
         }
         let fit = clock.fit().unwrap();
         assert_eq!((fit.exchanges, fit.round_trip_us), (1_000, 300));
@@ -168,10 +168,10 @@ mod tests {
     fn the_shortest_round_trip_decides() {
         let mut clock = Clock::default();
         assert_eq!(clock.device_at(0), None);
-        clock.observe(1_000, 3_000, Micros(u32::MAX));
-        assert_eq!(clock.device_at(2_010), Some(Micros(9)));
-        clock.observe(10_000, 10_200, Micros(8_000));
-        clock.observe(20_000, 29_000, Micros(50_000));
-        assert_eq!(clock.device_at(10_100), Some(Micros(8_000)));
+        clock.observe(1_000, 3_000, Micros::new(u32::MAX));
+        assert_eq!(clock.device_at(2_010), Some(Micros::new(9)));
+        clock.observe(10_000, 10_200, Micros::new(8_000));
+        clock.observe(20_000, 29_000, Micros::new(50_000));
+        assert_eq!(clock.device_at(10_100), Some(Micros::new(8_000)));
     }
 }

@@ -50,12 +50,20 @@ pub(super) fn document(title: &str, body: &str) -> String {
     )
 }
 
-/// Whether the record is whole and the run complete, and what it shows.
+/// Whether the record is whole and the run complete, whether anything was played,
+/// and what it shows.
 fn headline(run: &Run) -> String {
-    match run.caveat() {
-        Some(caveat) => format!("{caveat} {}", result(run)),
-        None => result(run),
+    let silent = |trial: &Trial| Some((capitalised(&trial.name), trial.silent.clone()?));
+    let silent: Vec<_> = run.trials.iter().filter_map(silent).collect();
+    let told = silent
+        .iter()
+        .map(|(name, why)| format!("{name}: no pulse was played: {why}."));
+    let mut all: Vec<String> = run.caveat().into_iter().chain(told).collect();
+    // Nothing followed anything where nothing was stimulated.
+    if silent.is_empty() || silent.len() < run.trials.len() {
+        all.push(result(run));
     }
+    all.join(" ")
 }
 
 /// The run in one sentence.
@@ -94,10 +102,7 @@ fn result(run: &Run) -> String {
 
 /// Why there is nothing to judge.
 fn nothing_judged(run: &Run) -> &'static str {
-    let follows = |trial: &Trial| {
-        trial.joint || trial.wall.is_some() || trial.channels.iter().any(|c| c.force)
-    };
-    if run.trials.iter().any(follows) {
+    if run.trials.iter().any(Trial::follows) {
         "Nothing was recorded of the time that is judged."
     } else {
         "Open loop: nothing was to be followed."
@@ -262,6 +267,9 @@ fn assumptions(all: &[Assumption]) -> String {
 
 fn reproduce(report: &Report) -> String {
     let run = report.run;
+    if run.trials.iter().all(|trial| trial.identity.is_none()) {
+        return "<p>No device answered: there is nothing to repeat.</p>\n".to_owned();
+    }
     let mut text = format!(
         "<pre>{}</pre>\n<p>Seed {}, Flexor {}. The data are beside this page: a folder per \
          trial with <code>samples.csv</code> and <code>edges.csv</code>, and \

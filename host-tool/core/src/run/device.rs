@@ -131,15 +131,15 @@ impl DeviceName {
     pub fn open(&self, session: &Session, seed: u64) -> Result<Box<dyn Port>, OpenError> {
         Ok(match self {
             Self::Native => {
-                let device = Box::new(native_seeded(Micros(0), seed));
-                Box::new(simulated(session, seed, device, Micros(0))?)
+                let device = Box::new(native_seeded(Micros::new(0), seed));
+                Box::new(simulated(session, seed, device, Micros::new(0))?)
             }
             Self::Chip => Box::new(on_chip(session, seed, &ChipOptions::default())?),
             Self::Qemu => {
                 let image = images::find(Image::Qemu).map_err(StartError::NotBuilt)?;
                 let mut device = Box::new(Qemu::start(&image)?);
                 device.boot_seeded(seed).map_err(StartError::from)?;
-                let mut port = simulated(session, seed, device, Micros(0))?;
+                let mut port = simulated(session, seed, device, Micros::new(0))?;
                 port.image = Some(image);
                 Box::new(port)
             }
@@ -177,7 +177,7 @@ pub fn simulated(
     }) = session.sensor()
     {
         let zero = f64::from(code_at_0);
-        world.joint_adc = Some(((f64::from(code_at_100) - zero) / 100.0, zero));
+        world.connect_joint((f64::from(code_at_100) - zero) / 100.0, zero);
     }
     world.outputs = outputs(session);
     Ok(SimulatedPort::new(world))
@@ -187,7 +187,7 @@ pub fn simulated(
 fn outputs(session: &Session) -> [Option<Output>; CHANNELS] {
     let mut outputs = [None; CHANNELS];
     for channel in &session.channels {
-        let full_scale = f64::from(channel.spec.stage.full_scale().0) * 1e-3;
+        let full_scale = f64::from(channel.spec.stage.full_scale().get()) * 1e-3;
         let is_member = |group: &&GroupSpec| group.members & 1 << channel.index() != 0;
         let group = session.groups.iter().find(is_member);
         outputs[usize::from(channel.index())] = Some(Output {
@@ -287,7 +287,7 @@ pub fn on_chip(
         let boot = board.now_us();
         (with_log(board, log), boot)
     };
-    let mut port = simulated(session, seed, device, Micros(boot as u32))?; // far from wrapping
+    let mut port = simulated(session, seed, device, Micros::new(boot as u32))?; // far from wrapping
     port.image = Some(image.path().to_owned());
     Ok(port)
 }

@@ -187,7 +187,7 @@ pub fn profile(
         port_us: board.now_us(),
         instructions: board.cpu.instructions,
     };
-    let boot = Micros(board.now_us() as u32); // far from wrapping
+    let boot = Micros::new(board.now_us() as u32); // far from wrapping
     let board = Arc::new(Mutex::new(board));
     let port = simulated(&file.session, seed, Box::new(board.clone()), boot)?;
     let mut ended = None;

@@ -9,7 +9,7 @@ use crate::session::{Session, Setpoint};
 use firmware::control::SensorSource;
 use firmware::link::{Counters, Event, HelloInfo, Request};
 use firmware::safety::State;
-use firmware::units::Micros;
+use firmware::units::{Micros, us};
 use std::iter;
 
 /// Longest wait for the outputs to be reported isolated after a stop, µs.
@@ -190,13 +190,13 @@ impl<P: Port> Run<'_, P> {
         let is_simulated = self.client.port().world().is_some();
         // In a simulated world, host time and device time are one.
         let device_now = if is_simulated {
-            Some(Micros(now_us as u32))
+            Some(Micros::new(now_us as u32))
         } else {
             self.client.device_time(now_us)
         };
         let now = device_now.unwrap_or(self.epoch);
         // The epoch is at most a few milliseconds from now.
-        self.epoch_us = now_us.saturating_add_signed(self.epoch.since(now).into());
+        self.epoch_us = now_us.saturating_add_signed((self.epoch - now).us().into());
         Ok(())
     }
 
@@ -242,7 +242,7 @@ impl<P: Port> Run<'_, P> {
             self.client.post(request)?;
         }
         // Wrapping: device time is modulo 2^32.
-        let now = self.epoch.plus(due as u32);
+        let now = self.epoch + us(due as u32);
         let setpoints = &self.session.setpoints;
         for setpoint in iter::once(setpoints.at(due)).chain(setpoints.with(due)) {
             let at = match setpoint {

@@ -22,7 +22,7 @@ pub fn begin_trial(file: &SessionFile) -> Trial {
         number: channel.number,
         name: channel.name.clone(),
         unit: channel.unit().symbol().to_owned(),
-        limit: milli(channel.spec.limit.0.into()),
+        limit: milli(channel.spec.limit.get().into()),
         muscle: channel.muscle.is_some(),
         force: channel.force.is_some(),
     });
@@ -61,9 +61,9 @@ pub fn electrode(
     let is_voltage = channels.iter().any(of_volts) && current_ua > 0;
     ElectrodeReading {
         channel: number,
-        applied: f64::from(applied.0) * 1e-3,
+        applied: f64::from(applied.get()) * 1e-3,
         current_ma: f64::from(current_ua) * 1e-3,
-        load_ohm: is_voltage.then(|| f64::from(applied.0) * 1e3 / f64::from(current_ua)),
+        load_ohm: is_voltage.then(|| f64::from(applied.get()) * 1e3 / f64::from(current_ua)),
     }
 }
 
@@ -79,14 +79,14 @@ pub fn sample(telemetry: &Telemetry, epoch: Micros, true_deg: Option<f64>) -> Sa
     };
     let amplitudes = telemetry.amplitudes.iter();
     Sample {
-        t_s: f64::from(telemetry.at.since(epoch)) * 1e-6,
+        t_s: f64::from((telemetry.at - epoch).us()) * 1e-6,
         target_deg: degrees(telemetry.target_centideg),
         measured_deg: degrees(telemetry.measured_centideg),
         true_deg,
         effort: telemetry.effort_milli.map(|e| f64::from(e) * 1e-3),
         limiting: telemetry.limiting,
         state: state(telemetry.state),
-        amplitudes: amplitudes.map(|a| a.map(|a| milli(a.0))).collect(),
+        amplitudes: amplitudes.map(|a| a.map(|a| milli(a.get()))).collect(),
         forces_n: telemetry.forces_mn.iter().map(|&f| milli(f)).collect(),
         wanted_n: force(|f| f.target_mn.map(|mn| f64::from(mn) * 1e-3)),
         rates_hz: force(|f| f.period_us.map(|us| 1e6 / f64::from(us))),
@@ -183,8 +183,7 @@ pub fn edges_of_one_period(
 #[must_use]
 pub fn edges_between(trace: &Trace, from_us: u64, to_us: u64) -> Vec<Edge> {
     trace
-        .edges()
-        .skip_while(|edge| edge.t_us < from_us)
+        .edges_from(from_us)
         .take_while(|edge| edge.t_us < to_us)
         .map(|edge| Edge {
             t_us: edge.t_us - from_us,

@@ -85,7 +85,7 @@ impl Channel {
     /// An amplitude of this channel for people: "28 V".
     #[must_use]
     pub fn display(&self, amplitude: Amplitude) -> String {
-        let value = in_units(amplitude.0.into(), 3);
+        let value = in_units(amplitude.get().into(), 3);
         format!("{value} {}", self.unit().symbol())
     }
 }

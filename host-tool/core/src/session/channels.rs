@@ -126,7 +126,7 @@ fn read_channel(
     let spec = ChannelSpec {
         train,
         stage,
-        limit: Amplitude(t.whole("limit")),
+        limit: Amplitude::new(t.whole("limit")),
     };
     let mut channel = Channel {
         number,

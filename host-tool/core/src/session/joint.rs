@@ -113,7 +113,7 @@ fn read_point(t: &Table<'_>, channels: &Channels) -> Option<PointSpec> {
     let channel = channels.find(t, "channel")?;
     t.is_sound().then(|| PointSpec {
         channel: channel.index(),
-        threshold: Amplitude(t.whole("threshold")),
-        max: Amplitude(t.whole("max")),
+        threshold: Amplitude::new(t.whole("threshold")),
+        max: Amplitude::new(t.whole("max")),
     })
 }

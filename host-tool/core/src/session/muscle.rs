@@ -79,9 +79,9 @@ pub(super) fn read_muscle(t: &Table<'_>, limit: Amplitude, duration_us: u64) -> 
         tau2_us: t.whole("tau2_ms"),
     };
     let recruitment = RecruitmentSpec {
-        motor_threshold: Amplitude(t.whole("motor_threshold")),
+        motor_threshold: Amplitude::new(t.whole("motor_threshold")),
         limit,
-        reference: Amplitude(t.whole("reference")),
+        reference: Amplitude::new(t.whole("reference")),
         slope_micro: t.whole("slope_per_unit"),
     };
     let fatigue = t.part("fatigue", |f| Some(read_fatigue(f, force.a_mn_per_s)))?;

@@ -282,11 +282,11 @@ mod tests {
 
     #[test]
     fn amplitudes_name_their_channels() {
-        let values = vec![(1, Amplitude(26_000)), (4, Amplitude(0))];
+        let values = vec![(1, Amplitude::new(26_000)), (4, Amplitude::new(0))];
         match Setpoint::Amplitudes(values).request(None) {
             Request::Amplitudes { mask, values } => {
                 assert_eq!(mask, 0b10010);
-                assert_eq!(values, [Amplitude(26_000), Amplitude(0)]);
+                assert_eq!(values, [Amplitude::new(26_000), Amplitude::new(0)]);
             }
             other => panic!("{other:?}"),
         }

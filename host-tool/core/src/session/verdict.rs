@@ -78,20 +78,20 @@ pub(super) fn tell_channel(t: &Table<'_>, channel: &Channel, mistake: Mistake) {
     let milli = |value: u32| in_units(value.into(), 3);
     let limit = || {
         let stage = spec.stage.validate();
-        let current_ua = stage.map_or(0, |stage| stage.current_ua(spec.limit));
+        let current_ua = stage.map_or(0, |stage| stage.current(spec.limit).get());
         format!("{} ({} mA)", channel.display(spec.limit), milli(current_ua))
     };
     match mistake.rule {
-        Rule::Setup(SetupError::Current { max_ua }) => {
-            let (limit, max_ma) = (limit(), milli(max_ua));
+        Rule::Setup(SetupError::Current { max }) => {
+            let (limit, max_ma) = (limit(), milli(max.get()));
             t.say("limit", Problem::CurrentLimit { limit, max_ma });
         }
         Rule::Setup(SetupError::Charge { max_nc }) => {
             let (limit, max_uc) = (limit(), milli(max_nc));
             t.say("limit", Problem::ChargeLimit { limit, max_uc });
         }
-        Rule::Setup(SetupError::Rms { max_ua }) => {
-            let (limit, max_ma) = (limit(), milli(max_ua));
+        Rule::Setup(SetupError::Rms { max }) => {
+            let (limit, max_ma) = (limit(), milli(max.get()));
             t.say("limit", Problem::RmsLimit { limit, max_ma });
         }
         Rule::Setup(SetupError::Train(TrainError::BurstOverlaps {
@@ -217,7 +217,7 @@ fn tell_joint_or_wall(t: &Table<'_>, channels: &[Channel], mistake: Mistake) {
                 |t: &&Table<'_>| t.has(e.field) && i64::from(t.whole::<u32>(e.field)) == e.value;
             let point = points_of(t).find(is).unwrap_or(t);
             let channel = channels.iter().find(|c| names(point, "channel", c.index()));
-            let max = channel.map_or(e.max, |c| e.max.min(c.spec.limit.0.cast_signed()));
+            let max = channel.map_or(e.max, |c| e.max.min(c.spec.limit.get().cast_signed()));
             point.refuse(OutOfRange { max, ..e });
         }
         // Uses of channels that are not there, and a joint beside a wall: told.

@@ -14,15 +14,15 @@ pub(super) fn read_wall(t: &Table<'_>, channels: &Channels) -> Option<WallSpec> 
     let pre_wall = t.part("pre_wall", |p| {
         Some(PreWall {
             depth_mdeg: p.whole("depth_deg"),
-            begin: Amplitude(p.whole("begin")),
-            end: Amplitude(p.whole("end")),
+            begin: Amplitude::new(p.whole("begin")),
+            end: Amplitude::new(p.whole("end")),
         })
     });
     let co_contraction = t.part("co_contraction", |c| {
         let channel = channels.find(c, "channel")?;
         Some(CoContraction {
             channel: channel.index(),
-            amplitude: Amplitude(c.whole("amplitude")),
+            amplitude: Amplitude::new(c.whole("amplitude")),
         })
     });
     let channel = channel.filter(|_| t.is_sound())?;
@@ -31,7 +31,7 @@ pub(super) fn read_wall(t: &Table<'_>, channels: &Channels) -> Option<WallSpec> 
         at_mdeg: t.whole("at_deg"),
         side: t.named("stops", &SIDES).unwrap_or(Side::Flexion),
         channel: channel.index(),
-        max: Amplitude(t.whole("max")),
+        max: Amplitude::new(t.whole("max")),
         stiffness: t.whole("stiffness_per_deg"),
         damping: t.whole("damping_s_per_deg"),
         cutoff_mhz: t.whole("cutoff_hz"),

@@ -10,7 +10,7 @@ use core::fmt;
 use core::hint::black_box;
 use firmware::bench::{Checksum, Clock, Random, Row};
 use firmware::muscle::CalciumForceSpec;
-use firmware::units::Micros;
+use firmware::units::{Micros, us};
 
 /// What a run simulates, µs: a whole number of pulses of every load.
 pub const RUN_US: u32 = 400_000;
@@ -134,7 +134,7 @@ impl Load {
         let pulses = (0..RUN_US / period_us).map(|n| {
             // Within the run.
             let begin = n.wrapping_mul(period_us).wrapping_add(twentieth);
-            Micros(begin.wrapping_add(random.between(0, twentieth * 18)))
+            Micros::new(begin.wrapping_add(random.between(0, twentieth * 18)))
         });
         Self(pulses.take(40).collect())
     }
@@ -145,9 +145,9 @@ impl Load {
         let mut pulses = self.0.iter().copied();
         let mut next = pulses.next();
         let mut read = 0u32;
-        let mut to = Micros(0);
-        while to.0 < RUN_US {
-            to = to.plus(output_us);
+        let mut to = Micros::new(0);
+        while to.get() < RUN_US {
+            to += us(output_us);
             while let Some(pulse) = next
                 && to.has_reached(pulse)
             {

@@ -8,7 +8,7 @@
 use super::scheme::Muscle;
 use super::{Arithmetic, Integrator};
 use firmware::muscle::CalciumForceSpec;
-use firmware::units::Micros;
+use firmware::units::{Micros, us};
 
 /// Nodes and weights of the Gauss–Legendre rules on 0…1 with 2, 3, 4 and 10
 /// nodes (Abramowitz & Stegun, table 25.4, as (1 + x)/2 and w/2).
@@ -119,8 +119,8 @@ impl<R: Arithmetic, const NODES: usize> EventDriven<R, NODES> {
             longest_us,
             c: R::ZERO,
             f: R::ZERO,
-            from: Micros(0),
-            now: Micros(0),
+            from: Micros::new(0),
+            now: Micros::new(0),
         }
     }
 
@@ -156,7 +156,7 @@ impl<R: Arithmetic, const NODES: usize> Integrator for EventDriven<R, NODES> {
     }
     fn advance(&mut self, to: Micros) {
         while to.elapsed_since(self.from) > self.longest_us {
-            self.now = self.from.plus(self.longest_us);
+            self.now = self.from + us(self.longest_us);
             self.keep();
         }
         self.now = to;

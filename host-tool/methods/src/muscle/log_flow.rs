@@ -8,7 +8,7 @@
 use super::flow::{Flow, Start};
 use super::{Arithmetic, Integrator};
 use firmware::muscle::CalciumForceSpec;
-use firmware::units::Micros;
+use firmware::units::{Micros, us};
 
 /// A muscle and where it is.
 #[derive(Clone, Copy, Debug)]
@@ -28,7 +28,7 @@ impl<R: Arithmetic> LogFlow<R> {
             flow: Flow::new(spec),
             start: None,
             f: R::ZERO,
-            now: Micros(0),
+            now: Micros::new(0),
         }
     }
 
@@ -66,10 +66,10 @@ impl<R: Arithmetic> Integrator for LogFlow<R> {
     }
 
     fn advance(&mut self, to: Micros) {
-        let us = to.elapsed_since(self.now);
-        self.now = self.now.plus(us);
+        let ahead_us = to.elapsed_since(self.now);
+        self.now += us(ahead_us);
         let Some((start, pulse)) = self.start else {
-            self.f = self.flow.relaxed(self.f, us);
+            self.f = self.flow.relaxed(self.f, ahead_us);
             return;
         };
         // The limit keeps the time within what the arithmetics take.

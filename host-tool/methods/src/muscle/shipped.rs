@@ -21,7 +21,7 @@ impl Shipped {
     pub fn new(spec: &CalciumForceSpec) -> Result<Self, OutOfRange> {
         Ok(Self {
             muscle: CalciumForce::new(*spec)?,
-            state: CalciumForceState::at_rest(Micros(0)),
+            state: CalciumForceState::at_rest(Micros::new(0)),
         })
     }
 }

@@ -4,7 +4,7 @@ use super::scheme::{Place, Scheme};
 use super::{Arithmetic, Integrator};
 use crate::real::Real;
 use firmware::muscle::CalciumForceSpec;
-use firmware::units::Micros;
+use firmware::units::{Micros, us};
 
 /// When a pulse acts.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -39,7 +39,7 @@ impl<S: Scheme> Stepped<S> {
             scheme,
             step_us,
             pulses,
-            at: Micros(0),
+            at: Micros::new(0),
             over_us: 0,
         }
     }
@@ -63,7 +63,7 @@ impl<S: Scheme> Stepped<S> {
         }
         // What a snapped run has not stepped over stays ahead of it.
         if to.has_reached(self.at) {
-            self.at = to.minus(left_us);
+            self.at = to - us(left_us);
         }
     }
 
@@ -86,7 +86,7 @@ impl<S: Scheme> Integrator for Stepped<S> {
 
     fn advance(&mut self, to: Micros) {
         // One whole step, the rule, without a detour.
-        if self.over_us == 0 && to.since(self.at) == self.step_us.cast_signed() {
+        if self.over_us == 0 && (to - self.at).us() == self.step_us.cast_signed() {
             self.at = to;
             self.scheme.step(&self.whole, &mut self.state);
         } else {

@@ -15,6 +15,7 @@ use super::fatigue;
 use super::protocol::Protocol;
 use super::signal::{START, reference, spec};
 use firmware::muscle::{FatigueSpec, Gain, Ladder, LadderState, Model, Rung};
+use firmware::units::us;
 use fixed::types::U1F31;
 use hal_sim::body::muscle::{Parameters, SUBJECTS};
 use hal_sim::random::Random;
@@ -181,12 +182,12 @@ fn steer(model: &Ladder, protocol: &Protocol, wanted: &[f64]) -> Protocol {
             let until_ms = next_ms.min(ms + HORIZON_MS).min(protocol.duration_ms);
             let wanted = &wanted[ms as usize..=until_ms.max(ms) as usize];
             let gain = best_gain(model, &state, at_us, ms, wanted);
-            model.pulse(&mut state, START.plus(at_us), gain);
+            model.pulse(&mut state, START + us(at_us), gain);
             if let Some(pulse) = steered.next() {
                 pulse.1 = gain.get().to_num();
             }
         }
-        model.advance(&mut state, START.plus(ms * 1000));
+        model.advance(&mut state, START + us(ms * 1000));
     }
     Protocol {
         pulses,
@@ -206,12 +207,12 @@ fn best_gain(
 ) -> Gain {
     // Until the next pulse every rung's force is linear in this one's gain.
     let (mut weak, mut full) = (*state, *state);
-    model.pulse(&mut weak, START.plus(at_us), least_gain());
-    model.pulse(&mut full, START.plus(at_us), Gain::FULL);
+    model.pulse(&mut weak, START + us(at_us), least_gain());
+    model.pulse(&mut full, START + us(at_us), Gain::FULL);
     let (mut product, mut square) = (0.0, 0.0);
     for (ms, wanted) in (first_ms..).zip(wanted) {
         let force = |state: &mut LadderState| {
-            model.advance(state, START.plus(ms * 1000));
+            model.advance(state, START + us(ms * 1000));
             model.force(state).get().to_num::<f64>()
         };
         let (without, with) = (force(&mut weak), force(&mut full));

@@ -5,6 +5,7 @@ use super::protocol::Protocol;
 use super::signal::{Difference, START, spec};
 use super::{MeasureError, each};
 use firmware::muscle::{FatigueSpec, Gain, Ladder, Model, Rung};
+use firmware::units::us;
 use hal_sim::body::muscle::{Parameters, SUBJECTS};
 use host_core::choice::grid::{RATES_MHZ, SESSIONS_S};
 
@@ -162,14 +163,14 @@ pub fn work(rate_mhz: u32, subject: &Parameters, seconds: u32) -> Result<Course,
             now_us = at_us;
             truth.pulse(1.0);
             for (model, state) in models.iter().zip(&mut states) {
-                model.pulse(state, START.plus(at_us), Gain::FULL);
+                model.pulse(state, START + us(at_us), Gain::FULL);
             }
         }
         truth.pass(end_us - now_us);
         now_us = end_us;
         peak = peak.max(truth.force());
         for (i, (model, state)) in models.iter().zip(&mut states).enumerate() {
-            model.advance(state, START.plus(end_us));
+            model.advance(state, START + us(end_us));
             let off = (model.force(state).get().to_num::<f64>() - truth.force()).abs();
             worst[i] = worst[i].max(off);
             squares[i] += off * off;

@@ -4,12 +4,12 @@
 use super::protocol::Protocol;
 pub(super) use crate::subjects::spec;
 use firmware::muscle::{CalciumForceSpec, Gain, Model};
-use firmware::units::Micros;
+use firmware::units::{Micros, us};
 use fixed::types::U1F31;
 use hal_sim::body::muscle::{Muscle, Parameters, SUBJECTS, Step};
 
 /// Every run wraps the device's 32-bit clock within its first second.
-pub const START: Micros = Micros(u32::MAX - 400_000);
+pub const START: Micros = Micros::new(u32::MAX - 400_000);
 
 /// Lee 2020's ten subjects as a host would send them.
 pub fn subjects() -> [CalciumForceSpec; 10] {
@@ -19,13 +19,13 @@ pub fn subjects() -> [CalciumForceSpec; 10] {
 /// What a rung predicts, N, at 0, 1 … `duration_ms` ms.
 pub fn predicted<M: Model>(model: &M, protocol: &Protocol) -> Vec<f64> {
     let mut state = model.at_rest(START);
-    protocol.play(|us, pulse| {
+    protocol.play(|at_us, pulse| {
         let Some(gain) = pulse else {
-            model.advance(&mut state, START.plus(us));
+            model.advance(&mut state, START + us(at_us));
             return model.force(&state).get().to_num();
         };
         let gain = Gain::new(U1F31::saturating_from_num(gain));
-        model.pulse(&mut state, START.plus(us), gain);
+        model.pulse(&mut state, START + us(at_us), gain);
         0.0
     })
 }
@@ -36,12 +36,12 @@ pub fn reference(parameters: &Parameters, protocol: &Protocol) -> Vec<f64> {
     let mut muscle = Muscle::new(*parameters);
     let whole = Step::new(parameters, 1e-3);
     let mut now_us = 0;
-    protocol.play(|us, pulse| {
-        match (us - now_us, pulse) {
+    protocol.play(|at_us, pulse| {
+        match (at_us - now_us, pulse) {
             (1000, None) => muscle.step(&whole),
             (left_us, _) => pass(&mut muscle, parameters, left_us),
         }
-        now_us = us;
+        now_us = at_us;
         if let Some(gain) = pulse {
             muscle.pulse(gain);
         }

@@ -76,12 +76,12 @@ impl Efforts {
 impl Answer {
     fn of(joint: &Joint, amplitude_deg: f64, period_ms: u32) -> Self {
         let mut state = JointState::default();
-        let zero = Micros(0);
+        let zero = Micros::new(0);
         let taken = joint.setpoint(&mut state, zero, zero, angle(MIDDLE_DEG), None);
         taken.expect("the middle of the range");
         let mut efforts = Vec::new();
         for ms in 0..(SETTLING + LOOKED_AT) * period_ms {
-            let now = Micros(ms * 1000);
+            let now = Micros::new(ms * 1000);
             let turn = TAU * f64::from(ms) / f64::from(period_ms);
             let seen = angle(MIDDLE_DEG + amplitude_deg * turn.cos());
             let taken = joint.measurement(&mut state, now, now, seen);

@@ -72,7 +72,7 @@ impl Loop {
     }
 
     fn now(&self) -> Micros {
-        Micros((self.tick * TICK_US) as u32)
+        Micros::new((self.tick * TICK_US) as u32)
     }
 
     /// One millisecond: measure, control, pulse, move. Returns the true angle
@@ -90,7 +90,7 @@ impl Loop {
                 self.finger.pulse(&Pulse {
                     t_us,
                     channel: channel.into(),
-                    drive: Drive::Volts(f64::from(amplitude.0) / 1000.0),
+                    drive: Drive::Volts(f64::from(amplitude.get()) / 1000.0),
                     width_us: WIDTH_US,
                     conducted: false,
                 });

@@ -155,7 +155,7 @@ pub fn of_track(reach_ms: u16, loss_percent: u32, seed: u64) -> f64 {
     let mut frames = Frames::new(loss_percent, seed);
     let mut square = 0.0;
     for ms in 0..SCORED_MS.end {
-        let (t, now) = (f64::from(ms) / 1000.0, Micros(ms * 1000));
+        let (t, now) = (f64::from(ms) / 1000.0, Micros::new(ms * 1000));
         if frames.arrives(ms) {
             let taken = track.accept(now, now, angle(wanted(t)), None);
             taken.expect("setpoints come in order");

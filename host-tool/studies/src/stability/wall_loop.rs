@@ -22,7 +22,7 @@ pub(crate) fn wall(stiffness: u32, damping: u32) -> WallSpec {
         at_mdeg: WALL_MDEG,
         side: Side::Flexion,
         channel: 0,
-        max: Amplitude(80_000),
+        max: Amplitude::new(80_000),
         stiffness,
         damping,
         cutoff_mhz: 10_000,
@@ -73,7 +73,7 @@ pub(crate) fn angles(wall: &WallSpec, arm: ElbowSpec, seconds: u64) -> Vec<f64> 
                 });
             }
         }
-        let now = Micros((ms * 1000) as u32);
+        let now = Micros::new((ms * 1000) as u32);
         let sensed = Angle::from_millideg((arm.sensed_deg() * 1e3).round() as i32);
         let taken = wall.measurement(&mut state, now, now, sensed);
         taken.expect("measurements come in order");
@@ -82,7 +82,7 @@ pub(crate) fn angles(wall: &WallSpec, arm: ElbowSpec, seconds: u64) -> Vec<f64> 
         ordered.rotate_left(1);
         if let Some(newest) = ordered.last_mut() {
             for (channel, amplitude) in orders.amplitudes {
-                newest[usize::from(channel)] = amplitude.0;
+                newest[usize::from(channel)] = amplitude.get();
             }
         }
         arm.advance((ms + 1) * 1000);

@@ -27,7 +27,7 @@ pub(super) fn volts(amplitudes: &[(u8, Amplitude)]) -> Volts {
     let mut all = [0.0; 3];
     for (channel, amplitude) in amplitudes {
         if let Some(slot) = all.get_mut(usize::from(*channel)) {
-            *slot = f64::from(amplitude.0) / 1000.0;
+            *slot = f64::from(amplitude.get()) / 1000.0;
         }
     }
     all

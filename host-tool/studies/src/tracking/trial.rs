@@ -4,7 +4,7 @@ use super::TrackingError;
 use super::driver::Driver;
 use super::plant::{FRAME_HZ, Line, Plant};
 use super::wearer::Volts;
-use firmware::units::Micros;
+use firmware::units::{Micros, us};
 use hal_sim::body::random_finger::Draws;
 use hal_sim::body::{Body, Drive, Pulse, RandomFinger};
 use std::collections::VecDeque;
@@ -17,7 +17,7 @@ pub const SCORED_FROM_MS: usize = 10_000;
 pub const PULSE_EVERY_MS: usize = 20;
 const PULSE_US: u32 = 200;
 /// Trials begin 15 s before the device's 32-bit microseconds wrap.
-const START: Micros = Micros(u32::MAX - 15_000_000);
+const START: Micros = Micros::new(u32::MAX - 15_000_000);
 
 /// A frame on its way.
 #[derive(Clone, Copy, Debug)]
@@ -80,7 +80,7 @@ impl Frames {
 
     /// Hands over what has arrived; frames stay in order.
     fn deliver(&mut self, now_us: u64, driver: &mut dyn Driver) {
-        let device_time = |us: u64| START.plus(us as u32);
+        let device_time = |at_us: u64| START + us(at_us as u32);
         let now = device_time(now_us);
         while let Some(frame) = self.under_way.front().copied() {
             if frame.due_us > now_us {
@@ -128,7 +128,7 @@ pub fn run(
         let now_us = ms as u64 * 1000;
         frames.take(now_us, wanted, &finger);
         frames.deliver(now_us, driver);
-        let volts = driver.tick(START.plus(now_us as u32));
+        let volts = driver.tick(START + us(now_us as u32));
         if ms % PULSE_EVERY_MS == 0 {
             pulse(&mut finger, now_us, volts);
         }

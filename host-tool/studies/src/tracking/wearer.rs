@@ -44,7 +44,7 @@ const RANGE_MDEG: (i32, i32) = (0, 100_000);
 pub const SHIPPED_HOLD: HoldPolicy = HoldPolicy::Extrapolate { max_ms: 200 };
 
 fn millivolts(volts: f64) -> Amplitude {
-    Amplitude((volts * 1000.0).round() as u32)
+    Amplitude::new((volts * 1000.0).round() as u32)
 }
 
 /// Participant P of Hamana 2022 (table 7) as the file describes the finger.
@@ -134,7 +134,7 @@ pub fn mapping(points: Points) -> Result<Mapping, TrackingError> {
 pub fn effort_of(points: Points, [a, _, extensor]: Volts) -> f64 {
     let spec = joint(LawSpec::RECOMMENDED, points, HoldPolicy::Hold);
     let share = |point: &PointSpec, volts: f64| {
-        let [low, high] = [point.threshold, point.max].map(|v| f64::from(v.0) / 1000.0);
+        let [low, high] = [point.threshold, point.max].map(|v| f64::from(v.get()) / 1000.0);
         ((volts - low) / (high - low)).clamp(0.0, 1.0)
     };
     // Both points of a pair go the same part of their way.

@@ -23,7 +23,7 @@ impl Cpu {
         exc_return: u32,
     ) -> Trapped {
         let returning = self.registers.exception;
-        let active = self.system.nvic.active();
+        let active = self.system.nvic.active;
         let legal = active & nvic::bit(returning) != 0
             && self.is_legal_return(exc_return, active.count_ones());
         self.system.nvic.deactivate(returning);

@@ -40,7 +40,7 @@ impl Cpu {
     /// Saves S0–S15 and FPSCR where the exception's frame left room, with the
     /// rights of the context that it pre-empted.
     fn save_fp(&mut self, bus: &mut impl Bus) -> Trapped {
-        let address = self.system.floating.save_address();
+        let address = self.system.floating.fpcar;
         let privileged = self.system.floating.preempted().privileged;
         let words = self.registers.s;
         let words = words.into_iter().take(16).chain([self.registers.fpscr]);

@@ -34,7 +34,8 @@ pub struct Preempted {
 pub struct Floating {
     cpacr: u32,
     fpccr: u32,
-    fpcar: u32,
+    /// FPCAR: where the owed save goes.
+    pub(crate) fpcar: u32,
     fpdscr: u32,
 }
 
@@ -126,11 +127,6 @@ impl Floating {
     /// Owes no save any more.
     pub fn complete_save(&mut self) {
         self.fpccr &= !LSPACT;
-    }
-
-    /// FPCAR: where the owed save goes.
-    pub const fn save_address(&self) -> u32 {
-        self.fpcar
     }
 
     /// What the context whose save is owed could do.

@@ -47,7 +47,7 @@ pub struct System {
     sleeps_for_event: bool,
     sleeps_on_exit: bool,
     /// Cycle at which the lines were sampled last.
-    sampled: Cycle,
+    pub(crate) sampled: Cycle,
     /// Number in IPSR, for ICSR.
     running: u16,
     /// Semihosting, if it is on; a reset leaves it alone.
@@ -120,11 +120,6 @@ impl System {
         self.note_pending(new);
     }
 
-    /// Cycle at which the lines were sampled last.
-    pub(super) const fn sampled_at(&self) -> Cycle {
-        self.sampled
-    }
-
     fn advance_systick(&mut self, at: Cycle) {
         if let Some(reached) = self.systick.advance(at) {
             self.pend(bit(number::SYS_TICK), reached);
@@ -166,7 +161,7 @@ impl System {
     /// does not pre-empt `priority`, so that the core locks up.
     pub(super) fn pend_imprecise_fault(&mut self, priority: i16, at: Cycle) -> Option<()> {
         self.scb.note_imprecise_fault();
-        if self.nvic.enabled() & bit(number::BUS_FAULT) != 0 {
+        if self.nvic.enabled & bit(number::BUS_FAULT) != 0 {
             self.pend(bit(number::BUS_FAULT), at);
             return Some(());
         }
@@ -175,7 +170,7 @@ impl System {
 
     /// `exception` is enabled and pre-empts `priority`.
     pub(super) fn may_preempt(&self, exception: u16, priority: i16) -> bool {
-        self.nvic.enabled() & bit(exception) != 0 && self.nvic.group_priority(exception) < priority
+        self.nvic.enabled & bit(exception) != 0 && self.nvic.group_priority(exception) < priority
     }
 
     /// Makes a hard fault pending in the place of an exception that does not

@@ -57,9 +57,12 @@ pub const fn bit(number: u16) -> u128 {
 /// State of all exceptions.
 #[derive(Clone, Debug)]
 pub struct Nvic {
-    enabled: u128,
-    pending: u128,
-    active: u128,
+    /// Bits of the exceptions that are enabled.
+    pub(crate) enabled: u128,
+    /// Bits of the exceptions that are pending, enabled or not.
+    pub(crate) pending: u128,
+    /// Bits of the exceptions that are active.
+    pub(crate) active: u128,
     /// Lines (bit 16 + n) as sampled last.
     level: u128,
     nmi_level: bool,
@@ -161,21 +164,6 @@ impl Nvic {
     /// `number` ends.
     pub fn deactivate(&mut self, number: u16) {
         self.active &= !bit(number);
-    }
-
-    /// Bits of the exceptions that are active.
-    pub const fn active(&self) -> u128 {
-        self.active
-    }
-
-    /// Bits of the exceptions that are pending, enabled or not.
-    pub const fn pending(&self) -> u128 {
-        self.pending
-    }
-
-    /// Bits of the exceptions that are enabled.
-    pub const fn enabled(&self) -> u128 {
-        self.enabled
     }
 
     /// Cycle at which `number` last became pending and enabled.

@@ -80,12 +80,12 @@ impl System {
                 self.systick.read(address & 0xF)
             }
             0xE000_E100..=0xE000_E11C | 0xE000_E180..=0xE000_E19C => {
-                Nvic::word(self.nvic.enabled(), word)
+                Nvic::word(self.nvic.enabled, word)
             }
             0xE000_E200..=0xE000_E21C | 0xE000_E280..=0xE000_E29C => {
-                Nvic::word(self.nvic.pending(), word)
+                Nvic::word(self.nvic.pending, word)
             }
-            0xE000_E300..=0xE000_E31C => Nvic::word(self.nvic.active(), word),
+            0xE000_E300..=0xE000_E31C => Nvic::word(self.nvic.active, word),
             0xE000_E400..=0xE000_E7FF => self.read_priorities(number::LINE_0, address & 0x3FF),
             0xE000_ED04 => self.read_icsr(),
             0xE000_ED18..=0xE000_ED23 => {
@@ -150,8 +150,8 @@ impl System {
 
     /// VECTPENDING is given without regard to BASEPRI and FAULTMASK.
     fn read_icsr(&self) -> u32 {
-        let pending = self.nvic.pending();
-        let others = self.nvic.active() & !bit(self.running);
+        let pending = self.nvic.pending;
+        let others = self.nvic.active & !bit(self.running);
         let bits = [
             (pending & bit(number::SYS_TICK) != 0, icsr::PENDSTSET),
             (pending & bit(number::PEND_SV) != 0, icsr::PENDSVSET),
@@ -185,8 +185,7 @@ impl System {
     }
 
     fn read_shcsr(&self) -> u32 {
-        let (active, pending, enabled) =
-            (self.nvic.active(), self.nvic.pending(), self.nvic.enabled());
+        let (active, pending, enabled) = (self.nvic.active, self.nvic.pending, self.nvic.enabled);
         SHCSR.iter().fold(0, |all, &(exception, a, p, e)| {
             let part = |state: u128, mask| if state & bit(exception) != 0 { mask } else { 0 };
             all | part(active, a) | part(pending, p) | part(enabled, e)
@@ -215,7 +214,7 @@ impl System {
 
     /// Exceptions that are active, by number.
     pub fn active(&self) -> impl Iterator<Item = u16> {
-        numbers(self.nvic.active())
+        numbers(self.nvic.active)
     }
 }
 

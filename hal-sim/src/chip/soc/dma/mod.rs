@@ -88,7 +88,7 @@ impl Dma {
         let left = stream.count();
         if left == 0 {
             self.raise(index, bit::TCIF);
-        } else if left == stream.length() / 2 {
+        } else if left == stream.length / 2 {
             self.raise(index, bit::HTIF);
         }
         left != 0 || self.streams[index].is_circular()

@@ -40,12 +40,14 @@ pub struct Stream {
     pub(super) par: u32,
     pub(super) m0ar: u32,
     pub(super) fcr: u32,
-    /// NDTR when enabled.
-    length: u16,
+    /// NDTR when it was enabled.
+    pub(crate) length: u16,
     /// Items that went over the memory port, modulo `length`.
     index: u16,
-    target: Target,
-    memory: Slave,
+    /// The far end of the peripheral port.
+    pub(crate) target: Target,
+    /// The slave that the memory port uses.
+    pub(crate) memory: Slave,
     /// EN was written 0; the transfer under way goes on.
     pub stopping: bool,
     /// The word between the ports.
@@ -104,23 +106,6 @@ impl Stream {
     /// CHSEL.
     pub const fn channel(&self) -> u32 {
         self.cr >> 25 & 0b111
-    }
-
-    /// NDTR when it was enabled.
-    pub const fn length(&self) -> u16 {
-        self.length
-    }
-
-    /// The far end of the peripheral port.
-    #[inline]
-    pub const fn target(&self) -> Target {
-        self.target
-    }
-
-    /// The slave that the memory port uses.
-    #[inline]
-    pub const fn memory(&self) -> Slave {
-        self.memory
     }
 
     /// The slave that the peripheral port uses.

@@ -58,7 +58,7 @@ impl Prefetch {
 #[derive(Clone, Debug)]
 pub(super) struct Accelerator {
     acr: u32,
-    latency: u32,
+    pub(crate) latency: u32,
     prefetches: bool,
     caches_code: bool,
     caches_data: bool,
@@ -70,7 +70,7 @@ pub(super) struct Accelerator {
     code: Lines<64>,
     data: Lines<8>,
     /// Code was delivered that the flash no longer holds.
-    delivered_stale: bool,
+    pub(crate) delivered_stale: bool,
     prefetched: Prefetched,
     /// Nothing waits, whatever the program sets: no board's.
     ideal: bool,
@@ -107,20 +107,12 @@ impl Accelerator {
         self.acr
     }
 
-    pub(super) const fn latency(&self) -> u32 {
-        self.latency
-    }
-
     pub(super) const fn set_prefetched(&mut self, prefetched: Prefetched) {
         self.prefetched = prefetched;
     }
 
     pub(super) const fn never_wait(&mut self) {
         self.ideal = true;
-    }
-
-    pub(super) const fn delivered_stale(&self) -> bool {
-        self.delivered_stale
     }
 
     /// Writes FLASH_ACR. `None` for a reset of a cache that is on, which the

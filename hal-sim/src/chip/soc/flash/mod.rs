@@ -138,7 +138,7 @@ impl Flash {
             _ => 20_000_000,
         };
         refuse(
-            self.accelerator.latency() < self.hz.div_ceil(step_hz).saturating_sub(1),
+            self.accelerator.latency < self.hz.div_ceil(step_hz).saturating_sub(1),
             "FLASH_ACR: too few wait states for this clock and supply",
         )?;
         Ok(())

@@ -39,7 +39,7 @@ impl Peripheral for Flash {
     fn advance(&mut self, to: Cycle) -> Modelled {
         self.programming.advance(to);
         refuse(
-            self.accelerator.delivered_stale(),
+            self.accelerator.delivered_stale,
             "FLASH: code cached before it was changed",
         )?;
         Ok(())

@@ -29,10 +29,10 @@ fn bsrr_sets_resets_and_lets_set_win() {
     let mut gpio = Gpio::default();
     write(&mut gpio, offset::BSRR, 0b11, 5);
     assert_eq!(read(&gpio, B, offset::ODR), 0b11);
-    assert!(gpio.edges_mut().is_empty(), "inputs make no edge");
+    assert!(gpio.edges.is_empty(), "inputs make no edge");
     write(&mut gpio, offset::MODER, 0b0101 | 0x280, 9);
     write(&mut gpio, offset::BSRR, 0b11 << 16 | 0b10, 12);
-    let edges: Vec<Edge> = gpio.edges_mut().drain(..).collect();
+    let edges: Vec<Edge> = gpio.edges.drain(..).collect();
     let seen: Vec<_> = edges.iter().map(|e| (e.cycle, e.changed)).collect();
     assert_eq!(seen, [(9, 0b11), (12, 0b01)]);
     assert_eq!(edges[1].levels, 0b10 | 1 << 4);

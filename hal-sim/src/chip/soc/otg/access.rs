@@ -28,8 +28,8 @@ impl Otg {
             offset::GRXSTSR => self.receive.peek()?,
             offset::GRXSTSP => self.pop()?,
             offset::GRXFSIZ => self.rx_size,
-            offset::DIEPTXF0 => self.transmit[0].register(),
-            offset::DIEPTXF1..=offset::DIEPTXF3 => self.transmit[tx_fifo(offset)].register(),
+            offset::DIEPTXF0 => self.transmit[0].register,
+            offset::DIEPTXF1..=offset::DIEPTXF3 => self.transmit[tx_fifo(offset)].register,
             offset::GCCFG => self.ccfg,
             // Silicon answers 0x1200 where the manual prints 0x1100; GHWCFG4 is
             // not in the manual. Both as TinyUSB's table of DWC2 cores has them

@@ -114,8 +114,8 @@ impl Receive {
 #[derive(Clone, Debug)]
 pub struct Transmit {
     words: VecDeque<u32>,
-    /// DIEPTXFn: start address in the lower half, depth in the upper, words.
-    register: u32,
+    /// DIEPTXFn.
+    pub(crate) register: u32,
 }
 
 impl Transmit {
@@ -125,11 +125,6 @@ impl Transmit {
             words: VecDeque::new(),
             register,
         }
-    }
-
-    /// DIEPTXFn.
-    pub fn register(&self) -> u32 {
-        self.register
     }
 
     /// Writes DIEPTXFn.

@@ -35,10 +35,11 @@ const VBUS_VALID_US: u64 = 100;
 pub struct Otg {
     hz: u64,
     now: Cycle,
-    /// Counts changes of what the cable or the core can see.
-    changes: u64,
-    /// Level of the interrupt line.
-    line: bool,
+    /// Grows whenever the answers of [`Self::in_ready`], [`Self::out_ready`],
+    /// [`Self::attached`] or [`Self::awaits_sof`] may have changed.
+    pub(crate) changes: u64,
+    /// Level of the OTG_FS global interrupt (position 67).
+    pub(crate) line: bool,
     /// VBUS at the connector.
     vbus: bool,
     /// VBUS was found valid, or will be at this cycle.
@@ -145,17 +146,6 @@ impl Otg {
             ..Self::new(self.hz)
         };
         self.changed();
-    }
-
-    /// Level of the OTG_FS global interrupt (position 67).
-    pub const fn irq(&self) -> bool {
-        self.line
-    }
-
-    /// Grows whenever the answers of [`Self::in_ready`], [`Self::out_ready`],
-    /// [`Self::attached`] or [`Self::awaits_sof`] may have changed.
-    pub const fn changes(&self) -> u64 {
-        self.changes
     }
 
     /// Something changed.

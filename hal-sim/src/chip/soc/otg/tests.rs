@@ -66,7 +66,7 @@ fn values_after_reset() {
     for (offset, value) in expected {
         assert_eq!(read(&mut otg, offset), value, "{offset:#05x}");
     }
-    assert!(!otg.irq());
+    assert!(!otg.line);
 }
 
 #[test]
@@ -80,16 +80,16 @@ fn vbus_connects_and_its_loss_ends_the_session() {
     let valid = otg.next_event();
     otg.advance(valid).unwrap();
     assert_eq!(otg.attached(), Some(valid));
-    assert!(otg.irq());
+    assert!(otg.line);
     write(&mut otg, offset::GINTSTS, int::SRQINT);
-    assert!(!otg.irq());
+    assert!(!otg.line);
     assert_ne!(read(&mut otg, offset::GOTGCTL) & otgctl::BSVLD, 0);
     otg.set_vbus(false, valid);
     assert_eq!(otg.attached(), None);
     assert_eq!(read(&mut otg, offset::GOTGINT), SEDET);
-    assert!(otg.irq());
+    assert!(otg.line);
     write(&mut otg, offset::GOTGINT, SEDET);
-    assert!(!otg.irq());
+    assert!(!otg.line);
 }
 
 #[test]
@@ -125,7 +125,7 @@ fn out_packet_to_interrupt() {
     arm_out(&mut otg, 1, 64);
     otg.sof(0x5A3);
     assert_eq!(otg.out(0, 1, &packet), Answer::Ack);
-    assert!(otg.irq());
+    assert!(otg.line);
     // FRMNUM 3, PKTSTS 2, DATA0, 5 bytes, endpoint 1.
     let status = 3 << 21 | 2 << 17 | 5 << 4 | 1;
     assert_eq!(read(&mut otg, offset::GRXSTSR), status);
@@ -145,9 +145,9 @@ fn out_packet_to_interrupt() {
     assert_eq!(read(&mut otg, 0xB20) & ctl::EPENA, 0);
     assert_eq!(read(&mut otg, offset::GINTSTS) & int::RXFLVL, 0);
     assert_eq!(read(&mut otg, offset::DAINT), 1 << 17);
-    assert!(otg.irq());
+    assert!(otg.line);
     write(&mut otg, 0xB28, epint::XFRC);
-    assert!(!otg.irq());
+    assert!(!otg.line);
     assert_eq!(read(&mut otg, 0xB30), 59, "XFRSIZ less 5, PKTCNT 0");
 }
 

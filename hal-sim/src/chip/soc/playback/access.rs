@@ -165,7 +165,7 @@ impl Playback {
         tim1.advance(done.saturating_sub(1))?;
         if tim2.is_slave() {
             tim2.advance(done.saturating_sub(1))?;
-            let edges = tim1.trigger_edges(tim2.clock())?;
+            let edges = tim1.trigger_edges(tim2.divider)?;
             tim2.follow(edges, done)?;
         }
         Ok(())

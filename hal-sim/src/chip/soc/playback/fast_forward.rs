@@ -66,7 +66,7 @@ impl Playback {
         }
         let index = listeners.trailing_zeros() as usize;
         let stream = self.dma[1].stream(index);
-        let (far, near) = (stream.far_slave(), stream.memory());
+        let (far, near) = (stream.far_slave(), stream.memory);
         if !stream.is_circular() || !stream.is_ready_at(at) {
             return Ok(None);
         }

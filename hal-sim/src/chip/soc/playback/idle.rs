@@ -38,7 +38,7 @@ impl Playback {
     fn skip_items(&mut self, last: &Transfer, items: u16, ram: &mut Ram) {
         let stream = self.dma[1].stream_mut(last.stream);
         let (address, count) = (stream.address(), usize::from(items));
-        if let Target::Word(source) = stream.target() {
+        if let Target::Word(source) = stream.target {
             let word = ram.read(source, Size::Word).unwrap_or(0);
             if let Some(words) = ram.words_mut(address, count) {
                 words.fill(word.to_le_bytes());
@@ -63,7 +63,7 @@ impl Playback {
             if idle == 0 {
                 return None;
             }
-            match stream.target() {
+            match stream.target {
                 Target::Bsrr(port) => {
                     let odr = self.gpio.output(port);
                     let same = |word| after_bsrr(odr, word) == odr;
@@ -94,7 +94,7 @@ fn keeps_clear(erasing: &Stream, other: &Stream, items: u16) -> bool {
     let length = 4 * u32::from(items);
     let begin = erasing.address();
     let apart = |from: u32| begin.abs_diff(from) >= length;
-    match other.target() {
+    match other.target {
         Target::Word(source) => {
             let writes = begin..begin.wrapping_add(length);
             !writes.contains(&source) && (std::ptr::eq(erasing, other) || apart(other.address()))

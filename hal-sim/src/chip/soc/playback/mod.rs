@@ -17,7 +17,7 @@ pub use access::Block;
 
 use super::Ram;
 use super::dma::{Dma, EVENTS, NEVER};
-use super::gpio::{Edge, Gpio, Level};
+use super::gpio::{Gpio, Level};
 use super::matrix::{Matrix, Slave};
 use super::timer::Timer;
 use crate::chip::Cycle;
@@ -63,7 +63,8 @@ pub struct Playback {
     /// Earliest of their next events.
     timer_event: Cycle,
     dma: [Dma; 2],
-    gpio: Gpio,
+    /// The ports, for levels.
+    pub(crate) gpio: Gpio,
     matrix: Matrix,
     pace: Pace,
     ports: [Port; 2],
@@ -79,7 +80,8 @@ pub struct Playback {
     shared: [bool; 2],
     /// Level at TIM2's channel 1.
     capture_input: bool,
-    transfers: u64,
+    /// DMA items moved to or from a peripheral since power-on.
+    pub(crate) transfers: u64,
 }
 
 impl Default for Playback {
@@ -149,27 +151,10 @@ impl Playback {
         [word_0, line(tim5, 50), 0]
     }
 
-    /// The ports, for levels.
-    pub const fn gpio(&self) -> &Gpio {
-        &self.gpio
-    }
-
-    /// Pin edges that writes made since the last drain, ascending in cycle: up
-    /// to the last `advance` or access, and an access of DMA2 that had begun
-    /// then (up to two cycles later).
-    pub fn edges_mut(&mut self) -> &mut Vec<Edge> {
-        self.gpio.edges_mut()
-    }
-
     /// Cycles at which TIM2's TRGO (OC3REF) rose since the last drain: the
     /// ADC's injected trigger.
     pub fn triggers_mut(&mut self) -> &mut Vec<Cycle> {
-        self.timers[1].rises_mut()
-    }
-
-    /// DMA items moved to or from a peripheral since power-on.
-    pub const fn transfers(&self) -> u64 {
-        self.transfers
+        &mut self.timers[1].rises
     }
 
     /// Connects `level` to a pin (port 0 is A) at `at`; gives the level that

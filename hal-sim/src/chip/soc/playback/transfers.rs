@@ -132,7 +132,7 @@ impl Playback {
             stream.far_slave()
         } else {
             stream.due = NEVER;
-            stream.memory()
+            stream.memory
         };
         if port == PERIPHERAL {
             self.requested &= !self.events(index);
@@ -186,7 +186,7 @@ impl Playback {
         self.transfers += 1;
         let stream = self.dma[1].stream_mut(index);
         stream.turned = done;
-        match stream.target() {
+        match stream.target {
             Target::Bsrr(port) => {
                 if let Some(word) = stream.word.take() {
                     self.gpio.bsrr(port, word, done);
@@ -251,7 +251,7 @@ impl Playback {
         let stream = self.dma[1].stream_mut(index);
         let mask = 1u8 << index;
         if stream.is_enabled() {
-            let uses = |slave| stream.memory() == slave || stream.far_slave() == slave;
+            let uses = |slave| stream.memory == slave || stream.far_slave() == slave;
             self.shared[0] |= uses(Slave::Sram1);
             self.shared[1] |= uses(Slave::Sram2);
         }

@@ -100,7 +100,9 @@ pub struct Rcc {
     cr: u32,
     pllcfgr: u32,
     cfgr: u32,
-    cssf: bool,
+    /// Level of NMI, which is also the break input of TIM1: clock security
+    /// found HSE failed and CIR.CSSC was not written yet.
+    pub(crate) cssf: bool,
     resets: [u32; BUSES],
     enables: [u32; BUSES],
     /// From when on the latest enables of each bus count.
@@ -110,7 +112,8 @@ pub struct Rcc {
     csr: u32,
     starting: Starting,
     source: Source,
-    clocks: Clocks,
+    /// Present frequencies.
+    pub(crate) clocks: Clocks,
     changed: bool,
     new_resets: [u32; BUSES],
     backup_reset: bool,
@@ -171,11 +174,6 @@ impl Rcc {
         };
     }
 
-    /// Present frequencies.
-    pub const fn clocks(&self) -> &Clocks {
-        &self.clocks
-    }
-
     /// The frequencies, if they changed since the last call (or reset).
     pub fn take_change(&mut self) -> Option<Clocks> {
         std::mem::take(&mut self.changed).then_some(self.clocks)
@@ -210,12 +208,6 @@ impl Rcc {
     /// PWR_CR.DBP: BDCR can be written.
     pub fn set_backup_writable(&mut self, writable: bool) {
         self.backup_writable = writable;
-    }
-
-    /// Level of NMI, which is also the break input of TIM1: clock security
-    /// found HSE failed and CIR.CSSC was not written yet.
-    pub const fn nmi(&self) -> bool {
-        self.cssf
     }
 
     /// The crystal stops oscillating at `at`.

@@ -11,7 +11,7 @@ pub(super) struct Ticks {
     single: Vec<Cycle>,
     /// First of the sequence and its distance; distance 0 is none.
     next: Cycle,
-    period: u64,
+    pub(crate) period: u64,
     /// From the edge that makes a count of the sequence to the count.
     delay: u64,
     /// While stopped: cycles that were left until the next count.
@@ -47,10 +47,6 @@ impl Ticks {
         let n = (to - self.next) / self.period + 1;
         self.next += n * self.period;
         singles as u64 + n
-    }
-
-    pub(super) const fn period(&self) -> u64 {
-        self.period
     }
 
     pub(super) const fn are_running(&self) -> bool {

@@ -39,7 +39,8 @@ enum Mode {
 pub struct Timer {
     /// 1–5.
     number: u8,
-    divider: u64,
+    /// HCLK cycles of one timer clock.
+    pub(crate) divider: u64,
     seen: Cycle,
     ticks: Ticks,
     count: u32,
@@ -56,8 +57,8 @@ pub struct Timer {
     ccr: [u32; 4],
     /// OCxREF of the modes that hold a level.
     reference: [bool; 4],
-    /// When OC3REF, as trigger output, rose.
-    rises: Vec<Cycle>,
+    /// Cycles at which OC3REF, chosen as TRGO (TIM2: the ADC's trigger), rose.
+    pub(crate) rises: Vec<Cycle>,
     input: Capture,
 }
 
@@ -161,11 +162,6 @@ impl Timer {
         next
     }
 
-    /// Cycles at which OC3REF, chosen as TRGO (TIM2: the ADC's trigger), rose.
-    pub fn rises_mut(&mut self) -> &mut Vec<Cycle> {
-        &mut self.rises
-    }
-
     /// Next cycle after `seen` at which the counter overflows.
     pub fn next_update(&self) -> Cycle {
         let arr = u64::from(self.arr[IN_FORCE]);
@@ -183,7 +179,7 @@ impl Timer {
 
     /// HCLK cycles from one overflow to the next.
     pub fn lap(&self) -> u64 {
-        self.ticks.period() * (u64::from(self.arr[IN_FORCE]) + 1)
+        self.ticks.period * (u64::from(self.arr[IN_FORCE]) + 1)
     }
 
     /// Whether the time base stays as it is without a register access.
@@ -227,7 +223,7 @@ impl Timer {
             Mode::Pwm1 | Mode::Frozen | Mode::ForceInactive => return Ok(None),
             Mode::ActiveOnMatch => return Err(Unmodelled("TIM1_TRGO on updates or matches")),
         }
-        if u64::from(ccr) * self.ticks.period() < slave_clock {
+        if u64::from(ccr) * self.ticks.period < slave_clock {
             return Err(Unmodelled("a TIM1_TRGO pulse shorter than TIM2's clock"));
         }
         if !self.lap().is_multiple_of(slave_clock) || !self.is_steady() {
@@ -239,11 +235,6 @@ impl Timer {
     /// Whether this timer counts edges of ITR0 (external clock mode 1).
     pub const fn is_slave(&self) -> bool {
         self.smcr & 0b111 == 0b111
-    }
-
-    /// HCLK cycles of one timer clock.
-    pub const fn clock(&self) -> u64 {
-        self.divider
     }
 
     /// As a slave that counts: an edge of its trigger rose at `edge` outside

@@ -222,7 +222,7 @@ fn oc3ref_rises_on_its_match_and_is_forced_low() {
         assert_eq!(tim.next_event(), Cycle::MAX, "one edge only");
     }
     tim.advance(1 << 33).unwrap();
-    assert_eq!(*tim.rises_mut(), [104 + 168 * 4, 104 + 168 * 8]);
+    assert_eq!(*tim.rises, [104 + 168 * 4, 104 + 168 * 8]);
 }
 
 fn capturing() -> Timer {

@@ -95,8 +95,8 @@ impl Board {
     pub fn open() -> Self {
         let mut board = Self::plugged();
         board.run(board.now + 400 * MS);
-        assert_eq!(board.host.failure(), None);
-        assert!(board.host.is_open(), "open after 400 ms");
+        assert_eq!(board.host.failure, None);
+        assert!(board.host.open, "open after 400 ms");
         board
     }
 
@@ -130,7 +130,7 @@ impl Board {
     /// Lets everything happen up to `to`.
     pub fn run(&mut self, to: Cycle) {
         loop {
-            if self.otg.irq() {
+            if self.otg.line {
                 self.interrupt();
             }
             let next = self.host.next_event(&self.otg).min(self.otg.next_event());

@@ -117,7 +117,7 @@ impl<P: Port> Run<'_, P> {
                     return Ok(());
                 }
                 let text = trial::event(&event);
-                let t_s = f64::from(at.since(self.epoch)) * 1e-6;
+                let t_s = f64::from((at - self.epoch).us()) * 1e-6;
                 self.observer.see(Seen::Event(t_s, &event));
                 self.note(t_s, text.clone())?;
                 if matches!(
@@ -133,7 +133,7 @@ impl<P: Port> Run<'_, P> {
                 self.refused += 1;
                 let now = self.client.port().now_us();
                 let at = self.client.device_time(now).unwrap_or(self.epoch);
-                let t_s = f64::from(at.since(self.epoch)) * 1e-6;
+                let t_s = f64::from((at - self.epoch).us()) * 1e-6;
                 self.observer.see(Seen::Refused(t_s, &refused));
                 self.note(t_s, refused.to_string())?;
             }

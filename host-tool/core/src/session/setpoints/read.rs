@@ -71,7 +71,7 @@ fn read_amplitudes(t: &Table<'_>, setup: &SetupSpec) -> Option<Vec<(u8, Amplitud
             continue;
         };
         let channel = found.number;
-        let value = Amplitude(item.whole("value"));
+        let value = Amplitude::new(item.whole("value"));
         if found.force.is_some() {
             item.say("channel", Problem::ForceControlled { channel });
         } else if setup.controlled & 1 << found.index() != 0 {
@@ -215,7 +215,7 @@ fn read_steps(t: &Table<'_>, joint: &Joint) -> Option<Course> {
 /// Asks the firmware's joint whether it would take this angle.
 fn check_angle(t: &Table<'_>, name: &str, joint: &Joint, deg: f64) -> Option<()> {
     let centideg = to_centi(deg) as i16; // saturates
-    let (state, now) = (&mut JointState::default(), Micros(0));
+    let (state, now) = (&mut JointState::default(), Micros::new(0));
     match joint.setpoint(state, now, now, Angle::from_centideg(centideg), None) {
         Err(SetpointError::OutOfRange { min_mdeg, max_mdeg }) => {
             let (min, max) = (f64::from(min_mdeg) / 1e3, f64::from(max_mdeg) / 1e3);

@@ -76,7 +76,7 @@ fn a_request_before_the_word_is_there_raises_feif() {
         let streams = [(6, PLAYS | CIRCULAR | ON, BSRR_B, 64)];
         let overflow = crowd(&mut scene, &streams, [50, 56, 57, 0], dier);
         scene.sleep(overflow + 160);
-        assert_eq!(scene.playback.transfers(), transfers);
+        assert_eq!(scene.playback.transfers, transfers);
         assert_eq!(scene.flags()[1] >> 16 & FEIF, flag);
     }
 }
@@ -95,7 +95,7 @@ fn a_request_before_the_word_is_gone_waits_for_it() {
         // Port B's item at the overflow leaves SRAM2 to the memory port.
         let overflow = crowd(&mut scene, &streams, [50, second, 0, 0], 0b0111);
         scene.sleep(overflow + 160);
-        assert_eq!(scene.playback.transfers(), 3);
+        assert_eq!(scene.playback.transfers, 3);
         assert_eq!(scene.flags()[1] >> 16 & FEIF, flag, "{second}");
         // The second read: grant, address, change of master, access.
         let expected = granted + 4;
@@ -128,7 +128,7 @@ fn a_request_that_is_disabled_before_its_grant_is_dropped() {
         scene.sleep(overflow);
         scene.tim1(tim::DIER, dier << 8);
         scene.sleep(overflow + 160);
-        assert_eq!(scene.playback.transfers(), transfers);
+        assert_eq!(scene.playback.transfers, transfers);
     }
 }
 
@@ -142,7 +142,7 @@ fn a_stream_that_is_not_circular_ends_off_and_complete() {
         assert_eq!(scene.read(Block::Dma2, place(dma::NDTR)), 1);
         assert_eq!(scene.read(Block::Dma2, place(dma::CR)) & 1, 1);
         scene.sleep(overflow + 20 * 168);
-        assert_eq!(scene.playback.transfers(), 3);
+        assert_eq!(scene.playback.transfers, 3);
         assert_eq!(scene.read(Block::Dma2, place(dma::NDTR)), 0);
         assert_eq!(scene.read(Block::Dma2, place(dma::CR)) & 1, 0);
         assert_eq!(scene.flags()[1] >> 6 & TCIF, TCIF);
@@ -171,7 +171,7 @@ fn requests_that_nobody_serves_are_kept_and_merged() {
     scene.write(Block::Dma2, at(dma::NDTR), 64);
     scene.write(Block::Dma2, at(dma::CR), 6 << 25 | PLAYS | CIRCULAR | ON);
     scene.sleep(overflow + 10 * 168 + 160);
-    assert_eq!(scene.playback.transfers(), 1);
+    assert_eq!(scene.playback.transfers, 1);
 }
 
 #[test]
@@ -243,7 +243,7 @@ proptest! {
                 .collect();
             let flags = scene.flags();
             scene.sleep(scene.at + 20);
-            seen.push((scene.edges, ndtr, flags, scene.ram.bytes_mut().to_vec()));
+            seen.push((scene.edges, ndtr, flags, scene.ram.bytes.to_vec()));
         }
         prop_assert_eq!(&seen[0].0, &seen[1].0);
         prop_assert_eq!(&seen[0].1, &seen[1].1);

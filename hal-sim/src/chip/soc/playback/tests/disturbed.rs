@@ -152,12 +152,12 @@ fn a_stopped_timer_freezes_pins_tape_and_time() {
     scene.sleep(first + 20 * US + 75);
     scene.tim1(tim::CR1, 4);
     let ndtr = scene.ndtr();
-    let levels = scene.playback.gpio().levels(B);
+    let levels = scene.playback.gpio.levels(B);
     scene.edges.clear();
     scene.sleep(first + 5000 * US);
     assert!(scene.edges.is_empty());
     assert_eq!(scene.ndtr(), ndtr);
-    assert_eq!(scene.playback.gpio().levels(B), levels);
+    assert_eq!(scene.playback.gpio.levels(B), levels);
     assert_eq!(scene.read(Block::Timer(2), tim::CNT), 20);
     // It goes on where it stopped.
     let again = scene.start() - 2 - 7;
@@ -181,10 +181,10 @@ fn a_stopped_stream_plays_no_more_and_says_complete() {
     assert!(scene.edges.iter().all(|e| usize::from(e.port) != B));
     // Its request is still up: enabled again, it plays one item at once.
     scene.sleep(first + 100 * US + 75);
-    let before = scene.playback.transfers();
+    let before = scene.playback.transfers;
     scene.write(Block::Dma2, cr, on);
     scene.sleep(first + 100 * US + 120);
-    assert_eq!(scene.playback.transfers() - before, 1);
+    assert_eq!(scene.playback.transfers - before, 1);
 }
 
 /// While a transfer is under way EN reads 1 and the transfer ends as it must.
@@ -217,11 +217,11 @@ fn a_timer_reset_drops_its_requests() {
         playback, ram, at, ..
     } = &mut scene;
     playback.reset(Block::Timer(1), *at + 1, ram).unwrap();
-    let before = scene.playback.transfers();
+    let before = scene.playback.transfers;
     scene.at += 10;
     scene.write(Block::Dma2, cr, on);
     scene.sleep(first + 30 * US);
-    assert_eq!(scene.playback.transfers(), before);
+    assert_eq!(scene.playback.transfers, before);
 }
 
 /// A lost or an additional request shows in that stream's NDTR only: what the
@@ -327,7 +327,7 @@ fn run(pace: Pace, acts: &[(u64, Act)], naps: &[u64]) -> (Vec<Edge>, Vec<u64>, V
     seen.extend(scene.ndtr().map(u64::from));
     seen.extend(scene.flags().map(u64::from));
     scene.sleep(scene.at + 1000);
-    (scene.edges, seen, scene.ram.bytes_mut().to_vec())
+    (scene.edges, seen, scene.ram.bytes.to_vec())
 }
 
 proptest! {

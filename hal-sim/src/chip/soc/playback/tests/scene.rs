@@ -78,7 +78,7 @@ impl Scene {
             assert!(self.playback.next_event() > next);
         }
         self.at = to;
-        self.edges.append(self.playback.edges_mut());
+        self.edges.append(&mut self.playback.gpio.edges);
     }
 
     pub fn tim1(&mut self, offset: u32, value: u32) {
