@@ -323,7 +323,7 @@ impl Lockstep {
         let start = self.playing.start + us(WINDOW_US);
         let done = now + us(cost::REFILL_US);
         let is_tick = self.count.is_multiple_of(WINDOWS_PER_TICK);
-        let rests = self.skips && self.pulser.is_at_rest(start, &inputs, &self.mail);
+        let rests = self.skips && self.pulser.rest(start, &inputs, &mut self.mail);
         if rests {
             let levels = self.next.last_levels();
             self.next.reset(start, levels);
@@ -335,9 +335,9 @@ impl Lockstep {
                 return;
             }
         }
-        let (mut mail, mut control_mail, mut session_mail) = self.mail.split();
         let mut result = Ok(());
         if !rests {
+            let (mut mail, _, _) = self.mail.split();
             let plan = &mut self.next;
             result = self.pulser.refill(now, start, &inputs, &mut mail, plan);
             for &(channel, code) in &plan.dac {
@@ -349,10 +349,14 @@ impl Lockstep {
         }
         let mut ready = done;
         if is_tick {
-            self.controller.tick(now, sensors.joint, &mut control_mail);
+            let (_, mut mail, _) = self.mail.split();
+            self.controller.tick(now, sensors.joint, &mut mail);
             ready = done + us(cost::CONTROL_US);
         }
-        self.session.poll(&mut session_mail);
+        if !self.skips || self.mail.has_for_session() {
+            let (_, _, mut mail) = self.mail.split();
+            self.session.poll(&mut mail);
+        }
         if result.is_err() {
             self.isolate(now, sink);
         }

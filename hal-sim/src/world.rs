@@ -104,7 +104,9 @@ pub struct World {
     /// By channel, where the device cannot be asked for it.
     pub outputs: [Option<Output>; CHANNELS],
     /// Angle sensor: conversion per degree and at 0°; `None` if not connected.
-    pub joint_adc: Option<(f64, f64)>,
+    joint_adc: Option<(f64, f64)>,
+    /// The sensor was read since the body moved.
+    is_sensed: bool,
     /// Edges still to come on the trigger input, µs, rising.
     triggers: VecDeque<u64>,
     now_us: u64,
@@ -129,6 +131,7 @@ impl World {
             wire: FaultyLine::new(faults, seed),
             outputs: [None; CHANNELS],
             joint_adc: None,
+            is_sensed: false,
             triggers: VecDeque::new(),
             now_us: boot.get().into(),
             loads: [Load::Ohms(f64::NAN); CHANNELS], // like no body's
@@ -151,6 +154,12 @@ impl World {
         }
     }
 
+    /// Connects an angle sensor that converts `per_degree` and gives `zero` at 0°.
+    pub const fn connect_joint(&mut self, per_degree: f64, zero: f64) {
+        self.joint_adc = Some((per_degree, zero));
+        self.is_sensed = false;
+    }
+
     /// The host sends one frame now.
     pub fn send(&mut self, frame: &[u8]) {
         self.wire.push(self.now_us, frame);
@@ -161,6 +170,7 @@ impl World {
     /// # Errors
     /// The device cannot be reached any more.
     pub fn run_until(&mut self, to_us: u64) -> std::io::Result<()> {
+        self.feel_loads();
         while self.now_us < to_us {
             let mut step = to_us.min((self.now_us / STEP_US + 1) * STEP_US);
             // One edge a step: a second one begins the next.
@@ -190,7 +200,7 @@ impl World {
             self.sensors.trigger = None;
             self.now_us = step;
             self.excite();
-            self.body.advance(step);
+            self.is_sensed &= !self.body.advance(step);
         }
         Ok(())
     }
@@ -215,11 +225,18 @@ impl World {
         })
     }
 
+    /// The joint sensor's conversion.
     fn sense(&mut self) {
-        if let Some((per_degree, zero)) = self.joint_adc {
+        if let Some((per_degree, zero)) = self.joint_adc.filter(|_| !self.is_sensed) {
             let code = (zero + per_degree * self.body.sensed_deg()).round();
             self.sensors.joint = Some(code.clamp(0.0, 4095.0) as u16);
+            self.is_sensed = true;
         }
+    }
+
+    /// What the device's stages drive: the body's electrodes, which nothing changes
+    /// while time goes on.
+    fn feel_loads(&mut self) {
         if self.loads != *self.body.loads() {
             self.loads = *self.body.loads();
             self.sensors.load_ohm = self.loads.map(|load| match load {

@@ -219,4 +219,13 @@ fn normalised_muscle_has_mean_force_one() {
     let last_period = &samples[samples.len() - 200..];
     let mean = last_period.iter().map(|s| s.force_n).sum::<f64>() / 200.0;
     assert!((mean - 1.0).abs() < 1e-4, "{mean}");
+
+    let known = Parameters::mean_subject_at_50_hz();
+    let off = p.a_n_per_s / known.a_n_per_s - 1.0;
+    assert!(
+        off.abs() < 1e-14,
+        "{off:e}: within a C library's exponential"
+    );
+    let a_n_per_s = p.a_n_per_s;
+    assert_eq!(Parameters { a_n_per_s, ..known }, p);
 }

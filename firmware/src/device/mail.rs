@@ -296,13 +296,26 @@ impl Mailboxes {
         }
     }
 
-    /// Whether nothing waits for the pulser that has told of `stops` stops, and
-    /// nothing of its own for the session.
+    /// Whether nothing waits for the pulser that has told of `stops` stops but
+    /// amplitudes and the time of a setpoint, and nothing of its own for the session.
     pub(super) fn is_empty_for_pulser(&self, stops: u32) -> bool {
+        use ControlOrder::{Amplitudes, Heard};
+        let mut waiting = self.control_orders.iter();
         self.orders.is_empty()
-            && self.control_orders.is_empty()
+            && waiting.all(|order| matches!(order, Amplitudes(_) | Heard(_)))
             && self.reports.is_empty()
             && self.stop.raised() == stops
+    }
+
+    /// What waits longest of the controller's orders.
+    pub(super) fn next_control_order(&mut self) -> Option<ControlOrder> {
+        self.control_orders.dequeue()
+    }
+
+    /// Whether [`super::Session::poll`] would find anything. For simulators.
+    #[must_use]
+    pub fn has_for_session(&self) -> bool {
+        !(self.reports.is_empty() && self.control_reports.is_empty() && self.samples.is_empty())
     }
 
     /// The three owners' ends.

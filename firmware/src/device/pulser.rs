@@ -92,19 +92,24 @@ impl Pulser {
         result
     }
 
-    /// Whether [`Self::refill`] of the window at `start` would do nothing but
-    /// reset `plan` to the levels that it ends with: nobody posted anything, the
-    /// guard rests, and no edge or mid-phase lies in the window. For simulators,
+    /// Does what [`Self::refill`] of the window at `start` would, if that is no more
+    /// than to carry out amplitudes that wait and to reset `plan` to the levels that
+    /// it ends with; returns whether it is. So it is if nobody posted anything else,
+    /// the guard rests, and no edge or mid-phase lies in the window. For simulators,
     /// which may then leave the refill out.
     #[must_use]
-    pub fn is_at_rest(&self, start: Micros, inputs: &Inputs, mail: &Mailboxes) -> bool {
-        self.scheduler.is_idle(start)
+    pub fn rest(&mut self, start: Micros, inputs: &Inputs, mail: &mut Mailboxes) -> bool {
+        let rests = self.scheduler.is_idle(start)
             && self.phases.is_empty()
             && inputs.trigger.is_none()
             && !self.is_unheard
             && self.told == self.guard.state()
             && mail.is_empty_for_pulser(self.stops_told)
-            && self.guard.is_at_rest(start, inputs, &self.scheduler)
+            && self.guard.is_at_rest(start, inputs, &self.scheduler);
+        while rests && let Some(order) = mail.next_control_order() {
+            let _ = self.accept_control_order(order, start); // no fault among them
+        }
+        rests
     }
 
     /// Latches a fault found elsewhere at `now`; the caller isolates.
@@ -137,29 +142,7 @@ impl Pulser {
         }
         self.accept_orders(start, inputs, mail);
         while let Some(order) = mail.control_orders.dequeue() {
-            match order {
-                ControlOrder::Amplitudes(list) => {
-                    for (channel, amplitude) in list {
-                        self.guard.command(channel, amplitude);
-                    }
-                }
-                ControlOrder::Pulses {
-                    channel,
-                    amplitude,
-                    period_us,
-                } => {
-                    self.guard.command(channel, amplitude);
-                    if let Some(period_us) = self.guard.clamp_period(channel, period_us) {
-                        self.scheduler.set_period(channel, period_us, start);
-                    }
-                }
-                ControlOrder::Heard(at) => self.guard.keep_alive(at),
-                ControlOrder::Fault(fault) if self.guard.state() == State::Stimulating => {
-                    return Err(fault);
-                }
-                // Nobody controls any more: a host that stopped may fall silent.
-                ControlOrder::Fault(_) => {}
-            }
+            self.accept_control_order(order, start)?;
         }
         if let Some(at) = inputs.trigger
             && (self.guard.state() != State::Stimulating || self.scheduler.trigger(at) == 0)
@@ -178,6 +161,38 @@ impl Pulser {
             .map_err(|_| Fault::MissedDeadline)?;
         plan.pump = self.guard.pump();
         self.report_pulses(plan, mail);
+        Ok(())
+    }
+
+    /// Carries out what the controller ordered before the window at `start`.
+    ///
+    /// # Errors
+    /// The fault that it found.
+    #[inline(always)]
+    fn accept_control_order(&mut self, order: ControlOrder, start: Micros) -> Result<(), Fault> {
+        match order {
+            ControlOrder::Amplitudes(list) => {
+                for (channel, amplitude) in list {
+                    self.guard.command(channel, amplitude);
+                }
+            }
+            ControlOrder::Pulses {
+                channel,
+                amplitude,
+                period_us,
+            } => {
+                self.guard.command(channel, amplitude);
+                if let Some(period_us) = self.guard.clamp_period(channel, period_us) {
+                    self.scheduler.set_period(channel, period_us, start);
+                }
+            }
+            ControlOrder::Heard(at) => self.guard.keep_alive(at),
+            ControlOrder::Fault(fault) if self.guard.state() == State::Stimulating => {
+                return Err(fault);
+            }
+            // Nobody controls any more: a host that stopped may fall silent.
+            ControlOrder::Fault(_) => {}
+        }
         Ok(())
     }
 

@@ -6,6 +6,7 @@
 //! owner of the state, whose verdict becomes the answer.
 
 mod opening;
+mod outbox;
 mod requests;
 
 pub use opening::{Identity, first_session};
@@ -19,9 +20,7 @@ use crate::link::{
 use crate::safety::{Notice, State};
 use crate::units::Micros;
 use heapless::Deque;
-
-/// Bytes kept for a host that is slow to read.
-const OUTBOX: usize = 2048;
+use outbox::{Outbox, ROOM};
 
 /// Room that telemetry leaves for answers.
 const RESERVED: usize = 768;
@@ -38,7 +37,7 @@ const STOPS: usize = 8;
 pub struct Session {
     identity: Identity,
     decoder: Decoder,
-    outbox: Deque<u8, OUTBOX>,
+    outbox: Outbox,
     owner: Option<u16>,
     last_session: u16,
     expected: Option<u16>,
@@ -67,7 +66,7 @@ impl Session {
         Self {
             identity,
             decoder: Decoder::default(),
-            outbox: Deque::new(),
+            outbox: Outbox::new(),
             owner: None,
             last_session: identity.first_session.saturating_sub(1),
             expected: None,
@@ -84,9 +83,9 @@ impl Session {
     }
 
     /// Takes bytes that arrived at `now`.
-    pub fn receive(&mut self, now: Micros, bytes: &[u8], mail: &mut SessionMail<'_>) {
-        for &byte in bytes {
-            let message = match self.decoder.push(byte) {
+    pub fn receive(&mut self, now: Micros, mut bytes: &[u8], mail: &mut SessionMail<'_>) {
+        while !bytes.is_empty() {
+            let message = match self.decoder.take(&mut bytes) {
                 None => continue,
                 Some(Ok(message)) => read(message),
                 Some(Err(e)) => Err((None, e.into())),
@@ -123,7 +122,7 @@ impl Session {
             self.verdict(seq, at, result, setpoint);
         }
         while let Some(sample) = mail.samples.dequeue() {
-            if self.outbox.len() + RESERVED < OUTBOX {
+            if self.outbox.len() + RESERVED < ROOM {
                 self.respond(&Response::Telemetry(sample));
             } else {
                 self.counters.dropped = self.counters.dropped.saturating_add(1);
@@ -133,21 +132,13 @@ impl Session {
 
     /// Moves up to `buffer.len()` bytes for the host into `buffer`.
     pub fn transmit(&mut self, buffer: &mut [u8]) -> usize {
-        let mut count = 0;
-        for slot in buffer {
-            let Some(byte) = self.outbox.pop_front() else {
-                break;
-            };
-            *slot = byte;
-            count += 1;
-        }
-        count
+        self.outbox.pop(buffer)
     }
 
     /// Whether bytes for the host wait.
     #[must_use]
     pub fn has_output(&self) -> bool {
-        !self.outbox.is_empty()
+        self.outbox.len() > 0
     }
 
     fn serve(&mut self, now: Micros, message: ToDevice, mail: &mut SessionMail<'_>) {
@@ -293,21 +284,17 @@ impl Session {
     }
 
     fn acknowledge_stop(&mut self, seq: u16, at: Micros) {
-        self.enqueue(OUTBOX, &Response::Ack { seq, at });
+        self.enqueue(ROOM, &Response::Ack { seq, at });
     }
 
     fn respond(&mut self, response: &Response<'_>) {
-        self.enqueue(OUTBOX - STOP_RESERVED, response);
+        self.enqueue(ROOM - STOP_RESERVED, response);
     }
 
     /// Queues a whole message or, if the host does not read, none of it.
     fn enqueue(&mut self, room: usize, response: &Response<'_>) {
         match encode(response) {
-            Some(frame) if self.outbox.len() + frame.len() <= room => {
-                for byte in frame {
-                    let _ = self.outbox.push_back(byte); // room was just checked
-                }
-            }
+            Some(frame) if self.outbox.len() + frame.len() <= room => self.outbox.push(&frame),
             _ => self.counters.dropped = self.counters.dropped.saturating_add(1),
         }
     }

@@ -76,6 +76,28 @@ fn stuff(body: &[u8], frame: &mut Vec<u8, MAX_FRAME>) -> Option<()> {
     }
 }
 
+/// Undoes [`stuff`] in place, run by run as well; how many bytes are left. `None`
+/// where a run ends after `bytes`, which hold no zero.
+fn unstuff(bytes: &mut [u8]) -> Option<usize> {
+    let (mut from, mut to) = (0, 0);
+    while let Some(&length) = bytes.get(from) {
+        // Neither passes the end by more than a run.
+        let run = from + 1..from + usize::from(length);
+        if run.start > run.end || run.end > bytes.len() {
+            return None;
+        }
+        let count = run.len();
+        from = run.end;
+        bytes.copy_within(run, to); // to is before the run
+        to += count;
+        if length < 255 && from < bytes.len() {
+            *bytes.get_mut(to)? = 0;
+            to += 1;
+        }
+    }
+    Some(to)
+}
+
 /// Collects bytes into frames. Cannot panic on any input.
 #[derive(Debug, Default)]
 pub struct Decoder {
@@ -87,17 +109,23 @@ impl Decoder {
     /// Takes one byte. At a delimiter, returns the message's bytes (without
     /// CRC) or why there is none; empty frames are silence.
     pub fn push(&mut self, byte: u8) -> Option<Result<&[u8], FrameError>> {
-        if byte != 0 {
-            self.too_long |= self.bytes.push(byte).is_err();
-            return None;
-        }
-        let too_long = core::mem::take(&mut self.too_long);
-        if self.bytes.is_empty() {
-            return None;
-        }
-        if too_long {
+        self.take(&mut &[byte][..])
+    }
+
+    /// [`Self::push`] of all bytes up to the first delimiter, which it takes as well;
+    /// `bytes` keeps the rest.
+    pub fn take(&mut self, bytes: &mut &[u8]) -> Option<Result<&[u8], FrameError>> {
+        let mut parts = bytes.splitn(2, |&byte| byte == 0);
+        let (run, rest) = (parts.next().unwrap_or_default(), parts.next());
+        self.too_long |= self.bytes.extend_from_slice(run).is_err();
+        *bytes = rest.unwrap_or_default();
+        rest?;
+        if core::mem::take(&mut self.too_long) {
             self.bytes.clear();
             return Some(Err(FrameError::TooLong));
+        }
+        if self.bytes.is_empty() {
+            return None;
         }
         let message = open(&mut self.bytes);
         // The slice is copied out by the caller before the next byte arrives:
@@ -114,7 +142,7 @@ impl Decoder {
         }
     }
 
-    /// Forgets the frame that [`Decoder::push`] returned.
+    /// Forgets the frame that [`Decoder::push`] or [`Decoder::take`] returned.
     pub fn clear(&mut self) {
         self.bytes.clear();
     }
@@ -122,7 +150,7 @@ impl Decoder {
 
 /// Decodes in place; the length of the message at the front.
 fn open(bytes: &mut [u8]) -> Result<usize, FrameError> {
-    let length = cobs::decode_in_place(bytes).map_err(|_| FrameError::Malformed)?;
+    let length = unstuff(bytes).ok_or(FrameError::Malformed)?;
     let body = bytes.get(..length).ok_or(FrameError::Malformed)?;
     let (message, crc) = body.split_last_chunk::<4>().ok_or(FrameError::Malformed)?;
     if CRC.checksum(message) != u32::from_le_bytes(*crc) {
@@ -137,6 +165,8 @@ fn open(bytes: &mut [u8]) -> Result<usize, FrameError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::collection::vec;
+    use proptest::prelude::*;
     use std::vec::Vec;
 
     fn decode(bytes: &[u8]) -> Vec<Result<Vec<u8>, FrameError>> {
@@ -168,7 +198,22 @@ mod tests {
                 stuff(&body[..length], &mut own).unwrap();
                 let used = cobs::try_encode(&body[..length], &mut theirs).unwrap();
                 assert_eq!(own, theirs[..used], "{length} {apart}");
+                assert_eq!(unstuff(&mut own), Some(length), "{length} {apart}");
+                assert_eq!(own[..length], body[..length], "{length} {apart}");
             }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn bytes_are_unstuffed_as_the_crate_does(
+            bytes in vec(prop_oneof![1..8u8, 1..=255u8], 1..MAX_FRAME),
+        ) {
+            let (mut own, mut theirs) = (bytes.clone(), bytes);
+            let length = cobs::decode_in_place(&mut theirs).ok();
+            prop_assert_eq!(unstuff(&mut own), length);
+            let length = length.unwrap_or(0);
+            prop_assert_eq!(&own[..length], &theirs[..length]);
         }
     }
 

@@ -56,6 +56,14 @@ impl Levels {
         matches!(self.state(channel), State::Cathodic | State::Anodic)
     }
 
+    /// Whether `channel` (below [`CHANNELS`]), and no other, drives current.
+    #[must_use]
+    pub const fn drives_alone(self, channel: usize) -> bool {
+        // Bit 2i is channel i, whose two lines differ.
+        let driven = (self.0 ^ self.0 >> 1) & 0x5_5555;
+        driven == 1 << (2 * (channel % CHANNELS))
+    }
+
     /// State of `channel` (below [`CHANNELS`]).
     #[must_use]
     pub const fn state(self, channel: usize) -> State {
@@ -153,9 +161,8 @@ impl WindowPlan {
             let last = self.changes.iter().take_while(passed).last();
             last.map_or(self.initial, |change| change.levels)
         };
-        let is_alone =
-            |levels: Levels| (0..CHANNELS).all(|c| levels.drives(c) == (c == usize::from(channel)));
-        held.contains(&slot) && is_alone(levels_at(slot)) && is_alone(levels_at(slot + 1))
+        let is_alone = |slot| levels_at(slot).drives_alone(channel.into());
+        held.contains(&slot) && is_alone(slot) && is_alone(slot + 1)
     }
 
     /// Levels at the end of the window.

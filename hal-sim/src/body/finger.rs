@@ -190,10 +190,12 @@ impl Body for Finger {
 
     /// Joint and sensor move in whole steps: between them the values of the last
     /// one hold.
-    fn advance(&mut self, to_us: u64) {
+    fn advance(&mut self, to_us: u64) -> bool {
+        let before = self.tick;
         while (self.tick + 1) * u64::from(self.spec.step_us) <= to_us {
             self.step();
         }
+        self.tick != before
     }
 
     fn angle_deg(&self) -> f64 {

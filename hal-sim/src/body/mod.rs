@@ -51,7 +51,8 @@ pub trait Body: Send {
     fn pulse(&mut self, pulse: &Pulse);
     /// Moves simulated time forward to `to_us`. Going backwards does nothing.
     /// The result depends on the pulses only, not on how often this is called.
-    fn advance(&mut self, to_us: u64);
+    /// Returns whether anything moved: if not, all that can be sensed is as before.
+    fn advance(&mut self, to_us: u64) -> bool;
     /// True joint angle, degrees, flexion positive.
     fn angle_deg(&self) -> f64;
     /// Joint angle as the sensor reports it, degrees.

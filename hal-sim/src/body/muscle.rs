@@ -50,6 +50,17 @@ pub const SUBJECTS: [Parameters; 10] = [
 ];
 
 impl Parameters {
+    /// All five, in their order.
+    pub const fn all(self) -> [f64; 5] {
+        [
+            self.a_n_per_s,
+            self.k,
+            self.tau_c_s,
+            self.tau1_s,
+            self.tau2_s,
+        ]
+    }
+
     /// Arithmetic mean of [`SUBJECTS`], constant by constant.
     pub fn mean_subject() -> Self {
         let mean = |f: fn(&Self) -> f64| SUBJECTS.iter().map(f).sum::<f64>() / 10.0;
@@ -59,6 +70,15 @@ impl Parameters {
             tau_c_s: mean(|p| p.tau_c_s),
             tau1_s: mean(|p| p.tau1_s),
             tau2_s: mean(|p| p.tau2_s),
+        }
+    }
+
+    /// [`Self::mean_subject`] as [`Self::normalised_at`] 50 Hz makes it, which takes
+    /// as long as simulating a second: whoever reads a session needs it.
+    pub fn mean_subject_at_50_hz() -> Self {
+        Self {
+            a_n_per_s: 8.538_139_871_176_81,
+            ..Self::mean_subject()
         }
     }
 

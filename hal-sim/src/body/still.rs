@@ -22,7 +22,9 @@ impl Still {
 impl Body for Still {
     fn pulse(&mut self, _pulse: &Pulse) {}
 
-    fn advance(&mut self, _to_us: u64) {}
+    fn advance(&mut self, _to_us: u64) -> bool {
+        false
+    }
 
     fn angle_deg(&self) -> f64 {
         self.angle_deg

@@ -1,6 +1,6 @@
 //! A trace as rows: one per change of a channel's state.
 
-use super::levels::{CHANNELS, Levels, State};
+use super::levels::{CHANNELS, Changed, Levels, State};
 use super::record::{DacWrite, Trace};
 
 /// One channel entered a state.
@@ -23,8 +23,8 @@ pub struct Edges<'a> {
     codes: [u16; CHANNELS],
     t_us: u64,
     now: Levels,
-    /// Bits of the channels whose change at `t_us` is not yet given out.
-    pending: u32,
+    /// The channels whose change at `t_us` is not yet given out.
+    pending: Changed,
 }
 
 impl Trace {
@@ -36,7 +36,19 @@ impl Trace {
             codes: [0; CHANNELS],
             t_us: 0,
             now: Levels::ISOLATED,
-            pending: 0,
+            pending: Changed::default(),
+        }
+    }
+
+    /// The edges from `from_us` on, without going through those before.
+    pub fn edges_from(&self, from_us: u64) -> Edges<'_> {
+        let (before, levels) = self
+            .levels
+            .split_at(self.levels.partition_point(|entry| entry.0 < from_us));
+        Edges {
+            levels: levels.iter(),
+            now: before.last().map_or(Levels::ISOLATED, |entry| entry.1),
+            ..self.edges()
         }
     }
 
@@ -49,17 +61,19 @@ impl Trace {
 impl Iterator for Edges<'_> {
     type Item = Edge;
 
+    #[inline]
     fn next(&mut self) -> Option<Edge> {
-        while self.pending == 0 {
+        let channel = loop {
+            if let Some(channel) = self.pending.next() {
+                break channel;
+            }
             let &(t_us, levels) = self.levels.next()?;
             while let Some(write) = self.writes.next_if(|write| write.t_us < t_us) {
                 self.codes[usize::from(write.channel)] = write.code;
             }
-            self.pending = levels.changed(self.now).fold(0, |set, ch| set | 1 << ch);
+            self.pending = levels.changed(self.now);
             (self.t_us, self.now) = (t_us, levels);
-        }
-        let channel = self.pending.trailing_zeros() as u8;
-        self.pending &= self.pending - 1;
+        };
         Some(Edge {
             t_us: self.t_us,
             channel,
@@ -84,21 +98,14 @@ mod tests {
         trace.record_levels(150, driven.with_sync(true));
         trace.record_levels(300, Levels::ISOLATED.with(5, State::Anodic));
         trace.record_dac(300, 2, 900);
-        let edge = |t_us, channel, state, dac_code| Edge {
-            t_us,
-            channel,
-            state,
-            dac_code,
-        };
-        let all: Vec<Edge> = trace.edges().collect();
-        assert_eq!(
-            all,
-            [
-                edge(100, 2, State::Cathodic, 700),
-                edge(100, 5, State::Anodic, 0),
-                edge(300, 2, State::Isolated, 700),
-            ]
-        );
-        assert_eq!(trace.channel_edges(5).collect::<Vec<_>>(), all[1..2]);
+        let told = |e: Edge| (e.t_us, e.channel, e.state, e.dac_code);
+        let all: Vec<_> = trace.edges().map(told).collect();
+        let [a, b] = [(100, 2, State::Cathodic, 700), (100, 5, State::Anodic, 0)];
+        assert_eq!(all, [a, b, (300, 2, State::Isolated, 700)]);
+        assert!(trace.channel_edges(5).map(told).eq([b]));
+        for from_us in [0, 99, 100, 101, 150, 151, 300, 301] {
+            let edges = trace.edges().filter(|edge| edge.t_us >= from_us);
+            assert!(trace.edges_from(from_us).eq(edges), "{from_us}");
+        }
     }
 }

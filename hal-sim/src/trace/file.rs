@@ -72,13 +72,10 @@ pub fn read_csv(input: impl Read) -> Result<Vec<Edge>, EdgeFileError> {
     for record in reader.records() {
         let record = record?;
         let edge = read_row(&record)?;
-        if edges
-            .last()
-            .is_some_and(|last| (last.t_us, last.channel) >= (edge.t_us, edge.channel))
-        {
-            return Err(EdgeFileError::Order {
-                line: line(&record),
-            });
+        let place = |edge: &Edge| (edge.t_us, edge.channel);
+        if edges.last().is_some_and(|last| place(last) >= place(&edge)) {
+            let line = line(&record);
+            return Err(EdgeFileError::Order { line });
         }
         edges.push(edge);
     }
@@ -103,9 +100,8 @@ fn field<T: FromStr>(
     column: usize,
     allowed: &'static str,
 ) -> Result<T, EdgeFileError> {
-    record[column]
-        .parse()
-        .map_err(|_| bad_field(record, column, allowed))
+    let value = record[column].parse();
+    value.map_err(|_| bad_field(record, column, allowed))
 }
 
 fn bad_field(record: &csv::StringRecord, column: usize, allowed: &'static str) -> EdgeFileError {

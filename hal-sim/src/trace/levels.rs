@@ -68,15 +68,8 @@ impl FromStr for State {
     type Err = ();
 
     fn from_str(text: &str) -> Result<State, ()> {
-        [
-            State::Isolated,
-            State::Cathodic,
-            State::Anodic,
-            State::Grounded,
-        ]
-        .into_iter()
-        .find(|state| state.name() == text)
-        .ok_or(())
+        let mut all = (0..4).map(State::from_bits);
+        all.find(|state| state.name() == text).ok_or(())
     }
 }
 
@@ -113,16 +106,26 @@ impl Levels {
     }
 
     /// Channels whose state differs from `before`, ascending.
-    pub fn changed(self, before: Levels) -> impl Iterator<Item = u8> {
-        let mut rest = (self.0 ^ before.0) & (SYNC - 1);
-        std::iter::from_fn(move || {
-            if rest == 0 {
-                return None;
-            }
-            let channel = rest.trailing_zeros() / 2;
-            rest &= !(0b11 << (2 * channel));
-            Some(channel as u8)
-        })
+    pub const fn changed(self, before: Levels) -> Changed {
+        Changed((self.0 ^ before.0) & (SYNC - 1))
+    }
+}
+
+/// Channels that changed, ascending: those with a bit set of their two.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Changed(u32);
+
+impl Iterator for Changed {
+    type Item = u8;
+
+    #[inline]
+    fn next(&mut self) -> Option<u8> {
+        if self.0 == 0 {
+            return None;
+        }
+        let channel = self.0.trailing_zeros() / 2;
+        self.0 &= !(0b11 << (2 * channel));
+        Some(channel as u8)
     }
 }
 
@@ -132,13 +135,9 @@ mod tests {
 
     #[test]
     fn bits_are_as_the_simulators_write_them() {
-        assert_eq!(
-            Levels(0b10_01_11).state(0),
-            State::Grounded,
-            "channel 0 in bits 0 and 1"
-        );
-        assert_eq!(Levels(0b10_01_11).state(1), State::Cathodic);
-        assert_eq!(Levels(0b10_01_11).state(2), State::Anodic);
+        // Channel 0 in bits 0 and 1.
+        let states = [0, 1, 2].map(|channel| Levels(0b10_01_11).state(channel));
+        assert_eq!(states, [State::Grounded, State::Cathodic, State::Anodic]);
         let levels = Levels::ISOLATED.with(9, State::Anodic).with_sync(true);
         assert_eq!(levels, Levels(0b10 << 18 | 1 << 20));
         assert_eq!(levels.with(9, State::Isolated), Levels(1 << 20));

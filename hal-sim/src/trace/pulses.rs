@@ -257,10 +257,8 @@ mod tests {
 
     #[test]
     fn doublets_are_two_pulses() {
-        let edges: Vec<_> = BIPHASIC
-            .into_iter()
-            .chain(BIPHASIC.map(|(t_us, state)| (t_us + 440, state)))
-            .collect();
+        let second = BIPHASIC.map(|(t_us, state)| (t_us + 440, state));
+        let edges = [BIPHASIC, second].concat();
         let pulses = &trace(&edges).pulses(5000)[4];
         assert_eq!(pulses.len(), 2);
         assert_eq!((pulses[0].charge, pulses[1].charge), (0, 0));

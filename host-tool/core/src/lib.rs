@@ -2,11 +2,12 @@
 //!
 //! `session` reads what to do, `choice` its models; `run` does it through
 //! `link`, `record` and `analysis` keep and judge it, `report` draws it with
-//! `plot`.
+//! `plot`, numbers written by `number`.
 
 pub mod analysis;
 pub mod choice;
 pub mod link;
+mod number;
 pub mod plot;
 pub mod record;
 pub mod report;

@@ -2,6 +2,7 @@
 
 mod link_native;
 mod report_page;
+mod report_truth;
 mod run_cut_short;
 mod run_rungs;
 mod session_errors;

@@ -6,7 +6,6 @@ use clap::Args;
 use hal_sim::chip::alone::Wait;
 use hal_sim::chip::soc::flash::Prefetched;
 use serde_json::{Value, json};
-use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use studies::bench::{self, CoreMark, OnChip, PUBLISHED, Row, Speed, coremark};
 use studies::figures::cycles_picture;
@@ -55,24 +54,21 @@ fn write(path: Option<&Path>, contents: impl FnOnce() -> String) -> anyhow::Resu
 /// At most 80 columns.
 fn table(found: &bench::Bench, differing: &[String], yardstick: &CoreMark) -> String {
     let mut out = String::new();
-    // Writing to a `String` cannot fail.
-    let _ = write_cycles(&mut out, &found.chip, differing)
-        .and_then(|()| write_speeds(&mut out, found))
-        .and_then(|()| write_coremark(&mut out, yardstick));
+    write_cycles(&mut out, &found.chip, differing);
+    write_speeds(&mut out, found);
+    write_coremark(&mut out, yardstick);
     out
 }
 
-fn write_cycles(out: &mut String, chip: &OnChip, differing: &[String]) -> std::fmt::Result {
-    writeln!(
-        out,
-        "{:28}{:>5}{:>14}{:>14}{:>13}",
+fn write_cycles(out: &mut String, chip: &OnChip, differing: &[String]) {
+    out.push_str(&format!(
+        "{:28}{:>5}{:>14}{:>14}{:>13}\n",
         "", "", "cached", "not cached", "max, % of"
-    )?;
-    writeln!(
-        out,
-        "{:28}{:>5}{:>7}{:>7}{:>7}{:>7}{:>13} same",
+    ));
+    out.push_str(&format!(
+        "{:28}{:>5}{:>7}{:>7}{:>7}{:>7}{:>13} same\n",
         "algorithm", "calls", "mean", "max", "mean", "max", "its deadline"
-    )?;
+    ));
     for (row, other) in chip.in_both() {
         let Row {
             name,
@@ -94,27 +90,22 @@ fn write_cycles(out: &mut String, chip: &OnChip, differing: &[String]) -> std::f
             "yes"
         };
         let (other_mean, other_max) = (other.mean, other.max);
-        writeln!(
-            out,
-            "{name:28}{calls:>5}{mean:>7}{max:>7}{other_mean:>7}{other_max:>7}{load:>13} {same}"
-        )?;
+        out.push_str(&format!(
+            "{name:28}{calls:>5}{mean:>7}{max:>7}{other_mean:>7}{other_max:>7}{load:>13} {same}\n"
+        ));
     }
-    writeln!(
-        out,
+    out.push_str(&format!(
         "Cycles: chip simulator, 5 wait states, prefetch and caches on, if prefetched\n\
          lines enter the instruction cache (the default) and if they do not; which is\n\
          right no board has told (docs/hil.md). The markers' {} and {} are taken off. A\n\
          tick is 168,000 cycles (1 ms), a window 42,000 (250 us): the worse reading of\n\
-         it. Same: checksums on host, QEMU and chip.\n",
+         it. Same: checksums on host, QEMU and chip.\n\n",
         chip.overhead, chip.overhead_not_cached
-    )
+    ));
 }
 
-fn write_speeds(out: &mut String, found: &bench::Bench) -> std::fmt::Result {
-    writeln!(
-        out,
-        "speed on this computer, same image: million instructions per second"
-    )?;
+fn write_speeds(out: &mut String, found: &bench::Bench) {
+    out.push_str("speed on this computer, same image: million instructions per second\n");
     let rows = [
         ("chip simulator, every cycle", found.chip.speed),
         ("QEMU, no cycles", found.qemu_speed),
@@ -122,36 +113,43 @@ fn write_speeds(out: &mut String, found: &bench::Bench) -> std::fmt::Result {
     ];
     for (name, speed) in rows {
         let seconds = speed.time.as_secs_f64();
-        writeln!(out, "  {name:<34}{:>8.1} in {seconds:>7.3} s", speed.mips())?;
+        out.push_str(&format!(
+            "  {name:<34}{:>8.1} in {seconds:>7.3} s\n",
+            speed.mips()
+        ));
     }
     let ratio = found.qemu_speed.mips() / found.chip.speed.mips().max(1e-9);
-    writeln!(
-        out,
-        "QEMU is {ratio:.1} times as fast, not counting its start.\n"
-    )
+    out.push_str(&format!(
+        "QEMU is {ratio:.1} times as fast, not counting its start.\n\n"
+    ));
 }
 
-fn write_coremark(out: &mut String, found: &CoreMark) -> std::fmt::Result {
+fn write_coremark(out: &mut String, found: &CoreMark) {
     let [low, high] = PUBLISHED;
-    writeln!(out, "CoreMark/MHz, {}", found.compiler)?;
-    writeln!(out, "  {:<52}{:>9}{:>14}", "", "prefetch", "without it")?;
+    out.push_str(&format!("CoreMark/MHz, {}\n", found.compiler));
+    out.push_str(&format!(
+        "  {:<52}{:>9}{:>14}\n",
+        "", "prefetch", "without it"
+    ));
     for reading in &found.readings {
         let (name, with) = (name(reading.wait), reading.per_mhz());
         let without = reading.per_mhz_without_prefetch();
-        writeln!(out, "  {name:<52}{with:>9.3}{without:>14.3}")?;
+        out.push_str(&format!("  {name:<52}{with:>9.3}{without:>14.3}\n"));
     }
     let published = "published (C; ST at 168 MHz, Arm for the core)";
-    writeln!(out, "  {published:<52}{:>9}", format!("{low:.2}-{high:.2}"))?;
+    out.push_str(&format!(
+        "  {published:<52}{:>9}\n",
+        format!("{low:.2}-{high:.2}")
+    ));
     let theirs = 1e6 / high;
-    writeln!(
-        out,
+    out.push_str(&format!(
         "Nothing is fitted to it. The port to Rust executes up to {} instructions per\n\
          iteration, where {high:.2}/MHz leaves {theirs:.0} cycles and a cycle is at most one\n\
          instruction: lists are walked by index into an array where C follows pointers,\n\
          matrices are bounds-checked, and the compiler is another. Compare it with a\n\
-         board that runs this very program, not with the published number.",
+         board that runs this very program, not with the published number.\n",
         found.instructions_per_iteration
-    )
+    ));
 }
 
 /// What was assumed of the flash.

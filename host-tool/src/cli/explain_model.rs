@@ -8,7 +8,6 @@ use host_core::choice::{Cycles, Scene, Share, cycles, expected_change, expected_
 use host_core::session::scene::Needs;
 use host_core::session::{Channel, Model, Session};
 use serde_json::{Value, json};
-use std::fmt::Write;
 use std::path::PathBuf;
 use studies::ladder::table::RUNG_NAMES;
 
@@ -75,23 +74,27 @@ fn people(session: &Session, tolerance: Share, all: &[(&Channel, Needs)]) -> Str
         cut(&session.title, 78)
     );
     for (channel, needs) in all {
-        // Writing to a `String` cannot fail.
-        let _ = block(&mut out, channel, needs, tolerance);
+        block(&mut out, channel, needs, tolerance);
     }
     out.trim_end().to_owned()
 }
 
-fn block(out: &mut String, channel: &Channel, needs: &Needs, tolerance: Share) -> std::fmt::Result {
+fn block(out: &mut String, channel: &Channel, needs: &Needs, tolerance: Share) {
     let name = cut(&channel.name, 24);
     let rung = RUNG_NAMES[needs.rung as usize];
     let by = match channel.muscle.as_ref().map(|muscle| muscle.model) {
         Some(Model::Fixed(_)) => " (the file says so)",
         _ => "",
     };
-    writeln!(out, "\nchannel {}, {name}: {rung}{by}", channel.number)?;
-    writeln!(out, "  {}", scene(&needs.scene))?;
+    out.push_str(&format!(
+        "\nchannel {}, {name}: {rung}{by}\n",
+        channel.number
+    ));
+    out.push_str(&format!("  {}\n", scene(&needs.scene)));
     let [model, changes, errs, cost_of] = ["model", "changes", "errs", "cycles"];
-    writeln!(out, "  {model:<21}{changes:>10}{errs:>10}{cost_of:>12}")?;
+    out.push_str(&format!(
+        "  {model:<21}{changes:>10}{errs:>10}{cost_of:>12}\n"
+    ));
     let chosen = needs.choice.map(|choice| choice.rung).ok();
     for candidate in Rung::ALL {
         let change = expected_change(&needs.scene, candidate);
@@ -103,32 +106,28 @@ fn block(out: &mut String, channel: &Channel, needs: &Needs, tolerance: Share) -
         } else {
             "too coarse"
         };
-        writeln!(
-            out,
-            "  {:<21}{:>10}{:>10}{:>12}   {verdict}",
+        out.push_str(&format!(
+            "  {:<21}{:>10}{:>10}{:>12}   {verdict}\n",
             RUNG_NAMES[candidate as usize],
             brief(change),
             brief(error),
-            cost(cycles(candidate)),
-        )?;
+            cost(cycles(candidate))
+        ));
     }
     if let Some(change) = needs.change_if_it_tires.filter(|c| *c > tolerance) {
-        writeln!(
-            out,
-            "  of the fresh muscle; as it tires up to {change}: give it a `fatigue`"
-        )?;
+        out.push_str(&format!(
+            "  of the fresh muscle; as it tires up to {change}: give it a `fatigue`\n"
+        ));
     }
     if let Ok(choice) = needs.choice {
-        writeln!(
-            out,
-            "  also enough: law {} ms {}, telemetry {} ms, body step {} ms",
+        out.push_str(&format!(
+            "  also enough: law {} ms {}, telemetry {} ms, body step {} ms\n",
             choice.law_period_ms,
             format!("{:?}", choice.discretization).to_lowercase(),
             choice.telemetry_ms,
             choice.body_step_ms
-        )?;
+        ));
     }
-    Ok(())
 }
 
 /// At most so many letters.

@@ -5,7 +5,6 @@ use clap::Args;
 use host_core::record::RecordError;
 use host_core::session::Session;
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 use std::io::{BufRead, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
@@ -190,21 +189,19 @@ fn compose(answers: &Answers) -> Result<String, String> {
     for number in 1..=count {
         // One after the other within a period.
         let offset_us = 1e6 / hz.max(1.0) * f64::from(number - 1) / f64::from(count);
-        let _ = write!(
-            text,
+        text.push_str(&format!(
             "\n[[channel]]\nnumber = {number}\nname = \"channel {number}\"\nstage = {stage}\n\
              limit = {limit}\ntrain = {{ shape = \"biphasic-cathodic-first\", width_us = {width}, \
              frequency_hz = {frequency}, offset_us = {} }}\n",
             offset_us.floor()
-        );
+        ));
     }
     let each =
         (1..=count).map(|number| format!("    {{ channel = {number}, value = {amplitude} }},\n"));
     let each: String = each.collect();
-    let _ = write!(
-        text,
+    text.push_str(&format!(
         "\n[setpoints]\nkind = \"amplitudes\"\nvalues = [\n{each}]\nrate_hz = 50\n"
-    );
+    ));
     Ok(text)
 }
 

@@ -6,7 +6,6 @@ use clap::Args;
 use hal_sim::chip::profile::{Owner, exception};
 use host_core::run::{Profiled, SessionFile, chip_image, interruptible, profile};
 use serde_json::{Value, json};
-use std::fmt::Write;
 use std::path::PathBuf;
 
 /// Profile the flashed image at a session: cycles, latencies, margins, stack.
@@ -48,7 +47,7 @@ pub fn main(args: &ProfileArgs, output: Output) -> anyhow::Result<()> {
     let profiled = profiled?;
     let title = &file.session.title;
     output.say(
-        || table(title, &profiled, args).trim_end().to_owned(),
+        || table(title, &profiled, args),
         || machine(title, &profiled, args.prefetched),
     )?;
     Ok(())
@@ -56,132 +55,125 @@ pub fn main(args: &ProfileArgs, output: Output) -> anyhow::Result<()> {
 
 /// At most 80 columns.
 fn table(title: &str, found: &Profiled, args: &ProfileArgs) -> String {
-    let mut text = String::new();
-    // Writing to a `String` cannot fail.
-    let _ = write_all(&mut text, title, found, args);
-    text
-}
-
-fn write_all(
-    out: &mut String,
-    title: &str,
-    found: &Profiled,
-    args: &ProfileArgs,
-) -> std::fmt::Result {
+    let out = &mut String::new();
     let summary = &found.summary;
-    writeln!(out, "{title}: {:.3} s of device time", found.seconds())?;
+    out.push_str(&format!(
+        "{title}: {:.3} s of device time\n",
+        found.seconds()
+    ));
     let reading = args.prefetched;
-    writeln!(out, "prefetched flash lines: {reading} (docs/chip.md)")?;
-    writeln!(
-        out,
-        "booted: clock and tape after {} cycles, port open at {:.1} ms",
+    out.push_str(&format!(
+        "prefetched flash lines: {reading} (docs/chip.md)\n"
+    ));
+    out.push_str(&format!(
+        "booted: clock and tape after {} cycles, port open at {:.1} ms\n",
         found.booted.clock,
         found.booted.port_us as f64 * 1e-3
-    )?;
-    writeln!(
-        out,
-        "simulated, by processor time: {:.1} million instructions/s, {:.1} x real time\n",
+    ));
+    out.push_str(&format!(
+        "simulated, by processor time: {:.1} million instructions/s, {:.1} x real time\n\n",
         found.mips(),
         found.times_real_time()
-    )?;
-    write_owners(out, found)?;
-    write_lines(out, found)?;
+    ));
+    write_owners(out, found);
+    write_lines(out, found);
     let stack = summary.stack;
-    write!(
-        out,
+    out.push_str(&format!(
         "stack: {} bytes at the deepest ({:#010x}..{:#010x})",
         stack.used(),
         stack.lowest,
         stack.top
-    )?;
+    ));
     match stack.free() {
-        Some(free) => writeln!(out, ", {free} above its guard")?,
-        None => writeln!(out, ", no guard set")?,
+        Some(free) => out.push_str(&format!(", {free} above its guard\n")),
+        None => out.push_str(", no guard set\n"),
     }
     if let Some(worst) = summary.margins.worst {
-        writeln!(
-            out,
-            "refill margin: {worst} cycles ({:.1} µs) at the worst of {} windows",
+        out.push_str(&format!(
+            "refill margin: {worst} cycles ({:.1} µs) at the worst of {} windows\n",
             worst as f64 / 168.0,
             summary.margins.windows
-        )?;
+        ));
     }
-    write_edges(out, found)?;
-    write_functions(out, found, args.functions)
+    write_edges(out, found);
+    write_functions(out, found, args.functions);
+    out.trim_end().to_owned()
 }
 
-fn write_owners(out: &mut String, found: &Profiled) -> std::fmt::Result {
-    writeln!(
-        out,
-        "{:<12} {:>14} {:>14} {:>8}",
+fn write_owners(out: &mut String, found: &Profiled) {
+    out.push_str(&format!(
+        "{:<12} {:>14} {:>14} {:>8}\n",
         "owner", "cycles", "instructions", "load"
-    )?;
+    ));
     for owner in Owner::ALL {
         let cost = found.profile.owner(owner);
         if cost.cycles > 0 {
             let (name, part) = (owner.name(), found.percent(cost.cycles));
             let (cycles, instructions) = (cost.cycles, cost.instructions);
-            writeln!(
-                out,
-                "{name:<12} {cycles:>14} {instructions:>14} {part:>6.2} %"
-            )?;
+            out.push_str(&format!(
+                "{name:<12} {cycles:>14} {instructions:>14} {part:>6.2} %\n"
+            ));
         }
     }
     let summary = &found.summary;
     let (busy, load) = (summary.total - summary.idle, summary.load_percent());
-    writeln!(
-        out,
-        "{:<12} {busy:>14} {:>14} {load:>6.2} %",
+    out.push_str(&format!(
+        "{:<12} {busy:>14} {:>14} {load:>6.2} %\n",
         "all", summary.instructions
-    )?;
+    ));
     let (idle, rest) = (summary.idle, found.percent(summary.idle));
-    writeln!(out, "{:<12} {idle:>14} {:>14} {rest:>6.2} %\n", "idle", "")
+    out.push_str(&format!(
+        "{:<12} {idle:>14} {:>14} {rest:>6.2} %\n\n",
+        "idle", ""
+    ));
 }
 
-fn write_lines(out: &mut String, found: &Profiled) -> std::fmt::Result {
-    writeln!(
-        out,
-        "{:<10} {:>9} {:>13}   {:>13}  behind",
+fn write_lines(out: &mut String, found: &Profiled) {
+    out.push_str(&format!(
+        "{:<10} {:>9} {:>13}   {:>13}  behind\n",
         "interrupt", "runs", "longest run", "worst latency"
-    )?;
+    ));
     for line in &found.summary.lines {
-        writeln!(
-            out,
-            "{:<10} {:>9} {:>13}   {:>13}  {}",
+        out.push_str(&format!(
+            "{:<10} {:>9} {:>13}   {:>13}  {}\n",
             exception::name(line.number),
             line.count,
             line.longest,
             line.latency.worst,
             exception::name(line.latency.behind)
-        )?;
+        ));
     }
-    writeln!(
-        out,
-        "(in cycles of 1/168 µs; what pre-empts a run is left out of it)\n"
-    )
+    out.push_str("(in cycles of 1/168 µs; what pre-empts a run is left out of it)\n\n");
 }
 
-fn write_edges(out: &mut String, found: &Profiled) -> std::fmt::Result {
+fn write_edges(out: &mut String, found: &Profiled) {
     let summary = &found.summary;
-    writeln!(
-        out,
-        "pin edges span {} cycles around their analytic cycle:",
+    out.push_str(&format!(
+        "pin edges span {} cycles around their analytic cycle:\n",
         summary.edge_span()
-    )?;
-    writeln!(out, "{:>8} {:>12} {:>12}", "late", "port B", "port C")?;
+    ));
+    out.push_str(&format!(
+        "{:>8} {:>12} {:>12}\n",
+        "late", "port B", "port C"
+    ));
     for phase in &summary.phases {
-        writeln!(out, "{:>8} {:>12} {:>12}", phase.late, phase.b, phase.c)?;
+        out.push_str(&format!(
+            "{:>8} {:>12} {:>12}\n",
+            phase.late, phase.b, phase.c
+        ));
     }
-    Ok(())
 }
 
-fn write_functions(out: &mut String, found: &Profiled, most: usize) -> std::fmt::Result {
-    writeln!(out, "\n{:>13} {:>8}  function", "cycles", "load")?;
+fn write_functions(out: &mut String, found: &Profiled, most: usize) {
+    out.push_str(&format!("\n{:>13} {:>8}  function\n", "cycles", "load"));
     for (name, cost) in found.profile.functions().iter().take(most) {
         let part = found.percent(cost.cycles);
-        writeln!(out, "{:>13} {part:>6.2} %  {}", cost.cycles, last(name, 55))?;
+        out.push_str(&format!(
+            "{:>13} {part:>6.2} %  {}\n",
+            cost.cycles,
+            last(name, 55)
+        ));
     }
-    Ok(())
 }
 
 /// The last `most` characters, which say more of a path than its first.

@@ -29,7 +29,7 @@ pub struct Rerun {
 #[derive(Debug, thiserror::Error)]
 enum RerunError {
     #[error(
-        "E595 {0} is not the session that was run: its SHA-256 is another; take the folder from \
+        "E595 {0} is not the session that was run: it is missing, or its SHA-256 is another; take the folder from \
          where it was kept unchanged"
     )]
     Altered(PathBuf),

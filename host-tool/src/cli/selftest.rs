@@ -6,7 +6,6 @@ use crate::selftest::{Distribution, Latency, Path, Subject, latency, silence, so
 use clap::Args;
 use host_core::run::{DeviceName, chip_image};
 use serde_json::{Value, json};
-use std::fmt::Write;
 use std::path::PathBuf;
 
 /// Measure latency on a simulator; on the native one host silence and a noisy
@@ -67,9 +66,8 @@ fn on_chip(args: &Selftest, output: Output) -> anyhow::Result<()> {
     output.say(
         || {
             let mut text = String::new();
-            // Writing to a `String` cannot fail.
-            let _ = histogram(&mut text, "direct amplitude", &direct);
-            let _ = histogram(&mut text, "through control law", &control);
+            histogram(&mut text, "direct amplitude", &direct);
+            histogram(&mut text, "through control law", &control);
             text.trim_end().to_owned()
         },
         || json!({ "device": "chip", "direct": machine(&direct), "control": machine(&control) }),
@@ -83,26 +81,26 @@ fn on_chip(args: &Selftest, output: Output) -> anyhow::Result<()> {
 }
 
 /// At most 80 columns.
-fn histogram(out: &mut String, name: &str, found: &Latency) -> std::fmt::Result {
+fn histogram(out: &mut String, name: &str, found: &Latency) {
     /// Widest bar.
     const BAR: u32 = 22;
     let (device, whole) = (&found.device, &found.whole);
-    writeln!(
-        out,
-        "{name}, {} arrivals over USB -> earliest slot, us:",
+    out.push_str(&format!(
+        "{name}, {} arrivals over USB -> earliest slot, us:\n",
         found.arrivals
-    )?;
-    writeln!(
-        out,
-        "  from the last packet's ACK {} to {}; {} at any phase, blur {}",
+    ));
+    out.push_str(&format!(
+        "  from the last packet's ACK {} to {}; {} at any phase, blur {}\n",
         device.best_us, device.worst_us, found.worst_phase_us, found.blur_us
-    )?;
-    writeln!(
-        out,
-        "  from the host's write {} to {}",
+    ));
+    out.push_str(&format!(
+        "  from the host's write {} to {}\n",
         whole.best_us, whole.worst_us
-    )?;
-    writeln!(out, "{:>12} {:>8} {:22} {:>8}", "", "from ACK", "", "whole")?;
+    ));
+    out.push_str(&format!(
+        "{:>12} {:>8} {:22} {:>8}\n",
+        "", "from ACK", "", "whole"
+    ));
     for step in 0..device.counts.len().max(whole.counts.len()) {
         let bar = |of: &Distribution| {
             let count = of.counts.get(step).copied().unwrap_or(0);
@@ -116,9 +114,9 @@ fn histogram(out: &mut String, name: &str, found: &Latency) -> std::fmt::Result 
             "{from:>5}..{:<5} {a:>8} {a_bar:22} {b:>8} {b_bar}",
             from + Distribution::STEP_US
         );
-        writeln!(out, "{}", row.trim_end())?;
+        out.push_str(&format!("{}\n", row.trim_end()));
     }
-    writeln!(out)
+    out.push('\n');
 }
 
 fn machine(found: &Latency) -> Value {

@@ -137,8 +137,9 @@ struct Pace {
 impl Pace {
     /// Device time goes on by at most this much between two looks at the wire.
     const STEP_US: u64 = 2_000;
-    /// A longer lag is given up: caught up, its host would seem silent meanwhile.
-    const LAG_US: u64 = 100_000;
+    /// A longer lag is given up: caught up, its host, which by default may be silent for
+    /// 100 ms, would seem so.
+    const LAG_US: u64 = 50_000;
 
     fn new(now_us: u64) -> Self {
         Self {

@@ -252,7 +252,7 @@ fn prepared(subject: Subject<'_>, path: Path, shift_us: u64) -> Result<Opened, O
     // A joint that rests in the middle, seen by the board's converter.
     let mut opened = subject.open(Box::new(Still::new(50.0)), shift_us)?;
     let client = &mut opened.client;
-    client.port().world.joint_adc = Some((40.0, 48.0));
+    client.port().world.connect_joint(40.0, 48.0);
     client.wearer(WearerSpec {
         rise_ms: 1,
         ..WearerSpec::default()

@@ -29,13 +29,10 @@ pub(super) fn parse(arguments: &[String], steps: &[&str]) -> Result<Wanted, Stri
     match words[..] {
         ["-h" | "--help", ..] => Ok(Wanted::Help),
         ["--soak", minutes] => soak(minutes),
-        ["--soak-seed", seed] => match seed.parse() {
-            Ok(seed) => Ok(Wanted::SoakSeed(seed)),
-            Err(_) => Err(format!(
-                "--soak-seed `{seed}`: not a number from 0 to {}",
-                u64::MAX
-            )),
-        },
+        ["--soak-seed", seed] => {
+            let wrong = |_| format!("--soak-seed `{seed}`: not a number from 0 to {}", u64::MAX);
+            seed.parse().map(Wanted::SoakSeed).map_err(wrong)
+        }
         [option @ ("--soak" | "--soak-seed")] => Err(format!("{option}: a number is missing")),
         [option @ ("--soak" | "--soak-seed"), _, ..] => {
             Err(format!("{option} takes one number and stands alone"))
@@ -56,10 +53,8 @@ fn soak(minutes: &str) -> Result<Wanted, String> {
 }
 
 fn named(arguments: &[String], steps: &[&str]) -> Result<Wanted, String> {
-    match arguments
-        .iter()
-        .find(|word| !steps.contains(&word.as_str()))
-    {
+    let mut words = arguments.iter();
+    match words.find(|word| !steps.contains(&word.as_str())) {
         None => Ok(Wanted::Steps(arguments.to_vec())),
         Some(option) if option.starts_with('-') => {
             Err(format!("no option `{option}`, or not in this place"))

@@ -74,19 +74,22 @@ pub(super) fn run(at: &Workspace) -> anyhow::Result<Report> {
 }
 
 fn measure(image: &Image, at: &Workspace) -> anyhow::Result<Memory> {
-    let path = image.path(at);
-    let bytes = std::fs::read(&path).with_context(|| format!("{} is not built", image.name))?;
+    let bytes = std::fs::read(image.path(at));
+    let bytes = bytes.with_context(|| format!("{} is not built", image.name))?;
     let file = object::File::parse(&*bytes).context(image.name.clone())?;
-    Ok(usage(file.sections().filter_map(|section| {
-        let SectionFlags::Elf { sh_flags, .. } = section.flags() else {
-            return None;
-        };
-        (sh_flags.contains(SHF_ALLOC)).then(|| Section {
-            address: section.address(),
-            size: section.size(),
-            is_loaded: section.kind() != SectionKind::UninitializedData,
-        })
-    })))
+    Ok(usage(file.sections().filter_map(occupied)))
+}
+
+/// What a section takes, if it is in the image at all.
+fn occupied<'a>(section: impl ObjectSection<'a>) -> Option<Section> {
+    let SectionFlags::Elf { sh_flags, .. } = section.flags() else {
+        return None;
+    };
+    sh_flags.contains(SHF_ALLOC).then(|| Section {
+        address: section.address(),
+        size: section.size(),
+        is_loaded: section.kind() != SectionKind::UninitializedData,
+    })
 }
 
 fn usage(sections: impl Iterator<Item = Section>) -> Memory {
@@ -112,13 +115,8 @@ struct CycleRow {
 
 impl CycleRow {
     /// No board has told which reading is right: a budget holds in both.
-    const fn most(&self) -> u64 {
-        let (cached, not_cached) = (self.max_cycles, self.max_cycles_prefetched_not_cached);
-        if cached > not_cached {
-            cached
-        } else {
-            not_cached
-        }
+    fn most(&self) -> u64 {
+        self.max_cycles.max(self.max_cycles_prefetched_not_cached)
     }
 }
 
@@ -126,11 +124,7 @@ impl CycleRow {
 /// listed: the table has the others.
 fn cycles(table: &str, budgets: &Budgets) -> anyhow::Result<Report> {
     let mut report = Report::default();
-    let mut without_row: BTreeMap<&str, u64> = budgets
-        .cycles
-        .iter()
-        .map(|(name, budget)| (name.as_str(), *budget))
-        .collect();
+    let mut without_row = budgets.cycles.clone();
     for row in csv::Reader::from_reader(table.as_bytes()).deserialize() {
         let row: CycleRow = row.context(CYCLES)?;
         let (name, used) = (row.algorithm.as_str(), row.most());
@@ -140,17 +134,7 @@ fn cycles(table: &str, budgets: &Budgets) -> anyhow::Result<Report> {
             continue;
         };
         let row = format!("{name:<30} {used:>8} cycles, budget {budget:>8}");
-        if used > budget {
-            report.add(Report::fail(vec![row, "^ above its budget".into()]));
-            continue;
-        }
-        report.add(Report::pass());
-        if is_loose(used, budget, budgets.margin_percent) {
-            let percent = budgets.margin_percent;
-            report.lines.push(row);
-            let note = format!("  note: more than {percent} % below its budget: lower it?");
-            report.lines.push(note);
-        }
+        report.add(held(row, used, budget, budgets.margin_percent, false));
     }
     for name in without_row.keys() {
         let note = format!("note: {name} has a budget of cycles, but is not in {CYCLES}");
@@ -164,35 +148,37 @@ fn cycles(table: &str, budgets: &Budgets) -> anyhow::Result<Report> {
 
 /// Whether growth could hide below the budget.
 const fn is_loose(used: u64, budget: u64, margin_percent: u64) -> bool {
-    let percent = if margin_percent < 100 {
-        margin_percent
-    } else {
-        100
-    };
-    used * 100 < budget * (100 - percent)
+    used * 100 < budget * 100u64.saturating_sub(margin_percent)
+}
+
+/// One row: failed above its budget; listed if that is asked for or it has too
+/// much room.
+fn held(row: String, used: u64, budget: u64, margin_percent: u64, is_listed: bool) -> Report {
+    if used > budget {
+        return Report::fail(vec![row, "^ above its budget".into()]);
+    }
+    let mut report = Report::pass();
+    let is_loose = is_loose(used, budget, margin_percent);
+    if is_listed || is_loose {
+        report.lines.push(row);
+    }
+    if is_loose {
+        let note = format!("  note: more than {margin_percent} % below its budget: lower it?");
+        report.lines.push(note);
+    }
+    report
 }
 
 const HEADING: &str = "image         memory         used       budget       free";
 
 fn compare(name: &str, budget: Memory, used: Memory, margin_percent: u64) -> Report {
     let mut report = Report::default();
-    let rows = [
-        ("flash", used.flash, budget.flash),
-        ("ram", used.ram, budget.ram),
-    ];
+    let flash = ("flash", used.flash, budget.flash);
+    let rows = [flash, ("ram", used.ram, budget.ram)];
     for (memory, used, budget) in rows {
         let free = 100 - 100 * used.cast_signed() / budget.max(1).cast_signed();
         let row = format!("{name:<13} {memory:<6} {used:>9} B {budget:>10} B {free:>8} %");
-        if used > budget {
-            report.add(Report::fail(vec![row, "^ above its budget".into()]));
-            continue;
-        }
-        report.add(Report::pass());
-        report.lines.push(row);
-        if is_loose(used, budget, margin_percent) {
-            let note = format!("  note: more than {margin_percent} % below its budget: lower it?");
-            report.lines.push(note);
-        }
+        report.add(held(row, used, budget, margin_percent, true));
     }
     report
 }
@@ -273,18 +259,11 @@ mod tests {
 
     #[test]
     fn an_elf_file_is_measured_by_its_allocated_sections() {
-        let program = std::env::current_exe().unwrap();
-        let folder = program.parent().unwrap();
-        let name = program.file_name().unwrap().to_str().unwrap();
-        let bytes = std::fs::read(folder.join(name)).unwrap();
+        let bytes = std::fs::read(std::env::current_exe().unwrap()).unwrap();
         let file = object::File::parse(&*bytes).unwrap();
         if file.format() == object::BinaryFormat::Elf {
-            let text = file.section_by_name(".text").unwrap();
-            let SectionFlags::Elf { sh_flags, .. } = text.flags() else {
-                panic!("no ELF flags");
-            };
-            assert!(sh_flags.contains(SHF_ALLOC));
-            assert!(text.size() > 0);
+            let text = occupied(file.section_by_name(".text").unwrap()).unwrap();
+            assert!(text.size > 0 && text.is_loaded);
         }
     }
 

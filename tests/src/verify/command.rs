@@ -17,22 +17,8 @@ const REFRESH: Duration = Duration::from_millis(200);
 const LINGER: Duration = Duration::from_secs(5);
 
 /// Words with which cargo and rustup say that all goes well.
-const CHATTER: [&str; 14] = [
-    "Adding",
-    "Blocking",
-    "Checking",
-    "Compiling",
-    "Downloaded",
-    "Downloading",
-    "Finished",
-    "Fresh",
-    "Installing",
-    "Locking",
-    "Running",
-    "Unpacking",
-    "Updating",
-    "info:",
-];
+const CHATTER: &str = "Adding Blocking Checking Compiling Downloaded Downloading Finished Fresh \
+                       Installing Locking Running Unpacking Updating info:";
 
 /// A program that has ended.
 #[derive(Debug)]
@@ -124,8 +110,8 @@ pub(super) fn cargo(
 }
 
 fn is_chatter(line: &str) -> bool {
-    let first = line.split_whitespace().next().unwrap_or_default();
-    CHATTER.contains(&first)
+    let first = line.split_whitespace().next();
+    first.is_some_and(|first| CHATTER.split(' ').any(|word| word == first))
 }
 
 #[cfg(test)]
@@ -155,9 +141,8 @@ mod tests {
         assert!(!finished.success);
         assert_eq!(finished.lines, ["one", "two", "three"]);
         assert!(execute(&at, &mut Console::new(), "no-such-program", &[]).is_err());
-        let leaves_one_behind = "sleep 20 & echo done";
-        let arguments = ["-c", leaves_one_behind];
-        let finished = execute(&at, &mut Console::new(), "sh", &arguments).unwrap();
+        let leaves_one_behind = ["-c", "sleep 20 & echo done"];
+        let finished = execute(&at, &mut Console::new(), "sh", &leaves_one_behind).unwrap();
         assert!(finished.success);
         assert_eq!(finished.lines, ["done"]);
     }

@@ -40,8 +40,8 @@ impl Image {
         let mut all = Vec::new();
         for folder in PACKAGES {
             let path = at.root.join(folder).join("Cargo.toml");
-            let text = std::fs::read_to_string(&path)
-                .with_context(|| format!("{} cannot be read", path.display()))?;
+            let text = std::fs::read_to_string(&path);
+            let text = text.with_context(|| format!("{} cannot be read", path.display()))?;
             let images = parse(&text)?.into_iter();
             all.extend(images.map(|image| Self { folder, ..image }));
         }
@@ -78,8 +78,8 @@ fn parse(manifest: &str) -> anyhow::Result<Vec<Image>> {
 
 /// Each image without a warning, each `unsafe` block with its reason.
 pub(super) fn lint(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
-    let denied = ["-D", "warnings", "-D", "clippy::undocumented_unsafe_blocks"];
-    let rest: Vec<_> = ["--"].into_iter().chain(denied).collect();
+    let unsafe_blocks = "clippy::undocumented_unsafe_blocks";
+    let rest = ["--", "-D", "warnings", "-D", unsafe_blocks];
     each(at, console, "clippy", &rest)
 }
 
@@ -112,11 +112,9 @@ mod tests {
     fn images_are_what_the_manifest_lists() {
         let manifest = "[package]\nname = 'x'\n[[bin]]\nname = 'a'\nrequired-features = ['p', 'q']\n[[bin]]\nname = 'b'\n";
         let images = parse(manifest).unwrap();
-        let found: Vec<_> = images
-            .iter()
-            .map(|i| (i.name.as_str(), i.required_features.join(",")))
-            .collect();
-        assert_eq!(found, [("a", "p,q".to_owned()), ("b", String::new())]);
+        let words = |i: &Image| format!("{} {}", i.name, i.required_features.join(","));
+        let found: Vec<_> = images.iter().map(words).collect();
+        assert_eq!(found, ["a p,q", "b "]);
         assert_eq!(parse("[package]\nname = 'x'\n").unwrap(), []);
         assert!(parse("[[bin]]\n").is_err());
     }

@@ -39,12 +39,8 @@ fn components(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
     if present {
         return Ok(Report::pass());
     }
-    let done = execute(
-        at,
-        console,
-        "rustup",
-        &["component", "add", "rustfmt", "clippy"],
-    )?;
+    let add = ["component", "add", "rustfmt", "clippy"];
+    let done = execute(at, console, "rustup", &add)?;
     Ok(done.report("rustup component add rustfmt clippy"))
 }
 

@@ -47,13 +47,9 @@ impl Guard {
     /// within the limits of their channels, so the clamp here only matters if
     /// that promise were broken; the law reports its own as *limiting*.
     pub fn command(&mut self, channel: u8, amplitude: Amplitude) {
-        let index = usize::from(channel);
-        let config = self
-            .setup
-            .as_ref()
-            .and_then(|s| s.channel(channel).copied());
         if let Mode::Armed { .. } | Mode::Stimulating = self.mode
-            && let (Some(config), Some(wanted)) = (config, self.wanted.get_mut(index))
+            && let Some(config) = self.setup.as_ref().and_then(|s| s.channel(channel))
+            && let Some(wanted) = self.wanted.get_mut(usize::from(channel))
         {
             *wanted = amplitude.min(config.limit);
         }

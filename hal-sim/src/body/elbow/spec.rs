@@ -113,7 +113,7 @@ impl Default for ElbowSpec {
     /// thresholds (80 mA at 35 µs is Harris' strongest triceps stimulation, 40 mA
     /// at 25 µs his biceps at "25 % to 50 %" co-contraction), load, push.
     fn default() -> Self {
-        let dynamics = Parameters::mean_subject().normalised_at(TORQUE_FREQUENCY_HZ);
+        let dynamics = Parameters::mean_subject_at_50_hz(); // TORQUE_FREQUENCY_HZ
         Self {
             triceps: ElbowMuscle {
                 channel: 0,
@@ -165,51 +165,34 @@ impl ElbowSpec {
         let positive = |v: f64| v.is_finite() && v > 0.0;
         let not_negative = |v: f64| v.is_finite() && v >= 0.0;
         let muscle = |m: &ElbowMuscle| {
-            let p = m.dynamics;
+            let is_range = m.max_ma.is_finite() && m.max_ma > m.threshold_ma;
             m.channel < CHANNELS
-                && not_negative(m.threshold_ma)
-                && m.max_ma.is_finite()
-                && m.max_ma > m.threshold_ma
                 && m.width_us > 0
-                && not_negative(m.torque_nm)
-                && [p.a_n_per_s, p.k, p.tau_c_s, p.tau1_s, p.tau2_s]
-                    .into_iter()
-                    .all(positive)
+                && [m.threshold_ma, m.torque_nm].into_iter().all(not_negative)
+                && is_range
+                && m.dynamics.all().into_iter().all(positive)
         };
         let [low, high] = self.stops_deg;
         let between = |v: f64| (low..=high).contains(&v);
         let person = &self.person;
         let approaches = &person.approaches;
-        let in_order = approaches
-            .windows(2)
-            .all(|pair| pair[0].at_s + pair[0].for_s <= pair[1].at_s);
-        let hold = approaches
-            .iter()
-            .all(|a| not_negative(a.at_s) && positive(a.speed_deg_per_s) && positive(a.for_s));
+        let after = |pair: &[Approach]| pair[0].at_s + pair[0].for_s <= pair[1].at_s;
+        let in_order = approaches.windows(2).all(after);
+        let holds = |a: &Approach| {
+            not_negative(a.at_s) && [a.speed_deg_per_s, a.for_s].map(positive) == [true; 2]
+        };
+        let hold = approaches.iter().all(holds);
+        let curvature = self.recruitment_curvature;
+        #[rustfmt::skip]
         let rules = [
             ("triceps", muscle(&self.triceps)),
             ("biceps", muscle(&self.biceps)),
-            ("recruitment_curvature", {
-                let curvature = self.recruitment_curvature;
-                curvature.is_finite() && curvature != 0.0
-            }),
+            ("recruitment_curvature", curvature.is_finite() && curvature != 0.0),
             ("inertia_kg_m2", positive(self.inertia_kg_m2)),
-            (
-                "stiffness_nm_per_rad",
-                not_negative(self.stiffness_nm_per_rad),
-            ),
-            (
-                "damping_nm_s_per_rad",
-                not_negative(self.damping_nm_s_per_rad),
-            ),
-            (
-                "active_damping_s_per_rad",
-                not_negative(self.active_damping_s_per_rad),
-            ),
-            (
-                "stops_deg",
-                low.is_finite() && high.is_finite() && low < high,
-            ),
+            ("stiffness_nm_per_rad", not_negative(self.stiffness_nm_per_rad)),
+            ("damping_nm_s_per_rad", not_negative(self.damping_nm_s_per_rad)),
+            ("active_damping_s_per_rad", not_negative(self.active_damping_s_per_rad)),
+            ("stops_deg", low.is_finite() && high.is_finite() && low < high),
             ("rest_deg", between(self.rest_deg)),
             ("load_ohm", positive(self.load_ohm)),
             ("sensor_noise_deg", not_negative(self.sensor_noise_deg)),

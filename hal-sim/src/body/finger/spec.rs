@@ -103,7 +103,7 @@ impl FingerSpec {
             two_point_factor: TWO_POINT_FACTOR,
             isolated_two_point_factor: ISOLATED_TWO_POINT_FACTOR,
             recruitment_curvature: RECRUITMENT_CURVATURE,
-            muscle: Parameters::mean_subject().normalised_at(TORQUE_FREQUENCY_HZ),
+            muscle: Parameters::mean_subject_at_50_hz(), // TORQUE_FREQUENCY_HZ
             flexor_torque_nm: 0.22,
             extensor_torque_nm: 0.15,
             torque_loss: 0.25,
@@ -136,30 +136,19 @@ impl FingerSpec {
         let positive = |v: f64| v.is_finite() && v > 0.0;
         let not_negative = |v: f64| v.is_finite() && v >= 0.0;
         let part = |v: f64| (0.0..=1.0).contains(&v);
-        let muscle = self.muscle;
         let sites_hold = self.sites().iter().all(|s| {
             s.channel < CHANNELS && not_negative(s.threshold_v) && s.max_v > s.threshold_v
         });
         let [low, high] = self.stops_deg;
+        let ratio = self.two_point_threshold_ratio;
+        #[rustfmt::skip]
         let rules = [
             ("flexor_a, flexor_b, extensor", sites_hold),
-            (
-                "two_point_threshold_ratio",
-                (0.0..1.0).contains(&self.two_point_threshold_ratio),
-            ),
+            ("two_point_threshold_ratio", (0.0..1.0).contains(&ratio)),
             ("two_point_factor", self.two_point_factor >= 1.0),
-            (
-                "isolated_two_point_factor",
-                self.isolated_two_point_factor >= 1.0,
-            ),
+            ("isolated_two_point_factor", self.isolated_two_point_factor >= 1.0),
             ("recruitment_curvature", self.recruitment_curvature != 0.0),
-            (
-                "muscle",
-                [muscle.a_n_per_s, muscle.k, muscle.tau_c_s]
-                    .into_iter()
-                    .chain([muscle.tau1_s, muscle.tau2_s])
-                    .all(positive),
-            ),
+            ("muscle", self.muscle.all().into_iter().all(positive)),
             ("flexor_torque_nm", not_negative(self.flexor_torque_nm)),
             ("extensor_torque_nm", not_negative(self.extensor_torque_nm)),
             ("torque_loss", part(self.torque_loss)),
@@ -167,20 +156,11 @@ impl FingerSpec {
             ("fatigue_time_s", positive(self.fatigue_time_s)),
             ("inertia_kg_m2", positive(self.inertia_kg_m2)),
             ("stiffness_nm_per_rad", positive(self.stiffness_nm_per_rad)),
-            (
-                "damping_nm_s_per_rad",
-                not_negative(self.damping_nm_s_per_rad),
-            ),
-            (
-                "rest_deg, stops_deg",
-                low < high && (low..=high).contains(&self.rest_deg),
-            ),
+            ("damping_nm_s_per_rad", not_negative(self.damping_nm_s_per_rad)),
+            ("rest_deg, stops_deg", low < high && (low..=high).contains(&self.rest_deg)),
             ("sensor_lag_s", not_negative(self.sensor_lag_s)),
             ("sensor_noise_deg", not_negative(self.sensor_noise_deg)),
-            (
-                "sensor_resolution_deg",
-                positive(self.sensor_resolution_deg),
-            ),
+            ("sensor_resolution_deg", positive(self.sensor_resolution_deg)),
             ("step_us", (100..=10_000).contains(&self.step_us)),
         ];
         match rules.iter().find(|(_, holds)| !holds) {

@@ -253,10 +253,12 @@ impl Body for RandomFinger {
     }
 
     /// Moves in whole milliseconds: between them the values of the last one hold.
-    fn advance(&mut self, to_us: u64) {
+    fn advance(&mut self, to_us: u64) -> bool {
+        let before = self.tick;
         while (self.tick + 1) * TICK_US <= to_us {
             self.step();
         }
+        self.tick != before
     }
 
     fn angle_deg(&self) -> f64 {

@@ -136,8 +136,8 @@ impl TrainSpec {
     /// Numbers of the bursts in the active stretch.
     pub(super) fn bursts(&self) -> Range<u64> {
         let count_before = |t_us: u64| {
-            t_us.saturating_sub(self.first_us())
-                .div_ceil(self.period_us)
+            let since_us = t_us.saturating_sub(self.first_us());
+            since_us.div_ceil(self.period_us)
         };
         count_before(self.active_us.start)..count_before(self.active_us.end)
     }
@@ -152,18 +152,17 @@ impl TrainSpec {
         };
         let room_us = self.pulse_us(expected.dead_time_us) + rest_us;
         let train_us = self.burst_count.saturating_sub(1) * self.burst_interval_us + room_us;
+        let is_burst = self.burst_count > 1;
+        let counts = 1..=limits.burst_count;
         [
             (usize::from(self.channel) >= CHANNELS, "channel"),
             (!limits.width_us.contains(&self.width_us), "width"),
             (self.gap_us > MAX_GAP_US, "gap"),
             (!limits.period_us.contains(&self.period_us), "period"),
             (self.offset_us > self.period_us, "offset"),
+            (!counts.contains(&self.burst_count), "burst count"),
             (
-                !(1..=limits.burst_count).contains(&self.burst_count),
-                "burst count",
-            ),
-            (
-                self.burst_count > 1 && self.burst_interval_us < room_us,
+                is_burst && self.burst_interval_us < room_us,
                 "burst interval",
             ),
             (train_us > self.period_us, "burst longer than the period"),
@@ -177,30 +176,21 @@ impl TrainSpec {
 impl Expectation {
     /// Trains of one channel in order of time.
     pub(super) fn trains_of(&self, channel: u8) -> Vec<&TrainSpec> {
-        let mut trains: Vec<&TrainSpec> = self
-            .trains
-            .iter()
-            .filter(|train| train.channel == channel)
-            .collect();
+        let mut trains: Vec<_> = self.trains.iter().collect();
+        trains.retain(|train| train.channel == channel);
         trains.sort_by_key(|train| train.active_us.start);
         trains
     }
 
     /// Contradictions within the expectation.
     pub(super) fn contradictions(&self) -> Vec<Violation> {
-        let wrong = |channel, t_us, field| Violation {
-            t_us,
-            channel,
-            rule: Rule::Specification(field),
+        let wrong =
+            |channel, t_us, field| Violation::new(t_us, channel, Rule::Specification(field));
+        let contradiction = |train: &TrainSpec| {
+            let field = train.contradiction(self)?;
+            Some(wrong(train.channel, train.active_us.start, field))
         };
-        let mut found: Vec<Violation> = self
-            .trains
-            .iter()
-            .filter_map(|train| {
-                let field = train.contradiction(self)?;
-                Some(wrong(train.channel, train.active_us.start, field))
-            })
-            .collect();
+        let mut found: Vec<_> = self.trains.iter().filter_map(contradiction).collect();
         for channel in 0..CHANNELS as u8 {
             for pair in self.trains_of(channel).windows(2) {
                 let start_us = pair[1].active_us.start;

@@ -21,16 +21,11 @@ pub(super) fn judge_own_grounding(
         while record.grounded.get(first).is_some_and(|g| g.1 <= from_us) {
             first += 1;
         }
-        let discharged = record.grounded[first..]
-            .iter()
-            .take_while(|grounded| grounded.0 < until_us)
-            .any(|grounded| grounded.1 - grounded.0 >= expected.limits.ground_us);
+        let grounded = record.grounded[first..].iter();
+        let mut before = grounded.take_while(|grounded| grounded.0 < until_us);
+        let discharged = before.any(|g| g.1 - g.0 >= expected.limits.ground_us);
         if !discharged {
-            found.push(Violation {
-                t_us: from_us,
-                channel: pair[0].channel,
-                rule: Rule::Discharge,
-            });
+            found.push(Violation::new(from_us, pair[0].channel, Rule::Discharge));
         }
     }
 }
@@ -50,10 +45,8 @@ pub(super) fn judge_groups(
         .map(|pulse| pulse.start_us)
         .fold(expected.end_us, u64::min);
     for channel in 0..CHANNELS as u8 {
-        let group = expected
-            .groups
-            .iter()
-            .find(|group| group.members.contains(&channel));
+        let mut groups = expected.groups.iter();
+        let group = groups.find(|group| group.members.contains(&channel));
         let others = group.map_or_else(Vec::new, |group| pulsing_others(records, group, channel));
         let bystander = Bystander {
             channel,
@@ -73,12 +66,9 @@ fn pulsing_others(
     group: &Group,
     channel: u8,
 ) -> Vec<Interval> {
-    group
-        .members
-        .iter()
-        .filter(|&&member| member != channel)
-        .map(|&member| pulsing(&records[usize::from(member)].pulses))
-        .fold(Vec::new(), |set, pulses| union(&set, &pulses))
+    let others = group.members.iter().filter(|&&member| member != channel);
+    let pulsing = others.map(|&member| pulsing(&records[usize::from(member)].pulses));
+    pulsing.fold(Vec::new(), |set, pulses| union(&set, &pulses))
 }
 
 fn pulsing(pulses: &[Pulse]) -> Vec<Interval> {
@@ -109,13 +99,7 @@ impl Bystander<'_> {
         };
         let due = before(&difference(&due, &own), self.horizon_us);
         let seen = before(&self.record.grounded, self.horizon_us);
-        let mut report = |t_us, rule| {
-            found.push(Violation {
-                t_us,
-                channel: self.channel,
-                rule,
-            });
-        };
+        let mut report = |t_us, rule| found.push(Violation::new(t_us, self.channel, rule));
         for (start_us, end_us) in difference(&due, &seen) {
             report(start_us, self.missing(start_us, end_us - start_us));
         }
@@ -150,17 +134,12 @@ impl Bystander<'_> {
     /// Grounding that the channel's own monophasic pulses call for.
     fn discharge(&self) -> Vec<Interval> {
         let mut set = Vec::new();
-        for (
-            index,
-            Timed {
-                pulse, ground_us, ..
-            },
-        ) in self.timed.iter().enumerate()
-        {
+        for (index, timed) in self.timed.iter().enumerate() {
+            let pulse = timed.pulse;
             if pulse.phases == 1 && pulse.complete {
                 let next = self.timed.get(index + 1);
                 let until_us = next.map_or(u64::MAX, |next| next.pulse.start_us);
-                self.discharge_one(pulse.end_us(), *ground_us, until_us, &mut set);
+                self.discharge_one(pulse.end_us(), timed.ground_us, until_us, &mut set);
             }
         }
         set

@@ -57,11 +57,7 @@ fn out_of_order(trace: &Trace, end_us: u64) -> Option<Violation> {
     let bad_level = first_bad(levels, end_us, |last, t_us| t_us > last);
     let bad_write = first_bad(writes, end_us, |last, t_us| t_us >= last);
     let t_us = bad_level.or(bad_write)?;
-    Some(Violation {
-        t_us,
-        channel: 0,
-        rule: Rule::TimeOrder,
-    })
+    Some(Violation::new(t_us, 0, Rule::TimeOrder))
 }
 
 /// The first time that does not follow its predecessor, or lies past the end.

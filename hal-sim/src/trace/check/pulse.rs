@@ -12,17 +12,9 @@ pub(super) fn judge(
     expected: &Expectation,
     found: &mut Vec<Violation>,
 ) {
-    let mut report = |t_us, rule| {
-        found.push(Violation {
-            t_us,
-            channel,
-            rule,
-        });
-    };
-    let (width, max) = (
-        &expected.limits.width_us,
-        expected.max_code[usize::from(channel)],
-    );
+    let mut report = |t_us, rule| found.push(Violation::new(t_us, channel, rule));
+    let width = &expected.limits.width_us;
+    let max = expected.max_code[usize::from(channel)];
     for pulse in &record.pulses {
         for &width_us in &pulse.width_us[..usize::from(pulse.phases)] {
             let too_short = pulse.complete && width_us < *width.start();
@@ -53,10 +45,8 @@ pub(super) fn judge_writes(
     found: &mut Vec<Violation>,
 ) {
     let mut writes = writes.iter().peekable();
-    for Timed {
-        pulse, burst_us, ..
-    } in timed
-    {
+    for timed in timed {
+        let (pulse, burst_us) = (timed.pulse, timed.burst_us);
         let quiet_from_us = burst_us.saturating_sub(expected.limits.dac_lead_us);
         while writes.next_if(|&&t_us| t_us <= quiet_from_us).is_some() {}
         while let Some(&t_us) = writes.next_if(|&&t_us| t_us < pulse.end_us()) {
@@ -64,11 +54,7 @@ pub(super) fn judge_writes(
                 Some(lead_us) if lead_us > 0 => Rule::DacLate { lead_us },
                 _ => Rule::DacDuringBurst,
             };
-            found.push(Violation {
-                t_us,
-                channel: pulse.channel,
-                rule,
-            });
+            found.push(Violation::new(t_us, pulse.channel, rule));
         }
     }
 }
@@ -83,11 +69,8 @@ pub(super) fn judge_repetition(
     for pair in timed.windows(2) {
         let since_us = pair[1].burst_us.saturating_sub(pair[0].burst_us);
         if since_us > 0 && since_us < *expected.limits.period_us.start() {
-            found.push(Violation {
-                t_us: pair[1].pulse.start_us,
-                channel: pair[1].pulse.channel,
-                rule: Rule::Repetition { since_us },
-            });
+            let (pulse, rule) = (pair[1].pulse, Rule::Repetition { since_us });
+            found.push(Violation::new(pulse.start_us, pulse.channel, rule));
         }
     }
 }

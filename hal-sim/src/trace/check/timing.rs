@@ -41,15 +41,10 @@ pub(super) fn compare<'a>(
                 (train.start_us(burst, 0), train.ground_us)
             }
             None => {
-                let nearest_us = trains
-                    .iter()
-                    .filter_map(|train| nearest(train, pulse.start_us))
-                    .min_by_key(|t_us| t_us.abs_diff(pulse.start_us));
-                found.push(violation(
-                    pulse.start_us,
-                    channel,
-                    Rule::OffSchedule { nearest_us },
-                ));
+                let near = trains.iter().filter_map(|it| nearest(it, pulse.start_us));
+                let nearest_us = near.min_by_key(|t_us| t_us.abs_diff(pulse.start_us));
+                let rule = Rule::OffSchedule { nearest_us };
+                found.push(Violation::new(pulse.start_us, channel, rule));
                 (pulse.start_us, 0)
             }
         };
@@ -94,7 +89,7 @@ fn compare_shape(pulse: &Pulse, train: &TrainSpec, dead_time_us: u64, found: &mu
         Shape::Monophasic(first) => (1, first),
     };
     if pulse.first != first || (pulse.complete && pulse.phases != phases) {
-        found.push(violation(pulse.start_us, pulse.channel, Rule::Shape));
+        found.push(Violation::new(pulse.start_us, pulse.channel, Rule::Shape));
     }
     if !pulse.complete || pulse.phases != phases {
         return;
@@ -104,10 +99,13 @@ fn compare_shape(pulse: &Pulse, train: &TrainSpec, dead_time_us: u64, found: &mu
     let mut seen_us = pulse.width_us[0];
     let mut compare = |seen_us: u64, due_us: u64| {
         if seen_us != due_us {
-            let rule = Rule::EdgeTime {
-                expected_us: pulse.start_us + due_us,
-            };
-            found.push(violation(pulse.start_us + seen_us, pulse.channel, rule));
+            let expected_us = pulse.start_us + due_us;
+            let rule = Rule::EdgeTime { expected_us };
+            found.push(Violation::new(
+                pulse.start_us + seen_us,
+                pulse.channel,
+                rule,
+            ));
         }
     };
     compare(seen_us, due_us);
@@ -139,7 +137,11 @@ impl<'a> RollCall<'a> {
         let count = number.saturating_sub(self.next);
         if expected.complete && count > 0 {
             let t_us = self.start_us(self.next);
-            found.push(violation(t_us, self.train.channel, Rule::Missing { count }));
+            found.push(Violation::new(
+                t_us,
+                self.train.channel,
+                Rule::Missing { count },
+            ));
         }
     }
 
@@ -157,13 +159,5 @@ impl<'a> RollCall<'a> {
     fn start_us(&self, number: u64) -> u64 {
         let count = self.train.burst_count;
         self.train.start_us(number / count, number % count)
-    }
-}
-
-fn violation(t_us: u64, channel: u8, rule: Rule) -> Violation {
-    Violation {
-        t_us,
-        channel,
-        rule,
     }
 }

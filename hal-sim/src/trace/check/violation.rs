@@ -116,6 +116,17 @@ pub enum Rule {
     Overlap,
 }
 
+impl Violation {
+    /// This rule, broken by a channel at this instant.
+    pub(super) const fn new(t_us: u64, channel: u8, rule: Rule) -> Self {
+        Self {
+            t_us,
+            channel,
+            rule,
+        }
+    }
+}
+
 impl fmt::Display for Violation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let channel = self.channel + 1;

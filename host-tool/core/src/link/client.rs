@@ -230,8 +230,9 @@ impl<P: Port> Client<P> {
         let bytes = self.port.receive(until_us)?;
         let now_us = self.port.now_us();
         let mut answer = None;
-        for byte in bytes {
-            let Some(Ok(message)) = self.decoder.push(byte) else {
+        let mut rest = bytes.as_slice();
+        while !rest.is_empty() {
+            let Some(Ok(message)) = self.decoder.take(&mut rest) else {
                 continue;
             };
             let response = postcard::from_bytes::<Response<'_>>(message);

@@ -2,6 +2,7 @@
 
 use super::At;
 use super::ink::{self, Color, Paint, Shape, Stroke};
+use crate::number;
 use std::fmt::Write;
 
 /// What is drawn so far.
@@ -79,11 +80,17 @@ fn short(value: f64) -> f64 {
     (value * 10.0).round() / 10.0 + 0.0
 }
 
+/// Points as an SVG lists them.
 fn path(points: &[At]) -> String {
-    let each = points
-        .iter()
-        .map(|(x, y)| format!("{},{}", short(*x), short(*y)));
-    each.collect::<Vec<_>>().join(" ")
+    let mut all = Vec::with_capacity(12 * points.len());
+    for (x, y) in points {
+        number::push(&mut all, short(*x));
+        all.push(b',');
+        number::push(&mut all, short(*y));
+        all.push(b' ');
+    }
+    all.pop(); // the last space
+    String::from_utf8(all).unwrap_or_default() // numbers are
 }
 
 impl Canvas {

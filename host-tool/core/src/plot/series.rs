@@ -21,14 +21,20 @@ pub fn shorten(points: impl Iterator<Item = Point>, buckets: usize) -> Vec<Vec<P
 }
 
 /// The smallest and the largest of some points, earlier first; one if they are the same.
-fn extremes(points: &[Point]) -> Vec<Point> {
+fn extremes(points: &[Point]) -> impl Iterator<Item = Point> {
     let by_value = |a: &&Point, b: &&Point| a.1.total_cmp(&b.1);
     let low = points.iter().min_by(by_value).copied();
     let high = points.iter().max_by(by_value).copied();
-    let mut both: Vec<Point> = low.into_iter().chain(high).collect();
-    both.sort_by(|a, b| a.0.total_cmp(&b.0));
-    both.dedup();
-    both
+    let both = low.zip(high).map(|(low, high)| {
+        let is_high_first = high.0.total_cmp(&low.0).is_lt();
+        let ends = if is_high_first {
+            (high, low)
+        } else {
+            (low, high)
+        };
+        [Some(ends.0), Some(ends.1).filter(|_| low != high)]
+    });
+    both.into_iter().flatten().flatten()
 }
 
 /// Smallest and largest of some values; `None` if none is finite.

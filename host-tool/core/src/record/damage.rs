@@ -69,7 +69,13 @@ pub(super) fn of(dir: &Path, counted: &[Counted], found: &[(PathBuf, Held)]) -> 
             }
         }
     });
-    each.collect()
+    let known = |folder: &PathBuf| {
+        let mut names = counted.iter().enumerate();
+        names.any(|(position, trial)| trial_folder(dir, position, &trial.name) == *folder)
+    };
+    let added = found.iter().filter(|(folder, _)| !known(folder));
+    let added = added.map(|(folder, _)| format!("the folder {} was added", last(folder)));
+    each.chain(added).collect()
 }
 
 /// Of a trial whose folder is not that of a trial any more.

@@ -25,7 +25,8 @@ impl fmt::Display for Difference {
 }
 
 /// Holds the rows of `again` to those of `record`. Of a record that was cut
-/// short as far as it goes; what a session's end says, it cannot say.
+/// short, what was cut is held as far as it goes, be it the last trial or some
+/// that ran side by side; what a session's end says, it cannot say.
 #[must_use]
 pub fn compare_rows(record: &Run, again: &Run) -> Option<Difference> {
     let is_cut = record.ending.is_incomplete();
@@ -39,8 +40,10 @@ pub fn compare_rows(record: &Run, again: &Run) -> Option<Difference> {
         };
         let is_last = position + 1 == record.trials.len();
         let (rows, others) = (samples(trial), samples(other));
+        let is_whole = rows.len() == others.len() && trial.events == other.events;
+        let is_cut = is_cut && (is_last || !is_whole);
         // What came after the stop was asked for is not the session's.
-        let kept = if is_cut && is_last {
+        let kept = if is_cut {
             until_cut(trial, &rows)
         } else {
             rows.len().max(others.len())
@@ -49,7 +52,7 @@ pub fn compare_rows(record: &Run, again: &Run) -> Option<Difference> {
         if let Some(line) = lines.find(|&line| rows.get(line) != others.get(line)) {
             return of("samples.csv", line + 1);
         }
-        if is_cut && is_last {
+        if is_cut {
             continue;
         }
         let edges = (0..trial.edges.len().max(other.edges.len()))

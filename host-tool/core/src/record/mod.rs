@@ -233,6 +233,13 @@ pub struct ElectrodeReading {
 }
 
 impl Trial {
+    /// Whether anything was to be followed: an angle, a wall or a force. What
+    /// follows nothing is open loop.
+    #[must_use]
+    pub fn follows(&self) -> bool {
+        self.joint || self.wall.is_some() || self.channels.iter().any(|c| c.force)
+    }
+
     /// The predicted force of a channel, N; `None` without a muscle.
     #[must_use]
     pub fn force_n(&self, sample: &Sample, channel: u8) -> Option<f64> {
@@ -248,14 +255,6 @@ impl Trial {
         sample.wanted_n.get(place).copied().flatten()
     }
 
-    /// The pulse rate that force control gives a channel, Hz; `None` without, and
-    /// while the channel plays nothing.
-    #[must_use]
-    pub fn rate_hz(&self, sample: &Sample, channel: u8) -> Option<f64> {
-        let place = self.place(channel, |c| c.force)?;
-        sample.rates_hz.get(place).copied().flatten()
-    }
-
     /// The two forces that a channel's limits can give, N, if they could not give
     /// the wanted one between them.
     #[must_use]
@@ -266,7 +265,7 @@ impl Trial {
     }
 
     /// A channel's place among those that have something.
-    fn place(&self, channel: u8, has: fn(&ChannelInfo) -> bool) -> Option<usize> {
+    pub(crate) fn place(&self, channel: u8, has: fn(&ChannelInfo) -> bool) -> Option<usize> {
         let mut such = self.channels.iter().filter(|c| has(c));
         such.position(|c| c.number == channel)
     }

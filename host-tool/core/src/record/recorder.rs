@@ -54,9 +54,8 @@ impl Recorder {
         };
         recorder.describe()?;
         recorder.accompany(trial)?;
-        table::write_sample_header(&mut recorder.row, &trial.channels)
-            .and_then(|()| recorder.append())
-            .map_err(RecordError::write(&path))?;
+        table::push_sample_header(&mut recorder.row, &trial.channels);
+        recorder.append().map_err(RecordError::write(&path))?;
         recorder.edges(&trial.edges)?;
         trial.samples.iter().try_for_each(|s| recorder.sample(s))?;
         Ok(recorder)
@@ -64,8 +63,8 @@ impl Recorder {
 
     /// Appends a sample.
     pub fn sample(&mut self, sample: &Sample) -> Result<(), RecordError> {
-        table::write_sample(&mut self.row, sample, &self.trial.channels)
-            .and_then(|()| self.append())
+        table::push_sample(&mut self.row, sample, &self.trial.channels);
+        self.append()
             .map_err(|source| RecordError::write(&self.folder.join("samples.csv"))(source))
     }
 

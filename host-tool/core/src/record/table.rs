@@ -1,6 +1,7 @@
 //! CSV of samples and edges. Numbers are written so that they read back exactly.
 
 use super::{ChannelInfo, DeviceState, Edge, RecordError, Sample, State, columns};
+use crate::number;
 use std::io::{self, Write};
 use std::path::Path;
 use std::str::FromStr;
@@ -15,66 +16,50 @@ const FIXED: [&str; 7] = [
     "limiting",
     "state",
 ];
-/// Writes the header of `samples.csv`.
-pub(super) fn write_sample_header(
-    out: &mut impl Write,
-    channels: &[ChannelInfo],
-) -> io::Result<()> {
-    writeln!(out, "{}", columns::header(&columns::SAMPLES, channels))
+
+/// Appends the header of `samples.csv`.
+pub(super) fn push_sample_header(text: &mut Vec<u8>, channels: &[ChannelInfo]) {
+    text.extend_from_slice(columns::header(&columns::SAMPLES, channels).as_bytes());
+    text.push(b'\n');
 }
 
-/// Writes one row. What is not known or not there becomes an empty field, never
+/// Appends one row. What is not known or not there becomes an empty field, never
 /// a zero; surplus amplitudes or forces have no column and are left out.
-pub(super) fn write_sample(
-    out: &mut impl Write,
-    sample: &Sample,
-    channels: &[ChannelInfo],
-) -> io::Result<()> {
+pub(super) fn push_sample(text: &mut Vec<u8>, sample: &Sample, channels: &[ChannelInfo]) {
     let predicted = channels.iter().filter(|c| c.muscle).count();
     let controlled = channels.iter().filter(|c| c.force).count();
-    write_number(out, sample.t_s)?;
+    number::push(text, sample.t_s);
     for value in [sample.target_deg, sample.measured_deg, sample.true_deg] {
-        write_field(out, value)?;
+        push_field(text, value);
     }
-    write_field(out, sample.effort)?;
-    let state = word(&DEVICE_STATES, sample.state);
-    write!(out, ",{},{state}", u8::from(sample.limiting))?;
-    let forces: Vec<Option<f64>> = sample.forces_n.iter().copied().map(Some).collect();
-    for (values, columns) in [
-        (&sample.amplitudes, channels.len()),
-        (&forces, predicted),
-        (&sample.wanted_n, controlled),
-        (&sample.rates_hz, controlled),
-        (&sample.below_n, controlled),
-        (&sample.above_n, controlled),
+    push_field(text, sample.effort);
+    text.extend_from_slice(if sample.limiting { b",1," } else { b",0," });
+    text.extend_from_slice(word(&DEVICE_STATES, sample.state).as_bytes());
+    for column in 0..channels.len() {
+        push_field(text, sample.amplitudes.get(column).copied().flatten());
+    }
+    for column in 0..predicted {
+        push_field(text, sample.forces_n.get(column).copied());
+    }
+    for values in [
+        &sample.wanted_n,
+        &sample.rates_hz,
+        &sample.below_n,
+        &sample.above_n,
     ] {
-        for column in 0..columns {
-            write_field(out, values.get(column).copied().flatten())?;
+        for column in 0..controlled {
+            push_field(text, values.get(column).copied().flatten());
         }
     }
-    writeln!(out)
+    text.push(b'\n');
 }
 
-/// Writes a comma and the value, if there is one.
-fn write_field(out: &mut impl Write, value: Option<f64>) -> io::Result<()> {
-    match value {
-        Some(value) => {
-            out.write_all(b",")?;
-            write_number(out, value)
-        }
-        None => out.write_all(b","),
+/// Appends a comma and the value, if there is one.
+fn push_field(text: &mut Vec<u8>, value: Option<f64>) {
+    text.push(b',');
+    if let Some(value) = value {
+        number::push(text, value);
     }
-}
-
-/// Writes the shortest decimal that reads back exactly, as `Display` does at
-/// several times the cost: only what that may write otherwise is left to it.
-fn write_number(out: &mut impl Write, value: f64) -> io::Result<()> {
-    let mut buffer = zmij::Buffer::new();
-    let text = buffer.format(value);
-    if !value.is_finite() || text.contains('e') || may_tie(value) {
-        return write!(out, "{value}");
-    }
-    out.write_all(text.strip_suffix(".0").unwrap_or(text).as_bytes())
 }
 
 /// Writes samples with their header.
@@ -83,11 +68,12 @@ pub fn write_samples(
     channels: &[ChannelInfo],
     samples: &[Sample],
 ) -> io::Result<()> {
-    write_sample_header(out, channels)?;
+    let mut text = Vec::new();
+    push_sample_header(&mut text, channels);
     for sample in samples {
-        write_sample(out, sample, channels)?;
+        push_sample(&mut text, sample, channels);
     }
-    Ok(())
+    out.write_all(&text)
 }
 
 /// Writes edges as `t_us,channel,state,dac_code`, the columns of `flexor edges`.
@@ -262,51 +248,5 @@ impl Row<'_> {
         let (name, text) = (&self.rows.header[column], self.text(column));
         let what = format!("{name}: \"{text}\" is not a value of this column");
         self.rows.error(self.line, what)
-    }
-}
-
-/// Whether two shortest decimals may be equally near `value`, of which either could
-/// be written. Then its exact decimal has one digit more and ends in 5. An odd
-/// number m of 53 − t bits over 2^k has the digits of m·5^k, at most 18 for that:
-/// k ≤ 3.4 + 0.43·t; and half a unit of the digit before lies within half of the
-/// last bit's: k ≥ 1.4 + 0.43·t. Bounds here are a little wider.
-fn may_tie(value: f64) -> bool {
-    let bits = value.to_bits();
-    let t = bits.trailing_zeros().min(52) as i32;
-    let exponent = (bits >> 52 & 0x7FF) as i32 - 1023;
-    let k = 52 - t - exponent;
-    (3 * t..=3 * t + 35).contains(&(7 * k))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use hal_sim::random::Random;
-
-    #[test]
-    fn numbers_are_written_as_they_are_displayed() {
-        let is_same = |value: f64| {
-            let mut written = Vec::new();
-            write_number(&mut written, value).unwrap();
-            assert_eq!(String::from_utf8(written).unwrap(), value.to_string());
-        };
-        [0.0, -0.0, 1.0, -3.0, 0.1 + 0.2, f64::NAN]
-            .into_iter()
-            .for_each(is_same);
-        [1e15, 1e16, 1e17, 1e300, f64::MAX, f64::INFINITY]
-            .into_iter()
-            .for_each(is_same);
-        [1e-4, 1e-5, 1e-7, 5e-324, f64::NEG_INFINITY]
-            .into_iter()
-            .for_each(is_same);
-        let mut random = Random::new(1);
-        for _ in 0..50_000 {
-            is_same(f64::from_bits(random.word()));
-            is_same(random.below(1 << 24) as f64 * 1e-3);
-            is_same(random.log_between(1e-9, 1e18));
-            // Odd numbers over powers of two, among which there are ties.
-            let odd = (random.word() >> (11 + random.below(52)) | 1) as f64;
-            is_same(odd / (random.below(60) as f64).exp2());
-        }
     }
 }

@@ -7,7 +7,6 @@ use crate::analysis::{force_metrics, hits, metrics_but_lag};
 use crate::plot::canvas::escape;
 use crate::record::{Run, Trial};
 use serde::Serialize;
-use std::fmt::Write;
 use std::path::Path;
 
 /// A record and what to call it.
@@ -108,17 +107,16 @@ fn cells(row: &CompareRow) -> [String; 6] {
 pub fn compare_text(all: &[Compared]) -> String {
     let mut text = String::new();
     for (position, compared) in all.iter().enumerate() {
-        let _ = writeln!(text, "{:>2}  {}", position + 1, compared.name);
+        text.push_str(&format!("{:>2}  {}\n", position + 1, compared.name));
         if let Some(damaged) = compared.run.damaged(Path::new(&compared.name)) {
-            let _ = writeln!(text, "    {damaged}");
+            text.push_str(&format!("    {damaged}\n"));
         }
     }
     let [length, rmse, force, deepest, pulses, _] = HEADS;
-    let _ = writeln!(
-        text,
-        "\n    {:<18}{length:>9}{rmse:>8}{force:>9}{deepest:>8}{pulses:>7}",
+    text.push_str(&format!(
+        "\n    {:<18}{length:>9}{rmse:>8}{force:>9}{deepest:>8}{pulses:>7}\n",
         "trial"
-    );
+    ));
     for row in compare_rows(all) {
         let [length, rmse, force, deepest, pulses, _] = cells(&row);
         let name: String = row.trial.chars().take(17).collect();
@@ -130,10 +128,9 @@ pub fn compare_text(all: &[Compared]) -> String {
             _ => "",
         };
         let number = row.number;
-        let _ = writeln!(
-            text,
-            "{number:>2}  {name:<18}{length:>9}{rmse:>8}{force:>9}{deepest:>8}{pulses:>7}{mark}"
-        );
+        text.push_str(&format!(
+            "{number:>2}  {name:<18}{length:>9}{rmse:>8}{force:>9}{deepest:>8}{pulses:>7}{mark}\n"
+        ));
     }
     text.trim_end().to_owned()
 }
@@ -152,10 +149,9 @@ pub fn compare_page(all: &[Compared]) -> String {
         let device = escape(&compared.run.device_in_words());
         let caveat = compared.run.caveat();
         let caveat = caveat.map_or_else(String::new, |text| format!(" <b>{}</b>", escape(&text)));
-        let _ = writeln!(
-            out,
-            "<li>{title}: {device}, <code>{name}</code>{caveat}</li>"
-        );
+        out.push_str(&format!(
+            "<li>{title}: {device}, <code>{name}</code>{caveat}</li>\n"
+        ));
     }
     out += "</ol>\n";
     let rows = compare_rows(all).into_iter().map(|row| {
@@ -177,7 +173,7 @@ pub fn compare_page(all: &[Compared]) -> String {
         .collect();
     let figure = trajectory::figure(&trials);
     if !figure.is_empty() {
-        let _ = writeln!(out, "<figure>{figure}</figure>");
+        out.push_str(&format!("<figure>{figure}</figure>\n"));
     }
     document(&title, &out)
 }

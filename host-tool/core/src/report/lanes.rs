@@ -18,8 +18,43 @@ const COLUMNS: usize = 3;
 /// As many as a third of a screen can show.
 const BUCKETS: usize = 200;
 
-/// Picks what a row shows of a channel in a sample.
-type Value = fn(&Trial, &Sample, u8) -> Option<f64>;
+/// What a row shows of a channel.
+#[derive(Clone, Copy)]
+enum Value {
+    /// Amplitude; a channel that plays nothing puts out nothing.
+    Amplitude,
+    /// Predicted force.
+    Force,
+    /// Wanted force.
+    Wanted,
+    /// Pulse rate.
+    Rate,
+}
+
+impl Value {
+    /// What a trial knows of it over time.
+    fn course(self, trial: &Trial, channel: u8) -> impl Iterator<Item = Point> {
+        let place = trial.place(
+            channel,
+            match self {
+                Self::Amplitude => |_| true,
+                Self::Force => |c| c.muscle,
+                Self::Wanted | Self::Rate => |c| c.force,
+            },
+        );
+        let value = move |sample: &Sample| {
+            let known = |values: &[Option<f64>]| values.get(place?).copied();
+            match self {
+                Self::Amplitude => Some(known(&sample.amplitudes)?.unwrap_or(0.0)),
+                Self::Force => sample.forces_n.get(place?).copied(),
+                Self::Wanted => known(&sample.wanted_n)?,
+                Self::Rate => known(&sample.rates_hz)?,
+            }
+        };
+        let samples = trial.samples.iter();
+        samples.filter_map(move |sample| Some((sample.t_s, value(sample)?)))
+    }
+}
 
 /// One row.
 struct Lane {
@@ -34,11 +69,7 @@ struct Lane {
 
 /// Amplitude of every channel over time, or nothing without channels.
 pub(super) fn amplitudes(trials: &[Trial]) -> String {
-    // A channel that plays nothing puts out nothing.
-    let value: Value = |trial, sample, n| {
-        let column = trial.channels.iter().position(|c| c.number == n)?;
-        Some(sample.amplitudes.get(column)?.unwrap_or(0.0))
-    };
+    let value = Value::Amplitude;
     let lane = |channel: &ChannelInfo| {
         let top = largest(trials, value, channel.number).max(channel.limit);
         let unit = format!("amplitude ({})", channel.unit);
@@ -56,22 +87,19 @@ pub(super) fn amplitudes(trials: &[Trial]) -> String {
 /// Predicted force of every channel with a muscle over time, and the wanted one
 /// where it is controlled; nothing without muscles.
 pub(super) fn forces(trials: &[Trial]) -> String {
-    let predicted: Value = |trial, sample, n| trial.force_n(sample, n);
-    let wanted: Value = |trial, sample, n| trial.wanted_n(sample, n);
     let shown = |channel: &ChannelInfo| channel.muscle;
     let what = ("Predicted force over time", "force (N)");
-    alike(trials, what, shown, &[predicted, wanted])
+    alike(trials, what, shown, &[Value::Force, Value::Wanted])
 }
 
 /// Pulse rate of every channel under force control over time, or nothing.
 pub(super) fn rates(trials: &[Trial]) -> String {
-    let rate: Value = |trial, sample, n| trial.rate_hz(sample, n);
     let shown = |channel: &ChannelInfo| channel.force;
     alike(
         trials,
         ("Pulse rate over time", "rate (Hz)"),
         shown,
-        &[rate],
+        &[Value::Rate],
     )
 }
 
@@ -103,7 +131,7 @@ fn channels(trials: &[Trial]) -> Vec<&ChannelInfo> {
 }
 
 fn largest(trials: &[Trial], value: Value, n: u8) -> f64 {
-    let of_trial = |trial: &Trial| range(trial.samples.iter().filter_map(|s| value(trial, s, n)));
+    let of_trial = |trial: &Trial| range(value.course(trial, n).map(|(_, value)| value));
     let tops = trials.iter().filter_map(of_trial).map(|(_, high)| high);
     tops.fold(1e-3, f64::max)
 }
@@ -130,11 +158,8 @@ impl Lane {
         let strokes = [stroke(color, 1.3), stroke(INK, 1.0)];
         let mut marks = Vec::new();
         for (n, (value, line)) in values.iter().zip(strokes).enumerate() {
-            let known = trial.samples.iter();
-            let points = known.filter_map(|s| {
-                let value = value(trial, s, self.number)?;
-                Some((s.t_s, self.height(row, value)))
-            });
+            let known = value.course(trial, self.number);
+            let points = known.map(|(t_s, value)| (t_s, self.height(row, value)));
             for part in shorten(points, BUCKETS) {
                 if let (0, Some(tint)) = (n, channel_mark(self.number).tint()) {
                     marks.push(Mark::Outline(closed(&part, self.height(row, 0.0)), tint));

@@ -8,14 +8,13 @@ use super::{Report, bars, edges, lanes, trajectory};
 use crate::analysis::{Metrics, force_metrics, hits, metrics_but_lag};
 use crate::plot::canvas::escape;
 use crate::record::{Assumption, Role, Run, Trial};
-use std::fmt::Write;
 
 /// A self-contained HTML document, about 50 kB a trial. No script, no request.
 pub fn page(report: &Report) -> String {
     let run = report.run;
     let mut out = format!("<p class=\"result\">{}</p>\n", escape(&headline(run)));
     out.push_str(&figure(&trajectory::figure(&run.trials), ""));
-    let _ = writeln!(out, "<p class=\"facts\">{}</p>", facts(run));
+    out.push_str(&format!("<p class=\"facts\">{}</p>\n", facts(run)));
 
     let tables = metrics_table(&run.trials) + &hits_table(&run.trials) + &force_table(&run.trials);
     let log =
@@ -33,7 +32,7 @@ pub fn page(report: &Report) -> String {
         ("How to reproduce", reproduce(report)),
     ] {
         if !body.is_empty() {
-            let _ = writeln!(out, "<section><h2>{title}</h2>\n{body}</section>");
+            out.push_str(&format!("<section><h2>{title}</h2>\n{body}</section>\n"));
         }
     }
     document(&escape(&run.title), &out)
@@ -51,12 +50,20 @@ pub(super) fn document(title: &str, body: &str) -> String {
     )
 }
 
-/// Whether the record is whole and the run complete, and what it shows.
+/// Whether the record is whole and the run complete, whether anything was played,
+/// and what it shows.
 fn headline(run: &Run) -> String {
-    match run.caveat() {
-        Some(caveat) => format!("{caveat} {}", result(run)),
-        None => result(run),
+    let silent = |trial: &Trial| Some((capitalised(&trial.name), trial.silent.clone()?));
+    let silent: Vec<_> = run.trials.iter().filter_map(silent).collect();
+    let told = silent
+        .iter()
+        .map(|(name, why)| format!("{name}: no pulse was played: {why}."));
+    let mut all: Vec<String> = run.caveat().into_iter().chain(told).collect();
+    // Nothing followed anything where nothing was stimulated.
+    if silent.is_empty() || silent.len() < run.trials.len() {
+        all.push(result(run));
     }
+    all.join(" ")
 }
 
 /// The run in one sentence.
@@ -95,10 +102,7 @@ fn result(run: &Run) -> String {
 
 /// Why there is nothing to judge.
 fn nothing_judged(run: &Run) -> &'static str {
-    let follows = |trial: &Trial| {
-        trial.joint || trial.wall.is_some() || trial.channels.iter().any(|c| c.force)
-    };
-    if run.trials.iter().any(follows) {
+    if run.trials.iter().any(Trial::follows) {
         "Nothing was recorded of the time that is judged."
     } else {
         "Open loop: nothing was to be followed."
@@ -176,7 +180,7 @@ fn facts(run: &Run) -> String {
         run.seed_in_words()
     );
     if let Some(factor) = run.host.speed_factor {
-        let _ = write!(facts, " · {factor:.0} × real time");
+        facts.push_str(&format!(" · {factor:.0} × real time"));
     }
     if run.is_simulated() {
         facts.push_str(" · <b>Simulated wearer: no evidence about people.</b>");
@@ -263,6 +267,9 @@ fn assumptions(all: &[Assumption]) -> String {
 
 fn reproduce(report: &Report) -> String {
     let run = report.run;
+    if run.trials.iter().all(|trial| trial.identity.is_none()) {
+        return "<p>No device answered: there is nothing to repeat.</p>\n".to_owned();
+    }
     let mut text = format!(
         "<pre>{}</pre>\n<p>Seed {}, Flexor {}. The data are beside this page: a folder per \
          trial with <code>samples.csv</code> and <code>edges.csv</code>, and \
@@ -282,7 +289,7 @@ fn reproduce(report: &Report) -> String {
         })
         .collect();
     if !items.is_empty() {
-        let _ = write!(text, "<ul>\n{items}</ul>\n");
+        text.push_str(&format!("<ul>\n{items}</ul>\n"));
     }
     text
 }

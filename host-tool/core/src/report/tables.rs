@@ -3,7 +3,6 @@
 use crate::analysis::{Metrics, force_metrics, hits, metrics, metrics_but_lag};
 use crate::plot::canvas::escape;
 use crate::record::{PaperRow, Trial};
-use std::fmt::Write;
 
 /// "9.53°": three digits, as the papers print.
 pub(super) fn degrees(value: f64) -> String {
@@ -159,20 +158,18 @@ pub(super) fn paper_table(trials: &[Trial], paper: &[PaperRow]) -> String {
             rows.push_str("<tr>");
             if position == 0 {
                 let (span, name) = (own.len(), escape(&trial.name));
-                let _ = write!(
-                    rows,
+                rows.push_str(&format!(
                     "<th scope=\"rowgroup\" rowspan=\"{span}\">{name}</th>\
                      <td rowspan=\"{span}\"><b>{here}</b></td>"
-                );
+                ));
             }
             let values: Vec<_> = row.values.iter().map(|value| degrees(*value)).collect();
             let mean = row.mean().map_or("–".to_owned(), degrees);
-            let _ = writeln!(
-                rows,
-                "<td>{}</td><td>{mean}</td><td class=\"words\">{}</td></tr>",
+            rows.push_str(&format!(
+                "<td>{}</td><td>{mean}</td><td class=\"words\">{}</td></tr>\n",
                 values.join(" · "),
                 escape(&row.source)
-            );
+            ));
         }
     }
     table(
@@ -232,10 +229,7 @@ pub(super) fn event_table(trials: &[Trial]) -> String {
     for trial in trials {
         for (t_s, what) in &trial.events {
             let (name, what) = (escape(&trial.name), escape(what));
-            let _ = writeln!(
-                rows,
-                "<tr><th scope=\"row\">{name}</th><td>{t_s:.3} s</td><td class=\"words\">{what}</td></tr>"
-            );
+            rows.push_str(&format!("<tr><th scope=\"row\">{name}</th><td>{t_s:.3} s</td><td class=\"words\">{what}</td></tr>\n"));
         }
     }
     table("Trial|Time|Event".split('|'), &rows, "")

@@ -82,10 +82,10 @@ pub(super) fn figure(trials: &[Trial]) -> String {
 fn legend(trials: &[Trial]) -> Vec<(Key, String)> {
     let walls = || trials.iter().filter_map(|trial| trial.wall);
     let shade = Key::Box(Paint::Full(SHADE));
-    let target = if walls().next().is_some() {
-        "wall"
-    } else {
-        "target"
+    let target = match (walls().next(), trials.iter().any(|trial| trial.joint)) {
+        (Some(_), true) => "target or wall",
+        (Some(_), false) => "wall",
+        (None, _) => "target",
     };
     let mut keys = vec![
         (Key::Line(TARGET), target),
@@ -136,6 +136,7 @@ fn result(trial: &Trial) -> String {
             format!("RMSE {} ({from}–{to} s)", degrees(m.rmse_deg))
         }
         (None, None) if trial.samples.is_empty() => "no samples".to_owned(),
+        (None, None) if trial.follows() => "not judged".to_owned(),
         (None, None) => "open loop".to_owned(),
     }
 }

@@ -183,7 +183,7 @@ pub fn simulated(
     }) = session.sensor()
     {
         let zero = f64::from(code_at_0);
-        world.joint_adc = Some(((f64::from(code_at_100) - zero) / 100.0, zero));
+        world.connect_joint((f64::from(code_at_100) - zero) / 100.0, zero);
     }
     world.outputs = outputs(session);
     Ok(SimulatedPort::new(world))

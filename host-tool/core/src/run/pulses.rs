@@ -1,6 +1,6 @@
 //! Whether a session played a pulse; if it did not, why, most likely.
 
-use crate::session::{Course, Session};
+use crate::session::{Course, ForceCourse, Session};
 use firmware::pulse::CHANNELS;
 use firmware::units::Amplitude;
 use hal_sim::trace::{Edge, State, Trace};
@@ -15,7 +15,7 @@ pub(super) fn played(session: &Session, trace: &Trace, epoch_us: u64) -> u64 {
             false => State::Anodic,
         })
     });
-    let edges = trace.edges().skip_while(|edge| edge.t_us < epoch_us);
+    let edges = trace.edges_from(epoch_us);
     let first = |edge: &Edge| first[usize::from(edge.channel)] == Some(edge.state);
     edges
         .filter(|edge| edge.dac_code > 0 && first(edge))
@@ -39,18 +39,36 @@ pub(super) fn why_silent(session: &Session, length_us: u64, idle_triggers: u64) 
     if first.is_some_and(|offset| offset >= length_us) {
         return "it ended before the first channel's offset_us";
     }
+    if trains().all(|train| u64::from(train.offset_us + train.period_us) >= length_us) {
+        return "it ended with the first pulses, and amplitudes rise from 0";
+    }
     let setpoints = &session.setpoints;
+    let is_nothing = |wanted: &ForceCourse| match wanted {
+        ForceCourse::Ramp(points) => points.iter().all(|&(_, millinewton)| millinewton == 0),
+        ForceCourse::Sine {
+            offset_n,
+            amplitude_n,
+            ..
+        } => *offset_n == 0.0 && *amplitude_n == 0.0,
+    };
     let is_zero = |values: &[(u8, Amplitude)]| values.iter().all(|(_, a)| *a == Amplitude::ZERO);
     match &setpoints.course {
         Course::Amplitudes(values) if is_zero(values) && is_zero(&setpoints.beside) => {
             "all amplitudes that it asks for are 0"
+        }
+        Course::KeepAlive if session.wall.is_none() => {
+            "nothing asks for an amplitude: the session has neither amplitudes nor a wall"
         }
         Course::KeepAlive => "nothing asked for an amplitude: the wall was not touched",
         Course::AngleSine { .. } | Course::AngleSteps(_) => {
             "the control law asked for no amplitude above 0: the joint was where it should be, or \
              nothing measured it"
         }
-        Course::Force(..) => "force control asked for no amplitude above 0: the wanted force is 0",
+        Course::Force(_, wanted) if is_nothing(wanted) => "the wanted force is 0",
+        Course::Force(..) => {
+            "the wanted force is nearer to none than to the least that the muscle gives; a lower \
+             min_frequency_hz lets it give less"
+        }
         Course::Amplitudes(_) => {
             "every amplitude was below the first step of its DAC, or the ramp \
                                   had not begun"

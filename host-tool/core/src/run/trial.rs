@@ -183,8 +183,7 @@ pub fn edges_of_one_period(
 #[must_use]
 pub fn edges_between(trace: &Trace, from_us: u64, to_us: u64) -> Vec<Edge> {
     trace
-        .edges()
-        .skip_while(|edge| edge.t_us < from_us)
+        .edges_from(from_us)
         .take_while(|edge| edge.t_us < to_us)
         .map(|edge| Edge {
             t_us: edge.t_us - from_us,

@@ -6,7 +6,6 @@ use clap::Args;
 use methods::bench::OUTPUTS_US;
 use methods::muscle::Setting;
 use serde_json::{Value, json};
-use std::fmt::Write;
 use std::path::PathBuf;
 use studies::accuracy::study::{self, Found};
 use studies::accuracy::{Chart, Point, WANTED_PCT, cases, digits, measure};
@@ -51,26 +50,24 @@ pub fn main(args: &Accuracy, output: Output) -> anyhow::Result<()> {
 }
 
 /// What changing a parameter costs: a muscle that tires does so once a second.
-fn write_makes(out: &mut String, chart: &Chart) -> std::fmt::Result {
+fn write_makes(out: &mut String, chart: &Chart) {
     let every = OUTPUTS_US.map(|us| format!("{} ms", us / 1000));
-    writeln!(
-        out,
-        "Cycles per second if parameters change once a second\n  {:<26}{:>10}{:>11}{:>11}",
+    out.push_str(&format!(
+        "Cycles per second if parameters change once a second\n  {:<26}{:>10}{:>11}{:>11}\n",
         "",
         "making",
         format!("read {}", every[0]),
         format!("read {}", every[1])
-    )?;
+    ));
     for (setting, cycles) in &chart.makes {
-        write!(out, "  {:<26}{cycles:>10}", setting.to_string())?;
+        out.push_str(&format!("  {:<26}{cycles:>10}", setting.to_string()));
         for output_us in OUTPUTS_US {
             let run = chart.point(*setting, output_us);
             let total = run.map_or(0, |point| point.cycles_per_s + cycles);
-            write!(out, "{total:>11}")?;
+            out.push_str(&format!("{total:>11}"));
         }
-        writeln!(out)?;
+        out.push('\n');
     }
-    Ok(())
 }
 
 /// What the chart says of the shipped choice at one interval of reading.
@@ -114,8 +111,7 @@ fn study_text(again: &[Found]) -> String {
             true => digits(e),
             false => "diverges".to_owned(),
         });
-        // Writing to a `String` cannot fail.
-        let _ = writeln!(out, "  {name:<19}{step:>15}{ours:>10}{theirs:>10}");
+        out.push_str(&format!("  {name:<19}{step:>15}{ours:>10}{theirs:>10}\n"));
     }
     out
 }
@@ -123,27 +119,23 @@ fn study_text(again: &[Found]) -> String {
 fn text(chart: &Chart) -> String {
     let mut out = String::new();
     for output_us in OUTPUTS_US {
-        // Writing to a `String` cannot fail.
-        let _ = write_interval(&mut out, chart, output_us);
+        write_interval(&mut out, chart, output_us);
     }
-    // As above.
-    let _ = write_makes(&mut out, chart);
-    let _ = write!(
-        out,
+    write_makes(&mut out, chart);
+    out.push_str(&format!(
         "\n{} settings; the same bits on host and chip in {} of them",
         chart.points.len(),
         chart.points.len() - chart.differing.len()
-    );
+    ));
     out
 }
 
-fn write_interval(out: &mut String, chart: &Chart, output_us: u32) -> std::fmt::Result {
-    writeln!(out, "Force read every {} ms", output_us / 1000)?;
-    writeln!(
-        out,
-        "  {:<34}{:>9}{:>14}",
+fn write_interval(out: &mut String, chart: &Chart, output_us: u32) {
+    out.push_str(&format!("Force read every {} ms\n", output_us / 1000));
+    out.push_str(&format!(
+        "  {:<34}{:>9}{:>14}\n",
         "Pareto front", "error, %", "cycles per s"
-    )?;
+    ));
     let mut front: Vec<_> = chart.read_every(output_us).filter(|p| p.on_front).collect();
     front.sort_by_key(|p| p.cycles_per_s);
     let line = |p: &Point| {
@@ -155,33 +147,30 @@ fn write_interval(out: &mut String, chart: &Chart, output_us: u32) -> std::fmt::
         )
     };
     for point in front {
-        writeln!(out, "{}", line(point))?;
+        out.push_str(&format!("{}\n", line(point)));
     }
     let Some(verdict) = Verdict::of(chart, output_us) else {
-        return writeln!(out);
+        return out.push('\n');
     };
-    writeln!(out, "  shipped, and the paper's own:")?;
-    writeln!(out, "{}", line(verdict.shipped))?;
-    writeln!(out, "{}", line(verdict.paper))?;
+    out.push_str("  shipped, and the paper's own:\n");
+    out.push_str(&format!("{}\n", line(verdict.shipped)));
+    out.push_str(&format!("{}\n", line(verdict.paper)));
     if verdict.cheapest.setting == Setting::SHIPPED {
-        writeln!(
-            out,
-            "  On the front at {WANTED_PCT} %: the shipped choice is the cheapest."
-        )?;
+        out.push_str(&format!(
+            "  On the front at {WANTED_PCT} %: the shipped choice is the cheapest.\n"
+        ));
     } else {
-        writeln!(
-            out,
-            "  Not on the front at {WANTED_PCT} %: {} takes 1/{:.2} of the shipped cycles.",
+        out.push_str(&format!(
+            "  Not on the front at {WANTED_PCT} %: {} takes 1/{:.2} of the shipped cycles.\n",
             verdict.cheapest.setting,
             verdict.over_cheapest()
-        )?;
+        ));
     }
-    writeln!(
-        out,
+    out.push_str(&format!(
         "  The paper's takes {:.1} times the shipped cycles (its step is finer than needed:\n  \
-         no merit of the shipped choice).\n",
+         no merit of the shipped choice).\n\n",
         verdict.paper_over_shipped()
-    )
+    ));
 }
 
 fn machine(chart: &Chart, again: &[Found]) -> Value {

@@ -6,7 +6,6 @@ use super::errors;
 use crate::bench::BenchError;
 use methods::bench::{MADE, OUTPUTS_US, RUN_US};
 use methods::muscle::Setting;
-use std::fmt::Write;
 
 /// The error that the device's model must keep, %.
 pub const WANTED_PCT: f64 = 0.02;
@@ -134,16 +133,14 @@ impl Chart {
                 Setting::WHOLE_US => String::new(),
                 us => us.to_string(),
             };
-            // Writing to a `String` cannot fail.
-            let _ = writeln!(
-                text,
-                "{},{},{step},{output_us},{},{},{}",
+            text.push_str(&format!(
+                "{},{},{step},{output_us},{},{},{}\n",
                 setting.method.name(),
                 setting.number.name(),
                 digits(point.error_pct),
                 point.cycles_per_s,
                 u8::from(point.on_front)
-            );
+            ));
         }
         text
     }

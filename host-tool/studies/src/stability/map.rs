@@ -5,7 +5,6 @@
 //! drawn over each other and their disagreement counted.
 
 use rayon::prelude::*;
-use std::fmt::{self, Write};
 
 /// Widest text.
 const COLUMNS: usize = 80;
@@ -248,45 +247,46 @@ impl Map {
     /// theory's verdict changes.
     pub fn text(&self) -> String {
         let mut out = String::new();
-        // Writing to a `String` cannot fail.
-        let _ = self.write(&mut out);
+        self.write(&mut out);
         out
     }
 
-    fn write(&self, out: &mut String) -> fmt::Result {
-        writeln!(out, "{}\n", self.title)?;
-        writeln!(out, "across: {}", self.across.caption())?;
-        writeln!(out, "down:   {}", self.down.caption())?;
-        writeln!(out, "marks:  {}", self.quantity)?;
+    fn write(&self, out: &mut String) {
+        out.push_str(&format!("{}\n\n", self.title));
+        out.push_str(&format!("across: {}\n", self.across.caption()));
+        out.push_str(&format!("down:   {}\n", self.down.caption()));
+        out.push_str(&format!("marks:  {}\n", self.quantity));
         for class in self.classes {
             let verdict = ["", "  fails", "  fails badly"][usize::from(class.verdict.min(2))];
-            writeln!(out, "   {}    {}{verdict}", class.mark, class.meaning)?;
+            out.push_str(&format!(
+                "   {}    {}{verdict}\n",
+                class.mark, class.meaning
+            ));
         }
-        wrapped(out, "   |    theory's verdict changes here: ", self.theory)?;
-        writeln!(out)?;
+        wrapped(out, "   |    theory's verdict changes here: ", self.theory);
+        out.push('\n');
         for panel in &self.panels {
-            self.write_panel(out, panel)?;
+            self.write_panel(out, panel);
         }
         for note in &self.notes {
-            wrapped(out, "", note)?;
+            wrapped(out, "", note);
         }
         let Agreement {
             predicted,
             worse,
             better,
         } = self.agreement();
-        writeln!(
-            out,
-            "{} of {predicted} cells disagree with theory: {worse} worse, {better} better.",
+        out.push_str(&format!(
+            "{} of {predicted} cells disagree with theory: {worse} worse, {better} better.\n",
             worse + better
-        )
+        ));
     }
 
-    fn write_panel(&self, out: &mut String, panel: &Panel) -> fmt::Result {
+    fn write_panel(&self, out: &mut String, panel: &Panel) {
         let margin = self.down.labels.iter().map(|l| l.chars().count()).max();
         let margin = margin.unwrap_or(0);
         if !panel.title.is_empty() {
-            writeln!(out, "{}", panel.title)?;
+            out.push_str(&format!("{}\n", panel.title));
         }
         // Column labels stand upright, read from the top.
         let tall = self.across.labels.iter().map(|l| l.chars().count()).max();
@@ -297,40 +297,42 @@ impl Map {
                 format!(" {}", letter.unwrap_or(' '))
             });
             let letters: String = letters.collect();
-            writeln!(out, "{}", format!("{:margin$} {letters}", "").trim_end())?;
+            out.push_str(&format!(
+                "{}\n",
+                format!("{:margin$} {letters}", "").trim_end()
+            ));
         }
         for (n, (label, row)) in self.down.labels.iter().zip(&panel.rows).enumerate() {
-            write!(out, "{label:>margin$} ")?;
+            out.push_str(&format!("{label:>margin$} "));
             // Every row begins where nothing fails, or where theory is silent.
             let mut before = row.first().and_then(|c| c.predicted).map(|_| 0);
             for cell in row {
                 let edge = if cell.predicted == before { ' ' } else { '|' };
-                write!(out, "{edge}{}", self.classes[cell.class].mark)?;
+                out.push_str(&format!("{edge}{}", self.classes[cell.class].mark));
                 before = cell.predicted;
             }
             let remark = panel.remarks.get(n).map_or("", String::as_str);
-            writeln!(
-                out,
-                "{}",
+            out.push_str(&format!(
+                "{}\n",
                 if remark.is_empty() {
                     String::new()
                 } else {
                     format!("  {remark}")
                 }
-            )?;
+            ));
         }
-        writeln!(out)
+        out.push('\n');
     }
 }
 
 /// `words` after `head`, broken at 80 columns and indented below the head.
-fn wrapped(out: &mut String, head: &str, words: &str) -> fmt::Result {
+fn wrapped(out: &mut String, head: &str, words: &str) {
     let indent = head.chars().count().min(8);
     let mut line = head.to_owned();
     let mut fresh = true;
     for word in words.split_whitespace() {
         if !fresh && line.chars().count() + 1 + word.chars().count() > COLUMNS {
-            writeln!(out, "{}", line.trim_end())?;
+            out.push_str(&format!("{}\n", line.trim_end()));
             line = " ".repeat(indent);
             fresh = true;
         }
@@ -340,7 +342,7 @@ fn wrapped(out: &mut String, head: &str, words: &str) -> fmt::Result {
         line.push_str(word);
         fresh = false;
     }
-    writeln!(out, "{}", line.trim_end())
+    out.push_str(&format!("{}\n", line.trim_end()));
 }
 
 #[cfg(test)]

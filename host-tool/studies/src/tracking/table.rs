@@ -7,7 +7,6 @@ use super::target::Course;
 use super::wearer::Points;
 use hal_sim::body::finger::TWO_POINT_FACTOR;
 use serde_json::{Value, json};
-use std::fmt::Write;
 
 /// Goal of the device default: mean RMSE two-point, on plants in reach, degrees.
 pub const TWO_POINT_MEAN: f64 = 3.0;
@@ -78,64 +77,55 @@ fn shipped(campaign: &Campaign) -> Option<usize> {
 /// For people, at most 80 columns.
 pub fn text(campaign: &Campaign) -> String {
     let mut out = String::new();
-    // Writing to a `String` cannot fail.
-    let _ = write_text(&mut out, campaign);
+    write_text(&mut out, campaign);
     out
 }
 
-fn write_text(out: &mut String, campaign: &Campaign) -> std::fmt::Result {
+fn write_text(out: &mut String, campaign: &Campaign) {
     let plan = campaign.plan;
-    writeln!(
-        out,
-        "{} random wearers, seed {}, {}, 10…30 s scored, RMSE in degrees",
+    out.push_str(&format!(
+        "{} random wearers, seed {}, {}, 10…30 s scored, RMSE in degrees\n",
         plan.plants,
         plan.seed,
         plan.course.name()
-    )?;
-    writeln!(
-        out,
-        "against what each can reach; +: with add-ons. Simulated wearers, not people."
-    )?;
+    ));
+    out.push_str("against what each can reach; +: with add-ons. Simulated wearers, not people.\n");
     for points in Points::ALL {
-        write_points(out, campaign, points)?;
+        write_points(out, campaign, points);
     }
-    writeln!(out, "\ngoals of the device default:")?;
+    out.push_str("\ngoals of the device default:\n");
     for goal in goals(campaign) {
         let verdict = if goal.is_hit() { "hit " } else { "MISS" };
-        writeln!(
-            out,
-            "{verdict} {:<44}{:>7.2} of {:.1}",
+        out.push_str(&format!(
+            "{verdict} {:<44}{:>7.2} of {:.1}\n",
             goal.name, goal.value, goal.at_most
-        )?;
+        ));
     }
     let beaten = campaign.beaten_by();
-    writeln!(
-        out,
-        "no law beats the optimum by more than {:.2}°",
+    out.push_str(&format!(
+        "no law beats the optimum by more than {:.2}°\n",
         beaten.max(0.0)
-    )
+    ));
 }
 
-fn write_points(out: &mut String, campaign: &Campaign, points: Points) -> std::fmt::Result {
+fn write_points(out: &mut String, campaign: &Campaign, points: Points) {
     let (unreachable, reaching) = campaign.reach(points);
     let (optimum, optimum_p95) = campaign.optimum(points);
     let typed_in = match points {
         Points::One => String::new(),
         Points::Two => format!(" ({TWO_POINT_FACTOR} × one point is typed in)"),
     };
-    writeln!(
-        out,
+    out.push_str(&format!(
         "\n{}{typed_in}: {:.1} % of the time out of reach,\n\
-         {:.0} % of wearers reach all of it; optimum {optimum:.2}°, p95 {optimum_p95:.2}°",
+         {:.0} % of wearers reach all of it; optimum {optimum:.2}°, p95 {optimum_p95:.2}°\n",
         points.name(),
         unreachable * 100.0,
         reaching * 100.0
-    )?;
-    writeln!(
-        out,
-        "{:<22}{:>7}{:>6}{:>6}{:>7}{:>8}  - best PID [95 %]",
+    ));
+    out.push_str(&format!(
+        "{:<22}{:>7}{:>6}{:>6}{:>7}{:>8}  - best PID [95 %]\n",
         "law", "cycles", "mean", "p95", "regret", "nominal"
-    )?;
+    ));
     for (n, contender) in campaign.contenders.iter().enumerate() {
         let Score {
             mean,
@@ -145,29 +135,29 @@ fn write_points(out: &mut String, campaign: &Campaign, points: Points) -> std::f
             against_pid: d,
             ..
         } = campaign.score(points, n);
-        writeln!(
-            out,
-            "{:<22}{:>7}{mean:>6.2}{p95:>6.2}{regret:>7.2}{nominal:>8.2}  {:+.2} [{:+.2} {:+.2}]",
+        out.push_str(&format!(
+            "{:<22}{:>7}{mean:>6.2}{p95:>6.2}{regret:>7.2}{nominal:>8.2}  {:+.2} [{:+.2} {:+.2}]\n",
             contender.name(),
             campaign.cycles[n].map_or_else(String::new, |c| c.to_string()),
             d.mean,
             d.low,
             d.high
-        )?;
+        ));
     }
     let name = |n: usize| campaign.contenders[n].name();
-    writeln!(out, "best: {}", name(campaign.best(points, |_| true)))?;
+    out.push_str(&format!(
+        "best: {}\n",
+        name(campaign.best(points, |_| true))
+    ));
     let pid = campaign.best_pid(points);
-    writeln!(out, "best PID: {}", name(pid))?;
+    out.push_str(&format!("best PID: {}\n", name(pid)));
     if let Some(shipped) = shipped(campaign) {
         let d = campaign.score(points, shipped).against_pid;
-        writeln!(
-            out,
-            "device default against it: {:+.2}° [{:+.2} {:+.2}]",
+        out.push_str(&format!(
+            "device default against it: {:+.2}° [{:+.2} {:+.2}]\n",
             d.mean, d.low, d.high
-        )?;
+        ));
     }
-    Ok(())
 }
 
 /// The numbers of a score, as tables name them.
@@ -262,9 +252,8 @@ pub fn found(rows: &[Row], evaluations: usize) -> String {
     let mut out = format!("{evaluations} evaluations each; RMSE on the training plants\n");
     for (equipment, found) in rows {
         let c = &found.candidate;
-        let _ = writeln!(
-            out,
-            "{:<22}{:<10}{:>6.2}°  {:>2} ms  {:?}{}  {:?}",
+        out.push_str(&format!(
+            "{:<22}{:<10}{:>6.2}°  {:>2} ms  {:?}{}  {:?}\n",
             c.form.name(),
             equipment.name(),
             found.cost,
@@ -272,7 +261,7 @@ pub fn found(rows: &[Row], evaluations: usize) -> String {
             c.add_ons.derivative,
             if c.add_ons.feed_forward { " +ff" } else { "" },
             c.add_ons.delay
-        );
+        ));
     }
     out
 }

@@ -13,66 +13,15 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// The rooms of each package, each above all that follow it. Rooms in one entry
 /// are side by side: neither calls the other. `""` is the package's own root.
+#[rustfmt::skip]
 const LAYERS: &[(&str, &[&[&str]])] = &[
-    (
-        "firmware",
-        &[
-            &["board"],
-            &["bench"],
-            &["lockstep"],
-            &["device"],
-            &["link"],
-            &["haptics"],
-            &["control"],
-            &["muscle"],
-            &["safety"],
-            &["pulse"],
-            &["arithmetic", "range", "units"],
-        ],
-    ),
-    (
-        "hal-sim",
-        &[
-            &["chip", "qemu"],
-            &["world"],
-            &["native"],
-            &["lockstep"],
-            &["body", "images", "trace", "wire"],
-            &["random"],
-        ],
-    ),
+    ("firmware", &[&["board"], &["bench"], &["lockstep"], &["device"], &["link"], &["haptics"], &["control"], &["muscle"], &["safety"], &["pulse"], &["arithmetic", "range", "units"]]),
+    ("hal-sim", &[&["chip", "qemu"], &["world"], &["native"], &["lockstep"], &["body", "images", "trace", "wire"], &["random"]]),
     ("host-tool", &[&["cli"], &["live", "selftest"]]),
-    (
-        "host-tool/core",
-        &[
-            &["report"],
-            &["run"],
-            &["analysis"],
-            &["record"],
-            &["session"],
-            &["choice", "link", "plot"],
-        ],
-    ),
-    (
-        "host-tool/methods",
-        &[&["bench"], &["control", "muscle"], &["real"]],
-    ),
-    (
-        "host-tool/studies",
-        &[
-            &["experiments", "figures"],
-            &["accuracy", "ladder", "stability"],
-            &["tracking"],
-            &["bench", "subjects"],
-        ],
-    ),
-    (
-        "tests",
-        &[
-            &["differential", "expectation", "fuzz", "verify"],
-            &["desk"],
-        ],
-    ),
+    ("host-tool/core", &[&["report"], &["run"], &["analysis"], &["record"], &["session"], &["choice", "link", "plot"], &["number"]]),
+    ("host-tool/methods", &[&["bench"], &["control", "muscle"], &["real"]]),
+    ("host-tool/studies", &[&["experiments", "figures"], &["accuracy", "ladder", "stability"], &["tracking"], &["bench", "subjects"]]),
+    ("tests", &[&["differential", "expectation", "fuzz", "verify"], &["desk"]]),
 ];
 
 /// Both rules, and what breaks them.
@@ -114,10 +63,8 @@ fn upward(name: &str, layers: &[&[&str]], needs: &Needs) -> Findings {
 
 /// Files that need each other, directly or around corners: one line a circle.
 fn circular(name: &str, needs: &Needs) -> Findings {
-    let reach: BTreeMap<_, _> = needs
-        .keys()
-        .map(|from| (from, reached(from, needs)))
-        .collect();
+    let reach = needs.keys().map(|from| (from, reached(from, needs)));
+    let reach: BTreeMap<_, _> = reach.collect();
     let mut found = BTreeSet::new();
     for (from, all) in reach.iter().filter(|(from, all)| all.contains(*from)) {
         let is_back = |to: &&&Module| reach.get(*to).is_some_and(|back| back.contains(from));

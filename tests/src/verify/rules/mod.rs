@@ -9,6 +9,7 @@ mod source;
 use super::report::Report;
 pub(super) use source::Source;
 use source::words;
+use std::iter;
 use std::path::Path;
 
 /// Longer files are reported, and above these fail: those of the product, and tests.
@@ -39,15 +40,13 @@ type Findings = Vec<String>;
 /// What a rule says, and how it is judged.
 type Rule = (&'static str, fn(&Source) -> Findings);
 
+#[rustfmt::skip]
 const RULES: [Rule; 7] = [
     ("`unsafe` is in images' boards only", unsafe_elsewhere),
     ("device code cannot panic without a proof", panics),
     ("the pulse path has no float", floats),
     ("bodies and traces know no firmware", dependent_simulator),
-    (
-        "no file has more than 450 lines, no test more than 600",
-        too_long,
-    ),
+    ("no file has more than 450 lines, no test more than 600", too_long),
     ("no path of one machine is committed", machine_paths),
     ("tests draw from one committed seed", own_seeds),
 ];
@@ -76,17 +75,14 @@ fn judge(sources: &[Source]) -> Report {
     let lost = (NO_FILE_IS_LOST, modules::lost(sources));
     let wide = [lost].into_iter().chain(layers::judge(sources));
     for (statement, findings) in each.into_iter().chain(wide) {
-        if findings.is_empty() {
-            report.add(Report::pass());
-        } else {
-            let lines = findings.iter().map(|finding| format!("  {finding}"));
-            report.add(Report::fail(
-                [format!("broken: {statement}")]
-                    .into_iter()
-                    .chain(lines)
-                    .collect(),
-            ));
-        }
+        report.add(match findings.is_empty() {
+            true => Report::pass(),
+            false => {
+                let lines = findings.iter().map(|finding| format!("  {finding}"));
+                let what = iter::once(format!("broken: {statement}"));
+                Report::fail(what.chain(lines).collect())
+            }
+        });
     }
     for source in sources.iter().filter(|s| s.is_rust()) {
         let count = source.text.lines().count();
@@ -138,13 +134,11 @@ fn panics(source: &Source) -> Findings {
         return Vec::new();
     }
     let may_prove = source.path.starts_with(BOARD) || source.path.starts_with(IMAGES);
-    let found = PANICS
+    let panics = PANICS
         .iter()
-        .flat_map(|panic| source.shipped.match_indices(panic))
-        .map(|(at, _)| at)
-        .filter(|&at| !(may_prove && source.has_comment(at)))
-        .collect();
-    source.places(found)
+        .flat_map(|panic| source.shipped.match_indices(panic));
+    let unproven = |at: &usize| !(may_prove && source.has_comment(*at));
+    source.places(panics.map(|(at, _)| at).filter(unproven).collect())
 }
 
 fn floats(source: &Source) -> Findings {
@@ -251,10 +245,8 @@ mod tests {
 
     #[test]
     fn the_pulse_path_counts_in_integers() {
-        assert_eq!(
-            broken("firmware/src/pulse/x.rs", "let a: f32;"),
-            [RULES[2].0]
-        );
+        let found = broken("firmware/src/pulse/x.rs", "let a: f32;");
+        assert_eq!(found, [RULES[2].0]);
         assert!(broken("firmware/src/muscle/x.rs", "let a: f32;").is_empty());
     }
 
@@ -296,11 +288,8 @@ mod tests {
     #[test]
     fn paths_of_a_machine_are_found_anywhere() {
         let path = ["", "home", "someone", "x"].join("/");
-        for text in [
-            path.clone(),
-            format!("see `{path}`"),
-            format!("file://{path}"),
-        ] {
+        for text in ["{}", "see `{}`", "file://{}"] {
+            let text = text.replace("{}", &path);
             assert_eq!(broken("docs/a.md", &text), [RULES[5].0], "{text}");
         }
         for text in ["https://a.org{}", "..{}", "out{}", "$HOME}{}"] {

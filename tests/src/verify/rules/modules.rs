@@ -11,13 +11,8 @@ pub(super) fn lost(sources: &[Source]) -> Findings {
         let Some((folder, name)) = module(&source.path) else {
             continue;
         };
-        let parents = [
-            format!("{folder}/lib.rs"),
-            format!("{folder}/main.rs"),
-            format!("{folder}/suite.rs"),
-            format!("{folder}/mod.rs"),
-            format!("{folder}.rs"),
-        ];
+        let parents = ["/lib", "/main", "/suite", "/mod", ""];
+        let parents = parents.map(|file| format!("{folder}{file}.rs"));
         let names = |parent: &Source| parents.contains(&parent.path) && declares(parent, name);
         if !sources.iter().any(names) {
             let file = &source.path;
@@ -59,10 +54,8 @@ mod tests {
     use super::*;
 
     fn lost_of(files: &[(&str, &str)]) -> Vec<String> {
-        let sources = files
-            .iter()
-            .map(|(path, text)| Source::new(path, (*text).to_owned()));
-        let found = lost(&sources.collect::<Vec<_>>());
+        let source = |(path, text): &(&str, &str)| Source::new(path, (*text).to_owned());
+        let found = lost(&files.iter().map(source).collect::<Vec<_>>());
         let file = |finding: String| finding.split(':').next().unwrap_or("").to_owned();
         found.into_iter().map(file).collect()
     }
@@ -79,10 +72,8 @@ mod tests {
             ("a/tests/room/forgotten.rs", ""),
             ("a/tests/snapshots/x.snap", ""),
         ];
-        assert_eq!(
-            lost_of(&files),
-            ["a/tests/lost.rs", "a/tests/room/forgotten.rs"]
-        );
+        let lost = ["a/tests/lost.rs", "a/tests/room/forgotten.rs"];
+        assert_eq!(lost_of(&files), lost);
         let without_suite = [("tests/tests/x.rs", ""), ("a/tests/suite.rs", "mod x;")];
         assert_eq!(lost_of(&without_suite), ["tests/tests/x.rs"]);
     }

@@ -69,7 +69,8 @@ fn a_trace_out_of_order_is_not_judged() {
 
 #[test]
 fn contradictory_expectations_are_named() {
-    let named = |change: fn(&mut Expectation)| {
+    type Change = fn(&mut Expectation);
+    let named = |change: Change| {
         let found = after(|scene| change(&mut scene.expected));
         assert_eq!(found.len(), 1, "{found:?}");
         match found[0].2 {
@@ -77,41 +78,34 @@ fn contradictory_expectations_are_named() {
             other => panic!("{other:?}"),
         }
     };
-    assert_eq!(named(|e| e.trains[0].channel = 10), "channel");
-    assert_eq!(named(|e| e.trains[0].width_us = 501), "width");
-    assert_eq!(named(|e| e.trains[0].gap_us = 201), "gap");
-    assert_eq!(named(|e| e.trains[0].period_us = 4_999), "period");
-    assert_eq!(named(|e| e.trains[0].offset_us = 20_001), "offset");
-    assert_eq!(named(|e| e.trains[0].burst_count = 9), "burst count");
-    assert_eq!(
-        named(|e| e.trains[1].burst_interval_us = 209),
-        "burst interval"
-    );
-    assert_eq!(
-        named(|e| e.trains[1].burst_interval_us = 19_791),
-        "burst longer than the period"
-    );
-    assert_eq!(named(|e| e.trains[2].ground_us = 999), "grounding");
-    assert_eq!(
-        named(|e| e.trains.extend(e.trains.clone().pop())),
-        "trains overlap"
-    );
-    assert_eq!(
-        named(|e| e.groups[0].members.push(4)),
-        "channel in two groups"
-    );
-    assert_eq!(named(|e| e.groups[0].members.push(10)), "channel");
+    let cases: [(Change, &str); 12] = [
+        (|e| e.trains[0].channel = 10, "channel"),
+        (|e| e.trains[0].width_us = 501, "width"),
+        (|e| e.trains[0].gap_us = 201, "gap"),
+        (|e| e.trains[0].period_us = 4_999, "period"),
+        (|e| e.trains[0].offset_us = 20_001, "offset"),
+        (|e| e.trains[0].burst_count = 9, "burst count"),
+        (|e| e.trains[1].burst_interval_us = 209, "burst interval"),
+        (
+            |e| e.trains[1].burst_interval_us = 19_791,
+            "burst longer than the period",
+        ),
+        (|e| e.trains[2].ground_us = 999, "grounding"),
+        (
+            |e| e.trains.extend(e.trains.clone().pop()),
+            "trains overlap",
+        ),
+        (|e| e.groups[0].members.push(4), "channel in two groups"),
+        (|e| e.groups[0].members.push(10), "channel"),
+    ];
+    for (change, field) in cases {
+        assert_eq!(named(change), field);
+    }
 }
 
 #[test]
 fn violations_read_well() {
-    let violation = Violation {
-        t_us: 104_500,
-        channel: 3,
-        rule: Rule::Width { width_us: 501 },
-    };
-    assert_eq!(
-        violation.to_string(),
-        "104500 µs, channel 4: phase of 501 µs"
-    );
+    let violation = Violation::new(104_500, 3, Rule::Width { width_us: 501 });
+    let told = "104500 µs, channel 4: phase of 501 µs";
+    assert_eq!(violation.to_string(), told);
 }

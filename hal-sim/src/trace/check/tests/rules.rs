@@ -14,13 +14,9 @@ fn a_shifted_pulse_is_off_schedule() {
             (stretch.1, stretch.2) = (stretch.1 + 1, stretch.2 + 1);
         }
     });
-    let off = Rule::OffSchedule {
-        nearest_us: Some(101_000),
-    };
-    assert_eq!(
-        found,
-        [(101_000, 0, Rule::Missing { count: 1 }), (101_001, 0, off)]
-    );
+    let nearest_us = Some(101_000);
+    let off = (101_001, 0, Rule::OffSchedule { nearest_us });
+    assert_eq!(found, [(101_000, 0, Rule::Missing { count: 1 }), off]);
 }
 
 #[test]
@@ -39,16 +35,8 @@ fn a_third_pulse_in_a_doublet_is_off_schedule() {
         scene.stretches.push((1, 101_300, 101_400, Anodic));
         scene.stretches.push((1, 101_405, 101_505, Cathodic));
     });
-    assert!(matches!(
-        found[0],
-        (
-            101_300,
-            1,
-            Rule::OffSchedule {
-                nearest_us: Some(100_900)
-            }
-        )
-    ));
+    let nearest_us = Some(100_900);
+    assert_eq!(found[0], (101_300, 1, Rule::OffSchedule { nearest_us }));
 }
 
 #[test]
@@ -58,23 +46,16 @@ fn a_longer_gap_moves_two_edges() {
         (stretch.1, stretch.2) = (101_231, 101_431);
     });
     let due = |expected_us| Rule::EdgeTime { expected_us };
-    assert_eq!(
-        found,
-        [(101_231, 0, due(101_230)), (101_431, 0, due(101_430))]
-    );
+    let edges = [(101_231, 0, due(101_230)), (101_431, 0, due(101_430))];
+    assert_eq!(found, edges);
 }
 
 #[test]
 fn unequal_phases_leave_charge() {
     let found = after(|scene| scene.at(0, 101_230).2 -= 1);
     assert!(found.contains(&(101_000, 0, Rule::Charge { net: -1_000 })));
-    assert!(found.contains(&(
-        101_429,
-        0,
-        Rule::EdgeTime {
-            expected_us: 101_430
-        }
-    )));
+    let expected_us = 101_430;
+    assert!(found.contains(&(101_429, 0, Rule::EdgeTime { expected_us })));
 }
 
 #[test]
@@ -129,10 +110,8 @@ fn a_late_dac_write_is_caught() {
 #[test]
 fn the_greatest_code_is_per_channel() {
     let found = after(|scene| scene.expected.max_code[3] = 999);
-    let rule = Rule::Code {
-        code: 1_000,
-        max: 999,
-    };
+    let (code, max) = (1_000, 999);
+    let rule = Rule::Code { code, max };
     assert_eq!(found, [(103_000, 3, rule), (123_000, 3, rule)]);
 }
 
@@ -197,11 +176,11 @@ fn monophasic_pulses_are_discharged_in_time() {
 #[test]
 fn interrupted_discharge_starts_again_in_full() {
     let found = after(|scene| scene.at(4, 107_500).2 = 108_000);
-    let rule = Rule::GroundingMissing { for_us: 500 };
+    let half = (108_000, 4, Rule::GroundingMissing { for_us: 500 });
     assert_eq!(
         found,
-        [(106_500, 4, Rule::Discharge), (108_000, 4, rule)],
-        "two halves are not a whole"
+        [(106_500, 4, Rule::Discharge), half],
+        "two halves are no whole"
     );
 }
 

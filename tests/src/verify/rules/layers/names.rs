@@ -34,11 +34,11 @@ struct File<'a> {
 impl<'a> Package<'a> {
     /// The files of `name`/src. One that does not parse is left to the compiler.
     pub fn read(name: &str, sources: &'a [Source]) -> Self {
-        let files: Vec<_> = sources
+        let shipped = sources
             .iter()
-            .filter(|source| source.is_rust() && !source.shipped.is_empty())
-            .filter_map(|source| Some((module(name, &source.path)?, source)))
-            .collect();
+            .filter(|it| it.is_rust() && !it.shipped.is_empty());
+        let files = shipped.filter_map(|source| Some((module(name, &source.path)?, source)));
+        let files: Vec<_> = files.collect();
         let known: BTreeSet<Module> = files.iter().map(|(module, _)| module.clone()).collect();
         let read = |(module, source): (Module, &'a Source)| {
             let mut reader = Reader {
@@ -109,11 +109,8 @@ impl<'a> Package<'a> {
 /// The module that a source file is; nothing for programs and other packages.
 fn module(package: &str, path: &str) -> Option<Module> {
     let path = path.strip_prefix(package)?.strip_prefix("/src/")?;
-    let mut names: Module = path
-        .strip_suffix(".rs")?
-        .split('/')
-        .map(str::to_owned)
-        .collect();
+    let names = path.strip_suffix(".rs")?.split('/');
+    let mut names: Module = names.map(str::to_owned).collect();
     if names[0] == "bin" || names == ["main"] {
         return None;
     }
@@ -169,12 +166,10 @@ impl Reader<'_, '_> {
             syn::UseTree::Rename(new) => (with(&new.ident), new.rename.to_string(), &new.ident),
             syn::UseTree::Glob(glob) => {
                 let line = glob.star_token.spans[0].start().line;
-                if let Some(path) = self.absolute(before) {
-                    if is_public {
-                        self.file.globs.push(path);
-                    } else {
-                        self.file.uses.push((path, line));
-                    }
+                match self.absolute(before) {
+                    Some(path) if is_public => self.file.globs.push(path),
+                    Some(path) => self.file.uses.push((path, line)),
+                    None => {}
                 }
                 return;
             }
@@ -218,10 +213,8 @@ impl<'ast> Visit<'ast> for Reader<'_, '_> {
 
     fn visit_path(&mut self, path: &'ast syn::Path) {
         let names: Vec<_> = path.segments.iter().map(|s| s.ident.to_string()).collect();
-        let line = path
-            .segments
-            .first()
-            .map_or(1, |s| s.ident.span().start().line);
+        let first = path.segments.first();
+        let line = first.map_or(1, |s| s.ident.span().start().line);
         let is_import = names.len() > 1 && self.file.imports.contains_key(&names[0]);
         match self.absolute(&names) {
             Some(absolute) => self.file.uses.push((absolute, line)),
@@ -234,10 +227,8 @@ impl<'ast> Visit<'ast> for Reader<'_, '_> {
 
 fn is_test(attribute: &syn::Attribute) -> bool {
     let is_cfg = attribute.path().is_ident("cfg");
-    is_cfg
-        && attribute
-            .parse_args::<syn::Ident>()
-            .is_ok_and(|what| what == "test")
+    let argument = attribute.parse_args::<syn::Ident>();
+    is_cfg && argument.is_ok_and(|what| what == "test")
 }
 
 /// An item's attributes, and the name that others know it by.
