@@ -31,13 +31,11 @@ pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
             encode(&message).unwrap_or_default()
         },
         |decoder, frame| {
-            let mut decoded = None;
-            for &byte in frame {
-                if let Some(Ok(message)) = decoder.push(byte) {
-                    decoded = postcard::from_bytes::<ToDevice>(message).ok();
-                    decoder.clear();
-                }
-            }
+            let decoded = match decoder.take(&mut &frame[..]) {
+                Some(Ok(message)) => postcard::from_bytes::<ToDevice>(message).ok(),
+                _ => None,
+            };
+            decoder.clear();
             decoded
         },
         |_, message, sum| {
