@@ -230,8 +230,8 @@ impl Table {
                 let along = |at| points.clone().map(move |point| at * length + point);
                 cells.into_iter().flat_map(along).collect()
             });
-        let found = cells.into_iter().map(|cell| self.cell(cell));
-        found.fold(Some(0), |a, b| Some(a?.max(b?)))
+        let mut found = cells.into_iter().map(|cell| self.cell(cell));
+        found.try_fold(0, |worst: u16, cell| Some(worst.max(cell?)))
     }
 }
 

@@ -12,7 +12,7 @@ use firmware::control::{Joint, JointSpec, LawSpec};
 use super::Session;
 use super::body::BodySpec;
 use super::error::Problem;
-use super::muscle::Model;
+use super::muscle::{Model, Muscle};
 use super::scene::Needs;
 use super::table::Table;
 
@@ -33,7 +33,12 @@ pub(super) fn settle(root: &Table<'_>, session: &mut Session) {
     let needs: Vec<Option<Needs>> = session
         .channels
         .iter()
-        .map(|channel| session.needs(channel, session.tolerance))
+        .map(|channel| {
+            // Nobody asks otherwise, and reading what was measured takes a while.
+            let is_auto = |muscle: &Muscle| muscle.model == Model::Auto;
+            let is_asked = table.is_some() || channel.muscle.as_ref().is_some_and(is_auto);
+            is_asked.then(|| session.needs(channel, session.tolerance))?
+        })
         .collect();
     for (channel, needs) in session.channels.iter_mut().zip(&needs) {
         if let (Some(muscle), Some(needs)) = (&mut channel.muscle, needs)

@@ -160,8 +160,10 @@ fn write_points(out: &mut String, campaign: &Campaign, points: Points) {
     }
 }
 
-/// The numbers of a score, as tables name them.
-const NUMBERS: [(&str, fn(&Score) -> f64); 7] = [
+/// A number of a score, by the name that tables give it.
+type Number = (&'static str, fn(&Score) -> f64);
+
+const NUMBERS: [Number; 7] = [
     ("mean_deg", |s| s.mean),
     ("p95_deg", |s| s.p95),
     ("regret_deg", |s| s.regret),
