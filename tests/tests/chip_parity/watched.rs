@@ -28,6 +28,8 @@ pub struct Gate {
     entry: u32,
     exit: Option<u32>,
     order: u32,
+    /// When the order under way began, and the queue that it goes to.
+    begun: (Micros, u32),
     posted: Option<u32>,
     has_posted: bool,
 }
@@ -59,6 +61,7 @@ impl Watched {
             entry: function("session::Session::receive"),
             exit: None,
             order: function("session::requests::later"),
+            begun: (Micros::new(0), 0),
             posted: None,
             has_posted: false,
         };
@@ -123,27 +126,36 @@ impl Watched {
             return;
         }
         let gate = &mut board.observer;
+        let soc = &board.around.soc;
+        let read = |address, size| {
+            let is_ccm = soc.ccm.contains(address);
+            let ram = if is_ccm { &soc.ccm } else { &soc.ram };
+            ram.read(address, size).unwrap()
+        };
+        let now = Micros::new(now as u32);
         if pc == gate.order {
+            // The third argument is the mail, whose second slice is the orders' queue.
+            gate.begun = (now, read(r[2] + 8, Size::Word));
             gate.posted = Some(exit);
         } else if Some(pc) == gate.posted {
             (gate.posted, gate.has_posted) = (None, true);
-            self.served.last_mut().unwrap().done = Micros::new(now as u32);
+            // A queue begins with its two ends. Empty again, a refill between the
+            // order's last word and the return has taken it.
+            let (begun, queue) = gate.begun;
+            let is_taken = read(queue, Size::Word) == read(queue + 4, Size::Word);
+            self.served.last_mut().unwrap().done = if is_taken { begun } else { now };
         } else if pc == gate.entry {
-            let byte = |address| {
-                let soc = &board.around.soc;
-                let is_ccm = soc.ccm.contains(address);
-                let ram = if is_ccm { &soc.ccm } else { &soc.ram };
-                ram.read(address, Size::Byte).unwrap() as u8
-            };
             self.served.push(Served {
                 at: Micros::new(r[1]),
-                done: Micros::new(now as u32),
-                bytes: (0..r[3]).map(|n| byte(r[2] + n)).collect(),
+                done: now,
+                bytes: (0..r[3])
+                    .map(|n| read(r[2] + n, Size::Byte) as u8)
+                    .collect(),
             });
             (board.observer.exit, board.observer.has_posted) = (Some(exit), false);
         } else {
             if !gate.has_posted {
-                self.served.last_mut().unwrap().done = Micros::new(now as u32);
+                self.served.last_mut().unwrap().done = now;
             }
             gate.exit = None;
         }
