@@ -45,7 +45,12 @@ fn main() -> anyhow::Result<ExitCode> {
     for (name, budget) in SESSIONS {
         let session = root.join(format!("host-tool/sessions/{name}.toml"));
         let seconds = duration_s(&session)?;
-        let count = instructions(&flexor, &session, &files.join(name), &scratch.join(name))?;
+        let count = instructions(
+            &flexor,
+            &session,
+            &files.join(format!("{name}.callgrind")),
+            &scratch.join(name),
+        )?;
         let each = count as f64 / seconds * 1e-6;
         let mark = if each > budget { "  above" } else { "" };
         println!("{name:<26} {seconds:>4} {count:>14} {each:>10.2} {budget:>7}{mark}");
