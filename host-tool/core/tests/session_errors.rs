@@ -139,7 +139,6 @@ const BAD: &[&str] = &[
     "duration_s = 10.0 → duration_s = 10.0 ⏎ fidelity = { tolerance_percent = 0 }",
     "duration_s = 10.0 → duration_s = 10.0 ⏎ fidelity = { tolerance_percent = nan }",
     "duration_s = 10.0 → duration_s = 10.0 ⏎ fidelity = { tolerance_percent = 10, telemetry_ms = 5 }",
-    "duration_s = 10.0 → duration_s = 10.0 ⏎ fidelity = { tolerance_percent = 1 }; k = 0.2 → k = 0.2 ⏎ fatigue = {}",
     "frequency_hz = 50.0 → frequency_hz = 50.0, burst_count = 8, burst_interval_us = 1300; tau_c_ms = 20 → tau_c_ms = 60",
     "tau1_ms = 50.5 → tau1_ms = 0",
     "tau2_ms = 100 → tau2_ms = inf",

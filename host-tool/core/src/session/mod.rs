@@ -21,7 +21,6 @@ mod joint;
 mod law;
 mod manual;
 mod muscle;
-pub mod scene;
 mod schema;
 mod setpoints;
 mod setup;
@@ -35,7 +34,6 @@ mod wall;
 use std::io::Read;
 use std::path::Path;
 
-use crate::choice::Share;
 use firmware::control::{JointSpec, SensorSource};
 use firmware::haptics::WallSpec;
 use firmware::link::Request;
@@ -45,13 +43,14 @@ use toml::de::DeTable;
 
 pub use body::BodySpec;
 pub use channel::{Channel, Unit};
+pub use fidelity::Share;
 use error::{MOST, Place};
 pub use error::{Problem, SessionError};
 pub use fields::LONGEST as LONGEST_TEXT;
 use fields::{DAY_US, FILE};
 pub use law::LawName;
 pub use manual::manual;
-pub use muscle::{Model, Muscle};
+pub use muscle::{Model, Muscle, rung_name};
 pub use schema::schema;
 use setpoints::read_setpoints;
 pub use setpoints::{Course, ForceCourse, Setpoint, Setpoints};
@@ -87,8 +86,7 @@ pub struct Session {
     pub body: Option<BodySpec>,
     /// Edges of a simulated trigger input; no matter to a board.
     pub trigger: Option<SimulatedTrigger>,
-    /// How far predicted forces may be from the best model's: what `"auto"` models
-    /// are chosen for.
+    /// How far what the session uses may be off: what `"auto"` models are chosen for.
     pub tolerance: Share,
     /// Telemetry period, ms.
     pub telemetry_ms: u16,
@@ -99,7 +97,7 @@ pub struct Session {
     pub study: Study,
 }
 
-/// Telemetry period unless `[fidelity]` allows another, ms.
+/// Telemetry period, ms.
 const TELEMETRY_MS: u16 = 10;
 
 /// The longest session file read: what never ends must not fill the memory.
@@ -204,7 +202,7 @@ impl Session {
             study: study?.unwrap_or_default(),
         };
         if doc.is_sound() {
-            fidelity::settle(t, &mut session);
+            fidelity::read(t, &mut session);
         }
         Some(session)
     }
