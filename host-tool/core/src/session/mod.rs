@@ -43,9 +43,9 @@ use toml::de::DeTable;
 
 pub use body::BodySpec;
 pub use channel::{Channel, Unit};
-pub use fidelity::Share;
 use error::{MOST, Place};
 pub use error::{Problem, SessionError};
+pub use fidelity::Share;
 pub use fields::LONGEST as LONGEST_TEXT;
 use fields::{DAY_US, FILE};
 pub use law::LawName;
