@@ -173,7 +173,8 @@ fn muscle() -> Section {
         f("motor_threshold", nb(UNIT, 3, R::MOTOR_THRESHOLD, "below `limit`"), Required, "smallest amplitude that moves"),
         f("reference", nb(UNIT, 3, R::REFERENCE, "from `limit`"), Required, "amplitude at which A was measured"),
         f("slope_per_unit", nb("per unit", 6, R::SLOPE_MICRO, "at most 16 octaves from threshold to reference"), Required, "b"),
-        f("model", Kind::Choice(models.collect()), OrWord("auto"), "which model of the muscle the device computes ([what each is](protocol.md#rung)); `\"auto\"` is the lowest that will do in this scene: `flexor explain-model` tells which and why ([muscle.md](muscle.md))"),
+        f("model", Kind::Choice(models.collect()), OrWord("auto"), "which model of the muscle the device computes ([what each is](protocol.md#rung)); `\"auto\"` is the cheapest that will do in this session: `flexor explain-model` tells which and why ([muscle.md](muscle.md))"),
+        f("report", Kind::Flag, OrWord("true"), "whether anybody reads the predicted force; without that, `\"auto\"` heeds only what the force steers"),
         f("fatigue", Kind::Table(fatigue()), Optional, "how it tires; `\"calcium-force-fatigue\"` needs it"),
         f("changes", list(changes, 0, None, "changes"), Optional, "`{ at_s, model }`: other models, each from its time on, with the next setpoint; times rise"),
     ]
@@ -315,6 +316,7 @@ fn trigger() -> Section {
 #[rustfmt::skip]
 fn fidelity() -> Section {
     vec![
-        f("tolerance_percent", Kind::Whole(Number::within("%", 2, 1, 60_000)), Required, "how far the session may be from the most accurate"),
+        f("tolerance_percent", Kind::Whole(Number::within("%", 2, 1, 60_000)), Required, "how far what the session uses of its muscles may be off"),
+        f("try_s", Kind::Whole(Number::within("s", 6, 1_000_000, 600_000_000)), Or(60_000_000), "how much of a longer session is tried, from its start"),
     ]
 }
