@@ -127,3 +127,21 @@ fn a_longer_session_is_tried_in_part() {
     let notes = session.notes.join("\n");
     assert!(notes.contains("the first 5 s of 800 s"), "{notes}");
 }
+
+/// Within bounds the worst counts: a client that may hold the highest force tires
+/// the muscle more than the file's own sine does.
+#[test]
+fn a_live_client_s_worst_counts() {
+    let own = choose(&two(), Share(1_000), SEED).unwrap();
+    let bounds = "values = [{ channel = 1, value = 18.0 }]\n\
+                  bounds = [{ channel = 1, most = 20.0 }, { channel = 2, most = 12, per_s = 30 }]";
+    let text = TWO.replace("values = [{ channel = 1, value = 18.0 }]", bounds);
+    let session = Session::parse("two.toml", &text).unwrap();
+    let live = choose(&session, Share(1_000), SEED).unwrap();
+    assert_eq!((own.sessions, live.sessions), (1, 6));
+    for (own, live) in own.needs.iter().zip(&live.needs) {
+        for (own, live) in own.tried.iter().zip(&live.tried) {
+            assert!(live.error() >= own.error(), "{own:?} {live:?}");
+        }
+    }
+}

@@ -59,9 +59,13 @@ fn people(session: &Session, choice: &Choice) -> String {
         true => "the first ",
         false => "",
     };
+    let more = match choice.sessions {
+        1 => String::new(),
+        n => format!(", and the {} worst within its bounds", n - 1),
+    };
     let mut out = format!(
         "{}\nThe cheapest model whose error in what the session uses is within {}.\n\
-         Tried: {part}{} s, {} plays. Errors are parts of the largest true force;\n\
+         Tried: {part}{} s{more}; {} plays. Errors are parts of the largest true force;\n\
          cycles: of a 1 ms tick without/with a pulse, at most.\n",
         cut(&visible(&session.title), 78),
         choice.tolerance,
@@ -166,6 +170,7 @@ fn machines(session: &Session, choice: &Choice) -> Value {
         "tolerance_pct": choice.tolerance.part() * 100.0,
         "tried_s": choice.tried_us as f64 * 1e-6,
         "plays": choice.plays,
+        "sessions": choice.sessions,
         "channels": channels.collect::<Vec<_>>(),
     })
 }

@@ -1,17 +1,19 @@
 //! The cheapest muscle model that will do, found by trying the session.
 //!
 //! Lives here: `play` (a session in memory and the true forces of its pulses),
-//! `cost` (cycles), `tried` (errors of what is used), and the choice. Not here: the
+//! `cost` (cycles), `stream` (a live client's worst), `tried` (errors of what is used), and the choice. Not here: the
 //! models (`firmware::muscle`), how a session runs (`run`).
 //! In: a session with `"auto"` models and a tolerance. Out: a [`Choice`]: for each
 //! channel what it uses, each rung's error and cycles, and which was taken.
 
 mod cost;
 mod play;
+mod stream;
 mod tried;
 
 pub use cost::{Cycles, cycles, rungs};
 pub use play::{Played, Pulse, Unplayed, forces};
+pub use stream::streaming;
 pub use tried::{Tried, Uses};
 
 use crate::record::ChannelInfo;
@@ -60,6 +62,8 @@ pub struct Choice {
     pub tried_us: u64,
     /// How many times it was played.
     pub plays: usize,
+    /// Of how many sessions: the file's own, and those within its bounds.
+    pub sessions: usize,
     /// Of each channel with a muscle.
     pub needs: Vec<Need>,
 }
@@ -110,12 +114,17 @@ impl Share {
 /// another's rung. Then what was chosen is played together; while any channel errs by
 /// more than the tolerance, the one that errs most gets its next rung.
 ///
+/// A session that declares bounds is tried beside the worst within them: the largest
+/// error of all counts.
+///
 /// Of a session longer than [`Session::try_us`] its first part is tried.
 ///
 /// # Errors
 /// [`ChoiceError::Unplayed`].
 pub fn choose(session: &Session, tolerance: Share, seed: u64) -> Result<Choice, ChoiceError> {
-    let mut trials = Trials::of(session, seed)?;
+    let tried_us = session.duration_us.min(session.try_us);
+    let sessions = stream::sessions(session, tried_us);
+    let mut trials = Trials::of(&sessions, seed)?;
     let mut needs: Vec<Need> = (session.channels.iter().enumerate())
         .filter_map(|(place, channel)| {
             let muscle = channel.muscle.as_ref()?;
@@ -129,7 +138,7 @@ pub fn choose(session: &Session, tolerance: Share, seed: u64) -> Result<Choice, 
                 enough,
                 rung: muscle.rung(),
                 together: 0.0,
-                tried: tried.to_vec(),
+                tried,
                 raised: false,
             };
             if muscle.model == Model::Auto {
@@ -162,8 +171,9 @@ pub fn choose(session: &Session, tolerance: Share, seed: u64) -> Result<Choice, 
     }
     Ok(Choice {
         tolerance,
-        tried_us: session.duration_us.min(session.try_us),
+        tried_us,
         plays: trials.plays(),
+        sessions: sessions.len(),
         needs,
     })
 }

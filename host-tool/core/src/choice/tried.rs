@@ -37,6 +37,17 @@ impl Tried {
         self.report.unwrap_or(0.0).max(self.steering.unwrap_or(0.0))
     }
 
+    /// The larger errors and costs of two sessions.
+    fn worse(self, other: &Self) -> Self {
+        let larger = |a: Option<f64>, b: Option<f64>| a.map(|a| a.max(b.unwrap_or(0.0))).or(b);
+        Self {
+            report: larger(self.report, other.report),
+            steering: larger(self.steering, other.steering),
+            pulses_per_s: self.pulses_per_s.max(other.pulses_per_s),
+            ..self
+        }
+    }
+
     /// Cycles a second; what was not measured is dearer than all else.
     #[must_use]
     pub fn cost(&self) -> f64 {
@@ -45,8 +56,52 @@ impl Tried {
     }
 }
 
+/// All sessions that are tried.
+pub(super) struct Trials<'a>(Vec<Trial<'a>>);
+
+impl<'a> Trials<'a> {
+    /// Plays each of `sessions` once for each rung that can make a difference.
+    pub(super) fn of(sessions: &'a [Session], seed: u64) -> Result<Self, Unplayed> {
+        let all = sessions.par_iter().map(|session| Trial::of(session, seed));
+        Ok(Self(all.collect::<Result<_, _>>()?))
+    }
+
+    /// What a channel's rungs give, in the worst of the sessions.
+    pub(super) fn tried(&self, place: usize) -> Vec<Tried> {
+        let each = self.0.iter().map(|trial| trial.tried[place].clone());
+        let worse = |a: Vec<Tried>, b: Vec<Tried>| {
+            let both = a.into_iter().zip(b);
+            both.map(|(a, b)| a.worse(&b)).collect()
+        };
+        each.reduce(worse).unwrap_or_default()
+    }
+
+    /// How many plays there were.
+    pub(super) fn plays(&self) -> usize {
+        self.0.iter().map(|trial| trial.plays).sum()
+    }
+
+    /// What is used of a channel: the same in every session.
+    pub(super) fn uses(&self, place: usize) -> Uses {
+        let first = self.0.first().map(|trial| trial.uses(place));
+        first.unwrap_or(Uses {
+            report: false,
+            steering: false,
+        })
+    }
+
+    /// The error of each of these channels in the worst session, with all on these
+    /// rungs at once.
+    pub(super) fn together(&mut self, all: &[(usize, Rung)]) -> Result<Vec<f64>, Unplayed> {
+        let each = self.0.par_iter_mut().map(|trial| trial.together(all));
+        let each: Vec<Vec<f64>> = each.collect::<Result<_, _>>()?;
+        let worst = |n: usize| each.iter().map(|it| it[n]).fold(0.0, f64::max);
+        Ok((0..all.len()).map(worst).collect())
+    }
+}
+
 /// A session as it was tried.
-pub(super) struct Trials<'a> {
+struct Trial<'a> {
     session: &'a Session,
     seed: u64,
     /// By rung: all muscles on it, or on the fullest that they allow below it.
@@ -58,9 +113,9 @@ pub(super) struct Trials<'a> {
     steered: Vec<Vec<f64>>,
 }
 
-impl<'a> Trials<'a> {
+impl<'a> Trial<'a> {
     /// Plays `session` once for each rung that can make a difference.
-    pub(super) fn of(session: &'a Session, seed: u64) -> Result<Self, Unplayed> {
+    fn of(session: &'a Session, seed: u64) -> Result<Self, Unplayed> {
         let muscles = || session.channels.iter().filter_map(|c| c.muscle.as_ref());
         let fullest = muscles().map(fullest_of).max();
         let steers = session.channels.iter().any(|c| c.force.is_some());
@@ -88,15 +143,7 @@ impl<'a> Trials<'a> {
         Ok(trials)
     }
 
-    pub(super) fn tried(&self, place: usize) -> &[Tried] {
-        &self.tried[place]
-    }
-
-    pub(super) const fn plays(&self) -> usize {
-        self.plays
-    }
-
-    pub(super) fn uses(&self, place: usize) -> Uses {
+    fn uses(&self, place: usize) -> Uses {
         let channel = &self.session.channels[place];
         Uses {
             report: channel.muscle.as_ref().is_some_and(|it| it.report),
@@ -163,7 +210,7 @@ impl<'a> Trials<'a> {
     }
 
     /// The error of each of these channels, with all on these rungs at once.
-    pub(super) fn together(&mut self, all: &[(usize, Rung)]) -> Result<Vec<f64>, Unplayed> {
+    fn together(&mut self, all: &[(usize, Rung)]) -> Result<Vec<f64>, Unplayed> {
         let of = |place: usize, muscle: &Muscle| {
             let found = all.iter().find(|it| it.0 == place);
             found.map_or(muscle.rung(), |it| it.1)

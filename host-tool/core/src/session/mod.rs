@@ -53,7 +53,7 @@ pub use manual::manual;
 pub use muscle::{Model, Muscle, rung_name};
 pub use schema::schema;
 use setpoints::read_setpoints;
-pub use setpoints::{Course, ForceCourse, Setpoint, Setpoints};
+pub use setpoints::{Bounds, Course, ForceCourse, Setpoint, Setpoints};
 pub use study::{Electrode, Study};
 use table::{Document, Table};
 pub use trigger::SimulatedTrigger;
@@ -183,7 +183,9 @@ impl Session {
         let mut notes = Vec::new();
         let setup = setup::read_setup(t, duration_us, &mut notes);
         let has_joint = t.has("joint");
-        let setpoints = t.part("setpoints", |s| read_setpoints(s, &setup, has_joint));
+        let setpoints = t.part("setpoints", |s| {
+            read_setpoints(s, &setup, has_joint, duration_us)
+        });
         let study = t.part("study", |s| study::read_study(s, &setup.channels));
         let trigger = t.part("simulated_trigger", |s| {
             trigger::read_trigger(s, &setup.channels, duration_us)
