@@ -1,9 +1,6 @@
-//! `flexor explain-model`, and the scenes that sessions become.
+//! `flexor explain-model`.
 
 use crate::program::{self, Said, ran, written};
-use firmware::muscle::Rung;
-use host_core::choice::{Scene, Share};
-use host_core::session::Session;
 use serde_json::Value;
 use std::process::Stdio;
 
@@ -39,63 +36,6 @@ fn session(train: &str, muscle: &str) -> String {
     format!("{HEAD}train = {{ {shape}, {train} }}\n{muscle}\n{SETPOINTS}")
 }
 
-fn parsed(text: &str) -> Session {
-    Session::parse("test", text).unwrap()
-}
-
-fn needs(text: &str) -> host_core::session::scene::Needs {
-    let session = parsed(text);
-    let needs = session.needs(&session.channels[0], Share::JUST_NOTICEABLE);
-    needs.unwrap()
-}
-
-#[test]
-fn a_session_becomes_the_scene_that_it_is() {
-    let hold = needs(&session("frequency_hz = 50.0", ""));
-    let scene = Scene {
-        burst_ms: Scene::UNBROKEN,
-        slowest_mhz: 50_000,
-        fastest_mhz: 50_000,
-        ramp_ms: 5_000,
-        session_s: 0,
-    };
-    assert_eq!(hold.scene, scene);
-    let tiring = needs(&session("frequency_hz = 50.0", ", fatigue = {}"));
-    let works = Scene {
-        session_s: 20,
-        ..scene
-    };
-    assert_eq!(tiring.scene, works);
-    let short = needs(&session("frequency_hz = 40.0, repeats = 4", ""));
-    assert_eq!(short.scene.burst_ms, 100);
-    let doublets = "frequency_hz = 20.0, burst_count = 2, burst_interval_us = 5000";
-    let doublets = needs(&session(doublets, ""));
-    assert_eq!(doublets.scene.slowest_mhz, 20_000);
-    assert_eq!(doublets.scene.fastest_mhz, 200_000);
-}
-
-/// The lowest sufficient rung of each kind, and what `"auto"` makes of it.
-#[test]
-fn each_kind_of_scene_gets_its_rung() {
-    #[rustfmt::skip]
-    let rows = [
-        ("frequency_hz = 50.0", "", Rung::Static),
-        ("frequency_hz = 50.0", ", fatigue = {}", Rung::CalciumForceFatigue),
-        ("frequency_hz = 40.0, repeats = 4", "", Rung::CalciumForce),
-        ("frequency_hz = 10.0", "", Rung::CalciumForce),
-    ];
-    for (train, muscle, rung) in rows {
-        let text = session(train, muscle);
-        assert_eq!(needs(&text).rung, rung, "{train} {muscle}");
-        let muscle = parsed(&text).channels[0].muscle.clone().unwrap();
-        assert_eq!((muscle.rung(), muscle.spec().rung), (rung, rung));
-    }
-    // What the file says goes before.
-    let fixed = session("frequency_hz = 50.0", r#", model = "lag""#);
-    assert_eq!(needs(&fixed).rung, Rung::Lag);
-    assert_eq!(needs(&fixed).choice.unwrap().rung, Rung::Static);
-}
-
 fn flexor(name: &str, text: &str, arguments: &[&str]) -> Said {
     let folder = program::folder(&format!("explained/{name}"));
     written(&folder, name, text);
@@ -106,36 +46,40 @@ fn the_table_is_for_people_and_machines() {
     let text = session("frequency_hz = 50.0", "");
     let (exit, said, _) = flexor("people.toml", &text, &[]);
     assert_eq!(exit, Some(0), "{said}");
-    assert!(said.contains("channel 1, one: static"), "{said}");
+    assert!(said.contains("channel 1, one: calcium-force"), "{said}");
+    assert!(said.contains("uses: the reported force"), "{said}");
     let widest = said.lines().map(|line| line.chars().count()).max();
     assert!(widest <= Some(80), "{said}");
-    let json = |name, options: &[&str]| -> Value {
-        let (_, said, _) = flexor(name, &text, options);
-        serde_json::from_str(&said).unwrap()
+    let tiring = session("frequency_hz = 50.0", ", fatigue = {}");
+    let channel = |name, options: &[&str]| -> Value {
+        let (_, said, _) = flexor(name, &tiring, options);
+        let value: Value = serde_json::from_str(&said).unwrap();
+        value["channels"][0].clone()
     };
-    let value = json("machines.toml", &["--json"]);
-    let channel = &value["channels"][0];
-    assert_eq!(channel["model"], "static");
-    assert_eq!(channel["models"].as_array().unwrap().len(), 4);
-    let change = channel["change_pct"].as_f64().unwrap();
-    assert!(change > 1.0 && change <= 10.0, "{change}");
-    assert!(channel["error_pct"].as_f64().unwrap() > 1.0);
-    assert!(channel["change_if_it_tires_pct"].as_f64().unwrap() > change);
-    let value = json("finer.toml", &["--json", "--tolerance", "2"]);
-    assert_eq!(value["channels"][0]["model"], "lag");
+    // 20 s of work tire it by more than 10 %, and by less than 60 %.
+    let it = channel("machines.toml", &["--json"]);
+    assert_eq!(it["model"], "calcium-force-fatigue");
+    let models = it["models"].as_array().unwrap();
+    let error = |name: &str| {
+        let found = models.iter().find(|it| it["model"] == name).unwrap();
+        found["report_pct"].as_f64().unwrap()
+    };
+    assert!((10.0..60.0).contains(&error("calcium-force")), "{it}");
+    assert!(error("calcium-force-fatigue") < 10.0, "{it}");
+    let it = channel("coarse.toml", &["--json", "--tolerance", "60"]);
+    assert_eq!(it["model"], "calcium-force");
 }
 
 #[test]
 fn what_cannot_be_explained_is_refused_by_name() {
     let plain = session("frequency_hz = 50.0", "");
-    let tiring = session("frequency_hz = 50.0", ", fatigue = {}");
     let none = session("frequency_hz = 50.0", "none");
     for (name, text, tolerance, code, words) in [
         ("none.toml", &none, "10", 1, ["E554", "muscle"]),
         ("zero.toml", &plain, "0", 2, ["E518", "--tolerance"]),
         ("nan.toml", &plain, "NaN", 2, ["E518", "--tolerance"]),
         ("much.toml", &plain, "601", 2, ["E518", "600"]),
-        ("fine.toml", &tiring, "1", 1, ["E553", "least possible"]),
+        ("fine.toml", &plain, "0.01", 1, ["E553", "least possible"]),
     ] {
         let (exit, _, said) = flexor(name, text, &["--tolerance", tolerance]);
         assert_eq!(exit, Some(code), "{name}: {said}");
@@ -143,6 +87,30 @@ fn what_cannot_be_explained_is_refused_by_name() {
             assert!(said.contains(word), "{name}: {said}");
         }
     }
+}
+
+/// What was chosen goes into the record, and a rerun takes it from there.
+#[test]
+fn a_rerun_takes_the_model_from_the_record() {
+    let folder = program::folder("explained/again");
+    let coarse = format!(
+        "{}\n[fidelity]\ntolerance_percent = 60\n",
+        session("frequency_hz = 50.0", ", fatigue = {}")
+    );
+    written(&folder, "coarse.toml", coarse);
+    let (exit, _, said) = ran(&folder, &["run", "coarse.toml", "--out", "first"]);
+    assert_eq!(exit, Some(0), "{said}");
+    let trial = folder.join("first/01-one-muscle/trial.json");
+    let trial: Value = serde_json::from_str(&std::fs::read_to_string(trial).unwrap()).unwrap();
+    assert_eq!(trial["channels"][0]["model"], "calcium-force");
+    let (exit, out, said) = ran(&folder, &["rerun", "first"]);
+    assert_eq!(exit, Some(0), "{out} {said}");
+    // A tolerance that nothing meets is refused before anything is played.
+    let fine = session("frequency_hz = 50.0", "") + "\n[fidelity]\ntolerance_percent = 0.01\n";
+    written(&folder, "fine.toml", fine);
+    let (exit, _, said) = ran(&folder, &["run", "fine.toml", "--out", "second"]);
+    assert!(exit == Some(1) && said.contains("E553"), "{said}");
+    assert!(!folder.join("second").exists());
 }
 
 /// `flexor explain-model … | head` and `… > /a/full/disk`.

@@ -12,7 +12,6 @@ mod cycles;
 mod device_numbers;
 mod device_stops;
 mod edges;
-mod fidelity;
 mod force;
 mod force_reach;
 mod fuzz_short;

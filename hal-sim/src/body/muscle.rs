@@ -8,6 +8,7 @@
 //! Seconds and newtons (A in N/s); C jumps by one at each pulse.
 
 pub mod reference;
+pub mod tiring;
 
 /// The five constants of one muscle, SI units, all above zero.
 #[derive(Debug, Clone, Copy, PartialEq)]

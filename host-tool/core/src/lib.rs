@@ -1,8 +1,8 @@
 //! What a program that stimulates needs, `flexor` or another.
 //!
-//! `session` reads what to do, `choice` its models; `run` does it through
-//! `link`, `record` and `analysis` keep and judge it, `report` draws it with
-//! `plot`, numbers written by `number`.
+//! `session` reads what to do, `run` does it through `link`, `choice` tries which
+//! models will do; `record` and `analysis` keep and judge it, `report` draws it
+//! with `plot`, numbers written by `number`.
 
 pub mod analysis;
 pub mod choice;

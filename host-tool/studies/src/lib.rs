@@ -1,15 +1,14 @@
 //! What is compared, apart from what is flashed.
 //!
-//! `bench` measures the device's algorithms and cycles; `accuracy`, `ladder` and
-//! `tracking` compare muscle models, their rungs and control laws, `stability`
-//! maps where methods fail; `experiments` are the papers' protocols; `figures`
-//! draw them. `subjects` are whom muscle models are compared on.
+//! `bench` measures the device's algorithms and cycles; `accuracy` and `tracking`
+//! compare muscle models and control laws, `stability` maps where methods fail;
+//! `experiments` are the papers' protocols; `figures` draw them. `subjects` are whom
+//! muscle models are compared on.
 
 pub mod accuracy;
 pub mod bench;
 pub mod experiments;
 pub mod figures;
-pub mod ladder;
 pub mod stability;
 mod subjects;
 pub mod tracking;

@@ -4,5 +4,3 @@ mod accuracy_study;
 mod control_campaign;
 mod control_twin;
 mod harris_wall;
-mod ladder_adequacy;
-mod ladder_table;

@@ -76,8 +76,7 @@ pub struct FingerSpec {
     /// Step of the sensor's reading, degrees, above zero.
     pub sensor_resolution_deg: f64,
     /// Level of detail: the step of joint and sensor, µs, 100 to 10 000. Muscles
-    /// are also split at every pulse. `flexor chart ladder` measures what a
-    /// longer one changes.
+    /// are also split at every pulse.
     pub step_us: u32,
 }
 

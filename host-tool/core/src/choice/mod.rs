@@ -1,265 +1,252 @@
-//! The lowest sufficient model for a kind of scene, looked up in committed
-//! measurements.
+//! The cheapest muscle model that will do, found by trying the session.
 //!
-//! Lives here: `grid` (what was measured), `measured` (what came out, read from
-//! what `flexor chart ladder` commits), `change` (what replacing a rung does, by
-//! which is chosen) and `between` (points of a grid). Not here: the rungs
-//! themselves, how a session becomes scenes (`session`).
-//! In: a [`Scene`] and a tolerance. Out: a [`Choice`] with its expected change
-//! and cycles, or [`NoRung`].
+//! Lives here: `play` (a session in memory and the true forces of its pulses),
+//! `cost` (cycles), `stream` (a live client's worst), `tried` (errors of what is used), and the choice. Not here: the
+//! models (`firmware::muscle`), how a session runs (`run`).
+//! In: a session with `"auto"` models and a tolerance. Out: a [`Choice`]: for each
+//! channel what it uses, each rung's error and cycles, and which was taken.
 
-mod between;
-mod change;
-pub mod grid;
-pub mod measured;
+mod cost;
+mod play;
+mod stream;
+mod tried;
 
-pub use change::expected_change;
-use core::fmt;
+pub use cost::{Cycles, cycles, rungs};
+pub use play::{Played, Pulse, Unplayed, forces};
+pub use stream::streaming;
+pub use tried::{Tried, Uses};
+
+use crate::record::ChannelInfo;
+use crate::session::{Model, Muscle, Session, Share, rung_name};
 use firmware::muscle::Rung;
-use grid::{
-    BURSTS_MS, Discretization, LAW_PERIODS_MS, RAMPS_MS, RATES_MHZ, SESSIONS_S, STEPS_MS,
-    TELEMETRY_MS, enclosing,
-};
-use measured::Quantity::{Body, Fatigue, Force, Law, Telemetry};
-use measured::{CYCLES, table};
+use tried::Trials;
 
-/// What a muscle is asked to do.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Scene {
-    /// How long it is pulsed at a stretch, ms. [`Scene::UNBROKEN`] if pauses
-    /// and the end do not matter.
-    pub burst_ms: u32,
-    /// Lowest pulse rate, mHz.
-    pub slowest_mhz: u32,
-    /// Highest pulse rate, mHz; the same if the rate is constant.
-    pub fastest_mhz: u32,
-    /// Shortest time in which its drive (amplitude or pulse rate) goes the
-    /// whole way, ms; 0 for steps.
-    pub ramp_ms: u32,
-    /// How long it works, pauses included, s; 0 to leave fatigue aside.
-    pub session_s: u32,
+/// The seed of the simulated wearer under which sessions are tried.
+pub const SEED: u64 = 1;
+
+/// What a channel's muscle needs, and what it gets.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Need {
+    /// Its place in [`Session::channels`].
+    pub place: usize,
+    /// What the session uses of it.
+    pub uses: Uses,
+    /// The cheapest rung within the tolerance; none if no rung is.
+    pub enough: Option<Rung>,
+    /// What it gets: the file's rung, or the one that is enough, or else the best.
+    pub rung: Rung,
+    /// Each rung that the muscle allows, the fullest last.
+    pub tried: Vec<Tried>,
+    /// The error of what is used with all channels on the rung that they get.
+    pub together: f64,
+    /// Whether it got more than it needs singly, as all together would not do.
+    pub raised: bool,
 }
 
-impl Scene {
-    /// A muscle pulsed without a pause, from its ramp up to its ramp down.
-    pub const UNBROKEN: u32 = grid::HOLD_MS;
+impl Need {
+    /// The least error that a rung has, and that rung.
+    #[must_use]
+    pub fn least(&self) -> (f64, Rung) {
+        let all = self.tried.iter().map(|it| (it.error(), it.rung));
+        all.min_by(|a, b| a.0.total_cmp(&b.0))
+            .unwrap_or((0.0, self.rung))
+    }
 }
 
-/// A part of the largest force of a scene, in hundredths of a percent; larger
-/// ones saturate at 655.35 %.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
-pub struct Share(pub u16);
+/// What a session needs.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Choice {
+    /// What was tolerated.
+    pub tolerance: Share,
+    /// How much of the session was tried, µs from its start.
+    pub tried_us: u64,
+    /// How many times it was played.
+    pub plays: usize,
+    /// Of how many sessions: the file's own, and those within its bounds.
+    pub sessions: usize,
+    /// Of each channel with a muscle.
+    pub needs: Vec<Need>,
+}
+
+/// Why there is no choice.
+#[derive(Debug, thiserror::Error)]
+pub enum ChoiceError {
+    /// It could not be played.
+    #[error("E552 the session cannot be tried: {0}")]
+    Unplayed(Unplayed),
+    /// No rung is as accurate as that.
+    #[error(
+        "E553 channel {channel}: no model is within a tolerance of {tolerance}: the least possible here is \
+         {least_percent:.2} % ({best}); tolerate that, or set `report = false` where nobody reads the force"
+    )]
+    NoRung {
+        /// From 1.
+        channel: u8,
+        /// What was asked for.
+        tolerance: Share,
+        /// The least error, %, rounded up.
+        least_percent: f64,
+        /// Whose it is.
+        best: &'static str,
+    },
+}
+
+impl From<Unplayed> for ChoiceError {
+    fn from(why: Unplayed) -> Self {
+        Self::Unplayed(why)
+    }
+}
 
 impl Share {
-    /// The just-noticeable difference of force, 10 %: the default tolerance.
-    pub const JUST_NOTICEABLE: Self = Self(1_000);
-    /// Never measured, so never within a tolerance.
-    pub const UNKNOWN: Self = Self(u16::MAX);
-}
-
-impl fmt::Display for Share {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if *self == Self::UNKNOWN {
-            return f.write_str("not measured");
-        }
-        write!(f, "{}.{:02} %", self.0 / 100, self.0 % 100)
+    /// As a part.
+    #[must_use]
+    pub fn part(self) -> f64 {
+        f64::from(self.0) * 1e-4
     }
 }
 
-/// Most core clock cycles of a rung on the chip simulator, per call.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Cycles {
-    /// A control tick of 1 ms without a pulse.
-    pub tick: u16,
-    /// One with a pulse inside it.
-    pub tick_with_pulse: u16,
-}
-
-impl Cycles {
-    /// Not measured.
-    pub const UNKNOWN: Self = Self {
-        tick: u16::MAX,
-        tick_with_pulse: u16::MAX,
-    };
-}
-
-/// What a scene needs, and no more.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Choice {
-    /// The lowest rung within the tolerance.
-    pub rung: Rung,
-    /// How far it is expected to be from the top rung: [`expected_change`].
-    pub change: Share,
-    /// What it costs.
-    pub cycles: Cycles,
-    /// The longest period of the control law that costs the tracking of such a
-    /// ramp less than the tolerance, ms.
-    pub law_period_ms: u8,
-    /// How its law is best discretized at that period.
-    pub discretization: Discretization,
-    /// The longest telemetry period from which the force can be drawn again
-    /// within the tolerance, ms.
-    pub telemetry_ms: u16,
-    /// The longest step of the simulated body that changes its motion by less
-    /// than the tolerance, ms.
-    pub body_step_ms: u8,
-}
-
-/// No rung is as accurate as that.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct NoRung {
-    /// What was asked for.
-    pub tolerance: Share,
-    /// The least error that a rung has in this scene.
-    pub least: Share,
-    /// That rung.
-    pub best: Rung,
-}
-
-impl fmt::Display for NoRung {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            tolerance,
-            least,
-            best,
-        } = self;
-        write!(
-            f,
-            "no model is within a tolerance of {tolerance}: the least possible here is {least} ({best:?})"
-        )
-    }
-}
-
-impl core::error::Error for NoRung {}
-
-/// The lowest rung that the top one may replace, in a loop closed over the
-/// prediction, without changing the true force by more than `tolerance`; and
-/// what else the scene needs.
+/// Tries `session` with every rung that its muscles allow, natively and in memory, on
+/// a wearer with this seed, and takes for each channel the cheapest in cycles whose
+/// error in what the session uses is within `tolerance`. A channel that is on a rung by
+/// the file's word stays there.
+///
+/// A rung is tried on all channels at once: no channel's pulses and report depend on
+/// another's rung. Then what was chosen is played together; while any channel errs by
+/// more than the tolerance, the one that errs most gets its next rung.
+///
+/// A session that declares bounds is tried beside the worst within them: the largest
+/// error of all counts.
+///
+/// Of a session longer than [`Session::try_us`] its first part is tried.
 ///
 /// # Errors
-/// [`NoRung`] with the least error possible, if no rung's own prediction is
-/// within the tolerance: then being near the top rung says nothing.
-pub fn choose(scene: &Scene, tolerance: Share) -> Result<Choice, NoRung> {
-    let errors = Rung::ALL.map(|rung| (rung, expected_error(scene, rung)));
-    let (best, least) = errors
-        .into_iter()
-        .min_by_key(|&(_, error)| error)
-        .unwrap_or((Rung::CalciumForceFatigue, Share::UNKNOWN));
-    if least > tolerance {
-        return Err(NoRung {
-            tolerance,
-            least,
-            best,
-        });
+/// [`ChoiceError::Unplayed`].
+pub fn choose(session: &Session, tolerance: Share, seed: u64) -> Result<Choice, ChoiceError> {
+    let tried_us = session.duration_us.min(session.try_us);
+    let sessions = stream::sessions(session, tried_us);
+    let mut trials = Trials::of(&sessions, seed)?;
+    let mut needs: Vec<Need> = (session.channels.iter().enumerate())
+        .filter_map(|(place, channel)| {
+            let muscle = channel.muscle.as_ref()?;
+            let tried = trials.tried(place);
+            let within = tried.iter().filter(|it| it.error() <= tolerance.part());
+            let enough = within.min_by(|a, b| a.cost().total_cmp(&b.cost()));
+            let enough = enough.map(|it| it.rung);
+            let mut need = Need {
+                place,
+                uses: trials.uses(place),
+                enough,
+                rung: muscle.rung(),
+                together: 0.0,
+                tried,
+                raised: false,
+            };
+            if muscle.model == Model::Auto {
+                need.rung = enough.unwrap_or(need.least().1);
+            }
+            Some(need)
+        })
+        .collect();
+    loop {
+        let rungs: Vec<(usize, Rung)> = needs.iter().map(|n| (n.place, n.rung)).collect();
+        let together = trials.together(&rungs)?;
+        for (need, error) in needs.iter_mut().zip(together) {
+            need.together = error;
+        }
+        let is_free = |need: &&mut Need| {
+            let muscle = session.channels[need.place].muscle.as_ref();
+            let above = need.tried.iter().any(|it| it.rung > need.rung);
+            muscle.is_some_and(|it| it.model == Model::Auto)
+                && need.enough.is_some()
+                && above
+                && need.together > tolerance.part()
+        };
+        let wrong = needs.iter_mut().filter(is_free);
+        let Some(worst) = wrong.max_by(|a, b| a.together.total_cmp(&b.together)) else {
+            break;
+        };
+        let next = worst.tried.iter().find(|it| it.rung > worst.rung);
+        worst.rung = next.map_or(worst.rung, |it| it.rung);
+        worst.raised = true;
     }
-    let changes = Rung::ALL.map(|rung| (rung, expected_change(scene, rung)));
-    let (rung, change) = changes
-        .into_iter()
-        .find(|&(_, change)| change <= tolerance)
-        .unwrap_or((Rung::CalciumForceFatigue, Share(0)));
-    let (law_period_ms, discretization) = law(scene, tolerance);
     Ok(Choice {
-        rung,
-        change,
-        cycles: cycles(rung),
-        law_period_ms,
-        discretization,
-        telemetry_ms: telemetry(scene, tolerance),
-        body_step_ms: body_step(scene, tolerance),
+        tolerance,
+        tried_us,
+        plays: trials.plays(),
+        sessions: sessions.len(),
+        needs,
     })
 }
 
-/// What a rung costs.
-#[must_use]
-pub fn cycles(rung: Rung) -> Cycles {
-    CYCLES[rung as usize]
-}
-
-/// The error to expect of a rung's own prediction in a scene: the worst over all
-/// ten subjects at the measured scenes around it.
+/// Gives `"auto"` models their meaning in this session, and says in its notes what
+/// people should know. A session without one is left alone. One that cannot be played
+/// keeps the fullest models, and says so.
 ///
-/// Conservative in three ways. Between two points of an axis the worse counts,
-/// over all axes at once; beyond an axis' end its last point counts, where the
-/// error no longer grows, and pulse rates outside the measured ones make the
-/// two lowest rungs [`Share::UNKNOWN`]. What a rung lacks for want of fatigue
-/// is added to what it lacks otherwise, as if both fell on the same moment.
-#[must_use]
-pub fn expected_error(scene: &Scene, rung: Rung) -> Share {
-    let column = match rung {
-        Rung::Static | Rung::Lag if !is_measured(scene) => return Share::UNKNOWN,
-        Rung::Static => 0,
-        Rung::Lag => 1,
-        Rung::CalciumForce | Rung::CalciumForceFatigue => 2,
-    };
-    let [slowest, fastest] = rates(scene).map(|rate| enclosing(&RATES_MHZ, rate));
-    let burst = enclosing(&BURSTS_MS, scene.burst_ms);
-    let ramp = enclosing(&RAMPS_MS, scene.ramp_ms);
-    let session = enclosing(&SESSIONS_S, scene.session_s);
-    let dynamics = table(Force).worst([burst, ramp, slowest, fastest.clone()], column);
-    let with_fatigue = usize::from(rung == Rung::CalciumForceFatigue);
-    let fatigue = table(Fatigue).worst([session, fastest], with_fatigue);
-    match (dynamics, fatigue) {
-        (Some(dynamics), Some(fatigue)) => Share(dynamics.saturating_add(fatigue)),
-        _ => Share::UNKNOWN,
+/// # Errors
+/// [`ChoiceError::NoRung`] if the session has a `[fidelity]` that no model meets.
+pub fn settle(session: &mut Session) -> Result<(), ChoiceError> {
+    let is_auto = |muscle: &Muscle| muscle.model == Model::Auto;
+    let mut muscles = session.channels.iter().filter_map(|c| c.muscle.as_ref());
+    if !muscles.any(is_auto) {
+        return Ok(());
     }
-}
-
-/// Lowest and highest pulse rate, mHz.
-fn rates(scene: &Scene) -> [u32; 2] {
-    let (a, b) = (scene.slowest_mhz, scene.fastest_mhz);
-    [a.min(b), a.max(b)]
-}
-
-/// Whether its pulse rates lie within the measured ones, without which nothing is
-/// known of the two lowest rungs.
-fn is_measured(scene: &Scene) -> bool {
-    let [slowest, fastest] = rates(scene);
-    slowest >= RATES_MHZ[0] && fastest <= RATES_MHZ[RATES_MHZ.len() - 1]
-}
-
-/// The last of the candidates, finest first, up to which all are within the
-/// tolerance; the finest if none is.
-fn coarsest<T: Copy>(
-    candidates: &[T],
-    tolerance: Share,
-    error: impl Fn(usize) -> Option<u16>,
-) -> T {
-    let is_within = |n: &usize| error(*n).is_some_and(|error| Share(error) <= tolerance);
-    let last = (0..candidates.len()).take_while(is_within).last();
-    candidates[last.unwrap_or(0)]
-}
-
-/// The longest period, and the better discretization at it.
-fn law(scene: &Scene, tolerance: Share) -> (u8, Discretization) {
-    let error = |discretization: usize, period: usize| {
-        let candidate = discretization * LAW_PERIODS_MS.len() + period;
-        table(Law).worst([enclosing(&RAMPS_MS, scene.ramp_ms)], candidate)
+    let choice = match choose(session, session.tolerance, SEED) {
+        Ok(choice) => choice,
+        Err(error) => {
+            session.notes.push(format!(
+                "{error}; \"auto\" is the fullest model that each muscle allows"
+            ));
+            return Ok(());
+        }
     };
-    let better = |period| Some(error(0, period)?.min(error(1, period)?));
-    let places: [usize; LAW_PERIODS_MS.len()] = std::array::from_fn(|n| n);
-    let period = coarsest(&places, tolerance, better);
-    let discretization = match error(0, period) < error(1, period) {
-        true => Discretization::Explicit,
-        false => Discretization::Implicit,
-    };
-    (LAW_PERIODS_MS[period], discretization)
+    if session.has_fidelity {
+        choice.refuse(session)?;
+    }
+    if choice.tried_us < session.duration_us {
+        session.notes.push(format!(
+            "muscle models were chosen by the first {} s of {} s; `fidelity.try_s` says how much",
+            choice.tried_us as f64 * 1e-6,
+            session.duration_us as f64 * 1e-6,
+        ));
+    }
+    for need in &choice.needs {
+        if let Some(muscle) = &mut session.channels[need.place].muscle {
+            muscle.auto = need.rung;
+        }
+    }
+    Ok(())
 }
 
-/// The longest telemetry period.
-fn telemetry(scene: &Scene, tolerance: Share) -> u16 {
-    let [slowest, _] = rates(scene);
-    coarsest(&TELEMETRY_MS, tolerance, |period| {
-        let around = [
-            enclosing(&BURSTS_MS, scene.burst_ms),
-            enclosing(&RATES_MHZ, slowest),
-        ];
-        table(Telemetry).worst(around, period)
+/// Gives `"auto"` models the meaning that they had when these channels were recorded.
+/// Whether each of them was.
+pub fn recall(session: &mut Session, recorded: &[ChannelInfo]) -> bool {
+    session.channels.iter_mut().all(|channel| {
+        let Some(muscle) = &mut channel.muscle else {
+            return true;
+        };
+        let of = recorded.iter().find(|it| it.number == channel.number);
+        let name = of.and_then(|it| it.model.as_deref());
+        let rung = Rung::ALL
+            .into_iter()
+            .find(|it| Some(rung_name(*it)) == name);
+        muscle.auto = rung.unwrap_or(muscle.auto);
+        rung.is_some()
     })
 }
 
-/// The longest step of the body.
-fn body_step(scene: &Scene, tolerance: Share) -> u8 {
-    coarsest(&STEPS_MS, tolerance, |step| {
-        table(Body).worst([enclosing(&RAMPS_MS, scene.ramp_ms)], step)
-    })
+impl Choice {
+    /// # Errors
+    /// [`ChoiceError::NoRung`] of the first channel that no rung is enough for.
+    pub fn refuse(&self, session: &Session) -> Result<(), ChoiceError> {
+        let Some(need) = self.needs.iter().find(|need| need.enough.is_none()) else {
+            return Ok(());
+        };
+        let (least, best) = need.least();
+        Err(ChoiceError::NoRung {
+            channel: session.channels[need.place].number,
+            tolerance: self.tolerance,
+            least_percent: (least * 1e4).ceil() * 1e-2,
+            best: rung_name(best),
+        })
+    }
 }

@@ -21,7 +21,6 @@ mod joint;
 mod law;
 mod manual;
 mod muscle;
-pub mod scene;
 mod schema;
 mod setpoints;
 mod setup;
@@ -35,7 +34,6 @@ mod wall;
 use std::io::Read;
 use std::path::Path;
 
-use crate::choice::Share;
 use firmware::control::{JointSpec, SensorSource};
 use firmware::haptics::WallSpec;
 use firmware::link::Request;
@@ -47,14 +45,15 @@ pub use body::BodySpec;
 pub use channel::{Channel, Unit};
 use error::{MOST, Place};
 pub use error::{Problem, SessionError};
+pub use fidelity::Share;
 pub use fields::LONGEST as LONGEST_TEXT;
 use fields::{DAY_US, FILE};
 pub use law::LawName;
 pub use manual::manual;
-pub use muscle::{Model, Muscle};
+pub use muscle::{Model, Muscle, rung_name};
 pub use schema::schema;
 use setpoints::read_setpoints;
-pub use setpoints::{Course, ForceCourse, Setpoint, Setpoints};
+pub use setpoints::{Bounds, Course, ForceCourse, Setpoint, Setpoints};
 pub use study::{Electrode, Study};
 use table::{Document, Table};
 pub use trigger::SimulatedTrigger;
@@ -87,9 +86,12 @@ pub struct Session {
     pub body: Option<BodySpec>,
     /// Edges of a simulated trigger input; no matter to a board.
     pub trigger: Option<SimulatedTrigger>,
-    /// How far predicted forces may be from the best model's: what `"auto"` models
-    /// are chosen for.
+    /// How far what the session uses may be off: what `"auto"` models are chosen for.
     pub tolerance: Share,
+    /// Whether the file says so: then a tolerance that no model meets is refused.
+    pub has_fidelity: bool,
+    /// How much of it is tried, µs from the start.
+    pub try_us: u64,
     /// Telemetry period, ms.
     pub telemetry_ms: u16,
     /// What is played differently from what the file says, for people: a
@@ -99,7 +101,10 @@ pub struct Session {
     pub study: Study,
 }
 
-/// Telemetry period unless `[fidelity]` allows another, ms.
+/// How much of a longer session is tried, unless the file says so, µs.
+const TRY_US: u64 = 60_000_000;
+
+/// Telemetry period, ms.
 const TELEMETRY_MS: u16 = 10;
 
 /// The longest session file read: what never ends must not fill the memory.
@@ -178,7 +183,9 @@ impl Session {
         let mut notes = Vec::new();
         let setup = setup::read_setup(t, duration_us, &mut notes);
         let has_joint = t.has("joint");
-        let setpoints = t.part("setpoints", |s| read_setpoints(s, &setup, has_joint));
+        let setpoints = t.part("setpoints", |s| {
+            read_setpoints(s, &setup, has_joint, duration_us)
+        });
         let study = t.part("study", |s| study::read_study(s, &setup.channels));
         let trigger = t.part("simulated_trigger", |s| {
             trigger::read_trigger(s, &setup.channels, duration_us)
@@ -199,12 +206,14 @@ impl Session {
             body: body?,
             trigger: trigger?,
             tolerance: Share::JUST_NOTICEABLE,
+            has_fidelity: false,
+            try_us: TRY_US,
             telemetry_ms: TELEMETRY_MS,
             notes,
             study: study?.unwrap_or_default(),
         };
         if doc.is_sound() {
-            fidelity::settle(t, &mut session);
+            fidelity::read(t, &mut session);
         }
         Some(session)
     }

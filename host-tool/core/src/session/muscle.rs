@@ -16,9 +16,12 @@ pub struct Muscle {
     pub recruitment: RecruitmentSpec,
     /// How it tires, if the file says so.
     pub fatigue: Option<FatigueSpec>,
+    /// Whether anybody reads its predicted force.
+    pub report: bool,
     /// Which rung it starts on.
     pub model: Model,
-    /// What `"auto"` comes to in this session; see [`super::scene`].
+    /// What `"auto"` comes to in this session: the fullest that the muscle allows,
+    /// until the session was tried.
     pub auto: Rung,
     /// Later rungs, each from its µs after the start on, rising.
     pub changes: Vec<(u64, Rung)>,
@@ -27,10 +30,17 @@ pub struct Muscle {
 /// What a file says of a muscle's rung.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Model {
-    /// The lowest that is good enough.
+    /// The one that is good enough.
     Auto,
     /// This one.
     Fixed(Rung),
+}
+
+/// What a rung is called in files.
+#[must_use]
+pub fn rung_name(rung: Rung) -> &'static str {
+    let named = RUNGS.iter().find(|(_, known)| *known == rung);
+    named.map_or("", |(name, _)| name) // all are there
 }
 
 impl Muscle {
@@ -87,13 +97,17 @@ pub(super) fn read_muscle(t: &Table<'_>, limit: Amplitude, duration_us: u64) -> 
     let fatigue = t.part("fatigue", |f| Some(read_fatigue(f, force.a_mn_per_s)))?;
     let changes = read_changes(t, duration_us);
     let model = t.named("model", &RUNGS).map_or(Model::Auto, Model::Fixed);
+    let auto = match fatigue {
+        Some(_) => Rung::CalciumForceFatigue,
+        None => Rung::CalciumForce,
+    };
     Some(Muscle {
         force,
         recruitment,
         fatigue,
+        report: !t.has("report") || t.flag("report"),
         model,
-        // Until the whole session is read.
-        auto: Rung::CalciumForce,
+        auto,
         changes: changes?,
     })
 }
