@@ -46,21 +46,71 @@ fn the_table_is_for_people_and_machines() {
     let text = session("frequency_hz = 50.0", "");
     let (exit, said, _) = flexor("people.toml", &text, &[]);
     assert_eq!(exit, Some(0), "{said}");
-    assert!(said.contains("channel 1, one: calcium-force, "), "{said}");
+    assert!(said.contains("channel 1, one: calcium-force"), "{said}");
+    assert!(said.contains("uses: the reported force"), "{said}");
     let widest = said.lines().map(|line| line.chars().count()).max();
     assert!(widest <= Some(80), "{said}");
     let tiring = session("frequency_hz = 50.0", ", fatigue = {}");
-    let (_, said, _) = flexor("machines.toml", &tiring, &["--json"]);
-    let value: Value = serde_json::from_str(&said).unwrap();
-    assert_eq!(value["channels"][0]["model"], "calcium-force-fatigue");
+    let channel = |name, options: &[&str]| -> Value {
+        let (_, said, _) = flexor(name, &tiring, options);
+        let value: Value = serde_json::from_str(&said).unwrap();
+        value["channels"][0].clone()
+    };
+    // 20 s of work tire it by more than 10 %, and by less than 60 %.
+    let it = channel("machines.toml", &["--json"]);
+    assert_eq!(it["model"], "calcium-force-fatigue");
+    let models = it["models"].as_array().unwrap();
+    let error = |name: &str| {
+        let found = models.iter().find(|it| it["model"] == name).unwrap();
+        found["report_pct"].as_f64().unwrap()
+    };
+    assert!((10.0..60.0).contains(&error("calcium-force")), "{it}");
+    assert!(error("calcium-force-fatigue") < 10.0, "{it}");
+    let it = channel("coarse.toml", &["--json", "--tolerance", "60"]);
+    assert_eq!(it["model"], "calcium-force");
 }
 
 #[test]
 fn what_cannot_be_explained_is_refused_by_name() {
+    let plain = session("frequency_hz = 50.0", "");
     let none = session("frequency_hz = 50.0", "none");
-    let (exit, _, said) = flexor("none.toml", &none, &[]);
-    assert_eq!(exit, Some(1), "{said}");
-    assert!(said.contains("E554") && said.contains("muscle"), "{said}");
+    for (name, text, tolerance, code, words) in [
+        ("none.toml", &none, "10", 1, ["E554", "muscle"]),
+        ("zero.toml", &plain, "0", 2, ["E518", "--tolerance"]),
+        ("nan.toml", &plain, "NaN", 2, ["E518", "--tolerance"]),
+        ("much.toml", &plain, "601", 2, ["E518", "600"]),
+        ("fine.toml", &plain, "0.01", 1, ["E553", "least possible"]),
+    ] {
+        let (exit, _, said) = flexor(name, text, &["--tolerance", tolerance]);
+        assert_eq!(exit, Some(code), "{name}: {said}");
+        for word in words {
+            assert!(said.contains(word), "{name}: {said}");
+        }
+    }
+}
+
+/// What was chosen goes into the record, and a rerun takes it from there.
+#[test]
+fn a_rerun_takes_the_model_from_the_record() {
+    let folder = program::folder("explained/again");
+    let coarse = format!(
+        "{}\n[fidelity]\ntolerance_percent = 60\n",
+        session("frequency_hz = 50.0", ", fatigue = {}")
+    );
+    written(&folder, "coarse.toml", coarse);
+    let (exit, _, said) = ran(&folder, &["run", "coarse.toml", "--out", "first"]);
+    assert_eq!(exit, Some(0), "{said}");
+    let trial = folder.join("first/01-one-muscle/trial.json");
+    let trial: Value = serde_json::from_str(&std::fs::read_to_string(trial).unwrap()).unwrap();
+    assert_eq!(trial["channels"][0]["model"], "calcium-force");
+    let (exit, out, said) = ran(&folder, &["rerun", "first"]);
+    assert_eq!(exit, Some(0), "{out} {said}");
+    // A tolerance that nothing meets is refused before anything is played.
+    let fine = session("frequency_hz = 50.0", "") + "\n[fidelity]\ntolerance_percent = 0.01\n";
+    written(&folder, "fine.toml", fine);
+    let (exit, _, said) = ran(&folder, &["run", "fine.toml", "--out", "second"]);
+    assert!(exit == Some(1) && said.contains("E553"), "{said}");
+    assert!(!folder.join("second").exists());
 }
 
 /// `flexor explain-model … | head` and `… > /a/full/disk`.

@@ -73,6 +73,7 @@ fn channel(number: u8, name: &str, limit: f64) -> ChannelInfo {
         unit: "V".to_owned(),
         limit,
         muscle: true,
+        model: None,
         force: false,
     }
 }

@@ -1,5 +1,6 @@
 //! The tests of sessions, runs and reports, one program: a room each.
 
+mod choice;
 mod link_native;
 mod report_page;
 mod report_truth;

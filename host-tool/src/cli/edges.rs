@@ -3,6 +3,7 @@
 use super::{Output, within};
 use anyhow::{Context, bail};
 use clap::Args;
+use host_core::choice;
 use host_core::record::{RecordError, may_write, write_edges};
 use host_core::run::{DeviceName, SessionFile, edges_between, run};
 use std::io::Write;
@@ -34,6 +35,7 @@ pub struct Edges {
 /// The session, the device or the file.
 pub fn main(args: &Edges, output: Output) -> anyhow::Result<()> {
     let mut session = SessionFile::load(&args.session)?;
+    choice::settle(&mut session.session)?;
     within("--seconds", args.seconds, 0.001, 3600.0)?;
     may_write(&args.csv, args.overwrite, &[&args.session], None)?;
     let length_us = (args.seconds * 1e6).round() as u64;

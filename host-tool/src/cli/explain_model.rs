@@ -1,66 +1,176 @@
-//! `flexor explain-model`: which muscle model each channel gets.
+//! `flexor explain-model`: which muscle model each channel gets, and why.
 
-use super::Output;
+use super::{Output, wrong};
 use anyhow::ensure;
 use clap::Args;
-use host_core::choice::cycles;
-use host_core::session::{Channel, Muscle, Session, rung_name, visible};
-use serde_json::json;
+use host_core::choice::{self, Choice, Cycles, Need, Tried, Uses};
+use host_core::session::{Session, Share, rung_name, visible};
+use serde_json::{Value, json};
 use std::path::PathBuf;
 
-/// Tell which muscle model each channel of a session gets.
+/// Tell which muscle model each channel of a session gets, and why.
 #[derive(Args, Debug)]
 pub struct ExplainModel {
     /// Session file (TOML)
     session: PathBuf,
+    /// How far what the session uses may be off, in percent of the largest force, in
+    /// steps of 0.01; the session's own, or else 10, if left out
+    #[arg(long, value_name = "PERCENT")]
+    tolerance: Option<f64>,
+    /// Seed of the simulated wearer on whom it is tried
+    #[arg(long, default_value_t = choice::SEED)]
+    seed: u64,
 }
 
 /// # Errors
-/// The session; one without a muscle (E554).
+/// The session; a tolerance that is none (E518) or that no model meets (E553); a
+/// session without a muscle (E554), or one that cannot be played (E552).
 pub fn main(args: &ExplainModel, output: Output) -> anyhow::Result<()> {
+    let asked = args.tolerance.map(share).transpose()?;
     let session = Session::load(&args.session)?;
-    let all: Vec<(&Channel, &Muscle)> = session
-        .channels
-        .iter()
-        .filter_map(|channel| Some((channel, channel.muscle.as_ref()?)))
-        .collect();
+    for note in &session.notes {
+        eprintln!("note: {}", visible(note));
+    }
     ensure!(
-        !all.is_empty(),
+        session.channels.iter().any(|c| c.muscle.is_some()),
         "E554 {}: no channel has a `muscle`, so no force is predicted; docs/sessions.md says how to give it one",
         args.session.display()
     );
-    output.say(
-        || {
-            let lines = all.iter().map(|(channel, muscle)| {
-                let rung = muscle.rung();
-                let cost = cycles(rung).map_or(String::new(), |c| {
-                    format!(
-                        ", {} cycles a tick, {} with a pulse",
-                        c.tick, c.tick_with_pulse
-                    )
-                });
-                let name = visible(&channel.name);
-                format!(
-                    "channel {}, {name}: {}{cost}",
-                    channel.number,
-                    rung_name(rung)
-                )
-            });
-            lines.collect::<Vec<_>>().join("\n")
-        },
-        || {
-            let channels: Vec<_> = all
-                .iter()
-                .map(|(channel, muscle)| {
-                    let cost = cycles(muscle.rung());
-                    json!({
-                        "channel": channel.number, "name": channel.name,
-                        "model": rung_name(muscle.rung()),
-                        "cycles": cost.map(|c| json!({ "tick": c.tick, "tick_with_pulse": c.tick_with_pulse })),
-                    })
-                })
-                .collect();
-            json!({ "channels": channels })
-        },
-    )
+    let tolerance = asked.unwrap_or(session.tolerance);
+    let choice = choice::choose(&session, tolerance, args.seed)?;
+    choice.refuse(&session)?;
+    output.say(|| people(&session, &choice), || machines(&session, &choice))
+}
+
+/// Hundredths of a percent.
+fn share(percent: f64) -> anyhow::Result<Share> {
+    if !(0.01..=600.0).contains(&percent) {
+        return wrong(format!(
+            "--tolerance is {percent}: allowed is 0.01 to 600 percent"
+        ));
+    }
+    // Down: never more than what is allowed. At most 60 000.
+    Ok(Share((percent * 100.0 + 1e-9) as u16))
+}
+
+/// At most 80 columns.
+fn people(session: &Session, choice: &Choice) -> String {
+    let part = match choice.tried_us < session.duration_us {
+        true => "the first ",
+        false => "",
+    };
+    let more = match choice.sessions {
+        1 => String::new(),
+        n => format!(", and the {} worst within its bounds", n - 1),
+    };
+    let mut out = format!(
+        "{}\nThe cheapest model whose error in what the session uses is within {}.\n\
+         Tried: {part}{} s{more}; {} plays. Errors are parts of the largest true force;\n\
+         cycles: of a 1 ms tick without/with a pulse, at most.\n",
+        cut(&visible(&session.title), 78),
+        choice.tolerance,
+        choice.tried_us as f64 * 1e-6,
+        choice.plays,
+    );
+    for need in &choice.needs {
+        block(&mut out, session, need, choice.tolerance);
+    }
+    out.trim_end().to_owned()
+}
+
+fn block(out: &mut String, session: &Session, need: &Need, tolerance: Share) {
+    let channel = &session.channels[need.place];
+    let model = rung_name(need.rung);
+    let head = format!("channel {}, {}", channel.number, visible(&channel.name));
+    out.push_str(&format!("\n{}: {model}\n", cut(&head, 54)));
+    out.push_str(&format!("  uses: {}\n", used(need.uses)));
+    let [model, report, steering, cost_of] = ["model", "report", "steering", "cycles"];
+    out.push_str(&format!(
+        "  {model:<21}{report:>10}{steering:>10}{cost_of:>12}\n"
+    ));
+    for tried in &need.tried {
+        let verdict = match tried.error() <= tolerance.part() {
+            _ if need.enough == Some(tried.rung) => "cheapest that will do",
+            true => "more than enough",
+            false => "too coarse",
+        };
+        out.push_str(&format!(
+            "  {:<21}{:>10}{:>10}{:>12}   {verdict}\n",
+            rung_name(tried.rung),
+            percent(tried.report),
+            percent(tried.steering),
+            cost(tried.cycles)
+        ));
+    }
+    if need.raised {
+        out.push_str("  raised: all channels together erred by more with the cheaper\n");
+    }
+    if need.enough != Some(need.rung) && !need.raised {
+        out.push_str("  the session file says so\n");
+    }
+}
+
+/// What the session uses of it.
+fn used(uses: Uses) -> &'static str {
+    match (uses.report, uses.steering) {
+        (true, true) => "the reported force, and the force that it steers",
+        (true, false) => "the reported force",
+        (false, true) => "the force that it steers",
+        (false, false) => "nothing",
+    }
+}
+
+/// At most so many letters.
+fn cut(text: &str, letters: usize) -> String {
+    if text.chars().count() <= letters {
+        return text.to_owned();
+    }
+    text.chars().take(letters - 1).chain(['…']).collect()
+}
+
+/// "5.93 %", or a dash where it is not used.
+fn percent(part: Option<f64>) -> String {
+    part.map_or("-".into(), |part| format!("{:.2} %", part * 100.0))
+}
+
+/// "83/215": cycles of a tick without and with a pulse.
+fn cost(cycles: Option<Cycles>) -> String {
+    cycles.map_or("-".into(), |it| {
+        format!("{}/{}", it.tick, it.tick_with_pulse)
+    })
+}
+
+fn machines(session: &Session, choice: &Choice) -> Value {
+    let part = |part: Option<f64>| part.map(|part| part * 100.0);
+    let rung = |tried: &Tried| {
+        json!({
+            "model": rung_name(tried.rung),
+            "report_pct": part(tried.report),
+            "steering_pct": part(tried.steering),
+            "cycles": tried.cycles.map(|it| json!({
+                "tick": it.tick, "tick_with_pulse": it.tick_with_pulse,
+            })),
+            "cycles_per_s": tried.cycles.map(|_| tried.cost()),
+        })
+    };
+    let channels = choice.needs.iter().map(|need| {
+        let channel = &session.channels[need.place];
+        json!({
+            "channel": channel.number,
+            "name": channel.name,
+            "uses": { "report": need.uses.report, "steering": need.uses.steering },
+            "model": rung_name(need.rung),
+            "enough": need.enough.map(rung_name),
+            "raised": need.raised,
+            "together_pct": need.together * 100.0,
+            "models": need.tried.iter().map(rung).collect::<Vec<_>>(),
+        })
+    });
+    json!({
+        "tolerance_pct": choice.tolerance.part() * 100.0,
+        "tried_s": choice.tried_us as f64 * 1e-6,
+        "plays": choice.plays,
+        "sessions": choice.sessions,
+        "channels": channels.collect::<Vec<_>>(),
+    })
 }

@@ -4,6 +4,7 @@ use super::{Output, interrupt};
 use crate::live::{Model, Order, Plan, Shared, json, line, lines, screen, work};
 use clap::error::ErrorKind;
 use clap::{Args, CommandFactory};
+use host_core::choice;
 use host_core::link::Interruption;
 use host_core::run::{DeviceName, SessionFile};
 use std::io::IsTerminal;
@@ -42,7 +43,11 @@ impl Drop for QuitAtEnd<'_> {
 /// The session file, the device or the terminal; a session that ended early.
 pub fn main(args: &Monitor, output: Output) -> anyhow::Result<()> {
     let session = match &args.session {
-        Some(path) => Some(SessionFile::load(path)?),
+        Some(path) => {
+            let mut file = SessionFile::load(path)?;
+            choice::settle(&mut file.session)?;
+            Some(file)
+        }
         None => None,
     };
     if session.is_none()

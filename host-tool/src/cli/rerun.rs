@@ -8,6 +8,7 @@ use super::perform::{Order, Performed, perform};
 use super::{Incomplete, Output};
 use anyhow::Context;
 use clap::Args;
+use host_core::choice;
 use host_core::record::{
     DeviceKind, Difference, Place, Plan, Program, RecordError, Run, compare_rows, load, sha256,
     trial_folder,
@@ -126,6 +127,9 @@ fn session_again(
     if let Some(law) = &plan.law {
         let law = LawName::named(law).ok_or(unknown("a law that this flexor knows"))?;
         session.session = session.session.with_law(law)?;
+    }
+    if !choice::recall(&mut session.session, &trial.channels) {
+        choice::settle(&mut session.session)?; // an older record
     }
     let kind = trial.identity.as_ref().map(|it| it.kind);
     let device = kind.and_then(DeviceName::of);

@@ -7,6 +7,7 @@ use super::study::StudyArgs;
 use super::{Output, wrong};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use host_core::choice;
 use host_core::record::{Plan, Run};
 use host_core::run::{DeviceName, SessionFile};
 use host_core::session::LawName;
@@ -50,6 +51,7 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
     if let Some(law) = args.law {
         session.session = session.session.with_law(law)?;
     }
+    choice::settle(&mut session.session)?;
     if args.device.is_port() && (args.seed.is_some() || args.vcd.is_some()) {
         return wrong(
             "--seed and --vcd need --device native, chip or qemu: a device behind a port has its \

@@ -94,6 +94,7 @@ mod tests {
             unit: "mA".to_owned(),
             limit: 10.0,
             muscle,
+            model: None,
             force,
         };
         let sample = |t_s: f64, seven: f64| Sample {

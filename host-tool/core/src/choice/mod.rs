@@ -1,43 +1,252 @@
-//! What a muscle's models cost.
+//! The cheapest muscle model that will do, found by trying the session.
 //!
-//! In: docs/charts/cycles.csv, as this program was built with it. Out: [`Cycles`].
+//! Lives here: `play` (a session in memory and the true forces of its pulses),
+//! `cost` (cycles), `stream` (a live client's worst), `tried` (errors of what is used), and the choice. Not here: the
+//! models (`firmware::muscle`), how a session runs (`run`).
+//! In: a session with `"auto"` models and a tolerance. Out: a [`Choice`]: for each
+//! channel what it uses, each rung's error and cycles, and which was taken.
 
+mod cost;
+mod play;
+mod stream;
+mod tried;
+
+pub use cost::{Cycles, cycles, rungs};
+pub use play::{Played, Pulse, Unplayed, forces};
+pub use stream::streaming;
+pub use tried::{Tried, Uses};
+
+use crate::record::ChannelInfo;
+use crate::session::{Model, Muscle, Session, Share, rung_name};
 use firmware::muscle::Rung;
+use tried::Trials;
 
-const CYCLES_CSV: &str = include_str!("../../../../docs/charts/cycles.csv");
+/// The seed of the simulated wearer under which sessions are tried.
+pub const SEED: u64 = 1;
 
-/// Most core clock cycles of a rung on the chip simulator, per call.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Cycles {
-    /// A control tick of 1 ms without a pulse.
-    pub tick: u32,
-    /// One with a pulse inside it.
-    pub tick_with_pulse: u32,
+/// What a channel's muscle needs, and what it gets.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Need {
+    /// Its place in [`Session::channels`].
+    pub place: usize,
+    /// What the session uses of it.
+    pub uses: Uses,
+    /// The cheapest rung within the tolerance; none if no rung is.
+    pub enough: Option<Rung>,
+    /// What it gets: the file's rung, or the one that is enough, or else the best.
+    pub rung: Rung,
+    /// Each rung that the muscle allows, the fullest last.
+    pub tried: Vec<Tried>,
+    /// The error of what is used with all channels on the rung that they get.
+    pub together: f64,
+    /// Whether it got more than it needs singly, as all together would not do.
+    pub raised: bool,
 }
 
-/// What a rung costs; none if that was not measured.
-#[must_use]
-pub fn cycles(rung: Rung) -> Option<Cycles> {
-    let row = match rung {
-        Rung::Static => "static_tick",
-        Rung::Lag => "lag_tick",
-        Rung::CalciumForce => "rung_tick",
-        Rung::CalciumForceFatigue => "fatigue_tick",
-    };
-    Some(Cycles {
-        tick: most(row)?,
-        tick_with_pulse: most(&format!("{row}_and_pulse"))?,
+impl Need {
+    /// The least error that a rung has, and that rung.
+    #[must_use]
+    pub fn least(&self) -> (f64, Rung) {
+        let all = self.tried.iter().map(|it| (it.error(), it.rung));
+        all.min_by(|a, b| a.0.total_cmp(&b.0))
+            .unwrap_or((0.0, self.rung))
+    }
+}
+
+/// What a session needs.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Choice {
+    /// What was tolerated.
+    pub tolerance: Share,
+    /// How much of the session was tried, µs from its start.
+    pub tried_us: u64,
+    /// How many times it was played.
+    pub plays: usize,
+    /// Of how many sessions: the file's own, and those within its bounds.
+    pub sessions: usize,
+    /// Of each channel with a muscle.
+    pub needs: Vec<Need>,
+}
+
+/// Why there is no choice.
+#[derive(Debug, thiserror::Error)]
+pub enum ChoiceError {
+    /// It could not be played.
+    #[error("E552 the session cannot be tried: {0}")]
+    Unplayed(Unplayed),
+    /// No rung is as accurate as that.
+    #[error(
+        "E553 channel {channel}: no model is within a tolerance of {tolerance}: the least possible here is \
+         {least_percent:.2} % ({best}); tolerate that, or set `report = false` where nobody reads the force"
+    )]
+    NoRung {
+        /// From 1.
+        channel: u8,
+        /// What was asked for.
+        tolerance: Share,
+        /// The least error, %, rounded up.
+        least_percent: f64,
+        /// Whose it is.
+        best: &'static str,
+    },
+}
+
+impl From<Unplayed> for ChoiceError {
+    fn from(why: Unplayed) -> Self {
+        Self::Unplayed(why)
+    }
+}
+
+impl Share {
+    /// As a part.
+    #[must_use]
+    pub fn part(self) -> f64 {
+        f64::from(self.0) * 1e-4
+    }
+}
+
+/// Tries `session` with every rung that its muscles allow, natively and in memory, on
+/// a wearer with this seed, and takes for each channel the cheapest in cycles whose
+/// error in what the session uses is within `tolerance`. A channel that is on a rung by
+/// the file's word stays there.
+///
+/// A rung is tried on all channels at once: no channel's pulses and report depend on
+/// another's rung. Then what was chosen is played together; while any channel errs by
+/// more than the tolerance, the one that errs most gets its next rung.
+///
+/// A session that declares bounds is tried beside the worst within them: the largest
+/// error of all counts.
+///
+/// Of a session longer than [`Session::try_us`] its first part is tried.
+///
+/// # Errors
+/// [`ChoiceError::Unplayed`].
+pub fn choose(session: &Session, tolerance: Share, seed: u64) -> Result<Choice, ChoiceError> {
+    let tried_us = session.duration_us.min(session.try_us);
+    let sessions = stream::sessions(session, tried_us);
+    let mut trials = Trials::of(&sessions, seed)?;
+    let mut needs: Vec<Need> = (session.channels.iter().enumerate())
+        .filter_map(|(place, channel)| {
+            let muscle = channel.muscle.as_ref()?;
+            let tried = trials.tried(place);
+            let within = tried.iter().filter(|it| it.error() <= tolerance.part());
+            let enough = within.min_by(|a, b| a.cost().total_cmp(&b.cost()));
+            let enough = enough.map(|it| it.rung);
+            let mut need = Need {
+                place,
+                uses: trials.uses(place),
+                enough,
+                rung: muscle.rung(),
+                together: 0.0,
+                tried,
+                raised: false,
+            };
+            if muscle.model == Model::Auto {
+                need.rung = enough.unwrap_or(need.least().1);
+            }
+            Some(need)
+        })
+        .collect();
+    loop {
+        let rungs: Vec<(usize, Rung)> = needs.iter().map(|n| (n.place, n.rung)).collect();
+        let together = trials.together(&rungs)?;
+        for (need, error) in needs.iter_mut().zip(together) {
+            need.together = error;
+        }
+        let is_free = |need: &&mut Need| {
+            let muscle = session.channels[need.place].muscle.as_ref();
+            let above = need.tried.iter().any(|it| it.rung > need.rung);
+            muscle.is_some_and(|it| it.model == Model::Auto)
+                && need.enough.is_some()
+                && above
+                && need.together > tolerance.part()
+        };
+        let wrong = needs.iter_mut().filter(is_free);
+        let Some(worst) = wrong.max_by(|a, b| a.together.total_cmp(&b.together)) else {
+            break;
+        };
+        let next = worst.tried.iter().find(|it| it.rung > worst.rung);
+        worst.rung = next.map_or(worst.rung, |it| it.rung);
+        worst.raised = true;
+    }
+    Ok(Choice {
+        tolerance,
+        tried_us,
+        plays: trials.plays(),
+        sessions: sessions.len(),
+        needs,
     })
 }
 
-/// The most cycles that an algorithm took.
-fn most(algorithm: &str) -> Option<u32> {
-    let mut reader = csv::Reader::from_reader(CYCLES_CSV.as_bytes());
-    let mut column = |name| reader.headers().ok()?.iter().position(|it| it == name);
-    let (name, most) = (column("algorithm")?, column("max_cycles")?);
-    let mut rows = reader.records().flatten();
-    rows.find(|row| row.get(name) == Some(algorithm))?
-        .get(most)?
-        .parse()
-        .ok()
+/// Gives `"auto"` models their meaning in this session, and says in its notes what
+/// people should know. A session without one is left alone. One that cannot be played
+/// keeps the fullest models, and says so.
+///
+/// # Errors
+/// [`ChoiceError::NoRung`] if the session has a `[fidelity]` that no model meets.
+pub fn settle(session: &mut Session) -> Result<(), ChoiceError> {
+    let is_auto = |muscle: &Muscle| muscle.model == Model::Auto;
+    let mut muscles = session.channels.iter().filter_map(|c| c.muscle.as_ref());
+    if !muscles.any(is_auto) {
+        return Ok(());
+    }
+    let choice = match choose(session, session.tolerance, SEED) {
+        Ok(choice) => choice,
+        Err(error) => {
+            session.notes.push(format!(
+                "{error}; \"auto\" is the fullest model that each muscle allows"
+            ));
+            return Ok(());
+        }
+    };
+    if session.has_fidelity {
+        choice.refuse(session)?;
+    }
+    if choice.tried_us < session.duration_us {
+        session.notes.push(format!(
+            "muscle models were chosen by the first {} s of {} s; `fidelity.try_s` says how much",
+            choice.tried_us as f64 * 1e-6,
+            session.duration_us as f64 * 1e-6,
+        ));
+    }
+    for need in &choice.needs {
+        if let Some(muscle) = &mut session.channels[need.place].muscle {
+            muscle.auto = need.rung;
+        }
+    }
+    Ok(())
+}
+
+/// Gives `"auto"` models the meaning that they had when these channels were recorded.
+/// Whether each of them was.
+pub fn recall(session: &mut Session, recorded: &[ChannelInfo]) -> bool {
+    session.channels.iter_mut().all(|channel| {
+        let Some(muscle) = &mut channel.muscle else {
+            return true;
+        };
+        let of = recorded.iter().find(|it| it.number == channel.number);
+        let name = of.and_then(|it| it.model.as_deref());
+        let rung = Rung::ALL
+            .into_iter()
+            .find(|it| Some(rung_name(*it)) == name);
+        muscle.auto = rung.unwrap_or(muscle.auto);
+        rung.is_some()
+    })
+}
+
+impl Choice {
+    /// # Errors
+    /// [`ChoiceError::NoRung`] of the first channel that no rung is enough for.
+    pub fn refuse(&self, session: &Session) -> Result<(), ChoiceError> {
+        let Some(need) = self.needs.iter().find(|need| need.enough.is_none()) else {
+            return Ok(());
+        };
+        let (least, best) = need.least();
+        Err(ChoiceError::NoRung {
+            channel: session.channels[need.place].number,
+            tolerance: self.tolerance,
+            least_percent: (least * 1e4).ceil() * 1e-2,
+            best: rung_name(best),
+        })
+    }
 }

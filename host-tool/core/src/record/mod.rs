@@ -296,6 +296,9 @@ pub struct ChannelInfo {
     /// Whether its muscle's force is predicted: a place in `Sample::forces_n`.
     #[serde(default)]
     pub muscle: bool,
+    /// The model that predicts it, at the start.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub model: Option<String>,
     /// Whether that force is controlled: a place in `Sample::wanted_n`.
     #[serde(default)]
     pub force: bool,

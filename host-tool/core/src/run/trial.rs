@@ -4,7 +4,7 @@ use super::SessionFile;
 use crate::record::{
     ChannelInfo, DeviceState, Edge, ElectrodeReading, Sample, State, Trial, WallPlace, sha256,
 };
-use crate::session::Session;
+use crate::session::{Session, rung_name};
 use firmware::control::ForceGap;
 use firmware::haptics::Side;
 use firmware::link::{Counters, Event, ForceSample, Telemetry};
@@ -24,6 +24,7 @@ pub fn begin_trial(file: &SessionFile) -> Trial {
         unit: channel.unit().symbol().to_owned(),
         limit: milli(channel.spec.limit.get().into()),
         muscle: channel.muscle.is_some(),
+        model: (channel.muscle.as_ref()).map(|muscle| rung_name(muscle.rung()).to_owned()),
         force: channel.force.is_some(),
     });
     let wall = session.wall.map(|wall| WallPlace {

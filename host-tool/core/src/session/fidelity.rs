@@ -30,6 +30,8 @@ pub(super) fn read(root: &Table<'_>, session: &mut Session) {
         return;
     };
     session.tolerance = Share(table.whole(FIELD));
+    session.try_us = table.whole("try_s");
+    session.has_fidelity = true;
     if session.channels.iter().all(|c| c.muscle.is_none()) {
         table.say(FIELD, Problem::NothingToFit {});
     }

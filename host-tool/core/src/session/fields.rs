@@ -173,7 +173,8 @@ fn muscle() -> Section {
         f("motor_threshold", nb(UNIT, 3, R::MOTOR_THRESHOLD, "below `limit`"), Required, "smallest amplitude that moves"),
         f("reference", nb(UNIT, 3, R::REFERENCE, "from `limit`"), Required, "amplitude at which A was measured"),
         f("slope_per_unit", nb("per unit", 6, R::SLOPE_MICRO, "at most 16 octaves from threshold to reference"), Required, "b"),
-        f("model", Kind::Choice(models.collect()), OrWord("auto"), "which model of the muscle the device computes ([what each is](protocol.md#rung)); `\"auto\"` is the lowest that will do in this scene: `flexor explain-model` tells which and why ([muscle.md](muscle.md))"),
+        f("model", Kind::Choice(models.collect()), OrWord("auto"), "which model of the muscle the device computes ([what each is](protocol.md#rung)); `\"auto\"` is the cheapest that will do in this session: `flexor explain-model` tells which and why ([muscle.md](muscle.md))"),
+        f("report", Kind::Flag, OrWord("true"), "whether anybody reads the predicted force; without that, `\"auto\"` heeds only what the force steers"),
         f("fatigue", Kind::Table(fatigue()), Optional, "how it tires; `\"calcium-force-fatigue\"` needs it"),
         f("changes", list(changes, 0, None, "changes"), Optional, "`{ at_s, model }`: other models, each from its time on, with the next setpoint; times rise"),
     ]
@@ -235,6 +236,11 @@ fn values() -> Section {
     ]
 }
 
+/// An amplitude or a force.
+fn either() -> Kind {
+    Kind::Whole(Number::within("unit or N", 3, 0, 10_000_000))
+}
+
 #[rustfmt::skip]
 fn setpoints() -> Section {
     let steps = vec![
@@ -248,6 +254,13 @@ fn setpoints() -> Section {
         f("offset_n", offset, Required, "as of a `force-sine`").without("points"),
         f("amplitude_n", amplitude, Required, "as of a `force-sine`").without("points"),
         f("frequency_hz", frequency, Required, "as of a `force-sine`").without("points"),
+    ];
+    let bounds = vec![
+        f("channel", channel(), Required, "a channel that neither joint nor wall drives"),
+        f("least", either(), Or(0), "lowest, N of a channel with `force`, else its unit"),
+        f("most", either(), Required, "highest, above `least`, what the limits can give"),
+        f("per_s", either(), OrTold("none: steps".into()), "steepest change a second, at least `most` − `least` within `duration_s`"),
+        f("shortest_s", Kind::Whole(Number::within("s", 6, 10_000, 600_000_000)), Or(100_000), "how long it stays at least"),
     ];
     let [offset, amplitude, _] = sine_of_force();
     let angle = || Kind::Real(Number::any("°", 3, "within the joint's range"));
@@ -263,6 +276,7 @@ fn setpoints() -> Section {
         f("amplitude_n", amplitude, Required, "of the sine").when("kind", &["force-sine"]),
         f("frequency_hz", Kind::Real(SINE), Required, "of the sine").when("kind", &["angle-sine", "force-sine"]),
         f("forces", list(forces, 0, Some(CHANNELS), "forces"), Optional, "forces of further channels with `force`, sent with every setpoint of any kind: each `{ channel, points }` as of a `force-ramp` or `{ channel, offset_n, amplitude_n, frequency_hz }` as of a `force-sine`; for up to ten, with `kind = \"keep-alive\"`, see `host-tool/sessions/ten_forces.toml`"),
+        f("bounds", list(bounds, 0, Some(CHANNELS), "channels"), Optional, "`{ channel, least, most, per_s, shortest_s }`: what a live client may stream instead, for the choice of [muscle models](muscle.md); a run plays the file's own"),
         f("values", list(values(), 1, Some(CHANNELS), "channels"), Required, "`{ channel, value }`: constant amplitudes; not for the joint's or the wall's channels").when("kind", &["amplitudes"]),
         f("values", list(values(), 1, Some(CHANNELS), "channels"), Optional, "the same beside all that is wanted").when("kind", &["keep-alive", "angle-sine", "angle-steps", "force-ramp", "force-sine"]),
     ]
@@ -315,6 +329,7 @@ fn trigger() -> Section {
 #[rustfmt::skip]
 fn fidelity() -> Section {
     vec![
-        f("tolerance_percent", Kind::Whole(Number::within("%", 2, 1, 60_000)), Required, "how far the session may be from the most accurate"),
+        f("tolerance_percent", Kind::Whole(Number::within("%", 2, 1, 60_000)), Required, "how far what the session uses of its muscles may be off"),
+        f("try_s", Kind::Whole(Number::within("s", 6, 1_000_000, 600_000_000)), Or(60_000_000), "how much of a longer session is tried, from its start"),
     ]
 }

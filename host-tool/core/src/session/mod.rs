@@ -53,7 +53,7 @@ pub use manual::manual;
 pub use muscle::{Model, Muscle, rung_name};
 pub use schema::schema;
 use setpoints::read_setpoints;
-pub use setpoints::{Course, ForceCourse, Setpoint, Setpoints};
+pub use setpoints::{Bounds, Course, ForceCourse, Setpoint, Setpoints};
 pub use study::{Electrode, Study};
 use table::{Document, Table};
 pub use trigger::SimulatedTrigger;
@@ -88,6 +88,10 @@ pub struct Session {
     pub trigger: Option<SimulatedTrigger>,
     /// How far what the session uses may be off: what `"auto"` models are chosen for.
     pub tolerance: Share,
+    /// Whether the file says so: then a tolerance that no model meets is refused.
+    pub has_fidelity: bool,
+    /// How much of it is tried, µs from the start.
+    pub try_us: u64,
     /// Telemetry period, ms.
     pub telemetry_ms: u16,
     /// What is played differently from what the file says, for people: a
@@ -96,6 +100,9 @@ pub struct Session {
     /// What only people know of the study, for its record.
     pub study: Study,
 }
+
+/// How much of a longer session is tried, unless the file says so, µs.
+const TRY_US: u64 = 60_000_000;
 
 /// Telemetry period, ms.
 const TELEMETRY_MS: u16 = 10;
@@ -176,7 +183,9 @@ impl Session {
         let mut notes = Vec::new();
         let setup = setup::read_setup(t, duration_us, &mut notes);
         let has_joint = t.has("joint");
-        let setpoints = t.part("setpoints", |s| read_setpoints(s, &setup, has_joint));
+        let setpoints = t.part("setpoints", |s| {
+            read_setpoints(s, &setup, has_joint, duration_us)
+        });
         let study = t.part("study", |s| study::read_study(s, &setup.channels));
         let trigger = t.part("simulated_trigger", |s| {
             trigger::read_trigger(s, &setup.channels, duration_us)
@@ -197,6 +206,8 @@ impl Session {
             body: body?,
             trigger: trigger?,
             tolerance: Share::JUST_NOTICEABLE,
+            has_fidelity: false,
+            try_us: TRY_US,
             telemetry_ms: TELEMETRY_MS,
             notes,
             study: study?.unwrap_or_default(),

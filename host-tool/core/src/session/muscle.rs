@@ -16,9 +16,12 @@ pub struct Muscle {
     pub recruitment: RecruitmentSpec,
     /// How it tires, if the file says so.
     pub fatigue: Option<FatigueSpec>,
+    /// Whether anybody reads its predicted force.
+    pub report: bool,
     /// Which rung it starts on.
     pub model: Model,
-    /// What `"auto"` comes to in this session: the fullest that the muscle allows.
+    /// What `"auto"` comes to in this session: the fullest that the muscle allows,
+    /// until the session was tried.
     pub auto: Rung,
     /// Later rungs, each from its µs after the start on, rising.
     pub changes: Vec<(u64, Rung)>,
@@ -102,6 +105,7 @@ pub(super) fn read_muscle(t: &Table<'_>, limit: Amplitude, duration_us: u64) -> 
         force,
         recruitment,
         fatigue,
+        report: !t.has("report") || t.flag("report"),
         model,
         auto,
         changes: changes?,

@@ -23,6 +23,28 @@ pub struct Setpoints {
     /// Constant amplitudes sent with every setpoint, for channels that nothing
     /// else drives, by rising channel on the link (0–9).
     pub beside: Vec<(u8, Amplitude)>,
+    /// Amplitudes over time of further channels on the link (0–9), thousandths for
+    /// mN: what a trial of `bounds` streams, nothing in a file.
+    pub swings: Vec<(u8, ForceCourse)>,
+    /// What a live client may stream.
+    pub bounds: Vec<Bounds>,
+}
+
+/// Within what a live client's setpoints of a channel stay.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Bounds {
+    /// On the link, 0–9.
+    pub channel: u8,
+    /// Whether they are forces in mN, else amplitudes in thousandths of the unit.
+    pub is_force: bool,
+    /// Lowest.
+    pub least: u32,
+    /// Highest, above the lowest.
+    pub most: u32,
+    /// Steepest change a second; none for steps.
+    pub per_s: Option<u32>,
+    /// How long they stay at least, µs.
+    pub shortest_us: u64,
 }
 
 /// The course of setpoints over a session.
@@ -162,7 +184,11 @@ impl Setpoints {
         let forces = self.forces.iter();
         let forces = forces.map(move |(channel, course)| course.setpoint(*channel, t_us));
         let beside = (!self.beside.is_empty()).then(|| Setpoint::Amplitudes(self.beside.clone()));
-        forces.chain(beside)
+        let swings = self.swings.iter().map(move |(channel, course)| {
+            let amplitude = Amplitude::new((course.at(t_us).0 * 1e3).round() as u32); // saturates
+            Setpoint::Amplitudes(vec![(*channel, amplitude)])
+        });
+        forces.chain(beside).chain(swings)
     }
 
     /// The wanted force of a channel on the link (0–9), if the host asks for one.
@@ -255,6 +281,8 @@ mod tests {
             },
             forces: Vec::new(),
             beside: Vec::new(),
+            swings: Vec::new(),
+            bounds: Vec::new(),
         };
         // 2π · 0.2 Hz · 40° = 50.27 °/s.
         assert_eq!(angle(&sine, 0), (4500, 5027));
@@ -273,6 +301,8 @@ mod tests {
             course: Course::AngleSteps(vec![(0, 1000), (500_000, 6000)]),
             forces: Vec::new(),
             beside: Vec::new(),
+            swings: Vec::new(),
+            bounds: Vec::new(),
         };
         assert_eq!(angle(&steps, 0), (1000, 0));
         assert_eq!(angle(&steps, 499_999), (1000, 0));

@@ -8,13 +8,14 @@ use super::super::channels::Channels;
 use super::super::error::Problem;
 use super::super::setup::SetupSpec;
 use super::super::table::Table;
-use super::{Course, ForceCourse, Setpoints, to_centi};
+use super::{Bounds, Course, ForceCourse, Setpoints, to_centi};
 
 /// Reads `[setpoints]` and checks what it asks for against the setup.
 pub(in super::super) fn read_setpoints(
     t: &Table<'_>,
     setup: &SetupSpec,
     has_joint: bool,
+    duration_us: u64,
 ) -> Option<Setpoints> {
     let rate_hz = t.real("rate_hz");
     let timeout_ms = setup.wearer.host_timeout_ms;
@@ -24,6 +25,7 @@ pub(in super::super) fn read_setpoints(
     let values = t.has("values").then(|| read_amplitudes(t, setup));
     let course = read_course(t, setup, has_joint);
     let forces = read_further_forces(t, &setup.channels, course.as_ref());
+    let bounds = read_bounds(t, setup, duration_us);
     let (course, values) = (course?, values.map_or(Some(Vec::new()), |values| values)?);
     let (course, beside) = match course {
         Course::Amplitudes(_) => (Course::Amplitudes(values), Vec::new()),
@@ -34,6 +36,8 @@ pub(in super::super) fn read_setpoints(
         course,
         forces: forces?,
         beside,
+        swings: Vec::new(),
+        bounds: bounds?,
     })
 }
 
@@ -152,6 +156,56 @@ fn read_force_sine(t: &Table<'_>, channel: &Channel) -> Option<ForceCourse> {
         amplitude_n,
         frequency_hz: t.real("frequency_hz")?,
     })
+}
+
+/// Reads `bounds`, of channels that the host may drive; tells of those that
+/// contradict themselves, the channel or the session.
+fn read_bounds(t: &Table<'_>, setup: &SetupSpec, duration_us: u64) -> Option<Vec<Bounds>> {
+    let mut all: Vec<Bounds> = Vec::new();
+    for item in t.tables("bounds").iter().filter(|item| item.is_sound()) {
+        let Some(found) = setup.channels.find(item, "channel") else {
+            continue;
+        };
+        let (channel, is_force) = (found.number, found.force.is_some());
+        let bounds = Bounds {
+            channel: found.index(),
+            is_force,
+            least: item.whole("least"),
+            most: item.whole("most"),
+            per_s: item.has("per_s").then(|| item.whole("per_s")),
+            shortest_us: item.whole("shortest_s"),
+        };
+        let limit = found.spec.limit;
+        if setup.controlled & 1 << bounds.channel != 0 && !is_force {
+            item.say("channel", Problem::Controlled { channel });
+        } else if all.iter().any(|it| it.channel == bounds.channel) {
+            item.say("channel", Problem::ChannelTwice { channel });
+        } else if bounds.most <= bounds.least {
+            item.not_after("most", "`least`".into());
+        } else if !is_force && i64::from(bounds.most) > i64::from(limit.get()) {
+            found.tell_above_limit(item, "most");
+        } else if bounds.shortest_us > duration_us {
+            item.out_of_range("shortest_s", "up to `duration_s`".into());
+        } else if let Some(slowest) = bounds.slowest(duration_us).filter(|_| item.has("per_s")) {
+            item.out_of_range("per_s", slowest);
+        } else if !is_force
+            || check_force(item, "most", found, f64::from(bounds.most) / 1e3).is_some()
+        {
+            all.push(bounds);
+        }
+    }
+    Some(all)
+}
+
+impl Bounds {
+    /// What the steepest change has to be if it is too slow to go from the lowest to
+    /// the highest in this time.
+    fn slowest(&self, duration_us: u64) -> Option<String> {
+        let least = f64::from(self.most - self.least) * 1e3 / duration_us as f64;
+        let given = f64::from(self.per_s?) * 1e-3;
+        (given < least)
+            .then(|| format!("{least:.3} at least, to go from `least` to `most` in the session"))
+    }
 }
 
 /// Asks the firmware's inverse whether it would take this force.

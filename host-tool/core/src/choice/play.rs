@@ -1,0 +1,137 @@
+//! A session played natively in memory: the pulses that left the device, and the
+//! forces that it reported.
+
+use crate::run::{DeviceName, OpenError, RunError, SessionFile, run};
+use crate::session::{Channel, Muscle, Session};
+use hal_sim::body::muscle::Parameters;
+use hal_sim::body::muscle::tiring::{Fatigue, Tiring};
+
+/// Why a session could not be played.
+#[derive(Debug, thiserror::Error)]
+pub enum Unplayed {
+    /// No simulated wearer.
+    #[error(transparent)]
+    Open(#[from] OpenError),
+    /// It ended early.
+    #[error(transparent)]
+    Run(#[from] RunError),
+}
+
+/// One pulse: when, µs from the start, and with how much of the muscle.
+pub type Pulse = (u64, f64);
+
+/// What came out of the device.
+pub struct Played {
+    /// By channel of the session, those that reach its muscle; none without one.
+    pub pulses: Vec<Vec<Pulse>>,
+    /// µs from the start, and the forces by muscle, N.
+    pub reports: Vec<(u64, Vec<f64>)>,
+    /// How long it was, µs.
+    pub length_us: u64,
+}
+
+impl Played {
+    /// Plays `session` for the first `length_us` of it.
+    ///
+    /// # Errors
+    /// [`Unplayed`].
+    pub fn of(session: &Session, seed: u64) -> Result<Self, Unplayed> {
+        let file = SessionFile {
+            name: String::new(),
+            text: String::new(),
+            session: session.clone(),
+        };
+        let port = DeviceName::Native.open(session, seed)?;
+        let (outcome, port) = run(&file, port, None, |_: f64| ());
+        if let Some(error) = outcome.error {
+            return Err(error.into());
+        }
+        let mut port = port;
+        let world = port.as_mut().and_then(|port| port.world());
+        let epoch = outcome.epoch_us.unwrap_or(0); // it ran to its end
+        let end = epoch + session.duration_us;
+        let trains = world.map(|world| world.recorder.trace.pulses(end));
+        let trains = trains.unwrap_or_default();
+        let felt = session.channels.iter().map(|channel| {
+            let train = trains[usize::from(channel.index())].iter();
+            let own = train.filter(|pulse| pulse.start_us >= epoch);
+            let gains =
+                own.filter_map(|pulse| Some((pulse.start_us - epoch, gain(channel, pulse.code)?)));
+            gains.collect()
+        });
+        let reports = outcome.trial.samples.into_iter();
+        let reports = reports.filter(|sample| sample.t_s >= 0.0);
+        Ok(Self {
+            pulses: felt.collect(),
+            reports: reports
+                .map(|sample| ((sample.t_s * 1e6).round() as u64, sample.forces_n))
+                .filter(|(at_us, _)| *at_us <= session.duration_us)
+                .collect(),
+            length_us: session.duration_us,
+        })
+    }
+
+    /// The true force of a channel's muscle at these rising times, N.
+    pub fn truth(&self, muscle: &Muscle, channel: usize, times_us: &[u64]) -> Vec<f64> {
+        forces(muscle, &self.pulses[channel], times_us.iter().copied())
+    }
+}
+
+/// How much of a channel's muscle a pulse of this code moves; none below its motor
+/// threshold. A code is rounded down: threshold's own lies just below.
+fn gain(channel: &Channel, code: u16) -> Option<f64> {
+    let recruits = channel.muscle.as_ref()?.recruitment;
+    let step = f64::from(channel.spec.stage.full_scale().get()) / 65_535.0;
+    let milli = f64::from(code) * step;
+    let [threshold, reference] =
+        [recruits.motor_threshold, recruits.reference].map(|it| f64::from(it.get()));
+    let slope = f64::from(recruits.slope_micro) * 1e-9; // per thousandth
+    (milli > threshold - step).then(|| (slope * (milli - reference)).exp().min(1.0))
+}
+
+/// What these pulses make of a muscle by equations (2) to (4) of Lee 2020 and those of
+/// Ding 2003, in f64, sharing no code with the device: N at these rising times.
+pub fn forces(muscle: &Muscle, pulses: &[Pulse], times_us: impl Iterator<Item = u64>) -> Vec<f64> {
+    let mut truth = Tiring::new(parameters(muscle), fatigue(muscle));
+    let mut due = pulses.iter().peekable();
+    let mut now_us = 0;
+    let mut pass = |truth: &mut Tiring, to_us: u64| {
+        truth.pass((to_us - now_us) as u32); // times are milliseconds apart
+        now_us = to_us;
+    };
+    let each = times_us.map(|at_us| {
+        while let Some(&(pulse_us, gain)) = due.next_if(|pulse| pulse.0 <= at_us) {
+            pass(&mut truth, pulse_us);
+            truth.pulse(gain);
+        }
+        pass(&mut truth, at_us);
+        truth.force()
+    });
+    each.collect()
+}
+
+fn parameters(muscle: &Muscle) -> Parameters {
+    let spec = &muscle.force;
+    Parameters {
+        a_n_per_s: f64::from(spec.a_mn_per_s) * 1e-3,
+        k: f64::from(spec.k_micro) * 1e-6,
+        tau_c_s: f64::from(spec.tau_c_us) * 1e-6,
+        tau1_s: f64::from(spec.tau1_us) * 1e-6,
+        tau2_s: f64::from(spec.tau2_us) * 1e-6,
+    }
+}
+
+/// K and τ1 end where the ranges of a session's muscle do.
+fn fatigue(muscle: &Muscle) -> Fatigue {
+    let Some(spec) = muscle.fatigue else {
+        return Fatigue::NEVER;
+    };
+    Fatigue {
+        alpha_a_per_s2: f64::from(spec.alpha_a_milli_per_s2) * 1e-3,
+        alpha_k_per_n_s: f64::from(spec.alpha_k_nano_per_n_s) * 1e-9,
+        alpha_tau1_per_n: f64::from(spec.alpha_tau1_nano_per_n) * 1e-9,
+        tau_fat_s: f64::from(spec.tau_fat_ms) * 1e-3,
+        k_max: 5.0,
+        tau1_max_s: 0.2,
+    }
+}

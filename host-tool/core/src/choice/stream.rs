@@ -1,0 +1,107 @@
+//! The worst that a live client may stream within its declared bounds.
+
+use crate::session::{Bounds, Course, ForceCourse, Session};
+
+/// Single bursts come this far apart, µs.
+const APART_US: u64 = 2_000_000;
+
+/// The sessions that a choice is tried on: the file's own and, if it declares
+/// bounds, the worst within them, on all such channels at once: held at the top, which
+/// tires most; swung between the ends as fast as may be; single short bursts; a slow
+/// way up and down; held low, where an error is large against the peak.
+pub(super) fn sessions(session: &Session, length_us: u64) -> Vec<Session> {
+    let mut all = vec![session.clone()];
+    if session.setpoints.bounds.is_empty() {
+        return all;
+    }
+    for course in [held_high, swung, bursts, slow, held_low] {
+        all.push(streaming(session, |bounds| course(bounds, length_us)));
+    }
+    all
+}
+
+/// `session` with these courses for those of its channels that a live client streams
+/// to; forces are mN at µs, amplitudes thousandths.
+pub fn streaming(session: &Session, mut of: impl FnMut(&Bounds) -> Vec<(u64, u32)>) -> Session {
+    let mut session = session.clone();
+    let setpoints = &mut session.setpoints;
+    for bounds in setpoints.bounds.clone() {
+        let channel = bounds.channel;
+        let course = (channel, ForceCourse::Ramp(of(&bounds)));
+        setpoints.beside.retain(|it| it.0 != channel);
+        setpoints.forces.retain(|it| it.0 != channel);
+        match &mut setpoints.course {
+            Course::Amplitudes(values) => values.retain(|it| it.0 != channel),
+            Course::Force(driven, _) if *driven == channel => setpoints.course = Course::KeepAlive,
+            _ => {}
+        }
+        match bounds.is_force {
+            true => setpoints.forces.push(course),
+            false => setpoints.swings.push(course),
+        }
+    }
+    if matches!(&setpoints.course, Course::Amplitudes(values) if values.is_empty()) {
+        setpoints.course = Course::KeepAlive;
+    }
+    session
+}
+
+impl Bounds {
+    /// How long the way from one value to another takes at least, µs; 1 for a step.
+    #[must_use]
+    pub fn way_us(&self, from: u32, to: u32) -> u64 {
+        let way = u64::from(from.abs_diff(to)) * 1_000_000;
+        self.per_s
+            .map_or(1, |per_s| (way / u64::from(per_s.max(1))).max(1))
+    }
+
+    /// A course from rest through these values, each kept so long, until `length_us`.
+    pub fn through(
+        &self,
+        values: impl IntoIterator<Item = (u32, u64)>,
+        length_us: u64,
+    ) -> Vec<(u64, u32)> {
+        let mut points = vec![(0, self.least)];
+        let (mut at_us, mut last) = (0, self.least);
+        for (value, stay_us) in values {
+            if at_us >= length_us {
+                break;
+            }
+            at_us += self.way_us(last, value);
+            points.push((at_us, value));
+            at_us += stay_us.max(1);
+            points.push((at_us, value));
+            last = value;
+        }
+        points
+    }
+}
+
+fn held_high(bounds: &Bounds, length_us: u64) -> Vec<(u64, u32)> {
+    bounds.through([(bounds.most, length_us)], length_us)
+}
+
+fn held_low(bounds: &Bounds, length_us: u64) -> Vec<(u64, u32)> {
+    let low = bounds.least + (bounds.most - bounds.least).div_ceil(5);
+    bounds.through([(low, length_us)], length_us)
+}
+
+fn swung(bounds: &Bounds, length_us: u64) -> Vec<(u64, u32)> {
+    let ends = [bounds.most, bounds.least].map(|end| (end, bounds.shortest_us));
+    bounds.through(ends.into_iter().cycle(), length_us)
+}
+
+fn bursts(bounds: &Bounds, length_us: u64) -> Vec<(u64, u32)> {
+    let apart_us = bounds.shortest_us.max(APART_US);
+    let burst = [(bounds.most, bounds.shortest_us), (bounds.least, apart_us)];
+    bounds.through(burst.into_iter().cycle(), length_us)
+}
+
+fn slow(bounds: &Bounds, length_us: u64) -> Vec<(u64, u32)> {
+    let middle = (length_us / 2).max(2);
+    vec![
+        (0, bounds.least),
+        (middle, bounds.most),
+        (2 * middle, bounds.least),
+    ]
+}

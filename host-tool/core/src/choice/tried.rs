@@ -1,0 +1,287 @@
+//! What came of a session on each rung: errors of what it uses.
+
+use super::cost::{Cycles, cycles, rungs};
+use super::play::{Played, Unplayed};
+use crate::session::{Muscle, Session};
+use firmware::muscle::Rung;
+use rayon::prelude::*;
+
+/// What a session uses of a channel's model.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Uses {
+    /// The predicted force is read.
+    pub report: bool,
+    /// It steers the channel's own pulses.
+    pub steering: bool,
+}
+
+/// What a rung gives a channel. Errors are parts of the largest true force.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Tried {
+    /// Which.
+    pub rung: Rung,
+    /// Reported against true force of the same pulses, where it is read.
+    pub report: Option<f64>,
+    /// True force against that under the fullest rung, where it steers.
+    pub steering: Option<f64>,
+    /// What it costs, if that was measured.
+    pub cycles: Option<Cycles>,
+    /// How many pulses it models.
+    pub pulses_per_s: f64,
+}
+
+impl Tried {
+    /// The worst error of what is used; 0 if nothing is.
+    #[must_use]
+    pub fn error(&self) -> f64 {
+        self.report.unwrap_or(0.0).max(self.steering.unwrap_or(0.0))
+    }
+
+    /// The larger errors and costs of two sessions.
+    fn worse(self, other: &Self) -> Self {
+        let larger = |a: Option<f64>, b: Option<f64>| a.map(|a| a.max(b.unwrap_or(0.0))).or(b);
+        Self {
+            report: larger(self.report, other.report),
+            steering: larger(self.steering, other.steering),
+            pulses_per_s: self.pulses_per_s.max(other.pulses_per_s),
+            ..self
+        }
+    }
+
+    /// Cycles a second; what was not measured is dearer than all else.
+    #[must_use]
+    pub fn cost(&self) -> f64 {
+        let cost = self.cycles.map(|it| it.per_second(self.pulses_per_s));
+        cost.unwrap_or(f64::INFINITY)
+    }
+}
+
+/// All sessions that are tried.
+pub(super) struct Trials<'a>(Vec<Trial<'a>>);
+
+impl<'a> Trials<'a> {
+    /// Plays each of `sessions` once for each rung that can make a difference.
+    pub(super) fn of(sessions: &'a [Session], seed: u64) -> Result<Self, Unplayed> {
+        let all = sessions.par_iter().map(|session| Trial::of(session, seed));
+        Ok(Self(all.collect::<Result<_, _>>()?))
+    }
+
+    /// What a channel's rungs give, in the worst of the sessions.
+    pub(super) fn tried(&self, place: usize) -> Vec<Tried> {
+        let each = self.0.iter().map(|trial| trial.tried[place].clone());
+        let worse = |a: Vec<Tried>, b: Vec<Tried>| {
+            let both = a.into_iter().zip(b);
+            both.map(|(a, b)| a.worse(&b)).collect()
+        };
+        each.reduce(worse).unwrap_or_default()
+    }
+
+    /// How many plays there were.
+    pub(super) fn plays(&self) -> usize {
+        self.0.iter().map(|trial| trial.plays).sum()
+    }
+
+    /// What is used of a channel: the same in every session.
+    pub(super) fn uses(&self, place: usize) -> Uses {
+        let first = self.0.first().map(|trial| trial.uses(place));
+        first.unwrap_or(Uses {
+            report: false,
+            steering: false,
+        })
+    }
+
+    /// The error of each of these channels in the worst session, with all on these
+    /// rungs at once.
+    pub(super) fn together(&mut self, all: &[(usize, Rung)]) -> Result<Vec<f64>, Unplayed> {
+        let each = self.0.par_iter_mut().map(|trial| trial.together(all));
+        let each: Vec<Vec<f64>> = each.collect::<Result<_, _>>()?;
+        let worst = |n: usize| each.iter().map(|it| it[n]).fold(0.0, f64::max);
+        Ok((0..all.len()).map(worst).collect())
+    }
+}
+
+/// A session as it was tried.
+struct Trial<'a> {
+    session: &'a Session,
+    seed: u64,
+    /// By rung: all muscles on it, or on the fullest that they allow below it.
+    played: Vec<(Rung, Played)>,
+    plays: usize,
+    /// By channel; none without a muscle.
+    tried: Vec<Vec<Tried>>,
+    /// True force each millisecond under the fullest rungs, of channels that steer.
+    steered: Vec<Vec<f64>>,
+}
+
+impl<'a> Trial<'a> {
+    /// Plays `session` once for each rung that can make a difference.
+    fn of(session: &'a Session, seed: u64) -> Result<Self, Unplayed> {
+        let muscles = || session.channels.iter().filter_map(|c| c.muscle.as_ref());
+        let fullest = muscles().map(fullest_of).max();
+        let steers = session.channels.iter().any(|c| c.force.is_some());
+        let matters = |rung: &Rung| {
+            // A model that does not run reports nothing: that needs no trial.
+            Some(*rung) <= fullest && (steers || cycles(*rung).is_none_or(|it| it.tick > 0))
+        };
+        let all: Vec<Rung> = rungs().filter(matters).collect();
+        let played = all.into_par_iter().map(|rung| {
+            let variant = on_rungs(session, |_, muscle| rung.min(fullest_of(muscle)));
+            Ok((rung, Played::of(&variant, seed)?))
+        });
+        let played: Vec<(Rung, Played)> = played.collect::<Result<_, Unplayed>>()?;
+        let mut trials = Self {
+            session,
+            seed,
+            plays: played.len(),
+            played,
+            tried: Vec::new(),
+            steered: Vec::new(),
+        };
+        let places: Vec<usize> = (0..session.channels.len()).collect();
+        let judged = places.into_par_iter().map(|place| trials.judge(place));
+        (trials.tried, trials.steered) = judged.collect::<Vec<_>>().into_iter().unzip();
+        Ok(trials)
+    }
+
+    fn uses(&self, place: usize) -> Uses {
+        let channel = &self.session.channels[place];
+        Uses {
+            report: channel.muscle.as_ref().is_some_and(|it| it.report),
+            steering: channel.force.is_some(),
+        }
+    }
+
+    /// Errors of a channel on each rung, and its true force each ms under the fullest.
+    fn judge(&self, place: usize) -> (Vec<Tried>, Vec<f64>) {
+        let Some(muscle) = &self.session.channels[place].muscle else {
+            return Default::default();
+        };
+        let (uses, top) = (self.uses(place), fullest_of(muscle));
+        let on = |rung: Rung| self.played.iter().find(|it| it.0 == rung).map(|it| &it.1);
+        let Some(best) = on(top) else {
+            return Default::default(); // every muscle's fullest was played
+        };
+        let steered = match uses.steering {
+            true => best.truth(muscle, place, &milliseconds(best)),
+            false => Vec::new(),
+        };
+        let tried = rungs().filter(|rung| *rung <= top).map(|rung| {
+            let played = on(rung);
+            let (report, steering) = match played {
+                Some(played) => self.errors(place, muscle, played, &steered),
+                // It never ran: where any force is, its report of none is all wrong.
+                None => {
+                    let is_still = best.pulses[place].is_empty();
+                    (Some(f64::from(u8::from(!is_still))), None)
+                }
+            };
+            Tried {
+                rung,
+                report: report.filter(|_| uses.report),
+                steering: steering.filter(|_| uses.steering),
+                cycles: cycles(rung),
+                pulses_per_s: played.unwrap_or(best).pulses[place].len() as f64
+                    / (best.length_us as f64 * 1e-6),
+            }
+        });
+        (tried.collect(), steered)
+    }
+
+    /// Errors of a channel's report and of its steering.
+    fn errors(
+        &self,
+        place: usize,
+        muscle: &Muscle,
+        played: &Played,
+        steered: &[f64],
+    ) -> (Option<f64>, Option<f64>) {
+        let before = &self.session.channels[..place];
+        let column = before.iter().filter(|c| c.muscle.is_some()).count();
+        let times: Vec<u64> = played.reports.iter().map(|it| it.0).collect();
+        let truth = played.truth(muscle, place, &times);
+        let said = played.reports.iter();
+        let said = said.map(|(_, forces)| forces.get(column).copied().unwrap_or(0.0));
+        let report = worst(&truth, said);
+        let steering = (!steered.is_empty()).then(|| {
+            let true_force = played.truth(muscle, place, &milliseconds(played));
+            worst(steered, true_force.into_iter())
+        });
+        (Some(report), steering)
+    }
+
+    /// The error of each of these channels, with all on these rungs at once.
+    fn together(&mut self, all: &[(usize, Rung)]) -> Result<Vec<f64>, Unplayed> {
+        let of = |place: usize, muscle: &Muscle| {
+            let found = all.iter().find(|it| it.0 == place);
+            found.map_or(muscle.rung(), |it| it.1)
+        };
+        let variant = on_rungs(self.session, of);
+        let same = self.played.iter().find(|(rung, _)| {
+            all.iter().all(|(place, own)| {
+                let muscle = self.session.channels[*place].muscle.as_ref();
+                muscle.is_some_and(|muscle| *own == fullest_of(muscle).min(*rung))
+            })
+        });
+        let anew;
+        let played = match same {
+            Some((_, played)) => played,
+            None => {
+                self.plays += 1;
+                anew = Played::of(&variant, self.seed)?;
+                &anew
+            }
+        };
+        let errors = all.par_iter().map(|&(place, _)| {
+            let Some(muscle) = &self.session.channels[place].muscle else {
+                return 0.0;
+            };
+            let uses = self.uses(place);
+            let (report, steering) = self.errors(place, muscle, played, &self.steered[place]);
+            let report = report.filter(|_| uses.report).unwrap_or(0.0);
+            report.max(steering.filter(|_| uses.steering).unwrap_or(0.0))
+        });
+        Ok(errors.collect())
+    }
+}
+
+/// The fullest rung that a muscle allows.
+fn fullest_of(muscle: &Muscle) -> Rung {
+    match muscle.fatigue {
+        Some(_) => Rung::CalciumForceFatigue,
+        None => Rung::CalciumForce,
+    }
+}
+
+/// The part of `session` that is tried, its muscles on the rungs that `of` says.
+fn on_rungs(session: &Session, of: impl Fn(usize, &Muscle) -> Rung) -> Session {
+    let mut variant = session.clone();
+    variant.duration_us = session.duration_us.min(session.try_us);
+    for (place, channel) in variant.channels.iter_mut().enumerate() {
+        if let Some(muscle) = &mut channel.muscle {
+            let rung = of(place, muscle);
+            muscle.model = crate::session::Model::Fixed(rung);
+        }
+    }
+    variant
+}
+
+/// Every millisecond of what was played, µs.
+fn milliseconds(played: &Played) -> Vec<u64> {
+    (0..=played.length_us / 1000).map(|ms| ms * 1000).collect()
+}
+
+/// The largest difference at any moment, as a part of the largest true force; 0
+/// without any.
+fn worst(truth: &[f64], other: impl Iterator<Item = f64>) -> f64 {
+    let peak = truth.iter().copied().fold(0.0, f64::max);
+    let off = truth
+        .iter()
+        .zip(other)
+        .map(|(truth, other)| (truth - other).abs());
+    let off = off.fold(0.0, f64::max);
+    if peak > 0.0 {
+        off / peak
+    } else {
+        f64::from(u8::from(off > 0.0))
+    }
+}

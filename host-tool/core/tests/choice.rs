@@ -1,0 +1,147 @@
+//! The choice of muscle models by trying sessions.
+
+use firmware::muscle::Rung;
+use host_core::choice::{SEED, choose, rungs};
+use host_core::session::{Model, Session, Share};
+
+const TWO: &str = r#"
+title = "Two muscles"
+duration_s = 8.0
+wearer = { rise_ms = 200 }
+
+[[channel]]
+number = 1
+name = "held"
+stage = { kind = "current", full_scale_ma = 50.0 }
+limit = 20.0
+train = { shape = "biphasic-cathodic-first", width_us = 200, frequency_hz = 40.0 }
+[channel.muscle]
+a_n_per_s = 121.9
+k = 0.3
+tau_c_ms = 20.8
+tau1_ms = 33.1
+tau2_ms = 194.4
+motor_threshold = 8.0
+reference = 20.0
+slope_per_unit = 0.3
+fatigue = {}
+
+[[channel]]
+number = 2
+name = "steered"
+stage = { kind = "current", full_scale_ma = 50.0 }
+limit = 20.0
+train = { shape = "biphasic-cathodic-first", width_us = 200, frequency_hz = 20.0, offset_us = 5000 }
+force = { max_frequency_hz = 60.0 }
+[channel.muscle]
+a_n_per_s = 183.1
+k = 0.094
+tau_c_ms = 15.9
+tau1_ms = 50.2
+tau2_ms = 117.9
+motor_threshold = 8.0
+reference = 20.0
+slope_per_unit = 0.3
+fatigue = {}
+
+[setpoints]
+kind = "force-sine"
+channel = 2
+offset_n = 8.0
+amplitude_n = 3.0
+frequency_hz = 0.5
+rate_hz = 90
+values = [{ channel = 1, value = 18.0 }]
+"#;
+
+fn two() -> Session {
+    Session::parse("two.toml", TWO).unwrap()
+}
+
+/// The cheapest rung within the tolerance, the fullest where only it is.
+#[test]
+fn the_cheapest_that_will_do_is_taken() {
+    for tolerance in [Share(30), Share(300), Share(1_000), Share(10_000)] {
+        let choice = choose(&two(), tolerance, SEED).unwrap();
+        for need in &choice.needs {
+            println!("{tolerance}: {need:?}");
+            let within = need
+                .tried
+                .iter()
+                .filter(|it| it.error() <= tolerance.part());
+            let cheapest = within.map(|it| it.cost()).fold(f64::INFINITY, f64::min);
+            match need.enough {
+                Some(rung) => {
+                    let own = need.tried.iter().find(|it| it.rung == rung).unwrap();
+                    assert_eq!(own.cost(), cheapest);
+                    assert!(need.together <= tolerance.part());
+                }
+                None => assert!(need.least().0 > tolerance.part()),
+            }
+        }
+    }
+}
+
+/// What lets all channels be tried on a rung at once: a channel alone on it errs as
+/// much, to the bit.
+#[test]
+fn no_channel_s_error_depends_on_another_s_rung() {
+    let session = two();
+    let all = choose(&session, Share(1), SEED).unwrap();
+    for (need, place) in all.needs.iter().zip(0..) {
+        for rung in rungs().filter(|it| *it <= Rung::CalciumForceFatigue) {
+            let mut alone = session.clone();
+            let muscle = alone.channels[place].muscle.as_mut().unwrap();
+            muscle.model = Model::Fixed(rung);
+            let alone = choose(&alone, Share(1), SEED).unwrap();
+            let singly = alone.needs[place].together;
+            let tried = need.tried.iter().find(|it| it.rung == rung).unwrap();
+            assert_eq!(singly.to_bits(), tried.error().to_bits(), "{rung:?}");
+        }
+    }
+}
+
+/// Without a reader and without force control nothing of a muscle is used.
+#[test]
+fn what_nobody_uses_has_no_error() {
+    let text = TWO.replacen("fatigue = {}", "fatigue = {}\nreport = false", 1);
+    let session = Session::parse("two.toml", &text).unwrap();
+    let choice = choose(&session, Share(1), SEED).unwrap();
+    let need = &choice.needs[0];
+    assert!(!need.uses.report && !need.uses.steering);
+    assert!(need.tried.iter().all(|it| it.error() == 0.0));
+    assert_eq!(need.enough, rungs().next());
+}
+
+/// A longer session's first part is tried, as long as the file says.
+#[test]
+fn a_longer_session_is_tried_in_part() {
+    let text = TWO.replace("duration_s = 8.0", "duration_s = 800.0");
+    let text = text + "\n[fidelity]\ntolerance_percent = 50\ntry_s = 5\n";
+    let mut session = Session::parse("two.toml", &text).unwrap();
+    assert_eq!(
+        choose(&session, Share(5_000), SEED).unwrap().tried_us,
+        5_000_000
+    );
+    host_core::choice::settle(&mut session).unwrap();
+    let notes = session.notes.join("\n");
+    assert!(notes.contains("the first 5 s of 800 s"), "{notes}");
+}
+
+/// Within bounds the worst counts: a client that may hold the highest force tires
+/// the muscle more than the file's own sine does.
+#[test]
+fn a_live_client_s_worst_counts() {
+    let own = choose(&two(), Share(1_000), SEED).unwrap();
+    let bounds = "values = [{ channel = 1, value = 18.0 }]\n\
+                  bounds = [{ channel = 1, most = 20.0 }, { channel = 2, most = 12, per_s = 30 }]";
+    let text = TWO.replace("values = [{ channel = 1, value = 18.0 }]", bounds);
+    let session = Session::parse("two.toml", &text).unwrap();
+    let live = choose(&session, Share(1_000), SEED).unwrap();
+    assert_eq!((own.sessions, live.sessions), (1, 6));
+    for (own, live) in own.needs.iter().zip(&live.needs) {
+        for (own, live) in own.tried.iter().zip(&live.tried) {
+            assert!(live.error() >= own.error(), "{own:?} {live:?}");
+        }
+    }
+}
