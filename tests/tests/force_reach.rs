@@ -117,10 +117,10 @@ pub fn session(duration_s: f64, channels: &str, setpoints: &str) -> SessionFile 
 }
 
 /// One pulse: when, µs, and with how much of the muscle.
-type Pulse = (u64, f64);
+pub type Pulse = (u64, f64);
 
 /// The pulses of a channel, from 0, that reach its muscle.
-fn pulses(trace: &Trace, end_us: u64, channel: usize, recruits: (f64, f64)) -> Vec<Pulse> {
+pub fn pulses(trace: &Trace, end_us: u64, channel: usize, recruits: (f64, f64)) -> Vec<Pulse> {
     let (threshold, slope) = recruits;
     let all = trace.pulses(end_us);
     let all = all[channel].iter().map(|pulse| {
