@@ -203,9 +203,9 @@ fn a_tired_muscle_holds_what_it_can() {
         let off = |given: &Given, i: usize| given.mean(2_000 * i, 2_000 * i + 2_000) / n - 1.0;
         let (mut ours, mut others, mut to_s) = (0f64, 0f64, 0);
         for i in 1..29 {
+            let s = 2.0 * i as f64;
             // What it can at the end of these two seconds.
-            let (can, s) = (can(i), 2.0 * i as f64);
-            if can >= 1.0 {
+            if can(i) >= 1.0 {
                 ours = ours.max(off(&steered, i).abs());
                 let other = off(&alone, i);
                 others = if other.abs() > others.abs() {
@@ -216,16 +216,11 @@ fn a_tired_muscle_holds_what_it_can() {
                 to_s = 2 * i + 2;
             }
             let (throughout, ever) = steered.limiting(s, s + 2.0);
-            assert!(
-                can < 1.06 || !ever,
-                "K{:02} {name} {n:.2} N at {s} s: {can}",
-                subject + 1
-            );
-            assert!(
-                can > 0.94 || throughout,
-                "K{:02} {name} {n:.2} N at {s} s",
-                subject + 1
-            );
+            let who = format!("K{:02} {name} {n:.2} N at {s} s", subject + 1);
+            // A second's fatigue comes at once: near the end it may be so already.
+            assert!(can(i) < 1.06 || !throughout, "{who}: {}", can(i));
+            assert!(can(i) < 1.2 || !ever, "{who}: {}", can(i));
+            assert!(can(i - 1) > 0.94 || throughout, "{who}: {}", can(i - 1));
         }
         let begin = steered.mean(1_000, 2_000) / n - 1.0;
         println!(

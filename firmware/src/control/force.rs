@@ -194,9 +194,16 @@ impl ForceControl {
         if let Some(steering) = &state.steering {
             wanted = steering.correct(wanted);
         }
-        let drive = self.inverse.drive(&self.recruitment, wanted);
+        let mut drive = self.inverse.drive(&self.recruitment, wanted);
         if let Some(steering) = &mut state.steering {
             steering.order(&drive);
+            // What the inverse's table errs is neither strength nor want of it.
+            let (least, most) = self.reach();
+            let (least, most) = (least.get(), most.get());
+            let slack = least.saturating_sub(least / 50)..=most.saturating_add(most / 100);
+            if slack.contains(&wanted.get()) {
+                drive.limiting = None;
+            }
         }
         let gap = (drive.limiting == Some(Limiting::BelowLeast)).then(|| ForceGap {
             below_mn: 0,

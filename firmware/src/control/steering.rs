@@ -170,3 +170,44 @@ impl Steering {
         quotient(1 << 44, left as u32).unwrap_or(u32::MAX) // left is below 2^32
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::muscle::{CalciumForceSpec, Recruitment, RecruitmentSpec};
+    use crate::units::Amplitude;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// Whatever is predicted, wanted and put out: nothing overflows, share keeps
+        /// its bounds, and a muscle that gives what is expected is left alone.
+        #[test]
+        fn nothing_leads_it_astray(
+            a_mn_per_s in 100u32..=10_000_000,
+            tau2_us in 1_000u32..=1_000_000,
+            ticks in prop::collection::vec((any::<i32>(), any::<i32>(), any::<u32>(), 0u32..4), 1..400),
+        ) {
+            let recruitment = Recruitment::new(RecruitmentSpec {
+                motor_threshold: Amplitude::new(10_000),
+                limit: Amplitude::new(20_000),
+                reference: Amplitude::new(20_000),
+                slope_micro: 300_000,
+            }).unwrap();
+            let spec = CalciumForceSpec {
+                a_mn_per_s, k_micro: 200_000, tau_c_us: 20_000, tau1_us: 2_000, tau2_us,
+            };
+            let inverse = Inverse::new(spec, &recruitment, 50_000, 5_000, 2_000_000).unwrap();
+            let mut steering = Steering::default();
+            for (predicted, wanted, other, kind) in ticks {
+                steering.pass(Force::new(I16F16::from_bits(predicted)));
+                let wanted = steering.correct(Force::new(I16F16::from_bits(wanted)));
+                steering.order(&inverse.drive(&recruitment, wanted));
+                if kind == 0 {
+                    let part = U1F31::from_bits(other & (u32::MAX >> 1));
+                    steering.pulse(Gain::new(part), part, &inverse);
+                }
+                prop_assert!((LEAST..=MOST).contains(&steering.share));
+            }
+        }
+    }
+}
