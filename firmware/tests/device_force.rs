@@ -3,7 +3,7 @@
 use crate::device_desk::*;
 use firmware::control::{ForceControl, ForceSpec, HoldPolicy};
 use firmware::link::{Code, Request};
-use firmware::muscle::{CalciumForceSpec, MuscleSpec, Recruitment, RecruitmentSpec};
+use firmware::muscle::{CalciumForceSpec, MuscleSpec, Recruitment, RecruitmentSpec, Rung};
 use firmware::pulse::{Partner, State as Line, TrainSpec};
 use firmware::safety::{ChannelSpec, State, WearerSpec};
 use firmware::units::{Amplitude, Micros, us};
@@ -82,13 +82,25 @@ fn stimulating(host_timeout_ms: u16) -> Desk {
 }
 
 pub(crate) fn stimulating_by(spec: ForceSpec, host_timeout_ms: u16) -> Desk {
+    stimulating_on(Rung::Static, spec, host_timeout_ms)
+}
+
+/// The same by the inverse of a muscle on this rung, whose prediction may steer it.
+fn stimulating_on(rung: Rung, spec: ForceSpec, host_timeout_ms: u16) -> Desk {
     let mut desk = Desk::open(BOOT);
     let wearer = WearerSpec {
         host_timeout_ms,
         ..wearer()
     };
     desk.prepare(wearer, &[channel(SLOW), channel(PLAIN)]);
-    desk.must(muscle(0));
+    let muscle = MuscleSpec {
+        rung,
+        ..MuscleSpec::new(K01, RECRUITMENT)
+    };
+    desk.must(Request::Muscle {
+        channel: 0,
+        spec: muscle,
+    });
     desk.must(control(0, spec));
     desk.start();
     desk
@@ -138,7 +150,7 @@ fn amplitude_answers_and_then_rate() {
 
 #[test]
 fn telemetry_tells_what_was_wanted_and_done() {
-    let mut desk = stimulating(1000);
+    let mut desk = stimulating_on(Rung::CalciumForce, FORCE, 1000);
     desk.must(Request::Subscribe { period_ms: 10 });
     desk.must(force(0, most()));
     for _ in 0..10 {

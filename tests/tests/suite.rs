@@ -14,6 +14,7 @@ mod device_stops;
 mod edges;
 mod force;
 mod force_reach;
+mod force_steering;
 mod fuzz_short;
 mod maps;
 mod million_pulses;

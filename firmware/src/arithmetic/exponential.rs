@@ -58,7 +58,7 @@ pub(crate) const fn mul_high(a: u32, b: u32) -> u32 {
 /// s·(c0 − s·(c1 − s·(c2 − …))), all Q32. Coefficients fall, so that each
 /// bracket stays within 0…1 and the differences never wrap.
 #[inline(always)]
-fn alternating<const N: usize>(coefficients: &[u32; N], s: u32) -> u32 {
+pub(crate) fn alternating<const N: usize>(coefficients: &[u32; N], s: u32) -> u32 {
     let sum = coefficients
         .iter()
         .rev()
@@ -80,10 +80,15 @@ pub(crate) fn lag(z: u32) -> u32 {
     mul_high(z, (1u32 << 31).wrapping_sub(z >> 3).wrapping_sub(z >> 5))
 }
 
-/// e^−u for u ≤ 0.1, both Q32. Error below 6.4e-6, and below 0.0105·u³.
-#[inline(always)]
-pub(crate) fn decay(u: u32) -> u32 {
-    !mul_high(u, !lag(u))
+/// Coefficients of [`alternating`] for what a part of a decay loses: 1 − e^−zs at
+/// s/2 in Q32, for s of 0…1. z is at most 0.49 in Q32; error as [`decay_fraction`]'s.
+pub(crate) fn decay_in_parts(z: u32) -> [u32; 4] {
+    let mut power = u32::MAX;
+    DECAY.map(|c| {
+        // At most 0.98.
+        power = mul_high(power, z) << 1;
+        mul_high(c, power)
+    })
 }
 
 /// 2^−x for x ≥ 0 in Q32, as Q31. Error below 3e-9 plus one unit of 2^-31;
@@ -180,21 +185,6 @@ mod tests {
         is_tight(error, 2.3e-3);
         is_tight(scaled, 1.05e-2);
         assert_eq!(lag(0), 0);
-    }
-
-    #[test]
-    fn decay_keeps_its_bounds() {
-        let off = |u: u32| f64::from(decay(u)) / Q32 - (-f64::from(u) / Q32).exp();
-        let grid = |i: u32| (0.1 * Q32 * f64::from(i) / 1e6) as u32;
-        let error = worst(1_000_000, |i| off(grid(i)));
-        let scaled = worst(1_000_000, |i| {
-            let u = grid(i.max(50_000));
-            off(u) / (f64::from(u) / Q32).powi(3)
-        });
-        std::println!("decay: {error:e}, over u cubed {scaled:e}");
-        is_tight(error, 6.4e-6);
-        is_tight(scaled, 1.05e-2);
-        assert_eq!(decay(0), u32::MAX);
     }
 
     #[test]

@@ -92,7 +92,7 @@ pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
 /// thousand samples, C near its largest.
 fn calcium_force<C: Clock>(bench: &mut Bench<'_, C>, active: Moving<CalciumForce>) {
     let digest = |active: &Moving<CalciumForce>, (): &(), sum: &mut Checksum| {
-        sum.word(active.state.calcium().to_bits());
+        sum.word(active.muscle.calcium(&active.state).to_bits());
         sum.word(active.force());
     };
     bench.row(

@@ -1,10 +1,13 @@
 //! One channel under force control: from timed wanted forces to amplitude and
-//! pulse rate, through its muscle run backwards. Nothing is measured.
+//! pulse rate, through its muscle run backwards, steered by the force that the muscle's
+//! model predicts, if one runs. Nothing is measured.
 
 use super::setpoint::{HoldPolicy, SetpointError, SetpointTrack};
-use crate::muscle::{CalciumForceSpec, Drive, Inverse, Limiting, Recruitment};
+use super::steering::Steering;
+use crate::muscle::{CalciumForceSpec, Drive, Gain, Inverse, Limiting, Recruitment};
 use crate::range::OutOfRange;
 use crate::units::{Force, ForceRate, Micros};
+use fixed::types::U1F31;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
@@ -65,6 +68,8 @@ pub struct ForceControl {
 #[derive(Clone, Debug, Default)]
 pub struct ForceState {
     track: SetpointTrack<Force>,
+    /// While a model predicts the muscle's force.
+    steering: Option<Steering>,
 }
 
 /// What a channel is to do from this tick on.
@@ -163,13 +168,43 @@ impl ForceControl {
         taken.map_err(ForceError::Setpoint)
     }
 
-    /// One control tick. `None` until the first setpoint is due: nobody has
-    /// asked for anything. A force that changes is answered ahead of the
-    /// muscle's lag, as far as limits and zero allow.
-    pub fn tick(&self, state: &mut ForceState, now: Micros) -> Option<ForceOrders> {
+    /// A pulse of the channel that drives its muscle with `gain`, of whose A work has
+    /// left `strength`.
+    pub fn pulse(&self, state: &mut ForceState, gain: Gain, strength: U1F31) {
+        if let Some(steering) = &mut state.steering {
+            steering.pulse(gain, strength, &self.inverse);
+        }
+    }
+
+    /// One control tick, with what the muscle's model predicts if one runs. `None`
+    /// until the first setpoint is due: nobody has asked for anything. A force that
+    /// changes is answered ahead of the muscle's lag, as far as limits and zero allow.
+    pub fn tick(
+        &self,
+        state: &mut ForceState,
+        now: Micros,
+        predicted: Option<Force>,
+    ) -> Option<ForceOrders> {
+        match predicted {
+            Some(predicted) => state.steering.get_or_insert_default().pass(predicted),
+            None => state.steering = None,
+        }
         let (target, rate) = state.track.motion_at(now, self.hold)?;
-        let ahead = self.inverse.ahead(target, rate);
-        let drive = self.inverse.drive(&self.recruitment, ahead);
+        let mut wanted = self.inverse.ahead(target, rate);
+        if let Some(steering) = &state.steering {
+            wanted = steering.correct(wanted);
+        }
+        let mut drive = self.inverse.drive(&self.recruitment, wanted);
+        if let Some(steering) = &mut state.steering {
+            steering.order(&drive);
+            // What the inverse's table errs is neither strength nor want of it.
+            let (least, most) = self.reach();
+            let (least, most) = (least.get(), most.get());
+            let slack = least.saturating_sub(least / 50)..=most.saturating_add(most / 100);
+            if slack.contains(&wanted.get()) {
+                drive.limiting = None;
+            }
+        }
         let gap = (drive.limiting == Some(Limiting::BelowLeast)).then(|| ForceGap {
             below_mn: 0,
             above_mn: self.reach_mn().0,

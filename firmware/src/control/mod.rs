@@ -21,6 +21,7 @@ pub mod response;
 pub(crate) mod sensor;
 pub mod setpoint;
 pub mod spec;
+mod steering;
 pub mod super_twisting;
 
 pub use effort::Effort;

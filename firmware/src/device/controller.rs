@@ -166,14 +166,22 @@ impl Controller {
                 amplitude,
             } => {
                 self.in_force.pulse(channel, at, amplitude);
-                for (muscle, state) in self.setup.muscles.iter().zip(&mut self.muscles) {
-                    if muscle.channel == channel {
-                        muscle
-                            .force
-                            .pulse(state, at, muscle.recruitment.gain(amplitude));
-                    }
-                }
+                self.pulse(channel, at, amplitude);
             }
+        }
+    }
+
+    /// The pulse reaches the channel's muscle, and what steers it.
+    fn pulse(&mut self, channel: u8, at: Micros, amplitude: Amplitude) {
+        let mut muscles = self.setup.muscles.iter().zip(&mut self.muscles);
+        let Some((muscle, state)) = muscles.find(|(muscle, _)| muscle.channel == channel) else {
+            return;
+        };
+        let gain = muscle.recruitment.gain(amplitude);
+        muscle.force.pulse(state, at, gain);
+        let mut forces = self.setup.forces.iter().zip(&mut self.forces);
+        if let Some((force, followed)) = forces.find(|(force, _)| force.channel == channel) {
+            force.pulse(&mut followed.state, gain, state.strength());
         }
     }
 
@@ -353,9 +361,15 @@ impl Controller {
         if self.phase != Phase::Running {
             return;
         }
+        let mut muscles = self.setup.muscles.iter().zip(&self.muscles);
         for (force, followed) in self.setup.forces.iter().zip(&mut self.forces) {
-            let Some(ForceOrders { target, drive, gap }) = force.tick(&mut followed.state, now)
-            else {
+            // Both by rising channel; every one under force control has a muscle.
+            let muscle = muscles.find(|(muscle, _)| muscle.channel == force.channel);
+            let predicted = muscle
+                .filter(|(_, state)| state.rung() >= Rung::CalciumForce)
+                .map(|(muscle, state)| muscle.force.force(state));
+            let orders = force.tick(&mut followed.state, now, predicted);
+            let Some(ForceOrders { target, drive, gap }) = orders else {
                 continue;
             };
             self.limiting |= drive.limiting.is_some();

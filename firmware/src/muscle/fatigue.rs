@@ -231,6 +231,7 @@ impl Fatigue {
         };
         muscle.k = grown(muscle.k, self.k, self.k_gain, K_MAX.max(self.k));
         muscle.tau_floor = grown(muscle.tau_floor, self.tau1, self.tau1_gain, self.tau1_max);
+        muscle.retune();
         tired.a = self.relaxed(tired.a, force);
     }
 

@@ -32,10 +32,14 @@ type Forces = [u32; PIECES + 1];
 const RATE: u64 = 1 << 40;
 
 /// Pulses that give a force.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Drive {
     /// At most the wearer's limit.
     pub amplitude: Amplitude,
+    /// What that recruits.
+    pub gain: Gain,
+    /// The rested muscle's mean force: what was wanted, unless limiting.
+    pub force: Force,
     /// Burst start to burst start, µs.
     pub period_us: u32,
     /// Another force than this was wanted.
@@ -61,8 +65,9 @@ pub struct Inverse {
     forces: Forces,
     /// At motor threshold, from the slowest rate to the train's.
     slow: Forces,
-    /// Gain at the wearer's limit, Q31.
+    /// Gain at the wearer's limit and at motor threshold, Q31.
     gain: u32,
+    least_gain: u32,
     threshold: Amplitude,
     /// How late force follows at the train's rate, µs, and what each 2^-16 N
     /// beyond it changes in that, µs in 2^-30.
@@ -156,6 +161,7 @@ impl Inverse {
             forces,
             slow,
             gain,
+            least_gain: least,
             threshold,
             late_us,
             late_change: late_change.checked_div(beyond.into()).unwrap_or(0),
@@ -184,18 +190,36 @@ impl Inverse {
     #[must_use]
     pub fn ahead(&self, force: Force, rate: ForceRate) -> Force {
         let bits = i64::from(force.get().to_bits());
-        let slowest = i64::from(self.forces.first().copied().unwrap_or(0));
-        let above = bits.wrapping_sub(slowest);
-        let beyond = i64::from(self.most()).wrapping_sub(slowest);
-        let above = above.max(0).min(beyond); // never falls: beyond >= 0
-        // At most the whole change: 2^21 µs in 2^-30.
-        let change = above.wrapping_mul(self.late_change) >> 30;
         // Below 2^22 · 2^31; over 10^6, which is 2^36/68 719 to 7e-6.
-        let late_us = self.late_us.wrapping_add(change);
-        let lead = late_us.wrapping_mul(i64::from(rate.get().to_bits())) >> 20;
+        let lead = self
+            .late_us(bits)
+            .wrapping_mul(i64::from(rate.get().to_bits()))
+            >> 20;
         let bits = bits.wrapping_add(lead.wrapping_mul(68_719) >> 16);
         let bits = bits.clamp(i32::MIN.into(), i32::MAX.into());
         Force::new(I16F16::from_bits(bits as i32))
+    }
+
+    /// How late a force, in 2^-16 N, follows: below 2^22 µs.
+    fn late_us(&self, force: i64) -> i64 {
+        let slowest = i64::from(self.forces.first().copied().unwrap_or(0));
+        let above = force.wrapping_sub(slowest);
+        let beyond = i64::from(self.most()).wrapping_sub(slowest);
+        let above = above.max(0).min(beyond); // never falls: beyond >= 0
+        // At most the whole change: 2^21 µs in 2^-30.
+        self.late_us
+            .wrapping_add(above.wrapping_mul(self.late_change) >> 30)
+    }
+
+    /// The part of its way that the rested muscle goes in a millisecond to `force`,
+    /// which its pulses hold: Q24.
+    #[must_use]
+    pub fn way_of_ms(&self, drive: &Drive) -> u32 {
+        let late_us = self.late_us(drive.force.get().to_bits().into());
+        let half_us = i64::from(drive.period_us.min(self.train_us) / 2);
+        // A half at most, as no time constant is below 2 ms.
+        let tau_us = late_us.wrapping_sub(half_us).max(2_000) as u32; // below 2^22
+        quotient(1_000 << 24, tau_us).unwrap_or(u32::MAX)
     }
 
     /// The pulses for a steady mean force. Between none and the least force the
@@ -208,28 +232,35 @@ impl Inverse {
         // At the train's rate.
         let at_threshold = self.slow.last().copied().unwrap_or(0);
         let at_train = self.forces.first().copied().unwrap_or(0);
-        let (amplitude, period_us) = if wanted <= least {
+        let (amplitude, gain, period_us) = if wanted <= least {
             if wanted < least.div_ceil(2) {
-                (Amplitude::ZERO, self.train_us)
+                (Amplitude::ZERO, 0, self.train_us)
             } else {
-                (self.threshold, self.slowest_us)
+                (self.threshold, self.least_gain, self.slowest_us)
             }
         } else if wanted <= at_threshold {
             // Its end is the train's.
             let period_us = place(&self.slow, wanted).map_or(self.train_us, |place| {
                 period_at(place, self.slowest_us, self.train_us)
             });
-            (self.threshold, period_us)
+            (self.threshold, self.least_gain, period_us)
         } else if wanted <= at_train {
             // At most the limit's gain, by wanted <= at_train.
             let gain = quotient(u64::from(wanted) * u64::from(self.gain), at_train);
-            let gain = Gain::new(U1F31::from_bits(gain.unwrap_or(0)));
-            (recruitment.amplitude_for_gain(gain), self.train_us)
+            let gain = gain.unwrap_or(0);
+            let amplitude = recruitment.amplitude_for_gain(Gain::new(U1F31::from_bits(gain)));
+            (amplitude, gain, self.train_us)
         } else {
-            (recruitment.spec().limit, self.period(wanted))
+            (recruitment.spec().limit, self.gain, self.period(wanted))
+        };
+        let given = match gain {
+            0 => 0,
+            _ => wanted.clamp(least, most),
         };
         Drive {
             amplitude,
+            gain: Gain::new(U1F31::from_bits(gain)),
+            force: Force::new(I16F16::from_bits(given.cast_signed())), // below 2^30
             period_us,
             limiting: if wanted > most {
                 Some(Limiting::AboveMost)
@@ -337,6 +368,7 @@ mod tests {
             slower in 0.0..=1.0,
         ) {
             let way = |from: u32, to: u32, part: f64| from + (f64::from(to - from) * part) as u32;
+            let tau1_us = tau1_us.max((10 * tau2_us).div_ceil(k_micro - 10)).max(2_200);
             let spec = CalciumForceSpec { a_mn_per_s: 100_000, k_micro, tau_c_us, tau1_us, tau2_us };
             let periods = [train, way(5_000, train, faster), way(train, 2_000_000, slower)];
             prop_assert!(cost(spec, periods) <= CYCLES_MOST);

@@ -175,7 +175,7 @@ impl LadderState {
         match &self.motion {
             Motion::Static(state) => state.at,
             Motion::Lag(state) => state.at,
-            Motion::CalciumForce(state) | Motion::CalciumForceFatigue(state) => state.at,
+            Motion::CalciumForce(state) | Motion::CalciumForceFatigue(state) => state.at(),
         }
     }
 
@@ -184,7 +184,9 @@ impl LadderState {
         match &self.motion {
             Motion::Static(state) => state.force(),
             Motion::Lag(state) => state.force,
-            Motion::CalciumForce(state) | Motion::CalciumForceFatigue(state) => state.force,
+            Motion::CalciumForce(state) | Motion::CalciumForceFatigue(state) => {
+                i64::from(self.muscle.share(state)) << 32
+            }
         }
     }
 
@@ -264,12 +266,10 @@ impl Ladder {
             Rung::CalciumForce | Rung::CalciumForceFatigue => {
                 let state = match state.motion {
                     Motion::CalciumForce(same) | Motion::CalciumForceFatigue(same) => same,
-                    Motion::Static(_) | Motion::Lag(_) => CalciumForceState {
-                        calcium: u64::from(calcium(muscle, rhythm, at)) << 32,
-                        force,
-                        gain,
-                        ..CalciumForceState::at_rest(at)
-                    },
+                    Motion::Static(_) | Motion::Lag(_) => {
+                        let calcium = calcium(muscle, rhythm, at);
+                        muscle.resumed(at, (force >> 32) as i32, calcium, gain)
+                    }
                 };
                 if rung == Rung::CalciumForce {
                     Motion::CalciumForce(state)
@@ -344,9 +344,9 @@ impl Ladder {
             Motion::Static(motion) => motion.pulse(&state.muscle, &mut state.rhythm, at, gain),
             Motion::Lag(motion) => motion.pulse(&state.muscle, &mut state.rhythm, at, gain),
             Motion::CalciumForce(motion) | Motion::CalciumForceFatigue(motion) => {
-                let before = motion.at;
+                let before = motion.at();
                 state.muscle.pulse_with(motion, at, gain);
-                let passed_us = motion.at.elapsed_since(before);
+                let passed_us = motion.at().elapsed_since(before);
                 if passed_us > 0 {
                     self.tire(state, passed_us);
                 }
@@ -360,7 +360,7 @@ impl Ladder {
             Motion::Lag(motion) => motion.advance(&mut state.rhythm, to),
             Motion::Static(motion) => motion.advance(&mut state.rhythm, to),
             Motion::CalciumForce(motion) | Motion::CalciumForceFatigue(motion) => {
-                if (to - motion.at).us() == TICK_US.cast_signed() {
+                if (to - motion.at()).us() == TICK_US.cast_signed() {
                     state.muscle.advance(motion, to);
                     self.tire(state, TICK_US);
                 } else {
@@ -374,7 +374,7 @@ impl Ladder {
     #[inline(never)]
     fn advance_tiring(&self, state: &mut LadderState, to: Micros) {
         while let Motion::CalciumForceFatigue(motion) = &mut state.motion {
-            let ahead_us = to.elapsed_since(motion.at);
+            let ahead_us = to.elapsed_since(motion.at());
             if ahead_us == 0 {
                 return;
             }
@@ -384,7 +384,7 @@ impl Ladder {
                 TICK_US
             };
             let step_us = ahead_us.min(longest_us);
-            let end = motion.at + us(step_us);
+            let end = motion.at() + us(step_us);
             state.muscle.advance(motion, end);
             self.tire(state, step_us);
         }
@@ -398,14 +398,11 @@ impl Ladder {
         else {
             return;
         };
-        let force = (motion.force >> 32) as u32;
+        let force = state.muscle.share(motion);
         if fatigue.pass(&mut state.tired, &mut state.muscle, force, us) {
-            // The last pulse acts already, or will within a millisecond.
-            let gain = state.tired.of(state.rhythm.gain);
-            match motion.waiting_us {
-                0 => motion.gain = gain,
-                _ => motion.next_gain = gain,
-            }
+            state
+                .muscle
+                .drive_with(motion, state.tired.of(state.rhythm.gain));
         }
     }
 }

@@ -8,19 +8,18 @@
 //! microsecond. Out: amplitudes within the wearer's range; predicted force.
 
 pub mod calcium_force;
-mod calcium_state;
 pub mod fatigue;
 pub mod inverse;
 pub mod ladder;
 mod lag;
 pub mod recruitment;
 mod rhythm;
+mod segment;
 mod settled;
 mod spec;
 mod steady;
 
-pub use calcium_force::CalciumForce;
-pub use calcium_state::CalciumForceState;
+pub use calcium_force::{CalciumForce, CalciumForceState};
 pub use fatigue::FatigueSpec;
 use fixed::types::U1F31;
 pub use inverse::{Drive, Inverse, Limiting};

@@ -16,7 +16,7 @@
 //! next pulse comes before that time is over, level x̄ is what a period holds.
 
 use super::calcium_force::{CalciumForce, TICK_US};
-use super::calcium_state::CALCIUM_MAX_UPPER;
+use super::segment::CALCIUM_END;
 use crate::arithmetic::division;
 use crate::arithmetic::exponential::{decay_fraction, exp_neg, ln_neg, mul_high};
 use crate::arithmetic::reciprocal::Reciprocal;
@@ -253,7 +253,7 @@ pub(super) fn calcium(muscle: &CalciumForce, rhythm: &Rhythm, now: Micros) -> u3
     // 1 − u in Q31, above 0: an interval is 1 ms or more, τc at most 100.
     let renewed = (1u32 << 31).saturating_sub(left(interval_us));
     let highest = quotient(1 << 58, renewed).unwrap_or(u32::MAX);
-    let highest = u64::from(highest.min(CALCIUM_MAX_UPPER));
+    let highest = u64::from(highest.min(CALCIUM_END << 27));
     ((highest * u64::from(left(rhythm.age_us(now)))) >> 31) as u32
 }
 

@@ -141,7 +141,7 @@ fn the_densest_bursts_stay_in_range() {
         for &force in &fed.run(&pulses, 2000) {
             assert!(force >= 0 && f64::from(force) * LSB <= 12_000.0);
         }
-        assert!(fed.state.calcium() <= 25);
+        assert!(fed.muscle.calcium(&fed.state) <= 25);
         rests(&mut fed, "slowest");
     }
 }

@@ -176,7 +176,7 @@ impl Muscle {
                 let force_n = muscle.force(&state).get().to_num();
                 rows.push(Row {
                     t_s,
-                    c: state.calcium().to_num(),
+                    c: muscle.calcium(&state).to_num(),
                     force_n,
                 });
             }

@@ -80,6 +80,11 @@ impl Tiring {
         self.force
     }
 
+    /// Its parameters, as tired as it is.
+    pub const fn parameters(&self) -> Parameters {
+        self.now
+    }
+
     /// Lets `us` microseconds pass.
     pub fn pass(&mut self, us: u32) {
         let span = f64::from(us) * 1e-6;

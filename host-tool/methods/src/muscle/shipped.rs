@@ -34,7 +34,7 @@ impl Integrator for Shipped {
         self.muscle.advance(&mut self.state, to);
     }
     fn calcium(&self) -> f64 {
-        self.state.calcium().to_num()
+        self.muscle.calcium(&self.state).to_num()
     }
     fn force_n(&self) -> f64 {
         self.muscle.force(&self.state).get().to_num()

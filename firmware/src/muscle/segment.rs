@@ -1,0 +1,274 @@
+//! A stretch of force, planned once and read at any time within it.
+//!
+//! Between pulses eq. (3) of Lee 2020 is linear in F with coefficients known in
+//! closed form. Over a segment of h, in s = (t − t₀)/h,
+//!
+//! ```text
+//! dF/ds = u − z·F      u = (h/τm)·gain·x,   z = h/τ      (F in A·τm)
+//! ```
+//!
+//! Lobatto IIIA's third stage pair (Hermite–Simpson) solves it in closed form from
+//! u and z at both ends and in the middle; the cubic through F and dF/ds at both
+//! ends is the dense output. The middle needs no division: with n = K + C,
+//! m = K·τ1/(τ1 + τ2) + C,
+//!
+//! ```text
+//! x = C/n,   z = h/(τ1 + τ2)·n/m = h/(τ1 + τ2) + t
+//! dx/ds = −(h/τc)·x·(1 − x),   dz/ds = (h/τc)·t·C/m
+//! ```
+//!
+//! so cubics through both ends, with these slopes, give x and z there to the
+//! fourth order. One reciprocal of a product serves all four quotients.
+//!
+//! Formats: `Qn` are 2^-n. C and K are U5F27; F is Q31 of A·τm.
+
+use super::spec::CalciumForceSpec;
+use crate::arithmetic::division::quotient;
+use crate::arithmetic::exponential::{alternating, decay_fraction, decay_in_parts, mul_high};
+use crate::arithmetic::reciprocal::{inverse, signed_high, signed_high_rounded};
+
+/// C of one pulse, U5F27.
+pub(super) const ONE_PULSE: u32 = 1 << 27;
+
+/// C, in pulses, where the fixed point ends: there it saturates. The slowest τc
+/// allowed (100 ms) reaches 20.5 at the fastest train of single pulses allowed
+/// (200 Hz), and [`CalciumForceSpec::check_train`] refuses the bursts that pass
+/// 24; with K ≤ 5 the sum K + C stays below 32.
+pub(super) const CALCIUM_END: u32 = 24;
+
+/// The longest segment, µs.
+const LONGEST_US: u32 = 10_000;
+/// The shortest, µs: a control tick.
+const SHORTEST_US: u32 = 1_000;
+/// F below this, and no calcium, is none: 2.4e-7 of A·τm. Rounding could keep
+/// less than 2^-23 from ever falling.
+const NO_FORCE: i32 = 1 << 9;
+
+/// What a segment of one muscle is planned with.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Segment {
+    /// h, µs: 1,000…10,000.
+    pub(super) us: u32,
+    /// 1 µs/h, Q31, rounded down: h of them stay below 1.
+    per_us: u32,
+    /// What C loses is s·(c0 − s·(c1 − s·(c2 − s·c3))): Q32 for an s in Q31, so
+    /// doubled as often as s stands before them. At most 0.8 and falling.
+    decay: [u32; 4],
+    /// e^(−h/τc), Q32: 0.67 or more.
+    to_end: u32,
+    /// h/8τc, Q34: at most 0.05, below 2^30.
+    slope: i32,
+    /// h/τm, Q32: below 2^31.
+    length: u32,
+    /// K, U5F27.
+    k: u32,
+    /// K·τ1/(τ1 + τ2), U5F27 shifted left by `floor_shift` until its top bit is set.
+    floor: u32,
+    floor_shift: u32,
+    /// h/(τ1 + τ2), Q31: at most 0.35.
+    fastest: i32,
+    /// (h/(τ1 + τ2))·K·τ2/(τ1 + τ2), U5F27 and shifted as `floor`.
+    span: u32,
+    span_shift: u32,
+}
+
+/// F over a segment: f0 + f1·s + f2·s² + f3·s³, Q31.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub(super) struct Curve([i32; 4]);
+
+impl Curve {
+    /// Of a muscle that holds `force`, until it is planned.
+    pub(super) const fn constant(force: i32) -> Self {
+        Self([force, 0, 0, 0])
+    }
+
+    /// F at s, Q31 and at most 1.
+    #[inline(always)]
+    pub(super) const fn at(&self, s: i32) -> i32 {
+        // F and what is passed on the way stay below 1: wrapping never happens.
+        let [f0, f1, f2, f3] = self.0;
+        let rest = f2.wrapping_add(signed_high(f3, s) << 1);
+        let rest = f1.wrapping_add(signed_high(rest, s) << 1);
+        let force = f0.wrapping_add(signed_high(rest, s) << 1);
+        // Rounding may leave a few units below none.
+        force & !(force >> 31)
+    }
+}
+
+/// C and K's share at one end of a segment, and what follows from them.
+struct End {
+    /// x, Q28.
+    x: i32,
+    /// 1/m, shifted: Q28.
+    per_m: u32,
+    /// t = z − h/(τ1 + τ2), Q28.
+    t: i32,
+}
+
+impl Segment {
+    /// h for a muscle: 0.4 τc at most, for C, and for τ a share of what it is
+    /// without calcium and with it. Errors grow with h⁴; found by trying
+    /// (docs/methods.md).
+    fn longest_us(spec: &CalciumForceSpec) -> u32 {
+        // Below 2^20 each, times 100 at most.
+        let of_calcium = spec.tau_c_us.saturating_mul(40) / 100;
+        let span = spec.tau2_us.min(spec.tau1_us.saturating_mul(9) / 2);
+        let of_force = (spec.tau1_us.saturating_mul(25)).saturating_add(span.saturating_mul(13));
+        let us = of_calcium.min(of_force / 100).min(LONGEST_US);
+        us.max(SHORTEST_US)
+    }
+
+    /// What the segments of a checked `spec` are planned with, without
+    /// [`Self::retune`]'s part.
+    pub(super) fn new(spec: &CalciumForceSpec, tau_m_us: u32) -> Self {
+        let us = Self::longest_us(spec);
+        // Each quotient fits by the ranges stated at the fields.
+        let over =
+            |numerator: u64, denominator: u32| quotient(numerator, denominator).unwrap_or(u32::MAX);
+        // h/τc, Q32: at most 0.4.
+        let z = over(u64::from(us) << 32, spec.tau_c_us);
+        Self {
+            us,
+            per_us: over((1 << 31) - 1, us),
+            decay: decay_in_parts(z),
+            to_end: !decay_fraction(z),
+            slope: (z >> 1) as i32,
+            length: over(u64::from(us) << 32, tau_m_us),
+            k: 0,
+            floor: 0,
+            floor_shift: 0,
+            fastest: 0,
+            span: 0,
+            span_shift: 0,
+        }
+    }
+
+    /// Takes K (U5F27), τ1 and τ2 (over τm, Q32; their sum below 2^32).
+    pub(super) fn retune(&mut self, k: u32, tau1: u32, tau2: u32) {
+        let both = tau1.saturating_add(tau2);
+        let share = |of: u32| quotient(u64::from(of) << 32, both).unwrap_or(u32::MAX);
+        let fastest = quotient(u64::from(self.length) << 31, both).unwrap_or(0);
+        let (floor, floor_shift) = normal(u64::from(share(tau1)) * u64::from(k));
+        let (span, shift) = normal(u64::from(share(tau2)) * u64::from(k));
+        let (span, more) = normal(u64::from(span) * u64::from(fastest));
+        self.k = k;
+        (self.floor, self.floor_shift) = (floor, floor_shift);
+        self.fastest = fastest as i32;
+        // Of Q31 a shift by one is left.
+        (self.span, self.span_shift) = (span, (shift + more).saturating_sub(1));
+    }
+
+    /// What a pulse of `gain` (Q31) drives F with: h/τm·gain, Q31.
+    #[inline(always)]
+    pub(super) const fn drive(&self, gain: u32) -> i32 {
+        mul_high(self.length, gain) as i32 // below 2^31
+    }
+
+    /// s after `us` microseconds, at most a segment: Q31.
+    #[inline(always)]
+    pub(super) const fn place(&self, us: u32) -> i32 {
+        us.wrapping_mul(self.per_us) as i32
+    }
+
+    /// What is left of `calcium` at s, Q31.
+    #[inline(always)]
+    pub(super) fn decayed(&self, calcium: u32, s: i32) -> u32 {
+        // Rounded down: it reaches zero.
+        mul_high(calcium, !alternating(&self.decay, s as u32))
+    }
+
+    /// The segment that begins with `force`, `calcium` (U5F27, at most 24) and
+    /// the `drive` of the last pulse.
+    ///
+    /// No sum wraps: z < 0.9 and u < 0.4 by the choice of h, F ≤ 1, so slopes
+    /// stay below 1; the curve's coefficients are at most their sums.
+    #[inline(always)]
+    pub(super) fn plan(&self, force: i32, calcium: u32, drive: i32) -> Curve {
+        let (begin, end, turn) = self.ends(calcium);
+        let (z0, z1) = (self.rate(&begin), self.rate(&end));
+        const ONE: i32 = 1 << 28;
+        // x0 − x1 and z0 − z1 times what is left of 1: slopes over h/τc, Q24.
+        let x_sum = begin.x.wrapping_add(end.x);
+        let x_bend = signed_high(begin.x.wrapping_sub(end.x), ONE.wrapping_sub(x_sum));
+        let turn = mul_high(turn, begin.per_m.wrapping_add(end.per_m)) as i32;
+        let z_bend = signed_high(begin.t.wrapping_sub(end.t), ONE.wrapping_sub(turn));
+        // Middles, Q31.
+        let xm = (x_sum << 2).wrapping_sub(signed_high(x_bend, self.slope) << 5);
+        let z_mean = (z0 as u32).wrapping_add(z1 as u32) >> 1;
+        let zm = (z_mean as i32).wrapping_add(signed_high(z_bend, self.slope) << 5);
+        // dF/ds with F as at the beginning, Q30.
+        let slope = |x: i32, z: i32| {
+            signed_high_rounded(drive, x).wrapping_sub(signed_high_rounded(z, force))
+        };
+        let g0 = slope(begin.x << 3, z0);
+        let gm = slope(xm, zm);
+        let g1 = slope(end.x << 3, z1);
+        // F1 − F0 = (g0 + 4gm + g1 − zm(g0 − g1)/2)/(6 + z1 + zm(2 + z1/2)): over
+        // 4 in Q30, and over 16 in Q32.
+        let sum = (g0.wrapping_add(g1) >> 2).wrapping_add(gm);
+        let sum = sum.wrapping_sub(signed_high(zm, g0.wrapping_sub(g1)) >> 2);
+        let over = 0x6000_0000u32
+            .wrapping_add((z1 >> 3) as u32)
+            .wrapping_add((zm >> 2) as u32)
+            .wrapping_add((signed_high(zm, z1) >> 3) as u32);
+        let rise = signed_high_rounded(sum, inverse(over) as i32); // Q29
+        let end_slope = g1.wrapping_sub(signed_high(z1, rise) << 2);
+        let (f1, rise) = (g0 << 1, rise << 2);
+        let f3 = (g0.wrapping_add(end_slope) << 1).wrapping_sub(rise << 1);
+        let f2 = rise.wrapping_sub(f1).wrapping_sub(f3);
+        Curve([force, f1, f2, f3])
+    }
+
+    /// z, Q31.
+    #[inline(always)]
+    const fn rate(&self, end: &End) -> i32 {
+        self.fastest.wrapping_add(end.t << 3)
+    }
+
+    /// Both ends of a segment that begins with `calcium`, and K·τ1/(τ1 + τ2) as
+    /// shifted for them.
+    #[inline(always)]
+    fn ends(&self, calcium: u32) -> (End, End, u32) {
+        let later = mul_high(calcium, self.to_end);
+        // Both shifted alike, to where the first has its top bit set, Q32: the
+        // second is 0.67 of it or more. Setting the lowest bit tells the
+        // compiler that shifts are below 32.
+        let n0 = self.k.wrapping_add(calcium) | 1;
+        let up = n0.leading_zeros();
+        let (n0, n1) = (n0 << up, self.k.wrapping_add(later) << up);
+        let (c0, c1) = (calcium << up, later << up);
+        let floor = self.floor.wrapping_shr(self.floor_shift.wrapping_sub(up));
+        let (m0, m1) = (c0.wrapping_add(floor) | 1, c1.wrapping_add(floor));
+        let more = m0.leading_zeros();
+        let (m0, m1) = (m0 << more, m1 << more);
+        let shift = self.span_shift.wrapping_sub(up.wrapping_add(more));
+        let span = self.span.wrapping_shr(shift);
+
+        let (p0, p1) = (mul_high(n0, m0), mul_high(n1, m1));
+        let product = mul_high(p0, p1) | 1; // 0.02 or more
+        let last = product.leading_zeros();
+        // 1/p0 and 1/p1 in Q28: at most 4 and 10.
+        let both = inverse(product << last) >> 1;
+        let (per0, per1) = (mul_high(both, p1) << last, mul_high(both, p0) << last);
+        let end = |c: u32, n: u32, m: u32, per: u32| {
+            let per_m = mul_high(n, per);
+            End {
+                x: mul_high(c, mul_high(m, per)) as i32,
+                per_m,
+                t: mul_high(span, per_m) as i32,
+            }
+        };
+        (end(c0, n0, m0, per0), end(c1, n1, m1, per1), floor << more)
+    }
+
+    /// Whether so little is left that it counts as none.
+    pub(super) const fn is_nothing(force: i32, calcium: u32) -> bool {
+        calcium == 0 && force < NO_FORCE
+    }
+}
+
+/// A product in Q59 as U5F27, shifted left until its top bit is set.
+const fn normal(product: u64) -> (u32, u32) {
+    let shift = product.leading_zeros();
+    (((product << (shift & 63)) >> 32) as u32, shift)
+}
