@@ -1,7 +1,7 @@
 //! What came of a session on each rung: errors of what it uses.
 
 use super::cost::{Cycles, cycles, rungs};
-use super::play::{Played, Unplayed};
+use super::play::{Played, Unplayed, told};
 use crate::session::{Muscle, Session};
 use firmware::muscle::Rung;
 use rayon::prelude::*;
@@ -203,7 +203,7 @@ impl<'a> Trial<'a> {
         let times: Vec<u64> = played.reports.iter().map(|it| it.0).collect();
         let truth = played.truth(muscle, place, &times);
         let said = played.reports.iter();
-        let said = said.map(|(_, forces)| forces.get(column).copied().unwrap_or(0.0));
+        let said = said.map(|(_, forces)| told(forces, column));
         let report = worst(&truth, said, RESOLUTION_N);
         let steering = (!steered.is_empty()).then(|| {
             let true_force = played.truth(muscle, place, &milliseconds(played));
