@@ -2,8 +2,10 @@
 //!
 //! One run is 0.4 simulated seconds of one muscle from rest, its pulses each
 //! at its own microsecond, the force read at equal intervals. The three runs of
-//! a row are three muscles at three rates, the same for every setting. Making
-//! the muscle (constants, tables) is not measured.
+//! a row are three muscles at three rates, the same for every setting; total and mean
+//! are of whole runs. Each is run once more with markers around every reading and the
+//! pulses before it, of which are least and most. Making the muscle (constants,
+//! tables) is not measured.
 
 use crate::muscle::{Integrator, Method, Number, Setting};
 use core::fmt;
@@ -25,6 +27,13 @@ const LOADS: [(CalciumForceSpec, u32); 3] = [
     (spec([218_000, 190_000, 26_300, 10_000, 98_400]), 20),
 ];
 
+/// A muscle with the shortest time constants and the smallest K that the device takes,
+/// where steps of a part of them are the most; its pulses per second.
+const CORNER: [(CalciumForceSpec, u32); 3] = {
+    let spec = spec([10_000_000, 2_000, 5_000, 2_000, 1_000]);
+    [(spec, 20), (spec, 100), (spec, 200)]
+};
+
 const fn spec([a_mn_per_s, k_micro, tau_c_us, tau1_us, tau2_us]: [u32; 5]) -> CalciumForceSpec {
     CalciumForceSpec {
         a_mn_per_s,
@@ -44,16 +53,19 @@ pub enum MethodName {
     Run(Setting, u32),
     /// Making a setting's muscle: constants and tables.
     Make(Setting),
+    /// The product's own at the corner of its ranges, read every so many µs.
+    Corner(u32),
 }
 
 impl fmt::Display for MethodName {
     /// `setting@interval`, for instance `rk4/f32/200us@1000us`; `empty@…`;
-    /// `make:setting`.
+    /// `corner:setting@…`; `make:setting`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Empty(output_us) => write!(f, "empty@{output_us}us"),
             Self::Run(setting, output_us) => write!(f, "{setting}@{output_us}us"),
             Self::Make(setting) => write!(f, "make:{setting}"),
+            Self::Corner(output_us) => write!(f, "corner:{}@{output_us}us", Setting::SHIPPED),
         }
     }
 }
@@ -67,14 +79,15 @@ pub const MADE: [Setting; 3] = [
 ];
 
 /// Runs all settings and hands over each row when it is complete: for each
-/// interval of reading first the loop without a muscle, then every setting;
-/// last [`MADE`].
+/// interval of reading first the loop without a muscle, then every setting and the
+/// product's own at the corner; last [`MADE`].
 pub fn run_methods(clock: &impl Clock, mut row: impl FnMut(&Row<MethodName>)) {
     for output_us in OUTPUTS_US {
         row(&measure(clock, MethodName::Empty(output_us)));
         for setting in Setting::all(output_us) {
             row(&measure(clock, MethodName::Run(setting, output_us)));
         }
+        row(&measure(clock, MethodName::Corner(output_us)));
     }
     for setting in MADE {
         row(&measure(clock, MethodName::Make(setting)));
@@ -85,31 +98,50 @@ pub fn run_methods(clock: &impl Clock, mut row: impl FnMut(&Row<MethodName>)) {
 fn measure(clock: &impl Clock, name: MethodName) -> Row<MethodName> {
     let mut sum = Checksum::default();
     let (mut min, mut total, mut max) = (u32::MAX, 0u64, 0);
-    for (spec, rate_hz) in &LOADS {
+    let loads = match name {
+        MethodName::Corner(_) => &CORNER,
+        _ => &LOADS,
+    };
+    for (spec, rate_hz) in loads {
         let load = Load::new(*rate_hz);
-        let run = |muscle: &mut dyn Integrator, output_us| {
+        // A whole run's cycles; of each reading where it is to be parted.
+        let mut run = |muscle: &mut dyn Integrator, output_us, is_parted| {
             let muscle = black_box(muscle);
             let begin = clock.cycles();
-            let word = load.apply(muscle, output_us);
+            let word = if is_parted {
+                load.apply(muscle, output_us, |part| {
+                    let begin = clock.cycles();
+                    let word = part();
+                    let cycles = clock.cycles().wrapping_sub(begin);
+                    (min, max) = (min.min(cycles), max.max(cycles));
+                    word
+                })
+            } else {
+                load.apply(muscle, output_us, |part| part())
+            };
             (word, clock.cycles().wrapping_sub(begin))
         };
-        let begin = clock.cycles();
-        // The loads' parameters are in range; else the checksum tells.
-        let (word, cycles) = match name {
-            MethodName::Empty(output_us) => run(&mut Nothing, output_us),
-            MethodName::Run(setting, output_us) => setting
-                .with(spec, |muscle| run(muscle, output_us))
-                .unwrap_or_default(),
-            MethodName::Make(setting) => setting
-                .with(spec, |muscle| {
+        let mut with = |name, is_parted| match name {
+            MethodName::Empty(output_us) => Ok(run(&mut Nothing, output_us, is_parted)),
+            MethodName::Run(setting, output_us) => {
+                setting.with(spec, |muscle| run(muscle, output_us, is_parted))
+            }
+            MethodName::Corner(output_us) => {
+                Setting::SHIPPED.with(spec, |muscle| run(muscle, output_us, is_parted))
+            }
+            MethodName::Make(setting) => {
+                let begin = clock.cycles();
+                setting.with(spec, |muscle| {
                     let cycles = clock.cycles().wrapping_sub(begin);
                     (black_box(muscle).force_word(), cycles)
                 })
-                .unwrap_or_default(),
+            }
         };
+        // The loads' parameters are in range; else the checksum tells.
+        let (word, cycles) = with(name, false).unwrap_or_default();
         sum.word(word);
-        // Three of at most 2^32 each.
-        (min, total, max) = (min.min(cycles), total + u64::from(cycles), max.max(cycles));
+        let _ = with(name, true);
+        total += u64::from(cycles); // three of at most 2^32 each
     }
     Row {
         name,
@@ -122,10 +154,10 @@ fn measure(clock: &impl Clock, name: MethodName) -> Row<MethodName> {
 }
 
 /// Pulse times, µs, ascending.
-struct Load(heapless::Vec<Micros, 40>);
+struct Load(heapless::Vec<Micros, 80>);
 
 impl Load {
-    /// A run's pulses at `rate_hz`, 1…100, each up to 45 % of a period off its
+    /// A run's pulses at `rate_hz`, 1…200, each up to 45 % of a period off its
     /// place.
     fn new(rate_hz: u32) -> Self {
         let mut random = Random::default();
@@ -136,26 +168,35 @@ impl Load {
             let begin = n.wrapping_mul(period_us).wrapping_add(twentieth);
             Micros::new(begin.wrapping_add(random.between(0, twentieth * 18)))
         });
-        Self(pulses.take(40).collect())
+        Self(pulses.take(80).collect())
     }
 
-    /// A run of a muscle; of all readings, something to sum up.
+    /// A run of a muscle; of all readings, something to sum up. `part` runs each with
+    /// the pulses before it.
     #[inline(never)]
-    fn apply(&self, muscle: &mut dyn Integrator, output_us: u32) -> u32 {
+    fn apply(
+        &self,
+        muscle: &mut dyn Integrator,
+        output_us: u32,
+        mut part: impl FnMut(&mut dyn FnMut() -> u32) -> u32,
+    ) -> u32 {
         let mut pulses = self.0.iter().copied();
         let mut next = pulses.next();
         let mut read = 0u32;
         let mut to = Micros::new(0);
         while to.get() < RUN_US {
             to += us(output_us);
-            while let Some(pulse) = next
-                && to.has_reached(pulse)
-            {
-                muscle.pulse(pulse);
-                next = pulses.next();
-            }
-            muscle.advance(to);
-            read = read.rotate_left(5) ^ muscle.force_word();
+            let word = part(&mut || {
+                while let Some(pulse) = next
+                    && to.has_reached(pulse)
+                {
+                    muscle.pulse(pulse);
+                    next = pulses.next();
+                }
+                muscle.advance(to);
+                muscle.force_word()
+            });
+            read = read.rotate_left(5) ^ word;
         }
         read
     }

@@ -15,6 +15,8 @@ const NOT_A_NUMBER: u32 = 0x7FC0_0000;
 pub trait Arithmetic: Real {
     /// What tables of this arithmetic are made in.
     type Design: Arithmetic;
+    /// Whether numbers of any size have a place.
+    const FLOATING: bool = true;
     /// `us` microseconds, below 2^21, in units of [`UNIT_US`]; exact.
     fn of_micros(us: u32) -> Self;
     /// Whole part and the rest of self·2^`shift`. Numbers below zero and

@@ -1,15 +1,33 @@
-//! Explicit methods, on C and F alike: Euler, Heun and the classical
-//! Runge–Kutta method (Hairer, Nørsett & Wanner, Solving ODEs I, II.1).
+//! Explicit methods: Euler, Heun and the classical Runge–Kutta method (Hairer,
+//! Nørsett & Wanner, Solving ODEs I, II.1). On C and F alike here, on F alone in
+//! [`super::along`].
 
 use super::Arithmetic;
-use super::scheme::{Muscle, Scheme, State};
+use super::scheme::{Muscle, NumberOf, Scheme, State};
 use core::marker::PhantomData;
 use firmware::muscle::CalciumForceSpec;
 
+/// Where in a step a slope is taken.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum At {
+    /// Its beginning.
+    Begin,
+    /// Its middle.
+    Middle,
+    /// Its end.
+    End,
+}
+
 /// How an explicit method moves a state over a time.
-pub trait Rule {
-    /// Over `time`.
-    fn moved<R: Arithmetic>(muscle: &Muscle<R>, time: R, from: State<R>) -> State<R>;
+pub trait Explicit {
+    /// Whether it takes slopes in the middle.
+    const MIDDLE: bool = false;
+    /// Over `time`, by slopes.
+    fn moved<R: Arithmetic>(
+        time: R,
+        from: State<R>,
+        slope: impl Fn(At, State<R>) -> State<R>,
+    ) -> State<R>;
 }
 
 /// Order 1.
@@ -24,28 +42,44 @@ pub struct Heun;
 #[derive(Clone, Copy, Debug)]
 pub struct RungeKutta4;
 
-impl Rule for Euler {
-    fn moved<R: Arithmetic>(muscle: &Muscle<R>, time: R, from: State<R>) -> State<R> {
-        from.moved(time, muscle.slope(from))
+impl Explicit for Euler {
+    #[inline(always)]
+    fn moved<R: Arithmetic>(
+        time: R,
+        from: State<R>,
+        slope: impl Fn(At, State<R>) -> State<R>,
+    ) -> State<R> {
+        from.moved(time, slope(At::Begin, from))
     }
 }
 
-impl Rule for Heun {
-    fn moved<R: Arithmetic>(muscle: &Muscle<R>, time: R, from: State<R>) -> State<R> {
-        let first = muscle.slope(from);
-        let second = muscle.slope(from.moved(time, first));
+impl Explicit for Heun {
+    #[inline(always)]
+    fn moved<R: Arithmetic>(
+        time: R,
+        from: State<R>,
+        slope: impl Fn(At, State<R>) -> State<R>,
+    ) -> State<R> {
+        let first = slope(At::Begin, from);
+        let second = slope(At::End, from.moved(time, first));
         let half = time * R::of(0.5);
         from.moved(half, first).moved(half, second)
     }
 }
 
-impl Rule for RungeKutta4 {
-    fn moved<R: Arithmetic>(muscle: &Muscle<R>, time: R, from: State<R>) -> State<R> {
+impl Explicit for RungeKutta4 {
+    const MIDDLE: bool = true;
+    #[inline(always)]
+    fn moved<R: Arithmetic>(
+        time: R,
+        from: State<R>,
+        slope: impl Fn(At, State<R>) -> State<R>,
+    ) -> State<R> {
         let half = time * R::of(0.5);
-        let k1 = muscle.slope(from);
-        let k2 = muscle.slope(from.moved(half, k1));
-        let k3 = muscle.slope(from.moved(half, k2));
-        let k4 = muscle.slope(from.moved(time, k3));
+        let k1 = slope(At::Begin, from);
+        let k2 = slope(At::Middle, from.moved(half, k1));
+        let k3 = slope(At::Middle, from.moved(half, k2));
+        let k4 = slope(At::End, from.moved(time, k3));
         let both = |p: fn(State<R>) -> R| {
             let outer = p(k1) + p(k4);
             let inner = p(k2) + p(k3);
@@ -59,14 +93,14 @@ impl Rule for RungeKutta4 {
     }
 }
 
-/// A muscle under an explicit method.
+/// A muscle under an explicit method on C and F alike.
 #[derive(Clone, Copy, Debug)]
-pub struct Explicit<M, R> {
+pub struct Alike<M, R> {
     muscle: Muscle<R>,
     rule: PhantomData<M>,
 }
 
-impl<M: Rule, R: Arithmetic> Scheme for Explicit<M, R> {
+impl<M: Explicit, R: Arithmetic> Scheme for Alike<M, R> {
     type State = State<R>;
     /// The step's length.
     type Factors = R;
@@ -80,7 +114,10 @@ impl<M: Rule, R: Arithmetic> Scheme for Explicit<M, R> {
     fn factors(&self, us: u32) -> R {
         R::of_micros(us)
     }
+    fn place(&self, c: NumberOf<Self>, f: NumberOf<Self>) -> State<R> {
+        State { c, f }
+    }
     fn step(&self, time: &R, state: &mut State<R>) {
-        *state = M::moved(&self.muscle, *time, *state);
+        *state = M::moved(*time, *state, |_, state| self.muscle.slope(state));
     }
 }

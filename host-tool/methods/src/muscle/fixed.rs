@@ -126,6 +126,7 @@ impl<const F: u32, const NEAREST: bool> Real for Fixed<F, NEAREST> {
 
 impl<const F: u32, const NEAREST: bool> Arithmetic for Fixed<F, NEAREST> {
     type Design = f32;
+    const FLOATING: bool = false;
     fn of_micros(us: u32) -> Self {
         // F ≥ 14 by the type's documentation: a shift, exact.
         Self((us << F.saturating_sub(14)).cast_signed() >> 14u32.saturating_sub(F))

@@ -101,10 +101,16 @@ impl<R: Arithmetic> Flow<R> {
     /// Its force `time` later, when C is at `octave`, not below 0.
     #[inline(always)]
     pub fn force(&self, start: &Start<R>, time: R, octave: R) -> R {
-        let (q, g) = self.look_up(octave);
+        self.after(start, time, octave).0
+    }
+
+    /// The same, and that moment as a start of its own.
+    #[inline(always)]
+    pub fn after(&self, start: &Start<R>, time: R, octave: R) -> (R, Start<R>) {
+        let (q, power) = self.look_up(octave);
         // Above 0 by no more than rounding.
-        let kept = (start.power - g - time * self.rate).exp2();
-        q + start.gap * kept
+        let gap = start.gap * (start.power - power - time * self.rate).exp2();
+        (q + gap, Start { octave, gap, power })
     }
 
     /// What τ1 alone leaves of a force after `us` microseconds.

@@ -6,6 +6,7 @@
 //! whenever K or a time constant changes, as they do in a muscle that tires.
 
 use super::flow::{Flow, Start};
+use super::scheme::{Dense, Muscle, Place, Scheme};
 use super::{Arithmetic, Integrator};
 use firmware::muscle::CalciumForceSpec;
 use firmware::units::{Micros, us};
@@ -91,5 +92,88 @@ impl<R: Arithmetic> Integrator for LogFlow<R> {
 
     fn force_word(&self) -> u32 {
         self.f.word()
+    }
+}
+
+/// The same in steps, to be read through their cubics: one look-up a step.
+#[derive(Clone, Copy, Debug)]
+pub struct FlowSteps<R> {
+    muscle: Muscle<R>,
+    flow: Flow<R>,
+}
+
+/// C, F, and both in the table; `None` below it.
+#[derive(Clone, Copy, Debug)]
+pub struct FlowState<R> {
+    c: R,
+    f: R,
+    start: Option<Start<R>>,
+}
+
+impl<R: Arithmetic> Place for FlowState<R> {
+    type Number = R;
+    fn calcium(&self) -> R {
+        self.c
+    }
+    fn force(&self) -> R {
+        self.f
+    }
+}
+
+/// What a step needs.
+#[derive(Clone, Copy, Debug)]
+pub struct FlowFactors<R> {
+    time: R,
+    /// Octaves that C falls, what is left of it, and of F without it.
+    fall: R,
+    left: R,
+    relaxed: R,
+}
+
+impl<R: Arithmetic> Scheme for FlowSteps<R> {
+    type State = FlowState<R>;
+    type Factors = FlowFactors<R>;
+
+    fn new(spec: &CalciumForceSpec, _: u32) -> Self {
+        Self {
+            muscle: Muscle::new(spec),
+            flow: Flow::new(spec),
+        }
+    }
+    fn factors(&self, us: u32) -> FlowFactors<R> {
+        let time = R::of_micros(us);
+        FlowFactors {
+            time,
+            fall: time * self.flow.fall,
+            left: self.muscle.left(time),
+            relaxed: self.flow.relaxed(R::ONE, us),
+        }
+    }
+    fn place(&self, c: R, f: R) -> FlowState<R> {
+        let octave = Flow::octave(c);
+        let start = (c > R::ZERO && octave >= R::ZERO).then(|| self.flow.start(octave, f));
+        FlowState { c, f, start }
+    }
+    #[inline(always)]
+    fn step(&self, step: &FlowFactors<R>, state: &mut FlowState<R>) {
+        let ends = |start: Start<R>| {
+            let octave = start.octave - step.fall;
+            (octave >= R::ZERO).then(|| self.flow.after(&start, step.time, octave))
+        };
+        let (f, start) = match state.start.and_then(ends) {
+            Some((f, start)) => (f, Some(start)),
+            None => (state.f * step.relaxed, None),
+        };
+        let c = state.c * step.left;
+        *state = FlowState { c, f, start };
+    }
+}
+
+impl<R: Arithmetic> Dense for FlowSteps<R> {
+    fn muscle(&self) -> &Muscle<R> {
+        &self.muscle
+    }
+    fn slope(&self, state: &FlowState<R>) -> R {
+        self.muscle.point(state.c).slope(state.f)
     }
 }

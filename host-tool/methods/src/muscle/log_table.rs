@@ -9,7 +9,7 @@
 use super::Arithmetic;
 use super::event_driven::Interval;
 use super::flow::{Flow, LOWEST, OCTAVES};
-use super::scheme::{Muscle, Place, Scheme};
+use super::scheme::{Dense, Muscle, Place, Scheme};
 use crate::real::Real;
 use core::f64::consts::LN_2;
 use firmware::muscle::CalciumForceSpec;
@@ -20,32 +20,29 @@ const ENTRIES: usize = (OCTAVES << DENSITY) + 1;
 
 /// The tables of one muscle and step.
 #[derive(Clone, Copy, Debug)]
-pub struct LogTable<R> {
+pub struct LogTable<R, const DENSE: bool> {
+    muscle: Muscle<R>,
     flow: Flow<R>,
     step_us: u32,
     /// (E, S) at each sixteenth of an octave from [`LOWEST`] up.
     entries: [(R, R); ENTRIES],
 }
 
-/// Where C is, log2 C − [`LOWEST`], and F.
+/// Where C is, log2 C − [`LOWEST`], and F; C itself where `DENSE`.
 #[derive(Clone, Copy, Debug)]
-pub struct LogState<R> {
+pub struct LogState<R, const DENSE: bool> {
     octave: R,
+    c: R,
     f: R,
 }
 
-impl<R: Arithmetic> Place for LogState<R> {
+impl<R: Arithmetic, const DENSE: bool> Place for LogState<R, DENSE> {
     type Number = R;
-    /// The table's end: 2^-19 of a pulse is none.
-    const REST: Self = Self {
-        octave: R::ZERO,
-        f: R::ZERO,
-    };
-    fn pulse(&mut self) {
-        self.octave = Flow::octave(Flow::calcium(self.octave) + R::ONE);
-    }
     fn calcium(&self) -> R {
-        Flow::calcium(self.octave)
+        match DENSE {
+            true => self.c,
+            false => Flow::calcium(self.octave),
+        }
     }
     fn force(&self) -> R {
         self.f
@@ -57,11 +54,12 @@ impl<R: Arithmetic> Place for LogState<R> {
 pub struct LogFactors<R> {
     us: u32,
     time: R,
-    /// By how much log2 C falls.
+    /// By how much log2 C falls, and where `DENSE` what is left of it.
     fall: R,
+    left: R,
 }
 
-impl<R: Arithmetic> LogTable<R> {
+impl<R: Arithmetic, const DENSE: bool> LogTable<R, DENSE> {
     /// E and S between entries, linearly; no calcium, no S.
     #[inline(always)]
     fn entry(&self, octave: R) -> (R, R) {
@@ -77,7 +75,7 @@ impl<R: Arithmetic> LogTable<R> {
 
     /// A part of a step.
     #[inline(never)]
-    fn part(&self, part: &LogFactors<R>, state: &mut LogState<R>) {
+    fn part(&self, part: &LogFactors<R>, state: &mut LogState<R, DENSE>) {
         let end = state.octave - part.fall;
         if end >= R::ZERO {
             let start = self.flow.start(state.octave, state.f);
@@ -90,8 +88,8 @@ impl<R: Arithmetic> LogTable<R> {
     }
 }
 
-impl<R: Arithmetic> Scheme for LogTable<R> {
-    type State = LogState<R>;
+impl<R: Arithmetic, const DENSE: bool> Scheme for LogTable<R, DENSE> {
+    type State = LogState<R, DENSE>;
     type Factors = LogFactors<R>;
 
     fn new(spec: &CalciumForceSpec, step_us: u32) -> Self {
@@ -105,6 +103,7 @@ impl<R: Arithmetic> Scheme for LogTable<R> {
             (R::of(kept.to_f64()), R::of(added.to_f64()))
         };
         Self {
+            muscle: Muscle::new(spec),
             flow: Flow::new(spec),
             step_us,
             entries: core::array::from_fn(entry),
@@ -116,10 +115,22 @@ impl<R: Arithmetic> Scheme for LogTable<R> {
             us,
             time,
             fall: time * self.flow.fall,
+            left: match DENSE {
+                true => self.muscle.left(time),
+                false => R::ONE,
+            },
         }
     }
+    /// 2^-19 of a pulse, the table's end, is none.
+    fn place(&self, c: R, f: R) -> LogState<R, DENSE> {
+        let octave = match c > R::ZERO {
+            true => Flow::octave(c),
+            false => R::ZERO,
+        };
+        LogState { octave, c, f }
+    }
     #[inline(always)]
-    fn step(&self, step: &LogFactors<R>, state: &mut LogState<R>) {
+    fn step(&self, step: &LogFactors<R>, state: &mut LogState<R, DENSE>) {
         if step.us != self.step_us {
             return self.part(step, state);
         }
@@ -127,5 +138,17 @@ impl<R: Arithmetic> Scheme for LogTable<R> {
         state.f = state.f * kept + added;
         let end = state.octave - step.fall;
         state.octave = if end > R::ZERO { end } else { R::ZERO };
+        if DENSE {
+            state.c = state.c * step.left;
+        }
+    }
+}
+
+impl<R: Arithmetic> Dense for LogTable<R, true> {
+    fn muscle(&self) -> &Muscle<R> {
+        &self.muscle
+    }
+    fn slope(&self, state: &LogState<R, true>) -> R {
+        self.muscle.point(state.c).slope(state.f)
     }
 }

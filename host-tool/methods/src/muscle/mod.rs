@@ -1,21 +1,26 @@
 //! Every integrator of the calcium–force model, each in several arithmetics.
 //!
-//! Lives here: `scheme` (the equations and what a step is), `explicit`,
-//! `exponential`, `log_table`, `event_driven`, `flow`, `log_flow` (the methods), `stepped` (a
-//! method split at pulses), `shipped` (the product's own, as it is),
+//! Lives here: `scheme` (the equations and what a step is), `along` (F along the
+//! exact C) by `explicit`, `exponential`, `lobatto`; `log_table`, `event_driven`,
+//! `flow`, `log_flow` (the other methods); `stepped` (steps split at pulses and
+//! readings), `planned` (steps from each pulse on, read through cubics),
+//! `shipped` (the product's own, as it is),
 //! `arithmetic` and `fixed` (what they compute in), `settings` (the list of
 //! all). Not here: judging them (`host_tool::accuracy`), their cycles
 //! (`bench::methods`). In: a muscle's parameters, a step, pulses with their
 //! microsecond. Out: force.
 
+pub mod along;
 pub mod arithmetic;
 pub mod event_driven;
 pub mod explicit;
 pub mod exponential;
 pub mod fixed;
 pub mod flow;
+pub mod lobatto;
 pub mod log_flow;
 pub mod log_table;
+pub mod planned;
 pub mod scheme;
 pub mod settings;
 pub mod shipped;
@@ -25,7 +30,8 @@ use firmware::units::Micros;
 
 pub use arithmetic::Arithmetic;
 pub use fixed::Fixed;
-pub use settings::{Method, Number, Setting};
+pub use planned::Planned;
+pub use settings::{Method, Number, Reading, Setting};
 pub use stepped::Stepped;
 
 /// One muscle, integrated by some method in some arithmetic from rest at

@@ -17,6 +17,42 @@ pub struct Muscle<R> {
     pub tau1: R,
     /// τ2.
     pub tau2: R,
+    /// K·τ1 and τ1 + τ2.
+    over: [R; 2],
+}
+
+/// What eq. (3) of Lee 2020 has at some C: dF/dt = source − rate·F.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point<R> {
+    /// A·x, N per unit of time.
+    pub source: R,
+    /// τ.
+    pub tau: R,
+    /// 1/τ.
+    pub rate: R,
+}
+
+impl<R: Arithmetic> Point<R> {
+    /// Without calcium, of a muscle that nothing asks.
+    pub const NONE: Self = Self {
+        source: R::ZERO,
+        tau: R::ONE,
+        rate: R::ONE,
+    };
+
+    /// dF/dt, N per unit of time.
+    pub fn slope(&self, f: R) -> R {
+        self.source - self.rate * f
+    }
+
+    /// `time` over τ.
+    pub fn length(&self, time: R) -> R {
+        if R::FLOATING {
+            time * self.rate
+        } else {
+            time / self.tau
+        }
+    }
 }
 
 impl<R: Arithmetic> Muscle<R> {
@@ -24,12 +60,18 @@ impl<R: Arithmetic> Muscle<R> {
     /// be one that the device takes; time constants must be above zero.
     pub fn new(spec: &CalciumForceSpec) -> Self {
         let units = |us: u32| f64::from(us) / UNIT_US;
+        let (k, tau1, tau2) = (
+            f64::from(spec.k_micro) * 1e-6,
+            units(spec.tau1_us),
+            units(spec.tau2_us),
+        );
         Self {
             a: R::of(f64::from(spec.a_mn_per_s) * 1e-9 * UNIT_US),
-            k: R::of(f64::from(spec.k_micro) * 1e-6),
+            k: R::of(k),
             rate_c: R::of(1.0 / units(spec.tau_c_us)),
-            tau1: R::of(units(spec.tau1_us)),
-            tau2: R::of(units(spec.tau2_us)),
+            tau1: R::of(tau1),
+            tau2: R::of(tau2),
+            over: [R::of(k * tau1), R::of(tau1 + tau2)],
         }
     }
 
@@ -41,6 +83,30 @@ impl<R: Arithmetic> Muscle<R> {
     /// τ1 + τ2·x.
     pub fn tau(&self, x: R) -> R {
         self.tau1 + self.tau2 * x
+    }
+
+    /// x, τ and 1/τ at `c`: in floating point by one division, as τ is (τ1·K +
+    /// (τ1 + τ2)·C)/(K + C); fixed point has no place for such a product's inverse.
+    #[inline(always)]
+    pub fn point(&self, c: R) -> Point<R> {
+        if R::FLOATING {
+            let [fixed, all] = self.over;
+            let (lower, upper) = (self.k + c, fixed + all * c);
+            let both = R::ONE / (lower * upper);
+            let (x_over, tau_over) = (upper * both, lower * both);
+            return Point {
+                source: self.a * (c * x_over),
+                tau: upper * x_over,
+                rate: lower * tau_over,
+            };
+        }
+        let x = self.bound(c);
+        let tau = self.tau(x);
+        Point {
+            source: self.a * x,
+            tau,
+            rate: R::ONE / tau,
+        }
     }
 
     /// What is left of C after `time`.
@@ -81,10 +147,6 @@ impl<R: Arithmetic> State<R> {
 pub trait Place: Copy {
     /// What it is told in.
     type Number: Arithmetic;
-    /// Without calcium and force.
-    const REST: Self;
-    /// A pulse: C grows by 1.
-    fn pulse(&mut self);
     /// C, in pulses.
     fn calcium(&self) -> Self::Number;
     /// F, N.
@@ -93,13 +155,6 @@ pub trait Place: Copy {
 
 impl<R: Arithmetic> Place for State<R> {
     type Number = R;
-    const REST: Self = Self {
-        c: R::ZERO,
-        f: R::ZERO,
-    };
-    fn pulse(&mut self) {
-        self.c = self.c + R::ONE;
-    }
     fn calcium(&self) -> R {
         self.c
     }
@@ -107,6 +162,9 @@ impl<R: Arithmetic> Place for State<R> {
         self.f
     }
 }
+
+/// A method's number.
+pub type NumberOf<S> = <<S as Scheme>::State as Place>::Number;
 
 /// One method: how a muscle gets over a step without a pulse.
 pub trait Scheme {
@@ -119,6 +177,17 @@ pub trait Scheme {
     fn new(spec: &CalciumForceSpec, step_us: u32) -> Self;
     /// Of a step of `us` microseconds.
     fn factors(&self, us: u32) -> Self::Factors;
+    /// A muscle with this C and this force, N.
+    fn place(&self, c: NumberOf<Self>, f: NumberOf<Self>) -> Self::State;
     /// Over one step.
     fn step(&self, factors: &Self::Factors, state: &mut Self::State);
+}
+
+/// A method whose steps can be read inside: C is exact at any time and dF/dt known
+/// at both ends, so that a cubic gives F.
+pub trait Dense: Scheme {
+    /// The constants.
+    fn muscle(&self) -> &Muscle<NumberOf<Self>>;
+    /// dF/dt, N per unit of time.
+    fn slope(&self, state: &Self::State) -> NumberOf<Self>;
 }

@@ -1,11 +1,14 @@
 //! Which methods there are, in which arithmetics, at which steps.
 
+use super::along::{Along, Rule};
 use super::event_driven::EventDriven;
-use super::explicit::{Euler, Explicit, Heun, RungeKutta4};
-use super::exponential::{Etd1, EtdMidpoint, GaussExponential};
-use super::log_flow::LogFlow;
+use super::explicit::{Alike, Euler, Heun, RungeKutta4};
+use super::exponential::{Etd1, GaussExponential, Held};
+use super::lobatto::HermiteSimpson;
+use super::log_flow::{FlowSteps, LogFlow};
 use super::log_table::LogTable;
-use super::scheme::Scheme;
+use super::planned::Planned;
+use super::scheme::{Dense, Scheme};
 use super::shipped::Shipped;
 use super::stepped::{Pulses, Stepped};
 use super::{Arithmetic, Fixed, Integrator};
@@ -17,15 +20,23 @@ use firmware::range::OutOfRange;
 /// An integrator.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Method {
-    /// Euler.
+    /// Euler on C and F alike.
     Euler,
-    /// Heun.
+    /// Heun on both.
     Heun,
-    /// Classical Runge–Kutta.
+    /// Classical Runge–Kutta on both.
     RungeKutta4,
     /// The same as Lee 2020 ran it: not split, pulses at the beginning of
     /// their step.
     RungeKutta4Snapped,
+    /// Euler on F, along the exact C as all that follow.
+    EulerExactC,
+    /// Heun on F.
+    HeunExactC,
+    /// Classical Runge–Kutta on F.
+    RungeKutta4ExactC,
+    /// Hermite–Simpson: Lobatto IIIA, three stages.
+    HermiteSimpson,
     /// Exponential time differencing, held at the beginning of the step.
     Etd1,
     /// Held at its middle.
@@ -48,11 +59,15 @@ pub enum Method {
 
 impl Method {
     /// All that run in any arithmetic at any step.
-    pub const GENERIC: [Self; 12] = [
+    pub const ALL: [Self; 16] = [
         Self::Euler,
         Self::Heun,
         Self::RungeKutta4,
         Self::RungeKutta4Snapped,
+        Self::EulerExactC,
+        Self::HeunExactC,
+        Self::RungeKutta4ExactC,
+        Self::HermiteSimpson,
         Self::Etd1,
         Self::EtdMidpoint,
         Self::GaussExponential,
@@ -70,6 +85,10 @@ impl Method {
             Self::Heun => "heun",
             Self::RungeKutta4 => "rk4",
             Self::RungeKutta4Snapped => "rk4_snapped",
+            Self::EulerExactC => "euler_exact_c",
+            Self::HeunExactC => "heun_exact_c",
+            Self::RungeKutta4ExactC => "rk4_exact_c",
+            Self::HermiteSimpson => "hermite_simpson",
             Self::Etd1 => "etd1",
             Self::EtdMidpoint => "etd_midpoint",
             Self::GaussExponential => "gauss_exponential",
@@ -82,9 +101,16 @@ impl Method {
         }
     }
 
-    /// Whether it goes from pulse to pulse in one go, whatever the step.
-    pub const fn has_no_step(self) -> bool {
-        matches!(self, Self::LogFlow)
+    /// Whether something of it besides the step was chosen on the chart's own trains:
+    /// the density of a table, formats, approximations. All else is *generic*.
+    pub const fn is_tuned(self) -> bool {
+        matches!(self, Self::LogTable | Self::LogFlow | Self::Shipped)
+    }
+
+    /// Whether C goes by the same rule as F, of which one is in the chart, to show what
+    /// the exact C is worth.
+    const fn is_alike(self) -> bool {
+        matches!(self, Self::Euler | Self::Heun | Self::RungeKutta4)
     }
 
     /// Whether its step is but the longest stretch without a pulse that it
@@ -96,12 +122,14 @@ impl Method {
         )
     }
 
-    /// Whether it calls exponentials or logarithms: if not, micromath is f32.
+    /// Whether its steps call exponentials or logarithms; at a pulse and at parts of
+    /// steps all do that have the exact C.
     pub const fn calls_functions(self) -> bool {
-        !matches!(
-            self,
-            Self::Euler | Self::Heun | Self::RungeKutta4 | Self::RungeKutta4Snapped | Self::Shipped
-        )
+        self.is_event_driven()
+            || matches!(
+                self,
+                Self::Etd1 | Self::EtdMidpoint | Self::GaussExponential | Self::LogFlow
+            )
     }
 }
 
@@ -145,6 +173,15 @@ impl Number {
     }
 }
 
+/// How a force between two ends of steps is had.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub enum Reading {
+    /// By ending a step there.
+    Steps,
+    /// Through the step's cubic ([`Planned`]).
+    Cubic,
+}
+
 /// A method in an arithmetic at a step.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub struct Setting {
@@ -156,6 +193,8 @@ pub struct Setting {
     /// Its step, µs, 1…2,000,000; the longest stretch without a pulse of an
     /// event-driven method; [`Setting::WHOLE_US`] where there is none.
     pub step_us: u32,
+    /// How it is read.
+    pub reading: Reading,
 }
 
 impl Setting {
@@ -165,39 +204,37 @@ impl Setting {
     /// Lee 2020's own: Runge–Kutta at 0.2 ms, in f32, pulses on that grid.
     pub const PAPER: Self = Self::new(Method::RungeKutta4Snapped, Number::F32, 200);
 
-    /// The step of an event-driven method that takes any stretch in one go, µs.
+    /// The step of a method that takes any stretch in one go, µs.
     pub const WHOLE_US: u32 = 2_000_000;
 
-    /// This method in this arithmetic at this step.
+    /// This method in this arithmetic at this step, a step's end at every reading.
     pub const fn new(method: Method, number: Number, step_us: u32) -> Self {
         Self {
             method,
             number,
             step_us,
+            reading: Reading::Steps,
+        }
+    }
+
+    /// The same planned from each pulse on, and read through cubics; for methods with
+    /// the exact C that take steps.
+    pub const fn planned(method: Method, number: Number, step_us: u32) -> Self {
+        Self {
+            reading: Reading::Cubic,
+            ..Self::new(method, number, step_us)
         }
     }
 
     /// Every setting worth showing at which the force can be read every
-    /// `output_us`, of which steps are whole parts.
+    /// `output_us`: the whole of what is compared.
     pub fn all(output_us: u32) -> impl Iterator<Item = Self> {
-        /// Steps, µs.
-        const STEPS_US: [u32; 8] = [200, 500, 1000, 2000, 4000, 5000, 10_000, 20_000];
-        /// Longest stretches of event-driven methods, µs.
-        const STRETCHES_US: [u32; 3] = [10_000, 20_000, Setting::WHOLE_US];
-        let steps = move |method: Method| {
-            let any = method.is_event_driven();
-            let all: &[u32] = match method.has_no_step() {
-                true => &[Self::WHOLE_US],
-                false if any => &STRETCHES_US,
-                false => &STEPS_US,
-            };
-            let fits =
-                move |us: &u32| any || *us == Self::WHOLE_US || output_us.is_multiple_of(*us);
-            all.iter().copied().filter(fits)
-        };
-        let generic = Method::GENERIC.into_iter().flat_map(move |method| {
+        let generic = Method::ALL.into_iter().flat_map(move |method| {
             Number::GENERIC.into_iter().flat_map(move |number| {
-                steps(method).map(move |step_us| Self::new(method, number, step_us))
+                let ended = ended(method).iter();
+                let ended = ended.map(move |us| Self::new(method, number, *us));
+                let planned = planned(method).iter();
+                ended.chain(planned.map(move |us| Self::planned(method, number, *us)))
             })
         });
         generic
@@ -205,15 +242,31 @@ impl Setting {
             .chain([Self::SHIPPED])
     }
 
-    /// Not in f64 what costs more than 10^7 cycles a second and gains nothing:
-    /// steps below 1 ms, event-driven methods read as often, but for one. The
-    /// snapped method nowhere but where it was used.
+    /// Steps that end where the force is read, those below 1 ms only for the panel of
+    /// 1 ms. Of f64 and micromath three steps, to show where they lie. The snapped
+    /// method nowhere but where it was used.
     fn is_of_interest(self, output_us: u32) -> bool {
-        let is_often = self.method.is_event_driven() && self.step_us.min(output_us) < 10_000;
-        let is_best = self.method == Method::EventDriven4 && self.step_us == 10_000;
-        let is_dear = self.step_us < 1000 || is_often && !is_best;
-        let is_snapped = self.method == Method::RungeKutta4Snapped;
-        self == Self::PAPER || !(self.number == Number::F64 && is_dear || is_snapped)
+        let Self {
+            method,
+            number,
+            step_us,
+            reading,
+        } = self;
+        let is_free = method.is_event_driven() || step_us == Self::WHOLE_US;
+        let has_ends = reading == Reading::Cubic
+            || is_free
+            || output_us.is_multiple_of(step_us) && (step_us >= 1000 || output_us == 1000);
+        let is_shown = match number {
+            Number::F64 => !(method.is_event_driven() && output_us == 1000),
+            Number::Micromath => method.calls_functions(),
+            _ => true,
+        };
+        let is_fine = matches!(step_us, 1000 | 4000 | 10_000 | Self::WHOLE_US);
+        let is_usual = !matches!(number, Number::F64 | Number::Micromath);
+        let is_rare = matches!(method, Method::Euler | Method::Heun)
+            || method == Method::RungeKutta4Snapped
+            || method.is_alike() && number != Number::F32;
+        self == Self::PAPER || has_ends && is_shown && (is_usual || is_fine) && !is_rare
     }
 
     /// Makes the integrator for a muscle and hands it to `then`.
@@ -241,23 +294,50 @@ impl Setting {
         then: impl FnOnce(&mut dyn Integrator) -> T,
     ) -> Result<T, OutOfRange> {
         let step_us = self.step_us.max(1);
+        let is_planned = self.reading == Reading::Cubic;
         Ok(match self.method {
-            Method::Euler => self.split::<Explicit<Euler, R>, T>(spec, then),
-            Method::Heun => self.split::<Explicit<Heun, R>, T>(spec, then),
-            Method::RungeKutta4 => self.split::<Explicit<RungeKutta4, R>, T>(spec, then),
+            Method::Euler => self.split::<Alike<Euler, R>, T>(spec, then),
+            Method::Heun => self.split::<Alike<Heun, R>, T>(spec, then),
+            Method::RungeKutta4 => self.split::<Alike<RungeKutta4, R>, T>(spec, then),
             Method::RungeKutta4Snapped => {
-                self.stepped::<Explicit<RungeKutta4, R>, T>(spec, Pulses::Snapped, then)
+                self.stepped::<Alike<RungeKutta4, R>, T>(spec, Pulses::Snapped, then)
             }
-            Method::Etd1 => self.split::<Etd1<R>, T>(spec, then),
-            Method::EtdMidpoint => self.split::<EtdMidpoint<R>, T>(spec, then),
-            Method::GaussExponential => self.split::<GaussExponential<R>, T>(spec, then),
-            Method::LogTable => self.split::<LogTable<R>, T>(spec, then),
+            Method::EulerExactC => self.along::<Euler, R, T>(spec, then),
+            Method::HeunExactC => self.along::<Heun, R, T>(spec, then),
+            Method::RungeKutta4ExactC => self.along::<RungeKutta4, R, T>(spec, then),
+            Method::HermiteSimpson => self.along::<HermiteSimpson, R, T>(spec, then),
+            Method::Etd1 => self.along::<Etd1, R, T>(spec, then),
+            Method::EtdMidpoint => self.along::<Held<true>, R, T>(spec, then),
+            Method::GaussExponential => self.along::<GaussExponential, R, T>(spec, then),
+            Method::LogTable if is_planned => self.plan::<LogTable<R, true>, T>(spec, then),
+            Method::LogTable => self.split::<LogTable<R, false>, T>(spec, then),
+            Method::LogFlow if is_planned => self.plan::<FlowSteps<R>, T>(spec, then),
             Method::LogFlow => then(&mut LogFlow::<R>::new(spec)),
             Method::EventDriven2 => then(&mut EventDriven::<R, 2>::new(spec, step_us)),
             Method::EventDriven3 => then(&mut EventDriven::<R, 3>::new(spec, step_us)),
             Method::EventDriven4 => then(&mut EventDriven::<R, 4>::new(spec, step_us)),
             Method::Shipped => then(&mut Shipped::new(spec)?),
         })
+    }
+
+    fn along<M: Rule, R: Arithmetic, T>(
+        self,
+        spec: &CalciumForceSpec,
+        then: impl FnOnce(&mut dyn Integrator) -> T,
+    ) -> T {
+        match self.reading {
+            Reading::Steps => self.split::<Along<M, R>, T>(spec, then),
+            Reading::Cubic => self.plan::<Along<M, R>, T>(spec, then),
+        }
+    }
+
+    #[inline(never)]
+    fn plan<S: Dense, T>(
+        self,
+        spec: &CalciumForceSpec,
+        then: impl FnOnce(&mut dyn Integrator) -> T,
+    ) -> T {
+        then(&mut Planned::<S>::new(spec, self.step_us.max(1)))
     }
 
     fn split<S: Scheme, T>(
@@ -279,14 +359,36 @@ impl Setting {
     }
 }
 
+/// Steps that end at readings, µs; of event-driven methods the longest stretches.
+const fn ended(method: Method) -> &'static [u32] {
+    match method {
+        Method::LogFlow => &[Setting::WHOLE_US],
+        _ if method.is_event_driven() => &[10_000, 20_000, Setting::WHOLE_US],
+        _ => &[200, 500, 1000, 2000, 4000, 5000, 10_000, 20_000],
+    }
+}
+
+/// Steps that are read through their cubics, µs: of methods that take steps and have
+/// the exact C. An event-driven one is new at every reading, whatever the stretch.
+const fn planned(method: Method) -> &'static [u32] {
+    if method.is_event_driven() || method.is_alike() {
+        return &[];
+    }
+    &[2000, 4000, 6000, 8000, 10_000, 14_000, 20_000]
+}
+
 impl fmt::Display for Setting {
-    /// `method/arithmetic/step`, for instance `rk4/f32/200us`.
+    /// `method/arithmetic/step`, for instance `rk4/f32/200us`; `planned` behind it where
+    /// it is read through cubics.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (method, number) = (self.method.name(), self.number.name());
         if self.step_us == Self::WHOLE_US {
-            write!(f, "{method}/{number}/pulses")
-        } else {
-            write!(f, "{method}/{number}/{}us", self.step_us)
+            return write!(f, "{method}/{number}/pulses");
+        }
+        write!(f, "{method}/{number}/{}us", self.step_us)?;
+        match self.reading {
+            Reading::Steps => Ok(()),
+            Reading::Cubic => f.write_str("/planned"),
         }
     }
 }

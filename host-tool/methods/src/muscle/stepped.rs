@@ -1,6 +1,6 @@
 //! A method run in steps of one length, split at pulses.
 
-use super::scheme::{Place, Scheme};
+use super::scheme::{NumberOf, Place, Scheme};
 use super::{Arithmetic, Integrator};
 use crate::real::Real;
 use firmware::muscle::CalciumForceSpec;
@@ -35,7 +35,7 @@ impl<S: Scheme> Stepped<S> {
         let scheme = S::new(spec, step_us);
         Self {
             whole: scheme.factors(step_us),
-            state: S::State::REST,
+            state: scheme.place(NumberOf::<S>::ZERO, NumberOf::<S>::ZERO),
             scheme,
             step_us,
             pulses,
@@ -81,7 +81,8 @@ impl<S: Scheme> Stepped<S> {
 impl<S: Scheme> Integrator for Stepped<S> {
     fn pulse(&mut self, at: Micros) {
         self.advance_any(at);
-        self.state.pulse();
+        let c = self.state.calcium() + NumberOf::<S>::ONE;
+        self.state = self.scheme.place(c, self.state.force());
     }
 
     fn advance(&mut self, to: Micros) {

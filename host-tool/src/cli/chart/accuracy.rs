@@ -4,10 +4,11 @@ use crate::cli::Output;
 use anyhow::{Context, ensure};
 use clap::Args;
 use methods::bench::OUTPUTS_US;
-use methods::muscle::Setting;
+use methods::muscle::{Reading, Setting};
 use serde_json::{Value, json};
 use std::path::PathBuf;
-use studies::accuracy::study::{self, Found};
+use studies::accuracy::range::{self, Found, Place};
+use studies::accuracy::study;
 use studies::accuracy::{Chart, Point, WANTED_PCT, cases, digits, measure};
 use studies::figures::accuracy_picture;
 
@@ -17,7 +18,15 @@ pub struct Accuracy {
     /// Folder for accuracy.csv and accuracy.svg
     #[arg(long, default_value = "docs/charts")]
     out: PathBuf,
+    /// Muscles drawn over the whole range that the device accepts
+    #[arg(long, default_value_t = 4000)]
+    draws: usize,
 }
+
+/// Of what is drawn over the whole range.
+const RANGE_SEED: u32 = 13;
+/// So many of the worst are told.
+const WORST: usize = 3;
 
 /// # Errors
 /// The image fails, the files cannot be written, or host and chip disagree.
@@ -39,8 +48,12 @@ pub fn main(args: &Accuracy, output: Output) -> anyhow::Result<()> {
         std::fs::write(&path, contents).with_context(|| format!("E556 {}", path.display()))?;
     }
     let again = study::repeat();
-    let people = || format!("{}\n{}", study_text(&again), text(&chart).trim_end());
-    output.say(people, || machine(&chart, &again))?;
+    let range = range::study(RANGE_SEED, args.draws);
+    let people = || {
+        let (study, range) = (study_text(&again), range_text(&range));
+        format!("{study}\n{range}\n{}", text(&chart).trim_end())
+    };
+    output.say(people, || machine(&chart, &again, &range))?;
     ensure!(
         chart.differing.is_empty(),
         "E557 results differ between host and chip: {}",
@@ -98,7 +111,7 @@ impl<'a> Verdict<'a> {
 }
 
 /// The study's cases, ours beside its own.
-fn study_text(again: &[Found]) -> String {
+fn study_text(again: &[study::Found]) -> String {
     let head = "Worst error of 30 cases (20, 30, 40 Hz) in f64, % of peak";
     let mut out = format!("{head}\n  {:<34}{:>10}{:>10}\n", "", "ours", "study");
     for row in again {
@@ -116,10 +129,48 @@ fn study_text(again: &[Found]) -> String {
     out
 }
 
+/// The shipped model over all that the device takes.
+fn range_text(found: &Found) -> String {
+    let mut out = format!(
+        "The shipped model over all that the device takes ({} refused by name)\n",
+        found.refused
+    );
+    for (name, places) in [("corners", &found.corners), ("drawn", &found.drawn)] {
+        let above = range::above_pct(places);
+        let count = places.len();
+        out.push_str(&format!(
+            "  {count} {name}: {above:.2} % of them above {WANTED_PCT} %\n"
+        ));
+        for Place {
+            spec,
+            rate_hz,
+            error_pct,
+        } in places.iter().take(WORST)
+        {
+            out.push_str(&format!(
+                "    {} % at K {}e-6, τc {}, τ1 {}, τ2 {} µs, {rate_hz:.1} Hz\n",
+                digits(*error_pct),
+                spec.k_micro,
+                spec.tau_c_us,
+                spec.tau1_us,
+                spec.tau2_us
+            ));
+        }
+    }
+    out
+}
+
 fn text(chart: &Chart) -> String {
     let mut out = String::new();
     for output_us in OUTPUTS_US {
         write_interval(&mut out, chart, output_us);
+    }
+    let each = OUTPUTS_US.into_iter().zip(&chart.corners);
+    for (output_us, [cycles, worst_tick]) in each {
+        out.push_str(&format!(
+            "Shipped, at the corner of its ranges, read {} ms: {cycles} per s, worst tick {worst_tick}\n",
+            output_us / 1000
+        ));
     }
     write_makes(&mut out, chart);
     out.push_str(&format!(
@@ -133,17 +184,18 @@ fn text(chart: &Chart) -> String {
 fn write_interval(out: &mut String, chart: &Chart, output_us: u32) {
     out.push_str(&format!("Force read every {} ms\n", output_us / 1000));
     out.push_str(&format!(
-        "  {:<34}{:>9}{:>14}\n",
-        "Pareto front", "error, %", "cycles per s"
+        "  {:<38}{:>9}{:>14}{:>12}\n",
+        "Pareto front", "error, %", "cycles per s", "worst tick"
     ));
     let mut front: Vec<_> = chart.read_every(output_us).filter(|p| p.on_front).collect();
     front.sort_by_key(|p| p.cycles_per_s);
     let line = |p: &Point| {
         format!(
-            "  {:<34}{:>9}{:>14}",
+            "  {:<38}{:>9}{:>14}{:>12}",
             p.setting.to_string(),
             digits(p.error_pct),
-            p.cycles_per_s
+            p.cycles_per_s,
+            p.worst_tick
         )
     };
     for point in front {
@@ -173,7 +225,7 @@ fn write_interval(out: &mut String, chart: &Chart, output_us: u32) {
     ));
 }
 
-fn machine(chart: &Chart, again: &[Found]) -> Value {
+fn machine(chart: &Chart, again: &[study::Found], range: &Found) -> Value {
     let points: Vec<Value> = chart.points.iter().map(point).collect();
     let verdicts = OUTPUTS_US.into_iter().filter_map(|output_us| {
         let verdict = Verdict::of(chart, output_us)?;
@@ -202,10 +254,31 @@ fn machine(chart: &Chart, again: &[Found]) -> Value {
     });
     json!({
         "study": again.collect::<Vec<_>>(),
+        "range": {
+            "refused": range.refused,
+            "corners": places(&range.corners),
+            "drawn": places(&range.drawn),
+        },
+        "corner_cycles": chart.corners,
         "makes": makes.collect::<Vec<_>>(),
         "points": points,
         "verdicts": verdicts.collect::<Vec<_>>(),
         "differing": chart.differing,
+    })
+}
+
+fn places(places: &[Place]) -> Value {
+    let worst = places.iter().take(WORST).map(|place| {
+        json!({
+            "spec": place.spec,
+            "rate_hz": place.rate_hz,
+            "error_pct": place.error_pct,
+        })
+    });
+    json!({
+        "count": places.len(),
+        "above_wanted_pct": range::above_pct(places),
+        "worst": worst.collect::<Vec<_>>(),
     })
 }
 
@@ -219,5 +292,8 @@ fn point(p: &Point) -> Value {
         "error_pct": p.error_pct,
         "cycles_per_s": p.cycles_per_s,
         "front": p.on_front,
+        "tuned": p.setting.method.is_tuned(),
+        "cubic": p.setting.reading == Reading::Cubic,
+        "worst_tick_cycles": p.worst_tick,
     })
 }

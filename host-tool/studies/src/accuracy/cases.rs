@@ -2,8 +2,8 @@
 
 use crate::subjects::spec;
 use firmware::muscle::CalciumForceSpec;
-use hal_sim::body::muscle::SUBJECTS;
 use hal_sim::body::muscle::reference::integrate;
+use hal_sim::body::muscle::{Parameters, SUBJECTS};
 
 /// Pulse rates, Hz.
 pub const RATES_HZ: [u32; 7] = [10, 20, 30, 40, 50, 70, 100];
@@ -15,13 +15,9 @@ pub const DURATION_US: u32 = 1_500_000;
 /// The finest times at which a force is asked for, µs.
 const FINEST_US: u32 = 1000;
 
-/// A subject of Lee's table 4 under one train at full gain.
+/// A muscle under one train at full gain.
 #[derive(Clone, Debug)]
 pub struct Case {
-    /// 0 is K01.
-    pub subject: usize,
-    /// Pulses per second.
-    pub rate_hz: u32,
     /// Pulse times, µs, ascending.
     pub pulses_us: Vec<u32>,
     /// The muscle.
@@ -34,22 +30,19 @@ pub struct Case {
 
 impl Case {
     /// Solves a case with `hal_sim`'s reference.
-    pub fn new(subject: usize, rate_hz: u32, pulses_us: Vec<u32>) -> Self {
-        let parameters = SUBJECTS[subject];
+    pub fn new(parameters: &Parameters, pulses_us: Vec<u32>) -> Self {
         let pulses_s: Vec<f64> = pulses_us.iter().map(|us| f64::from(*us) * 1e-6).collect();
         let seconds = |us: u32| f64::from(us) * 1e-6;
         let samples = integrate(
-            &parameters,
+            parameters,
             &pulses_s,
             seconds(DURATION_US),
             seconds(FINEST_US),
         );
         let truth: Vec<f64> = samples.iter().map(|s| s.force_n).collect();
         Self {
-            subject,
-            rate_hz,
             pulses_us,
-            spec: spec(&parameters),
+            spec: spec(parameters),
             peak_n: truth.iter().copied().fold(0.0, f64::max),
             truth,
         }
@@ -67,28 +60,35 @@ impl Case {
 pub fn all() -> Vec<Case> {
     let mut random = Random(0x9E37_79B9);
     let mut cases = vec![];
-    for subject in 0..SUBJECTS.len() {
+    for subject in &SUBJECTS {
         for rate_hz in RATES_HZ {
             let period = f64::from(TRAIN_US) / f64::from(rate_hz);
             let phase = random.part();
             let regular = (0..rate_hz).map(|i| ((f64::from(i) + phase) * period) as u32);
-            cases.push(Case::new(subject, rate_hz, regular.collect()));
-            let scattered = (0..rate_hz).map(|i| {
-                let place = f64::from(i) + 0.5 + 0.9 * (random.part() - 0.5);
-                (place * period) as u32
-            });
-            cases.push(Case::new(subject, rate_hz, scattered.collect()));
+            cases.push(Case::new(subject, regular.collect()));
+            cases.push(Case::new(subject, scattered(rate_hz.into(), &mut random)));
         }
     }
     cases
 }
 
+/// A train of [`TRAIN_US`] at `rate_hz`, every pulse up to 45 % of a period off its
+/// place.
+pub(super) fn scattered(rate_hz: f64, random: &mut Random) -> Vec<u32> {
+    let period = f64::from(TRAIN_US) / rate_hz;
+    let place = |i: u32| {
+        let place = f64::from(i) + 0.5 + 0.9 * (random.part() - 0.5);
+        (place * period) as u32
+    };
+    (0..rate_hz as u32).map(place).collect()
+}
+
 /// Marsaglia's xorshift32 (J. Stat. Softw. 8(14), 2003).
-struct Random(u32);
+pub(super) struct Random(pub u32);
 
 impl Random {
     /// 0…1.
-    fn part(&mut self) -> f64 {
+    pub fn part(&mut self) -> f64 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 17;
         self.0 ^= self.0 << 5;

@@ -3,9 +3,11 @@
 use super::cases::Case;
 use super::cost::Cost;
 use super::errors;
-use crate::bench::BenchError;
+use crate::bench::{BenchError, Row};
 use methods::bench::{MADE, OUTPUTS_US, RUN_US};
-use methods::muscle::Setting;
+use methods::muscle::{Reading, Setting};
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// The error that the device's model must keep, %.
 pub const WANTED_PCT: f64 = 0.02;
@@ -21,8 +23,10 @@ pub struct Point {
     pub error_pct: f64,
     /// Core clock cycles per simulated second and muscle.
     pub cycles_per_s: u64,
-    /// Whether no other point of its `output_us` is better in one of the two
-    /// and not worse in the other.
+    /// Of the dearest reading with the pulses since the one before.
+    pub worst_tick: u64,
+    /// Whether it errs by less than the whole peak and no other point of its
+    /// `output_us` is better in one of the two and not worse in the other.
     pub on_front: bool,
 }
 
@@ -34,14 +38,16 @@ fn settings() -> impl Iterator<Item = (Setting, u32)> {
 }
 
 /// Every setting's error, in the image's order; `step` hears the part done.
-pub fn all_errors(cases: &[Case], step: impl Fn(f64)) -> Vec<f64> {
+pub fn all_errors(cases: &[Case], step: impl Fn(f64) + Sync) -> Vec<f64> {
     let settings: Vec<_> = settings().collect();
-    let mut found = vec![];
-    for (n, (setting, output_us)) in settings.iter().enumerate() {
-        step(n as f64 / settings.len() as f64);
-        found.push(errors::worst(cases, *setting, *output_us));
-    }
-    found
+    let done = AtomicUsize::new(0);
+    let error = |(setting, output_us): &(Setting, u32)| {
+        let error = errors::worst(cases, *setting, *output_us);
+        let done = done.fetch_add(1, Ordering::Relaxed);
+        step(done as f64 / settings.len() as f64);
+        error
+    };
+    settings.par_iter().map(error).collect()
 }
 
 /// All points.
@@ -49,6 +55,9 @@ pub fn all_errors(cases: &[Case], step: impl Fn(f64)) -> Vec<f64> {
 pub struct Chart {
     /// In the image's order.
     pub points: Vec<Point>,
+    /// The shipped model's core clock cycles per second, and of its worst tick, at the
+    /// corner of its ranges, for each interval of reading.
+    pub corners: Vec<[u64; 2]>,
     /// Core clock cycles of making a muscle, constants and tables, by some
     /// settings.
     pub makes: Vec<(Setting, u64)>,
@@ -58,7 +67,7 @@ pub struct Chart {
 }
 
 /// Measures everything; `step` hears the part done.
-pub fn measure(cases: &[Case], step: impl Fn(f64)) -> Result<Chart, BenchError> {
+pub fn measure(cases: &[Case], step: impl Fn(f64) + Sync) -> Result<Chart, BenchError> {
     // First what may be missing: an image.
     let chip = Cost::on_chip()?;
     step(0.65);
@@ -66,22 +75,30 @@ pub fn measure(cases: &[Case], step: impl Fn(f64)) -> Result<Chart, BenchError> 
     Ok(Chart::new(&errors, &chip, &Cost::on_host()))
 }
 
+/// Cycles of a simulated second.
+fn per_second(row: &Row) -> u64 {
+    (row.mean * 1_000_000 + u64::from(RUN_US) / 2) / u64::from(RUN_US)
+}
+
 impl Chart {
     /// Puts together what was measured, all in the image's order.
     pub fn new(errors: &[f64], chip: &Cost, host: &Cost) -> Self {
-        let pairs = chip.runs.iter().zip(&host.runs);
+        let all = |cost: &Cost| [&cost.runs[..], &cost.corners].concat();
+        let pairs = all(chip).into_iter().zip(all(host));
         let differing = pairs.filter(|(c, h)| c.checksum != h.checksum || c.name != h.name);
         let points = settings().zip(errors).zip(&chip.runs);
         let points = points.map(|(((setting, output_us), error_pct), row)| Point {
             setting,
             output_us,
             error_pct: *error_pct,
-            cycles_per_s: (row.mean * 1_000_000 + u64::from(RUN_US) / 2) / u64::from(RUN_US),
+            cycles_per_s: per_second(row),
+            worst_tick: row.max,
             on_front: false,
         });
         let mut chart = Self {
             differing: differing.map(|(c, _)| c.name.clone()).collect(),
             points: points.collect(),
+            corners: (chip.corners.iter().map(|row| [per_second(row), row.max])).collect(),
             makes: MADE
                 .into_iter()
                 .zip(chip.makes.iter().map(|row| row.mean))
@@ -92,6 +109,7 @@ impl Chart {
     }
 
     fn mark_front(&mut self) {
+        const USELESS_PCT: f64 = 100.0;
         let beats = |a: &Point, b: &Point| {
             a.output_us == b.output_us
                 && a.cycles_per_s <= b.cycles_per_s
@@ -100,7 +118,8 @@ impl Chart {
         };
         let all = self.points.clone();
         for point in &mut self.points {
-            point.on_front = !all.iter().any(|other| beats(other, point));
+            let is_of_use = point.error_pct < USELESS_PCT;
+            point.on_front = is_of_use && !all.iter().any(|other| beats(other, point));
         }
     }
 
@@ -123,8 +142,9 @@ impl Chart {
 
     /// The committed table; docs/methods.md explains its columns.
     pub fn csv(&self) -> String {
-        let mut text =
-            "method,arithmetic,step_us,output_us,error_pct,cycles_per_s,front\n".to_owned();
+        let mut text = "method,arithmetic,step_us,output_us,error_pct,cycles_per_s,front,kind,\
+                        reading,worst_tick_cycles\n"
+            .to_owned();
         for point in &self.points {
             let Point {
                 setting, output_us, ..
@@ -134,12 +154,22 @@ impl Chart {
                 us => us.to_string(),
             };
             text.push_str(&format!(
-                "{},{},{step},{output_us},{},{},{}\n",
+                "{},{},{step},{output_us},{},{},{},{},{},{}\n",
                 setting.method.name(),
                 setting.number.name(),
                 digits(point.error_pct),
                 point.cycles_per_s,
-                u8::from(point.on_front)
+                u8::from(point.on_front),
+                if setting.method.is_tuned() {
+                    "tuned"
+                } else {
+                    "generic"
+                },
+                match setting.reading {
+                    Reading::Steps => "steps",
+                    Reading::Cubic => "cubic",
+                },
+                point.worst_tick
             ));
         }
         text

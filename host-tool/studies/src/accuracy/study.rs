@@ -3,8 +3,8 @@
 
 use super::cases::{Case, DURATION_US};
 use super::errors::of_run;
-use hal_sim::body::muscle::SUBJECTS;
 use hal_sim::body::muscle::reference::train;
+use hal_sim::body::muscle::{Parameters, SUBJECTS};
 use methods::muscle::{Method, Number, Setting};
 
 /// A train lasts so long, µs; the study read event-driven methods within it
@@ -69,13 +69,13 @@ pub fn repeat() -> Vec<Found> {
 }
 
 fn thirty_cases() -> Vec<Case> {
-    let case = |subject, hz: u32| {
+    let case = |subject: &Parameters, hz: u32| {
         let pulses_s = train(f64::from(hz), hz).into_iter();
         let pulses_us = pulses_s.map(|s| (s * 1e6).round() as u32);
-        Case::new(subject, hz, pulses_us.collect())
+        Case::new(subject, pulses_us.collect())
     };
     let rates = |subject| [20, 30, 40].map(|hz| case(subject, hz));
-    (0..SUBJECTS.len()).flat_map(rates).collect()
+    SUBJECTS.iter().flat_map(rates).collect()
 }
 
 fn worst(cases: &[Case], method: Method, step_us: u32) -> f64 {

@@ -5,34 +5,47 @@ use crate::accuracy::{Chart, Point, WANTED_PCT, digits};
 use host_core::plot::ink::{BROWN, INK, MUTED, PALETTE, SKY, stroke};
 use host_core::plot::{At, Axis, Color, Figure, Key, Mark, Paint, Panel, Shape};
 use methods::bench::OUTPUTS_US;
-use methods::muscle::{Method, Number, Setting};
+use methods::muscle::{Method, Number, Reading, Setting};
 
-/// Powers of ten of the cycles per second.
-const CYCLES: (i32, i32) = (4, 8);
-/// The arithmetics from the top, each with its powers of ten of the error in %.
-const ROWS: [(Number, &str, (i32, i32)); 5] = [
-    (Number::Q7_24, "Q7.24", (-4, 2)),
-    (Number::Q15_16, "Q15.16", (-3, 2)),
-    (Number::F32, "f32", (-5, 2)),
-    (Number::Micromath, "f32 with micromath's functions", (-4, 2)),
-    (Number::F64, "f64 in software", (-9, 2)),
+/// The arithmetics from the top, each with its powers of ten of the cycles per second
+/// and of the error in %; of f64 less is shown than there is.
+const ROWS: [(Number, &str, (i32, i32), (i32, i32)); 5] = [
+    (Number::Q7_24, "Q7.24", (4, 7), (-4, 2)),
+    (Number::Q15_16, "Q15.16", (4, 7), (-3, 2)),
+    (Number::F32, "f32", (4, 7), (-5, 2)),
+    (
+        Number::Micromath,
+        "f32 with micromath's functions",
+        (4, 7),
+        (-4, 2),
+    ),
+    (
+        Number::F64,
+        "f64 in software (down to 0.001 %)",
+        (5, 8),
+        (-3, 2),
+    ),
 ];
+/// From where on people notice a difference of force.
+const NOTICED_PCT: f64 = 10.0;
 /// Pixels of a decade.
 const DECADE: f64 = 34.0;
 
 /// All panels, as a file of its own.
 pub fn picture(chart: &Chart) -> String {
     let mut legend: Vec<(Key, String)> = Vec::new();
-    for method in Method::GENERIC {
+    for method in Method::ALL.into_iter().filter(|m| is_drawn(chart, *m)) {
         let (name, color, shape) = family(method);
-        if legend.iter().all(|(_, other)| other != name) {
-            legend.push((Key::Marked(stroke(color, 1.4), shape), name.to_owned()));
+        let tuned = if method.is_tuned() { " (tuned)" } else { "" };
+        let name = format!("{name}{tuned}");
+        if legend.iter().all(|(_, other)| *other != name) {
+            legend.push((Key::Marked(stroke(color, 1.4), shape), name));
         }
     }
     let full = Paint::Full(INK);
     legend.push((
         Key::Dot(Shape::Star, full),
-        "shipped (its own formats)".to_owned(),
+        "shipped (tuned, its own formats)".to_owned(),
     ));
     legend.push((
         Key::Dot(Shape::Disc, Paint::Ring(INK, 1.6)),
@@ -42,8 +55,9 @@ pub fn picture(chart: &Chart) -> String {
         Key::Line(FRONT),
         "Pareto front of all arithmetics".to_owned(),
     ));
-    let row = |(number, name, errors)| {
-        let panels = OUTPUTS_US.map(|output_us| panel(chart, number, output_us, name, errors));
+    let row = |(number, name, cycles, errors)| {
+        let panels =
+            OUTPUTS_US.map(|output_us| panel(chart, number, output_us, name, cycles, errors));
         Vec::from(panels)
     };
     let what = "Worst error in percent of peak force against core clock cycles per simulated \
@@ -53,9 +67,10 @@ pub fn picture(chart: &Chart) -> String {
         legend,
         rows: ROWS.into_iter().map(row).collect(),
         notes: vec![
-            "Cycles of a Cortex-M4, 168 · 10⁶ per second are the whole CPU. A line joins the steps of \
-             one method: 0.2 ms to the right, longer to the left. Methods that call no function are \
-             the same with micromath's and left out there. Named: what lies on the front."
+            "Simulated: cycles of a Cortex-M4 counted by the chip simulator, 168 · 10⁶ per second \
+             are the whole CPU. A line joins the steps of one method, longer ones to the left. \
+             Filled: planned from each pulse on and read through cubics; rings: a step ends at \
+             every reading. Named: what lies on the front at 10 % and below."
                 .to_owned(),
         ],
         ..Figure::default()
@@ -65,29 +80,30 @@ pub fn picture(chart: &Chart) -> String {
 
 const FRONT: host_core::plot::Stroke = stroke(INK, 1.0);
 
+fn is_drawn(chart: &Chart, method: Method) -> bool {
+    let is_it = |p: &Point| p.setting.method == method && p.setting != Setting::PAPER;
+    chart.points.iter().any(is_it)
+}
+
 /// Methods that share a colour and a mark are of one kind.
 fn family(method: Method) -> (&'static str, Color, Shape) {
     match method {
-        Method::Euler => ("Euler", SKY, Shape::Disc),
-        Method::Heun => ("Heun", PALETTE[4], Shape::Square),
-        Method::RungeKutta4 | Method::RungeKutta4Snapped => ("RK4", PALETTE[1], Shape::Diamond),
+        Method::Euler | Method::EulerExactC => ("Euler", SKY, Shape::Disc),
+        Method::Heun | Method::HeunExactC => ("Heun", PALETTE[4], Shape::Square),
+        Method::RungeKutta4 | Method::RungeKutta4Snapped => {
+            ("RK4 on C and F", MUTED, Shape::Diamond)
+        }
+        Method::RungeKutta4ExactC => ("RK4", PALETTE[1], Shape::Diamond),
+        Method::HermiteSimpson => ("Hermite–Simpson", PALETTE[5], Shape::Disc),
         Method::Etd1 => ("ETD1", MUTED, Shape::Disc),
         Method::EtdMidpoint => ("ETD midpoint", PALETTE[0], Shape::Up),
         Method::GaussExponential => ("Gauss exponential", PALETTE[3], Shape::Square),
         Method::LogTable => ("log-C table", PALETTE[2], Shape::Down),
-        Method::LogFlow => ("log-C flow", PALETTE[5], Shape::Diamond),
+        Method::LogFlow => ("log-C flow", PALETTE[2], Shape::Diamond),
         Method::EventDriven2 | Method::EventDriven3 | Method::EventDriven4 => {
             ("event-driven", BROWN, Shape::Up)
         }
         Method::Shipped => ("shipped", INK, Shape::Star),
-    }
-}
-
-/// Methods that call no function are the same with micromath's.
-fn shown_in(setting: Setting) -> Number {
-    match setting.number {
-        Number::Micromath if !setting.method.calls_functions() => Number::F32,
-        number => number,
     }
 }
 
@@ -97,27 +113,42 @@ fn at(point: &Point) -> At {
     (point.cycles_per_s as f64, error.unwrap_or(f64::INFINITY))
 }
 
-fn panel(chart: &Chart, number: Number, output_us: u32, name: &str, errors: (i32, i32)) -> Panel {
-    let most = 10f64.powi(errors.1);
+fn panel(
+    chart: &Chart,
+    number: Number,
+    output_us: u32,
+    name: &str,
+    cycles: (i32, i32),
+    errors: (i32, i32),
+) -> Panel {
+    let [least, most] = [errors.0, errors.1].map(|power| 10f64.powi(power));
+    let cheapest = 10f64.powi(cycles.0);
     let all: Vec<&Point> = (chart.read_every(output_us))
-        .filter(|point| point.error_pct <= most)
+        .filter(|p| p.error_pct <= most && p.cycles_per_s as f64 >= cheapest)
         .collect();
-    let x = Axis::decades("cycles per simulated second and muscle", CYCLES);
+    let x = Axis::decades("cycles per simulated second and muscle", cycles);
     let y = Axis::decades("worst error (% of peak)", errors)
-        .rule(10.0, "noticed", MUTED)
+        .rule(NOTICED_PCT, "noticed", MUTED)
         .rule(WANTED_PCT, "wanted", MUTED);
-    let last = number == Number::F64;
+    let is_last = number == Number::F64 || number == Number::Micromath;
     let title = format!("{name}; read every {} ms", output_us / 1000);
     let height = f64::from(errors.1 - errors.0) * DECADE;
-    let mut marks = vec![Mark::Line(front(&all, 10f64.powi(errors.0)), FRONT)];
-    let own = |p: &&&Point| p.setting.number == number && shown_in(p.setting) == number;
+    let mut marks = vec![Mark::Line(front(&all, least), FRONT)];
+    let own = |p: &&&Point| p.setting.number == number && p.error_pct >= least;
     let mut own: Vec<&Point> = all.iter().filter(own).copied().collect();
-    own.sort_by_key(|point| point.setting.method);
-    for series in own.chunk_by(|a, b| a.setting.method == b.setting.method) {
+    let series_of = |point: &Point| (point.setting.method, point.setting.reading);
+    own.sort_by_key(|point| series_of(point));
+    let is_named = |p: &&&Point| p.on_front && p.error_pct <= NOTICED_PCT;
+    let named: Vec<&Point> = own.iter().filter(is_named).copied().collect();
+    for series in own.chunk_by(|a, b| series_of(a) == series_of(b)) {
         let (_, color, shape) = family(series[0].setting.method);
         let path = series.iter().map(|point| at(point)).collect();
         marks.push(Mark::Line(path, stroke(color, 1.0)));
-        let dot = |p: &&Point| Mark::Dot(at(p), shape, 3.5, Paint::Full(color));
+        let paint = match series[0].setting.reading {
+            Reading::Steps => Paint::Ring(color, 1.3),
+            Reading::Cubic => Paint::Full(color),
+        };
+        let dot = |p: &&Point| Mark::Dot(at(p), shape, 3.5, paint);
         marks.extend(series.iter().map(dot));
     }
     for point in &all {
@@ -134,12 +165,13 @@ fn panel(chart: &Chart, number: Number, output_us: u32, name: &str, errors: (i32
             marks.push(Mark::Label(at(point), words.to_owned(), INK));
         }
     }
-    let is_named = |p: &&&Point| p.on_front && shown_in(p.setting) == number;
-    let named = all.iter().filter(is_named);
-    marks.extend(named.map(|p| Mark::Label(at(p), label(p.setting), INK)));
+    for series in named.chunk_by(|a, b| series_of(a) == series_of(b)) {
+        let place = at(series[series.len() / 2]);
+        marks.push(Mark::Label(place, label(series), INK));
+    }
     Panel {
         marks,
-        ..Panel::new(&title, x.silent(!last), y, height)
+        ..Panel::new(&title, x.silent(!is_last), y, height)
     }
 }
 
@@ -159,8 +191,9 @@ fn front(points: &[&Point], foot: f64) -> Vec<At> {
     path
 }
 
-/// A front point's name.
-fn label(setting: Setting) -> String {
+/// The name of one method's points on the front.
+fn label(series: &[&Point]) -> String {
+    let setting = series[0].setting;
     let nodes = match setting.method {
         Method::EventDriven2 => " 2",
         Method::EventDriven3 => " 3",
@@ -168,9 +201,12 @@ fn label(setting: Setting) -> String {
         _ => "",
     };
     let name = family(setting.method).0;
-    if setting.step_us == Setting::WHOLE_US {
-        return format!("{name}{nodes}");
+    let steps = || series.iter().map(|p| p.setting.step_us);
+    let (least, most) = (steps().min().unwrap_or(0), steps().max().unwrap_or(0));
+    let ms = |us: u32| f64::from(us) / 1000.0;
+    match setting.step_us {
+        Setting::WHOLE_US => format!("{name}{nodes}"),
+        _ if least == most => format!("{name}{nodes}, {} ms", ms(least)),
+        _ => format!("{name}{nodes}, {}–{} ms", ms(least), ms(most)),
     }
-    let step = f64::from(setting.step_us) / 1000.0;
-    format!("{name}{nodes}, {step} ms")
 }

@@ -1,0 +1,147 @@
+//! Methods on F alone, along the exact C: what all need of x and τ at the ends of
+//! a step or inside it is known beforehand.
+
+use super::Arithmetic;
+use super::explicit::{At, Explicit};
+use super::scheme::{Dense, Muscle, NumberOf, Place, Point, Scheme, State};
+use core::marker::PhantomData;
+use firmware::muscle::CalciumForceSpec;
+
+/// How F gets over a step.
+pub trait Rule {
+    /// The places inside a step that it looks at, parts of it.
+    const INSIDE: [f64; 2] = [0.5; 2];
+    /// Whether it looks at the step's ends.
+    const ENDS: bool = true;
+    /// F after `time`: `begin` and `end` are the ends, `inside` gives the places.
+    fn force<R: Arithmetic>(
+        time: R,
+        ends: [Point<R>; 2],
+        inside: impl Fn(usize) -> Point<R>,
+        f: R,
+    ) -> R;
+}
+
+impl<M: Explicit> Rule for M {
+    #[inline(always)]
+    fn force<R: Arithmetic>(
+        time: R,
+        [begin, end]: [Point<R>; 2],
+        inside: impl Fn(usize) -> Point<R>,
+        f: R,
+    ) -> R {
+        let middle = if M::MIDDLE { inside(0) } else { begin };
+        let slope = |at, state: State<R>| {
+            let point = match at {
+                At::Begin => &begin,
+                At::Middle => &middle,
+                At::End => &end,
+            };
+            State {
+                c: R::ZERO,
+                f: point.slope(state.f),
+            }
+        };
+        M::moved(time, State { c: R::ZERO, f }, slope).f
+    }
+}
+
+/// A muscle under a rule.
+#[derive(Clone, Copy, Debug)]
+pub struct Along<M, R> {
+    muscle: Muscle<R>,
+    rule: PhantomData<M>,
+}
+
+/// C, F, and where the rule looks at ends what it finds here.
+#[derive(Clone, Copy, Debug)]
+pub struct AlongState<R> {
+    c: R,
+    f: R,
+    here: Point<R>,
+}
+
+impl<R: Arithmetic> Place for AlongState<R> {
+    type Number = R;
+    fn calcium(&self) -> R {
+        self.c
+    }
+    fn force(&self) -> R {
+        self.f
+    }
+}
+
+/// What a step needs.
+#[derive(Clone, Copy, Debug)]
+pub struct AlongFactors<R> {
+    time: R,
+    /// What is left of C at the places inside and at the end.
+    left: [R; 3],
+}
+
+impl<M: Rule, R: Arithmetic> Along<M, R> {
+    #[inline(always)]
+    fn here(&self, c: R) -> Point<R> {
+        if M::ENDS {
+            self.muscle.point(c)
+        } else {
+            Point::NONE
+        }
+    }
+}
+
+impl<M: Rule, R: Arithmetic> Scheme for Along<M, R> {
+    type State = AlongState<R>;
+    type Factors = AlongFactors<R>;
+
+    fn new(spec: &CalciumForceSpec, _: u32) -> Self {
+        Self {
+            muscle: Muscle::new(spec),
+            rule: PhantomData,
+        }
+    }
+    /// One exponential where the places lie symmetrically about the middle: then
+    /// both together are the whole step.
+    fn factors(&self, us: u32) -> AlongFactors<R> {
+        let time = R::of_micros(us);
+        let [first, second] = M::INSIDE;
+        let near = self.muscle.left(time * R::of(first));
+        let far = match first == second {
+            true => near,
+            false => self.muscle.left(time * R::of(second)),
+        };
+        AlongFactors {
+            time,
+            left: [near, far, near * far],
+        }
+    }
+    fn place(&self, c: NumberOf<Self>, f: NumberOf<Self>) -> AlongState<R> {
+        let here = self.here(c);
+        AlongState { c, f, here }
+    }
+    #[inline(always)]
+    fn step(&self, step: &AlongFactors<R>, state: &mut AlongState<R>) {
+        let c = state.c * step.left[2];
+        let end = self.here(c);
+        let inside = |n: usize| {
+            let left = if n == 0 { step.left[0] } else { step.left[1] };
+            self.muscle.point(state.c * left)
+        };
+        let f = M::force(step.time, [state.here, end], inside, state.f);
+        *state = AlongState { c, f, here: end };
+    }
+}
+
+impl<M: Rule, R: Arithmetic> Dense for Along<M, R> {
+    fn muscle(&self) -> &Muscle<R> {
+        &self.muscle
+    }
+    #[inline(always)]
+    fn slope(&self, state: &AlongState<R>) -> R {
+        if M::ENDS {
+            state.here.slope(state.f)
+        } else {
+            self.muscle.point(state.c).slope(state.f)
+        }
+    }
+}

@@ -1,0 +1,113 @@
+//! A method planned from each pulse on in steps of one length, and read inside
+//! them through the cubic that has F and dF/dt of both ends (Hairer, Nørsett &
+//! Wanner, Solving ODEs I, II.6): no step is parted, a pulse cuts the one it falls
+//! in and costs one exponential, that of C there.
+
+use super::scheme::{Dense, NumberOf, Place};
+use super::{Arithmetic, Integrator};
+use crate::real::Real;
+use firmware::muscle::CalciumForceSpec;
+use firmware::units::{Micros, us};
+
+/// A muscle and the step that is planned.
+#[derive(Clone, Copy, Debug)]
+pub struct Planned<S: Dense> {
+    scheme: S,
+    whole: S::Factors,
+    step_us: u32,
+    /// 1 over the step.
+    per_step: NumberOf<S>,
+    /// C at the step's beginning.
+    c: NumberOf<S>,
+    /// F's, in powers of time from there on.
+    cubic: [NumberOf<S>; 4],
+    from: Micros,
+    /// At the step's end, and dF/dt there.
+    end: S::State,
+    slope: NumberOf<S>,
+    now: Micros,
+}
+
+impl<S: Dense> Planned<S> {
+    /// A muscle at rest at time 0, in steps of `step_us`, 1 or more.
+    pub fn new(spec: &CalciumForceSpec, step_us: u32) -> Self {
+        let zero = NumberOf::<S>::ZERO;
+        let scheme = S::new(spec, step_us);
+        Self {
+            whole: scheme.factors(step_us),
+            step_us,
+            per_step: NumberOf::<S>::ONE / NumberOf::<S>::of_micros(step_us),
+            c: zero,
+            cubic: [zero; 4],
+            from: Micros::new(0),
+            end: scheme.place(zero, zero),
+            slope: zero,
+            now: Micros::new(0),
+            scheme,
+        }
+    }
+
+    /// Plans the step that begins where the last one ends.
+    #[inline(always)]
+    fn plan(&mut self) {
+        let (f, slope) = (self.end.force(), self.slope);
+        self.c = self.end.calcium();
+        self.scheme.step(&self.whole, &mut self.end);
+        self.slope = self.scheme.slope(&self.end);
+        let mean = (self.end.force() - f) * self.per_step;
+        let (first, last) = (mean - slope, self.slope - mean);
+        let third = (last - first) * self.per_step;
+        let second = first * self.per_step - third;
+        self.cubic = [f, slope, second, third * self.per_step];
+    }
+
+    fn time(&self) -> NumberOf<S> {
+        NumberOf::<S>::of_micros(self.now.elapsed_since(self.from))
+    }
+
+    #[inline(always)]
+    fn force(&self) -> NumberOf<S> {
+        let time = self.time();
+        let [a0, a1, a2, a3] = self.cubic;
+        a0 + time * (a1 + time * (a2 + time * a3))
+    }
+
+    fn calcium_number(&self) -> NumberOf<S> {
+        self.c * self.scheme.muscle().left(self.time())
+    }
+
+    #[inline(never)]
+    fn next(&mut self, to: Micros) {
+        while to.elapsed_since(self.from) > self.step_us {
+            self.from += us(self.step_us);
+            self.plan();
+        }
+    }
+}
+
+impl<S: Dense> Integrator for Planned<S> {
+    #[inline(never)]
+    fn pulse(&mut self, at: Micros) {
+        self.advance(at);
+        let c = self.calcium_number() + NumberOf::<S>::ONE;
+        self.end = self.scheme.place(c, self.force());
+        self.slope = self.scheme.slope(&self.end);
+        self.from = at;
+        self.plan();
+    }
+    fn advance(&mut self, to: Micros) {
+        if to.elapsed_since(self.from) > self.step_us {
+            self.next(to);
+        }
+        self.now = to;
+    }
+    fn calcium(&self) -> f64 {
+        self.calcium_number().to_f64()
+    }
+    fn force_n(&self) -> f64 {
+        self.force().to_f64()
+    }
+    fn force_word(&self) -> u32 {
+        self.force().word()
+    }
+}

@@ -1,0 +1,130 @@
+//! The shipped model's error over all that the device takes, not only Lee's ten
+//! muscles: parameters drawn evenly in their logarithms, and every corner of their
+//! ranges; trains of 5…200 Hz with every pulse up to 45 % of a period off its place.
+//!
+//! A only scales the force and is the largest throughout: there the 15 µN in which
+//! [`CalciumForce::force`](firmware::muscle::CalciumForce::force) answers, the finest
+//! that can be read, are below 1e-6 of full scale, so that nothing here is rounding of
+//! the output.
+
+use super::cases::{Case, Random, scattered};
+use super::{WANTED_PCT, errors};
+use firmware::muscle::CalciumForceSpec;
+use firmware::range::Range;
+use hal_sim::body::muscle::Parameters;
+use methods::muscle::Setting;
+use rayon::prelude::*;
+
+/// Pulse rates at the corners, Hz; between the first and the last the drawn ones are.
+const RATES_HZ: [f64; 5] = [5.0, 20.0, 50.0, 100.0, 200.0];
+/// Of all but A.
+const RANGES: [Range; 4] = [
+    CalciumForceSpec::K_MICRO,
+    CalciumForceSpec::TAU_C_US,
+    CalciumForceSpec::TAU1_US,
+    CalciumForceSpec::TAU2_US,
+];
+
+/// One muscle under one train.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// The muscle.
+    pub spec: CalciumForceSpec,
+    /// Pulses per second.
+    pub rate_hz: f64,
+    /// Worst error, % of the train's peak.
+    pub error_pct: f64,
+}
+
+/// What was found, every part from the worst down.
+#[derive(Clone, Debug)]
+pub struct Found {
+    /// At the corners.
+    pub corners: Vec<Place>,
+    /// Drawn.
+    pub drawn: Vec<Place>,
+    /// How many of both the device refuses by name.
+    pub refused: usize,
+}
+
+/// The share of `places`, %, that err by more than [`WANTED_PCT`].
+pub fn above_pct(places: &[Place]) -> f64 {
+    let above = places.partition_point(|p| p.error_pct > WANTED_PCT);
+    above as f64 / places.len().max(1) as f64 * 100.0
+}
+
+/// All corners at five rates, and `draws` more by `seed`, which is not 0.
+pub fn study(seed: u32, draws: usize) -> Found {
+    let mut random = Random(seed);
+    let corners = (0..1 << RANGES.len()).flat_map(|corner: usize| {
+        let at = |n: usize, range: &Range| ends(range)[corner >> n & 1];
+        RATES_HZ.map(|rate_hz| (values(at), rate_hz))
+    });
+    let corners: Vec<_> = corners.map(|(v, hz)| train(v, hz, &mut random)).collect();
+    let drawn: Vec<_> = (0..draws)
+        .map(|_| {
+            let mut even = |[low, high]: [f64; 2]| low * (high / low).powf(random.part());
+            let drawn = values(|_, range| even(ends(range).map(f64::from)) as u32);
+            let rate_hz = even([RATES_HZ[0], RATES_HZ[4]]);
+            train(drawn, rate_hz, &mut random)
+        })
+        .collect();
+    let all = corners.len() + drawn.len();
+    let [corners, drawn] = [judge(&corners), judge(&drawn)];
+    Found {
+        refused: all - corners.len() - drawn.len(),
+        corners,
+        drawn,
+    }
+}
+
+const fn ends(range: &Range) -> [u32; 2] {
+    [range.min.cast_unsigned(), range.max.cast_unsigned()]
+}
+
+/// Each range's value.
+fn values(mut of: impl FnMut(usize, &Range) -> u32) -> [u32; 4] {
+    let mut values = [0; 4];
+    for (n, (value, range)) in values.iter_mut().zip(&RANGES).enumerate() {
+        *value = of(n, range);
+    }
+    values
+}
+
+/// A muscle, its rate and its pulses.
+type Train = (CalciumForceSpec, f64, Vec<u32>);
+
+fn train([k, tau_c, tau1, tau2]: [u32; 4], rate_hz: f64, random: &mut Random) -> Train {
+    let spec = CalciumForceSpec {
+        a_mn_per_s: ends(&CalciumForceSpec::A_MN_PER_S)[1],
+        k_micro: k,
+        tau_c_us: tau_c,
+        tau1_us: tau1,
+        tau2_us: tau2,
+    };
+    (spec, rate_hz, scattered(rate_hz, random))
+}
+
+/// Those that the device takes.
+fn judge(trains: &[Train]) -> Vec<Place> {
+    let judge = |(spec, rate_hz, pulses_us): &Train| {
+        let is_taken = Setting::SHIPPED.with(spec, |_| ()).is_ok()
+            && spec.check_train(1, (1e6 / rate_hz) as u32).is_ok();
+        let parameters = Parameters {
+            a_n_per_s: f64::from(spec.a_mn_per_s) * 1e-3,
+            k: f64::from(spec.k_micro) * 1e-6,
+            tau_c_s: f64::from(spec.tau_c_us) * 1e-6,
+            tau1_s: f64::from(spec.tau1_us) * 1e-6,
+            tau2_s: f64::from(spec.tau2_us) * 1e-6,
+        };
+        let case = Case::new(&parameters, pulses_us.clone());
+        is_taken.then(|| Place {
+            spec: *spec,
+            rate_hz: *rate_hz,
+            error_pct: errors::of_case(&case, Setting::SHIPPED, 1000),
+        })
+    };
+    let mut places: Vec<Place> = trains.par_iter().filter_map(judge).collect();
+    places.sort_by(|a, b| b.error_pct.total_cmp(&a.error_pct));
+    places
+}
