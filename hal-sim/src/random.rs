@@ -109,6 +109,11 @@ impl Random {
         self.word() % end
     }
 
+    /// The next one between two numbers, uniform.
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
+    }
+
     /// The next one between two positive numbers, its logarithm uniform.
     pub fn log_between(&mut self, low: f64, high: f64) -> f64 {
         low * (high / low).powf(self.unit())

@@ -12,6 +12,7 @@ mod cycles;
 mod device_numbers;
 mod device_stops;
 mod edges;
+mod fidelity;
 mod force;
 mod force_reach;
 mod force_steering;

@@ -199,7 +199,7 @@ impl CalciumForce {
     fn renew(&self, state: &mut CalciumForceState, to: Micros) {
         self.pass(state, to);
         if !state.is_at_rest() {
-            self.begin(state, 0);
+            self.go_on(state);
         }
     }
 
@@ -221,7 +221,16 @@ impl CalciumForce {
                 return;
             }
             state.at = state.begun + us(self.segment.us);
-            self.begin(state, 0);
+            self.go_on(state);
+        }
+    }
+
+    /// The next segment without a pulse; none if next to nothing is left.
+    #[inline(always)]
+    fn go_on(&self, state: &mut CalciumForceState) {
+        self.begin(state, 0);
+        if state.calcium == 0 && state.force.is_nothing() {
+            state.force = Curve::constant(0);
         }
     }
 
@@ -230,13 +239,10 @@ impl CalciumForce {
     #[inline(never)]
     fn begin(&self, state: &mut CalciumForceState, more: u32) {
         let place = self.place(state);
-        let mut force = state.force.at(place);
+        let force = state.force.at(place);
         let calcium = self.segment.decayed(state.calcium, place);
         // At most 25 · 2^27.
         let calcium = calcium.wrapping_add(more).min(CALCIUM_END << 27);
-        if Segment::is_nothing(force, calcium) {
-            force = 0;
-        }
         state.begun = state.at;
         state.calcium = calcium;
         state.force = self.segment.plan(force, calcium, state.drive);

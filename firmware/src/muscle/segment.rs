@@ -82,6 +82,11 @@ impl Curve {
         Self([force, 0, 0, 0])
     }
 
+    /// Whether it begins with so little that without calcium it counts as none.
+    pub(super) const fn is_nothing(&self) -> bool {
+        self.0[0] < NO_FORCE
+    }
+
     /// F at s, Q31 and at most 1.
     #[inline(always)]
     pub(super) const fn at(&self, s: i32) -> i32 {
@@ -259,11 +264,6 @@ impl Segment {
             }
         };
         (end(c0, n0, m0, per0), end(c1, n1, m1, per1), floor << more)
-    }
-
-    /// Whether so little is left that it counts as none.
-    pub(super) const fn is_nothing(force: i32, calcium: u32) -> bool {
-        calcium == 0 && force < NO_FORCE
     }
 }
 

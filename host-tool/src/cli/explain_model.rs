@@ -3,7 +3,7 @@
 use super::{Output, wrong};
 use anyhow::ensure;
 use clap::Args;
-use host_core::choice::{self, Choice, Cycles, Need, Tried, Uses};
+use host_core::choice::{self, Choice, Cycles, Effect, Need, Tried, Uses, coarsest};
 use host_core::session::{Session, Share, rung_name, visible};
 use serde_json::{Value, json};
 use std::path::PathBuf;
@@ -74,6 +74,24 @@ fn people(session: &Session, choice: &Choice) -> String {
     );
     for need in &choice.needs {
         block(&mut out, session, need, choice.tolerance);
+    }
+    let tried = &choice.fidelity;
+    for (name, all) in [
+        ("law", &tried.law),
+        ("telemetry", &tried.telemetry),
+        ("finger", &tried.step),
+    ] {
+        let Some(own) = coarsest(all, choice.tolerance.part()) else {
+            continue;
+        };
+        let each = all
+            .iter()
+            .map(|it| format!("{} {:.2} %", it.us / 1_000, it.error * 100.0));
+        out.push_str(&format!(
+            "\n{name}: every {} ms; changes by ms: {}\n",
+            own.us / 1_000,
+            each.collect::<Vec<_>>().join(", ")
+        ));
     }
     out.trim_end().to_owned()
 }
@@ -166,7 +184,18 @@ fn machines(session: &Session, choice: &Choice) -> Value {
             "models": need.tried.iter().map(rung).collect::<Vec<_>>(),
         })
     });
+    let effects = |all: &[Effect]| {
+        let own = coarsest(all, choice.tolerance.part()).map(|it| it.us);
+        let tried = all
+            .iter()
+            .map(|it| json!({ "us": it.us, "change_pct": it.error * 100.0 }));
+        json!({ "chosen_us": own, "tried": tried.collect::<Vec<_>>() })
+    };
+    let fidelity = &choice.fidelity;
     json!({
+        "law": effects(&fidelity.law),
+        "telemetry": effects(&fidelity.telemetry),
+        "finger": effects(&fidelity.step),
         "tolerance_pct": choice.tolerance.part() * 100.0,
         "tried_s": choice.tried_us as f64 * 1e-6,
         "plays": choice.plays,

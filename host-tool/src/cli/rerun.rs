@@ -128,7 +128,7 @@ fn session_again(
         let law = LawName::named(law).ok_or(unknown("a law that this flexor knows"))?;
         session.session = session.session.with_law(law)?;
     }
-    if !choice::recall(&mut session.session, &trial.channels) {
+    if !choice::recall(&mut session.session, trial) {
         choice::settle(&mut session.session)?; // an older record
     }
     let kind = trial.identity.as_ref().map(|it| it.kind);

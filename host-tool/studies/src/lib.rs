@@ -1,7 +1,8 @@
 //! What is compared, apart from what is flashed.
 //!
 //! `bench` measures the device's algorithms and cycles; `accuracy` and `tracking`
-//! compare muscle models and control laws, `stability` maps where methods fail;
+//! compare muscle models and control laws, `stability` maps where methods fail,
+//! `ladder` judges the choice of muscle models;
 //! `experiments` are the papers' protocols; `figures` draw them. `subjects` are whom
 //! muscle models are compared on.
 
@@ -9,6 +10,7 @@ pub mod accuracy;
 pub mod bench;
 pub mod experiments;
 pub mod figures;
+pub mod ladder;
 pub mod stability;
 mod subjects;
 pub mod tracking;

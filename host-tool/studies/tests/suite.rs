@@ -4,3 +4,4 @@ mod accuracy_study;
 mod control_campaign;
 mod control_twin;
 mod harris_wall;
+mod ladder_judge;

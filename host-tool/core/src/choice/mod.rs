@@ -1,23 +1,25 @@
 //! The cheapest muscle model that will do, found by trying the session.
 //!
-//! Lives here: `play` (a session in memory and the true forces of its pulses),
+//! Lives here: `fidelity` (law, telemetry, body), `play` (a session in memory and the true forces of its pulses),
 //! `cost` (cycles), `stream` (a live client's worst), `tried` (errors of what is used), and the choice. Not here: the
 //! models (`firmware::muscle`), how a session runs (`run`).
 //! In: a session with `"auto"` models and a tolerance. Out: a [`Choice`]: for each
 //! channel what it uses, each rung's error and cycles, and which was taken.
 
 mod cost;
+mod fidelity;
 mod play;
 mod stream;
 mod tried;
 
 pub use cost::{Cycles, cycles, rungs};
+pub use fidelity::{Effect, Fidelity, coarsest};
 pub use play::{Played, Pulse, Unplayed, forces};
 pub use stream::streaming;
 pub use tried::{Tried, Uses};
 
-use crate::record::ChannelInfo;
-use crate::session::{Model, Muscle, Session, Share, rung_name};
+use crate::record::Trial;
+use crate::session::{BodySpec, Model, Muscle, Session, Share, rung_name};
 use firmware::muscle::Rung;
 use tried::Trials;
 
@@ -66,6 +68,8 @@ pub struct Choice {
     pub sessions: usize,
     /// Of each channel with a muscle.
     pub needs: Vec<Need>,
+    /// What was tried beside the models, of a session with `[fidelity]`.
+    pub fidelity: Fidelity,
 }
 
 /// Why there is no choice.
@@ -174,12 +178,28 @@ pub fn choose(session: &Session, tolerance: Share, seed: u64) -> Result<Choice, 
         tried_us,
         plays: trials.plays(),
         sessions: sessions.len(),
+        fidelity: match session.has_fidelity {
+            true => fidelity::tried(&with(session, &needs), tried_us, seed)?,
+            false => Fidelity::default(),
+        },
         needs,
     })
 }
 
+/// `session` with the models that its channels get.
+fn with(session: &Session, needs: &[Need]) -> Session {
+    let mut session = session.clone();
+    for need in needs {
+        if let Some(muscle) = &mut session.channels[need.place].muscle {
+            muscle.auto = need.rung;
+        }
+    }
+    session
+}
+
 /// Gives `"auto"` models their meaning in this session, and says in its notes what
-/// people should know. A session without one is left alone. One that cannot be played
+/// people should know; with `[fidelity]` makes law, telemetry and finger as coarse as
+/// its tolerance allows. A session with neither is left alone. One that cannot be played
 /// keeps the fullest models, and says so.
 ///
 /// # Errors
@@ -187,7 +207,7 @@ pub fn choose(session: &Session, tolerance: Share, seed: u64) -> Result<Choice, 
 pub fn settle(session: &mut Session) -> Result<(), ChoiceError> {
     let is_auto = |muscle: &Muscle| muscle.model == Model::Auto;
     let mut muscles = session.channels.iter().filter_map(|c| c.muscle.as_ref());
-    if !muscles.any(is_auto) {
+    if !muscles.any(is_auto) && !session.has_fidelity {
         return Ok(());
     }
     let choice = match choose(session, session.tolerance, SEED) {
@@ -209,29 +229,45 @@ pub fn settle(session: &mut Session) -> Result<(), ChoiceError> {
             session.duration_us as f64 * 1e-6,
         ));
     }
-    for need in &choice.needs {
-        if let Some(muscle) = &mut session.channels[need.place].muscle {
-            muscle.auto = need.rung;
-        }
+    *session = with(session, &choice.needs);
+    if session.has_fidelity {
+        let note = choice.fidelity.settle(session, choice.tolerance.part());
+        session
+            .notes
+            .push(format!("fidelity {}: {note}", choice.tolerance));
     }
     Ok(())
 }
 
-/// Gives `"auto"` models the meaning that they had when these channels were recorded.
-/// Whether each of them was.
-pub fn recall(session: &mut Session, recorded: &[ChannelInfo]) -> bool {
-    session.channels.iter_mut().all(|channel| {
+/// Gives `"auto"` models and `[fidelity]` the meaning that they had in this trial.
+/// Whether it says all of it.
+pub fn recall(session: &mut Session, trial: &Trial) -> bool {
+    let mut is_known = !session.has_fidelity || trial.fidelity.is_some();
+    for channel in &mut session.channels {
         let Some(muscle) = &mut channel.muscle else {
-            return true;
+            continue;
         };
-        let of = recorded.iter().find(|it| it.number == channel.number);
+        let mut all = trial.channels.iter();
+        let of = all.find(|it| it.number == channel.number);
         let name = of.and_then(|it| it.model.as_deref());
         let rung = Rung::ALL
             .into_iter()
             .find(|it| Some(rung_name(*it)) == name);
         muscle.auto = rung.unwrap_or(muscle.auto);
-        rung.is_some()
-    })
+        is_known &= rung.is_some();
+    }
+    if let Some(found) = trial.fidelity {
+        session.telemetry_ms = found.telemetry_ms;
+        if let (Some(joint), Some(ms)) = (&mut session.joint, found.law_period_ms) {
+            joint.law_period_ms = ms;
+        }
+        if let (Some(BodySpec::Finger(finger)), Some(us)) =
+            (&mut session.body, found.finger_step_us)
+        {
+            finger.step_us = us;
+        }
+    }
+    is_known
 }
 
 impl Choice {

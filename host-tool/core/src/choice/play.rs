@@ -1,7 +1,9 @@
 //! A session played natively in memory: the pulses that left the device, and the
 //! forces that it reported.
 
-use crate::run::{DeviceName, OpenError, RunError, SessionFile, run};
+use crate::link::Port;
+use crate::record::Sample;
+use crate::run::{DeviceName, OpenError, Outcome, RunError, SessionFile, run};
 use crate::session::{Channel, Muscle, Session};
 use hal_sim::body::muscle::Parameters;
 use hal_sim::body::muscle::tiring::{Fatigue, Tiring};
@@ -30,23 +32,38 @@ pub struct Played {
     pub length_us: u64,
 }
 
+/// What a device says while `session` is played.
+pub(super) fn samples(session: &Session, seed: u64) -> Result<Vec<Sample>, Unplayed> {
+    Ok(played(session, seed)?.0.trial.samples)
+}
+
+/// A muscle's force in a list of them, N.
+pub(super) fn told(forces_n: &[f64], muscle: usize) -> f64 {
+    forces_n.get(muscle).copied().unwrap_or(0.0)
+}
+
+/// Plays `session` in memory to its end.
+fn played(session: &Session, seed: u64) -> Result<(Outcome, Option<Box<dyn Port>>), Unplayed> {
+    let file = SessionFile {
+        name: String::new(),
+        text: String::new(),
+        session: session.clone(),
+    };
+    let port = DeviceName::Native.open(session, seed)?;
+    let (mut outcome, port) = run(&file, port, None, |_: f64| ());
+    match outcome.error.take() {
+        Some(error) => Err(error.into()),
+        None => Ok((outcome, port)),
+    }
+}
+
 impl Played {
-    /// Plays `session` for the first `length_us` of it.
+    /// Plays `session`.
     ///
     /// # Errors
     /// [`Unplayed`].
     pub fn of(session: &Session, seed: u64) -> Result<Self, Unplayed> {
-        let file = SessionFile {
-            name: String::new(),
-            text: String::new(),
-            session: session.clone(),
-        };
-        let port = DeviceName::Native.open(session, seed)?;
-        let (outcome, port) = run(&file, port, None, |_: f64| ());
-        if let Some(error) = outcome.error {
-            return Err(error.into());
-        }
-        let mut port = port;
+        let (outcome, mut port) = played(session, seed)?;
         let world = port.as_mut().and_then(|port| port.world());
         let epoch = outcome.epoch_us.unwrap_or(0); // it ran to its end
         let end = epoch + session.duration_us;

@@ -1,10 +1,13 @@
 //! What came of a session on each rung: errors of what it uses.
 
 use super::cost::{Cycles, cycles, rungs};
-use super::play::{Played, Unplayed};
+use super::play::{Played, Unplayed, told};
 use crate::session::{Muscle, Session};
 use firmware::muscle::Rung;
 use rayon::prelude::*;
+
+/// A force is reported in whole mN: what differs by less is the report's own, N.
+const RESOLUTION_N: f64 = 1e-3;
 
 /// What a session uses of a channel's model.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -200,11 +203,11 @@ impl<'a> Trial<'a> {
         let times: Vec<u64> = played.reports.iter().map(|it| it.0).collect();
         let truth = played.truth(muscle, place, &times);
         let said = played.reports.iter();
-        let said = said.map(|(_, forces)| forces.get(column).copied().unwrap_or(0.0));
-        let report = worst(&truth, said);
+        let said = said.map(|(_, forces)| told(forces, column));
+        let report = worst(&truth, said, RESOLUTION_N);
         let steering = (!steered.is_empty()).then(|| {
             let true_force = played.truth(muscle, place, &milliseconds(played));
-            worst(steered, true_force.into_iter())
+            worst(steered, true_force.into_iter(), 0.0)
         });
         (Some(report), steering)
     }
@@ -270,14 +273,14 @@ fn milliseconds(played: &Played) -> Vec<u64> {
     (0..=played.length_us / 1000).map(|ms| ms * 1000).collect()
 }
 
-/// The largest difference at any moment, as a part of the largest true force; 0
-/// without any.
-fn worst(truth: &[f64], other: impl Iterator<Item = f64>) -> f64 {
+/// The largest difference at any moment, beyond what a resolution makes of it, as a
+/// part of the largest true force; 0 without any.
+fn worst(truth: &[f64], other: impl Iterator<Item = f64>, resolution: f64) -> f64 {
     let peak = truth.iter().copied().fold(0.0, f64::max);
     let off = truth
         .iter()
         .zip(other)
-        .map(|(truth, other)| (truth - other).abs());
+        .map(|(truth, other)| (truth - other).abs() - resolution);
     let off = off.fold(0.0, f64::max);
     if peak > 0.0 {
         off / peak

@@ -180,6 +180,9 @@ pub struct Trial {
     /// Its SHA-256, 64 hexadecimal digits.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub session_sha256: Option<String>,
+    /// What `[fidelity]` came to, where the session has it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fidelity: Option<FidelityFound>,
     /// The device's clock against the host's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub clock: Option<ClockFit>,
@@ -303,6 +306,17 @@ pub struct ChannelInfo {
     /// Whether that force is controlled: a place in `Sample::wanted_n`.
     #[serde(default)]
     pub force: bool,
+}
+
+/// What a session's `[fidelity]` came to.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+pub struct FidelityFound {
+    /// Telemetry period, ms.
+    pub telemetry_ms: u16,
+    /// The law's period, ms, if there is one.
+    pub law_period_ms: Option<u8>,
+    /// The simulated finger's step, µs, if there is one.
+    pub finger_step_us: Option<u32>,
 }
 
 /// One telemetry sample.

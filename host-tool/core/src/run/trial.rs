@@ -2,7 +2,8 @@
 
 use super::SessionFile;
 use crate::record::{
-    ChannelInfo, DeviceState, Edge, ElectrodeReading, Sample, State, Trial, WallPlace, sha256,
+    ChannelInfo, DeviceState, Edge, ElectrodeReading, FidelityFound, Sample, State, Trial,
+    WallPlace, sha256,
 };
 use crate::session::{Session, rung_name};
 use firmware::control::ForceGap;
@@ -39,6 +40,11 @@ pub fn begin_trial(file: &SessionFile) -> Trial {
         session_file: file.name.clone(),
         session_text: file.text.clone(),
         session_sha256: Some(sha256(file.text.as_bytes())),
+        fidelity: session.has_fidelity.then(|| FidelityFound {
+            telemetry_ms: session.telemetry_ms,
+            law_period_ms: session.joint.as_ref().map(|joint| joint.law_period_ms),
+            finger_step_us: session.finger().map(|finger| finger.step_us),
+        }),
         duration_s: seconds(session.duration_us),
         channels: channels.collect(),
         measure: session

@@ -3,6 +3,7 @@
 use super::Session;
 use super::error::Problem;
 use super::table::Table;
+use firmware::control::LawSpec;
 use std::fmt;
 
 /// Where a session's tolerance stands.
@@ -32,6 +33,12 @@ pub(super) fn read(root: &Table<'_>, session: &mut Session) {
     session.tolerance = Share(table.whole(FIELD));
     session.try_us = table.whole("try_s");
     session.has_fidelity = true;
+    let is_given = root.table("joint").is_none_or(|it| it.has("law_period_ms"));
+    let is_own = session
+        .joint
+        .as_ref()
+        .is_some_and(|it| it.law == LawSpec::ALONE);
+    session.law_is_free = is_own && !is_given;
     if session.channels.iter().all(|c| c.muscle.is_none()) {
         table.say(FIELD, Problem::NothingToFit {});
     }

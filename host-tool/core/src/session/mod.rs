@@ -39,6 +39,7 @@ use firmware::haptics::WallSpec;
 use firmware::link::Request;
 use firmware::pulse::GroupSpec;
 use firmware::safety::WearerSpec;
+use hal_sim::body::FingerSpec;
 use toml::de::DeTable;
 
 pub use body::BodySpec;
@@ -90,6 +91,9 @@ pub struct Session {
     pub tolerance: Share,
     /// Whether the file says so: then a tolerance that no model meets is refused.
     pub has_fidelity: bool,
+    /// Whether `[fidelity]` may choose the law's period: the file leaves it out, and the
+    /// law knows nothing of its wearer.
+    pub law_is_free: bool,
     /// How much of it is tried, µs from the start.
     pub try_us: u64,
     /// Telemetry period, ms.
@@ -207,6 +211,7 @@ impl Session {
             trigger: trigger?,
             tolerance: Share::JUST_NOTICEABLE,
             has_fidelity: false,
+            law_is_free: false,
             try_us: TRY_US,
             telemetry_ms: TELEMETRY_MS,
             notes,
@@ -279,6 +284,15 @@ impl Session {
         let joint = self.joint.take().ok_or_else(none)?;
         self.joint = Some(law::with_law(joint, law));
         Ok(self)
+    }
+
+    /// Its simulated finger, if it has one.
+    #[must_use]
+    pub fn finger(&self) -> Option<&FingerSpec> {
+        match &self.body {
+            Some(BodySpec::Finger(finger)) => Some(finger),
+            _ => None,
+        }
     }
 
     /// The channel with this number on the link, 0–9.

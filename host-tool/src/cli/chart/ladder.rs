@@ -1,37 +1,83 @@
-//! `flexor chart ladder`: what each rung of the muscle ladder costs.
+//! `flexor chart ladder`: the choice of muscle models, judged on drawn sessions.
 
-use crate::cli::Output;
+use super::write;
+use crate::cli::{Output, within};
 use clap::Args;
-use firmware::muscle::Rung;
-use host_core::choice::cycles;
-use host_core::session::rung_name;
 use serde_json::json;
+use std::path::PathBuf;
+use studies::figures::ladder_picture;
+use studies::ladder::draw::{JUDGED, SESSIONS};
+use studies::ladder::judge::{Row, Summary, TOLERANCES, campaign, csv};
 
-/// Tell what each rung of the muscle ladder costs
+/// Judge the choice of muscle models on drawn sessions
 #[derive(Args, Debug)]
-pub struct Ladder {}
+pub struct Ladder {
+    /// Where the workspace is whose docs/charts/ladder* are written anew
+    #[arg(long, default_value = ".")]
+    workspace: PathBuf,
+    /// How many sessions
+    #[arg(long, default_value_t = SESSIONS)]
+    sessions: usize,
+    /// Which sessions
+    #[arg(long, default_value_t = JUDGED)]
+    seed: u64,
+    /// Write nothing, only tell the shares
+    #[arg(long)]
+    no_files: bool,
+}
 
 /// # Errors
-/// The output.
-pub fn main(_: &Ladder, output: Output) -> anyhow::Result<()> {
-    let rungs = Rung::ALL.map(|rung| (rung_name(rung), cycles(rung)));
+/// Sessions that cannot be tried; files that cannot be written.
+pub fn main(args: &Ladder, output: Output) -> anyhow::Result<()> {
+    within("--sessions", args.sessions as f64, 1.0, 10_000.0)?;
+    let bar = output.bar("drawn sessions");
+    let rows = campaign(args.seed, args.sessions, |part| bar.set(part));
+    bar.finish();
+    let rows = rows?;
+    if !args.no_files {
+        write(&args.workspace.join("docs/charts/ladder.csv"), &csv(&rows))?;
+        let picture = ladder_picture(&rows, args.seed);
+        write(&args.workspace.join("docs/charts/ladder.svg"), &picture)?;
+    }
     output.say(
+        || people(args, &rows),
         || {
-            let rows = rungs.map(|(name, cost)| {
-                let cost = cost.map_or("-".into(), |c| format!("{}/{}", c.tick, c.tick_with_pulse));
-                format!("{name:<22}{cost:>12}")
+            let shares = TOLERANCES.iter().enumerate().map(|(n, tolerance)| {
+                json!({ "tolerance_pct": tolerance.part() * 100.0, "shares": Summary::of(&rows, n) })
             });
-            format!(
-                "most cycles of a tick without and with a pulse\n{}",
-                rows.join("\n")
-            )
-        },
-        || {
-            let each = rungs.map(|(name, cost)| {
-                json!({ "model": name, "tick": cost.map(|c| c.tick),
-                        "tick_with_pulse": cost.map(|c| c.tick_with_pulse) })
-            });
-            json!({ "models": each })
+            json!({ "seed": args.seed, "sessions": args.sessions, "rows": rows.len(),
+                    "tolerances": shares.collect::<Vec<_>>() })
         },
     )
+}
+
+/// At most 80 columns.
+fn people(args: &Ladder, rows: &[Row]) -> String {
+    let share = |part: usize, whole: usize| match whole {
+        0 => "-".to_owned(),
+        _ => format!("{:.1} % of {whole}", 100.0 * part as f64 / whole as f64),
+    };
+    let mut out = format!(
+        "{} drawn sessions of seed {}, {} muscles (simulated)\n{:<11}{:>9}{:>17}{:>17}{:>20}",
+        args.sessions,
+        args.seed,
+        rows.len(),
+        "tolerance",
+        "refused",
+        "muscles within",
+        "sessions within",
+        "next cheaper fails"
+    );
+    for (n, tolerance) in TOLERANCES.iter().enumerate() {
+        let sum = Summary::of(rows, n);
+        out.push_str(&format!(
+            "\n{:<11}{:>9}{:>17}{:>17}{:>20}",
+            tolerance.to_string(),
+            sum.refused,
+            share(sum.within, sum.muscles),
+            share(sum.sessions_within, sum.sessions),
+            share(sum.cheaper_fails, sum.with_cheaper),
+        ));
+    }
+    out
 }

@@ -6,9 +6,11 @@
 mod accuracy;
 mod control;
 mod cycles;
+mod ladder;
 mod map;
 
 pub use accuracy::picture as accuracy_picture;
 pub use control::picture as control_picture;
 pub use cycles::picture as cycles_picture;
+pub use ladder::picture as ladder_picture;
 pub use map::picture as map_picture;

@@ -1,0 +1,192 @@
+//! What `[fidelity]` makes coarser beside the models: the law's period, telemetry, the
+//! simulated finger's step. Each is found by playing the session with it.
+
+use super::play::{Unplayed, samples};
+use crate::record::Sample;
+use crate::session::{BodySpec, Session};
+use firmware::control::{Joint, JointSpec};
+use rayon::prelude::*;
+
+/// Periods of the control law that are tried, ms.
+const LAW_PERIODS_MS: [u8; 5] = [1, 2, 5, 11, 20];
+/// Periods of telemetry, ms.
+const TELEMETRY_MS: [u16; 7] = [1, 2, 5, 10, 20, 50, 100];
+/// Steps of the simulated finger, µs.
+const STEPS_US: [u32; 4] = [1_000, 2_000, 5_000, 10_000];
+
+/// One of the settings that were tried, and what it changes: a part of the largest
+/// force or of the wanted angle's way.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Effect {
+    /// Period or step, µs.
+    pub us: u32,
+    /// What it changes against the finest.
+    pub error: f64,
+}
+
+/// What was tried beside the models, finest first; empty where the session has no use
+/// for it or says itself.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Fidelity {
+    /// How far straight lines through telemetry are from what the device reports every
+    /// millisecond: forces, and the measured angle.
+    pub telemetry: Vec<Effect>,
+    /// By how much a slower law's tracking error rises, root mean square.
+    pub law: Vec<Effect>,
+    /// By how much a coarser finger's differs.
+    pub step: Vec<Effect>,
+}
+
+/// The coarsest up to which all are within `tolerance`; the finest if none is.
+#[must_use]
+pub fn coarsest(tried: &[Effect], tolerance: f64) -> Option<Effect> {
+    let within = tried.iter().take_while(|it| it.error <= tolerance);
+    within.last().or(tried.first()).copied()
+}
+
+/// Tries the first `length_us` of `session`.
+///
+/// # Errors
+/// [`Unplayed`].
+pub(super) fn tried(session: &Session, length_us: u64, seed: u64) -> Result<Fidelity, Unplayed> {
+    let mut finest = session.clone();
+    finest.duration_us = length_us;
+    let mut dense = finest.clone();
+    dense.telemetry_ms = TELEMETRY_MS[0];
+    let mut fidelity = Fidelity {
+        telemetry: telemetry(&samples(&dense, seed)?),
+        ..Fidelity::default()
+    };
+    let off = |sessions: Vec<(u32, Session)>| {
+        let errors = sessions.par_iter().map(|(us, it)| {
+            let samples = samples(it, seed)?;
+            Ok((*us, tracking(&samples)))
+        });
+        errors.collect::<Result<Vec<_>, Unplayed>>()
+    };
+    if let Some(joint) = session.joint.as_ref().filter(|_| session.law_is_free) {
+        let all = LAW_PERIODS_MS.into_iter().filter_map(|ms| {
+            let law_period_ms = ms;
+            let joint = JointSpec {
+                law_period_ms,
+                ..joint.clone()
+            };
+            Joint::new(&joint).ok()?;
+            let joint = Some(joint);
+            Some((
+                u32::from(ms) * 1_000,
+                Session {
+                    joint,
+                    ..finest.clone()
+                },
+            ))
+        });
+        fidelity.law = against_finest(&off(all.collect())?, |it, finest| it - finest);
+    }
+    if let (Some(BodySpec::Finger(finger)), true) = (&session.body, session.joint.is_some()) {
+        let all = STEPS_US.into_iter().map(|step_us| {
+            let mut finger = finger.clone();
+            finger.step_us = step_us;
+            let body = Some(BodySpec::Finger(finger));
+            (
+                step_us,
+                Session {
+                    body,
+                    ..finest.clone()
+                },
+            )
+        });
+        fidelity.step = against_finest(&off(all.collect())?, |it, finest| (it - finest).abs());
+    }
+    Ok(fidelity)
+}
+
+/// Each error against the first one's.
+fn against_finest(tried: &[(u32, f64)], off: impl Fn(f64, f64) -> f64) -> Vec<Effect> {
+    let finest = tried.first().map_or(0.0, |it| it.1);
+    let effect = |&(us, error): &(u32, f64)| Effect {
+        us,
+        error: off(error, finest).max(0.0),
+    };
+    tried.iter().map(effect).collect()
+}
+
+/// Root mean square of wanted less true angle, as a part of the wanted angle's way,
+/// from a fifth of the session on: before that the joint comes from where it was.
+fn tracking(samples: &[Sample]) -> f64 {
+    let settled = &samples[samples.len() / 5..];
+    let both = settled
+        .iter()
+        .filter_map(|it| Some((it.target_deg?, it.true_deg?)));
+    let (mut sum, mut count, mut low, mut high) = (0.0, 0.0, f64::INFINITY, f64::NEG_INFINITY);
+    for (wanted, angle) in both {
+        sum += (wanted - angle) * (wanted - angle);
+        count += 1.0;
+        (low, high) = (wanted.min(low), wanted.max(high));
+    }
+    match high > low {
+        true => f64::sqrt(sum / count) / (high - low),
+        false => 0.0,
+    }
+}
+
+/// What each period loses of courses that were told every millisecond.
+fn telemetry(dense: &[Sample]) -> Vec<Effect> {
+    let muscles = dense.first().map_or(0, |it| it.forces_n.len());
+    let force = |n: usize| -> Vec<f64> { dense.iter().map(|it| told(it, n)).collect() };
+    let angle: Vec<f64> = dense.iter().filter_map(|it| it.measured_deg).collect();
+    let courses = (0..muscles).map(force).chain([angle]);
+    let courses: Vec<(Vec<f64>, f64)> = courses
+        .map(|course| {
+            let low = course.iter().copied().fold(f64::INFINITY, f64::min);
+            let high = course.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            (course, high - low)
+        })
+        .filter(|(_, span)| *span > 0.0)
+        .collect();
+    let of = |ms: u16| Effect {
+        us: u32::from(ms) * 1_000,
+        error: (courses.iter())
+            .map(|(course, span)| between(course, ms.into()) / span)
+            .fold(0.0, f64::max),
+    };
+    TELEMETRY_MS.map(of).to_vec()
+}
+
+/// A muscle's reported force.
+fn told(sample: &Sample, muscle: usize) -> f64 {
+    super::play::told(&sample.forces_n, muscle)
+}
+
+/// The most by which straight lines through every `apart`th point miss the others.
+fn between(course: &[f64], apart: usize) -> f64 {
+    let pieces = (0..course.len().saturating_sub(apart)).step_by(apart);
+    let missed = pieces.flat_map(|from| {
+        let (a, b) = (course[from], course[from + apart]);
+        let line = move |n: usize| a + (b - a) * n as f64 / apart as f64;
+        (1..apart).map(move |n| (course[from + n] - line(n)).abs())
+    });
+    missed.fold(0.0, f64::max)
+}
+
+impl Fidelity {
+    /// Makes `session` as coarse as `tolerance` allows; what it then is, for people.
+    pub(super) fn settle(&self, session: &mut Session, tolerance: f64) -> String {
+        let mut note = String::new();
+        if let Some(it) = coarsest(&self.telemetry, tolerance) {
+            session.telemetry_ms = (it.us / 1_000) as u16; // at most 100
+            note.push_str(&format!("telemetry every {} ms", it.us / 1_000));
+        }
+        if let (Some(BodySpec::Finger(finger)), Some(it)) =
+            (&mut session.body, coarsest(&self.step, tolerance))
+        {
+            finger.step_us = it.us;
+            note.push_str(&format!(", finger in steps of {} ms", it.us / 1_000));
+        }
+        if let (Some(joint), Some(it)) = (&mut session.joint, coarsest(&self.law, tolerance)) {
+            joint.law_period_ms = (it.us / 1_000) as u8; // at most 20
+            note.push_str(&format!(", law every {} ms", it.us / 1_000));
+        }
+        note
+    }
+}

@@ -1,0 +1,67 @@
+//! The judge's sessions: the chosen model's error against the next cheaper one's.
+
+use crate::ladder::judge::{Row, TOLERANCES};
+use host_core::choice::rungs;
+use host_core::plot::ink::{INK, PALETTE};
+use host_core::plot::{Axis, Figure, Key, Mark, Paint, Panel, Shape};
+use host_core::session::rung_name;
+
+/// The scales' ends, powers of ten of a percent.
+const DECADES: (i32, i32) = (-3, 3);
+const LEAST: f64 = 1e-3;
+
+/// The picture of these rows, a file of its own.
+pub fn picture(rows: &[Row], seed: u64) -> String {
+    let legend = rungs().enumerate().map(|(n, rung)| {
+        let name = format!("{} chosen", rung_name(rung));
+        (Key::Dot(Shape::SERIES[n], Paint::Full(PALETTE[n])), name)
+    });
+    let panels: Vec<Panel> = (0..TOLERANCES.len()).map(|n| panel(rows, n)).collect();
+    let sessions = rows.chunk_by(|a, b| a.session == b.session).count();
+    Figure {
+        title: format!("Muscle models chosen for {sessions} drawn sessions (simulated)"),
+        description: "Error of the chosen muscle model and of the next cheaper one".to_owned(),
+        legend: legend.collect(),
+        rows: panels.chunks(2).map(<[Panel]>::to_vec).collect(),
+        notes: vec![format!(
+            "Seed {seed}; {} muscles, each a mark in every panel where a model was chosen that has a \
+             cheaper one. Errors are of what the session uses, in % of its largest true force; \
+             {LEAST} and less stand at the edge.",
+            rows.len()
+        )],
+        ..Figure::default()
+    }
+    .file()
+}
+
+/// One tolerance: right of its upright line the choice fails, below its level line the
+/// cheaper model would have done.
+fn panel(rows: &[Row], n: usize) -> Panel {
+    let limit_pct = TOLERANCES[n].part() * 100.0;
+    let all: Vec<_> = rungs().collect();
+    let dots = rows.iter().filter_map(|row| {
+        let verdict = row.verdicts[n];
+        let place = all.iter().position(|rung| Some(*rung) == verdict.chosen)?;
+        let at = (
+            verdict.error_pct.max(LEAST),
+            verdict.cheaper_pct?.max(LEAST),
+        );
+        Some(Mark::Dot(
+            at,
+            Shape::SERIES[place],
+            3.5,
+            Paint::Full(PALETTE[place]),
+        ))
+    });
+    let x = Axis::decades("error of the chosen model (%)", DECADES);
+    let y = Axis::decades("error of the next cheaper model (%)", DECADES);
+    Panel {
+        marks: dots.collect(),
+        ..Panel::new(
+            &format!("Tolerance {limit_pct} %"),
+            x.rule(limit_pct, "", INK),
+            y.rule(limit_pct, "tolerated", INK),
+            260.0,
+        )
+    }
+}

@@ -1,0 +1,341 @@
+//! The judge's sessions, drawn by seed: what is drawn, and from which ranges.
+//!
+//! Declared before the first judged run; not changed by what came out.
+
+use super::DrawError;
+use firmware::control::{ForceControl, ForceSpec, HoldPolicy};
+use firmware::muscle::{Recruitment, RecruitmentSpec};
+use firmware::units::Amplitude;
+use hal_sim::body::muscle::{Parameters, SUBJECTS};
+use hal_sim::random::Random;
+use host_core::session::Session;
+
+use crate::subjects::spec;
+
+/// The seed of the judged sessions.
+pub const JUDGED: u64 = 2_026;
+/// The seed of the sessions that were looked at while building.
+pub const DEVELOPMENT: u64 = 7;
+/// How many sessions are judged.
+pub const SESSIONS: usize = 200;
+
+/// Kinds of session, drawn in turn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Constant amplitudes, trains of single pulses.
+    Held,
+    /// Constant amplitudes, 2 to 10 bursts or single pulses a second.
+    Bursts,
+    /// Forces in steps.
+    Steps,
+    /// Forces in ramps.
+    Ramps,
+    /// A sine of force.
+    Sine,
+    /// A finger's angle in closed loop.
+    Joint,
+    /// An arm at a virtual wall.
+    Wall,
+    /// Forces of a live client, within bounds.
+    LiveForce,
+    /// Amplitudes of a live client, within bounds.
+    LiveAmplitude,
+}
+
+impl Kind {
+    /// In the order in which they are drawn.
+    pub const ALL: [Self; 9] = [
+        Self::Held,
+        Self::Bursts,
+        Self::Steps,
+        Self::Ramps,
+        Self::Sine,
+        Self::Joint,
+        Self::Wall,
+        Self::LiveForce,
+        Self::LiveAmplitude,
+    ];
+
+    /// What it is called in the table.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Held => "held",
+            Self::Bursts => "bursts",
+            Self::Steps => "force steps",
+            Self::Ramps => "force ramps",
+            Self::Sine => "force sine",
+            Self::Joint => "joint",
+            Self::Wall => "wall",
+            Self::LiveForce => "live force",
+            Self::LiveAmplitude => "live amplitude",
+        }
+    }
+}
+
+/// Session `index` of `seed`, its kind and its text.
+///
+/// # Errors
+/// A session that the reader refuses: a mistake here.
+pub fn session(seed: u64, index: usize) -> Result<(Kind, Session), DrawError> {
+    let kind = Kind::ALL[index % Kind::ALL.len()];
+    let text = text(
+        kind,
+        &mut Random::new(seed.wrapping_mul(1_000_003) + index as u64),
+    );
+    let session = Session::parse("drawn.toml", &text);
+    let session = session.map_err(|error| DrawError {
+        index,
+        why: format!("{error}"),
+    })?;
+    Ok((kind, session))
+}
+
+fn text(kind: Kind, random: &mut Random) -> String {
+    match kind {
+        Kind::Joint => joint(random),
+        Kind::Wall => wall(random),
+        _ => plain(kind, random),
+    }
+}
+
+/// One to four muscles on current stages.
+fn plain(kind: Kind, random: &mut Random) -> String {
+    let duration_s = random.log_between(2.0, 30.0);
+    let count = 1 + (random.unit() * 4.0) as usize;
+    let mut text = format!(
+        "title = \"drawn\"\nduration_s = {duration_s:.3}\nwearer = {{ rise_ms = {} }}\n",
+        whole(random.log_between(1.0, 500.0)),
+    );
+    let (mut values, mut forces, mut bounds) = (Vec::new(), Vec::new(), Vec::new());
+    for number in 1..=count {
+        let subject = &SUBJECTS[(random.unit() * 10.0) as usize];
+        let (threshold, slope) = (random.between(4.0, 12.0), random.between(0.18, 0.51));
+        let hz = random.log_between(10.0, 60.0);
+        let burst = match kind {
+            Kind::Bursts if random.unit() < 0.5 => {
+                let pulses = 2 + (random.unit() * 5.0) as u32;
+                format!(", burst_count = {pulses}, burst_interval_us = 8000")
+            }
+            _ => String::new(),
+        };
+        let period_us = match kind {
+            Kind::Bursts => whole(1e6 / random.log_between(2.0, 10.0)),
+            _ => whole(1e6 / hz),
+        };
+        text.push_str(&format!(
+            "[[channel]]\nnumber = {number}\nname = \"muscle {number}\"\n\
+             stage = {{ kind = \"current\", full_scale_ma = 50.0 }}\nlimit = 20.0\n\
+             train = {{ shape = \"biphasic-cathodic-first\", width_us = 200, \
+             period_us = {period_us}, offset_us = {}{burst} }}\n",
+            1_500 * (number - 1),
+        ));
+        let amplitude = random.between(threshold, 20.0);
+        if is_forced(kind) {
+            let fastest_us = (period_us / 3).max(5_000);
+            text.push_str(&format!(
+                "force = {{ max_frequency_hz = {} }}\n",
+                1e6 / f64::from(fastest_us)
+            ));
+            let most_n = reach_n(subject, threshold, slope, (period_us, fastest_us));
+            let top = most_n * random.between(0.3, 0.95);
+            match kind {
+                Kind::LiveForce => {
+                    bounds.push(bound(number, top, random));
+                    forces.push(course(Kind::Ramps, number, top, duration_s, random));
+                }
+                _ => forces.push(course(kind, number, top, duration_s, random)),
+            }
+        } else {
+            values.push(format!("{{ channel = {number}, value = {amplitude:.3} }}"));
+            if kind == Kind::LiveAmplitude {
+                bounds.push(bound(number, amplitude, random));
+            }
+        }
+        text.push_str(&muscle(subject, (threshold, slope), 20.0, random));
+    }
+    let kind = if values.is_empty() {
+        "keep-alive"
+    } else {
+        "amplitudes"
+    };
+    text.push_str(&format!("[setpoints]\nkind = \"{kind}\"\nrate_hz = 90\n"));
+    for (name, all) in [("values", values), ("forces", forces), ("bounds", bounds)] {
+        if !all.is_empty() {
+            text.push_str(&format!("{name} = [{}]\n", all.join(", ")));
+        }
+    }
+    text
+}
+
+const fn is_forced(kind: Kind) -> bool {
+    matches!(
+        kind,
+        Kind::Steps | Kind::Ramps | Kind::Sine | Kind::LiveForce
+    )
+}
+
+/// Its constants, how it is recruited, whether it tires (half of them) and whether its
+/// force is read (three in four).
+fn muscle(
+    p: &Parameters,
+    (threshold, slope): (f64, f64),
+    reference: f64,
+    random: &mut Random,
+) -> String {
+    let spec = spec(p);
+    let tires = if random.unit() < 0.5 {
+        ", fatigue = {}"
+    } else {
+        ""
+    };
+    let report = random.unit() < 0.75;
+    format!(
+        "muscle = {{ a_n_per_s = {:.3}, k = {:.6}, tau_c_ms = {:.3}, tau1_ms = {:.3}, tau2_ms = {:.3}, \
+         motor_threshold = {threshold:.3}, reference = {reference:.3}, \
+         slope_per_unit = {slope:.6}, report = {report}{tires} }}\n",
+        f64::from(spec.a_mn_per_s) * 1e-3,
+        f64::from(spec.k_micro) * 1e-6,
+        f64::from(spec.tau_c_us) * 1e-3,
+        f64::from(spec.tau1_us) * 1e-3,
+        f64::from(spec.tau2_us) * 1e-3,
+    )
+}
+
+/// The most that a muscle under force control gives, N.
+fn reach_n(p: &Parameters, threshold: f64, slope: f64, (period_us, fastest_us): (u32, u32)) -> f64 {
+    let recruitment = Recruitment::new(RecruitmentSpec {
+        motor_threshold: Amplitude::new(whole(threshold * 1e3)),
+        limit: Amplitude::new(20_000),
+        reference: Amplitude::new(20_000),
+        slope_micro: whole(slope * 1e6),
+    });
+    let force = ForceSpec {
+        min_period_us: fastest_us,
+        hold: HoldPolicy::Hold,
+        max_period_us: None,
+    };
+    let control = recruitment.and_then(|it| ForceControl::new(0, &force, spec(p), it, period_us));
+    control.map_or(0.0, |it| f64::from(it.reach_mn().1) * 1e-3)
+}
+
+/// A channel's wanted force up to `top`, N.
+fn course(kind: Kind, number: usize, top: f64, duration_s: f64, random: &mut Random) -> String {
+    if kind == Kind::Sine {
+        let middle = top * random.between(0.4, 0.6);
+        let swing = (top - middle).min(middle) * random.between(0.3, 1.0);
+        let hz = random.log_between(0.1, 2.0);
+        return format!(
+            "{{ channel = {number}, offset_n = {middle:.3}, amplitude_n = {swing:.3}, frequency_hz = {hz:.3} }}"
+        );
+    }
+    let mut points = vec!["{ at_s = 0, n = 0 }".to_owned()];
+    let (mut at_s, mut is_high) = (0.0, false);
+    while at_s < duration_s && points.len() < 60 {
+        is_high = !is_high;
+        let n = match is_high {
+            true => top * random.between(0.5, 1.0),
+            false => top * random.between(0.0, 0.4),
+        };
+        at_s += match kind {
+            Kind::Steps => 0.001,
+            _ => random.log_between(0.1, 3.0),
+        };
+        points.push(format!("{{ at_s = {at_s:.3}, n = {n:.3} }}"));
+        at_s += random.log_between(0.1, 5.0);
+        points.push(format!("{{ at_s = {at_s:.3}, n = {n:.3} }}"));
+    }
+    format!("{{ channel = {number}, points = [{}] }}", points.join(", "))
+}
+
+/// Bounds of a live client up to `top`.
+fn bound(number: usize, top: f64, random: &mut Random) -> String {
+    let least = top * random.between(0.0, 0.3);
+    let steepest = match random.unit() < 0.5 {
+        true => format!(", per_s = {:.3}", top / random.log_between(0.1, 1.5)),
+        false => String::new(),
+    };
+    let shortest_s = random.log_between(0.05, 1.0);
+    format!(
+        "{{ channel = {number}, least = {least:.3}, most = {top:.3}{steepest}, shortest_s = {shortest_s:.3} }}"
+    )
+}
+
+/// A participant's finger under the device's own law, its three muscles predicted.
+fn joint(random: &mut Random) -> String {
+    let sites = [
+        ("flexor A", 20.0, 28.0),
+        ("flexor B", 25.0, 36.0),
+        ("extensor", 14.0, 26.0),
+    ];
+    let mut text = format!(
+        "title = \"drawn\"\nduration_s = {:.3}\n",
+        random.log_between(6.0, 30.0)
+    );
+    for (place, (name, threshold, limit)) in sites.into_iter().enumerate() {
+        let subject = &SUBJECTS[(random.unit() * 10.0) as usize];
+        text.push_str(&format!(
+            "[[channel]]\nnumber = {}\nname = \"{name}\"\n\
+             stage = {{ kind = \"voltage\", full_scale_v = 60.0, load_ohm = 2000 }}\n\
+             limit = {limit:.1}\ntrain = {{ shape = \"monophasic-cathodic\", width_us = 200, \
+             ground_us = 1000, frequency_hz = 50.0, offset_us = {} }}\n{}",
+            place + 1,
+            [0, 2_000, 10_000][place],
+            muscle(subject, (threshold, 0.2), limit, random),
+        ));
+    }
+    let setpoints = match random.unit() < 0.5 {
+        true => format!(
+            "kind = \"angle-sine\"\noffset_deg = 45.0\namplitude_deg = {:.2}\nfrequency_hz = {:.3}\n",
+            random.between(10.0, 40.0),
+            random.log_between(0.1, 0.5),
+        ),
+        false => format!(
+            "kind = \"angle-steps\"\nsteps = [{{ at_s = 0, deg = 10 }}, {{ at_s = 2, deg = {:.2} }}, {{ at_s = 4, deg = {:.2} }}]\n",
+            random.between(20.0, 80.0),
+            random.between(10.0, 80.0),
+        ),
+    };
+    text + &format!(
+        "[[group]]\nchannels = [1, 2]\npartner = \"conducted\"\n[joint]\nlaw = \"recommended\"\n\
+         flexors = [{{ channel = 1, threshold = 20.0, max = 28.0 }}, {{ channel = 2, threshold = 25.0, max = 36.0 }}]\n\
+         extensor = {{ channel = 3, threshold = 14.0, max = 26.0 }}\nhold = \"extrapolate\"\nsensor = \"adc\"\n\
+         [setpoints]\nrate_hz = 90\n{setpoints}\
+         [body]\nkind = \"finger\"\nparticipant = \"{}\"\nflexor_a = 1\nflexor_b = 2\nextensor = 3\n",
+        ["P", "Q", "S"][(random.unit() * 3.0) as usize],
+    )
+}
+
+/// An arm that is pushed against a wall two times.
+fn wall(random: &mut Random) -> String {
+    let mut text = "title = \"drawn\"\nduration_s = 14.0\n\
+                    wearer = { max_current_ma = 80.0, rise_ms = 1 }\n"
+        .to_owned();
+    for (number, name, limit, width, offset) in
+        [(1, "triceps", 80.0, 35, 0), (2, "biceps", 40.0, 25, 10_000)]
+    {
+        let subject = &SUBJECTS[(random.unit() * 10.0) as usize];
+        let threshold = random.between(0.2, 0.5) * limit;
+        text.push_str(&format!(
+            "[[channel]]\nnumber = {number}\nname = \"{name}\"\n\
+             stage = {{ kind = \"current\", full_scale_ma = 100.0 }}\nlimit = {limit:.1}\n\
+             train = {{ shape = \"biphasic-cathodic-first\", width_us = {width}, frequency_hz = 50.0, offset_us = {offset} }}\n{}",
+            muscle(subject, (threshold, random.between(0.02, 0.1)), limit, random),
+        ));
+    }
+    text + &format!(
+        "[wall]\nat_deg = 90.0\nchannel = 1\nmax = 80.0\nstiffness_per_deg = {:.3}\n\
+         pre_wall = {{ depth_deg = 9.0, begin = 20.0, end = 80.0 }}\nangle_max_deg = 150.0\nsensor = \"adc\"\n\
+         [setpoints]\nkind = \"keep-alive\"\nrate_hz = 50\n\
+         [body]\nkind = \"elbow\"\ntriceps = 1\nbiceps = 2\nstart_deg = 60.0\npush_nm = 1.5\napproaches = [\n\
+         {{ at_s = 1.0, speed_deg_per_s = {:.2}, for_s = 5.0 }}, {{ at_s = 8.0, speed_deg_per_s = {:.2}, for_s = 5.0 }}]\n",
+        random.between(4.0, 10.0),
+        random.between(10.0, 60.0),
+        random.between(10.0, 60.0),
+    )
+}
+
+/// The nearest whole number.
+fn whole(value: f64) -> u32 {
+    value.round() as u32 // saturates
+}

@@ -1,0 +1,227 @@
+//! Verdicts on the choice.
+
+use super::draw::{Kind, session};
+use super::{JudgeError, draw};
+use firmware::muscle::Rung;
+use hal_sim::random::Random;
+use host_core::choice::{SEED, choose, streaming};
+use host_core::session::{Bounds, Model, Session, Share, rung_name};
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// What is tolerated: 1, 3, 10 and 30 %.
+pub const TOLERANCES: [Share; 4] = [Share(100), Share(300), Share(1_000), Share(3_000)];
+/// The noise of the simulated wearer on which a choice is judged; it was made on
+/// [`SEED`].
+pub const NOISE: u64 = 101;
+/// How many live clients are drawn within a session's bounds.
+const CLIENTS: u64 = 3;
+
+/// What came of a muscle at one tolerance. Errors are in %.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Verdict {
+    /// What was chosen; none if the tolerance was refused.
+    pub chosen: Option<Rung>,
+    /// Its error, with all muscles on what they got.
+    pub error_pct: f64,
+    /// The next cheaper model's error; none if there is none.
+    pub cheaper_pct: Option<f64>,
+}
+
+/// A muscle of a drawn session.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// Which session.
+    pub session: usize,
+    /// Its kind.
+    pub kind: Kind,
+    /// How long it is, s.
+    pub duration_s: f64,
+    /// From 1.
+    pub channel: u8,
+    /// Whether the muscle tires.
+    pub tires: bool,
+    /// Whether its force is read.
+    pub report: bool,
+    /// Whether its force steers.
+    pub steering: bool,
+    /// At each of [`TOLERANCES`].
+    pub verdicts: [Verdict; 4],
+}
+
+/// Judges `count` sessions of `seed`; `step` hears the part done.
+///
+/// # Errors
+/// [`JudgeError`].
+pub fn campaign(
+    seed: u64,
+    count: usize,
+    step: impl Fn(f64) + Sync,
+) -> Result<Vec<Row>, JudgeError> {
+    let done = AtomicUsize::new(0);
+    let each = (0..count).into_par_iter().map(|index| {
+        let rows = one(seed, index)?;
+        let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+        step(done as f64 / count as f64);
+        Ok(rows)
+    });
+    let rows: Vec<Vec<Row>> = each.collect::<Result<_, JudgeError>>()?;
+    Ok(rows.into_iter().flatten().collect())
+}
+
+/// The rows of one session.
+fn one(seed: u64, index: usize) -> Result<Vec<Row>, JudgeError> {
+    let (kind, session) = session(seed, index)?;
+    let of = TOLERANCES.map(|tolerance| verdicts(&session, tolerance, seed ^ index as u64));
+    let [a, b, c, d] = of;
+    let of = [a?, b?, c?, d?];
+    let muscles = session.channels.iter().filter(|it| it.muscle.is_some());
+    let rows = muscles.enumerate().map(|(n, channel)| {
+        let muscle = channel.muscle.as_ref();
+        Row {
+            session: index,
+            kind,
+            duration_s: session.duration_us as f64 * 1e-6,
+            channel: channel.number,
+            tires: muscle.is_some_and(|it| it.fatigue.is_some()),
+            report: muscle.is_some_and(|it| it.report),
+            steering: channel.force.is_some(),
+            verdicts: std::array::from_fn(|t| of[t][n]),
+        }
+    });
+    Ok(rows.collect())
+}
+
+/// The verdict of each muscle of a session.
+fn verdicts(session: &Session, tolerance: Share, seed: u64) -> Result<Vec<Verdict>, JudgeError> {
+    let choice = choose(session, tolerance, SEED)?;
+    // What was chosen, by the file's word; the cheaper ones are tried beside it.
+    let mut settled = session.clone();
+    for need in &choice.needs {
+        if let Some(muscle) = &mut settled.channels[need.place].muscle {
+            muscle.model = Model::Fixed(need.rung);
+        }
+    }
+    let judged = choose(&settled, tolerance, NOISE)?;
+    let mut errors: Vec<f64> = judged.needs.iter().map(|it| it.together).collect();
+    if !session.setpoints.bounds.is_empty() {
+        // Not in the worst sessions that it was chosen by, but in drawn ones.
+        errors.fill(0.0);
+        for client in 0..CLIENTS {
+            let mut random = Random::new(seed.wrapping_add(client << 32));
+            let mut live = streaming(&settled, |bounds| drawn(bounds, session, &mut random));
+            live.setpoints.bounds.clear();
+            let live = choose(&live, tolerance, NOISE)?;
+            for (worst, need) in errors.iter_mut().zip(&live.needs) {
+                *worst = worst.max(need.together);
+            }
+        }
+    }
+    let both = choice.needs.iter().zip(&judged.needs).zip(errors);
+    let each = both.map(|((chosen, judged), error)| {
+        let cheaper = judged.tried.iter().rev().find(|it| it.rung < chosen.rung);
+        Verdict {
+            chosen: chosen.enough.map(|_| chosen.rung),
+            error_pct: error * 100.0,
+            cheaper_pct: cheaper.map(|it| it.error() * 100.0),
+        }
+    });
+    Ok(each.collect())
+}
+
+/// A live client's course within its bounds.
+fn drawn(bounds: &Bounds, session: &Session, random: &mut Random) -> Vec<(u64, u32)> {
+    let span = f64::from(bounds.most - bounds.least);
+    let values: Vec<(u32, u64)> = (0..2_000)
+        .map(|_| {
+            let value = bounds.least + (span * random.unit()) as u32;
+            let stay_s = bounds.shortest_us as f64 * random.log_between(1.0, 20.0);
+            (value, stay_s as u64)
+        })
+        .collect();
+    bounds.through(values, session.duration_us)
+}
+
+/// Shares at one tolerance.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct Summary {
+    /// Muscles for which a model was chosen.
+    pub muscles: usize,
+    /// Refused: no model is within.
+    pub refused: usize,
+    /// Whose error is within the tolerance.
+    pub within: usize,
+    /// For which there is a cheaper model.
+    pub with_cheaper: usize,
+    /// Whose next cheaper model is not within.
+    pub cheaper_fails: usize,
+    /// Sessions with a choice for every muscle.
+    pub sessions: usize,
+    /// In which every muscle's error is within.
+    pub sessions_within: usize,
+}
+
+impl Summary {
+    /// Of these rows at [`TOLERANCES`]' number `tolerance`.
+    #[must_use]
+    pub fn of(rows: &[Row], tolerance: usize) -> Self {
+        let limit_pct = TOLERANCES[tolerance].part() * 100.0;
+        let mut sum = Self::default();
+        for session in rows.chunk_by(|a, b| a.session == b.session) {
+            let verdicts = || session.iter().map(|row| row.verdicts[tolerance]);
+            let is_within = |it: &Verdict| it.error_pct <= limit_pct;
+            let chosen = || verdicts().filter(|it| it.chosen.is_some());
+            let cheaper = || chosen().filter_map(|it| it.cheaper_pct);
+            sum.muscles += chosen().count();
+            sum.refused += verdicts().filter(|it| it.chosen.is_none()).count();
+            sum.within += chosen().filter(is_within).count();
+            sum.with_cheaper += cheaper().count();
+            sum.cheaper_fails += cheaper().filter(|it| *it > limit_pct).count();
+            if verdicts().all(|it| it.chosen.is_some()) {
+                sum.sessions += 1;
+                sum.sessions_within += usize::from(verdicts().all(|it| is_within(&it)));
+            }
+        }
+        sum
+    }
+}
+
+/// All rows, as docs/charts/ladder.csv has them.
+#[must_use]
+pub fn csv(rows: &[Row]) -> String {
+    let mut out = "session,kind,duration_s,channel,tires,report,steering".to_owned();
+    for tolerance in TOLERANCES {
+        let t = tolerance.0 / 100;
+        out.push_str(&format!(",chosen_{t},error_{t}_pct,cheaper_{t}_pct"));
+    }
+    out.push('\n');
+    for row in rows {
+        out.push_str(&format!(
+            "{},{},{:.3},{},{},{},{}",
+            row.session,
+            row.kind.name(),
+            row.duration_s,
+            row.channel,
+            row.tires,
+            row.report,
+            row.steering
+        ));
+        for verdict in row.verdicts {
+            let chosen = verdict.chosen.map_or("refused", rung_name);
+            let cheaper = verdict
+                .cheaper_pct
+                .map_or(String::new(), |it| format!("{it:.3}"));
+            out.push_str(&format!(",{chosen},{:.3},{cheaper}", verdict.error_pct));
+        }
+        out.push('\n');
+    }
+    out
+}
+
+/// The judged rows: [`draw::SESSIONS`] of [`draw::JUDGED`].
+///
+/// # Errors
+/// [`JudgeError`].
+pub fn judged(step: impl Fn(f64) + Sync) -> Result<Vec<Row>, JudgeError> {
+    campaign(draw::JUDGED, draw::SESSIONS, step)
+}

@@ -1,0 +1,40 @@
+//! The choice of muscle models on drawn sessions, a short run of
+//! `flexor chart ladder`.
+
+use studies::ladder::draw::{DEVELOPMENT, JUDGED, Kind, SESSIONS, session};
+use studies::ladder::judge::{Summary, TOLERANCES, campaign};
+
+/// Every drawn session can be read, and all kinds are there.
+#[test]
+fn every_drawn_session_is_one() {
+    for seed in [DEVELOPMENT, JUDGED] {
+        for index in 0..SESSIONS {
+            let (kind, session) = session(seed, index).unwrap();
+            assert_eq!(kind, Kind::ALL[index % Kind::ALL.len()]);
+            assert!(session.channels.iter().all(|it| it.muscle.is_some()));
+        }
+    }
+}
+
+/// Both halves of the promise on two sessions of each kind, none of them judged.
+#[test]
+fn what_is_chosen_will_do_and_the_next_cheaper_would_not() {
+    let rows = campaign(DEVELOPMENT, 2 * Kind::ALL.len(), |_| ()).unwrap();
+    for (n, tolerance) in TOLERANCES.iter().enumerate() {
+        let sum = Summary::of(&rows, n);
+        println!("{tolerance}: {sum:?}");
+        let limit_pct = tolerance.part() * 100.0;
+        for row in rows
+            .iter()
+            .filter(|it| it.verdicts[n].error_pct > limit_pct)
+        {
+            println!("{tolerance}: {row:?}");
+        }
+        assert!(sum.muscles > 20, "{sum:?}");
+        assert!(sum.within * 100 >= sum.muscles * 99, "{tolerance}: {sum:?}");
+        assert!(
+            sum.cheaper_fails * 100 >= sum.with_cheaper * 95,
+            "{tolerance}: {sum:?}"
+        );
+    }
+}
