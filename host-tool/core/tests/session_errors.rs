@@ -379,8 +379,7 @@ fn a_muscle_names_its_rungs() {
     let (plain, _) = muscle("k = 0.2 → k = 0.2");
     assert_eq!((plain.model, plain.fatigue), (Model::Auto, None));
     for (name, rung) in [
-        ("static", Rung::Static),
-        ("lag", Rung::Lag),
+        ("none", Rung::None),
         ("calcium-force", Rung::CalciumForce),
         ("calcium-force-fatigue", Rung::CalciumForceFatigue),
     ] {
@@ -397,7 +396,7 @@ fn a_muscle_names_its_rungs() {
     }
     let (muscle, session) = muscle(
         "k = 0.2 → k = 0.2 ⏎ fatigue = { tau_fat_s = 90.5, alpha_a_per_s2 = 0.35 } ⏎ \
-         changes = [{ at_s = 2, model = \"lag\" }, { at_s = 4.5, model = \"static\" }]",
+         changes = [{ at_s = 2, model = \"calcium-force\" }, { at_s = 4.5, model = \"none\" }]",
     );
     let expected = FatigueSpec {
         alpha_a_milli_per_s2: 350,
@@ -408,8 +407,8 @@ fn a_muscle_names_its_rungs() {
     let due = |from, to| session.rungs(from, to).collect::<Vec<_>>();
     let rung = |rung| Request::Rung { channel: 0, rung };
     assert_eq!(due(0, 1_999_999), []);
-    assert_eq!(due(1_999_999, 2_000_000), [rung(Rung::Lag)]);
-    assert_eq!(due(2_000_000, 10_000_000), [rung(Rung::Static)]);
+    assert_eq!(due(1_999_999, 2_000_000), [rung(Rung::CalciumForce)]);
+    assert_eq!(due(2_000_000, 10_000_000), [rung(Rung::None)]);
 }
 
 #[test]

@@ -81,7 +81,11 @@ impl Played {
         Ok(Self {
             pulses: felt.collect(),
             reports: reports
-                .map(|sample| ((sample.t_s * 1e6).round() as u64, sample.forces_n))
+                .map(|sample| {
+                    // Where no model runs none is told.
+                    let told = sample.forces_n.into_iter().map(Option::unwrap_or_default);
+                    ((sample.t_s * 1e6).round() as u64, told.collect())
+                })
                 .filter(|(at_us, _)| *at_us <= session.duration_us)
                 .collect(),
             length_us: session.duration_us,
