@@ -30,7 +30,7 @@ const LOADS: [(CalciumForceSpec, u32); 3] = [
 /// A muscle with the shortest time constants and the smallest K that the device takes,
 /// where steps of a part of them are the most; its pulses per second.
 const CORNER: [(CalciumForceSpec, u32); 3] = {
-    let spec = spec([10_000_000, 2_000, 5_000, 2_000, 1_000]);
+    let spec = spec([10_000_000, 2_000, 5_000, 2_200, 1_000]);
     [(spec, 20), (spec, 100), (spec, 200)]
 };
 

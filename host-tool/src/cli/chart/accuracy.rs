@@ -132,7 +132,7 @@ fn study_text(again: &[study::Found]) -> String {
 /// The shipped model over all that the device takes.
 fn range_text(found: &Found) -> String {
     let mut out = format!(
-        "The shipped model over all that the device takes ({} refused by name)\n",
+        "The shipped model over all that the device takes ({} refused by name, judged at the edge)\n",
         found.refused
     );
     for (name, places) in [("corners", &found.corners), ("drawn", &found.drawn)] {
@@ -213,7 +213,12 @@ fn write_interval(out: &mut String, chart: &Chart, output_us: u32) {
         ));
     } else {
         out.push_str(&format!(
-            "  Not on the front at {WANTED_PCT} %: {} takes 1/{:.2} of the shipped cycles.\n",
+            "  {} the front. Cheapest at {WANTED_PCT} %: {} takes 1/{:.2} of the shipped cycles.\n",
+            if verdict.shipped.on_front {
+                "On"
+            } else {
+                "Not on"
+            },
             verdict.cheapest.setting,
             verdict.over_cheapest()
         ));

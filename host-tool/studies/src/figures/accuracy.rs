@@ -133,7 +133,10 @@ fn panel(
     let is_last = number == Number::F64 || number == Number::Micromath;
     let title = format!("{name}; read every {} ms", output_us / 1000);
     let height = f64::from(errors.1 - errors.0) * DECADE;
-    let mut marks = vec![Mark::Line(front(&all, least), FRONT)];
+    let mut marks = Vec::new();
+    if number != Number::F64 {
+        marks.push(Mark::Line(front(&all, least), FRONT));
+    }
     let own = |p: &&&Point| p.setting.number == number && p.error_pct >= least;
     let mut own: Vec<&Point> = all.iter().filter(own).copied().collect();
     let series_of = |point: &Point| (point.setting.method, point.setting.reading);
@@ -152,7 +155,7 @@ fn panel(
         marks.extend(series.iter().map(dot));
     }
     for point in &all {
-        if point.setting == Setting::SHIPPED {
+        if point.setting == Setting::SHIPPED && number != Number::F64 {
             marks.push(Mark::Dot(at(point), Shape::Star, 4.0, Paint::Full(INK)));
         } else if point.setting == Setting::PAPER && number == Number::F32 {
             marks.push(Mark::Dot(
