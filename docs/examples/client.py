@@ -19,7 +19,7 @@ import sys
 import time
 import zlib
 
-SCHEMA = 0xAC6C5DE1FB9C257A  # docs/protocol.md, "Schema hash"
+SCHEMA = 0x091E4B8903B88074  # docs/protocol.md, "Schema hash"
 
 # --- postcard: types are functions (encode) and methods of Reader (decode) ---
 

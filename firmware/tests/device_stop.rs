@@ -138,7 +138,7 @@ fn a_thousand_orders_do_not_delay_a_stop() {
         2 => all(2, n),
         _ => Request::Rung {
             channel: 0,
-            rung: firmware::muscle::Rung::Static,
+            rung: firmware::muscle::Rung::None,
         },
     };
     let mut requests: Vec<Request> = (0..1_000).map(flood).collect();

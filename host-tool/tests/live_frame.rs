@@ -66,7 +66,7 @@ fn play(model: &mut Model) {
             measured_deg: is_joint.then(|| sine(t_s - 0.1) - 4.0),
             limiting: tick == 1190,
             amplitudes: (0..channels).map(|c| Some(14.0 - c as f64)).collect(),
-            forces_n: (0..forces).map(|c| 1.5 + c as f64).collect(),
+            forces_n: (0..forces).map(|c| Some(1.5 + c as f64)).collect(),
             ..Sample::default()
         }));
     }

@@ -134,7 +134,7 @@ fn ten_forces_at_once_are_followed_on_both_simulators() {
             assert_eq!((sample.wanted_n.len(), sample.forces_n.len()), (10, 10));
             let pairs = sample.wanted_n.iter().zip(&sample.forces_n);
             for (square, (wanted, force)) in squares.iter_mut().zip(pairs) {
-                *square += (wanted.unwrap() - force).powi(2);
+                *square += (wanted.unwrap() - force.unwrap()).powi(2);
             }
             count += 1.0;
         }

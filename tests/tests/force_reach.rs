@@ -50,7 +50,7 @@ fn without_a_slowest_rate_nothing_changes() {
         let mut file = load(name);
         for channel in &mut file.session.channels {
             if let Some(muscle) = &mut channel.muscle {
-                muscle.model = Model::Fixed(Rung::Static);
+                muscle.model = Model::Fixed(Rung::None);
             }
         }
         let played = play(&file, &DeviceName::Native);

@@ -16,7 +16,7 @@ use tests::desk::play;
 /// Motor threshold, mA, and slope of the recruitment, per mA, up to 20 mA.
 const RECRUITS: (f64, f64) = (10.0, 0.3);
 /// On which no prediction steers: the inverse alone.
-const ALONE: &str = "static";
+const ALONE: &str = "none";
 
 /// How a muscle of this strength tires: Ding's quadriceps, scaled to it.
 fn fatigue(p: &Parameters) -> Fatigue {

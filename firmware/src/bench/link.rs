@@ -70,7 +70,7 @@ fn telemetry(random: &mut Random) -> Telemetry {
         // As many slots as channels.
         let amplitude = Amplitude::new(random.between(0, 20_000));
         let _ = sample.amplitudes.push(Some(amplitude));
-        let _ = sample.forces_mn.push(random.between(0, 30_000));
+        let _ = sample.forces_mn.push(Some(random.between(0, 30_000)));
     }
     sample
 }

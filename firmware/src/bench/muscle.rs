@@ -70,8 +70,6 @@ pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
     let active = Moving::new(CalciumForce::new(FORCE).ok()?);
     calcium_force(bench, active);
     for (rung, tick, tick_and_pulse) in [
-        (Rung::Static, "static_tick", "static_tick_and_pulse"),
-        (Rung::Lag, "lag_tick", "lag_tick_and_pulse"),
         (Rung::CalciumForce, "rung_tick", "rung_tick_and_pulse"),
         (
             Rung::CalciumForceFatigue,
@@ -119,8 +117,7 @@ fn calcium_force<C: Clock>(bench: &mut Bench<'_, C>, active: Moving<CalciumForce
     );
 }
 
-/// A muscle on some rung, as the device runs it. With pulses, every one has an
-/// interval of its own: the cheap rungs derive their drive anew.
+/// A muscle on some rung, as the device runs it.
 fn on_a_rung<C: Clock>(
     bench: &mut Bench<'_, C>,
     climbing: Moving<Ladder>,

@@ -194,7 +194,7 @@ mod tests {
                 slope_micro: 300_000,
             }).unwrap();
             let spec = CalciumForceSpec {
-                a_mn_per_s, k_micro: 200_000, tau_c_us: 20_000, tau1_us: 2_000, tau2_us,
+                a_mn_per_s, k_micro: 200_000, tau_c_us: 20_000, tau1_us: 20_000, tau2_us,
             };
             let inverse = Inverse::new(spec, &recruitment, 50_000, 5_000, 2_000_000).unwrap();
             let mut steering = Steering::default();

@@ -211,7 +211,12 @@ impl Controller {
         }
     }
 
-    fn change_rung(&mut self, channel: u8, rung: Rung) -> Result<(), Refusal<'static>> {
+    fn change_rung(
+        &mut self,
+        channel: u8,
+        rung: Rung,
+        now: Micros,
+    ) -> Result<(), Refusal<'static>> {
         if self.phase == Phase::Off {
             return Err(Refusal::new(Code::NotArmed, "state"));
         }
@@ -221,7 +226,7 @@ impl Controller {
             .ok_or(Refusal::new(Code::NoMuscle, "muscle").on(channel))?;
         muscle
             .force
-            .switch(state, rung)
+            .switch(state, rung, now)
             .map_err(|_| Refusal::new(Code::NoFatigue, "fatigue").on(channel))
     }
 
@@ -276,7 +281,7 @@ impl Controller {
                 (seq, result, Some(arrived))
             }
             ControlRequest::Rung { seq, channel, rung } => {
-                (seq, self.change_rung(channel, rung), None)
+                (seq, self.change_rung(channel, rung, now), None)
             }
             ControlRequest::Measurement { seq, at, angle } => {
                 let result = match (&self.setup.joint, &self.setup.wall) {
@@ -365,9 +370,7 @@ impl Controller {
         for (force, followed) in self.setup.forces.iter().zip(&mut self.forces) {
             // Both by rising channel; every one under force control has a muscle.
             let muscle = muscles.find(|(muscle, _)| muscle.channel == force.channel);
-            let predicted = muscle
-                .filter(|(_, state)| state.rung() >= Rung::CalciumForce)
-                .map(|(muscle, state)| muscle.force.force(state));
+            let predicted = muscle.and_then(|(muscle, state)| muscle.force.predicted(state));
             let orders = force.tick(&mut followed.state, now, predicted);
             let Some(ForceOrders { target, drive, gap }) = orders else {
                 continue;

@@ -327,8 +327,9 @@ pub struct Telemetry {
     /// setup, lowest channel first. None while the channel plays nothing: from
     /// an order of nothing, or from when the next burst is overdue.
     pub amplitudes: Vec<Option<Amplitude>, CHANNELS>,
-    /// Predicted forces in mN, one per channel with a muscle.
-    pub forces_mn: Vec<u32, CHANNELS>,
+    /// Predicted forces in mN, one per channel with a muscle. None where no model
+    /// runs.
+    pub forces_mn: Vec<Option<u32>, CHANNELS>,
     /// What force control does, one per channel under it.
     pub force_control: Vec<ForceSample, CHANNELS>,
     /// The device's state.

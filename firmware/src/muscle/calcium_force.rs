@@ -255,20 +255,6 @@ impl CalciumForce {
         self.begin(state, 0);
     }
 
-    /// A muscle in motion.
-    pub(super) fn resumed(
-        &self,
-        at: Micros,
-        force: i32,
-        calcium: u32,
-        gain: u32,
-    ) -> CalciumForceState {
-        let mut state = CalciumForceState::at_rest(at);
-        (state.calcium, state.force) = (calcium, Curve::constant(force));
-        self.drive_with(&mut state, gain);
-        state
-    }
-
     /// The muscle's force, 0…12,000 N, at [`CalciumForceState::at`].
     #[must_use]
     #[inline]

@@ -11,7 +11,6 @@
 //! there, below over evenly spaced rates, to which it is nearly proportional.
 
 use super::calcium_force::CalciumForce;
-use super::rhythm::SLOWEST_US;
 use super::settled::Steady;
 use super::spec::CalciumForceSpec;
 use super::{Gain, Recruitment};
@@ -27,6 +26,9 @@ const PIECES: usize = 16;
 
 /// Mean forces, N in 2^-16 and below 2^30, slowest rate first; never falls.
 type Forces = [u32; PIECES + 1];
+
+/// The slowest train, 0.5 Hz, µs.
+const SLOWEST_US: u32 = 2_000_000;
 
 /// A pulse rate is this over its period in µs: 2^20 to 2^28.
 const RATE: u64 = 1 << 40;

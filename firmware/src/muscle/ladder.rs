@@ -1,4 +1,4 @@
-//! The fidelity ladder: models of the same muscle, from cheap to complete,
+//! The fidelity ladder: how much of a muscle is modelled, from nothing to fatigue,
 //! behind one trait, and the change from one to another.
 
 use core::fmt;
@@ -9,9 +9,6 @@ use serde::{Deserialize, Serialize};
 
 use super::calcium_force::TICK_US;
 use super::fatigue::{Fatigue, FatigueSpec, Tiredness};
-use super::lag::LagState;
-use super::rhythm::{Rhythm, calcium};
-use super::steady::StaticState;
 use super::{
     CalciumForce, CalciumForceSpec, CalciumForceState, Gain, Recruitment, RecruitmentSpec,
 };
@@ -21,10 +18,8 @@ use crate::units::{Force, Micros, us};
 /// How much of a muscle is modelled, least first.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize, Deserialize, Schema)]
 pub enum Rung {
-    /// Recruitment only: force follows amplitude and pulse rate at once.
-    Static,
-    /// Rise and fall time constants, gain by frequency.
-    Lag,
+    /// Nothing: no force is predicted, and force control has the inverse alone.
+    None,
     /// Lee 2020, equations (2) and (3).
     CalciumForce,
     /// The same, with parameters that tire (Ding 2003).
@@ -33,12 +28,7 @@ pub enum Rung {
 
 impl Rung {
     /// All rungs, lowest first.
-    pub const ALL: [Self; 4] = [
-        Self::Static,
-        Self::Lag,
-        Self::CalciumForce,
-        Self::CalciumForceFatigue,
-    ];
+    pub const ALL: [Self; 3] = [Self::None, Self::CalciumForce, Self::CalciumForceFatigue];
 }
 
 /// A model of one muscle: validated parameters. Any number of states can run
@@ -143,51 +133,18 @@ pub struct LadderState {
     /// The muscle as tired as it is.
     muscle: CalciumForce,
     tired: Tiredness,
-    rhythm: Rhythm,
-    motion: Motion,
-}
-
-/// Force and what drives it, by rung.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum Motion {
-    Static(StaticState),
-    Lag(LagState),
-    CalciumForce(CalciumForceState),
-    CalciumForceFatigue(CalciumForceState),
+    /// Gain of the last pulse that reached the muscle, as it came, Q31.
+    gain: u32,
+    rung: Rung,
+    /// Stands still where no model runs.
+    motion: CalciumForceState,
 }
 
 impl LadderState {
     /// The rung it is on.
     #[must_use]
     pub const fn rung(&self) -> Rung {
-        match self.motion {
-            Motion::Static(_) => Rung::Static,
-            Motion::Lag(_) => Rung::Lag,
-            Motion::CalciumForce(_) => Rung::CalciumForce,
-            Motion::CalciumForceFatigue(_) => Rung::CalciumForceFatigue,
-        }
-    }
-
-    /// The time the state holds for: a pulse that was told of early may have
-    /// carried it up to 1 ms ahead.
-    #[must_use]
-    pub const fn at(&self) -> Micros {
-        match &self.motion {
-            Motion::Static(state) => state.at,
-            Motion::Lag(state) => state.at,
-            Motion::CalciumForce(state) | Motion::CalciumForceFatigue(state) => state.at(),
-        }
-    }
-
-    /// F over full scale, Q63.
-    fn force(&self) -> i64 {
-        match &self.motion {
-            Motion::Static(state) => state.force(),
-            Motion::Lag(state) => state.force,
-            Motion::CalciumForce(state) | Motion::CalciumForceFatigue(state) => {
-                i64::from(self.muscle.share(state)) << 32
-            }
-        }
+        self.rung
     }
 
     /// What work has left of A, 0…1: 1 for a muscle that does not tire.
@@ -231,54 +188,33 @@ impl Ladder {
         self.first
     }
 
-    /// Changes the rung. The force of this moment stays what it is, but for
-    /// rounding (2^-31 of full scale); from there on it follows the new rung.
-    ///
-    /// Lag takes the force over as its own; Static lets the difference fade
-    /// with τ1 + τ2; calcium, which they do not know, becomes that of a steady
-    /// train with the last interval. Fatigue stands still below its own rung,
-    /// neither growing nor recovering, and keeps its effect there.
+    /// Changes the rung at `now`. Between the upper two force and calcium stay what
+    /// they are. From [`Rung::None`] they begin at rest, as if no pulse had come before:
+    /// in a train, force is right after some five times τ1 + τ2. Fatigue stands still
+    /// below its own rung, neither growing nor recovering, and keeps its effect there.
     ///
     /// # Errors
     /// [`NoFatigue`], and nothing changes.
-    pub fn switch(&self, state: &mut LadderState, rung: Rung) -> Result<(), NoFatigue> {
+    pub fn switch(
+        &self,
+        state: &mut LadderState,
+        rung: Rung,
+        now: Micros,
+    ) -> Result<(), NoFatigue> {
         if rung == Rung::CalciumForceFatigue && self.fatigue.is_none() {
             return Err(NoFatigue);
         }
-        if rung == state.rung() {
-            return Ok(());
+        if state.rung == Rung::None {
+            state.motion = CalciumForceState::at_rest(now);
         }
-        let (at, force) = (state.at(), state.force());
-        match &state.motion {
-            // The clock may have wrapped since the last pulse.
-            Motion::CalciumForce(motion) | Motion::CalciumForceFatigue(motion)
-                if motion.is_at_rest() =>
-            {
-                state.rhythm.forget();
-            }
-            _ => state.rhythm.pass(at),
-        }
-        let (muscle, rhythm) = (&state.muscle, &state.rhythm);
-        let gain = state.tired.of(rhythm.gain);
-        state.motion = match rung {
-            Rung::Static => Motion::Static(StaticState::at(at, force, muscle, rhythm, gain)),
-            Rung::Lag => Motion::Lag(LagState::at(at, force, muscle, rhythm, gain)),
-            Rung::CalciumForce | Rung::CalciumForceFatigue => {
-                let state = match state.motion {
-                    Motion::CalciumForce(same) | Motion::CalciumForceFatigue(same) => same,
-                    Motion::Static(_) | Motion::Lag(_) => {
-                        let calcium = calcium(muscle, rhythm, at);
-                        muscle.resumed(at, (force >> 32) as i32, calcium, gain)
-                    }
-                };
-                if rung == Rung::CalciumForce {
-                    Motion::CalciumForce(state)
-                } else {
-                    Motion::CalciumForceFatigue(state)
-                }
-            }
-        };
+        state.rung = rung;
         Ok(())
+    }
+
+    /// The force at the state's time; none where no model runs.
+    #[must_use]
+    pub fn predicted(&self, state: &LadderState) -> Option<Force> {
+        (state.rung != Rung::None).then(|| state.muscle.force(&state.motion))
     }
 }
 
@@ -286,106 +222,86 @@ impl Model for Ladder {
     type State = LadderState;
 
     fn at_rest(&self, at: Micros) -> LadderState {
-        let (muscle, rhythm) = (self.fresh, Rhythm::NONE);
-        let motion = match self.first {
-            Rung::Static => Motion::Static(StaticState::at(at, 0, &muscle, &rhythm, 0)),
-            Rung::Lag => Motion::Lag(LagState::at(at, 0, &muscle, &rhythm, 0)),
-            Rung::CalciumForce => Motion::CalciumForce(CalciumForceState::at_rest(at)),
-            Rung::CalciumForceFatigue => {
-                Motion::CalciumForceFatigue(CalciumForceState::at_rest(at))
-            }
-        };
         LadderState {
-            muscle,
+            muscle: self.fresh,
             tired: Tiredness::NONE,
-            rhythm,
-            motion,
+            gain: 0,
+            rung: self.first,
+            motion: CalciumForceState::at_rest(at),
         }
     }
 
     /// A pulse with [`Gain::ZERO`] reaches no fibre and changes nothing.
     #[inline(always)]
     fn pulse(&self, state: &mut LadderState, at: Micros, gain: Gain) {
-        if gain == Gain::ZERO {
+        if gain == Gain::ZERO || state.rung == Rung::None {
             return;
         }
-        let bits = gain.get().to_bits();
-        state.rhythm.beat(at, bits);
-        let gain = state.tired.of(bits);
+        state.gain = gain.get().to_bits();
+        let gain = state.tired.of(state.gain);
         // What most muscles run on goes first, without a call.
-        if let Motion::CalciumForce(motion) = &mut state.motion {
-            state.muscle.pulse_with(motion, at, gain);
+        if state.rung == Rung::CalciumForce {
+            state.muscle.pulse_with(&mut state.motion, at, gain);
         } else {
-            self.pulse_other(state, at, gain);
+            self.pulse_tiring(state, at, gain);
         }
     }
 
     #[inline(always)]
     fn advance(&self, state: &mut LadderState, to: Micros) {
-        if let Motion::CalciumForce(motion) = &mut state.motion {
-            state.muscle.advance(motion, to);
-        } else if let Motion::Lag(motion) = &mut state.motion {
-            motion.advance(&mut state.rhythm, to);
-        } else {
-            self.advance_other(state, to);
+        match state.rung {
+            Rung::CalciumForce => state.muscle.advance(&mut state.motion, to),
+            Rung::None => {}
+            Rung::CalciumForceFatigue => self.advance_tiring(state, to),
         }
     }
 
+    /// [`Self::predicted`]; 0 N where no model runs.
     fn force(&self, state: &LadderState) -> Force {
-        state.muscle.newtons((state.force() >> 32) as u32)
+        self.predicted(state).unwrap_or_default()
     }
 }
 
 impl Ladder {
-    /// A pulse on another rung than [`Rung::CalciumForce`].
+    /// A pulse on [`Rung::CalciumForceFatigue`].
     #[inline(never)]
-    fn pulse_other(&self, state: &mut LadderState, at: Micros, gain: u32) {
-        match &mut state.motion {
-            Motion::Static(motion) => motion.pulse(&state.muscle, &mut state.rhythm, at, gain),
-            Motion::Lag(motion) => motion.pulse(&state.muscle, &mut state.rhythm, at, gain),
-            Motion::CalciumForce(motion) | Motion::CalciumForceFatigue(motion) => {
-                let before = motion.at();
-                state.muscle.pulse_with(motion, at, gain);
-                let passed_us = motion.at().elapsed_since(before);
-                if passed_us > 0 {
-                    self.tire(state, passed_us);
-                }
-            }
+    fn pulse_tiring(&self, state: &mut LadderState, at: Micros, gain: u32) {
+        let before = state.motion.at();
+        state.muscle.pulse_with(&mut state.motion, at, gain);
+        let passed_us = state.motion.at().elapsed_since(before);
+        if passed_us > 0 {
+            self.tire(state, passed_us);
         }
     }
 
-    #[inline(never)]
-    fn advance_other(&self, state: &mut LadderState, to: Micros) {
-        match &mut state.motion {
-            Motion::Lag(motion) => motion.advance(&mut state.rhythm, to),
-            Motion::Static(motion) => motion.advance(&mut state.rhythm, to),
-            Motion::CalciumForce(motion) | Motion::CalciumForceFatigue(motion) => {
-                if (to - motion.at()).us() == TICK_US.cast_signed() {
-                    state.muscle.advance(motion, to);
-                    self.tire(state, TICK_US);
-                } else {
-                    self.advance_tiring(state, to);
-                }
-            }
-        }
-    }
-
-    /// [`Self::advance`] by any time: steps of at most 1 ms, each counted as work; at rest, of a second.
     #[inline(never)]
     fn advance_tiring(&self, state: &mut LadderState, to: Micros) {
-        while let Motion::CalciumForceFatigue(motion) = &mut state.motion {
-            let ahead_us = to.elapsed_since(motion.at());
+        if (to - state.motion.at()).us() == TICK_US.cast_signed() {
+            state.muscle.advance(&mut state.motion, to);
+            self.tire(state, TICK_US);
+        } else {
+            self.pass_tiring(state, to);
+        }
+    }
+
+    /// [`Self::advance`] by any time: steps of at most 1 ms, each counted as work; at
+    /// rest, of a second.
+    #[cold]
+    #[inline(never)]
+    fn pass_tiring(&self, state: &mut LadderState, to: Micros) {
+        loop {
+            let ahead_us = to.elapsed_since(state.motion.at());
             if ahead_us == 0 {
                 return;
             }
-            let longest_us = if motion.is_at_rest() {
+            let longest_us = if state.motion.is_at_rest() {
                 super::fatigue::UPDATE_US
             } else {
                 TICK_US
             };
             let step_us = ahead_us.min(longest_us);
-            let end = motion.at() + us(step_us);
-            state.muscle.advance(motion, end);
+            let end = state.motion.at() + us(step_us);
+            state.muscle.advance(&mut state.motion, end);
             self.tire(state, step_us);
         }
     }
@@ -393,16 +309,13 @@ impl Ladder {
     /// `us` passed: at an update, the pulses' gains follow A.
     #[inline]
     fn tire(&self, state: &mut LadderState, us: u32) {
-        let (Motion::CalciumForceFatigue(motion), Some(fatigue)) =
-            (&mut state.motion, &self.fatigue)
-        else {
+        let Some(fatigue) = &self.fatigue else {
             return;
         };
-        let force = state.muscle.share(motion);
+        let force = state.muscle.share(&state.motion);
         if fatigue.pass(&mut state.tired, &mut state.muscle, force, us) {
-            state
-                .muscle
-                .drive_with(motion, state.tired.of(state.rhythm.gain));
+            let gain = state.tired.of(state.gain);
+            state.muscle.drive_with(&mut state.motion, gain);
         }
     }
 }

@@ -1,9 +1,10 @@
 //! What a muscle does with the pulses it gets, in fixed point.
 //!
 //! Lives here: `recruitment` (amplitude ↔ share of the muscle at work) and the
-//! `ladder` of models (pulses → force over time): `steady`, `lag`,
-//! `calcium_force` and `fatigue`; `rhythm` is what they share. Not here: limits a pulse must keep (`safety`), joints
-//! (`control`), the simulator's own floating-point muscles.
+//! `ladder` of models (pulses → force over time): `calcium_force` and `fatigue`; the
+//! `inverse` (force → pulses) with what trains settle to (`settled`). Not here: limits
+//! a pulse must keep (`safety`), joints (`control`), the simulator's own floating-point
+//! muscles.
 //! In: wanted effort or gain; the pulses actually emitted, each with its
 //! microsecond. Out: amplitudes within the wearer's range; predicted force.
 
@@ -11,13 +12,10 @@ pub mod calcium_force;
 pub mod fatigue;
 pub mod inverse;
 pub mod ladder;
-mod lag;
 pub mod recruitment;
-mod rhythm;
 mod segment;
 mod settled;
 mod spec;
-mod steady;
 
 pub use calcium_force::{CalciumForce, CalciumForceState};
 pub use fatigue::FatigueSpec;

@@ -1,5 +1,5 @@
-//! The rungs of the ladder against their f64 twins and against the model they
-//! stand in for, and the change from one to another.
+//! The rungs of the ladder against their f64 twins, and the change from one to
+//! another.
 //!
 //! `cargo test -p firmware --test suite muscle_ladder -- --nocapture`
 //! prints every error.

@@ -1,4 +1,4 @@
-//! The rungs in f64, written from their formulas: s, N, and C in pulses.
+//! The models in f64, written from their equations: s, N, and C in pulses.
 
 /// A in N/s, K, τc, τ1, τ2 in s.
 #[derive(Clone, Copy, Debug)]
@@ -12,88 +12,6 @@ pub struct Muscle {
 
 /// A pulse: µs from the start, and gain.
 pub type Pulse = (u64, f64);
-
-/// What a pulse of a train with interval T does: level of activation, and s
-/// for which it holds.
-fn level_and_time(m: &Muscle, t: f64) -> (f64, f64) {
-    let c_plus = 1.0 / -(-t / m.tau_c).exp_m1();
-    let c_minus = c_plus - 1.0;
-    let area = m.tau_c * ((m.k + c_plus) / (m.k + c_minus)).ln();
-    let mean = area / t;
-    let square = mean - m.tau_c / t * m.k * (1.0 / (m.k + c_minus) - 1.0 / (m.k + c_plus));
-    let after = m.tau_c * ((m.k + c_plus) / m.k).ln();
-    let time = after * mean / square;
-    if time >= t {
-        (mean, after / mean)
-    } else {
-        (area / time, time)
-    }
-}
-
-/// Time constants of rise and fall at a level.
-fn taus(m: &Muscle, level: f64) -> (f64, f64) {
-    (m.tau1 + m.tau2 * level, m.tau1 + m.tau2 * level / 8.0)
-}
-
-/// Mean force of a steady train with interval T, full gain.
-pub fn mean_force(m: &Muscle, t: f64) -> f64 {
-    let (level, time) = level_and_time(m, t);
-    let (rise, fall) = taus(m, level);
-    let target = m.a * level * rise;
-    if time >= t {
-        return target;
-    }
-    let (p, q) = ((-time / rise).exp(), (-(t - time) / fall).exp());
-    let swing = target * (1.0 - p) * (1.0 - q) / (1.0 - p * q);
-    (time * target - (rise - fall) * swing) / t
-}
-
-/// Interval of each pulse from the one before, µs; 2 s after a pause.
-fn intervals(pulses: &[Pulse]) -> Vec<u64> {
-    let others = pulses.windows(2).map(|w| w[1].0 - w[0].0);
-    let all = std::iter::once(2_000_000).chain(others);
-    all.map(|us| us.min(2_000_000)).collect()
-}
-
-/// Force of the lag every millisecond: exact between its events.
-pub fn lag(m: &Muscle, pulses: &[Pulse], ms: u64) -> Vec<f64> {
-    let intervals = intervals(pulses);
-    let (mut f, mut now, mut i) = (0.0, 0.0, 0);
-    let (mut until, mut target, mut rise, mut fall) = (0.0, 0.0, 1.0, 1.0);
-    let mut samples = vec![];
-    for sample in 0..=ms {
-        let end = sample as f64 * 1e-3;
-        loop {
-            let pulse = pulses.get(i).map_or(f64::INFINITY, |p| p.0 as f64 * 1e-6);
-            let to = f64::min(end, pulse);
-            let held = (f64::min(until, to) - now).max(0.0);
-            f = target + (f - target) * f64::exp(-held / rise);
-            f *= f64::exp(-(to - now - held) / fall);
-            now = to;
-            if pulse > end {
-                break;
-            }
-            let (level, time) = level_and_time(m, intervals[i] as f64 * 1e-6);
-            (rise, fall) = taus(m, level);
-            target = pulses[i].1 * m.a * level * rise;
-            until = now + time;
-            i += 1;
-        }
-        samples.push(f);
-    }
-    samples
-}
-
-/// Force of the static rung every millisecond.
-pub fn steady(m: &Muscle, pulses: &[Pulse], ms: u64) -> Vec<f64> {
-    let intervals = intervals(pulses);
-    let level = |us: u64| {
-        let i = pulses.partition_point(|p| p.0 <= us).checked_sub(1)?;
-        let is_over = us >= pulses[i].0 + 2 * intervals[i];
-        (!is_over).then(|| pulses[i].1 * mean_force(m, intervals[i] as f64 * 1e-6))
-    };
-    (0..=ms).map(|t| level(t * 1000).unwrap_or(0.0)).collect()
-}
 
 /// αA in 1/s² (a loss above 0), αK in 1/(N s), ατ1 in 1/N, τfat in s.
 #[derive(Clone, Copy, Debug)]

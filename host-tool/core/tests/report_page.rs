@@ -31,7 +31,9 @@ fn samples(channels: usize, delay_s: f64, reach_deg: f64) -> Vec<Sample> {
             effort: Some(effort),
             limiting: effort.abs() > 1.0,
             amplitudes: (0..channels).map(|c| Some(amplitude(c))).collect(),
-            forces_n: (0..channels).map(|c| (amplitude(c) - 14.0) * 0.8).collect(),
+            forces_n: (0..channels)
+                .map(|c| Some((amplitude(c) - 14.0) * 0.8))
+                .collect(),
             ..Sample::default()
         }
     };

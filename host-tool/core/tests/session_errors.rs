@@ -154,8 +154,10 @@ const BAD: &[&str] = &[
     "k = 0.2 → k = 0.2 ⏎ model = \"calcium-force-fatigue\"",
     "k = 0.2 → k = 0.2 ⏎ changes = [{ at_s = 2, model = \"calcium-force-fatigue\" }]",
     "k = 0.2 → k = 0.2 ⏎ changes = [{ at_s = 2, model = \"auto\" }]",
-    "k = 0.2 → k = 0.2 ⏎ changes = [{ at_s = 11, model = \"lag\" }]",
-    "k = 0.2 → k = 0.2 ⏎ changes = [{ at_s = 2, model = \"lag\" }, { at_s = 2, model = \"static\" }]",
+    "k = 0.2 → k = 0.2 ⏎ changes = [{ at_s = 11, model = \"calcium-force\" }]",
+    "k = 0.2 → k = 0.2 ⏎ model = \"static\"",
+    "k = 0.2 → k = 0.2 ⏎ changes = [{ at_s = 2, model = \"lag\" }]",
+    "k = 0.2 → k = 0.2 ⏎ changes = [{ at_s = 2, model = \"calcium-force\" }, { at_s = 2, model = \"none\" }]",
     "motor_threshold = 20.0 → motor_threshold = 30.0",
     "slope_per_unit = 0.3 → slope_per_unit = 9",
     "k1 = 0.08 → k1 = 200",
@@ -379,8 +381,7 @@ fn a_muscle_names_its_rungs() {
     let (plain, _) = muscle("k = 0.2 → k = 0.2");
     assert_eq!((plain.model, plain.fatigue), (Model::Auto, None));
     for (name, rung) in [
-        ("static", Rung::Static),
-        ("lag", Rung::Lag),
+        ("none", Rung::None),
         ("calcium-force", Rung::CalciumForce),
         ("calcium-force-fatigue", Rung::CalciumForceFatigue),
     ] {
@@ -397,7 +398,7 @@ fn a_muscle_names_its_rungs() {
     }
     let (muscle, session) = muscle(
         "k = 0.2 → k = 0.2 ⏎ fatigue = { tau_fat_s = 90.5, alpha_a_per_s2 = 0.35 } ⏎ \
-         changes = [{ at_s = 2, model = \"lag\" }, { at_s = 4.5, model = \"static\" }]",
+         changes = [{ at_s = 2, model = \"calcium-force\" }, { at_s = 4.5, model = \"none\" }]",
     );
     let expected = FatigueSpec {
         alpha_a_milli_per_s2: 350,
@@ -408,8 +409,8 @@ fn a_muscle_names_its_rungs() {
     let due = |from, to| session.rungs(from, to).collect::<Vec<_>>();
     let rung = |rung| Request::Rung { channel: 0, rung };
     assert_eq!(due(0, 1_999_999), []);
-    assert_eq!(due(1_999_999, 2_000_000), [rung(Rung::Lag)]);
-    assert_eq!(due(2_000_000, 10_000_000), [rung(Rung::Static)]);
+    assert_eq!(due(1_999_999, 2_000_000), [rung(Rung::CalciumForce)]);
+    assert_eq!(due(2_000_000, 10_000_000), [rung(Rung::None)]);
 }
 
 #[test]

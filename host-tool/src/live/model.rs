@@ -151,7 +151,7 @@ impl Model {
     /// Predicted force of a channel, N; nobody tells it when nothing plays.
     pub fn force_n(&self, channel: &Channel) -> Option<f64> {
         let sample = self.samples.back().filter(|_| self.is_on())?;
-        sample.forces_n.get(channel.force?).copied()
+        sample.forces_n.get(channel.force?).copied().flatten()
     }
 
     fn greet(&mut self, info: &HelloInfo) {

@@ -266,7 +266,7 @@ fn muscles_stopped() -> Bench {
 }
 #[rustfmt::skip]
 fn rung_rows() -> Vec<Row> {
-    const LAG: Rung = Rung::Lag;
+    const PLAIN: Rung = Rung::CalciumForce;
     const TIRES: Rung = Rung::CalciumForceFatigue;
     let ask = |name: &str, scene: fn() -> Bench, channel, rung, expect| {
         row(name, scene, Request::Rung { channel, rung }, expect)
@@ -275,16 +275,16 @@ fn rung_rows() -> Vec<Row> {
     let no_muscle = |channel| refused(Code::NoMuscle, "muscle").on(channel);
     let no_fatigue = refused(Code::NoFatigue, "fatigue").on(1);
     let mut rows = vec![
-        ask("a rung before arming", muscles, 0, LAG, not_armed()),
-        ask("a rung after a stop", muscles_stopped, 0, LAG, not_armed()),
-        ask("a rung, armed", muscles_armed, 0, LAG, Expect::Done),
+        ask("a rung before arming", muscles, 0, PLAIN, not_armed()),
+        ask("a rung after a stop", muscles_stopped, 0, PLAIN, not_armed()),
+        ask("a rung, armed", muscles_armed, 0, PLAIN, Expect::Done),
         ask("a rung, stimulating", muscles_stimulating, 1, TIRES, Expect::Done),
-        ask("a rung of a bare channel", muscles_armed, 2, LAG, no_muscle(3)),
-        ask("a rung of no channel", muscles_stimulating, 9, LAG, no_muscle(10)),
+        ask("a rung of a bare channel", muscles_armed, 2, PLAIN, no_muscle(3)),
+        ask("a rung of no channel", muscles_stimulating, 9, PLAIN, no_muscle(10)),
         ask("fatigue that is not there", muscles_armed, 0, TIRES, no_fatigue),
     ];
-    let lag = |v: i64| Some(Request::Rung { channel: v.try_into().ok()?, rung: LAG });
-    rows.extend(field(Bench::ten_muscles_armed, "channel", 0, 9).rows(lag));
+    let plain = |v: i64| Some(Request::Rung { channel: v.try_into().ok()?, rung: PLAIN });
+    rows.extend(field(Bench::ten_muscles_armed, "channel", 0, 9).rows(plain));
     rows
 }
 

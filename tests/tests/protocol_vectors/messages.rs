@@ -130,7 +130,7 @@ fn muscles() -> Vec<(&'static str, Request)> {
         rung: Rung::CalciumForceFatigue,
         ..muscle()
     };
-    let held = MuscleSpec { rung: Rung::Static, ..muscle() };
+    let held = MuscleSpec { rung: Rung::None, ..muscle() };
     vec![
         ("muscle", request(0, muscle())),
         ("muscle that tires", request(9, tires)),
@@ -226,7 +226,7 @@ pub fn requests() -> Vec<(&'static str, ToDevice)> {
         ),
         ("measurement", Request::Measurement { joint: 0, centideg: 4_321, at: Micros::new(1_000_000) }),
         ("subscribe", Request::Subscribe { period_ms: 20 }),
-        ("rung", Request::Rung { channel: 9, rung: Rung::Lag }),
+        ("rung", Request::Rung { channel: 9, rung: Rung::CalciumForce }),
         ("simulated trigger", Request::SimulateTrigger),
     ]);
     let number = |(seq, (name, request)): (u16, _)| {
@@ -316,7 +316,7 @@ fn telemetry(at: Micros, channels: u32) -> Telemetry {
         effort_milli: is_full.then_some(-999),
         limiting: is_full,
         amplitudes: (0..channels).map(amplitude).collect(),
-        forces_mn: (0..channels).map(|c| c * 100).collect(),
+        forces_mn: (0..channels).map(|c| (c != 0).then_some(c * 100)).collect(),
         force_control: (0..channels.min(2)).map(force).collect(),
         state: [State::Idle, State::Stimulating][usize::from(is_full)],
     }

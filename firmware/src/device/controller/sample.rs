@@ -4,9 +4,8 @@ use super::{Acted, Controller, Phase};
 use crate::device::mail::ControllerMail;
 use crate::haptics::Wall;
 use crate::link::{ForceSample, Telemetry};
-use crate::muscle::Model;
 use crate::pulse::CHANNELS;
-use crate::units::{Angle, Micros};
+use crate::units::{Angle, Force, Micros};
 
 /// A subscription.
 #[derive(Debug, Default)]
@@ -63,8 +62,8 @@ impl Controller {
             }
         }
         for (muscle, state) in self.setup.muscles.iter().zip(&self.muscles) {
-            let force = muscle.force.force(state).to_millinewton();
-            let _ = sample.forces_mn.push(force); // same
+            let force = muscle.force.predicted(state);
+            let _ = sample.forces_mn.push(force.map(Force::to_millinewton)); // same
         }
         for (force, followed) in self.setup.forces.iter().zip(&mut self.forces) {
             let force = ForceSample {

@@ -99,7 +99,7 @@ mod tests {
         };
         let sample = |t_s: f64, seven: f64| Sample {
             t_s,
-            forces_n: vec![4.0, 9.0, seven],
+            forces_n: [4.0, 9.0, seven].map(Some).to_vec(),
             wanted_n: vec![Some(4.0), Some(8.0)],
             below_n: vec![None, Some(0.0)],
             above_n: vec![None, (seven < 5.0).then_some(8.5)],

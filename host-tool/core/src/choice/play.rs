@@ -27,7 +27,7 @@ pub struct Played {
     /// By channel of the session, those that reach its muscle; none without one.
     pub pulses: Vec<Vec<Pulse>>,
     /// µs from the start, and the forces by muscle, N.
-    pub reports: Vec<(u64, Vec<f64>)>,
+    pub reports: Vec<(u64, Vec<Option<f64>>)>,
     /// How long it was, µs.
     pub length_us: u64,
 }
@@ -37,9 +37,9 @@ pub(super) fn samples(session: &Session, seed: u64) -> Result<Vec<Sample>, Unpla
     Ok(played(session, seed)?.0.trial.samples)
 }
 
-/// A muscle's force in a list of them, N.
-pub(super) fn told(forces_n: &[f64], muscle: usize) -> f64 {
-    forces_n.get(muscle).copied().unwrap_or(0.0)
+/// A muscle's force in a list of them, N; 0 where none was told.
+pub(super) fn told(forces_n: &[Option<f64>], muscle: usize) -> f64 {
+    forces_n.get(muscle).copied().flatten().unwrap_or(0.0)
 }
 
 /// Plays `session` in memory to its end.

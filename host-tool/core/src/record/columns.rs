@@ -59,7 +59,7 @@ pub const SAMPLES: [Column; 13] = [
     column(Each::Table, "limiting", "0, 1", "1 while a computed amplitude is held at the wearer's limit", "device: guard"),
     column(Each::Table, "state", "", "the device's state: boot, idle, armed, stimulating, stopping or fault", "device"),
     column(Each::Channel, "amplitude", "", "amplitude in force; empty while the channel plays nothing", "device: as sent to the DAC; no measurement"),
-    column(Each::Muscle, "force", "N", "force that the muscle model predicts from the pulses played", "device: muscle model; no measurement"),
+    column(Each::Muscle, "force", "N", "force that the muscle model predicts from the pulses played; empty where none runs", "device: muscle model; no measurement"),
     column(Each::Force, "wanted", "N", "wanted force; empty before its first setpoint", "device: the setpoint it follows"),
     column(Each::Force, "rate", "Hz", "pulse rate in force; empty while the channel plays nothing", "device: force control"),
     column(Each::Force, "below", "N", "force below the wanted one that the limits can give; empty unless they cannot give the wanted one", "device: force control"),

@@ -243,11 +243,12 @@ impl Trial {
         self.joint || self.wall.is_some() || self.channels.iter().any(|c| c.force)
     }
 
-    /// The predicted force of a channel, N; `None` without a muscle.
+    /// The predicted force of a channel, N; `None` without a muscle, and where none
+    /// was predicted.
     #[must_use]
     pub fn force_n(&self, sample: &Sample, channel: u8) -> Option<f64> {
         let place = self.place(channel, |c| c.muscle)?;
-        sample.forces_n.get(place).copied()
+        sample.forces_n.get(place).copied().flatten()
     }
 
     /// The wanted force of a channel, N; `None` without force control and before
@@ -341,8 +342,9 @@ pub struct Sample {
     /// Amplitude of each channel, in the channel's unit; `None` while it plays
     /// nothing.
     pub amplitudes: Vec<Option<f64>>,
-    /// Predicted force of each channel that has a muscle, N, in channel order.
-    pub forces_n: Vec<f64>,
+    /// Predicted force of each channel that has a muscle, N, in channel order; `None`
+    /// where no model ran.
+    pub forces_n: Vec<Option<f64>>,
     /// Wanted force of each channel under force control, N, in channel order;
     /// `None` before its first setpoint.
     #[serde(default)]

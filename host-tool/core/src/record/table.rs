@@ -39,7 +39,7 @@ pub(super) fn push_sample(text: &mut Vec<u8>, sample: &Sample, channels: &[Chann
         push_field(text, sample.amplitudes.get(column).copied().flatten());
     }
     for column in 0..predicted {
-        push_field(text, sample.forces_n.get(column).copied());
+        push_field(text, sample.forces_n.get(column).copied().flatten());
     }
     for values in [
         &sample.wanted_n,
@@ -126,8 +126,7 @@ pub fn read_samples(path: &Path) -> Result<Vec<Sample>, RecordError> {
             limiting: row.get::<u8>(limiting)? != 0,
             state: row.state(&DEVICE_STATES, state)?,
             amplitudes: list(&amplitudes)?,
-            // Every muscle's force is known from arming on.
-            forces_n: list(&forces)?.into_iter().flatten().collect(),
+            forces_n: list(&forces)?,
             wanted_n: list(&wanted)?,
             rates_hz: list(&rates)?,
             below_n: list(&below)?,

@@ -46,7 +46,7 @@ impl Value {
             let known = |values: &[Option<f64>]| values.get(place?).copied();
             match self {
                 Self::Amplitude => Some(known(&sample.amplitudes)?.unwrap_or(0.0)),
-                Self::Force => sample.forces_n.get(place?).copied(),
+                Self::Force => known(&sample.forces_n)?,
                 Self::Wanted => known(&sample.wanted_n)?,
                 Self::Rate => known(&sample.rates_hz)?,
             }

@@ -94,7 +94,7 @@ pub fn sample(telemetry: &Telemetry, epoch: Micros, true_deg: Option<f64>) -> Sa
         limiting: telemetry.limiting,
         state: state(telemetry.state),
         amplitudes: amplitudes.map(|a| a.map(|a| milli(a.get()))).collect(),
-        forces_n: telemetry.forces_mn.iter().map(|&f| milli(f)).collect(),
+        forces_n: telemetry.forces_mn.iter().map(|f| f.map(milli)).collect(),
         wanted_n: force(|f| f.target_mn.map(|mn| f64::from(mn) * 1e-3)),
         rates_hz: force(|f| f.period_us.map(|us| 1e6 / f64::from(us))),
         below_n: side(|gap| gap.below_mn),

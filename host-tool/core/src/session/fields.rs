@@ -26,12 +26,19 @@ pub(super) const SHAPES: [(&str, Shape); 4] = [
     ("monophasic-anodic", Shape::MonophasicAnodic),
 ];
 /// Rungs of the muscle's ladder by name.
-pub(super) const RUNGS: [(&str, Rung); 4] = [
-    ("static", Rung::Static),
-    ("lag", Rung::Lag),
+pub(super) const RUNGS: [(&str, Rung); 3] = [
+    ("none", Rung::None),
     ("calcium-force", Rung::CalciumForce),
     ("calcium-force-fatigue", Rung::CalciumForceFatigue),
 ];
+/// Rungs that there were: they cost more than the better one that stands for them.
+const DROPPED: [&str; 2] = ["static", "lag"];
+/// What a word that there was has become, where it is one of `words`.
+pub(super) fn instead(given: &str, words: &[&'static str]) -> Option<&'static str> {
+    let is_dropped = DROPPED.contains(&given);
+    let mut words = words.iter().copied();
+    words.find(|word| is_dropped && *word == "calcium-force")
+}
 /// What a silent member of a group is, by name.
 pub(super) const PARTNERS: [(&str, Partner); 2] = [
     ("conducted", Partner::Conducted),

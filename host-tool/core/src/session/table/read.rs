@@ -9,6 +9,7 @@ use toml::de::{DeTable, DeValue};
 use super::super::decimal::{Decimal, in_units};
 use super::super::error::{Place, Problem};
 use super::super::field::{Field, Kind, Need, Number, Section, When};
+use super::super::fields::instead;
 use super::{Document, Entry, Table, Value};
 
 impl<'a> Table<'a> {
@@ -170,7 +171,8 @@ impl<'a> Table<'a> {
             Kind::Flag => file.as_bool().map(|is| Some(Value::Flag(is))),
             Kind::Choice(words) => file.as_str().map(|given| {
                 let word = words.iter().find(|word| **word == given);
-                let close = closest(given, words.iter().copied()).map(Into::into);
+                let likely = || closest(given, words.iter().copied());
+                let close = instead(given, words).or_else(likely).map(Into::into);
                 let known = words.join(", ");
                 let unknown = || wrong(Problem::UnknownChoice { close, known });
                 word.map_or_else(unknown, |word| Some(Value::Word(word)))
