@@ -111,8 +111,8 @@ fn every_subject_rate_and_timing_is_within_its_bound() {
     assert!(worst >= 0.0015, "{worst} %: half of what is stated");
 }
 
-/// The ends of all ranges, and muscles drawn evenly over their logarithms: as
-/// strong as may be, so that what force is rounded to is left out.
+/// The ends of all ranges, and muscles drawn evenly over their logarithms: at full
+/// gain and as strong as may be, so that what force is rounded to is left out.
 #[test]
 fn every_muscle_that_is_accepted_is_within_its_bound() {
     let mut seed = 13u32;
@@ -142,7 +142,7 @@ fn every_muscle_that_is_accepted_is_within_its_bound() {
             continue;
         }
         for hz in [5, 25, 100, 200] {
-            let pulses = scattered(hz, true);
+            let pulses = scattered(hz, false);
             let error = error_pct(
                 &reference(&muscle, &pulses, 1500),
                 &fixed(&muscle, &pulses, 1500),
@@ -154,5 +154,5 @@ fn every_muscle_that_is_accepted_is_within_its_bound() {
     }
     println!("worst {:.4} % of {}, {refused} refused", worst.0, worst.1);
     assert!(worst.0 <= 0.02, "{} % of {}", worst.0, worst.1);
-    assert!(refused <= 6, "{refused}");
+    assert!(refused <= 8, "{refused}");
 }

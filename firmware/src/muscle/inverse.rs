@@ -370,7 +370,7 @@ mod tests {
             slower in 0.0..=1.0,
         ) {
             let way = |from: u32, to: u32, part: f64| from + (f64::from(to - from) * part) as u32;
-            let tau1_us = tau1_us.max((10 * tau2_us).div_ceil(k_micro - 10)).max(2_200);
+            let tau1_us = tau1_us.max((20 * tau2_us).div_ceil(k_micro - 20)).max(2_200);
             let spec = CalciumForceSpec { a_mn_per_s: 100_000, k_micro, tau_c_us, tau1_us, tau2_us };
             let periods = [train, way(5_000, train, faster), way(train, 2_000_000, slower)];
             prop_assert!(cost(spec, periods) <= CYCLES_MOST);

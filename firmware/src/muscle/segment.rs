@@ -111,16 +111,21 @@ struct End {
 }
 
 impl Segment {
-    /// h for a muscle: 0.4 τc at most, for C, and for τ a share of what it is
-    /// without calcium and with it. Errors grow with h⁴; found by trying
-    /// (docs/methods.md).
+    /// h for a muscle, µs: a share of τc, for C, and of τ without calcium and with
+    /// it; less where both are short and K is large, so that force follows C all
+    /// the way. Errors grow with h⁴; found by trying (docs/methods.md).
     fn longest_us(spec: &CalciumForceSpec) -> u32 {
-        // Below 2^20 each, times 100 at most.
-        let of_calcium = spec.tau_c_us.saturating_mul(40) / 100;
-        let span = spec.tau2_us.min(spec.tau1_us.saturating_mul(9) / 2);
-        let of_force = (spec.tau1_us.saturating_mul(25)).saturating_add(span.saturating_mul(13));
-        let us = of_calcium.min(of_force / 100).min(LONGEST_US);
-        us.max(SHORTEST_US)
+        // K/(K + 1) in 2^-10: at most 853. Every product below stays under 2^31 by
+        // the ranges of the parameters.
+        let linear = spec.k_micro / 100 * 1024 / (spec.k_micro / 100 + 10_000);
+        let of_calcium = spec.tau_c_us * 2 / 5;
+        let span = spec.tau1_us * 9 / 2 / 64 * (3072 - linear) / 48;
+        let of_force = (spec.tau1_us * 25 + spec.tau2_us.min(span) * 13) / 100;
+        let (less, more) = (of_calcium.min(of_force), of_calcium.max(of_force));
+        // Above 800, as τ1 and τc are 2 ms or more.
+        let both = less * 1024 / more;
+        let shorter = less * both / 1024 * linear / 3072;
+        (less - shorter).clamp(SHORTEST_US, LONGEST_US)
     }
 
     /// What the segments of a checked `spec` are planned with, without

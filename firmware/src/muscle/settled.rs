@@ -230,7 +230,7 @@ mod tests {
         ) -> CalciumForceSpec {
             let k_micro = (2_000.0 * 2_500f64.powf(k)) as u32;
             // The shortest that K and τ2 leave.
-            let tau1_us = tau1_us.max((10 * tau2_us).div_ceil(k_micro - 10)).max(2_200);
+            let tau1_us = tau1_us.max((20 * tau2_us).div_ceil(k_micro - 20)).max(2_200);
             CalciumForceSpec { a_mn_per_s: 100_000, k_micro, tau_c_us, tau1_us, tau2_us }
         }
     }

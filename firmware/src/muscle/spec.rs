@@ -16,7 +16,7 @@ pub struct CalciumForceSpec {
     /// τc, decay of calcium, µs: 5,000…100,000.
     pub tau_c_us: u32,
     /// τ1, decay of force without calcium, µs: 2,000…200,000, and more than
-    /// 2,000 beside a τ2 below 1.4 ms or a τ2/K of 200 s or more.
+    /// 2,000 beside a τ2 below 1.4 ms or a τ2/K of 100 s or more.
     pub tau1_us: u32,
     /// τ2, what full activation adds to τ1, µs: 1,000…1,000,000.
     pub tau2_us: u32,
@@ -65,12 +65,12 @@ impl CalciumForceSpec {
 
     /// The shortest τ1 of a muscle with this K and τ2, µs: below it force may be
     /// more than 0.02 % off. The fixed point tells too few levels of calcium apart
-    /// where τ falls from τ2 to τ1 if K·τ1/(τ1 + τ2) is below 10^-5 pulses, and a
+    /// where τ falls from τ2 to τ1 if K·τ1/(τ1 + τ2) is below 2·10^-5 pulses, and a
     /// segment as short as a tick is too long if 25 τ1 + 15 τ2 is below 70 ms.
     fn shortest_tau1_us(&self) -> u32 {
-        // K is 2,000 millionths or more: the quotient is below 10^7/1990.
-        let k = self.k_micro.saturating_sub(10).max(1);
-        let least = self.tau2_us.saturating_mul(10).div_ceil(k);
+        // K is 2,000 millionths or more: the quotient is below 2·10^7/1980.
+        let k = self.k_micro.saturating_sub(20).max(1);
+        let least = self.tau2_us.saturating_mul(20).div_ceil(k);
         let segment = 70_000u32.saturating_sub(self.tau2_us.saturating_mul(15));
         let least = least.max(segment.div_ceil(25));
         least.max(Self::TAU1_US.min.cast_unsigned())

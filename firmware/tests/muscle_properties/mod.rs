@@ -265,14 +265,14 @@ fn every_parameter_is_refused_just_outside_its_range() {
         }
         assert_eq!((with(min), with(max)), (None, None));
     }
-    // What of τ1 is left at the ends of K and τ2: 10 τ2/(K − 10).
-    let [least, enough] = [5_025, 5_026].map(|tau1| {
+    // What of τ1 is left at the ends of K and τ2: 20 τ2/(K − 20).
+    let [least, enough] = [10_101, 10_102].map(|tau1| {
         CalciumForce::new(spec_of([100_000, LOWEST[1], 20_000, tau1, HIGHEST[4]])).err()
     });
     let refusal = OutOfRange {
         field: "tau1_us",
-        value: 5_025,
-        min: 5_026,
+        value: 10_101,
+        min: 10_102,
         max: HIGHEST[3] as i32,
     };
     assert_eq!((least, enough), (Some(refusal), None));
