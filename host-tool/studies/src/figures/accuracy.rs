@@ -7,9 +7,12 @@ use host_core::plot::{At, Axis, Color, Figure, Key, Mark, Paint, Panel, Shape};
 use methods::bench::OUTPUTS_US;
 use methods::muscle::{Method, Number, Reading, Setting};
 
+/// From one power of ten to another.
+type Decades = (i32, i32);
+
 /// The arithmetics from the top, each with its powers of ten of the cycles per second
 /// and of the error in %; of f64 less is shown than there is.
-const ROWS: [(Number, &str, (i32, i32), (i32, i32)); 5] = [
+const ROWS: [(Number, &str, Decades, Decades); 5] = [
     (Number::Q7_24, "Q7.24", (4, 7), (-4, 2)),
     (Number::Q15_16, "Q15.16", (4, 7), (-3, 2)),
     (Number::F32, "f32", (4, 7), (-5, 2)),
