@@ -343,3 +343,15 @@ fn a_page_tells_limiting_and_that_no_model_ran() {
     assert!(html.contains("no force was predicted"));
     assert!(!html.contains("Nothing was recorded") && !html.contains("model predicts"));
 }
+
+#[test]
+fn page_and_comparison_say_which_model_ran() {
+    let mut run = force_run(Some(3.0));
+    run.trials[0].channels[0].model = Some("calcium-force".to_owned());
+    let told = "calcium-force (channel 1)";
+    assert!(report::page(&Report::of(&run)).contains(told));
+    let name = "one".to_owned();
+    let all = [report::Compared { name, run }];
+    assert!(report::compare_text(&all).contains(&format!("\n      {told}")));
+    assert!(report::compare_page(&all).contains(&format!("<td>{told}</td>")));
+}

@@ -1,7 +1,7 @@
 //! Several records side by side.
 
 use super::page::document;
-use super::tables::{degrees, headed, newtons, seconds};
+use super::tables::{degrees, headed, models_in_words, newtons, seconds};
 use super::trajectory;
 use crate::analysis::{force_metrics, hits, metrics_but_lag};
 use crate::plot::canvas::escape;
@@ -45,6 +45,8 @@ pub struct CompareRow {
     pub deepest_deg: Option<f64>,
     /// Pulses of more than 0 that were played; not the electrode check's.
     pub pulses: Option<u64>,
+    /// The model that each muscle began with.
+    pub models: Option<String>,
 }
 
 /// A row for each trial of each record, in the order given.
@@ -75,12 +77,21 @@ fn row(number: usize, compared: &Compared, trial: &Trial) -> CompareRow {
         rmse_n: forces.reduce(f64::max),
         deepest_deg: depths.reduce(f64::max),
         pulses: trial.pulses,
+        models: models_in_words(trial),
     }
 }
 
-const HEADS: [&str; 6] = ["length", "RMSE", "force", "deepest", "pulses", ""];
+const HEADS: [&str; 7] = [
+    "length",
+    "RMSE",
+    "force",
+    "deepest",
+    "pulses",
+    "muscle model",
+    "",
+];
 
-fn cells(row: &CompareRow) -> [String; 6] {
+fn cells(row: &CompareRow) -> [String; 7] {
     let or_none = |text: Option<String>| text.unwrap_or_else(|| "–".to_owned());
     let mut marks = Vec::new();
     if row.damaged {
@@ -98,6 +109,7 @@ fn cells(row: &CompareRow) -> [String; 6] {
         or_none(row.rmse_n.map(newtons)),
         or_none(row.deepest_deg.map(degrees)),
         or_none(row.pulses.map(|count| count.to_string())),
+        or_none(row.models.clone()),
         marks.join(", "),
     ]
 }
@@ -112,13 +124,13 @@ pub fn compare_text(all: &[Compared]) -> String {
             text.push_str(&format!("    {damaged}\n"));
         }
     }
-    let [length, rmse, force, deepest, pulses, _] = HEADS;
+    let [length, rmse, force, deepest, pulses, ..] = HEADS;
     text.push_str(&format!(
         "\n    {:<18}{length:>9}{rmse:>8}{force:>9}{deepest:>8}{pulses:>7}\n",
         "trial"
     ));
     for row in compare_rows(all) {
-        let [length, rmse, force, deepest, pulses, _] = cells(&row);
+        let [length, rmse, force, deepest, pulses, ..] = cells(&row);
         let name: String = row.trial.chars().take(17).collect();
         // 63 columns before the mark.
         let mark = match &row {
@@ -131,6 +143,11 @@ pub fn compare_text(all: &[Compared]) -> String {
         text.push_str(&format!(
             "{number:>2}  {name:<18}{length:>9}{rmse:>8}{force:>9}{deepest:>8}{pulses:>7}{mark}\n"
         ));
+        // One a line: of ten channels, within 80 columns.
+        for model in row.models.iter().flat_map(|models| models.split("), ")) {
+            let close = if model.ends_with(')') { "" } else { ")" };
+            text.push_str(&format!("      {model}{close}\n"));
+        }
     }
     text.trim_end().to_owned()
 }

@@ -2,7 +2,7 @@
 
 use super::tables::{
     counter_table, degrees, electrode_table, event_table, force_notes, force_remarks, force_table,
-    hits_table, metrics_table, newtons, paper_table, seconds,
+    hits_table, metrics_table, models_in_words, newtons, paper_table, seconds,
 };
 use super::{Report, bars, edges, lanes, trajectory};
 use crate::analysis::{Metrics, force_metrics, hits, metrics_but_lag, unpredicted};
@@ -195,6 +195,13 @@ fn facts(run: &Run) -> String {
     );
     if let Some(factor) = run.host.speed_factor {
         facts.push_str(&format!(" · {factor:.0} × real time"));
+    }
+    let models = run.trials.iter().filter_map(models_in_words);
+    let mut models: Vec<String> = models.collect();
+    models.dedup();
+    if !models.is_empty() {
+        let models = escape(&models.join("; "));
+        facts.push_str(&format!(" · muscle model at the start: {models}"));
     }
     if run.is_simulated() {
         facts.push_str(" · <b>Simulated wearer: no evidence about people.</b>");

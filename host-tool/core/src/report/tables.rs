@@ -136,6 +136,27 @@ pub(super) fn force_table(trials: &[Trial]) -> String {
     )
 }
 
+/// The model that each muscle of a trial began with, as in "calcium-force (channels 1, 3),
+/// none (channel 2)"; `None` without muscles or in a record that does not say.
+pub(super) fn models_in_words(trial: &Trial) -> Option<String> {
+    let mut groups: Vec<(&str, Vec<String>)> = Vec::new();
+    for channel in &trial.channels {
+        let (Some(model), number) = (&channel.model, channel.number.to_string()) else {
+            continue;
+        };
+        match groups.iter_mut().find(|(name, _)| name == model) {
+            Some((_, numbers)) => numbers.push(number),
+            None => groups.push((model, vec![number])),
+        }
+    }
+    let words = groups.iter().map(|(model, numbers)| {
+        let plural = if numbers.len() == 1 { "" } else { "s" };
+        format!("{model} (channel{plural} {})", numbers.join(", "))
+    });
+    let words: Vec<String> = words.collect();
+    (!words.is_empty()).then(|| words.join(", "))
+}
+
 /// What a trial under force control did not get of what it wanted, a sentence each.
 #[must_use]
 pub fn force_remarks(trial: &Trial) -> Vec<String> {
@@ -276,6 +297,34 @@ pub(super) fn event_table(trials: &[Trial]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::record::ChannelInfo;
+
+    #[test]
+    fn models_are_told_by_channel() {
+        let channel = |(number, model): (u8, Option<&str>)| ChannelInfo {
+            number,
+            name: String::new(),
+            unit: "mA".to_owned(),
+            limit: 10.0,
+            muscle: true,
+            model: model.map(str::to_owned),
+            force: false,
+        };
+        let told = |models: &[(u8, Option<&str>)]| {
+            models_in_words(&Trial {
+                channels: models.iter().copied().map(channel).collect(),
+                ..Trial::default()
+            })
+        };
+        let three = [
+            (1, Some("calcium-force")),
+            (2, Some("none")),
+            (3, Some("calcium-force")),
+        ];
+        let words = "calcium-force (channels 1, 3), none (channel 2)";
+        assert_eq!(told(&three).as_deref(), Some(words));
+        assert_eq!(told(&[(1, None)]), None);
+    }
 
     #[test]
     fn numbers_carry_three_digits() {
