@@ -34,7 +34,9 @@ pub use recorder::Recorder;
 pub use table::{read_edges, read_samples, write_edges, write_samples};
 
 use crate::session::Study;
-use serde::{Deserialize, Serialize};
+use crate::session::rung_name;
+use firmware::muscle::Rung;
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// Several trials of one purpose on one device.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
@@ -301,11 +303,28 @@ pub struct ChannelInfo {
     #[serde(default)]
     pub muscle: bool,
     /// The model that predicts it, at the start.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(
+        default,
+        deserialize_with = "known_model",
+        skip_serializing_if = "Option::is_none"
+    )]
     pub model: Option<String>,
     /// Whether that force is controlled: a place in `Sample::wanted_n`.
     #[serde(default)]
     pub force: bool,
+}
+
+/// The name of a model that this program knows: played on another, a record would not
+/// be repeated.
+fn known_model<'de, D: Deserializer<'de>>(from: D) -> Result<Option<String>, D::Error> {
+    let name = Option::<String>::deserialize(from)?;
+    let is_known = |name: &&String| Rung::ALL.iter().any(|rung| rung_name(*rung) == **name);
+    match name.as_ref().filter(|name| !is_known(name)) {
+        Some(name) => Err(serde::de::Error::custom(format!(
+            "`{name}` is no muscle model"
+        ))),
+        None => Ok(name),
+    }
 }
 
 /// What a session's `[fidelity]` came to.
