@@ -291,3 +291,55 @@ fn a_damaged_file_is_named_with_its_line() {
     let place = "edges.csv, line 2: state: \"cathodik\"";
     assert!(error.contains(place), "{error}");
 }
+
+/// One trial under force control: 4 N wanted, `force_n` predicted, limiting in every
+/// fourth sample.
+fn force_run(force_n: Option<f64>) -> Run {
+    let sample = |i: u32| Sample {
+        t_s: f64::from(i) * 0.1,
+        limiting: i.is_multiple_of(4),
+        amplitudes: vec![Some(20.0)],
+        forces_n: vec![force_n],
+        wanted_n: vec![Some(4.0)],
+        rates_hz: vec![Some(20.0)],
+        below_n: vec![None],
+        above_n: vec![None],
+        ..Sample::default()
+    };
+    let trial = Trial {
+        name: "ramp".to_owned(),
+        channels: vec![ChannelInfo {
+            force: true,
+            ..channel(1, "tibialis", 25.0)
+        }],
+        samples: (0..100).map(sample).collect(),
+        ..Trial::default()
+    };
+    Run {
+        title: "Force".to_owned(),
+        trials: vec![trial],
+        ending: Ending::complete(),
+        ..Run::default()
+    }
+}
+
+#[test]
+fn a_page_tells_limiting_and_that_no_model_ran() {
+    let limiting = "Limiting in 25 % of the samples with a wanted force";
+    let no_model = "No muscle model ran on channel 1";
+    let written = |name: &str, run: &Run| {
+        let dir = folder(name);
+        let html = std::fs::read_to_string(report::write(&dir, &Report::of(run)).unwrap());
+        let summary = std::fs::read(dir.join("summary.json")).unwrap();
+        let summary: serde_json::Value = serde_json::from_slice(&summary).unwrap();
+        assert_eq!(summary["trials"][0]["force_limiting_share"], 0.25);
+        html.unwrap()
+    };
+    let predicted = written("tired", &force_run(Some(3.0)));
+    assert!(predicted.contains(limiting) && !predicted.contains("No muscle model ran"));
+    assert!(predicted.contains("Force that the device's muscle model predicts"));
+    let html = written("no-model", &force_run(None));
+    assert!(html.contains(limiting) && html.contains(no_model));
+    assert!(html.contains("no force was predicted"));
+    assert!(!html.contains("Nothing was recorded") && !html.contains("model predicts"));
+}

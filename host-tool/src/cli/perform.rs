@@ -5,11 +5,14 @@ use super::chip::ChipArgs;
 use super::{Incomplete, Output, interrupt};
 use anyhow::Context;
 use hal_sim::trace::Trace;
-use host_core::analysis::{ForceMetrics, GapMetrics, Hit, force_metrics, hits, metrics_but_lag};
+use host_core::analysis::{
+    ForceMetrics, GapMetrics, Hit, force_limiting_share, force_metrics, hits, metrics_but_lag,
+};
 use host_core::link::Port;
 use host_core::record::{
     Ending, Place, RecordError, Recorder, Run, sha256, write_header, write_run,
 };
+use host_core::report::force_remarks;
 use host_core::run::{
     DeviceName, SessionFile, acknowledge, begin_trial, edges_of_one_period, greet, interruptible,
     run,
@@ -163,6 +166,7 @@ impl Performed {
             "title": self.record.title, "device": self.record.device_in_words(),
             "seed": self.record.seed, "rmse_deg": rmse,
             "hits": trial.map(hits), "forces": trial.map(force_metrics),
+            "force_limiting_share": trial.and_then(force_limiting_share),
             "refused": self.refused, "report": self.report, "record": self.place.dir(),
             "error": null,
         })
@@ -179,6 +183,7 @@ impl Performed {
             }
             lines.extend(hits(trial).iter().map(in_words));
             lines.extend(force_metrics(trial).iter().map(followed));
+            lines.extend(force_remarks(trial));
         }
         let (title, refused) = (visible(&self.record.title), self.refused);
         let page = self.report.as_ref();
@@ -217,7 +222,7 @@ fn followed(force: &ForceMetrics) -> String {
 /// Where forces were wanted that cannot be given, for people.
 fn limited(gap: GapMetrics) -> String {
     format!(
-        "; limiting {:.0} % of the time: it wanted forces between {} and {} N, which its limits \
+        "; {:.0} % of the time it wanted forces between {} and {} N, which its limits \
          cannot give, and got the nearer of the two (a lower `force.min_frequency_hz` narrows this)",
         100.0 * gap.share,
         gap.below_n,

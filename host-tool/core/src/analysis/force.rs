@@ -1,7 +1,7 @@
 //! How well predicted forces followed the wanted ones.
 
-use super::{root_mean_square, window};
-use crate::record::Trial;
+use super::{LATE_S, root_mean_square, window};
+use crate::record::{Sample, Trial};
 use serde::{Deserialize, Serialize};
 
 /// How well the predicted force of one channel under force control followed
@@ -10,9 +10,9 @@ use serde::{Deserialize, Serialize};
 pub struct ForceMetrics {
     /// 1-based.
     pub channel: u8,
-    /// First moment judged, s.
+    /// First moment judged, s: of the window, or of the prediction in it.
     pub from_s: f64,
-    /// Last moment judged, s.
+    /// Last moment judged, s; likewise.
     pub to_s: f64,
     /// Samples judged.
     pub samples: usize,
@@ -38,6 +38,41 @@ pub struct GapMetrics {
     pub share: f64,
 }
 
+/// Share of the samples with a wanted force, of any channel, in which the device was
+/// *limiting*: it could not give all that was wanted. The device says so for all its
+/// channels at once. Over the same window; `None` where no force was wanted.
+#[must_use]
+pub fn force_limiting_share(trial: &Trial) -> Option<f64> {
+    let (from_s, to_s) = window(trial)?;
+    let (mut wanted, mut limiting) = (0_u32, 0_u32);
+    let is_wanted = |s: &Sample| s.wanted_n.iter().any(Option::is_some);
+    let inside = trial.samples.iter();
+    for sample in inside.filter(|s| (from_s..=to_s).contains(&s.t_s) && is_wanted(s)) {
+        wanted += 1;
+        limiting += u32::from(sample.limiting);
+    }
+    (wanted > 0).then(|| f64::from(limiting) / f64::from(wanted))
+}
+
+/// The channels of which forces were wanted, but none predicted: no muscle model ran.
+/// Over the same window.
+#[must_use]
+pub fn unpredicted(trial: &Trial) -> Vec<u8> {
+    let Some((from_s, to_s)) = window(trial) else {
+        return Vec::new();
+    };
+    let inside = || {
+        let samples = trial.samples.iter();
+        samples.filter(move |s| (from_s..=to_s).contains(&s.t_s))
+    };
+    let numbers = trial.channels.iter().filter(|c| c.force).map(|c| c.number);
+    let is_unpredicted = |&number: &u8| {
+        inside().any(|s| trial.wanted_n(s, number).is_some())
+            && inside().all(|s| trial.force_n(s, number).is_none())
+    };
+    numbers.filter(is_unpredicted).collect()
+}
+
 /// Metrics of every channel under force control, in channel order, over the
 /// trial's `measure` window, or over all of it. Without samples there, none.
 #[must_use]
@@ -52,19 +87,26 @@ pub fn force_metrics(trial: &Trial) -> Vec<ForceMetrics> {
     let controlled = trial.channels.iter().filter(|c| c.force);
     controlled
         .filter_map(|channel| {
-            let pairs = inside().filter_map(|s| {
+            let judged = inside().filter_map(|s| {
                 let predicted = trial.force_n(s, channel.number)?;
-                Some((predicted, trial.wanted_n(s, channel.number)?))
+                Some((s.t_s, (predicted, trial.wanted_n(s, channel.number)?)))
             });
+            let (times, pairs): (Vec<f64>, Vec<(f64, f64)>) = judged.unzip();
             let (errors, wanted): (Vec<f64>, Vec<f64>) = pairs
+                .into_iter()
                 .map(|(force, wanted)| (force - wanted, wanted))
                 .unzip();
+            let (&first_s, &end_s) = (times.first()?, times.last()?);
             let gaps = inside().filter_map(|s| trial.gap_n(s, channel.number));
             let gaps: Vec<(f64, f64)> = gaps.collect();
-            (!errors.is_empty()).then(|| ForceMetrics {
+            Some(ForceMetrics {
                 channel: channel.number,
-                from_s,
-                to_s,
+                from_s: if first_s > from_s + LATE_S {
+                    first_s
+                } else {
+                    from_s
+                },
+                to_s: if end_s < to_s - LATE_S { end_s } else { to_s },
                 samples: errors.len(),
                 rmse_n: root_mean_square(&errors),
                 max_abs_n: errors.iter().fold(0.0, |most, e| e.abs().max(most)),
@@ -82,7 +124,7 @@ pub fn force_metrics(trial: &Trial) -> Vec<ForceMetrics> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::record::{ChannelInfo, Sample};
+    use crate::record::ChannelInfo;
 
     /// Channel 2 has no muscle, channel 5 only a muscle: forces are those of
     /// channels 1, 5 and 7, the wanted ones of 1 and 7.
@@ -131,5 +173,51 @@ mod tests {
             (seven.rmse_n, seven.max_abs_n, seven.peak_n),
             (5.0, 7.0, 8.0)
         );
+        assert_eq!((seven.from_s, seven.to_s), (1.0, 2.0));
+    }
+
+    /// 4 N wanted of channel 1 every 0.1 s from 0 to 10 s and judged from 2 s on; from
+    /// 6 s the device is limiting, from 5 s no model runs, nor ever on channel 2.
+    fn model_that_ends() -> Trial {
+        let channel = |number| ChannelInfo {
+            number,
+            name: String::new(),
+            unit: "mA".to_owned(),
+            limit: 10.0,
+            muscle: true,
+            model: None,
+            force: true,
+        };
+        let sample = |i: u32| Sample {
+            t_s: f64::from(i) / 10.0,
+            limiting: i >= 60,
+            forces_n: vec![(i < 50).then_some(3.0), None],
+            wanted_n: vec![Some(4.0), Some(1.0)],
+            ..Sample::default()
+        };
+        Trial {
+            channels: vec![channel(1), channel(2)],
+            samples: (0..=100).map(sample).collect(),
+            measure: Some((2.0, 10.0)),
+            ..Trial::default()
+        }
+    }
+
+    #[test]
+    fn what_is_judged_ends_with_the_prediction() {
+        let [one] = force_metrics(&model_that_ends()).try_into().unwrap();
+        assert_eq!((one.from_s, one.to_s, one.samples), (2.0, 4.9, 30));
+        assert_eq!(one.rmse_n, 1.0);
+    }
+
+    #[test]
+    fn limiting_counts_where_no_model_ran() {
+        let mut trial = model_that_ends();
+        // 6 to 10 s of 2 to 10 s, both ends included.
+        assert_eq!(force_limiting_share(&trial), Some(41.0 / 81.0));
+        assert_eq!(unpredicted(&trial), [2]);
+        trial.samples.iter_mut().for_each(|s| s.wanted_n.clear());
+        assert_eq!(force_limiting_share(&trial), None);
+        assert!(unpredicted(&trial).is_empty());
     }
 }

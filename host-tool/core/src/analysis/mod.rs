@@ -10,7 +10,7 @@ mod force;
 mod lag;
 
 pub use contact::{Hit, hits};
-pub use force::{ForceMetrics, GapMetrics, force_metrics};
+pub use force::{ForceMetrics, GapMetrics, force_limiting_share, force_metrics, unpredicted};
 pub use lag::lag_s;
 
 use crate::record::{Sample, Trial};

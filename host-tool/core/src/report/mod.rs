@@ -20,6 +20,7 @@ pub use compare::{CompareRow, Compared, compare_page, compare_rows, compare_text
 pub use overview::picture as overview_picture;
 pub use page::page;
 pub use summary::write;
+pub use tables::force_remarks;
 
 use crate::record::{Assumption, PaperRow, Run};
 

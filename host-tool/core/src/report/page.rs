@@ -1,11 +1,11 @@
 //! The HTML page: result first, then the pictures, then what to know about them.
 
 use super::tables::{
-    counter_table, degrees, electrode_table, event_table, force_table, hits_table, metrics_table,
-    newtons, paper_table, seconds,
+    counter_table, degrees, electrode_table, event_table, force_notes, force_remarks, force_table,
+    hits_table, metrics_table, newtons, paper_table, seconds,
 };
 use super::{Report, bars, edges, lanes, trajectory};
-use crate::analysis::{Metrics, force_metrics, hits, metrics_but_lag};
+use crate::analysis::{Metrics, force_metrics, hits, metrics_but_lag, unpredicted};
 use crate::plot::canvas::escape;
 use crate::record::{Assumption, Role, Run, Trial};
 
@@ -16,7 +16,10 @@ pub fn page(report: &Report) -> String {
     out.push_str(&figure(&trajectory::figure(&run.trials), ""));
     out.push_str(&format!("<p class=\"facts\">{}</p>\n", facts(run)));
 
-    let tables = metrics_table(&run.trials) + &hits_table(&run.trials) + &force_table(&run.trials);
+    let tables = metrics_table(&run.trials)
+        + &hits_table(&run.trials)
+        + &force_table(&run.trials)
+        + &force_notes(&run.trials);
     let log =
         counter_table(&run.trials) + &electrode_table(&run.trials) + &event_table(&run.trials);
     for (title, body) in [
@@ -77,6 +80,7 @@ fn result(run: &Run) -> String {
             return "No samples were recorded.".to_owned();
         }
         let other = wall_result(run).or_else(|| force_result(run));
+        let other = other.or_else(|| unpredicted_result(run));
         return other.unwrap_or_else(|| nothing_judged(run).to_owned());
     };
     let window = format!("{}–{} s", seconds(best.from_s), seconds(best.to_s));
@@ -113,24 +117,34 @@ fn nothing_judged(run: &Run) -> &'static str {
 fn force_result(run: &Run) -> Option<String> {
     let all = run.trials.iter().flat_map(|trial| {
         let own = force_metrics(trial).into_iter();
-        own.map(|m| (trial.name.as_str(), m))
+        own.map(move |m| (trial, m))
     });
     let all: Vec<_> = all.collect();
-    let (name, m) = all
+    let (trial, m) = all
         .iter()
         .max_by(|a, b| a.1.rmse_n.total_cmp(&b.1.rmse_n))?;
+    let remarks = force_remarks(trial).into_iter();
+    let remarks: String = remarks.map(|remark| format!(" {remark}")).collect();
     let which = match all.len() {
         1 => String::new(),
         count => format!(" of channel {}, the furthest off of {count},", m.channel),
     };
     Some(format!(
         "{}: the predicted force{which} followed the wanted one with an RMSE of {} over {}–{} s. \
-         Nothing measures force.",
-        capitalised(name),
+         Nothing measures force.{remarks}",
+        capitalised(&trial.name),
         newtons(m.rmse_n),
         seconds(m.from_s),
         seconds(m.to_s),
     ))
+}
+
+/// The same where no muscle model ran: the first such trial.
+fn unpredicted_result(run: &Run) -> Option<String> {
+    let mut trials = run.trials.iter();
+    let trial = trials.find(|trial| !unpredicted(trial).is_empty())?;
+    let remarks = force_remarks(trial).join(" ");
+    Some(format!("{}: {remarks}", capitalised(&trial.name)))
 }
 
 /// The same for trials at a virtual wall.
@@ -197,18 +211,27 @@ fn figure(svg: &str, caption: &str) -> String {
     }
 }
 
+/// What the forces drawn are.
+fn forces_caption(run: &Run) -> &'static str {
+    let mut samples = run.trials.iter().flat_map(|trial| &trial.samples);
+    if samples.any(|sample| sample.forces_n.iter().any(Option::is_some)) {
+        "Force that the device's muscle model predicts from the pulses emitted; dark: the \
+         wanted force, where it is controlled."
+    } else {
+        "No muscle model ran, so no force was predicted; dark: the wanted force, where it is \
+         controlled."
+    }
+}
+
 fn stimulation(run: &Run) -> String {
     figure(
         &lanes::amplitudes(&run.trials),
         "Amplitude of the latest burst of every channel. The upper line is the wearer's limit.",
-    ) + &figure(
-        &lanes::forces(&run.trials),
-        "Force that the device's muscle model predicts from the pulses emitted; dark: the \
-         wanted force, where it is controlled.",
-    ) + &figure(
-        &lanes::rates(&run.trials),
-        "Pulse rate that force control gives each channel.",
-    )
+    ) + &figure(&lanes::forces(&run.trials), forces_caption(run))
+        + &figure(
+            &lanes::rates(&run.trials),
+            "Pulse rate that force control gives each channel.",
+        )
 }
 
 fn periods(run: &Run) -> String {

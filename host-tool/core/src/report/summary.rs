@@ -1,7 +1,9 @@
 //! The two files of a report: one for people, one for machines.
 
 use super::{Report, page};
-use crate::analysis::{ForceMetrics, Hit, Metrics, force_metrics, hits, metrics};
+use crate::analysis::{
+    ForceMetrics, Hit, Metrics, force_limiting_share, force_metrics, hits, metrics,
+};
 use crate::record::{Assumption, Ending, Held, PaperRow, RecordError, replace_file, write_summary};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -35,6 +37,7 @@ struct TrialSummary<'a> {
     metrics: Option<Metrics>,
     hits: Vec<Hit>,
     forces: Vec<ForceMetrics>,
+    force_limiting_share: Option<f64>,
     counters: &'a [(String, u64)],
     events: &'a [(f64, String)],
 }
@@ -74,6 +77,7 @@ pub fn write(dir: &Path, report: &Report) -> Result<PathBuf, RecordError> {
                 metrics: metrics(trial),
                 hits: hits(trial),
                 forces: force_metrics(trial),
+                force_limiting_share: force_limiting_share(trial),
                 counters: &trial.counters,
                 events: &trial.events,
             })

@@ -1,6 +1,8 @@
 //! Text and tables of the page.
 
-use crate::analysis::{Metrics, force_metrics, hits, metrics, metrics_but_lag};
+use crate::analysis::{
+    Metrics, force_limiting_share, force_metrics, hits, metrics, metrics_but_lag, unpredicted,
+};
 use crate::plot::canvas::escape;
 use crate::record::{PaperRow, Trial};
 
@@ -127,11 +129,47 @@ pub(super) fn force_table(trials: &[Trial]) -> String {
         row(&trial.name, cells)
     });
     table(
-        "Trial|Channel|Window|RMSE|Largest error|Most wanted|Limiting|Samples".split('|'),
+        "Trial|Channel|Window|RMSE|Largest error|Most wanted|Gap|Samples".split('|'),
         &rows.collect::<String>(),
-        "Of the force that the muscle model predicts; nothing measures force. Limiting: how often a \
+        "Of the force that the muscle model predicts; nothing measures force. Gap: how often a \
          force between two was wanted that the limits cannot give, and the nearer of the two given.",
     )
+}
+
+/// What a trial under force control did not get of what it wanted, a sentence each.
+#[must_use]
+pub fn force_remarks(trial: &Trial) -> Vec<String> {
+    let mut all = Vec::new();
+    let numbers: Vec<String> = unpredicted(trial).iter().map(u8::to_string).collect();
+    if !numbers.is_empty() {
+        all.push(format!(
+            "No muscle model ran on channel {}: its force was not predicted and is not judged.",
+            numbers.join(", ")
+        ));
+    }
+    if let Some(share) = force_limiting_share(trial).filter(|&share| share > 0.0) {
+        let percent = match 100.0 * share {
+            little if little < 0.5 => "less than 1".to_owned(),
+            percent => format!("{percent:.0}"),
+        };
+        all.push(format!(
+            "Limiting in {percent} % of the samples with a wanted force: the device could not give \
+             all that was wanted of it, on one channel or more."
+        ));
+    }
+    all
+}
+
+/// The same of all trials, below their table.
+pub(super) fn force_notes(trials: &[Trial]) -> String {
+    let all = trials
+        .iter()
+        .flat_map(|trial| force_remarks(trial).into_iter().map(move |it| (trial, it)));
+    all.map(|(trial, remark)| {
+        let name = escape(&trial.name);
+        format!("<p class=\"note\">{name}: {}</p>\n", escape(&remark))
+    })
+    .collect()
 }
 
 fn metric_cells(m: &Metrics) -> [String; 8] {
