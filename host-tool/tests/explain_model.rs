@@ -105,12 +105,40 @@ fn a_rerun_takes_the_model_from_the_record() {
     assert_eq!(trial["channels"][0]["model"], "calcium-force");
     let (exit, out, said) = ran(&folder, &["rerun", "first"]);
     assert_eq!(exit, Some(0), "{out} {said}");
+    // Of a model that is none nothing can be repeated.
+    let unknown = folder.join("first/01-one-muscle/trial.json");
+    let text = std::fs::read_to_string(&unknown).unwrap();
+    std::fs::write(&unknown, text.replace("\"calcium-force\"", "\"lag\"")).unwrap();
+    for command in ["rerun", "report"] {
+        let (exit, _, said) = ran(&folder, &[command, "first"]);
+        assert!(exit == Some(1) && said.contains("E584"), "{said}");
+        assert!(said.contains("`lag` is no muscle model"), "{said}");
+    }
     // A tolerance that nothing meets is refused before anything is played.
     let fine = session("frequency_hz = 50.0", "") + "\n[fidelity]\ntolerance_percent = 0.01\n";
     written(&folder, "fine.toml", fine);
     let (exit, _, said) = ran(&folder, &["run", "fine.toml", "--out", "second"]);
     assert!(exit == Some(1) && said.contains("E553"), "{said}");
     assert!(!folder.join("second").exists());
+}
+
+/// A model by the file's word stays, and what is wrong with it is told.
+#[test]
+fn a_given_model_beyond_the_tolerance_is_told() {
+    let folder = program::folder("explained/given");
+    let given = session("frequency_hz = 50.0", ", model = \"none\"");
+    written(
+        &folder,
+        "given.toml",
+        given + "\n[fidelity]\ntolerance_percent = 3\n",
+    );
+    let (exit, _, said) = ran(&folder, &["run", "given.toml", "--out", "first"]);
+    assert_eq!(exit, Some(0), "{said}");
+    let told = "channel 1: `none`, as the file says, errs by";
+    assert!(
+        said.contains(told) && said.contains("tolerance of 3.00 %"),
+        "{said}"
+    );
 }
 
 /// `flexor explain-model … | head` and `… > /a/full/disk`.

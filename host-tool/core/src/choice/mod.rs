@@ -221,6 +221,7 @@ pub fn settle(session: &mut Session) -> Result<(), ChoiceError> {
     };
     if session.has_fidelity {
         choice.refuse(session)?;
+        session.notes.extend(choice.coarse(session));
     }
     if choice.tried_us < session.duration_us {
         session.notes.push(format!(
@@ -271,6 +272,22 @@ pub fn recall(session: &mut Session, trial: &Trial) -> bool {
 }
 
 impl Choice {
+    /// Of each channel whose model the file gives and which errs by more than is
+    /// tolerated, that it does.
+    fn coarse(&self, session: &Session) -> Vec<String> {
+        let coarse = |need: &&Need| need.together > self.tolerance.part();
+        let told = self.needs.iter().filter(coarse).map(|need| {
+            format!(
+                "channel {}: `{}`, as the file says, errs by {:.2} %: more than the tolerance of {}",
+                session.channels[need.place].number,
+                rung_name(need.rung),
+                100.0 * need.together,
+                self.tolerance,
+            )
+        });
+        told.collect()
+    }
+
     /// # Errors
     /// [`ChoiceError::NoRung`] of the first channel that no rung is enough for.
     pub fn refuse(&self, session: &Session) -> Result<(), ChoiceError> {

@@ -5,6 +5,7 @@
 //! from the data (`analysis`), pictures (`report`).
 //! In: telemetry, edges, counters, events. Out: a folder that [`load`] reads back.
 
+mod channel;
 mod columns;
 mod damage;
 mod difference;
@@ -19,6 +20,7 @@ mod provenance;
 mod recorder;
 mod table;
 
+pub use channel::ChannelInfo;
 pub use columns::{Column, EDGES, Each, SAMPLES};
 pub use damage::Held;
 pub use difference::{Difference, compare_rows};
@@ -284,28 +286,6 @@ pub struct WallPlace {
     pub stops_flexion: bool,
     /// How far in front of it its pre-wall begins, degrees; 0 for none.
     pub pre_wall_deg: f64,
-}
-
-/// A channel of a trial.
-#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
-pub struct ChannelInfo {
-    /// 1-based.
-    pub number: u8,
-    /// For people: "flexor A".
-    pub name: String,
-    /// Of its amplitude: "V" or "mA".
-    pub unit: String,
-    /// The wearer's limit, in that unit.
-    pub limit: f64,
-    /// Whether its muscle's force is predicted: a place in `Sample::forces_n`.
-    #[serde(default)]
-    pub muscle: bool,
-    /// The model that predicts it, at the start.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub model: Option<String>,
-    /// Whether that force is controlled: a place in `Sample::wanted_n`.
-    #[serde(default)]
-    pub force: bool,
 }
 
 /// What a session's `[fidelity]` came to.

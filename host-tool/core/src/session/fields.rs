@@ -175,7 +175,7 @@ fn muscle() -> Section {
         f("a_n_per_s", n("N/s", 3, M::A_MN_PER_S), Required, "A"),
         f("k", n("", 6, M::K_MICRO), Required, "K"),
         f("tau_c_ms", nb("ms", 3, M::TAU_C_US, "under bursts of n pulses every T at most T/ln(24/(24 − n))"), Required, "τc"),
-        f("tau1_ms", n("ms", 3, M::TAU1_US), Required, "τ1"),
+        f("tau1_ms", n("ms", 3, M::TAU1_US), Required, "τ1; more than 2 ms beside a `tau2_ms` below 1.4, and beside a `tau2_ms` above 100,000 `k`"),
         f("tau2_ms", n("ms", 3, M::TAU2_US), Required, "τ2"),
         f("motor_threshold", nb(UNIT, 3, R::MOTOR_THRESHOLD, "below `limit`"), Required, "smallest amplitude that moves"),
         f("reference", nb(UNIT, 3, R::REFERENCE, "from `limit`"), Required, "amplitude at which A was measured"),
