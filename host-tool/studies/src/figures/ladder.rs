@@ -58,7 +58,7 @@ fn panel(rows: &[Row], n: usize) -> Panel {
     Panel {
         marks: dots.collect(),
         ..Panel::new(
-            &format!("Tolerance {limit_pct} %"),
+            &format!("Tolerance {limit_pct:.0} %"),
             x.rule(limit_pct, "", INK),
             y.rule(limit_pct, "tolerated", INK),
             260.0,
