@@ -15,7 +15,7 @@ mod tried;
 
 pub use cost::{Cycles, cycles, rungs};
 pub use fidelity::{Effect, Fidelity, coarsest};
-pub use play::{Played, Pulse, Unplayed, forces};
+pub use play::{Played, Pulse, Unplayed, fatigue, forces};
 pub use stream::streaming;
 pub use tried::{Tried, Uses};
 
@@ -113,7 +113,7 @@ impl Share {
 /// Tries `session` with every rung that its muscles allow, natively and in memory, on
 /// a wearer with this seed, and takes for each channel the cheapest in cycles whose
 /// error in what the session uses is within `tolerance`. A channel that is on a rung by
-/// the file's word stays there.
+/// the file's word stays there, and goes where its `changes` say.
 ///
 /// A rung is tried on all channels at once: no channel's pulses and report depend on
 /// another's rung. Then what was chosen is played together; while any channel errs by
@@ -160,7 +160,7 @@ pub fn choose(session: &Session, tolerance: Share, seed: u64) -> Result<Choice, 
         let is_free = |need: &&mut Need| {
             let muscle = session.channels[need.place].muscle.as_ref();
             let above = need.tried.iter().any(|it| it.rung > need.rung);
-            muscle.is_some_and(|it| it.model == Model::Auto)
+            muscle.is_some_and(|it| it.model == Model::Auto && it.changes.is_empty())
                 && need.enough.is_some()
                 && above
                 && need.together > tolerance.part()
