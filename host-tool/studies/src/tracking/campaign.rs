@@ -2,9 +2,9 @@
 
 use super::TrackingError;
 use super::contender::Contender;
-use super::exercise::{Exercise, Outcome};
+use super::exercise::{Exercise, Outcome, Wearers};
 use super::optimum::optimum;
-use super::plant::{Plant, Wearers};
+use super::plant::Plant;
 use super::statistics::{Interval, mean, paired, percentile};
 use super::target::{Course, Kind};
 use super::wearer::Points;

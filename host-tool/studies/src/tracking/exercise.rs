@@ -7,11 +7,51 @@ use super::reach::Reachable;
 use super::target::{Course, Kind, scored};
 use super::trial::{Attempt, RIPPLE_FROM_MS, TRIAL_MS};
 use super::wearer::Points;
+use hal_sim::body::RandomFingerSpec;
 
 /// Above this RMSE in reach, degrees, a law has failed a wearer.
 pub const FAILS_DEG: f64 = 3.0;
 /// Highest ripple of a hold, RMS, degrees.
 pub const RIPPLE_DEG: f64 = 0.2;
+
+/// Which wearers a campaign draws.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Wearers {
+    /// [`RandomFingerSpec::drawn`]; everyone follows the campaign's course.
+    Earlier,
+    /// [`RandomFingerSpec::widened`]; wearer `n` follows [`Course::widened`].
+    Widened,
+}
+
+impl Wearers {
+    /// Plant `index` of campaign `seed`.
+    pub fn plant(self, seed: u64, index: u64) -> Plant {
+        let earlier = Plant::drawn(seed, index);
+        match self {
+            Self::Earlier => earlier,
+            Self::Widened => Plant {
+                finger: RandomFingerSpec::widened(seed, index),
+                ..earlier
+            },
+        }
+    }
+
+    /// What plant `index` follows; `everyone`, if all follow the same.
+    pub fn course(self, everyone: Course, seed: u64, index: u64) -> Course {
+        match self {
+            Self::Earlier => everyone,
+            Self::Widened => Course::widened(seed, index),
+        }
+    }
+
+    /// For tables.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Earlier => "earlier",
+            Self::Widened => "widened",
+        }
+    }
+}
 
 /// A task for a law.
 #[derive(Clone, PartialEq, Debug)]

@@ -1,6 +1,5 @@
 //! One plant of a campaign: a finger, and the line between it and the device.
 
-use super::target::Course;
 use hal_sim::body::RandomFingerSpec;
 use hal_sim::body::random_finger::Draws;
 
@@ -37,45 +36,6 @@ impl Line {
             transport_us: draws.even(1000.0, 4000.0),
             transport_jitter_us: draws.even(0.0, 8000.0),
             loss: draws.even(0.0, 0.54),
-        }
-    }
-}
-
-/// Which wearers a campaign draws.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Wearers {
-    /// [`RandomFingerSpec::drawn`]; everyone follows the campaign's course.
-    Earlier,
-    /// [`RandomFingerSpec::widened`]; wearer `n` follows [`Course::widened`].
-    Widened,
-}
-
-impl Wearers {
-    /// Plant `index` of campaign `seed`.
-    pub fn plant(self, seed: u64, index: u64) -> Plant {
-        let earlier = Plant::drawn(seed, index);
-        match self {
-            Self::Earlier => earlier,
-            Self::Widened => Plant {
-                finger: RandomFingerSpec::widened(seed, index),
-                ..earlier
-            },
-        }
-    }
-
-    /// What plant `index` follows; `everyone`, if all follow the same.
-    pub fn course(self, everyone: Course, seed: u64, index: u64) -> Course {
-        match self {
-            Self::Earlier => everyone,
-            Self::Widened => Course::widened(seed, index),
-        }
-    }
-
-    /// For tables.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Earlier => "earlier",
-            Self::Widened => "widened",
         }
     }
 }
