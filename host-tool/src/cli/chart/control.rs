@@ -11,10 +11,12 @@ use studies::tracking::campaign::{Campaign, Plan};
 use studies::tracking::candidate::Equipment;
 use studies::tracking::contender::Contender;
 use studies::tracking::cost::Cost;
+use studies::tracking::exercise::Wearers;
 use studies::tracking::gains;
 use studies::tracking::search::{TRAINING_SEED, Training};
 use studies::tracking::table;
 use studies::tracking::target::Course;
+use studies::tracking::widened;
 
 /// The most plants: each is a few kilobytes and a second of computing.
 const MOST_PLANTS: u64 = 100_000;
@@ -28,9 +30,12 @@ pub struct Control {
     /// How many plants; each runs one- and two-point
     #[arg(long, default_value_t = 200)]
     plants: u64,
-    /// What the finger is to follow
+    /// What the earlier wearers are to follow
     #[arg(long, value_enum, default_value_t = CourseName::Sine)]
     course: CourseName,
+    /// Which wearers to draw
+    #[arg(long, value_enum, default_value_t = WearersName::Earlier)]
+    wearers: WearersName,
     /// Look for every law's numbers anew instead and write control_gains.csv
     #[arg(long)]
     search: bool,
@@ -48,6 +53,14 @@ enum CourseName {
     Sine,
     /// Four slow sines drawn from the seed
     Smooth,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum WearersName {
+    /// Gain ±50 %, delay to 60 ms; everyone follows the same course
+    Earlier,
+    /// Strength × 0.5…2.8, delay to 100 ms, loads, knocks; sines, steps, holds
+    Widened,
 }
 
 /// # Errors
@@ -73,10 +86,15 @@ pub fn main(args: &Control, output: Output) -> anyhow::Result<()> {
     let plan = Plan {
         seed: args.seed,
         plants: args.plants,
+        wearers: match args.wearers {
+            WearersName::Earlier => Wearers::Earlier,
+            WearersName::Widened => Wearers::Widened,
+        },
         course: match args.course {
             CourseName::Sine => Course::Sine,
             CourseName::Smooth => Course::Smooth { seed: args.seed },
         },
+        with_optimum: matches!(args.wearers, WearersName::Earlier),
     };
     let searched = gains::read(gains::COMMITTED)?;
     let searched = searched
@@ -87,6 +105,16 @@ pub fn main(args: &Control, output: Output) -> anyhow::Result<()> {
     let campaign = Campaign::run(plan, contenders, |part| bar.set(part));
     bar.finish();
     let mut campaign = campaign?;
+    if plan.wearers == Wearers::Widened {
+        write(
+            &args.out.join("control_widened.csv"),
+            &widened::csv(&campaign),
+        )?;
+        return output.say(
+            || widened::text(&campaign).trim_end().to_owned(),
+            || widened::json(&campaign),
+        );
+    }
     let cost = Cost::on_chip();
     if let Ok(cost) = &cost {
         campaign.cycles = campaign.contenders.iter().map(|c| cost.of(c)).collect();

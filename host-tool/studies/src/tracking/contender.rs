@@ -3,7 +3,7 @@
 use super::TrackingError;
 use super::candidate::{Candidate, Equipment};
 use super::driver::{Device, Driver, Recorded};
-use super::plant::Plant;
+use super::exercise::{Exercise, Outcome};
 use super::trial::{self, PULSE_EVERY_MS};
 use super::wearer::{self, Points};
 use methods::control::Form;
@@ -43,34 +43,27 @@ impl Contender {
         }
     }
 
-    /// The true angle each millisecond, degrees, while it drives this plant.
+    /// What it makes of an exercise.
     ///
     /// # Errors
     /// [`TrackingError`] if plant or law cannot be.
-    pub fn track(
-        &self,
-        plant: &Plant,
-        points: Points,
-        wanted: &[f64],
-    ) -> Result<Vec<f32>, TrackingError> {
-        trial::run(plant, &mut *self.driver(points)?, wanted)
+    pub fn attempt(&self, exercise: &Exercise) -> Result<Outcome, TrackingError> {
+        let mut driver = self.driver(exercise.points)?;
+        let attempt = trial::run(&exercise.plant, &mut *driver, &exercise.wanted)?;
+        Ok(exercise.judge(attempt))
     }
 
-    /// The effort of each pulse, −1…1, while it drives this plant.
+    /// The effort of each pulse, −1…1, in an exercise.
     ///
     /// # Errors
     /// [`TrackingError`] if plant or law cannot be.
-    pub fn efforts(
-        &self,
-        plant: &Plant,
-        points: Points,
-        wanted: &[f64],
-    ) -> Result<Vec<f64>, TrackingError> {
+    pub fn efforts(&self, exercise: &Exercise) -> Result<Vec<f64>, TrackingError> {
+        let points = exercise.points;
         let mut recorded = Recorded {
             driver: self.driver(points)?,
-            volts: Vec::with_capacity(wanted.len()),
+            volts: Vec::with_capacity(exercise.wanted.len()),
         };
-        trial::run(plant, &mut recorded, wanted)?;
+        trial::run(&exercise.plant, &mut recorded, &exercise.wanted)?;
         let pulses = recorded.volts.into_iter().step_by(PULSE_EVERY_MS);
         Ok(pulses.map(|v| wearer::effort_of(points, v)).collect())
     }

@@ -23,6 +23,9 @@ impl Course {
         match self {
             Self::Sine => "45 ± 40° at 0.2 Hz",
             Self::Smooth { .. } => "four slow sines, 45 ± 40°",
+            Self::SineAt { .. } => "45 ± 40° at 0.1…0.5 Hz",
+            Self::Steps { .. } => "steps between 10 and 80°",
+            Self::Hold { .. } => "a hold at 15…75°",
         }
     }
 }
@@ -69,7 +72,7 @@ pub fn goals(campaign: &Campaign) -> Vec<Goal> {
     goals
 }
 
-fn shipped(campaign: &Campaign) -> Option<usize> {
+pub(super) fn shipped(campaign: &Campaign) -> Option<usize> {
     let is = |c: &Contender| matches!(c, Contender::Shipped);
     campaign.contenders.iter().position(is)
 }
