@@ -3,6 +3,7 @@
 use super::inverse::FINGER;
 use super::{Bench, Checksum, Clock, Random};
 use crate::control::differentiator::{Differentiator, DifferentiatorState};
+use crate::control::gain::Gain;
 use crate::control::law::LawState;
 use crate::control::response::Course;
 use crate::control::{
@@ -122,7 +123,7 @@ pub fn law_alone<C: Clock, N>(
         (spec.law().ok()?, LawState::default()),
         // ±20°, in 0.01°; fits i16.
         |_, random| Angle::from_centideg(random.between(0, 4_000) as i16 - 2_000),
-        |(law, state), error| Some(law.step(state, *error, &Course::default())),
+        |(law, state), error| Some(law.step(state, *error, &Course::default(), Gain::ONE)),
         |_, effort, sum| sum.word(effort.map_or(0, Effort::to_milli).cast_unsigned()),
     );
     Some(())
