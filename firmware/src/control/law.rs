@@ -3,6 +3,7 @@
 use super::differentiator::{Differentiator, DifferentiatorState};
 use super::effort::Effort;
 use super::feed_forward::WearerModel;
+use super::gain::Gain;
 use super::pid::{Pid, PidState};
 use super::response::{Course, Response, ResponseSpec, ResponseState};
 use super::super_twisting::{Paper, Recommended, TwistState};
@@ -237,8 +238,15 @@ impl Law {
     /// One period further. `error` is target − measured, degrees. Since the
     /// differentiator is linear, one of them on the error does what the paper's
     /// two do on command and response. The paper's law heeds neither the course
-    /// nor the response: it is the paper's.
-    pub(crate) fn step(&self, state: &mut LawState, error: Angle, course: &Course) -> Effort {
+    /// nor the response: it is the paper's. `gain` is how much of the feedback and
+    /// of the learning counts, again not in the paper's.
+    pub(crate) fn step(
+        &self,
+        state: &mut LawState,
+        error: Angle,
+        course: &Course,
+        gain: Gain,
+    ) -> Effort {
         let (error, forward) = match &self.response {
             None => (error, course.forward),
             Some(response) => (
@@ -246,20 +254,24 @@ impl Law {
                 Response::forward(&state.response, course),
             ),
         };
-        let effort = self.answer(state, error, forward);
+        let effort = self.answer(state, error, forward, gain);
         if let (Some(response), Effort::Fraction(u)) = (&self.response, effort) {
+            let error = gain.of_angle(error);
             response.learn(&mut state.response, error, course, u);
         }
         effort
     }
 
     #[inline(always)]
-    fn answer(&self, state: &mut LawState, error: Angle, forward: Q) -> Effort {
+    fn answer(&self, state: &mut LawState, error: Angle, forward: Q, gain: Gain) -> Effort {
         let rate = self.differentiator.step(&mut state.differentiator, error);
         match &self.kind {
             LawKind::Paper(law) => law.step(&mut state.twist, error, rate),
-            LawKind::Recommended(law) => law.step(&mut state.twist, error, rate, forward),
-            LawKind::Pid(law) => law.step(&mut state.pid, error, rate, forward),
+            LawKind::Recommended(law) => law.step(&mut state.twist, error, rate, forward, gain),
+            LawKind::Pid(law) => {
+                let (error, rate) = (gain.of_angle(error), gain.of_rate(rate));
+                law.step(&mut state.pid, error, rate, forward)
+            }
         }
     }
 }

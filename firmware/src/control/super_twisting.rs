@@ -8,6 +8,7 @@
 
 use super::differentiator::Differentiator;
 use super::effort::Effort;
+use super::gain::Gain;
 use super::refusal::GAIN_MAX_MILLI;
 use crate::arithmetic::division;
 use crate::arithmetic::fixed_point::{Q, product, radians, ratio, saturated};
@@ -285,14 +286,16 @@ impl Recommended {
         })
     }
 
-    /// One period further: fraction of the range, not clamped.
+    /// One period further, with this share of the feedback: fraction of the range,
+    /// not clamped.
     #[inline]
-    pub fn step(
+    pub(super) fn step(
         &self,
         state: &mut TwistState,
         error: Angle,
         rate: AngularRate,
         forward: Q,
+        gain: Gain,
     ) -> Effort {
         let e = radians(error.get());
         // Below 2^31 each: the product is below 2^62.
@@ -301,6 +304,8 @@ impl Recommended {
         let Push { push, growth } = self.twist.push_bits(s);
         let by_error = i64::from(self.ki_step).wrapping_mul(i64::from(e)) >> Q::FRAC_NBITS;
         let growth = growth.wrapping_add(Q::from_bits(by_error));
+        let share = |q: Q| Q::from_bits(gain.of(q.to_bits()));
+        let (push, growth) = (share(push), share(growth));
         // |push| < 2^15 and |growth| < 2^8. The integral grows outwards only while
         // |integral + push + forward| <= 1, so it stays below 2^16: nothing wraps.
         let v = state.integral.wrapping_add(push).wrapping_add(forward);
