@@ -133,7 +133,7 @@ problems! {
         "give a channel's train `triggered = true`, or leave `[simulated_trigger]` out"
     470 OutOfReach { newton: f64, channel: u8, min_n: f64, max_n: f64 }
         "`{field}` is {newton} N: within its limits channel {channel} gives 0 N, and from {min_n} to {max_n} N"
-        "ask for less, or raise the channel's `limit` or its `force.max_frequency_hz`"
+        "ask for a force in there, or raise the channel's `limit` or its `force.max_frequency_hz`"
     471 NoForceControl { channel: u8 }
         "`{field}` names channel {channel}, which has no `force`" ""
     472 NoMuscle { channel: u8 }
