@@ -223,7 +223,11 @@ impl DetectorState {
     /// thousandths. None if it cannot be lowered and should be.
     fn lower(&mut self, swing: u32) -> Option<u16> {
         let is_narrower = swing < self.lowered_at / 8 * 7;
-        self.futile = if is_narrower { 0 } else { self.futile + 1 }; // at most PATIENCE
+        self.futile = if is_narrower {
+            0
+        } else {
+            self.futile.saturating_add(1)
+        };
         if is_narrower || self.futile >= PATIENCE {
             if self.gain <= FLOOR && swing > SWING_AT_FLOOR {
                 return None;
