@@ -3,9 +3,10 @@
 use super::differentiator::{Differentiator, DifferentiatorState};
 use super::effort::Effort;
 use super::feed_forward::WearerModel;
-use super::pid::{Pid, PidState};
-use super::response::{Course, Response, ResponseSpec, ResponseState};
-use super::super_twisting::{Paper, Recommended, TwistState};
+use super::integral::Integral;
+use super::pid::Pid;
+use super::response::{Aid, Course, Response, ResponseState};
+use super::super_twisting::{Paper, PaperState, Recommended};
 use crate::arithmetic::fixed_point::Q;
 use crate::range::OutOfRange;
 use crate::units::Angle;
@@ -205,24 +206,24 @@ impl LawKind {
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct LawState {
     differentiator: DifferentiatorState,
-    twist: TwistState,
-    pid: PidState,
+    paper: PaperState,
+    integral: Integral,
     response: ResponseState,
 }
 
 impl Law {
-    /// Validates a law for a period of `period_ms`, its differentiator and the
-    /// wearer's response.
+    /// Validates a law for a period of `period_ms` and its differentiator; with the
+    /// wearer's response for the same period.
     pub(crate) fn new(
         spec: &LawSpec,
         period_ms: u8,
         cutoff_mhz: u32,
-        response: Option<&ResponseSpec>,
+        response: Option<Response>,
     ) -> Result<Self, OutOfRange> {
         Ok(Self {
             differentiator: Differentiator::new(cutoff_mhz, period_ms)?,
             kind: LawKind::new(spec, period_ms)?,
-            response: response.map(|r| r.response(period_ms)).transpose()?,
+            response,
         })
     }
 
@@ -239,14 +240,14 @@ impl Law {
     /// two do on command and response. The paper's law heeds neither the course
     /// nor the response: it is the paper's.
     pub(crate) fn step(&self, state: &mut LawState, error: Angle, course: &Course) -> Effort {
-        let (error, forward) = match &self.response {
-            None => (error, course.forward),
+        let (error, aid) = match &self.response {
+            None => (error, Aid::of(course.forward)),
             Some(response) => (
                 response.foreseen(&state.response, error),
-                Response::forward(&state.response, course),
+                response.aid(&state.response, course),
             ),
         };
-        let effort = self.answer(state, error, forward);
+        let effort = self.answer(state, error, &aid);
         if let (Some(response), Effort::Fraction(u)) = (&self.response, effort) {
             response.learn(&mut state.response, error, course, u);
         }
@@ -254,12 +255,12 @@ impl Law {
     }
 
     #[inline(always)]
-    fn answer(&self, state: &mut LawState, error: Angle, forward: Q) -> Effort {
+    fn answer(&self, state: &mut LawState, error: Angle, aid: &Aid) -> Effort {
         let rate = self.differentiator.step(&mut state.differentiator, error);
         match &self.kind {
-            LawKind::Paper(law) => law.step(&mut state.twist, error, rate),
-            LawKind::Recommended(law) => law.step(&mut state.twist, error, rate, forward),
-            LawKind::Pid(law) => law.step(&mut state.pid, error, rate, forward),
+            LawKind::Paper(law) => law.step(&mut state.paper, error, rate),
+            LawKind::Recommended(law) => law.step(&mut state.integral, error, rate, aid),
+            LawKind::Pid(law) => law.step(&mut state.integral, error, rate, aid),
         }
     }
 }

@@ -12,6 +12,7 @@ pub mod differentiator;
 pub mod effort;
 pub mod feed_forward;
 pub mod force;
+mod integral;
 pub mod joint;
 pub mod law;
 pub mod mapping;
