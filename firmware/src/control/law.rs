@@ -3,6 +3,7 @@
 use super::differentiator::{Differentiator, DifferentiatorState};
 use super::effort::Effort;
 use super::feed_forward::WearerModel;
+use super::gain::Gain;
 use super::integral::Integral;
 use super::pid::Pid;
 use super::response::{Aid, Course, Response, ResponseState};
@@ -238,17 +239,25 @@ impl Law {
     /// One period further. `error` is target − measured, degrees. Since the
     /// differentiator is linear, one of them on the error does what the paper's
     /// two do on command and response. The paper's law heeds neither the course
-    /// nor the response: it is the paper's.
-    pub(crate) fn step(&self, state: &mut LawState, error: Angle, course: &Course) -> Effort {
+    /// nor the response: it is the paper's. `gain` is how much of the feedback and
+    /// of the learning counts, again not in the paper's.
+    pub(crate) fn step(
+        &self,
+        state: &mut LawState,
+        error: Angle,
+        course: &Course,
+        gain: Gain,
+    ) -> Effort {
         let (error, aid) = match &self.response {
-            None => (error, Aid::of(course.forward)),
+            None => (error, Aid::of(course.forward, gain)),
             Some(response) => (
                 response.foreseen(&state.response, error),
-                response.aid(&state.response, course),
+                response.aid(&state.response, course, gain),
             ),
         };
         let effort = self.answer(state, error, &aid);
         if let (Some(response), Effort::Fraction(u)) = (&self.response, effort) {
+            let error = gain.of_angle(error);
             response.learn(&mut state.response, error, course, u);
         }
         effort

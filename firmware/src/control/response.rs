@@ -2,6 +2,7 @@
 //! one differs: a predictor against delay, and gains adapted while it runs.
 
 use super::feed_forward::WearerModel;
+use super::gain::Gain;
 use super::integral::{ONE, Side};
 use crate::arithmetic::exponential::exp2_neg;
 use crate::arithmetic::fixed_point::{Q, radians, ratio, saturated};
@@ -94,22 +95,24 @@ pub(crate) struct Course {
 pub(super) struct Aid {
     /// The feed-forward, effort.
     pub(super) forward: Q,
-    /// Effort per effort of the nominal wearer, 2^-24: half to two and a half.
+    /// Effort per effort of the nominal wearer, for feedback, 2^-24: up to two and a
+    /// half.
     scale: i32,
     is_apart: bool,
 }
 
 impl Aid {
-    /// This feed-forward, and nothing learnt.
-    pub(super) const fn of(forward: Q) -> Self {
+    /// This feed-forward, nothing learnt, and this share of the feedback.
+    pub(super) const fn of(forward: Q, gain: Gain) -> Self {
         Self {
             forward,
-            scale: ONE,
+            scale: gain.of(ONE as i64) as i32, // at most `ONE`
             is_apart: false,
         }
     }
 
-    /// What the nominal wearer would be given, bounded to ±128, for this one.
+    /// The feedback that this wearer is given in place of a nominal one's, which is
+    /// bounded to ±128.
     #[inline(always)]
     pub(super) fn scaled(&self, nominal: Q) -> Q {
         Q::from_bits(times(saturated(nominal.to_bits()), self.scale, 24))
@@ -224,9 +227,9 @@ impl Response {
         Angle::new(I16F16::from_bits(error))
     }
 
-    /// What has been learnt so far, for this course.
+    /// What has been learnt so far, for this course and this share of the feedback.
     #[inline]
-    pub(super) fn aid(&self, state: &ResponseState, course: &Course) -> Aid {
+    pub(super) fn aid(&self, state: &ResponseState, course: &Course, gain: Gain) -> Aid {
         // |forward| <= 1; |scale| < 2, |damping| < 1, |rate| <= 72.
         let forward = course.forward.to_bits() as i32;
         let scaled = times(state.scale, forward, 24);
@@ -234,7 +237,7 @@ impl Response {
         let learnt = Q::from_bits(scaled.wrapping_add(damped));
         Aid {
             forward: course.forward.wrapping_add(learnt),
-            scale: ONE.wrapping_add(state.scale),
+            scale: gain.of(i64::from(ONE.wrapping_add(state.scale))) as i32, // no more
             is_apart: self.is_apart,
         }
     }

@@ -279,7 +279,8 @@ impl Recommended {
         })
     }
 
-    /// One period further: fraction of the range, not clamped.
+    /// One period further, with this share of the feedback: fraction of the range,
+    /// not clamped.
     #[inline]
     pub(super) fn step(
         &self,

@@ -66,7 +66,9 @@ pub fn perform(
         eprintln!("note: {}", visible(note));
     }
     let seed = record.seed.unwrap_or(SEED); // a port has its own
-    let mut port = order.chip.open(order.device, &session.session, seed)?;
+    let mut port = order
+        .chip
+        .open(order.device, &session.session, seed, order.replaces)?;
     let image = port.image().map(Path::to_owned);
     // Read at once: it may lie in the record that is about to be replaced.
     let mut own_image = None;

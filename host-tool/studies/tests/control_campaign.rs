@@ -46,7 +46,7 @@ fn campaign() -> Campaign {
         plants: 8,
         wearers: Wearers::Earlier,
         course: Course::Sine,
-        with_optimum: true,
+        optimum_plants: 8,
     };
     Campaign::run(plan, vec![pid(), Contender::Shipped], |_| {}).expect("a campaign")
 }
@@ -218,7 +218,7 @@ fn a_widened_campaign_counts_failures_and_refusals_apart() {
         plants: 6,
         wearers: Wearers::Widened,
         course: Course::Sine,
-        with_optimum: false,
+        optimum_plants: 0,
     };
     let run = || Campaign::run(plan, vec![pid(), Contender::Shipped], |_| {}).expect("a campaign");
     let found = run();

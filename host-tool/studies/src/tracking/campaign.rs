@@ -2,6 +2,7 @@
 
 use super::TrackingError;
 use super::contender::Contender;
+use super::cost::Cycles;
 use super::exercise::{Exercise, Outcome, Wearers};
 use super::optimum::optimum;
 use super::plant::Plant;
@@ -25,8 +26,9 @@ pub struct Plan {
     pub wearers: Wearers,
     /// What the earlier wearers, and the nominal one, are to follow.
     pub course: Course,
-    /// Whether to look for the offline optimum, which takes most of the time.
-    pub with_optimum: bool,
+    /// On how many of them, the first drawn, to look for the offline optimum: it
+    /// takes most of the time.
+    pub optimum_plants: u64,
 }
 
 /// One plant with its points: what each contender made of it. Degrees.
@@ -42,8 +44,8 @@ pub struct Case {
     pub delay_ms: f64,
     /// Part of the scored time in which the target is out of reach.
     pub unreachable: f64,
-    /// RMSE of the offline optimum; not a number if nobody looked for it.
-    pub optimum: f64,
+    /// RMSE of the offline optimum, if it was looked for.
+    pub optimum: Option<f64>,
     /// How it went for each contender.
     pub outcomes: Vec<Outcome>,
 }
@@ -55,9 +57,9 @@ pub struct Campaign {
     pub plan: Plan,
     /// Who took part.
     pub contenders: Vec<Contender>,
-    /// Cycles of each one's law in a tick in which it runs, where measured
+    /// Cycles of each one in a tick in which its law runs, where measured
     /// ([`super::cost::Cost`]).
-    pub cycles: Vec<Option<u64>>,
+    pub cycles: Vec<Option<Cycles>>,
     /// Every plant one-point, then every plant two-point, in order of drawing.
     pub cases: Vec<Case>,
     /// The nominal wearer, one- and two-point.
@@ -71,7 +73,7 @@ pub struct Score {
     pub mean: f64,
     /// 95th percentile.
     pub p95: f64,
-    /// Mean of RMSE - the optimum's on the same plant.
+    /// Mean of RMSE - the optimum's on the same plant, where it was looked for.
     pub regret: f64,
     /// 95th percentile of it.
     pub regret_p95: f64,
@@ -88,7 +90,7 @@ pub struct Score {
 fn case(
     exercise: &Exercise,
     contenders: &[Contender],
-    with_optimum: bool,
+    is_optimum_wanted: bool,
 ) -> Result<Case, TrackingError> {
     let outcomes = contenders.iter().map(|c| c.attempt(exercise));
     let outcomes: Vec<Outcome> = outcomes.collect::<Result<_, _>>()?;
@@ -99,10 +101,9 @@ fn case(
         strength: finger.strength(),
         delay_ms: f64::from(finger.finger.electromechanical_delay_us) / 1000.0,
         unreachable: exercise.reachable.unreachable,
-        optimum: match with_optimum {
-            true => best_possible(exercise, contenders, &outcomes)?,
-            false => f64::NAN,
-        },
+        optimum: is_optimum_wanted
+            .then(|| best_possible(exercise, contenders, &outcomes))
+            .transpose()?,
         outcomes,
     })
 }
@@ -132,24 +133,22 @@ impl Campaign {
         contenders: Vec<Contender>,
         mut progress: impl FnMut(f64),
     ) -> Result<Self, TrackingError> {
-        let both = |plant: Plant, course| Points::ALL.map(|p| (p, plant.clone(), course));
-        let nominal = both(Plant::nominal(plan.seed), plan.course);
+        let is_first = |i| i < plan.optimum_plants;
+        let nominal = || Plant::nominal(plan.seed);
+        let nominal = Points::ALL.map(|p| (p, nominal(), plan.course, is_first(0)));
         let drawn = Points::ALL.into_iter().flat_map(|points| {
             (0..plan.plants).map(move |i| {
                 let plant = plan.wearers.plant(plan.seed, i);
-                (
-                    points,
-                    plant,
-                    plan.wearers.course(plan.course, plan.seed, i),
-                )
+                let course = plan.wearers.course(plan.course, plan.seed, i);
+                (points, plant, course, is_first(i))
             })
         });
         let all: Vec<_> = nominal.into_iter().chain(drawn).collect();
         let mut cases = Vec::with_capacity(all.len());
         for some in all.chunks(4 * rayon::current_num_threads()) {
-            let done = some.par_iter().map(|(points, plant, course)| {
+            let done = some.par_iter().map(|(points, plant, course, is_first)| {
                 let exercise = Exercise::new(plant.clone(), *points, *course)?;
-                case(&exercise, &contenders, plan.with_optimum)
+                case(&exercise, &contenders, *is_first)
             });
             cases.extend(done.collect::<Result<Vec<_>, _>>()?);
             progress(cases.len() as f64 / all.len() as f64);
@@ -177,9 +176,10 @@ impl Campaign {
         (mean(&shares), reaching as f64 / shares.len().max(1) as f64)
     }
 
-    /// Mean RMSE of the optimum over all plants, and its 95th percentile.
+    /// Mean RMSE of the optimum where it was looked for, and its 95th percentile.
     pub fn optimum(&self, points: Points) -> (f64, f64) {
-        let all: Vec<f64> = self.with(points).iter().map(|c| c.optimum).collect();
+        let cases = self.with(points).into_iter();
+        let all: Vec<f64> = cases.filter_map(|c| c.optimum).collect();
         (mean(&all), percentile(&all, 0.95))
     }
 
@@ -188,7 +188,8 @@ impl Campaign {
     pub fn beaten_by(&self) -> f64 {
         let by = |c: &Case| {
             let tracked = c.outcomes.iter().filter(|o| o.refused.is_none());
-            tracked.map(|o| c.optimum - o.rmse).fold(f64::MIN, f64::max)
+            let optimum = c.optimum.unwrap_or(f64::MIN);
+            tracked.map(|o| optimum - o.rmse).fold(f64::MIN, f64::max)
         };
         self.cases.iter().map(by).fold(f64::MIN, f64::max)
     }
@@ -203,6 +204,12 @@ impl Campaign {
     fn rmse(&self, points: Points, contender: usize) -> Vec<f64> {
         let cases = self.tracked(points, contender).into_iter();
         cases.map(|c| c.outcomes[contender].rmse).collect()
+    }
+
+    /// The device's default, if it takes part.
+    pub fn shipped(&self) -> Option<usize> {
+        let is = |c: &Contender| matches!(c, Contender::Shipped);
+        self.contenders.iter().position(is)
     }
 
     /// The PID variant with the least mean RMSE; the first contender if there is
@@ -223,7 +230,8 @@ impl Campaign {
         let cases = self.tracked(points, contender);
         let rmse = |c: &Case| c.outcomes[contender].rmse;
         let all: Vec<f64> = cases.iter().map(|c| rmse(c)).collect();
-        let regrets: Vec<f64> = cases.iter().map(|c| rmse(c) - c.optimum).collect();
+        let regrets = cases.iter().filter_map(|c| Some(rmse(c) - c.optimum?));
+        let regrets: Vec<f64> = regrets.collect();
         let reaching = cases.iter().filter(|c| c.unreachable < WHOLLY);
         let reaching: Vec<f64> = reaching.map(|c| rmse(c)).collect();
         let nominal = self.nominal.iter().find(|c| c.points == points);

@@ -1,6 +1,7 @@
 //! Who takes part in a campaign.
 
 use super::TrackingError;
+use super::ablation::Term;
 use super::candidate::{Candidate, Equipment};
 use super::driver::{Device, Driver, Recorded};
 use super::exercise::{Exercise, Outcome};
@@ -16,6 +17,8 @@ pub enum Contender {
     /// The device's fixed-point default ([`LawSpec::RECOMMENDED`]): the very code
     /// that is flashed.
     Shipped,
+    /// The same without one of its terms, nothing tuned anew.
+    Ablated(Term),
 }
 
 impl Contender {
@@ -27,6 +30,7 @@ impl Contender {
                 format!("{} +", candidate.form.name())
             }
             Self::Shipped => "device default".to_owned(),
+            Self::Ablated(term) => format!("- {}", term.name()),
         }
     }
 
@@ -39,7 +43,7 @@ impl Contender {
     pub const fn arithmetic(&self) -> &'static str {
         match self {
             Self::Searched(..) => "f64",
-            Self::Shipped => "fixed",
+            Self::Shipped | Self::Ablated(_) => "fixed",
         }
     }
 
@@ -72,6 +76,7 @@ impl Contender {
         Ok(match self {
             Self::Searched(_, candidate) => Box::new(candidate.driver::<f64>(points)?),
             Self::Shipped => Box::new(Device::new(&wearer::shipped(points))?),
+            Self::Ablated(term) => Box::new(Device::new(&term.without(points))?),
         })
     }
 }

@@ -5,7 +5,7 @@ use super::wearer::{self, Points, Volts};
 use firmware::arithmetic::fixed_point::Q;
 use firmware::control::setpoint::SetpointTrack;
 use firmware::control::{
-    Effort, FeedForward, HoldPolicy, Joint, JointSpec, JointState, Mapping, SensorFault,
+    Effort, FeedForward, HoldPolicy, Joint, JointSpec, JointState, LimitCycle, Mapping, SensorFault,
 };
 use firmware::units::{Amplitude, Angle, Micros};
 use methods::control::{Controller, Input, Law};
@@ -72,6 +72,7 @@ impl Driver for Recorded {
 pub struct Device {
     joint: Joint,
     state: JointState,
+    limit_cycles: Vec<LimitCycle>,
     refused: Option<String>,
 }
 
@@ -84,8 +85,22 @@ impl Device {
         Ok(Self {
             joint: Joint::new(spec)?,
             state: JointState::default(),
+            limit_cycles: Vec::new(),
             refused: None,
         })
+    }
+
+    /// The limit cycles it has found, in order.
+    pub fn limit_cycles(&self) -> &[LimitCycle] {
+        &self.limit_cycles
+    }
+
+    /// On the board a limit cycle that no lower gain ends is a fault.
+    fn note(&mut self, found: LimitCycle) {
+        self.limit_cycles.push(found);
+        if found.gain_milli.is_none() {
+            self.refused = Some("LimitCycle".to_owned());
+        }
     }
 }
 
@@ -110,7 +125,12 @@ impl Driver for Device {
             return [0.0; 3];
         }
         match self.joint.tick(&mut self.state, now, None) {
-            Ok(orders) => volts(&orders.amplitudes),
+            Ok(orders) => {
+                if let Some(found) = orders.limit_cycle {
+                    self.note(found);
+                }
+                volts(&orders.amplitudes)
+            }
             Err(SensorFault::Absent) => [0.0; 3],
             Err(fault) => {
                 self.refused = Some(format!("{fault:?}"));

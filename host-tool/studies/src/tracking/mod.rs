@@ -8,6 +8,8 @@
 //! (`hal_sim::body`), pictures (`figures`), the command line (`cli::chart`).
 //! In: laws with their numbers, seeds. Out: angles, errors, who wins.
 
+pub mod ablation;
+pub mod ablation_table;
 pub mod campaign;
 pub mod candidate;
 pub mod contender;

@@ -139,7 +139,7 @@ pub fn text(campaign: &Campaign) -> String {
 
 /// How the device's default does against what the issue asks.
 fn verdict(campaign: &Campaign, points: Points) -> String {
-    let Some(shipped) = super::table::shipped(campaign) else {
+    let Some(shipped) = campaign.shipped() else {
         return String::new();
     };
     let f = failures(campaign, points, shipped, None);
