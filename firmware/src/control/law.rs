@@ -59,17 +59,17 @@ impl LawSpec {
         lambda_milli: 10_000,
         w_milli: 1_000,
     };
-    /// At 2 ms and 8.71 Hz, for a wearer of [`WearerModel::REFERENCE_MRAD`], with
+    /// At 2 ms and 4.48 Hz, for a wearer of [`WearerModel::REFERENCE_MRAD`], with
     /// that wearer's model and [`ResponseSpec::RECOMMENDED`] beside it
     /// ([`LawSpec::for_wearer`] for another); without them [`LawSpec::ALONE`] is
     /// better. See [`Recommended`] for how these were found.
     pub const RECOMMENDED: Self = Self::Recommended {
-        lambda_milli: 9_836,
-        k1_milli: 50,
-        k2_milli: 103,
+        lambda_milli: 6_342,
+        k1_milli: 46,
+        k2_milli: 109,
         b_milli: 100_000,
-        k3_milli: 37,
-        ki_milli: 1_338,
+        k3_milli: 68,
+        ki_milli: 1_672,
     };
     /// Super-twisting without linear terms, for a joint of whose wearer nothing is
     /// known, at 2 ms and 17 Hz.
@@ -131,7 +131,7 @@ impl LawSpec {
     pub const fn default_lead_ms(&self) -> u16 {
         match self {
             Self::Paper { .. } => 0,
-            Self::Recommended { .. } => 220,
+            Self::Recommended { .. } => 245,
             Self::Pid { .. } => 255,
         }
     }
@@ -143,7 +143,7 @@ impl LawSpec {
         match self {
             Self::Paper { .. } => 3_000,
             Self::Recommended { k3_milli: 0, .. } => 17_000,
-            Self::Recommended { .. } => 8_713,
+            Self::Recommended { .. } => 4_475,
             Self::Pid { .. } => 6_000,
         }
     }

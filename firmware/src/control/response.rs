@@ -124,7 +124,7 @@ impl Aid {
         if self.is_apart {
             Side::of(torque)
         } else {
-            Side::FLEXION
+            Side::BOTH
         }
     }
 }
@@ -150,12 +150,12 @@ impl ResponseSpec {
     /// Found with [`super::LawSpec::RECOMMENDED`], by the same search, for a wearer
     /// of [`WearerModel::REFERENCE_MRAD`].
     pub const RECOMMENDED: Self = Self {
-        gain_mrad: 1_265,
-        muscle_ms: 421,
-        joint_ms: 188,
-        delay_ms: 54,
-        scale_milli: 25_013,
-        damping_milli: 44,
+        gain_mrad: 427,
+        muscle_ms: 154,
+        joint_ms: 65,
+        delay_ms: 79,
+        scale_milli: 21_051,
+        damping_milli: 304,
     };
 
     /// The same of a wearer of another strength, whose effort moves the joint in

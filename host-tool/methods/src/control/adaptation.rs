@@ -86,27 +86,28 @@ impl<R: Real> Integral<R> {
         self.latest
     }
 
-    /// How much of an effort is the flexor's, 0…1, that asks for `torque` (−1…1)
-    /// before any integral.
-    pub fn side(&self, torque: R) -> R {
+    /// How much of an effort is the flexor's, and how much the extensor's, 0…1, that
+    /// asks for `torque` (−1…1) before any integral; all of one integral is both's.
+    pub fn side(&self, torque: R) -> [R; 2] {
         if self.is_apart {
             let place = R::of(0.5) + torque / R::of(2.0 * ZONE);
-            within(place, R::ZERO, R::ONE)
+            let flexion = within(place, R::ZERO, R::ONE);
+            [flexion, R::ONE - flexion]
         } else {
-            R::ONE
+            [R::ONE; 2]
         }
     }
 
     /// What it adds to an effort of this side.
-    pub fn at(&mut self, side: R) -> R {
-        self.latest = self.extension + (self.flexion - self.extension) * side;
+    pub fn at(&mut self, [flexion, _]: [R; 2]) -> R {
+        self.latest = self.extension + (self.flexion - self.extension) * flexion;
         self.latest
     }
 
     /// Grows on this side.
-    pub fn grow(&mut self, side: R, growth: R) {
-        self.flexion = self.flexion + growth * side;
-        self.extension = self.extension + growth * (R::ONE - side);
+    pub fn grow(&mut self, [flexion, extension]: [R; 2], growth: R) {
+        self.flexion = self.flexion + growth * flexion;
+        self.extension = self.extension + growth * extension;
         if self.flexion < self.extension {
             let middle = (self.flexion + self.extension) * R::of(0.5);
             (self.flexion, self.extension) = (middle, middle);
