@@ -7,7 +7,7 @@
 //! ```
 //!
 //! Method: C decays exactly; F is planned over [segments](super::segment) of up
-//! to 10 ms, each begun by a pulse at its own microsecond or by the end of the one
+//! to 12 ms, each begun by a pulse at its own microsecond or by the end of the one
 //! before, and read from its cubic at any time within.
 //!
 //! A tick without a pulse costs next to nothing, one with a pulse plans once: a
