@@ -93,6 +93,22 @@ fn a_file_of_pulses_is_the_train_it_lists() {
 }
 
 #[test]
+fn pulses_that_do_not_rise_are_refused_with_their_line() {
+    let file = csv_of("same").with_extension("txt");
+    std::fs::write(&file, "0\n25000\n25000\n").unwrap();
+    let refused = flexor(
+        &csv_of("same"),
+        &format!("{K01} --pulses-us same.txt --duration-s 1"),
+    );
+    let said = String::from_utf8_lossy(&refused.stderr);
+    assert_eq!(refused.status.code(), Some(1), "{said}");
+    assert!(
+        said.contains("E545 ") && said.contains("line 3: 25000 µs"),
+        "{said}"
+    );
+}
+
+#[test]
 #[rustfmt::skip]
 fn bad_input_is_named_with_what_is_allowed() {
     let good = format!("{K01} --frequency-hz 40 --train-s 1 --duration-s 1");
@@ -108,7 +124,10 @@ fn bad_input_is_named_with_what_is_allowed() {
         ("reference", "--tau1-ms", "-5", "--tau1-ms is -5: allowed is 2 to 200"),
         ("reference", "--tau-c-ms", "nan", "--tau-c-ms is NaN: allowed is 5 to 100"),
         ("fixed", "--frequency-hz", "201", "--frequency-hz is 201: allowed is 0.5 to 200"),
-        ("fixed", "--duration-s", "nan", "--duration-s is NaN: allowed is 0 to 3600"),
+        ("fixed", "--duration-s", "nan", "--duration-s is NaN: allowed is 0.01 to 3600"),
+        ("fixed", "--duration-s", "0", "--duration-s is 0: allowed is 0.01 to 3600"),
+        ("fixed", "--k", "0.0025555", "--k is 0.0025555: the device knows steps of 0.000001"),
+        ("reference", "--tau1-ms", "20.00049", "--tau1-ms is 20.00049: the device knows steps of 0.001"),
         ("exact", "--k", "0.3", "fixed"),
         ("exact", "--k", "0.3", "reference"),
     ];

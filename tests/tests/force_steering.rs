@@ -20,15 +20,7 @@ const ALONE: &str = "none";
 
 /// How a muscle of this strength tires: Ding's quadriceps, scaled to it.
 fn fatigue(p: &Parameters) -> Fatigue {
-    let spec = FatigueSpec::scaled_to((p.a_n_per_s * 1e3).round() as u32);
-    Fatigue {
-        alpha_a_per_s2: f64::from(spec.alpha_a_milli_per_s2) * 1e-3,
-        alpha_k_per_n_s: f64::from(spec.alpha_k_nano_per_n_s) * 1e-9,
-        alpha_tau1_per_n: f64::from(spec.alpha_tau1_nano_per_n) * 1e-9,
-        tau_fat_s: f64::from(spec.tau_fat_ms) * 1e-3,
-        k_max: 5.0,
-        tau1_max_s: 0.2,
-    }
+    host_core::choice::fatigue(&FatigueSpec::scaled_to((p.a_n_per_s * 1e3).round() as u32))
 }
 
 /// What a muscle gives in the mean at some gain with a pulse every `period_us`, N, if

@@ -3,6 +3,7 @@
 use super::inverse::FINGER;
 use super::{Bench, Checksum, Clock, Random};
 use crate::control::differentiator::{Differentiator, DifferentiatorState};
+use crate::control::gain::Gain;
 use crate::control::law::LawState;
 use crate::control::response::Course;
 use crate::control::{
@@ -44,19 +45,7 @@ pub(super) fn finger(law: LawSpec, law_period_ms: u8) -> JointSpec {
 }
 
 pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
-    // The pseudo-differentiator alone.
-    bench.row(
-        "differentiator",
-        1000,
-        (
-            Differentiator::new(6_000, 2).ok()?,
-            DifferentiatorState::default(),
-        ),
-        // 0…100°, in 0.01°; fits i16.
-        |_, random| Angle::from_centideg(random.between(0, 10_000) as i16),
-        |(filter, state), x| filter.step(state, *x).get().to_bits(),
-        |_, rate, sum| sum.word(rate.cast_unsigned()),
-    );
+    differentiator_alone(bench, "differentiator", 1000)?;
     let learning = Some(ResponseSpec::RECOMMENDED);
     law_alone(bench, "law_super_twisting", 1000, None)?;
     law_alone(bench, "law_and_response", 1000, learning)?;
@@ -95,6 +84,27 @@ pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
     Some(())
 }
 
+/// The pseudo-differentiator alone.
+pub fn differentiator_alone<C: Clock, N>(
+    bench: &mut Bench<'_, C, N>,
+    name: N,
+    runs: u32,
+) -> Option<()> {
+    bench.row(
+        name,
+        runs,
+        (
+            Differentiator::new(6_000, 2).ok()?,
+            DifferentiatorState::default(),
+        ),
+        // 0…100°, in 0.01°; fits i16.
+        |_, random| Angle::from_centideg(random.between(0, 10_000) as i16),
+        |(filter, state), x| filter.step(state, *x).get().to_bits(),
+        |_, rate, sum| sum.word(rate.cast_unsigned()),
+    );
+    Some(())
+}
+
 /// The default law with its differentiator, and with its predictor and learning or
 /// not, without a joint around it.
 pub fn law_alone<C: Clock, N>(
@@ -113,7 +123,7 @@ pub fn law_alone<C: Clock, N>(
         (spec.law().ok()?, LawState::default()),
         // ±20°, in 0.01°; fits i16.
         |_, random| Angle::from_centideg(random.between(0, 4_000) as i16 - 2_000),
-        |(law, state), error| Some(law.step(state, *error, &Course::default())),
+        |(law, state), error| Some(law.step(state, *error, &Course::default(), Gain::ONE)),
         |_, effort, sum| sum.word(effort.map_or(0, Effort::to_milli).cast_unsigned()),
     );
     Some(())

@@ -2,10 +2,13 @@
 
 use super::effort::Effort;
 use super::feed_forward::FeedForward;
-use super::law::{Law, LawState};
+use super::gain::Gain;
+use super::law::{Law, LawSpec, LawState};
+use super::limit_cycle::{Detector, DetectorState, LimitCycle};
 use super::mapping::{Amplitudes, Mapping};
 use super::refusal::SpecError;
 use super::response::Course;
+use super::rest::{Gap, GapState};
 use super::sensor::{MeasurementError, Sensor, SensorFault, SensorState};
 use super::setpoint::{HoldPolicy, SetpointError, SetpointTrack};
 use super::spec::JointSpec;
@@ -47,6 +50,8 @@ use crate::units::{Angle, AngularRate, Micros, us};
 pub struct Joint {
     law: Law,
     law_period_us: u32,
+    /// What governs the law's gain; none for the paper's law.
+    governed: Option<(Detector, Gap)>,
     mapping: Mapping,
     hold: HoldPolicy,
     angle_mdeg: (i32, i32),
@@ -62,6 +67,8 @@ pub struct JointState {
     track: SetpointTrack,
     sensor: SensorState,
     law: LawState,
+    detector: DetectorState,
+    gap: GapState,
     effort: Option<Effort>,
     law_due: Micros,
 }
@@ -87,6 +94,8 @@ pub struct Orders {
     pub measured: Angle,
     /// What the law answered, before any clamp.
     pub effort: Effort,
+    /// Found in this tick; the feedback's gain is lowered.
+    pub limit_cycle: Option<LimitCycle>,
 }
 
 impl Joint {
@@ -100,15 +109,30 @@ impl Joint {
         Ok(Self {
             law: spec.law()?,
             law_period_us: u32::from(spec.law_period_ms) * 1000,
+            governed: match spec.law {
+                LawSpec::Paper { .. } => None,
+                _ => Some((
+                    Detector::new(spec.law_period_ms),
+                    Gap::new(spec.law_period_ms),
+                )),
+            },
             mapping: spec.mapping()?,
             hold: spec.hold,
             angle_mdeg: (min, max),
             range: (Angle::from_millideg(min), Angle::from_millideg(max)),
             sensor: Sensor::of_joint(spec.sensor, spec.stale_after_ms, (min, max))?,
-            feed_forward: spec
-                .wearer
-                .map(|wearer| FeedForward::new(&wearer, min, max))
-                .transpose()?,
+            feed_forward: spec.feed_forward()?,
+        })
+    }
+
+    /// The same with the whole gain always: for studies of what a bare law does.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn with_whole_gain(spec: &JointSpec) -> Result<Self, SpecError> {
+        Ok(Self {
+            governed: None,
+            ..Self::new(spec)?
         })
     }
 
@@ -187,9 +211,11 @@ impl Joint {
                 target: measured,
                 measured,
                 effort: self.law.rest(),
+                limit_cycle: None,
             });
         };
         let target = at_most(at_least(target, self.range.0), self.range.1);
+        let mut limit_cycle = None;
         let effort = match state.effort {
             Some(effort) if self.is_waiting(state.law_due, now) => effort,
             held => {
@@ -200,7 +226,8 @@ impl Joint {
                         rate,
                         forward: wearer.effort(target, rate),
                     });
-                let effort = self.law.step(&mut state.law, error, &course);
+                let gain = self.gain(state, target, error, &mut limit_cycle);
+                let effort = self.law.step(&mut state.law, error, &course, gain);
                 state.law_due = self.next_due(state.law_due, now, held.is_some());
                 state.effort = Some(effort);
                 effort
@@ -213,7 +240,25 @@ impl Joint {
             target,
             measured,
             effort,
+            limit_cycle,
         })
+    }
+
+    /// How much of the law's feedback counts, and whether a limit cycle was found.
+    #[inline]
+    fn gain(
+        &self,
+        state: &mut JointState,
+        target: Angle,
+        error: Angle,
+        found: &mut Option<LimitCycle>,
+    ) -> Gain {
+        let Some((detector, gap)) = &self.governed else {
+            return Gain::ONE;
+        };
+        *found = detector.step(&mut state.detector, target, error);
+        let rest = gap.step(&mut state.gap, target, error);
+        state.detector.gain().and(rest)
     }
 
     /// Whether the next step lies ahead, within a period: any further is a

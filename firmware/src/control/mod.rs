@@ -1,7 +1,8 @@
 //! Joint angle control: from a wanted angle and a measured one to amplitudes.
 //!
-//! Lives here: setpoint tracks, the pseudo-differentiator, the control laws,
-//! the mapping of effort onto flexor and extensor, and one joint of all these.
+//! Lives here: setpoint tracks, the pseudo-differentiator, the control laws and how
+//! much of their feedback counts, the mapping of effort onto flexor and extensor,
+//! and one joint of all these.
 //! Not here: pulses, limits of the board or ramps (`safety` has the last word),
 //! bytes, the sensor itself.
 //! In: timed setpoints and measurements, and the time. Out: one amplitude per
@@ -12,12 +13,16 @@ pub mod differentiator;
 pub mod effort;
 pub mod feed_forward;
 pub mod force;
+pub(crate) mod gain;
+mod integral;
 pub mod joint;
 pub mod law;
+mod limit_cycle;
 pub mod mapping;
 pub mod pid;
 pub mod refusal;
 pub mod response;
+mod rest;
 pub(crate) mod sensor;
 pub mod setpoint;
 pub mod spec;
@@ -29,6 +34,7 @@ pub use feed_forward::{FeedForward, WearerModel};
 pub use force::{ForceControl, ForceError, ForceGap, ForceOrders, ForceSpec, ForceState};
 pub use joint::{Joint, JointState, Orders};
 pub use law::LawSpec;
+pub use limit_cycle::LimitCycle;
 pub use mapping::{Amplitudes, Mapping, PointSpec};
 pub use refusal::SpecError;
 pub use response::ResponseSpec;

@@ -1,6 +1,7 @@
 //! A joint from the outside: amplitudes at participant P's voltages, sensors and
 //! times here; setpoints, refusals and properties over every input in the modules.
 
+mod limit_cycle;
 mod property;
 mod refusal;
 mod track;

@@ -20,37 +20,50 @@ fn millionths(value: f64) -> Option<i64> {
     (is_whole && (nearest != 0 || value.is_sign_positive())).then_some(nearest)
 }
 
+/// The digits of 0 to 99.
+const PAIRS: [[u8; 2]; 100] = {
+    let mut pairs = [[b'0'; 2]; 100];
+    let mut n = 0;
+    while n < 100 {
+        pairs[n] = [b'0' + (n / 10) as u8, b'0' + (n % 10) as u8];
+        n += 1;
+    }
+    pairs
+};
+
 fn push_millionths(text: &mut Vec<u8>, millionths: i64) {
-    let (mut left, mut behind) = (millionths.unsigned_abs(), 6);
-    // Most are thousandths.
-    if left.is_multiple_of(1000) {
-        (left, behind) = (left / 1000, 3);
+    let size = millionths.unsigned_abs();
+    let (mut whole, behind) = ((size / 1_000_000) as u32, (size % 1_000_000) as u32);
+    // From the last digit to the first: a sign, nine before the point, six behind it.
+    let mut digits = [b'.'; 17];
+    let mut start = 10;
+    let mut end = start;
+    if behind > 0 {
+        for (place, pair) in [behind / 10_000, behind / 100 % 100, behind % 100]
+            .into_iter()
+            .enumerate()
+        {
+            digits[11 + 2 * place..13 + 2 * place].copy_from_slice(&PAIRS[pair as usize]);
+        }
+        end = digits.len();
+        while digits[end - 1] == b'0' {
+            end -= 1;
+        }
     }
-    while behind > 0 && left.is_multiple_of(10) {
-        (left, behind) = (left / 10, behind - 1);
+    while whole >= 10 {
+        start -= 2;
+        digits[start..start + 2].copy_from_slice(&PAIRS[(whole % 100) as usize]);
+        whole /= 100;
     }
-    // From the last digit to the first, at least one before the point: 16 characters
-    // and a sign.
-    let mut digits = [0; 20];
-    let mut start = digits.len();
-    let mut put = |character| {
+    if whole > 0 || start == 10 {
         start -= 1;
-        digits[start] = character;
-    };
-    for place in 0.. {
-        if place == behind && place > 0 {
-            put(b'.');
-        }
-        put(b'0' + (left % 10) as u8);
-        left /= 10;
-        if left == 0 && place >= behind {
-            break;
-        }
+        digits[start] = b'0' + whole as u8;
     }
     if millionths < 0 {
-        put(b'-');
+        start -= 1;
+        digits[start] = b'-';
     }
-    text.extend_from_slice(&digits[start..]);
+    text.extend_from_slice(&digits[start..end]);
 }
 
 fn push_any(text: &mut Vec<u8>, value: f64) {

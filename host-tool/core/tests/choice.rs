@@ -3,6 +3,7 @@
 use firmware::muscle::Rung;
 use host_core::choice::{SEED, choose, rungs};
 use host_core::session::{Model, Session, Share};
+use std::path::Path;
 
 const TWO: &str = r#"
 title = "Two muscles"
@@ -144,4 +145,35 @@ fn a_live_client_s_worst_counts() {
             assert!(live.error() >= own.error(), "{own:?} {live:?}");
         }
     }
+}
+
+/// Where pulses alone decide, a run takes the models that trying the session finds:
+/// also for a muscle that nobody reads, and for one that never gets a pulse.
+#[test]
+fn a_run_takes_what_trying_finds() {
+    let sessions = Path::new(env!("CARGO_MANIFEST_DIR")).join("../sessions");
+    let shipped = ["hamana_exp4_two_point", "ten_channels_and_finger"].map(|name| {
+        let text = std::fs::read_to_string(sessions.join(format!("{name}.toml"))).unwrap();
+        text.replace("model = \"calcium-force\", ", "")
+    });
+    let unread = shipped[0].replacen(
+        "slope_per_unit = 0.2",
+        "slope_per_unit = 0.2, report = false",
+        1,
+    );
+    let never = shipped[1].replacen("channel = 10, value = 10.0", "channel = 10, value = 0.0", 1);
+    let mut rungs = Vec::new();
+    for text in shipped.iter().chain([&unread, &never]) {
+        let mut session = Session::parse("it.toml", text).unwrap();
+        session.try_us = 3_000_000;
+        let choice = choose(&session, session.tolerance, SEED).unwrap();
+        host_core::choice::settle(&mut session).unwrap();
+        for need in choice.needs {
+            let muscle = session.channels[need.place].muscle.as_ref().unwrap();
+            assert_eq!(muscle.rung(), need.rung, "{} {}", session.title, need.place);
+            rungs.push(need.rung);
+        }
+    }
+    let none = rungs.iter().filter(|rung| **rung == Rung::None).count();
+    assert_eq!(none, 2, "{rungs:?}");
 }

@@ -4,7 +4,7 @@ use super::{Output, wrong};
 use anyhow::ensure;
 use clap::Args;
 use host_core::choice::{self, Choice, Cycles, Effect, Need, Tried, Uses, coarsest};
-use host_core::session::{Session, Share, rung_name, visible};
+use host_core::session::{Model, Session, Share, rung_name, visible};
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
@@ -44,13 +44,13 @@ pub fn main(args: &ExplainModel, output: Output) -> anyhow::Result<()> {
 
 /// Hundredths of a percent.
 fn share(percent: f64) -> anyhow::Result<Share> {
-    if !(0.01..=600.0).contains(&percent) {
+    let hundredths = (percent * 100.0).round();
+    if !(1.0..=60_000.0).contains(&hundredths) || (percent * 100.0 - hundredths).abs() > 1e-6 {
         return wrong(format!(
-            "--tolerance is {percent}: allowed is 0.01 to 600 percent"
+            "--tolerance is {percent}: allowed is 0.01 to 600 percent, in steps of 0.01"
         ));
     }
-    // Down: never more than what is allowed. At most 60 000.
-    Ok(Share((percent * 100.0 + 1e-9) as u16))
+    Ok(Share(hundredths as u16))
 }
 
 /// At most 80 columns.
@@ -64,13 +64,18 @@ fn people(session: &Session, choice: &Choice) -> String {
         n => format!(", and the {} worst within its bounds", n - 1),
     };
     let mut out = format!(
-        "{}\nThe cheapest model whose error in what the session uses is within {}.\n\
-         Tried: {part}{} s{more}; {} plays. Errors are parts of the largest true force;\n\
+        "{}\n{} within {}.\n\
+         Tried: {part}{} s{more}; {} {}. Errors are parts of the largest true force;\n\
          cycles: of a 1 ms tick without/with a pulse, at most.\n",
         cut(&visible(&session.title), 78),
+        match choice.needs.iter().all(|need| is_given(session, need)) {
+            true => "Models are the file's; each is held to an error in what the session uses",
+            false => "The cheapest model whose error in what the session uses is",
+        },
         choice.tolerance,
         choice.tried_us as f64 * 1e-6,
         choice.plays,
+        if choice.plays == 1 { "play" } else { "plays" },
     );
     for need in &choice.needs {
         block(&mut out, session, need, choice.tolerance);
@@ -94,6 +99,12 @@ fn people(session: &Session, choice: &Choice) -> String {
         ));
     }
     out.trim_end().to_owned()
+}
+
+/// Whether the file names the channel's model.
+fn is_given(session: &Session, need: &Need) -> bool {
+    let muscle = session.channels[need.place].muscle.as_ref();
+    muscle.is_some_and(|it| it.model != Model::Auto)
 }
 
 fn block(out: &mut String, session: &Session, need: &Need, tolerance: Share) {
@@ -123,7 +134,7 @@ fn block(out: &mut String, session: &Session, need: &Need, tolerance: Share) {
     if need.raised {
         out.push_str("  raised: all channels together erred by more with the cheaper\n");
     }
-    if need.enough != Some(need.rung) && !need.raised {
+    if is_given(session, need) {
         out.push_str("  the session file says so\n");
     }
 }

@@ -66,7 +66,7 @@ struct Row {
 /// # Errors
 /// A parameter outside its range, by name; files that cannot be read or written.
 pub fn main(args: &Muscle, output: Output) -> anyhow::Result<()> {
-    within("--duration-s", args.duration_s, 0.0, 3600.0)?;
+    within("--duration-s", args.duration_s, 0.01, 3600.0)?;
     let pulses = args.pulses()?;
     let rows = match args.model {
         Model::Fixed => args.fixed(&pulses)?,
@@ -124,9 +124,19 @@ impl Muscle {
     }
 
     /// The muscle as the device takes it, which holds for the reference too: within
-    /// its ranges either model answers soon. Values are rounded to the link's units;
-    /// what is no number, negative or beyond them all becomes 0 or the largest.
+    /// its ranges either model answers soon. What is no number, negative or beyond the
+    /// link's units becomes 0 or the largest, which the device refuses; what is finer
+    /// than they are is refused here.
     fn device(&self) -> anyhow::Result<CalciumForce> {
+        for (_, name, value, factor) in self.parameters() {
+            let finer = (value * factor - (value * factor).round()).abs();
+            if finer > 1e-6 * (value * factor).abs().max(1.0) {
+                let step = 1.0 / factor;
+                return wrong(format!(
+                    "{name} is {value}: the device knows steps of {step}"
+                ));
+            }
+        }
         let [a_mn_per_s, k_micro, tau_c_us, tau1_us, tau2_us] =
             (self.parameters()).map(|(_, _, value, factor)| (value * factor).round() as u32);
         let spec = CalciumForceSpec {
@@ -190,8 +200,12 @@ impl Muscle {
         let Some((_, name, given, factor)) = all.into_iter().find(|it| it.0 == e.field) else {
             return anyhow::anyhow!("{e}"); // a calcium-force model has no others
         };
-        let (min, max) = (f64::from(e.min) / factor, f64::from(e.max) / factor);
-        WrongUse(format!("{name} is {given}: allowed is {min} to {max}")).into()
+        let [min, max] = [e.min, e.max].map(|bound| f64::from(bound) / factor);
+        let why = match e.min > CalciumForceSpec::TAU1_US.min && name == "--tau1-ms" {
+            true => " with this --k and --tau2-ms",
+            false => "",
+        };
+        WrongUse(format!("{name} is {given}: allowed is {min} to {max}{why}")).into()
     }
 
     fn reference(&self, pulses: &[u64]) -> anyhow::Result<Vec<Row>> {
@@ -234,14 +248,14 @@ fn read_pulses(path: &PathBuf) -> anyhow::Result<Vec<u64>> {
             "" => continue,
             text => text.parse().with_context(|| {
                 format!(
-                    "{}, line {number}: {text:?} is not a time in whole µs",
+                    "E545 {}, line {number}: {text:?} is not a time in whole µs",
                     path.display()
                 )
             })?,
         };
-        if at > 3_600_000_000 || pulses.last().is_some_and(|&last| at < last) {
+        if at > 3_600_000_000 || pulses.last().is_some_and(|&last| at <= last) {
             bail!(
-                "{}, line {number}: {at} µs; times must rise and stay below 1 h",
+                "E545 {}, line {number}: {at} µs; times must rise and stay below 1 h",
                 path.display()
             );
         }

@@ -8,11 +8,13 @@ use studies::tracking::campaign::{Campaign, Plan};
 use studies::tracking::candidate::{Candidate, Equipment};
 use studies::tracking::contender::Contender;
 use studies::tracking::driver::Driver;
+use studies::tracking::exercise::Wearers;
 use studies::tracking::plant::Plant;
 use studies::tracking::reach::Reachable;
-use studies::tracking::target::Course;
+use studies::tracking::target::{Course, Kind};
 use studies::tracking::trial::{self, TRIAL_MS};
 use studies::tracking::wearer::{Points, Volts};
+use studies::tracking::widened::{self, failures};
 
 /// A PID with feed-forward, its numbers round.
 fn pid() -> Contender {
@@ -42,7 +44,9 @@ fn campaign() -> Campaign {
     let plan = Plan {
         seed: 3,
         plants: 8,
+        wearers: Wearers::Earlier,
         course: Course::Sine,
+        optimum_plants: 8,
     };
     Campaign::run(plan, vec![pid(), Contender::Shipped], |_| {}).expect("a campaign")
 }
@@ -66,8 +70,8 @@ fn a_campaign_repeats_to_the_bit_and_nobody_beats_the_optimum() {
     let worst = found
         .cases
         .iter()
-        .flat_map(|c| &c.rmse)
-        .copied()
+        .flat_map(|c| &c.outcomes)
+        .map(|outcome| outcome.rmse)
         .fold(0.0, f64::max);
     assert!(worst < 30.0 && worst > 0.5, "{worst}");
 }
@@ -92,7 +96,9 @@ fn the_reachable_angle_is_what_full_stimulation_holds() {
     for index in 0..12 {
         let plant = Plant::drawn(5, index);
         let reachable = Reachable::new(&plant, Points::Two, &up).expect("reach");
-        let angles = trial::run(&plant, &mut Always(1.0), &up).expect("a trial");
+        let angles = trial::run(&plant, &mut Always(1.0), &up)
+            .expect("a trial")
+            .angles;
         let (wanted, held) = (reachable.angles[29_000], f64::from(angles[29_000]));
         // Up to a hundredth of the range, and what dry friction may hold.
         let friction = plant.finger.static_friction_nm / plant.finger.finger.stiffness_nm_per_rad;
@@ -108,7 +114,9 @@ fn the_reachable_angle_is_what_full_stimulation_holds() {
 fn a_finger_that_nobody_stimulates_stays_at_rest() {
     let plant = Plant::drawn(5, 0);
     let up = vec![100.0; 2000];
-    let angles = trial::run(&plant, &mut Always(0.0), &up).expect("a trial");
+    let angles = trial::run(&plant, &mut Always(0.0), &up)
+        .expect("a trial")
+        .angles;
     assert!(angles.iter().all(|a| (a - 5.0).abs() < 1e-3));
 }
 
@@ -152,4 +160,74 @@ fn draws_fill_their_ranges() {
     let mut finger = RandomFinger::new(nominal, 0).expect("the nominal finger");
     finger.advance(1_000_000);
     assert!((finger.angle_deg() - 5.0).abs() < 1e-9);
+}
+
+/// What the widened wearers add is what their docstring says, and an object that
+/// hangs on the joint moves a finger that nobody stimulates as far as its spring
+/// allows.
+#[test]
+fn widened_draws_fill_their_ranges_and_their_loads_act() {
+    let (mut strengths, mut delays) = (Vec::new(), Vec::new());
+    for i in 0..1000 {
+        let spec = RandomFingerSpec::widened(9, i);
+        strengths.push(spec.strength());
+        delays.push(spec.finger.electromechanical_delay_us);
+        let [object, knock] = spec.external[..] else {
+            panic!("an object and a knock: {:?}", spec.external)
+        };
+        assert!(object.nm.abs() <= 0.024 && knock.nm.abs() <= 0.1);
+        assert!((11_000..14_000).contains(&object.from_ms) && object.to_ms <= 20_000);
+        let lasts_ms = knock.to_ms - knock.from_ms;
+        assert!((10..50).contains(&lasts_ms) && knock.to_ms <= 24_050);
+        let earlier = RandomFingerSpec::drawn(9, i);
+        assert_eq!(spec.finger.fatigue_floor, earlier.finger.fatigue_floor);
+        assert!(earlier.external.is_empty());
+    }
+    let ends = |all: &mut Vec<f64>| {
+        all.sort_by(f64::total_cmp);
+        (all[0], all[all.len() - 1])
+    };
+    let (weakest, strongest) = ends(&mut strengths);
+    assert!((0.42..0.56).contains(&weakest) && (2.7..3.22).contains(&strongest));
+    let most = delays.iter().max().copied().unwrap_or(0);
+    assert!((99_000..=100_000).contains(&most), "{most}");
+
+    let mut spec = RandomFingerSpec::widened(9, 0);
+    spec.static_friction_nm = 0.0;
+    spec.coulomb_friction_nm = 0.0;
+    let object = spec.external[0];
+    spec.external[0].nm = object.nm.abs();
+    let turned = (object.nm.abs() / spec.finger.stiffness_nm_per_rad).to_degrees();
+    let mut finger = RandomFinger::new(spec, 0).expect("a finger");
+    finger.advance(u64::from(object.to_ms) * 1000);
+    let held = finger.angle_deg() - 5.0;
+    assert!((held - turned).abs() < 0.05, "{held} of {turned}");
+    finger.advance(u64::from(object.to_ms + 2000) * 1000);
+    assert!(
+        (finger.angle_deg() - 5.0).abs() < 0.05,
+        "{}",
+        finger.angle_deg()
+    );
+}
+
+/// Each widened wearer follows its own course.
+#[test]
+fn a_widened_campaign_counts_failures_and_refusals_apart() {
+    let plan = Plan {
+        seed: 3,
+        plants: 6,
+        wearers: Wearers::Widened,
+        course: Course::Sine,
+        optimum_plants: 0,
+    };
+    let run = || Campaign::run(plan, vec![pid(), Contender::Shipped], |_| {}).expect("a campaign");
+    let found = run();
+    assert_eq!(found.cases.len(), 12, "no draw is dropped");
+    for points in Points::ALL {
+        let by_kind = Kind::ALL.map(|kind| failures(&found, points, 0, Some(kind)).wearers);
+        assert_eq!(by_kind, [2, 2, 2]);
+        let all = failures(&found, points, 0, None);
+        assert_eq!((all.wearers, all.refused), (6, 0), "floats refuse nobody");
+    }
+    assert_eq!(widened::csv(&found), widened::csv(&run()), "to the bit");
 }

@@ -45,8 +45,8 @@ fn fixed_point_follows_within_one_per_cent_of_f64() {
             let mut device = Device::new(&spec).unwrap();
             let period_ms = u32::from(spec.law_period_ms);
             let mut float = Floating::new(twin(&spec), period_ms, spec.hold, points).unwrap();
-            let fixed = rmse(&run(&plant, &mut device, &wanted).unwrap(), &target);
-            let exact = rmse(&run(&plant, &mut float, &wanted).unwrap(), &target);
+            let fixed = rmse(&run(&plant, &mut device, &wanted).unwrap().angles, &target);
+            let exact = rmse(&run(&plant, &mut float, &wanted).unwrap().angles, &target);
             widest = widest.max((fixed / exact - 1.0).abs());
             sums[0] += fixed;
             sums[1] += exact;
@@ -79,7 +79,7 @@ fn another_period_is_as_good() {
                     let plant = Plant::drawn(SEED, index);
                     let target = Reachable::new(&plant, points, &wanted).unwrap().angles;
                     let mut device = Device::new(&spec).unwrap();
-                    rmse(&run(&plant, &mut device, &wanted).unwrap(), &target)
+                    rmse(&run(&plant, &mut device, &wanted).unwrap().angles, &target)
                 })
                 .sum();
             sum / PLANTS as f64

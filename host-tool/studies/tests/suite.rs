@@ -5,3 +5,4 @@ mod control_campaign;
 mod control_twin;
 mod harris_wall;
 mod ladder_judge;
+mod limit_cycle;

@@ -1,6 +1,6 @@
 //! Random wearers: what varies, and how far.
 
-use super::{RandomFingerSpec, Twitch};
+use super::{ExternalTorque, RandomFingerSpec, Twitch};
 use crate::body::FingerSpec;
 use crate::body::wearer::{Participant, Site};
 use crate::random::unit;
@@ -94,6 +94,7 @@ impl RandomFingerSpec {
             coulomb_friction_nm: 0.0,
             stribeck_rad_per_s: 0.1,
             capacity: [1.0; 3],
+            external: Vec::new(),
         }
     }
 
@@ -138,5 +139,48 @@ impl RandomFingerSpec {
         spec.coulomb_friction_nm = spec.static_friction_nm * draws.even(0.5, 1.0);
         spec.stribeck_rad_per_s = draws.even(0.05, 0.5);
         spec
+    }
+
+    /// Wearer `index` of campaign `seed` from a wider population: that of
+    /// [`Self::drawn`] with another strength and delay, disturbed between 10 and
+    /// 30 s. All of it is drawn evenly and independently; no draw is rejected.
+    ///
+    /// From the issue: strength 0.5 to 2.8 times the nominal wearer's (all three
+    /// muscles; each ±15 % about it, assumed), delay 0 to 100 ms, an object taken
+    /// and dropped, a knock. Assumed: the object weighs up to 60 g and hangs 40 mm
+    /// from the joint (±0.024 N·m, as the hand is turned), is taken at 11 to 14 s and
+    /// dropped at 17 to 20 s; the knock is up to 2.5 N there (±0.1 N·m) for 10 to
+    /// 50 ms, at 22 to 24 s.
+    pub fn widened(seed: u64, index: u64) -> Self {
+        let mut draws = Draws::new(seed, index, 7);
+        let mut spec = Self::drawn(seed, index);
+        let strength = draws.even(0.5, 2.8);
+        for (muscle, nominal) in spec.muscles.iter_mut().zip(Self::nominal().muscles) {
+            muscle.torque_nm = nominal.torque_nm * strength * draws.around(0.15);
+        }
+        spec.finger.electromechanical_delay_us = draws.even(0.0, 100_000.0) as u32;
+        let mut ms = |low, high| draws.even(low, high) as u32;
+        let [taken, dropped, knock] =
+            [(11e3, 14e3), (17e3, 20e3), (22e3, 24e3)].map(|(low, high)| ms(low, high));
+        let knocked_ms = ms(10.0, 50.0);
+        let object = ExternalTorque {
+            from_ms: taken,
+            to_ms: dropped,
+            nm: draws.even(-0.024, 0.024),
+        };
+        let knock = ExternalTorque {
+            from_ms: knock,
+            to_ms: knock + knocked_ms,
+            nm: draws.even(-0.1, 0.1),
+        };
+        spec.external = vec![object, knock];
+        spec
+    }
+
+    /// Torque of its muscles over the nominal wearer's, mean of the three.
+    pub fn strength(&self) -> f64 {
+        let nominal = Self::nominal().muscles;
+        let ratios = self.muscles.iter().zip(nominal);
+        ratios.map(|(m, n)| m.torque_nm / n.torque_nm).sum::<f64>() / 3.0
     }
 }

@@ -21,6 +21,24 @@ use std::collections::VecDeque;
 use twitch::Moving;
 pub use twitch::Twitch;
 
+/// A torque from outside: an object in the hand, a knock.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ExternalTorque {
+    /// It begins, ms from the start.
+    pub from_ms: u32,
+    /// It has ended, ms from the start.
+    pub to_ms: u32,
+    /// N·m, flexion positive.
+    pub nm: f64,
+}
+
+impl ExternalTorque {
+    /// Whether it acts in this millisecond.
+    const fn acts_at(&self, ms: u64) -> bool {
+        self.from_ms as u64 <= ms && ms < self.to_ms as u64
+    }
+}
+
 const TICK_US: u64 = 1000;
 const TICK_S: f64 = 1e-3;
 
@@ -41,6 +59,8 @@ pub struct RandomFingerSpec {
     pub stribeck_rad_per_s: f64,
     /// What earlier work has left of each muscle at the start, 0 to 1.
     pub capacity: [f64; 3],
+    /// What acts on the joint besides muscles, spring and friction; they add.
+    pub external: Vec<ExternalTorque>,
 }
 
 impl RandomFingerSpec {
@@ -81,6 +101,7 @@ impl RandomFingerSpec {
                 "capacity",
                 self.capacity.iter().all(|c| (0.0..=1.0).contains(c)),
             ),
+            ("external", self.external.iter().all(|e| e.nm.is_finite())),
         ];
         match rules.iter().find(|(_, holds)| !holds) {
             Some((field, _)) => Err(InvalidSpec(field)),
@@ -179,11 +200,14 @@ impl RandomFinger {
     fn step(&mut self) {
         self.deliver();
         let forces = self.muscles.each_mut().map(Moving::step);
-        let torque = self.spec.torque(
+        let mut torque = self.spec.torque(
             [0, 1, 2].map(|i| forces[i] * self.capacity[i]),
             self.pair_factor,
             self.motion,
         );
+        for external in self.spec.external.iter().filter(|e| e.acts_at(self.tick)) {
+            torque.nm += external.nm;
+        }
         self.tire(forces);
         self.hinge.step(&mut self.motion, torque, TICK_S);
         let angle = self.angle_deg();

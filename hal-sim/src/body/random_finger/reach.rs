@@ -2,6 +2,9 @@
 
 use super::{A, B, EXTENSOR, Motion, Points, RandomFingerSpec};
 
+/// An external torque of this length or more is a load, which the muscles must
+/// hold; a shorter one is a knock, over before they can, and changes no reach.
+const LOAD_MS: u32 = 1000;
 /// Steps of the bisection: 100° · 2^-24 is below a hundred-thousandth.
 const BISECTIONS: u32 = 24;
 
@@ -16,6 +19,7 @@ pub struct Reach {
     extending: ([f64; 3], f64),
     capacity: [f64; 3],
     potentiation: [f64; 3],
+    passed_s: f64,
 }
 
 impl Reach {
@@ -28,6 +32,7 @@ impl Reach {
             extending: recruited(spec, extending_v),
             capacity: spec.capacity,
             potentiation: [1.0; 3],
+            passed_s: 0.0,
             spec: spec.clone(),
         }
     }
@@ -37,7 +42,7 @@ impl Reach {
     /// (lowest).
     pub fn range_deg(&self) -> [f64; 2] {
         let hinge = self.spec.hinge();
-        let at_rest = self.torque(self.flexing, hinge.rest);
+        let at_rest = self.torque(self.flexing, hinge.rest) + self.load_nm();
         let highest = if at_rest.abs() <= hinge.static_nm {
             hinge.rest
         } else {
@@ -64,6 +69,7 @@ impl Reach {
             let goal = 1.0 + muscle.potentiation * force.min(1.0);
             *potentiation += s / muscle.potentiation_s * (goal - *potentiation);
         }
+        self.passed_s += s;
         reachable
     }
 
@@ -75,14 +81,25 @@ impl Reach {
             .nm
     }
 
-    /// Where torque, spring and `friction_nm` sum to zero.
+    /// What hangs on the joint now, N·m.
+    fn load_nm(&self) -> f64 {
+        let now_ms = (self.passed_s * 1000.0).round() as u64;
+        let loads = self.spec.external.iter();
+        loads
+            .filter(|e| e.to_ms.saturating_sub(e.from_ms) >= LOAD_MS && e.acts_at(now_ms))
+            .map(|e| e.nm)
+            .sum()
+    }
+
+    /// Where torque, load, spring and `friction_nm` sum to zero.
     fn balance(&self, recruited: ([f64; 3], f64), friction_nm: f64) -> f64 {
         let hinge = self.spec.hinge();
         let [mut low, mut high] = hinge.stops;
+        let given_nm = friction_nm + self.load_nm();
         for _ in 0..BISECTIONS {
             let angle = 0.5 * (low + high);
             let spring = hinge.stiffness * (angle - hinge.rest);
-            if self.torque(recruited, angle) + friction_nm > spring {
+            if self.torque(recruited, angle) + given_nm > spring {
                 low = angle;
             } else {
                 high = angle;
@@ -97,7 +114,7 @@ impl Reach {
         let hinge = self.spec.hinge();
         let (flexing, extending) = (self.flexing.0, self.extending.0);
         let resting = [extending[A], extending[B], flexing[EXTENSOR]];
-        let needed = hinge.stiffness * (angle - hinge.rest);
+        let needed = hinge.stiffness * (angle - hinge.rest) - self.load_nm();
         let neutral = self.torque((resting, self.flexing.1), angle);
         let side = if needed > neutral {
             self.flexing

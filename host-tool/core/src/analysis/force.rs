@@ -43,32 +43,26 @@ pub struct GapMetrics {
 /// channels at once. Over the same window; `None` where no force was wanted.
 #[must_use]
 pub fn force_limiting_share(trial: &Trial) -> Option<f64> {
-    let (from_s, to_s) = window(trial)?;
-    let (mut wanted, mut limiting) = (0_u32, 0_u32);
-    let is_wanted = |s: &Sample| s.wanted_n.iter().any(Option::is_some);
-    let inside = trial.samples.iter();
-    for sample in inside.filter(|s| (from_s..=to_s).contains(&s.t_s) && is_wanted(s)) {
-        wanted += 1;
-        limiting += u32::from(sample.limiting);
-    }
-    (wanted > 0).then(|| f64::from(limiting) / f64::from(wanted))
+    let wanted = || inside(trial).filter(|s| s.wanted_n.iter().any(Option::is_some));
+    let (all, limiting) = (wanted().count(), wanted().filter(|s| s.limiting).count());
+    (all > 0).then(|| limiting as f64 / all as f64)
+}
+
+/// The samples that are judged: of the trial's `measure` window, or all.
+fn inside(trial: &Trial) -> impl Iterator<Item = &Sample> {
+    let (from_s, to_s) = window(trial).unwrap_or((f64::NAN, f64::NAN)); // none
+    let samples = trial.samples.iter();
+    samples.filter(move |s| (from_s..=to_s).contains(&s.t_s))
 }
 
 /// The channels of which forces were wanted, but none predicted: no muscle model ran.
 /// Over the same window.
 #[must_use]
 pub fn unpredicted(trial: &Trial) -> Vec<u8> {
-    let Some((from_s, to_s)) = window(trial) else {
-        return Vec::new();
-    };
-    let inside = || {
-        let samples = trial.samples.iter();
-        samples.filter(move |s| (from_s..=to_s).contains(&s.t_s))
-    };
     let numbers = trial.channels.iter().filter(|c| c.force).map(|c| c.number);
     let is_unpredicted = |&number: &u8| {
-        inside().any(|s| trial.wanted_n(s, number).is_some())
-            && inside().all(|s| trial.force_n(s, number).is_none())
+        inside(trial).any(|s| trial.wanted_n(s, number).is_some())
+            && inside(trial).all(|s| trial.force_n(s, number).is_none())
     };
     numbers.filter(is_unpredicted).collect()
 }
@@ -80,14 +74,10 @@ pub fn force_metrics(trial: &Trial) -> Vec<ForceMetrics> {
     let Some((from_s, to_s)) = window(trial) else {
         return Vec::new();
     };
-    let inside = || {
-        let samples = trial.samples.iter();
-        samples.filter(move |s| (from_s..=to_s).contains(&s.t_s))
-    };
     let controlled = trial.channels.iter().filter(|c| c.force);
     controlled
         .filter_map(|channel| {
-            let judged = inside().filter_map(|s| {
+            let judged = inside(trial).filter_map(|s| {
                 let predicted = trial.force_n(s, channel.number)?;
                 Some((s.t_s, (predicted, trial.wanted_n(s, channel.number)?)))
             });
@@ -97,7 +87,7 @@ pub fn force_metrics(trial: &Trial) -> Vec<ForceMetrics> {
                 .map(|(force, wanted)| (force - wanted, wanted))
                 .unzip();
             let (&first_s, &end_s) = (times.first()?, times.last()?);
-            let gaps = inside().filter_map(|s| trial.gap_n(s, channel.number));
+            let gaps = inside(trial).filter_map(|s| trial.gap_n(s, channel.number));
             let gaps: Vec<(f64, f64)> = gaps.collect();
             Some(ForceMetrics {
                 channel: channel.number,

@@ -1,7 +1,7 @@
 //! The cheapest muscle model that will do, found by trying the session.
 //!
 //! Lives here: `fidelity` (law, telemetry, body), `play` (a session in memory and the true forces of its pulses),
-//! `cost` (cycles), `stream` (a live client's worst), `tried` (errors of what is used), and the choice. Not here: the
+//! `cost` (cycles), `stream` (a live client's worst), `tried` (errors of what is used), `pulsed` (where pulses decide), and the choice. Not here: the
 //! models (`firmware::muscle`), how a session runs (`run`).
 //! In: a session with `"auto"` models and a tolerance. Out: a [`Choice`]: for each
 //! channel what it uses, each rung's error and cycles, and which was taken.
@@ -9,12 +9,13 @@
 mod cost;
 mod fidelity;
 mod play;
+mod pulsed;
 mod stream;
 mod tried;
 
 pub use cost::{Cycles, cycles, rungs};
 pub use fidelity::{Effect, Fidelity, coarsest};
-pub use play::{Played, Pulse, Unplayed, forces};
+pub use play::{Played, Pulse, Unplayed, fatigue, forces};
 pub use stream::streaming;
 pub use tried::{Tried, Uses};
 
@@ -112,7 +113,7 @@ impl Share {
 /// Tries `session` with every rung that its muscles allow, natively and in memory, on
 /// a wearer with this seed, and takes for each channel the cheapest in cycles whose
 /// error in what the session uses is within `tolerance`. A channel that is on a rung by
-/// the file's word stays there.
+/// the file's word stays there, and goes where its `changes` say.
 ///
 /// A rung is tried on all channels at once: no channel's pulses and report depend on
 /// another's rung. Then what was chosen is played together; while any channel errs by
@@ -152,15 +153,14 @@ pub fn choose(session: &Session, tolerance: Share, seed: u64) -> Result<Choice, 
         })
         .collect();
     loop {
-        let rungs: Vec<(usize, Rung)> = needs.iter().map(|n| (n.place, n.rung)).collect();
-        let together = trials.together(&rungs)?;
+        let together = trials.together(&models(&needs).collect::<Vec<_>>())?;
         for (need, error) in needs.iter_mut().zip(together) {
             need.together = error;
         }
         let is_free = |need: &&mut Need| {
             let muscle = session.channels[need.place].muscle.as_ref();
             let above = need.tried.iter().any(|it| it.rung > need.rung);
-            muscle.is_some_and(|it| it.model == Model::Auto)
+            muscle.is_some_and(|it| it.model == Model::Auto && it.changes.is_empty())
                 && need.enough.is_some()
                 && above
                 && need.together > tolerance.part()
@@ -179,19 +179,24 @@ pub fn choose(session: &Session, tolerance: Share, seed: u64) -> Result<Choice, 
         plays: trials.plays(),
         sessions: sessions.len(),
         fidelity: match session.has_fidelity {
-            true => fidelity::tried(&with(session, &needs), tried_us, seed)?,
+            true => fidelity::tried(&with(session, models(&needs)), tried_us, seed)?,
             false => Fidelity::default(),
         },
         needs,
     })
 }
 
-/// `session` with the models that its channels get.
-fn with(session: &Session, needs: &[Need]) -> Session {
+/// Of each place the model that it gets.
+fn models(needs: &[Need]) -> impl Iterator<Item = (usize, Rung)> {
+    needs.iter().map(|need| (need.place, need.rung))
+}
+
+/// `session` with the models that its channels get, by place.
+fn with(session: &Session, rungs: impl IntoIterator<Item = (usize, Rung)>) -> Session {
     let mut session = session.clone();
-    for need in needs {
-        if let Some(muscle) = &mut session.channels[need.place].muscle {
-            muscle.auto = need.rung;
+    for (place, rung) in rungs {
+        if let Some(muscle) = &mut session.channels[place].muscle {
+            muscle.auto = rung;
         }
     }
     session
@@ -210,8 +215,16 @@ pub fn settle(session: &mut Session) -> Result<(), ChoiceError> {
     if !muscles.any(is_auto) && !session.has_fidelity {
         return Ok(());
     }
-    let choice = match choose(session, session.tolerance, SEED) {
-        Ok(choice) => choice,
+    let tried_us = session.duration_us.min(session.try_us);
+    let found = match pulsed::decide(session) {
+        true => pulsed::rungs(session, tried_us, SEED)
+            .map(|found| (found, None))
+            .map_err(ChoiceError::from),
+        false => choose(session, session.tolerance, SEED)
+            .map(|choice| (models(&choice.needs).collect(), Some(choice))),
+    };
+    let (found, choice) = match found {
+        Ok(found) => found,
         Err(error) => {
             session.notes.push(format!(
                 "{error}; \"auto\" is the fullest model that each muscle allows"
@@ -219,19 +232,20 @@ pub fn settle(session: &mut Session) -> Result<(), ChoiceError> {
             return Ok(());
         }
     };
-    if session.has_fidelity {
+    let choice = choice.filter(|_| session.has_fidelity);
+    if let Some(choice) = &choice {
         choice.refuse(session)?;
         session.notes.extend(choice.coarse(session));
     }
-    if choice.tried_us < session.duration_us {
+    if tried_us < session.duration_us {
         session.notes.push(format!(
             "muscle models were chosen by the first {} s of {} s; `fidelity.try_s` says how much",
-            choice.tried_us as f64 * 1e-6,
+            tried_us as f64 * 1e-6,
             session.duration_us as f64 * 1e-6,
         ));
     }
-    *session = with(session, &choice.needs);
-    if session.has_fidelity {
+    *session = with(session, found);
+    if let Some(choice) = &choice {
         let note = choice.fidelity.settle(session, choice.tolerance.part());
         session
             .notes

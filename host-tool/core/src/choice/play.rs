@@ -5,6 +5,7 @@ use crate::link::Port;
 use crate::record::Sample;
 use crate::run::{DeviceName, OpenError, Outcome, RunError, SessionFile, run};
 use crate::session::{Channel, Muscle, Session};
+use firmware::muscle::{CalciumForceSpec, FatigueSpec};
 use hal_sim::body::muscle::Parameters;
 use hal_sim::body::muscle::tiring::{Fatigue, Tiring};
 
@@ -109,7 +110,8 @@ fn gain(channel: &Channel, code: u16) -> Option<f64> {
 /// What these pulses make of a muscle by equations (2) to (4) of Lee 2020 and those of
 /// Ding 2003, in f64, sharing no code with the device: N at these rising times.
 pub fn forces(muscle: &Muscle, pulses: &[Pulse], times_us: impl Iterator<Item = u64>) -> Vec<f64> {
-    let mut truth = Tiring::new(parameters(muscle), fatigue(muscle));
+    let tires = muscle.fatigue.as_ref().map_or(Fatigue::NEVER, fatigue);
+    let mut truth = Tiring::new(parameters(muscle), tires);
     let mut due = pulses.iter().peekable();
     let mut now_us = 0;
     let mut pass = |truth: &mut Tiring, to_us: u64| {
@@ -138,17 +140,15 @@ fn parameters(muscle: &Muscle) -> Parameters {
     }
 }
 
-/// K and τ1 end where the ranges of a session's muscle do.
-fn fatigue(muscle: &Muscle) -> Fatigue {
-    let Some(spec) = muscle.fatigue else {
-        return Fatigue::NEVER;
-    };
+/// The same fatigue for the f64 muscle. K and τ1 end where the device's ranges do.
+#[must_use]
+pub fn fatigue(spec: &FatigueSpec) -> Fatigue {
     Fatigue {
         alpha_a_per_s2: f64::from(spec.alpha_a_milli_per_s2) * 1e-3,
         alpha_k_per_n_s: f64::from(spec.alpha_k_nano_per_n_s) * 1e-9,
         alpha_tau1_per_n: f64::from(spec.alpha_tau1_nano_per_n) * 1e-9,
         tau_fat_s: f64::from(spec.tau_fat_ms) * 1e-3,
-        k_max: 5.0,
-        tau1_max_s: 0.2,
+        k_max: f64::from(CalciumForceSpec::K_MICRO.max) * 1e-6,
+        tau1_max_s: f64::from(CalciumForceSpec::TAU1_US.max) * 1e-6,
     }
 }

@@ -128,7 +128,13 @@ impl<'a> Trial<'a> {
         };
         let all: Vec<Rung> = rungs().filter(matters).collect();
         let played = all.into_par_iter().map(|rung| {
-            let variant = on_rungs(session, |_, muscle| rung.min(fullest_of(muscle)));
+            let mut variant = on_rungs(session, |_, muscle| rung.min(fullest_of(muscle)));
+            // What the file changes to later is not this rung's doing.
+            let muscles = variant
+                .channels
+                .iter_mut()
+                .filter_map(|c| c.muscle.as_mut());
+            muscles.for_each(|muscle| muscle.changes.clear());
             Ok((rung, Played::of(&variant, seed)?))
         });
         let played: Vec<(Rung, Played)> = played.collect::<Result<_, Unplayed>>()?;
@@ -222,7 +228,9 @@ impl<'a> Trial<'a> {
         let same = self.played.iter().find(|(rung, _)| {
             all.iter().all(|(place, own)| {
                 let muscle = self.session.channels[*place].muscle.as_ref();
-                muscle.is_some_and(|muscle| *own == fullest_of(muscle).min(*rung))
+                muscle.is_some_and(|muscle| {
+                    *own == fullest_of(muscle).min(*rung) && muscle.changes.is_empty()
+                })
             })
         });
         let anew;

@@ -18,6 +18,7 @@ use super::table::Table;
 
 /// The longest τc, which a train may leave less of.
 const TAU_C_US: Range = CalciumForceSpec::TAU_C_US;
+const TAU1_US: Range = CalciumForceSpec::TAU1_US;
 
 /// Tells what is wrong with the setup of the file `root`, of which `channels` could
 /// be read.
@@ -145,6 +146,11 @@ pub(super) fn tell_muscle(t: &Table<'_>, channel: &Table<'_>, mistake: Mistake) 
         Rule::Muscle(LadderError::Range(e)) if e.field == RecruitmentSpec::LIMIT.field => {
             let allowed = format!("below the channel's limit of {}", channel.at("limit").given);
             t.out_of_range("motor_threshold", allowed);
+        }
+        // The shortest τ1 depends on K and τ2.
+        Rule::Muscle(LadderError::Range(e)) if e.field == TAU1_US.field && e.min > TAU1_US.min => {
+            let range = between(e.min.into(), e.max.into(), 3);
+            t.out_of_range("tau1_ms", format!("{range} with this `k` and `tau2_ms`"));
         }
         _ => t.refuse(mistake),
     }

@@ -1,8 +1,9 @@
 //! The control laws that the device could have used, in f32: each with each
 //! combination of add-ons, one period at a time.
 
+use crate::control::derivative::Differentiator;
 use crate::control::parameters::parameters;
-use crate::control::{AddOns, Controller, Form, Input, Law};
+use crate::control::{AddOns, Controller, DerivativeKind, Form, Input, Law};
 use core::fmt;
 use firmware::bench::{Bench, Clock, Row, control, empty};
 use firmware::control::ResponseSpec;
@@ -16,6 +17,12 @@ pub enum LawName {
     Markers,
     /// The device's own default, in fixed point.
     Device,
+    /// The same without predictor and learning.
+    DeviceLaw,
+    /// Its differentiator.
+    DeviceDifferentiator,
+    /// A differentiator, in f32.
+    Differentiator(DerivativeKind),
     /// A law with its add-ons, in f32.
     Float(Form, AddOns),
 }
@@ -26,6 +33,9 @@ impl fmt::Display for LawName {
         let (form, add_ons) = match self {
             Self::Markers => return write!(f, "markers"),
             Self::Device => return write!(f, "device"),
+            Self::DeviceLaw => return write!(f, "device_law"),
+            Self::DeviceDifferentiator => return write!(f, "device_differentiator"),
+            Self::Differentiator(kind) => return write!(f, "differentiator/{kind:?}"),
             Self::Float(form, add_ons) => (form, add_ons),
         };
         for (n, word) in form.name().split(' ').enumerate() {
@@ -42,7 +52,7 @@ impl fmt::Display for LawName {
     }
 }
 
-/// Runs the markers, the device's default and every law with every combination
+/// Runs the markers, the device's default, its parts, the differentiators and every law with every combination
 /// of add-ons, and hands over each row when it is complete. The feed-forward
 /// itself, which a law is handed, is not in the row.
 pub fn run_laws(clock: &impl Clock, mut row: impl FnMut(&Row<LawName>)) {
@@ -51,11 +61,38 @@ pub fn run_laws(clock: &impl Clock, mut row: impl FnMut(&Row<LawName>)) {
     let response = Some(ResponseSpec::RECOMMENDED);
     // A constant within its ranges; else its row were missing.
     let _ = control::law_alone(&mut bench, LawName::Device, RUNS, response);
+    let _ = control::law_alone(&mut bench, LawName::DeviceLaw, RUNS, None);
+    let _ = control::differentiator_alone(&mut bench, LawName::DeviceDifferentiator, RUNS);
+    for kind in DerivativeKind::ALL {
+        differentiator(&mut bench, kind);
+    }
     for form in Form::ALL {
         for add_ons in AddOns::all() {
             let _ = law(&mut bench, form, add_ons);
         }
     }
+}
+
+/// A differentiator of readings anywhere.
+fn differentiator<C: Clock>(bench: &mut Bench<'_, C, LawName>, kind: DerivativeKind) {
+    let h = 0.002;
+    bench.row(
+        LawName::Differentiator(kind),
+        RUNS,
+        match kind {
+            DerivativeKind::PseudoOfError | DerivativeKind::Pseudo => {
+                Differentiator::pseudo(10.0, h)
+            }
+            DerivativeKind::RobustExact => Differentiator::robust_exact(1000.0, h),
+            DerivativeKind::RobustExactSecondOrder => {
+                Differentiator::robust_exact_second_order(5e5, h)
+            }
+        },
+        // Below 2^16: exact.
+        |_, random| 1.7 * random.between(0, 1 << 16) as f32 / 65_536.0,
+        |differentiator: &mut Differentiator<f32>, x| differentiator.step(*x),
+        |_, rate, sum| sum.word(rate.to_bits()),
+    );
 }
 
 /// A law in motion: the middle of its parameters, targets and readings anywhere.

@@ -6,38 +6,57 @@ use anyhow::ensure;
 use clap::{Args, ValueEnum};
 use methods::control::Form;
 use std::path::PathBuf;
-use studies::figures::control_picture;
+use studies::figures::{control_picture, failure_picture};
+use studies::tracking::ablation::Term;
+use studies::tracking::ablation_table;
 use studies::tracking::campaign::{Campaign, Plan};
 use studies::tracking::candidate::Equipment;
 use studies::tracking::contender::Contender;
 use studies::tracking::cost::Cost;
+use studies::tracking::exercise::Wearers;
 use studies::tracking::gains;
 use studies::tracking::search::{TRAINING_SEED, Training};
 use studies::tracking::table;
 use studies::tracking::target::Course;
+use studies::tracking::widened;
 
 /// The most plants: each is a few kilobytes and a second of computing.
 const MOST_PLANTS: u64 = 100_000;
+/// Plants of a chart, and of a quick look.
+const PLANTS: (u64, u64) = (200, 60);
 
-/// Chart the control laws on random wearers: error against cycles
+/// Chart the control laws on random wearers: error against cycles, where each fails
 #[derive(Args, Debug)]
 pub struct Control {
     /// Decides the plants; any but the one the gains were searched on
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// How many plants; each runs one- and two-point
-    #[arg(long, default_value_t = 200)]
-    plants: u64,
-    /// What the finger is to follow
+    /// How many plants; each runs one- and two-point [200; 60 with --quick]
+    #[arg(long)]
+    plants: Option<u64>,
+    /// What the earlier wearers are to follow
     #[arg(long, value_enum, default_value_t = CourseName::Sine)]
     course: CourseName,
+    /// Which wearers to draw
+    #[arg(long, value_enum, default_value_t = WearersName::Earlier)]
+    wearers: WearersName,
+    /// The default, the two best other laws and the PIDs alone; writes no file
+    #[arg(long, conflicts_with_all = ["search", "ablate"])]
+    quick: bool,
+    /// The default without each of its terms, on both kinds of wearers, into
+    /// control_ablation.csv
+    #[arg(long, conflicts_with = "search")]
+    ablate: bool,
+    /// On how many of the earlier plants to look for the offline optimum
+    #[arg(long, default_value_t = 40)]
+    optimum: u64,
     /// Look for every law's numbers anew instead and write control_gains.csv
     #[arg(long)]
     search: bool,
     /// How many candidates the search tries for each law
     #[arg(long, default_value_t = 240)]
     evaluations: usize,
-    /// Folder for control.csv, control.svg and control_gains.csv
+    /// Folder for control*.csv, control*.svg
     #[arg(long, default_value = "docs/charts")]
     out: PathBuf,
 }
@@ -48,6 +67,14 @@ enum CourseName {
     Sine,
     /// Four slow sines drawn from the seed
     Smooth,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum WearersName {
+    /// Gain ±50 %, delay to 60 ms; everyone follows the same course
+    Earlier,
+    /// Strength × 0.5…2.8, delay to 100 ms, loads, knocks; sines, steps, holds
+    Widened,
 }
 
 /// # Errors
@@ -61,38 +88,87 @@ pub fn main(args: &Control, output: Output) -> anyhow::Result<()> {
     if args.search {
         return search(args, output);
     }
-    if args.plants > MOST_PLANTS {
-        return wrong("--plants: 100000 at most; 200 for a chart");
+    let plan = match plan(args) {
+        Ok(plan) => plan,
+        Err(refused) => return wrong(refused),
+    };
+    if args.ablate {
+        return ablate(args, plan, output);
     }
-    if args.plants < 2 {
-        return wrong("--plants: 2 or more, since intervals are printed; 200 for a chart");
+    let campaign = run(plan, contenders(args.quick)?, output)?;
+    match plan.wearers {
+        Wearers::Earlier => earlier(args, campaign, output),
+        Wearers::Widened => widened(args, &campaign, output),
+    }
+}
+
+/// What is asked for, or why it cannot be.
+fn plan(args: &Control) -> Result<Plan, &'static str> {
+    let (chart, quick) = PLANTS;
+    let plants = args
+        .plants
+        .unwrap_or(if args.quick { quick } else { chart });
+    if plants > MOST_PLANTS {
+        return Err("--plants: 100000 at most; 200 for a chart");
+    }
+    if plants < 2 {
+        return Err("--plants: 2 or more, since intervals are printed; 200 for a chart");
     }
     if args.seed == TRAINING_SEED {
-        return wrong("--seed: the gains were searched on these plants; take any other");
+        return Err("--seed: the gains were searched on these plants; take any other");
     }
-    let plan = Plan {
+    let wearers = match args.wearers {
+        WearersName::Earlier => Wearers::Earlier,
+        WearersName::Widened => Wearers::Widened,
+    };
+    let has_optimum = wearers == Wearers::Earlier && !args.quick && !args.ablate;
+    Ok(Plan {
         seed: args.seed,
-        plants: args.plants,
+        plants,
+        wearers,
         course: match args.course {
             CourseName::Sine => Course::Sine,
             CourseName::Smooth => Course::Smooth { seed: args.seed },
         },
-    };
-    let searched = gains::read(gains::COMMITTED)?;
+        optimum_plants: if has_optimum { args.optimum } else { 0 },
+    })
+}
+
+/// All laws with the numbers that the search found, and the default; or, for a
+/// quick look, the two that were best in training beside it and the PIDs.
+fn contenders(is_quick: bool) -> anyhow::Result<Vec<Contender>> {
+    let mut searched = gains::read(gains::COMMITTED)?;
+    if is_quick {
+        searched.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
+        let mut others = 0;
+        searched.retain(|(_, found)| {
+            let is_pid = found.candidate.form == Form::Pid;
+            others += u32::from(!is_pid);
+            is_pid || others <= 2
+        });
+    }
     let searched = searched
         .into_iter()
         .map(|(equipment, found)| Contender::Searched(equipment, found.candidate));
-    let contenders = searched.chain([Contender::Shipped]).collect();
+    Ok(searched.chain([Contender::Shipped]).collect())
+}
+
+fn run(plan: Plan, contenders: Vec<Contender>, output: Output) -> anyhow::Result<Campaign> {
     let bar = output.bar("control");
     let campaign = Campaign::run(plan, contenders, |part| bar.set(part));
     bar.finish();
-    let mut campaign = campaign?;
+    Ok(campaign?)
+}
+
+fn earlier(args: &Control, mut campaign: Campaign, output: Output) -> anyhow::Result<()> {
     let cost = Cost::on_chip();
     if let Ok(cost) = &cost {
         campaign.cycles = campaign.contenders.iter().map(|c| cost.of(c)).collect();
     }
-    write(&args.out.join("control.csv"), &table::csv(&campaign))?;
-    write(&args.out.join("control.svg"), &control_picture(&campaign))?;
+    if !args.quick {
+        write(&args.out.join("control.csv"), &table::csv(&campaign))?;
+        write(&args.out.join("control.svg"), &control_picture(&campaign))?;
+    }
     output.say(
         || {
             let why = cost.err().map_or_else(String::new, |e| {
@@ -101,8 +177,36 @@ pub fn main(args: &Control, output: Output) -> anyhow::Result<()> {
             table::text(&campaign).trim_end().to_owned() + &why
         },
         || table::json(&campaign),
+    )
+}
+
+fn widened(args: &Control, campaign: &Campaign, output: Output) -> anyhow::Result<()> {
+    if !args.quick {
+        let name = |end: &str| args.out.join(format!("control_widened.{end}"));
+        write(&name("csv"), &widened::csv(campaign))?;
+        write(&name("svg"), &failure_picture(campaign))?;
+    }
+    output.say(
+        || widened::text(campaign).trim_end().to_owned(),
+        || widened::json(campaign),
+    )
+}
+
+/// The default whole and without each term, on the earlier and on the widened
+/// wearers.
+fn ablate(args: &Control, plan: Plan, output: Output) -> anyhow::Result<()> {
+    let whole = std::iter::once(Contender::Shipped);
+    let contenders: Vec<_> = whole.chain(Term::ALL.map(Contender::Ablated)).collect();
+    let on = |wearers| run(Plan { wearers, ..plan }, contenders.clone(), output);
+    let both = [on(Wearers::Earlier)?, on(Wearers::Widened)?];
+    write(
+        &args.out.join("control_ablation.csv"),
+        &ablation_table::csv(&both),
     )?;
-    Ok(())
+    output.say(
+        || ablation_table::text(&both).trim_end().to_owned(),
+        || ablation_table::json(&both),
+    )
 }
 
 fn search(args: &Control, output: Output) -> anyhow::Result<()> {

@@ -15,7 +15,7 @@ const ERROR_TOP: f64 = 10.0;
 /// Rows by cycles; a file of its own.
 pub fn picture(campaign: &Campaign) -> String {
     let mut order: Vec<usize> = (0..campaign.contenders.len()).collect();
-    order.sort_by_key(|n| campaign.cycles[*n].unwrap_or(u64::MAX));
+    order.sort_by_key(|n| campaign.cycles[*n].map_or(u64::MAX, |c| c.whole));
     let errors = Points::ALL.map(|points| errors(campaign, &order, points));
     let dots = [
         ("mean, law alone", PALETTE[0], Shape::Disc),
@@ -48,7 +48,7 @@ pub fn picture(campaign: &Campaign) -> String {
 
 fn mark(contender: &Contender) -> (Color, Shape) {
     match contender {
-        Contender::Shipped => (PALETTE[1], Shape::Star),
+        Contender::Shipped | Contender::Ablated(_) => (PALETTE[1], Shape::Star),
         Contender::Searched(..) if contender.name().ends_with('+') => (PALETTE[2], Shape::Up),
         Contender::Searched(..) => (PALETTE[0], Shape::Disc),
     }
@@ -77,11 +77,13 @@ fn cost(campaign: &Campaign, order: &[usize]) -> Panel {
     for (row, n) in (0..).map(f64::from).zip(order) {
         let (color, shape) = mark(&campaign.contenders[*n]);
         if let Some(cycles) = campaign.cycles[*n] {
-            let at = (cycles as f64, row);
+            let at = (cycles.whole as f64, row);
             panel
                 .marks
                 .push(Mark::Dot(at, shape, 4.0, Paint::Full(color)));
-            panel.marks.push(Mark::Beside(at, 10.0, cycles.to_string()));
+            panel
+                .marks
+                .push(Mark::Beside(at, 10.0, cycles.whole.to_string()));
         }
     }
     panel

@@ -6,11 +6,13 @@
 mod accuracy;
 mod control;
 mod cycles;
+mod failure;
 mod ladder;
 mod map;
 
 pub use accuracy::picture as accuracy_picture;
 pub use control::picture as control_picture;
 pub use cycles::picture as cycles_picture;
+pub use failure::picture as failure_picture;
 pub use ladder::picture as ladder_picture;
 pub use map::picture as map_picture;

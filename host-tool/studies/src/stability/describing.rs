@@ -51,7 +51,7 @@ pub(super) struct DescribingFunction {
 impl Efforts {
     /// Drives the joint's law with every amplitude and period.
     pub(super) fn of(joint: &JointSpec) -> Self {
-        let joint = Joint::new(joint).expect("a valid joint");
+        let joint = Joint::with_whole_gain(joint).expect("a valid joint");
         let answer = |a, period| Answer::of(&joint, a, period);
         Self {
             answers: amplitudes()

@@ -52,10 +52,10 @@ pub(super) struct Loop {
 }
 
 impl Loop {
-    /// At rest. Both specifications come from this room and are valid.
+    /// At rest, with the law's whole gain always: what is mapped is the law. Both specifications come from this room and are valid.
     pub(super) fn new(finger: FingerSpec, joint: &JointSpec, seed: u64) -> Self {
         Self {
-            joint: Joint::new(joint).expect("a valid joint"),
+            joint: Joint::with_whole_gain(joint).expect("a valid joint"),
             state: JointState::default(),
             finger: Finger::new(finger, seed).expect("a valid finger"),
             tick: 0,

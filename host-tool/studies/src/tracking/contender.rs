@@ -1,9 +1,10 @@
 //! Who takes part in a campaign.
 
 use super::TrackingError;
+use super::ablation::Term;
 use super::candidate::{Candidate, Equipment};
 use super::driver::{Device, Driver, Recorded};
-use super::plant::Plant;
+use super::exercise::{Exercise, Outcome};
 use super::trial::{self, PULSE_EVERY_MS};
 use super::wearer::{self, Points};
 use methods::control::Form;
@@ -16,6 +17,8 @@ pub enum Contender {
     /// The device's fixed-point default ([`LawSpec::RECOMMENDED`]): the very code
     /// that is flashed.
     Shipped,
+    /// The same without one of its terms, nothing tuned anew.
+    Ablated(Term),
 }
 
 impl Contender {
@@ -27,6 +30,7 @@ impl Contender {
                 format!("{} +", candidate.form.name())
             }
             Self::Shipped => "device default".to_owned(),
+            Self::Ablated(term) => format!("- {}", term.name()),
         }
     }
 
@@ -39,38 +43,31 @@ impl Contender {
     pub const fn arithmetic(&self) -> &'static str {
         match self {
             Self::Searched(..) => "f64",
-            Self::Shipped => "fixed",
+            Self::Shipped | Self::Ablated(_) => "fixed",
         }
     }
 
-    /// The true angle each millisecond, degrees, while it drives this plant.
+    /// What it makes of an exercise.
     ///
     /// # Errors
     /// [`TrackingError`] if plant or law cannot be.
-    pub fn track(
-        &self,
-        plant: &Plant,
-        points: Points,
-        wanted: &[f64],
-    ) -> Result<Vec<f32>, TrackingError> {
-        trial::run(plant, &mut *self.driver(points)?, wanted)
+    pub fn attempt(&self, exercise: &Exercise) -> Result<Outcome, TrackingError> {
+        let mut driver = self.driver(exercise.points)?;
+        let attempt = trial::run(&exercise.plant, &mut *driver, &exercise.wanted)?;
+        Ok(exercise.judge(attempt))
     }
 
-    /// The effort of each pulse, −1…1, while it drives this plant.
+    /// The effort of each pulse, −1…1, in an exercise.
     ///
     /// # Errors
     /// [`TrackingError`] if plant or law cannot be.
-    pub fn efforts(
-        &self,
-        plant: &Plant,
-        points: Points,
-        wanted: &[f64],
-    ) -> Result<Vec<f64>, TrackingError> {
+    pub fn efforts(&self, exercise: &Exercise) -> Result<Vec<f64>, TrackingError> {
+        let points = exercise.points;
         let mut recorded = Recorded {
             driver: self.driver(points)?,
-            volts: Vec::with_capacity(wanted.len()),
+            volts: Vec::with_capacity(exercise.wanted.len()),
         };
-        trial::run(plant, &mut recorded, wanted)?;
+        trial::run(&exercise.plant, &mut recorded, &exercise.wanted)?;
         let pulses = recorded.volts.into_iter().step_by(PULSE_EVERY_MS);
         Ok(pulses.map(|v| wearer::effort_of(points, v)).collect())
     }
@@ -79,6 +76,7 @@ impl Contender {
         Ok(match self {
             Self::Searched(_, candidate) => Box::new(candidate.driver::<f64>(points)?),
             Self::Shipped => Box::new(Device::new(&wearer::shipped(points))?),
+            Self::Ablated(term) => Box::new(Device::new(&term.without(points))?),
         })
     }
 }

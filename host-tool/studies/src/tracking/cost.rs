@@ -1,13 +1,27 @@
-//! What each contender's law costs on the chip.
+//! What each contender costs on the chip: its law, its differentiator, its add-ons.
 
 use super::contender::Contender;
 use crate::bench::{BenchError, Row, rows_on_chip};
 use hal_sim::images::Image;
 use methods::bench::LawName;
+use methods::control::AddOns;
 
-/// Cycles of every law with every combination of add-ons.
+/// Every law with every combination of add-ons, as measured.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Cost(Vec<Row>);
+
+/// Mean core clock cycles in a tick in which a law runs.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Cycles {
+    /// All of it as it runs.
+    pub whole: u64,
+    /// The law without add-ons, less its differentiator.
+    pub law: u64,
+    /// The differentiator by itself.
+    pub differentiator: u64,
+    /// What add-ons put on top: predictor, preview, learning.
+    pub add_ons: u64,
+}
 
 impl Cost {
     /// Runs the image `laws` on the chip simulator.
@@ -22,15 +36,40 @@ impl Cost {
         Ok(Self(rows))
     }
 
-    /// Mean core clock cycles of a contender's law in a tick in which it runs:
-    /// in f32, the device's own in fixed point; setpoint track, feed-forward
-    /// and mapping to amplitudes, which are the same for all, not in it.
-    pub fn of(&self, contender: &Contender) -> Option<u64> {
-        let name = match contender {
-            Contender::Searched(_, c) => LawName::Float(c.form, c.add_ons),
-            Contender::Shipped => LawName::Device,
+    /// A contender's cycles: in f32, the device's own in fixed point; setpoint
+    /// track, feed-forward and mapping to amplitudes, which are the same for all,
+    /// not in them. Of the ablated default none are measured.
+    pub fn of(&self, contender: &Contender) -> Option<Cycles> {
+        let (whole, alone, differentiator) = match contender {
+            Contender::Searched(_, c) => {
+                let derivative = c.add_ons.derivative;
+                let alone = AddOns {
+                    derivative,
+                    ..AddOns::NONE
+                };
+                (
+                    LawName::Float(c.form, c.add_ons),
+                    LawName::Float(c.form, alone),
+                    LawName::Differentiator(derivative),
+                )
+            }
+            Contender::Shipped => (
+                LawName::Device,
+                LawName::DeviceLaw,
+                LawName::DeviceDifferentiator,
+            ),
+            Contender::Ablated(_) => return None,
         };
-        let name = name.to_string();
-        self.0.iter().find(|row| row.name == name).map(|r| r.mean)
+        let mean = |name: LawName| {
+            let name = name.to_string();
+            self.0.iter().find(|row| row.name == name).map(|r| r.mean)
+        };
+        let (whole, alone, differentiator) = (mean(whole)?, mean(alone)?, mean(differentiator)?);
+        Some(Cycles {
+            whole,
+            law: alone.saturating_sub(differentiator),
+            differentiator,
+            add_ons: whole.saturating_sub(alone),
+        })
     }
 }

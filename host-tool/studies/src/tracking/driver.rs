@@ -4,7 +4,9 @@ use super::TrackingError;
 use super::wearer::{self, Points, Volts};
 use firmware::arithmetic::fixed_point::Q;
 use firmware::control::setpoint::SetpointTrack;
-use firmware::control::{Effort, FeedForward, HoldPolicy, Joint, JointSpec, JointState, Mapping};
+use firmware::control::{
+    Effort, FeedForward, HoldPolicy, Joint, JointSpec, JointState, LimitCycle, Mapping, SensorFault,
+};
 use firmware::units::{Amplitude, Angle, Micros};
 use methods::control::{Controller, Input, Law};
 use methods::real::Real;
@@ -17,6 +19,10 @@ pub trait Driver {
     fn measurement(&mut self, now: Micros, at: Micros, degrees: f64);
     /// One millisecond's tick.
     fn tick(&mut self, now: Micros) -> Volts;
+    /// The name under which it has refused or stopped, once it has.
+    fn refused(&self) -> Option<&str> {
+        None
+    }
 }
 
 fn angle(degrees: f64) -> Angle {
@@ -55,6 +61,10 @@ impl Driver for Recorded {
         self.volts.push(volts);
         volts
     }
+
+    fn refused(&self) -> Option<&str> {
+        self.driver.refused()
+    }
 }
 
 /// The device's own code, fixed point.
@@ -62,6 +72,8 @@ impl Driver for Recorded {
 pub struct Device {
     joint: Joint,
     state: JointState,
+    limit_cycles: Vec<LimitCycle>,
+    refused: Option<String>,
 }
 
 impl Device {
@@ -73,7 +85,22 @@ impl Device {
         Ok(Self {
             joint: Joint::new(spec)?,
             state: JointState::default(),
+            limit_cycles: Vec::new(),
+            refused: None,
         })
+    }
+
+    /// The limit cycles it has found, in order.
+    pub fn limit_cycles(&self) -> &[LimitCycle] {
+        &self.limit_cycles
+    }
+
+    /// On the board a limit cycle that no lower gain ends is a fault.
+    fn note(&mut self, found: LimitCycle) {
+        self.limit_cycles.push(found);
+        if found.gain_milli.is_none() {
+            self.refused = Some("LimitCycle".to_owned());
+        }
     }
 }
 
@@ -91,12 +118,29 @@ impl Driver for Device {
             .measurement(&mut self.state, now, at, angle(degrees));
     }
 
-    /// Silent while the joint reports a sensor fault, as on the board.
+    /// Silent before the first measurement, and for good once the joint has named a
+    /// fault: on the board `safety` latches it.
     fn tick(&mut self, now: Micros) -> Volts {
-        match self.joint.tick(&mut self.state, now, None) {
-            Ok(orders) => volts(&orders.amplitudes),
-            Err(_) => [0.0; 3],
+        if self.refused.is_some() {
+            return [0.0; 3];
         }
+        match self.joint.tick(&mut self.state, now, None) {
+            Ok(orders) => {
+                if let Some(found) = orders.limit_cycle {
+                    self.note(found);
+                }
+                volts(&orders.amplitudes)
+            }
+            Err(SensorFault::Absent) => [0.0; 3],
+            Err(fault) => {
+                self.refused = Some(format!("{fault:?}"));
+                [0.0; 3]
+            }
+        }
+    }
+
+    fn refused(&self) -> Option<&str> {
+        self.refused.as_deref()
     }
 }
 

@@ -1,17 +1,21 @@
 //! Control laws compared on random wearers.
 //!
 //! Lives here: a campaign's plants (`plant`), the nominal wearer that laws know
-//! (`wearer`), targets and the part of them in reach (`target`, `reach`), who
-//! drives (`driver`), one trial (`trial`), the best anyone could do (`optimum`).
+//! (`wearer`), targets and the part of them in reach (`target`, `reach`), both
+//! together and how an attempt is judged (`exercise`), who drives (`driver`), one
+//! trial (`trial`), the best anyone could do (`optimum`).
 //! Not here: laws (`firmware::control`, `methods::control`), fingers
 //! (`hal_sim::body`), pictures (`figures`), the command line (`cli::chart`).
 //! In: laws with their numbers, seeds. Out: angles, errors, who wins.
 
+pub mod ablation;
+pub mod ablation_table;
 pub mod campaign;
 pub mod candidate;
 pub mod contender;
 pub mod cost;
 pub mod driver;
+pub mod exercise;
 pub mod gains;
 pub mod optimum;
 pub mod plant;
@@ -22,6 +26,7 @@ pub mod table;
 pub mod target;
 pub mod trial;
 pub mod wearer;
+pub mod widened;
 
 use firmware::control::SpecError;
 use firmware::range::OutOfRange;

@@ -3,10 +3,10 @@
 
 use super::TrackingError;
 use super::candidate::{Candidate, Equipment, Genome};
+use super::exercise::Exercise;
 use super::plant::Plant;
-use super::reach::Reachable;
 use super::target::Course;
-use super::trial::{TRIAL_MS, rmse, run};
+use super::trial::run;
 use super::wearer::Points;
 use hal_sim::body::random_finger::Draws;
 use methods::control::Form;
@@ -26,18 +26,9 @@ const PARENTS: usize = 6;
 /// Tried at once, however many cores there are: what is tried next depends on them.
 const BATCH: usize = 8;
 
-/// One training plant with its points, and what it can follow.
-#[derive(Debug)]
-struct Exercise {
-    plant: Plant,
-    points: Points,
-    target: Vec<f64>,
-}
-
 /// What all laws are trained on.
 #[derive(Debug)]
 pub struct Training {
-    wanted: Vec<f64>,
     /// In groups of one- and two-point for each plant.
     exercises: Vec<Exercise>,
 }
@@ -58,20 +49,14 @@ impl Training {
     /// # Errors
     /// [`TrackingError`] if one cannot be.
     pub fn new() -> Result<Self, TrackingError> {
-        let wanted = Course::Sine.angles(TRIAL_MS);
         let drawn = (0..TRAINING_PLANTS).map(|i| Plant::drawn(TRAINING_SEED, i));
         let mut exercises = Vec::new();
         for plant in std::iter::once(Plant::nominal(TRAINING_SEED)).chain(drawn) {
             for points in Points::ALL {
-                let target = Reachable::new(&plant, points, &wanted)?.angles;
-                exercises.push(Exercise {
-                    plant: plant.clone(),
-                    points,
-                    target,
-                });
+                exercises.push(Exercise::new(plant.clone(), points, Course::Sine)?);
             }
         }
-        Ok(Self { wanted, exercises })
+        Ok(Self { exercises })
     }
 
     /// Quadratic mean of the RMSE, degrees; given up once `is_hopeless` says so
@@ -87,8 +72,8 @@ impl Training {
         let mut sum = 0.0;
         for (n, exercise) in self.exercises.iter().enumerate() {
             let mut driver = candidate.driver::<f64>(exercise.points)?;
-            let angles = run(&exercise.plant, &mut driver, &self.wanted)?;
-            sum += rmse(&angles, &exercise.target).powi(2);
+            let attempt = run(&exercise.plant, &mut driver, &exercise.wanted)?;
+            sum += exercise.rmse(&attempt.angles).powi(2);
             if n + 1 == GLANCE * Points::ALL.len() && is_hopeless((sum / (n + 1) as f64).sqrt()) {
                 return Ok(f64::INFINITY);
             }

@@ -7,7 +7,8 @@ const RESAMPLES: usize = 4000;
 
 /// Arithmetic mean; 0 of nothing.
 pub fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len().max(1) as f64
+    // An empty sum is minus nothing.
+    (0.0 + values.iter().sum::<f64>()) / values.len().max(1) as f64
 }
 
 /// The value that `part` (0…1) of all values do not exceed, linear between

@@ -1,10 +1,10 @@
 //! A campaign and a search as tables: for people, for machines, as CSV.
 
 use super::campaign::{Campaign, Score};
-use super::contender::Contender;
 use super::gains::Row;
 use super::target::Course;
 use super::wearer::Points;
+use super::widened::failures;
 use hal_sim::body::finger::TWO_POINT_FACTOR;
 use serde_json::{Value, json};
 
@@ -23,6 +23,9 @@ impl Course {
         match self {
             Self::Sine => "45 ± 40° at 0.2 Hz",
             Self::Smooth { .. } => "four slow sines, 45 ± 40°",
+            Self::SineAt { .. } => "45 ± 40° at 0.1…0.5 Hz",
+            Self::Steps { .. } => "steps between 10 and 80°",
+            Self::Hold { .. } => "a hold at 15…75°",
         }
     }
 }
@@ -47,7 +50,7 @@ impl Goal {
 
 /// The goals of the contender that is shipped; none if it does not take part.
 pub fn goals(campaign: &Campaign) -> Vec<Goal> {
-    let Some(shipped) = shipped(campaign) else {
+    let Some(shipped) = campaign.shipped() else {
         return Vec::new();
     };
     let two = campaign.score(Points::Two, shipped);
@@ -67,11 +70,6 @@ pub fn goals(campaign: &Campaign) -> Vec<Goal> {
         goal(&name, high, OVER_PID)
     }));
     goals
-}
-
-fn shipped(campaign: &Campaign) -> Option<usize> {
-    let is = |c: &Contender| matches!(c, Contender::Shipped);
-    campaign.contenders.iter().position(is)
 }
 
 /// For people, at most 80 columns.
@@ -101,6 +99,9 @@ fn write_text(out: &mut String, campaign: &Campaign) {
             goal.name, goal.value, goal.at_most
         ));
     }
+    if campaign.plan.optimum_plants == 0 {
+        return;
+    }
     let beaten = campaign.beaten_by();
     out.push_str(&format!(
         "no law beats the optimum by more than {:.2}°\n",
@@ -115,9 +116,13 @@ fn write_points(out: &mut String, campaign: &Campaign, points: Points) {
         Points::One => String::new(),
         Points::Two => format!(" ({TWO_POINT_FACTOR} × one point is typed in)"),
     };
+    let optimum = match campaign.plan.optimum_plants {
+        0 => String::new(),
+        n => format!("; optimum\n{optimum:.2}°, p95 {optimum_p95:.2}°, on the first {n}"),
+    };
     out.push_str(&format!(
         "\n{}{typed_in}: {:.1} % of the time out of reach,\n\
-         {:.0} % of wearers reach all of it; optimum {optimum:.2}°, p95 {optimum_p95:.2}°\n",
+         {:.0} % of wearers reach all of it{optimum}\n",
         points.name(),
         unreachable * 100.0,
         reaching * 100.0
@@ -135,10 +140,14 @@ fn write_points(out: &mut String, campaign: &Campaign, points: Points) {
             against_pid: d,
             ..
         } = campaign.score(points, n);
+        let regret = match campaign.plan.optimum_plants {
+            0 => String::new(),
+            _ => format!("{regret:.2}"),
+        };
         out.push_str(&format!(
-            "{:<22}{:>7}{mean:>6.2}{p95:>6.2}{regret:>7.2}{nominal:>8.2}  {:+.2} [{:+.2} {:+.2}]\n",
+            "{:<22}{:>7}{mean:>6.2}{p95:>6.2}{regret:>7}{nominal:>8.2}  {:+.2} [{:+.2} {:+.2}]\n",
             contender.name(),
-            campaign.cycles[n].map_or_else(String::new, |c| c.to_string()),
+            campaign.cycles[n].map_or_else(String::new, |c| c.whole.to_string()),
             d.mean,
             d.low,
             d.high
@@ -151,7 +160,7 @@ fn write_points(out: &mut String, campaign: &Campaign, points: Points) {
     ));
     let pid = campaign.best_pid(points);
     out.push_str(&format!("best PID: {}\n", name(pid)));
-    if let Some(shipped) = shipped(campaign) {
+    if let Some(shipped) = campaign.shipped() {
         let d = campaign.score(points, shipped).against_pid;
         out.push_str(&format!(
             "device default against it: {:+.2}° [{:+.2} {:+.2}]\n",
@@ -177,7 +186,8 @@ const NUMBERS: [Number; 7] = [
 pub fn csv(campaign: &Campaign) -> String {
     let mut out = format!(
         "points,law,arithmetic,cycles,seed,plants,unreachable_pct,optimum_deg,{},over_pid_deg,\
-         over_pid_low_deg,over_pid_high_deg\n",
+         over_pid_low_deg,over_pid_high_deg,law_cycles,differentiator_cycles,add_ons_cycles,\
+         refused,failed,optimum_plants\n",
         NUMBERS.map(|(name, _)| name).join(",")
     );
     for points in Points::ALL {
@@ -186,7 +196,8 @@ pub fn csv(campaign: &Campaign) -> String {
         for (n, contender) in campaign.contenders.iter().enumerate() {
             let s = campaign.score(points, n);
             let d = s.against_pid;
-            let cycles = campaign.cycles[n].map_or_else(String::new, |c| c.to_string());
+            let cycles = campaign.cycles[n].map_or_else(String::new, |c| c.whole.to_string());
+            let f = failures(campaign, points, n, None);
             let (seed, plants) = (campaign.plan.seed, campaign.plan.plants);
             let (points, law, arithmetic) =
                 (points.name(), contender.name(), contender.arithmetic());
@@ -201,7 +212,12 @@ pub fn csv(campaign: &Campaign) -> String {
             {
                 out += &format!(",{number:.3}");
             }
-            out.push('\n');
+            let parts = campaign.cycles[n].map_or_else(
+                || ",,,".to_owned(),
+                |c| format!(",{},{},{}", c.law, c.differentiator, c.add_ons),
+            );
+            let optimum_plants = campaign.plan.optimum_plants.min(plants);
+            out += &format!("{parts},{},{},{optimum_plants}\n", f.refused, f.failed);
         }
     }
     out
@@ -221,7 +237,10 @@ pub fn json(campaign: &Campaign) -> Value {
                 let d = s.against_pid;
                 let mut law = json!({
                     "law": contender.name(), "arithmetic": contender.arithmetic(),
-                    "cycles": campaign.cycles[n],
+                    "cycles": campaign.cycles[n].map(|c| json!({
+                        "whole": c.whole, "law": c.law,
+                        "differentiator": c.differentiator, "add_ons": c.add_ons,
+                    })),
                     "over_best_pid_deg": { "mean": d.mean, "low": d.low, "high": d.high },
                 });
                 for (name, of) in NUMBERS {

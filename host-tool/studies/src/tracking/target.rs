@@ -1,10 +1,17 @@
-//! What the finger is to follow.
+//! What the finger is to follow, and when it is judged.
 
+use super::trial::SCORED_FROM_MS;
 use hal_sim::body::random_finger::Draws;
 use std::f64::consts::TAU;
 
+/// So long after a jump of the target nobody is judged: delay and muscle need it,
+/// whatever the law. An overshoot or a swing that outlasts it counts.
+pub const SETTLING_MS: usize = 1000;
+/// The angle of rest, from which steps and holds set out, degrees.
+const REST_DEG: f64 = 5.0;
+
 /// A course of the wanted angle.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Course {
     /// 45 ± 40° at 0.2 Hz (Hamana 2022, experiment 4; the offset is assumed).
     Sine,
@@ -14,13 +21,80 @@ pub enum Course {
         /// Decides the draw.
         seed: u64,
     },
+    /// 45 ± 40° at this frequency.
+    SineAt {
+        /// Hz.
+        hz: f64,
+    },
+    /// Jumps to angles in 10…80° that stay for 2.5 to 5 s.
+    Steps {
+        /// Decides the draw, with `index`.
+        seed: u64,
+        /// Which draw.
+        index: u64,
+    },
+    /// From rest to one angle between 1 and 4 s, smoothly; then held.
+    Hold {
+        /// Degrees.
+        deg: f64,
+    },
+}
+
+/// Courses that are judged alike.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub enum Kind {
+    /// One sine, or several.
+    Sine,
+    /// Jumps.
+    Steps,
+    /// One angle, held.
+    Hold,
+}
+
+impl Kind {
+    /// All of them; widened wearer `n` follows number `n` modulo 3.
+    pub const ALL: [Self; 3] = [Self::Sine, Self::Steps, Self::Hold];
+
+    /// For tables.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Sine => "sine",
+            Self::Steps => "steps",
+            Self::Hold => "hold",
+        }
+    }
 }
 
 impl Course {
+    /// What widened wearer `index` of campaign `seed` follows: a sine of 0.1 to
+    /// 0.5 Hz, steps or a hold at 15 to 75°, in turn.
+    pub fn widened(seed: u64, index: u64) -> Self {
+        let mut draws = Draws::new(seed, index, 8);
+        match index % 3 {
+            0 => Self::SineAt {
+                hz: draws.even(0.1, 0.5),
+            },
+            1 => Self::Steps { seed, index },
+            _ => Self::Hold {
+                deg: draws.even(15.0, 75.0),
+            },
+        }
+    }
+
+    /// How it is judged.
+    pub const fn kind(self) -> Kind {
+        match self {
+            Self::Sine | Self::Smooth { .. } | Self::SineAt { .. } => Kind::Sine,
+            Self::Steps { .. } => Kind::Steps,
+            Self::Hold { .. } => Kind::Hold,
+        }
+    }
+
     /// The wanted angle at each millisecond of `ms`, degrees.
     pub fn angles(self, ms: usize) -> Vec<f64> {
-        let parts = match self {
-            Self::Sine => vec![(40.0, 0.2, 0.0)],
+        match self {
+            Self::Sine => sines(&[(40.0, 0.2, 0.0)], ms),
+            Self::SineAt { hz } => sines(&[(40.0, hz, 0.0)], ms),
             Self::Smooth { seed } => {
                 let mut draws = Draws::new(seed, 0, 3);
                 let weights = [(); 4].map(|()| draws.even(0.2, 1.0));
@@ -29,13 +103,90 @@ impl Course {
                     let amplitude = 40.0 * w / all;
                     (amplitude, draws.even(0.05, 0.4), draws.even(0.0, TAU))
                 };
-                weights.map(part).to_vec()
+                sines(&weights.map(part), ms)
             }
-        };
-        let at = |t: f64| -> f64 {
-            let wave = |&(a, f, p): &(f64, f64, f64)| a * (TAU * f * t + p).sin();
-            45.0 + parts.iter().map(wave).sum::<f64>()
-        };
-        (0..ms).map(|n| at(n as f64 / 1000.0)).collect()
+            Self::Steps { seed, index } => steps(seed, index, ms),
+            Self::Hold { deg } => (0..ms).map(|n| rise(deg, n as f64 / 1000.0)).collect(),
+        }
+    }
+}
+
+fn sines(parts: &[(f64, f64, f64)], ms: usize) -> Vec<f64> {
+    let at = |t: f64| -> f64 {
+        let wave = |&(a, f, p): &(f64, f64, f64)| a * (TAU * f * t + p).sin();
+        45.0 + parts.iter().map(wave).sum::<f64>()
+    };
+    (0..ms).map(|n| at(n as f64 / 1000.0)).collect()
+}
+
+fn steps(seed: u64, index: u64, ms: usize) -> Vec<f64> {
+    let mut draws = Draws::new(seed, index, 9);
+    let mut angles = vec![REST_DEG; SETTLING_MS.min(ms)];
+    while angles.len() < ms {
+        let level = draws.even(10.0, 80.0);
+        let stays = draws.even(2500.0, 5000.0) as usize;
+        angles.resize((angles.len() + stays).min(ms), level);
+    }
+    angles
+}
+
+/// Half a cosine from 1 to 4 s.
+fn rise(deg: f64, t: f64) -> f64 {
+    let way = ((t - 1.0) / 3.0).clamp(0.0, 1.0);
+    REST_DEG + (deg - REST_DEG) * 0.5 * (1.0 - (way * TAU / 2.0).cos())
+}
+
+/// Whether each millisecond of a target is judged: from [`SCORED_FROM_MS`] on, but
+/// for [`SETTLING_MS`] from each jump of a degree or more within a millisecond.
+pub fn scored(wanted: &[f64]) -> Vec<bool> {
+    let mut judged_from = SCORED_FROM_MS;
+    let mut before = wanted.first().copied().unwrap_or(0.0);
+    let judged = wanted.iter().enumerate().map(|(ms, now)| {
+        if (now - before).abs() >= 1.0 {
+            judged_from = judged_from.max(ms + SETTLING_MS);
+        }
+        before = *now;
+        ms >= judged_from
+    });
+    judged.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_are_judged_between_their_jumps_and_sines_throughout() {
+        let ms = 30_000;
+        let steps = Course::Steps { seed: 1, index: 1 }.angles(ms);
+        assert_eq!(steps.len(), ms);
+        assert!(steps.iter().all(|a| *a == 5.0 || (10.0..80.0).contains(a)));
+        let judged = scored(&steps);
+        let jumps = (1..ms).filter(|n| steps[*n] != steps[n - 1]);
+        for jump in jumps.clone() {
+            let end = (jump + SETTLING_MS).min(ms);
+            assert!(judged[jump..end].iter().all(|j| !j), "{jump}");
+        }
+        assert!((6..13).contains(&jumps.count()));
+        let part = judged.iter().filter(|j| **j).count();
+        assert!((8_000..18_000).contains(&part), "{part}");
+        for course in [Course::SineAt { hz: 0.5 }, Course::Hold { deg: 75.0 }] {
+            let judged = scored(&course.angles(ms));
+            assert!(judged[..10_000].iter().all(|j| !j) && judged[10_000..].iter().all(|j| *j));
+        }
+    }
+
+    #[test]
+    fn widened_courses_take_turns_within_their_ranges() {
+        for index in 0..300 {
+            let course = Course::widened(4, index);
+            assert_eq!(course.kind(), Kind::ALL[index as usize % 3]);
+            let in_range = match course {
+                Course::SineAt { hz } => (0.1..0.5).contains(&hz),
+                Course::Hold { deg } => (15.0..75.0).contains(&deg),
+                _ => true,
+            };
+            assert!(in_range, "{course:?}");
+        }
     }
 }

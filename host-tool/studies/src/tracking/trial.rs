@@ -13,6 +13,8 @@ use std::collections::VecDeque;
 pub const TRIAL_MS: usize = 30_000;
 /// Scored from here on, ms.
 pub const SCORED_FROM_MS: usize = 10_000;
+/// Ripple of a hold is measured from here on, ms: the last disturbance is 3 s ago.
+pub const RIPPLE_FROM_MS: usize = 27_000;
 /// Pulses come every so many ms (50 Hz, Hamana 2022 §II-D), 200 µs wide.
 pub const PULSE_EVERY_MS: usize = 20;
 const PULSE_US: u32 = 200;
@@ -111,7 +113,16 @@ pub(super) fn pulse(finger: &mut RandomFinger, now_us: u64, volts: Volts) {
     }
 }
 
-/// The true angle after each millisecond, degrees, while `driver` lets the
+/// A trial as it went.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Attempt {
+    /// The true angle after each millisecond, degrees.
+    pub angles: Vec<f32>,
+    /// The name under which the device refused or stopped, if it did.
+    pub refused: Option<String>,
+}
+
+/// What happens while `driver` lets the
 /// plant's finger follow `wanted` (one angle per millisecond).
 ///
 /// # Errors
@@ -120,7 +131,7 @@ pub fn run(
     plant: &Plant,
     driver: &mut dyn Driver,
     wanted: &[f64],
-) -> Result<Vec<f32>, TrackingError> {
+) -> Result<Attempt, TrackingError> {
     let mut finger = RandomFinger::new(plant.finger.clone(), plant.seed)?;
     let mut frames = Frames::new(plant);
     let mut angles = Vec::with_capacity(wanted.len());
@@ -135,7 +146,10 @@ pub fn run(
         finger.advance(now_us + 1000);
         angles.push(finger.angle_deg() as f32);
     }
-    Ok(angles)
+    Ok(Attempt {
+        angles,
+        refused: driver.refused().map(str::to_owned),
+    })
 }
 
 /// RMSE between angles and a target over the scored part, degrees.

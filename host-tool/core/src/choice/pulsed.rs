@@ -1,0 +1,59 @@
+//! Models that need no trial: where a muscle neither tires nor steers, only one model
+//! reports its force, and only a muscle without pulses needs none.
+
+use super::play::{Played, Unplayed};
+use crate::session::{Channel, Model, Session};
+use firmware::muscle::Rung;
+
+/// How much of a session is played until all its muscles have had a pulse, µs.
+const LOOKS_US: [u64; 3] = [1_000_000, 5_000_000, u64::MAX];
+
+/// Whether pulses alone decide the models of `session`, whatever they err by: the
+/// rungs below report nothing, which is all wrong, and there are none above.
+pub(super) fn decide(session: &Session) -> bool {
+    let tires = |c: &Channel| c.muscle.as_ref().is_some_and(|it| it.fatigue.is_some());
+    let mut channels = session.channels.iter();
+    !session.has_fidelity
+        && session.tolerance.part() < 1.0
+        && session.setpoints.bounds.is_empty()
+        && !channels.any(|c| c.force.is_some() || tires(c))
+}
+
+/// The models that [`super::choose`] finds for such a session by trying its first
+/// `length_us`, by place in [`Session::channels`].
+///
+/// # Errors
+/// [`Unplayed`].
+pub(super) fn rungs(
+    session: &Session,
+    length_us: u64,
+    seed: u64,
+) -> Result<Vec<(usize, Rung)>, Unplayed> {
+    let mut rungs = Vec::new();
+    for (place, channel) in session.channels.iter().enumerate() {
+        let muscle = channel.muscle.as_ref();
+        if let Some(muscle) = muscle.filter(|it| it.model == Model::Auto) {
+            rungs.push((place, Rung::None, muscle.report));
+        }
+    }
+    let mut look = session.clone();
+    for muscle in look.channels.iter_mut().filter_map(|c| c.muscle.as_mut()) {
+        muscle.model = Model::Fixed(Rung::None);
+    }
+    for look_us in LOOKS_US {
+        if rungs.iter().all(|it| !it.2 || it.1 != Rung::None) {
+            break;
+        }
+        look.duration_us = length_us.min(look_us);
+        let played = Played::of(&look, seed)?;
+        for (place, rung, is_read) in &mut rungs {
+            if *is_read && !played.pulses[*place].is_empty() {
+                *rung = Rung::CalciumForce;
+            }
+        }
+        if look.duration_us == length_us {
+            break;
+        }
+    }
+    Ok(rungs.into_iter().map(|it| (it.0, it.1)).collect())
+}

@@ -1,0 +1,175 @@
+//! One plant with its points and its course: what is in reach of it, and how an
+//! attempt at it is judged.
+
+use super::TrackingError;
+use super::plant::Plant;
+use super::reach::Reachable;
+use super::target::{Course, Kind, scored};
+use super::trial::{Attempt, RIPPLE_FROM_MS, TRIAL_MS};
+use super::wearer::Points;
+use hal_sim::body::RandomFingerSpec;
+
+/// Above this RMSE in reach, degrees, a law has failed a wearer.
+pub const FAILS_DEG: f64 = 3.0;
+/// Highest ripple of a hold, RMS, degrees.
+pub const RIPPLE_DEG: f64 = 0.2;
+
+/// Which wearers a campaign draws.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Wearers {
+    /// [`RandomFingerSpec::drawn`]; everyone follows the campaign's course.
+    Earlier,
+    /// [`RandomFingerSpec::widened`]; wearer `n` follows [`Course::widened`].
+    Widened,
+}
+
+impl Wearers {
+    /// Plant `index` of campaign `seed`.
+    pub fn plant(self, seed: u64, index: u64) -> Plant {
+        let earlier = Plant::drawn(seed, index);
+        match self {
+            Self::Earlier => earlier,
+            Self::Widened => Plant {
+                finger: RandomFingerSpec::widened(seed, index),
+                ..earlier
+            },
+        }
+    }
+
+    /// What plant `index` follows; `everyone`, if all follow the same.
+    pub fn course(self, everyone: Course, seed: u64, index: u64) -> Course {
+        match self {
+            Self::Earlier => everyone,
+            Self::Widened => Course::widened(seed, index),
+        }
+    }
+
+    /// For tables.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Earlier => "earlier",
+            Self::Widened => "widened",
+        }
+    }
+}
+
+/// A task for a law.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Exercise {
+    /// Whom.
+    pub plant: Plant,
+    /// With which points.
+    pub points: Points,
+    /// What.
+    pub kind: Kind,
+    /// The wanted angle each millisecond, degrees.
+    pub wanted: Vec<f64>,
+    /// What of it this plant can hold.
+    pub reachable: Reachable,
+    scored: Vec<bool>,
+}
+
+/// What is left of the true angle about its own mean in the last 3 s of a hold,
+/// degrees: after the last disturbance, without the sensor's noise.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Ripple {
+    /// Root mean square; what [`RIPPLE_DEG`] bounds.
+    pub rms_deg: f64,
+    /// Highest less lowest.
+    pub peak_to_peak_deg: f64,
+}
+
+/// How an attempt went.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Outcome {
+    /// RMSE over the scored part against what is in reach, degrees; of a refusal,
+    /// what came of it.
+    pub rmse: f64,
+    /// Of a hold.
+    pub ripple: Option<Ripple>,
+    /// The name under which the device refused or stopped, if it did.
+    pub refused: Option<String>,
+}
+
+impl Outcome {
+    /// Not refused, and further off than [`FAILS_DEG`].
+    pub fn has_failed(&self) -> bool {
+        self.refused.is_none() && self.rmse > FAILS_DEG
+    }
+}
+
+impl Exercise {
+    /// What this plant is to do.
+    ///
+    /// # Errors
+    /// [`TrackingError`] if the plant cannot be.
+    pub fn new(plant: Plant, points: Points, course: Course) -> Result<Self, TrackingError> {
+        let wanted = course.angles(TRIAL_MS);
+        Ok(Self {
+            reachable: Reachable::new(&plant, points, &wanted)?,
+            scored: scored(&wanted),
+            kind: course.kind(),
+            plant,
+            points,
+            wanted,
+        })
+    }
+
+    /// RMSE of these angles over the scored part, degrees.
+    pub fn rmse(&self, angles: &[f32]) -> f64 {
+        let pairs = angles.iter().zip(&self.reachable.angles).zip(&self.scored);
+        let (sum, n) = pairs
+            .filter(|(_, scored)| **scored)
+            .fold((0.0, 0u32), |(sum, n), ((a, t), _)| {
+                (sum + (f64::from(*a) - t).powi(2), n + 1)
+            });
+        (sum / f64::from(n.max(1))).sqrt()
+    }
+
+    /// How an attempt at it went.
+    pub fn judge(&self, attempt: Attempt) -> Outcome {
+        Outcome {
+            rmse: self.rmse(&attempt.angles),
+            ripple: (self.kind == Kind::Hold).then(|| ripple(&attempt.angles)),
+            refused: attempt.refused,
+        }
+    }
+}
+
+fn ripple(angles: &[f32]) -> Ripple {
+    let settled = angles.get(RIPPLE_FROM_MS..).unwrap_or_default();
+    let settled = || settled.iter().map(|a| f64::from(*a));
+    let n = settled().count().max(1) as f64;
+    let mean = settled().sum::<f64>() / n;
+    let square = settled().map(|a| (a - mean).powi(2)).sum::<f64>() / n;
+    let highest = settled().fold(f64::MIN, f64::max);
+    let lowest = settled().fold(f64::MAX, f64::min);
+    Ripple {
+        rms_deg: square.sqrt(),
+        peak_to_peak_deg: (highest - lowest).max(0.0),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ripple_is_what_is_left_about_the_mean_of_the_last_three_seconds() {
+        let swing = |n: usize| (n as f64 * std::f64::consts::TAU / 250.0).sin();
+        let at = |n: usize| {
+            if n < RIPPLE_FROM_MS {
+                99.0
+            } else {
+                40.0 + 0.5 * swing(n)
+            }
+        };
+        let angles: Vec<f32> = (0..TRIAL_MS).map(|n| at(n) as f32).collect();
+        let found = ripple(&angles);
+        assert!(
+            (found.rms_deg - 0.5 / 2f64.sqrt()).abs() < 1e-3,
+            "{found:?}"
+        );
+        assert!((found.peak_to_peak_deg - 1.0).abs() < 1e-3, "{found:?}");
+    }
+}

@@ -1,0 +1,260 @@
+//! The widened wearers as tables: where each law fails, and whom it refuses.
+
+use super::campaign::{Campaign, Case};
+use super::exercise::{FAILS_DEG, RIPPLE_DEG};
+use super::statistics::{Interval, mean, paired, percentile};
+use super::target::Kind;
+use super::wearer::Points;
+use serde_json::{Value, json};
+
+/// Largest part of the wearers that the device may refuse.
+pub const REFUSED_AT_MOST: f64 = 0.10;
+
+/// One contender on some of the wearers.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Failures {
+    /// Wearers.
+    pub wearers: usize,
+    /// Of them, refused by name.
+    pub refused: usize,
+    /// Of the refused, those on whom the best PID stays within [`FAILS_DEG`].
+    pub refused_needlessly: usize,
+    /// Not refused, and further off than [`FAILS_DEG`].
+    pub failed: usize,
+    /// RMSE of those not refused, degrees: mean, median, 95th percentile, worst.
+    pub mean: f64,
+    /// Median.
+    pub median: f64,
+    /// 95th percentile.
+    pub p95: f64,
+    /// Worst.
+    pub worst: f64,
+    /// Ripple of the holds, RMS, degrees: 95th percentile; 0 without holds.
+    pub ripple_p95: f64,
+    /// Peak to peak.
+    pub swing_p95: f64,
+    /// Holds whose ripple is above [`RIPPLE_DEG`].
+    pub restless: usize,
+    /// RMSE less the best PID's on the same wearer.
+    pub over_pid: Interval,
+}
+
+/// What became of a contender on the wearers with these points whose courses are of
+/// this kind, or all.
+pub fn failures(
+    campaign: &Campaign,
+    points: Points,
+    contender: usize,
+    kind: Option<Kind>,
+) -> Failures {
+    let mut cases = campaign.with(points);
+    cases.retain(|c| kind.is_none_or(|k| c.kind == k));
+    let outcome = |c: &Case| c.outcomes[contender].clone();
+    let pid = campaign.best_pid(points);
+    let refused = cases.iter().filter(|c| outcome(c).refused.is_some());
+    let needless = |c: &&&Case| !c.outcomes[pid].has_failed();
+    let tracked: Vec<&Case> = cases
+        .iter()
+        .copied()
+        .filter(|c| outcome(c).refused.is_none())
+        .collect();
+    let all: Vec<f64> = tracked.iter().map(|c| outcome(c).rmse).collect();
+    let theirs: Vec<f64> = tracked.iter().map(|c| c.outcomes[pid].rmse).collect();
+    let ripples = tracked.iter().filter_map(|c| outcome(c).ripple);
+    let rms: Vec<f64> = ripples.clone().map(|r| r.rms_deg).collect();
+    let swings: Vec<f64> = ripples.map(|r| r.peak_to_peak_deg).collect();
+    Failures {
+        wearers: cases.len(),
+        refused: refused.clone().count(),
+        refused_needlessly: refused.filter(needless).count(),
+        failed: tracked.iter().filter(|c| outcome(c).has_failed()).count(),
+        mean: mean(&all),
+        median: percentile(&all, 0.5),
+        p95: percentile(&all, 0.95),
+        worst: percentile(&all, 1.0),
+        ripple_p95: percentile(&rms, 0.95),
+        swing_p95: percentile(&swings, 0.95),
+        restless: rms.iter().filter(|r| **r > RIPPLE_DEG).count(),
+        over_pid: paired(&all, &theirs),
+    }
+}
+
+/// All, then each kind of course.
+fn kinds() -> impl Iterator<Item = Option<Kind>> {
+    std::iter::once(None).chain(Kind::ALL.map(Some))
+}
+
+fn kind_name(kind: Option<Kind>) -> &'static str {
+    kind.map_or("all", Kind::name)
+}
+
+/// For people, at most 80 columns.
+pub fn text(campaign: &Campaign) -> String {
+    let plan = campaign.plan;
+    let mut out = format!(
+        "{} widened wearers, seed {}: strength × 0.5…2.8, delay 0…100 ms, an object\n\
+         taken and dropped, a knock; sines, steps and holds in turn. A law fails a\n\
+         wearer above {FAILS_DEG}° RMSE in reach. Simulated wearers, not people.\n",
+        plan.plants, plan.seed
+    );
+    for points in Points::ALL {
+        out += &format!(
+            "\n{}\n{:<22}{:>6}{:>6}{:>6}{:>6}{:>7}{:>8}{:>6}{:>7}{:>7}\n",
+            points.name(),
+            "law",
+            "fails",
+            "sine",
+            "steps",
+            "hold",
+            "refused",
+            "mean",
+            "p95",
+            "worst",
+            "ripple"
+        );
+        for (n, contender) in campaign.contenders.iter().enumerate() {
+            let [all, sine, steps, hold] =
+                [None, Some(Kind::Sine), Some(Kind::Steps), Some(Kind::Hold)]
+                    .map(|kind| failures(campaign, points, n, kind));
+            out += &format!(
+                "{:<22}{:>6}{:>6}{:>6}{:>6}{:>7}{:>8.2}{:>6.2}{:>7.2}{:>7.2}\n",
+                contender.name(),
+                all.failed,
+                sine.failed,
+                steps.failed,
+                hold.failed,
+                all.refused,
+                all.mean,
+                all.p95,
+                all.worst,
+                all.ripple_p95
+            );
+        }
+        let pid = campaign.contenders[campaign.best_pid(points)].name();
+        out += &format!("best PID: {pid}\n");
+        out += &verdict(campaign, points);
+    }
+    out
+}
+
+/// How the device's default does against what the issue asks.
+fn verdict(campaign: &Campaign, points: Points) -> String {
+    let Some(shipped) = campaign.shipped() else {
+        return String::new();
+    };
+    let f = failures(campaign, points, shipped, None);
+    let holds = failures(campaign, points, shipped, Some(Kind::Hold));
+    let share = f.refused as f64 / f.wearers.max(1) as f64;
+    let hit = |is: bool| if is { "hit " } else { "MISS" };
+    let mut out = String::from("device default:\n");
+    out += &format!(
+        "{} fails none: {} of {}\n",
+        hit(f.failed == 0),
+        f.failed,
+        f.wearers
+    );
+    out += &format!(
+        "{} refuses at most {:.0} %: {:.1} %; {} of them where the best PID does not fail\n",
+        hit(share <= REFUSED_AT_MOST && f.refused_needlessly == 0),
+        REFUSED_AT_MOST * 100.0,
+        share * 100.0,
+        f.refused_needlessly
+    );
+    out += &format!(
+        "{} a hold rests, ripple {RIPPLE_DEG}° RMS at most: {} of {} do not (p95 {:.2}°)\n",
+        hit(holds.restless == 0),
+        holds.restless,
+        holds.wearers - holds.refused,
+        holds.ripple_p95
+    );
+    for name in refusals(campaign, points, shipped) {
+        out += &format!("  {} × {}\n", name.1, name.0);
+    }
+    out
+}
+
+/// Names under which a contender refused, each with how often.
+fn refusals(campaign: &Campaign, points: Points, contender: usize) -> Vec<(String, usize)> {
+    let mut counts = std::collections::BTreeMap::new();
+    for case in campaign.with(points) {
+        if let Some(name) = &case.outcomes[contender].refused {
+            *counts.entry(name.clone()).or_insert(0) += 1;
+        }
+    }
+    counts.into_iter().collect()
+}
+
+/// A line per contender, number of points and kind of course.
+pub fn csv(campaign: &Campaign) -> String {
+    let mut out = "points,law,arithmetic,course,seed,wearers,failed,refused,refused_needlessly,\
+                   mean_deg,median_deg,p95_deg,worst_deg,ripple_p95_deg,swing_p95_deg,restless,\
+                   over_pid_deg,over_pid_low_deg,over_pid_high_deg\n"
+        .to_owned();
+    for points in Points::ALL {
+        for (n, contender) in campaign.contenders.iter().enumerate() {
+            for kind in kinds() {
+                let f = failures(campaign, points, n, kind);
+                let (law, seed) = (contender.name(), campaign.plan.seed);
+                out += &format!(
+                    "{},{law},{},{},{seed},{},{},{},{},{:.3},{:.3},{:.3},{:.3},{:.3},{:.3},{},{:.3},{:.3},{:.3}\n",
+                    points.name(),
+                    contender.arithmetic(),
+                    kind_name(kind),
+                    f.wearers,
+                    f.failed,
+                    f.refused,
+                    f.refused_needlessly,
+                    f.mean,
+                    f.median,
+                    f.p95,
+                    f.worst,
+                    f.ripple_p95,
+                    f.swing_p95,
+                    f.restless,
+                    f.over_pid.mean,
+                    f.over_pid.low,
+                    f.over_pid.high
+                );
+            }
+        }
+    }
+    out
+}
+
+/// For machines.
+pub fn json(campaign: &Campaign) -> Value {
+    let points = Points::ALL.map(|points| {
+        let laws = campaign
+            .contenders
+            .iter()
+            .enumerate()
+            .map(|(n, contender)| {
+                let courses = kinds().map(|kind| {
+                    let f = failures(campaign, points, n, kind);
+                    json!({
+                        "course": kind_name(kind), "wearers": f.wearers, "failed": f.failed,
+                        "refused": f.refused, "refused_needlessly": f.refused_needlessly,
+                        "mean_deg": f.mean, "median_deg": f.median, "p95_deg": f.p95,
+                        "worst_deg": f.worst, "ripple_p95_deg": f.ripple_p95,
+                        "swing_p95_deg": f.swing_p95, "restless": f.restless,
+                        "over_best_pid_deg": { "mean": f.over_pid.mean, "low": f.over_pid.low,
+                                               "high": f.over_pid.high },
+                    })
+                });
+                json!({
+                    "law": contender.name(), "courses": courses.collect::<Vec<_>>(),
+                    "refusals": refusals(campaign, points, n),
+                })
+            });
+        json!({
+            "points": points.name(),
+            "best_pid": campaign.contenders[campaign.best_pid(points)].name(),
+            "laws": laws.collect::<Vec<_>>(),
+        })
+    });
+    json!({
+        "seed": campaign.plan.seed, "wearers": campaign.plan.wearers.name(),
+        "plants": campaign.plan.plants, "fails_above_deg": FAILS_DEG,
+        "ripple_at_most_deg": RIPPLE_DEG, "points": points,
+    })
+}
