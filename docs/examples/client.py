@@ -19,7 +19,7 @@ import sys
 import time
 import zlib
 
-SCHEMA = 0x091E4B8903B88074  # docs/protocol.md, "Schema hash"
+SCHEMA = 0x5F6D8478E67CD868  # docs/protocol.md, "Schema hash"
 
 # --- postcard: types are functions (encode) and methods of Reader (decode) ---
 
@@ -207,6 +207,9 @@ def from_device(message):
         if event == 4:
             reading = {"channel": r.u8(), "applied": r.varint(), "current_ua": r.varint()}
             return "Event", {"at": at, "event": {"Electrode": reading}}
+        if event == 5:
+            cycle = {"swing_centideg": r.varint(), "period_ms": r.varint(), "gain_milli": r.varint()}
+            return "Event", {"at": at, "event": {"LimitCycle": cycle}}
         return "Event", {"at": at, "event": ["Faulted", "Recovered"][event - 2]}
     return ["Status", "Telemetry"][kind == 5], {}
 

@@ -92,6 +92,16 @@ fn logs_without_a_table_are_refused_before_anything_runs() {
 }
 
 #[test]
+fn a_log_that_is_there_stays() {
+    let path = image("logging.elf", &elf(ARM, 0x0800_0000, &code()));
+    let log = path.with_file_name("kept.log");
+    std::fs::write(&log, "kept").unwrap();
+    let words = [&RUN[..], &["--log", log.to_str().unwrap()]].concat();
+    is_told(&refused(&words, &path, 1), "E587", &["kept.log"]);
+    assert_eq!(std::fs::read_to_string(&log).unwrap(), "kept");
+}
+
+#[test]
 fn an_image_that_never_opens_its_port_is_told_after_its_time() {
     let path = image("idle.elf", &elf(ARM, 0x0800_0000, &code()));
     let error = refused(&RUN, &path, 1);

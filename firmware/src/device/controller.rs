@@ -8,10 +8,11 @@ use super::mail::{
     Asked, ControlEvent, ControlOrder, ControlRequest, ControlVerdict, ControllerMail,
 };
 use crate::control::{
-    Amplitudes, Effort, ForceGap, ForceOrders, ForceState, JointState, Orders, SensorFault,
+    Amplitudes, Effort, ForceGap, ForceOrders, ForceState, JointState, LimitCycle, Orders,
+    SensorFault,
 };
 use crate::haptics::{WallOrders, WallState};
-use crate::link::{Code, Refusal};
+use crate::link::{Code, Event, Refusal};
 use crate::muscle::{LadderState, Model, Rung};
 use crate::pulse::CHANNELS;
 use crate::safety::{Fault, State};
@@ -36,6 +37,7 @@ struct Acted {
     target: Option<Angle>,
     measured: Angle,
     effort_milli: Option<i32>,
+    limit_cycle: Option<LimitCycle>,
 }
 
 impl Acted {
@@ -47,6 +49,7 @@ impl Acted {
             target: has_target.then_some(orders.target),
             measured: orders.measured,
             effort_milli: has_target.then(|| Effort::to_milli(orders.effort)),
+            limit_cycle: orders.limit_cycle,
         }
     }
 }
@@ -59,6 +62,7 @@ impl From<WallOrders> for Acted {
             target: Some(orders.wall),
             measured: orders.measured,
             effort_milli: Some(orders.penetration.to_millideg()),
+            limit_cycle: None,
         }
     }
 }
@@ -339,6 +343,9 @@ impl Controller {
                     self.record_order(channel, amplitude);
                 }
                 let _ = mail.order(ControlOrder::Amplitudes(acted.amplitudes.clone())); // counted
+                if let Some(found) = acted.limit_cycle {
+                    Self::report_limit_cycle(found, now, mail);
+                }
                 Some(acted)
             }
             // A host that measures may need until its first setpoint.
@@ -352,6 +359,21 @@ impl Controller {
                 None
             }
         }
+    }
+
+    /// Tells the host of a limit cycle that lowered the gain; one that nothing ends is
+    /// a fault for the pulser to latch.
+    fn report_limit_cycle(found: LimitCycle, now: Micros, mail: &mut ControllerMail<'_>) {
+        let Some(gain_milli) = found.gain_milli else {
+            let _ = mail.order(ControlOrder::Fault(Fault::LimitCycle)); // counted
+            return;
+        };
+        let event = Event::LimitCycle {
+            swing_centideg: found.swing.to_centideg().unsigned_abs(),
+            period_ms: found.period_ms,
+            gain_milli,
+        };
+        let _ = mail.tell(now, event); // counted
     }
 
     /// What was ordered is in force only while stimulating: a fall goes its own way.

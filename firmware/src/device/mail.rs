@@ -4,7 +4,7 @@ mod post;
 
 use super::part::ControlPart;
 use crate::control::Amplitudes;
-use crate::link::{Refusal, Telemetry};
+use crate::link::{Event, Refusal, Telemetry};
 use crate::muscle::Rung;
 use crate::pulse::CHANNELS;
 use crate::safety::{Denied, FaultRecord, Notice, Setup, State};
@@ -157,7 +157,7 @@ pub enum ControlRequest {
     Subscribe(u16),
 }
 
-/// Controller → session: answer to an angle, a force, a measurement or a change
+/// Answer to an angle, a force, a measurement or a change
 /// of rung.
 #[derive(Clone, Debug)]
 pub struct ControlVerdict {
@@ -169,6 +169,20 @@ pub struct ControlVerdict {
     pub result: Result<(), Refusal<'static>>,
     /// Whether it was a setpoint.
     pub setpoint: bool,
+}
+
+/// Controller → session.
+#[derive(Clone, Debug)]
+pub enum ControlReport {
+    /// Answer to a request.
+    Verdict(ControlVerdict),
+    /// What no request asked for.
+    Event {
+        /// When.
+        at: Micros,
+        /// What.
+        event: Event,
+    },
 }
 
 /// Controller → pulser. A word-sized tag, so that it is copied word by word.
@@ -227,8 +241,8 @@ pub struct Mailboxes {
     reports: Queue<Report, 40>,
     control_parts: Queue<ControlPart, { PARTS + 1 }>,
     control_requests: Queue<Asked, 16>,
-    // A verdict for every request of one tick, and then some.
-    control_reports: Queue<ControlVerdict, 24>,
+    // A verdict for every request of one tick, an event, and then some.
+    control_reports: Queue<ControlReport, 24>,
     // As many ticks as the session may be making tables.
     samples: Queue<Telemetry, 9>,
     // Two a tick and one for each channel under force control, taken four
@@ -256,7 +270,7 @@ pub struct PulserMail<'a> {
 pub struct ControllerMail<'a> {
     pub(super) parts: Consumer<'a, ControlPart>,
     pub(super) requests: Consumer<'a, Asked>,
-    pub(super) reports: Producer<'a, ControlVerdict>,
+    pub(super) reports: Producer<'a, ControlReport>,
     samples: Producer<'a, Telemetry>,
     pub(super) orders: Producer<'a, ControlOrder>,
     pub(super) events: Consumer<'a, ControlEvent>,
@@ -271,7 +285,7 @@ pub struct SessionMail<'a> {
     pub(super) reports: Consumer<'a, Report>,
     pub(super) control_parts: Producer<'a, ControlPart>,
     pub(super) control_requests: Producer<'a, Asked>,
-    pub(super) control_reports: Consumer<'a, ControlVerdict>,
+    pub(super) control_reports: Consumer<'a, ControlReport>,
     pub(super) samples: Consumer<'a, Telemetry>,
     pub(super) stop: &'a StopFlag,
     pub(super) lost: &'a Lost,

@@ -12,7 +12,7 @@ mod requests;
 pub use opening::{Identity, first_session};
 
 use super::draft::Draft;
-use super::mail::{Asked, ControlRequest, ControlVerdict, Report, SessionMail};
+use super::mail::{Asked, ControlReport, ControlRequest, ControlVerdict, Report, SessionMail};
 use crate::link::{
     Code, Counters, Decoder, Event, Head, Refusal, Request, Response, Status, ToDevice, encode,
     too_long,
@@ -112,14 +112,16 @@ impl Session {
         while let Some(report) = mail.reports.dequeue() {
             self.forward(report);
         }
-        while let Some(verdict) = mail.control_reports.dequeue() {
-            let ControlVerdict {
-                seq,
-                at,
-                result,
-                setpoint,
-            } = verdict;
-            self.verdict(seq, at, result, setpoint);
+        while let Some(report) = mail.control_reports.dequeue() {
+            match report {
+                ControlReport::Verdict(ControlVerdict {
+                    seq,
+                    at,
+                    result,
+                    setpoint,
+                }) => self.verdict(seq, at, result, setpoint),
+                ControlReport::Event { at, event } => self.respond(&Response::Event { at, event }),
+            }
         }
         while let Some(sample) = mail.samples.dequeue() {
             if self.outbox.len() + RESERVED < ROOM {

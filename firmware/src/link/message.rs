@@ -304,6 +304,16 @@ pub enum Event {
         /// The current that flowed, µA.
         current_ua: u32,
     },
+    /// The joint's loop swung by itself: its feedback is lowered until the next
+    /// [`Request::Arm`].
+    LimitCycle {
+        /// Width of the swing, peak to peak, 0.01°.
+        swing_centideg: u16,
+        /// Its period, ms.
+        period_ms: u16,
+        /// Gain of the feedback from now on, thousandths of the configured one.
+        gain_milli: u16,
+    },
 }
 
 /// One telemetry sample. `None` is what is not there or not known: never a zero.

@@ -31,6 +31,8 @@ pub enum Fault {
     Watchdog,
     /// 11: the program panicked.
     Panic,
+    /// 12: a joint's loop swings on, its feedback as low as it gets.
+    LimitCycle,
 }
 
 impl Fault {
@@ -55,6 +57,7 @@ impl Fault {
             9 => Self::ClockFailure,
             10 => Self::Watchdog,
             11 => Self::Panic,
+            12 => Self::LimitCycle,
             _ => return None,
         })
     }
@@ -78,10 +81,10 @@ mod tests {
 
     #[test]
     fn numbers_round_trip() {
-        for number in 1..=11 {
+        for number in 1..=12 {
             assert_eq!(Fault::from_number(number).unwrap().number(), number);
         }
         assert_eq!(Fault::from_number(0), None);
-        assert_eq!(Fault::from_number(12), None);
+        assert_eq!(Fault::from_number(13), None);
     }
 }

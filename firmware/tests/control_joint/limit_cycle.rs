@@ -77,7 +77,7 @@ fn a_targets_own_course_is_no_limit_cycle() {
     let ring = |t: f64| (-t * 6.0).exp() * (3.0 * TAU * t).cos();
     for stays in [0.3, 0.5, 1.0, 2.0] {
         let square = |t: f64| {
-            if (t / stays) as u32 % 2 == 0 {
+            if ((t / stays) as u32).is_multiple_of(2) {
                 30.0
             } else {
                 50.0

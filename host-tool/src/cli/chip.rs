@@ -4,6 +4,7 @@ use super::wrong;
 use clap::{Args, ValueEnum};
 use hal_sim::chip::soc::flash;
 use host_core::link::Port;
+use host_core::record::may_write;
 use host_core::run::{ChipOptions, DeviceName, on_chip};
 use host_core::session::Session;
 use std::path::{Path, PathBuf};
@@ -45,8 +46,9 @@ pub struct ChipArgs {
     /// Halt the core at reset and wait for gdb at this port (chip; 0: any)
     #[arg(long)]
     gdb: Option<u16>,
-    /// Write the image's log to this file, - for standard error (chip)
-    #[arg(long)]
+    /// Write the image's log to this file, - for standard error (chip); one that is
+    /// there only with --overwrite
+    #[arg(long, group = "replaced")]
     log: Option<PathBuf>,
 }
 
@@ -67,15 +69,16 @@ impl ChipArgs {
         self.image.as_deref()
     }
 
-    /// Opens `device` for `session`, with these options.
+    /// Opens `device` for `session`, with these options; `replaces` a log.
     ///
     /// # Errors
-    /// Options that are not the device's, or the device.
+    /// Options that are not the device's, a log that must stay, or the device.
     pub fn open(
         &self,
         device: &DeviceName,
         session: &Session,
         seed: u64,
+        replaces: bool,
     ) -> anyhow::Result<Box<dyn Port>> {
         let options = ChipOptions {
             image: self.image.clone(),
@@ -83,6 +86,10 @@ impl ChipArgs {
             log: self.log.clone(),
         };
         if *device == DeviceName::Chip {
+            if let Some(log) = self.log.as_ref().filter(|log| **log != Path::new("-")) {
+                let image: Vec<&Path> = self.image().into_iter().collect();
+                may_write(log, replaces, &image, None)?;
+            }
             return Ok(Box::new(on_chip(session, seed, &options)?));
         }
         if options.image.is_some() || options.gdb.is_some() || options.log.is_some() {

@@ -3,7 +3,6 @@
 use super::{Output, within};
 use anyhow::{Context, bail};
 use clap::Args;
-use host_core::choice;
 use host_core::record::{RecordError, may_write, write_edges};
 use host_core::run::{DeviceName, SessionFile, edges_between, run};
 use std::io::Write;
@@ -35,9 +34,9 @@ pub struct Edges {
 /// The session, the device or the file.
 pub fn main(args: &Edges, output: Output) -> anyhow::Result<()> {
     let mut session = SessionFile::load(&args.session)?;
-    choice::settle(&mut session.session)?;
     within("--seconds", args.seconds, 0.001, 3600.0)?;
     may_write(&args.csv, args.overwrite, &[&args.session], None)?;
+    output.settle(&mut session.session)?;
     let length_us = (args.seconds * 1e6).round() as u64;
     session.session.duration_us = length_us;
     let port = args.device.open(&session.session, args.seed)?;

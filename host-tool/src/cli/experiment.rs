@@ -6,7 +6,7 @@ use clap::{Args, Subcommand};
 use host_core::analysis::Hit;
 use host_core::link::Interruption;
 use host_core::record::{Assumption, Ending, Plan, Role, Run, Trial, write_run};
-use host_core::run::{DeviceName, RunError, TrialPlace, interruptible, record};
+use host_core::run::{DeviceName, RunError, TrialPlace, greet, interruptible, record};
 use std::path::Path;
 use studies::experiments::harris_wall::{self, SPEEDS_DEG_PER_S, Shares, hit_at};
 
@@ -64,6 +64,12 @@ fn harris_wall(args: &HarrisWall, output: Output) -> anyhow::Result<()> {
         return wrong(format!("--arms is {arms}, allowed is 1 to 100000"));
     }
     let interruption = interrupt::heed()?;
+    if args.out.overwrites() && args.device.is_port() {
+        // No record goes for a device that is not there.
+        if let Some((_, file)) = harris_wall::sessions()?.first() {
+            greet(args.device.open(&file.session, args.seed)?, &interruption)?;
+        }
+    }
     let place = args.out.place("harris-wall")?;
     let dir = place.dir();
     let bar = output.bar("Harris 2017, virtual wall");

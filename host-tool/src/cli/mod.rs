@@ -27,12 +27,14 @@ pub use demo::overview;
 
 use anyhow::Context;
 use clap::{Parser, Subcommand};
+use host_core::choice::{self, ChoiceError};
 use host_core::record::Ending;
-use host_core::session::visible;
+use host_core::session::{Session, visible};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
+use std::time::Duration;
 
 /// An open ten-channel wearable muscle stimulator: run sessions on a simulated
 /// or a real board.
@@ -94,6 +96,20 @@ impl Output {
             printable(&people())
         };
         print_line(&text)
+    }
+
+    /// Gives `"auto"` models their meaning, and says on a terminal that it is at it.
+    ///
+    /// # Errors
+    /// As [`choice::settle`].
+    fn settle(self, session: &mut Session) -> Result<(), ChoiceError> {
+        let busy = ProgressBar::new_spinner().with_message(
+            "choosing muscle models by trying the session; nothing is stimulated or recorded yet",
+        );
+        busy.enable_steady_tick(Duration::from_millis(100));
+        let settled = choice::settle(session);
+        busy.finish_and_clear();
+        settled
     }
 
     /// Begins a progress bar.

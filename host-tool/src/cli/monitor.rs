@@ -4,7 +4,6 @@ use super::{Output, interrupt};
 use crate::live::{Model, Order, Plan, Shared, json, line, lines, screen, work};
 use clap::error::ErrorKind;
 use clap::{Args, CommandFactory};
-use host_core::choice;
 use host_core::link::Interruption;
 use host_core::run::{DeviceName, SessionFile};
 use std::io::IsTerminal;
@@ -45,7 +44,7 @@ pub fn main(args: &Monitor, output: Output) -> anyhow::Result<()> {
     let session = match &args.session {
         Some(path) => {
             let mut file = SessionFile::load(path)?;
-            choice::settle(&mut file.session)?;
+            output.settle(&mut file.session)?;
             Some(file)
         }
         None => None,

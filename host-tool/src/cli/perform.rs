@@ -6,7 +6,8 @@ use super::{Incomplete, Output, interrupt};
 use anyhow::Context;
 use hal_sim::trace::Trace;
 use host_core::analysis::{
-    ForceMetrics, GapMetrics, Hit, force_limiting_share, force_metrics, hits, metrics_but_lag,
+    ForceMetrics, GapMetrics, Hit, force_limiting_share, force_metrics, hits, limit_cycles,
+    metrics_but_lag,
 };
 use host_core::link::Port;
 use host_core::record::{
@@ -66,7 +67,9 @@ pub fn perform(
         eprintln!("note: {}", visible(note));
     }
     let seed = record.seed.unwrap_or(SEED); // a port has its own
-    let mut port = order.chip.open(order.device, &session.session, seed)?;
+    let mut port = order
+        .chip
+        .open(order.device, &session.session, seed, order.replaces)?;
     let image = port.image().map(Path::to_owned);
     // Read at once: it may lie in the record that is about to be replaced.
     let mut own_image = None;
@@ -166,6 +169,7 @@ impl Performed {
             "title": self.record.title, "device": self.record.device_in_words(),
             "seed": self.record.seed, "rmse_deg": rmse,
             "hits": trial.map(hits), "forces": trial.map(force_metrics),
+            "limit_cycles": trial.map(|trial| limit_cycles(trial).count()),
             "force_limiting_share": trial.and_then(force_limiting_share),
             "refused": self.refused, "report": self.report, "record": self.place.dir(),
             "error": null,
@@ -181,6 +185,8 @@ impl Performed {
             if let Some(m) = metrics_but_lag(trial) {
                 tracked = format!("RMSE {:.2}° ", m.rmse_deg);
             }
+            let cycles = limit_cycles(trial);
+            lines.extend(cycles.map(|(t_s, what)| format!("limit cycle at {t_s:.1} s: {what}")));
             lines.extend(hits(trial).iter().map(in_words));
             lines.extend(force_metrics(trial).iter().map(followed));
             lines.extend(force_remarks(trial));

@@ -4,7 +4,6 @@ use super::chip::Prefetched;
 use super::{Output, interrupt, within};
 use clap::Args;
 use hal_sim::chip::profile::{Owner, exception};
-use host_core::choice;
 use host_core::run::{Profiled, SessionFile, chip_image, interruptible, profile};
 use serde_json::{Value, json};
 use std::path::PathBuf;
@@ -35,9 +34,11 @@ pub struct ProfileArgs {
 /// The session, the image, or what stops them.
 pub fn main(args: &ProfileArgs, output: Output) -> anyhow::Result<()> {
     let mut file = SessionFile::load(&args.session)?;
-    choice::settle(&mut file.session)?;
     if let Some(seconds) = args.seconds {
         within("--seconds", seconds, 0.05, 3600.0)?;
+    }
+    output.settle(&mut file.session)?;
+    if let Some(seconds) = args.seconds {
         file.session.duration_us = (seconds * 1e6).round() as u64;
     }
     let image = chip_image(args.image.as_deref())?;

@@ -129,7 +129,7 @@ fn session_again(
         session.session = session.session.with_law(law)?;
     }
     if !choice::recall(&mut session.session, trial) {
-        choice::settle(&mut session.session)?; // an older record
+        output.settle(&mut session.session)?; // an older record
     }
     let kind = trial.identity.as_ref().map(|it| it.kind);
     let device = kind.and_then(DeviceName::of);

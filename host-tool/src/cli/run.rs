@@ -7,7 +7,6 @@ use super::study::StudyArgs;
 use super::{Output, wrong};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use host_core::choice;
 use host_core::record::{Plan, Run};
 use host_core::run::{DeviceName, SessionFile};
 use host_core::session::LawName;
@@ -51,7 +50,6 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
     if let Some(law) = args.law {
         session.session = session.session.with_law(law)?;
     }
-    choice::settle(&mut session.session)?;
     if args.device.is_port() && (args.seed.is_some() || args.vcd.is_some()) {
         return wrong(
             "--seed and --vcd need --device native, chip or qemu: a device behind a port has its \
@@ -63,6 +61,7 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
         reads.extend(args.chip.image());
         args.out.beside(vcd, &reads)?;
     }
+    output.settle(&mut session.session)?;
     let seed = (!args.device.is_port()).then_some(args.seed.unwrap_or(SEED));
     let plan = Plan {
         command: "run".to_owned(),

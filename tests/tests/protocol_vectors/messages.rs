@@ -361,6 +361,11 @@ fn events() -> Vec<Event> {
         applied: Amplitude::new(2_000),
         current_ua: 996,
     };
-    all.extend([Event::Recovered, electrode]);
+    let limit_cycle = Event::LimitCycle {
+        swing_centideg: 668,
+        period_ms: 310,
+        gain_milli: 700,
+    };
+    all.extend([Event::Recovered, electrode, limit_cycle]);
     all
 }

@@ -1,9 +1,11 @@
 //! Posting: what finds no room is counted, and a `Stop` needs none.
 
 use super::{
-    ControlEvent, ControlOrder, ControlVerdict, ControllerMail, PulserMail, Report, SessionMail,
+    ControlEvent, ControlOrder, ControlReport, ControlVerdict, ControllerMail, PulserMail, Report,
+    SessionMail,
 };
-use crate::link::Telemetry;
+use crate::link::{Event, Telemetry};
+use crate::units::Micros;
 use core::sync::atomic::{AtomicU32, Ordering};
 use heapless::spsc::Producer;
 
@@ -89,7 +91,13 @@ impl ControllerMail<'_> {
     /// Answers a request. The session leaves room for the answer to every one
     /// that it posts.
     pub(in crate::device) fn answer(&mut self, verdict: ControlVerdict) -> Result<(), Full> {
-        self.lost.post(&mut self.reports, verdict)
+        (self.lost).post(&mut self.reports, ControlReport::Verdict(verdict))
+    }
+
+    /// Tells the session of what no request asked for.
+    pub(in crate::device) fn tell(&mut self, at: Micros, event: Event) -> Result<(), Full> {
+        let report = ControlReport::Event { at, event };
+        self.lost.post(&mut self.reports, report)
     }
 
     /// Posts a sample, if the session has taken those before it.

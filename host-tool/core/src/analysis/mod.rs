@@ -8,10 +8,12 @@
 mod contact;
 mod force;
 mod lag;
+mod limit_cycle;
 
 pub use contact::{Hit, hits};
 pub use force::{ForceMetrics, GapMetrics, force_limiting_share, force_metrics, unpredicted};
 pub use lag::lag_s;
+pub use limit_cycle::{LIMIT_CYCLE, limit_cycles};
 
 use crate::record::{Sample, Trial};
 use serde::{Deserialize, Serialize};

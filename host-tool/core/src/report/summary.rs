@@ -2,7 +2,7 @@
 
 use super::{Report, page};
 use crate::analysis::{
-    ForceMetrics, Hit, Metrics, force_limiting_share, force_metrics, hits, metrics,
+    ForceMetrics, Hit, Metrics, force_limiting_share, force_metrics, hits, limit_cycles, metrics,
 };
 use crate::record::{Assumption, Ending, Held, PaperRow, RecordError, replace_file, write_summary};
 use serde::Serialize;
@@ -38,6 +38,8 @@ struct TrialSummary<'a> {
     hits: Vec<Hit>,
     forces: Vec<ForceMetrics>,
     force_limiting_share: Option<f64>,
+    /// How often the device found one and lowered its feedback.
+    limit_cycles: usize,
     counters: &'a [(String, u64)],
     events: &'a [(f64, String)],
 }
@@ -78,6 +80,7 @@ pub fn write(dir: &Path, report: &Report) -> Result<PathBuf, RecordError> {
                 hits: hits(trial),
                 forces: force_metrics(trial),
                 force_limiting_share: force_limiting_share(trial),
+                limit_cycles: limit_cycles(trial).count(),
                 counters: &trial.counters,
                 events: &trial.events,
             })

@@ -1,6 +1,7 @@
 //! From what a device says to what is recorded.
 
 use super::SessionFile;
+use crate::analysis::LIMIT_CYCLE;
 use crate::record::{
     ChannelInfo, DeviceState, Edge, ElectrodeReading, FidelityFound, Sample, State, Trial,
     WallPlace, sha256,
@@ -9,7 +10,7 @@ use crate::session::{Session, rung_name};
 use firmware::control::ForceGap;
 use firmware::haptics::Side;
 use firmware::link::{Counters, Event, ForceSample, Telemetry};
-use firmware::safety::{self, StopCause};
+use firmware::safety::{self, Fault, StopCause};
 use firmware::units::{Amplitude, Micros};
 use hal_sim::trace::{State as TraceState, Trace};
 
@@ -126,11 +127,26 @@ pub fn event(event: &Event) -> String {
             current_ua,
             ..
         } => format!("electrode {}: {current_ua} µA", channel.saturating_add(1)),
+        Event::LimitCycle {
+            swing_centideg,
+            period_ms,
+            gain_milli,
+        } => format!(
+            "{LIMIT_CYCLE}{:.1}° wide, {period_ms} ms long; feedback lowered to {:.0} %",
+            f64::from(*swing_centideg) * 1e-2,
+            f64::from(*gain_milli) * 1e-1
+        ),
     }
 }
 
 /// What to do when a device ends a session with this event.
 pub fn advice(event: &Event) -> &'static str {
+    if let Event::Faulted(record) = event
+        && record.fault == Fault::LimitCycle
+    {
+        return "the joint swung whatever the gain: check the sensor and what shakes the joint, \
+                fit the wearer's model (strength, lead_ms), then run again with --acknowledge";
+    }
     let (Event::Stopping(cause) | Event::Stopped(cause)) = event else {
         return "find the fault's cause, then run again with --acknowledge";
     };

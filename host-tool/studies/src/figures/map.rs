@@ -45,7 +45,7 @@ pub fn picture(map: &Map) -> String {
         own.filter(|n| *n < count).map(panel).collect()
     };
     Figure {
-        title: map.title.to_owned(),
+        title: format!("{} (simulated)", map.title),
         subtitle,
         description: map.title.to_owned(),
         legend,
