@@ -1,6 +1,6 @@
 //! How much of a law's feedback reaches the effort.
 
-use crate::units::{Angle, AngularRate};
+use crate::units::Angle;
 use fixed::types::I16F16;
 
 /// A share of the feedback, 0…1: what proportional, integral and derivative terms
@@ -36,18 +36,8 @@ impl Gain {
     /// This share of an angle.
     #[inline(always)]
     pub(super) fn of_angle(self, x: Angle) -> Angle {
-        Angle::new(self.of_bits(x.get()))
-    }
-
-    /// This share of a rate.
-    #[inline(always)]
-    pub(super) fn of_rate(self, x: AngularRate) -> AngularRate {
-        AngularRate::new(self.of_bits(x.get()))
-    }
-
-    #[inline(always)]
-    fn of_bits(self, x: I16F16) -> I16F16 {
-        I16F16::from_bits(self.of(x.to_bits().into()) as i32) // no larger than `x`
+        let bits = self.of(x.get().to_bits().into()) as i32; // no larger than `x`
+        Angle::new(I16F16::from_bits(bits))
     }
 
     /// Both, one after the other.

@@ -4,9 +4,10 @@ use super::differentiator::{Differentiator, DifferentiatorState};
 use super::effort::Effort;
 use super::feed_forward::WearerModel;
 use super::gain::Gain;
-use super::pid::{Pid, PidState};
-use super::response::{Course, Response, ResponseSpec, ResponseState};
-use super::super_twisting::{Paper, Recommended, TwistState};
+use super::integral::Integral;
+use super::pid::Pid;
+use super::response::{Aid, Course, Response, ResponseState};
+use super::super_twisting::{Paper, PaperState, Recommended};
 use crate::arithmetic::fixed_point::Q;
 use crate::range::OutOfRange;
 use crate::units::Angle;
@@ -58,17 +59,17 @@ impl LawSpec {
         lambda_milli: 10_000,
         w_milli: 1_000,
     };
-    /// At 2 ms and 8.71 Hz, for a wearer of [`WearerModel::REFERENCE_MRAD`], with
+    /// At 2 ms and 4.48 Hz, for a wearer of [`WearerModel::REFERENCE_MRAD`], with
     /// that wearer's model and [`ResponseSpec::RECOMMENDED`] beside it
     /// ([`LawSpec::for_wearer`] for another); without them [`LawSpec::ALONE`] is
     /// better. See [`Recommended`] for how these were found.
     pub const RECOMMENDED: Self = Self::Recommended {
-        lambda_milli: 9_836,
-        k1_milli: 50,
-        k2_milli: 103,
+        lambda_milli: 6_342,
+        k1_milli: 46,
+        k2_milli: 109,
         b_milli: 100_000,
-        k3_milli: 37,
-        ki_milli: 1_338,
+        k3_milli: 68,
+        ki_milli: 1_672,
     };
     /// Super-twisting without linear terms, for a joint of whose wearer nothing is
     /// known, at 2 ms and 17 Hz.
@@ -130,7 +131,7 @@ impl LawSpec {
     pub const fn default_lead_ms(&self) -> u16 {
         match self {
             Self::Paper { .. } => 0,
-            Self::Recommended { .. } => 220,
+            Self::Recommended { .. } => 245,
             Self::Pid { .. } => 255,
         }
     }
@@ -142,7 +143,7 @@ impl LawSpec {
         match self {
             Self::Paper { .. } => 3_000,
             Self::Recommended { k3_milli: 0, .. } => 17_000,
-            Self::Recommended { .. } => 8_713,
+            Self::Recommended { .. } => 4_475,
             Self::Pid { .. } => 6_000,
         }
     }
@@ -206,24 +207,24 @@ impl LawKind {
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct LawState {
     differentiator: DifferentiatorState,
-    twist: TwistState,
-    pid: PidState,
+    paper: PaperState,
+    integral: Integral,
     response: ResponseState,
 }
 
 impl Law {
-    /// Validates a law for a period of `period_ms`, its differentiator and the
-    /// wearer's response.
+    /// Validates a law for a period of `period_ms` and its differentiator; with the
+    /// wearer's response for the same period.
     pub(crate) fn new(
         spec: &LawSpec,
         period_ms: u8,
         cutoff_mhz: u32,
-        response: Option<&ResponseSpec>,
+        response: Option<Response>,
     ) -> Result<Self, OutOfRange> {
         Ok(Self {
             differentiator: Differentiator::new(cutoff_mhz, period_ms)?,
             kind: LawKind::new(spec, period_ms)?,
-            response: response.map(|r| r.response(period_ms)).transpose()?,
+            response,
         })
     }
 
@@ -247,14 +248,14 @@ impl Law {
         course: &Course,
         gain: Gain,
     ) -> Effort {
-        let (error, forward) = match &self.response {
-            None => (error, course.forward),
+        let (error, aid) = match &self.response {
+            None => (error, Aid::of(course.forward, gain)),
             Some(response) => (
                 response.foreseen(&state.response, error),
-                Response::forward(&state.response, course),
+                response.aid(&state.response, course, gain),
             ),
         };
-        let effort = self.answer(state, error, forward, gain);
+        let effort = self.answer(state, error, &aid);
         if let (Some(response), Effort::Fraction(u)) = (&self.response, effort) {
             let error = gain.of_angle(error);
             response.learn(&mut state.response, error, course, u);
@@ -263,15 +264,12 @@ impl Law {
     }
 
     #[inline(always)]
-    fn answer(&self, state: &mut LawState, error: Angle, forward: Q, gain: Gain) -> Effort {
+    fn answer(&self, state: &mut LawState, error: Angle, aid: &Aid) -> Effort {
         let rate = self.differentiator.step(&mut state.differentiator, error);
         match &self.kind {
-            LawKind::Paper(law) => law.step(&mut state.twist, error, rate),
-            LawKind::Recommended(law) => law.step(&mut state.twist, error, rate, forward, gain),
-            LawKind::Pid(law) => {
-                let (error, rate) = (gain.of_angle(error), gain.of_rate(rate));
-                law.step(&mut state.pid, error, rate, forward)
-            }
+            LawKind::Paper(law) => law.step(&mut state.paper, error, rate),
+            LawKind::Recommended(law) => law.step(&mut state.integral, error, rate, aid),
+            LawKind::Pid(law) => law.step(&mut state.integral, error, rate, aid),
         }
     }
 }

@@ -14,6 +14,7 @@ pub mod effort;
 pub mod feed_forward;
 pub mod force;
 pub(crate) mod gain;
+mod integral;
 pub mod joint;
 pub mod law;
 mod limit_cycle;

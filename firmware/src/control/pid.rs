@@ -1,7 +1,9 @@
 //! PID on the joint angle: the baseline every other law is measured against.
 
 use super::effort::Effort;
+use super::integral::Integral;
 use super::refusal::GAIN_MAX_MILLI;
+use super::response::Aid;
 use crate::arithmetic::fixed_point::{Q, RAD_PER_DEG, product, ratio};
 use crate::range::{OutOfRange, Range};
 use crate::units::{Angle, AngularRate};
@@ -14,12 +16,6 @@ pub struct Pid {
     /// ki·h.
     ki_step: Q,
     kd: Q,
-}
-
-/// What a [`Pid`] remembers: its integral term.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct PidState {
-    integral: Q,
 }
 
 impl Pid {
@@ -43,24 +39,24 @@ impl Pid {
     }
 
     /// One period further: fraction of the range, not clamped.
-    pub fn step(
+    pub(super) fn step(
         &self,
-        state: &mut PidState,
+        integral: &mut Integral,
         error: Angle,
         rate: AngularRate,
-        forward: Q,
+        aid: &Aid,
     ) -> Effort {
         // |e|, |ė| < 2^15 degrees are below 572 rad, gains at most 100: every
         // product fits.
         let e = product(Q::from_num(error.get()), RAD_PER_DEG);
         let de = product(Q::from_num(rate.get()), RAD_PER_DEG);
-        let u = product(e, self.kp)
-            .saturating_add(product(de, self.kd))
-            .saturating_add(state.integral)
-            .saturating_add(forward);
+        let push = product(e, self.kp).saturating_add(product(de, self.kd));
+        let torque = aid.scaled(push).saturating_add(aid.forward);
+        let side = aid.side(torque);
+        let u = torque.saturating_add(integral.at(side));
         let outward = (u > Q::ONE && e > Q::ZERO) || (u < -Q::ONE && e < Q::ZERO);
         if !outward {
-            state.integral = state.integral.saturating_add(product(e, self.ki_step));
+            integral.grow(side, aid.scaled(product(e, self.ki_step)));
         }
         Effort::Fraction(u)
     }

@@ -2,6 +2,8 @@
 //! one differs: a predictor against delay, and gains adapted while it runs.
 
 use super::feed_forward::WearerModel;
+use super::gain::Gain;
+use super::integral::{ONE, Side};
 use crate::arithmetic::exponential::exp2_neg;
 use crate::arithmetic::fixed_point::{Q, radians, ratio, saturated};
 use crate::range::{OutOfRange, Range};
@@ -37,7 +39,7 @@ pub struct ResponseSpec {
 
 /// A validated [`ResponseSpec`] for one period.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Response {
+pub(crate) struct Response {
     /// ° per effort, 2^-16: below 2^26.
     gain: i32,
     /// e^(−h/τ) of muscle and joint, 2^-30.
@@ -48,6 +50,9 @@ pub(super) struct Response {
     scale_step: i32,
     /// Growth per period, rad and rad/s, 2^-24: below 2^26.
     damping_step: i32,
+    /// Whether the integral is one for each muscle: with learning, where the nominal
+    /// wearer's effort says which muscle works.
+    is_apart: bool,
 }
 
 /// What a [`Response`] remembers.
@@ -85,6 +90,45 @@ pub(crate) struct Course {
     pub(crate) forward: Q,
 }
 
+/// What is known and learnt of the wearer, for a law's feedback.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Aid {
+    /// The feed-forward, effort.
+    pub(super) forward: Q,
+    /// Effort per effort of the nominal wearer, for feedback, 2^-24: up to two and a
+    /// half.
+    scale: i32,
+    is_apart: bool,
+}
+
+impl Aid {
+    /// This feed-forward, nothing learnt, and this share of the feedback.
+    pub(super) const fn of(forward: Q, gain: Gain) -> Self {
+        Self {
+            forward,
+            scale: gain.of(ONE as i64) as i32, // at most `ONE`
+            is_apart: false,
+        }
+    }
+
+    /// The feedback that this wearer is given in place of a nominal one's, which is
+    /// bounded to ±128.
+    #[inline(always)]
+    pub(super) fn scaled(&self, nominal: Q) -> Q {
+        Q::from_bits(times(saturated(nominal.to_bits()), self.scale, 24))
+    }
+
+    /// Whose integral counts with what is asked for before any integral.
+    #[inline(always)]
+    pub(super) fn side(&self, torque: Q) -> Side {
+        if self.is_apart {
+            Side::of(torque)
+        } else {
+            Side::BOTH
+        }
+    }
+}
+
 /// The scale may leave 1 by −½…+1½, the damping 0 by ±0.3; 2^-24.
 const SCALE: (i32, i32) = (-(1 << 23), 3 << 23);
 const DAMPING: i32 = 5_033_165;
@@ -106,12 +150,12 @@ impl ResponseSpec {
     /// Found with [`super::LawSpec::RECOMMENDED`], by the same search, for a wearer
     /// of [`WearerModel::REFERENCE_MRAD`].
     pub const RECOMMENDED: Self = Self {
-        gain_mrad: 1_265,
-        muscle_ms: 421,
-        joint_ms: 188,
-        delay_ms: 54,
-        scale_milli: 25_013,
-        damping_milli: 44,
+        gain_mrad: 427,
+        muscle_ms: 154,
+        joint_ms: 65,
+        delay_ms: 79,
+        scale_milli: 21_051,
+        damping_milli: 304,
     };
 
     /// The same of a wearer of another strength, whose effort moves the joint in
@@ -136,8 +180,8 @@ impl ResponseSpec {
         }
     }
 
-    /// Validates it for a period of 1…20 ms.
-    pub(super) fn response(&self, period_ms: u8) -> Result<Response, OutOfRange> {
+    /// Validates it for a period of 1…20 ms, beside a nominal wearer or not.
+    pub(super) fn response(&self, period_ms: u8, has_wearer: bool) -> Result<Response, OutOfRange> {
         Self::GAIN_MRAD.check(self.gain_mrad)?;
         Self::MUSCLE_MS.check(self.muscle_ms)?;
         Self::JOINT_MS.check(self.joint_ms)?;
@@ -161,6 +205,7 @@ impl ResponseSpec {
             delay: ((u64::from(self.delay_ms) + h / 2) / h) as u32,
             scale_step: bits(u64::from(self.scale_milli) * h, 1_000_000) as i32,
             damping_step: bits(u64::from(self.damping_milli) * h, 1_000_000) as i32,
+            is_apart: has_wearer && self.scale_milli > 0,
         })
     }
 }
@@ -182,26 +227,30 @@ impl Response {
         Angle::new(I16F16::from_bits(error))
     }
 
-    /// The feed-forward as learnt so far.
+    /// What has been learnt so far, for this course and this share of the feedback.
     #[inline]
-    pub(super) fn forward(state: &ResponseState, course: &Course) -> Q {
+    pub(super) fn aid(&self, state: &ResponseState, course: &Course, gain: Gain) -> Aid {
         // |forward| <= 1; |scale| < 2, |damping| < 1, |rate| <= 72.
         let forward = course.forward.to_bits() as i32;
         let scaled = times(state.scale, forward, 24);
         let damped = times(state.damping, radians(course.rate.get()), 24);
         let learnt = Q::from_bits(scaled.wrapping_add(damped));
-        course.forward.wrapping_add(learnt)
+        Aid {
+            forward: course.forward.wrapping_add(learnt),
+            scale: gain.of(i64::from(ONE.wrapping_add(state.scale))) as i32, // no more
+            is_apart: self.is_apart,
+        }
     }
 
-    /// Takes the period's effort, and learns from its error unless the effort is
-    /// clamped on the side that the error asks for: gradient descent on the
+    /// Takes the period's effort, and learns from its error while the target moves,
+    /// unless the effort is clamped on the side that the error asks for: gradient descent on the
     /// squared error ("MIT rule", Åström & Wittenmark, Adaptive Control, ch. 5).
     #[inline]
     pub(super) fn learn(&self, state: &mut ResponseState, error: Angle, course: &Course, u: Q) {
-        const ONE: i32 = 1 << 24;
         let u = saturated(u.to_bits());
         let outward = (u > ONE && error.get() > 0) || (u < -ONE && error.get() < 0);
-        if !outward {
+        let is_moving = course.rate.get() != 0;
+        if is_moving && !outward {
             // Within ±8 rad, steps below 4, |forward| <= 1: below 2^29.
             let e = radians(error.get()).clamp(-(8 << 24), 8 << 24);
             let forward = course.forward.to_bits() as i32;

@@ -60,7 +60,9 @@ impl JointSpec {
     /// The validated law.
     pub(crate) fn law(&self) -> Result<Law, OutOfRange> {
         let (period_ms, cutoff_mhz) = (self.law_period_ms, self.cutoff_mhz);
-        Law::new(&self.law, period_ms, cutoff_mhz, self.response.as_ref())
+        let has_wearer = self.wearer.is_some();
+        let response = self.response.map(|r| r.response(period_ms, has_wearer));
+        Law::new(&self.law, period_ms, cutoff_mhz, response.transpose()?)
     }
 
     /// The validated points: effort to amplitudes.

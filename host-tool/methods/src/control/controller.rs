@@ -1,7 +1,7 @@
 //! Any feedback with any add-ons: the law that harnesses run and search.
 
 use super::super::real::Real;
-use super::adaptation::Adaptation;
+use super::adaptation::{Adaptation, Integral};
 use super::delay::SmithPredictor;
 use super::derivative::{DerivativeKind, Differentiator};
 use super::feedback::Feedback;
@@ -16,7 +16,8 @@ pub struct AddOns {
     pub feed_forward: bool,
     /// Against the delay from effort to angle.
     pub delay: DelayCompensation,
-    /// Learning of the feed-forward's scale and damping.
+    /// Learning: of the feed-forward's scale and damping, the scale for the feedback
+    /// too, and an integral for each muscle.
     pub adaptation: bool,
 }
 
@@ -89,18 +90,13 @@ pub struct Controller<R> {
     pub(super) preview_s: R,
     pub(super) smith: Option<SmithPredictor<R>>,
     pub(super) adaptation: Adaptation<R>,
-    pub(super) integral: R,
+    pub(super) integral: Integral<R>,
 }
 
 impl<R: Real> Controller<R> {
     /// How far ahead of the target, s, the feed-forward handed in should look.
     pub const fn lead_s(&self) -> R {
         self.lead_s
-    }
-
-    /// The integral term, effort.
-    pub const fn integral(&self) -> R {
-        self.integral
     }
 
     /// The error and its rate.
@@ -121,21 +117,25 @@ impl<R: Real> Controller<R> {
 impl<R: Real> Law<R> for Controller<R> {
     fn step(&mut self, input: &Input<R>) -> R {
         let (error, rate) = self.error(input);
-        let push = self.feedback.push(error, rate, self.integral);
-        let mut forward = R::ZERO;
+        let scale = self.adaptation.scale();
+        let push = self.feedback.push(error, rate, self.integral.latest());
+        let growth = scale * push.growth;
+        let mut torque = scale * push.push;
         if self.add_ons.feed_forward {
-            forward = self
-                .adaptation
-                .applied(input.feed_forward, input.target_rate);
+            torque = torque
+                + self
+                    .adaptation
+                    .applied(input.feed_forward, input.target_rate);
         }
-        let effort = forward + self.integral + push.push;
+        let side = self.integral.side(torque);
+        let effort = torque + self.integral.at(side);
         let outward = |growth: R| {
             (effort > R::ONE && growth > R::ZERO) || (effort < -R::ONE && growth < R::ZERO)
         };
-        if !(self.feedback.has_anti_windup() && outward(push.growth)) {
-            self.integral = self.integral + push.growth;
+        if !(self.feedback.has_anti_windup() && outward(growth)) {
+            self.integral.grow(side, growth);
         }
-        if !outward(error) {
+        if input.target_rate != R::ZERO && !outward(error) {
             self.adaptation
                 .learn(error, input.feed_forward, input.target_rate);
         }

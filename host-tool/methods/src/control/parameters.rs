@@ -2,7 +2,7 @@
 //! which a search looks for them: one vector per law, the same way for all.
 
 use super::super::real::Real;
-use super::adaptation::Adaptation;
+use super::adaptation::{Adaptation, Integral};
 use super::controller::{AddOns, Controller};
 use super::delay::SmithPredictor;
 use super::derivative::{DerivativeKind, Differentiator};
@@ -185,7 +185,7 @@ impl<R: Real> Controller<R> {
                 next_if(add_ons.adaptation),
                 h,
             ),
-            integral: R::ZERO,
+            integral: Integral::new(add_ons.adaptation),
         })
     }
 }
