@@ -235,6 +235,22 @@ impl WearerModel {
     /// two-point (0.484 N·m over 0.12 N·m/rad).
     pub const REFERENCE_MRAD: u32 = 4033;
 
+    /// Strengths that laws were tried on, each with a wearer's file that is true: a
+    /// quarter to sixteen times the reference, mrad (docs/control.md).
+    pub const STRENGTH_MRAD: (u32, u32) = (Self::REFERENCE_MRAD / 4, Self::REFERENCE_MRAD * 16);
+
+    /// Of [`Self::stiffness_unm_per_rad`] under a law that steers by the wearer: what
+    /// keeps the strength within [`Self::STRENGTH_MRAD`].
+    #[must_use]
+    pub fn stiffness_of_strength(&self) -> Range {
+        let (weakest, strongest) = Self::STRENGTH_MRAD;
+        let torque = u64::from(self.flexion_unm) * 1000;
+        let bound = |stiffness: u64| u32::try_from(stiffness).unwrap_or(u32::MAX);
+        Self::STIFFNESS_UNM_PER_RAD
+            .from(bound(torque.div_ceil(strongest.into())))
+            .up_to(bound(torque / u64::from(weakest)))
+    }
+
     fn check(&self) -> Result<(), OutOfRange> {
         Self::REST_MDEG.check(self.rest_mdeg)?;
         Self::STIFFNESS_UNM_PER_RAD.check(self.stiffness_unm_per_rad)?;

@@ -121,10 +121,7 @@ impl Joint {
             angle_mdeg: (min, max),
             range: (Angle::from_millideg(min), Angle::from_millideg(max)),
             sensor: Sensor::of_joint(spec.sensor, spec.stale_after_ms, (min, max))?,
-            feed_forward: spec
-                .wearer
-                .map(|wearer| FeedForward::new(&wearer, min, max))
-                .transpose()?,
+            feed_forward: spec.feed_forward()?,
         })
     }
 

@@ -6,10 +6,10 @@
 //! Vander Velde, Multiple-Input Describing Functions, 1968, ch. 3); a relay on a
 //! plant that mostly integrates at about four times the delay (Åström & Hägglund,
 //! Automatica 20 (1984) 645). With 20 ms from pulse to pulse and 0…100 ms in the
-//! wearer the default's are 0.15…0.8 s long (docs/control.md). Swings with one period
-//! and no less width each than the one before are the loop's own; steps, loads and
-//! impacts die away, noise keeps no period, and what a moving target makes repeats
-//! with its period or a low harmonic of it.
+//! wearer the default's are 0.15…0.8 s long, and 1 s where they saturate
+//! (docs/control.md). Swings with one period and no less width each than the one
+//! before are the loop's own; loads and impacts die away, noise keeps no period, and
+//! what a moving target makes repeats with its period or a low harmonic of it.
 
 use super::gain::Gain;
 use crate::units::Angle;
@@ -19,14 +19,19 @@ use fixed::types::I16F16;
 const DEGREE: i32 = 1 << 16;
 /// Least swing that counts, peak to peak behind the filter.
 const SWING: u32 = 2 * DEGREE.cast_unsigned();
+/// From here on the effort saturates: two such half-periods tell as much as four, and
+/// a lower gain need not show at once.
+const WIDE: u32 = 20 * DEGREE.cast_unsigned();
 /// Widest that a feedback at its floor may be left with.
 const SWING_AT_FLOOR: u32 = 5 * DEGREE.cast_unsigned();
 /// How far back from an extreme is a turn: more than noise leaves.
 const TURN: i32 = DEGREE;
-/// A target that moves further in one step jumps: what follows is its own.
+/// A target that moves further in one step jumps: the swing there and back is its own,
+/// and costs more than it may seem to add.
 const JUMP: u32 = 2 * DEGREE.cast_unsigned();
+const JUMP_COSTS: u8 = 3;
 /// Whole periods, ms.
-const PERIOD_MS: core::ops::RangeInclusive<u32> = 120..=1_000;
+const PERIOD_MS: core::ops::RangeInclusive<u32> = 120..=1_600;
 /// Time constant of the filter that takes off the sensor's noise, ms.
 const FILTER_MS: u32 = 32;
 /// Half-periods that fit, less those between them that do not, that make a limit
@@ -184,7 +189,7 @@ impl Detector {
         let before = state.latest_target.replace(target).unwrap_or(target);
         let [target, before] = [target, before].map(|angle| angle.get().to_bits());
         if target.abs_diff(before) > JUMP {
-            state.alike = 0;
+            state.alike = state.alike.saturating_sub(JUMP_COSTS);
         }
         if let Some(half) = state.target.step(target, self.period_ms) {
             state.target_ms = half.ms;
@@ -215,14 +220,19 @@ impl DetectorState {
             self.alike = self.alike.saturating_sub(1);
             return false;
         }
-        self.alike = (self.alike + 1) % ALIKE; // below it
-        self.alike == 0
+        // Below ALIKE before.
+        self.alike += if half.swing > WIDE { 2 } else { 1 };
+        let is_last = self.alike >= ALIKE;
+        if is_last {
+            self.alike = 0;
+        }
+        is_last
     }
 
     /// Lowers the gain if that has helped so far, or has not for a while; to what, in
     /// thousandths. None if it cannot be lowered and should be.
     fn lower(&mut self, swing: u32) -> Option<u16> {
-        let is_narrower = swing < self.lowered_at / 8 * 7;
+        let is_narrower = swing < self.lowered_at / 8 * 7 || swing > WIDE;
         self.futile = if is_narrower { 0 } else { self.futile + 1 }; // at most PATIENCE
         if is_narrower || self.futile >= PATIENCE {
             if self.gain <= FLOOR && swing > SWING_AT_FLOOR {

@@ -1,6 +1,6 @@
 //! What a host says about a joint, and the checks it must pass once.
 
-use super::feed_forward::WearerModel;
+use super::feed_forward::{FeedForward, WearerModel};
 use super::law::{Law, LawSpec};
 use super::mapping::{Mapping, PointSpec};
 use super::refusal::{SpecError, check_angles};
@@ -63,6 +63,20 @@ impl JointSpec {
         let has_wearer = self.wearer.is_some();
         let response = self.response.map(|r| r.response(period_ms, has_wearer));
         Law::new(&self.law, period_ms, cutoff_mhz, response.transpose()?)
+    }
+
+    /// The wearer's inverse. A law that steers by the wearer, which is any but the
+    /// paper's, is refused on one of a strength that it was never tried on.
+    pub(super) fn feed_forward(&self) -> Result<Option<FeedForward>, OutOfRange> {
+        let Some(wearer) = &self.wearer else {
+            return Ok(None);
+        };
+        let inverse = FeedForward::new(wearer, self.angle_min_mdeg, self.angle_max_mdeg)?;
+        if !matches!(self.law, LawSpec::Paper { .. }) {
+            let allowed = wearer.stiffness_of_strength();
+            allowed.check(wearer.stiffness_unm_per_rad)?;
+        }
+        Ok(Some(inverse))
     }
 
     /// The validated points: effort to amplitudes.

@@ -2,7 +2,7 @@
 
 use crate::control_joint::{point, two_point};
 use firmware::control::{
-    HoldPolicy, Joint, JointSpec, LawSpec, PointSpec, SensorSource, SpecError,
+    HoldPolicy, Joint, JointSpec, LawSpec, PointSpec, SensorSource, SpecError, WearerModel,
 };
 use firmware::range::OutOfRange;
 
@@ -108,4 +108,46 @@ fn a_spec_survives_the_wire() {
     let mut buffer = [0; 128];
     let bytes = postcard::to_slice(&spec, &mut buffer).unwrap();
     assert_eq!(postcard::from_bytes::<JointSpec>(bytes).unwrap(), spec);
+}
+
+/// A wearer of a quarter to sixteen times the reference's strength, 4033 mrad.
+#[test]
+fn a_wearer_outside_the_strengths_that_were_tried_is_refused() {
+    let spec = |law, stiffness_unm_per_rad| JointSpec {
+        wearer: Some(WearerModel {
+            rest_mdeg: 5_000,
+            stiffness_unm_per_rad,
+            damping_unm_s_per_rad: 18_000,
+            flexion_unm: 484_000,
+            extension_unm: 150_000,
+            torque_loss_milli: 250,
+            curvature_milli: 1_200,
+            lead_ms: 220,
+        }),
+        ..two_point(law)
+    };
+    let (min, max) = (7_501, 480_158);
+    for law in [LawSpec::RECOMMENDED, LawSpec::PID, LawSpec::PAPER] {
+        for (stiffness, is_tried) in [
+            (0, false),
+            (min - 1, false),
+            (min, true),
+            (max, true),
+            (max + 1, false),
+        ] {
+            let refused = Joint::new(&spec(law, stiffness as u32)).err();
+            let expected = SpecError::Range(OutOfRange {
+                field: "stiffness_unm_per_rad",
+                value: stiffness.into(),
+                min,
+                max,
+            });
+            let is_refused = !is_tried && law != LawSpec::PAPER;
+            assert_eq!(
+                refused,
+                is_refused.then_some(expected),
+                "{law:?} {stiffness}"
+            );
+        }
+    }
 }

@@ -1,7 +1,7 @@
 //! What the device does about its loop's own swings: the gain that a limit cycle
 //! lowers, and the rest in a hold. Found on other wearers than these.
 
-use firmware::control::LimitCycle;
+use firmware::control::{LawSpec, LimitCycle, ResponseSpec};
 use hal_sim::body::RandomFingerSpec;
 use hal_sim::body::random_finger::Draws;
 use studies::tracking::driver::Device;
@@ -58,10 +58,10 @@ fn a_strong_and_late_wearer_is_found_and_comes_to_rest() {
 /// delay shows at rest. Friction, noise, line, loads, knocks and courses as drawn;
 /// thresholds as in the file, since a pair of points whose thresholds lie apart jumps
 /// in torque where it forms, and does cycle.
-fn stable(index: u64) -> Plant {
-    let mut plant = Wearers::Widened.plant(SEED, index);
+fn stable(seed: u64, index: u64) -> Plant {
+    let mut plant = Wearers::Widened.plant(seed, index);
     let nominal = RandomFingerSpec::nominal();
-    let mut draws = Draws::new(SEED, index, 20);
+    let mut draws = Draws::new(seed, index, 20);
     let strength = draws.even(0.5, 1.0);
     for (muscle, file) in plant.finger.muscles.iter_mut().zip(nominal.muscles) {
         muscle.torque_nm = file.torque_nm * strength;
@@ -79,12 +79,56 @@ fn no_stable_session_is_taken_for_a_limit_cycle() {
     for index in 0..100 {
         for points in Points::ALL {
             let course = Wearers::Widened.course(Course::Sine, SEED, index);
-            let (outcome, found) = attempt(stable(index), points, course);
+            let (outcome, found) = attempt(stable(SEED, index), points, course);
             assert!(
                 found.is_empty() && outcome.refused.is_none(),
                 "{index} {} {course:?}: {found:?}",
                 points.name()
             );
+        }
+    }
+}
+
+/// Strengths at the ends of what the device accepts, each with a file that is true of
+/// torque and stiffness; the rest drawn, of a seed of its own. At a sixteenth, with
+/// [`SEED`], an object in the hand moved a held finger by 3.07°: hence a quarter.
+#[test]
+fn the_default_holds_wearers_of_any_strength_that_is_accepted() {
+    for strength in [1.0 / 3.9, 0.5, 1.0, 4.0, 15.9] {
+        for points in Points::ALL {
+            let mut spec = shipped(points);
+            let mut wearer = spec.wearer.unwrap();
+            let times = |torque: u32| (f64::from(torque) * strength) as u32;
+            let to_reference = match points {
+                Points::One => 2.2,
+                Points::Two => 1.0,
+            };
+            wearer.flexion_unm = times((f64::from(wearer.flexion_unm) * to_reference) as u32);
+            wearer.extension_unm = times(wearer.extension_unm);
+            spec.law = LawSpec::RECOMMENDED.for_wearer(&wearer);
+            spec.response = Some(ResponseSpec::RECOMMENDED.for_wearer(&wearer));
+            spec.wearer = Some(wearer);
+            for index in 0..8 {
+                for course in [Course::Sine, Course::Hold { deg: 30.0 }] {
+                    let mut plant = stable(SEED + 1, index);
+                    let nominal = RandomFingerSpec::nominal().muscles;
+                    for (n, (muscle, file)) in
+                        plant.finger.muscles.iter_mut().zip(nominal).enumerate()
+                    {
+                        let flexes = if n < 2 { to_reference } else { 1.0 };
+                        muscle.torque_nm = file.torque_nm * strength * flexes;
+                    }
+                    let exercise = Exercise::new(plant, points, course).unwrap();
+                    let mut device = Device::new(&spec).unwrap();
+                    let attempt = run(&exercise.plant, &mut device, &exercise.wanted).unwrap();
+                    let outcome = exercise.judge(attempt);
+                    assert!(
+                        outcome.rmse <= 3.0 && outcome.refused.is_none(),
+                        "{strength} {} {index} {course:?}: {outcome:?}",
+                        points.name()
+                    );
+                }
+            }
         }
     }
 }
