@@ -7,7 +7,7 @@
 //! ```
 //!
 //! Method: C decays exactly; F is planned over [segments](super::segment) of up
-//! to 10 ms, each begun by a pulse at its own microsecond or by the end of the one
+//! to 12 ms, each begun by a pulse at its own microsecond or by the end of the one
 //! before, and read from its cubic at any time within.
 //!
 //! A tick without a pulse costs next to nothing, one with a pulse plans once: a
@@ -16,28 +16,30 @@
 use fixed::types::{I16F16, U5F27};
 
 use super::Gain;
-use super::segment::{CALCIUM_END, Curve, ONE_PULSE, Segment};
+use super::segment::{CALCIUM_END, Curve, ONE_PULSE, Segment, TICK_US};
 use super::spec::CalciumForceSpec;
 use crate::arithmetic::exponential::mul_high;
-use crate::arithmetic::reciprocal::Reciprocal;
+use crate::arithmetic::reciprocal::{Reciprocal, signed_high_rounded};
 use crate::range::OutOfRange;
 use crate::units::{Force, Micros, us};
 
-/// How long before its end a segment is renewed: a control tick.
-pub(super) const TICK_US: u32 = 1000;
-
-/// Where one muscle is. 36 bytes, freely copied.
+/// Where one muscle is. 44 bytes, freely copied.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[repr(C)] // what a tick loads lies together
 pub struct CalciumForceState {
+    /// Up to when a tick finds the segment long enough for the tick after it.
+    fresh_until: Micros,
+    /// The time the state holds for: within a segment of `begun`, or at rest.
+    at: Micros,
+    begun: Micros,
+    /// 1 µs over the segment's length, as [`Segment::per_us`].
+    per_us: u32,
     /// F from `begun` on, over A·τm.
     force: Curve,
     /// C at `begun`, U5F27, at most [`CALCIUM_END`].
     calcium: u32,
     /// What the last pulse that reached the muscle drives F with.
     drive: i32,
-    begun: Micros,
-    /// The time the state holds for: within a segment of `begun`, or at rest.
-    at: Micros,
 }
 
 impl CalciumForceState {
@@ -45,11 +47,13 @@ impl CalciumForceState {
     #[must_use]
     pub const fn at_rest(at: Micros) -> Self {
         Self {
+            fresh_until: at,
+            at,
+            begun: at,
+            per_us: 0,
             force: Curve::constant(0),
             calcium: 0,
             drive: 0,
-            begun: at,
-            at,
         }
     }
 
@@ -63,6 +67,20 @@ impl CalciumForceState {
     #[must_use]
     pub const fn at(&self) -> Micros {
         self.at
+    }
+
+    /// Where in its segment it is, Q31.
+    #[inline(always)]
+    fn place(&self) -> i32 {
+        // Never before its beginning: at most a segment.
+        let age = (self.at - self.begun).us().cast_unsigned();
+        age.wrapping_mul(self.per_us) as i32
+    }
+
+    /// F over A·τm at its time, Q31.
+    #[inline(always)]
+    fn share(&self) -> i32 {
+        self.force.at(self.place())
     }
 }
 
@@ -103,7 +121,7 @@ pub struct CalciumForce {
     pub(super) half_decay_per_us: u32,
     /// 1 µs/τm in 2^-42: below 2^31, as τm is 3 ms or more.
     pub(super) length_per_us: u32,
-    /// A·τm, N in Q16.16: below 12,000 N.
+    /// A·τm, 2^-17 N: below 12,000 N.
     pub(super) full_scale: u32,
     segment: Segment,
 }
@@ -131,9 +149,9 @@ impl CalciumForce {
         // At most 2^32·200/201.
         let tau_floor = (((spec.tau1_us as u64) << 32) / tau_us) as u32;
         let tau_span = ((spec.tau2_us as u64) << 32) / tau_us;
-        // 10^7 mN/s · 1.2·10^6 µs · 2^16 = 7.9·10^17 fits; the quotient,
-        // below 12,000 · 2^16, fits 32 bits.
-        let full_scale = ((spec.a_mn_per_s as u64 * tau_us) << 16) / 1_000_000_000;
+        // 10^7 mN/s · 1.2·10^6 µs · 2^17 = 1.6·10^18 fits; the quotient,
+        // below 12,000 · 2^17, fits 31 bits.
+        let full_scale = ((spec.a_mn_per_s as u64 * tau_us) << 17) / 1_000_000_000;
         let mut muscle = Self {
             // At most 5 · 2^27.
             k: (((spec.k_micro as u64) << 27) / 1_000_000) as u32,
@@ -171,13 +189,15 @@ impl CalciumForce {
             self.pass(state, at);
         }
         state.drive = self.segment.drive(gain);
-        self.begin(state, ONE_PULSE);
+        let at = state.at;
+        self.begin(state, at, ONE_PULSE);
+        self.keep_fresh(state);
     }
 
     /// Lets time pass until `to`, which may be up to 35 min ahead; an earlier
     /// time changes nothing.
     ///
-    /// Costs a comparison until a segment ends, and nothing at rest. Rest comes,
+    /// Costs two comparisons until a segment ends, and nothing at rest. Rest comes,
     /// by the ranges of the parameters, within 7 s of the last pulse: no call
     /// plans more than 7,000 segments (1,000 for the muscles of table 4).
     #[inline(always)]
@@ -185,28 +205,19 @@ impl CalciumForce {
         if (to - state.at).us() <= 0 {
             return;
         }
-        let age_us = (to - state.begun).us().cast_unsigned();
-        if age_us <= self.segment.us.wrapping_sub(TICK_US) {
+        if (to - state.fresh_until).us() <= 0 {
             state.at = to;
         } else {
-            self.renew(state, to);
-        }
-    }
-
-    /// [`Self::advance`] to where the segment is over, or will be within a tick.
-    #[cold]
-    #[inline(never)]
-    fn renew(&self, state: &mut CalciumForceState, to: Micros) {
-        self.pass(state, to);
-        if !state.is_at_rest() {
-            self.go_on(state);
+            // Not within, so that only this way has registers to save.
+            self.begin(state, to, 0);
+            self.keep_fresh(state);
         }
     }
 
     /// Lets time pass until `to`, segment after segment; to the end of the last.
     #[inline(always)]
     fn pass(&self, state: &mut CalciumForceState, to: Micros) {
-        if to.elapsed_since(state.begun) > self.segment.us {
+        if (to - state.fresh_until).us() > TICK_US.cast_signed() {
             self.pass_segments(state, to);
         }
         state.at = to;
@@ -215,79 +226,69 @@ impl CalciumForce {
     #[cold]
     #[inline(never)]
     fn pass_segments(&self, state: &mut CalciumForceState, to: Micros) {
-        while to.elapsed_since(state.begun) > self.segment.us {
+        let tick = us(TICK_US);
+        while (to - (state.fresh_until + tick)).us() > 0 {
             if state.is_at_rest() {
                 state.begun = to;
                 return;
             }
-            state.at = state.begun + us(self.segment.us);
-            self.go_on(state);
+            self.begin(state, state.fresh_until + tick, 0);
+            self.keep_fresh(state);
         }
     }
 
-    /// The next segment without a pulse; none if next to nothing is left.
-    #[inline(always)]
-    fn go_on(&self, state: &mut CalciumForceState) {
-        self.begin(state, 0);
-        if state.calcium == 0 && state.force.is_nothing() {
-            state.force = Curve::constant(0);
-        }
-    }
-
-    /// A segment from the state's time on, with `more` calcium. In one copy: it is
-    /// fetched from flash more slowly than it runs.
+    /// The segment from `at` on, not before the state's time, with `more` calcium;
+    /// nothing if next to nothing is left. In one copy: it is long.
     #[inline(never)]
-    fn begin(&self, state: &mut CalciumForceState, more: u32) {
-        let place = self.place(state);
-        let force = state.force.at(place);
-        let calcium = self.segment.decayed(state.calcium, place);
+    fn begin(&self, state: &mut CalciumForceState, at: Micros, more: u32) {
+        self.pass(state, at);
+        let place = state.place();
+        let mut force = state.force.unrounded(place);
         // At most 25 · 2^27.
+        let calcium = self.segment.decayed(state.calcium, place);
         let calcium = calcium.wrapping_add(more).min(CALCIUM_END << 27);
-        state.begun = state.at;
+        if calcium == 0 {
+            force = Curve::spent(force);
+        }
+        state.begun = at;
+        state.per_us = self.segment.per_us;
         state.calcium = calcium;
         state.force = self.segment.plan(force, calcium, state.drive);
+    }
+
+    /// Says until when the segment that has begun needs no other.
+    #[inline(always)]
+    fn keep_fresh(&self, state: &mut CalciumForceState) {
+        state.fresh_until = state.begun + us(self.segment.fresh_us);
     }
 
     /// Drives the muscle with another gain (Q31) and its constants as they are now,
     /// from the state's time on.
     pub(super) fn drive_with(&self, state: &mut CalciumForceState, gain: u32) {
         state.drive = self.segment.drive(gain);
-        self.begin(state, 0);
+        self.begin(state, state.at, 0);
+        self.keep_fresh(state);
     }
 
     /// The muscle's force, 0…12,000 N, at [`CalciumForceState::at`].
     #[must_use]
     #[inline]
     pub fn force(&self, state: &CalciumForceState) -> Force {
-        self.newtons(self.share(state))
+        // Below 2^31 · 2^31: the upper half fits.
+        let newtons = signed_high_rounded(state.share(), self.full_scale as i32);
+        Force::new(I16F16::from_bits(newtons))
     }
 
     /// F over full scale at the state's time, Q31.
     #[inline(always)]
     pub(super) fn share(&self, state: &CalciumForceState) -> u32 {
-        state.force.at(self.place(state)) as u32 // never negative
+        state.share() as u32 // never negative
     }
 
     /// C of eq. (2) at the state's time, in pulses: 0…24, rounded down to 2^-27.
     #[must_use]
     pub fn calcium(&self, state: &CalciumForceState) -> U5F27 {
-        U5F27::from_bits(self.segment.decayed(state.calcium, self.place(state)))
-    }
-
-    /// Where in its segment the state is, Q31.
-    #[inline(always)]
-    fn place(&self, state: &CalciumForceState) -> i32 {
-        // Never before its beginning.
-        self.segment
-            .place((state.at - state.begun).us().cast_unsigned())
-    }
-
-    /// A force over full scale, Q31 and at most 1, in newtons.
-    pub(super) const fn newtons(&self, force: u32) -> Force {
-        // Q31 · Q16.16, rounded: below 2^31 · 2^30 + 2^30, so that the
-        // shifted result fits 31 bits.
-        let product = force as u64 * self.full_scale as u64;
-        Force::new(I16F16::from_bits(((product + (1 << 30)) >> 31) as i32))
+        U5F27::from_bits(self.segment.decayed(state.calcium, state.place()))
     }
 
     /// x and τ/τm, both Q32, at C = `calcium` in U5F27.

@@ -116,7 +116,7 @@ impl Inverse {
         // Full scale is below 2^30 in 2^-16 N, the product of fractions as well.
         let newtons = |share: u32, gain: u32| {
             let share = (u64::from(share) * u64::from(gain)) >> 31;
-            ((share * u64::from(muscle.full_scale)) >> 32) as u32
+            ((share * u64::from(muscle.full_scale >> 1)) >> 32) as u32
         };
         // τ of a change of gain, and half a period until the next pulse is due.
         let late = |period_us: u32, Steady { force, activation }: Steady| {

@@ -7,8 +7,8 @@ use fixed::types::U1F31;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-use super::calcium_force::TICK_US;
 use super::fatigue::{Fatigue, FatigueSpec, Tiredness};
+use super::segment::TICK_US;
 use super::{
     CalciumForce, CalciumForceSpec, CalciumForceState, Gain, Recruitment, RecruitmentSpec,
 };

@@ -24,7 +24,7 @@
 
 use super::spec::CalciumForceSpec;
 use crate::arithmetic::division::quotient;
-use crate::arithmetic::exponential::{alternating, decay_fraction, decay_in_parts, mul_high};
+use crate::arithmetic::exponential::{decay_fraction, decay_in_parts, mul_high};
 use crate::arithmetic::reciprocal::{inverse, signed_high, signed_high_rounded};
 
 /// C of one pulse, U5F27.
@@ -36,10 +36,11 @@ pub(super) const ONE_PULSE: u32 = 1 << 27;
 /// 24; with K ≤ 5 the sum K + C stays below 32.
 pub(super) const CALCIUM_END: u32 = 24;
 
+/// How long before its end a segment is renewed, so that no pulse finds it over: a
+/// control tick, µs. None is shorter.
+pub(super) const TICK_US: u32 = 1_000;
 /// The longest segment, µs.
-const LONGEST_US: u32 = 10_000;
-/// The shortest, µs: a control tick.
-const SHORTEST_US: u32 = 1_000;
+const LONGEST_US: u32 = 12_000;
 /// F below this, and no calcium, is none: 2.4e-7 of A·τm. Rounding could keep
 /// less than 2^-23 from ever falling.
 const NO_FORCE: i32 = 1 << 9;
@@ -47,25 +48,26 @@ const NO_FORCE: i32 = 1 << 9;
 /// What a segment of one muscle is planned with.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Segment {
-    /// h, µs: 1,000…10,000.
-    pub(super) us: u32,
+    /// How long after its beginning a tick leaves a segment as it is: h less a
+    /// [tick](TICK_US), for h of 1,000…12,000 µs.
+    pub(super) fresh_us: u32,
     /// 1 µs/h, Q31, rounded down: h of them stay below 1.
-    per_us: u32,
-    /// What C loses is s·(c0 − s·(c1 − s·(c2 − s·c3))): Q32 for an s in Q31, so
-    /// doubled as often as s stands before them. At most 0.8 and falling.
-    decay: [u32; 4],
-    /// e^(−h/τc), Q32: 0.67 or more.
+    pub(super) per_us: u32,
+    /// What C loses is s·(c0 + s·(c1 + s·(c2 + s·c3))): Q31 for an s in Q31, so
+    /// doubled as often as s stands before them. c0 is at most 0.98, the signs alternate.
+    decay: [i32; 4],
+    /// e^(−h/τc), Q32: 0.63 or more.
     to_end: u32,
-    /// h/8τc, Q34: at most 0.05, below 2^30.
+    /// h/8τc, Q34: at most 0.06, below 2^30.
     slope: i32,
-    /// h/τm, Q32: below 2^31.
+    /// h/τm, Q32: below 2^32.
     length: u32,
     /// K, U5F27.
     k: u32,
     /// K·τ1/(τ1 + τ2), U5F27 shifted left by `floor_shift` until its top bit is set.
     floor: u32,
     floor_shift: u32,
-    /// h/(τ1 + τ2), Q31: at most 0.35.
+    /// h/(τ1 + τ2), Q31: at most 0.95.
     fastest: i32,
     /// (h/(τ1 + τ2))·K·τ2/(τ1 + τ2), U5F27 and shifted as `floor`.
     span: u32,
@@ -82,21 +84,29 @@ impl Curve {
         Self([force, 0, 0, 0])
     }
 
-    /// Whether it begins with so little that without calcium it counts as none.
-    pub(super) const fn is_nothing(&self) -> bool {
-        self.0[0] < NO_FORCE
+    /// What is left of a force without calcium; of next to nothing, nothing, which
+    /// then stays.
+    #[cold]
+    #[inline(never)]
+    pub(super) const fn spent(force: i32) -> i32 {
+        if force < NO_FORCE { 0 } else { force }
     }
 
     /// F at s, Q31 and at most 1.
     #[inline(always)]
     pub(super) const fn at(&self, s: i32) -> i32 {
+        let force = self.unrounded(s);
+        force & !(force >> 31)
+    }
+
+    /// F at s, as rounding left it: perhaps a few units below none.
+    #[inline(always)]
+    pub(super) const fn unrounded(&self, s: i32) -> i32 {
         // F and what is passed on the way stay below 1: wrapping never happens.
         let [f0, f1, f2, f3] = self.0;
         let rest = f2.wrapping_add(signed_high(f3, s) << 1);
         let rest = f1.wrapping_add(signed_high(rest, s) << 1);
-        let force = f0.wrapping_add(signed_high(rest, s) << 1);
-        // Rounding may leave a few units below none.
-        force & !(force >> 31)
+        f0.wrapping_add(signed_high(rest, s) << 1)
     }
 }
 
@@ -111,21 +121,24 @@ struct End {
 }
 
 impl Segment {
-    /// h for a muscle, µs: a share of τc, for C, and of τ without calcium and with
-    /// it; less where both are short and K is large, so that force follows C all
-    /// the way. Errors grow with h⁴; found by trying (docs/methods.md).
+    /// h for a muscle, µs: a share of τc, for C, and of τ without
+    /// calcium and with it; less where both are short and K is large, so that force
+    /// follows C all the way. Errors grow with h⁴; found by trying (docs/methods.md).
     fn longest_us(spec: &CalciumForceSpec) -> u32 {
         // K/(K + 1) in 2^-10: at most 853. Every product below stays under 2^31 by
         // the ranges of the parameters.
         let linear = spec.k_micro / 100 * 1024 / (spec.k_micro / 100 + 10_000);
-        let of_calcium = spec.tau_c_us * 2 / 5;
-        let span = spec.tau1_us * 9 / 2 / 64 * (3072 - linear) / 48;
-        let of_force = (spec.tau1_us * 25 + spec.tau2_us.min(span) * 13) / 100;
+        let of_calcium = spec.tau_c_us * 45 / 100;
+        let span = spec.tau1_us * 13 / 2 / 64 * (2444 - linear) / 38;
+        let of_force = (spec.tau1_us * 32 + spec.tau2_us.min(span) * 13) / 100;
+        let of_force = of_force / 64 * (6132 - linear) / 96;
         let (less, more) = (of_calcium.min(of_force), of_calcium.max(of_force));
-        // Above 800, as τ1 and τc are 2 ms or more.
+        // Above 600, as τ1 is 2 ms or more and τc 5 ms.
         let both = less * 1024 / more;
-        let shorter = less * both / 1024 * linear / 3072;
-        (less - shorter).clamp(SHORTEST_US, LONGEST_US)
+        let shorter = less * both / 1024 * linear / 1787;
+        (less - shorter)
+            .min(spec.tau1_us * 19 / 20)
+            .clamp(TICK_US, LONGEST_US)
     }
 
     /// What the segments of a checked `spec` are planned with, without
@@ -135,12 +148,14 @@ impl Segment {
         // Each quotient fits by the ranges stated at the fields.
         let over =
             |numerator: u64, denominator: u32| quotient(numerator, denominator).unwrap_or(u32::MAX);
-        // h/τc, Q32: at most 0.4.
+        // h/τc, Q32: at most 0.45.
         let z = over(u64::from(us) << 32, spec.tau_c_us);
+        // Halves: within 31 bits.
+        let [c0, c1, c2, c3] = decay_in_parts(z).map(|c| c >> 1);
         Self {
-            us,
+            fresh_us: us.saturating_sub(TICK_US),
             per_us: over((1 << 31) - 1, us),
-            decay: decay_in_parts(z),
+            decay: [c0 as i32, -(c1 as i32), c2 as i32, -(c3 as i32)],
             to_end: !decay_fraction(z),
             slope: (z >> 1) as i32,
             length: over(u64::from(us) << 32, tau_m_us),
@@ -174,23 +189,21 @@ impl Segment {
         mul_high(self.length, gain) as i32 // below 2^31
     }
 
-    /// s after `us` microseconds, at most a segment: Q31.
-    #[inline(always)]
-    pub(super) const fn place(&self, us: u32) -> i32 {
-        us.wrapping_mul(self.per_us) as i32
-    }
-
     /// What is left of `calcium` at s, Q31.
     #[inline(always)]
     pub(super) fn decayed(&self, calcium: u32, s: i32) -> u32 {
-        // Rounded down: it reaches zero.
-        mul_high(calcium, !alternating(&self.decay, s as u32))
+        // All brackets stay within 0…1. Rounded down: it reaches zero.
+        let [c0, c1, c2, c3] = self.decay;
+        let rest = c2.wrapping_add(signed_high(c3, s));
+        let rest = c1.wrapping_add(signed_high(rest, s));
+        let rest = c0.wrapping_add(signed_high(rest, s));
+        mul_high(calcium, !((signed_high(rest, s) as u32) << 1))
     }
 
     /// The segment that begins with `force`, `calcium` (U5F27, at most 24) and
     /// the `drive` of the last pulse.
     ///
-    /// No sum wraps: z < 0.9 and u < 0.4 by the choice of h, F ≤ 1, so slopes
+    /// No sum wraps: z and u are at most 0.95 by the choice of h, F ≤ 1, so slopes
     /// stay below 1; the curve's coefficients are at most their sums.
     #[inline(always)]
     pub(super) fn plan(&self, force: i32, calcium: u32, drive: i32) -> Curve {
@@ -206,9 +219,10 @@ impl Segment {
         let xm = (x_sum << 2).wrapping_sub(signed_high(x_bend, self.slope) << 5);
         let z_mean = (z0 as u32).wrapping_add(z1 as u32) >> 1;
         let zm = (z_mean as i32).wrapping_add(signed_high(z_bend, self.slope) << 5);
-        // dF/ds with F as at the beginning, Q30.
+        // dF/ds with F as at the beginning, Q30; a product and a sum in one go.
+        let less = force.wrapping_neg();
         let slope = |x: i32, z: i32| {
-            signed_high_rounded(drive, x).wrapping_sub(signed_high_rounded(z, force))
+            signed_high_rounded(drive, x).wrapping_add(signed_high_rounded(z, less))
         };
         let g0 = slope(begin.x << 3, z0);
         let gm = slope(xm, zm);
@@ -241,7 +255,7 @@ impl Segment {
     fn ends(&self, calcium: u32) -> (End, End, u32) {
         let later = mul_high(calcium, self.to_end);
         // Both shifted alike, to where the first has its top bit set, Q32: the
-        // second is 0.67 of it or more. Setting the lowest bit tells the
+        // second is 0.63 of it or more. Setting the lowest bit tells the
         // compiler that shifts are below 32.
         let n0 = self.k.wrapping_add(calcium) | 1;
         let up = n0.leading_zeros();

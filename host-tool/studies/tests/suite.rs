@@ -6,3 +6,4 @@ mod control_twin;
 mod harris_wall;
 mod ladder_judge;
 mod limit_cycle;
+mod tracking_causes;
