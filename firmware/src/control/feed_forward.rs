@@ -236,8 +236,8 @@ impl WearerModel {
     pub const REFERENCE_MRAD: u32 = 4033;
 
     /// Strengths that laws were tried on, each with a wearer's file that is true: a
-    /// quarter to sixteen times the reference, mrad (docs/control.md).
-    pub const STRENGTH_MRAD: (u32, u32) = (Self::REFERENCE_MRAD / 4, Self::REFERENCE_MRAD * 16);
+    /// quarter to four times the reference, mrad (docs/control.md).
+    pub const STRENGTH_MRAD: (u32, u32) = (Self::REFERENCE_MRAD / 4, Self::REFERENCE_MRAD * 4);
 
     /// Of [`Self::stiffness_unm_per_rad`] under a law that steers by the wearer: what
     /// keeps the strength within [`Self::STRENGTH_MRAD`].

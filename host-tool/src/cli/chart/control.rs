@@ -54,7 +54,7 @@ pub struct Control {
     #[arg(long)]
     search: bool,
     /// How many candidates the search tries for each law
-    #[arg(long, default_value_t = 240)]
+    #[arg(long, default_value_t = 100)]
     evaluations: usize,
     /// Folder for control*.csv, control*.svg
     #[arg(long, default_value = "docs/charts")]
@@ -220,20 +220,26 @@ fn search(args: &Control, output: Output) -> anyhow::Result<()> {
             .into_iter()
             .flat_map(|form| Equipment::ALL.map(|e| (form, e)))
     };
-    let laws = all().count() as f64;
+    let laws = (all().count() + 1) as f64;
+    let default = training.search_default(args.evaluations, |part| bar.set(part / laws))?;
+    let default = default.as_ref();
     let mut rows = Vec::new();
     for (n, (form, equipment)) in all().enumerate() {
         let found = training.search(form, equipment, args.evaluations, |part| {
-            bar.set((n as f64 + part) / laws);
+            bar.set((1.0 + n as f64 + part) / laws);
         })?;
         rows.extend(found.map(|found| (equipment, found)));
     }
     bar.finish();
     let path = args.out.join("control_gains.csv");
-    write(&path, &gains::write(&rows, args.evaluations))?;
+    write(&path, &gains::write(&rows, default, args.evaluations))?;
     output.say(
-        || table::found(&rows, args.evaluations).trim_end().to_owned(),
-        || table::found_json(&rows, args.evaluations),
+        || {
+            table::found(&rows, default, args.evaluations)
+                .trim_end()
+                .to_owned()
+        },
+        || table::found_json(&rows, default, args.evaluations),
     )?;
     Ok(())
 }

@@ -134,6 +134,17 @@ impl Genome {
                 adaptation: forward < 0.75 && adaptation < 0.5,
             },
         };
+        Candidate {
+            form,
+            add_ons,
+            period_ms: pick(&PERIODS_MS, period),
+            extrapolation_ms: pick(&EXTRAPOLATIONS_MS, extrapolation),
+            values: self.values(&parameters(form, add_ons)),
+        }
+    }
+
+    /// These numbers.
+    pub fn values(&self, all: &[Parameter]) -> BTreeMap<String, f64> {
         let place = |p: &Parameter| self.places.get(p.name).copied().unwrap_or(0.5);
         let value = |p: &Parameter| {
             if p.is_log {
@@ -142,13 +153,27 @@ impl Genome {
                 p.low + (p.high - p.low) * place(p)
             }
         };
-        let all = parameters(form, add_ons);
-        Candidate {
-            form,
-            add_ons,
-            period_ms: pick(&PERIODS_MS, period),
-            extrapolation_ms: pick(&EXTRAPOLATIONS_MS, extrapolation),
-            values: all.iter().map(|p| (p.name.to_owned(), value(p))).collect(),
+        all.iter().map(|p| (p.name.to_owned(), value(p))).collect()
+    }
+
+    /// Where these numbers lie between their bounds; the middle for what is unknown.
+    pub fn at<'a>(
+        known: impl Fn(&str) -> Option<f64>,
+        all: impl IntoIterator<Item = &'a Parameter>,
+    ) -> Self {
+        let place = |p: &Parameter| {
+            let Some(x) = known(p.name) else { return 0.5 };
+            let place = if p.is_log {
+                (x / p.low).ln() / (p.high / p.low).ln()
+            } else {
+                (x - p.low) / (p.high - p.low)
+            };
+            place.clamp(0.0, 1.0)
+        };
+        Self {
+            places: all.into_iter().map(|p| (p.name, place(p))).collect(),
+            // Pseudo-derivative of the error, Smith, 2 ms, 200 ms, both on.
+            choices: [0.0, 0.6, 0.0, 0.9, 0.0, 0.0],
         }
     }
 
@@ -176,25 +201,11 @@ impl Genome {
     /// terms; what the default lacks is in the middle.
     pub fn of_default(form: Form) -> Self {
         let known = numbers_of(&wearer::shipped(Points::Two));
-        let place = |p: &Parameter| {
-            let Some((_, x)) = known.iter().find(|(name, _)| *name == p.name) else {
-                return 0.5;
-            };
-            let place = if p.is_log {
-                (x / p.low).ln() / (p.high / p.low).ln()
-            } else {
-                (x - p.low) / (p.high - p.low)
-            };
-            place.clamp(0.0, 1.0)
-        };
+        let number = |name: &str| known.iter().find(|(n, _)| *n == name).map(|(_, x)| *x);
         // The form's own bounds where its name has several.
         let mut all = Self::parameters();
         all.extend(form.parameters());
-        Self {
-            places: all.iter().map(|p| (p.name, place(p))).collect(),
-            // Pseudo-derivative of the error, Smith, 2 ms, 200 ms, both on.
-            choices: [0.0, 0.6, 0.0, 0.9, 0.0, 0.0],
-        }
+        Self::at(number, &all)
     }
 }
 

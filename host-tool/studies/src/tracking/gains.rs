@@ -1,7 +1,10 @@
 //! The numbers that the search found, as a committed table.
 
 use super::candidate::{Candidate, Equipment};
+use super::default;
 use super::search::Found;
+use super::wearer::{self, Points};
+use firmware::control::HoldPolicy;
 use methods::control::{AddOns, DelayCompensation, DerivativeKind, Form};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -10,7 +13,9 @@ use std::collections::BTreeMap;
 pub const COMMITTED: &str = include_str!("../../../../docs/charts/control_gains.csv");
 
 /// One line of the table: a law, and how good it was on the training plants.
-pub type Row = (Equipment, Found);
+pub type Row = (Equipment, Found<Candidate>);
+/// The device's default: its numbers by name.
+pub type Default = Found<BTreeMap<String, f64>>;
 
 /// The table cannot be read.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
@@ -41,11 +46,10 @@ struct Line {
 }
 
 /// The table of what a search of so many evaluations found.
-pub fn write(rows: &[Row], evaluations: usize) -> String {
+pub fn write(rows: &[Row], default: Option<&Default>, evaluations: usize) -> String {
     let mut out = csv::Writer::from_writer(Vec::new());
     for (equipment, found) in rows {
         let c = &found.candidate;
-        let numbers = c.values.iter().map(|(name, x)| format!("{name}={x:.6e}"));
         // Writing to memory cannot fail.
         let _ = out.serialize(Line {
             law: c.form.name().to_owned(),
@@ -58,26 +62,98 @@ pub fn write(rows: &[Row], evaluations: usize) -> String {
             feed_forward: c.add_ons.feed_forward,
             delay: format!("{:?}", c.add_ons.delay),
             adaptation: c.add_ons.adaptation,
-            numbers: numbers.collect::<Vec<_>>().join(" "),
+            numbers: joined(&c.values),
+        });
+    }
+    if let Some(found) = default {
+        // Its structure is the firmware's.
+        let shipped = wearer::shipped(Points::Two);
+        let _ = out.serialize(Line {
+            law: default::NAME.to_owned(),
+            equipment: Equipment::Equipped.name().to_owned(),
+            evaluations,
+            training_rmse_deg: format!("{:.4}", found.cost),
+            period_ms: shipped.law_period_ms.into(),
+            extrapolation_ms: match shipped.hold {
+                HoldPolicy::Extrapolate { max_ms } => max_ms,
+                HoldPolicy::Hold => 0,
+            },
+            derivative: format!("{:?}", DerivativeKind::PseudoOfError),
+            feed_forward: true,
+            delay: format!("{:?}", DelayCompensation::Smith),
+            adaptation: true,
+            numbers: joined(&found.candidate),
         });
     }
     let bytes = out.into_inner().unwrap_or_default();
     String::from_utf8(bytes).unwrap_or_default()
 }
 
-/// Reads a table.
+fn joined(numbers: &BTreeMap<String, f64>) -> String {
+    let pairs = numbers.iter().map(|(name, x)| format!("{name}={x:.6e}"));
+    pairs.collect::<Vec<_>>().join(" ")
+}
+
+/// The line of the device's default in a table, if it has one.
+///
+/// # Errors
+/// [`GainsError`] names the line and the field.
+pub fn read_default(table: &str) -> Result<Option<Default>, GainsError> {
+    let mut found = None;
+    for line in lines(table) {
+        let (at, line) = line?;
+        if line.law == default::NAME {
+            let parsed = numbers(&line.numbers)
+                .and_then(|n| Ok((n, number(&line.training_rmse_deg, "training_rmse_deg")?)));
+            let (candidate, cost) = parsed.map_err(|field| unreadable(at, field))?;
+            found = Some(Found { candidate, cost });
+        }
+    }
+    Ok(found)
+}
+
+/// Reads a table's laws in floats.
 ///
 /// # Errors
 /// [`GainsError`] names the line and the field.
 pub fn read(table: &str) -> Result<Vec<Row>, GainsError> {
-    let mut reader = csv::Reader::from_reader(table.as_bytes());
-    let lines = (2..).zip(reader.deserialize());
-    let read = |(line, read): (u64, csv::Result<Line>)| {
-        let wrong = |what: String| GainsError { line, what };
-        let read = read.map_err(|e| wrong(e.to_string()))?;
-        row(&read).map_err(|field| wrong(format!("`{field}` cannot be read")))
+    let mut rows = Vec::new();
+    for line in lines(table) {
+        let (at, line) = line?;
+        if line.law != default::NAME {
+            rows.push(row(&line).map_err(|field| unreadable(at, field))?);
+        }
+    }
+    Ok(rows)
+}
+
+fn unreadable(line: u64, field: &str) -> GainsError {
+    let what = format!("`{field}` cannot be read");
+    GainsError { line, what }
+}
+
+/// The lines of a table with their numbers.
+fn lines(table: &str) -> impl Iterator<Item = Result<(u64, Line), GainsError>> {
+    let reader = csv::Reader::from_reader(table.as_bytes());
+    (2..).zip(reader.into_deserialize()).map(|(line, read)| {
+        let wrong = |e: csv::Error| GainsError {
+            line,
+            what: e.to_string(),
+        };
+        Ok((line, read.map_err(wrong)?))
+    })
+}
+
+fn number(text: &str, field: &'static str) -> Result<f64, &'static str> {
+    text.parse().map_err(|_| field)
+}
+
+fn numbers(text: &str) -> Result<BTreeMap<String, f64>, &'static str> {
+    let pair = |pair: &str| {
+        let (name, value) = pair.split_once('=').ok_or("numbers")?;
+        Ok((name.to_owned(), number(value, "numbers")?))
     };
-    lines.map(read).collect()
+    text.split_whitespace().map(pair).collect()
 }
 
 /// One of some options by how it is written; or the name of the field that is wrong.
@@ -95,12 +171,7 @@ fn named<T: Copy>(
 
 /// One line, or the name of the field that is wrong.
 fn row(line: &Line) -> Result<Row, &'static str> {
-    let number = |text: &str, field| text.parse::<f64>().map_err(|_| field);
-    let mut values = BTreeMap::new();
-    for pair in line.numbers.split_whitespace() {
-        let (name, value) = pair.split_once('=').ok_or("numbers")?;
-        values.insert(name.to_owned(), number(value, "numbers")?);
-    }
+    let values = numbers(&line.numbers)?;
     let delays = DelayCompensation::ALL;
     let candidate = Candidate {
         form: named(&Form::ALL, |f| f.name().to_owned(), &line.law, "law")?,
@@ -139,7 +210,19 @@ mod tests {
         assert_eq!(rows.len(), Form::ALL.len() * Equipment::ALL.len());
         let evaluations = COMMITTED.lines().nth(1).and_then(|l| l.split(',').nth(2));
         let evaluations = evaluations.and_then(|e| e.parse().ok()).expect("a number");
-        assert_eq!(write(&rows, evaluations), COMMITTED);
+        let default = read_default(COMMITTED).expect("the committed table reads");
+        assert_eq!(write(&rows, default.as_ref(), evaluations), COMMITTED);
+    }
+
+    /// What the search found is what the device ships.
+    #[test]
+    fn the_device_ships_the_numbers_of_the_committed_table() {
+        if let Some(found) = read_default(COMMITTED).expect("the committed table reads") {
+            for points in Points::ALL {
+                let joint = default::joint(&found.candidate, points);
+                assert_eq!(joint, wearer::shipped(points));
+            }
+        }
     }
 
     #[test]

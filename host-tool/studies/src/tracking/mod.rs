@@ -14,6 +14,7 @@ pub mod campaign;
 pub mod candidate;
 pub mod contender;
 pub mod cost;
+pub mod default;
 pub mod driver;
 pub mod exercise;
 pub mod gains;

@@ -3,7 +3,9 @@
 
 use super::TrackingError;
 use super::candidate::{Candidate, Equipment, Genome};
-use super::exercise::Exercise;
+use super::default;
+use super::driver::{Device, Driver};
+use super::exercise::{Exercise, Wearers};
 use super::plant::Plant;
 use super::target::Course;
 use super::trial::run;
@@ -11,15 +13,16 @@ use super::wearer::Points;
 use hal_sim::body::random_finger::Draws;
 use methods::control::Form;
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 
 /// Draws of the training plants and of the search itself. Campaigns refuse it.
 pub const TRAINING_SEED: u64 = 0x7EAC;
-/// Plants every evaluation runs on, one- and two-point: the nominal wearer and
-/// so many others.
-pub const TRAINING_PLANTS: u64 = 15;
-/// An evaluation is broken off after this many plants if it is worse than the
+/// Plants every evaluation runs on, one- and two-point: the nominal wearer and so
+/// many of the earlier wearers, and so many of the widened.
+pub const TRAINING_PLANTS: (u64, u64) = (7, 12);
+/// An evaluation is broken off after this many exercises if it is worse than the
 /// worst parent by [`HOPELESS`] by then; it counts as one all the same.
-const GLANCE: usize = 5;
+const GLANCE: usize = 14;
 const HOPELESS: f64 = 1.3;
 /// The best so many are the parents of what is tried next.
 const PARENTS: usize = 6;
@@ -29,61 +32,95 @@ const BATCH: usize = 8;
 /// What all laws are trained on.
 #[derive(Debug)]
 pub struct Training {
-    /// In groups of one- and two-point for each plant.
-    exercises: Vec<Exercise>,
+    exercises: Vec<(Wearers, Exercise)>,
 }
 
 /// The best numbers found for one law.
 #[derive(Clone, PartialEq, Debug)]
-pub struct Found {
+pub struct Found<T> {
     /// The law with them.
-    pub candidate: Candidate,
-    /// Quadratic mean of the RMSE over the training plants, one- and two-point,
-    /// degrees.
+    pub candidate: T,
+    /// What [`Training::cost`] says of it, degrees.
     pub cost: f64,
 }
 
+/// Quadratic means of the RMSE on earlier and on widened wearers, degrees.
+#[derive(Clone, Copy, Default)]
+struct Sums([(f64, u32); 2]);
+
+impl Sums {
+    fn take(&mut self, wearers: Wearers, rmse: f64) {
+        let [earlier, widened] = &mut self.0;
+        let (sum, n) = match wearers {
+            Wearers::Earlier => earlier,
+            Wearers::Widened => widened,
+        };
+        *sum += rmse.powi(2);
+        *n += 1;
+    }
+
+    /// Their geometric mean: a hundredth less of either counts the same.
+    fn cost(&self) -> f64 {
+        let mean = |(sum, n): (f64, u32)| sum / f64::from(n.max(1));
+        let [earlier, widened] = self.0.map(mean);
+        (earlier * widened).sqrt().sqrt()
+    }
+}
+
 impl Training {
-    /// The training plants.
+    /// The training plants, both kinds in turn.
     ///
     /// # Errors
     /// [`TrackingError`] if one cannot be.
     pub fn new() -> Result<Self, TrackingError> {
-        let drawn = (0..TRAINING_PLANTS).map(|i| Plant::drawn(TRAINING_SEED, i));
+        let (earlier, widened) = TRAINING_PLANTS;
+        let nominal = (
+            Wearers::Earlier,
+            Plant::nominal(TRAINING_SEED),
+            Course::Sine,
+        );
+        let mut plants = vec![nominal];
+        for i in 0..earlier.max(widened) {
+            for (wearers, count) in [(Wearers::Widened, widened), (Wearers::Earlier, earlier)] {
+                if i < count {
+                    let course = wearers.course(Course::Sine, TRAINING_SEED, i);
+                    plants.push((wearers, wearers.plant(TRAINING_SEED, i), course));
+                }
+            }
+        }
         let mut exercises = Vec::new();
-        for plant in std::iter::once(Plant::nominal(TRAINING_SEED)).chain(drawn) {
+        for (wearers, plant, course) in plants {
             for points in Points::ALL {
-                exercises.push(Exercise::new(plant.clone(), points, Course::Sine)?);
+                exercises.push((wearers, Exercise::new(plant.clone(), points, course)?));
             }
         }
         Ok(Self { exercises })
     }
 
-    /// Quadratic mean of the RMSE, degrees; given up once `is_hopeless` says so
-    /// of the mean of the first plants.
+    /// Geometric mean of two quadratic means of the RMSE, degrees: over the earlier
+    /// and over the widened training plants, one- and two-point. Infinite once
+    /// `is_hopeless` says so of the first exercises'.
     ///
     /// # Errors
     /// [`TrackingError`] if the candidate is no law.
     pub fn cost(
         &self,
-        candidate: &Candidate,
+        driver: impl Fn(Points) -> Result<Box<dyn Driver>, TrackingError>,
         is_hopeless: impl Fn(f64) -> bool,
     ) -> Result<f64, TrackingError> {
-        let mut sum = 0.0;
-        for (n, exercise) in self.exercises.iter().enumerate() {
-            let mut driver = candidate.driver::<f64>(exercise.points)?;
-            let attempt = run(&exercise.plant, &mut driver, &exercise.wanted)?;
-            sum += exercise.rmse(&attempt.angles).powi(2);
-            if n + 1 == GLANCE * Points::ALL.len() && is_hopeless((sum / (n + 1) as f64).sqrt()) {
+        let mut sums = Sums::default();
+        for (n, (wearers, exercise)) in self.exercises.iter().enumerate() {
+            let mut driver = driver(exercise.points)?;
+            let attempt = run(&exercise.plant, &mut *driver, &exercise.wanted)?;
+            sums.take(*wearers, exercise.rmse(&attempt.angles));
+            if n + 1 == GLANCE && is_hopeless(sums.cost()) {
                 return Ok(f64::INFINITY);
             }
         }
-        Ok((sum / self.exercises.len() as f64).sqrt())
+        Ok(sums.cost())
     }
 
-    /// Looks for a law's best numbers in exactly `evaluations`: first with the
-    /// device's default, the rest of the first third anywhere, then around the best, ever closer. Two at a time; the result
-    /// does not depend on which is done first.
+    /// The best numbers of a law in floats, in exactly `evaluations`.
     ///
     /// # Errors
     /// [`TrackingError`] if a candidate is no law.
@@ -92,10 +129,59 @@ impl Training {
         form: Form,
         equipment: Equipment,
         evaluations: usize,
-        mut progress: impl FnMut(f64),
-    ) -> Result<Option<Found>, TrackingError> {
-        let mut draws = Draws::new(TRAINING_SEED, 0, 5);
+        progress: impl FnMut(f64),
+    ) -> Result<Option<Found<Candidate>>, TrackingError> {
         let names: Vec<_> = Genome::parameters().iter().map(|p| p.name).collect();
+        let driver = |genome: &Genome, points| -> Result<Box<dyn Driver>, _> {
+            Ok(Box::new(
+                genome.candidate(form, equipment).driver::<f64>(points)?,
+            ))
+        };
+        let first = Genome::of_default(form);
+        let best = self.best(&names, first, driver, evaluations, progress)?;
+        Ok(best.map(|(cost, genome)| Found {
+            candidate: genome.candidate(form, equipment),
+            cost,
+        }))
+    }
+
+    /// The best numbers of the device's default in fixed point, by their names, in
+    /// exactly `evaluations`.
+    ///
+    /// # Errors
+    /// [`TrackingError`] if the device refuses numbers within the bounds.
+    pub fn search_default(
+        &self,
+        evaluations: usize,
+        progress: impl FnMut(f64),
+    ) -> Result<Option<Found<BTreeMap<String, f64>>>, TrackingError> {
+        let all = &default::PARAMETERS;
+        let names = all.map(|p| p.name);
+        let shipped = default::shipped();
+        let first = Genome::at(|name| shipped.get(name).copied(), all);
+        let driver = |genome: &Genome, points| -> Result<Box<dyn Driver>, _> {
+            let spec = default::joint(&genome.values(all), points);
+            Ok(Box::new(Device::new(&spec)?))
+        };
+        let best = self.best(&names, first, driver, evaluations, progress)?;
+        Ok(best.map(|(cost, genome)| Found {
+            candidate: genome.values(all),
+            cost,
+        }))
+    }
+
+    /// First `first`, the rest of the first third anywhere, then around the best,
+    /// ever closer. A batch at a time; the result does not depend on which is done
+    /// first.
+    fn best(
+        &self,
+        names: &[&'static str],
+        first: Genome,
+        driver: impl Fn(&Genome, Points) -> Result<Box<dyn Driver>, TrackingError> + Sync,
+        evaluations: usize,
+        mut progress: impl FnMut(f64),
+    ) -> Result<Option<(f64, Genome)>, TrackingError> {
+        let mut draws = Draws::new(TRAINING_SEED, 0, 5);
         let mut best: Vec<(f64, Genome)> = Vec::new();
         let broad = evaluations / 3;
         let mut done = 0;
@@ -104,9 +190,9 @@ impl Training {
             let tried: Vec<Genome> = (done..done + batch)
                 .map(|n| {
                     if n == 0 {
-                        Genome::of_default(form)
+                        first.clone()
                     } else if n < broad || best.is_empty() {
-                        anywhere(&names, &mut draws)
+                        anywhere(names, &mut draws)
                     } else {
                         let rest = (n - broad) as f64 / (evaluations - broad) as f64;
                         near(&best, 0.25 * (1.0 - rest) + 0.03, &mut draws)
@@ -118,8 +204,8 @@ impl Training {
                 _ => f64::INFINITY,
             };
             let costs = tried.into_par_iter().map(|genome| {
-                let candidate = genome.candidate(form, equipment);
-                Ok((self.cost(&candidate, |glance| glance > bar)?, genome))
+                let cost = self.cost(|points| driver(&genome, points), |glance| glance > bar)?;
+                Ok((cost, genome))
             });
             best.extend(costs.collect::<Result<Vec<_>, TrackingError>>()?);
             best.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -127,10 +213,7 @@ impl Training {
             done += batch;
             progress(done as f64 / evaluations as f64);
         }
-        Ok(best.into_iter().next().map(|(cost, genome)| Found {
-            candidate: genome.candidate(form, equipment),
-            cost,
-        }))
+        Ok(best.into_iter().next())
     }
 }
 

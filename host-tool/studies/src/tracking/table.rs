@@ -1,7 +1,7 @@
 //! A campaign and a search as tables: for people, for machines, as CSV.
 
 use super::campaign::{Campaign, Score};
-use super::gains::Row;
+use super::gains::{Default, Row};
 use super::target::Course;
 use super::wearer::Points;
 use super::widened::failures;
@@ -269,8 +269,11 @@ pub fn json(campaign: &Campaign) -> Value {
 }
 
 /// What a search found, for people.
-pub fn found(rows: &[Row], evaluations: usize) -> String {
-    let mut out = format!("{evaluations} evaluations each; RMSE on the training plants\n");
+pub fn found(rows: &[Row], default: Option<&Default>, evaluations: usize) -> String {
+    let mut out = format!(
+        "{evaluations} evaluations each; geometric mean of the quadratic mean RMSE on earlier\n\
+         and on widened training wearers\n"
+    );
     for (equipment, found) in rows {
         let c = &found.candidate;
         out.push_str(&format!(
@@ -284,16 +287,31 @@ pub fn found(rows: &[Row], evaluations: usize) -> String {
             c.add_ons.delay
         ));
     }
+    if let Some(found) = default {
+        out.push_str(&format!(
+            "{:<32}{:>6.2}°\n",
+            super::default::NAME,
+            found.cost
+        ));
+        for (name, x) in &found.candidate {
+            out.push_str(&format!("    {name:<26}{x:>10.3}\n"));
+        }
+    }
     out
 }
 
 /// The same for machines.
-pub fn found_json(rows: &[Row], evaluations: usize) -> Value {
+pub fn found_json(rows: &[Row], default: Option<&Default>, evaluations: usize) -> Value {
     let one = |(equipment, found): &Row| {
         json!({
             "law": found.candidate.form.name(), "equipment": equipment.name(),
             "training_rmse_deg": found.cost, "numbers": found.candidate.values,
         })
     };
-    json!({ "evaluations": evaluations, "laws": rows.iter().map(one).collect::<Vec<_>>() })
+    json!({
+        "evaluations": evaluations, "laws": rows.iter().map(one).collect::<Vec<_>>(),
+        "device_default": default.map(|found| json!({
+            "training_rmse_deg": found.cost, "numbers": found.candidate,
+        })),
+    })
 }

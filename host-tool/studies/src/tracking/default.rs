@@ -1,0 +1,108 @@
+//! The device's default as a search sees it: its own numbers, and the joint that
+//! they make.
+
+use super::candidate::numbers_of;
+use super::wearer::{self, Points};
+use firmware::control::{JointSpec, LawSpec, ResponseSpec};
+use methods::control::Parameter;
+use std::collections::BTreeMap;
+
+/// For tables.
+pub const NAME: &str = "device default";
+
+const fn log(name: &'static str, low: f64, high: f64) -> Parameter {
+    Parameter {
+        name,
+        low,
+        high,
+        is_log: true,
+    }
+}
+
+const fn linear(name: &'static str, low: f64, high: f64) -> Parameter {
+    Parameter {
+        name,
+        low,
+        high,
+        is_log: false,
+    }
+}
+
+/// What is searched, in the units and, but for the predictor's time constants,
+/// within the bounds of the same numbers of the laws in floats. Structure, period,
+/// extrapolation and b stay as shipped.
+pub const PARAMETERS: [Parameter; 13] = [
+    log("lambda_per_s", 1.0, 40.0),
+    log("kd_s_per_rad", 0.005, 1.0),
+    log("ki_per_rad_s", 0.1, 30.0),
+    log("k1", 0.045, 0.5),
+    // A search without this bound leaves no sign integral; it is the device's own.
+    log("k2_per_rad", 0.01, 5.0),
+    log("cutoff_hz", 1.5, 20.0),
+    linear("feed_forward_lead_s", 0.0, 0.3),
+    log("smith_gain_rad", 0.1, 5.0),
+    log("smith_muscle_s", 0.02, 0.6),
+    log("smith_joint_s", 0.02, 0.5),
+    linear("smith_delay_s", 0.0, 0.079),
+    log("adapt_scale_per_rad_s", 0.01, 60.0),
+    log("adapt_damping_per_rad2", 0.001, 3.0),
+];
+
+/// The shipped numbers, for a wearer of the reference strength.
+pub fn shipped() -> BTreeMap<&'static str, f64> {
+    let reference = JointSpec {
+        law: LawSpec::RECOMMENDED,
+        response: Some(ResponseSpec::RECOMMENDED),
+        ..wearer::shipped(Points::Two)
+    };
+    numbers_of(&reference).into_iter().collect()
+}
+
+/// The joint of these numbers in thousandths, scheduled by the nominal wearer's
+/// strength as the shipped one is; a number that is missing stays the shipped one.
+pub fn joint(numbers: &BTreeMap<String, f64>, points: Points) -> JointSpec {
+    let shipped = shipped();
+    let milli = |name: &str| {
+        let number = numbers.get(name).or_else(|| shipped.get(name));
+        (number.copied().unwrap_or(0.0) * 1000.0).round() as u32
+    };
+    let law = LawSpec::Recommended {
+        lambda_milli: milli("lambda_per_s"),
+        k1_milli: milli("k1"),
+        k2_milli: milli("k2_per_rad"),
+        b_milli: milli("b_rad_per_s2"),
+        k3_milli: milli("kd_s_per_rad"),
+        ki_milli: milli("ki_per_rad_s"),
+    };
+    let response = ResponseSpec {
+        gain_mrad: milli("smith_gain_rad") as u16,
+        muscle_ms: milli("smith_muscle_s") as u16,
+        joint_ms: milli("smith_joint_s") as u16,
+        delay_ms: milli("smith_delay_s") as u8,
+        scale_milli: milli("adapt_scale_per_rad_s"),
+        damping_milli: milli("adapt_damping_per_rad2"),
+    };
+    let model = wearer::model(points, milli("feed_forward_lead_s") as u16);
+    JointSpec {
+        law: law.for_wearer(&model),
+        cutoff_mhz: milli("cutoff_hz"),
+        wearer: Some(model),
+        response: Some(response.for_wearer(&model)),
+        ..wearer::shipped(points)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_shipped_numbers_make_the_shipped_joint() {
+        let numbers = shipped().into_iter().map(|(name, x)| (name.to_owned(), x));
+        let numbers: BTreeMap<String, f64> = numbers.collect();
+        for points in Points::ALL {
+            assert_eq!(joint(&numbers, points), wearer::shipped(points));
+        }
+        assert!(PARAMETERS.iter().all(|p| numbers.contains_key(p.name)));
+    }
+}
