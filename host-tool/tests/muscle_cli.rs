@@ -103,7 +103,7 @@ fn pulses_that_do_not_rise_are_refused_with_their_line() {
     let said = String::from_utf8_lossy(&refused.stderr);
     assert_eq!(refused.status.code(), Some(1), "{said}");
     assert!(
-        said.contains("E545 ") && said.contains("line 3: 25000 µs"),
+        said.contains("E519 ") && said.contains("line 3: 25000 µs"),
         "{said}"
     );
 }

@@ -248,14 +248,14 @@ fn read_pulses(path: &PathBuf) -> anyhow::Result<Vec<u64>> {
             "" => continue,
             text => text.parse().with_context(|| {
                 format!(
-                    "E545 {}, line {number}: {text:?} is not a time in whole µs",
+                    "E519 {}, line {number}: {text:?} is not a time in whole µs",
                     path.display()
                 )
             })?,
         };
         if at > 3_600_000_000 || pulses.last().is_some_and(|&last| at <= last) {
             bail!(
-                "E545 {}, line {number}: {at} µs; times must rise and stay below 1 h",
+                "E519 {}, line {number}: {at} µs; times must rise and stay below 1 h",
                 path.display()
             );
         }
