@@ -64,12 +64,12 @@ impl LawSpec {
     /// ([`LawSpec::for_wearer`] for another); without them [`LawSpec::ALONE`] is
     /// better. See [`Recommended`] for how these were found.
     pub const RECOMMENDED: Self = Self::Recommended {
-        lambda_milli: 6_342,
-        k1_milli: 46,
-        k2_milli: 109,
+        lambda_milli: 7_588,
+        k1_milli: 58,
+        k2_milli: 55,
         b_milli: 100_000,
-        k3_milli: 68,
-        ki_milli: 1_672,
+        k3_milli: 50,
+        ki_milli: 2_025,
     };
     /// Super-twisting without linear terms, for a joint of whose wearer nothing is
     /// known, at 2 ms and 17 Hz.
@@ -131,7 +131,7 @@ impl LawSpec {
     pub const fn default_lead_ms(&self) -> u16 {
         match self {
             Self::Paper { .. } => 0,
-            Self::Recommended { .. } => 245,
+            Self::Recommended { .. } => 235,
             Self::Pid { .. } => 255,
         }
     }
@@ -143,7 +143,7 @@ impl LawSpec {
         match self {
             Self::Paper { .. } => 3_000,
             Self::Recommended { k3_milli: 0, .. } => 17_000,
-            Self::Recommended { .. } => 4_475,
+            Self::Recommended { .. } => 5_510,
             Self::Pid { .. } => 6_000,
         }
     }

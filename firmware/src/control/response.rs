@@ -150,12 +150,12 @@ impl ResponseSpec {
     /// Found with [`super::LawSpec::RECOMMENDED`], by the same search, for a wearer
     /// of [`WearerModel::REFERENCE_MRAD`].
     pub const RECOMMENDED: Self = Self {
-        gain_mrad: 427,
-        muscle_ms: 154,
-        joint_ms: 65,
-        delay_ms: 79,
-        scale_milli: 21_051,
-        damping_milli: 304,
+        gain_mrad: 563,
+        muscle_ms: 112,
+        joint_ms: 63,
+        delay_ms: 76,
+        scale_milli: 14_864,
+        damping_milli: 164,
     };
 
     /// The same of a wearer of another strength, whose effort moves the joint in
