@@ -9,13 +9,13 @@ use hal_sim::body::finger::TWO_POINT_FACTOR;
 use serde_json::{Value, json};
 
 /// Goal of the device default: mean RMSE two-point, on plants in reach, degrees.
-pub const TWO_POINT_MEAN: f64 = 3.0;
+pub const TWO_POINT_MEAN: f64 = 1.0;
 /// Goal: 95th percentile of the same.
-pub const TWO_POINT_P95: f64 = 4.5;
+pub const TWO_POINT_P95: f64 = 1.6;
 /// Goal: RMSE two-point on the nominal wearer, degrees.
 const NOMINAL: f64 = 1.0;
 /// Goal: upper end of the interval of RMSE - the best PID variant's, degrees.
-const OVER_PID: f64 = 0.2;
+const OVER_PID: f64 = 0.05;
 
 impl Course {
     /// For tables.
@@ -95,7 +95,7 @@ fn write_text(out: &mut String, campaign: &Campaign) {
     for goal in goals(campaign) {
         let verdict = if goal.is_hit() { "hit " } else { "MISS" };
         out.push_str(&format!(
-            "{verdict} {:<44}{:>7.2} of {:.1}\n",
+            "{verdict} {:<44}{:>7.2} of {:.2}\n",
             goal.name, goal.value, goal.at_most
         ));
     }
