@@ -103,9 +103,9 @@ fn strength(name: &str) -> Axis {
 }
 
 fn wearers(campaign: &Campaign, points: Points, n: usize) -> Panel {
-    let title = format!("{}, {}", campaign.contenders[n].name(), points.name());
-    let (x, y) = (delay("delay (ms)"), strength("strength × nominal"));
-    let mut panel = Panel::new(&title, x, y, HEIGHTS.0);
+    let x = delay(&format!("delay (ms), {}", points.name()));
+    let y = strength("strength × nominal");
+    let mut panel = Panel::new(&campaign.contenders[n].name(), x, y, HEIGHTS.0);
     let f = failures(campaign, points, n, None);
     panel.result = format!("{} fail", f.failed);
     let mut cases = campaign.with(points);
