@@ -108,6 +108,18 @@ fn pulses_that_do_not_rise_are_refused_with_their_line() {
     );
 }
 
+/// The list of pulses is no place for the prediction.
+#[test]
+fn a_prediction_never_replaces_what_it_reads() {
+    let file = csv_of("own").with_extension("txt");
+    std::fs::write(&file, "0\n25000\n").unwrap();
+    let refused = flexor(&file, &format!("{K01} --pulses-us own.txt --duration-s 1"));
+    let said = String::from_utf8_lossy(&refused.stderr);
+    assert_eq!(refused.status.code(), Some(1), "{said}");
+    assert!(said.contains("E586"), "{said}");
+    assert_eq!(std::fs::read_to_string(file).unwrap(), "0\n25000\n");
+}
+
 #[test]
 #[rustfmt::skip]
 fn bad_input_is_named_with_what_is_allowed() {

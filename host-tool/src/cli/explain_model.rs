@@ -89,9 +89,10 @@ fn people(session: &Session, choice: &Choice) -> String {
         let Some(own) = coarsest(all, choice.tolerance.part()) else {
             continue;
         };
-        let each = all
-            .iter()
-            .map(|it| format!("{} {:.2} %", it.us / 1_000, it.error * 100.0));
+        let each = all.iter().map(|it| match it.error.is_finite() {
+            true => format!("{} {:.2} %", it.us / 1_000, it.error * 100.0),
+            false => format!("{} swings", it.us / 1_000),
+        });
         out.push_str(&format!(
             "\n{name}: every {} ms; changes by ms: {}\n",
             own.us / 1_000,
@@ -129,6 +130,14 @@ fn block(out: &mut String, session: &Session, need: &Need, tolerance: Share) {
             percent(tried.report),
             percent(tried.steering),
             cost(tried.cycles)
+        ));
+    }
+    let muscle = channel.muscle.as_ref();
+    for (at_us, rung) in muscle.iter().flat_map(|it| &it.changes) {
+        let at_s = *at_us as f64 * 1e-6;
+        let name = rung_name(*rung);
+        out.push_str(&format!(
+            "  from {at_s} s on the file says {name}, which is not judged\n"
         ));
     }
     if need.raised {

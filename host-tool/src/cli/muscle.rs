@@ -7,7 +7,8 @@ use firmware::muscle::{CalciumForce, CalciumForceSpec, CalciumForceState, Gain};
 use firmware::range::OutOfRange;
 use firmware::units::Micros;
 use hal_sim::body::muscle::{Parameters, reference};
-use std::path::PathBuf;
+use host_core::record::may_write;
+use std::path::{Path, PathBuf};
 
 /// Rows are written this often, µs.
 const ROW_US: u64 = 10_000;
@@ -46,7 +47,8 @@ pub struct Muscle {
     /// The device's fixed point, or the f64 reference
     #[arg(long, value_enum, default_value_t = Model::Fixed)]
     model: Model,
-    /// Where to write t_s,c,force_n every 10 ms
+    /// Where to write t_s,c,force_n every 10 ms; replaces a file that is no part of a
+    /// record and not the one of pulses
     #[arg(long)]
     csv: PathBuf,
 }
@@ -67,6 +69,8 @@ struct Row {
 /// A parameter outside its range, by name; files that cannot be read or written.
 pub fn main(args: &Muscle, output: Output) -> anyhow::Result<()> {
     within("--duration-s", args.duration_s, 0.01, 3600.0)?;
+    let reads: Vec<&Path> = args.pulses_us.iter().map(PathBuf::as_path).collect();
+    may_write(&args.csv, true, &reads, None)?;
     let pulses = args.pulses()?;
     let rows = match args.model {
         Model::Fixed => args.fixed(&pulses)?,
@@ -248,7 +252,7 @@ fn read_pulses(path: &PathBuf) -> anyhow::Result<Vec<u64>> {
             "" => continue,
             text => text.parse().with_context(|| {
                 format!(
-                    "E519 {}, line {number}: {text:?} is not a time in whole µs",
+                    "E526 {}, line {number}: {text:?} is not a time in whole µs",
                     path.display()
                 )
             })?,

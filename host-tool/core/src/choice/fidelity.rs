@@ -1,7 +1,8 @@
 //! What `[fidelity]` makes coarser beside the models: the law's period, telemetry, the
 //! simulated finger's step. Each is found by playing the session with it.
 
-use super::play::{Unplayed, samples};
+use super::play::{Unplayed, trial};
+use crate::analysis::limit_cycles;
 use crate::record::Sample;
 use crate::session::{BodySpec, Session};
 use firmware::control::{Joint, JointSpec};
@@ -54,13 +55,20 @@ pub(super) fn tried(session: &Session, length_us: u64, seed: u64) -> Result<Fide
     let mut dense = finest.clone();
     dense.telemetry_ms = TELEMETRY_MS[0];
     let mut fidelity = Fidelity {
-        telemetry: telemetry(&samples(&dense, seed)?),
+        telemetry: telemetry(&trial(&dense, seed)?.samples),
         ..Fidelity::default()
     };
     let off = |sessions: Vec<(u32, Session)>| {
         let errors = sessions.par_iter().map(|(us, it)| {
-            let samples = samples(it, seed)?;
-            Ok((*us, tracking(&samples)))
+            let trial = trial(it, seed)?;
+            // A loop that swings by itself is no coarser one: it is none.
+            let swings = limit_cycles(&trial).next().is_some();
+            let error = if swings {
+                f64::INFINITY
+            } else {
+                tracking(&trial.samples)
+            };
+            Ok((*us, error))
         });
         errors.collect::<Result<Vec<_>, Unplayed>>()
     };

@@ -2,7 +2,7 @@
 //! forces that it reported.
 
 use crate::link::Port;
-use crate::record::Sample;
+use crate::record::Trial;
 use crate::run::{DeviceName, OpenError, Outcome, RunError, SessionFile, run};
 use crate::session::{Channel, Muscle, Session};
 use firmware::muscle::{CalciumForceSpec, FatigueSpec};
@@ -34,8 +34,8 @@ pub struct Played {
 }
 
 /// What a device says while `session` is played.
-pub(super) fn samples(session: &Session, seed: u64) -> Result<Vec<Sample>, Unplayed> {
-    Ok(played(session, seed)?.0.trial.samples)
+pub(super) fn trial(session: &Session, seed: u64) -> Result<Trial, Unplayed> {
+    Ok(played(session, seed)?.0.trial)
 }
 
 /// A muscle's force in a list of them, N; 0 where none was told.

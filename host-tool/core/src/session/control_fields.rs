@@ -77,7 +77,13 @@ fn point() -> Section {
 #[rustfmt::skip]
 pub(super) fn joint() -> Section {
     let by_law = |of: fn(LawSpec) -> i64, places| {
-        let told = LAWS.map(|(_, law)| in_units(of(law.spec(false)), places));
+        let told = LAWS.map(|(_, law)| {
+            let [alone, known] = [false, true].map(|wearer| of(law.spec(wearer)));
+            match alone == known {
+                true => in_units(alone, places),
+                false => format!("{} (with a `wearer` {})", in_units(alone, places), in_units(known, places)),
+            }
+        });
         OrTold(format!("{} by law", told.join(", ")))
     };
     let mut all = vec![
