@@ -41,7 +41,8 @@ pub enum ParameterError {
     },
 }
 
-const fn log(name: &'static str, low: f64, high: f64) -> Parameter {
+/// A number searched evenly in its logarithm.
+pub const fn log(name: &'static str, low: f64, high: f64) -> Parameter {
     Parameter {
         name,
         low,
@@ -50,7 +51,8 @@ const fn log(name: &'static str, low: f64, high: f64) -> Parameter {
     }
 }
 
-const fn linear(name: &'static str, low: f64, high: f64) -> Parameter {
+/// A number searched evenly.
+pub const fn linear(name: &'static str, low: f64, high: f64) -> Parameter {
     Parameter {
         name,
         low,

@@ -5,28 +5,11 @@ use super::candidate::numbers_of;
 use super::wearer::{self, Points};
 use firmware::control::{JointSpec, LawSpec, ResponseSpec};
 use methods::control::Parameter;
+use methods::control::parameters::{linear, log};
 use std::collections::BTreeMap;
 
 /// For tables.
 pub const NAME: &str = "device default";
-
-const fn log(name: &'static str, low: f64, high: f64) -> Parameter {
-    Parameter {
-        name,
-        low,
-        high,
-        is_log: true,
-    }
-}
-
-const fn linear(name: &'static str, low: f64, high: f64) -> Parameter {
-    Parameter {
-        name,
-        low,
-        high,
-        is_log: false,
-    }
-}
 
 /// What is searched, in the units and, but for the predictor's time constants,
 /// within the bounds of the same numbers of the laws in floats. Structure, period,
