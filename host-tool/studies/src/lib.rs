@@ -10,6 +10,7 @@ pub mod accuracy;
 pub mod bench;
 pub mod experiments;
 pub mod figures;
+pub mod laboratory;
 pub mod ladder;
 pub mod stability;
 mod subjects;
