@@ -7,4 +7,5 @@ mod harris_wall;
 mod ladder_judge;
 mod limit_cycle;
 mod search;
+mod search_judged;
 mod tracking_causes;

@@ -9,6 +9,7 @@
 
 mod declaration;
 mod detector;
+pub mod judge;
 mod milli;
 mod plan;
 mod stair;
