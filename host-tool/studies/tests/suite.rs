@@ -3,7 +3,7 @@
 mod accuracy_study;
 mod control_campaign;
 mod control_twin;
-mod harris_wall;
+mod laboratory;
 mod ladder_judge;
 mod limit_cycle;
 mod search;
