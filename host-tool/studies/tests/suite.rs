@@ -6,4 +6,5 @@ mod control_twin;
 mod harris_wall;
 mod ladder_judge;
 mod limit_cycle;
+mod thresholds_found;
 mod tracking_causes;
