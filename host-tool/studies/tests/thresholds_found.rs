@@ -152,11 +152,6 @@ const TWO_POINT: [(&str, f64); 13] = [
     ("adapt_damping_per_rad2", 0.133),
 ];
 
-fn two_point_numbers() -> BTreeMap<String, f64> {
-    let numbers = TWO_POINT.iter();
-    numbers.map(|(name, x)| ((*name).to_owned(), *x)).collect()
-}
-
 /// Who drives whom.
 #[derive(Clone, Copy)]
 struct Row<'a> {
