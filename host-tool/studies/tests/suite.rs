@@ -6,5 +6,7 @@ mod control_twin;
 mod harris_wall;
 mod ladder_judge;
 mod limit_cycle;
+mod search;
+mod search_judged;
 mod thresholds_found;
 mod tracking_causes;
