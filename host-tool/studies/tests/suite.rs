@@ -6,4 +6,6 @@ mod control_twin;
 mod harris_wall;
 mod ladder_judge;
 mod limit_cycle;
+mod search;
+mod search_judged;
 mod tracking_causes;

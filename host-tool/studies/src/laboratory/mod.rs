@@ -1,0 +1,3 @@
+//! The laboratory's machinery: what every paper's protocol shares.
+
+pub mod search;
