@@ -294,6 +294,11 @@ fn the_page_is_made_again_and_records_are_compared() {
     for request in ["https:", "<script", "src=", "@import", "<link"] {
         assert!(!page.contains(request), "{request}");
     }
+    let (_, text, _) = ran(&folder, &["run", &file, "--out", "three"]);
+    assert!(
+        text.contains("°; report: three") && !text.contains("refused"),
+        "{text}"
+    );
     let (_, text, _) = ran(&folder, &["compare", "one", "two"]);
     for line in text.lines().filter(|line| !line.starts_with("page:")) {
         assert!(line.chars().count() <= 80, "{line}");

@@ -8,4 +8,5 @@ mod ladder_judge;
 mod limit_cycle;
 mod search;
 mod search_judged;
+mod thresholds_found;
 mod tracking_causes;

@@ -283,7 +283,7 @@ fn setpoints() -> Section {
         f("amplitude_n", amplitude, Required, "of the sine").when("kind", &["force-sine"]),
         f("frequency_hz", Kind::Real(SINE), Required, "of the sine").when("kind", &["angle-sine", "force-sine"]),
         f("forces", list(forces, 0, Some(CHANNELS), "forces"), Optional, "forces of further channels with `force`, sent with every setpoint of any kind: each `{ channel, points }` as of a `force-ramp` or `{ channel, offset_n, amplitude_n, frequency_hz }` as of a `force-sine`; for up to ten, with `kind = \"keep-alive\"`, see `host-tool/sessions/ten_forces.toml`"),
-        f("bounds", list(bounds, 0, Some(CHANNELS), "channels"), Optional, "`{ channel, least, most, per_s, shortest_s }`: what a live client may stream instead, for the choice of [muscle models](muscle.md); a run plays the file's own"),
+        f("bounds", list(bounds, 0, Some(CHANNELS), "channels"), Optional, "`{ channel, least, most, per_s, shortest_s }`: what a live client may stream instead, for the choice of [muscle models](muscle.md); a run plays the file's own, which may not leave them (but a force may go below `least`)"),
         f("values", list(values(), 1, Some(CHANNELS), "channels"), Required, "`{ channel, value }`: constant amplitudes; not for the joint's or the wall's channels").when("kind", &["amplitudes"]),
         f("values", list(values(), 1, Some(CHANNELS), "channels"), Optional, "the same beside all that is wanted").when("kind", &["keep-alive", "angle-sine", "angle-steps", "force-ramp", "force-sine"]),
     ]
