@@ -56,6 +56,16 @@ fn read_finger(t: &Table<'_>) -> Option<FingerSpec> {
     spec.flexor_a.channel = flexor_a;
     spec.flexor_b.channel = flexor_b;
     spec.extensor.channel = extensor;
+    let real = |name, default: &mut f64| *default = t.real(name).unwrap_or(*default);
+    real("flexor_nm", &mut spec.flexor_torque_nm);
+    real("extensor_nm", &mut spec.extensor_torque_nm);
+    real("two_point_factor", &mut spec.two_point_factor);
+    real("inertia_kg_m2", &mut spec.inertia_kg_m2);
+    real("stiffness_nm_per_rad", &mut spec.stiffness_nm_per_rad);
+    real("damping_nm_s_per_rad", &mut spec.damping_nm_s_per_rad);
+    if t.has("delay_ms") {
+        spec.electromechanical_delay_us = t.whole("delay_ms");
+    }
     Some(spec)
 }
 

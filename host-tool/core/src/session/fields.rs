@@ -8,8 +8,8 @@ use firmware::muscle::{CalciumForceSpec, FatigueSpec, RecruitmentSpec, Rung};
 use firmware::pulse::{CHANNELS, MAX_GROUPS, Partner, Shape, TrainSpec};
 use firmware::range::Range;
 use firmware::safety::{ChannelSpec, StageSpec, WearerSpec};
-use hal_sim::body::ElbowSpec;
 use hal_sim::body::wearer::Participant;
+use hal_sim::body::{ElbowSpec, FingerSpec};
 
 use super::control_fields::{amplitude, hold, joint, wall};
 use super::field::Need::{Optional, Or, OrTold, OrWord, Required};
@@ -308,6 +308,8 @@ fn body() -> Section {
     let d = ElbowSpec::default();
     let real = |unit, most| Kind::Real(Number::within(unit, 0, 0, most));
     let or = |value: f64| OrTold(value.to_string());
+    let finger = FingerSpec::participant(Participant::P);
+    let both = |finger: f64, elbow: f64| OrTold(format!("{finger} of a finger, {elbow} of an elbow"));
     let sight = vec![
         f("delay_s", real("s", 2), Required, "until the person acts on what is seen"),
         f("every_s", real("s", 10), Required, "from one correction to the next; not 0"),
@@ -320,6 +322,9 @@ fn body() -> Section {
     all.extend(["flexor_a", "flexor_b", "extensor"].map(|point| f(point, channel(), Required, "where this point is, used or not; each another").when("kind", &["finger"])));
     all.extend(["triceps", "biceps"].map(|muscle| f(muscle, channel(), Required, "where its electrodes are; each another").when("kind", &["elbow"])));
     all.extend([
+        f("flexor_nm", real("N·m", 10), or(finger.flexor_torque_nm), "torque of one flexor point at full recruitment and 50 Hz").when("kind", &["finger"]),
+        f("extensor_nm", real("N·m", 10), or(finger.extensor_torque_nm), "torque of the extensor likewise").when("kind", &["finger"]),
+        f("two_point_factor", real("", 10), or(finger.two_point_factor), "how many times as hard two conducted points pull; typed into the body, 1 or more").when("kind", &["finger"]),
         f("subject", Kind::Whole(Number::within("", 0, 1, 10)), OrTold("the mean".into()), "of Lee 2020, table 4, whose dynamics both muscles have").when("kind", &["elbow"]),
         f("triceps_nm", real("N·m", 100), or(d.triceps.torque_nm), "torque of all of it at 50 Hz").when("kind", &["elbow"]),
         f("triceps_threshold_ma", real("mA", 100), or(d.triceps.threshold_ma), "where it begins to pull, at 35 µs").when("kind", &["elbow"]),
@@ -328,10 +333,10 @@ fn body() -> Section {
         f("biceps_threshold_ma", real("mA", 100), or(d.biceps.threshold_ma), "where it begins to pull, at 25 µs").when("kind", &["elbow"]),
         f("biceps_max_ma", real("mA", 200), or(d.biceps.max_ma), "where all of it pulls, at 25 µs").when("kind", &["elbow"]),
         f("recruitment_curvature", real("", 50), or(d.recruitment_curvature), "of recruitment over current; not 0").when("kind", &["elbow"]),
-        f("delay_ms", Kind::Whole(Number::within("ms", 3, 0, 1_000_000)), OrTold(format!("{}", f64::from(d.electromechanical_delay_us) * 1e-3)), "from a pulse to its effect on the muscle").when("kind", &["elbow"]),
-        f("inertia_kg_m2", real("kg·m²", 10), or(d.inertia_kg_m2), "about the elbow").when("kind", &["elbow"]),
-        f("stiffness_nm_per_rad", real("N·m/rad", 100), or(d.stiffness_nm_per_rad), "passive, towards rest").when("kind", &["elbow"]),
-        f("damping_nm_s_per_rad", real("N·m·s/rad", 100), or(d.damping_nm_s_per_rad), "passive friction").when("kind", &["elbow"]),
+        f("delay_ms", Kind::Whole(Number::within("ms", 3, 0, 1_000_000)), both(f64::from(finger.electromechanical_delay_us) * 1e-3, f64::from(d.electromechanical_delay_us) * 1e-3), "from a pulse to its effect on the muscle").when("kind", &["finger", "elbow"]),
+        f("inertia_kg_m2", real("kg·m²", 10), both(finger.inertia_kg_m2, d.inertia_kg_m2), "about the elbow").when("kind", &["finger", "elbow"]),
+        f("stiffness_nm_per_rad", real("N·m/rad", 100), both(finger.stiffness_nm_per_rad, d.stiffness_nm_per_rad), "passive, towards rest").when("kind", &["finger", "elbow"]),
+        f("damping_nm_s_per_rad", real("N·m·s/rad", 100), both(finger.damping_nm_s_per_rad, d.damping_nm_s_per_rad), "passive friction").when("kind", &["finger", "elbow"]),
         f("active_damping_s_per_rad", real("s/rad", 10), or(d.active_damping_s_per_rad), "friction per torque of each active muscle").when("kind", &["elbow"]),
         f("start_deg", real("°", 145), or(d.person.start_deg), "where the arm waits and goes back to").when("kind", &["elbow"]),
         f("push_nm", real("N·m", 100), or(d.person.push_nm), "the person's strongest torque").when("kind", &["elbow"]),
