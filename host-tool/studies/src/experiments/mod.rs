@@ -10,14 +10,24 @@ use std::path::Path;
 
 /// File name and text of every declaration.
 #[rustfmt::skip]
-const DECLARATIONS: [(&str, &str); 1] = [
+const DECLARATIONS: [(&str, &str); 3] = [
+    ("hamana-4.toml", include_str!("../../../experiments/hamana-4.toml")),
     ("harris-wall.toml", include_str!("../../../experiments/harris-wall.toml")),
+    ("harris-wall-why.toml", include_str!("../../../experiments/harris-wall-why.toml")),
 ];
 
+macro_rules! sessions {
+    ($($file:literal)*) => {
+        &[$((concat!("../sessions/", $file), include_str!(concat!("../../../sessions/", $file)))),*]
+    };
+}
+
 /// File name and text of the sessions that they change.
-#[rustfmt::skip]
-const SESSIONS: [(&str, &str); 1] = [
-    ("../sessions/harris_wall/3_pre_wall_co_contraction.toml", include_str!("../../../sessions/harris_wall/3_pre_wall_co_contraction.toml")),
+const SESSIONS: &[(&str, &str)] = sessions![
+    "hamana_exp4_one_point_a.toml"
+    "hamana_exp4_one_point_b.toml"
+    "hamana_exp4_two_point.toml"
+    "harris_wall/3_pre_wall_co_contraction.toml"
 ];
 
 /// The names of [`named`].
