@@ -20,6 +20,7 @@ mod fuzz_short;
 mod maps;
 mod million_pulses;
 mod pictures;
+mod protocol_parity;
 mod protocol_vectors;
 mod qemu_instructions;
 mod qemu_parity;

@@ -211,15 +211,20 @@ impl Operator for Beside<'_> {
 /// Shares and headline, in 80 columns.
 pub(super) fn people(outcome: &Outcome, page: &str) -> String {
     let mut text = format!("{}\n\n", headline(outcome));
+    let mut point = "";
     for share in &outcome.shares {
+        if share.at != point {
+            point = &share.at;
+            text += &format!("{point}\n");
+        }
         let paper = match share.paper {
             Some(true) => "paper: yes",
             Some(false) => "paper: no",
             None => "",
         };
-        let percent = 100.0 * share.holds as f64 / (share.of as f64).max(1.0);
-        let claim: String = share.claim.chars().take(52).collect();
-        text += &format!("{percent:>6.1} %  {claim:<52}  {paper}\n");
+        let claim: String = share.claim.chars().take(54).collect();
+        let line = format!("{:>8}  {claim:<54}  {paper}", share.percent());
+        text += &format!("{}\n", line.trim_end());
     }
     let who = match outcome.simulated {
         true => "Simulated: what came of assumed bodies, no evidence about people.",

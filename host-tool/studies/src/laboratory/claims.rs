@@ -20,6 +20,8 @@ pub type Others = Vec<(String, String)>;
 pub struct Share {
     /// Its id.
     pub id: String,
+    /// At which point of the grid; empty without one.
+    pub at: String,
     /// For people.
     pub claim: String,
     /// What the paper says of it.
@@ -32,6 +34,25 @@ pub struct Share {
     pub low: Option<f64>,
     /// Upper end.
     pub high: Option<f64>,
+}
+
+impl Share {
+    /// Whether it is in most cases as the paper says; nothing where the paper says
+    /// nothing, or no case could be judged.
+    #[must_use]
+    pub fn is_like_paper(&self) -> Option<bool> {
+        let paper = self.paper.filter(|_| self.of > 0)?;
+        Some((2 * self.holds > self.of) == paper)
+    }
+
+    /// "7.5 %".
+    #[must_use]
+    pub fn percent(&self) -> String {
+        match self.of {
+            0 => "no case".to_owned(),
+            of => format!("{:.1} %", 100.0 * self.holds as f64 / of as f64),
+        }
+    }
 }
 
 /// What each unit did in each condition, in the order of the units.
@@ -81,8 +102,9 @@ fn share<'a>(
     let successes = (holds as f64 * wearers as f64 / (of as f64).max(1.0)).round() as u64;
     let interval = statistics::share(successes, wearers, LEVEL).ok();
     Share {
-        id: format!("{place}{}", claim.id),
-        claim: format!("{place}{}", claim.says),
+        id: claim.id.clone(),
+        at: place.trim_end_matches("; ").to_owned(),
+        claim: claim.says.clone(),
         paper: claim.paper,
         holds,
         of,

@@ -2,6 +2,7 @@
 
 mod figures;
 
+use super::claims::Share;
 use super::conduct::Conducted;
 use super::error::LaboratoryError;
 use super::experiment::Experiment;
@@ -9,6 +10,7 @@ use super::result::{Outcome, Row};
 use host_core::plot::canvas::escape;
 use host_core::record::replace_file;
 use host_core::report::document;
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Writes `result.json` and its page in `dir`.
@@ -69,21 +71,29 @@ fn figure(svg: &str) -> String {
     }
 }
 
-/// How many of the paper's claims hold in most cases, and which do not.
+/// How many of the paper's claims hold in most cases, and which do not; with a grid,
+/// at how many of its points.
 #[must_use]
 pub fn headline(outcome: &Outcome) -> String {
-    let judged = outcome.shares.iter().filter(|share| share.of > 0);
-    let judged: Vec<_> = judged
-        .filter_map(|share| Some((share, share.paper?)))
-        .collect();
-    let agrees =
-        |(share, paper): &&(&super::claims::Share, bool)| (2 * share.holds > share.of) == *paper;
-    let (count, like) = (judged.len(), judged.iter().filter(agrees).count());
-    let unlike = judged.iter().filter(|it| !agrees(it));
-    let unlike: Vec<String> = unlike.map(|(share, _)| told(share)).collect();
+    let mut claims: BTreeMap<&str, Vec<&Share>> = BTreeMap::new();
+    let mut order = Vec::new();
+    for share in outcome
+        .shares
+        .iter()
+        .filter(|share| share.is_like_paper().is_some())
+    {
+        let all = claims.entry(&share.id).or_default();
+        if all.is_empty() {
+            order.push(&*share.id);
+        }
+        all.push(share);
+    }
+    let unlike = order.iter().filter_map(|id| unlike(claims.get(id)?));
+    let unlike: Vec<String> = unlike.collect();
+    let (count, like) = (order.len(), order.len() - unlike.len());
     match (count, unlike.is_empty()) {
         (0, _) => "Nothing here is held against a paper.".to_owned(),
-        (_, true) => format!("All {count} of the paper's claims hold in most cases."),
+        (_, true) => format!("All {count} of the paper's claims come out in most cases."),
         _ => format!(
             "{like} of the paper's {count} claims come out in most cases; not so: {}.",
             unlike.join("; ")
@@ -91,15 +101,17 @@ pub fn headline(outcome: &Outcome) -> String {
     }
 }
 
-fn told(share: &super::claims::Share) -> String {
-    format!("{} ({})", share.claim, percent(share.holds, share.of))
-}
-
-fn percent(holds: u64, of: u64) -> String {
-    match of {
-        0 => "no case".to_owned(),
-        _ => format!("{:.1} %", 100.0 * holds as f64 / of as f64),
-    }
+/// A claim that is not everywhere as the paper says.
+fn unlike(points: &[&Share]) -> Option<String> {
+    let like = points
+        .iter()
+        .filter(|it| it.is_like_paper() == Some(true))
+        .count();
+    let first = points.first().filter(|_| like < points.len())?;
+    Some(match points.len() {
+        1 => format!("{} ({})", first.claim, first.percent()),
+        of => format!("{} (so at {like} of {of} points)", first.claim),
+    })
 }
 
 fn shares_table(outcome: &Outcome) -> String {
@@ -116,10 +128,11 @@ fn shares_table(outcome: &Outcome) -> String {
                 format!("{:.1} to {:.1} %", 100.0 * low, 100.0 * high)
             });
         format!(
-            "<tr><th scope=\"row\">{}</th><td>{paper}</td><td>{}</td><td>{interval}</td>\
-             <td>{} of {}</td></tr>\n",
+            "<tr><th scope=\"row\">{}</th><td>{}</td><td>{paper}</td><td>{}</td>\
+             <td>{interval}</td><td>{} of {}</td></tr>\n",
             escape(&share.claim),
-            percent(share.holds, share.of),
+            escape(&share.at),
+            share.percent(),
             share.holds,
             share.of
         )

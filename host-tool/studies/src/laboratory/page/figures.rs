@@ -1,5 +1,6 @@
 //! The figures of an experiment's page.
 
+use crate::laboratory::claims::Share;
 use crate::laboratory::conduct::Conducted;
 use crate::laboratory::experiment::Experiment;
 use crate::laboratory::measure::Measure;
@@ -24,37 +25,25 @@ pub(super) fn shares(outcome: &Outcome) -> String {
     if shares.is_empty() {
         return String::new();
     }
-    let names = shares
-        .iter()
-        .map(|share| shortened(11.0, &share.claim, NAME, false));
+    // A row for each claim, and one for each point of a grid before its claims.
+    let (mut names, mut marks, mut point) = (Vec::new(), Vec::new(), "");
+    for share in shares {
+        if share.at != point {
+            point = &share.at;
+            names.push(shortened(11.0, point, NAME, false));
+        }
+        marks.extend(share_marks(share, names.len() as f64));
+        names.push(shortened(11.0, &share.claim, NAME, false));
+    }
+    let height = names.len() as f64 * PITCH;
     let y = Axis {
         grid: false,
         ..Axis::rows("", names)
     };
     let x = Axis::linear("share of cases (%)", (0.0, 100.0), 5.0);
-    let mut marks = Vec::new();
-    for (at, share) in shares.iter().enumerate() {
-        let at = at as f64;
-        let part = 100.0 * share.holds as f64 / (share.of as f64).max(1.0);
-        let paint = Paint::Tint(PALETTE[0]);
-        marks.push(Mark::Area((0.0, part), (at - 0.3, at + 0.3), paint));
-        if let (Some(low), Some(high)) = (share.low, share.high) {
-            let ends = vec![(100.0 * low, at), (100.0 * high, at)];
-            marks.push(Mark::Line(ends, stroke(PALETTE[0], 3.0)));
-        }
-        if let Some(paper) = share.paper {
-            let place = (if paper { 100.0 } else { 0.0 }, at);
-            marks.push(Mark::Dot(
-                place,
-                Shape::Diamond,
-                5.0,
-                Paint::Full(PALETTE[1]),
-            ));
-        }
-    }
     let panel = Panel {
         marks,
-        ..Panel::new("", x, y, shares.len() as f64 * PITCH)
+        ..Panel::new("", x, y, height)
     };
     let legend = [
         (
@@ -74,6 +63,23 @@ pub(super) fn shares(outcome: &Outcome) -> String {
         ..Figure::default()
     }
     .svg()
+}
+
+/// A bar to its share in row `at`, its interval, and the paper's word.
+fn share_marks(share: &Share, at: f64) -> Vec<Mark> {
+    let part = 100.0 * share.holds as f64 / (share.of as f64).max(1.0);
+    let paint = Paint::Tint(PALETTE[0]);
+    let mut marks = vec![Mark::Area((0.0, part), (at - 0.3, at + 0.3), paint)];
+    if let (Some(low), Some(high)) = (share.low, share.high) {
+        let ends = vec![(100.0 * low, at), (100.0 * high, at)];
+        marks.push(Mark::Line(ends, stroke(PALETTE[0], 3.0)));
+    }
+    if let Some(paper) = share.paper {
+        let place = (if paper { 100.0 } else { 0.0 }, at);
+        let paint = Paint::Full(PALETTE[1]);
+        marks.push(Mark::Dot(place, Shape::Diamond, 5.0, paint));
+    }
+    marks
 }
 
 /// The course of each recorded trial.
