@@ -7,5 +7,6 @@ mod harris_wall;
 mod ladder_judge;
 mod limit_cycle;
 mod search;
+mod search_device;
 mod search_judged;
 mod tracking_causes;
