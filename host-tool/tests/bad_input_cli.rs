@@ -44,7 +44,9 @@ fn check(folder: &Path, (name, line, code, says): Row) {
 #[rustfmt::skip]
 fn wrong_arguments_exit_with_2() {
     let folder = folder("arguments");
-    let rows: [Row; 9] = [
+    let seed = studies::tracking::search::TRAINING_SEED.to_string();
+    let trained = format!("chart control --quick --seed {seed}");
+    let rows: [Row; 22] = [
         ("no command", "", 2, &["Usage"]),
         ("unknown command", "runn session.toml", 2, &["run"]),
         ("unknown option", "run session.toml --devise native", 2, &["--device"]),
@@ -54,8 +56,47 @@ fn wrong_arguments_exit_with_2() {
         ("serve on nothing", "serve", 2, &["--pty", "--tcp"]),
         ("seconds out of range", "edges session.toml --seconds 0 --csv x.csv", 2, &["E518 --seconds is 0: allowed is 0.001 to 3600"]),
         ("no number", "edges session.toml --seconds nan --csv x.csv", 2, &["E518", "NaN"]),
+        ("tries of no search", "chart control --evaluations 20", 2, &["--search"]),
+        ("a course of no search", "chart control --search --course smooth", 2, &["--course"]),
+        ("a seed of a search", "chart control --search --seed 3", 2, &["--seed"]),
+        ("a course of terms", "chart control --ablate --course smooth", 2, &["--course"]),
+        ("an optimum of a quick look", "chart control --quick --optimum 9", 2, &["--optimum"]),
+        ("a folder of no file", "chart control --quick --out x", 2, &["--out"]),
+        ("a widened course", "chart control --wearers widened --course sine --out .", 2, &["E518 --course and --optimum need --wearers earlier"]),
+        ("trained on", &trained, 2, &["E518 --seed", &seed]),
+        ("a place for no file", "chart ladder --no-files --workspace x", 2, &["--workspace"]),
+        ("chance of a map without", "chart stability wall --seed 3 --out .", 2, &["E518 --seed", "pulse_rate"]),
+        ("an image of none", "selftest --image x.elf", 2, &["E518 --image", "--device chip"]),
+        ("a soak of none", "selftest --device chip --minutes 1", 2, &["E518 --minutes"]),
+        ("a board's seed", "monitor --device tcp:127.0.0.1:1 --seed 3", 2, &["E518 --seed needs"]),
     ];
     rows.into_iter().for_each(|row| check(&folder, row));
+    let (_, help, _) = ran(&folder, &["chart", "control", "--help"]);
+    assert!(help.contains(&seed), "{help}");
+}
+
+/// A quick look writes nothing, so it needs no place.
+#[test]
+fn a_quick_look_needs_no_folder() {
+    let line = ["chart", "control", "--quick", "--plants", "2"];
+    let (exit, _, error) = ran(&folder("quick"), &line);
+    assert_eq!(exit, Some(0), "{error}");
+}
+
+/// Another law refuses a wearer as the file's own would: before anything is recorded.
+#[test]
+fn a_law_that_was_never_tried_on_this_wearer_records_nothing() {
+    let folder = folder("never_tried");
+    let file = include_str!("../sessions/hamana_exp4_two_point_wearer.toml");
+    let weak = file.replace("law = \"recommended\"", "law = \"paper\"");
+    let weak = weak.replace("stiffness_nm_per_rad = 0.12", "stiffness_nm_per_rad = 1.2");
+    std::fs::write(folder.join("weak.toml"), weak).unwrap();
+    for law in ["pid", "recommended"] {
+        let line = format!("run weak.toml --law {law} --out out");
+        let says = &["E466", "may be 0.030003 to", "law = \"paper\""];
+        check(&folder, ("never tried", &line, 1, says));
+        assert!(!folder.join("out").exists());
+    }
 }
 
 #[test]

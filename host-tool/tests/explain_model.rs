@@ -68,6 +68,21 @@ fn the_table_is_for_people_and_machines() {
     assert!(error("calcium-force-fatigue") < 10.0, "{it}");
     let it = channel("coarse.toml", &["--json", "--tolerance", "60"]);
     assert_eq!(it["model"], "calcium-force");
+    // The file's changes are said beside the model of the session's start.
+    let more = ", model = \"calcium-force\", changes = [{ at_s = 4, model = \"none\" }]";
+    let changing = session("frequency_hz = 50.0", more);
+    let (_, said, _) = flexor("changing.toml", &changing, &[]);
+    assert!(said.contains("Models at the session's start"), "{said}");
+    assert!(said.contains("from 4 s on the file says none"), "{said}");
+    let (_, said, _) = flexor("changing.toml", &changing, &["--json"]);
+    let value: Value = serde_json::from_str(&said).unwrap();
+    assert_eq!(value["models_at_s"], 0.0);
+    let it = &value["channels"][0];
+    assert_eq!(
+        it["changes"][0],
+        serde_json::json!({ "at_s": 4.0, "model": "none" })
+    );
+    assert!(it["models"][0]["worst_cycles_per_s"].is_number(), "{it}");
 }
 
 #[test]

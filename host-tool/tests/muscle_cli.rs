@@ -13,7 +13,9 @@ const K01: &str = "--a-n-per-s 121.9 --k 0.3 --tau-c-ms 20.8 --tau1-ms 33.1 --ta
 fn csv_of(test: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("muscle");
     std::fs::create_dir_all(&folder).unwrap();
-    folder.join(format!("{test}.csv"))
+    let csv = folder.join(format!("{test}.csv"));
+    let _ = std::fs::remove_file(&csv); // an earlier run's
+    csv
 }
 
 /// Runs `flexor muscle` with these words.
@@ -118,6 +120,20 @@ fn a_prediction_never_replaces_what_it_reads() {
     assert_eq!(refused.status.code(), Some(1), "{said}");
     assert!(said.contains("E586"), "{said}");
     assert_eq!(std::fs::read_to_string(file).unwrap(), "0\n25000\n");
+}
+
+#[test]
+fn a_prediction_replaces_a_file_only_where_it_is_meant() {
+    let file = csv_of("years");
+    std::fs::write(&file, "years").unwrap();
+    let words = format!("{K01} --frequency-hz 40 --train-s 1 --duration-s 1");
+    let refused = flexor(&file, &words);
+    let said = String::from_utf8_lossy(&refused.stderr);
+    assert_eq!(refused.status.code(), Some(1), "{said}");
+    assert!(said.contains("E587"), "{said}");
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), "years");
+    let meant = flexor(&file, &(words + " --overwrite"));
+    assert!(meant.status.success(), "{meant:?}");
 }
 
 #[test]

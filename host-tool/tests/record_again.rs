@@ -150,7 +150,7 @@ fn an_image_inside_the_replaced_record_survives() {
 #[test]
 fn an_experiment_repeats() {
     let folder = folder("again_experiment");
-    let line = "experiment harris-wall --arms 1 --seed 9 --out first";
+    let line = "experiment harris-wall --draws 1 --seed 9 --out first";
     told(&folder, line);
     told(&folder, "rerun first --out second");
     are_the_same(&folder.join("first"), &folder.join("second"));
@@ -294,6 +294,11 @@ fn the_page_is_made_again_and_records_are_compared() {
     for request in ["https:", "<script", "src=", "@import", "<link"] {
         assert!(!page.contains(request), "{request}");
     }
+    let (_, text, _) = ran(&folder, &["run", &file, "--out", "three"]);
+    assert!(
+        text.contains("°; report: three") && !text.contains("refused"),
+        "{text}"
+    );
     let (_, text, _) = ran(&folder, &["compare", "one", "two"]);
     for line in text.lines().filter(|line| !line.starts_with("page:")) {
         assert!(line.chars().count() <= 80, "{line}");

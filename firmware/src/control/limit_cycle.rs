@@ -12,6 +12,7 @@
 //! what a moving target makes repeats with its period or a low harmonic of it.
 
 use super::gain::Gain;
+use super::low_pass::LowPass;
 use crate::units::Angle;
 use fixed::types::I16F16;
 
@@ -62,8 +63,7 @@ pub struct LimitCycle {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Detector {
     period_ms: u32,
-    /// The filter keeps all but 2^-`shift`.
-    shift: u32,
+    filter: LowPass,
 }
 
 /// What a [`Detector`] remembers, the gain included.
@@ -160,8 +160,7 @@ impl Detector {
         let period_ms = u32::from(period_ms.max(1));
         Self {
             period_ms,
-            // 5 at 1 ms, 1 from 9 ms on.
-            shift: (FILTER_MS / period_ms).max(2).ilog2(),
+            filter: LowPass::new(FILTER_MS, period_ms),
         }
     }
 
@@ -174,9 +173,8 @@ impl Detector {
         error: Angle,
     ) -> Option<LimitCycle> {
         self.follow_target(state, target);
-        let ahead = error.get().to_bits().saturating_sub(state.filtered);
-        state.filtered = state.filtered.wrapping_add(ahead >> self.shift); // between the two
-        let half = state.error.step(state.filtered, self.period_ms)?;
+        let filtered = self.filter.step(&mut state.filtered, error);
+        let half = state.error.step(filtered, self.period_ms)?;
         state.is_cycle(half).then(|| LimitCycle {
             swing: Angle::new(I16F16::from_bits(half.swing.min(i32::MAX as u32) as i32)),
             period_ms: state.whole_ms as u16, // PERIOD_MS

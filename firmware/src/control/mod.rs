@@ -18,6 +18,7 @@ mod integral;
 pub mod joint;
 pub mod law;
 mod limit_cycle;
+mod low_pass;
 pub mod mapping;
 pub mod pid;
 pub mod refusal;

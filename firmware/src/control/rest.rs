@@ -8,6 +8,7 @@
 //! measurements). Feed-forward and what the integral holds stay, so nothing jumps.
 
 use super::gain::Gain;
+use super::low_pass::LowPass;
 use crate::units::Angle;
 
 /// Errors in bits of [`Angle`]: up to 0.5° the gain is least, from 2° on it is whole.
@@ -29,9 +30,8 @@ const LOWER_MS: u32 = 256;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Gap {
     period_ms: u32,
-    /// Error and left-out gain keep all but 2^-shift.
-    filter: u32,
-    lower: u32,
+    filter: LowPass,
+    lower: LowPass,
 }
 
 /// What a [`Gap`] remembers.
@@ -51,8 +51,8 @@ impl Gap {
         let period_ms = u32::from(period_ms.max(1));
         Self {
             period_ms,
-            filter: (FILTER_MS / period_ms).max(2).ilog2(),
-            lower: (LOWER_MS / period_ms).max(2).ilog2(),
+            filter: LowPass::new(FILTER_MS, period_ms),
+            lower: LowPass::new(LOWER_MS, period_ms),
         }
     }
 
@@ -65,9 +65,8 @@ impl Gap {
         if target.abs_diff(state.stands_at) > STILL {
             (state.stands_at, state.still_ms) = (target, 0);
         }
-        let ahead = error.get().to_bits().saturating_sub(state.filtered);
-        state.filtered = state.filtered.wrapping_add(ahead >> self.filter); // between the two
-        let beyond = state.filtered.unsigned_abs().saturating_sub(NARROW);
+        let filtered = self.filter.step(&mut state.filtered, error);
+        let beyond = filtered.unsigned_abs().saturating_sub(NARROW);
         let wanted = if state.still_ms < STILL_MS || beyond >= WIDE - NARROW {
             0
         } else {
@@ -75,7 +74,7 @@ impl Gap {
             LEFT_OUT.saturating_sub(((u64::from(beyond) * u64::from(SLOPE)) >> 16) as u32)
         };
         state.left_out = match wanted.checked_sub(state.left_out) {
-            Some(more) => state.left_out.wrapping_add(more >> self.lower), // up to `wanted`
+            Some(more) => state.left_out.wrapping_add(self.lower.part(more)), // up to `wanted`
             None => wanted,
         };
         Gain::from_bits((1 << 16) - state.left_out) // LEFT_OUT at most

@@ -2,7 +2,8 @@
 //!
 //! `session` reads what to do, `run` does it through `link`, `choice` tries which
 //! models will do; `record` and `analysis` keep and judge it, `report` draws it
-//! with `plot`, numbers written by `number`.
+//! with `plot`, numbers written by `number`. `statistics` is what analyses of
+//! experiments share.
 
 pub mod analysis;
 pub mod choice;
@@ -13,3 +14,4 @@ pub mod record;
 pub mod report;
 pub mod run;
 pub mod session;
+pub mod statistics;

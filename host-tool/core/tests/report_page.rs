@@ -345,13 +345,24 @@ fn a_page_tells_limiting_and_that_no_model_ran() {
 }
 
 #[test]
-fn page_and_comparison_say_which_model_ran() {
+fn page_and_comparison_tell_models_pulses_and_limit_cycles_alike() {
     let mut run = force_run(Some(3.0));
     run.trials[0].channels[0].model = Some("calcium-force".to_owned());
+    run.trials[0].pulses = Some(800);
+    run.trials[0].counters = vec![("pulses started".to_owned(), 802)];
+    let swung = "limit cycle: 6.0° wide, 400 ms long; feedback at 70 %";
+    run.trials[0].events = vec![(1.0, swung.to_owned()), (2.0, swung.to_owned())];
     let told = "calcium-force (channel 1)";
-    assert!(report::page(&Report::of(&run)).contains(told));
+    let page = report::page(&Report::of(&run));
+    assert!(page.contains(told));
+    assert!(page.contains("<th scope=\"row\">pulses</th><td>800</td>"));
+    assert!(page.contains("<th scope=\"row\">pulses started</th><td>802</td>"));
     let name = "one".to_owned();
     let all = [report::Compared { name, run }];
     assert!(report::compare_text(&all).contains(&format!("\n      {told}")));
-    assert!(report::compare_page(&all).contains(&format!("<td>{told}</td>")));
+    let cells = format!("<td>800</td><td>1</td><td>{told}</td>");
+    assert!(report::compare_page(&all).contains(&cells));
+    let row = &report::compare_rows(&all)[0];
+    assert_eq!((row.pulses, row.limit_cycles), (Some(800), 1));
+    assert!(report::compare_text(&all).contains("\n      limit cycles: 1\n"));
 }

@@ -172,6 +172,8 @@ const BAD: &[&str] = &[
     "offset_deg = 45.0 → offset_deg = 45.0 ⏎ bounds = [{ channel = 4, most = 13, per_s = 1.2 }]",
     "offset_deg = 45.0 → offset_deg = 45.0 ⏎ bounds = [{ channel = 4, most = 13, shortest_s = 11 }]",
     "offset_deg = 45.0 → offset_deg = 45.0 ⏎ bounds = [{ channel = 4, most = 13 }, { channel = 4, most = 12 }]",
+    "offset_deg = 45.0 → offset_deg = 45.0 ⏎ bounds = [{ channel = 4, least = 6, most = 8 }] ⏎ values = [{ channel = 4, value = 9 }]",
+    "offset_deg = 45.0 → offset_deg = 45.0 ⏎ bounds = [{ channel = 4, least = 6, most = 8 }] ⏎ values = [{ channel = 4, value = 5.5 }]",
     "offset_deg = 45.0 → offset_deg = 45.0 ⏎ bounds = [{ channel = 1, most = 25 }]",
     "offset_deg = 45.0 → offset_deg = 45.0 ⏎ bounds = [{ channel = 5, most = 25 }]",
     "amplitude_deg = 40.0 → amplitude_deg = 60.0",
@@ -197,6 +199,9 @@ const BAD: &[&str] = &[
     "max_charge_uc = 5.0 → max_rms_ma = 1.5",
     "max = 36.0 → max = 37.0",
     "kind = \"angle-sine\" → kind = \"amplitudes\" ⏎ values = [{ channel = 4, value = 14.0 }]; offset_deg → #; amplitude_deg → #; frequency_hz = 0.2 → #",
+    // A wearer whose joint a unit of effort moves too far or not far enough.
+    "gains = { k1 = 0.08 } → wearer = { rest_deg = 20.0, stiffness_nm_per_rad = 0.02, flexion_nm = 0.484, extension_nm = 0.3 }",
+    "gains = { k1 = 0.08 } → wearer = { rest_deg = 20.0, stiffness_nm_per_rad = 0.5, flexion_nm = 0.484, extension_nm = 0.3 }",
     // Setpoints that the device would not take.
     "kind = \"angle-sine\" → kind = \"amplitudes\" ⏎ values = [{ channel = 1, value = 14.0 }]; offset_deg → #; amplitude_deg → #; frequency_hz = 0.2 → #",
     "rate_hz = 90 → rate_hz = 10",
@@ -242,6 +247,7 @@ const BAD_FORCE: &[&str] = &[
     "n = 12.0 → n = 30.0",
     "n = 6.0 → n = -1.0",
     "at_s = 3.0 → at_s = 0.5",
+    "points = [ → bounds = [{ channel = 1, most = 11.5 }] ⏎ points = [",
     "points = [ → point = [",
     "channel = 1 ⏎ points → channel = 2 ⏎ points",
     "force = { → # {",
@@ -345,7 +351,7 @@ fn every_mistake_is_named_with_its_line() {
     insta::assert_snapshot!(all);
     let expected = [
         400, 401, 402, 403, 404, 405, 406, 407, 408, 409, 410, 420, 421, 430, 431, 432, 440, 441,
-        450, 451, 452, 453, 460, 461, 462, 463, 465, 470, 471, 472, 473, 474, 480,
+        450, 451, 452, 453, 460, 461, 462, 463, 465, 466, 467, 470, 471, 472, 473, 474, 480,
     ];
     assert_eq!(numbers, expected.into_iter().collect());
 }

@@ -9,3 +9,5 @@ mod run_rungs;
 mod session_errors;
 mod session_files;
 mod session_schema;
+mod statistics;
+mod statistics_refused;

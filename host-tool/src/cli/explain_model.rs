@@ -69,8 +69,8 @@ fn people(session: &Session, choice: &Choice) -> String {
          cycles: of a 1 ms tick without/with a pulse, at most.\n",
         cut(&visible(&session.title), 78),
         match choice.needs.iter().all(|need| is_given(session, need)) {
-            true => "Models are the file's; each is held to an error in what the session uses",
-            false => "The cheapest model whose error in what the session uses is",
+            true => "Models at the session's start are the file's; each is to err in\nwhat it uses",
+            false => "Models at the session's start: the cheapest whose error in what\nit uses is",
         },
         choice.tolerance,
         choice.tried_us as f64 * 1e-6,
@@ -188,11 +188,15 @@ fn machines(session: &Session, choice: &Choice) -> Value {
             "cycles": tried.cycles.map(|it| json!({
                 "tick": it.tick, "tick_with_pulse": it.tick_with_pulse,
             })),
-            "cycles_per_s": tried.cycles.map(|_| tried.cost()),
+            "worst_cycles_per_s": tried.cycles.map(|_| tried.cost()),
         })
     };
     let channels = choice.needs.iter().map(|need| {
         let channel = &session.channels[need.place];
+        let changes = channel.muscle.iter().flat_map(|it| &it.changes);
+        let changes = changes.map(
+            |(at_us, rung)| json!({ "at_s": *at_us as f64 * 1e-6, "model": rung_name(*rung) }),
+        );
         json!({
             "channel": channel.number,
             "name": channel.name,
@@ -200,6 +204,7 @@ fn machines(session: &Session, choice: &Choice) -> Value {
             "model": rung_name(need.rung),
             "enough": need.enough.map(rung_name),
             "raised": need.raised,
+            "changes": changes.collect::<Vec<_>>(),
             "together_pct": need.together * 100.0,
             "models": need.tried.iter().map(rung).collect::<Vec<_>>(),
         })
@@ -217,6 +222,7 @@ fn machines(session: &Session, choice: &Choice) -> Value {
         "telemetry": effects(&fidelity.telemetry),
         "finger": effects(&fidelity.step),
         "tolerance_pct": choice.tolerance.part() * 100.0,
+        "models_at_s": 0.0,
         "tried_s": choice.tried_us as f64 * 1e-6,
         "plays": choice.plays,
         "sessions": choice.sessions,

@@ -1,6 +1,7 @@
 //! `flexor monitor`: a device or a running session, live on the terminal.
 
-use super::{Output, interrupt};
+use super::perform::SEED;
+use super::{Output, interrupt, wrong};
 use crate::live::{Model, Order, Plan, Shared, json, line, lines, screen, work};
 use clap::error::ErrorKind;
 use clap::{Args, CommandFactory};
@@ -24,9 +25,9 @@ pub struct Monitor {
     /// or on q
     #[arg(long)]
     seconds: Option<f64>,
-    /// Seed of a simulated wearer
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
+    /// Seed of a wearer that this program simulates; default: 1
+    #[arg(long)]
+    seed: Option<u64>,
 }
 
 /// Leaving is ordered whichever way the terminal's thread ends.
@@ -41,6 +42,9 @@ impl Drop for QuitAtEnd<'_> {
 /// # Errors
 /// The session file, the device or the terminal; a session that ended early.
 pub fn main(args: &Monitor, output: Output) -> anyhow::Result<()> {
+    if args.device.is_port() && args.seed.is_some() {
+        return wrong("--seed needs --device native or chip: a device behind a port has its own");
+    }
     let session = match &args.session {
         Some(path) => {
             let mut file = SessionFile::load(path)?;
@@ -72,7 +76,7 @@ pub fn main(args: &Monitor, output: Output) -> anyhow::Result<()> {
         device: args.device.clone(),
         session,
         stays: is_screen,
-        seed: args.seed,
+        seed: args.seed.unwrap_or(SEED),
     };
     let must_quit = quitting(args.seconds, &interruption)?;
     let (shown, worked) = std::thread::scope(|scope| {

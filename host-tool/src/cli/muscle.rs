@@ -47,10 +47,12 @@ pub struct Muscle {
     /// The device's fixed point, or the f64 reference
     #[arg(long, value_enum, default_value_t = Model::Fixed)]
     model: Model,
-    /// Where to write t_s,c,force_n every 10 ms; replaces a file that is no part of a
-    /// record and not the one of pulses
+    /// Where to write t_s,c,force_n every 10 ms
     #[arg(long)]
     csv: PathBuf,
+    /// Replace the file of that name
+    #[arg(long)]
+    overwrite: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -70,7 +72,7 @@ struct Row {
 pub fn main(args: &Muscle, output: Output) -> anyhow::Result<()> {
     within("--duration-s", args.duration_s, 0.01, 3600.0)?;
     let reads: Vec<&Path> = args.pulses_us.iter().map(PathBuf::as_path).collect();
-    may_write(&args.csv, true, &reads, None)?;
+    may_write(&args.csv, args.overwrite, &reads, None)?;
     let pulses = args.pulses()?;
     let rows = match args.model {
         Model::Fixed => args.fixed(&pulses)?,

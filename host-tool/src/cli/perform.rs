@@ -178,12 +178,12 @@ impl Performed {
 
     fn people(&self) -> String {
         let mut lines = Vec::new();
-        let mut tracked = String::new();
+        let mut told = Vec::new();
         for trial in &self.record.trials {
             let silence = trial.silent.iter();
             lines.extend(silence.map(|why| format!("no pulse was played: {why}")));
             if let Some(m) = metrics_but_lag(trial) {
-                tracked = format!("RMSE {:.2}° ", m.rmse_deg);
+                told = vec![format!("RMSE {:.2}°", m.rmse_deg)];
             }
             let cycles = limit_cycles(trial);
             lines.extend(cycles.map(|(t_s, what)| format!("limit cycle at {t_s:.1} s: {what}")));
@@ -191,11 +191,14 @@ impl Performed {
             lines.extend(force_metrics(trial).iter().map(followed));
             lines.extend(force_remarks(trial));
         }
-        let (title, refused) = (visible(&self.record.title), self.refused);
+        told.extend((self.refused > 0).then(|| format!("{} refused", self.refused)));
         let page = self.report.as_ref();
-        let report = page.map(|path| format!("; report: {}", path.display()));
-        let report = report.unwrap_or_default();
-        lines.push(format!("{title}: {tracked}{refused} refused{report}"));
+        told.extend(page.map(|path| format!("report: {}", path.display())));
+        lines.push(format!(
+            "{}: {}",
+            visible(&self.record.title),
+            told.join("; ")
+        ));
         lines.join("\n")
     }
 }

@@ -1,7 +1,7 @@
 //! `flexor selftest`: what the device code shows on this machine, in numbers.
 
 use super::chip::Prefetched;
-use super::{Output, WrongUse, interrupt};
+use super::{Output, interrupt, wrong};
 use crate::selftest::{Distribution, Latency, Path, Subject, latency, silence, soak};
 use clap::Args;
 use host_core::run::{DeviceName, chip_image};
@@ -21,9 +21,9 @@ pub struct Selftest {
     /// Random arrivals per latency measurement; default: 10000, chip 2000
     #[arg(long)]
     arrivals: Option<u32>,
-    /// Length of the simulated soak, minutes
-    #[arg(long, default_value_t = 20)]
-    minutes: u64,
+    /// Length of the simulated soak, minutes (native) [20]
+    #[arg(long)]
+    minutes: Option<u64>,
     /// Seed
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -41,18 +41,16 @@ const CHIP_BOUNDS_US: (u64, u64) = (700, 2_000);
 pub fn main(args: &Selftest, output: Output) -> anyhow::Result<()> {
     interrupt::end_at_once()?;
     match args.device {
-        DeviceName::Native if args.prefetched.is_some() => {
-            Err(WrongUse("--prefetched needs --device chip".to_owned()).into())
+        DeviceName::Native if args.prefetched.is_some() || args.image.is_some() => {
+            wrong("--image and --prefetched need --device chip")
         }
+        DeviceName::Chip if args.minutes.is_some() => wrong("--minutes needs --device native"),
         DeviceName::Native => on_native(args, output),
         DeviceName::Chip => on_chip(args, output),
-        _ => {
-            let wrong = format!(
-                "--device is {}: a selftest knows native and chip",
-                args.device
-            );
-            Err(WrongUse(wrong).into())
-        }
+        _ => wrong(format!(
+            "--device is {}: a selftest knows native and chip",
+            args.device
+        )),
     }
 }
 
@@ -152,7 +150,9 @@ fn on_native(args: &Selftest, output: Output) -> anyhow::Result<()> {
     }
     bar.finish();
     let bar = output.bar("soak");
-    let soak = soak(args.minutes * 60, args.seed, |part| bar.set(part))?;
+    let soak = soak(args.minutes.unwrap_or(20) * 60, args.seed, |part| {
+        bar.set(part)
+    })?;
     bar.finish();
     output.say(
         || {

@@ -2,7 +2,7 @@
 //!
 //! `bench` measures the device's algorithms and cycles; `accuracy` and `tracking`
 //! compare muscle models and control laws, `stability` maps where methods fail,
-//! `ladder` judges the choice of muscle models;
+//! `ladder` judges the choice of muscle models; `laboratory` is what protocols share;
 //! `experiments` are the papers' protocols; `figures` draw them. `subjects` are whom
 //! muscle models are compared on.
 
@@ -10,6 +10,7 @@ pub mod accuracy;
 pub mod bench;
 pub mod experiments;
 pub mod figures;
+pub mod laboratory;
 pub mod ladder;
 pub mod stability;
 mod subjects;

@@ -5,8 +5,40 @@ use crate::record::Trial;
 /// What the event of a limit cycle begins with.
 pub const LIMIT_CYCLE: &str = "limit cycle: ";
 
-/// When, s, and what it said of each limit cycle that it found.
+/// When, s, and what it said of each limit cycle that changed the feedback. One that is
+/// found again ends with the feedback of the one before, and counts no more.
 pub fn limit_cycles(trial: &Trial) -> impl Iterator<Item = (f64, &str)> {
-    let all = trial.events.iter();
-    all.filter_map(|(t_s, what)| Some((*t_s, what.strip_prefix(LIMIT_CYCLE)?)))
+    let mut latest = None;
+    trial.events.iter().filter_map(move |(t_s, what)| {
+        let what = what.strip_prefix(LIMIT_CYCLE)?;
+        let feedback = what.rsplit("; ").next();
+        let is_new = std::mem::replace(&mut latest, feedback) != feedback;
+        is_new.then_some((*t_s, what))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::run::event;
+    use firmware::link::Event;
+
+    #[test]
+    fn only_a_change_of_the_feedback_counts() {
+        let found = [(610, 700), (600, 700), (590, 490), (580, 490), (1200, 700)];
+        let cycle = |(swing_centideg, gain_milli)| Event::LimitCycle {
+            swing_centideg,
+            period_ms: 400,
+            gain_milli,
+        };
+        let mut trial = Trial::default();
+        for (t_s, found) in (1..).zip(found) {
+            trial.events.push((f64::from(t_s), event(&cycle(found))));
+            trial.events.push((f64::from(t_s), "stopped".to_owned()));
+        }
+        let counted = limit_cycles(&trial).map(|(t_s, _)| t_s);
+        assert_eq!(counted.collect::<Vec<_>>(), [1.0, 3.0, 5.0]);
+        let (_, first) = limit_cycles(&trial).next().unwrap();
+        assert_eq!(first, "6.1° wide, 400 ms long; feedback at 70 %");
+    }
 }

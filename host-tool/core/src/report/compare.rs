@@ -3,7 +3,7 @@
 use super::page::document;
 use super::tables::{degrees, headed, models_in_words, newtons, seconds};
 use super::trajectory;
-use crate::analysis::{force_metrics, hits, metrics_but_lag};
+use crate::analysis::{force_metrics, hits, limit_cycles, metrics_but_lag};
 use crate::plot::canvas::escape;
 use crate::record::{Run, Trial};
 use serde::Serialize;
@@ -45,6 +45,8 @@ pub struct CompareRow {
     pub deepest_deg: Option<f64>,
     /// Pulses of more than 0 that were played; not the electrode check's.
     pub pulses: Option<u64>,
+    /// How often the device lowered a joint's feedback for a limit cycle.
+    pub limit_cycles: usize,
     /// The model that each muscle began with.
     pub models: Option<String>,
 }
@@ -77,21 +79,23 @@ fn row(number: usize, compared: &Compared, trial: &Trial) -> CompareRow {
         rmse_n: forces.reduce(f64::max),
         deepest_deg: depths.reduce(f64::max),
         pulses: trial.pulses,
+        limit_cycles: limit_cycles(trial).count(),
         models: models_in_words(trial),
     }
 }
 
-const HEADS: [&str; 7] = [
+const HEADS: [&str; 8] = [
     "length",
     "RMSE",
     "force",
     "deepest",
     "pulses",
+    "limit cycles",
     "muscle model",
     "",
 ];
 
-fn cells(row: &CompareRow) -> [String; 7] {
+fn cells(row: &CompareRow) -> [String; 8] {
     let or_none = |text: Option<String>| text.unwrap_or_else(|| "–".to_owned());
     let mut marks = Vec::new();
     if row.damaged {
@@ -109,6 +113,7 @@ fn cells(row: &CompareRow) -> [String; 7] {
         or_none(row.rmse_n.map(newtons)),
         or_none(row.deepest_deg.map(degrees)),
         or_none(row.pulses.map(|count| count.to_string())),
+        row.limit_cycles.to_string(),
         or_none(row.models.clone()),
         marks.join(", "),
     ]
@@ -143,6 +148,9 @@ pub fn compare_text(all: &[Compared]) -> String {
         text.push_str(&format!(
             "{number:>2}  {name:<18}{length:>9}{rmse:>8}{force:>9}{deepest:>8}{pulses:>7}{mark}\n"
         ));
+        if row.limit_cycles > 0 {
+            text.push_str(&format!("      limit cycles: {}\n", row.limit_cycles));
+        }
         // One a line: of ten channels, within 80 columns.
         for model in row.models.iter().flat_map(|models| models.split("), ")) {
             let close = if model.ends_with(')') { "" } else { ")" };

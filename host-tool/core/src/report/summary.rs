@@ -38,7 +38,7 @@ struct TrialSummary<'a> {
     hits: Vec<Hit>,
     forces: Vec<ForceMetrics>,
     force_limiting_share: Option<f64>,
-    /// How often the device found one and lowered its feedback.
+    /// How often the device lowered its feedback for one.
     limit_cycles: usize,
     counters: &'a [(String, u64)],
     events: &'a [(f64, String)],

@@ -246,16 +246,26 @@ pub(super) fn counter_table(trials: &[Trial]) -> String {
             names.push(name);
         }
     }
-    let rows = names.into_iter().map(|name| {
+    let played = |trial: &Trial| trial.pulses.map_or("–".to_owned(), |n| n.to_string());
+    let played = trials
+        .iter()
+        .any(|trial| trial.pulses.is_some())
+        .then(|| row("pulses", trials.iter().map(played)));
+    let rows = played.into_iter().chain(names.into_iter().map(|name| {
         let value = |trial: &Trial| {
             let found = trial.counters.iter().find(|(own, _)| own == name);
             found.map_or("–".to_owned(), |(_, value)| value.to_string())
         };
         row(name, trials.iter().map(value))
-    });
+    }));
     let heads: Vec<String> = trials.iter().map(|trial| escape(&trial.name)).collect();
     let heads = std::iter::once("Counter").chain(heads.iter().map(String::as_str));
-    table(heads, &rows.collect::<String>(), "")
+    table(
+        heads,
+        &rows.collect::<String>(),
+        "Pulses are those of more than 0 that the session played, as everywhere; pulses started \
+         are the device's count, with those of 0 and of the electrode check.",
+    )
 }
 
 /// What the electrode check read; nothing without one.

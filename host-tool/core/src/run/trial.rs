@@ -132,7 +132,7 @@ pub fn event(event: &Event) -> String {
             period_ms,
             gain_milli,
         } => format!(
-            "{LIMIT_CYCLE}{:.1}° wide, {period_ms} ms long; feedback lowered to {:.0} %",
+            "{LIMIT_CYCLE}{:.1}° wide, {period_ms} ms long; feedback at {:.0} %",
             f64::from(*swing_centideg) * 1e-2,
             f64::from(*gain_milli) * 1e-1
         ),

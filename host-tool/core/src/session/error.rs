@@ -131,6 +131,12 @@ problems! {
     465 NothingTriggered {}
         "no channel waits for a trigger, so `[simulated_trigger]` would start nothing"
         "give a channel's train `triggered = true`, or leave `[simulated_trigger]` out"
+    466 NeverTried { flexion_nm: String, stiffness: String, allowed: String }
+        "a wearer of `flexion_nm` = {flexion_nm} and `stiffness_nm_per_rad` = {stiffness} is weaker than a quarter or stronger than four times the reference, on whom the law was never tried: with this torque the stiffness may be {allowed}"
+        "measure both again; or leave `joint.wearer` out, or take law = \"paper\", which steers by no wearer"
+    467 OutsideBounds { reach: String }
+        "`{field}` is {given}, and the file's own setpoints of this channel go {reach}"
+        "widen the bounds, or keep the file's setpoints within them"
     470 OutOfReach { newton: f64, channel: u8, min_n: f64, max_n: f64 }
         "`{field}` is {newton} N: within its limits channel {channel} gives 0 N, and from {min_n} to {max_n} N"
         "ask for a force in there, or raise the channel's `limit` or its `force.max_frequency_hz`"

@@ -1,6 +1,10 @@
 //! The control laws by name.
 
-use firmware::control::{JointSpec, LawSpec};
+use firmware::control::{Joint, JointSpec, LawSpec, SpecError, WearerModel};
+use firmware::range::OutOfRange;
+
+use super::decimal::{between, in_units};
+use super::error::{Problem, SessionError};
 
 pub(super) const LAWS: [(&str, LawName); 3] = [
     ("recommended", LawName::Recommended),
@@ -61,14 +65,32 @@ impl LawName {
     }
 }
 
-/// `spec` under another law, with that law's default gains, period and cutoff.
-pub(super) fn with_law(spec: JointSpec, law: LawName) -> JointSpec {
+/// `spec` under another law, with that law's default gains, period and cutoff, if the
+/// device takes it.
+pub(super) fn with_law(spec: JointSpec, law: LawName) -> Result<JointSpec, SessionError> {
     let law = law.spec(spec.wearer.is_some());
     let law = spec.wearer.map_or(law, |wearer| law.for_wearer(&wearer));
-    JointSpec {
+    let spec = JointSpec {
         law_period_ms: law.default_period_ms(),
         cutoff_mhz: law.default_cutoff_mhz(),
         law,
         ..spec
-    }
+    };
+    let flexion_unm = spec.wearer.map_or(0, |wearer| wearer.flexion_unm);
+    let refused = match Joint::new(&spec) {
+        Err(SpecError::Range(e)) => never_tried(e, flexion_unm),
+        _ => None, // nothing else depends on the law
+    };
+    refused.map_or(Ok(spec), |problem| Err(SessionError::nowhere(problem)))
+}
+
+/// What is wrong with a stiffness that is allowed by itself, but not with this torque.
+pub(super) fn never_tried(e: OutOfRange, flexion_unm: u32) -> Option<Problem> {
+    let own = WearerModel::STIFFNESS_UNM_PER_RAD;
+    let is_its = e.field == own.field && (e.min, e.max) != (own.min, own.max);
+    is_its.then(|| Problem::NeverTried {
+        flexion_nm: in_units(flexion_unm.into(), 6),
+        stiffness: in_units(e.value, 6),
+        allowed: between(e.min.into(), e.max.into(), 6),
+    })
 }

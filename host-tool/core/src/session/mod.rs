@@ -277,12 +277,13 @@ impl Session {
     /// gains, period and cutoff.
     ///
     /// # Errors
-    /// [`Problem::NoJoint`] if the session has none.
+    /// [`Problem::NoJoint`] if the session has none; [`Problem::NeverTried`] if this law
+    /// was not on such a wearer.
     pub fn with_law(mut self, law: LawName) -> Result<Self, SessionError> {
         let wanted = "another control law";
         let none = || SessionError::nowhere(Problem::NoJoint { wanted });
         let joint = self.joint.take().ok_or_else(none)?;
-        self.joint = Some(law::with_law(joint, law));
+        self.joint = Some(law::with_law(joint, law)?);
         Ok(self)
     }
 

@@ -204,6 +204,29 @@ impl Setpoints {
         }
     }
 
+    /// The least and the most that the file streams to a channel on the link (0–9), mN
+    /// of a force, else thousandths of its unit.
+    pub(super) fn extremes(&self, channel: u8) -> Option<(u32, u32)> {
+        let milli = |newton: f64| (newton * 1e3).round() as u32; // saturates
+        let constant = match &self.course {
+            Course::Amplitudes(values) => values,
+            _ => &self.beside,
+        };
+        let mut constant = constant.iter().filter(|(driven, _)| *driven == channel);
+        match self.force_of(channel) {
+            None => constant.next().map(|(_, it)| (it.get(), it.get())),
+            Some(ForceCourse::Ramp(points)) => {
+                let forces = || points.iter().map(|(_, mn)| *mn);
+                forces().min().zip(forces().max())
+            }
+            Some(&ForceCourse::Sine {
+                offset_n,
+                amplitude_n,
+                ..
+            }) => Some((milli(offset_n - amplitude_n), milli(offset_n + amplitude_n))),
+        }
+    }
+
     /// When setpoint `index` is due, µs after the start.
     #[must_use]
     pub fn due_us(&self, index: u64) -> u64 {

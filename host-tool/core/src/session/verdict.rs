@@ -14,6 +14,7 @@ use firmware::safety::SetupError;
 use super::channel::Channel;
 use super::decimal::{between, in_units};
 use super::error::Problem;
+use super::law::never_tried;
 use super::table::Table;
 
 /// The longest τc, which a train may leave less of.
@@ -187,6 +188,12 @@ pub(super) fn tell_group(groups: &[Table<'_>], e: GroupError) {
 
 /// Tells what is wrong with a joint or a wall, at the point concerned.
 fn tell_joint_or_wall(t: &Table<'_>, channels: &[Channel], mistake: Mistake) {
+    if let Rule::Joint(SpecError::Range(e)) = mistake.rule
+        && let Some(wearer) = t.table("wearer")
+        && let Some(why) = never_tried(e, wearer.whole("flexion_nm"))
+    {
+        return wearer.say("stiffness_nm_per_rad", why);
+    }
     let naming = |index| points_of(t).filter(move |t| names(t, "channel", index));
     match mistake.rule {
         Rule::AboveLimit {

@@ -28,33 +28,34 @@ const PLANTS: (u64, u64) = (200, 60);
 /// Chart the control laws on random wearers: error against cycles, where each fails
 #[derive(Args, Debug)]
 pub struct Control {
-    /// Decides the plants; any but the one the gains were searched on
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, help = format!(
+        "Decides the plants; any but {TRAINING_SEED}, on whose plants the gains were searched"
+    ))]
     seed: u64,
     /// How many plants; each runs one- and two-point [200; 60 with --quick]
     #[arg(long)]
     plants: Option<u64>,
-    /// What the earlier wearers are to follow
-    #[arg(long, value_enum, default_value_t = CourseName::Sine)]
-    course: CourseName,
+    /// What the earlier wearers are to follow [sine]
+    #[arg(long, value_enum)]
+    course: Option<CourseName>,
     /// Which wearers to draw
     #[arg(long, value_enum, default_value_t = WearersName::Earlier)]
     wearers: WearersName,
     /// The default, the two best other laws and the PIDs alone; writes no file
-    #[arg(long, conflicts_with_all = ["search", "ablate"])]
+    #[arg(long, conflicts_with_all = ["optimum", "out"])]
     quick: bool,
     /// The default without each of its terms, on both kinds of wearers, into
     /// control_ablation.csv
-    #[arg(long, conflicts_with = "search")]
+    #[arg(long, conflicts_with_all = ["quick", "course", "wearers", "optimum"])]
     ablate: bool,
-    /// On how many of the earlier plants to look for the offline optimum
-    #[arg(long, default_value_t = 40)]
-    optimum: u64,
-    /// Look for every law's numbers anew instead and write control_gains.csv
+    /// On how many of the earlier plants to look for the offline optimum [40]
     #[arg(long)]
+    optimum: Option<u64>,
+    /// Look for every law's numbers anew instead and write control_gains.csv
+    #[arg(long, conflicts_with_all = ["seed", "plants", "course", "wearers", "quick", "ablate", "optimum"])]
     search: bool,
     /// How many candidates the search tries for each law
-    #[arg(long, default_value_t = 100)]
+    #[arg(long, default_value_t = 100, requires = "search")]
     evaluations: usize,
     /// Folder for control*.csv, control*.svg
     #[arg(long, default_value = "docs/charts")]
@@ -81,7 +82,7 @@ enum WearersName {
 /// E560 to E564. E575: a file cannot be written.
 pub fn main(args: &Control, output: Output) -> anyhow::Result<()> {
     ensure!(
-        args.out.is_dir(),
+        args.quick || args.out.is_dir(),
         "E564 --out {}: no such folder; run in the checkout or name a folder that exists",
         args.out.display()
     );
@@ -103,22 +104,31 @@ pub fn main(args: &Control, output: Output) -> anyhow::Result<()> {
 }
 
 /// What is asked for, or why it cannot be.
-fn plan(args: &Control) -> Result<Plan, &'static str> {
+fn plan(args: &Control) -> Result<Plan, String> {
     let (chart, quick) = PLANTS;
     let plants = args
         .plants
         .unwrap_or(if args.quick { quick } else { chart });
     if plants > MOST_PLANTS {
-        return Err("--plants: 100000 at most; 200 for a chart");
+        return Err("--plants: 100000 at most; 200 for a chart".into());
     }
     if plants < 2 {
-        return Err("--plants: 2 or more, since intervals are printed; 200 for a chart");
+        return Err("--plants: 2 or more, since intervals are printed; 200 for a chart".into());
     }
     if args.seed == TRAINING_SEED {
-        return Err("--seed: the gains were searched on these plants; take any other");
+        let seed = args.seed;
+        return Err(format!(
+            "--seed: the gains were searched on the plants of {seed}; take any other"
+        ));
     }
     let wearers = match args.wearers {
         WearersName::Earlier => Wearers::Earlier,
+        WearersName::Widened if args.course.is_some() || args.optimum.is_some() => {
+            let why = "a widened wearer brings its own course, and no optimum is looked for";
+            return Err(format!(
+                "--course and --optimum need --wearers earlier: {why}"
+            ));
+        }
         WearersName::Widened => Wearers::Widened,
     };
     let has_optimum = wearers == Wearers::Earlier && !args.quick && !args.ablate;
@@ -127,10 +137,14 @@ fn plan(args: &Control) -> Result<Plan, &'static str> {
         plants,
         wearers,
         course: match args.course {
-            CourseName::Sine => Course::Sine,
-            CourseName::Smooth => Course::Smooth { seed: args.seed },
+            None | Some(CourseName::Sine) => Course::Sine,
+            Some(CourseName::Smooth) => Course::Smooth { seed: args.seed },
         },
-        optimum_plants: if has_optimum { args.optimum } else { 0 },
+        optimum_plants: if has_optimum {
+            args.optimum.unwrap_or(40)
+        } else {
+            0
+        },
     })
 }
 

@@ -22,7 +22,7 @@ pub struct Ladder {
     #[arg(long, default_value_t = JUDGED)]
     seed: u64,
     /// Write nothing, only tell the shares
-    #[arg(long)]
+    #[arg(long, conflicts_with = "workspace")]
     no_files: bool,
 }
 

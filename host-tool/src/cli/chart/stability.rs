@@ -15,8 +15,8 @@ pub struct Stability {
     /// The maps to draw; all of them if none is named
     names: Vec<String>,
     /// What decides chance in `loss` and `pulse_rate`; no other map has any
-    #[arg(long, default_value_t = SEED)]
-    seed: u64,
+    #[arg(long)]
+    seed: Option<u64>,
     /// Folder for the texts and pictures
     #[arg(long, default_value = "docs/maps")]
     out: PathBuf,
@@ -32,11 +32,17 @@ pub fn main(args: &Stability, output: Output) -> anyhow::Result<()> {
         args.out.display()
     );
     let entries = chosen(&args.names)?;
+    let has_chance = |name: &String| matches!(&**name, "loss" | "pulse_rate");
+    if args.seed.is_some() && !args.names.is_empty() && !args.names.iter().any(has_chance) {
+        return wrong(
+            "--seed decides chance in `loss` and `pulse_rate`; none of these maps has any",
+        );
+    }
     let bar = output.bar("stability");
     let mut maps = Vec::new();
     for (draw, n) in entries.iter().zip(0u32..) {
         let done = |part| bar.set((f64::from(n) + part) / entries.len() as f64);
-        maps.push(draw(args.seed, &mut { done }));
+        maps.push(draw(args.seed.unwrap_or(SEED), &mut { done }));
     }
     bar.finish();
     for map in &maps {

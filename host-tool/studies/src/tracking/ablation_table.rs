@@ -1,10 +1,11 @@
 //! The ablation as tables: what each term of the device's default is worth.
 
 use super::campaign::Campaign;
+use super::columns::{Column, cells, names, tell};
 use super::exercise::Wearers;
 use super::target::Kind;
 use super::wearer::Points;
-use super::widened::{Failures, failures};
+use super::widened::{Failures, NUMBERS, failures};
 use serde_json::{Value, json};
 
 /// Of the earlier wearers all, who follow one course; of the widened all and each
@@ -72,75 +73,58 @@ pub fn text(campaigns: &[Campaign]) -> String {
     out
 }
 
-type Number = (&'static str, fn(&Failures) -> f64);
-
-const NUMBERS: [Number; 9] = [
-    ("mean_deg", |f| f.mean),
-    ("median_deg", |f| f.median),
-    ("p95_deg", |f| f.p95),
-    ("worst_deg", |f| f.worst),
-    ("ripple_p95_deg", |f| f.ripple_p95),
-    ("swing_p95_deg", |f| f.swing_p95),
+const OVER_WHOLE: [Column<Failures>; 3] = [
     ("over_whole_deg", |f| f.over_pid.mean),
     ("over_whole_low_deg", |f| f.over_pid.low),
     ("over_whole_high_deg", |f| f.over_pid.high),
 ];
 
-/// A line per population, number of points, term and kind of course.
-pub fn csv(campaigns: &[Campaign]) -> String {
-    let names = NUMBERS.map(|(name, _)| name).join(",");
-    let mut out =
-        format!("population,points,without,course,seed,wearers,failed,refused,restless,{names}\n");
-    for campaign in campaigns {
-        for points in Points::ALL {
-            for n in 0..campaign.contenders.len() {
-                for kind in rows(campaign) {
-                    let f = failures(campaign, points, n, *kind);
-                    out += &format!(
-                        "{},{},{},{},{},{},{},{},{}",
-                        campaign.plan.wearers.name(),
-                        points.name(),
-                        name(campaign, n),
-                        kind.map_or("all", Kind::name),
-                        campaign.plan.seed,
-                        f.wearers,
-                        f.failed,
-                        f.refused,
-                        f.restless
-                    );
-                    for (_, of) in NUMBERS {
-                        out += &format!(",{:.3}", of(&f));
-                    }
-                    out.push('\n');
-                }
-            }
-        }
-    }
-    out
-}
-
-/// For machines.
-pub fn json(campaigns: &[Campaign]) -> Value {
+/// A line per population, number of points, term and kind of course: these names, and
+/// what became of the wearers.
+fn lines<T>(campaigns: &[Campaign], line: impl Fn(&Campaign, [&str; 4], &Failures) -> T) -> Vec<T> {
     let mut lines = Vec::new();
     for campaign in campaigns {
         for points in Points::ALL {
             for n in 0..campaign.contenders.len() {
                 for kind in rows(campaign) {
-                    let f = failures(campaign, points, n, *kind);
-                    let mut line = json!({
-                        "population": campaign.plan.wearers.name(), "points": points.name(),
-                        "without": name(campaign, n), "course": kind.map_or("all", Kind::name),
-                        "wearers": f.wearers, "failed": f.failed, "refused": f.refused,
-                        "restless": f.restless,
-                    });
-                    for (name, of) in NUMBERS {
-                        line[name] = of(&f).into();
-                    }
-                    lines.push(line);
+                    let (without, course) = (name(campaign, n), kind.map_or("all", Kind::name));
+                    let population = campaign.plan.wearers.name();
+                    let names = [population, points.name(), &without, course];
+                    lines.push(line(campaign, names, &failures(campaign, points, n, *kind)));
                 }
             }
         }
     }
+    lines
+}
+
+/// As a CSV.
+pub fn csv(campaigns: &[Campaign]) -> String {
+    let line = |campaign: &Campaign, names: [&str; 4], f: &Failures| {
+        let (seed, numbers) = (
+            campaign.plan.seed,
+            cells(&NUMBERS, f) + &cells(&OVER_WHOLE, f),
+        );
+        let counts = format!("{},{},{},{}", f.wearers, f.failed, f.refused, f.restless);
+        format!("{},{seed},{counts}{numbers}\n", names.join(","))
+    };
+    let names = names(&NUMBERS) + &names(&OVER_WHOLE);
+    format!("population,points,without,course,seed,wearers,failed,refused,restless{names}\n")
+        + &lines(campaigns, line).concat()
+}
+
+/// For machines.
+pub fn json(campaigns: &[Campaign]) -> Value {
+    let line = |_: &Campaign, [population, points, without, course]: [&str; 4], f: &Failures| {
+        let mut line = json!({
+            "population": population, "points": points, "without": without, "course": course,
+            "wearers": f.wearers, "failed": f.failed, "refused": f.refused,
+            "restless": f.restless,
+        });
+        tell(&NUMBERS, f, &mut line);
+        tell(&OVER_WHOLE, f, &mut line);
+        line
+    };
     let seed = campaigns.first().map(|c| c.plan.seed);
-    json!({ "seed": seed, "lines": lines })
+    json!({ "seed": seed, "lines": lines(campaigns, line) })
 }

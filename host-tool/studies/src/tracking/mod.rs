@@ -12,6 +12,7 @@ pub mod ablation;
 pub mod ablation_table;
 pub mod campaign;
 pub mod candidate;
+mod columns;
 pub mod contender;
 pub mod cost;
 pub mod default;

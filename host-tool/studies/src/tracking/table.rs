@@ -1,6 +1,7 @@
 //! A campaign and a search as tables: for people, for machines, as CSV.
 
 use super::campaign::{Campaign, Score};
+use super::columns::{Column, cells, names, tell};
 use super::gains::{Default, Row};
 use super::target::Course;
 use super::wearer::Points;
@@ -15,7 +16,7 @@ pub const TWO_POINT_P95: f64 = 1.6;
 /// Goal: RMSE two-point on the nominal wearer, degrees.
 const NOMINAL: f64 = 1.0;
 /// Goal: upper end of the interval of RMSE - the best PID variant's, degrees.
-const OVER_PID: f64 = 0.05;
+const OVER_PID_DEG: f64 = 0.05;
 
 impl Course {
     /// For tables.
@@ -67,7 +68,7 @@ pub fn goals(campaign: &Campaign) -> Vec<Goal> {
     goals.extend(Points::ALL.map(|points| {
         let name = format!("{}, all, over best PID, upper end", points.name());
         let high = campaign.score(points, shipped).against_pid.high;
-        goal(&name, high, OVER_PID)
+        goal(&name, high, OVER_PID_DEG)
     }));
     goals
 }
@@ -169,10 +170,7 @@ fn write_points(out: &mut String, campaign: &Campaign, points: Points) {
     }
 }
 
-/// A number of a score, by the name that tables give it.
-type Number = (&'static str, fn(&Score) -> f64);
-
-const NUMBERS: [Number; 7] = [
+const NUMBERS: [Column<Score>; 7] = [
     ("mean_deg", |s| s.mean),
     ("p95_deg", |s| s.p95),
     ("regret_deg", |s| s.regret),
@@ -182,20 +180,25 @@ const NUMBERS: [Number; 7] = [
     ("nominal_deg", |s| s.nominal),
 ];
 
+const OVER_PID: [Column<Score>; 3] = [
+    ("over_pid_deg", |s| s.against_pid.mean),
+    ("over_pid_low_deg", |s| s.against_pid.low),
+    ("over_pid_high_deg", |s| s.against_pid.high),
+];
+
 /// A line per contender and number of points.
 pub fn csv(campaign: &Campaign) -> String {
     let mut out = format!(
-        "points,law,arithmetic,cycles,seed,plants,unreachable_pct,optimum_deg,{},over_pid_deg,\
-         over_pid_low_deg,over_pid_high_deg,law_cycles,differentiator_cycles,add_ons_cycles,\
-         refused,failed,optimum_plants\n",
-        NUMBERS.map(|(name, _)| name).join(",")
+        "points,law,arithmetic,cycles,seed,plants,unreachable_pct,optimum_deg{}{},law_cycles,\
+         differentiator_cycles,add_ons_cycles,refused,failed,optimum_plants\n",
+        names(&NUMBERS),
+        names(&OVER_PID)
     );
     for points in Points::ALL {
         let (unreachable, _) = campaign.reach(points);
         let (optimum, _) = campaign.optimum(points);
         for (n, contender) in campaign.contenders.iter().enumerate() {
             let s = campaign.score(points, n);
-            let d = s.against_pid;
             let cycles = campaign.cycles[n].map_or_else(String::new, |c| c.whole.to_string());
             let f = failures(campaign, points, n, None);
             let (seed, plants) = (campaign.plan.seed, campaign.plan.plants);
@@ -205,13 +208,7 @@ pub fn csv(campaign: &Campaign) -> String {
             out += &format!(
                 "{points},{law},{arithmetic},{cycles},{seed},{plants},{unreachable:.2},{optimum:.3}"
             );
-            for number in NUMBERS
-                .map(|(_, of)| of(&s))
-                .into_iter()
-                .chain([d.mean, d.low, d.high])
-            {
-                out += &format!(",{number:.3}");
-            }
+            out += &(cells(&NUMBERS, &s) + &cells(&OVER_PID, &s));
             let parts = campaign.cycles[n].map_or_else(
                 || ",,,".to_owned(),
                 |c| format!(",{},{},{}", c.law, c.differentiator, c.add_ons),
@@ -243,9 +240,7 @@ pub fn json(campaign: &Campaign) -> Value {
                     })),
                     "over_best_pid_deg": { "mean": d.mean, "low": d.low, "high": d.high },
                 });
-                for (name, of) in NUMBERS {
-                    law[name] = of(&s).into();
-                }
+                tell(&NUMBERS, &s, &mut law);
                 law
             });
         json!({

@@ -1,6 +1,7 @@
 //! The widened wearers as tables: where each law fails, and whom it refuses.
 
 use super::campaign::{Campaign, Case};
+use super::columns::{Column, cells, names, tell};
 use super::exercise::{FAILS_DEG, RIPPLE_DEG};
 use super::statistics::{Interval, mean, paired, percentile};
 use super::target::Kind;
@@ -87,6 +88,16 @@ fn kinds() -> impl Iterator<Item = Option<Kind>> {
 fn kind_name(kind: Option<Kind>) -> &'static str {
     kind.map_or("all", Kind::name)
 }
+
+/// What tables tell of RMSE and ripple.
+pub(super) const NUMBERS: [Column<Failures>; 6] = [
+    ("mean_deg", |f| f.mean),
+    ("median_deg", |f| f.median),
+    ("p95_deg", |f| f.p95),
+    ("worst_deg", |f| f.worst),
+    ("ripple_p95_deg", |f| f.ripple_p95),
+    ("swing_p95_deg", |f| f.swing_p95),
+];
 
 /// For people, at most 80 columns.
 pub fn text(campaign: &Campaign) -> String {
@@ -186,17 +197,17 @@ fn refusals(campaign: &Campaign, points: Points, contender: usize) -> Vec<(Strin
 
 /// A line per contender, number of points and kind of course.
 pub fn csv(campaign: &Campaign) -> String {
-    let mut out = "points,law,arithmetic,course,seed,wearers,failed,refused,refused_needlessly,\
-                   mean_deg,median_deg,p95_deg,worst_deg,ripple_p95_deg,swing_p95_deg,restless,\
-                   over_pid_deg,over_pid_low_deg,over_pid_high_deg\n"
-        .to_owned();
+    let mut out = "points,law,arithmetic,course,seed,wearers,failed,refused,refused_needlessly"
+        .to_owned()
+        + &names(&NUMBERS)
+        + ",restless,over_pid_deg,over_pid_low_deg,over_pid_high_deg\n";
     for points in Points::ALL {
         for (n, contender) in campaign.contenders.iter().enumerate() {
             for kind in kinds() {
                 let f = failures(campaign, points, n, kind);
                 let (law, seed) = (contender.name(), campaign.plan.seed);
                 out += &format!(
-                    "{},{law},{},{},{seed},{},{},{},{},{:.3},{:.3},{:.3},{:.3},{:.3},{:.3},{},{:.3},{:.3},{:.3}\n",
+                    "{},{law},{},{},{seed},{},{},{},{}{},{},{:.3},{:.3},{:.3}\n",
                     points.name(),
                     contender.arithmetic(),
                     kind_name(kind),
@@ -204,12 +215,7 @@ pub fn csv(campaign: &Campaign) -> String {
                     f.failed,
                     f.refused,
                     f.refused_needlessly,
-                    f.mean,
-                    f.median,
-                    f.p95,
-                    f.worst,
-                    f.ripple_p95,
-                    f.swing_p95,
+                    cells(&NUMBERS, &f),
                     f.restless,
                     f.over_pid.mean,
                     f.over_pid.low,
@@ -231,15 +237,15 @@ pub fn json(campaign: &Campaign) -> Value {
             .map(|(n, contender)| {
                 let courses = kinds().map(|kind| {
                     let f = failures(campaign, points, n, kind);
-                    json!({
+                    let mut line = json!({
                         "course": kind_name(kind), "wearers": f.wearers, "failed": f.failed,
                         "refused": f.refused, "refused_needlessly": f.refused_needlessly,
-                        "mean_deg": f.mean, "median_deg": f.median, "p95_deg": f.p95,
-                        "worst_deg": f.worst, "ripple_p95_deg": f.ripple_p95,
-                        "swing_p95_deg": f.swing_p95, "restless": f.restless,
+                        "restless": f.restless,
                         "over_best_pid_deg": { "mean": f.over_pid.mean, "low": f.over_pid.low,
                                                "high": f.over_pid.high },
-                    })
+                    });
+                    tell(&NUMBERS, &f, &mut line);
+                    line
                 });
                 json!({
                     "law": contender.name(), "courses": courses.collect::<Vec<_>>(),

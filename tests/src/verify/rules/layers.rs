@@ -18,9 +18,9 @@ const LAYERS: &[(&str, &[&[&str]])] = &[
     ("firmware", &[&["board"], &["bench"], &["lockstep"], &["device"], &["link"], &["haptics"], &["control"], &["muscle"], &["safety"], &["pulse"], &["arithmetic", "range", "units"]]),
     ("hal-sim", &[&["chip", "qemu"], &["world"], &["native"], &["lockstep"], &["body", "images", "trace", "wire"], &["random"]]),
     ("host-tool", &[&["cli"], &["live", "selftest"]]),
-    ("host-tool/core", &[&["choice", "report"], &["run"], &["analysis"], &["record"], &["session"], &["link", "plot"], &["number"]]),
+    ("host-tool/core", &[&["choice", "report"], &["run"], &["analysis"], &["record"], &["session"], &["link", "plot"], &["number", "statistics"]]),
     ("host-tool/methods", &[&["bench"], &["control", "muscle"], &["real"]]),
-    ("host-tool/studies", &[&["experiments", "figures"], &["accuracy", "ladder", "stability"], &["tracking"], &["bench", "subjects"]]),
+    ("host-tool/studies", &[&["experiments", "figures"], &["accuracy", "laboratory", "ladder", "stability"], &["tracking"], &["bench", "subjects"]]),
     ("tests", &[&["differential", "expectation", "fuzz", "verify"], &["desk"]]),
 ];
 

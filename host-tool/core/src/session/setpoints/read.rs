@@ -5,6 +5,7 @@ use firmware::units::{Amplitude, Angle, Micros};
 
 use super::super::channel::Channel;
 use super::super::channels::Channels;
+use super::super::decimal::in_units;
 use super::super::error::Problem;
 use super::super::setup::SetupSpec;
 use super::super::table::Table;
@@ -31,14 +32,37 @@ pub(in super::super) fn read_setpoints(
         Course::Amplitudes(_) => (Course::Amplitudes(values), Vec::new()),
         course => (course, values),
     };
-    Some(Setpoints {
+    let setpoints = Setpoints {
         rate_hz: rate_hz?,
         course,
         forces: forces?,
         beside,
         swings: Vec::new(),
         bounds: bounds?,
-    })
+    };
+    for bounds in &setpoints.bounds {
+        check_own(t, bounds, &setpoints);
+    }
+    Some(setpoints)
+}
+
+/// Tells of bounds that the file's own setpoints of that channel leave. A force comes
+/// from rest: below the least it may be.
+fn check_own(t: &Table<'_>, bounds: &Bounds, setpoints: &Setpoints) {
+    let is_it = |item: &&Table<'_>| item.whole::<u8>("channel") == bounds.channel + 1; // at most 10
+    let own = setpoints.extremes(bounds.channel);
+    let (Some(item), Some((least, most))) = (t.tables("bounds").iter().find(is_it), own) else {
+        return;
+    };
+    let milli = |value: u32| in_units(value.into(), 3);
+    if least < bounds.least && !bounds.is_force {
+        let reach = format!("down to {}", milli(least));
+        item.say("least", Problem::OutsideBounds { reach });
+    }
+    if most > bounds.most {
+        let reach = format!("up to {}", milli(most));
+        item.say("most", Problem::OutsideBounds { reach });
+    }
 }
 
 /// Reads what is streamed by its kind; amplitudes are the caller's.

@@ -1,0 +1,86 @@
+//! The rotation that lays one set of points best upon another.
+
+use super::sample::{StatisticsError, enough, equal, finite};
+use nalgebra::{Matrix3, Matrix4, Quaternion, UnitQuaternion, Vector3};
+
+/// A rigid motion: `to ≈ rotation · from + translation`.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Alignment {
+    /// Rows of a proper rotation: its determinant is +1.
+    pub rotation: [[f64; 3]; 3],
+    /// In the points' unit.
+    pub translation: [f64; 3],
+    /// Root mean square of the distances left, in the points' unit.
+    pub rmsd: f64,
+}
+
+/// The least distance of the best rotation's eigenvalue from the next, relative
+/// to it. The rotation's rounding is about 1e-14 over this distance.
+const LEAST_GAP: f64 = 1e-5;
+
+/// The rigid motion that lays `from` on `to`, point by point, with the least root
+/// mean square distance. Of mirror images it gives the best rotation, never a
+/// reflection (Kabsch 1976 and 1978; found as a quaternion by Horn 1987, eq. 25
+/// and section 4, since nalgebra's singular values are not always good to ten digits).
+///
+/// # Errors
+/// Fewer than three points, unequal lengths, values that are not finite, points
+/// on a line or so placed that several rotations do as well.
+pub fn kabsch(from: &[[f64; 3]], to: &[[f64; 3]]) -> Result<Alignment, StatisticsError> {
+    enough("points", from.len(), 3)?;
+    equal("points laid upon", to.len(), from.len())?;
+    finite("points", from.iter().flatten())?;
+    finite("points laid upon", to.iter().flatten())?;
+    let (from_centre, to_centre) = (centre(from), centre(to));
+    let mut products = Matrix3::zeros();
+    for (a, b) in from.iter().zip(to) {
+        products += (Vector3::from(*a) - from_centre) * (Vector3::from(*b) - to_centre).transpose();
+    }
+    let rotation = best_turn(&products)?;
+    let translation = to_centre - rotation * from_centre;
+    let distance = |(a, b): (&[f64; 3], &[f64; 3])| {
+        (rotation * Vector3::from(*a) + translation - Vector3::from(*b)).norm_squared()
+    };
+    let squares: f64 = from.iter().zip(to).map(distance).sum();
+    Ok(Alignment {
+        rotation: rotation.transpose().into(),
+        translation: translation.into(),
+        rmsd: (squares / from.len() as f64).sqrt(),
+    })
+}
+
+/// The rotation R with the largest tr(R·`products`): the quaternion that is the
+/// eigenvector of the largest eigenvalue of Horn's matrix.
+fn best_turn(products: &Matrix3<f64>) -> Result<Matrix3<f64>, StatisticsError> {
+    let turned = products - products.transpose();
+    let axis = Vector3::new(turned[(1, 2)], turned[(2, 0)], turned[(0, 1)]);
+    let trace = products.trace();
+    let symmetric = products + products.transpose() - Matrix3::from_diagonal_element(trace);
+    let mut horn = Matrix4::zeros();
+    horn[(0, 0)] = trace;
+    horn.fixed_view_mut::<3, 1>(1, 0).copy_from(&axis);
+    horn.fixed_view_mut::<1, 3>(0, 1)
+        .copy_from(&axis.transpose());
+    horn.fixed_view_mut::<3, 3>(1, 1).copy_from(&symmetric);
+    let eigen = horn.symmetric_eigen();
+    let best = eigen.eigenvalues.imax();
+    let others = (0..4).filter(|other| *other != best);
+    let next = others
+        .map(|i| eigen.eigenvalues[i])
+        .fold(f64::MIN, f64::max);
+    let largest = eigen.eigenvalues[best];
+    if largest <= 0.0 || largest - next <= LEAST_GAP * largest {
+        return Err(StatisticsError::NoVariance {
+            what: "the points' directions",
+        });
+    }
+    let [w, i, j, k] = eigen.eigenvectors.column(best).into_owned().into();
+    let turn = UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k));
+    Ok(turn.to_rotation_matrix().into_inner())
+}
+
+/// Mean of at least one point.
+fn centre(points: &[[f64; 3]]) -> Vector3<f64> {
+    let sum: Vector3<f64> = points.iter().map(|point| Vector3::from(*point)).sum();
+    sum / points.len() as f64
+}

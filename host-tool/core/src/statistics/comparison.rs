@@ -1,0 +1,104 @@
+//! Two paired samples, the size of a difference, and many comparisons at once.
+
+use super::distribution::student_t_p;
+use super::sample::{StatisticsError, enough, equal, finite, largest, mean, sum_squares, varies};
+
+/// Student's paired t-test, two-sided.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct PairedT {
+    /// Mean of first − second, in the samples' unit.
+    pub mean_difference: f64,
+    /// Mean over its standard error.
+    pub t: f64,
+    /// Pairs − 1.
+    pub df: usize,
+    /// Two-sided p.
+    pub p: f64,
+}
+
+/// Student's t-test of the differences of pairs against zero, two-sided (Student
+/// 1908).
+///
+/// # Errors
+/// Fewer than two pairs, unequal lengths, values that are not finite, differences
+/// that do not vary.
+pub fn paired_t(first: &[f64], second: &[f64]) -> Result<PairedT, StatisticsError> {
+    let (mean_difference, deviation, n) = differences(first, second)?;
+    let t = mean_difference / (deviation / (n as f64).sqrt());
+    Ok(PairedT {
+        mean_difference,
+        t,
+        df: n - 1,
+        p: student_t_p(t, (n - 1) as f64)?,
+    })
+}
+
+/// Cohen's d of pairs, d_z: mean of first − second over the standard deviation of
+/// the differences (Cohen 1988, eq. 2.3.5; Lakens 2013, eq. 6).
+///
+/// # Errors
+/// As [`paired_t`].
+pub fn cohens_d_paired(first: &[f64], second: &[f64]) -> Result<f64, StatisticsError> {
+    let (mean, deviation, _) = differences(first, second)?;
+    Ok(mean / deviation)
+}
+
+/// Mean and standard deviation of first − second, and how many pairs.
+fn differences(first: &[f64], second: &[f64]) -> Result<(f64, f64, usize), StatisticsError> {
+    enough("pairs", first.len(), 2)?;
+    equal("second of the pairs", second.len(), first.len())?;
+    finite("first of the pairs", first)?;
+    finite("second of the pairs", second)?;
+    let differences: Vec<f64> = first.iter().zip(second).map(|(a, b)| a - b).collect();
+    let (squares, n) = (sum_squares(&differences), first.len());
+    varies(
+        "differences",
+        squares,
+        largest(first.iter().chain(second)),
+        n,
+    )?;
+    Ok((mean(&differences), (squares / (n - 1) as f64).sqrt(), n))
+}
+
+/// Cohen's d of two independent samples, d_s: mean of first − mean of second over
+/// the pooled standard deviation (Cohen 1988, eq. 2.5.1 and 2.5.2; Lakens 2013,
+/// eq. 1).
+///
+/// # Errors
+/// A sample of fewer than two, values that are not finite, samples that do not
+/// vary.
+pub fn cohens_d_pooled(first: &[f64], second: &[f64]) -> Result<f64, StatisticsError> {
+    enough("first sample", first.len(), 2)?;
+    enough("second sample", second.len(), 2)?;
+    finite("first sample", first)?;
+    finite("second sample", second)?;
+    let squares = sum_squares(first) + sum_squares(second);
+    let n = first.len() + second.len();
+    varies("samples", squares, largest(first.iter().chain(second)), n)?;
+    Ok((mean(first) - mean(second)) / (squares / (n - 2) as f64).sqrt())
+}
+
+/// p-values of one family of comparisons, adjusted by Holm's step-down method
+/// (Holm 1979), in the order given: each compares with the family's level.
+///
+/// # Errors
+/// No p-value, or one outside [0, 1].
+pub fn holm(p: &[f64]) -> Result<Vec<f64>, StatisticsError> {
+    enough("p-values", p.len(), 1)?;
+    finite("p-values", p)?;
+    if p.iter().any(|p| !(0.0..=1.0).contains(p)) {
+        return Err(StatisticsError::OutOfRange {
+            what: "a p-value",
+            range: "[0, 1]",
+        });
+    }
+    let mut order: Vec<usize> = (0..p.len()).collect();
+    order.sort_by(|a, b| p[*a].total_cmp(&p[*b]));
+    let mut adjusted = vec![0.0; p.len()];
+    let mut most = 0.0_f64;
+    for (rank, index) in order.into_iter().enumerate() {
+        most = most.max((p.len() - rank) as f64 * p[index]).min(1.0);
+        adjusted[index] = most;
+    }
+    Ok(adjusted)
+}

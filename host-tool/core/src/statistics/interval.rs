@@ -1,0 +1,148 @@
+//! Intervals: of a share, and of any statistic by resampling.
+
+use super::distribution::{normal_below, normal_quantile};
+use super::sample::{StatisticsError, enough, finite, largest, mean, varies};
+use hal_sim::random::Random;
+
+/// A value with the interval that covers it at the level asked.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Interval {
+    /// The statistic of the sample itself.
+    pub value: f64,
+    /// Lower end.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+}
+
+/// A share of trials with its Wilson interval.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Share {
+    /// Successes over trials.
+    pub share: f64,
+    /// Lower end, in [0, share].
+    pub low: f64,
+    /// Upper end, in [share, 1].
+    pub high: f64,
+}
+
+/// The share of `successes` among `trials` and Wilson's score interval (Wilson
+/// 1927; recommended for any share and number of trials by Brown, Cai and
+/// DasGupta 2001, eq. 4). `level` as 0.95.
+///
+/// # Errors
+/// No trial, more successes than trials, a level outside (0, 1).
+pub fn share(successes: u64, trials: u64, level: f64) -> Result<Share, StatisticsError> {
+    enough("trials", usize::try_from(trials).unwrap_or(usize::MAX), 1)?;
+    if successes > trials {
+        return Err(StatisticsError::OutOfRange {
+            what: "successes",
+            range: "0…trials",
+        });
+    }
+    let z = quantile(level)?;
+    let (n, share) = (trials as f64, successes as f64 / trials as f64);
+    let part = z * z / n;
+    let centre = (share + part / 2.0) / (1.0 + part);
+    let half = (share * (1.0 - share) * part + part * part / 4.0).sqrt() / (1.0 + part);
+    Ok(Share {
+        share,
+        low: (centre - half).clamp(0.0, share),
+        high: (centre + half).clamp(share, 1.0),
+    })
+}
+
+/// The normal quantile that leaves half of what is outside `level` above it.
+fn quantile(level: f64) -> Result<f64, StatisticsError> {
+    if level > 0.0 && level < 1.0 {
+        return Ok(-normal_quantile((1.0 - level) / 2.0));
+    }
+    Err(StatisticsError::OutOfRange {
+        what: "level",
+        range: "(0, 1)",
+    })
+}
+
+/// The bias-corrected and accelerated bootstrap interval of `statistic` (Efron and
+/// Tibshirani 1993, eq. 14.9, 14.10, 14.14 and 14.15), from `resamples` drawn with
+/// replacement from stream `seed`: the same for the same arguments. A pair is one
+/// element. Resamples equal to the statistic count half; quantiles lie linearly
+/// between neighbours. 2,000 resamples or more for 95 %.
+///
+/// # Errors
+/// Fewer than two elements or 100 resamples, a level outside (0, 1), a statistic
+/// that is not finite, that does not vary, or that lies beyond all resamples.
+pub fn bootstrap_bca<T: Clone>(
+    sample: &[T],
+    statistic: impl Fn(&[T]) -> f64,
+    resamples: usize,
+    level: f64,
+    seed: u64,
+) -> Result<Interval, StatisticsError> {
+    enough("sample", sample.len(), 2)?;
+    enough("resamples", resamples, 100)?;
+    let z = quantile(level)?;
+    let value = statistic(sample);
+    finite("statistic", [&value])?;
+    let mut random = Random::new(seed);
+    let mut draw = |_| {
+        let pick = |_| sample[random.below(sample.len() as u64) as usize].clone();
+        let drawn: Vec<T> = (0..sample.len()).map(pick).collect();
+        statistic(&drawn)
+    };
+    let mut drawn: Vec<f64> = (0..resamples).map(&mut draw).collect();
+    finite("statistic of a resample", &drawn)?;
+    drawn.sort_by(f64::total_cmp);
+    let below = drawn.partition_point(|drawn| *drawn < value);
+    let not_above = drawn.partition_point(|drawn| *drawn <= value);
+    if not_above == 0 || below == resamples {
+        return Err(StatisticsError::OutOfRange {
+            what: "statistic",
+            range: "what its resamples give",
+        });
+    }
+    let bias = normal_quantile((below + not_above) as f64 / (2 * resamples) as f64);
+    let acceleration = acceleration(sample, statistic)?;
+    let end = |z: f64| {
+        let moved = bias + z;
+        let part = normal_below(bias + moved / (1.0 - acceleration * moved));
+        between(&drawn, part)
+    };
+    Ok(Interval {
+        value,
+        low: end(-z),
+        high: end(z),
+    })
+}
+
+/// How fast the standard error changes with the statistic, by leaving one element
+/// out at a time.
+fn acceleration<T: Clone>(
+    sample: &[T],
+    statistic: impl Fn(&[T]) -> f64,
+) -> Result<f64, StatisticsError> {
+    let without = |left: usize| {
+        let (before, after) = (&sample[..left], &sample[left + 1..]);
+        statistic(&[before, after].concat())
+    };
+    let values: Vec<f64> = (0..sample.len()).map(without).collect();
+    finite("statistic of a part", &values)?;
+    let middle = mean(&values);
+    let power = |n: i32| values.iter().map(|v| (middle - v).powi(n)).sum::<f64>();
+    let squares = power(2);
+    varies(
+        "statistics of parts",
+        squares,
+        largest(&values),
+        values.len(),
+    )?;
+    Ok(power(3) / (6.0 * squares.powf(1.5)))
+}
+
+/// The value that `part` of all do not exceed, linear between neighbours.
+fn between(sorted: &[f64], part: f64) -> f64 {
+    let place = part.clamp(0.0, 1.0) * (sorted.len() - 1) as f64;
+    let below = place as usize;
+    let above = (below + 1).min(sorted.len() - 1);
+    sorted[below] + (place - below as f64) * (sorted[above] - sorted[below])
+}

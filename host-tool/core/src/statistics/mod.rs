@@ -1,0 +1,27 @@
+//! The tests, effect sizes and intervals that analyses of experiments share.
+//!
+//! In: numbers of subjects, conditions and trials, as slices. Out: structs with
+//! statistic, degrees of freedom and p, or a [`StatisticsError`] that names what
+//! is wrong with the sample: never a NaN. Nothing here reads records, knows
+//! units or holds a random state (a bootstrap takes its seed).
+//! `docs/statistics.md` says which method stands where, its source and how it is
+//! checked against SciPy and statsmodels.
+
+mod alignment;
+mod comparison;
+mod distribution;
+mod interval;
+mod ranks;
+mod sample;
+mod variance;
+
+pub use alignment::{Alignment, kabsch};
+pub use comparison::{PairedT, cohens_d_paired, cohens_d_pooled, holm, paired_t};
+pub use distribution::{chi_squared_p, fisher_f_p, student_t_p};
+pub use interval::{Interval, Share, bootstrap_bca, share};
+pub use ranks::{Friedman, MannWhitney, Method, Wilcoxon, friedman, mann_whitney, wilcoxon};
+pub use sample::StatisticsError;
+pub use variance::{
+    Corrected, Effect, RepeatedMeasures, TwoWay, TwoWayRepeated, repeated_measures, two_way,
+    two_way_repeated,
+};

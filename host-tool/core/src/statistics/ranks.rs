@@ -1,0 +1,226 @@
+//! Tests on ranks: Friedman, Wilcoxon's signed ranks, Mann and Whitney's U.
+
+use super::distribution::{chi_squared_p, normal_p};
+use super::sample::{StatisticsError, enough, equal, finite, rows};
+
+/// Most values whose exact distribution is counted: the counts, at most 2^50, are
+/// exact in an `f64`.
+const EXACT_TO: usize = 50;
+
+/// Where a p-value comes from.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Method {
+    /// Counted over all assignments of the ranks that there are, ties included.
+    Exact,
+    /// The normal distribution, with corrections for ties and continuity.
+    Normal,
+}
+
+/// Friedman's test.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Friedman {
+    /// χ²_r, corrected for ties.
+    pub chi_squared: f64,
+    /// Conditions − 1.
+    pub df: usize,
+    /// p by the χ² distribution, which is an approximation for few subjects.
+    pub p: f64,
+}
+
+/// Friedman's test of three or more conditions (columns) that every subject (row)
+/// has gone through, corrected for ties (Friedman 1937; Conover 1999, eq. 5.8.5).
+///
+/// # Errors
+/// Fewer than two subjects or three conditions, rows of unequal length, values
+/// that are not finite, conditions tied in every row.
+pub fn friedman(subjects: &[Vec<f64>]) -> Result<Friedman, StatisticsError> {
+    rows(["subjects", "conditions"], subjects, 3)?;
+    let (n, k) = (subjects.len() as f64, subjects[0].len());
+    let mut sums = vec![0.0; k];
+    let mut tied = 0.0;
+    for row in subjects {
+        let ranks = Ranks::of(row);
+        tied += ranks.ties;
+        for (sum, twice) in sums.iter_mut().zip(ranks.twice) {
+            *sum += twice as f64 / 2.0;
+        }
+    }
+    let df = k - 1;
+    let k = k as f64;
+    let spread = k * (k + 1.0) * n - tied / (k - 1.0);
+    if spread <= 0.0 {
+        return Err(StatisticsError::NoVariance { what: "conditions" });
+    }
+    let middle = n * (k + 1.0) / 2.0;
+    let squares: f64 = sums.iter().map(|sum| (sum - middle).powi(2)).sum();
+    let chi_squared = 12.0 * squares / spread;
+    Ok(Friedman {
+        chi_squared,
+        df,
+        p: chi_squared_p(chi_squared, df as f64)?,
+    })
+}
+
+/// Wilcoxon's signed-rank test, two-sided.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Wilcoxon {
+    /// The smaller of the rank sums of positive and negative differences.
+    pub statistic: f64,
+    /// Rank sum of the differences first − second above zero.
+    pub positive: f64,
+    /// Differences other than zero; zeros are dropped.
+    pub n: usize,
+    /// Two-sided p.
+    pub p: f64,
+    /// Exact up to 50 differences.
+    pub method: Method,
+}
+
+/// Wilcoxon's signed-rank test of pairs, two-sided, differences of zero dropped
+/// (Wilcoxon 1945). Exact up to 50 differences, with mid-ranks for ties (Streitberg
+/// and Röhmel 1986), beyond that normal (Conover 1999, eq. 5.7.5, less ½).
+///
+/// # Errors
+/// No pair, unequal lengths, values that are not finite, no difference but zero.
+pub fn wilcoxon(first: &[f64], second: &[f64]) -> Result<Wilcoxon, StatisticsError> {
+    enough("pairs", first.len(), 1)?;
+    equal("second of the pairs", second.len(), first.len())?;
+    finite("first of the pairs", first)?;
+    finite("second of the pairs", second)?;
+    let differences = first.iter().zip(second).map(|(a, b)| a - b);
+    let differences: Vec<f64> = differences.filter(|d| *d != 0.0).collect();
+    if differences.is_empty() {
+        return Err(StatisticsError::NoVariance { what: "pairs" });
+    }
+    finite("differences", &differences)?;
+    let n = differences.len();
+    let magnitudes: Vec<f64> = differences.iter().map(|d| d.abs()).collect();
+    let ranks = Ranks::of(&magnitudes);
+    let signed = ranks.twice.iter().zip(&differences);
+    let above: usize = signed.filter(|(_, d)| **d > 0.0).map(|(r, _)| r).sum();
+    let all = n * (n + 1);
+    let smaller = above.min(all - above);
+    let (p, method) = if n <= EXACT_TO {
+        let mut ways = vec![0.0; all + 1];
+        ways[0] = 1.0;
+        for &rank in &ranks.twice {
+            for sum in (rank..=all).rev() {
+                ways[sum] += ways[sum - rank];
+            }
+        }
+        (two_sided(&ways, smaller), Method::Exact)
+    } else {
+        let n = n as f64;
+        let variance = n * (n + 1.0) * (2.0 * n + 1.0) / 24.0 - ranks.ties / 48.0;
+        let distance = (all - 2 * smaller) as f64 / 4.0;
+        (continuous_p(distance, variance), Method::Normal)
+    };
+    Ok(Wilcoxon {
+        statistic: smaller as f64 / 2.0,
+        positive: above as f64 / 2.0,
+        n,
+        p,
+        method,
+    })
+}
+
+/// Mann and Whitney's U test, two-sided.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct MannWhitney {
+    /// Pairs in which the first sample's value is larger, ties counted half:
+    /// 0…n₁·n₂. Over n₁·n₂ it is the probability of superiority.
+    pub u: f64,
+    /// Two-sided p.
+    pub p: f64,
+    /// Exact up to 50 values in all.
+    pub method: Method,
+}
+
+/// Mann and Whitney's U test of two independent samples, two-sided (Mann and
+/// Whitney 1947). Exact up to 50 values in all, with mid-ranks for ties
+/// (Streitberg and Röhmel 1986; p is twice the smaller tail), beyond that normal
+/// (Conover 1999, eq. 5.1.5, less ½).
+///
+/// # Errors
+/// An empty sample, values that are not finite, all values equal.
+pub fn mann_whitney(first: &[f64], second: &[f64]) -> Result<MannWhitney, StatisticsError> {
+    enough("first sample", first.len(), 1)?;
+    enough("second sample", second.len(), 1)?;
+    let pooled = [first, second].concat();
+    finite("samples", &pooled)?;
+    if pooled.iter().all(|value| *value == pooled[0]) {
+        return Err(StatisticsError::NoVariance { what: "samples" });
+    }
+    let ranks = Ranks::of(&pooled);
+    let (n1, n2, n) = (first.len(), second.len(), pooled.len());
+    let sum: usize = ranks.twice[..n1].iter().sum();
+    let twice_u = sum - n1 * (n1 + 1);
+    let (p, method) = if n <= EXACT_TO {
+        // Ways to choose so many values with such a sum of doubled ranks.
+        let most = n * (n + 1);
+        let mut ways = vec![vec![0.0; most + 1]; n1 + 1];
+        ways[0][0] = 1.0;
+        for &rank in &ranks.twice {
+            for chosen in (1..=n1).rev() {
+                let (fewer, more) = ways.split_at_mut(chosen);
+                let from = fewer[chosen - 1].iter();
+                for (to, from) in more[0][rank..].iter_mut().zip(from) {
+                    *to += from;
+                }
+            }
+        }
+        (two_sided(&ways[n1], sum), Method::Exact)
+    } else {
+        let (sizes, n) = ((n1 * n2) as f64, n as f64);
+        let variance = sizes / 12.0 * (n + 1.0 - ranks.ties / (n * (n - 1.0)));
+        let distance = (twice_u as f64 - sizes).abs() / 2.0;
+        (continuous_p(distance, variance), Method::Normal)
+    };
+    Ok(MannWhitney {
+        u: twice_u as f64 / 2.0,
+        p,
+        method,
+    })
+}
+
+/// Twice the smaller tail at `at` of a distribution given as counts, at most one.
+fn two_sided(ways: &[f64], at: usize) -> f64 {
+    let all: f64 = ways.iter().sum();
+    let below: f64 = ways[..=at].iter().sum();
+    let above: f64 = ways[at..].iter().sum();
+    (2.0 * below.min(above) / all).min(1.0)
+}
+
+/// Two-sided normal p of a distance from the mean, less half a rank.
+fn continuous_p(distance: f64, variance: f64) -> f64 {
+    normal_p((distance - 0.5).max(0.0) / variance.sqrt())
+}
+
+/// Ranks from one, ties sharing their mean.
+struct Ranks {
+    /// Twice each value's rank, which is whole.
+    twice: Vec<usize>,
+    /// Σ(t³ − t) over groups of t equal values.
+    ties: f64,
+}
+
+impl Ranks {
+    fn of(values: &[f64]) -> Self {
+        let mut order: Vec<usize> = (0..values.len()).collect();
+        order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
+        let mut ranks = Self {
+            twice: vec![0; values.len()],
+            ties: 0.0,
+        };
+        let mut before = 0;
+        for group in order.chunk_by(|a, b| values[*a] == values[*b]) {
+            for index in group {
+                ranks.twice[*index] = 2 * before + group.len() + 1;
+            }
+            let size = group.len() as f64;
+            ranks.ties += size.powi(3) - size;
+            before += group.len();
+        }
+        ranks
+    }
+}

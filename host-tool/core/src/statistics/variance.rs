@@ -1,0 +1,237 @@
+//! Analysis of variance: repeated measures on one and on two factors, and two
+//! factors between trials with replication.
+
+use super::distribution::fisher_f_p;
+use super::sample::{StatisticsError, enough, equal, finite, largest, rows, varies};
+
+/// What one source of variation gives.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Effect {
+    /// Its sum of squares.
+    pub sum_squares: f64,
+    /// Its degrees of freedom.
+    pub df: usize,
+    /// Sum of squares of the error it is judged by.
+    pub error_sum_squares: f64,
+    /// Degrees of freedom of that error.
+    pub error_df: usize,
+    /// Mean square of the effect over mean square of the error.
+    pub f: f64,
+    /// Upper tail of F.
+    pub p: f64,
+}
+
+/// p after both degrees of freedom were multiplied by an estimate of sphericity.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Corrected {
+    /// The estimate: 1/df of the effect … 1, one where sphericity holds.
+    pub epsilon: f64,
+    /// Upper tail of F with the corrected degrees of freedom.
+    pub p: f64,
+}
+
+/// A repeated effect, as it is and corrected for lack of sphericity.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct RepeatedMeasures {
+    /// Uncorrected.
+    pub effect: Effect,
+    /// With Box's ε as Greenhouse and Geisser (1959) estimate it.
+    pub greenhouse_geisser: Corrected,
+    /// With the estimate of Huynh and Feldt (1976), at most one.
+    pub huynh_feldt: Corrected,
+}
+
+/// Repeated measures on two factors.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct TwoWayRepeated {
+    /// The first factor.
+    pub first: RepeatedMeasures,
+    /// The second factor.
+    pub second: RepeatedMeasures,
+    /// Their interaction.
+    pub interaction: RepeatedMeasures,
+}
+
+/// Two fixed factors with replication.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct TwoWay {
+    /// The first factor.
+    pub first: Effect,
+    /// The second factor.
+    pub second: Effect,
+    /// Their interaction.
+    pub interaction: Effect,
+}
+
+/// One-way repeated-measures analysis of variance: subjects are rows, conditions
+/// columns, one value each (Winer 1971, ch. 4).
+///
+/// # Errors
+/// Fewer than two subjects or conditions, rows of unequal length, values that are
+/// not finite, no variation beside that of subjects and conditions.
+pub fn repeated_measures(subjects: &[Vec<f64>]) -> Result<RepeatedMeasures, StatisticsError> {
+    rows(["subjects", "conditions"], subjects, 2)?;
+    let magnitude = largest(subjects.iter().flatten());
+    let scores: Vec<Vec<f64>> = subjects.iter().map(|row| centred(row)).collect();
+    within(&scores, scores[0].len() - 1, 1, magnitude)
+}
+
+/// Two-way repeated-measures analysis of variance: `subjects[s][i][j]` is what
+/// subject `s` gave at level `i` of the first and `j` of the second factor, one
+/// value each. Every effect is judged by its own interaction with subjects (Winer
+/// 1971, ch. 7.3).
+///
+/// # Errors
+/// Fewer than two subjects or levels, unequal lengths, values that are not finite,
+/// an effect that is the same for every subject.
+pub fn two_way_repeated(subjects: &[Vec<Vec<f64>>]) -> Result<TwoWayRepeated, StatisticsError> {
+    enough("subjects", subjects.len(), 2)?;
+    for subject in subjects {
+        rows(["first factor", "second factor"], subject, 2)?;
+        equal("first factor", subject.len(), subjects[0].len())?;
+        equal("second factor", subject[0].len(), subjects[0][0].len())?;
+    }
+    let (a, b) = (subjects[0].len(), subjects[0][0].len());
+    let magnitude = largest(subjects.iter().flatten().flatten());
+    let mut scores = [vec![], vec![], vec![]];
+    for subject in subjects {
+        let (first, second, interaction) = split(subject);
+        scores[0].push(first);
+        scores[1].push(second);
+        scores[2].push(interaction);
+    }
+    Ok(TwoWayRepeated {
+        first: within(&scores[0], a - 1, b, magnitude)?,
+        second: within(&scores[1], b - 1, a, magnitude)?,
+        interaction: within(&scores[2], (a - 1) * (b - 1), 1, magnitude)?,
+    })
+}
+
+/// Two-way analysis of variance with replication, balanced: `cells[i][j]` are the
+/// trials at level `i` of the first and `j` of the second factor, both fixed
+/// (Winer 1971, ch. 5). All effects are judged by the variation within cells.
+///
+/// # Errors
+/// Fewer than two levels or trials a cell, unequal lengths, values that are not
+/// finite, no variation within cells.
+pub fn two_way(cells: &[Vec<Vec<f64>>]) -> Result<TwoWay, StatisticsError> {
+    enough("first factor", cells.len(), 2)?;
+    enough("second factor", cells[0].len(), 2)?;
+    enough("trials", cells[0][0].len(), 2)?;
+    for level in cells {
+        equal("second factor", level.len(), cells[0].len())?;
+        for cell in level {
+            equal("trials", cell.len(), cells[0][0].len())?;
+        }
+    }
+    finite("trials", cells.iter().flatten().flatten())?;
+    let (a, b, n) = (cells.len(), cells[0].len(), cells[0][0].len());
+    let residuals = cells.iter().flatten().flat_map(|cell| centred(cell));
+    let error = (squares(residuals), a * b * (n - 1));
+    let magnitude = largest(cells.iter().flatten().flatten());
+    varies("trials", error.0, magnitude, a * b * n)?;
+    let average = |cell: &Vec<f64>| super::sample::mean(cell);
+    let row = |level: &Vec<Vec<f64>>| level.iter().map(average).collect::<Vec<f64>>();
+    let means: Vec<Vec<f64>> = cells.iter().map(row).collect();
+    let (first, second, interaction) = split(&means);
+    let effect =
+        |scores: Vec<f64>, each: usize, df| judged((each as f64 * squares(scores), df), error);
+    Ok(TwoWay {
+        first: effect(first, b * n, a - 1)?,
+        second: effect(second, a * n, b - 1)?,
+        interaction: effect(interaction, n, (a - 1) * (b - 1))?,
+    })
+}
+
+/// Less their mean.
+fn centred(values: &[f64]) -> Vec<f64> {
+    let mean = super::sample::mean(values);
+    values.iter().map(|value| value - mean).collect()
+}
+
+/// Means of the rows and of the columns less the mean of all, and what is left of
+/// the table when both are taken off.
+fn split(table: &[Vec<f64>]) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
+    let (a, b) = (table.len(), table[0].len());
+    let values = centred(&table.concat());
+    let sum = |row: &[f64]| row.iter().sum::<f64>() / b as f64;
+    let first: Vec<f64> = values.chunks(b).map(sum).collect();
+    let column = |j: usize| values.iter().skip(j).step_by(b).sum::<f64>() / a as f64;
+    let second: Vec<f64> = (0..b).map(column).collect();
+    let left = |(at, value): (usize, &f64)| value - first[at / b] - second[at % b];
+    let interaction = values.iter().enumerate().map(left).collect();
+    (first, second, interaction)
+}
+
+/// The effect that `scores` (a row a subject, whose sums are zero) have in common,
+/// judged by how subjects differ in it. Each score is a mean of `each` values.
+fn within(
+    scores: &[Vec<f64>],
+    df: usize,
+    each: usize,
+    magnitude: f64,
+) -> Result<RepeatedMeasures, StatisticsError> {
+    let (n, k) = (scores.len(), scores[0].len());
+    let column = |j: usize| scores.iter().map(|row| row[j]).sum::<f64>() / n as f64;
+    let means: Vec<f64> = (0..k).map(column).collect();
+    let less =
+        |row: &Vec<f64>| -> Vec<f64> { row.iter().zip(&means).map(|(x, m)| x - m).collect() };
+    let left: Vec<Vec<f64>> = scores.iter().map(less).collect();
+    let error = squares(left.iter().flatten().copied());
+    varies("differences between subjects", error, magnitude, n * k)?;
+    let each = each as f64;
+    let between = each * n as f64 * squares(means);
+    let error_df = df * (n - 1);
+    let effect = judged((between, df), (each * error, error_df))?;
+    let corrected = |epsilon: f64| -> Result<Corrected, StatisticsError> {
+        let p = fisher_f_p(effect.f, epsilon * df as f64, epsilon * error_df as f64)?;
+        Ok(Corrected { epsilon, p })
+    };
+    let epsilon = sphericity(&left, df);
+    Ok(RepeatedMeasures {
+        effect,
+        greenhouse_geisser: corrected(epsilon)?,
+        huynh_feldt: corrected(huynh_feldt(epsilon, df, n))?,
+    })
+}
+
+/// Greenhouse and Geisser's ε: tr(S)²/(df·tr(S²)) of the covariance S of the
+/// effect's scores. Its trace and that of its square are those of the covariance
+/// of orthonormal contrasts, in which the definition is written.
+fn sphericity(left: &[Vec<f64>], df: usize) -> f64 {
+    let k = left[0].len();
+    let product = |i: usize, j: usize| left.iter().map(|row| row[i] * row[j]).sum::<f64>();
+    let trace: f64 = (0..k).map(|i| product(i, i)).sum();
+    let pairs = (0..k).flat_map(|i| (0..k).map(move |j| (i, j)));
+    let square = squares(pairs.map(|(i, j)| product(i, j) / trace));
+    (1.0 / (df as f64 * square)).clamp(1.0 / df as f64, 1.0)
+}
+
+/// Huynh and Feldt's estimate from Greenhouse and Geisser's.
+fn huynh_feldt(epsilon: f64, df: usize, subjects: usize) -> f64 {
+    let (scaled, n) = (epsilon * df as f64, subjects as f64);
+    let (above, below) = (n * scaled - 2.0, df as f64 * (n - 1.0 - scaled));
+    if below <= 0.0 {
+        return 1.0;
+    }
+    (above / below).clamp(epsilon, 1.0)
+}
+
+/// F of two sums of squares with their degrees of freedom; the error's is above
+/// zero.
+fn judged(effect: (f64, usize), error: (f64, usize)) -> Result<Effect, StatisticsError> {
+    let f = (effect.0 / effect.1 as f64) / (error.0 / error.1 as f64);
+    Ok(Effect {
+        sum_squares: effect.0,
+        df: effect.1,
+        error_sum_squares: error.0,
+        error_df: error.1,
+        f,
+        p: fisher_f_p(f, effect.1 as f64, error.1 as f64)?,
+    })
+}
+
+/// Σx².
+fn squares(values: impl IntoIterator<Item = f64>) -> f64 {
+    values.into_iter().map(|value| value * value).sum()
+}

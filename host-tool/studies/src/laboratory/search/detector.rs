@@ -1,0 +1,190 @@
+//! When a movement counts as one, and how often none would.
+
+use super::declaration::Declared;
+use libm::erfc;
+use std::f64::consts::SQRT_2;
+
+/// Finds a movement in a sensor's windows: `consecutive` of them in a row, all on one
+/// side, further from the baseline's mean than `k_sigma` of its standard deviations.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Detector {
+    /// Windows of one presentation.
+    pub windows: u32,
+    /// Windows of the rest before it.
+    pub baseline: u32,
+    /// Distance in standard deviations of the baseline's windows.
+    pub k_sigma: f64,
+    /// Windows in a row that must lie beyond.
+    pub consecutive: u32,
+    /// Least movement that counts whatever the noise, in the sensor's unit.
+    pub visible: f64,
+    /// The sensor's step. No baseline is taken to be quieter than rounding makes it,
+    /// step/√12.
+    pub resolution: f64,
+}
+
+/// What the windows of a presentation say.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Verdict {
+    /// Largest distance from the baseline that lasted long enough, the sensor's unit.
+    pub deviation: f64,
+    /// What it had to exceed.
+    pub bound: f64,
+}
+
+impl Verdict {
+    /// Whether that is a movement.
+    #[must_use]
+    pub fn is_movement(&self) -> bool {
+        self.deviation > self.bound
+    }
+}
+
+impl Detector {
+    /// As declared.
+    #[must_use]
+    pub fn of(declared: &Declared) -> Self {
+        Self {
+            windows: declared.windows,
+            baseline: declared.baseline_windows,
+            k_sigma: declared.k_sigma,
+            consecutive: declared.consecutive,
+            visible: declared.visible_deg.unwrap_or(0.0),
+            resolution: declared.resolution_deg,
+        }
+    }
+
+    /// Holds `windows` against the `baseline` before them, both means of the sensor
+    /// over a window. Too few windows are no movement.
+    #[must_use]
+    pub fn judge(&self, baseline: &[f64], windows: &[f64]) -> Verdict {
+        let n = baseline.len().max(2) as f64;
+        let mean = baseline.iter().sum::<f64>() / n;
+        let squares = baseline.iter().map(|x| (x - mean) * (x - mean));
+        let sigma = (squares.sum::<f64>() / (n - 1.0)).sqrt();
+        let sigma = sigma.max(self.resolution / 12_f64.sqrt());
+        let lasting = |side: f64| {
+            let runs = windows.windows(self.consecutive.max(1) as usize);
+            runs.map(move |run| {
+                let distances = run.iter().map(|x| side * (x - mean));
+                distances.fold(f64::INFINITY, f64::min)
+            })
+        };
+        Verdict {
+            deviation: lasting(1.0).chain(lasting(-1.0)).fold(0.0, f64::max),
+            bound: (self.k_sigma * sigma).max(self.visible),
+        }
+    }
+
+    /// Probability that a presentation without any movement counts as one, at most:
+    /// window noise normal and independent, [`Self::visible`] and
+    /// [`Self::resolution`] 0.
+    ///
+    /// Baseline mean and deviation are estimates that all windows of a presentation
+    /// are held against, so that these do not fail independently: of n baseline
+    /// windows the mean is normal with variance σ²/n, (n−1)s²/σ² is χ² of n−1 degrees
+    /// of freedom, and a run of c lies beyond with E\[Q(m + k·s)^c\]. For c = 1 that
+    /// is the upper tail of Student's t of n−1 degrees at k/√(1 + 1/n). Runs and sides
+    /// are added up (Boole).
+    #[must_use]
+    pub fn false_alarm(&self) -> f64 {
+        let runs = (self.windows + 1).saturating_sub(self.consecutive);
+        (2.0 * f64::from(runs) * self.run_beyond()).min(1.0)
+    }
+
+    /// E[Q(m + k·s)^c], by the trapezium rule over m and s, whose densities and all
+    /// their derivatives vanish at the ends.
+    fn run_beyond(&self) -> f64 {
+        const POINTS: u32 = 400;
+        let (n, c) = (f64::from(self.baseline), self.consecutive as i32);
+        let nu = n - 1.0;
+        let (mut sum, mut weights) = (0.0, 0.0);
+        for i in 1..POINTS {
+            // s of 0 to 1 + 8 of its own deviations, of which 1/√(2ν) is one.
+            let s = (1.0 + 8.0 / (2.0 * nu).sqrt()) * f64::from(i) / f64::from(POINTS);
+            let chi = (nu - 1.0) * s.ln() - 0.5 * nu * (s * s - 1.0);
+            for j in 0..=POINTS {
+                let z = -8.0 + 16.0 * f64::from(j) / f64::from(POINTS);
+                let weight = (chi - 0.5 * z * z).exp();
+                let tail = 0.5 * erfc((z / n.sqrt() + self.k_sigma * s) / SQRT_2);
+                sum += weight * tail.powi(c);
+                weights += weight;
+            }
+        }
+        sum / weights
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hal_sim::random::standard_normal;
+
+    fn detector(k_sigma: f64, consecutive: u32) -> Detector {
+        Detector {
+            windows: 5,
+            baseline: 10,
+            k_sigma,
+            consecutive,
+            visible: 0.0,
+            resolution: 0.0,
+        }
+    }
+
+    #[test]
+    fn a_single_window_fails_as_student_says() {
+        // Upper points of t with 9 degrees of freedom (any table): 1.833, 2.821,
+        // 3.250, 4.297.
+        for (t, p) in [(1.833, 0.05), (2.821, 0.01), (3.250, 0.005), (4.297, 0.001)] {
+            let beyond = detector(t * 1.1_f64.sqrt(), 1).run_beyond();
+            assert!((beyond / p - 1.0).abs() < 2e-3, "{t}: {beyond}");
+        }
+    }
+
+    #[test]
+    fn a_run_fails_as_often_as_drawn_ones_do() {
+        for (k, c) in [(1.0, 2), (1.5, 2), (1.0, 3), (2.0, 3)] {
+            let one = Detector {
+                windows: c,
+                ..detector(k, c)
+            };
+            let draws = 40_000;
+            let mut alarms = 0;
+            for draw in 0..draws {
+                let noise = |i: u64| standard_normal(77, draw * 16 + i);
+                let baseline: Vec<f64> = (0..10).map(noise).collect();
+                let windows: Vec<f64> = (10..10 + u64::from(c)).map(noise).collect();
+                alarms += u64::from(one.judge(&baseline, &windows).is_movement());
+            }
+            let (drawn, said) = (alarms as f64 / draws as f64, one.false_alarm());
+            let error = (said / draws as f64).sqrt();
+            assert!(
+                (drawn - said).abs() < 4.0 * error,
+                "{k} {c}: {drawn} {said}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_movement_lasts_and_has_one_side() {
+        let baseline = [0.0, 0.2, -0.2, 0.1, -0.1, 0.0, 0.2, -0.2, 0.1, -0.1];
+        let of = |windows: &[f64]| detector(4.0, 3).judge(&baseline, windows);
+        assert!(of(&[0.0, 2.0, 2.1, 2.2, 0.0]).is_movement());
+        assert!(of(&[-3.0, -2.0, -2.1, 0.0, 0.0]).is_movement());
+        assert!(!of(&[2.0, 2.0, 0.0, 2.0, 2.0]).is_movement());
+        assert!(!of(&[2.0, -2.0, 2.0, -2.0, 2.0]).is_movement());
+        assert!(!of(&[5.0, 5.0]).is_movement());
+        let visible = Detector {
+            visible: 3.0,
+            ..detector(4.0, 3)
+        };
+        assert!(!visible.judge(&baseline, &[2.0; 5]).is_movement());
+        // A sensor that stands still is as quiet as its step says.
+        let coarse = Detector {
+            resolution: 0.1,
+            ..detector(4.0, 3)
+        };
+        assert!(!coarse.judge(&[1.0; 10], &[1.1; 5]).is_movement());
+        assert!(coarse.judge(&[1.0; 10], &[1.2; 5]).is_movement());
+    }
+}

@@ -1,0 +1,291 @@
+//! A search that can be run: declared, exact, and everything that is wrong told at
+//! once.
+
+use super::declaration::{Declared, Kind};
+use super::detector::Detector;
+use super::milli::Milli;
+use serde::Deserialize;
+
+/// Most presentations of one stair, repeats apart.
+const MOST_LEVELS: u32 = 1000;
+
+/// Share of searches that may find a movement where none is; what makes more of them
+/// is refused.
+const FALSE_ALARMS: f64 = 0.01;
+
+/// A channel that a search drives.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Site {
+    /// From 1.
+    pub channel: u8,
+    /// What a ratio is of; nothing where levels are amplitudes.
+    pub max: Option<Milli>,
+}
+
+impl Site {
+    /// The channel's amplitude at a level.
+    #[must_use]
+    pub fn amplitude(&self, level: Milli) -> Milli {
+        self.max.map_or(level, |max| level.of(max))
+    }
+}
+
+/// A search that can be run.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Search {
+    declared: Declared,
+    sites: Vec<Site>,
+    /// Start, step and limit.
+    stair: [Milli; 3],
+}
+
+impl Search {
+    /// Checks a declaration by itself.
+    ///
+    /// # Errors
+    /// Everything that is wrong with it, by field.
+    pub fn new(declared: Declared) -> Result<Self, Vec<String>> {
+        let mut told = Vec::new();
+        ranges(&declared, &mut told);
+        fitting(&declared, &mut told);
+        let mut exact = |name: &str, value: f64| {
+            let milli = Milli::exactly(value).filter(|milli| milli.0 > 0);
+            if milli.is_none() {
+                told.push(format!(
+                    "{name} is {value}: allowed are whole thousandths above 0"
+                ));
+            }
+            milli.unwrap_or(Milli(1000))
+        };
+        let stair = [
+            exact("start", declared.start),
+            exact("step", declared.step),
+            exact("limit", declared.limit),
+        ];
+        let sites: Vec<Site> = match declared.kind {
+            Kind::Ratio => (declared.of.iter())
+                .map(|share| Site {
+                    channel: share.channel,
+                    max: Some(exact("of.max", share.max)),
+                })
+                .collect(),
+            _ => (declared.channel.iter())
+                .map(|&channel| Site { channel, max: None })
+                .collect(),
+        };
+        let search = Self {
+            declared,
+            sites,
+            stair,
+        };
+        if told.is_empty() {
+            stairs(&search, &mut told);
+        }
+        match told.is_empty() {
+            true => Ok(search),
+            false => Err(told),
+        }
+    }
+
+    /// What stands against this search within `limit_of` each channel, from 1: the
+    /// wearer's limit, its unit's symbol; nothing where there is no channel
+    /// that plays by itself.
+    #[must_use]
+    pub fn beyond<'a>(&self, limit_of: impl Fn(u8) -> Option<(Milli, &'a str)>) -> Vec<String> {
+        let mut told = Vec::new();
+        let highest = self.levels().last().unwrap_or_default();
+        for site in &self.sites {
+            let (channel, top) = (site.channel, site.amplitude(highest));
+            match limit_of(channel) {
+                None => told.push(format!(
+                    "channel {channel} is not the session's, or waits for a trigger"
+                )),
+                Some((limit, unit)) if top > limit => told.push(format!(
+                    "the stair would go to {top} {unit} on channel {channel}, beyond the \
+                     wearer's limit of {limit} {unit}"
+                )),
+                Some(_) => {}
+            }
+        }
+        told
+    }
+
+    /// As declared.
+    #[must_use]
+    pub const fn declared(&self) -> &Declared {
+        &self.declared
+    }
+
+    /// The channels that it drives, one or more.
+    #[must_use]
+    pub fn sites(&self) -> &[Site] {
+        &self.sites
+    }
+
+    /// From level to level.
+    #[must_use]
+    pub const fn step(&self) -> Milli {
+        self.stair[1]
+    }
+
+    /// All levels, rising.
+    pub fn levels(&self) -> impl Iterator<Item = Milli> {
+        let [start, step, limit] = self.stair;
+        (start.0..=limit.0).step_by(step.0 as usize).map(Milli)
+    }
+
+    /// Probability that it finds a movement at a level of no movement: see
+    /// [`Detector::false_alarm`]. Each presentation has a baseline of its own.
+    #[must_use]
+    pub fn false_alarm(&self) -> f64 {
+        let repeats = self.declared.confirm as i32;
+        let one = Detector::of(&self.declared).false_alarm().powi(1 + repeats);
+        1.0 - (1.0 - one).powi(self.levels().count() as i32)
+    }
+}
+
+/// A file of searches on one session.
+#[derive(Clone, PartialEq, Debug)]
+pub struct SearchFile {
+    /// The session file, from the folder of this one: wearer, channels and body.
+    pub session: String,
+    /// One or more, run in this order.
+    pub searches: Vec<Search>,
+}
+
+impl SearchFile {
+    /// Reads the text of a file.
+    ///
+    /// # Errors
+    /// Everything that is wrong with it.
+    pub fn parse(text: &str) -> Result<Self, Vec<String>> {
+        #[derive(Deserialize)]
+        #[serde(deny_unknown_fields)]
+        struct File {
+            session: String,
+            #[serde(default, rename = "search")]
+            searches: Vec<Declared>,
+        }
+        let file: File = toml::from_str(text).map_err(|error| {
+            let before = error.span().and_then(|span| text.get(..span.start));
+            let line = before.map_or(1, |before| before.matches('\n').count() + 1);
+            vec![format!("line {line}: {}", error.message())]
+        })?;
+        let (mut searches, mut told) = (Vec::new(), Vec::new());
+        if file.searches.is_empty() {
+            told.push("there is no [[search]]".to_owned());
+        }
+        for (declared, number) in file.searches.into_iter().zip(1..) {
+            match Search::new(declared) {
+                Ok(search) => searches.push(search),
+                Err(mistakes) => {
+                    let of = |what| format!("search {number}: {what}");
+                    told.extend(mistakes.into_iter().map(of));
+                }
+            }
+        }
+        let session = file.session;
+        match told.is_empty() {
+            true => Ok(Self { session, searches }),
+            false => Err(told),
+        }
+    }
+}
+
+/// Fields outside their ranges.
+fn ranges(d: &Declared, told: &mut Vec<String>) {
+    let mut within = |name: &str, value: f64, least: f64, most: f64| {
+        if !(least..=most).contains(&value) {
+            told.push(format!("{name} is {value}: allowed is {least} to {most}"));
+        }
+    };
+    within("windows", d.windows.into(), 1.0, 100.0);
+    within("window_ms", d.window_ms.into(), 10.0, 1000.0);
+    within("baseline_windows", d.baseline_windows.into(), 5.0, 100.0);
+    within("k_sigma", d.k_sigma, 1.0, 20.0);
+    within("consecutive", d.consecutive.into(), 1.0, d.windows.into());
+    within("confirm", d.confirm.into(), 0.0, 5.0);
+    within("settle_ms", d.settle_ms.into(), 0.0, 5000.0);
+    within("rest_s", d.rest_s, 0.0, 600.0);
+    within("resolution_deg", d.resolution_deg, 0.0, 10.0);
+    within("visible_deg", d.visible_deg.unwrap_or(1.0), 0.001, 90.0);
+    within("rating", d.rating.unwrap_or(0).into(), 0.0, 9.0);
+    for channel in d
+        .channel
+        .iter()
+        .chain(d.of.iter().map(|share| &share.channel))
+    {
+        within("channel", (*channel).into(), 1.0, 10.0);
+    }
+    if let Some(rating) = d.simulated_rating {
+        within("simulated_rating.noise", rating.noise, 0.0, 10.0);
+        within("simulated_rating.ten", rating.ten, rating.none + 1e-3, 1e6);
+    }
+    let baseline_s = f64::from(d.baseline_windows * d.window_ms.min(1000)) * 1e-3;
+    if d.needs_baseline() && d.rest_s < baseline_s {
+        let rest_s = d.rest_s;
+        told.push(format!(
+            "rest_s is {rest_s}: its baseline alone lasts {baseline_s} s"
+        ));
+    }
+}
+
+/// Which fields a kind has.
+fn fitting(d: &Declared, told: &mut Vec<String>) {
+    let kind = d.kind.name();
+    let mut has = |name: &str, is_there: bool, is_wanted: bool| match (is_there, is_wanted) {
+        (true, false) => told.push(format!("{name} says nothing in a search of kind {kind}")),
+        (false, true) => told.push(format!("{name} is missing in a search of kind {kind}")),
+        _ => {}
+    };
+    let is_ratio = d.kind == Kind::Ratio;
+    has("channel", d.channel.is_some(), !is_ratio);
+    has("of", !d.of.is_empty(), is_ratio);
+    has(
+        "visible_deg",
+        d.visible_deg.is_some(),
+        d.kind == Kind::Visible,
+    );
+    has("rating", d.rating.is_some(), d.kind.is_rated());
+    let is_rated = d.simulated_rating.is_some();
+    has("simulated_rating", is_rated, is_rated && d.kind.is_rated());
+}
+
+/// What the levels and the detector say together.
+fn stairs(search: &Search, told: &mut Vec<String>) {
+    let [start, step, limit] = search.stair;
+    let d = search.declared();
+    if start > limit {
+        told.push(format!("start is {start}, above the limit of {limit}"));
+    } else if (limit.0 - start.0) / step.0 >= MOST_LEVELS {
+        told.push(format!(
+            "step is {step}: more than {MOST_LEVELS} levels from start to limit"
+        ));
+    } else if !d.kind.is_rated() && search.false_alarm() > FALSE_ALARMS {
+        told.push(format!(
+            "k_sigma is {}: with {} baseline windows, {} of {} windows in a row and {} \
+             repeats, {:.1} % of searches of {} levels would find a movement where none is, \
+             allowed is 1 %",
+            d.k_sigma,
+            d.baseline_windows,
+            d.consecutive,
+            d.windows,
+            d.confirm,
+            1e2 * search.false_alarm(),
+            search.levels().count(),
+        ));
+    }
+    if d.kind == Kind::Ratio && limit > Milli(1000) {
+        told.push(format!("limit is {limit}: a ratio is at most 1"));
+    }
+    let sites = search.sites();
+    for (place, site) in sites.iter().enumerate() {
+        if sites
+            .iter()
+            .take(place)
+            .any(|other| other.channel == site.channel)
+        {
+            told.push(format!("of names channel {} twice", site.channel));
+        }
+    }
+}

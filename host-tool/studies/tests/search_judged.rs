@@ -1,0 +1,54 @@
+//! How often the laboratory's searches are wrong on wearers of declared numbers.
+
+use studies::laboratory::search::Search;
+use studies::laboratory::search::judge::{Curve, JUDGED, Judged, Tally, judge};
+
+/// Every case, told; those that are judged meet what was declared.
+fn judged(first_seed: u64, searches: u64) {
+    let declared = Judged::parse(JUDGED).unwrap();
+    for case in &declared.cases {
+        let tally = judge(case, first_seed, searches).unwrap();
+        let Tally {
+            searches,
+            early,
+            missed,
+            findable,
+            within,
+            covered,
+            ..
+        } = tally;
+        let per = |total: u64| total as f64 / searches as f64;
+        println!(
+            "{:30} false {early} + {missed} of {searches}, within a step {within} of {findable} \
+             ({:.1} %), interval {covered}, worst {:.2} steps; {:.1} presentations, {:.0} pulses; \
+             false alarms calculated {:.1e}",
+            case.name,
+            1e2 * tally.within_share(),
+            tally.worst_steps,
+            per(tally.presentations),
+            per(tally.pulses),
+            Search::new(case.search.clone()).unwrap().false_alarm(),
+        );
+        if case.correlation > 0.0 {
+            continue; // told, not judged
+        }
+        assert!(tally.false_share() < 0.01, "{}", case.name);
+        if case.curve != Curve::Still {
+            assert!(tally.within_share() >= 0.95, "{}", case.name);
+        }
+    }
+}
+
+/// On seeds of development.
+#[test]
+fn drawn_wearers_are_searched_rightly() {
+    judged(1, 300);
+}
+
+/// On the declared seeds, which nothing was chosen by.
+#[test]
+fn the_judged_run_holds() {
+    let declared = Judged::parse(JUDGED).unwrap();
+    assert!(declared.searches >= 1000);
+    judged(declared.first_seed, declared.searches);
+}
