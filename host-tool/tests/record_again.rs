@@ -150,7 +150,7 @@ fn an_image_inside_the_replaced_record_survives() {
 #[test]
 fn an_experiment_repeats() {
     let folder = folder("again_experiment");
-    let line = "experiment harris-wall --arms 1 --seed 9 --out first";
+    let line = "experiment harris-wall --draws 1 --seed 9 --out first";
     told(&folder, line);
     told(&folder, "rerun first --out second");
     are_the_same(&folder.join("first"), &folder.join("second"));

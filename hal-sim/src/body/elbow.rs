@@ -11,7 +11,10 @@ use std::collections::VecDeque;
 use super::muscle::{Muscle, Step};
 use super::wearer::{effective_voltage, recruitment};
 use super::{Body, CHANNELS, Load, Pulse};
-pub use spec::{Approach, ElbowMuscle, ElbowSpec, InvalidElbow, Person, TORQUE_FREQUENCY_HZ};
+use person::Seen;
+pub use spec::{
+    Approach, ElbowMuscle, ElbowSpec, InvalidElbow, Person, Sight, TORQUE_FREQUENCY_HZ,
+};
 
 /// Time step of the joint, µs. Muscles are also split at every pulse.
 const TICK_US: u64 = 1000;
@@ -37,6 +40,7 @@ pub struct Elbow {
     tick: u64,
     triceps: Driven,
     biceps: Driven,
+    seen: Seen,
     voluntary_nm: f64,
     angle_rad: f64,
     rate_rad_per_s: f64,
@@ -56,6 +60,7 @@ impl Elbow {
             tick: 0,
             triceps: Driven::new(spec.triceps),
             biceps: Driven::new(spec.biceps),
+            seen: Seen::default(),
             voluntary_nm: 0.0,
             angle_rad: spec.person.start_deg.to_radians(),
             rate_rad_per_s: 0.0,
@@ -92,7 +97,8 @@ impl Elbow {
         let [triceps, biceps] = [0, 1].map(|i| 0.5 * (before[i] + after[i]));
         let t_s = start_us as f64 * 1e-6;
         let person = &self.spec.person;
-        self.voluntary_nm = person.torque_nm(t_s, self.angle_rad, self.rate_rad_per_s);
+        let (angle, rate) = (self.angle_rad, self.rate_rad_per_s);
+        self.voluntary_nm = person.torque_nm(&mut self.seen, t_s, angle, rate);
         let working = triceps + biceps + self.voluntary_nm.abs();
         let damping = self.spec.damping_nm_s_per_rad + self.spec.active_damping_s_per_rad * working;
         self.turn(biceps - triceps + self.voluntary_nm, damping);

@@ -1,40 +1,35 @@
-//! `flexor experiment`: the papers' protocols.
+//! `flexor experiment`: a paper's protocol, then the same with wearers drawn.
 
 use super::out::OutArgs;
 use super::{Bar, Output, interrupt, wrong};
-use clap::{Args, Subcommand};
-use host_core::analysis::Hit;
+use clap::Args;
 use host_core::link::Interruption;
-use host_core::record::{Assumption, Ending, Plan, Role, Run, Trial, write_run};
-use host_core::run::{DeviceName, RunError, TrialPlace, greet, interruptible, record};
+use host_core::record::{Ending, Plan, Run, write_run};
+use host_core::run::{DeviceName, greet};
+use std::io::{BufRead, IsTerminal};
 use std::path::Path;
-use studies::experiments::harris_wall::{self, SPEEDS_DEG_PER_S, Shares, hit_at};
+use std::time::{Duration, Instant};
+use studies::experiments::named;
+use studies::laboratory::{
+    Conducted, Course, Ended, Experiment, LaboratoryError, Operator, Outcome, Shard, Sweep,
+    headline, publish,
+};
 
-/// Run a paper's protocol
-#[derive(Subcommand, Debug)]
-pub enum Experiment {
-    HarrisWall(HarrisWall),
-}
-
-pub fn main(experiment: &Experiment, output: Output) -> anyhow::Result<()> {
-    match experiment {
-        Experiment::HarrisWall(args) => harris_wall(args, output),
-    }
-}
-
-/// Harris 2017: hit a virtual wall slowly and fast, with and without pre-wall
-/// and co-contraction; then the same with arms drawn at random
+/// Run a paper's protocol on a device; then, simulated, with wearers drawn at random
 #[derive(Args, Debug)]
-pub struct HarrisWall {
+pub struct ExperimentArgs {
+    /// harris-wall, or the file of a declaration
+    name: String,
     /// native, chip, qemu, a serial port, or tcp:HOST:PORT
     #[arg(long, default_value = "native")]
     device: DeviceName,
-    /// Arms to draw; each hits every wall at every speed
-    #[arg(long, default_value_t = 288)]
-    arms: u64,
-    /// Decides the sensor's noise and the arms drawn
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
+    /// Wearers to draw; default: the declaration's number in this program's
+    /// simulators, none for a board
+    #[arg(long)]
+    draws: Option<u64>,
+    /// Decides order, noise and wearers; default: the declaration's
+    #[arg(long)]
+    seed: Option<u64>,
     #[command(flatten)]
     out: OutArgs,
     /// Of which record this is a rerun.
@@ -42,178 +37,193 @@ pub struct HarrisWall {
     rerun_of: Option<String>,
 }
 
-impl Experiment {
+/// How a record of an experiment names its command.
+const COMMAND: &str = "experiment ";
+/// Most wearers drawn.
+const MOST_DRAWS: u64 = 100_000;
+
+impl ExperimentArgs {
     /// The experiment of a record, again, in `out`; `None` for another command's.
     pub fn again(record: &Run, out: OutArgs, of: String) -> Option<Self> {
         let plan = record.plan.as_ref()?;
         let identity = record.trials.first()?.identity.as_ref()?;
-        let device = DeviceName::of(identity.kind)?;
-        (plan.command == "experiment harris-wall").then_some(Self::HarrisWall(HarrisWall {
-            device,
-            arms: plan.arms?,
-            seed: record.seed?,
+        Some(Self {
+            name: plan.command.strip_prefix(COMMAND)?.to_owned(),
+            device: DeviceName::of(identity.kind)?,
+            draws: Some(plan.draws?),
+            seed: Some(record.seed?),
             out,
             rerun_of: Some(of),
-        }))
+        })
     }
 }
 
-fn harris_wall(args: &HarrisWall, output: Output) -> anyhow::Result<()> {
-    if !(1..=100_000).contains(&args.arms) {
-        let arms = args.arms;
-        return wrong(format!("--arms is {arms}, allowed is 1 to 100000"));
+/// # Errors
+/// No such experiment, no device, a folder that cannot be written, a trial that ended
+/// early.
+pub fn main(args: &ExperimentArgs, output: Output) -> anyhow::Result<()> {
+    let experiment = named(&args.name)?;
+    let seed = args.seed.unwrap_or(experiment.declaration.seed);
+    let declared = if args.device.is_port() {
+        0
+    } else {
+        experiment.declaration.draws
+    };
+    let draws = args.draws.unwrap_or(declared);
+    if draws > MOST_DRAWS {
+        return wrong(format!("--draws is {draws}, allowed is 0 to {MOST_DRAWS}"));
     }
     let interruption = interrupt::heed()?;
     if args.out.overwrites() && args.device.is_port() {
         // No record goes for a device that is not there.
-        if let Some((_, file)) = harris_wall::sessions()?.first() {
-            greet(args.device.open(&file.session, args.seed)?, &interruption)?;
+        if let Some(condition) = experiment.conditions.first() {
+            let session = condition.session(&[])?.session;
+            greet(args.device.open(&session, seed)?, &interruption)?;
         }
     }
-    let place = args.out.place("harris-wall")?;
+    let place = args.out.place(&experiment.declaration.name)?;
     let dir = place.dir();
-    let bar = output.bar("Harris 2017, virtual wall");
-    let title = "Harris 2017: a virtual wall with and without pre-wall and co-contraction";
     let device = args.device.to_string();
     let plan = Plan {
-        arms: Some(args.arms),
-        ..Plan::of("experiment harris-wall", &device)
+        draws: Some(draws),
+        ..Plan::of(&format!("{COMMAND}{}", args.name), &device)
     };
-    let mut record = Run::begin(title, &device, Some(args.seed), plan);
+    let mut record = Run::begin(&experiment.declaration.title, &device, Some(seed), plan);
     record.host.rerun_of = args.rerun_of.clone();
     write_run(dir, &record)?;
-    let cut_short = scenarios(dir, args, &interruption, &mut record.trials, &bar)?;
-    let mut drawn = Vec::new();
-    if cut_short.is_none() {
-        drawn = harris_wall::drawn(args.arms, args.seed, &mut |part| {
-            bar.set(0.2 + 0.8 * part);
-            interruption.asked().is_none()
-        })?;
-    }
+    let bar = output.bar(&experiment.declaration.name);
+    let mut beside = Beside {
+        bar: &bar,
+        is_board: args.device.is_port(),
+        part: if draws == 0 { 1.0 } else { 0.3 },
+        interruption: interruption.clone(),
+    };
+    let course = experiment.conduct(dir, (&args.device, seed), &mut beside)?;
+    record.trials = course.trials.iter().map(|it| it.trial.clone()).collect();
+    let outcome = came_to(&experiment, (seed, draws), dir, &course, &beside);
     bar.finish();
-    let ended = interrupt::after_runs(cut_short, &interruption);
-    if let Err(error) = ended {
-        return Err(interrupt::conclude(dir, record, error));
-    }
-    let shares = Shares::of(&drawn);
-    record.assumptions = assumptions(&shares);
-    write_run(dir, &record)?;
+    let outcome = match outcome.and_then(|it| ended(course, it, &interruption)) {
+        Ok(outcome) => outcome,
+        Err(error) => return Err(interrupt::conclude(dir, record, error)),
+    };
     record.ending = Ending::complete();
-    let page = interrupt::close(dir, &mut record).inspect_err(|_| super::lies_in(dir))?;
-    let page = page.display().to_string();
+    interrupt::close(dir, &mut record).inspect_err(|_| super::lies_in(dir))?;
+    let page = dir.join("result.html").display().to_string();
     output.say(
-        || people(&record.trials, &shares, &page),
-        || machines(&record.trials, &shares, &page),
+        || people(&outcome, &page),
+        || serde_json::json!({ "result": outcome, "page": page }),
     )?;
     Ok(())
 }
 
-/// Runs the scenarios as far as they go, and says what cut them short.
-fn scenarios(
+/// What the trials, and the wearers drawn, came to; written beside the record as far
+/// as it goes.
+fn came_to(
+    experiment: &Experiment,
+    (seed, draws): (u64, u64),
     dir: &Path,
-    args: &HarrisWall,
+    course: &Course,
+    beside: &Beside<'_>,
+) -> anyhow::Result<Option<Outcome>> {
+    let is_simulated = |it: &Conducted| it.trial.identity.as_ref().is_none_or(|it| it.simulated);
+    let simulated = course.trials.iter().all(is_simulated);
+    if draws == 0 || course.ended.is_some() {
+        let outcome = Outcome::of_trials(experiment, seed, &course.trials, simulated);
+        publish(dir, experiment, &outcome, &course.trials)?;
+        return Ok(Some(outcome));
+    }
+    let sweep = Sweep::new(experiment, seed, draws, Shard::WHOLE);
+    sweep.begin(dir)?;
+    let outcome = sweep.run(experiment, dir, &mut |part| {
+        beside.bar.set(beside.part + (1.0 - beside.part) * part);
+        beside.interruption.asked().is_none()
+    })?;
+    if let Some(outcome) = &outcome {
+        publish(dir, experiment, outcome, &course.trials)?;
+    }
+    Ok(outcome)
+}
+
+/// The outcome of what came to its end.
+fn ended(
+    course: Course,
+    outcome: Option<Outcome>,
     interruption: &Interruption,
-    trials: &mut Vec<Trial>,
-    bar: &Bar,
-) -> anyhow::Result<Option<RunError>> {
-    let sessions = harris_wall::sessions()?;
-    for (position, (name, file)) in sessions.iter().enumerate() {
-        let place = TrialPlace {
-            dir,
-            position,
-            name,
-        };
-        let half_us = file.session.duration_us / 2;
-        let watch = interruptible(interruption, |_| ());
-        let recorded = record(place, file, (&args.device, args.seed), half_us, watch)?;
-        trials.push(recorded.trial);
-        if recorded.error.is_some() {
-            return Ok(recorded.error);
-        }
-        bar.set(0.2 * trials.len() as f64 / sessions.len() as f64);
-    }
-    Ok(None)
-}
-
-fn people(trials: &[Trial], shares: &Shares, page: &str) -> String {
-    let mut text = format!(
-        "{:<26}{:>16}{:>8}{:>12}   (inside the wall; late: third quarter of a hit)\n",
-        "hit at 15 and at 55 °/s", "deepest, °", "turns", "late swing"
-    );
-    for trial in trials {
-        for speed in SPEEDS_DEG_PER_S {
-            text += &match hit_at(trial, speed) {
-                Some(hit) => row(&trial.name, speed, &hit),
-                None => format!("{:<20}{speed:>4.0} °/s: not touched\n", trial.name),
-            };
-        }
-    }
-    text += &format!(
-        "\nArms drawn at random, {} hits of each wall, without a board around the device's wall:\n",
-        shares.visits
-    );
-    for (what, share) in findings(shares) {
-        text += &format!("{:>6.1} %  {what}\n", 100.0 * share);
-    }
-    text + &format!(
-        "\nSimulated: what came of assumed arms, no evidence about people. The paper's pre-wall\n\
-         reaches full current at the wall itself, so it is also the same ramp 9° further out: less\n\
-         depth inside the wall follows from that alone. Report: {page}"
-    )
-}
-
-fn row(name: &str, speed: f64, hit: &Hit) -> String {
-    format!(
-        "{name:<26}{speed:>4.0} °/s{:>9.1}{:>8}{:>11.1}°\n",
-        hit.deepest_deg, hit.turns, hit.late_swing_deg
-    )
-}
-
-/// What was asked of the drawn arms, and its share.
-#[rustfmt::skip]
-fn findings(shares: &Shares) -> [(&'static str, f64); 6] {
-    [
-        ("pre-wall: less deep inside the wall (paper: less)", shares.pre_wall_less_deep),
-        ("pre-wall: less far beyond where current begins", shares.pre_wall_less_beyond_begin),
-        ("pre-wall: swings no more (paper: less)", shares.pre_wall_swings_no_more),
-        ("co-contraction: swings less, with pre-wall (paper: less)", shares.co_contraction_helps_with_pre_wall),
-        ("co-contraction: swings less, without pre-wall (paper: no)", shares.co_contraction_helps_without),
-        ("co-contraction: helps only with pre-wall (the paper's conclusion)", shares.helps_only_with_pre_wall),
-    ]
-}
-
-/// What the experiment assumes.
-const PUT_IN: [&str; 4] = [
-    "The arm: inertia 0.06 kg m², muscle dynamics and delay of the finger, everything else assumed.",
-    "The person moves at a meant speed with at most 1.5 N m and pushes on with that; no reflexes, \
-     no reaction, no sight.",
-    "Stiffness and pulse rate are not stated in the paper: 80 mA over 9° and 50 Hz are assumed.",
-    "The paper's pre-wall reaches full current at the wall, so it is also the same ramp 9° further \
-     out.",
-];
-
-fn assumptions(shares: &Shares) -> Vec<Assumption> {
-    let put = |text: &str| Assumption {
-        role: Role::PutIn,
-        text: text.to_owned(),
+) -> anyhow::Result<Outcome> {
+    let (done, of) = (course.trials.len(), course.of);
+    let stopped = |why: String| LaboratoryError::Stopped { why, done, of };
+    let cut_short = match course.ended {
+        None => None,
+        Some(Ended::Run(error)) => Some(error),
+        Some(Ended::Criterion(what)) => return Err(stopped(what).into()),
+        Some(Ended::Operator) if interruption.asked().is_some() => None,
+        Some(Ended::Operator) => return Err(stopped("whoever operates it said no".into()).into()),
     };
-    let mut all = PUT_IN.map(put).to_vec();
-    all.extend(findings(shares).map(|(what, share)| Assumption {
-        role: Role::CameOut,
-        text: format!(
-            "{what}: in {:.0} % of {} hits by arms drawn at random.",
-            100.0 * share,
-            shares.visits
-        ),
-    }));
-    all
+    interrupt::after_runs(cut_short, interruption)?;
+    let lost = || stopped("the wearers drawn came to no end".into());
+    outcome.ok_or_else(|| lost().into())
 }
 
-fn machines(trials: &[Trial], shares: &Shares, page: &str) -> serde_json::Value {
-    let hits = |trial: &Trial| SPEEDS_DEG_PER_S.map(|speed| hit_at(trial, speed));
-    let trials: Vec<_> = trials
-        .iter()
-        .map(|trial| serde_json::json!({ "scenario": trial.name, "hits": hits(trial) }))
-        .collect();
-    serde_json::json!({ "scenarios": trials, "drawn_arms": shares, "report": page })
+/// Whoever types the command.
+struct Beside<'a> {
+    bar: &'a Bar,
+    /// Whether a person is stimulated: only they rest, and only they are spoken to.
+    is_board: bool,
+    /// Of the bar that the protocol takes.
+    part: f64,
+    interruption: Interruption,
+}
+
+impl Operator for Beside<'_> {
+    fn ready(&mut self, text: &str) -> bool {
+        if self.is_board {
+            eprintln!("{text}");
+            if std::io::stdin().is_terminal() {
+                eprintln!("Enter: go on; q and Enter: end here");
+                let mut line = String::new();
+                let read = std::io::stdin().lock().read_line(&mut line);
+                return read.is_ok() && line.trim().is_empty() && !line.is_empty();
+            }
+        }
+        self.interruption.asked().is_none()
+    }
+
+    fn rest(&mut self, rest_s: f64) -> bool {
+        let until = Instant::now() + Duration::from_secs_f64(rest_s);
+        if self.is_board {
+            eprintln!("{rest_s} s of rest");
+        }
+        while self.is_board && Instant::now() < until && self.interruption.asked().is_none() {
+            std::thread::sleep(Duration::from_millis(50));
+        }
+        self.interruption.asked().is_none()
+    }
+
+    fn progress(&mut self, part: f64) {
+        self.bar.set(self.part * part);
+    }
+
+    fn interruption(&self) -> Interruption {
+        self.interruption.clone()
+    }
+}
+
+/// Shares and headline, in 80 columns.
+pub(super) fn people(outcome: &Outcome, page: &str) -> String {
+    let mut text = format!("{}\n\n", headline(outcome));
+    for share in &outcome.shares {
+        let paper = match share.paper {
+            Some(true) => "paper: yes",
+            Some(false) => "paper: no",
+            None => "",
+        };
+        let percent = 100.0 * share.holds as f64 / (share.of as f64).max(1.0);
+        let claim: String = share.claim.chars().take(52).collect();
+        text += &format!("{percent:>6.1} %  {claim:<52}  {paper}\n");
+    }
+    let who = match outcome.simulated {
+        true => "Simulated: what came of assumed bodies, no evidence about people.",
+        false => "One person: what was measured here, no more.",
+    };
+    text + &format!("\n{who}\nPage: {page}")
 }

@@ -19,9 +19,11 @@ mod profile;
 mod report;
 mod rerun;
 mod run;
+mod search;
 mod selftest;
 mod serve;
 mod study;
+mod sweep;
 
 pub use demo::overview;
 
@@ -62,13 +64,14 @@ enum Command {
     Serve(serve::Serve),
     Edges(edges::Edges),
     ExplainModel(explain_model::ExplainModel),
-    #[command(subcommand)]
-    Experiment(experiment::Experiment),
+    Experiment(experiment::ExperimentArgs),
     Monitor(monitor::Monitor),
     Muscle(muscle::Muscle),
     New(new::New),
     Profile(profile::ProfileArgs),
+    Search(search::SearchArgs),
     Selftest(selftest::Selftest),
+    Sweep(sweep::SweepArgs),
 }
 
 /// How results and progress are told.
@@ -174,12 +177,14 @@ pub fn main() -> ExitCode {
         Command::Serve(args) => serve::main(args, output),
         Command::Edges(args) => edges::main(args, output),
         Command::ExplainModel(args) => explain_model::main(args, output),
-        Command::Experiment(experiment) => experiment::main(experiment, output),
+        Command::Experiment(args) => experiment::main(args, output),
         Command::Monitor(args) => monitor::main(args, output),
         Command::Muscle(args) => muscle::main(args, output),
         Command::New(args) => new::main(args, output),
         Command::Profile(args) => profile::main(args, output),
+        Command::Search(args) => search::main(args, output),
         Command::Selftest(args) => selftest::main(args, output),
+        Command::Sweep(args) => sweep::main(args, output),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

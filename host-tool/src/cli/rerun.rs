@@ -2,7 +2,7 @@
 
 use super::chip::ChipArgs;
 use super::demo::{self, Demo};
-use super::experiment::{self, Experiment};
+use super::experiment::{self, ExperimentArgs};
 use super::out::OutArgs;
 use super::perform::{Order, Performed, perform};
 use super::{Incomplete, Output};
@@ -74,7 +74,7 @@ pub fn main(args: &Rerun, output: Output) -> anyhow::Result<()> {
     let of = dir.display().to_string();
     if let Some(again) = Demo::again(&record, out.clone(), of.clone()) {
         demo::main(&again, output)?;
-    } else if let Some(again) = Experiment::again(&record, out.clone(), of.clone()) {
+    } else if let Some(again) = ExperimentArgs::again(&record, out.clone(), of.clone()) {
         experiment::main(&again, output)?;
     } else {
         let performed = session_again(dir, &record, &plan, &out, output)?;

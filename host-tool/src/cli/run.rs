@@ -70,7 +70,7 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
         acknowledge: args.acknowledge,
         vcd: args.vcd.is_some(),
         image: args.chip.image().is_some(),
-        arms: None,
+        draws: None,
     };
     let mut record = Run::begin(&session.session.title, &args.device.to_string(), seed, plan);
     record.study = study;

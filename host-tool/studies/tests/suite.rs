@@ -3,10 +3,11 @@
 mod accuracy_study;
 mod control_campaign;
 mod control_twin;
-mod harris_wall;
+mod laboratory;
 mod ladder_judge;
 mod limit_cycle;
 mod search;
+mod search_device;
 mod search_judged;
 mod thresholds_found;
 mod tracking_causes;

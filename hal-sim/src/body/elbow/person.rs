@@ -1,14 +1,68 @@
 //! What the person does of their own will.
 
-use super::spec::{Approach, Person};
+use super::TICK_S;
+use super::spec::{Approach, Person, Sight};
+use std::collections::VecDeque;
 
 /// How fast the arm heads for its start angle when it goes back, 1/s.
 const RETURN_PER_S: f64 = 4.0;
 
+/// What a person has seen, and means to do about it.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Seen {
+    /// Angles of the latest milliseconds, oldest first, degrees.
+    angles: VecDeque<f64>,
+    /// Milliseconds since the latest correction.
+    since: u32,
+    /// The speed meant before it and by it, °/s; none before the first.
+    meant: Option<(f64, f64)>,
+}
+
+impl Seen {
+    /// One millisecond of `angle_deg` on the screen; the speed meant by now, °/s,
+    /// of a person who approaches at `speed_deg_per_s`.
+    pub(super) fn correct(&mut self, sight: Sight, angle_deg: f64, speed_deg_per_s: f64) -> f64 {
+        self.angles.push_back(angle_deg);
+        if self.angles.len() as f64 * TICK_S > sight.delay_s + TICK_S {
+            self.angles.pop_front();
+        }
+        self.since += 1;
+        let gone_s = f64::from(self.since) * TICK_S;
+        if self.meant.is_none() || gone_s >= sight.every_s {
+            let seen_deg = self.angles.front().copied().unwrap_or(angle_deg);
+            let wanted = (sight.line_deg - seen_deg) / sight.every_s;
+            let wanted = wanted.clamp(-speed_deg_per_s, speed_deg_per_s);
+            let before = self.meant.map_or(0.0, |(_, meant)| meant);
+            (self.meant, self.since) = (Some((before, wanted)), 0);
+        }
+        let gone_s = f64::from(self.since) * TICK_S;
+        let (before, meant) = self.meant.unwrap_or_default();
+        before + (meant - before) * minimum_jerk(gone_s / sight.every_s)
+    }
+}
+
 impl Person {
     /// Voluntary torque at this time and motion, N·m, flexion positive.
-    pub(super) fn torque_nm(&self, t_s: f64, angle_rad: f64, rate_rad_per_s: f64) -> f64 {
-        let meant = self.meant_rad_per_s(t_s, angle_rad);
+    pub(super) fn torque_nm(
+        &self,
+        seen: &mut Seen,
+        t_s: f64,
+        angle_rad: f64,
+        rate_rad_per_s: f64,
+    ) -> f64 {
+        let under_way = |a: &&Approach| (a.at_s..a.at_s + a.for_s).contains(&t_s);
+        let approach = self.approaches.iter().find(under_way);
+        let meant = match (self.sight, approach) {
+            (Some(sight), Some(approach)) => {
+                let speed = approach.speed_deg_per_s;
+                seen.correct(sight, angle_rad.to_degrees(), speed)
+                    .to_radians()
+            }
+            _ => {
+                *seen = Seen::default();
+                self.meant_rad_per_s(t_s, angle_rad)
+            }
+        };
         let wanted = self.gain_nm_s_per_rad * (meant - rate_rad_per_s);
         wanted.clamp(-self.push_nm, self.push_nm)
     }

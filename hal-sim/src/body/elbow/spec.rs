@@ -1,5 +1,6 @@
 //! The numbers of one elbow and of the person it belongs to.
 
+use super::TICK_S;
 use crate::body::CHANNELS;
 use crate::body::muscle::Parameters;
 use crate::body::wearer::RECRUITMENT_CURVATURE;
@@ -43,8 +44,9 @@ pub struct Approach {
 /// with a constant torque, as Harris' participant was told to ("at a low force
 /// level, held as constant as possible"). The meant rate rises along a
 /// minimum-jerk course (Flash & Hogan 1985) over `onset_s`. There is no reaction
-/// to what is felt, no reflex and no sight: all later than an oscillation that
-/// matters here, and none known for this participant.
+/// to what is felt and no reflex: both later than an oscillation that matters here,
+/// and none known for this participant. With [`Sight`] the person corrects, late and
+/// now and then.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Person {
     /// Angle the arm rests at and goes back to, degrees.
@@ -60,6 +62,24 @@ pub struct Person {
     pub onset_s: f64,
     /// Speed of going back, °/s.
     pub return_deg_per_s: f64,
+    /// A screen with the arm's angle and a line; without it the person is blind.
+    pub sight: Option<Sight>,
+}
+
+/// What a person does who sees the arm's angle and a line to stay at: at steps of
+/// `every_s` the meant speed becomes what would bring the angle seen, `delay_s` old,
+/// to the line within a step, never faster than the approach. Between steps nothing
+/// corrects: people move intermittently. Delay and step are of the order that the
+/// tracking literature gives (visual reaction 0.2 to 0.25 s, two to four corrections
+/// a second); for this participant they are assumed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sight {
+    /// From the arm to the person's muscles, s.
+    pub delay_s: f64,
+    /// From one correction to the next, s; above 0.
+    pub every_s: f64,
+    /// Where the line is, degrees.
+    pub line_deg: f64,
 }
 
 /// A forearm about its elbow, in the horizontal plane (Harris' platform carries
@@ -156,6 +176,7 @@ impl Default for Person {
             gain_nm_s_per_rad: 30.0,
             onset_s: 0.2,
             return_deg_per_s: 30.0,
+            sight: None,
         }
     }
 }
@@ -202,6 +223,9 @@ impl ElbowSpec {
             ("gain_nm_s_per_rad", positive(person.gain_nm_s_per_rad)),
             ("onset_s", positive(person.onset_s)),
             ("return_deg_per_s", positive(person.return_deg_per_s)),
+            ("sight", person.sight.is_none_or(|it| {
+                (0.0..=2.0).contains(&it.delay_s) && it.every_s >= TICK_S && between(it.line_deg)
+            })),
         ];
         match rules.iter().find(|(_, holds)| !holds) {
             Some((field, _)) => Err(InvalidElbow(field)),

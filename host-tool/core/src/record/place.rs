@@ -11,8 +11,8 @@ use std::path::{Path, PathBuf};
 const LOCK: &str = ".lock";
 
 /// What a record has beside its trials' folders.
-const RUN_FILES: &str =
-    "run.json summary.json report.html picture.svg image.elf outputs.vcd compare.html";
+const RUN_FILES: &str = "run.json summary.json report.html picture.svg image.elf outputs.vcd compare.html \
+     result.json result.html declaration.toml sweep.json draws.csv";
 
 /// What a comparison of records has alone in its folder.
 const COMPARE_PAGE: &str = "compare.html";

@@ -57,8 +57,9 @@ pub struct Plan {
     pub vcd: bool,
     /// Whether another image than the board's own was flashed: `image.elf`.
     pub image: bool,
-    /// Arms that the experiment drew.
-    pub arms: Option<u64>,
+    /// Wearers that an experiment drew; `arms` in older records.
+    #[serde(alias = "arms")]
+    pub draws: Option<u64>,
 }
 
 impl Plan {
@@ -72,7 +73,7 @@ impl Plan {
             acknowledge: false,
             vcd: false,
             image: false,
-            arms: None,
+            draws: None,
         }
     }
 }

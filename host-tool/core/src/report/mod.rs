@@ -18,7 +18,7 @@ mod trajectory;
 
 pub use compare::{CompareRow, Compared, compare_page, compare_rows, compare_text};
 pub use overview::picture as overview_picture;
-pub use page::page;
+pub use page::{document, page};
 pub use summary::write;
 pub use tables::force_remarks;
 

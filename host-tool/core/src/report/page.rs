@@ -42,7 +42,8 @@ pub fn page(report: &Report) -> String {
 }
 
 /// A page of this title, both HTML, with the style of all.
-pub(super) fn document(title: &str, body: &str) -> String {
+#[must_use]
+pub fn document(title: &str, body: &str) -> String {
     let (style, figures) = (include_str!("page.css"), crate::plot::ink::style());
     format!(
         "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\

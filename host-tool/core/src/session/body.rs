@@ -1,6 +1,7 @@
 //! `[body]`: the simulated wearer. A board has a real one and ignores it.
 
-use hal_sim::body::elbow::Approach;
+use hal_sim::body::elbow::{Approach, Sight, TORQUE_FREQUENCY_HZ};
+use hal_sim::body::muscle::SUBJECTS;
 use hal_sim::body::{ElbowSpec, FingerSpec};
 
 use super::error::Problem;
@@ -66,6 +67,44 @@ fn read_elbow(t: &Table<'_>) -> Option<ElbowSpec> {
     spec.biceps.channel = biceps;
     let real = |name, default: &mut f64| *default = t.real(name).unwrap_or(*default);
     real("damping_nm_s_per_rad", &mut spec.damping_nm_s_per_rad);
+    real("inertia_kg_m2", &mut spec.inertia_kg_m2);
+    real("stiffness_nm_per_rad", &mut spec.stiffness_nm_per_rad);
+    real(
+        "active_damping_s_per_rad",
+        &mut spec.active_damping_s_per_rad,
+    );
+    real("recruitment_curvature", &mut spec.recruitment_curvature);
+    for (muscle, [nm, threshold, max]) in [
+        (
+            &mut spec.triceps,
+            ["triceps_nm", "triceps_threshold_ma", "triceps_max_ma"],
+        ),
+        (
+            &mut spec.biceps,
+            ["biceps_nm", "biceps_threshold_ma", "biceps_max_ma"],
+        ),
+    ] {
+        real(nm, &mut muscle.torque_nm);
+        real(threshold, &mut muscle.threshold_ma);
+        real(max, &mut muscle.max_ma);
+    }
+    if t.has("delay_ms") {
+        spec.electromechanical_delay_us = t.whole("delay_ms");
+    }
+    if t.has("subject") {
+        let subject: u8 = t.whole("subject"); // 1 or more
+        let subject = SUBJECTS.get(usize::from(subject) - 1);
+        let dynamics = subject?.normalised_at(TORQUE_FREQUENCY_HZ);
+        (spec.triceps.dynamics, spec.biceps.dynamics) = (dynamics, dynamics);
+    }
+    spec.person.sight = t.part("sight", |sight| {
+        let real = |name| sight.real(name);
+        Some(Sight {
+            delay_s: real("delay_s")?,
+            every_s: real("every_s")?,
+            line_deg: real("line_deg")?,
+        })
+    })?;
     real("start_deg", &mut spec.person.start_deg);
     real("push_nm", &mut spec.person.push_nm);
     for item in t.tables("approaches").iter().filter(|item| item.is_sound()) {

@@ -308,6 +308,11 @@ fn body() -> Section {
     let d = ElbowSpec::default();
     let real = |unit, most| Kind::Real(Number::within(unit, 0, 0, most));
     let or = |value: f64| OrTold(value.to_string());
+    let sight = vec![
+        f("delay_s", real("s", 2), Required, "until the person acts on what is seen"),
+        f("every_s", real("s", 10), Required, "from one correction to the next; not 0"),
+        f("line_deg", real("°", 145), Required, "where the line is"),
+    ];
     let mut all = vec![
         f("kind", Kind::Choice(vec!["finger", "elbow", "still"]), Required, "an index finger, a forearm and the person who moves it, or dummy loads"),
         f("participant", one_of(&PARTICIPANTS), Required, "of Hamana 2022, table 7").when("kind", &["finger"]),
@@ -315,10 +320,23 @@ fn body() -> Section {
     all.extend(["flexor_a", "flexor_b", "extensor"].map(|point| f(point, channel(), Required, "where this point is, used or not; each another").when("kind", &["finger"])));
     all.extend(["triceps", "biceps"].map(|muscle| f(muscle, channel(), Required, "where its electrodes are; each another").when("kind", &["elbow"])));
     all.extend([
+        f("subject", Kind::Whole(Number::within("", 0, 1, 10)), OrTold("the mean".into()), "of Lee 2020, table 4, whose dynamics both muscles have").when("kind", &["elbow"]),
+        f("triceps_nm", real("N·m", 100), or(d.triceps.torque_nm), "torque of all of it at 50 Hz").when("kind", &["elbow"]),
+        f("triceps_threshold_ma", real("mA", 100), or(d.triceps.threshold_ma), "where it begins to pull, at 35 µs").when("kind", &["elbow"]),
+        f("triceps_max_ma", real("mA", 200), or(d.triceps.max_ma), "where all of it pulls, at 35 µs").when("kind", &["elbow"]),
+        f("biceps_nm", real("N·m", 100), or(d.biceps.torque_nm), "torque of all of it at 50 Hz").when("kind", &["elbow"]),
+        f("biceps_threshold_ma", real("mA", 100), or(d.biceps.threshold_ma), "where it begins to pull, at 25 µs").when("kind", &["elbow"]),
+        f("biceps_max_ma", real("mA", 200), or(d.biceps.max_ma), "where all of it pulls, at 25 µs").when("kind", &["elbow"]),
+        f("recruitment_curvature", real("", 50), or(d.recruitment_curvature), "of recruitment over current; not 0").when("kind", &["elbow"]),
+        f("delay_ms", Kind::Whole(Number::within("ms", 3, 0, 1_000_000)), OrTold(format!("{}", f64::from(d.electromechanical_delay_us) * 1e-3)), "from a pulse to its effect on the muscle").when("kind", &["elbow"]),
+        f("inertia_kg_m2", real("kg·m²", 10), or(d.inertia_kg_m2), "about the elbow").when("kind", &["elbow"]),
+        f("stiffness_nm_per_rad", real("N·m/rad", 100), or(d.stiffness_nm_per_rad), "passive, towards rest").when("kind", &["elbow"]),
         f("damping_nm_s_per_rad", real("N·m·s/rad", 100), or(d.damping_nm_s_per_rad), "passive friction").when("kind", &["elbow"]),
+        f("active_damping_s_per_rad", real("s/rad", 10), or(d.active_damping_s_per_rad), "friction per torque of each active muscle").when("kind", &["elbow"]),
         f("start_deg", real("°", 145), or(d.person.start_deg), "where the arm waits and goes back to").when("kind", &["elbow"]),
         f("push_nm", real("N·m", 100), or(d.person.push_nm), "the person's strongest torque").when("kind", &["elbow"]),
         f("approaches", list(approaches, 0, None, "approaches"), Required, "`{ at_s, speed_deg_per_s, for_s }`: movements into flexion, each held and pushed for `for_s`; seconds from when the simulated world begins, a few tenths before the trains").when("kind", &["elbow"]),
+        f("sight", Kind::Table(sight), Optional, "`{ delay_s, every_s, line_deg }`: the person sees the arm's angle and a line and corrects now and then; blind without it").when("kind", &["elbow"]),
         f("load_ohm", Kind::Whole(Number::within("Ω", 0, 1, 1_000_000)), Or(2_000), "on every channel").when("kind", &["still"]),
     ]);
     all

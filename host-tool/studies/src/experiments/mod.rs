@@ -1,8 +1,67 @@
-//! Protocols of the papers, run on simulated or real devices.
+//! The papers' protocols that are part of the program.
 //!
-//! Lives here: one module per paper's protocol: its sessions, what is drawn at
-//! random, what is compared. Not here: how a session runs (`run`), numbers of one
-//! trial (`analysis`), the command (`cli`).
-//! In: a device, a seed. Out: trials and what they show.
+//! Lives here: which declarations of `host-tool/experiments` there are, by name.
+//! Not here: what they ask (the declarations say it), the machinery (`laboratory`),
+//! the command (`cli`).
+//! In: a name, or a file of somebody's own. Out: an experiment.
 
-pub mod harris_wall;
+use crate::laboratory::{Experiment, LaboratoryError};
+use std::path::Path;
+
+/// File name and text of every declaration.
+#[rustfmt::skip]
+const DECLARATIONS: [(&str, &str); 1] = [
+    ("harris-wall.toml", include_str!("../../../experiments/harris-wall.toml")),
+];
+
+/// File name and text of the sessions that they change.
+#[rustfmt::skip]
+const SESSIONS: [(&str, &str); 1] = [
+    ("../sessions/harris_wall/3_pre_wall_co_contraction.toml", include_str!("../../../sessions/harris_wall/3_pre_wall_co_contraction.toml")),
+];
+
+/// The names of [`named`].
+pub fn names() -> impl Iterator<Item = &'static str> {
+    DECLARATIONS
+        .iter()
+        .filter_map(|(file, _)| file.strip_suffix(".toml"))
+}
+
+/// The experiment of this name: one of the program, or a declaration's file, whose
+/// sessions lie beside it.
+///
+/// # Errors
+/// There is none, or what is wrong with it.
+pub fn named(name: &str) -> Result<Experiment, LaboratoryError> {
+    let own = format!("{name}.toml");
+    if let Some((file, text)) = DECLARATIONS.iter().find(|(file, _)| *file == own) {
+        return Experiment::new(file, text, &of_program);
+    }
+    if Path::new(name).extension().is_none_or(|it| it != "toml") {
+        let names: Vec<_> = names().collect();
+        let (name, known) = (name.to_owned(), names.join(", "));
+        return Err(LaboratoryError::Unknown { name, known });
+    }
+    from_file(Path::new(name))
+}
+
+fn of_program(session: &str) -> Result<String, LaboratoryError> {
+    let found = SESSIONS.iter().find(|(file, _)| *file == session);
+    let text = found.map(|(_, text)| (*text).to_owned());
+    text.ok_or_else(|| LaboratoryError::Field {
+        field: session.to_owned(),
+        reason: "no session of the program has this name".to_owned(),
+    })
+}
+
+fn from_file(path: &Path) -> Result<Experiment, LaboratoryError> {
+    let text = read(path)?;
+    let beside = path.parent().unwrap_or(Path::new("."));
+    let file = path.file_name().unwrap_or_default().to_string_lossy();
+    Experiment::new(&file, &text, &|session| read(&beside.join(session)))
+}
+
+fn read(path: &Path) -> Result<String, LaboratoryError> {
+    let text = host_core::session::Session::text(path)?;
+    Ok(text)
+}

@@ -38,7 +38,8 @@ pub fn picture(campaign: &Campaign) -> String {
         rows: vec![[cost(campaign, &order)].into_iter().chain(errors).collect()],
         notes: vec![
             "Optimum: mean of what no law can beat, found offline with the whole target known. \
-             Goals: what the mean and the 95th percentile of two-point control were to reach."
+             Goals: what the mean and the 95th percentile of two-point control were to reach. \
+             Simulated wearers, not people."
                 .to_owned(),
         ],
         ..Figure::default()

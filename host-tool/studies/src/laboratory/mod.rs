@@ -1,3 +1,34 @@
 //! The laboratory's machinery: what every paper's protocol shares.
+//!
+//! Lives here: declarations (what is asked, of whom, decided before looking),
+//! conditions crossed with conditions, searches, draws and sweeps, results and
+//! their page. Not here: a paper's own protocol and analysis (`experiments`), how
+//! a session runs (`host_core::run`), tests of hypotheses (`host_core::statistics`).
+//! In: a declaration and a device. Out: a folder with `result.json` and its page.
 
+mod check;
+mod claims;
+mod condition;
+mod conduct;
+mod declaration;
+mod draw;
+mod error;
+mod experiment;
+mod measure;
+mod page;
+mod protocol;
+mod result;
 pub mod search;
+mod sweep;
+
+pub use claims::{Case, Share, shares};
+pub use condition::{Condition, Texts};
+pub use conduct::{Conducted, Course, Ended, Operator};
+pub use declaration::{Claim, Declaration};
+pub use error::LaboratoryError;
+pub use experiment::{Experiment, Measured};
+pub use measure::{MEASURES, Measure};
+pub use page::{headline, publish};
+pub use protocol::{Place, Step};
+pub use result::{Outcome, Row};
+pub use sweep::{Shard, Sweep, merge};

@@ -1,0 +1,93 @@
+//! `flexor sweep`: an experiment's wearers on all cores, in shards if wanted.
+
+use super::experiment::people;
+use super::{Output, interrupt, wrong};
+use clap::Args;
+use host_core::record::Place;
+use interrupt::Ended;
+use std::path::PathBuf;
+use studies::experiments::named;
+use studies::laboratory::{Outcome, Shard, Sweep, merge};
+
+/// Draw an experiment's wearers on all cores; the same command goes on where it was
+/// interrupted
+#[derive(Args, Debug)]
+pub struct SweepArgs {
+    /// harris-wall, or the file of a declaration
+    name: String,
+    /// Wearers at each point of the grid; default: the declaration's
+    #[arg(long, conflicts_with = "merge")]
+    draws: Option<u64>,
+    /// Decides wearers and noise; default: the declaration's
+    #[arg(long, conflicts_with = "merge")]
+    seed: Option<u64>,
+    /// Part I of N, as 3/8
+    #[arg(long, conflicts_with = "merge")]
+    shard: Option<String>,
+    /// Make one sweep of the folders of all its shards
+    #[arg(long, num_args = 1.., value_name = "DIR")]
+    merge: Vec<PathBuf>,
+    /// Folder of the sweep: absent, empty, or this sweep begun before
+    #[arg(long)]
+    out: PathBuf,
+}
+
+/// # Errors
+/// No such experiment, a folder of something else, parts that make no whole, a wearer
+/// whose session fails, a signal.
+pub fn main(args: &SweepArgs, output: Output) -> anyhow::Result<()> {
+    let experiment = named(&args.name)?;
+    if !args.merge.is_empty() {
+        let outcome = merge(&args.merge, &args.out, &experiment)?;
+        return say(args, output, &outcome);
+    }
+    let draws = args.draws.unwrap_or(experiment.declaration.draws);
+    if draws == 0 || experiment.units(draws) > 10_000_000 {
+        return wrong(format!(
+            "--draws is {draws}, allowed are 1 to 10000000 over all points"
+        ));
+    }
+    let shard = args.shard.as_deref().map_or(Ok(Shard::WHOLE), str::parse)?;
+    let seed = args.seed.unwrap_or(experiment.declaration.seed);
+    let sweep = Sweep::new(&experiment, seed, draws, shard);
+    let interruption = interrupt::heed()?;
+    std::fs::create_dir_all(&args.out)?;
+    let _mine = Place::existing(&args.out)?;
+    let bar = output.bar(&experiment.declaration.name);
+    let mut done = 0.0;
+    let outcome = sweep.run(&experiment, &args.out, &mut |part| {
+        bar.set(part);
+        done = part;
+        interruption.asked().is_none()
+    })?;
+    bar.finish();
+    if let (Some(signal), true) = (interruption.asked(), done < 1.0) {
+        let kept = format!(
+            "after {:.0} % of the sweep; the same command goes on from there",
+            100.0 * done
+        );
+        return Err(Ended(signal, kept).into());
+    }
+    match outcome {
+        Some(outcome) => say(args, output, &outcome),
+        None => {
+            let dir = args.out.display().to_string();
+            let text = format!(
+                "the shard is whole; merge all of them: flexor sweep {} --merge {dir} … --out DIR",
+                args.name
+            );
+            output.say(
+                || text,
+                || serde_json::json!({ "shard": shard, "folder": dir }),
+            )
+        }
+    }
+}
+
+fn say(args: &SweepArgs, output: Output, outcome: &Outcome) -> anyhow::Result<()> {
+    let page = args.out.join("result.html").display().to_string();
+    output.say(
+        || people(outcome, &page),
+        || serde_json::json!({ "result": outcome, "page": page }),
+    )
+}

@@ -1,0 +1,169 @@
+//! In how many cases a declared claim holds.
+
+use super::declaration::{Claim, Compared, Declaration, What};
+use super::draw::{point_in_words, points};
+use super::experiment::{Experiment, Measured};
+
+use host_core::statistics;
+use serde::Serialize;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// A wearer in one combination of the factors that a claim does not compare: its
+/// unit's index, and their levels.
+pub type Case = (u64, Others);
+
+/// Factors that a claim does not compare, and their levels.
+pub type Others = Vec<(String, String)>;
+
+/// In how many cases a claim holds.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct Share {
+    /// Its id.
+    pub id: String,
+    /// For people.
+    pub claim: String,
+    /// What the paper says of it.
+    pub paper: Option<bool>,
+    /// Cases in which it holds.
+    pub holds: u64,
+    /// Cases in which it could be judged.
+    pub of: u64,
+    /// Lower end of the interval of the share, 0 to 1; nothing without a case.
+    pub low: Option<f64>,
+    /// Upper end.
+    pub high: Option<f64>,
+}
+
+/// What each unit did in each condition, in the order of the units.
+pub type Units = BTreeMap<u64, Vec<Measured>>;
+
+/// Of the intervals of shares.
+const LEVEL: f64 = 0.95;
+
+/// The shares of all claims in the declaration's order; with a grid, at each of its
+/// points of `draws` units.
+#[must_use]
+pub fn shares(experiment: &Experiment, draws: u64, units: &Units) -> Vec<Share> {
+    let declaration = &experiment.declaration;
+    let mut known: BTreeMap<&str, BTreeMap<Case, bool>> = BTreeMap::new();
+    for claim in &declaration.claims {
+        let cases = match &claim.what {
+            What::Compared(compared) => cases(experiment, compared, units),
+            What::Combined { all, none } => combined(&known, all, none),
+        };
+        known.insert(&claim.id, cases);
+    }
+    let at_point = |point: u64| {
+        let own = point * draws..(point + 1) * draws;
+        let place = point_in_words(declaration, point);
+        let known = &known;
+        declaration.claims.iter().map(move |claim| {
+            let cases = known.get(&*claim.id).into_iter().flatten();
+            let cases = cases.filter(|((unit, _), _)| own.contains(unit));
+            share(claim, &place, cases)
+        })
+    };
+    (0..points(declaration)).flat_map(at_point).collect()
+}
+
+/// The share of a claim at a place of the grid.
+fn share<'a>(
+    claim: &Claim,
+    place: &str,
+    cases: impl Iterator<Item = (&'a Case, &'a bool)>,
+) -> Share {
+    let (mut holds, mut of, mut wearers) = (0, 0, BTreeSet::new());
+    for ((unit, _), is) in cases {
+        (holds, of) = (holds + u64::from(*is), of + 1);
+        wearers.insert(*unit);
+    }
+    let wearers = wearers.len() as u64;
+    let successes = (holds as f64 * wearers as f64 / (of as f64).max(1.0)).round() as u64;
+    let interval = statistics::share(successes, wearers, LEVEL).ok();
+    Share {
+        id: format!("{place}{}", claim.id),
+        claim: format!("{place}{}", claim.says),
+        paper: claim.paper,
+        holds,
+        of,
+        low: interval.map(|it| it.low),
+        high: interval.map(|it| it.high),
+    }
+}
+
+/// Where `compared` holds: every unit in every combination of the other factors
+/// in which both levels have the measure.
+fn cases(experiment: &Experiment, c: &Compared, units: &Units) -> BTreeMap<Case, bool> {
+    let declaration = &experiment.declaration;
+    let Some(measure) = declaration.measures.iter().position(|m| *m == c.measure) else {
+        return BTreeMap::new();
+    };
+    let pairs = pairs(experiment, c);
+    let in_unit = |(&index, measured): (&u64, &Vec<Measured>)| {
+        let number = |condition: usize| *measured.get(condition)?.get(measure)?;
+        let held = pairs.iter().filter_map(|(others, this, than)| {
+            let holds = c.is.holds(number(*this)?, number(*than)?, c.by);
+            Some(((index, others.clone()), holds))
+        });
+        held.collect::<Vec<_>>()
+    };
+    units.iter().flat_map(in_unit).collect()
+}
+
+/// Conditions that differ in the compared factor alone: the levels of the others,
+/// the condition the claim is about, and the one it is held against.
+fn pairs(experiment: &Experiment, c: &Compared) -> Vec<(Others, usize, usize)> {
+    let Declaration { factors, .. } = &experiment.declaration;
+    let others = |levels: &[String]| -> Others {
+        let named = factors.iter().zip(levels);
+        let rest = named.filter(|(factor, _)| factor.name != c.factor);
+        rest.map(|(factor, level)| (factor.name.clone(), level.clone()))
+            .collect()
+    };
+    let level = |levels: &[String]| {
+        let at = factors.iter().position(|factor| factor.name == c.factor);
+        at.and_then(|at| levels.get(at).cloned())
+    };
+    let wanted = |others: &[(String, String)]| {
+        let is = |(factor, name): (&String, &String)| {
+            others.iter().any(|(f, l)| f == factor && l == name)
+        };
+        c.only.iter().all(is)
+    };
+    let conditions = || experiment.conditions.iter().enumerate();
+    let about = conditions().filter(|(_, it)| level(&it.levels).as_ref() == Some(&c.this));
+    about
+        .filter_map(|(this, it)| {
+            let rest = others(&it.levels);
+            let fits = |(_, other): &(usize, &super::condition::Condition)| {
+                level(&other.levels).as_ref() == Some(&c.than) && others(&other.levels) == rest
+            };
+            let (than, _) = conditions().find(fits)?;
+            wanted(&rest).then_some((rest, this, than))
+        })
+        .collect()
+}
+
+/// Where all of these and none of those hold, of the cases that all have.
+fn combined(
+    known: &BTreeMap<&str, BTreeMap<Case, bool>>,
+    all: &[String],
+    none: &[String],
+) -> BTreeMap<Case, bool> {
+    let own = |id: &String| known.get(&**id);
+    let first = all.iter().chain(none).find_map(own);
+    let holds = |case: &Case, ids: &[String], wanted: bool| {
+        let each = ids
+            .iter()
+            .map(|id| own(id)?.get(case).map(|holds| *holds == wanted));
+        each.collect::<Option<Vec<bool>>>()
+            .map(|each| each.iter().all(|is| *is))
+    };
+    let cases = first.into_iter().flat_map(BTreeMap::keys);
+    cases
+        .filter_map(|case| {
+            let is = holds(case, all, true)? && holds(case, none, false)?;
+            Some((case.clone(), is))
+        })
+        .collect()
+}

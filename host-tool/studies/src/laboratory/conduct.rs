@@ -1,0 +1,227 @@
+//! A protocol on a device: trial after trial, with rests and prompts.
+
+use super::error::LaboratoryError;
+use super::experiment::{Experiment, Measured};
+use super::protocol::{Place, Step, Stop};
+use hal_sim::random::word;
+use host_core::link::Interruption;
+use host_core::record::{Sample, Trial};
+use host_core::run::{DeviceName, Observer, RunError, Seen, TrialPlace, Wish, record};
+use std::path::Path;
+
+/// Of a trial's noise, beyond the first round.
+const ROUNDS: u64 = 0x1AB3;
+
+/// Who is beside the wearer while a protocol runs.
+pub trait Operator {
+    /// Says `text` and waits until the person is ready; no ends the protocol.
+    fn ready(&mut self, text: &str) -> bool;
+    /// Nothing is stimulated for `rest_s`; no ends the protocol.
+    fn rest(&mut self, rest_s: f64) -> bool;
+    /// So much is done, 0 to 1.
+    fn progress(&mut self, part: f64);
+    /// What ends whatever runs.
+    fn interruption(&self) -> Interruption;
+}
+
+/// A trial and where it stood.
+pub struct Conducted {
+    /// Everything recorded.
+    pub trial: Trial,
+    /// Where in the protocol.
+    pub place: Place,
+    /// Its measures.
+    pub measured: Measured,
+}
+
+/// How far a protocol came.
+pub struct Course {
+    /// Its trials in order, the last one perhaps not whole.
+    pub trials: Vec<Conducted>,
+    /// How many there should be.
+    pub of: usize,
+    /// What ended it early.
+    pub ended: Option<Ended>,
+}
+
+/// What ended a protocol before its last trial.
+#[derive(Debug)]
+pub enum Ended {
+    /// The operator said so.
+    Operator,
+    /// What the declaration stops at, in words.
+    Criterion(String),
+    /// A trial's error.
+    Run(RunError),
+}
+
+impl Experiment {
+    /// Runs the protocol on `device` and records each trial in `dir`, in the order
+    /// of `seed`. Every trial finds a simulated wearer rested and at its start; what
+    /// a person remembers of the trials before, only a person does.
+    ///
+    /// # Errors
+    /// No device or no place for the record; an early end is no error of this.
+    pub fn conduct(
+        &self,
+        dir: &Path,
+        (device, seed): (&DeviceName, u64),
+        operator: &mut dyn Operator,
+    ) -> Result<Course, LaboratoryError> {
+        let steps = self.declaration.protocol.steps(self.conditions.len(), seed);
+        let of = steps
+            .iter()
+            .filter(|step| matches!(step, Step::Trial(_)))
+            .count();
+        let mut course = Course {
+            trials: Vec::new(),
+            of,
+            ended: None,
+        };
+        for step in steps {
+            let goes_on = match step {
+                Step::Rest(rest_s) => operator.rest(rest_s),
+                Step::Prompt(text) => operator.ready(&text),
+                Step::Trial(place) => {
+                    self.trial(dir, (device, seed), place, &mut course, operator)?;
+                    operator.progress(course.trials.len() as f64 / of as f64);
+                    course.ended.is_none()
+                }
+            };
+            if !goes_on {
+                course.ended = course.ended.or(Some(Ended::Operator));
+                break;
+            }
+        }
+        Ok(course)
+    }
+
+    fn trial(
+        &self,
+        dir: &Path,
+        (device, seed): (&DeviceName, u64),
+        place: Place,
+        course: &mut Course,
+        operator: &mut dyn Operator,
+    ) -> Result<(), LaboratoryError> {
+        let Some(condition) = self.conditions.get(place.condition) else {
+            return Ok(());
+        };
+        let file = condition.session(&[])?;
+        let name = self.name_of(place);
+        let at = TrialPlace {
+            dir,
+            position: course.trials.len(),
+            name: &name,
+        };
+        let mut crossed = None;
+        let watch = Watch {
+            stop: self.declaration.protocol.stop,
+            crossed: &mut crossed,
+            interruption: operator.interruption(),
+        };
+        let half_us = file.session.duration_us / 2;
+        let recorded = record(at, &file, (device, noise(seed, place)), half_us, watch)?;
+        let measured = self.measured(&file, &recorded.trial);
+        course.trials.push(Conducted {
+            trial: recorded.trial,
+            place,
+            measured,
+        });
+        course.ended = match (crossed, recorded.error) {
+            (Some(what), _) => Some(Ended::Criterion(what)),
+            (None, Some(error)) => Some(Ended::Run(error)),
+            (None, None) => None,
+        };
+        Ok(())
+    }
+
+    /// "pre-wall, 15 °/s", with its round where there are several.
+    fn name_of(&self, place: Place) -> String {
+        let protocol = &self.declaration.protocol;
+        let condition = self.conditions.get(place.condition);
+        let mut name = condition.map_or_else(String::new, |condition| condition.name());
+        if protocol.blocks > 1 {
+            name += &format!(", block {}", place.block + 1);
+        }
+        if protocol.repetitions > 1 {
+            name += &format!(", repetition {}", place.repetition + 1);
+        }
+        name
+    }
+}
+
+/// Of a trial's noise: the protocol's seed in the first round, so that a protocol of
+/// one trial is that trial; alike for all conditions of a round.
+fn noise(seed: u64, place: Place) -> u64 {
+    match (place.block, place.repetition) {
+        (0, 0) => seed,
+        (block, repetition) => {
+            let round = (block as u64) << 32 | repetition as u64;
+            word(word(seed, ROUNDS), round)
+        }
+    }
+}
+
+/// Ends a trial at what the declaration stops at.
+struct Watch<'a> {
+    stop: Stop,
+    crossed: &'a mut Option<String>,
+    interruption: Interruption,
+}
+
+impl Observer for Watch<'_> {
+    fn see(&mut self, seen: Seen<'_>) {
+        if let (Seen::Sample(sample), true) = (seen, self.crossed.is_none()) {
+            *self.crossed = self.stop.crossed(sample);
+        }
+    }
+
+    fn wish(&mut self) -> Wish {
+        match self.crossed {
+            Some(_) => Wish::Stop,
+            None => Wish::Nothing,
+        }
+    }
+
+    fn interruption(&self) -> Option<Interruption> {
+        Some(self.interruption.clone())
+    }
+}
+
+impl Stop {
+    /// What a sample crosses, in words.
+    fn crossed(&self, sample: &Sample) -> Option<String> {
+        let t_s = sample.t_s;
+        let beyond = |value: Option<f64>, limit: Option<f64>, is: fn(f64, f64) -> bool| {
+            value.zip(limit).filter(|(value, limit)| is(*value, *limit))
+        };
+        let force = sample.forces_n.iter().flatten().copied().reduce(f64::max);
+        let above: fn(f64, f64) -> bool = |value, limit| value > limit;
+        let below: fn(f64, f64) -> bool = |value, limit| value < limit;
+        let angle = sample.measured_deg;
+        let all = [
+            (
+                "the angle rose above",
+                "°",
+                beyond(angle, self.angle_above_deg, above),
+            ),
+            (
+                "the angle fell below",
+                "°",
+                beyond(angle, self.angle_below_deg, below),
+            ),
+            (
+                "a force rose above",
+                " N",
+                beyond(force, self.force_above_n, above),
+            ),
+        ];
+        all.into_iter().find_map(|(what, unit, crossed)| {
+            let (value, limit) = crossed?;
+            Some(format!(
+                "{what} {limit}{unit} ({value:.1}{unit}) at {t_s:.2} s"
+            ))
+        })
+    }
+}

@@ -1,0 +1,87 @@
+//! Wearers drawn at random and points of a grid.
+
+use super::declaration::{Declaration, Drawn, Even};
+use hal_sim::random::{unit, word};
+use toml::Value;
+
+/// Of a wearer's numbers; noise has another.
+const WEARERS: u64 = 0x1AB0;
+const NOISE: u64 = 0x1AB1;
+
+/// One wearer at one point of the grid.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Unit {
+    /// From 0, over all.
+    pub index: u64,
+    /// The wearer, from 0: alike at every point of the grid.
+    pub wearer: u64,
+    /// Fields of the session and what they become.
+    pub fields: Vec<(String, Value)>,
+    /// Of the simulated noise.
+    pub seed: u64,
+}
+
+/// Points of the grid: 1 without one.
+#[must_use]
+pub fn points(d: &Declaration) -> u64 {
+    d.grid.iter().map(|grid| grid.values.len() as u64).product()
+}
+
+/// Unit `index` of `seed`: wearers within points, so that one more wearer is one
+/// more at each point.
+#[must_use]
+pub fn unit_of(d: &Declaration, seed: u64, draws: u64, index: u64) -> Unit {
+    let (point, wearer) = (index / draws.max(1), index % draws.max(1));
+    let stream = word(word(seed, WEARERS), wearer);
+    let drawn = d.drawn.iter().zip(0..);
+    let mut fields: Vec<(String, Value)> = drawn
+        .map(|(drawn, nth)| (drawn.field.clone(), value(drawn, unit(stream, nth))))
+        .collect();
+    fields.extend(at_point(d, point));
+    Unit {
+        index,
+        wearer,
+        fields,
+        seed: word(word(seed, NOISE), wearer),
+    }
+}
+
+/// The values of point `point` of the grid, the last field changing first.
+#[must_use]
+pub fn at_point(d: &Declaration, point: u64) -> Vec<(String, Value)> {
+    let (mut rest, mut all) = (point, Vec::new());
+    for grid in d.grid.iter().rev() {
+        let count = grid.values.len() as u64;
+        if let Some(value) = grid.values.get((rest % count.max(1)) as usize) {
+            all.push((grid.field.clone(), number(*value)));
+        }
+        rest /= count.max(1);
+    }
+    all.reverse();
+    all
+}
+
+/// "body.inertia_kg_m2 = 0.06; ", nothing without a grid.
+pub(super) fn point_in_words(declaration: &Declaration, point: u64) -> String {
+    let fields = at_point(declaration, point).into_iter();
+    let fields = fields.map(|(field, value)| format!("{field} = {value}; "));
+    fields.collect()
+}
+
+/// Where `part` of the way, 0 to 1, lies.
+fn value(drawn: &Drawn, part: f64) -> Value {
+    let Drawn { low, high, .. } = *drawn;
+    match drawn.even {
+        Even::Value => Value::Float(low + part * (high - low)),
+        Even::Logarithm => Value::Float(low * (high / low).powf(part)),
+        Even::Whole => Value::Integer((low + (part * (high - low + 1.0)).floor()) as i64),
+    }
+}
+
+/// A whole number as such: some fields take no other.
+fn number(value: f64) -> Value {
+    match value.fract() == 0.0 && value.abs() < 1e15 {
+        true => Value::Integer(value as i64),
+        false => Value::Float(value),
+    }
+}

@@ -1,0 +1,135 @@
+//! What is computed of a trial, by name.
+
+use firmware::safety::StageSpec;
+use host_core::analysis::{Hit, force_metrics, hits, metrics_but_lag};
+use host_core::record::Trial;
+use host_core::session::Session;
+
+/// A number of a trial.
+pub struct Measure {
+    /// In declarations, `draws.csv` and `result.json`.
+    pub id: &'static str,
+    /// For people.
+    pub quantity: &'static str,
+    /// Of the number; empty for a count.
+    pub unit: &'static str,
+    /// The number; nothing where the trial has none.
+    pub of: fn(&Session, &Trial) -> Option<f64>,
+}
+
+/// Every measure there is.
+#[rustfmt::skip]
+pub const MEASURES: &[Measure] = &[
+    Measure { id: "rmse_deg", quantity: "RMSE of the measured angle", unit: "°", of: |_, trial| Some(metrics_but_lag(trial)?.rmse_deg) },
+    Measure { id: "worst_deg", quantity: "largest error of the measured angle", unit: "°", of: |_, trial| Some(metrics_but_lag(trial)?.max_abs_deg) },
+    Measure { id: "limiting_share", quantity: "share of samples at a limit", unit: "", of: |_, trial| Some(metrics_but_lag(trial)?.limiting_share) },
+    Measure { id: "force_rmse_n", quantity: "largest RMSE of a predicted force", unit: "N", of: |_, trial| force_metrics(trial).iter().map(|m| m.rmse_n).reduce(f64::max) },
+    Measure { id: "deepest_deg", quantity: "deepest inside the wall", unit: "°", of: |_, trial| deepest(trial, |_| 0.0) },
+    Measure { id: "beyond_begin_deg", quantity: "deepest beyond where current begins", unit: "°", of: |_, trial| deepest(trial, |front_deg| front_deg) },
+    Measure { id: "swing_deg", quantity: "swing over the last 2 s of the push", unit: "°", of: |_, trial| Some(visit(trial)?.swing_deg()) },
+    Measure { id: "turns", quantity: "turns of at least half a degree", unit: "", of: |_, trial| Some(last_hit(trial)?.turns as f64) },
+    Measure { id: "settling_s", quantity: "from the first turn until within 1° of the end", unit: "s", of: |_, trial| Some(visit(trial)?.settling_s()) },
+    Measure { id: "charge_mc", quantity: "charge of all first phases", unit: "mC", of: |session, trial| Some(delivered(session, trial).0) },
+    Measure { id: "energy_mj", quantity: "energy into 1 kΩ (assumed)", unit: "mJ", of: |session, trial| Some(delivered(session, trial).1) },
+];
+
+/// The measure of this id.
+#[must_use]
+pub fn named(id: &str) -> Option<&'static Measure> {
+    MEASURES.iter().find(|measure| measure.id == id)
+}
+
+/// In which swings are judged, s before the arm leaves.
+const JUDGED_S: f64 = 2.0;
+/// Within which an arm has settled, degrees.
+const SETTLED_DEG: f64 = 1.0;
+
+fn last_hit(trial: &Trial) -> Option<Hit> {
+    hits(trial).into_iter().last()
+}
+
+fn deepest(trial: &Trial, begin: fn(f64) -> f64) -> Option<f64> {
+    let front_deg = begin(trial.wall?.pre_wall_deg);
+    Some(last_hit(trial)?.deepest_deg + front_deg)
+}
+
+/// The angle from the first touch of what the wall renders to the push's end.
+struct Visit(Vec<(f64, f64)>);
+
+/// The last visit of the wall while the person goes on: until the trial ends, or
+/// the arm has turned back for good.
+fn visit(trial: &Trial) -> Option<Visit> {
+    let hit = last_hit(trial)?;
+    let inside = |t_s: f64| (hit.at_s..=hit.at_s + hit.for_s).contains(&t_s);
+    let samples = trial.samples.iter().filter(|sample| inside(sample.t_s));
+    let course = samples.filter_map(|s| Some((s.t_s, s.true_deg.or(s.measured_deg)?)));
+    let course: Vec<(f64, f64)> = course.collect();
+    (!course.is_empty()).then_some(Visit(course))
+}
+
+impl Visit {
+    /// Angles of the last [`JUDGED_S`].
+    fn late(&self) -> impl Iterator<Item = f64> {
+        let end_s = self.0.last().map_or(0.0, |(t_s, _)| *t_s);
+        let late = self
+            .0
+            .iter()
+            .filter(move |(t_s, _)| *t_s >= end_s - JUDGED_S);
+        late.map(|(_, deg)| *deg)
+    }
+
+    fn swing_deg(&self) -> f64 {
+        let (low, high) = self.late().fold((f64::MAX, f64::MIN), |(low, high), deg| {
+            (low.min(deg), high.max(deg))
+        });
+        high - low
+    }
+
+    /// From the first turn on: the way there is the approach's, and a pre-wall begins
+    /// sooner. 0 for an arm that never turns.
+    fn settling_s(&self) -> f64 {
+        let (count, sum) = self
+            .late()
+            .fold((0.0, 0.0), |(n, sum), deg| (n + 1.0, sum + deg));
+        let is_off = |(_, deg): &&(f64, f64)| (deg - sum / count).abs() > SETTLED_DEG;
+        let turn = self
+            .0
+            .windows(2)
+            .find(|pair| matches!(pair, [a, b] if b.1 < a.1));
+        let turn_s = turn
+            .and_then(|pair| pair.first())
+            .map_or(f64::INFINITY, |it| it.0);
+        let last_off = self.0.iter().rfind(is_off);
+        last_off.map_or(0.0, |(t_s, _)| (t_s - turn_s).max(0.0))
+    }
+}
+
+/// Load of a current stage, which nobody knows, Ω.
+const ASSUMED_OHM: f64 = 1_000.0;
+
+/// Charge of all first phases, mC, and the energy of all phases, mJ, as telemetry
+/// tells the amplitudes: each sample's hold until the next one.
+fn delivered(session: &Session, trial: &Trial) -> (f64, f64) {
+    let (mut charge_mc, mut energy_mj) = (0.0, 0.0);
+    for pair in trial.samples.windows(2) {
+        let [sample, next] = pair else { continue };
+        let for_s = next.t_s - sample.t_s;
+        for (channel, amplitude) in session.channels.iter().zip(&sample.amplitudes) {
+            let Some(amplitude) = amplitude else { continue };
+            let train = channel.spec.train;
+            let pulses = for_s * f64::from(train.burst_count) / (f64::from(train.period_us) * 1e-6);
+            let (ma, ohm) = match channel.spec.stage {
+                StageSpec::Voltage { load_ohm, .. } => {
+                    let ohm = f64::from(load_ohm);
+                    (amplitude * 1e3 / ohm, ohm)
+                }
+                StageSpec::Current { .. } => (*amplitude, ASSUMED_OHM),
+            };
+            let width_s = f64::from(train.width_us) * 1e-6;
+            let phases = if train.shape.is_biphasic() { 2.0 } else { 1.0 };
+            charge_mc += pulses * ma * width_s;
+            energy_mj += pulses * phases * ma * ma * 1e-3 * ohm * width_s;
+        }
+    }
+    (charge_mc, energy_mj)
+}

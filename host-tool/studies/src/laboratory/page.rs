@@ -1,0 +1,200 @@
+//! The page of an experiment, made of its outcome and its recorded trials.
+
+mod figures;
+
+use super::conduct::Conducted;
+use super::error::LaboratoryError;
+use super::experiment::Experiment;
+use super::result::{Outcome, Row};
+use host_core::plot::canvas::escape;
+use host_core::record::replace_file;
+use host_core::report::document;
+use std::path::Path;
+
+/// Writes `result.json` and its page in `dir`.
+///
+/// # Errors
+/// They cannot be written.
+pub fn publish(
+    dir: &Path,
+    experiment: &Experiment,
+    outcome: &Outcome,
+    trials: &[Conducted],
+) -> Result<(), LaboratoryError> {
+    replace_file(&dir.join("result.json"), outcome.json().as_bytes())?;
+    let page = page(experiment, outcome, trials);
+    replace_file(&dir.join("result.html"), page.as_bytes())?;
+    Ok(())
+}
+
+/// A self-contained HTML document. `trials` have been recorded with it: none where
+/// wearers were drawn only.
+#[must_use]
+fn page(experiment: &Experiment, outcome: &Outcome, trials: &[Conducted]) -> String {
+    let declaration = &experiment.declaration;
+    let mut body = format!(
+        "<p class=\"result\">{}</p>\n<p class=\"facts\">{} · seed {} · {} wearers drawn · \
+         <b>Simulated wearers: no evidence about people.</b></p>\n",
+        escape(&headline(outcome)),
+        escape(&declaration.source),
+        outcome.seed,
+        outcome.declared.draws,
+    );
+    let shares = figure(&figures::shares(outcome)) + &shares_table(outcome);
+    let multiples = figure(&figures::multiples(experiment, trials));
+    let measures = figure(&figures::measures(experiment, outcome));
+    let notes = outcome.notes.iter();
+    let notes: String = notes
+        .map(|note| format!("<li>{}</li>\n", escape(note)))
+        .collect();
+    for (title, text) in [
+        ("What was claimed", shares),
+        ("One arm in each condition", multiples),
+        ("All wearers drawn", measures),
+        ("Numbers", rows_table(&outcome.rows)),
+        ("What to know", format!("<ul>\n{notes}</ul>\n")),
+        ("Declared before looking", declared(experiment, outcome)),
+    ] {
+        if !text.is_empty() {
+            body += &format!("<section><h2>{title}</h2>\n{text}</section>\n");
+        }
+    }
+    document(&escape(&declaration.title), &body)
+}
+
+fn figure(svg: &str) -> String {
+    match svg {
+        "" => String::new(),
+        svg => format!("<figure>{svg}</figure>\n"),
+    }
+}
+
+/// How many of the paper's claims hold in most cases, and which do not.
+#[must_use]
+pub fn headline(outcome: &Outcome) -> String {
+    let judged = outcome.shares.iter().filter(|share| share.of > 0);
+    let judged: Vec<_> = judged
+        .filter_map(|share| Some((share, share.paper?)))
+        .collect();
+    let agrees =
+        |(share, paper): &&(&super::claims::Share, bool)| (2 * share.holds > share.of) == *paper;
+    let (count, like) = (judged.len(), judged.iter().filter(agrees).count());
+    let unlike = judged.iter().filter(|it| !agrees(it));
+    let unlike: Vec<String> = unlike.map(|(share, _)| told(share)).collect();
+    match (count, unlike.is_empty()) {
+        (0, _) => "Nothing here is held against a paper.".to_owned(),
+        (_, true) => format!("All {count} of the paper's claims hold in most cases."),
+        _ => format!(
+            "{like} of the paper's {count} claims come out in most cases; not so: {}.",
+            unlike.join("; ")
+        ),
+    }
+}
+
+fn told(share: &super::claims::Share) -> String {
+    format!("{} ({})", share.claim, percent(share.holds, share.of))
+}
+
+fn percent(holds: u64, of: u64) -> String {
+    match of {
+        0 => "no case".to_owned(),
+        _ => format!("{:.1} %", 100.0 * holds as f64 / of as f64),
+    }
+}
+
+fn shares_table(outcome: &Outcome) -> String {
+    let rows = outcome.shares.iter().map(|share| {
+        let paper = match share.paper {
+            Some(true) => "yes",
+            Some(false) => "no",
+            None => "—",
+        };
+        let interval = share
+            .low
+            .zip(share.high)
+            .map_or_else(String::new, |(low, high)| {
+                format!("{:.1} to {:.1} %", 100.0 * low, 100.0 * high)
+            });
+        format!(
+            "<tr><th scope=\"row\">{}</th><td>{paper}</td><td>{}</td><td>{interval}</td>\
+             <td>{} of {}</td></tr>\n",
+            escape(&share.claim),
+            percent(share.holds, share.of),
+            share.holds,
+            share.of
+        )
+    });
+    table(
+        ["Claim", "Paper", "Holds in", "Interval", "Cases"],
+        rows.collect(),
+    )
+}
+
+/// Rows *paper | ours | interval*.
+fn rows_table(rows: &[Row]) -> String {
+    let printed = |value: Option<f64>| value.map_or_else(|| "—".to_owned(), digits);
+    let rows = rows.iter().map(|row| {
+        let range = row.low.zip(row.high);
+        let range = range.map_or_else(
+            || "—".to_owned(),
+            |(low, high)| format!("{} to {}", digits(low), digits(high)),
+        );
+        format!(
+            "<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td><td>{}</td><td>{range}</td>\
+             <td>{}</td></tr>\n",
+            escape(&row.quantity),
+            escape(&row.unit),
+            printed(row.paper),
+            printed(row.ours),
+            row.n
+        )
+    });
+    let heads = [
+        "Quantity",
+        "Unit",
+        "Paper",
+        "Ours",
+        "5 to 95 % of wearers",
+        "Wearers",
+    ];
+    table(heads, rows.collect())
+}
+
+fn table<const N: usize>(heads: [&str; N], rows: String) -> String {
+    let heads = heads
+        .map(|head| format!("<th scope=\"col\">{head}</th>"))
+        .concat();
+    match rows.is_empty() {
+        true => rows,
+        false => {
+            format!("<table><thead><tr>{heads}</tr></thead><tbody>\n{rows}</tbody></table>\n")
+        }
+    }
+}
+
+/// Three digits that count.
+pub(super) fn digits(value: f64) -> String {
+    let places = match value.abs() {
+        small if small < 1.0 => 3,
+        some if some < 10.0 => 2,
+        many if many < 100.0 => 1,
+        _ => 0,
+    };
+    format!("{value:.places$}")
+}
+
+fn declared(experiment: &Experiment, outcome: &Outcome) -> String {
+    let name = &outcome.name;
+    let (seed, draws) = (outcome.seed, outcome.declared.draws);
+    let own = match outcome.declared.as_declared {
+        true => "Seed and number of wearers are the declaration's own.",
+        false => "Seed or number of wearers differ from the declaration's: explored, not declared.",
+    };
+    let files = experiment.hashes.iter();
+    let files = files.map(|(file, hash)| format!("{hash}  {file}\n"));
+    format!(
+        "<p>{own}</p>\n<pre>flexor sweep {name} --seed {seed} --draws {draws}</pre>\n\
+         <p>SHA-256 of what was declared:</p>\n<pre>{}</pre>\n",
+        escape(&files.collect::<String>())
+    )
+}

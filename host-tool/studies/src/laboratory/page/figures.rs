@@ -1,0 +1,251 @@
+//! The figures of an experiment's page.
+
+use crate::laboratory::conduct::Conducted;
+use crate::laboratory::experiment::Experiment;
+use crate::laboratory::measure::Measure;
+use crate::laboratory::result::{Outcome, Row};
+use host_core::plot::ink::{INK, MUTED, PALETTE, stroke};
+use host_core::plot::series::{range, shorten};
+use host_core::plot::words::shortened;
+use host_core::plot::{Axis, Figure, Key, Mark, Paint, Panel, Scale, Shape};
+use host_core::record::{Sample, Trial};
+
+/// Pixels of a row with its space; of a row's name; of a small multiple's height.
+const PITCH: f64 = 24.0;
+const NAME: f64 = 330.0;
+const MULTIPLE: f64 = 110.0;
+/// Small multiples side by side, and points drawn of each.
+const BESIDE: usize = 4;
+const POINTS: usize = 300;
+
+/// A bar for each claim, with its interval and what the paper says.
+pub(super) fn shares(outcome: &Outcome) -> String {
+    let shares = &outcome.shares;
+    if shares.is_empty() {
+        return String::new();
+    }
+    let names = shares
+        .iter()
+        .map(|share| shortened(11.0, &share.claim, NAME, false));
+    let y = Axis {
+        grid: false,
+        ..Axis::rows("", names)
+    };
+    let x = Axis::linear("share of cases (%)", (0.0, 100.0), 5.0);
+    let mut marks = Vec::new();
+    for (at, share) in shares.iter().enumerate() {
+        let at = at as f64;
+        let part = 100.0 * share.holds as f64 / (share.of as f64).max(1.0);
+        let paint = Paint::Tint(PALETTE[0]);
+        marks.push(Mark::Area((0.0, part), (at - 0.3, at + 0.3), paint));
+        if let (Some(low), Some(high)) = (share.low, share.high) {
+            let ends = vec![(100.0 * low, at), (100.0 * high, at)];
+            marks.push(Mark::Line(ends, stroke(PALETTE[0], 3.0)));
+        }
+        if let Some(paper) = share.paper {
+            let place = (if paper { 100.0 } else { 0.0 }, at);
+            marks.push(Mark::Dot(
+                place,
+                Shape::Diamond,
+                5.0,
+                Paint::Full(PALETTE[1]),
+            ));
+        }
+    }
+    let panel = Panel {
+        marks,
+        ..Panel::new("", x, y, shares.len() as f64 * PITCH)
+    };
+    let legend = [
+        (
+            Key::Box(Paint::Tint(PALETTE[0])),
+            "share of cases in which the claim holds",
+        ),
+        (Key::Line(stroke(PALETTE[0], 3.0)), "95 % interval"),
+        (
+            Key::Dot(Shape::Diamond, Paint::Full(PALETTE[1])),
+            "what the paper says",
+        ),
+    ];
+    Figure {
+        description: "In what share of simulated cases each claim holds".to_owned(),
+        legend: legend.map(|(key, name)| (key, name.to_owned())).into(),
+        rows: vec![vec![panel]],
+        ..Figure::default()
+    }
+    .svg()
+}
+
+/// The course of each recorded trial.
+pub(super) fn multiples(experiment: &Experiment, trials: &[Conducted]) -> String {
+    let trials: Vec<&Trial> = trials.iter().map(|conducted| &conducted.trial).collect();
+    let angles = trials
+        .iter()
+        .flat_map(|trial| trial.samples.iter().filter_map(angle));
+    let Some((low, high)) = range(angles) else {
+        return String::new();
+    };
+    let last_s = trials
+        .iter()
+        .map(|trial| trial.duration_s)
+        .fold(0.0, f64::max);
+    let beside = beside(experiment);
+    let panel = |(n, trial): (usize, &&Trial)| {
+        let x = Axis::linear("s", (0.0, last_s), 4.0);
+        // What all panels of a row share stands once, at its left.
+        let parts = trial.name.split_once(row_of(experiment, &trial.name));
+        let (row, own) = match parts {
+            Some((_, own)) => (
+                row_of(experiment, &trial.name),
+                own.trim_start_matches(", "),
+            ),
+            None => ("", &*trial.name),
+        };
+        let row = if n % beside == 0 {
+            format!("{row} (°)")
+        } else {
+            String::new()
+        };
+        let y = Axis::linear(&row, (low - 2.0, high + 2.0), 4.0);
+        let mut panel = Panel::new("", x, y, MULTIPLE);
+        panel.title = shortened(13.0, own, 1000.0 / beside as f64 - 60.0, true);
+        if let Some(wall) = trial.wall {
+            let inside = match wall.stops_flexion {
+                true => (wall.at_deg, f64::INFINITY),
+                false => (f64::NEG_INFINITY, wall.at_deg),
+            };
+            let everywhere = (f64::NEG_INFINITY, f64::INFINITY);
+            panel
+                .ground
+                .push(Mark::Area(everywhere, inside, Paint::Tint(MUTED)));
+        }
+        let mut line = |of: fn(&Sample) -> Option<f64>, color, width| {
+            let points = trial.samples.iter().filter_map(|s| Some((s.t_s, of(s)?)));
+            let lines = shorten(points, POINTS).into_iter();
+            let lines = lines.map(|points| Mark::Line(points, stroke(color, width)));
+            panel.marks.extend(lines);
+        };
+        if trial.wall.is_none() {
+            line(|s| s.target_deg, INK, 1.0);
+        }
+        line(angle, PALETTE[0], 1.6);
+        panel
+    };
+    let panels: Vec<Panel> = trials.iter().enumerate().map(panel).collect();
+    let mut rows: Vec<Vec<Panel>> = panels.chunks(beside).map(<[Panel]>::to_vec).collect();
+    // All rows have as many columns.
+    for row in &mut rows {
+        while row.len() < beside {
+            let empty = Panel::new(
+                "",
+                Axis::new("", Scale::Linear(0.0, 1.0)),
+                Axis::new("", Scale::Linear(0.0, 1.0)),
+                MULTIPLE,
+            );
+            row.push(empty);
+        }
+    }
+    Figure {
+        description: "Joint angle over time in each condition, simulated".to_owned(),
+        legend: vec![
+            (
+                Key::Line(stroke(PALETTE[0], 1.6)),
+                "joint angle of the declaration's own body".to_owned(),
+            ),
+            (Key::Box(Paint::Tint(MUTED)), "inside the wall".to_owned()),
+        ],
+        rows,
+        ..Figure::default()
+    }
+    .svg()
+}
+
+/// The first factor's level in a trial's name: it leads it.
+fn row_of<'a>(experiment: &'a Experiment, name: &str) -> &'a str {
+    let levels = experiment
+        .conditions
+        .iter()
+        .filter_map(|it| it.levels.first());
+    let fitting = levels.filter(|level| name.starts_with(&***level));
+    fitting
+        .max_by_key(|level| level.len())
+        .map_or("", |level| level)
+}
+
+fn angle(sample: &Sample) -> Option<f64> {
+    sample.true_deg.or(sample.measured_deg)
+}
+
+/// As many small multiples side by side as the later factors have combinations.
+fn beside(experiment: &Experiment) -> usize {
+    let later = experiment.declaration.factors.iter().skip(1);
+    let combinations = later.map(|factor| factor.levels.len()).product();
+    match combinations {
+        2..=BESIDE => combinations,
+        _ => BESIDE,
+    }
+}
+
+/// Each measure: median and range of the wearers in each condition.
+pub(super) fn measures(experiment: &Experiment, outcome: &Outcome) -> String {
+    let panels = experiment
+        .measures()
+        .filter_map(|measure| panel(measure, &outcome.rows));
+    let panels: Vec<Panel> = panels.collect();
+    if panels.is_empty() {
+        return String::new();
+    }
+    let legend = [
+        (
+            Key::Dot(Shape::Disc, Paint::Full(PALETTE[0])),
+            "median of the wearers",
+        ),
+        (Key::Line(stroke(PALETTE[0], 2.0)), "5th to 95th percentile"),
+        (
+            Key::Dot(Shape::Diamond, Paint::Full(PALETTE[1])),
+            "the paper's number",
+        ),
+    ];
+    Figure {
+        description: "Each measure in each condition over all simulated wearers".to_owned(),
+        legend: legend.map(|(key, name)| (key, name.to_owned())).into(),
+        rows: panels.into_iter().map(|panel| vec![panel]).collect(),
+        ..Figure::default()
+    }
+    .svg()
+}
+
+fn panel(measure: &Measure, rows: &[Row]) -> Option<Panel> {
+    let end = format!("/{}", measure.id);
+    let own: Vec<&Row> = rows.iter().filter(|row| row.id.ends_with(&end)).collect();
+    let numbers = own.iter().flat_map(|row| [row.low, row.high, row.paper]);
+    let (low, high) = range(numbers.flatten())?;
+    let room = 0.05 * (high - low).max(1e-9);
+    let name = |row: &&Row| row.id.trim_end_matches(&end).to_owned();
+    let names = own
+        .iter()
+        .map(|row| shortened(11.0, &name(row), NAME, false));
+    let y = Axis::rows("", names);
+    let title = match measure.unit {
+        "" => measure.quantity.to_owned(),
+        unit => format!("{} ({unit})", measure.quantity),
+    };
+    let x = Axis::linear("", (low - room, high + room), 6.0);
+    let mut panel = Panel::new(&title, x, y, own.len() as f64 * 18.0);
+    for (at, row) in own.iter().enumerate() {
+        let at = at as f64;
+        if let (Some(low), Some(high)) = (row.low, row.high) {
+            let line = Mark::Line(vec![(low, at), (high, at)], stroke(PALETTE[0], 2.0));
+            panel.marks.push(line);
+        }
+        let dots = [
+            (row.ours, Shape::Disc, PALETTE[0]),
+            (row.paper, Shape::Diamond, PALETTE[1]),
+        ];
+        for (value, shape, color) in dots {
+            let dot = |x| Mark::Dot((x, at), shape, 4.5, Paint::Full(color));
+            panel.marks.extend(value.map(dot));
+        }
+    }
+    Some(panel)
+}

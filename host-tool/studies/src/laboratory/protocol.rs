@@ -1,0 +1,232 @@
+//! How the trials of an experiment follow each other.
+
+use hal_sim::random::word;
+use serde::Deserialize;
+
+/// Of the order of conditions.
+const ORDER: u64 = 0x1AB2;
+
+/// Blocks of trials, with rests and prompts between them.
+#[derive(Clone, PartialEq, Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Protocol {
+    /// Rounds of all conditions that a longer rest parts.
+    pub blocks: usize,
+    /// Times that each condition comes in a block.
+    pub repetitions: usize,
+    /// Of the trials in a block.
+    pub order: Order,
+    /// Between two trials, s.
+    pub rest_s: f64,
+    /// Between two blocks, s.
+    pub block_rest_s: f64,
+    /// Said before each trial; somebody who operates a board answers it.
+    pub prompt: Option<String>,
+    /// What ends the protocol.
+    pub stop: Stop,
+}
+
+/// The order of trials in a block.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Order {
+    /// As the declaration lists them.
+    #[default]
+    Listed,
+    /// Drawn anew for each block, by the seed.
+    Random,
+}
+
+/// What ends a protocol before its last trial. A fault, a refusal and a signal
+/// always do.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Stop {
+    /// A measured angle above this, degrees.
+    pub angle_above_deg: Option<f64>,
+    /// A measured angle below this, degrees.
+    pub angle_below_deg: Option<f64>,
+    /// A predicted force above this, N.
+    pub force_above_n: Option<f64>,
+}
+
+impl Default for Protocol {
+    fn default() -> Self {
+        Self {
+            blocks: 1,
+            repetitions: 1,
+            order: Order::default(),
+            rest_s: 0.0,
+            block_rest_s: 0.0,
+            prompt: None,
+            stop: Stop::default(),
+        }
+    }
+}
+
+/// One thing that a protocol does.
+#[derive(Clone, PartialEq, Debug)]
+pub enum Step {
+    /// Nothing is stimulated for so long, s.
+    Rest(f64),
+    /// Said to the person, and answered.
+    Prompt(String),
+    /// A trial.
+    Trial(Place),
+}
+
+/// Where a trial stands in its protocol.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Place {
+    /// From 0.
+    pub block: usize,
+    /// Of its condition within the block, from 0.
+    pub repetition: usize,
+    /// Index of the condition.
+    pub condition: usize,
+}
+
+impl Protocol {
+    /// Times that each condition comes.
+    #[must_use]
+    pub const fn rounds(&self) -> usize {
+        self.blocks.saturating_mul(self.repetitions)
+    }
+
+    /// What it does with so many conditions, for this seed.
+    #[must_use]
+    pub fn steps(&self, conditions: usize, seed: u64) -> Vec<Step> {
+        let mut steps = Vec::new();
+        for block in 0..self.blocks {
+            for place in self.block(block, conditions, seed) {
+                let is_first_of_block = !matches!(steps.last(), Some(Step::Trial(before))
+                    if before.block == block);
+                let rest_s = match (steps.is_empty(), is_first_of_block) {
+                    (true, _) => 0.0,
+                    (false, true) => self.block_rest_s.max(self.rest_s),
+                    (false, false) => self.rest_s,
+                };
+                if rest_s > 0.0 {
+                    steps.push(Step::Rest(rest_s));
+                }
+                steps.extend(self.prompt.clone().map(Step::Prompt));
+                steps.push(Step::Trial(place));
+            }
+        }
+        steps
+    }
+
+    /// The trials of a block in their order.
+    fn block(&self, block: usize, conditions: usize, seed: u64) -> Vec<Place> {
+        let rounds = 0..self.repetitions;
+        let place = |repetition, condition| Place {
+            block,
+            repetition,
+            condition,
+        };
+        let all = rounds.flat_map(|r| (0..conditions).map(move |c| place(r, c)));
+        let mut all: Vec<Place> = all.collect();
+        if self.order == Order::Random {
+            // Fisher and Yates, from the last on.
+            let stream = word(word(seed, ORDER), block as u64);
+            for last in (1..all.len()).rev() {
+                let other = word(stream, last as u64) % (last as u64 + 1);
+                all.swap(last, other as usize);
+            }
+        }
+        all
+    }
+
+    /// Everything that cannot be, for people.
+    pub(super) fn mistakes(&self) -> Vec<String> {
+        let mut told = Vec::new();
+        if self.blocks == 0 || self.repetitions == 0 {
+            told.push("protocol: an empty block: blocks and repetitions are 1 or more".to_owned());
+        }
+        for (name, rest_s) in [("rest_s", self.rest_s), ("block_rest_s", self.block_rest_s)] {
+            if !(0.0..=86_400.0).contains(&rest_s) {
+                told.push(format!(
+                    "protocol: {name} is {rest_s}, allowed is 0 to 86400"
+                ));
+            }
+        }
+        let Stop {
+            angle_above_deg: above,
+            angle_below_deg: below,
+            ..
+        } = self.stop;
+        if above
+            .zip(below)
+            .is_some_and(|(above, below)| above <= below)
+        {
+            told.push("protocol: every angle would stop it".to_owned());
+        }
+        told
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn trials(steps: &[Step]) -> Vec<Place> {
+        let place = |step: &Step| match step {
+            Step::Trial(place) => Some(*place),
+            _ => None,
+        };
+        steps.iter().filter_map(place).collect()
+    }
+
+    #[test]
+    fn blocks_have_every_condition_and_rests_lie_between_them() {
+        let protocol = Protocol {
+            blocks: 3,
+            repetitions: 2,
+            order: Order::Random,
+            rest_s: 5.0,
+            block_rest_s: 60.0,
+            ..Protocol::default()
+        };
+        let steps = protocol.steps(4, 1);
+        assert_eq!(steps, protocol.steps(4, 1));
+        assert_ne!(steps, protocol.steps(4, 2));
+        let places = trials(&steps);
+        for block in 0..3 {
+            let mut own: Vec<_> = places.iter().filter(|p| p.block == block).collect();
+            assert_eq!(own.len(), 8);
+            own.sort_by_key(|p| (p.condition, p.repetition));
+            own.dedup();
+            assert_eq!(own.len(), 8);
+        }
+        let rests = |s: f64| steps.iter().filter(|step| **step == Step::Rest(s)).count();
+        assert_eq!((rests(60.0), rests(5.0)), (2, 3 * 7));
+        assert!(!matches!(steps[0], Step::Rest(_)));
+    }
+
+    #[test]
+    fn an_order_as_listed_is_that_of_the_conditions_and_every_trial_is_prompted() {
+        let protocol = Protocol {
+            prompt: Some("Push.".to_owned()),
+            ..Protocol::default()
+        };
+        let steps = protocol.steps(3, 1);
+        let conditions: Vec<usize> = trials(&steps).iter().map(|p| p.condition).collect();
+        assert_eq!(conditions, [0, 1, 2]);
+        assert_eq!(steps.len(), 6);
+    }
+
+    #[test]
+    fn what_cannot_be_is_told_at_once() {
+        let protocol = Protocol {
+            blocks: 0,
+            rest_s: -1.0,
+            stop: Stop {
+                angle_above_deg: Some(10.0),
+                angle_below_deg: Some(20.0),
+                ..Stop::default()
+            },
+            ..Protocol::default()
+        };
+        assert_eq!(protocol.mistakes().len(), 3);
+    }
+}

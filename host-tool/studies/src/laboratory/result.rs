@@ -1,0 +1,196 @@
+//! `result.json`: what came out, beside what a paper printed.
+
+use super::claims::{Share, Units, shares};
+use super::conduct::Conducted;
+use super::declaration::Declaration;
+use super::draw::{point_in_words, points};
+use super::experiment::{Experiment, Measured};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// What an experiment came to.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct Outcome {
+    /// The experiment.
+    pub name: String,
+    /// Of wearers, noise and order.
+    pub seed: u64,
+    /// Whether all of it is simulated.
+    pub simulated: bool,
+    /// What was written before looking.
+    pub declared: Declared,
+    /// A number for each measure of each condition.
+    pub rows: Vec<Row>,
+    /// In how many cases each claim holds.
+    pub shares: Vec<Share>,
+    /// What one must know to read them.
+    pub notes: Vec<String>,
+}
+
+/// What was written before looking.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct Declared {
+    /// SHA-256 of the declaration and its sessions, by file.
+    pub sha256: BTreeMap<String, String>,
+    /// The paper, section and figure.
+    pub source: String,
+    /// Wearers drawn, at each point of a grid.
+    pub draws: u64,
+    /// Whether seed and draws are the declaration's own.
+    pub as_declared: bool,
+}
+
+/// A measure in a condition.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+pub struct Row {
+    /// Condition and measure.
+    pub id: String,
+    /// The measure for people, and in which condition.
+    pub quantity: String,
+    /// Of the numbers.
+    pub unit: String,
+    /// What the paper printed.
+    pub paper: Option<f64>,
+    /// Median over the wearers.
+    pub ours: Option<f64>,
+    /// 5th percentile of the wearers.
+    pub low: Option<f64>,
+    /// 95th percentile.
+    pub high: Option<f64>,
+    /// Wearers that have it.
+    pub n: usize,
+}
+
+/// What is said of every simulated result.
+const SIMULATED: &str = "Simulated: numbers of assumed bodies, no evidence about people.";
+const MEANING: &str = "ours is the median, low and high the 5th and 95th percentile of the wearers \
+                       drawn: a range of bodies, no confidence interval.";
+const CASES: &str = "A share's interval (95 %, Wilson) counts wearers, since several cases of one \
+                     wearer are not independent.";
+
+impl Outcome {
+    /// Of these units: `draws` wearers at each point of the grid.
+    #[must_use]
+    pub fn of(
+        experiment: &Experiment,
+        (seed, draws): (u64, u64),
+        units: &Units,
+        simulated: bool,
+    ) -> Self {
+        let declaration = &experiment.declaration;
+        let said = simulated
+            .then_some(SIMULATED)
+            .into_iter()
+            .chain([MEANING, CASES]);
+        let mut notes: Vec<String> = said.map(str::to_owned).collect();
+        notes.extend(declaration.assumed.iter().cloned());
+        let drawn = declaration.drawn.iter().map(|drawn| {
+            let (field, low, high, source) = (&drawn.field, drawn.low, drawn.high, &drawn.source);
+            format!("Drawn: {field} from {low} to {high} ({source}).")
+        });
+        notes.extend(drawn);
+        Self {
+            name: declaration.name.clone(),
+            seed,
+            simulated,
+            declared: Declared {
+                sha256: experiment.hashes.iter().cloned().collect(),
+                source: declaration.source.clone(),
+                draws,
+                as_declared: (seed, draws) == (declaration.seed, declaration.draws),
+            },
+            rows: rows(experiment, draws, units),
+            shares: shares(experiment, draws, units),
+            notes,
+        }
+    }
+
+    /// Of trials that were conducted, each round a wearer of its own.
+    #[must_use]
+    pub fn of_trials(
+        experiment: &Experiment,
+        seed: u64,
+        trials: &[Conducted],
+        simulated: bool,
+    ) -> Self {
+        let repetitions = experiment.declaration.protocol.repetitions;
+        let mut rounds = Units::new();
+        for it in trials {
+            let round = (it.place.block * repetitions + it.place.repetition) as u64;
+            let nothing = || vec![Measured::new(); experiment.conditions.len()];
+            let unit = rounds.entry(round).or_insert_with(nothing);
+            if let Some(place) = unit.get_mut(it.place.condition) {
+                place.clone_from(&it.measured);
+            }
+        }
+        let rounds_of = experiment.declaration.protocol.rounds() as u64;
+        Self::of(experiment, (seed, rounds_of), &rounds, simulated)
+    }
+
+    /// As the file has it.
+    #[must_use]
+    pub fn json(&self) -> String {
+        // Strings, numbers and lists only.
+        serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
+    }
+}
+
+/// Each measure of each condition at each point of the grid.
+fn rows(experiment: &Experiment, draws: u64, units: &Units) -> Vec<Row> {
+    let declaration = &experiment.declaration;
+    let mut rows = Vec::new();
+    for point in 0..points(declaration) {
+        let place = point_in_words(declaration, point);
+        let own = units.range(point * draws..(point + 1) * draws);
+        let own: Vec<_> = own.map(|(_, measured)| measured).collect();
+        for (c, condition) in experiment.conditions.iter().enumerate() {
+            for (m, measure) in experiment.measures().enumerate() {
+                let numbers = own.iter().filter_map(|unit| *unit.get(c)?.get(m)?);
+                let mut numbers: Vec<f64> = numbers.collect();
+                numbers.sort_by(f64::total_cmp);
+                let name = condition.name();
+                rows.push(Row {
+                    id: format!("{place}{name}/{}", measure.id),
+                    quantity: format!("{}: {place}{name}", measure.quantity),
+                    unit: measure.unit.to_owned(),
+                    paper: printed(declaration, &condition.levels, measure.id),
+                    ours: quantile(&numbers, 0.5),
+                    low: quantile(&numbers, 0.05),
+                    high: quantile(&numbers, 0.95),
+                    n: numbers.len(),
+                });
+            }
+        }
+    }
+    rows
+}
+
+fn printed(declaration: &Declaration, levels: &[String], measure: &str) -> Option<f64> {
+    let mut all = declaration.printed.iter();
+    let found = all.find(|it| it.condition == levels && it.measure == measure);
+    found.map(|it| it.value)
+}
+
+/// Linear between neighbours of `sorted`.
+fn quantile(sorted: &[f64], part: f64) -> Option<f64> {
+    let at = part * sorted.len().checked_sub(1)? as f64;
+    let (below, above) = (
+        sorted.get(at.floor() as usize)?,
+        sorted.get(at.ceil() as usize)?,
+    );
+    Some(below + at.fract() * (above - below))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::quantile;
+
+    #[test]
+    fn quantiles_lie_between_neighbours() {
+        let numbers = [1.0, 2.0, 4.0];
+        assert_eq!(quantile(&numbers, 0.5), Some(2.0));
+        assert_eq!(quantile(&numbers, 0.75), Some(3.0));
+        assert_eq!(quantile(&numbers, 1.0), Some(4.0));
+        assert_eq!(quantile(&[], 0.5), None);
+    }
+}

@@ -1,0 +1,358 @@
+//! Experiments: what is declared, what is crossed, what a sweep keeps, what a paper's
+//! wall does on the whole device.
+
+use host_core::link::Interruption;
+use host_core::record::Sample;
+use host_core::run::DeviceName;
+use std::fs;
+use std::path::{Path, PathBuf};
+use studies::experiments::named;
+use studies::laboratory::{
+    Conducted, Declaration, Ended, Experiment, LaboratoryError, Operator, Shard, Sweep, merge,
+};
+
+const SESSION: &str = include_str!("../../sessions/harris_wall/3_pre_wall_co_contraction.toml");
+
+/// Two walls, hit for a second and a half: quick.
+const SMALL: &str = r#"
+name = "small"
+title = "Small"
+source = "nobody"
+session = "wall.toml"
+seed = 3
+draws = 10
+measures = ["deepest_deg", "charge_mc"]
+
+[[factor]]
+name = "wall"
+[[factor.level]]
+name = "pre-wall"
+unset = ["wall.co_contraction"]
+set = { duration_s = 1.5, "body.start_deg" = 84.0, "body.approaches" = [{ at_s = 0.2, speed_deg_per_s = 30.0, for_s = 9.0 }] }
+[[factor.level]]
+name = "bare"
+unset = ["wall.co_contraction", "wall.pre_wall"]
+set = { duration_s = 1.5, "body.start_deg" = 84.0, "body.approaches" = [{ at_s = 0.2, speed_deg_per_s = 30.0, for_s = 9.0 }] }
+
+[[draw]]
+field = "body.push_nm"
+low = 0.6
+high = 2.4
+source = "assumed"
+
+[[claim]]
+id = "more-charge"
+says = "a pre-wall takes more charge"
+measure = "charge_mc"
+factor = "wall"
+this = "pre-wall"
+is = "more"
+than = "bare"
+[[claim]]
+id = "not-more"
+says = "and not the reverse"
+none = ["more-charge"]
+"#;
+
+fn texts(_: &str) -> Result<String, LaboratoryError> {
+    Ok(SESSION.to_owned())
+}
+
+fn small() -> Experiment {
+    Experiment::new("small.toml", SMALL, &texts).unwrap()
+}
+
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"))
+        .join("laboratory")
+        .join(name);
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(folder.parent().unwrap()).unwrap();
+    folder
+}
+
+fn swept(shard: Shard, seed: u64, dir: &Path) {
+    let experiment = small();
+    let sweep = Sweep::new(&experiment, seed, 10, shard);
+    sweep.run(&experiment, dir, &mut |_| true).unwrap();
+}
+
+/// Every file of a folder with its bytes.
+fn files(dir: &Path) -> Vec<(String, Vec<u8>)> {
+    let entries = fs::read_dir(dir).unwrap().flatten();
+    let mut all: Vec<_> = entries
+        .map(|it| {
+            (
+                it.file_name().into_string().unwrap(),
+                fs::read(it.path()).unwrap(),
+            )
+        })
+        .collect();
+    all.sort();
+    all
+}
+
+fn shard(text: &str) -> Shard {
+    text.parse().unwrap()
+}
+
+#[test]
+fn shards_merge_to_the_bytes_of_one_sweep() {
+    let whole = folder("whole");
+    swept(Shard::WHOLE, 3, &whole);
+    let names: Vec<String> = files(&whole).into_iter().map(|(name, _)| name).collect();
+    let wanted = [
+        "declaration.toml",
+        "draws.csv",
+        "result.html",
+        "result.json",
+        "sweep.json",
+    ];
+    assert_eq!(names, wanted);
+    let parts: Vec<PathBuf> = (1..=3)
+        .map(|n| {
+            let dir = folder(&format!("part{n}"));
+            swept(shard(&format!("{n}/3")), 3, &dir);
+            dir
+        })
+        .collect();
+    let merged = folder("merged");
+    let outcome = merge(&parts, &merged, &small()).unwrap();
+    assert_eq!(files(&merged), files(&whole));
+    let shares: Vec<_> = outcome.shares.iter().map(|it| (it.holds, it.of)).collect();
+    assert_eq!(shares, [(10, 10), (0, 10)]);
+    // A part that is not one of them, a hole, a part twice, none.
+    let other = folder("other_seed");
+    swept(shard("3/3"), 4, &other);
+    let refused = |parts: &[PathBuf], why: &str| {
+        let error = merge(parts, &folder("refused"), &small())
+            .unwrap_err()
+            .to_string();
+        assert!(error.starts_with("E604") && error.contains(why), "{error}");
+    };
+    refused(
+        &[parts[0].clone(), parts[1].clone(), other],
+        "seed 4, not 3",
+    );
+    refused(&parts[..2], "shard 3/3 is missing");
+    refused(&[parts[0].clone(), parts[0].clone()], "are both shard 1/3");
+    refused(&[], "there are none");
+    let rows = fs::read_to_string(parts[2].join("draws.csv")).unwrap();
+    let cut: Vec<&str> = rows.lines().take(3).collect();
+    fs::write(parts[2].join("draws.csv"), cut.join("\n") + "\n").unwrap();
+    refused(&parts, "has a hole: unit 5 is missing");
+}
+
+#[test]
+fn a_sweep_killed_at_any_byte_goes_on_to_the_same_bytes() {
+    let whole = folder("unbroken");
+    swept(Shard::WHOLE, 3, &whole);
+    let wanted = files(&whole);
+    let rows = fs::read(whole.join("draws.csv")).unwrap();
+    let broken = folder("broken");
+    for part in [0, 1, 30, 77, 200, 401, rows.len() - 1, rows.len()] {
+        let _ = fs::remove_dir_all(&broken);
+        fs::create_dir_all(&broken).unwrap();
+        let head = rows.iter().position(|byte| *byte == b'\n').unwrap() + 1;
+        fs::copy(whole.join("sweep.json"), broken.join("sweep.json")).unwrap();
+        fs::write(
+            broken.join("draws.csv"),
+            &rows[..part.max(head).min(rows.len())],
+        )
+        .unwrap();
+        swept(Shard::WHOLE, 3, &broken);
+        assert_eq!(files(&broken), wanted, "cut at {part}");
+    }
+    // Asked to stop before the first: it keeps what it has.
+    let experiment = small();
+    let stopped = folder("stopped");
+    let sweep = Sweep::new(&experiment, 3, 10, Shard::WHOLE);
+    assert!(
+        sweep
+            .run(&experiment, &stopped, &mut |_| false)
+            .unwrap()
+            .is_none()
+    );
+    swept(Shard::WHOLE, 3, &stopped);
+    assert_eq!(files(&stopped), wanted);
+}
+
+#[test]
+fn a_folder_of_something_else_is_left_alone() {
+    let dir = folder("somebody");
+    fs::create_dir_all(&dir).unwrap();
+    fs::write(dir.join("thesis.tex"), "years").unwrap();
+    let experiment = small();
+    let sweep = |seed| Sweep::new(&experiment, seed, 10, Shard::WHOLE);
+    let refused = sweep(3).run(&experiment, &dir, &mut |_| true).unwrap_err();
+    assert!(refused.to_string().starts_with("E603"), "{refused}");
+    assert_eq!(files(&dir).len(), 1);
+    let mine = folder("mine");
+    swept(Shard::WHOLE, 3, &mine);
+    let refused = sweep(4).run(&experiment, &mine, &mut |_| true).unwrap_err();
+    let told = refused.to_string();
+    assert!(told.contains("seed 3") && told.contains("seed 4"), "{told}");
+    for text in ["0/3", "4/3", "3", "a/b", "1/0", "1/10001", ""] {
+        assert!(text.parse::<Shard>().is_err(), "{text}");
+    }
+}
+
+#[test]
+fn everything_wrong_with_a_declaration_is_told_at_once() {
+    let bad = SMALL
+        .replace("name = \"small\"", "name = \"Sm all\"")
+        .replace("\"charge_mc\"]", "\"charm\"]")
+        .replace("low = 0.6", "low = 6.0")
+        .replace("than = \"bare\"", "than = \"pre-fall\"")
+        .replace("none = [\"more-charge\"]", "none = [\"less-charge\"]")
+        .replace("draws = 10", "draws = 0\n[protocol]\nblocks = 0");
+    // A table ends the fields before it.
+    let bad = bad.replace("draws = 0\n[protocol]\nblocks = 0\n", "draws = 0\n");
+    let bad = bad + "\n[protocol]\nblocks = 0\n";
+    let error = Declaration::parse("bad.toml", &bad)
+        .unwrap_err()
+        .to_string();
+    for wanted in [
+        "E600 bad.toml",
+        "`Sm all`",
+        "no measure `charm`",
+        "drawn from 6 to 2.4",
+        "no level `pre-fall`",
+        "no claim `less-charge`",
+        "0 draws",
+        "an empty block",
+    ] {
+        assert!(error.contains(wanted), "{wanted}: {error}");
+    }
+    let typo = SMALL.replace("draws = 10", "drwas = 10");
+    let error = Declaration::parse("typo.toml", &typo)
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("line 7: unknown field `drwas`"), "{error}");
+    let empty = SMALL.replace("[[factor.level]]\nname = \"bare\"", "[[factor.level]]");
+    assert!(Declaration::parse("empty.toml", &empty).is_err());
+}
+
+#[test]
+fn a_condition_that_no_device_arms_is_refused_by_name() {
+    let beyond = SMALL.replace(
+        "duration_s = 1.5, \"body.start_deg\"",
+        "\"wall.max\" = 90.0, \"body.start_deg\"",
+    );
+    let error = Experiment::new("small.toml", &beyond, &texts)
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.starts_with("E601 the condition `pre-wall`"),
+        "{error}"
+    );
+    let absent = SMALL.replace("\"wall.co_contraction\"", "\"wall.other\"");
+    let error = Experiment::new("small.toml", &absent, &texts)
+        .unwrap_err()
+        .to_string();
+    assert!(error.starts_with("E602 `wall.other`"), "{error}");
+    let limit = SMALL.replace("low = 0.6\nhigh = 2.4", "low = 600.0\nhigh = 601.0");
+    let error = Experiment::new("small.toml", &limit, &texts)
+        .unwrap_err()
+        .to_string();
+    assert!(error.starts_with("E601"), "{error}");
+}
+
+/// Goes on, until so many trials have run.
+struct Until(usize, Vec<f64>);
+
+impl Operator for Until {
+    fn ready(&mut self, _: &str) -> bool {
+        true
+    }
+
+    fn rest(&mut self, rest_s: f64) -> bool {
+        self.1.push(rest_s);
+        self.1.len() < self.0
+    }
+
+    fn progress(&mut self, _: f64) {}
+
+    fn interruption(&self) -> Interruption {
+        Interruption::default()
+    }
+}
+
+#[test]
+fn a_protocol_aborted_at_any_step_says_how_far_it_came() {
+    let text = format!("{SMALL}\n[protocol]\nblocks = 2\nrest_s = 1.0\nblock_rest_s = 9.0\n");
+    let experiment = Experiment::new("small.toml", &text, &texts).unwrap();
+    for rests in 1..=4 {
+        let mut operator = Until(rests, Vec::new());
+        let dir = folder(&format!("aborted{rests}"));
+        let course = experiment
+            .conduct(&dir, (&DeviceName::Native, 3), &mut operator)
+            .unwrap();
+        assert_eq!((course.trials.len(), course.of), (rests.min(4), 4));
+        assert_eq!(course.ended.is_some(), rests < 4);
+        let wanted = [1.0, 9.0, 1.0];
+        assert_eq!(operator.1, wanted[..rests.min(3)]);
+    }
+    let text = text + "stop = { angle_above_deg = 88.0 }\n";
+    let experiment = Experiment::new("small.toml", &text, &texts).unwrap();
+    let dir = folder("criterion");
+    let mut operator = Until(9, Vec::new());
+    let course = experiment
+        .conduct(&dir, (&DeviceName::Native, 3), &mut operator)
+        .unwrap();
+    assert_eq!(course.trials.len(), 1);
+    assert!(matches!(&course.ended, Some(Ended::Criterion(what)) if what.contains("above 88°")));
+}
+
+/// Harris' walls on the whole device: what is put out, what is felt, that it repeats.
+#[test]
+fn harris_walls_render_what_they_say() {
+    let experiment = named("harris-wall").unwrap();
+    let conduct = |name: &str| {
+        let mut operator = Until(99, Vec::new());
+        let place = (&DeviceName::Native, 1);
+        let course = experiment
+            .conduct(&folder(name), place, &mut operator)
+            .unwrap();
+        assert!(course.ended.is_none());
+        course.trials
+    };
+    let all = conduct("harris");
+    assert_eq!(all.len(), 20);
+    let again = conduct("harris_again");
+    assert!(all.iter().zip(&again).all(|(a, b)| a.trial == b.trial));
+    for conducted in &all {
+        renders(conducted);
+    }
+}
+
+fn renders(conducted: &Conducted) {
+    let trial = &conducted.trial;
+    let wall = trial.wall.unwrap();
+    // A burst takes its amplitude up to 20 ms after the angle was read.
+    let (slack, front) = (2.0, wall.at_deg - wall.pre_wall_deg);
+    let before = |s: &&Sample| s.measured_deg.is_some_and(|deg| deg < front - slack);
+    // The end of the trial lets the current fall.
+    let inside = |s: &&Sample| s.measured_deg > Some(wall.at_deg + slack) && s.t_s < 7.9;
+    let silent = trial.samples.iter().filter(before);
+    assert!(silent.clone().count() > 50, "{}", trial.name);
+    assert!(
+        silent
+            .clone()
+            .all(|s| s.amplitudes.iter().all(Option::is_none))
+    );
+    assert!(trial.samples.iter().all(|s| s.amplitudes[0] <= Some(80.0)));
+    let has_antagonist = trial.name.contains("co-contraction");
+    let is_steep = wall.pre_wall_deg > 0.0 || trial.name.contains("on-off");
+    let least = if is_steep { 79.9 } else { 8.0 };
+    for s in trial.samples.iter().filter(inside) {
+        assert!(s.amplitudes[0] >= Some(least), "{}: {s:?}", trial.name);
+        let biceps = s.amplitudes.get(1).copied().flatten();
+        assert_eq!(biceps, has_antagonist.then_some(40.0), "{}", trial.name);
+    }
+    assert!(
+        conducted.measured.iter().all(Option::is_some),
+        "{}",
+        trial.name
+    );
+}
