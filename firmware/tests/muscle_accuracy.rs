@@ -107,8 +107,8 @@ fn every_subject_rate_and_timing_is_within_its_bound() {
         println!();
     }
     println!("worst of all: {worst:.4} %");
-    assert!(worst <= 0.003, "{worst} %");
-    assert!(worst >= 0.0015, "{worst} %: half of what is stated");
+    assert!(worst <= 0.005, "{worst} %");
+    assert!(worst >= 0.0025, "{worst} %: half of what is stated");
 }
 
 /// The ends of all ranges, and muscles drawn evenly over their logarithms: at full

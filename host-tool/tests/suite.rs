@@ -22,5 +22,7 @@ mod record_again;
 mod record_damage;
 #[cfg(unix)]
 mod record_identity;
+#[cfg(unix)]
+mod search_cli;
 mod serve;
 mod trigger;

@@ -69,6 +69,8 @@ pub struct JointState {
     law: LawState,
     detector: DetectorState,
     gap: GapState,
+    /// Not in [`Orders`], which every tick copies.
+    limit_cycle: Option<LimitCycle>,
     effort: Option<Effort>,
     law_due: Micros,
 }
@@ -78,6 +80,12 @@ impl JointState {
     #[must_use]
     pub const fn has_target(&self) -> bool {
         self.effort.is_some()
+    }
+
+    /// The limit cycle that the latest tick found, once: the feedback's gain is
+    /// lowered.
+    pub const fn take_limit_cycle(&mut self) -> Option<LimitCycle> {
+        self.limit_cycle.take()
     }
 }
 
@@ -94,8 +102,6 @@ pub struct Orders {
     pub measured: Angle,
     /// What the law answered, before any clamp.
     pub effort: Effort,
-    /// Found in this tick; the feedback's gain is lowered.
-    pub limit_cycle: Option<LimitCycle>,
 }
 
 impl Joint {
@@ -211,11 +217,9 @@ impl Joint {
                 target: measured,
                 measured,
                 effort: self.law.rest(),
-                limit_cycle: None,
             });
         };
         let target = at_most(at_least(target, self.range.0), self.range.1);
-        let mut limit_cycle = None;
         let effort = match state.effort {
             Some(effort) if self.is_waiting(state.law_due, now) => effort,
             held => {
@@ -226,7 +230,7 @@ impl Joint {
                         rate,
                         forward: wearer.effort(target, rate),
                     });
-                let gain = self.gain(state, target, error, &mut limit_cycle);
+                let gain = self.gain(state, target, error);
                 let effort = self.law.step(&mut state.law, error, &course, gain);
                 state.law_due = self.next_due(state.law_due, now, held.is_some());
                 state.effort = Some(effort);
@@ -240,23 +244,18 @@ impl Joint {
             target,
             measured,
             effort,
-            limit_cycle,
         })
     }
 
-    /// How much of the law's feedback counts, and whether a limit cycle was found.
+    /// How much of the law's feedback counts; a limit cycle is kept for who asks.
     #[inline]
-    fn gain(
-        &self,
-        state: &mut JointState,
-        target: Angle,
-        error: Angle,
-        found: &mut Option<LimitCycle>,
-    ) -> Gain {
+    fn gain(&self, state: &mut JointState, target: Angle, error: Angle) -> Gain {
         let Some((detector, gap)) = &self.governed else {
             return Gain::ONE;
         };
-        *found = detector.step(&mut state.detector, target, error);
+        if let Some(found) = detector.step(&mut state.detector, target, error) {
+            state.limit_cycle = Some(found);
+        }
         let rest = gap.step(&mut state.gap, target, error);
         state.detector.gain().and(rest)
     }

@@ -37,7 +37,6 @@ struct Acted {
     target: Option<Angle>,
     measured: Angle,
     effort_milli: Option<i32>,
-    limit_cycle: Option<LimitCycle>,
 }
 
 impl Acted {
@@ -49,7 +48,6 @@ impl Acted {
             target: has_target.then_some(orders.target),
             measured: orders.measured,
             effort_milli: has_target.then(|| Effort::to_milli(orders.effort)),
-            limit_cycle: orders.limit_cycle,
         }
     }
 }
@@ -62,7 +60,6 @@ impl From<WallOrders> for Acted {
             target: Some(orders.wall),
             measured: orders.measured,
             effort_milli: Some(orders.penetration.to_millideg()),
-            limit_cycle: None,
         }
     }
 }
@@ -343,7 +340,7 @@ impl Controller {
                     self.record_order(channel, amplitude);
                 }
                 let _ = mail.order(ControlOrder::Amplitudes(acted.amplitudes.clone())); // counted
-                if let Some(found) = acted.limit_cycle {
+                if let Some(found) = self.joint.take_limit_cycle() {
                     Self::report_limit_cycle(found, now, mail);
                 }
                 Some(acted)

@@ -7,7 +7,7 @@
 //! ```
 //!
 //! Method: C decays exactly; F is planned over [segments](super::segment) of up
-//! to 12 ms, each begun by a pulse at its own microsecond or by the end of the one
+//! to 13.5 ms, each begun by a pulse at its own microsecond or by the end of the one
 //! before, and read from its cubic at any time within.
 //!
 //! A tick without a pulse costs next to nothing, one with a pulse plans once: a
@@ -16,27 +16,24 @@
 use fixed::types::{I16F16, U5F27};
 
 use super::Gain;
-use super::segment::{CALCIUM_END, Curve, ONE_PULSE, Segment, TICK_US};
+use super::segment::{CALCIUM_END, Curve, ONE_PULSE, Segment};
 use super::spec::CalciumForceSpec;
 use crate::arithmetic::exponential::mul_high;
 use crate::arithmetic::reciprocal::{Reciprocal, signed_high_rounded};
 use crate::range::OutOfRange;
 use crate::units::{Force, Micros, us};
 
-/// Where one muscle is. 44 bytes, freely copied.
+/// Where one muscle is. 32 bytes, freely copied.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[repr(C)] // what a tick loads lies together
 pub struct CalciumForceState {
-    /// Up to when a tick finds the segment long enough for the tick after it.
-    fresh_until: Micros,
-    /// The time the state holds for: within a segment of `begun`, or at rest.
-    at: Micros,
-    begun: Micros,
-    /// 1 µs over the segment's length, as [`Segment::per_us`].
-    per_us: u32,
-    /// F from `begun` on, over A·τm.
+    /// Of its segment.
+    middle: Micros,
+    /// From there on to the time the state holds for: within the segment, or at rest.
+    since_us: i32,
+    /// F around `middle`, over A·τm.
     force: Curve,
-    /// C at `begun`, U5F27, at most [`CALCIUM_END`].
+    /// C at the segment's beginning, U5F27, at most [`CALCIUM_END`].
     calcium: u32,
     /// What the last pulse that reached the muscle drives F with.
     drive: i32,
@@ -47,11 +44,9 @@ impl CalciumForceState {
     #[must_use]
     pub const fn at_rest(at: Micros) -> Self {
         Self {
-            fresh_until: at,
-            at,
-            begun: at,
-            per_us: 0,
-            force: Curve::constant(0),
+            middle: at,
+            since_us: 0,
+            force: Curve::NONE,
             calcium: 0,
             drive: 0,
         }
@@ -60,27 +55,13 @@ impl CalciumForceState {
     /// Whether nothing is left of any pulse: calcium and force exactly zero.
     #[must_use]
     pub fn is_at_rest(&self) -> bool {
-        self.calcium == 0 && self.force == Curve::constant(0)
+        self.calcium == 0 && self.force == Curve::NONE
     }
 
     /// The time the state holds for.
     #[must_use]
-    pub const fn at(&self) -> Micros {
-        self.at
-    }
-
-    /// Where in its segment it is, Q31.
-    #[inline(always)]
-    fn place(&self) -> i32 {
-        // Never before its beginning: at most a segment.
-        let age = (self.at - self.begun).us().cast_unsigned();
-        age.wrapping_mul(self.per_us) as i32
-    }
-
-    /// F over A·τm at its time, Q31.
-    #[inline(always)]
-    fn share(&self) -> i32 {
-        self.force.at(self.place())
+    pub fn at(&self) -> Micros {
+        self.middle + us(self.since_us.cast_unsigned())
     }
 }
 
@@ -88,7 +69,7 @@ impl CalciumForceState {
 /// number of [`CalciumForceState`]s can run on one.
 ///
 /// Accuracy: for every subject of Lee's table 4 at 10–100 Hz the worst error
-/// is below 0.003 % of the train's peak; `firmware/tests/muscle_accuracy.rs`
+/// read every 1 ms is below 0.005 % of the train's peak; `firmware/tests/muscle_accuracy.rs`
 /// prints it, `flexor chart accuracy` that of all muscles [`Self::new`] takes.
 ///
 /// ```
@@ -185,13 +166,9 @@ impl CalciumForce {
     /// [`Self::pulse`] with a gain in Q31: above 0, at most 1.
     #[inline(always)]
     pub(super) fn pulse_with(&self, state: &mut CalciumForceState, at: Micros, gain: u32) {
-        if (at - state.at).us() > 0 {
-            self.pass(state, at);
-        }
+        let since_us = (at - state.middle).us().max(state.since_us);
         state.drive = self.segment.drive(gain);
-        let at = state.at;
-        self.begin(state, at, ONE_PULSE);
-        self.keep_fresh(state);
+        state.middle = self.begin(state, since_us, ONE_PULSE);
     }
 
     /// Lets time pass until `to`, which may be up to 35 min ahead; an earlier
@@ -202,47 +179,44 @@ impl CalciumForce {
     /// plans more than 7,000 segments (1,000 for the muscles of table 4).
     #[inline(always)]
     pub fn advance(&self, state: &mut CalciumForceState, to: Micros) {
-        if (to - state.at).us() <= 0 {
+        let since_us = (to - state.middle).us();
+        if since_us <= state.since_us {
             return;
         }
-        if (to - state.fresh_until).us() <= 0 {
-            state.at = to;
+        if since_us > self.segment.fresh_us {
+            // Not the last thing done, so that only this way has registers to save.
+            state.middle = self.begin(state, since_us, 0);
         } else {
-            // Not within, so that only this way has registers to save.
-            self.begin(state, to, 0);
-            self.keep_fresh(state);
+            state.since_us = since_us;
         }
     }
 
-    /// Lets time pass until `to`, segment after segment; to the end of the last.
-    #[inline(always)]
-    fn pass(&self, state: &mut CalciumForceState, to: Micros) {
-        if (to - state.fresh_until).us() > TICK_US.cast_signed() {
-            self.pass_segments(state, to);
-        }
-        state.at = to;
-    }
-
+    /// Lets time pass, segment after segment, until one lasts to `since_us` its middle, or
+    /// next to nothing is left: the time from the middle of the last.
     #[cold]
     #[inline(never)]
-    fn pass_segments(&self, state: &mut CalciumForceState, to: Micros) {
-        let tick = us(TICK_US);
-        while (to - (state.fresh_until + tick)).us() > 0 {
-            if state.is_at_rest() {
-                state.begun = to;
-                return;
+    fn pass_segments(&self, state: &mut CalciumForceState, since_us: i32) -> i32 {
+        let to = state.middle + us(since_us.cast_unsigned());
+        loop {
+            let since_us = (to - state.middle).us();
+            if since_us <= self.segment.half_us || state.is_at_rest() {
+                return since_us;
             }
-            self.begin(state, state.fresh_until + tick, 0);
-            self.keep_fresh(state);
+            state.middle = self.begin(state, self.segment.half_us, 0);
         }
     }
 
-    /// The segment from `at` on, not before the state's time, with `more` calcium;
-    /// nothing if next to nothing is left. In one copy: it is long.
+    /// The segment that begins `since_us` the middle of the one before, not before the
+    /// state's time, with `more` calcium; nothing if next to nothing is left. Gives its
+    /// middle, which is left to set. In one copy: it is long.
     #[inline(never)]
-    fn begin(&self, state: &mut CalciumForceState, at: Micros, more: u32) {
-        self.pass(state, at);
-        let place = state.place();
+    fn begin(&self, state: &mut CalciumForceState, since_us: i32, more: u32) -> Micros {
+        let since_us = if since_us > self.segment.half_us {
+            self.pass_segments(state, since_us)
+        } else {
+            since_us
+        };
+        let place = self.segment.place(since_us);
         let mut force = state.force.unrounded(place);
         // At most 25 · 2^27.
         let calcium = self.segment.decayed(state.calcium, place);
@@ -250,24 +224,18 @@ impl CalciumForce {
         if calcium == 0 {
             force = Curve::spent(force);
         }
-        state.begun = at;
-        state.per_us = self.segment.per_us;
+        state.since_us = self.segment.half_us.wrapping_neg();
         state.calcium = calcium;
         state.force = self.segment.plan(force, calcium, state.drive);
-    }
-
-    /// Says until when the segment that has begun needs no other.
-    #[inline(always)]
-    fn keep_fresh(&self, state: &mut CalciumForceState) {
-        state.fresh_until = state.begun + us(self.segment.fresh_us);
+        let to_middle_us = since_us.wrapping_add(self.segment.half_us);
+        state.middle + us(to_middle_us.cast_unsigned())
     }
 
     /// Drives the muscle with another gain (Q31) and its constants as they are now,
     /// from the state's time on.
     pub(super) fn drive_with(&self, state: &mut CalciumForceState, gain: u32) {
         state.drive = self.segment.drive(gain);
-        self.begin(state, state.at, 0);
-        self.keep_fresh(state);
+        state.middle = self.begin(state, state.since_us, 0);
     }
 
     /// The muscle's force, 0…12,000 N, at [`CalciumForceState::at`].
@@ -275,20 +243,22 @@ impl CalciumForce {
     #[inline]
     pub fn force(&self, state: &CalciumForceState) -> Force {
         // Below 2^31 · 2^31: the upper half fits.
-        let newtons = signed_high_rounded(state.share(), self.full_scale as i32);
+        let newtons = signed_high_rounded(self.share(state) as i32, self.full_scale as i32);
         Force::new(I16F16::from_bits(newtons))
     }
 
     /// F over full scale at the state's time, Q31.
     #[inline(always)]
     pub(super) fn share(&self, state: &CalciumForceState) -> u32 {
-        state.share() as u32 // never negative
+        let place = self.segment.place(state.since_us);
+        state.force.at(place) as u32 // never negative
     }
 
     /// C of eq. (2) at the state's time, in pulses: 0…24, rounded down to 2^-27.
     #[must_use]
     pub fn calcium(&self, state: &CalciumForceState) -> U5F27 {
-        U5F27::from_bits(self.segment.decayed(state.calcium, state.place()))
+        let place = self.segment.place(state.since_us);
+        U5F27::from_bits(self.segment.decayed(state.calcium, place))
     }
 
     /// x and τ/τm, both Q32, at C = `calcium` in U5F27.

@@ -24,7 +24,7 @@
 
 use super::spec::CalciumForceSpec;
 use crate::arithmetic::division::quotient;
-use crate::arithmetic::exponential::{decay_fraction, decay_in_parts, mul_high};
+use crate::arithmetic::exponential::{decay, decay_around_middle, mul_high};
 use crate::arithmetic::reciprocal::{inverse, signed_high, signed_high_rounded};
 
 /// C of one pulse, U5F27.
@@ -40,7 +40,7 @@ pub(super) const CALCIUM_END: u32 = 24;
 /// control tick, µs. None is shorter.
 pub(super) const TICK_US: u32 = 1_000;
 /// The longest segment, µs.
-const LONGEST_US: u32 = 12_000;
+const LONGEST_US: u32 = 13_500;
 /// F below this, and no calcium, is none: 2.4e-7 of A·τm. Rounding could keep
 /// less than 2^-23 from ever falling.
 const NO_FORCE: i32 = 1 << 9;
@@ -48,17 +48,19 @@ const NO_FORCE: i32 = 1 << 9;
 /// What a segment of one muscle is planned with.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Segment {
-    /// How long after its beginning a tick leaves a segment as it is: h less a
-    /// [tick](TICK_US), for h of 1,000…12,000 µs.
-    pub(super) fresh_us: u32,
-    /// 1 µs/h, Q31, rounded down: h of them stay below 1.
-    pub(super) per_us: u32,
-    /// What C loses is s·(c0 + s·(c1 + s·(c2 + s·c3))): Q31 for an s in Q31, so
-    /// doubled as often as s stands before them. c0 is at most 0.98, the signs alternate.
-    decay: [i32; 4],
-    /// e^(−h/τc), Q32: 0.63 or more.
+    /// How long after its middle a tick leaves a segment as it is: h/2 less a
+    /// [tick](TICK_US), for h of 1,000…13,500 µs, even.
+    pub(super) fresh_us: i32,
+    /// h/2.
+    pub(super) half_us: i32,
+    /// 1 µs/h, Q32, rounded down: h of them stay below 1.
+    per_us: u32,
+    /// What is left of C is d0 + s·(d1 + s·(d2 + s·(d3 + s·d4))) in Q31, for an s of
+    /// −1/2…1/2: e^(−h/2τc), then what s takes; the signs alternate.
+    decay: [i32; 5],
+    /// e^(−h/τc), Q32: 0.59 or more.
     to_end: u32,
-    /// h/8τc, Q34: at most 0.06, below 2^30.
+    /// h/8τc, Q34: at most 0.065, below 2^31.
     slope: i32,
     /// h/τm, Q32: below 2^32.
     length: u32,
@@ -67,22 +69,21 @@ pub(super) struct Segment {
     /// K·τ1/(τ1 + τ2), U5F27 shifted left by `floor_shift` until its top bit is set.
     floor: u32,
     floor_shift: u32,
-    /// h/(τ1 + τ2), Q31: at most 0.95.
+    /// h/(τ1 + τ2) less a millionth, Q31: below 1.
     fastest: i32,
     /// (h/(τ1 + τ2))·K·τ2/(τ1 + τ2), U5F27 and shifted as `floor`.
     span: u32,
     span_shift: u32,
 }
 
-/// F over a segment: f0 + f1·s + f2·s² + f3·s³, Q31.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+/// F over a segment, from its middle: f0 + f1·s + f2·s² + f3·s³ for an s of −1/2…1/2,
+/// Q31. Held highest power first, as it is read.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Curve([i32; 4]);
 
 impl Curve {
-    /// Of a muscle that holds `force`, until it is planned.
-    pub(super) const fn constant(force: i32) -> Self {
-        Self([force, 0, 0, 0])
-    }
+    /// Of a muscle without force.
+    pub(super) const NONE: Self = Self([0; 4]);
 
     /// What is left of a force without calcium; of next to nothing, nothing, which
     /// then stays.
@@ -92,7 +93,7 @@ impl Curve {
         if force < NO_FORCE { 0 } else { force }
     }
 
-    /// F at s, Q31 and at most 1.
+    /// F at s, Q32.
     #[inline(always)]
     pub(super) const fn at(&self, s: i32) -> i32 {
         let force = self.unrounded(s);
@@ -103,10 +104,10 @@ impl Curve {
     #[inline(always)]
     pub(super) const fn unrounded(&self, s: i32) -> i32 {
         // F and what is passed on the way stay below 1: wrapping never happens.
-        let [f0, f1, f2, f3] = self.0;
-        let rest = f2.wrapping_add(signed_high(f3, s) << 1);
-        let rest = f1.wrapping_add(signed_high(rest, s) << 1);
-        f0.wrapping_add(signed_high(rest, s) << 1)
+        let [f3, f2, f1, f0] = self.0;
+        let rest = f2.wrapping_add(signed_high(f3, s));
+        let rest = f1.wrapping_add(signed_high(rest, s));
+        f0.wrapping_add(signed_high(rest, s))
     }
 }
 
@@ -136,9 +137,11 @@ impl Segment {
         // Above 600, as τ1 is 2 ms or more and τc 5 ms.
         let both = less * 1024 / more;
         let shorter = less * both / 1024 * linear / 1787;
-        (less - shorter)
-            .min(spec.tau1_us * 19 / 20)
-            .clamp(TICK_US, LONGEST_US)
+        let h = less - shorter;
+        // Muscles as slow and as sensitive as Lee's have room for more.
+        let is_like_lees = spec.tau_c_us >= 10_000 && spec.k_micro <= 700_000;
+        let h = if is_like_lees { h * 23 / 20 } else { h };
+        h.min(spec.tau1_us).clamp(TICK_US, LONGEST_US) & !1
     }
 
     /// What the segments of a checked `spec` are planned with, without
@@ -148,15 +151,15 @@ impl Segment {
         // Each quotient fits by the ranges stated at the fields.
         let over =
             |numerator: u64, denominator: u32| quotient(numerator, denominator).unwrap_or(u32::MAX);
-        // h/τc, Q32: at most 0.45.
+        // h/τc, Q32: at most 0.52.
         let z = over(u64::from(us) << 32, spec.tau_c_us);
-        // Halves: within 31 bits.
-        let [c0, c1, c2, c3] = decay_in_parts(z).map(|c| c >> 1);
         Self {
-            fresh_us: us.saturating_sub(TICK_US),
-            per_us: over((1 << 31) - 1, us),
-            decay: [c0 as i32, -(c1 as i32), c2 as i32, -(c3 as i32)],
-            to_end: !decay_fraction(z),
+            fresh_us: (us / 2).cast_signed() - TICK_US.cast_signed(),
+            half_us: (us / 2).cast_signed(),
+            per_us: over((1 << 32) - 1, us),
+            decay: decay_around_middle(z),
+            // Below 2^31, as z is above 0.
+            to_end: decay(z) << 1,
             slope: (z >> 1) as i32,
             length: over(u64::from(us) << 32, tau_m_us),
             k: 0,
@@ -173,6 +176,8 @@ impl Segment {
         let both = tau1.saturating_add(tau2);
         let share = |of: u32| quotient(u64::from(of) << 32, both).unwrap_or(u32::MAX);
         let fastest = quotient(u64::from(self.length) << 31, both).unwrap_or(0);
+        // A millionth less, so that z stays below 1 where h is τ1.
+        let fastest = fastest - (fastest >> 20);
         let (floor, floor_shift) = normal(u64::from(share(tau1)) * u64::from(k));
         let (span, shift) = normal(u64::from(share(tau2)) * u64::from(k));
         let (span, more) = normal(u64::from(span) * u64::from(fastest));
@@ -189,21 +194,30 @@ impl Segment {
         mul_high(self.length, gain) as i32 // below 2^31
     }
 
-    /// What is left of `calcium` at s, Q31.
+    /// The place in a segment at a time since its middle: s of a [`Curve`], Q32.
     #[inline(always)]
-    pub(super) fn decayed(&self, calcium: u32, s: i32) -> u32 {
-        // All brackets stay within 0…1. Rounded down: it reaches zero.
-        let [c0, c1, c2, c3] = self.decay;
-        let rest = c2.wrapping_add(signed_high(c3, s));
-        let rest = c1.wrapping_add(signed_high(rest, s));
-        let rest = c0.wrapping_add(signed_high(rest, s));
-        mul_high(calcium, !((signed_high(rest, s) as u32) << 1))
+    pub(super) fn place(&self, since_middle_us: i32) -> i32 {
+        // Within half a segment: |s| is at most 1/2.
+        since_middle_us.wrapping_mul(self.per_us.cast_signed())
+    }
+
+    /// What is left of `calcium` at `place`.
+    #[inline(always)]
+    pub(super) fn decayed(&self, calcium: u32, place: i32) -> u32 {
+        // At most 1 at the beginning, and never below 0.6: no sum wraps. Rounded
+        // down: it reaches zero.
+        let [d0, d1, d2, d3, d4] = self.decay;
+        let rest = d3.wrapping_add(signed_high(d4, place));
+        let rest = d2.wrapping_add(signed_high(rest, place));
+        let rest = d1.wrapping_add(signed_high(rest, place));
+        let left = d0.wrapping_add(signed_high(rest, place));
+        mul_high(calcium, (left as u32) << 1)
     }
 
     /// The segment that begins with `force`, `calcium` (U5F27, at most 24) and
     /// the `drive` of the last pulse.
     ///
-    /// No sum wraps: z and u are at most 0.95 by the choice of h, F ≤ 1, so slopes
+    /// No sum wraps: z and u are below 1 by the choice of h, F ≤ 1, so slopes
     /// stay below 1; the curve's coefficients are at most their sums.
     #[inline(always)]
     pub(super) fn plan(&self, force: i32, calcium: u32, drive: i32) -> Curve {
@@ -237,10 +251,11 @@ impl Segment {
             .wrapping_add((signed_high(zm, z1) >> 3) as u32);
         let rise = signed_high_rounded(sum, inverse(over) as i32); // Q29
         let end_slope = g1.wrapping_sub(signed_high(z1, rise) << 2);
-        let (f1, rise) = (g0 << 1, rise << 2);
-        let f3 = (g0.wrapping_add(end_slope) << 1).wrapping_sub(rise << 1);
-        let f2 = rise.wrapping_sub(f1).wrapping_sub(f3);
-        Curve([force, f1, f2, f3])
+        let bend = end_slope.wrapping_sub(g0);
+        let turn = g0.wrapping_add(end_slope).wrapping_sub(rise << 2) << 1;
+        let slope = (rise << 2).wrapping_sub(turn >> 2);
+        let middle = force.wrapping_add(rise << 1).wrapping_sub(bend >> 2);
+        Curve([turn, bend, slope, middle])
     }
 
     /// z, Q31.
@@ -255,7 +270,7 @@ impl Segment {
     fn ends(&self, calcium: u32) -> (End, End, u32) {
         let later = mul_high(calcium, self.to_end);
         // Both shifted alike, to where the first has its top bit set, Q32: the
-        // second is 0.63 of it or more. Setting the lowest bit tells the
+        // second is 0.59 of it or more. Setting the lowest bit tells the
         // compiler that shifts are below 32.
         let n0 = self.k.wrapping_add(calcium) | 1;
         let up = n0.leading_zeros();
@@ -271,7 +286,7 @@ impl Segment {
         let (p0, p1) = (mul_high(n0, m0), mul_high(n1, m1));
         let product = mul_high(p0, p1) | 1; // 0.02 or more
         let last = product.leading_zeros();
-        // 1/p0 and 1/p1 in Q28: at most 4 and 10.
+        // 1/p0 and 1/p1 in Q28: at most 4 and 12.
         let both = inverse(product << last) >> 1;
         let (per0, per1) = (mul_high(both, p1) << last, mul_high(both, p0) << last);
         let end = |c: u32, n: u32, m: u32, per: u32| {

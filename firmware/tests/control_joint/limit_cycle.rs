@@ -25,7 +25,8 @@ fn found(
         if ms % 11 == 0 {
             worn.want(now, now, wanted(t));
         }
-        all.extend(worn.tick(now).unwrap().limit_cycle);
+        worn.tick(now).unwrap();
+        all.extend(worn.state.take_limit_cycle());
         now += us(1000);
     }
     all

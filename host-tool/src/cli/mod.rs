@@ -19,6 +19,7 @@ mod profile;
 mod report;
 mod rerun;
 mod run;
+mod search;
 mod selftest;
 mod serve;
 mod study;
@@ -68,6 +69,7 @@ enum Command {
     Muscle(muscle::Muscle),
     New(new::New),
     Profile(profile::ProfileArgs),
+    Search(search::SearchArgs),
     Selftest(selftest::Selftest),
     Sweep(sweep::SweepArgs),
 }
@@ -180,6 +182,7 @@ pub fn main() -> ExitCode {
         Command::Muscle(args) => muscle::main(args, output),
         Command::New(args) => new::main(args, output),
         Command::Profile(args) => profile::main(args, output),
+        Command::Search(args) => search::main(args, output),
         Command::Selftest(args) => selftest::main(args, output),
         Command::Sweep(args) => sweep::main(args, output),
     };

@@ -7,6 +7,7 @@ mod laboratory;
 mod ladder_judge;
 mod limit_cycle;
 mod search;
+mod search_device;
 mod search_judged;
 mod thresholds_found;
 mod tracking_causes;

@@ -126,7 +126,7 @@ impl Driver for Device {
         }
         match self.joint.tick(&mut self.state, now, None) {
             Ok(orders) => {
-                if let Some(found) = orders.limit_cycle {
+                if let Some(found) = self.state.take_limit_cycle() {
                     self.note(found);
                 }
                 volts(&orders.amplitudes)

@@ -1,5 +1,6 @@
 //! What a search is to look for, and how: written before it runs.
 
+use super::milli::Milli;
 use serde::Deserialize;
 
 /// What is looked for.
@@ -71,6 +72,15 @@ pub struct Rating {
     pub ten: f64,
     /// Standard deviation of one rating, 0 to 10.
     pub noise: f64,
+}
+
+impl Rating {
+    /// The rating of a level, 0 to 10, with this normal deviate.
+    #[must_use]
+    pub fn of(&self, level: Milli, deviate: f64) -> u8 {
+        let even = 10.0 * (level.units() - self.none) / (self.ten - self.none);
+        (even + self.noise * deviate).round().clamp(0.0, 10.0) as u8
+    }
 }
 
 /// A `[[search]]` as its file has it.

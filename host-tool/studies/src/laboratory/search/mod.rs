@@ -9,6 +9,7 @@
 
 mod declaration;
 mod detector;
+mod device;
 pub mod judge;
 mod milli;
 mod plan;
@@ -16,6 +17,7 @@ mod stair;
 
 pub use declaration::{Declared, Kind, Observer, Rating};
 pub use detector::{Detector, Verdict};
+pub use device::{DeviceError, OnDevice, Operator, Question};
 pub use milli::Milli;
 pub use plan::{Search, SearchFile, Site};
 pub use stair::{Answer, Ended, Finding, Probe, Step, search};

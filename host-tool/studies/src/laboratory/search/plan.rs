@@ -88,7 +88,8 @@ impl Search {
     }
 
     /// What stands against this search within `limit_of` each channel, from 1: the
-    /// wearer's limit, its unit's symbol; nothing where there is no channel.
+    /// wearer's limit, its unit's symbol; nothing where there is no channel
+    /// that plays by itself.
     #[must_use]
     pub fn beyond<'a>(&self, limit_of: impl Fn(u8) -> Option<(Milli, &'a str)>) -> Vec<String> {
         let mut told = Vec::new();
@@ -97,7 +98,7 @@ impl Search {
             let (channel, top) = (site.channel, site.amplitude(highest));
             match limit_of(channel) {
                 None => told.push(format!(
-                    "channel {channel} is not the session's, or the host does not drive it"
+                    "channel {channel} is not the session's, or waits for a trigger"
                 )),
                 Some((limit, unit)) if top > limit => told.push(format!(
                     "the stair would go to {top} {unit} on channel {channel}, beyond the \

@@ -116,6 +116,18 @@ pub struct Finding<E> {
     pub ended: Ended<E>,
 }
 
+impl<E> Finding<E> {
+    /// The level to set: of comfort and maximum the highest accepted, of the others
+    /// the lowest that moves. Nothing if it was not found, or nothing was accepted.
+    #[must_use]
+    pub fn to_set(&self, search: &Search) -> Option<Milli> {
+        match search.declared().kind.is_rated() {
+            true => self.high.and(Some(self.low)).filter(|low| low.0 > 0),
+            false => self.high,
+        }
+    }
+}
+
 /// Climbs `search`'s levels on `probe` until what it looks for is found and
 /// confirmed; `tell` hears every presentation.
 pub fn search<P: Probe>(

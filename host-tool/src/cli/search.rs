@@ -1,0 +1,338 @@
+//! `flexor search`: thresholds, comfort and maximum of a wearer, by a declared stair.
+
+use super::perform::SEED;
+use super::{Incomplete, Output, interrupt, wrong};
+use clap::Args;
+use host_core::link::Error;
+use host_core::run::{DeviceName, SessionFile};
+use host_core::session::{Session, visible};
+use serde_json::{Value, json};
+use std::io::{BufRead, IsTerminal};
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, channel};
+use studies::laboratory::search::{
+    Answer, DeviceError, Ended, Finding, Milli, OnDevice, Operator, Question, Search, SearchFile,
+    Step, search,
+};
+
+/// Search a wearer's threshold, comfort or maximum by a declared stair; on a board
+/// only with an operator at the terminal, who is asked before each raise.
+#[derive(Args, Debug)]
+pub struct SearchArgs {
+    /// Declaration (TOML): a session file and one or more [[search]]
+    file: PathBuf,
+    /// native, chip, qemu, a serial port, or tcp:HOST:PORT
+    #[arg(long, default_value = "native")]
+    device: DeviceName,
+    /// Seed of a wearer that this program simulates; default: 1
+    #[arg(long)]
+    seed: Option<u64>,
+}
+
+/// # Errors
+/// The declaration, the device, or an end before its time; what was found until then
+/// is told.
+pub fn main(args: &SearchArgs, output: Output) -> anyhow::Result<()> {
+    let (file, session) = load(&args.file)?;
+    let is_port = args.device.is_port();
+    if is_port && args.seed.is_some() {
+        return wrong("--seed needs --device native, chip or qemu: a board's wearer has none");
+    }
+    let simulated = (!is_port).then_some(());
+    refuse(&args.file, mistakes(&file, &session, simulated.is_some()))?;
+    anyhow::ensure!(
+        !is_port || std::io::stdin().is_terminal(),
+        "E529 nobody is at the terminal to allow each raise on {}; search a board from a terminal",
+        args.device
+    );
+    let seed = args.seed.unwrap_or(SEED);
+    let mut port = args.device.open(&session, seed)?;
+    let interruption = interrupt::heed()?;
+    let mut operator = Terminal::default();
+    let mut told = json!({
+        "file": args.file, "session": file.session, "device": args.device.to_string(),
+        "seed": (!is_port).then_some(seed), "simulated": !is_port,
+        "searches": [], "error": null,
+    });
+    for declared in &file.searches {
+        let head = heading(declared, &session);
+        say(output, &head)?;
+        let asked = Some(interruption.clone());
+        let begun = OnDevice::start(port, &session, declared, &mut operator, asked, seed);
+        let mut probe = match begun {
+            Ok(probe) => probe,
+            Err(error) => return Err(incomplete(error, told)),
+        };
+        let finding = search(declared, &mut probe, |step| {
+            let _ = say(output, &row(step)); // a reader that has gone misses nothing
+        });
+        let stopped = probe.stop();
+        say(output, &conclusion(declared, &session, &finding))?;
+        if let Some(list) = told["searches"].as_array_mut() {
+            list.push(machines(declared, &session, &finding));
+        }
+        if let Some(error) = early(finding) {
+            return Err(incomplete(error, told));
+        }
+        port = stopped.map_err(|error| incomplete(error, told.clone()))?;
+    }
+    match output.json {
+        true => output.say(String::new, || told),
+        false => Ok(()),
+    }
+}
+
+/// The declaration and its session.
+fn load(path: &Path) -> anyhow::Result<(SearchFile, Session)> {
+    let text = Session::text(path)?;
+    let file = match SearchFile::parse(&text) {
+        Ok(file) => file,
+        Err(told) => {
+            refuse(path, told)?;
+            unreachable!("a refused file has mistakes")
+        }
+    };
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let session = SessionFile::load(&folder.join(&file.session))?;
+    Ok((file, session.session))
+}
+
+/// What stands against the searches on this session.
+fn mistakes(file: &SearchFile, session: &Session, is_simulated: bool) -> Vec<String> {
+    let limit_of = |number: u8| {
+        let mut channels = session.channels.iter();
+        let channel = channels.find(|c| c.number == number && !c.spec.train.triggered)?;
+        Some((Milli(channel.spec.limit.get()), channel.unit().symbol()))
+    };
+    let mut told = Vec::new();
+    for (search, number) in file.searches.iter().zip(1..) {
+        let declared = search.declared();
+        let mut beyond = search.beyond(limit_of);
+        if is_simulated && declared.kind.is_rated() && declared.simulated_rating.is_none() {
+            beyond.push("simulated_rating is missing: no person rates a simulated device".into());
+        }
+        let of = |what| format!("search {number}: {what}");
+        told.extend(beyond.into_iter().map(of));
+    }
+    told
+}
+
+fn refuse(path: &Path, mistakes: Vec<String>) -> anyhow::Result<()> {
+    anyhow::ensure!(
+        mistakes.is_empty(),
+        "E527 {}: {}",
+        path.display(),
+        mistakes.join("\n  ")
+    );
+    Ok(())
+}
+
+fn say(output: Output, text: &str) -> anyhow::Result<()> {
+    match output.json {
+        true => Ok(()),
+        false => super::print_line(&super::printable(text)),
+    }
+}
+
+/// Why a search failed, with what is known.
+fn incomplete(error: impl Into<anyhow::Error>, result: Value) -> anyhow::Error {
+    let error = error.into();
+    Incomplete { error, result }.into()
+}
+
+/// What a search that ended before its time makes the command fail with.
+fn early(finding: Finding<DeviceError>) -> Option<anyhow::Error> {
+    let reached = finding.low;
+    match finding.ended {
+        Ended::Found | Ended::Limit => None,
+        Ended::Refused(level) => Some(anyhow::anyhow!(
+            "E536 the operator did not allow {level}: the search came to {reached}"
+        )),
+        Ended::Failed(DeviceError::Link(Error::Interrupted(signal))) => {
+            let when = format!("during a search: it came to {reached}, the device was stopped");
+            Some(interrupt::Ended(signal, when).into())
+        }
+        Ended::Failed(error) => Some(error.into()),
+    }
+}
+
+/// The unit of a ratio's levels.
+const PART: &str = "of max";
+
+fn unit(search: &Search, session: &Session) -> &'static str {
+    let of = |site: &studies::laboratory::search::Site| match site.max {
+        Some(_) => None,
+        None => session.channel(site.channel - 1),
+    };
+    let channel = search.sites().first().and_then(of);
+    channel.map_or(PART, |channel| channel.unit().symbol())
+}
+
+fn heading(search: &Search, session: &Session) -> String {
+    let named = search.sites().iter().map(|site| {
+        let name = session.channel(site.channel - 1).map(|c| visible(&c.name));
+        format!("{} ({})", site.channel, name.unwrap_or_default())
+    });
+    let channels: Vec<String> = named.collect();
+    let line = format!(
+        "{}: channel {}, levels in {}",
+        search.declared().kind.name(),
+        channels.join(" + "),
+        match unit(search, session) {
+            PART => "parts of max",
+            unit => unit,
+        }
+    );
+    let line: String = line.chars().take(80).collect();
+    format!(
+        "{line}\n{:>9} {:>6} {:>7}  answer",
+        "level", "repeat", "pulses"
+    )
+}
+
+fn row(step: &Step) -> String {
+    let yes = step.answer.is_positive();
+    let answer = match step.answer {
+        Answer::Measured(v) => {
+            let moved = if yes { "moved" } else { "still" };
+            format!("{moved}: {:.2}° against {:.2}°", v.deviation, v.bound)
+        }
+        Answer::Seen(true) => "seen to move".to_owned(),
+        Answer::Seen(false) => "not seen to move".to_owned(),
+        Answer::Rated(rating, accepted) => {
+            let more = if yes { "more than" } else { "within" };
+            format!("rated {rating}, {more} {accepted}")
+        }
+    };
+    let (level, repeat, pulses) = (step.level.to_string(), step.repeat, step.pulses);
+    format!("{level:>9} {repeat:>6} {pulses:>7}  {answer}")
+}
+
+fn conclusion<E>(search: &Search, session: &Session, finding: &Finding<E>) -> String {
+    let (unit, low) = (unit(search, session), finding.low);
+    let found = match (finding.value, finding.high) {
+        (Some(value), Some(high)) => {
+            let set = finding.to_set(search).unwrap_or_default();
+            format!("{value} {unit}, between {low} and {high}; set {set} {unit}")
+        }
+        _ => format!("not found up to {low} {unit}"),
+    };
+    let (pulses, presentations) = (finding.pulses, finding.trail.len());
+    format!("{found}; {presentations} presentations, {pulses} pulses\n")
+}
+
+fn machines<E>(search: &Search, session: &Session, finding: &Finding<E>) -> Value {
+    let trail = finding.trail.iter().map(|step| {
+        let answer = match step.answer {
+            Answer::Measured(v) => json!({ "deviation_deg": v.deviation, "bound_deg": v.bound }),
+            Answer::Seen(moved) => json!({ "seen": moved }),
+            Answer::Rated(rating, accepted) => json!({ "rating": rating, "accepted": accepted }),
+        };
+        json!({
+            "level": step.level, "repeat": step.repeat, "pulses": step.pulses,
+            "positive": step.answer.is_positive(), "answer": answer,
+        })
+    });
+    let ended = match finding.ended {
+        Ended::Found => "found",
+        Ended::Limit => "limit",
+        Ended::Refused(_) => "refused",
+        Ended::Failed(_) => "failed",
+    };
+    let channels: Vec<u8> = search.sites().iter().map(|site| site.channel).collect();
+    json!({
+        "kind": search.declared().kind.name(), "channels": channels,
+        "unit": unit(search, session), "value": finding.value, "low": finding.low,
+        "high": finding.high, "set": finding.to_set(search), "ended": ended,
+        "presentations": finding.trail.len(), "pulses": finding.pulses,
+        "false_alarm": search.false_alarm(), "trail": trail.collect::<Vec<_>>(),
+    })
+}
+
+/// The operator at the terminal. A thread reads what is typed: the device must hear
+/// of the host meanwhile.
+#[derive(Default)]
+struct Terminal {
+    typed: Option<Receiver<String>>,
+    asked: Option<Question>,
+}
+
+impl Operator for Terminal {
+    fn ask(&mut self, question: Question) {
+        let typed = self.typed.get_or_insert_with(|| {
+            let (to, typed) = channel();
+            std::thread::spawn(move || {
+                let lines = std::io::stdin().lock().lines();
+                lines
+                    .map_while(Result::ok)
+                    .all(|line| to.send(line).is_ok())
+            });
+            typed
+        });
+        // What was typed before the question is no answer to it.
+        while typed.try_recv().is_ok() {}
+        prompt(question);
+        self.asked = Some(question);
+    }
+
+    fn reply(&mut self) -> Option<u8> {
+        use std::sync::mpsc::TryRecvError;
+        let question = self.asked?;
+        let line = match self.typed.as_ref()?.try_recv() {
+            Ok(line) => line,
+            Err(TryRecvError::Empty) => return None,
+            // Nobody is there any more: nothing is allowed, everything is too much.
+            Err(TryRecvError::Disconnected) => return Some(most_careful(question)),
+        };
+        let reply = understood(question, &line);
+        if reply.is_none() {
+            prompt(question);
+        }
+        reply
+    }
+}
+
+fn prompt(question: Question) {
+    let answers = if question.most() == 1 { "[y/n] " } else { "" };
+    eprint!("{question} {answers}");
+}
+
+const fn most_careful(question: Question) -> u8 {
+    match question {
+        Question::Raise(..) => 0,
+        Question::Rating(_) | Question::Moved(_) => question.most(),
+    }
+}
+
+/// What a line says to a question; nothing if it says nothing.
+fn understood(question: Question, line: &str) -> Option<u8> {
+    match (question.most(), line.trim()) {
+        (1, "y" | "yes") => Some(1),
+        (1, "n" | "no") => Some(0),
+        (1, _) => None,
+        (most, number) => number.parse().ok().filter(|rating| *rating <= most),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_a_clear_answer_counts() {
+        let (raise, rating) = (
+            Question::Raise(Milli(1), Milli(2)),
+            Question::Rating(Milli(2)),
+        );
+        assert_eq!(understood(raise, " yes\n"), Some(1));
+        assert_eq!(understood(raise, "n"), Some(0));
+        for unclear in ["", "1", "ja", "ye"] {
+            assert_eq!(understood(raise, unclear), None, "{unclear}");
+        }
+        assert_eq!(understood(rating, "10"), Some(10));
+        for unclear in ["", "y", "11", "-1", "3.5"] {
+            assert_eq!(understood(rating, unclear), None, "{unclear}");
+        }
+        assert_eq!((most_careful(raise), most_careful(rating)), (0, 10));
+    }
+}

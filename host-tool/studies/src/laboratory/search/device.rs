@@ -1,0 +1,307 @@
+//! A search on a device, through ordinary requests.
+
+use super::declaration::{Observer, Rating};
+use super::milli::Milli;
+use super::plan::Search;
+use super::stair::Probe;
+use firmware::link::{Event, Request};
+use firmware::units::Amplitude;
+use hal_sim::random::standard_normal;
+use host_core::link::{Client, Error, Incoming, Interruption, Port};
+use host_core::run::event;
+use host_core::session::Session;
+use std::fmt;
+
+/// From reading to reading of the sensor, µs.
+const READ_US: u64 = 10_000;
+
+/// Longest wait for the outputs to be reported isolated after a stop, µs.
+const STOP_US: u64 = 300_000;
+
+/// What people are asked.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Question {
+    /// Whether the level may be raised. 1 is yes, 0 no.
+    Raise(Milli, Milli),
+    /// How the level just given felt, 0 to 10.
+    Rating(Milli),
+    /// Whether the joint moved. 1 is yes, 0 no.
+    Moved(Milli),
+}
+
+impl Question {
+    /// The largest answer; the least is 0.
+    #[must_use]
+    pub const fn most(&self) -> u8 {
+        match self {
+            Self::Rating(_) => 10,
+            Self::Raise(..) | Self::Moved(_) => 1,
+        }
+    }
+}
+
+impl fmt::Display for Question {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Raise(from, to) => write!(f, "raise from {from} to {to}?"),
+            Self::Rating(level) => write!(f, "{level}: rating, 0 (nothing) to 10 (unbearable)?"),
+            Self::Moved(level) => write!(f, "{level}: did it move?"),
+        }
+    }
+}
+
+/// Who answers where no simulator does. Never waits: the device must hear of the host
+/// meanwhile.
+pub trait Operator {
+    /// Asks.
+    fn ask(&mut self, question: Question);
+
+    /// The answer to what was asked last, once it is there: 0 to
+    /// [`Question::most`].
+    fn reply(&mut self) -> Option<u8>;
+}
+
+/// Why a search on a device did not go on.
+#[derive(Debug, thiserror::Error)]
+pub enum DeviceError {
+    /// The link.
+    #[error(transparent)]
+    Link(#[from] Error),
+    /// Nothing measures the joint.
+    #[error(
+        "E528 nothing measures the joint of this device outside closed loop; let the operator \
+         watch it with observer = \"eye\""
+    )]
+    NoSensor,
+    /// The device ended it.
+    #[error("E537 the device ended the search ({0}); find out why, then search again")]
+    Ended(String),
+}
+
+/// A device that is armed for one search, its channels silent but for presentations.
+/// Joint, wall, force control and muscle models of the session stay out of it.
+pub struct OnDevice<'a, P> {
+    client: Client<P>,
+    search: &'a Search,
+    /// Of a device that no simulator in this process is.
+    operator: Option<&'a mut dyn Operator>,
+    keep_alive_us: u64,
+    /// When the device is owed a sign of life.
+    due_us: u64,
+    pulses: u64,
+    counted: u32,
+    seed: u64,
+    rated: u64,
+}
+
+impl<'a, P: Port> OnDevice<'a, P> {
+    /// Opens a session through `port`, configures and arms the device as `session`
+    /// says, and starts its trains at 0. `operator` answers unless the device is
+    /// simulated in this process; `seed` decides a simulated person's noise.
+    ///
+    /// # Errors
+    /// The device, or nothing sees what the search looks for.
+    pub fn start(
+        port: P,
+        session: &Session,
+        search: &'a Search,
+        operator: &'a mut dyn Operator,
+        interruption: Option<Interruption>,
+        seed: u64,
+    ) -> Result<Self, DeviceError> {
+        let (mut client, _) = Client::open_interruptible(port, interruption)?;
+        let is_simulated = client.port().world().is_some();
+        let needs_sensor = search.declared().needs_baseline();
+        let has_eye = search.declared().observer == Observer::Eye && !is_simulated;
+        if needs_sensor && !has_eye && client.port().glove_deg().is_none() {
+            return Err(DeviceError::NoSensor);
+        }
+        for request in session.requests() {
+            let is_plain = matches!(
+                request,
+                Request::Clear
+                    | Request::Wearer(_)
+                    | Request::Channel { .. }
+                    | Request::Groups(_)
+                    | Request::Sync { .. }
+            );
+            if is_plain {
+                client.request(request)?;
+            }
+        }
+        client.arm()?;
+        let keep_alive_us = u64::from(session.wearer.host_timeout_ms) * 1000 / 4;
+        let mut probe = Self {
+            client,
+            search,
+            operator: (!is_simulated).then_some(operator),
+            keep_alive_us,
+            due_us: 0,
+            pulses: 0,
+            counted: 0,
+            seed,
+            rated: 0,
+        };
+        // The electrode check's are not the search's.
+        probe.counted = probe.client.status()?.counters.pulses;
+        probe.client.start()?;
+        probe.set(Milli(0))?;
+        Ok(probe)
+    }
+
+    /// Stops the device, whatever happened, and gives the port back.
+    ///
+    /// # Errors
+    /// The stop was not acknowledged: the device stops by itself after its timeout.
+    pub fn stop(mut self) -> Result<P, Error> {
+        self.client.ignore_signals();
+        self.client.stop()?;
+        let until = self.client.port().now_us() + STOP_US;
+        while let Some(incoming) = self.client.next(until)? {
+            if let Incoming::Event(_, Event::Stopped(_) | Event::Faulted(_)) = incoming {
+                break;
+            }
+        }
+        Ok(self.client.into_port())
+    }
+
+    /// Gives all channels of the search their amplitudes at `level`.
+    fn set(&mut self, level: Milli) -> Result<(), DeviceError> {
+        let sites = self.search.sites().iter();
+        let list: Vec<(u8, Amplitude)> = sites
+            .map(|site| (site.channel - 1, Amplitude::new(site.amplitude(level).0)))
+            .collect();
+        self.client.amplitudes(&list)?;
+        self.due_us = self.client.port().now_us() + self.keep_alive_us;
+        Ok(())
+    }
+
+    /// Lets time pass until `until_us`, the host alive.
+    fn pass(&mut self, until_us: u64) -> Result<(), DeviceError> {
+        while self.client.port().now_us() < until_us {
+            if self.client.port().now_us() >= self.due_us {
+                self.client.post(Request::KeepAlive)?;
+                self.due_us = self.client.port().now_us() + self.keep_alive_us;
+            }
+            let soon = until_us.min(self.due_us);
+            while let Some(incoming) = self.client.next(soon)? {
+                match incoming {
+                    Incoming::Event(
+                        _,
+                        happened @ (Event::Stopping(_) | Event::Stopped(_) | Event::Faulted(_)),
+                    ) => return Err(DeviceError::Ended(event(&happened))),
+                    Incoming::Refused(_, refused) => return Err(Error::Refused(refused).into()),
+                    _ => {}
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn pass_ms(&mut self, ms: u32) -> Result<(), DeviceError> {
+        let until_us = self.client.port().now_us() + u64::from(ms) * 1000;
+        self.pass(until_us)
+    }
+
+    /// Means of the sensor over the next windows; none where there is no sensor.
+    fn windows(&mut self, count: u32) -> Result<Vec<f64>, DeviceError> {
+        let length_us = u64::from(self.search.declared().window_ms) * 1000;
+        let begin_us = self.client.port().now_us();
+        let mut means = Vec::new();
+        for window in 1..=u64::from(count) {
+            let (mut sum, mut readings) = (0.0, 0_u32);
+            let end_us = begin_us + window * length_us;
+            while self.client.port().now_us() < end_us {
+                let next_us = end_us.min(self.client.port().now_us() + READ_US);
+                self.pass(next_us)?;
+                if let Some(deg) = self.client.port().glove_deg() {
+                    (sum, readings) = (sum + deg, readings + 1);
+                }
+            }
+            means.extend((readings > 0).then(|| sum / f64::from(readings)));
+        }
+        Ok(means)
+    }
+
+    /// Asks whoever answers, the host alive meanwhile; nobody where it is simulated.
+    fn ask(&mut self, question: Question) -> Result<Option<u8>, DeviceError> {
+        let Some(operator) = &mut self.operator else {
+            return Ok(None);
+        };
+        operator.ask(question);
+        loop {
+            if let Some(reply) = self.operator.as_mut().and_then(|o| o.reply()) {
+                return Ok(Some(reply));
+            }
+            self.pass_ms(20)?;
+        }
+    }
+
+    /// Counts what the device has played since.
+    fn count(&mut self) -> Result<(), DeviceError> {
+        let now = self.client.status()?.counters.pulses;
+        self.pulses += u64::from(now.wrapping_sub(self.counted));
+        self.counted = now;
+        Ok(())
+    }
+}
+
+impl<P: Port> Probe for OnDevice<'_, P> {
+    type Error = DeviceError;
+
+    fn may_raise(&mut self, from: Milli, to: Milli) -> Result<bool, DeviceError> {
+        Ok(self.ask(Question::Raise(from, to))? != Some(0))
+    }
+
+    fn rest(&mut self, has_baseline: bool) -> Result<Vec<f64>, DeviceError> {
+        let declared = self.search.declared();
+        let rest_ms = (declared.rest_s * 1e3).round() as u32; // at most 600 s
+        let windows = if has_baseline {
+            declared.baseline_windows
+        } else {
+            0
+        };
+        self.pass_ms(rest_ms.saturating_sub(windows * declared.window_ms))?;
+        self.windows(windows)
+    }
+
+    fn present(&mut self, level: Milli, has_windows: bool) -> Result<Vec<f64>, DeviceError> {
+        let declared = self.search.declared();
+        let (settle_ms, windows) = (declared.settle_ms, declared.windows);
+        let set = self.set(level).and_then(|()| self.pass_ms(settle_ms));
+        let seen = set.and_then(|()| match has_windows {
+            true => self.windows(windows),
+            false => {
+                let passed = self.pass_ms(windows * declared.window_ms);
+                passed.map(|()| Vec::new())
+            }
+        });
+        // Whatever happened, silence comes first, and what was given is counted.
+        if seen.is_err() {
+            self.client.ignore_signals();
+        }
+        let (silent, counted) = (self.set(Milli(0)), self.count());
+        let windows = seen?;
+        silent.and(counted)?;
+        Ok(windows)
+    }
+
+    fn rating(&mut self, level: Milli) -> Result<u8, DeviceError> {
+        if let Some(rating) = self.ask(Question::Rating(level))? {
+            return Ok(rating);
+        }
+        self.rated += 1;
+        let deviate = standard_normal(self.seed, self.rated);
+        let person = self.search.declared().simulated_rating;
+        // Who has declared no person has one who bears nothing.
+        Ok(person.map_or(10, |person: Rating| person.of(level, deviate)))
+    }
+
+    fn seen(&mut self, level: Milli) -> Result<Option<bool>, DeviceError> {
+        Ok(self.ask(Question::Moved(level))?.map(|moved| moved > 0))
+    }
+
+    fn pulses(&self) -> u64 {
+        self.pulses
+    }
+}
