@@ -4,10 +4,11 @@ mod folder;
 
 use super::claims::Units;
 use super::error::LaboratoryError;
-use super::experiment::{Experiment, Measured};
+use super::experiment::Experiment;
 use super::page::publish;
 use super::result::Outcome;
 use folder::Folder;
+use host_core::record::Place;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -185,13 +186,13 @@ pub fn merge(
     out: &Path,
     experiment: &Experiment,
 ) -> Result<Outcome, LaboratoryError> {
-    let mut read = Vec::new();
-    for part in parts {
-        read.push((part.display().to_string(), folder::read(part, experiment)?));
-    }
-    let whole = whole_of(&read, experiment)?;
+    let about = |part: &PathBuf| Ok((part.display().to_string(), Sweep::of(part)?));
+    let named = parts.iter().map(about);
+    let named: Vec<(String, Sweep)> = named.collect::<Result<_, LaboratoryError>>()?;
+    let whole = whole_of(&named, experiment)?;
     let mut units = BTreeMap::new();
-    for (name, (sweep, own)) in read {
+    for (part, (name, sweep)) in parts.iter().zip(&named) {
+        let own = folder::units(part, experiment)?;
         let lacking = sweep.units(experiment).find(|unit| !own.contains_key(unit));
         if let Some(unit) = lacking {
             return Err(LaboratoryError::Merge(format!(
@@ -200,6 +201,9 @@ pub fn merge(
         }
         units.extend(own);
     }
+    std::fs::create_dir_all(out)
+        .map_err(|error| LaboratoryError::File(out.display().to_string(), error))?;
+    let _mine = Place::existing(out)?;
     let (mut folder, known) = Folder::open(out, &whole, experiment)?;
     for (index, measured) in &units {
         if !known.contains_key(index) {
@@ -210,13 +214,10 @@ pub fn merge(
     whole.close(experiment, out, &units)
 }
 
-/// A folder's sweep and what it holds.
-type Part = (Sweep, BTreeMap<u64, Vec<Measured>>);
-
 /// The sweep that these are all parts of.
-fn whole_of(parts: &[(String, Part)], experiment: &Experiment) -> Result<Sweep, LaboratoryError> {
+fn whole_of(parts: &[(String, Sweep)], experiment: &Experiment) -> Result<Sweep, LaboratoryError> {
     let refuse = |why: String| Err(LaboratoryError::Merge(why));
-    let Some((first_name, (first, _))) = parts.first() else {
+    let Some((first_name, first)) = parts.first() else {
         return refuse("there are none".to_owned());
     };
     let of = first.shard.of;
@@ -225,7 +226,7 @@ fn whole_of(parts: &[(String, Part)], experiment: &Experiment) -> Result<Sweep, 
         ..sweep.clone()
     };
     let mut seen = BTreeMap::new();
-    for (name, (sweep, _)) in parts {
+    for (name, sweep) in parts {
         if whole(sweep) != whole(first) || sweep.shard.of != of {
             let (this, that) = (sweep.difference(first), first_name);
             return refuse(format!("{name} is not of the sweep of {that}: {this}"));

@@ -99,14 +99,13 @@ fn refuse_foreign(dir: &Path, sweep: &Sweep) -> Result<(), LaboratoryError> {
     }
 }
 
-/// A finished or unfinished sweep's folder.
+/// The whole units of a sweep's folder, finished or not.
 ///
 /// # Errors
 /// It is none.
-pub(super) fn read(dir: &Path, experiment: &Experiment) -> Result<(Sweep, Units), LaboratoryError> {
-    let sweep = about_of(&dir.join("sweep.json"))?;
+pub(super) fn units(dir: &Path, experiment: &Experiment) -> Result<Units, LaboratoryError> {
     let (units, _) = whole_rows(&dir.join("draws.csv"), experiment)?;
-    Ok((sweep, units))
+    Ok(units)
 }
 
 /// What a folder's `sweep.json` says.
