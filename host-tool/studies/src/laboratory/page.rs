@@ -91,11 +91,17 @@ pub fn headline(outcome: &Outcome) -> String {
     let unlike = order.iter().filter_map(|id| unlike(claims.get(id)?));
     let unlike: Vec<String> = unlike.collect();
     let (count, like) = (order.len(), order.len() - unlike.len());
+    let is_grid = outcome.shares.iter().any(|share| !share.at.is_empty());
+    let grid = if is_grid {
+        " at every point of the grid"
+    } else {
+        ""
+    };
     match (count, unlike.is_empty()) {
         (0, _) => "Nothing here is held against a paper.".to_owned(),
-        (_, true) => format!("All {count} of the paper's claims come out in most cases."),
+        (_, true) => format!("All {count} of the paper's claims come out in most cases{grid}."),
         _ => format!(
-            "{like} of the paper's {count} claims come out in most cases; not so: {}.",
+            "{like} of the paper's {count} claims come out in most cases{grid}; not so: {}.",
             unlike.join("; ")
         ),
     }
@@ -138,7 +144,7 @@ fn shares_table(outcome: &Outcome) -> String {
         )
     });
     table(
-        ["Claim", "Paper", "Holds in", "Interval", "Cases"],
+        ["Claim", "At", "Paper", "Holds in", "Interval", "Cases"],
         rows.collect(),
     )
 }

@@ -84,7 +84,13 @@ fn share_marks(share: &Share, at: f64) -> Vec<Mark> {
 
 /// The course of each recorded trial.
 pub(super) fn multiples(experiment: &Experiment, trials: &[Conducted]) -> String {
-    let trials: Vec<&Trial> = trials.iter().map(|conducted| &conducted.trial).collect();
+    // The first round, in the order of the conditions.
+    let first = trials
+        .iter()
+        .filter(|it| (it.place.block, it.place.repetition) == (0, 0));
+    let mut first: Vec<&Conducted> = first.collect();
+    first.sort_by_key(|it| it.place.condition);
+    let trials: Vec<&Trial> = first.iter().map(|it| &it.trial).collect();
     let angles = trials
         .iter()
         .flat_map(|trial| trial.samples.iter().filter_map(angle));
@@ -151,15 +157,15 @@ pub(super) fn multiples(experiment: &Experiment, trials: &[Conducted]) -> String
             row.push(empty);
         }
     }
+    let own = "joint angle of the declaration's own body".to_owned();
+    let mut legend = vec![(Key::Line(stroke(PALETTE[0], 1.6)), own)];
+    legend.push(match trials.iter().any(|trial| trial.wall.is_some()) {
+        true => (Key::Box(Paint::Tint(MUTED)), "inside the wall".to_owned()),
+        false => (Key::Line(stroke(INK, 1.0)), "wanted".to_owned()),
+    });
     Figure {
         description: "Joint angle over time in each condition, simulated".to_owned(),
-        legend: vec![
-            (
-                Key::Line(stroke(PALETTE[0], 1.6)),
-                "joint angle of the declaration's own body".to_owned(),
-            ),
-            (Key::Box(Paint::Tint(MUTED)), "inside the wall".to_owned()),
-        ],
+        legend,
         rows,
         ..Figure::default()
     }
