@@ -91,8 +91,7 @@ pub fn headline(outcome: &Outcome) -> String {
     let unlike = order.iter().filter_map(|id| unlike(claims.get(id)?));
     let unlike: Vec<String> = unlike.collect();
     let (count, like) = (order.len(), order.len() - unlike.len());
-    let is_grid = outcome.shares.iter().any(|share| !share.at.is_empty());
-    let grid = if is_grid {
+    let grid = if outcome.is_grid() {
         " at every point of the grid"
     } else {
         ""
@@ -121,6 +120,7 @@ fn unlike(points: &[&Share]) -> Option<String> {
 }
 
 fn shares_table(outcome: &Outcome) -> String {
+    let is_grid = outcome.is_grid();
     let rows = outcome.shares.iter().map(|share| {
         let paper = match share.paper {
             Some(true) => "yes",
@@ -133,20 +133,28 @@ fn shares_table(outcome: &Outcome) -> String {
             .map_or_else(String::new, |(low, high)| {
                 format!("{:.1} to {:.1} %", 100.0 * low, 100.0 * high)
             });
+        let place = if is_grid {
+            format!("<td>{}</td>", escape(&share.at))
+        } else {
+            String::new()
+        };
         format!(
-            "<tr><th scope=\"row\">{}</th><td>{}</td><td>{paper}</td><td>{}</td>\
+            "<tr><th scope=\"row\">{}</th>{place}<td>{paper}</td><td>{}</td>\
              <td>{interval}</td><td>{} of {}</td></tr>\n",
             escape(&share.claim),
-            escape(&share.at),
             share.percent(),
             share.holds,
             share.of
         )
     });
-    table(
-        ["Claim", "At", "Paper", "Holds in", "Interval", "Cases"],
-        rows.collect(),
-    )
+    let place = if is_grid { &["At"][..] } else { &[] };
+    let heads = [
+        &["Claim"],
+        place,
+        &["Paper", "Holds in", "Interval", "Cases"],
+    ]
+    .concat();
+    table(&heads, rows.collect())
 }
 
 /// Rows *paper | ours | interval*.
@@ -176,13 +184,14 @@ fn rows_table(rows: &[Row]) -> String {
         "5 to 95 % of wearers",
         "Wearers",
     ];
-    table(heads, rows.collect())
+    table(&heads, rows.collect())
 }
 
-fn table<const N: usize>(heads: [&str; N], rows: String) -> String {
+fn table(heads: &[&str], rows: String) -> String {
     let heads = heads
+        .iter()
         .map(|head| format!("<th scope=\"col\">{head}</th>"))
-        .concat();
+        .collect::<String>();
     match rows.is_empty() {
         true => rows,
         false => {

@@ -127,6 +127,12 @@ impl Outcome {
         Self::of(experiment, (seed, rounds_of), &rounds, simulated)
     }
 
+    /// Whether its shares are of points of a grid.
+    #[must_use]
+    pub fn is_grid(&self) -> bool {
+        self.shares.iter().any(|share| !share.at.is_empty())
+    }
+
     /// As the file has it.
     #[must_use]
     pub fn json(&self) -> String {

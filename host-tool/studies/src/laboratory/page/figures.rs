@@ -105,42 +105,19 @@ pub(super) fn multiples(experiment: &Experiment, trials: &[Conducted]) -> String
     let panel = |(n, trial): (usize, &&Trial)| {
         let x = Axis::linear("s", (0.0, last_s), 4.0);
         // What all panels of a row share stands once, at its left.
-        let parts = trial.name.split_once(row_of(experiment, &trial.name));
-        let (row, own) = match parts {
-            Some((_, own)) => (
-                row_of(experiment, &trial.name),
-                own.trim_start_matches(", "),
-            ),
-            None => ("", &*trial.name),
-        };
-        let row = if n % beside == 0 {
-            format!("{row} (°)")
+        let shared = row_of(experiment, &trial.name);
+        let own = trial.name.strip_prefix(shared).unwrap_or(&trial.name);
+        let is_left = n.is_multiple_of(beside);
+        let row = if is_left {
+            format!("{shared} (°)")
         } else {
             String::new()
         };
         let y = Axis::linear(&row, (low - 2.0, high + 2.0), 4.0);
         let mut panel = Panel::new("", x, y, MULTIPLE);
-        panel.title = shortened(13.0, own, 1000.0 / beside as f64 - 60.0, true);
-        if let Some(wall) = trial.wall {
-            let inside = match wall.stops_flexion {
-                true => (wall.at_deg, f64::INFINITY),
-                false => (f64::NEG_INFINITY, wall.at_deg),
-            };
-            let everywhere = (f64::NEG_INFINITY, f64::INFINITY);
-            panel
-                .ground
-                .push(Mark::Area(everywhere, inside, Paint::Tint(MUTED)));
-        }
-        let mut line = |of: fn(&Sample) -> Option<f64>, color, width| {
-            let points = trial.samples.iter().filter_map(|s| Some((s.t_s, of(s)?)));
-            let lines = shorten(points, POINTS).into_iter();
-            let lines = lines.map(|points| Mark::Line(points, stroke(color, width)));
-            panel.marks.extend(lines);
-        };
-        if trial.wall.is_none() {
-            line(|s| s.target_deg, INK, 1.0);
-        }
-        line(angle, PALETTE[0], 1.6);
+        let room = 1000.0 / beside as f64 - 60.0;
+        panel.title = shortened(13.0, own.trim_start_matches(", "), room, true);
+        draw_course(&mut panel, trial);
         panel
     };
     let panels: Vec<Panel> = trials.iter().enumerate().map(panel).collect();
@@ -182,6 +159,29 @@ fn row_of<'a>(experiment: &'a Experiment, name: &str) -> &'a str {
     fitting
         .max_by_key(|level| level.len())
         .map_or("", |level| level)
+}
+
+/// The wall or the wanted angle, and the angle.
+fn draw_course(panel: &mut Panel, trial: &Trial) {
+    if let Some(wall) = trial.wall {
+        let inside = match wall.stops_flexion {
+            true => (wall.at_deg, f64::INFINITY),
+            false => (f64::NEG_INFINITY, wall.at_deg),
+        };
+        let everywhere = (f64::NEG_INFINITY, f64::INFINITY);
+        let ground = Mark::Area(everywhere, inside, Paint::Tint(MUTED));
+        panel.ground.push(ground);
+    }
+    let mut line = |of: fn(&Sample) -> Option<f64>, color, width| {
+        let points = trial.samples.iter().filter_map(|s| Some((s.t_s, of(s)?)));
+        let lines = shorten(points, POINTS).into_iter();
+        let lines = lines.map(|points| Mark::Line(points, stroke(color, width)));
+        panel.marks.extend(lines);
+    };
+    if trial.wall.is_none() {
+        line(|s| s.target_deg, INK, 1.0);
+    }
+    line(angle, PALETTE[0], 1.6);
 }
 
 fn angle(sample: &Sample) -> Option<f64> {
