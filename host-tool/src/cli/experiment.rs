@@ -18,7 +18,7 @@ use studies::laboratory::{
 /// Run a paper's protocol on a device; then, simulated, with wearers drawn at random
 #[derive(Args, Debug)]
 pub struct ExperimentArgs {
-    /// harris-wall, or the file of a declaration
+    /// hamana-4, harris-wall, harris-wall-why, or the file of a declaration
     name: String,
     /// native, chip, qemu, a serial port, or tcp:HOST:PORT
     #[arg(long, default_value = "native")]
@@ -222,7 +222,10 @@ pub(super) fn people(outcome: &Outcome, page: &str) -> String {
             Some(false) => "paper: no",
             None => "",
         };
-        let claim: String = share.claim.chars().take(54).collect();
+        let claim = match share.claim.chars().count() {
+            ..=54 => share.claim.clone(),
+            _ => share.claim.chars().take(53).chain(['…']).collect(),
+        };
         let line = format!("{:>8}  {claim:<54}  {paper}", share.percent());
         text += &format!("{}\n", line.trim_end());
     }

@@ -7,13 +7,13 @@ use host_core::record::Place;
 use interrupt::Ended;
 use std::path::PathBuf;
 use studies::experiments::named;
-use studies::laboratory::{Outcome, Shard, Sweep, merge};
+use studies::laboratory::{Outcome, Shard, Sweep, begin, merge};
 
 /// Draw an experiment's wearers on all cores; the same command goes on where it was
 /// interrupted
 #[derive(Args, Debug)]
 pub struct SweepArgs {
-    /// harris-wall, or the file of a declaration
+    /// hamana-4, harris-wall, harris-wall-why, or the file of a declaration
     name: String,
     /// Wearers at each point of the grid; default: the declaration's
     #[arg(long, conflicts_with = "merge")]
@@ -23,7 +23,7 @@ pub struct SweepArgs {
     seed: Option<u64>,
     /// Part I of N, as 3/8
     #[arg(long, conflicts_with = "merge")]
-    shard: Option<String>,
+    shard: Option<Shard>,
     /// Make one sweep of the folders of all its shards
     #[arg(long, num_args = 1.., value_name = "DIR")]
     merge: Vec<PathBuf>,
@@ -47,11 +47,11 @@ pub fn main(args: &SweepArgs, output: Output) -> anyhow::Result<()> {
             "--draws is {draws}, allowed are 1 to 10000000 over all points"
         ));
     }
-    let shard = args.shard.as_deref().map_or(Ok(Shard::WHOLE), str::parse)?;
+    let shard = args.shard.unwrap_or(Shard::WHOLE);
     let seed = args.seed.unwrap_or(experiment.declaration.seed);
     let sweep = Sweep::new(&experiment, seed, draws, shard);
     let interruption = interrupt::heed()?;
-    std::fs::create_dir_all(&args.out)?;
+    begin(&args.out)?;
     let _mine = Place::existing(&args.out)?;
     let bar = output.bar(&experiment.declaration.name);
     let mut done = 0.0;

@@ -36,13 +36,30 @@ pub struct Share {
     pub high: Option<f64>,
 }
 
+/// A share held against what the paper says.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Verdict {
+    /// Most cases are as the paper says.
+    Like,
+    /// Most are not.
+    Unlike,
+    /// Half of them lies in the interval.
+    Undecided,
+}
+
 impl Share {
     /// Whether it is in most cases as the paper says; nothing where the paper says
     /// nothing, or no case could be judged.
     #[must_use]
-    pub fn is_like_paper(&self) -> Option<bool> {
+    pub fn verdict(&self) -> Option<Verdict> {
         let paper = self.paper.filter(|_| self.of > 0)?;
-        Some((2 * self.holds > self.of) == paper)
+        let (low, high) = self.low.zip(self.high)?;
+        Some(match paper {
+            _ if low <= 0.5 && high >= 0.5 => Verdict::Undecided,
+            true if low > 0.5 => Verdict::Like,
+            false if high < 0.5 => Verdict::Like,
+            _ => Verdict::Unlike,
+        })
     }
 
     /// "7.5 %".
@@ -184,8 +201,8 @@ fn combined(
     let cases = first.into_iter().flat_map(BTreeMap::keys);
     cases
         .filter_map(|case| {
-            let is = holds(case, all, true)? && holds(case, none, false)?;
-            Some((case.clone(), is))
+            let (all, none) = (holds(case, all, true)?, holds(case, none, false)?);
+            Some((case.clone(), all && none))
         })
         .collect()
 }

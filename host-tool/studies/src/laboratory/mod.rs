@@ -31,4 +31,4 @@ pub use measure::{MEASURES, Measure};
 pub use page::{headline, publish};
 pub use protocol::{Place, Step};
 pub use result::{Outcome, Row};
-pub use sweep::{Shard, Sweep, merge};
+pub use sweep::{Shard, Sweep, begin, merge};

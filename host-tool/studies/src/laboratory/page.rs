@@ -2,7 +2,7 @@
 
 mod figures;
 
-use super::claims::Share;
+use super::claims::{Share, Verdict};
 use super::conduct::Conducted;
 use super::error::LaboratoryError;
 use super::experiment::Experiment;
@@ -77,46 +77,64 @@ fn figure(svg: &str) -> String {
 pub fn headline(outcome: &Outcome) -> String {
     let mut claims: BTreeMap<&str, Vec<&Share>> = BTreeMap::new();
     let mut order = Vec::new();
-    for share in outcome
-        .shares
-        .iter()
-        .filter(|share| share.is_like_paper().is_some())
-    {
+    for share in outcome.shares.iter().filter(|it| it.verdict().is_some()) {
         let all = claims.entry(&share.id).or_default();
         if all.is_empty() {
             order.push(&*share.id);
         }
         all.push(share);
     }
-    let unlike = order.iter().filter_map(|id| unlike(claims.get(id)?));
-    let unlike: Vec<String> = unlike.collect();
-    let (count, like) = (order.len(), order.len() - unlike.len());
     let grid = if outcome.is_grid() {
         " at every point of the grid"
     } else {
         ""
     };
-    match (count, unlike.is_empty()) {
-        (0, _) => "Nothing here is held against a paper.".to_owned(),
-        (_, true) => format!("All {count} of the paper's claims come out in most cases{grid}."),
-        _ => format!(
-            "{like} of the paper's {count} claims come out in most cases{grid}; not so: {}.",
-            unlike.join("; ")
-        ),
+    let of = |wanted: Verdict| -> Vec<String> {
+        let all = order.iter().filter_map(|id| claims.get(id));
+        let own = all.filter(|points| verdict(points) == wanted);
+        own.map(|points| told(points)).collect()
+    };
+    let (like, unlike, open) = (
+        of(Verdict::Like),
+        of(Verdict::Unlike),
+        of(Verdict::Undecided),
+    );
+    if order.is_empty() {
+        return "Nothing here is held against a paper.".to_owned();
     }
+    let list = |what: &str, claims: &[String]| match claims {
+        [] => String::new(),
+        all => format!("; {what}: {}", all.join("; ")),
+    };
+    format!(
+        "{} of the paper's {} claims come out in most cases{grid}{}{}.",
+        like.len(),
+        order.len(),
+        list("undecided", &open),
+        list("not so", &unlike)
+    )
 }
 
-/// A claim that is not everywhere as the paper says.
-fn unlike(points: &[&Share]) -> Option<String> {
+/// Like the paper at every point, or undecided at some, or unlike it somewhere.
+fn verdict(points: &[&Share]) -> Verdict {
+    let any = |wanted| points.iter().any(|it| it.verdict() == Some(wanted));
+    let worst = [Verdict::Unlike, Verdict::Undecided]
+        .into_iter()
+        .find(|it| any(*it));
+    worst.unwrap_or(Verdict::Like)
+}
+
+/// A claim and its share, or at how many points it is as the paper says.
+fn told(points: &[&Share]) -> String {
     let like = points
         .iter()
-        .filter(|it| it.is_like_paper() == Some(true))
+        .filter(|it| it.verdict() == Some(Verdict::Like))
         .count();
-    let first = points.first().filter(|_| like < points.len())?;
-    Some(match points.len() {
-        1 => format!("{} ({})", first.claim, first.percent()),
-        of => format!("{} (so at {like} of {of} points)", first.claim),
-    })
+    match points {
+        [] => String::new(),
+        [one] => format!("{} ({})", one.claim, one.percent()),
+        [first, ..] => format!("{} (so at {like} of {} points)", first.claim, points.len()),
+    }
 }
 
 fn shares_table(outcome: &Outcome) -> String {

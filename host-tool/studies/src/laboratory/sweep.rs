@@ -176,6 +176,15 @@ impl Sweep {
     }
 }
 
+/// Makes the folder of a sweep, if it is not there.
+///
+/// # Errors
+/// It is a file, or cannot be made.
+pub fn begin(dir: &Path) -> Result<(), LaboratoryError> {
+    let made = std::fs::create_dir_all(dir);
+    made.map_err(|error| LaboratoryError::File(dir.display().to_string(), error))
+}
+
 /// Makes one sweep in `out` of all of its shards in `parts`: the bytes of a sweep
 /// that was never cut. `find` knows the experiment of a name.
 ///
@@ -201,8 +210,7 @@ pub fn merge(
         }
         units.extend(own);
     }
-    std::fs::create_dir_all(out)
-        .map_err(|error| LaboratoryError::File(out.display().to_string(), error))?;
+    begin(out)?;
     let _mine = Place::existing(out)?;
     let (mut folder, known) = Folder::open(out, &whole, experiment)?;
     for (index, measured) in &units {
