@@ -134,13 +134,10 @@ fn came_to(
     }
     let sweep = Sweep::new(experiment, seed, draws, Shard::WHOLE);
     sweep.begin(dir)?;
-    let outcome = sweep.run(experiment, dir, &mut |part| {
+    let outcome = sweep.run(experiment, dir, &course.trials, &mut |part| {
         beside.bar.set(beside.part + (1.0 - beside.part) * part);
         beside.interruption.asked().is_none()
     })?;
-    if let Some(outcome) = &outcome {
-        publish(dir, experiment, outcome, &course.trials)?;
-    }
     Ok(outcome)
 }
 

@@ -7,7 +7,7 @@ use host_core::record::Place;
 use interrupt::Ended;
 use std::path::PathBuf;
 use studies::experiments::named;
-use studies::laboratory::{Outcome, Shard, Sweep, begin, merge};
+use studies::laboratory::{MOST_DRAWS, Outcome, Shard, Sweep, begin, merge};
 
 /// Draw an experiment's wearers on all cores; the same command goes on where it was
 /// interrupted
@@ -42,9 +42,9 @@ pub fn main(args: &SweepArgs, output: Output) -> anyhow::Result<()> {
         return say(args, output, &outcome);
     }
     let draws = args.draws.unwrap_or(experiment.declaration.draws);
-    if draws == 0 || experiment.units(draws) > 10_000_000 {
+    if draws == 0 || experiment.units(draws) > MOST_DRAWS {
         return wrong(format!(
-            "--draws is {draws}, allowed are 1 to 10000000 over all points"
+            "--draws is {draws}, allowed are 1 to {MOST_DRAWS} over all points"
         ));
     }
     let shard = args.shard.unwrap_or(Shard::WHOLE);
@@ -55,7 +55,7 @@ pub fn main(args: &SweepArgs, output: Output) -> anyhow::Result<()> {
     let _mine = Place::existing(&args.out)?;
     let bar = output.bar(&experiment.declaration.name);
     let mut done = 0.0;
-    let outcome = sweep.run(&experiment, &args.out, &mut |part| {
+    let outcome = sweep.run(&experiment, &args.out, &[], &mut |part| {
         bar.set(part);
         done = part;
         interruption.asked().is_none()

@@ -74,7 +74,7 @@ fn folder(name: &str) -> PathBuf {
 fn swept(shard: Shard, seed: u64, dir: &Path) {
     let experiment = small();
     let sweep = Sweep::new(&experiment, seed, 10, shard);
-    sweep.run(&experiment, dir, &mut |_| true).unwrap();
+    sweep.run(&experiment, dir, &[], &mut |_| true).unwrap();
 }
 
 /// Every file of a folder with its bytes.
@@ -171,7 +171,7 @@ fn a_sweep_killed_at_any_byte_goes_on_to_the_same_bytes() {
     let sweep = Sweep::new(&experiment, 3, 10, Shard::WHOLE);
     assert!(
         sweep
-            .run(&experiment, &stopped, &mut |_| false)
+            .run(&experiment, &stopped, &[], &mut |_| false)
             .unwrap()
             .is_none()
     );
@@ -186,12 +186,16 @@ fn a_folder_of_something_else_is_left_alone() {
     fs::write(dir.join("thesis.tex"), "years").unwrap();
     let experiment = small();
     let sweep = |seed| Sweep::new(&experiment, seed, 10, Shard::WHOLE);
-    let refused = sweep(3).run(&experiment, &dir, &mut |_| true).unwrap_err();
+    let refused = sweep(3)
+        .run(&experiment, &dir, &[], &mut |_| true)
+        .unwrap_err();
     assert!(refused.to_string().starts_with("E603"), "{refused}");
     assert_eq!(files(&dir).len(), 1);
     let mine = folder("mine");
     swept(Shard::WHOLE, 3, &mine);
-    let refused = sweep(4).run(&experiment, &mine, &mut |_| true).unwrap_err();
+    let refused = sweep(4)
+        .run(&experiment, &mine, &[], &mut |_| true)
+        .unwrap_err();
     let told = refused.to_string();
     assert!(told.contains("seed 3") && told.contains("seed 4"), "{told}");
     for text in ["0/3", "4/3", "3", "a/b", "1/0", "1/10001", ""] {

@@ -8,7 +8,7 @@ use std::collections::HashSet;
 /// Most trials of a protocol, and wearers of a sweep.
 const MOST_TRIALS: usize = 10_000;
 /// Most wearers times points of the grid.
-const MOST_DRAWS: u64 = 10_000_000;
+pub const MOST_DRAWS: u64 = 10_000_000;
 
 impl Declaration {
     /// Reads and checks the text of the file called `file`.

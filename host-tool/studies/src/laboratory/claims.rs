@@ -3,7 +3,6 @@
 use super::declaration::{Claim, Compared, Declaration, What};
 use super::draw::{point_in_words, points};
 use super::experiment::{Experiment, Measured};
-
 use host_core::statistics;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};

@@ -1,6 +1,7 @@
 //! Conditions crossed with conditions, and the sessions that they make.
 
 use super::declaration::Declaration;
+use super::draw::crossed;
 use super::error::LaboratoryError;
 use host_core::run::SessionFile;
 use toml::{Table, Value};
@@ -24,15 +25,9 @@ impl Condition {
     /// # Errors
     /// A session is not there, or a field cannot be set.
     pub fn all(d: &Declaration, texts: Texts<'_>) -> Result<Vec<Self>, LaboratoryError> {
-        let count = d.factors.iter().map(|factor| factor.levels.len()).product();
-        let nth = |index: usize| {
-            let (mut rest, mut levels) = (index, Vec::new());
-            for factor in d.factors.iter().rev() {
-                let count = factor.levels.len();
-                levels.extend(factor.levels.get(rest % count));
-                rest /= count;
-            }
-            levels.reverse();
+        let count: usize = d.factors.iter().map(|factor| factor.levels.len()).product();
+        let nth = |index: u64| {
+            let levels = crossed(index, d.factors.iter().map(|factor| &*factor.levels));
             let other = levels.iter().find_map(|level| level.session.as_deref());
             let mut base = table(other.unwrap_or(&d.session), texts)?;
             for level in &levels {
@@ -46,7 +41,7 @@ impl Condition {
             let levels = levels.iter().map(|level| level.name.clone()).collect();
             Ok(Self { levels, base })
         };
-        (0..count).map(nth).collect()
+        (0..count as u64).map(nth).collect()
     }
 
     /// For people: "pre-wall, 15 °/s".

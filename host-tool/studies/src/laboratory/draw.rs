@@ -49,16 +49,27 @@ pub fn unit_of(d: &Declaration, seed: u64, draws: u64, index: u64) -> Unit {
 /// The values of point `point` of the grid, the last field changing first.
 #[must_use]
 pub fn at_point(d: &Declaration, point: u64) -> Vec<(String, Value)> {
-    let (mut rest, mut all) = (point, Vec::new());
-    for grid in d.grid.iter().rev() {
-        let count = grid.values.len() as u64;
-        if let Some(value) = grid.values.get((rest % count.max(1)) as usize) {
-            all.push((grid.field.clone(), number(*value)));
-        }
-        rest /= count.max(1);
+    let values = crossed(point, d.grid.iter().map(|grid| &*grid.values));
+    let fields = d.grid.iter().map(|grid| grid.field.clone());
+    fields
+        .zip(values.into_iter().map(|value| number(*value)))
+        .collect()
+}
+
+/// Element `index` of these lists crossed, one of each, the last list changing first;
+/// none of an empty list.
+pub(super) fn crossed<'a, T>(
+    index: u64,
+    lists: impl DoubleEndedIterator<Item = &'a [T]>,
+) -> Vec<&'a T> {
+    let (mut rest, mut chosen) = (index, Vec::new());
+    for list in lists.rev() {
+        let count = (list.len() as u64).max(1);
+        chosen.extend(list.get((rest % count) as usize));
+        rest /= count;
     }
-    all.reverse();
-    all
+    chosen.reverse();
+    chosen
 }
 
 /// "body.inertia_kg_m2 = 0.06; ", nothing without a grid.

@@ -21,6 +21,7 @@ mod result;
 pub mod search;
 mod sweep;
 
+pub use check::MOST_DRAWS;
 pub use claims::{Case, Share, shares};
 pub use condition::{Condition, Texts};
 pub use conduct::{Conducted, Course, Ended, Operator};

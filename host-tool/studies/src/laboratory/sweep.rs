@@ -3,6 +3,7 @@
 mod folder;
 
 use super::claims::Units;
+use super::conduct::Conducted;
 use super::error::LaboratoryError;
 use super::experiment::Experiment;
 use super::page::publish;
@@ -112,7 +113,8 @@ impl Sweep {
     }
 
     /// Computes what `dir` does not hold yet; `go_on` hears the part done, 0 to 1,
-    /// and may say no. The outcome, of a whole sweep that came to its end.
+    /// and may say no. The outcome, of a whole sweep that came to its end; its page
+    /// shows `trials`, which were conducted before.
     ///
     /// # Errors
     /// The folder holds something else or cannot be written; a unit failed, which
@@ -121,6 +123,7 @@ impl Sweep {
         &self,
         experiment: &Experiment,
         dir: &Path,
+        trials: &[Conducted],
         go_on: &mut dyn FnMut(f64) -> bool,
     ) -> Result<Option<Outcome>, LaboratoryError> {
         let (mut folder, mut units) = Folder::open(dir, self, experiment)?;
@@ -152,7 +155,7 @@ impl Sweep {
         }
         go_on(1.0);
         match self.shard == Shard::WHOLE {
-            true => self.close(experiment, dir, &units).map(Some),
+            true => self.close(experiment, dir, (&units, trials)).map(Some),
             false => Ok(None),
         }
     }
@@ -168,10 +171,10 @@ impl Sweep {
         &self,
         experiment: &Experiment,
         dir: &Path,
-        units: &Units,
+        (units, trials): (&Units, &[Conducted]),
     ) -> Result<Outcome, LaboratoryError> {
         let outcome = Outcome::of(experiment, (self.seed, self.draws), units, true);
-        publish(dir, experiment, &outcome, &[])?;
+        publish(dir, experiment, &outcome, trials)?;
         Ok(outcome)
     }
 }
@@ -219,7 +222,7 @@ pub fn merge(
             folder.append(experiment, &unit, measured)?;
         }
     }
-    whole.close(experiment, out, &units)
+    whole.close(experiment, out, (&units, &[]))
 }
 
 /// The sweep that these are all parts of.
