@@ -106,7 +106,7 @@ pub fn bootstrap_bca<T: Clone>(
     let end = |z: f64| {
         let moved = bias + z;
         let part = normal_below(bias + moved / (1.0 - acceleration * moved));
-        between(&drawn, part)
+        quantile_of(&drawn, part)
     };
     Ok(Interval {
         value,
@@ -139,10 +139,15 @@ fn acceleration<T: Clone>(
     Ok(power(3) / (6.0 * squares.powf(1.5)))
 }
 
-/// The value that `part` of all do not exceed, linear between neighbours.
-fn between(sorted: &[f64], part: f64) -> f64 {
-    let place = part.clamp(0.0, 1.0) * (sorted.len() - 1) as f64;
+/// The value that `part` (0…1) of all do not exceed, linear between neighbours of
+/// `sorted`, which rises; 0 of nothing.
+#[must_use]
+pub fn quantile_of(sorted: &[f64], part: f64) -> f64 {
+    let Some(last) = sorted.len().checked_sub(1) else {
+        return 0.0;
+    };
+    let place = part.clamp(0.0, 1.0) * last as f64;
     let below = place as usize;
-    let above = (below + 1).min(sorted.len() - 1);
+    let above = (below + 1).min(last);
     sorted[below] + (place - below as f64) * (sorted[above] - sorted[below])
 }

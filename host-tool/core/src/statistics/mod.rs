@@ -18,7 +18,7 @@ mod variance;
 pub use alignment::{Alignment, kabsch};
 pub use comparison::{PairedT, cohens_d_paired, cohens_d_pooled, holm, paired_t};
 pub use distribution::{chi_squared_p, fisher_f_p, student_t_p};
-pub use interval::{Interval, Share, bootstrap_bca, share};
+pub use interval::{Interval, Share, bootstrap_bca, quantile_of, share};
 pub use ranks::{Friedman, MannWhitney, Method, Wilcoxon, friedman, mann_whitney, wilcoxon};
 pub use sample::StatisticsError;
 pub use variance::{

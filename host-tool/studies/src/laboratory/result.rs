@@ -5,6 +5,7 @@ use super::conduct::Conducted;
 use super::declaration::Declaration;
 use super::draw::{point_in_words, points};
 use super::experiment::{Experiment, Measured};
+use host_core::statistics::quantile_of;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -177,14 +178,9 @@ fn printed(declaration: &Declaration, levels: &[String], measure: &str) -> Optio
     found.map(|it| it.value)
 }
 
-/// Linear between neighbours of `sorted`.
+/// Nothing of nothing.
 fn quantile(sorted: &[f64], part: f64) -> Option<f64> {
-    let at = part * sorted.len().checked_sub(1)? as f64;
-    let (below, above) = (
-        sorted.get(at.floor() as usize)?,
-        sorted.get(at.ceil() as usize)?,
-    );
-    Some(below + at.fract() * (above - below))
+    (!sorted.is_empty()).then(|| quantile_of(sorted, part))
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! Means, percentiles and confidence intervals of paired differences.
 
 use hal_sim::body::random_finger::Draws;
+use host_core::statistics::quantile_of;
 
 /// Resamples of a bootstrap.
 const RESAMPLES: usize = 4000;
@@ -16,13 +17,7 @@ pub fn mean(values: &[f64]) -> f64 {
 pub fn percentile(values: &[f64], part: f64) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
-    let Some(last) = sorted.len().checked_sub(1) else {
-        return 0.0;
-    };
-    let place = part * last as f64;
-    let below = place as usize;
-    let above = (below + 1).min(last);
-    sorted[below] + (place - below as f64) * (sorted[above] - sorted[below])
+    quantile_of(&sorted, part)
 }
 
 /// A mean with its 95 % interval.
