@@ -50,11 +50,23 @@ pub fn shortened(size: f64, text: &str, room: f64, bold: bool) -> String {
 /// A paragraph in lines that fit `room` pixels.
 #[must_use]
 pub fn folded(size: f64, paragraph: &str, room: f64) -> Vec<String> {
+    folded_by(|line| width(size, line, false), paragraph, room)
+}
+
+/// A paragraph in lines that fit the columns of a terminal.
+#[must_use]
+pub fn in_columns(paragraph: &str, columns: u16) -> String {
+    let wide = |line: &str| line.chars().count() as f64;
+    folded_by(wide, paragraph, columns.into()).join("\n")
+}
+
+/// In lines that `wide` finds no wider than `room`, but for a single word.
+fn folded_by(wide: impl Fn(&str) -> f64, paragraph: &str, room: f64) -> Vec<String> {
     let mut lines = vec![String::new()];
     for word in paragraph.split_whitespace() {
         let last = lines.last().map_or("", |line| line);
         let longer = format!("{last} {word}").trim_start().to_owned();
-        if width(size, &longer, false) > room && !last.is_empty() {
+        if wide(&longer) > room && !last.is_empty() {
             lines.push(word.to_owned());
         } else {
             lines.pop();
@@ -104,6 +116,8 @@ mod tests {
         let lines = folded(12.0, words, 90.0);
         assert!(lines.len() > 2 && lines.iter().all(|l| width(12.0, l, false) <= 90.0));
         assert_eq!(lines.join(" "), words);
+        let ends = "a line that\nends at 11";
+        assert_eq!(in_columns("a line that ends at 11", 11), ends);
     }
 
     #[test]

@@ -20,10 +20,21 @@ const CUT: f64 = 20.0 / 840.0;
 /// One channel's states: from, to (µs since the first edge), state.
 type Stretch = (u64, u64, State);
 
-/// Edges of one trial, or nothing if none were recorded.
-pub(super) fn figure(trial: &Trial) -> String {
+/// The edges of one trial, or nothing if none were recorded; `alike` are trials of
+/// the same edges and perhaps other amplitudes, of which the codes are told as well.
+#[must_use]
+pub fn edges_figure(trial: &Trial, alike: &[&Trial]) -> String {
     let Some(start) = trial.edges.iter().map(|edge| edge.t_us).min() else {
         return String::new();
+    };
+    let codes = |channel: u8| {
+        let all = alike.iter().chain([&trial]).flat_map(|it| &it.edges);
+        let own = all.filter(|edge| edge.channel == channel && is_phase(edge.state));
+        own.map(|edge| edge.dac_code)
+            .fold(None, |range: Option<(u16, u16)>, code| {
+                let (low, high) = range.unwrap_or((code, code));
+                Some((low.min(code), high.max(code)))
+            })
     };
     let mut edges: Vec<Edge> = trial.edges.clone();
     edges.sort_by_key(|edge| edge.t_us);
@@ -36,7 +47,7 @@ pub(super) fn figure(trial: &Trial) -> String {
     let mut y = Axis::new("", Scale::Rows(channels.len() as f64));
     let mut marks = Vec::new();
     for (row, channel) in (0..).map(f64::from).zip(&channels) {
-        y.heads.push(head(trial, &edges, *channel, row));
+        y.heads.push(head(trial, codes(*channel), *channel, row));
         for part in &parts {
             draw(
                 &mut marks,
@@ -134,18 +145,17 @@ fn stretches(edges: &[Edge], channel: u8, (from, to): (u64, u64)) -> Vec<Stretch
     stretches
 }
 
-/// Channel name, and its DAC code where a phase was emitted.
-fn head(trial: &Trial, edges: &[Edge], channel: u8, at: f64) -> Head {
+/// Channel name, and its least and greatest DAC code where a phase was emitted.
+fn head(trial: &Trial, codes: Option<(u16, u16)>, channel: u8, at: f64) -> Head {
     let info = trial.channels.iter().find(|info| info.number == channel);
     let name = info.map_or(String::new(), |info| info.name.clone());
-    let codes = edges.iter();
-    let codes = codes.filter(|edge| edge.channel == channel && is_phase(edge.state));
     Head {
         at,
         mark: Some(channel_mark(channel)),
         name: format!("{channel} {name}"),
-        more: match codes.map(|edge| edge.dac_code).max() {
-            Some(code) => format!("DAC code {code}"),
+        more: match codes {
+            Some((low, high)) if low < high => format!("DAC {low} to {high}"),
+            Some((code, _)) => format!("DAC code {code}"),
             None => "no pulse".to_owned(),
         },
         bold: false,

@@ -10,6 +10,7 @@ mod bars;
 mod compare;
 mod edges;
 mod lanes;
+mod limb;
 mod overview;
 mod page;
 mod summary;
@@ -17,6 +18,8 @@ mod tables;
 mod trajectory;
 
 pub use compare::{CompareRow, Compared, compare_page, compare_rows, compare_text};
+pub use edges::edges_figure;
+pub use limb::draw_bones;
 pub use overview::picture as overview_picture;
 pub use page::{document, page};
 pub use summary::write;

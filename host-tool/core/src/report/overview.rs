@@ -2,12 +2,13 @@
 //! one period, and the finger's angle under the device's default and under the
 //! paper's law. Narrow and with large letters, so that a phone shows it too.
 
+use super::limb::draw_bones;
 use super::tables::degrees;
 use super::trajectory::course;
 use crate::analysis::metrics_but_lag;
 use crate::plot::canvas::standalone;
 use crate::plot::figure::legend;
-use crate::plot::ink::{Color, GRID, INK, MUTED, PALETTE, PAPER, channel_mark, stroke};
+use crate::plot::ink::{Color, GRID, INK, MUTED, PALETTE, channel_mark, stroke};
 use crate::plot::panel::Letters;
 use crate::plot::series::range;
 use crate::plot::{At, Axis, Canvas, Key, Mark, Paint, Panel, Shape, Words};
@@ -90,23 +91,7 @@ fn draw_finger(canvas: &mut Canvas, angle_deg: f64, color: Color) {
     let joint = (start.0, start.1 - BONES[0]);
     let (sin, cos) = angle_deg.to_radians().sin_cos();
     let tip = (joint.0 + BONES[1] * sin, joint.1 - BONES[1] * cos);
-    for (color, half) in [(color, 13.0), (PAPER, 11.2)] {
-        for at in [start, joint, tip] {
-            canvas.mark(at, Shape::Disc, half, Paint::Full(color));
-        }
-        for (from, to) in [(start, joint), (joint, tip)] {
-            let length = (to.0 - from.0).hypot(to.1 - from.1);
-            let across = (to.1 - from.1) / length * half;
-            let along = (to.0 - from.0) / length * half;
-            let bone = [
-                (from.0 + across, from.1 - along),
-                (to.0 + across, to.1 - along),
-                (to.0 - across, to.1 + along),
-                (from.0 - across, from.1 + along),
-            ];
-            canvas.polygon(&bone, Paint::Full(color));
-        }
-    }
+    draw_bones(canvas, &[start, joint, tip], 13.0, color);
 }
 
 /// A row per channel: up while anodic, down while cathodic.

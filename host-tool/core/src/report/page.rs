@@ -244,7 +244,7 @@ fn stimulation(run: &Run) -> String {
 
 fn periods(run: &Run) -> String {
     let drawn = run.trials.iter().map(|trial| {
-        let svg = edges::figure(trial);
+        let svg = edges::edges_figure(trial, &[]);
         let heading = format!("<h3>{}</h3>", escape(&trial.name));
         let body = figure(&svg, "");
         if body.is_empty() {

@@ -13,6 +13,7 @@ use firmware::link::{Counters, Event, ForceSample, Telemetry};
 use firmware::safety::{self, Fault, StopCause};
 use firmware::units::{Amplitude, Micros};
 use hal_sim::trace::{State as TraceState, Trace};
+use std::collections::BTreeMap;
 
 /// An empty trial of `file`'s session.
 #[must_use]
@@ -184,8 +185,9 @@ fn named(counters: &Counters) -> [(&'static str, u32); 10] {
     ]
 }
 
-/// The edges of the longest period of `session` that starts `after_us` after
-/// `epoch_us`, with times counted from that period's start.
+/// The edges of one period of `session`, as long as the longest of its channels',
+/// with times counted from its start: the first that starts `after_us` after
+/// `epoch_us` or later in which as many channels play as in any.
 #[must_use]
 pub fn edges_of_one_period(
     session: &Session,
@@ -197,8 +199,18 @@ pub fn edges_of_one_period(
         let slowest_us = c.force.and_then(|force| force.max_period_us);
         u64::from(slowest_us.unwrap_or(c.spec.train.period_us))
     });
-    let period = periods.max().unwrap_or(0);
-    let begin = epoch_us + after_us.checked_div(period).unwrap_or(0) * period;
+    let period = periods.max().unwrap_or(0).max(1);
+    let begin = epoch_us + after_us / period * period;
+    // Channels that play in each period, a bit each.
+    let mut playing: BTreeMap<u64, u16> = BTreeMap::new();
+    for edge in trace.edges_from(begin) {
+        if edge.state.is_driven() && edge.dac_code > 0 {
+            *playing.entry((edge.t_us - begin) / period).or_default() |= 1 << edge.channel;
+        }
+    }
+    let fullest = playing.values().map(|bits| bits.count_ones()).max();
+    let first = (playing.iter()).find(|(_, bits)| Some(bits.count_ones()) == fullest);
+    let begin = begin + first.map_or(0, |(nth, _)| nth * period);
     edges_between(trace, begin, begin + period)
 }
 
