@@ -4,6 +4,7 @@ use super::out::OutArgs;
 use super::{Bar, Output, interrupt, wrong};
 use clap::Args;
 use host_core::link::Interruption;
+use host_core::plot::words::in_columns;
 use host_core::record::{Ending, Plan, Run, write_run};
 use host_core::run::{DeviceName, greet};
 use std::io::{BufRead, IsTerminal};
@@ -129,7 +130,7 @@ fn came_to(
     let simulated = course.trials.iter().all(is_simulated);
     if draws == 0 || course.ended.is_some() {
         let outcome = Outcome::of_trials(experiment, seed, &course.trials, simulated);
-        publish(dir, experiment, &outcome, &course.trials)?;
+        publish(dir, &outcome, &course.trials)?;
         return Ok(Some(outcome));
     }
     let sweep = Sweep::new(experiment, seed, draws, Shard::WHOLE);
@@ -207,7 +208,7 @@ impl Operator for Beside<'_> {
 
 /// Shares and headline, in 80 columns.
 pub(super) fn people(outcome: &Outcome, page: &str) -> String {
-    let mut text = format!("{}\n\n", headline(outcome));
+    let mut text = format!("{}\n\n", in_columns(&headline(outcome), 80));
     let mut point = "";
     for share in &outcome.shares {
         if share.at != point {

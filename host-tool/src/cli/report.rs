@@ -1,12 +1,14 @@
 //! `flexor report`: the page of a record, made again.
 
-use super::Output;
+use super::{Output, wrong};
 use clap::Args;
 use host_core::record::{Place, load};
 use host_core::report::{self, Report};
 use std::path::PathBuf;
+use studies::laboratory::renew;
 
-/// Make the page and the summary of a record again, also of an interrupted run.
+/// Make the page and the summary of a record again, also of an interrupted run; of
+/// an experiment and of a sweep the page of its result as well
 #[derive(Args, Debug)]
 pub struct ReportArgs {
     /// Folder of the record
@@ -16,11 +18,16 @@ pub struct ReportArgs {
 /// # Errors
 /// No record, one that is being written, or no room.
 pub fn main(args: &ReportArgs, output: Output) -> anyhow::Result<()> {
+    let has = |file: &str| args.record.join(file).is_file();
+    if has("sweep.json") && !has("run.json") {
+        return sweep(args, output);
+    }
     load(&args.record)?; // what is no record gets no lock
     let _place = Place::existing(&args.record)?;
     // Its writer may have ended in between.
     let run = load(&args.record)?;
     let page = report::write(&args.record, &Report::of(&run))?;
+    let result = renew(&args.record, &run.trials)?;
     let complete = !run.ending.is_incomplete();
     let damaged = run.damaged(&args.record).map(|error| error.to_string());
     let mark = match &damaged {
@@ -31,6 +38,8 @@ pub fn main(args: &ReportArgs, output: Output) -> anyhow::Result<()> {
     output.say(
         || {
             let made = format!("{}{mark}: {}", run.title, page.display());
+            let more = result.iter().map(|it| it.display().to_string());
+            let made = more.fold(made, |made, page| format!("{made}\n{page}"));
             damaged
                 .iter()
                 .fold(made, |made, what| format!("{made}\n{what}"))
@@ -38,8 +47,23 @@ pub fn main(args: &ReportArgs, output: Output) -> anyhow::Result<()> {
         || {
             serde_json::json!({
                 "title": run.title, "complete": complete, "damaged": damaged, "report": page,
-                "error": null,
+                "result": result, "error": null,
             })
         },
+    )
+}
+
+/// Of a sweep, which has no trials: its result's page alone.
+fn sweep(args: &ReportArgs, output: Output) -> anyhow::Result<()> {
+    let _place = Place::existing(&args.record)?;
+    let Some(page) = renew(&args.record, &[])? else {
+        return wrong(format!(
+            "{} holds a sweep without a result: the command that began it goes on with it",
+            args.record.display()
+        ));
+    };
+    output.say(
+        || page.display().to_string(),
+        || serde_json::json!({ "result": page, "error": null }),
     )
 }

@@ -2,13 +2,14 @@
 //! wall does on the whole device.
 
 use host_core::link::Interruption;
-use host_core::record::Sample;
+use host_core::record::{Sample, Trial};
 use host_core::run::DeviceName;
 use std::fs;
 use std::path::{Path, PathBuf};
 use studies::experiments::named;
 use studies::laboratory::{
-    Conducted, Declaration, Ended, Experiment, LaboratoryError, Operator, Shard, Sweep, merge,
+    Conducted, Declaration, Ended, Experiment, LaboratoryError, Operator, Outcome, Shard, Sweep,
+    merge, publish, renew,
 };
 
 const SESSION: &str = include_str!("../../sessions/harris_wall/3_pre_wall_co_contraction.toml");
@@ -360,5 +361,157 @@ fn renders(conducted: &Conducted) {
         conducted.measured.iter().all(Option::is_some),
         "{}",
         trial.name
+    );
+}
+
+/// The small protocol with a trial of each wall, its record and its result.
+fn published(name: &str) -> (PathBuf, Vec<Conducted>, Outcome) {
+    let (experiment, dir) = (small(), folder(name));
+    let mut operator = Until(9, Vec::new());
+    let course = experiment
+        .conduct(&dir, (&DeviceName::Native, 3), &mut operator)
+        .unwrap();
+    let outcome = Outcome::of_trials(&experiment, 3, &course.trials, true);
+    publish(&dir, &outcome, &course.trials).unwrap();
+    (dir, course.trials, outcome)
+}
+
+fn page_of(dir: &Path) -> String {
+    fs::read_to_string(dir.join("result.html")).unwrap()
+}
+
+/// What stands between two texts of a page.
+fn between<'a>(page: &'a str, from: &str, to: &str) -> &'a str {
+    let (_, rest) = page.split_once(from).unwrap();
+    rest.split_once(to).unwrap().0
+}
+
+#[test]
+fn a_page_is_made_of_the_result_and_the_record_alone() {
+    let (dir, trials, _) = published("page");
+    let page = page_of(&dir);
+    let recorded: Vec<Trial> = trials.into_iter().map(|it| it.trial).collect();
+    fs::remove_file(dir.join("result.html")).unwrap();
+    let renewed = renew(&dir, &recorded).unwrap();
+    assert_eq!(renewed, Some(dir.join("result.html")));
+    assert_eq!(page_of(&dir), page);
+    // Without a result there is none, and what is no result is refused.
+    assert_eq!(renew(&folder("nothing"), &[]).unwrap(), None);
+    fs::write(dir.join("result.json"), "{}").unwrap();
+    let refused = renew(&dir, &recorded).unwrap_err().to_string();
+    assert!(refused.starts_with("E608"), "{refused}");
+}
+
+#[test]
+fn drawn_angles_and_edges_are_those_of_the_record() {
+    let (dir, trials, _) = published("drawn");
+    let page = page_of(&dir);
+    let limbs = between(&page, "<h2>Where the limb went</h2>", "</section>");
+    let timing = between(&page, "<h2>Timing of the pulses</h2>", "</section>");
+    for conducted in &trials {
+        let trial = &conducted.trial;
+        let measured = || trial.samples.iter().filter_map(|s| s.measured_deg);
+        let furthest = measured().fold(f64::MIN, f64::max);
+        let tenths = |deg: f64| (deg * 10.0).round() / 10.0;
+        let start = tenths(measured().next().unwrap());
+        let words = format!("start {start}°, furthest {}°, wall 90°", tenths(furthest));
+        assert!(limbs.contains(&words), "{words}: {limbs}");
+        assert!(!trial.edges.is_empty() && timing.contains(&trial.name));
+    }
+    // The forearm hangs down at 0°: blue, from the elbow to its end, but for the pad.
+    let circles = limbs.split("<circle cx=\"").skip(1);
+    let blue = circles.filter(|it| it.contains("fill=\"#0072B2\"") && !it.contains("r=\"5\""));
+    let at = |text: &str| -> (f64, f64) {
+        let number = |nth| text.split('"').nth(nth).unwrap().parse().unwrap();
+        (number(0), number(2))
+    };
+    let blue: Vec<(f64, f64)> = blue.map(at).collect();
+    assert_eq!(blue.len(), 2 * trials.len());
+    for (conducted, bone) in trials.iter().zip(blue.chunks(2)) {
+        let measured = conducted
+            .trial
+            .samples
+            .iter()
+            .filter_map(|s| s.measured_deg);
+        let furthest = measured.fold(f64::MIN, f64::max);
+        let drawn = (bone[1].0 - bone[0].0).atan2(bone[1].1 - bone[0].1);
+        assert!(
+            (drawn.to_degrees() - furthest).abs() < 0.2,
+            "{drawn} {furthest}"
+        );
+    }
+    // The bare wall's triceps pulses as the pre-wall's does: one drawing for both.
+    assert_eq!(timing.matches("<svg").count(), 1);
+    // A line begins with the first edge; its upright parts are the others, as far apart.
+    let triceps = between(
+        timing,
+        "stroke=\"#0072B2\" stroke-width=\"1.6\" points=\"",
+        "\"",
+    );
+    let points: Vec<(f64, f64)> = triceps
+        .split(' ')
+        .map(|point| {
+            let (x, y) = point.split_once(',').unwrap();
+            (x.parse().unwrap(), y.parse().unwrap())
+        })
+        .collect();
+    let upright = points.windows(2).filter(|p| p[0].1 != p[1].1);
+    let upright = upright.map(|pair| pair[0].0);
+    let drawn: Vec<f64> = [points[0].0].into_iter().chain(upright).collect();
+    let edges = trials[0].trial.edges.iter().filter(|it| it.channel == 1);
+    let wanted: Vec<f64> = edges.map(|it| it.t_us as f64).collect();
+    assert_eq!(drawn.len(), wanted.len());
+    let part = |all: &[f64], n: usize| (all[n] - all[0]) / (all[all.len() - 1] - all[0]);
+    for n in 0..drawn.len() {
+        let (drawn, wanted) = (part(&drawn, n), part(&wanted, n));
+        assert!((drawn - wanted).abs() < 0.002, "{drawn} {wanted}");
+    }
+    // Edges that are others make another drawing.
+    let mut recorded: Vec<Trial> = trials.into_iter().map(|it| it.trial).collect();
+    recorded[1].edges[0].t_us += 3;
+    renew(&dir, &recorded).unwrap();
+    let page = page_of(&dir);
+    let timing = between(&page, "<h2>Timing of the pulses</h2>", "</section>");
+    assert_eq!(timing.matches("<svg").count(), 2);
+}
+
+#[test]
+fn what_was_not_played_is_not_told() {
+    // A sweep has no trials: no limb, no timing, and a word why.
+    let dir = folder("swept_page");
+    swept(Shard::WHOLE, 3, &dir);
+    let page = page_of(&dir);
+    assert!(!page.contains("<h2>Where the limb went</h2>"));
+    let timing = between(&page, "<h2>Timing of the pulses</h2>", "</section>");
+    assert!(timing.contains("No trial was recorded here") && !timing.contains("<svg"));
+    let before = fs::read(dir.join("result.html")).unwrap();
+    renew(&dir, &[]).unwrap();
+    assert_eq!(fs::read(dir.join("result.html")).unwrap(), before);
+    // Trials are at no point of a grid.
+    let grid = "[[grid]]\nfield = \"body.inertia_kg_m2\"\nvalues = [0.05, 0.07]\nsource = \"x\"\n";
+    let text = SMALL.replace(
+        "[[claim]]\nid = \"more-charge\"",
+        &format!("{grid}[[claim]]\nid = \"more-charge\""),
+    );
+    let experiment = Experiment::new("small.toml", &text, &texts).unwrap();
+    let mut operator = Until(9, Vec::new());
+    let dir = folder("grid");
+    let course = experiment
+        .conduct(&dir, (&DeviceName::Native, 3), &mut operator)
+        .unwrap();
+    let outcome = Outcome::of_trials(&experiment, 3, &course.trials, true);
+    assert!(
+        outcome
+            .shares
+            .iter()
+            .all(|it| it.at.is_empty() && it.of == 1)
+    );
+    assert_eq!((outcome.shares.len(), outcome.rows.len()), (2, 4));
+    assert_eq!((outcome.declared.draws, outcome.is_grid()), (0, false));
+    assert!(
+        outcome
+            .notes
+            .iter()
+            .any(|it| it.contains("body.inertia_kg_m2"))
     );
 }

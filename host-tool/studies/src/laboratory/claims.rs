@@ -4,7 +4,7 @@ use super::declaration::{Claim, Compared, Declaration, What};
 use super::draw::{point_in_words, points};
 use super::experiment::{Experiment, Measured};
 use host_core::statistics;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A wearer in one combination of the factors that a claim does not compare: its
@@ -15,7 +15,7 @@ pub type Case = (u64, Others);
 pub type Others = Vec<(String, String)>;
 
 /// In how many cases a claim holds.
-#[derive(Clone, PartialEq, Debug, Serialize)]
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Share {
     /// Its id.
     pub id: String,

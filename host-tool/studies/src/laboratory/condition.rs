@@ -47,10 +47,7 @@ impl Condition {
     /// For people: "pre-wall, 15 °/s".
     #[must_use]
     pub fn name(&self) -> String {
-        match self.levels.is_empty() {
-            true => "the session".to_owned(),
-            false => self.levels.join(", "),
-        }
+        named(&self.levels)
     }
 
     /// The session with these fields of a wearer.
@@ -70,6 +67,14 @@ impl Condition {
                 error: Box::new(error),
             }
         })
+    }
+}
+
+/// A condition's name by its levels.
+pub(super) fn named(levels: &[String]) -> String {
+    match levels.is_empty() {
+        true => "the session".to_owned(),
+        false => levels.join(", "),
     }
 }
 

@@ -1,6 +1,7 @@
 //! `result.json`: what came out, beside what a paper printed.
 
 use super::claims::{Share, Units, shares};
+use super::condition::named;
 use super::conduct::Conducted;
 use super::declaration::Declaration;
 use super::draw::{point_in_words, points};
@@ -10,16 +11,20 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// What an experiment came to.
-#[derive(Clone, PartialEq, Debug, Serialize)]
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Outcome {
     /// The experiment.
     pub name: String,
+    /// The page's heading.
+    pub title: String,
     /// Of wearers, noise and order.
     pub seed: u64,
     /// Whether all of it is simulated.
     pub simulated: bool,
     /// What was written before looking.
     pub declared: Declared,
+    /// The conditions, as the declaration crosses them.
+    pub conditions: Vec<Shown>,
     /// A number for each measure of each condition.
     pub rows: Vec<Row>,
     /// In how many cases each claim holds.
@@ -28,14 +33,25 @@ pub struct Outcome {
     pub notes: Vec<String>,
 }
 
+/// A condition and the trial that the page shows of it.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+pub struct Shown {
+    /// A level of each factor.
+    pub levels: Vec<String>,
+    /// The place of its first trial in the record, from 0; nothing where none was
+    /// recorded.
+    pub trial: Option<usize>,
+}
+
 /// What was written before looking.
-#[derive(Clone, PartialEq, Debug, Serialize)]
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Declared {
     /// SHA-256 of the declaration and its sessions, by file.
     pub sha256: BTreeMap<String, String>,
     /// The paper, section and figure.
     pub source: String,
-    /// Wearers drawn, at each point of a grid.
+    /// Wearers drawn, at each point of a grid; 0 where the trials of the record are
+    /// all there is.
     pub draws: u64,
     /// Whether seed and draws are the declaration's own.
     pub as_declared: bool,
@@ -66,6 +82,8 @@ pub struct Row {
 const SIMULATED: &str = "Simulated: numbers of assumed bodies, no evidence about people.";
 const MEANING: &str = "ours is the median, low and high the 5th and 95th percentile of the wearers \
                        drawn: a range of bodies, no confidence interval.";
+const PLAYED: &str = "No wearer was drawn: ours is the median, low and high the 5th and 95th \
+                      percentile of the rounds that were played.";
 const CASES: &str = "A share's interval (95 %, Wilson) counts wearers, since several cases of one \
                      wearer are not independent.";
 
@@ -78,35 +96,16 @@ impl Outcome {
         units: &Units,
         simulated: bool,
     ) -> Self {
-        let declaration = &experiment.declaration;
-        let said = simulated
-            .then_some(SIMULATED)
-            .into_iter()
-            .chain([MEANING, CASES]);
-        let mut notes: Vec<String> = said.map(str::to_owned).collect();
-        notes.extend(declaration.assumed.iter().cloned());
-        let drawn = declaration.drawn.iter().map(|drawn| {
+        let drawn = experiment.declaration.drawn.iter().map(|drawn| {
             let (field, low, high, source) = (&drawn.field, drawn.low, drawn.high, &drawn.source);
             format!("Drawn: {field} from {low} to {high} ({source}).")
         });
-        notes.extend(drawn);
-        Self {
-            name: declaration.name.clone(),
-            seed,
-            simulated,
-            declared: Declared {
-                sha256: experiment.hashes.iter().cloned().collect(),
-                source: declaration.source.clone(),
-                draws,
-                as_declared: (seed, draws) == (declaration.seed, declaration.draws),
-            },
-            rows: rows(experiment, draws, units),
-            shares: shares(experiment, draws, units),
-            notes,
-        }
+        let told = (MEANING, drawn.collect());
+        Self::told(experiment, (seed, draws), units, simulated, told)
     }
 
-    /// Of trials that were conducted, each round a wearer of its own.
+    /// Of trials that were conducted, each round a unit of its own: with what the
+    /// sessions say, at no point of the grid.
     #[must_use]
     pub fn of_trials(
         experiment: &Experiment,
@@ -125,7 +124,62 @@ impl Outcome {
             }
         }
         let rounds_of = experiment.declaration.protocol.rounds() as u64;
-        Self::of(experiment, (seed, rounds_of), &rounds, simulated)
+        let mut played = experiment.clone();
+        let grid = std::mem::take(&mut played.declaration.grid).into_iter();
+        let grid = grid.map(|grid| {
+            let field = grid.field;
+            format!("The grid is for wearers drawn: {field} is here what the session says.")
+        });
+        let told = (PLAYED, grid.collect());
+        let mut outcome = Self::told(&played, (seed, rounds_of), &rounds, simulated, told);
+        outcome.declared.draws = 0;
+        outcome.declared.as_declared = false;
+        outcome.showing(trials)
+    }
+
+    /// The same with the trials that were recorded beside it.
+    #[must_use]
+    pub fn showing(mut self, trials: &[Conducted]) -> Self {
+        for (position, it) in trials.iter().enumerate() {
+            let is_first = (it.place.block, it.place.repetition) == (0, 0);
+            if let (true, Some(own)) = (is_first, self.conditions.get_mut(it.place.condition)) {
+                own.trial = Some(position);
+            }
+        }
+        self
+    }
+
+    fn told(
+        experiment: &Experiment,
+        (seed, draws): (u64, u64),
+        units: &Units,
+        simulated: bool,
+        (meaning, more): (&str, Vec<String>),
+    ) -> Self {
+        let declaration = &experiment.declaration;
+        let said = simulated.then_some(SIMULATED).into_iter();
+        let said = said.chain([meaning, CASES]).map(str::to_owned);
+        let assumed = declaration.assumed.iter().cloned();
+        let conditions = experiment.conditions.iter().map(|condition| Shown {
+            levels: condition.levels.clone(),
+            trial: None,
+        });
+        Self {
+            name: declaration.name.clone(),
+            title: declaration.title.clone(),
+            seed,
+            simulated,
+            declared: Declared {
+                sha256: experiment.hashes.iter().cloned().collect(),
+                source: declaration.source.clone(),
+                draws,
+                as_declared: (seed, draws) == (declaration.seed, declaration.draws),
+            },
+            conditions: conditions.collect(),
+            rows: rows(experiment, draws, units),
+            shares: shares(experiment, draws, units),
+            notes: said.chain(assumed).chain(more).collect(),
+        }
     }
 
     /// Whether its shares are of points of a grid.
@@ -139,6 +193,14 @@ impl Outcome {
     pub fn json(&self) -> String {
         // Strings, numbers and lists only.
         serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
+    }
+}
+
+impl Shown {
+    /// As [`Condition::name`](super::condition::Condition::name).
+    #[must_use]
+    pub fn name(&self) -> String {
+        named(&self.levels)
     }
 }
 

@@ -174,7 +174,8 @@ impl Sweep {
         (units, trials): (&Units, &[Conducted]),
     ) -> Result<Outcome, LaboratoryError> {
         let outcome = Outcome::of(experiment, (self.seed, self.draws), units, true);
-        publish(dir, experiment, &outcome, trials)?;
+        let outcome = outcome.showing(trials);
+        publish(dir, &outcome, trials)?;
         Ok(outcome)
     }
 }

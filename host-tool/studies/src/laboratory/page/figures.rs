@@ -1,15 +1,15 @@
 //! The figures of an experiment's page.
 
+use super::{Rows, figure, shown};
 use crate::laboratory::claims::Share;
-use crate::laboratory::conduct::Conducted;
-use crate::laboratory::experiment::Experiment;
-use crate::laboratory::measure::Measure;
-use crate::laboratory::result::{Outcome, Row};
+use crate::laboratory::measure::{Measure, named};
+use crate::laboratory::result::{Outcome, Row, Shown};
 use host_core::plot::ink::{INK, MUTED, PALETTE, stroke};
 use host_core::plot::series::{range, shorten};
 use host_core::plot::words::shortened;
 use host_core::plot::{Axis, Figure, Key, Mark, Paint, Panel, Scale, Shape};
 use host_core::record::{Sample, Trial};
+use std::collections::BTreeSet;
 
 /// Pixels of a row with its space; of a row's name; of a small multiple's height.
 const PITCH: f64 = 24.0;
@@ -57,7 +57,7 @@ pub(super) fn shares(outcome: &Outcome) -> String {
         ),
     ];
     Figure {
-        description: "In what share of simulated cases each claim holds".to_owned(),
+        description: "In what share of cases each claim holds".to_owned(),
         legend: legend.map(|(key, name)| (key, name.to_owned())).into(),
         rows: vec![vec![panel]],
         ..Figure::default()
@@ -83,14 +83,8 @@ fn share_marks(share: &Share, at: f64) -> Vec<Mark> {
 }
 
 /// The course of each recorded trial.
-pub(super) fn multiples(experiment: &Experiment, trials: &[Conducted]) -> String {
-    // The first round, in the order of the conditions.
-    let first = trials
-        .iter()
-        .filter(|it| (it.place.block, it.place.repetition) == (0, 0));
-    let mut first: Vec<&Conducted> = first.collect();
-    first.sort_by_key(|it| it.place.condition);
-    let trials: Vec<&Trial> = first.iter().map(|it| &it.trial).collect();
+pub(super) fn multiples(rows: &Rows<'_>) -> String {
+    let trials: Vec<&Trial> = shown(rows).map(|(_, trial)| trial).collect();
     let angles = trials
         .iter()
         .flat_map(|trial| trial.samples.iter().filter_map(angle));
@@ -101,64 +95,59 @@ pub(super) fn multiples(experiment: &Experiment, trials: &[Conducted]) -> String
         .iter()
         .map(|trial| trial.duration_s)
         .fold(0.0, f64::max);
-    let beside = beside(experiment);
-    let panel = |(n, trial): (usize, &&Trial)| {
-        let x = Axis::linear("s", (0.0, last_s), 4.0);
-        // What all panels of a row share stands once, at its left.
-        let shared = row_of(experiment, &trial.name);
-        let own = trial.name.strip_prefix(shared).unwrap_or(&trial.name);
-        let is_left = n.is_multiple_of(beside);
-        let row = if is_left {
-            format!("{shared} (°)")
-        } else {
-            String::new()
+    let wide = rows.iter().map(Vec::len).max().unwrap_or(1);
+    let panel = |n: usize, (condition, trial): &(&Shown, Option<&Trial>)| {
+        let Some(trial) = trial else {
+            return empty();
         };
-        let y = Axis::linear(&row, (low - 2.0, high + 2.0), 4.0);
+        let x = Axis::linear("time (s)", (0.0, last_s), 4.0);
+        // What all panels of a row share stands once, at its left.
+        let (row, own) = heading(condition);
+        let row = match n {
+            0 => shortened(12.0, &format!("{row} (°)"), 1.5 * MULTIPLE, false),
+            _ => String::new(),
+        };
+        let y = Axis::linear(row.trim_start(), (low - 2.0, high + 2.0), 4.0);
         let mut panel = Panel::new("", x, y, MULTIPLE);
-        let room = 1000.0 / beside as f64 - 60.0;
-        panel.title = shortened(13.0, own.trim_start_matches(", "), room, true);
+        panel.title = shortened(13.0, &own, 1000.0 / wide as f64 - 60.0, true);
         draw_course(&mut panel, trial);
         panel
     };
-    let panels: Vec<Panel> = trials.iter().enumerate().map(panel).collect();
-    let mut rows: Vec<Vec<Panel>> = panels.chunks(beside).map(<[Panel]>::to_vec).collect();
-    // All rows have as many columns.
-    for row in &mut rows {
-        while row.len() < beside {
-            let empty = Panel::new(
-                "",
-                Axis::new("", Scale::Linear(0.0, 1.0)),
-                Axis::new("", Scale::Linear(0.0, 1.0)),
-                MULTIPLE,
-            );
-            row.push(empty);
-        }
-    }
+    let row = |row: &Vec<(&Shown, Option<&Trial>)>| -> Vec<Panel> {
+        let own = row.iter().enumerate().map(|(n, it)| panel(n, it));
+        // All rows have as many columns.
+        own.chain(std::iter::repeat_with(empty))
+            .take(wide)
+            .collect()
+    };
     let own = "joint angle of the declaration's own body".to_owned();
     let mut legend = vec![(Key::Line(stroke(PALETTE[0], 1.6)), own)];
     legend.push(match trials.iter().any(|trial| trial.wall.is_some()) {
         true => (Key::Box(Paint::Tint(MUTED)), "inside the wall".to_owned()),
         false => (Key::Line(stroke(INK, 1.0)), "wanted".to_owned()),
     });
-    Figure {
-        description: "Joint angle over time in each condition, simulated".to_owned(),
+    let drawn = Figure {
+        description: "Joint angle over time in each condition".to_owned(),
         legend,
-        rows,
+        rows: rows.iter().map(row).collect(),
         ..Figure::default()
-    }
-    .svg()
+    };
+    figure(&drawn.svg(), "")
 }
 
-/// The first factor's level in a trial's name: it leads it.
-fn row_of<'a>(experiment: &'a Experiment, name: &str) -> &'a str {
-    let levels = experiment
-        .conditions
-        .iter()
-        .filter_map(|it| it.levels.first());
-    let fitting = levels.filter(|level| name.starts_with(&***level));
-    fitting
-        .max_by_key(|level| level.len())
-        .map_or("", |level| level)
+/// A place without a trial.
+fn empty() -> Panel {
+    let nothing = || Axis::new("", Scale::Linear(0.0, 1.0));
+    Panel::new("", nothing(), nothing(), MULTIPLE)
+}
+
+/// What a row of conditions shares, and a condition's own: the levels of the first
+/// factor and of the others, or of one factor alone.
+pub(super) fn heading(condition: &Shown) -> (String, String) {
+    match condition.levels.split_first() {
+        Some((row, own)) if !own.is_empty() => (row.clone(), own.join(", ")),
+        _ => (String::new(), condition.name()),
+    }
 }
 
 /// The wall or the wanted angle, and the angle.
@@ -189,42 +178,48 @@ fn angle(sample: &Sample) -> Option<f64> {
 }
 
 /// As many small multiples side by side as the later factors have combinations.
-fn beside(experiment: &Experiment) -> usize {
-    let later = experiment.declaration.factors.iter().skip(1);
-    let combinations = later.map(|factor| factor.levels.len()).product();
-    match combinations {
-        2..=BESIDE => combinations,
+pub(super) fn beside(conditions: &[Shown]) -> usize {
+    let row = |condition: &Shown| heading(condition).0;
+    let first = conditions.first().map(row);
+    let alike = conditions.iter().map(row);
+    match alike.take_while(|it| Some(it) == first.as_ref()).count() {
+        some @ 1..=BESIDE => some,
         _ => BESIDE,
     }
 }
 
 /// Each measure: median and range of the wearers in each condition.
-pub(super) fn measures(experiment: &Experiment, outcome: &Outcome) -> String {
-    let panels = experiment
-        .measures()
-        .filter_map(|measure| panel(measure, &outcome.rows));
-    let panels: Vec<Panel> = panels.collect();
-    if panels.is_empty() {
-        return String::new();
-    }
+pub(super) fn measures(outcome: &Outcome) -> String {
+    let id = |row: &Row| Some(row.id.rsplit_once('/')?.1.to_owned());
+    let mut ids: Vec<String> = outcome.rows.iter().filter_map(id).collect();
+    let mut known = BTreeSet::new();
+    ids.retain(|id| known.insert(id.clone()));
+    let known = ids.iter().filter_map(|id| named(id));
+    let panels = known.filter_map(|measure| panel(measure, &outcome.rows));
+    let whose = match outcome.declared.draws {
+        0 => "median of the rounds",
+        _ => "median of the wearers",
+    };
     let legend = [
-        (
-            Key::Dot(Shape::Disc, Paint::Full(PALETTE[0])),
-            "median of the wearers",
-        ),
+        (Key::Dot(Shape::Disc, Paint::Full(PALETTE[0])), whose),
         (Key::Line(stroke(PALETTE[0], 2.0)), "5th to 95th percentile"),
         (
             Key::Dot(Shape::Diamond, Paint::Full(PALETTE[1])),
             "the paper's number",
         ),
     ];
-    Figure {
-        description: "Each measure in each condition over all simulated wearers".to_owned(),
-        legend: legend.map(|(key, name)| (key, name.to_owned())).into(),
-        rows: panels.into_iter().map(|panel| vec![panel]).collect(),
-        ..Figure::default()
-    }
-    .svg()
+    // Each a figure: a sheet of paper could not hold them together.
+    let one = |(nth, panel): (usize, Panel)| {
+        let legend = legend.map(|(key, name)| (key, name.to_owned()));
+        let drawn = Figure {
+            description: format!("In each condition: {}", panel.title),
+            legend: legend.into_iter().filter(|_| nth == 0).collect(),
+            rows: vec![vec![panel]],
+            ..Figure::default()
+        };
+        figure(&drawn.svg(), "")
+    };
+    panels.enumerate().map(one).collect()
 }
 
 fn panel(measure: &Measure, rows: &[Row]) -> Option<Panel> {

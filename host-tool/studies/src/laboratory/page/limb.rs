@@ -1,0 +1,344 @@
+//! The limb of each recorded trial, drawn at the angles that its record has.
+
+use super::figures::heading;
+use super::{Rows, figure};
+use crate::laboratory::result::Shown;
+use host_core::plot::figure::{WIDTH, legend};
+use host_core::plot::ink::{Color, INK, MUTED, PALETTE, channel_mark, stroke};
+use host_core::plot::panel::Letters;
+use host_core::plot::series::range;
+use host_core::plot::words::shortened;
+use host_core::plot::{At, Canvas, Key, Paint, Shape, Words};
+use host_core::record::{Sample, Trial};
+use host_core::report::draw_bones;
+use host_core::run::SessionFile;
+use host_core::session::BodySpec;
+
+/// Of a cell: what words take, most of its drawing's enlargement, a line of words.
+const WORDS: f64 = 122.0;
+const LARGEST: f64 = 1.5;
+const LINE: f64 = 17.0;
+/// Of a heading, pixels.
+const HEADING: f64 = 24.0;
+const TEXT: Words = Words::new(12.0, INK);
+
+/// A limb that is drawn; the bone that turns is straight at 0°.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Kind {
+    /// Upper arm down, forearm straight down at 0° and forwards at 90°.
+    Arm,
+    /// Forearm and hand from the left, palm down; the finger bends down.
+    Finger,
+}
+
+/// What a record says of a limb.
+struct Limb<'a> {
+    trial: &'a Trial,
+    kind: Kind,
+    /// Channels, 1-based, under the places of [`Kind::pads`].
+    pads: Vec<u8>,
+    /// What they are called, and the angle in degrees; the last one is what the trial
+    /// came to.
+    poses: [(&'static str, f64); 2],
+    bound: Bound,
+}
+
+/// What the angle is held against, degrees.
+enum Bound {
+    /// A wall, and which side of it is inside: 1 for larger angles.
+    Wall(f64, f64),
+    /// The least and the largest wanted angle.
+    Wanted(f64, f64),
+}
+
+/// The limb of each condition's trial; nothing where no joint was measured.
+pub(super) fn section<'a>(rows: &'a Rows<'a>) -> String {
+    let row = |row: &'a Vec<(&'a Shown, Option<&'a Trial>)>| -> Vec<_> {
+        let limbs = row.iter();
+        limbs
+            .map(|(shown, trial)| (*shown, trial.and_then(Limb::of)))
+            .collect()
+    };
+    let rows: Vec<Vec<(&Shown, Option<Limb<'_>>)>> = rows.iter().map(row).collect();
+    let all = || rows.iter().flatten().filter_map(|(_, limb)| limb.as_ref());
+    let Some(first) = all().next() else {
+        return String::new();
+    };
+    let columns = rows.iter().map(Vec::len).max().unwrap_or(1);
+    let cell = WIDTH / columns as f64;
+    let scale = ((cell - WORDS) / first.kind.size().0).min(LARGEST);
+    let drawn = scale * first.kind.size().0;
+    let lowest = all().map(Limb::lowest).fold(0.0, f64::max);
+    let high = (scale * lowest).max(4.0 * LINE) + 12.0;
+    let mut canvas = Canvas::default();
+    let mut y = legend(&mut canvas, Letters(1.0), (0.0, 0.0), &keys(first), WIDTH);
+    for row in &rows {
+        let title = row
+            .first()
+            .map_or(String::new(), |(shown, _)| heading(shown).0);
+        if !title.is_empty() {
+            canvas.text((0.0, y + HEADING / 2.0), &title, TEXT.bold());
+            y += HEADING;
+        }
+        for (n, (shown, limb)) in row.iter().enumerate() {
+            let x = n as f64 * cell;
+            let Some(limb) = limb else { continue };
+            let own = shortened(12.0, &heading(shown).1, cell - 10.0, false);
+            canvas.text(
+                (x, y + LINE / 2.0),
+                &own,
+                Words {
+                    color: MUTED,
+                    ..TEXT
+                },
+            );
+            let place = Placed {
+                origin: (x, y + LINE + 6.0),
+                scale,
+            };
+            limb.draw(&mut canvas, place);
+            limb.label(&mut canvas, (x + drawn + 8.0, y + LINE + 14.0));
+        }
+        y += LINE + 6.0 + high;
+    }
+    figure(
+        &canvas.svg((WIDTH, y), &description(all())),
+        &caption(first),
+    )
+}
+
+/// What a screen reader says: every angle.
+fn description<'a>(limbs: impl Iterator<Item = &'a Limb<'a>>) -> String {
+    let each = limbs.map(|limb| {
+        let words: Vec<String> = limb.words().map(|(_, words)| words).into();
+        format!("{}: {}", limb.trial.name, words.join(", "))
+    });
+    let each: Vec<String> = each.collect();
+    format!("Drawn limb in each condition. {}", each.join("; "))
+}
+
+fn caption(limb: &Limb<'_>) -> String {
+    let is_simulated = limb.trial.identity.as_ref().is_none_or(|it| it.simulated);
+    let what = match is_simulated {
+        true => "Simulated: angles are those of a simulated limb's sensor.",
+        false => "Angles are those of the sensor.",
+    };
+    format!("{what} Limb and places of the electrodes are schematic; numbers are channels.")
+}
+
+fn keys(limb: &Limb<'_>) -> Vec<(Key, String)> {
+    let [(ghost, _), (main, _)] = limb.poses;
+    let bound = match limb.bound {
+        Bound::Wall(..) => (Key::Line(stroke(INK, 1.6)), "wall, shaded inside"),
+        Bound::Wanted(..) => (Key::Line(stroke(INK, 1.6)), "wanted range"),
+    };
+    let pad = Paint::Full(PALETTE[1]);
+    let keys = [
+        (Key::Line(stroke(MUTED, 2.0)), ghost),
+        (Key::Line(stroke(PALETTE[0], 2.0)), main),
+        bound,
+        (Key::Dot(Shape::Disc, pad), "electrode that pulses"),
+        (
+            Key::Dot(Shape::Disc, Paint::Ring(MUTED, 1.5)),
+            "one that does not",
+        ),
+    ];
+    keys.map(|(key, name)| (key, name.to_owned())).into()
+}
+
+/// Where a drawing lies on its canvas.
+#[derive(Clone, Copy)]
+struct Placed {
+    origin: At,
+    scale: f64,
+}
+
+impl Placed {
+    fn at(self, (x, y): At) -> At {
+        (
+            self.origin.0 + self.scale * x,
+            self.origin.1 + self.scale * y,
+        )
+    }
+}
+
+impl Kind {
+    /// Width and least height.
+    fn size(self) -> At {
+        match self {
+            Self::Arm => (140.0, 92.0),
+            Self::Finger => (174.0, 84.0),
+        }
+    }
+
+    /// Where the joint is, the length of the bone that turns, half its thickness.
+    fn joint(self) -> (At, f64, f64) {
+        match self {
+            Self::Arm => ((54.0, 80.0), 72.0, 9.0),
+            Self::Finger => ((130.0, 40.0), 34.0, 6.0),
+        }
+    }
+
+    /// Where a bone of this length ends at an angle.
+    fn end(self, deg: f64, length: f64) -> At {
+        let ((x, y), ..) = self.joint();
+        let (sin, cos) = deg.to_radians().sin_cos();
+        match self {
+            Self::Arm => (x + length * sin, y + length * cos),
+            Self::Finger => (x + length * cos, y + length * sin),
+        }
+    }
+
+    /// The bones that do not turn: their joints and half their thickness.
+    fn still(self) -> Vec<(Vec<At>, f64)> {
+        let (joint, _, half) = self.joint();
+        match self {
+            Self::Arm => vec![(vec![(54.0, 12.0), joint], 11.0)],
+            Self::Finger => vec![
+                (vec![(16.0, 40.0), (66.0, 40.0)], 14.0),
+                (vec![(80.0, 40.0), (98.0, 40.0)], 10.0),
+                (vec![(98.0, 40.0), joint], half),
+            ],
+        }
+    }
+
+    /// Electrodes and, beside them, their channels: triceps and biceps, or flexor A,
+    /// flexor B and extensor.
+    fn pads(self) -> &'static [(At, At)] {
+        match self {
+            Self::Arm => &[((40.0, 40.0), (24.0, 40.0)), ((68.0, 40.0), (84.0, 40.0))],
+            Self::Finger => &[
+                ((26.0, 56.0), (26.0, 72.0)),
+                ((54.0, 56.0), (54.0, 72.0)),
+                ((40.0, 24.0), (40.0, 8.0)),
+            ],
+        }
+    }
+}
+
+impl<'a> Limb<'a> {
+    fn of(trial: &'a Trial) -> Option<Self> {
+        let file = SessionFile::parse(&trial.session_file, &trial.session_text).ok()?;
+        let (kind, channels) = match file.session.body? {
+            BodySpec::Finger(f) => {
+                let sites = [f.flexor_a.channel, f.flexor_b.channel, f.extensor.channel];
+                (Kind::Finger, sites.to_vec())
+            }
+            BodySpec::Elbow(e) => (Kind::Arm, vec![e.triceps.channel, e.biceps.channel]),
+            BodySpec::Still { .. } => return None,
+        };
+        let (from, to) = trial.measure.unwrap_or((0.0, f64::INFINITY));
+        let judged = |s: &&Sample| (from..=to).contains(&s.t_s);
+        let judged = || trial.samples.iter().filter(judged);
+        let (least, most) = range(judged().filter_map(|s| s.measured_deg))?;
+        let (poses, bound) = match trial.wall {
+            Some(wall) => {
+                let start = trial.samples.iter().find_map(|s| s.measured_deg)?;
+                let (side, furthest) = match wall.stops_flexion {
+                    true => (1.0, most),
+                    false => (-1.0, least),
+                };
+                let poses = [("start", start), ("furthest", furthest)];
+                (poses, Bound::Wall(wall.at_deg, side))
+            }
+            None if trial.joint => {
+                let (low, high) = range(judged().filter_map(|s| s.target_deg))?;
+                ([("least", least), ("most", most)], Bound::Wanted(low, high))
+            }
+            None => return None,
+        };
+        // 0–9 in a session, from 1 for people.
+        let pads = channels.into_iter();
+        let pads = pads.filter_map(|channel| u8::try_from(channel + 1).ok());
+        Some(Self {
+            trial,
+            kind,
+            pads: pads.collect(),
+            poses,
+            bound,
+        })
+    }
+
+    /// Whether a channel put out a pulse in the trial.
+    fn pulses(&self, channel: u8) -> bool {
+        let known = self.trial.channels.iter();
+        let Some(place) = known.clone().position(|it| it.number == channel) else {
+            return false;
+        };
+        let mut samples = self.trial.samples.iter();
+        samples.any(|s| s.amplitudes.get(place).copied().flatten() > Some(0.0))
+    }
+
+    /// How far down the drawing reaches.
+    fn lowest(&self) -> f64 {
+        let (_, length, half) = self.kind.joint();
+        let ends = self
+            .poses
+            .map(|(_, deg)| self.kind.end(deg, length).1 + half);
+        ends.into_iter().fold(self.kind.size().1, f64::max)
+    }
+
+    fn draw(&self, canvas: &mut Canvas, at: Placed) {
+        let (joint, length, half) = self.kind.joint();
+        let path = |points: &[At]| -> Vec<At> { points.iter().map(|p| at.at(*p)).collect() };
+        if let Bound::Wall(deg, side) = self.bound {
+            let mut inside = vec![joint];
+            inside.extend(self.arc(deg, deg + side * 30.0, length * 1.2));
+            canvas.polygon(&path(&inside), Paint::Tint(MUTED));
+        }
+        for ((_, deg), color) in self.poses.iter().zip([MUTED, PALETTE[0]]) {
+            let bone = path(&[joint, self.kind.end(*deg, length)]);
+            draw_bones(canvas, &bone, half * at.scale, color);
+        }
+        for (joints, half) in self.kind.still() {
+            draw_bones(canvas, &path(&joints), half * at.scale, MUTED);
+        }
+        let bound = match self.bound {
+            Bound::Wall(deg, _) => vec![joint, self.kind.end(deg, length * 1.25)],
+            Bound::Wanted(low, high) => self.arc(low, high, length + half + 4.0),
+        };
+        canvas.line(&path(&bound), stroke(INK, 1.6));
+        for (channel, (pad, number)) in self.pads.iter().zip(self.kind.pads()) {
+            let (paint, color) = match self.pulses(*channel) {
+                true => (channel_mark(*channel).dot(), INK),
+                false => (Paint::Ring(MUTED, 1.5), MUTED),
+            };
+            canvas.mark(at.at(*pad), Shape::Disc, 5.0, paint);
+            let words = Words { color, ..TEXT }.centred();
+            canvas.text(at.at(*number), &channel.to_string(), words);
+        }
+    }
+
+    /// Points about the joint from one angle to another.
+    fn arc(&self, from_deg: f64, to_deg: f64, radius: f64) -> Vec<At> {
+        let step = |n: u32| from_deg + (to_deg - from_deg) * f64::from(n) / 24.0;
+        (0..=24).map(|n| self.kind.end(step(n), radius)).collect()
+    }
+
+    /// The angles, each in the colour of what it belongs to.
+    fn words(&self) -> [(Color, String); 3] {
+        let [(ghost, from), (main, to)] = self.poses;
+        let bound = match self.bound {
+            Bound::Wall(deg, _) => format!("wall {}°", tenths(deg)),
+            Bound::Wanted(low, high) => format!("wanted {} to {}°", tenths(low), tenths(high)),
+        };
+        [
+            (MUTED, format!("{ghost} {}°", tenths(from))),
+            (PALETTE[0], format!("{main} {}°", tenths(to))),
+            (INK, bound),
+        ]
+    }
+
+    fn label(&self, canvas: &mut Canvas, (x, y): At) {
+        for (n, (color, words)) in self.words().into_iter().enumerate() {
+            let words = shortened(TEXT.size, &words, WORDS - 8.0, false);
+            let style = Words { color, ..TEXT };
+            canvas.text((x, y + LINE * n as f64), &words, style);
+        }
+    }
+}
+
+/// An angle to a tenth of a degree.
+fn tenths(deg: f64) -> f64 {
+    (deg * 10.0).round() / 10.0 + 0.0 // 0 has no sign
+}

@@ -1,0 +1,75 @@
+//! The pulses of one period, as they were put out.
+
+use super::{Rows, figure, shown};
+use host_core::plot::canvas::escape;
+use host_core::record::{State, Trial};
+use host_core::report::edges_figure;
+
+/// Moments, channels and states of a period's edges; their amplitudes left out.
+fn pattern(trial: &Trial) -> impl Iterator<Item = (u64, u8, State)> {
+    let edges = trial.edges.iter();
+    edges.map(|edge| (edge.t_us, edge.channel, edge.state))
+}
+
+/// A drawing for each pattern that is another one's, with the conditions that have
+/// it; why there is none, where no edge is recorded.
+pub(super) fn section(rows: &Rows<'_>) -> String {
+    let mut patterns: Vec<Vec<&Trial>> = Vec::new();
+    let (mut silent, mut unseen) = (Vec::new(), Vec::new());
+    for (_, trial) in shown(rows) {
+        let is_simulated = trial.identity.as_ref().is_some_and(|it| it.simulated);
+        let known = patterns.iter_mut().find(|alike| {
+            let first = alike.first().into_iter().flat_map(|it| pattern(it));
+            first.eq(pattern(trial))
+        });
+        match (trial.edges.is_empty(), known) {
+            (false, Some(alike)) => alike.push(trial),
+            (false, None) => patterns.push(vec![trial]),
+            (true, _) if is_simulated => silent.push(trial),
+            (true, _) => unseen.push(trial),
+        }
+    }
+    let note = |what: &str, of: &[&Trial]| match of {
+        [] => String::new(),
+        all => format!("<p class=\"note\">{what}: {}.</p>\n", names(all)),
+    };
+    let drawn: String = patterns.iter().map(|alike| drawing(alike)).collect();
+    let drawn = match drawn.is_empty() {
+        true => drawn,
+        false => format!("<div class=\"edges\">\n{drawn}</div>\n"),
+    };
+    if rows.is_empty() {
+        return "<p class=\"note\">No trial was recorded here, so no edge of a pulse is known; \
+                <code>flexor experiment</code> records trials.</p>\n"
+            .to_owned();
+    }
+    drawn
+        + &note("No pulse after the middle of the trial", &silent)
+        + &note("Nobody saw the outputs, as of every board", &unseen)
+}
+
+fn drawing(alike: &[&Trial]) -> String {
+    let Some((first, others)) = alike.split_first() else {
+        return String::new();
+    };
+    let more = match others {
+        [] => String::new(),
+        others => format!(
+            " The same edges, at amplitudes of their own, in: {}.",
+            names(others)
+        ),
+    };
+    let caption = format!(
+        "One period: the first from the middle of the trial on in which most channels play.{more}"
+    );
+    let heading = match others.len() {
+        0 => escape(&first.name),
+        n => format!("{}, and {n} like it", escape(&first.name)),
+    };
+    format!("<h3>{heading}</h3>\n") + &figure(&edges_figure(first, others), &caption)
+}
+
+fn names(trials: &[&Trial]) -> String {
+    let names: Vec<String> = trials.iter().map(|it| escape(&it.name)).collect();
+    names.join("; ")
+}
