@@ -1,17 +1,19 @@
 //! What came out of a device: one edge and DAC record that every simulator
 //! writes and every test reads.
 //!
-//! Lives here: the record, its edges and pulses, the CSV and VCD files, and an
+//! Lives here: the record, its edges and pulses, the CSV and VCD files, an
 //! independent checker ([`check()`]) of timing, charge, dead time, grounding and
-//! group rules. Not here: anything of the `firmware` crate, so that a checker
-//! cannot share a mistake with the scheduler it checks.
+//! group rules, and a [`judge()`] of what the stages make of it at the electrode.
+//! Not here: anything of the `firmware` crate, so that neither can share a
+//! mistake with the scheduler.
 //! In: port states and DAC writes at unwrapped microseconds.
-//! Out: edges, pulses, files, violations.
+//! Out: edges, pulses, files, violations, verdicts.
 
 pub mod check;
 mod edges;
 mod file;
 mod intervals;
+pub mod judge;
 mod levels;
 mod pulses;
 mod record;
@@ -20,6 +22,7 @@ mod vcd;
 pub use check::{Expectation, Group, GroupKind, Limits, Rule, Shape, TrainSpec, Violation, check};
 pub use edges::{Edge, Edges};
 pub use file::{EdgeFileError, read_csv, write_csv};
+pub use judge::judge;
 pub use levels::{CHANNELS, Levels, State};
 pub use pulses::{MAX_GAP_US, Polarity, Pulse};
 pub use record::{DacWrite, Trace, Unwrap};

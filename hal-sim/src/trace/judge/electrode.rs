@@ -1,0 +1,390 @@
+//! One channel from its two lines to its electrode, and the rules on the way.
+
+use super::account::{Account, Latched, Rule, Truncated};
+use super::circuit::{Circuit, Path, Source};
+use super::direct::{Direct, Sample};
+use super::stage::Logic;
+use super::truth::{Channel, Hardware, Stage, Truth};
+use crate::trace::levels::State;
+use crate::trace::pulses::MAX_GAP_US;
+use std::collections::VecDeque;
+
+/// Longest phase that may be commanded, µs (hardware.md, one-shot).
+const COMMANDED_US: u64 = 500;
+/// Longest phase at all, µs: the one-shot's upper bound (hardware.md, one-shots).
+const ANY_US: u64 = 650;
+/// What the wearer's limit may be exceeded by.
+const CURRENT_MARGIN: f64 = 1.05;
+/// Net direct current that lasts, A.
+const DIRECT_A: f64 = 1e-6;
+/// Charge of one truncated pulse, C: 650 µs of 100 mA.
+const TRUNCATED_C: f64 = 65e-6;
+/// Phases that differ by less than this part of their charge belong together.
+const BALANCED: f64 = 0.05;
+/// Grounding that gives a phase's charge back, µs (hardware.md: at least 1 ms).
+const GIVES_BACK_US: u64 = 900;
+/// A phase that is alone after this long remains so, µs: the grounding of a
+/// member of an isolated group may have to wait for others.
+const ALONE_US: u64 = 5_000;
+const SECOND_US: u64 = 1_000_000;
+
+/// A stretch of current in one direction.
+#[derive(Clone, Copy, Debug)]
+struct Phase {
+    start_us: u64,
+    sign: i64,
+    charge: f64,
+}
+
+/// One or two phases that belong together, and what they left.
+#[derive(Clone, Copy, Debug)]
+struct Pulse {
+    start_us: u64,
+    end_us: u64,
+    first: i64,
+    phases: u8,
+    /// Of its phases, C: their sum and the greatest.
+    net: f64,
+    greatest: f64,
+    is_long: bool,
+}
+
+/// One channel's stage and electrode through time.
+pub(super) struct Electrode<'a> {
+    channel: u8,
+    of: &'a Channel,
+    truth: &'a Truth,
+    built: Option<&'a Hardware>,
+    logic: Logic,
+    circuit: Circuit,
+    code: u16,
+    ohm: Option<f64>,
+    supplied: bool,
+    now_us: u64,
+    phase: Option<Phase>,
+    pulse: Option<Pulse>,
+    grounded_since: Option<u64>,
+    /// When the last grounding ended.
+    ungrounded_us: u64,
+    /// Faults that have excused no pulse yet.
+    faults: VecDeque<u64>,
+    /// Pulses begun within the last second.
+    begun: VecDeque<u64>,
+    passed: f64,
+    direct: Direct,
+    account: Account,
+}
+
+impl<'a> Electrode<'a> {
+    pub fn new(truth: &'a Truth, channel: u8, built: Option<&'a Hardware>) -> Self {
+        Self {
+            channel,
+            of: &truth.channels[usize::from(channel)],
+            truth,
+            built,
+            logic: Logic::new(built.copied()),
+            circuit: Circuit::new(built.map(|h| (h.capacitor_f, h.bleed_ohm))),
+            code: 0,
+            ohm: None,
+            supplied: built.is_none(),
+            now_us: 0,
+            phase: None,
+            pulse: None,
+            grounded_since: None,
+            ungrounded_us: 0,
+            faults: truth.faults_of(channel).into(),
+            begun: VecDeque::new(),
+            passed: 0.0,
+            direct: Direct::default(),
+            account: Account::default(),
+        }
+    }
+
+    pub fn lines(&mut self, t_us: u64, state: State) {
+        self.change(t_us, |e| e.logic.enter(t_us, state));
+    }
+
+    pub fn code(&mut self, t_us: u64, code: u16) {
+        self.change(t_us, |e| e.code = code);
+    }
+
+    pub fn load(&mut self, t_us: u64, ohm: Option<f64>) {
+        self.change(t_us, |e| e.ohm = ohm);
+    }
+
+    pub fn supply(&mut self, t_us: u64, on: bool) {
+        self.change(t_us, |e| e.supplied = on || e.built.is_none());
+    }
+
+    pub fn clear(&mut self, t_us: u64) {
+        self.change(t_us, |e| e.logic.clear(t_us));
+    }
+
+    /// Time goes to `t_us`, then something changes.
+    fn change(&mut self, t_us: u64, change: impl FnOnce(&mut Self)) {
+        self.advance(t_us);
+        let latched = self.logic.latched();
+        change(self);
+        self.note_latch(t_us, latched);
+        self.follow(t_us);
+    }
+
+    fn note_latch(&mut self, t_us: u64, before: Option<super::Cause>) {
+        if let (None, Some(cause)) = (before, self.logic.latched()) {
+            let channel = self.channel;
+            self.account.latched.push(Latched {
+                t_us,
+                channel,
+                cause,
+            });
+        }
+    }
+
+    /// Time goes to `to_us`, through what the stage does by itself.
+    fn advance(&mut self, to_us: u64) {
+        loop {
+            let stage_us = self.logic.next_event();
+            let rest_us = self.rest_due().unwrap_or(u64::MAX);
+            let next_us = stage_us.min(rest_us);
+            if next_us > to_us {
+                break;
+            }
+            self.flow(next_us);
+            if stage_us == next_us {
+                let latched = self.logic.latched();
+                self.logic.happen(next_us);
+                self.note_latch(next_us, latched);
+                self.follow(next_us);
+            } else {
+                self.end_pulse(next_us);
+            }
+        }
+        self.flow(to_us);
+    }
+
+    /// When the pulse under way is over if nothing more is driven.
+    fn rest_due(&self) -> Option<u64> {
+        let pulse = self.pulse.filter(|_| self.phase.is_none())?;
+        let wait_us = match pulse.phases {
+            1 => ALONE_US,
+            _ => MAX_GAP_US + 1,
+        };
+        let is_isolated = self.grounded_since.is_none();
+        is_isolated.then_some((pulse.end_us.max(self.ungrounded_us) + wait_us).max(self.now_us))
+    }
+
+    /// How the stage is connected now.
+    fn path(&self) -> Path {
+        let (state, Some(ohm)) = (self.logic.state(), self.ohm) else {
+            return Path::Open;
+        };
+        match state {
+            State::Isolated => Path::Open,
+            State::Grounded => Path::Grounded { ohm },
+            _ if !self.supplied || self.code == 0 => Path::Open,
+            State::Cathodic | State::Anodic => Path::Driven(self.source(state, ohm)),
+        }
+    }
+
+    fn source(&self, state: State, ohm: f64) -> Source {
+        let hardware = &self.truth.hardware;
+        let anodic = state == State::Anodic;
+        let match_part = if anodic { 1.0 + self.of.mismatch } else { 1.0 };
+        let part = match_part * f64::from(self.code) / 65_535.0;
+        let sign = if anodic { 1.0 } else { -1.0 };
+        match self.of.stage {
+            Stage::Current { full_scale_ma } => Source {
+                sign,
+                ohm,
+                volts: hardware.compliance_v,
+                limit_a: full_scale_ma * part * 1e-3,
+                reverse_a: 0.0,
+            },
+            Stage::Voltage { full_scale_v } => Source {
+                sign,
+                ohm,
+                volts: full_scale_v * part,
+                limit_a: hardware.limiter_ma * 1e-3,
+                reverse_a: hardware.limiter_ma * 1e-3,
+            },
+        }
+    }
+
+    /// What flows up to `to_us`, in which nothing changes.
+    fn flow(&mut self, to_us: u64) {
+        if to_us <= self.now_us {
+            return;
+        }
+        let path = self.path();
+        let flow = self.circuit.pass(path, (to_us - self.now_us) as f64 * 1e-6);
+        self.passed += flow.charge - flow.apart;
+        if let Some(phase) = &mut self.phase {
+            phase.charge += flow.charge;
+        }
+        let (milliamps, limit) = (1e3 * flow.peak, CURRENT_MARGIN * self.of.limit_ma);
+        if milliamps > limit {
+            self.find(Rule::Current, self.now_us, milliamps, limit);
+        }
+        self.now_us = to_us;
+    }
+
+    /// The stage or its load changed at `t_us`.
+    fn follow(&mut self, t_us: u64) {
+        let path = self.path();
+        let sign = match path {
+            Path::Driven(source) => source.sign as i64,
+            Path::Open | Path::Grounded { .. } => 0,
+        };
+        if self.phase.is_some_and(|phase| phase.sign != sign) {
+            self.end_phase(t_us);
+        }
+        let is_grounded = matches!(path, Path::Grounded { .. });
+        match self.grounded_since {
+            None if is_grounded => self.grounded_since = Some(t_us),
+            Some(since) if !is_grounded => self.end_grounding(since, t_us),
+            _ => {}
+        }
+        if sign != 0 && self.phase.is_none() {
+            self.begin_phase(t_us, sign);
+        }
+        let beyond = sign != 0 && 1e3 * self.circuit.current(path) > self.of.trip_ma;
+        self.logic.compare(t_us, beyond);
+    }
+
+    fn begin_phase(&mut self, t_us: u64, sign: i64) {
+        // From its start: the first phase may have been cut.
+        let second = self.pulse.as_mut().filter(|pulse| {
+            let since_us = t_us - pulse.start_us;
+            pulse.phases == 1 && pulse.first != sign && since_us <= COMMANDED_US + MAX_GAP_US
+        });
+        match second {
+            Some(pulse) => pulse.phases = 2,
+            None => {
+                self.end_pulse(t_us);
+                self.begin_pulse(t_us, sign);
+            }
+        }
+        self.phase = Some(Phase {
+            start_us: t_us,
+            sign,
+            charge: 0.0,
+        });
+    }
+
+    fn begin_pulse(&mut self, t_us: u64, sign: i64) {
+        self.pulse = Some(Pulse {
+            start_us: t_us,
+            end_us: t_us,
+            first: sign,
+            phases: 1,
+            net: 0.0,
+            greatest: 0.0,
+            is_long: false,
+        });
+        self.begun.push_back(t_us);
+        while self.begun.front().is_some_and(|&t| t + SECOND_US <= t_us) {
+            self.begun.pop_front();
+        }
+        let (count, most) = (self.begun.len(), self.of.pulses_per_s);
+        if count > most {
+            self.find(Rule::Rate, t_us, count as f64, most as f64);
+        }
+    }
+
+    fn end_phase(&mut self, t_us: u64) {
+        let Some(phase) = self.phase.take() else {
+            return;
+        };
+        let lasted = t_us - phase.start_us;
+        let excused = self.faults.front().is_some_and(|&fault| fault <= t_us);
+        if lasted > ANY_US {
+            self.find(Rule::AnyPhase, phase.start_us, lasted as f64, ANY_US as f64);
+        } else if lasted > COMMANDED_US && !excused {
+            let limit = COMMANDED_US as f64;
+            self.find(Rule::CommandedPhase, phase.start_us, lasted as f64, limit);
+        }
+        for quiet in &self.truth.quiet {
+            let last_us = t_us.min(quiet.until_us);
+            if phase.start_us.max(quiet.from_us) < last_us {
+                let (at, late) = (phase.start_us.max(quiet.from_us), last_us - quiet.from_us);
+                let channel = self.channel;
+                let account = &mut self.account;
+                account.find(Rule::PastDeadline, channel, at, late as f64, 0.0);
+            }
+        }
+        if let Some(pulse) = &mut self.pulse {
+            pulse.end_us = t_us;
+            pulse.net += phase.charge;
+            pulse.greatest = pulse.greatest.max(phase.charge.abs());
+            pulse.is_long |= lasted > COMMANDED_US;
+        }
+    }
+
+    fn end_grounding(&mut self, since_us: u64, t_us: u64) {
+        (self.grounded_since, self.ungrounded_us) = (None, t_us);
+        if t_us - since_us >= GIVES_BACK_US {
+            // What it left has its way back: only its length can have been wrong.
+            if let Some(pulse) = &mut self.pulse {
+                pulse.net = 0.0;
+            }
+            self.end_pulse(t_us);
+        }
+    }
+
+    /// The electrode is at rest: the last pulse is whole, or never will be.
+    fn end_pulse(&mut self, t_us: u64) {
+        let Some(pulse) = self.pulse.take() else {
+            return;
+        };
+        let is_cut = pulse.net.abs() > BALANCED * pulse.greatest;
+        let is_due = self.faults.front().is_some_and(|&fault| fault <= t_us);
+        if is_cut {
+            self.circuit.set_apart(pulse.net);
+        }
+        if is_due && (is_cut || pulse.is_long) {
+            self.excuse(&pulse);
+        }
+        let now = Sample {
+            t_us,
+            passed: self.passed,
+            held: self.circuit.held(),
+        };
+        let circuit = &self.circuit;
+        let direct = self
+            .direct
+            .rest(now, |seconds| circuit.keeps(seconds))
+            .abs();
+        if direct > DIRECT_A {
+            let limit = 1e6 * DIRECT_A;
+            self.find(Rule::DirectCurrent, t_us, 1e6 * direct, limit);
+        }
+    }
+
+    /// A fault cut or held this pulse.
+    fn excuse(&mut self, pulse: &Pulse) {
+        self.faults.pop_front();
+        self.passed -= pulse.net;
+        self.account.truncated.push(Truncated {
+            t_us: pulse.start_us,
+            channel: self.channel,
+            charge_uc: 1e6 * pulse.net,
+        });
+        if pulse.net.abs() > TRUNCATED_C {
+            let (amount, limit) = (1e6 * pulse.net.abs(), 1e6 * TRUNCATED_C);
+            self.find(Rule::TruncatedCharge, pulse.start_us, amount, limit);
+        }
+    }
+
+    fn find(&mut self, rule: Rule, t_us: u64, amount: f64, limit: f64) {
+        self.account.find(rule, self.channel, t_us, amount, limit);
+    }
+
+    /// The recording ends at `end_us`: a phase that it cuts off lasted at least
+    /// so long, what its pulse will leave nobody knows.
+    pub fn finish(mut self, end_us: u64) -> Account {
+        self.advance(end_us);
+        self.end_phase(end_us);
+        self.account.direct_ua.push(1e6 * self.direct.last);
+        self.account
+    }
+}

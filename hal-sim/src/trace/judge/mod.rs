@@ -1,0 +1,119 @@
+//! What came out at the electrode, and was it severe? The last judge.
+//!
+//! Lives here: what is true of hardware and wearer ([`Truth`]), the analogue
+//! part of a stage (`stage` its logic, `circuit` its capacitor and load,
+//! `electrode` both together), and the rules ([`Rule`]). Not here: what a
+//! session asked for ([`super::check()`] compares with that), and nothing of
+//! `firmware`: the judge sees pins, DAC codes and the pump, as a wearer would.
+//! In: a trace, the pump, a truth. Out: a [`Verdict`], as built
+//! (docs/hardware.md) and bare, without what protects. Time goes from event to
+//! event, exponentials between them are exact.
+
+mod account;
+mod circuit;
+mod direct;
+mod electrode;
+mod stage;
+mod truth;
+
+pub use account::{Account, Finding, Latched, Rule, Truncated};
+pub use stage::{Cause, StageLogic};
+pub use truth::{Channel, Fault, Hardware, Line, Pump, Quiet, Stage, Stuck, Truth};
+
+use super::levels::{CHANNELS, Levels, State};
+use super::record::Trace;
+use electrode::Electrode;
+
+/// What a recording came to.
+#[derive(Clone, Debug)]
+pub struct Verdict {
+    /// With everything that docs/hardware.md asks of a stage.
+    pub as_built: Account,
+    /// Stages that do what two lines say: no one-shot, no interlock, no series
+    /// capacitor, no pump, no comparator. What is severe here and not as built,
+    /// the hardware saved.
+    pub bare: Account,
+}
+
+/// Judges what was put out from 0 to `end_us` (unwrapped microseconds). A trace
+/// out of order, or a truth with loads out of order, is judged in order of time.
+#[must_use]
+pub fn judge(trace: &Trace, pump: &Pump, truth: &Truth, end_us: u64) -> Verdict {
+    let events = events(trace, pump, truth, end_us);
+    Verdict {
+        as_built: play(&events, truth, Some(&truth.hardware), end_us),
+        bare: play(&events, truth, None, end_us),
+    }
+}
+
+/// Something that reaches a stage from outside.
+#[derive(Clone, Copy, Debug)]
+enum Event {
+    /// A channel's lines, as they arrive at its stage.
+    Lines(u8, State),
+    Code(u8, u16),
+    /// The load, Ω; `None`: open.
+    Load(u8, Option<f64>),
+    /// The pump's detector: high voltage at the stages or none.
+    Supply(bool),
+    /// The pump was off so long that latches clear.
+    Clear,
+}
+
+/// All of them in order of time; at one instant lines come before codes.
+fn events(trace: &Trace, pump: &Pump, truth: &Truth, end_us: u64) -> Vec<(u64, Event)> {
+    let mut events = Vec::with_capacity(2 * trace.levels.len() + trace.dac.len() + 16);
+    for (channel, of) in (0u8..).zip(&truth.channels) {
+        let loads = of.loads.iter();
+        events.extend(loads.map(|&(t, ohm)| (t, Event::Load(channel, ohm))));
+    }
+    let (mut pins, mut inputs) = (Levels::ISOLATED, Levels::ISOLATED);
+    let mut stuck: Vec<_> = truth.stuck.iter().map(|stuck| stuck.from_us).collect();
+    stuck.sort_unstable();
+    let mut stuck = stuck.into_iter().peekable();
+    let mut levels = trace.levels.iter().peekable();
+    loop {
+        let next = levels.peek().map_or(u64::MAX, |entry| entry.0);
+        let t_us = match stuck.next_if(|&from| from <= next) {
+            Some(from) => from,
+            None => match levels.next() {
+                Some(&(t_us, now)) => {
+                    pins = now;
+                    t_us
+                }
+                None => break,
+            },
+        };
+        let arrive = truth.at_the_stages(pins, t_us);
+        for channel in arrive.changed(inputs) {
+            events.push((t_us, Event::Lines(channel, arrive.state(channel))));
+        }
+        inputs = arrive;
+    }
+    let codes = trace.dac.iter();
+    events.extend(codes.map(|write| (write.t_us, Event::Code(write.channel, write.code))));
+    pump.supply(&truth.hardware, |t_us, event| events.push((t_us, event)));
+    events.retain(|event| event.0 <= end_us);
+    events.sort_by_key(|event| event.0);
+    events
+}
+
+/// Ten electrodes through all events.
+fn play(events: &[(u64, Event)], truth: &Truth, built: Option<&Hardware>, end_us: u64) -> Account {
+    let mut electrodes: [Electrode<'_>; CHANNELS] =
+        std::array::from_fn(|channel| Electrode::new(truth, channel as u8, built));
+    for &(t_us, event) in events {
+        match event {
+            Event::Lines(channel, state) => electrodes[usize::from(channel)].lines(t_us, state),
+            Event::Code(channel, code) => electrodes[usize::from(channel)].code(t_us, code),
+            Event::Load(channel, ohm) => electrodes[usize::from(channel)].load(t_us, ohm),
+            Event::Supply(on) => electrodes.iter_mut().for_each(|e| e.supply(t_us, on)),
+            Event::Clear => electrodes.iter_mut().for_each(|e| e.clear(t_us)),
+        }
+    }
+    let mut account = Account::default();
+    for electrode in electrodes {
+        account.take(electrode.finish(end_us));
+    }
+    account
+}

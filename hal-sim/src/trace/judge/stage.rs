@@ -1,0 +1,165 @@
+//! A stage's logic: what it makes of two lines (docs/hardware.md, The stage's
+//! logic).
+
+use super::truth::Hardware;
+use crate::trace::levels::State;
+
+/// Grounding this long gives the charge of one phase a way back, µs: less than
+/// the 1 ms that the firmware grounds at least (hardware.md, The stage's logic).
+const GIVEN_BACK_US: u64 = 900;
+/// Phases of one pulse differ by less than this, µs: one of the two edges' slots.
+const EQUAL_US: i64 = 2;
+
+/// Which logic a stage has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StageLogic {
+    /// hardware.md's: a direction is not driven again before the other direction
+    /// or grounding gave back what it left, and what its one-shot ends is latched.
+    Interlocked,
+    /// Four states of two lines with a one-shot for each line, which runs from
+    /// the line's rise and again after its fall: one broken line drives at each
+    /// grounding. For comparison only.
+    TwoBit,
+}
+
+/// Why a stage latched: isolated, until the pump has been off for 10 ms.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cause {
+    /// More current than its comparator allows.
+    OverCurrent,
+    /// A direction was held until its one-shot ended it.
+    Held,
+    /// A direction was asked for before what was driven was given back.
+    NotGivenBack,
+}
+
+/// The logic of one stage.
+#[derive(Clone, Debug)]
+pub(super) struct Logic {
+    /// `None`: bare, two lines and nothing else.
+    built: Option<Hardware>,
+    inputs: State,
+    since_us: u64,
+    /// When line c, line a rose (two-bit logic).
+    rose_us: [u64; 2],
+    /// Anodic less cathodic time since it was last given back, µs.
+    balance_us: i64,
+    expired: bool,
+    trip_us: u64,
+    latched: Option<Cause>,
+}
+
+impl Logic {
+    pub const fn new(built: Option<Hardware>) -> Self {
+        Self {
+            built,
+            inputs: State::Isolated,
+            since_us: 0,
+            rose_us: [0; 2],
+            balance_us: 0,
+            expired: false,
+            trip_us: u64::MAX,
+            latched: None,
+        }
+    }
+
+    /// What the stage does.
+    pub const fn state(&self) -> State {
+        if self.latched.is_some() || self.expired && self.inputs.is_driven() {
+            State::Isolated
+        } else {
+            self.inputs
+        }
+    }
+
+    pub const fn latched(&self) -> Option<Cause> {
+        self.latched
+    }
+
+    const fn is_interlocked(&self) -> bool {
+        matches!(&self.built, Some(built) if matches!(built.logic, StageLogic::Interlocked))
+    }
+
+    /// The lines change.
+    pub fn enter(&mut self, t_us: u64, to: State) {
+        let given_back = self.leave(t_us);
+        let rises = to as u8 & !(self.inputs as u8);
+        for (line, rose_us) in self.rose_us.iter_mut().enumerate() {
+            if rises & 1 << line != 0 {
+                *rose_us = t_us;
+            }
+        }
+        (self.inputs, self.since_us, self.expired) = (to, t_us, false);
+        let owes = to.sign() * self.balance_us > EQUAL_US
+            || !given_back && self.balance_us.abs() > EQUAL_US;
+        if self.is_interlocked() && to.is_driven() && owes {
+            self.latch(Cause::NotGivenBack);
+        }
+        self.expired = self.opens_us().is_some_and(|opens| opens <= t_us);
+    }
+
+    /// Closes the stretch in the present state; `false` if that was grounding
+    /// too short to give anything back.
+    fn leave(&mut self, t_us: u64) -> bool {
+        let lasted = t_us - self.since_us;
+        match self.state() {
+            State::Grounded if lasted < GIVEN_BACK_US => return false,
+            State::Grounded => self.balance_us = 0,
+            state => self.balance_us += state.sign() * lasted.cast_signed(),
+        }
+        true
+    }
+
+    /// When the one-shot ends the direction that is asked for.
+    fn opens_us(&self) -> Option<u64> {
+        let built = self.built.as_ref()?;
+        let since_us = match (built.logic, self.inputs) {
+            (_, State::Isolated | State::Grounded) => return None,
+            (StageLogic::Interlocked, _) => self.since_us,
+            (StageLogic::TwoBit, State::Cathodic) => self.rose_us[0],
+            (StageLogic::TwoBit, State::Anodic) => self.rose_us[1],
+        };
+        Some(since_us + built.one_shot_us)
+    }
+
+    /// When the stage next changes by itself.
+    pub fn next_event(&self) -> u64 {
+        if self.latched.is_some() {
+            return u64::MAX;
+        }
+        let opens = self.opens_us().filter(|_| !self.expired);
+        opens.unwrap_or(u64::MAX).min(self.trip_us)
+    }
+
+    /// Its next event comes.
+    pub fn happen(&mut self, t_us: u64) {
+        if self.trip_us <= t_us {
+            self.leave(t_us);
+            self.latch(Cause::OverCurrent);
+        } else if self.is_interlocked() {
+            self.leave(t_us);
+            self.latch(Cause::Held);
+        } else {
+            self.expired = true;
+        }
+    }
+
+    /// The current is beyond the comparator's level from `t_us` on, or no longer.
+    pub fn compare(&mut self, t_us: u64, is_beyond: bool) {
+        let Some(built) = &self.built else { return };
+        self.trip_us = match is_beyond {
+            true => self.trip_us.min(t_us + built.comparator_us),
+            false => u64::MAX,
+        };
+    }
+
+    fn latch(&mut self, cause: Cause) {
+        self.latched.get_or_insert(cause);
+        self.trip_us = u64::MAX;
+    }
+
+    /// The pump has been off for long enough.
+    pub fn clear(&mut self, t_us: u64) {
+        (self.latched, self.balance_us, self.since_us) = (None, 0, t_us);
+    }
+}
