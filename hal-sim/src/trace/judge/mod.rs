@@ -14,6 +14,8 @@ mod circuit;
 mod direct;
 mod electrode;
 mod stage;
+#[cfg(test)]
+mod tests;
 mod truth;
 
 pub use account::{Account, Finding, Latched, Rule, Truncated};

@@ -1,0 +1,133 @@
+//! One line that breaks, at any moment: hardware.md's stage logic ends in
+//! isolation, four states of two lines do not.
+
+use super::super::*;
+use super::scene::{Anodic, Cathodic, Grounded, Scene, Stretch, biphasic, monophasic};
+
+/// What a channel does each 20 ms.
+fn trains() -> [(&'static str, Vec<Stretch>); 7] {
+    let swapped = |pulse: &[Stretch]| {
+        let swap = |state| match state {
+            Cathodic => Anodic,
+            Anodic => Cathodic,
+            other => other,
+        };
+        let pulse = pulse.iter().map(|&(a, b, state)| (a, b, swap(state)));
+        pulse.collect::<Vec<_>>()
+    };
+    let doublet = [(0, 200), (205, 405), (410, 610), (615, 815)];
+    let states = [Cathodic, Anodic, Cathodic, Anodic];
+    let doublet = doublet.into_iter().zip(states);
+    [
+        ("biphasic", biphasic(200).to_vec()),
+        ("wide gap", vec![(0, 500, Cathodic), (700, 1_200, Anodic)]),
+        ("anodic first", swapped(&biphasic(200))),
+        ("doublet", doublet.map(|((a, b), s)| (a, b, s)).collect()),
+        ("monophasic", monophasic(200, 1_000).to_vec()),
+        ("anodic", swapped(&monophasic(200, 1_000))),
+        // A silent member of a conducted group, whose DAC has a code all the same.
+        ("bystander", vec![(0, 405, Grounded)]),
+    ]
+}
+
+fn scene(pulse: &[Stretch], stuck: Stuck, logic: StageLogic) -> Scene {
+    let mut scene = Scene::of(100, pulse);
+    let channel = &mut scene.truth.channels[0];
+    // One more than the doublets': a line that sticks may begin a pulse early.
+    channel.pulses_per_s = 101;
+    (scene.truth.hardware.logic, scene.truth.stuck) = (logic, vec![stuck]);
+    scene
+}
+
+/// Every line, level and moment of a period of `pulse`, its steps growing
+/// where nothing changes.
+fn faults() -> impl Iterator<Item = Stuck> {
+    let moments = (0..1_300).step_by(7).chain((1_300..20_000).step_by(1_900));
+    let lines = [Line::Cathodic, Line::Anodic].into_iter();
+    let kinds = lines.flat_map(|line| [true, false].map(|high| (line, high)));
+    kinds.flat_map(move |(line, high)| {
+        moments.clone().map(move |after| Stuck {
+            channel: 0,
+            line,
+            high,
+            from_us: 1_010_000 + after,
+        })
+    })
+}
+
+#[test]
+fn one_broken_line_is_never_severe_with_the_interlock() {
+    for (name, pulse) in trains() {
+        for stuck in faults() {
+            let verdict = scene(&pulse, stuck, StageLogic::Interlocked).verdict();
+            let account = verdict.as_built;
+            assert_eq!(account.findings, [], "{name}, {stuck:?}");
+            assert!(account.truncated.len() <= 1, "{name}, {stuck:?}");
+            // Whatever still drove after the fault ended in isolation.
+            if !account.truncated.is_empty() {
+                assert_eq!(account.latched.len(), 1, "{name}, {stuck:?}");
+                let latched = account.latched[0].t_us;
+                assert!(
+                    latched <= stuck.from_us + 42_000,
+                    "{name}, {stuck:?}: {latched}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn one_broken_line_is_severe_without_it() {
+    let mut severe = Vec::new();
+    for (name, pulse) in trains() {
+        for (line, high) in [
+            (Line::Cathodic, true),
+            (Line::Cathodic, false),
+            (Line::Anodic, true),
+            (Line::Anodic, false),
+        ] {
+            let of_it = faults().filter(|stuck| (stuck.line, stuck.high) == (line, high));
+            let mut rules: Vec<_> = of_it
+                .flat_map(|stuck| {
+                    let verdict = scene(&pulse, stuck, StageLogic::TwoBit).verdict();
+                    verdict.as_built.findings.into_iter().map(|f| f.rule.name())
+                })
+                .collect();
+            rules.sort_unstable();
+            rules.dedup();
+            if !rules.is_empty() {
+                let level = if high { "high" } else { "low" };
+                severe.push(format!("{name}, {line:?} {level}: {}", rules.join(", ")));
+            }
+        }
+    }
+    println!("{}", severe.join("\n"));
+    // A low line makes each grounding a drive, whatever the train.
+    for low in ["monophasic, Cathodic low", "bystander, Cathodic low"] {
+        assert!(
+            severe.iter().any(|told| told.starts_with(low)),
+            "{low}: {severe:?}"
+        );
+    }
+}
+
+#[test]
+fn a_latched_stage_begins_anew_when_the_pump_was_off() {
+    let stuck = Stuck {
+        channel: 0,
+        line: Line::Anodic,
+        high: true,
+        from_us: 1_000_000,
+    };
+    let mut scene = scene(&biphasic(200), stuck, StageLogic::Interlocked);
+    scene.pump = Pump::Runs(vec![
+        (0, 1_400_000),
+        (1_405_000, 1_700_000),
+        (1_720_000, 2_100_000),
+    ]);
+    let account = scene.verdict().as_built;
+    let causes: Vec<_> = account.latched.iter().map(|l| (l.t_us, l.cause)).collect();
+    // 5 ms of silence clear nothing, 20 ms do; the line still is high, and after
+    // the next cathodic phase, which grounds, it asks for the anodic direction.
+    assert_eq!(causes, [(1_000_600, Cause::Held), (1_710_800, Cause::Held)]);
+}

@@ -1,0 +1,87 @@
+//! A right trace of one channel, and the means to spoil it.
+
+use super::super::*;
+use crate::trace::{Levels, State};
+
+pub(super) use State::{Anodic, Cathodic, Grounded};
+
+/// Code of 12 mA on a stage of 100 mA.
+pub(super) const CODE: u16 = 7_864;
+
+/// Start, end, state.
+pub(super) type Stretch = (u64, u64, State);
+
+/// One channel under construction, isolated elsewhere.
+pub(super) struct Scene {
+    pub stretches: Vec<Stretch>,
+    pub code: u16,
+    pub truth: Truth,
+    pub pump: Pump,
+    pub end_us: u64,
+}
+
+impl Scene {
+    /// 12 mA into 2 kΩ at `pulses` of 50 Hz, of the stretches that `pulse`
+    /// consists of; 15 mA and 50 pulses a second allowed.
+    pub fn of(pulses: u64, pulse: &[Stretch]) -> Self {
+        let starts = (0..pulses).map(|n| 10_000 + n * 20_000);
+        let at = |t: u64| {
+            pulse
+                .iter()
+                .map(move |&(a, b, state)| (t + a, t + b, state))
+        };
+        let mut truth = Truth::default();
+        let stage = Stage::Current {
+            full_scale_ma: 100.0,
+        };
+        truth.channels[0] = Channel::steady(stage, 2_000.0, 15.0, 50);
+        Self {
+            stretches: starts.flat_map(at).collect(),
+            code: CODE,
+            truth,
+            pump: Pump::Throughout,
+            end_us: 20_000 + pulses * 20_000,
+        }
+    }
+
+    pub fn biphasic(pulses: u64, width_us: u64) -> Self {
+        Self::of(pulses, &biphasic(width_us))
+    }
+
+    pub fn trace(&self) -> Trace {
+        let mut trace = Trace::default();
+        trace.record_dac(0, 0, self.code);
+        let mut stretches = self.stretches.iter().peekable();
+        while let Some(&(start, end, state)) = stretches.next() {
+            trace.record_levels(start, Levels::ISOLATED.with(0, state));
+            if stretches.peek().is_none_or(|next| next.0 > end) {
+                trace.record_levels(end, Levels::ISOLATED);
+            }
+        }
+        trace
+    }
+
+    pub fn verdict(&self) -> Verdict {
+        judge(&self.trace(), &self.pump, &self.truth, self.end_us)
+    }
+
+    /// The rules broken as built, and bare.
+    pub fn rules(&self) -> [Vec<Rule>; 2] {
+        let verdict = self.verdict();
+        [verdict.as_built, verdict.bare].map(|account| {
+            let mut rules: Vec<_> = account.findings.iter().map(|f| f.rule).collect();
+            rules.sort_unstable();
+            rules
+        })
+    }
+}
+
+pub(super) const fn biphasic(width_us: u64) -> [Stretch; 2] {
+    let second = width_us + 5;
+    [(0, width_us, Cathodic), (second, second + width_us, Anodic)]
+}
+
+pub(super) const fn monophasic(width_us: u64, ground_us: u64) -> [Stretch; 2] {
+    let grounded = (width_us, width_us + ground_us, Grounded);
+    [(0, width_us, Cathodic), grounded]
+}
