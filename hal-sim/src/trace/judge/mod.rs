@@ -19,8 +19,8 @@ mod tests;
 mod truth;
 
 pub use account::{Account, Finding, Latched, Rule, Truncated};
-pub use stage::{Cause, StageLogic};
-pub use truth::{Channel, Fault, Hardware, Line, Pump, Quiet, Stage, Stuck, Truth};
+pub use stage::Cause;
+pub use truth::{Channel, Fault, Hardware, Line, Pump, Quiet, Stage, StageLogic, Stuck, Truth};
 
 use super::levels::{CHANNELS, Levels, State};
 use super::record::Trace;

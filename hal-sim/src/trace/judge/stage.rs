@@ -1,7 +1,7 @@
 //! A stage's logic: what it makes of two lines (docs/hardware.md, The stage's
 //! logic).
 
-use super::truth::Hardware;
+use super::truth::{Hardware, StageLogic};
 use crate::trace::levels::State;
 
 /// Grounding this long gives the charge of one phase a way back, µs: less than
@@ -9,18 +9,6 @@ use crate::trace::levels::State;
 const GIVEN_BACK_US: u64 = 900;
 /// Phases of one pulse differ by less than this, µs: one of the two edges' slots.
 const EQUAL_US: i64 = 2;
-
-/// Which logic a stage has.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum StageLogic {
-    /// hardware.md's: a direction is not driven again before the other direction
-    /// or grounding gave back what it left, and what its one-shot ends is latched.
-    Interlocked,
-    /// Four states of two lines with a one-shot for each line, which runs from
-    /// the line's rise and again after its fall: one broken line drives at each
-    /// grounding. For comparison only.
-    TwoBit,
-}
 
 /// Why a stage latched: isolated, until the pump has been off for 10 ms.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,7 +1,6 @@
 //! What is true of hardware and wearer, whatever the device was told.
 
 use super::Event;
-use super::stage::StageLogic;
 use crate::trace::levels::{CHANNELS, Levels};
 
 /// What an output stage is, and what DAC code 65 535 makes it drive.
@@ -70,6 +69,18 @@ impl Channel {
             trip_ma,
         }
     }
+}
+
+/// Which logic a stage has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StageLogic {
+    /// hardware.md's: a direction is not driven again before the other direction
+    /// or grounding gave back what it left, and what its one-shot ends is latched.
+    Interlocked,
+    /// Four states of two lines with a one-shot for each line, which runs from
+    /// the line's rise and again after its fall: one broken line drives at each
+    /// grounding. For comparison only.
+    TwoBit,
 }
 
 /// The analogue part of every stage: docs/hardware.md, What each stage must do.
