@@ -7,7 +7,7 @@ use firmware::link::{Decoder, HelloInfo, Kind, Request, ToDevice, encode};
 use firmware::pulse::TrainSpec;
 use firmware::safety::{ChannelSpec, StageSpec, WearerSpec};
 use firmware::units::{Amplitude, Micros};
-use hal_sim::body::{Drive, Still};
+use hal_sim::body::{Drive, Load, Still};
 use hal_sim::chip::image::Image;
 use hal_sim::lockstep::Output;
 use hal_sim::native::native;
@@ -50,6 +50,10 @@ pub struct Played {
     pub trace: Trace,
     /// The port's time, µs.
     pub epoch_us: u64,
+    /// When the recording ended, µs.
+    pub end_us: u64,
+    /// The wearer's electrodes at that time.
+    pub loads: [Load; 10],
 }
 
 /// Plays `file` on a simulated device.
@@ -62,13 +66,16 @@ pub fn play(file: &SessionFile, device: &DeviceName) -> Played {
     if let Some(error) = &outcome.error {
         panic!("{name} on {device}: {error}");
     }
-    let world = &mut port.unwrap();
-    let trace = std::mem::take(&mut world.world().unwrap().recorder.trace);
+    let mut port = port.unwrap();
+    let world = port.world().unwrap();
+    let trace = std::mem::take(&mut world.recorder.trace);
     let epoch_us = outcome.epoch_us.unwrap();
     Played {
         outcome,
         trace,
         epoch_us,
+        end_us: world.now_us(),
+        loads: *world.body.loads(),
     }
 }
 

@@ -17,6 +17,7 @@ mod force;
 mod force_reach;
 mod force_steering;
 mod fuzz_short;
+mod judge;
 mod maps;
 mod million_pulses;
 mod pictures;
