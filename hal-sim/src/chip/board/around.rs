@@ -15,6 +15,7 @@ use crate::chip::soc::{Pace, Soc, playback};
 use crate::chip::usb::Host;
 use crate::lockstep::Output;
 use crate::trace::CHANNELS;
+use crate::trace::judge::Pump;
 use firmware::lockstep::{Sensors, Sink};
 
 impl Unmodelled {
@@ -28,7 +29,7 @@ impl Unmodelled {
 }
 
 /// The chip without its core, and the board around it.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Around {
     /// The chip.
     pub soc: Soc,
@@ -146,6 +147,11 @@ impl Around {
     /// Where in their microsecond the pins' edges came.
     pub const fn phases(&self) -> &Phases {
         self.outputs.phases()
+    }
+
+    /// The pump's edges since world time began, for a judge of what came out.
+    pub const fn pump(&self) -> &Pump {
+        self.outputs.pump()
     }
 
     /// Gives everything before `to_us` to `sink`.

@@ -24,6 +24,7 @@ use crate::trace::CHANNELS;
 use firmware::lockstep::{Sensors, Sink};
 use firmware::units::{Micros, us};
 use std::io;
+use std::sync::Arc;
 
 /// Longest time from power-on to an open port, s.
 const BOOT_LIMIT_S: u64 = 3;
@@ -61,8 +62,8 @@ impl From<BoardError> for io::Error {
     }
 }
 
-/// A board that runs an image.
-#[derive(Debug)]
+/// A board that runs an image. A clone is a fork: it goes on by itself from here.
+#[derive(Clone, Debug)]
 pub struct Board<O = ()> {
     /// The core.
     pub cpu: Cpu,
@@ -70,7 +71,8 @@ pub struct Board<O = ()> {
     pub around: Around,
     /// Who looks on.
     pub observer: O,
-    image: Image,
+    /// Forks share it.
+    image: Arc<Image>,
     now_us: u64,
 }
 
@@ -87,7 +89,7 @@ impl<O: Observer> Board<O> {
             cpu: Cpu::default(),
             around: Around::new(&image.flash, outputs, pace),
             observer,
-            image,
+            image: Arc::new(image),
             now_us: 0,
         };
         let reset = board.cpu.reset(&mut board.around);
@@ -132,7 +134,7 @@ impl<O: Observer> Board<O> {
     }
 
     /// The image that runs.
-    pub const fn image(&self) -> &Image {
+    pub fn image(&self) -> &Image {
         &self.image
     }
 

@@ -6,6 +6,7 @@ use crate::chip::Cycle;
 use crate::chip::ad5668::Change;
 use crate::chip::soc::gpio::Edge;
 use crate::trace::Levels;
+use crate::trace::judge::{Hardware, Pump};
 use firmware::lockstep::Sink;
 use firmware::units::{DacCode, Micros};
 use std::collections::VecDeque;
@@ -80,11 +81,12 @@ enum Out {
 }
 
 /// Collects in cycles, gives in microseconds.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Outputs {
     origin: Option<Cycle>,
     pins: Pins,
     levels: Levels,
+    pump: Pump,
     /// Levels of a microsecond that is not over yet.
     open: Option<u64>,
     waiting: VecDeque<(u64, Out)>,
@@ -98,6 +100,7 @@ impl Default for Outputs {
             origin: None,
             pins: Pins::default(),
             levels: Levels::ISOLATED,
+            pump: Pump::Runs(Vec::new()),
             open: None,
             waiting: VecDeque::new(),
             bytes: VecDeque::new(),
@@ -111,6 +114,7 @@ impl Outputs {
     pub fn begin(&mut self, origin: Cycle) {
         self.origin = Some(origin);
         self.waiting.clear();
+        self.pump = Pump::Runs(Vec::new());
         self.open = None;
     }
 
@@ -134,6 +138,11 @@ impl Outputs {
         self.levels
     }
 
+    /// The pump's edges since world time began.
+    pub const fn pump(&self) -> &Pump {
+        &self.pump
+    }
+
     fn time(&self, cycle: Cycle) -> u64 {
         cycle.saturating_sub(self.origin()) / CYCLES_PER_US
     }
@@ -144,6 +153,10 @@ impl Outputs {
         };
         if let Some(origin) = self.origin.filter(|_| plays(port, edge.changed)) {
             self.phases.record(port, &edge, origin);
+        }
+        if wiring::PUMP.0 == port && edge.changed >> wiring::PUMP.1 & 1 == 1 {
+            let us = self.time(edge.cycle);
+            self.pump.edge(us, Hardware::REFERENCE.pump_hold_us);
         }
         match port {
             Port::B => self.pins.b = edge.levels,
@@ -195,5 +208,27 @@ impl Outputs {
         for (us, bytes) in self.bytes.drain(..) {
             sink.bytes(Micros::new(us as u32), &bytes);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn runs_of_the_pump_are_kept() {
+        let mut outputs = Outputs::default();
+        outputs.begin(1_000);
+        for (n, us) in [0, 25, 50, 1_050].into_iter().enumerate() {
+            outputs.edge(Edge {
+                cycle: 1_000 + us * CYCLES_PER_US,
+                port: 1,
+                changed: 1 << 10,
+                levels: ((n % 2) as u16) << 10,
+            });
+        }
+        let runs = vec![(0, 50), (1_050, 1_050)];
+        assert_eq!(outputs.pump(), &Pump::Runs(runs));
+        assert_eq!(outputs.levels(), Levels::ISOLATED);
     }
 }

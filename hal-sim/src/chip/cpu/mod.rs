@@ -29,7 +29,7 @@ use super::Cycle;
 
 /// The core: registers, private peripherals, and where it is in time. By
 /// default it has power but was not reset yet.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Cpu {
     /// R0–R15, flags, masks, S0–S31.
     pub registers: Registers,

@@ -228,14 +228,20 @@ pub enum Pump {
 impl Pump {
     /// Of the instants of edges, ascending; a gap of `hold_us` or more ends a run.
     pub fn of_edges(edges: impl IntoIterator<Item = u64>, hold_us: u64) -> Self {
-        let mut runs: Vec<(u64, u64)> = Vec::new();
+        let mut pump = Self::Runs(Vec::new());
         for t_us in edges {
-            match runs.last_mut() {
-                Some(run) if t_us < run.1 + hold_us => run.1 = t_us,
-                _ => runs.push((t_us, t_us)),
-            }
+            pump.edge(t_us, hold_us);
         }
-        Self::Runs(runs)
+        pump
+    }
+
+    /// One more edge, not before the last.
+    pub fn edge(&mut self, t_us: u64, hold_us: u64) {
+        let Self::Runs(runs) = self else { return };
+        match runs.last_mut() {
+            Some(run) if t_us < run.1 + hold_us => run.1 = t_us,
+            _ => runs.push((t_us, t_us)),
+        }
     }
 
     /// What the detectors make of it.

@@ -40,7 +40,7 @@ const FLASH: u32 = 0x0800_0000;
 const KEPT_BYTES: u32 = 1 << 20;
 
 /// Decoded code by address, as far up as code was met.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Cache {
     flash: Vec<Entry>,
     alias: Vec<Entry>,
