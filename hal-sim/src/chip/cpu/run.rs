@@ -132,7 +132,8 @@ impl Cpu {
     ) -> Result<bool, Stop> {
         self.asleep |= self.system.takes_sleep_on_exit();
         let mut entered = self.enter_pending(bus)?;
-        while self.asleep && self.cycle < until {
+        // A reset ends sleep, whatever is masked: the watchdog needs no interrupt.
+        while self.asleep && self.cycle < until && !bus.wants_reset() {
             let (from, next) = (self.cycle, self.event(bus).max(self.cycle + 1));
             self.cycle = next.min(until);
             observer.asleep(from, self.cycle);

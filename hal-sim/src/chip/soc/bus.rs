@@ -213,7 +213,11 @@ impl Soc {
     #[inline(never)]
     fn read_register(&mut self, address: u32, size: Size, at: Cycle) -> Result<Read, Denied> {
         let (unit, offset) = map::find(address).ok_or(RESERVED)?;
-        self.check_clock(unit, at)?;
+        if !self.has_clock(unit, at)? {
+            self.unclocked += 1;
+            let wait = self.pass_register(unit, at)?;
+            return Ok(Read { value: 0, wait });
+        }
         self.due = at;
         if let Unit::Playback(block) = unit {
             let read = self.playback.read(block, offset, size, at, &mut self.ram)?;
@@ -239,7 +243,10 @@ impl Soc {
         at: Cycle,
     ) -> Result<u32, Denied> {
         let (unit, offset) = map::find(address).ok_or(RESERVED)?;
-        self.check_clock(unit, at)?;
+        if !self.has_clock(unit, at)? {
+            self.unclocked += 1;
+            return Ok(self.pass_register(unit, at)?);
+        }
         self.due = at;
         if let Unit::Playback(block) = unit {
             let wait = self
@@ -262,8 +269,9 @@ impl Soc {
         Ok(wait)
     }
 
-    /// Silicon answers 0 and loses writes; here it is a mistake of the program.
-    fn check_clock(&self, unit: Unit, at: Cycle) -> Modelled {
+    /// Whether `unit` answers: without its clock, or held in reset, reads give 0
+    /// and writes are lost (RM0090 section 7.3.10, the note on enables).
+    fn has_clock(&self, unit: Unit, at: Cycle) -> Modelled<bool> {
         // An access reaches a block behind a bridge with a later APB clock.
         let clocks = self.rcc.clocks;
         let divider = match unit.bridge() {
@@ -272,19 +280,19 @@ impl Soc {
             _ => 1,
         };
         let reached = (at + 1).next_multiple_of(divider.into());
-        match unit.clock() {
-            Some(block) if !self.rcc.is_enabled(block, reached)? => {
-                Err(Unmodelled("a peripheral whose clock is off"))
-            }
-            _ => Ok(()),
-        }
+        let block = unit.clock();
+        block.map_or(Ok(true), |block| self.rcc.is_enabled(block, reached))
     }
 
     fn pass_register(&mut self, unit: Unit, at: Cycle) -> Modelled<u32> {
-        match unit.bridge() {
-            Some(bridge) => self.playback.pass(Slave::Ahb1, bridge, at, &mut self.ram),
-            None => Ok(UNSHARED_WAIT),
-        }
+        let Some(bridge) = unit.bridge() else {
+            return Ok(UNSHARED_WAIT);
+        };
+        let wait = self.playback.pass(Slave::Ahb1, bridge, at, &mut self.ram)?;
+        Ok(match unit {
+            Unit::Crc => wait + self.crc.wait(at + Cycle::from(wait)),
+            _ => wait,
+        })
     }
 
     fn peripheral(&mut self, unit: Unit) -> &mut dyn Peripheral {
@@ -298,6 +306,7 @@ impl Soc {
             Unit::Syscfg => &mut self.syscfg,
             Unit::Exti => &mut self.exti,
             Unit::Rcc => &mut self.rcc,
+            Unit::Crc => &mut self.crc,
             Unit::Flash => &mut self.flash,
             Unit::Otg => &mut self.otg,
             // `Playback` is served before.

@@ -5,9 +5,12 @@
 //! whatever is outside. A pin in alternate-function mode is driven from
 //! outside or pulled only: its peripheral's output is not put on it.
 
+mod lock;
+
 use crate::chip::Cycle;
 use crate::chip::cpu::Size;
 use crate::chip::cpu::bus::{Modelled, Unmodelled};
+use lock::Lock;
 
 /// Ports A to I.
 pub const PORTS: usize = 9;
@@ -45,6 +48,7 @@ pub(crate) mod offset {
     pub const IDR: u32 = 0x10; // Input data
     pub const ODR: u32 = 0x14; // Output data
     pub const BSRR: u32 = 0x18; // Bit set and reset
+    pub const LCKR: u32 = 0x1C; // Lock of the configuration
     pub const AFRL: u32 = 0x20; // Alternate function, pins 0–7
     pub const AFRH: u32 = 0x24; // Alternate function, pins 8–15
 }
@@ -57,6 +61,7 @@ struct Port {
     pupdr: u32,
     odr: u16,
     afr: [u32; 2],
+    lock: Lock,
     /// Pins that something outside drives, and its level.
     driven: u16,
     external: u16,
@@ -100,7 +105,7 @@ impl Gpio {
     }
 
     /// Reads the register at `offset` of `port` (0 is A).
-    pub fn read(&self, port: usize, offset: u32, size: Size) -> Modelled<u32> {
+    pub fn read(&mut self, port: usize, offset: u32, size: Size) -> Modelled<u32> {
         let p = self.port(port)?;
         word(size)?;
         Ok(match offset {
@@ -111,6 +116,7 @@ impl Gpio {
             offset::IDR => p.idr().into(),
             offset::ODR => p.odr.into(),
             offset::BSRR => 0, // write only: reads as 0
+            offset::LCKR => p.lock.read(),
             offset::AFRL => p.afr[0],
             offset::AFRH => p.afr[1],
             _ => return Err(Unmodelled("a GPIO register")),
@@ -136,14 +142,15 @@ impl Gpio {
         let p = &mut self.ports[port];
         let before = p.levels;
         match offset {
-            offset::MODER => p.moder = value,
-            offset::OTYPER => p.otyper = value as u16,
-            offset::OSPEEDR => p.ospeedr = value,
-            offset::PUPDR => p.pupdr = value,
+            offset::MODER => p.moder = p.lock.keep(p.moder, value, 2, 0),
+            offset::OTYPER => p.otyper = p.lock.keep(p.otyper.into(), value, 1, 0) as u16,
+            offset::OSPEEDR => p.ospeedr = p.lock.keep(p.ospeedr, value, 2, 0),
+            offset::PUPDR => p.pupdr = p.lock.keep(p.pupdr, value, 2, 0),
             offset::IDR => (), // read only
             offset::ODR => p.odr = value as u16,
-            offset::AFRL => p.afr[0] = value,
-            offset::AFRH => p.afr[1] = value,
+            offset::LCKR => p.lock.write(value),
+            offset::AFRL => p.afr[0] = p.lock.keep(p.afr[0], value, 4, 0),
+            offset::AFRH => p.afr[1] = p.lock.keep(p.afr[1], value, 4, 8),
             _ => return Err(Unmodelled("a GPIO register")),
         }
         p.refresh();
@@ -213,8 +220,8 @@ impl Gpio {
         })
     }
 
-    fn port(&self, port: usize) -> Modelled<&Port> {
-        self.ports.get(port).ok_or(Unmodelled("a GPIO port"))
+    fn port(&mut self, port: usize) -> Modelled<&mut Port> {
+        self.ports.get_mut(port).ok_or(Unmodelled("a GPIO port"))
     }
 
     #[inline]

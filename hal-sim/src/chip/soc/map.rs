@@ -27,6 +27,8 @@ pub enum Unit {
     Exti,
     /// Reset and clock control.
     Rcc,
+    /// CRC unit.
+    Crc,
     /// Flash interface.
     Flash,
     /// USB.
@@ -59,6 +61,7 @@ pub fn find(address: u32) -> Option<(Unit, u32)> {
             let port = (base - 0x4002_0000) >> 10;
             Unit::Playback(playback::Block::Gpio(port as usize))
         }
+        0x4002_3000 => Unit::Crc,
         0x4002_3800 => Unit::Rcc,
         0x4002_3C00 => Unit::Flash,
         0x4002_6000 => Unit::Playback(playback::Block::Dma1),
@@ -73,7 +76,7 @@ impl Unit {
     /// The bridge between it and AHB1; `None` if it is not behind AHB1.
     pub const fn bridge(self) -> Option<Bridge> {
         Some(match self {
-            Self::Playback(_) | Self::Rcc | Self::Flash => Bridge::None,
+            Self::Playback(_) | Self::Rcc | Self::Flash | Self::Crc => Bridge::None,
             Self::Backup | Self::Iwdg | Self::Spi3 | Self::Usart2 | Self::Pwr => Bridge::Apb1,
             Self::Adc | Self::Syscfg | Self::Exti => Bridge::Apb2,
             Self::Otg | Self::Dbgmcu => return None,
@@ -93,6 +96,7 @@ impl Unit {
             Self::Adc => Block::Adc,
             Self::Syscfg => Block::Syscfg,
             Self::Otg => Block::OtgFs,
+            Self::Crc => Block::Crc,
             // EXTI runs on APB2's own clock; the backup domain and the
             // watchdog have theirs (RM0090 section 7.3).
             Self::Exti | Self::Backup | Self::Iwdg | Self::Rcc | Self::Flash | Self::Dbgmcu => {

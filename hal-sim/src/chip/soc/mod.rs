@@ -8,6 +8,7 @@ pub mod adc;
 pub mod backup;
 mod bus;
 pub mod clock;
+pub mod crc;
 pub mod dbgmcu;
 pub mod dma;
 pub mod exti;
@@ -24,6 +25,8 @@ mod ram;
 pub mod rcc;
 pub mod spi;
 pub mod syscfg;
+#[cfg(test)]
+mod tests;
 pub mod timer;
 pub mod uid;
 pub mod usart;
@@ -41,6 +44,7 @@ use crate::chip::Cycle;
 use crate::chip::cpu::bus::Modelled;
 use adc::Adc;
 use backup::Backup;
+use crc::Crc;
 use dbgmcu::Dbgmcu;
 use flash::Flash;
 use iwdg::Iwdg;
@@ -83,9 +87,13 @@ pub struct Soc {
     pub exti: Exti,
     pwr: Pwr,
     iwdg: Iwdg,
+    crc: Crc,
     syscfg: Syscfg,
     dbgmcu: Dbgmcu,
     signature: Signature,
+    /// Accesses that no block answered, its clock being off: on silicon nobody
+    /// would know.
+    pub unclocked: u64,
     /// Whether DMA uses SRAM1, SRAM2.
     shares: [bool; 2],
     /// A reset that was asked for and not carried out yet.
@@ -116,9 +124,11 @@ impl Soc {
             exti: Exti::default(),
             pwr: Pwr::default(),
             iwdg: Iwdg::new(LSI_HZ),
+            crc: Crc::default(),
             syscfg: Syscfg::default(),
             dbgmcu: Dbgmcu::default(),
             signature: Signature::default(),
+            unclocked: 0,
             shares: [false; 2],
             reset: None,
             pvd: false,
@@ -133,7 +143,7 @@ impl Soc {
         self.reset = None;
         self.rcc.reset(cause);
         self.follow_clocks(at)?;
-        self.flash.reset(at)?;
+        self.flash.reset(at);
         self.playback.reset_all(at, &mut self.ram)?;
         self.adc.reset();
         self.spi3.reset();
@@ -142,6 +152,7 @@ impl Soc {
         self.exti = Exti::default();
         self.pwr.reset();
         self.iwdg.reset();
+        self.crc = Crc::default();
         self.syscfg = Syscfg::default();
         self.shares = [false; 2];
         self.reschedule_at(at);

@@ -1,6 +1,7 @@
 //! Wires between the blocks: clocks, resets, pins.
 
 use super::clock::Clocks;
+use super::crc::Crc;
 use super::map::{Unit, playback_block};
 use super::rcc::Block;
 use super::{Exti, Peripheral, Soc, Syscfg, exti, gpio};
@@ -92,6 +93,7 @@ impl Soc {
             return self.playback.reset(block, at, &mut self.ram);
         }
         match block {
+            Block::Crc => self.crc = Crc::default(),
             Block::OtgFs => self.otg.reset_registers(at),
             Block::Spi(3) => self.spi3.reset(),
             Block::Usart2 => self.usart2.reset(),

@@ -16,6 +16,7 @@ use super::word::part;
 use crate::chip::Cycle;
 use crate::chip::cpu::Size;
 use crate::chip::cpu::bus::{Denied, Modelled, Read, Unmodelled, refuse};
+use crate::random;
 use accelerator::Accelerator;
 use programming::Programming;
 
@@ -59,6 +60,10 @@ pub struct Flash {
     bytes: Vec<u8>,
     accelerator: Accelerator,
     programming: Programming,
+    /// What was there before the operation under way: offset and bytes.
+    before: (usize, Vec<u8>),
+    /// Decides what a reset during an operation leaves.
+    pub seed: u64,
     hz: u32,
     code_version: u32,
 }
@@ -70,6 +75,8 @@ impl Default for Flash {
             bytes: vec![0xFF; SIZE],
             accelerator: Accelerator::new(),
             programming: Programming::new(),
+            before: (0, Vec::new()),
+            seed: 0,
             hz: super::rcc::HSI_HZ,
             code_version: 0,
         }
@@ -91,17 +98,22 @@ impl Flash {
         Ok(())
     }
 
-    /// System reset: the memory stays. An operation under way is cut off, which
-    /// leaves its sector undefined.
-    ///
-    /// # Errors
-    /// An operation was under way.
-    pub fn reset(&mut self, at: Cycle) -> Modelled {
-        let cut_off = self.programming.is_busy(at);
+    /// System reset: the memory stays. An operation under way is cut off: what it
+    /// changes is undefined then (RM0090 section 3.6.1). Taken: each bit that was
+    /// to change has or has not, as `seed` and the moment have it.
+    pub fn reset(&mut self, at: Cycle) {
+        let (offset, before) = std::mem::take(&mut self.before);
+        if self.programming.is_busy(at) {
+            let seed = random::word(self.seed, at);
+            let places = self.bytes.iter_mut().skip(offset);
+            for (index, (place, before)) in (0..).zip(places.zip(before)) {
+                let changed = random::word(seed, index) as u8;
+                *place = before ^ (before ^ *place) & changed;
+            }
+            self.code_version = self.code_version.wrapping_add(1);
+        }
         self.programming.reset();
         self.accelerator.reset();
-        refuse(cut_off, "reset while the flash was programmed or erased")?;
-        Ok(())
     }
 
     /// How the manual is read from now on; kept over resets.

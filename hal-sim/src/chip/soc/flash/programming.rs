@@ -201,6 +201,7 @@ impl Flash {
             programming.fail(sr::WRPERR);
         } else {
             let bytes = value.to_le_bytes();
+            self.remember(offset..offset + size.bytes());
             let places = self.bytes.iter_mut().skip(offset as usize);
             for (place, byte) in places.zip(&bytes[..size.bytes() as usize]) {
                 *place &= byte; // programming only clears bits
@@ -237,6 +238,7 @@ impl Flash {
             programming.fail(sr::WRPERR);
             return Ok(());
         }
+        self.remember(sector.clone());
         if let Some(bytes) = self
             .bytes
             .get_mut(sector.start as usize..sector.end as usize)
@@ -247,6 +249,13 @@ impl Flash {
         let psize = (value & cr::PSIZE) >> 8;
         self.occupy(at, erase_ns(sector.end - sector.start, psize));
         Ok(())
+    }
+
+    /// Keeps what is at `offsets`, should a reset cut off what changes it.
+    fn remember(&mut self, offsets: Range<u32>) {
+        let (start, end) = (offsets.start as usize, offsets.end as usize);
+        let before = self.bytes.get(start..end).unwrap_or_default();
+        self.before = (start, before.to_vec());
     }
 
     fn changed(&mut self, lines: Range<u32>, erased: bool) {

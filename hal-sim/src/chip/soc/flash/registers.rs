@@ -38,6 +38,9 @@ impl Peripheral for Flash {
 
     fn advance(&mut self, to: Cycle) -> Modelled {
         self.programming.advance(to);
+        if !self.before.1.is_empty() && !self.programming.is_busy(to) {
+            self.before = (0, Vec::new());
+        }
         refuse(
             self.accelerator.delivered_stale,
             "FLASH: code cached before it was changed",

@@ -110,7 +110,7 @@ fn a_prefetched_line_that_is_used_enters_the_cache() {
 fn the_reading_outlives_a_reset() {
     let mut flash = Flash::default();
     flash.set_prefetched(Prefetched::NotCached);
-    flash.reset(0).unwrap();
+    flash.reset(0);
     flash.set(ACR, 5 | ICEN | PRFTEN, 0);
     let lines = [10, 11, 12, 10, 11];
     assert_eq!(run(&mut flash, 0, lines, 4), [5, 2, 2, 0, 4]);
@@ -250,7 +250,7 @@ fn keys_unlock_and_a_wrong_one_locks_until_reset() {
     assert_eq!(flash.get(CR, 0), 1 << 31);
     assert!(Peripheral::write(&mut flash, KEYR, Size::Word, 1, 0).is_err());
     assert!(Peripheral::write(&mut flash, KEYR, Size::Word, 0x4567_0123, 0).is_err());
-    flash.reset(0).unwrap();
+    flash.reset(0);
     flash.set(KEYR, 0x4567_0123, 0);
 }
 
@@ -371,6 +371,60 @@ fn a_new_core_clock_keeps_the_time_of_an_operation() {
     assert_eq!(flash.next_event(), 16_800);
     flash.set_hz(16_000_000, 8_400);
     assert_eq!(flash.next_event(), 8_400 + 800);
-    assert!(flash.clone().reset(9_000).is_err());
-    assert!(flash.reset(9_200).is_ok());
+    let mut done = flash.clone();
+    done.reset(9_200);
+    assert_eq!(done.peek(BASE, Size::Word), 0);
+    flash.reset(9_000);
+    assert_ne!(
+        flash.peek(BASE, Size::Word),
+        0,
+        "800 cycles of it were left"
+    );
+}
+
+#[test]
+fn a_reset_cuts_off_what_it_meets() {
+    let word = |seed, at| {
+        let mut flash = unlocked();
+        flash.seed = seed;
+        flash
+            .load(BASE + 4, &0xF0F0_FFFF_u32.to_le_bytes())
+            .unwrap();
+        flash.set(CR, 0x201, 0);
+        flash.write(BASE + 4, Size::Word, 0x00FF_00FF, 0).unwrap();
+        flash.reset(at);
+        let beside = [BASE, BASE + 8].map(|address| flash.peek(address, Size::Word));
+        assert_eq!(beside, [u32::MAX; 2]);
+        assert_eq!(flash.get(SR, at), 0, "idle and locked");
+        assert_eq!(flash.get(CR, at), 1 << 31);
+        flash.peek(BASE + 4, Size::Word)
+    };
+    let (half, whole) = (word(1, 8_000), 0x00F0_00FF);
+    // Bits only fall, and those that stay were to fall.
+    assert_eq!(half & !0xF0F0_FFFF, 0);
+    assert_eq!(half & whole, whole);
+    assert!(half != whole && half != 0xF0F0_FFFF, "{half:#x}");
+    assert_eq!(half, word(1, 8_000), "the same seed and moment");
+    assert_ne!(half, word(2, 8_000));
+    assert_ne!(half, word(1, 8_001));
+    assert_eq!(word(1, 20_000), whole, "over before");
+}
+
+#[test]
+fn a_reset_leaves_a_sector_between_old_and_erased() {
+    let old = [0x5A; 0x4000];
+    let mut flash = unlocked();
+    flash.load(BASE + 0x4000, &old).unwrap();
+    flash.set(CR, 0x202 | 1 << 3 | 1 << 16, 0);
+    flash.reset(1_000_000);
+    let words = (0..0x1000).map(|n| flash.peek(BASE + 0x4000 + 4 * n, Size::Word));
+    let words: Vec<_> = words.collect();
+    assert!(words.iter().all(|word| word & 0x5A5A_5A5A == 0x5A5A_5A5A));
+    let risen: u32 = words
+        .iter()
+        .map(|word| (word & !0x5A5A_5A5A).count_ones())
+        .sum();
+    // Half of 65,536 bits that were 0, within six standard deviations.
+    assert!(risen.abs_diff(32_768) < 6 * 128, "{risen}");
+    assert_eq!(flash.peek(BASE + 0x3FFC, Size::Word), u32::MAX);
 }

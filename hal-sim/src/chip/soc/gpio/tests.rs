@@ -7,7 +7,7 @@ fn write(gpio: &mut Gpio, offset: u32, value: u32, done: Cycle) {
 }
 
 fn read(gpio: &Gpio, port: usize, offset: u32) -> u32 {
-    gpio.read(port, offset, Size::Word).unwrap()
+    gpio.clone().read(port, offset, Size::Word).unwrap()
 }
 
 /// RM0090 8.4: reset values.
@@ -80,9 +80,74 @@ fn functions_need_mode_and_number() {
 }
 
 #[test]
-fn the_lock_narrow_accesses_and_other_ports_are_refused() {
+fn narrow_accesses_and_other_ports_are_refused() {
     let mut gpio = Gpio::default();
-    assert!(gpio.read(B, 0x1C, Size::Word).is_err());
+    assert!(gpio.read(B, 0x28, Size::Word).is_err());
     assert!(gpio.write(B, offset::ODR, Size::Half, 0, 0).is_err());
     assert!(gpio.read(PORTS, offset::IDR, Size::Word).is_err());
+}
+
+/// The key for `pins`: three writes and a read.
+fn lock(gpio: &mut Gpio, pins: u32) -> u32 {
+    for key in [1 << 16, 0, 1 << 16] {
+        write(gpio, offset::LCKR, key | pins, 1);
+    }
+    gpio.read(B, offset::LCKR, Size::Word).unwrap()
+}
+
+#[test]
+fn a_locked_pin_keeps_its_configuration_until_reset() {
+    let mut gpio = Gpio::default();
+    write(&mut gpio, offset::MODER, 0b01 << 2, 0);
+    assert_eq!(lock(&mut gpio, 1 << 1 | 1 << 9), 1 << 16 | 1 << 9 | 1 << 1);
+    let all = [
+        (offset::MODER, 0xFFF3_FFF3 | 0b01 << 2),
+        (offset::OTYPER, 0xFDFD),
+        (offset::OSPEEDR, 0xFFF3_FFF3),
+        (offset::PUPDR, 0xFFF3_FFF3),
+        (offset::AFRL, 0xFFFF_FF0F),
+        (offset::AFRH, 0xFFFF_FF0F),
+    ];
+    for (register, kept) in all {
+        write(&mut gpio, register, u32::MAX, 2);
+        assert_eq!(read(&gpio, B, register), kept, "{register:#x}");
+    }
+    // Data are not configuration.
+    write(&mut gpio, offset::BSRR, 1 << 1, 3);
+    assert!(gpio.level(B, 1));
+    // The lock itself stays, whatever is written.
+    assert_eq!(lock(&mut gpio, 0), 1 << 16 | 1 << 9 | 1 << 1);
+    gpio.reset_port(B, 4);
+    assert_eq!(read(&gpio, B, offset::LCKR), 0);
+    write(&mut gpio, offset::MODER, 0, 5);
+    assert_eq!(read(&gpio, B, offset::MODER), 0);
+}
+
+#[test]
+fn a_key_with_any_error_locks_nothing() {
+    let key = 1 << 16;
+    let wrong: [&[u32]; 5] = [
+        &[key | 2, 2],
+        &[key | 2, 2, key | 3],
+        &[key | 2, 3, key | 2],
+        &[2, key | 2, 2],
+        &[key | 2, key | 2, 2],
+    ];
+    for writes in wrong {
+        let mut gpio = Gpio::default();
+        for &value in writes {
+            write(&mut gpio, offset::LCKR, value, 1);
+        }
+        let seen = gpio.read(B, offset::LCKR, Size::Word).unwrap();
+        assert_eq!(seen & key, 0, "{writes:x?}");
+        write(&mut gpio, offset::MODER, 0, 2);
+        assert_eq!(read(&gpio, B, offset::MODER), 0);
+    }
+    // A read before the third write breaks it off, too.
+    let mut gpio = Gpio::default();
+    write(&mut gpio, offset::LCKR, key | 2, 1);
+    write(&mut gpio, offset::LCKR, 2, 1);
+    assert_eq!(gpio.read(B, offset::LCKR, Size::Word), Ok(2));
+    write(&mut gpio, offset::LCKR, key | 2, 1);
+    assert_eq!(gpio.read(B, offset::LCKR, Size::Word), Ok(2));
 }

@@ -1,0 +1,52 @@
+//! LCKR: the configuration of locked pins stays until reset (RM0090 8.3.8, 8.4.8).
+//!
+//! The key: bit 16 written 1, 0, 1 with the same pins each time, then one read;
+//! anything else between breaks it off. Taken: that read already shows the lock.
+
+/// LCKK.
+const KEY: u32 = 1 << 16;
+
+/// One port's lock.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Lock {
+    pins: u16,
+    /// Writes of the key so far.
+    written: u8,
+    locked: bool,
+}
+
+impl Lock {
+    /// LCKR is read, which ends the key.
+    pub fn read(&mut self) -> u32 {
+        self.locked |= self.written == 3;
+        self.written = 0;
+        u32::from(self.pins) | if self.locked { KEY } else { 0 }
+    }
+
+    /// LCKR is written: nothing more once it is locked.
+    pub fn write(&mut self, value: u32) {
+        if self.locked {
+            return;
+        }
+        let (pins, key) = (value as u16, value & KEY != 0);
+        let goes_on = pins == self.pins && key == (self.written == 2);
+        self.written = match self.written {
+            1 | 2 if goes_on => self.written + 1,
+            _ => u8::from(key),
+        };
+        self.pins = pins;
+    }
+
+    /// What becomes of a configuration register with `width` (1, 2, 4) bits a pin,
+    /// the lowest pin being `first`, when `value` is written over `old`.
+    pub fn keep(&self, old: u32, value: u32, width: u32, first: u32) -> u32 {
+        if !self.locked {
+            return value;
+        }
+        let field = (1 << width) - 1;
+        let pins = (first..16).take((32 / width) as usize);
+        let kept = pins.filter(|pin| self.pins >> pin & 1 != 0);
+        let mask = kept.fold(0, |mask, pin| mask | field << (width * (pin - first)));
+        old & mask | value & !mask
+    }
+}
