@@ -57,6 +57,18 @@ impl Recorder {
         let last = self.trace.levels.len().saturating_sub(1);
         self.trace.levels.drain(..last);
     }
+
+    /// Device time is now the lower half of `now_us`: said at least every half hour,
+    /// it is told apart from what it was a wrap ago, however long nothing is put out.
+    fn keep_time(&mut self, now_us: u64) {
+        for time in [
+            &mut self.level_time,
+            &mut self.dac_time,
+            &mut self.byte_time,
+        ] {
+            time.at(now_us as u32);
+        }
+    }
 }
 
 impl Sink for Recorder {
@@ -110,6 +122,8 @@ pub struct World {
     /// Edges still to come on the trigger input, µs, rising.
     triggers: VecDeque<u64>,
     now_us: u64,
+    /// The device has served a trial before.
+    is_used: bool,
     /// The body's, as the device was last told.
     loads: [Load; CHANNELS],
 }
@@ -134,6 +148,7 @@ impl World {
             is_sensed: false,
             triggers: VecDeque::new(),
             now_us: boot.get().into(),
+            is_used: false,
             loads: [Load::Ohms(f64::NAN); CHANNELS], // like no body's
         }
     }
@@ -202,6 +217,32 @@ impl World {
             self.excite();
             self.is_sensed &= !self.body.advance(step);
         }
+        Ok(())
+    }
+
+    /// The same device and the same wearer go on to another trial: what was put out
+    /// before is forgotten, the wearer's state is kept.
+    pub fn begin(&mut self) {
+        self.is_used = true;
+        self.recorder.forget();
+        self.body.begin();
+    }
+
+    /// Whether the device has served a trial before, so that it has counted already.
+    #[must_use]
+    pub const fn is_used(&self) -> bool {
+        self.is_used
+    }
+
+    /// Lets `for_us` pass, half an hour at most, in which no host says anything; what
+    /// the device tells is lost.
+    ///
+    /// # Errors
+    /// The device cannot be reached any more.
+    pub fn rest(&mut self, for_us: u64) -> std::io::Result<()> {
+        self.run_until(self.now_us.saturating_add(for_us))?;
+        self.recorder.keep_time(self.now_us);
+        self.recorder.bytes.clear();
         Ok(())
     }
 

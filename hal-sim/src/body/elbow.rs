@@ -38,6 +38,8 @@ pub struct Elbow {
     loads: [Load; CHANNELS],
     /// Whole milliseconds passed.
     tick: u64,
+    /// When the person's trial began, ms.
+    begun: u64,
     triceps: Driven,
     biceps: Driven,
     seen: Seen,
@@ -58,6 +60,7 @@ impl Elbow {
             noise: Noise::new(seed),
             loads: [Load::Ohms(spec.load_ohm); CHANNELS],
             tick: 0,
+            begun: 0,
             triceps: Driven::new(spec.triceps),
             biceps: Driven::new(spec.biceps),
             seen: Seen::default(),
@@ -95,7 +98,7 @@ impl Elbow {
         self.biceps.pass(start_us);
         let after = self.torques_nm();
         let [triceps, biceps] = [0, 1].map(|i| 0.5 * (before[i] + after[i]));
-        let t_s = start_us as f64 * 1e-6;
+        let t_s = ((self.tick - self.begun) * TICK_US) as f64 * 1e-6;
         let person = &self.spec.person;
         let (angle, rate) = (self.angle_rad, self.rate_rad_per_s);
         self.voluntary_nm = person.torque_nm(&mut self.seen, t_s, angle, rate);
@@ -204,6 +207,10 @@ impl Body for Elbow {
             self.step();
         }
         self.tick != before
+    }
+
+    fn begin(&mut self) {
+        self.begun = self.tick;
     }
 
     fn angle_deg(&self) -> f64 {

@@ -53,6 +53,9 @@ pub trait Body: Send {
     /// The result depends on the pulses only, not on how often this is called.
     /// Returns whether anything moved: if not, all that can be sensed is as before.
     fn advance(&mut self, to_us: u64) -> bool;
+    /// A trial begins for a wearer who goes on as they are: what a person does by the
+    /// clock counts from here, tiredness and posture stay.
+    fn begin(&mut self) {}
     /// True joint angle, degrees, flexion positive.
     fn angle_deg(&self) -> f64;
     /// Joint angle as the sensor reports it, degrees.

@@ -6,6 +6,7 @@ mod control_twin;
 mod laboratory;
 mod ladder_judge;
 mod limit_cycle;
+mod same_wearer;
 mod search;
 mod search_device;
 mod search_judged;

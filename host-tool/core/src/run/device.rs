@@ -1,14 +1,12 @@
 //! Devices by name: simulators in this process, boards behind ports.
 
 use super::images;
+use super::wearer::{BodyError, body_of, fit, outputs};
 use crate::link::{Error, Port, SerialPort, SimulatedPort, TcpPort};
 use crate::record::DeviceKind;
-use crate::session::{BodySpec, Session, Unit};
-use firmware::control::SensorSource;
+use crate::session::Session;
 use firmware::lockstep::Sensors;
-use firmware::pulse::{GroupSpec, Partner};
 use firmware::units::Micros;
-use hal_sim::body::{Body, CHANNELS, Drive, Elbow, Finger, InvalidElbow, InvalidSpec, Load, Still};
 use hal_sim::chip::board::{Around, Board, BoardError};
 use hal_sim::chip::cpu::run::Observer;
 use hal_sim::chip::gdb::{Debugger, Points};
@@ -16,7 +14,7 @@ use hal_sim::chip::image::ImageError;
 use hal_sim::chip::rtt::{Log, LogError, Logged};
 use hal_sim::chip::{self, soc::Pace};
 use hal_sim::images::{BuildError, Image};
-use hal_sim::lockstep::{Device, Output};
+use hal_sim::lockstep::Device;
 use hal_sim::native::native_seeded;
 use hal_sim::qemu::{Qemu, StartError};
 use hal_sim::wire::faults::Faults;
@@ -104,11 +102,8 @@ pub enum OpenError {
     #[error(transparent)]
     Chip(#[from] ChipError),
     /// The simulated wearer.
-    #[error("E511 the session's body cannot be: {0}")]
-    Body(InvalidSpec),
-    /// The simulated arm.
-    #[error("E570 the session's body cannot be: {0}")]
-    Elbow(InvalidElbow),
+    #[error(transparent)]
+    Body(#[from] BodyError),
 }
 
 /// Errors that a message has in full, so that they are no cause beside it.
@@ -124,8 +119,6 @@ macro_rules! told {
 
 told! {
     OpenError::Qemu(StartError);
-    OpenError::Body(InvalidSpec);
-    OpenError::Elbow(InvalidElbow);
     ChipError::Build(BuildError);
 }
 impl DeviceName {
@@ -166,45 +159,10 @@ pub fn simulated(
     device: Box<dyn Device>,
     boot: Micros,
 ) -> Result<SimulatedPort, OpenError> {
-    let body: Box<dyn Body> = match &session.body {
-        Some(BodySpec::Elbow(spec)) => Box::new(Elbow::new((**spec).clone(), seed)?),
-        Some(BodySpec::Finger(spec)) => Box::new(Finger::new((**spec).clone(), seed)?),
-        Some(BodySpec::Still { load_ohm }) => {
-            let mut body = Still::new(0.0);
-            *body.loads_mut() = [Load::Ohms((*load_ohm).into()); CHANNELS];
-            Box::new(body)
-        }
-        None => Box::new(Still::new(0.0)),
-    };
+    let body = body_of(session, seed)?;
     let mut world = World::new(device, body, boot, Faults::default(), seed);
-    if let Some(SensorSource::Adc {
-        code_at_0,
-        code_at_100,
-    }) = session.sensor()
-    {
-        let zero = f64::from(code_at_0);
-        world.connect_joint((f64::from(code_at_100) - zero) / 100.0, zero);
-    }
-    world.outputs = outputs(session);
+    fit(&mut world, session);
     Ok(SimulatedPort::new(world))
-}
-
-/// The output stages that the session's board has.
-fn outputs(session: &Session) -> [Option<Output>; CHANNELS] {
-    let mut outputs = [None; CHANNELS];
-    for channel in &session.channels {
-        let full_scale = f64::from(channel.spec.stage.full_scale().get()) * 1e-3;
-        let is_member = |group: &&GroupSpec| group.members & 1 << channel.index() != 0;
-        let group = session.groups.iter().find(is_member);
-        outputs[usize::from(channel.index())] = Some(Output {
-            full_scale: match channel.unit() {
-                Unit::Milliampere => Drive::Milliamps(full_scale),
-                Unit::Volt => Drive::Volts(full_scale),
-            },
-            conducted: group.is_some_and(|group| group.partner == Partner::Conducted),
-        });
-    }
-    outputs
 }
 
 /// Why there is no chip simulator.

@@ -16,6 +16,7 @@ mod pulses;
 mod recorded;
 mod runner;
 mod trial;
+mod wearer;
 
 pub use device::{
     ChipError, ChipOptions, DeviceName, OpenError, chip_image, on_chip, power_on, simulated,
@@ -26,6 +27,7 @@ pub use identity::{device_kind, identity};
 pub use interruption::{Stopped, interruptible};
 pub use observer::{Observer, Seen, Wish};
 pub use profile::{Booted, ProfileError, Profiled, profile};
-pub use recorded::{BeginError, Recorded, TrialPlace, record};
+pub use recorded::{BeginError, Recorded, TrialPlace, record, record_on};
 pub use runner::{Outcome, acknowledge, greet, run};
 pub use trial::{begin_trial, edges_between, edges_of_one_period, event, sample};
+pub use wearer::{BodyError, body_of, fit, rest, worn_alike};

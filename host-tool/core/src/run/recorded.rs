@@ -3,6 +3,7 @@
 use super::{
     DeviceName, Observer, OpenError, RunError, SessionFile, begin_trial, edges_of_one_period, run,
 };
+use crate::link::Port;
 use crate::record::{RecordError, Recorder, Trial};
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -54,18 +55,37 @@ pub fn record(
 ) -> Result<Recorded, BeginError> {
     let begin = Instant::now();
     let port = device.open(&file.session, seed)?;
+    let (recorded, _) = record_on(place, file, port, edges_us, observer)?;
+    Ok(Recorded {
+        took: begin.elapsed(),
+        ..recorded
+    })
+}
+
+/// The same on a device that is open; gives it back, unless it was lost.
+///
+/// # Errors
+/// No place for the record.
+pub fn record_on<P: Port>(
+    place: TrialPlace<'_>,
+    file: &SessionFile,
+    port: P,
+    edges_us: u64,
+    observer: impl Observer,
+) -> Result<(Recorded, Option<P>), RecordError> {
+    let begin = Instant::now();
     let named = Trial {
         name: place.name.to_owned(),
         ..begin_trial(file)
     };
     let mut recorder = Recorder::create(place.dir, place.position, &named)?;
-    let (outcome, port) = run(file, port, Some(&mut recorder), observer);
+    let (outcome, mut port) = run(file, port, Some(&mut recorder), observer);
     let took = begin.elapsed();
     let mut trial = Trial {
         name: named.name,
         ..outcome.trial
     };
-    if let (Some(mut port), Some(epoch)) = (port, outcome.epoch_us)
+    if let (Some(port), Some(epoch)) = (&mut port, outcome.epoch_us)
         && let Some(world) = port.world()
     {
         trial.edges = edges_of_one_period(&file.session, &world.recorder.trace, epoch, edges_us);
@@ -73,9 +93,10 @@ pub fn record(
     let closed = recorder
         .edges(&trial.edges)
         .and_then(|()| recorder.finish(&trial.counters, trial.duration_s));
-    Ok(Recorded {
+    let recorded = Recorded {
         trial,
         took,
         error: outcome.error.or(closed.err().map(RunError::from)),
-    })
+    };
+    Ok((recorded, port))
 }

@@ -182,8 +182,9 @@ pub fn acknowledge<P: Port>(port: P) -> Result<P, Error> {
 
 impl<P: Port> Run<'_, P> {
     fn prepare(&mut self) -> Result<(), RunError> {
-        // It may have played for others since it booted.
-        if self.client.port().world().is_none() {
+        // It may have played for others, or another trial, since it booted.
+        let is_new = (self.client.port().world()).is_some_and(|world| !world.is_used());
+        if !is_new {
             self.begun = self.client.status()?.counters;
         }
         for request in self.session.requests() {

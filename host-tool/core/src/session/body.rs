@@ -60,6 +60,8 @@ fn read_finger(t: &Table<'_>) -> Option<FingerSpec> {
     real("flexor_nm", &mut spec.flexor_torque_nm);
     real("extensor_nm", &mut spec.extensor_torque_nm);
     real("two_point_factor", &mut spec.two_point_factor);
+    real("fatigue_floor", &mut spec.fatigue_floor);
+    real("fatigue_time_s", &mut spec.fatigue_time_s);
     real("inertia_kg_m2", &mut spec.inertia_kg_m2);
     real("stiffness_nm_per_rad", &mut spec.stiffness_nm_per_rad);
     real("damping_nm_s_per_rad", &mut spec.damping_nm_s_per_rad);

@@ -325,6 +325,8 @@ fn body() -> Section {
         f("flexor_nm", real("N·m", 10), or(finger.flexor_torque_nm), "torque of one flexor point at full recruitment and 50 Hz").when("kind", &["finger"]),
         f("extensor_nm", real("N·m", 10), or(finger.extensor_torque_nm), "torque of the extensor likewise").when("kind", &["finger"]),
         f("two_point_factor", real("", 10), or(finger.two_point_factor), "how many times as hard two conducted points pull; typed into the body, 1 or more").when("kind", &["finger"]),
+        f("fatigue_floor", real("", 1), or(finger.fatigue_floor), "what full force without end leaves of a muscle, 0 to 1; 1 never tires").when("kind", &["finger"]),
+        f("fatigue_time_s", real("s", 86_400), or(finger.fatigue_time_s), "time constant of tiring and of recovery; not 0").when("kind", &["finger"]),
         f("subject", Kind::Whole(Number::within("", 0, 1, 10)), OrTold("the mean".into()), "of Lee 2020, table 4, whose dynamics both muscles have").when("kind", &["elbow"]),
         f("triceps_nm", real("N·m", 100), or(d.triceps.torque_nm), "torque of all of it at 50 Hz").when("kind", &["elbow"]),
         f("triceps_threshold_ma", real("mA", 100), or(d.triceps.threshold_ma), "where it begins to pull, at 35 µs").when("kind", &["elbow"]),

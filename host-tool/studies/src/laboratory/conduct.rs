@@ -3,14 +3,13 @@
 use super::error::LaboratoryError;
 use super::experiment::{Experiment, Measured};
 use super::protocol::{Place, Step, Stop};
-use hal_sim::random::word;
+use super::wearer::Worn;
 use host_core::link::Interruption;
 use host_core::record::{Sample, Trial};
-use host_core::run::{DeviceName, Observer, RunError, Seen, TrialPlace, Wish, record};
+use host_core::run::{
+    DeviceName, Observer, RunError, Seen, SessionFile, TrialPlace, Wish, record_on,
+};
 use std::path::Path;
-
-/// Of a trial's noise, beyond the first round.
-const ROUNDS: u64 = 0x1AB3;
 
 /// Who is beside the wearer while a protocol runs.
 pub trait Operator {
@@ -57,8 +56,8 @@ pub enum Ended {
 
 impl Experiment {
     /// Runs the protocol on `device` and records each trial in `dir`, in the order
-    /// of `seed`. Every trial finds a simulated wearer rested and at its start; what
-    /// a person remembers of the trials before, only a person does.
+    /// of `seed`. A simulated wearer is as the protocol's `wearer` says; what a person
+    /// remembers of the trials before, only a person does.
     ///
     /// # Errors
     /// No device or no place for the record; an early end is no error of this.
@@ -73,6 +72,10 @@ impl Experiment {
             .iter()
             .filter(|step| matches!(step, Step::Trial(_)))
             .count();
+        let files = self.sessions(&[])?;
+        let sessions: Vec<_> = files.iter().map(|file| file.session.clone()).collect();
+        let wearer = self.declaration.protocol.wearer;
+        let mut worn = Worn::new(wearer, &sessions, (device, seed))?;
         let mut course = Course {
             trials: Vec::new(),
             of,
@@ -80,10 +83,16 @@ impl Experiment {
         };
         for step in steps {
             let goes_on = match step {
-                Step::Rest(rest_s) => operator.rest(rest_s),
+                Step::Rest(rest_s) => {
+                    let interruption = operator.interruption();
+                    worn.rest(rest_s, &mut || interruption.asked().is_none())?;
+                    operator.rest(rest_s)
+                }
                 Step::Prompt(text) => operator.ready(&text),
                 Step::Trial(place) => {
-                    self.trial(dir, (device, seed), place, &mut course, operator)?;
+                    if let Some(file) = files.get(place.condition) {
+                        self.trial(dir, (&mut worn, file), place, &mut course, operator)?;
+                    }
                     operator.progress(course.trials.len() as f64 / of as f64);
                     course.ended.is_none()
                 }
@@ -99,15 +108,11 @@ impl Experiment {
     fn trial(
         &self,
         dir: &Path,
-        (device, seed): (&DeviceName, u64),
+        (worn, file): (&mut Worn<'_>, &SessionFile),
         place: Place,
         course: &mut Course,
         operator: &mut dyn Operator,
     ) -> Result<(), LaboratoryError> {
-        let Some(condition) = self.conditions.get(place.condition) else {
-            return Ok(());
-        };
-        let file = condition.session(&[])?;
         let name = self.name_of(place);
         let at = TrialPlace {
             dir,
@@ -121,8 +126,10 @@ impl Experiment {
             interruption: operator.interruption(),
         };
         let half_us = file.session.duration_us / 2;
-        let recorded = record(at, &file, (device, noise(seed, place)), half_us, watch)?;
-        let measured = self.measured(&file, &recorded.trial);
+        let port = worn.open(&file.session, place, &mut |_| ())?;
+        let (recorded, port) = record_on(at, file, port, half_us, watch)?;
+        worn.give_back(port);
+        let measured = self.measured(file, &recorded.trial);
         course.trials.push(Conducted {
             trial: recorded.trial,
             place,
@@ -148,18 +155,6 @@ impl Experiment {
             name += &format!(", repetition {}", place.repetition + 1);
         }
         name
-    }
-}
-
-/// Of a trial's noise: the protocol's seed in the first round, so that a protocol of
-/// one trial is that trial; alike for all conditions of a round.
-fn noise(seed: u64, place: Place) -> u64 {
-    match (place.block, place.repetition) {
-        (0, 0) => seed,
-        (block, repetition) => {
-            let round = (block as u64) << 32 | repetition as u64;
-            word(word(seed, ROUNDS), round)
-        }
     }
 }
 

@@ -93,6 +93,15 @@ pub enum LaboratoryError {
         /// Trials declared.
         of: usize,
     },
+    /// Conditions of one wearer that one wearer cannot wear.
+    #[error(
+        "E611 protocol: wearer is \"same\", but `{field}` differs between conditions: one wearer \
+         and one board cannot have both; set it alike, or say wearer = \"rested\""
+    )]
+    Unlike {
+        /// Of their sessions.
+        field: &'static str,
+    },
     /// The session that conditions change.
     #[error(transparent)]
     Session(#[from] SessionError),

@@ -5,8 +5,13 @@ use super::declaration::Declaration;
 use super::draw::{Unit, points, unit_of};
 use super::error::LaboratoryError;
 use super::measure::{self, Measure};
+use super::protocol::{Place, Step, Wearer};
+use super::wearer::{Worn, same};
+use host_core::link::Port;
 use host_core::record::{Trial, sha256};
 use host_core::run::{DeviceName, SessionFile, run};
+use host_core::session::Session;
+use toml::Value;
 
 /// A checked experiment.
 #[derive(Clone, Debug)]
@@ -52,9 +57,11 @@ impl Experiment {
             hashes,
         };
         // Whatever is wrong is told before anything runs.
-        for condition in &whole.conditions {
-            condition.session(&[])?;
-            condition.session(&whole.unit(whole.declaration.seed, 1, 0).fields)?;
+        let drawn = whole.unit(whole.declaration.seed, 1, 0);
+        for fields in [&[][..], &drawn.fields] {
+            let files = whole.sessions(fields)?.into_iter();
+            let sessions: Vec<_> = files.map(|file| file.session).collect();
+            whole.check_worn(&sessions)?;
         }
         Ok(whole)
     }
@@ -79,25 +86,120 @@ impl Experiment {
         unit_of(&self.declaration, seed, draws, index)
     }
 
-    /// What a unit does in each condition: the whole device, natively.
+    /// Whether one wearer can wear these conditions, where one has to.
+    ///
+    /// # Errors
+    /// They differ in what one wearer has once.
+    pub(super) fn check_worn(&self, sessions: &[Session]) -> Result<(), LaboratoryError> {
+        match self.declaration.protocol.wearer {
+            Wearer::Rested => Ok(()),
+            Wearer::Same => same(sessions).map(|_| ()),
+        }
+    }
+
+    /// What a drawn wearer goes through: every condition once; one who is kept the whole
+    /// protocol, in an order of their own.
+    pub(super) fn steps_of(&self, seed: u64) -> Vec<Step> {
+        let protocol = &self.declaration.protocol;
+        match protocol.wearer {
+            Wearer::Same => protocol.steps(self.conditions.len(), seed),
+            Wearer::Rested => {
+                let place = |condition| Place {
+                    block: 0,
+                    repetition: 0,
+                    condition,
+                };
+                let conditions = 0..self.conditions.len();
+                conditions.map(place).map(Step::Trial).collect()
+            }
+        }
+    }
+
+    /// The session of each condition with these fields of a wearer.
+    ///
+    /// # Errors
+    /// A session that no device arms.
+    pub(super) fn sessions(
+        &self,
+        fields: &[(String, Value)],
+    ) -> Result<Vec<SessionFile>, LaboratoryError> {
+        let conditions = self.conditions.iter();
+        conditions
+            .map(|condition| condition.session(fields))
+            .collect()
+    }
+
+    /// What a unit does in each condition: the whole device, natively. A wearer who is
+    /// kept goes through the whole protocol; of several rounds it is their mean.
     ///
     /// # Errors
     /// A session that no device arms, or one that ended early.
     pub fn perform(&self, unit: &Unit) -> Result<Vec<Measured>, LaboratoryError> {
-        let one = |condition: &Condition| {
-            let file = condition.session(&unit.fields)?;
-            let port = DeviceName::Native.open(&file.session, unit.seed)?;
-            let (outcome, _) = run(&file, port, None, |_: f64| ());
-            match outcome.error {
-                None => Ok(self.measured(&file, &outcome.trial)),
-                Some(error) => Err(LaboratoryError::Draw {
+        let files = self.sessions(&unit.fields)?;
+        let trials = self.play(unit, &files, &mut |_| ())?;
+        Ok(self.means(&files, &trials))
+    }
+
+    /// The trials of a unit, each with its condition; `meet` meets every device that
+    /// they open.
+    ///
+    /// # Errors
+    /// No device, or a trial that ended early.
+    pub(super) fn play(
+        &self,
+        unit: &Unit,
+        files: &[SessionFile],
+        meet: &mut dyn FnMut(&mut dyn Port),
+    ) -> Result<Vec<(usize, Trial)>, LaboratoryError> {
+        let sessions: Vec<_> = files.iter().map(|file| file.session.clone()).collect();
+        let wearer = self.declaration.protocol.wearer;
+        let mut worn = Worn::new(wearer, &sessions, (&DeviceName::Native, unit.seed))?;
+        let mut trials = Vec::new();
+        for step in self.steps_of(unit.seed) {
+            let place = match step {
+                Step::Rest(rest_s) => {
+                    worn.rest(rest_s, &mut || true)?;
+                    continue;
+                }
+                Step::Prompt(_) => continue,
+                Step::Trial(place) => place,
+            };
+            let (c, Some(file)) = (place.condition, files.get(place.condition)) else {
+                continue;
+            };
+            let port = worn.open(&file.session, place, meet)?;
+            let (outcome, port) = run(file, port, None, |_: f64| ());
+            worn.give_back(port);
+            if let Some(error) = outcome.error {
+                return Err(LaboratoryError::Draw {
                     draw: unit.index,
-                    condition: condition.name(),
+                    condition: self
+                        .conditions
+                        .get(c)
+                        .map_or(String::new(), Condition::name),
                     error: error.to_string(),
-                }),
+                });
             }
+            trials.push((c, outcome.trial));
+        }
+        Ok(trials)
+    }
+
+    /// The measures of each condition, of several trials the mean of those that have
+    /// one.
+    pub(super) fn means(&self, files: &[SessionFile], trials: &[(usize, Trial)]) -> Vec<Measured> {
+        let of = |(c, file): (usize, &SessionFile)| {
+            let own = trials.iter().filter(|(condition, _)| *condition == c);
+            let own: Vec<Measured> = own.map(|(_, trial)| self.measured(file, trial)).collect();
+            let mean = |m: usize| {
+                let numbers = own.iter().filter_map(|measured| *measured.get(m)?);
+                let numbers: Vec<f64> = numbers.collect();
+                let sum = numbers.iter().copied().reduce(|a, b| a + b)?;
+                Some(sum / numbers.len() as f64)
+            };
+            (0..self.measures().count()).map(mean).collect()
         };
-        self.conditions.iter().map(one).collect()
+        files.iter().enumerate().map(of).collect()
     }
 
     /// The measures of a trial of `file`.

@@ -29,6 +29,7 @@ pub const MEASURES: &[Measure] = &[
     Measure { id: "swing_deg", quantity: "swing over the last 2 s of the push", unit: "°", of: |_, trial| Some(visit(trial)?.swing_deg()) },
     Measure { id: "turns", quantity: "turns of at least half a degree", unit: "", of: |_, trial| Some(last_hit(trial)?.turns as f64) },
     Measure { id: "settling_s", quantity: "from the first turn until within 1° of the end", unit: "s", of: |_, trial| Some(visit(trial)?.settling_s()) },
+    Measure { id: "peak_deg", quantity: "largest true angle", unit: "°", of: |_, trial| trial.samples.iter().filter_map(|sample| sample.true_deg).reduce(f64::max) },
     Measure { id: "charge_mc", quantity: "charge of all first phases", unit: "mC", of: |session, trial| Some(delivered(session, trial).0) },
     Measure { id: "energy_mj", quantity: "energy into 1 kΩ (assumed)", unit: "mJ", of: |session, trial| Some(delivered(session, trial).1) },
 ];

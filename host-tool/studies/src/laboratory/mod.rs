@@ -20,6 +20,7 @@ mod protocol;
 mod result;
 pub mod search;
 mod sweep;
+mod wearer;
 
 pub use check::MOST_DRAWS;
 pub use claims::{Case, Share, shares};
@@ -30,6 +31,6 @@ pub use error::LaboratoryError;
 pub use experiment::{Experiment, Measured};
 pub use measure::{MEASURES, Measure};
 pub use page::{headline, publish, renew};
-pub use protocol::{Place, Step};
+pub use protocol::{Place, Step, Wearer};
 pub use result::{Outcome, Row, Shown};
 pub use sweep::{Shard, Sweep, begin, merge};

@@ -20,10 +20,23 @@ pub struct Protocol {
     pub rest_s: f64,
     /// Between two blocks, s.
     pub block_rest_s: f64,
+    /// How a trial finds a simulated wearer.
+    pub wearer: Wearer,
     /// Said before each trial; somebody who operates a board answers it.
     pub prompt: Option<String>,
     /// What ends the protocol.
     pub stop: Stop,
+}
+
+/// How a trial finds a simulated wearer. A board has a person, who is the same.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Wearer {
+    /// Rested and at the start of their movement: trials do not depend on each other.
+    #[default]
+    Rested,
+    /// As the trials and rests before have left them.
+    Same,
 }
 
 /// The order of trials in a block.
@@ -58,6 +71,7 @@ impl Default for Protocol {
             order: Order::default(),
             rest_s: 0.0,
             block_rest_s: 0.0,
+            wearer: Wearer::default(),
             prompt: None,
             stop: Stop::default(),
         }
