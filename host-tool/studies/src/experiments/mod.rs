@@ -10,10 +10,11 @@ use std::path::Path;
 
 /// File name and text of every declaration.
 #[rustfmt::skip]
-const DECLARATIONS: [(&str, &str); 3] = [
+const DECLARATIONS: [(&str, &str); 4] = [
     ("hamana-4.toml", include_str!("../../../experiments/hamana-4.toml")),
     ("harris-wall.toml", include_str!("../../../experiments/harris-wall.toml")),
     ("harris-wall-why.toml", include_str!("../../../experiments/harris-wall-why.toml")),
+    ("open-trains.toml", include_str!("../../../experiments/open-trains.toml")),
 ];
 
 macro_rules! sessions {
@@ -28,6 +29,7 @@ const SESSIONS: &[(&str, &str)] = sessions![
     "hamana_exp4_one_point_b.toml"
     "hamana_exp4_two_point.toml"
     "harris_wall/3_pre_wall_co_contraction.toml"
+    "open_finger.toml"
 ];
 
 /// The names of [`named`].
