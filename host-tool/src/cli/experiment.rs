@@ -19,7 +19,7 @@ use studies::laboratory::{
 /// Run a paper's protocol on a device; then, simulated, with wearers drawn at random
 #[derive(Args, Debug)]
 pub struct ExperimentArgs {
-    /// hamana-4, harris-wall, harris-wall-why, or the file of a declaration
+    /// hamana-4, harris-wall, harris-wall-why, open-trains, or the file of a declaration
     name: String,
     /// native, chip, qemu, a serial port, or tcp:HOST:PORT
     #[arg(long, default_value = "native")]
@@ -135,11 +135,11 @@ fn came_to(
     }
     let sweep = Sweep::new(experiment, seed, draws, Shard::WHOLE);
     sweep.begin(dir)?;
-    let outcome = sweep.run(experiment, dir, &course.trials, &mut |part| {
+    let swept = sweep.run(experiment, dir, &course.trials, &mut |part| {
         beside.bar.set(beside.part + (1.0 - beside.part) * part);
         beside.interruption.asked().is_none()
     })?;
-    Ok(outcome)
+    Ok(swept.outcome)
 }
 
 /// The outcome of what came to its end.

@@ -7,13 +7,13 @@ use host_core::record::Place;
 use interrupt::Ended;
 use std::path::PathBuf;
 use studies::experiments::named;
-use studies::laboratory::{MOST_DRAWS, Outcome, Shard, Sweep, begin, merge};
+use studies::laboratory::{Checked, MOST_DRAWS, Outcome, Shard, Sweep, begin, merge};
 
 /// Draw an experiment's wearers on all cores; the same command goes on where it was
 /// interrupted
 #[derive(Args, Debug)]
 pub struct SweepArgs {
-    /// hamana-4, harris-wall, harris-wall-why, or the file of a declaration
+    /// hamana-4, harris-wall, harris-wall-why, open-trains, or the file of a declaration
     name: String,
     /// Wearers at each point of the grid; default: the declaration's
     #[arg(long, conflicts_with = "merge")]
@@ -55,7 +55,7 @@ pub fn main(args: &SweepArgs, output: Output) -> anyhow::Result<()> {
     let _mine = Place::existing(&args.out)?;
     let bar = output.bar(&experiment.declaration.name);
     let mut done = 0.0;
-    let outcome = sweep.run(&experiment, &args.out, &[], &mut |part| {
+    let swept = sweep.run(&experiment, &args.out, &[], &mut |part| {
         bar.set(part);
         done = part;
         interruption.asked().is_none()
@@ -68,7 +68,10 @@ pub fn main(args: &SweepArgs, output: Output) -> anyhow::Result<()> {
         );
         return Err(Ended(signal, kept).into());
     }
-    match outcome {
+    if let Some(checked) = swept.checked {
+        eprintln!("{}", in_words(checked));
+    }
+    match swept.outcome {
         Some(outcome) => say(args, output, &outcome),
         None => {
             let dir = args.out.display().to_string();
@@ -81,6 +84,23 @@ pub fn main(args: &SweepArgs, output: Output) -> anyhow::Result<()> {
                 || serde_json::json!({ "shard": shard, "folder": dir }),
             )
         }
+    }
+}
+
+/// What was drawn without the device, and how it compares.
+fn in_words(checked: Checked) -> String {
+    let Checked {
+        units,
+        whole,
+        alone,
+    } = checked;
+    let ratio = whole.as_secs_f64() / alone.as_secs_f64();
+    match units {
+        0 => "open loop: body and schedule alone; no unit was due on the whole device".to_owned(),
+        _ => format!(
+            "open loop: body and schedule alone, {ratio:.1} times as fast as the whole device; \
+             {units} on the whole device as well, equal"
+        ),
     }
 }
 

@@ -12,6 +12,8 @@ use studies::laboratory::{
     merge, publish, renew,
 };
 
+const OPEN: &str = include_str!("../../experiments/open-trains.toml");
+const OPEN_SESSION: &str = include_str!("../../sessions/open_finger.toml");
 const SESSION: &str = include_str!("../../sessions/harris_wall/3_pre_wall_co_contraction.toml");
 
 /// Two walls, hit for a second and a half: quick.
@@ -174,6 +176,7 @@ fn a_sweep_killed_at_any_byte_goes_on_to_the_same_bytes() {
         sweep
             .run(&experiment, &stopped, &[], &mut |_| false)
             .unwrap()
+            .outcome
             .is_none()
     );
     swept(Shard::WHOLE, 3, &stopped);
@@ -189,14 +192,16 @@ fn a_folder_of_something_else_is_left_alone() {
     let sweep = |seed| Sweep::new(&experiment, seed, 10, Shard::WHOLE);
     let refused = sweep(3)
         .run(&experiment, &dir, &[], &mut |_| true)
-        .unwrap_err();
+        .err()
+        .unwrap();
     assert!(refused.to_string().starts_with("E603"), "{refused}");
     assert_eq!(files(&dir).len(), 1);
     let mine = folder("mine");
     swept(Shard::WHOLE, 3, &mine);
     let refused = sweep(4)
         .run(&experiment, &mine, &[], &mut |_| true)
-        .unwrap_err();
+        .err()
+        .unwrap();
     let told = refused.to_string();
     assert!(told.contains("seed 3") && told.contains("seed 4"), "{told}");
     for text in ["0/3", "4/3", "3", "a/b", "1/0", "1/10001", ""] {
@@ -514,4 +519,25 @@ fn what_was_not_played_is_not_told() {
             .iter()
             .any(|it| it.contains("body.inertia_kg_m2"))
     );
+}
+
+/// Trains without feedback: bodies without their device, some of them with it as well.
+#[test]
+fn shards_without_feedback_merge_to_the_bytes_of_one_sweep() {
+    let text = OPEN.replace("draws = 400", "draws = 3");
+    let texts = |_: &str| Ok(OPEN_SESSION.to_owned());
+    let experiment = Experiment::new("open-trains.toml", &text, &texts).unwrap();
+    let swept = |name: &str, shard: Shard| {
+        let dir = folder(name);
+        let sweep = Sweep::new(&experiment, 14, 3, shard);
+        let swept = sweep.run(&experiment, &dir, &[], &mut |_| true).unwrap();
+        assert_eq!(swept.checked.unwrap().units, 1, "{name}");
+        dir
+    };
+    let whole = swept("open_whole", Shard::WHOLE);
+    let parts = ["1/2", "2/2"].map(|text| swept(&format!("open_{}", &text[..1]), shard(text)));
+    let merged = folder("open_merged");
+    merge(&parts, &merged, &experiment).unwrap();
+    fs::remove_file(merged.join(".lock")).unwrap();
+    assert_eq!(files(&merged), files(&whole));
 }

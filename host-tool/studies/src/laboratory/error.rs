@@ -102,6 +102,20 @@ pub enum LaboratoryError {
         /// Of their sessions.
         field: &'static str,
     },
+    /// A draw that is not what it is on the whole device.
+    #[error(
+        "E612 unit {unit}, {condition}: body and schedule alone are not the whole device: {what} \
+         differs; the sweep stops, and what was drawn this way is not to be trusted: report it \
+         with the declaration"
+    )]
+    Unequal {
+        /// From 0.
+        unit: u64,
+        /// Its name.
+        condition: String,
+        /// What differs first.
+        what: String,
+    },
     /// The session that conditions change.
     #[error(transparent)]
     Session(#[from] SessionError),

@@ -6,6 +6,7 @@ use super::claims::Units;
 use super::conduct::Conducted;
 use super::error::LaboratoryError;
 use super::experiment::Experiment;
+use super::open_loop::{Checked, Score, is_checked};
 use super::page::publish;
 use super::result::Outcome;
 use folder::Folder;
@@ -54,6 +55,19 @@ impl Shard {
     fn has(self, unit: u64) -> bool {
         unit % self.of == self.number - 1
     }
+
+    /// Which of this part's units it is, from 0.
+    const fn position(self, unit: u64) -> u64 {
+        unit / self.of
+    }
+}
+
+/// What came of a sweep, or of as much of it as there is.
+pub struct Swept {
+    /// Of a whole sweep that came to its end.
+    pub outcome: Option<Outcome>,
+    /// Of an experiment without feedback, the units that ran on the whole device too.
+    pub checked: Option<Checked>,
 }
 
 /// What decides every byte of a sweep; `sweep.json`.
@@ -113,17 +127,32 @@ impl Sweep {
     }
 
     /// Computes what `dir` does not hold yet; `go_on` hears the part done, 0 to 1,
-    /// and may say no. The outcome, of a whole sweep that came to its end; its page
-    /// shows `trials`, which were conducted before.
+    /// and may say no. The page of a whole sweep shows `trials`, which were conducted
+    /// before. Without feedback bodies are drawn without their device, one in a hundred
+    /// with it as well.
     ///
     /// # Errors
-    /// The folder holds something else or cannot be written; a unit failed, which
-    /// ends the sweep with everything before it kept.
+    /// The folder holds something else or cannot be written; a unit failed, or was not
+    /// what it is on the whole device, which ends the sweep with everything before kept.
     pub fn run(
         &self,
         experiment: &Experiment,
         dir: &Path,
         trials: &[Conducted],
+        go_on: &mut dyn FnMut(f64) -> bool,
+    ) -> Result<Swept, LaboratoryError> {
+        let score = Score::of(experiment, (self.seed, self.draws))?;
+        let outcome = self.run_to(experiment, (dir, trials), score.as_ref(), go_on)?;
+        let checked = score.as_ref().map(Score::checked);
+        Ok(Swept { outcome, checked })
+    }
+
+    /// [`Self::run`] to this score, if the experiment has one.
+    pub(super) fn run_to(
+        &self,
+        experiment: &Experiment,
+        (dir, trials): (&Path, &[Conducted]),
+        score: Option<&Score>,
         go_on: &mut dyn FnMut(f64) -> bool,
     ) -> Result<Option<Outcome>, LaboratoryError> {
         let (mut folder, mut units) = Folder::open(dir, self, experiment)?;
@@ -144,7 +173,14 @@ impl Sweep {
             }
             let unit = |index: &u64| {
                 let unit = experiment.unit(self.seed, self.draws, *index);
-                Ok((experiment.perform(&unit)?, unit))
+                let measured = match score {
+                    Some(score) => {
+                        let is_checked = is_checked(self.shard.position(*index));
+                        score.perform(experiment, &unit, is_checked)?
+                    }
+                    None => experiment.perform(&unit)?,
+                };
+                Ok((measured, unit))
             };
             let done: Vec<Result<_, LaboratoryError>> = some.par_iter().map(unit).collect();
             for result in done {

@@ -1,0 +1,119 @@
+//! Bodies alone against the whole device.
+
+use super::*;
+use crate::laboratory::sweep::{Shard, Sweep};
+use std::path::PathBuf;
+
+const SESSION: &str = include_str!("../../../../sessions/open_finger.toml");
+const DECLARED: &str = r#"
+name = "open"
+title = "Open"
+source = "nobody"
+session = "open_finger.toml"
+seed = 5
+draws = 4
+measures = ["peak_deg", "charge_mc"]
+[protocol]
+repetitions = 2
+rest_s = 1.0
+[[draw]]
+field = "body.flexor_nm"
+low = 0.15
+high = 0.5
+source = "assumed"
+"#;
+
+fn experiment(wearer: &str) -> Experiment {
+    let text = DECLARED.replace("rest_s", &format!("wearer = \"{wearer}\"\nrest_s"));
+    Experiment::new("open.toml", &text, &|_| Ok(SESSION.to_owned())).unwrap()
+}
+
+fn score(experiment: &Experiment) -> Score {
+    Score::of(experiment, (5, 4)).unwrap().unwrap()
+}
+
+fn folder(name: &str) -> PathBuf {
+    let dir = std::env::temp_dir().join(format!("flexor-{name}-{}", std::process::id()));
+    let _ = std::fs::remove_dir_all(&dir);
+    dir
+}
+
+#[test]
+fn every_drawn_body_moves_as_on_the_whole_device() {
+    for wearer in ["rested", "same"] {
+        let experiment = experiment(wearer);
+        let score = score(&experiment);
+        for index in 0..4 {
+            let unit = experiment.unit(5, 4, index);
+            let files = experiment.sessions(&unit.fields).unwrap();
+            let alone = score.play(&experiment, &unit, &files).unwrap().unwrap();
+            let whole = experiment.play(&unit, &files, &mut |_| ()).unwrap();
+            assert_eq!(difference(&whole, &alone), None, "{wearer} {index}");
+            assert_eq!(whole[0].1.samples.len(), alone[0].1.samples.len());
+        }
+        score
+            .perform(&experiment, &experiment.unit(5, 4, 3), true)
+            .unwrap();
+        assert_eq!(score.checked().units, 1);
+    }
+}
+
+/// What is put out a microsecond late, or not at all, is found.
+#[test]
+fn a_sweep_stops_at_what_the_whole_device_does_not_do() {
+    let experiment = experiment("rested");
+    let pulse_after = |score: &Score, at_us| {
+        let touches = &score.parts[0].touches;
+        touches.iter().position(|(at, _)| *at > at_us).unwrap()
+    };
+    let swept = |score: &Score, name: &str| {
+        let sweep = Sweep::new(&experiment, 5, 4, Shard::WHOLE);
+        let dir = folder(name);
+        let swept = sweep.run_to(&experiment, (&dir, &[]), Some(score), &mut |_| true);
+        std::fs::remove_dir_all(&dir).unwrap();
+        swept.map(|_| ()).map_err(|error| error.to_string())
+    };
+    assert_eq!(swept(&score(&experiment), "right"), Ok(()));
+    let mut late = score(&experiment);
+    let place = pulse_after(&late, 1_000_000);
+    if let (_, Touch::Pulse(pulse)) = &mut late.parts[0].touches[place] {
+        pulse.t_us += 1;
+    }
+    let told = swept(&late, "late").unwrap_err();
+    assert!(told.starts_with("E612 unit 0, the session:"), "{told}");
+    assert!(told.contains("the true angle at"), "{told}");
+    let mut lost = score(&experiment);
+    lost.parts[0].touches.remove(place);
+    assert!(swept(&lost, "lost").unwrap_err().starts_with("E612 unit 0"));
+    let mut other = score(&experiment);
+    other.parts[0].trials[0].1.samples[50].amplitudes[0] = Some(1.0);
+    let told = swept(&other, "other").unwrap_err();
+    assert!(told.contains("telemetry at"), "{told}");
+}
+
+#[test]
+fn a_unit_with_a_schedule_of_its_own_runs_on_the_whole_device() {
+    let text = DECLARED.replace("body.flexor_nm", "channel.1.limit");
+    let text = text
+        .replace("0.15", "26")
+        .replace("0.5", "28\neven = \"whole\"");
+    let texts = |_: &str| Ok(SESSION.to_owned());
+    let experiment = Experiment::new("open.toml", &text, &texts).unwrap();
+    let score = score(&experiment);
+    let mut units = (0..4).map(|index| experiment.unit(5, 4, index));
+    let first = units.next().unwrap();
+    let unit = units.find(|unit| unit.fields != first.fields).unwrap();
+    let files = experiment.sessions(&unit.fields).unwrap();
+    assert!(score.play(&experiment, &unit, &files).unwrap().is_none());
+    let measured = score.perform(&experiment, &unit, true).unwrap();
+    assert_eq!(measured, experiment.perform(&unit).unwrap());
+}
+
+#[test]
+fn a_joint_or_a_wall_is_no_open_loop() {
+    let closed = include_str!("../../../../sessions/harris_wall/3_pre_wall_co_contraction.toml");
+    let file = SessionFile::parse("wall.toml", closed).unwrap();
+    assert!(!is_open(&file.session));
+    let file = SessionFile::parse("open.toml", SESSION).unwrap();
+    assert!(is_open(&file.session));
+}
