@@ -64,13 +64,11 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
     output.settle(&mut session.session)?;
     let seed = (!args.device.is_port()).then_some(args.seed.unwrap_or(SEED));
     let plan = Plan {
-        command: "run".to_owned(),
-        device: args.device.to_string(),
         law: args.law.map(|law| law.name().to_owned()),
         acknowledge: args.acknowledge,
         vcd: args.vcd.is_some(),
         image: args.chip.image().is_some(),
-        draws: None,
+        ..Plan::of("run", &args.device.to_string())
     };
     let mut record = Run::begin(&session.session.title, &args.device.to_string(), seed, plan);
     record.study = study;

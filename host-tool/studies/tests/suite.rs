@@ -3,6 +3,7 @@
 mod accuracy_study;
 mod control_campaign;
 mod control_twin;
+mod declared;
 mod laboratory;
 mod ladder_judge;
 mod limit_cycle;

@@ -31,7 +31,7 @@ pub use error::RecordError;
 pub use folder::{load, save, write_header, write_run};
 pub use identity::{DeviceKind, Identity};
 pub use place::{Place, may_write};
-pub use provenance::{ClockFit, HostFacts, Plan, Program};
+pub use provenance::{ClockFit, Declared, HostFacts, Plan, Program};
 pub use recorder::Recorder;
 pub use table::{read_edges, read_samples, write_edges, write_samples};
 

@@ -1,5 +1,6 @@
 //! The folder of a new record: a run never destroys another.
 
+use super::provenance::DECLARED;
 use super::{RecordError, folder};
 use std::ffi::{OsStr, OsString};
 use std::fs::{File, TryLockError};
@@ -206,18 +207,36 @@ fn clear(dir: &Path) -> Result<(), RecordError> {
         // With somebody's own files in it, it stays.
         let _ = std::fs::remove_dir(&folder);
     }
+    clear_declared(dir)?;
     remove(dir, RUN_FILES)
 }
 
+/// Takes away the sessions that the record of an experiment keeps.
+fn clear_declared(dir: &Path) -> Result<(), RecordError> {
+    let header = folder::read_header(dir).ok();
+    let plan = header.and_then(|run| run.plan);
+    for (place, declared) in plan.iter().flat_map(|plan| &plan.declared).enumerate() {
+        remove_file(&dir.join(declared.kept_as(place)))?;
+    }
+    let _ = std::fs::remove_dir(dir.join(DECLARED));
+    Ok(())
+}
+
 fn remove(dir: &Path, names: &str) -> Result<(), RecordError> {
-    for name in names.split(' ') {
-        for path in [dir.join(name), dir.join(format!("{name}.partial"))] {
-            match std::fs::remove_file(&path) {
-                Err(e) if e.kind() != ErrorKind::NotFound => {
-                    return Err(RecordError::io(&path)(e));
-                }
-                _ => {}
+    let mut paths = names.split(' ').map(|name| dir.join(name));
+    paths.try_for_each(|path| remove_file(&path))
+}
+
+/// Also what was written of it only in part.
+fn remove_file(path: &Path) -> Result<(), RecordError> {
+    let mut partial = path.as_os_str().to_owned();
+    partial.push(".partial");
+    for path in [path, Path::new(&partial)] {
+        match std::fs::remove_file(path) {
+            Err(e) if e.kind() != ErrorKind::NotFound => {
+                return Err(RecordError::io(path)(e));
             }
+            _ => {}
         }
     }
     Ok(())

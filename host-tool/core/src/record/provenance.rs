@@ -1,6 +1,7 @@
 //! Where a record comes from: program, plan and host.
 
 use serde::{Deserialize, Serialize};
+use std::path::Path;
 
 /// The program that recorded.
 #[derive(Clone, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
@@ -60,6 +61,33 @@ pub struct Plan {
     /// Wearers that an experiment drew; `arms` in older records.
     #[serde(alias = "arms")]
     pub draws: Option<u64>,
+    /// What an experiment was made of: its declaration, then each session that names.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub declared: Vec<Declared>,
+}
+
+/// A file that an experiment was made of; the record keeps it.
+#[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
+pub struct Declared {
+    /// Its name, for a session as the declaration gives it.
+    pub file: String,
+    /// Its SHA-256, 64 hexadecimal digits.
+    pub sha256: String,
+}
+
+/// Where a record keeps the sessions of its declaration.
+pub(super) const DECLARED: &str = "declared";
+
+impl Declared {
+    /// Where the record keeps it, relative to its folder: `place` in the plan, from 0.
+    #[must_use]
+    pub fn kept_as(&self, place: usize) -> String {
+        let name = Path::new(&self.file).file_name().unwrap_or_default();
+        match place {
+            0 => "declaration.toml".to_owned(),
+            _ => format!("{DECLARED}/{place:02}-{}", name.to_string_lossy()),
+        }
+    }
 }
 
 impl Plan {
@@ -74,6 +102,7 @@ impl Plan {
             vcd: false,
             image: false,
             draws: None,
+            declared: Vec::new(),
         }
     }
 }

@@ -269,13 +269,22 @@ impl SessionError {
     /// Number, file, line, column, problem and help in one line, for machines.
     #[must_use]
     pub fn one_line(&self) -> String {
-        let Inner { problem, code, .. } = &*self.0;
         let place = self.0.file.as_ref().zip(self.line_and_column());
         let place =
             place.map(|(file, (line, column))| format!("{}:{line}:{column}: ", file.name()));
+        self.told(&place.unwrap_or_default())
+    }
+
+    /// Number, problem and help in one line: of a text that nobody wrote.
+    #[must_use]
+    pub fn words(&self) -> String {
+        self.told("")
+    }
+
+    fn told(&self, place: &str) -> String {
+        let Inner { problem, code, .. } = &*self.0;
         let help = problem.help().map(|help| format!("; {help}"));
-        let (place, help) = (place.unwrap_or_default(), help.unwrap_or_default());
-        format!("{code} {place}{self}{help}")
+        format!("{code} {place}{self}{}", help.unwrap_or_default())
     }
 
     /// All of them, a line each.

@@ -60,16 +60,14 @@ pub fn named(name: &str) -> Result<Experiment, LaboratoryError> {
 fn of_program(session: &str) -> Result<String, LaboratoryError> {
     let found = SESSIONS.iter().find(|(file, _)| *file == session);
     let text = found.map(|(_, text)| (*text).to_owned());
-    text.ok_or_else(|| LaboratoryError::Field {
-        field: session.to_owned(),
-        reason: "no session of the program has this name".to_owned(),
-    })
+    let absent = || std::io::Error::other("no session of the program has this name");
+    text.ok_or_else(|| LaboratoryError::File(session.to_owned(), absent()))
 }
 
 fn from_file(path: &Path) -> Result<Experiment, LaboratoryError> {
-    let text = read(path)?;
-    let beside = path.parent().unwrap_or(Path::new("."));
     let file = path.file_name().unwrap_or_default().to_string_lossy();
+    let text = read(path).map_err(|error| LaboratoryError::unreadable(path, &error))?;
+    let beside = path.parent().unwrap_or(Path::new("."));
     Experiment::new(&file, &text, &|session| read(&beside.join(session)))
 }
 

@@ -3,6 +3,7 @@
 use super::declaration::{Compared, Declaration, Drawn, Even, What};
 use super::error::{LaboratoryError, Mistake};
 use super::measure;
+use super::written::Written;
 use std::collections::HashSet;
 
 /// Most trials of a protocol, and wearers of a sweep.
@@ -16,132 +17,214 @@ impl Declaration {
     /// # Errors
     /// Everything that is wrong with it, each with a line where one is known.
     pub fn parse(file: &str, text: &str) -> Result<Self, LaboratoryError> {
-        let told = |mistakes| LaboratoryError::Declaration {
-            file: file.to_owned(),
-            mistakes,
-        };
-        let read: Self = toml::from_str(text).map_err(|error| {
-            let line = error.span().map(|span| line_of(text, span.start));
-            told(vec![Mistake::at(line, error.message())])
-        })?;
-        let mistakes = mistakes(&read);
-        match mistakes.is_empty() {
-            true => Ok(read),
-            false => Err(told(mistakes.into_iter().map(Mistake::nowhere).collect())),
+        let mut written = Written::new(text);
+        let (read, mut mistakes) = written.read();
+        if let Some(read) = &read {
+            let mut told = Told {
+                written: &written,
+                all: mistakes,
+            };
+            told.look_at(read);
+            mistakes = told.all;
+        }
+        match read.filter(|_| mistakes.is_empty()) {
+            Some(read) => Ok(read),
+            None => Err(LaboratoryError::declaration(file, mistakes)),
         }
     }
 }
 
-fn line_of(text: &str, offset: usize) -> usize {
-    let before = text.get(..offset).unwrap_or(text);
-    before.matches('\n').count() + 1
+/// Everything that is wrong with a declaration, for people.
+struct Told<'w> {
+    written: &'w Written<'w>,
+    all: Vec<Mistake>,
 }
 
-/// Everything that is wrong with `d`, for people.
-fn mistakes(d: &Declaration) -> Vec<String> {
-    let mut told = Vec::new();
-    names(d, &mut told);
-    numbers(d, &mut told);
-    for (at, claim) in d.claims.iter().enumerate() {
-        let say = |what: String| format!("claim `{}`: {what}", claim.id);
+impl Told<'_> {
+    /// Of a field of element `nth` of a list.
+    fn of(&mut self, (list, nth, field): (&str, usize, &str), what: &str) {
+        let line = self.written.line(list, nth, field);
+        self.all.push(Mistake::at(line, what));
+    }
+
+    /// Of a field of the whole.
+    fn whole(&mut self, field: &str, what: &str) {
+        let line = self.written.line_of(field);
+        self.all.push(Mistake::at(line, what));
+    }
+
+    fn look_at(&mut self, d: &Declaration) {
+        self.names(d);
+        self.factors(d);
+        self.numbers(d);
+        for nth in 0..d.claims.len() {
+            self.claim(d, nth);
+        }
+        for nth in 0..d.printed.len() {
+            self.printed(d, nth);
+        }
+        for what in d.protocol.mistakes() {
+            self.whole("protocol", &what);
+        }
+    }
+
+    fn claim(&mut self, d: &Declaration, nth: usize) {
+        let Some(claim) = d.claims.get(nth) else {
+            return;
+        };
+        let say = |what: &str| format!("claim `{}`: {what}", claim.id);
         match &claim.what {
             What::Compared(compared) => {
-                told.extend(compared_mistakes(d, compared).into_iter().map(say));
+                for (field, what) in compared_mistakes(d, compared) {
+                    self.of(("claim", nth, field), &say(&what));
+                }
             }
             What::Combined { all, none } => {
-                let before = d.claims.get(..at).unwrap_or_default();
-                let is_known = |id: &&String| !before.iter().any(|other| other.id == **id);
-                let unknown = all.iter().chain(none).filter(is_known);
-                told.extend(unknown.map(|id| say(format!("no claim `{id}` before it"))));
+                let before = d.claims.get(..nth).unwrap_or_default();
+                for (field, ids) in [("all", all), ("none", none)] {
+                    for id in ids {
+                        let is_known = before.iter().any(|other| other.id == *id);
+                        if !is_known && !self.written.is_unread_claim(id) {
+                            let what = say(&format!("no claim `{id}` before it"));
+                            self.of(("claim", nth, field), &what);
+                        }
+                    }
+                }
                 if all.is_empty() && none.is_empty() {
-                    told.push(say(
-                        "compares nothing: give `measure`, or `all` or `none`".into()
-                    ));
+                    let what = say("compares nothing: give `measure`, or `all` or `none`");
+                    self.of(("claim", nth, "id"), &what);
                 }
             }
         }
     }
-    for printed in &d.printed {
-        let say = |what: String| format!("printed {}: {what}", printed.source);
-        told.extend(unknown_measure(d, &printed.measure).map(say));
-        if !is_condition(d, &printed.condition) {
-            let levels = printed.condition.join(", ");
-            told.push(say(format!("`{levels}` is not a level of each factor")));
+
+    fn printed(&mut self, d: &Declaration, nth: usize) {
+        let Some(printed) = d.printed.get(nth) else {
+            return;
+        };
+        let say = |what: &str| format!("printed, {}: {what}", printed.source);
+        if let Some(what) = unknown_measure(d, &printed.measure) {
+            self.of(("printed", nth, "measure"), &say(&what));
+        }
+        for (factor, levels) in &printed.only {
+            for what in levels
+                .iter()
+                .filter_map(|level| unknown_level(d, factor, level))
+            {
+                self.of(("printed", nth, "where"), &say(&what));
+            }
+            if levels.is_empty() {
+                let what = say(&format!("no level of `{factor}`"));
+                self.of(("printed", nth, "where"), &what);
+            }
+        }
+        if printed.values.is_empty() || !printed.values.iter().all(|it| it.is_finite()) {
+            self.of(("printed", nth, "values"), &say("no finite value"));
         }
     }
-    told.extend(d.protocol.mistakes());
-    told
-}
 
-fn names(d: &Declaration, told: &mut Vec<String>) {
-    let is_plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
-    if d.name.is_empty() || !d.name.chars().all(is_plain) {
-        let name = &d.name;
-        told.push(format!("name is `{name}`, allowed are a–z, 0–9 and -"));
-    }
-    let known = || measure::MEASURES.iter().map(|m| m.id);
-    for name in d
-        .measures
-        .iter()
-        .filter(|name| measure::named(name).is_none())
-    {
-        let all: Vec<_> = known().collect();
-        told.push(format!("no measure `{name}`; there are {}", all.join(", ")));
-    }
-    if d.measures.is_empty() {
-        told.push("measures is empty: nothing would come out".into());
-    }
-    for factor in &d.factors {
-        if factor.levels.is_empty() {
-            told.push(format!("factor `{}` has no level", factor.name));
+    fn names(&mut self, d: &Declaration) {
+        let is_plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
+        if d.name.is_empty() || !d.name.chars().all(is_plain) {
+            let what = format!("name is `{}`, allowed are a–z, 0–9 and -", d.name);
+            self.whole("name", &what);
         }
-        let levels = factor.levels.iter().map(|level| &*level.name);
-        twice(&format!("level of `{}`", factor.name), levels, told);
+        let known: Vec<_> = measure::MEASURES.iter().map(|it| it.id).collect();
+        for name in d.measures.iter().filter(|it| measure::named(it).is_none()) {
+            let what = format!("no measure `{name}`; there are {}", known.join(", "));
+            self.whole("measures", &what);
+        }
+        if d.measures.is_empty() {
+            self.whole("measures", "measures is empty: nothing would come out");
+        }
+        for (_, what) in twice("measure", d.measures.iter().map(|it| &**it)) {
+            self.whole("measures", &what);
+        }
+        for (nth, what) in twice("claim", d.claims.iter().map(|it| &*it.id)) {
+            self.of(("claim", nth, "id"), &what);
+        }
+        let drawn = d.drawn.iter().map(|it| &*it.field);
+        let fields = drawn.chain(d.grid.iter().map(|it| &*it.field));
+        for (nth, what) in twice("drawn field", fields) {
+            match nth.checked_sub(d.drawn.len()) {
+                None => self.of(("draw", nth, "field"), &what),
+                Some(nth) => self.of(("grid", nth, "field"), &what),
+            }
+        }
     }
-    twice("measure", d.measures.iter().map(|m| &**m), told);
-    twice("factor", d.factors.iter().map(|factor| &*factor.name), told);
-    twice("claim", d.claims.iter().map(|claim| &*claim.id), told);
-    let fields = d.drawn.iter().map(|drawn| &*drawn.field);
-    let fields = fields.chain(d.grid.iter().map(|grid| &*grid.field));
-    twice("drawn field", fields, told);
+
+    fn factors(&mut self, d: &Declaration) {
+        for (nth, what) in twice("factor", d.factors.iter().map(|it| &*it.name)) {
+            self.of(("factor", nth, "name"), &what);
+        }
+        for (nth, factor) in d.factors.iter().enumerate() {
+            if factor.levels.is_empty() {
+                let name = &factor.name;
+                let what = format!("factor `{name}` has no level: no condition is left");
+                self.of(("factor", nth, "name"), &what);
+            }
+            let levels = factor.levels.iter().map(|level| &*level.name);
+            for (at, what) in twice(&format!("level of `{}`", factor.name), levels) {
+                let line = self.written.line_of_level(nth, at);
+                self.all.push(Mistake::at(line, &what));
+            }
+        }
+        let names_session = |(_, factor): &(usize, &super::declaration::Factor)| {
+            factor.levels.iter().any(|level| level.session.is_some())
+        };
+        let mut naming = d.factors.iter().enumerate().filter(names_session);
+        if let Some((_, first)) = naming.next() {
+            for (nth, factor) in naming {
+                let (one, other) = (&first.name, &factor.name);
+                let what = format!(
+                    "`{one}` and `{other}` both name sessions: a condition has one; name them \
+                     in one factor"
+                );
+                self.of(("factor", nth, "name"), &what);
+            }
+        }
+    }
+
+    fn numbers(&mut self, d: &Declaration) {
+        let conditions = d.factors.iter().map(|factor| factor.levels.len());
+        let conditions = conditions.fold(1, usize::saturating_mul);
+        let trials = conditions.saturating_mul(d.protocol.rounds());
+        if trials > MOST_TRIALS {
+            let what = format!("{trials} trials, at most {MOST_TRIALS} are allowed");
+            self.whole("protocol", &what);
+        }
+        for (nth, drawn) in d.drawn.iter().enumerate().filter(|(_, it)| !can_be(it)) {
+            let Drawn {
+                field, low, high, ..
+            } = drawn;
+            let what = format!(
+                "draw `{field}` goes from {low} to {high}: give a least below the most, above 0 \
+                 for a logarithm, whole for whole numbers"
+            );
+            self.of(("draw", nth, "low"), &what);
+        }
+        for (nth, grid) in d.grid.iter().enumerate() {
+            if grid.values.is_empty() || !grid.values.iter().all(|it| it.is_finite()) {
+                let what = format!("grid `{}` has no finite value", grid.field);
+                self.of(("grid", nth, "values"), &what);
+            }
+        }
+        let points = d.grid.iter().map(|grid| grid.values.len() as u64);
+        let points = points.fold(1_u64, u64::saturating_mul);
+        if points.saturating_mul(d.draws) > MOST_DRAWS || d.draws == 0 {
+            let draws = d.draws;
+            let what = format!("{draws} draws at {points} points, allowed are 1 to {MOST_DRAWS}");
+            self.whole("draws", &what);
+        }
+    }
 }
 
-fn twice<'a>(what: &str, names: impl Iterator<Item = &'a str>, told: &mut Vec<String>) {
+/// Which of `names` stand there once more, and that they do.
+fn twice<'a>(what: &str, names: impl Iterator<Item = &'a str>) -> Vec<(usize, String)> {
     let mut seen = HashSet::new();
-    let again = names.filter(|name| !seen.insert(*name));
-    told.extend(again.map(|name| format!("{what} `{name}` stands there twice")));
-}
-
-fn numbers(d: &Declaration, told: &mut Vec<String>) {
-    let conditions: usize = d.factors.iter().map(|factor| factor.levels.len()).product();
-    let trials = conditions.saturating_mul(d.protocol.rounds());
-    if trials > MOST_TRIALS {
-        told.push(format!(
-            "{trials} trials, at most {MOST_TRIALS} are allowed"
-        ));
-    }
-    for drawn in d.drawn.iter().filter(|drawn| !can_be(drawn)) {
-        let Drawn {
-            field, low, high, ..
-        } = drawn;
-        told.push(format!(
-            "`{field}` is drawn from {low} to {high}: give a least below the most, above 0 for a \
-             logarithm, whole for whole numbers"
-        ));
-    }
-    for grid in &d.grid {
-        if grid.values.is_empty() || !grid.values.iter().all(|value| value.is_finite()) {
-            told.push(format!("grid `{}` has no finite value", grid.field));
-        }
-    }
-    let points = d.grid.iter().map(|grid| grid.values.len() as u64);
-    let points = points.fold(1_u64, u64::saturating_mul);
-    if points.saturating_mul(d.draws) > MOST_DRAWS || d.draws == 0 {
-        let draws = d.draws;
-        told.push(format!(
-            "{draws} draws at {points} points, allowed are 1 to {MOST_DRAWS}"
-        ));
-    }
+    let again = names.enumerate().filter(|(_, name)| !seen.insert(*name));
+    let told = again.map(|(nth, name)| (nth, format!("{what} `{name}` stands there twice")));
+    told.collect()
 }
 
 fn can_be(drawn: &Drawn) -> bool {
@@ -159,34 +242,40 @@ fn unknown_measure(d: &Declaration, name: &str) -> Option<String> {
     (!is_known).then(|| format!("`{name}` is none of the declaration's measures"))
 }
 
-fn compared_mistakes(d: &Declaration, c: &Compared) -> Vec<String> {
-    let mut told: Vec<String> = unknown_measure(d, &c.measure).into_iter().collect();
-    let mut level = |factor: &str, level: &str| {
-        let found = d.factors.iter().find(|known| known.name == factor);
-        let has = found.map(|factor| factor.levels.iter().any(|known| known.name == level));
-        match has {
-            None => told.push(format!("no factor `{factor}`")),
-            Some(false) => told.push(format!("no level `{level}` of `{factor}`")),
-            Some(true) => {}
-        }
-    };
-    level(&c.factor, &c.this);
-    level(&c.factor, &c.than);
-    for (factor, name) in &c.only {
-        level(factor, name);
+fn unknown_level(d: &Declaration, factor: &str, level: &str) -> Option<String> {
+    match d.factors.iter().find(|known| known.name == factor) {
+        None => Some(format!("no factor `{factor}`")),
+        Some(known) if known.levels.iter().any(|it| it.name == level) => None,
+        Some(_) => Some(format!("no level `{level}` of `{factor}`")),
     }
-    if c.this == c.than || c.only.contains_key(&c.factor) {
-        told.push(format!("compares `{}` with itself", c.this));
-    }
-    if !c.by.is_finite() || c.by < 0.0 {
-        told.push(format!("by is {}, wanted is 0 or more", c.by));
-    }
-    told
 }
 
-fn is_condition(d: &Declaration, levels: &[String]) -> bool {
-    let fits = |(factor, level): (&super::declaration::Factor, &String)| {
-        factor.levels.iter().any(|known| known.name == *level)
-    };
-    levels.len() == d.factors.len() && d.factors.iter().zip(levels).all(fits)
+/// What is wrong with a comparison, by the field that says it.
+fn compared_mistakes(d: &Declaration, c: &Compared) -> Vec<(&'static str, String)> {
+    let measure = unknown_measure(d, &c.measure).map(|what| ("measure", what));
+    let mut told: Vec<_> = measure.into_iter().collect();
+    match d.factors.iter().any(|known| known.name == c.factor) {
+        false => told.push(("factor", format!("no factor `{}`", c.factor))),
+        true => {
+            for (field, level) in [("this", &c.this), ("than", &c.than)] {
+                let unknown = unknown_level(d, &c.factor, level);
+                told.extend(unknown.map(|what| (field, what)));
+            }
+        }
+    }
+    for (factor, level) in &c.only {
+        let unknown = unknown_level(d, factor, level);
+        told.extend(unknown.map(|what| ("where", what)));
+    }
+    if c.this == c.than {
+        told.push(("than", format!("compares `{}` with itself", c.this)));
+    }
+    if c.only.contains_key(&c.factor) {
+        let what = format!("`where` fixes `{}`, which it compares", c.factor);
+        told.push(("where", what));
+    }
+    if !c.by.is_finite() || c.by < 0.0 {
+        told.push(("by", format!("by is {}, wanted is 0 or more", c.by)));
+    }
+    told
 }

@@ -1,9 +1,10 @@
 //! Conditions crossed with conditions, and the sessions that they make.
 
-use super::declaration::Declaration;
+use super::declaration::{Declaration, Level};
 use super::draw::crossed;
-use super::error::LaboratoryError;
+use super::error::{LaboratoryError, words};
 use host_core::run::SessionFile;
+use std::collections::BTreeMap;
 use toml::{Table, Value};
 
 /// One level of each factor.
@@ -18,30 +19,47 @@ pub struct Condition {
 /// A session's text by the name that a declaration gives it.
 pub type Texts<'a> = &'a dyn Fn(&str) -> Result<String, LaboratoryError>;
 
+/// A level, by factor and place in it, and what it cannot change.
+pub(super) type Unchanged = ((usize, usize), String);
+
 impl Condition {
     /// Every level of each factor with each of the others, the last factor
-    /// changing first.
+    /// changing first; `sessions` has those that the declaration names.
     ///
     /// # Errors
-    /// A session is not there, or a field cannot be set.
-    pub fn all(d: &Declaration, texts: Texts<'_>) -> Result<Vec<Self>, LaboratoryError> {
+    /// Every field that a level cannot change.
+    pub(super) fn all(
+        d: &Declaration,
+        sessions: &BTreeMap<&str, Table>,
+    ) -> Result<Vec<Self>, Vec<Unchanged>> {
         let count: usize = d.factors.iter().map(|factor| factor.levels.len()).product();
-        let nth = |index: u64| {
-            let levels = crossed(index, d.factors.iter().map(|factor| &*factor.levels));
-            let other = levels.iter().find_map(|level| level.session.as_deref());
-            let mut base = table(other.unwrap_or(&d.session), texts)?;
-            for level in &levels {
-                for field in &level.unset {
-                    unset(&mut base, field)?;
-                }
-                for (field, value) in &level.set {
-                    set(&mut base, field, value.clone())?;
-                }
+        let places = d.factors.iter().enumerate().map(|(f, factor)| {
+            let levels = factor.levels.iter().enumerate();
+            levels.map(|(l, level)| ((f, l), level)).collect()
+        });
+        let places: Vec<Vec<((usize, usize), &Level)>> = places.collect();
+        let mut refused = Vec::new();
+        let mut all = Vec::new();
+        for index in 0..count as u64 {
+            let levels = crossed(index, places.iter().map(|levels| &**levels));
+            let other = levels
+                .iter()
+                .find_map(|(_, level)| level.session.as_deref());
+            let base = sessions.get(other.unwrap_or(&d.session));
+            let mut base = base.cloned().unwrap_or_default();
+            for (place, level) in &levels {
+                let told = level.change(&mut base).into_iter();
+                refused.extend(told.map(|what| (*place, what)));
             }
-            let levels = levels.iter().map(|level| level.name.clone()).collect();
-            Ok(Self { levels, base })
-        };
-        (0..count as u64).map(nth).collect()
+            let levels = levels.iter().map(|(_, level)| level.name.clone()).collect();
+            all.push(Self { levels, base });
+        }
+        refused.sort();
+        refused.dedup();
+        match refused.is_empty() {
+            true => Ok(all),
+            false => Err(refused),
+        }
     }
 
     /// For people: "pre-wall, 15 °/s".
@@ -55,18 +73,20 @@ impl Condition {
     /// # Errors
     /// A field cannot be set, or no device would arm what comes of it.
     pub fn session(&self, wearer: &[(String, Value)]) -> Result<SessionFile, LaboratoryError> {
+        self.with(wearer).map_err(|reason| {
+            let condition = self.name();
+            LaboratoryError::Condition { condition, reason }
+        })
+    }
+
+    /// The session with these fields, or why there is none, for people.
+    pub(super) fn with(&self, fields: &[(String, Value)]) -> Result<SessionFile, String> {
         let mut table = self.base.clone();
-        for (field, value) in wearer {
+        for (field, value) in fields {
             set(&mut table, field, value.clone())?;
         }
-        let name = self.name();
-        let text = table.to_string();
-        SessionFile::parse(&format!("{name}.toml"), &text).map_err(|error| {
-            LaboratoryError::Condition {
-                condition: name,
-                error: Box::new(error),
-            }
-        })
+        let file = format!("{}.toml", self.name());
+        SessionFile::parse(&file, &table.to_string()).map_err(|error| words(&error))
     }
 }
 
@@ -78,25 +98,20 @@ pub(super) fn named(levels: &[String]) -> String {
     }
 }
 
-fn table(session: &str, texts: Texts<'_>) -> Result<Table, LaboratoryError> {
-    let text = texts(session)?;
-    // Whatever is wrong with it is told by those who know sessions.
-    SessionFile::parse(session, &text)?;
-    text.parse().map_err(|error: toml::de::Error| {
-        let (field, reason) = (session.to_owned(), error.message().to_owned());
-        LaboratoryError::Field { field, reason }
-    })
+impl Level {
+    /// Makes a session this level's; every field that cannot be changed, for people.
+    fn change(&self, session: &mut Table) -> Vec<String> {
+        let unset = self.unset.iter().map(|field| unset(session, field));
+        let mut told: Vec<String> = unset.filter_map(Result::err).collect();
+        let set = self.set.iter().map(|it| set(session, it.0, it.1.clone()));
+        told.extend(set.filter_map(Result::err));
+        told
+    }
 }
 
 /// The table that holds the last part of `field`, and that part.
-fn parent<'t, 'f>(
-    root: &'t mut Table,
-    field: &'f str,
-) -> Result<(&'t mut Table, &'f str), LaboratoryError> {
-    let refuse = |reason: String| LaboratoryError::Field {
-        field: field.to_owned(),
-        reason,
-    };
+fn parent<'t, 'f>(root: &'t mut Table, field: &'f str) -> Result<(&'t mut Table, &'f str), String> {
+    let refuse = |reason: String| format!("`{field}` cannot be set: {reason}");
     let (path, last) = field.rsplit_once('.').unwrap_or(("", field));
     let mut at = root;
     let mut parts = path.split('.').filter(|part| !part.is_empty());
@@ -121,20 +136,19 @@ fn parent<'t, 'f>(
     Ok((at, last))
 }
 
-fn set(root: &mut Table, field: &str, value: Value) -> Result<(), LaboratoryError> {
+fn set(root: &mut Table, field: &str, value: Value) -> Result<(), String> {
     let (table, last) = parent(root, field)?;
     table.insert(last.to_owned(), value);
     Ok(())
 }
 
-fn unset(root: &mut Table, field: &str) -> Result<(), LaboratoryError> {
+fn unset(root: &mut Table, field: &str) -> Result<(), String> {
     let (table, last) = parent(root, field)?;
     match table.remove(last) {
         Some(_) => Ok(()),
-        None => Err(LaboratoryError::Field {
-            field: field.to_owned(),
-            reason: "the session does not have it, so it cannot be taken out".to_owned(),
-        }),
+        None => Err(format!(
+            "`{field}` cannot be taken out: the session does not have it"
+        )),
     }
 }
 
@@ -154,7 +168,10 @@ mod tests {
         assert!(!table.contains_key("a"));
         for field in ["x.y", "channel.4.limit", "b.c.d"] {
             let refused = set(&mut table, field, Value::from(0)).unwrap_err();
-            assert!(refused.to_string().starts_with("E602"), "{refused}");
+            assert!(
+                refused.starts_with(&format!("`{field}` cannot")),
+                "{refused}"
+            );
         }
         assert!(unset(&mut table, "a").is_err());
     }

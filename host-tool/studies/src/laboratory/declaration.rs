@@ -53,7 +53,7 @@ pub struct Factor {
     /// For people.
     pub name: String,
     /// At least one.
-    #[serde(rename = "level")]
+    #[serde(default, rename = "level")]
     pub levels: Vec<Level>,
 }
 
@@ -168,26 +168,45 @@ impl TryFrom<ClaimFields> for Claim {
 
     fn try_from(f: ClaimFields) -> Result<Self, String> {
         let id = f.id;
-        let compares = f.measure.is_some() || f.factor.is_some();
-        let missing = |name: &str| format!("claim `{id}` compares without `{name}`");
-        let what = if compares {
-            if f.all.is_some() || f.none.is_some() {
-                return Err(format!("claim `{id}` both compares and combines"));
-            }
-            What::Compared(Compared {
-                measure: f.measure.ok_or_else(|| missing("measure"))?,
-                factor: f.factor.ok_or_else(|| missing("factor"))?,
-                this: f.this.ok_or_else(|| missing("this"))?,
-                is: f.is.ok_or_else(|| missing("is"))?,
-                than: f.than.ok_or_else(|| missing("than"))?,
+        let needed = [
+            ("measure", f.measure.is_some()),
+            ("factor", f.factor.is_some()),
+            ("this", f.this.is_some()),
+            ("is", f.is.is_some()),
+            ("than", f.than.is_some()),
+        ];
+        let further = [("by", f.by.is_some()), ("where", f.only.is_some())];
+        let compares = needed.iter().chain(&further).any(|(_, is_there)| *is_there);
+        let combines = f.all.is_some() || f.none.is_some();
+        let missing: Vec<_> = needed.iter().filter(|it| !it.1).map(|it| it.0).collect();
+        let compared = || {
+            Some(Compared {
+                measure: f.measure?,
+                factor: f.factor?,
+                this: f.this?,
+                is: f.is?,
+                than: f.than?,
                 by: f.by.unwrap_or(0.0),
                 only: f.only.unwrap_or_default(),
             })
-        } else {
-            What::Combined {
+        };
+        let what = match compared() {
+            Some(_) if combines => {
+                return Err(format!("claim `{id}` both compares and combines"));
+            }
+            Some(compared) => What::Compared(compared),
+            None if compares => {
+                let missing = missing.join("`, `");
+                let also = match combines {
+                    true => ", and combines as well",
+                    false => "",
+                };
+                return Err(format!("claim `{id}` compares without `{missing}`{also}"));
+            }
+            None => What::Combined {
                 all: f.all.unwrap_or_default(),
                 none: f.none.unwrap_or_default(),
-            }
+            },
         };
         Ok(Self {
             id,
@@ -244,16 +263,55 @@ impl Relation {
     }
 }
 
-/// A number that the paper prints.
+/// What the paper prints of a measure.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Printed {
     /// One of the declaration's.
     pub measure: String,
-    /// Level of each factor.
-    pub condition: Vec<String>,
-    /// In the measure's unit.
-    pub value: f64,
+    /// Of the conditions with one of these levels of each factor named; of all without.
+    #[serde(default, rename = "where")]
+    pub only: BTreeMap<String, Vec<String>>,
+    /// One number, or that of each trial; in the measure's unit.
+    pub values: Vec<f64>,
     /// Table or figure.
     pub source: String,
+}
+
+impl Printed {
+    /// Arithmetic mean; nothing of nothing.
+    #[must_use]
+    pub fn mean(&self) -> Option<f64> {
+        let sum: f64 = self.values.iter().sum();
+        (!self.values.is_empty()).then(|| sum / self.values.len() as f64)
+    }
+}
+
+impl Declaration {
+    /// What the paper prints of the condition with these levels, one of each factor.
+    pub fn printed_of<'a>(&'a self, levels: &'a [String]) -> impl Iterator<Item = &'a Printed> {
+        let has = move |(factor, wanted): (&String, &Vec<String>)| {
+            let at = self.factors.iter().position(|it| it.name == *factor);
+            let own = at.and_then(|at| levels.get(at));
+            own.is_some_and(|own| wanted.contains(own))
+        };
+        self.printed
+            .iter()
+            .filter(move |it| it.only.iter().all(has))
+    }
+
+    /// Every session that it names, once, with the factor and the level that names it;
+    /// its own, which no level names, first.
+    #[must_use]
+    pub fn sessions(&self) -> Vec<(&str, Option<(usize, usize)>)> {
+        let mut all = vec![(&*self.session, None)];
+        for (f, factor) in self.factors.iter().enumerate() {
+            for (l, level) in factor.levels.iter().enumerate() {
+                let named = level.session.as_deref();
+                let new = named.filter(|it| !all.iter().any(|(known, _)| known == it));
+                all.extend(new.map(|name| (name, Some((f, l)))));
+            }
+        }
+        all
+    }
 }

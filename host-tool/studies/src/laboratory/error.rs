@@ -2,8 +2,9 @@
 
 use host_core::record::RecordError;
 use host_core::run::{BeginError, OpenError, RunError};
-use host_core::session::SessionError;
+use host_core::session::{Problem, SessionError};
 use std::fmt;
+use std::path::Path;
 
 /// Why an experiment or a sweep does not go on.
 #[derive(Debug, thiserror::Error)]
@@ -17,20 +18,21 @@ pub enum LaboratoryError {
         mistakes: Vec<Mistake>,
     },
     /// A condition makes no session.
-    #[error("E601 the condition `{condition}` makes no session that a device would arm\n{error}")]
+    #[error("E601 the condition `{condition}` makes no session that a device would arm: {reason}")]
     Condition {
         /// Its name.
         condition: String,
-        /// What is wrong with its text.
-        error: Box<SessionError>,
-    },
-    /// A field that a condition or a wearer changes is not there to be changed.
-    #[error("E602 `{field}` cannot be set: {reason}")]
-    Field {
-        /// Its dotted path.
-        field: String,
-        /// Why.
+        /// What is wrong with it.
         reason: String,
+    },
+    /// Fields that a level, a draw or a grid changes are not there to be changed, or
+    /// become what no device would arm.
+    #[error("E602 {file}: {}", list(mistakes))]
+    Fields {
+        /// The declaration's file.
+        file: String,
+        /// All of them.
+        mistakes: Vec<Mistake>,
     },
     /// A folder holds a sweep of something else.
     #[error(
@@ -116,6 +118,17 @@ pub enum LaboratoryError {
         /// What differs first.
         what: String,
     },
+    /// A file that an experiment's record keeps is not what was declared.
+    #[error(
+        "E613 {file} is not what was declared when the record was made: {reason}; take the folder \
+         from where it was kept unchanged"
+    )]
+    Kept {
+        /// Where.
+        file: String,
+        /// It is missing, or another.
+        reason: String,
+    },
     /// The session that conditions change.
     #[error(transparent)]
     Session(#[from] SessionError),
@@ -133,6 +146,39 @@ pub enum LaboratoryError {
     Record(#[from] RecordError),
 }
 
+impl LaboratoryError {
+    /// Everything that is wrong with the declaration `file`, by line.
+    pub(super) fn declaration(file: &str, mut mistakes: Vec<Mistake>) -> Self {
+        mistakes.sort_by_key(|it| it.line.unwrap_or(usize::MAX));
+        let file = file.to_owned();
+        Self::Declaration { file, mistakes }
+    }
+
+    /// That no declaration can be read at `path`.
+    pub(crate) fn unreadable(path: &Path, error: &Self) -> Self {
+        let what = format!("it cannot be read: {}", error.reason());
+        let file = path.file_name().unwrap_or(path.as_os_str());
+        Self::declaration(&file.to_string_lossy(), vec![Mistake::at(None, &what)])
+    }
+
+    /// As part of another message: without a number, where it is a file's.
+    pub(super) fn reason(&self) -> String {
+        match self {
+            Self::Session(error) => match error.problem() {
+                Problem::Unreadable { reason } => reason.clone(),
+                _ => words(error),
+            },
+            other => other.to_string(),
+        }
+    }
+}
+
+/// Every mistake of a session, without its place in a text that nobody wrote.
+pub(super) fn words(error: &SessionError) -> String {
+    let all: Vec<String> = error.all().map(SessionError::words).collect();
+    all.join("\n  ")
+}
+
 /// One thing that is wrong with a declaration.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Mistake {
@@ -146,12 +192,6 @@ impl Mistake {
     pub fn at(line: Option<usize>, what: &str) -> Self {
         let what = what.to_owned();
         Self { line, what }
-    }
-
-    /// Of the whole.
-    #[must_use]
-    pub fn nowhere(what: String) -> Self {
-        Self { line: None, what }
     }
 }
 

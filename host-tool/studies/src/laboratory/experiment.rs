@@ -1,12 +1,14 @@
 //! A declaration with its sessions: what can be run.
 
-use super::condition::{Condition, Texts};
+use super::condition::{Condition, Texts, Unchanged};
 use super::declaration::Declaration;
 use super::draw::{Unit, points, unit_of};
-use super::error::LaboratoryError;
+use super::error::{LaboratoryError, Mistake};
 use super::measure::{self, Measure};
 use super::protocol::{Place, Step, Wearer};
+use super::sources;
 use super::wearer::{Worn, same};
+use super::written::Written;
 use host_core::link::Port;
 use host_core::record::{Trial, sha256};
 use host_core::run::{DeviceName, SessionFile, run};
@@ -20,6 +22,8 @@ pub struct Experiment {
     pub declaration: Declaration,
     /// The text of its file.
     pub text: String,
+    /// Name and text of each session that it names, in its order.
+    pub sessions: Vec<(String, String)>,
     /// Its conditions, each level of a factor with each of the others.
     pub conditions: Vec<Condition>,
     /// SHA-256 of the declaration and of each session that it names, as files.
@@ -38,25 +42,24 @@ impl Experiment {
     /// Everything wrong with the declaration; a condition that no device would arm.
     pub fn new(file: &str, text: &str, texts: Texts<'_>) -> Result<Self, LaboratoryError> {
         let declaration = Declaration::parse(file, text)?;
-        let mut hashes = vec![(file.to_owned(), sha256(text.as_bytes()))];
-        let levels = declaration.factors.iter().flat_map(|factor| &factor.levels);
-        let mut sessions: Vec<&str> = levels
-            .filter_map(|level| level.session.as_deref())
-            .collect();
-        sessions.insert(0, &declaration.session);
-        for session in sessions {
-            if !hashes.iter().any(|(known, _)| known == session) {
-                hashes.push((session.to_owned(), sha256(texts(session)?.as_bytes())));
-            }
-        }
-        let conditions = Condition::all(&declaration, texts)?;
+        let sessions = sources::sessions(&declaration, (file, text), texts)?;
+        let sum = |(name, text): (&str, &str)| (name.to_owned(), sha256(text.as_bytes()));
+        let mut hashes = vec![sum((file, text))];
+        hashes.extend(sessions.iter().map(|(name, text)| sum((name, text))));
+        let conditions = Condition::all(&declaration, &sources::tables(&sessions)?);
+        let conditions = conditions.map_err(|all| unchanged(&declaration, (file, text), &all))?;
         let whole = Self {
             declaration,
             text: text.to_owned(),
+            sessions,
             conditions,
             hashes,
         };
         // Whatever is wrong is told before anything runs.
+        for condition in &whole.conditions {
+            condition.session(&[])?;
+        }
+        whole.can_be_worn(file)?;
         let drawn = whole.unit(whole.declaration.seed, 1, 0);
         for fields in [&[][..], &drawn.fields] {
             let files = whole.sessions(fields)?.into_iter();
@@ -207,5 +210,24 @@ impl Experiment {
     pub fn measured(&self, file: &SessionFile, trial: &Trial) -> Measured {
         let number = |measure: &Measure| (measure.of)(&file.session, trial);
         self.measures().map(number).collect()
+    }
+}
+
+/// That levels change fields which cannot be changed.
+fn unchanged(
+    d: &Declaration,
+    (file, text): (&str, &str),
+    refused: &[Unchanged],
+) -> LaboratoryError {
+    let written = Written::new(text);
+    let mistake = |((f, l), what): &Unchanged| {
+        let level = d.factors.get(*f).and_then(|factor| factor.levels.get(*l));
+        let name = level.map_or("", |level| &level.name);
+        let line = written.line_of_level(*f, *l);
+        Mistake::at(line, &format!("level `{name}`: {what}"))
+    };
+    LaboratoryError::Fields {
+        file: file.to_owned(),
+        mistakes: refused.iter().map(mistake).collect(),
     }
 }

@@ -14,14 +14,18 @@ mod declaration;
 mod draw;
 mod error;
 mod experiment;
+mod kept;
 mod measure;
 mod open_loop;
 mod page;
 mod protocol;
 mod result;
 pub mod search;
+mod sources;
 mod sweep;
 mod wearer;
+mod wearers;
+mod written;
 
 pub use check::MOST_DRAWS;
 pub use claims::{Case, Share, shares};

@@ -1,7 +1,7 @@
 //! `result.json`: what came out, beside what a paper printed.
 
 use super::claims::{Share, Units, shares};
-use super::condition::named;
+use super::condition::{Condition, named};
 use super::conduct::Conducted;
 use super::declaration::Declaration;
 use super::draw::{point_in_words, points};
@@ -160,6 +160,14 @@ impl Outcome {
         let said = simulated.then_some(SIMULATED).into_iter();
         let said = said.chain([meaning, CASES]).map(str::to_owned);
         let assumed = declaration.assumed.iter().cloned();
+        let printed = declaration.printed.iter().filter_map(|printed| {
+            let (measure, mean, source) = (&printed.measure, printed.mean()?, &printed.source);
+            Some(format!("The paper's {measure} of {mean:.4}: {source}."))
+        });
+        let more = more
+            .into_iter()
+            .chain(absent(experiment, units))
+            .chain(printed);
         let conditions = experiment.conditions.iter().map(|condition| Shown {
             levels: condition.levels.clone(),
             trial: None,
@@ -234,10 +242,36 @@ fn rows(experiment: &Experiment, draws: u64, units: &Units) -> Vec<Row> {
     rows
 }
 
+/// Measures that no wearer has in a condition in which wearers were measured.
+fn absent(experiment: &Experiment, units: &Units) -> Vec<String> {
+    let mut told = Vec::new();
+    for (m, measure) in experiment.measures().enumerate() {
+        let lacks = |(c, _): &(usize, &Condition)| {
+            let measured = units.values().filter_map(|unit| unit.get(*c)?.get(m));
+            let mut measured = measured.peekable();
+            measured.peek().is_some() && measured.all(Option::is_none)
+        };
+        let conditions = experiment.conditions.iter().enumerate();
+        let names = conditions
+            .filter(lacks)
+            .map(|(_, it)| format!("`{}`", it.name()));
+        let names: Vec<String> = names.collect();
+        if !names.is_empty() {
+            told.push(format!(
+                "No {} ({}) in {}: the session has no such joint, wall or force, or nobody came \
+                 there. Claims are not judged on it.",
+                measure.id,
+                measure.quantity,
+                names.join(", ")
+            ));
+        }
+    }
+    told
+}
+
 fn printed(declaration: &Declaration, levels: &[String], measure: &str) -> Option<f64> {
-    let mut all = declaration.printed.iter();
-    let found = all.find(|it| it.condition == levels && it.measure == measure);
-    found.map(|it| it.value)
+    let mut all = declaration.printed_of(levels);
+    all.find(|it| it.measure == measure)?.mean()
 }
 
 /// Nothing of nothing.

@@ -1,0 +1,67 @@
+//! The files that an experiment is made of, in its record: kept, and read back.
+
+use super::error::LaboratoryError;
+use super::experiment::Experiment;
+use host_core::record::{Declared, replace_file, sha256};
+use std::fs;
+use std::path::Path;
+
+impl Experiment {
+    /// The files that it is made of, as a record's plan tells them.
+    #[must_use]
+    pub fn declared(&self) -> Vec<Declared> {
+        let each = self.hashes.iter().cloned();
+        each.map(|(file, sha256)| Declared { file, sha256 })
+            .collect()
+    }
+
+    /// Keeps the files that it is made of in the record `dir`.
+    ///
+    /// # Errors
+    /// They cannot be written.
+    pub fn keep(&self, dir: &Path) -> Result<(), LaboratoryError> {
+        let sessions = self.sessions.iter().map(|(_, text)| text);
+        let texts = std::iter::once(&self.text).chain(sessions);
+        for ((place, declared), text) in self.declared().iter().enumerate().zip(texts) {
+            let path = dir.join(declared.kept_as(place));
+            if let Some(folder) = path.parent() {
+                let made = fs::create_dir_all(folder);
+                made.map_err(|error| LaboratoryError::File(folder.display().to_string(), error))?;
+            }
+            replace_file(&path, text.as_bytes())?;
+        }
+        Ok(())
+    }
+
+    /// The experiment that the record `dir` keeps, made of these files.
+    ///
+    /// # Errors
+    /// One of them is missing, or is another than it was.
+    pub fn kept(dir: &Path, declared: &[Declared]) -> Result<Self, LaboratoryError> {
+        let mut texts = Vec::new();
+        for (place, one) in declared.iter().enumerate() {
+            let path = dir.join(one.kept_as(place));
+            let refuse = |reason: String| LaboratoryError::Kept {
+                file: path.display().to_string(),
+                reason,
+            };
+            let text = fs::read_to_string(&path).map_err(|error| refuse(error.to_string()))?;
+            if sha256(text.as_bytes()) != one.sha256 {
+                return Err(refuse(
+                    "its SHA-256 is another than the record's".to_owned(),
+                ));
+            }
+            texts.push((&*one.file, text));
+        }
+        let refuse = |reason: &str| LaboratoryError::Kept {
+            file: dir.display().to_string(),
+            reason: reason.to_owned(),
+        };
+        let (first, sessions) = texts.split_first().ok_or_else(|| refuse("it keeps none"))?;
+        Self::new(first.0, &first.1, &|name| {
+            let own = sessions.iter().find(|(file, _)| *file == name);
+            let own = own.map(|(_, text)| text.clone());
+            own.ok_or_else(|| refuse("it keeps other sessions than its declaration names"))
+        })
+    }
+}

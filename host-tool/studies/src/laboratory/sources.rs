@@ -1,0 +1,70 @@
+//! The sessions that a declaration names: each read once.
+
+use super::condition::Texts;
+use super::declaration::Declaration;
+use super::error::{LaboratoryError, Mistake};
+use super::written::Written;
+use host_core::run::SessionFile;
+use std::collections::BTreeMap;
+use toml::Table;
+
+/// The sessions that a declaration names, in its order, with their texts.
+pub(super) fn sessions(
+    d: &Declaration,
+    (file, text): (&str, &str),
+    texts: Texts<'_>,
+) -> Result<Vec<(String, String)>, LaboratoryError> {
+    let (mut all, mut mistakes) = (Vec::new(), Vec::new());
+    for (session, level) in d.sessions() {
+        match texts(session) {
+            Ok(text) => all.push((session.to_owned(), text)),
+            Err(error) => mistakes.push(absent(d, text, (session, level), &error)),
+        }
+    }
+    match mistakes.is_empty() {
+        true => Ok(all),
+        false => Err(LaboratoryError::declaration(file, mistakes)),
+    }
+}
+
+/// That a session cannot be read, and who asks for it.
+fn absent(
+    d: &Declaration,
+    text: &str,
+    (session, level): (&str, Option<(usize, usize)>),
+    error: &LaboratoryError,
+) -> Mistake {
+    let written = Written::new(text);
+    let line = match level {
+        None => written.line_of("session"),
+        Some((factor, level)) => written.line_of_level(factor, level),
+    };
+    let of_level = level.and_then(|(f, l)| {
+        let factor = d.factors.get(f)?;
+        let level = factor.levels.get(l)?;
+        Some(format!(
+            " of the level `{}` of `{}`",
+            level.name, factor.name
+        ))
+    });
+    let of_level = of_level.unwrap_or_default();
+    let what = format!(
+        "the session `{session}`{of_level} cannot be read: {}; its path is relative to the \
+         declaration's folder",
+        error.reason()
+    );
+    Mistake::at(line, &what)
+}
+
+/// Each session as a table that conditions change, by its name.
+pub(super) fn tables(
+    sessions: &[(String, String)],
+) -> Result<BTreeMap<&str, Table>, LaboratoryError> {
+    let table = |(name, text): &'_ (String, String)| -> Result<Table, LaboratoryError> {
+        // Whatever is wrong with it is told by those who know sessions.
+        SessionFile::parse(name, text)?;
+        Ok(text.parse().unwrap_or_default())
+    };
+    let each = sessions.iter();
+    each.map(|it| Ok((&*it.0, table(it)?))).collect()
+}

@@ -1,0 +1,81 @@
+//! That wearers can be put into every condition: told before anything runs, by the
+//! draw or the grid that asks for what a session does not have.
+
+use super::condition::Condition;
+use super::error::{LaboratoryError, Mistake};
+use super::experiment::Experiment;
+use super::written::Written;
+use std::collections::BTreeMap;
+use toml::Value;
+
+/// Points of a grid that are tried beforehand; beyond, a sweep tells its unit.
+const POINTS_TRIED: u64 = 64;
+
+impl Experiment {
+    /// That the first wearer makes a session of every condition, at each point.
+    ///
+    /// # Errors
+    /// Every draw and grid that does not; the file's name is `file`.
+    pub(super) fn can_be_worn(&self, file: &str) -> Result<(), LaboratoryError> {
+        let mut refused = BTreeMap::new();
+        for index in 0..self.units(1).min(POINTS_TRIED) {
+            let unit = self.unit(self.declaration.seed, 1, index);
+            for condition in &self.conditions {
+                let Err(together) = condition.with(&unit.fields) else {
+                    continue;
+                };
+                let alone = blamed(condition, &unit.fields);
+                if alone.is_empty() {
+                    // No field alone: what they make together.
+                    let what = format!("the wearer with {}: {together}", told(&unit.fields));
+                    refused.entry(None).or_insert((condition.name(), what));
+                }
+                for (nth, what) in alone {
+                    refused.entry(Some(nth)).or_insert((condition.name(), what));
+                }
+            }
+        }
+        if refused.is_empty() {
+            return Ok(());
+        }
+        let written = Written::new(&self.text);
+        let mistake = |(nth, (condition, what)): (&Option<usize>, &(String, String))| {
+            let (line, who) = nth.map_or((None, String::new()), |nth| self.asked_by(&written, nth));
+            Mistake::at(
+                line,
+                &format!("{who}{what} (in the condition `{condition}`)"),
+            )
+        };
+        let mistakes = refused.iter().map(mistake).collect();
+        let file = file.to_owned();
+        Err(LaboratoryError::Fields { file, mistakes })
+    }
+
+    /// The line and the name of the draw or grid of a wearer's field `nth`.
+    fn asked_by(&self, written: &Written<'_>, nth: usize) -> (Option<usize>, String) {
+        let (list, at) = match nth.checked_sub(self.declaration.drawn.len()) {
+            None => ("draw", nth),
+            Some(at) => ("grid", at),
+        };
+        (written.line(list, at, "field"), format!("{list} "))
+    }
+}
+
+/// The fields that a condition refuses each by itself, by their place.
+fn blamed(condition: &Condition, fields: &[(String, Value)]) -> Vec<(usize, String)> {
+    let each = fields.chunks(1).enumerate();
+    let refused = each.filter_map(|(nth, one)| {
+        let why = condition.with(one).err()?;
+        Some((nth, format!("{}: {why}", told(one))))
+    });
+    refused.collect()
+}
+
+/// "`body.push_nm` = 0.6, `body.delay_ms` = 25".
+fn told(fields: &[(String, Value)]) -> String {
+    let each = fields.iter();
+    let each: Vec<String> = each
+        .map(|(field, value)| format!("`{field}` = {value}"))
+        .collect();
+    each.join(", ")
+}

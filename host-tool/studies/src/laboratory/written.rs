@@ -1,0 +1,143 @@
+//! A declaration as it is written: everything in it that cannot be read, at once, and
+//! on which line a thing stands.
+
+use super::declaration::Declaration;
+use super::error::Mistake;
+use serde::de::DeserializeOwned;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue, Deserializer, Error, ValueDeserializer};
+
+/// The text of a declaration, taken apart as far as it can be.
+pub(super) struct Written<'t> {
+    text: &'t str,
+    root: Spanned<DeTable<'t>>,
+    /// What is no TOML.
+    broken: Vec<Error>,
+    /// Elements of lists that cannot be read: the list, and the place in it.
+    unread: Vec<(&'static str, usize)>,
+}
+
+impl<'t> Written<'t> {
+    pub(super) fn new(text: &'t str) -> Self {
+        let (root, broken) = DeTable::parse_recoverable(text);
+        Self {
+            text,
+            root,
+            broken,
+            unread: Vec::new(),
+        }
+    }
+
+    /// The line, from 1, of `field` of the element `nth` of the list `list`, counting
+    /// those that could be read; of the element where it has no such field.
+    pub(super) fn line(&self, list: &str, nth: usize, field: &str) -> Option<usize> {
+        let is_read = |place: &usize| {
+            let mut unread = self.unread.iter();
+            !unread.any(|(name, other)| *name == list && other == place)
+        };
+        let place = (0..).filter(is_read).nth(nth)?;
+        let element = self.root.get_ref().get(list)?.get_ref().get(place)?;
+        let part = element.get_ref().get(field).unwrap_or(element);
+        Some(self.line_at(part.span().start))
+    }
+
+    /// The line of a field of the declaration itself.
+    pub(super) fn line_of(&self, field: &str) -> Option<usize> {
+        let part = self.root.get_ref().get(field)?;
+        Some(self.line_at(part.span().start))
+    }
+
+    /// The line of the level `level` of the factor `factor`.
+    pub(super) fn line_of_level(&self, factor: usize, level: usize) -> Option<usize> {
+        let factor = self.root.get_ref().get("factor")?.get_ref().get(factor)?;
+        let level = factor.get_ref().get("level")?.get_ref().get(level)?;
+        Some(self.line_at(level.span().start))
+    }
+
+    /// Whether a claim of this id stands there that could not be read.
+    pub(super) fn is_unread_claim(&self, id: &str) -> bool {
+        let claims = self.root.get_ref().get("claim").map(Spanned::get_ref);
+        let mut unread = self.unread.iter().filter(|(list, _)| *list == "claim");
+        unread.any(|(_, place)| {
+            let claim = claims.and_then(|claims| claims.get(*place));
+            let own = claim.and_then(|claim| claim.get_ref().get("id"));
+            own.and_then(|own| own.get_ref().as_str()) == Some(id)
+        })
+    }
+
+    fn line_at(&self, offset: usize) -> usize {
+        let before = self.text.get(..offset).unwrap_or(self.text);
+        before.matches('\n').count() + 1
+    }
+
+    /// Reads it piece by piece, so that one mistake does not hide the next: everything
+    /// that cannot be read is told, and what can be comes back, unless too much hangs
+    /// on what cannot.
+    pub(super) fn read(&mut self) -> (Option<Declaration>, Vec<Mistake>) {
+        let broken = std::mem::take(&mut self.broken);
+        if !broken.is_empty() {
+            let told = broken.iter().map(|error| self.told(error, 0));
+            return (None, told.collect());
+        }
+        if self.root.get_ref().contains_key("channel") {
+            let what = "it is a session file, which `flexor run` plays, and no declaration";
+            return (None, vec![Mistake::at(self.line_of("channel"), what)]);
+        }
+        let mut root = self.root.clone();
+        let table = root.get_mut();
+        let mut errors = Vec::new();
+        let factors = self.pieces(table, "factor", &mut errors);
+        let has_factors = errors.is_empty();
+        let drawn = self.pieces(table, "draw", &mut errors);
+        let grid = self.pieces(table, "grid", &mut errors);
+        let claims = self.pieces(table, "claim", &mut errors);
+        let printed = self.pieces(table, "printed", &mut errors);
+        let rest: Result<Declaration, Error> = read(Deserializer::from(root));
+        let rest = rest.map_err(|error| errors.push(self.told(&error, 0))).ok();
+        let whole = rest.filter(|_| has_factors).map(|rest| Declaration {
+            factors,
+            drawn,
+            grid,
+            claims,
+            printed,
+            ..rest
+        });
+        (whole, errors)
+    }
+
+    /// Takes a list out of `table` and reads each of its elements.
+    fn pieces<T: DeserializeOwned>(
+        &mut self,
+        table: &mut DeTable<'_>,
+        list: &'static str,
+        errors: &mut Vec<Mistake>,
+    ) -> Vec<T> {
+        let Some(DeValue::Array(each)) = table.get(list).map(Spanned::get_ref) else {
+            return Vec::new(); // what is no list is refused with the rest
+        };
+        let mut all = Vec::new();
+        for (place, one) in each.iter().enumerate() {
+            match read(ValueDeserializer::from(one.clone())) {
+                Ok(one) => all.push(one),
+                Err(error) => {
+                    errors.push(self.told(&error, one.span().start));
+                    self.unread.push((list, place));
+                }
+            }
+        }
+        table.remove(list);
+        all
+    }
+
+    /// Where it is; at byte `piece` if it does not say.
+    fn told(&self, error: &Error, piece: usize) -> Mistake {
+        let offset = error.span().map_or(piece, |span| span.start);
+        Mistake::at(Some(self.line_at(offset)), error.message())
+    }
+}
+
+fn read<'t, T: DeserializeOwned>(
+    from: impl serde::Deserializer<'t, Error = Error>,
+) -> Result<T, Error> {
+    T::deserialize(from)
+}

@@ -1,0 +1,184 @@
+//! What an experiment's declaration is refused for, and what conditions may differ in.
+
+use super::laboratory::{SESSION, SMALL, Until, folder, texts};
+use host_core::run::DeviceName;
+use studies::laboratory::{Experiment, LaboratoryError, Outcome};
+
+fn refusal(text: &str) -> String {
+    let refused = Experiment::new("small.toml", text, &texts).unwrap_err();
+    refused.to_string()
+}
+
+#[test]
+fn a_level_that_changes_what_is_not_there_is_named() {
+    let absent = SMALL.replace("\"wall.co_contraction\"", "\"wall.other\"");
+    let error = refusal(&absent);
+    for wanted in [
+        "E602 small.toml: line 12: level `pre-wall`: `wall.other` cannot be taken out",
+        "line 16: level `bare`: `wall.other`",
+    ] {
+        assert!(error.contains(wanted), "{wanted}: {error}");
+    }
+}
+
+#[test]
+fn a_wearer_that_no_session_takes_is_blamed_on_its_draw_or_grid() {
+    let limit = SMALL.replace("low = 0.6\nhigh = 2.4", "low = 600.0\nhigh = 601.0");
+    let error = refusal(&limit);
+    let wanted = "E602 small.toml: line 22: draw `body.push_nm` = 600.";
+    assert!(error.starts_with(wanted), "{error}");
+    assert!(error.contains("in the condition `pre-wall`"), "{error}");
+    // A field that no body has, one of another body, and one that none has at all.
+    let typo = SMALL.replace("\"body.push_nm\"", "\"body.pusj_nm\"");
+    let grid = "[[grid]]\nfield = \"body.two_point_factor\"\nvalues = [1.0, 2.0]\nsource = \"x\"\n\
+                [[grid]]\nfield = \"channel.7.limit\"\nvalues = [1.0]\nsource = \"x\"\n";
+    let error = refusal(&(typo + grid));
+    for wanted in [
+        "line 22: draw `body.pusj_nm` = ",
+        "did you mean `push_nm`?",
+        "line 40: grid `body.two_point_factor` = 1: E402",
+        "line 44: grid `channel.7.limit` = 1: `channel.7.limit` cannot be set: no `channel`",
+    ] {
+        assert!(error.contains(wanted), "{wanted}: {error}");
+    }
+}
+
+/// Claims of which each is wrong somewhere.
+const WRONG_CLAIMS: &str = r#"
+[[claim]]
+id = "a"
+says = "a"
+measure = "depth"
+factor = "wall"
+this = "bare"
+is = "less"
+than = "bare"
+by = -1.0
+where = { sight = "blind" }
+[[claim]]
+id = "b"
+says = "b"
+measure = "charge_mc"
+factor = "hall"
+this = "bare"
+all = ["a"]
+[[claim]]
+id = "c"
+says = "c"
+all = ["b", "e"]
+none = ["c"]
+[[claim]]
+id = "d"
+says = "d"
+mesure = "charge_mc"
+[[claim]]
+id = "e"
+says = "e"
+measure = "charge_mc"
+factor = "hall"
+this = "bare"
+is = "less"
+than = "pre-wall"
+where = { wall = "steep" }
+"#;
+
+#[test]
+fn every_mistake_of_every_claim_is_told_with_its_line() {
+    let bad = SMALL.replace("draws = 10", "drwas = 10");
+    let lines = SMALL.matches('\n').count();
+    let at = |line: usize, what: &str| format!("line {}: {what}", lines + line);
+    let error = refusal(&format!("{SMALL}{WRONG_CLAIMS}"));
+    for wanted in [
+        at(
+            5,
+            "claim `a`: `depth` is none of the declaration's measures",
+        ),
+        at(9, "claim `a`: compares `bare` with itself"),
+        at(10, "claim `a`: by is -1"),
+        at(11, "claim `a`: no factor `sight`"),
+        at(
+            12,
+            "claim `b` compares without `is`, `than`, and combines as well",
+        ),
+        at(22, "claim `c`: no claim `e` before it"),
+        at(23, "claim `c`: no claim `c` before it"),
+        at(27, "unknown field `mesure`"),
+        at(32, "claim `e`: no factor `hall`"),
+        at(36, "claim `e`: no level `steep` of `wall`"),
+    ] {
+        assert!(error.contains(&wanted), "{wanted}: {error}");
+    }
+    assert_eq!(error.matches("line ").count(), 10, "{error}");
+    // One that could not be read is not said to be missing.
+    assert!(!error.contains("no claim `b`"), "{error}");
+    let both = refusal(&format!("{bad}{WRONG_CLAIMS}"));
+    assert!(
+        both.contains("`drwas`") && both.contains("`mesure`"),
+        "{both}"
+    );
+}
+
+#[test]
+fn a_session_that_is_not_there_is_told_by_who_asks_for_it() {
+    let level = "name = \"bare\"\nsession = \"nowhere.toml\"";
+    let text = SMALL.replace("name = \"bare\"", level);
+    let beside = |name: &str| match name {
+        "wall.toml" => Ok(SESSION.to_owned()),
+        other => Err(LaboratoryError::File(
+            other.to_owned(),
+            std::io::Error::other("gone"),
+        )),
+    };
+    let error = Experiment::new("small.toml", &text, &beside);
+    let error = error.unwrap_err().to_string();
+    let wanted =
+        "E600 small.toml: line 16: the session `nowhere.toml` of the level `bare` of `wall`";
+    assert!(error.starts_with(wanted), "{error}");
+    assert!(error.contains("gone"), "{error}");
+    // Each is read once, however many conditions share it.
+    let count = std::cell::Cell::new(0);
+    let counted = |_: &str| {
+        count.set(count.get() + 1);
+        Ok(SESSION.to_owned())
+    };
+    Experiment::new("small.toml", SMALL, &counted).unwrap();
+    assert_eq!(count.get(), 1);
+}
+
+/// An elbow at a wall and a finger that follows: each has what the other lacks.
+#[test]
+fn conditions_may_have_different_bodies() {
+    const FINGER: &str = include_str!("../../sessions/hamana_exp4_two_point.toml");
+    let both = |name: &str| match name {
+        "finger.toml" => Ok(FINGER.to_owned()),
+        _ => Ok(SESSION.to_owned()),
+    };
+    let (head, _) = SMALL.split_once("[[draw]]").unwrap();
+    let head = head.replace("\"charge_mc\"]", "\"rmse_deg\"]");
+    let head = head.replace("unset = [\"wall.co_contraction\", \"wall.pre_wall\"]\n", "");
+    let (head, _) = head.rsplit_once("set = ").unwrap();
+    let finger = "session = \"finger.toml\"\nunset = [\"measure\"]\nset = { duration_s = 1.5 }\n";
+    let claim = "[[claim]]\nid = \"a\"\nsays = \"a\"\nmeasure = \"deepest_deg\"\nfactor = \"wall\"\n\
+                 this = \"pre-wall\"\nis = \"less\"\nthan = \"bare\"\n";
+    let text = format!("{head}{finger}{claim}");
+    let experiment = Experiment::new("bodies.toml", &text, &both).unwrap();
+    let mut operator = Until(9, Vec::new());
+    let place = (&DeviceName::Native, 3);
+    let course = experiment.conduct(&folder("bodies"), place, &mut operator);
+    let outcome = Outcome::of_trials(&experiment, 3, &course.unwrap().trials, true);
+    let known: Vec<usize> = outcome.rows.iter().map(|row| row.n).collect();
+    assert_eq!(known, [1, 0, 0, 1], "{:?}", outcome.rows);
+    for wanted in ["No deepest_deg", "No rmse_deg"] {
+        let is_told = outcome.notes.iter().any(|note| note.starts_with(wanted));
+        assert!(is_told, "{wanted}: {:?}", outcome.notes);
+    }
+    assert_eq!(outcome.shares[0].of, 0);
+    let draw = "[[draw]]\nfield = \"body.push_nm\"\nlow = 0.6\nhigh = 2.4\nsource = \"assumed\"\n";
+    let refused = Experiment::new("bodies.toml", &format!("{text}{draw}"), &both);
+    let error = refused.unwrap_err().to_string();
+    let wanted = "draw `body.push_nm` = ";
+    assert!(
+        error.contains(wanted) && error.contains("condition `bare`"),
+        "{error}"
+    );
+}
