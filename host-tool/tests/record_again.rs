@@ -156,6 +156,80 @@ fn an_experiment_repeats() {
     are_the_same(&folder.join("first"), &folder.join("second"));
 }
 
+/// A declaration of one's own repeats from its record alone, and not from a changed one.
+#[test]
+fn a_declaration_of_ones_own_repeats_from_its_record() {
+    let folder = folder("again_own");
+    shortened(&folder, "hamana_exp4_two_point.toml", 1.0);
+    let declaration = r#"
+name = "own"
+title = "Own"
+source = "nobody"
+session = "hamana_exp4_two_point.toml"
+seed = 3
+draws = 1
+measures = ["charge_mc"]
+[[factor]]
+name = "law"
+[[factor.level]]
+name = "the default"
+[[factor.level]]
+name = "the paper's"
+set = { "joint.law" = "paper" }
+"#;
+    written(&folder, "own.toml", declaration);
+    told(&folder, "experiment own.toml --draws 0 --out first");
+    for name in ["own.toml", "hamana_exp4_two_point.toml"] {
+        fs::remove_file(folder.join(name)).unwrap();
+    }
+    fs::rename(folder.join("first"), folder.join("moved")).unwrap();
+    told(&folder, "rerun moved --out second");
+    are_the_same(&folder.join("moved"), &folder.join("second"));
+    for (file, number) in [
+        ("declaration.toml", "is another than the record's"),
+        ("declared/01-hamana_exp4_two_point.toml", "No such file"),
+    ] {
+        let copy = copied(&folder, "moved", "changed");
+        match number.starts_with("No") {
+            true => fs::remove_file(copy.join(file)).unwrap(),
+            false => fs::write(copy.join(file), "").unwrap(),
+        }
+        let (exit, error) = failed(&folder, "rerun changed --out third");
+        assert_eq!(exit, Some(1));
+        let wanted = format!("E613 changed/{file} is not what was declared");
+        assert!(error.contains(&wanted) && error.contains(number), "{error}");
+        assert!(!folder.join("third").exists());
+    }
+    // Replaced, the record leaves nothing of itself.
+    shortened(&folder, "hamana_exp4_two_point.toml", 1.0);
+    let line = "run hamana_exp4_two_point.toml --out moved --overwrite";
+    told(&folder, line);
+    assert!(!folder.join("moved/declared").exists());
+    assert!(!folder.join("moved/declaration.toml").exists());
+}
+
+/// The demo is an experiment's record, with the picture, and repeats as one.
+#[test]
+fn the_demo_repeats() {
+    let folder = folder("again_demo");
+    let json = told(&folder, "demo --out first --seed 4");
+    assert_eq!(json["trials"].as_array().unwrap().len(), 6);
+    for row in json["trials"].as_array().unwrap() {
+        for key in ["rmse_deg", "paper_mean_deg", "pulses"] {
+            assert!(row[key].as_f64().unwrap() > 1.0, "{row}");
+        }
+    }
+    told(&folder, "rerun first --out second");
+    let trial = |dir: &str| record::load(&folder.join(dir)).unwrap();
+    let (first, second) = (trial("first"), trial("second"));
+    assert_eq!(first.trials, second.trials);
+    assert_eq!(first.paper.len(), 6);
+    for file in ["picture.svg", "result.json", "declaration.toml"] {
+        let bytes = |dir: &str| fs::read(folder.join(dir).join(file)).unwrap();
+        assert!(bytes("first") == bytes("second"), "{file}");
+    }
+}
+
 #[test]
 fn runs_never_meet() {
     let folder = folder("never_meet");

@@ -2,13 +2,16 @@
 
 use super::out::OutArgs;
 use super::{Bar, Output, interrupt, wrong};
+use anyhow::Context;
 use clap::Args;
 use host_core::link::Interruption;
 use host_core::plot::words::in_columns;
-use host_core::record::{Ending, Plan, Run, write_run};
+use host_core::record::{
+    Assumption, Declared, Ending, PaperRow, Plan, Role, Run, write_header, write_run,
+};
 use host_core::run::{DeviceName, greet};
 use std::io::{BufRead, IsTerminal};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use studies::experiments::named;
 use studies::laboratory::{
@@ -33,9 +36,25 @@ pub struct ExperimentArgs {
     seed: Option<u64>,
     #[command(flatten)]
     out: OutArgs,
-    /// Of which record this is a rerun.
     #[arg(skip)]
-    rerun_of: Option<String>,
+    again: Option<Again>,
+}
+
+/// The record that is repeated.
+#[derive(Clone, Debug)]
+pub(super) struct Again {
+    dir: PathBuf,
+    declared: Vec<Declared>,
+}
+
+impl Again {
+    /// Of the record in `dir` that `plan` made.
+    pub fn of(dir: &Path, plan: &Plan) -> Self {
+        Self {
+            dir: dir.to_owned(),
+            declared: plan.declared.clone(),
+        }
+    }
 }
 
 /// How a record of an experiment names its command.
@@ -44,8 +63,9 @@ const COMMAND: &str = "experiment ";
 const MOST_DRAWS: u64 = 100_000;
 
 impl ExperimentArgs {
-    /// The experiment of a record, again, in `out`; `None` for another command's.
-    pub fn again(record: &Run, out: OutArgs, of: String) -> Option<Self> {
+    /// The experiment of the record in `dir`, again, in `out`; `None` for another
+    /// command's.
+    pub fn again(dir: &Path, record: &Run, out: OutArgs) -> Option<Self> {
         let plan = record.plan.as_ref()?;
         let identity = record.trials.first()?.identity.as_ref()?;
         Some(Self {
@@ -54,8 +74,45 @@ impl ExperimentArgs {
             draws: Some(plan.draws?),
             seed: Some(record.seed?),
             out,
-            rerun_of: Some(of),
+            again: Some(Again::of(dir, plan)),
         })
+    }
+}
+
+/// An experiment as it is to be run.
+pub(super) struct Order<'a> {
+    /// What.
+    pub experiment: Experiment,
+    /// As the record names it.
+    pub command: String,
+    /// Where.
+    pub device: &'a DeviceName,
+    /// Of order, noise and wearers; wearers drawn.
+    pub decided: (u64, u64),
+    /// Where the record goes.
+    pub out: &'a OutArgs,
+    /// Of which record this is a rerun.
+    pub again: Option<&'a Again>,
+}
+
+/// What came of one, whole.
+pub(super) struct Came {
+    /// Its trials.
+    pub course: Course,
+    /// How long they took on this computer.
+    pub took: Duration,
+    /// What they and the wearers drawn came to.
+    pub outcome: Outcome,
+}
+
+/// The experiment `name`; of a record that is repeated, the one it keeps.
+///
+/// # Errors
+/// There is none, or it is none.
+pub(super) fn found(name: &str, again: Option<&Again>) -> Result<Experiment, LaboratoryError> {
+    match again {
+        Some(Again { dir, declared }) if !declared.is_empty() => Experiment::kept(dir, declared),
+        _ => named(name),
     }
 }
 
@@ -63,58 +120,141 @@ impl ExperimentArgs {
 /// No such experiment, no device, a folder that cannot be written, a trial that ended
 /// early.
 pub fn main(args: &ExperimentArgs, output: Output) -> anyhow::Result<()> {
-    let experiment = named(&args.name)?;
+    let experiment = found(&args.name, args.again.as_ref())?;
     let seed = args.seed.unwrap_or(experiment.declaration.seed);
-    let declared = if args.device.is_port() {
-        0
-    } else {
-        experiment.declaration.draws
+    let declared = match args.device.is_port() {
+        true => 0,
+        false => experiment.declaration.draws,
     };
     let draws = args.draws.unwrap_or(declared);
     if draws > MOST_DRAWS {
         return wrong(format!("--draws is {draws}, allowed is 0 to {MOST_DRAWS}"));
     }
-    let interruption = interrupt::heed()?;
-    if args.out.overwrites() && args.device.is_port() {
-        // No record goes for a device that is not there.
-        if let Some(condition) = experiment.conditions.first() {
-            let session = condition.session(&[])?.session;
-            greet(args.device.open(&session, seed)?, &interruption)?;
-        }
-    }
-    let place = args.out.place(&experiment.declaration.name)?;
-    let dir = place.dir();
-    let device = args.device.to_string();
-    let plan = Plan {
-        draws: Some(draws),
-        ..Plan::of(&format!("{COMMAND}{}", args.name), &device)
+    let order = Order {
+        experiment,
+        command: format!("{COMMAND}{}", args.name),
+        device: &args.device,
+        decided: (seed, draws),
+        out: &args.out,
+        again: args.again.as_ref(),
     };
-    let mut record = Run::begin(&experiment.declaration.title, &device, Some(seed), plan);
-    record.host.rerun_of = args.rerun_of.clone();
-    write_run(dir, &record)?;
-    let bar = output.bar(&experiment.declaration.name);
-    let mut beside = Beside {
-        bar: &bar,
-        is_board: args.device.is_port(),
-        part: if draws == 0 { 1.0 } else { 0.3 },
-        interruption: interruption.clone(),
-    };
-    let course = experiment.conduct(dir, (&args.device, seed), &mut beside)?;
-    record.trials = course.trials.iter().map(|it| it.trial.clone()).collect();
-    let outcome = came_to(&experiment, (seed, draws), dir, &course, &beside);
-    bar.finish();
-    let outcome = match outcome.and_then(|it| ended(course, it, &interruption)) {
-        Ok(outcome) => outcome,
-        Err(error) => return Err(interrupt::conclude(dir, record, error)),
-    };
-    record.ending = Ending::complete();
-    interrupt::close(dir, &mut record).inspect_err(|_| super::lies_in(dir))?;
+    let name = order.experiment.declaration.name.clone();
+    let (dir, outcome) = order.carry_out(&name, output, |dir, _, came| {
+        Ok((dir.to_owned(), came.outcome.clone()))
+    })?;
     let page = dir.join("result.html").display().to_string();
     output.say(
         || people(&outcome, &page),
         || serde_json::json!({ "result": outcome, "page": page }),
-    )?;
-    Ok(())
+    )
+}
+
+impl Order<'_> {
+    /// Runs and records it in a folder that `name` names where nobody says which; `then`
+    /// adds what it has to the record before that is closed.
+    ///
+    /// # Errors
+    /// No device, a folder that cannot be written, a trial that ended early.
+    pub fn carry_out<T>(
+        &self,
+        name: &str,
+        output: Output,
+        then: impl FnOnce(&Path, &mut Run, &Came) -> anyhow::Result<T>,
+    ) -> anyhow::Result<T> {
+        let (experiment, (seed, draws)) = (&self.experiment, self.decided);
+        let interruption = interrupt::heed()?;
+        self.meet(&interruption)?;
+        let place = self.out.place(name)?;
+        let dir = place.dir();
+        let mut record = self.begin();
+        write_run(dir, &record)?;
+        experiment.keep(dir)?;
+        let bar = output.bar(&experiment.declaration.name);
+        let mut beside = Beside {
+            bar: &bar,
+            is_board: self.device.is_port(),
+            part: if draws == 0 { 1.0 } else { 0.3 },
+            interruption: interruption.clone(),
+        };
+        let begin = Instant::now();
+        let course = experiment.conduct(dir, (self.device, seed), &mut beside)?;
+        let took = begin.elapsed();
+        record.trials = course.trials.iter().map(|it| it.trial.clone()).collect();
+        let outcome = came_to(experiment, self.decided, dir, &course, &beside);
+        bar.finish();
+        let whole = outcome.and_then(|it| ended(course, it, &interruption));
+        let came = whole.map(|(course, outcome)| Came {
+            course,
+            took,
+            outcome,
+        });
+        let came = match came {
+            Ok(came) => came,
+            Err(error) => return Err(interrupt::conclude(dir, record, error)),
+        };
+        compare(experiment, &mut record, &came);
+        let told = then(dir, &mut record, &came);
+        let told = told.inspect_err(|_| super::lies_in(dir))?;
+        record.ending = Ending::complete();
+        write_header(dir, &record)?;
+        interrupt::close(dir, &mut record).inspect_err(|_| super::lies_in(dir))?;
+        Ok(told)
+    }
+
+    /// That the device is there, before a record is replaced.
+    fn meet(&self, interruption: &Interruption) -> anyhow::Result<()> {
+        let first = self.experiment.conditions.first();
+        if let (Some(condition), true, true) = (first, self.out.overwrites(), self.device.is_port())
+        {
+            let session = condition.session(&[])?.session;
+            greet(self.device.open(&session, self.decided.0)?, interruption)?;
+        }
+        Ok(())
+    }
+
+    /// The record, without a trial.
+    fn begin(&self) -> Run {
+        let device = self.device.to_string();
+        let (seed, draws) = self.decided;
+        let plan = Plan {
+            draws: Some(draws),
+            declared: self.experiment.declared(),
+            ..Plan::of(&self.command, &device)
+        };
+        let title = &self.experiment.declaration.title;
+        let mut record = Run::begin(title, &device, Some(seed), plan);
+        record.host.rerun_of = self.again.map(|it| it.dir.display().to_string());
+        record
+    }
+}
+
+/// Puts into the record what a paper printed of its trials, what a simulated body was
+/// given and what came out.
+fn compare(experiment: &Experiment, record: &mut Run, came: &Came) {
+    for it in &came.course.trials {
+        let condition = experiment.conditions.get(it.place.condition);
+        let levels = condition.map_or(&[][..], |condition| &condition.levels);
+        let printed = experiment.declaration.printed_of(levels);
+        let printed = printed.filter(|it| it.measure == "rmse_deg");
+        record.paper.extend(printed.map(|printed| PaperRow {
+            trial: it.trial.name.clone(),
+            values: printed.values.clone(),
+            source: printed.source.clone(),
+        }));
+    }
+    let told = |role, text: String| Assumption { role, text };
+    let put_in = experiment.declaration.assumed.iter().cloned();
+    record.assumptions = put_in.map(|text| told(Role::PutIn, text)).collect();
+    let shares = came.outcome.shares.iter();
+    record.assumptions.extend(shares.map(|share| {
+        let (at, claim, holds, of) = (&share.at, &share.claim, share.holds, share.of);
+        let at = Some(at).filter(|at| !at.is_empty());
+        let at = at.map_or_else(String::new, |at| format!(" ({at})"));
+        told(
+            Role::CameOut,
+            format!("{claim}{at}: in {holds} of {of} cases."),
+        )
+    }));
 }
 
 /// What the trials, and the wearers drawn, came to; written beside the record as far
@@ -127,10 +267,23 @@ fn came_to(
     beside: &Beside<'_>,
 ) -> anyhow::Result<Option<Outcome>> {
     let is_simulated = |it: &Conducted| it.trial.identity.as_ref().is_none_or(|it| it.simulated);
-    let simulated = course.trials.iter().all(is_simulated);
+    let simulated = match &course.trials[..] {
+        [] => !beside.is_board, // nobody answered
+        trials => trials.iter().all(is_simulated),
+    };
+    let mut outcome = Outcome::of_trials(experiment, seed, &course.trials, simulated);
+    let (done, of) = (course.trials.len(), course.of);
+    if course.ended.is_some() {
+        let how_far =
+            format!("Cut short: of {of} trials {done} were begun, the last perhaps in part.");
+        outcome.notes.insert(0, how_far);
+    } else if draws > 0 {
+        let how_far = "Cut short: the wearers to be drawn are not in it.";
+        outcome.notes.insert(0, how_far.to_owned());
+    }
+    // Whatever ends the program from here on, this much is told.
+    publish(dir, &outcome, &course.trials)?;
     if draws == 0 || course.ended.is_some() {
-        let outcome = Outcome::of_trials(experiment, seed, &course.trials, simulated);
-        publish(dir, &outcome, &course.trials)?;
         return Ok(Some(outcome));
     }
     let sweep = Sweep::new(experiment, seed, draws, Shard::WHOLE);
@@ -142,12 +295,12 @@ fn came_to(
     Ok(swept.outcome)
 }
 
-/// The outcome of what came to its end.
+/// What came to its end.
 fn ended(
     course: Course,
     outcome: Option<Outcome>,
     interruption: &Interruption,
-) -> anyhow::Result<Outcome> {
+) -> anyhow::Result<(Course, Outcome)> {
     let (done, of) = (course.trials.len(), course.of);
     let stopped = |why: String| LaboratoryError::Stopped { why, done, of };
     let cut_short = match course.ended {
@@ -157,9 +310,20 @@ fn ended(
         Some(Ended::Operator) if interruption.asked().is_some() => None,
         Some(Ended::Operator) => return Err(stopped("whoever operates it said no".into()).into()),
     };
-    interrupt::after_runs(cut_short, interruption)?;
+    let cut_short_in = cut_short.is_some();
+    let how_far = || match (done, cut_short_in) {
+        (0, _) => format!("before the first of {of} trials"),
+        (_, true) => format!("in trial {done} of {of}"),
+        (_, false) => format!("after trial {done} of {of}"),
+    };
+    interrupt::after_runs(cut_short, interruption).with_context(how_far)?;
     let lost = || stopped("the wearers drawn came to no end".into());
-    outcome.ok_or_else(|| lost().into())
+    let outcome = outcome.ok_or_else(lost)?;
+    let course = Course {
+        ended: None,
+        ..course
+    };
+    Ok((course, outcome))
 }
 
 /// Whoever types the command.

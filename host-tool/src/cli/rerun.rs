@@ -71,10 +71,9 @@ pub fn main(args: &Rerun, output: Output) -> anyhow::Result<()> {
     } else {
         OutArgs::to(beside(dir)?)
     };
-    let of = dir.display().to_string();
-    if let Some(again) = Demo::again(&record, out.clone(), of.clone()) {
+    if let Some(again) = Demo::again(dir, &record, out.clone()) {
         demo::main(&again, output)?;
-    } else if let Some(again) = ExperimentArgs::again(&record, out.clone(), of.clone()) {
+    } else if let Some(again) = ExperimentArgs::again(dir, &record, out.clone()) {
         experiment::main(&again, output)?;
     } else {
         let performed = session_again(dir, &record, &plan, &out, output)?;
