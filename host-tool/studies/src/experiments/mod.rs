@@ -13,6 +13,7 @@ use std::path::Path;
 const DECLARATIONS: [(&str, &str); 4] = [
     ("hamana-4.toml", include_str!("../../../experiments/hamana-4.toml")),
     ("harris-wall.toml", include_str!("../../../experiments/harris-wall.toml")),
+    ("harris-wall-decides.toml", include_str!("../../../experiments/harris-wall-decides.toml")),
     ("harris-wall-why.toml", include_str!("../../../experiments/harris-wall-why.toml")),
     ("open-trains.toml", include_str!("../../../experiments/open-trains.toml")),
 ];
