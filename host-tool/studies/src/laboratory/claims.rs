@@ -82,14 +82,7 @@ const LEVEL: f64 = 0.95;
 #[must_use]
 pub fn shares(experiment: &Experiment, draws: u64, units: &Units) -> Vec<Share> {
     let declaration = &experiment.declaration;
-    let mut known: BTreeMap<&str, BTreeMap<Case, bool>> = BTreeMap::new();
-    for claim in &declaration.claims {
-        let cases = match &claim.what {
-            What::Compared(compared) => cases(experiment, compared, units),
-            What::Combined { all, none } => combined(&known, all, none),
-        };
-        known.insert(&claim.id, cases);
-    }
+    let known = held(experiment, units);
     let at_point = |point: u64| {
         let own = point * draws..(point + 1) * draws;
         let place = point_in_words(declaration, point);
@@ -101,6 +94,22 @@ pub fn shares(experiment: &Experiment, draws: u64, units: &Units) -> Vec<Share> 
         })
     };
     (0..points(declaration)).flat_map(at_point).collect()
+}
+
+/// Whether each claim, by its id, holds in each case in which it can be judged.
+pub(super) fn held<'e>(
+    experiment: &'e Experiment,
+    units: &Units,
+) -> BTreeMap<&'e str, BTreeMap<Case, bool>> {
+    let mut known = BTreeMap::new();
+    for claim in &experiment.declaration.claims {
+        let cases = match &claim.what {
+            What::Compared(compared) => cases(experiment, compared, units),
+            What::Combined { all, none } => combined(&known, all, none),
+        };
+        known.insert(&*claim.id, cases);
+    }
+    known
 }
 
 /// The share of a claim at a place of the grid.

@@ -1,5 +1,6 @@
 //! The page of an experiment, made of its `result.json` and its recorded trials.
 
+mod decides;
 mod figures;
 mod headline;
 mod limb;
@@ -71,6 +72,7 @@ fn page(outcome: &Outcome, trials: &[&Trial]) -> String {
     let numbers = measures(outcome) + &rows_table(outcome);
     for (title, text) in [
         ("What was claimed", claims),
+        ("What decides a claim", decides::section(outcome)),
         ("One trial of each condition", multiples(&rows)),
         ("Where the limb went", limb::section(&rows)),
         ("Timing of the pulses", timing::section(&rows)),

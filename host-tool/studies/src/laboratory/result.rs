@@ -3,6 +3,7 @@
 use super::claims::{Share, Units, shares};
 use super::condition::{Condition, named};
 use super::conduct::Conducted;
+use super::decides::{Decided, decided};
 use super::declaration::Declaration;
 use super::draw::{point_in_words, points};
 use super::experiment::{Experiment, Measured};
@@ -29,6 +30,10 @@ pub struct Outcome {
     pub rows: Vec<Row>,
     /// In how many cases each claim holds.
     pub shares: Vec<Share>,
+    /// What decides each claim; empty where no wearers were drawn, and in results older
+    /// than it.
+    #[serde(default)]
+    pub decides: Vec<Decided>,
     /// What one must know to read them.
     pub notes: Vec<String>,
 }
@@ -101,7 +106,10 @@ impl Outcome {
             format!("Drawn: {field} from {low} to {high} ({source}).")
         });
         let told = (MEANING, drawn.collect());
-        Self::told(experiment, (seed, draws), units, simulated, told)
+        Self {
+            decides: decided(experiment, (seed, draws), units),
+            ..Self::told(experiment, (seed, draws), units, simulated, told)
+        }
     }
 
     /// Of trials that were conducted, each round a unit of its own: with what the
@@ -186,6 +194,7 @@ impl Outcome {
             conditions: conditions.collect(),
             rows: rows(experiment, draws, units),
             shares: shares(experiment, draws, units),
+            decides: Vec::new(),
             notes: said.chain(assumed).chain(more).collect(),
         }
     }

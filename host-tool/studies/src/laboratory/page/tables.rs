@@ -69,7 +69,7 @@ pub(super) fn rows_table(outcome: &Outcome) -> String {
     table(&heads, rows.collect())
 }
 
-fn table(heads: &[&str], rows: String) -> String {
+pub(super) fn table(heads: &[&str], rows: String) -> String {
     let heads = heads
         .iter()
         .map(|head| format!("<th scope=\"col\">{head}</th>"))
@@ -83,7 +83,7 @@ fn table(heads: &[&str], rows: String) -> String {
 }
 
 /// Three digits that count.
-fn digits(value: f64) -> String {
+pub(super) fn digits(value: f64) -> String {
     let places = match value.abs() {
         small if small < 1.0 => 3,
         some if some < 10.0 => 2,

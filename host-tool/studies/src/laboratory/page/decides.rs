@@ -1,0 +1,76 @@
+//! The page's section on what decides each claim.
+
+use super::tables::{digits, table};
+use crate::laboratory::decides::{Decided, Field, LEAST_WEARERS};
+use crate::laboratory::result::Outcome;
+use host_core::plot::canvas::escape;
+
+/// What it is about, and a table; empty where no wearers were drawn.
+pub(super) fn section(outcome: &Outcome) -> String {
+    let rows: String = outcome.decides.iter().map(rows_of).collect();
+    let heads = [
+        "Claim",
+        "Drawn field",
+        "Median where it holds",
+        "where not",
+        "Superiority",
+        "p (Holm)",
+        "Holds among the least, middling, most",
+    ];
+    match table(&heads, rows) {
+        empty if empty.is_empty() => empty,
+        table => format!("<p>{}</p>\n{table}", meaning()),
+    }
+}
+
+fn meaning() -> String {
+    format!(
+        "Drawn numbers that differ between the wearers in whom a claim holds and those in whom it \
+         does not (Mann and Whitney, p corrected by Holm for all fields of a claim, below 0.05); \
+         the strongest first. A wearer counts once: it holds in one where it holds in at least \
+         half of the cases. Superiority: how probably one of the former has more of it than one \
+         of the latter, ½ is no difference. Last: shares of wearers in whom the claim holds, by \
+         thirds of the field. Nothing is concluded of fewer than {LEAST_WEARERS} wearers on \
+         either side. Each field is looked at alone."
+    )
+}
+
+fn rows_of(claim: &Decided) -> String {
+    let all = claim.holds + claim.fails;
+    let name = format!(
+        "<th scope=\"row\">{}: {} of {all} wearers</th>",
+        escape(&claim.claim),
+        claim.holds
+    );
+    let mut fields: Vec<&Field> = claim.fields.iter().filter(|it| it.decides).collect();
+    let strength = |field: &Field| (field.superiority - 0.5).abs();
+    fields.sort_by(|a, b| strength(b).total_cmp(&strength(a)));
+    let said = match () {
+        () if !claim.enough => "too few wearers on one side: nothing concluded",
+        () if fields.is_empty() => "no field found to decide it",
+        () => {
+            let rows = fields.iter().enumerate();
+            let rows = rows.map(|(nth, it)| row(if nth == 0 { &name } else { "<th></th>" }, it));
+            return rows.collect();
+        }
+    };
+    format!("<tr>{name}<td colspan=\"6\">{said}</td></tr>\n")
+}
+
+fn row(name: &str, field: &Field) -> String {
+    let p = match field.p_holm {
+        small if small < 1e-4 => "&lt; 0.0001".to_owned(),
+        p => format!("{p:.4}"),
+    };
+    let thirds = field
+        .thirds
+        .map(|share| format!("{:.1}", 100.0 * share))
+        .join(", ");
+    format!(
+        "<tr>{name}<td>{}</td><td>{}</td><td>{}</td><td>{:.2}</td><td>{p}</td><td>{thirds} %</td></tr>\n",
+        escape(&field.field),
+        digits(field.holds),
+        digits(field.fails),
+        field.superiority,
+    )
+}
