@@ -1,7 +1,7 @@
 //! The simulated elbow: motion by its equations, muscles that pull the right
 //! way, and a person who moves at a speed and pushes with a strength.
 
-use hal_sim::body::elbow::Approach;
+use hal_sim::body::elbow::{Approach, Yields};
 use hal_sim::body::{Body, Drive, Elbow, ElbowSpec, InvalidElbow, Load, Pulse};
 
 fn pulse(t_us: u64, channel: usize, ma: f64, width_us: u32) -> Pulse {
@@ -184,4 +184,65 @@ fn every_drawn_arm_can_be_and_a_wrong_number_is_named() {
         }),
         InvalidElbow("approaches")
     );
+}
+
+/// An arm held at its stop by a person who yields to a train from 1 s to 2 s.
+fn voluntary(yields: Option<Yields>) -> Vec<f64> {
+    let mut spec = ElbowSpec {
+        stops_deg: [0.0, 70.0],
+        ..ElbowSpec::default()
+    };
+    spec.person.approaches = vec![Approach {
+        at_s: 0.0,
+        speed_deg_per_s: 30.0,
+        for_s: 60.0,
+    }];
+    spec.person.yields = yields;
+    let mut arm = Elbow::new(spec, 1).unwrap();
+    let after = |t: u64| {
+        if (1000..2000).contains(&t) && t.is_multiple_of(20) {
+            arm.pulse(&pulse(t * 1000, 1, 15.0, 25)); // felt, and no muscle pulls
+        }
+        arm.advance((t + 1) * 1000);
+        arm.voluntary_nm()
+    };
+    (0..3000).map(after).collect()
+}
+
+#[test]
+fn a_person_yields_a_reaction_after_what_is_felt_and_comes_back() {
+    let (delay_s, to) = (0.2, 0.4);
+    let yields = |at_ma| Some(Yields { delay_s, to, at_ma });
+    let pushed = voluntary(yields(15.0));
+    let never = voluntary(None);
+    // All of it until the reaction, 0.4 of it 0.12 s later, all of it again.
+    assert_eq!(pushed[..1200], never[..1200]);
+    assert!(
+        pushed[1201] < 1.5 && pushed[1201] > 1.48,
+        "{}",
+        pushed[1201]
+    );
+    for ms in (1330..2200).step_by(10) {
+        assert!(
+            (pushed[ms] - 0.4 * 1.5).abs() < 1e-12,
+            "{ms} {}",
+            pushed[ms]
+        );
+    }
+    assert_eq!(pushed[2500..], never[2500..]);
+    // Less than is felt changes nothing.
+    assert_eq!(voluntary(yields(15.1)), never);
+}
+
+#[test]
+fn a_person_who_yields_backwards_is_refused() {
+    let refused = |delay_s, to, at_ma| {
+        let mut spec = ElbowSpec::default();
+        spec.person.yields = Some(Yields { delay_s, to, at_ma });
+        Elbow::new(spec, 1).err()
+    };
+    for (delay_s, to, at_ma) in [(-0.1, 0.5, 1.0), (0.1, 1.1, 1.0), (0.1, 0.5, f64::NAN)] {
+        assert_eq!(refused(delay_s, to, at_ma), Some(InvalidElbow("yields")));
+    }
+    assert_eq!(refused(0.0, 0.0, 0.0), None);
 }

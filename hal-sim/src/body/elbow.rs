@@ -4,6 +4,7 @@
 mod draw;
 mod person;
 mod spec;
+mod yields;
 
 use crate::random::Noise;
 use std::collections::VecDeque;
@@ -15,6 +16,8 @@ use person::Seen;
 pub use spec::{
     Approach, ElbowMuscle, ElbowSpec, InvalidElbow, Person, Sight, TORQUE_FREQUENCY_HZ,
 };
+use yields::Felt;
+pub use yields::Yields;
 
 /// Time step of the joint, µs. Muscles are also split at every pulse.
 const TICK_US: u64 = 1000;
@@ -43,6 +46,7 @@ pub struct Elbow {
     triceps: Driven,
     biceps: Driven,
     seen: Seen,
+    felt: Felt,
     voluntary_nm: f64,
     angle_rad: f64,
     rate_rad_per_s: f64,
@@ -64,6 +68,7 @@ impl Elbow {
             triceps: Driven::new(spec.triceps),
             biceps: Driven::new(spec.biceps),
             seen: Seen::default(),
+            felt: Felt::default(),
             voluntary_nm: 0.0,
             angle_rad: spec.person.start_deg.to_radians(),
             rate_rad_per_s: 0.0,
@@ -101,7 +106,8 @@ impl Elbow {
         let t_s = ((self.tick - self.begun) * TICK_US) as f64 * 1e-6;
         let person = &self.spec.person;
         let (angle, rate) = (self.angle_rad, self.rate_rad_per_s);
-        self.voluntary_nm = person.torque_nm(&mut self.seen, t_s, angle, rate);
+        let push_nm = person.push_nm * self.felt.strength(person.yields, start_us);
+        self.voluntary_nm = person.torque_nm(push_nm, &mut self.seen, t_s, angle, rate);
         let working = triceps + biceps + self.voluntary_nm.abs();
         let damping = self.spec.damping_nm_s_per_rad + self.spec.active_damping_s_per_rad * working;
         self.turn(biceps - triceps + self.voluntary_nm, damping);
@@ -195,6 +201,8 @@ impl Body for Elbow {
         for muscle in [&mut self.triceps, &mut self.biceps] {
             if muscle.spec.channel == pulse.channel {
                 muscle.excite(due_us, current_ma, pulse.width_us, curvature);
+                let yields = self.spec.person.yields;
+                self.felt.pulse(yields, pulse.t_us, current_ma);
             }
         }
     }

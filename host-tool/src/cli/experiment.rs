@@ -22,7 +22,8 @@ use studies::laboratory::{
 /// Run a paper's protocol on a device; then, simulated, with wearers drawn at random
 #[derive(Args, Debug)]
 pub struct ExperimentArgs {
-    /// hamana-4, harris-wall, harris-wall-why, open-trains, or the file of a declaration
+    /// hamana-4, open-trains, harris-wall or one of its sequels (-decides, -gentle, -why,
+    /// -yields), or the file of a declaration
     name: String,
     /// native, chip, qemu, a serial port, or tcp:HOST:PORT
     #[arg(long, default_value = "native")]

@@ -13,7 +13,8 @@ use studies::laboratory::{Checked, MOST_DRAWS, Outcome, Shard, Sweep, begin, mer
 /// interrupted
 #[derive(Args, Debug)]
 pub struct SweepArgs {
-    /// hamana-4, harris-wall, harris-wall-why, open-trains, or the file of a declaration
+    /// hamana-4, open-trains, harris-wall or one of its sequels (-decides, -gentle, -why,
+    /// -yields), or the file of a declaration
     name: String,
     /// Wearers at each point of the grid; default: the declaration's
     #[arg(long, conflicts_with = "merge")]

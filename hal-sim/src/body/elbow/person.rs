@@ -42,9 +42,11 @@ impl Seen {
 }
 
 impl Person {
-    /// Voluntary torque at this time and motion, N·m, flexion positive.
+    /// Voluntary torque at this time and motion, N·m, flexion positive, at most
+    /// `push_nm` either way.
     pub(super) fn torque_nm(
         &self,
+        push_nm: f64,
         seen: &mut Seen,
         t_s: f64,
         angle_rad: f64,
@@ -64,7 +66,7 @@ impl Person {
             }
         };
         let wanted = self.gain_nm_s_per_rad * (meant - rate_rad_per_s);
-        wanted.clamp(-self.push_nm, self.push_nm)
+        wanted.clamp(-push_nm, push_nm)
     }
 
     /// The rate the person means to move at, rad/s.

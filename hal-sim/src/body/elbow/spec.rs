@@ -1,6 +1,6 @@
 //! The numbers of one elbow and of the person it belongs to.
 
-use super::TICK_S;
+use super::{TICK_S, Yields};
 use crate::body::CHANNELS;
 use crate::body::muscle::Parameters;
 use crate::body::wearer::RECRUITMENT_CURVATURE;
@@ -43,10 +43,10 @@ pub struct Approach {
 /// Free, the arm moves at nearly the meant speed; held back, the person pushes
 /// with a constant torque, as Harris' participant was told to ("at a low force
 /// level, held as constant as possible"). The meant rate rises along a
-/// minimum-jerk course (Flash & Hogan 1985) over `onset_s`. There is no reaction
-/// to what is felt and no reflex: both later than an oscillation that matters here,
-/// and none known for this participant. With [`Sight`] the person corrects, late and
-/// now and then.
+/// minimum-jerk course (Flash & Hogan 1985) over `onset_s`. There is no reflex,
+/// and no reaction to what is felt but with [`Yields`]: both later than an oscillation
+/// that matters here, and none known for this participant. With [`Sight`] the person
+/// corrects, late and now and then.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Person {
     /// Angle the arm rests at and goes back to, degrees.
@@ -64,6 +64,8 @@ pub struct Person {
     pub return_deg_per_s: f64,
     /// A screen with the arm's angle and a line; without it the person is blind.
     pub sight: Option<Sight>,
+    /// What the person does who feels stimulation; nothing without it.
+    pub yields: Option<Yields>,
 }
 
 /// What a person does who sees the arm's angle and a line to stay at: at steps of
@@ -177,6 +179,7 @@ impl Default for Person {
             onset_s: 0.2,
             return_deg_per_s: 30.0,
             sight: None,
+            yields: None,
         }
     }
 }
@@ -226,6 +229,7 @@ impl ElbowSpec {
             ("sight", person.sight.is_none_or(|it| {
                 (0.0..=2.0).contains(&it.delay_s) && it.every_s >= TICK_S && between(it.line_deg)
             })),
+            ("yields", person.yields.is_none_or(|it| it.is_valid())),
         ];
         match rules.iter().find(|(_, holds)| !holds) {
             Some((field, _)) => Err(InvalidElbow(field)),

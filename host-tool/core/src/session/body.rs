@@ -1,6 +1,6 @@
 //! `[body]`: the simulated wearer. A board has a real one and ignores it.
 
-use hal_sim::body::elbow::{Approach, Sight, TORQUE_FREQUENCY_HZ};
+use hal_sim::body::elbow::{Approach, Sight, TORQUE_FREQUENCY_HZ, Yields};
 use hal_sim::body::muscle::SUBJECTS;
 use hal_sim::body::{ElbowSpec, FingerSpec};
 
@@ -115,6 +115,14 @@ fn read_elbow(t: &Table<'_>) -> Option<ElbowSpec> {
             delay_s: real("delay_s")?,
             every_s: real("every_s")?,
             line_deg: real("line_deg")?,
+        })
+    })?;
+    spec.person.yields = t.part("yields", |yields| {
+        let real = |name| yields.real(name);
+        Some(Yields {
+            delay_s: real("delay_s")?,
+            to: real("to")?,
+            at_ma: real("at_ma")?,
         })
     })?;
     real("start_deg", &mut spec.person.start_deg);

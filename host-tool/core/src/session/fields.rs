@@ -315,6 +315,11 @@ fn body() -> Section {
         f("every_s", real("s", 10), Required, "from one correction to the next; not 0"),
         f("line_deg", real("°", 145), Required, "where the line is"),
     ];
+    let yields = vec![
+        f("delay_s", real("s", 2), Required, "from a pulse to the changed push"),
+        f("to", real("", 1), Required, "part of `push_nm` that remains"),
+        f("at_ma", real("mA", 200), Required, "least current that is felt"),
+    ];
     let mut all = vec![
         f("kind", Kind::Choice(vec!["finger", "elbow", "still"]), Required, "an index finger, a forearm and the person who moves it, or dummy loads"),
         f("participant", one_of(&PARTICIPANTS), Required, "of Hamana 2022, table 7").when("kind", &["finger"]),
@@ -344,6 +349,7 @@ fn body() -> Section {
         f("push_nm", real("N·m", 100), or(d.person.push_nm), "the person's strongest torque").when("kind", &["elbow"]),
         f("approaches", list(approaches, 0, None, "approaches"), Required, "`{ at_s, speed_deg_per_s, for_s }`: movements into flexion, each held and pushed for `for_s`; seconds from when the simulated world begins, a few tenths before the trains").when("kind", &["elbow"]),
         f("sight", Kind::Table(sight), Optional, "`{ delay_s, every_s, line_deg }`: the person sees the arm's angle and a line and corrects now and then; blind without it").when("kind", &["elbow"]),
+        f("yields", Kind::Table(yields), Optional, "`{ delay_s, to, at_ma }`: the person pushes less where stimulation is felt; as hard as ever without it").when("kind", &["elbow"]),
         f("load_ohm", Kind::Whole(Number::within("Ω", 0, 1, 1_000_000)), Or(2_000), "on every channel").when("kind", &["still"]),
     ]);
     all

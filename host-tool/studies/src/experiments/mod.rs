@@ -10,12 +10,13 @@ use std::path::Path;
 
 /// File name and text of every declaration.
 #[rustfmt::skip]
-const DECLARATIONS: [(&str, &str); 5] = [
+const DECLARATIONS: [(&str, &str); 7] = [
     ("hamana-4.toml", include_str!("../../../experiments/hamana-4.toml")),
     ("harris-wall.toml", include_str!("../../../experiments/harris-wall.toml")),
     ("harris-wall-decides.toml", include_str!("../../../experiments/harris-wall-decides.toml")),
     ("harris-wall-gentle.toml", include_str!("../../../experiments/harris-wall-gentle.toml")),
     ("harris-wall-why.toml", include_str!("../../../experiments/harris-wall-why.toml")),
+    ("harris-wall-yields.toml", include_str!("../../../experiments/harris-wall-yields.toml")),
     ("open-trains.toml", include_str!("../../../experiments/open-trains.toml")),
 ];
 

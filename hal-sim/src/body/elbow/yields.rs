@@ -1,0 +1,65 @@
+//! A person who pushes less where stimulation is felt.
+
+use super::{TICK_S, TICK_US};
+use std::collections::VecDeque;
+
+/// A person yields to what they feel: from `delay_s` after the first pulse felt they
+/// push with `to` of their strength, and with all of it again as long after the last
+/// one. What Harris' participant was told (once in contact, push "at a low force
+/// level"), contact being what is felt. All of it is assumed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Yields {
+    /// From a pulse to the changed push, s, 0 to 2.
+    pub delay_s: f64,
+    /// Part of the strength that remains, 0 to 1.
+    pub to: f64,
+    /// Least current that is felt, on either muscle, mA.
+    pub at_ma: f64,
+}
+
+/// After so long without a pulse nothing is felt, µs: a train of 20 Hz or more is felt
+/// as one. Assumed.
+const LASTS_US: u64 = 50_000;
+/// In which the strength goes from all to nothing, s: nobody changes a force at once.
+/// Assumed.
+const CHANGE_S: f64 = 0.2;
+
+/// What is felt, and what has come of it.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Felt {
+    latest_us: Option<u64>,
+    /// Whether something was felt in the latest milliseconds, oldest first.
+    before: VecDeque<bool>,
+    /// Of the strength given up, 0 to 1.
+    given_up: f64,
+}
+
+impl Yields {
+    pub(super) fn is_valid(&self) -> bool {
+        let in_range = (0.0..=2.0).contains(&self.delay_s) && (0.0..=1.0).contains(&self.to);
+        in_range && self.at_ma.is_finite() && self.at_ma >= 0.0
+    }
+}
+
+impl Felt {
+    pub(super) fn pulse(&mut self, yields: Option<Yields>, t_us: u64, current_ma: f64) {
+        if yields.is_some_and(|it| current_ma >= it.at_ma) {
+            self.latest_us = Some(t_us);
+        }
+    }
+
+    /// The part of the strength left in the millisecond from `t_us` on: exactly 1
+    /// for a person who does not yield.
+    pub(super) fn strength(&mut self, yields: Option<Yields>, t_us: u64) -> f64 {
+        let Some(Yields { delay_s, to, .. }) = yields else {
+            return 1.0;
+        };
+        let lasts = |latest: u64| t_us.saturating_sub(latest) < LASTS_US;
+        self.before.push_back(self.latest_us.is_some_and(lasts));
+        let delay = (delay_s * 1e6) as u64 / TICK_US;
+        let acts = self.before.len() as u64 > delay && self.before.pop_front() == Some(true);
+        let step = if acts { TICK_S } else { -TICK_S } / CHANGE_S;
+        self.given_up = (self.given_up + step).clamp(0.0, 1.0 - to);
+        1.0 - self.given_up
+    }
+}
