@@ -19,7 +19,7 @@ import sys
 import time
 import zlib
 
-SCHEMA = 0x5F6D8478E67CD868  # docs/protocol.md, "Schema hash"
+SCHEMA = 0x9D4BA761799F42D2  # docs/protocol.md, "Schema hash"
 
 # --- postcard: types are functions (encode) and methods of Reader (decode) ---
 

@@ -14,6 +14,7 @@ pub mod bench;
 #[cfg(target_os = "none")]
 pub mod board;
 pub mod control;
+mod crc;
 pub mod device;
 pub mod haptics;
 pub mod link;

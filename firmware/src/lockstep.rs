@@ -91,6 +91,7 @@ impl<S: Sink + ?Sized> Sink for &mut S {
 /// use firmware::link::{BROADCAST, Decoder, Kind, Request, Response, SCHEMA, ToDevice, encode};
 /// use firmware::lockstep::{Lockstep, Sensors, Sink};
 /// use firmware::pulse::Levels;
+/// use firmware::safety::Stages;
 /// use firmware::units::{DacCode, Micros};
 ///
 /// struct Line(Vec<u8>);
@@ -108,6 +109,7 @@ impl<S: Sink + ?Sized> Sink for &mut S {
 ///     reset: ResetCause::PowerOn,
 ///     last_fault: None,
 ///     first_session: 7,
+///     stages: Stages::AsDeclared,
 /// };
 /// let (mut board, mut line) = (Lockstep::new(identity, Micros::new(0)), Line(Vec::new()));
 /// let request = Request::Hello { schema: SCHEMA };

@@ -7,6 +7,7 @@ use firmware::device::{Identity, first_session};
 use firmware::link::{Kind, message::ResetCause};
 use firmware::lockstep::{Lockstep, Sensors, Sink};
 use firmware::pulse::{Group, Partner};
+use firmware::safety::Stages;
 use firmware::units::Micros;
 use std::io;
 
@@ -19,6 +20,7 @@ pub const fn identity(kind: Kind) -> Identity {
         reset: ResetCause::PowerOn,
         last_fault: None,
         first_session: 1,
+        stages: Stages::AsDeclared,
     }
 }
 

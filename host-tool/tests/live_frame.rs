@@ -3,7 +3,7 @@
 use firmware::link::{
     Counters, Event, HelloInfo, Kind, Refusal, SCHEMA, Status, message::ResetCause,
 };
-use firmware::safety::{Fault, FaultRecord, State, StopCause};
+use firmware::safety::{Fault, FaultRecord, Stages, State, StopCause};
 use firmware::units::Micros;
 use host_core::record::Sample;
 use host_core::run::{Seen, SessionFile};
@@ -30,6 +30,7 @@ fn model(session: &str) -> Model {
         reset: ResetCause::PowerOn,
         last_fault: None,
         dead_time_us: 5,
+        stages: Stages::AsDeclared,
     }));
     model
 }

@@ -5,7 +5,7 @@ use firmware::device::Identity;
 use firmware::link::message::ResetCause;
 use firmware::link::{Decoder, HelloInfo, Kind, Request, ToDevice, encode};
 use firmware::pulse::TrainSpec;
-use firmware::safety::{ChannelSpec, StageSpec, WearerSpec};
+use firmware::safety::{ChannelSpec, StageSpec, Stages, WearerSpec};
 use firmware::units::{Amplitude, Micros};
 use hal_sim::body::{Drive, Load, Still};
 use hal_sim::chip::image::Image;
@@ -118,6 +118,7 @@ pub const fn identity(kind: Kind, first_session: u16) -> Identity {
         reset: ResetCause::PowerOn,
         last_fault: None,
         first_session,
+        stages: Stages::AsDeclared,
     }
 }
 

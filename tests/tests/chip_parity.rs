@@ -64,6 +64,7 @@ fn on_chip(log: &[Step], pace: Pace) -> (Watched, Record, Vec<(Micros, Sensors)>
 fn in_process(chip: &Watched, worlds: &[(Micros, Sensors)], hello: &HelloInfo) -> Record {
     let identity = Identity {
         unique_id: hello.unique_id,
+        stages: hello.stages,
         ..identity(Kind::Board, hello.session)
     };
     let mut record = Record::default();

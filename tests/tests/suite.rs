@@ -7,6 +7,7 @@ mod chip_latency;
 mod chip_numbers;
 mod chip_parity;
 mod chip_patterns;
+mod chip_stages;
 mod committed_seed;
 mod cycles;
 mod device_numbers;

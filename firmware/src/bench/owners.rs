@@ -7,7 +7,7 @@ use crate::link::message::ResetCause;
 use crate::link::{BROADCAST, Kind, MAX_FRAME, Request, SCHEMA, ToDevice, encode};
 use crate::muscle::MuscleSpec;
 use crate::pulse::{CHANNELS, TrainSpec, WINDOW_US, WindowPlan};
-use crate::safety::{ChannelSpec, Inputs, Reading, StageSpec, State, WearerSpec};
+use crate::safety::{ChannelSpec, Inputs, Reading, StageSpec, Stages, State, WearerSpec};
 use crate::units::{Amplitude, DacCode, Micros, us};
 use heapless::Vec;
 
@@ -49,6 +49,7 @@ impl Desk {
             reset: ResetCause::PowerOn,
             last_fault: None,
             first_session: 1,
+            stages: Stages::AsDeclared,
         };
         let mut desk = Self {
             pulser: Pulser::new(None),

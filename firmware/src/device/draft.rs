@@ -8,7 +8,7 @@ use crate::haptics::{Wall, WallSpec};
 use crate::muscle::{MuscleSpec, Recruitment};
 use crate::pulse::{CHANNELS, GroupError, GroupSpec, MAX_GROUPS, check_members};
 use crate::range::{OutOfRange, Range};
-use crate::safety::{Channel, ChannelSpec, Setup, SetupError, WearerSpec, check_group};
+use crate::safety::{Channel, ChannelSpec, Setup, SetupError, Stages, WearerSpec, check_group};
 use crate::units::Amplitude;
 use heapless::Vec;
 
@@ -33,8 +33,10 @@ use heapless::Vec;
 /// let no_train = (Part::Sync, Rule::NoTrain { channel: 3 });
 /// assert_eq!(rules, [(Part::Setup, Rule::NothingToArm), no_train]);
 /// ```
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Draft {
+    /// What every channel's stage is held against.
+    stages: Stages,
     wearer: WearerSpec,
     groups: Vec<GroupSpec, MAX_GROUPS>,
     sync: Option<u8>,
@@ -51,6 +53,13 @@ pub struct Draft {
     tables: [Option<Result<ForceControl, OutOfRange>>; CHANNELS],
 }
 
+impl Default for Draft {
+    /// For a device that takes any stage.
+    fn default() -> Self {
+        Self::on(Stages::AsDeclared)
+    }
+}
+
 /// Of a channel's number.
 const CHANNEL: Range = Range::new("channel", 0, CHANNELS as i32 - 1);
 
@@ -58,7 +67,24 @@ const CHANNEL: Range = Range::new("channel", 0, CHANNELS as i32 - 1);
 /// of its channel. A part that is refused leaves the one before.
 #[expect(clippy::missing_errors_doc, reason = "said once for all")]
 impl Draft {
-    /// Forgets everything, in place.
+    /// An empty draft for a device with these stages.
+    #[must_use]
+    pub fn on(stages: Stages) -> Self {
+        Self {
+            stages,
+            wearer: WearerSpec::default(),
+            groups: Vec::new(),
+            sync: None,
+            joint: None,
+            wall: None,
+            channels: [None; CHANNELS],
+            muscles: [None; CHANNELS],
+            forces: [None; CHANNELS],
+            tables: [const { None }; CHANNELS],
+        }
+    }
+
+    /// Forgets everything but the stages, in place.
     pub fn clear(&mut self) {
         self.wearer = WearerSpec::default();
         self.groups.clear();
@@ -83,6 +109,7 @@ impl Draft {
         let wearer = self.wearer.validate().map_err(Mistake::of(Part::Wearer))?;
         let checked = spec.validate(&wearer);
         checked.map_err(Mistake::of(Part::Channel(channel)))?;
+        self.check_stage(channel, &spec)?;
         *slot(&mut self.channels, channel)? = Some(spec);
         self.tabulate(channel)
     }
@@ -130,6 +157,13 @@ impl Draft {
         Wall::new(&spec).map_err(Mistake::of(Part::Wall))?;
         self.wall = Some(spec);
         Ok(())
+    }
+
+    /// Holds a channel's declared stage against the board's.
+    fn check_stage(&self, channel: u8, spec: &ChannelSpec) -> Result<(), Mistake> {
+        let checked = self.stages.check(channel, &spec.stage);
+        let checked = checked.map_err(SetupError::from);
+        checked.map_err(Mistake::of(Part::Channel(channel)))
     }
 
     fn tabulate(&mut self, channel: u8) -> Result<(), Mistake> {
@@ -184,6 +218,7 @@ impl Draft {
                 Ok(channel) => *slot = Some(channel),
                 Err(e) => found(Mistake::of(Part::Channel(index))(e))?,
             }
+            self.check_stage(index, spec).or_else(&mut found)?;
         }
         if self.used() == 0 {
             found(Mistake::of(Part::Setup)(Rule::NothingToArm))?;

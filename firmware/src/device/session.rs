@@ -17,7 +17,7 @@ use crate::link::{
     Code, Counters, Decoder, Event, Head, Refusal, Request, Response, Status, ToDevice, encode,
     too_long,
 };
-use crate::safety::{Notice, State};
+use crate::safety::{Notice, StageTable, State};
 use crate::units::Micros;
 use heapless::Deque;
 use outbox::{Outbox, ROOM};
@@ -45,6 +45,8 @@ pub struct Session {
     /// Number of the `Start` not yet answered.
     starting: Option<u16>,
     draft: Draft,
+    /// What is to be stored, after which the board restarts.
+    storing: Option<StageTable>,
     counters: Counters,
     /// Number of each stop not yet answered, and the count at which it was raised.
     stops: Deque<(u16, u32), STOPS>,
@@ -76,7 +78,8 @@ impl Session {
                 State::Idle
             },
             starting: None,
-            draft: Draft::default(),
+            draft: Draft::on(identity.stages),
+            storing: None,
             counters: Counters::default(),
             stops: Deque::new(),
         }
@@ -141,6 +144,13 @@ impl Session {
     #[must_use]
     pub fn has_output(&self) -> bool {
         self.outbox.len() > 0
+    }
+
+    /// The stage table that a host had accepted: whoever runs this session lets its
+    /// answer out, stores the table and restarts the device.
+    #[must_use]
+    pub const fn storing(&self) -> Option<&StageTable> {
+        self.storing.as_ref()
     }
 
     fn serve(&mut self, now: Micros, message: ToDevice, mail: &mut SessionMail<'_>) {

@@ -1,7 +1,7 @@
 //! Frame = COBS(postcard(message) ++ CRC-32) ++ 0x00. The CRC is
 //! CRC-32/ISO-HDLC over the message, least significant byte first.
 
-use crc::{CRC_32_ISO_HDLC, Crc};
+use crate::crc::CRC;
 use heapless::Vec;
 use serde::Serialize;
 
@@ -13,8 +13,6 @@ const MAX_BODY: usize = MAX_MESSAGE + 4;
 /// Longest frame on the wire: COBS adds one byte per 254 and one more, and
 /// the delimiter.
 pub const MAX_FRAME: usize = MAX_BODY + MAX_BODY / 254 + 2;
-
-const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
 /// Why bytes between two delimiters are not a message.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

@@ -7,7 +7,7 @@ use crate::haptics::WallSpec;
 use crate::muscle::{MuscleSpec, Rung};
 use crate::pulse::{CHANNELS, GroupSpec, MAX_GROUPS};
 use crate::range::Range;
-use crate::safety::{ChannelSpec, FaultRecord, State, StopCause, WearerSpec};
+use crate::safety::{ChannelSpec, FaultRecord, StageKind, Stages, State, StopCause, WearerSpec};
 use crate::units::{Amplitude, Micros};
 use heapless::Vec;
 use postcard_schema::{Schema, key::hash::fnv1a64::hash_ty_path};
@@ -147,6 +147,13 @@ pub enum Request {
     /// An edge at the trigger input of a simulated board. Whoever serves a
     /// simulator takes it and answers; every device refuses it.
     SimulateTrigger,
+    /// Stores which output stages the board has, for whoever puts it into service.
+    /// Idle only. Acknowledged on arrival; then the board isolates, writes, and
+    /// restarts: the next [`Response::Hello`] tells the table it found.
+    StoreStages {
+        /// One per channel; `None` where there is none.
+        stages: [Option<StageKind>; CHANNELS],
+    },
 }
 
 /// What the device says.
@@ -242,6 +249,8 @@ pub struct HelloInfo {
     pub last_fault: Option<FaultRecord>,
     /// Isolation between opposite drive, µs.
     pub dead_time_us: u16,
+    /// Its output stages.
+    pub stages: Stages,
 }
 
 /// What has been counted since boot.

@@ -6,7 +6,7 @@ use crate::control::{ForceError, MeasurementError, SetpointError, SpecError};
 use crate::haptics::WallError;
 use crate::pulse::{GroupError, TrainError, TrainSpec};
 use crate::range::OutOfRange;
-use crate::safety::{Denied, SetupError};
+use crate::safety::{Denied, SetupError, StageMismatch};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
@@ -43,6 +43,9 @@ pub enum Code {
     RateChanges = 219,
     NoMuscle = 220,
     NoFatigue = 221,
+    StagesUnknown = 222,
+    OtherStage = 223,
+    NoStageMemory = 224,
     WrongState = 300,
     NotArmed = 301,
     ArmInputOpen = 302,
@@ -61,7 +64,7 @@ pub enum Code {
 
 impl Code {
     /// All codes, for documentation and tests.
-    pub const ALL: [Self; 42] = [
+    pub const ALL: [Self; 45] = [
         Self::BadCrc,
         Self::MalformedFrame,
         Self::FrameTooLong,
@@ -90,6 +93,9 @@ impl Code {
         Self::RateChanges,
         Self::NoMuscle,
         Self::NoFatigue,
+        Self::StagesUnknown,
+        Self::OtherStage,
+        Self::NoStageMemory,
         Self::WrongState,
         Self::NotArmed,
         Self::ArmInputOpen,
@@ -223,12 +229,25 @@ impl From<GroupError> for Refusal<'static> {
     }
 }
 
+impl From<StageMismatch> for Refusal<'static> {
+    fn from(e: StageMismatch) -> Self {
+        match e {
+            StageMismatch::Unknown(_) => Self::new(Code::StagesUnknown, "stages"),
+            StageMismatch::NoStage | StageMismatch::Kind => Self::new(Code::OtherStage, "stage"),
+            StageMismatch::FullScale { field, has } => {
+                Self::new(Code::OtherStage, field).allowed(bound(has), bound(has))
+            }
+        }
+    }
+}
+
 impl From<SetupError> for Refusal<'static> {
     fn from(e: SetupError) -> Self {
         match e {
             SetupError::Range(e) => e.into(),
             SetupError::Train(e) => e.into(),
             SetupError::Group(e) => e.into(),
+            SetupError::Stage(e) => e.into(),
             SetupError::Current { max } => {
                 Self::new(Code::CurrentLimit, "limit").allowed(0, bound(max.get()))
             }

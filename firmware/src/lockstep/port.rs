@@ -11,7 +11,7 @@ use crate::device::Identity;
 use crate::link::message::ResetCause;
 use crate::link::{Kind, MAX_MESSAGE, encode};
 use crate::pulse::Levels;
-use crate::safety::FaultRecord;
+use crate::safety::{FaultRecord, Stages};
 use crate::units::{DacCode, Micros};
 use serde::{Deserialize, Serialize};
 
@@ -168,6 +168,7 @@ const fn identity(
         reset,
         last_fault,
         first_session,
+        stages: Stages::AsDeclared,
     }
 }
 

@@ -12,6 +12,7 @@ pub mod limits;
 mod ramp;
 mod setup;
 mod stage;
+mod stages;
 mod state;
 mod wearer;
 
@@ -20,5 +21,6 @@ pub use fault::{Fault, FaultRecord};
 pub use guard::Guard;
 pub use setup::{Channel, ChannelSpec, Setup, SetupError, check_group};
 pub use stage::{Stage, StageSpec};
+pub use stages::{Origin, StageKind, StageMismatch, StageTable, StageWords, Stages, StagesFault};
 pub use state::{Denied, Inputs, Notice, State, StopCause};
 pub use wearer::{Wearer, WearerSpec};

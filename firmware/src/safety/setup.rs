@@ -1,6 +1,6 @@
 //! Everything a session configures, checked as a whole before arming.
 
-use super::{Stage, StageSpec, Wearer};
+use super::{Stage, StageMismatch, StageSpec, Wearer};
 use crate::pulse::{
     CHANNELS, Group, GroupError, GroupSpec, MAX_GROUPS, Partner, Train, TrainError, TrainSpec,
 };
@@ -50,6 +50,8 @@ pub enum SetupError {
     Train(TrainError),
     /// The groups cannot be kept.
     Group(GroupError),
+    /// The board has another stage than is declared.
+    Stage(StageMismatch),
     /// At its limit the channel would exceed a current limit; the largest
     /// allowed current is `max`.
     Current {

@@ -9,7 +9,7 @@ use firmware::link::{
 };
 use firmware::lockstep::{Lockstep, Sensors, Sink};
 use firmware::pulse::{CHANNELS, GroupSpec, Levels, Partner, State as Line, TrainSpec};
-use firmware::safety::{ChannelSpec, Fault, FaultRecord, StageSpec, State, WearerSpec};
+use firmware::safety::{ChannelSpec, Fault, FaultRecord, StageSpec, Stages, State, WearerSpec};
 use firmware::units::{Amplitude, DacCode, Micros, us};
 
 /// Everything that came out, in µs since boot, which never wraps.
@@ -314,6 +314,7 @@ pub fn identity(first_session: u16, last_fault: Option<FaultRecord>) -> Identity
         reset: ResetCause::PowerOn,
         last_fault,
         first_session,
+        stages: Stages::AsDeclared,
     }
 }
 

@@ -10,8 +10,12 @@ use firmware::link::{
     ToDevice,
 };
 use firmware::muscle::{CalciumForceSpec, FatigueSpec, MuscleSpec, RecruitmentSpec, Rung};
+use firmware::pulse::CHANNELS;
 use firmware::pulse::{GroupSpec, Partner, Shape, TrainSpec};
-use firmware::safety::{ChannelSpec, Fault, FaultRecord, StageSpec, State, StopCause, WearerSpec};
+use firmware::safety::{
+    ChannelSpec, Fault, FaultRecord, Origin, StageKind, StageSpec, StageTable, Stages, StagesFault,
+    State, StopCause, WearerSpec,
+};
 use firmware::units::{Amplitude, Micros};
 use tests::desk;
 
@@ -228,6 +232,7 @@ pub fn requests() -> Vec<(&'static str, ToDevice)> {
         ("subscribe", Request::Subscribe { period_ms: 20 }),
         ("rung", Request::Rung { channel: 9, rung: Rung::CalciumForce }),
         ("simulated trigger", Request::SimulateTrigger),
+        ("stages", Request::StoreStages { stages: table() }),
     ]);
     let number = |(seq, (name, request)): (u16, _)| {
         let session = if seq == 0 { 0 } else { 1 };
@@ -322,13 +327,35 @@ fn telemetry(at: Micros, channels: u32) -> Telemetry {
     }
 }
 
+/// One of each that there is.
+fn stages() -> [Stages; 8] {
+    use StagesFault::{Damaged, Erased, HalfWritten, OtherBoard, Version};
+    let [owner, session] = [Origin::Owner, Origin::Session].map(|origin| {
+        let stages = table();
+        Stages::Stored(StageTable { origin, stages })
+    });
+    let faults = [Erased, HalfWritten, Damaged, Version, OtherBoard];
+    let [a, b, c, d, e] = faults.map(Stages::Unknown);
+    [owner, Stages::AsDeclared, session, a, b, c, d, e]
+}
+
+/// Nine current stages and none.
+fn table() -> [Option<StageKind>; CHANNELS] {
+    let full_scale_ua = 100_000;
+    let mut stages = [Some(StageKind::Current { full_scale_ua }); CHANNELS];
+    let full_scale_mv = 60_000;
+    (stages[3], stages[9]) = (Some(StageKind::Voltage { full_scale_mv }), None);
+    stages
+}
+
 fn hellos() -> impl Iterator<Item = HelloInfo> {
     use ResetCause::{BrownOut, Pin, PowerOn, Software, Watchdog};
     use State::{Armed, Boot, Idle, Stimulating, Stopping};
     let states = [Boot, Idle, Armed, Stimulating, Stopping, State::Fault];
     let resets = [PowerOn, Pin, BrownOut, Software, PowerOn, Watchdog];
     let kinds = [Kind::Board, Kind::Native, Kind::Qemu].into_iter().cycle();
-    (states.into_iter().zip(resets).zip(kinds)).map(|((state, reset), kind)| HelloInfo {
+    let states = states.into_iter().zip(resets).cycle();
+    (states.zip(kinds).zip(stages())).map(|(((state, reset), kind), stages)| HelloInfo {
         seq: 0,
         session: 1,
         schema: SCHEMA,
@@ -340,6 +367,7 @@ fn hellos() -> impl Iterator<Item = HelloInfo> {
         reset,
         last_fault: (reset == Watchdog).then(|| fault(Fault::Watchdog)),
         dead_time_us: 5,
+        stages,
     })
 }
 

@@ -71,6 +71,10 @@ pub fn tick_off(t: &NamedType, json: &Value, left: &mut BTreeSet<(String, String
         (Ty::Seq(inner), Value::Array(items)) => {
             items.iter().for_each(|item| tick_off(inner, item, left));
         }
+        (Ty::Tuple(inner), Value::Array(items)) => {
+            let pairs = inner.iter().zip(items);
+            pairs.for_each(|(t, item)| tick_off(t, item, left));
+        }
         (Ty::Struct(fields), value) => {
             fields
                 .iter()

@@ -15,6 +15,7 @@ mod pins;
 mod record;
 mod refill;
 mod session;
+mod stages;
 mod tape;
 mod timebase;
 mod watchdog;
@@ -97,6 +98,7 @@ pub async fn run(_: Spawner) -> ! {
         reset: cause,
         last_fault: latched,
         first_session: first_session(&[a, b, c, cycles]),
+        stages: stages::load(unique_id),
     };
     static SESSION: StaticCell<Session> = StaticCell::new();
     let session = SESSION.init_with(|| Session::new(identity));

@@ -1,6 +1,7 @@
 //! The Session's context: the thread, between the USB serial port and the
 //! mailboxes.
 
+use super::stages;
 use super::timebase;
 use super::watchdog::{self, Owner};
 use crate::device::{Session, SessionMail};
@@ -28,6 +29,10 @@ const PIPE: usize = 1024;
 /// pid.codes' identity for tests. A product needs its own: until then hosts
 /// look for the product's name.
 const VID_PID: (u16, u16) = (0x1209, 0x0001);
+
+/// Turns of the loop, each at most a millisecond, that an accepted stage table waits
+/// for its answer to leave; half of them in any case, for what USB still holds.
+const PATIENCE: u8 = 40;
 
 type Usb = Driver<'static, USB_OTG_FS>;
 type Bytes = Pipe<NoopRawMutex, PIPE>;
@@ -120,6 +125,7 @@ async fn converse(
     watchdog::start();
     let mut every_ms = Ticker::every(Duration::from_millis(1));
     let mut packet = [0; PACKET];
+    let mut patience = PATIENCE;
     loop {
         if let Either::First(count) = select(receive(&mut rx, &mut packet), every_ms.next()).await {
             // `receive` counts bytes of `packet`.
@@ -134,7 +140,20 @@ async fn converse(
         }
         session.poll(&mut mail);
         transmit(session, outgoing);
+        store_stages(session, outgoing, &mut patience);
         watchdog::check_in(Owner::Session);
+    }
+}
+
+/// Stores a table that was accepted, once its answer is out or nobody reads it.
+fn store_stages(session: &Session, outgoing: &Bytes, patience: &mut u8) {
+    let Some(table) = session.storing() else {
+        return;
+    };
+    *patience = patience.saturating_sub(1);
+    let is_out = outgoing.is_empty() && !session.has_output() && *patience <= PATIENCE / 2;
+    if is_out || *patience == 0 {
+        stages::store(table);
     }
 }
 

@@ -9,6 +9,9 @@ use core::sync::atomic::{AtomicU8, Ordering};
 /// short, are 4.08–11.53 ms, within the 4–12 ms wanted.
 const COUNTS: u16 = 49;
 
+/// What IWDG_KR takes to be fed (RM0090 section 21.4.1).
+pub const FEED: u32 = Key::RESET.to_bits() as u32;
+
 /// Who must check in between two feedings.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[repr(u8)]

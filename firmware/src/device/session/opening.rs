@@ -5,7 +5,7 @@ use super::{Session, busy, is_arming, submit};
 use crate::link::message::ResetCause;
 use crate::link::{Code, HelloInfo, Kind, Refusal, SCHEMA};
 use crate::pulse::DEAD_TIME_US;
-use crate::safety::{FaultRecord, State};
+use crate::safety::{FaultRecord, Stages, State};
 use crate::units::Micros;
 
 /// What a device says of itself.
@@ -21,6 +21,8 @@ pub struct Identity {
     pub last_fault: Option<FaultRecord>,
     /// Number of the first session, [`first_session`] or any; 0 counts as 1.
     pub first_session: u16,
+    /// Its output stages.
+    pub stages: Stages,
 }
 
 /// Where session numbers begin: a number that another host does not hit by
@@ -90,6 +92,7 @@ impl Session {
             reset: self.identity.reset,
             last_fault: self.identity.last_fault,
             dead_time_us: DEAD_TIME_US,
+            stages: self.identity.stages,
         })
     }
 

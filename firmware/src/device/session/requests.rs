@@ -6,6 +6,7 @@ use super::super::mail::{ControlRequest, Order, OrderKind, SessionMail};
 use super::{Answer, Reply, Session, busy, is_arming, send, submit};
 use crate::link::{Code, Refusal, Request};
 use crate::pulse::CHANNELS;
+use crate::safety::{Origin, StageKind, StageTable, Stages, State};
 use crate::units::{Amplitude, Angle, AngularRate, ForceRate, Micros};
 use fixed::types::I16F16;
 
@@ -26,6 +27,9 @@ impl Session {
             stops,
             kind,
         };
+        if self.storing.is_some() {
+            return Err(busy()); // about to restart
+        }
         // Each may make a table of force control.
         if let Request::Channel { .. } | Request::Muscle { .. } | Request::ForceControl { .. } =
             request
@@ -113,6 +117,7 @@ impl Session {
                 submit(ControlRequest::Measurement { seq, at, angle }, mail)?;
                 return Ok(Reply::Later);
             }
+            Request::StoreStages { stages } => self.store_stages(stages, mail)?,
             // Who serves a simulator takes it on its way here.
             Request::SimulateTrigger => {
                 return Err(Refusal::new(Code::SimulatorOnly, "trigger"));
@@ -123,6 +128,26 @@ impl Session {
             }
         }
         Ok(Reply::Done)
+    }
+
+    /// Accepts a table of the board's stages, in Idle, if there is where to keep it.
+    fn store_stages(
+        &mut self,
+        stages: [Option<StageKind>; CHANNELS],
+        mail: &SessionMail<'_>,
+    ) -> Result<(), Refusal<'static>> {
+        if self.identity.stages == Stages::AsDeclared {
+            return Err(Refusal::new(Code::NoStageMemory, "stages"));
+        }
+        // Orders on their way could arm or start.
+        if self.state != State::Idle || is_arming(mail) || !mail.orders.is_empty() {
+            return Err(Refusal::new(Code::WrongState, "state"));
+        }
+        let origin = Origin::Owner;
+        let table = StageTable { origin, stages };
+        table.validate()?;
+        self.storing = Some(table);
+        Ok(())
     }
 
     /// Checks the whole draft and hands it to its two users.

@@ -4,6 +4,7 @@
 use super::front_end::{current_ma, sense};
 use super::margin::Margins;
 use super::outputs::{Outputs, Phases};
+use super::stages;
 use super::wiring::{self, Pin};
 use crate::chip::Cycle;
 use crate::chip::ad5668::Ad5668;
@@ -50,10 +51,14 @@ pub struct Around {
 }
 
 impl Around {
-    pub(super) fn new(flash: &[u8], stages: [Option<Output>; CHANNELS], pace: Pace) -> Self {
+    pub(super) fn new(flash: &[u8], outputs: [Option<Output>; CHANNELS], pace: Pace) -> Self {
         let mut soc = Soc::new(pace);
         // `Image` has checked that it fits.
         let _ = soc.flash.load(super::super::soc::flash::BASE, flash);
+        let words = stages::table(&outputs).words(soc.signature.uid);
+        for copy in stages::COPIES {
+            let _ = stages::write(&mut soc.flash, copy, &words); // both lie in flash
+        }
         let hz = soc.hz();
         let mut host = Host::new(hz.into());
         host.plug(0, &mut soc.otg);
@@ -62,7 +67,7 @@ impl Around {
             host,
             dacs: [Ad5668::default(), Ad5668::default()],
             outputs: Outputs::default(),
-            stages,
+            stages: outputs,
             load_ohm: [2_000; CHANNELS],
             joint: 0,
             margins: Margins::default(),

@@ -9,6 +9,7 @@ mod around;
 pub mod front_end;
 mod margin;
 mod outputs;
+pub mod stages;
 pub mod wiring;
 
 pub use around::Around;

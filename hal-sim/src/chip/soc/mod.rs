@@ -90,10 +90,11 @@ pub struct Soc {
     crc: Crc,
     syscfg: Syscfg,
     dbgmcu: Dbgmcu,
-    signature: Signature,
     /// Accesses that no block answered, its clock being off: on silicon nobody
     /// would know.
     pub unclocked: u64,
+    /// Its number and size.
+    pub signature: Signature,
     /// Whether DMA uses SRAM1, SRAM2.
     shares: [bool; 2],
     /// A reset that was asked for and not carried out yet.

@@ -176,6 +176,9 @@ const fn words(code: Code) -> (&'static str, &'static str) {
         Code::SensorNotHost => ("the angle is measured by the board", "configure the joint's sensor as host"),
         Code::NoForceControl => ("this channel is not under force control", "put the channel under force control before arming"),
         Code::ForceOutOfReach => ("the wearer's limits cannot give this force", "ask for less, or agree on a new limit or a higher pulse rate with the wearer"),
+        Code::StagesUnknown => ("the board does not know its output stages", "store its stage table: flexor stages --store (docs/hardware.md)"),
+        Code::OtherStage => ("the board's output stage is another than was declared", "declare the stage that the board has: flexor stages"),
+        Code::NoStageMemory => ("this device keeps no table of its output stages", "store it on a board; a simulator has the stages its session declares"),
         Code::NoFatigue => ("this muscle has no fatigue parameters", "configure the muscle with its fatigue, or choose another rung"),
     }
 }

@@ -1,0 +1,95 @@
+//! What output stages this board has: kept in its last two flash sectors, which
+//! `memory.x` leaves to this file, one copy in each.
+
+use super::pac::{FLASH, IWDG};
+use super::{record, tape, watchdog};
+use crate::safety::{StageTable, StageWords, Stages};
+use core::ptr::{read_volatile, write_volatile};
+use cortex_m::peripheral::SCB;
+
+/// Number and start of a sector (RM0090 table 5).
+type Sector = (u8, usize);
+
+/// The first copy is written first.
+const COPIES: [Sector; 2] = [(10, 0x080C_0000), (11, 0x080E_0000)];
+
+/// FLASH_KEYR takes these in this order (RM0090 section 3.6.1).
+const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
+
+/// What the memory of the chip with this number says.
+#[must_use]
+pub fn load(unique_id: [u32; 3]) -> Stages {
+    // SAFETY: both lie in flash, aligned, and nothing writes there but `store`, which
+    // does not return.
+    let [first, second] = COPIES.map(|(_, at)| unsafe { read_volatile(at as *const StageWords) });
+    Stages::stored([&first, &second], unique_id)
+}
+
+/// Stops everything, stores `table`, resets: the next start reads what is there. From
+/// the thread, with nothing armed.
+pub fn store(table: &StageTable) -> ! {
+    let words = table.words(record::unique_id());
+    cortex_m::interrupt::disable();
+    tape::stop();
+    // RM0090 section 3.6.5: the caches must be flushed after erasing; the reset does.
+    for key in KEYS {
+        FLASH.keyr().write_value(key);
+    }
+    for (number, at) in COPIES {
+        // SAFETY: interrupts are off and the tape's streams stopped, so nothing else
+        // runs or reads flash; both sectors are this file's.
+        unsafe { write(number, at, &words) };
+    }
+    SCB::sys_reset()
+}
+
+/// Erases a sector and writes `words` at its start. Runs from RAM: while the flash is
+/// busy, up to 2 s for a sector of 128 KiB at x32 (DS8626), no instruction can be
+/// fetched from it, and the watchdog bites after 4 ms. Calls nothing, for a function
+/// called would lie in flash.
+///
+/// # Safety
+/// Interrupts are off, the flash is unlocked, nothing else reads or writes it.
+#[inline(never)]
+#[unsafe(link_section = ".data.flash_writer")]
+unsafe fn write(number: u8, at: usize, words: &StageWords) {
+    // Addresses, not functions of the register crate, which may not be inlined.
+    let (cr, sr) = (
+        FLASH.cr().as_ptr().cast::<u32>(),
+        FLASH.sr().as_ptr().cast::<u32>(),
+    );
+    let feed = IWDG.kr().as_ptr().cast::<u32>();
+    // SAFETY: registers of this chip (RM0090 sections 3.9 and 21.4), and flash that
+    // the caller has given.
+    unsafe {
+        // A macro: a function or closure could be left in flash.
+        macro_rules! finish {
+            () => {
+                while read_volatile(sr) & BSY != 0 {
+                    write_volatile(feed, watchdog::FEED);
+                }
+            };
+        }
+        finish!();
+        write_volatile(cr, X32 | SER | (number as u32) << SNB_SHIFT);
+        write_volatile(cr, X32 | SER | (number as u32) << SNB_SHIFT | STRT);
+        finish!();
+        write_volatile(cr, X32 | PG);
+        let (mut from, mut to) = (words.as_ptr(), at as *mut u32);
+        let end = from.add(words.len());
+        while from != end {
+            write_volatile(to, read_volatile(from));
+            finish!();
+            (from, to) = (from.add(1), to.add(1));
+        }
+        write_volatile(cr, 0);
+    }
+}
+
+// RM0090 section 3.9.5 and 3.9.6.
+const BSY: u32 = 1 << 16;
+const PG: u32 = 1;
+const SER: u32 = 1 << 1;
+const SNB_SHIFT: u32 = 3;
+const X32: u32 = 2 << 8;
+const STRT: u32 = 1 << 16;

@@ -1,0 +1,38 @@
+//! Puts a board into service: its stages, written where its firmware reads them.
+
+use crate::body::Drive;
+use crate::chip::soc::flash::{Flash, OutsideFlash};
+use crate::lockstep::Output;
+use crate::trace::CHANNELS;
+use firmware::safety::{Origin, StageKind, StageTable, StageWords};
+
+/// Where the firmware keeps the two copies: sectors 10 and 11 (docs/hardware.md).
+pub const COPIES: [u32; 2] = [0x080C_0000, 0x080E_0000];
+
+/// The table of a simulated board with these stages, made for a session.
+#[must_use]
+pub fn table(outputs: &[Option<Output>; CHANNELS]) -> StageTable {
+    StageTable {
+        origin: Origin::Session,
+        stages: outputs.map(|output| {
+            // At most 150 V or 100 mA: thousandths fit.
+            Some(match output?.full_scale {
+                Drive::Milliamps(ma) => StageKind::Current {
+                    full_scale_ua: (ma * 1e3).round() as u32,
+                },
+                Drive::Volts(v) => StageKind::Voltage {
+                    full_scale_mv: (v * 1e3).round() as u32,
+                },
+            })
+        }),
+    }
+}
+
+/// Writes `words` as one copy, as a programmer would.
+///
+/// # Errors
+/// The address is not in flash.
+pub fn write(flash: &mut Flash, copy: u32, words: &StageWords) -> Result<(), OutsideFlash> {
+    let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+    flash.load(copy, &bytes)
+}

@@ -1,0 +1,239 @@
+//! The board's own word on its output stages: what is declared falsely is refused by
+//! name, and a table that cannot be relied on stimulates nothing. On the flashed
+//! image, which reads it from its flash and writes it there.
+
+use firmware::link::{BROADCAST, Code, HelloInfo, Refusal, Request, Response, SCHEMA};
+use firmware::lockstep::Sensors;
+use firmware::pulse::{CHANNELS, TrainSpec};
+use firmware::safety::{
+    ChannelSpec, Origin, StageKind, StageSpec, StageTable, StageWords, Stages, StagesFault, State,
+};
+use firmware::units::{Amplitude, Micros};
+use hal_sim::chip::board::{Board, stages};
+use hal_sim::chip::soc::Pace;
+use hal_sim::lockstep::Device;
+use tests::desk;
+use tests::record::Record;
+
+const AMPS: StageKind = StageKind::Current {
+    full_scale_ua: 100_000,
+};
+const VOLTS: StageKind = StageKind::Voltage {
+    full_scale_mv: 60_000,
+};
+
+/// A board in service and its host.
+struct Bench {
+    board: Board<()>,
+    record: Record,
+    session: u16,
+    seq: u16,
+    said: Vec<Said>,
+}
+
+/// What the tests look for.
+#[derive(Debug)]
+enum Said {
+    Hello(Box<HelloInfo>),
+    Ack,
+    Refused(u16, String, i32),
+    Event,
+}
+
+impl Bench {
+    /// A board of ten 100 mA stages, whose flash `prepare` has changed before it
+    /// boots.
+    fn booted(prepare: impl FnOnce(&mut Board<()>)) -> Self {
+        let (image, outputs) = (desk::flashed(), desk::stages(100.0));
+        let mut board = Board::power_on(image, outputs, Pace::Lazy, ()).unwrap();
+        prepare(&mut board);
+        let booted = board.boot(&Sensors::default());
+        booted.unwrap_or_else(|e| panic!("{e}"));
+        Self {
+            board,
+            record: Record::default(),
+            session: BROADCAST,
+            seq: 0,
+            said: Vec::new(),
+        }
+    }
+
+    /// The last of what the device says to `request` within `us`.
+    fn ask(&mut self, request: Request, us: u64) -> Said {
+        if let Request::Hello { .. } = request {
+            self.session = BROADCAST;
+        }
+        let frame = desk::frame(self.session, self.seq, request);
+        self.seq = self.seq.wrapping_add(1);
+        let (sensors, now) = (Sensors::default(), self.board.now_us());
+        let at = |us: u64| Micros::new(us as u32);
+        let done = self
+            .board
+            .receive(at(now), &frame, &sensors, &mut self.record);
+        done.unwrap_or_else(|e| panic!("{e}"));
+        let done = self.board.advance(at(now + us), &sensors, &mut self.record);
+        done.unwrap_or_else(|e| panic!("{e}"));
+        for message in desk::messages(&std::mem::take(&mut self.record.bytes)) {
+            self.said.push(match postcard::from_bytes(&message) {
+                Ok(Response::Hello(hello)) => {
+                    self.session = hello.session;
+                    Said::Hello(Box::new(hello))
+                }
+                Ok(Response::Ack { .. }) => Said::Ack,
+                Ok(Response::Refused { refusal, .. }) => {
+                    let Refusal {
+                        code, field, max, ..
+                    } = refusal;
+                    Said::Refused(code, field.to_owned(), max)
+                }
+                Ok(Response::Event { .. }) => Said::Event,
+                _ => continue,
+            });
+        }
+        self.said.pop().expect("an answer")
+    }
+
+    fn greet(&mut self) -> Box<HelloInfo> {
+        match self.ask(Request::Hello { schema: SCHEMA }, 5_000) {
+            Said::Hello(hello) => hello,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    /// Declares channel 1 so.
+    fn declare(&mut self, stage: StageSpec) -> Said {
+        let spec = ChannelSpec {
+            train: TrainSpec::biphasic(200, 100, 20_000),
+            stage,
+            limit: Amplitude::new(5_000),
+        };
+        self.ask(Request::Channel { channel: 0, spec }, 5_000)
+    }
+
+    /// Nothing has been driven since it booted.
+    fn expect_never_driven(&self) {
+        let mut levels = self.record.trace.levels.iter();
+        assert!(levels.all(|(_, l)| (0..10).all(|c| !l.state(c).is_driven())));
+    }
+}
+
+fn write(board: &mut Board<()>, copies: [&StageWords; 2]) {
+    for (copy, words) in stages::COPIES.into_iter().zip(copies) {
+        stages::write(&mut board.around.soc.flash, copy, words).unwrap();
+    }
+}
+
+fn table(stages: [Option<StageKind>; CHANNELS]) -> StageTable {
+    StageTable {
+        origin: Origin::Owner,
+        stages,
+    }
+}
+
+fn is_refused(said: &Said, code: Code, named: &str, max: i32) {
+    let Said::Refused(number, field, has) = said else {
+        panic!("{said:?}");
+    };
+    assert_eq!((*number, &**field, *has), (code as u16, named, max));
+}
+
+#[test]
+fn a_false_declaration_is_refused_by_name() {
+    let mut bench = Bench::booted(|_| ());
+    let hello = bench.greet();
+    let Stages::Stored(told) = hello.stages else {
+        panic!("{:?}", hello.stages);
+    };
+    let of_session = (Origin::Session, [Some(AMPS); CHANNELS]);
+    assert_eq!((told.origin, told.stages), of_session);
+    // 60 V on a stage of 100 mA: three times the current asked for.
+    let said = bench.declare(StageSpec::Voltage {
+        full_scale_mv: 60_000,
+        load_ohm: 2_000,
+    });
+    is_refused(&said, Code::OtherStage, "stage", 0);
+    let said = bench.declare(StageSpec::Current {
+        full_scale_ua: 50_000,
+    });
+    is_refused(&said, Code::OtherStage, "full_scale_ua", 100_000);
+    // Nothing of it stayed: there is nothing to arm.
+    is_refused(
+        &bench.ask(Request::Arm, 30_000),
+        Code::NothingToArm,
+        "channels",
+        0,
+    );
+    let said = bench.declare(StageSpec::Current {
+        full_scale_ua: 100_000,
+    });
+    assert!(matches!(said, Said::Ack), "{said:?}");
+    bench.expect_never_driven();
+    assert!(matches!(bench.ask(Request::Arm, 30_000), Said::Ack));
+}
+
+#[test]
+fn an_unreliable_table_arms_nothing() {
+    let erased = [u32::MAX; size_of::<StageWords>() / 4];
+    let uid = |board: &Board<()>| board.around.soc.signature.uid;
+    let cases: [(StagesFault, fn(&StageWords, &StageWords) -> [StageWords; 2]); 5] = [
+        (StagesFault::Erased, |_, erased| [*erased; 2]),
+        (StagesFault::HalfWritten, |whole, erased| [*whole, *erased]),
+        (StagesFault::HalfWritten, |whole, erased| [*erased, *whole]),
+        (StagesFault::Damaged, |whole, _| {
+            let mut cut = *whole;
+            cut[7..].fill(u32::MAX); // power fell while it was programmed
+            [cut; 2]
+        }),
+        (StagesFault::OtherBoard, |_, _| {
+            [table([Some(AMPS); CHANNELS]).words([1, 2, 3]); 2]
+        }),
+    ];
+    for (fault, copies) in cases {
+        let mut bench = Bench::booted(|board| {
+            let whole = table([Some(AMPS); CHANNELS]).words(uid(board));
+            let [first, second] = copies(&whole, &erased);
+            write(board, [&first, &second]);
+        });
+        assert_eq!(bench.greet().stages, Stages::Unknown(fault));
+        let said = bench.declare(StageSpec::Current {
+            full_scale_ua: 100_000,
+        });
+        is_refused(&said, Code::StagesUnknown, "stages", 0);
+        is_refused(
+            &bench.ask(Request::Arm, 30_000),
+            Code::NothingToArm,
+            "channels",
+            0,
+        );
+        bench.expect_never_driven();
+    }
+}
+
+#[test]
+fn a_table_is_stored_and_found_after_the_restart() {
+    let mut bench = Bench::booted(|board| {
+        write(board, [&[u32::MAX; 16]; 2]);
+    });
+    bench.greet();
+    let mut ten = [Some(VOLTS); CHANNELS];
+    (ten[0], ten[9]) = (Some(AMPS), None);
+    // Out of its range: named, and nothing is stored.
+    let mut wild = ten;
+    wild[1] = Some(StageKind::Current { full_scale_ua: 999 });
+    let said = bench.ask(Request::StoreStages { stages: wild }, 5_000);
+    is_refused(&said, Code::OutOfRange, "full_scale_ua", 100_000);
+    // Accepted, and it restarts by itself: erasing two sectors takes 2 s each.
+    let said = bench.ask(Request::StoreStages { stages: ten }, 5_000_000);
+    assert!(matches!(said, Said::Ack), "{said:?}");
+    let hello = bench.greet();
+    assert_eq!(hello.stages, Stages::Stored(table(ten)));
+    assert_eq!(hello.state, State::Idle, "{:?}", hello.last_fault);
+    let said = bench.declare(StageSpec::Current {
+        full_scale_ua: 100_000,
+    });
+    assert!(matches!(said, Said::Ack), "{said:?}");
+    // Not while armed.
+    assert!(matches!(bench.ask(Request::Arm, 30_000), Said::Ack));
+    let said = bench.ask(Request::StoreStages { stages: ten }, 5_000);
+    is_refused(&said, Code::WrongState, "state", 0);
+}
