@@ -326,6 +326,7 @@ pub fn request() -> impl Strategy<Value = Request> {
         1 => (near(0, 3), rung()).prop_map(|(channel, rung)| Request::Rung { channel: channel as u8, rung }),
         1 => joint().prop_map(Request::Joint),
         1 => wall().prop_map(Request::Wall),
+        1 => Just(Request::StoreStages { stages: [None; 10] }),
         5 => Just(Request::Arm),
         5 => Just(Request::Start),
         2 => Just(Request::Stop),

@@ -22,6 +22,7 @@ mod run;
 mod search;
 mod selftest;
 mod serve;
+mod stages;
 mod study;
 mod sweep;
 
@@ -71,6 +72,7 @@ enum Command {
     Profile(profile::ProfileArgs),
     Search(search::SearchArgs),
     Selftest(selftest::Selftest),
+    Stages(stages::StagesArgs),
     Sweep(sweep::SweepArgs),
 }
 
@@ -184,6 +186,7 @@ pub fn main() -> ExitCode {
         Command::Profile(args) => profile::main(args, output),
         Command::Search(args) => search::main(args, output),
         Command::Selftest(args) => selftest::main(args, output),
+        Command::Stages(args) => stages::main(args, output),
         Command::Sweep(args) => sweep::main(args, output),
     };
     match result {

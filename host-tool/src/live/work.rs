@@ -4,7 +4,7 @@ use super::{Shared, Watch};
 use firmware::link::Request;
 use firmware::safety::State;
 use firmware::units::Micros;
-use host_core::link::{Client, Error, Incoming, Paced, Port, SerialPort, TcpPort};
+use host_core::link::{Client, Error, Incoming, Paced, Port};
 use host_core::run::{DeviceName, Observer, RunError, Seen, SessionFile, Wish, run, sample};
 use host_core::session::Session;
 
@@ -33,7 +33,7 @@ pub struct Plan {
 /// its end. A stop by hand is none.
 pub fn work(plan: &Plan, shared: &Shared) -> anyhow::Result<()> {
     let Some(file) = &plan.session else {
-        return Ok(watch(open_real(&plan.device)?, shared)?);
+        return Ok(watch(plan.device.connect()?, shared)?);
     };
     let port = open(&plan.device, &file.session, plan.seed)?;
     let (outcome, port) = run(file, port, None, Watch::new(shared));
@@ -71,17 +71,6 @@ fn open(device: &DeviceName, session: &Session, seed: u64) -> anyhow::Result<Box
     Ok(match device {
         DeviceName::Native | DeviceName::Chip => Box::new(Paced::new(port)),
         _ => port,
-    })
-}
-
-/// Opens a device that is there without a session.
-fn open_real(device: &DeviceName) -> anyhow::Result<Box<dyn Port>> {
-    Ok(match device {
-        DeviceName::Tcp(address) => Box::new(TcpPort::connect(address)?),
-        DeviceName::Serial(path) => Box::new(SerialPort::open(path)?),
-        DeviceName::Native | DeviceName::Chip | DeviceName::Qemu => {
-            anyhow::bail!("E517 {device} does nothing without a session")
-        }
     })
 }
 

@@ -5,7 +5,7 @@ use firmware::control::JointSpec;
 use firmware::link::Request;
 use firmware::muscle::{MuscleSpec, Rung};
 use firmware::pulse::{CHANNELS, GroupSpec, MAX_GROUPS};
-use firmware::safety::{ChannelSpec, WearerSpec};
+use firmware::safety::{ChannelSpec, StageKind, WearerSpec};
 use firmware::units::{Amplitude, Micros};
 
 /// Methods that send a request, wait for its acknowledgement and give the device
@@ -49,6 +49,8 @@ requests! {
     "Start" start() Request::Start;
     "Ends stimulation or disarms."
     "Stop" stop() Request::Stop;
+    "Stores the board's output stages, by channel, after which it restarts."
+    "StoreStages" store_stages(stages: [Option<StageKind>; CHANNELS]) Request::StoreStages { stages };
     "Acknowledges a fault."
     "Acknowledge" acknowledge() Request::Acknowledge;
     "Sets the wanted angle, 0.01° and 0.01 °/s."

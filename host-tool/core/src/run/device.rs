@@ -104,6 +104,9 @@ pub enum OpenError {
     /// The simulated wearer.
     #[error(transparent)]
     Body(#[from] BodyError),
+    /// It is no device by itself.
+    #[error("E517 {0} does nothing without a session")]
+    NoPort(String),
 }
 
 /// Errors that a message has in full, so that they are no cause beside it.
@@ -142,8 +145,21 @@ impl DeviceName {
                 port.image = Some(image);
                 Box::new(port)
             }
+            Self::Tcp(_) | Self::Serial(_) => self.connect()?,
+        })
+    }
+
+    /// Connects to what is behind a port, and to nothing else.
+    ///
+    /// # Errors
+    /// The port; it is a simulator of this program.
+    pub fn connect(&self) -> Result<Box<dyn Port>, OpenError> {
+        Ok(match self {
             Self::Tcp(address) => Box::new(TcpPort::connect(address)?),
             Self::Serial(path) => Box::new(SerialPort::open(path)?),
+            Self::Native | Self::Chip | Self::Qemu => {
+                return Err(OpenError::NoPort(self.to_string()));
+            }
         })
     }
 }

@@ -25,6 +25,14 @@ pub enum RunError {
         /// What to do about it.
         advice: &'static str,
     },
+    /// The session declares other stages than the board has.
+    #[error("E505 {0}; declare the stages that the board has, or use the board it was made for")]
+    OtherStages(String),
+    /// The board cannot tell its stages.
+    #[error(
+        "E506 the board does not know its output stages ({0}), so nothing can be armed; store them with `flexor stages --store`"
+    )]
+    StagesUnknown(&'static str),
     /// Only a simulated wearer has the glove that this session measures with.
     #[error(
         "E513 the session's angle is measured by the host, and {0} has no simulated glove; use sensor = \"adc\""

@@ -15,6 +15,7 @@ mod profile;
 mod pulses;
 mod recorded;
 mod runner;
+mod stages;
 mod trial;
 mod wearer;
 
@@ -29,5 +30,6 @@ pub use observer::{Observer, Seen, Wish};
 pub use profile::{Booted, ProfileError, Profiled, profile};
 pub use recorded::{BeginError, Recorded, TrialPlace, record, record_on};
 pub use runner::{Outcome, acknowledge, greet, run};
+pub use stages::stages_told;
 pub use trial::{begin_trial, edges_between, edges_of_one_period, event, sample};
 pub use wearer::{BodyError, body_of, fit, rest, worn_alike};

@@ -2,13 +2,14 @@
 
 mod record;
 
+use super::stages::check_stages;
 use super::{Observer, RunError, Seen, SessionFile, Stopped, Wish, trial};
 use crate::link::{Client, Error, Incoming, Interruption, Port};
 use crate::record::{Recorder, Trial};
 use crate::session::{Session, Setpoint};
 use firmware::control::SensorSource;
 use firmware::link::{Counters, Event, HelloInfo, Request};
-use firmware::safety::State;
+use firmware::safety::{Stages, State};
 use firmware::units::{Micros, us};
 use std::iter;
 
@@ -95,7 +96,7 @@ pub fn run<P: Port>(
         ended: None,
         heard_us: 0,
     };
-    let started = run.identify(&info).and_then(|()| run.prepare());
+    let started = run.identify(&info).and_then(|()| run.prepare(&info.stages));
     let is_started = started.is_ok();
     let streamed = started.and_then(|()| run.stream());
     let t_s = is_started.then(|| run.t_s());
@@ -181,12 +182,13 @@ pub fn acknowledge<P: Port>(port: P) -> Result<P, Error> {
 }
 
 impl<P: Port> Run<'_, P> {
-    fn prepare(&mut self) -> Result<(), RunError> {
+    fn prepare(&mut self, stages: &Stages) -> Result<(), RunError> {
         // It may have played for others, or another trial, since it booted.
         let is_new = (self.client.port().world()).is_some_and(|world| !world.is_used());
         if !is_new {
             self.begun = self.client.status()?.counters;
         }
+        check_stages(self.session, stages)?;
         for request in self.session.requests() {
             self.client.request(request)?;
         }

@@ -1,0 +1,213 @@
+//! `flexor stages`: what output stages a board has, and storing it there.
+
+use super::{Output, interrupt, wrong};
+use anyhow::Context;
+use clap::Args;
+use firmware::link::HelloInfo;
+use firmware::pulse::CHANNELS;
+use firmware::safety::{Origin, StageKind, StageTable, Stages, State};
+use host_core::link::{Client, Port};
+use host_core::run::{DeviceName, stages_told};
+use serde_json::json;
+use std::io::{BufRead, IsTerminal, Write};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+/// How long a board may take to write and to start again: erasing takes up to 2 s for
+/// each copy.
+const RESTART: Duration = Duration::from_secs(20);
+
+/// Tell which output stages a board has, or store it there, before it is first used.
+#[derive(Args, Debug)]
+pub struct StagesArgs {
+    /// A serial port or tcp:HOST:PORT
+    #[arg(long)]
+    device: DeviceName,
+    /// Channels and full scale, as 1-5=100mA or 6=60V: the board stores these, and no
+    /// stage on channels not named, and restarts
+    #[arg(long, value_name = "CHANNELS=FULL SCALE", num_args = 1..)]
+    store: Vec<String>,
+    /// Store without asking
+    #[arg(long, requires = "store")]
+    yes: bool,
+}
+
+/// # Errors
+/// No table can be made of the options, no board answers, it refuses, or what it
+/// found after its restart is another table.
+pub fn main(args: &StagesArgs, output: Output) -> anyhow::Result<()> {
+    let wanted = if args.store.is_empty() {
+        None
+    } else {
+        Some(parse(&args.store)?)
+    };
+    if !args.device.is_port() {
+        return wrong(format!(
+            "--device is {}: it has the stages its session declares; name a board's port",
+            args.device
+        ));
+    }
+    let interruption = interrupt::heed()?;
+    let port = args.device.connect()?;
+    let (mut client, info) = Client::open_interruptible(port, Some(interruption))?;
+    let Some(stages) = wanted else {
+        return say(&info, output);
+    };
+    let table = StageTable {
+        origin: Origin::Owner,
+        stages,
+    };
+    anyhow::ensure!(
+        info.state == State::Idle,
+        "E538 the board is {:?}, and stores only when idle; stop it, or acknowledge its fault, first",
+        info.state
+    );
+    let will = stages_told(&Stages::Stored(table)).join("\n");
+    if !args.yes && !is_allowed(&args.device, &will)? {
+        return wrong("nothing was stored: say y at the question, or give --yes");
+    }
+    client.store_stages(stages)?;
+    let info = again(&args.device, client.into_port())?;
+    anyhow::ensure!(
+        info.stages == Stages::Stored(table),
+        "E539 the board restarted with other stages than were sent: {}; store them again",
+        stages_told(&info.stages).join(", ")
+    );
+    say(&info, output)
+}
+
+fn say(info: &HelloInfo, output: Output) -> anyhow::Result<()> {
+    let lines = stages_told(&info.stages);
+    output.say(
+        || lines.join("\n"),
+        || json!({ "stages": info.stages, "unique_id": info.unique_id }),
+    )
+}
+
+/// Asks at the terminal.
+fn is_allowed(device: &DeviceName, will: &str) -> anyhow::Result<bool> {
+    if !std::io::stdin().is_terminal() {
+        return wrong("nobody is at the terminal to allow it: give --yes");
+    }
+    eprint!("{device} will store\n{will}\nand restart. A false table makes wrong currents. y/N: ");
+    std::io::stderr().flush().context("standard error")?;
+    let mut line = String::new();
+    std::io::stdin().lock().read_line(&mut line)?;
+    Ok(line.trim().eq_ignore_ascii_case("y"))
+}
+
+/// The board's greeting once it has restarted. The old port may be gone with it.
+fn again(device: &DeviceName, port: Box<dyn Port>) -> anyhow::Result<HelloInfo> {
+    drop(port);
+    let begin = Instant::now();
+    loop {
+        sleep(Duration::from_millis(500));
+        let opened = device.connect().map_err(anyhow::Error::from);
+        match opened.and_then(|port| Ok(Client::open(port)?.1)) {
+            Ok(info) => return Ok(info),
+            Err(error) if begin.elapsed() > RESTART => {
+                return Err(error.context("the board did not come back"));
+            }
+            Err(_) => {}
+        }
+    }
+}
+
+/// The table that the options name, every mistake told at once.
+fn parse(options: &[String]) -> anyhow::Result<[Option<StageKind>; CHANNELS]> {
+    let mut stages = [None; CHANNELS];
+    let mut mistakes = Vec::new();
+    for option in options {
+        match stretch(option) {
+            Err(mistake) => mistakes.push(format!("`{option}`: {mistake}")),
+            Ok((channels, kind)) => {
+                for channel in channels {
+                    // 1 to 10: checked.
+                    if stages[channel - 1].replace(kind).is_some() {
+                        mistakes.push(format!("`{option}`: channel {channel} is named twice"));
+                    }
+                }
+            }
+        }
+    }
+    let origin = Origin::Owner;
+    if let Err(error) = (StageTable { origin, stages }).validate() {
+        mistakes.push(error.to_string());
+    }
+    match mistakes.is_empty() {
+        true => Ok(stages),
+        false => wrong(format!("--store: {}", mistakes.join("; "))),
+    }
+}
+
+/// "1-5=100mA".
+fn stretch(option: &str) -> Result<(std::ops::RangeInclusive<usize>, StageKind), String> {
+    let form = "write channels and full scale, as 1-5=100mA or 6=60V";
+    let (channels, scale) = option.split_once('=').ok_or(form)?;
+    let (first, last) = channels.split_once('-').unwrap_or((channels, channels));
+    let number = |text: &str| {
+        let number = text.trim().parse().ok();
+        let number = number.filter(|n| (1..=CHANNELS).contains(n));
+        number.ok_or_else(|| format!("channels are 1 to {CHANNELS}"))
+    };
+    let (first, last) = (number(first)?, number(last)?);
+    if last < first {
+        return Err("channels go upward".to_owned());
+    }
+    let milli = |text: &str| {
+        let value = text.trim().parse::<f64>().ok().filter(|v| v.is_finite());
+        let milli = value.map(|v| (v * 1e3).round());
+        let milli = milli.filter(|v| (0.0..1e9).contains(v)).ok_or(form)?;
+        Ok::<u32, String>(milli as u32) // below 2^32
+    };
+    let scale = scale.trim();
+    let kind = if let Some(ma) = scale.strip_suffix("mA") {
+        StageKind::Current {
+            full_scale_ua: milli(ma)?,
+        }
+    } else if let Some(v) = scale.strip_suffix('V') {
+        StageKind::Voltage {
+            full_scale_mv: milli(v)?,
+        }
+    } else {
+        return Err(form.to_owned());
+    };
+    Ok((first..=last, kind))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_table_is_made_of_stretches_and_every_mistake_is_told() {
+        let options =
+            |texts: &[&str]| parse(&texts.iter().map(|&t| t.to_owned()).collect::<Vec<_>>());
+        let stages = options(&["1-5=100mA", "7=60V"]).unwrap();
+        let amps = StageKind::Current {
+            full_scale_ua: 100_000,
+        };
+        let volts = StageKind::Voltage {
+            full_scale_mv: 60_000,
+        };
+        assert_eq!(stages[..5], [Some(amps); 5]);
+        assert_eq!((stages[5], stages[6], stages[9]), (None, Some(volts), None));
+        let wild = [
+            "0=100mA", "3-2=1V", "2=60W", "4=999mA", "5=1e99V", "6=nanV", "x",
+        ];
+        let told = options(&wild).unwrap_err().to_string();
+        for wrong in [
+            "`0=",
+            "`3-2=",
+            "`2=60W`",
+            "full_scale_ua = 999000",
+            "`5=",
+            "`6=",
+            "`x`",
+        ] {
+            assert!(told.contains(wrong), "{wrong} in {told}");
+        }
+        let twice = options(&["1-3=100mA", "3=60V"]).unwrap_err().to_string();
+        assert!(twice.contains("channel 3 is named twice"), "{twice}");
+    }
+}
