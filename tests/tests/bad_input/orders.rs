@@ -21,6 +21,7 @@ pub fn rows() -> Vec<Row> {
         measurement_rows(),
         rung_rows(),
         subscribe_rows(),
+        stages_rows(),
     ])
 }
 
@@ -286,6 +287,13 @@ fn rung_rows() -> Vec<Row> {
     let plain = |v: i64| Some(Request::Rung { channel: v.try_into().ok()?, rung: PLAIN });
     rows.extend(field(Bench::ten_muscles_armed, "channel", 0, 9).rows(plain));
     rows
+}
+
+/// A simulator keeps no table: its stages are those declared.
+fn stages_rows() -> Vec<Row> {
+    let store = Request::StoreStages { stages: [None; 10] };
+    let none = refused(Code::NoStageMemory, "stages");
+    vec![row("stages", Bench::draft, store, none)]
 }
 
 fn subscribe_rows() -> Vec<Row> {
