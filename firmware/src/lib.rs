@@ -23,6 +23,7 @@ pub mod muscle;
 pub mod pulse;
 pub mod range;
 pub mod safety;
+mod seal;
 pub mod units;
 
 #[cfg(test)]

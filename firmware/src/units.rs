@@ -32,7 +32,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// let sum = Micros::new(1) + Micros::new(2);
 /// ```
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize, Schema)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default, Serialize, Deserialize, Schema)]
 pub struct Micros(u32);
 
 /// A length of time, from one instant to another: µs, negative if the second comes
@@ -127,7 +127,7 @@ impl Sub for Micros {
 macro_rules! counts {
     ($($(#[$doc:meta])* $name:ident($number:ident);)*) => {$(
         $(#[$doc])*
-        #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
+        #[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Debug, Default)]
         #[derive(Serialize, Deserialize, Schema)]
         pub struct $name($number);
 

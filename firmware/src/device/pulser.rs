@@ -4,7 +4,7 @@ mod orders;
 
 use super::mail::{ControlEvent, ControlOrder, Mailboxes, PulserMail, Report};
 use crate::pulse::{MAX_PULSES, Scheduler, WindowPlan};
-use crate::safety::{Denied, Fault, FaultRecord, Guard, Inputs, Notice, Setup, State};
+use crate::safety::{Denied, Fault, FaultRecord, Guard, Inputs, Notice, OutputCheck, Setup, State};
 use crate::units::{Micros, us};
 use heapless::Vec;
 
@@ -13,6 +13,8 @@ use heapless::Vec;
 pub struct Pulser {
     guard: Guard,
     scheduler: Scheduler,
+    /// Reads what the scheduler rendered before it plays.
+    outputs: OutputCheck,
     /// Number of the arm order whose electrode check is under way.
     arming: Option<u16>,
     last_fault: Option<FaultRecord>,
@@ -39,6 +41,7 @@ impl Pulser {
         Self {
             guard: Guard::new(latched),
             scheduler: Scheduler::new(),
+            outputs: OutputCheck::new(),
             arming: None,
             last_fault: latched,
             told: State::Boot,
@@ -158,7 +161,8 @@ impl Pulser {
         self.notify_state(mail);
         self.scheduler
             .render(start, &mut self.guard, plan)
-            .map_err(|_| Fault::MissedDeadline)?;
+            .map_err(Fault::from)?;
+        self.outputs.read(plan).map_err(Fault::from)?;
         plan.pump = self.guard.pump();
         self.report_pulses(plan, mail);
         Ok(())
@@ -203,6 +207,7 @@ impl Pulser {
             Notice::Stopping(_) | Notice::Electrode { .. } => None,
             Notice::Checked(Err(_)) | Notice::Idle(_) | Notice::Faulted(_) | Notice::Recovered => {
                 self.scheduler.clear();
+                self.outputs = OutputCheck::new();
                 // Nothing else can end while an electrode check is under way.
                 Some(if self.arming.is_some() {
                     ControlEvent::Refused

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 pub const MAX_GROUPS: usize = CHANNELS / 2;
 
 /// State of a member that does not pulse while another member does.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Serialize, Deserialize, Schema)]
 pub enum Partner {
     /// Grounded, so that current may return through it.
     Conducted,
@@ -19,7 +19,7 @@ pub enum Partner {
 }
 
 /// A group as a host asks for it.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Serialize, Deserialize, Schema)]
 pub struct GroupSpec {
     /// Bit i is channel i. At least two, each in one group only.
     pub members: u16,
@@ -28,7 +28,7 @@ pub struct GroupSpec {
 }
 
 /// A group whose members exist and whose trains obey its rule.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Group {
     members: u16,
     partner: Partner,

@@ -5,7 +5,7 @@ use crate::units::{DacCode, Micros};
 use heapless::Vec;
 
 /// State of one channel's two output lines.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 #[repr(u8)]
 pub enum State {
     /// Lines `00`: both electrodes float.
@@ -19,7 +19,7 @@ pub enum State {
 }
 
 /// The state of all outputs: bits 2i and 2i+1 are channel i, bit 20 is sync out.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 pub struct Levels(pub u32);
 
 impl Levels {
@@ -50,6 +50,25 @@ impl Levels {
         Self(self.0 & !(0b11 << shift) | (state as u32) << shift)
     }
 
+    /// The same without the sync output.
+    #[must_use]
+    pub const fn without_sync(self) -> Self {
+        Self(self.0 & !Self::SYNC)
+    }
+
+    /// The channels whose state is another in `other`, bit i for channel i.
+    #[must_use]
+    pub const fn changed(self, other: Self) -> u16 {
+        let lines = self.0 ^ other.0;
+        of_pairs(lines | lines >> 1)
+    }
+
+    /// The grounded channels, bit i for channel i.
+    #[must_use]
+    pub const fn grounded_channels(self) -> u16 {
+        of_pairs(self.0 & self.0 >> 1)
+    }
+
     /// Whether `channel` (below [`CHANNELS`]) drives current.
     #[must_use]
     pub const fn drives(self, channel: usize) -> bool {
@@ -74,6 +93,15 @@ impl Levels {
             _ => State::Grounded,
         }
     }
+}
+
+/// Bit 2i of `bits` as bit i, of the channels.
+const fn of_pairs(bits: u32) -> u16 {
+    let mut bits = bits & 0x5_5555;
+    bits = (bits | bits >> 1) & 0x3333_3333;
+    bits = (bits | bits >> 2) & 0x0F0F_0F0F;
+    bits = (bits | bits >> 4) & 0x00FF_00FF;
+    (bits | bits >> 8) as u16 // ten bits
 }
 
 /// From `slot` on, the outputs are at `levels`.

@@ -6,7 +6,7 @@ use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 /// Waveform of a single pulse.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Serialize, Deserialize, Schema)]
 pub enum Shape {
     /// Symmetric biphasic, cathodic phase first.
     BiphasicCathodicFirst,
@@ -48,7 +48,7 @@ impl Shape {
 /// let overlaps = TrainError::BurstOverlaps { min_interval_us: 505 };
 /// assert_eq!(doublet.validate(), Err(overlaps));
 /// ```
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Serialize, Deserialize, Schema)]
 pub struct TrainSpec {
     /// Waveform of each pulse.
     pub shape: Shape,
@@ -99,7 +99,7 @@ impl From<OutOfRange> for TrainError {
 }
 
 /// A train that can be played as it is. Only [`TrainSpec::validate`] makes one.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Train {
     spec: TrainSpec,
     gap_us: u16,

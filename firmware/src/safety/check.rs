@@ -25,7 +25,7 @@ const PROBE: TrainSpec = TrainSpec {
 };
 
 /// A mid-phase current sample.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Reading {
     /// Channel that was pulsing, from 0.
     pub channel: u8,
@@ -53,7 +53,7 @@ impl Reading {
 }
 
 /// What one channel's electrode looks like.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum Electrode {
     /// Plausible current.
     Fine,
@@ -64,7 +64,7 @@ pub enum Electrode {
 }
 
 /// A check under way: which channels still owe a reading.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct ElectrodeCheck {
     pending: u16,
 }

@@ -1,13 +1,14 @@
 //! Numbered faults. A fault truncates, isolates and latches until it is
 //! acknowledged; *limiting* is not a fault and is reported apart.
 
-use super::super::pulse::CHANNELS;
+use super::Broken;
+use crate::pulse::{CHANNELS, RenderError};
 use crate::units::Micros;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 /// Why the outputs were isolated. The number is stable on the link.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Serialize, Deserialize, Schema)]
 pub enum Fault {
     /// 1: a refill came too late for its window.
     MissedDeadline,
@@ -33,6 +34,10 @@ pub enum Fault {
     Panic,
     /// 12: a joint's loop swings on, its feedback as low as it gets.
     LimitCycle,
+    /// 13: a window would have broken a rule of the outputs; it was not played.
+    Outputs,
+    /// 14: memory that decides the outputs changed by itself.
+    Memory,
 }
 
 impl Fault {
@@ -58,13 +63,32 @@ impl Fault {
             10 => Self::Watchdog,
             11 => Self::Panic,
             12 => Self::LimitCycle,
+            13 => Self::Outputs,
+            14 => Self::Memory,
             _ => return None,
         })
     }
 }
 
+impl From<RenderError> for Fault {
+    fn from(error: RenderError) -> Self {
+        match error {
+            RenderError::Late | RenderError::Full => Self::MissedDeadline,
+        }
+    }
+}
+
+impl From<Broken> for Fault {
+    fn from(broken: Broken) -> Self {
+        match broken {
+            Broken::Memory => Self::Memory,
+            _ => Self::Outputs,
+        }
+    }
+}
+
 /// A fault as it is kept and reported.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Serialize, Deserialize, Schema)]
 pub struct FaultRecord {
     /// What happened.
     pub fault: Fault,
@@ -81,10 +105,10 @@ mod tests {
 
     #[test]
     fn numbers_round_trip() {
-        for number in 1..=12 {
+        for number in 1..=14 {
             assert_eq!(Fault::from_number(number).unwrap().number(), number);
         }
         assert_eq!(Fault::from_number(0), None);
-        assert_eq!(Fault::from_number(13), None);
+        assert_eq!(Fault::from_number(15), None);
     }
 }

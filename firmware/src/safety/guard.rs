@@ -32,7 +32,7 @@ use super::{Denied, Inputs, Notice, State, StopCause};
 use crate::pulse::{CHANNELS, Scheduler, WINDOW_US};
 use crate::units::{Amplitude, Micros, us};
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Hash)]
 enum Mode {
     Boot,
     Idle,

@@ -3,7 +3,7 @@
 use crate::units::{Amplitude, Micros, us};
 
 /// Rise of one channel. Restarts whenever its wanted amplitude was zero.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Hash)]
 pub enum Rise {
     /// Nothing is wanted.
     #[default]
@@ -39,7 +39,7 @@ impl Rise {
 }
 
 /// The fall of all channels when stimulation stops.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Hash)]
 pub struct Fall {
     from: Micros,
     length_us: u32,

@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 const LONGEST_PULSE_US: u32 = 1_200;
 
 /// A channel as a host configures it.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Serialize, Deserialize, Schema)]
 pub struct ChannelSpec {
     /// Its pulses.
     pub train: TrainSpec,
@@ -26,7 +26,7 @@ pub struct ChannelSpec {
 }
 
 /// A channel whose largest amplitude keeps every limit.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Channel {
     /// Its pulses.
     pub train: Train,

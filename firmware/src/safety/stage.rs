@@ -7,7 +7,7 @@ use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 /// An output stage as a host declares it.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Serialize, Deserialize, Schema)]
 pub enum StageSpec {
     /// Amplitudes are µA; DAC code 65 535 gives `full_scale_ua`.
     Current {
@@ -25,7 +25,7 @@ pub enum StageSpec {
 }
 
 /// A checked stage.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Stage(StageSpec);
 
 impl StageSpec {

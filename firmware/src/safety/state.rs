@@ -24,7 +24,7 @@ pub enum State {
 }
 
 /// Why stimulation or arming ended without a fault.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Serialize, Deserialize, Schema)]
 pub enum StopCause {
     /// The host asked.
     Request,

@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 /// let refused = loose.validate().unwrap_err();
 /// assert_eq!(refused.to_string(), "max_current_ua = 100001 is outside 100..=100000");
 /// ```
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Serialize, Deserialize, Schema)]
 pub struct WearerSpec {
     /// Largest current on any channel, 100–100 000 µA.
     pub max_current_ua: u32,
@@ -48,7 +48,7 @@ impl Default for WearerSpec {
 }
 
 /// Checked wearer's limits.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Wearer(WearerSpec);
 
 impl WearerSpec {

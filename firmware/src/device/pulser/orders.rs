@@ -2,7 +2,7 @@
 
 use super::Pulser;
 use crate::device::mail::{ControlEvent, Order, OrderKind, PulserMail, Report};
-use crate::safety::{Denied, Inputs};
+use crate::safety::{Denied, Inputs, OutputCheck};
 use crate::units::{Amplitude, Micros};
 
 impl Pulser {
@@ -74,10 +74,10 @@ impl Pulser {
                 }
             },
             OrderKind::Start => self.start(start, order.at, mail),
-            OrderKind::Acknowledge => self
-                .guard
-                .acknowledge(start)
-                .map(|()| self.scheduler.ground_all()),
+            OrderKind::Acknowledge => self.guard.acknowledge(start).map(|()| {
+                self.scheduler.ground_all();
+                self.outputs = OutputCheck::grounded();
+            }),
             OrderKind::KeepAlive => {
                 self.guard.keep_alive(order.at);
                 Ok(())
@@ -116,7 +116,9 @@ impl Pulser {
             .dequeue()
             .ok_or(Denied::WrongState(self.guard.state()))?;
         let check = self.guard.arm(setup, inputs, start)?;
-        self.scheduler.start(&check.trains(), &[], None, start);
+        let trains = check.trains();
+        self.scheduler.start(&trains, &[], None, start);
+        self.outputs = OutputCheck::armed(&self.guard.expected(&trains), &[]);
         self.arming = Some(seq);
         Ok(())
     }
@@ -132,8 +134,10 @@ impl Pulser {
         }
         self.guard.start(heard)?;
         if let Some(setup) = self.guard.setup() {
+            let trains = setup.trains();
             self.scheduler
-                .start(&setup.trains(), &setup.groups, setup.sync, start);
+                .start(&trains, &setup.groups, setup.sync, start);
+            self.outputs = OutputCheck::armed(&self.guard.expected(&trains), &setup.groups);
         }
         self.notify(ControlEvent::Started, mail);
         Ok(())

@@ -1,9 +1,9 @@
 //! How much is put out: what was wanted, within limits, along rise and fall.
 
 use super::{Guard, Mode, check_amplitude};
-use crate::pulse::Supply;
-use crate::safety::Denied;
+use crate::pulse::{CHANNELS, Supply, Train};
 use crate::safety::ramp::Rise;
+use crate::safety::{Denied, Expected};
 use crate::units::{Amplitude, DacCode, Micros};
 
 impl Guard {
@@ -69,6 +69,25 @@ impl Guard {
                 .max(config.min_period_us)
                 .min(config.max_period_us),
         )
+    }
+
+    /// What may come of `trains` on the armed channels, for whoever reads windows
+    /// before they play.
+    #[must_use]
+    pub fn expected(&self, trains: &[Option<Train>; CHANNELS]) -> [Option<Expected>; CHANNELS] {
+        let mut all = [None; CHANNELS];
+        for (channel, (slot, train)) in (0..).zip(all.iter_mut().zip(trains)) {
+            let config = self.setup.as_ref().and_then(|setup| setup.channel(channel));
+            if let (Some(config), Some(train)) = (config, *train) {
+                *slot = Some(Expected {
+                    train,
+                    // Another train than the channel's own plays once: the check's.
+                    min_period_us: config.min_period_us.min(train.spec().period_us),
+                    max_code: config.stage.code(config.limit),
+                });
+            }
+        }
+        all
     }
 
     /// Amplitude of the channel's latest burst.

@@ -1,0 +1,313 @@
+//! A second reading of each window before it plays: what is on its way to the pins,
+//! held against what was armed.
+//!
+//! It knows trains, limits and groups, and nothing of how the scheduler makes edges of
+//! them: it keeps its own copy of what was armed and its own account of each channel,
+//! from edge to edge. Held are the length of each phase, that two phases are equal
+//! and opposite with the gap between them, that a monophasic pulse is grounded in
+//! full before the next, the distance of pulses and bursts, that nothing is grounded
+//! without a reason, and that no DAC code is above the limit's. Silence breaks no
+//! rule.
+
+use crate::pulse::{
+    CHANNELS, Group, Levels, MAX_GROUPS, Partner, State as OutputState, Train, WindowPlan,
+};
+use crate::seal::Seal;
+use crate::units::{DacCode, Micros, us};
+
+/// Longer than any period, and far from where the clock wraps.
+const LONG_AGO_US: u32 = 1 << 30;
+
+/// What may come of one channel.
+#[derive(Clone, Copy, Debug, Hash)]
+pub struct Expected {
+    /// Its train.
+    pub train: Train,
+    /// Shortest time from burst to burst that the limits were checked for, µs.
+    pub min_period_us: u32,
+    /// No DAC code is above this.
+    pub max_code: DacCode,
+}
+
+/// A rule that a window would have broken.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Broken {
+    /// The account itself changed.
+    Memory,
+    /// The window does not begin where the one before it ended.
+    Start,
+    /// A channel that was not armed is driven or has a DAC code.
+    Channel,
+    /// A phase or a gap has another length, or a phase another polarity.
+    Phase,
+    /// A pulse begins too early after the one before.
+    Spacing,
+    /// A channel is grounded without a reason, or not long enough.
+    Grounding,
+    /// A DAC code above the limit's.
+    Code,
+}
+
+/// Where a channel is in its pulse.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Hash)]
+enum Part {
+    Rest,
+    First,
+    Gap,
+    Second,
+    /// After a monophasic phase, until it was grounded in full.
+    Discharge,
+}
+
+#[derive(Clone, Copy, Debug, Hash)]
+struct Line {
+    expected: Option<Expected>,
+    part: Part,
+    /// The latest edge of the channel.
+    since: Micros,
+    /// Start of the latest burst and of its latest pulse; none has been yet without
+    /// pulses.
+    burst: Micros,
+    pulse: Micros,
+    pulses: u8,
+}
+
+/// The account of all channels.
+#[derive(Debug)]
+pub struct OutputCheck {
+    lines: [Line; CHANNELS],
+    groups: [Option<Group>; MAX_GROUPS],
+    levels: Levels,
+    seals: [Seal; CHANNELS],
+    seal: Seal,
+    /// The channel that is looked at in the next window, whether it changes or not.
+    turn: u8,
+}
+
+impl OutputCheck {
+    /// Nothing is armed: everything is isolated.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::armed(&[None; CHANNELS], &[])
+    }
+
+    /// From now on these trains may play, from rest.
+    #[must_use]
+    pub fn armed(expected: &[Option<Expected>; CHANNELS], groups: &[Group]) -> Self {
+        let zero = Micros::new(0);
+        let line = |expected| Line {
+            expected,
+            part: Part::Rest,
+            since: zero,
+            burst: zero,
+            pulse: zero,
+            pulses: 0,
+        };
+        let mut all = [None; MAX_GROUPS];
+        for (slot, group) in all.iter_mut().zip(groups) {
+            *slot = Some(*group);
+        }
+        let mut check = Self {
+            lines: expected.map(line),
+            groups: all,
+            levels: Levels::ISOLATED,
+            seals: [Seal::default(); CHANNELS],
+            seal: Seal::default(),
+            turn: 0,
+        };
+        check.seal_all();
+        check
+    }
+
+    /// From now on nothing may play, and all channels are grounded.
+    #[must_use]
+    pub fn grounded() -> Self {
+        let mut check = Self::new();
+        check.levels = Levels::GROUNDED;
+        check.seal_all();
+        check
+    }
+
+    fn seal_all(&mut self) {
+        for (seal, line) in self.seals.iter_mut().zip(&self.lines) {
+            *seal = Seal::of(line);
+        }
+        self.seal = Seal::of(&(self.levels, self.groups));
+    }
+
+    /// Reads a window that is about to be painted.
+    ///
+    /// # Errors
+    /// The first rule that it breaks; it must not be played then.
+    pub fn read(&mut self, plan: &WindowPlan) -> Result<(), Broken> {
+        if !self.seal.holds(&(self.levels, self.groups)) {
+            return Err(Broken::Memory);
+        }
+        if plan.initial.without_sync() != self.levels.without_sync() {
+            return Err(Broken::Start);
+        }
+        for &(channel, code) in &plan.dac {
+            let line = self.lines.get(usize::from(channel));
+            let expected = line.and_then(|line| line.expected.as_ref());
+            if code > expected.ok_or(Broken::Channel)?.max_code {
+                return Err(Broken::Code);
+            }
+        }
+        self.look(plan.start)?;
+        if plan.changes.is_empty() {
+            return Ok(());
+        }
+        for change in &plan.changes {
+            let at = plan.start + us(change.slot.into());
+            self.change(at, change.levels)?;
+        }
+        self.seal = Seal::of(&(self.levels, self.groups));
+        Ok(())
+    }
+
+    /// Looks at one channel after the other: at its memory, and whether its latest
+    /// pulse was so long ago that the clock will not tell for much longer.
+    fn look(&mut self, now: Micros) -> Result<(), Broken> {
+        let turn = usize::from(self.turn) % CHANNELS;
+        self.turn = (self.turn + 1) % CHANNELS as u8; // at most 10
+        let (Some(line), Some(seal)) = (self.lines.get_mut(turn), self.seals.get_mut(turn)) else {
+            return Ok(());
+        };
+        if !seal.holds(line) {
+            return Err(Broken::Memory);
+        }
+        if line.pulses != 0 && now.elapsed_since(line.pulse) > LONG_AGO_US {
+            line.pulses = 0;
+            *seal = Seal::of(line);
+        }
+        Ok(())
+    }
+
+    fn change(&mut self, at: Micros, levels: Levels) -> Result<(), Broken> {
+        let before = core::mem::replace(&mut self.levels, levels);
+        let mut changed = before.changed(levels);
+        while changed != 0 {
+            let channel = changed.trailing_zeros() as usize; // below CHANNELS
+            changed &= changed.wrapping_sub(1);
+            let (old, new) = (before.state(channel), levels.state(channel));
+            let (Some(line), Some(seal)) =
+                (self.lines.get_mut(channel), self.seals.get_mut(channel))
+            else {
+                return Err(Broken::Channel);
+            };
+            if !seal.holds(line) {
+                return Err(Broken::Memory);
+            }
+            line.edge(at, old, new)?;
+            *seal = Seal::of(line);
+        }
+        self.check_grounded(levels)
+    }
+
+    /// Each grounded channel has a reason: its own discharge, another member's pulse,
+    /// or that all are grounded after a fault.
+    fn check_grounded(&self, levels: Levels) -> Result<(), Broken> {
+        let grounded = levels.grounded_channels();
+        if grounded == 0 || levels.without_sync() == Levels::GROUNDED {
+            return Ok(());
+        }
+        let (mut pulsing, mut reasons) = (0u16, 0u16);
+        for (channel, line) in self.lines.iter().enumerate() {
+            pulsing |= u16::from(line.is_pulsing()) << channel; // below 10
+            reasons |= u16::from(line.part == Part::Discharge) << channel;
+        }
+        let conducted = self.groups.iter().flatten();
+        for group in conducted.filter(|group| group.partner() == Partner::Conducted) {
+            if group.members() & pulsing != 0 {
+                reasons |= group.members() & !pulsing;
+            }
+        }
+        if grounded & !reasons == 0 {
+            Ok(())
+        } else {
+            Err(Broken::Grounding)
+        }
+    }
+}
+
+impl Default for OutputCheck {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Line {
+    const fn is_pulsing(&self) -> bool {
+        matches!(self.part, Part::First | Part::Gap | Part::Second)
+    }
+
+    /// The channel goes from `old` to `new` at `at`.
+    fn edge(&mut self, at: Micros, old: OutputState, new: OutputState) -> Result<(), Broken> {
+        let Some(expected) = self.expected else {
+            // Another member's pulse may ground it.
+            return match new {
+                OutputState::Cathodic | OutputState::Anodic => Err(Broken::Channel),
+                _ => Ok(()),
+            };
+        };
+        let spec = expected.train.spec();
+        let (first, second) = if spec.shape.cathodic_first() {
+            (OutputState::Cathodic, OutputState::Anodic)
+        } else {
+            (OutputState::Anodic, OutputState::Cathodic)
+        };
+        let lasted = (at - self.since).us().cast_unsigned();
+        self.since = at;
+        let width = u32::from(spec.width_us);
+        let is_off = matches!(new, OutputState::Isolated | OutputState::Grounded);
+        self.part = match self.part {
+            Part::First if lasted != width => return Err(Broken::Phase),
+            Part::First if spec.shape.is_biphasic() => match new {
+                OutputState::Isolated => Part::Gap,
+                _ => return Err(Broken::Phase),
+            },
+            // Another member of an isolated group may begin at this very moment.
+            Part::First if is_off => Part::Discharge,
+            Part::First => return Err(Broken::Grounding),
+            Part::Gap if lasted != u32::from(expected.train.gap_us()) || new != second => {
+                return Err(Broken::Phase);
+            }
+            Part::Gap => Part::Second,
+            Part::Second if lasted != width || !is_off => return Err(Broken::Phase),
+            Part::Second => Part::Rest,
+            Part::Discharge if old == OutputState::Grounded => {
+                // Interrupted by another member of an isolated group, or over.
+                let is_full = lasted >= u32::from(spec.ground_us);
+                match (is_full, new) {
+                    (true, OutputState::Isolated) => Part::Rest,
+                    (false, OutputState::Isolated) => Part::Discharge,
+                    (true, _) if new == first => return self.begin(&expected, at),
+                    _ => return Err(Broken::Grounding),
+                }
+            }
+            Part::Discharge if new == OutputState::Grounded => Part::Discharge,
+            Part::Discharge => return Err(Broken::Grounding),
+            Part::Rest if new == first => return self.begin(&expected, at),
+            Part::Rest if is_off => Part::Rest,
+            Part::Rest => return Err(Broken::Phase),
+        };
+        Ok(())
+    }
+
+    /// A pulse begins.
+    fn begin(&mut self, expected: &Expected, at: Micros) -> Result<(), Broken> {
+        let spec = expected.train.spec();
+        let since = |then: Micros| (at - then).us().cast_unsigned();
+        if self.pulses == 0 || since(self.burst) >= expected.min_period_us {
+            (self.burst, self.pulses) = (at, 1);
+        } else if self.pulses < spec.burst_count
+            && since(self.pulse) >= u32::from(spec.burst_interval_us)
+        {
+            self.pulses = self.pulses.saturating_add(1);
+        } else {
+            return Err(Broken::Spacing);
+        }
+        (self.pulse, self.part) = (at, Part::First);
+        Ok(())
+    }
+}
