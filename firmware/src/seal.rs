@@ -2,10 +2,49 @@
 //! is found before anything comes of it.
 //!
 //! A sum is of fields, as `Hash` names them, not of bytes: padding does not count. It
-//! is no secret and no code against an adversary; one changed field always changes
-//! it, for each step is one to one in the sum and in the word.
+//! is no secret and no code against an adversary: one field that changes, in however
+//! many bits, always changes it, for each step is one to one in the sum and in the
+//! word; two that change may cancel.
 
 use core::hash::{Hash, Hasher};
+
+/// Windows from one turn of an owner to its next.
+const EVERY: u8 = 8;
+
+/// Whose turn it is to be looked at, used or not: one of a number of places every
+/// eighth window; owners begin in different ones.
+#[derive(Clone, Copy, Debug)]
+pub struct Turn {
+    /// Windows to wait.
+    wait: u8,
+    place: u8,
+    places: u8,
+}
+
+impl Turn {
+    /// Of the owner that begins with window `first`, 0–7, and has so many places.
+    pub const fn new(first: u8, places: u8) -> Self {
+        Self {
+            wait: first,
+            place: 0,
+            places,
+        }
+    }
+
+    /// The place to look at in this window, if it is this owner's.
+    #[inline(always)]
+    pub fn next(&mut self) -> Option<usize> {
+        if let Some(wait) = self.wait.checked_sub(1) {
+            self.wait = wait;
+            return None;
+        }
+        self.wait = EVERY - 1;
+        let place = self.place;
+        let next = place.wrapping_add(1);
+        self.place = if next < self.places { next } else { 0 };
+        Some(place.into())
+    }
+}
 
 /// The sum over a value when it was last changed on purpose.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -32,8 +71,7 @@ struct Sum(u32);
 impl Sum {
     #[inline(always)]
     const fn add(&mut self, word: u32) {
-        // An odd factor and a rotation: one to one.
-        self.0 = (self.0 ^ word).wrapping_mul(0x9E37_79B1).rotate_left(15);
+        self.0 = self.0.rotate_left(5) ^ word; // one instruction of the core
     }
 }
 

@@ -69,6 +69,7 @@ fn keeps_its_budgets(found: &Profiled) {
     let row =
         |what: &str, found: f64, budget: f64| println!("{what:<28} {found:>10.2} {budget:>10.2}");
     let load = summary.load_percent();
+    row("load, %", load, budget.load_percent);
     let worst = margin as f64;
     row(
         "refill margin, cycles",

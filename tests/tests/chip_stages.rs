@@ -175,7 +175,9 @@ fn a_false_declaration_is_refused_by_name() {
 fn an_unreliable_table_arms_nothing() {
     let erased = [u32::MAX; size_of::<StageWords>() / 4];
     let uid = |board: &Board<()>| board.around.soc.signature.uid;
-    let cases: [(StagesFault, fn(&StageWords, &StageWords) -> [StageWords; 2]); 5] = [
+    /// Both copies, of a whole table and an erased one.
+    type Copies = fn(&StageWords, &StageWords) -> [StageWords; 2];
+    let cases: [(StagesFault, Copies); 5] = [
         (StagesFault::Erased, |_, erased| [*erased; 2]),
         (StagesFault::HalfWritten, |whole, erased| [*whole, *erased]),
         (StagesFault::HalfWritten, |whole, erased| [*erased, *whole]),

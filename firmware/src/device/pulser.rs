@@ -3,7 +3,7 @@
 mod orders;
 
 use super::mail::{ControlEvent, ControlOrder, Mailboxes, PulserMail, Report};
-use crate::pulse::{MAX_PULSES, Scheduler, WindowPlan};
+use crate::pulse::{Levels, MAX_PULSES, Scheduler, WindowPlan};
 use crate::safety::{Denied, Fault, FaultRecord, Guard, Inputs, Notice, OutputCheck, Setup, State};
 use crate::units::{Micros, us};
 use heapless::Vec;
@@ -89,9 +89,10 @@ impl Pulser {
     ) -> Result<(), Fault> {
         let result = self.try_refill(start, inputs, mail, plan);
         if let Err(fault) = result {
-            plan.reset(start, crate::pulse::Levels::ISOLATED);
+            plan.reset(start, Levels::ISOLATED);
             self.fault(fault, now, mail);
         }
+        self.guard.seal();
         result
     }
 
@@ -112,6 +113,9 @@ impl Pulser {
         while rests && let Some(order) = mail.next_control_order() {
             let _ = self.accept_control_order(order, start); // no fault among them
         }
+        if rests {
+            self.guard.seal();
+        }
         rests
     }
 
@@ -123,6 +127,7 @@ impl Pulser {
         let notice = self.guard.fault(fault, now, self.scheduler.residual(now));
         self.announce(notice, now, mail);
         self.notify_state(mail);
+        self.guard.seal();
     }
 
     /// Tells the controller of a new state, ahead of the pulses played in it.
@@ -143,6 +148,7 @@ impl Pulser {
         if core::mem::take(&mut self.is_unheard) {
             return Err(Fault::Watchdog);
         }
+        self.guard.check_memory()?;
         self.accept_orders(start, inputs, mail);
         while let Some(order) = mail.control_orders.dequeue() {
             self.accept_control_order(order, start)?;
@@ -162,6 +168,7 @@ impl Pulser {
         self.scheduler
             .render(start, &mut self.guard, plan)
             .map_err(Fault::from)?;
+        self.guard.check_seen()?;
         self.outputs.read(plan).map_err(Fault::from)?;
         plan.pump = self.guard.pump();
         self.report_pulses(plan, mail);
@@ -207,7 +214,7 @@ impl Pulser {
             Notice::Stopping(_) | Notice::Electrode { .. } => None,
             Notice::Checked(Err(_)) | Notice::Idle(_) | Notice::Faulted(_) | Notice::Recovered => {
                 self.scheduler.clear();
-                self.outputs = OutputCheck::new();
+                self.outputs.disarm(Levels::ISOLATED);
                 // Nothing else can end while an electrode check is under way.
                 Some(if self.arming.is_some() {
                     ControlEvent::Refused

@@ -2,11 +2,13 @@
 
 use super::plan::{Change, Levels, State, WindowPlan};
 use super::{CHANNELS, Group, MAX_GROUPS, Partner, TRIGGER_DELAY_US, Train, WINDOW_US};
+use crate::seal::{Seal, Turn};
 use crate::units::{DacCode, Micros, us};
 use heapless::Vec;
 
 mod agenda;
 mod lane;
+mod memory;
 #[cfg(test)]
 mod tests;
 
@@ -30,12 +32,14 @@ pub enum RenderError {
     Late,
     /// More edges than a window can hold; excluded by validation.
     Full,
+    /// Its memory changed by itself.
+    Memory,
 }
 
 /// What all lanes ask for together, kept up to date edge by edge: [`Levels`],
 /// and above them bit 21 + i while channel i is between its first and its last
 /// driven edge.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Hash)]
 struct Picture(u32);
 
 impl Picture {
@@ -70,6 +74,11 @@ pub struct Scheduler {
     agenda: Agenda,
     /// Earliest `due` of all lanes, so that an idle window costs one compare.
     next: Option<Micros>,
+    /// Over `picture`, `levels` and `next`; over `groups`.
+    seal: Seal,
+    groups_seal: Seal,
+    /// The lane that is looked at in the next window, whether it has an edge or not.
+    turn: Turn,
 }
 
 impl Default for Scheduler {
@@ -81,20 +90,32 @@ impl Default for Scheduler {
 impl Scheduler {
     /// Without trains: everything isolated.
     #[must_use]
-    pub const fn new() -> Self {
-        Self {
+    pub fn new() -> Self {
+        let mut new = Self {
             lanes: [None; CHANNELS],
             groups: Vec::new(),
             picture: Picture::ISOLATED,
             levels: Levels::ISOLATED,
             agenda: Agenda::new(),
             next: None,
-        }
+            seal: Seal::default(),
+            groups_seal: Seal::of(&Vec::<Group, MAX_GROUPS>::new()),
+            turn: Turn::new(0, CHANNELS as u8),
+        };
+        new.seal();
+        new
     }
 
     /// Drops every train and isolates every channel.
     pub fn clear(&mut self) {
-        *self = Self::new();
+        // In place: a new one would lie on the stack first.
+        self.lanes.fill(None);
+        self.groups.clear();
+        (self.picture, self.levels) = (Picture::ISOLATED, Levels::ISOLATED);
+        self.agenda.clear();
+        self.next = None;
+        self.groups_seal = Seal::of(&self.groups);
+        self.seal();
     }
 
     /// Drops every train and holds all channels grounded until the next call.
@@ -102,6 +123,7 @@ impl Scheduler {
         self.clear();
         self.picture = Picture(Levels::GROUNDED.0);
         self.levels = Levels::GROUNDED;
+        self.seal();
     }
 
     /// Starts `trains` at `epoch`, which must not lie before the next window;
@@ -141,6 +163,11 @@ impl Scheduler {
                 }
             }
         }
+        self.groups_seal = Seal::of(&self.groups);
+        for lane in self.lanes.iter_mut().flatten() {
+            lane.seal_train();
+            lane.seal();
+        }
         self.refresh_next();
     }
 
@@ -175,6 +202,7 @@ impl Scheduler {
                 && busy & 1 << channel == 0
             {
                 lane.begin(epoch);
+                lane.seal();
                 started += 1;
             }
         }
@@ -233,6 +261,7 @@ impl Scheduler {
         supply: &mut impl Supply,
         plan: &mut WindowPlan,
     ) -> Result<(), RenderError> {
+        self.look()?;
         plan.reset(start, self.levels);
         let Some(next) = self.next.filter(|n| n.is_before(start + us(WINDOW_US))) else {
             return Ok(());
@@ -252,6 +281,7 @@ impl Scheduler {
         plan: &mut WindowPlan,
     ) -> Result<(), RenderError> {
         self.agenda.begin(start);
+        let open = self.open()?;
         for group in &self.groups {
             if group.partner() == Partner::Isolated {
                 let members = group.members();
@@ -268,11 +298,18 @@ impl Scheduler {
             }
         }
         self.next = (next != u32::MAX).then(|| start + us(next));
-        if self.groups.iter().all(|g| g.partner() == Partner::Isolated) {
-            self.emit(plan, |picture, _| picture.levels())
-        } else {
-            self.emit(plan, with_groups)
+        for channel in bits(open.into()) {
+            if let Some(Some(lane)) = self.lanes.get_mut(channel) {
+                lane.seal();
+            }
         }
+        if self.groups.iter().all(|g| g.partner() == Partner::Isolated) {
+            self.emit(plan, |picture, _| picture.levels())?;
+        } else {
+            self.emit(plan, with_groups)?;
+        }
+        self.seal();
+        Ok(())
     }
 
     /// Carries what the agenda holds into the picture, and what `outputs`
@@ -300,6 +337,7 @@ impl Scheduler {
     #[inline(never)]
     fn refresh_next(&mut self) {
         self.next = earliest(dues(&self.lanes, u16::MAX));
+        self.seal();
     }
 }
 

@@ -74,6 +74,7 @@ impl From<RenderError> for Fault {
     fn from(error: RenderError) -> Self {
         match error {
             RenderError::Late | RenderError::Full => Self::MissedDeadline,
+            RenderError::Memory => Self::Memory,
         }
     }
 }

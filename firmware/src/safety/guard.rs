@@ -23,6 +23,7 @@
 
 mod amplitude;
 mod electrodes;
+mod memory;
 #[cfg(test)]
 mod tests;
 
@@ -31,6 +32,7 @@ use super::{Channel, ElectrodeCheck, Fault, FaultRecord, Setup, limits};
 use super::{Denied, Inputs, Notice, State, StopCause};
 use crate::pulse::{CHANNELS, Scheduler, WINDOW_US};
 use crate::units::{Amplitude, Micros, us};
+use memory::Seals;
 
 #[derive(Clone, Copy, Debug, Hash)]
 enum Mode {
@@ -65,13 +67,14 @@ pub struct Guard {
     implausible: [u8; CHANNELS],
     heard: Micros,
     held_by_stop: bool,
+    seals: Seals,
 }
 
 impl Guard {
     /// A guard at reset; `latched` is the fault that the reset found recorded.
     #[must_use]
     pub fn new(latched: Option<FaultRecord>) -> Self {
-        Self {
+        let mut guard = Self {
             mode: latched.map_or(Mode::Boot, Mode::Fault),
             setup: None,
             wanted: [Amplitude::ZERO; CHANNELS],
@@ -80,7 +83,11 @@ impl Guard {
             implausible: [0; CHANNELS],
             heard: Micros::new(0),
             held_by_stop: false,
-        }
+            seals: Seals::default(),
+        };
+        guard.renew_seals();
+        guard.seal();
+        guard
     }
 
     /// The reported state.
@@ -140,6 +147,8 @@ impl Guard {
         let check = ElectrodeCheck::new(&setup);
         self.setup = Some(setup);
         self.clear_amplitudes();
+        self.renew_seals();
+        self.open_core();
         self.mode = Mode::Checking {
             check,
             until: epoch + us(ElectrodeCheck::length_us()),
@@ -152,8 +161,10 @@ impl Guard {
     /// # Errors
     /// Not armed.
     pub fn start(&mut self, heard: Micros) -> Result<(), Denied> {
+        let is_whole = self.is_whole();
         match self.mode {
-            Mode::Armed { .. } => {
+            Mode::Armed { .. } if is_whole => {
+                self.open_core();
                 self.mode = Mode::Stimulating;
                 self.heard = heard;
                 Ok(())
@@ -184,6 +195,7 @@ impl Guard {
         let Mode::Fault(_) = self.mode else {
             return Err(Denied::WrongState(self.state()));
         };
+        self.open_core();
         self.mode = Mode::Grounding {
             until: now + us(limits::RECOVERY_GROUND_US),
         };
@@ -194,6 +206,7 @@ impl Guard {
     /// latest counts: what went through the control law comes here later.
     pub const fn keep_alive(&mut self, at: Micros) {
         if self.heard.is_before(at) {
+            self.open_core();
             self.heard = at;
         }
     }
@@ -205,6 +218,7 @@ impl Guard {
             at,
             residual,
         };
+        self.open_core();
         self.mode = Mode::Fault(record);
         self.clear_amplitudes();
         Notice::Faulted(record)
@@ -233,10 +247,14 @@ impl Guard {
             self.watch_reading(reading)?;
         }
         // Once closed, it is in somebody's hand.
-        self.held_by_stop |= inputs.hand_stop;
+        if inputs.hand_stop && !self.held_by_stop {
+            self.open_core();
+            self.held_by_stop = true;
+        }
         let released = self.held_by_stop && !inputs.hand_stop;
         let change = match self.mode {
             Mode::Boot => {
+                self.open_core();
                 self.mode = Mode::Idle;
                 None
             }
@@ -262,6 +280,7 @@ impl Guard {
                 && scheduler.is_resting())
             .then(|| self.enter_idle(cause)),
             Mode::Grounding { until } => now.has_reached(until).then(|| {
+                self.open_core();
                 self.mode = Mode::Idle;
                 Notice::Recovered
             }),
@@ -307,6 +326,10 @@ impl Guard {
     }
 
     fn clear_amplitudes(&mut self) {
+        // What stood there does not matter any more; what is armed does.
+        for channel in 0..CHANNELS as u8 {
+            self.open(channel);
+        }
         self.wanted = [Amplitude::ZERO; CHANNELS];
         self.rises = [Rise::default(); CHANNELS];
         self.in_force = [Amplitude::ZERO; CHANNELS];
@@ -314,6 +337,7 @@ impl Guard {
     }
 
     fn enter_idle(&mut self, cause: StopCause) -> Notice {
+        self.open_core();
         self.mode = Mode::Idle;
         self.clear_amplitudes();
         Notice::Idle(cause)
@@ -321,6 +345,7 @@ impl Guard {
 
     fn ramp_down(&mut self, from: Micros, cause: StopCause) -> Notice {
         let length = self.setup.as_ref().map_or(0, |s| s.wearer.fall_us());
+        self.open_core();
         self.mode = Mode::Stopping {
             fall: Fall::new(from, length),
             cause,
@@ -330,6 +355,7 @@ impl Guard {
 
     /// The hand-held stop opened: no further pulse begins.
     fn stop_at_once(&mut self, now: Micros) -> Notice {
+        self.open_core();
         self.mode = Mode::Stopping {
             fall: Fall::new(now, 0),
             cause: StopCause::HandStop,

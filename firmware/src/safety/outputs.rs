@@ -12,7 +12,7 @@
 use crate::pulse::{
     CHANNELS, Group, Levels, MAX_GROUPS, Partner, State as OutputState, Train, WindowPlan,
 };
-use crate::seal::Seal;
+use crate::seal::{Seal, Turn};
 use crate::units::{DacCode, Micros, us};
 
 /// Longer than any period, and far from where the clock wraps.
@@ -61,7 +61,6 @@ enum Part {
 
 #[derive(Clone, Copy, Debug, Hash)]
 struct Line {
-    expected: Option<Expected>,
     part: Part,
     /// The latest edge of the channel.
     since: Micros,
@@ -75,64 +74,66 @@ struct Line {
 /// The account of all channels.
 #[derive(Debug)]
 pub struct OutputCheck {
+    expected: [Option<Expected>; CHANNELS],
     lines: [Line; CHANNELS],
     groups: [Option<Group>; MAX_GROUPS],
     levels: Levels,
-    seals: [Seal; CHANNELS],
+    /// Every bit of `levels` the other way.
+    inverse: Levels,
+    /// Of each channel: over what is expected, over its line.
+    seals: [(Seal, Seal); CHANNELS],
+    /// Over the groups.
     seal: Seal,
-    /// The channel that is looked at in the next window, whether it changes or not.
-    turn: u8,
+    /// The channel that is looked at, whether it changes or not.
+    turn: Turn,
 }
 
 impl OutputCheck {
     /// Nothing is armed: everything is isolated.
     #[must_use]
     pub fn new() -> Self {
-        Self::armed(&[None; CHANNELS], &[])
-    }
-
-    /// From now on these trains may play, from rest.
-    #[must_use]
-    pub fn armed(expected: &[Option<Expected>; CHANNELS], groups: &[Group]) -> Self {
-        let zero = Micros::new(0);
-        let line = |expected| Line {
-            expected,
-            part: Part::Rest,
-            since: zero,
-            burst: zero,
-            pulse: zero,
-            pulses: 0,
-        };
-        let mut all = [None; MAX_GROUPS];
-        for (slot, group) in all.iter_mut().zip(groups) {
-            *slot = Some(*group);
-        }
         let mut check = Self {
-            lines: expected.map(line),
-            groups: all,
+            expected: [None; CHANNELS],
+            lines: [Line::RESTING; CHANNELS],
+            groups: [None; MAX_GROUPS],
             levels: Levels::ISOLATED,
-            seals: [Seal::default(); CHANNELS],
+            inverse: Levels::ISOLATED,
+            seals: [(Seal::default(), Seal::default()); CHANNELS],
             seal: Seal::default(),
-            turn: 0,
+            turn: Turn::new(4, CHANNELS as u8),
         };
         check.seal_all();
         check
     }
 
-    /// From now on nothing may play, and all channels are grounded.
-    #[must_use]
-    pub fn grounded() -> Self {
-        let mut check = Self::new();
-        check.levels = Levels::GROUNDED;
-        check.seal_all();
-        check
+    /// From now on nothing may play; all channels are isolated, or grounded.
+    pub fn disarm(&mut self, levels: Levels) {
+        self.arm(|_| None, &[]);
+        self.levels = levels;
+        self.seal_all();
+    }
+
+    /// From now on what `expected` says of each channel may play, from rest.
+    pub fn arm(&mut self, expected: impl Fn(u8) -> Option<Expected>, groups: &[Group]) {
+        for (channel, slot) in (0..).zip(&mut self.expected) {
+            *slot = expected(channel);
+        }
+        self.lines.fill(Line::RESTING);
+        let mut groups = groups.iter().copied();
+        for slot in &mut self.groups {
+            *slot = groups.next();
+        }
+        self.levels = Levels::ISOLATED;
+        self.seal_all();
     }
 
     fn seal_all(&mut self) {
-        for (seal, line) in self.seals.iter_mut().zip(&self.lines) {
-            *seal = Seal::of(line);
+        let lines = self.expected.iter().zip(&self.lines);
+        for (seals, (expected, line)) in self.seals.iter_mut().zip(lines) {
+            *seals = (Seal::of(expected), Seal::of(line));
         }
-        self.seal = Seal::of(&(self.levels, self.groups));
+        self.seal = Seal::of(&self.groups);
+        self.inverse = Levels(!self.levels.0);
     }
 
     /// Reads a window that is about to be painted.
@@ -140,16 +141,23 @@ impl OutputCheck {
     /// # Errors
     /// The first rule that it breaks; it must not be played then.
     pub fn read(&mut self, plan: &WindowPlan) -> Result<(), Broken> {
-        if !self.seal.holds(&(self.levels, self.groups)) {
+        if self.levels.0 != !self.inverse.0 {
             return Err(Broken::Memory);
         }
         if plan.initial.without_sync() != self.levels.without_sync() {
             return Err(Broken::Start);
         }
         for &(channel, code) in &plan.dac {
-            let line = self.lines.get(usize::from(channel));
-            let expected = line.and_then(|line| line.expected.as_ref());
-            if code > expected.ok_or(Broken::Channel)?.max_code {
+            let index = usize::from(channel);
+            let expected = self.expected.get(index);
+            let (Some(Some(expected)), Some((seal, _))) = (expected, self.seals.get(index)) else {
+                return Err(Broken::Channel);
+            };
+            // A burst begins: what it may be is as it was armed.
+            if !seal.holds(&Some(expected)) {
+                return Err(Broken::Memory);
+            }
+            if code > expected.max_code {
                 return Err(Broken::Code);
             }
         }
@@ -161,19 +169,22 @@ impl OutputCheck {
             let at = plan.start + us(change.slot.into());
             self.change(at, change.levels)?;
         }
-        self.seal = Seal::of(&(self.levels, self.groups));
+        self.inverse = Levels(!self.levels.0);
         Ok(())
     }
 
     /// Looks at one channel after the other: at its memory, and whether its latest
     /// pulse was so long ago that the clock will not tell for much longer.
     fn look(&mut self, now: Micros) -> Result<(), Broken> {
-        let turn = usize::from(self.turn) % CHANNELS;
-        self.turn = (self.turn + 1) % CHANNELS as u8; // at most 10
-        let (Some(line), Some(seal)) = (self.lines.get_mut(turn), self.seals.get_mut(turn)) else {
+        let Some(turn) = self.turn.next() else {
             return Ok(());
         };
-        if !seal.holds(line) {
+        let place = (self.lines.get_mut(turn), self.seals.get_mut(turn));
+        let (Some(line), Some((armed, seal))) = place else {
+            return Ok(());
+        };
+        let expected = self.expected.get(turn);
+        if !seal.holds(line) || expected.is_some_and(|expected| !armed.holds(expected)) {
             return Err(Broken::Memory);
         }
         if line.pulses != 0 && now.elapsed_since(line.pulse) > LONG_AGO_US {
@@ -190,15 +201,15 @@ impl OutputCheck {
             let channel = changed.trailing_zeros() as usize; // below CHANNELS
             changed &= changed.wrapping_sub(1);
             let (old, new) = (before.state(channel), levels.state(channel));
-            let (Some(line), Some(seal)) =
-                (self.lines.get_mut(channel), self.seals.get_mut(channel))
-            else {
+            let place = (self.lines.get_mut(channel), self.seals.get_mut(channel));
+            let (Some(line), Some((_, seal))) = place else {
                 return Err(Broken::Channel);
             };
             if !seal.holds(line) {
                 return Err(Broken::Memory);
             }
-            line.edge(at, old, new)?;
+            let expected = self.expected.get(channel).and_then(Option::as_ref);
+            line.edge(expected, at, (old, new))?;
             *seal = Seal::of(line);
         }
         self.check_grounded(levels)
@@ -210,6 +221,9 @@ impl OutputCheck {
         let grounded = levels.grounded_channels();
         if grounded == 0 || levels.without_sync() == Levels::GROUNDED {
             return Ok(());
+        }
+        if !self.seal.holds(&self.groups) {
+            return Err(Broken::Memory);
         }
         let (mut pulsing, mut reasons) = (0u16, 0u16);
         for (channel, line) in self.lines.iter().enumerate() {
@@ -237,13 +251,26 @@ impl Default for OutputCheck {
 }
 
 impl Line {
+    const RESTING: Self = Self {
+        part: Part::Rest,
+        since: Micros::new(0),
+        burst: Micros::new(0),
+        pulse: Micros::new(0),
+        pulses: 0,
+    };
+
     const fn is_pulsing(&self) -> bool {
         matches!(self.part, Part::First | Part::Gap | Part::Second)
     }
 
     /// The channel goes from `old` to `new` at `at`.
-    fn edge(&mut self, at: Micros, old: OutputState, new: OutputState) -> Result<(), Broken> {
-        let Some(expected) = self.expected else {
+    fn edge(
+        &mut self,
+        expected: Option<&Expected>,
+        at: Micros,
+        (old, new): (OutputState, OutputState),
+    ) -> Result<(), Broken> {
+        let Some(expected) = expected else {
             // Another member's pulse may ground it.
             return match new {
                 OutputState::Cathodic | OutputState::Anodic => Err(Broken::Channel),
@@ -281,13 +308,13 @@ impl Line {
                 match (is_full, new) {
                     (true, OutputState::Isolated) => Part::Rest,
                     (false, OutputState::Isolated) => Part::Discharge,
-                    (true, _) if new == first => return self.begin(&expected, at),
+                    (true, _) if new == first => return self.begin(expected, at),
                     _ => return Err(Broken::Grounding),
                 }
             }
             Part::Discharge if new == OutputState::Grounded => Part::Discharge,
             Part::Discharge => return Err(Broken::Grounding),
-            Part::Rest if new == first => return self.begin(&expected, at),
+            Part::Rest if new == first => return self.begin(expected, at),
             Part::Rest if is_off => Part::Rest,
             Part::Rest => return Err(Broken::Phase),
         };
@@ -311,3 +338,6 @@ impl Line {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests;

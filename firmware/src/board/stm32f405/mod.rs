@@ -20,7 +20,7 @@ mod tape;
 mod timebase;
 mod watchdog;
 
-use crate::device::{Controller, Identity, Mailboxes, Pulser, Session, first_session};
+use crate::device::{Controller, Identity, Mailboxes, Session, first_session};
 use crate::link::Kind;
 use crate::link::message::ResetCause;
 use crate::safety::{Fault, FaultRecord};
@@ -79,8 +79,7 @@ pub async fn run(_: Spawner) -> ! {
     // Proof: the task's one slot is free, for nothing else spawns it.
     control::start(controller, controller_mail, &mut core.NVIC).expect("spawned here only");
     // SAFETY: once, and no other context touches tape or pins.
-    if let Err(fault) = unsafe { refill::start(Pulser::new(latched), pulser_mail, &mut core.NVIC) }
-    {
+    if let Err(fault) = unsafe { refill::start(latched, pulser_mail, &mut core.NVIC) } {
         emergency::reset_with(fault, 0);
     }
     let port = Port {

@@ -12,7 +12,7 @@ use super::{Urgency, dac, emergency, pins, record, timebase};
 use crate::device::{Pulser, PulserMail, REFILL_OFFSET_US, WINDOWS_PER_TICK};
 use crate::pulse::tape::paint;
 use crate::pulse::{Levels, WINDOW_US, WindowPlan};
-use crate::safety::{Fault, Inputs, Reading, State};
+use crate::safety::{Fault, FaultRecord, Inputs, Reading, State};
 use crate::units::{Micros, us};
 use core::ptr::null_mut;
 use core::sync::atomic::{AtomicPtr, Ordering};
@@ -52,7 +52,8 @@ fn with_refill(act: impl FnOnce(&mut Refill)) {
     }
 }
 
-/// Starts the tape at device time 0 and hands `pulser` to the interrupt.
+/// Starts the tape at device time 0 and hands a pulser to the interrupt; `latched` is
+/// the fault that the reset found.
 ///
 /// # Errors
 /// As [`Tape::start`].
@@ -60,25 +61,25 @@ fn with_refill(act: impl FnOnce(&mut Refill)) {
 /// # Safety
 /// Once, from the thread, while no other context uses the tape or the pins.
 pub unsafe fn start(
-    pulser: Pulser,
+    latched: Option<FaultRecord>,
     mail: PulserMail<'static>,
     nvic: &mut NVIC,
 ) -> Result<(), Fault> {
-    let plan = WindowPlan::new();
-    // SAFETY: the caller's promise: there is no other tape or user of one.
-    let tape = unsafe { Tape::start(&plan, None)? };
-    let refill = Refill {
-        recorded: pulser.last_fault().is_some(),
-        pulser,
+    // In place: it is too large to lie on the stack first.
+    let refill = MEMORY.init_with(|| Refill {
+        recorded: latched.is_some(),
+        pulser: Pulser::new(latched),
         mail,
-        tape: Some(tape),
-        plan,
+        tape: None,
+        plan: WindowPlan::new(),
         playing: (Micros::new(0), Half::First),
         sampling: None,
         angle: None,
         windows: 0,
-    };
-    REFILL.store(MEMORY.init(refill), Ordering::Release);
+    });
+    // SAFETY: the caller's promise: there is no other tape or user of one.
+    refill.tape = Some(unsafe { Tape::start(&refill.plan, None)? });
+    REFILL.store(refill, Ordering::Release);
     watch_over_current();
     for line in [Interrupt::TIM2, Interrupt::EXTI9_5, Interrupt::PVD] {
         // SAFETY: no critical section relies on a priority; the state these

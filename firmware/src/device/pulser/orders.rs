@@ -2,7 +2,8 @@
 
 use super::Pulser;
 use crate::device::mail::{ControlEvent, Order, OrderKind, PulserMail, Report};
-use crate::safety::{Denied, Inputs, OutputCheck};
+use crate::pulse::Levels;
+use crate::safety::{Denied, Inputs};
 use crate::units::{Amplitude, Micros};
 
 impl Pulser {
@@ -76,7 +77,7 @@ impl Pulser {
             OrderKind::Start => self.start(start, order.at, mail),
             OrderKind::Acknowledge => self.guard.acknowledge(start).map(|()| {
                 self.scheduler.ground_all();
-                self.outputs = OutputCheck::grounded();
+                self.outputs.disarm(Levels::GROUNDED);
             }),
             OrderKind::KeepAlive => {
                 self.guard.keep_alive(order.at);
@@ -118,7 +119,9 @@ impl Pulser {
         let check = self.guard.arm(setup, inputs, start)?;
         let trains = check.trains();
         self.scheduler.start(&trains, &[], None, start);
-        self.outputs = OutputCheck::armed(&self.guard.expected(&trains), &[]);
+        let train = |channel: u8| trains.get(usize::from(channel)).copied().flatten();
+        let expected = |channel| self.guard.expected(channel, train(channel));
+        self.outputs.arm(expected, &[]);
         self.arming = Some(seq);
         Ok(())
     }
@@ -134,10 +137,11 @@ impl Pulser {
         }
         self.guard.start(heard)?;
         if let Some(setup) = self.guard.setup() {
-            let trains = setup.trains();
             self.scheduler
-                .start(&trains, &setup.groups, setup.sync, start);
-            self.outputs = OutputCheck::armed(&self.guard.expected(&trains), &setup.groups);
+                .start(&setup.trains(), &setup.groups, setup.sync, start);
+            let train = |channel| setup.channel(channel).map(|config| config.train);
+            let expected = |channel| self.guard.expected(channel, train(channel));
+            self.outputs.arm(expected, &setup.groups);
         }
         self.notify(ControlEvent::Started, mail);
         Ok(())

@@ -27,6 +27,12 @@ impl Agenda {
         }
     }
 
+    /// Forgets what was entered.
+    pub(super) fn clear(&mut self) {
+        self.slots.fill(0);
+        self.changes.fill(0);
+    }
+
     /// Turns to the window at `start`; what was entered has been handed over.
     pub(super) const fn begin(&mut self, start: Micros) {
         self.start = start;

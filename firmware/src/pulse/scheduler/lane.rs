@@ -3,10 +3,12 @@
 use super::{Agenda, Picture, RenderError, Supply};
 use crate::pulse::Train;
 use crate::pulse::plan::{Levels, PulseStart, State, WindowPlan};
+use crate::seal::Seal;
 use crate::units::{DacCode, Micros, us};
+use core::hash::Hash;
 use core::num::NonZeroU16;
 
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Hash)]
 pub(super) enum Phase {
     /// Waiting for the next pulse of `due`.
     Rest,
@@ -21,7 +23,7 @@ pub(super) enum Phase {
 
 /// A stretch of a pulse in which the outputs rest: a phase, the gap between
 /// two, grounding.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Hash)]
 struct Stretch {
     shows: Picture,
     length_us: NonZeroU16,
@@ -61,6 +63,9 @@ pub(super) struct Lane {
     pub(super) recent: [(Micros, DacCode); 4],
     /// Place of the oldest, modulo 4.
     pub(super) oldest: u8,
+    /// Over what changes from edge to edge; over train, stretches and tail.
+    seal: Seal,
+    train_seal: Seal,
 }
 
 impl Lane {
@@ -112,7 +117,43 @@ impl Lane {
             tail_us: 0,
             recent: [(Micros::new(0), DacCode::new(0)); 4],
             oldest: 0,
+            seal: Seal::default(),
+            train_seal: Seal::default(),
         }
+    }
+
+    /// Seals what is set once.
+    pub(super) fn seal_train(&mut self) {
+        let seal = Seal::of(&self.fixed());
+        self.train_seal = seal;
+    }
+
+    /// Seals what has changed.
+    pub(super) fn seal(&mut self) {
+        let seal = Seal::of(&self.moving());
+        self.seal = seal;
+    }
+
+    /// Whether what changes is as it was left.
+    pub(super) fn is_sealed(&self) -> bool {
+        self.seal.holds(&self.moving())
+    }
+
+    /// Whether everything is.
+    pub(super) fn is_whole(&self) -> bool {
+        self.is_sealed() && self.train_seal.holds(&self.fixed())
+    }
+
+    fn fixed(&self) -> impl Hash + '_ {
+        (&self.train, &self.stretches, self.tail_us)
+    }
+
+    // Not the recent pulses: they only say what a fault left behind.
+    fn moving(&self) -> impl Hash + '_ {
+        let place = (self.phase, self.shows, self.stretch, self.due);
+        let burst = (self.burst_start, self.period_us, self.since_burst_us);
+        let left = (self.pulse, self.code, self.bursts_left);
+        (place, burst, left)
     }
 
     /// Charge that a truncation at `at` leaves, in DAC-code·µs, anodic positive.
@@ -231,6 +272,9 @@ impl Lane {
         plan: &mut WindowPlan,
     ) -> Result<(), RenderError> {
         if self.pulse == 0 {
+            if !self.train_seal.holds(&self.fixed()) {
+                return Err(RenderError::Memory);
+            }
             self.code = supply.burst(channel, now);
             if let Some(code) = self.code {
                 plan.dac
@@ -288,9 +332,15 @@ impl Lane {
     /// period from the one before it, but not before `earliest`. Returns whether
     /// it was.
     pub(super) fn set_period(&mut self, period_us: u32, earliest: Micros) -> bool {
-        if period_us == self.period_us {
-            return false;
+        if period_us == self.period_us || !self.is_sealed() {
+            return false; // an unsealed one is found with its next edge
         }
+        let moved = self.move_to_period(period_us, earliest);
+        self.seal();
+        moved
+    }
+
+    fn move_to_period(&mut self, period_us: u32, earliest: Micros) -> bool {
         self.period_us = period_us;
         if self.since_burst_us == 0
             || self.phase != Phase::Rest
@@ -309,5 +359,72 @@ impl Lane {
         self.since_burst_us = self.burst_start.elapsed_since(before);
         self.due = Some(self.burst_start);
         true
+    }
+}
+
+#[cfg(test)]
+impl Lane {
+    /// One way after the other in which a bit of a lane can change; `None` after the
+    /// last.
+    pub(super) fn flip(&mut self, way: usize) -> Option<&'static str> {
+        let stretch = |stretch: &mut Option<Stretch>, bit: u16| {
+            let length = &mut stretch.as_mut().unwrap().length_us;
+            *length = NonZeroU16::new(length.get() ^ bit).unwrap();
+        };
+        Some(match way {
+            0 => {
+                stretch(&mut self.stretches[0], 1 << 9);
+                "length of the first phase"
+            }
+            1 => {
+                stretch(&mut self.stretches[2], 1);
+                "length of the second phase"
+            }
+            2 => {
+                self.stretches[2].as_mut().unwrap().shows.0 ^= 0b11;
+                "lines of the second phase"
+            }
+            3 => {
+                self.stretches[1].as_mut().unwrap().shows.0 ^= 0b100;
+                "another channel's line in the gap"
+            }
+            4 => {
+                self.period_us ^= 1 << 12;
+                "period"
+            }
+            5 => {
+                self.due = self.due.map(|due| due + us(16));
+                "next edge"
+            }
+            6 => {
+                self.burst_start += us(1 << 8);
+                "start of the burst"
+            }
+            7 => {
+                self.pulse ^= 1;
+                "pulse of the burst"
+            }
+            8 => {
+                self.code = Some(DacCode::new(40_000));
+                "code of the burst"
+            }
+            9 => {
+                self.stretch ^= 2;
+                "stretch under way"
+            }
+            10 => {
+                self.phase = Phase::Recovering;
+                "phase"
+            }
+            11 => {
+                self.bursts_left ^= 1;
+                "bursts left"
+            }
+            12 => {
+                self.tail_us ^= 1 << 4;
+                "tail"
+            }
+            _ => return None,
+        })
     }
 }

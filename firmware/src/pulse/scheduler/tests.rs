@@ -214,3 +214,56 @@ proptest::proptest! {
         }
     }
 }
+
+/// Each at rest between two pulses and inside one: no window is rendered with it.
+#[test]
+fn a_bit_that_changes_by_itself_is_found_before_an_edge_comes_of_it() {
+    for windows in [3, 81] {
+        for way in 0.. {
+            let mut trains = [None; CHANNELS];
+            trains[0] = Some(PLAIN.validate().unwrap());
+            let (mut scheduler, mut plan) = (Scheduler::new(), WindowPlan::new());
+            let epoch = Micros::new(0);
+            scheduler.start(&trains, &[], None, epoch);
+            let at = |k: u32| epoch + us(k * WINDOW_US);
+            for k in 0..windows {
+                scheduler.render(at(k), &mut Always, &mut plan).unwrap();
+            }
+            let Some(what) = scheduler.lanes[0].as_mut().unwrap().flip(way) else {
+                break;
+            };
+            let mut rendered = (windows..windows + 8 * CHANNELS as u32)
+                .map(|k| scheduler.render(at(k), &mut Always, &mut plan));
+            let found = rendered.find_map(Result::err);
+            assert_eq!(
+                found,
+                Some(RenderError::Memory),
+                "{what} after {windows} windows"
+            );
+        }
+    }
+}
+
+#[test]
+fn what_lanes_share_is_sealed_too() {
+    type Flip = fn(&mut Scheduler);
+    let flips: [(&str, Flip); 3] = [
+        ("picture", |s| s.picture.0 ^= 1),
+        ("levels", |s| s.levels.0 ^= 1 << 4),
+        ("next edge", |s| {
+            s.next = s.next.map(|next| next + us(1 << 10))
+        }),
+    ];
+    for (what, flip) in flips {
+        let mut trains = [None; CHANNELS];
+        trains[0] = Some(PLAIN.validate().unwrap());
+        let (mut scheduler, mut plan) = (Scheduler::new(), WindowPlan::new());
+        scheduler.start(&trains, &[], None, Micros::new(0));
+        scheduler
+            .render(Micros::new(0), &mut Always, &mut plan)
+            .unwrap();
+        flip(&mut scheduler);
+        let found = scheduler.render(Micros::new(WINDOW_US), &mut Always, &mut plan);
+        assert_eq!(found, Err(RenderError::Memory), "{what}");
+    }
+}

@@ -1,7 +1,7 @@
 //! How much is put out: what was wanted, within limits, along rise and fall.
 
 use super::{Guard, Mode, check_amplitude};
-use crate::pulse::{CHANNELS, Supply, Train};
+use crate::pulse::{Supply, Train};
 use crate::safety::ramp::Rise;
 use crate::safety::{Denied, Expected};
 use crate::units::{Amplitude, DacCode, Micros};
@@ -13,7 +13,9 @@ impl Guard {
     /// Not armed, no such channel, a controlled channel, above the limit.
     pub fn set_amplitude(&mut self, channel: u8, amplitude: Amplitude) -> Result<(), Denied> {
         self.check_amplitude(channel, amplitude)?;
-        if let Some(wanted) = self.wanted.get_mut(usize::from(channel)) {
+        if self.open(channel)
+            && let Some(wanted) = self.wanted.get_mut(usize::from(channel))
+        {
             *wanted = amplitude;
         }
         Ok(())
@@ -47,7 +49,11 @@ impl Guard {
     /// within the limits of their channels, so the clamp here only matters if
     /// that promise were broken; the law reports its own as *limiting*.
     pub fn command(&mut self, channel: u8, amplitude: Amplitude) {
+        if self.wanted.get(usize::from(channel)) == Some(&amplitude) {
+            return; // as mostly: what stands there need not be opened and sealed
+        }
         if let Mode::Armed { .. } | Mode::Stimulating = self.mode
+            && self.open(channel)
             && let Some(config) = self.setup.as_ref().and_then(|s| s.channel(channel))
             && let Some(wanted) = self.wanted.get_mut(usize::from(channel))
         {
@@ -71,23 +77,17 @@ impl Guard {
         )
     }
 
-    /// What may come of `trains` on the armed channels, for whoever reads windows
-    /// before they play.
+    /// What may come of `train` on an armed channel, for whoever reads windows before
+    /// they play.
     #[must_use]
-    pub fn expected(&self, trains: &[Option<Train>; CHANNELS]) -> [Option<Expected>; CHANNELS] {
-        let mut all = [None; CHANNELS];
-        for (channel, (slot, train)) in (0..).zip(all.iter_mut().zip(trains)) {
-            let config = self.setup.as_ref().and_then(|setup| setup.channel(channel));
-            if let (Some(config), Some(train)) = (config, *train) {
-                *slot = Some(Expected {
-                    train,
-                    // Another train than the channel's own plays once: the check's.
-                    min_period_us: config.min_period_us.min(train.spec().period_us),
-                    max_code: config.stage.code(config.limit),
-                });
-            }
-        }
-        all
+    pub fn expected(&self, channel: u8, train: Option<Train>) -> Option<Expected> {
+        let (config, train) = (self.setup.as_ref()?.channel(channel)?, train?);
+        Some(Expected {
+            train,
+            // Another train than the channel's own plays once: the check's.
+            min_period_us: config.min_period_us.min(train.spec().period_us),
+            max_code: config.stage.code(config.limit),
+        })
     }
 
     /// Amplitude of the channel's latest burst.
@@ -102,6 +102,9 @@ impl Guard {
 
 impl Supply for Guard {
     fn burst(&mut self, channel: u8, at: Micros) -> Option<DacCode> {
+        if !self.open_burst(channel) {
+            return None; // and the refill ends in a fault
+        }
         let index = usize::from(channel);
         let setup = self.setup.as_ref()?;
         let config = *setup.channel(channel)?;

@@ -15,6 +15,7 @@ impl Guard {
             self.enter_idle(StopCause::Request);
             return Notice::Checked(Err(Denied::ElectrodeOff { channel }));
         }
+        self.open_core();
         self.mode = Mode::Armed { since: now };
         Notice::Checked(Ok(()))
     }
@@ -33,7 +34,10 @@ impl Guard {
         let config = *self.setup.as_ref()?.channel(channel)?;
         let applied = check_amplitude(&config);
         match judge(reading, &config.stage, applied) {
-            Electrode::Fine => check.passed(channel),
+            Electrode::Fine => {
+                check.passed(channel);
+                self.open_core();
+            }
             Electrode::Off => {}
             Electrode::Short => {
                 self.enter_idle(StopCause::Request);
@@ -53,6 +57,7 @@ impl Guard {
             return Ok(());
         }
         let index = usize::from(reading.channel);
+        self.open(reading.channel);
         let config = self
             .setup
             .as_ref()

@@ -1,7 +1,7 @@
 //! The chart of the module's documentation, cell by cell.
 
 use super::*;
-use crate::pulse::TrainSpec;
+use crate::pulse::{Supply, TrainSpec};
 use crate::safety::{ChannelSpec, Reading, StageSpec, WearerSpec};
 use crate::units::{MicroAmps, us};
 use std::format;
@@ -154,4 +154,72 @@ fn the_chart_is_what_the_guard_does() {
             assert_eq!(outcome(row[0], event), *expected, "{} × {event}", row[0]);
         }
     }
+}
+
+/// Everything in the guard that decides whether and how much is put out, a bit of each
+/// changed: found at the start of the next refill, or when the channel's turn comes.
+#[test]
+fn a_bit_that_changes_by_itself_is_a_fault() {
+    type Flip = fn(&mut Guard);
+    let flips: [(&str, Flip); 12] = [
+        ("state", |g| g.mode = Mode::Armed { since: NOW }),
+        ("time of the last host frame", |g| g.heard += us(1 << 20)),
+        ("hand-held stop", |g| g.held_by_stop ^= true),
+        ("wanted amplitude", |g| {
+            g.wanted[0] = Amplitude::new(1 << 10)
+        }),
+        ("amplitude in force", |g| {
+            g.in_force[0] = Amplitude::new(1 << 10)
+        }),
+        ("rise", |g| g.rises[0] = Rise::Done),
+        ("wanted amplitude of an unused channel", |g| {
+            g.wanted[9] = Amplitude::new(1)
+        }),
+        ("implausible readings", |g| g.implausible[0] ^= 1),
+        ("limit", |g| {
+            let channel = g.setup.as_mut().unwrap().channels[0].as_mut().unwrap();
+            channel.limit = Amplitude::new(20_000 ^ 1 << 14);
+        }),
+        ("highest rate", |g| {
+            let channel = g.setup.as_mut().unwrap().channels[0].as_mut().unwrap();
+            channel.min_period_us ^= 1 << 13;
+        }),
+        ("controlled channels", |g| {
+            g.setup.as_mut().unwrap().controlled ^= 1
+        }),
+        ("timeouts and fall", |g| {
+            let spec = WearerSpec {
+                host_timeout_ms: 1000,
+                ..WearerSpec::default()
+            };
+            g.setup.as_mut().unwrap().wearer = spec.validate().unwrap();
+        }),
+    ];
+    for (what, flip) in flips {
+        let (mut guard, _) = guard_in("Stimulating");
+        guard.seal();
+        for _ in 0..8 * (CHANNELS + 1) {
+            assert_eq!(guard.check_memory(), Ok(()), "{what}");
+            guard.seal();
+        }
+        flip(&mut guard);
+        let mut found = Ok(());
+        for _ in 0..8 * (CHANNELS + 1) {
+            found = found.and(guard.check_memory());
+            guard.seal();
+        }
+        assert_eq!(found, Err(Fault::Memory), "{what}");
+    }
+}
+
+#[test]
+fn a_burst_of_a_changed_channel_is_left_out() {
+    let (mut guard, _) = guard_in("Stimulating");
+    guard.set_amplitude(0, Amplitude::new(5_000)).unwrap();
+    guard.seal();
+    assert!(guard.burst(0, NOW).is_some());
+    guard.seal();
+    guard.wanted[0] = Amplitude::new(5_000 ^ 1 << 12);
+    assert_eq!(guard.burst(0, NOW), None);
+    assert_eq!(guard.check_seen(), Err(Fault::Memory));
 }

@@ -1,0 +1,54 @@
+//! The scheduler's own memory: sealed between windows, so that a bit that changes by
+//! itself is a fault before it is an edge.
+
+use super::{Lane, RenderError, Scheduler};
+use crate::pulse::{Partner, WINDOW_US};
+use crate::seal::Seal;
+use core::hash::Hash;
+
+impl Scheduler {
+    /// Looks at the seals: what all lanes share, and one lane after the other.
+    pub(super) fn look(&mut self) -> Result<(), RenderError> {
+        let lane = self.turn.next().and_then(|turn| self.lanes.get(turn));
+        let lane = lane.and_then(Option::as_ref);
+        if self.seal.holds(&self.shared()) && lane.is_none_or(Lane::is_whole) {
+            Ok(())
+        } else {
+            Err(RenderError::Memory)
+        }
+    }
+
+    fn shared(&self) -> impl Hash {
+        (self.picture, self.levels, self.next)
+    }
+
+    pub(super) fn seal(&mut self) {
+        let seal = Seal::of(&self.shared());
+        self.seal = seal;
+    }
+
+    /// Lanes that this window takes: with an edge in it, or in an isolated group. Their
+    /// memory must be as it was left.
+    pub(super) fn open(&self) -> Result<u16, RenderError> {
+        if !self.groups_seal.holds(&self.groups) {
+            return Err(RenderError::Memory);
+        }
+        let mut open = 0;
+        for group in self
+            .groups
+            .iter()
+            .filter(|g| g.partner() == Partner::Isolated)
+        {
+            open |= group.members();
+        }
+        for (channel, lane) in self.lanes.iter().enumerate() {
+            let Some(lane) = lane else { continue };
+            let has_edge = self.agenda.ahead(lane.due) < WINDOW_US;
+            open |= u16::from(has_edge) << channel; // below 10
+            if open & 1 << channel != 0 && !lane.is_sealed() {
+                return Err(RenderError::Memory);
+            }
+        }
+        Ok(open)
+    }
+}

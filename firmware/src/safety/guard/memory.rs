@@ -1,0 +1,176 @@
+//! The guard's own memory: sealed between refills, so that a bit that changes by
+//! itself is a fault before it is an amplitude, a state or a timeout.
+
+use super::Guard;
+use crate::pulse::CHANNELS;
+use crate::safety::Fault;
+use crate::seal::{Seal, Turn};
+use core::hash::Hash;
+
+/// Sums over the guard's memory, and what of it a refill has changed.
+#[derive(Debug)]
+pub(super) struct Seals {
+    core: Seal,
+    /// Over what the setup says of all channels.
+    common: Seal,
+    /// Of each channel: over what was armed, over what changes.
+    channels: [(Seal, Seal); CHANNELS],
+    /// Channels changed since they were sealed.
+    open: u16,
+    /// A seal did not hold.
+    broken: bool,
+    /// State and timeouts have changed since they were sealed.
+    core_open: bool,
+    /// The channel whose seal is looked at, whether it is used or not.
+    turn: Turn,
+}
+
+impl Default for Seals {
+    fn default() -> Self {
+        Self {
+            core: Seal::default(),
+            common: Seal::default(),
+            channels: [(Seal::default(), Seal::default()); CHANNELS],
+            open: 0,
+            broken: false,
+            core_open: true,
+            turn: Turn::new(2, CHANNELS as u8 + 1),
+        }
+    }
+}
+
+impl Guard {
+    /// Looks at the seals, at the start of a refill: state and time of the last host
+    /// frame each time; one channel after the other, and timeouts, in their turn.
+    ///
+    /// # Errors
+    /// [`Fault::Memory`].
+    pub fn check_memory(&mut self) -> Result<(), Fault> {
+        let turn = self.seals.turn.next();
+        let is_broken = !self.seals.core.holds(&self.core())
+            || turn.is_some_and(|channel| !self.holds(channel));
+        self.seals.broken |= is_broken;
+        if self.seals.broken {
+            return Err(Fault::Memory);
+        }
+        Ok(())
+    }
+
+    /// Whether a seal looked at since then did not hold.
+    ///
+    /// # Errors
+    /// [`Fault::Memory`].
+    pub const fn check_seen(&self) -> Result<(), Fault> {
+        if self.seals.broken {
+            return Err(Fault::Memory);
+        }
+        Ok(())
+    }
+
+    /// Seals what has changed, at the end of whatever changes it.
+    pub fn seal(&mut self) {
+        if core::mem::take(&mut self.seals.core_open) {
+            let core = Seal::of(&self.core());
+            self.seals.core = core;
+        }
+        let mut open = core::mem::take(&mut self.seals.open);
+        while open != 0 {
+            let channel = open.trailing_zeros() as usize; // below CHANNELS
+            open &= open.wrapping_sub(1);
+            let seal = Seal::of(&self.amplitudes(channel));
+            if let Some((_, slot)) = self.seals.channels.get_mut(channel) {
+                *slot = seal;
+            }
+        }
+    }
+
+    /// Everything is new, with a new setup or without.
+    pub(super) fn renew_seals(&mut self) {
+        self.seals.open = (1 << CHANNELS) - 1;
+        (self.seals.broken, self.seals.core_open) = (false, true);
+        let common = Seal::of(&self.common());
+        self.seals.common = common;
+        let armed = |channel| Seal::of(&self.armed(channel));
+        let armed: [Seal; CHANNELS] = core::array::from_fn(armed);
+        for ((slot, _), seal) in self.seals.channels.iter_mut().zip(armed) {
+            *slot = seal;
+        }
+    }
+
+    /// Whether `channel`'s amplitudes may be read and changed until the next
+    /// [`Self::seal`]: they are as they were left.
+    pub(super) fn open(&mut self, channel: u8) -> bool {
+        let bit = 1u16.checked_shl(channel.into()).unwrap_or(0);
+        if self.seals.open & bit != 0 {
+            return true;
+        }
+        let index = usize::from(channel);
+        let seals = self.seals.channels.get(index);
+        let holds = seals.is_none_or(|(_, seal)| seal.holds(&self.amplitudes(index)));
+        self.seals.broken |= !holds;
+        if holds {
+            self.seals.open |= bit;
+        }
+        holds
+    }
+
+    /// Whether `channel` may begin a burst: what was armed is as it was, too.
+    pub(super) fn open_burst(&mut self, channel: u8) -> bool {
+        let index = usize::from(channel);
+        let seals = self.seals.channels.get(index);
+        let holds = seals.is_none_or(|(seal, _)| seal.holds(&self.armed(index)));
+        self.seals.broken |= !holds;
+        holds && self.open(channel)
+    }
+
+    /// State, timeouts, stop or time of the last host frame may change until the next
+    /// [`Self::seal`].
+    pub(super) const fn open_core(&mut self) {
+        self.seals.core_open = true;
+    }
+
+    /// Whether a channel's memory is as it was left; behind the last, what the setup
+    /// says of all.
+    fn holds(&self, channel: usize) -> bool {
+        match self.seals.channels.get(channel) {
+            Some((armed, seal)) => {
+                armed.holds(&self.armed(channel)) && seal.holds(&self.amplitudes(channel))
+            }
+            None => self.seals.common.holds(&self.common()),
+        }
+    }
+
+    /// Whether everything that was armed is as it was; if not, the refill ends in a
+    /// fault.
+    pub(super) fn is_whole(&mut self) -> bool {
+        self.seals.broken |= !self.holds(CHANNELS);
+        for channel in 0..CHANNELS as u8 {
+            self.open_burst(channel);
+        }
+        !self.seals.broken
+    }
+
+    fn core(&self) -> impl Hash + '_ {
+        (&self.mode, self.heard, self.held_by_stop)
+    }
+
+    /// The wearer's limits and timeouts, groups, sync, which channels are controlled.
+    fn common(&self) -> impl Hash + '_ {
+        let setup = self.setup.as_ref();
+        setup.map(|setup| (&setup.wearer, &setup.groups, setup.sync, setup.controlled))
+    }
+
+    fn armed(&self, index: usize) -> impl Hash + '_ {
+        let setup = self.setup.as_ref();
+        setup.and_then(|setup| setup.channels.get(index))
+    }
+
+    fn amplitudes(&self, index: usize) -> impl Hash + '_ {
+        let wanted = (self.wanted.get(index), self.rises.get(index));
+        (
+            wanted,
+            self.in_force.get(index),
+            self.implausible.get(index),
+        )
+    }
+}

@@ -1,0 +1,191 @@
+//! Plans made wrong on purpose, one way each, and whole trains that are right.
+
+use super::*;
+use crate::pulse::{Change, GroupSpec, Scheduler, Supply, TrainSpec, WINDOW_US};
+use std::vec::Vec;
+
+const CODE: DacCode = DacCode::new(1000);
+
+struct Always;
+impl Supply for Always {
+    fn burst(&mut self, _: u8, _: Micros) -> Option<DacCode> {
+        Some(CODE)
+    }
+    fn may_pulse(&mut self, _: u8, _: Micros) -> bool {
+        true
+    }
+}
+
+fn expected(spec: TrainSpec) -> Option<Expected> {
+    Some(Expected {
+        train: spec.validate().unwrap(),
+        min_period_us: spec.period_us,
+        max_code: CODE,
+    })
+}
+
+fn channels(specs: &[TrainSpec]) -> [Option<Expected>; CHANNELS] {
+    let mut all = [None; CHANNELS];
+    for (slot, spec) in all.iter_mut().zip(specs) {
+        *slot = expected(*spec);
+    }
+    all
+}
+
+/// Plays the scheduler's windows past the check, each spoiled by `spoil`; the first
+/// rule broken.
+fn play(
+    specs: &[TrainSpec],
+    groups: &[GroupSpec],
+    spoil: impl Fn(u32, &mut WindowPlan),
+) -> Result<(), Broken> {
+    let all = channels(specs);
+    let trains = all.map(|e| e.map(|e| e.train));
+    let groups: Vec<Group> = groups.iter().map(|g| g.check(&trains).unwrap()).collect();
+    let epoch = Micros::new(u32::MAX - 30_000); // the clock wraps on the way
+    let (mut scheduler, mut plan) = (Scheduler::new(), WindowPlan::new());
+    scheduler.start(&trains, &groups, Some(0), epoch);
+    let mut check = OutputCheck::new();
+    check.arm(|channel| all[usize::from(channel)], &groups);
+    for k in 0..400 {
+        let start = epoch + us(k * WINDOW_US);
+        scheduler.render(start, &mut Always, &mut plan).unwrap();
+        spoil(k, &mut plan);
+        check.read(&plan)?;
+    }
+    Ok(())
+}
+
+const PLAIN: TrainSpec = TrainSpec::biphasic(200, 40, 20_000);
+
+fn doublets() -> TrainSpec {
+    TrainSpec {
+        burst_count: 2,
+        burst_interval_us: 3_000,
+        offset_us: 700,
+        ..PLAIN
+    }
+}
+
+fn grounded(offset_us: u32) -> TrainSpec {
+    TrainSpec {
+        offset_us,
+        ..TrainSpec::monophasic(300, 1_000, 20_000)
+    }
+}
+
+#[test]
+fn right_trains_break_no_rule() {
+    let group = |partner| GroupSpec {
+        members: 0b11,
+        partner,
+    };
+    let none = |_: u32, _: &mut WindowPlan| ();
+    assert_eq!(play(&[PLAIN, doublets()], &[], none), Ok(()));
+    for partner in [Partner::Conducted, Partner::Isolated] {
+        let both = [
+            PLAIN,
+            TrainSpec {
+                offset_us: 900,
+                ..PLAIN
+            },
+        ];
+        assert_eq!(play(&both, &[group(partner)], none), Ok(()));
+        let both = [grounded(0), grounded(500)];
+        assert_eq!(play(&both, &[group(partner)], none), Ok(()), "{partner:?}");
+    }
+}
+
+/// Moves the `n`th change of window `k` by `by` slots.
+fn shift(k: u32, n: usize, by: i16) -> impl Fn(u32, &mut WindowPlan) {
+    move |window, plan| {
+        if window == k {
+            let change: &mut Change = &mut plan.changes[n];
+            change.slot = (i16::from(change.slot) + by) as u8;
+        }
+    }
+}
+
+#[test]
+fn each_way_to_be_wrong_is_told() {
+    let one = |spoil: &dyn Fn(u32, &mut WindowPlan)| play(&[PLAIN], &[], spoil);
+    // A first phase of 199 and of 201 µs, a gap of 39 µs, in the second pulse.
+    assert_eq!(one(&shift(80, 1, -1)), Err(Broken::Phase));
+    assert_eq!(one(&shift(80, 1, 1)), Err(Broken::Phase));
+    assert_eq!(one(&shift(80, 2, -1)), Err(Broken::Phase));
+    // A pulse 1 µs early: its first phase is long as well, but it is early first.
+    let early = [TrainSpec {
+        offset_us: 100,
+        ..PLAIN
+    }];
+    assert_eq!(play(&early, &[], shift(80, 0, -1)), Err(Broken::Spacing));
+    // The second phase on the same line, or never.
+    let levels = |k: u32, n: usize, levels: Levels| {
+        move |window: u32, plan: &mut WindowPlan| {
+            if window == k {
+                plan.changes[n].levels = levels;
+            }
+        }
+    };
+    let cathodic = Levels::ISOLATED.with(0, OutputState::Cathodic);
+    assert_eq!(one(&levels(80, 2, cathodic)), Err(Broken::Phase));
+    let grounds = Levels::ISOLATED.with(0, OutputState::Grounded);
+    assert_eq!(one(&levels(80, 1, grounds)), Err(Broken::Phase));
+    // A channel that is not armed, and one grounded without a reason.
+    let other = Levels::ISOLATED.with(7, OutputState::Anodic);
+    assert_eq!(one(&levels(80, 1, other)), Err(Broken::Channel));
+    let idle = Levels::ISOLATED.with(7, OutputState::Grounded);
+    assert_eq!(one(&levels(0, 1, idle)), Err(Broken::Grounding));
+    // Codes.
+    let code = |channel, code| {
+        move |window: u32, plan: &mut WindowPlan| {
+            if window == 80 {
+                plan.dac[0] = (channel, DacCode::new(code));
+            }
+        }
+    };
+    assert_eq!(one(&code(0, 1001)), Err(Broken::Code));
+    assert_eq!(one(&code(3, 1)), Err(Broken::Channel));
+    // A window that does not begin where the last one ended.
+    let jump = |window: u32, plan: &mut WindowPlan| {
+        if window == 40 {
+            plan.initial = Levels::ISOLATED.with(0, OutputState::Cathodic);
+        }
+    };
+    assert_eq!(one(&jump), Err(Broken::Start));
+    // A grounding cut short by 1 µs: found with the edge that ends it.
+    let mono = [grounded(0)];
+    assert_eq!(play(&mono, &[], shift(5, 0, -1)), Err(Broken::Grounding));
+    // And left out: the next pulse would find charge.
+    let left_out = |window: u32, plan: &mut WindowPlan| {
+        if (1..6).contains(&window) {
+            plan.initial = Levels::ISOLATED;
+            for change in &mut plan.changes {
+                change.levels = Levels::ISOLATED;
+            }
+        }
+    };
+    assert!(play(&mono, &[], left_out).is_err());
+}
+
+#[test]
+fn its_own_memory_is_sealed() {
+    let all = channels(&[PLAIN]);
+    for flip in [
+        (|c| c.lines[0].pulses ^= 1) as fn(&mut OutputCheck),
+        |c| c.lines[0].since += us(4),
+        |c| c.expected[0].as_mut().unwrap().min_period_us ^= 1 << 14,
+        |c| c.expected[0].as_mut().unwrap().max_code = DacCode::new(u16::MAX),
+        |c| c.levels.0 ^= 1,
+    ] {
+        let mut check = OutputCheck::new();
+        check.arm(|channel| all[usize::from(channel)], &[]);
+        flip(&mut check);
+        let mut plan = WindowPlan::new();
+        let found = (0..8 * CHANNELS as u32).find_map(|k| {
+            plan.reset(Micros::new(k * WINDOW_US), Levels::ISOLATED);
+            check.read(&plan).err()
+        });
+        assert_eq!(found, Some(Broken::Memory));
+    }
+}
