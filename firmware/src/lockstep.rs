@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 /// (docs/architecture.md).
 pub mod cost {
     /// A refill, from its compare to its DAC writes.
-    pub const REFILL_US: u32 = 20;
+    pub const REFILL_US: u32 = 30;
     /// A control tick.
     pub const CONTROL_US: u32 = 30;
     /// One frame's way through the session.
