@@ -71,6 +71,12 @@ pub enum SetupError {
     },
 }
 
+impl From<StageMismatch> for SetupError {
+    fn from(e: StageMismatch) -> Self {
+        Self::Stage(e)
+    }
+}
+
 impl From<OutOfRange> for SetupError {
     fn from(e: OutOfRange) -> Self {
         Self::Range(e)

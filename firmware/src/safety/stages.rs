@@ -5,7 +5,7 @@
 //! the current it asked for: no measurement below the first pulse can tell. So a
 //! board says what it is, and a setup that says otherwise is refused by name.
 
-use super::{SetupError, StageSpec};
+use super::StageSpec;
 use crate::crc::CRC;
 use crate::pulse::CHANNELS;
 use crate::range::OutOfRange;
@@ -125,12 +125,6 @@ impl Stages {
             }
             (Some(_), _) => Err(StageMismatch::Kind),
         }
-    }
-}
-
-impl From<StageMismatch> for SetupError {
-    fn from(e: StageMismatch) -> Self {
-        Self::Stage(e)
     }
 }
 
