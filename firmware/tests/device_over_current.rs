@@ -3,6 +3,7 @@
 use crate::device_desk::*;
 use crate::device_safety::{BOOT, running};
 use firmware::link::{Event, Request};
+use firmware::lockstep::cost;
 use firmware::pulse::{Levels, Shape, State as Line, TrainSpec};
 use firmware::safety::{Fault, State};
 use firmware::units::us;
@@ -126,13 +127,14 @@ fn amplitudes_are_zero_after_a_fault_at_any_moment_of_a_refill() {
         assert!(dac.is_sorted_by_key(|d| d.0), "{step}: {dac:?}");
         let &(t, _, code) = dac.last().unwrap();
         assert_eq!(code, 0, "{step}");
-        // A refill under way writes first, and takes 20 µs.
-        assert!((at..at + 20).contains(&t), "{step}: at {at}, zero at {t}");
+        // A refill under way writes first.
+        let refill = u64::from(cost::REFILL_US);
+        assert!((at..at + refill).contains(&t), "{step}: at {at}, zero at {t}");
         cleared += u32::from(t > at);
     }
     println!("500 instants, {cleared} of them during a refill");
-    // Two windows, 1 to 19 µs after their refills began.
-    assert_eq!(cleared, 38);
+    // Two windows, from 1 µs after their refills began to 1 µs before they end.
+    assert_eq!(cleared, 2 * (cost::REFILL_US - 1));
 }
 
 #[test]
