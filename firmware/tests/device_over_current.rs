@@ -129,7 +129,10 @@ fn amplitudes_are_zero_after_a_fault_at_any_moment_of_a_refill() {
         assert_eq!(code, 0, "{step}");
         // A refill under way writes first.
         let refill = u64::from(cost::REFILL_US);
-        assert!((at..at + refill).contains(&t), "{step}: at {at}, zero at {t}");
+        assert!(
+            (at..at + refill).contains(&t),
+            "{step}: at {at}, zero at {t}"
+        );
         cleared += u32::from(t > at);
     }
     println!("500 instants, {cleared} of them during a refill");

@@ -111,11 +111,14 @@ fn train() -> impl Strategy<Value = TrainSpec> {
         .prop_map(
             |((shape, width_us, gap, ground), (period_us, offset, count, slack))| {
                 let biphasic = shape.is_biphasic();
-                let (gap_us, ground_us) = if biphasic { (gap, 0) } else { (0, ground) };
+                let gap_us = if biphasic { gap } else { 0 };
+                // Every other biphasic one is grounded, too.
+                let is_grounded = !biphasic || width_us % 2 == 1;
+                let ground_us = if is_grounded { ground } else { 0 };
                 let one = if biphasic {
-                    2 * width_us + gap.max(5)
+                    2 * width_us + gap.max(5) + ground_us
                 } else {
-                    width_us + ground
+                    width_us + ground_us
                 };
                 let interval = (one + 5).max(200) + slack;
                 let fits = u32::from(count) * u32::from(interval) + 500 <= period_us;

@@ -38,7 +38,12 @@ fn train() -> impl Strategy<Value = TrainSpec> {
             shape,
             width_us,
             gap_us: if shape.is_biphasic() { gap } else { 0 },
-            ground_us: if shape.is_biphasic() { 0 } else { ground },
+            // Every other biphasic one is grounded, too.
+            ground_us: if shape.is_biphasic() && width_us % 2 == 0 {
+                0
+            } else {
+                ground
+            },
             period_us,
             offset_us: (offset * f64::from(period_us)) as u32,
             burst_count: count,

@@ -110,7 +110,7 @@ pub enum GroupError {
     /// Isolating `channel` interrupts its grounding, and no uninterrupted
     /// stretch of the asked length remains before its next burst.
     NoTimeToGround {
-        /// The monophasic channel.
+        /// The channel that is grounded after its pulses.
         channel: u8,
     },
 }
@@ -155,7 +155,7 @@ fn check_isolation(mask: u16, trains: &[Option<Train>; CHANNELS]) -> Result<(), 
                 return Err(GroupError::IsolationOverlaps { channel, other });
             }
         }
-        if !a.spec().shape.is_biphasic() && !can_ground(channel, mask, trains) {
+        if a.spec().ground_us != 0 && !can_ground(channel, mask, trains) {
             return Err(GroupError::NoTimeToGround { channel });
         }
     }
@@ -191,7 +191,7 @@ const fn gcd(mut a: u32, mut b: u32) -> u32 {
     a
 }
 
-/// Whether each pulse of a monophasic member finds `ground_us` of
+/// Whether each pulse of a member that is grounded finds `ground_us` of
 /// uninterrupted grounding, restarted after every interruption, before the
 /// member's next pulse and, after a burst, two windows before its next burst.
 /// Needs a period common to the group; otherwise the answer is no.

@@ -57,7 +57,8 @@ pub struct TrainSpec {
     /// Interphase gap, 0–200 µs. The phases of a biphasic pulse are isolated
     /// for this long, and never shorter than [`DEAD_TIME_US`]. 0 for monophasic.
     pub gap_us: u16,
-    /// Grounding after a monophasic phase, 1000–20 000 µs; 0 for biphasic.
+    /// Grounding after each pulse, 1000–20 000 µs. 0 after biphasic ones for none: what
+    /// their phases differ by is then direct current (docs/hardware.md, series capacitor).
     pub ground_us: u16,
     /// Burst start to burst start, 5000–2 000 000 µs (0.5–200 Hz).
     pub period_us: u32,
@@ -110,7 +111,7 @@ impl TrainSpec {
     pub const WIDTH_US: Range = Range::new("width_us", 10, 500);
     /// Of [`Self::gap_us`], of a biphasic pulse.
     pub const GAP_US: Range = Range::new("gap_us", 0, 200);
-    /// Of [`Self::ground_us`], after a monophasic pulse.
+    /// Of [`Self::ground_us`], of pulses that are grounded; monophasic ones must be.
     pub const GROUND_US: Range = Range::new("ground_us", 1_000, 20_000);
     /// Of [`Self::period_us`].
     pub const PERIOD_US: Range = Range::new("period_us", 5_000, 2_000_000);
@@ -166,7 +167,9 @@ impl TrainSpec {
         };
         Self::WIDTH_US.check(self.width_us)?;
         only_if(biphasic, Self::GAP_US).check(self.gap_us)?;
-        only_if(!biphasic, Self::GROUND_US).check(self.ground_us)?;
+        if !biphasic || self.ground_us != 0 {
+            Self::GROUND_US.check(self.ground_us)?;
+        }
         Self::PERIOD_US.check(self.period_us)?;
         Self::OFFSET_US
             .up_to(self.period_us)
@@ -181,7 +184,7 @@ impl TrainSpec {
                 0
             },
         };
-        // Largest: 500 + 20 000 µs; all sums below stay under 2^20.
+        // Largest: 1200 + 20 000 µs; all sums below stay under 2^20.
         let min_interval_us = train.occupied_us() + u32::from(DEAD_TIME_US);
         if burst && u32::from(self.burst_interval_us) < min_interval_us {
             return Err(TrainError::BurstOverlaps { min_interval_us });

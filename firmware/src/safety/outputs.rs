@@ -4,8 +4,8 @@
 //! It knows trains, limits and groups, and nothing of how the scheduler makes edges of
 //! them: it keeps its own copy of what was armed and its own account of each channel,
 //! from edge to edge. Held are the length of each phase, that two phases are equal
-//! and opposite with the gap between them, that a monophasic pulse is grounded in
-//! full before the next, the distance of pulses and bursts, that nothing is grounded
+//! and opposite with the gap between them, that a pulse that is to be grounded is so
+//! in full before the next, the distance of pulses and bursts, that nothing is grounded
 //! without a reason, and that no DAC code is above the limit's. Silence breaks no
 //! rule.
 
@@ -55,7 +55,7 @@ enum Part {
     First,
     Gap,
     Second,
-    /// After a monophasic phase, until it was grounded in full.
+    /// After a pulse that is to be grounded, until it was in full.
     Discharge,
 }
 
@@ -301,6 +301,7 @@ impl Line {
             }
             Part::Gap => Part::Second,
             Part::Second if lasted != width || !is_off => return Err(Broken::Phase),
+            Part::Second if spec.ground_us != 0 => Part::Discharge,
             Part::Second => Part::Rest,
             Part::Discharge if old == OutputState::Grounded => {
                 // Interrupted by another member of an isolated group, or over.

@@ -105,7 +105,7 @@ impl ChannelSpec {
         }
         let ua = current.get();
         // The grounding after a pulse that began before the fall ends in it.
-        if !spec.shape.is_biphasic() {
+        if spec.ground_us != 0 {
             let max = wearer.fall_us() - LONGEST_PULSE_US; // the fall takes 5 ms or more
             TrainSpec::GROUND_US.up_to(max).check(spec.ground_us)?;
         }

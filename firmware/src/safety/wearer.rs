@@ -28,7 +28,7 @@ pub struct WearerSpec {
     /// Shortest rise of an amplitude from zero, 1–5000 ms.
     pub rise_ms: u16,
     /// Fall to zero when stimulation ends, 5–100 ms. A grounding after a
-    /// monophasic pulse must be at least 1.2 ms shorter.
+    /// pulse must be at least 1.2 ms shorter.
     pub fall_ms: u16,
     /// Host silence that ends stimulation, 20–1000 ms.
     pub host_timeout_ms: u16,

@@ -78,7 +78,8 @@ pub fn train() -> impl Strategy<Value = TrainSpec> {
                 shape,
                 width_us,
                 gap_us: if biphasic { gap } else { 0 },
-                ground_us: if biphasic { 0 } else { ground },
+                // Every other biphasic one is grounded, too.
+                ground_us: if biphasic && width_us % 2 == 0 { 0 } else { ground },
                 period_us,
                 offset_us: offset % period_us.max(1).saturating_add(1),
                 burst_count: 1,

@@ -96,7 +96,7 @@ fn train_rows() -> Vec<Row> {
         on_channel_1("width_us", 10, 500).rows(set!(faint(), width_us)),
         on_channel_1("gap_us", 0, 200).rows(set!(faint(), gap_us)),
         on_channel_1("gap_us", 0, 0).rows(set!(monophasic(), gap_us)),
-        on_channel_1("ground_us", 0, 0).rows(set!(faint(), ground_us)),
+        on_channel_1("ground_us", 1_000, 20_000).rows(set!(faint(), ground_us)),
         on_channel_1("ground_us", 1_000, 20_000).rows(set!(monophasic(), ground_us)),
         on_channel_1("period_us", 5_000, 2_000_000).rows(set!(faint(), period_us)),
         on_channel_1("offset_us", 0, 20_000).rows(set!(channel(0), offset_us)),

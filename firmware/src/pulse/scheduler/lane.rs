@@ -21,6 +21,9 @@ pub(super) enum Phase {
     Recovering,
 }
 
+/// The stretch of a biphasic pulse that grounds it; a monophasic one rests there.
+const GROUNDING: u8 = 3;
+
 /// A stretch of a pulse in which the outputs rest: a phase, the gap between
 /// two, grounding.
 #[derive(Clone, Copy, Debug, Hash)]
@@ -36,7 +39,8 @@ pub(super) struct Lane {
     /// What it puts into its part of the picture now; isolated wherever it
     /// leaves the channel alone.
     pub(super) shows: Picture,
-    /// A pulse: first phase, gap, second phase; or phase, grounding.
+    /// A pulse: first phase, gap, second phase; or phase, grounding. A grounding after
+    /// the second phase is made of both, as most have none.
     stretches: [Option<Stretch>; 3],
     /// The stretch under way.
     stretch: u8,
@@ -164,7 +168,7 @@ impl Lane {
         let biphasic = self.train.spec().shape.is_biphasic();
         let under_way = self.recent.iter().find_map(|&(start, code)| {
             let t = (at - start).us();
-            let end = self.train.occupied_us().cast_signed(); // at most 20 500 µs
+            let end = self.train.occupied_us().cast_signed(); // at most 21 200 µs
             (code.get() != 0 && (0..end).contains(&t)).then_some((t, i32::from(code.get())))
         });
         let Some((t, code)) = under_way else { return 0 };
@@ -229,7 +233,7 @@ impl Lane {
         plan: &mut WindowPlan,
     ) -> Result<(), RenderError> {
         match self.phase {
-            // At most 2 + 1.
+            // At most 3 + 1.
             Phase::Pulsing => self.enter(self.stretch + 1, now),
             Phase::Rest => return self.start_pulse(channel, now, supply, plan),
             Phase::Interrupted => self.rest(),
@@ -245,9 +249,25 @@ impl Lane {
             self.shows = next.shows;
             self.due = Some(now + us(next.length_us.get().into()));
             self.stretch = stretch;
+        } else if stretch == GROUNDING && self.train.spec().ground_us != 0 {
+            self.ground(now);
         } else {
             self.rest();
         }
+    }
+
+    /// Grounds after the second phase.
+    #[inline(never)]
+    fn ground(&mut self, now: Micros) {
+        // Both lines that the two phases raise one of, and nothing else.
+        let lines = self
+            .stretches
+            .iter()
+            .flatten()
+            .fold(0, |a, s| a | s.shows.0);
+        self.shows = Picture(lines & !Picture::PULSING & !Levels::SYNC);
+        self.due = Some(now + us(self.train.spec().ground_us.into()));
+        self.stretch = GROUNDING;
     }
 
     /// In an isolated group at `now`: another member's pulse interrupts a

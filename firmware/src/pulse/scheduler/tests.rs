@@ -37,6 +37,31 @@ fn edges(
 }
 
 #[test]
+fn a_grounding_after_two_phases_has_its_length() {
+    let spec = TrainSpec {
+        ground_us: 1_000,
+        ..PLAIN
+    };
+    let s = |state| Levels::ISOLATED.with(0, state);
+    let sync = |l: Levels| Levels(l.0 | Levels::SYNC);
+    for shape in [Shape::BiphasicCathodicFirst, Shape::BiphasicAnodicFirst] {
+        let seen = edges(&[TrainSpec { shape, ..spec }], &[], 20, Micros::new(0));
+        let (first, second) = match shape {
+            Shape::BiphasicCathodicFirst => (State::Cathodic, State::Anodic),
+            _ => (State::Anodic, State::Cathodic),
+        };
+        let expected = [
+            (0, sync(s(first))),
+            (200, Levels::ISOLATED),
+            (300, s(second)),
+            (500, s(State::Grounded)),
+            (1_500, Levels::ISOLATED),
+        ];
+        assert_eq!(seen, expected);
+    }
+}
+
+#[test]
 fn biphasic_edges_fall_on_their_microsecond_across_the_wrap() {
     let spec = TrainSpec {
         offset_us: 130,

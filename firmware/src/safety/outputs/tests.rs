@@ -74,6 +74,15 @@ fn grounded(offset_us: u32) -> TrainSpec {
     }
 }
 
+/// Biphasic, and grounded after it.
+fn given_back(offset_us: u32) -> TrainSpec {
+    TrainSpec {
+        offset_us,
+        ground_us: 1_000,
+        ..PLAIN
+    }
+}
+
 #[test]
 fn right_trains_break_no_rule() {
     let group = |partner| GroupSpec {
@@ -92,6 +101,8 @@ fn right_trains_break_no_rule() {
         ];
         assert_eq!(play(&both, &[group(partner)], none), Ok(()));
         let both = [grounded(0), grounded(500)];
+        assert_eq!(play(&both, &[group(partner)], none), Ok(()), "{partner:?}");
+        let both = [given_back(0), given_back(900)];
         assert_eq!(play(&both, &[group(partner)], none), Ok(()), "{partner:?}");
     }
 }
@@ -166,6 +177,19 @@ fn each_way_to_be_wrong_is_told() {
         }
     };
     assert!(play(&mono, &[], left_out).is_err());
+    // The same after two phases; and one that nobody asked for.
+    let biphasic = [given_back(0)];
+    assert_eq!(
+        play(&biphasic, &[], shift(85, 0, -1)),
+        Err(Broken::Grounding)
+    );
+    let none = |window: u32, plan: &mut WindowPlan| match window {
+        1 => plan.changes[0].levels = Levels::ISOLATED,
+        _ if window != 0 => left_out(window, plan),
+        _ => (),
+    };
+    assert_eq!(play(&biphasic, &[], none), Err(Broken::Grounding));
+    assert_eq!(one(&levels(81, 0, grounds)), Err(Broken::Grounding));
 }
 
 #[test]

@@ -37,7 +37,7 @@ pub struct TrainSpec {
     pub burst_count: u64,
     /// From pulse to pulse in a burst; of no meaning for a burst of one.
     pub burst_interval_us: u64,
-    /// Grounding after each monophasic pulse; of no meaning for biphasic ones.
+    /// Grounding after each pulse; 0 for none, after biphasic ones only.
     pub ground_us: u64,
     /// The instant all offsets count from, unwrapped.
     pub epoch_us: u64,
@@ -74,7 +74,7 @@ pub struct Limits {
     pub period_us: std::ops::RangeInclusive<u64>,
     /// Most pulses in a burst.
     pub burst_count: u64,
-    /// Least contiguous grounding after a monophasic pulse.
+    /// Least contiguous grounding after a pulse, where there is any.
     pub ground_us: u64,
     /// Least time from a DAC write to the burst it is for.
     pub dac_lead_us: u64,
@@ -146,10 +146,11 @@ impl TrainSpec {
     fn contradiction(&self, expected: &Expectation) -> Option<&'static str> {
         let limits = &expected.limits;
         let monophasic = matches!(self.shape, Shape::Monophasic(_));
-        let rest_us = match self.shape {
-            Shape::Biphasic(_) => expected.dead_time_us,
-            Shape::Monophasic(_) => self.ground_us,
+        let rest_us = match self.ground_us {
+            0 => expected.dead_time_us,
+            ground_us => ground_us,
         };
+        let is_grounded = monophasic || self.ground_us != 0;
         let room_us = self.pulse_us(expected.dead_time_us) + rest_us;
         let train_us = self.burst_count.saturating_sub(1) * self.burst_interval_us + room_us;
         let is_burst = self.burst_count > 1;
@@ -166,7 +167,10 @@ impl TrainSpec {
                 "burst interval",
             ),
             (train_us > self.period_us, "burst longer than the period"),
-            (monophasic && self.ground_us < limits.ground_us, "grounding"),
+            (
+                is_grounded && self.ground_us < limits.ground_us,
+                "grounding",
+            ),
         ]
         .into_iter()
         .find_map(|(wrong, field)| wrong.then_some(field))

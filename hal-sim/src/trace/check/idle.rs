@@ -131,12 +131,12 @@ impl Bystander<'_> {
         }
     }
 
-    /// Grounding that the channel's own monophasic pulses call for.
+    /// Grounding that the channel's own pulses call for.
     fn discharge(&self) -> Vec<Interval> {
         let mut set = Vec::new();
         for (index, timed) in self.timed.iter().enumerate() {
             let pulse = timed.pulse;
-            if pulse.phases == 1 && pulse.complete {
+            if timed.ground_us != 0 && pulse.complete {
                 let next = self.timed.get(index + 1);
                 let until_us = next.map_or(u64::MAX, |next| next.pulse.start_us);
                 self.discharge_one(pulse.end_us(), timed.ground_us, until_us, &mut set);

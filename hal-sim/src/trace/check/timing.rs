@@ -9,8 +9,8 @@ pub(super) struct Timed<'a> {
     pub pulse: &'a Pulse,
     /// Start of its burst; its own start if it belongs to no train.
     pub burst_us: u64,
-    /// Grounding due after it: its train's if that is monophasic, else the
-    /// least allowed.
+    /// Grounding due after it: its train's, and after a monophasic pulse the least
+    /// allowed at least.
     pub ground_us: u64,
 }
 
@@ -51,7 +51,10 @@ pub(super) fn compare<'a>(
         timed.push(Timed {
             pulse,
             burst_us,
-            ground_us: ground_us.max(expected.limits.ground_us),
+            ground_us: match pulse.phases {
+                1 => ground_us.max(expected.limits.ground_us),
+                _ => ground_us,
+            },
         });
     }
     for calls in roll {

@@ -154,7 +154,7 @@ const fn words(code: Code) -> (&'static str, &'static str) {
         Code::NoTrain => ("this channel has no train in the setup", "configure the channel before arming"),
         Code::TwoGroups => ("the channel is in two groups", "name each channel once"),
         Code::IsolationOverlaps => ("isolated pulses would overlap, which isolation makes impossible", "separate the pulses by their offsets, or use a conducted group"),
-        Code::NoTimeToGround => ("isolation leaves too little time to ground after a monophasic pulse", "lower the rate, shorten ground_us or move the offsets"),
+        Code::NoTimeToGround => ("isolation leaves too little time to ground after a pulse", "lower the rate, shorten ground_us or move the offsets"),
         Code::ChannelTwice => ("the channel is named twice", "name each channel once"),
         Code::Controlled => ("a joint, a wall or force control drives this channel", "set the joint's angle or the channel's force instead"),
         Code::RateChanges => ("its pulse rate may change, and in an isolated group that would make pulses meet", "fix its rate (min_period_us = period_us, no max_period_us), or use a conducted group"),

@@ -151,7 +151,7 @@ fn train() -> Section {
         f("shape", one_of(&SHAPES), Required, "waveform"),
         f("width_us", n("µs", 0, T::WIDTH_US), Required, "one phase"),
         f("gap_us", nb("µs", 0, T::GAP_US, "0 for monophasic"), Or(0), "between the phases; 5 at least is kept"),
-        f("ground_us", nb("µs", 0, or_none(T::GROUND_US), "at least 1000 for monophasic and at most `fall_ms` less 1.2 ms, 0 for biphasic"), Or(0), "grounding after a monophasic phase"),
+        f("ground_us", nb("µs", 0, or_none(T::GROUND_US), "at least 1000 and at most `fall_ms` less 1.2 ms; 0 for none, after biphasic pulses only"), Or(0), "grounding after each pulse; without it what the phases of biphasic pulses differ by is net direct current"),
         f("frequency_hz", Kind::Real(Number::rate_of(T::PERIOD_US.field, T::PERIOD_US)), Required, "rounded to a whole period; a note says so").without("period_us"),
         f("period_us", n("µs", 0, T::PERIOD_US), Optional, "burst start to burst start"),
         f("offset_us", nb("µs", 0, T::OFFSET_US, "to the period"), Or(0), "against the common start"),
