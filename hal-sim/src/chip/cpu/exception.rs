@@ -48,6 +48,7 @@ impl Cpu {
         self.registers = Registers::default();
         self.system.reset();
         self.pipeline = super::timing::Pipeline::default();
+        (self.asleep, self.exclusive) = (false, false);
         let none = Stop::Outside {
             pc: 0,
             what: "no vector table at address 0",

@@ -51,7 +51,9 @@ fn the_watchdog_resets_a_core_that_sleeps_with_all_interrupts_off() {
     soc.reset(crate::chip::soc::rcc::Cause::Watchdog, at)
         .unwrap();
     cpu.reset(&mut soc).unwrap();
+    let before = cpu.instructions;
     assert_eq!(cpu.run(&mut soc, at + SECOND), Ok(()), "it stands now");
+    assert_eq!(cpu.instructions, before + 3, "awake, until it sleeps again");
 }
 
 #[test]
