@@ -146,6 +146,7 @@ impl Sensor {
 
     /// The measurement control may rely on at `now`. `reading` is the board's
     /// own measurement of this instant; it is ignored if the host measures.
+    #[inline]
     pub(crate) fn angle(
         &self,
         state: &mut SensorState,
@@ -195,6 +196,7 @@ impl Sensor {
         )))
     }
 
+    #[inline]
     fn measured(
         &self,
         state: &mut SensorState,

@@ -131,6 +131,7 @@ impl Pulser {
     }
 
     /// Tells the controller of a new state, ahead of the pulses played in it.
+    #[inline]
     fn notify_state(&mut self, mail: &mut PulserMail<'_>) {
         let state = self.guard.state();
         if state != self.told && mail.notify(ControlEvent::State(state)).is_ok() {

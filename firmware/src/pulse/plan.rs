@@ -77,6 +77,7 @@ impl Levels {
 
     /// Whether `channel` (below [`CHANNELS`]), and no other, drives current.
     #[must_use]
+    #[inline]
     pub const fn drives_alone(self, channel: usize) -> bool {
         // Bit 2i is channel i, whose two lines differ.
         let driven = (self.0 ^ self.0 >> 1) & 0x5_5555;
@@ -181,6 +182,7 @@ impl WindowPlan {
     /// Whether `at` lies in this window and `channel` is the only one that is
     /// driven from there on for the 2 µs in which a sample is held.
     #[must_use]
+    #[inline]
     pub fn drives_alone(&self, channel: u8, at: Micros) -> bool {
         let slot = (at - self.start).us();
         let held = 0..super::WINDOW_US as i32 - 1;

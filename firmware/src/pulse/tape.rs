@@ -69,6 +69,7 @@ pub const fn levels(b: u32, c: u32) -> Option<Levels> {
 
 /// Paints `plan` on an erased window: only slots that are not isolated and
 /// the pump's edges are written.
+#[inline]
 pub fn paint(plan: &WindowPlan, window: &mut Window<'_>) {
     let mut current = plan.initial;
     let mut from = 0usize;

@@ -25,6 +25,9 @@ pub struct Tick {
 /// sees to ticks that stop.
 pub static TICK: Signal<CriticalSectionRawMutex, Tick> = Signal::new();
 
+/// Tick → session: the controller has told what it has to tell.
+pub static TOLD: Signal<CriticalSectionRawMutex, ()> = Signal::new();
+
 static EXECUTOR: InterruptExecutor = InterruptExecutor::new();
 
 /// Hands `controller` to its interrupt: TIM7's, a timer nothing here uses.
@@ -56,5 +59,6 @@ async fn run(controller: &'static mut Controller, mut mail: ControllerMail<'stat
         let tick = TICK.wait().await;
         controller.tick(tick.now, tick.angle, &mut mail);
         watchdog::check_in(Owner::Controller);
+        TOLD.signal(());
     }
 }

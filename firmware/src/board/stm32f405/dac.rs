@@ -66,6 +66,7 @@ pub fn clear() {
     (0..CHANNELS as u8).for_each(|channel| write(channel, DacCode::new(0)));
 }
 
+#[inline]
 fn send(dac: Dac, word: u32) {
     pins::select_dac(Some(dac));
     for half in [word >> 16, word & 0xFFFF] {

@@ -130,13 +130,14 @@ impl Refill {
         timebase::refill_at(next + us(REFILL_OFFSET_US));
         let inputs = self.inputs();
         self.arm_conversion(start);
-        let checked = synchronised.and_then(|()| self.check(start, half));
 
         let now = timebase::now();
         let rendered = self
             .pulser
             .refill(now, next, &inputs, &mut self.mail, &mut self.plan);
-        let put_out = checked.and(rendered).and_then(|()| self.play(start, half));
+        let put_out = synchronised
+            .and(rendered)
+            .and_then(|()| self.play(start, half));
         let half = put_out.unwrap_or_else(|fault| {
             self.fault(fault); // keeps an earlier one, the pulser's own included
             self.isolate();
@@ -165,12 +166,6 @@ impl Refill {
         } else {
             Ok(())
         }
-    }
-
-    /// Whether the playing window is where it should be, if anything plays.
-    fn check(&self, start: Micros, half: Half) -> Result<(), Fault> {
-        let tape = self.tape.as_ref();
-        tape.map_or(Ok(()), |t| t.check(start, half).map(|_| ()))
     }
 
     fn inputs(&mut self) -> Inputs {
@@ -211,12 +206,14 @@ impl Refill {
 
     /// Writes the plan's amplitudes and paints it. Returns the half it is on.
     fn play(&mut self, start: Micros, playing: Half) -> Result<Half, Fault> {
+        if let Some(tape) = &self.tape {
+            tape.look(start, playing)?;
+        }
         for &(channel, code) in &self.plan.dac {
             dac::write(channel, code);
         }
         if let Some(tape) = &mut self.tape {
-            // SAFETY: `run` has checked that `playing` plays, and it is
-            // checked again below.
+            // SAFETY: `playing` plays, or nearly so, and it is checked below.
             paint(&self.plan, &mut unsafe { tape.window(playing.other()) });
             tape::publish();
             tape.check(start, playing)?;

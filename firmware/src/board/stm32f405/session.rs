@@ -1,6 +1,7 @@
 //! The Session's context: the thread, between the USB serial port and the
 //! mailboxes.
 
+use super::control::TOLD;
 use super::stages;
 use super::timebase;
 use super::watchdog::{self, Owner};
@@ -13,7 +14,6 @@ use embassy_stm32::usb::{self, Driver};
 use embassy_stm32::{Peri, bind_interrupts};
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::pipe::Pipe;
-use embassy_time::{Duration, Ticker};
 use embassy_usb::class::cdc_acm::{CdcAcmClass, Receiver, Sender, State};
 use embassy_usb::{Builder, UsbDevice};
 use static_cell::StaticCell;
@@ -112,8 +112,8 @@ fn build(port: Port) -> (UsbDevice<'static, Usb>, CdcAcmClass<'static, Usb>) {
     (builder.build(), class)
 }
 
-/// Bytes from the host to the session as they come, and what the session has
-/// to say at least every millisecond. Never waits for the host to read.
+/// Bytes from the host to the session as they come, and what the session has to say
+/// after each control tick, which has told it. Never waits for the host to read.
 async fn converse(
     session: &mut Session,
     mut mail: SessionMail<'static>,
@@ -123,11 +123,10 @@ async fn converse(
     // From here on: the USB core, polled before, waits up to 25 ms as it starts
     // (RM0090 section 34.17.3), and without a session nothing can be armed.
     watchdog::start();
-    let mut every_ms = Ticker::every(Duration::from_millis(1));
     let mut packet = [0; PACKET];
     let mut patience = PATIENCE;
     loop {
-        if let Either::First(count) = select(receive(&mut rx, &mut packet), every_ms.next()).await {
+        if let Either::First(count) = select(receive(&mut rx, &mut packet), TOLD.wait()).await {
             // `receive` counts bytes of `packet`.
             let bytes = packet.get(..count).unwrap_or(&packet);
             let now = timebase::now();

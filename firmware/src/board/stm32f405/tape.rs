@@ -177,27 +177,41 @@ impl Tape {
         Ok(tape)
     }
 
-    /// Slot of the window `(start, half)` that is playing, once all streams
-    /// agree on it and with the clock, and no error flag is up.
+    /// Whether the window `(start, half)` is playing: all streams agree on the slot,
+    /// and with the clock, and no error flag is up.
     ///
     /// # Errors
     /// [`Fault::MissedDeadline`] if the window is over or so nearly over that
     /// the next one is being fetched; [`Fault::TapeSlip`] for the rest.
-    pub fn check(&self, start: Micros, half: Half) -> Result<u32, Fault> {
+    pub fn check(&self, start: Micros, half: Half) -> Result<(), Fault> {
         let (now, positions) = observe().ok_or(Fault::TapeSlip)?;
-        let slot = now.elapsed_since(start);
-        if slot > LAST_SLOT {
-            return Err(Fault::MissedDeadline);
-        }
-        // At most 250 + 247 + 1 = 498, below every origin: no reload between.
-        let played = (half.first_slot() as u32 + slot + 1) as u16;
+        let played = played(now, start, half)?;
         let agree = positions
             .iter()
             .zip(self.origins)
             .all(|(&ndtr, origin)| ndtr == origin - played);
-        let clean = !has_failed();
-        if agree && clean && isolated_words_intact() {
-            Ok(slot)
+        if agree && !has_failed() && isolated_words_intact() {
+            Ok(())
+        } else {
+            Err(Fault::TapeSlip)
+        }
+    }
+
+    /// Whether all streams are within a slot or two of where the clock has them in
+    /// the window `(start, half)`, so that the other half may be painted; what
+    /// [`Self::check`] says for certain costs the wait for a quiet moment.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn look(&self, start: Micros, half: Half) -> Result<(), Fault> {
+        // While the positions are read, at most one microsecond begins.
+        let played = played(timebase::now(), start, half)?;
+        let is_near = |(stream, origin): (usize, u16)| {
+            let ndtr = DMA2.st(stream).ndtr().read().ndt();
+            origin.wrapping_sub(ndtr).wrapping_sub(played - 1) <= 2
+        };
+        if STREAMS.into_iter().zip(self.origins).all(is_near) {
+            Ok(())
         } else {
             Err(Fault::TapeSlip)
         }
@@ -206,8 +220,8 @@ impl Tape {
     /// The window `half`, to paint on.
     ///
     /// # Safety
-    /// `check` must just have said that the other half is playing, and must
-    /// be asked again after painting; or no stream may run.
+    /// `look` must just have said that the other half is playing, and `check` must be
+    /// asked after painting; or no stream may run.
     pub unsafe fn window(&mut self, half: Half) -> Window<'_> {
         publish();
         let memory = MEMORY.0.get();
@@ -223,6 +237,16 @@ impl Tape {
             }
         }
     }
+}
+
+/// Slots that have played once those up to `now` have, 1–498: below every origin, so
+/// that no reload lies between.
+fn played(now: Micros, start: Micros, half: Half) -> Result<u16, Fault> {
+    let slot = now.elapsed_since(start);
+    if slot > LAST_SLOT {
+        return Err(Fault::MissedDeadline);
+    }
+    Ok((half.first_slot() as u32 + slot + 1) as u16) // at most 250 + 247 + 1
 }
 
 /// Orders the CPU's accesses to the tape with DMA2's, both ways.

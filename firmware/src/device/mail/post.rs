@@ -82,6 +82,7 @@ impl PulserMail<'_> {
     }
 
     /// Tells the controller of what must not be lost.
+    #[inline]
     pub(in crate::device) fn notify(&mut self, event: ControlEvent) -> Result<(), Full> {
         self.lost.post(&mut self.control_events, event)
     }
@@ -107,6 +108,7 @@ impl ControllerMail<'_> {
 
     /// Orders of the pulser, which takes them four times a tick: there is room
     /// for a tick's. One that is lost is given again by the next tick.
+    #[inline]
     pub(in crate::device) fn order(&mut self, order: ControlOrder) -> Result<(), Full> {
         self.lost.post(&mut self.orders, order)
     }

@@ -133,12 +133,14 @@ impl Lane {
     }
 
     /// Seals what has changed.
+    #[inline]
     pub(super) fn seal(&mut self) {
         let seal = Seal::of(&self.moving());
         self.seal = seal;
     }
 
     /// Whether what changes is as it was left.
+    #[inline]
     pub(super) fn is_sealed(&self) -> bool {
         self.seal.holds(&self.moving())
     }

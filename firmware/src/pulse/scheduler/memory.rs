@@ -8,6 +8,7 @@ use core::hash::Hash;
 
 impl Scheduler {
     /// Looks at the seals: what all lanes share, and one lane after the other.
+    #[inline]
     pub(super) fn look(&mut self) -> Result<(), RenderError> {
         let lane = self.turn.next().and_then(|turn| self.lanes.get(turn));
         let lane = lane.and_then(Option::as_ref);

@@ -68,6 +68,7 @@ impl Guard {
     }
 
     /// Seals what has changed, at the end of whatever changes it.
+    #[inline]
     pub fn seal(&mut self) {
         if core::mem::take(&mut self.seals.core_open) {
             let core = Seal::of(&self.core());
@@ -99,6 +100,7 @@ impl Guard {
 
     /// Whether `channel`'s amplitudes may be read and changed until the next
     /// [`Self::seal`]: they are as they were left.
+    #[inline]
     pub(super) fn open(&mut self, channel: u8) -> bool {
         let bit = 1u16.checked_shl(channel.into()).unwrap_or(0);
         if self.seals.open & bit != 0 {
@@ -131,6 +133,7 @@ impl Guard {
 
     /// Whether a channel's memory is as it was left; behind the last, what the setup
     /// says of all.
+    #[inline]
     fn holds(&self, channel: usize) -> bool {
         match self.seals.channels.get(channel) {
             Some((armed, seal)) => {
