@@ -157,6 +157,19 @@ impl Bench {
         done.unwrap();
     }
 
+    /// The thread goes on at an instruction that branches to itself.
+    fn hang_thread(&mut self) {
+        const UNUSED: u32 = 0x2001_FFFC;
+        let Board { cpu, around, .. } = &mut self.board;
+        while cpu.registers.exception != 0 || cpu.registers.it != 0 {
+            cpu.step(around).unwrap();
+        }
+        around
+            .write(UNUSED, Size::Word, 0xE7FE_E7FE, cpu.cycle)
+            .unwrap();
+        cpu.registers.r[15] = UNUSED;
+    }
+
     /// The chip came back after a reset: what its Hello says.
     fn after_reset(&mut self) -> HelloInfo {
         let booted = self.board.boot(&self.sensors);
@@ -236,19 +249,21 @@ fn a_released_hand_stop_ends_stimulation() {
 /// TIM2, TIM7 (control), TIM5 and OTG_FS (bytes): RM0090 table 62.
 #[test]
 fn the_watchdog_bites_when_an_owner_freezes() {
-    for lines in [&[28][..], &[55], &[50, 67]] {
+    let tim2 = |bench: &mut Bench| bench.disable(28);
+    let tim7 = |bench: &mut Bench| bench.disable(55);
+    let freezes: [(&str, fn(&mut Bench), u64); 3] = [
+        ("pulser", tim2, TWO_WINDOWS_US),
+        // A pulser that lives goes on until the bite.
+        ("controller", tim7, 12_000),
+        ("session", Bench::hang_thread, 12_000),
+    ];
+    for (owner, freeze, limit) in freezes {
         let (mut bench, at) = Bench::in_a_pulse();
-        lines.iter().for_each(|line| bench.disable(*line));
+        freeze(&mut bench);
         bench.run_us(13_000);
         let last = *bench.record.trace.levels.last().unwrap();
-        println!("{lines:?}: isolated {} us after", last.0 - at);
+        println!("{owner}: isolated {} us after", last.0 - at);
         assert_eq!(last.1, Levels::ISOLATED);
-        // A pulser that lives goes on until the bite.
-        let limit = if lines == [28] {
-            TWO_WINDOWS_US
-        } else {
-            12_000
-        };
         assert!(last.0 <= at + limit);
         bench.recovers_after(ResetCause::Watchdog, Fault::Watchdog);
     }
