@@ -1,11 +1,12 @@
 //! One channel's train under way: phases of a pulse, pulses of a burst, bursts.
 
+mod seals;
+
 use super::{Agenda, Picture, RenderError, Supply};
 use crate::pulse::Train;
 use crate::pulse::plan::{Levels, PulseStart, State, WindowPlan};
 use crate::seal::Seal;
 use crate::units::{DacCode, Micros, us};
-use core::hash::Hash;
 use core::num::NonZeroU16;
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Hash)]
@@ -124,42 +125,6 @@ impl Lane {
             seal: Seal::default(),
             train_seal: Seal::default(),
         }
-    }
-
-    /// Seals what is set once.
-    pub(super) fn seal_train(&mut self) {
-        let seal = Seal::of(&self.fixed());
-        self.train_seal = seal;
-    }
-
-    /// Seals what has changed.
-    #[inline]
-    pub(super) fn seal(&mut self) {
-        let seal = Seal::of(&self.moving());
-        self.seal = seal;
-    }
-
-    /// Whether what changes is as it was left.
-    #[inline]
-    pub(super) fn is_sealed(&self) -> bool {
-        self.seal.holds(&self.moving())
-    }
-
-    /// Whether everything is.
-    pub(super) fn is_whole(&self) -> bool {
-        self.is_sealed() && self.train_seal.holds(&self.fixed())
-    }
-
-    fn fixed(&self) -> impl Hash + '_ {
-        (&self.train, &self.stretches, self.tail_us)
-    }
-
-    // Not the recent pulses: they only say what a fault left behind.
-    fn moving(&self) -> impl Hash + '_ {
-        let place = (self.phase, self.shows, self.stretch, self.due);
-        let burst = (self.burst_start, self.period_us, self.since_burst_us);
-        let left = (self.pulse, self.code, self.bursts_left);
-        (place, burst, left)
     }
 
     /// Charge that a truncation at `at` leaves, in DAC-code·µs, anodic positive.
