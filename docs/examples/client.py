@@ -160,6 +160,7 @@ CONTENT = {
     "Channel": channel,
     "Sync": lambda c: option(lambda n: bytes([n]), c["channel"]),
     "Amplitudes": lambda c: varint(c["mask"]) + vec(varint, c["values"]),
+    "Arm": lambda c: varint(c["setup"]),
     "Angle": lambda c: option(varint, c["at"])
     + zigzag(c["centideg"])
     + option(zigzag, c["centideg_per_s"]),
@@ -170,12 +171,22 @@ CONTENT = {
 }
 
 
-def to_device(session, seq, request):
+def encoded(request):
     name, content = request, b""
     if not isinstance(request, str):
         ((name, of),) = request.items()
         content = CONTENT[name](of)
-    return varint(session) + varint(seq) + varint(REQUESTS.index(name)) + content
+    return varint(REQUESTS.index(name)) + content
+
+
+def to_device(session, seq, request):
+    return varint(session) + varint(seq) + encoded(request)
+
+
+def setup_sum(parts):
+    """What `Arm` carries: of the requests that configured, by variant and channel."""
+    crcs = (zlib.crc32(part).to_bytes(4, "little") for _, part in sorted(parts.items()))
+    return zlib.crc32(b"".join(crcs))
 
 
 CAUSES = "Request HostSilent HandStop ArmExpired Finished".split()
@@ -231,6 +242,7 @@ class Device:
             tty.setraw(self.fd)
         self.session = self.seq = 0
         self.bytes = b""
+        self.parts = {}  # of the setup, as the device accepted them
 
     def send(self, request):
         seq, self.seq = self.seq, (self.seq + 1) % 65536
@@ -255,6 +267,12 @@ class Device:
             return from_device(unframe(data)) if data else self.receive(timeout_s)
         except ValueError:
             return self.receive(timeout_s)  # a spoilt frame: skip it
+
+    def configure(self, name, channel, **content):
+        """Puts a channel's part into the setup, and notes it."""
+        request = {name: {"channel": channel, **content}}
+        self.ask(request)
+        self.parts[REQUESTS.index(name), channel] = encoded(request)
 
     def ask(self, request, timeout_s=0.5):
         """Sends a request and waits for its answer."""
@@ -287,8 +305,8 @@ def stimulate(place):
     }
     stage = {"Current": {"full_scale_ua": 100_000}}
     spec = {"train": train, "stage": stage, "limit": 20_000}
-    device.ask({"Channel": {"channel": 0, "spec": spec}})
-    device.ask("Arm")
+    device.configure("Channel", 0, spec=spec)
+    device.ask({"Arm": {"setup": setup_sum(device.parts)}})
     device.ask("Start")
     print("stimulating")
     begin = time.monotonic()

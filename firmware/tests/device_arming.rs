@@ -14,20 +14,20 @@ fn refused_arming_leaves_nothing_behind() {
     desk.prepare(wearer(), &[channel(PLAIN)]);
     for _ in 0..5 {
         (desk.sensors.arm, desk.sensors.hand_stop) = (false, false);
-        assert_eq!(desk.code(Request::Arm), Some(Code::ArmInputOpen));
+        assert_eq!(desk.code(ARM), Some(Code::ArmInputOpen));
         (desk.sensors.arm, desk.sensors.hand_stop) = (true, true);
         desk.sensors.load_ohm[0] = u32::MAX;
-        assert_eq!(desk.code(Request::Arm), Some(Code::ElectrodeOff));
+        assert_eq!(desk.code(ARM), Some(Code::ElectrodeOff));
         desk.sensors.load_ohm[0] = 2_000;
         desk.wait(1_000);
     }
-    desk.must(Request::Arm);
-    assert_eq!(desk.code(Request::Arm), Some(Code::WrongState));
+    desk.must(ARM);
+    assert_eq!(desk.code(ARM), Some(Code::WrongState));
     desk.wait(1_000);
-    assert_eq!(desk.code(Request::Arm), Some(Code::WrongState));
+    assert_eq!(desk.code(ARM), Some(Code::WrongState));
     desk.must(Request::Start);
     desk.must(all(1, 1_000));
-    assert_eq!(desk.code(Request::Arm), Some(Code::WrongState));
+    assert_eq!(desk.code(ARM), Some(Code::WrongState));
     assert_eq!(desk.state(), State::Stimulating);
 }
 
@@ -37,7 +37,7 @@ fn arming_through_a_flood_works_afterwards() {
     let mut desk = Desk::open(BOOT);
     desk.prepare(wearer(), &[channel(PLAIN)]);
     let mut requests = vec![Request::KeepAlive; 60];
-    requests[45] = Request::Arm;
+    requests[45] = ARM;
     desk.write(requests);
     desk.wait(60_000);
     let heard = desk.heard();
@@ -50,20 +50,20 @@ fn arming_through_a_flood_works_afterwards() {
         desk.must(Request::Stop);
         desk.wait(2_000);
     }
-    desk.must(Request::Arm);
+    desk.must(ARM);
 }
 
 #[test]
 fn a_second_arm_order_during_the_check_is_refused_and_harms_nothing() {
     let mut desk = Desk::open(BOOT);
     desk.prepare(wearer(), &[channel(PLAIN)]);
-    let first = desk.send(Request::Arm);
+    let first = desk.send(ARM);
     desk.wait(5_000);
     desk.must(Request::Channel {
         channel: 1,
         spec: channel(PLAIN),
     });
-    let second = desk.send(Request::Arm);
+    let second = desk.send(ARM);
     desk.wait(40_000);
     let heard = desk.heard();
     let mut answers = heard.iter();
@@ -73,7 +73,7 @@ fn a_second_arm_order_during_the_check_is_refused_and_harms_nothing() {
     assert_eq!(desk.code(all(2, 1_000)), Some(Code::NoTrain));
     desk.must(Request::Stop);
     desk.wait(2_000);
-    desk.must(Request::Arm);
+    desk.must(ARM);
     desk.must(all(2, 1_000));
 }
 
@@ -82,7 +82,7 @@ fn a_stop_during_the_check_finishes_its_pulse_and_allows_arming_again() {
     for delay in (0..24_000u32).step_by(70) {
         let mut desk = Desk::open(BOOT);
         desk.prepare(wearer(), &[channel(PLAIN), channel(PLAIN), channel(PLAIN)]);
-        desk.send(Request::Arm);
+        desk.send(ARM);
         desk.wait(delay);
         if delay % 140 == 0 {
             desk.send(Request::Stop);
@@ -95,7 +95,7 @@ fn a_stop_during_the_check_finishes_its_pulse_and_allows_arming_again() {
             assert_balanced(&desk.record.levels, c, delay);
         }
         desk.sensors.hand_stop = true;
-        desk.must(Request::Arm);
+        desk.must(ARM);
     }
 }
 
@@ -133,14 +133,10 @@ fn a_reading_from_before_arming_does_not_judge_its_electrodes() {
         }
         desk.sensors.hand_stop = true;
         desk.sensors.load_ohm[0] = u32::MAX;
-        assert_eq!(
-            desk.code(Request::Arm),
-            Some(Code::ElectrodeOff),
-            "delay {delay}"
-        );
+        assert_eq!(desk.code(ARM), Some(Code::ElectrodeOff), "delay {delay}");
         desk.sensors.load_ohm[0] = 2_000;
         desk.wait(1_000);
-        desk.must(Request::Arm);
+        desk.must(ARM);
     }
 }
 
@@ -152,7 +148,7 @@ fn arming_expires_after_ten_seconds_also_after_an_hour_of_idleness() {
             desk.wait(1_000_000);
         }
         desk.prepare(wearer(), &[channel(PLAIN)]);
-        desk.must(Request::Arm);
+        desk.must(ARM);
         desk.wait(9_990_000);
         assert_eq!(desk.state(), State::Armed, "{idle_s}");
         desk.heard();
@@ -181,7 +177,7 @@ fn a_fault_found_at_boot_is_latched_shown_and_cleared() {
     let info = desk.hello();
     assert_eq!((info.state, info.last_fault), (State::Fault, Some(record)));
     desk.prepare(wearer(), &[channel(PLAIN)]);
-    for request in [Request::Arm, Request::Start, all(1, 1)] {
+    for request in [ARM, Request::Start, all(1, 1)] {
         assert_eq!(desk.code(request), Some(Code::FaultLatched));
     }
     desk.must(Request::Acknowledge);
@@ -192,14 +188,14 @@ fn a_fault_found_at_boot_is_latched_shown_and_cleared() {
     assert_eq!(last.0 - first.0, 100_000);
     assert_eq!(desk.status().state, State::Idle);
     assert_eq!(desk.status().fault, Some(record));
-    desk.must(Request::Arm);
+    desk.must(ARM);
 }
 
 #[test]
 fn hello_tells_the_state_of_this_moment() {
     let mut desk = Desk::open(BOOT);
     desk.prepare(wearer(), &[channel(PLAIN)]);
-    desk.must(Request::Arm);
+    desk.must(ARM);
     assert_eq!(desk.hello().state, State::Armed);
     desk.must(Request::Start);
     assert_eq!(desk.hello().state, State::Stimulating);
@@ -221,7 +217,7 @@ fn a_second_client_is_refused_from_the_arm_order_on() {
     for gap in [0, 100, 1_000, 10_000, 21_000, 30_000] {
         let mut desk = Desk::open(BOOT);
         desk.prepare(wearer(), &[channel(PLAIN)]);
-        desk.send(Request::Arm);
+        desk.send(ARM);
         desk.wait(gap);
         let owner = std::mem::replace(&mut desk.session, 77);
         for request in [Request::Hello { schema: SCHEMA }, Request::KeepAlive] {
@@ -278,7 +274,7 @@ fn arming_tells_what_each_electrode_read() {
     desk.prepare(wearer(), &[volts, volts]);
     desk.sensors.load_ohm = [1_000; 10];
     desk.sensors.load_ohm[1] = u32::MAX;
-    let mut heard = desk.ask(Request::Arm);
+    let mut heard = desk.ask(ARM);
     desk.wait(30_000);
     heard.extend(desk.heard());
     let [(0, applied, current_ua), (1, same, 0)] = readings(&heard)[..] else {
@@ -296,7 +292,7 @@ fn arming_tells_what_each_electrode_read() {
         "{last:?}"
     );
     desk.sensors.load_ohm[1] = 2_000;
-    let mut heard = desk.ask(Request::Arm);
+    let mut heard = desk.ask(ARM);
     desk.wait(30_000);
     heard.extend(desk.heard());
     let read = readings(&heard);

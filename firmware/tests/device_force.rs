@@ -204,7 +204,7 @@ fn armed(wearer: WearerSpec, specs: &[ChannelSpec], requests: Vec<Request>) -> (
     let mut desk = Desk::open(BOOT);
     desk.prepare(wearer, specs);
     desk.must_all(requests);
-    desk.refused(Request::Arm)
+    desk.refused(ARM)
 }
 
 #[test]
@@ -389,7 +389,7 @@ fn an_isolated_group_keeps_its_rates() {
         let mut desk = Desk::open(BOOT);
         desk.prepare(wearer(), &specs);
         desk.must_all([group(0b11, partner), muscle(1), control(1, spec)]);
-        desk.must(Request::Arm);
+        desk.must(ARM);
     }
 }
 

@@ -1,6 +1,6 @@
 //! A swinging joint as the host hears of it: the gain that is lowered, then the fault.
 
-use crate::device_desk::{Desk, Heard, PLAIN, angle, channel, joint, wearer};
+use crate::device_desk::{ARM, Desk, Heard, PLAIN, angle, channel, joint, wearer};
 use firmware::link::{Event, Request};
 use firmware::safety::Fault;
 use firmware::units::Micros;
@@ -11,7 +11,7 @@ fn a_swing_that_no_gain_ends_is_told_and_then_a_fault() {
     let mut desk = Desk::open(Micros::new(u32::MAX - 3_000_000));
     desk.prepare(wearer(), &[channel(PLAIN); 2]);
     desk.must(joint(0, 1, 2_000, 10_000));
-    desk.must(Request::Arm);
+    desk.must(ARM);
     desk.measure(4_000);
     desk.must(Request::Start);
     let (mut gains, mut faulted) = (Vec::new(), None);

@@ -104,7 +104,7 @@ fn over_current_truncates_and_records_the_charge_left() {
             seen += u32::from(expected != 0);
         }
         assert_eq!(desk.status().state, State::Fault);
-        assert!(desk.answer(Request::Arm).is_err());
+        assert!(desk.answer(ARM).is_err());
     }
     println!("1700 instants, {seen} pulses truncated with charge left");
 }
@@ -158,5 +158,5 @@ fn a_fault_while_grounding_is_latched_again() {
     desk.must(Request::Acknowledge);
     desk.wait(110_000);
     assert_eq!(desk.state(), State::Idle);
-    desk.must(Request::Arm);
+    desk.must(ARM);
 }

@@ -68,7 +68,7 @@ fn armed(rung: Rung) -> Desk {
         let spec = MuscleSpec { rung, ..SPEC };
         desk.must(Request::Muscle { channel, spec });
     }
-    desk.must(Request::Arm);
+    desk.must(ARM);
     desk
 }
 
@@ -215,7 +215,7 @@ fn a_rung_is_refused_by_name() {
     };
     let tireless = desk.refused(Request::Muscle { channel: 0, spec });
     assert_eq!(tireless, (Code::NoFatigue, "fatigue".into()));
-    desk.must(Request::Arm);
+    desk.must(ARM);
     desk.must(rung(0, Rung::None));
     let bare = desk.refused(rung(1, Rung::CalciumForce));
     assert_eq!(bare, (Code::NoMuscle, "muscle".into()));

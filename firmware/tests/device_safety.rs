@@ -114,7 +114,7 @@ fn starting_and_falling_silent_isolates_as_soon() {
         };
         let mut desk = Desk::open(BOOT);
         desk.prepare(wearer, &scene(0).0);
-        desk.must(Request::Arm);
+        desk.must(ARM);
         desk.must(all(2, 20_000));
         desk.wait(delay);
         desk.send(Request::Start);
@@ -349,7 +349,7 @@ fn a_normal_stop_stays_one_when_the_host_stops_measuring_with_it() {
         &[channel(PLAIN); 2],
     );
     desk.must(joint(0, 1, 2_000, 10_000));
-    desk.must(Request::Arm);
+    desk.must(ARM);
     let stream = |desk: &mut Desk| {
         for _ in 0..30 {
             desk.must(angle(4_000));
@@ -366,7 +366,7 @@ fn a_normal_stop_stays_one_when_the_host_stops_measuring_with_it() {
     desk.wait(200_000);
     assert!(is_told(&desk.heard(), Event::Stopped(StopCause::Request)));
     // While stimulating, the same silence of the sensor is a fault.
-    desk.must(Request::Arm);
+    desk.must(ARM);
     desk.measure(3_000);
     desk.must(Request::Start);
     desk.keep_alive(10, 10_000);

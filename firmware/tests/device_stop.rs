@@ -20,7 +20,7 @@ fn stimulating() -> Desk {
 fn armed() -> Desk {
     let mut desk = Desk::open(BOOT);
     desk.prepare(wearer(), &[channel(PLAIN); 2]);
-    desk.must(Request::Arm);
+    desk.must(ARM);
     desk.heard();
     desk
 }
@@ -81,7 +81,7 @@ fn a_start_ahead_of_a_stop_plays_no_pulse() {
     );
     assert!(desk.isolated_since().is_some());
     // It can be armed again, and nothing of the voided start is left.
-    desk.must(Request::Arm);
+    desk.must(ARM);
     desk.must(Request::Start);
     assert_eq!(desk.state(), State::Stimulating);
 }
@@ -115,7 +115,7 @@ fn a_stop_ends_arming_wherever_it_is() {
     for wait in [0, 100, 1_000, 10_000] {
         let mut desk = Desk::open(BOOT);
         desk.prepare(wearer(), &[channel(PLAIN); 2]);
-        let arm = desk.write([Request::Arm])[0];
+        let arm = desk.write([ARM])[0];
         desk.wait(wait);
         let stop = desk.write([Request::Stop])[0];
         desk.wait(30_000);
@@ -123,7 +123,7 @@ fn a_stop_ends_arming_wherever_it_is() {
         assert_eq!(answer(&heard, arm), Err(Code::Cancelled), "{wait}");
         assert!(answer(&heard, stop).is_ok());
         assert_eq!(desk.state(), State::Idle);
-        desk.must(Request::Arm); // nothing of the cancelled one blocks it
+        desk.must(ARM); // nothing of the cancelled one blocks it
     }
 }
 

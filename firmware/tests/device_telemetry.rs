@@ -45,7 +45,7 @@ fn what_is_not_there_is_none_and_the_state_is_told() {
     let idle = after(&mut desk, 20);
     assert_eq!((idle.state, idle.amplitudes.len()), (State::Idle, 0));
     desk.prepare(wearer(), &[channel(PLAIN); 2]);
-    desk.must(Request::Arm);
+    desk.must(ARM);
     let armed = after(&mut desk, 20);
     assert_eq!(armed.state, State::Armed);
     assert_eq!(armed.amplitudes, [None, None]);

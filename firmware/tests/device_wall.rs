@@ -46,7 +46,7 @@ fn with(wall: WallSpec) -> Desk {
 fn running(wall: WallSpec, centideg: i16) -> Desk {
     let mut desk = with(wall);
     desk.must(Request::Subscribe { period_ms: 5 });
-    desk.must(Request::Arm);
+    desk.must(ARM);
     desk.measure(centideg);
     desk.must(Request::Start);
     desk
@@ -181,7 +181,7 @@ fn arming_names_what_does_not_fit() {
     ];
     for (change, code, field) in at_arming {
         let mut desk = with(changed(change));
-        assert_eq!(desk.refused(Request::Arm), refusal(code, field));
+        assert_eq!(desk.refused(ARM), refusal(code, field));
     }
     // What no setup could make right is refused at once.
     let mut desk = Desk::open(BOOT);
@@ -204,9 +204,9 @@ fn a_joint_and_a_wall_do_not_go_together() {
     desk.must(Request::Wall(WALL));
     desk.must(joint(2, 1, 2_000, 10_000));
     let expected = refusal(Code::JointAndWall, "wall");
-    assert_eq!(desk.refused(Request::Arm), expected);
+    assert_eq!(desk.refused(ARM), expected);
     desk.must(Request::Clear);
     desk.prepare(wearer(), &[channel(PLAIN); 3]);
     desk.must(Request::Wall(WALL));
-    desk.must(Request::Arm);
+    desk.must(ARM);
 }

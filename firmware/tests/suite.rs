@@ -13,6 +13,7 @@ mod device_limit_cycle;
 mod device_over_current;
 mod device_rungs;
 mod device_safety;
+mod device_setup_sum;
 mod device_stop;
 mod device_telemetry;
 mod device_wall;

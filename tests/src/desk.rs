@@ -142,6 +142,9 @@ pub fn wearer(host_timeout_ms: u16) -> WearerSpec {
     }
 }
 
+/// Who sends it puts the sum of what was sent into it.
+pub const ARM: Request = Request::Arm { setup: 0 };
+
 /// A host's frame.
 #[must_use]
 pub fn frame(session: u16, seq: u16, request: Request) -> Vec<u8> {

@@ -2,6 +2,7 @@
 //! isolated outputs within two windows and is reported with its number, after
 //! a reset too.
 
+use firmware::device::Draft;
 use firmware::link::message::ResetCause;
 use firmware::link::{BROADCAST, Event, HelloInfo, Refusal, Request, Response, SCHEMA};
 use firmware::lockstep::Sensors;
@@ -26,6 +27,8 @@ struct Bench {
     record: Record,
     session: u16,
     seq: u16,
+    /// What it has sent.
+    draft: Draft,
     events: Vec<Event>,
     refused: Vec<Refusal<'static>>,
     hello: Option<HelloInfo>,
@@ -44,6 +47,7 @@ impl Bench {
             record: Record::default(),
             session: BROADCAST,
             seq: 0,
+            draft: Draft::default(),
             events: Vec::new(),
             refused: Vec::new(),
             hello: None,
@@ -57,7 +61,7 @@ impl Bench {
     }
 
     fn say(&mut self, request: Request) {
-        let frame = desk::frame(self.session, self.seq, request);
+        let frame = desk::frame(self.session, self.seq, self.draft.sending(request));
         self.seq = self.seq.wrapping_add(1);
         let now = Micros::new(self.board.now_us() as u32);
         let (sensors, record) = (&self.sensors, &mut self.record);
@@ -97,7 +101,7 @@ impl Bench {
             let spec = spec(channel);
             self.say(Request::Channel { channel, spec });
         }
-        self.say(Request::Arm);
+        self.say(desk::ARM);
         self.run_us(40_000);
         self.say(Request::Start);
         self.run_us(2_000);

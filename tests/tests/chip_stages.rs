@@ -2,6 +2,7 @@
 //! name, and a table that cannot be relied on stimulates nothing. On the flashed
 //! image, which reads it from its flash and writes it there.
 
+use firmware::device::Draft;
 use firmware::link::{BROADCAST, Code, HelloInfo, Refusal, Request, Response, SCHEMA};
 use firmware::lockstep::Sensors;
 use firmware::pulse::{CHANNELS, TrainSpec};
@@ -28,6 +29,8 @@ struct Bench {
     record: Record,
     session: u16,
     seq: u16,
+    /// What it has sent.
+    draft: Draft,
     said: Vec<Said>,
 }
 
@@ -54,23 +57,32 @@ impl Bench {
             record: Record::default(),
             session: BROADCAST,
             seq: 0,
+            draft: Draft::default(),
             said: Vec::new(),
         }
     }
 
     /// The last of what the device says to `request` within `us`.
     fn ask(&mut self, request: Request, us: u64) -> Said {
-        if let Request::Hello { .. } = request {
-            self.session = BROADCAST;
-        }
-        let frame = desk::frame(self.session, self.seq, request);
-        self.seq = self.seq.wrapping_add(1);
+        self.say(Some(request), us);
+        self.said.pop().expect("an answer")
+    }
+
+    /// Says `request`, if there is one, and takes what is said within `us`.
+    fn say(&mut self, request: Option<Request>, us: u64) {
         let (sensors, now) = (Sensors::default(), self.board.now_us());
         let at = |us: u64| Micros::new(us as u32);
-        let done = self
-            .board
-            .receive(at(now), &frame, &sensors, &mut self.record);
-        done.unwrap_or_else(|e| panic!("{e}"));
+        if let Some(request) = request {
+            if let Request::Hello { .. } = request {
+                self.session = BROADCAST;
+            }
+            let frame = desk::frame(self.session, self.seq, self.draft.sending(request));
+            self.seq = self.seq.wrapping_add(1);
+            let done = self
+                .board
+                .receive(at(now), &frame, &sensors, &mut self.record);
+            done.unwrap_or_else(|e| panic!("{e}"));
+        }
         let done = self.board.advance(at(now + us), &sensors, &mut self.record);
         done.unwrap_or_else(|e| panic!("{e}"));
         for message in desk::messages(&std::mem::take(&mut self.record.bytes)) {
@@ -90,7 +102,6 @@ impl Bench {
                 _ => continue,
             });
         }
-        self.said.pop().expect("an answer")
     }
 
     fn greet(&mut self) -> Box<HelloInfo> {
@@ -158,7 +169,7 @@ fn a_false_declaration_is_refused_by_name() {
     is_refused(&said, Code::OtherStage, "full_scale_ua", 100_000);
     // Nothing of it stayed: there is nothing to arm.
     is_refused(
-        &bench.ask(Request::Arm, 30_000),
+        &bench.ask(desk::ARM, 30_000),
         Code::NothingToArm,
         "channels",
         0,
@@ -168,7 +179,7 @@ fn a_false_declaration_is_refused_by_name() {
     });
     assert!(matches!(said, Said::Ack), "{said:?}");
     bench.expect_never_driven();
-    assert!(matches!(bench.ask(Request::Arm, 30_000), Said::Ack));
+    assert!(matches!(bench.ask(desk::ARM, 30_000), Said::Ack));
 }
 
 #[test]
@@ -202,7 +213,7 @@ fn an_unreliable_table_arms_nothing() {
         });
         is_refused(&said, Code::StagesUnknown, "stages", 0);
         is_refused(
-            &bench.ask(Request::Arm, 30_000),
+            &bench.ask(desk::ARM, 30_000),
             Code::NothingToArm,
             "channels",
             0,
@@ -235,7 +246,44 @@ fn a_table_is_stored_and_found_after_the_restart() {
     });
     assert!(matches!(said, Said::Ack), "{said:?}");
     // Not while armed.
-    assert!(matches!(bench.ask(Request::Arm, 30_000), Said::Ack));
+    assert!(matches!(bench.ask(desk::ARM, 30_000), Said::Ack));
     let said = bench.ask(Request::StoreStages { stages: ten }, 5_000);
     is_refused(&said, Code::WrongState, "state", 0);
+}
+
+/// The largest setup there is, refused for its sum: what a session spends on it, from
+/// the frame's arrival to the answer on its way.
+#[test]
+fn the_sum_of_a_full_setup_takes_less_than_a_millisecond() {
+    let mut bench = Bench::booted(|_| ());
+    bench.greet();
+    let mut sent = 0;
+    for mut request in desk::load("ten_forces.toml").session.requests() {
+        if let Request::Channel { spec, .. } = &mut request {
+            let full_scale_ua = 100_000; // the bench's
+            spec.stage = StageSpec::Current { full_scale_ua };
+        }
+        let said = bench.ask(request, 5_000);
+        assert!(matches!(said, Said::Ack), "{said:?}");
+        sent += 1;
+    }
+    assert!(sent >= 30, "ten trains, muscles and force controls");
+    let mut took_us = |request| {
+        bench.said.clear();
+        let begin = bench.board.now_us();
+        bench.say(Some(request), 20);
+        while bench.said.is_empty() {
+            bench.say(None, 20);
+        }
+        (bench.said.remove(0), bench.board.now_us() - begin)
+    };
+    // Refused as well, but for its shape.
+    let (shape, plain_us) = took_us(Request::Subscribe { period_ms: 1_001 });
+    is_refused(&shape, Code::OutOfRange, "period_ms", 1_000);
+    let (other, sum_us) = took_us(Request::Arm { setup: 1 });
+    is_refused(&other, Code::OtherSetup, "setup", 0);
+    println!("refused after {plain_us} us, and for its sum after {sum_us} us");
+    assert!(sum_us - plain_us < 1_000);
+    // What was sent arms.
+    assert!(matches!(bench.ask(desk::ARM, 60_000), Said::Ack));
 }

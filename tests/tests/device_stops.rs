@@ -3,6 +3,7 @@
 //! hand-held stop or by themselves, twice over, judged by the independent
 //! checker of traces.
 
+use firmware::device::Draft;
 use firmware::link::{Request, Response, SCHEMA};
 use firmware::lockstep::{Lockstep, Sensors};
 use firmware::pulse::{GroupSpec, Partner, Shape, TrainSpec};
@@ -26,6 +27,8 @@ struct Desk {
     sensors: Sensors,
     session: u16,
     seq: u16,
+    /// What it has sent.
+    draft: Draft,
     clock: Unwrap,
 }
 
@@ -39,6 +42,7 @@ impl Desk {
             sensors: Sensors::default(),
             session: 0,
             seq: 0,
+            draft: Draft::default(),
             clock,
         };
         desk.wait(1_000);
@@ -57,7 +61,7 @@ impl Desk {
     }
 
     fn send(&mut self, request: Request) {
-        let bytes = desk::frame(self.session, self.seq, request);
+        let bytes = desk::frame(self.session, self.seq, self.draft.sending(request));
         self.seq = self.seq.wrapping_add(1);
         let at = self.board.now();
         self.board
@@ -153,7 +157,7 @@ fn run(
     end: End,
 ) -> Result<usize, TestCaseError> {
     desk.sensors.hand_stop = true;
-    prop_assert!(desk.ask(Request::Arm).is_some());
+    prop_assert!(desk.ask(desk::ARM).is_some());
     let epoch = desk.ask(Request::Start).unwrap();
     let values = trains.iter().map(|_| Amplitude::new(LIMIT_UA)).collect();
     let mask = (1 << trains.len()) - 1;
@@ -218,7 +222,7 @@ fn however_it_ends_every_pulse_is_whole() {
         let groups = partner.map(|partner| GroupSpec { members, partner });
         let groups: heapless::Vec<_, _> = groups.into_iter().collect();
         host.ask(Request::Groups(groups.clone())).unwrap();
-        if host.ask(Request::Arm).is_none() {
+        if host.ask(desk::ARM).is_none() {
             // Isolation with overlap; anything else is armed.
             prop_assert_eq!(partner, Some(Partner::Isolated));
             refused.set(refused.get() + 1);

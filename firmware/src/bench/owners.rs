@@ -4,7 +4,7 @@ use super::{Bench, Checksum, Clock, Random, control, link, muscle, pulse};
 use crate::control::LawSpec;
 use crate::device::{Controller, Identity, Mailboxes, Pulser, Session, WINDOWS_PER_TICK};
 use crate::link::message::ResetCause;
-use crate::link::{BROADCAST, Kind, MAX_FRAME, Request, SCHEMA, ToDevice, encode};
+use crate::link::{BROADCAST, Kind, MAX_FRAME, Request, SCHEMA, SetupSum, ToDevice, encode};
 use crate::muscle::MuscleSpec;
 use crate::pulse::{CHANNELS, TrainSpec, WINDOW_US, WindowPlan};
 use crate::safety::{ChannelSpec, Inputs, Reading, StageSpec, Stages, State, WearerSpec};
@@ -68,8 +68,8 @@ impl Desk {
             ok: true,
             said: Checksum::default(),
         };
-        desk.configure();
-        desk.ask(Request::Arm);
+        let setup = desk.configure();
+        desk.ask(Request::Arm { setup });
         for _ in 0..CHECK_TICKS {
             desk.tick();
         }
@@ -79,9 +79,15 @@ impl Desk {
         desk
     }
 
-    fn configure(&mut self) {
+    /// Its sum.
+    fn configure(&mut self) -> u32 {
         self.ask(Request::Hello { schema: SCHEMA });
-        self.ask(Request::Wearer(WearerSpec {
+        let mut sent = SetupSum::default();
+        let mut ask = |request: Request| {
+            sent.note(&request);
+            self.ask(request);
+        };
+        ask(Request::Wearer(WearerSpec {
             rise_ms: 1,
             host_timeout_ms: 1000,
             ..WearerSpec::default()
@@ -97,15 +103,16 @@ impl Desk {
                 },
                 limit: Amplitude::new(20_000),
             };
-            self.ask(Request::Channel { channel, spec });
-            self.ask(Request::Muscle {
+            ask(Request::Channel { channel, spec });
+            ask(Request::Muscle {
                 channel,
                 spec: MuscleSpec::new(muscle::FORCE, muscle::RECRUITMENT),
             });
         }
-        self.ask(Request::Joint(control::finger(LawSpec::RECOMMENDED, 2)));
+        ask(Request::Joint(control::finger(LawSpec::RECOMMENDED, 2)));
         self.ask(Request::Subscribe { period_ms: 10 });
         self.tick();
+        sent.total()
     }
 
     /// Makes the frame of the next request.

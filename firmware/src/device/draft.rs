@@ -1,6 +1,8 @@
 //! The setup that a host edits, one part at a time, and arms as a whole; and the
 //! rules between its parts, which stand nowhere else.
 
+mod requests;
+
 use super::mistake::{Mistake, Part, Rule};
 use super::part::{ControlPart, Muscle};
 use crate::control::{ForceControl, ForceSpec, Joint, JointSpec};

@@ -79,7 +79,11 @@ pub enum Request {
     /// Puts a controlled joint into the draft.
     Joint(JointSpec),
     /// Checks the whole draft, then the electrodes, then arms.
-    Arm,
+    Arm {
+        /// [`SetupSum::total`](super::SetupSum::total) of what the host had accepted:
+        /// refused where the draft is another.
+        setup: u32,
+    },
     /// Starts the armed setup's trains.
     Start,
     /// Ends stimulation by the wearer's fall, or disarms.

@@ -8,6 +8,7 @@ pub mod frame;
 mod lists;
 pub mod message;
 mod refusal;
+mod setup_sum;
 
 pub use frame::{Decoder, FrameError, MAX_FRAME, MAX_MESSAGE, encode};
 pub use lists::{Head, too_long};
@@ -16,3 +17,4 @@ pub use message::{
     Telemetry, ToDevice,
 };
 pub use refusal::{Code, Refusal};
+pub use setup_sum::SetupSum;

@@ -46,6 +46,7 @@ pub enum Code {
     StagesUnknown = 222,
     OtherStage = 223,
     NoStageMemory = 224,
+    OtherSetup = 225,
     WrongState = 300,
     NotArmed = 301,
     ArmInputOpen = 302,
@@ -64,7 +65,7 @@ pub enum Code {
 
 impl Code {
     /// All codes, for documentation and tests.
-    pub const ALL: [Self; 45] = [
+    pub const ALL: [Self; 46] = [
         Self::BadCrc,
         Self::MalformedFrame,
         Self::FrameTooLong,
@@ -96,6 +97,7 @@ impl Code {
         Self::StagesUnknown,
         Self::OtherStage,
         Self::NoStageMemory,
+        Self::OtherSetup,
         Self::WrongState,
         Self::NotArmed,
         Self::ArmInputOpen,

@@ -1,7 +1,7 @@
 //! A board on a desk: sends requests, keeps everything that comes out.
 
 use firmware::control::{HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
-use firmware::device::Identity;
+use firmware::device::{Draft, Identity};
 use firmware::link::message::ResetCause;
 use firmware::link::{
     BROADCAST, Code, Decoder, Event, HelloInfo, Kind, Refusal, Request, Response, SCHEMA, Status,
@@ -86,6 +86,9 @@ pub fn decode(bytes: &[u8]) -> Vec<Heard> {
     all
 }
 
+/// The desk puts the sum of what it has sent into it.
+pub const ARM: Request = Request::Arm { setup: 0 };
+
 pub fn frame(session: u16, seq: u16, request: Request) -> Vec<u8> {
     let message = ToDevice {
         session,
@@ -101,6 +104,8 @@ pub struct Desk {
     pub sensors: Sensors,
     pub session: u16,
     pub seq: u16,
+    /// What it has sent.
+    draft: Draft,
     read: usize,
 }
 
@@ -115,6 +120,7 @@ impl Desk {
             sensors: Sensors::default(),
             session: BROADCAST,
             seq: 0,
+            draft: Draft::default(),
             read: 0,
         };
         desk.wait(1_000);
@@ -162,12 +168,28 @@ impl Desk {
     pub fn write(&mut self, requests: impl IntoIterator<Item = Request>) -> Vec<u16> {
         let (mut numbers, mut bytes) = (Vec::new(), Vec::new());
         for request in requests {
-            bytes.extend(frame(self.session, self.seq, request));
             numbers.push(self.seq);
-            self.seq = self.seq.wrapping_add(1);
+            bytes.extend(self.frame(request));
         }
         self.receive(&bytes);
         numbers
+    }
+
+    /// The frame of the next request.
+    pub fn frame(&mut self, request: Request) -> Vec<u8> {
+        let is_at_rest = !matches!(self.state(), State::Stimulating | State::Stopping);
+        let request = match request {
+            // Refused.
+            Request::Channel { .. } | Request::Muscle { .. } | Request::ForceControl { .. }
+                if !is_at_rest =>
+            {
+                request
+            }
+            request => self.draft.sending(request),
+        };
+        let bytes = frame(self.session, self.seq, request);
+        self.seq = self.seq.wrapping_add(1);
+        bytes
     }
 
     /// Bytes that arrive now.
@@ -276,7 +298,7 @@ impl Desk {
 
     /// Arms and starts.
     pub fn start(&mut self) {
-        self.must_all([Request::Arm, Request::Start]);
+        self.must_all([ARM, Request::Start]);
     }
 
     /// Puts a wearer and channels into the draft, arms, starts, asks for

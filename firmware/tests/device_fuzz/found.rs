@@ -2,6 +2,7 @@
 
 use super::hosts::Step::{self, Send, Stream, Wait};
 use super::{Tally, one_run};
+use crate::device_desk::ARM;
 use firmware::link::Request;
 use firmware::pulse::Shape::{self, *};
 use firmware::pulse::TrainSpec;
@@ -71,7 +72,7 @@ fn over_current_during_a_refill_leaves_the_dacs_at_zero() {
         Send(wearer(100_000, 1, 5, 20)),
         Send(channel(0, train(BiphasicCathodicFirst, (10, 0, 0), (5_000, 0), (1, 0, 0), false), FULL)),
         Send(channel(1, train(BiphasicCathodicFirst, (10, 0, 0), (5_000, 0), (1, 0, 0), false), FULL)),
-        Send(Request::Arm),
+        Send(ARM),
         Wait(24_000),
         Send(Request::Start),
         Send(amplitudes(3, &[0, 0])),
@@ -113,13 +114,13 @@ fn over_current_during_a_refill_leaves_the_dacs_at_zero() {
         Wait(153),
         Wait(319),
         Send(channel(0, train(MonophasicAnodic, (462, 0, 3_826), (30_048, 21_639), (6, 4_908, 0), false), StageSpec::Voltage { full_scale_mv: 44_045, load_ohm: 22_259 })),
-        Send(Request::Arm),
+        Send(ARM),
         Step::Hello,
         Send(channel(2, train(BiphasicCathodicFirst, (272, 148, 0), (10_000, 3_880), (3, 1_000, 0), false), FULL)),
         Step::Chunk(vec![
             Request::Stop,
             Request::Start,
-            Request::Arm,
+            ARM,
             wearer(9_609, 2, 39_707, 242),
             wearer(99_946, 77, 46, 19),
             channel(0, train(MonophasicAnodic, (433, 0, 3_959), (42_331, 39_680), (7, 4_976, 0), true), FULL),

@@ -328,7 +328,7 @@ pub fn request() -> impl Strategy<Value = Request> {
         1 => joint().prop_map(Request::Joint),
         1 => wall().prop_map(Request::Wall),
         1 => Just(Request::StoreStages { stages: [None; 10] }),
-        5 => Just(Request::Arm),
+        5 => Just(ARM),
         5 => Just(Request::Start),
         2 => Just(Request::Stop),
         2 => Just(Request::Acknowledge),
@@ -384,7 +384,7 @@ pub fn opening() -> impl Strategy<Value = Vec<Step>> {
             steps.extend(groups.map(Step::Send));
             steps.extend(joint.map(|j| Step::Send(Request::Joint(j))));
             steps.extend(wall.map(|w| Step::Send(Request::Wall(w))));
-            steps.push(Step::Send(Request::Arm));
+            steps.push(Step::Send(ARM));
             steps.push(Step::Wait(24_000));
             steps.push(Step::Send(Request::Start));
             steps.push(Step::Send(amplitudes));

@@ -93,7 +93,7 @@ pub fn judge_permission(
     else {
         return Ok(());
     };
-    let arm = asked.iter().find(|a| matches!(a.2, Request::Arm));
+    let arm = asked.iter().find(|a| matches!(a.2, Request::Arm { .. }));
     prop_assert!(arm.is_some_and(|a| a.0 <= first.0), "driven before any Arm");
     // While outputs are driven, what counts as life is not older than the
     // longest timeout and fall armed in this run; an arm order starts a check
@@ -107,7 +107,7 @@ pub fn judge_permission(
                     | Request::Start
                     | Request::Amplitudes { .. }
                     | Request::Angle { .. }
-                    | Request::Arm
+                    | Request::Arm { .. }
             )
         })
         .map(|a| a.0)

@@ -2,7 +2,7 @@
 //! and an observer of pins, requests and answers never sees a promise broken.
 
 mod found;
-mod hosts;
+pub mod hosts;
 mod judges;
 mod walls;
 
@@ -33,8 +33,7 @@ fn apply(desk: &mut Desk, step: &Step, asked: &mut Vec<(u64, u16, Request)>) {
             let mut bytes = Vec::new();
             for request in requests {
                 note(desk, request);
-                bytes.extend(frame(desk.session, desk.seq, request.clone()));
-                desk.seq = desk.seq.wrapping_add(1);
+                bytes.extend(desk.frame(request.clone()));
             }
             desk.board
                 .receive(now, &bytes, &desk.sensors, &mut desk.record);
@@ -85,10 +84,9 @@ fn apply(desk: &mut Desk, step: &Step, asked: &mut Vec<(u64, u16, Request)>) {
         Step::Stamped(request, by) => {
             // Any past; the future only a little, or time would run there.
             let at = now + us((*by).min(5_000).cast_unsigned());
-            let bytes = frame(desk.session, desk.seq, request.clone());
             let t = desk.time() + u64::from((*by).clamp(0, 5_000).cast_unsigned());
             asked.push((t, desk.seq, request.clone()));
-            desk.seq = desk.seq.wrapping_add(1);
+            let bytes = desk.frame(request.clone());
             desk.board
                 .receive(at, &bytes, &desk.sensors, &mut desk.record);
         }
@@ -200,13 +198,12 @@ fn nothing_breaks_a_promise() {
 fn split_run(requests: &[Request], cuts: &[u16]) -> Record {
     let mut desk = Desk::open(Micros::new(u32::MAX - 30_000));
     desk.prepare(wearer(), &[channel(PLAIN), channel(MONO)]);
-    desk.must(Request::Arm);
+    desk.must(ARM);
     desk.must(Request::Start);
     for pair in requests.chunks(7) {
         let mut bytes = Vec::new();
         for request in pair {
-            bytes.extend(frame(desk.session, desk.seq, request.clone()));
-            desk.seq = desk.seq.wrapping_add(1);
+            bytes.extend(desk.frame(request.clone()));
         }
         let at = desk.now();
         let mut edges: Vec<usize> = cuts.iter().map(|&c| c as usize % bytes.len()).collect();

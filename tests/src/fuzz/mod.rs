@@ -8,7 +8,7 @@
 mod session;
 mod watch;
 
-use firmware::link::Request;
+use crate::desk;
 use hal_sim::trace::{read_csv, write_csv};
 use host_core::session::Session as SessionFile;
 pub use session::{Session, payload, sealed};
@@ -91,7 +91,7 @@ pub fn session_toml(data: &[u8]) {
         }
     };
     let mut session = Session::open();
-    for request in file.requests().into_iter().chain([Request::Arm]) {
+    for request in file.requests().into_iter().chain([desk::ARM]) {
         session.request(&payload(&request));
         session.advance(250); // one window: an electrode check is still under way
         let (_, refused) = session.answers();

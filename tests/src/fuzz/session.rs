@@ -2,6 +2,7 @@
 
 use super::watch::Watch;
 use crate::desk;
+use firmware::device::Draft;
 use firmware::link::{Decoder, Kind, MAX_MESSAGE, Request, Response, SCHEMA, ToDevice, encode};
 use firmware::lockstep::{Lockstep, Sensors, Sink};
 use firmware::pulse::Levels;
@@ -24,6 +25,8 @@ pub struct Session {
     sensors: Sensors,
     watch: Watch,
     heard: Decoder,
+    /// What it was sent, as far as it accepts that whatever its state.
+    draft: Draft,
     seq: u16,
 }
 
@@ -46,6 +49,7 @@ impl Session {
             sensors: Sensors::default(),
             watch: Watch::default(),
             heard: Decoder::default(),
+            draft: Draft::default(),
             seq: 0,
         };
         session.advance(1_000);
@@ -55,13 +59,19 @@ impl Session {
         session
     }
 
-    /// Bytes arrive now.
+    /// Bytes of at most one frame arrive now; an arm order of no parts means what was
+    /// sent, or nothing would ever be armed.
     pub fn receive(&mut self, bytes: &[u8]) {
-        for request in requests(&mut self.heard, bytes) {
-            if request.request == Request::Arm {
+        let mut meant = None;
+        for message in requests(&mut self.heard, bytes) {
+            let is_arm = matches!(message.request, Request::Arm { .. });
+            let request = self.draft.sending(message.request);
+            if is_arm {
                 self.watch.asked_to_arm(self.board.now());
+                meant = encode(&ToDevice { request, ..message });
             }
         }
+        let bytes = meant.as_deref().unwrap_or(bytes);
         let now = self.board.now();
         self.watch.look(now, self.board.state());
         self.drive(|board, sensors, sink| board.receive(now, bytes, sensors, sink));

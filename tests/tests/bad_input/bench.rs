@@ -2,12 +2,12 @@
 
 use crate::bad_input::setup;
 use firmware::control::{HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
-use firmware::link::{Request, Response};
+use firmware::link::{Request, Response, SetupSum};
 use firmware::pulse::{CHANNELS, TrainSpec};
 use firmware::safety::ChannelSpec;
 use firmware::units::{Amplitude, Micros};
 use hal_sim::world::World;
-use host_core::link::{Client, Port, SimulatedPort};
+use host_core::link::{Client, Error, Port, SimulatedPort};
 use tests::desk;
 
 /// Device time at boot: the clock wraps while rows run.
@@ -79,6 +79,15 @@ pub fn joint(sensor: SensorSource) -> JointSpec {
     }
 }
 
+/// A wearer and this many channels.
+fn channels(count: u8) -> impl Iterator<Item = Request> {
+    let channels = (0..count).map(|c| Request::Channel {
+        channel: c,
+        spec: channel(1500 * u32::from(c)),
+    });
+    std::iter::once(Request::Wearer(desk::wearer(1_000))).chain(channels)
+}
+
 impl Bench {
     /// A session is open, nothing is configured.
     pub fn open() -> Self {
@@ -90,9 +99,17 @@ impl Bench {
     /// After these requests, none of them refused.
     pub fn after(mut self, requests: impl IntoIterator<Item = Request>) -> Self {
         for request in requests {
-            self.client.request(request).unwrap();
+            self.ask(request).unwrap();
         }
         self
+    }
+
+    /// What the device says to a request; [`desk::ARM`] means what was accepted.
+    pub fn ask(&mut self, request: Request) -> Result<Micros, Error> {
+        match request {
+            desk::ARM => self.client.arm(),
+            request => self.client.request(request),
+        }
     }
 
     /// Three channels are configured.
@@ -101,17 +118,20 @@ impl Bench {
     }
 
     fn with_channels(count: u8) -> Self {
-        Self::open()
-            .after([Request::Wearer(desk::wearer(1_000))])
-            .after((0..count).map(|c| Request::Channel {
-                channel: c,
-                spec: channel(1500 * u32::from(c)),
-            }))
+        Self::open().after(channels(count))
+    }
+
+    /// Arms what [`Self::draft`] configures.
+    pub fn arm_draft() -> Request {
+        let mut sum = SetupSum::default();
+        channels(3).for_each(|request| sum.note(&request));
+        let setup = sum.total();
+        Request::Arm { setup }
     }
 
     /// The draft is armed.
     pub fn arm(self) -> Self {
-        self.after([Request::Arm])
+        self.after([desk::ARM])
     }
 
     /// Three channels are armed.

@@ -8,6 +8,7 @@ use firmware::link::{Code, Request};
 use firmware::muscle::{MuscleSpec, Recruitment, RecruitmentSpec};
 use firmware::pulse::{GroupSpec, Partner};
 use firmware::units::Amplitude;
+use tests::desk;
 
 /// 50 Hz, as the benches' trains, to 100 Hz.
 const FORCE: ForceSpec = ForceSpec {
@@ -144,7 +145,7 @@ fn isolated_falling() -> Bench {
 /// Arming refuses what only the whole draft shows.
 #[rustfmt::skip]
 fn arm_rows() -> [Row; 7] {
-    let arm = |name, scene, expect| row(name, scene, Request::Arm, expect);
+    let arm = |name, scene, expect| row(name, scene, desk::ARM, expect);
     let rate = || refused(Code::RateChanges, "groups").on(1);
     let shortest = refused(Code::OutOfRange, "min_period_us").on(1).allowed(5_000, 20_000);
     let longest = refused(Code::OutOfRange, "max_period_us").on(1).allowed(20_000, 2_000_000);

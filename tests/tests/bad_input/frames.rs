@@ -115,7 +115,7 @@ pub fn rows() -> Vec<FrameRow> {
         answered("a second host", |_| desk::frame(0, SEQ, Request::Hello { schema: SCHEMA }), SessionTaken, BUSY),
         frame("half a frame, then a whole one", |s| [&alive(s)[..4], &[0], &alive(s)].concat(), vec![(None, MalformedFrame)], 1, BOTH),
         frame("forty requests at once", |s| repeated(s, &vec![Request::KeepAlive; 40]), nine_too_many(), 31, BOTH),
-        frame("a stop while electrodes are checked", |s| repeated(s, &[Request::Arm, Request::Stop]), vec![(Some(SEQ), Cancelled)], 1, IDLE),
+        frame("a stop while electrodes are checked", |s| repeated(s, &[Bench::arm_draft(), Request::Stop]), vec![(Some(SEQ), Cancelled)], 1, IDLE),
         frame("forty requests and a stop at once", |s| repeated(s, &[vec![Request::KeepAlive; 40], vec![Request::Stop]].concat()), nine_too_many(), 32, IDLE),
         frame("a start ahead of a stop", |s| repeated(s, &[Request::Start, Request::Stop]), vec![(Some(SEQ), Stopped)], 1, IDLE),
         // The same builders just inside: what they say is what is meant.

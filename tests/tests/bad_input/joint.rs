@@ -5,6 +5,7 @@ use crate::bad_input::table::{Edit, Expect, Row, all, edit, field, refused, row}
 use firmware::control::{HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
 use firmware::link::{Code, Request};
 use firmware::units::Amplitude;
+use tests::desk;
 
 pub fn rows() -> Vec<Row> {
     all([
@@ -137,7 +138,7 @@ fn with(edit: fn(&mut JointSpec)) -> Bench {
 /// What can only be judged with the channels: at arming.
 #[rustfmt::skip]
 fn arm_rows() -> Vec<Row> {
-    let arm = |name, scene, expect| row(name, scene, Request::Arm, expect);
+    let arm = |name, scene, expect| row(name, scene, desk::ARM, expect);
     let above = refused(Code::AboveWearerLimit, "max").on(2).allowed(0, 20_000);
     vec![
         arm("a joint within its channels", || with(|_| ()), Expect::Done),

@@ -10,6 +10,7 @@ use firmware::muscle::{FatigueSpec, MuscleSpec, Rung};
 use firmware::safety::{StageSpec, WearerSpec};
 use firmware::units::{Amplitude, us};
 use hal_sim::body::Load;
+use tests::desk;
 
 pub fn rows() -> Vec<Row> {
     all([
@@ -71,9 +72,10 @@ fn tightened() -> Bench {
 
 #[rustfmt::skip]
 fn arm_rows() -> Vec<Row> {
-    let arm = |name, scene, expect| row(name, scene, Request::Arm, expect);
+    let arm = |name, scene, expect| row(name, scene, desk::ARM, expect);
     vec![
         arm("arm", Bench::draft, Expect::Done),
+        row("another setup", Bench::draft, Request::Arm { setup: 1 }, refused(Code::OtherSetup, "setup")),
         arm("nothing to arm", Bench::open, refused(Code::NothingToArm, "channels")),
         arm("arm input open", open_inputs, refused(Code::ArmInputOpen, "arm input")),
         arm("electrode off", || loaded(Load::Open), refused(Code::ElectrodeOff, "electrode").on(2)),
@@ -86,7 +88,7 @@ fn arm_rows() -> Vec<Row> {
 
 #[rustfmt::skip]
 fn state_rows() -> Vec<Row> {
-    use Request::{Acknowledge, Arm, Clear, KeepAlive, Start, Stop};
+    use Request::{Acknowledge, Clear, KeepAlive, Start, Stop};
     let zero = || amplitudes(1, &[0]);
     let wrong = || refused(Code::WrongState, "state");
     let latched = || refused(Code::FaultLatched, "fault").allowed(6, 6);
@@ -98,7 +100,7 @@ fn state_rows() -> Vec<Row> {
         row("acknowledge in use", Bench::stimulating, Acknowledge, wrong()),
         row("setpoint before arming", Bench::draft, zero(), not_armed()),
         row("angle before arming", Bench::joint_draft, angle(0), not_armed()),
-        row("arm in fault", Bench::faulted, Arm, latched()),
+        row("arm in fault", Bench::faulted, desk::ARM, latched()),
         row("start in fault", Bench::faulted, Start, latched()),
         row("setpoint in fault", Bench::faulted, zero(), latched()),
         row("angle in fault", Bench::faulted, angle(0), not_armed()),

@@ -199,7 +199,7 @@ fn long_to_ground() -> Bench {
 #[rustfmt::skip]
 fn group_rows() -> Vec<Row> {
     use Partner::{Conducted, Isolated};
-    let arm = |name, scene, expect| row(name, scene, Request::Arm, expect);
+    let arm = |name, scene, expect| row(name, scene, desk::ARM, expect);
     let groups = |name, masks: &[u16], expect| {
         let spec = |&members| GroupSpec { members, partner: Conducted };
         let groups = masks.iter().map(spec).collect();
@@ -231,7 +231,7 @@ fn sync_rows() -> Vec<Row> {
     };
     let mut rows = field("channel", 0, 9).rows(some);
     rows.push(row("no sync", Bench::draft, Request::Sync { channel: None }, Expect::Done));
-    rows.push(row("sync on a channel without a train", sync_of_none, Request::Arm, refused(Code::NoTrain, "sync").on(8)));
+    rows.push(row("sync on a channel without a train", sync_of_none, desk::ARM, refused(Code::NoTrain, "sync").on(8)));
     rows
 }
 
@@ -332,7 +332,7 @@ fn muscle_rows() -> Vec<Row> {
         // 20 ms / ln(24/(24 − 8)).
         vec![row(
             "a muscle whose calcium bursts would carry past 24 pulses",
-            slow_calcium, Request::Arm, refused(Code::OutOfRange, "tau_c_us").on(1).allowed(5_000, 49_320),
+            slow_calcium, desk::ARM, refused(Code::OutOfRange, "tau_c_us").on(1).allowed(5_000, 49_320),
         )],
     ])
 }

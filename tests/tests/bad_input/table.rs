@@ -175,10 +175,10 @@ pub fn check_all(rows: &[Row]) {
 fn check(row: &Row) -> Result<(), String> {
     let mut bench = (row.scene)();
     let request = (row.request)(&mut bench);
-    let is_arm = matches!(request, Request::Arm);
+    let is_arm = matches!(request, Request::Arm { .. });
     let before = bench.client.status().map_err(|e| e.to_string())?;
     let codes = bench.codes();
-    let got = match bench.client.request(request) {
+    let got = match bench.ask(request.clone()) {
         Ok(_) => Expect::Done,
         Err(Error::Refused(refused)) => {
             is_helpful(&refused).map_err(|e| format!("{}: {e}", row.name))?;
@@ -202,7 +202,7 @@ fn check(row: &Row) -> Result<(), String> {
     }
     if is_arm {
         // The first try blocks nothing: the second is refused for the same reason.
-        match bench.client.arm() {
+        match bench.ask(request) {
             Err(Error::Refused(again)) if again.code() == row.code() => {}
             other => return wrong(&format!("a second try got {other:?}")),
         }

@@ -6,6 +6,7 @@ use firmware::control::SensorSource;
 use firmware::haptics::{CoContraction, PreWall, Side, WallSpec};
 use firmware::link::{Code, Request};
 use firmware::units::Amplitude;
+use tests::desk;
 
 fn wall() -> WallSpec {
     WallSpec {
@@ -72,7 +73,7 @@ fn whole_rows() -> [Row; 3] {
     let limit = refused(Code::AboveWearerLimit, "max").on(1).allowed(0, LIMIT.get().cast_signed());
     [
         row("its own antagonist", Bench::draft, twice, refused(Code::ChannelTwice, "wall").on(1)),
-        row("a wall beside a joint", beside_a_joint, Request::Arm, refused(Code::JointAndWall, "wall").on(1)),
-        row("a wall above the channel's limit", above_the_limit, Request::Arm, limit),
+        row("a wall beside a joint", beside_a_joint, desk::ARM, refused(Code::JointAndWall, "wall").on(1)),
+        row("a wall above the channel's limit", above_the_limit, desk::ARM, limit),
     ]
 }

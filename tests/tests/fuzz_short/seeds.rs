@@ -101,7 +101,7 @@ fn wearer() -> Step {
 
 /// Arming takes the electrode check of 22 ms.
 fn arm_and_start() -> [Step; 4] {
-    [Ask(Request::Arm), Wait(250), Ask(Request::Start), Wait(20)]
+    [Ask(desk::ARM), Wait(250), Ask(Request::Start), Wait(20)]
 }
 
 fn amplitudes(mask: u16, ua: u32) -> Step {

@@ -214,7 +214,7 @@ pub fn requests() -> Vec<(&'static str, ToDevice)> {
     all.extend(walls());
     all.extend(forces());
     all.extend([
-        ("arm", Request::Arm),
+        ("arm", Request::Arm { setup: 0xDEAD_BEEF }),
         ("start", Request::Start),
         ("stop", Request::Stop),
         ("acknowledge", Request::Acknowledge),

@@ -1,6 +1,7 @@
 //! The worked session of protocol.md, as the native simulator answers it.
 
 use super::{hex, messages};
+use firmware::device::Draft;
 use firmware::link::{Request, Response, SCHEMA, ToDevice, encode};
 use firmware::units::Micros;
 use std::fmt::Write;
@@ -13,13 +14,15 @@ pub fn transcript() -> String {
     let script = [
         (Request::Hello { schema: SCHEMA }, 10),
         (messages::plain_channel(), 10),
-        (Request::Arm, 30),
+        (desk::ARM, 30),
         (Request::Start, 10),
         (messages::amplitudes(&[(0, 10_000)]), 60),
         (Request::Stop, 90),
     ];
     world.run_until(10_000).expect("a simulator");
+    let mut draft = Draft::default();
     for (seq, (request, listen_ms)) in (0u16..).zip(script) {
+        let request = draft.sending(request);
         let message = ToDevice {
             session,
             seq,

@@ -3,6 +3,7 @@
 //! bad frames, refusals, a trigger, a fault and a silent host.
 
 use firmware::control::{HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
+use firmware::device::Draft;
 use firmware::link::{BROADCAST, Request, SCHEMA};
 use firmware::lockstep::Sensors;
 use firmware::muscle::{CalciumForceSpec, MuscleSpec, RecruitmentSpec};
@@ -26,12 +27,14 @@ struct Host {
     now: u32,
     session: u16,
     seq: u16,
+    /// What it has sent.
+    draft: Draft,
     sensors: Sensors,
 }
 
 impl Host {
     fn say(&mut self, request: Request) {
-        let frame = desk::frame(self.session, self.seq, request);
+        let frame = desk::frame(self.session, self.seq, self.draft.sending(request));
         self.seq = self.seq.wrapping_add(1);
         self.send(frame);
     }
@@ -76,7 +79,7 @@ impl Host {
     }
 
     fn arm_and_start(&mut self) {
-        self.say(Request::Arm);
+        self.say(desk::ARM);
         self.wait_ms(40);
         self.say(Request::Start);
         self.wait_ms(1);
@@ -207,6 +210,7 @@ pub fn thirty_seconds(session: u16) -> Vec<Step> {
         now: 0,
         session: BROADCAST,
         seq: 65_000,
+        draft: Draft::default(),
         sensors: Sensors::default(),
     };
     host.wait_ms(3);

@@ -36,21 +36,16 @@ impl Session {
         {
             self.check_at_rest()?;
         }
+        if let Some(configured) = self.draft.configure(&request) {
+            configured?;
+            return Ok(Reply::Done);
+        }
         match request {
-            Request::Clear => self.draft.clear(),
-            Request::Wearer(spec) => self.draft.set_wearer(spec)?,
-            Request::Channel { channel, spec } => self.draft.set_channel(channel, spec)?,
-            Request::Groups(groups) => self.draft.set_groups(groups)?,
-            Request::Sync { channel } => self.draft.set_sync(channel)?,
-            Request::Muscle { channel, spec } => self.draft.set_muscle(channel, spec)?,
-            Request::Joint(spec) => self.draft.set_joint(spec)?,
-            Request::Wall(spec) => self.draft.set_wall(spec)?,
-            Request::ForceControl { channel, spec } => self.draft.set_force(channel, spec)?,
             Request::Subscribe { period_ms } => {
                 Request::PERIOD_MS.check(period_ms)?;
                 submit(ControlRequest::Subscribe(period_ms), mail)?;
             }
-            Request::Arm => return self.arm(order(OrderKind::Arm), mail),
+            Request::Arm { setup } => return self.arm(setup, order(OrderKind::Arm), mail),
             Request::Start => {
                 let reply = later(order(OrderKind::Start), mail)?;
                 self.starting = Some(seq);
@@ -122,8 +117,8 @@ impl Session {
             Request::SimulateTrigger => {
                 return Err(Refusal::new(Code::SimulatorOnly, "trigger"));
             }
-            // Handled before.
-            Request::Hello { .. } | Request::Stop => {
+            // Handled before, `Hello` and `Stop` among them.
+            _ => {
                 return Err(Refusal::new(Code::UnknownMessage, "request"));
             }
         }
@@ -150,8 +145,9 @@ impl Session {
         Ok(())
     }
 
-    /// Checks the whole draft and hands it to its two users.
-    fn arm(&mut self, order: Order, mail: &mut SessionMail<'_>) -> Answer {
+    /// Checks the whole draft, and that it is what the host means by `sum`, and hands
+    /// it to its two users.
+    fn arm(&mut self, sum: u32, order: Order, mail: &mut SessionMail<'_>) -> Answer {
         // One order at a time, and all of it: a part left behind would block the
         // next one.
         if is_arming(mail) || !mail.setup.ready() || !mail.has_room_for_order() {
@@ -160,6 +156,9 @@ impl Session {
         // None only if a mistake was let pass.
         let refuse = |mistake| Err(Refusal::from(mistake));
         let setup = self.draft.examine(refuse)?.ok_or_else(busy)?;
+        if self.draft.sum() != sum {
+            return Err(Refusal::new(Code::OtherSetup, "setup"));
+        }
         // Nothing is refused from here on: every part was just built, and the
         // mailboxes are as large as the largest setup.
         for part in self.draft.parts() {

@@ -3,7 +3,8 @@
 use super::clock::{Clock, Fit};
 use super::{Error, Interruption, Port, Refused};
 use firmware::link::{
-    Code, Decoder, Event, HelloInfo, Request, Response, SCHEMA, Status, Telemetry, ToDevice, encode,
+    Code, Decoder, Event, HelloInfo, Request, Response, SCHEMA, SetupSum, Status, Telemetry,
+    ToDevice, encode,
 };
 use firmware::units::Micros;
 use std::collections::VecDeque;
@@ -53,6 +54,8 @@ pub struct Client<P> {
     awaited: VecDeque<(u16, u64)>,
     incoming: VecDeque<Incoming>,
     interruption: Option<Interruption>,
+    /// Of what the device has accepted.
+    setup: SetupSum,
 }
 
 impl<P: Port> Client<P> {
@@ -82,6 +85,7 @@ impl<P: Port> Client<P> {
             awaited: VecDeque::new(),
             incoming: VecDeque::new(),
             interruption,
+            setup: SetupSum::default(),
         };
         let info = client.hello()?;
         Ok((client, info))
@@ -103,6 +107,7 @@ impl<P: Port> Client<P> {
                     self.incoming.clear();
                     self.awaited.clear();
                     self.session = info.session;
+                    self.setup = SetupSum::default();
                     return Ok(*info);
                 }
                 Some(Answer::Refused(refused)) => return Err(Error::Refused(refused)),
@@ -148,7 +153,8 @@ impl<P: Port> Client<P> {
         }
     }
 
-    /// Sends a request without waiting; its answer comes as [`Incoming`].
+    /// Sends a request without waiting; its answer comes as [`Incoming`]. Not for what
+    /// configures: [`Self::arm`] does not know of it.
     ///
     /// # Errors
     /// [`Error::Lost`], [`Error::TooLarge`].
@@ -179,10 +185,24 @@ impl<P: Port> Client<P> {
 
     /// Sends `request`, called `name` in errors, and waits for its acknowledgement.
     pub(super) fn ack(&mut self, name: &'static str, request: Request) -> Result<Micros, Error> {
+        let said = request.clone();
         match self.call(name, request)? {
-            Answer::Ack(at) => Ok(at),
+            Answer::Ack(at) => {
+                self.setup.note(&said);
+                Ok(at)
+            }
             _ => Err(no_answer(name)),
         }
+    }
+
+    /// Checks the draft and the electrodes, and arms: the setup that the requests
+    /// acknowledged so far come to, and no other.
+    ///
+    /// # Errors
+    /// Refused, not answered, or the device is lost.
+    pub fn arm(&mut self) -> Result<Micros, Error> {
+        let setup = self.setup.total();
+        self.ack("Arm", Request::Arm { setup })
     }
 
     fn call(&mut self, name: &'static str, request: Request) -> Result<Answer, Error> {

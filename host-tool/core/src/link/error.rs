@@ -179,6 +179,7 @@ const fn words(code: Code) -> (&'static str, &'static str) {
         Code::StagesUnknown => ("the board does not know its output stages", "store its stage table: flexor stages --store (docs/hardware.md)"),
         Code::OtherStage => ("the board's output stage is another than was declared", "declare the stage that the board has: flexor stages"),
         Code::NoStageMemory => ("this device keeps no table of its output stages", "store it on a board; a simulator has the stages its session declares"),
+        Code::OtherSetup => ("the setup that was armed is not the one the device holds", "send Clear and the whole setup again, then arm"),
         Code::NoFatigue => ("this muscle has no fatigue parameters", "configure the muscle with its fatigue, or choose another rung"),
     }
 }

@@ -43,8 +43,6 @@ requests! {
     "Rung" rung(channel: u8, rung: Rung) Request::Rung { channel, rung };
     "Configures the controlled joint in the draft."
     "Joint" joint(spec: JointSpec) Request::Joint(spec);
-    "Checks the draft and the electrodes, and arms."
-    "Arm" arm() Request::Arm;
     "Starts the armed trains."
     "Start" start() Request::Start;
     "Ends stimulation or disarms."

@@ -1,0 +1,69 @@
+//! The draft as requests know it: what they put into it, and the sum of them all.
+
+use super::{Draft, Mistake};
+use crate::link::{Request, SCHEMA, SetupSum};
+
+impl Draft {
+    /// Carries out a request that configures; `None` for any other.
+    pub fn configure(&mut self, request: &Request) -> Option<Result<(), Mistake>> {
+        Some(match request {
+            Request::Clear => {
+                self.clear();
+                Ok(())
+            }
+            Request::Wearer(spec) => self.set_wearer(*spec),
+            Request::Channel { channel, spec } => self.set_channel(*channel, *spec),
+            Request::Groups(groups) => self.set_groups(groups.clone()),
+            Request::Sync { channel } => self.set_sync(*channel),
+            Request::Muscle { channel, spec } => self.set_muscle(*channel, *spec),
+            Request::Joint(spec) => self.set_joint(spec.clone()),
+            Request::Wall(spec) => self.set_wall(*spec),
+            Request::ForceControl { channel, spec } => self.set_force(*channel, *spec),
+            _ => return None,
+        })
+    }
+
+    /// `request` as a host sends it that does not wait for answers, and keeps this
+    /// draft beside the device's: what configures does so here as well, and an
+    /// [`Request::Arm`] of no parts, sum 0, gets the sum of now.
+    #[must_use]
+    pub fn sending(&mut self, mut request: Request) -> Request {
+        match &mut request {
+            Request::Hello { schema } if *schema == SCHEMA => self.clear(),
+            Request::Arm { setup } if *setup == 0 => *setup = self.sum(),
+            other => {
+                let _ = self.configure(other); // refused here is refused there
+            }
+        }
+        request
+    }
+
+    /// The sum over the parts, encoded again from what is kept: a bit of them that
+    /// changed in memory changes it as well.
+    #[must_use]
+    pub fn sum(&self) -> u32 {
+        let mut sum = SetupSum::default();
+        sum.note(&Request::Wearer(self.wearer));
+        sum.note(&Request::Groups(self.groups.clone()));
+        sum.note(&Request::Sync { channel: self.sync });
+        if let Some(spec) = &self.joint {
+            sum.note(&Request::Joint(spec.clone()));
+        }
+        if let Some(spec) = &self.wall {
+            sum.note(&Request::Wall(*spec));
+        }
+        let parts = self.channels.iter().zip(&self.muscles).zip(&self.forces);
+        for (channel, ((train, muscle), force)) in (0u8..).zip(parts) {
+            if let Some(spec) = *train {
+                sum.note(&Request::Channel { channel, spec });
+            }
+            if let Some(spec) = *muscle {
+                sum.note(&Request::Muscle { channel, spec });
+            }
+            if let Some(spec) = *force {
+                sum.note(&Request::ForceControl { channel, spec });
+            }
+        }
+        sum.total()
+    }
+}
