@@ -66,12 +66,19 @@ impl Seal {
     }
 }
 
+/// One step of a sum: `word` after all before it.
+#[inline(always)]
+#[must_use]
+pub const fn fold(sum: u32, word: u32) -> u32 {
+    sum.rotate_left(5) ^ word // one instruction of the core
+}
+
 struct Sum(u32);
 
 impl Sum {
     #[inline(always)]
     const fn add(&mut self, word: u32) {
-        self.0 = self.0.rotate_left(5) ^ word; // one instruction of the core
+        self.0 = fold(self.0, word);
     }
 }
 

@@ -6,7 +6,7 @@ use firmware::units::{DacCode, Micros};
 use hal_sim::trace::{self, Trace, Unwrap};
 
 /// What a device put out so far.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub struct Record {
     /// Levels and DAC codes.
     pub trace: Trace,

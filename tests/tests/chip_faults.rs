@@ -18,13 +18,14 @@ use tests::desk;
 use tests::record::Record;
 
 /// Isolated from a fault on after two windows, µs.
-const TWO_WINDOWS_US: u64 = 500;
+pub const TWO_WINDOWS_US: u64 = 500;
 
-/// A board and its host.
-struct Bench {
-    board: Board<()>,
+/// A board and its host. A clone is a fork.
+#[derive(Clone)]
+pub struct Bench {
+    pub board: Board<()>,
     sensors: Sensors,
-    record: Record,
+    pub record: Record,
     session: u16,
     seq: u16,
     /// What it has sent.
@@ -35,8 +36,8 @@ struct Bench {
 }
 
 impl Bench {
-    /// Booted, with two channels that stimulate.
-    fn stimulating() -> Self {
+    /// Booted, and greeted by its host.
+    pub fn idle() -> Self {
         let (image, stages) = (desk::flashed(), desk::stages(24.0));
         let mut board = Board::power_on(image, stages, Pace::Lazy, ()).unwrap();
         let sensors = Sensors::default();
@@ -54,6 +55,12 @@ impl Bench {
         };
         let hello = bench.greet();
         assert_eq!((hello.reset, hello.last_fault), (ResetCause::PowerOn, None));
+        bench
+    }
+
+    /// Booted, with two channels that stimulate.
+    fn stimulating() -> Self {
+        let mut bench = Self::idle();
         bench.arm_and_start();
         bench.stimulate(30);
         assert!(bench.drives_within(10), "{:?}", bench.refused);
@@ -69,7 +76,7 @@ impl Bench {
         done.unwrap_or_else(|e| panic!("{e}"));
     }
 
-    fn run_us(&mut self, us: u64) {
+    pub fn run_us(&mut self, us: u64) {
         let to = Micros::new((self.board.now_us() + us) as u32);
         let done = self.board.advance(to, &self.sensors, &mut self.record);
         done.unwrap_or_else(|e| panic!("{e}"));
@@ -175,20 +182,24 @@ impl Bench {
     }
 
     /// The chip came back after a reset: what its Hello says.
-    fn after_reset(&mut self) -> HelloInfo {
+    pub fn after_reset(&mut self) -> HelloInfo {
         let booted = self.board.boot(&self.sensors);
         booted.unwrap_or_else(|e| panic!("{e}"));
         self.record = Record::default();
         self.greet()
     }
 
-    /// It told this fault, and stimulates again once that is acknowledged.
-    fn recovers_from(mut self, fault: Fault) {
-        let told = self.events.iter().find_map(|event| match event {
+    /// The fault that it told since it was greeted.
+    pub fn fault(&self) -> Option<Fault> {
+        self.events.iter().find_map(|event| match event {
             Event::Faulted(record) => Some(record.fault),
             _ => None,
-        });
-        assert_eq!(told, Some(fault));
+        })
+    }
+
+    /// It told this fault, and stimulates again once that is acknowledged.
+    fn recovers_from(mut self, fault: Fault) {
+        assert_eq!(self.fault(), Some(fault));
         self.recovers();
     }
 
@@ -201,7 +212,7 @@ impl Bench {
     }
 
     /// Stimulating, 20 µs into a pulse; and when that is.
-    fn in_a_pulse() -> (Self, u64) {
+    pub fn in_a_pulse() -> (Self, u64) {
         let mut bench = Self::stimulating();
         bench.run_into_pulse(20);
         let at = bench.now();

@@ -35,7 +35,7 @@ use heapless::Vec;
 /// let no_train = (Part::Sync, Rule::NoTrain { channel: 3 });
 /// assert_eq!(rules, [(Part::Setup, Rule::NothingToArm), no_train]);
 /// ```
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Draft {
     /// What every channel's stage is held against.
     stages: Stages,

@@ -38,6 +38,11 @@ pub enum Fault {
     Outputs,
     /// 14: memory that decides the outputs changed by itself.
     Memory,
+    /// 15: device time does not agree with the core's cycles, or with the host's
+    /// frames.
+    TimeBase,
+    /// 16: a register that decides edges is not what it was set to.
+    Registers,
 }
 
 impl Fault {
@@ -65,6 +70,8 @@ impl Fault {
             12 => Self::LimitCycle,
             13 => Self::Outputs,
             14 => Self::Memory,
+            15 => Self::TimeBase,
+            16 => Self::Registers,
             _ => return None,
         })
     }
@@ -106,10 +113,10 @@ mod tests {
 
     #[test]
     fn numbers_round_trip() {
-        for number in 1..=14 {
+        for number in 1..=16 {
             assert_eq!(Fault::from_number(number).unwrap().number(), number);
         }
         assert_eq!(Fault::from_number(0), None);
-        assert_eq!(Fault::from_number(15), None);
+        assert_eq!(Fault::from_number(17), None);
     }
 }

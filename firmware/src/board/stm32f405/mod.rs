@@ -11,13 +11,16 @@ mod clock;
 mod control;
 mod dac;
 mod emergency;
+mod pace;
 mod pins;
 mod record;
 mod refill;
+mod registers;
 mod session;
 mod stages;
 mod tape;
 mod timebase;
+mod usb_clock;
 mod watchdog;
 
 use crate::device::{Controller, Identity, Mailboxes, Session, first_session};
@@ -49,6 +52,7 @@ enum Urgency {
 /// When called twice: every `expect` and static here is taken once.
 pub async fn run(_: Spawner) -> ! {
     pins::init();
+    let is_locked = pins::lock();
     let cause = record::read_reset_cause();
     let latched = latched_fault(cause);
     let peripherals = embassy_stm32::init(clock::config());
@@ -61,6 +65,9 @@ pub async fn run(_: Spawner) -> ! {
     for line in [Interrupt::OTG_FS, Interrupt::TIM5] {
         // SAFETY: no critical section relies on a priority.
         unsafe { core.NVIC.set_priority(line, Urgency::Bytes as u8) };
+    }
+    if !is_locked {
+        emergency::reset_with(Fault::Registers, 0);
     }
     dac::init();
     adc::init();

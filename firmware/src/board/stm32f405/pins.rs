@@ -92,6 +92,29 @@ pub fn init() {
     }
 }
 
+/// Locks what [`init`] made of the pins until the next reset, by the sequence of
+/// RM0090 section 8.4.8; says whether it holds.
+#[must_use]
+pub fn lock() -> bool {
+    let inputs = [0, 1, ARM, OVER_CURRENT, HAND_STOP, TRIGGER];
+    let inputs = inputs.iter().fold(0, |mask, pin| mask | 1 << pin);
+    let on_c = OUTPUTS_C | 1 << SYNC_1 | 1 << SCK | 1 << MOSI;
+    let ports = [
+        (GPIOA, inputs),
+        (GPIOB, OUTPUTS_B),
+        (GPIOC, on_c),
+        (GPIOD, 1 << SYNC_2),
+    ];
+    ports.into_iter().all(|(port, pins)| {
+        const KEY: u32 = 1 << 16;
+        for word in [pins | KEY, pins, pins | KEY] {
+            port.lckr().write(|w| w.0 = word);
+        }
+        let _ = port.lckr().read();
+        port.lckr().read().0 == pins | KEY
+    })
+}
+
 fn output(port: Gpio, pin: usize, pull: vals::Pupdr) {
     port.otyper().modify(|w| w.set_ot(pin, vals::Ot::PUSH_PULL));
     // Medium: edges of about 10 ns (DS8626, I/O AC characteristics) suffice for 1 µs slots.

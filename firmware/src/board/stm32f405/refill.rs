@@ -8,7 +8,7 @@ use super::pac::{EXTI, Interrupt, SYSCFG};
 use super::tape::{self, Half, Tape};
 use super::timebase::Instant;
 use super::watchdog::{self, Owner};
-use super::{Urgency, dac, emergency, pins, record, timebase};
+use super::{Urgency, dac, emergency, pins, record, registers, timebase, usb_clock};
 use crate::device::{Pulser, PulserMail, REFILL_OFFSET_US, WINDOWS_PER_TICK};
 use crate::pulse::tape::paint;
 use crate::pulse::{Levels, WINDOW_US, WindowPlan};
@@ -137,6 +137,7 @@ impl Refill {
             .refill(now, next, &inputs, &mut self.mail, &mut self.plan);
         let put_out = synchronised
             .and(rendered)
+            .and_then(|()| self.check_hardware())
             .and_then(|()| self.play(start, half));
         let half = put_out.unwrap_or_else(|fault| {
             self.fault(fault); // keeps an earlier one, the pulser's own included
@@ -166,6 +167,18 @@ impl Refill {
         } else {
             Ok(())
         }
+    }
+
+    /// Holds the host's clock and registers against what the plan relies on, while anything may
+    /// play.
+    fn check_hardware(&self) -> Result<(), Fault> {
+        if usb_clock::disagrees() {
+            return Err(Fault::TimeBase);
+        }
+        if self.tape.is_none() {
+            return Ok(());
+        }
+        registers::check(!self.windows.is_multiple_of(2))
     }
 
     fn inputs(&mut self) -> Inputs {

@@ -4,6 +4,7 @@
 use super::control::TOLD;
 use super::stages;
 use super::timebase;
+use super::usb_clock::UsbClock;
 use super::watchdog::{self, Owner};
 use crate::device::{Session, SessionMail};
 use core::convert::Infallible;
@@ -123,6 +124,7 @@ async fn converse(
     // From here on: the USB core, polled before, waits up to 25 ms as it starts
     // (RM0090 section 34.17.3), and without a session nothing can be armed.
     watchdog::start();
+    let mut usb_clock = UsbClock::new();
     let mut packet = [0; PACKET];
     let mut patience = PATIENCE;
     loop {
@@ -137,6 +139,7 @@ async fn converse(
                 watchdog::check_in(Owner::Session);
             }
         }
+        usb_clock.look();
         session.poll(&mut mail);
         transmit(session, outgoing);
         store_stages(session, outgoing, &mut patience);

@@ -14,10 +14,9 @@
 //! a slot must be painted before the slot ahead of it begins.
 
 use super::pac::dma::{St, vals};
-use super::pac::timer::vals as timer;
 use super::pac::{DMA2, GPIOB, GPIOC, RCC, TIM1};
 use super::timebase::Instant;
-use super::{pins, timebase};
+use super::{pace, pins, timebase};
 use crate::pulse::WindowPlan;
 use crate::pulse::tape::{ISOLATED_B, ISOLATED_C, SLOTS, Window, paint};
 use crate::safety::Fault;
@@ -38,10 +37,6 @@ const STREAMS: [usize; 4] = [PLAY_B, PLAY_C, ERASE_B, ERASE_C];
 /// DMA2's request channel of TIM1_UP, CH1, CH2 and CH3 on those streams.
 const CHANNEL: u8 = 6;
 
-/// 168 MHz / 168 = 1 MHz.
-const TICKS: u16 = 168;
-/// Counts at which CH1, CH2, CH3 match.
-const MATCHES: [u16; 3] = [8, 20, 32];
 /// All four transfers of a microsecond are over from here on: the last request
 /// comes at 32, and four transfers of two bus accesses each take less than 40
 /// cycles. Reading the positions takes about 60.
@@ -111,6 +106,8 @@ pub struct Tape {
     /// fetched-ahead word be counted. RM0090 10.3.8 counts transfers on the
     /// peripheral port, which gives 500; measured, so that it need not be known.
     origins: [u16; 4],
+    /// Core cycle of device time 0, as the first check found it.
+    offset: Option<u32>,
 }
 
 impl Tape {
@@ -141,7 +138,10 @@ impl Tape {
         pins::isolate();
         assert_alone()?;
         erase_all();
-        let mut tape = Self { origins: [0; 4] };
+        let mut tape = Self {
+            origins: [0; 4],
+            offset: None,
+        };
         // SAFETY: all four streams are off: nothing plays.
         paint(plan, &mut unsafe { tape.window(Half::First) });
         publish();
@@ -168,23 +168,31 @@ impl Tape {
         }
         // Enabling a stream may leave its FIFO flag set; from here on, none may.
         STREAMS.into_iter().for_each(clear_flags);
-        prepare_tim1();
+        pace::prepare();
         timebase::start(plan.start);
         if let Some(instant) = since {
-            await_start(instant.cycle_of(plan.start))?;
+            pace::await_start(instant.cycle_of(plan.start))?;
         }
         TIM1.cr1().modify(|w| w.set_cen(true));
         Ok(tape)
     }
 
     /// Whether the window `(start, half)` is playing: all streams agree on the slot,
-    /// and with the clock, and no error flag is up.
+    /// and with the clock, which agrees with the core's, and no error flag is up.
     ///
     /// # Errors
     /// [`Fault::MissedDeadline`] if the window is over or so nearly over that
-    /// the next one is being fetched; [`Fault::TapeSlip`] for the rest.
-    pub fn check(&self, start: Micros, half: Half) -> Result<(), Fault> {
-        let (now, positions) = observe().ok_or(Fault::TapeSlip)?;
+    /// the next one is being fetched; [`Fault::TimeBase`] if device time has gained or
+    /// lost against the core's cycles; [`Fault::TapeSlip`] for the rest.
+    pub fn check(&mut self, start: Micros, half: Half) -> Result<(), Fault> {
+        let (now, positions, offset) = observe().ok_or(Fault::TapeSlip)?;
+        // TIM1 counts the core's own clock. A count one off costs 250 cycles in its
+        // first window, and what is lost adds up; flash takes some more or less.
+        const TOLERANCE: u32 = 60;
+        let lost = offset.wrapping_sub(*self.offset.get_or_insert(offset));
+        if lost.wrapping_add(TOLERANCE) > 2 * TOLERANCE {
+            return Err(Fault::TimeBase);
+        }
         let played = played(now, start, half)?;
         let agree = positions
             .iter()
@@ -373,70 +381,21 @@ const FAILURES: [u32; 2] = {
     masks
 };
 
-/// Waits until [`LEAD`] cycles before the core cycle `target`, and sets TIM1's
-/// count so that its overflow, once it runs, comes at `target`.
-fn await_start(target: u32) -> Result<(), Fault> {
-    let left = || target.wrapping_sub(DWT::cycle_count()).cast_signed();
-    if left() < LEAD {
-        return Err(Fault::MissedDeadline);
-    }
-    while left() >= LEAD {}
-    // Above the matches' counts: LEAD less two polls and the way to CEN.
-    let ticks = (left() - TO_ENABLE).clamp(8, LEAD) as u16;
-    TIM1.cnt().write(|w| w.set_cnt(TICKS - ticks));
-    Ok(())
-}
-
-/// Cycles before the start at which the wait ends: more than the wait's last
-/// poll takes, and fewer than leave the matches' counts behind.
-const LEAD: i32 = 100;
-/// Cycles from reading the cycle counter to TIM1's first tick, counted on the
-/// chip simulator.
-const TO_ENABLE: i32 = 34;
-
-/// Stopped, requests enabled, 8 ticks before an overflow: the first event is
-/// an update, so both ports begin in the same microsecond.
-fn prepare_tim1() {
-    TIM1.cr1().write(|w| w.set_urs(timer::Urs::COUNTER_ONLY));
-    TIM1.psc().write_value(0);
-    TIM1.arr().write(|w| w.set_arr(TICKS - 1));
-    TIM1.rcr().write(|w| w.0 = 0);
-    // CH1–3 frozen: a match asks for DMA and moves no pin (RM0090 17.4.7).
-    // OC4REF, PWM mode 1, is high for the first half of each microsecond: it
-    // rises with the update and is long enough for TIM2, which runs at half
-    // of TIM1's clock, never to miss it. It is TIM1's TRGO.
-    for (n, at) in MATCHES.into_iter().enumerate() {
-        TIM1.ccr(n).write(|w| w.set_ccr(at));
-    }
-    TIM1.ccr(3).write(|w| w.set_ccr(TICKS / 2));
-    TIM1.ccmr_output(0).write(|w| w.0 = 0);
-    TIM1.ccmr_output(1)
-        .write(|w| w.set_ocm(1, timer::Ocm::PWM_MODE1));
-    TIM1.cr2().write(|w| w.set_mms(timer::Mms::COMPARE_OC4));
-    TIM1.egr().write(|w| w.set_ug(true));
-    TIM1.cnt().write(|w| w.set_cnt(TICKS - 8));
-    TIM1.sr().write(|w| w.0 = 0);
-    TIM1.dier().write(|w| {
-        w.set_ude(true);
-        w.set_ccde(0, true);
-        w.set_ccde(1, true);
-        w.set_ccde(2, true);
-    });
-}
-
-/// Device time and the four NDTRs, read within the quiet part of one
-/// microsecond; `None` if TIM1 stands still.
-fn observe() -> Option<(Micros, [u16; 4])> {
+/// Device time, the four NDTRs, and the core cycle of device time 0, read within the
+/// quiet part of one microsecond; `None` if TIM1 stands still.
+fn observe() -> Option<(Micros, [u16; 4], u32)> {
     let count = || TIM1.cnt().read().cnt();
     (0..PATIENCE).find_map(|_| {
-        let before = count();
+        let (before, cycle) = (count(), DWT::cycle_count());
         if !QUIET.contains(&before) {
             return None;
         }
         let now = timebase::now();
         let positions = STREAMS.map(|s| DMA2.st(s).ndtr().read().ndt());
+        let cycles = now.get().wrapping_mul(timebase::CYCLES_PER_US);
+        let offset = cycle.wrapping_sub(cycles).wrapping_sub(before.into());
         // A later count in the same microsecond; an interruption in between
         // could hide one whole microsecond only by lasting one: try again.
-        (count() > before && timebase::now() == now).then_some((now, positions))
+        (count() > before && timebase::now() == now).then_some((now, positions, offset))
     })
 }

@@ -88,7 +88,7 @@ impl Instant {
 }
 
 /// TIM1 counts the core's own clock: 168 a microsecond.
-const CYCLES_PER_US: u32 = 168;
+pub const CYCLES_PER_US: u32 = 168;
 
 /// Sets the next refill and clears the request of the last.
 pub fn refill_at(at: Micros) {

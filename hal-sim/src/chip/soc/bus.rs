@@ -196,6 +196,24 @@ impl Bus for Soc {
 }
 
 impl Soc {
+    /// Turns bits of the configuration register at `address` the other way at `at`,
+    /// locked or not: what radiation or a glitch may do, no access can.
+    ///
+    /// # Errors
+    /// What may not be written, or is not modelled.
+    pub fn upset(&mut self, address: u32, bits: u32, at: Cycle) -> Result<(), Denied> {
+        self.advance(at)?;
+        if let Some((map::Unit::Playback(playback::Block::Gpio(port)), offset)) = map::find(address)
+        {
+            self.playback.gpio.upset(port, offset, bits, at)?;
+        } else {
+            let old = self.read(address, Size::Word, at)?.value;
+            self.write(address, Size::Word, old ^ bits, at)?;
+        }
+        self.reschedule_at(at);
+        Ok(())
+    }
+
     /// Wait states of an access to SRAM1 or SRAM2.
     #[inline]
     fn pass_ram(&mut self, address: u32, at: Cycle) -> Result<u32, Denied> {

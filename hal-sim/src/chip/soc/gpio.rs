@@ -158,6 +158,16 @@ impl Gpio {
         Ok(())
     }
 
+    /// Turns bits of a configuration register the other way, locked or not: what
+    /// radiation or a glitch may do, no access can.
+    pub fn upset(&mut self, port: usize, offset: u32, bits: u32, at: Cycle) -> Modelled {
+        let old = self.read(port, offset, Size::Word)?;
+        let lock = std::mem::take(&mut self.ports[port].lock); // `read` knows the port
+        let done = self.write(port, offset, Size::Word, old ^ bits, at);
+        self.ports[port].lock = lock;
+        done
+    }
+
     /// Writes BSRR of `port`: bits 15–0 set, 31–16 reset, set wins
     /// (RM0090 8.4.7). `port` must be one of `0..PORTS`.
     #[inline]

@@ -1,0 +1,63 @@
+//! TIM1, the microsecond of the tape: its overflow and matches ask for the tape's
+//! transfers.
+
+use super::pac::TIM1;
+use super::pac::timer::vals as timer;
+use crate::safety::Fault;
+use cortex_m::peripheral::DWT;
+
+/// 168 MHz / 168 = 1 MHz.
+const TICKS: u16 = 168;
+/// Counts at which CH1, CH2, CH3 match.
+const MATCHES: [u16; 3] = [8, 20, 32];
+
+/// Waits until [`LEAD`] cycles before the core cycle `target`, and sets TIM1's
+/// count so that its overflow, once it runs, comes at `target`.
+pub fn await_start(target: u32) -> Result<(), Fault> {
+    let left = || target.wrapping_sub(DWT::cycle_count()).cast_signed();
+    if left() < LEAD {
+        return Err(Fault::MissedDeadline);
+    }
+    while left() >= LEAD {}
+    // Above the matches' counts: LEAD less two polls and the way to CEN.
+    let ticks = (left() - TO_ENABLE).clamp(8, LEAD) as u16;
+    TIM1.cnt().write(|w| w.set_cnt(TICKS - ticks));
+    Ok(())
+}
+
+/// Cycles before the start at which the wait ends: more than the wait's last
+/// poll takes, and fewer than leave the matches' counts behind.
+const LEAD: i32 = 100;
+/// Cycles from reading the cycle counter to TIM1's first tick, counted on the
+/// chip simulator.
+const TO_ENABLE: i32 = 34;
+
+/// Stopped, requests enabled, 8 ticks before an overflow: the first event is
+/// an update, so both ports begin in the same microsecond.
+pub fn prepare() {
+    TIM1.cr1().write(|w| w.set_urs(timer::Urs::COUNTER_ONLY));
+    TIM1.psc().write_value(0);
+    TIM1.arr().write(|w| w.set_arr(TICKS - 1));
+    TIM1.rcr().write(|w| w.0 = 0);
+    // CH1–3 frozen: a match asks for DMA and moves no pin (RM0090 17.4.7).
+    // OC4REF, PWM mode 1, is high for the first half of each microsecond: it
+    // rises with the update and is long enough for TIM2, which runs at half
+    // of TIM1's clock, never to miss it. It is TIM1's TRGO.
+    for (n, at) in MATCHES.into_iter().enumerate() {
+        TIM1.ccr(n).write(|w| w.set_ccr(at));
+    }
+    TIM1.ccr(3).write(|w| w.set_ccr(TICKS / 2));
+    TIM1.ccmr_output(0).write(|w| w.0 = 0);
+    TIM1.ccmr_output(1)
+        .write(|w| w.set_ocm(1, timer::Ocm::PWM_MODE1));
+    TIM1.cr2().write(|w| w.set_mms(timer::Mms::COMPARE_OC4));
+    TIM1.egr().write(|w| w.set_ug(true));
+    TIM1.cnt().write(|w| w.set_cnt(TICKS - 8));
+    TIM1.sr().write(|w| w.0 = 0);
+    TIM1.dier().write(|w| {
+        w.set_ude(true);
+        w.set_ccde(0, true);
+        w.set_ccde(1, true);
+        w.set_ccde(2, true);
+    });
+}

@@ -1,0 +1,94 @@
+//! Registers that decide edges, read back while anything may play: half of them in
+//! each window, held against what set-up means them to be.
+//!
+//! What is written once at set-up stands here a second time, on purpose and as
+//! numbers: a check that shared the code of what it checks would share its mistakes.
+//! Left out is what shows by what it does: TIM1, DMA2 and what clocks TIM2, in the
+//! tape's positions and the count of cycles (`Tape::check`); the refill's interrupt, in
+//! the watchdog.
+
+use crate::safety::Fault;
+use crate::seal::fold;
+
+const TIM2: u32 = 0x4000_0000;
+const SPI3: u32 = 0x4000_3C00;
+const PWR: u32 = 0x4000_7000;
+const ADC1: u32 = 0x4001_2000;
+const SYSCFG: u32 = 0x4001_3800;
+const EXTI: u32 = 0x4001_3C00;
+const GPIOA: u32 = 0x4002_0000;
+const GPIOB: u32 = 0x4002_0400;
+const GPIOC: u32 = 0x4002_0800;
+const GPIOD: u32 = 0x4002_0C00;
+const RCC: u32 = 0x4002_3800;
+const FLASH: u32 = 0x4002_3C00;
+const NVIC: u32 = 0xE000_E100;
+
+/// Whether registers are what they must be: addresses, bits that count, values. One
+/// comparison of sums, in straight code: a loop over a table takes three times as long.
+macro_rules! hold {
+    ($($address:expr, $bits:expr => $value:expr;)*) => {{
+        const MUST_BE: u32 = {
+            let sum = 0;
+            $(let sum = fold(sum, $value);)*
+            sum
+        };
+        let sum = 0;
+        $(let sum = fold(sum, read($address) & $bits);)*
+        sum == MUST_BE
+    }};
+}
+
+/// Pins and what paces them.
+fn pins_hold() -> bool {
+    hold! {
+        GPIOA, 0xC003_FF0F => 0x8000_0F0F; // MODER: 0, 1, 4, 5 analogue, 6–8 in, 15 TIM2
+        GPIOB, 0xFF3F_FC0F => 0x5515_5405; // MODER: all outputs
+        GPIOC, 0x03FF_FFFF => 0x0265_5555; // MODER: 0–9, 11 outputs, 10, 12 SPI3
+        GPIOD, 0x0000_0030 => 0x0000_0010; // MODER: 2 output
+        GPIOB + 0x04, 0xF7E3 => 0; // OTYPER: push-pull
+        GPIOC + 0x04, 0x0BFF => 0;
+        GPIOA + 0x24, 0xF000_0000 => 0x1000_0000; // AFRH: 15 is TIM2's
+        GPIOC + 0x24, 0x000F_0F00 => 0x0006_0600; // AFRH: 10, 12 are SPI3's
+        RCC, 0x010D_0001 => 0x0109_0001; // CR: HSI, HSE, CSS, PLL; no bypass
+        RCC + 0x04, 0x0F43_7FFF => 0x0740_2A04; // PLLCFGR: 8 MHz / 4 · 168 / 2, / 7
+        RCC + 0x08, 0x0000_FCFF => 0x0000_940A; // CFGR: PLL; AHB / 1, APB1 / 4, APB2 / 2
+        FLASH, 0x0707 => 0x0705; // ACR: 5 wait states, caches on
+    }
+}
+
+/// What stops and what is measured.
+fn inputs_hold() -> bool {
+    hold! {
+        RCC + 0x30, 0x0040_000F => 0x0040_000F; // AHB1ENR: GPIOA–D, DMA2
+        RCC + 0x40, 0x1000_8001 => 0x1000_8001; // APB1ENR: PWR, SPI3, TIM2
+        RCC + 0x44, 0x0000_4101 => 0x0000_4101; // APB2ENR: SYSCFG, ADC1, TIM1
+        TIM2 + 0x04, 0x70 => 0x60; // CR2: TRGO is OC3REF
+        TIM2 + 0x18, 0xFFFF => 0x31; // CCMR1: capture, filtered
+        TIM2 + 0x20, 0x3 => 0x1; // CCER: rising edge
+        ADC1 + 0x08, 0x003F_0001 => 0x0013_0001; // CR2: TIM2's TRGO, rising, on
+        ADC1 + 0x38, 0x003F_FFFF => 0x0010_0400; // JSQR: current, then angle
+        SPI3, 0xFFFF => 0xCB45; // CR1: master, 16 bits, mode 1
+        EXTI, 0x0001_0080 => 0x0001_0080; // IMR: over-current, supply
+        EXTI + 0x0C, 0x80 => 0x80; // FTSR: over-current falls
+        SYSCFG + 0x0C, 0xF000 => 0; // EXTICR2: line 7 is port A's
+        PWR, 0xF0 => 0xD0; // CR: supply watch at level 6
+        NVIC, 0x0080_0002 => 0x0080_0002; // ISER0: EXTI9_5, PVD
+    }
+}
+
+/// Reads the registers of this window, which are those of every other.
+///
+/// # Errors
+/// [`Fault::Registers`].
+pub fn check(is_odd: bool) -> Result<(), Fault> {
+    let holds = if is_odd { pins_hold() } else { inputs_hold() };
+    if holds { Ok(()) } else { Err(Fault::Registers) }
+}
+
+#[inline(always)]
+fn read(address: u32) -> u32 {
+    // SAFETY: only the addresses above: registers of this chip that reading does not
+    // change (RM0090; none of them is a flag or data register).
+    unsafe { (address as *const u32).read_volatile() }
+}
