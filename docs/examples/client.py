@@ -151,6 +151,7 @@ def channel(c):
         + varint(["Current", "Voltage"].index(kind))
         + b"".join(map(varint, of.values()))  # in the order of the table
         + varint(c["spec"]["limit"])
+        + varint(c["spec"]["area_mm2"])
     )
 
 
@@ -304,7 +305,7 @@ def stimulate(place):
         "triggered": False,
     }
     stage = {"Current": {"full_scale_ua": 100_000}}
-    spec = {"train": train, "stage": stage, "limit": 20_000}
+    spec = {"train": train, "stage": stage, "limit": 20_000, "area_mm2": 800}
     device.configure("Channel", 0, spec=spec)
     device.ask({"Arm": {"setup": setup_sum(device.parts)}})
     device.ask("Start")

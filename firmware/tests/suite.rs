@@ -24,3 +24,4 @@ mod muscle_inverse;
 mod muscle_ladder;
 mod muscle_properties;
 mod muscle_recruitment;
+mod safety_sums;

@@ -102,6 +102,7 @@ impl Desk {
                     full_scale_ua: 100_000,
                 },
                 limit: Amplitude::new(20_000),
+                area_mm2: ChannelSpec::ASSUMED_AREA_MM2,
             };
             ask(Request::Channel { channel, spec });
             ask(Request::Muscle {

@@ -10,7 +10,9 @@ use crate::haptics::{Wall, WallSpec};
 use crate::muscle::{MuscleSpec, Recruitment};
 use crate::pulse::{CHANNELS, GroupError, GroupSpec, MAX_GROUPS, check_members};
 use crate::range::{OutOfRange, Range};
-use crate::safety::{Channel, ChannelSpec, Setup, SetupError, Stages, WearerSpec, check_group};
+use crate::safety::{
+    Channel, ChannelSpec, Setup, SetupError, Stages, Sums, WearerSpec, check_group,
+};
 use crate::units::Amplitude;
 use heapless::Vec;
 
@@ -225,6 +227,8 @@ impl Draft {
         if self.used() == 0 {
             found(Mistake::of(Part::Setup)(Rule::NothingToArm))?;
         }
+        let together = Sums::of(&channels).check(&wearer);
+        together.map_or_else(|e| found(Mistake::of(Part::Setup)(e)), Ok)?;
         self.examine_joint_and_wall(&mut found)?;
         self.examine_forces(&mut found)?;
         if let Some(sync) = self.sync

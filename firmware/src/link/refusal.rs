@@ -47,6 +47,9 @@ pub enum Code {
     OtherStage = 223,
     NoStageMemory = 224,
     OtherSetup = 225,
+    DensityLimit = 232,
+    SumLimit = 233,
+    SumRmsLimit = 234,
     WrongState = 300,
     NotArmed = 301,
     ArmInputOpen = 302,
@@ -65,7 +68,7 @@ pub enum Code {
 
 impl Code {
     /// All codes, for documentation and tests.
-    pub const ALL: [Self; 46] = [
+    pub const ALL: [Self; 49] = [
         Self::BadCrc,
         Self::MalformedFrame,
         Self::FrameTooLong,
@@ -98,6 +101,9 @@ impl Code {
         Self::OtherStage,
         Self::NoStageMemory,
         Self::OtherSetup,
+        Self::DensityLimit,
+        Self::SumLimit,
+        Self::SumRmsLimit,
         Self::WrongState,
         Self::NotArmed,
         Self::ArmInputOpen,
@@ -258,6 +264,17 @@ impl From<SetupError> for Refusal<'static> {
             }
             SetupError::Rms { max } => {
                 Self::new(Code::RmsLimit, "limit").allowed(0, bound(max.get()))
+            }
+            SetupError::Density { max } => {
+                Self::new(Code::DensityLimit, "area_mm2").allowed(0, bound(max.get()))
+            }
+            SetupError::Sum { sum, max } => {
+                let refusal = Self::new(Code::SumLimit, "limit");
+                refusal.allowed(bound(sum.get()), bound(max.get()))
+            }
+            SetupError::SumRms { sum, max } => {
+                let refusal = Self::new(Code::SumRmsLimit, "limit");
+                refusal.allowed(bound(sum.get()), bound(max.get()))
             }
         }
     }

@@ -184,7 +184,8 @@ fn start(train: &Train, pulse: u8) -> i64 {
     i64::from(train.spec().offset_us) + i64::from(train.pulse_offset_us(pulse))
 }
 
-const fn gcd(mut a: u32, mut b: u32) -> u32 {
+/// The greatest common divisor.
+pub(crate) const fn gcd(mut a: u32, mut b: u32) -> u32 {
     while b != 0 {
         (a, b) = (b, a % b); // b != 0 here
     }

@@ -11,6 +11,7 @@ mod scheduler;
 pub mod tape;
 mod train;
 
+pub(crate) use group::gcd;
 pub use group::{Group, GroupError, GroupSpec, MAX_GROUPS, Partner, check_members};
 pub use plan::{Change, Levels, MAX_PULSES, PulseStart, State, WindowPlan};
 pub use scheduler::{RenderError, Scheduler, Supply};

@@ -211,6 +211,13 @@ impl Train {
         self.gap_us
     }
 
+    /// Time driven in one burst, in µs: every phase of every pulse.
+    #[must_use]
+    pub const fn on_us(&self) -> u32 {
+        let phases = if self.spec.shape.is_biphasic() { 2 } else { 1 };
+        phases * self.spec.width_us as u32 * self.spec.burst_count as u32 // at most 8000
+    }
+
     /// First edge to the end of the last driven phase of one pulse, in µs.
     #[must_use]
     pub const fn driven_us(&self) -> u32 {

@@ -17,6 +17,21 @@ pub const MAX_PHASE_CHARGE_NC: u32 = 40_000;
 /// (IEC 60601-2-10, second-hand).
 pub const MAX_RMS: MicroAmps = MicroAmps::new(50_000);
 
+/// Largest sum of currents over the common return, at any microsecond and of one sign.
+/// Project limit, for no standard is known to say one: two channels at their largest,
+/// whose peak density is one channel's where the return is twice as large.
+pub const MAX_SUM: MicroAmps = MicroAmps::new(200_000);
+
+/// Largest rms current of all channels together: the common return is an electrode as
+/// any other, and [`MAX_RMS`] holds for it.
+pub const MAX_SUM_RMS: MicroAmps = MAX_RMS;
+
+/// Largest rms current density under an electrode, µA/mm²: 2 mA/cm², beyond which
+/// IEC 60601-2-10 wants the operator's attention (second-hand: Enraf-Nonius, Endomed 484,
+/// instructions for use, page 47, which asks for less current under smaller electrodes
+/// than the 25 cm² that 50 mA rms need).
+pub const MAX_DENSITY_UA_MM2: u32 = 20;
+
 /// Largest energy of one pulse into 500 Ω, µJ (IEC 60601-2-10, second-hand).
 pub const MAX_PULSE_ENERGY_UJ: u64 = 300_000;
 

@@ -6,6 +6,7 @@
 //! scheduler (it implements `pulse::Supply`) and notices for `device`.
 
 mod check;
+mod common_return;
 mod fault;
 mod guard;
 pub mod limits;
@@ -18,6 +19,7 @@ mod state;
 mod wearer;
 
 pub use check::{ElectrodeCheck, Reading};
+pub use common_return::Sums;
 pub use fault::{Fault, FaultRecord};
 pub use guard::Guard;
 pub use outputs::{Broken, Expected, OutputCheck};

@@ -1,6 +1,6 @@
 //! Everything a session configures, checked as a whole before arming.
 
-use super::{Stage, StageMismatch, StageSpec, Wearer};
+use super::{Stage, StageMismatch, StageSpec, Wearer, limits};
 use crate::pulse::{
     CHANNELS, Group, GroupError, GroupSpec, MAX_GROUPS, Partner, Train, TrainError, TrainSpec,
 };
@@ -23,6 +23,8 @@ pub struct ChannelSpec {
     pub stage: StageSpec,
     /// The wearer's largest amplitude here, in the stage's thousandths.
     pub limit: Amplitude,
+    /// Area of its active electrode, 10–20 000 mm².
+    pub area_mm2: u32,
 }
 
 /// A channel whose largest amplitude keeps every limit.
@@ -69,6 +71,27 @@ pub enum SetupError {
         /// That limit.
         max: MicroAmps,
     },
+    /// At its limit the channel would exceed the rms current density under its
+    /// electrode.
+    Density {
+        /// Largest rms current at that area.
+        max: MicroAmps,
+    },
+    /// With all channels at their limits, the common return would carry more than is
+    /// allowed at some microsecond.
+    Sum {
+        /// What it would.
+        sum: MicroAmps,
+        /// What it may.
+        max: MicroAmps,
+    },
+    /// The same of the rms current.
+    SumRms {
+        /// What it would.
+        sum: MicroAmps,
+        /// What it may.
+        max: MicroAmps,
+    },
 }
 
 impl From<StageMismatch> for SetupError {
@@ -86,9 +109,15 @@ impl From<OutOfRange> for SetupError {
 impl ChannelSpec {
     /// Of [`Self::limit`], at the largest full scale.
     pub const LIMIT: Range = Range::new("limit", 1, StageSpec::FULL_SCALE_MV.max);
+    /// Of [`Self::area_mm2`].
+    pub const AREA_MM2: Range = Range::new("area_mm2", 10, 20_000);
+    /// What stands for an area that nobody said: a disc of 32 mm, 8 cm², the smallest
+    /// self-adhesive electrode that the source of [`limits::MAX_DENSITY_UA_MM2`] names.
+    /// It is not the largest, with which the density would limit nothing.
+    pub const ASSUMED_AREA_MM2: u32 = 800;
 
     /// Checks the train, the stage and what the limit amounts to in current,
-    /// charge per phase and rms current.
+    /// charge per phase, rms current and its density.
     ///
     /// # Errors
     /// The first limit exceeded, by name.
@@ -116,13 +145,20 @@ impl ChannelSpec {
                 max_nc: wearer.spec().max_charge_nc,
             });
         }
-        let phases = if spec.shape.is_biphasic() { 2 } else { 1 };
-        let on_us = phases * u64::from(spec.width_us) * u64::from(spec.burst_count);
+        Self::AREA_MM2.check(self.area_mm2)?;
+        let is_above = |max: MicroAmps| {
+            let (ua, max_ua) = (u64::from(ua), u64::from(max.get()));
+            // At most 1e10 · 8000 and 1.6e11 · 2e6: both fit u64.
+            let squares = ua * ua * u64::from(train.on_us());
+            squares > max_ua * max_ua * u64::from(spec.period_us)
+        };
         let max = wearer.max_rms();
-        let max_ua = u64::from(max.get());
-        // At most 1e10 · 8000 and 2.5e9 · 2e6: both fit u64.
-        if u64::from(ua) * u64::from(ua) * on_us > max_ua * max_ua * u64::from(spec.period_us) {
+        if is_above(max) {
             return Err(SetupError::Rms { max });
+        }
+        let max = MicroAmps::new(self.area_mm2 * limits::MAX_DENSITY_UA_MM2); // at most 4e5
+        if is_above(max) {
+            return Err(SetupError::Density { max });
         }
         Ok(Channel {
             train,
@@ -245,6 +281,7 @@ pub(super) mod tests {
             full_scale_ua: 100_000,
         },
         limit: Amplitude::new(20_000),
+        area_mm2: 2_500,
     };
 
     fn try_channel(change: impl FnOnce(&mut ChannelSpec)) -> Result<Channel, SetupError> {

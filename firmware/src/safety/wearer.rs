@@ -32,6 +32,14 @@ pub struct WearerSpec {
     pub fall_ms: u16,
     /// Host silence that ends stimulation, 20–1000 ms.
     pub host_timeout_ms: u16,
+    /// Largest sum over the common return at any microsecond, of one sign, 100–200 000 µA.
+    pub max_sum_ua: u32,
+    /// Largest rms current of all channels together, 10–50 000 µA; also no more than the
+    /// density of [`limits::MAX_DENSITY_UA_MM2`] under the common return.
+    pub max_sum_rms_ua: u32,
+    /// Area of the common return, 10–40 000 mm². Assumed where nobody says one: 25 cm²,
+    /// under which [`limits::MAX_SUM_RMS`] is the density's limit.
+    pub return_area_mm2: u32,
 }
 
 impl Default for WearerSpec {
@@ -43,6 +51,9 @@ impl Default for WearerSpec {
             rise_ms: 500,
             fall_ms: 50,
             host_timeout_ms: 100,
+            max_sum_ua: limits::MAX_SUM.get(),
+            max_sum_rms_ua: limits::MAX_SUM_RMS.get(),
+            return_area_mm2: 2_500,
         }
     }
 }
@@ -66,6 +77,13 @@ impl WearerSpec {
     pub const FALL_MS: Range = Range::new("fall_ms", 5, limits::MAX_FALL_MS as i32);
     /// Of [`Self::host_timeout_ms`].
     pub const HOST_TIMEOUT_MS: Range = Range::new("host_timeout_ms", 20, 1_000);
+    /// Of [`Self::max_sum_ua`].
+    pub const MAX_SUM_UA: Range = Range::new("max_sum_ua", 100, limits::MAX_SUM.get() as i32);
+    /// Of [`Self::max_sum_rms_ua`].
+    pub const MAX_SUM_RMS_UA: Range =
+        Range::new("max_sum_rms_ua", 10, limits::MAX_SUM_RMS.get() as i32);
+    /// Of [`Self::return_area_mm2`].
+    pub const RETURN_AREA_MM2: Range = Range::new("return_area_mm2", 10, 40_000);
 
     /// Checks the ranges.
     ///
@@ -78,6 +96,9 @@ impl WearerSpec {
         Self::RISE_MS.check(self.rise_ms)?;
         Self::FALL_MS.check(self.fall_ms)?;
         Self::HOST_TIMEOUT_MS.check(self.host_timeout_ms)?;
+        Self::MAX_SUM_UA.check(self.max_sum_ua)?;
+        Self::MAX_SUM_RMS_UA.check(self.max_sum_rms_ua)?;
+        Self::RETURN_AREA_MM2.check(self.return_area_mm2)?;
         Ok(Wearer(*self))
     }
 }
@@ -99,6 +120,20 @@ impl Wearer {
     #[must_use]
     pub const fn max_rms(&self) -> MicroAmps {
         MicroAmps::new(self.0.max_rms_ua)
+    }
+
+    /// Largest sum over the common return.
+    #[must_use]
+    pub const fn max_sum(&self) -> MicroAmps {
+        MicroAmps::new(self.0.max_sum_ua)
+    }
+
+    /// Largest rms sum over the common return, its density included.
+    #[must_use]
+    pub fn max_sum_rms(&self) -> MicroAmps {
+        // At most 40 000 · 20.
+        let dense = self.0.return_area_mm2 * limits::MAX_DENSITY_UA_MM2;
+        MicroAmps::new(self.0.max_sum_rms_ua.min(dense))
     }
 
     /// Rise time in µs.

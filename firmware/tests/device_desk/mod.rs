@@ -413,6 +413,7 @@ pub fn channel(train: TrainSpec) -> ChannelSpec {
             full_scale_ua: 100_000,
         },
         limit: Amplitude::new(20_000),
+        area_mm2: ChannelSpec::ASSUMED_AREA_MM2,
     }
 }
 

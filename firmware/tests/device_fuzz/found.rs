@@ -16,11 +16,10 @@ const FULL: StageSpec = StageSpec::Current {
 fn wearer(max_current_ua: u32, rise_ms: u16, fall_ms: u16, host_timeout_ms: u16) -> Request {
     Request::Wearer(WearerSpec {
         max_current_ua,
-        max_charge_nc: 40_000,
-        max_rms_ua: 50_000,
         rise_ms,
         fall_ms,
         host_timeout_ms,
+        ..WearerSpec::default()
     })
 }
 
@@ -53,6 +52,7 @@ fn channel(channel: u8, train: TrainSpec, stage: StageSpec) -> Request {
         train,
         stage,
         limit,
+        area_mm2: ChannelSpec::ASSUMED_AREA_MM2,
     };
     Request::Channel { channel, spec }
 }

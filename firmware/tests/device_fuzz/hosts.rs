@@ -125,6 +125,7 @@ pub fn channel_spec() -> impl Strategy<Value = ChannelSpec> {
             train,
             stage,
             limit: Amplitude::new(limit),
+            area_mm2: ChannelSpec::ASSUMED_AREA_MM2,
         })
 }
 
@@ -146,6 +147,7 @@ pub fn wearer_spec() -> impl Strategy<Value = WearerSpec> {
                     rise_ms,
                     fall_ms,
                     host_timeout_ms,
+                    ..WearerSpec::default()
                 }
             },
         )

@@ -70,6 +70,17 @@ fn tightened() -> Bench {
     Bench::draft().after([Request::Wearer(tight)])
 }
 
+/// Three channels of [`LIMIT`](super::bench::LIMIT), apart in time, and what they may
+/// come to together.
+fn together(max_sum_ua: u32, max_sum_rms_ua: u32) -> Bench {
+    let tight = WearerSpec {
+        max_sum_ua,
+        max_sum_rms_ua,
+        ..WearerSpec::default()
+    };
+    Bench::draft().after([Request::Wearer(tight)])
+}
+
 #[rustfmt::skip]
 fn arm_rows() -> Vec<Row> {
     let arm = |name, scene, expect| row(name, scene, desk::ARM, expect);
@@ -81,6 +92,9 @@ fn arm_rows() -> Vec<Row> {
         arm("electrode off", || loaded(Load::Open), refused(Code::ElectrodeOff, "electrode").on(2)),
         arm("electrodes shorted", shorted, refused(Code::ElectrodeShort, "electrode").on(1)),
         arm("limit tightened after its channel", tightened, refused(Code::CurrentLimit, "limit").on(1).allowed(0, 19_999)),
+        arm("20 mA over the common return", || together(20_000, 4_900), Expect::Done),
+        arm("too much at once", || together(19_999, 4_900), refused(Code::SumLimit, "limit").allowed(20_000, 19_999)),
+        arm("too much rms", || together(20_000, 4_899), refused(Code::SumRmsLimit, "limit").allowed(4_900, 4_899)),
         arm("arm twice", Bench::armed, refused(Code::WrongState, "state")),
         arm("arm in use", Bench::stimulating, refused(Code::WrongState, "state")),
     ]

@@ -47,6 +47,9 @@ fn wearer_rows() -> Vec<Row> {
         field("rise_ms", 1, 5_000).rows(set!(rise_ms)),
         field("fall_ms", 5, 100).rows(set!(fall_ms)),
         field("host_timeout_ms", 20, 1_000).rows(set!(host_timeout_ms)),
+        field("max_sum_ua", 100, 200_000).rows(set!(max_sum_ua)),
+        field("max_sum_rms_ua", 10, 50_000).rows(set!(max_sum_rms_ua)),
+        field("return_area_mm2", 10, 40_000).rows(set!(return_area_mm2)),
     ])
 }
 
@@ -124,11 +127,16 @@ fn stage_rows() -> Vec<Row> {
         let limit = Amplitude::new(v.try_into().ok()?);
         Some(on_first(ChannelSpec { limit, ..faint() }))
     };
+    let area = |v: i64| {
+        let area_mm2 = v.try_into().ok()?;
+        Some(on_first(ChannelSpec { area_mm2, ..faint() }))
+    };
     all([
         on_channel_1("full_scale_ua", 1_000, 100_000).rows(current),
         on_channel_1("full_scale_mv", 1_000, 150_000).rows(volts),
         on_channel_1("load_ohm", 200, 100_000).rows(load),
         on_channel_1("limit", 1, 100_000).rows(limit),
+        on_channel_1("area_mm2", 10, 20_000).rows(area),
     ])
 }
 
@@ -171,6 +179,7 @@ fn channel_rows() -> Vec<Row> {
         refusal("40.001 V into 2 kΩ", volts, Code::CurrentLimit, "limit", 0, 20_000),
         refusal("80.001 mA for 500 µs", charge, Code::ChargeLimit, "limit", 0, 40_000),
         refusal("50.6 mA rms", rms, Code::RmsLimit, "limit", 0, 50_000),
+        refusal("2.8 mA rms under 1 cm²", |s| s.area_mm2 = 100, Code::DensityLimit, "area_mm2", 0, 2_000),
     ]);
     rows
 }

@@ -25,6 +25,7 @@ fn setup() -> Setup {
         train,
         stage,
         limit,
+        area_mm2: ChannelSpec::ASSUMED_AREA_MM2,
     };
     let mut channels = [None; CHANNELS];
     channels[0] = Some(spec.validate(&wearer).unwrap());

@@ -95,6 +95,13 @@ impl Refused {
     }
 }
 
+impl Refused {
+    /// Whether the range is what would be, and what may be at most.
+    fn is_sum(&self) -> bool {
+        matches!(self.code(), Some(Code::SumLimit | Code::SumRmsLimit))
+    }
+}
+
 impl fmt::Display for Refused {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "E{} ", self.number)?;
@@ -108,6 +115,7 @@ impl fmt::Display for Refused {
                 None if self.code() == Some(Code::ForceOutOfReach) => {
                     write!(f, " (allowed 0, and {min} to {max} mN)")?;
                 }
+                None if self.is_sum() => write!(f, " ({min} µA, allowed {max})")?,
                 None if min == max => write!(f, " (allowed only {min})")?,
                 None => write!(f, " (allowed {min} to {max})")?,
             }
@@ -178,6 +186,9 @@ const fn words(code: Code) -> (&'static str, &'static str) {
         Code::ForceOutOfReach => ("the wearer's limits cannot give this force", "ask for less, or agree on a new limit or a higher pulse rate with the wearer"),
         Code::StagesUnknown => ("the board does not know its output stages", "store its stage table: flexor stages --store (docs/hardware.md)"),
         Code::OtherStage => ("the board's output stage is another than was declared", "declare the stage that the board has: flexor stages"),
+        Code::DensityLimit => ("the limit exceeds the rms current in µA that this electrode takes at 2 mA/cm²", "use a larger electrode and say its area, or lower the limit, the width or the rate"),
+        Code::SumLimit => ("all channels at their limits put more through the common return at once than is allowed", "lower limits, or move pulses apart: one period and offsets a pulse apart"),
+        Code::SumRmsLimit => ("all channels at their limits put more rms current through the common return than is allowed", "lower limits, widths or rates, or use a larger return electrode and say its area"),
         Code::NoStageMemory => ("this device keeps no table of its output stages", "store it on a board; a simulator has the stages its session declares"),
         Code::OtherSetup => ("the setup that was armed is not the one the device holds", "send Clear and the whole setup again, then arm"),
         Code::NoFatigue => ("this muscle has no fatigue parameters", "configure the muscle with its fatigue, or choose another rung"),

@@ -105,6 +105,9 @@ pub(super) fn read_wearer(root: &Table<'_>) -> WearerSpec {
             rise_ms: t.whole("rise_ms"),
             fall_ms: t.whole("fall_ms"),
             host_timeout_ms: t.whole("host_timeout_ms"),
+            max_sum_ua: t.whole("max_sum_ma"),
+            max_sum_rms_ua: t.whole("max_sum_rms_ma"),
+            return_area_mm2: t.whole("return_area_mm2"),
         },
     }
 }
@@ -127,6 +130,7 @@ fn read_channel(
         train,
         stage,
         limit: Amplitude::new(t.whole("limit")),
+        area_mm2: t.whole("area_mm2"),
     };
     let mut channel = Channel {
         number,

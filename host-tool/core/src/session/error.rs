@@ -115,6 +115,15 @@ problems! {
         "lower the limit, the pulse width, the frequency or the number of pulses in a burst"
     453 AboveChannelLimit { channel: u8, limit: String }
         "`{field}` is {given}, above channel {channel}'s limit of {limit}" ""
+    454 DensityLimit { limit: String, area_mm2: u32, max_ma: String }
+        "at `{field}` = {limit} the train exceeds {max_ma} mA rms, 2 mA/cm² under {area_mm2} mm²"
+        "say `area_mm2` of a larger electrode, or lower the limit, the pulse width or the frequency"
+    455 SumLimit { sum_ma: String, max_ma: String }
+        "all channels at their limits put {sum_ma} mA through the common return at once, allowed are {max_ma} mA"
+        "lower limits, or give all trains one period and offsets at least a pulse apart"
+    456 SumRmsLimit { sum_ma: String, max_ma: String }
+        "all channels at their limits put {sum_ma} mA rms through the common return, allowed are {max_ma} mA rms"
+        "lower limits, widths or frequencies, or say `wearer.return_area_mm2` of a larger electrode"
     460 Controlled { channel: u8 }
         "`{field}` names channel {channel}, which the joint or the wall drives" ""
     461 NoJoint { wanted: &'static str }

@@ -118,6 +118,9 @@ fn wearer() -> Section {
         f("rise_ms", n("ms", 0, W::RISE_MS), Or(d.rise_ms.into()), "rise of an amplitude from zero"),
         f("fall_ms", n("ms", 0, W::FALL_MS), Or(d.fall_ms.into()), "fall when stimulation ends"),
         f("host_timeout_ms", n("ms", 0, W::HOST_TIMEOUT_MS), Or(d.host_timeout_ms.into()), "host silence that ends stimulation"),
+        f("max_sum_ma", n("mA", 3, W::MAX_SUM_UA), Or(d.max_sum_ua.into()), "largest sum of all channels over the common return at any microsecond"),
+        f("max_sum_rms_ma", n("mA", 3, W::MAX_SUM_RMS_UA), Or(d.max_sum_rms_ua.into()), "largest rms current of all channels together"),
+        f("return_area_mm2", n("mm²", 0, W::RETURN_AREA_MM2), Or(d.return_area_mm2.into()), "area of the common return, under which 2 mA/cm² rms hold"),
     ]
 }
 
@@ -128,6 +131,7 @@ fn channels() -> Section {
         f("name", Kind::Text(None), Required, "what the wearer calls it"),
         f("stage", Kind::Table(stage()), Required, "output stage"),
         f("limit", nb(UNIT, 3, ChannelSpec::LIMIT, "to full scale"), Required, "largest amplitude; must keep the wearer's current, charge and rms limits"),
+        f("area_mm2", n("mm²", 0, ChannelSpec::AREA_MM2), Or(ChannelSpec::ASSUMED_AREA_MM2.into()), "area of its active electrode, under which 2 mA/cm² rms hold at `limit`; a disc of 32 mm is assumed"),
         f("train", Kind::Table(train()), Required, "its pulses"),
         f("muscle", Kind::Table(muscle()), Optional, "predict its force"),
         f("force", Kind::Table(force()), Optional, "control the muscle's force; needs `muscle`"),

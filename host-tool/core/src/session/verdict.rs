@@ -10,6 +10,7 @@ use firmware::muscle::{CalciumForceSpec, LadderError, RecruitmentSpec};
 use firmware::pulse::{GroupError, GroupSpec, TrainError, TrainSpec};
 use firmware::range::{OutOfRange, Range};
 use firmware::safety::SetupError;
+use firmware::units::MicroAmps;
 
 use super::channel::Channel;
 use super::decimal::{between, in_units};
@@ -51,8 +52,29 @@ pub(super) fn tell(root: &Table<'_>, channels: &[Channel], mistake: Mistake) {
                 tell_joint_or_wall(t, channels, mistake);
             }
         }
-        // That a channel is not there, or none: told where it is named.
-        Part::Setup | Part::Sync => {}
+        Part::Setup => tell_sum(root, mistake.rule),
+        // That a channel is not there: told where it is named.
+        Part::Sync => {}
+    }
+}
+
+/// Tells what all channels together put through the common return: at the last one,
+/// with which they do.
+fn tell_sum(root: &Table<'_>, rule: Rule) {
+    let milli = |current: MicroAmps| in_units(current.get().into(), 3);
+    let problem = match rule {
+        Rule::Setup(SetupError::Sum { sum, max }) => Problem::SumLimit {
+            sum_ma: milli(sum),
+            max_ma: milli(max),
+        },
+        Rule::Setup(SetupError::SumRms { sum, max }) => Problem::SumRmsLimit {
+            sum_ma: milli(sum),
+            max_ma: milli(max),
+        },
+        _ => return, // no channel at all: told
+    };
+    if let Some(last) = root.tables("channel").last() {
+        last.say("limit", problem);
     }
 }
 
@@ -95,6 +117,18 @@ pub(super) fn tell_channel(t: &Table<'_>, channel: &Channel, mistake: Mistake) {
         Rule::Setup(SetupError::Rms { max }) => {
             let (limit, max_ma) = (limit(), milli(max.get()));
             t.say("limit", Problem::RmsLimit { limit, max_ma });
+        }
+        Rule::Setup(SetupError::Density { max }) => {
+            let (limit, max_ma) = (limit(), milli(max.get()));
+            let area_mm2 = spec.area_mm2;
+            t.say(
+                "limit",
+                Problem::DensityLimit {
+                    limit,
+                    area_mm2,
+                    max_ma,
+                },
+            );
         }
         Rule::Setup(SetupError::Train(TrainError::BurstOverlaps {
             min_interval_us: min_us,

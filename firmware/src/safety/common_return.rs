@@ -1,0 +1,207 @@
+//! What all channels together put through the common return: every one of them flows
+//! back through the same electrode.
+
+use super::{Channel, SetupError, Wearer};
+use crate::pulse::{CHANNELS, Train, TrainSpec, gcd};
+use crate::units::MicroAmps;
+
+/// Most phases of one sign in a burst.
+const MOST_PULSES: usize = TrainSpec::BURST_COUNT.max as usize;
+
+/// The most that comes together at the common return with every channel at its limit.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Sums {
+    /// At any microsecond, of the phases of one sign: a channel that pulls the other way
+    /// may be at zero.
+    pub peak: MicroAmps,
+    /// Over time.
+    pub rms: MicroAmps,
+}
+
+impl Sums {
+    /// Of these channels. Exact for trains of one period from the common epoch, and so
+    /// is the root of the sum of squares where no two phases of one sign meet; never too
+    /// low for others: phases count as meeting where their periods' greatest common
+    /// divisor lets them, and those of triggered trains, of rates that may change and of
+    /// bursts with another period wherever they have the same sign. Of two channels that
+    /// meet, the product of their rms currents stands for the mean of their product
+    /// (Cauchy and Schwarz).
+    ///
+    /// No search over time: a few thousand distances at most.
+    #[must_use]
+    pub fn of(channels: &[Option<Channel>; CHANNELS]) -> Self {
+        let used = || channels.iter().flatten();
+        let mut rms = [0; CHANNELS];
+        for (rms, channel) in rms.iter_mut().zip(used()) {
+            *rms = u64::from(channel.rms().get());
+        }
+        let (mut peak, mut square) = (0, 0);
+        for (place, (channel, own)) in used().zip(rms).enumerate() {
+            square += own * own; // at most 10 · 10 · 5e4² in all
+            for is_cathodic in [true, false] {
+                peak = peak.max(channel.peak_with(used(), is_cathodic));
+            }
+            for (other, rms) in used().zip(rms).skip(place + 1) {
+                square += if channel.meets(other) {
+                    2 * own * rms
+                } else {
+                    0
+                };
+            }
+        }
+        Self {
+            peak: MicroAmps::new(peak),
+            rms: MicroAmps::new(root_up(square)),
+        }
+    }
+
+    /// Holds them against the wearer's limits and the size of the common return.
+    ///
+    /// # Errors
+    /// The first limit exceeded, with the sum that would be.
+    pub fn check(&self, wearer: &Wearer) -> Result<(), SetupError> {
+        let max = wearer.max_sum();
+        if self.peak > max {
+            return Err(SetupError::Sum {
+                sum: self.peak,
+                max,
+            });
+        }
+        let max = wearer.max_sum_rms();
+        if self.rms > max {
+            return Err(SetupError::SumRms { sum: self.rms, max });
+        }
+        Ok(())
+    }
+}
+
+impl Channel {
+    fn current(&self) -> MicroAmps {
+        self.stage.current(self.limit)
+    }
+
+    /// Rms current at its limit and highest rate, rounded up.
+    fn rms(&self) -> MicroAmps {
+        let ua = u64::from(self.current().get()); // at most 1e5
+        let square = ua * ua * u64::from(self.train.on_us());
+        MicroAmps::new(root_up(square.div_ceil(self.min_period_us.max(1).into())))
+    }
+
+    /// The most that flows at the start of one of its phases of a sign.
+    fn peak_with<'c>(&self, channels: impl Iterator<Item = &'c Self>, is_cathodic: bool) -> u32 {
+        let Some(lag_us) = lag_us(&self.train, is_cathodic) else {
+            return 0;
+        };
+        let mut sums = [self.current().get(); MOST_PULSES];
+        for other in channels.filter(|other| !core::ptr::eq(*other, self)) {
+            let ua = other.current().get();
+            let apart = Apart::of(self, other, is_cathodic);
+            for (pulse, sum) in (0u8..).zip(&mut sums) {
+                let is_met = apart.is_driven_at(self.train.pulse_offset_us(pulse) + lag_us);
+                *sum += if is_met { ua } else { 0 }; // at most 10 · 1e5
+            }
+        }
+        let pulses = sums.iter().take(self.train.spec().burst_count.into());
+        pulses.copied().max().unwrap_or(0)
+    }
+
+    /// Whether phases of one sign of the two can be driven at the same time.
+    fn meets(&self, other: &Self) -> bool {
+        let begins_in = |a: &Self, b: &Self, is_cathodic| {
+            let Some(lag_us) = lag_us(&a.train, is_cathodic) else {
+                return false;
+            };
+            let apart = Apart::of(a, b, is_cathodic);
+            let mut pulses = 0..a.train.spec().burst_count;
+            pulses.any(|pulse| apart.is_driven_at(a.train.pulse_offset_us(pulse) + lag_us))
+        };
+        let either = |is_cathodic| {
+            begins_in(self, other, is_cathodic) || begins_in(other, self, is_cathodic)
+        };
+        either(true) || either(false)
+    }
+
+    /// Whether its pulses keep their distance from the common epoch.
+    const fn is_steady(&self) -> bool {
+        self.min_period_us == self.max_period_us && !self.train.spec().triggered
+    }
+}
+
+/// When a channel drives one sign, as another's burst sees it.
+#[derive(Clone, Copy, Debug)]
+enum Apart {
+    Never,
+    /// It can at any time.
+    Anywhen,
+    Known {
+        /// The distances of the two repeat after this, µs.
+        every_us: u32,
+        /// From the other channel's first phase of that sign to the burst, µs.
+        since_us: u32,
+        width_us: u32,
+        interval_us: u32,
+        count: u32,
+    },
+}
+
+impl Apart {
+    /// `other`, as a burst of `own` sees it.
+    fn of(own: &Channel, other: &Channel, is_cathodic: bool) -> Self {
+        let Some(lag_us) = lag_us(&other.train, is_cathodic) else {
+            return Self::Never;
+        };
+        let (spec, from) = (other.train.spec(), own.train.spec().offset_us);
+        let every_us = gcd(own.train.spec().period_us, spec.period_us).max(1);
+        let is_single = spec.burst_count == 1;
+        if !own.is_steady() || !other.is_steady() || !(is_single || every_us == spec.period_us) {
+            return Self::Anywhen;
+        }
+        // All below 2^23.
+        let first = (spec.offset_us + lag_us) % every_us;
+        Self::Known {
+            every_us,
+            since_us: from % every_us + every_us - first,
+            width_us: spec.width_us.into(),
+            interval_us: spec.burst_interval_us.into(),
+            count: spec.burst_count.into(),
+        }
+    }
+
+    /// Whether it drives so long after the burst's start.
+    fn is_driven_at(self, after_us: u32) -> bool {
+        match self {
+            Self::Never => false,
+            Self::Anywhen => true,
+            Self::Known {
+                every_us,
+                since_us,
+                width_us,
+                interval_us,
+                count,
+            } => {
+                // every_us >= 1; the sum stays below 2^24.
+                let since = since_us.saturating_add(after_us).checked_rem(every_us);
+                let since = since.unwrap_or(0);
+                let pulse = since.checked_div(interval_us).unwrap_or(0);
+                let pulse = pulse.min(count.saturating_sub(1));
+                since - pulse * interval_us < width_us
+            }
+        }
+    }
+}
+
+/// From a pulse's start to its phase of this sign, µs, if it has one.
+fn lag_us(train: &Train, is_cathodic: bool) -> Option<u32> {
+    let spec = train.spec();
+    if spec.shape.cathodic_first() == is_cathodic {
+        return Some(0);
+    }
+    let second = u32::from(spec.width_us) + u32::from(train.gap_us());
+    spec.shape.is_biphasic().then_some(second)
+}
+
+/// The square root, rounded up; at most 1e6 here.
+const fn root_up(square: u64) -> u32 {
+    let root = square.isqrt();
+    (root + (root * root < square) as u64) as u32
+}
