@@ -1,6 +1,7 @@
 //! `flexor experiment`: a paper's protocol, then the same with wearers drawn.
 
 use super::out::OutArgs;
+use super::typed::{Closed, Typed};
 use super::{Bar, Output, interrupt, wrong};
 use anyhow::Context;
 use clap::Args;
@@ -10,7 +11,7 @@ use host_core::record::{
     Assumption, Declared, Ending, PaperRow, Plan, Role, Run, write_header, write_run,
 };
 use host_core::run::{DeviceName, greet};
-use std::io::{BufRead, IsTerminal};
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use studies::experiments::named;
@@ -164,6 +165,7 @@ impl Order<'_> {
     ) -> anyhow::Result<T> {
         let (experiment, (seed, draws)) = (&self.experiment, self.decided);
         let interruption = interrupt::heed()?;
+        self.has_operator()?;
         self.meet(&interruption)?;
         let place = self.out.place(name)?;
         let dir = place.dir();
@@ -176,6 +178,7 @@ impl Order<'_> {
             is_board: self.device.is_port(),
             part: if draws == 0 { 1.0 } else { 0.3 },
             interruption: interruption.clone(),
+            typed: None,
         };
         let begin = Instant::now();
         let course = experiment.conduct(dir, (self.device, seed), &mut beside)?;
@@ -200,6 +203,19 @@ impl Order<'_> {
         write_header(dir, &record)?;
         interrupt::close(dir, &mut record).inspect_err(|_| super::lies_in(dir))?;
         Ok(told)
+    }
+
+    /// That somebody can answer what a person on a board is asked.
+    fn has_operator(&self) -> anyhow::Result<()> {
+        let protocol = &self.experiment.declaration.protocol;
+        let asks = self.device.is_port() && protocol.prompt.is_some();
+        anyhow::ensure!(
+            !asks || std::io::stdin().is_terminal(),
+            "E615 nobody is at the terminal to answer the protocol's prompts on {}; run it from a \
+             terminal, or declare no prompt",
+            self.device
+        );
+        Ok(())
     }
 
     /// That the device is there, before a record is replaced.
@@ -317,6 +333,10 @@ fn ended(
         (_, true) => format!("in trial {done} of {of}"),
         (_, false) => format!("after trial {done} of {of}"),
     };
+    if let (None, true, Some(signal)) = (&cut_short, done < of, interruption.asked()) {
+        let when = "between two trials: nothing was stimulated".to_owned();
+        return Err(interrupt::Ended(signal, when)).with_context(how_far);
+    }
     interrupt::after_runs(cut_short, interruption).with_context(how_far)?;
     let lost = || stopped("the wearers drawn came to no end".into());
     let outcome = outcome.ok_or_else(lost)?;
@@ -335,17 +355,22 @@ struct Beside<'a> {
     /// Of the bar that the protocol takes.
     part: f64,
     interruption: Interruption,
+    typed: Option<Typed>,
 }
 
 impl Operator for Beside<'_> {
     fn ready(&mut self, text: &str) -> bool {
         if self.is_board {
             eprintln!("{text}");
-            if std::io::stdin().is_terminal() {
-                eprintln!("Enter: go on; q and Enter: end here");
-                let mut line = String::new();
-                let read = std::io::stdin().lock().read_line(&mut line);
-                return read.is_ok() && line.trim().is_empty() && !line.is_empty();
+            eprintln!("Enter: go on; anything else and Enter: end here");
+            let typed = self.typed.get_or_insert_with(Typed::begin);
+            typed.forget();
+            while self.interruption.asked().is_none() {
+                match typed.line() {
+                    Ok(None) => std::thread::sleep(Duration::from_millis(50)),
+                    Ok(Some(line)) => return line.trim().is_empty(),
+                    Err(Closed) => return false,
+                }
             }
         }
         self.interruption.asked().is_none()

@@ -25,6 +25,7 @@ mod serve;
 mod stages;
 mod study;
 mod sweep;
+mod typed;
 
 pub use demo::overview;
 

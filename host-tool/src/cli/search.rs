@@ -1,15 +1,15 @@
 //! `flexor search`: thresholds, comfort and maximum of a wearer, by a declared stair.
 
 use super::perform::SEED;
+use super::typed::{Closed, Typed};
 use super::{Incomplete, Output, interrupt, wrong};
 use clap::Args;
 use host_core::link::Error;
 use host_core::run::{DeviceName, SessionFile};
 use host_core::session::{Session, visible};
 use serde_json::{Value, json};
-use std::io::{BufRead, IsTerminal};
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, channel};
 use studies::laboratory::search::{
     Answer, DeviceError, Ended, Finding, Milli, OnDevice, Operator, Question, Search, SearchFile,
     Step, search,
@@ -249,40 +249,26 @@ fn machines<E>(search: &Search, session: &Session, finding: &Finding<E>) -> Valu
     })
 }
 
-/// The operator at the terminal. A thread reads what is typed: the device must hear
-/// of the host meanwhile.
+/// The operator at the terminal.
 #[derive(Default)]
 struct Terminal {
-    typed: Option<Receiver<String>>,
+    typed: Option<Typed>,
     asked: Option<Question>,
 }
 
 impl Operator for Terminal {
     fn ask(&mut self, question: Question) {
-        let typed = self.typed.get_or_insert_with(|| {
-            let (to, typed) = channel();
-            std::thread::spawn(move || {
-                let lines = std::io::stdin().lock().lines();
-                lines
-                    .map_while(Result::ok)
-                    .all(|line| to.send(line).is_ok())
-            });
-            typed
-        });
-        // What was typed before the question is no answer to it.
-        while typed.try_recv().is_ok() {}
+        self.typed.get_or_insert_with(Typed::begin).forget();
         prompt(question);
         self.asked = Some(question);
     }
 
     fn reply(&mut self) -> Option<u8> {
-        use std::sync::mpsc::TryRecvError;
         let question = self.asked?;
-        let line = match self.typed.as_ref()?.try_recv() {
-            Ok(line) => line,
-            Err(TryRecvError::Empty) => return None,
+        let line = match self.typed.as_ref()?.line() {
+            Ok(line) => line?,
             // Nobody is there any more: nothing is allowed, everything is too much.
-            Err(TryRecvError::Disconnected) => return Some(most_careful(question)),
+            Err(Closed) => return Some(most_careful(question)),
         };
         let reply = understood(question, &line);
         if reply.is_none() {

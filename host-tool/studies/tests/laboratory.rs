@@ -296,6 +296,15 @@ fn a_protocol_aborted_at_any_step_says_how_far_it_came() {
         let wanted = [1.0, 9.0, 1.0];
         assert_eq!(operator.1, wanted[..rests.min(3)]);
     }
+    for (stop, wanted) in [
+        ("angle_above_deg = nan", "E600"),
+        ("force_above_n = 5.0", "E614"),
+    ] {
+        let text = format!("{text}stop = {{ {stop} }}\n");
+        let refused = Experiment::new("small.toml", &text, &texts).map(|_| ());
+        let told = refused.unwrap_err().to_string();
+        assert!(told.starts_with(wanted), "{told}");
+    }
     let text = text + "stop = { angle_above_deg = 88.0 }\n";
     let experiment = Experiment::new("small.toml", &text, &texts).unwrap();
     let dir = folder("criterion");

@@ -157,7 +157,7 @@ fn an_end_before_its_time_leaves_how_far_it_came() {
     );
     let mut probe = Scripted::moving_at(9_000);
     search(&one("threshold", "channel = 1"), &mut probe, |_| {});
-    assert_eq!(probe.asked.get(), 8, "2 to 9 mA, each asked for once");
+    assert_eq!(probe.asked.get(), 9, "2 to 9 mA, and 9 mA once more");
 }
 
 #[test]

@@ -65,6 +65,7 @@ impl Experiment {
             let files = whole.sessions(fields)?.into_iter();
             let sessions: Vec<_> = files.map(|file| file.session).collect();
             whole.check_worn(&sessions)?;
+            whole.check_stop(&sessions)?;
         }
         Ok(whole)
     }
@@ -87,6 +88,20 @@ impl Experiment {
     #[must_use]
     pub fn unit(&self, seed: u64, draws: u64, index: u64) -> Unit {
         unit_of(&self.declaration, seed, draws, index)
+    }
+
+    /// Whether every condition has what the protocol stops at.
+    fn check_stop(&self, sessions: &[Session]) -> Result<(), LaboratoryError> {
+        let stop = self.declaration.protocol.stop;
+        let mut all = self.conditions.iter().zip(sessions);
+        all.try_for_each(|(condition, session)| match stop.unmet(session) {
+            None => Ok(()),
+            Some((field, what)) => Err(LaboratoryError::Unmet {
+                field,
+                condition: condition.name(),
+                what,
+            }),
+        })
     }
 
     /// Whether one wearer can wear these conditions, where one has to.

@@ -1,6 +1,7 @@
 //! How the trials of an experiment follow each other.
 
 use hal_sim::random::word;
+use host_core::session::Session;
 use serde::Deserialize;
 
 /// Of the order of conditions.
@@ -61,6 +62,25 @@ pub struct Stop {
     pub angle_below_deg: Option<f64>,
     /// A predicted force above this, N.
     pub force_above_n: Option<f64>,
+}
+
+impl Stop {
+    /// The first criterion that a session gives nothing to hold against, and what that
+    /// would be.
+    pub(super) fn unmet(&self, session: &Session) -> Option<(&'static str, &'static str)> {
+        let has_angle = session.joint.is_some() || session.wall.is_some();
+        let has_force = session.channels.iter().any(|it| it.muscle.is_some());
+        let angle = "measured angle: its session has neither joint nor wall";
+        let force = "predicted force: no channel of its session has a muscle";
+        [
+            ("angle_above_deg", self.angle_above_deg, has_angle, angle),
+            ("angle_below_deg", self.angle_below_deg, has_angle, angle),
+            ("force_above_n", self.force_above_n, has_force, force),
+        ]
+        .into_iter()
+        .find(|(_, limit, is_there, _)| limit.is_some() && !is_there)
+        .map(|(name, _, _, what)| (name, what))
+    }
 }
 
 impl Default for Protocol {
@@ -169,6 +189,18 @@ impl Protocol {
             angle_below_deg: below,
             ..
         } = self.stop;
+        let limits = [
+            ("angle_above_deg", above),
+            ("angle_below_deg", below),
+            ("force_above_n", self.stop.force_above_n),
+        ];
+        for (name, limit) in limits {
+            if limit.is_some_and(|limit| !limit.is_finite()) {
+                told.push(format!(
+                    "protocol: stop: {name} is no number to compare with"
+                ));
+            }
+        }
         if above
             .zip(below)
             .is_some_and(|(above, below)| above <= below)

@@ -10,8 +10,7 @@ pub trait Probe {
     /// What ends a search early.
     type Error;
 
-    /// Asked before the amplitude is raised above all that was given before; what
-    /// refuses ends the search. A simulator agrees by itself, a board's operator is
+    /// Asked before each presentation, repeats included; what refuses ends the search. A simulator agrees by itself, a board's operator is
     /// asked.
     ///
     /// # Errors
@@ -163,11 +162,13 @@ fn climb<P: Probe>(
         _ => search.declared().confirm,
     };
     for level in search.levels() {
-        if !probe.may_raise(finding.low, level)? {
-            return Ok(Ended::Refused(level));
-        }
         let mut is_confirmed = true;
         for repeat in 0..=confirm {
+            // A repeat begins from rest, and is allowed like any other.
+            let from = if repeat == 0 { finding.low } else { Milli(0) };
+            if !probe.may_raise(from, level)? {
+                return Ok(Ended::Refused(level));
+            }
             let pulses = probe.pulses();
             let answer = answer(search, probe, level)?;
             let step = Step {
