@@ -85,6 +85,9 @@ impl Bench {
         }
         let done = self.board.advance(at(now + us), &sensors, &mut self.record);
         done.unwrap_or_else(|e| panic!("{e}"));
+        if self.record.bytes.last() != Some(&0) {
+            return; // nothing, or half of it
+        }
         for message in desk::messages(&std::mem::take(&mut self.record.bytes)) {
             self.said.push(match postcard::from_bytes(&message) {
                 Ok(Response::Hello(hello)) => {
@@ -269,22 +272,33 @@ fn the_sum_of_a_full_setup_takes_less_than_a_millisecond() {
         sent += 1;
     }
     assert!(sent >= 30, "ten trains, muscles and force controls");
-    let mut took_us = |request| {
-        bench.said.clear();
-        let begin = bench.board.now_us();
-        bench.say(Some(request), 20);
-        while bench.said.is_empty() {
-            bench.say(None, 20);
-        }
-        (bench.said.remove(0), bench.board.now_us() - begin)
+    // The host asks for answers once a millisecond: so many phases of it, the mean of
+    // which is half of one more than what the device takes.
+    let mut took_us = |request: &Request| {
+        let phases = 0..50;
+        let waits = phases.map(|phase| {
+            bench.say(None, 1_000 + 20 * phase);
+            bench.said.clear();
+            let begin = bench.board.now_us();
+            bench.say(Some(request.clone()), 20);
+            while bench.said.is_empty() {
+                bench.say(None, 20);
+            }
+            (bench.said.remove(0), bench.board.now_us() - begin)
+        });
+        let (said, waits): (Vec<_>, Vec<_>) = waits.unzip();
+        let all: u64 = waits.iter().sum();
+        (said, all / 50)
     };
     // Refused as well, but for its shape.
-    let (shape, plain_us) = took_us(Request::Subscribe { period_ms: 1_001 });
-    is_refused(&shape, Code::OutOfRange, "period_ms", 1_000);
-    let (other, sum_us) = took_us(Request::Arm { setup: 1 });
-    is_refused(&other, Code::OtherSetup, "setup", 0);
+    let (shape, plain_us) = took_us(&Request::Subscribe { period_ms: 1_001 });
+    let (other, sum_us) = took_us(&Request::Arm { setup: 1 });
+    for (shape, other) in shape.iter().zip(&other) {
+        is_refused(shape, Code::OutOfRange, "period_ms", 1_000);
+        is_refused(other, Code::OtherSetup, "setup", 0);
+    }
     println!("refused after {plain_us} us, and for its sum after {sum_us} us");
-    assert!(sum_us - plain_us < 1_000);
+    assert!(sum_us < plain_us + 1_000);
     // What was sent arms.
     assert!(matches!(bench.ask(desk::ARM, 60_000), Said::Ack));
 }
