@@ -264,17 +264,18 @@ fn a_released_hand_stop_ends_stimulation() {
 /// TIM2, TIM7 (control), TIM5 and OTG_FS (bytes): RM0090 table 62.
 #[test]
 fn the_watchdog_bites_when_an_owner_freezes() {
-    let tim2 = |bench: &mut Bench| bench.disable(28);
-    let tim7 = |bench: &mut Bench| bench.disable(55);
-    let freezes: [(&str, fn(&mut Bench), u64); 3] = [
-        ("pulser", tim2, TWO_WINDOWS_US),
+    let freezes = [
+        ("pulser", Some(28), TWO_WINDOWS_US),
         // A pulser that lives goes on until the bite.
-        ("controller", tim7, 12_000),
-        ("session", Bench::hang_thread, 12_000),
+        ("controller", Some(55), 12_000),
+        ("session", None, 12_000),
     ];
-    for (owner, freeze, limit) in freezes {
+    for (owner, line, limit) in freezes {
         let (mut bench, at) = Bench::in_a_pulse();
-        freeze(&mut bench);
+        match line {
+            Some(line) => bench.disable(line),
+            None => bench.hang_thread(),
+        }
         bench.run_us(13_000);
         let last = *bench.record.trace.levels.last().unwrap();
         println!("{owner}: isolated {} us after", last.0 - at);
