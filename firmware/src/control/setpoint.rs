@@ -167,7 +167,6 @@ impl<Q: Quantity> SetpointTrack<Q> {
     }
 
     /// Takes over the setpoints whose time has come.
-    #[inline]
     fn settle(&mut self, now: Micros) {
         while self.waiting.front().is_some_and(|t| now.has_reached(t.at)) {
             self.due = self.waiting.pop_front().map(Standing::Moving);

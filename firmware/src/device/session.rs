@@ -14,8 +14,8 @@ pub use opening::{Identity, first_session};
 use super::draft::Draft;
 use super::mail::{Asked, ControlReport, ControlRequest, ControlVerdict, Report, SessionMail};
 use crate::link::{
-    Code, Counters, Decoder, Event, Head, Refusal, Request, Response, Status, ToDevice, encode,
-    too_long,
+    Code, Counters, Decoder, Event, Head, Part, Refusal, Request, Response, SetupSum, Status,
+    ToDevice, encode, too_long,
 };
 use crate::safety::{Notice, StageTable, State};
 use crate::units::Micros;
@@ -45,6 +45,8 @@ pub struct Session {
     /// Number of the `Start` not yet answered.
     starting: Option<u16>,
     draft: Draft,
+    /// Over what made the draft, as it came.
+    setup: SetupSum,
     /// What is to be stored, after which the board restarts.
     storing: Option<StageTable>,
     counters: Counters,
@@ -79,6 +81,7 @@ impl Session {
             },
             starting: None,
             draft: Draft::on(identity.stages),
+            setup: SetupSum::default(),
             storing: None,
             counters: Counters::default(),
             stops: Deque::new(),
@@ -88,14 +91,15 @@ impl Session {
     /// Takes bytes that arrived at `now`.
     pub fn receive(&mut self, now: Micros, mut bytes: &[u8], mail: &mut SessionMail<'_>) {
         while !bytes.is_empty() {
+            let mut part = None;
             let message = match self.decoder.take(&mut bytes) {
                 None => continue,
-                Some(Ok(message)) => read(message),
+                Some(Ok(message)) => read(message).inspect(|told| part = part_in(told, message)),
                 Some(Err(e)) => Err((None, e.into())),
             };
             self.decoder.clear();
             match message {
-                Ok(message) => self.serve(now, message, mail),
+                Ok(message) => self.serve(now, message, part, mail),
                 Err((Some(head), refusal)) => {
                     self.counters.frames = self.counters.frames.saturating_add(1);
                     let admitted = self.admit(head.session, head.seq);
@@ -153,7 +157,13 @@ impl Session {
         self.storing.as_ref()
     }
 
-    fn serve(&mut self, now: Micros, message: ToDevice, mail: &mut SessionMail<'_>) {
+    fn serve(
+        &mut self,
+        now: Micros,
+        message: ToDevice,
+        part: Option<Part>,
+        mail: &mut SessionMail<'_>,
+    ) {
         self.counters.frames = self.counters.frames.saturating_add(1);
         let seq = message.seq;
         if let Request::Hello { schema } = message.request {
@@ -169,7 +179,7 @@ impl Session {
             self.stop(now, seq, mail);
             return;
         }
-        let answer = admitted.and_then(|()| self.answer(now, seq, message.request, mail));
+        let answer = admitted.and_then(|()| self.answer(now, seq, message.request, part, mail));
         match answer {
             Ok(Reply::Done) => self.respond(&Response::Ack { seq, at: now }),
             Ok(Reply::Later) => {}
@@ -310,6 +320,13 @@ impl Session {
             _ => self.counters.dropped = self.counters.dropped.saturating_add(1),
         }
     }
+}
+
+/// The part of a setup in the message that was read as `told`, if it is one.
+fn part_in(told: &ToDevice, message: &[u8]) -> Option<Part> {
+    // Session and number come first.
+    let (_, body) = postcard::take_from_bytes::<(u16, u16)>(message).ok()?;
+    Part::of(&told.request, body)
 }
 
 /// The request in a message; or why there is none, and whose it would have been

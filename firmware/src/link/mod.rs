@@ -17,4 +17,4 @@ pub use message::{
     Telemetry, ToDevice,
 };
 pub use refusal::{Code, Refusal};
-pub use setup_sum::SetupSum;
+pub use setup_sum::{Part, SetupSum};

@@ -42,11 +42,18 @@ impl SetupSum {
         if let Request::Clear = request {
             *self = Self::default();
         }
-        let Some((place, says)) = place(request) else {
-            return;
-        };
-        if let Some(part) = self.0.get_mut(place) {
-            *part = says.then(|| checksum(request));
+        self.keep(place(request).map(|(place, says)| Part {
+            place,
+            sum: says.then(|| checksum(request)),
+        }));
+    }
+
+    /// Takes note of an accepted part, if it is one.
+    pub fn keep(&mut self, part: Option<Part>) {
+        if let Some(part) = part
+            && let Some(slot) = self.0.get_mut(part.place)
+        {
+            *slot = part.sum;
         }
     }
 
@@ -62,6 +69,24 @@ impl SetupSum {
             digest.update(&part.to_le_bytes());
         }
         digest.finalize()
+    }
+}
+
+/// A part of a setup as it came in a message.
+#[derive(Clone, Copy, Debug)]
+pub struct Part {
+    place: usize,
+    sum: Option<u32>,
+}
+
+impl Part {
+    /// Of `request`, which was decoded from `encoded`; `None` if it configures nothing. A
+    /// device that would encode it again for its sum takes 10 KB more.
+    #[must_use]
+    pub fn of(request: &Request, encoded: &[u8]) -> Option<Self> {
+        let (place, says) = place(request)?;
+        let sum = says.then(|| CRC.checksum(encoded));
+        Some(Self { place, sum })
     }
 }
 

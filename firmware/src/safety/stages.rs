@@ -186,6 +186,7 @@ impl StageTable {
     }
 
     /// The table in one copy of such words.
+    #[inline(never)]
     fn read(words: &StageWords, unique_id: [u32; 3]) -> Result<Self, StagesFault> {
         if words.iter().all(|&word| word == ERASED) {
             return Err(StagesFault::Erased);
@@ -239,6 +240,7 @@ impl Stages {
     }
 }
 
+#[inline(never)]
 fn checksum(words: &[u32]) -> u32 {
     let mut digest = CRC.digest();
     for word in words {

@@ -38,8 +38,8 @@ impl Draft {
         request
     }
 
-    /// The sum over the parts, encoded again from what is kept: a bit of them that
-    /// changed in memory changes it as well.
+    /// The sum over the parts, encoded again from what is kept: for hosts, which have the
+    /// room for it. A device sums what it was sent.
     #[must_use]
     pub fn sum(&self) -> u32 {
         let mut sum = SetupSum::default();

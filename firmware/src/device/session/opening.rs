@@ -3,7 +3,7 @@
 use super::super::mail::{ControlRequest, SessionMail};
 use super::{Session, busy, is_arming, submit};
 use crate::link::message::ResetCause;
-use crate::link::{Code, HelloInfo, Kind, Refusal, SCHEMA};
+use crate::link::{Code, HelloInfo, Kind, Refusal, SCHEMA, SetupSum};
 use crate::pulse::DEAD_TIME_US;
 use crate::safety::{FaultRecord, Stages, State};
 use crate::units::Micros;
@@ -80,6 +80,7 @@ impl Session {
         self.owner = Some(self.last_session);
         self.expected = Some(seq.wrapping_add(1));
         self.draft.clear();
+        self.setup = SetupSum::default();
         Ok(HelloInfo {
             seq,
             session: self.last_session,

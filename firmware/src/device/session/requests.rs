@@ -4,7 +4,7 @@
 use super::super::draft::check_channel;
 use super::super::mail::{ControlRequest, Order, OrderKind, SessionMail};
 use super::{Answer, Reply, Session, busy, is_arming, send, submit};
-use crate::link::{Code, Refusal, Request};
+use crate::link::{Code, Part, Refusal, Request, SetupSum};
 use crate::pulse::CHANNELS;
 use crate::safety::{Origin, StageKind, StageTable, Stages, State};
 use crate::units::{Amplitude, Angle, AngularRate, ForceRate, Micros};
@@ -18,6 +18,7 @@ impl Session {
         now: Micros,
         seq: u16,
         request: Request,
+        part: Option<Part>,
         mail: &mut SessionMail<'_>,
     ) -> Answer {
         let stops = mail.stop.raised();
@@ -38,6 +39,10 @@ impl Session {
         }
         if let Some(configured) = self.draft.configure(&request) {
             configured?;
+            match request {
+                Request::Clear => self.setup = SetupSum::default(),
+                _ => self.setup.keep(part),
+            }
             return Ok(Reply::Done);
         }
         match request {
@@ -156,7 +161,7 @@ impl Session {
         // None only if a mistake was let pass.
         let refuse = |mistake| Err(Refusal::from(mistake));
         let setup = self.draft.examine(refuse)?.ok_or_else(busy)?;
-        if self.draft.sum() != sum {
+        if self.setup.total() != sum {
             return Err(Refusal::new(Code::OtherSetup, "setup"));
         }
         // Nothing is refused from here on: every part was just built, and the

@@ -25,7 +25,6 @@ impl Guard {
     ///
     /// # Errors
     /// As there.
-    #[inline]
     pub fn check_amplitude(&self, channel: u8, amplitude: Amplitude) -> Result<(), Denied> {
         match self.mode {
             Mode::Armed { .. } | Mode::Stimulating => {}

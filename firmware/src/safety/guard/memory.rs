@@ -91,10 +91,11 @@ impl Guard {
         (self.seals.broken, self.seals.core_open) = (false, true);
         let common = Seal::of(&self.common());
         self.seals.common = common;
-        let armed = |channel| Seal::of(&self.armed(channel));
-        let armed: [Seal; CHANNELS] = core::array::from_fn(armed);
-        for ((slot, _), seal) in self.seals.channels.iter_mut().zip(armed) {
-            *slot = seal;
+        for channel in 0..CHANNELS {
+            let seal = self.armed(channel);
+            if let Some((slot, _)) = self.seals.channels.get_mut(channel) {
+                *slot = seal;
+            }
         }
     }
 
@@ -120,7 +121,7 @@ impl Guard {
     pub(super) fn open_burst(&mut self, channel: u8) -> bool {
         let index = usize::from(channel);
         let seals = self.seals.channels.get(index);
-        let holds = seals.is_none_or(|(seal, _)| seal.holds(&self.armed(index)));
+        let holds = seals.is_none_or(|(seal, _)| *seal == self.armed(index));
         self.seals.broken |= !holds;
         holds && self.open(channel)
     }
@@ -137,7 +138,7 @@ impl Guard {
     fn holds(&self, channel: usize) -> bool {
         match self.seals.channels.get(channel) {
             Some((armed, seal)) => {
-                armed.holds(&self.armed(channel)) && seal.holds(&self.amplitudes(channel))
+                *armed == self.armed(channel) && seal.holds(&self.amplitudes(channel))
             }
             None => self.seals.common.holds(&self.common()),
         }
@@ -163,9 +164,11 @@ impl Guard {
         setup.map(|setup| (&setup.wearer, &setup.groups, setup.sync, setup.controlled))
     }
 
-    fn armed(&self, index: usize) -> impl Hash + '_ {
+    /// Over what was armed of a channel. Once in the image: it is long.
+    #[inline(never)]
+    fn armed(&self, index: usize) -> Seal {
         let setup = self.setup.as_ref();
-        setup.and_then(|setup| setup.channels.get(index))
+        Seal::of(&setup.and_then(|setup| setup.channels.get(index)))
     }
 
     fn amplitudes(&self, index: usize) -> impl Hash + '_ {
