@@ -22,7 +22,10 @@ pub(super) fn train(channel: u8, shape: Shape, width_us: u64, offset_us: u64) ->
         offset_us,
         burst_count: 1,
         burst_interval_us: 0,
-        ground_us: 1_000,
+        ground_us: match shape {
+            Shape::Biphasic(_) => 0,
+            Shape::Monophasic(_) => 1_000,
+        },
         epoch_us: 100_000,
         active_us: 100_000..140_000,
     }
