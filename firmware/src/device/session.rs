@@ -15,7 +15,7 @@ use super::draft::Draft;
 use super::mail::{Asked, ControlReport, ControlRequest, ControlVerdict, Report, SessionMail};
 use crate::link::{
     Code, Counters, Decoder, Event, Head, Part, Refusal, Request, Response, SetupSum, Status,
-    ToDevice, encode, too_long,
+    ToDevice, encode_into, too_long,
 };
 use crate::safety::{Notice, StageTable, State};
 use crate::units::Micros;
@@ -94,12 +94,14 @@ impl Session {
             let mut part = None;
             let message = match self.decoder.take(&mut bytes) {
                 None => continue,
-                Some(Ok(message)) => read(message).inspect(|told| part = part_in(told, message)),
+                Some(Ok(message)) => {
+                    read(message).inspect(|told| part = Part::of(&told.request, message))
+                }
                 Some(Err(e)) => Err((None, e.into())),
             };
             self.decoder.clear();
             match message {
-                Ok(message) => self.serve(now, message, part, mail),
+                Ok(message) => self.serve(now, &message, part, mail),
                 Err((Some(head), refusal)) => {
                     self.counters.frames = self.counters.frames.saturating_add(1);
                     let admitted = self.admit(head.session, head.seq);
@@ -160,7 +162,7 @@ impl Session {
     fn serve(
         &mut self,
         now: Micros,
-        message: ToDevice,
+        message: &ToDevice,
         part: Option<Part>,
         mail: &mut SessionMail<'_>,
     ) {
@@ -179,7 +181,7 @@ impl Session {
             self.stop(now, seq, mail);
             return;
         }
-        let answer = admitted.and_then(|()| self.answer(now, seq, message.request, part, mail));
+        let answer = admitted.and_then(|()| self.answer(now, seq, &message.request, part, mail));
         match answer {
             Ok(Reply::Done) => self.respond(&Response::Ack { seq, at: now }),
             Ok(Reply::Later) => {}
@@ -315,18 +317,12 @@ impl Session {
 
     /// Queues a whole message or, if the host does not read, none of it.
     fn enqueue(&mut self, room: usize, response: &Response<'_>) {
-        match encode(response) {
-            Some(frame) if self.outbox.len() + frame.len() <= room => self.outbox.push(&frame),
+        let mut frame = heapless::Vec::new();
+        match encode_into(response, &mut frame) {
+            Some(()) if self.outbox.len() + frame.len() <= room => self.outbox.push(&frame),
             _ => self.counters.dropped = self.counters.dropped.saturating_add(1),
         }
     }
-}
-
-/// The part of a setup in the message that was read as `told`, if it is one.
-fn part_in(told: &ToDevice, message: &[u8]) -> Option<Part> {
-    // Session and number come first.
-    let (_, body) = postcard::take_from_bytes::<(u16, u16)>(message).ok()?;
-    Part::of(&told.request, body)
 }
 
 /// The request in a message; or why there is none, and whose it would have been

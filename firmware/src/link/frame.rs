@@ -44,16 +44,22 @@ pub enum FrameError {
 /// ```
 #[must_use]
 pub fn encode<T: Serialize>(message: &T) -> Option<Vec<u8, MAX_FRAME>> {
+    let mut frame = Vec::new();
+    encode_into(message, &mut frame)?;
+    Some(frame)
+}
+
+/// [`encode`] behind what `frame` holds, which a device need not copy then; what is in
+/// it after `None` is no frame.
+pub fn encode_into<T: Serialize>(message: &T, frame: &mut Vec<u8, MAX_FRAME>) -> Option<()> {
     let mut body = [0u8; MAX_BODY];
     let length = postcard::to_slice(message, body.get_mut(..MAX_MESSAGE)?)
         .ok()?
         .len();
     let crc = CRC.checksum(body.get(..length)?).to_le_bytes();
     body.get_mut(length..length + 4)?.copy_from_slice(&crc);
-    let mut frame = Vec::new();
-    stuff(body.get(..length + 4)?, &mut frame)?;
-    frame.push(0).ok()?;
-    Some(frame)
+    stuff(body.get(..length + 4)?, frame)?;
+    frame.push(0).ok()
 }
 
 /// COBS of `body`, which is not empty, run by run: the crate's encoder goes byte by

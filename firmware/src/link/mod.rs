@@ -10,7 +10,7 @@ pub mod message;
 mod refusal;
 mod setup_sum;
 
-pub use frame::{Decoder, FrameError, MAX_FRAME, MAX_MESSAGE, encode};
+pub use frame::{Decoder, FrameError, MAX_FRAME, MAX_MESSAGE, encode, encode_into};
 pub use lists::{Head, too_long};
 pub use message::{
     BROADCAST, Counters, Event, ForceSample, HelloInfo, Kind, Request, Response, SCHEMA, Status,

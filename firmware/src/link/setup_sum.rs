@@ -80,11 +80,13 @@ pub struct Part {
 }
 
 impl Part {
-    /// Of `request`, which was decoded from `encoded`; `None` if it configures nothing. A
+    /// Of `request`, which `message` was decoded to; `None` if it configures nothing. A
     /// device that would encode it again for its sum takes 10 KB more.
     #[must_use]
-    pub fn of(request: &Request, encoded: &[u8]) -> Option<Self> {
+    pub fn of(request: &Request, message: &[u8]) -> Option<Self> {
         let (place, says) = place(request)?;
+        // Session and number come first.
+        let (_, encoded) = postcard::take_from_bytes::<(u16, u16)>(message).ok()?;
         let sum = says.then(|| CRC.checksum(encoded));
         Some(Self { place, sum })
     }

@@ -17,7 +17,7 @@ impl Session {
         &mut self,
         now: Micros,
         seq: u16,
-        request: Request,
+        request: &Request,
         part: Option<Part>,
         mail: &mut SessionMail<'_>,
     ) -> Answer {
@@ -37,7 +37,7 @@ impl Session {
         {
             self.check_at_rest()?;
         }
-        if let Some(configured) = self.draft.configure(&request) {
+        if let Some(configured) = self.draft.configure(request) {
             configured?;
             match request {
                 Request::Clear => self.setup = SetupSum::default(),
@@ -47,10 +47,10 @@ impl Session {
         }
         match request {
             Request::Subscribe { period_ms } => {
-                Request::PERIOD_MS.check(period_ms)?;
-                submit(ControlRequest::Subscribe(period_ms), mail)?;
+                Request::PERIOD_MS.check(*period_ms)?;
+                submit(ControlRequest::Subscribe(*period_ms), mail)?;
             }
-            Request::Arm { setup } => return self.arm(setup, order(OrderKind::Arm), mail),
+            Request::Arm { setup } => return self.arm(*setup, order(OrderKind::Arm), mail),
             Request::Start => {
                 let reply = later(order(OrderKind::Start), mail)?;
                 self.starting = Some(seq);
@@ -62,13 +62,13 @@ impl Session {
             Request::Amplitudes { mask, values } => {
                 return later(
                     order(OrderKind::Amplitudes {
-                        mask,
-                        values: unpack(mask, &values)?,
+                        mask: *mask,
+                        values: unpack(*mask, values)?,
                     }),
                     mail,
                 );
             }
-            Request::Angle {
+            &Request::Angle {
                 at,
                 centideg,
                 centideg_per_s,
@@ -83,7 +83,7 @@ impl Session {
                 submit(request, mail)?;
                 return Ok(Reply::Later);
             }
-            Request::Force {
+            &Request::Force {
                 channel,
                 at,
                 millinewton,
@@ -101,13 +101,13 @@ impl Session {
                 submit(request, mail)?;
                 return Ok(Reply::Later);
             }
-            Request::Rung { channel, rung } => {
+            &Request::Rung { channel, rung } => {
                 check_channel(channel)?;
                 let request = ControlRequest::Rung { seq, channel, rung };
                 submit(request, mail)?;
                 return Ok(Reply::Later);
             }
-            Request::Measurement {
+            &Request::Measurement {
                 joint,
                 centideg,
                 at,
@@ -117,7 +117,7 @@ impl Session {
                 submit(ControlRequest::Measurement { seq, at, angle }, mail)?;
                 return Ok(Reply::Later);
             }
-            Request::StoreStages { stages } => self.store_stages(stages, mail)?,
+            Request::StoreStages { stages } => self.store_stages(*stages, mail)?,
             // Who serves a simulator takes it on its way here.
             Request::SimulateTrigger => {
                 return Err(Refusal::new(Code::SimulatorOnly, "trigger"));
@@ -158,12 +158,13 @@ impl Session {
         if is_arming(mail) || !mail.setup.ready() || !mail.has_room_for_order() {
             return Err(busy());
         }
-        // None only if a mistake was let pass.
-        let refuse = |mistake| Err(Refusal::from(mistake));
-        let setup = self.draft.examine(refuse)?.ok_or_else(busy)?;
+        // Before what is wrong with a setup that the host does not mean.
         if self.setup.total() != sum {
             return Err(Refusal::new(Code::OtherSetup, "setup"));
         }
+        // None only if a mistake was let pass.
+        let refuse = |mistake| Err(Refusal::from(mistake));
+        let setup = self.draft.examine(refuse)?.ok_or_else(busy)?;
         // Nothing is refused from here on: every part was just built, and the
         // mailboxes are as large as the largest setup.
         for part in self.draft.parts() {
