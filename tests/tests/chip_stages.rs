@@ -64,8 +64,13 @@ impl Bench {
 
     /// The last of what the device says to `request` within `us`.
     fn ask(&mut self, request: Request, us: u64) -> Said {
+        let before = self.draft.clone();
         self.say(Some(request), us);
-        self.said.pop().expect("an answer")
+        let said = self.said.pop().expect("an answer");
+        if let Said::Refused(..) = said {
+            self.draft = before; // a host sums what was accepted
+        }
+        said
     }
 
     /// Says `request`, if there is one, and takes what is said within `us`.
