@@ -238,3 +238,22 @@ fn a_board_unplugged_from_a_serial_port_leaves_the_record() {
     let board = Board::serve(&folder, &["--pty", "port"]);
     unplug(&folder, board);
 }
+
+#[test]
+fn a_protocol_that_asks_somebody_is_not_begun_on_a_board_where_nobody_answers() {
+    let folder = folder("nobody");
+    let board = Board::serve(&folder, &["--tcp", "127.0.0.1:0"]);
+    let arguments = [
+        "experiment",
+        "harris-wall",
+        "--device",
+        &board.at,
+        "--out",
+        "x",
+    ];
+    let mut program = flexor(&folder, &arguments);
+    let (exit, _, error) = said(program.stdin(Stdio::null()).output().unwrap());
+    assert_eq!(exit, Some(1), "{error}");
+    assert!(error.contains("E615 nobody is at the terminal"), "{error}");
+    assert!(!folder.join("x").exists());
+}

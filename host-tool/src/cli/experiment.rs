@@ -283,11 +283,7 @@ fn came_to(
     course: &Course,
     beside: &Beside<'_>,
 ) -> anyhow::Result<Option<Outcome>> {
-    let is_simulated = |it: &Conducted| it.trial.identity.as_ref().is_none_or(|it| it.simulated);
-    let simulated = match &course.trials[..] {
-        [] => !beside.is_board, // nobody answered
-        trials => trials.iter().all(is_simulated),
-    };
+    let simulated = simulated(&course.trials, beside.is_board);
     let mut outcome = Outcome::of_trials(experiment, seed, &course.trials, simulated);
     let (done, of) = (course.trials.len(), course.of);
     if course.ended.is_some() {
@@ -310,6 +306,19 @@ fn came_to(
         beside.interruption.asked().is_none()
     })?;
     Ok(swept.outcome)
+}
+
+/// Whether all of these trials are simulated, as their devices said; in this process they
+/// are. Unknown where a device behind a port has not answered.
+fn simulated(trials: &[Conducted], is_port: bool) -> Option<bool> {
+    let said = trials.iter().map(|it| it.trial.identity.as_ref());
+    let said: Option<Vec<bool>> = said
+        .map(|it| it.map_or((!is_port).then_some(true), |it| Some(it.simulated)))
+        .collect();
+    match said {
+        Some(said) if said.is_empty() => (!is_port).then_some(true),
+        said => said.map(|said| said.iter().all(|it| *it)),
+    }
 }
 
 /// What came to its end.
@@ -418,8 +427,9 @@ pub(super) fn people(outcome: &Outcome, page: &str) -> String {
         text += &format!("{}\n", line.trim_end());
     }
     let who = match outcome.simulated {
-        true => "Simulated: what came of assumed bodies, no evidence about people.",
-        false => "One person: what was measured here, no more.",
+        Some(true) => "Simulated: what came of assumed bodies, no evidence about people.",
+        Some(false) => "One person: what was measured here, no more.",
+        None => "No device answered: whether any of it is simulated is unknown.",
     };
     text + &format!("\n{who}\nPage: {page}")
 }

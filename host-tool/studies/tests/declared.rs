@@ -43,6 +43,40 @@ fn a_wearer_that_no_session_takes_is_blamed_on_its_draw_or_grid() {
     }
 }
 
+#[test]
+fn a_draw_or_grid_of_what_a_level_decides_is_refused() {
+    // What a level sets, a table it takes out a field of, and a field in a table it sets.
+    for (field, level) in [
+        ("wall.co_contraction", "pre-wall"),
+        ("wall", "pre-wall"),
+        ("wall.co_contraction.lead_deg", "pre-wall"),
+    ] {
+        let more = format!("[[grid]]\nfield = \"{field}\"\nvalues = [1.0]\nsource = \"x\"\n");
+        let error = refusal(&(SMALL.to_owned() + &more));
+        let wanted =
+            format!("level `{level}` decides `wall.co_contraction`, and the grid of `{field}`");
+        assert!(error.starts_with("E600 small.toml: "), "{error}");
+        assert!(error.contains(&wanted), "{wanted}: {error}");
+    }
+    // Beside it, with a name that only begins alike.
+    let beside = "[[grid]]\nfield = \"wall.co_contraction_x\"\nvalues = [1.0]\nsource = \"x\"\n";
+    let error = refusal(&(SMALL.to_owned() + beside));
+    assert!(!error.contains("decides"), "{error}");
+}
+
+#[test]
+fn both_ends_of_a_draw_are_tried_before_anything_runs() {
+    // The first wearer of these seeds lies within what a session takes.
+    for (range, end) in [
+        ("low = 0.6\nhigh = 101.0", "101.0"),
+        ("low = -0.5\nhigh = 2.4", "-0.5"),
+    ] {
+        let error = refusal(&SMALL.replace("low = 0.6\nhigh = 2.4", range));
+        let wanted = format!("E602 small.toml: line 22: draw `body.push_nm` = {end}");
+        assert!(error.starts_with(&wanted), "{wanted}: {error}");
+    }
+}
+
 /// Claims of which each is wrong somewhere.
 const WRONG_CLAIMS: &str = r#"
 [[claim]]
@@ -165,7 +199,7 @@ fn conditions_may_have_different_bodies() {
     let mut operator = Until(9, Vec::new());
     let place = (&DeviceName::Native, 3);
     let course = experiment.conduct(&folder("bodies"), place, &mut operator);
-    let outcome = Outcome::of_trials(&experiment, 3, &course.unwrap().trials, true);
+    let outcome = Outcome::of_trials(&experiment, 3, &course.unwrap().trials, Some(true));
     let known: Vec<usize> = outcome.rows.iter().map(|row| row.n).collect();
     assert_eq!(known, [1, 0, 0, 1], "{:?}", outcome.rows);
     for wanted in ["No deepest_deg", "No rmse_deg"] {

@@ -305,6 +305,16 @@ fn a_protocol_aborted_at_any_step_says_how_far_it_came() {
         let told = refused.unwrap_err().to_string();
         assert!(told.starts_with(wanted), "{told}");
     }
+    // Every criterion that would stop nothing, at once.
+    let no_joint = format!("{text}stop = {{ force_above_n = 5.0 }}\n");
+    let told = Experiment::new("small.toml", &no_joint, &texts).map(|_| ());
+    let told = told.unwrap_err().to_string();
+    for condition in ["pre-wall", "bare"] {
+        assert!(
+            told.contains(&format!("`force_above_n` in `{condition}`")),
+            "{told}"
+        );
+    }
     let text = text + "stop = { angle_above_deg = 88.0 }\n";
     let experiment = Experiment::new("small.toml", &text, &texts).unwrap();
     let dir = folder("criterion");
@@ -376,7 +386,7 @@ fn published(name: &str) -> (PathBuf, Vec<Conducted>, Outcome) {
     let course = experiment
         .conduct(&dir, (&DeviceName::Native, 3), &mut operator)
         .unwrap();
-    let outcome = Outcome::of_trials(&experiment, 3, &course.trials, true);
+    let outcome = Outcome::of_trials(&experiment, 3, &course.trials, Some(true));
     publish(&dir, &outcome, &course.trials).unwrap();
     (dir, course.trials, outcome)
 }
@@ -504,7 +514,7 @@ fn what_was_not_played_is_not_told() {
     let course = experiment
         .conduct(&dir, (&DeviceName::Native, 3), &mut operator)
         .unwrap();
-    let outcome = Outcome::of_trials(&experiment, 3, &course.trials, true);
+    let outcome = Outcome::of_trials(&experiment, 3, &course.trials, Some(true));
     assert!(
         outcome
             .shares

@@ -57,6 +57,7 @@ impl Told<'_> {
         self.names(d);
         self.factors(d);
         self.numbers(d);
+        self.overwritten(d);
         for nth in 0..d.claims.len() {
             self.claim(d, nth);
         }
@@ -185,6 +186,31 @@ impl Told<'_> {
         }
     }
 
+    /// Levels whose field a draw or a grid would write over, so that the conditions
+    /// would be alike in it.
+    fn overwritten(&mut self, d: &Declaration) {
+        let drawn = d.drawn.iter().map(|it| ("draw", &*it.field)).enumerate();
+        let grids = d.grid.iter().map(|it| ("grid", &*it.field)).enumerate();
+        for (nth, (list, field)) in drawn.chain(grids) {
+            for (at, factor) in d.factors.iter().enumerate() {
+                for (place, level) in factor.levels.iter().enumerate() {
+                    let set = level.set.keys().chain(&level.unset);
+                    for own in set.filter(|own| is_within(own, field) || is_within(field, own)) {
+                        let name = &level.name;
+                        let by = self.written.line(list, nth, "field");
+                        let by = by.map_or(String::new(), |line| format!(", line {line},"));
+                        let what = format!(
+                            "level `{name}` decides `{own}`, and the {list} of `{field}`{by} would \
+                             write over it: leave one out"
+                        );
+                        let line = self.written.line_of_level(at, place);
+                        self.all.push(Mistake::at(line, &what));
+                    }
+                }
+            }
+        }
+    }
+
     fn numbers(&mut self, d: &Declaration) {
         let conditions = d.factors.iter().map(|factor| factor.levels.len());
         let conditions = conditions.fold(1, usize::saturating_mul);
@@ -225,6 +251,12 @@ fn twice<'a>(what: &str, names: impl Iterator<Item = &'a str>) -> Vec<(usize, St
     let again = names.enumerate().filter(|(_, name)| !seen.insert(*name));
     let told = again.map(|(nth, name)| (nth, format!("{what} `{name}` stands there twice")));
     told.collect()
+}
+
+/// Whether the dotted path `field` is `table` or lies in it.
+fn is_within(field: &str, table: &str) -> bool {
+    let rest = field.strip_prefix(table);
+    rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
 }
 
 fn can_be(drawn: &Drawn) -> bool {

@@ -79,6 +79,14 @@ pub(super) fn point_in_words(declaration: &Declaration, point: u64) -> String {
     fields.collect()
 }
 
+/// The least and the most that a draw gives.
+pub(super) fn ends(drawn: &Drawn) -> [Value; 2] {
+    match drawn.even {
+        Even::Whole => [drawn.low, drawn.high].map(|end| Value::Integer(end as i64)),
+        Even::Value | Even::Logarithm => [drawn.low, drawn.high].map(Value::Float),
+    }
+}
+
 /// Where `part` of the way, 0 to 1, lies.
 fn value(drawn: &Drawn, part: f64) -> Value {
     let Drawn { low, high, .. } = *drawn;

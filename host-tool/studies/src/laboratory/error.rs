@@ -104,19 +104,12 @@ pub enum LaboratoryError {
         /// Of their sessions.
         field: &'static str,
     },
-    /// A stop criterion that nothing is held against.
+    /// Stop criteria that nothing is held against.
     #[error(
-        "E614 protocol: stop says `{field}`, but the condition `{condition}` has no {what}; it \
-         would never stop: add it to the session, or leave the criterion out"
+        "E614 protocol: stop says {0}; it would never stop: add it to the session, or leave the \
+         criterion out"
     )]
-    Unmet {
-        /// Of `stop`.
-        field: &'static str,
-        /// Its name.
-        condition: String,
-        /// What is missing.
-        what: &'static str,
-    },
+    Unmet(String),
     /// A draw that is not what it is on the whole device.
     #[error(
         "E612 unit {unit}, {condition}: body and schedule alone are not the whole device: {what} \

@@ -93,15 +93,16 @@ impl Experiment {
     /// Whether every condition has what the protocol stops at.
     fn check_stop(&self, sessions: &[Session]) -> Result<(), LaboratoryError> {
         let stop = self.declaration.protocol.stop;
-        let mut all = self.conditions.iter().zip(sessions);
-        all.try_for_each(|(condition, session)| match stop.unmet(session) {
-            None => Ok(()),
-            Some((field, what)) => Err(LaboratoryError::Unmet {
-                field,
-                condition: condition.name(),
-                what,
-            }),
-        })
+        let all = self.conditions.iter().zip(sessions);
+        let unmet = all.flat_map(|(condition, session)| {
+            let name = condition.name();
+            let unmet = stop.unmet(session).into_iter();
+            unmet.map(move |(field, what)| format!("`{field}` in `{name}`, which has no {what}"))
+        });
+        match unmet.collect::<Vec<_>>() {
+            unmet if unmet.is_empty() => Ok(()),
+            unmet => Err(LaboratoryError::Unmet(unmet.join("; "))),
+        }
     }
 
     /// Whether one wearer can wear these conditions, where one has to.

@@ -110,8 +110,9 @@ fn facts(outcome: &Outcome) -> String {
         draws => format!("{draws} wearers drawn"),
     };
     let who = match outcome.simulated {
-        true => " · <b>Simulated wearers: no evidence about people.</b>",
-        false => "",
+        Some(true) => " · <b>Simulated wearers: no evidence about people.</b>",
+        Some(false) => "",
+        None => " · <b>No device answered: simulated or not is unknown.</b>",
     };
     let source = escape(&outcome.declared.source);
     format!("{source} · seed {} · {drawn}{who}", outcome.seed)

@@ -65,9 +65,8 @@ pub struct Stop {
 }
 
 impl Stop {
-    /// The first criterion that a session gives nothing to hold against, and what that
-    /// would be.
-    pub(super) fn unmet(&self, session: &Session) -> Option<(&'static str, &'static str)> {
+    /// The criteria that a session gives nothing to hold against, and what that would be.
+    pub(super) fn unmet(&self, session: &Session) -> Vec<(&'static str, &'static str)> {
         let has_angle = session.joint.is_some() || session.wall.is_some();
         let has_force = session.channels.iter().any(|it| it.muscle.is_some());
         let angle = "measured angle: its session has neither joint nor wall";
@@ -78,8 +77,9 @@ impl Stop {
             ("force_above_n", self.force_above_n, has_force, force),
         ]
         .into_iter()
-        .find(|(_, limit, is_there, _)| limit.is_some() && !is_there)
+        .filter(|(_, limit, is_there, _)| limit.is_some() && !is_there)
         .map(|(name, _, _, what)| (name, what))
+        .collect()
     }
 }
 

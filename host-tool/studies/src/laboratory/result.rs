@@ -20,8 +20,8 @@ pub struct Outcome {
     pub title: String,
     /// Of wearers, noise and order.
     pub seed: u64,
-    /// Whether all of it is simulated.
-    pub simulated: bool,
+    /// Whether all of it is simulated; unknown where no device said.
+    pub simulated: Option<bool>,
     /// What was written before looking.
     pub declared: Declared,
     /// The conditions, as the declaration crosses them.
@@ -85,6 +85,8 @@ pub struct Row {
 
 /// What is said of every simulated result.
 const SIMULATED: &str = "Simulated: numbers of assumed bodies, no evidence about people.";
+/// What is said where no device told what it is.
+const UNKNOWN: &str = "No device answered: whether any of it is simulated is unknown.";
 const MEANING: &str = "ours is the median, low and high the 5th and 95th percentile of the wearers \
                        drawn: a range of bodies, no confidence interval.";
 const PLAYED: &str = "No wearer was drawn: ours is the median, low and high the 5th and 95th \
@@ -99,7 +101,7 @@ impl Outcome {
         experiment: &Experiment,
         (seed, draws): (u64, u64),
         units: &Units,
-        simulated: bool,
+        simulated: Option<bool>,
     ) -> Self {
         let drawn = experiment.declaration.drawn.iter().map(|drawn| {
             let (field, low, high, source) = (&drawn.field, drawn.low, drawn.high, &drawn.source);
@@ -119,7 +121,7 @@ impl Outcome {
         experiment: &Experiment,
         seed: u64,
         trials: &[Conducted],
-        simulated: bool,
+        simulated: Option<bool>,
     ) -> Self {
         let repetitions = experiment.declaration.protocol.repetitions;
         let mut rounds = Units::new();
@@ -161,12 +163,16 @@ impl Outcome {
         experiment: &Experiment,
         (seed, draws): (u64, u64),
         units: &Units,
-        simulated: bool,
+        simulated: Option<bool>,
         (meaning, more): (&str, Vec<String>),
     ) -> Self {
         let declaration = &experiment.declaration;
-        let said = simulated.then_some(SIMULATED).into_iter();
-        let said = said.chain([meaning, CASES]).map(str::to_owned);
+        let said = match simulated {
+            Some(true) => Some(SIMULATED),
+            Some(false) => None,
+            None => Some(UNKNOWN),
+        };
+        let said = said.into_iter().chain([meaning, CASES]).map(str::to_owned);
         let assumed = declaration.assumed.iter().cloned();
         let printed = declaration.printed.iter().filter_map(|printed| {
             let (measure, mean, source) = (&printed.measure, printed.mean()?, &printed.source);

@@ -209,7 +209,7 @@ impl Sweep {
         dir: &Path,
         (units, trials): (&Units, &[Conducted]),
     ) -> Result<Outcome, LaboratoryError> {
-        let outcome = Outcome::of(experiment, (self.seed, self.draws), units, true);
+        let outcome = Outcome::of(experiment, (self.seed, self.draws), units, Some(true));
         let outcome = outcome.showing(trials);
         publish(dir, &outcome, trials)?;
         Ok(outcome)

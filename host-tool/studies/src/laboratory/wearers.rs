@@ -2,6 +2,7 @@
 //! draw or the grid that asks for what a session does not have.
 
 use super::condition::Condition;
+use super::draw::ends;
 use super::error::{LaboratoryError, Mistake};
 use super::experiment::Experiment;
 use super::written::Written;
@@ -12,7 +13,8 @@ use toml::Value;
 const POINTS_TRIED: u64 = 64;
 
 impl Experiment {
-    /// That the first wearer makes a session of every condition, at each point.
+    /// That the first wearer makes a session of every condition, at each point, and
+    /// both ends of every draw by themselves.
     ///
     /// # Errors
     /// Every draw and grid that does not; the file's name is `file`.
@@ -32,6 +34,17 @@ impl Experiment {
                 }
                 for (nth, what) in alone {
                     refused.entry(Some(nth)).or_insert((condition.name(), what));
+                }
+            }
+        }
+        for (nth, drawn) in self.declaration.drawn.iter().enumerate() {
+            for end in ends(drawn) {
+                let field = [(drawn.field.clone(), end)];
+                for condition in &self.conditions {
+                    for (_, what) in blamed(condition, &field) {
+                        let refused = refused.entry(Some(nth));
+                        refused.or_insert((condition.name(), what));
+                    }
                 }
             }
         }
