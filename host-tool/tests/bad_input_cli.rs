@@ -152,6 +152,22 @@ fn a_port_where_nobody_answers_is_refused() {
     let says = &["E501 no answer to Hello", "is this its port?"];
     let run = "run session.toml --device port";
     check(&folder, ("silent", run, 1, says));
+    // Nobody said what it was, so nobody says that.
+    let arguments = [
+        "experiment",
+        "open-trains",
+        "--draws",
+        "0",
+        "--device",
+        "port",
+    ];
+    let (exit, _, error) = ran(&folder, &[&arguments[..], &["--out", "silent"]].concat());
+    assert_eq!(exit, Some(1), "{error}");
+    for file in ["run.json", "summary.json", "result.json"] {
+        let text = std::fs::read(folder.join("silent").join(file)).unwrap();
+        let told: serde_json::Value = serde_json::from_slice(&text).unwrap();
+        assert!(told["simulated"].is_null(), "{file}");
+    }
 }
 
 #[test]

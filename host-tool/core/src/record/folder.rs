@@ -34,7 +34,7 @@ pub fn write_header(dir: &Path, run: &Run) -> Result<(), RecordError> {
     let header = Header {
         run,
         kind,
-        simulated: kind.map(|_| run.is_simulated()),
+        simulated: run.simulated(),
     };
     write_json(&FileSystem, &dir.join("run.json"), &header)
 }

@@ -144,6 +144,13 @@ impl Run {
         self.trials.iter().any(|trial| said(trial) || known(trial))
     }
 
+    /// [`Run::is_simulated`]; `None` where no device has answered, so that nobody knows.
+    #[must_use]
+    pub fn simulated(&self) -> Option<bool> {
+        let is_simulated = self.is_simulated();
+        (is_simulated || self.kind().is_some()).then_some(is_simulated)
+    }
+
     /// The seed for people.
     #[must_use]
     pub fn seed_in_words(&self) -> String {

@@ -14,7 +14,7 @@ struct Summary<'a> {
     #[serde(flatten)]
     ending: &'a Ending,
     device: String,
-    simulated: bool,
+    simulated: Option<bool>,
     seed: Option<u64>,
     speed_factor: Option<f64>,
     version: &'a str,
@@ -61,7 +61,7 @@ pub fn write(dir: &Path, report: &Report) -> Result<PathBuf, RecordError> {
         title: &run.title,
         ending: &run.ending,
         device: run.device_in_words(),
-        simulated: run.is_simulated(),
+        simulated: run.simulated(),
         seed: run.seed,
         speed_factor: run.host.speed_factor,
         version: env!("CARGO_PKG_VERSION"),
