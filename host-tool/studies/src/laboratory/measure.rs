@@ -31,7 +31,7 @@ pub const MEASURES: &[Measure] = &[
     Measure { id: "settling_s", quantity: "from the first turn until within 1° of the end", unit: "s", of: |_, trial| Some(visit(trial)?.settling_s()) },
     Measure { id: "peak_deg", quantity: "largest true angle", unit: "°", of: |_, trial| trial.samples.iter().filter_map(|sample| sample.true_deg).reduce(f64::max) },
     Measure { id: "charge_mc", quantity: "charge of all first phases", unit: "mC", of: |session, trial| Some(delivered(session, trial).0) },
-    Measure { id: "energy_mj", quantity: "energy into 1 kΩ (assumed)", unit: "mJ", of: |session, trial| Some(delivered(session, trial).1) },
+    Measure { id: "energy_mj", quantity: "energy into 1 kΩ (assumed) or a voltage stage's load", unit: "mJ", of: |session, trial| Some(delivered(session, trial).1) },
 ];
 
 /// The measure of this id.
