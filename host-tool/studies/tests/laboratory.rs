@@ -100,6 +100,58 @@ fn shard(text: &str) -> Shard {
     text.parse().unwrap()
 }
 
+/// A row that the sweep would not have written, by file and line.
+#[test]
+fn a_row_changed_by_hand_is_told_by_its_line() {
+    let dir = folder("by_hand");
+    swept(Shard::WHOLE, 3, &dir);
+    let rows = dir.join("draws.csv");
+    let whole = fs::read_to_string(&rows).unwrap();
+    let lines: Vec<&str> = whole.lines().collect();
+    let with = |nth: usize, from: &str, to: &str| {
+        let mut lines: Vec<String> = lines.iter().map(|&line| line.to_owned()).collect();
+        assert!(lines[nth].contains(from), "{}", lines[nth]);
+        lines[nth] = lines[nth].replacen(from, to, 1);
+        lines.join("\n") + "\n"
+    };
+    // Lines: the header, then two for each of ten wearers.
+    let drawn = lines[5].split(',').nth(2).unwrap();
+    let measure = lines[6].rsplit(',').next().unwrap();
+    let mut without: Vec<&str> = lines.clone();
+    without.remove(3);
+    let without = without.join("\n") + "\n";
+    for (text, says) in [
+        (with(6, measure, "NaN"), "line 7: `NaN` is no finite number"),
+        (
+            with(6, measure, "much"),
+            "line 7: `much` is no finite number",
+        ),
+        (
+            with(5, drawn, "1.25"),
+            "line 6: it is not unit 2 in its turn, as seed 3 draws it",
+        ),
+        (with(6, "\"bare\"", "\"other\""), "line 7: it is not unit 2"),
+        (
+            with(5, "2,", "99,"),
+            "line 6: unit 99 is none of this sweep",
+        ),
+        (without, "line 4: it is not unit 1"),
+    ] {
+        fs::write(&rows, text).unwrap();
+        let refused = merge(
+            std::slice::from_ref(&dir),
+            &folder("by_hand_merged"),
+            &small(),
+        );
+        let error = refused.unwrap_err().to_string();
+        assert!(
+            error.starts_with("E608") && error.contains("draws.csv"),
+            "{error}"
+        );
+        assert!(error.contains(says), "{says}: {error}");
+    }
+}
+
 #[test]
 fn shards_merge_to_the_bytes_of_one_sweep() {
     let whole = folder("whole");

@@ -241,7 +241,7 @@ pub fn merge(
     let whole = whole_of(&named, experiment)?;
     let mut units = BTreeMap::new();
     for (part, (name, sweep)) in parts.iter().zip(&named) {
-        let own = folder::units(part, experiment)?;
+        let own = folder::units(part, sweep, experiment)?;
         let lacking = sweep.units(experiment).find(|unit| !own.contains_key(unit));
         if let Some(unit) = lacking {
             return Err(LaboratoryError::Merge(format!(

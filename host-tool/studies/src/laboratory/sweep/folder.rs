@@ -43,7 +43,7 @@ impl Folder {
                 });
             }
             if rows.is_file() {
-                (known, text) = whole_rows(&rows, experiment)?;
+                (known, text) = whole_rows(&rows, sweep, experiment)?;
             }
         } else {
             refuse_foreign(dir, sweep)?;
@@ -67,15 +67,12 @@ impl Folder {
         unit: &Unit,
         measured: &[Measured],
     ) -> Result<(), LaboratoryError> {
-        let fields = unit.fields.iter().map(|(_, value)| value.to_string());
-        let fields: String = fields.map(|value| format!(",{value}")).collect();
         let mut text = String::new();
         for (condition, measured) in experiment.conditions.iter().zip(measured) {
             let numbers = measured.iter();
             let numbers = numbers.map(|it| it.map_or(String::new(), |it| it.to_string()));
             let numbers: String = numbers.map(|number| format!(",{number}")).collect();
-            let name = quoted(&condition.name());
-            text += &format!("{},{}{fields},{name}{numbers}\n", unit.index, unit.wearer);
+            text += &format!("{}{numbers}\n", begins(unit, &condition.name()));
         }
         let written = self.rows.write_all(text.as_bytes());
         written.map_err(|error| LaboratoryError::File(self.name.clone(), error))
@@ -103,8 +100,12 @@ fn refuse_foreign(dir: &Path, sweep: &Sweep) -> Result<(), LaboratoryError> {
 ///
 /// # Errors
 /// It is none.
-pub(super) fn units(dir: &Path, experiment: &Experiment) -> Result<Units, LaboratoryError> {
-    let (units, _) = whole_rows(&dir.join("draws.csv"), experiment)?;
+pub(super) fn units(
+    dir: &Path,
+    sweep: &Sweep,
+    experiment: &Experiment,
+) -> Result<Units, LaboratoryError> {
+    let (units, _) = whole_rows(&dir.join("draws.csv"), sweep, experiment)?;
     Ok(units)
 }
 
@@ -154,8 +155,20 @@ fn quoted(name: &str) -> String {
     format!("\"{}\"", name.replace('"', "\"\""))
 }
 
+/// A row up to its measures: the unit and what was drawn for it, and the condition.
+fn begins(unit: &Unit, condition: &str) -> String {
+    let fields = unit.fields.iter().map(|(_, value)| format!(",{value}"));
+    let fields: String = fields.collect();
+    let condition = quoted(condition);
+    format!("{},{}{fields},{condition}", unit.index, unit.wearer)
+}
+
 /// The whole units of `draws.csv`, and the text of those alone.
-fn whole_rows(path: &Path, experiment: &Experiment) -> Result<(Units, String), LaboratoryError> {
+fn whole_rows(
+    path: &Path,
+    sweep: &Sweep,
+    experiment: &Experiment,
+) -> Result<(Units, String), LaboratoryError> {
     let text = fs::read_to_string(path).map_err(failed(path))?;
     let damaged = |reason: String| LaboratoryError::Damaged {
         file: path.display().to_string(),
@@ -168,51 +181,67 @@ fn whole_rows(path: &Path, experiment: &Experiment) -> Result<(Units, String), L
     let mut units = Units::new();
     let mut whole = head;
     let lines: Vec<&str> = body.split_inclusive('\n').collect();
-    for lines in lines.chunks(experiment.conditions.len().max(1)) {
+    let of_unit = experiment.conditions.len().max(1);
+    // The header is line 1.
+    for (lines, first) in lines.chunks(of_unit).zip((2..).step_by(of_unit)) {
         let is_whole = lines.len() == experiment.conditions.len();
         if !is_whole || lines.last().is_some_and(|line| !line.ends_with('\n')) {
             break; // the program was killed here
         }
-        let some = lines.concat();
-        let (index, measured) = unit_of(&some, experiment).map_err(damaged)?;
+        let (index, measured) = unit_of(lines, first, (sweep, experiment)).map_err(damaged)?;
         if units.insert(index, measured).is_some() {
-            return Err(damaged(format!("unit {index} stands there twice")));
+            return Err(damaged(format!(
+                "line {first}: unit {index} stands there twice"
+            )));
         }
-        whole += &some;
+        whole.extend(lines.iter().copied());
     }
     Ok((units, whole))
 }
 
-/// The unit that these lines are of, one for each condition.
-fn unit_of(lines: &str, experiment: &Experiment) -> Result<(u64, Vec<Measured>), String> {
-    let mut reader = csv::ReaderBuilder::new();
-    let mut reader = reader.has_headers(false).from_reader(lines.as_bytes());
-    let (mut index, mut all) = (None, Vec::new());
-    let measures = experiment.measures().count();
-    for (row, condition) in reader.records().zip(&experiment.conditions) {
-        let row = row.map_err(|error| error.to_string())?;
-        let number = row.get(0).and_then(|field| field.parse().ok());
-        let number: u64 = number.ok_or("a row without its unit")?;
-        let at = row
-            .len()
-            .checked_sub(measures + 1)
-            .ok_or("a row too short")?;
-        if row.get(at) != Some(&condition.name()) || *index.get_or_insert(number) != number {
-            return Err(format!("unit {number} has not each condition in its turn"));
-        }
-        let parse = |field: &str| match field {
-            "" => Ok(None),
-            number => number
-                .parse()
-                .map(Some)
-                .map_err(|_| format!("`{number}` is no number")),
-        };
-        all.push(
-            row.iter()
-                .skip(at + 1)
-                .map(parse)
-                .collect::<Result<_, _>>()?,
-        );
+/// The unit that these lines are of, one for each condition; `first` is the number of
+/// the first. Of every line but its measures is known what it must say.
+fn unit_of(
+    lines: &[&str],
+    first: usize,
+    (sweep, experiment): (&Sweep, &Experiment),
+) -> Result<(u64, Vec<Measured>), String> {
+    let index = lines.first().and_then(|line| line.split(',').next());
+    let index = index.and_then(|field| field.parse().ok());
+    let index: u64 = index.ok_or_else(|| format!("line {first}: a row without its unit"))?;
+    if index >= experiment.units(sweep.draws) || !sweep.shard.has(index) {
+        return Err(format!("line {first}: unit {index} is none of this sweep"));
     }
-    Ok((index.ok_or("no row")?, all))
+    let unit = experiment.unit(sweep.seed, sweep.draws, index);
+    let measures = experiment.measures().count();
+    let rows = lines.iter().zip(&experiment.conditions).zip(first..);
+    let rows = rows.map(|((line, condition), number)| {
+        let wanted = begins(&unit, &condition.name());
+        let rest = line.strip_prefix(&wanted).ok_or_else(|| {
+            format!(
+                "line {number}: it is not unit {index} in its turn, as seed {} draws it; wanted \
+                 is `{wanted},…`",
+                sweep.seed
+            )
+        })?;
+        let fields: Vec<&str> = rest.trim_end().split(',').collect();
+        match fields.split_first() {
+            Some((&"", fields)) if fields.len() == measures => {
+                let numbers = fields.iter().map(|field| number_of(field));
+                let numbers: Result<_, String> = numbers.collect();
+                numbers.map_err(|what| format!("line {number}: {what}"))
+            }
+            _ => Err(format!("line {number}: not a number for each measure")),
+        }
+    });
+    Ok((index, rows.collect::<Result<_, _>>()?))
+}
+
+/// A measure; none where the trial had none.
+fn number_of(field: &str) -> Result<Option<f64>, String> {
+    match (field, field.parse::<f64>()) {
+        ("", _) => Ok(None),
+        (_, Ok(number)) if number.is_finite() => Ok(Some(number)),
+        _ => Err(format!("`{field}` is no finite number")),
+    }
 }
