@@ -11,5 +11,6 @@ mod same_wearer;
 mod search;
 mod search_device;
 mod search_judged;
+mod sweeps;
 mod thresholds_found;
 mod tracking_causes;
