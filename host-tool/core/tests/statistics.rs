@@ -121,7 +121,7 @@ fn call(function: &str, given: &Value) -> Result<Answer, StatisticsError> {
             effects([&found.first, &found.second, &found.interaction], between)
         }
         "share" => {
-            let (successes, trials, level) = arguments(given);
+            let (successes, trials, level): (f64, _, _) = arguments(given);
             let found = share(successes, trials, level)?;
             answer([
                 ("share", found.share),

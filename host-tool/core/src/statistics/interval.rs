@@ -28,20 +28,21 @@ pub struct Share {
 
 /// The share of `successes` among `trials` and Wilson's score interval (Wilson
 /// 1927; recommended for any share and number of trials by Brown, Cai and
-/// DasGupta 2001, eq. 4). `level` as 0.95.
+/// DasGupta 2001, eq. 4). `level` as 0.95. A trial that succeeds in part, as in one
+/// of two cases, counts in part.
 ///
 /// # Errors
-/// No trial, more successes than trials, a level outside (0, 1).
-pub fn share(successes: u64, trials: u64, level: f64) -> Result<Share, StatisticsError> {
+/// No trial, successes below 0 or more than trials, a level outside (0, 1).
+pub fn share(successes: f64, trials: u64, level: f64) -> Result<Share, StatisticsError> {
     enough("trials", usize::try_from(trials).unwrap_or(usize::MAX), 1)?;
-    if successes > trials {
+    if !(0.0..=trials as f64).contains(&successes) {
         return Err(StatisticsError::OutOfRange {
             what: "successes",
             range: "0…trials",
         });
     }
     let z = quantile(level)?;
-    let (n, share) = (trials as f64, successes as f64 / trials as f64);
+    let (n, share) = (trials as f64, successes / trials as f64);
     let part = z * z / n;
     let centre = (share + part / 2.0) / (1.0 + part);
     let half = (share * (1.0 - share) * part + part * part / 4.0).sqrt() / (1.0 + part);

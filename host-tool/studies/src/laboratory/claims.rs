@@ -29,7 +29,8 @@ pub struct Share {
     pub holds: u64,
     /// Cases in which it could be judged.
     pub of: u64,
-    /// Lower end of the interval of the share, 0 to 1; nothing without a case.
+    /// Lower end of the interval of the share, 0 to 1; nothing without a case, or
+    /// where no wearers were drawn.
     pub low: Option<f64>,
     /// Upper end.
     pub high: Option<f64>,
@@ -124,7 +125,7 @@ fn share<'a>(
         wearers.insert(*unit);
     }
     let wearers = wearers.len() as u64;
-    let successes = (holds as f64 * wearers as f64 / (of as f64).max(1.0)).round() as u64;
+    let successes = holds as f64 * wearers as f64 / (of as f64).max(1.0);
     let interval = statistics::share(successes, wearers, LEVEL).ok();
     Share {
         id: claim.id.clone(),
