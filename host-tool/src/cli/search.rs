@@ -48,6 +48,12 @@ pub fn main(args: &SearchArgs, output: Output) -> anyhow::Result<()> {
     let seed = args.seed.unwrap_or(SEED);
     let mut port = args.device.open(&session, seed)?;
     let interruption = interrupt::heed()?;
+    if !is_port {
+        say(
+            output,
+            "Simulated: an assumed body, no evidence about people.\n",
+        )?;
+    }
     let mut operator = Terminal::default();
     let mut told = json!({
         "file": args.file, "session": file.session, "device": args.device.to_string(),
