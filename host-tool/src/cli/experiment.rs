@@ -220,11 +220,14 @@ impl Order<'_> {
 
     /// That the device is there, before a record is replaced.
     fn meet(&self, interruption: &Interruption) -> anyhow::Result<()> {
-        let first = self.experiment.conditions.first();
-        if let (Some(condition), true, true) = (first, self.out.overwrites(), self.device.is_port())
+        if self.out.overwrites()
+            && self.device.is_port()
+            && let Some(first) = self.experiment.sessions(&[])?.first()
         {
-            let session = condition.session(&[])?.session;
-            greet(self.device.open(&session, self.decided.0)?, interruption)?;
+            greet(
+                self.device.open(&first.session, self.decided.0)?,
+                interruption,
+            )?;
         }
         Ok(())
     }

@@ -17,6 +17,14 @@ impl Declaration {
     /// # Errors
     /// Everything that is wrong with it, each with a line where one is known.
     pub fn parse(file: &str, text: &str) -> Result<Self, LaboratoryError> {
+        match Self::looked_at(text) {
+            (Some(read), mistakes) if mistakes.is_empty() => Ok(read),
+            (_, mistakes) => Err(LaboratoryError::declaration(file, mistakes)),
+        }
+    }
+
+    /// What can be read of the text, and everything that is wrong with it.
+    pub(super) fn looked_at(text: &str) -> (Option<Self>, Vec<Mistake>) {
         let mut written = Written::new(text);
         let (read, mut mistakes) = written.read();
         if let Some(read) = &read {
@@ -27,10 +35,7 @@ impl Declaration {
             told.look_at(read);
             mistakes = told.all;
         }
-        match read.filter(|_| mistakes.is_empty()) {
-            Some(read) => Ok(read),
-            None => Err(LaboratoryError::declaration(file, mistakes)),
-        }
+        (read, mistakes)
     }
 }
 
@@ -66,6 +71,12 @@ impl Told<'_> {
         }
         for what in d.protocol.mistakes() {
             self.whole("protocol", &what);
+        }
+        if self.written.is_empty("protocol", "stop") {
+            self.whole(
+                "protocol",
+                "stop has no criterion: give one, or leave it out",
+            );
         }
     }
 

@@ -68,17 +68,6 @@ impl Condition {
         named(&self.levels)
     }
 
-    /// The session with these fields of a wearer.
-    ///
-    /// # Errors
-    /// A field cannot be set, or no device would arm what comes of it.
-    pub fn session(&self, wearer: &[(String, Value)]) -> Result<SessionFile, LaboratoryError> {
-        self.with(wearer).map_err(|reason| {
-            let condition = self.name();
-            LaboratoryError::Condition { condition, reason }
-        })
-    }
-
     /// The session with these fields, or why there is none, for people.
     pub(super) fn with(&self, fields: &[(String, Value)]) -> Result<SessionFile, String> {
         let mut table = self.base.clone();

@@ -17,13 +17,13 @@ pub enum LaboratoryError {
         /// Everything that is wrong.
         mistakes: Vec<Mistake>,
     },
-    /// A condition makes no session.
-    #[error("E601 the condition `{condition}` makes no session that a device would arm: {reason}")]
+    /// Conditions make no session.
+    #[error("E601 {file}: {}", list(mistakes))]
     Condition {
-        /// Its name.
-        condition: String,
-        /// What is wrong with it.
-        reason: String,
+        /// The declaration's file.
+        file: String,
+        /// What is wrong, with the names of those that it is wrong with.
+        mistakes: Vec<Mistake>,
     },
     /// Fields that a level, a draw or a grid changes are not there to be changed, or
     /// become what no device would arm.
@@ -158,6 +158,32 @@ impl LaboratoryError {
         mistakes.sort_by_key(|it| it.line.unwrap_or(usize::MAX));
         let file = file.to_owned();
         Self::Declaration { file, mistakes }
+    }
+
+    /// That no device would arm what comes of these conditions of the declaration
+    /// `file`: of each its name and why.
+    pub(super) fn conditions(file: &str, refused: Vec<(String, String)>) -> Self {
+        let mut reasons: Vec<(String, Vec<String>)> = Vec::new();
+        for (name, reason) in refused {
+            let name = format!("`{name}`");
+            match reasons.iter_mut().find(|(known, _)| *known == reason) {
+                Some((_, names)) => names.push(name),
+                None => reasons.push((reason, vec![name])),
+            }
+        }
+        let mistake = |(reason, names): &(String, Vec<String>)| {
+            let (names, make) = match &names[..] {
+                [one] => (one.clone(), "condition {} makes"),
+                all => (all.join(", "), "conditions {} make"),
+            };
+            let make = make.replace("{}", &names);
+            let what = format!("the {make} no session that a device would arm: {reason}");
+            Mistake::at(None, &what)
+        };
+        Self::Condition {
+            file: file.to_owned(),
+            mistakes: reasons.iter().map(mistake).collect(),
+        }
     }
 
     /// That no declaration can be read at `path`.

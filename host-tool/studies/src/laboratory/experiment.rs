@@ -41,8 +41,16 @@ impl Experiment {
     /// # Errors
     /// Everything wrong with the declaration; a condition that no device would arm.
     pub fn new(file: &str, text: &str, texts: Texts<'_>) -> Result<Self, LaboratoryError> {
-        let declaration = Declaration::parse(file, text)?;
-        let sessions = sources::sessions(&declaration, (file, text), texts)?;
+        let (declaration, mut mistakes) = Declaration::looked_at(text);
+        let named = declaration.as_ref();
+        let named = named.map(|read| sources::sessions(read, text, texts));
+        let (sessions, absent) = named.unwrap_or_default();
+        mistakes.extend(absent);
+        let refuse = |mistakes| LaboratoryError::declaration(file, mistakes);
+        let declaration = match declaration {
+            Some(declaration) if mistakes.is_empty() => declaration,
+            _ => return Err(refuse(mistakes)),
+        };
         let sum = |(name, text): (&str, &str)| (name.to_owned(), sha256(text.as_bytes()));
         let mut hashes = vec![sum((file, text))];
         hashes.extend(sessions.iter().map(|(name, text)| sum((name, text))));
@@ -56,9 +64,7 @@ impl Experiment {
             hashes,
         };
         // Whatever is wrong is told before anything runs.
-        for condition in &whole.conditions {
-            condition.session(&[])?;
-        }
+        whole.sessions(&[])?;
         whole.can_be_worn(file)?;
         let drawn = whole.unit(whole.declaration.seed, 1, 0);
         for fields in [&[][..], &drawn.fields] {
@@ -138,7 +144,7 @@ impl Experiment {
     ///
     /// # Errors
     /// A session that no device arms.
-    pub(super) fn sessions(
+    pub fn sessions(
         &self,
         fields: &[(String, Value)],
     ) -> Result<Vec<SessionFile>, LaboratoryError> {

@@ -8,12 +8,13 @@ use host_core::run::SessionFile;
 use std::collections::BTreeMap;
 use toml::Table;
 
-/// The sessions that a declaration names, in its order, with their texts.
+/// The sessions that a declaration names, in its order, with their texts, and which
+/// of them there are not.
 pub(super) fn sessions(
     d: &Declaration,
-    (file, text): (&str, &str),
+    text: &str,
     texts: Texts<'_>,
-) -> Result<Vec<(String, String)>, LaboratoryError> {
+) -> (Vec<(String, String)>, Vec<Mistake>) {
     let (mut all, mut mistakes) = (Vec::new(), Vec::new());
     for (session, level) in d.sessions() {
         match texts(session) {
@@ -21,10 +22,7 @@ pub(super) fn sessions(
             Err(error) => mistakes.push(absent(d, text, (session, level), &error)),
         }
     }
-    match mistakes.is_empty() {
-        true => Ok(all),
-        false => Err(LaboratoryError::declaration(file, mistakes)),
-    }
+    (all, mistakes)
 }
 
 /// That a session cannot be read, and who asks for it.

@@ -5,7 +5,7 @@ use super::declaration::Declaration;
 use super::error::Mistake;
 use serde::de::DeserializeOwned;
 use toml::Spanned;
-use toml::de::{DeTable, DeValue, Deserializer, Error, ValueDeserializer};
+use toml::de::{DeTable, DeValue, Error, ValueDeserializer};
 
 /// The text of a declaration, taken apart as far as it can be.
 pub(super) struct Written<'t> {
@@ -54,6 +54,14 @@ impl<'t> Written<'t> {
         Some(self.line_at(level.span().start))
     }
 
+    /// Whether the table `field` of `table` stands there with nothing in it.
+    pub(super) fn is_empty(&self, table: &str, field: &str) -> bool {
+        let table = self.root.get_ref().get(table).map(Spanned::get_ref);
+        let own = table.and_then(|table| table.get(field));
+        let own = own.and_then(|own| own.get_ref().as_table());
+        own.is_some_and(|own| own.is_empty())
+    }
+
     /// Whether a claim of this id stands there that could not be read.
     pub(super) fn is_unread_claim(&self, id: &str) -> bool {
         let claims = self.root.get_ref().get("claim").map(Spanned::get_ref);
@@ -92,8 +100,7 @@ impl<'t> Written<'t> {
         let grid = self.pieces(table, "grid", &mut errors);
         let claims = self.pieces(table, "claim", &mut errors);
         let printed = self.pieces(table, "printed", &mut errors);
-        let rest: Result<Declaration, Error> = read(Deserializer::from(root));
-        let rest = rest.map_err(|error| errors.push(self.told(&error, 0))).ok();
+        let rest: Option<Declaration> = self.whole(root.into_inner(), 0, &mut errors);
         let whole = rest.filter(|_| has_factors).map(|rest| Declaration {
             factors,
             drawn,
@@ -117,16 +124,61 @@ impl<'t> Written<'t> {
         };
         let mut all = Vec::new();
         for (place, one) in each.iter().enumerate() {
-            match read(ValueDeserializer::from(one.clone())) {
-                Ok(one) => all.push(one),
-                Err(error) => {
-                    errors.push(self.told(&error, one.span().start));
-                    self.unread.push((list, place));
-                }
+            let at = one.span().start;
+            let read = match one.get_ref() {
+                DeValue::Table(table) => self.whole(table.clone(), at, errors),
+                _ => self.value(one.clone(), at, errors),
+            };
+            match read {
+                Some(one) => all.push(one),
+                None => self.unread.push((list, place)),
             }
         }
         table.remove(list);
         all
+    }
+
+    /// Reads a table that begins at byte `at`. Where it cannot be, each field that
+    /// cannot is told: it is taken out, and what is left read again.
+    fn whole<T: DeserializeOwned>(
+        &self,
+        mut table: DeTable<'_>,
+        at: usize,
+        errors: &mut Vec<Mistake>,
+    ) -> Option<T> {
+        let mut taken: Vec<String> = Vec::new();
+        loop {
+            let value = Spanned::new(at..at, DeValue::Table(table.clone()));
+            let error = match read(ValueDeserializer::from(value)) {
+                Ok(whole) => return taken.is_empty().then_some(whole),
+                Err(error) => error,
+            };
+            let lacks = |field: &String| error.message() == format!("missing field `{field}`");
+            if taken.iter().any(lacks) {
+                return None; // it was there, and is told
+            }
+            errors.push(self.told(&error, at));
+            let offset = error.span().map_or(at, |span| span.start);
+            let mut fields = table.iter();
+            let field = fields.find(|(key, value)| {
+                (key.span().start..value.span().end.max(key.span().end)).contains(&offset)
+            });
+            let field = field.map(|(key, _)| key.get_ref().to_string())?;
+            table.remove(&*field);
+            taken.push(field);
+        }
+    }
+
+    /// Reads what is no table.
+    fn value<T: DeserializeOwned>(
+        &self,
+        value: Spanned<DeValue<'_>>,
+        at: usize,
+        errors: &mut Vec<Mistake>,
+    ) -> Option<T> {
+        let read = read(ValueDeserializer::from(value));
+        read.map_err(|error| errors.push(self.told(&error, at)))
+            .ok()
     }
 
     /// Where it is; at byte `piece` if it does not say.
