@@ -1,9 +1,9 @@
 //! `flexor demo`: experiment 4 of Hamana 2022 as its declaration has it, on the native
 //! simulator; how fast that is, and the README's picture.
 
-use super::Output;
 use super::experiment::{Again, Came, Order, found};
 use super::out::OutArgs;
+use super::{Output, Told};
 use anyhow::Context;
 use clap::Args;
 use hal_sim::body::finger::TWO_POINT_FACTOR;
@@ -54,6 +54,14 @@ const TEN_CHANNELS: (&str, &str) = (
 /// # Errors
 /// A session that does not run, a folder that cannot be written.
 pub fn main(args: &Demo, output: Output) -> anyhow::Result<()> {
+    carry_out(args, output)?.say(output)
+}
+
+/// Runs and records it.
+///
+/// # Errors
+/// As [`main`].
+pub(super) fn carry_out(args: &Demo, output: Output) -> anyhow::Result<Told> {
     let begin = Instant::now();
     let order = Order {
         experiment: found(EXPERIMENT, args.again.as_ref())?,
@@ -78,7 +86,10 @@ pub fn main(args: &Demo, output: Output) -> anyhow::Result<()> {
         }))
     })?;
     told["seconds"] = begin.elapsed().as_secs_f64().into();
-    output.say(|| table(&told), || told.clone())
+    Ok(Told {
+        people: table(&told),
+        machines: told,
+    })
 }
 
 /// A row for each trial, in the order of the conditions.

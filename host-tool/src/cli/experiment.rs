@@ -2,7 +2,7 @@
 
 use super::out::OutArgs;
 use super::typed::{Closed, Typed};
-use super::{Bar, Output, interrupt, wrong};
+use super::{Bar, Output, Told, interrupt, wrong};
 use anyhow::Context;
 use clap::Args;
 use host_core::link::Interruption;
@@ -122,6 +122,14 @@ pub(super) fn found(name: &str, again: Option<&Again>) -> Result<Experiment, Lab
 /// No such experiment, no device, a folder that cannot be written, a trial that ended
 /// early.
 pub fn main(args: &ExperimentArgs, output: Output) -> anyhow::Result<()> {
+    carry_out(args, output)?.say(output)
+}
+
+/// Runs and records it.
+///
+/// # Errors
+/// As [`main`].
+pub(super) fn carry_out(args: &ExperimentArgs, output: Output) -> anyhow::Result<Told> {
     let experiment = found(&args.name, args.again.as_ref())?;
     let seed = args.seed.unwrap_or(experiment.declaration.seed);
     let declared = match args.device.is_port() {
@@ -145,10 +153,10 @@ pub fn main(args: &ExperimentArgs, output: Output) -> anyhow::Result<()> {
         Ok((dir.to_owned(), came.outcome.clone()))
     })?;
     let page = dir.join("result.html").display().to_string();
-    output.say(
-        || people(&outcome, &page),
-        || serde_json::json!({ "result": outcome, "page": page }),
-    )
+    Ok(Told {
+        people: people(&outcome, &page),
+        machines: serde_json::json!({ "result": outcome, "page": page }),
+    })
 }
 
 impl Order<'_> {

@@ -86,6 +86,22 @@ pub struct Output {
 /// Progress of long work: a bar on a terminal, nothing in a pipe.
 pub struct Bar(ProgressBar);
 
+/// What a command has to say, before it says it.
+struct Told {
+    people: String,
+    machines: serde_json::Value,
+}
+
+impl Told {
+    /// Says it.
+    ///
+    /// # Errors
+    /// As [`print_line`].
+    fn say(self, output: Output) -> anyhow::Result<()> {
+        output.say(|| self.people, || self.machines)
+    }
+}
+
 impl Output {
     /// Prints a result for people or for machines.
     ///

@@ -2,10 +2,11 @@
 
 use super::{Output, wrong};
 use clap::Args;
-use host_core::record::{Place, load};
+use host_core::record::{Place, Run, load};
 use host_core::report::{self, Report};
+use std::io::ErrorKind;
 use std::path::PathBuf;
-use studies::laboratory::renew;
+use studies::laboratory::{Experiment, LaboratoryError, renew};
 
 /// Make the page and the summary of a record again, also of an interrupted run; of
 /// an experiment and of a sweep the page of its result as well
@@ -30,6 +31,7 @@ pub fn main(args: &ReportArgs, output: Output) -> anyhow::Result<()> {
     let result = renew(&args.record, &run.trials)?;
     let complete = !run.ending.is_incomplete();
     let damaged = run.damaged(&args.record).map(|error| error.to_string());
+    let damaged = damaged.or_else(|| changed(args, &run, result.is_some()));
     let mark = match &damaged {
         Some(_) => " (damaged)",
         None if !complete => " (incomplete)",
@@ -51,6 +53,16 @@ pub fn main(args: &ReportArgs, output: Output) -> anyhow::Result<()> {
             })
         },
     )
+}
+
+/// What of an experiment's record is not as it was made.
+fn changed(args: &ReportArgs, run: &Run, has_result: bool) -> Option<String> {
+    let plan = run.plan.as_ref().filter(|plan| !plan.declared.is_empty())?;
+    let kept = Experiment::kept(&args.record, &plan.declared);
+    let lacks = !has_result && !run.ending.is_incomplete();
+    let file = || args.record.join("result.json").display().to_string();
+    let lacks = lacks.then(|| LaboratoryError::File(file(), ErrorKind::NotFound.into()));
+    kept.err().or(lacks).map(|error| error.to_string())
 }
 
 /// Of a sweep, which has no trials: its result's page alone.

@@ -5,7 +5,7 @@ use super::demo::{self, Demo};
 use super::experiment::{self, ExperimentArgs};
 use super::out::OutArgs;
 use super::perform::{Order, Performed, perform};
-use super::{Incomplete, Output};
+use super::{Incomplete, Output, Told};
 use anyhow::Context;
 use clap::Args;
 use host_core::choice;
@@ -16,6 +16,7 @@ use host_core::record::{
 use host_core::run::{DeviceName, SessionFile};
 use host_core::session::LawName;
 use std::path::{Path, PathBuf};
+use studies::laboratory::differs;
 
 /// Repeat a simulated run from its record, and compare what comes of it.
 #[derive(Args, Debug)]
@@ -71,16 +72,24 @@ pub fn main(args: &Rerun, output: Output) -> anyhow::Result<()> {
     } else {
         OutArgs::to(beside(dir)?)
     };
-    if let Some(again) = Demo::again(dir, &record, out.clone()) {
-        demo::main(&again, output)?;
+    let told = if let Some(again) = Demo::again(dir, &record, out.clone()) {
+        demo::carry_out(&again, output)?
     } else if let Some(again) = ExperimentArgs::again(dir, &record, out.clone()) {
-        experiment::main(&again, output)?;
+        experiment::carry_out(&again, output)?
     } else {
         let performed = session_again(dir, &record, &plan, &out, output)?;
-        return tell(dir, &record, performed, output);
-    }
+        if performed.ended.is_err() && !record.ending.is_incomplete() {
+            return performed.tell(output);
+        }
+        let (again, new) = (&performed.record, performed.place.dir());
+        let told = Told {
+            people: String::new(),
+            machines: performed.machines(),
+        };
+        return tell((dir, &record), (new, again), told, output);
+    };
     let new = out.dir().context("E577 no folder")?;
-    compared(&record, &load(new)?).map_err(Into::into)
+    tell((dir, &record), (new, &load(new)?), told, output)
 }
 
 /// The plan of a record that can be repeated.
@@ -150,41 +159,44 @@ fn session_again(
     perform(&order, again, |title| out.place(title), output)
 }
 
-/// Says how the rerun compares.
-fn tell(dir: &Path, record: &Run, performed: Performed, output: Output) -> anyhow::Result<()> {
-    if performed.ended.is_err() && !record.ending.is_incomplete() {
-        return performed.tell(output);
-    }
-    let compared = compared(record, &performed.record);
-    let rows: usize = record.trials.iter().map(|t| t.samples.len()).sum();
-    let new = performed.place.dir().display().to_string();
-    let mut result = performed.machines();
-    result["rerun_of"] = dir.display().to_string().into();
-    result["same"] = compared.is_ok().into();
-    if let Err(error) = compared {
-        let error = error.into();
+/// Says, after what the rerun itself has to say, how it compares.
+fn tell(
+    (dir, record): (&Path, &Run),
+    (new, again): (&Path, &Run),
+    mut told: Told,
+    output: Output,
+) -> anyhow::Result<()> {
+    let is_cut = record.ending.is_incomplete();
+    let differs = match compare_rows(record, again) {
+        None => differs(dir, new, is_cut)?,
+        differs => differs,
+    };
+    told.machines["rerun_of"] = dir.display().to_string().into();
+    told.machines["same"] = differs.is_none().into();
+    if let Some(differs) = differs {
+        let (error, result) = (why(record, again, differs).into(), told.machines);
         return Err(Incomplete { error, result }.into());
     }
-    let whole = match record.ending.is_incomplete() {
-        true => "samples, as far as the record goes,",
-        false => "samples and every edge",
+    let rows: usize = record.trials.iter().map(|t| t.samples.len()).sum();
+    let mut whole = match is_cut {
+        true => "samples, as far as the record goes,".to_owned(),
+        false => "samples and every edge".to_owned(),
     };
-    output.say(
-        || {
-            format!(
-                "the same: {rows} {whole} of {}; the rerun is in {new}",
-                dir.display()
-            )
-        },
-        || result,
-    )
+    for file in ["draws.csv", "result.json"] {
+        if dir.join(file).is_file() && (!is_cut || file == "draws.csv") {
+            whole += &format!(", {file}");
+        }
+    }
+    if !told.people.is_empty() {
+        told.people += "\n\n";
+    }
+    let (dir, new) = (dir.display(), new.display());
+    told.people += &format!("the same: {rows} {whole} of {dir}; the rerun is in {new}");
+    told.say(output)
 }
 
-/// Holds the rows of a rerun to those of the record.
-fn compared(record: &Run, again: &Run) -> Result<(), RerunError> {
-    let Some(differs) = compare_rows(record, again) else {
-        return Ok(());
-    };
+/// Why a rerun may differ from its record.
+fn why(record: &Run, again: &Run, differs: Difference) -> RerunError {
     let same = record.program == again.program;
     let why = match record.program.modified {
         _ if !same => format!(
@@ -197,7 +209,7 @@ fn compared(record: &Run, again: &Run) -> Result<(), RerunError> {
             "the program was built from changed sources, so one name may be two programs".to_owned()
         }
     };
-    Err(RerunError::Differs { differs, why })
+    RerunError::Differs { differs, why }
 }
 
 /// A folder beside `dir` that is not there yet.

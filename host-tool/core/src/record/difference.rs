@@ -6,8 +6,8 @@ use std::fmt;
 /// The first place where two runs differ.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Difference {
-    /// The trial's name.
-    pub trial: String,
+    /// The trial's name; nothing of a file beside the trials.
+    pub trial: Option<String>,
     /// The file.
     pub file: &'static str,
     /// The line, from 1; 0 for the whole file.
@@ -17,9 +17,13 @@ pub struct Difference {
 impl fmt::Display for Difference {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { trial, file, line } = self;
+        f.write_str(file)?;
+        if let Some(trial) = trial {
+            write!(f, " of {trial}")?;
+        }
         match line {
-            0 => write!(f, "{file} of {trial}"),
-            _ => write!(f, "{file} of {trial}, line {line}"),
+            0 => Ok(()),
+            _ => write!(f, ", line {line}"),
         }
     }
 }
@@ -32,7 +36,7 @@ pub fn compare_rows(record: &Run, again: &Run) -> Option<Difference> {
     let is_cut = record.ending.is_incomplete();
     for (position, trial) in record.trials.iter().enumerate() {
         let of = |file, line| {
-            let trial = trial.name.clone();
+            let trial = Some(trial.name.clone());
             Some(Difference { trial, file, line })
         };
         let Some(other) = again.trials.get(position) else {

@@ -2,9 +2,51 @@
 
 use super::error::LaboratoryError;
 use super::experiment::Experiment;
-use host_core::record::{Declared, replace_file, sha256};
+use host_core::record::{Declared, Difference, replace_file, sha256};
 use std::fs;
+use std::io::ErrorKind;
 use std::path::Path;
+
+/// Where what is drawn and what came out differ between the record of an experiment
+/// and its rerun `again`. Of a record that was cut short, the rows that it has are held
+/// against; the outcome says how far it came, and so differs.
+///
+/// # Errors
+/// A file cannot be read.
+pub fn differs(
+    record: &Path,
+    again: &Path,
+    is_cut: bool,
+) -> Result<Option<Difference>, LaboratoryError> {
+    for file in ["draws.csv", "result.json"] {
+        let (mut one, mut other) = (lines(&record.join(file))?, lines(&again.join(file))?);
+        if is_cut {
+            let whole = one.iter().take_while(|line| line.ends_with('\n')).count();
+            let kept = if file == "draws.csv" { whole } else { 0 };
+            one.truncate(kept);
+            other.truncate(kept);
+        }
+        let mut all = 0..one.len().max(other.len());
+        if let Some(line) = all.find(|&line| one.get(line) != other.get(line)) {
+            let line = line + 1;
+            return Ok(Some(Difference {
+                trial: None,
+                file,
+                line,
+            }));
+        }
+    }
+    Ok(None)
+}
+
+/// The lines of a file, each with its end; none of a file that is not there.
+fn lines(path: &Path) -> Result<Vec<String>, LaboratoryError> {
+    match fs::read_to_string(path) {
+        Ok(text) => Ok(text.split_inclusive('\n').map(str::to_owned).collect()),
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(Vec::new()),
+        Err(error) => Err(LaboratoryError::File(path.display().to_string(), error)),
+    }
+}
 
 impl Experiment {
     /// The files that it is made of, as a record's plan tells them.
