@@ -152,8 +152,38 @@ fn an_experiment_repeats() {
     let folder = folder("again_experiment");
     let line = "experiment harris-wall --draws 1 --seed 9 --out first";
     told(&folder, line);
-    told(&folder, "rerun first --out second");
+    let json = told(&folder, "rerun first --out second");
+    assert_eq!(
+        (&json["same"], &json["rerun_of"]),
+        (&true.into(), &"first".into())
+    );
+    assert!(json["result"]["shares"].is_array(), "{json}");
     are_the_same(&folder.join("first"), &folder.join("second"));
+    // What was drawn and what came out are held against as well.
+    for (file, from, to) in [
+        ("draws.csv", ",0.", ",7."),
+        ("result.json", "\"n\": 1", "\"n\": 2"),
+    ] {
+        let copy = copied(&folder, "first", "changed");
+        let text = fs::read_to_string(copy.join(file)).unwrap();
+        let changed = text.replacen(from, to, 1);
+        assert_ne!(text, changed, "{file}");
+        let line = 1 + text
+            .lines()
+            .zip(changed.lines())
+            .take_while(|(a, b)| a == b)
+            .count();
+        fs::write(copy.join(file), changed).unwrap();
+        let (exit, error) = failed(&folder, "rerun changed --out third --overwrite");
+        assert_eq!(exit, Some(1), "{file}: {error}");
+        let wanted = format!("E596 the rerun differs from the record: {file}, line {line}");
+        assert!(error.contains(&wanted), "{wanted}: {error}");
+    }
+    let copy = copied(&folder, "first", "lacking");
+    fs::remove_file(copy.join("result.json")).unwrap();
+    let json = told(&folder, "report lacking");
+    let damaged = json["damaged"].as_str().unwrap();
+    assert!(damaged.contains("E607 lacking/result.json"), "{damaged}");
 }
 
 /// A declaration of one's own repeats from its record alone, and not from a changed one.
@@ -179,6 +209,9 @@ set = { "joint.law" = "paper" }
 "#;
     written(&folder, "own.toml", declaration);
     told(&folder, "experiment own.toml --draws 0 --out first");
+    let page = fs::read_to_string(folder.join("first/result.html")).unwrap();
+    let command = "flexor experiment own.toml --seed 3 --draws 0";
+    assert!(page.contains(command), "{page}");
     for name in ["own.toml", "hamana_exp4_two_point.toml"] {
         fs::remove_file(folder.join(name)).unwrap();
     }
@@ -199,6 +232,8 @@ set = { "joint.law" = "paper" }
         let wanted = format!("E613 changed/{file} is not what was declared");
         assert!(error.contains(&wanted) && error.contains(number), "{error}");
         assert!(!folder.join("third").exists());
+        let json = told(&folder, "report changed");
+        assert!(json["damaged"].as_str().unwrap().contains(number), "{json}");
     }
     // Replaced, the record leaves nothing of itself.
     shortened(&folder, "hamana_exp4_two_point.toml", 1.0);

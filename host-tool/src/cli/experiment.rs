@@ -113,7 +113,9 @@ pub(super) struct Came {
 /// There is none, or it is none.
 pub(super) fn found(name: &str, again: Option<&Again>) -> Result<Experiment, LaboratoryError> {
     match again {
-        Some(Again { dir, declared }) if !declared.is_empty() => Experiment::kept(dir, declared),
+        Some(Again { dir, declared }) if !declared.is_empty() => {
+            Ok(Experiment::kept(dir, declared)?.called(name))
+        }
         _ => named(name),
     }
 }
@@ -192,7 +194,7 @@ impl Order<'_> {
         let course = experiment.conduct(dir, (self.device, seed), &mut beside)?;
         let took = begin.elapsed();
         record.trials = course.trials.iter().map(|it| it.trial.clone()).collect();
-        let outcome = came_to(experiment, self.decided, dir, &course, &beside);
+        let outcome = came_to(self, dir, &course, &beside);
         bar.finish();
         let whole = outcome.and_then(|it| ended(course, it, &interruption));
         let came = whole.map(|(course, outcome)| Came {
@@ -288,22 +290,23 @@ fn compare(experiment: &Experiment, record: &mut Run, came: &Came) {
 /// What the trials, and the wearers drawn, came to; written beside the record as far
 /// as it goes.
 fn came_to(
-    experiment: &Experiment,
-    (seed, draws): (u64, u64),
+    order: &Order<'_>,
     dir: &Path,
     course: &Course,
     beside: &Beside<'_>,
 ) -> anyhow::Result<Option<Outcome>> {
+    let (experiment, (seed, draws)) = (&order.experiment, order.decided);
     let simulated = simulated(&course.trials, beside.is_board);
-    let mut outcome = Outcome::of_trials(experiment, seed, &course.trials, simulated);
+    let on = (&*order.device.typed(), seed);
+    let mut outcome = Outcome::of_trials(experiment, on, &course.trials, simulated);
     let (done, of) = (course.trials.len(), course.of);
     if course.ended.is_some() {
         let how_far =
             format!("Cut short: of {of} trials {done} were begun, the last perhaps in part.");
-        outcome.notes.insert(0, how_far);
+        outcome.cut_short = Some(how_far);
     } else if draws > 0 {
         let how_far = "Cut short: the wearers to be drawn are not in it.";
-        outcome.notes.insert(0, how_far.to_owned());
+        outcome.cut_short = Some(how_far.to_owned());
     }
     // Whatever ends the program from here on, this much is told.
     publish(dir, &outcome, &course.trials)?;

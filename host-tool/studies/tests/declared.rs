@@ -199,7 +199,12 @@ fn conditions_may_have_different_bodies() {
     let mut operator = Until(9, Vec::new());
     let place = (&DeviceName::Native, 3);
     let course = experiment.conduct(&folder("bodies"), place, &mut operator);
-    let outcome = Outcome::of_trials(&experiment, 3, &course.unwrap().trials, Some(true));
+    let outcome = Outcome::of_trials(
+        &experiment,
+        ("native", 3),
+        &course.unwrap().trials,
+        Some(true),
+    );
     let known: Vec<usize> = outcome.rows.iter().map(|row| row.n).collect();
     assert_eq!(known, [1, 0, 0, 1], "{:?}", outcome.rows);
     for wanted in ["No deepest_deg", "No rmse_deg"] {

@@ -106,23 +106,55 @@ fn everything_wrong_with_a_declaration_is_told_at_once() {
         .unwrap_err()
         .to_string();
     assert!(error.contains("line 7: unknown field `drwas`"), "{error}");
+    // Two wrong types, a missing session and a stop at nothing hide nothing of each other.
+    let many = SMALL
+        .replace("draws = 10", "draws = \"ten\"")
+        .replace("seed = 3", "seed = -3")
+        .replace("low = 0.6\nhigh = 2.4", "low = \"x\"\nhigh = \"y\"");
+    let error = Declaration::parse("many.toml", &many).unwrap_err();
+    for wanted in ["line 6: ", "line 7: ", "line 23: ", "line 24: "] {
+        assert!(error.to_string().contains(wanted), "{wanted}: {error}");
+    }
+    let nowhere = |_: &str| {
+        let absent = std::io::Error::other("gone");
+        Err(LaboratoryError::File("wall.toml".to_owned(), absent))
+    };
+    let bad = SMALL.replace("draws = 10", "draws = 0") + "\n[protocol]\nstop = {}\n";
+    let error = Experiment::new("bad.toml", &bad, &nowhere).unwrap_err();
+    for wanted in [
+        "the session `wall.toml` cannot be read",
+        "0 draws",
+        "stop has no criterion",
+    ] {
+        assert!(error.to_string().contains(wanted), "{wanted}: {error}");
+    }
     let empty = SMALL.replace("[[factor.level]]\nname = \"bare\"", "[[factor.level]]");
     assert!(Declaration::parse("empty.toml", &empty).is_err());
 }
 
 #[test]
 fn a_condition_that_no_device_arms_is_refused_by_name() {
-    let beyond = SMALL.replace(
+    let beyond = SMALL.replacen(
         "duration_s = 1.5, \"body.start_deg\"",
         "\"wall.max\" = 90.0, \"body.start_deg\"",
+        1,
     );
     let error = Experiment::new("small.toml", &beyond, &texts)
         .unwrap_err()
         .to_string();
     assert!(
-        error.starts_with("E601 the condition `pre-wall`"),
+        error.starts_with("E601 small.toml: the condition `pre-wall` makes no session"),
         "{error}"
     );
+    let beyond = SMALL.replace(
+        "duration_s = 1.5,",
+        "duration_s = 1.5, \"wall.max\" = 90.0,",
+    );
+    let error = Experiment::new("small.toml", &beyond, &texts)
+        .unwrap_err()
+        .to_string();
+    let wanted = "the conditions `pre-wall`, `bare` make no session that a device would arm: ";
+    assert!(error.contains(wanted), "{error}");
 }
 
 /// Goes on, until so many trials have run.
@@ -250,7 +282,7 @@ fn published(name: &str) -> (PathBuf, Vec<Conducted>, Outcome) {
     let course = experiment
         .conduct(&dir, (&DeviceName::Native, 3), &mut operator)
         .unwrap();
-    let outcome = Outcome::of_trials(&experiment, 3, &course.trials, Some(true));
+    let outcome = Outcome::of_trials(&experiment, ("native", 3), &course.trials, Some(true));
     publish(&dir, &outcome, &course.trials).unwrap();
     (dir, course.trials, outcome)
 }
@@ -378,7 +410,7 @@ fn what_was_not_played_is_not_told() {
     let course = experiment
         .conduct(&dir, (&DeviceName::Native, 3), &mut operator)
         .unwrap();
-    let outcome = Outcome::of_trials(&experiment, 3, &course.trials, Some(true));
+    let outcome = Outcome::of_trials(&experiment, ("native", 3), &course.trials, Some(true));
     assert!(
         outcome
             .shares

@@ -13,8 +13,10 @@ mod disk;
 mod metronome;
 mod program;
 
-use crate::program::{folder, written};
+use crate::program::{folder, one_channel, written};
+use board::{Board, Wire};
 use case::{Case, Fate, Way, run_case};
+use hal_sim::wire::pty::PtyWire;
 use program::Program;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -139,6 +141,64 @@ fn every_command_that_stimulates_ends_in_order() {
         let monitor = "monitor --session session.toml";
         ends("monitor", monitor, None, signal, code);
         ends("serve", "serve --tcp 127.0.0.1:0", None, signal, code);
+    }
+}
+
+/// Two trials of 0.3 s, asked for before each, or a long rest apart.
+fn two_trials(protocol: &str) -> String {
+    format!(
+        "name = \"two\"\ntitle = \"Two\"\nsource = \"nobody\"\nsession = \"session.toml\"\n\
+         seed = 3\ndraws = 1\nmeasures = [\"charge_mc\"]\n[protocol]\nrepetitions = 2\n{protocol}\n"
+    )
+}
+
+/// Whoever is asked or rests has nothing on: a signal ends the protocol there, and its
+/// record says how far it came.
+#[cfg(unix)]
+#[test]
+fn a_signal_at_a_prompt_or_in_a_rest_ends_the_protocol() {
+    for (name, protocol, asked, how_far, trials) in [
+        (
+            "prompt",
+            "prompt = \"Ready?\"",
+            "Enter: go on",
+            "before the first of 2",
+            0,
+        ),
+        (
+            "rest",
+            "rest_s = 600.0",
+            "600 s of rest",
+            "after trial 1 of 2",
+            1,
+        ),
+    ] {
+        let folder = folder(&format!("interruptions/at-{name}"));
+        let session = written(&folder, "session.toml", one_channel(0.3, 50));
+        written(&folder, "two.toml", two_trials(protocol));
+        let board = Board::serve(Wire::Tcp, &folder, &session);
+        let terminal = folder.join("terminal");
+        let _other_end = PtyWire::open(&terminal).unwrap();
+        let line = format!("experiment two.toml --device {} --out out", board.at);
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let mut program = Program::start_at(&terminal, &folder, &words);
+        let error = folder.join("stderr");
+        let is_asked = || std::fs::read_to_string(&error).is_ok_and(|error| error.contains(asked));
+        assert!(program.waits_for(is_asked), "{name}: {}", program.error());
+        program.signal("INT");
+        let code = program.wait().code();
+        assert_eq!(code, Some(130), "{name}: {}", program.error());
+        assert!(board.ends_isolated(), "{name}");
+        let record = host_core::record::load(&folder.join("out")).unwrap();
+        assert_eq!(record.trials.len(), trials, "{name}");
+        let reason = record.ending.reason.unwrap();
+        for said in [how_far, "SIGINT came", "nothing was stimulated"] {
+            assert!(reason.contains(said), "{name}: {said}: {reason}");
+        }
+        assert_eq!(record.ending.exit_code, Some(130), "{name}");
+        let page = std::fs::read_to_string(folder.join("out/result.html")).unwrap();
+        let mark = format!("Cut short: of 2 trials {trials} were begun");
+        assert!(page.contains(&mark), "{name}");
     }
 }
 

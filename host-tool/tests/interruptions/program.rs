@@ -21,6 +21,16 @@ pub struct Program {
 impl Program {
     /// Starts it in `folder`; no file that it writes may exceed `most` bytes.
     pub fn start(folder: &Path, arguments: &[&str], most: Option<u64>) -> Self {
+        Self::begin((folder, arguments), most, Stdio::inherit())
+    }
+
+    /// Starts it in `folder` at this terminal.
+    pub fn start_at(terminal: &Path, folder: &Path, arguments: &[&str]) -> Self {
+        let typed = File::open(terminal).unwrap();
+        Self::begin((folder, arguments), None, typed.into())
+    }
+
+    fn begin((folder, arguments): (&Path, &[&str]), most: Option<u64>, stdin: Stdio) -> Self {
         let mut command = match most {
             None => Command::new(FLEXOR),
             Some(most) => {
@@ -36,6 +46,7 @@ impl Program {
             .current_dir(folder)
             .args(arguments)
             .env("NO_COLOR", "1")
+            .stdin(stdin)
             .stdout(file("stdout"))
             .stderr(file("stderr"))
             .spawn()

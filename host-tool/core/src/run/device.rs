@@ -59,6 +59,17 @@ impl FromStr for DeviceName {
 }
 
 impl DeviceName {
+    /// As [`FromStr`] reads it, and a command takes it.
+    #[must_use]
+    pub fn typed(&self) -> String {
+        match self {
+            Self::Native => "native".to_owned(),
+            Self::Chip => "chip".to_owned(),
+            Self::Qemu => "qemu".to_owned(),
+            Self::Tcp(_) | Self::Serial(_) => self.to_string(),
+        }
+    }
+
     /// Whether it is behind a port: what it is, and its seed, are its own.
     #[must_use]
     pub const fn is_port(&self) -> bool {

@@ -50,7 +50,7 @@ pub fn names() -> impl Iterator<Item = &'static str> {
 pub fn named(name: &str) -> Result<Experiment, LaboratoryError> {
     let own = format!("{name}.toml");
     if let Some((file, text)) = DECLARATIONS.iter().find(|(file, _)| *file == own) {
-        return Experiment::new(file, text, &of_program);
+        return Ok(Experiment::new(file, text, &of_program)?.called(name));
     }
     if Path::new(name).extension().is_none_or(|it| it != "toml") {
         let names: Vec<_> = names().collect();

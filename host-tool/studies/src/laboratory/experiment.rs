@@ -13,6 +13,7 @@ use host_core::link::Port;
 use host_core::record::{Trial, sha256};
 use host_core::run::{DeviceName, SessionFile, run};
 use host_core::session::Session;
+use std::path::Path;
 use toml::Value;
 
 /// A checked experiment.
@@ -20,6 +21,8 @@ use toml::Value;
 pub struct Experiment {
     /// What was written before looking.
     pub declaration: Declaration,
+    /// What a command calls it: its name in the program, or its file.
+    pub asked: String,
     /// The text of its file.
     pub text: String,
     /// Name and text of each session that it names, in its order.
@@ -58,6 +61,7 @@ impl Experiment {
         let conditions = conditions.map_err(|all| unchanged(&declaration, (file, text), &all))?;
         let whole = Self {
             declaration,
+            asked: file.to_owned(),
             text: text.to_owned(),
             sessions,
             conditions,
@@ -74,6 +78,14 @@ impl Experiment {
             whole.check_stop(&sessions)?;
         }
         Ok(whole)
+    }
+
+    /// The same, as a command calls it: `name`, of a file without its folder.
+    #[must_use]
+    pub fn called(mut self, name: &str) -> Self {
+        let file = Path::new(name).file_name();
+        self.asked = file.map_or_else(|| name.to_owned(), |it| it.to_string_lossy().into_owned());
+        self
     }
 
     /// The declaration's measures.
@@ -148,10 +160,18 @@ impl Experiment {
         &self,
         fields: &[(String, Value)],
     ) -> Result<Vec<SessionFile>, LaboratoryError> {
-        let conditions = self.conditions.iter();
-        conditions
-            .map(|condition| condition.session(fields))
-            .collect()
+        let (mut files, mut refused) = (Vec::new(), Vec::new());
+        for condition in &self.conditions {
+            match condition.with(fields) {
+                Ok(file) => files.push(file),
+                Err(reason) => refused.push((condition.name(), reason)),
+            }
+        }
+        let file = self.hashes.first().map_or("", |(file, _)| file);
+        match refused.is_empty() {
+            true => Ok(files),
+            false => Err(LaboratoryError::conditions(file, refused)),
+        }
     }
 
     /// What a unit does in each condition: the whole device, natively. A wearer who is

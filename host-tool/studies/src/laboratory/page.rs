@@ -63,7 +63,10 @@ type Rows<'a> = Vec<Vec<(&'a Shown, Option<&'a Trial>)>>;
 #[must_use]
 fn page(outcome: &Outcome, trials: &[&Trial]) -> String {
     let rows = rows(outcome, trials);
-    let mut body = format!(
+    let cut_short = outcome.cut_short.iter();
+    let cut_short = cut_short.map(|what| format!("<p class=\"result\">{}</p>\n", escape(what)));
+    let mut body = cut_short.collect::<String>();
+    body += &format!(
         "<p class=\"result\">{}</p>\n<p class=\"facts\">{}</p>\n",
         escape(&headline(outcome)),
         facts(outcome)
@@ -136,20 +139,30 @@ fn notes(outcome: &Outcome) -> String {
 }
 
 fn declared(outcome: &Outcome) -> String {
-    let name = escape(&outcome.name);
     let (seed, draws) = (outcome.seed, outcome.declared.draws);
+    let name = match &*outcome.declared.asked {
+        "" => &outcome.name, // an older result
+        asked => asked,
+    };
+    let device = outcome.declared.device.as_deref();
+    let device = device.filter(|it| *it != "native");
+    let device = device.map_or_else(String::new, |it| format!(" --device {it}"));
     let own = match outcome.declared.as_declared {
         true => "Seed and number of wearers are the declaration's own.",
         false => "Seed or number of wearers differ from the declaration's: explored, not declared.",
     };
-    let command = match draws {
-        0 => format!("flexor experiment {name} --seed {seed} --draws 0"),
+    let command = escape(&match draws {
+        0 => format!("flexor experiment {name}{device} --seed {seed} --draws 0"),
         draws => format!("flexor sweep {name} --seed {seed} --draws {draws} --out DIR"),
+    });
+    let place = match name.ends_with(".toml") {
+        true => "<p>In the folder of the declaration:</p>\n",
+        false => "",
     };
     let files = outcome.declared.sha256.iter();
     let files = files.map(|(file, hash)| format!("{hash}  {file}\n"));
     format!(
-        "<p>{own}</p>\n<pre>{command}</pre>\n\
+        "<p>{own}</p>\n{place}<pre>{command}</pre>\n\
          <p>SHA-256 of what was declared:</p>\n<pre>{}</pre>\n",
         escape(&files.collect::<String>())
     )

@@ -22,6 +22,9 @@ pub struct Outcome {
     pub seed: u64,
     /// Whether all of it is simulated; unknown where no device said.
     pub simulated: Option<bool>,
+    /// What is missing of it, for people; nothing of what is whole.
+    #[serde(default)]
+    pub cut_short: Option<String>,
     /// What was written before looking.
     pub declared: Declared,
     /// The conditions, as the declaration crosses them.
@@ -51,6 +54,13 @@ pub struct Shown {
 /// What was written before looking.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Declared {
+    /// What a command calls it: its name in this program, or its file. Empty in
+    /// results older than it.
+    #[serde(default)]
+    pub asked: String,
+    /// Where its trials were conducted, where they are all there is.
+    #[serde(default)]
+    pub device: Option<String>,
     /// SHA-256 of the declaration and its sessions, by file.
     pub sha256: BTreeMap<String, String>,
     /// The paper, section and figure.
@@ -90,7 +100,8 @@ const UNKNOWN: &str = "No device answered: whether any of it is simulated is unk
 const MEANING: &str = "ours is the median, low and high the 5th and 95th percentile of the wearers \
                        drawn: a range of bodies, no confidence interval.";
 const PLAYED: &str = "No wearer was drawn: ours is the median, low and high the 5th and 95th \
-                      percentile of the rounds that were played.";
+                      percentile of the rounds that were played. Shares have no interval: rounds \
+                      of one body are no sample of wearers.";
 const CASES: &str = "A share's interval (95 %, Wilson) counts wearers, since several cases of one \
                      wearer are not independent.";
 
@@ -107,19 +118,19 @@ impl Outcome {
             let (field, low, high, source) = (&drawn.field, drawn.low, drawn.high, &drawn.source);
             format!("Drawn: {field} from {low} to {high} ({source}).")
         });
-        let told = (MEANING, drawn.collect());
+        let told = (&[MEANING, CASES][..], drawn.collect());
         Self {
             decides: decided(experiment, (seed, draws), units),
             ..Self::told(experiment, (seed, draws), units, simulated, told)
         }
     }
 
-    /// Of trials that were conducted, each round a unit of its own: with what the
-    /// sessions say, at no point of the grid.
+    /// Of trials that were conducted on `device`, each round a unit of its own: with
+    /// what the sessions say, at no point of the grid.
     #[must_use]
     pub fn of_trials(
         experiment: &Experiment,
-        seed: u64,
+        (device, seed): (&str, u64),
         trials: &[Conducted],
         simulated: Option<bool>,
     ) -> Self {
@@ -140,10 +151,14 @@ impl Outcome {
             let field = grid.field;
             format!("The grid is for wearers drawn: {field} is here what the session says.")
         });
-        let told = (PLAYED, grid.collect());
+        let told = (&[PLAYED][..], grid.collect());
         let mut outcome = Self::told(&played, (seed, rounds_of), &rounds, simulated, told);
         outcome.declared.draws = 0;
         outcome.declared.as_declared = false;
+        outcome.declared.device = Some(device.to_owned());
+        for share in &mut outcome.shares {
+            (share.low, share.high) = (None, None);
+        }
         outcome.showing(trials)
     }
 
@@ -164,7 +179,7 @@ impl Outcome {
         (seed, draws): (u64, u64),
         units: &Units,
         simulated: Option<bool>,
-        (meaning, more): (&str, Vec<String>),
+        (meaning, more): (&[&str], Vec<String>),
     ) -> Self {
         let declaration = &experiment.declaration;
         let said = match simulated {
@@ -172,7 +187,7 @@ impl Outcome {
             Some(false) => None,
             None => Some(UNKNOWN),
         };
-        let said = said.into_iter().chain([meaning, CASES]).map(str::to_owned);
+        let said = said.iter().chain(meaning).map(|it| (*it).to_owned());
         let assumed = declaration.assumed.iter().cloned();
         let printed = declaration.printed.iter().filter_map(|printed| {
             let (measure, mean, source) = (&printed.measure, printed.mean()?, &printed.source);
@@ -191,7 +206,10 @@ impl Outcome {
             title: declaration.title.clone(),
             seed,
             simulated,
+            cut_short: None,
             declared: Declared {
+                asked: experiment.asked.clone(),
+                device: None,
                 sha256: experiment.hashes.iter().cloned().collect(),
                 source: declaration.source.clone(),
                 draws,

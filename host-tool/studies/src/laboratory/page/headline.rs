@@ -32,11 +32,12 @@ pub fn headline(outcome: &Outcome) -> String {
         of(Verdict::Unlike),
         of(Verdict::Undecided),
     );
+    let is_held = |share: &Share| share.paper.is_some();
+    if outcome.declared.draws == 0 && outcome.shares.iter().any(is_held) {
+        return of_trials(outcome);
+    }
     if order.is_empty() {
         return "Nothing here is held against a paper.".to_owned();
-    }
-    if outcome.declared.draws == 0 {
-        return of_trials(outcome);
     }
     let list = |what: &str, claims: &[String]| match claims {
         [] => String::new(),

@@ -176,7 +176,10 @@ fn whole_rows(
     };
     let head = header(experiment);
     let Some(body) = text.strip_prefix(&head) else {
-        return Err(damaged("other columns than the declaration's".to_owned()));
+        return Err(damaged(
+            "other columns than the declaration's: take the folder away, the command begins it anew"
+                .to_owned(),
+        ));
     };
     let mut units = Units::new();
     let mut whole = head;
