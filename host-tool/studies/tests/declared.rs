@@ -2,6 +2,7 @@
 
 use super::laboratory::{SESSION, SMALL, Until, folder, texts};
 use host_core::run::DeviceName;
+use studies::experiments::{named, names};
 use studies::laboratory::{Experiment, LaboratoryError, Outcome};
 
 fn refusal(text: &str) -> String {
@@ -41,6 +42,34 @@ fn a_wearer_that_no_session_takes_is_blamed_on_its_draw_or_grid() {
     ] {
         assert!(error.contains(wanted), "{wanted}: {error}");
     }
+}
+
+#[test]
+fn every_declaration_of_the_program_can_be_run() {
+    for name in names() {
+        let read = named(name).map(|it| it.asked);
+        assert_eq!(read.map_err(|error| error.to_string()), Ok(name.to_owned()));
+    }
+}
+
+/// A table that every level sets alike may be drawn into; where they differ, the draw
+/// would make them alike.
+#[test]
+fn a_draw_into_a_table_of_the_levels_may_not_undo_what_they_differ_in() {
+    let yields = |to: f64| {
+        let table = format!("{{ delay_s = 0.1, to = {to:?}, at_ma = 20.0 }}");
+        format!("\"body.yields\" = {table}, \"body.start_deg\"")
+    };
+    let draw = "[[draw]]\nfield = \"body.yields.to\"\nlow = 0.3\nhigh = 0.8\nsource = \"x\"\n";
+    let drawn = SMALL.to_owned() + draw;
+    let alike = drawn.replace("\"body.start_deg\"", &yields(0.5));
+    Experiment::new("small.toml", &alike, &texts).unwrap();
+    let start = drawn.replacen("\"body.start_deg\"", &yields(0.5), 1);
+    let (first, rest) = start.split_at(start.find("bare").unwrap());
+    let differ = first.to_owned() + &rest.replacen("\"body.start_deg\"", &yields(0.7), 1);
+    let error = refusal(&differ);
+    let wanted = "decides `body.yields`, and the draw of `body.yields.to`";
+    assert!(error.contains(wanted), "{error}");
 }
 
 #[test]

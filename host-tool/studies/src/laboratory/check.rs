@@ -1,10 +1,11 @@
 //! Reading a declaration: all that cannot be, at once.
 
-use super::declaration::{Compared, Declaration, Drawn, Even, What};
+use super::declaration::{Compared, Declaration, Drawn, Even, Level, What};
 use super::error::{LaboratoryError, Mistake};
 use super::measure;
 use super::written::Written;
 use std::collections::HashSet;
+use toml::Value;
 
 /// Most trials of a protocol, and wearers of a sweep.
 const MOST_TRIALS: usize = 10_000;
@@ -204,9 +205,14 @@ impl Told<'_> {
         let grids = d.grid.iter().map(|it| ("grid", &*it.field)).enumerate();
         for (nth, (list, field)) in drawn.chain(grids) {
             for (at, factor) in d.factors.iter().enumerate() {
+                // A table that levels set alike in this field is what is drawn into.
+                let mut values = factor.levels.iter().map(|level| value_within(level, field));
+                let first = values.next().flatten();
+                let is_base = first.is_some() && values.all(|value| value == first);
                 for (place, level) in factor.levels.iter().enumerate() {
                     let set = level.set.keys().chain(&level.unset);
-                    for own in set.filter(|own| is_within(own, field) || is_within(field, own)) {
+                    let above = |own: &str| is_within(field, own) && !is_base;
+                    for own in set.filter(|own| is_within(own, field) || above(own)) {
                         let name = &level.name;
                         let by = self.written.line(list, nth, "field");
                         let by = by.map_or(String::new(), |line| format!(", line {line},"));
@@ -268,6 +274,14 @@ fn twice<'a>(what: &str, names: impl Iterator<Item = &'a str>) -> Vec<(usize, St
 fn is_within(field: &str, table: &str) -> bool {
     let rest = field.strip_prefix(table);
     rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+}
+
+/// The value of `field` in a table that a level sets.
+fn value_within<'l>(level: &'l Level, field: &str) -> Option<&'l Value> {
+    level.set.iter().find_map(|(table, value)| {
+        let rest = field.strip_prefix(&**table)?.strip_prefix('.')?;
+        rest.split('.').try_fold(value, |at, part| at.get(part))
+    })
 }
 
 fn can_be(drawn: &Drawn) -> bool {
