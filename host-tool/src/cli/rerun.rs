@@ -179,7 +179,7 @@ fn tell(
     }
     let rows: usize = record.trials.iter().map(|t| t.samples.len()).sum();
     let mut whole = match is_cut {
-        true => "samples, as far as the record goes,".to_owned(),
+        true => "samples as far as the record goes".to_owned(),
         false => "samples and every edge".to_owned(),
     };
     for file in ["draws.csv", "result.json"] {

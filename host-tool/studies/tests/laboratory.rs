@@ -110,11 +110,22 @@ fn everything_wrong_with_a_declaration_is_told_at_once() {
     let many = SMALL
         .replace("draws = 10", "draws = \"ten\"")
         .replace("seed = 3", "seed = -3")
-        .replace("low = 0.6\nhigh = 2.4", "low = \"x\"\nhigh = \"y\"");
+        .replace(
+            "name = \"pre-wall\"\n",
+            "name = \"pre-wall\"\nsessio = 1\nsession = 4\n",
+        )
+        .replace("low = 0.6\nhigh = 2.4", "low = \"x\"\nhigh = \"y\"")
+        + "[protocol]\nblocks = \"z\"\nwearer = \"other\"\nstop = { angle = 5 }\n";
     let error = Declaration::parse("many.toml", &many).unwrap_err();
-    for wanted in ["line 6: ", "line 7: ", "line 23: ", "line 24: "] {
-        assert!(error.to_string().contains(wanted), "{wanted}: {error}");
+    let error = error.to_string();
+    let bad = ["\"ten\"", "-3", "sessio ", "session = 4", "\"x\"", "\"y\""];
+    let bad = bad.iter().chain(&["\"z\"", "\"other\"", "angle = 5"]);
+    for wanted in bad.clone() {
+        let line = 1 + many[..many.find(wanted).unwrap()].matches('\n').count();
+        let told = error.contains(&format!("line {line}: "));
+        assert!(told, "{wanted}, line {line}: {error}");
     }
+    assert_eq!(error.lines().count(), bad.count(), "{error}");
     let nowhere = |_: &str| {
         let absent = std::io::Error::other("gone");
         Err(LaboratoryError::File("wall.toml".to_owned(), absent))

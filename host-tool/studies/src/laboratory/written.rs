@@ -138,8 +138,9 @@ impl<'t> Written<'t> {
         all
     }
 
-    /// Reads a table that begins at byte `at`. Where it cannot be, each field that
-    /// cannot is told: it is taken out, and what is left read again.
+    /// Reads a table that begins at byte `at`. Where it cannot be, what cannot is told
+    /// and taken out, and what is left read again. A field that was taken out is then
+    /// missing: the table that misses it goes as well, untold.
     fn whole<T: DeserializeOwned>(
         &self,
         mut table: DeTable<'_>,
@@ -154,18 +155,12 @@ impl<'t> Written<'t> {
                 Err(error) => error,
             };
             let lacks = |field: &String| error.message() == format!("missing field `{field}`");
-            if taken.iter().any(lacks) {
-                return None; // it was there, and is told
+            let is_told = taken.iter().any(lacks);
+            if !is_told {
+                errors.push(self.told(&error, at));
             }
-            errors.push(self.told(&error, at));
             let offset = error.span().map_or(at, |span| span.start);
-            let mut fields = table.iter();
-            let field = fields.find(|(key, value)| {
-                (key.span().start..value.span().end.max(key.span().end)).contains(&offset)
-            });
-            let field = field.map(|(key, _)| key.get_ref().to_string())?;
-            table.remove(&*field);
-            taken.push(field);
+            taken.push(take_out(&mut table, offset, !is_told)?);
         }
     }
 
@@ -186,6 +181,31 @@ impl<'t> Written<'t> {
         let offset = error.span().map_or(piece, |span| span.start);
         Mistake::at(Some(self.line_at(offset)), error.message())
     }
+}
+
+/// Takes out of a table what stands at byte `offset` of the text: of a table in it, if
+/// `deep`, a field; its name. Nothing where nothing stands there.
+fn take_out(table: &mut DeTable<'_>, offset: usize, deep: bool) -> Option<String> {
+    let fields = table.iter().map(|(key, _)| key);
+    let before = fields.filter(|key| key.span().start <= offset);
+    let name = before.max_by_key(|key| key.span().start)?;
+    let name = name.get_ref().to_string();
+    let value = table.get_mut(&*name)?.get_mut();
+    let within = match value {
+        DeValue::Table(inner) if deep => take_out(inner, offset, deep),
+        DeValue::Array(list) if deep => {
+            let before = list.iter_mut().filter(|one| one.span().start <= offset);
+            before.last().and_then(|one| match one.get_mut() {
+                DeValue::Table(inner) => take_out(inner, offset, deep),
+                _ => None,
+            })
+        }
+        _ => None,
+    };
+    if within.is_none() {
+        table.remove(&*name);
+    }
+    within.or(Some(name))
 }
 
 fn read<'t, T: DeserializeOwned>(
