@@ -10,7 +10,7 @@ use crate::device::{
     Controller, Identity, Mailboxes, Pulser, REFILL_OFFSET_US, Session, WINDOWS_PER_TICK,
 };
 use crate::link::MAX_FRAME;
-use crate::pulse::{CHANNELS, Levels, WINDOW_US, WindowPlan};
+use crate::pulse::{CHANNELS, Levels, Sample, WINDOW_US, WindowPlan};
 use crate::safety::{Fault, Inputs, Reading, Setup, Stage, State};
 use crate::units::{DacCode, Micros, us};
 use postcard_schema::Schema;
@@ -296,14 +296,17 @@ impl Lockstep {
 
     /// The front end has converted the played window's mid-phase current.
     fn measure(&mut self, sensors: &Sensors) {
-        let Some((channel, _)) = self.playing.sample.take() else {
+        let Some(Sample {
+            channel, second, ..
+        }) = self.playing.sample.take()
+        else {
             return;
         };
         let index = usize::from(channel);
         let (code, ohm) = (self.dac.get(index), sensors.load_ohm.get(index));
         if let (Some(stage), Some(&code), Some(&ohm)) = (self.stage(channel), code, ohm) {
             let current = stage.current_through(code, ohm);
-            self.reading = Some(Reading::of(channel, current));
+            self.reading = Some(Reading::of(channel, second, current));
         }
     }
 

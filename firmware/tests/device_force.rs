@@ -445,7 +445,7 @@ proptest! {
         let pulses: Vec<_> = stretches(&desk.record.levels, 0, end)
             .into_iter()
             .filter(|s| s.2 < end && matches!(s.1, Line::Cathodic | Line::Anodic))
-            .skip(2) // the electrode check's pulse
+            .skip(CHECK_PHASES)
             .collect();
         for pair in pulses.chunks_exact(2) {
             prop_assert_eq!((pair[0].1, pair[1].1), (Line::Cathodic, Line::Anodic));

@@ -5,6 +5,7 @@ mod control_finger;
 mod control_joint;
 mod device_arming;
 mod device_desk;
+mod device_electrodes;
 mod device_force;
 mod device_force_reach;
 mod device_frames;

@@ -13,7 +13,7 @@ use hal_sim::chip::board::Board;
 use hal_sim::chip::cpu::{Bus, Size};
 use hal_sim::chip::soc::Pace;
 use hal_sim::lockstep::Device;
-use hal_sim::trace::Levels;
+use hal_sim::trace::{Levels, State};
 use tests::desk;
 use tests::record::Record;
 
@@ -347,4 +347,42 @@ fn a_stack_that_overflows_meets_its_guard() {
     cpu.registers.r[13] = guard + 32;
     bench.expect_isolated(at, 5);
     bench.recovers_after(ResetCause::Software, Fault::StackGuard);
+}
+
+/// 5 mA into a load that rises from 1 to 25 kΩ in 10 s: 125 V, above the stage's 120 V.
+#[test]
+fn a_peeling_electrode_is_a_fault() {
+    let mut bench = Bench::stimulating();
+    let mut ohm = 1_000;
+    let is_told = |bench: &Bench| {
+        let faulted = |event: &Event| matches!(event, Event::Faulted(_));
+        bench.events.iter().any(faulted)
+    };
+    for ms in (0..10_200u32).step_by(5) {
+        ohm = 1_000 + 24_000 * ms.min(10_000) / 10_000;
+        bench.sensors.load_ohm[0] = ohm;
+        bench.record.trace.levels.clear();
+        bench.stimulate(5);
+        if is_told(&bench) {
+            break;
+        }
+    }
+    println!("found at {ohm} Ω");
+    // 98 % of 5 mA, less two counts, at 120 V: 24.8 kΩ, and three readings.
+    assert!((24_600..=25_000).contains(&ohm), "{ohm} Ω");
+    assert!(!bench.drives_within(20));
+    bench.sensors.load_ohm[0] = 2_000;
+    bench.recovers_from(Fault::LoadWanders);
+}
+
+/// The anodic line of channel 1 breaks behind its pin: its second phase is lost.
+#[test]
+fn a_lost_second_phase_is_a_fault() {
+    let (mut bench, at) = Bench::in_a_pulse();
+    bench.board.around.broken = Levels(State::Anodic as u32);
+    // Of four bursts of 5 ms two are read, one in the second phase.
+    bench.stimulate(80);
+    bench.expect_isolated(at + 80_000, 5);
+    bench.board.around.broken = Levels::ISOLATED;
+    bench.recovers_from(Fault::PhaseLost);
 }

@@ -6,7 +6,7 @@ use crate::device::{Controller, Identity, Mailboxes, Pulser, Session, WINDOWS_PE
 use crate::link::message::ResetCause;
 use crate::link::{BROADCAST, Kind, MAX_FRAME, Request, SCHEMA, SetupSum, ToDevice, encode};
 use crate::muscle::MuscleSpec;
-use crate::pulse::{CHANNELS, TrainSpec, WINDOW_US, WindowPlan};
+use crate::pulse::{CHANNELS, Sample, TrainSpec, WINDOW_US, WindowPlan};
 use crate::safety::{ChannelSpec, Inputs, Reading, StageSpec, Stages, State, WearerSpec};
 use crate::units::{Amplitude, DacCode, Micros, us};
 use heapless::Vec;
@@ -27,7 +27,7 @@ struct Desk {
     plan: WindowPlan,
     dac: [DacCode; CHANNELS],
     /// Pulse to sample in the window that plays.
-    sample: Option<u8>,
+    sample: Option<Sample>,
     reading: Option<Reading>,
     /// Start of the next window.
     start: Micros,
@@ -164,13 +164,14 @@ impl Desk {
     /// What the board does from one refill to the next: converts the current of
     /// the window that played, into 2 kΩ, and writes the next one's DACs.
     fn play(&mut self) {
-        self.reading = self.sample.take().and_then(|channel| {
-            let code = self.dac.get(usize::from(channel))?;
-            let stage = self.pulser.setup()?.channels.get(usize::from(channel))?;
+        self.reading = self.sample.take().and_then(|sample| {
+            let channel = usize::from(sample.channel);
+            let code = self.dac.get(channel)?;
+            let stage = self.pulser.setup()?.channels.get(channel)?;
             let current = stage.as_ref()?.stage.current_through(*code, 2_000);
-            Some(Reading::of(channel, current))
+            Some(Reading::of(sample.channel, sample.second, current))
         });
-        self.sample = self.plan.sample.take().map(|(channel, _)| channel);
+        self.sample = self.plan.sample.take();
         for &(channel, code) in &self.plan.dac {
             if let Some(slot) = self.dac.get_mut(usize::from(channel)) {
                 *slot = code;
@@ -295,6 +296,7 @@ pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::safety::Fault;
 
     #[test]
     fn the_desk_stimulates_throughout() {
@@ -306,5 +308,25 @@ mod tests {
         }
         assert!(desk.ok);
         assert_eq!(desk.pulser.state(), State::Stimulating);
+    }
+
+    /// Two samples are under way when it falls silent, and six more are asked for.
+    #[test]
+    fn a_sense_that_does_not_answer_is_a_fault() {
+        let (mut desk, mut random) = (Desk::new(), Random::default());
+        for _ in 0..20 {
+            desk.host(&mut random);
+            desk.tick();
+        }
+        let mut asked = 0;
+        while desk.pulser.state() == State::Stimulating {
+            assert!(asked <= 8, "{asked}");
+            desk.refill();
+            desk.play();
+            desk.reading = None;
+            asked += u32::from(desk.sample.is_some());
+        }
+        let fault = desk.pulser.last_fault().map(|record| record.fault);
+        assert_eq!(fault, Some(Fault::ReadingMissing));
     }
 }

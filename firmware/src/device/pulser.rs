@@ -3,10 +3,25 @@
 mod orders;
 
 use super::mail::{ControlEvent, ControlOrder, Mailboxes, PulserMail, Report};
-use crate::pulse::{Levels, MAX_PULSES, Scheduler, WindowPlan};
+use crate::pulse::{Levels, MAX_PULSES, PulseStart, Sample, Scheduler, WINDOW_US, WindowPlan};
 use crate::safety::{Denied, Fault, FaultRecord, Guard, Inputs, Notice, OutputCheck, Setup, State};
 use crate::units::{Micros, us};
 use heapless::Vec;
+
+/// Slots of a window in which a sample can be asked for: the board's refill arms it in
+/// the window's first microseconds, and the next has its reading.
+const FIRST_SLOT: u32 = 12;
+const LAST_SLOT: u32 = 240;
+const _: () = assert!(LAST_SLOT + 10 <= WINDOW_US);
+
+/// A phase's current is settled so long after its edge, µs (docs/hardware.md).
+const SETTLED_US: u32 = 10;
+
+/// A channel with a shorter period is fast, µs: 50 readings a second tell as much.
+const SLOW_US: u32 = 20_000;
+
+/// Samples asked for without a reading that are a fault. Two are under way at most.
+const MISSING_TO_FAULT: u8 = 6;
 
 /// Owns the guard and the scheduler. On a board it is one interrupt.
 #[derive(Debug)]
@@ -29,9 +44,14 @@ pub struct Pulser {
     idle_triggers: u32,
     /// The channel sampled last, so that all take turns.
     sampled: u8,
-    /// Channel and mid-phase of pulses whose middle is not past: those of this
-    /// window and of the one before.
-    phases: Vec<(u8, Micros), { 2 * MAX_PULSES }>,
+    /// Mid-phases behind the windows rendered so far, one of each pulse.
+    phases: Vec<Sample, { 2 * MAX_PULSES }>,
+    /// Channels whose next pulse is sampled in its second phase, bit i for channel i.
+    second: u16,
+    /// Channels that miss a first and a second phase, if their pulses follow fast.
+    pausing: u16,
+    /// Samples asked for since the latest reading.
+    owed: u8,
 }
 
 impl Pulser {
@@ -52,6 +72,9 @@ impl Pulser {
             idle_triggers: 0,
             sampled: 0,
             phases: Vec::new(),
+            second: 0,
+            pausing: 0,
+            owed: 0,
         }
     }
 
@@ -105,6 +128,7 @@ impl Pulser {
     pub fn rest(&mut self, start: Micros, inputs: &Inputs, mail: &mut Mailboxes) -> bool {
         let rests = self.scheduler.is_idle(start)
             && self.phases.is_empty()
+            && self.owed < MISSING_TO_FAULT
             && inputs.trigger.is_none()
             && !self.is_unheard
             && self.told == self.guard.state()
@@ -150,6 +174,7 @@ impl Pulser {
             return Err(Fault::Watchdog);
         }
         self.guard.check_memory()?;
+        self.expect_reading(inputs)?;
         self.accept_orders(start, inputs, mail);
         while let Some(order) = mail.control_orders.dequeue() {
             self.accept_control_order(order, start)?;
@@ -259,27 +284,93 @@ impl Pulser {
         self.schedule_sample(plan);
     }
 
-    /// Picks the mid-phase to sample in this window. All stages share one sense
-    /// resistor, whose currents add up: only a channel that pulses alone then
-    /// can be judged. A phase is at most 500 µs, so its middle lies in the
-    /// pulse's first window or the next.
+    /// Picks the mid-phase to sample in this window. All stages share one sense resistor,
+    /// whose currents add up: only a channel that pulses alone then can be judged.
     fn schedule_sample(&mut self, plan: &mut WindowPlan) {
-        self.phases.retain(|(_, at)| !at.is_before(plan.start));
         for pulse in &plan.pulses {
-            let half = self.scheduler.phase_width_us(pulse.channel) / 2;
-            let _ = self
-                .phases
-                .push((pulse.channel, pulse.at + us(half.into()))); // as many slots
+            self.note_middle(pulse, plan.start);
         }
-        let turn = |channel: u8| channel.wrapping_sub(self.sampled).wrapping_sub(1) % 16;
-        let alone = self
-            .phases
-            .iter()
-            .filter(|&&(channel, at)| plan.drives_alone(channel, at));
-        if let Some(&(channel, at)) = alone.min_by_key(|(channel, _)| turn(*channel)) {
-            self.sampled = channel;
-            plan.sample = Some((channel, at));
+        if !self.phases.is_empty() {
+            self.pick_sample(plan);
         }
+    }
+
+    /// Notes a middle of `pulse`: in pulse after pulse of a channel the first phase and
+    /// the second in turn; of a fast one two in four, for what a reading costs.
+    fn note_middle(&mut self, pulse: &PulseStart, start: Micros) {
+        let bit = 1u16.checked_shl(pulse.channel.into()).unwrap_or(0);
+        let is_second = self.second & bit != 0;
+        let pauses = self.pausing & bit != 0;
+        self.second ^= bit;
+        self.pausing ^= if is_second { bit } else { 0 };
+        let Some(middle) = self.scheduler.middle(pulse.channel, is_second) else {
+            return;
+        };
+        if pauses && middle.period_us < SLOW_US && self.arming.is_none() {
+            return;
+        }
+        let slot = (pulse.at - start).us().cast_unsigned() + middle.after_us; // below 1500
+        let (windows, slot) = (slot / WINDOW_US, slot % WINDOW_US);
+        // Not further from the middle than leaves the current settled.
+        let slack = middle.half_us.saturating_sub(SETTLED_US);
+        let slot = if slot < FIRST_SLOT {
+            FIRST_SLOT.min(slot + slack)
+        } else {
+            slot.min(LAST_SLOT.max(slot.saturating_sub(slack)))
+        };
+        if (FIRST_SLOT..=LAST_SLOT).contains(&slot) {
+            let _ = self.phases.push(Sample {
+                channel: pulse.channel,
+                second: middle.second,
+                at: start + us(windows * WINDOW_US + slot),
+            }); // as many slots
+        }
+    }
+
+    /// Of the mid-phases in this window that of the channel whose turn it is.
+    fn pick_sample(&mut self, plan: &mut WindowPlan) {
+        let last = self.sampled;
+        let turn = |channel: u8| channel.wrapping_sub(last).wrapping_sub(1) % 16;
+        self.phases.retain(|sample| {
+            let slot = (sample.at - plan.start).us();
+            let Some(slot) = u8::try_from(slot)
+                .ok()
+                .filter(|&s| u32::from(s) < WINDOW_US)
+            else {
+                return slot > 0;
+            };
+            let is_sooner = |best: Sample| turn(sample.channel) < turn(best.channel);
+            if plan.drives_alone(sample.channel, slot) {
+                let beaten = if plan.sample.is_none_or(is_sooner) {
+                    plan.sample.replace(*sample)
+                } else {
+                    Some(*sample)
+                };
+                // It has not had its turn: the same phase again.
+                let bit = beaten.map_or(0, |b| 1u16.checked_shl(b.channel.into()).unwrap_or(0));
+                self.second ^= bit;
+            }
+            false
+        });
+        if let Some(sample) = plan.sample {
+            self.sampled = sample.channel;
+            self.owed = self.owed.saturating_add(1);
+        }
+    }
+
+    /// Counts readings against samples that were asked for.
+    ///
+    /// # Errors
+    /// [`Fault::ReadingMissing`].
+    const fn expect_reading(&mut self, inputs: &Inputs) -> Result<(), Fault> {
+        if inputs.reading.is_some() {
+            self.owed = 0;
+        }
+        if self.owed < MISSING_TO_FAULT {
+            return Ok(());
+        }
+        self.owed = 0;
+        Err(Fault::ReadingMissing)
     }
 
     /// Answers an order. The session has left room.

@@ -47,6 +47,8 @@ pub enum Code {
     OtherStage = 223,
     NoStageMemory = 224,
     OtherSetup = 225,
+    LoadTooLow = 229,
+    PhaseLost = 230,
     DensityLimit = 232,
     SumLimit = 233,
     SumRmsLimit = 234,
@@ -68,7 +70,7 @@ pub enum Code {
 
 impl Code {
     /// All codes, for documentation and tests.
-    pub const ALL: [Self; 49] = [
+    pub const ALL: [Self; 51] = [
         Self::BadCrc,
         Self::MalformedFrame,
         Self::FrameTooLong,
@@ -101,6 +103,8 @@ impl Code {
         Self::OtherStage,
         Self::NoStageMemory,
         Self::OtherSetup,
+        Self::LoadTooLow,
+        Self::PhaseLost,
         Self::DensityLimit,
         Self::SumLimit,
         Self::SumRmsLimit,
@@ -295,6 +299,10 @@ impl From<Denied> for Refusal<'static> {
             Denied::ElectrodeShort { channel } => {
                 Self::new(Code::ElectrodeShort, "electrode").on(channel)
             }
+            Denied::PhaseLost { channel } => Self::new(Code::PhaseLost, "electrode").on(channel),
+            Denied::LoadTooLow { channel, ohm } => Self::new(Code::LoadTooLow, "load_ohm")
+                .on(channel)
+                .allowed(bound(ohm), bound(ohm)),
             Denied::Cancelled => Self::new(Code::Cancelled, "arm"),
             Denied::Stopped => Self::new(Code::Stopped, "stop"),
             Denied::Busy => Self::new(Code::DeviceBusy, "device"),

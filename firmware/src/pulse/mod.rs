@@ -13,8 +13,8 @@ mod train;
 
 pub(crate) use group::gcd;
 pub use group::{Group, GroupError, GroupSpec, MAX_GROUPS, Partner, check_members};
-pub use plan::{Change, Levels, MAX_PULSES, PulseStart, State, WindowPlan};
-pub use scheduler::{RenderError, Scheduler, Supply};
+pub use plan::{Change, Levels, MAX_PULSES, PulseStart, Sample, State, WindowPlan};
+pub use scheduler::{Middle, RenderError, Scheduler, Supply};
 pub use train::{Shape, Train, TrainError, TrainSpec};
 
 /// Stimulation channels of the board.

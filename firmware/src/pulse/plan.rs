@@ -125,6 +125,17 @@ pub struct PulseStart {
     pub code: DacCode,
 }
 
+/// A moment at which the current sense samples one channel.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub struct Sample {
+    /// Channel, below [`CHANNELS`].
+    pub channel: u8,
+    /// In the second phase of its pulse, not in the first.
+    pub second: bool,
+    /// The moment; it lies inside the phase.
+    pub at: Micros,
+}
+
 /// Distinct edge times one window can hold. With burst intervals of at least
 /// 200 µs a channel starts at most two pulses in 250 µs; each has at most four
 /// edges, and an earlier pulse has at most three left: 11 × 10 channels.
@@ -147,8 +158,8 @@ pub struct WindowPlan {
     pub dac: Vec<(u8, DacCode), CHANNELS>,
     /// Pulses started in this window, for the muscle model.
     pub pulses: Vec<PulseStart, MAX_PULSES>,
-    /// Ask the current sense to sample this channel at this instant.
-    pub sample: Option<(u8, Micros)>,
+    /// What the current sense is asked to sample.
+    pub sample: Option<Sample>,
     /// Whether the pump bit toggles, which keeps the output supply up.
     pub pump: bool,
 }
@@ -179,20 +190,21 @@ impl WindowPlan {
         self.pump = false;
     }
 
-    /// Whether `at` lies in this window and `channel` is the only one that is
-    /// driven from there on for the 2 µs in which a sample is held.
+    /// Whether `channel` is the only one that is driven from `slot` of this window on
+    /// for the 2 µs in which a sample is held.
     #[must_use]
     #[inline]
-    pub fn drives_alone(&self, channel: u8, at: Micros) -> bool {
-        let slot = (at - self.start).us();
-        let held = 0..super::WINDOW_US as i32 - 1;
-        let levels_at = |slot: i32| {
-            let passed = |change: &&Change| i32::from(change.slot) <= slot;
-            let last = self.changes.iter().take_while(passed).last();
-            last.map_or(self.initial, |change| change.levels)
-        };
-        let is_alone = |slot| levels_at(slot).drives_alone(channel.into());
-        held.contains(&slot) && is_alone(slot) && is_alone(slot + 1)
+    pub fn drives_alone(&self, channel: u8, slot: u8) -> bool {
+        let is_alone = |levels: Levels| levels.drives_alone(channel.into());
+        let mut levels = self.initial;
+        for change in &self.changes {
+            if change.slot > slot {
+                let is_held = change.slot > slot.saturating_add(1);
+                return is_alone(levels) && (is_held || is_alone(change.levels));
+            }
+            levels = change.levels;
+        }
+        is_alone(levels)
     }
 
     /// Levels at the end of the window.

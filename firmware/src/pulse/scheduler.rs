@@ -25,6 +25,19 @@ pub trait Supply {
     fn may_pulse(&mut self, channel: u8, end: Micros) -> bool;
 }
 
+/// The middle of a phase.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Middle {
+    /// From the pulse's start, µs.
+    pub after_us: u32,
+    /// Of the second phase.
+    pub second: bool,
+    /// Half of the phase, µs.
+    pub half_us: u32,
+    /// From burst to burst, µs.
+    pub period_us: u32,
+}
+
 /// Why a window could not be rendered. Either is a fault: outputs isolate.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum RenderError {
@@ -222,11 +235,21 @@ impl Scheduler {
         }
     }
 
-    /// Width of one phase on `channel`, µs; 0 without a train.
+    /// The middle of the first phase of the pulses on `channel`, or of their second if
+    /// `second` and they have one; `None` without a train.
+    #[inline]
     #[must_use]
-    pub fn phase_width_us(&self, channel: u8) -> u16 {
-        let lane = self.lanes.get(usize::from(channel)).copied().flatten();
-        lane.map_or(0, |lane| lane.train.spec().width_us)
+    pub fn middle(&self, channel: u8, second: bool) -> Option<Middle> {
+        let lane = self.lanes.get(usize::from(channel))?.as_ref()?;
+        let spec = lane.train.spec();
+        let (width_us, second) = (u32::from(spec.width_us), second && spec.shape.is_biphasic());
+        let to_second_us = width_us + u32::from(lane.train.gap_us()); // at most 700
+        Some(Middle {
+            after_us: width_us / 2 + if second { to_second_us } else { 0 },
+            second,
+            half_us: width_us / 2,
+            period_us: lane.period_us,
+        })
     }
 
     /// Whether every train has played; never with one that waits for triggers.

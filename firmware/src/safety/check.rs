@@ -1,34 +1,49 @@
-//! The electrode check before arming, and the watch on electrodes after it:
-//! mid-phase current against what the amplitude lets expect.
+//! The electrode check before arming: pulses that rise from DAC code 1, and what one
+//! reading of the current says of an electrode.
 
-use super::Setup;
+use super::{Channel, Setup, Stage};
 use crate::pulse::{CHANNELS, Train, TrainSpec, WINDOW_US};
-use crate::units::{Amplitude, MicroAmps};
+use crate::units::{Amplitude, DacCode, MicroAmps};
 
 /// Current sense at 4095 counts, µA (docs/hardware.md, current sense).
 const SENSE_FULL_SCALE_UA: u32 = 120_000;
+/// Largest conversion.
+const SENSE_FULL_SCALE: u16 = 4095;
 
-/// Distance between the check pulses of two channels, µs.
-const SPACING_US: u32 = 2_000;
+/// Two counts of the sense: its offset and its rounding. Nothing is judged by less.
+const SLACK_COUNTS: u32 = 2;
+/// The same, µA.
+pub(super) const SLACK_UA: u32 = SLACK_COUNTS * SENSE_FULL_SCALE_UA / SENSE_FULL_SCALE as u32;
+
+/// From a window to the refill that has its reading, and what begins in the next.
+pub(super) const SENSED_US: u32 = 2 * WINDOW_US;
+
+/// Distance between the check pulses of two channels, µs: one for each phase.
+const SPACING_US: u32 = 2 * WINDOW_US;
+
+/// Amplitudes of the check, from code 1 to its last.
+const STEPS: u32 = 4;
+
+/// Two sub-threshold pulses of 100 µs a phase, a window apart, [`STEPS`] times: the
+/// sense takes the first phase of one and the second phase of the other.
+const PROBE: TrainSpec = TrainSpec {
+    repeats: STEPS as u16,
+    burst_count: 2,
+    burst_interval_us: WINDOW_US as u16,
+    ..TrainSpec::biphasic(100, 25, CHANNELS as u32 * SPACING_US)
+};
 
 // A check pulse begins with a window and ends inside it, so that a check can be
 // broken off between any two windows without truncating a pulse.
-const _: () = assert!(
-    SPACING_US.is_multiple_of(WINDOW_US)
-        && 2 * PROBE.width_us as u32 + PROBE.gap_us as u32 <= WINDOW_US
-);
-
-/// A sub-threshold pulse: 100 µs per phase, once.
-const PROBE: TrainSpec = TrainSpec {
-    repeats: 1,
-    ..TrainSpec::biphasic(100, 25, 100_000)
-};
+const _: () = assert!(2 * PROBE.width_us as u32 + PROBE.gap_us as u32 <= WINDOW_US);
 
 /// A mid-phase current sample.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Reading {
     /// Channel that was pulsing, from 0.
     pub channel: u8,
+    /// Whether it was in the second phase.
+    pub second: bool,
     /// 12-bit conversion.
     pub raw: u16,
 }
@@ -37,22 +52,61 @@ impl Reading {
     /// The current.
     #[must_use]
     pub const fn current(&self) -> MicroAmps {
-        // At most 65 535 · 120 000 / 4095 before the division fits u64.
-        MicroAmps::new((self.raw as u64 * SENSE_FULL_SCALE_UA as u64 / 4095) as u32)
+        current(self.raw)
     }
 
     /// The conversion that `current` gives on the reference board, saturating.
     #[must_use]
-    pub fn of(channel: u8, current: MicroAmps) -> Self {
-        let raw = u64::from(current.get()) * 4095 / u64::from(SENSE_FULL_SCALE_UA);
+    pub fn of(channel: u8, second: bool, current: MicroAmps) -> Self {
+        let raw =
+            u64::from(current.get()) * u64::from(SENSE_FULL_SCALE) / u64::from(SENSE_FULL_SCALE_UA);
         Self {
             channel,
-            raw: raw.min(4095) as u16,
+            second,
+            raw: raw.min(SENSE_FULL_SCALE.into()) as u16,
         }
     }
 }
 
-/// What one channel's electrode looks like.
+const fn current(raw: u16) -> MicroAmps {
+    let raw = raw as u32 & 0xFFF; // twelve bits, so that the product stays below 2^29
+    MicroAmps::new(raw * SENSE_FULL_SCALE_UA / SENSE_FULL_SCALE as u32)
+}
+
+/// A conversion and the amplitude that gave it: a conductance.
+#[derive(Clone, Copy, Default, Debug, PartialEq, Eq, Hash)]
+pub(super) struct Load {
+    pub(super) raw: u16,
+    pub(super) applied: Amplitude,
+}
+
+impl Load {
+    /// Of `reading` at `applied`.
+    pub(super) const fn of(reading: Reading, applied: Amplitude) -> Self {
+        let raw = reading.raw & 0xFFF; // twelve bits
+        Self { raw, applied }
+    }
+
+    /// Whether this is more than `times` the load `of`, by two counts each; both of a
+    /// voltage stage.
+    pub(super) fn is_above(self, times: u32, of: Self) -> bool {
+        // At most 4097 · 4 · 150 000, below 2^32: nothing wraps.
+        let (this, of_raw) = (u32::from(self.raw) + SLACK_COUNTS, u32::from(of.raw));
+        let least = this.wrapping_mul(times).wrapping_mul(of.applied.get());
+        least
+            < of_raw
+                .saturating_sub(SLACK_COUNTS)
+                .wrapping_mul(self.applied.get())
+    }
+
+    /// Whether both were taken at amplitudes so near that no load follows from one.
+    pub(super) fn is_near(self, other: Self) -> bool {
+        let (a, b) = (self.applied.get(), other.applied.get()); // at most 150 000
+        4 * a <= 5 * b && 4 * b <= 5 * a
+    }
+}
+
+/// What one reading says of a channel's electrode.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum Electrode {
     /// Plausible current.
@@ -63,10 +117,11 @@ pub enum Electrode {
     Short,
 }
 
-/// A check under way: which channels still owe a reading.
+/// A check under way: which phases of which channels still owe a reading.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct ElectrodeCheck {
-    pending: u16,
+    /// First and second phases; bit i is channel i.
+    pending: [u16; 2],
 }
 
 impl ElectrodeCheck {
@@ -79,15 +134,18 @@ impl ElectrodeCheck {
                 pending |= 1 << channel;
             }
         }
-        Self { pending }
+        Self {
+            pending: [pending; 2],
+        }
     }
 
     /// The check pulses, one channel after the other.
     #[must_use]
     pub fn trains(&self) -> [Option<Train>; CHANNELS] {
+        let [pending, _] = self.pending;
         let mut trains = [None; CHANNELS];
         for (channel, train) in (0u32..).zip(&mut trains) {
-            if self.pending & 1 << channel != 0 {
+            if pending & 1 << channel != 0 {
                 let spec = TrainSpec {
                     offset_us: channel * SPACING_US,
                     ..PROBE
@@ -98,38 +156,77 @@ impl ElectrodeCheck {
         trains
     }
 
-    /// From the check's epoch to its verdict, µs: every pulse and one spacing.
+    /// From the check's epoch to its verdict, µs: every pulse, and time for the last
+    /// reading.
     #[must_use]
     pub const fn length_us() -> u32 {
-        (CHANNELS as u32 + 1) * SPACING_US
+        STEPS * PROBE.period_us + 4 * SPACING_US
     }
 
-    /// Ticks off a channel that read plausibly.
-    pub const fn passed(&mut self, channel: u8) {
-        self.pending &= !(1u16 << (channel % 16));
+    /// Which of the check's amplitudes is put out `elapsed_us` after its epoch; the
+    /// last for `true`.
+    pub(super) const fn is_last_step(elapsed_us: u32) -> bool {
+        elapsed_us / PROBE.period_us + 1 >= STEPS
     }
 
-    /// The first channel still owing a plausible reading.
+    /// The DAC code `elapsed_us` after the check's epoch: 1 first, then with even
+    /// ratios, as far as bits go, to that of `last`.
+    pub(super) const fn code(last: DacCode, elapsed_us: u32) -> DacCode {
+        let bits = u16::BITS - last.get().leading_zeros();
+        let step = elapsed_us / PROBE.period_us;
+        // Each below 32: the shift is at most 15.
+        let left = (STEPS - 1).saturating_sub(step);
+        DacCode::new(last.get() >> (bits.saturating_sub(1) * left / (STEPS - 1)))
+    }
+
+    /// Ticks off a phase that read plausibly.
+    pub const fn passed(&mut self, channel: u8, second: bool) {
+        let [of_first, of_second] = &mut self.pending;
+        let pending = if second { of_second } else { of_first };
+        *pending &= !(1u16 << (channel % 16));
+    }
+
+    /// The first channel still owing a plausible reading; `true` if the other phase's
+    /// was.
     #[must_use]
-    pub fn missing(&self) -> Option<u8> {
-        (self.pending != 0).then(|| self.pending.trailing_zeros() as u8)
+    pub fn missing(&self) -> Option<(u8, bool)> {
+        let [first, second] = self.pending;
+        let owing = first | second;
+        let channel = owing.trailing_zeros();
+        (owing != 0).then(|| (channel as u8, (first ^ second) >> channel & 1 != 0))
     }
 }
 
 /// Judges `reading` on a channel put to `amplitude` by `stage`.
 #[must_use]
-pub fn judge(reading: Reading, stage: &super::Stage, amplitude: Amplitude) -> Electrode {
+pub fn judge(reading: Reading, stage: &Stage, amplitude: Amplitude) -> Electrode {
     let (low, high) = stage.plausible(amplitude);
-    // One count is 29 µA: below two counts of slack nothing is known.
-    let slack = 2 * SENSE_FULL_SCALE_UA / 4095;
     let ua = reading.current().get();
-    if ua + slack < low.get() {
+    if ua + SLACK_UA < low.get() {
         Electrode::Off
-    } else if ua > high.get().saturating_add(slack) {
+    } else if ua > high.get().saturating_add(SLACK_UA) {
         Electrode::Short
     } else {
         Electrode::Fine
     }
+}
+
+/// Whether `reading` is above what the limits of `channel` allow: by more than 5 % and
+/// two counts.
+#[must_use]
+pub(super) const fn is_above_limit(reading: Reading, channel: &Channel) -> bool {
+    let max = channel.max_current.get(); // at most 100 000
+    reading.current().get() > max + max / 20 + SLACK_UA
+}
+
+/// The smallest load that `found` on a voltage stage makes certain, Ω: with two counts
+/// less than were read. `None` if that is nothing.
+#[must_use]
+pub(super) fn least_load_ohm(found: Load) -> Option<u32> {
+    let ua = current(found.raw).get().checked_sub(SLACK_UA)?;
+    // mV · 1000 / µA = Ω; at most 150 000 · 1000.
+    let mv_by_1000 = found.applied.get().saturating_mul(1000);
+    (ua != 0).then(|| mv_by_1000.div_ceil(ua))
 }
 
 #[cfg(test)]
@@ -145,7 +242,7 @@ mod tests {
         }
         .validate()
         .unwrap();
-        let reading = |ua| Reading::of(0, MicroAmps::new(ua));
+        let reading = |ua| Reading::of(0, false, MicroAmps::new(ua));
         let v2 = Amplitude::new(20_000);
         let at = |ohm: u32| judge(reading(20_000_000 / ohm), &volts, v2);
         assert_eq!(at(2_000), Electrode::Fine);
@@ -160,5 +257,33 @@ mod tests {
         assert_eq!(i(10_000), Electrode::Fine);
         assert_eq!(i(100), Electrode::Off);
         assert_eq!(i(30_000), Electrode::Short);
+    }
+
+    #[test]
+    fn the_check_rises_from_code_1_to_its_last() {
+        let period_us = PROBE.period_us;
+        let codes = |last| {
+            [0, 1, 2, 3].map(|n| ElectrodeCheck::code(DacCode::new(last), n * period_us).get())
+        };
+        assert_eq!(codes(655), [1, 10, 81, 655]);
+        assert_eq!(codes(65_535), [1, 63, 2_047, 65_535]);
+        assert_eq!(codes(1), [1; 4]);
+        assert_eq!(codes(0), [0; 4], "less than a step of the DAC");
+        for last in 1..=u16::MAX {
+            let codes = codes(last);
+            assert_eq!((codes[0], codes[3]), (1, last));
+            assert!(codes.is_sorted(), "{codes:?}");
+        }
+    }
+
+    /// 2 V through 1 kΩ are 68 counts; two less are 1035 Ω at least.
+    #[test]
+    fn a_load_is_taken_with_two_counts_less() {
+        let found = |raw| Load {
+            raw,
+            applied: Amplitude::new(2_000),
+        };
+        assert_eq!(least_load_ohm(found(68)), Some(1_035));
+        assert_eq!([0, 1].map(found).map(least_load_ohm), [None; 2]);
     }
 }

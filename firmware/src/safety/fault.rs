@@ -43,6 +43,12 @@ pub enum Fault {
     TimeBase,
     /// 16: a register that decides edges is not what it was set to.
     Registers,
+    /// 17: one phase of a channel's pulses carries nothing, the other does.
+    PhaseLost,
+    /// 18: the current sense was asked and did not answer.
+    ReadingMissing,
+    /// 19: a channel's load is far above that at arming, or comes and goes.
+    LoadWanders,
 }
 
 impl Fault {
@@ -72,6 +78,9 @@ impl Fault {
             14 => Self::Memory,
             15 => Self::TimeBase,
             16 => Self::Registers,
+            17 => Self::PhaseLost,
+            18 => Self::ReadingMissing,
+            19 => Self::LoadWanders,
             _ => return None,
         })
     }
@@ -113,10 +122,10 @@ mod tests {
 
     #[test]
     fn numbers_round_trip() {
-        for number in 1..=16 {
+        for number in 1..=19 {
             assert_eq!(Fault::from_number(number).unwrap().number(), number);
         }
         assert_eq!(Fault::from_number(0), None);
-        assert_eq!(Fault::from_number(17), None);
+        assert_eq!(Fault::from_number(20), None);
     }
 }

@@ -27,7 +27,9 @@ mod memory;
 #[cfg(test)]
 mod tests;
 
+use super::check::Load;
 use super::ramp::{Fall, Rise};
+use super::watch::Watch;
 use super::{Channel, ElectrodeCheck, Fault, FaultRecord, Setup, limits};
 use super::{Denied, Inputs, Notice, State, StopCause};
 use crate::pulse::{CHANNELS, Scheduler, WINDOW_US};
@@ -64,7 +66,9 @@ pub struct Guard {
     wanted: [Amplitude; CHANNELS],
     rises: [Rise; CHANNELS],
     in_force: [Amplitude; CHANNELS],
-    implausible: [u8; CHANNELS],
+    /// Loads at arming.
+    loads: [Load; CHANNELS],
+    watches: [Watch; CHANNELS],
     heard: Micros,
     held_by_stop: bool,
     seals: Seals,
@@ -80,7 +84,8 @@ impl Guard {
             wanted: [Amplitude::ZERO; CHANNELS],
             rises: [Rise::default(); CHANNELS],
             in_force: [Amplitude::ZERO; CHANNELS],
-            implausible: [0; CHANNELS],
+            loads: [Load::default(); CHANNELS],
+            watches: [Watch::default(); CHANNELS],
             heard: Micros::new(0),
             held_by_stop: false,
             seals: Seals::default(),
@@ -147,6 +152,7 @@ impl Guard {
         let check = ElectrodeCheck::new(&setup);
         self.setup = Some(setup);
         self.clear_amplitudes();
+        self.loads = [Load::default(); CHANNELS];
         self.renew_seals();
         self.open_core();
         self.mode = Mode::Checking {
@@ -228,7 +234,8 @@ impl Guard {
     /// latch.
     ///
     /// # Errors
-    /// [`Fault::OverCurrent`], [`Fault::ElectrodeOff`].
+    /// [`Fault::OverCurrent`], [`Fault::ElectrodeOff`], [`Fault::PhaseLost`],
+    /// [`Fault::LoadWanders`].
     pub fn tick(
         &mut self,
         now: Micros,
@@ -240,11 +247,14 @@ impl Guard {
         }
         let mut read = None;
         if let Some(reading) = inputs.reading {
-            read = self.check_reading(reading, now);
-            if let Some(Notice::Checked(_)) = read {
-                return Ok(read);
+            if let Mode::Checking { .. } = self.mode {
+                read = self.check_reading(reading, now);
+                if let Some(Notice::Checked(_)) = read {
+                    return Ok(read);
+                }
+            } else {
+                self.watch_reading(reading)?;
             }
-            self.watch_reading(reading)?;
         }
         // Once closed, it is in somebody's hand.
         if inputs.hand_stop && !self.held_by_stop {
@@ -333,7 +343,7 @@ impl Guard {
         self.wanted = [Amplitude::ZERO; CHANNELS];
         self.rises = [Rise::default(); CHANNELS];
         self.in_force = [Amplitude::ZERO; CHANNELS];
-        self.implausible = [0; CHANNELS];
+        self.watches = [Watch::default(); CHANNELS];
     }
 
     fn enter_idle(&mut self, cause: StopCause) -> Notice {

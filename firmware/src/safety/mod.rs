@@ -16,6 +16,7 @@ mod setup;
 mod stage;
 mod stages;
 mod state;
+mod watch;
 mod wearer;
 
 pub use check::{ElectrodeCheck, Reading};

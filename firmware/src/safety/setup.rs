@@ -36,6 +36,11 @@ pub struct Channel {
     pub stage: Stage,
     /// No amplitude above this is ever put out.
     pub limit: Amplitude,
+    /// No current above this may flow: a current stage's limit; of a voltage stage, what
+    /// the limits of current, charge and rms allow.
+    pub max_current: MicroAmps,
+    /// Of its electrode, mm².
+    pub area_mm2: u32,
     /// Shortest period that the limits were checked for, µs.
     pub min_period_us: u32,
     /// Longest period that may be ordered, µs; the limits hold for it because they
@@ -128,9 +133,9 @@ impl ChannelSpec {
         up_to_full_scale.check(self.limit.get())?;
         let spec = train.spec();
         let current = stage.current(self.limit);
-        let max = wearer.max_current().min(stage.max_current());
-        if current > max {
-            return Err(SetupError::Current { max });
+        let most = wearer.max_current().min(stage.max_current());
+        if current > most {
+            return Err(SetupError::Current { max: most });
         }
         let ua = current.get();
         // The grounding after a pulse that began before the fall ends in it.
@@ -156,14 +161,22 @@ impl ChannelSpec {
         if is_above(max) {
             return Err(SetupError::Rms { max });
         }
-        let max = MicroAmps::new(self.area_mm2 * limits::MAX_DENSITY_UA_MM2); // at most 4e5
-        if is_above(max) {
-            return Err(SetupError::Density { max });
+        let max_density = MicroAmps::new(self.area_mm2 * limits::MAX_DENSITY_UA_MM2); // at most 4e5
+        if is_above(max_density) {
+            return Err(SetupError::Density { max: max_density });
         }
+        let most_rms = max.min(max_density);
+        let max_current = if stage.is_current() {
+            current
+        } else {
+            most_current(&train, most_rms, wearer).min(most)
+        };
         Ok(Channel {
             train,
             stage,
             limit: self.limit,
+            area_mm2: self.area_mm2,
+            max_current,
             min_period_us: spec.period_us,
             max_period_us: spec.period_us,
         })
@@ -210,11 +223,52 @@ impl ChannelSpec {
             },
             ..*self
         };
-        let min_period_us = fastest.validate(wearer)?.min_period_us;
+        let fastest = fastest.validate(wearer)?;
         Ok(Channel {
-            min_period_us,
+            max_current: fastest.max_current,
+            min_period_us: fastest.min_period_us,
             max_period_us,
             ..channel
+        })
+    }
+}
+
+/// The largest current with which `train` keeps the limits of charge and of rms.
+fn most_current(train: &Train, max_rms: MicroAmps, wearer: &Wearer) -> MicroAmps {
+    let (spec, rms) = (train.spec(), u64::from(max_rms.get()));
+    // pC by µs, at most 4e7; µA²·µs by µs, at most 2.5e9 · 2e6 / 10.
+    let by_charge = u64::from(wearer.spec().max_charge_nc) * 1000 / u64::from(spec.width_us);
+    let mean_square = (rms * rms * u64::from(spec.period_us)).checked_div(train.on_us().into());
+    let most = by_charge.min(mean_square.map_or(0, u64::isqrt));
+    MicroAmps::new(u32::try_from(most).unwrap_or(u32::MAX))
+}
+
+impl Channel {
+    /// Of a voltage stage: the same channel judged with a load of `ohm` if that is below
+    /// the declared one.
+    ///
+    /// # Errors
+    /// The first limit that it exceeds then; [`SetupError::Range`] for a load that no
+    /// host may declare.
+    pub fn with_load(&self, ohm: u32, wearer: &Wearer) -> Result<Self, SetupError> {
+        let Some(stage) = self.stage.with_load(ohm) else {
+            return Ok(*self);
+        };
+        let spec = ChannelSpec {
+            train: TrainSpec {
+                period_us: self.min_period_us,
+                offset_us: 0, // within one period of any length
+                ..*self.train.spec()
+            },
+            stage,
+            limit: self.limit,
+            area_mm2: self.area_mm2,
+        };
+        let judged = spec.validate(wearer)?;
+        Ok(Self {
+            stage: judged.stage,
+            max_current: judged.max_current,
+            ..*self
         })
     }
 }

@@ -77,6 +77,21 @@ impl Stage {
         self.0.full_scale()
     }
 
+    /// A voltage stage declared with a load of `ohm`, if that is below its own.
+    #[must_use]
+    pub const fn with_load(&self, ohm: u32) -> Option<StageSpec> {
+        match self.0 {
+            StageSpec::Voltage {
+                full_scale_mv,
+                load_ohm,
+            } if ohm < load_ohm => Some(StageSpec::Voltage {
+                full_scale_mv,
+                load_ohm: ohm,
+            }),
+            _ => None,
+        }
+    }
+
     /// The current limit of this kind of stage.
     #[must_use]
     pub const fn max_current(&self) -> MicroAmps {
@@ -100,9 +115,12 @@ impl Stage {
     /// The DAC code for `amplitude`, rounded down, saturating at full scale.
     #[must_use]
     pub fn code(&self, amplitude: Amplitude) -> DacCode {
-        // full_scale >= 1000; the product fits u64.
-        let code = u64::from(amplitude.get()) * 65_535 / u64::from(self.full_scale().get());
-        DacCode::new(u16::try_from(code).unwrap_or(u16::MAX))
+        // 65 535 = 255 · 257: in two steps that fit 32 bits, at most 150 000 · 257 each,
+        // for the core divides no 64. full_scale >= 1000.
+        let full = self.full_scale().get();
+        let amplitude = amplitude.get().min(full) * 255;
+        let (whole, rest) = (amplitude / full, amplitude % full);
+        DacCode::new((whole * 257 + rest * 257 / full) as u16)
     }
 
     /// The amplitude that `code` puts out, in thousandths, rounded down.

@@ -72,6 +72,19 @@ pub enum Denied {
         /// The channel.
         channel: u8,
     },
+    /// The electrode check saw current in one phase only.
+    PhaseLost {
+        /// First channel that failed.
+        channel: u8,
+    },
+    /// Through the load that the electrode check measured, the channel's limit is more
+    /// than the wearer's limits allow.
+    LoadTooLow {
+        /// The channel.
+        channel: u8,
+        /// That load at most, Ω.
+        ohm: u32,
+    },
     /// The check was ended by a stop, or a stop came before it began.
     Cancelled,
     /// A stop came behind the order before it was carried out.

@@ -401,6 +401,10 @@ pub fn all(count: usize, amplitude: u32) -> Request {
     }
 }
 
+/// Driven stretches of a channel's electrode check: two phases, two pulses, four
+/// amplitudes.
+pub const CHECK_PHASES: usize = 16;
+
 pub const PLAIN: TrainSpec = TrainSpec::biphasic(200, 100, 20_000);
 
 pub const MONO: TrainSpec = TrainSpec::monophasic(200, 1_000, 20_000);

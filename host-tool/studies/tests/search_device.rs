@@ -41,12 +41,12 @@ fn found(fields: &str, seed: u64) -> (Finding<DeviceError>, Box<dyn Port>) {
 }
 
 /// First phases on the trace: every pulse is cathodic first here. The electrode check
-/// plays one on each channel.
+/// plays four pairs on each channel.
 fn on_trace(port: &mut Box<dyn Port>, channels: usize) -> u64 {
     let trace = &port.world().unwrap().recorder.trace;
     let end_us = trace.levels.last().map_or(0, |level| level.0) + 1_000_000;
     let pulses: usize = trace.pulses(end_us).iter().map(Vec::len).sum();
-    (pulses - channels) as u64
+    (pulses - 8 * channels) as u64
 }
 
 #[test]

@@ -55,6 +55,19 @@ fn shorted() -> Bench {
     bench
 }
 
+/// 1 kΩ where 2 kΩ were declared: twice the current that the wearer allows.
+fn low_load() -> Bench {
+    let mut spec = channel(0);
+    spec.stage = StageSpec::Voltage {
+        full_scale_mv: 60_000,
+        load_ohm: 2_000,
+    };
+    spec.limit = Amplitude::new(40_000);
+    let mut bench = Bench::open().after([Request::Channel { channel: 0, spec }]);
+    bench.client.port().world.body.loads_mut()[0] = Load::Ohms(1_000.0);
+    bench
+}
+
 fn open_inputs() -> Bench {
     let mut bench = Bench::draft();
     let sensors = &mut bench.client.port().world.sensors;
@@ -91,6 +104,7 @@ fn arm_rows() -> Vec<Row> {
         arm("arm input open", open_inputs, refused(Code::ArmInputOpen, "arm input")),
         arm("electrode off", || loaded(Load::Open), refused(Code::ElectrodeOff, "electrode").on(2)),
         arm("electrodes shorted", shorted, refused(Code::ElectrodeShort, "electrode").on(1)),
+        arm("a lower load than declared", low_load, refused(Code::LoadTooLow, "load_ohm").on(1).allowed(1_035, 1_035)),
         arm("limit tightened after its channel", tightened, refused(Code::CurrentLimit, "limit").on(1).allowed(0, 19_999)),
         arm("20 mA over the common return", || together(20_000, 4_900), Expect::Done),
         arm("too much at once", || together(19_999, 4_900), refused(Code::SumLimit, "limit").allowed(20_000, 19_999)),

@@ -380,7 +380,7 @@ fn events() -> Vec<Event> {
         ArmExpired,
         Finished,
     ];
-    let faults = (1..).map_while(Fault::from_number);
+    let faults = (1..=19).filter_map(Fault::from_number);
     let stops = causes.map(|c| [Event::Stopping(c), Event::Stopped(c)]);
     let mut all = stops.concat();
     all.extend(faults.map(|f| Event::Faulted(fault(f))));

@@ -10,10 +10,6 @@ const CURRENT: usize = 1;
 /// JEXTSEL: TIM2_TRGO (RM0090 ADC_CR2).
 const TIM2_TRGO: u8 = 0b0011;
 
-/// From the trigger to the end of the sequence: 1.3 + 4.6 µs and the trigger's
-/// latency, rounded up.
-pub const SEQUENCE_US: i32 = 8;
-
 /// One injected sequence, 12 bits each.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Samples {
@@ -25,7 +21,7 @@ pub struct Samples {
 
 /// 84 MHz / 4 = 21 MHz. The current takes 15 + 12 cycles (1.3 µs) and is held
 /// 0.7 µs after the trigger; the angle, slower and of higher impedance, 84 +
-/// 12 (4.6 µs).
+/// 12 (4.6 µs). With the trigger's latency a sequence is over in 8 µs.
 pub fn init() {
     RCC.apb2enr().modify(|w| w.set_adc1en(true));
     let _ = RCC.apb2enr().read(); // ES0182: delay after clock enabling

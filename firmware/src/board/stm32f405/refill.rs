@@ -11,7 +11,7 @@ use super::watchdog::{self, Owner};
 use super::{Urgency, dac, emergency, pins, record, registers, timebase, usb_clock};
 use crate::device::{Pulser, PulserMail, REFILL_OFFSET_US, WINDOWS_PER_TICK};
 use crate::pulse::tape::paint;
-use crate::pulse::{Levels, WINDOW_US, WindowPlan};
+use crate::pulse::{Levels, Sample, WINDOW_US, WindowPlan};
 use crate::safety::{Fault, FaultRecord, Inputs, Reading, State};
 use crate::units::{Micros, us};
 use core::ptr::null_mut;
@@ -32,8 +32,8 @@ struct Refill {
     plan: WindowPlan,
     /// Start and half of the window that is playing.
     playing: (Micros, Half),
-    /// Channel and instant of the mid-phase that the armed conversion samples.
-    sampling: Option<(u8, Micros)>,
+    /// The mid-phase that the armed conversion samples.
+    sampling: Option<Sample>,
     angle: Option<u16>,
     windows: u32,
     recorded: bool,
@@ -185,9 +185,10 @@ impl Refill {
         let samples: Option<Samples> = adc::read();
         self.angle = samples.map(|s| s.angle).or(self.angle);
         let reading = samples.and_then(|s| {
-            let (channel, _) = self.sampling.take()?;
+            let sample = self.sampling.take()?;
             Some(Reading {
-                channel,
+                channel: sample.channel,
+                second: sample.second,
                 raw: s.current,
             })
         });
@@ -200,19 +201,12 @@ impl Refill {
         }
     }
 
-    /// The plan still is that of the window now playing: it was rendered one
-    /// refill ago. A sample of the window before that is still to come goes
-    /// first; one in this window's first microseconds comes too soon and is
-    /// left out.
+    /// The plan still is that of the window now playing: it was rendered one refill
+    /// ago. What it asks for lies far enough ahead, and ends before the next refill,
+    /// unless this one is late.
     fn arm_conversion(&mut self, start: Micros) {
-        let now = timebase::now();
-        if let Some((_, at)) = self.sampling
-            && (now - at).us() < adc::SEQUENCE_US
-        {
-            return;
-        }
         let asked = self.plan.sample;
-        let at = asked.map_or(start + us(DEFAULT_SAMPLE_US), |(_, at)| at);
+        let at = asked.map_or(start + us(DEFAULT_SAMPLE_US), |sample| sample.at);
         let armed = timebase::sample_at(at);
         self.sampling = asked.filter(|_| armed);
     }

@@ -123,6 +123,7 @@ impl Pulser {
         let expected = |channel| self.guard.expected(channel, train(channel));
         self.outputs.arm(expected, &[]);
         self.arming = Some(seq);
+        (self.second, self.pausing, self.owed) = (0, 0, 0);
         Ok(())
     }
 

@@ -3,7 +3,7 @@
 use super::{Guard, Mode, check_amplitude};
 use crate::pulse::{Supply, Train};
 use crate::safety::ramp::Rise;
-use crate::safety::{Denied, Expected};
+use crate::safety::{Channel, Denied, ElectrodeCheck, Expected};
 use crate::units::{Amplitude, DacCode, Micros};
 
 impl Guard {
@@ -107,12 +107,16 @@ impl Supply for Guard {
         }
         let index = usize::from(channel);
         let setup = self.setup.as_ref()?;
-        let config = *setup.channel(channel)?;
+        let config = setup.channel(channel)?;
         let wanted = self.wanted.get(index).copied()?;
         let rise_us = setup.wearer.rise_us();
         let rise = self.rises.get_mut(index)?;
         let amplitude = match self.mode {
-            Mode::Checking { .. } => check_amplitude(&config),
+            Mode::Checking { until, .. } => {
+                let (amplitude, code) = check_step(config, until, at);
+                *self.in_force.get_mut(index)? = amplitude;
+                return Some(code);
+            }
             // A ramp passes through code 0 without a gap in the schedule; a
             // channel that nobody asked for anything stays out of it.
             _ if wanted == Amplitude::ZERO => {
@@ -138,5 +142,19 @@ impl Supply for Guard {
             Mode::Stopping { fall, .. } => fall.end().has_reached(end),
             _ => false,
         }
+    }
+}
+
+/// What the electrode check that ends at `until` puts out at `at`.
+#[inline(never)]
+fn check_step(config: &Channel, until: Micros, at: Micros) -> (Amplitude, DacCode) {
+    let left_us = until.elapsed_since(at); // none is begun after the end
+    let elapsed_us = ElectrodeCheck::length_us().saturating_sub(left_us);
+    let last = check_amplitude(config);
+    let code = ElectrodeCheck::code(config.stage.code(last), elapsed_us);
+    if ElectrodeCheck::is_last_step(elapsed_us) {
+        (last, code)
+    } else {
+        (config.stage.amplitude(code), code)
     }
 }

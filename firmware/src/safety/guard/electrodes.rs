@@ -1,83 +1,114 @@
 //! What readings of the current say: the check before arming, and the watch after.
 
-use super::{Guard, Mode, check_amplitude};
-use crate::pulse::WINDOW_US;
-use crate::safety::check::{Electrode, judge};
+use super::{Guard, Mode};
+use crate::pulse::CHANNELS;
+use crate::safety::check::{Electrode, SENSED_US, is_above_limit, judge, least_load_ohm};
 use crate::safety::{Denied, ElectrodeCheck, Fault, Notice, Reading, StopCause};
 use crate::units::Micros;
 
-/// Implausible readings in a row that make a fault.
-const READINGS_TO_FAULT: u8 = 3;
-
 impl Guard {
+    #[inline(never)]
     pub(super) fn end_check(&mut self, check: ElectrodeCheck, now: Micros) -> Notice {
-        if let Some(channel) = check.missing() {
+        let whole = match check.missing() {
+            Some((channel, true)) => Err(Denied::PhaseLost { channel }),
+            Some((channel, false)) => Err(Denied::ElectrodeOff { channel }),
+            None => self.take_loads(),
+        };
+        if let Err(denied) = whole {
             self.enter_idle(StopCause::Request);
-            return Notice::Checked(Err(Denied::ElectrodeOff { channel }));
+            return Notice::Checked(Err(denied));
         }
         self.open_core();
         self.mode = Mode::Armed { since: now };
         Notice::Checked(Ok(()))
     }
 
-    /// A reading during the check: ticks the channel off and is told, or ends the
-    /// check. What was read before the check's first window has played is of an
-    /// earlier stimulation.
+    /// Keeps the loads that the check measured, and judges every channel with the lower
+    /// of that and the declared one, from now on.
+    fn take_loads(&mut self) -> Result<(), Denied> {
+        for channel in 0..CHANNELS as u8 {
+            let index = usize::from(channel);
+            if !self.open_burst(channel) {
+                continue; // and the refill ends in a fault
+            }
+            let (Some(setup), Some(watch), Some(kept)) = (
+                &mut self.setup,
+                self.watches.get_mut(index),
+                self.loads.get_mut(index),
+            ) else {
+                continue;
+            };
+            let load = watch.take_load();
+            let wearer = setup.wearer;
+            if let Some(Some(config)) = setup.channels.get_mut(index)
+                && let Some(ohm) = least_load_ohm(load)
+            {
+                let judged = config.with_load(ohm, &wearer);
+                *config = judged.map_err(|_| Denied::LoadTooLow { channel, ohm })?;
+            }
+            *kept = load;
+            self.seal_armed(channel);
+        }
+        Ok(())
+    }
+
+    /// A reading during the check: ticks its phase off and is told, or ends the check.
+    /// What was read before the check's first window has played is of an earlier
+    /// stimulation.
+    #[inline(never)]
     pub(super) fn check_reading(&mut self, reading: Reading, now: Micros) -> Option<Notice> {
         let Mode::Checking { check, until } = &mut self.mode else {
             return None;
         };
-        if until.elapsed_since(now) > ElectrodeCheck::length_us() - 2 * WINDOW_US {
-            return None; // the length is far above two windows
-        }
-        let channel = reading.channel;
+        let since_epoch = ElectrodeCheck::length_us().checked_sub(until.elapsed_since(now))?;
+        let is_last = ElectrodeCheck::is_last_step(since_epoch.checked_sub(SENSED_US)?);
+        let (channel, index) = (reading.channel, usize::from(reading.channel));
         let config = *self.setup.as_ref()?.channel(channel)?;
-        let applied = check_amplitude(&config);
-        match judge(reading, &config.stage, applied) {
-            Electrode::Fine => {
-                check.passed(channel);
-                self.open_core();
-            }
-            Electrode::Off => {}
-            Electrode::Short => {
-                self.enter_idle(StopCause::Request);
-                return Some(Notice::Checked(Err(Denied::ElectrodeShort { channel })));
-            }
+        let applied = *self.in_force.get(index)?;
+        let electrode = judge(reading, &config.stage, applied);
+        if electrode == Electrode::Short || is_above_limit(reading, &config) {
+            self.enter_idle(StopCause::Request);
+            return Some(Notice::Checked(Err(Denied::ElectrodeShort { channel })));
         }
-        Some(Notice::Electrode {
+        if electrode == Electrode::Fine && is_last {
+            check.passed(channel, reading.second);
+            self.open_core();
+            self.open(channel);
+            self.watches.get_mut(index)?.probe(reading, applied);
+        }
+        (is_last && !reading.second).then_some(Notice::Electrode {
             channel,
             applied,
             current_ua: reading.current().get(),
         })
     }
 
-    /// A reading while stimulating: too much once, or too little three times.
+    /// A reading while stimulating.
+    ///
+    /// # Errors
+    /// What it shows, alone or with those before.
     pub(super) fn watch_reading(&mut self, reading: Reading) -> Result<(), Fault> {
         if !matches!(self.mode, Mode::Stimulating | Mode::Stopping { .. }) {
             return Ok(());
         }
         let index = usize::from(reading.channel);
-        self.open(reading.channel);
-        let config = self
-            .setup
-            .as_ref()
-            .and_then(|s| s.channel(reading.channel).copied());
-        let (Some(config), Some(&amplitude), Some(count)) = (
-            config,
+        let setup = self.setup.as_ref();
+        let (Some(config), Some(&amplitude), Some(&load), Some(&watch)) = (
+            setup.and_then(|setup| setup.channel(reading.channel)),
             self.in_force.get(index),
-            self.implausible.get_mut(index),
+            self.loads.get(index),
+            self.watches.get(index),
         ) else {
             return Ok(());
         };
-        match judge(reading, &config.stage, amplitude) {
-            Electrode::Short => return Err(Fault::OverCurrent),
-            Electrode::Off => *count = count.saturating_add(1),
-            Electrode::Fine => *count = 0,
+        let after = watch.after(reading, config, load, amplitude)?;
+        // Mostly nothing changes, and what stands there need not be opened and sealed.
+        if after != watch
+            && self.open(reading.channel)
+            && let Some(watch) = self.watches.get_mut(index)
+        {
+            *watch = after;
         }
-        if *count >= READINGS_TO_FAULT {
-            Err(Fault::ElectrodeOff)
-        } else {
-            Ok(())
-        }
+        Ok(())
     }
 }

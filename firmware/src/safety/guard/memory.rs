@@ -126,6 +126,15 @@ impl Guard {
         holds && self.open(channel)
     }
 
+    /// Seals what is armed of `channel`, which was changed after [`Self::open_burst`].
+    pub(super) fn seal_armed(&mut self, channel: u8) {
+        let index = usize::from(channel);
+        let armed = self.armed(index);
+        if let Some((seal, _)) = self.seals.channels.get_mut(index) {
+            *seal = armed;
+        }
+    }
+
     /// State, timeouts, stop or time of the last host frame may change until the next
     /// [`Self::seal`].
     pub(super) const fn open_core(&mut self) {
@@ -168,15 +177,14 @@ impl Guard {
     #[inline(never)]
     fn armed(&self, index: usize) -> Seal {
         let setup = self.setup.as_ref();
-        Seal::of(&setup.and_then(|setup| setup.channels.get(index)))
+        let channel = setup.and_then(|setup| setup.channels.get(index));
+        Seal::of(&(channel, self.loads.get(index)))
     }
 
     fn amplitudes(&self, index: usize) -> impl Hash + '_ {
-        let wanted = (self.wanted.get(index), self.rises.get(index));
-        (
-            wanted,
-            self.in_force.get(index),
-            self.implausible.get(index),
-        )
+        // One `None` for all: each costs a word of the sum.
+        let wanted = self.wanted.get(index).zip(self.rises.get(index));
+        let shown = self.in_force.get(index).zip(self.watches.get(index));
+        wanted.zip(shown)
     }
 }

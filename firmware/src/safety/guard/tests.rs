@@ -67,9 +67,19 @@ fn guard_in(state: &str) -> (Guard, Scheduler) {
     }
     if steps > 1 {
         guard.arm(setup(), &CLOSED, NOW).unwrap();
-        let reading = Some(Reading::of(0, MicroAmps::new(1_000)));
-        let inputs = Inputs { reading, ..CLOSED };
-        tick(&mut guard, NOW + us(2 * WINDOW_US), &inputs, &scheduler);
+        // The last of the check's four amplitudes: 15 ms after its epoch, sensed.
+        let pulse = NOW + us(15_000);
+        guard.burst(0, pulse).unwrap();
+        for (second, window) in [(false, 2), (true, 3)] {
+            let reading = Some(Reading::of(0, second, MicroAmps::new(1_000)));
+            let inputs = Inputs { reading, ..CLOSED };
+            tick(
+                &mut guard,
+                pulse + us(window * WINDOW_US),
+                &inputs,
+                &scheduler,
+            );
+        }
     }
     if steps > 2 {
         let end = NOW + us(ElectrodeCheck::length_us());
@@ -157,12 +167,39 @@ fn the_chart_is_what_the_guard_does() {
     }
 }
 
+/// The check ends with one phase read, with none, and with both.
+#[test]
+fn a_phase_that_owes_its_reading_is_told() {
+    let denied = |phases: &[bool]| {
+        let mut guard = Guard::new(None);
+        let scheduler = Scheduler::new();
+        guard.tick(NOW, &CLOSED, &scheduler).unwrap();
+        guard.arm(setup(), &CLOSED, NOW).unwrap();
+        let pulse = NOW + us(15_000);
+        guard.burst(0, pulse).unwrap();
+        for &second in phases {
+            let reading = Some(Reading::of(0, second, MicroAmps::new(1_000)));
+            let inputs = Inputs { reading, ..CLOSED };
+            let now = pulse + us(2 * WINDOW_US);
+            guard.tick(now, &inputs, &scheduler).unwrap();
+        }
+        let end = NOW + us(ElectrodeCheck::length_us());
+        guard.tick(end, &CLOSED, &scheduler).unwrap()
+    };
+    let lost = Denied::PhaseLost { channel: 0 };
+    let off = Denied::ElectrodeOff { channel: 0 };
+    assert_eq!(denied(&[false]), Some(Notice::Checked(Err(lost))));
+    assert_eq!(denied(&[true]), Some(Notice::Checked(Err(lost))));
+    assert_eq!(denied(&[]), Some(Notice::Checked(Err(off))));
+    assert_eq!(denied(&[false, true]), Some(Notice::Checked(Ok(()))));
+}
+
 /// Everything in the guard that decides whether and how much is put out, a bit of each
 /// changed: found at the start of the next refill, or when the channel's turn comes.
 #[test]
 fn a_bit_that_changes_by_itself_is_a_fault() {
     type Flip = fn(&mut Guard);
-    let flips: [(&str, Flip); 12] = [
+    let flips: [(&str, Flip); 14] = [
         ("state", |g| g.mode = Mode::Armed { since: NOW }),
         ("time of the last host frame", |g| g.heard += us(1 << 20)),
         ("hand-held stop", |g| g.held_by_stop ^= true),
@@ -176,7 +213,11 @@ fn a_bit_that_changes_by_itself_is_a_fault() {
         ("wanted amplitude of an unused channel", |g| {
             g.wanted[9] = Amplitude::new(1)
         }),
-        ("implausible readings", |g| g.implausible[0] ^= 1),
+        ("what readings showed", |g| {
+            let reading = Reading::of(0, false, MicroAmps::new(7_000));
+            g.watches[0].probe(reading, Amplitude::new(1 << 10));
+        }),
+        ("load at arming", |g| g.loads[0].raw ^= 1),
         ("limit", |g| {
             let channel = g.setup.as_mut().unwrap().channels[0].as_mut().unwrap();
             channel.limit = Amplitude::new(20_000 ^ 1 << 14);

@@ -15,8 +15,8 @@ use crate::chip::soc::rcc::Cause;
 use crate::chip::soc::{Pace, Soc, playback};
 use crate::chip::usb::Host;
 use crate::lockstep::Output;
-use crate::trace::CHANNELS;
 use crate::trace::judge::Pump;
+use crate::trace::{CHANNELS, Levels};
 use firmware::lockstep::{Sensors, Sink};
 
 impl Unmodelled {
@@ -41,6 +41,8 @@ pub struct Around {
     stages: [Option<Output>; CHANNELS],
     load_ohm: [u32; CHANNELS],
     joint: u16,
+    /// Lines that are broken on their way to a stage, which has them low.
+    pub broken: Levels,
     /// How early the tape's windows were ready, since device time began or
     /// [`Self::restart_counts`].
     pub(crate) margins: Margins,
@@ -70,6 +72,7 @@ impl Around {
             stages: outputs,
             load_ohm: [2_000; CHANNELS],
             joint: 0,
+            broken: Levels::ISOLATED,
             margins: Margins::default(),
             hz,
             now: 0,
@@ -202,7 +205,7 @@ impl Around {
 
     /// One sense resistor serves all stages: their currents add up.
     fn current_ma(&self) -> f64 {
-        let levels = self.outputs.levels();
+        let levels = Levels(self.outputs.levels().0 & !self.broken.0);
         let driven = (0..CHANNELS).filter(|&n| levels.state(n as u8).is_driven());
         driven
             .filter_map(|n| {

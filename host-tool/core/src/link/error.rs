@@ -191,6 +191,8 @@ const fn words(code: Code) -> (&'static str, &'static str) {
         Code::SumRmsLimit => ("all channels at their limits put more rms current through the common return than is allowed", "lower limits, widths or rates, or use a larger return electrode and say its area"),
         Code::NoStageMemory => ("this device keeps no table of its output stages", "store it on a board; a simulator has the stages its session declares"),
         Code::OtherSetup => ("the setup that was armed is not the one the device holds", "send Clear and the whole setup again, then arm"),
+        Code::LoadTooLow => ("through the load measured at arming, the channel's limit is more than the wearer's limits allow", "lower the channel's limit or its full scale, or check electrodes and gel"),
+        Code::PhaseLost => ("the electrode check saw current in one phase of the pulses only", "check this channel's output stage and the line of the lost phase"),
         Code::NoFatigue => ("this muscle has no fatigue parameters", "configure the muscle with its fatigue, or choose another rung"),
     }
 }

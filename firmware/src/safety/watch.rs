@@ -1,0 +1,143 @@
+//! The watch on one channel's electrodes while it stimulates: readings of both phases
+//! against the amplitude, against the load at arming and against one another.
+
+use super::check::{Electrode, Load, SLACK_UA, is_above_limit, judge};
+use super::{Channel, Fault, Reading};
+use crate::units::Amplitude;
+use core::hash::{Hash, Hasher};
+
+/// Readings in a row without current that are a lost phase, or of both phases a lost
+/// electrode.
+const TO_FAULT: u8 = 3;
+
+/// What an odd reading adds to the account of a load that wanders, what a good one
+/// takes off it, and where it is full: three odd readings in a row, or more than one in
+/// five for a while.
+const ODD: u8 = 4;
+const FULL: u8 = TO_FAULT * ODD;
+
+/// How many times the load at arming, taken at the smallest amplitude, is too much.
+/// Where an electrode peels, load grows as its area shrinks, and with it the current
+/// density; of an electrode that holds, load falls with amplitude
+/// (docs/hardware.md, what the readings show).
+const RISEN: u32 = 4;
+
+/// How many times the load of the reading before is a jump.
+const JUMP: u32 = 2;
+
+/// Part of what a current stage is set to that it must reach, less two counts; sense
+/// and stage agree within 1 % (docs/hardware.md).
+const REACHED_PERCENT: u32 = 98;
+
+/// Readings of one phase.
+#[derive(Clone, Copy, Default, Debug, PartialEq, Eq)]
+struct Phase {
+    /// Without current, in a row.
+    off: u8,
+    /// Whether the latest had current.
+    flows: bool,
+}
+
+/// What is kept of one channel's readings.
+#[derive(Clone, Copy, Default, Debug, PartialEq, Eq)]
+pub(super) struct Watch {
+    first: Phase,
+    second: Phase,
+    /// Account of odd readings.
+    odd: u8,
+    /// The latest reading; none without an amplitude.
+    last: Load,
+}
+
+impl Watch {
+    /// Takes a reading of the electrode check's last amplitude: of both phases, what
+    /// carried more is the load.
+    pub(super) fn probe(&mut self, reading: Reading, applied: Amplitude) {
+        let now = Load::of(reading, applied);
+        let raw = self.last.raw.max(now.raw);
+        self.last = Load { raw, applied };
+    }
+
+    /// The load that the check found; the watch begins anew.
+    pub(super) fn take_load(&mut self) -> Load {
+        core::mem::take(self).last
+    }
+
+    /// After a reading of a channel in force at `amplitude`, armed with `load`.
+    ///
+    /// # Errors
+    /// What it shows, alone or with those before.
+    pub(super) fn after(
+        mut self,
+        reading: Reading,
+        channel: &Channel,
+        load: Load,
+        amplitude: Amplitude,
+    ) -> Result<Self, Fault> {
+        let electrode = judge(reading, &channel.stage, amplitude);
+        if electrode == Electrode::Short || is_above_limit(reading, channel) {
+            return Err(Fault::OverCurrent);
+        }
+        let is_off = electrode == Electrode::Off;
+        self.count_off(is_off, reading.second)?;
+        let is_odd = is_off
+            || if channel.stage.is_current() {
+                is_out_of_compliance(reading, amplitude)
+            } else {
+                let now = Load::of(reading, amplitude);
+                let last = core::mem::replace(&mut self.last, now);
+                let jumps = now.is_above(JUMP, last) || last.is_above(JUMP, now);
+                now.is_above(RISEN, load) || jumps && now.is_near(last)
+            };
+        self.odd = if is_odd {
+            self.odd.saturating_add(ODD)
+        } else {
+            self.odd.saturating_sub(1)
+        };
+        if self.odd >= FULL {
+            return Err(Fault::LoadWanders);
+        }
+        Ok(self)
+    }
+
+    /// Counts readings without current, phase by phase.
+    fn count_off(&mut self, is_off: bool, second: bool) -> Result<(), Fault> {
+        let (this, other) = if second {
+            (&mut self.second, self.first)
+        } else {
+            (&mut self.first, self.second)
+        };
+        this.flows = !is_off;
+        if !is_off {
+            this.off = 0;
+            return Ok(());
+        }
+        this.off = this.off.saturating_add(1);
+        if other.flows && this.off >= TO_FAULT {
+            return Err(Fault::PhaseLost);
+        }
+        if !other.flows && this.off.saturating_add(other.off) >= TO_FAULT {
+            return Err(Fault::ElectrodeOff);
+        }
+        Ok(())
+    }
+}
+
+/// In two words, for it is summed with every burst.
+impl Hash for Watch {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        let phase = |phase: Phase| u32::from(phase.off) << 1 | u32::from(phase.flows);
+        let odd = u32::from(self.odd);
+        state.write_u32(phase(self.first) | phase(self.second) << 9 | odd << 18);
+        let Load { raw, applied } = self.last;
+        state.write_u32(applied.get().rotate_left(12) ^ u32::from(raw));
+    }
+}
+
+/// Whether a current stage did not reach what it was set to: its load asks for more
+/// than its compliance.
+fn is_out_of_compliance(reading: Reading, set: Amplitude) -> bool {
+    // At most 150 000 · 100: nothing wraps.
+    let reached = (reading.current().get() + SLACK_UA).wrapping_mul(100);
+    reached < set.get().wrapping_mul(REACHED_PERCENT)
+}

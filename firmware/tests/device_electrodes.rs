@@ -1,0 +1,196 @@
+//! What readings of the current show: loads at arming, and electrodes that change while
+//! they stimulate. Loads are simulated.
+
+use crate::device_desk::*;
+use firmware::link::{Code, Request};
+use firmware::pulse::{State as Line, TrainSpec};
+use firmware::safety::{ChannelSpec, Fault, StageSpec, State};
+use firmware::units::{Amplitude, Micros};
+
+const BOOT: Micros = Micros::new(u32::MAX - 100_000);
+
+fn volts(train: TrainSpec, limit_mv: u32) -> ChannelSpec {
+    ChannelSpec {
+        stage: StageSpec::Voltage {
+            full_scale_mv: 60_000,
+            load_ohm: 2_000,
+        },
+        limit: Amplitude::new(limit_mv),
+        ..channel(train)
+    }
+}
+
+/// The same wave, each time `length_us`, until `until_s` or a fault; each time with the
+/// load that `ohm` gives for the time since.
+fn play(desk: &mut Desk, length_us: u32, until_s: f64, ohm: impl Fn(f64) -> u32) -> f64 {
+    let mut at_s = 0.0;
+    let mut since_frame = 0;
+    while at_s < until_s && desk.state() == State::Stimulating {
+        desk.sensors.load_ohm[0] = ohm(at_s);
+        desk.wait(length_us);
+        at_s += f64::from(length_us) * 1e-6;
+        since_frame += length_us;
+        if since_frame > 40_000 {
+            desk.send(Request::KeepAlive);
+            since_frame = 0;
+        }
+    }
+    at_s
+}
+
+/// The load at which a channel that peels from 1 to 25 kΩ in 10 s is a fault, Ω.
+fn found_at(spec: ChannelSpec, amplitude: u32) -> Option<u32> {
+    let peeled = |s: f64| 1_000 + (24_000.0 * s / 10.0) as u32;
+    let mut desk = Desk::open(BOOT);
+    desk.sensors.load_ohm = [1_000; 10];
+    desk.run(wearer(), &[spec], amplitude);
+    let at_s = play(&mut desk, 1_000, 10.0, peeled);
+    if desk.state() == State::Stimulating {
+        play(&mut desk, 1_000, 0.2, |_| 25_000);
+    }
+    let fault = desk.fault()?;
+    assert_eq!(fault, Fault::LoadWanders);
+    assert_eq!(desk.state(), State::Fault);
+    let ohm = peeled(at_s.min(10.0));
+    println!("{spec:?} at {amplitude}: {ohm} Ω");
+    Some(ohm)
+}
+
+/// Where it is found: a voltage stage at four times the load at arming, to within the
+/// sense's two counts; a current stage where its compliance ends, here 100 V.
+#[test]
+fn a_peeling_electrode_is_found() {
+    for (amplitude, most_ohm) in [
+        (20_000, 4_400),
+        (5_000, 4_800),
+        (2_000, 6_000),
+        (500, 25_000),
+    ] {
+        let ohm = found_at(volts(PLAIN, 20_000), amplitude);
+        let ohm = ohm.unwrap_or_else(|| panic!("{amplitude} mV"));
+        assert!((3_900..=most_ohm).contains(&ohm), "{amplitude} mV: {ohm} Ω");
+    }
+    for (amplitude, least_ohm, most_ohm) in [(20_000, 5_000, 5_600), (5_000, 20_000, 21_500)] {
+        let ohm = found_at(channel(PLAIN), amplitude);
+        let ohm = ohm.unwrap_or_else(|| panic!("{amplitude} µA"));
+        let range = least_ohm..=most_ohm;
+        assert!(range.contains(&ohm), "{amplitude} µA: {ohm} Ω");
+    }
+}
+
+/// What the reference board cannot tell: 1 mA into 25 kΩ is 25 V, far within compliance,
+/// and nothing senses voltage (docs/hardware.md).
+#[test]
+fn a_current_stage_within_its_compliance_shows_no_load() {
+    assert_eq!(found_at(channel(PLAIN), 1_000), None);
+}
+
+/// Every other pulse meets nothing; then one in ten, which is not judged.
+#[test]
+fn a_contact_that_comes_and_goes_is_found() {
+    for (spec, amplitude) in [(channel(MONO), 10_000), (volts(MONO, 20_000), 10_000)] {
+        for (every, is_found) in [(2, true), (10, false)] {
+            let mut desk = Desk::open(BOOT);
+            desk.run(wearer(), &[spec], amplitude);
+            let period = |s: f64| (s / 0.02).round() as u32;
+            let ohm = |s: f64| {
+                if period(s) % every == 0 {
+                    u32::MAX
+                } else {
+                    2_000
+                }
+            };
+            play(&mut desk, 20_000, 1.0, ohm);
+            let expected = is_found.then_some(Fault::LoadWanders);
+            assert_eq!(desk.fault(), expected, "{amplitude}, every {every}");
+        }
+    }
+}
+
+/// One phase of channel 0 meets nothing: its line is broken.
+fn without_phase(lost: Line, train: TrainSpec, wait_us: u32) -> Desk {
+    let mut desk = Desk::open(BOOT);
+    desk.run(wearer(), &[channel(train)], 10_000);
+    desk.wait(wait_us);
+    let mut sent = 0;
+    for step in 0..60_000 {
+        if step % 4_000 == 0 {
+            desk.send(Request::KeepAlive);
+        }
+        // The load of a window is that in which it ends.
+        let state = desk.record.levels.last().unwrap().1.state(0);
+        sent = if state == Line::Isolated {
+            sent
+        } else {
+            state as u32
+        };
+        desk.sensors.load_ohm[0] = if sent == lost as u32 { u32::MAX } else { 2_000 };
+        desk.wait(10);
+        if desk.state() != State::Stimulating {
+            break;
+        }
+    }
+    desk
+}
+
+#[test]
+fn a_phase_that_carries_nothing_is_found() {
+    // Phases of 500 µs: the window of a middle is all of one phase.
+    let train = TrainSpec::biphasic(500, 200, 20_000);
+    for lost in [Line::Cathodic, Line::Anodic] {
+        let mut desk = without_phase(lost, train, 30_000);
+        assert_eq!(desk.fault(), Some(Fault::PhaseLost), "{lost:?}");
+        assert_eq!(desk.state(), State::Fault);
+    }
+}
+
+/// 2 V into 500 Ω: with 30 V as limit, 60 mA, where 20 mA are allowed.
+#[test]
+fn a_load_below_the_declared_one_is_judged_at_arming() {
+    let mut desk = Desk::open(BOOT);
+    desk.prepare(wearer(), &[volts(PLAIN, 30_000)]);
+    desk.sensors.load_ohm[0] = 500;
+    assert_eq!(desk.refused(ARM), refusal(Code::LoadTooLow, "load_ohm"));
+    assert_eq!(desk.state(), State::Idle);
+    desk.sensors.load_ohm[0] = 1_500;
+    desk.must(ARM);
+    desk.must(Request::Stop);
+    desk.wait(2_000);
+    desk.prepare(wearer(), &[volts(PLAIN, 10_000)]);
+    desk.sensors.load_ohm[0] = 500;
+    desk.must(ARM);
+}
+
+/// Codes of the check rise from 1, and none is above the limit's.
+#[test]
+fn the_check_rises_from_code_1_to_the_wearers_limit() {
+    for (limit, last) in [(20_000, 655), (500, 327), (5, 3), (2, 1)] {
+        let spec = ChannelSpec {
+            limit: Amplitude::new(limit),
+            ..channel(PLAIN)
+        };
+        let mut desk = Desk::open(BOOT);
+        desk.prepare(wearer(), &[spec]);
+        let armed = desk.time();
+        desk.must(ARM);
+        let codes: Vec<u16> = desk.record.dac.iter().map(|d| d.2).collect();
+        assert_eq!(codes.len(), 4);
+        assert_eq!((codes[0], codes[3]), (1, last), "{limit} µA");
+        assert!(codes.is_sorted(), "{codes:?}");
+        let length_us = desk.time() - armed;
+        assert!(length_us < 24_000, "{length_us}");
+    }
+}
+
+/// A short ends the check before the next rise. This simulator rounds to millivolts, so
+/// code 1 shows nothing: at code 17 of 60 V, 16 mV,
+/// 1 Ω carries 16 mA; the next would be all that the limiter lets through.
+#[test]
+fn a_short_is_found_before_the_check_has_risen() {
+    let mut desk = Desk::open(BOOT);
+    desk.prepare(wearer(), &[volts(PLAIN, 20_000)]);
+    desk.sensors.load_ohm[0] = 1;
+    assert_eq!(desk.code(ARM), Some(Code::ElectrodeShort));
+    let most = desk.record.dac.iter().map(|d| d.2).max();
+    assert!(most <= Some(17), "{most:?}");
+}
