@@ -190,7 +190,7 @@ def setup_sum(parts):
     return zlib.crc32(b"".join(crcs))
 
 
-CAUSES = "Request HostSilent HandStop ArmExpired Finished".split()
+CAUSES = "Request HostSilent HandStop ArmExpired Finished ArmKey".split()
 
 
 def from_device(message):

@@ -47,6 +47,7 @@ pub enum Code {
     OtherStage = 223,
     NoStageMemory = 224,
     OtherSetup = 225,
+    HandStopOpen = 226,
     LoadTooLow = 229,
     PhaseLost = 230,
     DensityLimit = 232,
@@ -70,7 +71,7 @@ pub enum Code {
 
 impl Code {
     /// All codes, for documentation and tests.
-    pub const ALL: [Self; 51] = [
+    pub const ALL: [Self; 52] = [
         Self::BadCrc,
         Self::MalformedFrame,
         Self::FrameTooLong,
@@ -103,6 +104,7 @@ impl Code {
         Self::OtherStage,
         Self::NoStageMemory,
         Self::OtherSetup,
+        Self::HandStopOpen,
         Self::LoadTooLow,
         Self::PhaseLost,
         Self::DensityLimit,
@@ -293,6 +295,7 @@ impl From<Denied> for Refusal<'static> {
                 Self::new(Code::FaultLatched, "fault").allowed(number, number)
             }
             Denied::ArmInputOpen => Self::new(Code::ArmInputOpen, "arm input"),
+            Denied::HandStopOpen => Self::new(Code::HandStopOpen, "hand_stop_required"),
             Denied::ElectrodeOff { channel } => {
                 Self::new(Code::ElectrodeOff, "electrode").on(channel)
             }

@@ -1,6 +1,6 @@
 //! The state machine that decides whether anything is put out, and how much.
 //!
-//! | state | `arm` | `start` | `stop` | `acknowledge` | `fault` | stop opens | time is up |
+//! | state | `arm` | `start` | `stop` | `acknowledge` | `fault` | let go | time is up |
 //! |---|---|---|---|---|---|---|---|
 //! | Boot | refused | refused | – | refused | Fault | Idle | Idle |
 //! | Idle | Checking | refused | – | refused | Fault | – | – |
@@ -11,8 +11,9 @@
 //! | Fault | refused | refused | – | Grounding | Fault | – | – |
 //! | Grounding | refused | refused | – | refused | Fault | – | Idle |
 //!
-//! "–" stays. The hand-held stop opens after it was closed; `arm` needs it or the
-//! arm input closed. Time is up when the electrode check ends (Idle if a channel
+//! "–" stays. Let go is the hand-held stop that opens after it was closed, or the arm
+//! key that was closed at arming; `arm` needs one of them closed, and the stop where
+//! the wearer's limits say so. Time is up when the electrode check ends (Idle if a channel
 //! owes its reading), 10 s after arming, after the host's silence, at the end of the
 //! fall and of the last grounding. Beside these, trains that have all played end
 //! Stimulating in Idle, and a reading may end Checking in Idle or be a fault. Hosts
@@ -70,7 +71,8 @@ pub struct Guard {
     loads: [Load; CHANNELS],
     watches: [Watch; CHANNELS],
     heard: Micros,
-    held_by_stop: bool,
+    /// What a person holds closed, as [`Inputs::closed`]: opened, it stops.
+    held: u8,
     seals: Seals,
 }
 
@@ -87,7 +89,7 @@ impl Guard {
             loads: [Load::default(); CHANNELS],
             watches: [Watch::default(); CHANNELS],
             heard: Micros::new(0),
-            held_by_stop: false,
+            held: 0,
             seals: Seals::default(),
         };
         guard.renew_seals();
@@ -133,7 +135,7 @@ impl Guard {
     /// `epoch`. The verdict comes as [`Notice::Checked`].
     ///
     /// # Errors
-    /// Not idle, a latched fault, or no closed arm input.
+    /// Not idle, a latched fault, or what must be closed is not.
     pub fn arm(
         &mut self,
         setup: Setup,
@@ -145,10 +147,13 @@ impl Guard {
             Mode::Fault(record) => return Err(Denied::FaultLatched(record.fault)),
             _ => return Err(Denied::WrongState(self.state())),
         }
-        if !inputs.arm && !inputs.hand_stop {
+        if setup.wearer.spec().hand_stop_required && !inputs.hand_stop {
+            return Err(Denied::HandStopOpen);
+        }
+        if inputs.closed() == 0 {
             return Err(Denied::ArmInputOpen);
         }
-        self.held_by_stop = inputs.hand_stop;
+        self.held = inputs.closed();
         let check = ElectrodeCheck::new(&setup);
         self.setup = Some(setup);
         self.clear_amplitudes();
@@ -257,11 +262,12 @@ impl Guard {
             }
         }
         // Once closed, it is in somebody's hand.
-        if inputs.hand_stop && !self.held_by_stop {
+        let closed = inputs.closed();
+        if closed & !self.held & Inputs::STOP != 0 {
             self.open_core();
-            self.held_by_stop = true;
+            self.held |= Inputs::STOP;
         }
-        let released = self.held_by_stop && !inputs.hand_stop;
+        let released = self.held & !closed;
         let change = match self.mode {
             Mode::Boot => {
                 self.open_core();
@@ -269,22 +275,22 @@ impl Guard {
                 None
             }
             Mode::Idle | Mode::Fault(_) => None,
-            Mode::Checking { .. } if released => {
-                self.enter_idle(StopCause::HandStop);
+            Mode::Checking { .. } if released != 0 => {
+                self.enter_idle(let_go(released));
                 Some(Notice::Checked(Err(Denied::ArmInputOpen)))
             }
             Mode::Checking { check, until } if now.has_reached(until) => {
                 Some(self.end_check(check, now))
             }
             Mode::Checking { .. } => None,
-            Mode::Armed { .. } if released => Some(self.enter_idle(StopCause::HandStop)),
+            Mode::Armed { .. } if released != 0 => Some(self.enter_idle(let_go(released))),
             Mode::Armed { since } if now.elapsed_since(since) >= limits::ARM_EXPIRY_US => {
                 Some(self.enter_idle(StopCause::ArmExpired))
             }
             Mode::Armed { .. } => None,
             Mode::Stimulating => self.tick_stimulating(now, released, scheduler.is_finished()),
-            Mode::Stopping { cause, .. } if released && cause != StopCause::HandStop => {
-                Some(self.stop_at_once(now))
+            Mode::Stopping { cause, .. } if released != 0 && !is_at_once(cause) => {
+                Some(self.stop_at_once(now, released))
             }
             Mode::Stopping { fall, cause } => (now.has_reached(fall.end())
                 && scheduler.is_resting())
@@ -302,9 +308,10 @@ impl Guard {
     /// that is not plain. For simulators, which may then leave the tick out.
     #[must_use]
     pub fn is_at_rest(&self, now: Micros, inputs: &Inputs, scheduler: &Scheduler) -> bool {
-        let is_held = inputs.hand_stop && self.held_by_stop;
-        let is_free = !inputs.hand_stop && !self.held_by_stop;
-        if inputs.over_current || inputs.reading.is_some() || !(is_held || is_free) {
+        let closed = inputs.closed();
+        let is_let_go = self.held & !closed != 0;
+        let is_taken_up = closed & !self.held & Inputs::STOP != 0;
+        if inputs.over_current || inputs.reading.is_some() || is_let_go || is_taken_up {
             return false;
         }
         match self.mode {
@@ -314,9 +321,9 @@ impl Guard {
         }
     }
 
-    fn tick_stimulating(&mut self, now: Micros, released: bool, finished: bool) -> Option<Notice> {
-        if released {
-            return Some(self.stop_at_once(now));
+    fn tick_stimulating(&mut self, now: Micros, released: u8, finished: bool) -> Option<Notice> {
+        if released != 0 {
+            return Some(self.stop_at_once(now, released));
         }
         if finished {
             return Some(self.enter_idle(StopCause::Finished));
@@ -363,14 +370,29 @@ impl Guard {
         Notice::Stopping(cause)
     }
 
-    /// The hand-held stop opened: no further pulse begins.
-    fn stop_at_once(&mut self, now: Micros) -> Notice {
+    /// What was held closed opened: no further pulse begins.
+    fn stop_at_once(&mut self, now: Micros, released: u8) -> Notice {
+        let cause = let_go(released);
         self.open_core();
         self.mode = Mode::Stopping {
             fall: Fall::new(now, 0),
-            cause: StopCause::HandStop,
+            cause,
         };
-        Notice::Stopping(StopCause::HandStop)
+        Notice::Stopping(cause)
+    }
+}
+
+/// Whether a stop for this reason lets no further pulse begin.
+const fn is_at_once(cause: StopCause) -> bool {
+    matches!(cause, StopCause::HandStop | StopCause::ArmKey)
+}
+
+/// Why what was held closed stops, as bits of [`Inputs::closed`]: the stop comes first.
+const fn let_go(released: u8) -> StopCause {
+    if released & Inputs::STOP != 0 {
+        StopCause::HandStop
+    } else {
+        StopCause::ArmKey
     }
 }
 

@@ -36,6 +36,8 @@ pub enum StopCause {
     ArmExpired,
     /// Every finite train has played.
     Finished,
+    /// The arm key, closed at arming, opened.
+    ArmKey,
 }
 
 /// The board's inputs at one refill.
@@ -53,6 +55,20 @@ pub struct Inputs {
     pub reading: Option<Reading>,
 }
 
+impl Inputs {
+    /// Bit of [`Self::closed`]: the hand-held stop.
+    pub const STOP: u8 = 1;
+    /// Bit of [`Self::closed`]: the arm key.
+    pub const KEY: u8 = 2;
+
+    /// What a person holds closed, as bits.
+    #[must_use]
+    #[inline]
+    pub const fn closed(&self) -> u8 {
+        (self.hand_stop as u8 * Self::STOP) | (self.arm as u8 * Self::KEY)
+    }
+}
+
 /// Why a request was denied. Channels count from 0.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Denied {
@@ -62,6 +78,8 @@ pub enum Denied {
     FaultLatched(Fault),
     /// Neither arm input nor hand-held stop is closed.
     ArmInputOpen,
+    /// The wearer's limits ask for the hand-held stop, which is not closed.
+    HandStopOpen,
     /// The electrode check saw no or too little current.
     ElectrodeOff {
         /// First channel that failed.

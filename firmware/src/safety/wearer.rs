@@ -40,6 +40,9 @@ pub struct WearerSpec {
     /// Area of the common return, 10–40 000 mm². Assumed where nobody says one: 25 cm²,
     /// under which [`limits::MAX_SUM_RMS`] is the density's limit.
     pub return_area_mm2: u32,
+    /// Arming needs the hand-held stop closed, whose opening then stops: the arm key
+    /// alone does not do.
+    pub hand_stop_required: bool,
 }
 
 impl Default for WearerSpec {
@@ -54,6 +57,7 @@ impl Default for WearerSpec {
             max_sum_ua: limits::MAX_SUM.get(),
             max_sum_rms_ua: limits::MAX_SUM_RMS.get(),
             return_area_mm2: 2_500,
+            hand_stop_required: false,
         }
     }
 }

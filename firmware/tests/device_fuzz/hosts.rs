@@ -137,9 +137,18 @@ pub fn wearer_spec() -> impl Strategy<Value = WearerSpec> {
         near16(1, 300),
         near16(5, 100),
         near16(20, 400),
+        prop::bool::weighted(0.1),
     )
         .prop_map(
-            |(max_current_ua, max_charge_nc, max_rms_ua, rise_ms, fall_ms, host_timeout_ms)| {
+            |(
+                max_current_ua,
+                max_charge_nc,
+                max_rms_ua,
+                rise_ms,
+                fall_ms,
+                host_timeout_ms,
+                hand_stop_required,
+            )| {
                 WearerSpec {
                     max_current_ua,
                     max_charge_nc,
@@ -147,6 +156,7 @@ pub fn wearer_spec() -> impl Strategy<Value = WearerSpec> {
                     rise_ms,
                     fall_ms,
                     host_timeout_ms,
+                    hand_stop_required,
                     ..WearerSpec::default()
                 }
             },

@@ -75,6 +75,17 @@ fn open_inputs() -> Bench {
     bench
 }
 
+/// A wearer who wants the hand-held stop, where only the key is closed.
+fn key_only() -> Bench {
+    let careful = WearerSpec {
+        hand_stop_required: true,
+        ..desk::wearer(1_000)
+    };
+    let mut bench = Bench::draft().after([Request::Wearer(careful)]);
+    bench.client.port().world.sensors.hand_stop = false;
+    bench
+}
+
 fn tightened() -> Bench {
     let tight = WearerSpec {
         max_current_ua: 19_999,
@@ -101,6 +112,7 @@ fn arm_rows() -> Vec<Row> {
         arm("arm", Bench::draft, Expect::Done),
         row("another setup", Bench::draft, Request::Arm { setup: 1 }, refused(Code::OtherSetup, "setup")),
         arm("nothing to arm", Bench::open, refused(Code::NothingToArm, "channels")),
+        arm("the key without the stop", key_only, refused(Code::HandStopOpen, "hand_stop_required")),
         arm("arm input open", open_inputs, refused(Code::ArmInputOpen, "arm input")),
         arm("electrode off", || loaded(Load::Open), refused(Code::ElectrodeOff, "electrode").on(2)),
         arm("electrodes shorted", shorted, refused(Code::ElectrodeShort, "electrode").on(1)),

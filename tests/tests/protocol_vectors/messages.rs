@@ -372,12 +372,13 @@ fn hellos() -> impl Iterator<Item = HelloInfo> {
 }
 
 fn events() -> Vec<Event> {
-    use StopCause::{ArmExpired, Finished, HandStop, HostSilent};
+    use StopCause::{ArmExpired, ArmKey, Finished, HandStop, HostSilent};
     let causes = [
         StopCause::Request,
         HostSilent,
         HandStop,
         ArmExpired,
+        ArmKey,
         Finished,
     ];
     let faults = (1..=19).filter_map(Fault::from_number);

@@ -155,24 +155,24 @@ pub fn select_dac(dac: Option<Dac>) {
         .write(|w| w.0 = level(SYNC_2, dac == Some(Dac::Two)));
 }
 
-/// The arm input is closed.
-#[must_use]
-pub fn arm() -> bool {
-    high(ARM)
+/// What people and comparators say, all of one instant.
+pub struct SafetyInputs {
+    /// The arm key is closed.
+    pub arm: bool,
+    /// The hand-held stop is closed.
+    pub hand_stop: bool,
+    /// An over-current comparator has latched, or its cable is off.
+    pub over_current: bool,
 }
 
-/// The hand-held stop is closed.
+/// Reads the port once.
 #[must_use]
-pub fn hand_stop() -> bool {
-    high(HAND_STOP)
-}
-
-/// An over-current comparator has latched, or its cable is off.
-#[must_use]
-pub fn over_current() -> bool {
-    !high(OVER_CURRENT)
-}
-
-fn high(pin: usize) -> bool {
-    GPIOA.idr().read().idr(pin) == vals::Idr::HIGH
+pub fn safety_inputs() -> SafetyInputs {
+    let port = GPIOA.idr().read();
+    let high = |pin| port.idr(pin) == vals::Idr::HIGH;
+    SafetyInputs {
+        arm: high(ARM),
+        hand_stop: high(HAND_STOP),
+        over_current: !high(OVER_CURRENT),
+    }
 }

@@ -192,10 +192,15 @@ impl Refill {
                 raw: s.current,
             })
         });
+        let pins::SafetyInputs {
+            arm,
+            hand_stop,
+            over_current,
+        } = pins::safety_inputs();
         Inputs {
-            arm: pins::arm(),
-            hand_stop: pins::hand_stop(),
-            over_current: pins::over_current(),
+            arm,
+            hand_stop,
+            over_current,
             trigger: timebase::captured(),
             reading,
         }

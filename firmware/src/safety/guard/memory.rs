@@ -164,7 +164,7 @@ impl Guard {
     }
 
     fn core(&self) -> impl Hash + '_ {
-        (&self.mode, self.heard, self.held_by_stop)
+        (&self.mode, self.heard, self.held)
     }
 
     /// The wearer's limits and timeouts, groups, sync, which channels are controlled.

@@ -114,8 +114,9 @@ fn name(guard: &Guard) -> &'static str {
     }
 }
 
-/// Where `event` leads from `state`, in the chart's words.
-fn outcome(state: &str, event: &str) -> &'static str {
+/// Where `event` leads from `state`, in the chart's words; the stop, the key or both are
+/// let go.
+fn outcome(state: &str, event: &str, let_go: u8) -> &'static str {
     let (mut guard, scheduler) = guard_in(state);
     assert_eq!(name(&guard), state);
     let before = format!("{:?}", guard.mode);
@@ -123,8 +124,9 @@ fn outcome(state: &str, event: &str) -> &'static str {
         guard.tick(now, inputs, &scheduler).unwrap();
         true
     };
-    let opened = Inputs {
-        hand_stop: false,
+    let let_go = Inputs {
+        hand_stop: let_go & Inputs::STOP == 0,
+        arm: let_go & Inputs::KEY == 0,
         ..CLOSED
     };
     let is_accepted = match event {
@@ -136,7 +138,7 @@ fn outcome(state: &str, event: &str) -> &'static str {
             guard.fault(Fault::Panic, NOW, [0; CHANNELS]);
             true
         }
-        "stop opens" => tick(&mut guard, NOW + us(2 * WINDOW_US), &opened),
+        "let go" => tick(&mut guard, NOW + us(2 * WINDOW_US), &let_go),
         "time is up" => tick(&mut guard, NOW + us(11_000_000), &CLOSED),
         other => panic!("{other}"),
     };
@@ -162,7 +164,10 @@ fn the_chart_is_what_the_guard_does() {
     assert_eq!((states.len(), header.len()), (8, 8));
     for row in states {
         for (event, expected) in header.iter().zip(row).skip(1) {
-            assert_eq!(outcome(row[0], event), *expected, "{} × {event}", row[0]);
+            for let_go in 1..=3 {
+                let got = outcome(row[0], event, let_go);
+                assert_eq!(got, *expected, "{} × {event} {let_go}", row[0]);
+            }
         }
     }
 }
@@ -202,7 +207,8 @@ fn a_bit_that_changes_by_itself_is_a_fault() {
     let flips: [(&str, Flip); 14] = [
         ("state", |g| g.mode = Mode::Armed { since: NOW }),
         ("time of the last host frame", |g| g.heard += us(1 << 20)),
-        ("hand-held stop", |g| g.held_by_stop ^= true),
+        ("hand-held stop", |g| g.held ^= Inputs::STOP),
+        ("arm key", |g| g.held ^= Inputs::KEY),
         ("wanted amplitude", |g| {
             g.wanted[0] = Amplitude::new(1 << 10)
         }),

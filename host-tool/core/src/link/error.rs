@@ -193,6 +193,7 @@ const fn words(code: Code) -> (&'static str, &'static str) {
         Code::OtherSetup => ("the setup that was armed is not the one the device holds", "send Clear and the whole setup again, then arm"),
         Code::LoadTooLow => ("through the load measured at arming, the channel's limit is more than the wearer's limits allow", "lower the channel's limit or its full scale, or check electrodes and gel"),
         Code::PhaseLost => ("the electrode check saw current in one phase of the pulses only", "check this channel's output stage and the line of the lost phase"),
+        Code::HandStopOpen => ("this wearer is stimulated only while the hand-held stop is held closed", "press the hand-held stop and hold it: the arm key alone does not do"),
         Code::NoFatigue => ("this muscle has no fatigue parameters", "configure the muscle with its fatigue, or choose another rung"),
     }
 }

@@ -157,6 +157,7 @@ pub fn advice(event: &Event) -> &'static str {
             "the link or this computer stalled for longer than wearer.host_timeout_ms; run again"
         }
         StopCause::HandStop => "the hand-held stop was opened; close it and run again",
+        StopCause::ArmKey => "the arm key was opened; close it and run again",
         StopCause::ArmExpired => "it waited too long for a start; run again",
         StopCause::Finished => "every train had played: shorten duration_s or raise repeats",
     }

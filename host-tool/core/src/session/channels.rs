@@ -108,6 +108,7 @@ pub(super) fn read_wearer(root: &Table<'_>) -> WearerSpec {
             max_sum_ua: t.whole("max_sum_ma"),
             max_sum_rms_ua: t.whole("max_sum_rms_ma"),
             return_area_mm2: t.whole("return_area_mm2"),
+            hand_stop_required: t.flag("hand_stop_required"),
         },
     }
 }

@@ -121,6 +121,7 @@ fn wearer() -> Section {
         f("max_sum_ma", n("mA", 3, W::MAX_SUM_UA), Or(d.max_sum_ua.into()), "largest sum of all channels over the common return at any microsecond"),
         f("max_sum_rms_ma", n("mA", 3, W::MAX_SUM_RMS_UA), Or(d.max_sum_rms_ua.into()), "largest rms current of all channels together"),
         f("return_area_mm2", n("mm²", 0, W::RETURN_AREA_MM2), Or(d.return_area_mm2.into()), "area of the common return, under which 2 mA/cm² rms hold"),
+        f("hand_stop_required", Kind::Flag, OrWord("false"), "arming needs the hand-held stop closed, which stops when it opens; the arm key alone does not do"),
     ]
 }
 
