@@ -39,7 +39,10 @@ impl Bench {
     /// Booted, and greeted by its host.
     pub fn idle() -> Self {
         let (image, stages) = (desk::flashed(), desk::stages(24.0));
-        let mut board = Board::power_on(image, stages, Pace::Lazy, ()).unwrap();
+        Self::boot(Board::power_on(image, stages, Pace::Lazy, ()).unwrap())
+    }
+
+    fn boot(mut board: Board<()>) -> Self {
         let sensors = Sensors::default();
         board.boot(&sensors).unwrap_or_else(|e| panic!("{e}"));
         let mut bench = Self {
@@ -293,6 +296,30 @@ fn a_falling_supply_is_remembered_through_the_reset() {
     bench.board.around.soc.supply(3_300);
     bench.expect_isolated(at, 5);
     bench.recovers_after(ResetCause::Software, Fault::BrownOut);
+}
+
+/// It made no edge that an interrupt could see, and once it was Idle.
+#[test]
+fn a_supply_that_is_low_from_the_start_starts_nothing() {
+    let (image, stages) = (desk::flashed(), desk::stages(24.0));
+    let mut board = Board::power_on(image, stages, Pace::Lazy, ()).unwrap();
+    // Enough for the chip, too little for the detector: 2.93 V, 3.03 V rising.
+    for (mv, cycle) in [(2_900, 500 * 168_000), (3_000, 1_000 * 168_000)] {
+        board.around.soc.supply(mv);
+        board.run_to(cycle).unwrap();
+        // Stream 5 of DMA2 plays the tape: it stands.
+        let plays = board
+            .around
+            .soc
+            .read(0x4002_6410 + 0x18 * 5, Size::Word, cycle);
+        assert_eq!(plays.unwrap().value & 1, 0, "at {mv} mV");
+    }
+    // Above: it boots as if nothing had been.
+    board.around.soc.supply(3_300);
+    let mut bench = Bench::boot(board);
+    bench.arm_and_start();
+    bench.stimulate(30);
+    assert!(bench.drives_within(10), "{:?}", bench.refused);
 }
 
 /// A crystal that is dead stays dead: the record is in the backup registers.

@@ -49,12 +49,28 @@ pub fn harden() {
     accelerate_flash();
     RCC.cr().modify(|w| w.set_csson(true));
     keep_running_under_halt();
+    watch_supply();
+}
+
+/// Waits for a supply above the threshold and then watches for its fall. Whoever waits
+/// here has isolated outputs and no pump.
+fn watch_supply() {
+    // PVDO rises when the supply falls below the threshold.
+    EXTI.rtsr(0).modify(|w| w.set_line(SUPPLY_LINE, true));
     PWR.cr1().modify(|w| {
         w.set_pls(SUPPLY_THRESHOLD);
         w.set_pvde(true);
     });
-    // PVDO rises when the supply falls below the threshold.
-    EXTI.rtsr(0).modify(|w| w.set_line(SUPPLY_LINE, true));
+    // A supply that was low from the start makes no later edge, and the one it makes
+    // when the detector comes on is no fall. One after the line is cleared stays
+    // pending until its interrupt is let in.
+    loop {
+        while PWR.csr1().read().pvdo() {}
+        EXTI.pr(0).write(|w| w.set_line(SUPPLY_LINE, true));
+        if !PWR.csr1().read().pvdo() {
+            break;
+        }
+    }
     EXTI.imr(0).modify(|w| w.set_line(SUPPLY_LINE, true));
 }
 
