@@ -135,7 +135,7 @@ impl Pulser {
             && mail.is_empty_for_pulser(self.stops_told)
             && self.guard.is_at_rest(start, inputs, &self.scheduler);
         while rests && let Some(order) = mail.next_control_order() {
-            let _ = self.accept_control_order(order, start); // no fault among them
+            let _ = self.accept_control_order(&order, start); // no fault among them
         }
         if rests {
             self.guard.seal();
@@ -176,8 +176,11 @@ impl Pulser {
         self.guard.check_memory()?;
         self.expect_reading(inputs)?;
         self.accept_orders(start, inputs, mail);
-        while let Some(order) = mail.control_orders.dequeue() {
-            self.accept_control_order(order, start)?;
+        // Where it lies: an order is long, and a copy of it costs as much as taking it.
+        while let Some(order) = mail.control_orders.peek() {
+            let taken = self.accept_control_order(order, start);
+            let _ = mail.control_orders.dequeue();
+            taken?;
         }
         if let Some(at) = inputs.trigger
             && (self.guard.state() != State::Stimulating || self.scheduler.trigger(at) == 0)
@@ -206,10 +209,10 @@ impl Pulser {
     /// # Errors
     /// The fault that it found.
     #[inline(always)]
-    fn accept_control_order(&mut self, order: ControlOrder, start: Micros) -> Result<(), Fault> {
-        match order {
-            ControlOrder::Amplitudes(list) => {
-                for (channel, amplitude) in list {
+    fn accept_control_order(&mut self, order: &ControlOrder, start: Micros) -> Result<(), Fault> {
+        match *order {
+            ControlOrder::Amplitudes(ref list) => {
+                for &(channel, amplitude) in list {
                     self.guard.command(channel, amplitude);
                 }
             }

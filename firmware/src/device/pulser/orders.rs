@@ -33,17 +33,19 @@ impl Pulser {
                 self.stops_told = raised; // else again with the next window
             }
         }
-        while let Some(order) = mail.orders.dequeue() {
+        // One copy of it, whole: taken out as an `Option` it is copied by bytes, twice.
+        while let Some(&order) = mail.orders.peek() {
+            let _ = mail.orders.dequeue();
             if order.stops == raised {
-                self.accept(order, start, inputs, mail);
+                self.accept(&order, start, inputs, mail);
             } else {
-                self.void(order, start, inputs, mail);
+                self.void(&order, start, inputs, mail);
             }
         }
     }
 
     /// An order that a stop has overtaken: void if it could put anything out.
-    fn void(&mut self, order: Order, start: Micros, inputs: &Inputs, mail: &mut PulserMail<'_>) {
+    fn void(&mut self, order: &Order, start: Micros, inputs: &Inputs, mail: &mut PulserMail<'_>) {
         let denied = match order.kind {
             OrderKind::Arm => {
                 while mail.setup.dequeue().is_some() {}
@@ -64,7 +66,7 @@ impl Pulser {
         self.is_unheard |= mail.notify(event).is_err();
     }
 
-    fn accept(&mut self, order: Order, start: Micros, inputs: &Inputs, mail: &mut PulserMail<'_>) {
+    fn accept(&mut self, order: &Order, start: Micros, inputs: &Inputs, mail: &mut PulserMail<'_>) {
         let mut setpoint = false;
         let result = match order.kind {
             OrderKind::Arm => match self.arm(order.seq, start, inputs, mail) {
@@ -83,9 +85,9 @@ impl Pulser {
                 self.guard.keep_alive(order.at);
                 Ok(())
             }
-            OrderKind::Amplitudes { mask, values } => {
+            OrderKind::Amplitudes { mask, ref values } => {
                 setpoint = true;
-                self.set_amplitudes(mask, &values)
+                self.set_amplitudes(mask, values)
                     .map(|()| self.guard.keep_alive(order.at))
             }
             OrderKind::Status => {
@@ -150,17 +152,24 @@ impl Pulser {
 
     /// All or none: nothing is set before everything was checked.
     fn set_amplitudes(&mut self, mask: u16, values: &[Amplitude]) -> Result<(), Denied> {
-        let pairs = || {
-            (0u8..16)
-                .filter(|c| mask & 1 << c != 0)
-                .zip(values.iter().copied())
-        };
-        for (channel, amplitude) in pairs() {
+        for (channel, amplitude) in pairs(mask, values) {
             self.guard.check_amplitude(channel, amplitude)?;
         }
-        for (channel, amplitude) in pairs() {
+        for (channel, amplitude) in pairs(mask, values) {
             self.guard.set_amplitude(channel, amplitude)?;
         }
         Ok(())
     }
+}
+
+/// The channels of `mask`, rising, each with its amplitude.
+fn pairs(mask: u16, values: &[Amplitude]) -> impl Iterator<Item = (u8, Amplitude)> {
+    let mut left = mask;
+    let channels = core::iter::from_fn(move || {
+        let channel = left.trailing_zeros() as u8; // at most 16
+        let rest = left.checked_sub(1)?;
+        left &= rest;
+        Some(channel)
+    });
+    channels.zip(values.iter().copied())
 }
