@@ -74,7 +74,7 @@ const fn current(raw: u16) -> MicroAmps {
 }
 
 /// A conversion and the amplitude that gave it: a conductance.
-#[derive(Clone, Copy, Default, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Default, Debug, PartialEq, Eq)]
 pub(super) struct Load {
     pub(super) raw: u16,
     pub(super) applied: Amplitude,
@@ -85,6 +85,13 @@ impl Load {
     pub(super) const fn of(reading: Reading, applied: Amplitude) -> Self {
         let raw = reading.raw & 0xFFF; // twelve bits
         Self { raw, applied }
+    }
+
+    /// Both in one word, for it is summed with every burst: a bit that changes in it
+    /// changes the word.
+    #[inline]
+    pub(super) fn word(self) -> u32 {
+        self.applied.get().rotate_left(12) ^ u32::from(self.raw)
     }
 
     /// Whether this is more than `times` the load `of`, by two counts each; both of a

@@ -129,8 +129,7 @@ impl Hash for Watch {
         let phase = |phase: Phase| u32::from(phase.off) << 1 | u32::from(phase.flows);
         let odd = u32::from(self.odd);
         state.write_u32(phase(self.first) | phase(self.second) << 9 | odd << 18);
-        let Load { raw, applied } = self.last;
-        state.write_u32(applied.get().rotate_left(12) ^ u32::from(raw));
+        state.write_u32(self.last.word());
     }
 }
 

@@ -44,11 +44,26 @@ pub fn init() {
     });
 }
 
-/// The sequence that ended since the last call.
+/// What became of the latest trigger.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Sequence {
+    /// Nothing since the last call.
+    None,
+    /// It converts.
+    Converts,
+    /// It has ended.
+    Ended(Samples),
+}
+
+/// What the injected group does, since the last call.
 #[must_use]
-pub fn read() -> Option<Samples> {
-    if !ADC1.sr().read().jeoc() {
-        return None;
+pub fn read() -> Sequence {
+    let status = ADC1.sr().read();
+    if !status.jeoc() {
+        return match status.jstrt() {
+            true => Sequence::Converts,
+            false => Sequence::None,
+        };
     }
     // Flags clear by writing 0 and ignore 1 (RM0090 ADC_SR).
     ADC1.sr().write(|w| {
@@ -56,7 +71,7 @@ pub fn read() -> Option<Samples> {
         w.set_jeoc(false);
         w.set_jstrt(false);
     });
-    Some(Samples {
+    Sequence::Ended(Samples {
         current: ADC1.jdr(0).read().jdata(),
         angle: ADC1.jdr(1).read().jdata(),
     })

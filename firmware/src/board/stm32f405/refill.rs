@@ -2,7 +2,7 @@
 //! the next one. The over-current and supply interrupts share its priority,
 //! the highest, so none of the three can interrupt another.
 
-use super::adc::{self, Samples};
+use super::adc::{self, Sequence};
 use super::control::{TICK, Tick};
 use super::pac::{EXTI, Interrupt, SYSCFG};
 use super::tape::{self, Half, Tape};
@@ -128,8 +128,12 @@ impl Refill {
         let (start, half) = self.playing;
         let next = start + us(WINDOW_US);
         timebase::refill_at(next + us(REFILL_OFFSET_US));
-        let inputs = self.inputs();
-        self.arm_conversion(start);
+        let sequence = adc::read();
+        let inputs = self.inputs(sequence);
+        // What a trigger does within a sequence, the manual does not say.
+        if sequence != Sequence::Converts {
+            self.arm_conversion(start);
+        }
 
         let now = timebase::now();
         let rendered = self
@@ -181,8 +185,11 @@ impl Refill {
         registers::check(!self.windows.is_multiple_of(2))
     }
 
-    fn inputs(&mut self) -> Inputs {
-        let samples: Option<Samples> = adc::read();
+    fn inputs(&mut self, sequence: Sequence) -> Inputs {
+        let samples = match sequence {
+            Sequence::Ended(samples) => Some(samples),
+            Sequence::None | Sequence::Converts => None,
+        };
         self.angle = samples.map(|s| s.angle).or(self.angle);
         let reading = samples.and_then(|s| {
             let sample = self.sampling.take()?;

@@ -177,8 +177,8 @@ impl Guard {
     #[inline(never)]
     fn armed(&self, index: usize) -> Seal {
         let setup = self.setup.as_ref();
-        let channel = setup.and_then(|setup| setup.channels.get(index));
-        Seal::of(&(channel, self.loads.get(index)))
+        let channel = setup.and_then(|setup| setup.channels.get(index)?.as_ref());
+        Seal::of(&(channel, self.loads.get(index).map_or(0, |load| load.word())))
     }
 
     fn amplitudes(&self, index: usize) -> impl Hash + '_ {
