@@ -16,7 +16,7 @@ use host_core::record::{
 use host_core::run::{DeviceName, SessionFile};
 use host_core::session::LawName;
 use std::path::{Path, PathBuf};
-use studies::laboratory::differs;
+use studies::laboratory::{compared, differs};
 
 /// Repeat a simulated run from its record, and compare what comes of it.
 #[derive(Args, Debug)]
@@ -182,10 +182,8 @@ fn tell(
         true => "samples as far as the record goes".to_owned(),
         false => "samples and every edge".to_owned(),
     };
-    for file in ["draws.csv", "result.json"] {
-        if dir.join(file).is_file() && (!is_cut || file == "draws.csv") {
-            whole += &format!(", {file}");
-        }
+    for file in compared(is_cut).iter().filter(|it| dir.join(it).is_file()) {
+        whole += &format!(", {file}");
     }
     if !told.people.is_empty() {
         told.people += "\n\n";

@@ -5,7 +5,8 @@ use host_core::run::DeviceName;
 use studies::experiments::{named, names};
 use studies::laboratory::{Experiment, LaboratoryError, Outcome};
 
-fn refusal(text: &str) -> String {
+/// Why an experiment of this text is refused.
+pub(crate) fn refusal(text: &str) -> String {
     let refused = Experiment::new("small.toml", text, &texts).unwrap_err();
     refused.to_string()
 }

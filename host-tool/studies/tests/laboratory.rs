@@ -1,6 +1,7 @@
 //! Experiments: what is declared, what is crossed, what a sweep keeps, what a paper's
 //! wall does on the whole device.
 
+use crate::declared::refusal;
 use crate::sweeps::swept;
 use host_core::link::Interruption;
 use host_core::record::{Sample, Trial};
@@ -150,9 +151,7 @@ fn a_condition_that_no_device_arms_is_refused_by_name() {
         "\"wall.max\" = 90.0, \"body.start_deg\"",
         1,
     );
-    let error = Experiment::new("small.toml", &beyond, &texts)
-        .unwrap_err()
-        .to_string();
+    let error = refusal(&beyond);
     assert!(
         error.starts_with("E601 small.toml: the condition `pre-wall` makes no session"),
         "{error}"
@@ -161,9 +160,7 @@ fn a_condition_that_no_device_arms_is_refused_by_name() {
         "duration_s = 1.5,",
         "duration_s = 1.5, \"wall.max\" = 90.0,",
     );
-    let error = Experiment::new("small.toml", &beyond, &texts)
-        .unwrap_err()
-        .to_string();
+    let error = refusal(&beyond);
     let wanted = "the conditions `pre-wall`, `bare` make no session that a device would arm: ";
     assert!(error.contains(wanted), "{error}");
 }

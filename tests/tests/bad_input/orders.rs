@@ -43,29 +43,26 @@ fn loaded(load: Load) -> Bench {
     bench
 }
 
-fn shorted() -> Bench {
+/// A voltage stage up to `limit_mv`, for 2 kΩ, on `ohm`.
+fn volts_on(limit_mv: u32, ohm: f64) -> Bench {
     let mut spec = channel(0);
     spec.stage = StageSpec::Voltage {
         full_scale_mv: 60_000,
         load_ohm: 2_000,
     };
-    spec.limit = Amplitude::new(1_000);
+    spec.limit = Amplitude::new(limit_mv);
     let mut bench = Bench::open().after([Request::Channel { channel: 0, spec }]);
-    bench.client.port().world.body.loads_mut()[0] = Load::Ohms(20.0);
+    bench.client.port().world.body.loads_mut()[0] = Load::Ohms(ohm);
     bench
+}
+
+fn shorted() -> Bench {
+    volts_on(1_000, 20.0)
 }
 
 /// 1 kΩ where 2 kΩ were declared: twice the current that the wearer allows.
 fn low_load() -> Bench {
-    let mut spec = channel(0);
-    spec.stage = StageSpec::Voltage {
-        full_scale_mv: 60_000,
-        load_ohm: 2_000,
-    };
-    spec.limit = Amplitude::new(40_000);
-    let mut bench = Bench::open().after([Request::Channel { channel: 0, spec }]);
-    bench.client.port().world.body.loads_mut()[0] = Load::Ohms(1_000.0);
-    bench
+    volts_on(40_000, 1_000.0)
 }
 
 fn open_inputs() -> Bench {

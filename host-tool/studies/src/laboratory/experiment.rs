@@ -68,12 +68,11 @@ impl Experiment {
             hashes,
         };
         // Whatever is wrong is told before anything runs.
-        whole.sessions(&[])?;
+        let declared = whole.sessions(&[])?;
         whole.can_be_worn(file)?;
         let drawn = whole.unit(whole.declaration.seed, 1, 0);
-        for fields in [&[][..], &drawn.fields] {
-            let files = whole.sessions(fields)?.into_iter();
-            let sessions: Vec<_> = files.map(|file| file.session).collect();
+        for files in [declared, whole.sessions(&drawn.fields)?] {
+            let sessions: Vec<_> = files.into_iter().map(|file| file.session).collect();
             whole.check_worn(&sessions)?;
             whole.check_stop(&sessions)?;
         }

@@ -7,9 +7,19 @@ use std::fs;
 use std::io::ErrorKind;
 use std::path::Path;
 
+/// The files beside the trials that a rerun is held against: of a record that was cut
+/// short the rows alone, for its outcome says how far it came, and so differs.
+#[must_use]
+pub const fn compared(is_cut: bool) -> &'static [&'static str] {
+    match is_cut {
+        true => &["draws.csv"],
+        false => &["draws.csv", "result.json"],
+    }
+}
+
 /// Where what is drawn and what came out differ between the record of an experiment
 /// and its rerun `again`. Of a record that was cut short, the rows that it has are held
-/// against; the outcome says how far it came, and so differs.
+/// against, as far as they go.
 ///
 /// # Errors
 /// A file cannot be read.
@@ -18,13 +28,12 @@ pub fn differs(
     again: &Path,
     is_cut: bool,
 ) -> Result<Option<Difference>, LaboratoryError> {
-    for file in ["draws.csv", "result.json"] {
+    for &file in compared(is_cut) {
         let (mut one, mut other) = (lines(&record.join(file))?, lines(&again.join(file))?);
         if is_cut {
             let whole = one.iter().take_while(|line| line.ends_with('\n')).count();
-            let kept = if file == "draws.csv" { whole } else { 0 };
-            one.truncate(kept);
-            other.truncate(kept);
+            one.truncate(whole);
+            other.truncate(whole);
         }
         let mut all = 0..one.len().max(other.len());
         if let Some(line) = all.find(|&line| one.get(line) != other.get(line)) {

@@ -36,7 +36,7 @@ pub use decides::{Decided, Field};
 pub use declaration::{Claim, Declaration};
 pub use error::LaboratoryError;
 pub use experiment::{Experiment, Measured};
-pub use kept::differs;
+pub use kept::{compared, differs};
 pub use measure::{MEASURES, Measure};
 pub use open_loop::Checked;
 pub use page::{headline, publish, renew};
