@@ -2,7 +2,7 @@
 
 use super::Pulser;
 use crate::device::mail::{ControlEvent, Order, OrderKind, PulserMail, Report};
-use crate::pulse::Levels;
+use crate::pulse::{Levels, bits};
 use crate::safety::{Denied, Inputs};
 use crate::units::{Amplitude, Micros};
 
@@ -164,12 +164,6 @@ impl Pulser {
 
 /// The channels of `mask`, rising, each with its amplitude.
 fn pairs(mask: u16, values: &[Amplitude]) -> impl Iterator<Item = (u8, Amplitude)> {
-    let mut left = mask;
-    let channels = core::iter::from_fn(move || {
-        let channel = left.trailing_zeros() as u8; // at most 16
-        let rest = left.checked_sub(1)?;
-        left &= rest;
-        Some(channel)
-    });
+    let channels = bits(mask.into()).map(|channel| channel as u8); // below 16
     channels.zip(values.iter().copied())
 }
