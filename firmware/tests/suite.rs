@@ -3,6 +3,7 @@
 mod control_feed_forward;
 mod control_finger;
 mod control_joint;
+mod device_allowance;
 mod device_arming;
 mod device_desk;
 mod device_electrodes;

@@ -53,6 +53,8 @@ pub enum Code {
     DensityLimit = 232,
     SumLimit = 233,
     SumRmsLimit = 234,
+    TimeOver = 235,
+    DoseReached = 236,
     WrongState = 300,
     NotArmed = 301,
     ArmInputOpen = 302,
@@ -71,7 +73,7 @@ pub enum Code {
 
 impl Code {
     /// All codes, for documentation and tests.
-    pub const ALL: [Self; 52] = [
+    pub const ALL: [Self; 54] = [
         Self::BadCrc,
         Self::MalformedFrame,
         Self::FrameTooLong,
@@ -110,6 +112,8 @@ impl Code {
         Self::DensityLimit,
         Self::SumLimit,
         Self::SumRmsLimit,
+        Self::TimeOver,
+        Self::DoseReached,
         Self::WrongState,
         Self::NotArmed,
         Self::ArmInputOpen,
@@ -312,6 +316,13 @@ impl From<Denied> for Refusal<'static> {
             Denied::NotArmed => Self::new(Code::NotArmed, "state"),
             Denied::NoChannel { channel } => Self::new(Code::NoTrain, "channel").on(channel),
             Denied::Controlled { channel } => Self::new(Code::Controlled, "channel").on(channel),
+            Denied::TimeOver { max_s } => {
+                Self::new(Code::TimeOver, "max_session_s").allowed(0, bound(max_s))
+            }
+            Denied::DoseReached { channel, max_mc } => {
+                let refusal = Self::new(Code::DoseReached, "max_dose_mc").on(channel);
+                refusal.allowed(0, bound(max_mc))
+            }
             Denied::AboveLimit { channel, limit } => Self::new(Code::AboveWearerLimit, "values")
                 .on(channel)
                 .allowed(0, bound(limit.get())),

@@ -22,6 +22,7 @@
 //! Time is what the caller says it is: `now` is the start of the window about to be
 //! rendered.
 
+mod allowance;
 mod amplitude;
 mod electrodes;
 mod memory;
@@ -35,6 +36,7 @@ use super::{Channel, ElectrodeCheck, Fault, FaultRecord, Setup, limits};
 use super::{Denied, Inputs, Notice, State, StopCause};
 use crate::pulse::{CHANNELS, Scheduler, WINDOW_US};
 use crate::units::{Amplitude, Micros, us};
+use allowance::Allowance;
 use memory::Seals;
 
 #[derive(Clone, Copy, Debug, Hash)]
@@ -52,6 +54,8 @@ enum Mode {
     Stopping {
         fall: Fall,
         cause: StopCause,
+        /// Whether a notice has said so.
+        is_told: bool,
     },
     Fault(FaultRecord),
     Grounding {
@@ -73,6 +77,7 @@ pub struct Guard {
     heard: Micros,
     /// What a person holds closed, as [`Inputs::closed`]: opened, it stops.
     held: u8,
+    allowance: Allowance,
     seals: Seals,
 }
 
@@ -90,6 +95,7 @@ impl Guard {
             watches: [Watch::default(); CHANNELS],
             heard: Micros::new(0),
             held: 0,
+            allowance: Allowance::default(),
             seals: Seals::default(),
         };
         guard.renew_seals();
@@ -135,7 +141,8 @@ impl Guard {
     /// `epoch`. The verdict comes as [`Notice::Checked`].
     ///
     /// # Errors
-    /// Not idle, a latched fault, or what must be closed is not.
+    /// Not idle, a latched fault, what must be closed is not, or nothing left of what the
+    /// wearer allows of time or charge.
     pub fn arm(
         &mut self,
         setup: Setup,
@@ -153,6 +160,7 @@ impl Guard {
         if inputs.closed() == 0 {
             return Err(Denied::ArmInputOpen);
         }
+        self.allowance.check(&setup)?;
         self.held = inputs.closed();
         let check = ElectrodeCheck::new(&setup);
         self.setup = Some(setup);
@@ -215,8 +223,9 @@ impl Guard {
 
     /// The session owner's valid setpoint or keep-alive arrived at `at`. The
     /// latest counts: what went through the control law comes here later.
-    pub const fn keep_alive(&mut self, at: Micros) {
+    pub fn keep_alive(&mut self, at: Micros) {
         if self.heard.is_before(at) {
+            self.spend_time((at - self.heard).us().cast_unsigned());
             self.open_core();
             self.heard = at;
         }
@@ -292,7 +301,15 @@ impl Guard {
             Mode::Stopping { cause, .. } if released != 0 && !is_at_once(cause) => {
                 Some(self.stop_at_once(now, released))
             }
-            Mode::Stopping { fall, cause } => (now.has_reached(fall.end())
+            Mode::Stopping {
+                fall,
+                cause,
+                is_told: false,
+            } => {
+                self.fall(fall, cause);
+                Some(Notice::Stopping(cause))
+            }
+            Mode::Stopping { fall, cause, .. } => (now.has_reached(fall.end())
                 && scheduler.is_resting())
             .then(|| self.enter_idle(cause)),
             Mode::Grounding { until } => now.has_reached(until).then(|| {
@@ -316,7 +333,11 @@ impl Guard {
         }
         match self.mode {
             Mode::Idle | Mode::Fault(_) => true,
-            Mode::Stimulating => !scheduler.is_finished() && self.silent_since(now).is_none(),
+            Mode::Stimulating => {
+                !scheduler.is_finished()
+                    && self.silent_since(now).is_none()
+                    && !self.is_time_over_by(now)
+            }
             _ => false,
         }
     }
@@ -361,23 +382,28 @@ impl Guard {
     }
 
     fn ramp_down(&mut self, from: Micros, cause: StopCause) -> Notice {
-        let length = self.setup.as_ref().map_or(0, |s| s.wearer.fall_us());
+        self.fall(Fall::new(from, self.fall_us()), cause);
+        Notice::Stopping(cause)
+    }
+
+    fn fall_us(&self) -> u32 {
+        self.setup.as_ref().map_or(0, |s| s.wearer.fall_us())
+    }
+
+    /// Stops along `fall`, which is told by the caller.
+    const fn fall(&mut self, fall: Fall, cause: StopCause) {
         self.open_core();
         self.mode = Mode::Stopping {
-            fall: Fall::new(from, length),
+            fall,
             cause,
+            is_told: true,
         };
-        Notice::Stopping(cause)
     }
 
     /// What was held closed opened: no further pulse begins.
     fn stop_at_once(&mut self, now: Micros, released: u8) -> Notice {
         let cause = let_go(released);
-        self.open_core();
-        self.mode = Mode::Stopping {
-            fall: Fall::new(now, 0),
-            cause,
-        };
+        self.fall(Fall::new(now, 0), cause);
         Notice::Stopping(cause)
     }
 }

@@ -38,6 +38,14 @@ pub const MAX_PULSE_ENERGY_UJ: u64 = 300_000;
 /// Current limiter of a voltage-controlled stage (Hamana 2022, II-A).
 pub const VOLTAGE_STAGE_LIMITER: MicroAmps = MicroAmps::new(20_000);
 
+/// Longest stimulation since power came up, s: a day. Project limit.
+pub const MAX_SESSION_S: u32 = 86_400;
+
+/// Largest charge through a channel since power came up, mC: [`MAX_RMS`] for
+/// [`MAX_SESSION_S`], so that only a wearer's limit is ever reached. No source is known
+/// that limits the charge of a day.
+pub const MAX_DOSE_MC: u32 = MAX_RMS.get() / 1000 * MAX_SESSION_S;
+
 /// Longest fall of the amplitude when stimulation ends, ms.
 pub const MAX_FALL_MS: u16 = 100;
 

@@ -9,32 +9,53 @@ pub enum Rise {
     #[default]
     Zero,
     /// Rising.
-    Since(Micros),
+    Since {
+        /// When it began.
+        start: Micros,
+        /// Bursts since then.
+        bursts: u16,
+    },
     /// Risen: without a time, so that a triggered train may wait for hours.
     Done,
 }
 
 impl Rise {
-    /// Amplitude at `now` of a channel that wants `wanted` and rises linearly
-    /// from zero over `rise_us`.
-    pub fn apply(&mut self, wanted: Amplitude, now: Micros, rise_us: u32) -> Amplitude {
+    /// Amplitude of a burst at `now` of a channel that wants `wanted` and rises linearly
+    /// from zero over `rise_us`, and over `rise_bursts` of its bursts: whatever is less.
+    /// Time alone would let a train with long pauses be at its full amplitude with its
+    /// second burst.
+    pub fn apply(
+        &mut self,
+        wanted: Amplitude,
+        now: Micros,
+        (rise_us, rise_bursts): (u32, u16),
+    ) -> Amplitude {
         if wanted == Amplitude::ZERO {
             *self = Self::Zero;
             return wanted;
         }
         if let Self::Zero = self {
-            *self = Self::Since(now);
+            *self = Self::Since {
+                start: now,
+                bursts: 0,
+            };
         }
-        let Self::Since(since) = *self else {
+        let Self::Since { start, bursts } = self else {
             return wanted;
         };
         // Time goes forward: a negative distance is one beyond half the clock.
-        let elapsed = (now - since).us().cast_unsigned();
-        if elapsed >= rise_us {
+        let elapsed = (now - *start).us().cast_unsigned().min(rise_us);
+        let played = (*bursts).min(rise_bursts);
+        if (elapsed, played) == (rise_us, rise_bursts) {
             *self = Self::Done;
             return wanted;
         }
-        scale(wanted, elapsed, rise_us)
+        *bursts = played.saturating_add(1);
+        if elapsed == rise_us {
+            // The clock may pass half its range before the bursts are played.
+            *start = now - us(rise_us);
+        }
+        scale(wanted, elapsed, rise_us).min(scale(wanted, played.into(), rise_bursts.into()))
     }
 }
 
@@ -82,20 +103,34 @@ mod tests {
         let mut rise = Rise::default();
         let full = Amplitude::new(10_000);
         let t0 = Micros::new(u32::MAX - 50_000);
-        assert_eq!(rise.apply(full, t0, 100_000), Amplitude::new(0));
+        assert_eq!(rise.apply(full, t0, (100_000, 1)), Amplitude::new(0));
         assert_eq!(
-            rise.apply(full, t0 + us(25_000), 100_000),
+            rise.apply(full, t0 + us(25_000), (100_000, 1)),
             Amplitude::new(2_500)
         );
-        assert_eq!(rise.apply(full, t0 + us(100_000), 100_000), full);
+        assert_eq!(rise.apply(full, t0 + us(100_000), (100_000, 1)), full);
         assert_eq!(
-            rise.apply(Amplitude::ZERO, t0 + us(120_000), 100_000),
+            rise.apply(Amplitude::ZERO, t0 + us(120_000), (100_000, 1)),
             Amplitude::ZERO
         );
         assert_eq!(
-            rise.apply(full, t0 + us(140_000), 100_000),
+            rise.apply(full, t0 + us(140_000), (100_000, 1)),
             Amplitude::new(0)
         );
+    }
+
+    #[test]
+    fn a_train_with_long_pauses_rises_burst_by_burst() {
+        let mut rise = Rise::default();
+        let full = Amplitude::new(10_000);
+        let mut at = |burst: u32| rise.apply(full, Micros::new(burst << 29), (100_000, 4));
+        let seen = [0, 1, 2, 3, 4, 5].map(|burst| at(burst).get());
+        assert_eq!(seen, [0, 2_500, 5_000, 7_500, 10_000, 10_000]);
+        // Time still counts: the fifth of five bursts within it is not full.
+        let mut rise = Rise::default();
+        let mut at = |burst: u32| rise.apply(full, Micros::new(burst * 20_000), (100_000, 2));
+        let seen = [0, 1, 2, 3, 4, 5].map(|burst| at(burst).get());
+        assert_eq!(seen, [0, 2_000, 4_000, 6_000, 8_000, 10_000]);
     }
 
     #[test]

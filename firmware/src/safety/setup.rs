@@ -46,6 +46,8 @@ pub struct Channel {
     /// Longest period that may be ordered, µs; the limits hold for it because they
     /// do for the train's own.
     pub max_period_us: u32,
+    /// Charge of a burst at amplitude 1, one phase a pulse, in 256ths of a pC; rounded up.
+    pub charge: u32,
 }
 
 /// Why a setup cannot be armed. `channel` is counted from 0.
@@ -179,6 +181,7 @@ impl ChannelSpec {
             max_current,
             min_period_us: spec.period_us,
             max_period_us: spec.period_us,
+            charge: charge_of(spec, stage),
         })
     }
 
@@ -268,8 +271,20 @@ impl Channel {
         Ok(Self {
             stage: judged.stage,
             max_current: judged.max_current,
+            charge: judged.charge,
             ..*self
         })
+    }
+}
+
+/// Of [`Channel::charge`].
+fn charge_of(train: &TrainSpec, stage: Stage) -> u32 {
+    // µA · µs = pC; at most 8 · 500 · 256.
+    let pulses = u32::from(train.width_us) * u32::from(train.burst_count) * 256;
+    match stage.spec() {
+        StageSpec::Current { .. } => pulses,
+        // 1 mV drives 1000/load µA; at least 200 Ω.
+        StageSpec::Voltage { load_ohm, .. } => (pulses * 1000).div_ceil(load_ohm.max(1)),
     }
 }
 

@@ -71,6 +71,12 @@ impl Stage {
         matches!(self.0, StageSpec::Current { .. })
     }
 
+    /// What was declared.
+    #[must_use]
+    pub const fn spec(&self) -> StageSpec {
+        self.0
+    }
+
     /// Full scale in the stage's own thousandths.
     #[must_use]
     pub const fn full_scale(&self) -> Amplitude {

@@ -38,6 +38,10 @@ pub enum StopCause {
     Finished,
     /// The arm key, closed at arming, opened.
     ArmKey,
+    /// The wearer's longest time of stimulation is over.
+    TimeOver,
+    /// A channel has put out the wearer's largest charge.
+    DoseReached,
 }
 
 /// The board's inputs at one refill.
@@ -120,6 +124,18 @@ pub enum Denied {
     Controlled {
         /// The channel.
         channel: u8,
+    },
+    /// The wearer's longest time of stimulation is over until power comes up anew.
+    TimeOver {
+        /// That time, s.
+        max_s: u32,
+    },
+    /// The channel has put out the wearer's largest charge until power comes up anew.
+    DoseReached {
+        /// The channel.
+        channel: u8,
+        /// That charge, mC.
+        max_mc: u32,
     },
     /// Above the wearer's limit.
     AboveLimit {

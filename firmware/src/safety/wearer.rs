@@ -43,6 +43,13 @@ pub struct WearerSpec {
     /// Arming needs the hand-held stop closed, whose opening then stops: the arm key
     /// alone does not do.
     pub hand_stop_required: bool,
+    /// Fewest bursts of a rise from zero, 1–1000.
+    pub rise_bursts: u16,
+    /// Longest stimulation since power came up, 1–86 400 s.
+    pub max_session_s: u32,
+    /// Largest charge through a channel since power came up, 1–4 320 000 mC; of two
+    /// phases of a pulse one counts.
+    pub max_dose_mc: u32,
 }
 
 impl Default for WearerSpec {
@@ -58,6 +65,9 @@ impl Default for WearerSpec {
             max_sum_rms_ua: limits::MAX_SUM_RMS.get(),
             return_area_mm2: 2_500,
             hand_stop_required: false,
+            rise_bursts: 1,
+            max_session_s: limits::MAX_SESSION_S,
+            max_dose_mc: limits::MAX_DOSE_MC,
         }
     }
 }
@@ -88,6 +98,12 @@ impl WearerSpec {
         Range::new("max_sum_rms_ua", 10, limits::MAX_SUM_RMS.get() as i32);
     /// Of [`Self::return_area_mm2`].
     pub const RETURN_AREA_MM2: Range = Range::new("return_area_mm2", 10, 40_000);
+    /// Of [`Self::rise_bursts`].
+    pub const RISE_BURSTS: Range = Range::new("rise_bursts", 1, 1_000);
+    /// Of [`Self::max_session_s`].
+    pub const MAX_SESSION_S: Range = Range::new("max_session_s", 1, limits::MAX_SESSION_S as i32);
+    /// Of [`Self::max_dose_mc`].
+    pub const MAX_DOSE_MC: Range = Range::new("max_dose_mc", 1, limits::MAX_DOSE_MC as i32);
 
     /// Checks the ranges.
     ///
@@ -103,6 +119,9 @@ impl WearerSpec {
         Self::MAX_SUM_UA.check(self.max_sum_ua)?;
         Self::MAX_SUM_RMS_UA.check(self.max_sum_rms_ua)?;
         Self::RETURN_AREA_MM2.check(self.return_area_mm2)?;
+        Self::RISE_BURSTS.check(self.rise_bursts)?;
+        Self::MAX_SESSION_S.check(self.max_session_s)?;
+        Self::MAX_DOSE_MC.check(self.max_dose_mc)?;
         Ok(Wearer(*self))
     }
 }
@@ -140,10 +159,10 @@ impl Wearer {
         MicroAmps::new(self.0.max_sum_rms_ua.min(dense))
     }
 
-    /// Rise time in µs.
+    /// A rise: its time in µs, its bursts.
     #[must_use]
-    pub const fn rise_us(&self) -> u32 {
-        self.0.rise_ms as u32 * 1000
+    pub const fn rise(&self) -> (u32, u16) {
+        (self.0.rise_ms as u32 * 1000, self.0.rise_bursts)
     }
 
     /// Fall time in µs.

@@ -50,6 +50,9 @@ fn wearer_rows() -> Vec<Row> {
         field("max_sum_ua", 100, 200_000).rows(set!(max_sum_ua)),
         field("max_sum_rms_ua", 10, 50_000).rows(set!(max_sum_rms_ua)),
         field("return_area_mm2", 10, 40_000).rows(set!(return_area_mm2)),
+        field("rise_bursts", 1, 1_000).rows(set!(rise_bursts)),
+        field("max_session_s", 1, 86_400).rows(set!(max_session_s)),
+        field("max_dose_mc", 1, 4_320_000).rows(set!(max_dose_mc)),
     ])
 }
 

@@ -372,7 +372,9 @@ fn hellos() -> impl Iterator<Item = HelloInfo> {
 }
 
 fn events() -> Vec<Event> {
-    use StopCause::{ArmExpired, ArmKey, Finished, HandStop, HostSilent};
+    use StopCause::{
+        ArmExpired, ArmKey, DoseReached, Finished, HandStop, HostSilent, TimeOver,
+    };
     let causes = [
         StopCause::Request,
         HostSilent,
@@ -380,6 +382,8 @@ fn events() -> Vec<Event> {
         ArmExpired,
         ArmKey,
         Finished,
+        TimeOver,
+        DoseReached,
     ];
     let faults = (1..=19).filter_map(Fault::from_number);
     let stops = causes.map(|c| [Event::Stopping(c), Event::Stopped(c)]);

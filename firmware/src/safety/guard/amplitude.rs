@@ -3,7 +3,7 @@
 use super::{Guard, Mode, check_amplitude};
 use crate::pulse::{Supply, Train};
 use crate::safety::ramp::Rise;
-use crate::safety::{Channel, Denied, ElectrodeCheck, Expected};
+use crate::safety::{Channel, Denied, ElectrodeCheck, Expected, StopCause};
 use crate::units::{Amplitude, DacCode, Micros};
 
 impl Guard {
@@ -109,7 +109,7 @@ impl Supply for Guard {
         let setup = self.setup.as_ref()?;
         let config = setup.channel(channel)?;
         let wanted = self.wanted.get(index).copied()?;
-        let rise_us = setup.wearer.rise_us();
+        let rise_by = setup.wearer.rise();
         let rise = self.rises.get_mut(index)?;
         let amplitude = match self.mode {
             Mode::Checking { until, .. } => {
@@ -128,12 +128,19 @@ impl Supply for Guard {
                 *rise = Rise::default();
                 wanted
             }
-            Mode::Stimulating => rise.apply(wanted, at, rise_us),
-            Mode::Stopping { fall, .. } => fall.apply(rise.apply(wanted, at, rise_us), at),
+            Mode::Stimulating => rise.apply(wanted, at, rise_by),
+            Mode::Stopping { fall, .. } => fall.apply(rise.apply(wanted, at, rise_by), at),
             _ => return None,
         };
         *self.in_force.get_mut(index)? = amplitude;
-        Some(config.stage.code(amplitude))
+        let code = config.stage.code(amplitude);
+        // At most 150 000 · 2^23.
+        let charge = u64::from(amplitude.get()) * u64::from(config.charge);
+        let max_mc = setup.wearer.spec().max_dose_mc;
+        if self.allowance.spend_charge(index, charge, max_mc) {
+            self.end_allowance(at, StopCause::DoseReached);
+        }
+        Some(code)
     }
 
     fn may_pulse(&mut self, _: u8, end: Micros) -> bool {

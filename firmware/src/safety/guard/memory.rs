@@ -135,6 +135,11 @@ impl Guard {
         }
     }
 
+    /// Something sealed elsewhere was not as it was left.
+    pub(super) const fn break_seal(&mut self) {
+        self.seals.broken = true;
+    }
+
     /// State, timeouts, stop or time of the last host frame may change until the next
     /// [`Self::seal`].
     pub(super) const fn open_core(&mut self) {
@@ -185,6 +190,7 @@ impl Guard {
         // One `None` for all: each costs a word of the sum.
         let wanted = self.wanted.get(index).zip(self.rises.get(index));
         let shown = self.in_force.get(index).zip(self.watches.get(index));
-        wanted.zip(shown)
+        let charge = self.allowance.charge(index);
+        wanted.zip(shown).map(|it| (it, charge))
     }
 }

@@ -189,6 +189,8 @@ const fn words(code: Code) -> (&'static str, &'static str) {
         Code::DensityLimit => ("the limit exceeds the rms current in µA that this electrode takes at 2 mA/cm²", "use a larger electrode and say its area, or lower the limit, the width or the rate"),
         Code::SumLimit => ("all channels at their limits put more through the common return at once than is allowed", "lower limits, or move pulses apart: one period and offsets a pulse apart"),
         Code::SumRmsLimit => ("all channels at their limits put more rms current through the common return than is allowed", "lower limits, widths or rates, or use a larger return electrode and say its area"),
+        Code::TimeOver => ("the wearer's time of stimulation is over until power comes up anew", "end the day's session; switch off and on for another wearer"),
+        Code::DoseReached => ("the channel has put out the wearer's largest charge until power comes up anew", "end the day's session; switch off and on for another wearer"),
         Code::NoStageMemory => ("this device keeps no table of its output stages", "store it on a board; a simulator has the stages its session declares"),
         Code::OtherSetup => ("the setup that was armed is not the one the device holds", "send Clear and the whole setup again, then arm"),
         Code::LoadTooLow => ("through the load measured at arming, the channel's limit is more than the wearer's limits allow", "lower the channel's limit or its full scale, or check electrodes and gel"),

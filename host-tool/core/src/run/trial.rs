@@ -159,6 +159,10 @@ pub fn advice(event: &Event) -> &'static str {
         StopCause::HandStop => "the hand-held stop was opened; close it and run again",
         StopCause::ArmKey => "the arm key was opened; close it and run again",
         StopCause::ArmExpired => "it waited too long for a start; run again",
+        StopCause::TimeOver => "the wearer's max_session_s is over; it counts from power-up",
+        StopCause::DoseReached => {
+            "a channel has put out the wearer's max_dose_mc; it counts from power-up"
+        }
         StopCause::Finished => "every train had played: shorten duration_s or raise repeats",
     }
 }

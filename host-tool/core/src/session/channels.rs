@@ -109,6 +109,9 @@ pub(super) fn read_wearer(root: &Table<'_>) -> WearerSpec {
             max_sum_rms_ua: t.whole("max_sum_rms_ma"),
             return_area_mm2: t.whole("return_area_mm2"),
             hand_stop_required: t.flag("hand_stop_required"),
+            rise_bursts: t.whole("rise_bursts"),
+            max_session_s: t.whole("max_session_s"),
+            max_dose_mc: t.whole("max_dose_mc"),
         },
     }
 }

@@ -122,6 +122,9 @@ fn wearer() -> Section {
         f("max_sum_rms_ma", n("mA", 3, W::MAX_SUM_RMS_UA), Or(d.max_sum_rms_ua.into()), "largest rms current of all channels together"),
         f("return_area_mm2", n("mm²", 0, W::RETURN_AREA_MM2), Or(d.return_area_mm2.into()), "area of the common return, under which 2 mA/cm² rms hold"),
         f("hand_stop_required", Kind::Flag, OrWord("false"), "arming needs the hand-held stop closed, which stops when it opens; the arm key alone does not do"),
+        f("rise_bursts", n("", 0, W::RISE_BURSTS), Or(d.rise_bursts.into()), "fewest bursts of that rise"),
+        f("max_session_s", n("s", 0, W::MAX_SESSION_S), Or(d.max_session_s.into()), "longest stimulation since power came up"),
+        f("max_dose_mc", n("mC", 0, W::MAX_DOSE_MC), Or(d.max_dose_mc.into()), "largest charge through a channel since power came up, one phase a pulse"),
     ]
 }
 
