@@ -114,6 +114,12 @@ impl Hasher for Sum {
     }
 
     #[inline(always)]
+    fn write_u64(&mut self, value: u64) {
+        self.add(value as u32); // and its other half
+        self.add((value >> 32) as u32);
+    }
+
+    #[inline(always)]
     fn write_i32(&mut self, value: i32) {
         self.add(value.cast_unsigned());
     }

@@ -51,10 +51,10 @@ fn time_of_stimulation_ends_and_is_not_given_back() {
     }
     assert_eq!(desk.state(), State::Idle);
     let spent = refusal(Code::TimeOver, "max_session_s");
-    assert_eq!(desk.refused(Request::Arm), spent);
+    assert_eq!(desk.refused(ARM), spent);
     desk.must(Request::Clear);
     desk.prepare(wearer, &[channel(PLAIN)]);
-    assert_eq!(desk.refused(Request::Arm), spent);
+    assert_eq!(desk.refused(ARM), spent);
 }
 
 #[test]
@@ -73,13 +73,13 @@ fn a_channels_charge_ends_and_is_not_given_back() {
     assert!(is_told(&heard, Event::Stopping(StopCause::DoseReached)));
     assert!(is_told(&heard, Event::Stopped(StopCause::DoseReached)));
     let spent = refusal(Code::DoseReached, "max_dose_mc");
-    assert_eq!(desk.refused(Request::Arm), spent);
+    assert_eq!(desk.refused(ARM), spent);
     // The other channel has put out nothing.
     desk.must(Request::Clear);
     desk.must(Request::Wearer(wearer));
     let spec = channel(PLAIN);
     desk.must(Request::Channel { channel: 1, spec });
-    desk.must(Request::Arm);
+    desk.must(ARM);
 }
 
 /// One burst a second: with its second it would be at its full amplitude by time alone.
@@ -104,4 +104,88 @@ fn slow_trains_rise_by_bursts() {
         rise.starts_with(&[0, 3_276, 6_553, 9_830, 13_107, 13_107]),
         "{rise:?}"
     );
+}
+
+#[test]
+fn steps_are_limited_per_burst_and_per_second() {
+    let wearer = WearerSpec {
+        max_step_ua: 1_000,
+        max_step_ua_per_s: 3_000,
+        ..wearer()
+    };
+    let mut desk = Desk::open(BOOT);
+    desk.run(wearer, &[channel(PLAIN)], 5_000);
+    desk.keep_alive(5, 20_000);
+    let refused = refusal(Code::TooLargeStep, "values");
+    // 20 ms a burst; two orders within one count together.
+    assert_eq!(desk.refused(all(1, 6_001)), refused);
+    desk.must(all(1, 5_500));
+    assert_eq!(desk.refused(all(1, 6_001)), refused);
+    desk.must(all(1, 6_000));
+    for amplitude in [7_000, 8_000] {
+        desk.keep_alive(2, 20_000);
+        desk.must(all(1, amplitude));
+    }
+    // 3 mA within this second.
+    desk.keep_alive(2, 20_000);
+    assert_eq!(desk.refused(all(1, 8_001)), refused);
+    // Lower is always taken, and from there it is a step again.
+    desk.must(all(1, 2_000));
+    desk.keep_alive(2, 20_000);
+    assert_eq!(desk.refused(all(1, 3_001)), refused);
+    desk.must(all(1, 3_000));
+    // After two seconds nothing of that counts.
+    desk.keep_alive(101, 20_000);
+    desk.must(all(1, 4_000));
+    // From zero the rise counts, not a step.
+    desk.must(all(1, 0));
+    desk.keep_alive(2, 20_000);
+    desk.must(all(1, 20_000));
+}
+
+/// In any second of random orders that were taken, the rise is within the limit.
+#[test]
+fn no_second_rises_by_more_than_is_allowed() {
+    let wearer = WearerSpec {
+        max_step_ua: 700,
+        max_step_ua_per_s: 2_000,
+        ..wearer()
+    };
+    let mut desk = Desk::open(BOOT);
+    desk.run(wearer, &[channel(PLAIN)], 4_000);
+    desk.keep_alive(5, 20_000);
+    let (mut taken, mut refusals) = (vec![(desk.time(), 4_000u32)], 0);
+    let mut random = 12_345u32;
+    for _ in 0..1_500 {
+        random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        let now = taken.last().unwrap().1;
+        let wanted = (now + (random >> 16) % 1_000)
+            .saturating_sub(300)
+            .clamp(100, 20_000);
+        match desk.answer(all(1, wanted)) {
+            Ok(()) => taken.push((desk.time(), wanted)),
+            Err(_) => refusals += 1,
+        }
+        desk.must(Request::KeepAlive); // a refused order is no sign of life
+        desk.wait(random >> 8 & 0x7FFF);
+    }
+    assert_eq!(desk.state(), State::Stimulating);
+    let mut most = 0;
+    for (n, &(t, high)) in taken.iter().enumerate() {
+        // What was wanted within the second before, in force from before it too.
+        let earlier = taken[..n].iter().rev();
+        let within = earlier.take_while(|(before, _)| t - before < 1_000_000);
+        most = most.max(
+            within
+                .map(|(_, low)| high.saturating_sub(*low))
+                .max()
+                .unwrap_or(0),
+        );
+    }
+    println!(
+        "{} orders taken, {refusals} refused; {most} µA the most in a second",
+        taken.len()
+    );
+    assert!(most <= 2_000 && most > 1_500, "{most}");
+    assert!(refusals > 100 && taken.len() > 500);
 }

@@ -169,6 +169,7 @@ impl Controller {
                 self.in_force.pulse(channel, at, amplitude);
                 self.pulse(channel, at, amplitude);
             }
+            ControlEvent::Slowed => self.limiting = true,
         }
     }
 

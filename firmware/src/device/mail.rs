@@ -228,6 +228,8 @@ pub enum ControlEvent {
         /// Its amplitude.
         amplitude: Amplitude,
     },
+    /// What it ordered rose faster than the wearer allows, and was slowed down.
+    Slowed,
 }
 
 /// All mailboxes; each holds one item less than its number. A setup lies in

@@ -38,6 +38,8 @@ pub struct Pulser {
     /// Stops carried out, and those that the session was told of.
     stops: u32,
     stops_told: u32,
+    /// A law's amplitudes rose faster than the wearer allows; it is yet to be told.
+    is_slowed: bool,
     /// The controller has missed a change: it does not take its mail.
     is_unheard: bool,
     pulses: u32,
@@ -67,6 +69,7 @@ impl Pulser {
             told: State::Boot,
             stops: 0,
             stops_told: 0,
+            is_slowed: false,
             is_unheard: false,
             pulses: 0,
             idle_triggers: 0,
@@ -213,7 +216,7 @@ impl Pulser {
         match *order {
             ControlOrder::Amplitudes(ref list) => {
                 for &(channel, amplitude) in list {
-                    self.guard.command(channel, amplitude);
+                    self.is_slowed |= self.guard.command(channel, amplitude, start);
                 }
             }
             ControlOrder::Pulses {
@@ -221,7 +224,7 @@ impl Pulser {
                 amplitude,
                 period_us,
             } => {
-                self.guard.command(channel, amplitude);
+                self.is_slowed |= self.guard.command(channel, amplitude, start);
                 if let Some(period_us) = self.guard.clamp_period(channel, period_us) {
                     self.scheduler.set_period(channel, period_us, start);
                 }
@@ -283,6 +286,10 @@ impl Pulser {
                 amplitude,
             };
             let _ = mail.tell_pulse(event); // counted
+            // With the next pulse, which is what was slowed.
+            if core::mem::take(&mut self.is_slowed) {
+                let _ = mail.tell_pulse(ControlEvent::Slowed); // counted
+            }
         }
         self.schedule_sample(plan);
     }

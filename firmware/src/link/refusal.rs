@@ -55,6 +55,7 @@ pub enum Code {
     SumRmsLimit = 234,
     TimeOver = 235,
     DoseReached = 236,
+    TooLargeStep = 237,
     WrongState = 300,
     NotArmed = 301,
     ArmInputOpen = 302,
@@ -73,7 +74,7 @@ pub enum Code {
 
 impl Code {
     /// All codes, for documentation and tests.
-    pub const ALL: [Self; 54] = [
+    pub const ALL: [Self; 55] = [
         Self::BadCrc,
         Self::MalformedFrame,
         Self::FrameTooLong,
@@ -114,6 +115,7 @@ impl Code {
         Self::SumRmsLimit,
         Self::TimeOver,
         Self::DoseReached,
+        Self::TooLargeStep,
         Self::WrongState,
         Self::NotArmed,
         Self::ArmInputOpen,
@@ -323,6 +325,9 @@ impl From<Denied> for Refusal<'static> {
                 let refusal = Self::new(Code::DoseReached, "max_dose_mc").on(channel);
                 refusal.allowed(0, bound(max_mc))
             }
+            Denied::TooLargeStep { channel, highest } => Self::new(Code::TooLargeStep, "values")
+                .on(channel)
+                .allowed(0, bound(highest.get())),
             Denied::AboveLimit { channel, limit } => Self::new(Code::AboveWearerLimit, "values")
                 .on(channel)
                 .allowed(0, bound(limit.get())),

@@ -435,7 +435,7 @@ fn earlier(a: Option<Micros>, b: Option<Micros>) -> Option<Micros> {
 }
 
 /// Positions of the bits of `mask`, lowest first.
-pub(crate) fn bits(mut mask: u32) -> impl Iterator<Item = usize> {
+pub(crate) fn bits(mut mask: u32) -> impl Iterator<Item = usize> + Clone {
     core::iter::from_fn(move || {
         let lowest = mask.trailing_zeros() as usize;
         mask = mask.checked_sub(1)? & mask; // ends without a bit

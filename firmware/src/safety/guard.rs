@@ -26,6 +26,7 @@ mod allowance;
 mod amplitude;
 mod electrodes;
 mod memory;
+mod step;
 #[cfg(test)]
 mod tests;
 
@@ -38,6 +39,7 @@ use crate::pulse::{CHANNELS, Scheduler, WINDOW_US};
 use crate::units::{Amplitude, Micros, us};
 use allowance::Allowance;
 use memory::Seals;
+use step::Step;
 
 #[derive(Clone, Copy, Debug, Hash)]
 enum Mode {
@@ -71,6 +73,7 @@ pub struct Guard {
     wanted: [Amplitude; CHANNELS],
     rises: [Rise; CHANNELS],
     in_force: [Amplitude; CHANNELS],
+    steps: [Step; CHANNELS],
     /// Loads at arming.
     loads: [Load; CHANNELS],
     watches: [Watch; CHANNELS],
@@ -91,6 +94,7 @@ impl Guard {
             wanted: [Amplitude::ZERO; CHANNELS],
             rises: [Rise::default(); CHANNELS],
             in_force: [Amplitude::ZERO; CHANNELS],
+            steps: Self::NO_STEPS,
             loads: [Load::default(); CHANNELS],
             watches: [Watch::default(); CHANNELS],
             heard: Micros::new(0),
@@ -371,6 +375,7 @@ impl Guard {
         self.wanted = [Amplitude::ZERO; CHANNELS];
         self.rises = [Rise::default(); CHANNELS];
         self.in_force = [Amplitude::ZERO; CHANNELS];
+        self.steps = Self::NO_STEPS;
         self.watches = [Watch::default(); CHANNELS];
     }
 

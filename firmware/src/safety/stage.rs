@@ -118,6 +118,18 @@ impl Stage {
         }
     }
 
+    /// The amplitude that drives `current`, rounded down, saturating.
+    #[must_use]
+    pub fn amplitude_of(&self, current: MicroAmps) -> Amplitude {
+        match self.0 {
+            StageSpec::Current { .. } => Amplitude::new(current.get()),
+            StageSpec::Voltage { load_ohm, .. } => {
+                let mv = u64::from(current.get()) * u64::from(load_ohm) / 1000;
+                Amplitude::new(u32::try_from(mv).unwrap_or(u32::MAX))
+            }
+        }
+    }
+
     /// The DAC code for `amplitude`, rounded down, saturating at full scale.
     #[must_use]
     pub fn code(&self, amplitude: Amplitude) -> DacCode {

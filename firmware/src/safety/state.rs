@@ -137,6 +137,13 @@ pub enum Denied {
         /// That charge, mC.
         max_mc: u32,
     },
+    /// A larger rise than the wearer allows from burst to burst or within a second.
+    TooLargeStep {
+        /// The channel.
+        channel: u8,
+        /// The largest amplitude that would be taken now.
+        highest: Amplitude,
+    },
     /// Above the wearer's limit.
     AboveLimit {
         /// The channel.

@@ -50,6 +50,11 @@ pub struct WearerSpec {
     /// Largest charge through a channel since power came up, 1–4 320 000 mC; of two
     /// phases of a pulse one counts.
     pub max_dose_mc: u32,
+    /// Largest rise of an amplitude that is not zero from one burst to the next,
+    /// 10–100 000 µA.
+    pub max_step_ua: u32,
+    /// The same within a second.
+    pub max_step_ua_per_s: u32,
 }
 
 impl Default for WearerSpec {
@@ -68,6 +73,8 @@ impl Default for WearerSpec {
             rise_bursts: 1,
             max_session_s: limits::MAX_SESSION_S,
             max_dose_mc: limits::MAX_DOSE_MC,
+            max_step_ua: limits::MAX_CURRENT.get(),
+            max_step_ua_per_s: limits::MAX_CURRENT.get(),
         }
     }
 }
@@ -105,6 +112,18 @@ impl WearerSpec {
     /// Of [`Self::max_dose_mc`].
     pub const MAX_DOSE_MC: Range = Range::new("max_dose_mc", 1, limits::MAX_DOSE_MC as i32);
 
+    /// Of [`Self::max_step_ua`]; at its end nothing is limited that the current is not.
+    pub const MAX_STEP_UA: Range = Range {
+        field: "max_step_ua",
+        min: 10,
+        ..Self::MAX_CURRENT_UA
+    };
+    /// Of [`Self::max_step_ua_per_s`].
+    pub const MAX_STEP_UA_PER_S: Range = Range {
+        field: "max_step_ua_per_s",
+        ..Self::MAX_STEP_UA
+    };
+
     /// Checks the ranges.
     ///
     /// # Errors
@@ -122,6 +141,8 @@ impl WearerSpec {
         Self::RISE_BURSTS.check(self.rise_bursts)?;
         Self::MAX_SESSION_S.check(self.max_session_s)?;
         Self::MAX_DOSE_MC.check(self.max_dose_mc)?;
+        Self::MAX_STEP_UA.check(self.max_step_ua)?;
+        Self::MAX_STEP_UA_PER_S.check(self.max_step_ua_per_s)?;
         Ok(Wearer(*self))
     }
 }

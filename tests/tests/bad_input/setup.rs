@@ -53,6 +53,8 @@ fn wearer_rows() -> Vec<Row> {
         field("rise_bursts", 1, 1_000).rows(set!(rise_bursts)),
         field("max_session_s", 1, 86_400).rows(set!(max_session_s)),
         field("max_dose_mc", 1, 4_320_000).rows(set!(max_dose_mc)),
+        field("max_step_ua", 10, 100_000).rows(set!(max_step_ua)),
+        field("max_step_ua_per_s", 10, 100_000).rows(set!(max_step_ua_per_s)),
     ])
 }
 

@@ -372,9 +372,7 @@ fn hellos() -> impl Iterator<Item = HelloInfo> {
 }
 
 fn events() -> Vec<Event> {
-    use StopCause::{
-        ArmExpired, ArmKey, DoseReached, Finished, HandStop, HostSilent, TimeOver,
-    };
+    use StopCause::{ArmExpired, ArmKey, DoseReached, Finished, HandStop, HostSilent, TimeOver};
     let causes = [
         StopCause::Request,
         HostSilent,

@@ -87,7 +87,8 @@ impl Pulser {
             }
             OrderKind::Amplitudes { mask, ref values } => {
                 setpoint = true;
-                self.set_amplitudes(mask, values)
+                self.guard
+                    .set_amplitudes(pairs(mask, values), start)
                     .map(|()| self.guard.keep_alive(order.at))
             }
             OrderKind::Status => {
@@ -149,21 +150,10 @@ impl Pulser {
         self.notify(ControlEvent::Started, mail);
         Ok(())
     }
-
-    /// All or none: nothing is set before everything was checked.
-    fn set_amplitudes(&mut self, mask: u16, values: &[Amplitude]) -> Result<(), Denied> {
-        for (channel, amplitude) in pairs(mask, values) {
-            self.guard.check_amplitude(channel, amplitude)?;
-        }
-        for (channel, amplitude) in pairs(mask, values) {
-            self.guard.set_amplitude(channel, amplitude)?;
-        }
-        Ok(())
-    }
 }
 
 /// The channels of `mask`, rising, each with its amplitude.
-fn pairs(mask: u16, values: &[Amplitude]) -> impl Iterator<Item = (u8, Amplitude)> {
+fn pairs(mask: u16, values: &[Amplitude]) -> impl Iterator<Item = (u8, Amplitude)> + Clone {
     let channels = bits(mask.into()).map(|channel| channel as u8); // below 16
     channels.zip(values.iter().copied())
 }

@@ -73,6 +73,7 @@ impl Allowance {
 impl Guard {
     /// Time has passed since the host was heard last. Looked at with each of its frames:
     /// at most its timeout, 1 s, late.
+    #[inline(never)]
     pub(super) fn spend_time(&mut self, elapsed_us: u32) {
         let Mode::Stimulating = self.mode else {
             return;
@@ -102,6 +103,8 @@ impl Guard {
     }
 
     /// From stimulating to a stop as any other, which the next tick tells.
+    #[cold]
+    #[inline(never)]
     pub(super) fn end_allowance(&mut self, at: Micros, cause: StopCause) {
         if let Mode::Stimulating = self.mode {
             self.open_core();

@@ -7,25 +7,46 @@ use crate::safety::{Channel, Denied, ElectrodeCheck, Expected, StopCause};
 use crate::units::{Amplitude, DacCode, Micros};
 
 impl Guard {
-    /// A host's direct amplitude, refused beyond the wearer's limit.
+    /// A host's direct amplitudes, all or none: refused beyond a wearer's limit, or where
+    /// one rises faster than the wearer allows. A host that asks for that is in error,
+    /// and an amplitude in between is one that nobody asked for.
     ///
     /// # Errors
-    /// Not armed, no such channel, a controlled channel, above the limit.
-    pub fn set_amplitude(&mut self, channel: u8, amplitude: Amplitude) -> Result<(), Denied> {
-        self.check_amplitude(channel, amplitude)?;
-        if self.open(channel)
-            && let Some(wanted) = self.wanted.get_mut(usize::from(channel))
-        {
-            *wanted = amplitude;
+    /// Not armed, no such channel, a controlled channel, above the limit, too large a
+    /// step.
+    pub fn set_amplitudes(
+        &mut self,
+        orders: impl Iterator<Item = (u8, Amplitude)> + Clone,
+        now: Micros,
+    ) -> Result<(), Denied> {
+        for (channel, amplitude) in orders.clone() {
+            self.check_amplitude(channel, amplitude, now)?;
+        }
+        for (channel, amplitude) in orders {
+            self.want(channel, amplitude, now);
         }
         Ok(())
     }
 
-    /// Whether [`Guard::set_amplitude`] would accept this.
-    ///
-    /// # Errors
-    /// As there.
-    pub fn check_amplitude(&self, channel: u8, amplitude: Amplitude) -> Result<(), Denied> {
+    /// `amplitude`, within every limit, is wanted on `channel` from `now` on.
+    fn want(&mut self, channel: u8, amplitude: Amplitude, now: Micros) {
+        if !self.open(channel) {
+            return; // and the refill ends in a fault
+        }
+        if self.limits_steps() {
+            self.note_order(channel, amplitude, now);
+        }
+        if let Some(wanted) = self.wanted.get_mut(usize::from(channel)) {
+            *wanted = amplitude;
+        }
+    }
+
+    fn check_amplitude(
+        &self,
+        channel: u8,
+        amplitude: Amplitude,
+        now: Micros,
+    ) -> Result<(), Denied> {
         match self.mode {
             Mode::Armed { .. } | Mode::Stimulating => {}
             Mode::Fault(record) => return Err(Denied::FaultLatched(record.fault)),
@@ -42,23 +63,39 @@ impl Guard {
         if amplitude > limit {
             return Err(Denied::AboveLimit { channel, limit });
         }
+        if self.limits_steps() {
+            let highest = self.highest(channel, now);
+            if amplitude > highest {
+                return Err(Denied::TooLargeStep { channel, highest });
+            }
+        }
         Ok(())
     }
 
     /// An amplitude that the control law computed. A joint's points stay
-    /// within the limits of their channels, so the clamp here only matters if
-    /// that promise were broken; the law reports its own as *limiting*.
-    pub fn command(&mut self, channel: u8, amplitude: Amplitude) {
+    /// within the limits of their channels, so the clamp to them only matters if
+    /// that promise were broken. A law knows nothing of the wearer's steps: it is slowed
+    /// down to them. Returns whether it was, for the law to be told.
+    pub fn command(&mut self, channel: u8, amplitude: Amplitude, now: Micros) -> bool {
         if self.wanted.get(usize::from(channel)) == Some(&amplitude) {
-            return; // as mostly: what stands there need not be opened and sealed
+            return false; // as mostly: what stands there need not be opened and sealed
         }
-        if let Mode::Armed { .. } | Mode::Stimulating = self.mode
-            && self.open(channel)
-            && let Some(config) = self.setup.as_ref().and_then(|s| s.channel(channel))
-            && let Some(wanted) = self.wanted.get_mut(usize::from(channel))
-        {
-            *wanted = amplitude.min(config.limit);
-        }
+        let (Mode::Armed { .. } | Mode::Stimulating) = self.mode else {
+            return false;
+        };
+        let setup = self.setup.as_ref();
+        let Some(config) = setup.and_then(|setup| setup.channel(channel)) else {
+            return false;
+        };
+        let limit = config.limit;
+        let highest = if self.limits_steps() {
+            self.highest(channel, now)
+        } else {
+            limit
+        };
+        let amplitude = amplitude.min(limit);
+        self.want(channel, amplitude.min(highest), now);
+        amplitude > highest
     }
 
     /// The period nearest to `period_us` that the limits of `channel` were
@@ -121,6 +158,7 @@ impl Supply for Guard {
             // channel that nobody asked for anything stays out of it.
             _ if wanted == Amplitude::ZERO => {
                 *rise = Rise::default();
+                self.steps.get_mut(index)?.burst = wanted;
                 return None;
             }
             // Too little for the DAC is nothing to rise from.
@@ -133,6 +171,7 @@ impl Supply for Guard {
             _ => return None,
         };
         *self.in_force.get_mut(index)? = amplitude;
+        self.steps.get_mut(index)?.burst = wanted;
         let code = config.stage.code(amplitude);
         // At most 150 000 · 2^23.
         let charge = u64::from(amplitude.get()) * u64::from(config.charge);

@@ -263,7 +263,9 @@ fn a_bit_that_changes_by_itself_is_a_fault() {
 #[test]
 fn a_burst_of_a_changed_channel_is_left_out() {
     let (mut guard, _) = guard_in("Stimulating");
-    guard.set_amplitude(0, Amplitude::new(5_000)).unwrap();
+    guard
+        .set_amplitudes([(0, Amplitude::new(5_000))].into_iter(), NOW)
+        .unwrap();
     guard.seal();
     assert!(guard.burst(0, NOW).is_some());
     guard.seal();

@@ -112,6 +112,8 @@ pub(super) fn read_wearer(root: &Table<'_>) -> WearerSpec {
             rise_bursts: t.whole("rise_bursts"),
             max_session_s: t.whole("max_session_s"),
             max_dose_mc: t.whole("max_dose_mc"),
+            max_step_ua: t.whole("max_step_ma"),
+            max_step_ua_per_s: t.whole("max_step_ma_per_s"),
         },
     }
 }

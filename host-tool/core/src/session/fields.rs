@@ -125,6 +125,8 @@ fn wearer() -> Section {
         f("rise_bursts", n("", 0, W::RISE_BURSTS), Or(d.rise_bursts.into()), "fewest bursts of that rise"),
         f("max_session_s", n("s", 0, W::MAX_SESSION_S), Or(d.max_session_s.into()), "longest stimulation since power came up"),
         f("max_dose_mc", n("mC", 0, W::MAX_DOSE_MC), Or(d.max_dose_mc.into()), "largest charge through a channel since power came up, one phase a pulse"),
+        f("max_step_ma", n("mA", 3, W::MAX_STEP_UA), Or(d.max_step_ua.into()), "largest rise from burst to burst of an amplitude that is not zero"),
+        f("max_step_ma_per_s", n("mA", 3, W::MAX_STEP_UA_PER_S), Or(d.max_step_ua_per_s.into()), "the same within a second"),
     ]
 }
 
