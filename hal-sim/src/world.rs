@@ -16,7 +16,7 @@ use std::collections::VecDeque;
 const STEP_US: u64 = 1000;
 
 /// Everything a device put out, in time that does not wrap.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Recorder {
     /// Levels and DAC writes.
     pub trace: Trace,

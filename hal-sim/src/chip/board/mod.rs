@@ -75,6 +75,7 @@ pub struct Board<O = ()> {
     /// Forks share it.
     image: Arc<Image>,
     now_us: u64,
+    last_reset: Option<Cycle>,
 }
 
 impl<O: Observer> Board<O> {
@@ -92,6 +93,7 @@ impl<O: Observer> Board<O> {
             observer,
             image: Arc::new(image),
             now_us: 0,
+            last_reset: None,
         };
         let reset = board.cpu.reset(&mut board.around);
         reset.map_err(|stop| board.explain(stop))?;
@@ -134,6 +136,11 @@ impl<O: Observer> Board<O> {
         self.now_us
     }
 
+    /// When the chip was last reset since its power came on.
+    pub const fn last_reset(&self) -> Option<Cycle> {
+        self.last_reset
+    }
+
     /// The image that runs.
     pub fn image(&self) -> &Image {
         &self.image
@@ -169,6 +176,7 @@ impl<O: Observer> Board<O> {
 
     fn reset(&mut self) -> Result<(), BoardError> {
         let at = self.cpu.cycle;
+        self.last_reset = Some(at);
         let done = self.around.reset(at);
         done.map_err(|what| self.explain(what.at(&self.cpu)))?;
         let done = self.cpu.reset(&mut self.around);

@@ -82,6 +82,11 @@ impl Symbols {
         }
     }
 
+    /// The variable that its source calls `name`.
+    pub fn variable(&self, name: &str) -> Option<&Symbol> {
+        self.variables.iter().find(|symbol| symbol.name == name)
+    }
+
     /// The function or variable that the linker calls `raw`.
     pub fn find(&self, raw: &str) -> Option<&Symbol> {
         let mut all = self.functions.iter().chain(&self.variables);

@@ -16,7 +16,18 @@ const SRAM1: std::ops::Range<u32> = 0x2000_0000..SRAM2;
 const UNSHARED_WAIT: u32 = 0;
 
 const RESERVED: Denied = Denied::Unmodelled(Unmodelled("an address where nothing is modelled"));
-const BEYOND_RAM: Denied = Denied::Unmodelled(Unmodelled("an address beyond the RAM"));
+/// No memory lies there: the bus answers with an error (DS8626, memory map).
+const BEYOND_RAM: Denied = Denied::Error;
+/// Below it lie memories, and what is reserved.
+const REGISTERS: u32 = 0x4000_0000;
+
+/// Why nobody answers at `address`.
+const fn nobody(address: u32) -> Denied {
+    match address {
+        0..REGISTERS => BEYOND_RAM,
+        _ => RESERVED,
+    }
+}
 
 /// Positions in the vector table (RM0090 table 61).
 mod line {
@@ -50,7 +61,7 @@ impl Bus for Soc {
                 .flash
                 .read_information(&self.signature, address, size, at)
                 .ok_or(Denied::Unmodelled(Unmodelled("system memory"))),
-            _ => Err(RESERVED),
+            _ => Err(nobody(address)),
         }
     }
 
@@ -67,12 +78,12 @@ impl Bus for Soc {
                 self.ccm.write(address, size, value).ok_or(BEYOND_RAM)?;
                 Ok(0)
             }
-            0x08 if address < 0x0810_0000 => {
+            0x00 | 0x08 if address & 0x00FF_FFFF < 0x0010_0000 => {
                 let wait = self.flash.write(address, size, value, at)?;
                 self.reschedule_at(at);
                 Ok(wait)
             }
-            _ => Err(RESERVED),
+            _ => Err(nobody(address)),
         }
     }
 
@@ -94,13 +105,12 @@ impl Bus for Soc {
     }
 
     fn code(&mut self, address: u32) -> Result<u16, Denied> {
-        let outside = Denied::Unmodelled(Unmodelled("code outside flash and RAM"));
         match address >> 24 {
             0x08 | 0x00 if address & 0x00FF_FFFF < 0x0010_0000 => {
                 Ok(self.flash.peek(address, Size::Half) as u16)
             }
-            0x20 => Ok(self.ram.read(address, Size::Half).ok_or(outside)? as u16),
-            _ => Err(outside),
+            0x20 => Ok(self.ram.read(address, Size::Half).ok_or(BEYOND_RAM)? as u16),
+            _ => Err(nobody(address)),
         }
     }
 
