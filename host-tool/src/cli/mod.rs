@@ -9,6 +9,7 @@ mod demo;
 mod edges;
 mod experiment;
 mod explain_model;
+mod faults;
 mod interrupt;
 mod monitor;
 mod muscle;
@@ -67,6 +68,7 @@ enum Command {
     Edges(edges::Edges),
     ExplainModel(explain_model::ExplainModel),
     Experiment(experiment::ExperimentArgs),
+    Faults(faults::FaultsArgs),
     Monitor(monitor::Monitor),
     Muscle(muscle::Muscle),
     New(new::New),
@@ -197,6 +199,7 @@ pub fn main() -> ExitCode {
         Command::Edges(args) => edges::main(args, output),
         Command::ExplainModel(args) => explain_model::main(args, output),
         Command::Experiment(args) => experiment::main(args, output),
+        Command::Faults(args) => faults::main(args, output),
         Command::Monitor(args) => monitor::main(args, output),
         Command::Muscle(args) => muscle::main(args, output),
         Command::New(args) => new::main(args, output),

@@ -3,12 +3,13 @@
 //! `bench` measures the device's algorithms and cycles; `accuracy` and `tracking`
 //! compare muscle models and control laws, `stability` maps where methods fail,
 //! `ladder` judges the choice of muscle models; `laboratory` is what protocols share;
-//! `experiments` are the papers' protocols; `figures` draw them. `subjects` are whom
+//! `experiments` are the papers' protocols; `faults` are campaigns of what breaks; `figures` draw them. `subjects` are whom
 //! muscle models are compared on.
 
 pub mod accuracy;
 pub mod bench;
 pub mod experiments;
+pub mod faults;
 pub mod figures;
 pub mod laboratory;
 pub mod ladder;

@@ -4,6 +4,7 @@ mod accuracy_study;
 mod control_campaign;
 mod control_twin;
 mod declared;
+mod faults;
 mod laboratory;
 mod ladder_judge;
 mod limit_cycle;

@@ -41,5 +41,5 @@ pub use measure::{MEASURES, Measure};
 pub use open_loop::Checked;
 pub use page::{headline, publish, renew};
 pub use protocol::{Place, Step, Wearer};
-pub use result::{Outcome, Row, Shown};
+pub use result::{Declared, Outcome, Row, Shown};
 pub use sweep::{Shard, Sweep, Swept, begin, merge};

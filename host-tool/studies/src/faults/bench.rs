@@ -1,0 +1,214 @@
+//! A device and its host, which keeps on saying what it wants. A clone is a fork.
+
+use super::error::FaultsError;
+use firmware::device::Draft;
+use firmware::link::{BROADCAST, Decoder, Event, Request, Response, SCHEMA, ToDevice, encode};
+use firmware::lockstep::Sensors;
+use firmware::safety::FaultRecord;
+use firmware::units::Micros;
+use hal_sim::lockstep::Device;
+use hal_sim::world::Recorder;
+use host_core::session::Session;
+use std::io;
+
+/// The host says what it wants this often, µs.
+pub(super) const HOST_US: u64 = 5_000;
+/// Until a request that only the draft must take is answered, µs.
+const ANSWER_US: u64 = 4_000;
+/// Until `Arm` is: the electrode check takes 22 ms.
+const ARM_US: u64 = 60_000;
+
+/// A device, its host and all that it put out.
+#[derive(Clone)]
+pub(super) struct Bench<D> {
+    pub device: D,
+    pub recorder: Recorder,
+    pub sensors: Sensors,
+    /// Whether the host still speaks.
+    pub speaks: bool,
+    /// What the host asks for again and again.
+    wanted: Option<Request>,
+    said_us: u64,
+    now_us: u64,
+    due_us: u64,
+    session: u16,
+    seq: u16,
+    draft: Draft,
+    /// Of a frame that is not whole yet.
+    half: Vec<u8>,
+    heard: Heard,
+}
+
+/// What the device said.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Heard {
+    /// The first fault since it was greeted.
+    pub fault: Option<FaultRecord>,
+    /// Numbers and fields of what was refused.
+    pub refused: Vec<(u16, String)>,
+    /// It greeted back.
+    hello: Option<u16>,
+}
+
+impl<D: Device> Bench<D> {
+    /// A device whose time is `now_us`, greeted.
+    pub fn greeted(device: D, now_us: u64, sensors: Sensors) -> Result<Self, FaultsError> {
+        let mut bench = Self {
+            device,
+            recorder: Recorder::default(),
+            sensors,
+            speaks: true,
+            wanted: None,
+            said_us: 0,
+            now_us,
+            due_us: 0,
+            session: BROADCAST,
+            seq: 0,
+            draft: Draft::default(),
+            half: Vec::new(),
+            heard: Heard::default(),
+        };
+        bench.ask(Request::Hello { schema: SCHEMA }, ANSWER_US)?;
+        match bench.heard.hello {
+            Some(session) => bench.session = session,
+            None => return Err(never("no answer to Hello")),
+        }
+        Ok(bench)
+    }
+
+    /// Configures it as `session` says, whether it takes that or not.
+    pub fn configure(&mut self, session: &Session) -> Result<(), FaultsError> {
+        for request in session.requests() {
+            let before = self.draft.clone();
+            let refused = self.heard.refused.len();
+            self.ask(request, ANSWER_US)?;
+            if self.heard.refused.len() > refused {
+                self.draft = before; // a host sums what was accepted
+            }
+        }
+        Ok(())
+    }
+
+    /// Arms and starts what it was configured for, whether it takes that or not.
+    pub fn start(&mut self, session: &Session) -> Result<(), FaultsError> {
+        self.ask(Request::Arm { setup: 0 }, ARM_US)?;
+        self.wanted = Some(session.setpoints.at(0).request(None));
+        self.ask(Request::Start, ANSWER_US)?;
+        self.due_us = self.now_us.next_multiple_of(HOST_US);
+        Ok(())
+    }
+
+    /// [`Self::configure`], [`Self::start`], and `us` of it; nothing is refused.
+    pub fn stimulating(mut self, session: &Session, us: u64) -> Result<Self, FaultsError> {
+        self.configure(session)?;
+        self.start(session)?;
+        self.run_to(self.now_us + us)
+            .map_err(|e| never(e.to_string()))?;
+        let driven = |bench: &Self| {
+            let levels = &bench.recorder.trace.levels;
+            let mut last = levels
+                .iter()
+                .rev()
+                .take_while(|(t, _)| t + 50_000 > bench.now_us);
+            last.any(|(_, levels)| (0..10).any(|c| levels.state(c).is_driven()))
+        };
+        match (&*self.heard.refused, self.heard.fault) {
+            ([], None) if driven(&self) => Ok(self),
+            (refused, fault) => Err(never(format!("refused {refused:?}, fault {fault:?}"))),
+        }
+    }
+
+    /// Device time, which is the world's.
+    pub const fn now_us(&self) -> u64 {
+        self.now_us
+    }
+
+    /// When the host last spoke.
+    pub const fn said_us(&self) -> u64 {
+        self.said_us
+    }
+
+    /// What it said.
+    pub const fn heard(&self) -> &Heard {
+        &self.heard
+    }
+
+    fn ask(&mut self, request: Request, us: u64) -> Result<(), FaultsError> {
+        let told = |e: io::Error| never(e.to_string());
+        self.say(request).map_err(told)?;
+        self.advance(self.now_us + us).map_err(told)
+    }
+
+    fn say(&mut self, request: Request) -> io::Result<()> {
+        let message = ToDevice {
+            session: self.session,
+            seq: self.seq,
+            request: self.draft.sending(request),
+        };
+        self.seq = self.seq.wrapping_add(1);
+        self.said_us = self.now_us;
+        let Some(frame) = encode(&message) else {
+            return Err(io::Error::other("a request that fits no frame"));
+        };
+        let (at, sensors) = (Micros::new(self.now_us as u32), &self.sensors);
+        self.device.receive(at, &frame, sensors, &mut self.recorder)
+    }
+
+    /// Time goes on to `to_us`, the host speaking at its times.
+    ///
+    /// # Errors
+    /// The device is gone: the simulator does not model what it did.
+    pub fn run_to(&mut self, to_us: u64) -> io::Result<()> {
+        while self.due_us < to_us {
+            self.advance(self.due_us.max(self.now_us))?;
+            if let Some(wanted) = self.wanted.clone().filter(|_| self.speaks) {
+                self.say(wanted)?;
+            }
+            self.due_us += HOST_US;
+        }
+        self.advance(to_us)
+    }
+
+    fn advance(&mut self, to_us: u64) -> io::Result<()> {
+        let to = Micros::new(to_us as u32);
+        let done = self.device.advance(to, &self.sensors, &mut self.recorder);
+        self.now_us = to_us;
+        self.listen();
+        done
+    }
+
+    fn listen(&mut self) {
+        for (_, bytes) in self.recorder.bytes.drain(..) {
+            self.half.extend(bytes);
+        }
+        while let Some(end) = self.half.iter().position(|&byte| byte == 0) {
+            let frame: Vec<u8> = self.half.drain(..=end).collect();
+            if let Some(Ok(message)) = Decoder::default().take(&mut &*frame) {
+                self.heard.hear(message);
+            }
+        }
+    }
+}
+
+impl Heard {
+    fn hear(&mut self, message: &[u8]) {
+        match postcard::from_bytes(message) {
+            Ok(Response::Hello(hello)) => self.hello = Some(hello.session),
+            Ok(Response::Event {
+                event: Event::Faulted(record),
+                ..
+            }) => {
+                self.fault.get_or_insert(record);
+            }
+            Ok(Response::Refused { refusal, .. }) => {
+                let field = refusal.field.to_owned();
+                self.refused.push((refusal.code, field));
+            }
+            _ => {}
+        }
+    }
+}
+
+fn never(why: impl Into<String>) -> FaultsError {
+    FaultsError::NeverStimulates(why.into())
+}

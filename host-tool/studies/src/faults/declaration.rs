@@ -1,0 +1,142 @@
+//! What is drawn, how often, and what stimulates meanwhile: files of the program.
+
+use super::error::FaultsError;
+use host_core::record::sha256;
+use host_core::run::SessionFile;
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::fmt;
+use std::str::FromStr;
+
+/// File name and text of what each class draws.
+const fn file(class: Class) -> (&'static str, &'static str) {
+    match class {
+        Class::Flips => ("flips.toml", include_str!("../../../faults/flips.toml")),
+    }
+}
+
+/// Of what stimulates meanwhile.
+const SCENES: [(&str, &str); 1] = [("scene.toml", include_str!("../../../faults/scene.toml"))];
+
+/// A class of faults.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Class {
+    /// One bit of the memory that decides the outputs.
+    Flips,
+}
+
+impl Class {
+    /// All of them.
+    pub const ALL: [Self; 1] = [Self::Flips];
+
+    /// As a command takes it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Flips => "flips",
+        }
+    }
+}
+
+impl fmt::Display for Class {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Class {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        let mut all = Self::ALL.into_iter();
+        let names = || Self::ALL.map(Self::name).join(", ");
+        all.find(|class| class.name() == name)
+            .ok_or_else(|| format!("there are {}", names()))
+    }
+}
+
+/// What the campaign of a class draws.
+#[derive(Clone, Debug)]
+pub struct Declaration {
+    /// Of which class.
+    pub class: Class,
+    /// What the file says.
+    pub(super) of: Written,
+    /// What stimulates meanwhile.
+    pub(super) scene: SessionFile,
+    /// SHA-256 of both, by file.
+    pub sha256: BTreeMap<String, String>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Written {
+    scene: String,
+    seed: u64,
+    count: u64,
+    warm_ms: u64,
+    window_ms: u64,
+    runs_ms: u64,
+    #[serde(default)]
+    silent_ms: u64,
+    /// The variable whose bits are flipped, as its source calls it.
+    #[serde(default)]
+    pub symbol: String,
+}
+
+/// When what happens in a fork, µs.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Timing {
+    /// Stimulated before the first.
+    pub warm_us: u64,
+    /// In which it breaks.
+    pub window_us: u64,
+    /// Played after it, the host speaking.
+    pub runs_us: u64,
+    /// And then, the host silent.
+    pub silent_us: u64,
+}
+
+impl Declaration {
+    /// The program's own of this class.
+    ///
+    /// # Errors
+    /// E619.
+    pub fn of(class: Class) -> Result<Self, FaultsError> {
+        let (name, text) = file(class);
+        let told = |why: String| FaultsError::Declaration(format!("{name}: {why}"));
+        let of: Written = toml::from_str(text).map_err(|e| told(e.to_string()))?;
+        let mut scenes = SCENES.into_iter();
+        let scene = scenes.find(|(file, _)| *file == of.scene);
+        let (file, session) = scene.ok_or_else(|| told(format!("no scene `{}`", of.scene)))?;
+        let scene = SessionFile::parse(file, session).map_err(|e| told(e.lines()))?;
+        let hash = |(file, text): (&str, &str)| (file.to_owned(), sha256(text.as_bytes()));
+        Ok(Self {
+            class,
+            of,
+            scene,
+            sha256: [(name, text), (file, session)].map(hash).into(),
+        })
+    }
+
+    /// The seed that is judged.
+    #[must_use]
+    pub const fn seed(&self) -> u64 {
+        self.of.seed
+    }
+
+    /// How many cases are judged.
+    #[must_use]
+    pub const fn count(&self) -> u64 {
+        self.of.count
+    }
+
+    pub(super) const fn timing(&self) -> Timing {
+        Timing {
+            warm_us: 1000 * self.of.warm_ms,
+            window_us: 1000 * self.of.window_ms,
+            runs_us: 1000 * self.of.runs_ms,
+            silent_us: 1000 * self.of.silent_ms,
+        }
+    }
+}

@@ -1,0 +1,38 @@
+//! Why a campaign cannot be played. What a fault does is no error.
+
+use hal_sim::chip::board::BoardError;
+use host_core::run::ChipError;
+
+/// What stands against a campaign.
+#[derive(Debug, thiserror::Error)]
+pub enum FaultsError {
+    /// What is flashed has not what is to be broken.
+    #[error(
+        "E616 {image} has no variable `{symbol}`, whose memory is to be flipped: it is not the \
+         stimulator's image, or it was stripped; name another with --image"
+    )]
+    NoSymbol {
+        /// The image.
+        image: String,
+        /// What is missing.
+        symbol: String,
+    },
+    /// Before anything was broken.
+    #[error("E617 without any fault the board does not come to stimulate: {0}")]
+    NeverStimulates(String),
+    /// Before anything was broken.
+    #[error("E618 without any fault the judge calls the output severe: {0}")]
+    SevereItself(String),
+    /// The program's own files.
+    #[error("E619 what the campaigns declare cannot be read: {0}")]
+    Declaration(String),
+    /// The chip simulator or its image.
+    #[error(transparent)]
+    Chip(#[from] ChipError),
+}
+
+impl From<BoardError> for FaultsError {
+    fn from(error: BoardError) -> Self {
+        Self::Chip(error.into())
+    }
+}

@@ -1,0 +1,97 @@
+//! Campaigns of faults: what gets past the device, drawn by seed and judged.
+//!
+//! Lives here: what is broken how often and when ([`Declaration`], committed before it
+//! was judged), a board and its host that can be forked ([`bench`](self)), one file per
+//! class of faults, the table and the files that come of it. Not here: what is severe
+//! (`hal_sim::trace::judge`, which shares nothing with `firmware`), the command (`cli`).
+//! In: a class, a seed, an image. Out: [`Case`]s and what they come to ([`Outcome`]).
+
+mod bench;
+mod case;
+mod declaration;
+mod error;
+mod flips;
+mod outcome;
+mod stem;
+mod truth;
+
+pub use case::Case;
+pub use declaration::{Class, Declaration};
+pub use error::FaultsError;
+pub use outcome::{Outcome, csv};
+pub use truth::declared_truth;
+
+use flips::Flips;
+use hal_sim::chip::image::Image;
+use rayon::prelude::*;
+
+/// Cases computed between two questions whether to go on, for each core.
+const AT_ONCE: usize = 4;
+
+/// What draws and plays the cases of a class.
+trait Draws: Sync {
+    /// Case `index`, a function of the seed and this number alone.
+    fn case(&self, index: u64) -> Result<Case, FaultsError>;
+
+    /// What one must know to read its numbers.
+    fn notes(&self) -> Vec<String>;
+}
+
+/// A class of faults, ready to be played.
+pub struct Campaign {
+    draws: Box<dyn Draws + Send>,
+}
+
+impl Campaign {
+    /// Of the declaration's class on the chip simulator that `image` is flashed in.
+    ///
+    /// # Errors
+    /// The board does not come to stimulate, or has not what is to be broken.
+    pub fn on_chip(
+        seed: u64,
+        declaration: &Declaration,
+        image: &Image,
+    ) -> Result<Self, FaultsError> {
+        let draws: Box<dyn Draws + Send> = match declaration.class {
+            Class::Flips => Box::new(Flips::new(seed, declaration, image)?),
+        };
+        Ok(Self { draws })
+    }
+
+    /// What one must know to read its numbers.
+    #[must_use]
+    pub fn notes(&self) -> Vec<String> {
+        self.draws.notes()
+    }
+
+    /// Case `index` alone.
+    ///
+    /// # Errors
+    /// As [`Self::play`].
+    pub fn case(&self, index: u64) -> Result<Case, FaultsError> {
+        self.draws.case(index)
+    }
+
+    /// The first `count` cases, on all cores; the same ones on any number of them.
+    /// `go_on` hears the part done, 0 to 1, and may say no: then fewer come back.
+    ///
+    /// # Errors
+    /// A case could not be set up: nothing was broken in it yet.
+    pub fn play(
+        &self,
+        count: u64,
+        go_on: &mut dyn FnMut(f64) -> bool,
+    ) -> Result<Vec<Case>, FaultsError> {
+        let indices: Vec<u64> = (0..count).collect();
+        let mut cases = Vec::with_capacity(indices.len());
+        for some in indices.chunks(AT_ONCE * rayon::current_num_threads()) {
+            if !go_on(cases.len() as f64 / count as f64) {
+                return Ok(cases);
+            }
+            let done: Result<Vec<_>, _> = some.par_iter().map(|k| self.case(*k)).collect();
+            cases.extend(done?);
+        }
+        go_on(1.0);
+        Ok(cases)
+    }
+}

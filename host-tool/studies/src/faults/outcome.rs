@@ -1,0 +1,283 @@
+//! What the cases of a class come to: a line of a table, `result.json`, `faults.csv`.
+
+use super::case::{Case, Fate};
+use super::declaration::{Class, Declaration};
+use crate::laboratory::{self, Declared, Row, Share};
+use host_core::statistics::share;
+
+/// The numbers of a class.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// Which.
+    pub class: Class,
+    /// Cases played.
+    pub drawn: u64,
+    /// Which the device must find: an edge or a code differs from what would have been.
+    pub to_find: u64,
+    /// Of those, in which it did.
+    pub found: u64,
+    /// Of those, with the outputs isolated within two windows.
+    pub soon: u64,
+    /// Longest from fault to isolated outputs, of those, µs.
+    pub latest_us: Option<u64>,
+    /// Severe, the stages as they are built.
+    pub severe: u64,
+    /// Severe without what protects.
+    pub bare: u64,
+    /// In which the simulator could not go on.
+    pub stopped: u64,
+    /// Cases to look at: severe, or changed and not noticed.
+    pub listed: Vec<Case>,
+}
+
+impl Outcome {
+    /// Of these cases.
+    #[must_use]
+    pub fn of(class: Class, cases: &[Case]) -> Self {
+        let count =
+            |is: &dyn Fn(&Fate) -> bool| cases.iter().filter(|case| is(&case.fate)).count() as u64;
+        let late = cases.iter().filter(|case| has_changed(&case.fate));
+        let listed = cases.iter().filter(|case| is_listed(&case.fate));
+        Self {
+            class,
+            drawn: cases.len() as u64,
+            to_find: count(&has_changed),
+            found: count(&|fate| has_changed(fate) && fate.is_detected()),
+            soon: count(&|fate| has_changed(fate) && is_soon(fate)),
+            latest_us: late.filter_map(|case| case.fate.isolated_us).max(),
+            severe: count(&|fate| !fate.severe.is_empty()),
+            bare: count(&|fate| !fate.bare.is_empty()),
+            stopped: count(&|fate| fate.stopped.is_some()),
+            listed: listed.cloned().collect(),
+        }
+    }
+
+    /// The table's head.
+    #[must_use]
+    pub fn head() -> String {
+        format!(
+            "{:<13}{:>6}{:>9}{:>7}{:>9}{:>12}{:>8}{:>6}{:>9}",
+            "class", "drawn", "to find", "found", "<500 us", "latest", "severe", "bare", "stopped"
+        )
+    }
+
+    /// Its line of the table, and the cases to look at.
+    #[must_use]
+    pub fn lines(&self) -> String {
+        let Self {
+            class,
+            drawn,
+            to_find,
+            found,
+            soon,
+            severe,
+            bare,
+            stopped,
+            ..
+        } = self;
+        let latest = self
+            .latest_us
+            .map_or_else(|| "-".to_owned(), |us| format!("{us} us"));
+        let class = class.name();
+        let mut text = format!(
+            "{class:<13}{drawn:>6}{to_find:>9}{found:>7}{soon:>9}{latest:>12}{severe:>8}{bare:>6}\
+             {stopped:>9}"
+        );
+        for case in &self.listed {
+            text += &format!("\n{}", in_words(case));
+        }
+        text
+    }
+
+    /// As `result.json` has it.
+    #[must_use]
+    pub fn result(
+        &self,
+        declaration: &Declaration,
+        (device, seed): (&str, u64),
+        notes: &[String],
+    ) -> laboratory::Outcome {
+        let class = self.class;
+        let row = |id: &str, quantity: &str, unit: &str, ours: Option<f64>| Row {
+            id: format!("{class}/{id}"),
+            quantity: format!("{class}: {quantity}"),
+            unit: unit.to_owned(),
+            paper: None,
+            ours,
+            low: None,
+            high: None,
+            n: self.drawn as usize,
+        };
+        let number = |n: u64| Some(n as f64);
+        let mut told = vec![SIMULATED.to_owned()];
+        told.extend_from_slice(notes);
+        told.extend(self.listed.iter().map(in_words));
+        laboratory::Outcome {
+            name: format!("faults-{class}"),
+            title: format!("Faults: {class}"),
+            seed,
+            simulated: Some(true),
+            cut_short: None,
+            declared: Declared {
+                asked: format!("faults --class {class}"),
+                device: Some(device.to_owned()),
+                sha256: declaration.sha256.clone(),
+                source: "issue 15".to_owned(),
+                draws: self.drawn,
+                as_declared: (seed, self.drawn) == (declaration.seed(), declaration.count()),
+            },
+            conditions: Vec::new(),
+            rows: vec![
+                row(
+                    "to-find",
+                    "cases that must be found",
+                    "cases",
+                    number(self.to_find),
+                ),
+                row(
+                    "soon",
+                    "found, isolated within 500 us",
+                    "cases",
+                    number(self.soon),
+                ),
+                row(
+                    "latest",
+                    "latest isolation",
+                    "us",
+                    self.latest_us.and_then(number),
+                ),
+                row("severe", "severe as built", "cases", number(self.severe)),
+                row(
+                    "bare",
+                    "severe without protection",
+                    "cases",
+                    number(self.bare),
+                ),
+                row(
+                    "stopped",
+                    "the simulator stopped",
+                    "cases",
+                    number(self.stopped),
+                ),
+            ],
+            shares: vec![
+                part("found", "what must be found is", self.found, self.to_find),
+                part(
+                    "harmless",
+                    "nothing is severe",
+                    self.drawn - self.severe,
+                    self.drawn,
+                ),
+            ],
+            decides: Vec::new(),
+            notes: told,
+        }
+    }
+}
+
+/// Isolated from a fault on, µs.
+const TWO_WINDOWS_US: u64 = 500;
+
+/// What is said of every result.
+const SIMULATED: &str = "Simulated: a model of the chip and of the stages; no board and no person.";
+
+/// A share with its interval.
+fn part(id: &str, claim: &str, holds: u64, of: u64) -> Share {
+    let interval = share(holds as f64, of, 0.95).ok();
+    Share {
+        id: id.to_owned(),
+        at: String::new(),
+        claim: claim.to_owned(),
+        paper: None,
+        holds,
+        of,
+        low: interval.map(|it| it.low),
+        high: interval.map(|it| it.high),
+    }
+}
+
+const fn has_changed(fate: &Fate) -> bool {
+    fate.changed_us.is_some()
+}
+
+fn is_soon(fate: &Fate) -> bool {
+    fate.isolated_us.is_some_and(|us| us <= TWO_WINDOWS_US)
+}
+
+fn is_listed(fate: &Fate) -> bool {
+    !fate.severe.is_empty() || has_changed(fate) && !fate.is_detected() || fate.stopped.is_some()
+}
+
+/// A case to look at.
+fn in_words(case: &Case) -> String {
+    let Case {
+        index,
+        moment_us,
+        what,
+        fate,
+    } = case;
+    let mut text = format!("  {index}: {what} at {moment_us} us");
+    let fault = fate.fault.map(|fault| format!("fault {}", fault.number()));
+    let reset = fate.reset.then(|| "reset".to_owned());
+    let noticed: Vec<String> = fault.into_iter().chain(reset).collect();
+    text += &match &*noticed {
+        [] => "; not noticed".to_owned(),
+        some => format!("; {}", some.join(", ")),
+    };
+    if let Some(us) = fate.changed_us {
+        text += &format!(", first change {us} us after");
+    }
+    for severe in &fate.severe {
+        text += &format!("\n     SEVERE {severe}");
+    }
+    if let Some(why) = &fate.stopped {
+        text += &format!("\n     the simulator stopped: {why}");
+    }
+    text
+}
+
+/// A row for each case.
+///
+/// # Errors
+/// Never: it goes to memory.
+pub fn csv(class: Class, cases: &[Case]) -> Result<Vec<u8>, csv::Error> {
+    let mut rows = csv::Writer::from_writer(Vec::new());
+    rows.write_record([
+        "class",
+        "case",
+        "moment_us",
+        "what",
+        "changed_us",
+        "fault",
+        "reset",
+        "isolated_us",
+        "latched",
+        "severe",
+        "bare",
+        "stopped",
+    ])?;
+    for case in cases {
+        let fate = &case.fate;
+        let number = |us: Option<u64>| us.map_or_else(String::new, |us| us.to_string());
+        let fault = fate.fault.map(|fault| fault.number().into());
+        rows.write_record([
+            class.name(),
+            &case.index.to_string(),
+            &case.moment_us.to_string(),
+            &case.what,
+            &number(fate.changed_us),
+            &number(fault),
+            flag(fate.reset),
+            &number(fate.isolated_us),
+            flag(fate.latched),
+            &fate.severe.join("; "),
+            &fate.bare.join("; "),
+            fate.stopped.as_deref().unwrap_or_default(),
+        ])?;
+    }
+    rows.into_inner().map_err(|lost| lost.into_error().into())
+}
+
+const fn flag(is: bool) -> &'static str {
+    if is { "yes" } else { "no" }
+}

@@ -1,0 +1,46 @@
+//! What is true of hardware and wearer: what a session declares, believed.
+
+use firmware::safety::StageSpec;
+use hal_sim::body::{CHANNELS, Load};
+use hal_sim::trace::judge::{Channel, Stage, Truth};
+use host_core::session::Session;
+
+/// Pulses of a channel's electrode check, far below any threshold: they count into the
+/// second that follows.
+const CHECK_PULSES: usize = 8;
+
+/// The declarations of `session` taken for true, at these electrodes.
+#[must_use]
+pub fn declared_truth(session: &Session, loads: &[Load; CHANNELS]) -> Truth {
+    let mut truth = Truth::default();
+    for channel in &session.channels {
+        let index = usize::from(channel.index());
+        let spec = &channel.spec;
+        let limit = f64::from(spec.limit.get()) * 1e-3;
+        let (stage, limit_ma) = match spec.stage {
+            StageSpec::Current { full_scale_ua } => {
+                let full_scale_ma = f64::from(full_scale_ua) * 1e-3;
+                (Stage::Current { full_scale_ma }, limit)
+            }
+            StageSpec::Voltage {
+                full_scale_mv,
+                load_ohm,
+            } => {
+                let full_scale_v = f64::from(full_scale_mv) * 1e-3;
+                let limit_ma = 1e3 * limit / f64::from(load_ohm);
+                (Stage::Voltage { full_scale_v }, limit_ma)
+            }
+        };
+        let Load::Ohms(ohm) = loads[index] else {
+            continue;
+        };
+        // Where the device steers the rate by force, up to what the file allows.
+        let period_us = channel
+            .force
+            .map_or(spec.train.period_us, |f| f.min_period_us);
+        let bursts = 1_000_000_u32.div_ceil(period_us);
+        let pulses = bursts as usize * usize::from(spec.train.burst_count);
+        truth.channels[index] = Channel::steady(stage, ohm, limit_ma, pulses + CHECK_PULSES);
+    }
+    truth
+}
