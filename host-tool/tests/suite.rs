@@ -7,6 +7,7 @@ mod check_cli;
 mod chip_cli;
 mod errors;
 mod explain_model;
+mod faults_cli;
 mod images;
 #[cfg(unix)]
 mod interruptions;

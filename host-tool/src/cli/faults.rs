@@ -2,6 +2,7 @@
 
 use super::{Output, interrupt, wrong};
 use clap::Args;
+use host_core::plot::words::in_columns;
 use host_core::record::{Place, replace_file};
 use host_core::run::{DeviceName, chip_image};
 use std::path::{Path, PathBuf};
@@ -15,7 +16,8 @@ pub struct FaultsArgs {
     /// chip or native
     #[arg(long, default_value = "chip")]
     device: DeviceName,
-    /// flips
+    /// flips, declarations, registers or electrode; of these native plays declarations and
+    /// electrode
     #[arg(long)]
     class: Class,
     /// Cases to draw; default: the declaration's
@@ -48,14 +50,20 @@ pub fn main(args: &FaultsArgs, output: Output) -> anyhow::Result<()> {
     if count == 0 || count > MOST {
         return wrong(format!("--count is {count}, allowed is 1 to {MOST}"));
     }
-    if args.device != DeviceName::Chip {
-        return wrong(format!("--device {}: flips need chip", args.device.typed()));
+    if !matches!(args.device, DeviceName::Chip | DeviceName::Native) {
+        let device = args.device.typed();
+        return wrong(format!("--device is {device}: allowed are chip and native"));
+    }
+    if args.device == DeviceName::Native && args.image.is_some() {
+        return wrong("--image needs --device chip");
     }
     let interruption = interrupt::heed()?;
     let place = args.out.as_deref().map(|dir| Place::given(dir, false));
     let place = place.transpose()?;
-    let image = chip_image(args.image.as_deref())?;
-    let campaign = Campaign::on_chip(seed, &declaration, &image)?;
+    let campaign = match args.device {
+        DeviceName::Native => Campaign::native(seed, &declaration)?,
+        _ => Campaign::on_chip(seed, &declaration, &chip_image(args.image.as_deref())?)?,
+    };
     let bar = output.bar(&format!("faults: {}", args.class));
     let cases = match args.only {
         Some(index) => vec![campaign.case(index)?],
@@ -66,8 +74,9 @@ pub fn main(args: &FaultsArgs, output: Output) -> anyhow::Result<()> {
     };
     bar.finish();
     let outcome = Outcome::of(args.class, &cases);
+    let notes = campaign.notes();
     let on = (&*args.device.typed(), seed);
-    let mut result = outcome.result(&declaration, on, &campaign.notes());
+    let mut result = outcome.result(&declaration, on, &notes);
     let is_whole = args.only.is_some() || cases.len() as u64 == count;
     if !is_whole {
         let done = cases.len();
@@ -79,7 +88,7 @@ pub fn main(args: &FaultsArgs, output: Output) -> anyhow::Result<()> {
         write(place.dir(), args.class, &result, &cases)?;
     }
     output.say(
-        || people(&outcome, &result, &cases, args.only.is_some()),
+        || people(&outcome, &notes, args.only.is_some().then_some(&cases)),
         || serde_json::json!({ "result": result, "folder": args.out }),
     )?;
     match interruption.asked() {
@@ -102,20 +111,13 @@ fn write(
     Ok(())
 }
 
-fn people(
-    outcome: &Outcome,
-    result: &laboratory::Outcome,
-    cases: &[Case],
-    shows_all: bool,
-) -> String {
+fn people(outcome: &Outcome, notes: &[String], shown: Option<&Vec<Case>>) -> String {
     let mut text = format!("{}\n{}", Outcome::head(), outcome.lines());
-    if shows_all {
-        for case in cases {
-            text += &format!("\n{case:#?}");
-        }
+    for case in shown.into_iter().flatten() {
+        text += &format!("\n{case:#?}");
     }
-    for note in result.notes.iter().take(4) {
-        text += &format!("\n{note}");
+    for note in notes {
+        text += &format!("\n{}", in_columns(note, 80));
     }
-    text
+    text + "\nSimulated: a model of chip and stages; no board and no person."
 }

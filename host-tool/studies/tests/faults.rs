@@ -2,35 +2,90 @@
 //! Seeds from 1000 on: the judged one is looked at by the command alone.
 
 use host_core::run::chip_image;
-use studies::faults::{Campaign, Class, Declaration, Outcome, csv};
+use studies::faults::{Campaign, Case, Class, Declaration, Outcome, csv};
 
 const SEED: u64 = 1_000;
 
-/// The first `count` cases of a class.
-fn played(class: Class, count: u64) -> (Outcome, Vec<u8>) {
+/// A class on the chip simulator.
+fn on_chip(class: Class) -> Campaign {
     let declaration = Declaration::of(class).unwrap();
     let image = chip_image(None).unwrap();
-    let campaign = Campaign::on_chip(SEED, &declaration, &image).unwrap();
+    Campaign::on_chip(SEED, &declaration, &image).unwrap()
+}
+
+/// A class on the native one.
+fn native(class: Class) -> Campaign {
+    Campaign::native(SEED, &Declaration::of(class).unwrap()).unwrap()
+}
+
+/// The first `count` cases; the last one alone is the same.
+fn played(class: Class, campaign: &Campaign, count: u64) -> Outcome {
     let cases = campaign.play(count, &mut |_| true).unwrap();
-    let last = cases.len() - 1;
-    let alone = campaign.case(last as u64).unwrap();
-    let rows = csv(class, &cases).unwrap();
-    let again = csv(class, &[alone]).unwrap();
-    let row = |bytes: &[u8]| {
-        String::from_utf8_lossy(bytes)
+    let alone = campaign.case(count - 1).unwrap();
+    let row = |cases: &[Case]| {
+        let rows = csv(class, cases).unwrap();
+        String::from_utf8_lossy(&rows)
             .lines()
             .last()
             .map(str::to_owned)
     };
-    assert_eq!(row(&rows), row(&again), "a case alone is the same case");
-    (Outcome::of(class, &cases), rows)
+    assert_eq!(row(&cases), row(&[alone]));
+    let outcome = Outcome::of(class, &cases);
+    println!("{}\n{}", Outcome::head(), outcome.lines());
+    assert_eq!((outcome.drawn, outcome.severe), (count, 0));
+    outcome
 }
 
 #[test]
 fn flips_are_found_and_not_severe() {
-    let (outcome, _) = played(Class::Flips, 8);
-    println!("{}\n{}", Outcome::head(), outcome.lines());
-    assert_eq!((outcome.severe, outcome.stopped), (0, 0));
-    assert_eq!(outcome.found, outcome.to_find);
+    let outcome = played(Class::Flips, &on_chip(Class::Flips), 8);
+    assert_eq!((outcome.found, outcome.stopped), (outcome.to_find, 0));
     assert!(outcome.to_find > 0);
+}
+
+#[test]
+fn registers_are_found_and_not_severe() {
+    let outcome = played(Class::Registers, &on_chip(Class::Registers), 10);
+    assert!(outcome.found > 0);
+    // What is written again each microsecond is over before anybody could look.
+    let missed = outcome.listed.iter().map(|case| &case.what);
+    let missed: Vec<_> = missed.filter(|it| !it.contains("_ODR")).collect();
+    assert!(missed.is_empty(), "{missed:?}");
+}
+
+#[test]
+fn false_declarations_are_refused_by_name_and_true_ones_drive() {
+    for campaign in [on_chip(Class::Declarations), native(Class::Declarations)] {
+        let outcome = played(Class::Declarations, &campaign, 30);
+        assert_eq!(outcome.found, outcome.to_find);
+        assert!(outcome.listed.is_empty());
+        assert!((1..30).contains(&outcome.to_find), "some are true");
+    }
+}
+
+/// What a board that measures current alone cannot tell: a voltage stage into a short that
+/// its limiter holds at the wearer's limit. It is listed as not found.
+#[test]
+fn electrodes_are_found_but_for_a_short_at_the_limiter() {
+    for (campaign, count) in [
+        (native(Class::Electrode), 40),
+        (on_chip(Class::Electrode), 4),
+    ] {
+        let outcome = played(Class::Electrode, &campaign, count);
+        assert!(outcome.found > 0);
+        let mut missed = outcome.listed.iter().map(|case| &case.what);
+        assert!(
+            missed.all(|it| it.starts_with("short: channel 6")),
+            "{missed:?}"
+        );
+    }
+}
+
+#[test]
+fn what_a_simulator_has_not_is_refused() {
+    for class in [Class::Flips, Class::Registers] {
+        let declaration = Declaration::of(class).unwrap();
+        let refused = Campaign::native(SEED, &declaration).err().unwrap();
+        assert!(refused.to_string().starts_with("E620"), "{refused}");
+    }
 }

@@ -78,42 +78,38 @@ impl<D: Device> Bench<D> {
 
     /// Configures it as `session` says, whether it takes that or not.
     pub fn configure(&mut self, session: &Session) -> Result<(), FaultsError> {
-        for request in session.requests() {
-            let before = self.draft.clone();
-            let refused = self.heard.refused.len();
-            self.ask(request, ANSWER_US)?;
-            if self.heard.refused.len() > refused {
-                self.draft = before; // a host sums what was accepted
-            }
-        }
-        Ok(())
+        let mut requests = session.requests().into_iter();
+        requests.try_for_each(|request| self.ask(request, ANSWER_US))
     }
 
-    /// Arms and starts what it was configured for, whether it takes that or not.
-    pub fn start(&mut self, session: &Session) -> Result<(), FaultsError> {
-        self.ask(Request::Arm { setup: 0 }, ARM_US)?;
-        self.wanted = Some(session.setpoints.at(0).request(None));
+    /// The sum of what the host has sent.
+    pub fn sum(&self) -> u32 {
+        self.draft.sum()
+    }
+
+    /// Arms this sum, 0 for that of what was sent, and starts, with a host that goes on to
+    /// ask for `wanted`; whether the device takes that or not.
+    pub fn start(&mut self, setup: u32, wanted: Request) -> Result<(), FaultsError> {
+        self.ask(Request::Arm { setup }, ARM_US)?;
+        self.wanted = Some(wanted);
         self.ask(Request::Start, ANSWER_US)?;
         self.due_us = self.now_us.next_multiple_of(HOST_US);
         Ok(())
     }
 
     /// [`Self::configure`], [`Self::start`], and `us` of it; nothing is refused.
-    pub fn stimulating(mut self, session: &Session, us: u64) -> Result<Self, FaultsError> {
+    pub fn stimulating(
+        mut self,
+        session: &Session,
+        wanted: Request,
+        us: u64,
+    ) -> Result<Self, FaultsError> {
         self.configure(session)?;
-        self.start(session)?;
+        self.start(0, wanted)?;
         self.run_to(self.now_us + us)
             .map_err(|e| never(e.to_string()))?;
-        let driven = |bench: &Self| {
-            let levels = &bench.recorder.trace.levels;
-            let mut last = levels
-                .iter()
-                .rev()
-                .take_while(|(t, _)| t + 50_000 > bench.now_us);
-            last.any(|(_, levels)| (0..10).any(|c| levels.state(c).is_driven()))
-        };
         match (&*self.heard.refused, self.heard.fault) {
-            ([], None) if driven(&self) => Ok(self),
+            ([], None) if self.drives_since(self.now_us.saturating_sub(50_000)) => Ok(self),
             (refused, fault) => Err(never(format!("refused {refused:?}, fault {fault:?}"))),
         }
     }
@@ -121,6 +117,13 @@ impl<D: Device> Bench<D> {
     /// Device time, which is the world's.
     pub const fn now_us(&self) -> u64 {
         self.now_us
+    }
+
+    /// Whether a channel was driven from `since_us` on.
+    pub fn drives_since(&self, since_us: u64) -> bool {
+        let levels = self.recorder.trace.levels.iter().rev();
+        let mut last = levels.take_while(|(t, _)| *t >= since_us);
+        last.any(|(_, levels)| (0..10).any(|c| levels.state(c).is_driven()))
     }
 
     /// When the host last spoke.

@@ -18,6 +18,11 @@ pub struct Case {
 /// What came of a fault.
 #[derive(Clone, Debug, Default)]
 pub struct Fate {
+    /// The device must find it: it changes an edge, a declaration is false, an electrode
+    /// broke in a way that something shows.
+    pub must_find: bool,
+    /// The device found it: it told a fault, was reset, or refused by the right name.
+    pub found: bool,
     /// How long after it the first edge or code differs from what would have been, µs.
     pub changed_us: Option<u64>,
     /// The fault that the device told, or kept through a reset.
@@ -38,9 +43,9 @@ pub struct Fate {
 }
 
 impl Fate {
-    /// Whether the device noticed.
+    /// Whether it is to be looked at.
     #[must_use]
-    pub const fn is_detected(&self) -> bool {
-        self.fault.is_some() || self.reset
+    pub fn is_open(&self) -> bool {
+        !self.severe.is_empty() || self.must_find != self.found && self.stopped.is_none()
     }
 }

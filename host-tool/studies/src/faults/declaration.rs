@@ -11,29 +11,58 @@ use std::str::FromStr;
 /// File name and text of what each class draws.
 const fn file(class: Class) -> (&'static str, &'static str) {
     match class {
+        Class::Declarations => (
+            "declarations.toml",
+            include_str!("../../../faults/declarations.toml"),
+        ),
+        Class::Electrode => (
+            "electrode.toml",
+            include_str!("../../../faults/electrode.toml"),
+        ),
         Class::Flips => ("flips.toml", include_str!("../../../faults/flips.toml")),
+        Class::Registers => (
+            "registers.toml",
+            include_str!("../../../faults/registers.toml"),
+        ),
     }
 }
 
 /// Of what stimulates meanwhile.
-const SCENES: [(&str, &str); 1] = [("scene.toml", include_str!("../../../faults/scene.toml"))];
+const SCENES: [(&str, &str); 2] = [
+    ("scene.toml", include_str!("../../../faults/scene.toml")),
+    ("pair.toml", include_str!("../../../faults/pair.toml")),
+];
 
 /// A class of faults.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Class {
     /// One bit of the memory that decides the outputs.
     Flips,
+    /// One bit of a register that decides edges.
+    Registers,
+    /// A setup that is not true of the board, or a board that does not know itself.
+    Declarations,
+    /// An electrode that opens, shorts, peels, loses a phase or its reading.
+    Electrode,
 }
 
 impl Class {
     /// All of them.
-    pub const ALL: [Self; 1] = [Self::Flips];
+    pub const ALL: [Self; 4] = [
+        Self::Flips,
+        Self::Declarations,
+        Self::Registers,
+        Self::Electrode,
+    ];
 
     /// As a command takes it.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Flips => "flips",
+            Self::Registers => "registers",
+            Self::Declarations => "declarations",
+            Self::Electrode => "electrode",
         }
     }
 }
@@ -82,6 +111,24 @@ pub(super) struct Written {
     /// The variable whose bits are flipped, as its source calls it.
     #[serde(default)]
     pub symbol: String,
+    /// The registers of which a bit is turned.
+    #[serde(default, rename = "register")]
+    pub registers: Vec<Register>,
+    /// What may be wrong.
+    #[serde(default)]
+    pub kinds: Vec<String>,
+    /// Of those, what the native simulator can play.
+    #[serde(default)]
+    pub native_kinds: Vec<String>,
+}
+
+/// A register and those of its bits that may be turned.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Register {
+    pub name: String,
+    pub address: u32,
+    pub bits: u32,
 }
 
 /// When what happens in a fork, µs.

@@ -23,6 +23,11 @@ pub enum FaultsError {
     /// Before anything was broken.
     #[error("E618 without any fault the judge calls the output severe: {0}")]
     SevereItself(String),
+    /// Of the simulators only one has it.
+    #[error(
+        "E620 --class {0} needs --device chip: the native simulator has no memory or registers"
+    )]
+    ChipOnly(&'static str),
     /// The program's own files.
     #[error("E619 what the campaigns declare cannot be read: {0}")]
     Declaration(String),

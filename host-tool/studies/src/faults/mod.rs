@@ -9,9 +9,13 @@
 mod bench;
 mod case;
 mod declaration;
+mod declared;
+mod electrode;
 mod error;
 mod flips;
 mod outcome;
+mod registers;
+mod simulated;
 mod stem;
 mod truth;
 
@@ -21,9 +25,13 @@ pub use error::FaultsError;
 pub use outcome::{Outcome, csv};
 pub use truth::declared_truth;
 
+use declared::Declared;
+use electrode::Electrode;
 use flips::Flips;
 use hal_sim::chip::image::Image;
 use rayon::prelude::*;
+use registers::Registers;
+use simulated::Native;
 
 /// Cases computed between two questions whether to go on, for each core.
 const AT_ONCE: usize = 4;
@@ -54,6 +62,22 @@ impl Campaign {
     ) -> Result<Self, FaultsError> {
         let draws: Box<dyn Draws + Send> = match declaration.class {
             Class::Flips => Box::new(Flips::new(seed, declaration, image)?),
+            Class::Registers => Box::new(Registers::new(seed, declaration, image)?),
+            Class::Declarations => Box::new(Declared::new(seed, declaration, image.clone())?),
+            Class::Electrode => Box::new(Electrode::new(seed, declaration, image.clone())?),
+        };
+        Ok(Self { draws })
+    }
+
+    /// The same on the native simulator.
+    ///
+    /// # Errors
+    /// It has nothing that this class breaks.
+    pub fn native(seed: u64, declaration: &Declaration) -> Result<Self, FaultsError> {
+        let draws: Box<dyn Draws + Send> = match declaration.class {
+            Class::Declarations => Box::new(Declared::new(seed, declaration, Native)?),
+            Class::Electrode => Box::new(Electrode::new(seed, declaration, Native)?),
+            class => return Err(FaultsError::ChipOnly(class.name())),
         };
         Ok(Self { draws })
     }

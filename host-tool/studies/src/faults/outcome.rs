@@ -4,6 +4,7 @@ use super::case::{Case, Fate};
 use super::declaration::{Class, Declaration};
 use crate::laboratory::{self, Declared, Row, Share};
 use host_core::statistics::share;
+use std::collections::BTreeMap;
 
 /// The numbers of a class.
 #[derive(Clone, Debug)]
@@ -12,7 +13,7 @@ pub struct Outcome {
     pub class: Class,
     /// Cases played.
     pub drawn: u64,
-    /// Which the device must find: an edge or a code differs from what would have been.
+    /// Which the device must find ([`Fate::must_find`]).
     pub to_find: u64,
     /// Of those, in which it did.
     pub found: u64,
@@ -26,7 +27,9 @@ pub struct Outcome {
     pub bare: u64,
     /// In which the simulator could not go on.
     pub stopped: u64,
-    /// Cases to look at: severe, or changed and not noticed.
+    /// Why, and how often.
+    pub reasons: BTreeMap<String, u64>,
+    /// Cases to look at: severe, or not as they must be.
     pub listed: Vec<Case>,
 }
 
@@ -36,18 +39,25 @@ impl Outcome {
     pub fn of(class: Class, cases: &[Case]) -> Self {
         let count =
             |is: &dyn Fn(&Fate) -> bool| cases.iter().filter(|case| is(&case.fate)).count() as u64;
-        let late = cases.iter().filter(|case| has_changed(&case.fate));
-        let listed = cases.iter().filter(|case| is_listed(&case.fate));
+        let late = cases
+            .iter()
+            .filter(|case| case.fate.must_find && case.fate.found);
+        let mut reasons = BTreeMap::new();
+        for why in cases.iter().filter_map(|case| case.fate.stopped.as_ref()) {
+            *reasons.entry(reason(why)).or_default() += 1;
+        }
+        let listed = cases.iter().filter(|case| case.fate.is_open());
         Self {
             class,
             drawn: cases.len() as u64,
-            to_find: count(&has_changed),
-            found: count(&|fate| has_changed(fate) && fate.is_detected()),
-            soon: count(&|fate| has_changed(fate) && is_soon(fate)),
+            to_find: count(&|fate| fate.must_find),
+            found: count(&|fate| fate.must_find && fate.found),
+            soon: count(&|fate| fate.must_find && fate.found && is_soon(fate)),
             latest_us: late.filter_map(|case| case.fate.isolated_us).max(),
             severe: count(&|fate| !fate.severe.is_empty()),
             bare: count(&|fate| !fate.bare.is_empty()),
             stopped: count(&|fate| fate.stopped.is_some()),
+            reasons,
             listed: listed.cloned().collect(),
         }
     }
@@ -83,6 +93,10 @@ impl Outcome {
             "{class:<13}{drawn:>6}{to_find:>9}{found:>7}{soon:>9}{latest:>12}{severe:>8}{bare:>6}\
              {stopped:>9}"
         );
+        for (why, count) in &self.reasons {
+            let line = format!("  stopped {count} times: {why}");
+            text += &format!("\n{}", line.chars().take(80).collect::<String>());
+        }
         for case in &self.listed {
             text += &format!("\n{}", in_words(case));
         }
@@ -196,16 +210,18 @@ fn part(id: &str, claim: &str, holds: u64, of: u64) -> Share {
     }
 }
 
-const fn has_changed(fate: &Fate) -> bool {
-    fate.changed_us.is_some()
-}
-
 fn is_soon(fate: &Fate) -> bool {
     fate.isolated_us.is_some_and(|us| us <= TWO_WINDOWS_US)
 }
 
-fn is_listed(fate: &Fate) -> bool {
-    !fate.severe.is_empty() || has_changed(fate) && !fate.is_detected() || fate.stopped.is_some()
+/// Why the simulator stopped, without where.
+fn reason(why: &str) -> String {
+    let what = why.rsplit_once("stopped: ").map_or(why, |(_, what)| what);
+    let what = what.strip_prefix("not modelled: ").unwrap_or(what);
+    what.split(" is not modelled")
+        .next()
+        .unwrap_or(what)
+        .to_owned()
 }
 
 /// A case to look at.
@@ -216,22 +232,23 @@ fn in_words(case: &Case) -> String {
         what,
         fate,
     } = case;
-    let mut text = format!("  {index}: {what} at {moment_us} us");
-    let fault = fate.fault.map(|fault| format!("fault {}", fault.number()));
+    let fault = fate.fault.map(|it| format!("fault {}", it.number()));
     let reset = fate.reset.then(|| "reset".to_owned());
-    let noticed: Vec<String> = fault.into_iter().chain(reset).collect();
-    text += &match &*noticed {
-        [] => "; not noticed".to_owned(),
-        some => format!("; {}", some.join(", ")),
-    };
-    if let Some(us) = fate.changed_us {
-        text += &format!(", first change {us} us after");
-    }
+    let unfound = (fate.must_find && !fate.found).then(|| "NOT FOUND".to_owned());
+    let other = (!fate.must_find && fate.found).then(|| "what is true was not taken".to_owned());
+    let changed = fate
+        .changed_us
+        .map(|us| format!("first change {us} us after"));
+    let isolated = fate.isolated_us.map(|us| format!("isolated {us} us after"));
+    let latched = fate.latched.then(|| "a stage latched".to_owned());
+    let all = [unfound, other, fault, reset, changed, isolated, latched];
+    let all: Vec<String> = all.into_iter().flatten().collect();
+    let mut text = format!(
+        "  {index}: {what} at {moment_us} us\n     {}",
+        all.join(", ")
+    );
     for severe in &fate.severe {
         text += &format!("\n     SEVERE {severe}");
-    }
-    if let Some(why) = &fate.stopped {
-        text += &format!("\n     the simulator stopped: {why}");
     }
     text
 }

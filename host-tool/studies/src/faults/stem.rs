@@ -4,15 +4,14 @@ use super::bench::Bench;
 use super::case::Fate;
 use super::declaration::{Declaration, Timing};
 use super::error::FaultsError;
+use super::simulated::{TWO_WINDOWS_US, judged};
 use super::truth::declared_truth;
 use firmware::lockstep::Sensors;
-use firmware::safety::Fault;
 use hal_sim::body::{CHANNELS, Load};
-use hal_sim::chip::board::{Board, CYCLES_PER_US};
-use hal_sim::chip::cpu::{Bus, Size};
+use hal_sim::chip::board::Board;
 use hal_sim::chip::image::Image;
-use hal_sim::trace::judge::{self, Quiet, Rule, Truth, Verdict};
-use hal_sim::trace::{Levels, Trace};
+use hal_sim::trace::Trace;
+use hal_sim::trace::judge::{Quiet, Rule, Truth, Verdict};
 use host_core::run::power_on;
 
 /// A chip and its host.
@@ -20,14 +19,8 @@ pub(super) type Chip = Bench<Board<()>>;
 
 /// From one kept fork to the next, µs.
 const KEPT_US: u64 = 20_000;
-/// Isolated from a fault on after two windows, µs.
-const TWO_WINDOWS_US: u64 = 500;
 /// Every electrode of the scene, Ω: the load that its voltage stages declare.
 const LOAD_OHM: u32 = 2_000;
-/// The first backup register, in which the device keeps its last fault: "FX" and number.
-const KEPT_FAULT: u32 = 0x4000_2850;
-const MAGIC: u32 = 0x4658;
-
 /// A board that nothing broke, kept at moments from which forks begin.
 pub(super) struct Stem {
     kept: Vec<Chip>,
@@ -56,7 +49,11 @@ impl Stem {
         board.boot(&sensors)?;
         let now_us = board.now_us();
         let bench = Bench::greeted(board, now_us, sensors)?;
-        let mut bench = bench.stimulating(session, timing.warm_us)?;
+        let mut bench = bench.stimulating(
+            session,
+            session.setpoints.at(0).request(None),
+            timing.warm_us,
+        )?;
         let end_us = bench.now_us() + timing.window_us;
         let never = |e: std::io::Error| FaultsError::NeverStimulates(e.to_string());
         let mut kept = Vec::new();
@@ -127,50 +124,19 @@ impl Stem {
         let played = fork.run_to(silent_us);
         fork.speaks = false;
         let played = played.and_then(|()| fork.run_to(end_us));
-        let end_us = fork.now_us();
-        let mut fate = Fate {
-            stopped: played.err().map(|e| e.to_string()),
-            ..Fate::default()
-        };
-        let trace = &fork.recorder.trace;
-        let changed = first_difference(&self.whole, trace, moment_us, end_us.min(silent_us));
-        fate.changed_us = changed.map(|at| at.saturating_sub(moment_us));
-        let mut quiet = Vec::new();
-        if let Some(record) = fork.heard().fault {
-            fate.fault = Some(record.fault);
-            quiet.push(u64::from(record.at.get()) + TWO_WINDOWS_US);
-        }
-        if let Some(cycle) = fork.device.last_reset() {
-            fate.reset = true;
-            quiet.push(cycle.saturating_sub(fork.device.around.origin()) / CYCLES_PER_US);
-            fate.fault = fate.fault.or_else(|| kept_fault(&mut fork.device));
-        }
-        if let (true, Some((at, Levels::ISOLATED))) = (fate.is_detected(), trace.levels.last()) {
-            fate.isolated_us = Some(at.saturating_sub(moment_us));
-        }
-        quiet.push(fork.said_us() + self.silence_us);
         let mut truth = self.truth.clone();
-        truth.faults = vec![judge::Fault { t_us: moment_us }];
-        truth.quiet = quiet
-            .into_iter()
-            .map(|from_us| Quiet {
-                from_us: from_us.max(moment_us),
-                until_us: u64::MAX,
-            })
-            .collect();
-        let verdict = judge::judge(trace, fork.device.around.pump(), &truth, end_us);
-        let severe = verdict.as_built.findings.iter();
-        fate.severe = severe.map(ToString::to_string).collect();
-        fate.latched = !verdict.as_built.latched.is_empty();
+        truth.quiet.push(Quiet {
+            from_us: fork.said_us() + self.silence_us,
+            until_us: u64::MAX,
+        });
+        let (mut fate, verdict) = judged(&mut fork, moment_us, truth);
+        let compared_us = fork.now_us().min(silent_us);
+        let changed = first_difference(&self.whole, &fork.recorder.trace, moment_us, compared_us);
+        fate.changed_us = changed.map(|at| at.saturating_sub(moment_us));
+        fate.stopped = played.err().map(|e| e.to_string());
+        fate.must_find = changed.is_some() && fate.stopped.is_none();
         (fate, verdict)
     }
-}
-
-/// The fault that the device keeps through a reset.
-fn kept_fault(board: &mut Board<()>) -> Option<Fault> {
-    let head = board.around.read(KEPT_FAULT, Size::Word, board.cpu.cycle);
-    let head = head.ok()?.value;
-    (head >> 16 == MAGIC).then(|| Fault::from_number(head as u16))?
 }
 
 /// When the first line or code differs from `from_us` on and before `to_us`.

@@ -80,6 +80,8 @@ pub struct Adc {
     /// When a trigger may come.
     ready: Cycle,
     conversion: Option<Conversion>,
+    /// Broken: no trigger begins a conversion.
+    pub deaf: bool,
 }
 
 impl Default for Adc {
@@ -98,6 +100,7 @@ impl Default for Adc {
             results: [0; 4],
             ready: 0,
             conversion: None,
+            deaf: false,
         }
     }
 }
@@ -108,6 +111,7 @@ impl Adc {
         *self = Self {
             hz: self.hz,
             bus_divider: self.bus_divider,
+            deaf: self.deaf,
             ..Self::default()
         };
     }
@@ -127,6 +131,7 @@ impl Adc {
         let enabled = cr2::ADON | 1 << 20; // JEXTEN: rising edge
         if self.cr2 & (cr2::ADON | cr2::JEXTEN) != enabled
             || (self.cr2 & cr2::JEXTSEL) >> 16 != TIM2_TRGO
+            || self.deaf
         {
             return Ok(());
         }

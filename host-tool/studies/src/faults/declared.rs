@@ -1,0 +1,263 @@
+//! A setup that is not true of the board, or a board that does not know itself.
+
+use super::Draws;
+use super::case::{Case, Fate};
+use super::declaration::Declaration;
+use super::error::FaultsError;
+use super::simulated::{Boards, judged};
+use super::truth::declared_truth;
+use firmware::link::Code;
+use firmware::lockstep::Sensors;
+use firmware::safety::{Origin, StageKind, StageSpec, StageTable, StageWords};
+use firmware::units::Amplitude;
+use hal_sim::body::{CHANNELS, Load};
+use hal_sim::chip::board::{Board, stages};
+use hal_sim::random::{Random, word};
+use host_core::session::Session;
+
+/// Of the streams that this class draws from.
+const STREAM: u64 = 0xDEC1;
+/// Stages that a board may have.
+const STAGES: [StageKind; 7] = [
+    StageKind::Current {
+        full_scale_ua: 20_000,
+    },
+    StageKind::Current {
+        full_scale_ua: 50_000,
+    },
+    StageKind::Current {
+        full_scale_ua: 100_000,
+    },
+    StageKind::Voltage {
+        full_scale_mv: 24_000,
+    },
+    StageKind::Voltage {
+        full_scale_mv: 60_000,
+    },
+    StageKind::Voltage {
+        full_scale_mv: 120_000,
+    },
+    StageKind::Voltage {
+        full_scale_mv: 150_000,
+    },
+];
+/// Every electrode, and what voltage stages are declared with, Ω.
+const LOAD_OHM: u32 = 1_000;
+/// The channel's limit, mA or V in thousandths, and what the host asks for.
+const LIMIT: u32 = 5_000;
+/// How a kind is called that is no mistake.
+const TRUE: &str = "true";
+
+/// What is wrong.
+pub(super) struct Declared<B> {
+    boards: B,
+    seed: u64,
+    declaration: Declaration,
+    kinds: Vec<String>,
+}
+
+/// One of them, drawn.
+struct Drawn<'k> {
+    kind: &'k str,
+    /// On the board, and in the setup.
+    stages: [StageKind; 2],
+    /// For what else is drawn.
+    random: Random,
+}
+
+impl<B: Boards> Declared<B> {
+    pub fn new(seed: u64, declaration: &Declaration, boards: B) -> Result<Self, FaultsError> {
+        let of = &declaration.of;
+        let kinds = boards.kinds(&of.kinds, &of.native_kinds).to_vec();
+        let declaration = declaration.clone();
+        Ok(Self {
+            boards,
+            seed,
+            declaration,
+            kinds,
+        })
+    }
+
+    fn draw(&self, index: u64) -> Result<Drawn<'_>, FaultsError> {
+        let mut random = Random::new(word(word(self.seed, STREAM), index));
+        let kind = random.below(self.kinds.len().max(1) as u64) as usize;
+        let Some(kind) = self.kinds.get(kind) else {
+            return Err(FaultsError::Declaration("no kinds".into()));
+        };
+        let count = STAGES.len() as u64;
+        let has = random.below(count);
+        let other = (has + 1 + random.below(count - 1)) % count;
+        let declared = if kind == "other stage" { other } else { has };
+        Ok(Drawn {
+            kind,
+            stages: [has, declared].map(|it| STAGES[it as usize]),
+            random,
+        })
+    }
+
+    /// One channel of the scene, with this stage.
+    fn session(&self, stage: StageKind) -> Session {
+        let mut session = self.declaration.scene.session.clone();
+        session.channels.truncate(1);
+        for channel in &mut session.channels {
+            channel.spec.limit = Amplitude::new(LIMIT);
+            channel.spec.stage = match stage {
+                StageKind::Current { full_scale_ua } => StageSpec::Current { full_scale_ua },
+                StageKind::Voltage { full_scale_mv } => StageSpec::Voltage {
+                    full_scale_mv,
+                    load_ohm: LOAD_OHM,
+                },
+            };
+        }
+        session
+    }
+}
+
+impl Drawn<'_> {
+    /// What is refused, by name.
+    fn refusal(&self) -> Option<(Code, &'static [&'static str])> {
+        Some(match self.kind {
+            TRUE => return None,
+            "other stage" => (
+                Code::OtherStage,
+                &["stage", "full_scale_ua", "full_scale_mv"],
+            ),
+            "limit above the stage" => (Code::OutOfRange, &["limit"]),
+            "area of zero" => (Code::OutOfRange, &["area_mm2"]),
+            "older setup" => (Code::OtherSetup, &["setup"]),
+            _ => (Code::StagesUnknown, &["stages"]),
+        })
+    }
+
+    /// The board's two copies of its table, as they are in its flash.
+    fn store(&self, board: &mut Board<()>) {
+        let mut random = self.random;
+        let uid = board.around.soc.signature.uid;
+        let table = StageTable {
+            origin: Origin::Owner,
+            stages: [Some(self.stages[0]); CHANNELS],
+        };
+        let (whole, erased) = (table.words(uid), StageWords::default().map(|_| u32::MAX));
+        let mut copies = [whole; 2];
+        let place = random.below(2) as usize;
+        match self.kind {
+            "table erased" => copies = [erased; 2],
+            "table half written" => copies[place] = erased,
+            "table damaged" => {
+                let bit = random.below(32 * whole.len() as u64);
+                copies[place][(bit / 32) as usize] ^= 1 << (bit % 32);
+            }
+            "table of another board" => {
+                let other = uid.map(|it| it ^ random.word() as u32);
+                copies = [table.words(other); 2];
+            }
+            _ => {}
+        }
+        for (copy, words) in stages::COPIES.into_iter().zip(&copies) {
+            let _ = stages::write(&mut board.around.soc.flash, copy, words); // both lie in flash
+        }
+    }
+
+    /// Makes of a setup that is right what is drawn.
+    fn falsify(&self, session: &mut Session) {
+        let mut random = self.random;
+        for channel in &mut session.channels {
+            let full_scale = channel.spec.stage.full_scale().get();
+            match self.kind {
+                "limit above the stage" => {
+                    let above = 1 + random.below(full_scale.into()) as u32;
+                    channel.spec.limit = Amplitude::new(full_scale + above);
+                }
+                "area of zero" => channel.spec.area_mm2 = 0,
+                _ => {}
+            }
+        }
+    }
+
+    fn in_words(&self) -> String {
+        let [has, declared] = self.stages.map(|stage| match stage {
+            StageKind::Current { full_scale_ua } => format!("{} mA", full_scale_ua / 1_000),
+            StageKind::Voltage { full_scale_mv } => format!("{} V", full_scale_mv / 1_000),
+        });
+        format!("{}: {declared} declared on {has}", self.kind)
+    }
+}
+
+impl<B: Boards> Draws for Declared<B> {
+    fn case(&self, index: u64) -> Result<Case, FaultsError> {
+        let drawn = self.draw(index)?;
+        let [has, declared] = drawn.stages.map(|stage| self.session(stage));
+        let mut session = declared;
+        drawn.falsify(&mut session);
+        let sensors = Sensors {
+            load_ohm: [LOAD_OHM; CHANNELS],
+            ..Sensors::default()
+        };
+        let mut bench = self
+            .boards
+            .board(&has, sensors, &|board| drawn.store(board))?;
+        let moment_us = bench.now_us();
+        bench.configure(&session)?;
+        let mut setup = 0;
+        if drawn.kind == "older setup" {
+            setup = bench.sum();
+            for channel in &mut session.channels {
+                channel.spec.limit = Amplitude::new(LIMIT - 1);
+            }
+            bench.configure(&session)?;
+        }
+        bench.start(setup, session.setpoints.at(0).request(None))?;
+        let played = bench.run_to(bench.now_us() + self.declaration.timing().runs_us);
+        let truth = declared_truth(&has, &[Load::Ohms(LOAD_OHM.into()); CHANNELS]);
+        let (fate, verdict) = judged(&mut bench, moment_us, truth);
+        let drives = bench.drives_since(moment_us);
+        let refused = &bench.heard().refused;
+        let is_named = drawn.refusal().is_some_and(|(code, fields)| {
+            let mut refused = refused.iter();
+            refused.any(|(number, field)| *number == code as u16 && fields.contains(&&**field))
+        });
+        Ok(Case {
+            index,
+            moment_us,
+            what: format!("{}; {}", drawn.in_words(), told(refused, drives)),
+            fate: Fate {
+                must_find: drawn.kind != TRUE,
+                // What is true must be taken, and play.
+                found: if drawn.kind == TRUE {
+                    !drives
+                } else {
+                    is_named && !drives
+                },
+                bare: verdict
+                    .bare
+                    .findings
+                    .iter()
+                    .map(ToString::to_string)
+                    .collect(),
+                stopped: played.err().map(|e| e.to_string()),
+                ..fate
+            },
+        })
+    }
+
+    fn notes(&self) -> Vec<String> {
+        vec![
+            format!("Drawn: {}.", self.kinds.join(", ")),
+            "Found is what is refused by its own number and field, and drives nothing; what is \
+             true must drive."
+                .to_owned(),
+        ]
+    }
+}
+
+/// What the device said to it.
+fn told(refused: &[(u16, String)], drives: bool) -> String {
+    let first = refused.first().map_or_else(
+        || "refused nothing".to_owned(),
+        |(code, field)| format!("refused {code} {field}"),
+    );
+    format!(
+        "{first}, {}",
+        if drives { "drives" } else { "drives nothing" }
+    )
+}

@@ -1,0 +1,222 @@
+//! An electrode that opens, shorts, peels, loses a phase or its reading.
+
+use super::Draws;
+use super::bench::{Bench, HOST_US};
+use super::case::{Case, Fate};
+use super::declaration::Declaration;
+use super::error::FaultsError;
+use super::simulated::{Boards, Simulated, judged};
+use super::truth::declared_truth;
+use firmware::link::Request;
+use firmware::lockstep::Sensors;
+use firmware::units::Amplitude;
+use hal_sim::body::{CHANNELS, Load};
+use hal_sim::random::{Random, word};
+use hal_sim::trace::judge::{Line, Stuck, Truth};
+use hal_sim::trace::{Levels, State};
+use host_core::session::{Session, Unit};
+
+/// Of the streams that this class draws from.
+const STREAM: u64 = 0xE1EC;
+/// A peeling electrode's load at its begin and end, Ω, and how long it takes, µs.
+const PEELS: (f64, f64, u64) = (1_000.0, 25_000.0, 10_000_000);
+/// What a current stage can put across its load, V (docs/hardware.md).
+const COMPLIANCE_V: f64 = 120.0;
+/// Played on after a fault was told, µs.
+const AFTER_US: u64 = 50_000;
+
+/// What breaks.
+pub(super) struct Electrode<B> {
+    boards: B,
+    seed: u64,
+    declaration: Declaration,
+    kinds: Vec<String>,
+}
+
+/// One of them, drawn.
+struct Drawn<'k> {
+    kind: &'k str,
+    channel: u8,
+    is_current: bool,
+    /// Thousandths of mA or V.
+    amplitude: u32,
+    ohm: u32,
+    short_ohm: u32,
+    /// The anodic line is lost, not the cathodic.
+    anodic: bool,
+    warm_us: u64,
+}
+
+impl<B: Boards> Electrode<B> {
+    pub fn new(seed: u64, declaration: &Declaration, boards: B) -> Result<Self, FaultsError> {
+        let of = &declaration.of;
+        let kinds = boards.kinds(&of.kinds, &of.native_kinds).to_vec();
+        let declaration = declaration.clone();
+        Ok(Self {
+            boards,
+            seed,
+            declaration,
+            kinds,
+        })
+    }
+
+    fn draw(&self, index: u64) -> Result<Drawn<'_>, FaultsError> {
+        let mut random = Random::new(word(word(self.seed, STREAM), index));
+        let kind = random.below(self.kinds.len().max(1) as u64) as usize;
+        let channels = &self.declaration.scene.session.channels;
+        let channel = random.below(channels.len().max(1) as u64) as usize;
+        let (Some(kind), Some(channel)) = (self.kinds.get(kind), channels.get(channel)) else {
+            return Err(FaultsError::Declaration("no kinds or no channels".into()));
+        };
+        let is_current = channel.unit() == Unit::Milliampere;
+        let least = if is_current { 1_000.0 } else { 2_000.0 };
+        let timing = self.declaration.timing();
+        let amplitude = random.between(least, 15_000.0) as u32;
+        let ohm = random.between(1_000.0, 3_000.0) as u32;
+        Ok(Drawn {
+            kind,
+            channel: channel.index(),
+            is_current,
+            amplitude,
+            ohm: if kind == "peel" { PEELS.0 as u32 } else { ohm },
+            short_ohm: random.between(20.0, 80.0) as u32,
+            anodic: random.below(2) == 1,
+            warm_us: timing.warm_us + random.below(timing.window_us.max(1)),
+        })
+    }
+
+    /// Breaks it and plays on; what the judge is to know of it goes into `truth`.
+    fn play(
+        &self,
+        bench: &mut Bench<B::Board>,
+        drawn: &Drawn<'_>,
+        truth: &mut Truth,
+    ) -> std::io::Result<()> {
+        let (begin_us, index) = (bench.now_us(), usize::from(drawn.channel));
+        let mut ends_us = begin_us + self.declaration.timing().runs_us;
+        let loads = &mut truth.channels[index].loads;
+        let mut load = |bench: &mut Bench<B::Board>, ohm: Option<u32>| {
+            bench.sensors.load_ohm[index] = ohm.unwrap_or(u32::MAX);
+            loads.push((bench.now_us(), ohm.map(f64::from)));
+        };
+        match drawn.kind {
+            "open" => load(bench, None),
+            "short" => load(bench, Some(drawn.short_ohm)),
+            "peel" => ends_us = begin_us + PEELS.2,
+            "phase lost" => {
+                let (state, line) = match drawn.anodic {
+                    true => (State::Anodic, Line::Anodic),
+                    false => (State::Cathodic, Line::Cathodic),
+                };
+                bench
+                    .device
+                    .break_lines(Levels::ISOLATED.with(drawn.channel, state));
+                truth.stuck.push(Stuck {
+                    channel: drawn.channel,
+                    line,
+                    high: false,
+                    from_us: begin_us,
+                });
+            }
+            _ => bench.device.deafen(),
+        }
+        while bench.now_us() < ends_us {
+            if drawn.kind == "peel" {
+                let part = (bench.now_us() - begin_us) as f64 / PEELS.2 as f64;
+                load(bench, Some((PEELS.0 + part * (PEELS.1 - PEELS.0)) as u32));
+            }
+            bench.run_to(bench.now_us() + HOST_US)?;
+            if bench.heard().fault.is_some() {
+                return bench.run_to(bench.now_us() + AFTER_US);
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Drawn<'_> {
+    /// Whether anything that the board measures shows it: a current stage drives the same
+    /// current through any load within its compliance.
+    fn shows(&self) -> bool {
+        let milliamps = f64::from(self.amplitude) * 1e-3;
+        match (self.kind, self.is_current) {
+            ("short", true) => false,
+            ("peel", true) => milliamps * PEELS.1 * 1e-3 > COMPLIANCE_V,
+            _ => true,
+        }
+    }
+
+    fn in_words(&self) -> String {
+        let amplitude = f64::from(self.amplitude) * 1e-3;
+        let unit = if self.is_current { "mA" } else { "V" };
+        let hidden = if self.shows() {
+            ""
+        } else {
+            ", nothing shows it"
+        };
+        let (kind, number, ohm) = (self.kind, self.channel + 1, self.ohm);
+        format!("{kind}: channel {number}, {amplitude:.2} {unit}, {ohm} ohm{hidden}")
+    }
+}
+
+/// What of the session is drawn.
+fn wanted(session: &Session, drawn: &Drawn<'_>) -> Request {
+    let channels = session.channels.iter();
+    let mask = channels.clone().fold(0, |mask, it| mask | 1 << it.index());
+    let values = channels.map(|it| match it.index() == drawn.channel {
+        true => Amplitude::new(drawn.amplitude),
+        false => Amplitude::new(4_000),
+    });
+    Request::Amplitudes {
+        mask,
+        values: values.collect(),
+    }
+}
+
+impl<B: Boards> Draws for Electrode<B> {
+    fn case(&self, index: u64) -> Result<Case, FaultsError> {
+        let drawn = self.draw(index)?;
+        let session = &self.declaration.scene.session;
+        let sensors = Sensors {
+            load_ohm: [drawn.ohm; CHANNELS],
+            ..Sensors::default()
+        };
+        let bench = self.boards.board(session, sensors, &|_| ())?;
+        let wanted = wanted(session, &drawn);
+        let mut bench = bench.stimulating(session, wanted, drawn.warm_us)?;
+        let mut truth = declared_truth(session, &[Load::Ohms(drawn.ohm.into()); CHANNELS]);
+        for channel in &mut truth.channels {
+            channel.limit_ma = f64::from(session.wearer.max_current_ua) * 1e-3;
+        }
+        let moment_us = bench.now_us();
+        let played = self.play(&mut bench, &drawn, &mut truth);
+        let (mut fate, verdict) = judged(&mut bench, moment_us, truth);
+        fate.bare = verdict
+            .bare
+            .findings
+            .iter()
+            .map(ToString::to_string)
+            .collect();
+        fate.must_find = drawn.shows() || fate.found;
+        Ok(Case {
+            index,
+            moment_us,
+            what: drawn.in_words(),
+            fate: Fate {
+                stopped: played.err().map(|e| e.to_string()),
+                ..fate
+            },
+        })
+    }
+
+    fn notes(&self) -> Vec<String> {
+        let kinds = self.kinds.join(", ");
+        vec![
+            format!("Drawn: {kinds}, of the current or the voltage stage."),
+            "Not to find: a short, or peeling, at which a current stage keeps its current within \
+             its 120 V: the board measures current alone."
+                .to_owned(),
+            "The wearer's limit is that of the wearer's file, 20 mA, on both.".to_owned(),
+        ]
+    }
+}

@@ -1,0 +1,176 @@
+//! The simulators: how a board of each is had, broken, and looked into.
+
+use super::bench::Bench;
+use super::case::Fate;
+use super::error::FaultsError;
+use firmware::lockstep::{Lockstep, Sensors};
+use firmware::safety::Fault;
+use firmware::units::Micros;
+use hal_sim::chip::board::{Board, CYCLES_PER_US};
+use hal_sim::chip::cpu::{Bus, Size};
+use hal_sim::chip::image::Image;
+use hal_sim::lockstep::Device;
+use hal_sim::native::native;
+use hal_sim::trace::Levels;
+use hal_sim::trace::judge::{self, Pump, Quiet, Truth, Verdict};
+use host_core::run::power_on;
+use host_core::session::Session;
+
+/// Isolated from a fault on after two windows, µs.
+pub(super) const TWO_WINDOWS_US: u64 = 500;
+/// The first backup register, in which the device keeps its last fault: "FX" and number.
+const KEPT_FAULT: u32 = 0x4000_2850;
+const MAGIC: u32 = 0x4658;
+
+/// A device that can be broken and looked into.
+pub(super) trait Simulated: Device {
+    /// When it was last reset since its power came on, µs.
+    fn reset_us(&self) -> Option<u64>;
+    /// The fault that it keeps through a reset.
+    fn kept_fault(&mut self) -> Option<Fault>;
+    /// The pump's edges.
+    fn pump(&self) -> Pump;
+    /// These lines break on their way to their stage.
+    fn break_lines(&mut self, lines: Levels);
+    /// The converter of the current sense no longer heeds its trigger.
+    fn deafen(&mut self);
+}
+
+impl Simulated for Board<()> {
+    fn reset_us(&self) -> Option<u64> {
+        let since = self.last_reset()?.saturating_sub(self.around.origin());
+        Some(since / CYCLES_PER_US)
+    }
+
+    fn kept_fault(&mut self) -> Option<Fault> {
+        let head = self.around.read(KEPT_FAULT, Size::Word, self.cpu.cycle);
+        let head = head.ok()?.value;
+        (head >> 16 == MAGIC).then(|| Fault::from_number(head as u16))?
+    }
+
+    fn pump(&self) -> Pump {
+        self.around.pump().clone()
+    }
+
+    fn break_lines(&mut self, lines: Levels) {
+        self.around.broken = lines;
+    }
+
+    fn deafen(&mut self) {
+        self.around.soc.adc.deaf = true;
+    }
+}
+
+/// It has no chip that could be reset, no lines and no converter: nothing draws those.
+impl Simulated for Lockstep {
+    fn reset_us(&self) -> Option<u64> {
+        None
+    }
+
+    fn kept_fault(&mut self) -> Option<Fault> {
+        None
+    }
+
+    fn pump(&self) -> Pump {
+        Pump::Throughout
+    }
+
+    fn break_lines(&mut self, _: Levels) {}
+
+    fn deafen(&mut self) {}
+}
+
+/// Where boards come from.
+pub(super) trait Boards: Sync + Send {
+    /// What comes.
+    type Board: Simulated;
+
+    /// A board with the stages of `session`, booted and greeted; a chip's is changed by
+    /// `prepare` before its power comes on.
+    fn board(
+        &self,
+        session: &Session,
+        sensors: Sensors,
+        prepare: &dyn Fn(&mut Board<()>),
+    ) -> Result<Bench<Self::Board>, FaultsError>;
+
+    /// Of what may be drawn, what it can play: all, or what is native.
+    fn kinds<'k>(&self, all: &'k [String], native: &'k [String]) -> &'k [String];
+}
+
+impl Boards for Image {
+    type Board = Board<()>;
+
+    fn board(
+        &self,
+        session: &Session,
+        sensors: Sensors,
+        prepare: &dyn Fn(&mut Board<()>),
+    ) -> Result<Bench<Board<()>>, FaultsError> {
+        let mut board = power_on(session, self, ())?;
+        prepare(&mut board);
+        board.boot(&sensors)?;
+        let now_us = board.now_us();
+        Bench::greeted(board, now_us, sensors)
+    }
+
+    fn kinds<'k>(&self, all: &'k [String], _: &'k [String]) -> &'k [String] {
+        all
+    }
+}
+
+/// The native simulator.
+pub(super) struct Native;
+
+impl Boards for Native {
+    type Board = Lockstep;
+
+    fn board(
+        &self,
+        _: &Session,
+        sensors: Sensors,
+        _: &dyn Fn(&mut Board<()>),
+    ) -> Result<Bench<Lockstep>, FaultsError> {
+        Bench::greeted(native(Micros::new(0)), 0, sensors)
+    }
+
+    fn kinds<'k>(&self, _: &'k [String], native: &'k [String]) -> &'k [String] {
+        native
+    }
+}
+
+/// What the device found of what was broken at `moment_us`, and what the judge says of all
+/// that it put out, once with `truth` and what the fault itself adds to it.
+pub(super) fn judged<D: Simulated>(
+    bench: &mut Bench<D>,
+    moment_us: u64,
+    mut truth: Truth,
+) -> (Fate, Verdict) {
+    let mut fate = Fate::default();
+    let mut quiet = |from_us: u64| {
+        truth.quiet.push(Quiet {
+            from_us: from_us.max(moment_us),
+            until_us: u64::MAX,
+        });
+    };
+    if let Some(record) = bench.heard().fault {
+        fate.fault = Some(record.fault);
+        quiet(u64::from(record.at.get()) + TWO_WINDOWS_US);
+    }
+    if let Some(at_us) = bench.device.reset_us() {
+        fate.reset = true;
+        quiet(at_us);
+        fate.fault = fate.fault.or_else(|| bench.device.kept_fault());
+    }
+    fate.found = fate.fault.is_some() || fate.reset;
+    let trace = &bench.recorder.trace;
+    if let (true, Some((at, Levels::ISOLATED))) = (fate.found, trace.levels.last()) {
+        fate.isolated_us = Some(at.saturating_sub(moment_us));
+    }
+    truth.faults.push(judge::Fault { t_us: moment_us });
+    let verdict = judge::judge(trace, &bench.device.pump(), &truth, bench.now_us());
+    let severe = verdict.as_built.findings.iter();
+    fate.severe = severe.map(ToString::to_string).collect();
+    fate.latched = !verdict.as_built.latched.is_empty();
+    (fate, verdict)
+}

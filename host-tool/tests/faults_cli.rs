@@ -1,0 +1,73 @@
+//! `flexor faults`: what it tells people and machines, what it writes and refuses.
+
+use crate::program::{folder, ran};
+use serde_json::Value;
+
+#[test]
+fn declarations_on_the_native_simulator_are_told_and_written() {
+    let folder = folder("faults_native");
+    let asked = ["faults", "--class", "declarations", "--device", "native"];
+    let few = [&asked[..], &["--count", "12", "--seed", "1000"]].concat();
+    let (exit, people, _) = ran(&folder, &few);
+    assert_eq!(exit, Some(0), "{people}");
+    for line in people.lines() {
+        assert!(line.chars().count() <= 80, "{line}");
+    }
+    for out in ["one", "two"] {
+        let (exit, told, _) = ran(&folder, &[&["--json"], &few[..], &["--out", out]].concat());
+        assert_eq!(exit, Some(0), "{told}");
+        let told: Value = serde_json::from_str(&told).unwrap();
+        let result = &told["result"];
+        assert_eq!(
+            (&result["simulated"], &result["seed"]),
+            (&true.into(), &1000.into())
+        );
+        assert!(result["declared"]["sha256"]["declarations.toml"].is_string());
+        assert_eq!(result["shares"][0]["holds"], result["shares"][0]["of"]);
+    }
+    for file in ["result.json", "result.html", "faults.csv"] {
+        let read = |out: &str| std::fs::read(folder.join(out).join(file)).unwrap();
+        assert!(
+            read("one") == read("two"),
+            "{file}: the same seed, the same bytes"
+        );
+    }
+    let rows = std::fs::read_to_string(folder.join("one/faults.csv")).unwrap();
+    assert_eq!(rows.lines().count(), 13);
+    // What is there stays.
+    let (exit, _, error) = ran(&folder, &[&few[..], &["--out", "one"]].concat());
+    assert_eq!(exit, Some(1));
+    assert!(error.contains("E590"), "{error}");
+}
+
+#[test]
+fn what_cannot_be_played_is_refused_by_name() {
+    let folder = folder("faults_refused");
+    for (arguments, exits, wanted) in [
+        (
+            &["--class", "flips", "--device", "native"][..],
+            1,
+            "E620 --class flips needs",
+        ),
+        (
+            &["--class", "bits"],
+            2,
+            "there are flips, declarations, registers, electrode",
+        ),
+        (
+            &["--class", "flips", "--count", "0"],
+            2,
+            "E518 --count is 0",
+        ),
+        (
+            &["--class", "flips", "--device", "qemu"],
+            2,
+            "E518 --device is qemu",
+        ),
+        (&["--class", "flips", "--image", "session.toml"], 1, "E531 "),
+    ] {
+        let (exit, _, error) = ran(&folder, &[&["faults"], arguments].concat());
+        assert_eq!(exit, Some(exits), "{error}");
+        assert!(error.contains(wanted), "{error}");
+    }
+}
