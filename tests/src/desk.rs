@@ -14,7 +14,7 @@ use hal_sim::native::native;
 use hal_sim::trace::Trace;
 use hal_sim::wire::faults::Faults;
 use hal_sim::world::World;
-use host_core::link::{Client, SimulatedPort};
+use host_core::link::{Client, Port, SimulatedPort};
 use host_core::run::{DeviceName, Outcome, SessionFile, chip_image, run};
 use std::path::{Path, PathBuf};
 
@@ -59,12 +59,17 @@ pub struct Played {
 /// Plays `file` on a simulated device.
 #[must_use]
 pub fn play(file: &SessionFile, device: &DeviceName) -> Played {
-    let name = &file.name;
     let port = device.open(&file.session, 1);
-    let port = port.unwrap_or_else(|e| panic!("{name} on {device}: {e}"));
+    let port = port.unwrap_or_else(|e| panic!("{} on {device}: {e}", file.name));
+    play_on(file, port)
+}
+
+/// [`play`] on the simulated device behind `port`.
+#[must_use]
+pub fn play_on(file: &SessionFile, port: Box<dyn Port>) -> Played {
     let (outcome, port) = run(file, port, None, |_| ());
     if let Some(error) = &outcome.error {
-        panic!("{name} on {device}: {error}");
+        panic!("{}: {error}", file.name);
     }
     let mut port = port.unwrap();
     let world = port.world().unwrap();

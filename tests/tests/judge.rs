@@ -1,10 +1,13 @@
 //! What shipped sessions come to at the electrode: nothing severe, and no stage's
 //! interlock in their way.
 
+use firmware::lockstep::Sensors;
+use firmware::units::Micros;
 use hal_sim::trace::judge::{Pump, judge};
-use host_core::run::{DeviceName, SessionFile};
+use host_core::run::{DeviceName, SessionFile, power_on, simulated};
+use std::sync::{Arc, Mutex};
 use studies::faults::declared_truth;
-use tests::desk::{play, shipped_in};
+use tests::desk::{flashed, load, play, play_on, shipped_in};
 
 #[test]
 fn shipped_sessions_are_not_severe() {
@@ -36,4 +39,36 @@ fn shipped_sessions_are_not_severe() {
         seen += usize::from(!played.trace.levels.is_empty());
     }
     assert!(seen > 30, "{seen} sessions with pulses");
+}
+
+/// What the flashed image puts out itself, and the edges of its own pump.
+#[test]
+fn the_chips_own_play_is_not_severe() {
+    for name in [
+        "ten_channels.toml",
+        "hamana_exp4_two_point.toml",
+        "full_load.toml",
+    ] {
+        let mut file = load(name);
+        file.session.duration_us = file.session.duration_us.min(1_500_000);
+        let mut board = power_on(&file.session, &flashed(), ()).unwrap();
+        board.boot(&Sensors::default()).unwrap();
+        let boot = Micros::new(board.now_us() as u32);
+        let board = Arc::new(Mutex::new(board));
+        let device = Box::new(Arc::clone(&board));
+        let port = simulated(&file.session, 1, device, boot).unwrap();
+        let played = play_on(&file, Box::new(port));
+        let pump = board.lock().unwrap().around.pump().clone();
+        let Pump::Runs(runs) = &pump else {
+            panic!("{name}: a chip has a pump");
+        };
+        let supplied_us: u64 = runs.iter().map(|(first, last)| last - first).sum();
+        assert!(supplied_us > 1_000_000, "{name}: {runs:?}");
+        let truth = declared_truth(&file.session, &played.loads);
+        let verdict = judge(&played.trace, &pump, &truth, played.end_us);
+        let found = &verdict.as_built.findings;
+        assert!(found.is_empty(), "{name}: {found:?}");
+        assert_eq!(verdict.as_built.latched, [], "{name}");
+        assert!(played.trace.levels.len() > 500, "{name}");
+    }
 }
