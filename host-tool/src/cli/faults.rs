@@ -1,10 +1,11 @@
 //! `flexor faults`: what gets past the device when something breaks, drawn and judged.
 
-use super::{Output, interrupt, wrong};
+use super::{Incomplete, Output, interrupt, wrong};
 use clap::Args;
 use host_core::plot::words::in_columns;
 use host_core::record::{Place, replace_file};
 use host_core::run::{DeviceName, chip_image};
+use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use studies::faults::{Campaign, Case, Class, Declaration, Outcome, csv};
 use studies::laboratory;
@@ -47,23 +48,14 @@ pub fn main(args: &FaultsArgs, output: Output) -> anyhow::Result<()> {
     let declaration = Declaration::of(args.class)?;
     let seed = args.seed.unwrap_or(declaration.seed());
     let count = args.count.unwrap_or(declaration.count());
-    if count == 0 || count > MOST {
-        return wrong(format!("--count is {count}, allowed is 1 to {MOST}"));
-    }
-    if !matches!(args.device, DeviceName::Chip | DeviceName::Native) {
-        let device = args.device.typed();
-        return wrong(format!("--device is {device}: allowed are chip and native"));
-    }
-    if args.device == DeviceName::Native && args.image.is_some() {
-        return wrong("--image needs --device chip");
-    }
+    args.check(count)?;
     let interruption = interrupt::heed()?;
-    let place = args.out.as_deref().map(|dir| Place::given(dir, false));
-    let place = place.transpose()?;
     let campaign = match args.device {
         DeviceName::Native => Campaign::native(seed, &declaration)?,
         _ => Campaign::on_chip(seed, &declaration, &chip_image(args.image.as_deref())?)?,
     };
+    let place = args.out.as_deref().map(|dir| Place::given(dir, false));
+    let place = place.transpose()?;
     let bar = output.bar(&format!("faults: {}", args.class));
     let cases = match args.only {
         Some(index) => vec![campaign.case(index)?],
@@ -73,30 +65,47 @@ pub fn main(args: &FaultsArgs, output: Output) -> anyhow::Result<()> {
         })?,
     };
     bar.finish();
-    let outcome = Outcome::of(args.class, &cases);
-    let notes = campaign.notes();
+    let (outcome, notes) = (Outcome::of(args.class, &cases), campaign.notes());
     let on = (&*args.device.typed(), seed);
     let mut result = outcome.result(&declaration, on, &notes);
     let is_whole = args.only.is_some() || cases.len() as u64 == count;
+    let done = format!("{} of {count} cases, the first ones", cases.len());
     if !is_whole {
-        let done = cases.len();
-        result.cut_short = Some(format!(
-            "Cut short: {done} of {count} cases, the first ones."
-        ));
+        result.cut_short = Some(format!("Cut short: {done}."));
     }
     if let Some(place) = &place {
         write(place.dir(), args.class, &result, &cases)?;
     }
-    output.say(
-        || people(&outcome, &notes, args.only.is_some().then_some(&cases)),
-        || serde_json::json!({ "result": result, "folder": args.out }),
-    )?;
-    match interruption.asked() {
-        Some(signal) if !is_whole => {
-            let when = format!("after {} of {count} cases", cases.len());
-            Err(interrupt::Ended(signal, when).into())
+    let shown = args.only.is_some().then_some(&cases);
+    let machines = json!({ "result": result, "folder": args.out });
+    match interruption.asked().filter(|_| !is_whole) {
+        None => output.say(|| people(&outcome, &notes, shown), || machines),
+        Some(signal) => {
+            if !output.json {
+                output.say(|| people(&outcome, &notes, shown), || Value::Null)?;
+            }
+            let error = interrupt::Ended(signal, format!("after {done}")).into();
+            let result = machines;
+            Err(Incomplete { error, result }.into())
         }
-        _ => Ok(()),
+    }
+}
+
+impl FaultsArgs {
+    /// That it can be played at all.
+    fn check(&self, count: u64) -> anyhow::Result<()> {
+        if count == 0 || count > MOST {
+            return wrong(format!("--count is {count}, allowed is 1 to {MOST}"));
+        }
+        match self.device {
+            DeviceName::Chip => Ok(()),
+            DeviceName::Native if self.image.is_none() => Ok(()),
+            DeviceName::Native => wrong("--image needs --device chip"),
+            _ => wrong(format!(
+                "--device is {}: allowed are chip and native",
+                self.device.typed()
+            )),
+        }
     }
 }
 
