@@ -76,3 +76,21 @@ fn the_hosts_frames_tell_of_a_wrong_clock() {
         assert_eq!(bench.fault().is_some(), is_found, "{hz} Hz");
     }
 }
+
+/// The tape plays the word for isolated in each slot: a line that its port raises by
+/// itself falls with the next.
+#[test]
+fn an_output_that_flips_is_over_with_the_slot() {
+    let (mut bench, _) = Bench::in_a_pulse();
+    bench.run_us(2_500); // between two pulses
+    bench.record.trace.levels.clear();
+    let (cycle, at) = (bench.board.cpu.cycle, bench.board.now_us());
+    let odr_of_port_b = 0x4002_0414;
+    let soc = &mut bench.board.around.soc;
+    soc.upset(odr_of_port_b, 1, cycle).unwrap();
+    bench.run_us(1_000);
+    let trace = &bench.record.trace;
+    println!("{:?}", trace.levels);
+    assert_eq!(trace.last_levels(), Levels::ISOLATED);
+    assert!(trace.levels.iter().all(|(t, _)| *t <= at + 1));
+}

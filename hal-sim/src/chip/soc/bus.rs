@@ -215,6 +215,8 @@ impl Soc {
         self.advance(at)?;
         if let Some((map::Unit::Playback(playback::Block::Gpio(port)), offset)) = map::find(address)
         {
+            // What the tape did before comes before.
+            self.playback.advance(at, &mut self.ram)?;
             self.playback.gpio.upset(port, offset, bits, at)?;
         } else {
             let old = self.read(address, Size::Word, at)?.value;
