@@ -129,6 +129,16 @@ impl Drawn<'_> {
         })
     }
 
+    /// Whether it was refused by its name, and drives nothing. What is true must be taken,
+    /// and play.
+    fn is_found(&self, refused: &[(u16, String)], drives: bool) -> bool {
+        let is_named = self.refusal().is_none_or(|(code, fields)| {
+            let mut refused = refused.iter();
+            refused.any(|(number, field)| *number == code as u16 && fields.contains(&&**field))
+        });
+        is_named && !drives
+    }
+
     /// The board's two copies of its table, as they are in its flash.
     fn store(&self, board: &mut Board<()>) {
         let mut random = self.random;
@@ -212,22 +222,13 @@ impl<B: Boards> Draws for Declared<B> {
         let (fate, verdict) = judged(&mut bench, moment_us, truth);
         let drives = bench.drives_since(moment_us);
         let refused = &bench.heard().refused;
-        let is_named = drawn.refusal().is_some_and(|(code, fields)| {
-            let mut refused = refused.iter();
-            refused.any(|(number, field)| *number == code as u16 && fields.contains(&&**field))
-        });
         Ok(Case {
             index,
             moment_us,
             what: format!("{}; {}", drawn.in_words(), told(refused, drives)),
             fate: Fate {
                 must_find: drawn.kind != TRUE,
-                // What is true must be taken, and play.
-                found: if drawn.kind == TRUE {
-                    !drives
-                } else {
-                    is_named && !drives
-                },
+                found: drawn.is_found(refused, drives),
                 bare: verdict
                     .bare
                     .findings

@@ -112,20 +112,10 @@ impl Outcome {
         notes: &[String],
     ) -> laboratory::Outcome {
         let class = self.class;
-        let row = |id: &str, quantity: &str, unit: &str, ours: Option<f64>| Row {
-            id: format!("{class}/{id}"),
-            quantity: format!("{class}: {quantity}"),
-            unit: unit.to_owned(),
-            paper: None,
-            ours,
-            low: None,
-            high: None,
-            n: self.drawn as usize,
-        };
-        let number = |n: u64| Some(n as f64);
         let mut told = vec![SIMULATED.to_owned()];
         told.extend_from_slice(notes);
         told.extend(self.listed.iter().map(in_words));
+        let harmless = self.drawn - self.severe;
         laboratory::Outcome {
             name: format!("faults-{class}"),
             title: format!("Faults: {class}"),
@@ -141,51 +131,39 @@ impl Outcome {
                 as_declared: (seed, self.drawn) == (declaration.seed(), declaration.count()),
             },
             conditions: Vec::new(),
-            rows: vec![
-                row(
-                    "to-find",
-                    "cases that must be found",
-                    "cases",
-                    number(self.to_find),
-                ),
-                row(
-                    "soon",
-                    "found, isolated within 500 us",
-                    "cases",
-                    number(self.soon),
-                ),
-                row(
-                    "latest",
-                    "latest isolation",
-                    "us",
-                    self.latest_us.and_then(number),
-                ),
-                row("severe", "severe as built", "cases", number(self.severe)),
-                row(
-                    "bare",
-                    "severe without protection",
-                    "cases",
-                    number(self.bare),
-                ),
-                row(
-                    "stopped",
-                    "the simulator stopped",
-                    "cases",
-                    number(self.stopped),
-                ),
-            ],
+            rows: self.rows(),
             shares: vec![
                 part("found", "what must be found is", self.found, self.to_find),
-                part(
-                    "harmless",
-                    "nothing is severe",
-                    self.drawn - self.severe,
-                    self.drawn,
-                ),
+                part("harmless", "nothing is severe", harmless, self.drawn),
             ],
             decides: Vec::new(),
             notes: told,
         }
+    }
+
+    fn rows(&self) -> Vec<Row> {
+        let cases = [
+            ("to-find", "cases that must be found", self.to_find),
+            ("soon", "found, isolated within 500 us", self.soon),
+            ("severe", "severe as built", self.severe),
+            ("bare", "severe without protection", self.bare),
+            ("stopped", "the simulator stopped", self.stopped),
+        ];
+        let cases = cases.map(|(id, quantity, n)| (id, quantity, "cases", Some(n)));
+        let latest = ("latest", "latest isolation", "us", self.latest_us);
+        let class = self.class;
+        let all = cases.into_iter().chain([latest]);
+        let row = |(id, quantity, unit, ours): (&str, &str, &str, Option<u64>)| Row {
+            id: format!("{class}/{id}"),
+            quantity: format!("{class}: {quantity}"),
+            unit: unit.to_owned(),
+            paper: None,
+            ours: ours.map(|n| n as f64),
+            low: None,
+            high: None,
+            n: self.drawn as usize,
+        };
+        all.map(row).collect()
     }
 }
 

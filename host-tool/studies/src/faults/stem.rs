@@ -4,7 +4,7 @@ use super::bench::Bench;
 use super::case::Fate;
 use super::declaration::{Declaration, Timing};
 use super::error::FaultsError;
-use super::simulated::{TWO_WINDOWS_US, judged};
+use super::simulated::{Boards, TWO_WINDOWS_US, judged};
 use super::truth::declared_truth;
 use firmware::lockstep::Sensors;
 use hal_sim::body::{CHANNELS, Load};
@@ -12,7 +12,7 @@ use hal_sim::chip::board::Board;
 use hal_sim::chip::image::Image;
 use hal_sim::trace::Trace;
 use hal_sim::trace::judge::{Quiet, Rule, Truth, Verdict};
-use host_core::run::power_on;
+use std::io;
 
 /// A chip and its host.
 pub(super) type Chip = Bench<Board<()>>;
@@ -45,17 +45,10 @@ impl Stem {
             load_ohm: [LOAD_OHM; CHANNELS],
             ..Sensors::default()
         };
-        let mut board = power_on(session, image, ())?;
-        board.boot(&sensors)?;
-        let now_us = board.now_us();
-        let bench = Bench::greeted(board, now_us, sensors)?;
-        let mut bench = bench.stimulating(
-            session,
-            session.setpoints.at(0).request(None),
-            timing.warm_us,
-        )?;
+        let bench = image.board(session, sensors, &|_| ())?;
+        let wanted = session.setpoints.at(0).request(None);
+        let mut bench = bench.stimulating(session, wanted, timing.warm_us)?;
         let end_us = bench.now_us() + timing.window_us;
-        let never = |e: std::io::Error| FaultsError::NeverStimulates(e.to_string());
         let mut kept = Vec::new();
         while bench.now_us() < end_us {
             kept.push(bench.clone());
@@ -64,12 +57,13 @@ impl Stem {
         let last = bench.clone();
         bench.run_to(end_us + timing.runs_us).map_err(never)?;
         let wearer = &session.wearer;
+        let silence_ms = u64::from(wearer.host_timeout_ms + wearer.fall_ms);
         let mut stem = Self {
             kept,
             whole: std::mem::take(&mut bench.recorder.trace),
             truth: declared_truth(session, &[Load::Ohms(LOAD_OHM.into()); CHANNELS]),
             timing,
-            silence_us: 1000 * u64::from(wearer.host_timeout_ms + wearer.fall_ms) + TWO_WINDOWS_US,
+            silence_us: 1000 * silence_ms + TWO_WINDOWS_US,
             always: Vec::new(),
         };
         let (fate, verdict) = stem.judged(last, end_us);
@@ -79,14 +73,9 @@ impl Stem {
             .iter()
             .map(|f| (f.rule, f.channel))
             .collect();
-        match (&fate, fate.severe.first()) {
-            (_, Some(severe)) => Err(FaultsError::SevereItself(severe.clone())),
-            (
-                Fate {
-                    stopped: Some(why), ..
-                },
-                _,
-            ) => Err(FaultsError::NeverStimulates(why.clone())),
+        match (fate.severe.first(), fate.stopped) {
+            (Some(severe), _) => Err(FaultsError::SevereItself(severe.clone())),
+            (_, Some(why)) => Err(FaultsError::NeverStimulates(why)),
             _ => Ok(stem),
         }
     }
@@ -104,7 +93,6 @@ impl Stem {
             return Err(FaultsError::NeverStimulates("no moment was kept".into()));
         };
         let mut fork = kept.clone();
-        let never = |e: std::io::Error| FaultsError::NeverStimulates(e.to_string());
         fork.run_to(moment_us).map_err(never)?;
         Ok(fork)
     }
@@ -137,6 +125,10 @@ impl Stem {
         fate.must_find = changed.is_some() && fate.stopped.is_none();
         (fate, verdict)
     }
+}
+
+fn never(lost: io::Error) -> FaultsError {
+    FaultsError::NeverStimulates(lost.to_string())
 }
 
 /// When the first line or code differs from `from_us` on and before `to_us`.
