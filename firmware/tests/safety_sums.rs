@@ -1,7 +1,7 @@
 //! Sums over the common return against a walk over every microsecond.
 
 use firmware::pulse::{CHANNELS, Shape, TrainSpec};
-use firmware::safety::{Channel, ChannelSpec, SetupError, StageSpec, Sums, WearerSpec};
+use firmware::safety::{Channel, ChannelSpec, SetupError, StageSpec, SumError, Sums, WearerSpec};
 use firmware::units::{Amplitude, MicroAmps};
 use proptest::prelude::*;
 
@@ -128,7 +128,7 @@ fn ten_channels_at_once_are_told_with_their_sum() {
     assert_eq!(ten(20_000, 0).check(&wearer), Ok(()));
     assert_eq!(
         ten(20_100, 0).check(&wearer),
-        Err(SetupError::Sum { sum, max })
+        Err(SumError::Peak { sum, max })
     );
     println!("ten channels at once: limit 200 mA, 10 x 20.1 mA refused with 201 mA");
     // 300 µs apart each first phase meets the second of the one before, which has the
@@ -143,10 +143,7 @@ fn ten_channels_at_once_are_told_with_their_sum() {
         ..ten(40_000, 0)
     };
     let (sum, max) = (MicroAmps::new(56_570), MicroAmps::new(50_000));
-    assert_eq!(
-        together.check(&wearer),
-        Err(SetupError::SumRms { sum, max })
-    );
+    assert_eq!(together.check(&wearer), Err(SumError::Rms { sum, max }));
     // And 2 mA/cm² under a return of 5 cm² are 10 mA.
     let small = WearerSpec {
         return_area_mm2: 500,
@@ -154,7 +151,7 @@ fn ten_channels_at_once_are_told_with_their_sum() {
     };
     let (sum, max) = (MicroAmps::new(17_890), MicroAmps::new(10_000));
     let refused = apart.check(&small.validate().unwrap());
-    assert_eq!(refused, Err(SetupError::SumRms { sum, max }));
+    assert_eq!(refused, Err(SumError::Rms { sum, max }));
 }
 
 /// Whoever may pulse at any time meets everybody with a phase of the same sign.

@@ -24,6 +24,7 @@ struct Budgets {
 struct Chip {
     load_percent: f64,
     refill_margin_cycles: i64,
+    refill_margin_together_cycles: i64,
     stack_bytes: u32,
     edge_span_cycles: u64,
     interrupt_latency_cycles: BTreeMap<String, u64>,
@@ -95,6 +96,22 @@ fn keeps_its_budgets(found: &Profiled) {
     assert!(summary.stack.used() <= budget.stack_bytes);
     assert!(summary.stack.free().unwrap() > 0);
     assert!(summary.edge_span() <= budget.edge_span_cycles);
+}
+
+/// All channels begin a burst in one window, 20 µs apart.
+#[test]
+fn ten_bursts_in_one_window_leave_time() {
+    let mut file = load(SESSION);
+    file.session.duration_us = 1_000_000;
+    for (place, channel) in (0..).zip(&mut file.session.channels) {
+        channel.spec.train.offset_us = 20 * place;
+    }
+    for prefetched in [Prefetched::default(), Prefetched::NotCached] {
+        let found = profile(&file, &flashed(), prefetched, 1, |_| ()).unwrap();
+        let margin = found.summary.margins.worst.unwrap();
+        println!("ten bursts in one window, {prefetched:?}: {margin} cycles");
+        assert!(margin >= budgets().refill_margin_together_cycles);
+    }
 }
 
 /// The profile's own sums, and that it saw the session it was meant to see.

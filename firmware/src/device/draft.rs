@@ -227,7 +227,8 @@ impl Draft {
         if self.used() == 0 {
             found(Mistake::of(Part::Setup)(Rule::NothingToArm))?;
         }
-        let together = Sums::of(&channels).check(&wearer);
+        let sums = Sums::of(&channels);
+        let together = sums.check(&wearer).map_err(SetupError::Sum);
         together.map_or_else(|e| found(Mistake::of(Part::Setup)(e)), Ok)?;
         self.examine_joint_and_wall(&mut found)?;
         self.examine_forces(&mut found)?;
@@ -255,6 +256,7 @@ impl Draft {
         Ok(is_sound.then_some(Setup {
             wearer,
             channels,
+            sums,
             groups,
             sync: self.sync,
             controlled: self.controlled(),

@@ -6,7 +6,7 @@ use crate::control::{ForceError, MeasurementError, SetpointError, SpecError};
 use crate::haptics::WallError;
 use crate::pulse::{GroupError, TrainError, TrainSpec};
 use crate::range::OutOfRange;
-use crate::safety::{Denied, SetupError, StageMismatch};
+use crate::safety::{Denied, SetupError, StageMismatch, SumError};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
@@ -280,15 +280,18 @@ impl From<SetupError> for Refusal<'static> {
             SetupError::Density { max } => {
                 Self::new(Code::DensityLimit, "area_mm2").allowed(0, bound(max.get()))
             }
-            SetupError::Sum { sum, max } => {
-                let refusal = Self::new(Code::SumLimit, "limit");
-                refusal.allowed(bound(sum.get()), bound(max.get()))
-            }
-            SetupError::SumRms { sum, max } => {
-                let refusal = Self::new(Code::SumRmsLimit, "limit");
-                refusal.allowed(bound(sum.get()), bound(max.get()))
-            }
+            SetupError::Sum(e) => e.into(),
         }
+    }
+}
+
+impl From<SumError> for Refusal<'static> {
+    fn from(e: SumError) -> Self {
+        let (code, sum, max) = match e {
+            SumError::Peak { sum, max } => (Code::SumLimit, sum, max),
+            SumError::Rms { sum, max } => (Code::SumRmsLimit, sum, max),
+        };
+        Self::new(code, "limit").allowed(bound(sum.get()), bound(max.get()))
     }
 }
 
@@ -309,6 +312,7 @@ impl From<Denied> for Refusal<'static> {
                 Self::new(Code::ElectrodeShort, "electrode").on(channel)
             }
             Denied::PhaseLost { channel } => Self::new(Code::PhaseLost, "electrode").on(channel),
+            Denied::Together(e) => e.into(),
             Denied::LoadTooLow { channel, ohm } => Self::new(Code::LoadTooLow, "load_ohm")
                 .on(channel)
                 .allowed(bound(ohm), bound(ohm)),

@@ -1,7 +1,7 @@
 //! What all channels together put through the common return: every one of them flows
 //! back through the same electrode.
 
-use super::{Channel, SetupError, Wearer};
+use super::{Channel, Wearer};
 use crate::pulse::{CHANNELS, Train, TrainSpec, gcd};
 use crate::units::MicroAmps;
 
@@ -9,13 +9,32 @@ use crate::units::MicroAmps;
 const MOST_PULSES: usize = TrainSpec::BURST_COUNT.max as usize;
 
 /// The most that comes together at the common return with every channel at its limit.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Sums {
     /// At any microsecond, of the phases of one sign: a channel that pulls the other way
     /// may be at zero.
     pub peak: MicroAmps,
     /// Over time.
     pub rms: MicroAmps,
+}
+
+/// What is more than the common return may carry.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum SumError {
+    /// The current at some microsecond.
+    Peak {
+        /// What it would be.
+        sum: MicroAmps,
+        /// What it may be.
+        max: MicroAmps,
+    },
+    /// The rms current.
+    Rms {
+        /// What it would be.
+        sum: MicroAmps,
+        /// What it may be.
+        max: MicroAmps,
+    },
 }
 
 impl Sums {
@@ -33,7 +52,7 @@ impl Sums {
         let used = || channels.iter().flatten();
         let mut rms = [0; CHANNELS];
         for (rms, channel) in rms.iter_mut().zip(used()) {
-            *rms = u64::from(channel.rms().get());
+            *rms = channel.rms().into();
         }
         let (mut peak, mut square) = (0, 0);
         for (place, (channel, own)) in used().zip(rms).enumerate() {
@@ -55,21 +74,32 @@ impl Sums {
         }
     }
 
+    /// The same, or more, after `channel` turned out to drive what `now` does: the whole
+    /// difference is added, for to search once more where pulses meet is no refill's
+    /// work. Never too low: at an instant no more can come to it, and the rms of a sum is
+    /// at most the sum of rms (Minkowski).
+    pub(super) fn add(&mut self, channel: &Channel, now: &Channel) {
+        let more = now.current().get().saturating_sub(channel.current().get());
+        // At most 20 mA each: a voltage stage's limiter.
+        self.peak = MicroAmps::new(self.peak.get() + more);
+        self.rms = MicroAmps::new(self.rms.get() + now.rms_of(more));
+    }
+
     /// Holds them against the wearer's limits and the size of the common return.
     ///
     /// # Errors
     /// The first limit exceeded, with the sum that would be.
-    pub fn check(&self, wearer: &Wearer) -> Result<(), SetupError> {
+    pub fn check(&self, wearer: &Wearer) -> Result<(), SumError> {
         let max = wearer.max_sum();
         if self.peak > max {
-            return Err(SetupError::Sum {
+            return Err(SumError::Peak {
                 sum: self.peak,
                 max,
             });
         }
         let max = wearer.max_sum_rms();
         if self.rms > max {
-            return Err(SetupError::SumRms { sum: self.rms, max });
+            return Err(SumError::Rms { sum: self.rms, max });
         }
         Ok(())
     }
@@ -81,10 +111,15 @@ impl Channel {
     }
 
     /// Rms current at its limit and highest rate, rounded up.
-    fn rms(&self) -> MicroAmps {
-        let ua = u64::from(self.current().get()); // at most 1e5
+    fn rms(&self) -> u32 {
+        self.rms_of(self.current().get())
+    }
+
+    /// Rms current of phases of `ua`, at most 1e5, at its highest rate, rounded up, µA.
+    fn rms_of(&self, ua: u32) -> u32 {
+        let ua = u64::from(ua);
         let square = ua * ua * u64::from(self.train.on_us());
-        MicroAmps::new(root_up(square.div_ceil(self.min_period_us.max(1).into())))
+        root_up(square.div_ceil(self.min_period_us.max(1).into()))
     }
 
     /// The most that flows at the start of one of its phases of a sign.

@@ -149,7 +149,7 @@ impl Guard {
     /// wearer allows of time or charge.
     pub fn arm(
         &mut self,
-        setup: Setup,
+        setup: &Setup,
         inputs: &Inputs,
         epoch: Micros,
     ) -> Result<ElectrodeCheck, Denied> {
@@ -164,10 +164,10 @@ impl Guard {
         if inputs.closed() == 0 {
             return Err(Denied::ArmInputOpen);
         }
-        self.allowance.check(&setup)?;
+        self.allowance.check(setup)?;
         self.held = inputs.closed();
-        let check = ElectrodeCheck::new(&setup);
-        self.setup = Some(setup);
+        let check = ElectrodeCheck::new(setup);
+        self.setup = Some(setup.clone());
         self.clear_amplitudes();
         self.loads = [Load::default(); CHANNELS];
         self.renew_seals();

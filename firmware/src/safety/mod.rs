@@ -20,7 +20,7 @@ mod watch;
 mod wearer;
 
 pub use check::{ElectrodeCheck, Reading};
-pub use common_return::Sums;
+pub use common_return::{SumError, Sums};
 pub use fault::{Fault, FaultRecord};
 pub use guard::Guard;
 pub use outputs::{Broken, Expected, OutputCheck};

@@ -89,6 +89,9 @@ impl Fall {
 
 /// `amplitude · part / whole`, rounded down; zero for `whole` = 0.
 fn scale(amplitude: Amplitude, part: u32, whole: u32) -> Amplitude {
+    if part == whole && whole > 0 {
+        return amplitude; // as mostly: the core divides no 64 bits
+    }
     let scaled = (u64::from(amplitude.get()) * u64::from(part)).checked_div(u64::from(whole));
     // part <= whole, so the quotient is at most `amplitude`.
     Amplitude::new(scaled.unwrap_or(0) as u32)

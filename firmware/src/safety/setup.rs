@@ -1,6 +1,6 @@
 //! Everything a session configures, checked as a whole before arming.
 
-use super::{Stage, StageMismatch, StageSpec, Wearer, limits};
+use super::{Stage, StageMismatch, StageSpec, SumError, Sums, Wearer, limits};
 use crate::pulse::{
     CHANNELS, Group, GroupError, GroupSpec, MAX_GROUPS, Partner, Train, TrainError, TrainSpec,
 };
@@ -84,21 +84,8 @@ pub enum SetupError {
         /// Largest rms current at that area.
         max: MicroAmps,
     },
-    /// With all channels at their limits, the common return would carry more than is
-    /// allowed at some microsecond.
-    Sum {
-        /// What it would.
-        sum: MicroAmps,
-        /// What it may.
-        max: MicroAmps,
-    },
-    /// The same of the rms current.
-    SumRms {
-        /// What it would.
-        sum: MicroAmps,
-        /// What it may.
-        max: MicroAmps,
-    },
+    /// With all channels at their limits, the common return would carry too much.
+    Sum(SumError),
 }
 
 impl From<StageMismatch> for SetupError {
@@ -295,6 +282,8 @@ pub struct Setup {
     pub wearer: Wearer,
     /// Configured channels.
     pub channels: [Option<Channel>; CHANNELS],
+    /// What they come to at the common return, each at its limit.
+    pub sums: Sums,
     /// Groups of channels.
     pub groups: Vec<Group, MAX_GROUPS>,
     /// The channel that drives sync out.

@@ -1,6 +1,6 @@
 //! What the guard says and hears: states, inputs, denials, notices.
 
-use super::{Fault, FaultRecord, Reading};
+use super::{Fault, FaultRecord, Reading, SumError};
 use crate::units::{Amplitude, Micros};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -144,6 +144,8 @@ pub enum Denied {
         /// The largest amplitude that would be taken now.
         highest: Amplitude,
     },
+    /// Through the loads measured at arming all channels together would exceed this.
+    Together(SumError),
     /// Above the wearer's limit.
     AboveLimit {
         /// The channel.

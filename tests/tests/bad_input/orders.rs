@@ -94,12 +94,21 @@ fn tightened() -> Bench {
 /// Three channels of [`LIMIT`](super::bench::LIMIT), apart in time, and what they may
 /// come to together.
 fn together(max_sum_ua: u32, max_sum_rms_ua: u32) -> Bench {
+    summed(Bench::draft(), max_sum_ua, max_sum_rms_ua)
+}
+
+fn summed(bench: Bench, max_sum_ua: u32, max_sum_rms_ua: u32) -> Bench {
     let tight = WearerSpec {
         max_sum_ua,
         max_sum_rms_ua,
         ..WearerSpec::default()
     };
-    Bench::draft().after([Request::Wearer(tight)])
+    bench.after([Request::Wearer(tight)])
+}
+
+/// 10 mA through the load declared, 19.3 mA through the one measured.
+fn more_together(max_sum_ua: u32, max_sum_rms_ua: u32) -> Bench {
+    summed(volts_on(20_000, 1_000.0), max_sum_ua, max_sum_rms_ua)
 }
 
 #[rustfmt::skip]
@@ -118,6 +127,9 @@ fn arm_rows() -> Vec<Row> {
         arm("20 mA over the common return", || together(20_000, 4_900), Expect::Done),
         arm("too much at once", || together(19_999, 4_900), refused(Code::SumLimit, "limit").allowed(20_000, 19_999)),
         arm("too much rms", || together(20_000, 4_899), refused(Code::SumRmsLimit, "limit").allowed(4_900, 4_899)),
+        arm("too much at once through the loads", || more_together(15_000, 50_000), refused(Code::SumLimit, "limit").allowed(19_324, 15_000)),
+        arm("too much rms through the loads", || more_together(20_000, 2_000), refused(Code::SumRmsLimit, "limit").allowed(2_734, 2_000)),
+        arm("through the loads", || more_together(19_324, 2_734), Expect::Done),
         arm("arm twice", Bench::armed, refused(Code::WrongState, "state")),
         arm("arm in use", Bench::stimulating, refused(Code::WrongState, "state")),
     ]

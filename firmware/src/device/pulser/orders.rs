@@ -114,12 +114,14 @@ impl Pulser {
         inputs: &Inputs,
         mail: &mut PulserMail<'_>,
     ) -> Result<(), Denied> {
-        // The session put a setup into the mailbox before it ordered.
-        let setup = mail
-            .setup
-            .dequeue()
-            .ok_or(Denied::WrongState(self.guard.state()))?;
-        let check = self.guard.arm(setup, inputs, start)?;
+        // The session put a setup into the mailbox before it ordered. Taken where it lies:
+        // it is long.
+        let check = match mail.setup.peek() {
+            Some(setup) => self.guard.arm(setup, inputs, start),
+            None => Err(Denied::WrongState(self.guard.state())),
+        };
+        let _ = mail.setup.dequeue();
+        let check = check?;
         let trains = check.trains();
         self.scheduler.start(&trains, &[], None, start);
         let train = |channel: u8| trains.get(usize::from(channel)).copied().flatten();

@@ -24,8 +24,12 @@ impl Guard {
     }
 
     /// Keeps the loads that the check measured, and judges every channel with the lower
-    /// of that and the declared one, from now on.
+    /// of that and the declared one, from now on, and all together too.
     fn take_loads(&mut self) -> Result<(), Denied> {
+        let setup = self.setup.as_ref();
+        let Some((mut sums, wearer)) = setup.map(|setup| (setup.sums, setup.wearer)) else {
+            return Ok(());
+        };
         for channel in 0..CHANNELS as u8 {
             let index = usize::from(channel);
             if !self.open_burst(channel) {
@@ -39,17 +43,18 @@ impl Guard {
                 continue;
             };
             let load = watch.take_load();
-            let wearer = setup.wearer;
             if let Some(Some(config)) = setup.channels.get_mut(index)
                 && let Some(ohm) = least_load_ohm(load)
             {
                 let judged = config.with_load(ohm, &wearer);
-                *config = judged.map_err(|_| Denied::LoadTooLow { channel, ohm })?;
+                let judged = judged.map_err(|_| Denied::LoadTooLow { channel, ohm })?;
+                sums.add(config, &judged);
+                *config = judged;
             }
             *kept = load;
             self.seal_armed(channel);
         }
-        Ok(())
+        sums.check(&wearer).map_err(Denied::Together)
     }
 
     /// A reading during the check: ticks its phase off and is told, or ends the check.

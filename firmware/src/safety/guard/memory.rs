@@ -175,7 +175,15 @@ impl Guard {
     /// The wearer's limits and timeouts, groups, sync, which channels are controlled.
     fn common(&self) -> impl Hash + '_ {
         let setup = self.setup.as_ref();
-        setup.map(|setup| (&setup.wearer, &setup.groups, setup.sync, setup.controlled))
+        setup.map(|setup| {
+            (
+                &setup.wearer,
+                &setup.groups,
+                setup.sync,
+                setup.controlled,
+                setup.sums,
+            )
+        })
     }
 
     /// Over what was armed of a channel. Once in the image: it is long.

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::pulse::{Supply, TrainSpec};
-use crate::safety::{ChannelSpec, Reading, StageSpec, WearerSpec};
+use crate::safety::{ChannelSpec, Reading, StageSpec, Sums, WearerSpec};
 use crate::units::{MicroAmps, us};
 use std::format;
 use std::vec::Vec;
@@ -32,6 +32,7 @@ fn setup() -> Setup {
     Setup {
         wearer,
         channels,
+        sums: Sums::of(&channels),
         groups: heapless::Vec::new(),
         sync: None,
         controlled: 0,
@@ -66,7 +67,7 @@ fn guard_in(state: &str) -> (Guard, Scheduler) {
         tick(&mut guard, NOW, &CLOSED, &scheduler);
     }
     if steps > 1 {
-        guard.arm(setup(), &CLOSED, NOW).unwrap();
+        guard.arm(&setup(), &CLOSED, NOW).unwrap();
         // The last of the check's four amplitudes: 15 ms after its epoch, sensed.
         let pulse = NOW + us(15_000);
         guard.burst(0, pulse).unwrap();
@@ -130,7 +131,7 @@ fn outcome(state: &str, event: &str, let_go: u8) -> &'static str {
         ..CLOSED
     };
     let is_accepted = match event {
-        "`arm`" => guard.arm(setup(), &CLOSED, NOW).is_ok(),
+        "`arm`" => guard.arm(&setup(), &CLOSED, NOW).is_ok(),
         "`start`" => guard.start(NOW).is_ok(),
         "`acknowledge`" => guard.acknowledge(NOW).is_ok(),
         "`stop`" => guard.stop(NOW).is_some() || name(&guard) == state,
@@ -179,7 +180,7 @@ fn a_phase_that_owes_its_reading_is_told() {
         let mut guard = Guard::new(None);
         let scheduler = Scheduler::new();
         guard.tick(NOW, &CLOSED, &scheduler).unwrap();
-        guard.arm(setup(), &CLOSED, NOW).unwrap();
+        guard.arm(&setup(), &CLOSED, NOW).unwrap();
         let pulse = NOW + us(15_000);
         guard.burst(0, pulse).unwrap();
         for &second in phases {

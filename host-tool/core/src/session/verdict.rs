@@ -9,7 +9,7 @@ use firmware::haptics::WallError;
 use firmware::muscle::{CalciumForceSpec, LadderError, RecruitmentSpec};
 use firmware::pulse::{GroupError, GroupSpec, TrainError, TrainSpec};
 use firmware::range::{OutOfRange, Range};
-use firmware::safety::SetupError;
+use firmware::safety::{SetupError, SumError};
 use firmware::units::MicroAmps;
 
 use super::channel::Channel;
@@ -63,11 +63,11 @@ pub(super) fn tell(root: &Table<'_>, channels: &[Channel], mistake: Mistake) {
 fn tell_sum(root: &Table<'_>, rule: Rule) {
     let milli = |current: MicroAmps| in_units(current.get().into(), 3);
     let problem = match rule {
-        Rule::Setup(SetupError::Sum { sum, max }) => Problem::SumLimit {
+        Rule::Setup(SetupError::Sum(SumError::Peak { sum, max })) => Problem::SumLimit {
             sum_ma: milli(sum),
             max_ma: milli(max),
         },
-        Rule::Setup(SetupError::SumRms { sum, max }) => Problem::SumRmsLimit {
+        Rule::Setup(SetupError::Sum(SumError::Rms { sum, max })) => Problem::SumRmsLimit {
             sum_ma: milli(sum),
             max_ma: milli(max),
         },
