@@ -110,6 +110,7 @@ impl<S: Sink + ?Sized> Sink for &mut S {
 ///     last_fault: None,
 ///     first_session: 7,
 ///     stages: Stages::AsDeclared,
+///     option_bytes: None,
 /// };
 /// let (mut board, mut line) = (Lockstep::new(identity, Micros::new(0)), Line(Vec::new()));
 /// let request = Request::Hello { schema: SCHEMA };

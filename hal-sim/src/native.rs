@@ -21,6 +21,7 @@ pub const fn identity(kind: Kind) -> Identity {
         last_fault: None,
         first_session: 1,
         stages: Stages::AsDeclared,
+        option_bytes: None,
     }
 }
 

@@ -31,6 +31,7 @@ fn model(session: &str) -> Model {
         last_fault: None,
         dead_time_us: 5,
         stages: Stages::AsDeclared,
+        option_bytes: None,
     }));
     model
 }

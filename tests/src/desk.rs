@@ -124,6 +124,7 @@ pub const fn identity(kind: Kind, first_session: u16) -> Identity {
         last_fault: None,
         first_session,
         stages: Stages::AsDeclared,
+        option_bytes: None,
     }
 }
 

@@ -65,6 +65,7 @@ fn in_process(chip: &Watched, worlds: &[(Micros, Sensors)], hello: &HelloInfo) -
     let identity = Identity {
         unique_id: hello.unique_id,
         stages: hello.stages,
+        option_bytes: hello.option_bytes,
         ..identity(Kind::Board, hello.session)
     };
     let mut record = Record::default();

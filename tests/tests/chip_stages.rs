@@ -3,6 +3,7 @@
 //! image, which reads it from its flash and writes it there.
 
 use firmware::device::Draft;
+use firmware::link::message::OptionBytes;
 use firmware::link::{BROADCAST, Code, HelloInfo, Refusal, Request, Response, SCHEMA};
 use firmware::lockstep::Sensors;
 use firmware::pulse::{CHANNELS, TrainSpec};
@@ -189,6 +190,30 @@ fn a_false_declaration_is_refused_by_name() {
     assert!(matches!(said, Said::Ack), "{said:?}");
     bench.expect_never_driven();
     assert!(matches!(bench.ask(desk::ARM, 30_000), Said::Ack));
+}
+
+#[test]
+fn option_bytes_are_told() {
+    let hello = Bench::booted(|_| ()).greet();
+    assert_eq!(hello.option_bytes, Some(OptionBytes::WANTED));
+    // As delivered: RM0090 3.9.7, FLASH_OPTCR, reset value.
+    let delivered = |board: &mut Board<()>| board.around.soc.flash.set_options(0x0FFF_AAED);
+    let off = OptionBytes {
+        brown_out_level: 0,
+        ..OptionBytes::WANTED
+    };
+    assert_eq!(Bench::booted(delivered).greet().option_bytes, Some(off));
+    // Level 1 (BOR_LEV 10), watchdog by hardware, read protection.
+    for (rdp, read_protection) in [(0x00, 1), (0xCC, 2)] {
+        let set =
+            |board: &mut Board<()>| board.around.soc.flash.set_options(0x0FFF_00C9 | rdp << 8);
+        let found = OptionBytes {
+            brown_out_level: 1,
+            hardware_watchdog: true,
+            read_protection,
+        };
+        assert_eq!(Bench::booted(set).greet().option_bytes, Some(found));
+    }
 }
 
 #[test]

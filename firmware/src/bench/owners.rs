@@ -50,6 +50,7 @@ impl Desk {
             last_fault: None,
             first_session: 1,
             stages: Stages::AsDeclared,
+            option_bytes: None,
         };
         let mut desk = Self {
             pulser: Pulser::new(None),

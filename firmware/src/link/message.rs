@@ -228,6 +228,42 @@ pub enum ResetCause {
     Software,
 }
 
+/// What the chip does by itself before any program runs (RM0090 section 3.7), set once
+/// with a probe.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+pub struct OptionBytes {
+    /// Level below which the chip is in reset, 1–3; 0 is off. Level 3 is some 2.8 V.
+    pub brown_out_level: u8,
+    /// The watchdog starts with reset, before the firmware does.
+    pub hardware_watchdog: bool,
+    /// Level of read protection, 0–2; 2 cannot be undone.
+    pub read_protection: u8,
+}
+
+impl OptionBytes {
+    /// As docs/hil.md sets them.
+    pub const WANTED: Self = Self {
+        brown_out_level: 3,
+        hardware_watchdog: false,
+        read_protection: 0,
+    };
+
+    /// As FLASH_OPTCR shows them (RM0090 3.9.7, 3.7.1).
+    #[must_use]
+    pub const fn of(optcr: u32) -> Self {
+        Self {
+            // BOR_LEV: 00 is level 3, 11 is off.
+            brown_out_level: !(optcr >> 2) as u8 & 0b11,
+            hardware_watchdog: optcr & 1 << 5 == 0, // WDG_SW
+            read_protection: match (optcr >> 8) as u8 {
+                0xAA => 0,
+                0xCC => 2,
+                _ => 1,
+            },
+        }
+    }
+}
+
 /// What a device tells at the start of a session.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub struct HelloInfo {
@@ -255,6 +291,8 @@ pub struct HelloInfo {
     pub dead_time_us: u16,
     /// Its output stages.
     pub stages: Stages,
+    /// The chip's option bytes; none in simulators without a chip.
+    pub option_bytes: Option<OptionBytes>,
 }
 
 /// What has been counted since boot.

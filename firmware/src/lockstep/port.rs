@@ -169,6 +169,7 @@ const fn identity(
         last_fault,
         first_session,
         stages: Stages::AsDeclared,
+        option_bytes: None,
     }
 }
 

@@ -116,6 +116,7 @@ impl Channel {
     }
 
     /// Rms current of phases of `ua`, at most 1e5, at its highest rate, rounded up, µA.
+    #[inline(never)]
     fn rms_of(&self, ua: u32) -> u32 {
         let ua = u64::from(ua);
         let square = ua * ua * u64::from(self.train.on_us());

@@ -337,6 +337,7 @@ pub fn identity(first_session: u16, last_fault: Option<FaultRecord>) -> Identity
         last_fault,
         first_session,
         stages: Stages::AsDeclared,
+        option_bytes: None,
     }
 }
 

@@ -102,6 +102,14 @@ pub fn perform(
     let watch = interruptible(&interruption, |part| bar.set(part));
     let (mut outcome, port) = run(session, port, Some(&mut recorder), watch);
     bar.finish();
+    for told in outcome
+        .trial
+        .identity
+        .iter()
+        .flat_map(|it| &it.option_bytes)
+    {
+        eprintln!("note: {}", visible(told));
+    }
     let mut vcd = Ok(());
     if let (Some(mut port), Some(epoch)) = (port, outcome.epoch_us)
         && let Some(world) = port.world()

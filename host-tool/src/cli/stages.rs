@@ -7,7 +7,7 @@ use firmware::link::HelloInfo;
 use firmware::pulse::CHANNELS;
 use firmware::safety::{Origin, StageKind, StageTable, Stages, State};
 use host_core::link::{Client, Port};
-use host_core::run::{DeviceName, stages_told};
+use host_core::run::{DeviceName, option_bytes_told, stages_told};
 use serde_json::json;
 use std::io::{BufRead, IsTerminal, Write};
 use std::thread::sleep;
@@ -77,10 +77,14 @@ pub fn main(args: &StagesArgs, output: Output) -> anyhow::Result<()> {
 }
 
 fn say(info: &HelloInfo, output: Output) -> anyhow::Result<()> {
-    let lines = stages_told(&info.stages);
+    let mut lines = stages_told(&info.stages);
+    let options = info
+        .option_bytes
+        .map_or_else(Vec::new, |found| option_bytes_told(&found));
+    lines.extend(options.iter().map(|line| format!("option bytes: {line}")));
     output.say(
         || lines.join("\n"),
-        || json!({ "stages": info.stages, "unique_id": info.unique_id }),
+        || json!({ "stages": info.stages, "unique_id": info.unique_id, "option_bytes": options }),
     )
 }
 

@@ -4,7 +4,7 @@ use firmware::control::{
     ForceGap, ForceSpec, HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource,
 };
 use firmware::haptics::{CoContraction, PreWall, Side, WallSpec};
-use firmware::link::message::{ForceSample, ResetCause};
+use firmware::link::message::{ForceSample, OptionBytes, ResetCause};
 use firmware::link::{
     Code, Counters, Event, HelloInfo, Kind, Refusal, Request, Response, SCHEMA, Status, Telemetry,
     ToDevice,
@@ -368,6 +368,7 @@ fn hellos() -> impl Iterator<Item = HelloInfo> {
         last_fault: (reset == Watchdog).then(|| fault(Fault::Watchdog)),
         dead_time_us: 5,
         stages,
+        option_bytes: (kind == Kind::Board).then_some(OptionBytes::WANTED),
     })
 }
 

@@ -25,7 +25,7 @@ mod watchdog;
 
 use crate::device::{Controller, Identity, Mailboxes, Session, first_session};
 use crate::link::Kind;
-use crate::link::message::ResetCause;
+use crate::link::message::{OptionBytes, ResetCause};
 use crate::safety::{Fault, FaultRecord};
 use crate::units::Micros;
 use embassy_executor::Spawner;
@@ -105,6 +105,7 @@ pub async fn run(_: Spawner) -> ! {
         last_fault: latched,
         first_session: first_session(&[a, b, c, cycles]),
         stages: stages::load(unique_id),
+        option_bytes: Some(OptionBytes::of(pac::FLASH.optcr().read().0)),
     };
     static SESSION: StaticCell<Session> = StaticCell::new();
     let session = SESSION.init_with(|| Session::new(identity));

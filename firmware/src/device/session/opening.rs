@@ -2,7 +2,7 @@
 
 use super::super::mail::{ControlRequest, SessionMail};
 use super::{Session, busy, is_arming, submit};
-use crate::link::message::ResetCause;
+use crate::link::message::{OptionBytes, ResetCause};
 use crate::link::{Code, HelloInfo, Kind, Refusal, SCHEMA, SetupSum};
 use crate::pulse::DEAD_TIME_US;
 use crate::safety::{FaultRecord, Stages, State};
@@ -23,6 +23,8 @@ pub struct Identity {
     pub first_session: u16,
     /// Its output stages.
     pub stages: Stages,
+    /// The chip's option bytes; none in simulators without a chip.
+    pub option_bytes: Option<OptionBytes>,
 }
 
 /// Where session numbers begin: a number that another host does not hit by
@@ -94,6 +96,7 @@ impl Session {
             last_fault: self.identity.last_fault,
             dead_time_us: DEAD_TIME_US,
             stages: self.identity.stages,
+            option_bytes: self.identity.option_bytes,
         })
     }
 

@@ -61,6 +61,7 @@ impl Around {
         for copy in stages::COPIES {
             let _ = stages::write(&mut soc.flash, copy, &words); // both lie in flash
         }
+        soc.flash.set_options(stages::OPTIONS);
         let hz = soc.hz();
         let mut host = Host::new(hz.into());
         host.plug(0, &mut soc.otg);

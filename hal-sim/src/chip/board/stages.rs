@@ -9,6 +9,10 @@ use firmware::safety::{Origin, StageKind, StageTable, StageWords};
 /// Where the firmware keeps the two copies: sectors 10 and 11 (docs/hardware.md).
 pub const COPIES: [u32; 2] = [0x080C_0000, 0x080E_0000];
 
+/// OPTCR of a board in service: brown-out level 3, watchdog by software, no protection
+/// (docs/hil.md, part 7).
+pub const OPTIONS: u32 = 0x0FFF_AAE1;
+
 /// The table of a simulated board with these stages, made for a session.
 #[must_use]
 pub fn table(outputs: &[Option<Output>; CHANNELS]) -> StageTable {

@@ -24,6 +24,9 @@ pub struct Identity {
     pub reset: String,
     /// Isolation between opposite drive, µs.
     pub dead_time_us: u16,
+    /// The chip's option bytes that are not as docs/hil.md sets them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub option_bytes: Vec<String>,
 }
 
 /// The kinds of device.

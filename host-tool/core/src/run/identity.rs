@@ -1,5 +1,6 @@
 //! From a `Hello` to who answered it.
 
+use super::option_bytes_told;
 use crate::link::Fit;
 use crate::record::{ClockFit, DeviceKind, Identity};
 use firmware::link::message::ResetCause;
@@ -55,6 +56,9 @@ pub fn identity(info: &HelloInfo, in_process: bool) -> Identity {
         schema: format!("{:016x}", info.schema),
         reset: reset.to_owned(),
         dead_time_us: info.dead_time_us,
+        option_bytes: info
+            .option_bytes
+            .map_or_else(Vec::new, |it| option_bytes_told(&it)),
     }
 }
 

@@ -71,8 +71,8 @@ pub(super) struct Programming {
     end: Option<Cycle>,
     /// Keys written so far; `None` after a wrong one, until reset.
     keys: Option<usize>,
-    /// Sectors whose nWRP option bit is 0.
-    protected: u16,
+    /// What OPTCR shows: the option bytes that were programmed before.
+    options: u32,
 }
 
 impl Programming {
@@ -82,13 +82,13 @@ impl Programming {
             flags: 0,
             end: None,
             keys: Some(0),
-            protected: 0,
+            options: OPTCR,
         }
     }
 
     pub(super) fn reset(&mut self) {
         *self = Self {
-            protected: self.protected,
+            options: self.options,
             ..Self::new()
         };
     }
@@ -130,7 +130,12 @@ impl Programming {
     }
 
     pub(super) const fn option_control(&self) -> u32 {
-        OPTCR & !((self.protected as u32) << 16)
+        self.options
+    }
+
+    /// Whether a sector's nWRP option bit is 0.
+    const fn is_protected(&self, sector: u32) -> bool {
+        self.options & 1 << (16 + sector) == 0
     }
 
     pub(super) fn write_key(&mut self, key: u32) -> Modelled {
@@ -171,7 +176,14 @@ impl Flash {
     /// Write-protects the sectors whose bit is set in `sectors`, as option bytes
     /// programmed before would.
     pub fn protect(&mut self, sectors: u16) {
-        self.programming.protected = sectors & 0x0FFF;
+        self.programming.options |= 0x0FFF << 16;
+        self.programming.options &= !(u32::from(sectors & 0x0FFF) << 16);
+    }
+
+    /// What OPTCR shows of option bytes programmed before. Told only: what they do is
+    /// not modelled.
+    pub const fn set_options(&mut self, optcr: u32) {
+        self.programming.options = optcr;
     }
 
     /// A data write of `size` at `address`; gives its wait states. It programs
@@ -197,7 +209,7 @@ impl Flash {
             programming.fail(sr::PGSERR);
         } else if programming.cr & cr::PSIZE != (size as u32) << 8 {
             programming.fail(sr::PGPERR);
-        } else if programming.protected & 1 << number != 0 {
+        } else if programming.is_protected(number as u32) {
             programming.fail(sr::WRPERR);
         } else {
             let bytes = value.to_le_bytes();
@@ -233,7 +245,7 @@ impl Flash {
         )?;
         let number = (value & cr::SNB) >> 3;
         let sector = sector(number as usize).ok_or(Unmodelled("FLASH_CR: SNB above 11"))?;
-        if programming.protected & 1 << number != 0 {
+        if programming.is_protected(number) {
             programming.cr &= !cr::STRT;
             programming.fail(sr::WRPERR);
             return Ok(());

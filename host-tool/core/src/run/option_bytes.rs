@@ -1,0 +1,48 @@
+//! The chip's option bytes, in words: those that are not as they ought to be.
+
+use firmware::link::message::OptionBytes;
+
+/// What is not as docs/hil.md sets it, and what that means: a line each.
+#[must_use]
+pub fn option_bytes_told(found: &OptionBytes) -> Vec<String> {
+    let wanted = OptionBytes::WANTED;
+    let mut told = Vec::new();
+    if found.brown_out_level != wanted.brown_out_level {
+        let level = match found.brown_out_level {
+            0 => "off".to_owned(),
+            level => format!("at level {level}"),
+        };
+        told.push(format!(
+            "brown-out reset is {level}, not at level 3: a low supply is watched only while the \
+             program runs"
+        ));
+    }
+    if found.hardware_watchdog != wanted.hardware_watchdog {
+        told.push("the watchdog is started by hardware, not by the program".to_owned());
+    }
+    if found.read_protection != wanted.read_protection {
+        told.push(format!(
+            "read protection is at level {}, not 0",
+            found.read_protection
+        ));
+    }
+    told
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_not_as_it_ought_to_be_is_told() {
+        assert_eq!(option_bytes_told(&OptionBytes::WANTED), [""; 0]);
+        // As delivered (RM0090 3.9.7), and each field otherwise.
+        let delivered = option_bytes_told(&OptionBytes::of(0x0FFF_AAED));
+        assert_eq!(delivered.len(), 1);
+        assert!(delivered[0].contains("brown-out reset is off"));
+        let other = option_bytes_told(&OptionBytes::of(0x0FFF_CCC9));
+        assert_eq!(other.len(), 3, "{other:?}");
+        assert!(other[0].contains("level 1"), "{other:?}");
+        assert!(other[2].contains("level 2"), "{other:?}");
+    }
+}
