@@ -1,41 +1,12 @@
 //! What all channels together put through the common return: every one of them flows
 //! back through the same electrode.
 
-use super::{Channel, Wearer};
+use super::{Channel, Sums};
 use crate::pulse::{CHANNELS, Train, TrainSpec, gcd};
 use crate::units::MicroAmps;
 
 /// Most phases of one sign in a burst.
 const MOST_PULSES: usize = TrainSpec::BURST_COUNT.max as usize;
-
-/// The most that comes together at the common return with every channel at its limit.
-#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
-pub struct Sums {
-    /// At any microsecond, of the phases of one sign: a channel that pulls the other way
-    /// may be at zero.
-    pub peak: MicroAmps,
-    /// Over time.
-    pub rms: MicroAmps,
-}
-
-/// What is more than the common return may carry.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum SumError {
-    /// The current at some microsecond.
-    Peak {
-        /// What it would be.
-        sum: MicroAmps,
-        /// What it may be.
-        max: MicroAmps,
-    },
-    /// The rms current.
-    Rms {
-        /// What it would be.
-        sum: MicroAmps,
-        /// What it may be.
-        max: MicroAmps,
-    },
-}
 
 impl Sums {
     /// Of these channels. Exact for trains of one period from the common epoch, and so
@@ -83,25 +54,6 @@ impl Sums {
         // At most 20 mA each: a voltage stage's limiter.
         self.peak = MicroAmps::new(self.peak.get() + more);
         self.rms = MicroAmps::new(self.rms.get() + now.rms_of(more));
-    }
-
-    /// Holds them against the wearer's limits and the size of the common return.
-    ///
-    /// # Errors
-    /// The first limit exceeded, with the sum that would be.
-    pub fn check(&self, wearer: &Wearer) -> Result<(), SumError> {
-        let max = wearer.max_sum();
-        if self.peak > max {
-            return Err(SumError::Peak {
-                sum: self.peak,
-                max,
-            });
-        }
-        let max = wearer.max_sum_rms();
-        if self.rms > max {
-            return Err(SumError::Rms { sum: self.rms, max });
-        }
-        Ok(())
     }
 }
 

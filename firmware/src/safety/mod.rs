@@ -16,11 +16,11 @@ mod setup;
 mod stage;
 mod stages;
 mod state;
+mod sums;
 mod watch;
 mod wearer;
 
 pub use check::{ElectrodeCheck, Reading};
-pub use common_return::{SumError, Sums};
 pub use fault::{Fault, FaultRecord};
 pub use guard::Guard;
 pub use outputs::{Broken, Expected, OutputCheck};
@@ -28,4 +28,5 @@ pub use setup::{Channel, ChannelSpec, Setup, SetupError, check_group};
 pub use stage::{Stage, StageSpec};
 pub use stages::{Origin, StageKind, StageMismatch, StageTable, StageWords, Stages, StagesFault};
 pub use state::{Denied, Inputs, Notice, State, StopCause};
+pub use sums::{SumError, Sums};
 pub use wearer::{Wearer, WearerSpec};
