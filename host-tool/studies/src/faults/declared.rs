@@ -4,6 +4,7 @@ use super::Draws;
 use super::case::{Case, Fate};
 use super::declaration::Declaration;
 use super::error::FaultsError;
+use super::kinds::Kinds;
 use super::simulated::{Boards, judged};
 use super::truth::declared_truth;
 use firmware::link::Code;
@@ -12,7 +13,7 @@ use firmware::safety::{Origin, StageKind, StageSpec, StageTable, StageWords};
 use firmware::units::Amplitude;
 use hal_sim::body::{CHANNELS, Load};
 use hal_sim::chip::board::{Board, stages};
-use hal_sim::random::{Random, word};
+use hal_sim::random::Random;
 use host_core::session::Session;
 
 /// Of the streams that this class draws from.
@@ -51,9 +52,8 @@ const TRUE: &str = "true";
 /// What is wrong.
 pub(super) struct Declared<B> {
     boards: B,
-    seed: u64,
     declaration: Declaration,
-    kinds: Vec<String>,
+    kinds: Kinds,
 }
 
 /// One of them, drawn.
@@ -67,23 +67,17 @@ struct Drawn<'k> {
 
 impl<B: Boards> Declared<B> {
     pub fn new(seed: u64, declaration: &Declaration, boards: B) -> Result<Self, FaultsError> {
-        let of = &declaration.of;
-        let kinds = boards.kinds(&of.kinds, &of.native_kinds).to_vec();
+        let kinds = Kinds::of(declaration, &boards, seed, STREAM);
         let declaration = declaration.clone();
         Ok(Self {
             boards,
-            seed,
             declaration,
             kinds,
         })
     }
 
     fn draw(&self, index: u64) -> Result<Drawn<'_>, FaultsError> {
-        let mut random = Random::new(word(word(self.seed, STREAM), index));
-        let kind = random.below(self.kinds.len().max(1) as u64) as usize;
-        let Some(kind) = self.kinds.get(kind) else {
-            return Err(FaultsError::Declaration("no kinds".into()));
-        };
+        let (kind, mut random) = self.kinds.draw(index)?;
         let count = STAGES.len() as u64;
         let has = random.below(count);
         let other = (has + 1 + random.below(count - 1)) % count;
@@ -243,7 +237,7 @@ impl<B: Boards> Draws for Declared<B> {
 
     fn notes(&self) -> Vec<String> {
         vec![
-            format!("Drawn: {}.", self.kinds.join(", ")),
+            format!("Drawn: {}.", self.kinds.in_words()),
             "Found is what is refused by its own number and field, and drives nothing; what is \
              true must drive."
                 .to_owned(),

@@ -5,13 +5,13 @@ use super::bench::{Bench, HOST_US};
 use super::case::{Case, Fate};
 use super::declaration::Declaration;
 use super::error::FaultsError;
+use super::kinds::Kinds;
 use super::simulated::{Boards, Simulated, judged};
 use super::truth::declared_truth;
 use firmware::link::Request;
 use firmware::lockstep::Sensors;
 use firmware::units::Amplitude;
 use hal_sim::body::{CHANNELS, Load};
-use hal_sim::random::{Random, word};
 use hal_sim::trace::judge::{Line, Stuck, Truth};
 use hal_sim::trace::{Levels, State};
 use host_core::session::{Session, Unit};
@@ -28,9 +28,8 @@ const AFTER_US: u64 = 50_000;
 /// What breaks.
 pub(super) struct Electrode<B> {
     boards: B,
-    seed: u64,
     declaration: Declaration,
-    kinds: Vec<String>,
+    kinds: Kinds,
 }
 
 /// One of them, drawn.
@@ -49,24 +48,21 @@ struct Drawn<'k> {
 
 impl<B: Boards> Electrode<B> {
     pub fn new(seed: u64, declaration: &Declaration, boards: B) -> Result<Self, FaultsError> {
-        let of = &declaration.of;
-        let kinds = boards.kinds(&of.kinds, &of.native_kinds).to_vec();
+        let kinds = Kinds::of(declaration, &boards, seed, STREAM);
         let declaration = declaration.clone();
         Ok(Self {
             boards,
-            seed,
             declaration,
             kinds,
         })
     }
 
     fn draw(&self, index: u64) -> Result<Drawn<'_>, FaultsError> {
-        let mut random = Random::new(word(word(self.seed, STREAM), index));
-        let kind = random.below(self.kinds.len().max(1) as u64) as usize;
+        let (kind, mut random) = self.kinds.draw(index)?;
         let channels = &self.declaration.scene.session.channels;
         let channel = random.below(channels.len().max(1) as u64) as usize;
-        let (Some(kind), Some(channel)) = (self.kinds.get(kind), channels.get(channel)) else {
-            return Err(FaultsError::Declaration("no kinds or no channels".into()));
+        let Some(channel) = channels.get(channel) else {
+            return Err(FaultsError::Declaration("no channels".into()));
         };
         let is_current = channel.unit() == Unit::Milliampere;
         let least = if is_current { 1_000.0 } else { 2_000.0 };
@@ -210,7 +206,7 @@ impl<B: Boards> Draws for Electrode<B> {
     }
 
     fn notes(&self) -> Vec<String> {
-        let kinds = self.kinds.join(", ");
+        let kinds = self.kinds.in_words();
         vec![
             format!("Drawn: {kinds}, of the current or the voltage stage."),
             "Not to find: a short, or peeling, at which a current stage keeps its current within \

@@ -13,6 +13,7 @@ mod declared;
 mod electrode;
 mod error;
 mod flips;
+mod kinds;
 mod outcome;
 mod registers;
 mod simulated;
