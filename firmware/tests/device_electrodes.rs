@@ -107,6 +107,54 @@ fn a_contact_that_comes_and_goes_is_found() {
     }
 }
 
+/// A voltage stage whose load falls to `ohm` after 0.2 s: what it is, and the seconds
+/// until it is told.
+fn fallen(from_ohm: u32, ohm: u32, amplitude: u32) -> Option<(Fault, f64)> {
+    let mut desk = Desk::open(BOOT);
+    desk.sensors.load_ohm = [from_ohm; 10];
+    desk.run(wearer(), &[volts(PLAIN, amplitude)], amplitude);
+    let at_s = play(
+        &mut desk,
+        1_000,
+        0.5,
+        |s| {
+            if s < 0.2 { from_ohm } else { ohm }
+        },
+    );
+    desk.fault().map(|fault| (fault, at_s - 0.2))
+}
+
+/// The limiter keeps its current at 20 mA, which the wearer may have.
+#[test]
+fn a_shorted_voltage_stage_is_found() {
+    for from_ohm in [1_000, 3_000] {
+        for (ohm, amplitude) in [(50, 2_000), (50, 5_000), (20, 15_000), (80, 19_000)] {
+            let found = fallen(from_ohm, ohm, amplitude);
+            let (fault, after_s) = found.unwrap_or_else(|| panic!("{amplitude} mV"));
+            let is_short = matches!(fault, Fault::LoadWanders | Fault::OverCurrent);
+            assert!(is_short, "{amplitude} mV: {fault:?}");
+            assert!(after_s <= 0.08, "{amplitude} mV: {after_s} s");
+        }
+    }
+}
+
+/// Three readings in a row far from the load before, though no limit is near.
+#[test]
+fn a_load_that_falls_and_stays_is_found() {
+    let (fault, after_s) = fallen(2_000, 600, 5_000).unwrap();
+    assert_eq!(fault, Fault::LoadWanders);
+    assert!(after_s <= 0.08, "{after_s} s");
+    assert_eq!(fallen(2_000, 1_100, 5_000), None, "less than half");
+}
+
+/// What it was armed with asks for the limiter's current: nothing fell.
+#[test]
+fn a_voltage_stage_at_its_full_current_stimulates() {
+    for (ohm, amplitude) in [(1_000, 20_000), (970, 19_400), (777, 15_500)] {
+        assert_eq!(fallen(ohm, ohm, amplitude), None, "{amplitude} mV, {ohm} Ω");
+    }
+}
+
 /// One phase of channel 0 meets nothing: its line is broken.
 fn without_phase(lost: Line, train: TrainSpec, wait_us: u32) -> Desk {
     let mut desk = Desk::open(BOOT);

@@ -2,7 +2,7 @@
 //! against the amplitude, against the load at arming and against one another.
 
 use super::check::{Electrode, Load, SLACK_UA, is_above_limit, judge};
-use super::{Channel, Fault, Reading};
+use super::{Channel, Fault, Reading, limits};
 use crate::units::Amplitude;
 use core::hash::{Hash, Hasher};
 
@@ -25,8 +25,8 @@ const RISEN: u32 = 4;
 /// How many times the load of the reading before is a jump.
 const JUMP: u32 = 2;
 
-/// Part of what a current stage is set to that it must reach, less two counts; sense
-/// and stage agree within 1 % (docs/hardware.md).
+/// Part of a current, less two counts, at which it is reached; sense and stage agree
+/// within 1 % (docs/hardware.md).
 const REACHED_PERCENT: u32 = 98;
 
 /// Readings of one phase.
@@ -45,7 +45,7 @@ pub(super) struct Watch {
     second: Phase,
     /// Account of odd readings.
     odd: u8,
-    /// The latest reading; none without an amplitude.
+    /// The latest reading that was no jump; none without an amplitude.
     last: Load,
 }
 
@@ -82,12 +82,11 @@ impl Watch {
         self.count_off(is_off, reading.second)?;
         let is_odd = is_off
             || if channel.stage.is_current() {
-                is_out_of_compliance(reading, amplitude)
+                // Its load asks for more than its compliance.
+                !reaches(reading, amplitude.get())
             } else {
                 let now = Load::of(reading, amplitude);
-                let last = core::mem::replace(&mut self.last, now);
-                let jumps = now.is_above(JUMP, last) || last.is_above(JUMP, now);
-                now.is_above(RISEN, load) || jumps && now.is_near(last)
+                now.is_above(RISEN, load) || is_limited(reading, now, load) || self.jumps(now)
             };
         self.odd = if is_odd {
             self.odd.saturating_add(ODD)
@@ -98,6 +97,18 @@ impl Watch {
             return Err(Fault::LoadWanders);
         }
         Ok(self)
+    }
+
+    /// Whether `now` is far from the reading before at about the same amplitude. That
+    /// one is kept, so that a load which jumps and stays there is odd again.
+    fn jumps(&mut self, now: Load) -> bool {
+        let last = self.last;
+        let is_far = now.is_above(JUMP, last) || last.is_above(JUMP, now);
+        let jumps = is_far && now.is_near(last);
+        if !jumps {
+            self.last = now;
+        }
+        jumps
     }
 
     /// Counts readings without current, phase by phase.
@@ -133,10 +144,15 @@ impl Hash for Watch {
     }
 }
 
-/// Whether a current stage did not reach what it was set to: its load asks for more
-/// than its compliance.
-fn is_out_of_compliance(reading: Reading, set: Amplitude) -> bool {
+/// Whether a voltage stage's limiter holds its current, and not what load it was armed
+/// with: an electrode that is shorted, or skin that broke down.
+fn is_limited(reading: Reading, now: Load, load: Load) -> bool {
+    load.is_above(1, now) && reaches(reading, limits::VOLTAGE_STAGE_LIMITER.get())
+}
+
+/// Whether a reading is `ua`, at most 150 000, or above.
+fn reaches(reading: Reading, ua: u32) -> bool {
     // At most 150 000 · 100: nothing wraps.
     let reached = (reading.current().get() + SLACK_UA).wrapping_mul(100);
-    reached < set.get().wrapping_mul(REACHED_PERCENT)
+    reached >= ua.wrapping_mul(REACHED_PERCENT)
 }
