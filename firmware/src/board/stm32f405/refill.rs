@@ -128,6 +128,11 @@ impl Refill {
         let (start, half) = self.playing;
         let next = start + us(WINDOW_US);
         timebase::refill_at(next + us(REFILL_OFFSET_US));
+        // Before all else, so that no more than two windows lie between two readings.
+        if let Err(fault) = self.check_hardware() {
+            self.fault(fault);
+            self.isolate();
+        }
         let sequence = adc::read();
         let inputs = self.inputs(sequence);
         // What a trigger does within a sequence, the manual does not say.
@@ -141,7 +146,6 @@ impl Refill {
             .refill(now, next, &inputs, &mut self.mail, &mut self.plan);
         let put_out = synchronised
             .and(rendered)
-            .and_then(|()| self.check_hardware())
             .and_then(|()| self.play(start, half));
         let half = put_out.unwrap_or_else(|fault| {
             self.fault(fault); // keeps an earlier one, the pulser's own included

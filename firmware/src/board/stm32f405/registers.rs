@@ -3,13 +3,14 @@
 //!
 //! What is written once at set-up stands here a second time, on purpose and as
 //! numbers: a check that shared the code of what it checks would share its mistakes.
-//! Left out is what shows by what it does: TIM1, DMA2 and what clocks TIM2, in the
-//! tape's positions and the count of cycles (`Tape::check`); the refill's interrupt, in
-//! the watchdog.
+//! Left out is what shows by what it does: most of TIM1, DMA2 and what clocks TIM2, in
+//! the tape's positions and the count of cycles (`Tape::check`); the refill's interrupt,
+//! in the watchdog.
 
 use crate::safety::Fault;
 use crate::seal::fold;
 
+const TIM1: u32 = 0x4001_0000;
 const TIM2: u32 = 0x4000_0000;
 const SPI3: u32 = 0x4000_3C00;
 const PWR: u32 = 0x4000_7000;
@@ -54,6 +55,7 @@ fn pins_hold() -> bool {
         RCC + 0x04, 0x0F43_7FFF => 0x0740_2A04; // PLLCFGR: 8 MHz / 4 · 168 / 2, / 7
         RCC + 0x08, 0x0000_FCFF => 0x0000_940A; // CFGR: PLL; AHB / 1, APB1 / 4, APB2 / 2
         FLASH, 0x0707 => 0x0705; // ACR: 5 wait states, caches on
+        TIM1 + 0x34, 0xFFFF => 8; // CCR1: when in its microsecond port C moves
     }
 }
 
@@ -66,6 +68,7 @@ fn inputs_hold() -> bool {
         TIM2 + 0x04, 0x70 => 0x60; // CR2: TRGO is OC3REF
         TIM2 + 0x18, 0xFFFF => 0x31; // CCMR1: capture, filtered
         TIM2 + 0x20, 0x3 => 0x1; // CCER: rising edge
+        ADC1 + 0x04, 0x03C0_FFFF => 0x0100; // CR1: twelve bits, scan
         ADC1 + 0x08, 0x003F_0001 => 0x0013_0001; // CR2: TIM2's TRGO, rising, on
         ADC1 + 0x38, 0x003F_FFFF => 0x0010_0400; // JSQR: current, then angle
         SPI3, 0xFFFF => 0xCB45; // CR1: master, 16 bits, mode 1
