@@ -65,6 +65,8 @@ pub trait Sink {
     fn levels(&mut self, at: Micros, levels: Levels);
     /// A DAC is written.
     fn dac(&mut self, at: Micros, channel: u8, code: DacCode);
+    /// The level of a bank's comparators is written. Nobody need listen.
+    fn trip(&mut self, _at: Micros, _bank: u8, _code: DacCode) {}
     /// Bytes leave for the host.
     fn bytes(&mut self, at: Micros, bytes: &[u8]);
 }
@@ -75,6 +77,9 @@ impl<S: Sink + ?Sized> Sink for &mut S {
     }
     fn dac(&mut self, at: Micros, channel: u8, code: DacCode) {
         (**self).dac(at, channel, code);
+    }
+    fn trip(&mut self, at: Micros, bank: u8, code: DacCode) {
+        (**self).trip(at, bank, code);
     }
     fn bytes(&mut self, at: Micros, bytes: &[u8]) {
         (**self).bytes(at, bytes);
@@ -351,6 +356,9 @@ impl Lockstep {
                     *slot = code;
                 }
                 sink.dac(done, channel, code);
+            }
+            for (bank, &code) in (0..).zip(plan.trips.iter().flatten()) {
+                sink.trip(done, bank, code);
             }
         }
         let mut ready = done;

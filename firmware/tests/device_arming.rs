@@ -3,7 +3,8 @@
 
 use crate::device_desk::*;
 use firmware::link::{Code, Event, Request, SCHEMA};
-use firmware::safety::{Fault, FaultRecord, StageSpec, State, StopCause};
+use firmware::pulse::Levels;
+use firmware::safety::{ChannelSpec, Fault, FaultRecord, StageSpec, State, StopCause};
 use firmware::units::{Amplitude, Micros};
 
 const BOOT: Micros = Micros::new(u32::MAX - 100_000);
@@ -29,6 +30,56 @@ fn refused_arming_leaves_nothing_behind() {
     desk.must(all(1, 1_000));
     assert_eq!(desk.code(ARM), Some(Code::WrongState));
     assert_eq!(desk.state(), State::Stimulating);
+}
+
+/// The banks' comparators get 1.25 times the limit, before anything is driven and at no
+/// other time: code 65 535 is 125 mA.
+#[test]
+fn arming_sets_the_banks_comparators() {
+    let current = |limit| ChannelSpec {
+        limit: Amplitude::new(limit),
+        ..channel(PLAIN)
+    };
+    let volts = ChannelSpec {
+        stage: StageSpec::Voltage {
+            full_scale_mv: 60_000,
+            load_ohm: 2_000,
+        },
+        ..current(10_000)
+    };
+    let mut desk = Desk::open(BOOT);
+    // Banks of channels 0 and 1, 2 and 3, 4, 5 and 6, 7 and 8, 9.
+    let specs = [current(8_000), current(12_000), current(400), volts];
+    desk.prepare(wearer(), &specs);
+    desk.wait(10_000);
+    assert_eq!(desk.record.trips, [], "not before arming");
+    desk.must(ARM);
+    let codes = |desk: &Desk| {
+        let trips = desk.record.trips.iter().rev().take(6).rev();
+        trips
+            .map(|&(_, bank, code)| (bank, code))
+            .collect::<Vec<_>>()
+    };
+    // Of 12 mA; of a voltage stage, whose limiter lets 20 mA through; 1 mA at least.
+    let (of_12_ma, of_20_ma, least) = (7_865, 13_107, 525);
+    let banks = [of_12_ma, of_20_ma, least, least, least, least];
+    assert_eq!(codes(&desk), (0..).zip(banks).collect::<Vec<_>>());
+    let driven = desk.record.levels.iter().find(|l| l.1 != Levels::ISOLATED);
+    let written = desk.record.trips[0].0;
+    assert!(written < driven.unwrap().0);
+    desk.must_all([Request::Start, all(4, 400)]);
+    desk.wait(100_000);
+    desk.must(Request::Stop);
+    desk.wait(500_000);
+    assert_eq!(desk.record.trips.len(), 6, "once");
+    desk.must(Request::Clear);
+    desk.prepare(wearer(), &[current(100)]);
+    desk.must(ARM);
+    assert_eq!(desk.record.trips.len(), 12);
+    assert_eq!(
+        codes(&desk),
+        (0..6).map(|bank| (bank, least)).collect::<Vec<_>>()
+    );
 }
 
 /// An arm order sent into a full mailbox must not leave half of itself.

@@ -96,6 +96,11 @@ impl Sink for Recorder {
         self.trace.record_dac(t, channel, code.get());
     }
 
+    fn trip(&mut self, at: Micros, bank: u8, code: DacCode) {
+        let t = self.dac_time.at(at.get());
+        self.trace.record_trip(t, bank, code.get());
+    }
+
     fn bytes(&mut self, at: Micros, bytes: &[u8]) {
         let t = self.byte_time.at(at.get());
         self.bytes.push_back((t, bytes.to_vec()));

@@ -49,6 +49,7 @@ pub fn since(trace: &Trace, epoch_us: u64) -> Trace {
             .copied()
             .filter(|write| write.t_us + 500 >= epoch_us)
             .collect(),
+        trips: trace.trips.clone(),
     }
 }
 

@@ -38,6 +38,11 @@ impl Sink for Record {
         self.trace.record_dac(t, channel, code.get());
     }
 
+    fn trip(&mut self, at: Micros, bank: u8, code: DacCode) {
+        let t = self.dac.at(at.get());
+        self.trace.record_trip(t, bank, code.get());
+    }
+
     fn bytes(&mut self, _: Micros, bytes: &[u8]) {
         self.bytes.extend_from_slice(bytes);
     }

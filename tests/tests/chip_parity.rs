@@ -121,7 +121,22 @@ fn compare(log: &[Step]) {
         println!("edges of port {port} by cycle of their microsecond: {at:?}");
     }
     same_edges(&chip.trace, &native.trace);
+    same_levels_of_banks(&chip.trace, &native.trace);
     same_messages(&chip.bytes, &native.bytes);
+}
+
+/// A chip's DAC tells a level that changes, the code in this process each that is written.
+fn same_levels_of_banks(chip: &Trace, native: &Trace) {
+    for bank in 0..6 {
+        let codes = |trace: &Trace| {
+            let of_bank = trace.trips.iter().filter(|write| write.bank == bank);
+            let mut codes: Vec<_> = of_bank.map(|write| write.code).collect();
+            codes.dedup();
+            codes
+        };
+        assert_ne!(codes(native), [], "bank {bank}");
+        assert_eq!(codes(chip), codes(native), "bank {bank}");
+    }
 }
 
 /// Edges in the same order, at the same microsecond, with the same code; but

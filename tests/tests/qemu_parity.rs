@@ -26,6 +26,7 @@ use tests::desk;
 enum Put {
     Levels(Micros, u32),
     Dac(Micros, u8, DacCode),
+    Trip(Micros, u8, DacCode),
     Bytes(Micros, Vec<u8>),
 }
 
@@ -40,6 +41,10 @@ impl Sink for Record {
 
     fn dac(&mut self, at: Micros, channel: u8, code: DacCode) {
         self.0.push(Put::Dac(at, channel, code));
+    }
+
+    fn trip(&mut self, at: Micros, bank: u8, code: DacCode) {
+        self.0.push(Put::Trip(at, bank, code));
     }
 
     /// Where a device cuts what it says at one time is no output.

@@ -4,6 +4,7 @@ mod orders;
 
 use super::mail::{ControlEvent, ControlOrder, Mailboxes, PulserMail, Report};
 use crate::pulse::{Levels, MAX_PULSES, PulseStart, Sample, Scheduler, WINDOW_US, WindowPlan};
+use crate::safety::trips;
 use crate::safety::{Denied, Fault, FaultRecord, Guard, Inputs, Notice, OutputCheck, Setup, State};
 use crate::units::{Micros, us};
 use heapless::Vec;
@@ -32,6 +33,8 @@ pub struct Pulser {
     outputs: OutputCheck,
     /// Number of the arm order whose electrode check is under way.
     arming: Option<u16>,
+    /// It has just begun: comparators' levels are yet to be written.
+    begins: bool,
     last_fault: Option<FaultRecord>,
     /// The state that the controller knows of.
     told: State,
@@ -65,6 +68,7 @@ impl Pulser {
             scheduler: Scheduler::new(),
             outputs: OutputCheck::new(),
             arming: None,
+            begins: false,
             last_fault: latched,
             told: State::Boot,
             stops: 0,
@@ -203,6 +207,9 @@ impl Pulser {
         self.guard.check_seen()?;
         self.outputs.read(plan).map_err(Fault::from)?;
         plan.pump = self.guard.pump();
+        if core::mem::take(&mut self.begins) {
+            plan.trips = self.guard.setup().map(trips);
+        }
         self.report_pulses(plan, mail);
         Ok(())
     }

@@ -77,6 +77,15 @@ pub enum Output<'a> {
         /// The code.
         code: DacCode,
     },
+    /// [`Sink::trip`].
+    Trip {
+        /// When.
+        at: Micros,
+        /// From 0.
+        bank: u8,
+        /// The code.
+        code: DacCode,
+    },
     /// [`Sink::bytes`].
     Bytes {
         /// When.
@@ -193,6 +202,10 @@ impl<F: FnMut(&[u8])> Sink for Frames<'_, F> {
 
     fn dac(&mut self, at: Micros, channel: u8, code: DacCode) {
         self.say(&Output::Dac { at, channel, code });
+    }
+
+    fn trip(&mut self, at: Micros, bank: u8, code: DacCode) {
+        self.say(&Output::Trip { at, bank, code });
     }
 
     fn bytes(&mut self, at: Micros, bytes: &[u8]) {

@@ -21,6 +21,9 @@ pub use train::{Shape, Train, TrainError, TrainSpec};
 /// Stimulation channels of the board.
 pub const CHANNELS: usize = 10;
 
+/// Banks of one or two output stages, each with a level of its comparators.
+pub const BANKS: usize = 6;
+
 /// One window of the tape: what a refill renders, in µs and in slots.
 pub const WINDOW_US: u32 = 250;
 

@@ -1,6 +1,6 @@
 //! What a refill produces: the output states of one window and its DAC writes.
 
-use super::CHANNELS;
+use super::{BANKS, CHANNELS};
 use crate::units::{DacCode, Micros};
 use heapless::Vec;
 
@@ -156,6 +156,8 @@ pub struct WindowPlan {
     /// Amplitudes to write now, before the window plays: at most one burst
     /// start per channel and window, because periods exceed two windows.
     pub dac: Vec<(u8, DacCode), CHANNELS>,
+    /// Levels of the banks' comparators to write now, if any: at arming.
+    pub trips: Option<[DacCode; BANKS]>,
     /// Pulses started in this window, for the muscle model.
     pub pulses: Vec<PulseStart, MAX_PULSES>,
     /// What the current sense is asked to sample.
@@ -173,6 +175,7 @@ impl WindowPlan {
             initial: Levels::ISOLATED,
             changes: Vec::new(),
             dac: Vec::new(),
+            trips: None,
             pulses: Vec::new(),
             sample: None,
             pump: false,
@@ -185,6 +188,7 @@ impl WindowPlan {
         self.initial = initial;
         self.changes.clear();
         self.dac.clear();
+        self.trips = None;
         self.pulses.clear();
         self.sample = None;
         self.pump = false;

@@ -17,6 +17,7 @@ mod stage;
 mod stages;
 mod state;
 mod sums;
+mod trip;
 mod watch;
 mod wearer;
 
@@ -29,4 +30,5 @@ pub use stage::{Stage, StageSpec};
 pub use stages::{Origin, StageKind, StageMismatch, StageTable, StageWords, Stages, StagesFault};
 pub use state::{Denied, Inputs, Notice, State, StopCause};
 pub use sums::{SumError, Sums};
+pub use trip::trips;
 pub use wearer::{Wearer, WearerSpec};

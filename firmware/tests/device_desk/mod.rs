@@ -19,6 +19,7 @@ pub struct Record {
     last: u64,
     pub levels: Vec<(u64, Levels)>,
     pub dac: Vec<(u64, u8, u16)>,
+    pub trips: Vec<(u64, u8, u16)>,
     pub bytes: Vec<u8>,
     pub sent: Vec<u64>,
 }
@@ -41,6 +42,10 @@ impl Sink for Record {
     fn dac(&mut self, at: Micros, channel: u8, code: DacCode) {
         let t = self.time(at);
         self.dac.push((t, channel, code.get()));
+    }
+    fn trip(&mut self, at: Micros, bank: u8, code: DacCode) {
+        let t = self.time(at);
+        self.trips.push((t, bank, code.get()));
     }
     fn bytes(&mut self, at: Micros, bytes: &[u8]) {
         let t = self.time(at);

@@ -144,6 +144,7 @@ fn emit(output: &Output<'_>, sink: &mut dyn Sink) -> io::Result<bool> {
     match *output {
         Output::Levels { at, levels } => sink.levels(at, Levels(levels)),
         Output::Dac { at, channel, code } => sink.dac(at, channel, code),
+        Output::Trip { at, bank, code } => sink.trip(at, bank, code),
         Output::Bytes { at, bytes } => sink.bytes(at, bytes),
         Output::Done => return Ok(true),
         Output::NoCommand => return Err(corrupt("the device did not understand a command")),

@@ -25,5 +25,5 @@ pub use file::{EdgeFileError, read_csv, write_csv};
 pub use judge::judge;
 pub use levels::{CHANNELS, Levels, State};
 pub use pulses::{MAX_GAP_US, Polarity, Pulse};
-pub use record::{DacWrite, Trace, Unwrap};
+pub use record::{DacWrite, Trace, TripWrite, Unwrap};
 pub use vcd::write_vcd;

@@ -13,10 +13,21 @@ pub struct DacWrite {
     pub code: u16,
 }
 
+/// One write of the level at which a bank's comparators trip.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TripWrite {
+    /// When it changes, unwrapped microseconds.
+    pub t_us: u64,
+    /// Bank, 0…5 (docs/hardware.md, The banks' comparators).
+    pub bank: u8,
+    /// The level's code, 0…65535.
+    pub code: u16,
+}
+
 /// Everything a device put out: every change of a line and every DAC write.
 ///
-/// Both lists are in order of time. Before the first entry all channels are
-/// isolated and all codes are zero. A line change and a DAC write in the same
+/// All lists are in order of time. Before the first entry all channels are
+/// isolated, all amplitudes are zero, and no bank's comparators have a level. A line change and a DAC write in the same
 /// microsecond count in that order.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Trace {
@@ -24,6 +35,8 @@ pub struct Trace {
     pub levels: Vec<(u64, Levels)>,
     /// Every write, also one that repeats the code in force.
     pub dac: Vec<DacWrite>,
+    /// Every write of a bank's level; none of a recording that does not have them.
+    pub trips: Vec<TripWrite>,
 }
 
 impl Trace {
@@ -66,6 +79,11 @@ impl Trace {
         });
     }
 
+    /// Notes a write of `code` as the level of `bank`.
+    pub fn record_trip(&mut self, t_us: u64, bank: u8, code: u16) {
+        self.trips.push(TripWrite { t_us, bank, code });
+    }
+
     /// The lines after the last change.
     pub fn last_levels(&self) -> Levels {
         self.levels.last().map_or(Levels::ISOLATED, |entry| entry.1)
@@ -77,9 +95,11 @@ impl Trace {
     pub fn until(&self, end_us: u64) -> Trace {
         let levels = self.levels.partition_point(|entry| entry.0 <= end_us);
         let dac = self.dac.partition_point(|write| write.t_us <= end_us);
+        let trips = self.trips.partition_point(|write| write.t_us <= end_us);
         Trace {
             levels: self.levels[..levels].to_vec(),
             dac: self.dac[..dac].to_vec(),
+            trips: self.trips[..trips].to_vec(),
         }
     }
 

@@ -4,7 +4,7 @@
 use super::pac::spi::vals;
 use super::pac::{RCC, SPI3};
 use super::pins::{self, Dac};
-use crate::pulse::CHANNELS;
+use crate::pulse::{BANKS, CHANNELS};
 use crate::units::DacCode;
 
 /// Channels of the first DAC; the rest are on the second.
@@ -49,11 +49,25 @@ pub fn write(channel: u8, code: DacCode) {
     if usize::from(channel) >= CHANNELS {
         return;
     }
-    let (dac, output) = if channel < ON_DAC_1 {
-        (Dac::One, channel)
+    if channel < ON_DAC_1 {
+        put(Dac::One, channel, code);
     } else {
-        (Dac::Two, channel - ON_DAC_1) // >= 0: the branch
-    };
+        put(Dac::Two, channel - ON_DAC_1, code); // >= 0: the branch
+    }
+}
+
+/// Writes the level of a bank's comparators to an output that no stage uses: three on
+/// each DAC, F to H.
+pub fn write_trips(codes: &[DacCode; BANKS]) {
+    let (on_1, on_2) = codes.split_at(BANKS / 2);
+    for (dac, codes) in [(Dac::One, on_1), (Dac::Two, on_2)] {
+        for (output, &code) in (ON_DAC_1..).zip(codes) {
+            put(dac, output, code);
+        }
+    }
+}
+
+fn put(dac: Dac, output: u8, code: DacCode) {
     // 4 bits unused, 4 command, 4 address, 16 data, 4 unused.
     send(
         dac,

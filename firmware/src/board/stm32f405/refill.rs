@@ -232,6 +232,9 @@ impl Refill {
         if let Some(tape) = &self.tape {
             tape.look(start, playing)?;
         }
+        if let Some(trips) = &self.plan.trips {
+            dac::write_trips(trips);
+        }
         for &(channel, code) in &self.plan.dac {
             dac::write(channel, code);
         }

@@ -127,7 +127,7 @@ impl Pulser {
         let train = |channel: u8| trains.get(usize::from(channel)).copied().flatten();
         let expected = |channel| self.guard.expected(channel, train(channel));
         self.outputs.arm(expected, &[]);
-        self.arming = Some(seq);
+        (self.arming, self.begins) = (Some(seq), true);
         (self.second, self.pausing, self.owed) = (0, 0, 0);
         Ok(())
     }

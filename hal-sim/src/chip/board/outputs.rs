@@ -11,8 +11,9 @@ use firmware::lockstep::Sink;
 use firmware::units::{DacCode, Micros};
 use std::collections::VecDeque;
 
-/// Outputs on one DAC.
+/// Stages on one DAC, and banks: the rest of its outputs.
 const PER_DAC: usize = 5;
+const BANKS_PER_DAC: usize = 3;
 
 /// How many edges of pins that the tape plays came at which cycle of their microsecond, by port: the
 /// analytic cycle of port B's is TIM1's update, of port C's 8 cycles later.
@@ -78,6 +79,7 @@ const fn output_port(port: u8) -> Option<Port> {
 enum Out {
     Levels(Levels),
     Dac(u8, u16),
+    Trip(u8, u16),
 }
 
 /// Collects in cycles, gives in microseconds.
@@ -177,12 +179,12 @@ impl Outputs {
 
     pub fn dac(&mut self, chip: usize, change: Change) {
         let output = usize::from(change.output);
-        if output >= PER_DAC {
-            return; // not connected
-        }
-        let channel = (chip * PER_DAC + output) as u8;
+        let out = match output.checked_sub(PER_DAC) {
+            None => Out::Dac((chip * PER_DAC + output) as u8, change.code),
+            Some(bank) => Out::Trip((chip * BANKS_PER_DAC + bank) as u8, change.code),
+        };
         let us = self.time(change.at);
-        self.waiting.push_back((us, Out::Dac(channel, change.code)));
+        self.waiting.push_back((us, out));
     }
 
     pub fn bytes(&mut self, cycle: Cycle, bytes: &[u8]) {
@@ -203,6 +205,7 @@ impl Outputs {
             match out {
                 Out::Levels(levels) => sink.levels(at, firmware::pulse::Levels(levels.0)),
                 Out::Dac(channel, code) => sink.dac(at, channel, DacCode::new(code)),
+                Out::Trip(bank, code) => sink.trip(at, bank, DacCode::new(code)),
             }
         }
         for (us, bytes) in self.bytes.drain(..) {

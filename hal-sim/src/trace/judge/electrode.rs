@@ -58,6 +58,8 @@ pub(super) struct Electrode<'a> {
     logic: Logic,
     circuit: Circuit,
     code: u16,
+    /// Where its bank's comparator trips, mA; beyond all until it was told.
+    trip_ma: f64,
     ohm: Option<f64>,
     supplied: bool,
     now_us: u64,
@@ -85,6 +87,7 @@ impl<'a> Electrode<'a> {
             logic: Logic::new(built.copied()),
             circuit: Circuit::new(built.map(|h| (h.capacitor_f, h.bleed_ohm))),
             code: 0,
+            trip_ma: f64::INFINITY,
             ohm: None,
             supplied: built.is_none(),
             now_us: 0,
@@ -106,6 +109,13 @@ impl<'a> Electrode<'a> {
 
     pub fn code(&mut self, t_us: u64, code: u16) {
         self.change(t_us, |e| e.code = code);
+    }
+
+    /// The level of its bank's comparator.
+    pub fn trip(&mut self, t_us: u64, code: u16) {
+        let full_scale_ma = self.truth.hardware.bank_full_scale_ma;
+        let trip_ma = full_scale_ma * f64::from(code) / 65_535.0;
+        self.change(t_us, |e| e.trip_ma = trip_ma);
     }
 
     pub fn load(&mut self, t_us: u64, ohm: Option<f64>) {
@@ -247,8 +257,13 @@ impl<'a> Electrode<'a> {
         if sign != 0 && self.phase.is_none() {
             self.begin_phase(t_us, sign);
         }
-        let beyond = sign != 0 && 1e3 * self.circuit.current(path) > self.of.trip_ma;
-        self.logic.compare(t_us, beyond);
+        let milliamps = match sign {
+            0 => 0.0,
+            _ => 1e3 * self.circuit.current(path),
+        };
+        let levels = [self.of.trip_ma, self.trip_ma];
+        self.logic
+            .compare(t_us, levels.map(|level| milliamps > level));
     }
 
     fn begin_phase(&mut self, t_us: u64, sign: i64) {

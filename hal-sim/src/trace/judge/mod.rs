@@ -37,6 +37,9 @@ pub struct Verdict {
     pub bare: Account,
 }
 
+/// The bank of each channel's stage (docs/hardware.md, The banks' comparators).
+const BANKS: [u8; CHANNELS] = [0, 0, 1, 1, 2, 3, 3, 4, 4, 5];
+
 /// Judges what was put out from 0 to `end_us` (unwrapped microseconds). A trace
 /// out of order, or a truth with loads out of order, is judged in order of time.
 #[must_use]
@@ -54,6 +57,8 @@ enum Event {
     /// A channel's lines, as they arrive at its stage.
     Lines(u8, State),
     Code(u8, u16),
+    /// The level of a bank's comparators.
+    Trip(u8, u16),
     /// The load, Ω; `None`: open.
     Load(u8, Option<f64>),
     /// The pump's detector: high voltage at the stages or none.
@@ -94,6 +99,8 @@ fn events(trace: &Trace, pump: &Pump, truth: &Truth, end_us: u64) -> Vec<(u64, E
     }
     let codes = trace.dac.iter();
     events.extend(codes.map(|write| (write.t_us, Event::Code(write.channel, write.code))));
+    let trips = trace.trips.iter();
+    events.extend(trips.map(|write| (write.t_us, Event::Trip(write.bank, write.code))));
     pump.supply(&truth.hardware, |t_us, event| events.push((t_us, event)));
     events.retain(|event| event.0 <= end_us);
     events.sort_by_key(|event| event.0);
@@ -108,6 +115,10 @@ fn play(events: &[(u64, Event)], truth: &Truth, built: Option<&Hardware>, end_us
         match event {
             Event::Lines(channel, state) => electrodes[usize::from(channel)].lines(t_us, state),
             Event::Code(channel, code) => electrodes[usize::from(channel)].code(t_us, code),
+            Event::Trip(bank, code) => {
+                let of_bank = electrodes.iter_mut().zip(BANKS).filter(|it| it.1 == bank);
+                of_bank.for_each(|(e, _)| e.trip(t_us, code));
+            }
             Event::Load(channel, ohm) => electrodes[usize::from(channel)].load(t_us, ohm),
             Event::Supply(on) => electrodes.iter_mut().for_each(|e| e.supply(t_us, on)),
             Event::Clear => electrodes.iter_mut().for_each(|e| e.clear(t_us)),

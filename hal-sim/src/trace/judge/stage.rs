@@ -33,7 +33,8 @@ pub(super) struct Logic {
     /// Anodic less cathodic time since it was last given back, µs.
     balance_us: i64,
     expired: bool,
-    trip_us: u64,
+    /// When a comparator will have tripped: the stage's, its bank's.
+    trips_us: [u64; 2],
     latched: Option<Cause>,
 }
 
@@ -46,7 +47,7 @@ impl Logic {
             rose_us: [0; 2],
             balance_us: 0,
             expired: false,
-            trip_us: u64::MAX,
+            trips_us: [u64::MAX; 2],
             latched: None,
         }
     }
@@ -116,12 +117,16 @@ impl Logic {
             return u64::MAX;
         }
         let opens = self.opens_us().filter(|_| !self.expired);
-        opens.unwrap_or(u64::MAX).min(self.trip_us)
+        opens.unwrap_or(u64::MAX).min(self.trip_us())
+    }
+
+    fn trip_us(&self) -> u64 {
+        self.trips_us[0].min(self.trips_us[1])
     }
 
     /// Its next event comes.
     pub fn happen(&mut self, t_us: u64) {
-        if self.trip_us <= t_us {
+        if self.trip_us() <= t_us {
             self.leave(t_us);
             self.latch(Cause::OverCurrent);
         } else if self.is_interlocked() {
@@ -132,18 +137,24 @@ impl Logic {
         }
     }
 
-    /// The current is beyond the comparator's level from `t_us` on, or no longer.
-    pub fn compare(&mut self, t_us: u64, is_beyond: bool) {
+    /// The current is beyond the level of the stage's comparator, of its bank's, from
+    /// `t_us` on, or no longer.
+    pub fn compare(&mut self, t_us: u64, is_beyond: [bool; 2]) {
         let Some(built) = &self.built else { return };
-        self.trip_us = match is_beyond {
-            true => self.trip_us.min(t_us + built.comparator_us),
-            false => u64::MAX,
-        };
+        let delays_us = [built.comparator_us, built.bank_comparator_us];
+        for ((trip_us, is_beyond), delay_us) in
+            self.trips_us.iter_mut().zip(is_beyond).zip(delays_us)
+        {
+            *trip_us = match is_beyond {
+                true => (*trip_us).min(t_us + delay_us),
+                false => u64::MAX,
+            };
+        }
     }
 
     fn latch(&mut self, cause: Cause) {
         self.latched.get_or_insert(cause);
-        self.trip_us = u64::MAX;
+        self.trips_us = [u64::MAX; 2];
     }
 
     /// The pump has been off for long enough.

@@ -104,6 +104,10 @@ pub struct Hardware {
     pub latch_clear_us: u64,
     /// A comparator opens its switch this long after its level was passed, µs: 1.
     pub comparator_us: u64,
+    /// The same of the banks' comparators, whose levels the device sets, µs: 10.
+    pub bank_comparator_us: u64,
+    /// Their level at code 65 535, mA: 125.
+    pub bank_full_scale_ma: f64,
 }
 
 impl Hardware {
@@ -118,6 +122,8 @@ impl Hardware {
         pump_hold_us: 300,
         latch_clear_us: 10_000,
         comparator_us: 1,
+        bank_comparator_us: 10,
+        bank_full_scale_ma: 125.0,
     };
 }
 

@@ -88,6 +88,40 @@ fn current_above_the_wearers_limit() {
     assert_eq!(verdict.bare.findings[0].count, 200);
 }
 
+/// 36 mA where 15 are allowed: below the stage's comparator, above its bank's.
+#[test]
+fn a_banks_comparator_ends_what_is_above_its_level_after_10_us() {
+    let mut scene = Scene::biphasic(100, 200);
+    scene.truth.channels[0].stage = Stage::Current {
+        full_scale_ma: 300.0,
+    };
+    // (bank, level in mA, whether the stage latches)
+    for (bank, level_ma, latches) in [(0, 18.75, true), (0, 36.1, false), (1, 18.75, false)] {
+        let mut trace = scene.trace();
+        trace.record_trip(0, bank, (level_ma / 125.0 * 65_535.0) as u16);
+        let verdict = judge(&trace, &scene.pump, &scene.truth, scene.end_us);
+        let latched = Latched {
+            t_us: 10_010,
+            channel: 0,
+            cause: Cause::OverCurrent,
+        };
+        let expected = if latches { vec![latched] } else { vec![] };
+        assert_eq!(verdict.as_built.latched, expected, "{bank}: {level_ma} mA");
+        let pulses = if latches { 1 } else { 200 };
+        assert_eq!(verdict.as_built.findings[0].count, pulses);
+        assert_eq!(verdict.bare.findings[0].count, 200);
+    }
+    // What rises above it within a phase counts from there.
+    scene.truth.channels[0].stage = Stage::Current {
+        full_scale_ma: 100.0,
+    };
+    let mut trace = scene.trace();
+    trace.record_trip(0, 0, 9_831); // 18.75 mA
+    trace.record_dac(10_100, 0, 3 * CODE);
+    let verdict = judge(&trace, &scene.pump, &scene.truth, scene.end_us);
+    assert_eq!(verdict.as_built.latched[0].t_us, 10_110);
+}
+
 #[test]
 fn a_load_that_falls_gives_a_voltage_stage_more_current_up_to_its_limiter() {
     let mut scene = Scene::biphasic(100, 200);

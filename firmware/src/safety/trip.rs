@@ -1,0 +1,64 @@
+//! Levels of the banks' comparators: hardware with a word of its own on current, told at
+//! arming how much these channels may have (docs/hardware.md, The banks' comparators).
+
+use super::Setup;
+use crate::pulse::BANKS;
+use crate::units::DacCode;
+
+/// The limit at a level of code 65 535, µA: comparators trip at 1.25 times the limit,
+/// 125 mA.
+const FULL_SCALE_UA: u32 = 100_000;
+
+/// Limits below this, and banks without a channel, get its level, 1 mA, µA: at less a
+/// comparator may trip by its own offset.
+const LEAST_UA: u32 = 800;
+
+/// Of the five stages of a DAC two share a bank, and two; the last has its own.
+const fn bank(channel: usize) -> usize {
+    channel / 5 * 3 + channel % 5 / 2
+}
+
+/// The code of each bank's level: that of the greater limit among its channels.
+#[must_use]
+pub fn trips(setup: &Setup) -> [DacCode; BANKS] {
+    let mut limits = [LEAST_UA; BANKS];
+    for (channel, config) in setup.channels.iter().enumerate() {
+        if let (Some(config), Some(limit)) = (config, limits.get_mut(bank(channel))) {
+            *limit = config.max_current.get().max(*limit);
+        }
+    }
+    limits.map(code)
+}
+
+/// The code for `limit_ua`, rounded up.
+const fn code(limit_ua: u32) -> DacCode {
+    // 65 535 / 100 000 = 13 107 / 20 000: at most 1.4e9, and a quotient of 65 535.
+    let limit_ua = if limit_ua < FULL_SCALE_UA {
+        limit_ua
+    } else {
+        FULL_SCALE_UA
+    };
+    DacCode::new((limit_ua * 13_107).div_ceil(20_000) as u16)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn banks_are_pairs_of_a_dacs_stages() {
+        let banks: [usize; 10] = core::array::from_fn(bank);
+        assert_eq!(banks, [0, 0, 1, 1, 2, 3, 3, 4, 4, 5]);
+    }
+
+    /// Codes times 125 mA / 65 535 are 1.25 times the limit, less than a code above.
+    #[test]
+    fn a_level_is_1_25_times_the_limit() {
+        for ua in [800, 1_000, 5_000, 19_999, 20_000, 99_999, 100_000] {
+            let trips_ua = f64::from(code(ua).get()) / 65_535.0 * 125_000.0;
+            let above = trips_ua - 1.25 * f64::from(ua);
+            assert!((-1e-9..125_000.0 / 65_535.0).contains(&above), "{ua}");
+        }
+        assert_eq!(code(150_000).get(), 65_535);
+    }
+}
