@@ -16,7 +16,7 @@ use hal_sim::images::Image;
 use hal_sim::lockstep::Device;
 use hal_sim::qemu::Qemu;
 use session::{BOOT, Step, thirty_seconds};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::time::Instant;
 use tests::desk;
@@ -109,6 +109,7 @@ fn a_session_of_30_s_is_the_same_to_the_bit() {
 fn exercises_what_it_claims(record: &Record) {
     let mut seen: BTreeMap<&str, usize> = BTreeMap::new();
     let (mut driven, mut codes, mut wrapped, mut said) = (0, 0, false, Vec::new());
+    let mut banks = BTreeSet::new();
     for put in &record.0 {
         match put {
             Put::Levels(at, bits) => {
@@ -116,6 +117,9 @@ fn exercises_what_it_claims(record: &Record) {
                 driven |= bits;
             }
             Put::Dac(..) => codes += 1,
+            Put::Trip(_, bank, _) => {
+                banks.insert(bank);
+            }
             Put::Bytes(_, bytes) => said.extend_from_slice(bytes),
         }
     }
@@ -128,6 +132,10 @@ fn exercises_what_it_claims(record: &Record) {
     assert_eq!(driven, (1 << 21) - 1, "a line never rose");
     seen.remove("else");
     assert!(codes > 1000 && seen.len() == 8);
+    assert!(
+        banks.into_iter().eq(&[0, 1, 2, 3, 4, 5]),
+        "a bank had no level"
+    );
 }
 
 fn kind(response: &Response) -> &'static str {

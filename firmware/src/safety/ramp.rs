@@ -90,7 +90,11 @@ impl Fall {
 /// `amplitude · part / whole`, rounded down; zero for `whole` = 0.
 fn scale(amplitude: Amplitude, part: u32, whole: u32) -> Amplitude {
     if part == whole && whole > 0 {
-        return amplitude; // as mostly: the core divides no 64 bits
+        return amplitude; // as mostly
+    }
+    // The core divides no 64 bits, and few products need them.
+    if let Some(product) = amplitude.get().checked_mul(part) {
+        return Amplitude::new(product.checked_div(whole).unwrap_or(0));
     }
     let scaled = (u64::from(amplitude.get()) * u64::from(part)).checked_div(u64::from(whole));
     // part <= whole, so the quotient is at most `amplitude`.
@@ -134,6 +138,16 @@ mod tests {
         let mut at = |burst: u32| rise.apply(full, Micros::new(burst * 20_000), (100_000, 2));
         let seen = [0, 1, 2, 3, 4, 5].map(|burst| at(burst).get());
         assert_eq!(seen, [0, 2_000, 4_000, 6_000, 8_000, 10_000]);
+    }
+
+    #[test]
+    fn parts_are_exact_in_32_bits_and_in_64() {
+        for (amplitude, part, whole) in [(42_949, 99_999, 100_000), (42_950, 99_999, 100_000)] {
+            let exact = (f64::from(amplitude) * f64::from(part) / f64::from(whole)) as u32;
+            assert_eq!(scale(Amplitude::new(amplitude), part, whole).get(), exact);
+        }
+        assert_eq!(scale(Amplitude::new(150_000), 1, 0), Amplitude::ZERO);
+        assert_eq!(scale(Amplitude::new(1), 0, 0), Amplitude::ZERO);
     }
 
     #[test]

@@ -111,10 +111,7 @@ fn EXTI9_5() {
     tape::stop();
     EXTI.pr(0)
         .write(|w| w.set_line(pins::OVER_CURRENT_LINE, true));
-    with_refill(|refill| {
-        refill.fault(Fault::OverCurrent);
-        refill.isolate();
-    });
+    with_refill(|refill| refill.stop(Fault::OverCurrent));
 }
 
 #[interrupt]
@@ -130,8 +127,7 @@ impl Refill {
         timebase::refill_at(next + us(REFILL_OFFSET_US));
         // Before all else, so that no more than two windows lie between two readings.
         if let Err(fault) = self.check_hardware() {
-            self.fault(fault);
-            self.isolate();
+            self.stop(fault);
         }
         let sequence = adc::read();
         let inputs = self.inputs(sequence);
@@ -148,8 +144,7 @@ impl Refill {
             .and(rendered)
             .and_then(|()| self.play(start, half));
         let half = put_out.unwrap_or_else(|fault| {
-            self.fault(fault); // keeps an earlier one, the pulser's own included
-            self.isolate();
+            self.stop(fault); // keeps an earlier one, the pulser's own included
             half.other()
         });
         self.playing = (next, half);
@@ -158,8 +153,11 @@ impl Refill {
         watchdog::check_in(Owner::Pulser);
     }
 
-    fn fault(&mut self, fault: Fault) {
+    /// Latches `fault` and isolates.
+    #[inline(never)]
+    fn stop(&mut self, fault: Fault) {
         self.pulser.fault(fault, timebase::now(), &mut self.mail);
+        self.isolate();
     }
 
     /// Catches up with the clock if a window passed without its refill, which
