@@ -69,7 +69,8 @@ impl Recorder {
     }
 
     /// Hands the row to the system in one write, so that a program killed at any
-    /// moment leaves whole rows.
+    /// moment leaves whole rows, but where the system itself is killed in a write that
+    /// crosses a page: a reader does not count a row without its end.
     fn append(&mut self) -> std::io::Result<()> {
         let written = self.samples.write_all(&self.row);
         self.row.clear();
