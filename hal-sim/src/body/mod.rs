@@ -4,7 +4,7 @@
 //! (calcium-force model in f64, with a high-accuracy reference), `wearer`
 //! (recruitment, participants), `finger` (index-finger PIP joint), `random_finger`
 //! (the same with another muscle structure and friction, drawn at random), `elbow`
-//! (and the person who moves it), `still`.
+//! (and the person who moves it), `hand` (a forearm under many pads), `still`.
 //! Not here: anything of the firmware. A body shares no code with the device it
 //! tests, so it cannot agree with the device's mistakes.
 //! In: pulses as the electrodes saw them, and time in microseconds.
@@ -13,6 +13,7 @@
 pub mod elbow;
 pub mod electrode;
 pub mod finger;
+pub mod hand;
 pub mod muscle;
 pub mod random_finger;
 mod still;

@@ -1,0 +1,101 @@
+//! Pads on the skin.
+
+/// Outline of a pad.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Shape {
+    /// A disc.
+    Round {
+        /// Its diameter, m.
+        diameter_m: f64,
+    },
+    /// A rectangle with its sides along and across the fibres.
+    Rectangle {
+        /// Side along the fibres (x), m.
+        along_m: f64,
+        /// Side around the forearm (y), m.
+        around_m: f64,
+    },
+}
+
+/// A pad on the skin. Its current is taken as spread evenly over its area
+/// (assumed: gel of much higher resistance than what lies below).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pad {
+    /// Its middle along the fibres, m.
+    pub x_m: f64,
+    /// Its middle around the forearm, m.
+    pub y_m: f64,
+    /// Its outline.
+    pub shape: Shape,
+}
+
+/// A number of a [`Pad`] that no pad can have; names the field.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("pad: `{0}` is out of range")]
+pub struct InvalidPad(pub &'static str);
+
+impl Pad {
+    /// Checks that the middle is finite and the outline finite and above zero.
+    ///
+    /// # Errors
+    /// [`InvalidPad`] names the first field out of its range.
+    pub fn validate(&self) -> Result<(), InvalidPad> {
+        let positive = |v: f64| v.is_finite() && v > 0.0;
+        let shape = match self.shape {
+            Shape::Round { diameter_m } => [("diameter_m", positive(diameter_m)); 2],
+            Shape::Rectangle { along_m, around_m } => [
+                ("along_m", positive(along_m)),
+                ("around_m", positive(around_m)),
+            ],
+        };
+        let place = [("x_m", self.x_m.is_finite()), ("y_m", self.y_m.is_finite())];
+        match place.iter().chain(&shape).find(|(_, holds)| !holds) {
+            Some((field, _)) => Err(InvalidPad(field)),
+            None => Ok(()),
+        }
+    }
+
+    /// Area, m².
+    pub fn area_m2(&self) -> f64 {
+        match self.shape {
+            Shape::Round { diameter_m } => 0.25 * std::f64::consts::PI * diameter_m * diameter_m,
+            Shape::Rectangle { along_m, around_m } => along_m * around_m,
+        }
+    }
+
+    /// Whether the two cover a common area. Pads that only touch do not.
+    pub fn overlaps(&self, other: &Self) -> bool {
+        let apart = [self.x_m - other.x_m, self.y_m - other.y_m].map(f64::abs);
+        let (a, b) = (self.shape, other.shape);
+        let gap = |i: usize| (apart[i] - a.straight()[i] - b.straight()[i]).max(0.0);
+        match a.rounding() + b.rounding() {
+            0.0 => (0..2).all(|i| apart[i] < a.straight()[i] + b.straight()[i]),
+            round => gap(0).hypot(gap(1)) < round,
+        }
+    }
+
+    /// Distance from (`x_m`, `y_m`) to no point of the pad is more than this, m.
+    pub(super) fn farthest_m(&self, x_m: f64, y_m: f64) -> f64 {
+        let [along, around] = self.shape.straight();
+        let corner = along.hypot(around) + self.shape.rounding();
+        (x_m - self.x_m).hypot(y_m - self.y_m) + corner
+    }
+}
+
+impl Shape {
+    /// Half the sides of a rectangle along x and y, m; a disc has none.
+    fn straight(self) -> [f64; 2] {
+        match self {
+            Self::Round { .. } => [0.0; 2],
+            Self::Rectangle { along_m, around_m } => [0.5 * along_m, 0.5 * around_m],
+        }
+    }
+
+    /// Radius of a disc, m; a rectangle has none.
+    fn rounding(self) -> f64 {
+        match self {
+            Self::Round { diameter_m } => 0.5 * diameter_m,
+            Self::Rectangle { .. } => 0.0,
+        }
+    }
+}

@@ -1,0 +1,158 @@
+//! Tissues of which the field is known exactly, by the finer sum: its formulas
+//! alone.
+
+use super::super::{Field, Pad, Shape, Tissue, Transfer};
+use super::FINE;
+use std::f64::consts::PI;
+
+/// As good as a point: what its size does to 1/r at 3 mm is below 1e-7.
+const POINT: Shape = Shape::Round { diameter_m: 1e-6 };
+
+fn even(fat_m: f64, s_per_m: f64) -> Tissue {
+    Tissue {
+        fat_m,
+        fat_s_per_m: s_per_m,
+        along_s_per_m: s_per_m,
+        across_s_per_m: s_per_m,
+    }
+}
+
+/// scale / √(x²/a + y²/b + z²/b) and its derivatives.
+fn inverse([x, y, z]: [f64; 3], [a, b]: [f64; 2], scale: f64) -> Transfer {
+    let square = x * x / a + (y * y + z * z) / b;
+    let potential = scale / square.sqrt();
+    Transfer {
+        potential,
+        gradient: -potential * x / a / square,
+        curvature: potential * (3.0 * x * x / a / square - 1.0) / (a * square),
+        across: [y, z].map(|v| -potential * v / b / square),
+    }
+}
+
+fn sum(all: impl Iterator<Item = Transfer>) -> Transfer {
+    all.fold(Transfer::default(), |sum, it| Transfer {
+        potential: sum.potential + it.potential,
+        gradient: sum.gradient + it.gradient,
+        curvature: sum.curvature + it.curvature,
+        across: [0, 1].map(|i: usize| sum.across[i] + it.across[i]),
+    })
+}
+
+/// The largest error: of the potential by itself, of the slopes by their vector's
+/// length, of the curvature by potential over squared distance from the pad.
+fn error(it: &Transfer, exact: &Transfer, distance: f64) -> f64 {
+    let slopes = |t: &Transfer| [t.gradient, t.across[0], t.across[1]];
+    let length = slopes(exact).map(|v| v * v).iter().sum::<f64>().sqrt();
+    let off = slopes(it).into_iter().zip(slopes(exact));
+    let off = off.map(|(a, b)| (a - b).abs() / length);
+    let bend = (it.curvature / exact.potential - exact.curvature / exact.potential).abs();
+    let own = (it.potential / exact.potential - 1.0).abs();
+    off.fold(own.max(bend * distance * distance), f64::max)
+}
+
+const fn pad(shape: Shape) -> Pad {
+    Pad {
+        x_m: 0.0,
+        y_m: 0.0,
+        shape,
+    }
+}
+
+/// Places beside and below a pad at the origin, `top` m deep and more.
+fn places(top: f64) -> Vec<[f64; 3]> {
+    let mut places = Vec::new();
+    for x in [0.0, 0.007, -0.05] {
+        for y in [0.0, -0.004, 0.03] {
+            places.extend([0.0, 1e-3, 8e-3, 3e-2].map(|below| [x, y, top + below]));
+        }
+    }
+    places
+}
+
+fn length(v: [f64; 3]) -> f64 {
+    v.map(|v| v * v).iter().sum::<f64>().sqrt()
+}
+
+#[test]
+fn a_point_on_one_even_tissue_gives_one_over_two_pi_s_r() {
+    let field = Field::resolved(even(4e-3, 0.2), FINE).unwrap();
+    for at in places(4e-3) {
+        let exact = inverse(at, [1.0; 2], 1.0 / (2.0 * PI * 0.2));
+        let it = field.transfer(&pad(POINT), at);
+        let error = error(&it, &exact, length(at));
+        assert!(error < 1e-6, "{at:?} {error}");
+    }
+}
+
+#[test]
+fn a_point_on_muscle_alone_gives_one_over_r_in_scaled_lengths() {
+    // Of fat a nanometre is left.
+    let tissue = Tissue {
+        fat_m: 1e-9,
+        ..Tissue::default()
+    };
+    let field = Field::resolved(tissue, FINE).unwrap();
+    let [along, across] = [tissue.along_s_per_m, tissue.across_s_per_m];
+    for at in places(5e-3) {
+        let scale = 1.0 / (2.0 * PI * across * along.sqrt());
+        let exact = inverse(at, [along, across], scale);
+        let it = field.transfer(&pad(POINT), at);
+        let error = error(&it, &exact, length(at));
+        assert!(error < 1e-6, "{at:?} {error}");
+    }
+}
+
+#[test]
+fn a_point_on_two_even_layers_has_the_known_images() {
+    // Fat that conducts worse than muscle, and better.
+    for (fat, muscle) in [(0.03, 0.2), (0.3, 0.1)] {
+        let tissue = Tissue {
+            fat_s_per_m: fat,
+            ..even(3e-3, muscle)
+        };
+        let field = Field::resolved(tissue, FINE).unwrap();
+        let r = (fat - muscle) / (fat + muscle);
+        for [x, y, z] in places(3e-3) {
+            let image = |n: i32| {
+                let depth = z + 2.0 * f64::from(n) * tissue.fat_m;
+                let scale = (1.0 + r) * r.powi(n) / (2.0 * PI * fat);
+                inverse([x, y, depth], [1.0; 2], scale)
+            };
+            let exact = sum((0..100).map(image));
+            let it = field.transfer(&pad(POINT), [x, y, z]);
+            let error = error(&it, &exact, length([x, y, z]));
+            assert!(error < 1e-6, "{fat} {x} {y} {z} {error}");
+        }
+    }
+}
+
+/// Evenly spread points of a pad, from its middle.
+fn points(shape: Shape, count: u32) -> Vec<[f64; 2]> {
+    let at = |i: u32| (f64::from(i) + 0.5) / f64::from(count);
+    let all = (0..count * count).map(|n| [at(n / count), at(n % count)]);
+    let place = |[a, b]: [f64; 2]| match shape {
+        Shape::Round { diameter_m } => {
+            let (sin, cos) = (2.0 * PI * b).sin_cos();
+            let radius = 0.5 * diameter_m * a.sqrt();
+            [radius * cos, radius * sin]
+        }
+        Shape::Rectangle { along_m, around_m } => [(a - 0.5) * along_m, (b - 0.5) * around_m],
+    };
+    all.map(place).collect()
+}
+
+#[test]
+fn a_pad_is_the_mean_of_its_points() {
+    let field = Field::resolved(even(4e-3, 0.2), FINE).unwrap();
+    for shape in super::SHAPES {
+        let points = points(shape, 200);
+        for at in places(5e-3) {
+            let scale = 1.0 / (2.0 * PI * 0.2 * points.len() as f64);
+            let from = |[x, y]: &[f64; 2]| inverse([at[0] - x, at[1] - y, at[2]], [1.0; 2], scale);
+            let exact = sum(points.iter().map(from));
+            let it = field.transfer(&pad(shape), at);
+            let error = error(&it, &exact, length(at));
+            assert!(error < 2e-4, "{shape:?} {at:?} {error}");
+        }
+    }
+}
