@@ -1,6 +1,7 @@
 //! The simulators' tests, one program: a room each.
 
 mod body_elbow;
+mod body_field;
 mod body_finger;
 mod body_muscle;
 mod chip_bench;
