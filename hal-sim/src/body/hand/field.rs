@@ -41,6 +41,13 @@ const RESOLUTION: Resolution = Resolution {
     doublings: 6,
 };
 
+/// For many places of many people: errors below a hundredth of the largest value around.
+const COARSE: Resolution = Resolution {
+    exponent: 5.0,
+    images: 1e-3,
+    doublings: RESOLUTION.doublings,
+};
+
 /// What one ampere into a pad does at a point.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Transfer {
@@ -78,6 +85,15 @@ impl Field {
     /// [`InvalidTissue`] names a field out of its range.
     pub fn new(tissue: Tissue) -> Result<Self, InvalidTissue> {
         Self::resolved(tissue, RESOLUTION)
+    }
+
+    /// The same, less exact and several times as fast: errors below a hundredth of the
+    /// largest value around.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn coarse(tissue: Tissue) -> Result<Self, InvalidTissue> {
+        Self::resolved(tissue, COARSE)
     }
 
     fn resolved(tissue: Tissue, resolution: Resolution) -> Result<Self, InvalidTissue> {
@@ -125,7 +141,8 @@ impl Field {
 
     /// Mean potential under `b` per ampere into `a`, drawn off far away, Ω. The same
     /// with `a` and `b` exchanged; of a pad with itself its spreading resistance.
-    /// Without skin and gel.
+    /// Without skin and gel. Errors are below 1e-5 for 2 mm of fat or more and pads
+    /// that do not overlap, or are one.
     pub fn resistance(&self, a: &Pad, b: &Pad) -> f64 {
         // Means are taken over the smaller: the larger's potential varies less.
         let (a, b) = if a.area_m2() < b.area_m2() {

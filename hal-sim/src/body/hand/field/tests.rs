@@ -119,6 +119,39 @@ fn twice_the_directions_and_more_images_keep_resistances() {
     }
 }
 
+/// From 1 mm of muscle on, by the largest value at that depth.
+#[test]
+fn the_coarse_sums_are_within_a_hundredth() {
+    for [_, fine] in pairs() {
+        let coarse = Field::coarse(*fine.tissue()).unwrap();
+        for shape in SHAPES {
+            for below_fat_m in [0.001, 0.004, 0.012] {
+                let depth = fine.tissue().fat_m + below_fat_m;
+                let (mut worst, mut largest) = ([0.0f64; 5], [0.0f64; 5]);
+                for x in 0..12 {
+                    for y in 0..8 {
+                        let at = [0.01 * f64::from(x), 0.008 * f64::from(y), depth];
+                        let all = |field: &Field| {
+                            let it = field.transfer(&pad(shape), at);
+                            let [dy, dz] = it.across;
+                            [it.potential, it.gradient, it.curvature, dy, dz]
+                        };
+                        let (it, exact) = (all(&coarse), all(&fine));
+                        for n in 0..5 {
+                            worst[n] = worst[n].max((it[n] - exact[n]).abs());
+                            largest[n] = largest[n].max(exact[n].abs());
+                        }
+                    }
+                }
+                for n in 0..5 {
+                    let part = worst[n] / largest[n];
+                    assert!(part < 0.01, "{n}: {part}, {shape:?}, {below_fat_m} m");
+                }
+            }
+        }
+    }
+}
+
 /// Places and weights for a plain mean over a profile.
 fn plain(profile: &Profile) -> Vec<(f64, f64)> {
     match *profile {
