@@ -1,0 +1,181 @@
+//! A constant plus decaying exponentials: its zeros, and where it first falls below 0.
+
+use super::symmetric::SIZE;
+
+/// Steps of a root search before the bracket, halved at worst each time, is as narrow
+/// as numbers can tell.
+const STEPS: usize = 120;
+
+/// Part of the scale that a value must fall to below 0 before it has gone through.
+const FELL: f64 = 1e-13;
+
+/// Part of the scale by which a value may begin below 0 and yet, if it rises, count as
+/// beginning at 0. More than `FELL`: what begins there comes from other sums.
+const BELOW: f64 = 1e-9;
+
+/// constant + Σ amplitude · exp(−rate · t), with the terms by rising rate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Exponentials {
+    constant: f64,
+    /// Rates, 1/s, and amplitudes.
+    terms: [(f64, f64); SIZE],
+    count: usize,
+}
+
+/// Up to as many instants as there are terms, rising.
+type Instants = ([f64; SIZE], usize);
+
+impl Exponentials {
+    /// Of at most `SIZE` pairs of rate, 1/s and above 0, and amplitude, in any order.
+    pub fn new(constant: f64, pairs: impl Iterator<Item = (f64, f64)>) -> Self {
+        let mut terms = [(0.0, 0.0); SIZE];
+        let mut count = 0;
+        for (place, pair) in terms.iter_mut().zip(pairs) {
+            *place = pair;
+            count += 1;
+        }
+        terms[..count].sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+        Self {
+            constant,
+            terms,
+            count,
+        }
+    }
+
+    /// Times `factor`.
+    pub fn scaled(mut self, factor: f64) -> Self {
+        self.constant *= factor;
+        self.terms.iter_mut().for_each(|term| term.1 *= factor);
+        self
+    }
+
+    /// With `more` added to the constant.
+    pub fn plus(mut self, more: f64) -> Self {
+        self.constant += more;
+        self
+    }
+
+    fn terms(&self) -> &[(f64, f64)] {
+        &self.terms[..self.count]
+    }
+
+    /// Value `t_s` after the start.
+    pub fn at(&self, t_s: f64) -> f64 {
+        let term = |(rate, amplitude): &(f64, f64)| amplitude * (-rate * t_s).exp();
+        self.constant + self.terms().iter().map(term).sum::<f64>()
+    }
+
+    fn slope(&self, t_s: f64) -> f64 {
+        let term = |(rate, amplitude): &(f64, f64)| -rate * amplitude * (-rate * t_s).exp();
+        self.terms().iter().map(term).sum()
+    }
+
+    /// The instant in [0, `end_s`] at which the value goes through 0 and falls, first.
+    /// 0 if it begins below, or so near 0 that rounding decides where, and falls.
+    /// `scale`: of what the value is a difference.
+    pub fn first_fall(&self, end_s: f64, scale: f64) -> Option<f64> {
+        if self.floor(end_s) >= -FELL * scale {
+            return None;
+        }
+        let (mut left, mut before) = (0.0, self.at(0.0));
+        if before < -BELOW * scale {
+            return Some(0.0);
+        }
+        let (turns, count) = self.derivative().zeros(end_s);
+        for right in turns[..count].iter().copied().chain([end_s]) {
+            let after = self.at(right);
+            if after < -FELL * scale && after < before {
+                let is_through = before <= 0.0;
+                return Some(if is_through {
+                    left
+                } else {
+                    self.zero(left, right)
+                });
+            }
+            (left, before) = (right, after);
+        }
+        None
+    }
+
+    /// A bound that is cheap and never above the least value within [0, `end_s`].
+    fn floor(&self, end_s: f64) -> f64 {
+        let least = |(rate, amplitude): &(f64, f64)| {
+            let is_falling = *amplitude > 0.0;
+            amplitude
+                * if is_falling {
+                    (-rate * end_s).exp()
+                } else {
+                    1.0
+                }
+        };
+        self.constant + self.terms().iter().map(least).sum::<f64>()
+    }
+
+    /// The derivative times exp(slowest rate · t), which has the same zeros and one
+    /// term less.
+    fn derivative(&self) -> Self {
+        let Some((slowest, first)) = self.terms().first() else {
+            return Self::new(0.0, [].into_iter());
+        };
+        let rest = self.terms()[1..].iter();
+        let rest = rest.map(|(rate, amplitude)| (rate - slowest, -rate * amplitude));
+        Self::new(-slowest * first, rest)
+    }
+
+    /// All zeros within (0, `end_s`) at which the sign changes. Between two of them
+    /// lies a zero of the derivative, which has fewer terms: from its zeros come ours.
+    fn zeros(&self, end_s: f64) -> Instants {
+        let mut found = ([0.0; SIZE], 0);
+        if !self.may_change_sign() {
+            return found;
+        }
+        let (turns, count) = self.derivative().zeros(end_s);
+        let (mut left, mut before) = (0.0, self.at(0.0));
+        for right in turns[..count].iter().copied().chain([end_s]) {
+            let after = self.at(right);
+            if before * after < 0.0 {
+                found.0[found.1] = self.zero(left, right);
+                found.1 += 1;
+            }
+            (left, before) = (right, after);
+        }
+        found
+    }
+
+    /// By Descartes' rule of signs, which holds for exponentials by rising rate.
+    fn may_change_sign(&self) -> bool {
+        let amplitudes = || self.terms().iter().map(|term| term.1);
+        let all = |is: fn(f64) -> bool| is(self.constant) && amplitudes().all(is);
+        !(all(|it| it >= 0.0) || all(|it| it <= 0.0))
+    }
+
+    /// The zero between `left` and `right`, where signs differ: Newton's steps, and
+    /// halves of the bracket where those leave it.
+    fn zero(&self, mut left: f64, mut right: f64) -> f64 {
+        let is_rising = self.at(left) < 0.0;
+        let mut t_s = 0.5 * (left + right);
+        for _ in 0..STEPS {
+            let value = self.at(t_s);
+            if value == 0.0 {
+                break;
+            }
+            *(if (value < 0.0) == is_rising {
+                &mut left
+            } else {
+                &mut right
+            }) = t_s;
+            let newton = t_s - value / self.slope(t_s);
+            let is_inside = newton > left && newton < right;
+            let next = if is_inside {
+                newton
+            } else {
+                0.5 * (left + right)
+            };
+            if (next - t_s).abs() <= 2.0 * f64::EPSILON * t_s {
+                return next;
+            }
+            t_s = next;
+        }
+        t_s
+    }
+}

@@ -1,0 +1,193 @@
+//! The R_p at which a segment is frozen: those that agree with its own currents.
+//!
+//! True skin changes R_p with every moment's current. A segment has one R_p per
+//! electrode: that of the mean of |I| weighted by |v|, the voltage over R_p. Since 1/R_p
+//! is linear in |I|, the charge that the frozen R_p conducts is then what the changing
+//! one would conduct along the same course, as long as v keeps its sign. A plain mean
+//! would let a long rest dilute the discharge that it begins with.
+
+use super::circuit::Circuit;
+use super::limiter::{Limiting, Stages, Terminal};
+use super::modes::Modes;
+use super::piece::{Charge, Piece};
+use super::skin::Skin;
+use super::symmetric::{Matrix, SIZE, Vector, dot, identity};
+
+/// Relative difference of each R_p from what its current asks at which they agree: a
+/// hundredth of what freezing costs in current.
+const AGREED: f64 = 1e-4;
+
+/// Tries before it is given up; five are usual.
+const TRIES: usize = 100;
+/// After so many, what was learnt leads nowhere: from there on with steps half as long.
+const AFRESH: usize = 20;
+
+/// Nodes on [0, 1] and weights of Gauss's and Legendre's rule of eight points.
+#[rustfmt::skip]
+const GAUSS: [(f64, f64); 8] = [
+    (0.019_855_071_751_231_856, 0.050_614_268_145_188_13),
+    (0.101_666_761_293_186_64, 0.111_190_517_226_687_24),
+    (0.237_233_795_041_835_5, 0.156_853_322_938_943_63),
+    (0.408_282_678_752_175_1, 0.181_341_891_689_181),
+    (0.591_717_321_247_825, 0.181_341_891_689_181),
+    (0.762_766_204_958_164_5, 0.156_853_322_938_943_63),
+    (0.898_333_238_706_813_4, 0.111_190_517_226_687_24),
+    (0.980_144_928_248_768_1, 0.050_614_268_145_188_13),
+];
+
+/// A segment whose R_p are looked for.
+pub struct Freezing<'a> {
+    pub circuit: &'a Circuit,
+    /// With R_0, of every set of terminals at a voltage; bit k is terminal k.
+    pub modes: &'a [Modes],
+    pub skins: &'a [Skin],
+    pub terminals: &'a [Terminal],
+    /// A; infinite: no stage limits.
+    pub limit_a: f64,
+    pub duration_s: f64,
+}
+
+impl Freezing<'_> {
+    /// The segment's pieces and the charge at its end. `None` if nothing agrees.
+    ///
+    /// A fixed point of ln(R_0 / R_p), by Broyden's method.
+    pub fn pieces(&self, charge: &Charge) -> Option<(Vec<Piece>, Charge)> {
+        let mut limiting = [Limiting::default(); SIZE];
+        let mut broyden = Broyden::new();
+        for attempt in 0..TRIES {
+            if attempt % AFRESH == AFRESH - 1 {
+                broyden.begin_afresh(0.5f64.powi((attempt / AFRESH) as i32 + 1));
+            }
+            let (pieces, end) = self.frozen(charge, &mut limiting, &broyden.state)?;
+            let wrong = self.wrong(&pieces, &broyden.state);
+            if wrong.iter().all(|it| it.abs() <= AGREED) {
+                return Some((pieces, end));
+            }
+            broyden.step(&wrong);
+        }
+        None
+    }
+
+    /// The segment with R_p = R_0 / exp(`drop`).
+    fn frozen(
+        &self,
+        charge: &Charge,
+        limiting: &mut [Limiting; SIZE],
+        drop: &Vector,
+    ) -> Option<(Vec<Piece>, Charge)> {
+        let mut parallel_ohm = [0.0; SIZE];
+        for ((ohm, skin), drop) in parallel_ohm.iter_mut().zip(self.skins).zip(drop) {
+            *ohm = skin.parallel_ohm / drop.exp();
+        }
+        let stages = Stages {
+            circuit: self.circuit,
+            modes: self.modes,
+            parallel_ohm: (*drop != [0.0; SIZE]).then_some(&parallel_ohm),
+            terminals: self.terminals,
+            limit_a: self.limit_a,
+        };
+        stages.pieces(charge, limiting, self.duration_s)
+    }
+
+    /// By how much each `drop` is more than its electrode's current asks.
+    fn wrong(&self, pieces: &[Piece], drop: &Vector) -> Vector {
+        let mut wrong = [0.0; SIZE];
+        if self.skins.iter().all(Skin::is_linear) {
+            return wrong;
+        }
+        let means_a = means_a(pieces, self.skins.len());
+        for (electrode, skin) in self.skins.iter().enumerate() {
+            let asked = skin.parallel_ohm / skin.parallel_ohm_at(means_a[electrode]);
+            wrong[electrode] = drop[electrode] - asked.ln();
+        }
+        wrong
+    }
+}
+
+/// The mean of every electrode's |I|, weighted by |v|. 0 where v is 0 throughout.
+fn means_a(pieces: &[Piece], electrodes: usize) -> Vector {
+    let (mut sums, mut weights) = ([0.0; SIZE], [0.0; SIZE]);
+    for piece in pieces {
+        // Nodes crowd towards the start as the fastest exponential does.
+        let rates = piece.terms().iter().map(|term| term.rate_per_s);
+        let fastest = rates.fold(0.0, f64::max);
+        let crowding = (fastest * piece.duration_s).ln_1p().max(1e-3);
+        let span_s = piece.duration_s / crowding.exp_m1();
+        for (node, weight) in GAUSS {
+            let grown = (crowding * node).exp();
+            let (current_a, skin_v) = piece.at(span_s * (grown - 1.0));
+            let weight = weight * span_s * crowding * grown;
+            for electrode in 0..electrodes {
+                let weight = weight * skin_v[electrode].abs();
+                weights[electrode] += weight;
+                sums[electrode] += weight * current_a[electrode].abs();
+            }
+        }
+    }
+    let mean = |electrode| {
+        let weight: f64 = weights[electrode];
+        if weight > 0.0 {
+            sums[electrode] / weight
+        } else {
+            0.0
+        }
+    };
+    std::array::from_fn(mean)
+}
+
+/// Broyden's method: plain iteration first, then with an inverse Jacobian that every
+/// step corrects, so that it learns how the electrodes' R_p depend on each other.
+struct Broyden {
+    inverse: Matrix,
+    state: Vector,
+    /// The last step and what was wrong before it.
+    last: Option<(Vector, Vector)>,
+}
+
+/// Part of the expected change below which a step has taught nothing about its way.
+const TAUGHT: f64 = 0.1;
+
+impl Broyden {
+    fn new() -> Self {
+        Self {
+            inverse: identity(),
+            state: [0.0; SIZE],
+            last: None,
+        }
+    }
+
+    /// Forgets what it learnt; plain steps are `part` as long from here on.
+    fn begin_afresh(&mut self, part: f64) {
+        self.last = None;
+        self.inverse = identity().map(|row| row.map(|it| it * part));
+    }
+
+    /// Moves the state, which was `wrong`; it does not go below 0.
+    fn step(&mut self, wrong: &Vector) {
+        if let Some((step, before)) = self.last {
+            let change: Vector = std::array::from_fn(|k| wrong[k] - before[k]);
+            let expected = self.inverse.map(|row| dot(&row, &change));
+            let scale = dot(&step, &expected);
+            if scale > TAUGHT * dot(&step, &step) {
+                self.learn(&step, &expected, scale);
+            }
+        }
+        let next = |k: usize| (self.state[k] - dot(&self.inverse[k], wrong)).max(0.0);
+        let next: Vector = std::array::from_fn(next);
+        self.last = Some((std::array::from_fn(|k| next[k] - self.state[k]), *wrong));
+        self.state = next;
+    }
+
+    fn learn(&mut self, step: &Vector, expected: &Vector, scale: f64) {
+        let mut along = [0.0; SIZE];
+        for (row, step) in self.inverse.iter().zip(step) {
+            let sums = along.iter_mut().zip(row);
+            sums.for_each(|(sum, it)| *sum += step * it);
+        }
+        for (k, row) in self.inverse.iter_mut().enumerate() {
+            let missed = (step[k] - expected[k]) / scale;
+            let entries = row.iter_mut().zip(along);
+            entries.for_each(|(it, along)| *it += missed * along);
+        }
+    }
+}
