@@ -4,6 +4,7 @@ mod body_elbow;
 mod body_field;
 mod body_finger;
 mod body_muscle;
+mod body_network;
 mod chip_bench;
 mod chip_cycles;
 mod chip_image;
