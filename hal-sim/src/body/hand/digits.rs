@@ -1,0 +1,96 @@
+//! Digits that flexors bend: angles, as the data glove of Hamana 2022 has them, and how
+//! much of them is the index finger's alone.
+
+use super::pools::DIGITS;
+
+/// Place of the index finger among digits.
+pub const INDEX: usize = 1;
+
+/// Lowest and highest angle that the glove measures, °: the thumb's CMC joint, the
+/// fingers' PIP joints (Hamana 2022, II-C).
+const RANGES_DEG: [[f64; 2]; DIGITS] = [
+    [-40.0, 5.0],
+    [0.0, 100.0],
+    [0.0, 100.0],
+    [0.0, 100.0],
+    [0.0, 100.0],
+];
+
+/// Angles of a relaxed hand, °. Assumed.
+pub const REST_DEG: [f64; DIGITS] = [-25.0, 10.0, 10.0, 10.0, 10.0];
+
+/// Part of a flexor's torque that is lost over the whole range, for it shortens. Assumed,
+/// as in the finger of `body::finger`.
+const LOST: f64 = 0.25;
+
+/// A finger that moves by less is not seen to move, °.
+pub const VISIBLE_DEG: f64 = 5.0;
+
+/// Where free digits come to rest under these isometric torques, N·m, and a stiffness in
+/// N·m/rad.
+#[must_use]
+pub fn angles_deg(torques_nm: &[f64; DIGITS], stiffness_nm_per_rad: f64) -> [f64; DIGITS] {
+    std::array::from_fn(|digit| {
+        let [low, high] = RANGES_DEG[digit];
+        let rest = REST_DEG[digit];
+        // stiffness · (θ - rest) = torque · (1 - LOST · (θ - low) / range), linear in θ.
+        let stiffness = stiffness_nm_per_rad.to_radians();
+        let slope = torques_nm[digit] * LOST / (high - low);
+        let bent = (torques_nm[digit] - slope * (rest - low)) / (stiffness + slope);
+        (rest + bent).clamp(low, high)
+    })
+}
+
+/// How far each digit is bent, as a part of what the glove can measure from rest (Hamana
+/// 2022, equation 2).
+#[must_use]
+pub fn normalised(angles_deg: &[f64; DIGITS]) -> [f64; DIGITS] {
+    std::array::from_fn(|digit| {
+        let rest = REST_DEG[digit];
+        (angles_deg[digit] - rest) / (RANGES_DEG[digit][1] - rest)
+    })
+}
+
+/// The individuation index of the index finger (Hamana 2022, equation 1); `None` where
+/// the paper leaves a trial out: the index finger did not move, or it is negative.
+#[must_use]
+pub fn individuation(normalised: &[f64; DIGITS]) -> Option<f64> {
+    let index = normalised[INDEX].abs();
+    let others = normalised.iter().map(|part| part.abs()).sum::<f64>() - index;
+    let individuation = 1.0 - 0.25 * others / index;
+    (individuation >= 0.0).then_some(individuation)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_digit_balances_torque_and_stiffness() {
+        let angles = angles_deg(&[0.0, 0.05, 0.5, 0.0, 0.0], 0.12);
+        assert_eq!(angles[0], REST_DEG[0]);
+        let bent = (angles[INDEX] - 10.0).to_radians();
+        let torque = 0.05 * (1.0 - LOST * angles[INDEX] / 100.0);
+        assert!((0.12 * bent - torque).abs() < 1e-12, "{angles:?}");
+        assert_eq!(angles[2], 100.0, "its stop");
+    }
+
+    #[test]
+    fn the_individuation_index_is_that_of_equation_1() {
+        let of = |parts: [f64; DIGITS]| individuation(&parts);
+        assert_eq!(of([0.0, 0.7, 0.0, 0.0, 0.0]), Some(1.0));
+        let shared = of([0.2, 0.5, 0.2, 0.2, 0.2]).unwrap();
+        assert!((shared - 0.6).abs() < 1e-12, "{shared}");
+        assert_eq!(of([0.5, 0.1, 0.0, 0.0, 0.0]), None, "negative");
+        assert_eq!(of([0.0; DIGITS]), None, "not calculable");
+    }
+
+    #[test]
+    fn normalised_angles_end_at_what_the_glove_measures() {
+        assert_eq!(normalised(&REST_DEG), [0.0; DIGITS]);
+        assert_eq!(
+            normalised(&[5.0, 100.0, 100.0, 100.0, 100.0]),
+            [1.0; DIGITS]
+        );
+    }
+}

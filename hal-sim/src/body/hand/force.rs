@@ -1,0 +1,94 @@
+//! The steady force of a motor unit whose spikes repeat with a period.
+
+use crate::body::muscle::{Muscle, Parameters, Step};
+use std::collections::BTreeMap;
+
+/// Moments of spikes are told apart to this, µs: forces within it differ by less than a
+/// thousandth.
+const GRAIN_US: u32 = 250;
+/// Steps within a grain's multiple: the longest that a muscle is stepped by, µs.
+const STEP_US: u32 = 250;
+/// Time in which force settles, µs: over ten of the slowest time constants.
+const SETTLES_US: u32 = 2_000_000;
+
+/// Mean forces by pattern of spikes, as parts of that of one spike every 20 ms.
+#[derive(Debug, Clone)]
+pub struct Forces {
+    parameters: Parameters,
+    period_us: u32,
+    known: BTreeMap<Vec<u32>, f64>,
+}
+
+impl Forces {
+    /// For patterns that repeat every `period_us`; Lee 2020's mean subject.
+    #[must_use]
+    pub fn new(period_us: u32) -> Self {
+        Self {
+            parameters: Parameters::mean_subject_at_50_hz(),
+            period_us,
+            known: BTreeMap::new(),
+        }
+    }
+
+    /// Of a unit that spikes at `at_us` of each period, ascending. Patterns that differ
+    /// by where the period begins have the same force.
+    pub fn mean(&mut self, at_us: &[u32]) -> f64 {
+        let Some(&first) = at_us.first() else {
+            return 0.0;
+        };
+        let grains = at_us
+            .iter()
+            .map(|at| (at - first + GRAIN_US / 2) / GRAIN_US);
+        let pattern: Vec<u32> = grains.collect();
+        if let Some(&force) = self.known.get(&pattern) {
+            return force;
+        }
+        let force = self.settle(&pattern);
+        self.known.insert(pattern, force);
+        force
+    }
+
+    fn settle(&self, pattern: &[u32]) -> f64 {
+        let step = Step::new(&self.parameters, f64::from(STEP_US) * 1e-6);
+        let mut muscle = Muscle::new(self.parameters);
+        let steps = self.period_us / STEP_US;
+        let mut mean = 0.0;
+        for _ in 0..SETTLES_US.div_ceil(self.period_us) {
+            mean = 0.0;
+            for at in 0..steps {
+                let spikes = pattern
+                    .iter()
+                    .filter(|&&grain| grain * GRAIN_US / STEP_US == at);
+                spikes.for_each(|_| muscle.pulse(1.0));
+                let before = muscle.force();
+                muscle.step(&step);
+                mean += 0.5 * (before + muscle.force()) / f64::from(steps);
+            }
+        }
+        mean
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_spike_in_20_ms_is_the_unit() {
+        let mut forces = Forces::new(40_000);
+        assert!((forces.mean(&[0, 20_000]) - 1.0).abs() < 2e-3);
+        assert!((forces.mean(&[7_000, 27_000]) - 1.0).abs() < 2e-3);
+        assert_eq!(forces.mean(&[]), 0.0);
+    }
+
+    /// More spikes give more, and two close together less than two far apart.
+    #[test]
+    fn force_rises_with_spikes_and_with_their_distance() {
+        let mut forces = Forces::new(40_000);
+        let half = forces.mean(&[0]);
+        let double = forces.mean(&[0, 10_000, 20_000, 30_000]);
+        let close = forces.mean(&[0, 3_000, 20_000, 23_000]);
+        assert!(half < 0.9 && double > 1.05, "{half} {double}");
+        assert!((1.0..double).contains(&close), "{close} {double}");
+    }
+}

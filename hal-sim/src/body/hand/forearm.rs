@@ -1,0 +1,359 @@
+//! A forearm under electrodes: currents in, spikes of motor nerves out.
+
+use super::field::{Field, Pad, Transfer};
+use super::membrane::{Decay, Membrane, Nerve};
+use super::network::{
+    ACTIVES_MAX, Charge, InvalidNetwork, InvalidSegment, Network, Piece, Skin, Terminal,
+};
+use super::pools::{POOLS, Pool};
+use super::spec::{ELECTRODES, HandSpec, RETURN, ROUND_M, Rule};
+use crate::random::{standard_normal, unit};
+use std::f64::consts::{PI, TAU};
+
+/// Of what a wearer's seed decides.
+const PLACES: u64 = 1;
+const UNITS: u64 = 2;
+const THRESHOLDS: u64 = 3;
+const DIRECTIONS: u64 = 4;
+
+/// Longest step between two looks at a nerve, s: spikes are known to a part of it.
+const LOOK_S: f64 = 20e-6;
+/// Steps grow by this, for what is driven decays.
+const GROWS: f64 = 1.25;
+
+/// A motor unit's nerve, where a field reaches it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Unit {
+    /// Its muscle.
+    pub pool: Pool,
+    /// Along from the elbow, around from the palmar midline, below the skin, m.
+    pub at_m: [f64; 3],
+    /// What charges it, at rest, in the rule's unit times the wearer's own factor.
+    pub threshold: f64,
+    /// Its direction, of length 1.
+    pub direction: [f64; 3],
+}
+
+impl HandSpec {
+    /// All motor units of this wearer.
+    #[must_use]
+    pub fn motor_units(&self) -> Vec<Unit> {
+        let stream = |which: u64| self.seed.wrapping_mul(8).wrapping_add(which);
+        let mut all = Vec::with_capacity(POOLS.len() * self.units);
+        for (index, pool) in (0u64..).zip(POOLS) {
+            let place = pool.place().drawn(stream(PLACES), index);
+            for number in 0..self.units as u64 {
+                let number = index * 4_096 + number;
+                let [x, y, below_fat] =
+                    place.unit(stream(UNITS), number, self.forearm_m, self.around_m);
+                let spread = self.threshold_spread * standard_normal(stream(THRESHOLDS), number);
+                // Even over the sphere.
+                let along = 2.0 * unit(stream(DIRECTIONS), 2 * number) - 1.0;
+                let turn = TAU * unit(stream(DIRECTIONS), 2 * number + 1);
+                let across = (1.0 - along * along).sqrt();
+                all.push(Unit {
+                    pool,
+                    at_m: [x, y, self.tissue.fat_m + below_fat],
+                    threshold: spread.exp(),
+                    direction: [along, across * turn.cos(), across * turn.sin()],
+                });
+            }
+        }
+        all
+    }
+
+    fn skin(&self, pad: &Pad, is_return: bool) -> Skin {
+        let cm2 = 1e4 * pad.area_m2();
+        let round_cm2 = 1e4 * PI * (0.5 * ROUND_M).powi(2);
+        let factor = if is_return { self.return_factor } else { 1.0 };
+        Skin {
+            series_ohm: factor * self.skin.series_ohm * round_cm2 / cm2,
+            parallel_ohm: factor * self.skin.ohm_cm2 / cm2,
+            farad: self.skin.farad_per_cm2 * cm2 / factor,
+            half_a: self.skin.half_a_per_cm2 * cm2,
+        }
+    }
+}
+
+impl Rule {
+    /// What an ampere of this field charges `unit` by.
+    #[must_use]
+    pub fn drive(self, of: &Transfer, unit: &Unit) -> f64 {
+        match self {
+            // Outside negative is inside positive.
+            Self::Potential => -of.potential,
+            Self::Curvature => of.curvature,
+            Self::Field => {
+                let [dy, dz] = of.across;
+                let [x, y, z] = unit.direction;
+                -(of.gradient * x + dy * y + dz * z)
+            }
+        }
+    }
+}
+
+/// Electrodes on a forearm.
+#[derive(Debug, Clone)]
+pub struct Forearm {
+    network: Network,
+    membrane: Membrane,
+    sums: bool,
+    units: Vec<Unit>,
+    /// Of each unit: what an ampere through each electrode charges it by.
+    drives: Vec<[f64; ELECTRODES]>,
+}
+
+/// What a forearm remembers from one segment to the next.
+#[derive(Debug, Clone)]
+pub struct Memory {
+    charge: Charge,
+    nerves: Vec<Nerve>,
+}
+
+/// A spike of a motor unit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spike {
+    /// Which unit.
+    pub unit: usize,
+    /// After the segment began, s.
+    pub at_s: f64,
+}
+
+impl Forearm {
+    /// `pads` in the order of [`super::spec`]; `shift_m` is how far the skin lies from
+    /// where it does at rest, along and around; `reach` gives the field of an ampere
+    /// through a pad at a place.
+    ///
+    /// # Errors
+    /// As [`Network::new`].
+    pub fn new(
+        spec: &HandSpec,
+        pads: &[Pad; ELECTRODES],
+        units: Vec<Unit>,
+        field: &Field,
+        shift_m: [f64; 2],
+    ) -> Result<Self, InvalidNetwork> {
+        let resistance_ohm = pads.each_ref().map(|a| {
+            let row = pads.iter().map(|b| field.resistance(a, b));
+            row.collect::<Vec<_>>()
+        });
+        let skins = pads.iter().enumerate();
+        let skins = skins.map(|(index, pad)| spec.skin(pad, index == RETURN));
+        let network = Network::new(&resistance_ohm, skins.collect(), spec.limiter_a)?;
+        let of_return = |unit: &Unit| {
+            let mut drives = [0.0; ELECTRODES];
+            drives[RETURN] = spec
+                .rule
+                .drive(&field.transfer(&pads[RETURN], unit.at_m), unit);
+            drives
+        };
+        let mut forearm = Self {
+            network,
+            membrane: spec.membrane,
+            sums: spec.sums,
+            drives: units.iter().map(of_return).collect(),
+            units,
+        };
+        forearm.shift(spec.rule, pads, field, shift_m);
+        Ok(forearm)
+    }
+
+    /// The skin moves over the muscles, to `shift_m` along and around from where it was at
+    /// rest. The return's field is taken where it was: it is large and far.
+    pub fn shift(
+        &mut self,
+        rule: Rule,
+        pads: &[Pad; ELECTRODES],
+        field: &Field,
+        shift_m: [f64; 2],
+    ) {
+        for (unit, drives) in self.units.iter().zip(&mut self.drives) {
+            let [x, y, z] = unit.at_m;
+            let at = [x - shift_m[0], y - shift_m[1], z];
+            for (pad, drive) in pads.iter().zip(drives).take(RETURN) {
+                *drive = rule.drive(&field.transfer(pad, at), unit);
+            }
+        }
+    }
+
+    /// Its motor units.
+    #[must_use]
+    pub fn units(&self) -> &[Unit] {
+        &self.units
+    }
+
+    /// At rest, without charge.
+    #[must_use]
+    pub fn rested(&self) -> Memory {
+        Memory {
+            charge: Charge::default(),
+            nerves: vec![Nerve::REST; self.units.len()],
+        }
+    }
+
+    /// Lets `duration_s` pass in which the terminals do not change; `factor` times its
+    /// threshold is what a unit needs. Spikes are added to `spikes`.
+    ///
+    /// # Errors
+    /// As [`Network::segment`].
+    pub fn segment(
+        &self,
+        memory: &mut Memory,
+        terminals: &[Terminal; RETURN],
+        duration_s: f64,
+        factor: f64,
+        spikes: &mut Vec<Spike>,
+    ) -> Result<(), InvalidSegment> {
+        let drives = terminals.iter().any(|t| matches!(t, Terminal::Driven(_)));
+        if !self.sums && drives {
+            memory
+                .nerves
+                .iter_mut()
+                .for_each(|nerve| nerve.charged = 0.0);
+        }
+        let mut begun_s = 0.0;
+        for piece in self
+            .network
+            .segment(&mut memory.charge, terminals, duration_s)?
+        {
+            self.charge(&mut memory.nerves, &piece, begun_s, factor, spikes);
+            begun_s += piece.duration_s;
+        }
+        Ok(())
+    }
+
+    /// What the currents of `piece` do to every nerve.
+    fn charge(
+        &self,
+        nerves: &mut [Nerve],
+        piece: &Piece,
+        begun_s: f64,
+        factor: f64,
+        spikes: &mut Vec<Spike>,
+    ) {
+        let looks = Looks::new(&self.membrane, piece);
+        for (index, nerve) in nerves.iter_mut().enumerate() {
+            let threshold = factor * self.units[index].threshold;
+            let weights = weights(piece, &self.drives[index]);
+            let most = nerve.charged.max(0.0) + weights.iter().map(|w| w.abs()).sum::<f64>();
+            let spiked = (most >= threshold)
+                .then(|| looks.first(&self.membrane, *nerve, &weights, threshold))
+                .flatten();
+            if let Some(at_s) = spiked {
+                spikes.push(Spike {
+                    unit: index,
+                    at_s: begun_s + at_s,
+                });
+                // What charges it is gone with the spike, and the rest of a piece is less
+                // than its refractory time.
+                (nerve.charged, nerve.since_s) = (0.0, piece.duration_s - at_s);
+            } else {
+                nerve.charged = looks.last(nerve.charged, &weights);
+                nerve.since_s += piece.duration_s;
+            }
+        }
+    }
+}
+
+/// Electrodes that a piece has room for.
+const SIZE: usize = ACTIVES_MAX + 1;
+/// Drives of a piece: its constant, then its exponentials.
+const DRIVES: usize = SIZE + 1;
+
+/// The moments of a piece at which nerves are looked at, and what of each of its drives a
+/// nerve has by then: the same for all nerves.
+struct Looks {
+    at_s: Vec<f64>,
+    /// By moment: what is left of a charge.
+    kept: Vec<f64>,
+    /// By moment and drive.
+    basis: Vec<[f64; DRIVES]>,
+    /// Drives there are.
+    count: usize,
+}
+
+impl Looks {
+    fn new(membrane: &Membrane, piece: &Piece) -> Self {
+        let mut at_s = Vec::new();
+        let (mut t_s, mut step_s) = (0.0, LOOK_S);
+        while t_s + step_s < piece.duration_s {
+            t_s += step_s;
+            at_s.push(t_s);
+            if t_s > 10.0 * LOOK_S {
+                step_s *= GROWS;
+            }
+        }
+        at_s.push(piece.duration_s);
+        let basis = at_s.iter().map(|&t_s| {
+            let mut basis = [0.0; DRIVES];
+            for (place, (rate, _)) in basis.iter_mut().zip(drives(piece)) {
+                let one = Decay {
+                    amplitude: 1.0,
+                    rate,
+                };
+                *place = membrane.after(0.0, [one], t_s);
+            }
+            basis
+        });
+        Self {
+            basis: basis.collect(),
+            kept: at_s.iter().map(|t| (-t / membrane.leak_s).exp()).collect(),
+            count: 1 + piece.terms().len(),
+            at_s,
+        }
+    }
+
+    fn charged(&self, place: usize, before: f64, weights: &[f64; DRIVES]) -> f64 {
+        let driven = self.basis[place].iter().zip(weights).take(self.count);
+        before * self.kept[place] + driven.map(|(b, w)| b * w).sum::<f64>()
+    }
+
+    fn last(&self, before: f64, weights: &[f64; DRIVES]) -> f64 {
+        self.charged(self.at_s.len() - 1, before, weights)
+    }
+
+    /// When the nerve first reaches its threshold, if it does.
+    fn first(
+        &self,
+        membrane: &Membrane,
+        nerve: Nerve,
+        weights: &[f64; DRIVES],
+        threshold: f64,
+    ) -> Option<f64> {
+        let (mut before_s, mut below) = (0.0, nerve.charged - threshold);
+        for (place, &at_s) in self.at_s.iter().enumerate() {
+            let needed = threshold * membrane.raised(nerve.since_s + at_s);
+            let above = self.charged(place, nerve.charged, weights) - needed;
+            if above >= 0.0 {
+                // In between as on a straight line.
+                let part = if below < 0.0 {
+                    below / (below - above)
+                } else {
+                    0.0
+                };
+                return Some(before_s + part * (at_s - before_s));
+            }
+            (before_s, below) = (at_s, above.max(-1e3 * threshold));
+        }
+        None
+    }
+}
+
+/// Rate and currents of each drive of `piece`.
+fn drives(piece: &Piece) -> impl Iterator<Item = (f64, &[f64; SIZE])> {
+    let terms = piece
+        .terms()
+        .iter()
+        .map(|term| (term.rate_per_s, &term.current_a));
+    std::iter::once((0.0, &piece.constant_a)).chain(terms)
+}
+
+/// What each drive of `piece` amounts to for a nerve with these transfers.
+fn weights(piece: &Piece, transfers: &[f64; ELECTRODES]) -> [f64; DRIVES] {
+    let mut weights = [0.0; DRIVES];
+    for (weight, (_, currents)) in weights.iter_mut().zip(drives(piece)) {
+        let parts = transfers.iter().zip(currents);
+        *weight = parts.map(|(transfer, current)| transfer * current).sum();
+    }
+    weights
+}

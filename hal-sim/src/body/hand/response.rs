@@ -1,0 +1,177 @@
+//! A hand under a period of stimulation that repeats: what its digits come to.
+
+use super::digits::{angles_deg, individuation, normalised};
+use super::field::{Field, InvalidTissue, Pad};
+use super::force::Forces;
+use super::forearm::{Forearm, Memory, Spike};
+use super::network::{InvalidNetwork, InvalidSegment, Terminal};
+use super::pools::{DIGITS, Pool};
+use super::spec::{ELECTRODES, HandSpec, RETURN};
+
+/// Periods in which spikes and skin settle, and those that count after them: refractory
+/// nerves may take every other.
+const SETTLES: usize = 2;
+const COUNTS: u32 = 2;
+
+/// Terminals that do not change for a while.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Segment {
+    /// Of the points A, B, E.
+    pub terminals: [Terminal; RETURN],
+    /// µs.
+    pub lasts_us: u32,
+}
+
+/// Why there is no such hand.
+#[derive(Debug, Clone, thiserror::Error)]
+pub enum InvalidHand {
+    /// Its tissue cannot be.
+    #[error("{0}")]
+    Tissue(#[from] InvalidTissue),
+    /// Its circuit cannot be.
+    #[error("{0}")]
+    Network(#[from] InvalidNetwork),
+}
+
+/// A hand with electrodes on its forearm.
+#[derive(Debug, Clone)]
+pub struct Hand {
+    spec: HandSpec,
+    field: Field,
+    pads: [Pad; ELECTRODES],
+    forearm: Forearm,
+    forces: Forces,
+    /// What every threshold is multiplied by: decides at which voltage this wearer feels
+    /// anything.
+    pub factor: f64,
+}
+
+/// What a repeated period makes of a hand, isometric.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Response {
+    /// Of each digit's flexors, N·m.
+    pub torques_nm: [f64; DIGITS],
+    stiffness_nm_per_rad: f64,
+}
+
+impl Response {
+    /// Where free digits come to rest, °.
+    #[must_use]
+    pub fn angles_deg(&self) -> [f64; DIGITS] {
+        angles_deg(&self.torques_nm, self.stiffness_nm_per_rad)
+    }
+
+    /// The index finger's individuation index; see [`individuation`].
+    #[must_use]
+    pub fn individuation(&self) -> Option<f64> {
+        individuation(&normalised(&self.angles_deg()))
+    }
+
+    /// The same contraction `by` times as strong.
+    #[must_use]
+    pub fn scaled(self, by: f64) -> Self {
+        Self {
+            torques_nm: self.torques_nm.map(|torque| by * torque),
+            ..self
+        }
+    }
+}
+
+impl Hand {
+    /// With electrodes A, B and E on `points` and the return where `spec` has it.
+    ///
+    /// # Errors
+    /// What of it cannot be.
+    pub fn new(spec: HandSpec, points: [Pad; RETURN]) -> Result<Self, InvalidHand> {
+        let field = Field::coarse(spec.tissue)?;
+        let [a, b, e] = points;
+        let pads = [a, b, e, spec.return_pad()];
+        let forearm = Forearm::new(&spec, &pads, spec.motor_units(), &field, [0.0; 2])?;
+        let period_us = COUNTS * 20_000;
+        Ok(Self {
+            field,
+            pads,
+            forearm,
+            forces: Forces::new(period_us),
+            factor: 1.0,
+            spec,
+        })
+    }
+
+    /// What it was made from.
+    #[must_use]
+    pub const fn spec(&self) -> &HandSpec {
+        &self.spec
+    }
+
+    /// Where its electrodes are.
+    #[must_use]
+    pub const fn pads(&self) -> &[Pad; ELECTRODES] {
+        &self.pads
+    }
+
+    /// The skin moves over the muscles: `pronated_deg` by posture, and `along_m` and
+    /// `around_m` beside it.
+    pub fn shift(&mut self, pronated_deg: f64, [along_m, around_m]: [f64; 2]) {
+        let around_m = around_m + pronated_deg * self.spec.shift_m_per_deg;
+        let shift_m = [along_m, around_m];
+        self.forearm
+            .shift(self.spec.rule, &self.pads, &self.field, shift_m);
+    }
+
+    /// What `period`, repeated until it has settled, makes of it.
+    ///
+    /// # Errors
+    /// As [`Forearm::segment`].
+    pub fn respond(&mut self, period: &[Segment]) -> Result<Response, InvalidSegment> {
+        let mut memory = self.forearm.rested();
+        for _ in 0..SETTLES {
+            self.play(&mut memory, period)?;
+        }
+        let mut spikes = vec![Vec::new(); self.forearm.units().len()];
+        for count in 0..COUNTS {
+            for spike in self.play(&mut memory, period)? {
+                let at_us = (spike.at_s * 1e6) as u32;
+                spikes[spike.unit].push(count * 20_000 + at_us);
+            }
+        }
+        Ok(self.pull(&spikes))
+    }
+
+    /// One period; spikes count from its begin.
+    fn play(&self, memory: &mut Memory, period: &[Segment]) -> Result<Vec<Spike>, InvalidSegment> {
+        let (mut all, mut begun_us) = (Vec::new(), 0);
+        for segment in period {
+            let before = all.len();
+            let lasts_s = f64::from(segment.lasts_us) * 1e-6;
+            self.forearm
+                .segment(memory, &segment.terminals, lasts_s, self.factor, &mut all)?;
+            let begun_s = f64::from(begun_us) * 1e-6;
+            all[before..]
+                .iter_mut()
+                .for_each(|spike| spike.at_s += begun_s);
+            begun_us += segment.lasts_us;
+        }
+        Ok(all)
+    }
+
+    /// What units that spike at these moments pull.
+    fn pull(&mut self, spikes: &[Vec<u32>]) -> Response {
+        let mut torques_nm = [0.0; DIGITS];
+        for (unit, at_us) in self.forearm.units().iter().zip(spikes) {
+            if let Some(digit) = unit.pool.flexes() {
+                // The index finger's two bellies share one tendon.
+                let bellies = match unit.pool {
+                    Pool::Index | Pool::IndexDistal => 2.0,
+                    _ => 1.0,
+                };
+                let of_one = self.spec.flexor_nm / (bellies * self.spec.units as f64);
+                torques_nm[digit] += of_one * self.forces.mean(at_us);
+            }
+        }
+        Response {
+            torques_nm,
+            stiffness_nm_per_rad: self.spec.stiffness_nm_per_rad,
+        }
+    }
+}
