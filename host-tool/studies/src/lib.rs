@@ -16,3 +16,4 @@ pub mod ladder;
 pub mod stability;
 mod subjects;
 pub mod tracking;
+pub mod two_points;

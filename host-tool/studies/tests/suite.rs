@@ -15,3 +15,4 @@ mod search_judged;
 mod sweeps;
 mod thresholds_found;
 mod tracking_causes;
+mod two_points;

@@ -1,0 +1,96 @@
+//! What is claimed of every wearer, and whether it holds (`population.toml`).
+
+use super::pattern::Points;
+use super::trials::{Outcome, Postures};
+use super::voltages::{SELECTIVE, Voltages};
+
+/// By how much one torque exceeds another that it is said to exceed.
+const MORE: f64 = 1.05;
+/// Ratios that count as equal.
+const ALIKE: std::ops::RangeInclusive<f64> = 0.9..=1.15;
+/// Phase differences from here on are long, µs: what can be isolated (figure 5).
+const LONG_US: u32 = 1_000;
+
+/// Torques of a wearer as the claims compare them, N·m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Torques {
+    /// Two points, conducted, 1 ms apart or more.
+    pub two: f64,
+    /// The same, isolated.
+    pub apart: f64,
+    /// The stronger of two points alone, conducted.
+    pub one: f64,
+    /// The same, isolated.
+    pub one_isolated: f64,
+}
+
+impl Torques {
+    /// Of all 29 patterns.
+    #[must_use]
+    pub fn of(outcomes: &[Outcome]) -> Self {
+        let long = |isolated: bool| {
+            let of = outcomes.iter().filter(|it| {
+                it.pattern.isolated == isolated
+                    && it.pattern.after_us().is_some_and(|after| after >= LONG_US)
+            });
+            let torques: Vec<f64> = of.map(|it| it.torque_nm).collect();
+            torques.iter().sum::<f64>() / torques.len().max(1) as f64
+        };
+        let alone = |isolated: bool| {
+            let of = outcomes.iter().filter(|it| {
+                it.pattern.isolated == isolated && matches!(it.pattern.points, Points::One(_))
+            });
+            of.map(|it| it.torque_nm).fold(0.0, f64::max)
+        };
+        Self {
+            two: long(false),
+            apart: long(true),
+            one: alone(false),
+            one_isolated: alone(true),
+        }
+    }
+}
+
+/// Mean individuation of the conducted patterns with this phase difference.
+fn individuation(outcomes: &[Outcome], after_us: u32) -> Option<f64> {
+    let of = outcomes
+        .iter()
+        .filter(|it| !it.pattern.isolated && it.pattern.after_us() == Some(after_us));
+    let of: Vec<f64> = of.filter_map(|it| it.individuation).collect();
+    (!of.is_empty()).then(|| of.iter().sum::<f64>() / of.len() as f64)
+}
+
+/// Whether each claim of `population.toml` holds, in its order; `None` where it cannot be
+/// judged.
+#[must_use]
+pub fn judged(
+    outcomes: &[Outcome],
+    voltages: &Voltages,
+    postures: &[Postures; 2],
+) -> [Option<bool>; 8] {
+    let torques = Torques::of(outcomes);
+    let ratio = |a: f64, b: f64| (b > 0.0).then(|| a / b);
+    let at = |after_us| individuation(outcomes, after_us);
+    let apart = at(0)
+        .zip(at(2_000))
+        .map(|(together, apart)| together < apart);
+    let late = [500, 1_000, 2_000, 5_000, 10_000].map(at);
+    let is_selective = late.iter().copied().collect::<Option<Vec<f64>>>();
+    let lower = voltages.ratio.map(|r| {
+        let points = voltages.most_v.into_iter().zip(voltages.threshold_v);
+        points
+            .into_iter()
+            .all(|(most, threshold)| r * most < threshold)
+    });
+    let lost = postures.map(|bent| bent[0] - bent[2]);
+    [
+        apart,
+        is_selective.map(|all| all.iter().all(|it| *it > SELECTIVE)),
+        ratio(torques.two, torques.one).map(|it| it > MORE),
+        ratio(torques.two, torques.apart).map(|it| it > MORE),
+        ratio(torques.apart, torques.one).map(|it| ALIKE.contains(&it)),
+        ratio(torques.one, torques.one_isolated).map(|it| ALIKE.contains(&it)),
+        Some(lower.unwrap_or(false)),
+        Some(lost[1] < lost[0]),
+    ]
+}

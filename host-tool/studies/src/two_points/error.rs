@@ -1,0 +1,23 @@
+//! What cannot be studied.
+
+use hal_sim::body::hand::{InvalidHand, network::InvalidSegment};
+
+/// Why a study of two points does not come about.
+#[derive(Debug, thiserror::Error)]
+pub enum TwoPointsError {
+    /// Its declaration.
+    #[error("E621 the population's declaration: {0}")]
+    Declaration(String),
+    /// A hand.
+    #[error("E622 a hand that cannot be: {0}; change its field in the population's declaration")]
+    Hand(#[from] InvalidHand),
+    /// Its circuit.
+    #[error("E623 a circuit that cannot be solved: {0}; this is a mistake of the program")]
+    Network(#[from] InvalidSegment),
+}
+
+impl TwoPointsError {
+    pub(super) fn missing(field: &str) -> Self {
+        Self::Declaration(format!("no range for `{field}`"))
+    }
+}

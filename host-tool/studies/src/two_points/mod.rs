@@ -1,0 +1,26 @@
+//! Hamana 2022 on a forearm that is a mechanism: do its claims come out, and in whom?
+//!
+//! Lives here: who is drawn and what is judged (`population.toml`, committed before it was
+//! looked at), the paper's patterns, its searches for points and voltages, its trials, and
+//! the claims. Not here: the forearm (`hal_sim::body::hand`), the command (`cli`).
+//! In: a cell (rule, ground, operating point), a seed. Out: shares of drawn wearers in
+//! whom each claim holds. All simulated: no evidence about people.
+
+mod claims;
+mod error;
+mod pattern;
+mod points;
+mod population;
+mod study;
+mod summary;
+mod trials;
+mod voltages;
+
+pub use claims::{Torques, judged};
+pub use error::TwoPointsError;
+pub use pattern::{PERIOD_US, Pattern, Points, WIDTH_US};
+pub use population::{DECLARED, Person, Population};
+pub use study::{Cell, Drawn, Numbers, Prepared, prepare};
+pub use summary::{HEAD, Summary};
+pub use trials::{Outcome, Trials};
+pub use voltages::{Voltages, calibrate};

@@ -1,0 +1,174 @@
+//! Hamana 2022's patterns of stimulation (figure 5): which point is driven, grounded or
+//! left floating, when.
+
+use hal_sim::body::hand::Segment;
+use hal_sim::body::hand::network::Terminal;
+use hal_sim::body::hand::spec::{A, B};
+
+/// Period of every pattern, µs: 50 Hz.
+pub const PERIOD_US: u32 = 20_000;
+/// Width of every pulse, µs.
+pub const WIDTH_US: u32 = 200;
+
+/// Phase differences of the conducted patterns, µs.
+const CONDUCTED_US: [u32; 10] = [0, 50, 100, 150, 200, 500, 1_000, 2_000, 5_000, 10_000];
+/// Of the isolated ones.
+const ISOLATED_US: [u32; 4] = [1_000, 2_000, 5_000, 10_000];
+
+/// Which points pulse.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Points {
+    /// One alone: [`A`] or [`B`].
+    One(usize),
+    /// Both, the second so many µs after the first.
+    Two {
+        /// [`A`] or [`B`].
+        first: usize,
+        /// Phase difference, µs.
+        after_us: u32,
+    },
+}
+
+/// A pattern.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Pattern {
+    /// Which points pulse.
+    pub points: Points,
+    /// Whether a point floats while the other pulses (and a point that never pulses
+    /// always), instead of being grounded.
+    pub isolated: bool,
+}
+
+impl Pattern {
+    /// The 25 patterns of two points: orders A before B and B before A are the same at 0
+    /// and at half a period.
+    #[must_use]
+    pub fn two() -> Vec<Self> {
+        let conducted = CONDUCTED_US.map(|after_us| (after_us, false));
+        let isolated = ISOLATED_US.map(|after_us| (after_us, true));
+        let mut all = Vec::new();
+        for (after_us, isolated) in conducted.into_iter().chain(isolated) {
+            let is_one = after_us == 0 || 2 * after_us == PERIOD_US;
+            let orders = if is_one { &[A][..] } else { &[A, B][..] };
+            all.extend(orders.iter().map(|&first| Self {
+                points: Points::Two { first, after_us },
+                isolated,
+            }));
+        }
+        all
+    }
+
+    /// The four of one point.
+    #[must_use]
+    pub fn one() -> [Self; 4] {
+        [(A, false), (A, true), (B, false), (B, true)].map(|(point, isolated)| Self {
+            points: Points::One(point),
+            isolated,
+        })
+    }
+
+    /// Experiments 3 and 4: A before B by 2 ms, conducted.
+    #[must_use]
+    pub const fn usual() -> Self {
+        Self {
+            points: Points::Two {
+                first: A,
+                after_us: 2_000,
+            },
+            isolated: false,
+        }
+    }
+
+    /// Phase difference, µs, of two points.
+    #[must_use]
+    pub const fn after_us(&self) -> Option<u32> {
+        match self.points {
+            Points::One(_) => None,
+            Points::Two { after_us, .. } => Some(after_us),
+        }
+    }
+
+    /// When each point's pulse begins, µs; the second of two may begin next period.
+    fn begins_us(&self) -> [Option<u32>; 2] {
+        match self.points {
+            Points::One(A) => [Some(0), None],
+            Points::One(_) => [None, Some(0)],
+            Points::Two { first: A, after_us } => [Some(0), Some(after_us)],
+            Points::Two { after_us, .. } => [Some(after_us), Some(0)],
+        }
+    }
+
+    /// One period with A and B at these negative pulses, V.
+    #[must_use]
+    pub fn period(&self, volts: [f64; 2]) -> Vec<Segment> {
+        let begins = self.begins_us();
+        let edges = begins.iter().flatten().flat_map(|&at| [at, at + WIDTH_US]);
+        let mut edges: Vec<u32> = edges.chain([0, PERIOD_US]).collect();
+        edges.sort_unstable();
+        edges.dedup();
+        let segments = edges.windows(2).map(|edge| Segment {
+            terminals: self.terminals(begins, volts, edge[0]),
+            lasts_us: edge[1] - edge[0],
+        });
+        segments.collect()
+    }
+
+    fn terminals(&self, begins: [Option<u32>; 2], volts: [f64; 2], at: u32) -> [Terminal; 3] {
+        let drives = begins.map(|begin| begin.is_some_and(|b| (b..b + WIDTH_US).contains(&at)));
+        let of = |point: usize| match (drives[point], begins[point]) {
+            (true, _) => Terminal::Driven(-volts[point]),
+            (false, None) if self.isolated => Terminal::Floating,
+            (false, _) if self.isolated && drives[1 - point] => Terminal::Floating,
+            _ => Terminal::Grounded,
+        };
+        // The extensor's electrode is not connected in these experiments.
+        [of(A), of(B), Terminal::Floating]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn there_are_25_and_4() {
+        assert_eq!(Pattern::two().len(), 25);
+        let isolated = Pattern::two().iter().filter(|p| p.isolated).count();
+        assert_eq!(isolated, 7);
+    }
+
+    #[test]
+    fn a_period_is_whole_and_says_what_figure_6_shows() {
+        for pattern in Pattern::two().into_iter().chain(Pattern::one()) {
+            let lasts: u32 = pattern.period([20.0; 2]).iter().map(|s| s.lasts_us).sum();
+            assert_eq!(lasts, PERIOD_US, "{pattern:?}");
+        }
+        use Terminal::{Driven, Floating, Grounded};
+        let of = |after_us, isolated| {
+            let points = Points::Two { first: A, after_us };
+            let period = Pattern { points, isolated }.period([24.0, 28.0]);
+            let short = period
+                .iter()
+                .map(|s| (s.lasts_us, s.terminals[A], s.terminals[B]));
+            short.collect::<Vec<_>>()
+        };
+        assert_eq!(
+            of(50, false),
+            [
+                (50, Driven(-24.0), Grounded),
+                (150, Driven(-24.0), Driven(-28.0)),
+                (50, Grounded, Driven(-28.0)),
+                (19_750, Grounded, Grounded)
+            ]
+        );
+        assert_eq!(
+            of(1_000, true),
+            [
+                (200, Driven(-24.0), Floating),
+                (800, Grounded, Grounded),
+                (200, Floating, Driven(-28.0)),
+                (18_800, Grounded, Grounded)
+            ]
+        );
+    }
+}

@@ -1,0 +1,115 @@
+//! Where the electrodes go: the search of Hamana 2022, III-A2, on a simulated forearm.
+
+use hal_sim::body::hand::digits::VISIBLE_DEG;
+use hal_sim::body::hand::field::{Field, Pad, Shape};
+use hal_sim::body::hand::forearm::Unit;
+use hal_sim::body::hand::pools::DIGITS;
+use hal_sim::body::hand::{HandSpec, digits};
+
+/// Distances of the places that are tried, along and around, m.
+const STEP_M: [f64; 2] = [0.012, 0.010];
+/// Of so many nerves one is looked at while places are tried: a third tells which place
+/// is better; the best are looked at once more, with all.
+const LOOKED_AT: usize = 3;
+const TRIED_AGAIN: usize = 20;
+/// Part of the forearm from which on places are tried, and how far from its end they
+/// stay: the return lies there.
+const FROM: f64 = 0.25;
+const END_M: f64 = 0.060;
+/// Around the forearm, as parts of its circumference.
+const AROUND: [f64; 2] = [-0.15, 0.20];
+/// Two round electrodes are at least so far apart, m: 5 mm of skin between them.
+const APART_M: f64 = 0.030;
+/// Where the extensor's electrode goes: over extensor indicis.
+const EXTENSOR: [f64; 2] = [0.72, 0.45];
+
+/// A place and how selective it is: how many times a current that visibly bends any other
+/// digit exceeds the one that visibly bends the index finger.
+#[derive(Clone, Copy, Debug)]
+struct Tried {
+    pad: Pad,
+    selectivity: f64,
+}
+
+/// Places of A, B and the extensor's electrode, all of this shape; `None` if no two places
+/// bend the index finger first. A is the one nearer to the thumb.
+#[must_use]
+pub fn search(spec: &HandSpec, field: &Field, units: &[Unit], shape: Shape) -> Option<[Pad; 3]> {
+    let tried = |pad: Pad, every: usize| Tried {
+        pad,
+        selectivity: selectivity(spec, field, units.iter().step_by(every), &pad),
+    };
+    let mut all: Vec<Tried> = places(spec, shape)
+        .map(|pad| tried(pad, LOOKED_AT))
+        .collect();
+    all.sort_by(|a, b| b.selectivity.total_cmp(&a.selectivity));
+    // The best ones once more, with every nerve.
+    let again = all.iter().take(TRIED_AGAIN).map(|it| tried(it.pad, 1));
+    let mut best: Vec<Tried> = again.filter(|it| it.selectivity > 1.0).collect();
+    best.sort_by(|a, b| b.selectivity.total_cmp(&a.selectivity));
+    let first = best.first()?.pad;
+    let second = best
+        .iter()
+        .find(|it| distance_m(&it.pad, &first) >= APART_M)?
+        .pad;
+    let (a, b) = match first.y_m >= second.y_m {
+        true => (first, second),
+        false => (second, first),
+    };
+    let [along, around] = EXTENSOR;
+    let e = Pad {
+        x_m: along * spec.forearm_m,
+        y_m: around * spec.around_m,
+        shape,
+    };
+    Some([a, b, e])
+}
+
+fn places(spec: &HandSpec, shape: Shape) -> impl Iterator<Item = Pad> {
+    let [low_m, high_m] = AROUND.map(|part| part * spec.around_m);
+    let from_m = FROM * spec.forearm_m;
+    let count = |length: f64, step: f64| (length / step) as usize + 1;
+    let along = count(spec.forearm_m - END_M - from_m, STEP_M[0]);
+    let around = count(high_m - low_m, STEP_M[1]);
+    (0..along).flat_map(move |i| {
+        (0..around).map(move |j| Pad {
+            x_m: from_m + STEP_M[0] * i as f64,
+            y_m: low_m + STEP_M[1] * j as f64,
+            shape,
+        })
+    })
+}
+
+fn distance_m(a: &Pad, b: &Pad) -> f64 {
+    (a.x_m - b.x_m).hypot(a.y_m - b.y_m)
+}
+
+/// Of a steady current through `pad` alone.
+fn selectivity<'u>(
+    spec: &HandSpec,
+    field: &Field,
+    units: impl Iterator<Item = &'u Unit>,
+    pad: &Pad,
+) -> f64 {
+    let mut reached: [Vec<f64>; DIGITS] = Default::default();
+    for unit in units {
+        if let Some(digit) = unit.pool.flexes() {
+            let drive = -spec.rule.drive(&field.transfer(pad, unit.at_m), unit);
+            reached[digit].push(drive / unit.threshold);
+        }
+    }
+    // Torque of a visible angle, in units of each digit.
+    let visible_nm = spec.stiffness_nm_per_rad * VISIBLE_DEG.to_radians();
+    let of_digit = |drives: &mut Vec<f64>| {
+        drives.sort_unstable_by(|a, b| b.total_cmp(a));
+        let of_one = spec.flexor_nm / drives.len() as f64;
+        let needed = (visible_nm / of_one).ceil() as usize;
+        drives
+            .get(needed.saturating_sub(1))
+            .map_or(0.0, |drive| drive.max(0.0))
+    };
+    let drives = reached.each_mut().map(of_digit);
+    let others = drives.iter().enumerate().filter(|it| it.0 != digits::INDEX);
+    let most = others.map(|it| *it.1).fold(f64::MIN_POSITIVE, f64::max);
+    drives[digits::INDEX] / most
+}

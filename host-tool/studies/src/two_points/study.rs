@@ -1,0 +1,173 @@
+//! Cells of the study: drawn wearers under one rule, ground and operating point.
+
+use super::claims::{Torques, judged};
+use super::error::TwoPointsError;
+use super::points;
+use super::population::{Population, rule, without};
+use super::trials::Trials;
+use super::voltages::{Voltages, calibrate};
+use hal_sim::body::hand::field::{Field, Shape};
+use hal_sim::body::hand::spec::{ROUND_M, SMALL_M};
+use hal_sim::body::hand::{Hand, HandSpec, InvalidHand};
+
+/// What distinguishes a cell.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cell {
+    /// What of the field charges a nerve, by name.
+    pub rule: String,
+    /// Of the return's impedance.
+    pub return_factor: f64,
+    /// Part above threshold at which both points are driven; 0 as searched.
+    pub volts: f64,
+    /// What is taken away, if anything.
+    pub without: Option<String>,
+}
+
+/// What became of a draw.
+#[derive(Clone, Debug)]
+pub enum Drawn {
+    /// No two places bend the index finger first.
+    NoPoints,
+    /// A point moves nothing up to the greatest voltage, or others with the index finger.
+    NoVoltages,
+    /// It has all numbers.
+    Whole(Numbers),
+}
+
+/// The numbers of a wearer.
+#[derive(Clone, Debug)]
+pub struct Numbers {
+    /// As searched.
+    pub voltages: Voltages,
+    /// Whether its electrodes are the small ones.
+    pub is_small: bool,
+    /// Mean torques.
+    pub torques: Torques,
+    /// Trials that the paper's rule leaves out.
+    pub left_out: u64,
+    /// Whether each claim holds.
+    pub claims: [Option<bool>; 8],
+}
+
+/// The shapes that are tried, one after the other: the small one where no selective points
+/// are found with the round one (Hamana 2022, II-B).
+const SHAPES: [Shape; 2] = [
+    Shape::Round {
+        diameter_m: ROUND_M,
+    },
+    Shape::Rectangle {
+        along_m: SMALL_M[0],
+        around_m: SMALL_M[1],
+    },
+];
+
+/// A hand with electrodes on it, its searches done.
+#[derive(Clone, Debug)]
+pub struct Prepared {
+    /// The hand.
+    pub hand: Hand,
+    /// What the searches found.
+    pub voltages: Voltages,
+    /// Whether its electrodes are the small ones.
+    pub is_small: bool,
+}
+
+/// Electrodes on the hand of `spec`, whose point A moves something from `threshold_v` on.
+/// Otherwise why there are none: of the small ones, the last that were tried.
+///
+/// # Errors
+/// The hand cannot be, or its circuit cannot be solved.
+pub fn prepare(
+    spec: &HandSpec,
+    threshold_v: f64,
+) -> Result<Result<Prepared, Drawn>, TwoPointsError> {
+    let field = Field::coarse(spec.tissue).map_err(InvalidHand::from)?;
+    let units = spec.motor_units();
+    let mut missing = Drawn::NoPoints;
+    for (shape, is_small) in SHAPES.into_iter().zip([false, true]) {
+        let Some(pads) = points::search(spec, &field, &units, shape) else {
+            continue;
+        };
+        let mut hand = Hand::new(spec.clone(), pads)?;
+        calibrate(&mut hand, threshold_v)?;
+        if let Some(voltages) = Voltages::search(&mut hand)? {
+            return Ok(Ok(Prepared {
+                hand,
+                voltages,
+                is_small,
+            }));
+        }
+        missing = Drawn::NoVoltages;
+    }
+    Ok(Err(missing))
+}
+
+impl Population {
+    /// All cells, then the ablations of the default one.
+    #[must_use]
+    pub fn cells(&self) -> Vec<Cell> {
+        let mut all = Vec::new();
+        for rule in &self.cells.rules {
+            for &return_factor in &self.cells.return_factors {
+                for &volts in &self.cells.volts {
+                    all.push(Cell {
+                        rule: rule.clone(),
+                        return_factor,
+                        volts,
+                        without: None,
+                    });
+                }
+            }
+        }
+        all.extend(self.ablations.names.iter().map(|name| Cell {
+            rule: "curvature".into(),
+            return_factor: 1.0,
+            volts: 0.0,
+            without: Some(name.clone()),
+        }));
+        all
+    }
+
+    /// Wearer `index` of `cell`.
+    ///
+    /// # Errors
+    /// The declaration, or a hand that cannot be.
+    pub fn draw(&self, cell: &Cell, seed: u64, index: u64) -> Result<Drawn, TwoPointsError> {
+        let person = self.person(seed, index)?;
+        let mut spec = HandSpec {
+            rule: rule(&cell.rule)?,
+            return_factor: cell.return_factor,
+            ..person.spec
+        };
+        if let Some(name) = &cell.without {
+            spec = without(spec, name)?;
+        }
+        let Prepared {
+            mut hand,
+            voltages,
+            is_small,
+        } = match prepare(&spec, person.threshold_v)? {
+            Ok(prepared) => prepared,
+            Err(missing) => return Ok(missing),
+        };
+        let volts = match cell.volts {
+            0.0 => voltages.most_v,
+            part => voltages.threshold_v.map(|v| (1.0 + part) * v),
+        };
+        let trials = Trials {
+            count: self.trials,
+            jitter_m: 1e-3 * self.jitter_mm,
+            force_noise: self.force_noise,
+            seed: spec.seed,
+        };
+        let outcomes = trials.patterns(&mut hand, volts)?;
+        let postures = trials.postures(&mut hand, volts)?;
+        Ok(Drawn::Whole(Numbers {
+            voltages,
+            is_small,
+            torques: Torques::of(&outcomes),
+            left_out: outcomes.iter().map(|it| it.left_out).sum(),
+            claims: judged(&outcomes, &voltages, &postures),
+        }))
+    }
+}

@@ -1,0 +1,108 @@
+//! Experiments 1 and 2 and the one on posture (Hamana 2022, III-A, III-B, III-D6) on one
+//! hand: every pattern, some trials each.
+
+use super::error::TwoPointsError;
+use super::pattern::{Pattern, Points};
+use super::voltages::bent_deg;
+use hal_sim::body::hand::Hand;
+use hal_sim::body::hand::digits::INDEX;
+use hal_sim::body::hand::spec::{A, B};
+use hal_sim::random::standard_normal;
+
+/// How trials differ.
+#[derive(Clone, Copy, Debug)]
+pub struct Trials {
+    /// Of each pattern.
+    pub count: u64,
+    /// Standard deviation of the skin's place, m.
+    pub jitter_m: f64,
+    /// Of a contraction's strength, as a part.
+    pub force_noise: f64,
+    /// Decides both.
+    pub seed: u64,
+}
+
+/// What a pattern came to: means over its trials.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outcome {
+    /// Which.
+    pub pattern: Pattern,
+    /// Isometric torque of the index finger, N·m.
+    pub torque_nm: f64,
+    /// Individuation index; `None` where every trial was left out.
+    pub individuation: Option<f64>,
+    /// Trials that the paper's rule leaves out.
+    pub left_out: u64,
+}
+
+/// Angles of the index finger above rest at pronation of 0, 45 and 90°.
+pub type Postures = [f64; 3];
+
+impl Trials {
+    /// Every pattern at these voltages. The skin is where it was at rest afterwards.
+    ///
+    /// # Errors
+    /// The hand's circuit cannot be solved.
+    pub fn patterns(
+        &self,
+        hand: &mut Hand,
+        volts: [f64; 2],
+    ) -> Result<Vec<Outcome>, TwoPointsError> {
+        let patterns: Vec<Pattern> = Pattern::two().into_iter().chain(Pattern::one()).collect();
+        let mut sums = vec![(0.0, 0.0, 0u64); patterns.len()];
+        for trial in 0..self.count {
+            let jitter = |axis| self.jitter_m * standard_normal(self.seed, 2 * trial + axis);
+            hand.shift(0.0, [jitter(0), jitter(1)]);
+            for (place, (pattern, sum)) in patterns.iter().zip(&mut sums).enumerate() {
+                let number = trial * patterns.len() as u64 + place as u64;
+                let noise = 1.0 + self.force_noise * standard_normal(!self.seed, number);
+                let response = hand.respond(&pattern.period(volts))?.scaled(noise.max(0.0));
+                sum.0 += response.torques_nm[INDEX];
+                if let Some(individuation) = response.individuation() {
+                    sum.1 += individuation;
+                    sum.2 += 1;
+                }
+            }
+        }
+        hand.shift(0.0, [0.0; 2]);
+        let outcomes = patterns
+            .into_iter()
+            .zip(sums)
+            .map(|(pattern, sum)| Outcome {
+                pattern,
+                torque_nm: sum.0 / self.count as f64,
+                individuation: (sum.2 > 0).then(|| sum.1 / sum.2 as f64),
+                left_out: self.count - sum.2,
+            });
+        Ok(outcomes.collect())
+    }
+
+    /// How far the index finger bends as the forearm pronates: with the point that bends
+    /// it further at 0°, isolated, and with both in the usual pattern.
+    ///
+    /// # Errors
+    /// The hand's circuit cannot be solved.
+    pub fn postures(
+        &self,
+        hand: &mut Hand,
+        volts: [f64; 2],
+    ) -> Result<[Postures; 2], TwoPointsError> {
+        let alone = |point| Pattern {
+            points: Points::One(point),
+            isolated: true,
+        };
+        let at_rest = [
+            bent_deg(hand, alone(A), volts)?,
+            bent_deg(hand, alone(B), volts)?,
+        ];
+        let better = if at_rest[A] >= at_rest[B] { A } else { B };
+        let mut bent = [[0.0; 3]; 2];
+        for (place, pronated_deg) in [0.0, 45.0, 90.0].into_iter().enumerate() {
+            hand.shift(pronated_deg, [0.0; 2]);
+            bent[0][place] = bent_deg(hand, alone(better), volts)?;
+            bent[1][place] = bent_deg(hand, Pattern::usual(), volts)?;
+        }
+        hand.shift(0.0, [0.0; 2]);
+        Ok(bent)
+    }
+}

@@ -1,0 +1,119 @@
+//! Thresholds and greatest voltages, found as Hamana 2022 found them (III-A2, III-C1).
+
+use super::error::TwoPointsError;
+use super::pattern::{Pattern, Points};
+use hal_sim::body::hand::Hand;
+use hal_sim::body::hand::digits::{INDEX, REST_DEG, VISIBLE_DEG};
+use hal_sim::body::hand::spec::{A, B};
+
+/// Steps of the search, and its end, V: what the stimulator gives is assumed, for the
+/// paper's greatest is 40 V.
+const STEP_V: f64 = 2.0;
+const MOST_V: f64 = 44.0;
+/// Above this the index finger counts as alone (III-A2).
+pub const SELECTIVE: f64 = 0.8;
+/// Steps of r (III-C1).
+const STEPS_OF_R: u32 = 10;
+/// Between which factors of all thresholds a wearer's is looked for, and how closely.
+const FACTORS: [f64; 2] = [1e-9, 1e9];
+const BISECTIONS: u32 = 24;
+
+/// What a search finds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Voltages {
+    /// Lowest that visibly bends the index finger, at A and B, V.
+    pub threshold_v: [f64; 2],
+    /// Highest at which it is alone, V.
+    pub most_v: [f64; 2],
+    /// The least part of both at which the usual pattern visibly bends it.
+    pub ratio: Option<f64>,
+}
+
+/// One point alone, as experiment 3 has it: isolated.
+const fn alone(point: usize) -> Pattern {
+    Pattern {
+        points: Points::One(point),
+        isolated: true,
+    }
+}
+
+/// The index finger's angle above rest, °.
+pub(super) fn bent_deg(
+    hand: &mut Hand,
+    pattern: Pattern,
+    volts: [f64; 2],
+) -> Result<f64, TwoPointsError> {
+    let response = hand.respond(&pattern.period(volts))?;
+    Ok(response.angles_deg()[INDEX] - REST_DEG[INDEX])
+}
+
+/// Makes `hand` one whose point A is visible from `threshold_v` on.
+///
+/// # Errors
+/// Its circuit cannot be solved.
+pub fn calibrate(hand: &mut Hand, threshold_v: f64) -> Result<(), TwoPointsError> {
+    let [mut low, mut high] = FACTORS;
+    for _ in 0..BISECTIONS {
+        hand.factor = (low * high).sqrt();
+        match bent_deg(hand, alone(A), [threshold_v; 2])? >= VISIBLE_DEG {
+            true => low = hand.factor,
+            false => high = hand.factor,
+        }
+    }
+    hand.factor = low;
+    Ok(())
+}
+
+impl Voltages {
+    /// Of this hand; `None` where a point has none: nothing moves up to the greatest
+    /// voltage, or the index finger is not alone when it does.
+    ///
+    /// # Errors
+    /// Its circuit cannot be solved.
+    pub fn search(hand: &mut Hand) -> Result<Option<Self>, TwoPointsError> {
+        let mut found = [[0.0; 2]; 2];
+        for point in [A, B] {
+            let Some(of_point) = search_point(hand, point)? else {
+                return Ok(None);
+            };
+            found[point] = of_point;
+        }
+        let most_v = found.map(|it| it[1]);
+        let mut ratio = None;
+        for step in 1..=STEPS_OF_R {
+            let r = f64::from(step) / f64::from(STEPS_OF_R);
+            let bent = bent_deg(hand, Pattern::usual(), most_v.map(|v| r * v))?;
+            if bent >= VISIBLE_DEG {
+                ratio = Some(r);
+                break;
+            }
+        }
+        Ok(Some(Self {
+            threshold_v: found.map(|it| it[0]),
+            most_v,
+            ratio,
+        }))
+    }
+}
+
+/// Threshold and greatest voltage of one point.
+fn search_point(hand: &mut Hand, point: usize) -> Result<Option<[f64; 2]>, TwoPointsError> {
+    let mut found: Option<[f64; 2]> = None;
+    let mut volts = STEP_V;
+    while volts <= MOST_V {
+        let response = hand.respond(&alone(point).period([volts; 2]))?;
+        let bent = response.angles_deg()[INDEX] - REST_DEG[INDEX];
+        let is_visible = bent >= VISIBLE_DEG;
+        let is_alone = response.individuation().is_some_and(|it| it > SELECTIVE);
+        match &mut found {
+            None if is_visible && is_alone => found = Some([volts; 2]),
+            // It is visible, but others move too.
+            None if is_visible => return Ok(None),
+            None => {}
+            Some(found) if is_alone => found[1] = volts,
+            Some(_) => break,
+        }
+        volts += STEP_V;
+    }
+    Ok(found)
+}

@@ -1,0 +1,88 @@
+//! Drawn forearms: what is declared is what is played, and searches find what they say.
+
+use hal_sim::body::hand::Hand;
+use hal_sim::body::hand::digits::{INDEX, REST_DEG, VISIBLE_DEG};
+use hal_sim::body::hand::spec::A;
+use studies::two_points::{
+    Cell, Drawn, Pattern, Points, Population, Prepared, Summary, Voltages, prepare,
+};
+
+/// Not the judged seed.
+const SEED: u64 = 1_001;
+
+#[test]
+fn the_declaration_is_whole() {
+    let population = Population::declared().unwrap();
+    assert_eq!(population.cells().len(), 3 * 4 * 3 + 5);
+    assert_eq!(population.claims.len(), 8);
+    for range in &population.ranges {
+        assert!(
+            range.low < range.high && !range.source.is_empty(),
+            "{range:?}"
+        );
+    }
+    let names: Vec<String> = population.cells().iter().map(Cell::name).collect();
+    let mut distinct = names.clone();
+    distinct.sort();
+    distinct.dedup();
+    assert_eq!(distinct.len(), names.len());
+}
+
+/// A wearer in whom the searches find everything, and the voltage that is drawn.
+fn found() -> (Hand, Voltages, f64) {
+    let population = Population::declared().unwrap();
+    for index in 0..40 {
+        let person = population.person(SEED, index).unwrap();
+        if let Ok(Prepared { hand, voltages, .. }) =
+            prepare(&person.spec, person.threshold_v).unwrap()
+        {
+            return (hand, voltages, person.threshold_v);
+        }
+    }
+    panic!("nobody of 40");
+}
+
+#[test]
+fn searches_find_what_they_say() {
+    let (mut hand, voltages, threshold_v) = found();
+    let mut bent = |points, isolated, volts| {
+        let pattern = Pattern { points, isolated };
+        let response = hand.respond(&pattern.period(volts)).unwrap();
+        response.angles_deg()[INDEX] - REST_DEG[INDEX]
+    };
+    // The drawn voltage lies within the step in which the threshold was found.
+    let found_v = voltages.threshold_v[A];
+    assert!(
+        (found_v - 2.0..=found_v + 1e-9).contains(&(threshold_v - 1e-9)),
+        "{voltages:?}"
+    );
+    for (point, (threshold, most)) in voltages
+        .threshold_v
+        .into_iter()
+        .zip(voltages.most_v)
+        .enumerate()
+    {
+        assert!(bent(Points::One(point), true, [threshold; 2]) >= VISIBLE_DEG);
+        assert!(bent(Points::One(point), true, [threshold - 2.0; 2]) < VISIBLE_DEG);
+        assert!(most >= threshold);
+    }
+    let usual = Pattern::usual().points;
+    let r = voltages.ratio.unwrap();
+    assert!(bent(usual, false, voltages.most_v.map(|v| r * v)) >= VISIBLE_DEG);
+    assert!(bent(usual, false, voltages.most_v.map(|v| (r - 0.1) * v)) < VISIBLE_DEG);
+}
+
+#[test]
+fn the_same_seed_draws_the_same_wearers() {
+    let population = Population::declared().unwrap();
+    let cell = &population.cells()[15];
+    let rows = |seed| {
+        let drawn: Vec<Drawn> = (0..3)
+            .map(|i| population.draw(cell, seed, i).unwrap())
+            .collect();
+        let cell = cell.clone();
+        Summary { cell, drawn }.rows()
+    };
+    assert_eq!(rows(SEED), rows(SEED));
+    assert_ne!(rows(SEED), rows(SEED + 1));
+}
