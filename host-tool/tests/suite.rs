@@ -27,3 +27,4 @@ mod record_identity;
 mod search_cli;
 mod serve;
 mod trigger;
+mod two_points_cli;

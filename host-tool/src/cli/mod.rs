@@ -26,6 +26,7 @@ mod serve;
 mod stages;
 mod study;
 mod sweep;
+mod two_points;
 mod typed;
 
 pub use demo::overview;
@@ -69,6 +70,7 @@ enum Command {
     ExplainModel(explain_model::ExplainModel),
     Experiment(experiment::ExperimentArgs),
     Faults(faults::FaultsArgs),
+    TwoPoints(two_points::TwoPointsArgs),
     Monitor(monitor::Monitor),
     Muscle(muscle::Muscle),
     New(new::New),
@@ -200,6 +202,7 @@ pub fn main() -> ExitCode {
         Command::ExplainModel(args) => explain_model::main(args, output),
         Command::Experiment(args) => experiment::main(args, output),
         Command::Faults(args) => faults::main(args, output),
+        Command::TwoPoints(args) => two_points::main(args, output),
         Command::Monitor(args) => monitor::main(args, output),
         Command::Muscle(args) => muscle::main(args, output),
         Command::New(args) => new::main(args, output),
