@@ -26,10 +26,10 @@ pub struct Segment {
 #[derive(Debug, Clone, thiserror::Error)]
 pub enum InvalidHand {
     /// Its tissue cannot be.
-    #[error("{0}")]
+    #[error(transparent)]
     Tissue(#[from] InvalidTissue),
     /// Its circuit cannot be.
-    #[error("{0}")]
+    #[error(transparent)]
     Network(#[from] InvalidNetwork),
 }
 

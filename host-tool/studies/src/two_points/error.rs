@@ -9,10 +9,10 @@ pub enum TwoPointsError {
     #[error("E621 the population's declaration: {0}")]
     Declaration(String),
     /// A hand.
-    #[error("E622 a hand that cannot be: {0}; change its field in the population's declaration")]
+    #[error("E622 a drawn hand cannot be; change its field in the population's declaration")]
     Hand(#[from] InvalidHand),
     /// Its circuit.
-    #[error("E623 a circuit that cannot be solved: {0}; this is a mistake of the program")]
+    #[error("E623 the circuit of a drawn hand cannot be solved: a mistake of the program")]
     Network(#[from] InvalidSegment),
 }
 
