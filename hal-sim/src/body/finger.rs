@@ -1,16 +1,15 @@
 //! An index finger's PIP joint, moved by two flexor points and one extensor point.
 
-mod joint;
 mod points;
 mod spec;
 
-use crate::random::Noise;
 use std::collections::VecDeque;
 
+use super::joint::Joint;
 use super::muscle::{Muscle, Step};
+use super::sensor::AngleSensor;
 use super::wearer::{Site, effective_voltage};
 use super::{Body, CHANNELS, Load, Pulse};
-use joint::Joint;
 pub use points::{Effect, Points};
 pub use spec::{
     FingerSpec, ISOLATED_TWO_POINT_FACTOR, InvalidSpec, TORQUE_FREQUENCY_HZ, TWO_POINT_FACTOR,
@@ -34,7 +33,6 @@ pub struct Finger {
     spec: FingerSpec,
     sites: [Site; 3],
     points: Points,
-    noise: Noise,
     loads: [Load; CHANNELS],
     /// Whole steps passed.
     tick: u64,
@@ -46,8 +44,7 @@ pub struct Finger {
     capacity: [f64; 3],
     torque_nm: f64,
     joint: Joint,
-    sensor_deg: f64,
-    sensor_keeps: f64,
+    sensor: AngleSensor,
 }
 
 impl Finger {
@@ -60,7 +57,6 @@ impl Finger {
         Ok(Self {
             sites: spec.sites(),
             points: Points::new(&spec),
-            noise: Noise::new(seed),
             loads: [Load::NOMINAL; CHANNELS],
             tick: 0,
             muscles: [Muscle::new(spec.muscle); 3],
@@ -69,13 +65,8 @@ impl Finger {
             pair_factor: 1.0,
             capacity: [1.0; 3],
             torque_nm: 0.0,
-            joint: Joint::new(&spec, spec.step_s()),
-            sensor_deg: spec.rest_deg,
-            sensor_keeps: if spec.sensor_lag_s > 0.0 {
-                (-spec.step_s() / spec.sensor_lag_s).exp()
-            } else {
-                0.0
-            },
+            joint: Joint::new(&spec.joint(), spec.step_s()),
+            sensor: AngleSensor::new(spec.sensor(), spec.rest_deg, spec.step_s(), seed),
             spec,
         })
     }
@@ -159,8 +150,7 @@ impl Finger {
         self.torque_nm = self.torque(mean);
         self.tire(mean);
         self.joint.step(self.torque_nm);
-        let angle = self.joint.angle_rad.to_degrees();
-        self.sensor_deg = angle + (self.sensor_deg - angle) * self.sensor_keeps;
+        self.sensor.step(self.joint.angle_rad.to_degrees());
         self.tick += 1;
     }
 }
@@ -203,11 +193,7 @@ impl Body for Finger {
     }
 
     fn sensed_deg(&self) -> f64 {
-        let [low, high] = self.spec.stops_deg;
-        let noise = self.spec.sensor_noise_deg * self.noise.at(self.tick);
-        let step = self.spec.sensor_resolution_deg;
-        let reading = ((self.sensor_deg + noise) / step).round() * step;
-        reading.clamp(low, high)
+        self.sensor.read(self.tick)
     }
 
     fn loads(&self) -> &[Load; CHANNELS] {

@@ -1,6 +1,19 @@
 //! A hinge with inertia, spring, friction and stops.
 
-use super::FingerSpec;
+/// What a joint is made of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct JointSpec {
+    /// Moment of inertia, kg·m².
+    pub inertia_kg_m2: f64,
+    /// Stiffness towards rest, N·m/rad.
+    pub stiffness_nm_per_rad: f64,
+    /// Viscous friction, N·m·s/rad.
+    pub damping_nm_s_per_rad: f64,
+    /// Angle at rest, °.
+    pub rest_deg: f64,
+    /// Inelastic stops, low to high, °.
+    pub stops_deg: [f64; 2],
+}
 
 /// Angle and rate of the joint, and one time step's exact solution of
 /// I·θ″ + B·θ′ + k·(θ - rest) = torque for a torque held over the step.
@@ -15,7 +28,7 @@ pub(super) struct Joint {
 }
 
 impl Joint {
-    pub fn new(spec: &FingerSpec, h_s: f64) -> Self {
+    pub fn new(spec: &JointSpec, h_s: f64) -> Self {
         // Roots -a ± √(a² - w²): hyperbolic when overdamped, else circular.
         let a = 0.5 * spec.damping_nm_s_per_rad / spec.inertia_kg_m2;
         let w2 = spec.stiffness_nm_per_rad / spec.inertia_kg_m2;
@@ -69,14 +82,20 @@ impl Joint {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::wearer::Participant;
 
-    fn spec() -> FingerSpec {
-        FingerSpec::participant(Participant::P)
+    /// Participant P's finger.
+    fn spec() -> JointSpec {
+        JointSpec {
+            inertia_kg_m2: 4e-5,
+            stiffness_nm_per_rad: 0.12,
+            damping_nm_s_per_rad: 0.018,
+            rest_deg: 5.0,
+            stops_deg: [0.0, 100.0],
+        }
     }
 
     /// Energy in the spring and the motion, J.
-    fn energy(joint: &Joint, spec: &FingerSpec) -> f64 {
+    fn energy(joint: &Joint, spec: &JointSpec) -> f64 {
         let x = joint.angle_rad - spec.rest_deg.to_radians();
         0.5 * spec.stiffness_nm_per_rad * x * x
             + 0.5 * spec.inertia_kg_m2 * joint.rate_rad_per_s * joint.rate_rad_per_s
@@ -87,7 +106,7 @@ mod tests {
         // Real, critical and complex roots.
         let critical = 2.0 * (4e-5f64 * 0.12).sqrt();
         for damping in [0.018, critical, 0.0005] {
-            let spec = FingerSpec {
+            let spec = JointSpec {
                 damping_nm_s_per_rad: damping,
                 ..spec()
             };
@@ -108,7 +127,7 @@ mod tests {
 
     #[test]
     fn an_undamped_finger_keeps_its_energy() {
-        let spec = FingerSpec {
+        let spec = JointSpec {
             damping_nm_s_per_rad: 0.0,
             rest_deg: 50.0,
             ..spec()

@@ -14,8 +14,10 @@ pub mod elbow;
 pub mod electrode;
 pub mod finger;
 pub mod hand;
+mod joint;
 pub mod muscle;
 pub mod random_finger;
+mod sensor;
 mod still;
 pub mod wearer;
 

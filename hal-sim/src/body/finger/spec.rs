@@ -1,7 +1,9 @@
 //! The numbers of one finger.
 
 use crate::body::CHANNELS;
+use crate::body::joint::JointSpec;
 use crate::body::muscle::Parameters;
+use crate::body::sensor::SensorSpec;
 use crate::body::wearer::{Participant, RECRUITMENT_CURVATURE, Site, TWO_POINT_THRESHOLD_RATIO};
 
 /// Torque of both flexor points pulsed conducted, over that of one point.
@@ -124,6 +126,27 @@ impl FingerSpec {
     /// [`Self::step_us`] in seconds.
     pub(super) fn step_s(&self) -> f64 {
         f64::from(self.step_us) * 1e-6
+    }
+
+    /// Its joint.
+    pub(super) const fn joint(&self) -> JointSpec {
+        JointSpec {
+            inertia_kg_m2: self.inertia_kg_m2,
+            stiffness_nm_per_rad: self.stiffness_nm_per_rad,
+            damping_nm_s_per_rad: self.damping_nm_s_per_rad,
+            rest_deg: self.rest_deg,
+            stops_deg: self.stops_deg,
+        }
+    }
+
+    /// Its angle sensor.
+    pub(in crate::body) const fn sensor(&self) -> SensorSpec {
+        SensorSpec {
+            lag_s: self.sensor_lag_s,
+            noise_deg: self.sensor_noise_deg,
+            resolution_deg: self.sensor_resolution_deg,
+            range_deg: self.stops_deg,
+        }
     }
 
     /// The three points in the order A, B, extensor.

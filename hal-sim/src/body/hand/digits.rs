@@ -8,7 +8,7 @@ pub const INDEX: usize = 1;
 
 /// Lowest and highest angle that the glove measures, °: the thumb's CMC joint, the
 /// fingers' PIP joints (Hamana 2022, II-C).
-const RANGES_DEG: [[f64; 2]; DIGITS] = [
+pub const RANGES_DEG: [[f64; 2]; DIGITS] = [
     [-40.0, 5.0],
     [0.0, 100.0],
     [0.0, 100.0],
@@ -26,19 +26,46 @@ const LOST: f64 = 0.25;
 /// A finger that moves by less is not seen to move, °.
 pub const VISIBLE_DEG: f64 = 5.0;
 
-/// Where free digits come to rest under these isometric torques, N·m, and a stiffness in
-/// N·m/rad.
-#[must_use]
-pub fn angles_deg(torques_nm: &[f64; DIGITS], stiffness_nm_per_rad: f64) -> [f64; DIGITS] {
-    std::array::from_fn(|digit| {
-        let [low, high] = RANGES_DEG[digit];
-        let rest = REST_DEG[digit];
-        // stiffness · (θ - rest) = torque · (1 - LOST · (θ - low) / range), linear in θ.
-        let stiffness = stiffness_nm_per_rad.to_radians();
-        let slope = torques_nm[digit] * LOST / (high - low);
-        let bent = (torques_nm[digit] - slope * (rest - low)) / (stiffness + slope);
-        (rest + bent).clamp(low, high)
-    })
+/// Isometric torques of a hand's muscles, N·m.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Torques {
+    /// Of each digit's flexors.
+    pub flexors_nm: [f64; DIGITS],
+    /// Of the index finger's extensor.
+    pub extensor_nm: f64,
+}
+
+impl Torques {
+    /// What extends `digit`, N·m.
+    const fn against(&self, digit: usize) -> f64 {
+        if digit == INDEX {
+            self.extensor_nm
+        } else {
+            0.0
+        }
+    }
+
+    /// Net torque on `digit` at `progress` of its range, 0 at its low stop and 1 at its
+    /// high one, N·m: a muscle loses of its torque as it shortens.
+    #[must_use]
+    pub fn net_nm(&self, digit: usize, progress: f64) -> f64 {
+        self.flexors_nm[digit] * (1.0 - LOST * progress)
+            - self.against(digit) * (1.0 - LOST * (1.0 - progress))
+    }
+
+    /// Where free digits come to rest against a spring of this stiffness, °.
+    #[must_use]
+    pub fn angles_deg(&self, stiffness_nm_per_rad: f64) -> [f64; DIGITS] {
+        std::array::from_fn(|digit| {
+            let [low, high] = RANGES_DEG[digit];
+            let rest = REST_DEG[digit];
+            // stiffness · (θ - rest) = net torque, linear in θ.
+            let stiffness = stiffness_nm_per_rad.to_radians();
+            let slope = (self.flexors_nm[digit] + self.against(digit)) * LOST / (high - low);
+            let at_rest = self.net_nm(digit, (rest - low) / (high - low));
+            (rest + at_rest / (stiffness + slope)).clamp(low, high)
+        })
+    }
 }
 
 /// How far each digit is bent, as a part of what the glove can measure from rest (Hamana
@@ -67,12 +94,24 @@ mod tests {
 
     #[test]
     fn a_digit_balances_torque_and_stiffness() {
-        let angles = angles_deg(&[0.0, 0.05, 0.5, 0.0, 0.0], 0.12);
+        let flexed = Torques {
+            flexors_nm: [0.0, 0.05, 0.5, 0.0, 0.0],
+            extensor_nm: 0.0,
+        };
+        let angles = flexed.angles_deg(0.12);
         assert_eq!(angles[0], REST_DEG[0]);
         let bent = (angles[INDEX] - 10.0).to_radians();
         let torque = 0.05 * (1.0 - LOST * angles[INDEX] / 100.0);
         assert!((0.12 * bent - torque).abs() < 1e-12, "{angles:?}");
         assert_eq!(angles[2], 100.0, "its stop");
+        let both = Torques {
+            extensor_nm: 0.055,
+            ..flexed
+        };
+        let angle = both.angles_deg(0.12)[INDEX];
+        let spring = 0.12 * (angle - 10.0).to_radians();
+        assert!((spring - both.net_nm(INDEX, angle / 100.0)).abs() < 1e-12);
+        assert!(angle < 10.0 && angle > 0.0, "{angle}");
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! A hand under a period of stimulation that repeats: what its digits come to.
 
-use super::digits::{angles_deg, individuation, normalised};
+use super::digits::{INDEX, Torques, individuation, normalised};
 use super::field::{Field, InvalidTissue, Pad};
 use super::force::Forces;
 use super::forearm::{Forearm, Memory, Spike};
@@ -49,8 +49,8 @@ pub struct Hand {
 /// What a repeated period makes of a hand, isometric.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Response {
-    /// Of each digit's flexors, N·m.
-    pub torques_nm: [f64; DIGITS],
+    /// Of its muscles.
+    pub torques: Torques,
     stiffness_nm_per_rad: f64,
 }
 
@@ -58,7 +58,13 @@ impl Response {
     /// Where free digits come to rest, °.
     #[must_use]
     pub fn angles_deg(&self) -> [f64; DIGITS] {
-        angles_deg(&self.torques_nm, self.stiffness_nm_per_rad)
+        self.torques.angles_deg(self.stiffness_nm_per_rad)
+    }
+
+    /// Net torque of the index finger that is held, N·m.
+    #[must_use]
+    pub const fn index_nm(&self) -> f64 {
+        self.torques.flexors_nm[INDEX] - self.torques.extensor_nm
     }
 
     /// The index finger's individuation index; see [`individuation`].
@@ -70,10 +76,11 @@ impl Response {
     /// The same contraction `by` times as strong.
     #[must_use]
     pub fn scaled(self, by: f64) -> Self {
-        Self {
-            torques_nm: self.torques_nm.map(|torque| by * torque),
-            ..self
-        }
+        let torques = Torques {
+            flexors_nm: self.torques.flexors_nm.map(|torque| by * torque),
+            extensor_nm: by * self.torques.extensor_nm,
+        };
+        Self { torques, ..self }
     }
 }
 
@@ -157,21 +164,34 @@ impl Hand {
 
     /// What units that spike at these moments pull.
     fn pull(&mut self, spikes: &[Vec<u32>]) -> Response {
-        let mut torques_nm = [0.0; DIGITS];
+        let mut torques = Torques::default();
         for (unit, at_us) in self.forearm.units().iter().zip(spikes) {
-            if let Some(digit) = unit.pool.flexes() {
-                // The index finger's two bellies share one tendon.
-                let bellies = match unit.pool {
-                    Pool::Index | Pool::IndexDistal => 2.0,
-                    _ => 1.0,
-                };
-                let of_one = self.spec.flexor_nm / (bellies * self.spec.units as f64);
-                torques_nm[digit] += of_one * self.forces.mean(at_us);
+            if let Some((torque, of_one)) = torques.of_unit(unit.pool, &self.spec) {
+                *torque += of_one * self.forces.mean(at_us);
             }
         }
         Response {
-            torques_nm,
+            torques,
             stiffness_nm_per_rad: self.spec.stiffness_nm_per_rad,
+        }
+    }
+}
+
+impl Torques {
+    /// Where a unit of `pool` pulls, and how much of the torque is its own, N·m.
+    pub(super) fn of_unit(&mut self, pool: Pool, spec: &HandSpec) -> Option<(&mut f64, f64)> {
+        let units = spec.units as f64;
+        match pool {
+            // The index finger's two bellies share one tendon.
+            Pool::Index | Pool::IndexDistal => {
+                let torque = &mut self.flexors_nm[INDEX];
+                Some((torque, spec.flexor_nm / (2.0 * units)))
+            }
+            Pool::ExtensorIndicis => Some((&mut self.extensor_nm, spec.extensor_nm / units)),
+            Pool::Wrist => None,
+            _ => pool
+                .flexes()
+                .map(|digit| (&mut self.flexors_nm[digit], spec.flexor_nm / units)),
         }
     }
 }

@@ -40,6 +40,21 @@ pub struct SkinSpec {
     pub half_a_per_cm2: f64,
 }
 
+/// What counts once digits move.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MotionSpec {
+    /// Moment of inertia of a digit, kg·m².
+    pub inertia_kg_m2: f64,
+    /// Viscous friction of a digit, N·m·s/rad.
+    pub damping_nm_s_per_rad: f64,
+    /// From a spike to its effect on the muscle, s.
+    pub delay_s: f64,
+    /// What is left of a motor unit's force that lasts at 50 Hz; 1 for none that tires.
+    pub fatigue_floor: f64,
+    /// Time constant of tiring and of recovery, s.
+    pub fatigue_time_s: f64,
+}
+
 /// A simulated forearm and hand. Lengths in m, times in s.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HandSpec {
@@ -69,8 +84,12 @@ pub struct HandSpec {
     pub shift_m_per_deg: f64,
     /// Isometric torque of a pool with every unit at 50 Hz, N·m: of each flexor.
     pub flexor_nm: f64,
+    /// The same of the index finger's extensor.
+    pub extensor_nm: f64,
     /// Stiffness of a free digit, N·m/rad.
     pub stiffness_nm_per_rad: f64,
+    /// How a digit moves, and how muscles tire.
+    pub motion: MotionSpec,
     /// Decides where nerves are, their thresholds and directions.
     pub seed: u64,
 }
@@ -83,6 +102,19 @@ pub const SMALL_M: [f64; 2] = [0.020, 0.015];
 pub const RETURN_M: [f64; 2] = [0.04, 0.09];
 /// Elbow to wrist as a part of elbow to finger tip. Assumed, of common proportions.
 const FOREARM_PART: f64 = 0.58;
+
+impl MotionSpec {
+    /// Assumed: joint and delay as in the finger of `body::finger`; that half of a unit's
+    /// force is left, over 20 s, is the middle of what is drawn (floor 0.3 to 0.7, time 10
+    /// to 40 s), for endurance at 50 Hz and surface electrodes is not at hand.
+    pub const NOMINAL: Self = Self {
+        inertia_kg_m2: 4e-5,
+        damping_nm_s_per_rad: 0.018,
+        delay_s: 0.025,
+        fatigue_floor: 0.5,
+        fatigue_time_s: 20.0,
+    };
+}
 
 impl HandSpec {
     /// Of a person whose elbow is `reach_m` from the tip of the hand and whose forearm is
@@ -117,7 +149,9 @@ impl HandSpec {
             units: 32,
             shift_m_per_deg: 1.0e-4,
             flexor_nm: 0.5,
+            extensor_nm: 0.35,
             stiffness_nm_per_rad: 0.12,
+            motion: MotionSpec::NOMINAL,
             seed,
         }
     }

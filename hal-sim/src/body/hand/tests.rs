@@ -41,7 +41,7 @@ fn period(pulses: &[(u32, usize, f64)]) -> Vec<Segment> {
 }
 
 fn index_nm(hand: &mut Hand, pulses: &[(u32, usize, f64)]) -> f64 {
-    hand.respond(&period(pulses)).unwrap().torques_nm[digits::INDEX]
+    hand.respond(&period(pulses)).unwrap().index_nm()
 }
 
 #[test]
@@ -97,7 +97,7 @@ fn each_mechanism_changes_what_is_recruited() {
         let mut hand = Hand::new(changed, [a, b, e]).unwrap();
         hand.factor = base.factor;
         let pulses = [(0, A, volts), (1_000, B, volts)];
-        hand.respond(&period(&pulses)).unwrap().torques_nm
+        hand.respond(&period(&pulses)).unwrap().torques.flexors_nm
     };
     let [low, high] = [16.0, 44.0].map(|volts| at(volts, &|_| ()));
     assert_ne!(at(16.0, &|s| s.skin.farad_per_cm2 = 0.0), low);

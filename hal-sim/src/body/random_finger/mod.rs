@@ -11,9 +11,9 @@ mod reach;
 mod twitch;
 
 use super::finger::{A, B, EXTENSOR, Effect, Points};
+use super::sensor::AngleSensor;
 use super::wearer::effective_voltage;
 use super::{Body, CHANNELS, FingerSpec, InvalidSpec, Load, Pulse};
-use crate::random::Noise;
 pub use draw::Draws;
 pub use friction::{Hinge, Motion, Torque};
 pub use reach::Reach;
@@ -124,7 +124,6 @@ pub struct RandomFinger {
     spec: RandomFingerSpec,
     hinge: Hinge,
     points: Points,
-    noise: Noise,
     loads: [Load; CHANNELS],
     tick: u64,
     muscles: [Moving; 3],
@@ -132,8 +131,7 @@ pub struct RandomFinger {
     pair_factor: f64,
     capacity: [f64; 3],
     motion: Motion,
-    sensor_deg: f64,
-    sensor_keeps: f64,
+    sensor: AngleSensor,
 }
 
 impl RandomFinger {
@@ -143,12 +141,10 @@ impl RandomFinger {
     /// [`InvalidSpec`] names a field that no finger can have.
     pub fn new(spec: RandomFingerSpec, seed: u64) -> Result<Self, InvalidSpec> {
         spec.validate()?;
-        let lag_s = spec.finger.sensor_lag_s;
         let hinge = spec.hinge();
         Ok(Self {
             hinge,
             points: Points::new(&spec.finger),
-            noise: Noise::new(seed),
             loads: [Load::NOMINAL; CHANNELS],
             tick: 0,
             muscles: spec.muscles.map(Moving::new),
@@ -159,12 +155,7 @@ impl RandomFinger {
                 angle: hinge.rest,
                 rate: 0.0,
             },
-            sensor_deg: spec.finger.rest_deg,
-            sensor_keeps: if lag_s > 0.0 {
-                (-TICK_S / lag_s).exp()
-            } else {
-                0.0
-            },
+            sensor: AngleSensor::new(spec.finger.sensor(), spec.finger.rest_deg, TICK_S, seed),
             spec,
         })
     }
@@ -210,8 +201,7 @@ impl RandomFinger {
         }
         self.tire(forces);
         self.hinge.step(&mut self.motion, torque, TICK_S);
-        let angle = self.angle_deg();
-        self.sensor_deg = angle + (self.sensor_deg - angle) * self.sensor_keeps;
+        self.sensor.step(self.angle_deg());
         self.tick += 1;
     }
 
@@ -290,11 +280,7 @@ impl Body for RandomFinger {
     }
 
     fn sensed_deg(&self) -> f64 {
-        let finger = &self.spec.finger;
-        let [low, high] = finger.stops_deg;
-        let noise = finger.sensor_noise_deg * self.noise.at(self.tick);
-        let step = finger.sensor_resolution_deg;
-        (((self.sensor_deg + noise) / step).round() * step).clamp(low, high)
+        self.sensor.read(self.tick)
     }
 
     fn loads(&self) -> &[Load; CHANNELS] {

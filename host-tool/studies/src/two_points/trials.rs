@@ -5,7 +5,6 @@ use super::error::TwoPointsError;
 use super::pattern::{Pattern, Points};
 use super::voltages::bent_deg;
 use hal_sim::body::hand::Hand;
-use hal_sim::body::hand::digits::INDEX;
 use hal_sim::body::hand::spec::{A, B};
 use hal_sim::random::standard_normal;
 
@@ -57,7 +56,7 @@ impl Trials {
                 let number = trial * patterns.len() as u64 + place as u64;
                 let noise = 1.0 + self.force_noise * standard_normal(!self.seed, number);
                 let response = hand.respond(&pattern.period(volts))?.scaled(noise.max(0.0));
-                sum.0 += response.torques_nm[INDEX];
+                sum.0 += response.index_nm();
                 if let Some(individuation) = response.individuation() {
                     sum.1 += individuation;
                     sum.2 += 1;
