@@ -3,7 +3,7 @@
 //! In: bytes from a host and how far time goes. Out: bytes for the host, the
 //! trace of everything the device put out, the wearer's motion.
 
-use crate::body::{Body, CHANNELS, Drive, Load, Pulse};
+use crate::body::{Body, CHANNELS, Lead, Load, Pulse};
 use crate::lockstep::{Device, Output};
 use crate::trace::{Levels, State, Trace, Unwrap};
 use crate::wire::faults::{Faults, FaultyLine};
@@ -29,6 +29,7 @@ pub struct Recorder {
     codes: [u16; CHANNELS],
     cathodic_since: [u64; CHANNELS],
     pulses: Vec<(u64, usize, u16, u32)>,
+    leads: Vec<(u64, usize, u16, State)>,
 }
 
 impl Recorder {
@@ -79,6 +80,8 @@ impl Sink for Recorder {
         self.trace.record_levels(t, now);
         for channel in now.changed(before) {
             let index = usize::from(channel);
+            let lead = (t, index, self.codes[index], now.state(channel));
+            self.leads.push(lead);
             // The cathodic phase is the one that excites.
             if now.state(channel) == State::Cathodic {
                 self.cathodic_since[index] = t;
@@ -293,19 +296,25 @@ impl World {
     }
 
     fn excite(&mut self) {
+        for (t_us, channel, code, state) in self.recorder.leads.drain(..) {
+            let drive = self.device.output(channel).or(self.outputs[channel]);
+            let drive = drive.map(|output| output.drives(code));
+            let lead = match (state, drive) {
+                (State::Cathodic, Some(drive)) => Lead::Cathodic(drive),
+                (State::Anodic, Some(drive)) => Lead::Anodic(drive),
+                (State::Grounded, _) => Lead::Grounded,
+                (State::Isolated, _) | (_, None) => Lead::Floating,
+            };
+            self.body.lead(t_us, channel, lead);
+        }
         for (t_us, channel, code, width_us) in self.recorder.pulses.drain(..) {
             let Some(output) = self.device.output(channel).or(self.outputs[channel]) else {
                 continue;
             };
-            let part = f64::from(code) / 65_535.0;
-            let drive = match output.full_scale {
-                Drive::Volts(v) => Drive::Volts(v * part),
-                Drive::Milliamps(ma) => Drive::Milliamps(ma * part),
-            };
             self.body.pulse(&Pulse {
                 t_us,
                 channel,
-                drive,
+                drive: output.drives(code),
                 width_us,
                 conducted: output.conducted,
             });

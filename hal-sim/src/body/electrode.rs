@@ -23,6 +23,19 @@ pub enum Drive {
     Milliamps(f64),
 }
 
+/// What a channel's stage does with its electrode's lead.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Lead {
+    /// Drives it below the return.
+    Cathodic(Drive),
+    /// Drives it above the return.
+    Anodic(Drive),
+    /// Ties it to the return.
+    Grounded,
+    /// Leaves it.
+    Floating,
+}
+
 /// What a stage measures in the middle of a phase: the quantity it does not set.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Reading {

@@ -22,7 +22,7 @@ mod still;
 pub mod wearer;
 
 pub use elbow::{Elbow, ElbowSpec, InvalidElbow};
-pub use electrode::{Drive, Load};
+pub use electrode::{Drive, Lead, Load};
 pub use finger::{Finger, FingerSpec, InvalidSpec};
 pub use random_finger::{RandomFinger, RandomFingerSpec};
 pub use still::Still;
@@ -52,6 +52,10 @@ pub struct Pulse {
 pub trait Body: Send {
     /// Lets a pulse act. Out-of-range channels act on nothing.
     fn pulse(&mut self, pulse: &Pulse);
+    /// From `t_us` on, the stage of `channel` does this with its lead: every change, in
+    /// order of time. Says all that [`Self::pulse`] says and more; a body heeds one of
+    /// them, most the other.
+    fn lead(&mut self, _t_us: u64, _channel: usize, _lead: Lead) {}
     /// Moves simulated time forward to `to_us`. Going backwards does nothing.
     /// The result depends on the pulses only, not on how often this is called.
     /// Returns whether anything moved: if not, all that can be sensed is as before.

@@ -24,6 +24,18 @@ pub struct Output {
     pub conducted: bool,
 }
 
+impl Output {
+    /// What it drives at `code`.
+    #[must_use]
+    pub fn drives(self, code: u16) -> Drive {
+        let part = f64::from(code) / 65_535.0;
+        match self.full_scale {
+            Drive::Volts(v) => Drive::Volts(v * part),
+            Drive::Milliamps(ma) => Drive::Milliamps(ma * part),
+        }
+    }
+}
+
 /// A device that lives in virtual time.
 pub trait Device: Send {
     /// Bytes arrive, the last one at `at`; see `Lockstep::receive`.

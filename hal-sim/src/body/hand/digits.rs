@@ -105,7 +105,7 @@ mod tests {
         assert!((0.12 * bent - torque).abs() < 1e-12, "{angles:?}");
         assert_eq!(angles[2], 100.0, "its stop");
         let both = Torques {
-            extensor_nm: 0.055,
+            extensor_nm: 0.08,
             ..flexed
         };
         let angle = both.angles_deg(0.12)[INDEX];

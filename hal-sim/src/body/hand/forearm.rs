@@ -182,6 +182,22 @@ impl Forearm {
         &self.units
     }
 
+    /// What `point` presents to its stage, the other points floating: volts over current
+    /// after the second number's seconds of a pulse of the first number's volts, Ω.
+    ///
+    /// # Errors
+    /// As [`Network::segment`].
+    pub fn told_ohm(&self, point: usize, (volts, at_s): (f64, f64)) -> Result<f64, InvalidSegment> {
+        let mut terminals = [Terminal::Floating; RETURN];
+        terminals[point] = Terminal::Driven(-volts);
+        let mut charge = Charge::default();
+        let pieces = self.network.segment(&mut charge, &terminals, at_s)?;
+        let current_a: f64 = pieces
+            .last()
+            .map_or(0.0, |it| it.at(it.duration_s).0[point]);
+        Ok(volts / current_a.abs())
+    }
+
     /// At rest, without charge.
     #[must_use]
     pub fn rested(&self) -> Memory {

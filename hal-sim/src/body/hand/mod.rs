@@ -4,7 +4,7 @@
 //! Lives here, from the skin inwards: `field` (currents in fat and muscle), `network`
 //! (skin, stages and their limiter as a circuit), `pools` and `membrane` (motor nerves),
 //! `forearm` (all three: spikes), `force`, `digits` (angles), `response` (a hand under a
-//! repeated period), `spec`. Not here: which voltages, searches and experiments
+//! repeated period), `moving` (one in time), `spec`. Not here: which voltages, searches and experiments
 //! (`studies`).
 //! In: what each point's terminal is, for how long. Out: torques and angles of five
 //! digits. All numbers are simulated; most parameters are assumed, each says so.
@@ -14,6 +14,7 @@ pub mod field;
 pub mod force;
 pub mod forearm;
 pub mod membrane;
+mod moving;
 pub mod network;
 pub mod pools;
 mod response;
@@ -21,5 +22,6 @@ pub mod spec;
 #[cfg(test)]
 mod tests;
 
+pub use moving::MovingHand;
 pub use response::{Hand, InvalidHand, Response, Segment};
 pub use spec::{HandSpec, Rule, SkinSpec};

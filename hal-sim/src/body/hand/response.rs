@@ -111,6 +111,11 @@ impl Hand {
         &self.spec
     }
 
+    /// Its electrodes, circuit and nerves.
+    pub(super) const fn forearm(&self) -> &Forearm {
+        &self.forearm
+    }
+
     /// Where its electrodes are.
     #[must_use]
     pub const fn pads(&self) -> &[Pad; ELECTRODES] {

@@ -3,6 +3,7 @@
 use super::network::Terminal::{self, Driven, Floating, Grounded};
 use super::spec::{A, B};
 use super::*;
+use crate::body::{Body, Drive, Lead, Load};
 
 /// A hand whose points lie over the index finger's two bellies, in the middle of all
 /// ranges. Thresholds such that some 20 V move something.
@@ -14,6 +15,87 @@ fn hand() -> Hand {
     let mut hand = Hand::new(spec, points).unwrap();
     hand.factor = 300.0;
     hand
+}
+
+/// `hand` in motion, without fatigue, after `seconds` of `period` on channels 2, 5 and 0,
+/// told of time every `every_us`.
+fn moved(hand: &Hand, period: &[Segment], seconds: u64, every_us: u64) -> MovingHand {
+    let channels = [2, 5, 0];
+    let mut moving = MovingHand::new(hand, channels, 3).unwrap();
+    let (mut at_us, mut asked_us) = (0, 0);
+    while at_us < seconds * 1_000_000 {
+        for segment in period {
+            while asked_us + every_us < at_us {
+                asked_us += every_us;
+                moving.advance(asked_us);
+            }
+            for (channel, terminal) in channels.into_iter().zip(segment.terminals) {
+                let lead = match terminal {
+                    Driven(v) => Lead::Cathodic(Drive::Volts(-v)),
+                    Grounded => Lead::Grounded,
+                    Floating => Lead::Floating,
+                };
+                moving.lead(at_us, channel, lead);
+            }
+            at_us += u64::from(segment.lasts_us);
+        }
+    }
+    moving.advance(at_us);
+    moving
+}
+
+/// The steady response is where a hand in motion comes to, if it does not tire.
+#[test]
+fn a_moving_hand_comes_to_the_steady_response() {
+    let mut spec = hand().spec().clone();
+    spec.motion.fatigue_floor = 1.0;
+    let [a, b, e, _] = *hand().pads();
+    let mut hand = Hand::new(spec, [a, b, e]).unwrap();
+    hand.factor = 300.0;
+    let period = period(&[(0, A, 22.0)]);
+    let steady = hand.respond(&period).unwrap();
+    let moving = moved(&hand, &period, 2, 1_000);
+    assert_eq!(moving.unsettled(), 0);
+    let [wanted, is] = [steady.angles_deg(), moving.angles_deg()].map(|it| it[digits::INDEX]);
+    assert!(wanted > 20.0 && wanted < 95.0, "{wanted}");
+    // The muscles' ripple within 20 ms is in one and not in the other.
+    assert!((wanted - is).abs() < 2.0, "{wanted} {is}");
+}
+
+/// It does not matter how often it is told that time goes on, up to a control tick.
+#[test]
+fn asking_more_often_changes_nothing() {
+    let hand = hand();
+    let period = period(&[(0, A, 24.0), (2_000, B, 20.0)]);
+    let [seldom, often] = [20_000, 137].map(|every_us| moved(&hand, &period, 1, every_us));
+    assert_eq!(seldom.angles_deg(), often.angles_deg());
+    assert_eq!(seldom.torques(), often.torques());
+    assert_eq!(seldom.sensed_deg(), often.sensed_deg());
+}
+
+/// A finger that is bent for long sinks as its units tire, and lies still at its stop.
+#[test]
+fn fatigue_lets_a_bent_finger_sink() {
+    let hand = hand();
+    let period = period(&[(0, A, 24.0)]);
+    let [early, late] = [2, 12].map(|seconds| moved(&hand, &period, seconds, 1_000));
+    let [before, after] = [&early, &late].map(|it| it.angle_deg());
+    assert!(before < 95.0 && after < 0.9 * before, "{before} {after}");
+    assert!((0.5..0.8).contains(&late.least_capacity()));
+}
+
+/// An electrode that fell off carries nothing.
+#[test]
+fn an_open_lead_moves_nothing() {
+    let hand = hand();
+    let mut moving = MovingHand::new(&hand, [0, 1, 2], 3).unwrap();
+    moving.loads_mut()[0] = Load::Open;
+    for at_us in (0..500_000).step_by(20_000) {
+        moving.lead(at_us, 0, Lead::Cathodic(Drive::Volts(40.0)));
+        moving.lead(at_us + 200, 0, Lead::Grounded);
+        moving.advance(at_us + 20_000);
+    }
+    assert_eq!(moving.angles_deg(), digits::REST_DEG);
 }
 
 const REST: [Terminal; 3] = [Grounded, Grounded, Floating];

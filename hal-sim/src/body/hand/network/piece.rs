@@ -81,7 +81,7 @@ impl Piece {
     }
 
     /// Currents of all electrodes and voltages over their R_p and C at once.
-    pub(super) fn at(&self, t_s: f64) -> (Vector, Vector) {
+    pub(in crate::body::hand) fn at(&self, t_s: f64) -> (Vector, Vector) {
         let (mut current_a, mut skin_v) = (self.constant_a, self.constant_v);
         for term in self.all_terms() {
             let left = term.left(t_s);

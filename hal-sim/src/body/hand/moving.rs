@@ -1,0 +1,275 @@
+//! A hand in motion: leads that change in time, spikes, and digits that follow.
+
+use super::digits::{INDEX, RANGES_DEG, REST_DEG, Torques};
+use super::forearm::{Forearm, Memory};
+use super::network::{InvalidSegment, Terminal};
+use super::pools::DIGITS;
+use super::response::Hand;
+use super::spec::{HandSpec, RETURN};
+use crate::body::joint::{Joint, JointSpec};
+use crate::body::muscle::{Muscle, Parameters, Step};
+use crate::body::sensor::{AngleSensor, SensorSpec};
+use crate::body::{Body, CHANNELS, Drive, Lead, Load, Pulse};
+
+/// Step of digits, µs.
+const TICK_US: u64 = 1_000;
+const TICK_S: f64 = 1e-3;
+/// Parts of a step in which spikes are told apart: forces within 250 µs differ by less
+/// than a thousandth.
+const GRAINS: u64 = 4;
+const GRAIN_US: u64 = TICK_US / GRAINS;
+/// While no lead changes, currents are solved so far at once, µs: less than the delay from
+/// a spike to its effect, so that no spike is known too late.
+const STRETCH_US: u64 = 5_000;
+/// Pulse at which an electrode's load is told, V, and the moment in it, s: mid-phase of
+/// the papers' pulses (Hamana 2022, II-D).
+const TOLD_AT: (f64, f64) = (24.0, 100e-6);
+/// The glove, as the finger of `body::finger` has it (assumed).
+const GLOVE: SensorSpec = SensorSpec {
+    lag_s: 0.010,
+    noise_deg: 0.3,
+    resolution_deg: 0.1,
+    range_deg: RANGES_DEG[INDEX],
+};
+
+/// A motor unit's muscle fibres.
+#[derive(Debug, Clone)]
+struct Fibres {
+    muscle: Muscle,
+    /// What fatigue leaves of their force, 0 to 1.
+    capacity: f64,
+    /// Grains of the step to come in which a spike takes effect, a bit each.
+    due: u8,
+    /// It has spiked once: until then nothing of it moves.
+    is_awake: bool,
+}
+
+/// A hand whose leads, nerves and digits go on in time. Deterministic: leads and seed
+/// decide everything.
+#[derive(Debug, Clone)]
+pub struct MovingHand {
+    spec: HandSpec,
+    forearm: Forearm,
+    factor: f64,
+    /// Channels of A, B and E.
+    channels: [usize; RETURN],
+    memory: Memory,
+    terminals: [Terminal; RETURN],
+    /// Currents and spikes are known so far.
+    played_us: u64,
+    /// When a spike takes effect, µs, and of which unit.
+    under_way: Vec<(u64, usize)>,
+    steps: [Step; 2],
+    fibres: Vec<Fibres>,
+    torques: Torques,
+    joints: [Joint; DIGITS],
+    sensor: AngleSensor,
+    tick: u64,
+    loads: [Load; CHANNELS],
+    unsettled: u64,
+}
+
+impl MovingHand {
+    /// `hand`, at rest, with its electrodes A, B and E on `channels`; `seed` decides the
+    /// sensor's noise.
+    ///
+    /// # Errors
+    /// Its circuit cannot be solved.
+    pub fn new(hand: &Hand, channels: [usize; RETURN], seed: u64) -> Result<Self, InvalidSegment> {
+        let (spec, forearm) = (hand.spec().clone(), hand.forearm().clone());
+        let mut loads = [Load::NOMINAL; CHANNELS];
+        for (point, &channel) in channels.iter().enumerate() {
+            let ohm = forearm.told_ohm(point, TOLD_AT)?;
+            if let Some(load) = loads.get_mut(channel) {
+                *load = Load::Ohms(ohm);
+            }
+        }
+        let parameters = Parameters::mean_subject_at_50_hz();
+        let step = |us: u64| Step::new(&parameters, us as f64 * 1e-6);
+        let joint = |digit: usize| JointSpec {
+            inertia_kg_m2: spec.motion.inertia_kg_m2,
+            stiffness_nm_per_rad: spec.stiffness_nm_per_rad,
+            damping_nm_s_per_rad: spec.motion.damping_nm_s_per_rad,
+            rest_deg: REST_DEG[digit],
+            stops_deg: RANGES_DEG[digit],
+        };
+        let relaxed = Fibres {
+            muscle: Muscle::new(parameters),
+            capacity: 1.0,
+            due: 0,
+            is_awake: false,
+        };
+        Ok(Self {
+            memory: forearm.rested(),
+            terminals: [Terminal::Floating; RETURN],
+            played_us: 0,
+            under_way: Vec::new(),
+            steps: [step(TICK_US), step(GRAIN_US)],
+            fibres: vec![relaxed; forearm.units().len()],
+            torques: Torques::default(),
+            joints: std::array::from_fn(|digit| Joint::new(&joint(digit), TICK_S)),
+            sensor: AngleSensor::new(GLOVE, REST_DEG[INDEX], TICK_S, seed),
+            tick: 0,
+            unsettled: 0,
+            factor: hand.factor,
+            channels,
+            loads,
+            forearm,
+            spec,
+        })
+    }
+
+    /// Angles of all digits, °, thumb first.
+    #[must_use]
+    pub fn angles_deg(&self) -> [f64; DIGITS] {
+        self.joints.each_ref().map(|it| it.angle_rad.to_degrees())
+    }
+
+    /// Isometric torques of its muscles over the last step, fatigue included, N·m.
+    #[must_use]
+    pub const fn torques(&self) -> Torques {
+        self.torques
+    }
+
+    /// The least that fatigue leaves of a motor unit, 0 to 1.
+    #[must_use]
+    pub fn least_capacity(&self) -> f64 {
+        let capacities = self.fibres.iter().map(|it| it.capacity);
+        capacities.fold(1.0, f64::min)
+    }
+
+    /// Stretches of time in which no consistent currents were found, so that none flowed:
+    /// not known to happen.
+    #[must_use]
+    pub const fn unsettled(&self) -> u64 {
+        self.unsettled
+    }
+
+    /// Currents and spikes up to `to_us`.
+    fn play(&mut self, to_us: u64) {
+        let mut spikes = Vec::new();
+        while self.played_us < to_us {
+            let next_us = to_us.min((self.played_us / STRETCH_US + 1) * STRETCH_US);
+            let lasts_s = (next_us - self.played_us) as f64 * 1e-6;
+            let played = self.forearm.segment(
+                &mut self.memory,
+                &self.terminals,
+                lasts_s,
+                self.factor,
+                &mut spikes,
+            );
+            self.unsettled += u64::from(played.is_err());
+            for spike in spikes.drain(..) {
+                let after_us = ((spike.at_s + self.spec.motion.delay_s) * 1e6) as u64;
+                self.under_way.push((self.played_us + after_us, spike.unit));
+            }
+            self.played_us = next_us;
+        }
+    }
+
+    /// Spikes that take effect in the step to come reach their fibres.
+    fn deliver(&mut self) {
+        let begun_us = self.tick * TICK_US;
+        let fibres = &mut self.fibres;
+        self.under_way.retain(|&(due_us, unit)| {
+            let grain = due_us.saturating_sub(begun_us) / GRAIN_US;
+            let is_due = grain < GRAINS;
+            if is_due {
+                fibres[unit].due |= 1 << grain;
+                fibres[unit].is_awake = true;
+            }
+            !is_due
+        });
+    }
+
+    fn step(&mut self) {
+        self.deliver();
+        let mut torques = Torques::default();
+        let tires = TICK_S / self.spec.motion.fatigue_time_s;
+        let pools = self.forearm.units().iter().map(|unit| unit.pool);
+        for (fibres, pool) in self.fibres.iter_mut().zip(pools) {
+            if !fibres.is_awake {
+                continue;
+            }
+            let force = fibres.step(&self.steps);
+            let floor = self.spec.motion.fatigue_floor;
+            let goal = 1.0 - (1.0 - floor) * force.min(1.0);
+            if let Some((torque, of_one)) = torques.of_unit(pool, &self.spec) {
+                *torque += of_one * fibres.capacity * force;
+            }
+            fibres.capacity += tires * (goal - fibres.capacity);
+        }
+        self.torques = torques;
+        for (digit, joint) in self.joints.iter_mut().enumerate() {
+            joint.step(torques.net_nm(digit, joint.progress()));
+        }
+        self.sensor.step(self.angle_deg());
+        self.tick += 1;
+    }
+}
+
+impl Fibres {
+    /// Mean force over a step, as a part of that at 50 Hz, before fatigue.
+    fn step(&mut self, [whole, grain]: &[Step; 2]) -> f64 {
+        let before = self.muscle.force();
+        if self.due == 0 {
+            self.muscle.step(whole);
+        } else {
+            for place in 0..GRAINS {
+                if self.due & 1 << place != 0 {
+                    self.muscle.pulse(1.0);
+                }
+                self.muscle.step(grain);
+            }
+            self.due = 0;
+        }
+        0.5 * (before + self.muscle.force())
+    }
+}
+
+impl Body for MovingHand {
+    /// What a pulse is, its leads have said.
+    fn pulse(&mut self, _pulse: &Pulse) {}
+
+    fn lead(&mut self, t_us: u64, channel: usize, lead: Lead) {
+        let Some(point) = self.channels.iter().position(|it| *it == channel) else {
+            return;
+        };
+        self.play(t_us);
+        self.terminals[point] = match (lead, self.loads[channel]) {
+            (_, Load::Open) | (Lead::Floating, _) => Terminal::Floating,
+            (Lead::Grounded, _) => Terminal::Grounded,
+            (Lead::Cathodic(Drive::Volts(v)), _) => Terminal::Driven(-v),
+            (Lead::Anodic(Drive::Volts(v)), _) => Terminal::Driven(v),
+            // Sessions with a hand have voltage stages.
+            (Lead::Cathodic(_) | Lead::Anodic(_), _) => Terminal::Floating,
+        };
+    }
+
+    /// Digits and sensor move in whole milliseconds: between them the values of the last
+    /// one hold.
+    fn advance(&mut self, to_us: u64) -> bool {
+        self.play(to_us / STRETCH_US * STRETCH_US);
+        let before = self.tick;
+        while (self.tick + 1) * TICK_US <= to_us {
+            self.step();
+        }
+        self.tick != before
+    }
+
+    fn angle_deg(&self) -> f64 {
+        self.joints[INDEX].angle_rad.to_degrees()
+    }
+
+    fn sensed_deg(&self) -> f64 {
+        self.sensor.read(self.tick)
+    }
+
+    fn loads(&self) -> &[Load; CHANNELS] {
+        &self.loads
+    }
+
+    fn loads_mut(&mut self) -> &mut [Load; CHANNELS] {
+        &mut self.loads
+    }
+}
