@@ -34,7 +34,7 @@ fn found() -> (Hand, Voltages, f64) {
     for index in 0..40 {
         let person = population.person(SEED, index).unwrap();
         if let Ok(Prepared { hand, voltages, .. }) =
-            prepare(&person.spec, person.threshold_v).unwrap()
+            prepare(&person.spec, (person.threshold_v, None)).unwrap()
         {
             return (hand, voltages, person.threshold_v);
         }

@@ -62,10 +62,11 @@ impl HandSpec {
         all
     }
 
-    fn skin(&self, pad: &Pad, is_return: bool) -> Skin {
+    fn skin(&self, pad: &Pad, electrode: usize) -> Skin {
         let cm2 = 1e4 * pad.area_m2();
         let round_cm2 = 1e4 * PI * (0.5 * ROUND_M).powi(2);
-        let factor = if is_return { self.return_factor } else { 1.0 };
+        let contact = self.contact.get(electrode);
+        let factor = contact.copied().unwrap_or(self.return_factor);
         Skin {
             series_ohm: factor * self.skin.series_ohm * round_cm2 / cm2,
             parallel_ohm: factor * self.skin.ohm_cm2 / cm2,
@@ -138,7 +139,7 @@ impl Forearm {
             row.collect::<Vec<_>>()
         });
         let skins = pads.iter().enumerate();
-        let skins = skins.map(|(index, pad)| spec.skin(pad, index == RETURN));
+        let skins = skins.map(|(index, pad)| spec.skin(pad, index));
         let network = Network::new(&resistance_ohm, skins.collect(), spec.limiter_a)?;
         let of_return = |unit: &Unit| {
             let mut drives = [0.0; ELECTRODES];

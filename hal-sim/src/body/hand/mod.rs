@@ -22,6 +22,6 @@ pub mod spec;
 #[cfg(test)]
 mod tests;
 
-pub use moving::MovingHand;
+pub use moving::{FittedHand, MovingHand};
 pub use response::{Hand, InvalidHand, Response, Segment};
 pub use spec::{HandSpec, Rule, SkinSpec};

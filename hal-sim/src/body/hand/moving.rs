@@ -1,10 +1,11 @@
 //! A hand in motion: leads that change in time, spikes, and digits that follow.
 
 use super::digits::{INDEX, RANGES_DEG, REST_DEG, Torques};
+use super::field::Pad;
 use super::forearm::{Forearm, Memory};
 use super::network::{InvalidSegment, Terminal};
 use super::pools::DIGITS;
-use super::response::Hand;
+use super::response::{Hand, InvalidHand};
 use super::spec::{HandSpec, RETURN};
 use crate::body::joint::{Joint, JointSpec};
 use crate::body::muscle::{Muscle, Parameters, Step};
@@ -67,6 +68,34 @@ pub struct MovingHand {
     tick: u64,
     loads: [Load; CHANNELS],
     unsettled: u64,
+}
+
+/// A hand with its electrodes on, as a wearer of a session.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FittedHand {
+    /// What it is made of.
+    pub spec: HandSpec,
+    /// Where A, B and E are.
+    pub points: [Pad; RETURN],
+    /// What every threshold is multiplied by.
+    pub factor: f64,
+    /// How far the skin lies from where it does at rest, along and around, m.
+    pub shift_m: [f64; 2],
+    /// Channels of A, B and E, from 0.
+    pub channels: [usize; RETURN],
+}
+
+impl FittedHand {
+    /// It, at rest; `seed` decides its sensor's noise.
+    ///
+    /// # Errors
+    /// What of it cannot be.
+    pub fn moving(&self, seed: u64) -> Result<MovingHand, InvalidHand> {
+        let mut hand = Hand::new(self.spec.clone(), self.points)?;
+        hand.factor = self.factor;
+        hand.shift(0.0, self.shift_m);
+        Ok(MovingHand::new(&hand, self.channels, seed)?)
+    }
 }
 
 impl MovingHand {

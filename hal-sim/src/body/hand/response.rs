@@ -31,6 +31,9 @@ pub enum InvalidHand {
     /// Its circuit cannot be.
     #[error(transparent)]
     Network(#[from] InvalidNetwork),
+    /// Its circuit cannot be solved.
+    #[error(transparent)]
+    Segment(#[from] InvalidSegment),
 }
 
 /// A hand with electrodes on its forearm.
@@ -51,6 +54,8 @@ pub struct Hand {
 pub struct Response {
     /// Of its muscles.
     pub torques: Torques,
+    /// Force of the wrist's extensors, as a part of that with every unit at 50 Hz.
+    pub wrist: f64,
     stiffness_nm_per_rad: f64,
 }
 
@@ -80,7 +85,11 @@ impl Response {
             flexors_nm: self.torques.flexors_nm.map(|torque| by * torque),
             extensor_nm: by * self.torques.extensor_nm,
         };
-        Self { torques, ..self }
+        Self {
+            torques,
+            wrist: by * self.wrist,
+            ..self
+        }
     }
 }
 
@@ -169,14 +178,17 @@ impl Hand {
 
     /// What units that spike at these moments pull.
     fn pull(&mut self, spikes: &[Vec<u32>]) -> Response {
-        let mut torques = Torques::default();
+        let (mut torques, mut wrist) = (Torques::default(), 0.0);
         for (unit, at_us) in self.forearm.units().iter().zip(spikes) {
             if let Some((torque, of_one)) = torques.of_unit(unit.pool, &self.spec) {
                 *torque += of_one * self.forces.mean(at_us);
+            } else {
+                wrist += self.forces.mean(at_us) / self.spec.units as f64;
             }
         }
         Response {
             torques,
+            wrist,
             stiffness_nm_per_rad: self.spec.stiffness_nm_per_rad,
         }
     }

@@ -66,6 +66,9 @@ pub struct HandSpec {
     pub tissue: Tissue,
     /// Under every electrode.
     pub skin: SkinSpec,
+    /// What the skin under A, B and E has more than its area says: gel and hair. 1 is by
+    /// area.
+    pub contact: [f64; RETURN],
     /// What the return's skin has more than its area says: 1 is by area.
     pub return_factor: f64,
     /// What the stages' limiter lets through, A.
@@ -136,6 +139,7 @@ impl HandSpec {
                 series_ohm: 250.0,
                 half_a_per_cm2: 3e-3,
             },
+            contact: [1.0; RETURN],
             return_factor: 1.0,
             limiter_a: 0.020,
             rule: Rule::Curvature,
@@ -153,6 +157,15 @@ impl HandSpec {
             stiffness_nm_per_rad: 0.12,
             motion: MotionSpec::NOMINAL,
             seed,
+        }
+    }
+
+    /// The same with elbow to tip of the hand `reach_m` long.
+    #[must_use]
+    pub fn of_reach(self, reach_m: f64) -> Self {
+        Self {
+            forearm_m: FOREARM_PART * reach_m,
+            ..self
         }
     }
 

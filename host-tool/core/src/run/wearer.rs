@@ -3,6 +3,7 @@
 use crate::session::{BodySpec, Session, Unit};
 use firmware::control::SensorSource;
 use firmware::pulse::{GroupSpec, Partner};
+use hal_sim::body::hand::InvalidHand;
 use hal_sim::body::{Body, CHANNELS, Drive, Elbow, Finger, InvalidElbow, InvalidSpec, Load, Still};
 use hal_sim::lockstep::Output;
 use hal_sim::world::World;
@@ -15,6 +16,9 @@ pub enum BodyError {
     /// A finger.
     #[error("E511 the session's body cannot be: {0}")]
     Finger(InvalidSpec),
+    /// A hand.
+    #[error("E566 the session's body cannot be: {0}")]
+    Hand(InvalidHand),
     /// An arm.
     #[error("E570 the session's body cannot be: {0}")]
     Elbow(InvalidElbow),
@@ -32,6 +36,7 @@ pub fn body_of(session: &Session, seed: u64) -> Result<Box<dyn Body>, BodyError>
         Some(BodySpec::Finger(spec)) => {
             Box::new(Finger::new((**spec).clone(), seed).map_err(BodyError::Finger)?)
         }
+        Some(BodySpec::Hand(fitted)) => Box::new(fitted.moving(seed).map_err(BodyError::Hand)?),
         Some(BodySpec::Still { load_ohm }) => {
             let mut body = Still::new(0.0);
             *body.loads_mut() = [Load::Ohms((*load_ohm).into()); CHANNELS];

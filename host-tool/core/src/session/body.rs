@@ -1,6 +1,7 @@
 //! `[body]`: the simulated wearer. A board has a real one and ignores it.
 
 use hal_sim::body::elbow::{Approach, Sight, TORQUE_FREQUENCY_HZ, Yields};
+use hal_sim::body::hand::FittedHand;
 use hal_sim::body::muscle::SUBJECTS;
 use hal_sim::body::{ElbowSpec, FingerSpec};
 
@@ -15,6 +16,8 @@ pub enum BodySpec {
     Finger(Box<FingerSpec>),
     /// A forearm and the person who moves it.
     Elbow(Box<ElbowSpec>),
+    /// A forearm and hand under its electrodes: made by the program, no file names one.
+    Hand(Box<FittedHand>),
     /// A dummy load on every channel.
     Still {
         /// Ω.

@@ -8,6 +8,9 @@ pub enum TwoPointsError {
     /// Its declaration.
     #[error("E621 the population's declaration: {0}")]
     Declaration(String),
+    /// Nobody of this name.
+    #[error("E624 there is no wearer `{0}`; there are P, Q, R and S")]
+    Nobody(String),
     /// A hand.
     #[error("E622 a drawn hand cannot be; change its field in the population's declaration")]
     Hand(#[from] InvalidHand),

@@ -7,20 +7,27 @@
 //! whom each claim holds. All simulated: no evidence about people.
 
 mod claims;
+mod contacts;
 mod error;
+mod held;
 mod pattern;
 mod points;
 mod population;
 mod study;
 mod summary;
+mod tracked;
 mod trials;
 mod voltages;
+mod wearers;
 
 pub use claims::{Torques, judged};
 pub use error::TwoPointsError;
+pub use held::Hold;
 pub use pattern::{PERIOD_US, Pattern, Points, WIDTH_US};
 pub use population::{DECLARED, Person, Population};
 pub use study::{Cell, Drawn, Numbers, Prepared, prepare};
 pub use summary::{HEAD, Summary};
+pub use tracked::{LAWS, Method};
 pub use trials::{Outcome, Trials};
-pub use voltages::{Voltages, calibrate};
+pub use voltages::{Voltages, calibrate, search_extensor};
+pub use wearers::{Participant, Participants, Printed, WEARERS, Wearer};

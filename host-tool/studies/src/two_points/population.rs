@@ -138,6 +138,9 @@ impl Population {
         spec.shift_m_per_deg = 1e-3 * value("shift_mm_per_90_deg")? / 90.0;
         spec.flexor_nm = value("flexor_nm")?;
         spec.stiffness_nm_per_rad = value("stiffness_nm_per_rad")?;
+        spec.extensor_nm = value("extensor_nm")?;
+        spec.motion.fatigue_floor = value("fatigue_floor")?;
+        spec.motion.fatigue_time_s = value("fatigue_time_s")?;
         Ok(Person {
             spec,
             threshold_v: value("threshold_v")?,

@@ -1,6 +1,7 @@
 //! Cells of the study: drawn wearers under one rule, ground and operating point.
 
 use super::claims::{Torques, judged};
+use super::contacts;
 use super::error::TwoPointsError;
 use super::points;
 use super::population::{Population, rule, without};
@@ -28,6 +29,8 @@ pub struct Cell {
 pub enum Drawn {
     /// No two places bend the index finger first.
     NoPoints,
+    /// No contact within its range gives B or the extensor's point its threshold.
+    NoContact,
     /// A point moves nothing up to the greatest voltage, or others with the index finger.
     NoVoltages,
     /// It has all numbers.
@@ -72,14 +75,14 @@ pub struct Prepared {
     pub is_small: bool,
 }
 
-/// Electrodes on the hand of `spec`, whose point A moves something from `threshold_v` on.
-/// Otherwise why there are none: of the small ones, the last that were tried.
+/// Electrodes on the hand of `spec`, whose point A moves something from the first of
+/// `thresholds_v` on, B and E from the others where they are known. Otherwise why there are none: of the small ones, the last that were tried.
 ///
 /// # Errors
 /// The hand cannot be, or its circuit cannot be solved.
 pub fn prepare(
     spec: &HandSpec,
-    threshold_v: f64,
+    (threshold_v, others_v): (f64, Option<[f64; 2]>),
 ) -> Result<Result<Prepared, Drawn>, TwoPointsError> {
     let field = Field::coarse(spec.tissue).map_err(InvalidHand::from)?;
     let units = spec.motor_units();
@@ -90,6 +93,12 @@ pub fn prepare(
         };
         let mut hand = Hand::new(spec.clone(), pads)?;
         calibrate(&mut hand, threshold_v)?;
+        if let Some(volts) = others_v
+            && !contacts::fit(&mut hand, volts)?
+        {
+            missing = Drawn::NoContact;
+            continue;
+        }
         if let Some(voltages) = Voltages::search(&mut hand)? {
             return Ok(Ok(Prepared {
                 hand,
@@ -146,7 +155,7 @@ impl Population {
             mut hand,
             voltages,
             is_small,
-        } = match prepare(&spec, person.threshold_v)? {
+        } = match prepare(&spec, (person.threshold_v, None))? {
             Ok(prepared) => prepared,
             Err(missing) => return Ok(missing),
         };

@@ -39,7 +39,7 @@ impl Summary {
     fn whole(&self) -> impl Iterator<Item = &Numbers> + Clone {
         self.drawn.iter().filter_map(|it| match it {
             Drawn::Whole(numbers) => Some(numbers),
-            Drawn::NoPoints | Drawn::NoVoltages => None,
+            Drawn::NoPoints | Drawn::NoContact | Drawn::NoVoltages => None,
         })
     }
 
@@ -132,6 +132,7 @@ impl Summary {
         let name = self.cell.name();
         let row = |(index, drawn): (usize, &Drawn)| match drawn {
             Drawn::NoPoints => format!("{name},{index},no points{}\n", ",".repeat(FIELDS)),
+            Drawn::NoContact => format!("{name},{index},no contact{}\n", ",".repeat(FIELDS)),
             Drawn::NoVoltages => format!("{name},{index},no voltages{}\n", ",".repeat(FIELDS)),
             Drawn::Whole(it) => format!("{name},{index},whole,{}\n", fields(it).join(",")),
         };

@@ -1,10 +1,11 @@
 //! Thresholds and greatest voltages, found as Hamana 2022 found them (III-A2, III-C1).
 
 use super::error::TwoPointsError;
-use super::pattern::{Pattern, Points};
-use hal_sim::body::hand::Hand;
+use super::pattern::{PERIOD_US, Pattern, Points, WIDTH_US};
 use hal_sim::body::hand::digits::{INDEX, REST_DEG, VISIBLE_DEG};
-use hal_sim::body::hand::spec::{A, B};
+use hal_sim::body::hand::network::Terminal;
+use hal_sim::body::hand::spec::{A, B, E};
+use hal_sim::body::hand::{Hand, Segment};
 
 /// Steps of the search, and its end, V: what the stimulator gives is assumed, for the
 /// paper's greatest is 40 V.
@@ -14,6 +15,8 @@ const MOST_V: f64 = 44.0;
 pub const SELECTIVE: f64 = 0.8;
 /// Steps of r (III-C1).
 const STEPS_OF_R: u32 = 10;
+/// Part of the wrist's extensors at which it is barely extended. Assumed.
+const BARELY: f64 = 0.1;
 /// Between which factors of all thresholds a wearer's is looked for, and how closely.
 const FACTORS: [f64; 2] = [1e-9, 1e9];
 const BISECTIONS: u32 = 24;
@@ -45,6 +48,49 @@ pub(super) fn bent_deg(
 ) -> Result<f64, TwoPointsError> {
     let response = hand.respond(&pattern.period(volts))?;
     Ok(response.angles_deg()[INDEX] - REST_DEG[INDEX])
+}
+
+/// How far the extensor's point at these volts, the others floating, extends the index
+/// finger, °; and what it makes of the wrist's extensors, as a part of all they have.
+pub(super) fn extended_deg(hand: &mut Hand, volts: f64) -> Result<(f64, f64), TwoPointsError> {
+    let with = |terminal, lasts_us| {
+        let mut terminals = [Terminal::Floating; 3];
+        terminals[E] = terminal;
+        Segment {
+            terminals,
+            lasts_us,
+        }
+    };
+    let response = hand.respond(&[
+        with(Terminal::Driven(-volts), WIDTH_US),
+        with(Terminal::Grounded, PERIOD_US - WIDTH_US),
+    ])?;
+    let extended = REST_DEG[INDEX] - response.angles_deg()[INDEX];
+    Ok((extended, response.wrist))
+}
+
+/// Threshold and greatest voltage of the extensor's point: from where on it visibly
+/// extends the index finger, and up to where the wrist is barely extended (Hamana 2022,
+/// III-C1). `None` where nothing extends it, or the wrist comes first.
+///
+/// # Errors
+/// Its circuit cannot be solved.
+pub fn search_extensor(hand: &mut Hand) -> Result<Option<[f64; 2]>, TwoPointsError> {
+    let mut found: Option<[f64; 2]> = None;
+    let mut volts = STEP_V;
+    while volts <= MOST_V {
+        let (extended, wrist) = extended_deg(hand, volts)?;
+        if wrist > BARELY {
+            break;
+        }
+        match &mut found {
+            Some(found) => found[1] = volts,
+            None if extended >= VISIBLE_DEG => found = Some([volts; 2]),
+            None => {}
+        }
+        volts += STEP_V;
+    }
+    Ok(found)
 }
 
 /// Makes `hand` one whose point A is visible from `threshold_v` on.

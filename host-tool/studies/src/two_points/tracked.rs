@@ -1,0 +1,150 @@
+//! Experiment 4 (Hamana 2022, III-D) on a drawn hand: the device follows a sine with one
+//! point or with two.
+
+use super::error::TwoPointsError;
+use super::population::Population;
+use super::wearers::Wearer;
+use host_core::analysis::metrics_but_lag;
+use host_core::run::{DeviceName, SessionFile, run};
+use host_core::session::BodySpec;
+use toml::{Table, Value};
+
+/// Which points are pulsed, in the paper's order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// Point A alone.
+    A,
+    /// Point B alone.
+    B,
+    /// Both, conducted, B 2 ms after A.
+    Two,
+}
+
+impl Method {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::A, Self::B, Self::Two];
+
+    /// For tables.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::A => "A",
+            Self::B => "B",
+            Self::Two => "two",
+        }
+    }
+
+    const fn session(self) -> &'static str {
+        match self {
+            Self::A => include_str!("../../../sessions/hamana_exp4_one_point_a.toml"),
+            Self::B => include_str!("../../../sessions/hamana_exp4_one_point_b.toml"),
+            Self::Two => include_str!("../../../sessions/hamana_exp4_two_point.toml"),
+        }
+    }
+}
+
+/// The laws that are compared.
+pub const LAWS: [&str; 2] = ["paper", "recommended"];
+
+impl Wearer {
+    /// Threshold and greatest voltage of A, B and the extensor's point with this method, V;
+    /// `None` where both points together move nothing.
+    #[must_use]
+    pub fn ranges_v(&self, method: Method) -> Option<[[f64; 2]; 3]> {
+        let Self { voltages, .. } = self;
+        let low_v = match method {
+            Method::A | Method::B => voltages.threshold_v,
+            Method::Two => {
+                let r = voltages.ratio?;
+                voltages.most_v.map(|most| r * most)
+            }
+        };
+        let of = |point: usize| [low_v[point], voltages.most_v[point]];
+        Some([of(0), of(1), self.extensor_v])
+    }
+
+    /// RMSE of trial `number` from 10 to 30 s, °; otherwise why there is none.
+    ///
+    /// # Errors
+    /// The program's own session.
+    pub fn track(
+        &self,
+        population: &Population,
+        (method, law): (Method, &str),
+        (device, number): (&DeviceName, u64),
+    ) -> Result<Result<f64, String>, TwoPointsError> {
+        let Some(ranges) = self.ranges_v(method) else {
+            return Ok(Err("both points together move nothing".to_owned()));
+        };
+        let text = adapted(method.session(), ranges, law)
+            .ok_or_else(|| TwoPointsError::Declaration("experiment 4's session".to_owned()))?;
+        let mut file = match SessionFile::parse("hamana-4.toml", &text) {
+            Ok(file) => file,
+            // Where threshold and greatest voltage are one, there is nothing to control.
+            Err(error) => return Ok(Err(error.to_string())),
+        };
+        let fitted = self.fitted(population, number);
+        file.session.body = Some(BodySpec::Hand(Box::new(fitted)));
+        Ok(played(&file, device, number))
+    }
+}
+
+fn played(file: &SessionFile, device: &DeviceName, seed: u64) -> Result<f64, String> {
+    let port = device.open(&file.session, seed);
+    let (outcome, _) = run(file, port.map_err(|e| e.to_string())?, None, |_: f64| ());
+    if let Some(error) = outcome.error {
+        return Err(error.to_string());
+    }
+    let metrics = metrics_but_lag(&outcome.trial);
+    metrics
+        .map(|it| it.rmse_deg)
+        .ok_or_else(|| "nothing was measured".to_owned())
+}
+
+/// `text` for a wearer with these ranges.
+fn adapted(text: &str, ranges_v: [[f64; 2]; 3], law: &str) -> Option<String> {
+    let mut table: Table = text.parse().ok()?;
+    let range = |number: &Value| ranges_v.get(usize::try_from(number.as_integer()? - 1).ok()?);
+    for channel in table.get_mut("channel")?.as_array_mut()? {
+        let channel = channel.as_table_mut()?;
+        let most_v = range(channel.get("number")?)?[1];
+        channel.insert("limit".into(), most_v.into());
+        channel.remove("muscle");
+    }
+    let joint = table.get_mut("joint")?.as_table_mut()?;
+    joint.insert("law".into(), law.into());
+    let bound = |point: &mut Value| {
+        let point = point.as_table_mut()?;
+        let [low_v, most_v] = *range(point.get("channel")?)?;
+        // Millivolts are the finest that a session names.
+        point.insert("threshold".into(), ((1e3 * low_v).round() * 1e-3).into());
+        point.insert("max".into(), most_v.into());
+        Some(())
+    };
+    bound(joint.get_mut("extensor")?)?;
+    for point in joint.get_mut("flexors")?.as_array_mut()? {
+        bound(point)?;
+    }
+    toml::to_string(&table).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use host_core::session::Session;
+
+    #[test]
+    fn a_session_takes_the_wearers_voltages() {
+        let ranges = [[19.6, 28.0], [25.2, 36.0], [14.0, 26.0]];
+        for (method, channels) in Method::ALL.into_iter().zip([2, 2, 3]) {
+            let text = adapted(method.session(), ranges, "paper").unwrap();
+            let session = Session::parse("it", &text).unwrap();
+            assert_eq!(session.channels.len(), channels);
+            let joint = session.joint.unwrap();
+            let point = &joint.flexors[usize::from(method == Method::Two)];
+            let most_v = if method == Method::A { 28_000 } else { 36_000 };
+            assert_eq!(point.max.get(), most_v, "{method:?}");
+            assert_eq!(joint.extensor.threshold.get(), 14_000);
+        }
+    }
+}

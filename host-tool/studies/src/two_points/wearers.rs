@@ -1,0 +1,164 @@
+//! Hamana 2022's participants, each drawn many times where the paper leaves them open.
+
+use super::error::TwoPointsError;
+use super::population::Population;
+use super::study::{Drawn, Prepared, prepare};
+use super::voltages::{Voltages, search_extensor};
+use hal_sim::body::hand::{FittedHand, Hand, HandSpec};
+use hal_sim::random::{standard_normal, word};
+use serde::Deserialize;
+
+/// `two_points/wearers.toml`.
+pub const WEARERS: &str = include_str!("../../../two_points/wearers.toml");
+
+/// Who takes part in which experiments.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Participants {
+    /// Of the draws.
+    pub seed: u64,
+    /// Replications of the study.
+    pub draws: u64,
+    /// Of each method of experiment 4.
+    pub trials: u64,
+    /// Of each method of the hold.
+    pub held: u64,
+    /// The participants.
+    #[serde(rename = "wearer")]
+    pub all: Vec<Participant>,
+}
+
+/// A participant, as far as the paper says.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Participant {
+    /// P, Q, R or S.
+    pub name: String,
+    /// Table 1: elbow to tip of the hand, m.
+    pub reach_m: f64,
+    /// Table 1: around the forearm, m.
+    pub around_m: f64,
+    /// Table 7: thresholds of A, B and the extensor's point, V; R has none.
+    pub thresholds_v: Option<[f64; 3]>,
+    /// What is printed of what comes out.
+    pub paper: Option<Printed>,
+}
+
+/// What the paper printed of a participant.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Printed {
+    /// Table 7: greatest voltages of A, B and the extensor's point, V.
+    pub most_v: [f64; 3],
+    /// Table 7.
+    pub r_th: f64,
+    /// Table 8: mean RMSE with one point and with two, °.
+    pub rmse_deg: [f64; 2],
+    /// III-D6: how far the finger sank with one point and with two, °.
+    pub sinks_deg: [f64; 2],
+}
+
+/// A participant's forearm, drawn, its searches done.
+#[derive(Clone, Debug)]
+pub struct Wearer {
+    /// With its electrodes on.
+    pub hand: Hand,
+    /// Of A and B.
+    pub voltages: Voltages,
+    /// Threshold and greatest of the extensor's point, V.
+    pub extensor_v: [f64; 2],
+}
+
+/// Of a trial's jitter and strength.
+const TRIALS: u64 = 0x7121;
+
+impl Participants {
+    /// The program's own; with `name`, that one alone.
+    ///
+    /// # Errors
+    /// They cannot be read, or there is nobody of this name.
+    pub fn declared(name: Option<&str>) -> Result<Self, TwoPointsError> {
+        let mut read: Self =
+            toml::from_str(WEARERS).map_err(|e| TwoPointsError::Declaration(e.to_string()))?;
+        if let Some(name) = name {
+            read.all.retain(|it| it.name == name);
+            if read.all.is_empty() {
+                return Err(TwoPointsError::Nobody(name.to_owned()));
+            }
+        }
+        Ok(read)
+    }
+}
+
+impl Participant {
+    /// Draw `index` of this participant, or why there is none.
+    ///
+    /// # Errors
+    /// The declaration, or a hand that cannot be.
+    pub fn draw(
+        &self,
+        population: &Population,
+        (seed, index): (u64, u64),
+    ) -> Result<Result<Wearer, &'static str>, TwoPointsError> {
+        // Each participant's draws are their own.
+        let own = self
+            .name
+            .bytes()
+            .fold(seed, |seed, byte| word(seed, byte.into()));
+        let person = population.person(own, index)?;
+        let spec = HandSpec {
+            around_m: self.around_m,
+            ..person.spec.of_reach(self.reach_m)
+        };
+        let thresholds = match self.thresholds_v {
+            Some([a, b, e]) => (a, Some([b, e])),
+            None => (person.threshold_v, None),
+        };
+        let Prepared {
+            mut hand, voltages, ..
+        } = match prepare(&spec, thresholds)? {
+            Ok(prepared) => prepared,
+            Err(missing) => return Ok(Err(why(&missing))),
+        };
+        Ok(match search_extensor(&mut hand)? {
+            Some(extensor_v) => Ok(Wearer {
+                hand,
+                voltages,
+                extensor_v,
+            }),
+            None => Err("the extensor's point extends nothing, or the wrist first"),
+        })
+    }
+}
+
+const fn why(missing: &Drawn) -> &'static str {
+    match missing {
+        Drawn::NoPoints => "no two selective points",
+        Drawn::NoContact => "no contact gives the thresholds",
+        Drawn::NoVoltages => "a point moves nothing, or others too",
+        Drawn::Whole(_) => "none",
+    }
+}
+
+impl Wearer {
+    /// As they come to trial `number`: the skin has moved a little, the contraction is a
+    /// little stronger or weaker (standard deviations of the population's declaration).
+    #[must_use]
+    pub fn fitted(&self, population: &Population, number: u64) -> FittedHand {
+        let mut spec = self.hand.spec().clone();
+        let seed = word(spec.seed ^ TRIALS, number);
+        let normal = |index| standard_normal(seed, index);
+        let strength = (1.0 + population.force_noise * normal(0)).max(0.0);
+        spec.flexor_nm *= strength;
+        spec.extensor_nm *= strength;
+        let jitter_m = 1e-3 * population.jitter_mm;
+        let [a, b, e, _] = *self.hand.pads();
+        FittedHand {
+            spec,
+            points: [a, b, e],
+            factor: self.hand.factor,
+            shift_m: [jitter_m * normal(1), jitter_m * normal(2)],
+            channels: [0, 1, 2],
+        }
+    }
+}
