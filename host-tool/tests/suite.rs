@@ -8,6 +8,7 @@ mod chip_cli;
 mod errors;
 mod explain_model;
 mod faults_cli;
+mod hand_cli;
 mod images;
 #[cfg(unix)]
 mod interruptions;

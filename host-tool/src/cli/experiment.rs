@@ -1,8 +1,8 @@
 //! `flexor experiment`: a paper's protocol, then the same with wearers drawn.
 
+use super::operator::Beside;
 use super::out::OutArgs;
-use super::typed::{Closed, Typed};
-use super::{Bar, Output, Told, interrupt, wrong};
+use super::{Output, Told, interrupt, wrong};
 use anyhow::Context;
 use clap::Args;
 use host_core::link::Interruption;
@@ -16,28 +16,30 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use studies::experiments::named;
 use studies::laboratory::{
-    Conducted, Course, Ended, Experiment, LaboratoryError, Operator, Outcome, Shard, Sweep,
-    headline, publish,
+    Conducted, Course, Ended, Experiment, LaboratoryError, Outcome, Shard, Sweep, headline, publish,
 };
 
 /// Run a paper's protocol on a device; then, simulated, with wearers drawn at random
 #[derive(Args, Debug)]
 pub struct ExperimentArgs {
-    /// hamana-4, open-trains, harris-wall or one of its sequels (-decides, -gentle, -why,
+    /// hamana-4, hamana-hold, open-trains, harris-wall or one of its sequels (-decides, -gentle, -why,
     /// -yields), or the file of a declaration
-    name: String,
+    pub(super) name: String,
+    /// hamana-4 and hamana-hold on a forearm that is a mechanism: P, Q, R, S, or all
+    #[arg(long)]
+    pub(super) wearer: Option<String>,
     /// native, chip, qemu, a serial port, or tcp:HOST:PORT
     #[arg(long, default_value = "native")]
-    device: DeviceName,
+    pub(super) device: DeviceName,
     /// Wearers to draw; default: the declaration's number in this program's
     /// simulators, none for a board
     #[arg(long)]
-    draws: Option<u64>,
+    pub(super) draws: Option<u64>,
     /// Decides order, noise and wearers; default: the declaration's
     #[arg(long)]
-    seed: Option<u64>,
+    pub(super) seed: Option<u64>,
     #[command(flatten)]
-    out: OutArgs,
+    pub(super) out: OutArgs,
     #[arg(skip)]
     again: Option<Again>,
 }
@@ -71,6 +73,7 @@ impl ExperimentArgs {
         let plan = record.plan.as_ref()?;
         let identity = record.trials.first()?.identity.as_ref()?;
         Some(Self {
+            wearer: None,
             name: plan.command.strip_prefix(COMMAND)?.to_owned(),
             device: DeviceName::of(identity.kind)?,
             draws: Some(plan.draws?),
@@ -124,6 +127,9 @@ pub(super) fn found(name: &str, again: Option<&Again>) -> Result<Experiment, Lab
 /// No such experiment, no device, a folder that cannot be written, a trial that ended
 /// early.
 pub fn main(args: &ExperimentArgs, output: Output) -> anyhow::Result<()> {
+    if super::hand::is_meant(args) {
+        return super::hand::main(args, output);
+    }
     carry_out(args, output)?.say(output)
 }
 
@@ -368,55 +374,6 @@ fn ended(
         ..course
     };
     Ok((course, outcome))
-}
-
-/// Whoever types the command.
-struct Beside<'a> {
-    bar: &'a Bar,
-    /// Whether a person is stimulated: only they rest, and only they are spoken to.
-    is_board: bool,
-    /// Of the bar that the protocol takes.
-    part: f64,
-    interruption: Interruption,
-    typed: Option<Typed>,
-}
-
-impl Operator for Beside<'_> {
-    fn ready(&mut self, text: &str) -> bool {
-        if self.is_board {
-            eprintln!("{text}");
-            eprintln!("Enter: go on; anything else and Enter: end here");
-            let typed = self.typed.get_or_insert_with(Typed::begin);
-            typed.forget();
-            while self.interruption.asked().is_none() {
-                match typed.line() {
-                    Ok(None) => std::thread::sleep(Duration::from_millis(50)),
-                    Ok(Some(line)) => return line.trim().is_empty(),
-                    Err(Closed) => return false,
-                }
-            }
-        }
-        self.interruption.asked().is_none()
-    }
-
-    fn rest(&mut self, rest_s: f64) -> bool {
-        let until = Instant::now() + Duration::from_secs_f64(rest_s);
-        if self.is_board {
-            eprintln!("{rest_s} s of rest");
-        }
-        while self.is_board && Instant::now() < until && self.interruption.asked().is_none() {
-            std::thread::sleep(Duration::from_millis(50));
-        }
-        self.interruption.asked().is_none()
-    }
-
-    fn progress(&mut self, part: f64) {
-        self.bar.set(self.part * part);
-    }
-
-    fn interruption(&self) -> Interruption {
-        self.interruption.clone()
-    }
 }
 
 /// Shares and headline, in 80 columns.

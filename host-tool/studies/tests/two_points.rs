@@ -4,7 +4,7 @@ use hal_sim::body::hand::Hand;
 use hal_sim::body::hand::digits::{INDEX, REST_DEG, VISIBLE_DEG};
 use hal_sim::body::hand::spec::A;
 use studies::two_points::{
-    Cell, Drawn, Pattern, Points, Population, Prepared, Summary, Voltages, prepare,
+    Cell, Drawn, Known, Pattern, Points, Population, Prepared, Summary, Voltages, prepare,
 };
 
 /// Not the judged seed.
@@ -34,7 +34,7 @@ fn found() -> (Hand, Voltages, f64) {
     for index in 0..40 {
         let person = population.person(SEED, index).unwrap();
         if let Ok(Prepared { hand, voltages, .. }) =
-            prepare(&person.spec, (person.threshold_v, None)).unwrap()
+            prepare(&person.spec, Known::drawn(&person)).unwrap()
         {
             return (hand, voltages, person.threshold_v);
         }

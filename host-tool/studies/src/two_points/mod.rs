@@ -25,7 +25,7 @@ pub use error::TwoPointsError;
 pub use held::Hold;
 pub use pattern::{PERIOD_US, Pattern, Points, WIDTH_US};
 pub use population::{DECLARED, Person, Population};
-pub use study::{Cell, Drawn, Numbers, Prepared, prepare};
+pub use study::{Cell, Drawn, Known, Numbers, Prepared, prepare};
 pub use summary::{HEAD, Summary};
 pub use tracked::{LAWS, Method};
 pub use trials::{Outcome, Trials};

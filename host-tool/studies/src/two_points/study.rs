@@ -4,9 +4,9 @@ use super::claims::{Torques, judged};
 use super::contacts;
 use super::error::TwoPointsError;
 use super::points;
-use super::population::{Population, rule, without};
+use super::population::{Person, Population, rule, without};
 use super::trials::Trials;
-use super::voltages::{Voltages, calibrate};
+use super::voltages::{MOST_V, Voltages, calibrate};
 use hal_sim::body::hand::field::{Field, Shape};
 use hal_sim::body::hand::spec::{ROUND_M, SMALL_M};
 use hal_sim::body::hand::{Hand, HandSpec, InvalidHand};
@@ -75,15 +75,22 @@ pub struct Prepared {
     pub is_small: bool,
 }
 
-/// Electrodes on the hand of `spec`, whose point A moves something from the first of
-/// `thresholds_v` on, B and E from the others where they are known. Otherwise why there are none: of the small ones, the last that were tried.
+/// What is known of a wearer before electrodes are placed, V.
+#[derive(Clone, Copy, Debug)]
+pub struct Known {
+    /// From where on point A moves something.
+    pub threshold_v: f64,
+    /// The same of B and the extensor's point, where they are known.
+    pub others_v: Option<[f64; 2]>,
+    /// Where searches end.
+    pub most_v: f64,
+}
+
+/// Electrodes on the hand of `spec`, of whom this is `known`. Otherwise why there are none: of the small ones, the last that were tried.
 ///
 /// # Errors
 /// The hand cannot be, or its circuit cannot be solved.
-pub fn prepare(
-    spec: &HandSpec,
-    (threshold_v, others_v): (f64, Option<[f64; 2]>),
-) -> Result<Result<Prepared, Drawn>, TwoPointsError> {
+pub fn prepare(spec: &HandSpec, known: Known) -> Result<Result<Prepared, Drawn>, TwoPointsError> {
     let field = Field::coarse(spec.tissue).map_err(InvalidHand::from)?;
     let units = spec.motor_units();
     let mut missing = Drawn::NoPoints;
@@ -92,14 +99,14 @@ pub fn prepare(
             continue;
         };
         let mut hand = Hand::new(spec.clone(), pads)?;
-        calibrate(&mut hand, threshold_v)?;
-        if let Some(volts) = others_v
+        calibrate(&mut hand, known.threshold_v)?;
+        if let Some(volts) = known.others_v
             && !contacts::fit(&mut hand, volts)?
         {
             missing = Drawn::NoContact;
             continue;
         }
-        if let Some(voltages) = Voltages::search(&mut hand)? {
+        if let Some(voltages) = Voltages::search(&mut hand, known.most_v)? {
             return Ok(Ok(Prepared {
                 hand,
                 voltages,
@@ -109,6 +116,18 @@ pub fn prepare(
         missing = Drawn::NoVoltages;
     }
     Ok(Err(missing))
+}
+
+impl Known {
+    /// Of a drawn person.
+    #[must_use]
+    pub const fn drawn(person: &Person) -> Self {
+        Self {
+            threshold_v: person.threshold_v,
+            others_v: None,
+            most_v: MOST_V,
+        }
+    }
 }
 
 impl Population {
@@ -155,7 +174,7 @@ impl Population {
             mut hand,
             voltages,
             is_small,
-        } = match prepare(&spec, (person.threshold_v, None))? {
+        } = match prepare(&spec, Known::drawn(&person))? {
             Ok(prepared) => prepared,
             Err(missing) => return Ok(missing),
         };

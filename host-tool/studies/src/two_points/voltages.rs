@@ -10,7 +10,7 @@ use hal_sim::body::hand::{Hand, Segment};
 /// Steps of the search, and its end, V: what the stimulator gives is assumed, for the
 /// paper's greatest is 40 V.
 const STEP_V: f64 = 2.0;
-const MOST_V: f64 = 44.0;
+pub(super) const MOST_V: f64 = 44.0;
 /// Above this the index finger counts as alone (III-A2).
 pub const SELECTIVE: f64 = 0.8;
 /// Steps of r (III-C1).
@@ -69,16 +69,16 @@ pub(super) fn extended_deg(hand: &mut Hand, volts: f64) -> Result<(f64, f64), Tw
     Ok((extended, response.wrist))
 }
 
-/// Threshold and greatest voltage of the extensor's point: from where on it visibly
+/// Threshold and greatest voltage of the extensor's point, up to `end_v`: from where on it visibly
 /// extends the index finger, and up to where the wrist is barely extended (Hamana 2022,
 /// III-C1). `None` where nothing extends it, or the wrist comes first.
 ///
 /// # Errors
 /// Its circuit cannot be solved.
-pub fn search_extensor(hand: &mut Hand) -> Result<Option<[f64; 2]>, TwoPointsError> {
+pub fn search_extensor(hand: &mut Hand, end_v: f64) -> Result<Option<[f64; 2]>, TwoPointsError> {
     let mut found: Option<[f64; 2]> = None;
     let mut volts = STEP_V;
-    while volts <= MOST_V {
+    while volts <= end_v {
         let (extended, wrist) = extended_deg(hand, volts)?;
         if wrist > BARELY {
             break;
@@ -111,15 +111,15 @@ pub fn calibrate(hand: &mut Hand, threshold_v: f64) -> Result<(), TwoPointsError
 }
 
 impl Voltages {
-    /// Of this hand; `None` where a point has none: nothing moves up to the greatest
+    /// Of this hand, up to `end_v`; `None` where a point has none: nothing moves up to the greatest
     /// voltage, or the index finger is not alone when it does.
     ///
     /// # Errors
     /// Its circuit cannot be solved.
-    pub fn search(hand: &mut Hand) -> Result<Option<Self>, TwoPointsError> {
+    pub fn search(hand: &mut Hand, end_v: f64) -> Result<Option<Self>, TwoPointsError> {
         let mut found = [[0.0; 2]; 2];
         for point in [A, B] {
-            let Some(of_point) = search_point(hand, point)? else {
+            let Some(of_point) = search_point(hand, point, end_v)? else {
                 return Ok(None);
             };
             found[point] = of_point;
@@ -143,10 +143,14 @@ impl Voltages {
 }
 
 /// Threshold and greatest voltage of one point.
-fn search_point(hand: &mut Hand, point: usize) -> Result<Option<[f64; 2]>, TwoPointsError> {
+fn search_point(
+    hand: &mut Hand,
+    point: usize,
+    end_v: f64,
+) -> Result<Option<[f64; 2]>, TwoPointsError> {
     let mut found: Option<[f64; 2]> = None;
     let mut volts = STEP_V;
-    while volts <= MOST_V {
+    while volts <= end_v {
         let response = hand.respond(&alone(point).period([volts; 2]))?;
         let bent = response.angles_deg()[INDEX] - REST_DEG[INDEX];
         let is_visible = bent >= VISIBLE_DEG;

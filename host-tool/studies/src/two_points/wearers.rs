@@ -2,7 +2,7 @@
 
 use super::error::TwoPointsError;
 use super::population::Population;
-use super::study::{Drawn, Prepared, prepare};
+use super::study::{Drawn, Known, Prepared, prepare};
 use super::voltages::{Voltages, search_extensor};
 use hal_sim::body::hand::{FittedHand, Hand, HandSpec};
 use hal_sim::random::{standard_normal, word};
@@ -69,6 +69,9 @@ pub struct Wearer {
     pub extensor_v: [f64; 2],
 }
 
+/// Where searches end, V: the device's 20 mA into the 2 kΩ that the sessions declare. It
+/// is the paper's greatest too (table 3).
+const DEVICE_V: f64 = 40.0;
 /// Of a trial's jitter and strength.
 const TRIALS: u64 = 0x7121;
 
@@ -108,19 +111,26 @@ impl Participant {
         let person = population.person(own, index)?;
         let spec = HandSpec {
             around_m: self.around_m,
-            ..person.spec.of_reach(self.reach_m)
+            ..person.spec.clone().of_reach(self.reach_m)
         };
-        let thresholds = match self.thresholds_v {
-            Some([a, b, e]) => (a, Some([b, e])),
-            None => (person.threshold_v, None),
+        let known = match self.thresholds_v {
+            Some([threshold_v, b, e]) => Known {
+                threshold_v,
+                others_v: Some([b, e]),
+                most_v: DEVICE_V,
+            },
+            None => Known {
+                most_v: DEVICE_V,
+                ..Known::drawn(&person)
+            },
         };
         let Prepared {
             mut hand, voltages, ..
-        } = match prepare(&spec, thresholds)? {
+        } = match prepare(&spec, known)? {
             Ok(prepared) => prepared,
             Err(missing) => return Ok(Err(why(&missing))),
         };
-        Ok(match search_extensor(&mut hand)? {
+        Ok(match search_extensor(&mut hand, DEVICE_V)? {
             Some(extensor_v) => Ok(Wearer {
                 hand,
                 voltages,

@@ -1,0 +1,56 @@
+//! Who is beside an experiment: a person at the terminal, or nobody.
+
+use super::Bar;
+use super::typed::{Closed, Typed};
+use host_core::link::Interruption;
+use std::time::{Duration, Instant};
+use studies::laboratory::Operator;
+
+/// Whoever types the command.
+pub(super) struct Beside<'a> {
+    pub bar: &'a Bar,
+    /// Whether a person is stimulated: only they rest, and only they are spoken to.
+    pub is_board: bool,
+    /// Of the bar that the protocol takes.
+    pub part: f64,
+    pub interruption: Interruption,
+    pub typed: Option<Typed>,
+}
+
+impl Operator for Beside<'_> {
+    fn ready(&mut self, text: &str) -> bool {
+        if self.is_board {
+            eprintln!("{text}");
+            eprintln!("Enter: go on; anything else and Enter: end here");
+            let typed = self.typed.get_or_insert_with(Typed::begin);
+            typed.forget();
+            while self.interruption.asked().is_none() {
+                match typed.line() {
+                    Ok(None) => std::thread::sleep(Duration::from_millis(50)),
+                    Ok(Some(line)) => return line.trim().is_empty(),
+                    Err(Closed) => return false,
+                }
+            }
+        }
+        self.interruption.asked().is_none()
+    }
+
+    fn rest(&mut self, rest_s: f64) -> bool {
+        let until = Instant::now() + Duration::from_secs_f64(rest_s);
+        if self.is_board {
+            eprintln!("{rest_s} s of rest");
+        }
+        while self.is_board && Instant::now() < until && self.interruption.asked().is_none() {
+            std::thread::sleep(Duration::from_millis(50));
+        }
+        self.interruption.asked().is_none()
+    }
+
+    fn progress(&mut self, part: f64) {
+        self.bar.set(self.part * part);
+    }
+
+    fn interruption(&self) -> Interruption {
+        self.interruption.clone()
+    }
+}
