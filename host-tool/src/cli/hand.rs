@@ -101,9 +101,9 @@ pub(super) fn main(args: &ExperimentArgs, output: Output) -> anyhow::Result<()> 
     )
 }
 
-/// What happened, without what to do about it.
+/// What happened, without numbers of the draw and what to do about it.
 fn brief(why: &str) -> &str {
-    why.split(';').next().unwrap_or(why)
+    why.split([';', '(']).next().unwrap_or(why).trim_end()
 }
 
 struct Study<'a> {

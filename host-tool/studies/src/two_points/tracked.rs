@@ -117,7 +117,7 @@ fn adapted(text: &str, ranges_v: [[f64; 2]; 3], law: &str) -> Option<String> {
         let point = point.as_table_mut()?;
         let [low_v, most_v] = *range(point.get("channel")?)?;
         // Millivolts are the finest that a session names.
-        point.insert("threshold".into(), ((1e3 * low_v).round() * 1e-3).into());
+        point.insert("threshold".into(), ((1e3 * low_v).round() / 1e3).into());
         point.insert("max".into(), most_v.into());
         Some(())
     };
