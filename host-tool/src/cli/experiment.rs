@@ -127,9 +127,6 @@ pub(super) fn found(name: &str, again: Option<&Again>) -> Result<Experiment, Lab
 /// No such experiment, no device, a folder that cannot be written, a trial that ended
 /// early.
 pub fn main(args: &ExperimentArgs, output: Output) -> anyhow::Result<()> {
-    if super::hand::is_meant(args) {
-        return super::hand::main(args, output);
-    }
     carry_out(args, output)?.say(output)
 }
 

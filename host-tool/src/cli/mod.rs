@@ -202,6 +202,7 @@ pub fn main() -> ExitCode {
         Command::Serve(args) => serve::main(args, output),
         Command::Edges(args) => edges::main(args, output),
         Command::ExplainModel(args) => explain_model::main(args, output),
+        Command::Experiment(args) if hand::is_meant(args) => hand::main(args, output),
         Command::Experiment(args) => experiment::main(args, output),
         Command::Faults(args) => faults::main(args, output),
         Command::TwoPoints(args) => two_points::main(args, output),
