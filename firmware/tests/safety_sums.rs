@@ -117,6 +117,22 @@ proptest! {
     }
 }
 
+/// A sum that is exactly what a wearer allows is not beyond it.
+#[test]
+fn a_whole_sum_is_not_rounded_up() {
+    // 400 of 16,000 µs are a fortieth: of ten that do not meet, half their current.
+    let train = |n: u32| TrainSpec {
+        period_us: 16_000,
+        ..at(1_000 * n)
+    };
+    let trains: Vec<_> = (0..10).map(|n| (train(n), 6_000)).collect();
+    let sums = Sums::of(&all(&trains));
+    assert_eq!(sums.rms.get(), 3_000);
+    // Of ten that do, 6 mA · 10 / √40 = 9.4868 mA.
+    let trains = vec![(train(0), 6_000); 10];
+    assert_eq!(Sums::of(&all(&trains)).rms.get(), 9_487);
+}
+
 #[test]
 fn ten_channels_at_once_are_told_with_their_sum() {
     let wearer = WearerSpec::default().validate().unwrap();
@@ -133,23 +149,23 @@ fn ten_channels_at_once_are_told_with_their_sum() {
     println!("ten channels at once: limit 200 mA, 10 x 20.1 mA refused with 201 mA");
     // 300 µs apart each first phase meets the second of the one before, which has the
     // other sign; 2 ms apart nothing meets: ten times 40 mA at 200 µs and 50 Hz are
-    // 5.657 mA rms each, √10 times as much together; both rounded up.
+    // 5.657 mA rms each, √10 times as much together, rounded up once.
     assert_eq!(ten(40_000, 300).peak.get(), 40_000);
     let apart = ten(40_000, 2_000);
-    assert_eq!((apart.peak.get(), apart.rms.get()), (40_000, 17_890));
+    assert_eq!((apart.peak.get(), apart.rms.get()), (40_000, 17_889));
     // All at once it is ten times as much, which is above 50 mA.
     let together = Sums {
         peak: max,
         ..ten(40_000, 0)
     };
-    let (sum, max) = (MicroAmps::new(56_570), MicroAmps::new(50_000));
+    let (sum, max) = (MicroAmps::new(56_569), MicroAmps::new(50_000));
     assert_eq!(together.check(&wearer), Err(SumError::Rms { sum, max }));
     // And 2 mA/cm² under a return of 5 cm² are 10 mA.
     let small = WearerSpec {
         return_area_mm2: 500,
         ..WearerSpec::default()
     };
-    let (sum, max) = (MicroAmps::new(17_890), MicroAmps::new(10_000));
+    let (sum, max) = (MicroAmps::new(17_889), MicroAmps::new(10_000));
     let refused = apart.check(&small.validate().unwrap());
     assert_eq!(refused, Err(SumError::Rms { sum, max }));
 }

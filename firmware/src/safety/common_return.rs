@@ -21,19 +21,20 @@ impl Sums {
     #[must_use]
     pub fn of(channels: &[Option<Channel>; CHANNELS]) -> Self {
         let used = || channels.iter().flatten();
-        let mut rms = [0; CHANNELS];
-        for (rms, channel) in rms.iter_mut().zip(used()) {
-            *rms = channel.rms().into();
+        // At most (5e4)² each: a channel keeps `limits::MAX_RMS`.
+        let mut squares = [0; CHANNELS];
+        for (square, channel) in squares.iter_mut().zip(used()) {
+            *square = channel.mean_square(channel.current().get());
         }
         let (mut peak, mut square) = (0, 0);
-        for (place, (channel, own)) in used().zip(rms).enumerate() {
-            square += own * own; // at most 10 · 10 · 5e4² in all
+        for (place, (channel, own)) in used().zip(squares).enumerate() {
+            square += own; // at most 10 · 10 · 5e4² in all
             for is_cathodic in [true, false] {
                 peak = peak.max(channel.peak_with(used(), is_cathodic));
             }
-            for (other, rms) in used().zip(rms).skip(place + 1) {
+            for (other, its) in used().zip(squares).skip(place + 1) {
                 square += if channel.meets(other) {
-                    2 * own * rms
+                    2 * u64::from(root_up(own * its)) // of at most 6.25e18
                 } else {
                     0
                 };
@@ -63,16 +64,22 @@ impl Channel {
     }
 
     /// Rms current at its limit and highest rate, rounded up.
-    fn rms(&self) -> u32 {
-        self.rms_of(self.current().get())
+    #[must_use]
+    pub fn rms(&self) -> MicroAmps {
+        MicroAmps::new(self.rms_of(self.current().get()))
     }
 
     /// Rms current of phases of `ua`, at most 1e5, at its highest rate, rounded up, µA.
     #[inline(never)]
     fn rms_of(&self, ua: u32) -> u32 {
+        root_up(self.mean_square(ua))
+    }
+
+    /// Its square, µA².
+    fn mean_square(&self, ua: u32) -> u64 {
         let ua = u64::from(ua);
         let square = ua * ua * u64::from(self.train.on_us());
-        root_up(square.div_ceil(self.min_period_us.max(1).into()))
+        square.div_ceil(self.min_period_us.max(1).into())
     }
 
     /// The most that flows at the start of one of its phases of a sign.
