@@ -148,7 +148,7 @@ impl Stage {
         Amplitude::new((u64::from(code.get()) * u64::from(self.full_scale().get()) / 65_535) as u32)
     }
 
-    /// Current that the reference stage drives through `ohm` at `code`: up to 100 V
+    /// Current that the reference stage drives through `ohm` at `code`: up to 120 V
     /// from a current stage, up to the limiter from a voltage stage, rounded down. For
     /// simulated boards.
     #[must_use]
@@ -156,7 +156,7 @@ impl Stage {
         let set = u64::from(self.amplitude(code).get());
         let ohm = u64::from(ohm.max(1));
         let ua = match self.0 {
-            StageSpec::Current { .. } => set.min(100_000_000 / ohm),
+            StageSpec::Current { .. } => set.min(120_000_000 / ohm),
             // mV · 1000 / Ω = µA.
             StageSpec::Voltage { .. } => (set * 1000 / ohm).min(self.max_current().get().into()),
         };

@@ -12,7 +12,7 @@ pub const VOLTAGE_STAGE_LIMIT_MA: f64 = 20.0;
 
 /// Highest voltage a current-controlled stage can put across its load, V.
 /// Assumed: enough for the 100 mA hard limit into 1 kΩ.
-pub const CURRENT_STAGE_COMPLIANCE_V: f64 = 100.0;
+pub const CURRENT_STAGE_COMPLIANCE_V: f64 = 120.0;
 
 /// What an output stage tries to drive during a phase.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -104,7 +104,7 @@ mod tests {
     #[test]
     fn stages_limit() {
         assert_eq!(Load::Ohms(500.0).current_ma(Drive::Volts(40.0)), 20.0);
-        assert_eq!(Load::Ohms(5000.0).current_ma(Drive::Milliamps(50.0)), 20.0);
+        assert_eq!(Load::Ohms(5000.0).current_ma(Drive::Milliamps(50.0)), 24.0);
         assert_eq!(
             Load::Ohms(1000.0).mid_phase(Drive::Milliamps(30.0)),
             Reading::Volts(30.0)
