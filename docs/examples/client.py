@@ -190,7 +190,9 @@ def setup_sum(parts):
     return zlib.crc32(b"".join(crcs))
 
 
-CAUSES = "Request HostSilent HandStop ArmExpired Finished ArmKey".split()
+CAUSES = (
+    "Request HostSilent HandStop ArmExpired Finished ArmKey TimeOver DoseReached"
+).split()
 
 
 def from_device(message):

@@ -1,7 +1,8 @@
 //! `flexor faults`: what it tells people and machines, what it writes and refuses.
 
-use crate::program::{folder, ran};
+use crate::program::{flexor, folder, ran, said};
 use serde_json::Value;
+use std::process::{Command, Stdio};
 
 #[test]
 fn declarations_on_the_native_simulator_are_told_and_written() {
@@ -70,4 +71,44 @@ fn what_cannot_be_played_is_refused_by_name() {
         assert_eq!(exit, Some(exits), "{error}");
         assert!(error.contains(wanted), "{error}");
     }
+}
+
+/// What was played is told although its folder went while it was.
+#[test]
+fn a_folder_that_vanishes_takes_only_what_would_be_in_it() {
+    let folder = folder("faults_vanished");
+    let asked = "--json faults --class declarations --device native --count 100000 --out gone";
+    let asked: Vec<&str> = asked.split(' ').collect();
+    let gone = folder.join("gone");
+    let told = loop {
+        let mut command = flexor(&folder, &asked);
+        command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        let program = command.spawn().unwrap();
+        while !gone.join(".lock").exists() {
+            std::thread::yield_now();
+        }
+        while gone.exists() {
+            let _ = std::fs::remove_dir_all(&gone);
+        }
+        let id = program.id().to_string();
+        let sent = Command::new("kill").args(["-INT", &id]).status().unwrap();
+        assert!(sent.success());
+        let (exit, told, _) = said(program.wait_with_output().unwrap());
+        assert_eq!(exit, Some(1), "{told}");
+        let told: Value = serde_json::from_str(&told).unwrap();
+        // Otherwise the folder went before a case was played.
+        if told["result"].is_object() {
+            break told;
+        }
+    };
+    let error = told["error"].as_str().unwrap();
+    assert!(error.contains("gone"), "{error}");
+    assert!(told["folder"].is_null(), "{told}");
+    let cut_short = told["result"]["cut_short"].as_str().unwrap();
+    assert!(cut_short.starts_with("Cut short: "), "{cut_short}");
+    // Nor is an image read that never ends.
+    let endless = ["faults", "--class", "flips", "--image", "/dev/zero"];
+    let (exit, _, error) = ran(&folder, &endless);
+    assert_eq!(exit, Some(1));
+    assert!(error.contains("E531 /dev/zero"), "{error}");
 }

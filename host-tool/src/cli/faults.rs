@@ -12,6 +12,9 @@ use studies::laboratory;
 
 /// Break something at random moments, in forks of a simulated board that stimulates,
 /// and judge what comes out at the electrodes
+///
+/// Ends with 0 when all cases were played, whatever they came to: severe cases and what
+/// the device did not find stand in the table and in result.json.
 #[derive(Args, Debug)]
 pub struct FaultsArgs {
     /// chip or native
@@ -73,18 +76,22 @@ pub fn main(args: &FaultsArgs, output: Output) -> anyhow::Result<()> {
     if !is_whole {
         result.cut_short = Some(format!("Cut short: {done}."));
     }
-    if let Some(place) = &place {
-        write(place.dir(), args.class, &result, &cases)?;
-    }
     let shown = args.only.is_some().then_some(&cases);
-    let machines = json!({ "result": result, "folder": args.out });
-    match interruption.asked().filter(|_| !is_whole) {
+    // What was played is told, whatever becomes of the folder.
+    let written = match &place {
+        Some(place) => write(place.dir(), args.class, &result, &cases),
+        None => Ok(()),
+    };
+    let folder = args.out.as_ref().filter(|_| written.is_ok());
+    let machines = json!({ "result": result, "folder": folder });
+    let ended = interruption.asked().filter(|_| !is_whole);
+    let ended = ended.map(|signal| interrupt::Ended(signal, format!("after {done}")).into());
+    match written.err().or(ended) {
         None => output.say(|| people(&outcome, &notes, shown), || machines),
-        Some(signal) => {
+        Some(error) => {
             if !output.json {
                 output.say(|| people(&outcome, &notes, shown), || Value::Null)?;
             }
-            let error = interrupt::Ended(signal, format!("after {done}")).into();
             let result = machines;
             Err(Incomplete { error, result }.into())
         }

@@ -7,14 +7,14 @@ use super::error::FaultsError;
 use super::kinds::Kinds;
 use super::simulated::{Boards, judged};
 use super::truth::declared_truth;
-use firmware::link::Code;
+use firmware::link::{Code, Request};
 use firmware::lockstep::Sensors;
 use firmware::safety::{Origin, StageKind, StageSpec, StageTable, StageWords};
 use firmware::units::Amplitude;
 use hal_sim::body::{CHANNELS, Load};
 use hal_sim::chip::board::{Board, stages};
 use hal_sim::random::Random;
-use host_core::session::Session;
+use host_core::session::{Channel, Session, Setpoint};
 
 /// Of the streams that this class draws from.
 const STREAM: u64 = 0xDEC1;
@@ -89,6 +89,17 @@ impl<B: Boards> Declared<B> {
         })
     }
 
+    /// What its channel is to put out.
+    fn wanted(&self) -> Request {
+        let session = &self.declaration.scene.session;
+        let index = session.channels.first().map(Channel::index);
+        let mut wanted = session.setpoints.at(0);
+        if let Setpoint::Amplitudes(values) = &mut wanted {
+            values.retain(|(channel, _)| Some(*channel) == index);
+        }
+        wanted.request(None)
+    }
+
     /// One channel of the scene, with this stage.
     fn session(&self, stage: StageKind) -> Session {
         let mut session = self.declaration.scene.session.clone();
@@ -126,11 +137,16 @@ impl Drawn<'_> {
     /// Whether it was refused by its name, and drives nothing. What is true must be taken,
     /// and play.
     fn is_found(&self, refused: &[(u16, String)], drives: bool) -> bool {
-        let is_named = self.refusal().is_none_or(|(code, fields)| {
-            let mut refused = refused.iter();
-            refused.any(|(number, field)| *number == code as u16 && fields.contains(&&**field))
-        });
-        is_named && !drives
+        let mut refused = refused.iter();
+        match self.refusal() {
+            Some((code, fields)) => {
+                let is = |(number, field): &(u16, String)| {
+                    *number == code as u16 && fields.contains(&&**field)
+                };
+                refused.any(is) && !drives
+            }
+            None => refused.next().is_some() || !drives,
+        }
     }
 
     /// The board's two copies of its table, as they are in its flash.
@@ -210,7 +226,7 @@ impl<B: Boards> Draws for Declared<B> {
             }
             bench.configure(&session)?;
         }
-        bench.start(setup, session.setpoints.at(0).request(None))?;
+        bench.start(setup, self.wanted())?;
         let played = bench.run_to(bench.now_us() + self.declaration.timing().runs_us);
         let truth = declared_truth(&has, &[Load::Ohms(LOAD_OHM.into()); CHANNELS]);
         let (fate, verdict) = judged(&mut bench, moment_us, truth);
@@ -251,8 +267,6 @@ fn told(refused: &[(u16, String)], drives: bool) -> String {
         || "refused nothing".to_owned(),
         |(code, field)| format!("refused {code} {field}"),
     );
-    format!(
-        "{first}, {}",
-        if drives { "drives" } else { "drives nothing" }
-    )
+    let drives = if drives { "drives" } else { "drives nothing" };
+    format!("{first}, {drives}")
 }
