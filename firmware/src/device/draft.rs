@@ -11,7 +11,7 @@ use crate::muscle::{MuscleSpec, Recruitment};
 use crate::pulse::{CHANNELS, GroupError, GroupSpec, MAX_GROUPS, check_members};
 use crate::range::{OutOfRange, Range};
 use crate::safety::{
-    Channel, ChannelSpec, Setup, SetupError, Stages, Sums, WearerSpec, check_group,
+    Channel, ChannelSpec, Setup, SetupError, Stages, Sums, Wearer, WearerSpec, check_group,
 };
 use crate::units::Amplitude;
 use heapless::Vec;
@@ -61,6 +61,22 @@ impl Default for Draft {
     /// For a device that takes any stage.
     fn default() -> Self {
         Self::on(Stages::AsDeclared)
+    }
+}
+
+/// What the channel of `spec` is for this wearer; with a `force` at every rate that it
+/// may ask for.
+///
+/// # Errors
+/// The first limit that it exceeds.
+pub fn channel_of(
+    spec: &ChannelSpec,
+    force: Option<&ForceSpec>,
+    wearer: &Wearer,
+) -> Result<Channel, SetupError> {
+    match force {
+        Some(force) => spec.validate_rates(force.min_period_us, force.max_period_us, wearer),
+        None => spec.validate(wearer),
     }
 }
 
@@ -212,13 +228,7 @@ impl Draft {
         let specs = self.channels.iter().zip(&self.forces);
         for (index, (slot, (spec, force))) in (0u8..).zip(channels.iter_mut().zip(specs)) {
             let Some(spec) = spec else { continue };
-            let channel = match force {
-                Some(force) => {
-                    spec.validate_rates(force.min_period_us, force.max_period_us, &wearer)
-                }
-                None => spec.validate(&wearer),
-            };
-            match channel {
+            match channel_of(spec, force.as_ref(), &wearer) {
                 Ok(channel) => *slot = Some(channel),
                 Err(e) => found(Mistake::of(Part::Channel(index))(e))?,
             }

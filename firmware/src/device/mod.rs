@@ -16,7 +16,7 @@ mod pulser;
 mod session;
 
 pub use controller::Controller;
-pub use draft::Draft;
+pub use draft::{Draft, channel_of};
 pub use mail::{ControllerMail, Mailboxes, PulserMail, SessionMail};
 pub use mistake::{Mistake, Part, Rule};
 pub use part::Muscle;

@@ -98,6 +98,8 @@ extensor = 3
 /// What is replaced in [`GOOD`], by what: several of them joined by `;`, with
 /// `⏎` for a new line.
 const BAD: &[&str] = &[
+    // Of the whole session.
+    "rise_ms = 200 → max_session_s = 9",
     // Syntax, names and types.
     "limit = 28.0 → limit = = 28.0",
     "max_charge_uc → max_charge_mc",
@@ -351,9 +353,91 @@ fn every_mistake_is_named_with_its_line() {
     insta::assert_snapshot!(all);
     let expected = [
         400, 401, 402, 403, 404, 405, 406, 407, 408, 409, 410, 420, 421, 430, 431, 432, 440, 441,
-        450, 451, 452, 453, 460, 461, 462, 463, 465, 466, 467, 470, 471, 472, 473, 474, 480,
+        450, 451, 452, 453, 460, 461, 462, 463, 465, 466, 467, 468, 470, 471, 472, 473, 474, 480,
     ];
     assert_eq!(numbers, expected.into_iter().collect());
+}
+
+/// The sum is of every channel that can be played, whatever else is wrong with it, and
+/// names them where they are not all.
+#[test]
+fn a_sum_is_told_beside_other_mistakes() {
+    let told = |edits: &str| {
+        let e = Session::parse("sums.toml", &spoil(GOOD, edits)).unwrap_err();
+        e.lines()
+    };
+    let little = "rise_ms = 200 → max_sum_rms_ma = 2.0";
+    let alone = told(little);
+    let sum = "at their limits put 6.36 mA rms through the common return, allowed are 2 mA, \
+               `wearer.max_sum_rms_ma`; lower limits, widths or frequencies";
+    assert!(alone.contains(&format!("all channels {sum}")), "{alone}");
+    assert!(alone.starts_with("E456") && !alone.contains("return_area"));
+    let dense = format!("{little}; limit = 13.0 → limit = 13.0 ⏎ area_mm2 = 10");
+    let dense = told(&dense);
+    for wanted in [
+        "E454 sums.toml:36:9: at `channel.limit` = 13 mA (13 mA) the train comes to 2.326 mA rms, \
+         allowed are 0.2 mA, 2 mA/cm² under `area_mm2` = 10",
+        &format!("all channels {sum}"),
+    ] {
+        assert!(dense.contains(wanted), "{wanted}\n{dense}");
+    }
+    let partly = told(&format!(
+        "{little}; k = 0.2 → k = 0.2; limit = 36.0 → # no limit"
+    ));
+    assert!(
+        partly.contains("channels 1, 3 and 4 at their limits put 5.37 mA rms"),
+        "{partly}"
+    );
+    let small = told("rise_ms = 200 → return_area_mm2 = 100");
+    let wanted = "allowed are 2 mA, 2 mA/cm² under `wearer.return_area_mm2` = 100; lower limits, \
+                  widths or frequencies, or say `wearer.return_area_mm2` of a larger electrode";
+    assert!(small.contains(wanted), "{small}");
+}
+
+#[test]
+fn what_a_wearer_s_limits_make_of_a_session_is_noted() {
+    let notes = |edits: &str| {
+        let session = Session::parse("notes.toml", &spoil(GOOD, edits)).unwrap();
+        session.notes.join("\n")
+    };
+    assert_eq!(notes("rise_ms = 200 → rise_ms = 200"), "");
+    let rise = notes("rise_ms = 200 → rise_bursts = 500");
+    let wanted = "channel 1: the rise of `wearer.rise_bursts` = 500 takes 10 s, and the session \
+                  lasts 10 s";
+    assert!(rise.starts_with(wanted), "{rise}");
+    // 14 mA · 200 µs = 2.8 µC a burst: 357 of them are less than 1 mC.
+    let dose = notes("rise_ms = 200 → max_dose_mc = 1");
+    let wanted = "channel 1: at its limit `wearer.max_dose_mc` = 1 is reached after 7.14 s, and \
+                  the device stops there";
+    assert!(dose.starts_with(wanted), "{dose}");
+    // Seven bursts are no dose.
+    assert!(!dose.contains("channel 4"), "{dose}");
+}
+
+/// A line that nobody reads is not shown, and a value is not quoted whole.
+#[test]
+fn what_is_wrong_in_a_very_long_line_is_told_in_few() {
+    let long = "x".repeat(200_000);
+    for text in [
+        format!("title = \"{long}"),
+        spoil(
+            GOOD,
+            &format!("duration_s = 10.0 → duration_s = \"{long}\""),
+        ),
+        spoil(
+            GOOD,
+            &format!("[wearer] → [wearer] ⏎ max_rms_ma = 1{}", "0".repeat(5_000)),
+        ),
+    ] {
+        let e = Session::parse("long.toml", &text).unwrap_err();
+        let (drawn, lines) = (render(&e), e.lines());
+        assert!(
+            drawn.len() < 4_000 && lines.len() < 4_000,
+            "{}",
+            &drawn[..1_000]
+        );
+        assert!(drawn.contains("line "), "{drawn}");
+    }
 }
 
 #[test]

@@ -10,6 +10,7 @@ use super::channel::Channel;
 use super::error::Problem;
 use super::fields::SHAPES;
 use super::hold::read_hold;
+use super::limits::anyone;
 use super::muscle::read_muscle;
 use super::table::Table;
 use super::verdict::{tell_channel, tell_muscle};
@@ -19,6 +20,8 @@ use super::verdict::{tell_channel, tell_muscle};
 pub(super) struct Channels {
     /// By rising number.
     pub(super) list: Vec<Channel>,
+    /// Those that could be read and are beyond a limit of their own.
+    pub(super) beyond: Vec<Channel>,
     /// Bit i: channel i on the link is in the file, right or wrong.
     named: u16,
     /// Whether any is wrong.
@@ -54,8 +57,12 @@ impl Channels {
             let mut aside = Draft::default();
             let draft = if is_second { &mut aside } else { &mut *draft };
             match read_channel(t, draft, duration_us, notes) {
-                Some(channel) if !is_second => all.list.push(channel),
-                _ => all.wrong = true,
+                Ok(channel) if !is_second => all.list.push(channel),
+                found => {
+                    let beyond = found.err().flatten().filter(|_| !is_second);
+                    all.beyond.extend(beyond.map(|channel| *channel));
+                    all.wrong = true;
+                }
             }
         }
         all.list.sort_unstable_by_key(|c| c.number);
@@ -92,11 +99,7 @@ impl Channels {
 pub(super) fn read_wearer(root: &Table<'_>) -> WearerSpec {
     let default = WearerSpec::default();
     match root.table("wearer").filter(|t| t.is_sound()) {
-        None if root.has("wearer") => WearerSpec {
-            fall_ms: WearerSpec::FALL_MS.max as u16, // 100 ms
-            host_timeout_ms: WearerSpec::HOST_TIMEOUT_MS.max as u16, // 1 s
-            ..default
-        },
+        None if root.has("wearer") => anyone(),
         None => default,
         Some(t) => WearerSpec {
             max_current_ua: t.whole("max_current_ma"),
@@ -118,20 +121,20 @@ pub(super) fn read_wearer(root: &Table<'_>) -> WearerSpec {
     }
 }
 
-/// Reads one `[[channel]]` into `draft`, and tells what that says of it.
+/// Reads one `[[channel]]` into `draft`, and tells what that says of it. Of one that the
+/// draft refuses its spec is left.
 fn read_channel(
     t: &Table<'_>,
     draft: &mut Draft,
     duration_us: u64,
     notes: &mut Vec<String>,
-) -> Option<Channel> {
+) -> Result<Channel, Option<Box<Channel>>> {
     let number = t.whole("number");
-    let stage = t.part("stage", |s| Some(read_stage(s)))?;
-    let train = t.part("train", |it| Some(read_train(it, number, notes)))?;
-    let (stage, train) = (stage?, train?);
-    if !t.is_sound() {
-        return None;
-    }
+    let stage = t.part("stage", |s| Some(read_stage(s))).flatten();
+    let train = t.part("train", |it| Some(read_train(it, number, notes)));
+    let (Some(stage), Some(train), true) = (stage, train.flatten(), t.is_sound()) else {
+        return Err(None);
+    };
     let spec = ChannelSpec {
         train,
         stage,
@@ -140,28 +143,33 @@ fn read_channel(
     };
     let mut channel = Channel {
         number,
-        name: t.text("name")?.to_owned(),
+        name: t.text("name").ok_or(None)?.to_owned(),
         spec,
         muscle: None,
         force: None,
     };
     let (index, plain) = (channel.index(), channel.clone());
     let told = |mistake| tell_channel(t, &plain, mistake);
-    draft.set_channel(index, spec).map_err(told).ok()?;
-    channel.muscle = t.part("muscle", |m| {
+    if let Err(mistake) = draft.set_channel(index, spec) {
+        told(mistake);
+        return Err(Some(Box::new(channel)));
+    }
+    let muscle = t.part("muscle", |m| {
         let muscle = read_muscle(m, spec.limit, duration_us)?;
         for (place, spec) in muscle.rungs(m) {
             let told = |mistake| tell_muscle(place, t, mistake);
             draft.set_muscle(index, spec).map_err(told).ok()?;
         }
         Some(muscle)
-    })?;
-    channel.force = t.part("force", |f| {
+    });
+    channel.muscle = muscle.ok_or(None)?;
+    let force = t.part("force", |f| {
         let force = read_force(f, &spec.train);
         draft.set_force(index, force).map_err(told).ok()?;
         Some(force)
-    })?;
-    Some(channel)
+    });
+    channel.force = force.ok_or(None)?;
+    Ok(channel)
 }
 
 fn read_stage(t: &Table<'_>) -> StageSpec {

@@ -7,6 +7,8 @@ use std::sync::Arc;
 use super::visible::visible;
 use miette::{Diagnostic, LabeledSpan, NamedSource, Severity, SourceCode};
 
+/// The longest line that is shown with what is wrong in it, bytes.
+const LONGEST_LINE: usize = 1_000;
 /// As many mistakes are told one by one.
 pub(super) const MOST: usize = 200;
 
@@ -105,25 +107,27 @@ problems! {
         "pulses of a burst overlap: `{field}` must be at least {min_us} µs" ""
     441 BurstTooLong { min_us: u32 }
         "a burst runs into the next one: the period must be at least {min_us} µs" ""
-    450 CurrentLimit { limit: String, max_ma: String }
-        "`{field}` = {limit}, allowed are {max_ma} mA" ""
-    451 ChargeLimit { limit: String, max_uc: String }
-        "at `{field}` = {limit} one phase exceeds {max_uc} µC"
+    450 CurrentLimit { limit: String, max_ma: String, by: &'static str }
+        "`{field}` = {limit}, allowed are {max_ma} mA, {by}"
+        "lower the limit"
+    451 ChargeLimit { limit: String, uc: String, max_uc: String }
+        "at `{field}` = {limit} one phase is {uc} µC, allowed are {max_uc} µC, `wearer.max_charge_uc`"
         "lower the limit or the pulse width"
-    452 RmsLimit { limit: String, max_ma: String }
-        "at `{field}` = {limit} the train exceeds {max_ma} mA rms"
+    452 RmsLimit { limit: String, ma: String, max_ma: String }
+        "at `{field}` = {limit} the train comes to {ma} mA rms, allowed are {max_ma} mA, `wearer.max_rms_ma`"
         "lower the limit, the pulse width, the frequency or the number of pulses in a burst"
     453 AboveChannelLimit { channel: u8, limit: String }
-        "`{field}` is {given}, above channel {channel}'s limit of {limit}" ""
-    454 DensityLimit { limit: String, area_mm2: u32, max_ma: String }
-        "at `{field}` = {limit} the train exceeds {max_ma} mA rms, 2 mA/cm² under {area_mm2} mm²"
+        "`{field}` is {given}, allowed is 0 to channel {channel}'s `limit` of {limit}"
+        "ask for what the channel may put out; its `limit` is what its wearer tolerates"
+    454 DensityLimit { limit: String, ma: String, area_mm2: u32, max_ma: String }
+        "at `{field}` = {limit} the train comes to {ma} mA rms, allowed are {max_ma} mA, 2 mA/cm² under `area_mm2` = {area_mm2}"
         "say `area_mm2` of a larger electrode, or lower the limit, the pulse width or the frequency"
-    455 SumLimit { sum_ma: String, max_ma: String }
-        "all channels at their limits put {sum_ma} mA through the common return at once, allowed are {max_ma} mA"
+    455 SumLimit { who: String, sum_ma: String, max_ma: String }
+        "{who} at their limits put {sum_ma} mA through the common return at once, allowed are {max_ma} mA, `wearer.max_sum_ma`"
         "lower limits, or give all trains one period and offsets at least a pulse apart"
-    456 SumRmsLimit { sum_ma: String, max_ma: String }
-        "all channels at their limits put {sum_ma} mA rms through the common return, allowed are {max_ma} mA rms"
-        "lower limits, widths or frequencies, or say `wearer.return_area_mm2` of a larger electrode"
+    456 SumRmsLimit { who: String, sum_ma: String, max_ma: String, by: SumBound }
+        "{who} at their limits put {sum_ma} mA rms through the common return, allowed are {max_ma} mA, {by}"
+        "lower limits, widths or frequencies"
     460 Controlled { channel: u8 }
         "`{field}` names channel {channel}, which the joint or the wall drives" ""
     461 NoJoint { wanted: &'static str }
@@ -146,6 +150,9 @@ problems! {
     467 OutsideBounds { reach: String }
         "`{field}` is {given}, and the file's own setpoints of this channel go {reach}"
         "widen the bounds, or keep the file's setpoints within them"
+    468 SessionTooLong { most_s: u32 }
+        "`{field}` is {given}, allowed are {most_s} s, `wearer.max_session_s`: the device would end it there"
+        "shorten it; `max_session_s` is what the wearer bears since power came up"
     470 OutOfReach { newton: f64, channel: u8, min_n: f64, max_n: f64 }
         "`{field}` is {newton} N: within its limits channel {channel} gives 0 N, and from {min_n} to {max_n} N"
         "ask for a force in there, or raise the channel's `limit` or its `force.max_frequency_hz`"
@@ -163,6 +170,24 @@ problems! {
         "keep one of them"
 }
 
+/// What bounds the rms current of all channels.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum SumBound {
+    /// The wearer's `max_sum_rms_ma`.
+    Wearer,
+    /// 2 mA/cm² under a common return of so many mm².
+    Area(u32),
+}
+
+impl fmt::Display for SumBound {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Wearer => f.write_str("`wearer.max_sum_rms_ma`"),
+            Self::Area(mm2) => write!(f, "2 mA/cm² under `wearer.return_area_mm2` = {mm2}"),
+        }
+    }
+}
+
 impl Problem {
     /// What to do about it, where the message does not say so.
     fn help(&self) -> Option<String> {
@@ -173,6 +198,13 @@ impl Problem {
                     None => format!("possible here: {known}"),
                 })
             }
+            Self::SumRmsLimit {
+                by: SumBound::Area(_),
+                ..
+            } => Some(format!(
+                "{}, or say `wearer.return_area_mm2` of a larger electrode",
+                self.remedy()
+            )),
             _ => Some(self.remedy().to_owned()).filter(|remedy| !remedy.is_empty()),
         }
     }
@@ -275,6 +307,16 @@ impl SessionError {
         Some((line, column))
     }
 
+    /// Whether the lines about its place are of a length that people read.
+    fn is_drawn(&self) -> bool {
+        let text = self.0.file.as_ref().map(|file| &**file.inner());
+        let lines = text.unwrap_or_default().lines();
+        let line = self.line_and_column().map_or(0, |(line, _)| line);
+        // A line of context before and after, and one for the place's own end.
+        let about = lines.skip(line.saturating_sub(2)).take(4);
+        about.map(str::len).max().unwrap_or(0) <= LONGEST_LINE
+    }
+
     /// Number, file, line, column, problem and help in one line, for machines.
     #[must_use]
     pub fn one_line(&self) -> String {
@@ -334,8 +376,11 @@ impl Diagnostic for SessionError {
     }
 
     fn help(&self) -> Option<Box<dyn fmt::Display + '_>> {
-        let help = self.0.problem.help()?;
-        Some(Box::new(help))
+        let help = self.0.problem.help();
+        let place = self.line_and_column().filter(|_| !self.is_drawn());
+        let place = place.map(|(line, column)| format!("line {line}, column {column}"));
+        let both: Vec<String> = place.into_iter().chain(help).collect();
+        (!both.is_empty()).then(|| Box::new(both.join("; ")) as Box<_>)
     }
 
     fn related<'a>(&'a self) -> Option<Box<dyn Iterator<Item = &'a dyn Diagnostic> + 'a>> {
@@ -344,11 +389,12 @@ impl Diagnostic for SessionError {
     }
 
     fn source_code(&self) -> Option<&dyn SourceCode> {
-        self.0.file.as_ref().map(|file| file as &dyn SourceCode)
+        let file = self.0.file.as_ref().filter(|_| self.is_drawn());
+        file.map(|file| file as &dyn SourceCode)
     }
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        let label = self.0.label.clone()?;
+        let label = self.0.label.clone().filter(|_| self.is_drawn())?;
         Some(Box::new(std::iter::once(label)))
     }
 }

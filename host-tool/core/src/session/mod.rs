@@ -19,6 +19,7 @@ mod fields;
 mod hold;
 mod joint;
 mod law;
+mod limits;
 mod manual;
 mod muscle;
 mod schema;

@@ -12,6 +12,7 @@ use super::channels::{Channels, read_wearer};
 use super::error::Problem;
 use super::fields::PARTNERS;
 use super::joint::read_joint;
+use super::limits::{tell_sum, tell_times};
 use super::table::Table;
 use super::verdict::{tell, tell_group};
 use super::wall::read_wall;
@@ -61,6 +62,8 @@ pub(super) fn read_setup(root: &Table<'_>, duration_us: u64, notes: &mut Vec<Str
         mistakes.push(mistake);
         Ok::<(), Infallible>(())
     });
+    tell_sum(root, &wearer, &channels.list, &channels.beyond);
+    tell_times(root, &wearer, &channels.list, notes);
     for mistake in mistakes {
         tell(root, &channels.list, mistake);
     }

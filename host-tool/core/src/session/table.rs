@@ -17,6 +17,9 @@ use super::error::{Place, Problem, SessionError};
 use super::field::{Field, Need, Section, When};
 use super::visible::{blanked, visible};
 
+/// What a message quotes at most of a value, characters.
+const LONGEST_GIVEN: usize = 100;
+
 /// The text of a session file, and what is wrong with it.
 pub(super) struct Document {
     name: String,
@@ -64,10 +67,14 @@ impl Document {
         SessionError::all_of(told)
     }
 
-    /// What the file says at `span`, at most one line.
+    /// What the file says at `span`, at most one line and [`LONGEST_GIVEN`] characters.
     fn given(&self, span: &Range<usize>) -> String {
         let text = self.text.get(span.clone()).unwrap_or_default();
-        text.lines().next().unwrap_or_default().trim().into()
+        let line = text.lines().next().unwrap_or_default().trim();
+        match line.char_indices().nth(LONGEST_GIVEN) {
+            Some((end, _)) => format!("{}…", line.get(..end).unwrap_or_default()),
+            None => line.into(),
+        }
     }
 }
 

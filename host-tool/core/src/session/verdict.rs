@@ -9,13 +9,13 @@ use firmware::haptics::WallError;
 use firmware::muscle::{CalciumForceSpec, LadderError, RecruitmentSpec};
 use firmware::pulse::{GroupError, GroupSpec, TrainError, TrainSpec};
 use firmware::range::{OutOfRange, Range};
-use firmware::safety::{SetupError, SumError};
-use firmware::units::MicroAmps;
+use firmware::safety::SetupError;
 
 use super::channel::Channel;
 use super::decimal::{between, in_units};
 use super::error::Problem;
 use super::law::never_tried;
+use super::limits::beyond;
 use super::table::Table;
 
 /// The longest τc, which a train may leave less of.
@@ -52,29 +52,9 @@ pub(super) fn tell(root: &Table<'_>, channels: &[Channel], mistake: Mistake) {
                 tell_joint_or_wall(t, channels, mistake);
             }
         }
-        Part::Setup => tell_sum(root, mistake.rule),
+        // No channel at all: told. The sum: told for all that can be added.
         // That a channel is not there: told where it is named.
-        Part::Sync => {}
-    }
-}
-
-/// Tells what all channels together put through the common return: at the last one,
-/// with which they do.
-fn tell_sum(root: &Table<'_>, rule: Rule) {
-    let milli = |current: MicroAmps| in_units(current.get().into(), 3);
-    let problem = match rule {
-        Rule::Setup(SetupError::Sum(SumError::Peak { sum, max })) => Problem::SumLimit {
-            sum_ma: milli(sum),
-            max_ma: milli(max),
-        },
-        Rule::Setup(SetupError::Sum(SumError::Rms { sum, max })) => Problem::SumRmsLimit {
-            sum_ma: milli(sum),
-            max_ma: milli(max),
-        },
-        _ => return, // no channel at all: told
-    };
-    if let Some(last) = root.tables("channel").last() {
-        last.say("limit", problem);
+        Part::Setup | Part::Sync => {}
     }
 }
 
@@ -100,36 +80,8 @@ pub(super) fn tell_channel(t: &Table<'_>, channel: &Channel, mistake: Mistake) {
     let Channel { number, spec, .. } = channel;
     let train = t.table("train").unwrap_or(t);
     let milli = |value: u32| in_units(value.into(), 3);
-    let limit = || {
-        let stage = spec.stage.validate();
-        let current_ua = stage.map_or(0, |stage| stage.current(spec.limit).get());
-        format!("{} ({} mA)", channel.display(spec.limit), milli(current_ua))
-    };
     match mistake.rule {
-        Rule::Setup(SetupError::Current { max }) => {
-            let (limit, max_ma) = (limit(), milli(max.get()));
-            t.say("limit", Problem::CurrentLimit { limit, max_ma });
-        }
-        Rule::Setup(SetupError::Charge { max_nc }) => {
-            let (limit, max_uc) = (limit(), milli(max_nc));
-            t.say("limit", Problem::ChargeLimit { limit, max_uc });
-        }
-        Rule::Setup(SetupError::Rms { max }) => {
-            let (limit, max_ma) = (limit(), milli(max.get()));
-            t.say("limit", Problem::RmsLimit { limit, max_ma });
-        }
-        Rule::Setup(SetupError::Density { max }) => {
-            let (limit, max_ma) = (limit(), milli(max.get()));
-            let area_mm2 = spec.area_mm2;
-            t.say(
-                "limit",
-                Problem::DensityLimit {
-                    limit,
-                    area_mm2,
-                    max_ma,
-                },
-            );
-        }
+        Rule::Setup(e) if let Some(problem) = beyond(channel, e) => t.say("limit", problem),
         Rule::Setup(SetupError::Train(TrainError::BurstOverlaps {
             min_interval_us: min_us,
         })) => {

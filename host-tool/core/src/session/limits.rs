@@ -1,0 +1,178 @@
+//! What channels at their limits come to, alone and all together, told with what is
+//! allowed.
+
+use firmware::device::channel_of;
+use firmware::pulse::CHANNELS;
+use firmware::safety::{self, ChannelSpec, SetupError, SumError, Sums, WearerSpec};
+
+use super::channel::Channel;
+use super::decimal::in_units;
+use super::error::{Problem, SumBound};
+use super::table::Table;
+
+/// A wearer who allows whatever any may.
+pub(super) fn anyone() -> WearerSpec {
+    WearerSpec {
+        fall_ms: WearerSpec::FALL_MS.max as u16, // 100 ms
+        host_timeout_ms: WearerSpec::HOST_TIMEOUT_MS.max as u16, // 1 s
+        ..WearerSpec::default()
+    }
+}
+
+/// The channel as it would be on anyone, under the largest electrode; nothing of one that
+/// no wearer allows.
+fn played(channel: &Channel) -> Option<safety::Channel> {
+    let spec = ChannelSpec {
+        area_mm2: ChannelSpec::AREA_MM2.max.cast_unsigned(),
+        ..channel.spec
+    };
+    channel_of(&spec, channel.force.as_ref(), &anyone().validate().ok()?).ok()
+}
+
+/// Which of its own limits a channel is beyond, and by how much.
+pub(super) fn beyond(channel: &Channel, e: SetupError) -> Option<Problem> {
+    let spec = &channel.spec;
+    let milli = |value: u32| in_units(value.into(), 3);
+    let stage = spec.stage.validate().ok()?;
+    let current_ua = stage.current(spec.limit).get();
+    let limit = format!("{} ({} mA)", channel.display(spec.limit), milli(current_ua));
+    // Whatever the wearer and the electrode allow.
+    let ma = || played(channel).map_or_else(|| "more than 50".into(), |it| milli(it.rms().get()));
+    Some(match e {
+        SetupError::Current { max } => Problem::CurrentLimit {
+            limit,
+            max_ma: milli(max.get()),
+            by: match max == stage.max_current() {
+                true => "the most that its kind of stage gives",
+                false => "`wearer.max_current_ma`",
+            },
+        },
+        SetupError::Charge { max_nc } => Problem::ChargeLimit {
+            limit,
+            // µA · µs = pC.
+            uc: in_units(i64::from(current_ua) * i64::from(spec.train.width_us), 6),
+            max_uc: milli(max_nc),
+        },
+        SetupError::Rms { max } => Problem::RmsLimit {
+            limit,
+            ma: ma(),
+            max_ma: milli(max.get()),
+        },
+        SetupError::Density { max } => Problem::DensityLimit {
+            limit,
+            ma: ma(),
+            area_mm2: spec.area_mm2,
+            max_ma: milli(max.get()),
+        },
+        _ => return None,
+    })
+}
+
+/// Tells what channels together put through the common return, at the last one of the
+/// file: of those within their own limits and of those `beyond` them, all that anyone
+/// allows.
+pub(super) fn tell_sum(
+    root: &Table<'_>,
+    wearer: &WearerSpec,
+    channels: &[Channel],
+    beyond: &[Channel],
+) {
+    let both = || channels.iter().chain(beyond);
+    let mut summed = [None; CHANNELS];
+    for (slot, channel) in summed.iter_mut().zip(both()) {
+        *slot = played(channel);
+    }
+    let Ok(wearer) = wearer.validate() else {
+        return; // told
+    };
+    let Err(e) = Sums::of(&summed).check(&wearer) else {
+        return;
+    };
+    let mut numbers: Vec<u8> = both()
+        .zip(&summed)
+        .filter_map(|(channel, slot)| slot.map(|_| channel.number))
+        .collect();
+    let who = match numbers.len() == root.tables("channel").len() {
+        true => "all channels".into(),
+        false => {
+            numbers.sort_unstable();
+            format!("channels {}", listed(&numbers))
+        }
+    };
+    let milli = |ua: u32| in_units(ua.into(), 3);
+    let problem = match e {
+        SumError::Peak { sum, max } => Problem::SumLimit {
+            who,
+            sum_ma: milli(sum.get()),
+            max_ma: milli(max.get()),
+        },
+        SumError::Rms { sum, max } => Problem::SumRmsLimit {
+            who,
+            sum_ma: milli(sum.get()),
+            max_ma: milli(max.get()),
+            by: match max.get() == wearer.spec().max_sum_rms_ua {
+                true => SumBound::Wearer,
+                false => SumBound::Area(wearer.spec().return_area_mm2),
+            },
+        },
+    };
+    if let Some(last) = root.tables("channel").last() {
+        last.say("limit", problem);
+    }
+}
+
+/// Tells that the session lasts longer than its wearer's may, and notes what its
+/// wearer's limits may make of it: that it ends before, or that it is all a rise.
+pub(super) fn tell_times(
+    root: &Table<'_>,
+    wearer: &WearerSpec,
+    channels: &[Channel],
+    notes: &mut Vec<String>,
+) {
+    let duration_us: u64 = root.whole_or("duration_s", 0); // told
+    let seconds = |us: u64| in_units(us.cast_signed(), 6);
+    if duration_us > u64::from(wearer.max_session_s) * 1_000_000 {
+        let most_s = wearer.max_session_s;
+        root.say("duration_s", Problem::SessionTooLong { most_s });
+    }
+    for channel in channels {
+        let (number, train) = (channel.number, &channel.spec.train);
+        let period_us = u64::from(train.period_us);
+        let bursts = u64::from(wearer.rise_bursts) * period_us;
+        if !train.triggered && bursts >= duration_us.max(1) {
+            notes.push(format!(
+                "channel {number}: the rise of `wearer.rise_bursts` = {} takes {} s, and the \
+                 session lasts {} s",
+                wearer.rise_bursts,
+                seconds(bursts),
+                seconds(duration_us)
+            ));
+        }
+        let stage = channel.spec.stage.validate();
+        let ua = stage.map_or(0, |it| it.current(channel.spec.limit).get());
+        let pulses = u64::from(train.width_us) * u64::from(train.burst_count);
+        let burst_pc = u64::from(ua) * pulses; // at most 1e5 · 8 · 500
+        let most_pc = u64::from(wearer.max_dose_mc) * 1_000_000_000;
+        // Channels have a width, a limit and a period.
+        let bursts = most_pc / burst_pc.max(1);
+        let ends_us = bursts * period_us;
+        let has_more = train.repeats == 0 || u64::from(train.repeats) > bursts;
+        if !train.triggered && has_more && ends_us < duration_us {
+            notes.push(format!(
+                "channel {number}: at its limit `wearer.max_dose_mc` = {} is reached after {} s, \
+                 and the device stops there",
+                wearer.max_dose_mc,
+                seconds(ends_us)
+            ));
+        }
+    }
+}
+
+/// "1, 2 and 4".
+fn listed(numbers: &[u8]) -> String {
+    let words: Vec<String> = numbers.iter().map(u8::to_string).collect();
+    match words.split_last() {
+        Some((last, rest)) if !rest.is_empty() => format!("{} and {last}", rest.join(", ")),
+        _ => words.concat(),
+    }
+}
