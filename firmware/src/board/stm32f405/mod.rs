@@ -1,7 +1,7 @@
 //! The stimulator board: an STM32F405RG at 168 MHz, registers only.
 //!
 //! `refill`, `control` and `session` are the contexts of the three owners;
-//! `tape` and `timebase` play pulses; `pins`, `dac`, `adc`, `clock` and
+//! `tape` and `timebase` play pulses, `overdue` watches that they do; `pins`, `dac`, `adc`, `clock` and
 //! `watchdog` are what they are called; `record` and `emergency` are for
 //! faults. In: interrupts, bytes. Out: port words, DAC codes, bytes. RM0090 is
 //! the reference manual, DS8626 the data sheet, ES0182 the errata sheet.
@@ -11,6 +11,7 @@ mod clock;
 mod control;
 mod dac;
 mod emergency;
+mod overdue;
 mod pace;
 mod pins;
 mod record;
@@ -86,7 +87,7 @@ pub async fn run(_: Spawner) -> ! {
     // Proof: the task's one slot is free, for nothing else spawns it.
     control::start(controller, controller_mail, &mut core.NVIC).expect("spawned here only");
     // SAFETY: once, and no other context touches tape or pins.
-    if let Err(fault) = unsafe { refill::start(latched, pulser_mail, &mut core.NVIC) } {
+    if let Err(fault) = unsafe { refill::start(latched, pulser_mail, &mut core.NVIC, core.SYST) } {
         emergency::reset_with(fault, 0);
     }
     let port = Port {

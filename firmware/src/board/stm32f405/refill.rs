@@ -1,6 +1,7 @@
 //! The Pulser's context: the interrupt 2 µs into each 250 µs window renders
 //! the next one. The over-current and supply interrupts share its priority,
-//! the highest, so none of the three can interrupt another.
+//! the highest, and so does the second clock, by which it is overdue: none of the four
+//! can interrupt another.
 
 use super::adc::{self, Sequence};
 use super::control::{TICK, Tick};
@@ -8,7 +9,7 @@ use super::pac::{EXTI, Interrupt, SYSCFG};
 use super::tape::{self, Half, Tape};
 use super::timebase::Instant;
 use super::watchdog::{self, Owner};
-use super::{Urgency, dac, emergency, pins, record, registers, timebase, usb_clock};
+use super::{Urgency, dac, emergency, overdue, pins, record, registers, timebase, usb_clock};
 use crate::device::{Pulser, PulserMail, REFILL_OFFSET_US, WINDOWS_PER_TICK};
 use crate::pulse::tape::paint;
 use crate::pulse::{Levels, Sample, WINDOW_US, WindowPlan};
@@ -16,7 +17,8 @@ use crate::safety::{Fault, FaultRecord, Inputs, Reading, State};
 use crate::units::{Micros, us};
 use core::ptr::null_mut;
 use core::sync::atomic::{AtomicPtr, Ordering};
-use cortex_m::peripheral::NVIC;
+use cortex_m::peripheral::{NVIC, SYST};
+use cortex_m_rt::exception;
 use embassy_stm32::interrupt;
 use static_cell::StaticCell;
 
@@ -25,6 +27,8 @@ use static_cell::StaticCell;
 const DEFAULT_SAMPLE_US: u32 = 125;
 
 struct Refill {
+    /// Interrupts when the next refill is overdue.
+    second_clock: SYST,
     pulser: Pulser,
     mail: PulserMail<'static>,
     /// `None` after a fault stop, until a plan wants outputs again.
@@ -43,7 +47,7 @@ static MEMORY: StaticCell<Refill> = StaticCell::new();
 /// Null until `start`; then reached from interrupts of one priority only.
 static REFILL: AtomicPtr<Refill> = AtomicPtr::new(null_mut());
 
-/// Runs `act` on the refill, from one of its three interrupts.
+/// Runs `act` on the refill, from one of its four interrupts.
 fn with_refill(act: impl FnOnce(&mut Refill)) {
     // SAFETY: points into `MEMORY`, exclusively: `start` gave its reference
     // away, and interrupts of one priority do not interrupt one another.
@@ -64,10 +68,12 @@ pub unsafe fn start(
     latched: Option<FaultRecord>,
     mail: PulserMail<'static>,
     nvic: &mut NVIC,
+    second_clock: SYST,
 ) -> Result<(), Fault> {
     // In place: it is too large to lie on the stack first.
     let refill = MEMORY.init_with(|| Refill {
         recorded: latched.is_some(),
+        second_clock,
         pulser: Pulser::new(latched),
         mail,
         tape: None,
@@ -79,6 +85,7 @@ pub unsafe fn start(
     });
     // SAFETY: the caller's promise: there is no other tape or user of one.
     refill.tape = Some(unsafe { Tape::start(&refill.plan, None)? });
+    overdue::start(&mut refill.second_clock);
     REFILL.store(refill, Ordering::Release);
     watch_over_current();
     for line in [Interrupt::TIM2, Interrupt::EXTI9_5, Interrupt::PVD] {
@@ -106,6 +113,12 @@ fn TIM2() {
     with_refill(Refill::run);
 }
 
+/// At the refill's priority, which is that of reset.
+#[exception]
+fn SysTick() {
+    with_refill(Refill::is_overdue);
+}
+
 #[interrupt]
 fn EXTI9_5() {
     tape::stop();
@@ -121,6 +134,7 @@ fn PVD() {
 
 impl Refill {
     fn run(&mut self) {
+        self.second_clock.clear_current();
         let synchronised = self.synchronise();
         let (start, half) = self.playing;
         let next = start + us(WINDOW_US);
@@ -151,6 +165,13 @@ impl Refill {
         self.clear_acknowledged();
         self.tick(start + us(REFILL_OFFSET_US));
         watchdog::check_in(Owner::Pulser);
+    }
+
+    /// Its own clock did not bring it: nothing that plays is to be trusted.
+    fn is_overdue(&mut self) {
+        if self.tape.is_some() {
+            self.stop(Fault::MissedDeadline);
+        }
     }
 
     /// Isolates and latches `fault`; the outputs first, for the rest takes 20 µs.

@@ -5,7 +5,7 @@
 //! numbers: a check that shared the code of what it checks would share its mistakes.
 //! Left out is what shows by what it does: most of TIM1, DMA2 and what clocks TIM2, in
 //! the tape's positions and the count of cycles (`Tape::check`); the refill's interrupt,
-//! in the watchdog.
+//! in the second clock.
 
 use crate::safety::Fault;
 use crate::seal::fold;
@@ -23,6 +23,7 @@ const GPIOC: u32 = 0x4002_0800;
 const GPIOD: u32 = 0x4002_0C00;
 const RCC: u32 = 0x4002_3800;
 const FLASH: u32 = 0x4002_3C00;
+const SYST: u32 = 0xE000_E010;
 const NVIC: u32 = 0xE000_E100;
 
 /// Whether registers are what they must be: addresses, bits that count, values. One
@@ -77,6 +78,8 @@ fn inputs_hold() -> bool {
         SYSCFG + 0x0C, 0xF000 => 0; // EXTICR2: line 7 is port A's
         PWR, 0xF0 => 0xD0; // CR: supply watch at level 6
         NVIC, 0x0080_0002 => 0x0080_0002; // ISER0: EXTI9_5, PVD
+        SYST, 0x7 => 0x7; // CSR: core clock, interrupt, on
+        SYST + 0x04, 0x00FF_FFFF => 50_399; // RVR: overdue after 300 µs
     }
 }
 
