@@ -1,9 +1,9 @@
 //! The stimulator board: an STM32F405RG at 168 MHz, registers only.
 //!
 //! `refill`, `control` and `session` are the contexts of the three owners;
-//! `tape` and `timebase` play pulses, `overdue` watches that they do; `pins`, `dac`, `adc`, `clock` and
-//! `watchdog` are what they are called; `record` and `emergency` are for
-//! faults. In: interrupts, bytes. Out: port words, DAC codes, bytes. RM0090 is
+//! `tape` and `timebase` play pulses, `overdue` watches that they do; `pins`,
+//! `dac`, `adc`, `clock` and `watchdog` are what they are called; `record` and
+//! `emergency` are for faults. In: interrupts, bytes. Out: port words, DAC codes, bytes. RM0090 is
 //! the reference manual, DS8626 the data sheet, ES0182 the errata sheet.
 
 mod adc;

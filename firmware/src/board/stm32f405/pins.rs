@@ -42,16 +42,9 @@ const SYNC_2: usize = 2;
 /// EXTI line of the over-current input: PA7 (RM0090 section 12.2.5).
 pub const OVER_CURRENT_LINE: usize = OVER_CURRENT;
 
-/// Writes isolated to both ports by the CPU and drops the pump. Holds only
-/// while no play stream runs.
+/// Writes isolated to both ports by the CPU and drops the pump, clocked or not before.
+/// Holds only while no play stream runs.
 pub fn isolate() {
-    GPIOB.bsrr().write(|w| w.0 = ISOLATED_B | PUMP_LOW);
-    GPIOC.bsrr().write(|w| w.0 = ISOLATED_C);
-}
-
-/// Makes every pin what the table says. First thing after reset: outputs get
-/// their isolated level before they are outputs, so no edge is seen.
-pub fn init() {
     RCC.ahb1enr().modify(|w| {
         w.set_gpioaen(true);
         w.set_gpioben(true);
@@ -59,6 +52,13 @@ pub fn init() {
         w.set_gpioden(true);
     });
     let _ = RCC.ahb1enr().read(); // ES0182: delay after clock enabling
+    GPIOB.bsrr().write(|w| w.0 = ISOLATED_B | PUMP_LOW);
+    GPIOC.bsrr().write(|w| w.0 = ISOLATED_C);
+}
+
+/// Makes every pin what the table says. First thing after reset: outputs get
+/// their isolated level before they are outputs, so no edge is seen.
+pub fn init() {
     isolate();
     select_dac(None);
     for pin in 0..16 {

@@ -57,6 +57,8 @@ fn pins_hold() -> bool {
         RCC + 0x08, 0x0000_FCFF => 0x0000_940A; // CFGR: PLL; AHB / 1, APB1 / 4, APB2 / 2
         FLASH, 0x0707 => 0x0705; // ACR: 5 wait states, caches on
         TIM1 + 0x34, 0xFFFF => 8; // CCR1: when in its microsecond port C moves
+        TIM1 + 0x38, 0xFFFF => 20; // CCR2: when tape B is erased
+        TIM1 + 0x3C, 0xFFFF => 32; // CCR3: and tape C
     }
 }
 
@@ -64,13 +66,13 @@ fn pins_hold() -> bool {
 fn inputs_hold() -> bool {
     hold! {
         RCC + 0x30, 0x0040_000F => 0x0040_000F; // AHB1ENR: GPIOA–D, DMA2
-        RCC + 0x40, 0x1000_8001 => 0x1000_8001; // APB1ENR: PWR, SPI3, TIM2
+        RCC + 0x40, 0x1000_8009 => 0x1000_8009; // APB1ENR: PWR, SPI3, TIM5, TIM2
         RCC + 0x44, 0x0000_4101 => 0x0000_4101; // APB2ENR: SYSCFG, ADC1, TIM1
         TIM2 + 0x04, 0x70 => 0x60; // CR2: TRGO is OC3REF
         TIM2 + 0x18, 0xFFFF => 0x31; // CCMR1: capture, filtered
         TIM2 + 0x20, 0x3 => 0x1; // CCER: rising edge
         ADC1 + 0x04, 0x03C0_FFFF => 0x0100; // CR1: twelve bits, scan
-        ADC1 + 0x08, 0x003F_0001 => 0x0013_0001; // CR2: TIM2's TRGO, rising, on
+        ADC1 + 0x08, 0x003F_0801 => 0x0013_0001; // CR2: TIM2's TRGO, rising, to the right, on
         ADC1 + 0x38, 0x003F_FFFF => 0x0010_0400; // JSQR: current, then angle
         SPI3, 0xFFFF => 0xCB45; // CR1: master, 16 bits, mode 1
         EXTI, 0x0001_0080 => 0x0001_0080; // IMR: over-current, supply
