@@ -9,10 +9,12 @@
 mod claims;
 mod contacts;
 mod error;
+mod experiments;
 mod held;
 mod pattern;
 mod points;
 mod population;
+mod replication;
 mod study;
 mod summary;
 mod tracked;
@@ -22,9 +24,11 @@ mod wearers;
 
 pub use claims::{Torques, judged};
 pub use error::TwoPointsError;
+pub use experiments::{Condition, EXPERIMENTS, Experiment, Protocol, Stimulated};
 pub use held::Hold;
 pub use pattern::{PERIOD_US, Pattern, Points, WIDTH_US};
 pub use population::{DECLARED, Person, Population};
+pub use replication::{Averages, CONDUCTED, PATTERNS, Replication};
 pub use study::{Cell, Drawn, Known, Numbers, Prepared, prepare};
 pub use summary::{HEAD, Summary};
 pub use tracked::{LAWS, Method};

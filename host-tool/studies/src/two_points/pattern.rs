@@ -12,6 +12,8 @@ pub const WIDTH_US: u32 = 200;
 
 /// Phase differences of the conducted patterns, µs.
 const CONDUCTED_US: [u32; 10] = [0, 50, 100, 150, 200, 500, 1_000, 2_000, 5_000, 10_000];
+/// How many of them come without an isolated one.
+const SHORT: usize = 6;
 /// Of the isolated ones.
 const ISOLATED_US: [u32; 4] = [1_000, 2_000, 5_000, 10_000];
 
@@ -88,6 +90,37 @@ impl Pattern {
         }
     }
 
+    /// The number of figure 5, the same for both orders; none of one point. Isolated ones
+    /// are 7, 9, 11 and 13: text and table 5 agree in it, figure 11's caption does not.
+    #[must_use]
+    pub fn number(&self) -> Option<usize> {
+        let after_us = self.after_us()?;
+        let place = CONDUCTED_US.iter().position(|&it| it == after_us)?;
+        Some(match place.checked_sub(SHORT) {
+            None => place,
+            Some(place) => SHORT + 2 * place + usize::from(self.isolated),
+        })
+    }
+
+    /// "A then B after 2000 µs, conducted".
+    #[must_use]
+    pub fn in_words(&self) -> String {
+        let name = |point| if point == A { "A" } else { "B" };
+        let state = if self.isolated {
+            "isolated"
+        } else {
+            "conducted"
+        };
+        match self.points {
+            Points::One(point) => format!("{} alone, {state}", name(point)),
+            Points::Two { after_us: 0, .. } => format!("A and B together, {state}"),
+            Points::Two { first, after_us } => {
+                let (first, second) = (name(first), name(1 - first));
+                format!("{first} then {second} after {after_us} µs, {state}")
+            }
+        }
+    }
+
     /// When each point's pulse begins, µs; the second of two may begin next period.
     fn begins_us(&self) -> [Option<u32>; 2] {
         match self.points {
@@ -135,6 +168,19 @@ mod tests {
         assert_eq!(Pattern::two().len(), 25);
         let isolated = Pattern::two().iter().filter(|p| p.isolated).count();
         assert_eq!(isolated, 7);
+    }
+
+    #[test]
+    fn numbers_are_figure_5_s() {
+        let mut numbers = [0; 14];
+        for pattern in Pattern::two() {
+            let number = pattern.number().unwrap();
+            numbers[number] += 1;
+            assert_eq!(pattern.isolated, number >= 7 && number % 2 == 1);
+        }
+        assert_eq!(numbers, [1, 2, 2, 2, 2, 2, 2, 2, 2, 2, 2, 2, 1, 1]);
+        assert_eq!(Pattern::usual().number(), Some(8));
+        assert_eq!(Pattern::one()[0].number(), None);
     }
 
     #[test]

@@ -1,0 +1,175 @@
+//! A replication of experiment 1 or 2 (Hamana 2022, III-A4 and III-B2): averages of
+//! patterns over whoever took part, and the paper's tests of them.
+
+use super::experiments::{Condition, Experiment, Stimulated};
+use super::pattern::Points;
+use hal_sim::body::hand::spec::A;
+use host_core::statistics::{friedman, paired_t};
+
+/// Patterns of figure 5.
+pub const PATTERNS: usize = 14;
+/// Its conducted ones, by rising phase difference; the isolated ones follow the last four.
+pub const CONDUCTED: [usize; 10] = [0, 1, 2, 3, 4, 5, 6, 8, 10, 12];
+
+/// What a participant came to.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Averages {
+    /// By the number of figure 5: individuation index, or torque as a part of the greatest
+    /// pattern's. `None` where every trial was left out.
+    pub patterns: [Option<f64>; PATTERNS],
+    /// One point, conducted and isolated, the larger of A and B each; experiment 2 alone.
+    pub one_point: Option<[f64; 2]>,
+    /// Trials left out.
+    pub left_out: usize,
+    /// Of so many.
+    pub of: usize,
+}
+
+/// A statistic and its p.
+pub type Test = Option<[f64; 2]>;
+
+/// What the tests say of a replication.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Replication {
+    /// Averages over participants.
+    pub patterns: [Option<f64>; PATTERNS],
+    /// Over participants: one point, conducted and isolated.
+    pub one_point: Option<[f64; 2]>,
+    /// χ² over conducted phase differences.
+    pub friedman: Test,
+    /// t of conducted against isolated, over phase differences.
+    pub isolation: Test,
+    /// t of each pattern against one point conducted, over participants.
+    pub table_5: [Test; PATTERNS],
+    /// Participants.
+    pub n: usize,
+}
+
+fn mean(all: impl IntoIterator<Item = f64>) -> Option<f64> {
+    let (sum, count) = all
+        .into_iter()
+        .fold((0.0, 0), |(sum, count), it| (sum + it, count + 1));
+    (count > 0).then(|| sum / f64::from(count))
+}
+
+impl Averages {
+    /// Of a session of experiment 1 or 2.
+    #[must_use]
+    pub fn of(experiment: Experiment, conditions: &[Condition], all: &[Stimulated]) -> Self {
+        let value = |it: &Stimulated| match experiment {
+            Experiment::Torque => Some(it.torque_nm),
+            _ => it.individuation,
+        };
+        let of = |is: &dyn Fn(&Condition) -> bool| {
+            let all = all.iter().filter(|it| is(&conditions[it.condition]));
+            mean(all.filter_map(value))
+        };
+        let mut patterns: [Option<f64>; PATTERNS] =
+            std::array::from_fn(|number| of(&|it| it.pattern.number() == Some(number)));
+        let one = |isolated| {
+            let points = [A, 1 - A].map(|point| {
+                of(&|it| it.pattern.points == Points::One(point) && it.pattern.isolated == isolated)
+            });
+            points.into_iter().flatten().reduce(f64::max)
+        };
+        let mut one_point = one(false).zip(one(true)).map(|(c, i)| [c, i]);
+        if experiment == Experiment::Torque {
+            let greatest = patterns.into_iter().flatten().fold(0.0, f64::max);
+            let part = |it: f64| (greatest > 0.0).then(|| it / greatest);
+            patterns = patterns.map(|it| it.and_then(part));
+            one_point = one_point.and_then(|[c, i]| Some([part(c)?, part(i)?]));
+        }
+        Self {
+            patterns,
+            one_point,
+            left_out: all.iter().filter(|it| value(it).is_none()).count(),
+            of: all.len(),
+        }
+    }
+}
+
+impl Replication {
+    /// Of these participants; tests that cannot be made of them are missing.
+    #[must_use]
+    pub fn of(participants: &[Averages]) -> Self {
+        let patterns = std::array::from_fn(|number| {
+            mean(participants.iter().filter_map(|it| it.patterns[number]))
+        });
+        let pick = |of: &dyn Fn(&Averages) -> Option<f64>| mean(participants.iter().filter_map(of));
+        let one = |place: usize| pick(&move |it: &Averages| it.one_point.map(|both| both[place]));
+        let subjects: Vec<Vec<f64>> = participants
+            .iter()
+            .filter_map(|it| CONDUCTED.iter().map(|&n| it.patterns[n]).collect())
+            .collect();
+        let friedman = friedman(&subjects).ok().map(|it| [it.chi_squared, it.p]);
+        let late = |isolated: usize| {
+            let numbers = [6, 8, 10, 12].map(|number| patterns[number + isolated]);
+            numbers.into_iter().collect::<Option<Vec<f64>>>()
+        };
+        let isolation = late(0)
+            .zip(late(1))
+            .and_then(|(conducted, isolated)| tested(&conducted, &isolated));
+        let table_5 = std::array::from_fn(|number| {
+            let pairs = participants.iter().filter_map(|it| {
+                let [conducted, _] = it.one_point?;
+                Some((it.patterns[number]?, conducted))
+            });
+            let (two, one): (Vec<f64>, Vec<f64>) = pairs.unzip();
+            tested(&two, &one)
+        });
+        Self {
+            patterns,
+            one_point: one(0).zip(one(1)).map(|(c, i)| [c, i]),
+            friedman,
+            isolation,
+            table_5,
+            n: participants.len(),
+        }
+    }
+}
+
+fn tested(first: &[f64], second: &[f64]) -> Test {
+    paired_t(first, second).ok().map(|it| [it.t, it.p])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn averages(of: impl Fn(usize) -> f64) -> Averages {
+        Averages {
+            patterns: std::array::from_fn(|number| Some(of(number))),
+            one_point: Some([0.3, 0.2]),
+            left_out: 0,
+            of: 25,
+        }
+    }
+
+    #[test]
+    fn tests_are_of_what_the_paper_says() {
+        // All rank conducted patterns alike: χ² is n (k - 1).
+        let all = [1.0, 2.0, 3.0].map(|by| averages(|number| by + 0.01 * number as f64));
+        let of = Replication::of(&all);
+        let [chi_squared, _] = of.friedman.unwrap();
+        assert!((chi_squared - 27.0).abs() < 1e-9, "{chi_squared}");
+        // Isolated ones exceed conducted ones by 0.01 at every phase difference.
+        let apart = Replication::of(&[
+            averages(|number| 0.1 * (number % 3) as f64),
+            averages(|number| 0.01 * number as f64),
+        ]);
+        let means = |number: usize| apart.patterns[number].unwrap();
+        let differences = [6, 8, 10, 12].map(|n| means(n) - means(n + 1));
+        let mean = differences.iter().sum::<f64>() / 4.0;
+        let spread = differences.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / 3.0;
+        let [t, _] = apart.isolation.unwrap();
+        assert!((t - mean / (spread / 4.0).sqrt()).abs() < 1e-9, "{t}");
+        let [conducted, isolated] = of.one_point.unwrap();
+        assert!((conducted - 0.3).abs() < 1e-12 && (isolated - 0.2).abs() < 1e-12);
+        let mut gone = averages(|_| 1.0);
+        gone.patterns[3] = None;
+        let few = Replication::of(&[gone, averages(|n| n as f64)]);
+        assert_eq!(few.friedman, None, "one whole subject is none");
+        assert_eq!(few.table_5[3], None);
+        assert_eq!(few.n, 2);
+    }
+}
