@@ -22,10 +22,10 @@ use studies::laboratory::{
 /// Run a paper's protocol on a device; then, simulated, with wearers drawn at random
 #[derive(Args, Debug)]
 pub struct ExperimentArgs {
-    /// hamana-4, hamana-hold, open-trains, harris-wall or one of its sequels (-decides, -gentle, -why,
-    /// -yields), or the file of a declaration
+    /// hamana-1 to hamana-4, hamana-posture, hamana-hold, open-trains, harris-wall or one of its
+    /// sequels (-decides, -gentle, -why, -yields), or the file of a declaration
     pub(super) name: String,
-    /// hamana-4 and hamana-hold on a forearm that is a mechanism: P, Q, R, S, or all
+    /// Of the Hamana experiments, on a forearm that is a mechanism: P, Q, R, S, or all
     #[arg(long)]
     pub(super) wearer: Option<String>,
     /// native, chip, qemu, a serial port, or tcp:HOST:PORT

@@ -17,6 +17,7 @@ mod muscle;
 mod new;
 mod operator;
 mod out;
+mod patterns;
 mod perform;
 mod profile;
 mod report;
@@ -202,6 +203,7 @@ pub fn main() -> ExitCode {
         Command::Serve(args) => serve::main(args, output),
         Command::Edges(args) => edges::main(args, output),
         Command::ExplainModel(args) => explain_model::main(args, output),
+        Command::Experiment(args) if patterns::is_meant(args) => patterns::main(args, output),
         Command::Experiment(args) if hand::is_meant(args) => hand::main(args, output),
         Command::Experiment(args) => experiment::main(args, output),
         Command::Faults(args) => faults::main(args, output),

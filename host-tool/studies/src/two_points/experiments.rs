@@ -227,7 +227,10 @@ impl Wearer {
         for trial in 0..protocol.trials_of(experiment) {
             let jitter = |axis| 1e-3 * population.jitter_mm * normal(2 * trial + axis);
             let jitter = [jitter(0), jitter(1)];
-            for (place, index) in shuffled(conditions.len(), &mut random).into_iter().enumerate() {
+            for (place, index) in shuffled(conditions.len(), &mut random)
+                .into_iter()
+                .enumerate()
+            {
                 let condition = &conditions[index];
                 let number = trial * conditions.len() as u64 + place as u64;
                 let strength = 1.0 + population.force_noise * standard_normal(!seed, number);

@@ -7,6 +7,7 @@
 //! whom each claim holds. All simulated: no evidence about people.
 
 mod claims;
+mod compared;
 mod contacts;
 mod error;
 mod experiments;
@@ -23,6 +24,7 @@ mod voltages;
 mod wearers;
 
 pub use claims::{Torques, judged};
+pub use compared::{Session, compared};
 pub use error::TwoPointsError;
 pub use experiments::{Condition, EXPERIMENTS, Experiment, Protocol, Stimulated};
 pub use held::Hold;

@@ -67,9 +67,12 @@ impl Averages {
         let mut patterns: [Option<f64>; PATTERNS] =
             std::array::from_fn(|number| of(&|it| it.pattern.number() == Some(number)));
         let one = |isolated| {
-            let points = [A, 1 - A].map(|point| {
-                of(&|it| it.pattern.points == Points::One(point) && it.pattern.isolated == isolated)
-            });
+            let points =
+                [A, 1 - A].map(|point| {
+                    of(&|it| {
+                        it.pattern.points == Points::One(point) && it.pattern.isolated == isolated
+                    })
+                });
             points.into_iter().flatten().reduce(f64::max)
         };
         let mut one_point = one(false).zip(one(true)).map(|(c, i)| [c, i]);
