@@ -25,7 +25,8 @@ pub struct ExperimentArgs {
     /// hamana-1 to hamana-4, hamana-posture, hamana-hold, open-trains, harris-wall or one of its
     /// sequels (-decides, -gentle, -why, -yields), or the file of a declaration
     pub(super) name: String,
-    /// Of the Hamana experiments, on a forearm that is a mechanism: P, Q, R, S, or all
+    /// Of the Hamana experiments, on a forearm that is a mechanism: P, Q, R, S, all, or a
+    /// file that describes a wearer (docs/two_points.md)
     #[arg(long)]
     pub(super) wearer: Option<String>,
     /// native, chip, qemu, a serial port, or tcp:HOST:PORT

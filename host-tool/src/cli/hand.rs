@@ -56,8 +56,7 @@ pub(super) fn main(args: &ExperimentArgs, output: Output) -> anyhow::Result<()> 
             args.device
         ));
     }
-    let name = args.wearer.as_deref().filter(|name| *name != "all");
-    let participants = Participants::declared(name)?;
+    let participants = Participants::asked(args.wearer.as_deref())?;
     let population = Population::declared()?;
     let seed = args.seed.unwrap_or(participants.seed);
     let draws = args.draws.unwrap_or(participants.draws);
@@ -238,7 +237,9 @@ impl Study<'_> {
                 .map(move |(why, count)| format!("{name}: {count} of {draws} draws: {why}."))
         });
         let is = (seed, draws) == (self.participants.seed, self.participants.draws);
-        let files = [("population.toml", DECLARED), ("wearers.toml", WEARERS)];
+        let own = self.participants.own.as_deref();
+        let wearers = own.map_or(("wearers.toml", WEARERS), |own| ("wearer", own));
+        let files = [("population.toml", DECLARED), wearers];
         Outcome {
             name: self.args.name.clone(),
             title: match self.is_hold() {

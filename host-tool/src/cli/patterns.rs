@@ -139,7 +139,7 @@ impl Study {
         // The paper's experiment 3 is P's.
         let default = (experiment == Experiment::Intensities).then_some("P");
         let name = args.wearer.as_deref().or(default);
-        let participants = Participants::declared(name.filter(|it| *it != "all"))?;
+        let participants = Participants::asked(name)?;
         let draws = args.draws.unwrap_or(participants.draws);
         if draws == 0 || draws > MOST {
             return wrong(format!("--draws is {draws}, allowed is 1 to {MOST}"));
@@ -219,10 +219,11 @@ impl Study {
             .into_iter()
             .map(|((name, why), count)| format!("{name}: {count} of {draws} draws: {why}."));
         let is = (self.seed, draws) == (self.participants.seed, self.participants.draws);
+        let own = self.participants.own.as_deref();
         let files = [
             ("experiments.toml", EXPERIMENTS),
             ("population.toml", DECLARED),
-            ("wearers.toml", WEARERS),
+            own.map_or(("wearers.toml", WEARERS), |own| ("wearer", own)),
         ];
         Outcome {
             name: args.name.clone(),
@@ -257,9 +258,37 @@ const MEANING: &str = "Ours is the median, low and high the 5th and 95th percent
                        that have a number: replications by whoever of the participants has points \
                        and voltages in them.";
 
+/// The experiment whose rows are of five fingers each.
+const FINGERS: &str = "hamana-3";
+
+/// Medians of each finger at each intensity, %, and how many draws have them.
+fn fingers(rows: &[Row]) -> String {
+    let mut text = format!("{:<36}{:>4}", "median, % of the finger's range", "n");
+    let names = rows.iter().take(5);
+    let names = names.filter_map(|it| it.quantity.rsplit(", ").next());
+    text.extend(names.map(|name| format!("{name:>8}")));
+    for all in rows.chunks(5) {
+        let Some(first) = all.first() else { continue };
+        let name = first.quantity.rsplit_once(", ");
+        let name = name.map_or("", |(name, _)| name);
+        text += &format!("\n{name:<36.36}{:>4}", first.n);
+        for it in all {
+            let ours = it
+                .ours
+                .map_or_else(|| "-".to_owned(), |it| format!("{it:.1}"));
+            text += &format!("{ours:>8}");
+        }
+    }
+    text + "\n"
+}
+
 /// Rows, shares and notes in 80 columns.
 fn people(result: &Outcome) -> String {
-    let number = |it: Option<f64>| it.map_or_else(|| "-".to_owned(), |it| format!("{it:.3}"));
+    let number = |it: Option<f64>| match it {
+        None => "-".to_owned(),
+        Some(it) if it.abs() >= 100.0 => format!("{it:.0}"),
+        Some(it) => format!("{it:.3}"),
+    };
     let mut text = format!(
         "{:<42}{:>4}{:>9}{:>8}{:>8}{:>9}\n",
         "", "n", "median", "5 %", "95 %", "paper"
@@ -275,10 +304,12 @@ fn people(result: &Outcome) -> String {
             row.n
         )
     };
-    text.extend(result.rows.iter().map(line));
+    match result.name == FINGERS {
+        true => text = fingers(&result.rows),
+        false => text.extend(result.rows.iter().map(line)),
+    }
     text += "\n";
     let line = |it: &Share| {
-        let name = format!("{} {}", it.at, it.claim);
         let paper = match it.paper {
             None => "paper: -",
             Some(true) => "paper: yes",
@@ -286,9 +317,7 @@ fn people(result: &Outcome) -> String {
         };
         format!(
             "{:<50.50}{:>4} of {:<5}{paper}\n",
-            name.trim(),
-            it.holds,
-            it.of
+            it.claim, it.holds, it.of
         )
     };
     text.extend(result.shares.iter().map(line));

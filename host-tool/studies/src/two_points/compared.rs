@@ -44,7 +44,7 @@ fn row(id: &str, quantity: String, unit: &str, paper: Option<f64>, mut all: Vec<
 
 /// In how many of `all` that could be judged it holds.
 fn claim(
-    (id, at): (&str, &str),
+    id: &str,
     claim: String,
     paper: Option<bool>,
     all: impl IntoIterator<Item = Option<bool>>,
@@ -57,7 +57,7 @@ fn claim(
     let interval = share(holds as f64, of, 0.95).ok();
     Share {
         id: id.to_owned(),
-        at: at.to_owned(),
+        at: String::new(),
         claim,
         paper,
         holds,
@@ -206,13 +206,13 @@ fn pattern_claims(is_torque: bool, protocol: &Protocol, all: &[Replication]) -> 
     };
     let mut shares = vec![
         claim(
-            ("phase-difference", ""),
+            "phase-difference",
             "phase differences differ (Friedman)".into(),
             Some(!is_torque),
             all.iter().map(|it| significant(it.friedman)),
         ),
         claim(
-            ("isolation", ""),
+            "isolation",
             "conducted and isolated differ (paired t)".into(),
             Some(is_torque),
             all.iter().map(|it| significant(it.isolation)),
@@ -220,20 +220,20 @@ fn pattern_claims(is_torque: bool, protocol: &Protocol, all: &[Replication]) -> 
     ];
     if is_torque {
         shares.push(claim(
-            ("conducted-more", ""),
+            "conducted-more",
             "conducted pulls more at 1, 2, 5, 10 ms".into(),
             Some(true),
             all.iter().map(more),
         ));
         shares.push(claim(
-            ("one-alike", ""),
+            "one-alike",
             "one point alike, conducted or isolated".into(),
             Some(true),
             all.iter()
                 .map(|it| it.one_point.map(|[c, i]| ALIKE.contains(&(c / i)))),
         ));
         shares.push(claim(
-            ("two-more", ""),
+            "two-more",
             "conducted two points pull more than one".into(),
             Some(true),
             all.iter().map(|it| {
@@ -244,7 +244,7 @@ fn pattern_claims(is_torque: bool, protocol: &Protocol, all: &[Replication]) -> 
         ));
     } else {
         shares.push(claim(
-            ("selective", ""),
+            "selective",
             format!("above {} from pattern 5 on", protocol.selective),
             Some(true),
             all.iter().map(|it| {
@@ -253,7 +253,7 @@ fn pattern_claims(is_torque: bool, protocol: &Protocol, all: &[Replication]) -> 
             }),
         ));
         shares.push(claim(
-            ("together-worst", ""),
+            "together-worst",
             "together least selective of all".into(),
             Some(true),
             all.iter().map(|it| {
@@ -330,7 +330,7 @@ fn intensities(sessions: &[Session]) -> (Vec<Row>, Vec<Share>) {
             .map(|it| Some(others(it, ['g', 'h', 'i'])? > others(it, ['d', 'e', 'f'])?));
         let id = format!("over-{who}");
         let words = "others bend more 4 V above the greatest".to_owned();
-        shares.push(claim((&id, who), words, Some(true), bend));
+        shares.push(claim(&id, format!("{who}: {words}"), Some(true), bend));
     }
     (rows, shares)
 }
@@ -380,7 +380,12 @@ fn posture_claims(
     let of = |id: &str, words: String, holds: fn([[f64; 3]; 2], f64) -> bool| {
         let id = format!("{id}-{who}");
         let all = bent.iter().map(|it| Some(holds(*it, least_deg)));
-        claim((&id, who), words, is_printed.then_some(true), all)
+        claim(
+            &id,
+            format!("{who}: {words}"),
+            is_printed.then_some(true),
+            all,
+        )
     };
     [
         of(

@@ -9,8 +9,14 @@ pub enum TwoPointsError {
     #[error("E621 the population's declaration: {0}")]
     Declaration(String),
     /// Nobody of this name.
-    #[error("E624 there is no wearer `{0}`; there are P, Q, R and S")]
+    #[error("E624 there is no wearer `{0}`; there are P, Q, R and S, or a file that ends in .toml")]
     Nobody(String),
+    /// A wearer's file.
+    #[error("E625 {0}: {1}")]
+    Wearer(String, String),
+    /// A wearer's file that is none.
+    #[error("E626 {0} cannot be read: {1}")]
+    Unreadable(String, String),
     /// A hand.
     #[error("E622 a drawn hand cannot be; change its field in the population's declaration")]
     Hand(#[from] InvalidHand),

@@ -12,6 +12,7 @@ mod contacts;
 mod error;
 mod experiments;
 mod held;
+mod own;
 mod pattern;
 mod points;
 mod population;

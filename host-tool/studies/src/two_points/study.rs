@@ -7,7 +7,7 @@ use super::points;
 use super::population::{Person, Population, rule, without};
 use super::trials::Trials;
 use super::voltages::{MOST_V, Voltages, calibrate};
-use hal_sim::body::hand::field::{Field, Shape};
+use hal_sim::body::hand::field::{Field, Pad, Shape};
 use hal_sim::body::hand::spec::{ROUND_M, SMALL_M};
 use hal_sim::body::hand::{Hand, HandSpec, InvalidHand};
 
@@ -52,12 +52,14 @@ pub struct Numbers {
     pub claims: [Option<bool>; 8],
 }
 
+/// The usual one.
+pub(super) const ROUND: Shape = Shape::Round {
+    diameter_m: ROUND_M,
+};
 /// The shapes that are tried, one after the other: the small one where no selective points
 /// are found with the round one (Hamana 2022, II-B).
 const SHAPES: [Shape; 2] = [
-    Shape::Round {
-        diameter_m: ROUND_M,
-    },
+    ROUND,
     Shape::Rectangle {
         along_m: SMALL_M[0],
         around_m: SMALL_M[1],
@@ -82,6 +84,8 @@ pub struct Known {
     pub threshold_v: f64,
     /// The same of B and the extensor's point, where they are known.
     pub others_v: Option<[f64; 2]>,
+    /// Where A, B and the extensor's electrode lie, m, where it is known.
+    pub pads_m: Option<[[f64; 2]; 3]>,
     /// Where searches end.
     pub most_v: f64,
 }
@@ -95,7 +99,10 @@ pub fn prepare(spec: &HandSpec, known: Known) -> Result<Result<Prepared, Drawn>,
     let units = spec.motor_units();
     let mut missing = Drawn::NoPoints;
     for (shape, is_small) in SHAPES.into_iter().zip([false, true]) {
-        let Some(pads) = points::search(spec, &field, &units, shape) else {
+        let placed = known
+            .pads_m
+            .map(|all| all.map(|[x_m, y_m]| Pad { x_m, y_m, shape }));
+        let Some(pads) = placed.or_else(|| points::search(spec, &field, &units, shape)) else {
             continue;
         };
         let mut hand = Hand::new(spec.clone(), pads)?;
@@ -125,6 +132,7 @@ impl Known {
         Self {
             threshold_v: person.threshold_v,
             others_v: None,
+            pads_m: None,
             most_v: MOST_V,
         }
     }

@@ -1,12 +1,14 @@
 //! Hamana 2022's participants, each drawn many times where the paper leaves them open.
 
 use super::error::TwoPointsError;
+use super::own::own;
 use super::population::Population;
 use super::study::{Drawn, Known, Prepared, prepare};
 use super::voltages::{Voltages, search_extensor};
 use hal_sim::body::hand::{FittedHand, Hand, HandSpec};
 use hal_sim::random::{standard_normal, word};
 use serde::Deserialize;
+use std::path::Path;
 
 /// `two_points/wearers.toml`.
 pub const WEARERS: &str = include_str!("../../../two_points/wearers.toml");
@@ -26,6 +28,9 @@ pub struct Participants {
     /// The participants.
     #[serde(rename = "wearer")]
     pub all: Vec<Participant>,
+    /// The file of whoever is none of the paper's.
+    #[serde(skip)]
+    pub own: Option<String>,
 }
 
 /// A participant, as far as the paper says.
@@ -40,6 +45,9 @@ pub struct Participant {
     pub around_m: f64,
     /// Table 7: thresholds of A, B and the extensor's point, V; R has none.
     pub thresholds_v: Option<[f64; 3]>,
+    /// Where the middles of A, B and the extensor's electrode lie, m: along from the
+    /// elbow, around from the palmar midline. They are searched where it is not known.
+    pub pads_m: Option<[[f64; 2]; 3]>,
     /// What is printed of what comes out.
     pub paper: Option<Printed>,
 }
@@ -71,19 +79,24 @@ pub struct Wearer {
 
 /// Where searches end, V: the device's 20 mA into the 2 kΩ that the sessions declare. It
 /// is the paper's greatest too (table 3).
-const DEVICE_V: f64 = 40.0;
+pub(super) const DEVICE_V: f64 = 40.0;
 /// Of a trial's jitter and strength.
 const TRIALS: u64 = 0x7121;
 
 impl Participants {
-    /// The program's own; with `name`, that one alone.
+    /// The program's own, for nobody or "all"; with a name, that one alone; with a file
+    /// (`.toml`), whoever it describes.
     ///
     /// # Errors
     /// They cannot be read, or there is nobody of this name.
-    pub fn declared(name: Option<&str>) -> Result<Self, TwoPointsError> {
+    pub fn asked(whom: Option<&str>) -> Result<Self, TwoPointsError> {
         let mut read: Self =
             toml::from_str(WEARERS).map_err(|e| TwoPointsError::Declaration(e.to_string()))?;
-        if let Some(name) = name {
+        let path = whom.map(Path::new);
+        if let Some(path) = path.filter(|it| it.extension().is_some_and(|it| it == "toml")) {
+            let (participant, text) = own(path)?;
+            (read.all, read.own) = (vec![participant], Some(text));
+        } else if let Some(name) = whom.filter(|it| *it != "all") {
             read.all.retain(|it| it.name == name);
             if read.all.is_empty() {
                 return Err(TwoPointsError::Nobody(name.to_owned()));
@@ -117,9 +130,11 @@ impl Participant {
             Some([threshold_v, b, e]) => Known {
                 threshold_v,
                 others_v: Some([b, e]),
+                pads_m: self.pads_m,
                 most_v: DEVICE_V,
             },
             None => Known {
+                pads_m: self.pads_m,
                 most_v: DEVICE_V,
                 ..Known::drawn(&person)
             },
