@@ -2,8 +2,8 @@
 //! electrodes.
 
 use super::error::TwoPointsError;
+use super::participant::{DEVICE_V, Participant};
 use super::study::ROUND;
-use super::wearers::{DEVICE_V, Participant};
 use hal_sim::body::hand::HandSpec;
 use hal_sim::body::hand::field::Pad;
 use serde::Deserialize;

@@ -2,6 +2,7 @@
 
 use super::error::TwoPointsError;
 use super::own::own;
+use super::participant::{DEVICE_V, Participant};
 use super::population::Population;
 use super::study::{Drawn, Known, Prepared, prepare};
 use super::voltages::{Voltages, search_extensor};
@@ -33,39 +34,6 @@ pub struct Participants {
     pub own: Option<String>,
 }
 
-/// A participant, as far as the paper says.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Participant {
-    /// P, Q, R or S.
-    pub name: String,
-    /// Table 1: elbow to tip of the hand, m.
-    pub reach_m: f64,
-    /// Table 1: around the forearm, m.
-    pub around_m: f64,
-    /// Table 7: thresholds of A, B and the extensor's point, V; R has none.
-    pub thresholds_v: Option<[f64; 3]>,
-    /// Where the middles of A, B and the extensor's electrode lie, m: along from the
-    /// elbow, around from the palmar midline. They are searched where it is not known.
-    pub pads_m: Option<[[f64; 2]; 3]>,
-    /// What is printed of what comes out.
-    pub paper: Option<Printed>,
-}
-
-/// What the paper printed of a participant.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Printed {
-    /// Table 7: greatest voltages of A, B and the extensor's point, V.
-    pub most_v: [f64; 3],
-    /// Table 7.
-    pub r_th: f64,
-    /// Table 8: mean RMSE with one point and with two, °.
-    pub rmse_deg: [f64; 2],
-    /// III-D6: how far the finger sank with one point and with two, °.
-    pub sinks_deg: [f64; 2],
-}
-
 /// A participant's forearm, drawn, its searches done.
 #[derive(Clone, Debug)]
 pub struct Wearer {
@@ -77,9 +45,6 @@ pub struct Wearer {
     pub extensor_v: [f64; 2],
 }
 
-/// Where searches end, V: the device's 20 mA into the 2 kΩ that the sessions declare. It
-/// is the paper's greatest too (table 3).
-pub(super) const DEVICE_V: f64 = 40.0;
 /// Of a trial's jitter and strength.
 const TRIALS: u64 = 0x7121;
 
