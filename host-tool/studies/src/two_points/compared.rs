@@ -129,7 +129,7 @@ fn patterns(
             let values = all.iter().filter_map(|it| Some(it.table_5[number]?[0]));
             let name = format!("pattern {number} against one point, t");
             let paper = Some(protocol.paper.table_5[number]);
-            let id = format!("table-5-{number:02}");
+            let id = format!("pattern {number}/t against one point");
             rows.push(row(&id, name, "", paper, values.collect()));
         }
     }
@@ -154,6 +154,10 @@ fn patterns(
 }
 
 fn pattern_rows(one_point: Option<[f64; 2]>, all: &[Replication]) -> Vec<Row> {
+    let measured = match one_point {
+        None => "Individuation index",
+        Some(_) => "Torque, part of the greatest pattern",
+    };
     let mut rows = Vec::new();
     let named = Pattern::two().into_iter().filter_map(|pattern| {
         let state = if pattern.isolated {
@@ -169,7 +173,7 @@ fn pattern_rows(one_point: Option<[f64; 2]>, all: &[Replication]) -> Vec<Row> {
     for (number, (after_us, state)) in named {
         let values = all.iter().filter_map(|it| it.patterns[number]);
         let name = format!("pattern {number}, {after_us} µs, {state}");
-        let id = format!("pattern-{number:02}");
+        let id = format!("{name}/{measured}");
         rows.push(row(&id, name, "", None, values.collect()));
     }
     if let Some(paper) = one_point {
@@ -179,7 +183,7 @@ fn pattern_rows(one_point: Option<[f64; 2]>, all: &[Replication]) -> Vec<Row> {
                 .enumerate()
                 .map(|(place, state)| {
                     let values = all.iter().filter_map(|it| Some(it.one_point?[place]));
-                    let id = format!("one-point-{state}");
+                    let id = format!("one point, {state}/{measured}");
                     row(
                         &id,
                         format!("one point, {state}"),
@@ -304,13 +308,12 @@ fn intensities(sessions: &[Session]) -> (Vec<Row>, Vec<Share>) {
         }
         names.sort_unstable();
         for name in names {
-            let letter = name.split(':').next().unwrap_or(name);
             for (digit, called) in DIGITS.into_iter().enumerate() {
                 let values = own
                     .iter()
                     .filter_map(|it| mean(it, |c| c.name == name, |s| 100.0 * s.flexed[digit]));
-                let id = format!("{who}-{letter}-{called}");
                 let quantity = format!("{who}, {name}, {called}");
+                let id = format!("{quantity}/Angle, % of the finger's range");
                 rows.push(row(&id, quantity, "% of range", None, values.collect()));
             }
         }
@@ -359,8 +362,8 @@ fn postures(protocol: &Protocol, sessions: &[Session]) -> (Vec<Row>, Vec<Share>)
         for (method, name) in ["one point", "two points"].into_iter().enumerate() {
             for (place, lies) in LIES_DEG.into_iter().enumerate() {
                 let values = bent.iter().map(|it| it[method][place]).collect();
-                let id = format!("{who}-{}-{lies}", ["one", "two"][method]);
                 let quantity = format!("{who}, {name}, {lies}° pronated");
+                let id = format!("{quantity}/Index finger (°)");
                 rows.push(row(&id, quantity, "°", None, values));
             }
         }

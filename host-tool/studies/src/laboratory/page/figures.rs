@@ -194,8 +194,7 @@ pub(super) fn measures(outcome: &Outcome) -> String {
     let mut ids: Vec<String> = outcome.rows.iter().filter_map(id).collect();
     let mut known = BTreeSet::new();
     ids.retain(|id| known.insert(id.clone()));
-    let known = ids.iter().filter_map(|id| named(id));
-    let panels = known.filter_map(|measure| panel(measure, &outcome.rows));
+    let panels = ids.iter().filter_map(|id| panel(id, &outcome.rows));
     let whose = match outcome.declared.draws {
         0 => "median of the rounds",
         _ => "median of the wearers",
@@ -222,8 +221,9 @@ pub(super) fn measures(outcome: &Outcome) -> String {
     panels.enumerate().map(one).collect()
 }
 
-fn panel(measure: &Measure, rows: &[Row]) -> Option<Panel> {
-    let end = format!("/{}", measure.id);
+/// Of the rows of a measure: the laboratory's of this id, or one of this name.
+fn panel(id: &str, rows: &[Row]) -> Option<Panel> {
+    let end = format!("/{id}");
     let own: Vec<&Row> = rows.iter().filter(|row| row.id.ends_with(&end)).collect();
     let numbers = own.iter().flat_map(|row| [row.low, row.high, row.paper]);
     let (low, high) = range(numbers.flatten())?;
@@ -233,9 +233,12 @@ fn panel(measure: &Measure, rows: &[Row]) -> Option<Panel> {
         .iter()
         .map(|row| shortened(11.0, &name(row), NAME, false));
     let y = Axis::rows("", names);
-    let title = match measure.unit {
-        "" => measure.quantity.to_owned(),
-        unit => format!("{} ({unit})", measure.quantity),
+    let title = match named(id) {
+        None => id.to_owned(),
+        Some(Measure {
+            quantity, unit: "", ..
+        }) => (*quantity).to_owned(),
+        Some(Measure { quantity, unit, .. }) => format!("{quantity} ({unit})"),
     };
     let x = Axis::linear("", (low - room, high + room), 6.0);
     let mut panel = Panel::new(&title, x, y, own.len() as f64 * 18.0);
