@@ -6,6 +6,7 @@
 //! In: a cell (rule, ground, operating point), a seed. Out: shares of drawn wearers in
 //! whom each claim holds. All simulated: no evidence about people.
 
+mod angles;
 mod claims;
 mod compared;
 mod contacts;
@@ -18,6 +19,7 @@ mod pattern;
 mod points;
 mod population;
 mod replication;
+mod sessions;
 mod study;
 mod summary;
 mod tracked;
@@ -26,7 +28,7 @@ mod voltages;
 mod wearers;
 
 pub use claims::{Torques, judged};
-pub use compared::{Session, compared};
+pub use compared::compared;
 pub use error::TwoPointsError;
 pub use experiments::{Condition, EXPERIMENTS, Experiment, Protocol, Stimulated};
 pub use held::Hold;
@@ -34,6 +36,7 @@ pub use participant::{Participant, Printed};
 pub use pattern::{PERIOD_US, Pattern, Points, WIDTH_US};
 pub use population::{DECLARED, Person, Population};
 pub use replication::{Averages, CONDUCTED, PATTERNS, Replication};
+pub use sessions::Session;
 pub use study::{Cell, Drawn, Known, Numbers, Prepared, prepare};
 pub use summary::{HEAD, Summary};
 pub use tracked::{LAWS, Method};

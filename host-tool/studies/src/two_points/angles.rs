@@ -1,0 +1,152 @@
+//! Experiment 3 and posture (Hamana 2022, III-C and III-D6): how far fingers bend.
+
+use super::experiments::{Condition, Protocol, Stimulated};
+use super::pattern::{Pattern, Points};
+use super::sessions::{Session, claim, mean, people, row};
+use crate::laboratory::{Row, Share};
+use hal_sim::body::hand::spec::{A, B};
+use host_core::statistics::paired_t;
+
+const DIGITS: [&str; 5] = ["thumb", "index", "middle", "ring", "little"];
+
+/// Every finger at each intensity, % of its range.
+pub(super) fn intensities(sessions: &[Session]) -> (Vec<Row>, Vec<Share>) {
+    let (mut rows, mut shares) = (Vec::new(), Vec::new());
+    for (who, _) in people(sessions) {
+        let own: Vec<&Session> = sessions.iter().filter(|it| it.participant == who).collect();
+        let mut names: Vec<&str> = Vec::new();
+        for condition in own.iter().flat_map(|it| &it.conditions) {
+            if !names.contains(&&*condition.name) {
+                names.push(&condition.name);
+            }
+        }
+        names.sort_unstable();
+        for name in names {
+            for (digit, called) in DIGITS.into_iter().enumerate() {
+                let values = own
+                    .iter()
+                    .filter_map(|it| mean(it, |c| c.name == name, |s| 100.0 * s.flexed[digit]));
+                let quantity = format!("{who}, {name}, {called}");
+                let id = format!("{quantity}/Angle, % of the finger's range");
+                rows.push(row(&id, quantity, "% of range", None, values.collect()));
+            }
+        }
+        let others = |it: &Session, letters: [char; 3]| {
+            let of = |letter: char| {
+                let sum = |s: &Stimulated| s.flexed.iter().sum::<f64>() - s.flexed[1];
+                mean(it, |c| c.name.starts_with(letter), sum)
+            };
+            letters
+                .map(of)
+                .into_iter()
+                .collect::<Option<Vec<f64>>>()
+                .map(|all| all.iter().sum::<f64>())
+        };
+        let bend = own
+            .iter()
+            .map(|it| Some(others(it, ['g', 'h', 'i'])? > others(it, ['d', 'e', 'f'])?));
+        let id = format!("over-{who}");
+        let words = "others bend more 4 V above the greatest".to_owned();
+        shares.push(claim(&id, format!("{who}: {words}"), Some(true), bend));
+    }
+    (rows, shares)
+}
+
+/// The index finger at each pronation, one point and two, °.
+pub(super) fn postures(protocol: &Protocol, sessions: &[Session]) -> (Vec<Row>, Vec<Share>) {
+    const LIES_DEG: [f64; 3] = [0.0, 45.0, 90.0];
+    let (mut rows, mut shares) = (Vec::new(), Vec::new());
+    let mut all = Vec::new();
+    for (who, is_printed) in people(sessions) {
+        let own = sessions.iter().filter(|it| it.participant == who);
+        let bent: Vec<[[f64; 3]; 2]> = own
+            .filter_map(|it| {
+                let of = |points: Points| {
+                    let at = LIES_DEG.map(|lies| {
+                        let is =
+                            |c: &Condition| c.pattern.points == points && c.pronated_deg == lies;
+                        mean(it, is, |s| s.index_deg)
+                    });
+                    let [none, half, whole] = at;
+                    Some([none?, half?, whole?])
+                };
+                let [a, b] = [of(Points::One(A))?, of(Points::One(B))?];
+                let better = if a[0] >= b[0] { a } else { b };
+                Some([better, of(Pattern::usual().points)?])
+            })
+            .collect();
+        for (method, name) in ["one point", "two points"].into_iter().enumerate() {
+            for (place, lies) in LIES_DEG.into_iter().enumerate() {
+                let values = bent.iter().map(|it| it[method][place]).collect();
+                let quantity = format!("{who}, {name}, {lies}° pronated");
+                let id = format!("{quantity}/Index finger (°)");
+                rows.push(row(&id, quantity, "°", None, values));
+            }
+        }
+        shares.extend(posture_claims(who, is_printed, protocol, &bent));
+        all.extend(bent);
+    }
+    rows.extend(rotation(&all));
+    (rows, shares)
+}
+
+/// A paired t-test of 0° against 90° over every draw of everybody, one point and two: Bao
+/// 2018's abstract finds no significant effect of rotation, Hamana 2022 that one point
+/// falls.
+fn rotation(bent: &[[[f64; 3]; 2]]) -> Vec<Row> {
+    let mut rows = Vec::new();
+    for (method, name) in ["one point", "two points"].into_iter().enumerate() {
+        let at = |place: usize| bent.iter().map(|it| it[method][place]).collect::<Vec<_>>();
+        let test = paired_t(&at(0), &at(2)).ok();
+        for (what, value) in [("t", test.map(|it| it.t)), ("p", test.map(|it| it.p))] {
+            rows.push(Row {
+                id: format!("rotation, {name}, {what}"),
+                quantity: format!("0° against 90°, {name}, all draws, {what}"),
+                unit: String::new(),
+                paper: None,
+                ours: value,
+                low: None,
+                high: None,
+                n: bent.len(),
+            });
+        }
+    }
+    rows
+}
+
+/// Of angles by method and pronation.
+fn posture_claims(
+    who: &str,
+    is_printed: bool,
+    protocol: &Protocol,
+    bent: &[[[f64; 3]; 2]],
+) -> [Share; 3] {
+    let least_deg = protocol.posture_deg;
+    let of = |id: &str, words: String, holds: fn([[f64; 3]; 2], f64) -> bool| {
+        let id = format!("{id}-{who}");
+        let all = bent.iter().map(|it| Some(holds(*it, least_deg)));
+        claim(
+            &id,
+            format!("{who}: {words}"),
+            is_printed.then_some(true),
+            all,
+        )
+    };
+    [
+        of(
+            "one-falls",
+            "one point bends most at 0°".into(),
+            |[one, _], _| one[0] > one[1] && one[0] > one[2],
+        ),
+        of(
+            "two-more",
+            "two points bend more than one at 90°".into(),
+            |[one, two], _| two[2] > one[2],
+        ),
+        of(
+            "two-enough",
+            format!("two points reach {least_deg}° at 45°"),
+            |[_, two], least_deg| two[1] >= least_deg,
+        ),
+    ]
+}

@@ -1,0 +1,90 @@
+//! Sessions of experiments 1 to 3 and posture, and how their numbers and claims are told.
+
+use super::experiments::{Condition, Stimulated};
+use crate::laboratory::{Row, Share};
+use host_core::statistics::{quantile_of, share};
+
+/// One participant's session of one draw.
+#[derive(Clone, Debug)]
+pub struct Session {
+    /// Whose.
+    pub participant: String,
+    /// Whether the paper tells of them in the additional experiment.
+    pub is_printed: bool,
+    /// Which replication.
+    pub draw: u64,
+    /// What was stimulated.
+    pub conditions: Vec<Condition>,
+    /// In the order in which it was.
+    pub stimulated: Vec<Stimulated>,
+}
+
+/// Median, 5th and 95th percentile of `all`.
+pub(super) fn row(
+    id: &str,
+    quantity: String,
+    unit: &str,
+    paper: Option<f64>,
+    mut all: Vec<f64>,
+) -> Row {
+    all.sort_unstable_by(f64::total_cmp);
+    let at = |part| (!all.is_empty()).then(|| quantile_of(&all, part));
+    Row {
+        id: id.to_owned(),
+        quantity,
+        unit: unit.to_owned(),
+        paper,
+        ours: at(0.5),
+        low: at(0.05),
+        high: at(0.95),
+        n: all.len(),
+    }
+}
+
+/// In how many of `all` that could be judged it holds.
+pub(super) fn claim(
+    id: &str,
+    claim: String,
+    paper: Option<bool>,
+    all: impl IntoIterator<Item = Option<bool>>,
+) -> Share {
+    let judged: Vec<bool> = all.into_iter().flatten().collect();
+    let (holds, of) = (
+        judged.iter().filter(|it| **it).count() as u64,
+        judged.len() as u64,
+    );
+    let interval = share(holds as f64, of, 0.95).ok();
+    Share {
+        id: id.to_owned(),
+        at: String::new(),
+        claim,
+        paper,
+        holds,
+        of,
+        low: interval.map(|it| it.low),
+        high: interval.map(|it| it.high),
+    }
+}
+
+/// Mean over the trials of the condition that `is`.
+pub(super) fn mean(
+    session: &Session,
+    is: impl Fn(&Condition) -> bool,
+    of: impl Fn(&Stimulated) -> f64,
+) -> Option<f64> {
+    let all = session.stimulated.iter();
+    let own = all.filter(|it| is(&session.conditions[it.condition]));
+    let (sum, count) = own.fold((0.0, 0), |(sum, count), it| (sum + of(it), count + 1));
+    (count > 0).then(|| sum / f64::from(count))
+}
+
+/// Whoever took part, in the order of the sessions.
+pub(super) fn people(sessions: &[Session]) -> Vec<(&str, bool)> {
+    let mut all: Vec<(&str, bool)> = Vec::new();
+    for it in sessions {
+        if !all.iter().any(|(name, _)| *name == it.participant) {
+            all.push((&it.participant, it.is_printed));
+        }
+    }
+    all
+}
