@@ -83,8 +83,9 @@ fn a_folder_that_vanishes_takes_only_what_would_be_in_it() {
     let told = loop {
         let mut command = flexor(&folder, &asked);
         command.stdout(Stdio::piped()).stderr(Stdio::piped());
-        let program = command.spawn().unwrap();
+        let mut program = command.spawn().unwrap();
         while !gone.join(".lock").exists() {
+            assert_eq!(program.try_wait().unwrap(), None, "it ended by itself");
             std::thread::yield_now();
         }
         while gone.exists() {
