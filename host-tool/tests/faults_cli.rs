@@ -1,6 +1,6 @@
 //! `flexor faults`: what it tells people and machines, what it writes and refuses.
 
-use crate::program::{flexor, folder, ran, said};
+use crate::program::{flexor, folder, ran, repeats, said};
 use serde_json::Value;
 use std::process::{Command, Stdio};
 
@@ -35,6 +35,7 @@ fn declarations_on_the_native_simulator_are_told_and_written() {
     }
     let rows = std::fs::read_to_string(folder.join("one/faults.csv")).unwrap();
     assert_eq!(rows.lines().count(), 13);
+    repeats(&folder, "one");
     // What is there stays.
     let (exit, _, error) = ran(&folder, &[&few[..], &["--out", "one"]].concat());
     assert_eq!(exit, Some(1));

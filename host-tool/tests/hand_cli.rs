@@ -1,6 +1,6 @@
 //! `flexor experiment hamana-4 --wearer` and `hamana-hold`: what they tell, write, refuse.
 
-use crate::program::{folder, ran, written};
+use crate::program::{folder, ran, repeats, written};
 use serde_json::Value;
 
 fn twice(name: &str, arguments: &[&str]) -> Value {
@@ -111,6 +111,7 @@ fn a_wearer_of_one_s_own_comes_from_a_file() {
     let (exit, told, _) = ran(&folder, &asked);
     assert_eq!(exit, Some(0), "{told}");
     let told: Value = serde_json::from_str(&told).unwrap();
+    repeats(&folder, "own");
     let sums = &told["result"]["declared"]["sha256"];
     assert!(sums["wearer"].is_string() && sums["wearers.toml"].is_null());
     let told = told["result"].to_string();

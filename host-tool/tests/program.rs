@@ -60,6 +60,25 @@ pub fn ran(folder: &Path, arguments: &[&str]) -> Said {
     said(flexor(folder, arguments).output().unwrap())
 }
 
+/// Types the command of the page in `folder/out` and writes into `folder/again`: the same
+/// result.
+pub fn repeats(folder: &Path, out: &str) {
+    let read =
+        |out: &str, file: &str| std::fs::read_to_string(folder.join(out).join(file)).unwrap();
+    let page = read(out, "result.html");
+    let (_, command) = page.split_once("<pre>flexor ").unwrap();
+    let (command, _) = command.split_once("</pre>").unwrap();
+    let mut words: Vec<&str> = command.split_whitespace().collect();
+    words.extend(["--out", "again"]);
+    let (exit, people, error) = ran(folder, &words);
+    assert_eq!(exit, Some(0), "{command}: {people}{error}");
+    assert_eq!(
+        read(out, "result.json"),
+        read("again", "result.json"),
+        "{command}"
+    );
+}
+
 /// A simulated board in a process of its own, killed when dropped.
 pub struct Board {
     process: Child,

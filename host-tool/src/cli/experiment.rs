@@ -16,7 +16,8 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use studies::experiments::named;
 use studies::laboratory::{
-    Conducted, Course, Ended, Experiment, LaboratoryError, Outcome, Shard, Sweep, headline, publish,
+    Conducted, Course, Ended, Experiment, LaboratoryError, Outcome, Shard, Sweep, headline,
+    publish, quoted,
 };
 
 /// Run a paper's protocol on a device; then, simulated, with wearers drawn at random
@@ -60,6 +61,17 @@ impl Again {
             declared: plan.declared.clone(),
         }
     }
+}
+
+/// What a terminal takes to have `args` of a drawn forearm again, but for its seed.
+pub(super) fn command(args: &ExperimentArgs, draws: u64) -> String {
+    let wearer = args.wearer.as_deref();
+    let wearer = wearer.map_or_else(String::new, |it| format!(" --wearer {}", quoted(it)));
+    let device = args.device.typed();
+    format!(
+        "experiment {}{wearer} --device {device} --draws {draws}",
+        args.name
+    )
 }
 
 /// How a record of an experiment names its command.

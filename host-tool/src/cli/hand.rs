@@ -1,7 +1,7 @@
 //! `flexor experiment hamana-4 --wearer …` and `hamana-hold`: Hamana 2022's participants
 //! on a forearm that is a mechanism.
 
-use super::experiment::ExperimentArgs;
+use super::experiment::{ExperimentArgs, command};
 use super::{Bar, Incomplete, Output, interrupt, wrong};
 use host_core::link::Interruption;
 use host_core::plot::words::in_columns;
@@ -252,7 +252,8 @@ impl Study<'_> {
             cut_short: None,
             declared: Declared {
                 asked: self.args.name.clone(),
-                device: Some(self.args.device.to_string()),
+                command: Some(command(self.args, draws)),
+                device: Some(self.args.device.typed()),
                 sha256: files
                     .map(|(file, text)| (file.to_owned(), sha256(text.as_bytes())))
                     .into_iter()

@@ -1,7 +1,7 @@
 //! `flexor experiment hamana-1`, `hamana-2`, `hamana-3` and `hamana-posture`: Hamana 2022's
 //! experiments on the body alone.
 
-use super::experiment::ExperimentArgs;
+use super::experiment::{ExperimentArgs, command};
 use super::{Incomplete, Output, interrupt, wrong};
 use host_core::plot::words::in_columns;
 use host_core::record::{replace_file, sha256};
@@ -233,7 +233,8 @@ impl Study {
             cut_short: None,
             declared: Declared {
                 asked: args.name.clone(),
-                device: Some(args.device.to_string()),
+                command: Some(command(args, draws)),
+                device: Some(args.device.typed()),
                 sha256: files
                     .map(|(file, text)| (file.to_owned(), sha256(text.as_bytes())))
                     .into_iter()

@@ -141,6 +141,7 @@ fn result(population: &Population, summaries: &[Summary], (seed, draws): (u64, u
         cut_short: None,
         declared: Declared {
             asked: "two-points".to_owned(),
+            command: Some(format!("two-points --draws {draws}")),
             device: None,
             sha256: BTreeMap::from([("population.toml".to_owned(), sha256(DECLARED.as_bytes()))]),
             source: population.source.clone(),

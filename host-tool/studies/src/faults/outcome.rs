@@ -124,6 +124,10 @@ impl Outcome {
             cut_short: None,
             declared: Declared {
                 asked: format!("faults --class {class}"),
+                command: Some(format!(
+                    "faults --class {class} --device {device} --count {}",
+                    self.drawn
+                )),
                 device: Some(device.to_owned()),
                 sha256: declaration.sha256.clone(),
                 source: "issue 15".to_owned(),

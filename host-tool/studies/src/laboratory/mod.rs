@@ -39,7 +39,7 @@ pub use experiment::{Experiment, Measured};
 pub use kept::{compared, differs};
 pub use measure::{MEASURES, Measure};
 pub use open_loop::Checked;
-pub use page::{headline, publish, renew};
+pub use page::{headline, publish, quoted, renew};
 pub use protocol::{Place, Step, Wearer};
 pub use result::{Declared, Outcome, Row, Shown};
 pub use sweep::{Shard, Sweep, Swept, begin, merge};

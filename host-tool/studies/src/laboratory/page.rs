@@ -121,6 +121,16 @@ fn facts(outcome: &Outcome) -> String {
     format!("{source} · seed {} · {drawn}{who}", outcome.seed)
 }
 
+/// `word` as a shell takes it for one.
+#[must_use]
+pub fn quoted(word: &str) -> String {
+    let is_plain = |c: char| c.is_alphanumeric() || "._-/:+,@%".contains(c);
+    match !word.is_empty() && word.chars().all(is_plain) {
+        true => word.to_owned(),
+        false => format!("'{}'", word.replace('\'', "'\\''")),
+    }
+}
+
 /// A figure with a caption in HTML; nothing for an empty one.
 fn figure(svg: &str, caption: &str) -> String {
     match (svg, caption) {
@@ -151,9 +161,11 @@ fn declared(outcome: &Outcome) -> String {
         true => "Seed and number of wearers are the declaration's own.",
         false => "Seed or number of wearers differ from the declaration's: explored, not declared.",
     };
-    let command = escape(&match draws {
-        0 => format!("flexor experiment {name}{device} --seed {seed} --draws 0"),
-        draws => format!("flexor sweep {name} --seed {seed} --draws {draws} --out DIR"),
+    let shown = quoted(name);
+    let command = escape(&match (&outcome.declared.command, draws) {
+        (Some(command), _) => format!("flexor {command} --seed {seed}"),
+        (None, 0) => format!("flexor experiment {shown}{device} --seed {seed} --draws 0"),
+        (None, draws) => format!("flexor sweep {shown} --seed {seed} --draws {draws} --out DIR"),
     });
     let place = match name.ends_with(".toml") {
         true => "<p>In the folder of the declaration:</p>\n",

@@ -58,6 +58,10 @@ pub struct Declared {
     /// results older than it.
     #[serde(default)]
     pub asked: String,
+    /// What to type after `flexor` to have it again, but for the seed; nothing of what
+    /// `experiment` or `sweep` repeats by its name.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub command: Option<String>,
     /// Where its trials were conducted, where they are all there is.
     #[serde(default)]
     pub device: Option<String>,
@@ -208,6 +212,7 @@ impl Outcome {
             simulated,
             cut_short: None,
             declared: Declared {
+                command: None,
                 asked: experiment.asked.clone(),
                 device: None,
                 sha256: experiment.hashes.iter().cloned().collect(),
