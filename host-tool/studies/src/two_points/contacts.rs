@@ -2,7 +2,7 @@
 //! was found to have.
 
 use super::error::TwoPointsError;
-use super::pattern::{Pattern, Points};
+use super::pattern::Pattern;
 use super::voltages::{bent_deg, extended_deg};
 use hal_sim::body::hand::Hand;
 use hal_sim::body::hand::digits::VISIBLE_DEG;
@@ -20,10 +20,7 @@ const BISECTIONS: u32 = 12;
 /// # Errors
 /// Its circuit cannot be solved.
 pub(super) fn fit(hand: &mut Hand, [b_v, e_v]: [f64; 2]) -> Result<bool, TwoPointsError> {
-    let alone = Pattern {
-        points: Points::One(B),
-        isolated: true,
-    };
+    let alone = Pattern::alone(B);
     let bends = |hand: &mut Hand| Ok(bent_deg(hand, alone, [b_v; 2])? >= VISIBLE_DEG);
     let extends = |hand: &mut Hand| Ok(extended_deg(hand, e_v)?.0 >= VISIBLE_DEG);
     Ok(bisect(hand, B, bends)? && bisect(hand, E, extends)?)

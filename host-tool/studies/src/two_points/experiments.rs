@@ -2,7 +2,7 @@
 //! participant's forearm: every condition in random order, some trials.
 
 use super::error::TwoPointsError;
-use super::pattern::{Pattern, Points};
+use super::pattern::Pattern;
 use super::population::Population;
 use super::voltages::Voltages;
 use super::wearers::Wearer;
@@ -126,13 +126,6 @@ impl Protocol {
     }
 }
 
-const fn alone(point: usize) -> Pattern {
-    Pattern {
-        points: Points::One(point),
-        isolated: true,
-    }
-}
-
 impl Experiment {
     /// Its conditions in a wearer of these voltages. Where two points bend the finger at
     /// no ratio, the intensity that needs it is missing.
@@ -155,10 +148,12 @@ impl Experiment {
             Self::Posture => [0.0, 45.0, 90.0]
                 .into_iter()
                 .flat_map(|pronated_deg| {
-                    [alone(A), alone(B), Pattern::usual()].map(|pattern| Condition {
-                        name: format!("{}, {pronated_deg}°", pattern.in_words()),
-                        pronated_deg,
-                        ..of(pattern)
+                    [Pattern::alone(A), Pattern::alone(B), Pattern::usual()].map(|pattern| {
+                        Condition {
+                            name: format!("{}, {pronated_deg}°", pattern.in_words()),
+                            pronated_deg,
+                            ..of(pattern)
+                        }
                     })
                 })
                 .collect(),
@@ -172,18 +167,18 @@ fn intensities(voltages: &Voltages, over_v: f64) -> Vec<Condition> {
     let over = most.map(|v| v + over_v);
     let both = Pattern::usual();
     let rows = [
-        ("a: A at its threshold", alone(A), Some(least)),
-        ("b: B at its threshold", alone(B), Some(least)),
+        ("a: A at its threshold", Pattern::alone(A), Some(least)),
+        ("b: B at its threshold", Pattern::alone(B), Some(least)),
         (
             "c: both at r_th of greatest",
             both,
             voltages.ratio.map(|r| most.map(|v| r * v)),
         ),
-        ("d: A at its greatest", alone(A), Some(most)),
-        ("e: B at its greatest", alone(B), Some(most)),
+        ("d: A at its greatest", Pattern::alone(A), Some(most)),
+        ("e: B at its greatest", Pattern::alone(B), Some(most)),
         ("f: both at greatest", both, Some(most)),
-        ("g: A 4 V above", alone(A), Some(over)),
-        ("h: B 4 V above", alone(B), Some(over)),
+        ("g: A 4 V above", Pattern::alone(A), Some(over)),
+        ("h: B 4 V above", Pattern::alone(B), Some(over)),
         ("i: both 4 V above", both, Some(over)),
     ];
     let rows = rows.into_iter();

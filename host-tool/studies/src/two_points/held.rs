@@ -1,7 +1,7 @@
 //! How steady a hand holds (Hamana 2022, III-D6b): ten seconds of one pattern.
 
 use super::error::TwoPointsError;
-use super::pattern::{Pattern, Points};
+use super::pattern::Pattern;
 use super::population::Population;
 use super::wearers::Wearer;
 use hal_sim::body::hand::network::Terminal;
@@ -77,11 +77,7 @@ impl Wearer {
                 _ => Err(TwoPointsError::Hand(InvalidHand::Segment(UNSETTLED))),
             }
         };
-        let alone = |point| Pattern {
-            points: Points::One(point),
-            isolated: true,
-        };
-        let [a, b] = [play(alone(A))?, play(alone(B))?];
+        let [a, b] = [play(Pattern::alone(A))?, play(Pattern::alone(B))?];
         let better = match a.greatest_deg() >= b.greatest_deg() {
             true => a,
             false => b,

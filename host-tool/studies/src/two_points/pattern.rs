@@ -69,6 +69,15 @@ impl Pattern {
         })
     }
 
+    /// One point as experiments 3 and 4 have it: isolated.
+    #[must_use]
+    pub const fn alone(point: usize) -> Self {
+        Self {
+            points: Points::One(point),
+            isolated: true,
+        }
+    }
+
     /// Experiments 3 and 4: A before B by 2 ms, conducted.
     #[must_use]
     pub const fn usual() -> Self {

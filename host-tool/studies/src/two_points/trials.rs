@@ -2,7 +2,7 @@
 //! hand: every pattern, some trials each.
 
 use super::error::TwoPointsError;
-use super::pattern::{Pattern, Points};
+use super::pattern::Pattern;
 use super::voltages::bent_deg;
 use hal_sim::body::hand::Hand;
 use hal_sim::body::hand::spec::{A, B};
@@ -86,19 +86,15 @@ impl Trials {
         hand: &mut Hand,
         volts: [f64; 2],
     ) -> Result<[Postures; 2], TwoPointsError> {
-        let alone = |point| Pattern {
-            points: Points::One(point),
-            isolated: true,
-        };
         let at_rest = [
-            bent_deg(hand, alone(A), volts)?,
-            bent_deg(hand, alone(B), volts)?,
+            bent_deg(hand, Pattern::alone(A), volts)?,
+            bent_deg(hand, Pattern::alone(B), volts)?,
         ];
         let better = if at_rest[A] >= at_rest[B] { A } else { B };
         let mut bent = [[0.0; 3]; 2];
         for (place, pronated_deg) in [0.0, 45.0, 90.0].into_iter().enumerate() {
             hand.shift(pronated_deg, [0.0; 2]);
-            bent[0][place] = bent_deg(hand, alone(better), volts)?;
+            bent[0][place] = bent_deg(hand, Pattern::alone(better), volts)?;
             bent[1][place] = bent_deg(hand, Pattern::usual(), volts)?;
         }
         hand.shift(0.0, [0.0; 2]);

@@ -1,7 +1,7 @@
 //! Thresholds and greatest voltages, found as Hamana 2022 found them (III-A2, III-C1).
 
 use super::error::TwoPointsError;
-use super::pattern::{PERIOD_US, Pattern, Points, WIDTH_US};
+use super::pattern::{PERIOD_US, Pattern, WIDTH_US};
 use hal_sim::body::hand::digits::{INDEX, REST_DEG, VISIBLE_DEG};
 use hal_sim::body::hand::network::Terminal;
 use hal_sim::body::hand::spec::{A, B, E};
@@ -30,14 +30,6 @@ pub struct Voltages {
     pub most_v: [f64; 2],
     /// The least part of both at which the usual pattern visibly bends it.
     pub ratio: Option<f64>,
-}
-
-/// One point alone, as experiment 3 has it: isolated.
-const fn alone(point: usize) -> Pattern {
-    Pattern {
-        points: Points::One(point),
-        isolated: true,
-    }
 }
 
 /// The index finger's angle above rest, °.
@@ -101,7 +93,7 @@ pub fn calibrate(hand: &mut Hand, threshold_v: f64) -> Result<(), TwoPointsError
     let [mut low, mut high] = FACTORS;
     for _ in 0..BISECTIONS {
         hand.factor = (low * high).sqrt();
-        match bent_deg(hand, alone(A), [threshold_v; 2])? >= VISIBLE_DEG {
+        match bent_deg(hand, Pattern::alone(A), [threshold_v; 2])? >= VISIBLE_DEG {
             true => low = hand.factor,
             false => high = hand.factor,
         }
@@ -151,7 +143,7 @@ fn search_point(
     let mut found: Option<[f64; 2]> = None;
     let mut volts = STEP_V;
     while volts <= end_v {
-        let response = hand.respond(&alone(point).period([volts; 2]))?;
+        let response = hand.respond(&Pattern::alone(point).period([volts; 2]))?;
         let bent = response.angles_deg()[INDEX] - REST_DEG[INDEX];
         let is_visible = bent >= VISIBLE_DEG;
         let is_alone = response.individuation().is_some_and(|it| it > SELECTIVE);
