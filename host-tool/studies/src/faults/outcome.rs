@@ -3,7 +3,6 @@
 use super::case::{Case, Fate};
 use super::declaration::{Class, Declaration};
 use crate::laboratory::{self, Declared, Row, Share};
-use host_core::statistics::share;
 use std::collections::BTreeMap;
 
 /// The numbers of a class.
@@ -179,17 +178,7 @@ const SIMULATED: &str = "Simulated: a model of the chip and of the stages; no bo
 
 /// A share with its interval.
 fn part(id: &str, claim: &str, holds: u64, of: u64) -> Share {
-    let interval = share(holds as f64, of, 0.95).ok();
-    Share {
-        id: id.to_owned(),
-        at: String::new(),
-        claim: claim.to_owned(),
-        paper: None,
-        holds,
-        of,
-        low: interval.map(|it| it.low),
-        high: interval.map(|it| it.high),
-    }
+    Share::counted(id.to_owned(), claim.to_owned(), None, (holds, of))
 }
 
 fn is_soon(fate: &Fate) -> bool {

@@ -48,6 +48,27 @@ pub enum Verdict {
 }
 
 impl Share {
+    /// Of a claim called `id` that holds in so many of so many independent cases.
+    #[must_use]
+    pub fn counted(
+        id: String,
+        claim: String,
+        paper: Option<bool>,
+        (holds, of): (u64, u64),
+    ) -> Self {
+        let interval = statistics::share(holds as f64, of, LEVEL).ok();
+        Self {
+            id,
+            at: String::new(),
+            claim,
+            paper,
+            holds,
+            of,
+            low: interval.map(|it| it.low),
+            high: interval.map(|it| it.high),
+        }
+    }
+
     /// Whether it is in most cases as the paper says; nothing where the paper says
     /// nothing, or no case could be judged.
     #[must_use]

@@ -2,7 +2,7 @@
 
 use super::experiments::{Condition, Stimulated};
 use crate::laboratory::{Row, Share};
-use host_core::statistics::{quantile_of, share};
+use host_core::statistics::quantile_of;
 
 /// One participant's session of one draw.
 #[derive(Clone, Debug)]
@@ -53,17 +53,7 @@ pub(super) fn claim(
         judged.iter().filter(|it| **it).count() as u64,
         judged.len() as u64,
     );
-    let interval = share(holds as f64, of, 0.95).ok();
-    Share {
-        id: id.to_owned(),
-        at: String::new(),
-        claim,
-        paper,
-        holds,
-        of,
-        low: interval.map(|it| it.low),
-        high: interval.map(|it| it.high),
-    }
+    Share::counted(id.to_owned(), claim, paper, (holds, of))
 }
 
 /// Mean over the trials of the condition that `is`.
