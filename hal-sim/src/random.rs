@@ -114,6 +114,13 @@ impl Random {
         low + (high - low) * self.unit()
     }
 
+    /// Puts `all` in random order (Fisher and Yates; Knuth 1997, algorithm 3.4.2P).
+    pub fn shuffle<T>(&mut self, all: &mut [T]) {
+        for last in (1..all.len()).rev() {
+            all.swap(last, self.below(last as u64 + 1) as usize);
+        }
+    }
+
     /// The next one between two positive numbers, its logarithm uniform.
     pub fn log_between(&mut self, low: f64, high: f64) -> f64 {
         low * (high / low).powf(self.unit())

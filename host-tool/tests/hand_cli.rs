@@ -52,7 +52,10 @@ fn a_sine_is_followed_through_the_device() {
     let shares = told["result"]["shares"].as_array().unwrap();
     assert_eq!(shares.len(), 2, "a law each");
     let notes = told["result"]["notes"].to_string();
-    assert!(notes.contains("no contact gives the thresholds"), "{notes}");
+    assert!(
+        notes.contains("the limiter holds a point below its threshold"),
+        "{notes}"
+    );
 }
 
 /// Every experiment on the body alone: tables of 80 columns, each trial a row, the same

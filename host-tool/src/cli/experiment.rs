@@ -30,6 +30,9 @@ pub struct ExperimentArgs {
     /// file that describes a wearer (docs/two_points.md)
     #[arg(long)]
     pub(super) wearer: Option<String>,
+    /// Of the same: what is otherwise than declared, by its name (docs/two_points.md)
+    #[arg(long)]
+    pub(super) departure: Option<String>,
     /// native, chip, qemu, a serial port, or tcp:HOST:PORT
     #[arg(long, default_value = "native")]
     pub(super) device: DeviceName,
@@ -67,9 +70,11 @@ impl Again {
 pub(super) fn command(args: &ExperimentArgs, draws: u64) -> String {
     let wearer = args.wearer.as_deref();
     let wearer = wearer.map_or_else(String::new, |it| format!(" --wearer {}", quoted(it)));
+    let departure = args.departure.as_deref();
+    let departure = departure.map_or_else(String::new, |it| format!(" --departure {}", quoted(it)));
     let device = args.device.typed();
     format!(
-        "experiment {}{wearer} --device {device} --draws {draws}",
+        "experiment {}{wearer}{departure} --device {device} --draws {draws}",
         args.name
     )
 }
@@ -87,6 +92,7 @@ impl ExperimentArgs {
         let identity = record.trials.first()?.identity.as_ref()?;
         Some(Self {
             wearer: None,
+            departure: None,
             name: plan.command.strip_prefix(COMMAND)?.to_owned(),
             device: DeviceName::of(identity.kind)?,
             draws: Some(plan.draws?),

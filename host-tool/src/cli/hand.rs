@@ -27,7 +27,7 @@ const SIMULATED: &str =
 
 /// Whether `args` means this study.
 pub(super) fn is_meant(args: &ExperimentArgs) -> bool {
-    args.name == HOLD || args.wearer.is_some()
+    args.name == HOLD || args.wearer.is_some() || args.departure.is_some()
 }
 
 /// One participant's draws.
@@ -57,6 +57,7 @@ pub(super) fn main(args: &ExperimentArgs, output: Output) -> anyhow::Result<()> 
         ));
     }
     let participants = Participants::asked(args.wearer.as_deref())?;
+    let participants = participants.departing(args.departure.as_deref())?;
     let population = Population::declared()?;
     let seed = args.seed.unwrap_or(participants.seed);
     let draws = args.draws.unwrap_or(participants.draws);
@@ -142,7 +143,9 @@ impl Study<'_> {
             if self.beside.1.asked().is_some() {
                 return Ok((Err("interrupted"), (Vec::new(), Vec::new())));
             }
-            let drawn = participant.draw(self.population, (seed, *index))?;
+            let drawn = self
+                .participants
+                .draw(participant, self.population, (seed, *index))?;
             let numbers = match &drawn {
                 Ok(wearer) => self.numbers(wearer)?,
                 Err(_) => (vec![None; self.quantities().len()], Vec::new()),
@@ -260,13 +263,19 @@ impl Study<'_> {
                     .collect::<BTreeMap<_, _>>(),
                 source: "Hamana et al. 2022, section III-D, tables 1, 7 and 8".to_owned(),
                 draws,
-                as_declared: is && self.args.wearer.as_deref().is_none_or(|it| it == "all"),
+                as_declared: is
+                    && self.args.wearer.as_deref().is_none_or(|it| it == "all")
+                    && self.args.departure.is_none(),
             },
             conditions: Vec::new(),
             rows: Vec::new(),
             shares: all.iter().flat_map(|of| self.shares(of)).collect(),
             decides: Vec::new(),
-            notes: [SIMULATED.to_owned()].into_iter().chain(notes).collect(),
+            notes: [SIMULATED.to_owned()]
+                .into_iter()
+                .chain(self.participants.otherwise())
+                .chain(notes)
+                .collect(),
         }
     }
 

@@ -139,7 +139,7 @@ impl Study {
         // The paper's experiment 3 is P's.
         let default = (experiment == Experiment::Intensities).then_some("P");
         let name = args.wearer.as_deref().or(default);
-        let participants = Participants::asked(name)?;
+        let participants = Participants::asked(name)?.departing(args.departure.as_deref())?;
         let draws = args.draws.unwrap_or(participants.draws);
         if draws == 0 || draws > MOST {
             return wrong(format!("--draws is {draws}, allowed is 1 to {MOST}"));
@@ -159,10 +159,14 @@ impl Study {
         let Some(participant) = all.iter().find(|it| it.name == name) else {
             return Err(TwoPointsError::Nobody(name.to_owned()));
         };
-        let wearer = match participant.draw(&self.population, (self.seed, draw))? {
-            Ok(wearer) => wearer,
-            Err(why) => return Ok(Err(why)),
-        };
+        let wearer =
+            match self
+                .participants
+                .draw(participant, &self.population, (self.seed, draw))?
+            {
+                Ok(wearer) => wearer,
+                Err(why) => return Ok(Err(why)),
+            };
         let stimulated = wearer.stimulated(&self.population, &self.protocol, self.experiment)?;
         Ok(Ok(Session {
             participant: name.to_owned(),
@@ -241,7 +245,7 @@ impl Study {
                     .collect(),
                 source: "Hamana et al. 2022, sections III-A to III-D6, tables 4 to 6".to_owned(),
                 draws,
-                as_declared: is && args.wearer.is_none(),
+                as_declared: is && args.wearer.is_none() && args.departure.is_none(),
             },
             conditions: Vec::new(),
             rows,
@@ -251,6 +255,7 @@ impl Study {
                 .into_iter()
                 .chain((self.experiment == Experiment::Posture).then_some(ROTATION))
                 .map(str::to_owned)
+                .chain(self.participants.otherwise())
                 .chain(missing)
                 .collect(),
         }

@@ -41,12 +41,14 @@ impl HandSpec {
         let stream = |which: u64| self.seed.wrapping_mul(8).wrapping_add(which);
         let mut all = Vec::with_capacity(POOLS.len() * self.units);
         for (index, pool) in (0u64..).zip(POOLS) {
-            let place = pool.place().drawn(stream(PLACES), index);
+            let mut place = pool.place().drawn(stream(PLACES), index);
+            place.spread = place.spread.map(|it| self.scatter * it);
             for number in 0..self.units as u64 {
                 let number = index * 4_096 + number;
                 let [x, y, below_fat] =
                     place.unit(stream(UNITS), number, self.forearm_m, self.around_m);
-                let spread = self.threshold_spread * standard_normal(stream(THRESHOLDS), number);
+                let spread = self.scatter * self.threshold_spread;
+                let spread = spread * standard_normal(stream(THRESHOLDS), number);
                 // Even over the sphere.
                 let along = 2.0 * unit(stream(DIRECTIONS), 2 * number) - 1.0;
                 let turn = TAU * unit(stream(DIRECTIONS), 2 * number + 1);
@@ -65,8 +67,10 @@ impl HandSpec {
     fn skin(&self, pad: &Pad, electrode: usize) -> Skin {
         let cm2 = 1e4 * pad.area_m2();
         let round_cm2 = 1e4 * PI * (0.5 * ROUND_M).powi(2);
-        let contact = self.contact.get(electrode);
-        let factor = contact.copied().unwrap_or(self.return_factor);
+        let factor = match electrode {
+            RETURN => self.return_factor,
+            _ => 1.0,
+        };
         Skin {
             series_ohm: factor * self.skin.series_ohm * round_cm2 / cm2,
             parallel_ohm: factor * self.skin.ohm_cm2 / cm2,
@@ -155,7 +159,7 @@ impl Forearm {
             drives: units.iter().map(of_return).collect(),
             units,
         };
-        forearm.shift(spec.rule, pads, field, shift_m);
+        forearm.shift(spec, pads, field, shift_m);
         Ok(forearm)
     }
 
@@ -163,7 +167,7 @@ impl Forearm {
     /// rest. The return's field is taken where it was: it is large and far.
     pub fn shift(
         &mut self,
-        rule: Rule,
+        spec: &HandSpec,
         pads: &[Pad; ELECTRODES],
         field: &Field,
         shift_m: [f64; 2],
@@ -171,10 +175,18 @@ impl Forearm {
         for (unit, drives) in self.units.iter().zip(&mut self.drives) {
             let [x, y, z] = unit.at_m;
             let at = [x - shift_m[0], y - shift_m[1], z];
-            for (pad, drive) in pads.iter().zip(drives).take(RETURN) {
-                *drive = rule.drive(&field.transfer(pad, at), unit);
+            for ((pad, drive), coupling) in pads.iter().zip(drives).zip(spec.coupling) {
+                *drive = coupling * spec.rule.drive(&field.transfer(pad, at), unit);
             }
         }
+    }
+
+    /// An ampere through `electrode` charges nerves `by` times as hard as before.
+    pub(super) fn strengthen(&mut self, electrode: usize, by: f64) {
+        let drives = self.drives.iter_mut();
+        drives
+            .filter_map(|of| of.get_mut(electrode))
+            .for_each(|it| *it *= by);
     }
 
     /// Its motor units.

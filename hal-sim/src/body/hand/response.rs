@@ -131,13 +131,22 @@ impl Hand {
         &self.pads
     }
 
+    /// Point `electrode` of A, B and E has this coupling from now on
+    /// ([`HandSpec::coupling`]), above 0. Others are ignored.
+    pub fn couple(&mut self, electrode: usize, coupling: f64) {
+        if let Some(of) = self.spec.coupling.get_mut(electrode) {
+            self.forearm.strengthen(electrode, coupling / *of);
+            *of = coupling;
+        }
+    }
+
     /// The skin moves over the muscles: `pronated_deg` by posture, and `along_m` and
     /// `around_m` beside it.
     pub fn shift(&mut self, pronated_deg: f64, [along_m, around_m]: [f64; 2]) {
         let around_m = around_m + pronated_deg * self.spec.shift_m_per_deg;
         let shift_m = [along_m, around_m];
         self.forearm
-            .shift(self.spec.rule, &self.pads, &self.field, shift_m);
+            .shift(&self.spec, &self.pads, &self.field, shift_m);
     }
 
     /// What `period`, repeated until it has settled, makes of it.

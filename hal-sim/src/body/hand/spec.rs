@@ -66,9 +66,9 @@ pub struct HandSpec {
     pub tissue: Tissue,
     /// Under every electrode.
     pub skin: SkinSpec,
-    /// What the skin under A, B and E has more than its area says: gel and hair. 1 is by
-    /// area.
-    pub contact: [f64; RETURN],
+    /// How many times as hard an ampere through A, B and E charges nerves as fat and depth
+    /// at the place say: both differ from site to site. 1 is as they say.
+    pub coupling: [f64; RETURN],
     /// What the return's skin has more than its area says: 1 is by area.
     pub return_factor: f64,
     /// What the stages' limiter lets through, A.
@@ -81,6 +81,10 @@ pub struct HandSpec {
     pub sums: bool,
     /// Standard deviation of the logarithm of thresholds within a pool.
     pub threshold_spread: f64,
+    /// How far nerves of a pool lie apart and how much their thresholds differ, as a part
+    /// of what `threshold_spread` and [`super::pools::Place::spread`] say: 1 is as they
+    /// say, less a pool that is recruited within fewer volts.
+    pub scatter: f64,
     /// Motor units of each pool.
     pub units: usize,
     /// Skin over muscle per degree of pronation, around the forearm, m/°.
@@ -139,7 +143,7 @@ impl HandSpec {
                 series_ohm: 250.0,
                 half_a_per_cm2: 3e-3,
             },
-            contact: [1.0; RETURN],
+            coupling: [1.0; RETURN],
             return_factor: 1.0,
             limiter_a: 0.020,
             rule: Rule::Curvature,
@@ -150,6 +154,7 @@ impl HandSpec {
             },
             sums: true,
             threshold_spread: 0.2,
+            scatter: 1.0,
             units: 32,
             shift_m_per_deg: 1.0e-4,
             flexor_nm: 0.5,

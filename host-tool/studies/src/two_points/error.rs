@@ -11,6 +11,9 @@ pub enum TwoPointsError {
     /// Nobody of this name.
     #[error("E624 there is no wearer `{0}`; there are P, Q, R and S, or a file that ends in .toml")]
     Nobody(String),
+    /// No departure of this name.
+    #[error("E627 there is no departure `{0}`; there are {1}")]
+    NoDeparture(String, String),
     /// A wearer's file.
     #[error("E625 {0}: {1}")]
     Wearer(String, String),

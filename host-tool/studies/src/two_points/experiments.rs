@@ -193,12 +193,10 @@ fn intensities(voltages: &Voltages, over_v: f64) -> Vec<Condition> {
     .collect()
 }
 
-/// 0 to `count`, shuffled (Fisher and Yates; Knuth 1997, algorithm 3.4.2P).
+/// 0 to `count`, in random order.
 fn shuffled(count: usize, random: &mut Random) -> Vec<usize> {
     let mut all: Vec<usize> = (0..count).collect();
-    for last in (1..count).rev() {
-        all.swap(last, random.below(last as u64 + 1) as usize);
-    }
+    random.shuffle(&mut all);
     all
 }
 

@@ -9,7 +9,8 @@
 mod angles;
 mod claims;
 mod compared;
-mod contacts;
+mod couplings;
+mod departure;
 mod error;
 mod experiments;
 mod held;
@@ -29,6 +30,7 @@ mod wearers;
 
 pub use claims::{Torques, judged};
 pub use compared::compared;
+pub use departure::Departure;
 pub use error::TwoPointsError;
 pub use experiments::{Condition, EXPERIMENTS, Experiment, Protocol, Stimulated};
 pub use held::Hold;

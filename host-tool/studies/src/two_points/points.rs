@@ -5,6 +5,7 @@ use hal_sim::body::hand::field::{Field, Pad, Shape};
 use hal_sim::body::hand::forearm::Unit;
 use hal_sim::body::hand::pools::DIGITS;
 use hal_sim::body::hand::{HandSpec, digits};
+use hal_sim::random::Random;
 
 /// Distances of the places that are tried, along and around, m.
 const STEP_M: [f64; 2] = [0.012, 0.010];
@@ -20,6 +21,8 @@ const END_M: f64 = 0.060;
 const AROUND: [f64; 2] = [-0.15, 0.20];
 /// Two round electrodes are at least so far apart, m: 5 mm of skin between them.
 const APART_M: f64 = 0.030;
+/// Of the order in which a person tries places.
+const ORDER: u64 = 0x7124;
 /// Where the extensor's electrode goes: over extensor indicis.
 const EXTENSOR: [f64; 2] = [0.72, 0.45];
 
@@ -35,6 +38,34 @@ struct Tried {
 /// bend the index finger first. A is the one nearer to the thumb.
 #[must_use]
 pub fn search(spec: &HandSpec, field: &Field, units: &[Unit], shape: Shape) -> Option<[Pad; 3]> {
+    let (first, second) = most_selective(spec, field, units, shape)?;
+    Some(placed(spec, (first, second), shape))
+}
+
+/// The same where a person would stop: places are tried in random order, the first two
+/// that bend the index finger first are taken.
+#[must_use]
+pub fn first_found(
+    spec: &HandSpec,
+    field: &Field,
+    units: &[Unit],
+    shape: Shape,
+) -> Option<[Pad; 3]> {
+    let mut all: Vec<Pad> = places(spec, shape).collect();
+    Random::new(spec.seed ^ ORDER).shuffle(&mut all);
+    let is_selective = |pad: &Pad| selectivity(spec, field, units.iter(), pad) > 1.0;
+    let mut found = all.into_iter();
+    let first = found.find(is_selective)?;
+    let second = found.find(|pad| distance_m(pad, &first) >= APART_M && is_selective(pad))?;
+    Some(placed(spec, (first, second), shape))
+}
+
+fn most_selective(
+    spec: &HandSpec,
+    field: &Field,
+    units: &[Unit],
+    shape: Shape,
+) -> Option<(Pad, Pad)> {
     let tried = |pad: Pad, every: usize| Tried {
         pad,
         selectivity: selectivity(spec, field, units.iter().step_by(every), &pad),
@@ -52,6 +83,11 @@ pub fn search(spec: &HandSpec, field: &Field, units: &[Unit], shape: Shape) -> O
         .iter()
         .find(|it| distance_m(&it.pad, &first) >= APART_M)?
         .pad;
+    Some((first, second))
+}
+
+/// A, B and the extensor's electrode of these two places.
+fn placed(spec: &HandSpec, (first, second): (Pad, Pad), shape: Shape) -> [Pad; 3] {
     let (a, b) = match first.y_m >= second.y_m {
         true => (first, second),
         false => (second, first),
@@ -62,7 +98,7 @@ pub fn search(spec: &HandSpec, field: &Field, units: &[Unit], shape: Shape) -> O
         y_m: around * spec.around_m,
         shape,
     };
-    Some([a, b, e])
+    [a, b, e]
 }
 
 fn places(spec: &HandSpec, shape: Shape) -> impl Iterator<Item = Pad> {

@@ -1,12 +1,12 @@
 //! Cells of the study: drawn wearers under one rule, ground and operating point.
 
 use super::claims::{Torques, judged};
-use super::contacts;
+use super::couplings;
 use super::error::TwoPointsError;
 use super::points;
 use super::population::{Person, Population, rule, without};
 use super::trials::Trials;
-use super::voltages::{MOST_V, Voltages, calibrate};
+use super::voltages::{MOST_V, STEP_V, Voltages, calibrate};
 use hal_sim::body::hand::field::{Field, Pad, Shape};
 use hal_sim::body::hand::spec::{ROUND_M, SMALL_M};
 use hal_sim::body::hand::{Hand, HandSpec, InvalidHand};
@@ -29,8 +29,10 @@ pub struct Cell {
 pub enum Drawn {
     /// No two places bend the index finger first.
     NoPoints,
-    /// No contact within its range gives B or the extensor's point its threshold.
-    NoContact,
+    /// No coupling within its range gives B or the extensor's point its threshold.
+    NoCoupling,
+    /// The limiter holds a point below its threshold, so that the search finds a lower one.
+    Held,
     /// A point moves nothing up to the greatest voltage, or others with the index finger.
     NoVoltages,
     /// It has all numbers.
@@ -88,6 +90,8 @@ pub struct Known {
     pub pads_m: Option<[[f64; 2]; 3]>,
     /// Where searches end.
     pub most_v: f64,
+    /// Whether A and B are those that a person finds first: [`super::Departure::first_found`].
+    pub first_found: bool,
 }
 
 /// Electrodes on the hand of `spec`, of whom this is `known`. Otherwise why there are none: of the small ones, the last that were tried.
@@ -102,25 +106,33 @@ pub fn prepare(spec: &HandSpec, known: Known) -> Result<Result<Prepared, Drawn>,
         let placed = known
             .pads_m
             .map(|all| all.map(|[x_m, y_m]| Pad { x_m, y_m, shape }));
-        let Some(pads) = placed.or_else(|| points::search(spec, &field, &units, shape)) else {
+        let search = match known.first_found {
+            true => points::first_found,
+            false => points::search,
+        };
+        let Some(pads) = placed.or_else(|| search(spec, &field, &units, shape)) else {
             continue;
         };
         let mut hand = Hand::new(spec.clone(), pads)?;
         calibrate(&mut hand, known.threshold_v)?;
         if let Some(volts) = known.others_v
-            && !contacts::fit(&mut hand, volts)?
+            && !couplings::fit(&mut hand, volts)?
         {
-            missing = Drawn::NoContact;
+            missing = Drawn::NoCoupling;
             continue;
         }
-        if let Some(voltages) = Voltages::search(&mut hand, known.most_v)? {
-            return Ok(Ok(Prepared {
-                hand,
-                voltages,
-                is_small,
-            }));
-        }
-        missing = Drawn::NoVoltages;
+        let found = Voltages::search(&mut hand, known.most_v)?;
+        missing = match found {
+            None => Drawn::NoVoltages,
+            Some(voltages) if known.is_held(&voltages) => Drawn::Held,
+            Some(voltages) => {
+                return Ok(Ok(Prepared {
+                    hand,
+                    voltages,
+                    is_small,
+                }));
+            }
+        };
     }
     Ok(Err(missing))
 }
@@ -134,7 +146,17 @@ impl Known {
             others_v: None,
             pads_m: None,
             most_v: MOST_V,
+            first_found: false,
         }
+    }
+
+    /// Whether a threshold found is below the known one by a step of the search or more.
+    fn is_held(&self, found: &Voltages) -> bool {
+        self.others_v.is_some_and(|[b_v, _]| {
+            let known = [self.threshold_v, b_v];
+            let mut both = found.threshold_v.into_iter().zip(known);
+            both.any(|(found, known)| found <= known - STEP_V)
+        })
     }
 }
 

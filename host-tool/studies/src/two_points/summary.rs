@@ -39,7 +39,7 @@ impl Summary {
     fn whole(&self) -> impl Iterator<Item = &Numbers> + Clone {
         self.drawn.iter().filter_map(|it| match it {
             Drawn::Whole(numbers) => Some(numbers),
-            Drawn::NoPoints | Drawn::NoContact | Drawn::NoVoltages => None,
+            Drawn::NoPoints | Drawn::NoCoupling | Drawn::Held | Drawn::NoVoltages => None,
         })
     }
 
@@ -132,7 +132,8 @@ impl Summary {
         let name = self.cell.name();
         let row = |(index, drawn): (usize, &Drawn)| match drawn {
             Drawn::NoPoints => format!("{name},{index},no points{}\n", ",".repeat(FIELDS)),
-            Drawn::NoContact => format!("{name},{index},no contact{}\n", ",".repeat(FIELDS)),
+            Drawn::NoCoupling => format!("{name},{index},no coupling{}\n", ",".repeat(FIELDS)),
+            Drawn::Held => format!("{name},{index},held{}\n", ",".repeat(FIELDS)),
             Drawn::NoVoltages => format!("{name},{index},no voltages{}\n", ",".repeat(FIELDS)),
             Drawn::Whole(it) => format!("{name},{index},whole,{}\n", fields(it).join(",")),
         };

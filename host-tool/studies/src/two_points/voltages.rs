@@ -9,7 +9,7 @@ use hal_sim::body::hand::{Hand, Segment};
 
 /// Steps of the search, and its end, V: what the stimulator gives is assumed, for the
 /// paper's greatest is 40 V.
-const STEP_V: f64 = 2.0;
+pub(super) const STEP_V: f64 = 2.0;
 pub(super) const MOST_V: f64 = 44.0;
 /// Above this the index finger counts as alone (III-A2).
 pub const SELECTIVE: f64 = 0.8;

@@ -1,5 +1,6 @@
 //! Hamana 2022's participants, each drawn many times where the paper leaves them open.
 
+use super::departure::Departure;
 use super::error::TwoPointsError;
 use super::own::own;
 use super::participant::{DEVICE_V, Participant};
@@ -29,6 +30,12 @@ pub struct Participants {
     /// The participants.
     #[serde(rename = "wearer")]
     pub all: Vec<Participant>,
+    /// What may be otherwise.
+    #[serde(rename = "departure")]
+    pub departures: Vec<Departure>,
+    /// What is otherwise.
+    #[serde(skip)]
+    pub departure: Departure,
     /// The file of whoever is none of the paper's.
     #[serde(skip)]
     pub own: Option<String>,
@@ -69,6 +76,42 @@ impl Participants {
         }
         Ok(read)
     }
+
+    /// The same with the departure of this name, if there is one.
+    ///
+    /// # Errors
+    /// There is none of this name.
+    pub fn departing(mut self, name: Option<&str>) -> Result<Self, TwoPointsError> {
+        let Some(name) = name else { return Ok(self) };
+        let found = self.departures.iter().find(|it| it.name == name);
+        let Some(departure) = found else {
+            let names = self.departures.iter().map(|it| &*it.name);
+            let names = names.collect::<Vec<_>>().join(", ");
+            return Err(TwoPointsError::NoDeparture(name.to_owned(), names));
+        };
+        self.departure = departure.clone();
+        Ok(self)
+    }
+
+    /// What is otherwise than declared, for people.
+    #[must_use]
+    pub fn otherwise(&self) -> Option<String> {
+        let Departure { name, says, .. } = &self.departure;
+        (!name.is_empty()).then(|| format!("Departure {name}: {says}."))
+    }
+
+    /// Draw `index` of `participant`, one of them, or why there is none.
+    ///
+    /// # Errors
+    /// As [`Participant::draw`].
+    pub fn draw(
+        &self,
+        participant: &Participant,
+        population: &Population,
+        (seed, index): (u64, u64),
+    ) -> Result<Result<Wearer, &'static str>, TwoPointsError> {
+        participant.draw(&self.departure, population, (seed, index))
+    }
 }
 
 impl Participant {
@@ -76,8 +119,9 @@ impl Participant {
     ///
     /// # Errors
     /// The declaration, or a hand that cannot be.
-    pub fn draw(
+    fn draw(
         &self,
+        departure: &Departure,
         population: &Population,
         (seed, index): (u64, u64),
     ) -> Result<Result<Wearer, &'static str>, TwoPointsError> {
@@ -91,19 +135,16 @@ impl Participant {
             around_m: self.around_m,
             ..person.spec.clone().of_reach(self.reach_m)
         };
-        let known = match self.thresholds_v {
-            Some([threshold_v, b, e]) => Known {
-                threshold_v,
-                others_v: Some([b, e]),
-                pads_m: self.pads_m,
-                most_v: DEVICE_V,
-            },
-            None => Known {
-                pads_m: self.pads_m,
-                most_v: DEVICE_V,
-                ..Known::drawn(&person)
-            },
+        let drawn = || population.thresholds_v(own, index);
+        let [threshold_v, b_v, e_v] = self.thresholds_v.map_or_else(drawn, Ok)?;
+        let known = Known {
+            threshold_v,
+            others_v: Some([b_v, e_v]),
+            pads_m: self.pads_m,
+            most_v: DEVICE_V,
+            first_found: departure.first_found,
         };
+        let spec = departure.of(spec);
         let Prepared {
             mut hand, voltages, ..
         } = match prepare(&spec, known)? {
@@ -124,7 +165,8 @@ impl Participant {
 const fn why(missing: &Drawn) -> &'static str {
     match missing {
         Drawn::NoPoints => "no two selective points",
-        Drawn::NoContact => "no contact gives the thresholds",
+        Drawn::NoCoupling => "no coupling gives the thresholds",
+        Drawn::Held => "the limiter holds a point below its threshold",
         Drawn::NoVoltages => "a point moves nothing, or others too",
         Drawn::Whole(_) => "none",
     }

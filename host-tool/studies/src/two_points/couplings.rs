@@ -1,0 +1,61 @@
+//! The coupling that gives point B and the extensor's point the thresholds that a wearer
+//! was found to have.
+
+use super::error::TwoPointsError;
+use super::pattern::Pattern;
+use super::voltages::{bent_deg, extended_deg};
+use hal_sim::body::hand::Hand;
+use hal_sim::body::hand::digits::VISIBLE_DEG;
+use hal_sim::body::hand::spec::{B, E};
+
+/// Between which factors a coupling is looked for. Assumed, and wide: what the half-space
+/// says of two places of a drawn forearm differs up to tenfold, where table 7's thresholds
+/// of A and B differ by less than half. Nothing but thresholds is fitted by it.
+const COUPLINGS: [f64; 2] = [0.02, 50.0];
+/// Steps of the first look, for a stronger coupling need not bend a finger further: others
+/// are reached as well.
+const LOOKS: u32 = 12;
+const BISECTIONS: u32 = 12;
+
+/// Gives `hand` couplings of B and E at which each is visible from these volts on, the
+/// weakest that will do; `false` where none of the range does.
+///
+/// # Errors
+/// Its circuit cannot be solved.
+pub(super) fn fit(hand: &mut Hand, [b_v, e_v]: [f64; 2]) -> Result<bool, TwoPointsError> {
+    let alone = Pattern::alone(B);
+    let bends = |hand: &mut Hand| Ok(bent_deg(hand, alone, [b_v; 2])? >= VISIBLE_DEG);
+    let extends = |hand: &mut Hand| Ok(extended_deg(hand, e_v)?.0 >= VISIBLE_DEG);
+    Ok(weakest(hand, B, bends)? && weakest(hand, E, extends)?)
+}
+
+fn weakest(
+    hand: &mut Hand,
+    point: usize,
+    is_visible: impl Fn(&mut Hand) -> Result<bool, TwoPointsError>,
+) -> Result<bool, TwoPointsError> {
+    let [low, high] = COUPLINGS;
+    let step = (high / low).powf(1.0 / f64::from(LOOKS));
+    hand.couple(point, low);
+    if is_visible(hand)? {
+        return Ok(false);
+    }
+    let (mut low, mut high) = (low, low * step);
+    for _ in 0..LOOKS {
+        hand.couple(point, high);
+        if is_visible(hand)? {
+            break;
+        }
+        (low, high) = (high, high * step);
+    }
+    for _ in 0..BISECTIONS {
+        let middle = (low * high).sqrt();
+        hand.couple(point, middle);
+        match is_visible(hand)? {
+            true => high = middle,
+            false => low = middle,
+        }
+    }
+    hand.couple(point, high);
+    is_visible(hand)
+}
