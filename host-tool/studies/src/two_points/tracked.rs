@@ -43,6 +43,13 @@ impl Method {
     }
 }
 
+/// What these wearers agreed to, mA and µC per phase: the most that the device lets anyone
+/// have, for 200 µs. It reckons with what a stage drives through the load it measured, 40 V
+/// through some 1 kΩ, and trusts no limiter; the paper had its stage's limiter alone
+/// (II-A), and that is in these hands' circuit.
+const AGREED_MA: f64 = 100.0;
+const AGREED_UC: f64 = 20.0;
+
 /// The laws that are compared.
 pub const LAWS: [&str; 2] = ["paper", "recommended"];
 
@@ -104,6 +111,9 @@ fn played(file: &SessionFile, device: &DeviceName, seed: u64) -> Result<f64, Str
 /// `text` for a wearer with these ranges.
 fn adapted(text: &str, ranges_v: [[f64; 2]; 3], law: &str) -> Option<String> {
     let mut table: Table = text.parse().ok()?;
+    let limits = table.get_mut("wearer")?.as_table_mut()?;
+    limits.insert("max_current_ma".into(), AGREED_MA.into());
+    limits.insert("max_charge_uc".into(), AGREED_UC.into());
     let range = |number: &Value| ranges_v.get(usize::try_from(number.as_integer()? - 1).ok()?);
     for channel in table.get_mut("channel")?.as_array_mut()? {
         let channel = channel.as_table_mut()?;
