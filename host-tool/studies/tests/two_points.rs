@@ -2,7 +2,7 @@
 
 use hal_sim::body::hand::Hand;
 use hal_sim::body::hand::digits::{INDEX, REST_DEG, VISIBLE_DEG};
-use hal_sim::body::hand::spec::A;
+use hal_sim::body::hand::spec::{A, B};
 use studies::two_points::{
     Cell, Drawn, Known, Pattern, Points, Population, Prepared, Summary, Voltages, prepare,
 };
@@ -70,6 +70,38 @@ fn searches_find_what_they_say() {
     let r = voltages.ratio.unwrap();
     assert!(bent(usual, false, voltages.most_v.map(|v| r * v)) >= VISIBLE_DEG);
     assert!(bent(usual, false, voltages.most_v.map(|v| (r - 0.1) * v)) < VISIBLE_DEG);
+}
+
+/// Ten milliseconds apart two points are the sum of what each does alone, conducted or
+/// isolated: nothing in circuit, skin or nerve remembers so long. So they can pull more
+/// conducted than isolated only by as much as one of the points alone does.
+#[test]
+fn half_a_period_apart_points_know_nothing_of_each_other() {
+    let population = Population::declared().unwrap();
+    let mut judged = 0;
+    for index in 0..12 {
+        let person = population.person(SEED, index).unwrap();
+        let Ok(mut it) = prepare(&person.spec, Known::drawn(&person)).unwrap() else {
+            continue;
+        };
+        for isolated in [false, true] {
+            let period = |points| Pattern { points, isolated }.period(it.voltages.most_v);
+            let apart = Points::Two {
+                first: A,
+                after_us: 10_000,
+            };
+            let [a, b] = [A, B].map(|point| period(Points::One(point)));
+            let both = it.hand.respond(&period(apart)).unwrap();
+            let sum = it.hand.superposed(&a, (&b, 10_000)).unwrap();
+            let of = [both, sum].map(|it| it.torques.flexors_nm[INDEX]);
+            assert!(
+                (of[0] / of[1] - 1.0).abs() < 0.01,
+                "{index} {isolated}: {of:?}"
+            );
+            judged += 1;
+        }
+    }
+    assert!(judged >= 10, "{judged}");
 }
 
 #[test]

@@ -12,6 +12,9 @@ use super::spec::{ELECTRODES, HandSpec, RETURN};
 /// nerves may take every other.
 const SETTLES: usize = 2;
 const COUNTS: u32 = 2;
+/// A period, and all that count, µs.
+const PERIOD_US: u32 = 20_000;
+const SPAN_US: u32 = COUNTS * PERIOD_US;
 
 /// Terminals that do not change for a while.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -103,12 +106,11 @@ impl Hand {
         let [a, b, e] = points;
         let pads = [a, b, e, spec.return_pad()];
         let forearm = Forearm::new(&spec, &pads, spec.motor_units(), &field, [0.0; 2])?;
-        let period_us = COUNTS * 20_000;
         Ok(Self {
             field,
             pads,
             forearm,
-            forces: Forces::new(period_us),
+            forces: Forces::new(SPAN_US),
             factor: 1.0,
             spec,
         })
@@ -154,6 +156,31 @@ impl Hand {
     /// # Errors
     /// As [`Forearm::segment`].
     pub fn respond(&mut self, period: &[Segment]) -> Result<Response, InvalidSegment> {
+        let spikes = self.settled(period)?;
+        Ok(self.pull(&spikes))
+    }
+
+    /// What two periods make of it that know nothing of each other: every unit has the
+    /// spikes of both, the second's `after_us` later. What a response differs from it by is
+    /// what circuit and nerves remember from one pulse to the next.
+    ///
+    /// # Errors
+    /// As [`Self::respond`].
+    pub fn superposed(
+        &mut self,
+        first: &[Segment],
+        (second, after_us): (&[Segment], u32),
+    ) -> Result<Response, InvalidSegment> {
+        let mut spikes = self.settled(first)?;
+        for (of, later) in spikes.iter_mut().zip(self.settled(second)?) {
+            of.extend(later.iter().map(|at| (at + after_us) % SPAN_US));
+            of.sort_unstable();
+        }
+        Ok(self.pull(&spikes))
+    }
+
+    /// When each unit spikes in the periods that count, µs.
+    fn settled(&self, period: &[Segment]) -> Result<Vec<Vec<u32>>, InvalidSegment> {
         let mut memory = self.forearm.rested();
         for _ in 0..SETTLES {
             self.play(&mut memory, period)?;
@@ -162,10 +189,10 @@ impl Hand {
         for count in 0..COUNTS {
             for spike in self.play(&mut memory, period)? {
                 let at_us = (spike.at_s * 1e6) as u32;
-                spikes[spike.unit].push(count * 20_000 + at_us);
+                spikes[spike.unit].push(count * PERIOD_US + at_us);
             }
         }
-        Ok(self.pull(&spikes))
+        Ok(spikes)
     }
 
     /// One period; spikes count from its begin.
