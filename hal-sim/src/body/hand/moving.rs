@@ -22,9 +22,6 @@ const GRAIN_US: u64 = TICK_US / GRAINS;
 /// While no lead changes, currents are solved so far at once, µs: less than the delay from
 /// a spike to its effect, so that no spike is known too late.
 const STRETCH_US: u64 = 5_000;
-/// Pulse at which an electrode's load is told, V, and the moment in it, s: mid-phase of
-/// the papers' pulses (Hamana 2022, II-D).
-const TOLD_AT: (f64, f64) = (24.0, 100e-6);
 /// The glove, as the finger of `body::finger` has it (assumed).
 const GLOVE: SensorSpec = SensorSpec {
     lag_s: 0.010,
@@ -108,7 +105,7 @@ impl MovingHand {
         let (spec, forearm) = (hand.spec().clone(), hand.forearm().clone());
         let mut loads = [Load::NOMINAL; CHANNELS];
         for (point, &channel) in channels.iter().enumerate() {
-            let ohm = forearm.told_ohm(point, TOLD_AT)?;
+            let ohm = hand.load_ohm(point)?;
             if let Some(load) = loads.get_mut(channel) {
                 *load = Load::Ohms(ohm);
             }

@@ -12,6 +12,9 @@ use super::spec::{ELECTRODES, HandSpec, RETURN};
 /// nerves may take every other.
 const SETTLES: usize = 2;
 const COUNTS: u32 = 2;
+/// Pulse at which an electrode's load is told, V, and the moment in it, s: mid-phase of
+/// the papers' pulses (Hamana 2022, II-D).
+const TOLD_AT: (f64, f64) = (24.0, 100e-6);
 /// A period, and all that count, µs.
 const PERIOD_US: u32 = 20_000;
 const SPAN_US: u32 = COUNTS * PERIOD_US;
@@ -140,6 +143,14 @@ impl Hand {
             self.forearm.strengthen(electrode, coupling / *of);
             *of = coupling;
         }
+    }
+
+    /// What a point presents to its stage, Ω, as a device measures it.
+    ///
+    /// # Errors
+    /// Its circuit cannot be solved.
+    pub fn load_ohm(&self, point: usize) -> Result<f64, InvalidSegment> {
+        self.forearm.told_ohm(point, TOLD_AT)
     }
 
     /// The skin moves over the muscles: `pronated_deg` by posture, and `along_m` and

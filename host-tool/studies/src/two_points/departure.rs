@@ -18,6 +18,9 @@ pub struct Departure {
     pub return_factor: Option<f64>,
     /// [`HandSpec::scatter`].
     pub scatter: Option<f64>,
+    /// How many times the skin's impedance of the population: its resistances, and what its
+    /// capacitance has.
+    pub skin: Option<f64>,
     /// Whether A and B lie where a person first finds selective places, instead of where a
     /// forearm's most selective ones are.
     #[serde(default)]
@@ -31,6 +34,10 @@ impl Departure {
         spec.limiter_a = self.limiter_ma.map_or(spec.limiter_a, |ma| 1e-3 * ma);
         spec.return_factor = self.return_factor.unwrap_or(spec.return_factor);
         spec.scatter = self.scatter.unwrap_or(spec.scatter);
+        let skin = self.skin.unwrap_or(1.0);
+        spec.skin.series_ohm *= skin;
+        spec.skin.ohm_cm2 *= skin;
+        spec.skin.farad_per_cm2 /= skin;
         spec
     }
 }

@@ -3,7 +3,10 @@
 
 use super::error::TwoPointsError;
 use super::population::Population;
+use super::voltages::STEP_V;
 use super::wearers::Wearer;
+use firmware::safety::limits::VOLTAGE_STAGE_LIMITER;
+use hal_sim::body::hand::spec::{A, B};
 use host_core::analysis::metrics_but_lag;
 use host_core::run::{DeviceName, SessionFile, run};
 use host_core::session::BodySpec;
@@ -53,6 +56,9 @@ const AGREED_UC: f64 = 20.0;
 /// The laws that are compared.
 pub const LAWS: [&str; 2] = ["paper", "recommended"];
 
+/// Threshold and greatest voltage of A, B and the extensor's point, V.
+type Ranges = [[f64; 2]; 3];
+
 impl Wearer {
     /// Threshold and greatest voltage of A, B and the extensor's point with this method, V;
     /// `None` where both points together move nothing.
@@ -70,6 +76,30 @@ impl Wearer {
         Some([of(0), of(1), self.extensor_v])
     }
 
+    /// The same within what the device gives through the load that it measures; otherwise
+    /// why there is none.
+    fn device_ranges_v(&self, method: Method) -> Result<Result<Ranges, String>, TwoPointsError> {
+        let Some(mut ranges) = self.ranges_v(method) else {
+            return Ok(Err("both points together move nothing".to_owned()));
+        };
+        for (point, name) in ["A", "B", "the extensor's point"].into_iter().enumerate() {
+            let is_used = match method {
+                Method::A => point != B,
+                Method::B => point != A,
+                Method::Two => true,
+            };
+            let end_v =
+                1e-6 * f64::from(VOLTAGE_STAGE_LIMITER.get()) * self.hand.load_ohm(point)?;
+            let [low_v, most_v] = &mut ranges[point];
+            *most_v = most_v.min((end_v / STEP_V).floor() * STEP_V);
+            if is_used && *most_v <= *low_v {
+                let why = "the threshold lies above what the device gives through the load";
+                return Ok(Err(format!("{why} of {name}")));
+            }
+        }
+        Ok(Ok(ranges))
+    }
+
     /// RMSE of trial `number` from 10 to 30 s, °; otherwise why there is none.
     ///
     /// # Errors
@@ -80,8 +110,9 @@ impl Wearer {
         (method, law): (Method, &str),
         (device, number): (&DeviceName, u64),
     ) -> Result<Result<f64, String>, TwoPointsError> {
-        let Some(ranges) = self.ranges_v(method) else {
-            return Ok(Err("both points together move nothing".to_owned()));
+        let ranges = match self.device_ranges_v(method)? {
+            Ok(ranges) => ranges,
+            Err(why) => return Ok(Err(why)),
         };
         let text = adapted(method.session(), ranges, law)
             .ok_or_else(|| TwoPointsError::Declaration("experiment 4's session".to_owned()))?;
