@@ -1,20 +1,26 @@
-//! `flexor two-points`: what it tells people and machines, what it writes and refuses.
+//! `flexor two-points`: what it tells people and machines, what it writes, keeps and refuses.
 
-use crate::program::{folder, ran};
+use crate::program::{flexor, folder, ran, repeats};
 use serde_json::Value;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+/// A cell, and a seed that is not the judged one.
+const FEW: [&str; 5] = ["two-points", "--cell", "15", "--seed", "1001"];
+const RESULT: [&str; 3] = ["result.json", "result.html", "draws.csv"];
+
+/// The result in `out` is that in `other`, byte for byte.
+fn same(folder: &Path, out: &str, other: &str) {
+    for file in RESULT {
+        let read = |out: &str| std::fs::read(folder.join(out).join(file)).unwrap();
+        assert!(read(out) == read(other), "{file} of {out} and {other}");
+    }
+}
 
 #[test]
 fn a_cell_is_told_and_written() {
     let folder = folder("two_points");
-    let few = [
-        "two-points",
-        "--cell",
-        "15",
-        "--draws",
-        "3",
-        "--seed",
-        "1001",
-    ];
+    let few = [&FEW[..], &["--draws", "3"]].concat();
     let (exit, people, _) = ran(&folder, &few);
     assert_eq!(exit, Some(0), "{people}");
     for line in people.lines() {
@@ -27,29 +33,182 @@ fn a_cell_is_told_and_written() {
         let result = &told["result"];
         assert_eq!(result["simulated"], true);
         assert_eq!(result["declared"]["as_declared"], false, "{result}");
-        assert_eq!(result["shares"].as_array().unwrap().len(), 9);
+        let shares = result["shares"].as_array().unwrap();
+        assert_eq!(shares.len(), 10, "eight claims, all of them, draws found");
+        let rows = result["rows"].as_array().unwrap();
+        assert_eq!(rows.len(), 9);
+        for field in [
+            "id", "quantity", "unit", "paper", "ours", "low", "high", "n",
+        ] {
+            assert!(rows[0].get(field).is_some(), "{field}: {}", rows[0]);
+        }
     }
-    for file in ["result.json", "result.html", "draws.csv"] {
-        let read = |out: &str| std::fs::read(folder.join(out).join(file)).unwrap();
-        assert!(
-            read("one") == read("two"),
-            "{file}: the same seed, the same bytes"
-        );
-    }
+    same(&folder, "one", "two");
     let rows = std::fs::read_to_string(folder.join("one/draws.csv")).unwrap();
     let fields: Vec<usize> = rows.lines().map(|row| row.split(',').count()).collect();
     assert_eq!(fields, [fields[0]; 4]);
+    repeats(&folder, "one");
+}
+
+/// Parts of all cells, and the whole drawn by one thread: a cell has one wearer.
+#[test]
+fn shards_merge_to_the_bytes_of_one() {
+    let folder = folder("two_points_shards");
+    let few = [&FEW[..], &["--draws", "4"]].concat();
+    let mut alone = flexor(&folder, &[&few[..], &["--out", "whole"]].concat());
+    let alone = alone.env("RAYON_NUM_THREADS", "1").output().unwrap();
+    assert!(alone.status.success());
+    for part in ["1", "2"] {
+        let shard = format!("{part}/2");
+        let words = [&["--json"], &few[..], &["--shard", &shard, "--out", part]].concat();
+        let (exit, told, error) = ran(&folder, &words);
+        assert_eq!(exit, Some(0), "{error}");
+        let told: Value = serde_json::from_str(&told).unwrap();
+        assert_eq!(told["shard"]["of"], 2, "{told}");
+        assert!(!folder.join(part).join("result.json").exists());
+    }
+    let merge = ["two-points", "--merge", "2", "1", "--out", "merged"];
+    let (exit, people, error) = ran(&folder, &merge);
+    assert_eq!(exit, Some(0), "{error}");
+    assert!(people.starts_with("cell "), "{people}");
+    same(&folder, "merged", "whole");
+    let (exit, _, error) = ran(&folder, &["report", "merged"]);
+    assert_eq!(exit, Some(0), "{error}");
+    same(&folder, "merged", "whole");
+    for (words, wanted) in [
+        (
+            "--merge 1 --out x",
+            "E604 the parts do not make a whole: shard 2/2 is missing",
+        ),
+        (
+            "--merge 1 1 --out x",
+            "E604 the parts do not make a whole: 1 and 1 are both shard 1/2",
+        ),
+        (
+            "--merge 1 . --out x",
+            "E604 the parts do not make a whole: . has no sweep.json",
+        ),
+        (
+            "--merge 1 2 --out 1",
+            "E603 1 holds two-points, cell 15 (curvature 1 searched), seed",
+        ),
+        (
+            "--cell 14 --seed 1001 --draws 4 --out whole",
+            "E603 whole holds two-points, cell 15",
+        ),
+        (
+            "--cell 15 --seed 1001 --draws 5 --out whole",
+            "this is two-points, cell 15",
+        ),
+        ("--cell 15 --draws 4 --out whole", "E603 whole holds"),
+        (
+            "--cell 15 --seed 1001 --draws 4 --out .",
+            "E603 . holds something that is no sweep",
+        ),
+    ] {
+        let words: Vec<&str> = words.split(' ').collect();
+        let (exit, _, error) = ran(&folder, &[&["two-points"], &words[..]].concat());
+        assert_eq!(exit, Some(1), "{error}");
+        assert!(error.contains(wanted), "{wanted}: {error}");
+    }
+    same(&folder, "merged", "whole");
+}
+
+/// Rows that a study under way has written.
+fn rows(folder: &Path) -> usize {
+    let text = std::fs::read_to_string(folder.join("broken/draws.csv"));
+    text.map_or(0, |text| text.lines().count().saturating_sub(1))
+}
+
+/// A signal while it draws, a kill while it draws, and the same command once more.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_study_goes_on_to_the_same_bytes() {
+    let folder = folder("two_points_broken");
+    let few = [&FEW[..], &["--draws", "20", "--out", "broken"]].concat();
+    for (signal, known, exit) in [("INT", 8, Some(130)), ("KILL", 16, None)] {
+        let mut command = flexor(&folder, &few);
+        let command = command.env("RAYON_NUM_THREADS", "1");
+        let command = command.stdout(Stdio::null()).stderr(Stdio::piped());
+        let mut program = command.spawn().unwrap();
+        while rows(&folder) < known {
+            assert!(program.try_wait().unwrap().is_none(), "it ended by itself");
+            std::thread::yield_now();
+        }
+        let id = program.id().to_string();
+        let sent = Command::new("kill").args([&format!("-{signal}"), &id]);
+        assert!(sent.status().unwrap().success());
+        let ended = program.wait_with_output().unwrap();
+        let error = String::from_utf8(ended.stderr).unwrap();
+        assert_eq!(ended.status.code(), exit, "{error}");
+        let goes_on = "the same command goes on from there";
+        assert!(exit.is_none() || error.contains(goes_on), "{error}");
+        assert!(rows(&folder) >= known, "what was computed is kept");
+        assert!(!folder.join("broken/result.json").exists());
+    }
+    let (exit, _, error) = ran(&folder, &few);
+    assert_eq!(exit, Some(0), "{error}");
+    let whole = [&FEW[..], &["--draws", "20", "--out", "whole"]].concat();
+    assert_eq!(ran(&folder, &whole).0, Some(0));
+    same(&folder, "broken", "whole");
 }
 
 #[test]
-fn what_is_out_of_range_is_refused_by_name() {
+fn what_is_out_of_range_or_does_not_go_together_is_refused() {
     let folder = folder("two_points_refused");
-    for (arguments, wanted) in [
-        (["--draws", "0"], "E518 --draws is 0, allowed is 1 to"),
-        (["--cell", "41"], "E518 --cell is 41, allowed is 0 to 40"),
+    for (words, wanted) in [
+        ("--draws 0", "E518 --draws is 0, allowed is 1 to"),
+        ("--cell 41", "E518 --cell is 41, allowed is 0 to 40"),
+        (
+            "--cell 41 --timing",
+            "E518 --cell is 41, allowed is 0 to 40",
+        ),
+        ("--shard 3/2 --out x", "E605 --shard is `3/2`, wanted I/N"),
+        ("--shard half --out x", "E605 --shard is `half`, wanted I/N"),
+        (
+            "--shard 1/2",
+            "E518 --shard needs a folder to write in: add --out DIR",
+        ),
+        (
+            "--merge x",
+            "E518 --merge needs a folder to write in: add --out DIR",
+        ),
+        (
+            "--merge x --out y --shard 1/2",
+            "E518 --merge takes cell, draws and seed from",
+        ),
+        ("--merge x --out y --cell 3", "leave out --cell"),
+        ("--merge x --out y --cell 3 --shard 1/2", "leave out --cell"),
+        ("--merge x --out y --seed 3", "leave out --seed"),
+        ("--timing --out x", "E518 --timing measures this computer"),
+        (
+            "--timing --shard 1/2",
+            "E518 --timing measures this computer",
+        ),
     ] {
-        let (exit, _, error) = ran(&folder, &[&["two-points"], &arguments[..]].concat());
+        let words: Vec<&str> = words.split(' ').collect();
+        let (exit, _, error) = ran(&folder, &[&["two-points"], &words[..]].concat());
         assert_eq!(exit, Some(2), "{error}");
-        assert!(error.contains(wanted), "{error}");
+        assert!(error.contains(wanted), "{wanted}: {error}");
+    }
+    assert!(!folder.join("x").exists() && !folder.join("y").exists());
+}
+
+/// It tells what the draws cost, and nothing of it is a result.
+#[test]
+fn what_a_draw_costs_is_told_apart() {
+    let folder = folder("two_points_cost");
+    let words = [&FEW[..], &["--draws", "1", "--timing"]].concat();
+    let (exit, told, error) = ran(&folder, &[&["--json"], &words[..]].concat());
+    assert_eq!(exit, Some(0), "{error}");
+    let told: Value = serde_json::from_str(&told).unwrap();
+    let timing = &told["timing"];
+    assert!(
+        told.get("result").is_none() && timing["draws"] == 1,
+        "{told}"
+    );
+    assert_eq!(timing["wearers"]["stimulations"], 29 * 5 * 4, "{told}");
+    for part in ["searches", "trials", "both"] {
+        assert!(timing["draw"][part]["mean_s"].is_f64(), "{told}");
     }
 }

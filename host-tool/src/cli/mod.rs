@@ -6,6 +6,7 @@ mod check;
 mod chip;
 mod compare;
 mod demo;
+mod draw_cost;
 mod edges;
 mod experiment;
 mod explain_model;

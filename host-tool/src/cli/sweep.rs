@@ -3,11 +3,10 @@
 use super::experiment::people;
 use super::{Output, interrupt, wrong};
 use clap::Args;
-use host_core::record::Place;
 use interrupt::Ended;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use studies::experiments::named;
-use studies::laboratory::{Checked, MOST_DRAWS, Outcome, Shard, Sweep, begin, merge};
+use studies::laboratory::{Checked, MOST_DRAWS, Outcome, Shard, Sweep, merge};
 
 /// Draw an experiment's wearers on all cores; the same command goes on where it was
 /// interrupted
@@ -52,8 +51,7 @@ pub fn main(args: &SweepArgs, output: Output) -> anyhow::Result<()> {
     let seed = args.seed.unwrap_or(experiment.declaration.seed);
     let sweep = Sweep::new(&experiment, seed, draws, shard);
     let interruption = interrupt::heed()?;
-    begin(&args.out)?;
-    let _mine = Place::existing(&args.out)?;
+    let _mine = sweep.place(&args.out)?;
     let bar = output.bar(&experiment.declaration.name);
     let mut done = 0.0;
     let swept = sweep.run(&experiment, &args.out, &[], &mut |part| {
@@ -63,29 +61,42 @@ pub fn main(args: &SweepArgs, output: Output) -> anyhow::Result<()> {
     })?;
     bar.finish();
     if let (Some(signal), true) = (interruption.asked(), done < 1.0) {
-        let kept = format!(
-            "after {:.0} % of the sweep; the same command goes on from there",
-            100.0 * done
-        );
-        return Err(Ended(signal, kept).into());
+        return Err(Ended(signal, kept(done)).into());
     }
     if let Some(checked) = swept.checked {
         eprintln!("{}", in_words(checked));
     }
     match swept.outcome {
         Some(outcome) => say(args, output, &outcome),
-        None => {
-            let dir = args.out.display().to_string();
-            let text = format!(
-                "the shard is whole; merge all of them: flexor sweep {} --merge {dir} … --out DIR",
-                args.name
-            );
-            output.say(
-                || text,
-                || serde_json::json!({ "shard": shard, "folder": dir }),
-            )
-        }
+        None => say_shard(&format!("sweep {}", args.name), (shard, &args.out), output),
     }
+}
+
+/// Of a sweep that ended when this part of it was done.
+pub(super) fn kept(done: f64) -> String {
+    format!(
+        "after {:.0} % of the sweep; the same command goes on from there",
+        100.0 * done
+    )
+}
+
+/// Says that this shard of what `command` draws is whole, and what to do with it.
+///
+/// # Errors
+/// The standard output cannot be written.
+pub(super) fn say_shard(
+    command: &str,
+    (shard, dir): (Shard, &Path),
+    output: Output,
+) -> anyhow::Result<()> {
+    let dir = dir.display().to_string();
+    let text = format!(
+        "the shard is whole; merge all of them: flexor {command} --merge {dir} … --out DIR"
+    );
+    output.say(
+        || text,
+        || serde_json::json!({ "shard": shard, "folder": dir }),
+    )
 }
 
 /// What was drawn without the device, and how it compares.

@@ -1,19 +1,19 @@
 //! `flexor two-points`: in which drawn wearers Hamana 2022's claims hold, and what they
 //! need to.
 
-use super::{Incomplete, Output, interrupt, wrong};
+use super::draw_cost::Cost;
+use super::interrupt::{self, Ended};
+use super::sweep::{kept, say_shard};
+use super::{Incomplete, Output, wrong};
 use clap::Args;
 use host_core::plot::words::in_columns;
-use host_core::record::{Place, replace_file, sha256};
-use rayon::prelude::*;
-use serde_json::json;
-use std::collections::BTreeMap;
-use std::path::PathBuf;
-use studies::laboratory::{self, Declared, Outcome};
-use studies::two_points::{Cell, DECLARED, Drawn, HEAD, Population, Summary, TwoPointsError};
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+use studies::laboratory::{Drawing, Outcome, Shard, Sweep, join, part_of};
+use studies::two_points::{Cells, SIMULATED, Summary};
 
 /// Draw forearms that are a mechanism, search points and voltages on each as Hamana 2022
-/// did, and judge its claims
+/// did, and judge its claims; with --out the same command goes on where it was interrupted
 #[derive(Args, Debug)]
 pub struct TwoPointsArgs {
     /// One cell alone, by its number from 0; without, all
@@ -25,151 +25,151 @@ pub struct TwoPointsArgs {
     /// Decides who is drawn; default: the declaration's
     #[arg(long)]
     seed: Option<u64>,
-    /// Folder for result.json, result.html and draws.csv, absent or empty
+    /// Part I of N, as 3/8
+    #[arg(long)]
+    shard: Option<Shard>,
+    /// Make one result of the folders of all its shards
+    #[arg(long, num_args = 1.., value_name = "DIR")]
+    merge: Vec<PathBuf>,
+    /// Folder for result.json, result.html and draws.csv: absent, empty, or this begun before
     #[arg(long)]
     out: Option<PathBuf>,
+    /// Measure what a draw costs this computer, searches and trials apart, instead
+    #[arg(long)]
+    timing: bool,
 }
 
 /// Most wearers of a cell.
 const MOST: u64 = 100_000;
-/// Wearers between two questions whether to go on.
-const AT_ONCE: usize = 8;
 
 /// # Errors
 /// Arguments out of range, a folder that cannot be written, a signal.
 pub fn main(args: &TwoPointsArgs, output: Output) -> anyhow::Result<()> {
-    let population = Population::declared()?;
-    let seed = args.seed.unwrap_or(population.seed);
+    args.exclude()?;
+    if !args.merge.is_empty() {
+        return merge(args, output);
+    }
+    let Some(cells) = Cells::declared(args.cell)? else {
+        let most = Cells::declared(None)?.map_or(0, |it| it.count()) - 1;
+        let cell = args.cell.unwrap_or_default();
+        return wrong(format!("--cell is {cell}, allowed is 0 to {most}"));
+    };
+    let population = cells.population();
     let draws = args.draws.unwrap_or(population.draws);
     if draws == 0 || draws > MOST {
         return wrong(format!("--draws is {draws}, allowed is 1 to {MOST}"));
     }
-    let mut cells = population.cells();
-    if let Some(index) = args.cell {
-        let count = cells.len();
-        let Some(cell) = cells.get(index).cloned() else {
-            return wrong(format!("--cell is {index}, allowed is 0 to {}", count - 1));
-        };
-        cells = vec![cell];
+    let seed = args.seed.unwrap_or(population.seed);
+    if args.timing {
+        return Cost::main((args.cell, args.draws), seed, output);
     }
-    let place = args.out.as_deref().map(|dir| Place::given(dir, false));
-    let place = place.transpose()?;
+    let shard = args.shard.unwrap_or(Shard::WHOLE);
+    let sweep = Sweep::drawing(&cells, (seed, draws), shard);
+    draw(args, &cells, &sweep, output)
+}
+
+impl TwoPointsArgs {
+    /// Refuses what does not go together.
+    fn exclude(&self) -> anyhow::Result<()> {
+        let has = [
+            ("--cell", self.cell.is_some()),
+            ("--draws", self.draws.is_some()),
+            ("--seed", self.seed.is_some()),
+            ("--shard", self.shard.is_some()),
+            ("--timing", self.timing),
+        ];
+        let given = has.into_iter().find(|(_, is_given)| *is_given);
+        if let (Some((option, _)), false) = (given, self.merge.is_empty()) {
+            return wrong(format!(
+                "--merge takes cell, draws and seed from the folders of its shards: leave out \
+                 {option}"
+            ));
+        }
+        let keeps = [
+            ("--shard", self.shard.is_some()),
+            ("--merge", !self.merge.is_empty()),
+        ];
+        let keeps = keeps.into_iter().find(|(_, is_given)| *is_given);
+        match (keeps, &self.out, self.timing) {
+            (Some((option, _)), None, false) => wrong(format!(
+                "{option} needs a folder to write in: add --out DIR"
+            )),
+            (Some(_), _, true) | (_, Some(_), true) => wrong(
+                "--timing measures this computer and writes no result: leave out --shard and \
+                 --out",
+            ),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Draws what the folder does not hold yet, or all without one.
+fn draw(args: &TwoPointsArgs, cells: &Cells, sweep: &Sweep, output: Output) -> anyhow::Result<()> {
+    let out = args.out.as_deref();
     let interruption = interrupt::heed()?;
+    let _mine = out.map(|dir| sweep.place(dir)).transpose()?;
     let bar = output.bar("two-points");
-    let mut summaries = Vec::new();
-    let of = cells.len() as f64;
-    for (number, cell) in cells.iter().enumerate() {
-        let drawn = play(&population, cell, (seed, draws), &mut |part| {
-            bar.set((number as f64 + part) / of);
-            interruption.asked().is_none()
-        })?;
-        let Some(drawn) = drawn else { break };
-        summaries.push(Summary {
-            cell: cell.clone(),
-            drawn,
-        });
-    }
+    let mut done = 0.0;
+    let computed = sweep.compute(cells, out, &mut |part| {
+        bar.set(part);
+        done = part;
+        interruption.asked().is_none()
+    })?;
     bar.finish();
-    let done = format!(
-        "{} of {} cells, the first ones",
-        summaries.len(),
-        cells.len()
-    );
-    let is_whole = summaries.len() == cells.len();
-    let mut result = result(&population, &summaries, (seed, draws));
-    if !is_whole {
-        result.cut_short = Some(format!("Cut short: {done}."));
+    let summaries = cells.summaries(sweep.draws, &computed.units);
+    let is_shard = sweep.shard != Shard::WHOLE;
+    if let (Some(signal), false) = (interruption.asked(), computed.is_whole) {
+        let result = match is_shard {
+            true => json!({}),
+            false => told(&cells.outcome(sweep, &computed.units), out),
+        };
+        let when = match out {
+            Some(_) => kept(done),
+            None => format!(
+                "after {} of {} cells, the first ones",
+                summaries.len(),
+                cells.count()
+            ),
+        };
+        let error = Ended(signal, when).into();
+        return Err(Incomplete { error, result }.into());
     }
-    if let Some(place) = &place {
-        laboratory::publish(place.dir(), &result, &[])?;
-        let rows: String = summaries.iter().map(Summary::rows).collect();
-        replace_file(
-            &place.dir().join("draws.csv"),
-            format!("{HEAD}{rows}").as_bytes(),
-        )?;
-    }
-    let machines = json!({ "result": result, "folder": args.out });
-    match interruption.asked().filter(|_| !is_whole) {
-        None => output.say(|| people(&summaries), || machines),
-        Some(signal) => {
-            let error = interrupt::Ended(signal, format!("after {done}")).into();
-            let result = machines;
-            Err(Incomplete { error, result }.into())
-        }
-    }
+    let result = match out {
+        Some(dir) if is_shard => return say_shard("two-points", (sweep.shard, dir), output),
+        Some(dir) => sweep.close(cells, dir, &computed.units)?,
+        None => cells.outcome(sweep, &computed.units),
+    };
+    output.say(|| people(&summaries, out), || told(&result, out))
 }
 
-/// All wearers of a cell; `None` if `go_on` said no before they were all drawn.
-fn play(
-    population: &Population,
-    cell: &Cell,
-    (seed, draws): (u64, u64),
-    go_on: &mut dyn FnMut(f64) -> bool,
-) -> Result<Option<Vec<Drawn>>, TwoPointsError> {
-    let indices: Vec<u64> = (0..draws).collect();
-    let mut all = Vec::with_capacity(indices.len());
-    for some in indices.chunks(AT_ONCE * rayon::current_num_threads()) {
-        if !go_on(all.len() as f64 / draws as f64) {
-            return Ok(None);
-        }
-        let each = some
-            .par_iter()
-            .map(|index| population.draw(cell, seed, *index));
-        all.extend(each.collect::<Result<Vec<_>, _>>()?);
-    }
-    Ok(Some(all))
+/// Joins shards.
+fn merge(args: &TwoPointsArgs, output: Output) -> anyhow::Result<()> {
+    let (Some(first), Some(out)) = (args.merge.first(), args.out.as_deref()) else {
+        return wrong("--merge needs folders, and --out DIR");
+    };
+    let first = part_of(first)?;
+    let cells = Cells::of(&first)?;
+    let (units, result) = join(&args.merge, out, &cells)?;
+    let summaries = cells.summaries(first.draws, &units);
+    output.say(
+        || people(&summaries, Some(out)),
+        || told(&result, Some(out)),
+    )
 }
 
-fn result(population: &Population, summaries: &[Summary], (seed, draws): (u64, u64)) -> Outcome {
-    let ranges = population.ranges.iter().map(|range| {
-        let (field, low, high, source) = (&range.field, range.low, range.high, &range.source);
-        format!("Drawn: {field} from {low} to {high} ({source}).")
-    });
-    let cells = summaries.iter().map(|it| {
-        let (name, below) = (it.cell.name(), it.below());
-        format!("{name}: {}.", below.trim())
-    });
-    let notes = [SIMULATED.to_owned()]
-        .into_iter()
-        .chain(ranges)
-        .chain(cells);
-    Outcome {
-        name: "two-points".to_owned(),
-        title: population.title.clone(),
-        seed,
-        simulated: Some(true),
-        cut_short: None,
-        declared: Declared {
-            asked: "two-points".to_owned(),
-            command: Some(format!("two-points --draws {draws}")),
-            device: None,
-            sha256: BTreeMap::from([("population.toml".to_owned(), sha256(DECLARED.as_bytes()))]),
-            source: population.source.clone(),
-            draws,
-            as_declared: (seed, draws) == (population.seed, population.draws),
-        },
-        conditions: Vec::new(),
-        rows: Vec::new(),
-        shares: summaries
-            .iter()
-            .flat_map(|it| it.shares(population))
-            .collect(),
-        decides: Vec::new(),
-        notes: notes.collect(),
-    }
+/// For machines.
+fn told(result: &Outcome, out: Option<&Path>) -> Value {
+    json!({ "result": result, "folder": out })
 }
 
-/// What is said of every result.
-const SIMULATED: &str =
-    "Simulated: drawn forearms of assumed parameters; no evidence about people.";
-
-fn people(summaries: &[Summary]) -> String {
+fn people(summaries: &[Summary], out: Option<&Path>) -> String {
     let mut text = Summary::head();
     for summary in summaries {
         text += &format!("\n{}\n{}", summary.line(), summary.below());
     }
     let told = "n: wearers with all numbers; columns: in how many of a hundred each claim holds \
                 (host-tool/two_points/population.toml has them in this order).";
-    text += &format!("\n{}", in_columns(told, 80));
-    text + &format!("\n{SIMULATED}")
+    text += &format!("\n{}\n{SIMULATED}", in_columns(told, 80));
+    let page = out.map(|dir| format!("\nPage: {}", dir.join("result.html").display()));
+    text + &page.unwrap_or_default()
 }

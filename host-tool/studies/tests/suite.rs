@@ -16,3 +16,4 @@ mod sweeps;
 mod thresholds_found;
 mod tracking_causes;
 mod two_points;
+mod two_points_cells;

@@ -15,7 +15,7 @@ pub(crate) fn swept(shard: Shard, seed: u64, dir: &Path) {
 }
 
 /// Every file of a folder with its bytes.
-fn files(dir: &Path) -> Vec<(String, Vec<u8>)> {
+pub(crate) fn files(dir: &Path) -> Vec<(String, Vec<u8>)> {
     let entries = fs::read_dir(dir).unwrap().flatten();
     let mut all: Vec<_> = entries
         .map(|it| {
@@ -29,7 +29,7 @@ fn files(dir: &Path) -> Vec<(String, Vec<u8>)> {
     all
 }
 
-fn shard(text: &str) -> Shard {
+pub(crate) fn shard(text: &str) -> Shard {
     text.parse().unwrap()
 }
 /// A row that the sweep would not have written, by file and line.

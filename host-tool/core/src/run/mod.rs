@@ -29,7 +29,7 @@ pub use identity::{device_kind, identity};
 pub use interruption::{Stopped, interruptible};
 pub use observer::{Observer, Seen, Wish};
 pub use option_bytes::option_bytes_told;
-pub use profile::{Booted, ProfileError, Profiled, profile};
+pub use profile::{Booted, ProfileError, Profiled, Stopwatch, profile};
 pub use recorded::{BeginError, Recorded, TrialPlace, record, record_on};
 pub use runner::{Outcome, acknowledge, greet, run};
 pub use stages::stages_told;

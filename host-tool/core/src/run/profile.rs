@@ -95,20 +95,24 @@ impl Profiled {
 
 /// Measures processor time, which other programs do not lengthen.
 #[derive(Clone, Copy, Debug)]
-struct Stopwatch {
+pub struct Stopwatch {
     wall: Instant,
     processor: Option<Duration>,
 }
 
 impl Stopwatch {
-    fn start() -> Self {
+    /// From now on.
+    #[must_use]
+    pub fn start() -> Self {
         Self {
             wall: Instant::now(),
             processor: processor_time(),
         }
     }
 
-    fn elapsed(&self) -> Duration {
+    /// What all threads of this program took since.
+    #[must_use]
+    pub fn elapsed(&self) -> Duration {
         let spent = processor_time().zip(self.processor);
         spent.map_or_else(|| self.wall.elapsed(), |(now, then)| now - then)
     }

@@ -42,4 +42,4 @@ pub use open_loop::Checked;
 pub use page::{headline, publish, quoted, renew};
 pub use protocol::{Place, Step, Wearer};
 pub use result::{Declared, Outcome, Row, Shown};
-pub use sweep::{Shard, Sweep, Swept, begin, merge};
+pub use sweep::{Computed, Drawing, Shard, Sweep, Swept, join, merge, number_of, part_of};

@@ -1,16 +1,22 @@
 //! Many wearers on all cores: resumable, in shards, the same bytes however cut.
 
+mod drawing;
 mod folder;
+mod merging;
+mod playing;
 
-use super::claims::Units;
 use super::conduct::Conducted;
 use super::error::LaboratoryError;
 use super::experiment::Experiment;
-use super::open_loop::{Checked, Score, is_checked};
+use super::open_loop::{Checked, Score};
 use super::page::publish;
 use super::result::Outcome;
+pub use drawing::Drawing;
 use folder::Folder;
 use host_core::record::Place;
+pub use merging::{Joined, join, part_of};
+use playing::Playing;
+pub use playing::number_of;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -75,6 +81,9 @@ pub struct Swept {
 pub struct Sweep {
     /// The experiment.
     pub name: String,
+    /// Which part of what is declared, where it is not all of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub only: Option<String>,
     /// SHA-256 of the declaration and its sessions, by file.
     pub sha256: BTreeMap<String, String>,
     /// Of wearers and noise.
@@ -87,13 +96,28 @@ pub struct Sweep {
     pub version: String,
 }
 
+/// The units of a sweep that were computed, now or before.
+pub struct Computed<U> {
+    /// The first ones of this part, by index.
+    pub units: BTreeMap<u64, U>,
+    /// Whether they are all of them.
+    pub is_whole: bool,
+}
+
 impl Sweep {
     /// Of this experiment.
     #[must_use]
     pub fn new(experiment: &Experiment, seed: u64, draws: u64, shard: Shard) -> Self {
+        Self::drawing(&Playing::of(experiment), (seed, draws), shard)
+    }
+
+    /// Of what is drawn: seed and draws.
+    #[must_use]
+    pub fn drawing(drawing: &impl Drawing, (seed, draws): (u64, u64), shard: Shard) -> Self {
         Self {
-            name: experiment.declaration.name.clone(),
-            sha256: experiment.hashes.iter().cloned().collect(),
+            name: drawing.name().to_owned(),
+            only: drawing.only(),
+            sha256: drawing.hashes(),
             seed,
             draws,
             shard,
@@ -114,7 +138,19 @@ impl Sweep {
     /// # Errors
     /// There is none.
     pub fn of(dir: &Path) -> Result<Self, LaboratoryError> {
-        folder::about_of(&dir.join("sweep.json"))
+        folder::about_of(dir)
+    }
+
+    /// Takes the folder `dir`, absent, empty or this sweep begun before, for this program
+    /// alone.
+    ///
+    /// # Errors
+    /// E603: it holds something else, which is left alone; another program writes there.
+    pub fn place(&self, dir: &Path) -> Result<Place, LaboratoryError> {
+        let made = std::fs::create_dir_all(dir);
+        made.map_err(|error| LaboratoryError::File(dir.display().to_string(), error))?;
+        folder::refuse_other(dir, self)?;
+        Ok(Place::existing(dir)?)
     }
 
     /// For people.
@@ -122,8 +158,10 @@ impl Sweep {
         let Self {
             name, seed, draws, ..
         } = self;
+        let only = self.only.iter().map(|only| format!(", {only}"));
+        let only: String = only.collect();
         let Shard { number, of } = self.shard;
-        format!("{name}, seed {seed}, {draws} draws, shard {number}/{of}")
+        format!("{name}{only}, seed {seed}, {draws} draws, shard {number}/{of}")
     }
 
     /// Computes what `dir` does not hold yet; `go_on` hears the part done, 0 to 1,
@@ -155,152 +193,104 @@ impl Sweep {
         score: Option<&Score>,
         go_on: &mut dyn FnMut(f64) -> bool,
     ) -> Result<Option<Outcome>, LaboratoryError> {
-        let (mut folder, mut units) = Folder::open(dir, self, experiment)?;
-        let all: Vec<u64> = self.units(experiment).collect();
-        if !units.keys().eq(all.iter().take(units.len())) {
-            let file = dir.join("draws.csv").display().to_string();
-            let reason = "its units are not the first ones of this part, in order".to_owned();
-            return Err(LaboratoryError::Damaged { file, reason });
-        }
-        let left: Vec<u64> = all
-            .iter()
-            .copied()
-            .filter(|it| !units.contains_key(it))
-            .collect();
-        for some in left.chunks(AT_ONCE * rayon::current_num_threads()) {
-            if !go_on(units.len() as f64 / all.len() as f64) {
-                return Ok(None);
-            }
-            let unit = |index: &u64| {
-                let unit = experiment.unit(self.seed, self.draws, *index);
-                let measured = match score {
-                    Some(score) => {
-                        let is_checked = is_checked(self.shard.position(*index));
-                        score.perform(experiment, &unit, is_checked)?
-                    }
-                    None => experiment.perform(&unit)?,
-                };
-                Ok((measured, unit))
-            };
-            let done: Vec<Result<_, LaboratoryError>> = some.par_iter().map(unit).collect();
-            for result in done {
-                let (measured, unit) = result?;
-                folder.append(experiment, &unit, &measured)?;
-                units.insert(unit.index, measured);
-            }
-        }
-        go_on(1.0);
-        match self.shard == Shard::WHOLE {
-            true => self.close(experiment, dir, (&units, trials)).map(Some),
+        let playing = Playing {
+            experiment,
+            score,
+            trials,
+        };
+        let computed = self.compute(&playing, Some(dir), go_on)?;
+        match computed.is_whole && self.shard == Shard::WHOLE {
+            true => self.close(&playing, dir, &computed.units).map(Some),
             false => Ok(None),
         }
     }
 
+    /// Computes what `dir` does not hold yet, or all of it without keeping it anywhere;
+    /// `go_on` hears the part done, 0 to 1, and may say no.
+    ///
+    /// # Errors
+    /// The folder holds something else or cannot be written; a unit failed, which ends the
+    /// sweep with everything before kept.
+    pub fn compute<D: Drawing>(
+        &self,
+        drawing: &D,
+        dir: Option<&Path>,
+        go_on: &mut dyn FnMut(f64) -> bool,
+    ) -> Result<Computed<D::Unit>, D::Error> {
+        let all: Vec<u64> = self.units(drawing).collect();
+        let opened = dir.map(|dir| self.open(dir, drawing, &all)).transpose()?;
+        let (mut folder, mut units) = match opened {
+            Some((folder, units)) => (Some(folder), units),
+            None => (None, BTreeMap::new()),
+        };
+        // What is known are the first ones.
+        let left = all.get(units.len()..).unwrap_or_default();
+        for some in left.chunks(AT_ONCE * rayon::current_num_threads()) {
+            if !go_on(units.len() as f64 / all.len() as f64) {
+                let is_whole = false;
+                return Ok(Computed { units, is_whole });
+            }
+            let unit = |index: &u64| Ok((*index, drawing.compute(self, *index)?));
+            let done: Vec<Result<_, D::Error>> = some.par_iter().map(unit).collect();
+            for result in done {
+                let (index, unit) = result?;
+                if let Some(folder) = &mut folder {
+                    folder.append(drawing, self, (index, &unit))?;
+                }
+                units.insert(index, unit);
+            }
+        }
+        go_on(1.0);
+        let is_whole = true;
+        Ok(Computed { units, is_whole })
+    }
+
+    /// The folder of this part, whose units are `all`, and those that it holds.
+    fn open<D: Drawing>(
+        &self,
+        dir: &Path,
+        drawing: &D,
+        all: &[u64],
+    ) -> Result<(Folder, BTreeMap<u64, D::Unit>), LaboratoryError> {
+        let (folder, units) = Folder::open(dir, self, drawing)?;
+        if units.keys().eq(all.iter().take(units.len())) {
+            return Ok((folder, units));
+        }
+        let file = dir.join("draws.csv").display().to_string();
+        let reason =
+            "its units are not the first ones of this part, in order: take the file away, \
+                      the same command computes them anew"
+                .to_owned();
+        Err(LaboratoryError::Damaged { file, reason })
+    }
+
     /// The units of this part, rising.
-    fn units(&self, experiment: &Experiment) -> impl Iterator<Item = u64> {
+    fn units(&self, drawing: &impl Drawing) -> impl Iterator<Item = u64> {
         let shard = self.shard;
-        (0..experiment.units(self.draws)).filter(move |unit| shard.has(*unit))
+        (0..drawing.units(self.draws)).filter(move |unit| shard.has(*unit))
     }
 
     /// Writes what the whole came to.
-    fn close(
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn close<D: Drawing>(
         &self,
-        experiment: &Experiment,
+        drawing: &D,
         dir: &Path,
-        (units, trials): (&Units, &[Conducted]),
+        units: &BTreeMap<u64, D::Unit>,
     ) -> Result<Outcome, LaboratoryError> {
-        let outcome = Outcome::of(experiment, (self.seed, self.draws), units, Some(true));
-        let outcome = outcome.showing(trials);
-        publish(dir, &outcome, trials)?;
+        let outcome = drawing.outcome(self, units);
+        publish(dir, &outcome, drawing.trials())?;
         Ok(outcome)
     }
-}
 
-/// Makes the folder of a sweep, if it is not there.
-///
-/// # Errors
-/// It is a file, or cannot be made.
-pub fn begin(dir: &Path) -> Result<(), LaboratoryError> {
-    let made = std::fs::create_dir_all(dir);
-    made.map_err(|error| LaboratoryError::File(dir.display().to_string(), error))
-}
-
-/// Makes one sweep in `out` of all of its shards in `parts`: the bytes of a sweep
-/// that was never cut. `find` knows the experiment of a name.
-///
-/// # Errors
-/// The parts are not all shards of one sweep, one has a hole, or a file fails.
-pub fn merge(
-    parts: &[PathBuf],
-    out: &Path,
-    experiment: &Experiment,
-) -> Result<Outcome, LaboratoryError> {
-    let about = |part: &PathBuf| Ok((part.display().to_string(), Sweep::of(part)?));
-    let named = parts.iter().map(about);
-    let named: Vec<(String, Sweep)> = named.collect::<Result<_, LaboratoryError>>()?;
-    let whole = whole_of(&named, experiment)?;
-    let mut units = BTreeMap::new();
-    for (part, (name, sweep)) in parts.iter().zip(&named) {
-        let own = folder::units(part, sweep, experiment)?;
-        let lacking = sweep.units(experiment).find(|unit| !own.contains_key(unit));
-        if let Some(unit) = lacking {
-            return Err(LaboratoryError::Merge(format!(
-                "{name} has a hole: unit {unit} is missing; run its shard again, it goes on"
-            )));
-        }
-        units.extend(own);
-    }
-    begin(out)?;
-    let _mine = Place::existing(out)?;
-    let (mut folder, known) = Folder::open(out, &whole, experiment)?;
-    for (index, measured) in &units {
-        if !known.contains_key(index) {
-            let unit = experiment.unit(whole.seed, whole.draws, *index);
-            folder.append(experiment, &unit, measured)?;
-        }
-    }
-    whole.close(experiment, out, (&units, &[]))
-}
-
-/// The sweep that these are all parts of.
-fn whole_of(parts: &[(String, Sweep)], experiment: &Experiment) -> Result<Sweep, LaboratoryError> {
-    let refuse = |why: String| Err(LaboratoryError::Merge(why));
-    let Some((first_name, first)) = parts.first() else {
-        return refuse("there are none".to_owned());
-    };
-    let of = first.shard.of;
-    let whole = |sweep: &Sweep| Sweep {
-        shard: Shard::WHOLE,
-        ..sweep.clone()
-    };
-    let mut seen = BTreeMap::new();
-    for (name, sweep) in parts {
-        if whole(sweep) != whole(first) || sweep.shard.of != of {
-            let (this, that) = (sweep.difference(first), first_name);
-            return refuse(format!("{name} is not of the sweep of {that}: {this}"));
-        }
-        if let Some(other) = seen.insert(sweep.shard.number, name) {
-            let number = sweep.shard.number;
-            return refuse(format!("{name} and {other} are both shard {number}/{of}"));
-        }
-    }
-    if let Some(number) = (1..=of).find(|number| !seen.contains_key(number)) {
-        return refuse(format!("shard {number}/{of} is missing"));
-    }
-    let whole = whole(first);
-    match whole == Sweep::new(experiment, whole.seed, whole.draws, Shard::WHOLE) {
-        true => Ok(whole),
-        false => refuse(format!(
-            "{first_name} was made of another declaration or by another version of this program"
-        )),
-    }
-}
-
-impl Sweep {
     /// What differs from `other`, for people.
     fn difference(&self, other: &Self) -> String {
+        let only = |it: &Self| it.only.clone().unwrap_or_else(|| "all".to_owned());
         let pairs = [
             ("experiment", self.name.clone(), other.name.clone()),
+            ("part", only(self), only(other)),
             ("seed", self.seed.to_string(), other.seed.to_string()),
             ("draws", self.draws.to_string(), other.draws.to_string()),
             (
@@ -316,4 +306,18 @@ impl Sweep {
             |(what, this, that)| format!("{what} {this}, not {that}"),
         )
     }
+}
+
+/// Makes one sweep in `out` of all of its shards in `parts`: the bytes of a sweep
+/// that was never cut.
+///
+/// # Errors
+/// The parts are not all shards of one sweep, one has a hole, or a file fails.
+pub fn merge(
+    parts: &[PathBuf],
+    out: &Path,
+    experiment: &Experiment,
+) -> Result<Outcome, LaboratoryError> {
+    let joined: Joined<_> = join(parts, out, &Playing::of(experiment))?;
+    Ok(joined.1)
 }

@@ -51,6 +51,22 @@ impl Torques {
     }
 }
 
+/// Phase differences at which claims look at individuation, µs: together, then all from
+/// 500 µs on.
+pub const PHASES_US: [u32; 6] = [0, 500, 1_000, 2_000, 5_000, 10_000];
+/// Which of them are together and at 2000 µs.
+pub(super) const TOGETHER: usize = 0;
+pub(super) const LATE: usize = 3;
+
+/// Mean individuation of the conducted patterns at each of [`PHASES_US`]; `None` where every
+/// trial was left out.
+pub type Individuations = [Option<f64>; PHASES_US.len()];
+
+/// [`Individuations`] of all patterns.
+pub(super) fn individuations(outcomes: &[Outcome]) -> Individuations {
+    PHASES_US.map(|after_us| individuation(outcomes, after_us))
+}
+
 /// Mean individuation of the conducted patterns with this phase difference.
 fn individuation(outcomes: &[Outcome], after_us: u32) -> Option<f64> {
     let of = outcomes
@@ -61,21 +77,21 @@ fn individuation(outcomes: &[Outcome], after_us: u32) -> Option<f64> {
 }
 
 /// Whether each claim of `population.toml` holds, in its order; `None` where it cannot be
-/// judged.
+/// judged. `postures` are of one point and of two.
 #[must_use]
 pub fn judged(
-    outcomes: &[Outcome],
+    torques: &Torques,
+    individuations: &Individuations,
     voltages: &Voltages,
     postures: &[Postures; 2],
 ) -> [Option<bool>; 8] {
-    let torques = Torques::of(outcomes);
     let ratio = |a: f64, b: f64| (b > 0.0).then(|| a / b);
-    let at = |after_us| individuation(outcomes, after_us);
-    let apart = at(0)
-        .zip(at(2_000))
+    let at = |place: usize| individuations[place];
+    let apart = at(TOGETHER)
+        .zip(at(LATE))
         .map(|(together, apart)| together < apart);
-    let late = [500, 1_000, 2_000, 5_000, 10_000].map(at);
-    let is_selective = late.iter().copied().collect::<Option<Vec<f64>>>();
+    let late = individuations.iter().skip(TOGETHER + 1).copied();
+    let is_selective = late.collect::<Option<Vec<f64>>>();
     let lower = voltages.ratio.map(|r| {
         let points = voltages.most_v.into_iter().zip(voltages.threshold_v);
         points

@@ -1,5 +1,6 @@
 //! What cannot be studied.
 
+use crate::laboratory::LaboratoryError;
 use hal_sim::body::hand::{InvalidHand, network::InvalidSegment};
 
 /// Why a study of two points does not come about.
@@ -26,6 +27,9 @@ pub enum TwoPointsError {
     /// Its circuit.
     #[error("E623 the circuit of a drawn hand cannot be solved: a mistake of the program")]
     Network(#[from] InvalidSegment),
+    /// Its sweep.
+    #[error(transparent)]
+    Laboratory(#[from] LaboratoryError),
 }
 
 impl TwoPointsError {

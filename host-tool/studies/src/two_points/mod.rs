@@ -7,6 +7,7 @@
 //! whom each claim holds. All simulated: no evidence about people.
 
 mod angles;
+mod cells;
 mod claims;
 mod compared;
 mod couplings;
@@ -20,6 +21,7 @@ mod pattern;
 mod points;
 mod population;
 mod replication;
+mod row;
 mod sessions;
 mod study;
 mod summary;
@@ -28,7 +30,8 @@ mod trials;
 mod voltages;
 mod wearers;
 
-pub use claims::{Torques, judged};
+pub use cells::{Cells, SIMULATED};
+pub use claims::{Individuations, PHASES_US, Torques, judged};
 pub use compared::compared;
 pub use departure::Departure;
 pub use error::TwoPointsError;
@@ -40,8 +43,8 @@ pub use population::{DECLARED, Person, Population};
 pub use replication::{Averages, CONDUCTED, PATTERNS, Replication};
 pub use sessions::Session;
 pub use study::{Cell, Drawn, Known, Numbers, Prepared, prepare};
-pub use summary::{HEAD, Summary};
+pub use summary::Summary;
 pub use tracked::{LAWS, Method};
-pub use trials::{Outcome, Trials};
+pub use trials::{Outcome, Postures, Trials};
 pub use voltages::{Voltages, calibrate, search_extensor};
 pub use wearers::{Participants, WEARERS, Wearer};

@@ -103,17 +103,26 @@ impl Population {
         toml::from_str(DECLARED).map_err(|e| TwoPointsError::Declaration(e.to_string()))
     }
 
-    /// What `field` is for whoever has this stream.
-    fn value(&self, stream: u64, field: &str) -> Result<f64, TwoPointsError> {
+    /// What is drawn for person `index`, a number for each range in their order: every one
+    /// of the same seed has the same numbers, whatever is drawn beside.
+    #[must_use]
+    pub fn drawn(&self, seed: u64, index: u64) -> Vec<f64> {
+        let stream = random::word(seed, index);
+        let value = |(place, range): (usize, &Range)| {
+            let part = random::unit(stream, place as u64);
+            match range.logarithm {
+                true => range.low * (range.high / range.low).powf(part),
+                false => range.low + part * (range.high - range.low),
+            }
+        };
+        self.ranges.iter().enumerate().map(value).collect()
+    }
+
+    /// What is `drawn` for the range of this field.
+    fn value(&self, drawn: &[f64], field: &str) -> Result<f64, TwoPointsError> {
         let place = self.ranges.iter().position(|range| range.field == field);
-        let place = place.ok_or_else(|| TwoPointsError::missing(field))?;
-        let range = &self.ranges[place];
-        let part = random::unit(stream, place as u64);
-        Ok(if range.logarithm {
-            range.low * (range.high / range.low).powf(part)
-        } else {
-            range.low + part * (range.high - range.low)
-        })
+        let value = place.and_then(|place| drawn.get(place).copied());
+        value.ok_or_else(|| TwoPointsError::missing(field))
     }
 
     /// Thresholds of A, B and the extensor's point of person `index`, V, where nobody
@@ -122,19 +131,19 @@ impl Population {
     /// # Errors
     /// A range is missing.
     pub fn thresholds_v(&self, seed: u64, index: u64) -> Result<[f64; 3], TwoPointsError> {
-        let stream = random::word(seed, index);
-        let of = |field| self.value(stream, field);
+        let drawn = self.drawn(seed, index);
+        let of = |field| self.value(&drawn, field);
         Ok([of("threshold_v")?, of("other_v")?, of("extensor_v")?])
     }
 
-    /// Person `index`: every one of the same seed has the same numbers, whatever is drawn
-    /// beside.
+    /// Person `index`, of the numbers that are [drawn](Self::drawn) for it.
     ///
     /// # Errors
     /// A range's field is unknown, or one is missing.
     pub fn person(&self, seed: u64, index: u64) -> Result<Person, TwoPointsError> {
         let stream = random::word(seed, index);
-        let value = |field| self.value(stream, field);
+        let drawn = self.drawn(seed, index);
+        let value = |field| self.value(&drawn, field);
         let mut spec = HandSpec::nominal(value("reach_m")?, value("around_m")?, stream);
         spec.tissue.fat_m = 1e-3 * value("fat_mm")?;
         spec.skin = SkinSpec {

@@ -1,11 +1,11 @@
 //! Cells of the study: drawn wearers under one rule, ground and operating point.
 
-use super::claims::{Torques, judged};
+use super::claims::{Individuations, Torques, individuations, judged};
 use super::couplings;
 use super::error::TwoPointsError;
 use super::points;
 use super::population::{Person, Population, rule, without};
-use super::trials::Trials;
+use super::trials::{Postures, Trials};
 use super::voltages::{MOST_V, STEP_V, Voltages, calibrate};
 use hal_sim::body::hand::field::{Field, Pad, Shape};
 use hal_sim::body::hand::spec::{ROUND_M, SMALL_M};
@@ -25,7 +25,7 @@ pub struct Cell {
 }
 
 /// What became of a draw.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub enum Drawn {
     /// No two places bend the index finger first.
     NoPoints,
@@ -40,7 +40,7 @@ pub enum Drawn {
 }
 
 /// The numbers of a wearer.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct Numbers {
     /// As searched.
     pub voltages: Voltages,
@@ -48,10 +48,25 @@ pub struct Numbers {
     pub is_small: bool,
     /// Mean torques.
     pub torques: Torques,
+    /// Mean individuation of conducted patterns.
+    pub individuations: Individuations,
+    /// Angles of the index finger as the forearm pronates, with one point and with two, °.
+    pub postures: [Postures; 2],
     /// Trials that the paper's rule leaves out.
     pub left_out: u64,
-    /// Whether each claim holds.
-    pub claims: [Option<bool>; 8],
+}
+
+impl Numbers {
+    /// Whether each claim holds, of these numbers alone.
+    #[must_use]
+    pub fn claims(&self) -> [Option<bool>; 8] {
+        judged(
+            &self.torques,
+            &self.individuations,
+            &self.voltages,
+            &self.postures,
+        )
+    }
 }
 
 /// The usual one.
@@ -191,7 +206,24 @@ impl Population {
     /// # Errors
     /// The declaration, or a hand that cannot be.
     pub fn draw(&self, cell: &Cell, seed: u64, index: u64) -> Result<Drawn, TwoPointsError> {
+        Ok(match self.searched(cell, seed, index)? {
+            Ok(prepared) => Drawn::Whole(self.tried(cell, prepared)?),
+            Err(missing) => missing,
+        })
+    }
+
+    /// Wearer `index` of `cell` after its searches, or what it became in them.
+    ///
+    /// # Errors
+    /// The declaration, or a hand that cannot be.
+    pub fn searched(
+        &self,
+        cell: &Cell,
+        seed: u64,
+        index: u64,
+    ) -> Result<Result<Prepared, Drawn>, TwoPointsError> {
         let person = self.person(seed, index)?;
+        let known = Known::drawn(&person);
         let mut spec = HandSpec {
             rule: rule(&cell.rule)?,
             return_factor: cell.return_factor,
@@ -200,14 +232,20 @@ impl Population {
         if let Some(name) = &cell.without {
             spec = without(spec, name)?;
         }
+        prepare(&spec, known)
+    }
+
+    /// What a wearer of `cell` whose searches are done comes to: all trials of all 29
+    /// patterns, and the postures.
+    ///
+    /// # Errors
+    /// The hand's circuit cannot be solved.
+    pub fn tried(&self, cell: &Cell, prepared: Prepared) -> Result<Numbers, TwoPointsError> {
         let Prepared {
             mut hand,
             voltages,
             is_small,
-        } = match prepare(&spec, Known::drawn(&person))? {
-            Ok(prepared) => prepared,
-            Err(missing) => return Ok(missing),
-        };
+        } = prepared;
         let volts = match cell.volts {
             0.0 => voltages.most_v,
             part => voltages.threshold_v.map(|v| (1.0 + part) * v),
@@ -216,16 +254,16 @@ impl Population {
             count: self.trials,
             jitter_m: 1e-3 * self.jitter_mm,
             force_noise: self.force_noise,
-            seed: spec.seed,
+            seed: hand.spec().seed,
         };
         let outcomes = trials.patterns(&mut hand, volts)?;
-        let postures = trials.postures(&mut hand, volts)?;
-        Ok(Drawn::Whole(Numbers {
+        Ok(Numbers {
             voltages,
             is_small,
             torques: Torques::of(&outcomes),
+            individuations: individuations(&outcomes),
+            postures: trials.postures(&mut hand, volts)?,
             left_out: outcomes.iter().map(|it| it.left_out).sum(),
-            claims: judged(&outcomes, &voltages, &postures),
-        }))
+        })
     }
 }

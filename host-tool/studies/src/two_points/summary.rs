@@ -1,10 +1,11 @@
-//! What the drawn wearers of a cell come to: a line of a table, shares for `result.json`,
-//! rows of `draws.csv`.
+//! What the drawn wearers of a cell come to: a line of a table, rows and shares for
+//! `result.json`.
 
+use super::claims::{LATE, TOGETHER};
 use super::population::Population;
 use super::study::{Cell, Drawn, Numbers};
-use crate::laboratory::Share;
-use host_core::statistics::{quantile_of, share};
+use crate::laboratory::{Row, Share};
+use host_core::statistics::quantile_of;
 
 /// A cell and its wearers, in their order.
 #[derive(Clone, Debug)]
@@ -18,6 +19,40 @@ pub struct Summary {
 /// Columns of a claim, as short as a table of 80 columns wants them.
 const SHORT: [&str; 8] = [
     "sel", "500us", "two>1", "C>I", "I=1", "C=I,1", "r_th", "post",
+];
+
+/// The share of draws that the others are of.
+const FOUND: &str = "searches find points and voltages; no other share counts a draw without";
+
+/// What the claims compare of a wearer; `None` where it has none.
+type Measure = fn(&Numbers) -> Option<f64>;
+
+const TWO_ONE: &str = "two points over one, torque";
+const APART: &str = "two points conducted over isolated, torque";
+const ALIKE: &str = "one point conducted over isolated, torque";
+/// Name, unit and measure.
+const MEASURES: [(&str, &str, Measure); 9] = [
+    (TWO_ONE, "", |it| Some(it.torques.two / it.torques.one)),
+    (APART, "", |it| Some(it.torques.two / it.torques.apart)),
+    ("isolated two points over one, torque", "", |it| {
+        Some(it.torques.apart / it.torques.one)
+    }),
+    (ALIKE, "", |it| {
+        Some(it.torques.one / it.torques.one_isolated)
+    }),
+    ("individuation, both together", "", |it| {
+        it.individuations[TOGETHER]
+    }),
+    ("individuation, 2000 µs apart", "", |it| {
+        it.individuations[LATE]
+    }),
+    ("r_th", "", |it| it.voltages.ratio),
+    ("one point loses by pronation", "°", |it| {
+        Some(it.postures[0][0] - it.postures[0][2])
+    }),
+    ("two points lose by pronation", "°", |it| {
+        Some(it.postures[1][0] - it.postures[1][2])
+    }),
 ];
 
 impl Cell {
@@ -45,7 +80,7 @@ impl Summary {
 
     /// Wearers in whom claim `index` holds, of those in whom it can be judged.
     fn holds(&self, index: usize) -> (u64, u64) {
-        let judged = self.whole().filter_map(|it| it.claims[index]);
+        let judged = self.whole().filter_map(|it| it.claims()[index]);
         (
             judged.clone().filter(|it| *it).count() as u64,
             judged.count() as u64,
@@ -56,7 +91,7 @@ impl Summary {
     fn holds_jointly(&self) -> (u64, u64) {
         let all = self
             .whole()
-            .filter(|it| it.claims.iter().all(|c| *c == Some(true)));
+            .filter(|it| it.claims().iter().all(|c| *c == Some(true)));
         (all.count() as u64, self.whole().count() as u64)
     }
 
@@ -83,24 +118,65 @@ impl Summary {
     /// Why wearers are missing, and medians of what the claims compare.
     #[must_use]
     pub fn below(&self) -> String {
-        let count = |is: fn(&Drawn) -> bool| self.drawn.iter().filter(|it| is(it)).count();
-        let no_points = count(|it| matches!(it, Drawn::NoPoints));
-        let no_volts = count(|it| matches!(it, Drawn::NoVoltages));
-        let median = |of: &dyn Fn(&Numbers) -> f64| {
-            let mut all: Vec<f64> = self.whole().map(of).filter(|it| it.is_finite()).collect();
-            all.sort_unstable_by(f64::total_cmp);
+        let median = |id: &str| {
+            let all = MEASURES.iter().find(|it| it.0 == id);
+            let all = all.map(|(_, _, of)| self.sorted(*of)).unwrap_or_default();
             match all.is_empty() {
                 true => "-".to_owned(),
                 false => format!("{:.2}", quantile_of(&all, 0.5)),
             }
         };
         format!(
-            "  no points {no_points}, no voltages {no_volts}; medians: two/one {}, C/I {}, \
-             one C/I {}",
-            median(&|it| it.torques.two / it.torques.one),
-            median(&|it| it.torques.two / it.torques.apart),
-            median(&|it| it.torques.one / it.torques.one_isolated),
+            "  {}; medians: two/one {}, C/I {}, one C/I {}",
+            self.missing(),
+            median(TWO_ONE),
+            median(APART),
+            median(ALIKE)
         )
+    }
+
+    /// How many draws became no wearer with all numbers, and why.
+    #[must_use]
+    pub fn missing(&self) -> String {
+        let count = |is: fn(&Drawn) -> bool| self.drawn.iter().filter(|it| is(it)).count();
+        let no_points = count(|it| matches!(it, Drawn::NoPoints));
+        let no_volts = count(|it| matches!(it, Drawn::NoVoltages));
+        // Where only A's threshold is known, nothing is fitted to others.
+        let unlike = match count(|it| matches!(it, Drawn::NoCoupling | Drawn::Held)) {
+            0 => String::new(),
+            some => format!(", other thresholds {some}"),
+        };
+        format!("no points {no_points}{unlike}, no voltages {no_volts}")
+    }
+
+    /// What whole wearers have of a measure, rising.
+    fn sorted(&self, of: Measure) -> Vec<f64> {
+        let all = self.whole().filter_map(of);
+        let mut all: Vec<f64> = all.filter(|it| it.is_finite()).collect();
+        all.sort_unstable_by(f64::total_cmp);
+        all
+    }
+
+    /// Of each measure the median and range of the whole wearers. The paper prints none of
+    /// a population.
+    #[must_use]
+    pub fn rows(&self) -> Vec<Row> {
+        let name = self.cell.name();
+        let row = |(id, unit, of): &(&str, &str, Measure)| {
+            let all = self.sorted(*of);
+            let at = |part| (!all.is_empty()).then(|| quantile_of(&all, part));
+            Row {
+                id: format!("{name}/{id}"),
+                quantity: format!("{id}: {name}"),
+                unit: (*unit).to_owned(),
+                paper: None,
+                ours: at(0.5),
+                low: at(0.05),
+                high: at(0.95),
+                n: all.len(),
+            }
+        };
+        MEASURES.iter().map(row).collect()
     }
 
     /// Each claim's share, and that of all jointly.
@@ -109,68 +185,15 @@ impl Summary {
         let claims = population.claims.iter().enumerate();
         let each = claims.map(|(index, claim)| (&*claim.id, &*claim.says, self.holds(index)));
         let jointly = ("all", "all of them in one wearer", self.holds_jointly());
-        let all = each.chain([jointly]);
-        let share = |(id, says, (holds, of)): (&str, &str, (u64, u64))| {
-            let interval = share(holds as f64, of, 0.95).ok();
-            Share {
-                id: id.to_owned(),
-                at: self.cell.name(),
-                claim: says.to_owned(),
-                paper: Some(true),
-                holds,
-                of,
-                low: interval.map(|it| it.low),
-                high: interval.map(|it| it.high),
-            }
+        let share = |(id, says, cases): (&str, &str, (u64, u64))| Share {
+            at: self.cell.name(),
+            ..Share::counted(id.to_owned(), says.to_owned(), Some(true), cases)
         };
-        all.map(share).collect()
-    }
-
-    /// Rows of `draws.csv`, without its head.
-    #[must_use]
-    pub fn rows(&self) -> String {
-        let name = self.cell.name();
-        let row = |(index, drawn): (usize, &Drawn)| match drawn {
-            Drawn::NoPoints => format!("{name},{index},no points{}\n", ",".repeat(FIELDS)),
-            Drawn::NoCoupling => format!("{name},{index},no coupling{}\n", ",".repeat(FIELDS)),
-            Drawn::Held => format!("{name},{index},held{}\n", ",".repeat(FIELDS)),
-            Drawn::NoVoltages => format!("{name},{index},no voltages{}\n", ",".repeat(FIELDS)),
-            Drawn::Whole(it) => format!("{name},{index},whole,{}\n", fields(it).join(",")),
+        let found = (self.whole().count() as u64, self.drawn.len() as u64);
+        let found = Share {
+            paper: None,
+            ..share(("found", FOUND, found))
         };
-        self.drawn.iter().enumerate().map(row).collect()
+        each.chain([jointly]).map(share).chain([found]).collect()
     }
-}
-
-/// Fields of a whole wearer's row.
-const FIELDS: usize = 19;
-/// The head of `draws.csv`.
-pub const HEAD: &str = "cell,wearer,became,electrodes,va_th,va_max,vb_th,vb_max,r_th,two_nm,apart_nm,one_nm,\
-                        one_isolated_nm,left_out,selective-apart,selective-from-500,two-stronger,\
-                        conducted-stronger,isolated-as-one,one-point-alike,lower-threshold,posture\n";
-
-fn fields(it: &Numbers) -> Vec<String> {
-    let [va_th, vb_th] = it.voltages.threshold_v;
-    let [va_max, vb_max] = it.voltages.most_v;
-    let torques = &it.torques;
-    let ratio = it
-        .voltages
-        .ratio
-        .map_or_else(String::new, |r| format!("{r}"));
-    let electrodes = if it.is_small { "small" } else { "round" };
-    let mut all = vec![electrodes.to_owned()];
-    all.extend([va_th, va_max, vb_th, vb_max].map(|v| format!("{v}")));
-    all.push(ratio);
-    let nm = [
-        torques.two,
-        torques.apart,
-        torques.one,
-        torques.one_isolated,
-    ];
-    all.extend(nm.map(|it| format!("{it:.6}")));
-    all.push(it.left_out.to_string());
-    all.extend(
-        it.claims
-            .map(|claim| claim.map_or_else(String::new, |it| it.to_string())),
-    );
-    all
 }

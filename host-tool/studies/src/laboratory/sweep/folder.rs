@@ -2,13 +2,12 @@
 //! units are appended in order.
 
 use super::Sweep;
-use crate::laboratory::draw::Unit;
+use super::drawing::Drawing;
 use crate::laboratory::error::LaboratoryError;
-use crate::laboratory::experiment::{Experiment, Measured};
 use std::collections::BTreeMap;
 use std::fs::{self, File, OpenOptions};
-use std::io::Write;
-use std::path::Path;
+use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
 
 /// The open `draws.csv`.
 pub(super) struct Folder {
@@ -16,41 +15,30 @@ pub(super) struct Folder {
     rows: File,
 }
 
-/// What each unit did, by its index.
-type Units = BTreeMap<u64, Vec<Measured>>;
+/// What each unit came to, by its index.
+type Units<D> = BTreeMap<u64, <D as Drawing>::Unit>;
 
 impl Folder {
     /// Begins `sweep` in `dir`, or goes on: what was written only in part is cut off.
     ///
     /// # Errors
     /// It holds something else, or the file system.
-    pub(super) fn open(
+    pub(super) fn open<D: Drawing>(
         dir: &Path,
         sweep: &Sweep,
-        experiment: &Experiment,
-    ) -> Result<(Self, Units), LaboratoryError> {
+        drawing: &D,
+    ) -> Result<(Self, Units<D>), LaboratoryError> {
         fs::create_dir_all(dir).map_err(failed(dir))?;
-        let (about, rows) = (dir.join("sweep.json"), dir.join("draws.csv"));
-        let mut known = Units::new();
-        let mut text = header(experiment);
-        if about.is_file() {
-            let found = about_of(&about)?;
-            if found != *sweep {
-                return Err(LaboratoryError::Other {
-                    folder: dir.display().to_string(),
-                    found: found.in_words(),
-                    wanted: sweep.in_words(),
-                });
-            }
-            if rows.is_file() {
-                (known, text) = whole_rows(&rows, sweep, experiment)?;
-            }
-        } else {
-            refuse_foreign(dir, sweep)?;
-        }
-        write(&dir.join("declaration.toml"), &experiment.text)?;
-        write(&rows, &text)?;
+        refuse_other(dir, sweep)?;
+        let rows = dir.join("draws.csv");
+        let (known, text) = match about(dir).is_file() && rows.is_file() {
+            true => whole_rows(&rows, sweep, drawing)?,
+            false => (BTreeMap::new(), header(drawing)),
+        };
+        // First: whatever ends the program from here on, the folder says what it is.
         begin(dir, sweep)?;
+        write(&dir.join("declaration.toml"), drawing.declaration())?;
+        write(&rows, &text)?;
         let append = OpenOptions::new().append(true).open(&rows);
         let folder = Self {
             name: rows.display().to_string(),
@@ -61,66 +49,90 @@ impl Folder {
 
     /// Appends a unit in one write, so that a program killed at any moment leaves
     /// whole units but for the last.
-    pub(super) fn append(
+    pub(super) fn append<D: Drawing>(
         &mut self,
-        experiment: &Experiment,
-        unit: &Unit,
-        measured: &[Measured],
+        drawing: &D,
+        sweep: &Sweep,
+        (index, unit): (u64, &D::Unit),
     ) -> Result<(), LaboratoryError> {
-        let mut text = String::new();
-        for (condition, measured) in experiment.conditions.iter().zip(measured) {
-            let numbers = measured.iter();
-            let numbers = numbers.map(|it| it.map_or(String::new(), |it| it.to_string()));
-            let numbers: String = numbers.map(|number| format!(",{number}")).collect();
-            text += &format!("{}{numbers}\n", begins(unit, &condition.name()));
-        }
+        let begins = drawing.begins(sweep, index).into_iter();
+        let rows = begins.zip(drawing.rest(unit));
+        let text: String = rows
+            .map(|(begin, rest)| format!("{begin},{rest}\n"))
+            .collect();
         let written = self.rows.write_all(text.as_bytes());
         written.map_err(|error| LaboratoryError::File(self.name.clone(), error))
     }
 }
 
-/// A folder that holds something that is no sweep is left alone.
-fn refuse_foreign(dir: &Path, sweep: &Sweep) -> Result<(), LaboratoryError> {
+/// A folder that holds another sweep, or something that is none, is left alone.
+pub(super) fn refuse_other(dir: &Path, sweep: &Sweep) -> Result<(), LaboratoryError> {
+    let other = |found: String, wanted: String| {
+        let folder = dir.display().to_string();
+        Err(LaboratoryError::Other {
+            folder,
+            found,
+            wanted,
+        })
+    };
+    if about(dir).is_file() {
+        let found = about_of(dir)?;
+        let (there, here) = (found.in_words(), sweep.in_words());
+        return match found == *sweep {
+            true => Ok(()),
+            false if there == here => {
+                other(there, format!("the same, but {}", sweep.difference(&found)))
+            }
+            false => other(there, here),
+        };
+    }
+    // Of whoever writes here, or ended before there was a sweep.
+    let passes = [".lock", "sweep.json.partial"];
     let entries = fs::read_dir(dir).map_err(failed(dir))?;
-    // The lock of whoever writes here.
     let mut entries = entries
         .flatten()
-        .filter(|entry| entry.file_name() != ".lock");
+        .filter(|entry| passes.iter().all(|it| entry.file_name() != *it));
     match entries.next() {
         None => Ok(()),
-        Some(_) => Err(LaboratoryError::Other {
-            folder: dir.display().to_string(),
-            found: "something that is no sweep".to_owned(),
-            wanted: sweep.in_words(),
-        }),
+        Some(_) => other("something that is no sweep".to_owned(), sweep.in_words()),
     }
 }
 
-/// The whole units of a sweep's folder, finished or not.
+/// The whole units of a sweep's folder, finished or not; none where it has just begun.
 ///
 /// # Errors
 /// It is none.
-pub(super) fn units(
+pub(super) fn units<D: Drawing>(
     dir: &Path,
     sweep: &Sweep,
-    experiment: &Experiment,
-) -> Result<Units, LaboratoryError> {
-    let (units, _) = whole_rows(&dir.join("draws.csv"), sweep, experiment)?;
+    drawing: &D,
+) -> Result<Units<D>, LaboratoryError> {
+    let rows = dir.join("draws.csv");
+    if !rows.exists() {
+        return Ok(BTreeMap::new());
+    }
+    let (units, _) = whole_rows(&rows, sweep, drawing)?;
     Ok(units)
 }
 
-/// What a folder's `sweep.json` says.
-pub(super) fn about_of(path: &Path) -> Result<Sweep, LaboratoryError> {
-    let text = fs::read_to_string(path).map_err(failed(path))?;
+/// The file in `dir` that says what the sweep there is.
+pub(super) fn about(dir: &Path) -> PathBuf {
+    dir.join("sweep.json")
+}
+
+/// What the sweep in `dir` is.
+pub(super) fn about_of(dir: &Path) -> Result<Sweep, LaboratoryError> {
+    let path = about(dir);
+    let text = fs::read_to_string(&path).map_err(failed(&path))?;
     serde_json::from_str(&text).map_err(|error| LaboratoryError::Damaged {
         file: path.display().to_string(),
-        reason: error.to_string(),
+        reason: format!("{error}; begin the sweep anew in another folder"),
     })
 }
 
 /// Writes what the sweep in `dir` is.
 pub(super) fn begin(dir: &Path, sweep: &Sweep) -> Result<(), LaboratoryError> {
-    write(&dir.join("sweep.json"), &json(sweep))
+    write(&about(dir), &json(sweep))
 }
 
 fn json(sweep: &Sweep) -> String {
@@ -139,112 +151,87 @@ fn failed(path: &Path) -> impl FnOnce(std::io::Error) -> LaboratoryError {
     |error| LaboratoryError::File(name, error)
 }
 
-fn header(experiment: &Experiment) -> String {
-    let unit = experiment.unit(0, 1, 0);
-    let fields = unit.fields.iter().map(|(field, _)| field.clone());
-    let measures = experiment.measures().map(|measure| measure.id.to_owned());
-    let mut names = vec!["unit".to_owned(), "wearer".to_owned()];
-    names.extend(fields);
-    names.push("condition".to_owned());
-    names.extend(measures);
-    names.join(",") + "\n"
+fn header(drawing: &impl Drawing) -> String {
+    drawing.columns().join(",") + "\n"
 }
 
-/// A name as a CSV field.
-fn quoted(name: &str) -> String {
-    format!("\"{}\"", name.replace('"', "\"\""))
-}
-
-/// A row up to its measures: the unit and what was drawn for it, and the condition.
-fn begins(unit: &Unit, condition: &str) -> String {
-    let fields = unit.fields.iter().map(|(_, value)| format!(",{value}"));
-    let fields: String = fields.collect();
-    let condition = quoted(condition);
-    format!("{},{}{fields},{condition}", unit.index, unit.wearer)
-}
+/// What to do about rows that no sweep wrote.
+const CUT: &str = "cut the file off before this line, and the same command goes on from there";
 
 /// The whole units of `draws.csv`, and the text of those alone.
-fn whole_rows(
+fn whole_rows<D: Drawing>(
     path: &Path,
     sweep: &Sweep,
-    experiment: &Experiment,
-) -> Result<(Units, String), LaboratoryError> {
-    let text = fs::read_to_string(path).map_err(failed(path))?;
+    drawing: &D,
+) -> Result<(Units<D>, String), LaboratoryError> {
     let damaged = |reason: String| LaboratoryError::Damaged {
         file: path.display().to_string(),
         reason,
     };
-    let head = header(experiment);
+    let text = fs::read_to_string(path).map_err(|error| match error.kind() {
+        ErrorKind::InvalidData => damaged("it is no text".to_owned()),
+        _ => failed(path)(error),
+    })?;
+    let head = header(drawing);
     let Some(body) = text.strip_prefix(&head) else {
         return Err(damaged(
             "other columns than the declaration's: take the folder away, the command begins it anew"
                 .to_owned(),
         ));
     };
-    let mut units = Units::new();
+    let mut units = BTreeMap::new();
     let mut whole = head;
     let lines: Vec<&str> = body.split_inclusive('\n').collect();
-    let of_unit = experiment.conditions.len().max(1);
+    let of_unit = drawing.rows_each().max(1);
     // The header is line 1.
     for (lines, first) in lines.chunks(of_unit).zip((2..).step_by(of_unit)) {
-        let is_whole = lines.len() == experiment.conditions.len();
+        let is_whole = lines.len() == drawing.rows_each();
         if !is_whole || lines.last().is_some_and(|line| !line.ends_with('\n')) {
             break; // the program was killed here
         }
-        let (index, measured) = unit_of(lines, first, (sweep, experiment)).map_err(damaged)?;
-        if units.insert(index, measured).is_some() {
-            return Err(damaged(format!(
-                "line {first}: unit {index} stands there twice"
-            )));
+        let at =
+            |(row, what): (usize, String)| damaged(format!("line {}: {what}; {CUT}", first + row));
+        let (index, unit) = unit_of(lines, (sweep, drawing)).map_err(at)?;
+        if units.insert(index, unit).is_some() {
+            return Err(at((0, format!("unit {index} stands there twice"))));
         }
         whole.extend(lines.iter().copied());
     }
     Ok((units, whole))
 }
 
-/// The unit that these lines are of, one for each condition; `first` is the number of
-/// the first. Of every line but its measures is known what it must say.
-fn unit_of(
+/// The unit that these lines are of. Of every line how it begins is known; the rest is
+/// what the program writes of what it says. Otherwise which line, from 0, says what.
+fn unit_of<D: Drawing>(
     lines: &[&str],
-    first: usize,
-    (sweep, experiment): (&Sweep, &Experiment),
-) -> Result<(u64, Vec<Measured>), String> {
+    (sweep, drawing): (&Sweep, &D),
+) -> Result<(u64, D::Unit), (usize, String)> {
     let index = lines.first().and_then(|line| line.split(',').next());
     let index = index.and_then(|field| field.parse().ok());
-    let index: u64 = index.ok_or_else(|| format!("line {first}: a row without its unit"))?;
-    if index >= experiment.units(sweep.draws) || !sweep.shard.has(index) {
-        return Err(format!("line {first}: unit {index} is none of this sweep"));
+    let index: u64 = index.ok_or_else(|| (0, "a row without its unit".to_owned()))?;
+    if index >= drawing.units(sweep.draws) || !sweep.shard.has(index) {
+        return Err((0, format!("unit {index} is none of this sweep")));
     }
-    let unit = experiment.unit(sweep.seed, sweep.draws, index);
-    let measures = experiment.measures().count();
-    let rows = lines.iter().zip(&experiment.conditions).zip(first..);
-    let rows = rows.map(|((line, condition), number)| {
-        let wanted = begins(&unit, &condition.name());
-        let rest = line.strip_prefix(&wanted).ok_or_else(|| {
-            format!(
-                "line {number}: it is not unit {index} in its turn, as seed {} draws it; wanted \
-                 is `{wanted},…`",
+    let begins = drawing.begins(sweep, index);
+    let rest = |(row, (line, wanted)): (usize, (&&'_ str, &String))| {
+        let rest = line.strip_prefix(wanted.as_str());
+        let rest = rest.and_then(|rest| rest.strip_prefix(','));
+        rest.map(|rest| rest.trim_end().to_owned()).ok_or_else(|| {
+            let what = format!(
+                "it is not unit {index} in its turn, as seed {} draws it; wanted is `{wanted},…`",
                 sweep.seed
-            )
-        })?;
-        let fields: Vec<&str> = rest.trim_end().split(',').collect();
-        match fields.split_first() {
-            Some((&"", fields)) if fields.len() == measures => {
-                let numbers = fields.iter().map(|field| number_of(field));
-                let numbers: Result<_, String> = numbers.collect();
-                numbers.map_err(|what| format!("line {number}: {what}"))
-            }
-            _ => Err(format!("line {number}: not a number for each measure")),
-        }
-    });
-    Ok((index, rows.collect::<Result<_, _>>()?))
-}
-
-/// A measure; none where the trial had none.
-fn number_of(field: &str) -> Result<Option<f64>, String> {
-    match (field, field.parse::<f64>()) {
-        ("", _) => Ok(None),
-        (_, Ok(number)) if number.is_finite() => Ok(Some(number)),
-        _ => Err(format!("`{field}` is no finite number")),
+            );
+            (row, what)
+        })
+    };
+    let rests = lines.iter().zip(&begins).enumerate().map(rest);
+    let rests: Vec<String> = rests.collect::<Result<_, _>>()?;
+    let borrowed: Vec<&str> = rests.iter().map(String::as_str).collect();
+    let unit = drawing.read(&borrowed)?;
+    let written = drawing.rest(&unit);
+    let differs = rests.iter().zip(&written).position(|(is, own)| is != own);
+    match differs.and_then(|row| Some((row, written.get(row)?))) {
+        None => Ok((index, unit)),
+        Some((row, own)) => Err((row, format!("its numbers make another row: `…,{own}`"))),
     }
 }

@@ -1,0 +1,204 @@
+//! `flexor two-points --timing`: what a drawn forearm costs this computer.
+
+use super::{Output, interrupt, wrong};
+use host_core::plot::words::in_columns;
+use host_core::run::Stopwatch;
+use serde_json::{Value, json};
+use std::time::Duration;
+use studies::two_points::{Cell, Experiment, Participants, Population, Protocol, TwoPointsError};
+
+/// The cell and the draws that are measured, where nobody says: the default cell of the
+/// study's ablations, as it was searched.
+const CELL: usize = 15;
+const DRAWS: u64 = 20;
+/// Draws of a participant that are searched for one that has points.
+const TRIED: u64 = 50;
+/// What a draw may take, s, and the paper's four with every pattern: the study's budgets.
+const DRAW_S: f64 = 0.5;
+const FOUR_S: f64 = 20.0;
+
+/// Of one draw.
+#[derive(Clone, Copy, Default)]
+struct Spent {
+    searches: Duration,
+    trials: Duration,
+}
+
+/// What was measured, in processor time: other programs do not lengthen it.
+pub(super) struct Cost {
+    cell: Cell,
+    /// Of each draw.
+    draws: Vec<Spent>,
+    /// Draws with all numbers.
+    whole: usize,
+    /// Of the paper's four, each once, with those that have no points.
+    four: Spent,
+    /// Searched until each of the four had points.
+    searched: u64,
+    /// Stimulations of the four.
+    stimulations: usize,
+}
+
+impl Cost {
+    /// Measures and tells: `cell` and `draws` as asked.
+    ///
+    /// # Errors
+    /// The declaration, or a hand that cannot be.
+    pub(super) fn main(
+        (cell, draws): (Option<usize>, Option<u64>),
+        seed: u64,
+        output: Output,
+    ) -> anyhow::Result<()> {
+        interrupt::end_at_once()?;
+        let population = Population::declared()?;
+        let cells = population.cells();
+        let number = cell.unwrap_or(CELL);
+        let Some(cell) = cells.get(number) else {
+            return wrong(format!("--cell is {number}, there is none"));
+        };
+        let draws = draws.unwrap_or(DRAWS);
+        let bar = output.bar("two-points");
+        let cost = Self::of(&population, cell, (seed, draws), |part| bar.set(part));
+        bar.finish();
+        let cost = cost?;
+        output.say(|| cost.people(), || cost.machines())
+    }
+
+    fn of(
+        population: &Population,
+        cell: &Cell,
+        (seed, draws): (u64, u64),
+        progress: impl Fn(f64),
+    ) -> Result<Self, TwoPointsError> {
+        let mut cost = Self {
+            cell: cell.clone(),
+            draws: Vec::new(),
+            whole: 0,
+            four: Spent::default(),
+            searched: 0,
+            stimulations: 0,
+        };
+        for index in 0..draws {
+            let mut spent = Spent::default();
+            let searched = timed(&mut spent.searches, || {
+                population.searched(cell, seed, index)
+            })?;
+            if let Ok(prepared) = searched {
+                timed(&mut spent.trials, || population.tried(cell, prepared))?;
+                cost.whole += 1;
+            }
+            cost.draws.push(spent);
+            progress(0.5 * (index + 1) as f64 / draws as f64);
+        }
+        cost.measure_four(population, |part| progress(0.5 + 0.5 * part))?;
+        Ok(cost)
+    }
+
+    /// Each of the paper's four once, with every pattern of experiment 2.
+    fn measure_four(
+        &mut self,
+        population: &Population,
+        progress: impl Fn(f64),
+    ) -> Result<(), TwoPointsError> {
+        let (protocol, participants) = (Protocol::declared()?, Participants::asked(None)?);
+        let of = participants.all.len() as f64;
+        for (nth, participant) in participants.all.iter().enumerate() {
+            for draw in 0..TRIED {
+                self.searched += 1;
+                let drawn = timed(&mut self.four.searches, || {
+                    participants.draw(participant, population, (participants.seed, draw))
+                })?;
+                let Ok(wearer) = drawn else { continue };
+                let all = timed(&mut self.four.trials, || {
+                    wearer.stimulated(population, &protocol, Experiment::Torque)
+                })?;
+                self.stimulations += all.len();
+                break;
+            }
+            progress((nth + 1) as f64 / of);
+        }
+        Ok(())
+    }
+
+    /// Mean and most of the draws, s.
+    fn draw_s(&self, of: impl Fn(&Spent) -> Duration) -> [f64; 2] {
+        let all: Vec<f64> = self.draws.iter().map(|it| of(it).as_secs_f64()).collect();
+        let mean = all.iter().sum::<f64>() / all.len().max(1) as f64;
+        [mean, all.iter().copied().fold(0.0, f64::max)]
+    }
+
+    /// Searches, trials, both.
+    fn parts(&self) -> [(&'static str, [f64; 2]); 3] {
+        [
+            ("searches", self.draw_s(|it| it.searches)),
+            ("trials", self.draw_s(|it| it.trials)),
+            ("both", self.draw_s(|it| it.searches + it.trials)),
+        ]
+    }
+
+    /// At most 80 columns.
+    fn people(&self) -> String {
+        let head = format!(
+            "{} draws of `{}`, {} of them with all numbers",
+            self.draws.len(),
+            self.cell.name(),
+            self.whole
+        );
+        let mut text = format!(
+            "{head}\n{:<52}{:>9}{:>9}\n",
+            "s on one core", "mean", "most"
+        );
+        let meaning = [
+            "searches: places, thresholds, greatest voltages, r",
+            "trials: 29 patterns, 5 times each, and postures",
+            "a draw",
+        ];
+        for ((_, [mean, most]), meaning) in self.parts().into_iter().zip(meaning) {
+            text += &format!("{meaning:<52}{mean:>9.3}{most:>9.3}\n");
+        }
+        let Spent { searches, trials } = self.four;
+        let (count, searched) = (self.stimulations, self.searched);
+        text += &format!("\n{:<52}{:>9}\n", "P, Q, R and S, s on one core", "all");
+        for (what, spent) in [
+            (
+                format!("searches of {searched} draws, until each has points"),
+                searches,
+            ),
+            (
+                format!("29 patterns, 5 times each: {count} stimulations"),
+                trials,
+            ),
+        ] {
+            text += &format!("{what:<52}{:>9.3}\n", spent.as_secs_f64());
+        }
+        let told = format!(
+            "Wanted: {DRAW_S} s a draw, {FOUR_S} s for the patterns of all four on two cores. \
+             Processor time of this computer: no part of any result."
+        );
+        text + "\n" + &in_columns(&told, 80)
+    }
+
+    fn machines(&self) -> Value {
+        let parts = self.parts().into_iter();
+        let parts = parts.map(|(name, [mean, most])| {
+            (name.to_owned(), json!({ "mean_s": mean, "most_s": most }))
+        });
+        let Spent { searches, trials } = self.four;
+        json!({ "timing": {
+            "cell": self.cell.name(), "draws": self.draws.len(), "whole": self.whole,
+            "draw": parts.collect::<serde_json::Map<_, _>>(),
+            "wearers": {
+                "searched": self.searched, "searches_s": searches.as_secs_f64(),
+                "stimulations": self.stimulations, "trials_s": trials.as_secs_f64(),
+            },
+        } })
+    }
+}
+
+/// Adds what `work` takes.
+fn timed<T>(spent: &mut Duration, work: impl FnOnce() -> T) -> T {
+    let watch = Stopwatch::start();
+    let done = work();
+    *spent += watch.elapsed();
+    done
+}

@@ -1,0 +1,53 @@
+//! What a sweep draws, whoever declares it.
+
+use super::Sweep;
+use crate::laboratory::conduct::Conducted;
+use crate::laboratory::error::LaboratoryError;
+use crate::laboratory::result::Outcome;
+use std::collections::BTreeMap;
+
+/// What a sweep draws: units, each of which is some rows of `draws.csv`.
+pub trait Drawing: Sync {
+    /// What a unit came to.
+    type Unit: Send;
+    /// Why a unit comes to nothing at all, which ends the sweep.
+    type Error: From<LaboratoryError> + Send;
+
+    /// What the sweep is called.
+    fn name(&self) -> &str;
+    /// Which part of what is declared it is, where it is not all of it.
+    fn only(&self) -> Option<String> {
+        None
+    }
+    /// SHA-256 of everything declared, by file.
+    fn hashes(&self) -> BTreeMap<String, String>;
+    /// `declaration.toml`.
+    fn declaration(&self) -> &str;
+    /// Names of the columns.
+    fn columns(&self) -> Vec<String>;
+    /// Units in all, of so many draws.
+    fn units(&self, draws: u64) -> u64;
+    /// Rows of every unit.
+    fn rows_each(&self) -> usize;
+    /// How each row of a unit begins: everything that is known before it is computed, its
+    /// index first.
+    fn begins(&self, sweep: &Sweep, unit: u64) -> Vec<String>;
+    /// What a unit comes to.
+    ///
+    /// # Errors
+    /// The sweep ends, with everything before kept.
+    fn compute(&self, sweep: &Sweep, unit: u64) -> Result<Self::Unit, Self::Error>;
+    /// The rest of each of its rows, with every digit that decides.
+    fn rest(&self, unit: &Self::Unit) -> Vec<String>;
+    /// What a unit came to of the rest of each of its rows.
+    ///
+    /// # Errors
+    /// Which of them, from 0, says what, that [`Self::rest`] never says.
+    fn read(&self, rest: &[&str]) -> Result<Self::Unit, (usize, String)>;
+    /// What all units come to.
+    fn outcome(&self, sweep: &Sweep, units: &BTreeMap<u64, Self::Unit>) -> Outcome;
+    /// Trials that the page shows beside.
+    fn trials(&self) -> &[Conducted] {
+        &[]
+    }
+}

@@ -1,0 +1,128 @@
+//! An experiment's wearers as a sweep draws them: a row for each condition.
+
+use super::Sweep;
+use super::drawing::Drawing;
+use crate::laboratory::conduct::Conducted;
+use crate::laboratory::error::LaboratoryError;
+use crate::laboratory::experiment::{Experiment, Measured};
+use crate::laboratory::open_loop::{Score, is_checked};
+use crate::laboratory::result::Outcome;
+use std::collections::BTreeMap;
+
+/// An experiment, its score if it has one, and trials that were conducted before.
+pub(super) struct Playing<'a> {
+    pub(super) experiment: &'a Experiment,
+    pub(super) score: Option<&'a Score>,
+    pub(super) trials: &'a [Conducted],
+}
+
+impl<'a> Playing<'a> {
+    /// What decides, without what is only to be played.
+    pub(super) const fn of(experiment: &'a Experiment) -> Self {
+        Self {
+            experiment,
+            score: None,
+            trials: &[],
+        }
+    }
+}
+
+impl Drawing for Playing<'_> {
+    type Unit = Vec<Measured>;
+    type Error = LaboratoryError;
+
+    fn name(&self) -> &str {
+        &self.experiment.declaration.name
+    }
+
+    fn hashes(&self) -> BTreeMap<String, String> {
+        self.experiment.hashes.iter().cloned().collect()
+    }
+
+    fn declaration(&self) -> &str {
+        &self.experiment.text
+    }
+
+    fn columns(&self) -> Vec<String> {
+        let unit = self.experiment.unit(0, 1, 0);
+        let fields = unit.fields.iter().map(|(field, _)| field.clone());
+        let measures = self.experiment.measures().map(|it| it.id.to_owned());
+        let mut names = vec!["unit".to_owned(), "wearer".to_owned()];
+        names.extend(fields);
+        names.push("condition".to_owned());
+        names.extend(measures);
+        names
+    }
+
+    fn units(&self, draws: u64) -> u64 {
+        self.experiment.units(draws)
+    }
+
+    fn rows_each(&self) -> usize {
+        self.experiment.conditions.len()
+    }
+
+    fn begins(&self, sweep: &Sweep, unit: u64) -> Vec<String> {
+        let unit = self.experiment.unit(sweep.seed, sweep.draws, unit);
+        let fields = unit.fields.iter().map(|(_, value)| format!(",{value}"));
+        let fields: String = fields.collect();
+        let of = |condition: String| format!("{},{}{fields},{condition}", unit.index, unit.wearer);
+        let names = self.experiment.conditions.iter();
+        names.map(|it| of(quoted(&it.name()))).collect()
+    }
+
+    fn compute(&self, sweep: &Sweep, unit: u64) -> Result<Self::Unit, Self::Error> {
+        let position = sweep.shard.position(unit);
+        let unit = self.experiment.unit(sweep.seed, sweep.draws, unit);
+        match self.score {
+            Some(score) => score.perform(self.experiment, &unit, is_checked(position)),
+            None => self.experiment.perform(&unit),
+        }
+    }
+
+    fn rest(&self, unit: &Self::Unit) -> Vec<String> {
+        let number = |it: &Option<f64>| it.map_or_else(String::new, |it| it.to_string());
+        let row = |measured: &Measured| measured.iter().map(number).collect::<Vec<_>>().join(",");
+        unit.iter().map(row).collect()
+    }
+
+    fn read(&self, rest: &[&str]) -> Result<Self::Unit, (usize, String)> {
+        let measures = self.experiment.measures().count();
+        let row = |(row, rest): (usize, &&str)| {
+            let fields: Vec<&str> = rest.split(',').collect();
+            if fields.len() != measures {
+                return Err((row, "not a number for each measure".to_owned()));
+            }
+            let numbers = fields.iter().map(|field| number_of(field));
+            let numbers: Result<Measured, String> = numbers.collect();
+            numbers.map_err(|what| (row, what))
+        };
+        rest.iter().enumerate().map(row).collect()
+    }
+
+    fn outcome(&self, sweep: &Sweep, units: &BTreeMap<u64, Self::Unit>) -> Outcome {
+        let decided = (sweep.seed, sweep.draws);
+        Outcome::of(self.experiment, decided, units, Some(true)).showing(self.trials)
+    }
+
+    fn trials(&self) -> &[Conducted] {
+        self.trials
+    }
+}
+
+/// A name as a CSV field.
+fn quoted(name: &str) -> String {
+    format!("\"{}\"", name.replace('"', "\"\""))
+}
+
+/// A number of `draws.csv`; none where there was none.
+///
+/// # Errors
+/// It is no finite number.
+pub fn number_of(field: &str) -> Result<Option<f64>, String> {
+    match (field, field.parse::<f64>()) {
+        ("", _) => Ok(None),
+        (_, Ok(number)) if number.is_finite() => Ok(Some(number)),
+        _ => Err(format!("`{field}` is no finite number")),
+    }
+}

@@ -1,0 +1,212 @@
+//! The study as a sweep draws it: wearers of one cell after those of another.
+
+use super::error::TwoPointsError;
+use super::population::{DECLARED, Population};
+use super::row;
+use super::study::{Cell, Drawn};
+use super::summary::Summary;
+use crate::laboratory::{Declared, Drawing, LaboratoryError, Outcome, Sweep};
+use host_core::record::sha256;
+use std::collections::BTreeMap;
+
+/// The name of the study and of its command.
+const NAME: &str = "two-points";
+/// What is said of every result.
+pub const SIMULATED: &str =
+    "Simulated: drawn forearms of assumed parameters; no evidence about people.";
+const MEANING: &str = "Ours is the median, low and high the 5th and 95th percentile of the \
+                       wearers with points and voltages: a range of bodies, no confidence \
+                       interval. The paper prints none of these of a population.";
+const COUNTED: &str = "A draw whose searches find no two points, no coupling or no voltages is \
+                       counted as such, in its row of draws.csv and below; a claim is judged in \
+                       the others.";
+
+/// All cells of the population, or one of them.
+pub struct Cells {
+    population: Population,
+    all: Vec<Cell>,
+    only: Option<usize>,
+}
+
+impl Cells {
+    /// As declared; with a number, that cell alone, and nothing where there is none.
+    ///
+    /// # Errors
+    /// E621: the declaration cannot be read.
+    pub fn declared(only: Option<usize>) -> Result<Option<Self>, TwoPointsError> {
+        let population = Population::declared()?;
+        let mut all = population.cells();
+        if let Some(number) = only {
+            match all.get(number).cloned() {
+                Some(cell) => all = vec![cell],
+                None => return Ok(None),
+            }
+        }
+        Ok(Some(Self {
+            population,
+            all,
+            only,
+        }))
+    }
+
+    /// The cells that the sweep of a folder is of.
+    ///
+    /// # Errors
+    /// E604: this program does not have them. E621: the declaration cannot be read.
+    pub fn of(sweep: &Sweep) -> Result<Self, TwoPointsError> {
+        let every = Population::declared()?.cells().len();
+        for only in std::iter::once(None).chain((0..every).map(Some)) {
+            if let Some(cells) = Self::declared(only)?
+                && cells.only() == sweep.only
+            {
+                return Ok(cells);
+            }
+        }
+        let only = sweep.only.as_deref().unwrap_or_default();
+        let why = format!("they are of {only}, which this program does not have");
+        Err(LaboratoryError::Merge(why).into())
+    }
+
+    /// How many.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.all.len()
+    }
+
+    /// Who is drawn.
+    #[must_use]
+    pub const fn population(&self) -> &Population {
+        &self.population
+    }
+
+    /// The cells of which every wearer is there, the first ones.
+    #[must_use]
+    pub fn summaries(&self, draws: u64, units: &BTreeMap<u64, Drawn>) -> Vec<Summary> {
+        let cells = self.all.iter().zip(0..);
+        let summary = |(cell, nth): (&Cell, u64)| {
+            let own = units.range(nth * draws..(nth + 1) * draws);
+            let drawn: Vec<Drawn> = own.map(|(_, drawn)| drawn.clone()).collect();
+            let cell = cell.clone();
+            (drawn.len() as u64 == draws).then_some(Summary { cell, drawn })
+        };
+        cells.map_while(summary).collect()
+    }
+
+    /// Cell and wearer of a unit.
+    fn place(&self, draws: u64, unit: u64) -> (Option<&Cell>, u64) {
+        let nth = usize::try_from(unit / draws.max(1)).unwrap_or(usize::MAX);
+        (self.all.get(nth), unit % draws.max(1))
+    }
+
+    /// What draws it again, but for the seed.
+    fn command(&self, draws: u64) -> String {
+        let only = self.only.map(|number| format!(" --cell {number}"));
+        format!("{NAME}{} --draws {draws}", only.unwrap_or_default())
+    }
+
+    fn notes(&self, summaries: &[Summary]) -> Vec<String> {
+        let ranges = self.population.ranges.iter().map(|range| {
+            let (field, low, high, source) = (&range.field, range.low, range.high, &range.source);
+            format!("Drawn: {field} from {low} to {high} ({source}).")
+        });
+        let missing = summaries.iter().map(|it| {
+            let (name, missing, draws) = (it.cell.name(), it.missing(), it.drawn.len());
+            format!("{name}: {missing}, of {draws} draws.")
+        });
+        let said = [SIMULATED, MEANING, COUNTED].map(str::to_owned);
+        said.into_iter().chain(ranges).chain(missing).collect()
+    }
+}
+
+impl Drawing for Cells {
+    type Unit = Drawn;
+    type Error = TwoPointsError;
+
+    fn name(&self) -> &str {
+        NAME
+    }
+
+    fn only(&self) -> Option<String> {
+        let (number, cell) = self.only.zip(self.all.first())?;
+        Some(format!("cell {number} ({})", cell.name()))
+    }
+
+    fn hashes(&self) -> BTreeMap<String, String> {
+        BTreeMap::from([("population.toml".to_owned(), sha256(DECLARED.as_bytes()))])
+    }
+
+    fn declaration(&self) -> &str {
+        DECLARED
+    }
+
+    fn columns(&self) -> Vec<String> {
+        let place = ["unit", "cell", "wearer"].map(str::to_owned);
+        let drawn = self.population.ranges.iter().map(|it| it.field.clone());
+        let own = row::columns(&self.population);
+        place.into_iter().chain(drawn).chain(own).collect()
+    }
+
+    fn units(&self, draws: u64) -> u64 {
+        self.all.len() as u64 * draws
+    }
+
+    fn rows_each(&self) -> usize {
+        1
+    }
+
+    fn begins(&self, sweep: &Sweep, unit: u64) -> Vec<String> {
+        let (cell, wearer) = self.place(sweep.draws, unit);
+        let cell = cell.map(Cell::name).unwrap_or_default();
+        let drawn = self.population.drawn(sweep.seed, wearer).into_iter();
+        let drawn: String = drawn.map(|value| format!(",{value}")).collect();
+        vec![format!("{unit},{cell},{wearer}{drawn}")]
+    }
+
+    fn compute(&self, sweep: &Sweep, unit: u64) -> Result<Drawn, TwoPointsError> {
+        match self.place(sweep.draws, unit) {
+            (Some(cell), wearer) => self.population.draw(cell, sweep.seed, wearer),
+            (None, _) => Err(TwoPointsError::Declaration(format!("no unit {unit}"))),
+        }
+    }
+
+    fn rest(&self, unit: &Drawn) -> Vec<String> {
+        vec![row::written(unit, &self.population)]
+    }
+
+    fn read(&self, rest: &[&str]) -> Result<Drawn, (usize, String)> {
+        let row = rest.first().copied().unwrap_or_default();
+        row::read(row, &self.population).map_err(|what| (0, what))
+    }
+
+    fn outcome(&self, sweep: &Sweep, units: &BTreeMap<u64, Drawn>) -> Outcome {
+        let (seed, draws) = (sweep.seed, sweep.draws);
+        let summaries = self.summaries(draws, units);
+        let (done, of) = (summaries.len(), self.count());
+        let population = &self.population;
+        Outcome {
+            name: NAME.to_owned(),
+            title: population.title.clone(),
+            seed,
+            simulated: Some(true),
+            cut_short: (done < of)
+                .then(|| format!("Cut short: {done} of {of} cells, the first ones.")),
+            declared: Declared {
+                asked: NAME.to_owned(),
+                command: Some(self.command(draws)),
+                device: None,
+                sha256: self.hashes(),
+                source: population.source.clone(),
+                draws,
+                as_declared: (seed, draws) == (population.seed, population.draws),
+            },
+            conditions: Vec::new(),
+            rows: summaries.iter().flat_map(Summary::rows).collect(),
+            shares: summaries
+                .iter()
+                .flat_map(|it| it.shares(population))
+                .collect(),
+            decides: Vec::new(),
+            notes: self.notes(&summaries),
+        }
+    }
+}

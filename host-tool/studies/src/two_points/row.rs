@@ -1,0 +1,182 @@
+//! A drawn wearer's row of `draws.csv`: every number that decides a claim, with every
+//! digit, and what such a row says.
+
+use super::claims::{Individuations, PHASES_US, Torques};
+use super::pattern::Pattern;
+use super::population::Population;
+use super::study::{Drawn, Numbers};
+use super::trials::Postures;
+use super::voltages::{MOST_V, Voltages};
+use crate::laboratory::number_of;
+
+/// Fields with a number, and between which ends it lies.
+const NUMBERS: [(&str, [f64; 2]); 21] = [
+    ("va_th", VOLTS),
+    ("va_max", VOLTS),
+    ("vb_th", VOLTS),
+    ("vb_max", VOLTS),
+    (RATIO, [0.0, 1.0]),
+    ("two_nm", TORQUE),
+    ("apart_nm", TORQUE),
+    ("one_nm", TORQUE),
+    ("one_isolated_nm", TORQUE),
+    ("ii_0", INDIVIDUATION),
+    ("ii_500", INDIVIDUATION),
+    ("ii_1000", INDIVIDUATION),
+    ("ii_2000", INDIVIDUATION),
+    ("ii_5000", INDIVIDUATION),
+    ("ii_10000", INDIVIDUATION),
+    ("one_0_deg", ANGLE),
+    ("one_45_deg", ANGLE),
+    ("one_90_deg", ANGLE),
+    ("two_0_deg", ANGLE),
+    ("two_45_deg", ANGLE),
+    ("two_90_deg", ANGLE),
+];
+const RATIO: &str = "r_th";
+const VOLTS: [f64; 2] = [0.0, MOST_V];
+const TORQUE: [f64; 2] = [-100.0, 100.0];
+const INDIVIDUATION: [f64; 2] = [0.0, 1.0];
+const ANGLE: [f64; 2] = [-180.0, 180.0];
+/// What a draw became, but for whole ones.
+const MISSING: [(&str, Drawn); 4] = [
+    ("no points", Drawn::NoPoints),
+    ("no coupling", Drawn::NoCoupling),
+    ("held by the limiter", Drawn::Held),
+    ("no voltages", Drawn::NoVoltages),
+];
+const WHOLE: &str = "whole";
+const ELECTRODES: [&str; 2] = ["round", "small"];
+
+/// Names of the columns: what it became, and its numbers; then a claim each.
+pub(super) fn columns(population: &Population) -> Vec<String> {
+    let own = ["became", "electrodes"].into_iter();
+    let own = own.chain(NUMBERS.map(|it| it.0)).chain(["left_out"]);
+    let claims = population.claims.iter().map(|it| it.id.clone());
+    own.map(str::to_owned).chain(claims).collect()
+}
+
+/// The row of this wearer, without what was drawn.
+pub(super) fn written(drawn: &Drawn, population: &Population) -> String {
+    let Drawn::Whole(it) = drawn else {
+        let name = MISSING.iter().find(|(_, of)| of == drawn);
+        let name = name.map_or("", |(name, _)| name);
+        return name.to_owned() + &",".repeat(columns(population).len() - 1);
+    };
+    let number = |it: Option<f64>| it.map_or_else(String::new, |it| it.to_string());
+    let claim = |it: Option<bool>| it.map_or_else(String::new, |it| it.to_string());
+    let mut fields = vec![
+        WHOLE.to_owned(),
+        ELECTRODES[usize::from(it.is_small)].to_owned(),
+    ];
+    fields.extend(numbers(it).map(number));
+    fields.push(it.left_out.to_string());
+    fields.extend(it.claims().map(claim));
+    fields.join(",")
+}
+
+/// What such a row says.
+///
+/// # Errors
+/// What the program does not write.
+pub(super) fn read(row: &str, population: &Population) -> Result<Drawn, String> {
+    let fields: Vec<&str> = row.split(',').collect();
+    let wanted = columns(population).len();
+    if fields.len() != wanted {
+        return Err(format!(
+            "{} fields after what was drawn, wanted are {wanted}",
+            fields.len()
+        ));
+    }
+    let [became, electrodes, rest @ ..] = &fields[..] else {
+        return Err("no fields".to_owned());
+    };
+    if *became != WHOLE {
+        let known = MISSING.into_iter().find(|(name, _)| name == became);
+        let known = known.map(|(_, drawn)| drawn);
+        return known.ok_or_else(|| format!("no draw becomes `{became}`"));
+    }
+    let is_small = ELECTRODES.iter().position(|it| it == electrodes);
+    let is_small = is_small.ok_or_else(|| format!("no electrodes are `{electrodes}`"))? == 1;
+    let mut values = [None; NUMBERS.len()];
+    for ((value, field), (name, ends)) in values.iter_mut().zip(rest).zip(NUMBERS) {
+        *value = number_of(field)?;
+        if value.is_some_and(|it| !(ends[0]..=ends[1]).contains(&it)) {
+            let [low, high] = ends;
+            return Err(format!(
+                "{name} is {field}, it lies between {low} and {high}"
+            ));
+        }
+    }
+    let left_out = rest.get(NUMBERS.len()).copied().unwrap_or_default();
+    let most = (Pattern::two().len() + Pattern::one().len()) as u64 * population.trials;
+    match left_out.parse() {
+        Ok(left_out) if left_out <= most => numbers_of(values, is_small, left_out),
+        _ => Err(format!(
+            "left_out is `{left_out}`, it is a count of at most {most} trials"
+        )),
+    }
+}
+
+/// In the order of [`NUMBERS`].
+fn numbers(it: &Numbers) -> [Option<f64>; NUMBERS.len()] {
+    let Voltages {
+        threshold_v: [va_th, vb_th],
+        most_v: [va_max, vb_max],
+        ratio,
+    } = it.voltages;
+    let Torques {
+        two,
+        apart,
+        one,
+        one_isolated,
+    } = it.torques;
+    let volts = [va_th, va_max, vb_th, vb_max].map(Some).into_iter();
+    let torques = [two, apart, one, one_isolated].map(Some);
+    let angles = it.postures.into_iter().flatten().map(Some);
+    let all = volts.chain([ratio]).chain(torques);
+    let mut numbers = [None; NUMBERS.len()];
+    for (number, it) in numbers
+        .iter_mut()
+        .zip(all.chain(it.individuations).chain(angles))
+    {
+        *number = it;
+    }
+    numbers
+}
+
+/// Of these, in the order of [`NUMBERS`].
+fn numbers_of(
+    values: [Option<f64>; NUMBERS.len()],
+    is_small: bool,
+    left_out: u64,
+) -> Result<Drawn, String> {
+    let value = |name: &str| {
+        let place = NUMBERS.iter().position(|it| it.0 == name);
+        place.and_then(|place| values[place])
+    };
+    let must = |name: &str| value(name).ok_or_else(|| format!("{name} is missing"));
+    let individuation = |after_us: u32| value(&format!("ii_{after_us}"));
+    let individuations: Individuations = PHASES_US.map(individuation);
+    let posture = |points: &str| -> Result<Postures, String> {
+        let at = |pronated: u32| must(&format!("{points}_{pronated}_deg"));
+        Ok([at(0)?, at(45)?, at(90)?])
+    };
+    Ok(Drawn::Whole(Numbers {
+        voltages: Voltages {
+            threshold_v: [must("va_th")?, must("vb_th")?],
+            most_v: [must("va_max")?, must("vb_max")?],
+            ratio: value(RATIO),
+        },
+        is_small,
+        torques: Torques {
+            two: must("two_nm")?,
+            apart: must("apart_nm")?,
+            one: must("one_nm")?,
+            one_isolated: must("one_isolated_nm")?,
+        },
+        individuations,
+        postures: [posture("one")?, posture("two")?],
+        left_out,
+    }))
+}
