@@ -125,7 +125,7 @@ fn rows(folder: &Path) -> usize {
 #[test]
 fn an_interrupted_study_goes_on_to_the_same_bytes() {
     let folder = folder("two_points_broken");
-    let few = [&FEW[..], &["--draws", "20", "--out", "broken"]].concat();
+    let few = [&FEW[..], &["--draws", "24", "--out", "broken"]].concat();
     for (signal, known, exit) in [("INT", 8, Some(130)), ("KILL", 16, None)] {
         let mut command = flexor(&folder, &few);
         let command = command.env("RAYON_NUM_THREADS", "1");
@@ -133,11 +133,14 @@ fn an_interrupted_study_goes_on_to_the_same_bytes() {
         let mut program = command.spawn().unwrap();
         while rows(&folder) < known {
             assert!(program.try_wait().unwrap().is_none(), "it ended by itself");
-            std::thread::yield_now();
+            std::thread::sleep(std::time::Duration::from_millis(5));
         }
         let id = program.id().to_string();
-        let sent = Command::new("kill").args([&format!("-{signal}"), &id]);
-        assert!(sent.status().unwrap().success());
+        let sent = Command::new("kill")
+            .arg(format!("-{signal}"))
+            .arg(id)
+            .status();
+        assert!(sent.unwrap().success());
         let ended = program.wait_with_output().unwrap();
         let error = String::from_utf8(ended.stderr).unwrap();
         assert_eq!(ended.status.code(), exit, "{error}");
@@ -148,7 +151,7 @@ fn an_interrupted_study_goes_on_to_the_same_bytes() {
     }
     let (exit, _, error) = ran(&folder, &few);
     assert_eq!(exit, Some(0), "{error}");
-    let whole = [&FEW[..], &["--draws", "20", "--out", "whole"]].concat();
+    let whole = [&FEW[..], &["--draws", "24", "--out", "whole"]].concat();
     assert_eq!(ran(&folder, &whole).0, Some(0));
     same(&folder, "broken", "whole");
 }
