@@ -2,6 +2,7 @@
 
 mod decides;
 mod figures;
+mod grid;
 mod headline;
 mod limb;
 mod tables;
@@ -71,8 +72,17 @@ fn page(outcome: &Outcome, trials: &[&Trial]) -> String {
         escape(&headline(outcome)),
         facts(outcome)
     );
-    let claims = figure(&shares(outcome), "") + &shares_table(outcome);
-    let numbers = measures(outcome) + &rows_table(outcome);
+    let claims = match grid::is_large(outcome) {
+        true => {
+            let all = folded("Each share with its interval", &shares_table(outcome));
+            grid::section(outcome) + &all
+        }
+        false => figure(&shares(outcome), "") + &shares_table(outcome),
+    };
+    let numbers = match grid::is_large(outcome) {
+        true => measures(outcome) + &folded("Each number", &rows_table(outcome)),
+        false => measures(outcome) + &rows_table(outcome),
+    };
     for (title, text) in [
         ("What was claimed", claims),
         ("What decides a claim", decides::section(outcome)),
@@ -88,6 +98,14 @@ fn page(outcome: &Outcome, trials: &[&Trial]) -> String {
         }
     }
     document(&escape(&outcome.title), &body)
+}
+
+/// What opens where its heading is clicked; nothing of nothing.
+fn folded(heading: &str, text: &str) -> String {
+    match text.is_empty() {
+        true => String::new(),
+        false => format!("<details><summary>{heading}</summary>\n{text}</details>\n"),
+    }
 }
 
 /// The conditions that have a trial, in rows as [`Rows`] says; none of a sweep.

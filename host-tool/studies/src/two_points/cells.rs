@@ -111,7 +111,7 @@ impl Cells {
         });
         let missing = summaries.iter().map(|it| {
             let (name, missing, draws) = (it.cell.name(), it.missing(), it.drawn.len());
-            format!("{name}: {missing}, of {draws} draws.")
+            format!("{name}: {missing}; of {draws} draws.")
         });
         let said = [SIMULATED, MEANING, COUNTED].map(str::to_owned);
         said.into_iter().chain(ranges).chain(missing).collect()

@@ -1,5 +1,6 @@
 //! What came out, in a sentence.
 
+use super::grid::is_large;
 use crate::laboratory::claims::{Share, Verdict};
 use crate::laboratory::result::Outcome;
 use std::collections::BTreeMap;
@@ -41,6 +42,8 @@ pub fn headline(outcome: &Outcome) -> String {
     }
     let list = |what: &str, claims: &[String]| match claims {
         [] => String::new(),
+        // Its table says so in its last line.
+        _ if is_large(outcome) => String::new(),
         all => format!("; {what}: {}", all.join("; ")),
     };
     format!(
