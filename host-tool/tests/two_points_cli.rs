@@ -50,7 +50,7 @@ fn a_cell_is_told_and_written() {
     repeats(&folder, "one");
 }
 
-/// Parts of all cells, and the whole drawn by one thread: a cell has one wearer.
+/// Parts of a cell, the whole of which one thread draws, and what makes no whole.
 #[test]
 fn shards_merge_to_the_bytes_of_one() {
     let folder = folder("two_points_shards");
@@ -211,7 +211,7 @@ fn what_a_draw_costs_is_told_apart() {
         "{told}"
     );
     assert_eq!(timing["wearers"]["stimulations"], 29 * 5 * 4, "{told}");
-    for part in ["searches", "trials", "both"] {
+    for part in ["searches", "trials", "intensities", "all"] {
         assert!(timing["draw"][part]["mean_s"].is_f64(), "{told}");
     }
 }

@@ -5,7 +5,9 @@ use host_core::plot::words::in_columns;
 use host_core::run::Stopwatch;
 use serde_json::{Value, json};
 use std::time::Duration;
-use studies::two_points::{Cell, Experiment, Participants, Population, Protocol, TwoPointsError};
+use studies::two_points::{
+    Cell, Experiment, Participants, Population, Protocol, TwoPointsError, Wearer,
+};
 
 /// The cell and the draws that are measured, where nobody says: the default cell of the
 /// study's ablations, as it was searched.
@@ -22,6 +24,7 @@ const FOUR_S: f64 = 20.0;
 struct Spent {
     searches: Duration,
     trials: Duration,
+    intensities: Duration,
 }
 
 /// What was measured, in processor time: other programs do not lengthen it.
@@ -79,19 +82,39 @@ impl Cost {
             stimulations: 0,
         };
         for index in 0..draws {
-            let mut spent = Spent::default();
-            let searched = timed(&mut spent.searches, || {
-                population.searched(cell, seed, index)
-            })?;
-            if let Ok(prepared) = searched {
-                timed(&mut spent.trials, || population.tried(cell, prepared))?;
-                cost.whole += 1;
-            }
-            cost.draws.push(spent);
+            cost.measure_draw(population, seed, index)?;
             progress(0.5 * (index + 1) as f64 / draws as f64);
         }
         cost.measure_four(population, |part| progress(0.5 + 0.5 * part))?;
         Ok(cost)
+    }
+
+    /// A draw of the study, and experiment 3 with it.
+    fn measure_draw(
+        &mut self,
+        population: &Population,
+        seed: u64,
+        index: u64,
+    ) -> Result<(), TwoPointsError> {
+        let (cell, protocol) = (&self.cell, Protocol::declared()?);
+        let mut spent = Spent::default();
+        let searched = timed(&mut spent.searches, || {
+            population.searched(cell, seed, index)
+        })?;
+        if let Ok(prepared) = searched {
+            let wearer = Wearer {
+                hand: prepared.hand.clone(),
+                voltages: prepared.voltages,
+                extensor_v: [0.0; 2], // experiment 3 is without it
+            };
+            timed(&mut spent.intensities, || {
+                wearer.stimulated(population, &protocol, Experiment::Intensities)
+            })?;
+            timed(&mut spent.trials, || population.tried(cell, prepared))?;
+            self.whole += 1;
+        }
+        self.draws.push(spent);
+        Ok(())
     }
 
     /// Each of the paper's four once, with every pattern of experiment 2.
@@ -127,12 +150,16 @@ impl Cost {
         [mean, all.iter().copied().fold(0.0, f64::max)]
     }
 
-    /// Searches, trials, both.
-    fn parts(&self) -> [(&'static str, [f64; 2]); 3] {
+    /// Searches, trials, experiment 3, all.
+    fn parts(&self) -> [(&'static str, [f64; 2]); 4] {
         [
             ("searches", self.draw_s(|it| it.searches)),
             ("trials", self.draw_s(|it| it.trials)),
-            ("both", self.draw_s(|it| it.searches + it.trials)),
+            ("intensities", self.draw_s(|it| it.intensities)),
+            (
+                "all",
+                self.draw_s(|it| it.searches + it.trials + it.intensities),
+            ),
         ]
     }
 
@@ -151,12 +178,15 @@ impl Cost {
         let meaning = [
             "searches: places, thresholds, greatest voltages, r",
             "trials: 29 patterns, 5 times each, and postures",
+            "experiment 3: nine intensities, 5 times each",
             "a draw",
         ];
         for ((_, [mean, most]), meaning) in self.parts().into_iter().zip(meaning) {
             text += &format!("{meaning:<52}{mean:>9.3}{most:>9.3}\n");
         }
-        let Spent { searches, trials } = self.four;
+        let Spent {
+            searches, trials, ..
+        } = self.four;
         let (count, searched) = (self.stimulations, self.searched);
         text += &format!("\n{:<52}{:>9}\n", "P, Q, R and S, s on one core", "all");
         for (what, spent) in [
@@ -183,7 +213,9 @@ impl Cost {
         let parts = parts.map(|(name, [mean, most])| {
             (name.to_owned(), json!({ "mean_s": mean, "most_s": most }))
         });
-        let Spent { searches, trials } = self.four;
+        let Spent {
+            searches, trials, ..
+        } = self.four;
         json!({ "timing": {
             "cell": self.cell.name(), "draws": self.draws.len(), "whole": self.whole,
             "draw": parts.collect::<serde_json::Map<_, _>>(),

@@ -217,7 +217,7 @@ fn what_is_no_whole_is_not_joined() {
         assert!(error.starts_with("E603"), "{error}");
     }
     fs::write(&about, text.replacen("\"name\"", "name", 1)).unwrap();
-    let error = join(&[two.clone()], &folder("points_torn"), &cells());
+    let error = join(std::slice::from_ref(&two), &folder("points_torn"), &cells());
     assert!(error.err().unwrap().to_string().starts_with("E608"));
     fs::write(&about, &text).unwrap();
     // Another's whole: what all parts say is not what this program draws.

@@ -162,7 +162,7 @@ fn numbers_of(
         let at = |pronated: u32| must(&format!("{points}_{pronated}_deg"));
         Ok([at(0)?, at(45)?, at(90)?])
     };
-    Ok(Drawn::Whole(Numbers {
+    let numbers = Numbers {
         voltages: Voltages {
             threshold_v: [must("va_th")?, must("vb_th")?],
             most_v: [must("va_max")?, must("vb_max")?],
@@ -178,5 +178,6 @@ fn numbers_of(
         individuations,
         postures: [posture("one")?, posture("two")?],
         left_out,
-    }))
+    };
+    Ok(Drawn::Whole(Box::new(numbers)))
 }

@@ -36,7 +36,7 @@ pub enum Drawn {
     /// A point moves nothing up to the greatest voltage, or others with the index finger.
     NoVoltages,
     /// It has all numbers.
-    Whole(Numbers),
+    Whole(Box<Numbers>),
 }
 
 /// The numbers of a wearer.
@@ -207,7 +207,7 @@ impl Population {
     /// The declaration, or a hand that cannot be.
     pub fn draw(&self, cell: &Cell, seed: u64, index: u64) -> Result<Drawn, TwoPointsError> {
         Ok(match self.searched(cell, seed, index)? {
-            Ok(prepared) => Drawn::Whole(self.tried(cell, prepared)?),
+            Ok(prepared) => Drawn::Whole(Box::new(self.tried(cell, prepared)?)),
             Err(missing) => missing,
         })
     }

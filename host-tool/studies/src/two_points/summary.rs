@@ -73,7 +73,7 @@ impl Cell {
 impl Summary {
     fn whole(&self) -> impl Iterator<Item = &Numbers> + Clone {
         self.drawn.iter().filter_map(|it| match it {
-            Drawn::Whole(numbers) => Some(numbers),
+            Drawn::Whole(numbers) => Some(&**numbers),
             Drawn::NoPoints | Drawn::NoCoupling | Drawn::Held | Drawn::NoVoltages => None,
         })
     }
