@@ -13,7 +13,7 @@ const SEED: u64 = 1_001;
 #[test]
 fn the_declaration_is_whole() {
     let population = Population::declared().unwrap();
-    assert_eq!(population.cells().len(), 3 * 4 * 3 + 5);
+    assert_eq!(population.cells().len(), 3 * 4 * 3 + 5 + 2 * 4);
     assert_eq!(population.claims.len(), 8);
     for range in &population.ranges {
         assert!(

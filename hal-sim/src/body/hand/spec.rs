@@ -40,6 +40,19 @@ pub struct SkinSpec {
     pub half_a_per_cm2: f64,
 }
 
+impl SkinSpec {
+    /// Skin of so many times this impedance, at every frequency and current.
+    #[must_use]
+    pub fn times(self, factor: f64) -> Self {
+        Self {
+            farad_per_cm2: self.farad_per_cm2 / factor,
+            ohm_cm2: self.ohm_cm2 * factor,
+            series_ohm: self.series_ohm * factor,
+            ..self
+        }
+    }
+}
+
 /// What counts once digits move.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MotionSpec {

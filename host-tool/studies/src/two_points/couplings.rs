@@ -17,16 +17,29 @@ const COUPLINGS: [f64; 2] = [0.02, 50.0];
 const LOOKS: u32 = 12;
 const BISECTIONS: u32 = 12;
 
-/// Gives `hand` couplings of B and E at which each is visible from these volts on, the
-/// weakest that will do; `false` where none of the range does.
+/// Gives `hand` couplings of B and E at which each is visible from these volts on, where
+/// they are known, the weakest that will do; `false` where none of the range does.
 ///
 /// # Errors
 /// Its circuit cannot be solved.
-pub(super) fn fit(hand: &mut Hand, [b_v, e_v]: [f64; 2]) -> Result<bool, TwoPointsError> {
+pub(super) fn fit(
+    hand: &mut Hand,
+    b_v: Option<f64>,
+    extensor_v: Option<f64>,
+) -> Result<bool, TwoPointsError> {
     let alone = Pattern::alone(B);
-    let bends = |hand: &mut Hand| Ok(bent_deg(hand, alone, [b_v; 2])? >= VISIBLE_DEG);
-    let extends = |hand: &mut Hand| Ok(extended_deg(hand, e_v)?.0 >= VISIBLE_DEG);
-    Ok(weakest(hand, B, bends)? && weakest(hand, E, extends)?)
+    let is_fitted = match b_v {
+        None => true,
+        Some(volts) => weakest(hand, B, |hand| {
+            Ok(bent_deg(hand, alone, [volts; 2])? >= VISIBLE_DEG)
+        })?,
+    };
+    let Some(volts) = extensor_v.filter(|_| is_fitted) else {
+        return Ok(is_fitted);
+    };
+    weakest(hand, E, |hand| {
+        Ok(extended_deg(hand, volts)?.0 >= VISIBLE_DEG)
+    })
 }
 
 fn weakest(

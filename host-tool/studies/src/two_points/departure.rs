@@ -34,10 +34,7 @@ impl Departure {
         spec.limiter_a = self.limiter_ma.map_or(spec.limiter_a, |ma| 1e-3 * ma);
         spec.return_factor = self.return_factor.unwrap_or(spec.return_factor);
         spec.scatter = self.scatter.unwrap_or(spec.scatter);
-        let skin = self.skin.unwrap_or(1.0);
-        spec.skin.series_ohm *= skin;
-        spec.skin.ohm_cm2 *= skin;
-        spec.skin.farad_per_cm2 /= skin;
+        spec.skin = spec.skin.times(self.skin.unwrap_or(1.0));
         spec
     }
 }

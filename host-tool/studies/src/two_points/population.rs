@@ -30,6 +30,8 @@ pub struct Population {
     pub cells: Cells,
     /// What is taken away.
     pub ablations: Ablations,
+    /// Cells whose two points are alike.
+    pub balanced: Balanced,
     /// What is drawn.
     #[serde(rename = "range")]
     pub ranges: Vec<Range>,
@@ -56,6 +58,14 @@ pub struct Cells {
 pub struct Ablations {
     /// In the default cell.
     pub names: Vec<String>,
+}
+
+/// Cells in which B's threshold is drawn as A's is, at every ground of the default rule.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Balanced {
+    /// How many times the skin's impedance.
+    pub skins: Vec<f64>,
 }
 
 /// A parameter that is drawn.

@@ -22,6 +22,9 @@ pub struct Cell {
     pub volts: f64,
     /// What is taken away, if anything.
     pub without: Option<String>,
+    /// Of a cell in which B's threshold is drawn as A's is: how many times the skin's
+    /// impedance.
+    pub balanced_skin: Option<f64>,
 }
 
 /// What became of a draw.
@@ -99,8 +102,10 @@ pub struct Prepared {
 pub struct Known {
     /// From where on point A moves something.
     pub threshold_v: f64,
-    /// The same of B and the extensor's point, where they are known.
-    pub others_v: Option<[f64; 2]>,
+    /// The same of B, where it is known.
+    pub b_v: Option<f64>,
+    /// From where on the extensor's point extends something, where it is known.
+    pub extensor_v: Option<f64>,
     /// Where A, B and the extensor's electrode lie, m, where it is known.
     pub pads_m: Option<[[f64; 2]; 3]>,
     /// Where searches end.
@@ -109,7 +114,8 @@ pub struct Known {
     pub first_found: bool,
 }
 
-/// Electrodes on the hand of `spec`, of whom this is `known`. Otherwise why there are none: of the small ones, the last that were tried.
+/// Electrodes on the hand of `spec`, of whom this is `known`. Otherwise why there are none:
+/// of the small ones, the last that were tried.
 ///
 /// # Errors
 /// The hand cannot be, or its circuit cannot be solved.
@@ -130,9 +136,7 @@ pub fn prepare(spec: &HandSpec, known: Known) -> Result<Result<Prepared, Drawn>,
         };
         let mut hand = Hand::new(spec.clone(), pads)?;
         calibrate(&mut hand, known.threshold_v)?;
-        if let Some(volts) = known.others_v
-            && !couplings::fit(&mut hand, volts)?
-        {
+        if !couplings::fit(&mut hand, known.b_v, known.extensor_v)? {
             missing = Drawn::NoCoupling;
             continue;
         }
@@ -158,7 +162,8 @@ impl Known {
     pub const fn drawn(person: &Person) -> Self {
         Self {
             threshold_v: person.threshold_v,
-            others_v: None,
+            b_v: None,
+            extensor_v: None,
             pads_m: None,
             most_v: MOST_V,
             first_found: false,
@@ -167,7 +172,7 @@ impl Known {
 
     /// Whether a threshold found is below the known one by a step of the search or more.
     fn is_held(&self, found: &Voltages) -> bool {
-        self.others_v.is_some_and(|[b_v, _]| {
+        self.b_v.is_some_and(|b_v| {
             let known = [self.threshold_v, b_v];
             let mut both = found.threshold_v.into_iter().zip(known);
             both.any(|(found, known)| found <= known - STEP_V)
@@ -176,7 +181,7 @@ impl Known {
 }
 
 impl Population {
-    /// All cells, then the ablations of the default one.
+    /// All cells, then the ablations of the default one, then the balanced ones.
     #[must_use]
     pub fn cells(&self) -> Vec<Cell> {
         let mut all = Vec::new();
@@ -188,16 +193,29 @@ impl Population {
                         return_factor,
                         volts,
                         without: None,
+                        balanced_skin: None,
                     });
                 }
             }
         }
-        all.extend(self.ablations.names.iter().map(|name| Cell {
+        let default = Cell {
             rule: "curvature".into(),
             return_factor: 1.0,
             volts: 0.0,
+            without: None,
+            balanced_skin: None,
+        };
+        all.extend(self.ablations.names.iter().map(|name| Cell {
             without: Some(name.clone()),
+            ..default.clone()
         }));
+        for &skin in &self.balanced.skins {
+            all.extend(self.cells.return_factors.iter().map(|&return_factor| Cell {
+                return_factor,
+                balanced_skin: Some(skin),
+                ..default.clone()
+            }));
+        }
         all
     }
 
@@ -223,7 +241,7 @@ impl Population {
         index: u64,
     ) -> Result<Result<Prepared, Drawn>, TwoPointsError> {
         let person = self.person(seed, index)?;
-        let known = Known::drawn(&person);
+        let mut known = Known::drawn(&person);
         let mut spec = HandSpec {
             rule: rule(&cell.rule)?,
             return_factor: cell.return_factor,
@@ -231,6 +249,11 @@ impl Population {
         };
         if let Some(name) = &cell.without {
             spec = without(spec, name)?;
+        }
+        if let Some(skin) = cell.balanced_skin {
+            let [_, b_v, _] = self.thresholds_v(seed, index)?;
+            known.b_v = Some(b_v);
+            spec.skin = spec.skin.times(skin);
         }
         prepare(&spec, known)
     }

@@ -65,7 +65,10 @@ impl Cell {
         };
         match &self.without {
             Some(what) => format!("no {what}"),
-            None => format!("{} {} {volts}", self.rule, self.return_factor),
+            None => match self.balanced_skin {
+                Some(skin) => format!("balanced {} skin {skin}", self.return_factor),
+                None => format!("{} {} {volts}", self.rule, self.return_factor),
+            },
         }
     }
 }

@@ -139,7 +139,8 @@ impl Participant {
         let [threshold_v, b_v, e_v] = self.thresholds_v.map_or_else(drawn, Ok)?;
         let known = Known {
             threshold_v,
-            others_v: Some([b_v, e_v]),
+            b_v: Some(b_v),
+            extensor_v: Some(e_v),
             pads_m: self.pads_m,
             most_v: DEVICE_V,
             first_found: departure.first_found,
