@@ -266,6 +266,7 @@ impl Study<'_> {
             rows: Vec::new(),
             shares: all.iter().flat_map(|of| self.shares(of)).collect(),
             decides: Vec::new(),
+            sheets: Vec::new(),
             notes: [SIMULATED.to_owned()].into_iter().chain(notes).collect(),
         }
     }

@@ -247,6 +247,7 @@ impl Study {
             rows,
             shares,
             decides: Vec::new(),
+            sheets: Vec::new(),
             notes: [SIMULATED, MEANING]
                 .into_iter()
                 .chain((self.experiment == Experiment::Posture).then_some(ROTATION))

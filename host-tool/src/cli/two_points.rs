@@ -155,6 +155,7 @@ fn result(population: &Population, summaries: &[Summary], (seed, draws): (u64, u
             .flat_map(|it| it.shares(population))
             .collect(),
         decides: Vec::new(),
+        sheets: Vec::new(),
         notes: notes.collect(),
     }
 }
