@@ -218,7 +218,8 @@ impl Study<'_> {
                 let refused = trials.iter().find_map(|it| it.as_ref().err());
                 refused_for
                     .extend(refused.map(|why| format!("{}, {law}: {}", method.name(), brief(why))));
-                let all: Option<Vec<f64>> = trials.into_iter().map(Result::ok).collect();
+                let all = trials.into_iter().map(|it| it.map(|it| it.rmse_deg).ok());
+                let all: Option<Vec<f64>> = all.collect();
                 *place = all.as_deref().and_then(mean);
             }
             let [a, b, two] = of;

@@ -5,6 +5,7 @@ use super::error::TwoPointsError;
 use super::population::Population;
 use super::wearers::Wearer;
 use host_core::analysis::metrics_but_lag;
+use host_core::record::Sample;
 use host_core::run::{DeviceName, SessionFile, run};
 use host_core::session::BodySpec;
 use toml::{Table, Value};
@@ -43,6 +44,19 @@ impl Method {
     }
 }
 
+/// What a trial came to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tracked {
+    /// From 10 to 30 s, °.
+    pub rmse_deg: f64,
+    /// Time, s, wanted and measured angle, °: as many rows as can be told apart in a
+    /// picture.
+    pub course: Vec<[f64; 3]>,
+}
+
+/// Rows of a course at most.
+const ROWS: usize = 600;
+
 /// The laws that are compared.
 pub const LAWS: [&str; 2] = ["paper", "recommended"];
 
@@ -63,7 +77,7 @@ impl Wearer {
         Some([of(0), of(1), self.extensor_v])
     }
 
-    /// RMSE of trial `number` from 10 to 30 s, °; otherwise why there is none.
+    /// What trial `number` came to; otherwise why there is none.
     ///
     /// # Errors
     /// The program's own session.
@@ -72,7 +86,7 @@ impl Wearer {
         population: &Population,
         (method, law): (Method, &str),
         (device, number): (&DeviceName, u64),
-    ) -> Result<Result<f64, String>, TwoPointsError> {
+    ) -> Result<Result<Tracked, String>, TwoPointsError> {
         let Some(ranges) = self.ranges_v(method) else {
             return Ok(Err("both points together move nothing".to_owned()));
         };
@@ -89,16 +103,21 @@ impl Wearer {
     }
 }
 
-fn played(file: &SessionFile, device: &DeviceName, seed: u64) -> Result<f64, String> {
+fn played(file: &SessionFile, device: &DeviceName, seed: u64) -> Result<Tracked, String> {
     let port = device.open(&file.session, seed);
     let (outcome, _) = run(file, port.map_err(|e| e.to_string())?, None, |_: f64| ());
     if let Some(error) = outcome.error {
         return Err(error.to_string());
     }
     let metrics = metrics_but_lag(&outcome.trial);
-    metrics
-        .map(|it| it.rmse_deg)
-        .ok_or_else(|| "nothing was measured".to_owned())
+    let metrics = metrics.ok_or_else(|| "nothing was measured".to_owned())?;
+    let samples = &outcome.trial.samples;
+    let rows = samples.iter().step_by(samples.len().div_ceil(ROWS).max(1));
+    let row = |it: &Sample| Some([it.t_s, it.target_deg?, it.measured_deg?]);
+    Ok(Tracked {
+        rmse_deg: metrics.rmse_deg,
+        course: rows.filter_map(row).collect(),
+    })
 }
 
 /// `text` for a wearer with these ranges.
