@@ -9,10 +9,12 @@
 mod anova;
 mod control;
 mod csv;
+mod figures;
 mod hold;
 mod outcome;
 mod printed;
 mod spread;
+mod tables;
 mod tracking;
 mod voltages;
 

@@ -114,9 +114,11 @@ impl Study {
     fn sheets(&self, parts: &[Part]) -> Result<Vec<Sheet>, TwoPointsError> {
         let mut all: Vec<Sheet> = self.voltage_sheet(parts).into_iter().collect();
         match self.kind {
+            Kind::Patterns(experiment) => all.extend(self.pattern_tables(experiment, parts)),
             Kind::Control => all.extend(self.control_sheets(parts)),
-            Kind::Patterns(_) | Kind::Hold => {}
+            Kind::Hold => {}
         }
+        all.extend(self.figures(parts)?);
         Ok(all)
     }
 
