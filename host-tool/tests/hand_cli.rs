@@ -23,6 +23,13 @@ fn twice(name: &str, arguments: &[&str]) -> Value {
             "{file}: the same seed, the same bytes"
         );
     }
+    // The page is made of result.json alone.
+    let page = || std::fs::read(folder.join("json/result.html")).unwrap();
+    let made = page();
+    std::fs::remove_file(folder.join("json/result.html")).unwrap();
+    let (exit, _, error) = ran(&folder, &["report", "json"]);
+    assert_eq!(exit, Some(0), "{error}");
+    assert!(page() == made, "the same page");
     serde_json::from_str(&told).unwrap()
 }
 

@@ -23,12 +23,12 @@ fn sheet(it: &Sheet) -> String {
         Shows::Table(grid) => {
             let row = |row: &Vec<String>| {
                 let cells = row.iter().enumerate().map(|(place, cell)| match place {
-                    0 => format!("<th scope=\"row\">{}</th>", escape(cell)),
-                    _ => format!("<td>{}</td>", escape(cell)),
+                    0 => format!("<th scope=\"row\">{}</th>", unbroken(cell)),
+                    _ => format!("<td>{}</td>", unbroken(cell)),
                 });
                 format!("<tr>{}</tr>\n", cells.collect::<String>())
             };
-            let heads: Vec<String> = grid.heads.iter().map(|it| escape(it)).collect();
+            let heads: Vec<String> = grid.heads.iter().map(|it| unbroken(it)).collect();
             let heads: Vec<&str> = heads.iter().map(String::as_str).collect();
             table(&heads, grid.rows.iter().map(row).collect())
         }
@@ -36,6 +36,11 @@ fn sheet(it: &Sheet) -> String {
     };
     // Not within the figure: on a narrow screen that scrolls, and this stays.
     format!("{heading}{body}<p class=\"note\">{caption}</p>\n")
+}
+
+/// In HTML, a per cent sign beside its number on narrow screens too.
+fn unbroken(cell: &str) -> String {
+    escape(cell).replace(" %", "\u{a0}%")
 }
 
 fn drawn(plots: &Plots, description: &str) -> String {

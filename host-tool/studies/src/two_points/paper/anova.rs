@@ -73,7 +73,7 @@ mod tests {
         assert!((ours[0][0] - 4.32).abs() < 0.005, "{ours:?}");
         for (ours, printed) in ours.iter().zip(TABLE_9) {
             assert!((ours[0] - printed[0]).abs() < 0.025, "{ours:?} {printed:?}");
-            assert!((ours[1] - printed[1]).abs() < 0.002, "{ours:?} {printed:?}");
+            assert!((ours[1] - printed[1]).abs() < 0.003, "{ours:?} {printed:?}");
         }
     }
 

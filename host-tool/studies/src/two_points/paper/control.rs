@@ -265,6 +265,71 @@ fn table_9(parts: &[Part]) -> Sheet {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::two_points::Voltages;
+    use crate::two_points::paper::{Came, Kind, Tracking, Trial, What};
+    use crate::two_points::tracked::Method;
+    use host_core::run::DeviceName;
+
+    /// A draw of `name` whose trials are table 8's, B worse than A.
+    fn as_printed(name: &str, trials: [[f64; 5]; 2]) -> Part {
+        let [one, two] = trials;
+        let methods = [
+            (Method::A, one),
+            (Method::B, one.map(|it| it + 1.0)),
+            (Method::Two, two),
+        ];
+        let all = methods.into_iter().flat_map(|(method, all)| {
+            all.into_iter()
+                .zip(0..)
+                .map(move |(rmse_deg, number)| Trial {
+                    law: LAWS[0],
+                    method,
+                    number,
+                    rmse_deg: Ok(rmse_deg),
+                })
+        });
+        let voltages = Voltages {
+            threshold_v: [24.0, 28.0],
+            most_v: [28.0, 36.0],
+            ratio: Some(0.7),
+        };
+        let what = What::Tracked(Tracking {
+            trials: all.collect(),
+            courses: Vec::new(),
+        });
+        Part {
+            participant: name.to_owned(),
+            draw: 3,
+            became: Ok(Came {
+                voltages,
+                extensor_v: [14.0, 26.0],
+                what,
+            }),
+        }
+    }
+
+    /// Wearers who did what the paper printed: its numbers, its claims.
+    #[test]
+    fn what_is_printed_comes_out_of_what_is_printed() {
+        let study = Study::asked(Kind::Control, None, (None, None), DeviceName::Native).unwrap();
+        let parts = TABLE_8.map(|(name, trials)| as_printed(name, trials));
+        for row in study.control_rows(&parts) {
+            let is_paper_s = row.id.contains("paper's law") && !row.id.starts_with('R');
+            assert_eq!(row.n, usize::from(is_paper_s), "{}", row.id);
+            if let (true, Some(ours), Some(paper)) = (is_paper_s, row.ours, row.paper) {
+                assert!((ours - paper).abs() < 0.07, "{}: {ours} {paper}", row.id);
+            }
+        }
+        for share in study.control_shares(&parts) {
+            let is_known = share.id.ends_with("-paper") && !share.id.contains("-R-");
+            let as_printed = share.paper == Some(share.holds == 1);
+            assert!(share.of == u64::from(is_known), "{}", share.id);
+            assert!(!is_known || as_printed, "{}", share.id);
+        }
+        let rows = study.csv(&parts);
+        let row = "P,3,whole,24,28,28,36,0.7,14,26,paper,two,4,10.200,\"\"";
+        assert_eq!(rows.lines().filter(|it| *it == row).count(), 1, "{rows}");
+    }
 
     /// Table 8's averages are those of its trials, to what is printed.
     #[test]
@@ -274,7 +339,7 @@ mod tests {
             let own = all.iter().find(|it| it.name == name).unwrap();
             let paper = own.paper.as_ref().unwrap();
             for (trials, average) in trials.iter().zip(paper.rmse_deg) {
-                assert!((mean(trials) - average).abs() < 0.06, "{name}");
+                assert!((mean(trials) - average).abs() < 0.07, "{name}");
             }
         }
     }

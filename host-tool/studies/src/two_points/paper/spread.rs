@@ -45,3 +45,9 @@ pub(super) fn cells(spread: Option<Spread>, places: usize) -> [String; 3] {
         spread.map_or(0, |it| it.n).to_string(),
     ]
 }
+
+/// "P (1 draw)".
+pub(super) fn of_draws(name: &str, count: usize) -> String {
+    let draws = if count == 1 { "draw" } else { "draws" };
+    format!("{name} ({count} {draws})")
+}

@@ -1,7 +1,7 @@
 //! Figures 25 to 28 and 30 to 32: the index finger's angle.
 
 use super::super::outcome::sessions;
-use super::super::spread::Spread;
+use super::super::spread::{Spread, of_draws};
 use super::super::tracking::Course;
 use super::super::{Part, Study};
 use super::in_words;
@@ -158,7 +158,7 @@ impl Study {
                 }
             }
             plots.push(Plot {
-                title: format!("{who} ({} draws)", all.len()),
+                title: of_draws(who, all.len()),
                 x: Along::of("pronation", LIES_DEG.map(|lies| format!("{lies}°"))),
                 y: angle(),
                 bars,

@@ -1,7 +1,7 @@
 //! Figures 12 to 15 and 17 to 20: individuation and torque by pattern.
 
 use super::super::outcome::sessions;
-use super::super::spread::Spread;
+use super::super::spread::{Spread, of_draws};
 use super::super::tables::averages;
 use super::super::{Part, Study};
 use crate::laboratory::{Along, Band, Bar, Curve, Plot, Plots, Sheet};
@@ -172,7 +172,7 @@ impl<'s> Of<'s> {
                 .collect();
             let of = |at: usize| Spread::of(all.iter().filter_map(|it| it.patterns[at]));
             let alone = Spread::of(all.iter().filter_map(|it| Some(it.one_point?[0])));
-            let title = format!("{who} ({} draws)", all.len());
+            let title = of_draws(who, all.len());
             self.plot(&title, &of, one.map(|_| (alone, None)))
         };
         Plots {
