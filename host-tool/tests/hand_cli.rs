@@ -2,6 +2,7 @@
 
 use crate::program::{folder, ran, repeats, written};
 use serde_json::Value;
+use std::collections::BTreeMap;
 
 fn twice(name: &str, arguments: &[&str]) -> Value {
     let folder = folder(name);
@@ -22,7 +23,41 @@ fn twice(name: &str, arguments: &[&str]) -> Value {
             "{file}: the same seed, the same bytes"
         );
     }
+    // The page is made of result.json alone.
+    let page = || std::fs::read(folder.join("json/result.html")).unwrap();
+    let made = page();
+    std::fs::remove_file(folder.join("json/result.html")).unwrap();
+    let (exit, _, error) = ran(&folder, &["report", "json"]);
+    assert_eq!(exit, Some(0), "{error}");
+    assert!(page() == made, "the same page");
     serde_json::from_str(&told).unwrap()
+}
+
+/// What the paper printed of each of these rows.
+fn papers(result: &Value) -> BTreeMap<&str, &Value> {
+    let rows = result["rows"].as_array().unwrap().iter();
+    rows.map(|it| (it["id"].as_str().unwrap(), &it["paper"]))
+        .collect()
+}
+
+/// The cells of a sheet of this number and title.
+fn cells(result: &Value, number: &str, title: &str) -> Vec<Vec<String>> {
+    let mut sheets = result["sheets"].as_array().unwrap().iter();
+    let sheet = sheets
+        .find(|it| it["number"] == number && it["title"] == title)
+        .unwrap();
+    let rows = sheet["shows"]["table"]["rows"].clone();
+    serde_json::from_value(rows).unwrap()
+}
+
+fn numbers(result: &Value) -> Vec<&str> {
+    let sheets = result["sheets"].as_array().unwrap().iter();
+    sheets.map(|it| it["number"].as_str().unwrap()).collect()
+}
+
+fn draws(folder: &str) -> String {
+    let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(folder);
+    std::fs::read_to_string(path.join("json/draws.csv")).unwrap()
 }
 
 #[test]
@@ -35,27 +70,110 @@ fn a_hold_is_told_for_each_wearer() {
     assert_eq!(result["simulated"], true);
     assert_eq!(result["declared"]["as_declared"], false);
     let shares = result["shares"].as_array().unwrap();
-    let who: Vec<&str> = shares.iter().map(|it| it["at"].as_str().unwrap()).collect();
-    assert_eq!(who, ["P", "Q", "R", "S"]);
+    let who: Vec<&str> = shares.iter().map(|it| it["id"].as_str().unwrap()).collect();
+    let names = [
+        "two-better-P",
+        "two-better-Q",
+        "two-better-R",
+        "two-better-S",
+    ];
+    assert_eq!(who, names);
     // The paper tells of three.
     assert_eq!(shares[2]["paper"], Value::Null);
+    let papers = papers(result);
+    for (who, [one, two]) in [("P", [21.9, 0.0]), ("Q", [44.8, 0.0]), ("S", [29.0, 13.6])] {
+        for (method, printed) in [("one point", one), ("two points", two)] {
+            let id = format!("{who}, {method} sinks/Sinks in 10 s (°)");
+            assert_eq!(papers[&*id], printed, "{id}");
+        }
+    }
+    assert_eq!(numbers(result), ["Figure 32"]);
+    let rows = draws("hand_hold");
+    let row = rows.lines().find(|it| it.contains(",whole,")).unwrap();
+    let last: Vec<f64> = row
+        .rsplit(',')
+        .take(3)
+        .map(|it| it.parse().unwrap())
+        .collect();
+    assert!((last[2] - last[1] - last[0]).abs() < 2e-3, "{row}");
 }
 
-/// Draws that the device refuses are counted with its reason, none is dropped.
+/// Draws that the device refuses are counted with its reason, none is dropped; every trial
+/// is a row; tables 7 to 9 stand beside the paper's.
 #[test]
 fn a_sine_is_followed_through_the_device() {
-    let wanted = ["--wearer", "Q", "--draws", "3", "--seed", "7"];
+    let wanted = ["--wearer", "all", "--draws", "1", "--seed", "7"];
     let told = twice(
         "hand_control",
         &[&["experiment", "hamana-4"], &wanted[..]].concat(),
     );
-    let shares = told["result"]["shares"].as_array().unwrap();
-    assert_eq!(shares.len(), 2, "a law each");
-    let notes = told["result"]["notes"].to_string();
+    let result = &told["result"];
+    let notes = result["notes"].to_string();
     assert!(
         notes.contains("the limiter holds a point below its threshold"),
         "{notes}"
     );
+    let papers = papers(result);
+    for (id, printed) in [
+        ("P, one point, paper's law/RMSE (°)", 17.6),
+        ("P, two points, paper's law/RMSE (°)", 10.7),
+        ("Q, one point, default law/RMSE (°)", 19.4),
+        ("Q, two points, paper's law/RMSE (°)", 16.0),
+        ("S, one point, paper's law/RMSE (°)", 14.5),
+        ("S, two points, default law/RMSE (°)", 14.0),
+        ("P, V_Ath/Voltage (V)", 24.0),
+        ("Q, V_Bmax/Voltage (V)", 32.0),
+        ("S, V_Emax/Voltage (V)", 26.0),
+        ("S, r_th/r_th", 0.7),
+        ("P, r_th·V_Bmax/Voltage (V)", 25.0),
+        ("number of points, paper's law, F/Table 9: F", 4.3),
+        ("participant, default law, p/Table 9: p", 0.193),
+    ] {
+        assert_eq!(papers[id], printed, "{id}");
+    }
+    // R failed in the paper.
+    assert_eq!(papers["R, one point, paper's law/RMSE (°)"], &Value::Null);
+    let shares = result["shares"].as_array().unwrap().iter();
+    let ids: Vec<&str> = shares.map(|it| it["id"].as_str().unwrap()).collect();
+    for id in [
+        "two-better-R-paper",
+        "table-8-recommended",
+        "table-9-points-paper",
+    ] {
+        assert!(ids.contains(&id), "{id}: {ids:?}");
+    }
+    let table = cells(result, "Table 9", "analysis of variance of table 8");
+    assert_eq!(table[0][..3], ["number of points, F", "4.30", "4.32"]);
+    assert_eq!(table[1][..3], ["number of points, p", "0.0489", "0.0485"]);
+    let figures = ["Table 7", "Table 8", "Table 9", "Figures 25 to 28"];
+    assert!(figures.iter().all(|it| numbers(result).contains(it)));
+    // Two laws, three methods, five trials.
+    let rows = draws("hand_control");
+    let whole = rows.lines().filter(|it| it.contains(",whole,")).count();
+    assert!(whole > 0 && whole % 30 == 0, "{whole}");
+    let mean_of_one = mean_of_better(&rows, "R", "paper");
+    let row = result["rows"].as_array().unwrap().iter();
+    let mut row = row.filter(|it| it["id"] == "R, one point, paper's law/RMSE (°)");
+    let ours = row.next().unwrap()["ours"].as_f64();
+    match (ours, mean_of_one) {
+        (Some(ours), Some(mean)) => assert!((ours - mean).abs() < 1e-3, "{ours} {mean}"),
+        (ours, mean) => assert_eq!(ours, mean),
+    }
+}
+
+/// Of `draws.csv` with one draw: the lower of A's and B's mean over five trials.
+fn mean_of_better(rows: &str, who: &str, law: &str) -> Option<f64> {
+    let mean = |point: &str| {
+        let own = rows.lines().filter_map(|row| {
+            let cells: Vec<&str> = row.split(',').collect();
+            let is = cells[0] == who && cells.get(10..12) == Some(&[law, point]);
+            is.then(|| cells[13].parse::<f64>().ok())
+        });
+        let all: Option<Vec<f64>> = own.collect();
+        let all = all.filter(|it| !it.is_empty())?;
+        Some(all.iter().sum::<f64>() / all.len() as f64)
+    };
+    ["A", "B"].into_iter().filter_map(mean).reduce(f64::min)
 }
 
 /// Every experiment on the body alone: tables of 80 columns, each trial a row, the same
@@ -76,6 +194,7 @@ fn experiments_on_the_body_alone_are_told_and_written() {
         assert_eq!(result["simulated"], true, "{name}");
         assert_eq!(result["declared"]["as_declared"], false);
         assert!(result["declared"]["sha256"]["experiments.toml"].is_string());
+        beside_the_paper(name, result);
         let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR"));
         let rows = folder.join(format!("hand_{name}/json/draws.csv"));
         let rows = std::fs::read_to_string(rows).unwrap();
@@ -99,6 +218,66 @@ fn experiments_on_the_body_alone_are_told_and_written() {
             "{name}: {ours} conditions of {drawn} draws"
         );
     }
+}
+
+/// Tables and figures of the paper, and what it printed.
+fn beside_the_paper(name: &str, result: &Value) {
+    let papers = papers(result);
+    let (sheets, rows): (&[&str], &[(&str, f64)]) = match name {
+        "hamana-1" => (
+            &[
+                "Table 2",
+                "Figure 8",
+                "Figures 9 to 11",
+                "Figure 12",
+                "Figure 13",
+                "Figure 14",
+                "Figure 15",
+            ],
+            &[
+                ("P, V_Aapp/Voltage applied (V)", 28.0),
+                ("R, V_Bapp/Voltage applied (V)", 32.0),
+                ("friedman-statistic", 19.0),
+            ],
+        ),
+        "hamana-2" => (
+            &[
+                "Table 3",
+                "Table 4",
+                "Table 5",
+                "Figure 17",
+                "Figure 18",
+                "Figure 19",
+                "Figure 20",
+            ],
+            &[
+                ("Q, V_Aapp/Voltage applied (V)", 34.0),
+                ("pattern 0/t against one point", 6.47),
+                ("pattern 13/p against one point", 0.121),
+                (
+                    "one point, conducted/Torque, part of the greatest pattern",
+                    0.28,
+                ),
+                (
+                    "one point, isolated/Torque, part of the greatest pattern",
+                    0.27,
+                ),
+            ],
+        ),
+        "hamana-3" => (&["Table 6", "Figure 21"], &[]),
+        _ => (&["Figure 30", "Figure 31"], &[]),
+    };
+    for (id, printed) in rows {
+        assert_eq!(papers[id], printed, "{name}: {id}");
+    }
+    let has_any = result["rows"].to_string().contains("\"n\":1");
+    let told = numbers(result);
+    assert!(!has_any || sheets == told, "{name}: {told:?}");
+    // Of table 4 only the averages are known.
+    let cells = papers
+        .iter()
+        .filter(|(id, _)| id.contains("One point's torque"));
+    assert!(cells.map(|(_, paper)| paper).all(|it| it.is_null()));
 }
 
 const OWN: &str = "name = \"X-1\"\nreach_m = 0.42\naround_m = 0.25\n\
@@ -158,7 +337,11 @@ fn a_wearer_of_one_s_own_comes_from_a_file() {
 #[test]
 fn what_cannot_be_is_refused_by_name() {
     let folder = folder("hand_refused");
-    let cases: [(&[&str], &str); 5] = [
+    let cases: [(&[&str], &str); 6] = [
+        (
+            &["hamana-hold", "--device", "chip"],
+            "E518 hamana-hold is of the body alone",
+        ),
         (
             &["hamana-2", "--device", "chip"],
             "E518 hamana-2 is of the body alone",
@@ -169,10 +352,10 @@ fn what_cannot_be_is_refused_by_name() {
         ),
         (
             &["harris-wall", "--wearer", "P"],
-            "E518 --wearer belongs to hamana-4",
+            "E518 --wearer belongs to hamana-1 to hamana-4",
         ),
         (
-            &["hamana-hold", "--device", "/dev/none"],
+            &["hamana-4", "--wearer", "P", "--device", "/dev/none"],
             "E518 a drawn forearm is simulated",
         ),
         (

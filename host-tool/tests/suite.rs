@@ -9,6 +9,8 @@ mod errors;
 mod explain_model;
 mod faults_cli;
 mod hand_cli;
+#[cfg(unix)]
+mod hand_ended_cli;
 mod images;
 #[cfg(unix)]
 mod interruptions;

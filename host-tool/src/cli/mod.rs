@@ -11,14 +11,13 @@ mod edges;
 mod experiment;
 mod explain_model;
 mod faults;
-mod hand;
+mod hamana;
 mod interrupt;
 mod monitor;
 mod muscle;
 mod new;
 mod operator;
 mod out;
-mod patterns;
 mod perform;
 mod profile;
 mod report;
@@ -204,8 +203,7 @@ pub fn main() -> ExitCode {
         Command::Serve(args) => serve::main(args, output),
         Command::Edges(args) => edges::main(args, output),
         Command::ExplainModel(args) => explain_model::main(args, output),
-        Command::Experiment(args) if patterns::is_meant(args) => patterns::main(args, output),
-        Command::Experiment(args) if hand::is_meant(args) => hand::main(args, output),
+        Command::Experiment(args) if hamana::is_meant(args) => hamana::main(args, output),
         Command::Experiment(args) => experiment::main(args, output),
         Command::Faults(args) => faults::main(args, output),
         Command::TwoPoints(args) => two_points::main(args, output),

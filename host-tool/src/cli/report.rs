@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use studies::laboratory::{Experiment, LaboratoryError, renew};
 
 /// Make the page and the summary of a record again, also of an interrupted run; of
-/// an experiment and of a sweep the page of its result as well
+/// an experiment, a sweep and a study of drawn participants the page of its result as well
 #[derive(Args, Debug)]
 pub struct ReportArgs {
     /// Folder of the record
@@ -20,8 +20,10 @@ pub struct ReportArgs {
 /// No record, one that is being written, or no room.
 pub fn main(args: &ReportArgs, output: Output) -> anyhow::Result<()> {
     let has = |file: &str| args.record.join(file).is_file();
-    if has("sweep.json") && !has("run.json") {
-        return sweep(args, output);
+    // An experiment's record that lost its run.json still has its declaration.
+    let is_result = has("sweep.json") || (has("result.json") && !has("declaration.toml"));
+    if is_result && !has("run.json") {
+        return alone(args, output);
     }
     load(&args.record)?; // what is no record gets no lock
     let _place = Place::existing(&args.record)?;
@@ -65,8 +67,9 @@ fn changed(args: &ReportArgs, run: &Run, has_result: bool) -> Option<String> {
     kept.err().or(lacks).map(|error| error.to_string())
 }
 
-/// Of a sweep, which has no trials: its result's page alone.
-fn sweep(args: &ReportArgs, output: Output) -> anyhow::Result<()> {
+/// Of a sweep or a study of drawn participants, which record no trial: the result's page
+/// alone.
+fn alone(args: &ReportArgs, output: Output) -> anyhow::Result<()> {
     let _place = Place::existing(&args.record)?;
     let Some(page) = renew(&args.record, &[])? else {
         return wrong(format!(

@@ -140,6 +140,7 @@ impl Outcome {
                 part("harmless", "nothing is severe", harmless, self.drawn),
             ],
             decides: Vec::new(),
+            sheets: Vec::new(),
             notes: told,
         }
     }

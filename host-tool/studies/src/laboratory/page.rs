@@ -5,6 +5,7 @@ mod figures;
 mod grid;
 mod headline;
 mod limb;
+mod sheets;
 mod tables;
 mod timing;
 
@@ -83,12 +84,21 @@ fn page(outcome: &Outcome, trials: &[&Trial]) -> String {
         true => measures(outcome) + &folded("Each number", &rows_table(outcome)),
         false => measures(outcome) + &rows_table(outcome),
     };
+    // What has no conditions, such as drawn participants, has no trials to record.
+    let timing = match outcome.conditions.is_empty() {
+        true => String::new(),
+        false => timing::section(&rows),
+    };
     for (title, text) in [
         ("What was claimed", claims),
         ("What decides a claim", decides::section(outcome)),
+        (
+            "The paper's tables and figures",
+            sheets::sheets(&outcome.sheets),
+        ),
         ("One trial of each condition", multiples(&rows)),
         ("Where the limb went", limb::section(&rows)),
-        ("Timing of the pulses", timing::section(&rows)),
+        ("Timing of the pulses", timing),
         ("Each measure", numbers),
         ("What to know", notes(outcome)),
         ("Declared before looking", declared(outcome)),

@@ -7,6 +7,7 @@ use super::decides::{Decided, decided};
 use super::declaration::Declaration;
 use super::draw::{point_in_words, points};
 use super::experiment::{Experiment, Measured};
+use super::sheet::Sheet;
 use host_core::statistics::quantile_of;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -37,6 +38,10 @@ pub struct Outcome {
     /// than it.
     #[serde(default)]
     pub decides: Vec<Decided>,
+    /// What stands beside the paper's own tables and figures, by their numbers; in results
+    /// that lay them out.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sheets: Vec<Sheet>,
     /// What one must know to read them.
     pub notes: Vec<String>,
 }
@@ -224,6 +229,7 @@ impl Outcome {
             rows: rows(experiment, draws, units),
             shares: shares(experiment, draws, units),
             decides: Vec::new(),
+            sheets: Vec::new(),
             notes: said.chain(assumed).chain(more).collect(),
         }
     }

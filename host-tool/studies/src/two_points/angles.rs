@@ -52,29 +52,35 @@ pub(super) fn intensities(sessions: &[Session]) -> (Vec<Row>, Vec<Share>) {
     (rows, shares)
 }
 
+/// Pronation, °.
+pub(super) const LIES_DEG: [f64; 3] = [0.0, 45.0, 90.0];
+
+/// Angle of the index finger with one point and with two, by pronation, °.
+pub(super) type Bent = [[f64; 3]; 2];
+
+/// Of a session on posture: means over trials, one point being that of A and B which bends
+/// the finger further at 0°.
+pub(super) fn bent(session: &Session) -> Option<Bent> {
+    let of = |points: Points| {
+        let at = LIES_DEG.map(|lies| {
+            let is = |c: &Condition| c.pattern.points == points && c.pronated_deg == lies;
+            mean(session, is, |s| s.index_deg)
+        });
+        let [none, half, whole] = at;
+        Some([none?, half?, whole?])
+    };
+    let [a, b] = [of(Points::One(A))?, of(Points::One(B))?];
+    let better = if a[0] >= b[0] { a } else { b };
+    Some([better, of(Pattern::usual().points)?])
+}
+
 /// The index finger at each pronation, one point and two, °.
 pub(super) fn postures(protocol: &Protocol, sessions: &[Session]) -> (Vec<Row>, Vec<Share>) {
-    const LIES_DEG: [f64; 3] = [0.0, 45.0, 90.0];
     let (mut rows, mut shares) = (Vec::new(), Vec::new());
     let mut all = Vec::new();
     for (who, is_printed) in people(sessions) {
         let own = sessions.iter().filter(|it| it.participant == who);
-        let bent: Vec<[[f64; 3]; 2]> = own
-            .filter_map(|it| {
-                let of = |points: Points| {
-                    let at = LIES_DEG.map(|lies| {
-                        let is =
-                            |c: &Condition| c.pattern.points == points && c.pronated_deg == lies;
-                        mean(it, is, |s| s.index_deg)
-                    });
-                    let [none, half, whole] = at;
-                    Some([none?, half?, whole?])
-                };
-                let [a, b] = [of(Points::One(A))?, of(Points::One(B))?];
-                let better = if a[0] >= b[0] { a } else { b };
-                Some([better, of(Pattern::usual().points)?])
-            })
-            .collect();
+        let bent: Vec<Bent> = own.filter_map(bent).collect();
         for (method, name) in ["one point", "two points"].into_iter().enumerate() {
             for (place, lies) in LIES_DEG.into_iter().enumerate() {
                 let values = bent.iter().map(|it| it[method][place]).collect();

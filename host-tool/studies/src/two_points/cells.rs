@@ -206,6 +206,7 @@ impl Drawing for Cells {
                 .flat_map(|it| it.shares(population))
                 .collect(),
             decides: Vec::new(),
+            sheets: Vec::new(),
             notes: self.notes(&summaries),
         }
     }

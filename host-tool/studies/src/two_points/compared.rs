@@ -2,9 +2,10 @@
 
 use super::angles::{intensities, postures};
 use super::experiments::{Experiment, Protocol};
+use super::paper::TABLE_5_P;
 use super::pattern::Pattern;
 use super::replication::{Averages, CONDUCTED, PATTERNS, Replication};
-use super::sessions::{Session, claim, row};
+use super::sessions::{Session, claim, people, row};
 use crate::laboratory::{Row, Share};
 use std::collections::BTreeMap;
 
@@ -75,6 +76,13 @@ fn patterns(
             let id = format!("pattern {number}/t against one point");
             rows.push(row(&id, name, "", paper, values.collect()));
         }
+        for (number, paper) in TABLE_5_P.into_iter().enumerate() {
+            let values = all.iter().filter_map(|it| Some(it.table_5[number]?[1]));
+            let name = format!("pattern {number} against one point, p");
+            let id = format!("pattern {number}/p against one point");
+            rows.push(row(&id, name, "", Some(paper), values.collect()));
+        }
+        rows.extend(table_4(sessions));
     }
     let people = all.iter().map(|it| it.n as f64).collect();
     rows.push(row(
@@ -94,6 +102,25 @@ fn patterns(
         parts.collect(),
     ));
     (rows, pattern_claims(is_torque, protocol, &all))
+}
+
+/// One point of each participant. Of table 4 only the averages are known: its cells are a
+/// picture.
+fn table_4(sessions: &[Session]) -> Vec<Row> {
+    let mut rows = Vec::new();
+    for (who, _) in people(sessions) {
+        let own = sessions.iter().filter(|it| it.participant == who);
+        let all: Vec<Averages> = own
+            .map(|it| Averages::of(Experiment::Torque, &it.conditions, &it.stimulated))
+            .collect();
+        for (place, point) in ["A-C", "A-I", "B-C", "B-I"].into_iter().enumerate() {
+            let name = format!("{who}, {point}");
+            let id = format!("{name}/One point's torque, part of the greatest pattern");
+            let values = all.iter().filter_map(|it| it.points[place]);
+            rows.push(row(&id, name, "", None, values.collect()));
+        }
+    }
+    rows
 }
 
 fn pattern_rows(one_point: Option<[f64; 2]>, all: &[Replication]) -> Vec<Row> {

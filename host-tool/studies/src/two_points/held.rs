@@ -4,9 +4,11 @@ use super::error::TwoPointsError;
 use super::pattern::Pattern;
 use super::population::Population;
 use super::wearers::Wearer;
+use hal_sim::body::hand::digits::INDEX;
 use hal_sim::body::hand::network::Terminal;
+use hal_sim::body::hand::pools::DIGITS;
 use hal_sim::body::hand::spec::{A, B};
-use hal_sim::body::hand::{InvalidHand, MovingHand, Segment};
+use hal_sim::body::hand::{Hand, InvalidHand, MovingHand, Segment};
 use hal_sim::body::{Body, Drive, Lead};
 
 /// How long, µs.
@@ -17,6 +19,8 @@ const ROW_US: u64 = 20_000;
 /// The index finger's angle over ten seconds, every 20 ms, °.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hold {
+    /// What was stimulated.
+    pub pattern: Pattern,
     /// From the first pulse on.
     pub course_deg: Vec<f64>,
 }
@@ -28,18 +32,28 @@ impl Hold {
         self.course_deg.iter().copied().fold(0.0, f64::max)
     }
 
+    /// That at 10 s, °.
+    #[must_use]
+    pub fn last_deg(&self) -> f64 {
+        self.course_deg.last().copied().unwrap_or(0.0)
+    }
+
     /// From the greatest angle to that at 10 s, °.
     #[must_use]
     pub fn sinks_deg(&self) -> f64 {
-        let last = self.course_deg.last().copied().unwrap_or(0.0);
-        self.greatest_deg() - last
+        self.greatest_deg() - self.last_deg()
     }
 }
 
-/// Lets `hand` feel `period` over and over.
-fn course(hand: &mut MovingHand, channels: [usize; 3], period: &[Segment]) -> Vec<f64> {
+/// Lets `hand` feel `period` over and over for so long: all digits, °, every 20 ms.
+fn course(
+    hand: &mut MovingHand,
+    channels: [usize; 3],
+    period: &[Segment],
+    lasts_us: u64,
+) -> Vec<[f64; DIGITS]> {
     let (mut at_us, mut course) = (0, Vec::new());
-    while at_us < HOLD_US {
+    while at_us < lasts_us {
         for segment in period {
             for (channel, terminal) in channels.into_iter().zip(segment.terminals) {
                 let lead = match terminal {
@@ -54,29 +68,63 @@ fn course(hand: &mut MovingHand, channels: [usize; 3], period: &[Segment]) -> Ve
         }
         hand.advance(at_us);
         if at_us.is_multiple_of(ROW_US) {
-            course.push(hand.angle_deg());
+            course.push(hand.angles_deg());
         }
     }
     course
 }
 
 impl Wearer {
+    /// Angles of all digits of the moving hand, °, thumb first, every 20 ms for `lasts_us`
+    /// from the first pulse on, in trial `number`: `pattern` at the greatest voltages, the
+    /// forearm `pronated_deg`.
+    ///
+    /// # Errors
+    /// The hand cannot be.
+    pub fn moved(
+        &self,
+        population: &Population,
+        number: u64,
+        (pattern, pronated_deg): (Pattern, f64),
+        lasts_us: u64,
+    ) -> Result<Vec<[f64; DIGITS]>, TwoPointsError> {
+        let fitted = self.fitted(population, number);
+        let mut hand = Hand::new(fitted.spec.clone(), fitted.points)?;
+        hand.factor = fitted.factor;
+        hand.shift(pronated_deg, fitted.shift_m);
+        let mut moving = MovingHand::new(&hand, fitted.channels, number)?;
+        let period = pattern.period(self.voltages.most_v);
+        let all = course(&mut moving, fitted.channels, &period, lasts_us);
+        match moving.unsettled() {
+            0 => Ok(all),
+            _ => Err(TwoPointsError::Hand(InvalidHand::Segment(UNSETTLED))),
+        }
+    }
+
+    /// The index finger over ten seconds; see [`Self::moved`].
+    ///
+    /// # Errors
+    /// The hand cannot be.
+    pub fn held(
+        &self,
+        population: &Population,
+        number: u64,
+        (pattern, pronated_deg): (Pattern, f64),
+    ) -> Result<Hold, TwoPointsError> {
+        let all = self.moved(population, number, (pattern, pronated_deg), HOLD_US)?;
+        Ok(Hold {
+            pattern,
+            course_deg: all.iter().map(|it| it[INDEX]).collect(),
+        })
+    }
+
     /// One point (the one that bends further, isolated) and two, each at their greatest
     /// voltages, in trial `number`.
     ///
     /// # Errors
     /// The hand cannot be.
     pub fn hold(&self, population: &Population, number: u64) -> Result<[Hold; 2], TwoPointsError> {
-        let fitted = self.fitted(population, number);
-        let play = |pattern: Pattern| {
-            let mut hand = fitted.moving(number).map_err(TwoPointsError::Hand)?;
-            let period = pattern.period(self.voltages.most_v);
-            let course_deg = course(&mut hand, fitted.channels, &period);
-            match hand.unsettled() {
-                0 => Ok(Hold { course_deg }),
-                _ => Err(TwoPointsError::Hand(InvalidHand::Segment(UNSETTLED))),
-            }
-        };
+        let play = |pattern: Pattern| self.held(population, number, (pattern, 0.0));
         let [a, b] = [play(Pattern::alone(A))?, play(Pattern::alone(B))?];
         let better = match a.greatest_deg() >= b.greatest_deg() {
             true => a,

@@ -3,7 +3,7 @@
 
 use super::experiments::{Condition, Experiment, Stimulated};
 use super::pattern::Points;
-use hal_sim::body::hand::spec::A;
+use hal_sim::body::hand::spec::{A, B};
 use host_core::statistics::{friedman, paired_t};
 
 /// Patterns of figure 5.
@@ -19,6 +19,8 @@ pub struct Averages {
     pub patterns: [Option<f64>; PATTERNS],
     /// One point, conducted and isolated, the larger of A and B each; experiment 2 alone.
     pub one_point: Option<[f64; 2]>,
+    /// The same of A conducted, A isolated, B conducted and B isolated (table 4).
+    pub points: [Option<f64>; 4],
     /// Trials left out.
     pub left_out: usize,
     /// Of so many.
@@ -66,25 +68,23 @@ impl Averages {
         };
         let mut patterns: [Option<f64>; PATTERNS] =
             std::array::from_fn(|number| of(&|it| it.pattern.number() == Some(number)));
-        let one = |isolated| {
-            let points =
-                [A, 1 - A].map(|point| {
-                    of(&|it| {
-                        it.pattern.points == Points::One(point) && it.pattern.isolated == isolated
-                    })
-                });
-            points.into_iter().flatten().reduce(f64::max)
+        let alone = |point, isolated| {
+            of(&|it| it.pattern.points == Points::One(point) && it.pattern.isolated == isolated)
         };
-        let mut one_point = one(false).zip(one(true)).map(|(c, i)| [c, i]);
+        let mut points = [(A, false), (A, true), (B, false), (B, true)].map(|(p, i)| alone(p, i));
+        let one = |at: [usize; 2]| at.iter().filter_map(|&at| points[at]).reduce(f64::max);
+        let mut one_point = one([0, 2]).zip(one([1, 3])).map(|(c, i)| [c, i]);
         if experiment == Experiment::Torque {
             let greatest = patterns.into_iter().flatten().fold(0.0, f64::max);
             let part = |it: f64| (greatest > 0.0).then(|| it / greatest);
             patterns = patterns.map(|it| it.and_then(part));
             one_point = one_point.and_then(|[c, i]| Some([part(c)?, part(i)?]));
+            points = points.map(|it| it.and_then(part));
         }
         Self {
             patterns,
             one_point,
+            points,
             left_out: all.iter().filter(|it| value(it).is_none()).count(),
             of: all.len(),
         }
@@ -143,6 +143,7 @@ mod tests {
         Averages {
             patterns: std::array::from_fn(|number| Some(of(number))),
             one_point: Some([0.3, 0.2]),
+            points: [None; 4],
             left_out: 0,
             of: 25,
         }

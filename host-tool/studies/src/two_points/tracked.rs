@@ -8,6 +8,7 @@ use super::wearers::Wearer;
 use firmware::safety::limits::VOLTAGE_STAGE_LIMITER;
 use hal_sim::body::hand::spec::{A, B};
 use host_core::analysis::metrics_but_lag;
+use host_core::record::Sample;
 use host_core::run::{DeviceName, SessionFile, run};
 use host_core::session::BodySpec;
 use toml::{Table, Value};
@@ -46,12 +47,18 @@ impl Method {
     }
 }
 
-/// What these wearers agreed to, mA and µC per phase: the most that the device lets anyone
-/// have, for 200 µs. It reckons with what a stage drives through the load it measured, 40 V
-/// through some 1 kΩ, and trusts no limiter; the paper had its stage's limiter alone
-/// (II-A), and that is in these hands' circuit.
-const AGREED_MA: f64 = 100.0;
-const AGREED_UC: f64 = 20.0;
+/// What a trial came to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tracked {
+    /// From 10 to 30 s, °.
+    pub rmse_deg: f64,
+    /// Time, s, wanted and measured angle, °: as many rows as can be told apart in a
+    /// picture.
+    pub course: Vec<[f64; 3]>,
+}
+
+/// Rows of a course at most.
+const ROWS: usize = 600;
 
 /// The laws that are compared.
 pub const LAWS: [&str; 2] = ["paper", "recommended"];
@@ -100,7 +107,7 @@ impl Wearer {
         Ok(Ok(ranges))
     }
 
-    /// RMSE of trial `number` from 10 to 30 s, °; otherwise why there is none.
+    /// What trial `number` came to; otherwise why there is none.
     ///
     /// # Errors
     /// The program's own session.
@@ -109,7 +116,7 @@ impl Wearer {
         population: &Population,
         (method, law): (Method, &str),
         (device, number): (&DeviceName, u64),
-    ) -> Result<Result<f64, String>, TwoPointsError> {
+    ) -> Result<Result<Tracked, String>, TwoPointsError> {
         let ranges = match self.device_ranges_v(method)? {
             Ok(ranges) => ranges,
             Err(why) => return Ok(Err(why)),
@@ -127,24 +134,26 @@ impl Wearer {
     }
 }
 
-fn played(file: &SessionFile, device: &DeviceName, seed: u64) -> Result<f64, String> {
+fn played(file: &SessionFile, device: &DeviceName, seed: u64) -> Result<Tracked, String> {
     let port = device.open(&file.session, seed);
     let (outcome, _) = run(file, port.map_err(|e| e.to_string())?, None, |_: f64| ());
     if let Some(error) = outcome.error {
         return Err(error.to_string());
     }
     let metrics = metrics_but_lag(&outcome.trial);
-    metrics
-        .map(|it| it.rmse_deg)
-        .ok_or_else(|| "nothing was measured".to_owned())
+    let metrics = metrics.ok_or_else(|| "nothing was measured".to_owned())?;
+    let samples = &outcome.trial.samples;
+    let rows = samples.iter().step_by(samples.len().div_ceil(ROWS).max(1));
+    let row = |it: &Sample| Some([it.t_s, it.target_deg?, it.measured_deg?]);
+    Ok(Tracked {
+        rmse_deg: metrics.rmse_deg,
+        course: rows.filter_map(row).collect(),
+    })
 }
 
 /// `text` for a wearer with these ranges.
 fn adapted(text: &str, ranges_v: [[f64; 2]; 3], law: &str) -> Option<String> {
     let mut table: Table = text.parse().ok()?;
-    let limits = table.get_mut("wearer")?.as_table_mut()?;
-    limits.insert("max_current_ma".into(), AGREED_MA.into());
-    limits.insert("max_charge_uc".into(), AGREED_UC.into());
     let range = |number: &Value| ranges_v.get(usize::try_from(number.as_integer()? - 1).ok()?);
     for channel in table.get_mut("channel")?.as_array_mut()? {
         let channel = channel.as_table_mut()?;

@@ -2,8 +2,9 @@
 
 use super::error::TwoPointsError;
 use super::pattern::{PERIOD_US, Pattern, WIDTH_US};
-use hal_sim::body::hand::digits::{INDEX, REST_DEG, VISIBLE_DEG};
+use hal_sim::body::hand::digits::{INDEX, REST_DEG, VISIBLE_DEG, normalised};
 use hal_sim::body::hand::network::Terminal;
+use hal_sim::body::hand::pools::DIGITS;
 use hal_sim::body::hand::spec::{A, B, E};
 use hal_sim::body::hand::{Hand, Segment};
 
@@ -132,6 +133,39 @@ impl Voltages {
             ratio,
         }))
     }
+}
+
+/// A step of the search at one point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Searched {
+    /// At the point, V.
+    pub volts: f64,
+    /// Free digits above rest, as parts of their ranges (equation 2).
+    pub flexed: [f64; DIGITS],
+    /// Equation 1; `None` where the index finger does not move.
+    pub individuation: Option<f64>,
+}
+
+/// Every step of the search at `point` up to `end_v`, beyond its greatest voltage too.
+///
+/// # Errors
+/// Its circuit cannot be solved.
+pub fn searched(
+    hand: &mut Hand,
+    point: usize,
+    end_v: f64,
+) -> Result<Vec<Searched>, TwoPointsError> {
+    let (mut all, mut volts) = (Vec::new(), STEP_V);
+    while volts <= end_v {
+        let response = hand.respond(&Pattern::alone(point).period([volts; 2]))?;
+        all.push(Searched {
+            volts,
+            flexed: normalised(&response.angles_deg()),
+            individuation: response.individuation(),
+        });
+        volts += STEP_V;
+    }
+    Ok(all)
 }
 
 /// Threshold and greatest voltage of one point.

@@ -37,6 +37,9 @@ pub fn headline(outcome: &Outcome) -> String {
     if outcome.declared.draws == 0 && outcome.shares.iter().any(is_held) {
         return of_trials(outcome);
     }
+    if order.is_empty() && outcome.shares.iter().any(is_held) {
+        return "None of the paper's claims could be judged: nobody has the numbers.".to_owned();
+    }
     if order.is_empty() {
         return "Nothing here is held against a paper.".to_owned();
     }

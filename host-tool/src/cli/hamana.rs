@@ -1,0 +1,113 @@
+//! `flexor experiment hamana-1` to `hamana-4`, `hamana-posture` and `hamana-hold`: Hamana
+//! 2022's studies by drawn participants on a forearm that is a mechanism. `hamana-4`
+//! without `--wearer` is a declaration of the laboratory's.
+
+mod people;
+
+use super::experiment::{ExperimentArgs, command};
+use super::{Incomplete, Output, interrupt, wrong};
+use host_core::record::replace_file;
+use host_core::run::DeviceName;
+use people::people;
+use rayon::prelude::*;
+use serde_json::{Value, json};
+use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use studies::laboratory::{self, Outcome};
+use studies::two_points::TwoPointsError;
+use studies::two_points::paper::{Kind, Part, Study, Told};
+
+/// Most replications.
+const MOST: u64 = 1_000;
+/// Who has a study of these by its name alone too.
+const CONTROL: &str = "hamana-4";
+
+/// Whether `args` means one of them.
+pub(super) fn is_meant(args: &ExperimentArgs) -> bool {
+    args.wearer.is_some()
+        || args.departure.is_some()
+        || (args.name != CONTROL && Kind::named(&args.name).is_some())
+}
+
+/// # Errors
+/// Arguments out of range, a folder that cannot be written, a signal.
+pub(super) fn main(args: &ExperimentArgs, output: Output) -> anyhow::Result<()> {
+    let study = asked(args)?;
+    let place = args.out.place(&args.name)?;
+    let interruption = interrupt::heed()?;
+    let bar = output.bar(&args.name);
+    let all = study.units();
+    let done = AtomicUsize::new(0);
+    let parts: Vec<Option<Part>> = all
+        .par_iter()
+        .map(|unit| {
+            let part = study.part(*unit, &|| interruption.asked().is_none())?;
+            let count = done.fetch_add(1, Ordering::Relaxed) + 1;
+            bar.set(count as f64 / all.len() as f64);
+            Ok(part)
+        })
+        .collect::<Result<_, TwoPointsError>>()?;
+    bar.finish();
+    let parts: Vec<Part> = parts.into_iter().flatten().collect();
+    let of = format!("{} of {} draws", parts.len(), all.len());
+    let signal = interruption.asked().filter(|_| parts.len() < all.len());
+    let told = Told {
+        command: command(args, study.draws()),
+        cut_short: signal.map(|_| format!("Cut short after {of}.")),
+    };
+    let result = study.outcome(&parts, told)?;
+    // What was computed is told, whatever becomes of the folder.
+    let written = write(place.dir(), &result, &study.csv(&parts));
+    let page = place.dir().join("result.html").display().to_string();
+    let told = || format!("{}\nPage: {page}", people(&result));
+    let ended = signal.map(|it| interrupt::Ended(it, format!("after {of}")).into());
+    match written.err().or(ended) {
+        None => output.say(told, || json!({ "result": result, "page": page })),
+        Some(error) => {
+            if !output.json {
+                output.say(|| people(&result), || Value::Null)?;
+            }
+            let result = json!({ "result": result });
+            Err(Incomplete { error, result }.into())
+        }
+    }
+}
+
+/// The study that `args` means, its arguments within what it allows.
+fn asked(args: &ExperimentArgs) -> anyhow::Result<Study> {
+    let Some(kind) = Kind::named(&args.name) else {
+        let own = "hamana-1 to hamana-4, hamana-posture and hamana-hold";
+        return wrong(format!(
+            "--wearer and --departure belong to {own}, not to {}",
+            args.name
+        ));
+    };
+    let (name, device) = (&args.name, &args.device);
+    match kind {
+        Kind::Control if device.is_port() => {
+            return wrong(format!(
+                "a drawn forearm is simulated, --device is {device}; allowed: native, chip, qemu"
+            ));
+        }
+        Kind::Patterns(_) | Kind::Hold if *device != DeviceName::Native => {
+            return wrong(format!(
+                "{name} is of the body alone, --device is {device}; allowed: native"
+            ));
+        }
+        _ => {}
+    }
+    let decided = (args.seed, args.draws);
+    let whom = (args.wearer.as_deref(), args.departure.as_deref());
+    let study = Study::asked(kind, whom, decided, device.clone())?;
+    let draws = study.draws();
+    match (1..=MOST).contains(&draws) {
+        true => Ok(study),
+        false => wrong(format!("--draws is {draws}, allowed is 1 to {MOST}")),
+    }
+}
+
+fn write(dir: &Path, result: &Outcome, rows: &str) -> anyhow::Result<()> {
+    laboratory::publish(dir, result, &[])?;
+    replace_file(&dir.join("draws.csv"), rows.as_bytes())?;
+    Ok(())
+}

@@ -1,0 +1,100 @@
+//! What these studies tell people, in 80 columns.
+
+use host_core::plot::words::in_columns;
+use studies::laboratory::{Outcome, Row, Share, Sheet, Shows, headline};
+use studies::two_points::Experiment;
+use studies::two_points::paper::Kind;
+
+/// Columns of a terminal.
+const COLUMNS: u16 = 80;
+
+/// Tables, shares and notes.
+pub(super) fn people(result: &Outcome) -> String {
+    let mut text = match Kind::named(&result.name) {
+        Some(Kind::Patterns(Experiment::Intensities)) => fingers(&result.rows) + "\n",
+        // Its rows are its tables'.
+        Some(Kind::Control) => String::new(),
+        _ => numbers(&result.rows) + "\n",
+    };
+    text.extend(result.sheets.iter().map(table));
+    text.extend(result.shares.iter().map(share));
+    if let Some(cut_short) = &result.cut_short {
+        text += &format!("\n{cut_short}");
+    }
+    text += &format!("\n{}\n", in_columns(&headline(result), COLUMNS));
+    for note in &result.notes {
+        text += &format!("{}\n", in_columns(note, COLUMNS));
+    }
+    text.trim_end().to_owned()
+}
+
+/// A table of the paper's, where it has room.
+fn table(it: &Sheet) -> String {
+    let Shows::Table(grid) = &it.shows else {
+        return String::new();
+    };
+    let text = grid.in_columns();
+    let is_narrow = |line: &str| line.chars().count() <= usize::from(COLUMNS);
+    match text.lines().all(is_narrow) {
+        true => format!("{}: {}\n{text}\n\n", it.number, it.title),
+        false => format!("{}: {}: on the page\n\n", it.number, it.title),
+    }
+}
+
+/// Median, range and the paper's number of each row.
+fn numbers(rows: &[Row]) -> String {
+    let number = |it: Option<f64>| match it {
+        None => "-".to_owned(),
+        Some(it) if it.abs() >= 100.0 => format!("{it:.0}"),
+        Some(it) => format!("{it:.3}"),
+    };
+    let line = |row: &Row| {
+        let name = match &*row.unit {
+            "" => row.quantity.clone(),
+            unit => format!("{}, {unit}", row.quantity),
+        };
+        let [ours, low, high, paper] = [row.ours, row.low, row.high, row.paper].map(number);
+        format!(
+            "{name:<42.42}{:>4}{ours:>9}{low:>8}{high:>8}{paper:>9}\n",
+            row.n
+        )
+    };
+    let head = format!(
+        "{:<42}{:>4}{:>9}{:>8}{:>8}{:>9}\n",
+        "", "n", "median", "5 %", "95 %", "paper"
+    );
+    head + &rows.iter().map(line).collect::<String>()
+}
+
+/// Medians of each finger at each intensity, %, and how many draws have them.
+fn fingers(rows: &[Row]) -> String {
+    let mut text = format!("{:<36}{:>4}", "median, % of the finger's range", "n");
+    let names = rows.iter().take(5);
+    let names = names.filter_map(|it| it.quantity.rsplit(", ").next());
+    text.extend(names.map(|name| format!("{name:>8}")));
+    for all in rows.chunks(5) {
+        let Some(first) = all.first() else { continue };
+        let name = first.quantity.rsplit_once(", ");
+        let name = name.map_or("", |(name, _)| name);
+        text += &format!("\n{name:<36.36}{:>4}", first.n);
+        for it in all {
+            let ours = it
+                .ours
+                .map_or_else(|| "-".to_owned(), |it| format!("{it:.1}"));
+            text += &format!("{ours:>8}");
+        }
+    }
+    text + "\n"
+}
+
+fn share(it: &Share) -> String {
+    let paper = match it.paper {
+        None => "paper: -",
+        Some(true) => "paper: yes",
+        Some(false) => "paper: no",
+    };
+    format!(
+        "{:<50.50}{:>4} of {:<5}{paper}\n",
+        it.claim, it.holds, it.of
+    )
+}

@@ -1,0 +1,177 @@
+//! Tables and figures under a paper's own numbers.
+
+use super::figure;
+use super::tables::table;
+use crate::laboratory::sheet::{Along, Band, Bar, Curve, Plot, Plots, Sheet, Shows};
+use host_core::plot::canvas::escape;
+use host_core::plot::ink::{Color, INK, MUTED, PALETTE, stroke};
+use host_core::plot::{Axis, Figure, Key, Mark, Paint, Panel, Scale, Shape};
+
+/// Pixels of a plot's height: of one that stands alone in its row, and of others.
+const ALONE: f64 = 260.0;
+const MULTIPLE: f64 = 170.0;
+
+/// Every sheet, in order, each with what it shows.
+pub(super) fn sheets(all: &[Sheet]) -> String {
+    all.iter().map(sheet).collect()
+}
+
+fn sheet(it: &Sheet) -> String {
+    let caption = escape(&it.caption);
+    let heading = format!("<h3>{}: {}</h3>\n", escape(&it.number), escape(&it.title));
+    let body = match &it.shows {
+        Shows::Table(grid) => {
+            let row = |row: &Vec<String>| {
+                let cells = row.iter().enumerate().map(|(place, cell)| match place {
+                    0 => format!("<th scope=\"row\">{}</th>", unbroken(cell)),
+                    _ => format!("<td>{}</td>", unbroken(cell)),
+                });
+                format!("<tr>{}</tr>\n", cells.collect::<String>())
+            };
+            let heads: Vec<String> = grid.heads.iter().map(|it| unbroken(it)).collect();
+            let heads: Vec<&str> = heads.iter().map(String::as_str).collect();
+            table(&heads, grid.rows.iter().map(row).collect())
+        }
+        Shows::Plots(plots) => figure(&drawn(plots, &it.title), ""),
+    };
+    // Not within the figure: on a narrow screen that scrolls, and this stays.
+    format!("{heading}{body}<p class=\"note\">{caption}</p>\n")
+}
+
+/// In HTML, a per cent sign beside its number on narrow screens too.
+fn unbroken(cell: &str) -> String {
+    escape(cell).replace(" %", "\u{a0}%")
+}
+
+fn drawn(plots: &Plots, description: &str) -> String {
+    if plots.plots.is_empty() {
+        return String::new();
+    }
+    let beside = plots.beside.max(1);
+    let height = match beside {
+        1 => ALONE,
+        _ => MULTIPLE,
+    };
+    let is_bar = plots.plots.iter().any(|it| !it.bars.is_empty());
+    let keys = plots.series.iter().enumerate();
+    let mut legend: Vec<(Key, String)> = keys
+        .map(|(series, name)| {
+            let key = match is_bar {
+                true => Key::Box(Paint::Tint(color(series))),
+                false => Key::Line(stroke(color(series), 2.0)),
+            };
+            (key, name.clone())
+        })
+        .collect();
+    if plots.plots.iter().any(|it| !it.paper.is_empty()) {
+        let key = Key::Dot(Shape::Diamond, Paint::Full(INK));
+        legend.push((key, "the paper's number".to_owned()));
+    }
+    let panels = plots.plots.iter().enumerate();
+    let panels: Vec<Panel> = panels
+        .map(|(place, plot)| panel(plot, height, place % beside == 0))
+        .collect();
+    let mut rows: Vec<Vec<Panel>> = panels.chunks(beside).map(<[Panel]>::to_vec).collect();
+    for row in &mut rows {
+        row.resize_with(beside, || empty(height));
+    }
+    Figure {
+        description: description.to_owned(),
+        legend,
+        rows,
+        ..Figure::default()
+    }
+    .svg()
+}
+
+/// A place without a plot.
+fn empty(height: f64) -> Panel {
+    let nothing = || Axis::new("", Scale::Linear(0.0, 1.0));
+    Panel::new("", nothing(), nothing(), height)
+}
+
+fn color(series: usize) -> Color {
+    PALETTE[series % PALETTE.len()]
+}
+
+fn axis(along: &Along) -> Axis {
+    let [low, high] = along.ends;
+    let grid = along.ticks.is_empty() || along.logarithmic;
+    let axis = match (along.logarithmic, along.ticks.is_empty()) {
+        (true, _) => Axis::new(&along.name, Scale::Log(low, high)),
+        (false, true) => Axis::linear(&along.name, (low, high), 5.0),
+        (false, false) => Axis::new(&along.name, Scale::Linear(low, high)),
+    };
+    match along.ticks.is_empty() {
+        true => axis,
+        false => Axis {
+            grid,
+            ..axis.ticks(along.ticks.clone())
+        },
+    }
+}
+
+fn panel(plot: &Plot, height: f64, is_first: bool) -> Panel {
+    let mut y = axis(&plot.y);
+    if !is_first {
+        // What a row shares stands at its left.
+        y.name.clear();
+    }
+    let mut panel = Panel::new(&plot.title, axis(&plot.x), y, height);
+    if let Some([from, to]) = plot.aside {
+        let all = (f64::NEG_INFINITY, f64::INFINITY);
+        let ground = Mark::Area((from, to), all, Paint::Tint(MUTED));
+        panel.ground.push(ground);
+    }
+    panel.ground.extend(plot.bands.iter().map(band));
+    let [left, right] = plot.x.ends;
+    for it in &plot.bands {
+        let across = vec![(left, it.middle), (right, it.middle)];
+        panel
+            .marks
+            .push(Mark::Line(across, stroke(color(it.series), 1.6)));
+    }
+    panel.marks.extend(plot.bars.iter().flat_map(bar));
+    panel.marks.extend(plot.curves.iter().flat_map(curve));
+    let dot = |&[x, y]: &[f64; 2]| Mark::Dot((x, y), Shape::Diamond, 4.5, Paint::Full(INK));
+    panel.marks.extend(plot.paper.iter().map(dot));
+    panel
+}
+
+fn band(it: &Band) -> Mark {
+    let everywhere = (f64::NEG_INFINITY, f64::INFINITY);
+    Mark::Area(everywhere, (it.low, it.high), Paint::Tint(color(it.series)))
+}
+
+/// Its box, its end, and its interval.
+fn bar(it: &Bar) -> Vec<Mark> {
+    let ([left, right], color) = (it.x, color(it.series));
+    let middle = 0.5 * (left + right);
+    let whole = Mark::Area((left, right), (0.0, it.value), Paint::Tint(color));
+    let ends = vec![(left, it.value), (right, it.value)];
+    let end = Mark::Line(ends, stroke(color, 2.0));
+    let range = it.range.map(|ends| interval(middle, ends, color));
+    [Some(whole), Some(end), range]
+        .into_iter()
+        .flatten()
+        .collect()
+}
+
+fn interval(at: f64, [low, high]: [f64; 2], color: Color) -> Mark {
+    Mark::Line(vec![(at, low), (at, high)], stroke(color, 1.6))
+}
+
+fn curve(it: &Curve) -> Vec<Mark> {
+    let color = color(it.series);
+    let points: Vec<(f64, f64)> = it.points.iter().map(|&[x, y]| (x, y)).collect();
+    let dots = points.iter().filter(|_| it.marked);
+    let dots: Vec<Mark> = dots
+        .map(|&at| Mark::Dot(at, Shape::Disc, 3.5, Paint::Full(color)))
+        .collect();
+    let ranges = it.points.iter().zip(&it.ranges);
+    let ranges: Vec<Mark> = ranges
+        .map(|([x, _], ends)| interval(*x, *ends, color))
+        .collect();
+    let line = Mark::Line(points, stroke(color, 1.6));
+    [ranges, vec![line], dots].concat()
+}

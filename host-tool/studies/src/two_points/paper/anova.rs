@@ -1,0 +1,97 @@
+//! The analysis of variance of experiment 4 (Hamana 2022, III-D5, table 9): number of
+//! points and participant, both fixed, with the trials as replication.
+
+use super::printed::TABLE_8;
+use super::{Part, of_draw};
+use host_core::statistics::two_way;
+use std::collections::BTreeSet;
+
+/// F and p of the number of points, of the participant and of both together.
+pub(super) type Anova = [[f64; 2]; 3];
+
+/// What each is called.
+pub(super) const SOURCES: [&str; 3] = ["number of points", "participant", "interaction"];
+
+/// Of trials by number of points and participant; `None` where it cannot be made.
+fn of(cells: &[Vec<Vec<f64>>]) -> Option<Anova> {
+    let all = two_way(cells).ok()?;
+    Some([all.first, all.second, all.interaction].map(|it| [it.f, it.p]))
+}
+
+/// Of table 8 as it is printed. Table 9 has been made of numbers with more digits: its
+/// first F is 4.30, this one 4.32.
+pub(super) fn published() -> Option<Anova> {
+    let points = [0, 1].map(|place| {
+        let all = TABLE_8.iter().map(|(_, trials)| trials[place].to_vec());
+        all.collect::<Vec<_>>()
+    });
+    of(&points)
+}
+
+/// The paper's three are among these.
+pub(super) fn has_all<'a>(names: impl Iterator<Item = &'a str>) -> bool {
+    let names: BTreeSet<&str> = names.collect();
+    TABLE_8.iter().all(|(name, _)| names.contains(name))
+}
+
+/// Of each draw in which P, Q and S all have every trial with one point and with two.
+pub(super) fn replications(parts: &[Part], law: &str) -> Vec<Anova> {
+    let draws: BTreeSet<u64> = parts.iter().map(|it| it.draw).collect();
+    let replication = |draw: u64| {
+        let (mut one, mut two) = (Vec::new(), Vec::new());
+        for (name, _) in &TABLE_8 {
+            let tracking = of_draw(parts, name, draw)?.tracking()?;
+            one.push(tracking.one(law)?.1);
+            two.push(tracking.two(law)?);
+        }
+        of(&[one, two])
+    };
+    draws.into_iter().filter_map(replication).collect()
+}
+
+/// Draws in which P, Q and S all have both means, with them.
+pub(super) fn whole(parts: &[Part], law: &str) -> Vec<Vec<[f64; 2]>> {
+    let draws: BTreeSet<u64> = parts.iter().map(|it| it.draw).collect();
+    let both = |name: &str, draw: u64| {
+        let [one, two] = of_draw(parts, name, draw)?.tracking()?.means(law);
+        Some([one?, two?])
+    };
+    let replication = |draw: u64| TABLE_8.iter().map(|(name, _)| both(name, draw)).collect();
+    draws.into_iter().filter_map(replication).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::printed::TABLE_9;
+    use super::*;
+
+    /// Table 9 from table 8: all that is printed but for rounding (F 4.30 where the
+    /// printed trials give 4.32).
+    #[test]
+    fn table_9_is_that_of_table_8() {
+        let ours = published().unwrap();
+        assert!((ours[0][0] - 4.32).abs() < 0.005, "{ours:?}");
+        for (ours, printed) in ours.iter().zip(TABLE_9) {
+            assert!((ours[0] - printed[0]).abs() < 0.025, "{ours:?} {printed:?}");
+            assert!((ours[1] - printed[1]).abs() < 0.003, "{ours:?} {printed:?}");
+        }
+    }
+
+    #[test]
+    fn sums_of_squares_are_those_printed() {
+        let points = [0, 1].map(|place| {
+            let all = TABLE_8.iter().map(|(_, trials)| trials[place].to_vec());
+            all.collect::<Vec<_>>()
+        });
+        let all = two_way(&points).unwrap();
+        let of = [all.first, all.second, all.interaction].map(|it| (it.sum_squares, it.df));
+        for ((ours, df), (printed, printed_df)) in
+            of.into_iter().zip([(97.2, 1), (79.6, 2), (52.2, 2)])
+        {
+            assert!((ours - printed).abs() < 0.01 * printed, "{ours} {printed}");
+            assert_eq!(df, printed_df);
+        }
+        assert!((all.first.error_sum_squares - 542.0).abs() < 5.0);
+        assert_eq!(all.first.error_df, 24);
+    }
+}

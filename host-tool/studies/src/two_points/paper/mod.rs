@@ -1,0 +1,306 @@
+//! Hamana 2022's six studies by drawn participants, beside what the paper printed.
+//!
+//! Lives here: which there are, what a draw of a participant comes to, `draws.csv`, rows,
+//! claims, and the sheets that stand beside the paper's tables and figures. Not here: the
+//! forearm (`hal_sim::body::hand`), searches and trials (the room above), the command
+//! (`cli`). In: participants, a seed, draws. Out: an [`Outcome`] and `draws.csv`. All
+//! simulated: no evidence about people.
+
+mod anova;
+mod control;
+mod csv;
+mod figures;
+mod hold;
+mod outcome;
+mod printed;
+mod spread;
+mod tables;
+mod tracking;
+mod voltages;
+
+pub use outcome::Told;
+pub(super) use printed::TABLE_5_P;
+pub use tracking::{Course, Tracking, Trial};
+
+use super::error::TwoPointsError;
+use super::experiments::{Experiment, Protocol};
+use super::held::Hold;
+use super::participant::Participant;
+use super::population::Population;
+use super::sessions::Session;
+use super::voltages::Voltages;
+use super::wearers::{Participants, Wearer};
+use host_core::run::DeviceName;
+
+/// Which of the studies.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Kind {
+    /// Experiments 1 to 3, and posture: patterns on the body alone.
+    Patterns(Experiment),
+    /// Experiment 4: a sine is followed through the device.
+    Control,
+    /// III-D6b: ten seconds of one pattern.
+    Hold,
+}
+
+/// Names, and titles.
+const ALL: [(&str, Kind, &str); 6] = [
+    (
+        "hamana-1",
+        Kind::Patterns(Experiment::Selectivity),
+        "Hamana 2022, experiment 1: individuation of 25 patterns",
+    ),
+    (
+        "hamana-2",
+        Kind::Patterns(Experiment::Torque),
+        "Hamana 2022, experiment 2: torque of 29 patterns",
+    ),
+    (
+        "hamana-3",
+        Kind::Patterns(Experiment::Intensities),
+        "Hamana 2022, experiment 3: fingers at nine intensities",
+    ),
+    (
+        "hamana-posture",
+        Kind::Patterns(Experiment::Posture),
+        "Hamana 2022, III-D6: the index finger as the forearm pronates",
+    ),
+    (
+        "hamana-4",
+        Kind::Control,
+        "Hamana 2022, experiment 4, on a forearm that is a mechanism",
+    ),
+    (
+        "hamana-hold",
+        Kind::Hold,
+        "Hamana 2022: how far a held finger sinks in 10 s, one point or two",
+    ),
+];
+
+impl Kind {
+    /// That of this name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        let mut all = ALL.into_iter();
+        all.find_map(|(own, kind, _)| (own == name).then_some(kind))
+    }
+
+    /// Name and title.
+    fn told(self) -> (&'static str, &'static str) {
+        let mut all = ALL.into_iter();
+        let own = all.find_map(|(name, kind, title)| (kind == self).then_some((name, title)));
+        own.unwrap_or_default()
+    }
+}
+
+/// A study as it is asked for.
+#[derive(Clone, Debug)]
+pub struct Study {
+    kind: Kind,
+    participants: Participants,
+    population: Population,
+    protocol: Protocol,
+    /// Of everybody's draws.
+    seed: u64,
+    /// Replications.
+    draws: u64,
+    /// Whether participants, seed and draws are the declaration's own.
+    as_declared: bool,
+    /// Of experiment 4.
+    device: DeviceName,
+}
+
+/// What a draw of a participant became: numbers, or why there are none.
+#[derive(Clone, Debug)]
+pub struct Part {
+    /// Whose.
+    pub participant: String,
+    /// Which replication, from 0.
+    pub draw: u64,
+    /// What of it.
+    pub became: Result<Came, &'static str>,
+}
+
+/// A draw that has points and voltages.
+#[derive(Clone, Debug)]
+pub struct Came {
+    /// Of A and B, as searched.
+    pub voltages: Voltages,
+    /// Threshold and greatest of the extensor's point, V.
+    pub extensor_v: [f64; 2],
+    /// Of the study.
+    pub what: What,
+}
+
+/// What was measured of a draw.
+#[derive(Clone, Debug)]
+pub enum What {
+    /// Every stimulation.
+    Patterns(Session),
+    /// Every trial of experiment 4.
+    Tracked(Tracking),
+    /// One point and two, by trial.
+    Held(Vec<[Hold; 2]>),
+}
+
+impl Study {
+    /// Of these wearers (all, one, or a file), with a departure, seed and draws; the
+    /// declaration's own without.
+    ///
+    /// # Errors
+    /// E621, E624 to E627: declarations that cannot be read, nobody of this name, a
+    /// wearer's file, no departure of this name.
+    pub fn asked(
+        kind: Kind,
+        (wearer, departure): (Option<&str>, Option<&str>),
+        (seed, draws): (Option<u64>, Option<u64>),
+        device: DeviceName,
+    ) -> Result<Self, TwoPointsError> {
+        // The paper's experiment 3 is P's.
+        let is_of_p = kind == Kind::Patterns(Experiment::Intensities);
+        let participants = Participants::asked(wearer.or(is_of_p.then_some("P")))?;
+        let participants = participants.departing(departure)?;
+        let is_all = wearer.is_none_or(|it| it == if is_of_p { "P" } else { "all" });
+        let is_own = is_all && departure.is_none();
+        let seed = seed.unwrap_or(participants.seed);
+        let draws = draws.unwrap_or(participants.draws);
+        Ok(Self {
+            kind,
+            population: Population::declared()?,
+            protocol: Protocol::declared()?,
+            as_declared: is_own && (seed, draws) == (participants.seed, participants.draws),
+            participants,
+            seed,
+            draws,
+            device,
+        })
+    }
+
+    /// Replications.
+    #[must_use]
+    pub const fn draws(&self) -> u64 {
+        self.draws
+    }
+
+    /// Every participant's place and draw, in the order of `draws.csv`.
+    #[must_use]
+    pub fn units(&self) -> Vec<(usize, u64)> {
+        let all = 0..self.participants.all.len();
+        all.flat_map(|who| (0..self.draws).map(move |draw| (who, draw)))
+            .collect()
+    }
+
+    /// What one of [`Self::units`] becomes; `None` once `goes_on` says no.
+    ///
+    /// # Errors
+    /// The declaration, a hand that cannot be, the program's own session.
+    pub fn part(
+        &self,
+        (who, draw): (usize, u64),
+        goes_on: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Option<Part>, TwoPointsError> {
+        let Some(participant) = self.participants.all.get(who).filter(|_| goes_on()) else {
+            return Ok(None);
+        };
+        let drawn = (self.seed, draw);
+        let wearer = self
+            .participants
+            .draw(participant, &self.population, drawn)?;
+        let part = |became| Part {
+            participant: participant.name.clone(),
+            draw,
+            became,
+        };
+        let wearer = match wearer {
+            Ok(wearer) => wearer,
+            Err(why) => return Ok(Some(part(Err(why)))),
+        };
+        let what = self.what((participant, draw), &wearer, goes_on)?;
+        let came = what.map(|what| Came {
+            voltages: wearer.voltages,
+            extensor_v: wearer.extensor_v,
+            what,
+        });
+        Ok(came.map(|came| part(Ok(came))))
+    }
+
+    fn what(
+        &self,
+        (participant, draw): (&Participant, u64),
+        wearer: &Wearer,
+        goes_on: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Option<What>, TwoPointsError> {
+        Ok(match self.kind {
+            Kind::Patterns(experiment) => Some(What::Patterns(Session {
+                participant: participant.name.clone(),
+                is_printed: participant.paper.is_some(),
+                draw,
+                conditions: experiment.conditions(&wearer.voltages, &self.protocol),
+                stimulated: wearer.stimulated(&self.population, &self.protocol, experiment)?,
+            })),
+            Kind::Control => self.tracking(wearer, goes_on)?.map(What::Tracked),
+            Kind::Hold => {
+                let mut trials = Vec::new();
+                for number in 0..self.participants.held {
+                    if !goes_on() {
+                        return Ok(None);
+                    }
+                    trials.push(wearer.hold(&self.population, number)?);
+                }
+                Some(What::Held(trials))
+            }
+        })
+    }
+
+    /// The forearm of the first draw of this participant that came to anything, and which
+    /// it is.
+    fn first(&self, name: &str, parts: &[Part]) -> Result<Option<(u64, Wearer)>, TwoPointsError> {
+        let is = |it: &&Part| it.participant == name && it.became.is_ok();
+        let own = self.participants.all.iter().find(|it| it.name == name);
+        let (Some(part), Some(own)) = (parts.iter().find(is), own) else {
+            return Ok(None);
+        };
+        let drawn = (self.seed, part.draw);
+        let wearer = self.participants.draw(own, &self.population, drawn)?;
+        Ok(wearer.ok().map(|wearer| (part.draw, wearer)))
+    }
+}
+
+impl Came {
+    /// A session of patterns, if it is one.
+    fn session(&self) -> Option<&Session> {
+        match &self.what {
+            What::Patterns(session) => Some(session),
+            _ => None,
+        }
+    }
+
+    /// Trials of experiment 4, if they are.
+    fn tracking(&self) -> Option<&Tracking> {
+        match &self.what {
+            What::Tracked(tracking) => Some(tracking),
+            _ => None,
+        }
+    }
+
+    /// Trials of the hold, if they are.
+    fn held(&self) -> Option<&[[Hold; 2]]> {
+        match &self.what {
+            What::Held(held) => Some(held),
+            _ => None,
+        }
+    }
+}
+
+/// What of this draw of `name`, if it came to anything.
+fn of_draw<'p>(parts: &'p [Part], name: &str, draw: u64) -> Option<&'p Came> {
+    let mut own = parts.iter();
+    let own = own.find(|it| it.draw == draw && it.participant == name)?;
+    own.became.as_ref().ok()
+}
+
+/// What of each draw of `name` that came to anything.
+fn own<'p>(parts: &'p [Part], name: &'p str) -> impl Iterator<Item = &'p Came> {
+    let own = parts.iter().filter(move |it| it.participant == name);
+    own.filter_map(|it| it.became.as_ref().ok())
+}

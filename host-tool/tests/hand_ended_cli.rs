@@ -1,0 +1,72 @@
+//! Hamana 2022's studies cut short: what was computed is told and written.
+
+use crate::program::{flexor, folder, said};
+use serde_json::Value;
+use std::process::{Command, Stdio};
+
+/// A folder that goes while a study runs takes what would be in it, not what was computed.
+#[test]
+fn what_was_computed_is_told_when_its_folder_is_gone_and_a_signal_came() {
+    let folder = folder("hand_vanished");
+    let asked = [
+        "experiment",
+        "hamana-hold",
+        "--draws",
+        "1000",
+        "--out",
+        "gone",
+    ];
+    let mut program = flexor(&folder, &asked);
+    program.stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut program = program.spawn().unwrap();
+    while !folder.join("gone/.lock").exists() {
+        assert!(program.try_wait().unwrap().is_none(), "it has ended");
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    // Some draws are computed by then; any number will do.
+    std::thread::sleep(std::time::Duration::from_millis(1500));
+    std::fs::remove_dir_all(folder.join("gone")).unwrap();
+    let id = program.id().to_string();
+    let sent = Command::new("kill").args(["-INT", &id]).status().unwrap();
+    assert!(sent.success());
+    let (exit, people, error) = said(program.wait_with_output().unwrap());
+    assert_eq!(exit, Some(1), "{people}{error}");
+    assert!(people.contains("P, one point sinks"), "{people}");
+    assert!(people.contains("Cut short after "), "{people}");
+    assert!(error.contains("gone"), "{error}");
+}
+
+/// A signal leaves what was computed: told, written, and its own exit code.
+#[test]
+fn a_signal_leaves_what_was_computed() {
+    let folder = folder("hand_signal");
+    let wanted = [
+        "--json",
+        "experiment",
+        "hamana-4",
+        "--wearer",
+        "all",
+        "--draws",
+        "1000",
+    ];
+    let mut program = flexor(&folder, &[&wanted[..], &["--out", "cut"]].concat());
+    program.stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut program = program.spawn().unwrap();
+    while !folder.join("cut/.lock").exists() {
+        assert!(program.try_wait().unwrap().is_none(), "it has ended");
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    std::thread::sleep(std::time::Duration::from_millis(1500));
+    let id = program.id().to_string();
+    let sent = Command::new("kill").args(["-TERM", &id]).status().unwrap();
+    assert!(sent.success());
+    let (exit, told, error) = said(program.wait_with_output().unwrap());
+    assert_eq!(exit, Some(143), "{told}{error}");
+    let told: Value = serde_json::from_str(&told).unwrap();
+    let cut_short = told["result"]["cut_short"].as_str().unwrap();
+    assert!(cut_short.starts_with("Cut short after "), "{cut_short}");
+    let written = std::fs::read_to_string(folder.join("cut/result.json")).unwrap();
+    let written: Value = serde_json::from_str(&written).unwrap();
+    assert_eq!(written, told["result"]);
+    assert!(folder.join("cut/draws.csv").is_file());
+}
