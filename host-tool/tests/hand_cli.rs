@@ -30,7 +30,12 @@ fn twice(name: &str, arguments: &[&str]) -> Value {
     let (exit, _, error) = ran(&folder, &["report", "json"]);
     assert_eq!(exit, Some(0), "{error}");
     assert!(page() == made, "the same page");
-    serde_json::from_str(&told).unwrap()
+    let told: Value = serde_json::from_str(&told).unwrap();
+    let made = String::from_utf8(made).unwrap();
+    for number in numbers(&told["result"]) {
+        assert!(made.contains(&format!("<h3>{number}: ")), "{number}");
+    }
+    told
 }
 
 /// What the paper printed of each of these rows.

@@ -132,7 +132,10 @@ fn panel(plot: &Plot, height: f64, is_first: bool) -> Panel {
             .push(Mark::Line(across, stroke(color(it.series), 1.6)));
     }
     panel.marks.extend(plot.bars.iter().flat_map(bar));
-    panel.marks.extend(plot.curves.iter().flat_map(curve));
+    let curves = plot.curves.iter().zip(widths(plot.curves.len()));
+    panel
+        .marks
+        .extend(curves.flat_map(|(it, width)| curve(it, width)));
     let dot = |&[x, y]: &[f64; 2]| Mark::Dot((x, y), Shape::Diamond, 4.5, Paint::Full(INK));
     panel.marks.extend(plot.paper.iter().map(dot));
     panel
@@ -161,7 +164,13 @@ fn interval(at: f64, [low, high]: [f64; 2], color: Color) -> Mark {
     Mark::Line(vec![(at, low), (at, high)], stroke(color, 1.6))
 }
 
-fn curve(it: &Curve) -> Vec<Mark> {
+/// Of so many lines, pixels: one that another covers is seen beside it.
+fn widths(count: usize) -> impl Iterator<Item = f64> {
+    let step = (2.0 / (count as f64 - 1.0).max(1.0)).min(1.0);
+    (0..count).rev().map(move |above| 1.4 + step * above as f64)
+}
+
+fn curve(it: &Curve, width: f64) -> Vec<Mark> {
     let color = color(it.series);
     let points: Vec<(f64, f64)> = it.points.iter().map(|&[x, y]| (x, y)).collect();
     let dots = points.iter().filter(|_| it.marked);
@@ -172,6 +181,61 @@ fn curve(it: &Curve) -> Vec<Mark> {
     let ranges: Vec<Mark> = ranges
         .map(|([x, _], ends)| interval(*x, *ends, color))
         .collect();
-    let line = Mark::Line(points, stroke(color, 1.6));
+    let line = Mark::Line(points, stroke(color, width));
     [ranges, vec![line], dots].concat()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::laboratory::sheet::Grid;
+
+    #[test]
+    fn a_table_stands_under_its_number() {
+        let row = |cells: [&str; 2]| cells.map(str::to_owned).to_vec();
+        let grid = Grid {
+            heads: row(["", "95 %"]),
+            rows: vec![row(["P < Q", "8.4"])],
+        };
+        let sheet = Sheet::table("Table 8", "RMSE", "Simulated.".to_owned(), grid);
+        let page = sheets(&[sheet]);
+        for part in [
+            "<h3>Table 8: RMSE</h3>",
+            "<th scope=\"col\">95\u{a0}%</th>",
+            "<th scope=\"row\">P &lt; Q</th><td>8.4</td>",
+            "<p class=\"note\">Simulated.</p>",
+        ] {
+            assert!(page.contains(part), "{part}: {page}");
+        }
+    }
+
+    /// Two plots and an empty place in each row of three, the paper's number in the legend.
+    #[test]
+    fn plots_have_what_they_are_given() {
+        let bar = Bar {
+            series: 1,
+            x: [-0.4, 0.4],
+            value: 0.5,
+            range: Some([0.4, 0.6]),
+        };
+        let plot = Plot {
+            title: "P (2 draws)".to_owned(),
+            x: Along::of("pattern", ["0".to_owned()]),
+            y: Along::even("torque", [0.0, 1.0]),
+            bars: vec![bar],
+            paper: vec![[0.0, 0.28]],
+            ..Plot::default()
+        };
+        let plots = Plots {
+            beside: 3,
+            series: vec!["conducted".to_owned(), "isolated".to_owned()],
+            plots: vec![plot.clone(), plot],
+        };
+        let svg = drawn(&plots, "torque by pattern");
+        assert_eq!(svg.matches("P (2 draws)").count(), 2);
+        // Its axis' name stands once, at the left of the row.
+        assert_eq!(svg.matches(">torque<").count(), 1);
+        assert!(svg.contains("the paper") && svg.contains("isolated"));
+        assert_eq!(drawn(&Plots::default(), ""), "");
+    }
 }

@@ -236,3 +236,60 @@ fn followed(title: String, it: &Course) -> Plot {
         ..Plot::default()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::two_points::Voltages;
+    use crate::two_points::paper::{Came, Kind, Tracking, What};
+    use crate::two_points::tracked::Method;
+    use host_core::run::DeviceName;
+
+    fn followed_by(name: &str, draw: u64) -> Part {
+        let course = Course {
+            is_two: false,
+            is_best: true,
+            method: Method::B,
+            number: 2,
+            rmse_deg: 8.4,
+            rows: vec![[0.0, 45.0, 10.0], [0.05, 46.0, 11.0]],
+        };
+        let voltages = Voltages {
+            threshold_v: [24.0, 28.0],
+            most_v: [28.0, 36.0],
+            ratio: None,
+        };
+        Part {
+            participant: name.to_owned(),
+            draw,
+            became: Ok(Came {
+                voltages,
+                extensor_v: [14.0, 26.0],
+                what: What::Tracked(Tracking {
+                    trials: Vec::new(),
+                    courses: vec![course],
+                }),
+            }),
+        }
+    }
+
+    /// P's first draw that has a number, otherwise another's, and it is said whose.
+    #[test]
+    fn whose_course_is_shown_is_said() {
+        let study = Study::asked(Kind::Control, None, (None, None), DeviceName::Native).unwrap();
+        let caption = |parts: &[Part]| study.figures_25_to_28(parts)[0].caption.clone();
+        let of_p = [
+            followed_by("Q", 0),
+            followed_by("P", 4),
+            followed_by("P", 5),
+        ];
+        let told = caption(&of_p);
+        assert!(told.contains("25: P, draw 4, B trial 3;"), "{told}");
+        assert!(told.contains("28: no draw has a number"), "{told}");
+        let told = caption(&of_p[..1]);
+        assert!(
+            told.contains("25: Q, draw 0 (of P no draw has it), B trial 3"),
+            "{told}"
+        );
+    }
+}

@@ -60,7 +60,7 @@ impl Study {
              against the voltage at one point, in the search's steps: {}, simulated. Over each \
              plot its threshold and its greatest voltage, above which the index falls to \
              {SELECTIVE} or the search ends. Figure 8 is of P at one point; its index falls when \
-             other fingers bend. Lines that coincide hide each other.",
+             other fingers bend. Of lines that coincide the first are the widest.",
             whose.words
         );
         let plots = Plots {
@@ -111,7 +111,7 @@ impl Study {
              18 and 24 V; figure 9 does not say whether A was isolated; figure 11's caption \
              calls pattern 8 isolated, figure 5 and the text conducted, as here. There one point \
              bends the index finger slightly, 0 µs other fingers too, 2000 µs the index finger \
-             strongly. Lines that coincide hide each other.",
+             strongly. Of lines that coincide the first are the widest.",
             whose.words
         );
         let plots = Plots {
