@@ -63,3 +63,24 @@ pub(super) fn of<const N: usize>(table: &[(&str, [f64; N])], name: &str) -> Opti
     let own = table.iter().find(|(who, _)| *who == name);
     own.map(|(_, numbers)| *numbers)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Table 8 is the one that statistics are held to.
+    #[test]
+    fn table_8_is_that_of_the_golden_file() {
+        let golden = include_str!("../../../../../tests/golden/hamana2022_table8_rmse.csv");
+        let rows = golden.lines().filter(|it| !it.starts_with(['#', 'p']));
+        let mut rows = rows.map(|row| row.split(',').collect::<Vec<_>>());
+        for (name, [one, two]) in TABLE_8 {
+            for (one, two) in one.into_iter().zip(two) {
+                let row = rows.next().unwrap();
+                let numbers = [1, 2].map(|at| row[at].parse::<f64>().unwrap());
+                assert_eq!((row[0], numbers), (name, [one, two]));
+            }
+        }
+        assert_eq!(rows.next(), None);
+    }
+}
