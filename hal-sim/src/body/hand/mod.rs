@@ -4,8 +4,8 @@
 //! Lives here, from the skin inwards: `field` (currents in fat and muscle), `network`
 //! (skin, stages and their limiter as a circuit), `pools` and `membrane` (motor nerves),
 //! `forearm` (all three: spikes), `force`, `digits` (angles), `response` (a hand under a
-//! repeated period), `moving` (one in time), `spec`. Not here: which voltages, searches and experiments
-//! (`studies`).
+//! repeated period), `moving` (one in time), `placement` (where electrodes can lie),
+//! `spec`. Not here: which voltages, searches and experiments (`studies`).
 //! In: what each point's terminal is, for how long. Out: torques and angles of five
 //! digits. All numbers are simulated; most parameters are assumed, each says so.
 
@@ -16,6 +16,7 @@ pub mod forearm;
 pub mod membrane;
 mod moving;
 pub mod network;
+mod placement;
 pub mod pools;
 mod response;
 pub mod spec;
@@ -23,5 +24,6 @@ pub mod spec;
 mod tests;
 
 pub use moving::{FittedHand, MovingHand};
+pub use placement::Misplaced;
 pub use response::{Hand, InvalidHand, Response, Segment};
 pub use spec::{HandSpec, Rule, SkinSpec};

@@ -103,34 +103,12 @@ impl Own {
     /// Which electrodes lie off the forearm, or on another.
     fn misplaced(&self, pads_mm: [[f64; 2]; 3]) -> Vec<String> {
         let spec = HandSpec::nominal(self.reach_m, self.around_m, 0);
-        let named = ["A", "B", "the extensor", "the return"];
-        let own = pads_mm.map(|[x_mm, y_mm]| Pad {
+        let points = pads_mm.map(|[x_mm, y_mm]| Pad {
             x_m: 1e-3 * x_mm,
             y_m: 1e-3 * y_mm,
             shape: ROUND,
         });
-        let all: Vec<Pad> = own.into_iter().chain([spec.return_pad()]).collect();
-        let mut wrong = Vec::new();
-        for (name, pad) in named.into_iter().zip(&own) {
-            let is_on =
-                (0.0..=spec.forearm_m).contains(&pad.x_m) && pad.y_m.abs() <= 0.5 * self.around_m;
-            if !is_on {
-                wrong.push(format!(
-                    "the electrode of {name} lies off the forearm: along 0 to {:.0} mm from the elbow, \
-                     around -{1:.0} to {1:.0} mm from the palmar midline",
-                    1e3 * spec.forearm_m,
-                    500.0 * self.around_m
-                ));
-            }
-        }
-        for (place, pad) in all.iter().enumerate() {
-            for (other, beside) in all.iter().enumerate().skip(place + 1) {
-                if pad.overlaps(beside) {
-                    let (one, two) = (named[place], named[other]);
-                    wrong.push(format!("the electrodes of {one} and of {two} overlap"));
-                }
-            }
-        }
-        wrong
+        let wrong = spec.misplaced(&points).into_iter();
+        wrong.map(|it| it.to_string()).collect()
     }
 }
