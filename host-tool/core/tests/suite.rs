@@ -8,6 +8,7 @@ mod run_cut_short;
 mod run_rungs;
 mod session_errors;
 mod session_files;
+mod session_hand;
 mod session_schema;
 mod statistics;
 mod statistics_refused;

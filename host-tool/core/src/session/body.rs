@@ -5,8 +5,10 @@ use hal_sim::body::hand::FittedHand;
 use hal_sim::body::muscle::SUBJECTS;
 use hal_sim::body::{ElbowSpec, FingerSpec};
 
+use super::channel::Channel;
 use super::error::Problem;
 use super::fields::PARTICIPANTS;
+use super::hand::read_hand;
 use super::table::Table;
 
 /// The simulated wearer of a session.
@@ -16,7 +18,7 @@ pub enum BodySpec {
     Finger(Box<FingerSpec>),
     /// A forearm and the person who moves it.
     Elbow(Box<ElbowSpec>),
-    /// A forearm and hand under its electrodes: made by the program, no file names one.
+    /// A forearm and hand under its electrodes.
     Hand(Box<FittedHand>),
     /// A dummy load on every channel.
     Still {
@@ -25,14 +27,15 @@ pub enum BodySpec {
     },
 }
 
-/// Reads `[body]`.
-pub(super) fn read_body(t: &Table<'_>) -> Option<BodySpec> {
+/// Reads `[body]` of a file with these channels.
+pub(super) fn read_body(t: &Table<'_>, channels: &[Channel]) -> Option<BodySpec> {
     if !t.is_sound() {
         return None;
     }
     Some(match t.word("kind") {
         "finger" => BodySpec::Finger(Box::new(read_finger(t)?)),
         "elbow" => BodySpec::Elbow(Box::new(read_elbow(t)?)),
+        "hand" => BodySpec::Hand(Box::new(read_hand(t, channels)?)),
         _ => BodySpec::Still {
             load_ohm: t.whole("load_ohm"),
         },
@@ -41,7 +44,7 @@ pub(super) fn read_body(t: &Table<'_>) -> Option<BodySpec> {
 
 /// Channels, from 0, that the file names, whether or not the session uses them; each
 /// another.
-fn read_sites<const N: usize>(t: &Table<'_>, names: [&str; N]) -> Option<[usize; N]> {
+pub(super) fn read_sites<const N: usize>(t: &Table<'_>, names: [&str; N]) -> Option<[usize; N]> {
     let numbers = names.map(|name| t.whole::<u8>(name));
     for (place, (name, &channel)) in names.iter().zip(&numbers).enumerate() {
         if numbers.iter().take(place).any(|taken| *taken == channel) {

@@ -59,6 +59,55 @@ pub(super) fn between(min: i64, max: i64, places: i32) -> String {
     format!("{} to {}", in_units(min, places), in_units(max, places))
 }
 
+/// The number that `text` writes, a TOML number, times 10^`power`: the nearest there is,
+/// not what is left of it after a multiplication.
+pub(super) fn shifted(text: &str, power: i32) -> Option<f64> {
+    let text = text.replace('_', "");
+    for (prefix, radix) in [("0x", 16), ("0o", 8), ("0b", 2)] {
+        if let Some(digits) = text.strip_prefix(prefix) {
+            return shifted(
+                &i128::from_str_radix(digits, radix).ok()?.to_string(),
+                power,
+            );
+        }
+    }
+    let (mantissa, exponent) = match text.split_once(['e', 'E']) {
+        Some((mantissa, exponent)) => (mantissa, exponent.parse::<i32>().ok()?),
+        None => (text.as_str(), 0),
+    };
+    let exponent = exponent.checked_add(power)?;
+    format!("{mantissa}e{exponent}").parse().ok()
+}
+
+/// `value` · 10^`power` as TOML, with the fewest digits from which [`shifted`] makes
+/// `value` again.
+pub(super) fn written(value: f64, power: i32) -> String {
+    let text = format!("{value:e}");
+    let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+    let exponent = exponent.parse::<i32>().unwrap_or_default() + power;
+    let sign = if mantissa.starts_with('-') { "-" } else { "" };
+    let digits: String = mantissa.chars().filter(char::is_ascii_digit).collect();
+    // Digits before the point.
+    let before = 1 + exponent;
+    let count = digits.len() as i32; // at most 17
+    match before {
+        _ if value == 0.0 => format!("{sign}0.0"),
+        1..=15 if count <= before => {
+            let zeros = "0".repeat((before - count).unsigned_abs() as usize);
+            format!("{sign}{digits}{zeros}.0")
+        }
+        1..=15 => {
+            let (whole, fraction) = digits.split_at(before.unsigned_abs() as usize);
+            format!("{sign}{whole}.{fraction}")
+        }
+        -5..=0 => {
+            let zeros = "0".repeat(before.unsigned_abs() as usize);
+            format!("{sign}0.{zeros}{digits}")
+        }
+        _ => format!("{mantissa}e{exponent}"),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -97,5 +146,39 @@ mod tests {
             assert_eq!(Decimal::parse(&text).unwrap().scaled(3), Some(milli));
             assert_eq!(in_units(milli, 3).parse::<f64>(), text.parse());
         }
+    }
+
+    #[test]
+    fn what_is_written_of_a_float_is_read_to_the_bit() {
+        let mut random = hal_sim::random::Random::new(7);
+        for power in [-9, -6, -3, 0, 3] {
+            for count in 0..2_000 {
+                let wide = f64::from_bits(random.below(u64::MAX));
+                let near = random.below(1_000_000_007) as f64 / 999_983.0;
+                let value = if count % 2 == 0 { wide } else { -near };
+                if !value.is_finite() || !(1e-290..1e290).contains(&value.abs()) {
+                    continue;
+                }
+                let text = written(value, power);
+                let again = shifted(&text, -power).unwrap();
+                assert_eq!(again.to_bits(), value.to_bits(), "{value:e}: {text}");
+                text.parse::<f64>().unwrap();
+            }
+        }
+        for (value, power, text) in [
+            (0.0042, 3, "4.2"),
+            (2.5e-8, 9, "25.0"),
+            (0.02, 3, "20.0"),
+            (-0.0003, 3, "-0.3"),
+            (0.0, 3, "0.0"),
+            (4e-5, 0, "0.00004"),
+            (1e-9, 0, "1e-9"),
+        ] {
+            assert_eq!(written(value, power), text);
+        }
+        assert_eq!(shifted("1_2", -3), Some(0.012));
+        assert_eq!(shifted("0xe", -3), Some(0.014));
+        assert_eq!(shifted("4.2E1", -3), Some(0.042));
+        assert_eq!(shifted("12:00", 0), None);
     }
 }

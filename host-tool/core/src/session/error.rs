@@ -168,6 +168,12 @@ problems! {
     480 JointAndWall {}
         "a `[joint]` and a `[wall]` cannot run together: the device measures one angle"
         "keep one of them"
+    481 Misplaced { why: String }
+        "`{field}`: {why}"
+        "move it; electrodes are 2.5 cm across or 2.0 × 1.5 cm, and the return's 4 × 9 cm end at the wrist"
+    482 CurrentIntoHand { channel: u8 }
+        "`{field}` names channel {channel}, whose stage drives a current: the simulated hand knows voltages alone"
+        "give the channel a voltage stage"
 }
 
 /// What bounds the rms current of all channels.

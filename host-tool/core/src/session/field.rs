@@ -35,6 +35,8 @@ pub(super) enum Kind {
     Real(Number),
     /// A list of numbers, and what they are.
     Wholes(Number, &'static str),
+    /// A list of so many pairs of any numbers, and what they are.
+    Pairs(Number, usize, &'static str),
     /// A table.
     Table(Section),
     /// A list of tables.
@@ -129,7 +131,10 @@ impl Field {
     /// Its number, if it is one.
     pub(super) const fn number(&self) -> Option<&Number> {
         match &self.kind {
-            Kind::Whole(number) | Kind::Real(number) | Kind::Wholes(number, _) => Some(number),
+            Kind::Whole(number)
+            | Kind::Real(number)
+            | Kind::Wholes(number, _)
+            | Kind::Pairs(number, ..) => Some(number),
             _ => None,
         }
     }
@@ -142,7 +147,7 @@ impl Kind {
             Self::Text(_) | Self::Choice(_) => "text",
             Self::Flag => "true or false",
             Self::Whole(_) | Self::Real(_) => "a number",
-            Self::Wholes(_, what) => what,
+            Self::Wholes(_, what) | Self::Pairs(_, _, what) => what,
             Self::Table(_) => "a table",
             Self::Tables(..) => "a list of tables",
         }

@@ -14,6 +14,7 @@ use hal_sim::body::{ElbowSpec, FingerSpec};
 use super::control_fields::{amplitude, hold, joint, wall};
 use super::field::Need::{Optional, Or, OrTold, OrWord, Required};
 use super::field::{CHANNEL, Kind, Number, Section, UNIT, channel, f, list, n, nb, one_of};
+use super::hand_fields::{hand_fields, point_channels};
 
 /// The whole file.
 pub(super) static FILE: LazyLock<Section> = LazyLock::new(file);
@@ -331,10 +332,10 @@ fn body() -> Section {
         f("at_ma", real("mA", 200), Required, "least current that is felt"),
     ];
     let mut all = vec![
-        f("kind", Kind::Choice(vec!["finger", "elbow", "still"]), Required, "an index finger, a forearm and the person who moves it, or dummy loads"),
+        f("kind", Kind::Choice(vec!["finger", "elbow", "hand", "still"]), Required, "an index finger, a forearm and the person who moves it, a forearm and hand that are a mechanism (below), or dummy loads"),
         f("participant", one_of(&PARTICIPANTS), Required, "of Hamana 2022, table 7").when("kind", &["finger"]),
     ];
-    all.extend(["flexor_a", "flexor_b", "extensor"].map(|point| f(point, channel(), Required, "where this point is, used or not; each another").when("kind", &["finger"])));
+    all.extend(point_channels());
     all.extend(["triceps", "biceps"].map(|muscle| f(muscle, channel(), Required, "where its electrodes are; each another").when("kind", &["elbow"])));
     all.extend([
         f("flexor_nm", real("N·m", 10), or(finger.flexor_torque_nm), "torque of one flexor point at full recruitment and 50 Hz").when("kind", &["finger"]),
@@ -362,6 +363,7 @@ fn body() -> Section {
         f("yields", Kind::Table(yields), Optional, "`{ delay_s, to, at_ma }`: the person pushes less where stimulation is felt; as hard as ever without it").when("kind", &["elbow"]),
         f("load_ohm", Kind::Whole(Number::within("Ω", 0, 1, 1_000_000)), Or(2_000), "on every channel").when("kind", &["still"]),
     ]);
+    all.extend(hand_fields());
     all
 }
 

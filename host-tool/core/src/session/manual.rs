@@ -51,6 +51,7 @@ fn what(field: &Field) -> String {
         }
         Kind::Whole(number) | Kind::Real(number) => range(number),
         Kind::Wholes(number, _) => format!("list of {}", range(number)),
+        Kind::Pairs(number, count, _) => format!("{count} pairs of {}", range(number)),
         Kind::Table(_) => "table".into(),
         Kind::Tables(_, count) => count.allowed(),
     }

@@ -16,6 +16,8 @@ mod error;
 mod fidelity;
 mod field;
 mod fields;
+mod hand;
+mod hand_fields;
 mod hold;
 mod joint;
 mod law;
@@ -50,6 +52,7 @@ pub use error::{Problem, SessionError};
 pub use fidelity::Share;
 pub use fields::LONGEST as LONGEST_TEXT;
 use fields::{DAY_US, FILE};
+pub use hand::{UnnamedHand, hand_body};
 pub use law::LawName;
 pub use manual::manual;
 pub use muscle::{Model, Muscle, rung_name};
@@ -196,7 +199,7 @@ impl Session {
             trigger::read_trigger(s, &setup.channels, duration_us)
         });
         let measure = t.part("measure", |m| read_measure(m, duration_us));
-        let body = t.part("body", body::read_body);
+        let body = t.part("body", |b| body::read_body(b, &setup.channels.list));
         let mut session = Self {
             title: t.text("title")?.to_owned(),
             duration_us,

@@ -94,6 +94,10 @@ fn field_schema(field: &Field) -> Value {
         Kind::Choice(words) => json!({ "enum": words }),
         Kind::Whole(number) | Kind::Real(number) => range(number),
         Kind::Wholes(number, _) => json!({ "type": "array", "items": range(number) }),
+        Kind::Pairs(number, count, _) => {
+            let list = |items: Value, count: usize| json!({ "type": "array", "items": items, "minItems": count, "maxItems": count });
+            list(list(range(number), 2), *count)
+        }
         Kind::Table(section) => table(section),
         Kind::Tables(section, count) => {
             let list = json!({ "type": "array", "items": table(section), "minItems": count.least });

@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 use firmware::link::Refusal;
 
-use super::decimal::between;
+use super::decimal::{between, shifted};
 use super::error::{Place, Problem, SessionError};
 use super::field::{Field, Need, Section, When};
 use super::visible::{blanked, visible};
@@ -104,6 +104,8 @@ enum Value<'a> {
     Real(f64),
     /// Each with its place.
     Wholes(Vec<(i64, Range<usize>)>),
+    /// Where each stands.
+    Pairs(Vec<[Range<usize>; 2]>),
     Table(Table<'a>),
     Tables(Vec<Table<'a>>),
 }
@@ -165,6 +167,33 @@ impl<'a> Table<'a> {
             Some(Value::Real(value)) => Some(*value),
             _ => None,
         }
+    }
+
+    /// Any number times 10^`power`, as exactly as it is written; nothing if it is left
+    /// out.
+    pub(super) fn decimal(&self, name: &str, power: i32) -> Option<f64> {
+        match self.entries.get(name)? {
+            Entry {
+                span,
+                value: Some(Value::Real(_)),
+            } => self.number_at(span, power),
+            _ => None,
+        }
+    }
+
+    /// Pairs of numbers likewise.
+    pub(super) fn pairs(&self, name: &str, power: i32) -> Vec<[f64; 2]> {
+        let Some(Value::Pairs(pairs)) = self.get(name) else {
+            return Vec::new();
+        };
+        let read = |[one, two]: &[Range<usize>; 2]| {
+            Some([self.number_at(one, power)?, self.number_at(two, power)?])
+        };
+        pairs.iter().filter_map(read).collect()
+    }
+
+    fn number_at(&self, span: &Range<usize>, power: i32) -> Option<f64> {
+        shifted(self.doc.text.get(span.clone())?, power)
     }
 
     /// A list of numbers, in steps.

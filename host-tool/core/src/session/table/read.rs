@@ -192,6 +192,15 @@ impl<'a> Table<'a> {
                 let each: Vec<Option<_>> = each.collect::<Option<_>>()?;
                 Some(each.into_iter().collect::<Option<_>>().map(Value::Wholes))
             }),
+            Kind::Pairs(number, count, what) => file.as_array().and_then(|list| {
+                let pairs = list.iter().map(|pair| self.pair(field, number, pair));
+                let pairs: Vec<Option<_>> = pairs.collect::<Option<_>>()?;
+                if pairs.len() != *count {
+                    let allowed = (*what).to_owned();
+                    return Some(wrong(Problem::OutOfRange { allowed }));
+                }
+                Some(pairs.into_iter().collect::<Option<_>>().map(Value::Pairs))
+            }),
             Kind::Table(section) => self
                 .inner(field, found, section)
                 .map(|t| Some(Value::Table(t))),
@@ -210,6 +219,26 @@ impl<'a> Table<'a> {
             let (expected, found) = (field.kind.expected(), kind(file));
             wrong(Problem::WrongType { expected, found })
         })
+    }
+
+    /// Where the two numbers of a pair stand; nothing if it is none, inside nothing if a
+    /// number is wrong, which is told.
+    fn pair(
+        &self,
+        field: &Field,
+        number: &Number,
+        pair: &Spanned<DeValue<'_>>,
+    ) -> Option<Option<[Range<usize>; 2]>> {
+        let [one, two] = pair.get_ref().as_array()?.iter().as_slice() else {
+            return None;
+        };
+        let read = |item: &Spanned<DeValue<'_>>| {
+            let place = self.place(field.name, item.span());
+            let read = self.real_value(number, item.get_ref(), place)?;
+            Some(read.map(|_| item.span()))
+        };
+        let (one, two) = (read(one)?, read(two)?);
+        Some(one.zip(two).map(|(one, two)| [one, two]))
     }
 
     fn inner(

@@ -1,0 +1,127 @@
+//! `[body] kind = "hand"`: read from a file, and written as one.
+
+use hal_sim::body::hand::FittedHand;
+use hal_sim::body::hand::field::{Pad, Shape};
+use hal_sim::body::hand::spec::{ROUND_M, SMALL_M};
+
+use super::body::read_sites;
+use super::channel::{Channel, Unit};
+use super::decimal::written;
+use super::error::Problem;
+use super::hand_fields::{CHANNELS, ELECTRODES, Electrodes, QUANTITIES, RULES, nominal};
+use super::table::Table;
+
+/// Pads are said in mm.
+const MILLI: i32 = -3;
+
+/// A forearm and hand; numbers left out are the nominal ones. `channels` are the file's.
+pub(super) fn read_hand(t: &Table<'_>, channels: &[Channel]) -> Option<FittedHand> {
+    let mut hand = nominal();
+    let sites = read_sites(t, CHANNELS);
+    for quantity in &QUANTITIES {
+        if let Some(value) = t.decimal(quantity.name, quantity.power) {
+            *(quantity.of)(&mut hand) = value;
+        }
+    }
+    hand.spec.rule = t.named("rule", &RULES)?;
+    hand.spec.sums = !t.has("sums") || t.flag("sums");
+    hand.spec.units = t.whole::<u32>("units") as usize; // at most 256
+    let seed = t.whole::<i64>("seed");
+    let is_seed = seed != i64::MIN && seed != i64::MAX;
+    if !is_seed {
+        let allowed = "between -9223372036854775808 and 9223372036854775807".to_owned();
+        t.out_of_range("seed", allowed);
+    }
+    hand.spec.seed = seed.cast_unsigned();
+    let shape = shape(t.named("electrodes", &ELECTRODES)?);
+    let places = t.pairs("pads_mm", MILLI);
+    let points = places.into_iter().map(|[x_m, y_m]| Pad { x_m, y_m, shape });
+    hand.points = points.collect::<Vec<_>>().try_into().ok()?;
+    let wrong = hand.spec.misplaced(&hand.points);
+    for why in &wrong {
+        let why = why.to_string();
+        t.say("pads_mm", Problem::Misplaced { why });
+    }
+    hand.channels = sites?;
+    let driven = tell_currents(t, &hand, channels);
+    (is_seed && wrong.is_empty() && driven).then_some(hand)
+}
+
+/// Tells points whose stages drive currents, which no hand has; whether there are none.
+fn tell_currents(t: &Table<'_>, hand: &FittedHand, channels: &[Channel]) -> bool {
+    let mut are_volts = true;
+    for (name, site) in CHANNELS.into_iter().zip(hand.channels) {
+        let own = channels.iter().find(|it| usize::from(it.index()) == site);
+        if let Some(channel) = own.filter(|it| it.unit() == Unit::Milliampere) {
+            let channel = channel.number;
+            t.say(name, Problem::CurrentIntoHand { channel });
+            are_volts = false;
+        }
+    }
+    are_volts
+}
+
+const fn shape(electrodes: Electrodes) -> Shape {
+    match electrodes {
+        Electrodes::Round => Shape::Round {
+            diameter_m: ROUND_M,
+        },
+        Electrodes::Small => Shape::Rectangle {
+            along_m: SMALL_M[0],
+            around_m: SMALL_M[1],
+        },
+    }
+}
+
+/// A hand that no session file can name: the field.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
+#[error("E568 no session file names this hand: its `{0}`")]
+pub struct UnnamedHand(pub &'static str);
+
+/// `hand` as the `[body]` of a session file, every number said: read again it is `hand`
+/// to the bit, if its numbers are in the ranges of the file.
+///
+/// # Errors
+/// Electrodes of other shapes than the two there are, a number that is infinite (an
+/// ablation), or a seed at an end of its range.
+pub fn hand_body(hand: &FittedHand) -> Result<String, UnnamedHand> {
+    let mut text = "[body]\nkind = \"hand\"\n".to_owned();
+    let mut say = |name: &str, value: &str| text += &format!("{name} = {value}\n");
+    for (name, channel) in CHANNELS.into_iter().zip(hand.channels) {
+        say(name, &(channel + 1).to_string());
+    }
+    let is_all = |name: &&(&str, Electrodes)| {
+        let own = shape(name.1);
+        hand.points.iter().all(|pad| pad.shape == own)
+    };
+    let (electrodes, _) = ELECTRODES
+        .iter()
+        .find(is_all)
+        .ok_or(UnnamedHand("electrodes"))?;
+    let places = hand.points.map(|pad| {
+        let [along, around] = [pad.x_m, pad.y_m].map(|m| written(m, -MILLI));
+        format!("[{along}, {around}]")
+    });
+    if hand.points.iter().any(|it| !(it.x_m + it.y_m).is_finite()) {
+        return Err(UnnamedHand("pads_mm"));
+    }
+    say("pads_mm", &format!("[{}]", places.join(", ")));
+    say("electrodes", &format!("\"{electrodes}\""));
+    let rule = RULES.iter().find(|(_, rule)| *rule == hand.spec.rule);
+    let (rule, _) = rule.ok_or(UnnamedHand("rule"))?;
+    say("rule", &format!("\"{rule}\""));
+    say("sums", &hand.spec.sums.to_string());
+    say("units", &hand.spec.units.to_string());
+    let seed = hand.spec.seed.cast_signed();
+    if seed == i64::MIN || seed == i64::MAX {
+        return Err(UnnamedHand("seed"));
+    }
+    say("seed", &seed.to_string());
+    for quantity in &QUANTITIES {
+        if !(quantity.of)(&mut hand.clone()).is_finite() {
+            return Err(UnnamedHand(quantity.name));
+        }
+        say(quantity.name, &quantity.written(hand));
+    }
+    Ok(text)
+}
