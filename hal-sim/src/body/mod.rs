@@ -63,6 +63,11 @@ pub trait Body: Send {
     /// A trial begins for a wearer who goes on as they are: what a person does by the
     /// clock counts from here, tiredness and posture stay.
     fn begin(&mut self) {}
+    /// Stretches of time in which this body could not be computed, so that nothing acted
+    /// on it: of a circuit that has no consistent currents. Not known to happen.
+    fn unsettled(&self) -> u64 {
+        0
+    }
     /// True joint angle, degrees, flexion positive.
     fn angle_deg(&self) -> f64;
     /// Joint angle as the sensor reports it, degrees.

@@ -164,13 +164,6 @@ impl MovingHand {
         capacities.fold(1.0, f64::min)
     }
 
-    /// Stretches of time in which no consistent currents were found, so that none flowed:
-    /// not known to happen.
-    #[must_use]
-    pub const fn unsettled(&self) -> u64 {
-        self.unsettled
-    }
-
     /// Currents and spikes up to `to_us`.
     fn play(&mut self, to_us: u64) {
         let mut spikes = Vec::new();
@@ -281,6 +274,10 @@ impl Body for MovingHand {
             self.step();
         }
         self.tick != before
+    }
+
+    fn unsettled(&self) -> u64 {
+        self.unsettled
     }
 
     fn angle_deg(&self) -> f64 {

@@ -44,6 +44,12 @@ pub enum RunError {
         /// From the start, s.
         t_s: f64,
     },
+    /// The simulated wearer was not computed throughout.
+    #[error(
+        "E567 in {0} stretches of time the simulated hand's circuit has no consistent currents, \
+         so that none flowed there and its angle means nothing; what was recorded is kept"
+    )]
+    Unsettled(u64),
     /// A signal came.
     #[error("E580 {}", interruption::told(*.signal, *.t_s, .stopped))]
     Signal {

@@ -343,6 +343,10 @@ impl<P: Port> Run<'_, P> {
         self.observer.see(Seen::Status(&status));
         self.trial.counters = trial::counters(&self.begun, &status.counters);
         self.client.subscribe(0)?;
-        Ok(())
+        let world = self.client.port().world();
+        match world.map_or(0, |world| world.body.unsettled()) {
+            0 => Ok(()),
+            stretches => Err(RunError::Unsettled(stretches)),
+        }
     }
 }

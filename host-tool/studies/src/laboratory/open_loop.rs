@@ -7,10 +7,10 @@ use super::draw::Unit;
 use super::error::LaboratoryError;
 use super::experiment::{Experiment, Measured};
 use super::protocol::Step;
-use hal_sim::body::{Body, CHANNELS, Load, Pulse};
+use hal_sim::body::{Body, CHANNELS, Lead, Load, Pulse};
 use host_core::link::Port;
 use host_core::record::{Sample, Trial};
-use host_core::run::{OpenError, SessionFile, body_of};
+use host_core::run::{OpenError, RunError, SessionFile, body_of};
 use host_core::session::Session;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -55,6 +55,8 @@ pub struct Checked {
 #[derive(Clone, Copy, Debug)]
 enum Touch {
     Pulse(Pulse),
+    /// From when on, µs, what a channel's stage does with its lead.
+    Lead(u64, usize, Lead),
     Begin,
 }
 
@@ -77,6 +79,10 @@ impl Listener {
 impl Body for Listener {
     fn pulse(&mut self, pulse: &Pulse) {
         self.note(Touch::Pulse(*pulse));
+    }
+
+    fn lead(&mut self, t_us: u64, channel: usize, lead: Lead) {
+        self.note(Touch::Lead(t_us, channel, lead));
     }
 
     fn advance(&mut self, to_us: u64) -> bool {
@@ -228,7 +234,7 @@ impl Score {
             if *body.loads() != part.loads {
                 return Ok(None);
             }
-            trials.extend(part.play(&mut *body));
+            trials.extend(part.play(&mut *body)?);
         }
         Ok(Some(trials))
     }
@@ -236,7 +242,10 @@ impl Score {
 
 impl Part {
     /// The trials, as they are with this body.
-    fn play(&self, body: &mut dyn Body) -> Vec<(usize, Trial)> {
+    ///
+    /// # Errors
+    /// The body was not computed throughout.
+    fn play(&self, body: &mut dyn Body) -> Result<Vec<(usize, Trial)>, RunError> {
         let mut touches = self.touches.iter();
         let mut trials = self.trials.clone();
         for sample in trials.iter_mut().flat_map(|(_, trial)| &mut trial.samples) {
@@ -252,13 +261,17 @@ impl Part {
                 body.advance(*at_us);
                 match touch {
                     Touch::Pulse(pulse) => body.pulse(pulse),
+                    Touch::Lead(t_us, channel, lead) => body.lead(*t_us, *channel, *lead),
                     Touch::Begin => body.begin(),
                 }
             }
             body.advance(looked_us);
             sample.true_deg = Some(body.angle_deg());
         }
-        trials
+        match body.unsettled() {
+            0 => Ok(trials),
+            stretches => Err(RunError::Unsettled(stretches)),
+        }
     }
 }
 

@@ -225,7 +225,8 @@ impl<'a> Limb<'a> {
                 (Kind::Finger, sites.to_vec())
             }
             BodySpec::Elbow(e) => (Kind::Arm, vec![e.triceps.channel, e.biceps.channel]),
-            BodySpec::Hand(_) | BodySpec::Still { .. } => return None,
+            BodySpec::Hand(hand) => (Kind::Finger, hand.channels.to_vec()),
+            BodySpec::Still { .. } => return None,
         };
         let (from, to) = trial.measure.unwrap_or((0.0, f64::INFINITY));
         let judged = |s: &&Sample| (from..=to).contains(&s.t_s);
