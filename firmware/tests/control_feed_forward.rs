@@ -6,8 +6,8 @@ use firmware::units::{Angle, AngularRate};
 use fixed::types::I16F16;
 use proptest::prelude::*;
 
-/// The earlier plant's finger with two points (facts of this project; its
-/// torque factor of 2.2 is typed in there).
+/// The earlier plant's finger with two points (facts of this project; what they pull,
+/// 0.484 N·m, is assumed there).
 const FINGER: WearerModel = WearerModel {
     rest_mdeg: 5_000,
     stiffness_unm_per_rad: 120_000,

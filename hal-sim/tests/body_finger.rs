@@ -1,10 +1,23 @@
 //! The simulated finger as a simulator sees it: pulses in, angle out.
 
+use hal_sim::body::finger::Pair;
 use hal_sim::body::wearer::Participant;
 use hal_sim::body::{Body, Drive, Finger, FingerSpec, InvalidSpec, Load, Pulse, Still};
 
 fn spec() -> FingerSpec {
     FingerSpec::participant(Participant::P)
+}
+
+/// A finger that is said to pull 0.5 N·m with two conducted points.
+fn paired() -> FingerSpec {
+    let pair = Pair {
+        torque_nm: [0.5, 0.22],
+        threshold_v: Participant::P.pair_thresholds_v(),
+    };
+    FingerSpec {
+        pair: Some(pair),
+        ..spec()
+    }
 }
 
 fn noiseless() -> FingerSpec {
@@ -37,11 +50,11 @@ fn hold(finger: &mut Finger, channels: &[(usize, f64)], seconds: u64, conducted:
 }
 
 /// Isometric torque after two seconds: mean over one period, so without ripple.
-fn torque(channels: &[(usize, f64)], conducted: bool) -> f64 {
+fn torque(spec: FingerSpec, channels: &[(usize, f64)], conducted: bool) -> f64 {
     let isometric = FingerSpec {
         stiffness_nm_per_rad: 1e4,
         damping_nm_s_per_rad: 10.0,
-        ..spec()
+        ..spec
     };
     let mut finger = Finger::new(isometric, 0).unwrap();
     hold(&mut finger, channels, 2, conducted);
@@ -82,13 +95,18 @@ fn below_threshold_nothing_moves() {
     hold(&mut finger, &[(0, 24.0), (2, 14.0)], 2, true);
     assert!((finger.angle_deg() - 5.0).abs() < 1e-9);
     // Both flexor points at the threshold of the pair: still nothing.
-    let mut finger = Finger::new(spec(), 0).unwrap();
-    hold(&mut finger, &[(0, 0.7 * 28.0), (1, 0.7 * 36.0)], 2, true);
+    let mut finger = Finger::new(paired(), 0).unwrap();
+    let [a, b] = Participant::P.pair_thresholds_v();
+    hold(&mut finger, &[(0, a), (1, b)], 2, true);
     assert!((finger.angle_deg() - 5.0).abs() < 1e-9);
-    // Between that and the single threshold: only the pair moves.
-    let mut finger = Finger::new(spec(), 0).unwrap();
-    hold(&mut finger, &[(0, 23.0), (1, 27.0)], 2, true);
+    // Between that and the single threshold: only a finger that is said to be paired.
+    let below = [(0, 23.0), (1, 27.0)];
+    let mut finger = Finger::new(paired(), 0).unwrap();
+    hold(&mut finger, &below, 2, true);
     assert!(finger.angle_deg() > 20.0, "{}", finger.angle_deg());
+    let mut finger = Finger::new(spec(), 0).unwrap();
+    hold(&mut finger, &below, 2, true);
+    assert!((finger.angle_deg() - 5.0).abs() < 1e-9);
 }
 
 #[test]
@@ -108,15 +126,18 @@ fn a_rounding_error_at_the_threshold_changes_nothing() {
 }
 
 #[test]
-fn two_points_have_the_factor_that_was_typed_in() {
-    let one = torque(&[(0, 28.0)], true);
-    let pair = torque(&[(0, 28.0), (1, 36.0)], true);
-    let isolated = torque(&[(0, 28.0), (1, 36.0)], false);
+fn two_points_pull_as_one_unless_the_scene_says_what_they_pull() {
+    let both = [(0, 28.0), (1, 36.0)];
+    let one = torque(spec(), &both[..1], true);
+    let unsaid = torque(spec(), &both, true);
+    let pair = torque(paired(), &both, true);
+    let isolated = torque(paired(), &both, false);
     println!("torque: one {one:.4}, pair {pair:.4}, isolated {isolated:.4} N·m");
     // At rest, 5 of 100 degrees, a muscle has lost 1.25 % of its torque.
     assert!((one / (0.22 * 0.9875) - 1.0).abs() < 0.001, "{one}");
     // Of two rippling forces 2 ms apart the larger counts fully.
-    assert!((pair / one / spec().two_point_factor - 1.0).abs() < 0.01);
+    assert!((unsaid / one - 1.0).abs() < 0.02, "{unsaid}");
+    assert!((pair / (0.5 * 0.9875) - 1.0).abs() < 0.01, "{pair}");
     assert!((isolated / one - 1.0).abs() < 0.02);
 }
 
@@ -140,7 +161,7 @@ fn the_first_pulse_acts_after_the_electromechanical_delay() {
 
 #[test]
 fn stops_hold_under_full_two_point_stimulation() {
-    let mut finger = Finger::new(spec(), 0).unwrap();
+    let mut finger = Finger::new(paired(), 0).unwrap();
     for period in 0..200u64 {
         let t_us = period * 20_000;
         finger.pulse(&pulse(t_us, 0, 28.0, true));
@@ -282,8 +303,13 @@ fn impossible_fingers_are_refused_by_name() {
     assert_eq!(refused(|s| s.muscle.k = -1.0), Some(InvalidSpec("muscle")));
     let expected = Some(InvalidSpec("flexor_a, flexor_b, extensor"));
     assert_eq!(refused(|s| s.flexor_a.channel = 10), expected);
-    let expected = Some(InvalidSpec("two_point_factor"));
-    assert_eq!(refused(|s| s.two_point_factor = f64::NAN), expected);
+    let expected = Some(InvalidSpec("pair"));
+    for torque_nm in [[0.2, 0.22], [0.5, 0.2], [f64::NAN, 0.22]] {
+        let mut spec = paired();
+        spec.pair = spec.pair.map(|pair| Pair { torque_nm, ..pair });
+        assert_eq!(Finger::new(spec, 0).err(), expected, "{torque_nm:?}");
+    }
+    assert_eq!(Finger::new(paired(), 0).err(), None);
 }
 
 #[test]

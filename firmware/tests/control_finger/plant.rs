@@ -1,7 +1,7 @@
 //! A finger in f64 for closing the loop: muscle delay, calcium–force dynamics,
 //! joint and glove. Its torques were calibrated to table 8 of Hamana 2022, so
-//! agreement with that table is no evidence; the factor 2.2 of two-point
-//! stimulation is put in, not found.
+//! agreement with that table is no evidence; what two points pull, 0.484 N·m,
+//! is assumed, not found.
 
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
@@ -20,7 +20,8 @@ pub struct Finger {
     pub rest_deg: f64,
     pub flexor_nm: f64,
     pub extensor_nm: f64,
-    pub two_point_factor: f64,
+    /// Of both points of a conducted pair: assumed.
+    pub two_points_nm: f64,
     /// Recruitment between threshold and maximum is (e^(c·x) − 1)/(e^c − 1).
     pub curvature: f64,
     pub delay_s: f64,
@@ -38,7 +39,7 @@ impl Finger {
         rest_deg: 5.0,
         flexor_nm: 0.22,
         extensor_nm: 0.15,
-        two_point_factor: 2.2,
+        two_points_nm: 0.484,
         curvature: 1.2,
         delay_s: 0.025,
         slowness: 1.0,
@@ -47,7 +48,8 @@ impl Finger {
     };
 
     /// A random wearer: gains, stiffness, damping and slowness ±30 %, delay
-    /// 20…35 ms, curvature 0.2…2.2, drawn evenly.
+    /// 20…35 ms, curvature 0.2…2.2, drawn evenly; two points, weak or strong as one
+    /// is, pull 0.34…0.63 N·m.
     pub fn drawn(random: &mut Random) -> Self {
         let mut around = |x: f64| x * (0.7 + 0.6 * random.even());
         let n = Self::NOMINAL;
@@ -59,6 +61,7 @@ impl Finger {
             slowness: around(n.slowness),
             ..n
         };
+        f.two_points_nm *= f.flexor_nm / n.flexor_nm;
         f.delay_s = 0.020 + 0.015 * random.even();
         f.curvature = 0.2 + 2.0 * random.even();
         f
@@ -68,14 +71,16 @@ impl Finger {
         (self.curvature * amplitude.clamp(0.0, 1.0)).exp_m1() / self.curvature.exp_m1()
     }
 
+    const fn pulls_nm(&self, two_point: bool) -> f64 {
+        match two_point {
+            true => self.two_points_nm,
+            false => self.flexor_nm,
+        }
+    }
+
     /// The largest angle the flexor can hold, degrees: k(θ − rest) = T(θ).
     pub fn reach_deg(&self, two_point: bool) -> f64 {
-        let full = self.flexor_nm
-            * if two_point {
-                self.two_point_factor
-            } else {
-                1.0
-            };
+        let full = self.pulls_nm(two_point);
         let k = self.stiffness.to_radians();
         ((full + k * self.rest_deg) / (k + full * 0.0025)).min(100.0)
     }
@@ -171,10 +176,9 @@ impl Body {
         self.flexor.step();
         self.extensor.step();
         let f = &self.finger;
-        let factor = if two_point { f.two_point_factor } else { 1.0 };
         // Each muscle loses 25 % as it shortens over the range of motion.
         let bent = 0.25 * self.angle.to_degrees() / 100.0;
-        let active = f.flexor_nm * factor * (1.0 - bent) * self.flexor.force
+        let active = f.pulls_nm(two_point) * (1.0 - bent) * self.flexor.force
             - f.extensor_nm * (0.75 + bent) * self.extensor.force;
         self.torque.push_back(active);
         let active = self.torque.pop_front().unwrap_or(0.0);

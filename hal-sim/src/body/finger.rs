@@ -11,9 +11,7 @@ use super::sensor::AngleSensor;
 use super::wearer::{Site, effective_voltage};
 use super::{Body, CHANNELS, Load, Pulse};
 pub use points::{Effect, Points};
-pub use spec::{
-    FingerSpec, ISOLATED_TWO_POINT_FACTOR, InvalidSpec, TORQUE_FREQUENCY_HZ, TWO_POINT_FACTOR,
-};
+pub use spec::{FingerSpec, InvalidSpec, Pair, TORQUE_FREQUENCY_HZ};
 
 pub(super) const A: usize = 0;
 pub(super) const B: usize = 1;

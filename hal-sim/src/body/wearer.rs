@@ -34,11 +34,20 @@ impl Participant {
             Self::S => [(26.0, 32.0), (18.0, 24.0), (18.0, 26.0)],
         }
     }
-}
 
-/// Threshold of two-point stimulation as a part of the maximum, r_th (Hamana
-/// 2022, table 7: 0.7 for all participants).
-pub const TWO_POINT_THRESHOLD_RATIO: f64 = 0.7;
+    /// Threshold of A and of B while both are pulsed, conducted, V (Hamana 2022,
+    /// table 7, last columns, before their rounding to volts: P's are printed as 20
+    /// and 25). A finger has them only if its scene says so ([`super::finger::Pair`]);
+    /// whether they follow from anything is asked of [`super::hand`].
+    pub const fn pair_thresholds_v(self) -> [f64; 2] {
+        match self {
+            // 19.6; its last digit keeps the numbers of `random_finger` to the bit.
+            Self::P => [19.599_999_999_999_998, 25.2],
+            Self::Q => [22.4, 22.4],
+            Self::S => [22.4, 16.8],
+        }
+    }
+}
 
 /// How strongly force curves upwards between threshold and maximum: b·(Imax -
 /// Imin) of F = a·exp(bI). Mean over subjects of ln(Fmax/Fmin) at 40 Hz in Lee

@@ -93,7 +93,8 @@ fn drawn(random: &mut Random) -> FittedHand {
         series_ohm: within(100.0, 500.0),
         half_a_per_cm2: within(1e-3, 1e-2),
     };
-    spec.contact = [within(0.1, 10.0), within(0.1, 10.0), within(0.1, 10.0)];
+    spec.coupling = [within(0.1, 10.0), within(0.1, 10.0), within(0.1, 10.0)];
+    spec.scatter = within(0.1, 2.0);
     spec.return_factor = within(0.5, 27.0);
     spec.limiter_a = within(0.01, 0.03);
     spec.membrane.leak_s = within(1e-4, 3.5e-4);

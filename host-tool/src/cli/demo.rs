@@ -6,7 +6,6 @@ use super::out::OutArgs;
 use super::{Output, Told};
 use anyhow::Context;
 use clap::Args;
-use hal_sim::body::finger::TWO_POINT_FACTOR;
 use hal_sim::world::World;
 use host_core::link::Port;
 use host_core::record::{Run, Trial};
@@ -82,7 +81,7 @@ pub(super) fn carry_out(args: &Demo, output: Output) -> anyhow::Result<Told> {
         Ok(serde_json::json!({
             "trials": trials(&order.experiment, came), "report": dir.join("report.html"),
             "speed_factor": speed_factor, "ten_channel_simulator_speed_factor": ten.simulator,
-            "ten_channel_speed_factor": ten.whole, "two_point_factor_put_in": TWO_POINT_FACTOR,
+            "ten_channel_speed_factor": ten.whole,
         }))
     })?;
     told["seconds"] = begin.elapsed().as_secs_f64().into();
@@ -214,8 +213,8 @@ fn table(told: &serde_json::Value) -> String {
         text += &format!("{name:<34} {rmse:>10.2} {mean:>12.1} (mean) {pulses:>8}\n");
     }
     text + &format!(
-        "\nSimulated, so no evidence about people: the two-point torque factor of {TWO_POINT_FACTOR}\n\
-         is put into the body. Six 30 s sessions, {:.0} x real time each; ten channels at\n\
+        "\nSimulated, so no evidence about people: in this body two points\n\
+         pull as one. Six 30 s sessions, {:.0} x real time each; ten channels at\n\
          50 Hz with ten muscles and the finger: simulator {:.0} x, with the host program\n\
          {:.0} x real time. All in {:.2} s.\n\
          Report: {}",

@@ -65,7 +65,7 @@ fn a_campaign_repeats_to_the_bit_and_nobody_beats_the_optimum() {
         assert!((0.0..1.0).contains(&unreachable) && (0.0..=1.0).contains(&reaching));
         assert!(optimum < 1.0, "{optimum}");
     }
-    // A pair that pulls 2.2 times as hard reaches more.
+    // A pair is assumed to pull more than one point of it: it reaches more.
     assert!(found.reach(Points::Two).0 < found.reach(Points::One).0);
     let worst = found
         .cases

@@ -32,13 +32,13 @@ fn a_wearer_that_no_session_takes_is_blamed_on_its_draw_or_grid() {
     assert!(error.contains("in the condition `pre-wall`"), "{error}");
     // A field that no body has, one of another body, and one that none has at all.
     let typo = SMALL.replace("\"body.push_nm\"", "\"body.pusj_nm\"");
-    let grid = "[[grid]]\nfield = \"body.two_point_factor\"\nvalues = [1.0, 2.0]\nsource = \"x\"\n\
+    let grid = "[[grid]]\nfield = \"body.second_point_nm\"\nvalues = [1.0, 2.0]\nsource = \"x\"\n\
                 [[grid]]\nfield = \"channel.7.limit\"\nvalues = [1.0]\nsource = \"x\"\n";
     let error = refusal(&(typo + grid));
     for wanted in [
         "line 22: draw `body.pusj_nm` = ",
         "did you mean `push_nm`?",
-        "line 40: grid `body.two_point_factor` = 1: E402",
+        "line 40: grid `body.second_point_nm` = 1: E402",
         "line 44: grid `channel.7.limit` = 1: `channel.7.limit` cannot be set: no `channel`",
     ] {
         assert!(error.contains(wanted), "{wanted}: {error}");

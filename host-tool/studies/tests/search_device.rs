@@ -88,7 +88,9 @@ fn a_ratio_is_found_for_both_points_together() {
     let fields = "kind = \"ratio\"\nof = [{ channel = 1, max = 28.0 }, { channel = 2, max = 36.0 }]\n\
                   start = 0.1\nstep = 0.1\nlimit = 1.0";
     let (finding, _) = found(fields, 3);
-    let ratio = session().finger().unwrap().two_point_threshold_ratio;
+    // Two points pull as one: together they begin where the first of them does.
+    let [a, b, _] = session().finger().unwrap().sites();
+    let ratio = (a.threshold_v / a.max_v).min(b.threshold_v / b.max_v);
     let high = finding.high.unwrap().units();
     assert!(finding.low.units() <= ratio && ratio < high, "{finding:?}");
 }

@@ -16,13 +16,20 @@ pub struct Effect {
     pub pair_factor: Option<f64>,
 }
 
+/// What a finger's [`Pair`] makes of its points.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Together {
+    /// Of A and B, V.
+    threshold_v: [f64; 2],
+    /// Torque over that of one point: conducted, isolated.
+    factors: [f64; 2],
+}
+
 /// The points A, B and extensor of one finger.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Points {
     sites: [Site; 3],
-    threshold_ratio: f64,
-    /// Of a pair that is conducted, and of one that is isolated.
-    pair_factors: [f64; 2],
+    together: Option<Together>,
     curvature: f64,
     /// When each point was last pulsed strongly enough to be half of a pair, µs.
     last_paired_us: [Option<u64>; 3],
@@ -33,8 +40,10 @@ impl Points {
     pub fn new(spec: &FingerSpec) -> Self {
         Self {
             sites: spec.sites(),
-            threshold_ratio: spec.two_point_threshold_ratio,
-            pair_factors: [spec.two_point_factor, spec.isolated_two_point_factor],
+            together: spec.pair.map(|pair| Together {
+                threshold_v: pair.threshold_v,
+                factors: pair.torque_nm.map(|nm| nm / spec.flexor_torque_nm),
+            }),
             curvature: spec.recruitment_curvature,
             last_paired_us: [None; 3],
         }
@@ -54,15 +63,17 @@ impl Points {
         } = self.sites[muscle];
         let mut threshold_v = threshold_v;
         let mut pair_factor = None;
-        if muscle != EXTENSOR {
-            let paired_v = self.threshold_ratio * max_v;
+        if muscle != EXTENSOR
+            && let Some(together) = self.together
+        {
+            let paired_v = together.threshold_v[muscle];
             if effective_v >= paired_v {
                 self.last_paired_us[muscle] = Some(t_us);
             }
             let other = self.last_paired_us[A + B - muscle];
             if other.is_some_and(|at| t_us.saturating_sub(at) <= PAIR_WINDOW_US) {
                 threshold_v = threshold_v.min(paired_v);
-                pair_factor = Some(self.pair_factors[usize::from(!conducted)]);
+                pair_factor = Some(together.factors[usize::from(!conducted)]);
             }
         }
         Effect {

@@ -4,24 +4,26 @@ use crate::body::CHANNELS;
 use crate::body::joint::JointSpec;
 use crate::body::muscle::Parameters;
 use crate::body::sensor::SensorSpec;
-use crate::body::wearer::{Participant, RECRUITMENT_CURVATURE, Site, TWO_POINT_THRESHOLD_RATIO};
-
-/// Torque of both flexor points pulsed conducted, over that of one point.
-///
-/// **Typed in, not an outcome.** Hamana 2022's experiment 2 measured one point at
-/// 0.28 of the strongest two-point torque; 2.2 is the more cautious figure of an
-/// earlier plant that was calibrated to the paper's table 8. Whatever two points
-/// do better, or worse, than one in a simulation rests on it; reports say so.
-pub const TWO_POINT_FACTOR: f64 = 2.2;
-
-/// The same for two points that isolate each other. **Typed in**: the paper found
-/// isolated pairs not significantly above one point (n = 4), which is not
-/// equality.
-pub const ISOLATED_TWO_POINT_FACTOR: f64 = 1.0;
+use crate::body::wearer::{Participant, RECRUITMENT_CURVATURE, Site};
 
 /// Stimulation frequency at which the torques of a [`FingerSpec`] hold, Hz
 /// (Hamana 2022 §II-D).
 pub const TORQUE_FREQUENCY_HZ: f64 = 50.0;
+
+/// What the two flexor points do when both are pulsed that one does not.
+///
+/// **Assumed by whoever makes the finger, never an outcome**: whatever two points then
+/// do better, or worse, than one rests on it, and reports say so. In
+/// [`super::super::hand`] it follows from the forearm instead.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pair {
+    /// Torque of both points at full recruitment and 50 Hz, finger straight, N·m: as a
+    /// conducted pair and as an isolated one; each at least that of one point.
+    pub torque_nm: [f64; 2],
+    /// Threshold of A and of B while the other one is pulsed as well, V; below its
+    /// maximum.
+    pub threshold_v: [f64; 2],
+}
 
 /// An index finger's PIP joint, its muscles and its angle sensor. All fields are
 /// free, so that wearers can be drawn at random; [`super::Finger::new`] checks them.
@@ -36,13 +38,9 @@ pub struct FingerSpec {
     pub flexor_b: Site,
     /// Extensor point.
     pub extensor: Site,
-    /// Threshold of each flexor point, as a part of its maximum, while the other
-    /// one is pulsed as well; 0 to 1.
-    pub two_point_threshold_ratio: f64,
-    /// See [`TWO_POINT_FACTOR`]; at least 1.
-    pub two_point_factor: f64,
-    /// See [`ISOLATED_TWO_POINT_FACTOR`]; at least 1.
-    pub isolated_two_point_factor: f64,
+    /// What both flexor points do together; without it they pull as the stronger one,
+    /// each from its own threshold on.
+    pub pair: Option<Pair>,
     /// See [`RECRUITMENT_CURVATURE`]; not zero.
     pub recruitment_curvature: f64,
     /// Dynamics of all three muscles, force normalised to 1.
@@ -88,7 +86,8 @@ pub struct FingerSpec {
 pub struct InvalidSpec(pub &'static str);
 
 impl FingerSpec {
-    /// The finger of a participant, with A, B and the extensor on channels 0, 1, 2.
+    /// The finger of a participant, with A, B and the extensor on channels 0, 1, 2;
+    /// two points pull as one.
     pub fn participant(participant: Participant) -> Self {
         let voltages = participant.voltages();
         let site = |channel: usize| Site {
@@ -100,9 +99,7 @@ impl FingerSpec {
             flexor_a: site(0),
             flexor_b: site(1),
             extensor: site(2),
-            two_point_threshold_ratio: TWO_POINT_THRESHOLD_RATIO,
-            two_point_factor: TWO_POINT_FACTOR,
-            isolated_two_point_factor: ISOLATED_TWO_POINT_FACTOR,
+            pair: None,
             recruitment_curvature: RECRUITMENT_CURVATURE,
             muscle: Parameters::mean_subject_at_50_hz(), // TORQUE_FREQUENCY_HZ
             flexor_torque_nm: 0.22,
@@ -162,13 +159,19 @@ impl FingerSpec {
             s.channel < CHANNELS && not_negative(s.threshold_v) && s.max_v > s.threshold_v
         });
         let [low, high] = self.stops_deg;
-        let ratio = self.two_point_threshold_ratio;
+        let pair_holds = self.pair.is_none_or(|pair| {
+            let one = self.flexor_torque_nm;
+            let torques = pair.torque_nm.iter();
+            let limits = [self.flexor_a.max_v, self.flexor_b.max_v];
+            one > 0.0
+                && { torques }.all(|nm| nm.is_finite() && *nm >= one)
+                && (pair.threshold_v.iter().zip(limits))
+                    .all(|(threshold_v, max_v)| (0.0..max_v).contains(threshold_v))
+        });
         #[rustfmt::skip]
         let rules = [
             ("flexor_a, flexor_b, extensor", sites_hold),
-            ("two_point_threshold_ratio", (0.0..1.0).contains(&ratio)),
-            ("two_point_factor", self.two_point_factor >= 1.0),
-            ("isolated_two_point_factor", self.isolated_two_point_factor >= 1.0),
+            ("pair", pair_holds),
             ("recruitment_curvature", self.recruitment_curvature != 0.0),
             ("muscle", self.muscle.all().into_iter().all(positive)),
             ("flexor_torque_nm", not_negative(self.flexor_torque_nm)),

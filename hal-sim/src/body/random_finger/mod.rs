@@ -14,7 +14,7 @@ use super::finger::{A, B, EXTENSOR, Effect, Points};
 use super::sensor::AngleSensor;
 use super::wearer::effective_voltage;
 use super::{Body, CHANNELS, FingerSpec, InvalidSpec, Load, Pulse};
-pub use draw::Draws;
+pub use draw::{Draws, TWO_POINTS_NM};
 pub use friction::{Hinge, Motion, Torque};
 pub use reach::Reach;
 use std::collections::VecDeque;
@@ -46,7 +46,7 @@ const TICK_S: f64 = 1e-3;
 /// checks them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RandomFingerSpec {
-    /// Points, pair factors, recruitment, delay, inertia, spring, damping, stops,
+    /// Points, their pair, recruitment, delay, inertia, spring, damping, stops,
     /// fatigue and sensor. Its `muscle`, torques and `torque_loss` are not used.
     pub finger: FingerSpec,
     /// Flexor A, flexor B, extensor.

@@ -1,6 +1,7 @@
 //! `[body]`: the simulated wearer. A board has a real one and ignores it.
 
 use hal_sim::body::elbow::{Approach, Sight, TORQUE_FREQUENCY_HZ, Yields};
+use hal_sim::body::finger::Pair;
 use hal_sim::body::hand::FittedHand;
 use hal_sim::body::muscle::SUBJECTS;
 use hal_sim::body::{ElbowSpec, FingerSpec};
@@ -57,7 +58,8 @@ pub(super) fn read_sites<const N: usize>(t: &Table<'_>, names: [&str; N]) -> Opt
 
 /// A participant's finger.
 fn read_finger(t: &Table<'_>) -> Option<FingerSpec> {
-    let mut spec = FingerSpec::participant(t.named("participant", &PARTICIPANTS)?);
+    let participant = t.named("participant", &PARTICIPANTS)?;
+    let mut spec = FingerSpec::participant(participant);
     let [flexor_a, flexor_b, extensor] = read_sites(t, ["flexor_a", "flexor_b", "extensor"])?;
     spec.flexor_a.channel = flexor_a;
     spec.flexor_b.channel = flexor_b;
@@ -65,7 +67,6 @@ fn read_finger(t: &Table<'_>) -> Option<FingerSpec> {
     let real = |name, default: &mut f64| *default = t.real(name).unwrap_or(*default);
     real("flexor_nm", &mut spec.flexor_torque_nm);
     real("extensor_nm", &mut spec.extensor_torque_nm);
-    real("two_point_factor", &mut spec.two_point_factor);
     real("fatigue_floor", &mut spec.fatigue_floor);
     real("fatigue_time_s", &mut spec.fatigue_time_s);
     real("inertia_kg_m2", &mut spec.inertia_kg_m2);
@@ -74,6 +75,12 @@ fn read_finger(t: &Table<'_>) -> Option<FingerSpec> {
     if t.has("delay_ms") {
         spec.electromechanical_delay_us = t.whole("delay_ms");
     }
+    let one_nm = spec.flexor_torque_nm;
+    let adds = t.real("second_point_nm").filter(|nm| *nm > 0.0);
+    spec.pair = adds.map(|adds_nm| Pair {
+        torque_nm: [one_nm + adds_nm, one_nm],
+        threshold_v: participant.pair_thresholds_v(),
+    });
     Some(spec)
 }
 

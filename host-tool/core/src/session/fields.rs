@@ -340,7 +340,7 @@ fn body() -> Section {
     all.extend([
         f("flexor_nm", real("N·m", 10), or(finger.flexor_torque_nm), "torque of one flexor point at full recruitment and 50 Hz").when("kind", &["finger"]),
         f("extensor_nm", real("N·m", 10), or(finger.extensor_torque_nm), "torque of the extensor likewise").when("kind", &["finger"]),
-        f("two_point_factor", real("", 10), or(finger.two_point_factor), "how many times as hard two conducted points pull; typed into the body, 1 or more").when("kind", &["finger"]),
+        f("second_point_nm", real("N·m", 10), or(0.0), "what the second of two conducted points adds to one likewise, assumed by whoever writes it: both then begin at table 7's two-point thresholds; with 0 two pull as the stronger one").when("kind", &["finger"]),
         f("fatigue_floor", real("", 1), or(finger.fatigue_floor), "what full force without end leaves of a muscle, 0 to 1; 1 never tires").when("kind", &["finger"]),
         f("fatigue_time_s", real("s", 86_400), or(finger.fatigue_time_s), "time constant of tiring and of recovery; not 0").when("kind", &["finger"]),
         f("subject", Kind::Whole(Number::within("", 0, 1, 10)), OrTold("the mean".into()), "of Lee 2020, table 4, whose dynamics both muscles have").when("kind", &["elbow"]),

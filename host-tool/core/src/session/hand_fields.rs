@@ -49,7 +49,7 @@ pub(super) struct Quantity {
 const REQUIRED: [&str; 3] = ["forearm_m", "around_m", "threshold_factor"];
 
 #[rustfmt::skip]
-pub(super) const QUANTITIES: [Quantity; 31] = [
+pub(super) const QUANTITIES: [Quantity; 32] = [
     q("forearm_m", "m", 3, (100, 500), 0, |h| &mut h.spec.forearm_m, "elbow to wrist"),
     q("around_m", "m", 3, (100, 600), 0, |h| &mut h.spec.around_m, "around the forearm"),
     q("threshold_factor", "V, V/m² or V/m", 6, (1, 1_000_000_000_000_000), 0, |h| &mut h.factor, "what a nerve of the middle threshold needs at rest, the others as many times as much: V of potential, V/m² of curvature, V/m of field, as `rule` is; it decides from which voltage on this wearer feels anything"),
@@ -63,15 +63,16 @@ pub(super) const QUANTITIES: [Quantity; 31] = [
     q("skin_kohm_cm2", "kΩ·cm²", 2, (1, 100_000), 3, |h| &mut h.spec.skin.ohm_cm2, "resistance parallel to it at a small current"),
     q("skin_series_ohm", "Ω", 0, (1, 10_000), 0, |h| &mut h.spec.skin.series_ohm, "in series, under a round electrode"),
     q("skin_half_ma_per_cm2", "mA/cm²", 3, (1, 10_000_000), -3, |h| &mut h.spec.skin.half_a_per_cm2, "where the parallel resistance has halved"),
-    q("contact_a", "", 2, (1, 10_000), 0, |h| &mut h.spec.contact[A], "of the skin's impedance under A: gel and hair; 1 is by area"),
-    q("contact_b", "", 2, (1, 10_000), 0, |h| &mut h.spec.contact[B], "the same under B"),
-    q("contact_extensor", "", 2, (1, 10_000), 0, |h| &mut h.spec.contact[E], "the same under the extensor's electrode"),
-    q("return_factor", "", 2, (1, 10_000), 0, |h| &mut h.spec.return_factor, "the same under the return, 4 × 9 cm above the wrist"),
+    q("coupling_a", "", 2, (1, 10_000), 0, |h| &mut h.spec.coupling[A], "how many times as hard an ampere through A charges nerves as fat and depth there say"),
+    q("coupling_b", "", 2, (1, 10_000), 0, |h| &mut h.spec.coupling[B], "the same of B"),
+    q("coupling_extensor", "", 2, (1, 10_000), 0, |h| &mut h.spec.coupling[E], "the same of the extensor's electrode"),
+    q("return_factor", "", 2, (1, 10_000), 0, |h| &mut h.spec.return_factor, "how many times the skin's impedance by area under the return, 4 × 9 cm above the wrist"),
     q("limiter_ma", "mA", 1, (1, 10_000), -3, |h| &mut h.spec.limiter_a, "what the stages' limiter lets through; the device does not reckon with it"),
     q("leak_us", "µs", 0, (10, 10_000), -6, |h| &mut h.spec.membrane.leak_s, "time constant of a nerve's leak"),
     q("absolute_ms", "ms", 0, (0, 100), -3, |h| &mut h.spec.membrane.absolute_s, "how long a nerve that spiked does not answer"),
     q("relative_ms", "ms", 0, (0, 100), -3, |h| &mut h.spec.membrane.relative_s, "how long after a spike it needs more"),
     q("threshold_spread", "", 0, (0, 2), 0, |h| &mut h.spec.threshold_spread, "standard deviation of the logarithm of thresholds within a pool"),
+    q("scatter", "", 2, (1, 1_000), 0, |h| &mut h.spec.scatter, "how far nerves of a pool and their thresholds differ, as a part of what is assumed"),
     q("shift_mm_per_deg", "mm/°", 0, (-2, 2), -3, |h| &mut h.spec.shift_m_per_deg, "skin over muscle with pronation; a session does not pronate"),
     q("flexor_nm", "N·m", 0, (0, 10), 0, |h| &mut h.spec.flexor_nm, "torque of a flexor with every unit at 50 Hz"),
     q("extensor_nm", "N·m", 0, (0, 10), 0, |h| &mut h.spec.extensor_nm, "of the index finger's extensor likewise"),

@@ -6,7 +6,7 @@ use super::gains::{Default, Row};
 use super::target::Course;
 use super::wearer::Points;
 use super::widened::failures;
-use hal_sim::body::finger::TWO_POINT_FACTOR;
+use hal_sim::body::random_finger::TWO_POINTS_NM;
 use serde_json::{Value, json};
 
 /// Goal of the device default: mean RMSE two-point, on plants in reach, degrees.
@@ -113,16 +113,17 @@ fn write_text(out: &mut String, campaign: &Campaign) {
 fn write_points(out: &mut String, campaign: &Campaign, points: Points) {
     let (unreachable, reaching) = campaign.reach(points);
     let (optimum, optimum_p95) = campaign.optimum(points);
-    let typed_in = match points {
+    let [low, high] = TWO_POINTS_NM;
+    let assumed = match points {
         Points::One => String::new(),
-        Points::Two => format!(" ({TWO_POINT_FACTOR} × one point is typed in)"),
+        Points::Two => format!(" (both pull {low}…{high} N·m: assumed)"),
     };
     let optimum = match campaign.plan.optimum_plants {
         0 => String::new(),
         n => format!("; optimum\n{optimum:.2}°, p95 {optimum_p95:.2}°, on the first {n}"),
     };
     out.push_str(&format!(
-        "\n{}{typed_in}: {:.1} % of the time out of reach,\n\
+        "\n{}{assumed}: {:.1} % of the time out of reach,\n\
          {:.0} % of wearers reach all of it{optimum}\n",
         points.name(),
         unreachable * 100.0,
@@ -256,7 +257,7 @@ pub fn json(campaign: &Campaign) -> Value {
     json!({
         "seed": campaign.plan.seed, "plants": campaign.plan.plants,
         "course": campaign.plan.course.name(),
-        "two_point_factor_typed_in": TWO_POINT_FACTOR,
+        "two_points_nm_assumed": { "low": TWO_POINTS_NM[0], "high": TWO_POINTS_NM[1] },
         "points": points,
         "goals": goals(campaign).into_iter().map(goal).collect::<Vec<_>>(),
         "optimum_beaten_by_deg": campaign.beaten_by().max(0.0),

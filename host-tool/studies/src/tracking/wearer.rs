@@ -7,9 +7,8 @@ use firmware::control::{
     SpecError, WearerModel,
 };
 use firmware::units::Amplitude;
-use hal_sim::body::FingerSpec;
-use hal_sim::body::finger::TWO_POINT_FACTOR;
-use hal_sim::body::wearer::{Participant, TWO_POINT_THRESHOLD_RATIO};
+use hal_sim::body::wearer::Site;
+use hal_sim::body::{FingerSpec, RandomFingerSpec};
 
 /// One amplitude per channel 0, 1, 2 (A, B, extensor), volts; 0 is no pulse.
 pub type Volts = [f64; 3];
@@ -19,8 +18,9 @@ pub type Volts = [f64; 3];
 pub enum Points {
     /// Point A alone.
     One,
-    /// A and B as a conducted pair, whose strength over one point,
-    /// [`TWO_POINT_FACTOR`], is typed in.
+    /// A and B as a conducted pair, whose strength is assumed, as a range
+    /// ([`hal_sim::body::random_finger::TWO_POINTS_NM`]), and whose thresholds are table
+    /// 7's ([`hal_sim::body::wearer::Participant::pair_thresholds_v`]).
     Two,
 }
 
@@ -47,24 +47,26 @@ fn millivolts(volts: f64) -> Amplitude {
     Amplitude::new((volts * 1000.0).round() as u32)
 }
 
-/// Participant P of Hamana 2022 (table 7) as the file describes the finger.
+/// Participant P of Hamana 2022 (table 7) as the file describes the finger, what its two
+/// points pull assumed.
 pub fn nominal() -> FingerSpec {
-    FingerSpec::participant(Participant::P)
+    RandomFingerSpec::nominal().finger
 }
 
 /// The nominal wearer's model for feed-forward.
 pub fn model(points: Points, lead_ms: u16) -> WearerModel {
     let finger = nominal();
     let micro = |x: f64| (x * 1e6).round() as u32;
-    let factor = match points {
-        Points::One => 1.0,
-        Points::Two => TWO_POINT_FACTOR,
+    let one = finger.flexor_torque_nm;
+    let flexion_nm = match points {
+        Points::One => one,
+        Points::Two => finger.pair.map_or(one, |pair| pair.torque_nm[0]),
     };
     WearerModel {
         rest_mdeg: (finger.rest_deg * 1000.0) as i32,
         stiffness_unm_per_rad: micro(finger.stiffness_nm_per_rad),
         damping_unm_s_per_rad: micro(finger.damping_nm_s_per_rad),
-        flexion_unm: micro(finger.flexor_torque_nm * factor),
+        flexion_unm: micro(flexion_nm),
         extension_unm: micro(finger.extensor_torque_nm),
         torque_loss_milli: (finger.torque_loss * 1000.0) as u16,
         curvature_milli: (finger.recruitment_curvature * 1000.0) as u16,
@@ -75,24 +77,22 @@ pub fn model(points: Points, lead_ms: u16) -> WearerModel {
 /// The joint of the nominal wearer for the device, with this law.
 pub fn joint(law: LawSpec, points: Points, hold: HoldPolicy) -> JointSpec {
     let finger = nominal();
-    let whole = |site: hal_sim::body::wearer::Site| PointSpec {
+    let from = |site: Site, threshold_v: f64| PointSpec {
         channel: site.channel as u8,
-        threshold: millivolts(site.threshold_v),
+        threshold: millivolts(threshold_v),
         max: millivolts(site.max_v),
     };
-    let ratio_milli = (TWO_POINT_THRESHOLD_RATIO * 1000.0) as u16;
-    let half = |site: hal_sim::body::wearer::Site| {
-        PointSpec::of_pair(site.channel as u8, millivolts(site.max_v), ratio_milli)
-    };
+    let whole = |site: Site| from(site, site.threshold_v);
+    let [a, b] = [finger.flexor_a, finger.flexor_b];
+    let own = [a.threshold_v, b.threshold_v];
+    let [half_a, half_b] = finger.pair.map_or(own, |pair| pair.threshold_v);
     JointSpec {
         law,
         law_period_ms: law.default_period_ms(),
         cutoff_mhz: law.default_cutoff_mhz(),
         flexors: match points {
-            Points::One => [whole(finger.flexor_a)].into_iter().collect(),
-            Points::Two => [half(finger.flexor_a), half(finger.flexor_b)]
-                .into_iter()
-                .collect(),
+            Points::One => [whole(a)].into_iter().collect(),
+            Points::Two => [from(a, half_a), from(b, half_b)].into_iter().collect(),
         },
         extensor: whole(finger.extensor),
         hold,
