@@ -11,7 +11,7 @@ use host_tool::live::{Model, draw, json, line};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 
-const FINGER: &str = include_str!("../sessions/hamana_exp4_two_point.toml");
+const FINGER: &str = include_str!("../sessions/hamana_exp4_two_point_finger.toml");
 const TEN_AND_FINGER: &str = include_str!("../sessions/ten_channels_and_finger.toml");
 const TEN: &str = include_str!("../sessions/ten_channels.toml");
 

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 /// The finger's session, cut to `seconds`.
 fn session(seconds: u32) -> PathBuf {
-    let text = include_str!("../sessions/hamana_exp4_two_point.toml");
+    let text = include_str!("../sessions/hamana_exp4_two_point_finger.toml");
     let text = text.replace("duration_s = 30.0", &format!("duration_s = {seconds}.0"));
     let (before, after) = text.split_once("[measure]").unwrap();
     let (_, body) = after.split_once("[body]").unwrap();

@@ -48,12 +48,24 @@ fn twenty_minutes_on_a_bad_wire_put_out_nothing_unasked_for() {
 #[test]
 fn the_finger_follows_as_well_as_it_did() {
     let golden = [
-        ("hamana_exp4_one_point_a.toml", LawName::Recommended, 2.33),
-        ("hamana_exp4_one_point_b.toml", LawName::Recommended, 2.33),
-        ("hamana_exp4_two_point.toml", LawName::Recommended, 1.52),
-        ("hamana_exp4_one_point_a.toml", LawName::Paper, 10.43),
-        ("hamana_exp4_one_point_b.toml", LawName::Paper, 10.20),
-        ("hamana_exp4_two_point.toml", LawName::Paper, 15.74),
+        (
+            "hamana_exp4_one_point_a_finger.toml",
+            LawName::Recommended,
+            2.33,
+        ),
+        (
+            "hamana_exp4_one_point_b_finger.toml",
+            LawName::Recommended,
+            2.33,
+        ),
+        (
+            "hamana_exp4_two_point_finger.toml",
+            LawName::Recommended,
+            1.52,
+        ),
+        ("hamana_exp4_one_point_a_finger.toml", LawName::Paper, 10.43),
+        ("hamana_exp4_one_point_b_finger.toml", LawName::Paper, 10.20),
+        ("hamana_exp4_two_point_finger.toml", LawName::Paper, 15.74),
     ];
     for (name, law, expected) in golden {
         let mut file = load(name);

@@ -31,7 +31,7 @@ fn played(file: &SessionFile, of: impl Fn(&host_core::record::Sample) -> f64) ->
 /// The finger's error changes by less than the tolerance, in % of the way of 80°.
 #[test]
 fn a_finger_is_followed_as_well_at_what_its_scenes_need() {
-    let name = "hamana_exp4_two_point";
+    let name = "hamana_exp4_two_point_finger";
     let error = |s: &host_core::record::Sample| s.target_deg.unwrap() - s.true_deg.unwrap();
     let (period_ms, as_filed) = played(&session(name, None), error);
     assert!((period_ms - 10.0).abs() < 0.1, "{period_ms}");

@@ -46,7 +46,7 @@ fn shipped_sessions_are_not_severe() {
 fn the_chips_own_play_is_not_severe() {
     for name in [
         "ten_channels.toml",
-        "hamana_exp4_two_point.toml",
+        "hamana_exp4_two_point_finger.toml",
         "full_load.toml",
     ] {
         let mut file = load(name);

@@ -152,7 +152,7 @@ fn a_live_client_s_worst_counts() {
 #[test]
 fn a_run_takes_what_trying_finds() {
     let sessions = Path::new(env!("CARGO_MANIFEST_DIR")).join("../sessions");
-    let shipped = ["hamana_exp4_two_point", "ten_channels_and_finger"].map(|name| {
+    let shipped = ["hamana_exp4_two_point_finger", "ten_channels_and_finger"].map(|name| {
         let text = std::fs::read_to_string(sessions.join(format!("{name}.toml"))).unwrap();
         text.replace("model = \"calcium-force\", ", "")
     });

@@ -109,7 +109,7 @@ fn every_file_runs_on_a_device() {
 
 #[test]
 fn experiment_4_is_as_printed() {
-    let session = load("hamana_exp4_two_point.toml");
+    let session = load("hamana_exp4_two_point_finger.toml");
     assert_eq!(session.duration_us, 30_000_000);
     assert_eq!(session.measure, Some((10_000_000, 30_000_000)));
     let joint = session.joint.as_ref().unwrap();

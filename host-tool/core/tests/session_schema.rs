@@ -198,12 +198,12 @@ fn ninety_mistakes_within_a_field_are_refused_by_schema_and_reader() {
 /// Mistakes between parts: file, what is replaced, by what, and the number.
 #[rustfmt::skip]
 const BETWEEN: [(&str, &str, &str, u16); 10] = [
-    ("hamana_exp4_two_point.toml", "max_current_ma = 20.0", "max_current_ma = 15.0", 450),
-    ("hamana_exp4_two_point.toml", "extensor = { channel = 3,", "extensor = { channel = 1,", 420),
-    ("hamana_exp4_two_point.toml", "rate_hz = 90", "rate_hz = 10", 462),
-    ("hamana_exp4_two_point.toml", "from_s = 10.0\nto_s = 30.0", "from_s = 10.0\nto_s = 9.0", 410),
-    ("hamana_exp4_two_point.toml", "amplitude_deg = 40.0", "amplitude_deg = 80.0", 407),
-    ("hamana_exp4_two_point.toml", "channels = [1, 2]", "channels = [1, 4]", 421),
+    ("hamana_exp4_two_point_finger.toml", "max_current_ma = 20.0", "max_current_ma = 15.0", 450),
+    ("hamana_exp4_two_point_finger.toml", "extensor = { channel = 3,", "extensor = { channel = 1,", 420),
+    ("hamana_exp4_two_point_finger.toml", "rate_hz = 90", "rate_hz = 10", 462),
+    ("hamana_exp4_two_point_finger.toml", "from_s = 10.0\nto_s = 30.0", "from_s = 10.0\nto_s = 9.0", 410),
+    ("hamana_exp4_two_point_finger.toml", "amplitude_deg = 40.0", "amplitude_deg = 80.0", 407),
+    ("hamana_exp4_two_point_finger.toml", "channels = [1, 2]", "channels = [1, 4]", 421),
     ("force_ramp.toml", "n = 12.0", "n = 120.0", 470),
     ("ten_channels.toml", "number = 2\n", "number = 1\n", 420),
     ("trigger.toml", "every_s = 1.0", "every_s = 99.0", 407),
@@ -227,7 +227,7 @@ fn ten_mistakes_between_parts_are_left_to_the_reader() {
 
 #[test]
 fn six_mistakes_of_one_file_are_told_in_one_run() {
-    let path = root().join("host-tool/sessions/hamana_exp4_two_point.toml");
+    let path = root().join("host-tool/sessions/hamana_exp4_two_point_finger.toml");
     let mut text = std::fs::read_to_string(path).unwrap();
     let mistakes = [
         ("rise_ms = 200", "rise_ms = 20_000", 407),

@@ -212,7 +212,7 @@ fn a_session_that_is_not_there_is_told_by_who_asks_for_it() {
 /// An elbow at a wall and a finger that follows: each has what the other lacks.
 #[test]
 fn conditions_may_have_different_bodies() {
-    const FINGER: &str = include_str!("../../sessions/hamana_exp4_two_point.toml");
+    const FINGER: &str = include_str!("../../sessions/hamana_exp4_two_point_finger.toml");
     let both = |name: &str| match name {
         "finger.toml" => Ok(FINGER.to_owned()),
         _ => Ok(SESSION.to_owned()),

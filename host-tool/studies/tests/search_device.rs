@@ -23,7 +23,7 @@ impl Operator for Nobody {
 }
 
 fn session() -> Session {
-    let path = "../sessions/hamana_exp4_two_point.toml";
+    let path = "../sessions/hamana_exp4_two_point_finger.toml";
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(path);
     SessionFile::load(&path).unwrap().session
 }

@@ -12,6 +12,7 @@ mod same_wearer;
 mod search;
 mod search_device;
 mod search_judged;
+mod shown_wearer;
 mod sweeps;
 mod thresholds_found;
 mod tracking_causes;

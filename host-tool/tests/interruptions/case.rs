@@ -17,7 +17,7 @@ pub fn open_loop() -> String {
 
 /// A finger that follows a sine, judged from 10 s on.
 fn closed_loop() -> String {
-    include_str!("../../sessions/hamana_exp4_two_point.toml")
+    include_str!("../../sessions/hamana_exp4_two_point_finger.toml")
         .replace("duration_s = 30.0", "duration_s = 3600.0")
         .replace("host_timeout_ms = 100", "host_timeout_ms = 1000")
 }

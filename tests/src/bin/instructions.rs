@@ -14,7 +14,7 @@ use std::process::{Command, ExitCode};
 /// costs now and little more. What is owed is in docs/architecture.md.
 const SESSIONS: [(&str, f64); 3] = [
     ("ten_channels_and_finger", 10.5),
-    ("hamana_exp4_two_point", 7.2),
+    ("hamana_exp4_two_point_finger", 7.2),
     ("full_load", 13.4),
 ];
 

@@ -40,9 +40,9 @@ impl Method {
 
     const fn session(self) -> &'static str {
         match self {
-            Self::A => include_str!("../../../sessions/hamana_exp4_one_point_a.toml"),
-            Self::B => include_str!("../../../sessions/hamana_exp4_one_point_b.toml"),
-            Self::Two => include_str!("../../../sessions/hamana_exp4_two_point.toml"),
+            Self::A => include_str!("../../../sessions/hamana_exp4_one_point_a_finger.toml"),
+            Self::B => include_str!("../../../sessions/hamana_exp4_one_point_b_finger.toml"),
+            Self::Two => include_str!("../../../sessions/hamana_exp4_two_point_finger.toml"),
         }
     }
 }

@@ -1,0 +1,129 @@
+//! The wearer of experiment 4's sessions: who of the population it is, and that the
+//! sessions say so.
+
+use hal_sim::body::hand::digits::{INDEX, REST_DEG, VISIBLE_DEG};
+use hal_sim::body::hand::{FittedHand, Hand};
+use hal_sim::body::{Body, Load};
+use host_core::session::{BodySpec, Session, hand_body};
+use std::path::{Path, PathBuf};
+use studies::two_points::{Known, Pattern, Population, prepare, search_extensor};
+
+/// As the sessions' comment says.
+const SEED: u64 = 2022;
+const SHOWN: u64 = 4;
+/// The top of the paper's sine, °.
+const TOP_DEG: f64 = 85.0;
+/// What the device lets through a voltage stage, A, and through which load at most volts
+/// are judged, Ω.
+const DEVICE: (f64, f64) = (0.020, 2_000.0);
+const STEP_V: f64 = 2.0;
+/// Where the population's searches end, V.
+const END_V: f64 = 44.0;
+
+/// A drawn wearer whom the device arms.
+struct Armed {
+    hand: FittedHand,
+    /// Of A, B and the extensor's point, V.
+    threshold_v: [f64; 3],
+    most_v: [f64; 3],
+    ratio: f64,
+    /// With two points at their greatest voltages, rested, °.
+    reach_deg: f64,
+}
+
+fn index_deg(hand: &mut Hand, [a, b, _]: [f64; 3], part: f64) -> f64 {
+    let period = Pattern::usual().period([part * a, part * b]);
+    hand.respond(&period).unwrap().angles_deg()[INDEX]
+}
+
+/// Draw `index`, if every search finds something within what the device lets through.
+fn armed(population: &Population, index: u64) -> Option<Armed> {
+    let person = population.person(SEED, index).unwrap();
+    let prepared = prepare(&person.spec, Known::drawn(&person)).unwrap();
+    let mut prepared = prepared.ok()?;
+    let extensor_v = search_extensor(&mut prepared.hand, END_V).unwrap()?;
+    let (found, mut hand) = (prepared.voltages, prepared.hand);
+    let [a, b, e, _] = *hand.pads();
+    let fitted = FittedHand {
+        spec: hand.spec().clone(),
+        points: [a, b, e],
+        factor: hand.factor,
+        shift_m: [0.0; 2],
+        channels: [0, 1, 2],
+    };
+    let loads = *fitted.moving(0).unwrap().loads();
+    let through = |point: usize| match loads[point] {
+        Load::Ohms(ohm) => (DEVICE.0 * ohm.min(DEVICE.1) / STEP_V).floor() * STEP_V,
+        Load::Open => 0.0,
+    };
+    let threshold_v = [found.threshold_v[0], found.threshold_v[1], extensor_v[0]];
+    let most_v = [found.most_v[0], found.most_v[1], extensor_v[1]];
+    let most_v: [f64; 3] = std::array::from_fn(|it| most_v[it].min(through(it)));
+    if (0..3).any(|it| most_v[it] <= threshold_v[it]) {
+        return None;
+    }
+    let is_visible = |hand: &mut Hand, tenths: u32| {
+        let bent = index_deg(hand, most_v, f64::from(tenths) / 10.0) - REST_DEG[INDEX];
+        bent >= VISIBLE_DEG
+    };
+    let tenths = (1..=10).find(|tenths| is_visible(&mut hand, *tenths))?;
+    Some(Armed {
+        hand: fitted,
+        threshold_v,
+        most_v,
+        ratio: f64::from(tenths) / 10.0,
+        reach_deg: index_deg(&mut hand, most_v, 1.0),
+    })
+}
+
+fn path(method: &str) -> PathBuf {
+    let name = format!("../sessions/hamana_exp4_{method}.toml");
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(name)
+}
+
+/// The body of a session's text, written anew where it is asked for.
+fn renewed(path: &Path, body: &str) -> String {
+    let text = std::fs::read_to_string(path).unwrap();
+    if std::env::var_os("FLEXOR_OVERWRITE").is_none() {
+        return text;
+    }
+    let (before, _) = text.split_once("[body]\n").unwrap();
+    let text = format!("{before}{body}");
+    std::fs::write(path, &text).unwrap();
+    text
+}
+
+/// Nobody drawn before them qualifies, and the three sessions are of this wearer with
+/// these voltages.
+#[test]
+fn experiment_4_shows_the_first_wearer_who_can_follow_the_sine() {
+    let population = Population::declared().unwrap();
+    for index in 0..SHOWN {
+        let reach = armed(&population, index).map(|it| it.reach_deg);
+        assert!(reach.is_none_or(|deg| deg < TOP_DEG), "{index}: {reach:?}");
+    }
+    let shown = armed(&population, SHOWN).unwrap();
+    assert!(shown.reach_deg >= TOP_DEG, "{}", shown.reach_deg);
+    let body = hand_body(&shown.hand).unwrap();
+    for method in ["one_point_a", "one_point_b", "two_point"] {
+        let text = renewed(&path(method), &body);
+        let session = Session::parse(method, &text).unwrap();
+        let Some(BodySpec::Hand(hand)) = &session.body else {
+            panic!("{method}: no hand");
+        };
+        assert_eq!(**hand, shown.hand, "{method}");
+        let joint = session.joint.as_ref().unwrap();
+        for point in joint.flexors.iter().chain([&joint.extensor]) {
+            let channel = usize::from(point.channel);
+            let most_v = shown.most_v[channel];
+            let is_part = method == "two_point" && channel < 2;
+            let low_v = match is_part {
+                true => shown.ratio * most_v,
+                false => shown.threshold_v[channel],
+            };
+            let mv = |v: f64| (1e3 * v).round() as u32; // at most 40 V
+            assert_eq!(point.threshold.get(), mv(low_v), "{method} {channel}");
+            assert_eq!(point.max.get(), mv(most_v), "{method} {channel}");
+        }
+    }
+}
