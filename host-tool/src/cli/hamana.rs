@@ -7,7 +7,6 @@ mod people;
 use super::experiment::{ExperimentArgs, command};
 use super::{Incomplete, Output, interrupt, wrong};
 use host_core::record::replace_file;
-use host_core::run::DeviceName;
 use people::people;
 use rayon::prelude::*;
 use serde_json::{Value, json};
@@ -82,26 +81,19 @@ fn asked(args: &ExperimentArgs) -> anyhow::Result<Study> {
             args.name
         ));
     };
-    let (name, device) = (&args.name, &args.device);
-    match kind {
-        Kind::Control if device.is_port() => {
-            return wrong(format!(
-                "a drawn forearm is simulated, --device is {device}; allowed: native, chip, qemu"
-            ));
-        }
-        Kind::Patterns(_) | Kind::Hold if *device != DeviceName::Native => {
-            return wrong(format!(
-                "{name} is of the body alone, --device is {device}; allowed: native"
-            ));
-        }
-        _ => {}
+    let device = &args.device;
+    if device.is_port() {
+        return wrong(format!(
+            "a drawn forearm is simulated, --device is {device}; allowed: native, chip, qemu"
+        ));
     }
     let decided = (args.seed, args.draws);
     let whom = (args.wearer.as_deref(), args.departure.as_deref());
     let study = Study::asked(kind, whom, decided, device.clone())?;
     let draws = study.draws();
     match (1..=MOST).contains(&draws) {
-        true => Ok(study),
+        // Whatever is wrong with the device is told before anybody is drawn.
+        true => study.greet().map(|()| study).map_err(Into::into),
         false => wrong(format!("--draws is {draws}, allowed is 1 to {MOST}")),
     }
 }

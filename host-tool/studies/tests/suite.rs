@@ -8,6 +8,7 @@ mod faults;
 mod laboratory;
 mod ladder_judge;
 mod limit_cycle;
+mod put_out;
 mod same_wearer;
 mod search;
 mod search_device;

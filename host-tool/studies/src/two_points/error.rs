@@ -2,6 +2,7 @@
 
 use crate::laboratory::LaboratoryError;
 use hal_sim::body::hand::{InvalidHand, network::InvalidSegment};
+use host_core::run::OpenError;
 
 /// Why a study of two points does not come about.
 #[derive(Debug, thiserror::Error)]
@@ -21,6 +22,12 @@ pub enum TwoPointsError {
     /// A wearer's file that is none.
     #[error("E626 {0} cannot be read: {1}")]
     Unreadable(String, String),
+    /// A pattern on a device: which, and why.
+    #[error("E628 {0}: the device does not put it out as the body alone is given it: {1}")]
+    PutOut(String, String),
+    /// The device is not there.
+    #[error(transparent)]
+    Device(#[from] OpenError),
     /// A hand.
     #[error("E622 a drawn hand cannot be; change its field in the population's declaration")]
     Hand(#[from] InvalidHand),

@@ -9,6 +9,7 @@
 mod anova;
 mod control;
 mod csv;
+mod device;
 mod figures;
 mod hold;
 mod outcome;
@@ -106,7 +107,7 @@ pub struct Study {
     draws: u64,
     /// Whether participants, seed and draws are the declaration's own.
     as_declared: bool,
-    /// Of experiment 4.
+    /// What experiment 4 runs on; of the others, a sample.
     device: DeviceName,
 }
 
@@ -256,13 +257,19 @@ impl Study {
     /// it is.
     fn first(&self, name: &str, parts: &[Part]) -> Result<Option<(u64, Wearer)>, TwoPointsError> {
         let is = |it: &&Part| it.participant == name && it.became.is_ok();
-        let own = self.participants.all.iter().find(|it| it.name == name);
-        let (Some(part), Some(own)) = (parts.iter().find(is), own) else {
+        let Some(part) = parts.iter().find(is) else {
             return Ok(None);
         };
-        let drawn = (self.seed, part.draw);
-        let wearer = self.participants.draw(own, &self.population, drawn)?;
-        Ok(wearer.ok().map(|wearer| (part.draw, wearer)))
+        let wearer = self.wearer(name, part.draw)?;
+        Ok(wearer.map(|wearer| (part.draw, wearer)))
+    }
+
+    /// The forearm of this draw, if it has points and voltages.
+    fn wearer(&self, name: &str, draw: u64) -> Result<Option<Wearer>, TwoPointsError> {
+        let own = self.participants.all.iter().find(|it| it.name == name);
+        let Some(own) = own else { return Ok(None) };
+        let drawn = (self.seed, draw);
+        Ok(self.participants.draw(own, &self.population, drawn)?.ok())
     }
 }
 

@@ -40,7 +40,7 @@ impl Study {
     /// Of these draws, all or what was computed before a signal.
     ///
     /// # Errors
-    /// A forearm whose course is shown cannot be.
+    /// A forearm whose course is shown cannot be; E628: the device puts out something else.
     pub fn outcome(&self, parts: &[Part], told: Told) -> Result<Outcome, TwoPointsError> {
         let (name, title) = self.kind.told();
         let own = self.participants.own.as_deref();
@@ -50,6 +50,10 @@ impl Study {
         let files = [("population.toml", DECLARED), wearers];
         let files = files.into_iter().chain(experiments);
         let (rows, shares) = self.compared(parts);
+        let mut notes = self.notes(parts);
+        if told.cut_short.is_none() {
+            notes.extend(self.put_out(parts)?);
+        }
         Ok(Outcome {
             name: name.to_owned(),
             title: title.to_owned(),
@@ -72,7 +76,7 @@ impl Study {
             shares,
             decides: Vec::new(),
             sheets: self.sheets(parts)?,
-            notes: self.notes(parts),
+            notes,
         })
     }
 

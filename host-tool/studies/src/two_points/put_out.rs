@@ -1,0 +1,313 @@
+//! A pattern as a device puts it out, held against the one that the body alone is given:
+//! the same terminals at the same microseconds.
+
+use super::error::TwoPointsError;
+use super::pattern::{PERIOD_US, Pattern, Points, WIDTH_US};
+use super::wearers::Wearer;
+use hal_sim::body::hand::Segment;
+use hal_sim::body::hand::network::Terminal;
+use hal_sim::body::hand::spec::{A, B};
+use hal_sim::body::{Body, CHANNELS, Drive, Lead, Load, Pulse};
+use host_core::link::Port;
+use host_core::run::{DeviceName, SessionFile, run};
+use std::fmt::Write;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Dummy loads, Ω: with them a device arms every voltage of the searches.
+const LOAD_OHM: u32 = 3_000;
+/// The highest of them with room, V.
+const LIMIT_V: f64 = 50.0;
+/// How long it plays, µs, and from when on amplitudes have risen.
+const PLAYED_US: u64 = 600_000;
+const RISEN_US: u64 = 400_000;
+/// Between a point's grounding and its next pulse, µs: the two windows in which a device
+/// renders it.
+const RENDERED_US: u32 = 500;
+/// A step of the converter at 60 V, V.
+const STEP_V: f64 = 60.0 / 65_535.0;
+
+/// When, µs, which channel, and what its stage did then.
+type Heard = Arc<Mutex<Vec<(u64, usize, Lead)>>>;
+
+/// A body that notes what leads do.
+struct Leads {
+    loads: [Load; CHANNELS],
+    heard: Heard,
+}
+
+impl Body for Leads {
+    fn pulse(&mut self, _: &Pulse) {}
+
+    fn lead(&mut self, t_us: u64, channel: usize, lead: Lead) {
+        let mut heard = self.heard.lock().unwrap_or_else(PoisonError::into_inner);
+        heard.push((t_us, channel, lead));
+    }
+
+    fn advance(&mut self, _: u64) -> bool {
+        false
+    }
+
+    fn angle_deg(&self) -> f64 {
+        0.0
+    }
+
+    fn sensed_deg(&self) -> f64 {
+        0.0
+    }
+
+    fn loads(&self) -> &[Load; CHANNELS] {
+        &self.loads
+    }
+
+    fn loads_mut(&mut self) -> &mut [Load; CHANNELS] {
+        &mut self.loads
+    }
+}
+
+impl Pattern {
+    /// When each point pulses, µs. One that only conducts pulses with 0 V half a period
+    /// later, for a device knows no member of a group without a train.
+    fn offsets_us(&self) -> Vec<(usize, u32)> {
+        match self.points {
+            Points::One(point) if self.isolated => vec![(point, 0)],
+            Points::One(point) => vec![(point, 0), (1 - point, PERIOD_US / 2)],
+            Points::Two { first, after_us } => vec![(first, 0), (1 - first, after_us)],
+        }
+    }
+
+    /// A session that plays it at these voltages, grounding points as long as a device
+    /// can.
+    fn session(&self, volts: [f64; 2]) -> String {
+        let mut text = format!(
+            "title = \"{}\"\nduration_s = {}\n\
+             [wearer]\nmax_current_ma = 20.0\nmax_charge_uc = 5.0\nrise_ms = 100\nfall_ms = 100\n",
+            self.in_words(),
+            PLAYED_US as f64 * 1e-6
+        );
+        let (mut values, mut members) = (Vec::new(), Vec::new());
+        let mut all = self.offsets_us();
+        all.sort_unstable();
+        for &(point, offset_us) in &all {
+            let others = all.iter().filter(|(other, _)| *other != point);
+            let gaps = others.map(|&(_, other_us)| self.grounded_us(offset_us, other_us));
+            let ground_us = gaps.min().unwrap_or(PERIOD_US - WIDTH_US - RENDERED_US);
+            let is_driven = self.points != Points::One(1 - point);
+            let (number, volt) = (point + 1, if is_driven { volts[point] } else { 0.0 });
+            let _ = write!(
+                text,
+                "[[channel]]\nnumber = {number}\nname = \"{number}\"\nlimit = {LIMIT_V:.1}\n\
+                 stage = {{ kind = \"voltage\", full_scale_v = 60.0, load_ohm = {LOAD_OHM} }}\n\
+                 train = {{ shape = \"monophasic-cathodic\", width_us = {WIDTH_US}, \
+                 ground_us = {ground_us}, period_us = {PERIOD_US}, offset_us = {offset_us} }}\n"
+            );
+            values.push(format!("{{ channel = {number}, value = {volt:.3} }}"));
+            members.push(number.to_string());
+        }
+        if members.len() > 1 {
+            let partner = if self.isolated {
+                "isolated"
+            } else {
+                "conducted"
+            };
+            let members = members.join(", ");
+            let _ = write!(
+                text,
+                "[[group]]\nchannels = [{members}]\npartner = \"{partner}\"\n"
+            );
+        }
+        let values = values.join(", ");
+        let _ = write!(
+            text,
+            "[setpoints]\nkind = \"amplitudes\"\nrate_hz = 50\nvalues = [{values}]\n\
+             [body]\nkind = \"still\"\nload_ohm = {LOAD_OHM}\n"
+        );
+        text
+    }
+
+    /// How long a device may be told to ground a point that pulses at `own_us` beside one
+    /// at `other_us`: between pulses; isolation ends it, and what it has begun anew must
+    /// be whole before the next pulse.
+    fn grounded_us(&self, own_us: u32, other_us: u32) -> u32 {
+        if !self.isolated {
+            return PERIOD_US - WIDTH_US - RENDERED_US;
+        }
+        let after = |from: u32, to: u32| (PERIOD_US + to - from) % PERIOD_US - WIDTH_US;
+        after(own_us, other_us).max(after(other_us, own_us) - RENDERED_US)
+    }
+
+    /// A period of it, risen, as `device` puts it out at these voltages.
+    ///
+    /// # Errors
+    /// The device is not there; E628: it does not play it.
+    pub fn put_out(
+        &self,
+        volts: [f64; 2],
+        device: &DeviceName,
+    ) -> Result<Vec<Segment>, TwoPointsError> {
+        let failed = |why: String| TwoPointsError::PutOut(self.in_words(), why);
+        let text = self.session(volts);
+        let file = SessionFile::parse("pattern.toml", &text).map_err(|e| failed(e.to_string()))?;
+        let mut port = device.open(&file.session, 1)?;
+        let heard = Heard::default();
+        let world = port.world();
+        let world = world.ok_or_else(|| failed("it is not simulated".to_owned()))?;
+        world.body = Box::new(Leads {
+            loads: [Load::Ohms(LOAD_OHM.into()); CHANNELS],
+            heard: heard.clone(),
+        });
+        let (outcome, _) = run(&file, port, None, |_: f64| ());
+        if let Some(error) = outcome.error {
+            return Err(failed(error.to_string()));
+        }
+        let epoch_us = outcome
+            .epoch_us
+            .ok_or_else(|| failed("no start".to_owned()))?;
+        let heard = heard.lock().unwrap_or_else(PoisonError::into_inner);
+        Ok(period(&heard, epoch_us + RISEN_US))
+    }
+
+    /// What of `put_out` is not as the body alone is given it at the volts that are put
+    /// out; nothing if all is. What may differ: that a point floats, while nothing drives,
+    /// where the pattern grounds it; a device grounds no point to its next pulse.
+    #[must_use]
+    pub fn unlike(&self, put_out: &[Segment], asked_v: [f64; 2]) -> Option<String> {
+        let volts = driven_v(put_out);
+        let pulses = |point: usize| self.points != Points::One(1 - point);
+        for point in [A, B].into_iter().filter(|point| pulses(*point)) {
+            let short_v = asked_v[point] - volts[point];
+            if !(-1e-9..=STEP_V + 5e-4).contains(&short_v) {
+                let (found, asked) = (volts[point], asked_v[point]);
+                return Some(format!("{found} V for {asked} V"));
+            }
+        }
+        let (expected, found) = (by_microsecond(&self.period(volts)), by_microsecond(put_out));
+        let is_like = |(expected, found): (&[Terminal; 3], &[Terminal; 3])| {
+            let rests = !expected.iter().any(|it| matches!(it, Terminal::Driven(_)));
+            expected.iter().zip(found).all(|(expected, found)| {
+                let floats = (*expected, *found) == (Terminal::Grounded, Terminal::Floating);
+                expected == found || rests && floats
+            })
+        };
+        let at_us = expected.iter().zip(&found).position(|both| !is_like(both));
+        at_us.map(|at| format!("{:?} for {:?} at {at} µs", found[at], expected[at]))
+    }
+}
+
+/// What patterns of a wearer are worth as a device puts them out, against the body alone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PutOut {
+    /// Patterns at their voltages.
+    pub patterns: usize,
+    /// By how much torques differ at most, as a part of the index finger's flexors' own.
+    pub apart: f64,
+}
+
+/// Torques that differ by more end the experiment.
+const APART: f64 = 0.01;
+
+impl Wearer {
+    /// These patterns at these voltages on `device`, and by how much the torques of what
+    /// it puts out differ from those of the pattern at the same volts.
+    ///
+    /// # Errors
+    /// E628: the device puts out another pattern, or another torque by more than 1 % of
+    /// the flexors' own.
+    pub fn put_out(
+        &self,
+        all: impl IntoIterator<Item = (Pattern, [f64; 2])>,
+        device: &DeviceName,
+    ) -> Result<PutOut, TwoPointsError> {
+        let mut told: Vec<(Pattern, [f64; 2])> = Vec::new();
+        let (mut hand, mut apart) = (self.hand.clone(), 0.0_f64);
+        for (pattern, volts) in all {
+            if told.contains(&(pattern, volts)) {
+                continue;
+            }
+            told.push((pattern, volts));
+            let unlike = |why| TwoPointsError::PutOut(pattern.in_words(), why);
+            let put_out = pattern.put_out(volts, device)?;
+            if let Some(why) = pattern.unlike(&put_out, volts) {
+                return Err(unlike(why));
+            }
+            let whole_nm = hand.respond(&put_out)?.index_nm();
+            let alone_nm = hand
+                .respond(&pattern.period(driven_v(&put_out)))?
+                .index_nm();
+            apart = apart.max((whole_nm - alone_nm).abs() / hand.spec().flexor_nm);
+            if apart > APART {
+                return Err(unlike(format!("{whole_nm} N·m for {alone_nm}")));
+            }
+        }
+        let patterns = told.len();
+        Ok(PutOut { patterns, apart })
+    }
+}
+
+impl PutOut {
+    /// For a page: `who` wore `device`.
+    #[must_use]
+    pub fn in_words(&self, who: &str, device: &DeviceName) -> String {
+        let torques = match self.apart {
+            0.0 => "equal to the last bit".to_owned(),
+            apart => format!("apart by at most {apart:.1e} of the flexors' own"),
+        };
+        format!(
+            "All numbers are of the body alone. The {device} put out {} patterns of {who} as well, \
+             into dummy loads: the same terminals at every microsecond, but that a point floats, \
+             while nothing drives, before its own pulse; torques are {torques}.",
+            self.patterns
+        )
+    }
+}
+
+/// The period of what was heard that begins at `begin_us`.
+fn period(heard: &[(u64, usize, Lead)], begin_us: u64) -> Vec<Segment> {
+    let mut terminals = [Terminal::Floating; 3];
+    let (mut segments, mut since_us) = (Vec::new(), begin_us);
+    let end_us = begin_us + u64::from(PERIOD_US);
+    let mut close = |terminals: [Terminal; 3], to_us: u64, since_us: &mut u64| {
+        if to_us > *since_us {
+            segments.push(Segment {
+                terminals,
+                lasts_us: (to_us - *since_us) as u32, // at most a period
+            });
+            *since_us = to_us;
+        }
+    };
+    for &(t_us, channel, lead) in heard.iter().take_while(|(t_us, ..)| *t_us < end_us) {
+        close(terminals, t_us, &mut since_us);
+        if let Some(terminal) = terminals.get_mut(channel) {
+            *terminal = match lead {
+                Lead::Cathodic(Drive::Volts(v)) if v > 0.0 => Terminal::Driven(-v),
+                Lead::Anodic(Drive::Volts(v)) if v > 0.0 => Terminal::Driven(v),
+                // 0 V is the ground.
+                Lead::Cathodic(Drive::Volts(_)) | Lead::Anodic(Drive::Volts(_)) => {
+                    Terminal::Grounded
+                }
+                Lead::Grounded => Terminal::Grounded,
+                _ => Terminal::Floating,
+            };
+        }
+    }
+    close(terminals, end_us, &mut since_us);
+    segments
+}
+
+/// The volts at which A and B are driven; 0 if they are not.
+#[must_use]
+pub fn driven_v(period: &[Segment]) -> [f64; 2] {
+    [A, B].map(|point| {
+        let driven = period.iter().find_map(|it| match it.terminals[point] {
+            Terminal::Driven(v) => Some(-v),
+            _ => None,
+        });
+        driven.unwrap_or(0.0)
+    })
+}
+
+fn by_microsecond(period: &[Segment]) -> Vec<[Terminal; 3]> {
+    let each = period
+        .iter()
+        .flat_map(|it| std::iter::repeat_n(it.terminals, it.lasts_us as usize));
+    each.collect()
+}

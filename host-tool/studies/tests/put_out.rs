@@ -1,0 +1,95 @@
+//! What the whole device does to a hand against what the body alone is given.
+
+use hal_sim::body::hand::digits::INDEX;
+use hal_sim::body::hand::network::Terminal;
+use hal_sim::body::hand::{FittedHand, Hand, MovingHand, Segment};
+use hal_sim::body::{Body, Drive, Lead};
+use host_core::run::DeviceName;
+use host_core::session::{BodySpec, Session};
+use studies::two_points::{Pattern, driven_v};
+
+const SHOWN: &str = include_str!("../../sessions/hamana_exp4_two_point.toml");
+/// Of the shown wearer's A and B.
+const VOLTS: [f64; 2] = [34.0, 16.0];
+
+fn shown() -> FittedHand {
+    match Session::parse("shown.toml", SHOWN).unwrap().body {
+        Some(BodySpec::Hand(hand)) => *hand,
+        other => panic!("{other:?}"),
+    }
+}
+
+/// All 29 patterns, at the converter's own volts: the same terminals at the same
+/// microseconds, but that a point floats before its own pulse, for a device grounds it no
+/// longer. This forearm's spikes, and so torques and angles, are the same to the bit.
+#[test]
+fn a_device_puts_out_what_the_body_alone_is_given() {
+    let fitted = shown();
+    let mut hand = Hand::new(fitted.spec, fitted.points).unwrap();
+    hand.factor = fitted.factor;
+    for pattern in Pattern::two().into_iter().chain(Pattern::one()) {
+        let words = pattern.in_words();
+        let put_out = pattern.put_out(VOLTS, &DeviceName::Native).unwrap();
+        assert_eq!(pattern.unlike(&put_out, VOLTS), None, "{words}");
+        let device = hand.respond(&put_out).unwrap();
+        let body = hand.respond(&pattern.period(driven_v(&put_out))).unwrap();
+        assert_eq!(device, body, "{words}");
+    }
+}
+
+/// What is unlike is told.
+#[test]
+fn another_pattern_is_not_taken_for_it() {
+    let usual = Pattern::usual();
+    let alone = Pattern::alone(0)
+        .put_out(VOLTS, &DeviceName::Native)
+        .unwrap();
+    assert!(usual.unlike(&alone, VOLTS).unwrap().contains(" V for "));
+    let put_out = usual.put_out(VOLTS, &DeviceName::Native).unwrap();
+    assert!(usual.unlike(&put_out, [34.1, 16.0]).is_some());
+    let isolated = Pattern {
+        isolated: true,
+        ..usual
+    };
+    let told = isolated.unlike(&put_out, VOLTS).unwrap();
+    assert!(told.contains("µs"), "{told}");
+}
+
+fn feel(hand: &mut MovingHand, channels: [usize; 3], period: &[Segment], periods: u64) {
+    let mut at_us = 0;
+    for segment in (0..periods).flat_map(|_| period) {
+        for (channel, terminal) in channels.into_iter().zip(segment.terminals) {
+            let lead = match terminal {
+                Terminal::Driven(v) => Lead::Cathodic(Drive::Volts(-v)),
+                Terminal::Grounded => Lead::Grounded,
+                Terminal::Floating => Lead::Floating,
+            };
+            hand.lead(at_us, channel, lead);
+        }
+        at_us += u64::from(segment.lasts_us);
+        hand.advance(at_us);
+    }
+}
+
+/// A hand in motion that does not tire comes under the device's pulses, three seconds of
+/// them, to the angle to which the same forearm comes under the pattern alone.
+#[test]
+fn a_hand_in_motion_comes_to_the_same_angle() {
+    let mut fitted = shown();
+    fitted.spec.motion.fatigue_floor = 1.0;
+    let mut hand = Hand::new(fitted.spec.clone(), fitted.points).unwrap();
+    hand.factor = fitted.factor;
+    for pattern in [Pattern::usual(), Pattern::alone(0), Pattern::one()[0]] {
+        let put_out = pattern.put_out(VOLTS, &DeviceName::Native).unwrap();
+        let period = pattern.period(driven_v(&put_out));
+        let angles = [&put_out, &period].map(|period| {
+            let mut moving = fitted.moving(1).unwrap();
+            feel(&mut moving, fitted.channels, period, 150);
+            assert_eq!(moving.unsettled(), 0);
+            moving.angle_deg()
+        });
+        assert_eq!(angles[0].to_bits(), angles[1].to_bits(), "{angles:?}");
+        let steady = hand.respond(&period).unwrap().angles_deg()[INDEX];
+        assert!((angles[0] - steady).abs() < 1e-3, "{angles:?} {steady}");
+    }
+}
