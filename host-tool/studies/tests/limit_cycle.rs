@@ -68,8 +68,7 @@ fn stable(seed: u64, index: u64) -> Plant {
     }
     let finger = &mut plant.finger.finger;
     finger.electromechanical_delay_us = draws.even(0.0, 40_000.0) as u32;
-    finger.flexor_a = nominal.finger.flexor_a;
-    finger.flexor_b = nominal.finger.flexor_b;
+    finger.place_flexors([nominal.finger.flexor_a, nominal.finger.flexor_b]);
     finger.extensor = nominal.finger.extensor;
     plant
 }
@@ -100,6 +99,7 @@ fn the_default_holds_wearers_of_any_strength_that_is_accepted() {
             let mut spec = shipped(points);
             let mut wearer = spec.wearer.unwrap();
             let times = |torque: u32| (f64::from(torque) * strength) as u32;
+            // Of both kinds, to the reference's 0.484 N·m.
             let to_reference = match points {
                 Points::One => 2.2,
                 Points::Two => 1.0,

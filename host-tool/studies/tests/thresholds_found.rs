@@ -3,6 +3,7 @@
 
 use firmware::control::{JointSpec, PointSpec};
 use firmware::units::{Amplitude, Micros};
+use hal_sim::body::wearer::Site;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use studies::tracking::default;
@@ -220,8 +221,12 @@ fn print(row: &Row<'_>) -> (f64, f64) {
 fn move_alike(plant: &mut Plant) {
     let (file, finger) = (wearer::nominal(), &mut plant.finger.finger);
     let moved = finger.flexor_a.max_v / file.flexor_a.max_v;
-    finger.flexor_b.max_v = file.flexor_b.max_v * moved;
-    finger.flexor_b.threshold_v = file.flexor_b.threshold_v * moved;
+    let b = Site {
+        max_v: file.flexor_b.max_v * moved,
+        threshold_v: file.flexor_b.threshold_v * moved,
+        ..finger.flexor_b
+    };
+    finger.place_flexors([finger.flexor_a, b]);
 }
 
 fn delay_as_nominal(plant: &mut Plant) {

@@ -2,6 +2,7 @@
 //! taken out of the wearers.
 
 use hal_sim::body::RandomFingerSpec;
+use hal_sim::body::wearer::Site;
 use studies::tracking::contender::Contender;
 use studies::tracking::exercise::Exercise;
 use studies::tracking::plant::{Line, Plant};
@@ -30,13 +31,15 @@ const CAUSES: [Without; 10] = [
         // Both as far as A.
         let (file, finger) = (RandomFingerSpec::nominal().finger, &mut p.finger.finger);
         let moved = finger.flexor_a.max_v / file.flexor_a.max_v;
-        finger.flexor_b.max_v = file.flexor_b.max_v * moved;
-        finger.flexor_b.threshold_v = file.flexor_b.threshold_v * moved;
+        let max_v = file.flexor_b.max_v * moved;
+        let b = Site { max_v, threshold_v: file.flexor_b.threshold_v * moved, ..finger.flexor_b };
+        finger.place_flexors([finger.flexor_a, b]);
     }),
     ("all thresholds", |p| {
         let file = RandomFingerSpec::nominal().finger;
         let finger = &mut p.finger.finger;
-        (finger.flexor_a, finger.flexor_b, finger.extensor) = (file.flexor_a, file.flexor_b, file.extensor);
+        finger.place_flexors([file.flexor_a, file.flexor_b]);
+        finger.extensor = file.extensor;
     }),
 ];
 

@@ -146,6 +146,16 @@ impl FingerSpec {
         }
     }
 
+    /// Puts A and B at these sites; thresholds of their pair move with their maxima.
+    pub fn place_flexors(&mut self, sites: [Site; 2]) {
+        let from = [self.flexor_a.max_v, self.flexor_b.max_v];
+        [self.flexor_a, self.flexor_b] = sites;
+        let thresholds = self.pair.iter_mut().flat_map(|pair| &mut pair.threshold_v);
+        for ((threshold_v, from_v), site) in thresholds.zip(from).zip(sites) {
+            *threshold_v = *threshold_v / from_v * site.max_v;
+        }
+    }
+
     /// The three points in the order A, B, extensor.
     pub fn sites(&self) -> [Site; 3] {
         [self.flexor_a, self.flexor_b, self.extensor]

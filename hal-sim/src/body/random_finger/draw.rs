@@ -139,21 +139,16 @@ impl RandomFingerSpec {
             *capacity = draws.even(floor, 1.0);
         }
         let f = &mut spec.finger;
-        let limits = [f.flexor_a.max_v, f.flexor_b.max_v];
-        for site in [&mut f.flexor_a, &mut f.flexor_b, &mut f.extensor] {
+        let [a, b, extensor] = f.sites().map(|site| {
             let shift = draws.even(0.95, 1.20);
-            *site = Site {
+            Site {
                 threshold_v: site.threshold_v * shift,
                 max_v: site.max_v * shift,
-                ..*site
-            };
-        }
-        // The two-point thresholds move with their curves.
-        let moved = [f.flexor_a.max_v, f.flexor_b.max_v];
-        let pair_thresholds = f.pair.iter_mut().flat_map(|pair| &mut pair.threshold_v);
-        for (threshold_v, (from_v, to_v)) in pair_thresholds.zip(limits.into_iter().zip(moved)) {
-            *threshold_v = *threshold_v / from_v * to_v;
-        }
+                ..site
+            }
+        });
+        f.place_flexors([a, b]);
+        f.extensor = extensor;
         f.electromechanical_delay_us = draws.even(0.0, 60_000.0) as u32;
         f.fatigue_floor = floor;
         f.fatigue_time_s = draws.even(20.0, 90.0);
